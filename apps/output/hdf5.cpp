@@ -1,0 +1,211 @@
+#include "apps/output/hdf5.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <stdexcept>
+
+namespace subsoil::app::h5 {
+namespace {
+
+/// The innermost entry of HDF5's error stack says what really happened.
+herr_t take_innermost(unsigned n, const H5E_error2_t* error, void* text) {
+  if (n == 0 && error->desc) *static_cast<std::string*>(text) = error->desc;
+  return 0;
+}
+
+/// HDF5 prints its stack to stderr unless told not to; ours goes into the exception.
+void be_quiet() {
+  static const bool once = [] { return H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr) >= 0; }();
+  (void)once;
+}
+
+/// Types we keep for the life of the program; H5T_NATIVE_* are calls in disguise.
+Handle string_type() {
+  Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "making a text type");
+  checked(H5Tset_size(type, H5T_VARIABLE), "making a text type");
+  checked(H5Tset_cset(type, H5T_CSET_UTF8), "making a text type");
+  return type;
+}
+
+Handle open_dataset(hid_t parent, const std::string& name) {
+  return {H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose, "opening dataset " + name};
+}
+
+Handle creation_properties(const Layout& layout) {
+  Handle list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "preparing a dataset");
+  checked(H5Pset_obj_track_times(list, false), "preparing a dataset");  // the same run writes the same bytes
+  if (layout.compression < 0 || layout.rows == 0) return list;
+  // Chunks of at most 64k rows, equal in size so that the last is not mostly padding.
+  const hsize_t pieces = (layout.rows + 65535) / 65536;
+  const hsize_t chunk[2] = {(layout.rows + pieces - 1) / pieces, layout.columns};
+  checked(H5Pset_chunk(list, layout.columns > 1 ? 2 : 1, chunk), "choosing chunks");
+  checked(H5Pset_shuffle(list), "choosing byte shuffle");
+  checked(H5Pset_deflate(list, static_cast<unsigned>(layout.compression)), "choosing gzip");
+  return list;
+}
+
+}  // namespace
+
+std::int64_t checked(std::int64_t code, const std::string& doing) {
+  if (code >= 0) return code;
+  std::string reason = "no reason given";
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, take_innermost, &reason);
+  throw std::runtime_error("HDF5: " + doing + ": " + reason);
+}
+
+template <>
+hid_t type_of<float>() {
+  return H5T_NATIVE_FLOAT;
+}
+template <>
+hid_t type_of<double>() {
+  return H5T_NATIVE_DOUBLE;
+}
+template <>
+hid_t type_of<std::uint8_t>() {
+  return H5T_NATIVE_UINT8;
+}
+template <>
+hid_t type_of<std::int32_t>() {
+  return H5T_NATIVE_INT32;
+}
+template <>
+hid_t type_of<std::uint32_t>() {
+  return H5T_NATIVE_UINT32;
+}
+template <>
+hid_t type_of<std::int64_t>() {
+  return H5T_NATIVE_INT64;
+}
+template <>
+hid_t type_of<std::uint64_t>() {
+  return H5T_NATIVE_UINT64;
+}
+
+Handle create_file(const std::filesystem::path& path) {
+  be_quiet();
+  Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "preparing " + path.string());
+  checked(H5Pset_file_locking(access, false, true), "preparing " + path.string());
+  return {H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose, "creating " + path.string()};
+}
+
+Handle open_file(const std::filesystem::path& path) {
+  be_quiet();
+  Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "preparing " + path.string());
+  checked(H5Pset_file_locking(access, false, true), "preparing " + path.string());
+  return {H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose, "opening " + path.string()};
+}
+
+Handle create_group(hid_t parent, const std::string& name) {
+  return {H5Gcreate2(parent, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose, "creating group " + name};
+}
+
+bool exists(hid_t parent, const std::string& path) {
+  // HDF5 refuses to ask for a/b when there is no a, so ask link by link.
+  for (std::size_t slash = path.find('/', 1); slash != std::string::npos; slash = path.find('/', slash + 1))
+    if (H5Lexists(parent, path.substr(0, slash).c_str(), H5P_DEFAULT) <= 0) return false;
+  return H5Lexists(parent, path.c_str(), H5P_DEFAULT) > 0;
+}
+
+void write(hid_t parent, const std::string& name, const void* data, hid_t memory_type, const Layout& layout) {
+  const hsize_t dimensions[2] = {layout.rows, layout.columns};
+  const Handle space(H5Screate_simple(layout.columns > 1 ? 2 : 1, dimensions, nullptr), H5Sclose, "shaping " + name);
+  Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose, "preparing " + name);
+  checked(H5Pset_create_intermediate_group(links, 1), "preparing " + name);
+  const Handle set(
+      H5Dcreate2(parent, name.c_str(), layout.file_type, space, links, creation_properties(layout), H5P_DEFAULT),
+      H5Dclose, "creating dataset " + name);
+  if (layout.rows > 0) checked(H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data), "writing " + name);
+}
+
+void write_text(hid_t parent, const std::string& name, const std::vector<std::string>& lines) {
+  std::vector<const char*> pointers;
+  for (const auto& line : lines) pointers.push_back(line.c_str());
+  const Handle type = string_type();
+  write(parent, name, pointers.data(), type, {lines.size(), 1, type, -1});
+}
+
+std::vector<hsize_t> shape(hid_t parent, const std::string& name) {
+  const Handle set = open_dataset(parent, name);
+  const Handle space(H5Dget_space(set), H5Sclose, "shape of " + name);
+  std::vector<hsize_t> dimensions(
+      static_cast<std::size_t>(checked(H5Sget_simple_extent_ndims(space), "shape of " + name)));
+  checked(H5Sget_simple_extent_dims(space, dimensions.data(), nullptr), "shape of " + name);
+  return dimensions;
+}
+
+template <class T>
+std::vector<T> read(hid_t parent, const std::string& name) {
+  std::size_t count = 1;
+  for (const hsize_t n : shape(parent, name)) count *= n;
+  const Handle set = open_dataset(parent, name);
+  const Handle type(H5Dget_type(set), H5Tclose, "type of " + name);
+  if (H5Tget_class(type) != H5Tget_class(type_of<T>()))
+    throw std::runtime_error("HDF5: dataset " + name + " holds another kind of number than the one asked for");
+  std::vector<T> values(count);
+  if (count > 0)
+    checked(H5Dread(set, type_of<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), "reading dataset " + name);
+  return values;
+}
+template std::vector<float> read(hid_t, const std::string&);
+template std::vector<double> read(hid_t, const std::string&);
+template std::vector<std::uint8_t> read(hid_t, const std::string&);
+template std::vector<std::int32_t> read(hid_t, const std::string&);
+template std::vector<std::uint32_t> read(hid_t, const std::string&);
+template std::vector<std::int64_t> read(hid_t, const std::string&);
+template std::vector<std::uint64_t> read(hid_t, const std::string&);
+
+std::vector<std::string> read_text(hid_t parent, const std::string& name) {
+  const Handle set = open_dataset(parent, name);
+  const Handle space(H5Dget_space(set), H5Sclose, "shape of " + name);
+  const auto count = static_cast<std::size_t>(checked(H5Sget_simple_extent_npoints(space), "shape of " + name));
+  const Handle type = string_type();
+  std::vector<char*> pointers(count, nullptr);
+  if (count > 0) checked(H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, pointers.data()), "reading " + name);
+  std::vector<std::string> lines(pointers.begin(), pointers.end());
+  if (count > 0) checked(H5Dvlen_reclaim(type, space, H5P_DEFAULT, pointers.data()), "reading " + name);
+  return lines;
+}
+
+namespace {
+void set_attribute(hid_t object, const char* name, hid_t type, const void* value) {
+  const Handle space(H5Screate(H5S_SCALAR), H5Sclose, "shaping an attribute");
+  const Handle attribute(H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+                         std::string("creating attribute ") + name);
+  checked(H5Awrite(attribute, type, value), std::string("writing attribute ") + name);
+}
+}  // namespace
+
+void set_attribute(hid_t object, const char* name, const std::string& text) {
+  // Fixed length: variable strings live in a heap that is shared by the whole file.
+  Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "making a text type");
+  checked(H5Tset_size(type, std::max<std::size_t>(text.size(), 1)), "making a text type");
+  checked(H5Tset_cset(type, H5T_CSET_UTF8), "making a text type");
+  checked(H5Tset_strpad(type, H5T_STR_NULLPAD), "making a text type");
+  set_attribute(object, name, type, text.c_str());
+}
+void set_attribute(hid_t object, const char* name, double value) {
+  set_attribute(object, name, H5T_NATIVE_DOUBLE, &value);
+}
+void set_attribute(hid_t object, const char* name, std::int64_t value) {
+  set_attribute(object, name, H5T_NATIVE_INT64, &value);
+}
+
+double number_attribute(hid_t object, const char* name) {
+  const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose, std::string("opening attribute ") + name);
+  double value = 0;
+  checked(H5Aread(attribute, H5T_NATIVE_DOUBLE, &value), std::string("reading attribute ") + name);
+  return value;
+}
+
+void flush_to_disk(hid_t file) {
+  checked(H5Fflush(file, H5F_SCOPE_GLOBAL), "flushing");
+  int* descriptor = nullptr;
+  checked(H5Fget_vfd_handle(file, H5P_DEFAULT, reinterpret_cast<void**>(&descriptor)), "flushing");
+  if (::fdatasync(*descriptor) != 0)
+    throw std::runtime_error(std::string("writing to disk: ") + std::strerror(errno) + "; is the disk full?");
+}
+
+}  // namespace subsoil::app::h5

@@ -1,0 +1,75 @@
+#pragma once
+#include <hdf5.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+/// The little of HDF5 that the program uses: handles that close themselves, one checker, whole arrays in and out.
+namespace subsoil::app::h5 {
+
+/// Passes a non-negative return code on; throws std::runtime_error with `doing` and HDF5's own reason otherwise.
+std::int64_t checked(std::int64_t code, const std::string& doing);
+
+class Handle {
+ public:
+  Handle() = default;
+  Handle(hid_t id, herr_t (*close)(hid_t), const std::string& doing) : id_(checked(id, doing)), close_(close) {}
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Handle& operator=(Handle&& other) noexcept {
+    std::swap(id_, other.id_);
+    std::swap(close_, other.close_);
+    return *this;
+  }
+  ~Handle() {
+    if (id_ >= 0) close_(id_);
+  }
+  operator hid_t() const { return id_; }  // NOLINT: every HDF5 call takes one
+
+ private:
+  hid_t id_ = -1;
+  herr_t (*close_)(hid_t) = nullptr;
+};
+
+/// Memory type of a number.
+template <class T>
+hid_t type_of();
+
+/// A dataset of `rows` x `columns` (columns == 1: one-dimensional) as it shall lie in the file.
+struct Layout {
+  hsize_t rows = 0, columns = 1;
+  hid_t file_type = -1;
+  int compression = -1;  ///< gzip level with byte shuffle in front; negative: contiguous
+};
+
+Handle create_file(const std::filesystem::path& path);
+Handle open_file(const std::filesystem::path& path);
+Handle create_group(hid_t parent, const std::string& name);
+bool exists(hid_t parent, const std::string& path);
+
+void write(hid_t parent, const std::string& name, const void* data, hid_t memory_type, const Layout& layout);
+template <class T>
+void write(hid_t parent, const std::string& name, std::span<const T> values, hsize_t columns = 1, int compression = -1) {
+  write(parent, name, values.data(), type_of<T>(), {values.size() / columns, columns, type_of<T>(), compression});
+}
+void write_text(hid_t parent, const std::string& name, const std::vector<std::string>& lines);
+
+/// Shape of a dataset; a missing one throws std::runtime_error.
+std::vector<hsize_t> shape(hid_t parent, const std::string& name);
+/// All values in row order. The class (integer, float) must be T's: a float read as an integer is a mistake, not a wish.
+template <class T>
+std::vector<T> read(hid_t parent, const std::string& name);
+std::vector<std::string> read_text(hid_t parent, const std::string& name);
+
+void set_attribute(hid_t object, const char* name, const std::string& text);
+void set_attribute(hid_t object, const char* name, double value);
+void set_attribute(hid_t object, const char* name, std::int64_t value);
+double number_attribute(hid_t object, const char* name);
+
+/// Everything written so far is on the disk when this returns, metadata and data.
+void flush_to_disk(hid_t file);
+
+}  // namespace subsoil::app::h5

@@ -1,0 +1,21 @@
+#include "apps/output/moving_mean.hpp"
+
+namespace subsoil::app {
+
+void MovingMean::add(double time, double duration, double value) {
+  if (knots_.empty()) knots_.push_back({time - duration, 0.0});
+  knots_.push_back({time, knots_.back().integral + value * duration});
+  // A step's end that sums up to the length but for rounding still counts as full.
+  const double start = time - length_ * (1 - 1e-9);
+  full_ = full_ || knots_.front().time <= start;
+  while (knots_.size() > 2 && knots_[1].time <= start) knots_.pop_front();
+}
+
+double MovingMean::mean() const {
+  const Knot &a = knots_[0], &b = knots_[1], &last = knots_.back();
+  const double start = last.time - length_;
+  const double share = b.time > a.time ? (start - a.time) / (b.time - a.time) : 0.0;
+  return (last.integral - (a.integral + share * (b.integral - a.integral))) / length_;
+}
+
+}  // namespace subsoil::app

@@ -1,0 +1,301 @@
+#include "apps/output/run_writer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "apps/output/hdf5.hpp"
+#include "apps/output/rounding.hpp"
+#include "apps/output/xdmf.hpp"
+
+namespace subsoil::app {
+namespace {
+
+constexpr int kMantissaBits = 14;        // relative error 2^-15 = 3e-5
+constexpr double kPositionShare = 1e-4;  // of the smallest radius: a hundredth of a percent of the overlaps that matter
+
+struct VectorColumn {
+  const char* name;
+  const char* unit;
+  std::span<const dem::Vec3> Frame::* data;
+};
+constexpr VectorColumn kVectorColumns[] = {{"velocity", "m/s", &Frame::velocity},
+                                           {"spin", "rad/s", &Frame::spin},
+                                           {"force", "N", &Frame::force},
+                                           {"torque", "N m", &Frame::torque}};
+
+std::string group_name(long frame) { return fmt::format("/frames/{:06}", frame); }
+
+/// HDF5 takes a slash in a name for a level.
+std::string file_name_of(std::string name) {
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name;
+}
+
+bool inside(const FrameBox& box, const dem::Vec3& p) {
+  return p.x >= box.low.x && p.x <= box.high.x && p.y >= box.low.y && p.y <= box.high.y && p.z >= box.low.z &&
+         p.z <= box.high.z;
+}
+
+}  // namespace
+
+std::set<std::string> RunOptions::all_columns() {
+  return {"position", "velocity", "spin", "force", "torque", "contacts"};
+}
+
+struct RunWriter::Impl {
+  Impl(const std::filesystem::path& directory, ParticleTable particles_, std::vector<OutputSurface> surfaces_,
+       RunOptions options_)
+      : particles(std::move(particles_)),
+        surfaces(std::move(surfaces_)),
+        options(std::move(options_)),
+        xdmf_path(directory / "run.xdmf"),
+        xdmf(options.title) {
+    check_input();
+    file = h5::create_file(directory / "run.h5");
+    h5::set_attribute(file, "subsoil output", std::int64_t{1});
+    h5::set_attribute(file, "title", options.title);
+    write_particles();
+    write_surfaces();
+    h5::create_group(file, "/frames");
+    add_places(options.expected_frames + 64);
+    h5::flush_to_disk(file);
+    if (!particles.radius.empty())
+      quantum = power_of_two_below(kPositionShare * *std::min_element(particles.radius.begin(), particles.radius.end()));
+  }
+
+  void check_input() const;
+  void write_particles();
+  void write_surfaces();
+  void add_places(long count);
+  void write(const Frame& frame);
+  std::vector<std::size_t> select(const Frame& frame) const;
+  XdmfGrid write_soil(const Frame& frame, const std::string& group);
+  XdmfGrid write_surface(std::size_t i, const dem::Pose& pose, const std::string& group);
+  void check_frame(const Frame& frame) const;
+
+  template <class T, class Get>
+  XdmfArray put(const std::string& path, std::size_t rows, hsize_t columns, const std::string& unit, Get get);
+  template <class Get>
+  XdmfArray put_real(const std::string& path, std::size_t rows, hsize_t columns, const std::string& unit, Get get);
+  /// 0, 1, 2, ...: which points make the cells of a point cloud. Next to nothing once compressed.
+  XdmfArray put_point_numbers(const std::string& path, std::size_t rows) {
+    return put<std::int32_t>(path, rows, 1, "", [](std::size_t i) { return i; });
+  }
+  XdmfArray put_vectors(const std::string& path, std::span<const dem::Vec3> all, std::span<const std::size_t> rows,
+                        const std::string& unit);
+
+  ParticleTable particles;
+  std::vector<OutputSurface> surfaces;
+  RunOptions options;
+  std::filesystem::path xdmf_path;
+  Xdmf xdmf;
+  h5::Handle file;
+  std::vector<XdmfArray> triangles, fixed_vertices;  // by surface
+  std::vector<std::pair<std::string, XdmfArray>> particle_arrays;
+  XdmfArray point_numbers;
+  long places = 0, count = 0;
+  double quantum = 0;  // m; a power of two, so that rounded coordinates are exact floats
+};
+
+void RunWriter::Impl::check_input() const {
+  const auto n = particles.id.size();
+  if (particles.radius.size() != n || particles.density.size() != n || particles.material.size() != n)
+    throw std::invalid_argument("particle table: id, radius, density and material must be of one length");
+  if (!std::is_sorted(particles.id.begin(), particles.id.end()))
+    throw std::invalid_argument("particle table: ids must rise");
+  const auto known = RunOptions::all_columns();
+  for (const auto& column : options.columns)
+    if (!known.contains(column))
+      throw std::invalid_argument("output column '" + column +
+                                  "': must be one of position, velocity, spin, force, torque, contacts");
+}
+
+/// Writes rows x columns numbers of type T, value by value from `get(i)`, and says where they lie.
+template <class T, class Get>
+XdmfArray RunWriter::Impl::put(const std::string& path, std::size_t rows, hsize_t columns, const std::string& unit,
+                               Get get) {
+  std::vector<T> values(rows * columns);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<T>(get(i));
+  h5::write<T>(file, path, values, columns, options.compression);
+  if (!unit.empty()) {
+    const h5::Handle set(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose, "opening " + path);
+    h5::set_attribute(set, "unit", unit);
+  }
+  XdmfArray array{"run.h5:" + path, {rows}, std::is_floating_point_v<T>, static_cast<int>(sizeof(T))};
+  if (columns > 1) array.dimensions.push_back(columns);
+  return array;
+}
+
+template <class Get>
+XdmfArray RunWriter::Impl::put_real(const std::string& path, std::size_t rows, hsize_t columns, const std::string& unit,
+                                    Get get) {
+  return options.precision == Precision::float64 ? put<double>(path, rows, columns, unit, get)
+                                                 : put<float>(path, rows, columns, unit, get);
+}
+
+XdmfArray RunWriter::Impl::put_vectors(const std::string& path, std::span<const dem::Vec3> all,
+                                       std::span<const std::size_t> rows, const std::string& unit) {
+  const auto value = [&](std::size_t i) { return all[rows[i / 3]][static_cast<int>(i % 3)]; };
+  if (options.precision != Precision::rounded) return put_real(path, rows.size(), 3, unit, value);
+  if (unit == "m")
+    return put<float>(path, rows.size(), 3, unit,
+                      [&](std::size_t i) { return std::nearbyint(value(i) / quantum) * quantum; });
+  return put<float>(path, rows.size(), 3, unit,
+                    [&](std::size_t i) { return round_mantissa(static_cast<float>(value(i)), kMantissaBits); });
+}
+
+void RunWriter::Impl::write_particles() {
+  const auto n = particles.id.size();
+  if (n == 0) return;
+  h5::create_group(file, "/particles");
+  const auto& p = particles;
+  particle_arrays = {
+      {"id", put<std::int64_t>("/particles/id", n, 1, "", [&](std::size_t i) { return p.id[i]; })},
+      {"radius", put_real("/particles/radius", n, 1, "m", [&](std::size_t i) { return p.radius[i]; })},
+      {"density", put_real("/particles/density", n, 1, "kg/m^3", [&](std::size_t i) { return p.density[i]; })},
+      {"material", put<std::int32_t>("/particles/material", n, 1, "", [&](std::size_t i) { return p.material[i]; })}};
+  point_numbers = put_point_numbers("/particles/point numbers", n);
+  if (!p.material_names.empty()) h5::write_text(file, "/particles/material names", p.material_names);
+}
+
+void RunWriter::Impl::write_surfaces() {
+  if (surfaces.empty()) return;
+  h5::create_group(file, "/surfaces");
+  for (const auto& s : surfaces) {
+    const std::string group = "/surfaces/" + file_name_of(s.name);
+    h5::create_group(file, group);
+    triangles.push_back(put<std::int32_t>(group + "/triangles", s.triangles.size(), 3, "",
+                                          [&](std::size_t i) { return s.triangles[i / 3][i % 3]; }));
+    // Of a moving surface this is its shape in its own axes: nothing draws it, but it is what the poses refer to.
+    fixed_vertices.push_back(put_real(group + "/vertices", s.vertices.size(), 3, "m", [&](std::size_t i) {
+      return s.vertices[i / 3][static_cast<int>(i % 3)];
+    }));
+  }
+}
+
+void RunWriter::Impl::add_places(long more) {
+  for (long end = places + more; places < end; ++places) h5::create_group(file, group_name(places));
+}
+
+void RunWriter::Impl::check_frame(const Frame& frame) const {
+  const auto n = frame.id.empty() ? particles.id.size() : frame.id.size();
+  const auto demand = [&](const std::string& name, std::size_t size) {
+    if (options.columns.contains(name) && size != n)
+      throw std::invalid_argument(fmt::format("frame at {} s: {} has {} entries, {} spheres are there", frame.time, name,
+                                              size, n));
+  };
+  demand("position", frame.position.size());
+  for (const auto& column : kVectorColumns) demand(column.name, (frame.*column.data).size());
+  demand("contacts", frame.contacts.size());
+  if (frame.surfaces.size() != surfaces.size())
+    throw std::invalid_argument(fmt::format("frame at {} s: {} poses for {} surfaces", frame.time,
+                                            frame.surfaces.size(), surfaces.size()));
+}
+
+/// Rows of the frame that go into the file.
+std::vector<std::size_t> RunWriter::Impl::select(const Frame& frame) const {
+  std::vector<std::size_t> rows;
+  rows.reserve(frame.position.size());
+  for (std::size_t i = 0; i < frame.position.size(); ++i)
+    if (!options.region || inside(*options.region, frame.position[i])) rows.push_back(i);
+  return rows;
+}
+
+XdmfGrid RunWriter::Impl::write_soil(const Frame& frame, const std::string& group) {
+  const auto rows = select(frame);
+  XdmfGrid grid{"soil", put_vectors(group + "/position", frame.position, rows, "m"), point_numbers, {}};
+  for (const auto& column : kVectorColumns)
+    if (options.columns.contains(column.name))
+      grid.attributes.push_back(
+          {column.name, put_vectors(group + "/" + column.name, frame.*column.data, rows, column.unit)});
+  if (options.columns.contains("contacts"))
+    grid.attributes.push_back({"contacts", put<std::int32_t>(group + "/contacts", rows.size(), 1, "",
+                                                             [&](std::size_t i) { return frame.contacts[rows[i]]; })});
+
+  if (rows.size() == particles.id.size()) {
+    for (const auto& [name, array] : particle_arrays) grid.attributes.push_back({name, array});
+    return grid;
+  }
+  // Some are gone or outside the region: the frame carries its own ids and what ParaView needs to draw them.
+  grid.cells = put_point_numbers(group + "/point numbers", rows.size());
+  std::vector<std::size_t> entry(rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (frame.id.empty()) {
+      entry[i] = rows[i];
+      continue;
+    }
+    const auto found = std::lower_bound(particles.id.begin(), particles.id.end(), frame.id[rows[i]]);
+    if (found == particles.id.end() || *found != frame.id[rows[i]])
+      throw std::invalid_argument(
+          fmt::format("frame at {} s: sphere {} is not in the particle table", frame.time, frame.id[rows[i]]));
+    entry[i] = static_cast<std::size_t>(found - particles.id.begin());
+  }
+  const auto& p = particles;
+  const auto n = rows.size();
+  grid.attributes.push_back(
+      {"id", put<std::int64_t>(group + "/id", n, 1, "", [&](std::size_t i) { return p.id[entry[i]]; })});
+  grid.attributes.push_back(
+      {"radius", put_real(group + "/radius", n, 1, "m", [&](std::size_t i) { return p.radius[entry[i]]; })});
+  grid.attributes.push_back(
+      {"density", put_real(group + "/density", n, 1, "kg/m^3", [&](std::size_t i) { return p.density[entry[i]]; })});
+  grid.attributes.push_back(
+      {"material", put<std::int32_t>(group + "/material", n, 1, "", [&](std::size_t i) { return p.material[entry[i]]; })});
+  return grid;
+}
+
+XdmfGrid RunWriter::Impl::write_surface(std::size_t i, const dem::Pose& pose, const std::string& group) {
+  const auto& s = surfaces[i];
+  XdmfGrid grid{s.name, fixed_vertices[i], triangles[i], {}};
+  if (!s.moves) return grid;
+  std::vector<dem::Vec3> world(s.vertices.size());
+  std::transform(s.vertices.begin(), s.vertices.end(), world.begin(),
+                 [&](const dem::Vec3& v) { return pose.to_world(v); });
+  grid.vertices = put_real(group + "/surfaces/" + file_name_of(s.name), world.size(), 3, "m",
+                           [&](std::size_t k) { return world[k / 3][static_cast<int>(k % 3)]; });
+  return grid;
+}
+
+void RunWriter::Impl::write(const Frame& frame) {
+  check_frame(frame);
+  if (count == places) add_places(places);
+  const std::string group = group_name(count);
+  std::vector<XdmfGrid> grids;
+  if (!frame.position.empty()) grids.push_back(write_soil(frame, group));
+  for (std::size_t i = 0; i < surfaces.size(); ++i) grids.push_back(write_surface(i, frame.surfaces[i], group));
+
+  const h5::Handle place(H5Gopen2(file, group.c_str(), H5P_DEFAULT), H5Gclose, "opening " + group);
+  h5::set_attribute(place, "time", frame.time);
+  h5::set_attribute(place, "step", std::int64_t{frame.step});
+  h5::flush_to_disk(file);
+  ++count;
+  xdmf.add_frame(frame.time, grids);
+  xdmf.save(xdmf_path);
+}
+
+RunWriter::RunWriter(const std::filesystem::path& directory, ParticleTable particles,
+                     std::vector<OutputSurface> surfaces, RunOptions options)
+    : impl_(new Impl(directory, std::move(particles), std::move(surfaces), std::move(options))) {}
+
+RunWriter::~RunWriter() {
+  try {
+    finish();
+  } catch (const std::exception&) {
+    // Nothing is lost: what is written is on the disk, only empty places are left over.
+  }
+}
+
+void RunWriter::write(const Frame& frame) { impl_->write(frame); }
+long RunWriter::frames() const { return impl_->count; }
+
+void RunWriter::finish() {
+  if (impl_->file < 0) return;
+  const h5::Handle file = std::move(impl_->file);
+  for (long i = impl_->count; i < impl_->places; ++i)
+    h5::checked(H5Ldelete(file, group_name(i).c_str(), H5P_DEFAULT), "dropping an empty place");
+  h5::flush_to_disk(file);
+}
+
+}  // namespace subsoil::app

@@ -1,0 +1,98 @@
+#include "apps/output/series.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "apps/output/csv.hpp"
+
+namespace subsoil::app {
+
+SeriesWriter::SeriesWriter(const std::filesystem::path& path, std::vector<SeriesColumn> columns)
+    : path_(path), columns_(std::move(columns)), file_(path, std::ios::trunc) {
+  for (const auto& column : columns_) {
+    if (!row_.empty()) row_ += ',';
+    row_ += csv::quoted(column.label());
+  }
+  row_ += '\n';
+  file_ << row_;
+  flush();
+}
+
+void SeriesWriter::write(std::span<const double> values) {
+  if (values.size() != columns_.size())
+    throw std::invalid_argument(fmt::format("series row: {} values for {} columns", values.size(), columns_.size()));
+  row_.clear();
+  for (const double value : values) {
+    if (!row_.empty()) row_ += ',';
+    csv::append_number(row_, value);
+  }
+  row_ += '\n';
+  file_ << row_;
+  if (std::chrono::steady_clock::now() - flushed_ > std::chrono::seconds(1)) flush();
+}
+
+void SeriesWriter::flush() {
+  file_.flush();
+  if (!file_)
+    throw std::runtime_error("cannot write " + path_.string() + ": is the directory writable, the disk full?");
+  flushed_ = std::chrono::steady_clock::now();
+}
+
+void IntervalMean::add(double duration, std::span<const double> values) {
+  duration_ += duration;
+  for (std::size_t i = 0; i < sum_.size(); ++i) sum_[i] += duration * values[i];
+}
+
+const std::vector<double>& IntervalMean::take() {
+  if (duration_ > 0)
+    for (std::size_t i = 0; i < sum_.size(); ++i) mean_[i] = sum_[i] / duration_;
+  std::fill(sum_.begin(), sum_.end(), 0.0);
+  duration_ = 0;
+  return mean_;
+}
+
+int Series::find(std::string_view name) const {
+  const auto found = std::find_if(columns.begin(), columns.end(), [&](const auto& c) { return c.name == name; });
+  return found == columns.end() ? -1 : static_cast<int>(found - columns.begin());
+}
+
+const std::vector<double>& Series::at(std::string_view name) const {
+  if (const int i = find(name); i >= 0) return values[static_cast<std::size_t>(i)];
+  std::vector<std::string> names;
+  for (const auto& column : columns) names.push_back(column.name);
+  throw std::runtime_error(fmt::format("the series has no column '{}'; it has {}", name, fmt::join(names, ", ")));
+}
+
+Series read_series(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  if (!file) throw std::runtime_error("cannot read " + path.string());
+  Series series;
+  std::string line;
+  std::getline(file, line);
+  for (const auto& label : csv::split(line)) {
+    auto [name, unit] = csv::split_label(label);
+    series.columns.push_back({std::move(name), std::move(unit)});
+  }
+  series.values.resize(series.columns.size());
+  for (long number = 2; std::getline(file, line); ++number) {
+    const bool cut_short = file.eof();  // no line end: the writer was killed in the middle of it
+    if (cut_short || line.empty()) break;
+    const auto fields = csv::split(line);
+    if (fields.size() != series.columns.size())
+      throw std::runtime_error(fmt::format("{}:{}: {} fields under {} columns", path.string(), number, fields.size(),
+                                           series.columns.size()));
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      double value = 0;
+      if (!csv::to_number(fields[i], value))
+        throw std::runtime_error(fmt::format("{}:{}: {} = '{}' is no number", path.string(), number,
+                                             series.columns[i].label(), fields[i]));
+      series.values[i].push_back(value);
+    }
+  }
+  return series;
+}
+
+}  // namespace subsoil::app

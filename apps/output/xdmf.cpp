@@ -1,0 +1,74 @@
+#include "apps/output/xdmf.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <fstream>
+#include <stdexcept>
+
+#include "apps/output/atomic_file.hpp"
+
+namespace subsoil::app {
+namespace {
+
+/// Names are the user's: what XML reads as markup is written as an entity.
+std::string escaped(const std::string& text) {
+  std::string safe;
+  for (const char c : text) {
+    switch (c) {
+      case '&': safe += "&amp;"; break;
+      case '<': safe += "&lt;"; break;
+      case '>': safe += "&gt;"; break;
+      case '"': safe += "&quot;"; break;
+      default: safe += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
+    }
+  }
+  return safe;
+}
+
+std::string array_xml(const XdmfArray& array) {
+  return fmt::format(R"(<DataItem Format="HDF" NumberType="{}" Precision="{}" Dimensions="{}">{}</DataItem>)",
+                     array.real ? "Float" : "Int", array.bytes, fmt::join(array.dimensions, " "),
+                     escaped(array.location));
+}
+
+std::string grid_xml(const XdmfGrid& grid) {
+  std::string xml = fmt::format("   <Grid Name=\"{}\" GridType=\"Uniform\">\n", escaped(grid.name));
+  const bool points = grid.cells.dimensions.size() == 1;
+  xml += fmt::format("    <Topology TopologyType=\"{}\" NumberOfElements=\"{}\">{}</Topology>\n",
+                     points ? "Polyvertex\" NodesPerElement=\"1" : "Triangle", grid.cells.dimensions.at(0),
+                     array_xml(grid.cells));
+  xml += fmt::format("    <Geometry GeometryType=\"XYZ\">{}</Geometry>\n", array_xml(grid.vertices));
+  for (const auto& attribute : grid.attributes)
+    xml += fmt::format("    <Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"Node\">{}</Attribute>\n",
+                       escaped(attribute.name), attribute.array.dimensions.size() == 2 ? "Vector" : "Scalar",
+                       array_xml(attribute.array));
+  return xml + "   </Grid>\n";
+}
+
+}  // namespace
+
+Xdmf::Xdmf(const std::string& title)
+    : text_(fmt::format("<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n <Domain>\n"
+                        " <Information Name=\"title\" Value=\"{}\"/>\n"
+                        " <Grid Name=\"run\" GridType=\"Collection\" CollectionType=\"Temporal\">\n",
+                        escaped(title))) {}
+
+void Xdmf::add_frame(double time, const std::vector<XdmfGrid>& grids) {
+  text_ += fmt::format(
+      "  <Grid Name=\"frame {}\" GridType=\"Collection\" CollectionType=\"Spatial\">\n   <Time Value=\"{:.12g}\"/>\n",
+      count_++, time);
+  for (const auto& grid : grids) text_ += grid_xml(grid);
+  text_ += "  </Grid>\n";
+}
+
+void Xdmf::save(const std::filesystem::path& path) const {
+  std::ofstream file(temporary_name(path), std::ios::binary | std::ios::trunc);
+  file << text_ << " </Grid>\n </Domain>\n</Xdmf>\n";
+  file.close();
+  if (!file) throw std::runtime_error("cannot write " + path.string() + ": is the directory writable, the disk full?");
+  // Not forced to the disk: it can be remade from the HDF5 file, and an fsync per frame would double the waiting.
+  put_in_place(path, false);
+}
+
+}  // namespace subsoil::app

@@ -1,0 +1,43 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace subsoil::app {
+
+/// A dataset that the XDMF names: file:path, its shape and its numbers.
+struct XdmfArray {
+  std::string location;  ///< run.h5:/frames/000000/position
+  std::vector<std::uint64_t> dimensions;
+  bool real = true;
+  int bytes = 4;
+};
+
+struct XdmfAttribute {
+  std::string name;
+  XdmfArray array;
+};
+
+/// One block of a frame. `cells` of 3 columns are triangles; of one column, points. (The XDMF 2 reader makes points
+/// without being told their numbers, ParaView's XDMF 3 readers show nothing then.)
+struct XdmfGrid {
+  std::string name;
+  XdmfArray vertices, cells;
+  std::vector<XdmfAttribute> attributes;
+};
+
+/// The XDMF text of a run: a temporal collection of frames, each a spatial collection of its grids.
+class Xdmf {
+ public:
+  explicit Xdmf(const std::string& title);
+  void add_frame(double time, const std::vector<XdmfGrid>& grids);
+  /// Puts the text in place by rename.
+  void save(const std::filesystem::path& path) const;
+
+ private:
+  std::string text_;  ///< without the closing tags
+  long count_ = 0;
+};
+
+}  // namespace subsoil::app

@@ -1,0 +1,86 @@
+#include "apps/plot/gnuplot.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include "apps/output/atomic_file.hpp"
+#include "apps/plot/plot.hpp"
+
+extern char** environ;
+
+namespace subsoil::app {
+namespace {
+
+std::string content(const std::filesystem::path& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+/// Exit status of `gnuplot script`, its messages in `log`.
+int spawn_gnuplot(const std::filesystem::path& script, const std::filesystem::path& log) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
+  std::string name = "gnuplot", file = script.string();
+  char* arguments[] = {name.data(), file.data(), nullptr};
+  pid_t child = 0;
+  const int error = posix_spawnp(&child, "gnuplot", &actions, nullptr, arguments, environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (error != 0) throw std::runtime_error(std::string("cannot start gnuplot: ") + std::strerror(error));
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  return status;
+}
+
+}  // namespace
+
+bool gnuplot_found() {
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path ? path : "");
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (::access((std::filesystem::path(folder) / "gnuplot").c_str(), X_OK) == 0) return true;
+  return false;
+}
+
+std::string gnuplot_text(std::string_view text) {
+  std::string safe = "'";
+  for (const char c : text) {
+    if (c == '\'') safe += '\'';
+    safe += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
+  }
+  return safe + "'";
+}
+
+void run_gnuplot(std::string script, const std::filesystem::path& out) {
+  if (!gnuplot_found())
+    throw std::runtime_error("plots are drawn by gnuplot, which is not on PATH; install it: apt-get install gnuplot-nox");
+  const auto part = temporary_name(out);
+  const auto place = script.find("{out}");
+  script.replace(place, 5, gnuplot_text(part.string()));
+  const auto file = part.string() + ".gp", log = part.string() + ".log";
+  std::ofstream(file) << script;
+  const int status = spawn_gnuplot(file, log);
+  const std::string words = content(log);
+  std::error_code ignored;
+  std::filesystem::remove(log, ignored);
+  if (status != 0 || !std::filesystem::exists(part)) {
+    std::filesystem::remove(part, ignored);
+    throw std::runtime_error(fmt::format("gnuplot could not draw {} (script left in {}):\n{}", out.string(), file, words));
+  }
+  std::filesystem::remove(file, ignored);
+  put_in_place(out);
+}
+
+}  // namespace subsoil::app

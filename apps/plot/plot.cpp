@@ -1,0 +1,278 @@
+#include "apps/plot/plot.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "apps/output/csv.hpp"
+#include "apps/output/moving_mean.hpp"
+#include "apps/output/series.hpp"
+#include "apps/plot/gnuplot.hpp"
+
+namespace subsoil::app {
+namespace {
+
+// Okabe and Ito's colours: told apart by colour-blind readers and in grey print.
+constexpr const char* kColours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"};
+constexpr double kSmoothing = 50e-3;  // s; what a load cell on a field frame resolves, and the summary's second mean
+constexpr const char* kFirst[] = {"pull", "draft", "spring force", "pitch", "height"};
+
+struct Run {
+  std::string name;
+  Series series;
+};
+
+/// A unit that gives numbers a reader can take in: factor and its name.
+struct Shown {
+  double factor = 1;
+  std::string unit;
+};
+
+struct Line {
+  std::vector<double> x, y;
+};
+
+/// Range of an axis.
+struct Range {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  void take(double value) {
+    if (!std::isfinite(value)) return;
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  double size() const { return std::max(std::abs(low), std::abs(high)); }
+};
+
+Range range_of(const std::vector<double>& values) {
+  Range range;
+  for (const double v : values) range.take(v);
+  return range;
+}
+
+std::string name_of(const std::filesystem::path& directory) {
+  const auto whole = std::filesystem::absolute(directory).lexically_normal();
+  return whole.has_filename() ? whole.filename().string() : whole.parent_path().filename().string();
+}
+
+std::vector<Run> read_runs(const std::vector<std::filesystem::path>& directories) {
+  if (directories.empty()) throw std::runtime_error("nothing to plot: name at least one result directory");
+  std::vector<Run> runs;
+  for (const auto& directory : directories) {
+    const auto path = directory / "series.csv";
+    if (!std::filesystem::exists(path))
+      throw std::runtime_error(directory.string() + " holds no series.csv: is it the result directory of a run?");
+    runs.push_back({name_of(directory), read_series(path)});
+    if (runs.back().series.rows() < 2) throw std::runtime_error(path.string() + " has fewer than two samples yet");
+    runs.back().series.at("time");
+  }
+  return runs;
+}
+
+/// What is drawn, in the order of the panels: names wished for, or every watch that any run has.
+std::vector<std::string> choose_columns(const std::vector<Run>& runs, const std::vector<std::string>& wished) {
+  const auto some_run_has = [&](const std::string& name) {
+    return std::any_of(runs.begin(), runs.end(), [&](const Run& run) { return run.series.find(name) >= 0; });
+  };
+  for (const auto& name : wished)
+    if (!some_run_has(name)) runs.front().series.at(name);  // refuses, naming what there is
+  if (!wished.empty()) return wished;
+  std::vector<std::string> names;
+  const auto add = [&](const std::string& name) {
+    if (some_run_has(name) && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  };
+  for (const char* name : kFirst) add(name);
+  // The five make the usual sheet; watches of another kind of run are drawn all.
+  if (names.empty())
+    for (const auto& run : runs)
+      for (const auto& column : run.series.columns)
+        if (column.is_watch()) add(column.name);
+  if (names.empty())
+    throw std::runtime_error("no run watches anything: name what to watch under output.watch, or columns to plot");
+  return names;
+}
+
+Shown shown_unit(const std::string& unit, double size) {
+  if (unit == "N" && size >= 2000) return {1e-3, "kN"};
+  if (unit == "N m" && size >= 2000) return {1e-3, "kN m"};
+  if (unit == "rad") return {180 / std::acos(-1.0), "deg"};
+  if (unit == "rad/s" && size < 20) return {180 / std::acos(-1.0), "deg/s"};
+  if (unit == "m" && size < 1) return {1e3, "mm"};
+  if (unit == "J" && size >= 2000) return {1e-3, "kJ"};
+  return {1, unit};
+}
+
+/// Forces ring: their means tell more than their samples. Positions are smooth already.
+bool is_smoothed(const std::string& unit, const std::vector<double>& time) {
+  const double interval = (time.back() - time.front()) / static_cast<double>(time.size() - 1);
+  return (unit == "N" || unit == "N m") && interval < kSmoothing / 4 && time.back() - time.front() > 4 * kSmoothing;
+}
+
+Line smoothed(const Line& line) {
+  Line means;
+  MovingMean mean(kSmoothing);
+  for (std::size_t i = 1; i < line.x.size(); ++i) {
+    mean.add(line.x[i], line.x[i] - line.x[i - 1], line.y[i]);
+    if (!mean.full()) continue;
+    means.x.push_back(line.x[i] - kSmoothing / 2);  // a mean belongs to the middle of its interval
+    means.y.push_back(mean.mean());
+  }
+  return means;
+}
+
+/// At most about `bins` pairs of lowest and highest value: a peak is never thinned away.
+Line thinned(const Line& line, std::size_t bins) {
+  if (line.x.size() <= 2 * bins) return line;
+  Line thin;
+  for (std::size_t k = 0; k < bins; ++k) {
+    const std::size_t begin = k * line.x.size() / bins, end = (k + 1) * line.x.size() / bins;
+    const auto at = [&](std::size_t i) { return line.y.begin() + static_cast<std::ptrdiff_t>(i); };
+    const auto [low, high] = std::minmax_element(at(begin), at(end));
+    for (const auto value : {std::min(low, high), std::max(low, high)}) {
+      thin.x.push_back(line.x[static_cast<std::size_t>(value - line.y.begin())]);
+      thin.y.push_back(*value);
+    }
+  }
+  return thin;
+}
+
+/// The gnuplot script, panel by panel.
+class Sheet {
+ public:
+  Sheet(const std::vector<Run>& runs, const std::vector<std::string>& columns, const PlotOptions& options,
+        const std::string& terminal)
+      : runs_(runs), columns_(columns), options_(options) {
+    for (const auto& run : runs) {
+      const auto& time = run.series.at("time");
+      time_.take(time.front());
+      time_.take(time.back());
+    }
+    top_ = 46;
+    height_ = top_ + 58 + static_cast<int>(columns.size()) * options.panel_height;
+    script_ = fmt::format(
+        "set encoding utf8\nset terminal {}\nset output {{out}}\n"
+        "set border 3 linecolor rgb '#555555'\nset tics nomirror out scale 0.6 textcolor rgb '#222222'\n"
+        "set grid xtics ytics linetype 1 linewidth 0.6 linecolor rgb '#e4e4e4'\nset mxtics 2\n"
+        "set xzeroaxis linetype 1 linewidth 1 linecolor rgb '#999999'\n"
+        "set xrange [{:.9g}:{:.9g}]\nset multiplot\nset lmargin at screen {:.5f}\nset rmargin at screen 0.975\n",
+        terminal_of(terminal), time_.low, time_.high, 92.0 / options.width);
+    for (std::size_t i = 0; i < columns.size(); ++i) add_panel(i);
+    script_ += "unset multiplot\nunset output\n";
+  }
+  const std::string& script() const { return script_; }
+
+ private:
+  std::string terminal_of(const std::string& kind) const {
+    if (kind == ".png")
+      return fmt::format("pngcairo noenhanced size {},{} font 'DejaVu Sans,11' background rgb 'white'", options_.width,
+                         height_);
+    if (kind == ".svg")
+      return fmt::format("svg noenhanced size {},{} font 'DejaVu Sans,13' background rgb 'white'", options_.width,
+                         height_);
+    if (kind == ".pdf")
+      return fmt::format("pdfcairo noenhanced size {:.2f},{:.2f} font 'DejaVu Sans,11'", options_.width / 100.0,
+                         height_ / 100.0);
+    throw std::runtime_error("plot file: its suffix must be .png, .svg or .pdf, not '" + kind + "'");
+  }
+
+  void add_block(const std::string& name, const Line& line, double factor) {
+    script_ += '$' + name + " << EOD\n";
+    for (std::size_t i = 0; i < line.x.size(); ++i) {
+      csv::append_number(script_, line.x[i]);
+      script_ += ' ';
+      // gnuplot leaves a gap where it reads NaN.
+      csv::append_number(script_, line.y[i] * factor, 7);
+      script_ += '\n';
+    }
+    script_ += "EOD\n";
+  }
+
+  void add_panel(std::size_t panel) {
+    const auto& name = columns_[panel];
+    Range range;
+    std::string unit;
+    for (const auto& run : runs_) {
+      const int column = run.series.find(name);
+      if (column < 0) continue;
+      unit = run.series.columns[static_cast<std::size_t>(column)].unit;
+      const auto own = range_of(run.series.values[static_cast<std::size_t>(column)]);
+      range.take(own.low);
+      range.take(own.high);
+    }
+    if (range.low > range.high) range = {0, 1};  // nothing finite anywhere
+    const Shown shown = shown_unit(unit, range.size());
+    std::string faint, strong;
+    bool any_smoothed = false;
+    const auto bins = static_cast<std::size_t>(2 * options_.width);
+    for (std::size_t r = 0; r < runs_.size(); ++r) {
+      const auto& series = runs_[r].series;
+      const int column = series.find(name);
+      if (column < 0) continue;
+      const Line line{series.at("time"), series.values[static_cast<std::size_t>(column)]};
+      const char* colour = kColours[r % std::size(kColours)];
+      const auto block = fmt::format("p{}r{}", panel, r);
+      std::string drawn = block;
+      add_block(block, thinned(line, bins), shown.factor);
+      if (is_smoothed(unit, line.x)) {
+        any_smoothed = true;
+        faint += fmt::format("${} with lines linewidth 0.7 linecolor rgb '#60{}' notitle, ", block, colour + 1);
+        drawn += "mean";
+        add_block(drawn, thinned(smoothed(line), bins), shown.factor);
+      }
+      strong += fmt::format("${} with lines linewidth 1.8 linecolor rgb '{}' title {}, ", drawn, colour,
+                            panel == 0 && runs_.size() > 1 ? gnuplot_text(runs_[r].name) : "''");
+    }
+    place(panel, range, shown);
+    script_ += fmt::format("set ylabel {} offset 0.6,0 textcolor rgb '#222222'\n",
+                           gnuplot_text(shown.unit == "1" ? name : name + " [" + shown.unit + "]"));
+    script_ += any_smoothed ? "set label 1 'thin: samples, thick: 50 ms means' at graph 0.995,0.04 right font ',8' "
+                              "textcolor rgb '#777777'\n"
+                            : "unset label 1\n";
+    script_ += "plot " + faint + strong;
+    script_.erase(script_.size() - 2);
+    script_ += '\n';
+  }
+
+  /// Margins, axes, and the key above the first panel.
+  void place(std::size_t panel, Range range, const Shown& shown) {
+    const double pad = std::max(0.06 * (range.high - range.low), 1e-3 * range.size() + 1e-12);
+    const auto screen = [&](double pixels_from_top) { return 1 - pixels_from_top / height_; };
+    const double begin = top_ + static_cast<double>(panel) * options_.panel_height;
+    const bool last = panel + 1 == columns_.size();
+    script_ += fmt::format("set tmargin at screen {:.5f}\nset bmargin at screen {:.5f}\nset yrange [{:.9g}:{:.9g}]\n",
+                           screen(begin + 8), screen(begin + options_.panel_height - 8),
+                           (range.low - pad) * shown.factor, (range.high + pad) * shown.factor);
+    if (panel == 0 && runs_.size() > 1)
+      script_ += fmt::format("set key at screen 0.975,{:.5f} right top horizontal samplen 2 spacing 1.1\n", screen(10));
+    else
+      script_ += "unset key\n";
+    if (panel == 0 && runs_.size() == 1)
+      script_ += fmt::format("set label 2 {} at screen {:.5f},{:.5f} left font ',12' textcolor rgb '#222222'\n",
+                             gnuplot_text(runs_.front().name), 92.0 / options_.width, screen(24));
+    else
+      script_ += "unset label 2\n";
+    script_ += last ? "set format x '%g'\nset xlabel 'time [s]' textcolor rgb '#222222'\n"
+                    : "set format x ''\nunset xlabel\n";
+  }
+
+  const std::vector<Run>& runs_;
+  const std::vector<std::string>& columns_;
+  const PlotOptions& options_;
+  Range time_;
+  int top_ = 0, height_ = 0;
+  std::string script_;
+};
+
+}  // namespace
+
+void plot(const std::vector<std::filesystem::path>& directories, const std::filesystem::path& out,
+          const PlotOptions& options) {
+  const auto runs = read_runs(directories);
+  const auto columns = choose_columns(runs, options.columns);
+  run_gnuplot(Sheet(runs, columns, options, out.extension().string()).script(), out);
+}
+
+}  // namespace subsoil::app

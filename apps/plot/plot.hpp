@@ -1,0 +1,23 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+/// `subsoil plot DIR...`: the watched columns of one or several runs over time, drawn by gnuplot.
+namespace subsoil::app {
+
+struct PlotOptions {
+  std::vector<std::string> columns;  ///< names of series columns; empty: the watch columns
+  int width = 1100;                  ///< pixels
+  int panel_height = 210;            ///< pixels
+};
+
+/// Stacked panels with a common time axis, one line per run in each; the kind of file by suffix (.png .svg .pdf).
+/// Pull, draft, spring force, pitch and height come first, in this order, when the runs watch them. Throws
+/// std::runtime_error when a series is missing, no column is common, or gnuplot is not installed (with the cure).
+void plot(const std::vector<std::filesystem::path>& runs, const std::filesystem::path& out, const PlotOptions& = {});
+
+/// True when gnuplot is found on PATH.
+bool gnuplot_found();
+
+}  // namespace subsoil::app

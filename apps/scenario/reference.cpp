@@ -1,0 +1,196 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "apps/scenario/load.hpp"
+#include "apps/scenario/printer.hpp"
+
+/// The explicit copy, `explain`, docs/scenario.md and `new`: all of them prints of the declarations.
+namespace subsoil::app {
+namespace {
+
+std::string print(Scenario scenario, bool comments) {
+  Node root = Node::mapping();
+  Printer printer(root, comments);
+  declare(printer, scenario);
+  return emit(root);
+}
+
+std::vector<Row> make_rows() {
+  std::vector<Row> rows;
+  Printer printer(rows, "");
+  Scenario prototype;
+  declare(printer, prototype);
+  // A function of time may stand wherever a key says so; its forms are listed once.
+  ForEach<mbd::FunctionKinds>::call([&]<class Kind>(std::type_identity<Kind>) {
+    Kind kind;
+    std::vector<Row> below;
+    Printer inner(below, "");
+    kind.describe(inner, "U");
+    rows.push_back({"function." + inner.word, "type", "", "", inner.word_meaning});
+    for (Row& row : below) {
+      row.path = "function." + inner.word + "." + row.path;
+      rows.push_back(row);
+    }
+  });
+  return rows;
+}
+
+const std::vector<Row>& rows() {
+  static const std::vector<Row> all = make_rows();
+  return all;
+}
+
+std::vector<std::string> parts_of(const std::string& path) {
+  std::vector<std::string> parts(1);
+  for (const char c : path) {
+    if (c == '.') {
+      parts.emplace_back();
+    } else if (c == '[') {
+      break;  // contacts[0].mu: the index says nothing here
+    } else {
+      parts.back() += c;
+    }
+  }
+  return parts;
+}
+
+std::string without_indices(std::string path) {
+  for (std::size_t open; (open = path.find('[')) != std::string::npos;) {
+    path.erase(open, path.find(']', open) - open + 1);
+  }
+  return path;
+}
+
+/// Whether the row's path, from its part `from` on, begins with the query; `<name>` stands for any name.
+bool matches(const std::vector<std::string>& row, std::size_t from, const std::vector<std::string>& query) {
+  if (row.size() < from + query.size()) return false;
+  for (std::size_t i = 0; i < query.size(); ++i) {
+    if (row[from + i] != query[i] && row[from + i] != "<name>") return false;
+  }
+  return true;
+}
+
+std::string sentence(const Row& row) {
+  std::string text = row.path + "\n    " + row.meaning + "\n";
+  if (!row.unit.empty()) text += fmt::format("    value:   {}\n", row.unit == "1" ? "number without unit" : row.unit);
+  if (!row.fallback.empty()) text += fmt::format("    default: {}\n", row.fallback);
+  if (!row.range.empty()) text += fmt::format("    range:   {}\n", row.range);
+  return text;
+}
+
+/// Rows at or below a path. A path that starts too high (`soil.contacts.wet.K_X`) loses its head until something fits;
+/// then it may begin anywhere (`wet.K_X`, `K_X`).
+std::vector<const Row*> find_rows(const std::string& path) {
+  std::vector<std::string> query = parts_of(without_indices(path));
+  for (; !query.empty(); query.erase(query.begin())) {
+    std::vector<const Row*> exact, anywhere;
+    for (const Row& row : rows()) {
+      const std::vector<std::string> parts = parts_of(row.path);
+      if (matches(parts, 0, query)) exact.push_back(&row);
+      for (std::size_t from = 1; from < parts.size(); ++from) {
+        if (from + query.size() == parts.size() && matches(parts, from, query) && parts[from] == query[0]) {
+          anywhere.push_back(&row);
+        }
+      }
+    }
+    if (!exact.empty()) return exact;
+    if (!anywhere.empty()) return anywhere;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string write_scenario(const Scenario& scenario) { return print(scenario, false); }
+
+/// A plate pressed into a small cohesive bed: every section that a first soil scenario needs.
+std::string new_scenario() {
+  Scenario s;
+  s.title = "a plate sinks into a small bed";
+  s.materials = {{.name = "soil", .density = 1800, .young = {}, .poisson = {}},
+                 {.name = "steel", .density = 7850, .young = {}, .poisson = {}}};
+  dem::Wet soil;
+  soil.K_X = 10e3, soil.C_X = 20, soil.K_Y = 8e3, soil.C_Y = 20, soil.K_B = 7e3, soil.dc = soil.dB = 2e-3;
+  soil.friction.mu = 0.5, soil.friction.mu_r = 0.3;
+  dem::Wet steel = soil;
+  steel.K_X = 16e3, steel.K_Y = 12e3, steel.K_B = 3e3;
+  s.contacts = {{{"soil", "soil"}, soil}, {{"soil", "steel"}, steel}};
+  Container container;
+  container.size = {0.3, 0.3, 0.3}, container.at = {-0.15, -0.2, -0.15}, container.material = "steel";
+  Bed bed;
+  bed.material = "soil";
+  bed.radius = EqualRadius{0.01};
+  bed.depth = 0.2;
+  bed.settle.emplace().until_speed = 0.02;
+  s.soil.emplace();
+  s.soil->container = container;
+  s.soil->surface = 0;
+  s.soil->bed = bed;
+  Boundary plate;
+  plate.name = "plate", plate.material = "steel";
+  plate.shape = BoxShape{{0.1, 0.01, 0.1}};
+  plate.at = {0, 0.02, 0};
+  plate.moves = {Move{}};
+  plate.moves[0].velocity = {0, -0.1, 0};
+  s.boundaries = {plate};
+  s.time.end = 0.5;
+  s.output.every = 0.02;
+  s.output.watch = {{.name = "resistance", .kind = Watch::Kind::soil_force, .of = "plate", .along = {0, 1, 0}}};
+  return "# A subsoil scenario. `subsoil explain KEY` says more about a key, e.g. `subsoil explain contacts.wet.K_X`;\n"
+         "# a `machine` section carries tools on a planar mechanism: `subsoil explain machine`.\n" +
+         print(s, true);
+}
+
+std::string explain(const std::string& path) {
+  if (path.empty()) {
+    std::string text = "Sections of a scenario; `subsoil explain PATH` says more.\n";
+    for (const Row& row : rows()) {
+      if (row.path.find('.') == std::string::npos) text += fmt::format("  {:<12} {}\n", row.path, row.meaning);
+    }
+    return text;
+  }
+  const std::vector<const Row*> found = find_rows(path);
+  if (found.empty()) {
+    std::vector<std::string> known;
+    const std::string last = parts_of(without_indices(path)).back();
+    for (const Row& row : rows()) known.push_back(parts_of(row.path).back());
+    throw std::invalid_argument(fmt::format("{}: no key of a scenario{}", path, suggestion(last, known)));
+  }
+  std::string text;
+  for (const Row* row : found) text += sentence(*row);
+  return text;
+}
+
+std::string reference_markdown() {
+  const auto cell = [](std::string text) {
+    for (std::size_t i = 0; (i = text.find('|', i)) != std::string::npos; i += 2) text.insert(i, "\\");
+    return text;
+  };
+  std::string text =
+      "# The scenario file: every key\n\n"
+      "Generated from the declarations that the reader uses (`subsoil explain --markdown`); do not edit.\n\n"
+      "A value that has a dimension carries its unit: numbers first, then one unit expression (`16 kN/m`, `1 2 3 mm`,\n"
+      "`8 deg`, `1434.81 kN/m^(n+1)`). Any unit of the same dimension will do; the column names the dimension.\n"
+      "`include: other.yaml` merges another file into a mapping, key by key; own keys win, and a key without value takes\n"
+      "an included one away. YAML's anchors and `<<` work too. Files named inside are found beside the scenario.\n"
+      "`<name>` is a name of your own.\n";
+  std::string section;
+  for (const Row& row : rows()) {
+    const std::string head = parts_of(row.path)[0];
+    if (row.path == head && row.unit != "section" && head != "contacts" && head != "boundaries" && section != "Top") {
+      if (section.empty()) text += "\n## Top level\n\n| key | value | default | range | meaning |\n|---|---|---|---|---|\n", section = "Top";
+    }
+    const bool opens = head != section && (row.path != head || row.unit == "section");
+    if (opens) {
+      section = head;
+      text += fmt::format("\n## {}\n\n| key | value | default | range | meaning |\n|---|---|---|---|---|\n", head);
+    }
+    text += fmt::format("| `{}` | {} | {} | {} | {} |\n", row.path, cell(row.unit == "1" ? "number" : row.unit),
+                        cell(row.fallback), cell(row.range), cell(row.meaning));
+  }
+  return text;
+}
+
+}  // namespace subsoil::app

@@ -1,0 +1,114 @@
+#include "libdem/bed.hpp"
+
+#include <omp.h>
+
+#include <cmath>
+
+#include "libdem/bed_impl.hpp"
+
+namespace subsoil::dem {
+
+Bed::Impl::Impl(LawTable laws_in, BedOptions options_in)
+    : laws(std::move(laws_in)), options(std::move(options_in)), kernel(choose_kernel(options.simd.c_str())) {
+  threads = options.threads > 0 ? options.threads : omp_get_max_threads();
+  update_laws();
+}
+
+void Bed::Impl::update_laws() {
+  if (laws.laws.size() > 255) throw std::invalid_argument("more than 255 contact laws in one bed");
+  law_reach.clear();
+  for (const Law& law : laws.laws) law_reach.push_back(std::visit([](const auto& l) { return l.reach(); }, law));
+}
+
+Bed::Bed(LawTable laws, BedOptions options) : impl_(std::make_unique<Impl>(std::move(laws), std::move(options))) {}
+Bed::~Bed() = default;
+Bed::Bed(Bed&&) noexcept = default;
+
+void Bed::add(std::span<const SphereSpec> spheres) {
+  impl_->fold_losses();
+  for (const SphereSpec& in : spheres) {
+    const double m = in.density * 4.0 / 3.0 * M_PI * in.radius * in.radius * in.radius;
+    if (!(in.radius > 0) || !(m > 0))
+      throw std::invalid_argument("sphere " + std::to_string(impl_->next_id) + ": radius and density must be positive");
+    if (in.material < 0 || in.material >= impl_->laws.materials)
+      throw std::invalid_argument("sphere " + std::to_string(impl_->next_id) + ": no such material");
+    impl_->spheres.push_back({in.position, in.radius, in.velocity, m, in.spin, impl_->next_id++,
+                              static_cast<std::uint16_t>(in.material), 0});
+  }
+  impl_->stale = true;
+}
+
+int Bed::add(Boundary boundary) {
+  boundary.pose_before = boundary.pose;
+  impl_->boundaries.push_back(std::move(boundary));
+  impl_->stale = true;
+  return static_cast<int>(impl_->boundaries.size()) - 1;
+}
+
+std::size_t Bed::remove_if(const std::function<bool(const Sphere&)>& predicate) {
+  const std::size_t before = impl_->spheres.size();
+  impl_->rebuild(predicate);
+  return before - impl_->spheres.size();
+}
+
+Boundary& Bed::boundary(int index) { return impl_->boundaries.at(static_cast<std::size_t>(index)); }
+const Boundary& Bed::boundary(int index) const { return impl_->boundaries.at(static_cast<std::size_t>(index)); }
+int Bed::boundary_count() const { return static_cast<int>(impl_->boundaries.size()); }
+std::span<const Sphere> Bed::spheres() const { return impl_->spheres; }
+std::size_t Bed::removed_count() const { return impl_->removed; }
+std::size_t Bed::touching_pairs() const { return impl_->extremes.pairs; }
+
+void Bed::step(double dt, const Request& request) {
+  Impl& d = *impl_;
+  if (!d.lists_hold()) d.rebuild();
+  d.run_sweep(dt, request);
+  d.sum_up(dt, request);
+  d.check_faults();
+  d.dt_before = dt;
+  d.time += dt;
+  ++d.steps;
+}
+
+double Bed::time() const { return impl_->time; }
+const BedEnergy& Bed::energy() const { return impl_->energy; }
+
+void Bed::reset_energy_book() {
+  impl_->fold_losses();
+  impl_->lost_before = {};
+  impl_->removed_energy = 0;
+  for (Boundary& b : impl_->boundaries) b.work = 0;
+}
+
+void Bed::set_laws(LawTable laws) {
+  impl_->laws = std::move(laws);
+  impl_->update_laws();
+  impl_->stale = true;
+}
+const LawTable& Bed::laws() const { return impl_->laws; }
+void Bed::set_gravity(const Vec3& gravity) { impl_->options.gravity = gravity; }
+
+void Bed::shift(const Vec3& offset) {
+  for (Sphere& s : impl_->spheres) s.x += offset;
+  impl_->stale = true;
+}
+
+void Bed::freeze() {
+  for (Sphere& s : impl_->spheres) s.v = s.w = {};
+  impl_->dt_before = 0;
+}
+
+void Bed::set_time(double time) { impl_->time = time; }
+double Bed::max_speed() const { return std::sqrt(impl_->extremes.speed2); }
+double Bed::max_overlap() const { return impl_->extremes.overlap; }
+double Bed::kinetic_energy() const { return impl_->extremes.kinetic; }
+long Bed::rebuilds() const { return impl_->rebuilds; }
+long Bed::steps() const { return impl_->steps; }
+const char* Bed::kernel_name() const { return impl_->kernel.name; }
+int Bed::threads() const { return impl_->threads; }
+const BedOptions& Bed::options() const { return impl_->options; }
+void Bed::set_limits(double speed, double overlap) {
+  impl_->options.speed_limit = speed;
+  impl_->options.overlap_limit = overlap;
+}
+
+}  // namespace subsoil::dem

@@ -1,0 +1,124 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "libdem/boundary.hpp"
+#include "libdem/kernel/batch.hpp"
+#include "libdem/particles.hpp"
+
+namespace subsoil::dem {
+
+struct BedOptions {
+  Vec3 gravity{0, -9.81, 0};        ///< m/s2
+  int threads = 0;                  ///< 0: all that OpenMP offers
+  std::string simd = "auto";        ///< kernel by name
+  double skin = 0;                  ///< m by which neighbours are listed beyond reach; 0: a quarter of the mean radius
+  double speed_limit = 50;          ///< m/s; a faster sphere stops the run
+  double overlap_limit = 0.5;       ///< share of the radius; a deeper contact stops the run
+  double floor_drop = -1e300;       ///< y below which spheres are taken out, m
+};
+
+/// Energy book of the bed, J. Closure: kinetic + spin + gravity + stored + lost = start + boundary work.
+struct BedEnergy {
+  double kinetic = 0;   ///< of translation, (m/2) v_{n-1/2} . v_{n+1/2}: what leapfrog work sums to
+  double spin = 0;      ///< of rotation, same form
+  double gravity = 0;   ///< -m g . x
+  double stored = 0;    ///< in contact springs and attraction (negative)
+  Losses lost;          ///< since the start
+  double boundary_work = 0;  ///< done by the surfaces on the spheres since the start
+  double removed = 0;   ///< kinetic and potential energy that left with removed spheres
+
+  double total() const {
+    return kinetic + spin + gravity + stored + lost.damping + lost.sliding + lost.rolling + removed;
+  }
+};
+
+/// A contact, sphere or state that no longer makes sense: the run stops, says where and keeps what it has.
+struct BedFault : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The bed of spheres and everything that touches it.
+///
+/// One step from t_n to t_{n+1} (leapfrog): forces at t_n from positions x_n and velocities v_{n-1/2};
+/// v_{n+1/2} = v_{n-1/2} + a dt, x_{n+1} = x_n + v_{n+1/2} dt. The first step after a start or a change of dt kicks by the
+/// mean of both steps, so velocities given at t = 0 are velocities at t = 0.
+///
+/// A step is one fused sweep (sweep.cpp): spheres sorted by cell, a half list in which each contact belongs to its lower
+/// index, contacts in ascending order of owner; a sphere is complete, and moved, once its own contacts are done. Every
+/// sum runs in an order that the list alone fixes, so results are the same bits for any number of threads.
+class Bed {
+ public:
+  Bed(LawTable laws, BedOptions options);
+  ~Bed();
+  Bed(Bed&&) noexcept;
+
+  void add(std::span<const SphereSpec> spheres);
+  int add(Boundary boundary);  ///< index of the boundary
+  /// Removes spheres for which the predicate holds; returns how many. Their contacts end.
+  std::size_t remove_if(const std::function<bool(const Sphere&)>& predicate);
+
+  Boundary& boundary(int index);
+  const Boundary& boundary(int index) const;
+  int boundary_count() const;
+  std::span<const Sphere> spheres() const;  ///< in the engine's own order
+  std::size_t removed_count() const;        ///< fallen below the floor since the start
+  std::size_t touching_pairs() const;       ///< pairs of spheres in reach of their law at the last step
+
+  struct Request {
+    bool energy = false;           ///< fill energy() during this step (valid at t_n)
+    Snapshot* snapshot = nullptr;  ///< fill with the state at t_n
+  };
+  /// Advances by dt, s. Boundaries must stand at t_n. Throws BedFault; the snapshot, if asked for, is filled before.
+  void step(double dt, const Request& request);
+  void step(double dt) { step(dt, {}); }
+
+  double time() const;
+  const BedEnergy& energy() const;   ///< of the last step that asked for it
+  /// Starts the book anew: losses and works are zero from here.
+  void reset_energy_book();
+
+  /// Exchanges the laws, e.g. while settling; histories stay.
+  void set_laws(LawTable laws);
+  const LawTable& laws() const;
+  void set_gravity(const Vec3& gravity);
+  /// Moves all spheres by an offset (a settled bed to its datum); boundaries are the caller's.
+  void shift(const Vec3& offset);
+  /// Sets all velocities and spins to zero and forgets the leapfrog phase.
+  void freeze();
+  void set_time(double time);
+
+  double max_speed() const;      ///< m/s at the last step
+  double max_overlap() const;    ///< largest share of a radius at the last step
+  double kinetic_energy() const; ///< of the half-step velocities, J (cheap measure for settling)
+  long rebuilds() const;
+  long steps() const;
+  const char* kernel_name() const;
+  int threads() const;
+  const BedOptions& options() const;
+  void set_limits(double speed, double overlap);
+
+  /// Full state for a restart: plain arrays by name. `restore` expects the same boundaries and laws.
+  struct State {
+    std::vector<double> spheres;            ///< x v w r m, 11 numbers each
+    std::vector<std::int64_t> ids;          ///< id and material, 2 each
+    std::vector<std::int64_t> pair_ids;     ///< 2 each
+    std::vector<double> pairs;              ///< PairState, 14 each
+    std::vector<std::int64_t> surface_ids;  ///< sphere id and boundary, 2 each
+    std::vector<double> surfaces;           ///< normal and PairState, 17 each
+    std::vector<double> scalars;
+  };
+  State save() const;
+  void restore(const State& state);
+
+  struct Impl;  ///< bed_impl.hpp
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace subsoil::dem

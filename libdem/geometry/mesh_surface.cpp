@@ -1,0 +1,147 @@
+#include "libdem/geometry/mesh_surface.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace subsoil::dem {
+
+/// Lengths below which two places are one, for a query that reaches `reach`. A sphere cannot feel details much finer
+/// than itself, so they are relative to the reach, and never below the rounding of the coordinates.
+struct MeshSurface::Tolerance {
+  // A direction that leaves the point p by falling distance must point to the centre by more than this sine. Near the
+  // border between two features both then survive and fall under same_direction.
+  static constexpr double descent = 1e-9;
+
+  Tolerance(double reach, double rounding_of_mesh)
+      : rounding(rounding_of_mesh), contains(1e-5 * reach + rounding), nearer(1e-12 * reach + rounding) {}
+  bool same_place(const Minimum& a, const Minimum& b) const {
+    const Vec3 apart = a.point - b.point;
+    const double limit = std::max(same_direction * a.distance, contains);
+    return dot(apart, apart) <= limit * limit;
+  }
+
+  double rounding;  // m: of a computed point
+  double contains;  // m: a triangle as near as this to a point contains it. Surfaces joined with decimals cut after the
+                    // micrometre still fit; too large only moves the border between two features by as much.
+  double nearer;    // m: difference of two distances that rounding cannot make. With d = distance, a share of 1e-12
+                    // in distance is 1e-6 in direction, which same_direction covers.
+};
+
+namespace {
+
+bool contains(const Facet& f, const Vec3& p, double tolerance) {
+  if (std::abs(dot(p - f.corner[0], f.normal)) > tolerance) return false;
+  for (int i = 0; i < 3; ++i)
+    if (dot(p - f.corner[i], f.aside[i]) > tolerance) return false;
+  // Only now the exact distance: three half-planes with a margin reach far beyond the tip of a needle.
+  return nearest_point(f, p).distance_squared <= tolerance * tolerance;
+}
+
+/// Does the triangle cut the stretch from c to p, away from p?
+bool cuts(const Facet& f, const Vec3& c, const Vec3& p, double tolerance) {
+  const double at_c = dot(c - f.corner[0], f.normal), at_p = dot(p - f.corner[0], f.normal);
+  if (std::abs(at_p) <= tolerance || std::abs(at_c) <= tolerance || (at_c > 0) == (at_p > 0)) return false;
+  return contains(f, c + (at_c / (at_c - at_p)) * (p - c), tolerance);
+}
+
+}  // namespace
+
+void MeshSurface::candidates(const Vec3& c, double reach, std::vector<uint32_t>& out) const {
+  const auto first = static_cast<std::ptrdiff_t>(out.size());
+  const double limit = reach * (1 + 1e-9) + rounding_;
+  tree_.visit_near(c, limit, [&](uint32_t t) {
+    if (nearest_point(facets_[t], c).distance_squared <= limit * limit) out.push_back(t);
+  });
+  std::sort(out.begin() + first, out.end());
+}
+
+bool MeshSurface::leaves_nearer(const Facet& facet, const Nearest& nearest, const Vec3& u,
+                                const Tolerance& tolerance) const {
+  if (nearest.part == Part::face) return false;
+  const Corner& corner = corners_[facet.part_corner[static_cast<int>(nearest.part) - 1]];
+  const double limit = Tolerance::descent * std::sqrt(nearest.distance_squared) + tolerance.rounding;
+  for (uint32_t i = corner.begin; i < corner.end; ++i)
+    if (dot(u, cone_[i]) > limit) return true;
+  return false;
+}
+
+bool MeshSurface::is_minimum_by_position(const Minimum& m, const Vec3& c, std::span<const uint32_t> candidates,
+                                         const Tolerance& tolerance) const {
+  const double nearer = std::max(0.0, m.distance - tolerance.nearer);
+  for (const uint32_t t : candidates) {
+    if (t == m.triangle || !contains(facets_[t], m.point, tolerance.contains)) continue;
+    if (nearest_point(facets_[t], c).distance_squared < nearer * nearer) return false;
+  }
+  return true;
+}
+
+bool MeshSurface::is_hidden(const Minimum& m, const Vec3& c, std::span<const uint32_t> candidates,
+                            const Tolerance& tolerance) const {
+  return std::any_of(candidates.begin(), candidates.end(),
+                     [&](uint32_t t) { return t != m.triangle && cuts(facets_[t], c, m.point, tolerance.contains); });
+}
+
+const Vec3& MeshSurface::outward(const Minimum& m) const {
+  const Facet& facet = facets_[m.triangle];
+  if (m.part == Part::face) return facet.normal;
+  return corners_[facet.part_corner[static_cast<int>(m.part) - 1]].outward;
+}
+
+uint32_t MeshSurface::feature(const Minimum& m) const {
+  if (m.part == Part::face) return face_feature_[m.triangle];
+  return corners_[facets_[m.triangle].part_corner[static_cast<int>(m.part) - 1]].feature;
+}
+
+SurfaceContact MeshSurface::contact_at(const Minimum& m, const Vec3& c, const Tolerance& tolerance) const {
+  const Facet& facet = facets_[m.triangle];
+  const Vec3 u = c - m.point;
+  const bool inside = facet.sided && dot(u, outward(m)) < 0;
+  const double sign = inside ? -1 : 1;
+  Vec3 normal;
+  if (m.part == Part::face) {
+    // The stored normal, since u loses digits as the distance shrinks. An open surface acts to both sides.
+    normal = facet.sided || dot(u, facet.normal) >= 0 ? facet.normal : -facet.normal;
+  } else {
+    normal = m.distance > tolerance.rounding ? (sign / m.distance) * u : outward(m);
+  }
+  return {m.point, normal, sign * m.distance, feature(m), facet.surface};
+}
+
+size_t MeshSurface::contacts(const Vec3& c, double reach, std::span<const uint32_t> candidates, SurfaceContact* out,
+                             size_t max) const {
+  const Tolerance tolerance(reach, rounding_);
+  Minimum minima[max_minima];  // nearest first, equals in the order of triangles
+  size_t count = 0;
+  for (const uint32_t t : candidates) {
+    const Nearest nearest = nearest_point(facets_[t], c);
+    if (nearest.distance_squared > reach * reach) continue;
+    if (leaves_nearer(facets_[t], nearest, c - nearest.point, tolerance)) continue;
+    // Above a side within a flat face its two triangles tie to rounding. The face goes first: its normal is exact, that
+    // of an edge is the direction to a point that may be 1e-8 m aside at the same distance.
+    const double distance = std::sqrt(nearest.distance_squared);
+    const int handicap = nearest.part == Part::face ? 0 : nearest.part <= Part::edge2 ? 1 : 2;
+    const Minimum m{nearest.point, distance, distance + handicap * tolerance.nearer, t, nearest.part};
+    if (count == max_minima && m.order >= minima[count - 1].order) continue;
+    size_t i = count < max_minima ? count++ : count - 1;
+    for (; i > 0 && m.order < minima[i - 1].order; --i) minima[i] = minima[i - 1];
+    minima[i] = m;
+  }
+  if (count == 0 || max == 0) return 0;
+
+  // The nearest minimum is the nearest point of the whole surface: always a contact, and it tells inside from outside.
+  size_t accepted = 1;  // minima[0 .. accepted) are contacts
+  out[0] = contact_at(minima[0], c, tolerance);
+  if (out[0].distance < 0) return 1;
+  for (size_t i = 1; i < count && accepted < max; ++i) {
+    const Minimum m = minima[i];
+    const auto same = [&](const Minimum& other) { return tolerance.same_place(other, m); };
+    if (std::any_of(minima, minima + accepted, same)) continue;
+    if (facets_[m.triangle].sided && dot(c - m.point, outward(m)) < 0) continue;
+    if (!is_minimum_by_position(m, c, candidates, tolerance) || is_hidden(m, c, candidates, tolerance)) continue;
+    out[accepted] = contact_at(m, c, tolerance);
+    minima[accepted++] = m;
+  }
+  return accepted;
+}
+
+}  // namespace subsoil::dem

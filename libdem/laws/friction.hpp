@@ -1,0 +1,131 @@
+#pragma once
+#include <limits>
+
+#include "libdem/laws/contact.hpp"
+
+/// Tangential and rolling resistance, shared by every normal law.
+///
+/// Tangential: spring xi (m) and dashpot, capped together by Coulomb's limit,
+///     xi* = xi + v_t dt,   g = k_t xi* + c_t v_t,   |g| <= mu grip (sticking) or mu_d grip (slipping);
+///     on slip F_t = mu_d grip g/|g|, xi = F_t/k_t and the dashpot is off.
+/// Rolling, elastic-plastic (Ai, Chen, Rotter, Ooi 2011, type C): the same element with the angle rho (rad),
+///     k_r = 2.25 k_n (mu_r r_eff)^2, cap mu_r r_eff grip, dashpot 2 eta_r sqrt(I_r k_r), off at the cap,
+///     I_r the series sum of both bodies' 7/5 m r^2.
+/// Rolling, constant torque: -mu_r r_eff grip w/|w|; it jitters in a resting bed.
+/// Symbols: v_t sliding velocity at the contact point (m/s), w relative rolling velocity (rad/s), grip N.
+/// Energy over a step: spring force (mean of both ends) times slip -> sliding; dashpot force (mean) times velocity ->
+/// damping; a spring dropped at separation, or softened by a stiffness that changes, -> sliding.
+namespace subsoil::dem {
+
+/// Where the contact point of two spheres lies: in the middle of the overlap (lever r - delta/2; r - delta at a boundary,
+/// angular momentum is kept), or on each sphere's surface (lever r).
+enum class Lever { mid_overlap, radius };
+enum class Rolling { none, elastic_plastic, constant_torque };
+
+/// Spring-and-dashpot element with a limit, after one step.
+template <class T>
+struct Slip {
+  T x[3];        ///< spring, m or rad
+  T force[3];    ///< resisting force or torque on the first body is -force
+  T dashpot[3];  ///< viscous part of `force`
+  T slipping;    ///< 1 at the limit, else 0
+  T slid;        ///< energy lost in the limit, J
+  T damped;      ///< energy lost in the dashpot, J
+};
+
+/// @param growth stiffness before over stiffness now; @param soft 1/k, 0 without a spring
+template <class T>
+Slip<T> stick_slip(const T (&x)[3], const T (&v)[3], const T (&dashpot_before)[3], T slipping_before, T dt, T growth,
+                   T k, T soft, T c, T limit_static, T limit_kinetic, Mask<T> engaged) {
+  Slip<T> out;
+  const T zero(0.0), one(1.0), half(0.5);
+  // A stiffness that rises keeps the force, one that falls keeps the spring (Mindlin's unloading): both only lose energy.
+  const T keep = select(engaged, min(one, growth), zero);
+  T x0[3], trial[3], g[3], g2 = zero, x2 = zero;
+  for (int d = 0; d < 3; ++d) {
+    x0[d] = x[d] * keep;
+    trial[d] = x0[d] + v[d] * dt;
+    g[d] = k * trial[d] + c * v[d];
+    g2 = g2 + g[d] * g[d];
+    x2 = x2 + x[d] * x[d];
+  }
+  const T size = sqrt(g2);
+  const T limit = select(slipping_before > half, limit_kinetic, limit_static);
+  const auto slip = size > limit;
+  const T scale = select(slip, limit_kinetic / max(size, T(1e-300)), one);
+  out.slipping = select(both(engaged, slip), one, zero);
+  out.slid = half * x2 * k * (growth - keep * keep);
+  out.damped = zero;
+  for (int d = 0; d < 3; ++d) {
+    const T force = select(engaged, g[d] * scale, zero);
+    // Without a spring the limited force is all there is: it counts as a dashpot.
+    const T viscous = select(slip, select(k > zero, zero, force), c * v[d]);
+    out.force[d] = force;
+    out.dashpot[d] = select(engaged, viscous, zero);
+    out.x[d] = select(engaged, select(slip, force * soft, trial[d]), zero);
+    out.slid = out.slid + select(engaged, half * k * (x0[d] + out.x[d]) * (trial[d] - out.x[d]), zero);
+    out.damped = out.damped + half * (dashpot_before[d] + out.dashpot[d]) * v[d] * dt;
+  }
+  return out;
+}
+
+struct Friction {
+  double mu = std::numeric_limits<double>::quiet_NaN();
+  double mu_d = std::numeric_limits<double>::quiet_NaN();  ///< left out: the same as mu
+  double mu_r = 0;
+  double rolling_damping = 0.3;
+  Rolling rolling = Rolling::elastic_plastic;
+  Lever lever = Lever::mid_overlap;
+
+  template <class V>
+  void describe(V& v) {
+    v.quantity("mu", mu, "1", "[0, inf)", "static friction coefficient, holds until slip");
+    v.derived("mu_d", mu_d, "1", "[0, inf)", "friction coefficient while slipping; left out: mu");
+    v.quantity("mu_r", mu_r, "1", "[0, inf)", "rolling friction coefficient");
+    v.choice("rolling", rolling,
+             {{"elastic-plastic", Rolling::elastic_plastic},
+              {"constant-torque", Rolling::constant_torque},
+              {"none", Rolling::none}},
+             "rolling resistance: elastic-plastic spring-dashpot (Ai type C), or a constant torque against rolling");
+    v.quantity("rolling damping", rolling_damping, "1", "[0, 1]", "damping ratio of the rolling spring");
+    v.choice("lever", lever, {{"mid-overlap", Lever::mid_overlap}, {"radius", Lever::radius}},
+             "arm of tangential forces about the centre: to the middle of the overlap (a boundary's surface), or the radius");
+  }
+
+  double mu_sliding() const { return std::isnan(mu_d) ? mu : mu_d; }
+
+  template <class T>
+  Slip<T> slide(const NormalForce<T>& n, const T (&xi)[3], const T (&v_t)[3], const T (&dashpot_before)[3],
+                T slipping_before, T dt) const {
+    return stick_slip(xi, v_t, dashpot_before, slipping_before, dt, n.growth, n.k_t, n.soft_t, n.c_t, T(mu) * n.grip,
+                      T(mu_sliding()) * n.grip, n.engaged);
+  }
+
+  /// @param i_roll series sum of both bodies' 7/5 m r^2, kg m^2
+  template <class T>
+  Slip<T> roll(const NormalForce<T>& n, const T (&rho)[3], const T (&w)[3], const T (&dashpot_before)[3], T r_eff,
+               T i_roll, T dt) const {
+    const T arm = T(mu_r) * r_eff, cap = arm * n.grip, zero(0.0);
+    if (rolling == Rolling::constant_torque) {
+      // A dashpot whose coefficient makes the torque cap w/|w|: no spring, no state.
+      const T speed = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+      const T c = cap / max(speed, T(1e-12));
+      return stick_slip(rho, w, dashpot_before, zero, dt, T(1.0), zero, zero, c, T(2.0) * cap + T(1e-300),
+                        T(2.0) * cap + T(1e-300), n.engaged);
+    }
+    const T on(rolling == Rolling::elastic_plastic ? 2.25 : 0.0);
+    const T k = on * n.k_n * arm * arm;
+    const T soft = select(k > zero, T(1.0) / max(k, T(1e-150)), zero);
+    const T c = T(2.0 * rolling_damping) * sqrt(i_roll * k);
+    return stick_slip(rho, w, dashpot_before, zero, dt, n.growth, k, soft, c, cap, cap, n.engaged);
+  }
+
+  /// Rolling terms of the bound.
+  void bound(StiffnessBound& b, double r_eff, double i_roll) const {
+    if (rolling != Rolling::elastic_plastic) return;
+    b.k_r = 2.25 * b.k_n * (mu_r * r_eff) * (mu_r * r_eff);
+    b.c_r = 2 * rolling_damping * std::sqrt(i_roll * b.k_r);
+  }
+};
+
+}  // namespace subsoil::dem

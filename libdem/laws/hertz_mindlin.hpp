@@ -1,0 +1,77 @@
+#pragma once
+#include "libdem/laws/linear.hpp"
+
+/// Hertz-Mindlin with Tsuji's damping.
+///     delta > 0:  F = (4/3) E* sqrt(R delta^3) + 2 sqrt(5/6) beta(e) sqrt(S_n m_eff) d delta/dt,  S_n = 2 E* sqrt(R delta)
+///                 k_t = 8 G* sqrt(R delta),  c_t = 2 sqrt(5/6) beta(e) sqrt(k_t m_eff)
+/// Symbols: E* = [(1-nu1^2)/E1 + (1-nu2^2)/E2]^-1 and G* = [(2-nu1)/G1 + (2-nu2)/G2]^-1 of the two materials, Pa;
+/// R effective radius m; e restitution (exact for the unclipped force: Tsuji, Tanaka, Ishida 1992); beta as in linear.hpp.
+/// Tangential unloading: while the overlap falls the spring is kept and the force falls with k_t (Mindlin & Deresiewicz
+/// 1953 as simplified by Thornton, Cummins, Cleary 2013); while it grows the force is kept. Both lose energy, booked
+/// as sliding. Valid for overlap << R.
+namespace subsoil::dem {
+
+struct HertzMindlin {
+  static constexpr bool constant_stiffness = false;
+  double E_eff = std::numeric_limits<double>::quiet_NaN();
+  double G_eff = std::numeric_limits<double>::quiet_NaN();
+  double restitution = std::numeric_limits<double>::quiet_NaN();
+  bool clip = false;
+  Friction friction;
+
+  template <class V>
+  void describe(V& v) {
+    v.card("hertz-mindlin", "Hertz normal force, Mindlin tangential stiffness, Tsuji damping");
+    v.derived("E_eff", E_eff, "Pa", "(0, inf)", "effective Young's modulus; left out: from both materials' young and poisson");
+    v.derived("G_eff", G_eff, "Pa", "(0, inf)", "effective shear modulus; left out: from both materials' young and poisson");
+    v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution; for no damping use 1");
+    v.flag("clip attraction", clip, "cut the normal force off at zero while separating (restitution then exceeds the given)");
+    friction.describe(v);
+  }
+
+  /// Fills E_eff and G_eff from the elastic constants of the two materials where they were left out.
+  void take_materials(double young_1, double poisson_1, double young_2, double poisson_2) {
+    const auto shear = [](double young, double poisson) { return young / (2 * (1 + poisson)); };
+    if (std::isnan(E_eff))
+      E_eff = 1 / ((1 - poisson_1 * poisson_1) / young_1 + (1 - poisson_2 * poisson_2) / young_2);
+    if (std::isnan(G_eff))
+      G_eff = 1 / ((2 - poisson_1) / shear(young_1, poisson_1) + (2 - poisson_2) / shear(young_2, poisson_2));
+  }
+
+  HertzMindlin resolved() const { return *this; }
+  double reach() const { return 0; }
+  double rest_overlap() const { return 0; }
+
+  template <class T>
+  NormalForce<T> normal(const Approach<T>& a) const {
+    const T zero(0.0), damp(2 * std::sqrt(5.0 / 6.0) * damping_ratio(restitution));
+    NormalForce<T> n;
+    n.engaged = a.overlap > zero;
+    const T root = sqrt(a.r_eff * max(a.overlap, zero));
+    const T root_before = sqrt(a.r_eff * max(a.overlap - a.rate * a.elapsed, zero));
+    const T spring = T(4.0 / 3.0 * E_eff) * root * max(a.overlap, zero);
+    n.k_n = T(2 * E_eff) * root;
+    n.k_t = T(8 * G_eff) * root;
+    n.growth = root_before / max(root, T(1e-150));
+    n.soft_t = select(n.engaged, T(1.0) / max(n.k_t, T(1e-150)), zero);
+    n.c_t = damp * sqrt(n.k_t * a.m_eff);
+    const T viscous = damp * sqrt(n.k_n * a.m_eff) * a.rate;
+    const T total = clip ? max(zero, spring + viscous) : spring + viscous;
+    n.force = select(n.engaged, total, zero);
+    n.damping = select(n.engaged, total - spring, zero);
+    n.stored = T(0.4) * spring * max(a.overlap, zero);
+    n.grip = max(zero, n.force);
+    return n;
+  }
+
+  /// Stiffness at the overlap that the expected speed reaches: delta = (15 m v^2/(16 E* sqrt R))^(2/5).
+  StiffnessBound bound(const WorstContact& w) const {
+    const double overlap = std::pow(15 * w.m_eff * w.speed * w.speed / (16 * E_eff * std::sqrt(w.r_eff)), 0.4);
+    const double root = std::sqrt(w.r_eff * overlap);
+    const double damp = 2 * std::sqrt(5.0 / 6.0) * damping_ratio(restitution);
+    const double k_n = 2 * E_eff * root, k_t = 8 * G_eff * root;
+    return {.k_n = k_n, .c_n = damp * std::sqrt(k_n * w.m_eff), .k_t = k_t, .c_t = damp * std::sqrt(k_t * w.m_eff)};
+  }
+};
+
+}  // namespace subsoil::dem

@@ -1,0 +1,14 @@
+#pragma once
+#include <variant>
+
+#include "libdem/laws/hertz_mindlin.hpp"
+#include "libdem/laws/linear.hpp"
+#include "libdem/laws/wet.hpp"
+
+/// The list of contact laws: a new law is its own file and one word here. Reader, checker, explain, documentation and
+/// the sweep all work from this list.
+namespace subsoil::dem {
+
+using Law = std::variant<Wet, Linear, HertzMindlin>;
+
+}  // namespace subsoil::dem

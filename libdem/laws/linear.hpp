@@ -1,0 +1,74 @@
+#pragma once
+#include <limits>
+#include <numbers>
+
+#include "libdem/laws/friction.hpp"
+
+/// Normal damping ratio that a linear spring-dashpot needs for restitution e: beta = -ln e/sqrt(pi^2 + ln^2 e), F
+/// unclipped until the overlap is zero again; Hertz with Tsuji's damping needs the same number. e = 0 takes 1.
+namespace subsoil::dem {
+inline double damping_ratio(double restitution) {
+  if (restitution <= 0) return 1;
+  const double log_e = std::log(restitution);
+  return -log_e / std::sqrt(std::numbers::pi * std::numbers::pi + log_e * log_e);
+}
+
+/// Linear spring-dashpot.
+///     delta > 0:  F = k_n delta + c_n d delta/dt,  c_n = 2 beta(e) sqrt(m_eff k_n)
+///                 k_t = ratio k_n,  c_t = 2 beta(e) sqrt(m_eff k_t)
+/// Symbols: k_n N/m, e coefficient of restitution, beta damping ratio, m_eff effective mass kg.
+/// The force is not clipped at zero by default, so that restitution out equals e exactly; with `clip attraction` the
+/// end of the rebound is cut off and restitution comes out larger than e.
+/// Source: Cundall & Strack 1979; damping map Schwager & Poeschel 2007, eq. (14).
+struct Linear {
+  static constexpr bool constant_stiffness = true;
+  double k_n = std::numeric_limits<double>::quiet_NaN();
+  double stiffness_ratio = 2.0 / 7.0;
+  double restitution = std::numeric_limits<double>::quiet_NaN();
+  bool clip = false;
+  Friction friction;
+
+  template <class V>
+  void describe(V& v) {
+    v.card("linear", "linear spring-dashpot with restitution");
+    v.quantity("k_n", k_n, "N/m", "(0, inf)", "normal stiffness");
+    v.quantity("stiffness ratio", stiffness_ratio, "1", "[0, inf)", "tangential over normal stiffness");
+    v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution; for no damping use 1");
+    v.flag("clip attraction", clip, "cut the normal force off at zero while separating (restitution then exceeds the given)");
+    friction.describe(v);
+  }
+
+  Linear resolved() const { return *this; }
+  double reach() const { return 0; }
+  double rest_overlap() const { return 0; }
+
+  template <class T>
+  NormalForce<T> normal(const Approach<T>& a) const {
+    const T zero(0.0), two_beta(2 * damping_ratio(restitution));
+    NormalForce<T> n;
+    n.engaged = a.overlap > zero;
+    const T spring = T(k_n) * a.overlap;
+    const T viscous = two_beta * sqrt(a.m_eff * T(k_n)) * a.rate;
+    const T total = clip ? max(zero, spring + viscous) : spring + viscous;
+    n.force = select(n.engaged, total, zero);
+    n.damping = select(n.engaged, total - spring, zero);
+    n.stored = select(n.engaged, T(0.5) * spring * a.overlap, zero);
+    n.grip = max(zero, n.force);
+    n.k_n = T(k_n);
+    n.k_t = T(k_n * stiffness_ratio);
+    n.growth = T(1.0);
+    n.soft_t = T(stiffness_ratio > 0 ? 1 / (k_n * stiffness_ratio) : 0.0);
+    n.c_t = two_beta * sqrt(a.m_eff * n.k_t);
+    return n;
+  }
+
+  StiffnessBound bound(const WorstContact& w) const {
+    const double beta = damping_ratio(restitution), k_t = k_n * stiffness_ratio;
+    return {.k_n = k_n,
+            .c_n = 2 * beta * std::sqrt(w.m_eff * k_n),
+            .k_t = k_t,
+            .c_t = 2 * beta * std::sqrt(w.m_eff * k_t)};
+  }
+};
+
+}  // namespace subsoil::dem

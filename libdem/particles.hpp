@@ -1,0 +1,45 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "libdem/vec3.hpp"
+
+namespace subsoil::dem {
+
+/// Working record of one sphere, 96 bytes: one and a half cache lines, read whole by every contact. Structure-of-arrays
+/// lost: a contact needs eleven numbers of its partner, which would be eleven cache lines instead of two.
+struct Sphere {
+  Vec3 x;        ///< centre, m, at time t_n
+  double r;      ///< radius, m
+  Vec3 v;        ///< velocity, m/s, at t_n - dt/2 (leapfrog)
+  double m;      ///< mass, kg
+  Vec3 w;        ///< spin, rad/s, at t_n - dt/2
+  std::uint32_t id;        ///< the user's number, kept for life
+  std::uint16_t material;  ///< index into the table of laws
+  std::uint16_t spare;
+};
+static_assert(sizeof(Sphere) == 96);
+
+inline double inertia(const Sphere& s) { return 0.4 * s.m * s.r * s.r; }
+
+/// A sphere as the user gives it.
+struct SphereSpec {
+  Vec3 position;       ///< m
+  Vec3 velocity;       ///< m/s, at t = 0
+  Vec3 spin;           ///< rad/s
+  double radius = 0;   ///< m
+  double density = 0;  ///< kg/m3
+  int material = 0;
+};
+
+/// State of all spheres at one instant, in ascending id; what results are written from.
+struct Snapshot {
+  std::vector<std::uint32_t> id;
+  std::vector<double> radius;
+  std::vector<int> material;
+  std::vector<Vec3> position, velocity, spin;  ///< m, m/s, rad/s, all at t_n
+  std::vector<Vec3> force, torque;             ///< N, N m: contacts and gravity
+  std::vector<int> contacts;                   ///< touching neighbours and surfaces
+};
+
+}  // namespace subsoil::dem

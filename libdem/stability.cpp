@@ -1,0 +1,84 @@
+#include "libdem/stability.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace subsoil::dem {
+
+double stable_step_of_mode(double a, double b) {
+  if (a <= 0) return 2 / b;
+  return (std::sqrt(b * b + 4 * a) - b) / a;
+}
+
+int most_neighbours(std::size_t spheres) { return static_cast<int>(std::min<std::size_t>(12, spheres > 0 ? spheres - 1 : 0)); }
+
+namespace {
+
+struct Mode {
+  double a, b;
+  const char* name;
+};
+
+/// Bounds of a law with the rolling part filled in.
+StiffnessBound bounds_of(const Law& law, const WorstContact& worst, double i_roll, double& lever) {
+  return std::visit(
+      [&](const auto& l) {
+        StiffnessBound bound = l.bound(worst);
+        l.friction.bound(bound, worst.r_eff, i_roll);
+        // Rolling and sliding without friction have no spring to be unstable.
+        if (!(l.friction.mu > 0)) bound.k_t = bound.c_t = 0;
+        if (!(l.friction.mu_r > 0)) bound.k_r = bound.c_r = 0;
+        lever = l.friction.lever == Lever::radius ? worst.r_min : worst.r_min - 0.5 * l.rest_overlap();
+        return bound;
+      },
+      law);
+}
+
+StableStep smallest(std::initializer_list<Mode> modes, const char* where) {
+  StableStep out{.step = std::numeric_limits<double>::infinity(), .cause = {}};
+  for (const Mode& m : modes) {
+    if (m.a <= 0 && m.b <= 0) continue;
+    const double step = stable_step_of_mode(m.a, m.b);
+    if (step >= out.step) continue;
+    // Which of the two sets the limit: 2/b against 2/sqrt(a).
+    const bool damped = m.b * m.b > m.a;
+    out = {.step = step, .cause = std::string(damped ? "damping" : "stiffness") + " of " + m.name + " " + where};
+  }
+  return out;
+}
+
+}  // namespace
+
+StableStep stable_step(const Law& law, const StepQuestion& q) {
+  const double r = q.smallest_radius, m = q.density * 4.0 / 3.0 * std::numbers::pi * r * r * r;
+  const double inertia = 0.4 * m * r * r;
+  double lever = r;
+  const StiffnessBound k = bounds_of(law, {.m_eff = m / 2, .r_eff = r / 2, .r_min = r, .speed = q.speed}, 0.7 * m * r * r, lever);
+  if (q.neighbours <= 0) return {.step = std::numeric_limits<double>::infinity(), .cause = "nothing to touch"};
+  const double z = q.neighbours;
+  // Along one contact the whole normal stiffness acts; among many a third of each.
+  const auto along = [&](double n, double t) { return std::max(std::min(z, 2.0) * n, z * (n / 3 + 2 * t / 3)) * 2 / m; };
+  // A lone contact turns a sphere about two axes with its full lever.
+  const auto about = [&](double t, double roll) { return std::max(1.0, z * 2 / 3) * 2 * (t * lever * lever + roll) / inertia; };
+  const std::string where = "with " + std::to_string(q.neighbours) + " contacts on a sphere of radius " +
+                            std::to_string(r * 1e3) + " mm";
+  return smallest({{along(k.k_n, k.k_t), along(k.c_n, k.c_t), "translation"},
+                   {about(k.k_t, k.k_r), about(k.c_t, k.c_r), "rotation"}},
+                  where.c_str());
+}
+
+StableStep stable_step_at_surface(const Law& law, const StepQuestion& q) {
+  const double r = q.smallest_radius, m = q.density * 4.0 / 3.0 * std::numbers::pi * r * r * r;
+  const double inertia = 0.4 * m * r * r;
+  double lever = r;
+  const StiffnessBound k = bounds_of(law, {.m_eff = m, .r_eff = r, .r_min = r, .speed = q.speed}, 1.4 * m * r * r, lever);
+  // Three surfaces at right angles: along each normal one contact pushes and two drag.
+  const auto along = [&](double n, double t) { return (n + 2 * t) / m; };
+  const auto about = [&](double t, double roll) { return 2 * (t * lever * lever + roll) / inertia; };
+  return smallest({{along(k.k_n, k.k_t), along(k.c_n, k.c_t), "translation"},
+                   {about(k.k_t, k.k_r), about(k.c_t, k.c_r), "rotation"}},
+                  "in a corner of surfaces");
+}
+
+}  // namespace subsoil::dem

@@ -1,0 +1,44 @@
+#pragma once
+#include <string>
+
+#include "libdem/kernel/batch.hpp"
+
+/// Longest stable step of the explicit leapfrog with lagged damping.
+///
+/// One mode with stiffness k and damping c per unit mass, a = k/m (1/s2), b = c/m (1/s), damping taken from v_{n-1/2}:
+///     v_{n+1/2} = v_{n-1/2} - dt (a x_n + b v_{n-1/2}),   x_{n+1} = x_n + dt v_{n+1/2}
+/// is stable for a dt^2 + 2 b dt < 4 (Jury), so dt_crit = (sqrt(b^2 + 4 a) - b)/a: 2/omega undamped, 2/b without spring.
+///
+/// The stiffest mode of a sphere among Z equal neighbours is the one in which every neighbour moves against it, so each
+/// contact counts twice. Of Z contacts spread evenly, a third acts along and two thirds across any direction:
+///     translation  a = 2 Z (k_n/3 + 2 k_t/3)/m                       (likewise b from c_n, c_t)
+///     rotation     a = 2 Z ((2/3) k_t l^2 + k_r)/(0.4 m r^2)         l the lever of tangential forces
+/// A pair alone has Z = 1, all of it along: translation a = 2 k_n/m. Not every bed can move like that (only bipartite
+/// ones can), so this is a bound on the safe side; measured limits stand in docs/theory.md.
+namespace subsoil::dem {
+
+/// Stable step of one mode, s; a in 1/s2, b in 1/s, not both 0.
+double stable_step_of_mode(double a, double b);
+
+struct StableStep {
+  double step = 0;      ///< s
+  std::string cause;    ///< "damping of rotation between materials 0 and 0, 12 contacts", for the message
+};
+
+/// What the spheres of a bed may be up to.
+struct StepQuestion {
+  double smallest_radius, largest_radius;  ///< m
+  double density;                          ///< of the smallest spheres, kg/m3
+  double speed;                            ///< largest approach speed to expect, m/s
+  int neighbours;                          ///< Z, contacts of one sphere at most
+};
+
+/// Limit from the law between two spheres.
+StableStep stable_step(const Law& law, const StepQuestion& question);
+/// Limit from the law between a sphere and a fixed surface: each of up to three contacts counts once.
+StableStep stable_step_at_surface(const Law& law, const StepQuestion& question);
+
+/// Contacts that one of N spheres can have at most: 12 for equal spheres, fewer in small sets.
+int most_neighbours(std::size_t spheres);
+
+}  // namespace subsoil::dem

@@ -1,0 +1,162 @@
+#include <algorithm>
+#include <map>
+
+#include "libdem/bed_impl.hpp"
+
+/// Full state of a bed for a restart. Histories travel by sphere ids, so the lists may be built anew in any order.
+namespace subsoil::dem {
+namespace {
+
+constexpr std::size_t kPairNumbers = 14;
+
+void put(std::vector<double>& out, const PairState& s) {
+  for (const double x : s.xi) out.push_back(x);
+  for (const double x : s.rho) out.push_back(x);
+  out.push_back(static_cast<double>(s.dash_n));
+  for (const float x : s.dash_t) out.push_back(static_cast<double>(x));
+  for (const float x : s.dash_r) out.push_back(static_cast<double>(x));
+  out.push_back(static_cast<double>(s.slipping));
+}
+
+PairState get(const double* in) {
+  PairState s;
+  std::copy(in, in + 3, s.xi);
+  std::copy(in + 3, in + 6, s.rho);
+  s.dash_n = static_cast<float>(in[6]);
+  for (int d = 0; d < 3; ++d) s.dash_t[d] = static_cast<float>(in[7 + d]), s.dash_r[d] = static_cast<float>(in[10 + d]);
+  s.slipping = static_cast<float>(in[13]);
+  return s;
+}
+
+void put(std::vector<double>& out, const Vec3& v) { out.insert(out.end(), {v.x, v.y, v.z}); }
+
+/// Reads numbers in the order they were put.
+struct Reader {
+  const double* at;
+  double number() { return *at++; }
+  Vec3 vector() {
+    const Vec3 v{at[0], at[1], at[2]};
+    at += 3;
+    return v;
+  }
+};
+
+}  // namespace
+
+Bed::State Bed::save() const {
+  const Impl& d = *impl_;
+  State out;
+  for (const Sphere& s : d.spheres) {
+    put(out.spheres, s.x), put(out.spheres, s.v), put(out.spheres, s.w);
+    out.spheres.push_back(s.r), out.spheres.push_back(s.m);
+    out.ids.push_back(s.id), out.ids.push_back(s.material);
+  }
+  if (!d.pairs.live.empty())
+    for (std::uint32_t i = 0; i + 1 < d.pairs.start.size(); ++i)
+      for (std::uint32_t p = d.pairs.start[i]; p < d.pairs.start[i + 1]; ++p) {
+        if (!d.pairs.live[p]) continue;
+        out.pair_ids.push_back(d.spheres[i].id), out.pair_ids.push_back(d.spheres[d.pairs.other[p]].id);
+        put(out.pairs, d.pairs.state[p]);
+      }
+  for (const SurfaceEntry& e : d.entries)
+    for (std::uint32_t c = 0; c < e.live; ++c) {
+      out.surface_ids.push_back(d.spheres[e.sphere].id), out.surface_ids.push_back(e.boundary);
+      put(out.surfaces, e.contact[c].normal);
+      put(out.surfaces, e.contact[c].state);
+    }
+  Losses lost = d.lost_before;
+  for (const TileSums& t : d.tiles) lost += t.lost;
+  for (const SurfaceChunk& c : d.chunks) lost += c.lost;
+  out.scalars = {d.time,       d.dt_before,  static_cast<double>(d.steps), static_cast<double>(d.removed),
+                 lost.damping, lost.sliding, lost.rolling,                 d.removed_energy};
+  for (const Boundary& b : d.boundaries) {
+    put(out.scalars, b.wrench.force), put(out.scalars, b.wrench.moment);
+    put(out.scalars, b.pose_before.position);
+    out.scalars.insert(out.scalars.end(), {b.pose_before.attitude.w, b.pose_before.attitude.x, b.pose_before.attitude.y,
+                                           b.pose_before.attitude.z, b.work});
+  }
+  return out;
+}
+
+void Bed::restore(const State& in) {
+  Impl& d = *impl_;
+  if (in.scalars.size() != 8 + 14 * d.boundaries.size())
+    throw std::invalid_argument("restart: the state has other surfaces than the scenario; use the scenario it was written from");
+  const std::size_t count = in.ids.size() / 2;
+  d.spheres.clear();
+  std::map<std::uint32_t, std::uint32_t> index;
+  d.next_id = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    Reader read{in.spheres.data() + 11 * k};
+    Sphere s{};
+    s.x = read.vector(), s.v = read.vector(), s.w = read.vector();
+    s.r = read.number(), s.m = read.number();
+    s.id = static_cast<std::uint32_t>(in.ids[2 * k]);
+    s.material = static_cast<std::uint16_t>(in.ids[2 * k + 1]);
+    if (s.material >= d.laws.materials) throw std::invalid_argument("restart: the state has more materials than the scenario");
+    index[s.id] = static_cast<std::uint32_t>(k);
+    d.next_id = std::max(d.next_id, s.id + 1);
+    d.spheres.push_back(s);
+  }
+  // Histories enter as the lists "before": one half list by place, from which rebuild() takes them over.
+  struct Pair {
+    std::uint32_t owner, other;
+    PairState state;
+  };
+  std::vector<Pair> all;
+  for (std::size_t k = 0; k < in.pair_ids.size() / 2; ++k) {
+    const std::uint32_t a = index.at(static_cast<std::uint32_t>(in.pair_ids[2 * k]));
+    const std::uint32_t b = index.at(static_cast<std::uint32_t>(in.pair_ids[2 * k + 1]));
+    all.push_back({a, b, get(in.pairs.data() + kPairNumbers * k)});
+  }
+  std::stable_sort(all.begin(), all.end(), [](const Pair& a, const Pair& b) { return a.owner < b.owner; });
+  d.pairs = {};
+  d.pairs.start.assign(count + 1, 0);
+  for (const Pair& p : all) {
+    ++d.pairs.start[p.owner + 1];
+    d.pairs.other.push_back(p.other);
+    d.pairs.state.push_back(p.state);
+    d.pairs.live.push_back(1);
+  }
+  for (std::size_t i = 0; i < count; ++i) d.pairs.start[i + 1] += d.pairs.start[i];
+
+  d.entries.clear();
+  d.entry_of.clear();
+  std::map<std::pair<std::uint32_t, std::uint32_t>, SurfaceEntry> near;
+  for (std::size_t k = 0; k < in.surface_ids.size() / 2; ++k) {
+    const std::uint32_t sphere = index.at(static_cast<std::uint32_t>(in.surface_ids[2 * k]));
+    const auto boundary = static_cast<std::uint32_t>(in.surface_ids[2 * k + 1]);
+    SurfaceEntry& e = near[{sphere, boundary}];
+    e.sphere = sphere, e.boundary = boundary;
+    Reader read{in.surfaces.data() + (3 + kPairNumbers) * k};
+    e.contact[e.live].normal = read.vector();
+    e.contact[e.live++].state = get(read.at);
+  }
+  d.entry_start.assign(count + 1, 0);
+  for (const auto& [key, e] : near) {
+    ++d.entry_start[e.sphere + 1];
+    d.entry_of.push_back(static_cast<std::uint32_t>(d.entries.size()));
+    d.entries.push_back(e);
+  }
+  for (std::size_t i = 0; i < count; ++i) d.entry_start[i + 1] += d.entry_start[i];
+
+  Reader read{in.scalars.data()};
+  d.time = read.number(), d.dt_before = read.number();
+  d.steps = static_cast<long>(read.number());
+  d.removed = static_cast<std::size_t>(read.number());
+  d.lost_before = {read.number(), 0, 0};
+  d.lost_before.sliding = read.number(), d.lost_before.rolling = read.number();
+  d.removed_energy = read.number();
+  for (Boundary& b : d.boundaries) {
+    b.wrench = {read.vector(), {}};
+    b.wrench.moment = read.vector();
+    b.pose_before.position = read.vector();
+    Quaternion& q = b.pose_before.attitude;
+    q.w = read.number(), q.x = read.number(), q.y = read.number(), q.z = read.number();
+    b.work = read.number();
+  }
+  d.tiles.clear(), d.chunks.clear();
+  d.stale = true;
+}
+
+}  // namespace subsoil::dem

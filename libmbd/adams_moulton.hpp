@@ -1,0 +1,52 @@
+#pragma once
+
+#include <vector>
+
+#include "libmbd/integrator.hpp"
+
+namespace subsoil::mbd {
+
+/// Adams-Bashforth-Moulton, predict-evaluate-correct-evaluate, order k = 1 ... 6, fixed step, for
+///   d(v, s)/dt = (s, M^^-1 F^)
+///   predict  y* = y_n + h sum_{j<k} b_j f_{n-j}
+///   correct  y  = y_n + h (c_0 f* + sum_{j<k-1} c_{j+1} f_{n-j})
+/// The stored past holds q' and q'' of all coordinates, not of the independent ones only: after a new choice of the
+/// independent set it serves as it is, and the dependent coordinates get a guess of the same order for free.
+/// Past values come from Dormand-Prince steps of order 5 in substeps, so the start costs no order (k starting values of
+/// local error h^6 each). A step of another length starts anew. Energy flows ride along with the same corrector.
+class AdamsMoulton : public Integrator {
+ public:
+  AdamsMoulton(System& system, const AdamsMoultonOptions& options);
+
+ protected:
+  void on_start() override;
+  void on_advance(double h) override;
+  void on_save(std::vector<double>& out) const override;
+  void on_restore(const double*& from, const double* end) override;
+
+ private:
+  struct Past {
+    Eigen::VectorXd velocity, acceleration, rates;
+  };
+  Past& past(int age) { return ring_[static_cast<std::size_t>((newest_ + order_max - age) % order_max)]; }
+  const Past& past(int age) const { return ring_[static_cast<std::size_t>((newest_ + order_max - age) % order_max)]; }
+  void push_past();
+  void take_jump();
+  void multistep(double h);
+  void one_step(double h);
+  void runge_kutta(double h);
+  void set_independent(const Eigen::VectorXd& q, const Eigen::VectorXd& velocity);
+
+  static constexpr int order_max = 6;
+  AdamsMoultonOptions options_;
+  std::vector<Past> ring_;
+  int newest_ = 0, stored_ = 0;
+  double step_ = 0;
+  double origin_ = 0;  // time of the first step of this length: t = origin + steps * h does not gather rounding
+  long steps_ = 0, wrench_changes_ = 0;
+  MotionState trial_;
+  Eigen::VectorXd q_sum_, velocity_sum_, rates_sum_;
+  std::vector<Past> stages_;
+};
+
+}  // namespace subsoil::mbd

@@ -1,0 +1,184 @@
+#include "libmbd/assembly.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <numeric>
+#include <stdexcept>
+
+namespace subsoil::mbd {
+
+namespace {
+
+// A singular value below this share of the largest counts as zero. Rounding leaves 1e-15; the closest call of an
+// honest machine (a nearly stretched toggle) stays above 1e-6.
+constexpr double rank_share = 1e-9;
+constexpr int most_iterations = 200;
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
+std::string list(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
+  return text;
+}
+
+/// Owners of the rows that stand out in a vector over rows, each once, in row order.
+std::vector<std::string> owners(const System& system, const Eigen::VectorXd& weight) {
+  std::vector<std::string> names;
+  const double most = weight.cwiseAbs().maxCoeff();
+  for (int row = 0; row < system.equations(); ++row)
+    if (std::abs(weight[row]) > 1e-6 * most && std::find(names.begin(), names.end(), system.owner(row)) == names.end())
+      names.push_back(system.owner(row));
+  return names;
+}
+
+/// "joint 'A' by 0.1 m, joint 'B' by 0.05 rad", largest first.
+std::string residual_list(const System& system, const Eigen::VectorXd& phi, bool rates) {
+  std::vector<int> rows(static_cast<std::size_t>(phi.size()));
+  std::iota(rows.begin(), rows.end(), 0);
+  std::stable_sort(rows.begin(), rows.end(), [&](int a, int b) { return std::abs(phi[a]) > std::abs(phi[b]); });
+  std::string text;
+  const double most = std::abs(phi[rows.front()]);
+  for (std::size_t i = 0; i < std::min<std::size_t>(rows.size(), 6) && std::abs(phi[rows[i]]) > 1e-3 * most; ++i) {
+    const char* unit = system.angular_row(rows[i]) ? (rates ? " rad/s" : " rad") : (rates ? " m/s" : " m");
+    text += (i ? ", " : "") + system.owner(rows[i]) + " by " + number(phi[rows[i]]) + unit;
+  }
+  return text;
+}
+
+struct Dependencies {
+  int rank = 0;
+  std::vector<std::string> texts;
+  std::vector<std::string> members;
+};
+
+/// Rank of Phi_q by singular values; the left null space says which constraints depend on each other.
+Dependencies find_dependencies(const System& system, const Eigen::MatrixXd& jacobian) {
+  Dependencies found;
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(jacobian, Eigen::ComputeFullU);
+  const auto& sigma = svd.singularValues();
+  while (found.rank < sigma.size() && sigma[found.rank] > rank_share * sigma[0]) ++found.rank;
+  const auto surplus = jacobian.rows() - found.rank;
+  if (surplus == 0) return found;
+  // Several independent dependencies mix freely in the null space; row reduction separates them where they are
+  // separate, so that each sentence names one closed group.
+  Eigen::MatrixXd null = svd.matrixU().rightCols(surplus).transpose();
+  for (Eigen::Index k = 0; k < surplus; ++k) {
+    Eigen::Index row = 0, column = 0;
+    null.bottomRows(surplus - k).cwiseAbs().maxCoeff(&row, &column);
+    null.row(k).swap(null.row(k + row));
+    null.row(k) /= null(k, column);
+    for (Eigen::Index i = 0; i < surplus; ++i)
+      if (i != k) null.row(i) -= null(i, column) * null.row(k);
+  }
+  Eigen::VectorXd all = Eigen::VectorXd::Zero(jacobian.rows());
+  for (Eigen::Index k = 0; k < surplus; ++k) {
+    const Eigen::VectorXd weight = null.row(k).transpose();
+    found.texts.push_back("the constraints of " + list(owners(system, weight)) + " depend on each other");
+    all = all.cwiseMax(weight.cwiseAbs());
+  }
+  found.members = owners(system, all);
+  return found;
+}
+
+[[noreturn]] void refuse_contradiction(const System& system, const Eigen::VectorXd& phi, const Dependencies& dependent,
+                                       bool rates) {
+  std::string text =
+      rates ? "the velocities asked of the machine contradict each other: " : "the machine cannot be assembled: ";
+  text += residual_list(system, phi, rates) + (rates ? " off." : " open.");
+  if (!dependent.members.empty()) {
+    const bool driven = std::any_of(dependent.members.begin(), dependent.members.end(),
+                                    [](const std::string& m) { return m.starts_with("driver"); });
+    text += driven ? " Over-determined by " + list(dependent.members) + ": drop a driver or free a joint."
+                   : " Over-determined by " + list(dependent.members) + ": drop one or correct its points.";
+  } else {
+    text += " Correct the points of these joints or start nearer to a pose that closes them.";
+  }
+  throw std::invalid_argument(text);
+}
+
+}  // namespace
+
+Eigen::VectorXd coordinate_scale(const System& system) {
+  Eigen::VectorXd scale = Eigen::VectorXd::Ones(system.coordinates());
+  for (int i = 2; i < system.coordinates(); i += 3) scale[i] = system.length_scale();
+  return scale;
+}
+
+Eigen::VectorXd row_scale(const System& system) {
+  Eigen::VectorXd scale = Eigen::VectorXd::Ones(system.equations());
+  for (int i = 0; i < system.equations(); ++i)
+    if (system.angular_row(i)) scale[i] = system.length_scale();
+  return scale;
+}
+
+Eigen::MatrixXd scaled_jacobian(const System& system, const Constraints& c) {
+  return row_scale(system).asDiagonal() * c.jacobian * coordinate_scale(system).cwiseInverse().asDiagonal();
+}
+
+AssemblyReport assemble(System& system, double t, Eigen::VectorXd& q, Eigen::VectorXd& velocity) {
+  AssemblyReport report;
+  report.equations = system.equations();
+  report.freedom = system.coordinates();
+  system.set_state(t, q, velocity);
+  if (report.equations == 0) return report;
+
+  Constraints c;
+  const Eigen::VectorXd rows = row_scale(system), columns = coordinate_scale(system), start = q;
+  const auto residual = [&](const Eigen::VectorXd& at) {
+    system.set_position(t, at);
+    system.constraints(c);
+    return Eigen::VectorXd(rows.cwiseProduct(c.phi));
+  };
+  const auto least_change = [&](const Eigen::VectorXd& right) {
+    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
+    solver.setThreshold(rank_share);
+    solver.compute(scaled_jacobian(system, c));
+    return Eigen::VectorXd(columns.cwiseInverse().cwiseProduct(Eigen::VectorXd(solver.solve(right))));
+  };
+
+  // Newton with halving: full steps near the solution, and no step that opens the joints further.
+  const double length = system.length_scale();
+  const auto goal = [&] { return 1e-14 * std::max({length, q.cwiseAbs().maxCoeff()}); };
+  Eigen::VectorXd phi = residual(q);
+  double worst = phi.cwiseAbs().maxCoeff();
+  for (int idle = 0; worst > goal() && idle < 3 && report.iterations < most_iterations; ++report.iterations) {
+    Eigen::VectorXd step = -least_change(phi);
+    step *= std::min(1.0, 0.5 * length / std::max(1e-300, columns.cwiseProduct(step).cwiseAbs().maxCoeff()));
+    double share = 1;
+    Eigen::VectorXd next = q + step, phi_next = residual(next);
+    while (phi_next.norm() > phi.norm() && share > 1e-4) {
+      share /= 2;
+      next = q + share * step;
+      phi_next = residual(next);
+    }
+    if (phi_next.norm() > 0.999 * phi.norm()) ++idle;  // at rounding, or stuck
+    if (phi_next.norm() <= phi.norm()) q = next;
+    phi = residual(q);
+    worst = phi.cwiseAbs().maxCoeff();
+  }
+
+  const Dependencies dependent = find_dependencies(system, scaled_jacobian(system, c));
+  if (worst > 1e-11 * std::max(length, q.cwiseAbs().maxCoeff())) refuse_contradiction(system, c.phi, dependent, false);
+  const Eigen::VectorXd off = rows.cwiseProduct(c.jacobian * velocity + c.phi_t);
+  velocity -= least_change(off);
+  velocity -= least_change(rows.cwiseProduct(c.jacobian * velocity + c.phi_t));  // once more takes the rounding away
+  const Eigen::VectorXd left = c.jacobian * velocity + c.phi_t;
+  const double speed = std::max(c.phi_t.cwiseAbs().maxCoeff(), velocity.cwiseAbs().maxCoeff());
+  if (left.cwiseAbs().maxCoeff() > 1e-9 * std::max(1e-3, speed)) refuse_contradiction(system, left, dependent, true);
+
+  report.rank = dependent.rank;
+  report.freedom = system.coordinates() - dependent.rank;
+  report.redundant = dependent.texts;
+  report.residual = worst;
+  report.moved = columns.cwiseProduct(q - start).cwiseAbs().maxCoeff();
+  system.set_state(t, q, velocity);
+  return report;
+}
+
+}  // namespace subsoil::mbd

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libmbd/force.hpp"
+
+namespace subsoil::mbd {
+
+/// Rigid wheel on plastic soil (Bekker), one planar body = one wheel, with a rut memory along x.
+///   z   = R - (y_axle - y_soil)                                     sinkage; nothing for z <= 0      (m)
+///   N   = b k sqrt(2 R) ((3 - n)/3) z^(n + 1/2)                     upward at the axle               (N)
+///   R_c = b k (z^(n+1) - z_p^(n+1))/(n + 1)                         against the axle's velocity      (N)
+///   k   = k_c/b + k_phi
+/// z_p: rut left by an earlier pass under the front of the patch, x_axle + sqrt(2 R z) in the direction of travel.
+/// On unrutted ground (z_p = 0) N and R_c follow the virgin curve of z in both directions; in a rut N = 0 for z <= z_p.
+/// R_c is scaled by |v|/(1 mm/s) below 1 mm/s and makes no moment on the wheel; the direction of travel turns round
+/// when the axle runs back faster than that, so that a wheel at rest does not see its own rut flicker.
+/// R radius, b width, y_soil surface [m]; k_c [N/m^(n+1)], k_phi [N/m^(n+2)], n [1] in (0, 3).
+/// Energy: stored = U(z) - U(z_p) for z > z_p, U = N z/(n + 3/2): what N gives back on the way up; lost rate =
+/// R_c |v| + N(z_p) dz_p/dt: what running over a rut's edge swallows (negative where it is left again: the law then
+/// gives the wheel energy that nobody put in, and the book says so instead of hiding it).
+/// Source: Bekker 1969, Introduction to Terrain-Vehicle Systems; rut rule of the rig 1S-300.
+struct WheelOnSoil {
+  static constexpr std::array<ForceColumn, 4> columns{{{"N", "N"}, {"R_c", "N"}, {"sinkage", "m"}, {"rut", "m"}}};
+  static constexpr double creep = 1e-3;  ///< speed below which R_c fades (m/s)
+  int body = -1;
+  double radius = std::numeric_limits<double>::quiet_NaN();
+  double width = std::numeric_limits<double>::quiet_NaN();
+  double n = std::numeric_limits<double>::quiet_NaN();
+  double k_c = std::numeric_limits<double>::quiet_NaN();
+  double k_phi = std::numeric_limits<double>::quiet_NaN();
+  double surface = 0;
+  std::string track;  ///< wheels of the same track share a rut; empty: its own
+  // Set and kept by the system:
+  std::size_t rut = 0;   ///< index of its rut
+  double direction = 1;  ///< of travel, +1 or -1
+  Vec2 last{0, -1};      ///< axle x and sinkage at the last accepted step
+
+  template <class V>
+  void describe(V& v) {
+    v.card("wheel on soil", "sinkage and rolling resistance of a rigid wheel, with the rut that it leaves");
+    v.body("wheel on soil", body, "the wheel; its centre of gravity is its axle");
+    v.quantity("radius", radius, "m", "(0, inf)", "radius of the wheel");
+    v.quantity("width", width, "m", "(0, inf)", "width of its tyre");
+    v.quantity("n", n, "1", "(0, 3)", "exponent of sinkage");
+    v.quantity("k_c", k_c, "N/m^(n+1)", "[0, inf)", "cohesive modulus of the soil");
+    v.quantity("k_phi", k_phi, "N/m^(n+2)", "[0, inf)", "frictional modulus of the soil");
+    v.quantity("surface", surface, "m", "(-inf, inf)", "height y of the soil's surface");
+    v.text("track", track, "wheels of the same track share their rut; left out: the wheel's own");
+  }
+
+  ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
+    const BodyState& b = axle(scene);
+    const double z = sinkage(b);
+    values = {0, 0, std::max(z, 0.0), 0};
+    if (!(z > 0)) return {};
+    const double reach = std::sqrt(2 * radius * z);
+    const Rut::Depth rutted = scene.ruts[rut].at(b.r.x + direction * reach);
+    const double z_p = rutted.z, bearing = z > z_p ? load(z) : 0.0;
+    const double resistance = z > z_p ? width * modulus() * (std::pow(z, n + 1) - std::pow(z_p, n + 1)) / (n + 1) : 0.0;
+    const double share = std::min(1.0, std::max(-1.0, b.v.x / creep));
+    loads.add_wrench(body, -resistance * share, bearing, 0);
+    values = {bearing, resistance, z, z_p};
+    if (!(z > z_p)) return {};
+    const double front_speed = b.v.x - direction * radius / reach * b.v.y;
+    const double edge = z_p > 0 ? load(z_p) * rutted.slope * front_speed : 0.0;
+    return {energy(z) - energy(z_p), resistance * share * b.v.x + edge, 0};
+  }
+
+  /// An accepted step: the ground remembers, and the direction of travel is kept.
+  void commit(const Scene& scene, std::vector<Rut>& ruts) {
+    const BodyState& b = axle(scene);
+    if (b.v.x > creep) direction = 1;
+    if (b.v.x < -creep) direction = -1;
+    const Vec2 now{b.r.x, sinkage(b)};
+    if (last.y > 0 || now.y > 0) ruts[rut].press(last.x, std::max(last.y, 0.0), now.x, std::max(now.y, 0.0));
+    last = now;
+  }
+  /// Forgets the way to here: the next commit starts a new trace.
+  void settle_start(const Scene& scene) {
+    const BodyState& b = axle(scene);
+    last = {b.r.x, sinkage(b)};
+    if (std::abs(b.v.x) > creep) direction = b.v.x > 0 ? 1 : -1;
+  }
+  std::array<double, 3> memory() const { return {direction, last.x, last.y}; }
+  void set_memory(const std::array<double, 3>& m) { direction = m[0], last = {m[1], m[2]}; }
+
+  double sinkage(const BodyState& b) const { return radius - (b.r.y - surface); }
+  /// N on virgin ground.
+  double load(double z) const { return width * modulus() * std::sqrt(2 * radius) * (3 - n) / 3 * std::pow(z, n + 0.5); }
+
+ private:
+  double modulus() const { return k_c / width + k_phi; }
+  double energy(double z) const { return z > 0 ? load(z) * z / (n + 1.5) : 0.0; }
+  const BodyState& axle(const Scene& scene) const { return scene.bodies[static_cast<std::size_t>(body)]; }
+};
+
+}  // namespace subsoil::mbd

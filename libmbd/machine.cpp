@@ -1,0 +1,175 @@
+#include "libmbd/machine.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace subsoil::mbd {
+
+Machine::Machine(Model model, MachineOptions options) : options_(options), system_(std::move(model)) {
+  integrator_ = make_integrator(options_.integrator, system_, options_.adams_moulton, options_.ida);
+  name_columns();
+}
+
+const AssemblyReport& Machine::start_from_pose() {
+  Eigen::VectorXd q = system_.start_position(), velocity = system_.start_velocity();
+  const double t = system_.model().start_time;
+  report_ = assemble(system_, t, q, velocity);
+  system_.settle_forces(t, q, velocity);
+  begin(q, velocity);
+  return report_;
+}
+
+const AssemblyReport& Machine::start_from_towing_equilibrium(double speed) {
+  Eigen::VectorXd q = system_.start_position(), velocity = system_.start_velocity();
+  const double t = system_.model().start_time;
+  report_ = assemble(system_, t, q, velocity);
+  system_.settle_forces(t, q, velocity);
+  const Equilibrium found = towing_equilibrium(system_, t, q, speed);
+  begin(found.q, found.velocity);
+  return report_;
+}
+
+void Machine::begin(const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
+  integrator_->start(system_.model().start_time, q, velocity);
+  energy_at_start_ = system_.kinetic() + system_.potential() + system_.stored();
+}
+
+void Machine::advance(double h) { integrator_->advance(h); }
+
+std::size_t Machine::find(const std::string& kind, const std::string& name) const {
+  std::string known;
+  const auto search = [&](const auto& list) {
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      if (list[i].name == name) return i;
+      known += (known.empty() ? "" : ", ") + list[i].name;
+    }
+    throw std::invalid_argument("no " + kind + " '" + name + "'; there are " + (known.empty() ? "none" : known));
+  };
+  const Model& model = system_.model();
+  return kind == "joint" ? search(model.joints) : kind == "driver" ? search(model.drivers) : search(model.forces);
+}
+
+Reaction Machine::reaction_of(std::size_t joint, const Eigen::VectorXd& lambda) const {
+  const auto& jacobian = integrator_->partition().constraints().jacobian;
+  const int first = system_.first_row_of_joint(joint);
+  return std::visit(
+      [&](const auto& j) {
+        // The wrench on whichever body is not the ground, moved to the joint's point on the second body.
+        const bool on_second = j.body_b != ground;
+        const int body = on_second ? j.body_b : j.body_a;
+        double w[3];
+        for (int k = 0; k < 3; ++k)
+          w[k] = -jacobian.col(3 * (body - 1) + k).segment(first, j.rows).dot(lambda.segment(first, j.rows));
+        const BodyState &b = system_.body(j.body_b), &own = system_.body(body);
+        const Vec2 arm = b.r + b.world(j.p_b) - own.r;
+        const double moment = w[2] - cross(arm, {w[0], w[1]}), sign = on_second ? -1 : 1;
+        return Reaction{sign * w[0], sign * w[1], sign * moment};
+      },
+      system_.model().joints[joint].element);
+}
+
+Reaction Machine::joint_reaction(const std::string& name) const {
+  return reaction_of(find("joint", name), integrator_->partition().reactions(integrator_->state()));
+}
+
+double Machine::driver_force(const std::string& name) const {
+  return -integrator_->partition().reactions(integrator_->state())[system_.row_of_driver(find("driver", name))];
+}
+
+double Machine::force_value(const std::string& name, const std::string& column) const {
+  const std::size_t i = find("force", name);
+  return std::visit(
+      [&](const auto& force) {
+        std::string known;
+        for (std::size_t k = 0; k < force.columns.size(); ++k) {
+          if (column == force.columns[k].name) return system_.values()[i][k];
+          known += (k ? ", " : "") + std::string(force.columns[k].name);
+        }
+        throw std::invalid_argument("force '" + name + "' reports no '" + column + "'; it reports " + known);
+      },
+      system_.model().forces[i].element);
+}
+
+EnergyBook Machine::energy() const {
+  EnergyBook book;
+  book.kinetic = system_.kinetic();
+  book.potential = system_.potential();
+  book.stored = system_.stored();
+  const auto& flows = integrator_->flows();
+  const auto forces = static_cast<Eigen::Index>(system_.model().forces.size());
+  book.lost = flows.of_elements.head(forces).sum();
+  book.force_work = flows.of_elements.segment(forces, forces).sum();
+  book.driver_work = flows.of_elements.tail(flows.of_elements.size() - 2 * forces).sum();
+  book.external_work = flows.external_work;
+  book.at_start = energy_at_start_;
+  return book;
+}
+
+void Machine::name_columns() {
+  const auto add = [&](const std::string& name, const char* unit) {
+    names_.push_back(name), units_.emplace_back(unit);
+  };
+  const Model& model = system_.model();
+  for (const auto& b : model.bodies) {
+    add(b.name + ".x", "m"), add(b.name + ".y", "m"), add(b.name + ".angle", "rad");
+    add(b.name + ".vx", "m/s"), add(b.name + ".vy", "m/s"), add(b.name + ".spin", "rad/s");
+  }
+  for (const auto& j : model.joints) add(j.name + ".fx", "N"), add(j.name + ".fy", "N"), add(j.name + ".moment", "N m");
+  for (const auto& d : model.drivers) {
+    const bool turns = std::visit([](const auto& driver) { return driver.angular(); }, d.element);
+    add(d.name + (turns ? ".torque" : ".force"), turns ? "N m" : "N");
+  }
+  for (const auto& f : model.forces)
+    std::visit(
+        [&](const auto& force) {
+          for (const auto& column : force.columns) add(f.name + "." + column.name, column.unit);
+        },
+        f.element);
+  for (const char* term :
+       {"kinetic", "potential", "stored", "lost", "driver work", "force work", "external work", "balance"})
+    add(std::string("energy.") + term, "J");
+}
+
+void Machine::columns(std::span<double> out) const {
+  if (out.size() != names_.size())
+    throw std::invalid_argument("machine columns: space for " + std::to_string(out.size()) + " values, there are " +
+                                std::to_string(names_.size()));
+  auto next = out.begin();
+  const auto put = [&](auto... values) { ((*next++ = values), ...); };
+  const Model& model = system_.model();
+  for (int i = 1; i < system_.bodies(); ++i) {
+    const BodyState& b = body(i);
+    put(b.r.x, b.r.y, b.angle, b.v.x, b.v.y, b.spin);
+  }
+  const Eigen::VectorXd lambda = integrator_->partition().reactions(integrator_->state());
+  for (std::size_t i = 0; i < model.joints.size(); ++i) {
+    const Reaction r = reaction_of(i, lambda);
+    put(r.fx, r.fy, r.moment);
+  }
+  for (std::size_t i = 0; i < model.drivers.size(); ++i) put(-lambda[system_.row_of_driver(i)]);
+  for (std::size_t i = 0; i < model.forces.size(); ++i) {
+    const std::size_t count =
+        std::visit([](const auto& force) { return force.columns.size(); }, model.forces[i].element);
+    for (std::size_t k = 0; k < count; ++k) put(system_.values()[i][k]);
+  }
+  const EnergyBook e = energy();
+  put(e.kinetic, e.potential, e.stored, e.lost, e.driver_work, e.force_work, e.external_work, e.balance());
+}
+
+std::vector<double> Machine::snapshot() const {
+  std::vector<double> out{energy_at_start_};
+  integrator_->save(out);
+  return out;
+}
+
+void Machine::restore(std::span<const double> snapshot) {
+  if (report_.equations != system_.equations()) start_from_pose();  // fills what the start pose decides
+  const double *from = snapshot.data(), *end = from + snapshot.size();
+  if (from == end) throw std::runtime_error("machine restart data are empty");
+  energy_at_start_ = *from++;
+  integrator_->restore(from, end);
+  if (from != end)
+    throw std::runtime_error("machine restart data are longer than this machine; they belong to another machine");
+}
+
+}  // namespace subsoil::mbd

@@ -1,0 +1,108 @@
+#pragma once
+
+// The face of libmbd for a coupling loop and an output writer.
+//
+//   mbd::Model model;                                   // plain structs, SI
+//   int shovel = model.add({.name = "shovel", .mass = 35.2, .inertia = 2.662, .pose = {-1.224, 0.24, 0}});
+//   model.add("H8", Revolute{.body_a = frame, .body_b = shovel, .p_a = ..., .p_b = ...});
+//   mbd::Machine machine(model, {.integrator = IntegratorKind::adams_moulton});
+//   machine.start_from_pose();                          // or start_from_towing_equilibrium(0.5)
+//   loop: machine.set_external_wrench(shovel, fx, fy, mz);   // about the centre of gravity, world axes, held over h
+//         machine.advance(h);
+//         machine.body(shovel)                          // BodyState: r, angle, v, spin
+//         machine.columns(values)                       // in the order of column_names()
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "libmbd/assembly.hpp"
+#include "libmbd/equilibrium.hpp"
+#include "libmbd/integrator.hpp"
+
+namespace subsoil::mbd {
+
+struct MachineOptions {
+  IntegratorKind integrator = IntegratorKind::adams_moulton;
+  AdamsMoultonOptions adams_moulton;
+  IdaOptions ida;
+};
+
+/// The energy book since the start (J). balance() is 0 up to integration error: kinetic + potential + stored + lost
+/// - work minus its value at the start. No term is a remainder: kinetic, potential and stored are functions of the
+/// state, lost and work are integrals of force times velocity.
+struct EnergyBook {
+  double kinetic = 0, potential = 0, stored = 0;
+  double lost = 0;           ///< dissipated by forces
+  double driver_work = 0;    ///< done on the machine by drivers
+  double force_work = 0;     ///< done by applied forces
+  double external_work = 0;  ///< done by external wrenches (soil)
+  double at_start = 0;
+  double balance() const {
+    return kinetic + potential + stored + lost - driver_work - force_work - external_work - at_start;
+  }
+};
+
+/// Force and moment that a joint puts on its first body, at the joint's point, world axes; the second body gets the
+/// opposite. Drivers: force or torque along the driven coordinate on the driven (second) body, fx holding it.
+struct Reaction {
+  double fx = 0, fy = 0, moment = 0;
+};
+
+class Machine {
+ public:
+  explicit Machine(Model model, MachineOptions options = {});
+
+  /// Assembles the model's pose and velocities; the report names redundant constraints.
+  const AssemblyReport& start_from_pose();
+  /// Assembles, then finds the steady state with every body at `speed` along x, external wrenches as set.
+  const AssemblyReport& start_from_towing_equilibrium(double speed);
+  const AssemblyReport& assembly() const { return report_; }
+
+  int body_index(const std::string& name) const { return system_.body_index(name); }
+  const BodyState& body(int index) const { return system_.body(index); }
+  void set_external_wrench(int body, double fx, double fy, double mz) { system_.set_external_wrench(body, fx, fy, mz); }
+  /// One machine step with the wrenches held.
+  void advance(double h);
+  double time() const { return integrator_->state().t; }
+
+  Reaction joint_reaction(const std::string& name) const;
+  /// Force (N) or torque (N m) of a driver along its coordinate: for the towed trolley the pull.
+  double driver_force(const std::string& name) const;
+  /// A reported value of a force, e.g. ("H9", "force"), ("left wheel", "sinkage").
+  double force_value(const std::string& name, const std::string& column) const;
+  EnergyBook energy() const;
+
+  /// Everything that can be reported: per body pose and velocity, per joint its reaction on the first body, drivers,
+  /// forces, energies. Units beside. Values in the same order.
+  const std::vector<std::string>& column_names() const { return names_; }
+  const std::vector<std::string>& column_units() const { return units_; }
+  void columns(std::span<double> out) const;
+
+  /// Full state as plain numbers (pose, velocity, time, past of the integrator, ruts, energies), for restart files.
+  std::vector<double> snapshot() const;
+  /// Takes a snapshot of a machine built from the same model and options.
+  void restore(std::span<const double> snapshot);
+
+  const System& system() const { return system_; }
+  System& system() { return system_; }
+  const Integrator& integrator() const { return *integrator_; }
+  /// Partition choices made so far.
+  long partition_choices() const { return integrator_->partition().choices(); }
+
+ private:
+  void begin(const Eigen::VectorXd& q, const Eigen::VectorXd& velocity);
+  void name_columns();
+  std::size_t find(const std::string& kind, const std::string& name) const;
+  Reaction reaction_of(std::size_t joint, const Eigen::VectorXd& lambda) const;
+
+  MachineOptions options_;
+  System system_;
+  std::unique_ptr<Integrator> integrator_;
+  AssemblyReport report_;
+  double energy_at_start_ = 0;
+  std::vector<std::string> names_, units_;
+};
+
+}  // namespace subsoil::mbd

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace subsoil::mbd {
+
+/// What wheels of one track have pressed into the ground: the deepest sinkage z >= 0 (m) passed at each x, on a 1 mm
+/// grid, linear between the grid's points. Belongs to the ground, so a second wheel or pass finds it.
+/// Storage grows in blocks of one metre on either side and is untouched while a wheel stays inside it.
+class Rut {
+ public:
+  static constexpr double spacing = 1e-3;
+
+  /// Depth at x and its slope dz/dx there.
+  struct Depth {
+    double z = 0, slope = 0;
+  };
+  Depth at(double x) const;
+  /// A wheel passed from (x0, z0) to (x1, z1), straight between.
+  void press(double x0, double z0, double x1, double z1);
+
+  /// The first stored grid index and the stored depths: for restart files.
+  long first() const { return first_; }
+  const std::vector<double>& depths() const { return depths_; }
+  void restore(long first, std::vector<double> depths);
+
+ private:
+  double stored(long i) const;
+  void deepen(long i, double z);
+  long first_ = 0;
+  std::vector<double> depths_;
+};
+
+}  // namespace subsoil::mbd

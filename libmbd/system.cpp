@@ -1,0 +1,375 @@
+#include "libmbd/system.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <type_traits>
+
+namespace subsoil::mbd {
+
+namespace {
+
+[[noreturn]] void refuse(const std::string& text) { throw std::invalid_argument(text); }
+
+/// The bodies that an element names, whichever way it does.
+template <class Element>
+std::vector<int> bodies_of(const Element& e) {
+  if constexpr (requires { e.body_a(); }) {
+    return {e.body_a(), e.body_b()};
+  } else if constexpr (requires { e.body_a; }) {
+    return {e.body_a, e.body_b};
+  } else {
+    return {e.body};
+  }
+}
+
+/// Longest lever of a point from its body's centre of gravity; points on the ground do not count.
+template <class Element>
+double longest_lever(const Element& e) {
+  if constexpr (requires { e.p_a; }) {
+    const auto bodies = bodies_of(e);
+    const double a = bodies[0] == ground ? 0 : std::hypot(e.p_a[0], e.p_a[1]);
+    const double b = bodies[1] == ground ? 0 : std::hypot(e.p_b[0], e.p_b[1]);
+    return std::max(a, b);
+  } else {
+    return 0;
+  }
+}
+
+template <std::size_t n>
+void scatter(const Rows<n>& rows, int first, int body_a, int body_b, Constraints& out) {
+  for (std::size_t i = 0; i < n; ++i) {
+    const int row = first + static_cast<int>(i);
+    out.phi[row] = rows[i].phi;
+    out.gamma[row] = rows[i].gamma;
+    out.phi_t[row] = rows[i].phi_t;
+    for (int k = 0; k < 3; ++k) {
+      if (body_a != ground) out.jacobian(row, 3 * (body_a - 1) + k) = rows[i].on_a[static_cast<std::size_t>(k)];
+      if (body_b != ground) out.jacobian(row, 3 * (body_b - 1) + k) = rows[i].on_b[static_cast<std::size_t>(k)];
+    }
+  }
+}
+
+void check_finite_positive(const std::string& what, double value, const char* unit) {
+  if (!(value > 0) || !std::isfinite(value))
+    refuse(what + " = " + std::to_string(value) + " " + unit +
+           ": must be in (0, inf); a planar body needs both mass and inertia");
+}
+
+}  // namespace
+
+int Model::add(Body body) {
+  bodies.push_back(std::move(body));
+  return static_cast<int>(bodies.size());
+}
+
+System::System(Model model) : model_(std::move(model)) {
+  check_bodies();
+  check_elements();
+  number_rows();
+  assign_ruts();
+  const auto n = static_cast<std::size_t>(bodies());
+  states_.resize(n);
+  wrenches_.resize(n);
+  external_.assign(n, {0, 0, 0});
+  powers_.resize(model_.forces.size());
+  values_.resize(model_.forces.size());
+  mass_.resize(coordinates());
+  for (std::size_t i = 0; i < model_.bodies.size(); ++i) {
+    const auto& b = model_.bodies[i];
+    mass_.segment<3>(3 * static_cast<Eigen::Index>(i)) << b.mass, b.mass, b.inertia;
+  }
+  for (const auto& f : model_.forces) given_forces_.push_back(f.element);
+  settle_constraints();
+  settle_forces(model_.start_time, start_position(), start_velocity());
+}
+
+void System::check_bodies() const {
+  std::set<std::string> names{"ground"};
+  if (model_.bodies.empty()) refuse("machine without bodies; give at least one body with mass and inertia");
+  for (const auto& b : model_.bodies) {
+    if (b.name.empty()) refuse("a body has no name; every body needs its own");
+    if (!names.insert(b.name).second)
+      refuse("body '" + b.name + "': the name is taken; every body needs its own (ground is the ground's)");
+    check_finite_positive("body '" + b.name + "': mass", b.mass, "kg");
+    check_finite_positive("body '" + b.name + "': inertia", b.inertia, "kg m^2");
+  }
+}
+
+void System::check_elements() const {
+  std::set<std::string> names;
+  const auto check = [&](const std::string& kind, const auto& named) {
+    const std::string what = kind + " '" + named.name + "'";
+    if (!names.insert(named.name).second)
+      refuse(what + ": the name is taken by another joint, driver or force; every one needs its own");
+    std::visit(
+        [&](const auto& element) {
+          const auto list = bodies_of(element);
+          for (const int body : list)
+            if (body < 0 || body >= bodies())
+              refuse(what + ": body index " + std::to_string(body) + " does not exist; there are " +
+                     std::to_string(bodies() - 1) + " bodies and the ground (0)");
+          if (list.size() == 2 && list[0] == list[1])
+            refuse(what + " connects '" + body_name(list[0]) + "' to itself; name two different bodies");
+          if constexpr (requires { element.check(); }) {
+            try {
+              element.check();
+            } catch (const std::invalid_argument& error) {
+              refuse(what + ": " + error.what());
+            }
+          }
+          if constexpr (requires { element.stiffness; }) {
+            if (std::isnan(element.stiffness)) refuse(what + ": stiffness is not given; give 0 for a damper alone");
+          }
+        },
+        named.element);
+  };
+  for (const auto& j : model_.joints) check("joint", j);
+  for (const auto& d : model_.drivers) check("driver", d);
+  for (const auto& f : model_.forces) check("force", f);
+}
+
+void System::number_rows() {
+  double lever = 0;
+  for (const auto& j : model_.joints) {
+    joint_row_.push_back(equations());
+    std::visit(
+        [&](const auto& joint) {
+          lever = std::max(lever, longest_lever(joint));
+          for (const bool angular : joint.angular) {
+            row_owner_.push_back("joint '" + j.name + "'");
+            row_angular_.push_back(angular);
+          }
+        },
+        j.element);
+  }
+  for (const auto& d : model_.drivers) {
+    driver_row_.push_back(equations());
+    row_owner_.push_back("driver '" + d.name + "'");
+    row_angular_.push_back(std::visit([](const auto& driver) { return driver.angular(); }, d.element));
+  }
+  if (lever > 0) length_scale_ = lever;
+}
+
+void System::assign_ruts() {
+  std::map<std::string, std::size_t> tracks;
+  for (auto& f : model_.forces) {
+    if (auto* wheel = std::get_if<WheelOnSoil>(&f.element)) {
+      const std::string key = wheel->track.empty() ? "wheel " + f.name : "track " + wheel->track;
+      wheel->rut = tracks.emplace(key, tracks.size()).first->second;
+    }
+  }
+  ruts_.resize(tracks.size());
+}
+
+int System::body_index(const std::string& name) const {
+  if (name == "ground") return ground;
+  for (std::size_t i = 0; i < model_.bodies.size(); ++i)
+    if (model_.bodies[i].name == name) return static_cast<int>(i) + 1;
+  std::string known = "ground";
+  for (const auto& b : model_.bodies) known += ", " + b.name;
+  throw std::invalid_argument("no body '" + name + "'; there are " + known);
+}
+
+const std::string& System::body_name(int body) const {
+  static const std::string ground_name = "ground";
+  return body == ground ? ground_name : model_.bodies[static_cast<std::size_t>(body - 1)].name;
+}
+
+Eigen::VectorXd System::start_position() const {
+  Eigen::VectorXd q(coordinates());
+  for (std::size_t i = 0; i < model_.bodies.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k) q[static_cast<Eigen::Index>(3 * i + k)] = model_.bodies[i].pose[k];
+  return q;
+}
+
+Eigen::VectorXd System::start_velocity() const {
+  Eigen::VectorXd v(coordinates());
+  for (std::size_t i = 0; i < model_.bodies.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k) v[static_cast<Eigen::Index>(3 * i + k)] = model_.bodies[i].velocity[k];
+  return v;
+}
+
+void System::set_position(double t, const Eigen::VectorXd& q) {
+  t_ = t;
+  for (int i = 1; i < bodies(); ++i) {
+    const auto k = 3 * (i - 1);
+    auto& b = states_[static_cast<std::size_t>(i)];
+    b.r = {q[k], q[k + 1]};
+    b.angle = q[k + 2];
+    b.c = std::cos(b.angle);
+    b.s = std::sin(b.angle);
+  }
+}
+
+void System::set_velocity(const Eigen::VectorXd& velocity) {
+  for (int i = 1; i < bodies(); ++i) {
+    const auto k = 3 * (i - 1);
+    auto& b = states_[static_cast<std::size_t>(i)];
+    b.v = {velocity[k], velocity[k + 1]};
+    b.spin = velocity[k + 2];
+  }
+}
+
+void System::set_state(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
+  set_position(t, q);
+  set_velocity(velocity);
+}
+
+void System::constraints(Constraints& out) const {
+  if (out.phi.size() != equations()) {
+    out.phi.resize(equations());
+    out.gamma.resize(equations());
+    out.phi_t.resize(equations());
+    out.jacobian.resize(equations(), coordinates());
+  }
+  out.jacobian.setZero();
+  const auto put = [&](const auto& element, int row) {
+    Rows<std::remove_cvref_t<decltype(element)>::rows> rows;
+    int a, b;
+    if constexpr (requires { element.body_a(); }) {
+      a = element.body_a(), b = element.body_b();
+    } else {
+      a = element.body_a, b = element.body_b;
+    }
+    element.evaluate(body(a), body(b), t_, rows);
+    scatter(rows, row, a, b, out);
+  };
+  for (std::size_t i = 0; i < model_.joints.size(); ++i)
+    std::visit([&](const auto& joint) { put(joint, joint_row_[i]); }, model_.joints[i].element);
+  for (std::size_t i = 0; i < model_.drivers.size(); ++i)
+    std::visit([&](const auto& driver) { put(driver, driver_row_[i]); }, model_.drivers[i].element);
+}
+
+void System::loads(Eigen::VectorXd& out) {
+  for (std::size_t i = 1; i < wrenches_.size(); ++i) {
+    const double m = model_.bodies[i - 1].mass;
+    wrenches_[i] = {external_[i][0] + m * model_.gravity[0], external_[i][1] + m * model_.gravity[1], external_[i][2]};
+  }
+  Loads sink(wrenches_);
+  const Scene now = scene();
+  for (std::size_t i = 0; i < model_.forces.size(); ++i)
+    powers_[i] =
+        std::visit([&](const auto& force) { return force.evaluate(now, sink, values_[i]); }, model_.forces[i].element);
+  for (std::size_t i = 1; i < wrenches_.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k) out[static_cast<Eigen::Index>(3 * (i - 1) + k)] = wrenches_[i][k];
+}
+
+double System::kinetic() const {
+  double sum = 0;
+  for (std::size_t i = 1; i < states_.size(); ++i) {
+    const auto& b = model_.bodies[i - 1];
+    sum += 0.5 * b.mass * dot(states_[i].v, states_[i].v) + 0.5 * b.inertia * states_[i].spin * states_[i].spin;
+  }
+  return sum;
+}
+
+double System::potential() const {
+  double sum = 0;
+  for (std::size_t i = 1; i < states_.size(); ++i)
+    sum -= model_.bodies[i - 1].mass * (model_.gravity[0] * states_[i].r.x + model_.gravity[1] * states_[i].r.y);
+  return sum;
+}
+
+double System::stored() const {
+  double sum = 0;
+  for (const auto& p : powers_) sum += p.stored;
+  return sum;
+}
+
+void System::set_external_wrench(int body, double fx, double fy, double mz) {
+  if (body <= ground || body >= bodies())
+    refuse("external wrench on body " + std::to_string(body) + ": must be one of 1 to " + std::to_string(bodies() - 1));
+  const std::array<double, 3> w{fx, fy, mz};
+  auto& old = external_[static_cast<std::size_t>(body)];
+  if (w != old) ++wrench_changes_, old = w;
+}
+
+void System::settle_constraints() {
+  set_state(model_.start_time, start_position(), start_velocity());
+  const auto settle = [&](auto& element) {
+    if constexpr (requires { element.body_a(); }) {
+      element.settle_start(body(element.body_a()), body(element.body_b()), t_);
+    } else if constexpr (requires { element.settle_start(BodyState{}, BodyState{}, t_); }) {
+      element.settle_start(body(element.body_a), body(element.body_b), t_);
+    }
+  };
+  for (auto& j : model_.joints) std::visit(settle, j.element);
+  for (auto& d : model_.drivers) std::visit(settle, d.element);
+}
+
+void System::settle_forces(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
+  set_state(t, q, velocity);
+  for (std::size_t i = 0; i < given_forces_.size(); ++i) {
+    model_.forces[i].element = given_forces_[i];
+    std::visit(
+        [&](auto& force) {
+          if constexpr (requires { force.settle_start(scene()); }) force.settle_start(scene());
+        },
+        model_.forces[i].element);
+  }
+}
+
+void System::restart_traces() {
+  for (auto& f : model_.forces)
+    if (auto* wheel = std::get_if<WheelOnSoil>(&f.element)) wheel->settle_start(scene());
+}
+
+void System::commit() {
+  for (auto& f : model_.forces)
+    std::visit(
+        [&](auto& force) {
+          if constexpr (requires { force.commit(scene(), ruts_); }) force.commit(scene(), ruts_);
+        },
+        f.element);
+}
+
+void System::save(std::vector<double>& out) const {
+  for (const auto& d : model_.drivers)
+    std::visit(
+        [&](const auto& driver) {
+          out.insert(out.end(), {driver.motion.start, driver.motion.start_time});
+        },
+        d.element);
+  for (const auto& f : model_.forces)
+    if (const auto* wheel = std::get_if<WheelOnSoil>(&f.element)) {
+      const auto m = wheel->memory();
+      out.insert(out.end(), m.begin(), m.end());
+    }
+  for (const auto& w : external_) out.insert(out.end(), w.begin(), w.end());
+  for (const auto& rut : ruts_) {
+    out.push_back(static_cast<double>(rut.first()));
+    out.push_back(static_cast<double>(rut.depths().size()));
+    out.insert(out.end(), rut.depths().begin(), rut.depths().end());
+  }
+}
+
+void System::restore(const double*& from, const double* end) {
+  const auto next = [&]() {
+    if (from == end) throw std::runtime_error("machine restart data end too early; they belong to another machine");
+    return *from++;
+  };
+  for (auto& d : model_.drivers)
+    std::visit([&](auto& driver) { driver.motion.start = next(), driver.motion.start_time = next(); }, d.element);
+  for (auto& f : model_.forces)
+    if (auto* wheel = std::get_if<WheelOnSoil>(&f.element)) {
+      std::array<double, 3> m;
+      for (auto& value : m) value = next();
+      wheel->set_memory(m);
+    }
+  for (auto& w : external_)
+    for (auto& value : w) value = next();
+  ++wrench_changes_;
+  for (auto& rut : ruts_) {
+    const long first = static_cast<long>(next());
+    const double count = next();
+    if (!(count >= 0) || count > static_cast<double>(end - from))
+      throw std::runtime_error("machine restart data are damaged: a rut of " + std::to_string(count) + " points");
+    std::vector<double> depths(from, from + static_cast<std::ptrdiff_t>(count));
+    from += static_cast<std::ptrdiff_t>(count);
+    rut.restore(first, std::move(depths));
+  }
+}
+
+}  // namespace subsoil::mbd

@@ -1,0 +1,127 @@
+#pragma once
+
+#include <Eigen/Dense>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "libmbd/elements.hpp"
+
+namespace subsoil::mbd {
+
+template <class Any>
+struct Named {
+  std::string name;
+  Any element;
+};
+
+/// A machine as plain numbers, SI. Body i of `bodies` has the index i + 1 in joints and forces; 0 is the ground.
+struct Model {
+  std::array<double, 2> gravity{0, -9.81};  ///< m/s^2
+  std::vector<Body> bodies;
+  std::vector<Named<AnyJoint>> joints;
+  std::vector<Named<AnyDriver>> drivers;
+  std::vector<Named<AnyForce>> forces;
+  double start_time = 0;
+
+  /// Adds and returns the index to use in joints and forces.
+  int add(Body body);
+  void add(std::string name, AnyJoint joint) { joints.push_back({std::move(name), std::move(joint)}); }
+  void add(std::string name, AnyDriver driver) { drivers.push_back({std::move(name), std::move(driver)}); }
+  void add(std::string name, AnyForce force) { forces.push_back({std::move(name), std::move(force)}); }
+};
+
+/// All constraints at one state, rows in the order joints, then drivers: Phi, Phi_q, gamma, Phi_t.
+struct Constraints {
+  Eigen::VectorXd phi, gamma, phi_t;
+  Eigen::MatrixXd jacobian;
+};
+
+/// A model checked and ready to be evaluated: who asks gives (t, q, q'), q = (x, y, angle) of body 1, 2, ...
+/// Everything is stored once; evaluating allocates nothing. Knows no integrator.
+class System {
+ public:
+  /// Checks the model; throws std::invalid_argument with name, value, rule and cure.
+  explicit System(Model model);
+
+  // --- what there is ---
+  int bodies() const { return static_cast<int>(model_.bodies.size()) + 1; }  ///< with the ground
+  int coordinates() const { return 3 * (bodies() - 1); }
+  int equations() const { return static_cast<int>(row_owner_.size()); }
+  const Model& model() const { return model_; }
+  int body_index(const std::string& name) const;  ///< throws for an unknown name
+  const std::string& body_name(int body) const;
+  /// Joint or driver of an equation, for messages: "joint 'H3'".
+  const std::string& owner(int row) const { return row_owner_[static_cast<std::size_t>(row)]; }
+  bool angular_row(int row) const { return row_angular_[static_cast<std::size_t>(row)]; }
+  int first_row_of_joint(std::size_t joint) const { return joint_row_[joint]; }
+  int row_of_driver(std::size_t driver) const { return driver_row_[driver]; }
+  /// A length of the machine that makes angles and lengths comparable (m): the longest lever of a joint.
+  double length_scale() const { return length_scale_; }
+  const Eigen::VectorXd& mass() const { return mass_; }  ///< diagonal of M
+  Eigen::VectorXd start_position() const;
+  Eigen::VectorXd start_velocity() const;
+
+  // --- at a state ---
+  /// Sets the state that everything below refers to.
+  void set_state(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity);
+  void set_position(double t, const Eigen::VectorXd& q);
+  void set_velocity(const Eigen::VectorXd& velocity);
+  const BodyState& body(int index) const { return states_[static_cast<std::size_t>(index)]; }
+  double time() const { return t_; }
+  /// Phi, Phi_q, gamma, Phi_t.
+  void constraints(Constraints& out) const;
+  /// F: gravity, forces, external wrenches; fills powers() and values() on the way.
+  void loads(Eigen::VectorXd& out);
+  const std::vector<ForcePower>& powers() const { return powers_; }
+  const std::vector<ForceValues>& values() const { return values_; }
+  double kinetic() const;
+  double potential() const;  ///< of gravity, zero at the world's origin
+  double stored() const;     ///< in forces
+
+  // --- what comes from outside or stays ---
+  /// Wrench about the centre of gravity, world axes; stays until set anew (the soil's, over a machine step).
+  void set_external_wrench(int body, double fx, double fy, double mz);
+  const std::array<double, 3>& external_wrench(int body) const { return external_[static_cast<std::size_t>(body)]; }
+  /// Counts changes of the external wrench, so that an integrator sees a jump.
+  long wrench_changes() const { return wrench_changes_; }
+  /// Fills what the model's forces leave to the start pose (free lengths) from the assembled one. Relative angles of
+  /// joints and start values of drivers are taken from the model's own pose, before it is assembled.
+  void settle_forces(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity);
+  /// Starts traces of wheels anew from the current state, for a state that was set and not travelled to.
+  void restart_traces();
+  /// The state set last is accepted: the ground takes its ruts.
+  void commit();
+  const std::vector<Rut>& ruts() const { return ruts_; }
+
+  /// Everything that a restart needs beside (t, q, q'): start values, ruts, wheels, wrenches; as plain numbers.
+  void save(std::vector<double>& out) const;
+  /// Takes back what save() wrote; advances `from` past it.
+  void restore(const double*& from, const double* end);
+
+ private:
+  void check_bodies() const;
+  void check_elements() const;
+  void number_rows();
+  void assign_ruts();
+  void settle_constraints();
+  Scene scene() const { return {states_, t_, ruts_}; }
+
+  Model model_;
+  std::vector<AnyForce> given_forces_;  // as the model has them, before the start pose fills them
+  std::vector<std::string> row_owner_;
+  std::vector<bool> row_angular_;
+  std::vector<int> joint_row_, driver_row_;
+  double length_scale_ = 1;
+  Eigen::VectorXd mass_;
+
+  double t_ = 0;
+  std::vector<BodyState> states_;
+  std::vector<std::array<double, 3>> wrenches_, external_;
+  std::vector<ForcePower> powers_;
+  std::vector<ForceValues> values_;
+  std::vector<Rut> ruts_;
+  long wrench_changes_ = 0;
+};
+
+}  // namespace subsoil::mbd

@@ -1,0 +1,138 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "apps/output/bed_file.hpp"
+#include "apps/output/state_file.hpp"
+#include "output_scratch.hpp"
+
+namespace subsoil::app {
+namespace {
+
+TEST(StateFile, ArraysComeBackAsTheyWere) {
+  test::Scratch scratch;
+  const auto path = state_path(scratch.path(), 0.25);
+  EXPECT_EQ(path.filename(), "state-0.25.h5");
+  std::vector<double> history(5000);
+  for (std::size_t i = 0; i < history.size(); ++i) history[i] = std::sin(static_cast<double>(i)) / 3;
+  const std::vector<std::uint32_t> partner{1, 4294967295u, 0};
+  StateWriter writer(path);
+  writer.put("soil/contacts/history", history);
+  writer.put("soil/contacts/partner", partner);
+  writer.put("soil/none", std::vector<std::int64_t>{});
+  writer.put("time", 0.25);
+  writer.put("step", std::int64_t{9007199254740993});  // 2^53 + 1: no double holds it
+  writer.put_vectors("soil/position", std::vector<dem::Vec3>{{1, 2, 3}, {4, 5, 0.1}});
+  writer.put_text("scenario", "title: Versuch mit Ümlaut\n");
+  EXPECT_FALSE(std::filesystem::exists(path)) << "in place only when complete";
+  writer.commit();
+
+  const StateReader reader(path);
+  EXPECT_EQ(reader.get<double>("soil/contacts/history"), history);
+  EXPECT_EQ(reader.get<std::uint32_t>("soil/contacts/partner"), partner);
+  EXPECT_TRUE(reader.get<std::int64_t>("soil/none").empty());
+  EXPECT_EQ(reader.value<double>("time"), 0.25);
+  EXPECT_EQ(reader.value<std::int64_t>("step"), 9007199254740993);
+  EXPECT_EQ(reader.get_vectors("soil/position").at(1), (dem::Vec3{4, 5, 0.1}));
+  EXPECT_EQ(reader.text("scenario"), "title: Versuch mit Ümlaut\n");
+  EXPECT_FALSE(reader.has("machine/q"));
+  EXPECT_FALSE(reader.has("soil/contacts/age"));
+  EXPECT_NE(test::message_of<std::runtime_error>([&] { reader.get<double>("machine/q"); }).find("no machine/q"),
+            std::string::npos);
+  EXPECT_NE(test::message_of<std::runtime_error>([&] { reader.get<std::int32_t>("time"); }).find("another kind"),
+            std::string::npos);
+}
+
+TEST(StateFile, AnUnfinishedStateLeavesTheOldOne) {
+  test::Scratch scratch;
+  const auto path = scratch / "state-1.h5";
+  {
+    StateWriter writer(path);
+    writer.put("a", 1.0);
+    writer.commit();
+  }
+  {
+    StateWriter writer(path);
+    writer.put("a", 2.0);  // no commit: an exception passed by
+  }
+  EXPECT_EQ(StateReader(path).value<double>("a"), 1.0);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(scratch.path()), {}), 1) << "no litter";
+}
+
+TEST(StateFile, LatestIsByTimeNotByName) {
+  test::Scratch scratch;
+  EXPECT_FALSE(latest_state(scratch.path()));
+  for (const double time : {9.0, 10.0, 0.5}) {
+    StateWriter writer(state_path(scratch.path(), time));
+    writer.commit();
+  }
+  test::write_file(scratch / "state-99.h5.part", "cut off");
+  test::write_file(scratch / "state-of-the-art.h5", "no state");
+  EXPECT_EQ(latest_state(scratch.path())->filename(), "state-10.h5");
+}
+
+BedTable three_spheres() {
+  return {{1, 2, 7},
+          {{0.1, -1.0 / 3, 0}, {1e-9, 2, 3}, {-4, 5, 6}},
+          {0.01, 0.011, 0.2},
+          {1800, 1800, std::nan("")},
+          {"soil", "a, \"b\"", ""},
+          {{1, 0, 0}, {0, 0, 0}, {0, 0.1, 0}},
+          {{0, 0, 1}, {0, 0, 0}, {0, 0, 1e300}}};
+}
+
+TEST(BedFile, BothFormatsKeepEveryBit) {
+  for (const char* name : {"bed.h5", "bed.csv"}) {
+    test::Scratch scratch;
+    const auto bed = three_spheres();
+    save_bed(scratch / name, bed);
+    const auto back = load_bed(scratch / name);
+    EXPECT_EQ(back.id, bed.id) << name;
+    EXPECT_EQ(back.position, bed.position) << name;
+    EXPECT_EQ(back.radius, bed.radius) << name;
+    EXPECT_EQ(back.material, bed.material) << name;
+    EXPECT_EQ(back.velocity, bed.velocity) << name;
+    EXPECT_EQ(back.spin, bed.spin) << name;
+    EXPECT_EQ(back.density.at(1), 1800) << name;
+    EXPECT_TRUE(std::isnan(back.density.at(2))) << name;
+  }
+}
+
+TEST(BedFile, AHandWrittenListNeedsOnlyPlacesAndRadii) {
+  test::Scratch scratch;
+  test::write_file(scratch / "two.csv", "radius [mm], x [m], y [m], z [m], vx [m/s]\n10, 0, 0, 0, 0.5\n\n12,1e-1,+2,3,\n");
+  const auto millimetres = [](std::string_view unit, std::string_view si) {
+    return unit == "mm" && si == "m" ? 1e-3 : 1.0;
+  };
+  const auto bed = load_bed(scratch / "two.csv", millimetres);
+  EXPECT_EQ(bed.id, (std::vector<std::int64_t>{1, 2}));
+  EXPECT_DOUBLE_EQ(bed.radius.at(1), 0.012);
+  EXPECT_EQ(bed.position.at(1), (dem::Vec3{0.1, 2, 3}));
+  EXPECT_EQ(bed.velocity.at(0), (dem::Vec3{0.5, 0, 0}));
+  EXPECT_EQ(bed.velocity.at(1), (dem::Vec3{}));
+  EXPECT_EQ(bed.material.at(0), "");
+}
+
+TEST(BedFile, RefusalsNamePlaceValueAndRule) {
+  test::Scratch scratch;
+  const auto refusal = [&](const std::string& text) {
+    test::write_file(scratch / "b.csv", text);
+    return test::message_of<std::invalid_argument>([&] { load_bed(scratch / "b.csv"); });
+  };
+  const auto expect = [&](const std::string& text, const std::string& part) {
+    EXPECT_NE(refusal(text).find(part), std::string::npos) << refusal(text);
+  };
+  expect("x [m],y [m],z [m]\n", "b.csv:1: column 'radius' is missing");
+  expect("x [m],y [m],z [m],radius\n", "column 'radius' has no unit; write 'radius [m]'");
+  expect("x [mm],y [m],z [m],radius [m]\n", "column 'x': unit 'mm': must be m");
+  expect("x [m],y [m],z [m],radius [m],weight [kg]\n", "column 'weight' is unknown; known are id, x");
+  expect("x [m],y [m],z [m],radius [m]\n0,0,0,0.1\n0,0,0,-0.1\n", "b.csv:3: radius = -0.1 m: must be in (0, inf)");
+  expect("x [m],y [m],z [m],radius [m]\n0,0,oops,0.1\n", "b.csv:2: z = 'oops': must be a finite number");
+  expect("x [m],y [m],z [m],radius [m]\n0,0,0.1\n", "b.csv:2: 3 fields under 4 columns");
+  expect("id,x [m],y [m],z [m],radius [m]\n4,0,0,0,1\n4,1,0,0,1\n", "id 4 stands twice");
+  EXPECT_NE(test::message_of<std::invalid_argument>([&] { load_bed(scratch / "bed.txt"); }).find(".h5 or .csv"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace subsoil::app
