@@ -106,6 +106,8 @@ long Bed::steps() const { return impl_->steps; }
 const char* Bed::kernel_name() const { return impl_->kernel.name; }
 int Bed::threads() const { return impl_->threads; }
 const BedOptions& Bed::options() const { return impl_->options; }
+void Bed::set_floor_drop(double y) { impl_->options.floor_drop = y; }
+void Bed::surfaces_changed() { impl_->stale = true; }
 void Bed::set_limits(double speed, double overlap) {
   impl_->options.speed_limit = speed;
   impl_->options.overlap_limit = overlap;

@@ -101,6 +101,9 @@ class Bed {
   int threads() const;
   const BedOptions& options() const;
   void set_limits(double speed, double overlap);
+  void set_floor_drop(double y);  ///< height below which spheres are taken out
+  /// Tells the bed that a boundary's shape, material or `active` was changed; poses need no telling.
+  void surfaces_changed();
 
   /// Full state for a restart: plain arrays by name. `restore` expects the same boundaries and laws.
   struct State {

@@ -58,6 +58,9 @@ struct alignas(64) Accumulator {
   double unused;
 };
 
+/// Running maximum that takes a NaN and keeps it: no later finite value replaces it, so the fault is found.
+inline bool exceeds(double value, double largest) { return !(value <= largest) && largest == largest; }
+
 struct Extremes {
   double speed2 = 0, overlap = 0;
   std::uint32_t fastest = 0, deepest = 0;
@@ -104,6 +107,7 @@ struct Bed::Impl {
   double skin = 0;
   double moved = 0;  ///< bound on any sphere's path since the lists were built, m
   std::vector<Pose> listed_pose;
+  std::vector<char> listed_active;
   std::vector<double> boundary_radius;  ///< largest distance of a shape's points from its origin, m
 
   // time

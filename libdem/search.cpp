@@ -38,6 +38,7 @@ double Bed::Impl::largest_reach() const {
 bool Bed::Impl::lists_hold() const {
   if (stale || 2 * moved > skin) return false;
   for (std::size_t b = 0; b < boundaries.size(); ++b) {
+    if (boundaries[b].active != (listed_active[b] != 0)) return false;
     const Pose& was = listed_pose[b];
     const Pose& is = boundaries[b].pose;
     const Quaternion turn = is.attitude * was.attitude.conjugate();
@@ -197,6 +198,7 @@ void Bed::Impl::build_entries(const std::vector<std::uint32_t>& old_index) {
   candidates.clear();
   chunks.clear();
   listed_pose.resize(boundaries.size());
+  listed_active.resize(boundaries.size());
   std::vector<std::uint32_t> per_sphere(count + 1, 0);
   struct Found {
     std::vector<SurfaceEntry> entries;
@@ -206,6 +208,7 @@ void Bed::Impl::build_entries(const std::vector<std::uint32_t>& old_index) {
   for (std::size_t b = 0; b < boundaries.size(); ++b) {
     const Boundary& boundary = boundaries[b];
     listed_pose[b] = boundary.pose;
+    listed_active[b] = boundary.active;
     if (!boundary.active) continue;
     const Bounds box = bounds(boundary.shape);
     const std::size_t first = entries.size();
@@ -309,7 +312,7 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   double radius_sum = 0, largest = 0;
   for (const Sphere& s : spheres) {
     if (!(std::isfinite(s.x.x) && std::isfinite(s.x.y) && std::isfinite(s.x.z)))
-      throw BedFault("sphere " + std::to_string(s.id) + ": position is not finite");
+      throw BedFault("t = " + std::to_string(time) + " s: sphere " + std::to_string(s.id) + ": position is not finite");
     radius_sum += s.r;
     largest = std::max(largest, s.r);
   }

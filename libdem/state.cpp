@@ -154,6 +154,7 @@ void Bed::restore(const State& in) {
     Quaternion& q = b.pose_before.attitude;
     q.w = read.number(), q.x = read.number(), q.y = read.number(), q.z = read.number();
     b.work = read.number();
+    b.pose = b.pose_before;  // where it stood at t_n; given anew before the next step
   }
   d.tiles.clear(), d.chunks.clear();
   d.stale = true;

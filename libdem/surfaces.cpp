@@ -7,9 +7,6 @@
 namespace subsoil::dem {
 namespace {
 
-/// A lane that stands for a contact which has ended: a metre away, so that the law drops its springs and books them.
-constexpr double kFarAway = 1.0;
-
 struct LaneOfEntry {
   SurfaceEntry* entry;
   int contact;  ///< -1: ended
@@ -70,7 +67,12 @@ class ChunkRun {
   }
 
   void add_ended(const Sphere& s, int law, const Vec3& normal, const PairState& state, SurfaceEntry& e) {
-    fill(s, law, boundary_.pose.attitude.rotate(normal) * (s.r + kFarAway), {}, state);
+    // Just out of the law's reach, where it drops its springs and books them; with the true velocity, since the dashpots
+    // still worked over half of this step.
+    const Vec3 n = boundary_.pose.attitude.rotate(normal);
+    const Vec3 arm = n * ((s.r + bed_.reach(law)) * (1 + 1e-9));
+    const Vec3 v = boundary_.velocity + cross(boundary_.spin, s.x - arm - boundary_.pose.position);
+    fill(s, law, arm, s.v - v, state);
     lane_[lanes_++] = {&e, -1, {}};
   }
 
@@ -106,7 +108,7 @@ class ChunkRun {
       ++chunk_.contacts;
       if (batch_.overlap[k] > 0) ++e.touching;
       const double share = batch_.overlap[k] / batch_.r_i[k];
-      if (!(share <= chunk_.max_overlap)) chunk_.max_overlap = share, chunk_.worst = e.sphere;
+      if (exceeds(share, chunk_.max_overlap)) chunk_.max_overlap = share, chunk_.worst = e.sphere;
     }
     lanes_ = 0;
   }

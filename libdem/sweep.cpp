@@ -15,9 +15,8 @@
 namespace subsoil::dem {
 
 void Extremes::take(const Extremes& b) {
-  // Negated comparisons, so that a NaN is taken and found.
-  if (!(b.speed2 <= speed2)) speed2 = b.speed2, fastest = b.fastest;
-  if (!(b.overlap <= overlap)) overlap = b.overlap, deepest = b.deepest;
+  if (exceeds(b.speed2, speed2)) speed2 = b.speed2, fastest = b.fastest;
+  if (exceeds(b.overlap, overlap)) overlap = b.overlap, deepest = b.deepest;
   pairs += b.pairs;
 }
 
@@ -175,7 +174,7 @@ class Sweep {
     w_.extremes.pairs += bed_.pairs.live[lane.pair];
     const double r_j = lane.border < 0 ? b.r_j[k] : bed_.spheres[lane.other].r;
     const double share = b.overlap[k] / std::min(b.r_i[k], r_j);
-    if (!(share <= w_.extremes.overlap)) w_.extremes.overlap = share, w_.extremes.deepest = lane.owner;
+    if (exceeds(share, w_.extremes.overlap)) w_.extremes.overlap = share, w_.extremes.deepest = lane.owner;
   }
 
   /// The place where a sphere's sum grows; what earlier threads owe comes first.
@@ -219,7 +218,7 @@ class Sweep {
     s.x += s.v * dt_;
     const double speed2 = dot(s.v, s.v);
     bed_.tiles[i / kTile].half_step_kinetic += 0.5 * s.m * speed2 + 0.5 * inertia_i * dot(s.w, s.w);
-    if (!(speed2 <= w_.extremes.speed2)) w_.extremes.speed2 = speed2, w_.extremes.fastest = i;
+    if (exceeds(speed2, w_.extremes.speed2)) w_.extremes.speed2 = speed2, w_.extremes.fastest = i;
   }
 
   void record(Snapshot& out, const Sphere& s, const Vec3& f, const Vec3& t, double touching) const {
@@ -278,7 +277,7 @@ void Bed::Impl::sum_up(double dt, const Request& request) {
   extremes = {};
   for (const Worker& w : workers) extremes.take(w.extremes);
   for (const SurfaceChunk& c : chunks)
-    if (!(c.max_overlap <= extremes.overlap)) extremes.overlap = c.max_overlap, extremes.deepest = c.worst;
+    if (exceeds(c.max_overlap, extremes.overlap)) extremes.overlap = c.max_overlap, extremes.deepest = c.worst;
   for (const TileSums& t : tiles) extremes.kinetic += t.half_step_kinetic;
   sum_surfaces(dt_before);
   if (request.energy) {

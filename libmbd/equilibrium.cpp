@@ -68,8 +68,12 @@ Eigen::VectorXd towing_velocity(const System& system, double speed) {
   Eigen::VectorXd velocity = Eigen::VectorXd::Zero(system.coordinates());
   for (int i = 0; i < system.coordinates(); i += 3) velocity[i] = speed;
   for (const auto& f : system.model().forces)
-    if (const auto* wheel = std::get_if<WheelOnSoil>(&f.element))
-      velocity[3 * (wheel->body - 1) + 2] = -speed / wheel->radius;
+    std::visit(
+        [&](const auto& force) {
+          if constexpr (requires { force.towing_spin(speed); })
+            velocity[3 * (force.body - 1) + 2] = force.towing_spin(speed);
+        },
+        f.element);
   return velocity;
 }
 
@@ -168,10 +172,16 @@ std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
   }
   const Eigen::EigenSolver<Eigen::MatrixXd> solver(a, false);
   std::vector<Mode> found;
+  // A coordinate that nothing holds (a free wheel) has two zero eigenvalues, which rounding splits: one zero mode.
+  const double zero = 1e-6 * std::max(1.0, solver.eigenvalues().cwiseAbs().maxCoeff());
+  int zeros = 0;
   for (Eigen::Index i = 0; i < 2 * f; ++i) {
     const auto s = solver.eigenvalues()[i];
-    if (s.imag() < 0) continue;
-    found.push_back({s.imag() / (2 * std::numbers::pi), std::abs(s) > 0 ? -s.real() / std::abs(s) : 0.0, s.real()});
+    if (std::abs(s) < zero) {
+      if (zeros++ % 2 == 0) found.push_back({});
+    } else if (s.imag() >= 0) {
+      found.push_back({s.imag() / (2 * std::numbers::pi), -s.real() / std::abs(s), s.real()});
+    }
   }
   std::sort(found.begin(), found.end(), [](const Mode& x, const Mode& y) { return x.frequency < y.frequency; });
   return found;

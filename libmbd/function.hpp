@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -87,6 +88,9 @@ struct RampFunction {
 /// Natural cubic spline through (time, value); held constant (with its first or last value) outside.
 struct TableFunction {
   std::vector<double> times, values;
+
+  TableFunction() = default;
+  TableFunction(std::vector<double> at, std::vector<double> value) : times(std::move(at)), values(std::move(value)) {}
 
   template <class V>
   void describe(V& v, const std::string& unit) {

@@ -5,6 +5,7 @@
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <exception>
 #include <stdexcept>
@@ -74,10 +75,11 @@ struct Ida::Solver {
   void set_weights(const IdaOptions& o) const {
     Map weight(data(tolerance), size()), kind(data(id), size());
     weight.head(2 * n).setConstant(o.atol);
-    // lambda and mu stand outside the error test; they only need weights that Newton can meet: lambda is a force,
-    // about 1e6 times a displacement in the same digits, and mu carries rounding of q over a step.
-    weight.segment(2 * n, r).setConstant(1e6 * o.atol);
-    weight.segment(2 * n + r, r).setConstant(1e3 * o.atol);
+    // lambda and mu stand outside the error test; they only need weights that Newton can meet. Rounding e of q and w
+    // returns in them as e M/h and e/h: at the first, shortest steps far above the digits asked of q. How exact they
+    // must be, q and w in the same Newton iteration decide.
+    weight.segment(2 * n, r).setConstant(1e6 * o.atol * std::max(1.0, system.mass().maxCoeff()));
+    weight.segment(2 * n + r, r).setConstant(1e6 * o.atol);
     weight.tail(e).setConstant(1e2 * o.atol);
     kind.setOnes();
     kind.segment(2 * n, 2 * r).setZero();
@@ -169,6 +171,7 @@ void Ida::reinitialise() {
   for (Eigen::Index i = 0; i < s.r; ++i) y[2 * s.n + i] = now_.lambda[s.rows[static_cast<std::size_t>(i)]];
   y.tail(s.e) = flows_.of_elements, dy.tail(s.e) = now_.rates;
   check(IDAReInit(s.memory, now_.t, s.y, s.dy), "IDAReInit");
+  fresh_ = true;
 }
 
 void Ida::on_restore(const double*&, const double*) { on_start(); }
@@ -189,6 +192,13 @@ void Ida::on_advance(double h) {
   }
   if (wrench_changes_ != system_.wrench_changes()) reinitialise();
   const double end = now_.t + h;
+  if (fresh_) {
+    // IDA's own first step follows from y'/weight and can fall to 1e-13 s, where rounding e/h of an index-2 system
+    // is all that Newton sees. The first step of order 1 errs by q'' h^2/2: that is what it may be.
+    const double first = std::sqrt(options_.atol / (1 + now_.acceleration.cwiseAbs().maxCoeff()));
+    check(IDASetInitStep(s.memory, std::min(h, first)), "IDASetInitStep");
+    fresh_ = false;
+  }
   check(IDASetStopTime(s.memory, end), "IDASetStopTime");
   double reached = now_.t;
   s.thrown = nullptr;

@@ -32,6 +32,7 @@ class Ida : public Integrator {
   IdaOptions options_;
   std::unique_ptr<Solver> solver_;
   long wrench_changes_ = 0;
+  bool fresh_ = false;  // no step since the last re-initialisation
 };
 
 }  // namespace subsoil::mbd

@@ -25,8 +25,8 @@ namespace subsoil::mbd {
 
 struct MachineOptions {
   IntegratorKind integrator = IntegratorKind::adams_moulton;
-  AdamsMoultonOptions adams_moulton;
-  IdaOptions ida;
+  AdamsMoultonOptions adams_moulton{};
+  IdaOptions ida{};
 };
 
 /// The energy book since the start (J). balance() is 0 up to integration error: kinetic + potential + stored + lost

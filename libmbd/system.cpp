@@ -119,9 +119,6 @@ void System::check_elements() const {
               refuse(what + ": " + error.what());
             }
           }
-          if constexpr (requires { element.stiffness; }) {
-            if (std::isnan(element.stiffness)) refuse(what + ": stiffness is not given; give 0 for a damper alone");
-          }
         },
         named.element);
   };
@@ -154,12 +151,15 @@ void System::number_rows() {
 
 void System::assign_ruts() {
   std::map<std::string, std::size_t> tracks;
-  for (auto& f : model_.forces) {
-    if (auto* wheel = std::get_if<WheelOnSoil>(&f.element)) {
-      const std::string key = wheel->track.empty() ? "wheel " + f.name : "track " + wheel->track;
-      wheel->rut = tracks.emplace(key, tracks.size()).first->second;
-    }
-  }
+  for (auto& f : model_.forces)
+    std::visit(
+        [&](auto& force) {
+          if constexpr (requires { force.track; }) {
+            const std::string key = force.track.empty() ? "wheel " + f.name : "track " + force.track;
+            force.rut = tracks.emplace(key, tracks.size()).first->second;
+          }
+        },
+        f.element);
   ruts_.resize(tracks.size());
 }
 
@@ -218,7 +218,7 @@ void System::set_state(double t, const Eigen::VectorXd& q, const Eigen::VectorXd
 }
 
 void System::constraints(Constraints& out) const {
-  if (out.phi.size() != equations()) {
+  if (out.jacobian.rows() != equations() || out.jacobian.cols() != coordinates()) {
     out.phi.resize(equations());
     out.gamma.resize(equations());
     out.phi_t.resize(equations());
@@ -313,7 +313,11 @@ void System::settle_forces(double t, const Eigen::VectorXd& q, const Eigen::Vect
 
 void System::restart_traces() {
   for (auto& f : model_.forces)
-    if (auto* wheel = std::get_if<WheelOnSoil>(&f.element)) wheel->settle_start(scene());
+    std::visit(
+        [&](auto& force) {
+          if constexpr (requires { force.begin_trace(scene()); }) force.begin_trace(scene());
+        },
+        f.element);
 }
 
 void System::commit() {
@@ -333,10 +337,14 @@ void System::save(std::vector<double>& out) const {
         },
         d.element);
   for (const auto& f : model_.forces)
-    if (const auto* wheel = std::get_if<WheelOnSoil>(&f.element)) {
-      const auto m = wheel->memory();
-      out.insert(out.end(), m.begin(), m.end());
-    }
+    std::visit(
+        [&](const auto& force) {
+          if constexpr (requires { force.memory(); }) {
+            const auto m = force.memory();
+            out.insert(out.end(), m.begin(), m.end());
+          }
+        },
+        f.element);
   for (const auto& w : external_) out.insert(out.end(), w.begin(), w.end());
   for (const auto& rut : ruts_) {
     out.push_back(static_cast<double>(rut.first()));
@@ -353,11 +361,15 @@ void System::restore(const double*& from, const double* end) {
   for (auto& d : model_.drivers)
     std::visit([&](auto& driver) { driver.motion.start = next(), driver.motion.start_time = next(); }, d.element);
   for (auto& f : model_.forces)
-    if (auto* wheel = std::get_if<WheelOnSoil>(&f.element)) {
-      std::array<double, 3> m;
-      for (auto& value : m) value = next();
-      wheel->set_memory(m);
-    }
+    std::visit(
+        [&](auto& force) {
+          if constexpr (requires { force.memory(); }) {
+            auto m = force.memory();
+            for (auto& value : m) value = next();
+            force.set_memory(m);
+          }
+        },
+        f.element);
   for (auto& w : external_)
     for (auto& value : w) value = next();
   ++wrench_changes_;

@@ -18,10 +18,10 @@ struct Named {
 /// A machine as plain numbers, SI. Body i of `bodies` has the index i + 1 in joints and forces; 0 is the ground.
 struct Model {
   std::array<double, 2> gravity{0, -9.81};  ///< m/s^2
-  std::vector<Body> bodies;
-  std::vector<Named<AnyJoint>> joints;
-  std::vector<Named<AnyDriver>> drivers;
-  std::vector<Named<AnyForce>> forces;
+  std::vector<Body> bodies{};
+  std::vector<Named<AnyJoint>> joints{};
+  std::vector<Named<AnyDriver>> drivers{};
+  std::vector<Named<AnyForce>> forces{};
   double start_time = 0;
 
   /// Adds and returns the index to use in joints and forces.

@@ -23,9 +23,10 @@ struct Column {
   const char* name;
   const char* unit;  ///< SI; empty for text and pure numbers
 };
-constexpr Column kColumns[] = {{"id", ""},        {"x", "m"},          {"y", "m"},      {"z", "m"},      {"radius", "m"},
-                               {"density", "kg/m^3"}, {"material", ""}, {"vx", "m/s"},   {"vy", "m/s"},   {"vz", "m/s"},
-                               {"wx", "rad/s"},   {"wy", "rad/s"},     {"wz", "rad/s"}};
+constexpr Column kColumns[] = {
+    {"id", ""},       {"x", "m"},    {"y", "m"},    {"z", "m"},    {"radius", "m"}, {"density", "kg/m^3"},
+    {"material", ""}, {"vx", "m/s"}, {"vy", "m/s"}, {"vz", "m/s"}, {"wx", "rad/s"}, {"wy", "rad/s"},
+    {"wz", "rad/s"}};
 
 double si_only(std::string_view unit, std::string_view si) {
   if (unit != si) throw std::invalid_argument(fmt::format("unit '{}': must be {}", unit, si));
@@ -66,7 +67,8 @@ class CsvBed {
     const auto labels = csv::split(line);
     for (std::size_t i = 0; i < labels.size(); ++i) take_label(i, csv::split_label(labels[i]), factor);
     for (const char* must : {"x", "y", "z", "radius"})
-      if (!places_.contains(must)) refuse(1, fmt::format("column '{}' is missing; x, y, z and radius must stand", must));
+      if (!places_.contains(must))
+        refuse(1, fmt::format("column '{}' is missing; x, y, z and radius must stand", must));
     columns_ = labels.size();
   }
 
@@ -176,8 +178,12 @@ BedTable load_hdf5(const std::filesystem::path& path) {
   const StateReader file(path);
   if (!file.has("bed/position"))
     throw std::invalid_argument(path.string() + " holds no bed; beds are written by 'save:' in a scenario");
-  BedTable bed{file.get<std::int64_t>("bed/id"), file.get_vectors("bed/position"), file.get<double>("bed/radius"),
-               file.get<double>("bed/density"),  {},                               file.get_vectors("bed/velocity"),
+  BedTable bed{file.get<std::int64_t>("bed/id"),
+               file.get_vectors("bed/position"),
+               file.get<double>("bed/radius"),
+               file.get<double>("bed/density"),
+               {},
+               file.get_vectors("bed/velocity"),
                file.get_vectors("bed/spin")};
   std::vector<std::string> names(1);
   for (const char c : file.text("bed/material names"))
@@ -185,7 +191,8 @@ BedTable load_hdf5(const std::filesystem::path& path) {
       names.emplace_back();
     else
       names.back() += c;
-  for (const auto m : file.get<std::int32_t>("bed/material")) bed.material.push_back(names.at(static_cast<std::size_t>(m)));
+  for (const auto m : file.get<std::int32_t>("bed/material"))
+    bed.material.push_back(names.at(static_cast<std::size_t>(m)));
   return bed;
 }
 

@@ -52,14 +52,16 @@ bool exists(hid_t parent, const std::string& path);
 
 void write(hid_t parent, const std::string& name, const void* data, hid_t memory_type, const Layout& layout);
 template <class T>
-void write(hid_t parent, const std::string& name, std::span<const T> values, hsize_t columns = 1, int compression = -1) {
+void write(hid_t parent, const std::string& name, std::span<const T> values, hsize_t columns = 1,
+           int compression = -1) {
   write(parent, name, values.data(), type_of<T>(), {values.size() / columns, columns, type_of<T>(), compression});
 }
 void write_text(hid_t parent, const std::string& name, const std::vector<std::string>& lines);
 
 /// Shape of a dataset; a missing one throws std::runtime_error.
 std::vector<hsize_t> shape(hid_t parent, const std::string& name);
-/// All values in row order. The class (integer, float) must be T's: a float read as an integer is a mistake, not a wish.
+/// All values in row order. The class (integer, float) must be T's: a float read as an integer is a mistake, not a
+/// wish.
 template <class T>
 std::vector<T> read(hid_t parent, const std::string& name);
 std::vector<std::string> read_text(hid_t parent, const std::string& name);

@@ -5,8 +5,8 @@
 
 namespace subsoil::app {
 
-/// Nearest float with `bits` explicit mantissa bits (of 23): relative error at most 2^-(bits+1). The low bits become zero,
-/// which is what makes shuffled bytes compress. Infinity and NaN stay what they are.
+/// Nearest float with `bits` explicit mantissa bits (of 23): relative error at most 2^-(bits+1). The low bits become
+/// zero, which is what makes shuffled bytes compress. Infinity and NaN stay what they are.
 inline float round_mantissa(float x, int bits) {
   const auto word = std::bit_cast<std::uint32_t>(x);
   if ((word & 0x7f800000u) == 0x7f800000u) return x;

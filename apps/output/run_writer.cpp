@@ -19,7 +19,7 @@ constexpr double kPositionShare = 1e-4;  // of the smallest radius: a hundredth 
 struct VectorColumn {
   const char* name;
   const char* unit;
-  std::span<const dem::Vec3> Frame::* data;
+  std::span<const dem::Vec3> Frame::*data;
 };
 constexpr VectorColumn kVectorColumns[] = {{"velocity", "m/s", &Frame::velocity},
                                            {"spin", "rad/s", &Frame::spin},
@@ -63,7 +63,8 @@ struct RunWriter::Impl {
     add_places(options.expected_frames + 64);
     h5::flush_to_disk(file);
     if (!particles.radius.empty())
-      quantum = power_of_two_below(kPositionShare * *std::min_element(particles.radius.begin(), particles.radius.end()));
+      quantum =
+          power_of_two_below(kPositionShare * *std::min_element(particles.radius.begin(), particles.radius.end()));
   }
 
   void check_input() const;
@@ -132,14 +133,14 @@ XdmfArray RunWriter::Impl::put(const std::string& path, std::size_t rows, hsize_
 template <class Get>
 XdmfArray RunWriter::Impl::put_real(const std::string& path, std::size_t rows, hsize_t columns, const std::string& unit,
                                     Get get) {
-  return options.precision == Precision::float64 ? put<double>(path, rows, columns, unit, get)
+  return options.precision == FramePrecision::float64 ? put<double>(path, rows, columns, unit, get)
                                                  : put<float>(path, rows, columns, unit, get);
 }
 
 XdmfArray RunWriter::Impl::put_vectors(const std::string& path, std::span<const dem::Vec3> all,
                                        std::span<const std::size_t> rows, const std::string& unit) {
   const auto value = [&](std::size_t i) { return all[rows[i / 3]][static_cast<int>(i % 3)]; };
-  if (options.precision != Precision::rounded) return put_real(path, rows.size(), 3, unit, value);
+  if (options.precision != FramePrecision::rounded) return put_real(path, rows.size(), 3, unit, value);
   if (unit == "m")
     return put<float>(path, rows.size(), 3, unit,
                       [&](std::size_t i) { return std::nearbyint(value(i) / quantum) * quantum; });
@@ -170,9 +171,8 @@ void RunWriter::Impl::write_surfaces() {
     triangles.push_back(put<std::int32_t>(group + "/triangles", s.triangles.size(), 3, "",
                                           [&](std::size_t i) { return s.triangles[i / 3][i % 3]; }));
     // Of a moving surface this is its shape in its own axes: nothing draws it, but it is what the poses refer to.
-    fixed_vertices.push_back(put_real(group + "/vertices", s.vertices.size(), 3, "m", [&](std::size_t i) {
-      return s.vertices[i / 3][static_cast<int>(i % 3)];
-    }));
+    fixed_vertices.push_back(put_real(group + "/vertices", s.vertices.size(), 3, "m",
+                                      [&](std::size_t i) { return s.vertices[i / 3][static_cast<int>(i % 3)]; }));
   }
 }
 
@@ -184,15 +184,15 @@ void RunWriter::Impl::check_frame(const Frame& frame) const {
   const auto n = frame.id.empty() ? particles.id.size() : frame.id.size();
   const auto demand = [&](const std::string& name, std::size_t size) {
     if (options.columns.contains(name) && size != n)
-      throw std::invalid_argument(fmt::format("frame at {} s: {} has {} entries, {} spheres are there", frame.time, name,
-                                              size, n));
+      throw std::invalid_argument(
+          fmt::format("frame at {} s: {} has {} entries, {} spheres are there", frame.time, name, size, n));
   };
   demand("position", frame.position.size());
   for (const auto& column : kVectorColumns) demand(column.name, (frame.*column.data).size());
   demand("contacts", frame.contacts.size());
   if (frame.surfaces.size() != surfaces.size())
-    throw std::invalid_argument(fmt::format("frame at {} s: {} poses for {} surfaces", frame.time,
-                                            frame.surfaces.size(), surfaces.size()));
+    throw std::invalid_argument(
+        fmt::format("frame at {} s: {} poses for {} surfaces", frame.time, frame.surfaces.size(), surfaces.size()));
 }
 
 /// Rows of the frame that go into the file.
@@ -241,8 +241,8 @@ XdmfGrid RunWriter::Impl::write_soil(const Frame& frame, const std::string& grou
       {"radius", put_real(group + "/radius", n, 1, "m", [&](std::size_t i) { return p.radius[entry[i]]; })});
   grid.attributes.push_back(
       {"density", put_real(group + "/density", n, 1, "kg/m^3", [&](std::size_t i) { return p.density[entry[i]]; })});
-  grid.attributes.push_back(
-      {"material", put<std::int32_t>(group + "/material", n, 1, "", [&](std::size_t i) { return p.material[entry[i]]; })});
+  grid.attributes.push_back({"material", put<std::int32_t>(group + "/material", n, 1, "",
+                                                           [&](std::size_t i) { return p.material[entry[i]]; })});
   return grid;
 }
 

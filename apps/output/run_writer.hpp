@@ -39,20 +39,21 @@ struct Frame {
   std::span<const std::int64_t> id;  ///< who is left; empty: everybody in the particle table
   std::span<const dem::Vec3> position, velocity, spin, force, torque;
   std::span<const int> contacts;
-  std::span<const dem::Pose> surfaces;  ///< one per surface of the list, in its order; of a fixed surface it is not read
+  std::span<const dem::Pose>
+      surfaces;  ///< one per surface of the list, in its order; of a fixed surface it is not read
 };
 
-/// How numbers are kept. `rounded` is float32 whose last bits are noise to physics and are set to zero, because they are
-/// what does not compress: positions to at most 1e-4 of the smallest radius (1 micrometre for 10 mm), everything else to
-/// a relative 3e-5.
-enum class Precision { rounded, float32, float64 };
+/// How numbers are kept. `rounded` is float32 whose last bits are noise to physics and are set to zero, because they
+/// are what does not compress: positions to at most 1e-4 of the smallest radius (1 micrometre for 10 mm), everything
+/// else to a relative 3e-5.
+enum class FramePrecision { rounded, float32, float64 };
 
 struct FrameBox {
   dem::Vec3 low, high;  ///< m, world axes; a sphere belongs when its centre lies inside
 };
 
 struct RunOptions {
-  Precision precision = Precision::rounded;
+  FramePrecision precision = FramePrecision::rounded;
   std::set<std::string> columns = all_columns();  ///< position always stands
   std::optional<FrameBox> region;
   long expected_frames = 256;  ///< places made in advance; more frames are possible, see RunWriter
@@ -67,9 +68,9 @@ struct RunOptions {
 /// A killed run keeps its frames. HDF5 has no journal, so nothing that an earlier frame needs is touched again: the
 /// groups /frames/000000, 000001, ... are made empty when the file is made; a frame fills its own group, whose index is
 /// its own, and new space at the end of the file. After the frame the file is flushed to disk, and only then does a
-/// rename put the XDMF in place that names it. (One file per frame would be as safe but litters; SWMR mode leaves a mark
-/// in a killed file that readers refuse.) Only beyond `expected_frames` + 64 are more groups added, at a moment's risk.
-/// The file is not locked: a run can be looked at while it goes on.
+/// rename put the XDMF in place that names it. (One file per frame would be as safe but litters; SWMR mode leaves a
+/// mark in a killed file that readers refuse.) Only beyond `expected_frames` + 64 are more groups added, at a moment's
+/// risk. The file is not locked: a run can be looked at while it goes on.
 class RunWriter {
  public:
   RunWriter(const std::filesystem::path& directory, ParticleTable particles, std::vector<OutputSurface> surfaces,

@@ -87,8 +87,8 @@ Series read_series(const std::filesystem::path& path) {
     for (std::size_t i = 0; i < fields.size(); ++i) {
       double value = 0;
       if (!csv::to_number(fields[i], value))
-        throw std::runtime_error(fmt::format("{}:{}: {} = '{}' is no number", path.string(), number,
-                                             series.columns[i].label(), fields[i]));
+        throw std::runtime_error(
+            fmt::format("{}:{}: {} = '{}' is no number", path.string(), number, series.columns[i].label(), fields[i]));
       series.values[i].push_back(value);
     }
   }

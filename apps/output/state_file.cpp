@@ -77,8 +77,7 @@ T StateReader::value(const std::string& name) const {
 std::vector<dem::Vec3> StateReader::get_vectors(const std::string& name) const {
   const auto numbers = get<double>(name);
   std::vector<dem::Vec3> values(numbers.size() / 3);
-  for (std::size_t i = 0; i < values.size(); ++i)
-    values[i] = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
   return values;
 }
 

@@ -16,11 +16,11 @@ namespace subsoil::app {
 /// Types an array of a state may have. A name may hold slashes; they become groups.
 template <class T>
 concept StateNumber = std::same_as<T, double> || std::same_as<T, float> || std::same_as<T, std::int32_t> ||
-                      std::same_as<T, std::int64_t> || std::same_as<T, std::uint8_t> ||
-                      std::same_as<T, std::uint32_t> || std::same_as<T, std::uint64_t>;
+    std::same_as<T, std::int64_t> || std::same_as<T, std::uint8_t> || std::same_as<T, std::uint32_t> ||
+    std::same_as<T, std::uint64_t>;
 
-/// Collects a state in a file beside `path` and puts it in place by commit(): until then, and in a crash, an older file of
-/// that name and all other states stay as they are. Without commit() nothing is left.
+/// Collects a state in a file beside `path` and puts it in place by commit(): until then, and in a crash, an older file
+/// of that name and all other states stay as they are. Without commit() nothing is left.
 class StateWriter {
  public:
   explicit StateWriter(const std::filesystem::path& path);

@@ -112,13 +112,13 @@ nlohmann::ordered_json Summary::to_json(double share_limit) const {
     const auto& wall = columns_[share.wall].column.name;
     const auto& draft = columns_[share.draft].column.name;
     const double peak = share.peak(columns_[share.wall].coarse_window) / std::abs(mean(draft));
-    json["wall shares"][wall] = {{"of", draft},
-                                 {"peak share", number(peak)},
-                                 {"force before the tool [N]", number(share.baseline())}};
+    json["wall shares"][wall] = {
+        {"of", draft}, {"peak share", number(peak)}, {"force before the tool [N]", number(share.baseline())}};
     if (peak > share_limit)
-      warnings.push_back(fmt::format("{} carries up to {:.1f} % of the {} (limit {:.0f} %): the domain is too small for "
-                                     "the depth; make it larger in that direction",
-                                     wall, 100 * peak, draft, 100 * share_limit));
+      warnings.push_back(
+          fmt::format("{} carries up to {:.1f} % of the {} (limit {:.0f} %): the domain is too small for "
+                      "the depth; make it larger in that direction",
+                      wall, 100 * peak, draft, 100 * share_limit));
   }
   json["warnings"] = warnings;
   return json;

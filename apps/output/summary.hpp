@@ -35,9 +35,9 @@ class Summary {
   /// Values over the step that ends at `time` and lasted `duration`.
   void sample(double time, double duration, std::span<const double> values);
 
-  /// Share of the draft that a wall carries: peak over the window of |50 ms mean of `wall` - baseline| over |window mean
-  /// of `draft`|. The baseline is what the wall carries before the tool comes (mean over [from, until]); the bed's own
-  /// weight leans on the end walls. Both are names of columns, forces along the draft.
+  /// Share of the draft that a wall carries: peak over the window of |50 ms mean of `wall` - baseline| over |window
+  /// mean of `draft`|. The baseline is what the wall carries before the tool comes (mean over [from, until]); the bed's
+  /// own weight leans on the end walls. Both are names of columns, forces along the draft.
   void share_of(const std::string& wall, const std::string& draft, double baseline_from, double baseline_until);
 
   /// Free sections, in the order of first use: summary.section("run")["threads"] = 2.

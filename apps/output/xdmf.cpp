@@ -16,18 +16,27 @@ std::string escaped(const std::string& text) {
   std::string safe;
   for (const char c : text) {
     switch (c) {
-      case '&': safe += "&amp;"; break;
-      case '<': safe += "&lt;"; break;
-      case '>': safe += "&gt;"; break;
-      case '"': safe += "&quot;"; break;
-      default: safe += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
+      case '&':
+        safe += "&amp;";
+        break;
+      case '<':
+        safe += "&lt;";
+        break;
+      case '>':
+        safe += "&gt;";
+        break;
+      case '"':
+        safe += "&quot;";
+        break;
+      default:
+        safe += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
     }
   }
   return safe;
 }
 
 std::string array_xml(const XdmfArray& array) {
-  return fmt::format(R"(<DataItem Format="HDF" NumberType="{}" Precision="{}" Dimensions="{}">{}</DataItem>)",
+  return fmt::format(R"(<DataItem Format="HDF" NumberType="{}" FramePrecision="{}" Dimensions="{}">{}</DataItem>)",
                      array.real ? "Float" : "Int", array.bytes, fmt::join(array.dimensions, " "),
                      escaped(array.location));
 }

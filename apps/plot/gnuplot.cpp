@@ -65,7 +65,8 @@ std::string gnuplot_text(std::string_view text) {
 
 void run_gnuplot(std::string script, const std::filesystem::path& out) {
   if (!gnuplot_found())
-    throw std::runtime_error("plots are drawn by gnuplot, which is not on PATH; install it: apt-get install gnuplot-nox");
+    throw std::runtime_error(
+        "plots are drawn by gnuplot, which is not on PATH; install it: apt-get install gnuplot-nox");
   const auto part = temporary_name(out);
   const auto place = script.find("{out}");
   script.replace(place, 5, gnuplot_text(part.string()));
@@ -77,7 +78,8 @@ void run_gnuplot(std::string script, const std::filesystem::path& out) {
   std::filesystem::remove(log, ignored);
   if (status != 0 || !std::filesystem::exists(part)) {
     std::filesystem::remove(part, ignored);
-    throw std::runtime_error(fmt::format("gnuplot could not draw {} (script left in {}):\n{}", out.string(), file, words));
+    throw std::runtime_error(
+        fmt::format("gnuplot could not draw {} (script left in {}):\n{}", out.string(), file, words));
   }
   std::filesystem::remove(file, ignored);
   put_in_place(out);

@@ -5,8 +5,9 @@
 
 namespace subsoil::app {
 
-/// Runs a gnuplot script whose output file is `out`, named in it as {out}. The picture is put in place when it is complete.
-/// Throws std::runtime_error with gnuplot's own words when it fails, and with the cure when it is not installed.
+/// Runs a gnuplot script whose output file is `out`, named in it as {out}. The picture is put in place when it is
+/// complete. Throws std::runtime_error with gnuplot's own words when it fails, and with the cure when it is not
+/// installed.
 void run_gnuplot(std::string script, const std::filesystem::path& out);
 
 /// Text as a gnuplot string: nothing inside is read as markup or escape.

@@ -95,6 +95,7 @@ std::vector<std::string> choose_columns(const std::vector<Run>& runs, const std:
   return names;
 }
 
+/// `size` is the largest number to be shown, of all panels with this unit.
 Shown shown_unit(const std::string& unit, double size) {
   if (unit == "N" && size >= 2000) return {1e-3, "kN"};
   if (unit == "N m" && size >= 2000) return {1e-3, "kN m"};
@@ -103,12 +104,6 @@ Shown shown_unit(const std::string& unit, double size) {
   if (unit == "m" && size < 1) return {1e3, "mm"};
   if (unit == "J" && size >= 2000) return {1e-3, "kJ"};
   return {1, unit};
-}
-
-/// Forces ring: their means tell more than their samples. Positions are smooth already.
-bool is_smoothed(const std::string& unit, const std::vector<double>& time) {
-  const double interval = (time.back() - time.front()) / static_cast<double>(time.size() - 1);
-  return (unit == "N" || unit == "N m") && interval < kSmoothing / 4 && time.back() - time.front() > 4 * kSmoothing;
 }
 
 Line smoothed(const Line& line) {
@@ -121,6 +116,22 @@ Line smoothed(const Line& line) {
     means.y.push_back(mean.mean());
   }
   return means;
+}
+
+/// Forces of the soil are rough: the mean tells more than the samples. A spring's or a pose's curve would only lose its
+/// peaks. Rough is a curve from which the mean takes something visible (1 % of its range), of which at least half jumps
+/// from one sample to the next.
+bool is_rough(const Line& line, const Line& means) {
+  if (means.x.size() < line.x.size() / 2 || means.x.size() < 200) return false;
+  const std::size_t skipped = (line.x.size() - means.x.size()) / 2;
+  double jumps = 0, taken = 0;
+  for (std::size_t i = 0; i < means.y.size(); ++i) {
+    jumps += std::pow(line.y[i + skipped + 1] - line.y[i + skipped], 2);
+    taken += std::pow(line.y[i + skipped] - means.y[i], 2);
+  }
+  const Range range = range_of(line.y);
+  const double visible = 0.01 * (range.high - range.low);
+  return taken > visible * visible * static_cast<double>(means.y.size()) && jumps > 0.25 * taken;
 }
 
 /// At most about `bins` pairs of lowest and highest value: a peak is never thinned away.
@@ -190,22 +201,34 @@ class Sheet {
     script_ += "EOD\n";
   }
 
-  void add_panel(std::size_t panel) {
-    const auto& name = columns_[panel];
-    Range range;
+  struct Panel {
     std::string unit;
+    Range range;
+  };
+  /// Unit and range of a column over all runs.
+  Panel panel_of(const std::string& name) const {
+    Panel panel;
     for (const auto& run : runs_) {
       const int column = run.series.find(name);
       if (column < 0) continue;
-      unit = run.series.columns[static_cast<std::size_t>(column)].unit;
+      panel.unit = run.series.columns[static_cast<std::size_t>(column)].unit;
       const auto own = range_of(run.series.values[static_cast<std::size_t>(column)]);
-      range.take(own.low);
-      range.take(own.high);
+      panel.range.take(own.low);
+      panel.range.take(own.high);
     }
-    if (range.low > range.high) range = {0, 1};  // nothing finite anywhere
-    const Shown shown = shown_unit(unit, range.size());
+    if (panel.range.low > panel.range.high) panel.range = {0, 1};  // nothing finite anywhere
+    return panel;
+  }
+
+  void add_panel(std::size_t panel) {
+    const auto& name = columns_[panel];
+    const auto [unit, range] = panel_of(name);
+    double size = range.size();
+    if (unit == "N" || unit == "N m")  // forces side by side are compared: one unit for all
+      for (const auto& other : columns_)
+        if (const auto p = panel_of(other); p.unit == unit) size = std::max(size, p.range.size());
+    const Shown shown = shown_unit(unit, size);
     std::string faint, strong;
-    bool any_smoothed = false;
     const auto bins = static_cast<std::size_t>(2 * options_.width);
     for (std::size_t r = 0; r < runs_.size(); ++r) {
       const auto& series = runs_[r].series;
@@ -216,11 +239,11 @@ class Sheet {
       const auto block = fmt::format("p{}r{}", panel, r);
       std::string drawn = block;
       add_block(block, thinned(line, bins), shown.factor);
-      if (is_smoothed(unit, line.x)) {
-        any_smoothed = true;
+      if (const Line means = smoothed(line); is_rough(line, means)) {
+        any_rough_ = true;
         faint += fmt::format("${} with lines linewidth 0.7 linecolor rgb '#60{}' notitle, ", block, colour + 1);
         drawn += "mean";
-        add_block(drawn, thinned(smoothed(line), bins), shown.factor);
+        add_block(drawn, thinned(means, bins), shown.factor);
       }
       strong += fmt::format("${} with lines linewidth 1.8 linecolor rgb '{}' title {}, ", drawn, colour,
                             panel == 0 && runs_.size() > 1 ? gnuplot_text(runs_[r].name) : "''");
@@ -228,9 +251,11 @@ class Sheet {
     place(panel, range, shown);
     script_ += fmt::format("set ylabel {} offset 0.6,0 textcolor rgb '#222222'\n",
                            gnuplot_text(shown.unit == "1" ? name : name + " [" + shown.unit + "]"));
-    script_ += any_smoothed ? "set label 1 'thin: samples, thick: 50 ms means' at graph 0.995,0.04 right font ',8' "
-                              "textcolor rgb '#777777'\n"
-                            : "unset label 1\n";
+    if (any_rough_ && panel + 1 == columns_.size())
+      script_ += fmt::format(
+          "set label 1 'thin: samples, thick: 50 ms means' at screen 0.975,{:.5f} right font ',9' "
+          "textcolor rgb '#777777'\n",
+          14.0 / height_);
     script_ += "plot " + faint + strong;
     script_.erase(script_.size() - 2);
     script_ += '\n';
@@ -254,8 +279,8 @@ class Sheet {
                              gnuplot_text(runs_.front().name), 92.0 / options_.width, screen(24));
     else
       script_ += "unset label 2\n";
-    script_ += last ? "set format x '%g'\nset xlabel 'time [s]' textcolor rgb '#222222'\n"
-                    : "set format x ''\nunset xlabel\n";
+    script_ +=
+        last ? "set format x '%g'\nset xlabel 'time [s]' textcolor rgb '#222222'\n" : "set format x ''\nunset xlabel\n";
   }
 
   const std::vector<Run>& runs_;
@@ -263,6 +288,7 @@ class Sheet {
   const PlotOptions& options_;
   Range time_;
   int top_ = 0, height_ = 0;
+  bool any_rough_ = false;
   std::string script_;
 };
 

@@ -36,9 +36,7 @@ struct Checker {
   const Places& places;
   Problems& problems;
 
-  void refuse(const std::string& path, const std::string& rule) {
-    problems.add(place_of(places, path), path, rule);
-  }
+  void refuse(const std::string& path, const std::string& rule) { problems.add(place_of(places, path), path, rule); }
   void refuse(const std::string& path, const std::string& value, const std::string& rule) {
     problems.add(place_of(places, path), path, value, rule);
   }
@@ -58,7 +56,7 @@ struct Checker {
 
   void all() {
     if (!s.soil && !s.machine && s.boundaries.empty()) {
-      refuse("", "scenario", "there is nothing to simulate; give `soil`, `machine` or both");
+      refuse("scenario", "there is nothing to simulate; give `soil`, `machine` or both");
     }
     if (s.soil) soil();
     boundaries();
@@ -109,14 +107,14 @@ struct Checker {
     fits(given("depth"), false, made, "depth", fill);
     fits(given("region"), made && !s.soil->container, made, "region", fill);
     fits(given("pitch"), b.fill == Fill::lattice && equal == nullptr, grid, "pitch", fill);
-    fits(given("jitter"), false, grid, "jitter", fill);
+    fits(b.jitter != 0, false, grid, "jitter", fill);
     if (b.fill == Fill::rest_lattice && equal == nullptr) {
       refuse("soil.bed.radius", "a rest-lattice needs spheres of one size; take `fill: random` for a distribution");
     }
     if (given("count") && given("depth")) refuse("soil.bed.count", "stands beside `depth`; keep one of them");
     if (b.region) positive("soil.bed.region.size", b.region->size);
-    const bool own = b.fill == Fill::particles &&
-                     std::none_of(b.particles.begin(), b.particles.end(), [](const Particle& p) { return p.material.empty(); });
+    const bool own = b.fill == Fill::particles && std::none_of(b.particles.begin(), b.particles.end(),
+                                                               [](const Particle& p) { return p.material.empty(); });
     if (b.material.empty() && !own) refuse("soil.bed.material", "is missing: the material of the spheres");
     material("soil.bed.material", b.material);
     for (std::size_t i = 0; i < b.particles.size(); ++i) {
@@ -261,11 +259,13 @@ struct Checker {
     const auto* law = std::get_if<dem::HertzMindlin>(&contact.law);
     if (law == nullptr || !(std::isnan(law->E_eff) || std::isnan(law->G_eff))) return;
     for (const std::string& name : std::set<std::string>{contact.between[0], contact.between[1]}) {
-      const auto m = std::find_if(s.materials.begin(), s.materials.end(), [&](const Material& x) { return x.name == name; });
+      const auto m =
+          std::find_if(s.materials.begin(), s.materials.end(), [&](const Material& x) { return x.name == name; });
       if (m == s.materials.end() || (m->young && m->poisson)) continue;
       refuse(path + ".law", "hertz-mindlin",
              fmt::format("material `{}` has no young's modulus and poisson ratio; give them there, or E_eff and G_eff "
-                         "here", name));
+                         "here",
+                         name));
     }
   }
 
@@ -298,7 +298,8 @@ struct Checker {
 
   void time() {
     if (s.soil && s.machine && s.time.machine.step) {
-      refuse("time.machine.step", "has no effect with soil, where it is the soil step times `soil steps per machine step`");
+      refuse("time.machine.step",
+             "has no effect with soil, where it is the soil step times `soil steps per machine step`");
     }
     if (!s.soil && s.time.soil_step) refuse("time.soil step", "has no effect without soil; leave it out");
   }
@@ -307,7 +308,8 @@ struct Checker {
     const Output& o = s.output;
     for (std::size_t i = 0; i < o.at.size(); ++i) {
       if (o.at[i] > s.time.end) {
-        refuse("output.at", fmt::format("{} s", o.at[i]), fmt::format("is after the end of the run at {} s", s.time.end));
+        refuse("output.at", fmt::format("{} s", o.at[i]),
+               fmt::format("is after the end of the run at {} s", s.time.end));
       }
     }
     if (o.region) positive("output.region.size", o.region->size);
@@ -325,11 +327,19 @@ struct Checker {
     for (const Boundary& b : s.boundaries) touched.push_back(b.name);
     if (s.soil && s.soil->container) touched.push_back("container");
     switch (watch.kind) {
-      case Watch::Kind::driver: refer(path, watch.of, drivers, "driver"); break;
-      case Watch::Kind::force: refer(path, watch.of, forces, "force"); break;
-      case Watch::Kind::joint: refer(path, watch.of, joints, "joint"); break;
+      case Watch::Kind::driver:
+        refer(path, watch.of, drivers, "driver");
+        break;
+      case Watch::Kind::force:
+        refer(path, watch.of, forces, "force");
+        break;
+      case Watch::Kind::joint:
+        refer(path, watch.of, joints, "joint");
+        break;
       case Watch::Kind::soil_force:
-      case Watch::Kind::soil_moment: refer(path, watch.of, touched, "body or boundary"); break;
+      case Watch::Kind::soil_moment:
+        refer(path, watch.of, touched, "body or boundary");
+        break;
       case Watch::Kind::column: {
         const std::size_t dot = watch.of.find('.');
         if (dot == std::string::npos) break;  // a column of the whole run, such as an energy
@@ -347,8 +357,6 @@ struct Checker {
 
 }  // namespace
 
-void check(Scenario& scenario, const Places& places, Problems& problems) {
-  Checker{scenario, places, problems}.all();
-}
+void check(Scenario& scenario, const Places& places, Problems& problems) { Checker{scenario, places, problems}.all(); }
 
 }  // namespace subsoil::app

@@ -1,9 +1,9 @@
 #pragma once
 #include "apps/scenario/scenario.hpp"
 
-/// Every key of a scenario, once: name, unit, range, meaning, and by the struct's own value the default. The reader, the
-/// writer of the explicit copy, `explain`, `new` and docs/scenario.md are visitors of these functions. Laws, joints,
-/// drivers and forces declare themselves in their own files in the same vocabulary.
+/// Every key of a scenario, once: name, unit, range, meaning, and by the struct's own value the default. The reader,
+/// the writer of the explicit copy, `explain`, `new` and docs/scenario.md are visitors of these functions. Laws,
+/// joints, drivers and forces declare themselves in their own files in the same vocabulary.
 ///
 /// Vocabulary: `quantity` (NaN: required; optional<>: may be left out), `vector`, `count`, `flag`, `text`, `choice`,
 /// `section` (a mapping), `list` (of mappings), `named` (mapping of name -> mapping), `kind` (a variant chosen by the
@@ -68,6 +68,7 @@ template <class V>
 void describe(V& v, Rotation& r) {
   v.vector("axis", r.axis, "1", "axis of the rotation; any length");
   v.quantity("angle", r.angle, "rad", "(-inf, inf)", "angle about it, right-handed");
+  v.turns("turns", r, "instead of both: angles about the world's x, then y, then z axis");
 }
 
 template <class V>
@@ -83,7 +84,8 @@ void describe(V& v, Container& c) {
   v.vector("size", c.size, "m", "inner lengths x y z (y is up)");
   v.vector("at", c.at, "m", "its corner of least coordinates");
   v.faces("open", c.open, "faces without a wall");
-  v.faces("open after settling", c.open_after_settling, "walls that stand while the bed settles and are then taken away");
+  v.faces("open after settling", c.open_after_settling,
+          "walls that stand while the bed settles and are then taken away");
   v.reference("material", c.material, Family::material, "of the walls");
 }
 
@@ -146,10 +148,12 @@ void describe(V& v, Bed& b) {
   v.optional_reference("material", b.material, Family::material, "of the spheres");
   v.optional_form("radius", b.radius, "radius of the spheres, or a distribution; not for particles and file");
   v.choice("shares", b.shares, {{"number", ShareOf::number}, {"mass", ShareOf::mass}}, "what a table's shares count");
-  v.quantity("pitch", b.pitch, "m", "(0, inf)", "of the lattice; left out: 2.02 radii, or for rest-lattice from the law");
+  v.quantity("pitch", b.pitch, "m", "(0, inf)",
+             "of the lattice; left out: 2.02 radii, or for rest-lattice from the law");
   v.section("region", b.region, "box that is filled; left out: the container");
   v.count("count", b.count, "[1, inf)", "random fill: number of spheres");
-  v.quantity("depth", b.depth, "m", "(0, inf)", "fill up to this height above the floor; left out: the region's height");
+  v.quantity("depth", b.depth, "m", "(0, inf)",
+             "fill up to this height above the floor; left out: the region's height");
   v.count("seed", b.seed, "[0, inf)", "of the random numbers; the same seed gives the same bed");
   v.quantity("jitter", b.jitter, "1", "[0, 0.5]", "largest random shift of a lattice site, share of the radius");
   v.section("settle", b.settle, "let the bed come to rest before time 0; left out: it starts as filled");
@@ -233,8 +237,7 @@ void describe(V& v, Machine& m) {
 
 template <class V>
 void describe(V& v, MachineTime& t) {
-  v.choice("integrator", t.integrator,
-           {{"adams-moulton", IntegratorWord::adams_moulton}, {"ida", IntegratorWord::ida}},
+  v.choice("integrator", t.integrator, {{"adams-moulton", IntegratorWord::adams_moulton}, {"ida", IntegratorWord::ida}},
            "adams-moulton: fixed step on partitioned coordinates; ida: SUNDIALS IDA on the same system");
   v.count("order", t.order, "[1, 6]", "of adams-moulton");
   v.quantity("rtol", t.rtol, "1", "(0, 0.1]", "relative tolerance of ida");
@@ -246,8 +249,9 @@ void describe(V& v, MachineTime& t) {
 template <class V>
 void describe(V& v, Time& t) {
   v.quantity("end", t.end, "s", "(0, inf)", "simulated time");
-  v.quantity_or("soil step", t.soil_step, "auto", "s", "(0, inf)", "auto: from the stiffest contact; a step above the "
-                                                                   "stable limit is refused");
+  v.quantity_or("soil step", t.soil_step, "auto", "s", "(0, inf)",
+                "auto: from the stiffest contact; a step above the "
+                "stable limit is refused");
   v.quantity("safety", t.safety, "1", "(0, 1]", "the automatic step over the stable limit");
   v.section("machine", t.machine, "integration of the machine");
   v.count("threads", t.threads, "[0, 1024]", "0: as many as there are; results do not depend on it");
@@ -275,9 +279,11 @@ void describe(V& v, Output& o) {
   v.choice("precision", o.precision, {{"single", Precision::single}, {"double", Precision::full}}, "of the frames");
   v.count("compression", o.compression, "[0, 9]", "0: none, 9: smallest and slowest");
   v.section("region", o.region, "only spheres in this box; left out: all");
-  v.quantity("state every", o.state_every, "s", "(0, inf)", "interval of full states to start again from; left out: none");
+  v.quantity("state every", o.state_every, "s", "(0, inf)",
+             "interval of full states to start again from; left out: none");
   v.choice("state", o.state, {{"full", State::full}, {"none", State::none}}, "full state at the end");
-  v.watches("watch", o.watch, "named columns of the series: shovel.angle, {driver: H10}, {soil force: shovel, along: -1 0}");
+  v.watches("watch", o.watch,
+            "named columns of the series: shovel.angle, {driver: H10}, {soil force: shovel, along: -1 0}");
   v.section("window", o.window, "time over which the summary takes means");
 }
 
@@ -292,6 +298,7 @@ void describe(V& v, Scenario& s) {
   v.version("subsoil", s.version, "version of the scenario format: 1");
   v.text("title", s.title, "one line about what this is");
   v.downward("gravity", s.gravity, "m/s^2", "one number acts downward (-y); or a vector");
+  v.text("simd", s.simd, "instruction set of the soil kernel; auto: the best of this processor");
   v.named("materials", s.materials, "what soil, tools and walls are made of");
   v.list("contacts", s.contacts, "the law of each pair of materials that can meet");
   v.section("soil", s.soil, "container and bed; left out: a machine only");
@@ -300,7 +307,6 @@ void describe(V& v, Scenario& s) {
   v.section("time", s.time, "end, steps, integrator");
   v.section("output", s.output, "what is written, and how often");
   v.section("limits", s.limits, "beyond these the run stops with exit 3");
-  v.text("simd", s.simd, "instruction set of the soil kernel; auto: the best of this processor");
 }
 
 }  // namespace subsoil::app

@@ -8,8 +8,10 @@
 #include <charconv>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <numeric>
 #include <sstream>
+#include <tuple>
 
 namespace subsoil::app {
 namespace fs = std::filesystem;
@@ -39,9 +41,7 @@ const Node::Entry* Node::find(std::string_view key) const {
   const auto found = std::find_if(entries.begin(), entries.end(), [&](const Entry& e) { return e.key == key; });
   return found == entries.end() ? nullptr : &*found;
 }
-Node::Entry* Node::find(std::string_view key) {
-  return const_cast<Entry*>(static_cast<const Node&>(*this).find(key));
-}
+Node::Entry* Node::find(std::string_view key) { return const_cast<Entry*>(static_cast<const Node&>(*this).find(key)); }
 Node& Node::add(const std::string& key, Node value) {
   kind = Kind::mapping;
   entries.push_back({key, value.place, std::move(value)});
@@ -60,17 +60,30 @@ std::string Node::one_line() const {
     text += "]";
   } else {
     text = "{";
-    for (const Entry& e : entries) text += fmt::format("{}{}: {}", text.size() > 1 ? ", " : "", e.key, e.value.one_line());
+    for (const Entry& e : entries)
+      text += fmt::format("{}{}: {}", text.size() > 1 ? ", " : "", e.key, e.value.one_line());
     text += "}";
   }
   return text.size() > 60 ? text.substr(0, 57) + "..." : text;
 }
 
 void Problems::add(const Place& place, const std::string& path, const std::string& rule) {
-  lines_.push_back(fmt::format("{} {}: {}", place.text(), path, rule));
+  found_.emplace_back(place, fmt::format("{} {}: {}", place.text(), path, rule));
 }
 void Problems::add(const Place& place, const std::string& path, const std::string& value, const std::string& rule) {
-  lines_.push_back(fmt::format("{} {} = {}: {}", place.text(), path, value, rule));
+  found_.emplace_back(place, fmt::format("{} {} = {}: {}", place.text(), path, value, rule));
+}
+
+std::vector<std::string> Problems::lines() const {
+  std::map<std::string, std::size_t> files;  // in the order in which they first came up
+  for (const auto& [place, line] : found_) files.emplace(place.file, files.size());
+  const auto key = [&](const Place& p) { return std::tuple{files.at(p.file), p.line, p.column}; };
+  auto sorted = found_;
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [&](const auto& a, const auto& b) { return key(a.first) < key(b.first); });
+  std::vector<std::string> lines;
+  for (auto& [place, line] : sorted) lines.push_back(std::move(line));
+  return lines;
 }
 
 ScenarioError::ScenarioError(const Problems& problems)
@@ -284,8 +297,8 @@ void apply_set(Node& root, const std::string& set, Problems& problems) {
     if (node->kind == Node::Kind::sequence) {
       Node* item = list_item(*node, part);
       if (item == nullptr) {
-        problems.add(place, path, fmt::format("the list has no item `{}`; it has {}, counted from 0", part,
-                                              node->items.size()));
+        problems.add(place, path,
+                     fmt::format("the list has no item `{}`; it has {}, counted from 0", part, node->items.size()));
         return;
       }
       node = item;
@@ -322,7 +335,7 @@ Node finish(Node root, const std::string& name, const std::vector<std::string>& 
 /// Plain unless YAML would take it for something else.
 std::string quoted(const std::string& text) {
   static constexpr std::string_view special = ":{}[],&*#?|-<>=!%@`\"'\\\n\t";
-  const bool number_like = !text.empty() && (text[0] == '-' || text[0] == '+') && text.size() > 1;
+  const bool number_like = !text.empty() && (text[0] == '-' || text[0] == '+') && text.size() > 1 && text[1] != ' ';
   bool plain = !text.empty() && text.front() != ' ' && text.back() != ' ' && text != "~" && text != "null";
   for (std::size_t i = 0; plain && i < text.size(); ++i) {
     const bool inside = i > 0 && (text[i] == '-' || text[i] == '%' || text[i] == '=' || text[i] == '\'');

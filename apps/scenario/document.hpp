@@ -26,10 +26,10 @@ struct Node {
   std::vector<Node> items;
   std::vector<Entry> entries;
   Place place;
-  std::string comment;       // written before the entry by emit(); the reader ignores it
-  bool flow = false;         // emit() on one line
+  std::string comment;  // written before the entry by emit(); the reader ignores it
+  bool flow = false;    // emit() on one line
 
-  static Node of(std::string text);                         // a scalar
+  static Node of(std::string text);  // a scalar
   static Node list(bool flow = false);
   static Node mapping(bool flow = false);
 
@@ -44,16 +44,17 @@ struct Node::Entry {
   Node value;
 };
 
-/// All refusals of one reading, in the order found. A line: `place path = value: rule; cure`.
+/// All refusals of one reading, sorted by place. A line: `place path = value: rule; cure`.
 class Problems {
  public:
   void add(const Place& place, const std::string& path, const std::string& rule);
   void add(const Place& place, const std::string& path, const std::string& value, const std::string& rule);
-  bool empty() const { return lines_.empty(); }
-  const std::vector<std::string>& lines() const { return lines_; }
+  bool empty() const { return found_.empty(); }
+  std::size_t count() const { return found_.size(); }
+  std::vector<std::string> lines() const;
 
  private:
-  std::vector<std::string> lines_;
+  std::vector<std::pair<Place, std::string>> found_;
 };
 
 /// A scenario that cannot be taken: what() holds one line per fault.
@@ -76,7 +77,8 @@ std::string emit(const Node& node);
 /// Path of `file` as named in the file at `place`: beside it, absolute and normal.
 std::string beside(const Place& place, const std::string& file);
 
-/// "; did you mean `density`?" for the nearest of `known` within a third of the word's length, else "; known here: ...".
+/// "; did you mean `density`?" for the nearest of `known` within a third of the word's length, else "; known here:
+/// ...".
 std::string suggestion(std::string_view word, const std::vector<std::string>& known);
 
 }  // namespace subsoil::app

@@ -14,19 +14,25 @@ Node Printer::sequence(const std::vector<std::string>& texts) {
 
 const char* Printer::name_of(Family family) {
   switch (family) {
-    case Family::material: return "name of a material";
-    case Family::body: return "name of a body";
-    case Family::joint: return "name of a joint";
-    case Family::driver: return "name of a driver";
-    case Family::force: return "name of a force";
+    case Family::material:
+      return "name of a material";
+    case Family::body:
+      return "name of a body";
+    case Family::joint:
+      return "name of a joint";
+    case Family::driver:
+      return "name of a driver";
+    case Family::force:
+      return "name of a force";
   }
   return "name";
 }
 
 std::string Printer::comment(const std::string& meaning, const std::string& range) const {
   if (!comments_) return {};
-  const bool choice = range.find('|') != std::string::npos;
-  return choice ? fmt::format("{}; {}", meaning, range) : meaning;
+  const std::size_t bar = range.find(" |");
+  const bool spelled_out = meaning.find(range.substr(0, bar) + ":") != std::string::npos;
+  return bar != std::string::npos && !spelled_out ? fmt::format("{}; {}", meaning, range) : meaning;
 }
 
 void Printer::add_row(const std::string& key, const std::string& unit, const std::string& fallback,
@@ -49,7 +55,10 @@ void Printer::leaf(const std::string& key, Node value, const std::string& unit, 
 // ---- values --------------------------------------------------------------------------------------------------------
 
 namespace {
-bool symbolic(const std::string& unit) { return unit.find('n') != std::string::npos && unit.find("(n") != std::string::npos; }
+/// Powers of n, and the U that stands for a function's unit in the reference.
+bool symbolic(const std::string& unit) {
+  return unit.find("(n") != std::string::npos || unit.find('U') != std::string::npos;
+}
 }  // namespace
 
 void Printer::quantity(const char* key, double& value, const std::string& unit, const std::string& range,
@@ -61,8 +70,8 @@ void Printer::quantity(const char* key, double& value, const std::string& unit, 
   leaf(key, std::move(text), unit, range, meaning, std::isnan(value));
 }
 
-void Printer::quantity(const char* key, std::optional<double>& value, const std::string& unit,
-                       const std::string& range, const std::string& meaning) {
+void Printer::quantity(const char* key, std::optional<double>& value, const std::string& unit, const std::string& range,
+                       const std::string& meaning) {
   leaf(key, value ? Node::of(format_quantity(*value, unit, n_)) : Node{}, unit, range, meaning);
 }
 
@@ -75,7 +84,8 @@ void Printer::optional_quantity(const char* key, double& value, const std::strin
 
 void Printer::quantity_or(const char* key, std::optional<double>& value, const char* other, const char* unit,
                           const char* range, const char* meaning) {
-  leaf(key, Node::of(value ? format_quantity(*value, unit) : other), unit, fmt::format("{} or {}", range, other), meaning);
+  leaf(key, Node::of(value ? format_quantity(*value, unit) : other), unit, fmt::format("{} or {}", range, other),
+       meaning);
 }
 
 void Printer::quantities(const char* key, std::vector<double>& values, const char* unit, const char* range,
@@ -89,15 +99,17 @@ void Printer::span(const char* key, double& least, double& largest, const char* 
                    const char* meaning) {
   const bool needed = std::isnan(least);
   const double both[2]{least, largest};
-  leaf(key, needed ? Node{} : Node::of(format_quantities(both, 2, unit)), fmt::format("2 numbers {}", unit), range, meaning,
-       needed);
+  leaf(key, needed ? Node{} : Node::of(format_quantities(both, 2, unit)), fmt::format("2 numbers {}", unit), range,
+       meaning, needed);
 }
 
 void Printer::numbers(const char* key, const std::vector<double>& values, const std::string& unit, std::size_t size,
                       bool needed, const std::string& meaning) {
   const bool absent = values.empty() || std::isnan(values[0]);
-  const std::string numbers_and_unit = unit == "1" ? fmt::format("{} numbers", size) : fmt::format("{} numbers {}", size, unit);
-  leaf(key, absent ? Node{} : Node::of(format_quantities(values.data(), size, unit)), numbers_and_unit, "", meaning, needed);
+  const std::string numbers_and_unit =
+      unit == "1" ? fmt::format("{} numbers", size) : fmt::format("{} numbers {}", size, unit);
+  leaf(key, absent ? Node{} : Node::of(format_quantities(values.data(), size, unit)), numbers_and_unit, "", meaning,
+       needed);
 }
 
 void Printer::name_like(const char* key, const std::string& value, const std::string& what, const char* meaning,
@@ -132,7 +144,8 @@ void Printer::table(const char* key, std::vector<double>& xs, std::vector<double
 
 Node Printer::function_node(const Function& value, const std::string& unit) const {
   if (!value.is_set()) return {};
-  if (const auto* constant = value.get_if<mbd::ConstantFunction>()) return Node::of(format_quantity(constant->value_, unit));
+  if (const auto* constant = value.get_if<mbd::ConstantFunction>())
+    return Node::of(format_quantity(constant->value_, unit));
   if (const auto* sum = value.get_if<mbd::SumFunction>()) {
     Node terms = Node::list(true);
     for (const Function& term : sum->terms) terms.items.push_back(function_node(term, unit));
@@ -192,7 +205,8 @@ void Printer::points(const char* key, const Vec2& p_a, const Vec2& p_b, const ch
             fmt::format("instead of `{}`: one point per body, each in its body's own axes", key));
     return;
   }
-  leaf("points", sequence({format_quantities(p_a.data(), 2, "m"), format_quantities(p_b.data(), 2, "m")}), "", "", meaning);
+  leaf("points", sequence({format_quantities(p_a.data(), 2, "m"), format_quantities(p_b.data(), 2, "m")}), "", "",
+       meaning);
 }
 
 void Printer::point(const char* key, int, Vec2& p, const char* meaning) {
@@ -225,18 +239,13 @@ void Printer::start(const char* key, Start& start, const char* meaning) {
   leaf(key, std::move(node), "word, or {towing equilibrium: m/s}", "", meaning);
 }
 
-const std::array<const char*, 6>& watch_words() {
-  static const std::array<const char*, 6> words{"column", "driver", "force", "joint", "soil force", "soil moment"};
-  return words;
-}
-
 void Printer::watches(const char* key, std::vector<Watch>& watches, const char* meaning) {
   Node node = Node::mapping();
   for (const Watch& watch : watches) {
     Node item = Node::of(watch.of);
     if (watch.kind != Watch::Kind::column) {
       item = Node::mapping(true);
-      item.add(watch_words()[static_cast<std::size_t>(watch.kind)], Node::of(watch.of));
+      item.add(watch_words[static_cast<std::size_t>(watch.kind)], Node::of(watch.of));
       if (watch.kind == Watch::Kind::joint || watch.kind == Watch::Kind::soil_force) {
         const double along[3]{watch.along.x, watch.along.y, watch.along.z};
         item.add("along", Node::of(format_quantities(along, 3, "1")));

@@ -8,31 +8,12 @@
 
 #include "apps/scenario/declarations.hpp"
 #include "apps/scenario/document.hpp"
+#include "apps/scenario/families.hpp"
 
 /// The visitor of the declarations that prints: a struct's values as a document (the explicit copy, `new`), or a type's
-/// keys as rows (`explain`, docs). One class, because a default is a value printed.
+/// keys as rows (`explain`, docs). One class, because a default is a value printed; long, because it answers every word
+/// of the vocabulary, most of them in a line or two.
 namespace subsoil::app {
-
-/// A type declares itself by a member (elements and laws of the libraries) or by a function (scenario structs).
-template <class V, class T>
-void declare(V& v, T& t) {
-  if constexpr (requires { t.describe(v); }) {
-    t.describe(v);
-  } else {
-    describe(v, t);
-  }
-}
-
-/// Calls use(std::type_identity<T>) for every alternative of a variant or element of a tuple.
-template <class List>
-struct ForEach;
-template <template <class...> class List, class... T>
-struct ForEach<List<T...>> {
-  template <class Use>
-  static void call(Use use) {
-    (use(std::type_identity<T>{}), ...);
-  }
-};
 
 /// One key of the reference.
 struct Row {
@@ -49,6 +30,9 @@ struct Card {
 };
 template <class T>
 const Card& card_of();
+
+/// Every key of a scenario, in the order of the declarations.
+const std::vector<Row>& reference_rows();
 
 class Printer {
  public:
@@ -91,7 +75,7 @@ class Printer {
     vector(key, value, unit, meaning);
   }
   template <class Int>
-    requires std::integral<Int>
+  requires std::integral<Int>
   void count(const char* key, Int& value, const char* range, const char* meaning) {
     leaf(key, Node::of(std::to_string(value)), "whole number", range, meaning);
   }
@@ -107,8 +91,8 @@ class Printer {
   void text(const char* key, std::string& value, const char* meaning) { name_like(key, value, "text", meaning, false); }
   void name(const char* key, std::string& value, const char* meaning) { name_like(key, value, "name", meaning, true); }
   template <class E>
-  void choice(const char* key, E& value,
-              std::initializer_list<std::pair<const char*, std::type_identity_t<E>>> words, const char* meaning) {
+  void choice(const char* key, E& value, std::initializer_list<std::pair<const char*, std::type_identity_t<E>>> words,
+              const char* meaning) {
     leaf(key, Node::of(word_of<E>(value, words)), "word", range_of<E>(words), meaning);
   }
   template <class E>
@@ -182,7 +166,9 @@ class Printer {
   void list(const char* key, std::vector<T>& values, const char* meaning) {
     if (listing()) {
       T prototype{};
-      print_mapping(key, std::string(meaning) + " (a list)", false, [&](Printer& p) { declare(p, prototype); });
+      add_row(key, "list of mappings", "left out", "", meaning);
+      Printer printer(*rows_, path_.empty() ? key : path_ + "." + key);
+      declare(printer, prototype);
       return;
     }
     if (values.empty()) return;
@@ -268,6 +254,7 @@ class Printer {
       std::visit([&](auto& f) { declare(*this, f); }, value);
     }
   }
+  void turns(const char* key, Rotation&, const char* meaning) { leaf(key, Node{}, "3 numbers rad", "", meaning); }
   void start(const char* key, Start& start, const char* meaning);
   void watches(const char* key, std::vector<Watch>& watches, const char* meaning);
 
@@ -277,11 +264,23 @@ class Printer {
     std::vector<Row> rows;
     Printer inner(rows, "");
     declare(inner, prototype);
-    const std::string below = (key.empty() ? "" : key + ".") + inner.word;
-    add_row(below, "type", "", "", inner.word_meaning);
-    for (Row& row : rows) add_row(below + "." + row.path, row.unit, row.fallback, row.range, row.meaning);
     word = inner.word;
     word_meaning = inner.word_meaning;
+    const std::string below = (key.empty() ? "" : key + ".") + word;
+    // The word is a key of its own (`revolute: [a, b]`, `plane: {...}`) or only names the type (`law: wet`).
+    const bool has_value = !rows.empty() && rows.front().path == word;
+    Row type{below, "type", "", "", word_meaning};
+    if (has_value) {
+      type = rows.front();
+      type.meaning = type.meaning == word_meaning ? word_meaning : word_meaning + "; value: " + type.meaning;
+      rows.erase(rows.begin());
+    }
+    add_row(below, type.unit, type.fallback, type.range, type.meaning);
+    for (Row& row : rows) {
+      const bool nested = row.path.starts_with(word + ".");
+      add_row(nested ? (key.empty() ? "" : key + ".") + row.path : below + "." + row.path, row.unit, row.fallback,
+              row.range, row.meaning);
+    }
   }
 
  private:
@@ -344,13 +343,15 @@ class Printer {
     printer.body_names_ = body_names_;
     print(printer);
     body_names_ = printer.body_names_;
-    node_->add(key, std::move(mapping));
+    if (!mapping.entries.empty()) node_->add(key, std::move(mapping));
   }
   template <class T, class Print>
   void print_named(const char* key, std::vector<T>& values, const char* meaning, Print print) {
     if (listing()) {
       T prototype{};
-      print_mapping(std::string(key) + ".<name>", meaning, false, [&](Printer& p) { print(p, prototype); });
+      add_row(key, "named mappings", "left out", "", meaning);
+      Printer printer(*rows_, (path_.empty() ? "" : path_ + ".") + key + ".<name>");
+      print(printer, prototype);
       return;
     }
     if (values.empty()) return;
@@ -371,7 +372,7 @@ class Printer {
   bool comments_ = false;
   std::vector<Row>* rows_ = nullptr;
   std::string path_;
-  std::optional<double> n_;                         // the quantity `n` of this mapping, for powers such as (n+1)
+  std::optional<double> n_;  // the quantity `n` of this mapping, for powers such as (n+1)
   std::vector<std::string> body_names_{"ground"};
 };
 

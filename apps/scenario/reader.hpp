@@ -21,8 +21,8 @@ namespace subsoil::app {
 struct Reading {
   Problems& problems;
   std::map<std::string, Place> places;
-  std::vector<std::string> body_names;          // [0] is ground
-  std::vector<mbd::BodyState> body_poses;       // start pose
+  std::vector<std::string> body_names;     // [0] is ground
+  std::vector<mbd::BodyState> body_poses;  // start pose
 };
 
 class Reader {
@@ -43,8 +43,8 @@ class Reader {
   void derived(const char* key, double& value, const std::string& unit, const char* range, const char* meaning) {
     optional_quantity(key, value, unit, range, meaning);
   }
-  void quantity_or(const char* key, std::optional<double>& value, const char* word, const char* unit,
-                   const char* range, const char* meaning);
+  void quantity_or(const char* key, std::optional<double>& value, const char* word, const char* unit, const char* range,
+                   const char* meaning);
   void quantities(const char* key, std::vector<double>& values, const char* unit, const char* range,
                   const char* meaning);
   void span(const char* key, double& least, double& largest, const char* unit, const char* range, const char* meaning);
@@ -64,7 +64,7 @@ class Reader {
   }
   void downward(const char* key, Vec3& value, const char* unit, const char* meaning);
   template <class Int>
-    requires std::integral<Int>
+  requires std::integral<Int>
   void count(const char* key, Int& value, const char* range, const char* meaning) {
     leaf(key, false, meaning, [&](const Node& node) { value = static_cast<Int>(whole_number(node, range)); });
   }
@@ -76,8 +76,8 @@ class Reader {
   void text(const char* key, std::string& value, const char* meaning);
   void name(const char* key, std::string& value, const char* meaning);
   template <class E>
-  void choice(const char* key, E& value,
-              std::initializer_list<std::pair<const char*, std::type_identity_t<E>>> words, const char* meaning) {
+  void choice(const char* key, E& value, std::initializer_list<std::pair<const char*, std::type_identity_t<E>>> words,
+              const char* meaning) {
     leaf(key, false, meaning, [&](const Node& node) { value = choose<E>(node, words); });
   }
   template <class E>
@@ -90,7 +90,9 @@ class Reader {
   }
   void faces(const char* key, Faces& faces, const char* meaning);
   void file(const char* key, std::string& value, const char* meaning) { input_file(key, value, true, meaning); }
-  void optional_file(const char* key, std::string& value, const char* meaning) { input_file(key, value, false, meaning); }
+  void optional_file(const char* key, std::string& value, const char* meaning) {
+    input_file(key, value, false, meaning);
+  }
   void output_file(const char* key, std::string& value, const char* meaning);
   void unit(const char* key, double& size, const char* expected, const char* meaning);
   void outline(const char* key, std::vector<Vec2>& points, const char* meaning);
@@ -183,6 +185,7 @@ class Reader {
   }
   template <class Variant>
   void kind(const char* key, Variant& value, const char* meaning) {
+    open_ = node_.find(key) == nullptr;
     leaf(key, true, meaning, [&](const Node& node) {
       const std::string word = scalar_of(node);
       bool found = false;
@@ -223,6 +226,7 @@ class Reader {
   void inline_form(Variant& value) {
     with_type<Variant>(node_, path_, [&]<class T>(std::type_identity<T>) { value = read_checked<T>(*this); });
   }
+  void turns(const char* key, Rotation& rotation, const char* meaning);
   void start(const char* key, Start& start, const char* meaning);
   void watches(const char* key, std::vector<Watch>& watches, const char* meaning);
 
@@ -260,6 +264,7 @@ class Reader {
     }
   }
   void missing(const std::string& key, const std::string& meaning);
+  std::string cure_for(const std::string& key) const;
 
   template <class T>
   void read_mapping(const Node& node, const std::string& path, T& value) {
@@ -277,9 +282,9 @@ class Reader {
   template <class T>
   T read_checked(Reader& reader) {
     T value{};
-    const std::size_t before = reading_.problems.lines().size();
+    const std::size_t before = reading_.problems.count();
     declare(reader, value);
-    if (reading_.problems.lines().size() != before) return value;
+    if (reading_.problems.count() != before) return value;
     try {
       if constexpr (requires { value.resolved(); }) static_cast<void>(value.resolved());
       if constexpr (requires { value.check(); }) value.check();
@@ -336,7 +341,8 @@ class Reader {
   static std::vector<const Node*> items_of(const Node& node);
   std::vector<double> numbers_of(const Node& node, const std::string& unit, std::size_t count) const;
   static long whole_number(const Node& node, const char* range);
-  static void check_range(double value, const std::string& range, const std::string& unit);
+  static void check_range(double value, const std::string& range, const std::string& unit,
+                          const std::string& meaning = {});
   void check_name(const Node::Entry& entry, const std::string& path);
   void input_file(const char* key, std::string& value, bool needed, const char* meaning);
   void read_function(const char* key, Function& value, const std::string& unit, bool needed, const char* meaning);
@@ -350,9 +356,9 @@ class Reader {
   const Node& node_;
   std::string path_;
   std::vector<std::string> known_;
-  std::optional<double> n_;   // the quantity `n` of this mapping, for powers such as (n+1)
+  std::optional<double> n_;  // the quantity `n` of this mapping, for powers such as (n+1)
   bool n_missing_ = false;
-  bool open_ = false;         // the type is unknown, so unknown keys are not reported
+  bool open_ = false;  // the type is unknown, so unknown keys are not reported
 };
 
 }  // namespace subsoil::app

@@ -29,17 +29,11 @@ std::vector<Row> make_rows() {
     Printer inner(below, "");
     kind.describe(inner, "U");
     rows.push_back({"function." + inner.word, "type", "", "", inner.word_meaning});
-    for (Row& row : below) {
-      row.path = "function." + inner.word + "." + row.path;
-      rows.push_back(row);
+    for (const Row& row : below) {
+      rows.push_back({"function." + inner.word + "." + row.path, row.unit, row.fallback, row.range, row.meaning});
     }
   });
   return rows;
-}
-
-const std::vector<Row>& rows() {
-  static const std::vector<Row> all = make_rows();
-  return all;
 }
 
 std::vector<std::string> parts_of(const std::string& path) {
@@ -86,7 +80,7 @@ std::vector<const Row*> find_rows(const std::string& path) {
   std::vector<std::string> query = parts_of(without_indices(path));
   for (; !query.empty(); query.erase(query.begin())) {
     std::vector<const Row*> exact, anywhere;
-    for (const Row& row : rows()) {
+    for (const Row& row : reference_rows()) {
       const std::vector<std::string> parts = parts_of(row.path);
       if (matches(parts, 0, query)) exact.push_back(&row);
       for (std::size_t from = 1; from < parts.size(); ++from) {
@@ -102,6 +96,11 @@ std::vector<const Row*> find_rows(const std::string& path) {
 }
 
 }  // namespace
+
+const std::vector<Row>& reference_rows() {
+  static const std::vector<Row> all = make_rows();
+  return all;
+}
 
 std::string write_scenario(const Scenario& scenario) { return print(scenario, false); }
 
@@ -146,17 +145,23 @@ std::string new_scenario() {
 std::string explain(const std::string& path) {
   if (path.empty()) {
     std::string text = "Sections of a scenario; `subsoil explain PATH` says more.\n";
-    for (const Row& row : rows()) {
-      if (row.path.find('.') == std::string::npos) text += fmt::format("  {:<12} {}\n", row.path, row.meaning);
+    for (const Row& row : reference_rows()) {
+      if (row.path.find('.') == std::string::npos && !row.path.starts_with("function"))
+        text += fmt::format("  {:<12} {}\n", row.path, row.meaning);
     }
     return text;
   }
   const std::vector<const Row*> found = find_rows(path);
   if (found.empty()) {
-    std::vector<std::string> known;
-    const std::string last = parts_of(without_indices(path)).back();
-    for (const Row& row : rows()) known.push_back(parts_of(row.path).back());
-    throw std::invalid_argument(fmt::format("{}: no key of a scenario{}", path, suggestion(last, known)));
+    std::vector<std::string> keys, sections;
+    for (const Row& row : reference_rows()) {
+      keys.push_back(parts_of(row.path).back());
+      if (row.path == keys.back()) sections.push_back(row.path);
+    }
+    const std::string nearest = suggestion(parts_of(without_indices(path)).back(), keys);
+    const bool near = nearest.starts_with("; did you mean");
+    throw std::invalid_argument(
+        fmt::format("{}: no key of a scenario{}", path, near ? nearest : suggestion("", sections)));
   }
   std::string text;
   for (const Row* row : found) text += sentence(*row);
@@ -164,8 +169,12 @@ std::string explain(const std::string& path) {
 }
 
 std::string reference_markdown() {
-  const auto cell = [](std::string text) {
-    for (std::size_t i = 0; (i = text.find('|', i)) != std::string::npos; i += 2) text.insert(i, "\\");
+  const auto cell = [](const std::string& raw) {
+    std::string text;
+    for (const char c : raw) {
+      if (c == '|') text += '\\';
+      text += c;
+    }
     return text;
   };
   std::string text =
@@ -173,20 +182,26 @@ std::string reference_markdown() {
       "Generated from the declarations that the reader uses (`subsoil explain --markdown`); do not edit.\n\n"
       "A value that has a dimension carries its unit: numbers first, then one unit expression (`16 kN/m`, `1 2 3 mm`,\n"
       "`8 deg`, `1434.81 kN/m^(n+1)`). Any unit of the same dimension will do; the column names the dimension.\n"
-      "`include: other.yaml` merges another file into a mapping, key by key; own keys win, and a key without value takes\n"
+      "`include: other.yaml` merges another file into a mapping, key by key; own keys win, and a key without value "
+      "takes\n"
       "an included one away. YAML's anchors and `<<` work too. Files named inside are found beside the scenario.\n"
       "`<name>` is a name of your own.\n";
   std::string section;
-  for (const Row& row : rows()) {
+  for (const Row& row : reference_rows()) {
     const std::string head = parts_of(row.path)[0];
-    if (row.path == head && row.unit != "section" && head != "contacts" && head != "boundaries" && section != "Top") {
-      if (section.empty()) text += "\n## Top level\n\n| key | value | default | range | meaning |\n|---|---|---|---|---|\n", section = "Top";
+    const bool leaf = row.path == head && row.unit != "section" && !row.unit.ends_with("mappings");
+    const std::string heading = leaf ? "Top level" : head;
+    if (heading != section) {
+      text += fmt::format("\n## {}\n\n", heading);
+      if (heading == "function") {
+        text +=
+            "Stands wherever a key takes a function of time, without the word `function`: `velocity: {ramp: {to: 0.5 "
+            "m/s}}`.\n"
+            "U is that key's unit. A list of functions is their sum.\n\n";
+      }
+      text += "| key | value | default | range | meaning |\n|---|---|---|---|---|\n";
     }
-    const bool opens = head != section && (row.path != head || row.unit == "section");
-    if (opens) {
-      section = head;
-      text += fmt::format("\n## {}\n\n| key | value | default | range | meaning |\n|---|---|---|---|---|\n", head);
-    }
+    section = heading;
     text += fmt::format("| `{}` | {} | {} | {} | {} |\n", row.path, cell(row.unit == "1" ? "number" : row.unit),
                         cell(row.fallback), cell(row.range), cell(row.meaning));
   }

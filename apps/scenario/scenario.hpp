@@ -3,7 +3,6 @@
 #include <limits>
 #include <optional>
 #include <string>
-#include <tuple>
 #include <variant>
 #include <vector>
 
@@ -21,23 +20,16 @@ using Vec2 = std::array<double, 2>;
 inline constexpr double required = std::numeric_limits<double>::quiet_NaN();  ///< the file must say it
 inline constexpr double unlimited = std::numeric_limits<double>::infinity();
 
-/// One variant from a family's list of types, be the list a tuple or a variant.
-template <class List>
-struct VariantOf;
-template <template <class...> class List, class... T>
-struct VariantOf<List<T...>> {
-  using type = std::variant<T...>;
-};
 using dem::Law;
-using Joint = VariantOf<mbd::Joints>::type;
-using Driver = VariantOf<mbd::Drivers>::type;
-using Force = VariantOf<mbd::Forces>::type;
+using Joint = mbd::AnyJoint;
+using Driver = mbd::AnyDriver;
+using Force = mbd::AnyForce;
 using mbd::Function;
 
 struct Material {
   std::string name;
-  double density = required;     // kg/m^3
-  std::optional<double> young;   // Pa, for laws that compute their stiffness from it
+  double density = required;    // kg/m^3
+  std::optional<double> young;  // Pa, for laws that compute their stiffness from it
   std::optional<double> poisson;
 };
 
@@ -61,7 +53,7 @@ struct CylinderShape {  // centred on its placement
   Vec3 axis{0, 0, 1};
 };
 struct MeshShape {
-  std::string file;    // absolute path
+  std::string file;        // absolute path
   double unit = required;  // metres per unit of the file's numbers
 };
 struct ExtrudeShape {  // closed outline in x-y, extruded symmetrically about z = 0
@@ -121,7 +113,9 @@ struct Settle {
   Stages stages = Stages::automatic;  // automatic: yes for random fill
   double lowered = 0.1;               // factor on friction and rolling before the ramp
   double ramp = 0.1;                  // s over which attraction, friction and rolling come back
-  bool staged(Fill fill) const { return stages == Stages::yes || (stages == Stages::automatic && fill == Fill::random); }
+  bool staged(Fill fill) const {
+    return stages == Stages::yes || (stages == Stages::automatic && fill == Fill::random);
+  }
 };
 
 struct Particle {
@@ -135,35 +129,35 @@ struct Particle {
 struct Bed {
   Fill fill = Fill::rest_lattice;
   std::string material;
-  RadiusDistribution radius;       // not for particles and file
+  RadiusDistribution radius;  // not for particles and file
   ShareOf shares = ShareOf::number;
-  std::optional<double> pitch;     // lattice; default 2.02 radii (20.2 mm for 10 mm), rest lattice: from the law
-  std::optional<Box> region;       // the container unless given
-  std::optional<long> count;       // random: this many spheres, or
-  std::optional<double> depth;     // fill the region's floor up to this height after settling
+  std::optional<double> pitch;  // lattice; default 2.02 radii (20.2 mm for 10 mm), rest lattice: from the law
+  std::optional<Box> region;    // the container unless given
+  std::optional<long> count;    // random: this many spheres, or
+  std::optional<double> depth;  // fill the region's floor up to this height after settling
   long seed = 1;
-  double jitter = 0;               // largest random shift of a lattice site, share of the radius
+  double jitter = 0;  // largest random shift of a lattice site, share of the radius
   std::optional<Settle> settle;
-  std::string save, file;          // absolute paths; empty: none
+  std::string save, file;  // absolute paths; empty: none
   std::vector<Particle> particles;
   Overlap inside_machine = Overlap::refuse;
 };
 
 struct Soil {
   std::optional<Container> container;
-  std::optional<double> surface;     // y of the mean surface after settling: bed and container are shifted
+  std::optional<double> surface;  // y of the mean surface after settling: bed and container are shifted
   std::optional<Bed> bed;
-  double removal_below = 0.5;        // m below the floor
+  double removal_below = 0.5;  // m below the floor
 };
 
 // ---- boundaries with given motion ----------------------------------------------------------------------------------
 
 /// One stretch of a given motion; several add up. v(t) = velocity * profile(t), likewise the spin about `about`.
 struct Move {
-  Vec3 velocity{};                   // m/s
-  Vec3 spin{};                       // rad/s
-  std::optional<Vec3> about;         // point of the spin at the start, carried along; the boundary's `at` unless given
-  Function profile{1.0};             // factor over time
+  Vec3 velocity{};            // m/s
+  Vec3 spin{};                // rad/s
+  std::optional<Vec3> about;  // point of the spin at the start, carried along; the boundary's `at` unless given
+  Function profile{1.0};      // factor over time
   double from = 0, until = unlimited;  // s
 };
 
@@ -174,7 +168,7 @@ struct Boundary {
   Vec3 at{};
   Rotation rotation;
   std::vector<Move> moves;
-  std::optional<Vec3> reference;     // point of its wrench, carried along; `at` unless given
+  std::optional<Vec3> reference;  // point of its wrench, carried along; `at` unless given
 };
 
 // ---- machine -------------------------------------------------------------------------------------------------------
@@ -238,17 +232,17 @@ enum class IntegratorWord { adams_moulton, ida };
 struct MachineTime {
   IntegratorWord integrator = IntegratorWord::adams_moulton;
   long order = 4;
-  double rtol = 1e-8, atol = 1e-10;     // ida
-  long soil_steps = 1;                  // soil steps per machine step
-  std::optional<double> step;           // without soil: fixed step; with soil it is soil_steps * soil step
+  double rtol = 1e-8, atol = 1e-10;  // ida
+  long soil_steps = 1;               // soil steps per machine step
+  std::optional<double> step;        // without soil: fixed step; with soil it is soil_steps * soil step
 };
 
 struct Time {
   double end = required;
-  std::optional<double> soil_step;      // empty: auto
-  double safety = 0.5;                  // auto step / critical step
+  std::optional<double> soil_step;  // empty: auto
+  double safety = 0.5;              // auto step / critical step
   MachineTime machine;
-  long threads = 0;                     // 0: all cores
+  long threads = 0;  // 0: all cores
 };
 
 enum class Column { position, velocity, spin, force, torque, contacts };
@@ -261,32 +255,32 @@ struct Watch {
   enum class Kind { column, driver, force, joint, soil_force, soil_moment };
   std::string name;
   Kind kind = Kind::column;
-  std::string of;                 // column `shovel.angle`, or the driver, force, joint, body or boundary
-  Vec3 along{1, 0, 0};            // joint, soil force: direction of the component; need not be a unit vector
+  std::string of;       // column `shovel.angle`, or the driver, force, joint, body or boundary
+  Vec3 along{1, 0, 0};  // joint, soil force: direction of the component; need not be a unit vector
 };
 
-struct Window {                   // of the summary's means
+struct Window {  // of the summary's means
   std::optional<double> from, until;
 };
 
 struct Output {
-  std::optional<double> every;    // frames; end/200 unless given (unless `at` is)
-  std::vector<double> at;         // further frame times
+  std::optional<double> every;  // frames; end/200 unless given (unless `at` is)
+  std::vector<double> at;       // further frame times
   double series_every = 1e-3;
   std::vector<Column> columns{Column::position, Column::velocity, Column::spin,
                               Column::force,    Column::torque,   Column::contacts};
   Precision precision = Precision::single;
   long compression = 4;
-  std::optional<Box> region;      // only spheres in it
+  std::optional<Box> region;  // only spheres in it
   std::optional<double> state_every;
-  State state = State::full;      // at the end
+  State state = State::full;  // at the end
   std::vector<Watch> watch;
   Window window;
 };
 
 struct Limits {
-  double overlap = 0.5;           // share of the radius
-  double speed = 50;              // m/s
+  double overlap = 0.5;  // share of the radius
+  double speed = 50;     // m/s
 };
 
 struct Scenario {

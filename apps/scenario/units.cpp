@@ -293,9 +293,9 @@ std::optional<double> take_number(std::string_view& text) {
   std::string_view unsigned_part = rest;
   if (rest.size() != text.size() && rest.starts_with('-')) return {};
   if (unsigned_part.starts_with('-')) unsigned_part.remove_prefix(1);
-  const bool number = !unsigned_part.empty() &&
-                      (is_digit(unsigned_part[0]) ||
-                       (unsigned_part[0] == '.' && unsigned_part.size() > 1 && is_digit(unsigned_part[1])));
+  const bool number =
+      !unsigned_part.empty() && (is_digit(unsigned_part[0]) ||
+                                 (unsigned_part[0] == '.' && unsigned_part.size() > 1 && is_digit(unsigned_part[1])));
   if (!number) return {};
   if (unsigned_part.starts_with("0x") || unsigned_part.starts_with("0X")) {
     throw UnitError("hexadecimal numbers are not read; write a decimal number");
@@ -355,19 +355,32 @@ bool same_dimension(const Unit& a, const Unit& b) {
 
 /// A word for the commonest dimensions; the base units say the rest.
 std::string dimension_word(const Unit& unit) {
-  static const std::map<std::string, const char*> words{
-      {"m", "a length"},           {"kg", "a mass"},
-      {"s", "a time"},             {"rad", "an angle"},
-      {"m s^-1", "a speed"},       {"rad s^-1", "an angular speed"},
-      {"m s^-2", "an acceleration"}, {"kg m s^-2", "a force"},
-      {"kg m^2 s^-2", "a moment or energy"}, {"kg s^-2", "a stiffness"},
-      {"kg s^-1", "a damping"},    {"kg m^-3", "a density"},
-      {"kg m^-1 s^-2", "a pressure"}, {"kg m^2", "a moment of inertia"},
-      {"m^2", "an area"},          {"m^3", "a volume"},
-      {"1", "a plain number"},     {"s^-1", "a rate"}};
+  static const std::map<std::string, const char*> words{{"m", "a length"},
+                                                        {"kg", "a mass"},
+                                                        {"s", "a time"},
+                                                        {"rad", "an angle"},
+                                                        {"m s^-1", "a speed"},
+                                                        {"rad s^-1", "an angular speed"},
+                                                        {"m s^-2", "an acceleration"},
+                                                        {"kg m s^-2", "a force"},
+                                                        {"kg m^2 s^-2", "a moment or energy"},
+                                                        {"kg s^-2", "a stiffness"},
+                                                        {"kg s^-1", "a damping"},
+                                                        {"kg m^-3", "a density"},
+                                                        {"kg m^-1 s^-2", "a pressure"},
+                                                        {"kg m^2", "a moment of inertia"},
+                                                        {"m^2", "an area"},
+                                                        {"m^3", "a volume"},
+                                                        {"1", "a plain number"},
+                                                        {"s^-1", "a rate"}};
   const std::string dimension = dimension_text(unit);
   const auto word = words.find(dimension);
   return word == words.end() ? dimension : fmt::format("{} ({})", word->second, dimension);
+}
+
+std::string example(const Unit& wanted, std::string_view expected) {
+  if (expected == "rad") return "an angle, such as deg or rad";
+  return fmt::format("{}, such as {}", dimension_word(wanted), expected);
 }
 
 /// Compares dimensions; throws naming both. An angle is a dimension here, except that N m may stand for N m/rad.
@@ -380,8 +393,8 @@ void check_dimension(const Unit& given, std::string_view given_text, const Unit&
     throw UnitError(fmt::format("`{}` is {}, but this value is a plain number; leave the unit away", given_text,
                                 dimension_word(given)));
   }
-  throw UnitError(fmt::format("`{}` is {}, but needed is {}, such as {}", given_text, dimension_word(given),
-                              dimension_word(wanted), expected));
+  throw UnitError(
+      fmt::format("`{}` is {}, but needed is {}", given_text, dimension_word(given), example(wanted, expected)));
 }
 
 }  // namespace
@@ -413,7 +426,7 @@ std::vector<double> parse_quantities(std::string_view text, std::string_view exp
   const Unit wanted = parse_unit(expected, n);
   if (sentence.unit.empty()) {
     if (!wanted.powers.empty()) {
-      throw UnitError(fmt::format("has no unit; needed is {}, such as {}", dimension_word(wanted), expected));
+      throw UnitError(fmt::format("has no unit; needed is {}", example(wanted, expected)));
     }
   } else {
     const Unit given = parse_unit(sentence.unit, n);

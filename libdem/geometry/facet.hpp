@@ -10,7 +10,7 @@ namespace subsoil::dem {
 enum class Part : uint8_t { face, edge0, edge1, edge2, corner0, corner1, corner2 };
 
 /// A triangle prepared for distances. Reader: the contact sweep, once per sphere and candidate, at random places in
-/// the array; writer: nobody after the build. 312 bytes, most of which the query touches. Everything that needs a
+/// the array; writer: nobody after the build. 304 bytes, most of which the query touches. Everything that needs a
 /// division or a root is stored; gathering corners through the index list instead cost two more cache lines and the
 /// roots. What only accepted contacts need (outward directions of edges and corners) lives in MeshSurface.
 struct Facet {

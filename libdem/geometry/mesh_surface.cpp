@@ -15,7 +15,7 @@ struct MeshSurface::Tolerance {
   Tolerance(double reach, double rounding_of_mesh)
       : rounding(rounding_of_mesh), contains(1e-5 * reach + rounding), nearer(1e-12 * reach + rounding) {}
   bool same_place(const Minimum& a, const Minimum& b) const {
-    const Vec3 apart = a.point - b.point;
+    const Vec3 apart = a.point() - b.point();
     const double limit = std::max(same_direction * a.distance, contains);
     return dot(apart, apart) <= limit * limit;
   }
@@ -55,12 +55,9 @@ void MeshSurface::candidates(const Vec3& c, double reach, std::vector<uint32_t>&
   std::sort(out.begin() + first, out.end());
 }
 
-bool MeshSurface::leaves_nearer(const Facet& facet, const Nearest& nearest, const Vec3& u,
-                                const Tolerance& tolerance) const {
-  if (nearest.part == Part::face) return false;
-  const Corner& corner = corners_[facet.part_corner[static_cast<int>(nearest.part) - 1]];
-  const double limit = Tolerance::descent * std::sqrt(nearest.distance_squared) + tolerance.rounding;
-  for (uint32_t i = corner.begin; i < corner.end; ++i)
+bool MeshSurface::leaves_nearer(uint32_t corner, const Vec3& u, double distance, const Tolerance& tolerance) const {
+  const double limit = Tolerance::descent * distance + tolerance.rounding;
+  for (uint32_t i = corners_[corner].begin; i < corners_[corner].end; ++i)
     if (dot(u, cone_[i]) > limit) return true;
   return false;
 }
@@ -69,7 +66,7 @@ bool MeshSurface::is_minimum_by_position(const Minimum& m, const Vec3& c, std::s
                                          const Tolerance& tolerance) const {
   const double nearer = std::max(0.0, m.distance - tolerance.nearer);
   for (const uint32_t t : candidates) {
-    if (t == m.triangle || !contains(facets_[t], m.point, tolerance.contains)) continue;
+    if (t == m.triangle || !contains(facets_[t], m.point(), tolerance.contains)) continue;
     if (nearest_point(facets_[t], c).distance_squared < nearer * nearer) return false;
   }
   return true;
@@ -78,54 +75,65 @@ bool MeshSurface::is_minimum_by_position(const Minimum& m, const Vec3& c, std::s
 bool MeshSurface::is_hidden(const Minimum& m, const Vec3& c, std::span<const uint32_t> candidates,
                             const Tolerance& tolerance) const {
   return std::any_of(candidates.begin(), candidates.end(),
-                     [&](uint32_t t) { return t != m.triangle && cuts(facets_[t], c, m.point, tolerance.contains); });
+                     [&](uint32_t t) { return t != m.triangle && cuts(facets_[t], c, m.point(), tolerance.contains); });
 }
 
 const Vec3& MeshSurface::outward(const Minimum& m) const {
-  const Facet& facet = facets_[m.triangle];
-  if (m.part == Part::face) return facet.normal;
-  return corners_[facet.part_corner[static_cast<int>(m.part) - 1]].outward;
+  return m.corner == no_corner ? facets_[m.triangle].normal : corners_[m.corner].outward;
 }
 
 uint32_t MeshSurface::feature(const Minimum& m) const {
-  if (m.part == Part::face) return face_feature_[m.triangle];
-  return corners_[facets_[m.triangle].part_corner[static_cast<int>(m.part) - 1]].feature;
+  return m.corner == no_corner ? face_feature_[m.triangle] : corners_[m.corner].feature;
 }
 
 SurfaceContact MeshSurface::contact_at(const Minimum& m, const Vec3& c, const Tolerance& tolerance) const {
   const Facet& facet = facets_[m.triangle];
-  const Vec3 u = c - m.point;
+  const Vec3 u = c - m.point();
   const bool inside = facet.sided && dot(u, outward(m)) < 0;
   const double sign = inside ? -1 : 1;
   Vec3 normal;
-  if (m.part == Part::face) {
+  if (m.corner == no_corner) {
     // The stored normal, since u loses digits as the distance shrinks. An open surface acts to both sides.
     normal = facet.sided || dot(u, facet.normal) >= 0 ? facet.normal : -facet.normal;
   } else {
     normal = m.distance > tolerance.rounding ? (sign / m.distance) * u : outward(m);
   }
-  return {m.point, normal, sign * m.distance, feature(m), facet.surface};
+  return {m.point(), normal, sign * m.distance, feature(m), facet.surface};
 }
 
-size_t MeshSurface::contacts(const Vec3& c, double reach, std::span<const uint32_t> candidates, SurfaceContact* out,
-                             size_t max) const {
-  const Tolerance tolerance(reach, rounding_);
-  Minimum minima[max_minima];  // nearest first, equals in the order of triangles
+size_t MeshSurface::find_minima(const Vec3& c, double reach, std::span<const uint32_t> candidates,
+                                const Tolerance& tolerance, Minimum* minima) const {
   size_t count = 0;
   for (const uint32_t t : candidates) {
     const Nearest nearest = nearest_point(facets_[t], c);
     if (nearest.distance_squared > reach * reach) continue;
-    if (leaves_nearer(facets_[t], nearest, c - nearest.point, tolerance)) continue;
+    const Vec3& p = nearest.point;
+    const double distance = std::sqrt(nearest.distance_squared);
+    const bool on_face = nearest.part == Part::face;
+    const uint32_t corner = on_face ? no_corner : facets_[t].part_corner[static_cast<int>(nearest.part) - 1];
+    if (!on_face && leaves_nearer(corner, c - p, distance, tolerance)) continue;
     // Above a side within a flat face its two triangles tie to rounding. The face goes first: its normal is exact, that
     // of an edge is the direction to a point that may be 1e-8 m aside at the same distance.
-    const double distance = std::sqrt(nearest.distance_squared);
-    const int handicap = nearest.part == Part::face ? 0 : nearest.part <= Part::edge2 ? 1 : 2;
-    const Minimum m{nearest.point, distance, distance + handicap * tolerance.nearer, t, nearest.part};
+    const int handicap = on_face ? 0 : nearest.part <= Part::edge2 ? 1 : 2;
+    const Minimum m{p.x, p.y, p.z, distance, distance + handicap * tolerance.nearer, t, corner};
+    // All triangles around an edge or a vertex bring the same place; a fan of many must not fill the list.
+    const auto brings_it = [&](const Minimum& other) {
+      return other.order <= m.order && feature(other) == feature(m) && tolerance.same_place(other, m);
+    };
+    if (std::any_of(minima, minima + count, brings_it)) continue;
     if (count == max_minima && m.order >= minima[count - 1].order) continue;
     size_t i = count < max_minima ? count++ : count - 1;
     for (; i > 0 && m.order < minima[i - 1].order; --i) minima[i] = minima[i - 1];
     minima[i] = m;
   }
+  return count;
+}
+
+size_t MeshSurface::contacts(const Vec3& c, double reach, std::span<const uint32_t> candidates, SurfaceContact* out,
+                             size_t max) const {
+  const Tolerance tolerance(reach, rounding_);
+  Minimum minima[max_minima];
+  const size_t count = find_minima(c, reach, candidates, tolerance, minima);
   if (count == 0 || max == 0) return 0;
 
   // The nearest minimum is the nearest point of the whole surface: always a contact, and it tells inside from outside.
@@ -136,7 +144,8 @@ size_t MeshSurface::contacts(const Vec3& c, double reach, std::span<const uint32
     const Minimum m = minima[i];
     const auto same = [&](const Minimum& other) { return tolerance.same_place(other, m); };
     if (std::any_of(minima, minima + accepted, same)) continue;
-    if (facets_[m.triangle].sided && dot(c - m.point, outward(m)) < 0) continue;
+    // From behind: sight would refuse it as well, unless the plate is thinner than `contains`; and this is quick.
+    if (facets_[m.triangle].sided && dot(c - m.point(), outward(m)) < 0) continue;
     if (!is_minimum_by_position(m, c, candidates, tolerance) || is_hidden(m, c, candidates, tolerance)) continue;
     out[accepted] = contact_at(m, c, tolerance);
     minima[accepted++] = m;

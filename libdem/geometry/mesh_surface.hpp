@@ -54,13 +54,15 @@ class MeshSurface {
     uint32_t feature = 0;
     Vec3 outward;  ///< angle-weighted mean normal of the triangles around it
   };
-  struct Minimum {  // without initial values: the query keeps an array of them and writes the first few
-    Vec3 point;
-    double distance;
+  /// Plain doubles, so that the query's array of them costs nothing until it is written (Vec3 sets itself to zero).
+  struct Minimum {
+    double x, y, z, distance;
     double order;  // distance, with a handicap of rounding for edges and corners
     uint32_t triangle;
-    Part part;
+    uint32_t corner;  // edge or vertex in corners_, no_corner on a face
+    Vec3 point() const { return {x, y, z}; }
   };
+  static constexpr uint32_t no_corner = 0xffffffff;
   struct Tolerance;
   class Builder;
   /// rad: directions closer than this are one. Meshes carry bends as noise: float32 corners are 1e-7 m off, which on
@@ -68,7 +70,10 @@ class MeshSurface {
   /// of 5e-7 of the distance at most.
   static constexpr double same_direction = 1e-3;
 
-  bool leaves_nearer(const Facet& facet, const Nearest& nearest, const Vec3& u, const Tolerance& tolerance) const;
+  /// Minima as far as shared vertices tell, nearest first, equals in the order of triangles; returns their number.
+  size_t find_minima(const Vec3& c, double reach, std::span<const uint32_t> candidates, const Tolerance& tolerance,
+                     Minimum* minima) const;
+  bool leaves_nearer(uint32_t corner, const Vec3& u, double distance, const Tolerance& tolerance) const;
   bool is_minimum_by_position(const Minimum& m, const Vec3& c, std::span<const uint32_t> candidates,
                               const Tolerance& tolerance) const;
   bool is_hidden(const Minimum& m, const Vec3& c, std::span<const uint32_t> candidates,

@@ -47,12 +47,13 @@ struct HertzMindlin {
     const T zero(0.0), damp(2 * std::sqrt(5.0 / 6.0) * damping_ratio(restitution));
     NormalForce<T> n;
     n.engaged = a.overlap > zero;
-    const T root = sqrt(a.r_eff * max(a.overlap, zero));
+    // Never zero, so that k_t growth is the stiffness before even when the contact has just ended.
+    const T root = max(sqrt(a.r_eff * max(a.overlap, zero)), T(1e-150));
     const T root_before = sqrt(a.r_eff * max(a.overlap - a.rate * a.elapsed, zero));
     const T spring = T(4.0 / 3.0 * E_eff) * root * max(a.overlap, zero);
     n.k_n = T(2 * E_eff) * root;
     n.k_t = T(8 * G_eff) * root;
-    n.growth = root_before / max(root, T(1e-150));
+    n.growth = root_before / root;
     n.soft_t = select(n.engaged, T(1.0) / max(n.k_t, T(1e-150)), zero);
     n.c_t = damp * sqrt(n.k_t * a.m_eff);
     const T viscous = damp * sqrt(n.k_n * a.m_eff) * a.rate;

@@ -11,7 +11,7 @@ namespace subsoil::mbd {
 struct AngleDriver {
   static constexpr std::size_t rows = 1;
   int first = -1, second = -1;
-  Motion motion;
+  Motion motion{};
 
   bool angular() const { return true; }
   int body_a() const { return first; }

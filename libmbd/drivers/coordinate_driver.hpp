@@ -16,7 +16,7 @@ struct CoordinateDriver {
   static constexpr std::size_t rows = 1;
   int body = -1;
   Coordinate coordinate = Coordinate::x;
-  Motion motion;
+  Motion motion{};
 
   bool angular() const { return coordinate == Coordinate::angle; }
   int body_a() const { return ground; }

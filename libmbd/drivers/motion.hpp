@@ -12,7 +12,7 @@ namespace subsoil::mbd {
 ///   velocity: f(t) = f(t_0) + integral of velocity from t_0 to t, exact; f(t_0) is what the start pose has.
 /// A velocity is integrated in closed form and stays a position-level constraint, so it cannot drift.
 struct Motion {
-  Function position, velocity;
+  Function position{}, velocity{};
   double start = std::numeric_limits<double>::quiet_NaN();  ///< f(t_0); set from the start pose
   double start_time = 0;
 

@@ -15,7 +15,7 @@ struct SlideDriver {
   int first = -1, second = -1;
   std::array<double, 2> p_a{0, 0}, p_b{0, 0};
   double angle_a = 0;
-  Motion motion;
+  Motion motion{};
 
   bool angular() const { return false; }
   int body_a() const { return first; }

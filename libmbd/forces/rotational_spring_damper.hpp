@@ -1,5 +1,7 @@
 #pragma once
 
+#include <stdexcept>
+
 #include "libmbd/force.hpp"
 
 namespace subsoil::mbd {
@@ -26,6 +28,12 @@ struct RotationalSpringDamper {
                         "angle of the second body against the first without torque; left out: that of the start pose");
     v.quantity("preload", preload, "N m", "(-inf, inf)", "constant torque on top");
     v.quantity("damping", damping, "N m s/rad", "[0, inf)", "torque per rate of turn");
+  }
+
+  void check() const {
+    if (!(stiffness >= 0 && damping >= 0))
+      throw std::invalid_argument(
+          "stiffness and damping must be given and not negative; stiffness 0 is a damper alone");
   }
 
   void settle_start(const Scene& scene) {

@@ -33,6 +33,12 @@ struct SpringDamper {
     v.quantity("damping", damping, "N s/m", "[0, inf)", "force per rate of shortening");
   }
 
+  void check() const {
+    if (!(stiffness >= 0 && damping >= 0))
+      throw std::invalid_argument(
+          "stiffness and damping must be given and not negative; stiffness 0 is a damper alone");
+  }
+
   void settle_start(const Scene& scene) {
     if (std::isnan(free_length)) free_length = line(scene).length;
   }

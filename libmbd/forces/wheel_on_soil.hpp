@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -31,7 +33,7 @@ struct WheelOnSoil {
   double k_c = std::numeric_limits<double>::quiet_NaN();
   double k_phi = std::numeric_limits<double>::quiet_NaN();
   double surface = 0;
-  std::string track;  ///< wheels of the same track share a rut; empty: its own
+  std::string track{};  ///< wheels of the same track share a rut; empty: its own
   // Set and kept by the system:
   std::size_t rut = 0;   ///< index of its rut
   double direction = 1;  ///< of travel, +1 or -1
@@ -49,6 +51,14 @@ struct WheelOnSoil {
     v.quantity("surface", surface, "m", "(-inf, inf)", "height y of the soil's surface");
     v.text("track", track, "wheels of the same track share their rut; left out: the wheel's own");
   }
+
+  void check() const {
+    if (!(radius > 0 && width > 0 && n > 0 && n < 3 && k_c >= 0 && k_phi >= 0))
+      throw std::invalid_argument(
+          "radius and width must be above 0, n in (0, 3), k_c and k_phi not negative; all five must be given");
+  }
+  /// Spin at which it rolls along without slip: how a towed wheel starts.
+  double towing_spin(double speed) const { return -speed / radius; }
 
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
     const BodyState& b = axle(scene);
@@ -78,7 +88,7 @@ struct WheelOnSoil {
     last = now;
   }
   /// Forgets the way to here: the next commit starts a new trace.
-  void settle_start(const Scene& scene) {
+  void begin_trace(const Scene& scene) {
     const BodyState& b = axle(scene);
     last = {b.r.x, sinkage(b)};
     if (std::abs(b.v.x) > creep) direction = b.v.x > 0 ? 1 : -1;

@@ -100,7 +100,8 @@ TEST(BedFile, BothFormatsKeepEveryBit) {
 
 TEST(BedFile, AHandWrittenListNeedsOnlyPlacesAndRadii) {
   test::Scratch scratch;
-  test::write_file(scratch / "two.csv", "radius [mm], x [m], y [m], z [m], vx [m/s]\n10, 0, 0, 0, 0.5\n\n12,1e-1,+2,3,\n");
+  test::write_file(scratch / "two.csv",
+                   "radius [mm], x [m], y [m], z [m], vx [m/s]\n10, 0, 0, 0, 0.5\n\n12,1e-1,+2,3,\n");
   const auto millimetres = [](std::string_view unit, std::string_view si) {
     return unit == "mm" && si == "m" ? 1e-3 : 1.0;
   };

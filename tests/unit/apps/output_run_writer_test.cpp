@@ -43,8 +43,16 @@ struct Bed {
   }
   Frame frame(int number, std::span<const dem::Pose> poses) {
     at(number);
-    return {.time = 0.02 * number, .step = 1000L * number, .id = {}, .position = position, .velocity = velocity,
-            .spin = spin, .force = force, .torque = torque, .contacts = contacts, .surfaces = poses};
+    return {.time = 0.02 * number,
+            .step = 1000L * number,
+            .id = {},
+            .position = position,
+            .velocity = velocity,
+            .spin = spin,
+            .force = force,
+            .torque = torque,
+            .contacts = contacts,
+            .surfaces = poses};
   }
   ParticleTable table;
   std::vector<Vec3> position, velocity, spin, force, torque;
@@ -78,7 +86,7 @@ int check_xdmf(const std::filesystem::path& path) {
     EXPECT_EQ(h5::shape(file, dataset), stated) << item->text;
     const h5::Handle set(H5Dopen2(file, dataset.c_str(), H5P_DEFAULT), H5Dclose, dataset);
     const h5::Handle type(H5Dget_type(set), H5Tclose, dataset);
-    EXPECT_EQ(std::to_string(H5Tget_size(type)), item->attributes.at("Precision")) << item->text;
+    EXPECT_EQ(std::to_string(H5Tget_size(type)), item->attributes.at("FramePrecision")) << item->text;
     const bool real = item->attributes.at("NumberType") == "Float";
     EXPECT_EQ(H5Tget_class(type), real ? H5T_FLOAT : H5T_INTEGER) << item->text;
   }
@@ -122,8 +130,8 @@ void expect_frame(hid_t file, int number, Bed& bed, double relative) {
 
 TEST(RunWriter, EveryNumberComesBackToItsPrecision) {
   // Rounded: 14 mantissa bits, so 2^-15. float32: half a unit in the last place, 2^-24. float64: as it was.
-  const std::pair<Precision, double> cases[] = {
-      {Precision::rounded, std::exp2(-15)}, {Precision::float32, std::exp2(-24)}, {Precision::float64, 0}};
+  const std::pair<FramePrecision, double> cases[] = {
+      {FramePrecision::rounded, std::exp2(-15)}, {FramePrecision::float32, std::exp2(-24)}, {FramePrecision::float64, 0}};
   for (const auto& [precision, relative] : cases) {
     test::Scratch scratch;
     Bed bed(500);
@@ -147,13 +155,22 @@ TEST(RunWriter, SurfacesStandWhereTheirPoseSays) {
   test::Scratch scratch;
   RunWriter writer(scratch.path(), {}, tool_and_floor(), {});
   const double quarter = std::acos(0.0);
-  const std::vector<dem::Pose> poses{{{2, 3, 4}, dem::Quaternion::from_rotation_vector({0, 0, quarter})}, {{9, 9, 9}, {}}};
-  writer.write({.time = 1, .step = 5, .id = {}, .position = {}, .velocity = {}, .spin = {}, .force = {}, .torque = {},
-                .contacts = {}, .surfaces = poses});
+  const std::vector<dem::Pose> poses{{{2, 3, 4}, dem::Quaternion::from_rotation_vector({0, 0, quarter})},
+                                     {{9, 9, 9}, {}}};
+  writer.write({.time = 1,
+                .step = 5,
+                .id = {},
+                .position = {},
+                .velocity = {},
+                .spin = {},
+                .force = {},
+                .torque = {},
+                .contacts = {},
+                .surfaces = poses});
   writer.finish();
   const auto file = h5::open_file(scratch / "run.h5");
   const auto moved = h5::read<double>(file, "/frames/000000/surfaces/shovel_tip");
-  const double expected[] = {2, 3, 4, 2, 4, 4, 1, 3, 4, 2, 3, 5};  // x -> y, y -> -x, then shifted
+  const double expected[] = {2, 3, 4, 2, 4, 4, 1, 3, 4, 2, 3, 5};                      // x -> y, y -> -x, then shifted
   for (std::size_t i = 0; i < 12; ++i) EXPECT_NEAR(moved[i], expected[i], 1e-6) << i;  // float32 of numbers near 5
   EXPECT_FALSE(h5::exists(file, "/frames/000000/surfaces/floor")) << "a fixed surface is written once";
   EXPECT_EQ(check_xdmf(scratch / "run.xdmf"), 4);
@@ -223,17 +240,20 @@ TEST(RunWriter, RefusesWhatDoesNotFit) {
   Bed bed(4);
   RunOptions options;
   options.columns = {"speed"};
-  EXPECT_NE(test::message_of<std::invalid_argument>([&] { RunWriter(scratch.path(), bed.table, {}, options); })
-                .find("'speed': must be one of position"),
+  EXPECT_NE(test::message_of<std::invalid_argument>([&] {
+              RunWriter(scratch.path(), bed.table, {}, options);
+            }).find("'speed': must be one of position"),
             std::string::npos);
-  EXPECT_NE(test::message_of<std::runtime_error>([&] { RunWriter(scratch / "nowhere", bed.table, {}, {}); })
-                .find("nowhere/run.h5"),
+  EXPECT_NE(test::message_of<std::runtime_error>([&] {
+              RunWriter(scratch / "nowhere", bed.table, {}, {});
+            }).find("nowhere/run.h5"),
             std::string::npos);
   RunWriter writer(scratch.path(), bed.table, {}, {});
   auto frame = bed.frame(0, {});
   frame.force = frame.force.first(3);
-  EXPECT_NE(test::message_of<std::invalid_argument>([&] { writer.write(frame); }).find("force has 3 entries, 4 spheres"),
-            std::string::npos);
+  EXPECT_NE(
+      test::message_of<std::invalid_argument>([&] { writer.write(frame); }).find("force has 3 entries, 4 spheres"),
+      std::string::npos);
 }
 
 /// Writes frames for ever; a test kills it.
@@ -252,8 +272,10 @@ TEST(RunWriter, AKilledRunKeepsItsFrames) {
     const pid_t child = fork();
     ASSERT_GE(child, 0);
     if (child == 0) write_until_killed(scratch.path());
-    while (test::text_of(scratch / "run.xdmf").find("frame 2") == std::string::npos)
+    for (int wait = 0; test::text_of(scratch / "run.xdmf").find("frame 2") == std::string::npos; ++wait) {
+      ASSERT_LT(wait, 60000) << "the writer wrote nothing";
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
     std::this_thread::sleep_for(std::chrono::microseconds(3700 * trial));
     kill(child, SIGKILL);
     waitpid(child, nullptr, 0);

@@ -204,6 +204,41 @@ TEST(GeometryStackedSolids, InnerFacesOfFlushBlocksAreNotFelt) {
   }
 }
 
+TEST(GeometryFeatures, StraightEdgeOfManyPiecesIsOne) {
+  // The outline has points within its straight sides, so the upright faces and the edges of the caps are in pieces.
+  const std::vector<Point2> outline{{0, 0}, {.02, 0}, {.05, 0}, {.1, 0}, {.1, .1}, {.04, .1}, {0, .1}};
+  const MeshSurface block(extruded_mesh(outline, 0.04));
+  const auto feature = [&](const Vec3& c) {
+    const auto found = touch(block, c, reach);
+    EXPECT_EQ(found.size(), 1u);
+    return found.at(0).feature;
+  };
+  const uint32_t edge = feature({.01, -.005, .025}), side = feature({.01, -.005, .01});
+  for (const double x : {.02, .03, .05, .08, .099}) {
+    EXPECT_EQ(feature({x, -.005, .025}), edge);
+    EXPECT_EQ(feature({x, -.005, .013}), side);
+  }
+  EXPECT_NE(edge, side);
+  EXPECT_NE(feature({.05, .105, .025}), edge);
+  EXPECT_NE(feature({-.005, -.005, .025}), edge);  // the corner at its end
+}
+
+TEST(GeometryFeatures, AFanOfManyTrianglesLeavesRoomForOtherContacts) {
+  // 200 triangles meet under the centre, and a wall stands beside it.
+  const std::vector<TriangleMesh> parts{cylinder_mesh({}, {0, 1, 0}, 0.1, 0.02, 200),
+                                        rectangle_mesh({.011, -.1, -.1}, {0, .2, 0}, {0, 0, .2})};
+  const MeshSurface both(parts);
+  const auto found = touch(both, {0, .019, 0}, reach);
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_NEAR(found[0].distance, .009, 1e-15);
+  EXPECT_NEAR(found[1].distance, .011, 1e-15);
+  SurfaceContact one;
+  std::vector<uint32_t> near;
+  both.candidates({0, .019, 0}, reach, near);
+  EXPECT_EQ(both.contacts({0, .019, 0}, reach, near, &one, 1), 1u);  // no room: the nearest
+  EXPECT_NEAR(one.distance, .009, 1e-15);
+}
+
 TEST(GeometryMatch, ContactsKeepTheirHistoryByNormal) {
   std::vector<SurfaceContact> now(3);
   now[0].normal = {0, 1, 0}, now[1].normal = {1, 0, 0}, now[2].normal = {0, 0, 1};

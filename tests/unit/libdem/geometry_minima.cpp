@@ -144,7 +144,7 @@ TEST(GeometryMinima, BumpySphere) {
   std::vector<Vec3> v = mesh.vertices();
   for (Vec3& p : v) p *= random.between(0.6, 1.3);
   const TriangleMesh bumpy(v, mesh.triangles());
-  compare(std::span(&bumpy, 1), 1, 150);
+  compare(std::span(&bumpy, 1), 1, 70);
 }
 
 TEST(GeometryMinima, StarPrism) {
@@ -156,13 +156,13 @@ TEST(GeometryMinima, StarPrism) {
     star.push_back({r * std::cos(angle), r * std::sin(angle)});
   }
   const TriangleMesh prism = extruded_mesh(star, 0.02);
-  compare(std::span(&prism, 1), 2, 150);
+  compare(std::span(&prism, 1), 2, 70);
 }
 
 TEST(GeometryMinima, TwoCrossedBars) {
   // Two closed surfaces that run through each other: what lies inside the other is no surface.
   const std::vector<TriangleMesh> bars{box_mesh({.06, .02, .02}), box_mesh({.02, .06, .03}, {.007, .003, .004})};
-  compare(bars, 3, 150);
+  compare(bars, 3, 70);
 }
 
 TEST(GeometryMinima, ShareAndShankAroundTheirJoint) {
@@ -170,7 +170,7 @@ TEST(GeometryMinima, ShareAndShankAroundTheirJoint) {
   const std::vector<Point2> share{{.094, -.400}, {.074, -.365}, {-.030, -.365}, {-.021, -.395}},
       shank{{.074, -.365}, {.064, -.325}, {-.042, -.325}, {-.030, -.365}};
   const std::vector<TriangleMesh> parts{extruded_mesh(share, 0.050), extruded_mesh(shank, 0.030)};
-  compare(parts, 4, 150);
+  compare(parts, 4, 70);
 }
 
 TEST(GeometryMinima, CandidatesEqualBruteForceAndOthersDoNotMatter) {

@@ -1,0 +1,48 @@
+#include "apps/build/laws.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace subsoil::app {
+
+int material_index(const Scenario& scenario, const std::string& name) {
+  for (std::size_t i = 0; i < scenario.materials.size(); ++i)
+    if (scenario.materials[i].name == name) return static_cast<int>(i);
+  throw std::invalid_argument("no material '" + name + "'");
+}
+
+dem::LawTable build_laws(const Loaded& loaded) {
+  const Scenario& s = loaded.scenario;
+  dem::LawTable table;
+  table.materials = static_cast<int>(s.materials.size());
+  table.index.assign(s.materials.size() * s.materials.size(), -1);
+  for (std::size_t i = 0; i < s.contacts.size(); ++i) {
+    const Contact& contact = s.contacts[i];
+    const int a = material_index(s, contact.between[0]), b = material_index(s, contact.between[1]);
+    const Material &ma = s.materials[static_cast<std::size_t>(a)], &mb = s.materials[static_cast<std::size_t>(b)];
+    const std::string where = loaded.where(fmt::format("contacts[{}].law", i));
+    const auto resolve = [&](auto law) -> dem::Law {
+      if constexpr (requires { law.take_materials(1., 1., 1., 1.); }) {
+        if (std::isnan(law.E_eff) || std::isnan(law.G_eff)) {
+          for (const Material* m : {&ma, &mb})
+            if (!m->young || !m->poisson)
+              throw ScenarioError(where + ": needs young and poisson of material '" + m->name +
+                                  "', or E_eff and G_eff in this entry");
+          law.take_materials(*ma.young, *ma.poisson, *mb.young, *mb.poisson);
+        }
+      }
+      try {
+        return law.resolved();
+      } catch (const std::invalid_argument& error) {
+        throw ScenarioError(where + ": " + error.what());
+      }
+    };
+    table.laws.push_back(std::visit(resolve, contact.law));
+    const int n = table.materials, at = static_cast<int>(table.laws.size()) - 1;
+    table.index[static_cast<std::size_t>(a * n + b)] = table.index[static_cast<std::size_t>(b * n + a)] = at;
+  }
+  return table;
+}
+
+}  // namespace subsoil::app

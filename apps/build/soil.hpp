@@ -1,0 +1,48 @@
+#pragma once
+#include <array>
+
+#include "apps/build/world.hpp"
+#include "libdem/bed/settle.hpp"
+
+namespace subsoil::app {
+
+/// Makes the bed of a scenario in the order in which it must be made: walls and spheres, settling, datum, opened walls,
+/// and room for the machine.
+class SoilBuilder {
+ public:
+  SoilBuilder(World& world, const Loaded& loaded, const BuildOptions& options);
+
+  /// Container walls, and spheres unless they are rained later.
+  void place();
+  bool settles() const;
+  void settle(double step);
+  /// Report, shift to the datum, saved bed, opened walls.
+  void finish();
+  /// Spheres inside the machine or given boundaries: refused or carved.
+  void clear_machine();
+  /// A bed whose surface lies more than a radius from the datum of a wheel's law is refused.
+  void check_wheel_datum() const;
+  /// What the stable step must be asked for while there are no spheres yet.
+  dem::StepQuestion question() const;
+
+ private:
+  const Bed& bed() const { return *loaded_.scenario.soil->bed; }
+  bool has_bed() const { return loaded_.scenario.soil && loaded_.scenario.soil->bed; }
+  bool rains() const { return has_bed() && bed().fill == Fill::random && options_.place_soil; }
+  void add_walls();
+  void shape_walls(double extra_height);
+  dem::Bounds region() const;
+  dem::BedMaterial material() const;
+  dem::LatticePlan lattice_plan(double pitch) const;
+  double rest_overlap(int a, int b) const;
+  std::vector<dem::SphereSpec> listed() const;
+  std::vector<dem::SphereSpec> from_file();
+  void save() const;
+
+  World& world_;
+  const Loaded& loaded_;
+  const BuildOptions& options_;
+  std::array<int, 6> wall_{-1, -1, -1, -1, -1, -1};
+};
+
+}  // namespace subsoil::app

@@ -1,0 +1,218 @@
+#include "apps/build/world.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/build/laws.hpp"
+#include "apps/build/machine.hpp"
+#include "apps/build/shapes.hpp"
+#include "apps/build/soil.hpp"
+
+namespace subsoil::app {
+namespace {
+
+/// Integral of a move's factor between its limits up to t: what path its velocity has made.
+double travelled(const Move& move, double t) {
+  const double begin = std::min(std::max(t, move.from), move.until);
+  if (!(begin > move.from)) return 0;
+  return move.profile.integral(begin) - move.profile.integral(move.from);
+}
+
+/// Surfaces of one body that touch soil, by material: meshes of one body and material act as one surface, so that faces
+/// that lie on each other are no contact twice.
+void add_body_surfaces(World& world, const Loaded& loaded) {
+  const Scenario& s = loaded.scenario;
+  if (!s.machine) return;
+  struct Group {
+    int body;
+    std::string material, name;
+    std::vector<dem::TriangleMesh> meshes;
+  };
+  std::vector<Group> groups;
+  const auto add = [&](const Surface& surface, dem::Shape shape) {
+    dem::Boundary boundary;
+    boundary.name = surface.name;
+    boundary.shape = std::move(shape);
+    boundary.material = material_index(s, surface.material);
+    boundary.pose = coupling::pose_of(world.machine->body(surface.body_index));
+    const int index = world.bed->add(std::move(boundary));
+    world.surfaces.push_back({.name = surface.name,
+                              .owner = SurfaceRecord::Owner::machine,
+                              .boundary = index,
+                              .body = surface.body_index,
+                              .moves = true});
+    world.body_surfaces.push_back({surface.body_index, index});
+  };
+  for (std::size_t i = 0; i < s.machine->surfaces.size(); ++i) {
+    const Surface& surface = s.machine->surfaces[i];
+    dem::Pose place = placement(surface.at, surface.rotation);
+    if (surface.placed_in == PlacedIn::world) {
+      const Body& body = s.machine->bodies[static_cast<std::size_t>(surface.body_index - 1)];
+      const dem::Pose start{{body.at[0], body.at[1], 0}, {std::cos(body.angle / 2), 0, 0, std::sin(body.angle / 2)}};
+      place = {start.to_local(place.position), start.attitude.conjugate() * place.attitude};
+    }
+    try {
+      if (!surface.touches_soil || world.bed == nullptr) {
+        dem::TriangleMesh mesh = is_mesh(surface.shape) ? mesh_of(surface.shape, place)
+                                                        : drawing_of(contact_shape(surface.shape, place), 1.0);
+        world.drawn.push_back({surface.name, surface.body_index, std::move(mesh)});
+      } else if (!is_mesh(surface.shape)) {
+        add(surface, contact_shape(surface.shape, place));
+      } else {
+        auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) {
+          return g.body == surface.body_index && g.material == surface.material;
+        });
+        if (group == groups.end())
+          group = groups.insert(groups.end(), {surface.body_index, surface.material, surface.name, {}});
+        group->meshes.push_back(mesh_of(surface.shape, place));
+      }
+    } catch (const std::exception& error) {
+      throw ScenarioError(loaded.where("machine.surfaces." + surface.name) + ": " + error.what());
+    }
+  }
+  for (const Group& g : groups) {
+    Surface one;
+    one.name = g.name;
+    one.body_index = g.body;
+    one.material = g.material;
+    add(one, dem::MeshSurface(g.meshes));
+  }
+}
+
+void add_given_boundaries(World& world, const Loaded& loaded) {
+  const Scenario& s = loaded.scenario;
+  for (std::size_t i = 0; i < s.boundaries.size(); ++i) {
+    const Boundary& b = s.boundaries[i];
+    dem::Boundary out;
+    out.name = b.name;
+    out.material = material_index(s, b.material);
+    out.pose = motion_of(b)(0);
+    try {
+      out.shape = contact_shape(b.shape, {});
+    } catch (const std::exception& error) {
+      throw ScenarioError(loaded.where(fmt::format("boundaries[{}]", i)) + ": " + error.what());
+    }
+    const Vec3 reference = b.reference ? out.pose.to_local(*b.reference) : Vec3{};
+    const int index = world.bed->add(std::move(out));
+    world.surfaces.push_back({.name = b.name,
+                              .owner = SurfaceRecord::Owner::given,
+                              .boundary = index,
+                              .reference = reference,
+                              .moves = !b.moves.empty()});
+    if (!b.moves.empty()) world.motions.push_back({index, motion_of(b)});
+  }
+}
+
+void limit_step(StepReport& report, const dem::StableStep& limit, const std::string& between) {
+  if (report.limit.cause.empty() || limit.step < report.limit.step)
+    report.limit = {limit.step, limit.cause + ", law between " + between};
+}
+
+/// Largest speed that a nonlinear law's stiffness must be expected at, m/s.
+double expected_speed(const Scenario& s, const World& world) {
+  double speed = 0.1;
+  for (const dem::Sphere& sphere : world.bed->spheres()) speed = std::max(speed, 2 * dem::norm(sphere.v));
+  for (const Boundary& b : s.boundaries)
+    for (const Move& m : b.moves) speed = std::max(speed, dem::norm(m.velocity));
+  if (s.soil && s.soil->container) speed = std::max(speed, std::sqrt(2 * dem::norm(s.gravity) * s.soil->container->size.y));
+  if (s.machine) speed = std::max(speed, s.machine->start.speed);
+  return speed;
+}
+
+/// The stable step over all laws, and the step of the run: given ones at or above the limit are refused.
+void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question) {
+  const Scenario& s = loaded.scenario;
+  StepReport& report = world.step;
+  question.speed = expected_speed(s, world);
+  std::vector<bool> soil(s.materials.size(), false), surface(s.materials.size(), false);
+  for (const dem::Sphere& sphere : world.bed->spheres()) soil[sphere.material] = true;
+  if (world.bed->spheres().empty() && s.soil && s.soil->bed && !s.soil->bed->material.empty())
+    soil[static_cast<std::size_t>(material_index(s, s.soil->bed->material))] = true;
+  for (const SurfaceRecord& r : world.surfaces)
+    surface[static_cast<std::size_t>(world.bed->boundary(r.boundary).material)] = true;
+  for (std::size_t a = 0; a < soil.size(); ++a)
+    for (std::size_t b = 0; b < soil.size(); ++b) {
+      const int law = world.laws.of(static_cast<int>(a), static_cast<int>(b));
+      if (law < 0 || !soil[a]) continue;
+      const std::string between = s.materials[a].name + " and " + s.materials[b].name;
+      const dem::Law& l = world.laws.laws[static_cast<std::size_t>(law)];
+      if (soil[b] && question.neighbours > 0) limit_step(report, dem::stable_step(l, question), between);
+      if (surface[b]) limit_step(report, dem::stable_step_at_surface(l, question), between);
+    }
+  if (report.limit.cause.empty()) report.limit = {1e-4 / s.time.safety, "nothing touches: 0.1 ms taken"};
+  report.soil_step = s.time.soil_step ? *s.time.soil_step : s.time.safety * report.limit.step;
+  if (report.soil_step >= report.limit.step)
+    throw ScenarioError(fmt::format(
+        "{} = {:.4g} s: must be below the stable step {:.4g} s, set by {}; use `auto`, softer contacts or heavier spheres",
+        loaded.where("time.soil step"), report.soil_step, report.limit.step, report.limit.cause));
+}
+
+}  // namespace
+
+std::function<dem::Pose(double)> motion_of(const Boundary& boundary) {
+  const dem::Pose start = placement(boundary.at, boundary.rotation);
+  // Several stretches add up, in the order of the file: each turns what the ones before have placed.
+  return [start, moves = boundary.moves](double t) {
+    dem::Pose pose = start;
+    for (const Move& m : moves) {
+      const double path = travelled(m, t);
+      const Vec3 about = m.about ? *m.about : start.position;
+      if (dem::norm(m.spin) > 0) {
+        const dem::Quaternion turn = dem::Quaternion::from_rotation_vector(m.spin * path);
+        pose.position = about + turn.rotate(pose.position - about);
+        pose.attitude = (turn * pose.attitude).normalized();
+      }
+      pose.position += m.velocity * path;
+    }
+    return pose;
+  };
+}
+
+World build_world(const Loaded& loaded, const BuildOptions& options) {
+  const Scenario& s = loaded.scenario;
+  World world;
+  world.machine = build_machine(loaded);
+  if (s.soil || !s.boundaries.empty()) {
+    world.laws = build_laws(loaded);
+    dem::BedOptions bed;
+    bed.gravity = s.gravity;
+    bed.threads = options.threads;
+    bed.simd = s.simd;
+    bed.speed_limit = s.limits.speed;
+    bed.overlap_limit = s.limits.overlap;
+    try {
+      world.bed = std::make_unique<dem::Bed>(world.laws, bed);
+    } catch (const std::invalid_argument& error) {
+      throw ScenarioError(loaded.where("simd") + ": " + error.what());
+    }
+    SoilBuilder soil(world, loaded, options);
+    soil.place();
+    // The machine's and given surfaces join after settling; the step must hold for them too, so it is chosen with all.
+    const bool settles = soil.settles() && options.settle;
+    if (!settles) {
+      soil.finish();
+      add_given_boundaries(world, loaded);
+      add_body_surfaces(world, loaded);
+      choose_step(world, loaded, soil.question());
+    } else {
+      choose_step(world, loaded, soil.question());
+      soil.settle(world.step.soil_step);
+      soil.finish();
+      add_given_boundaries(world, loaded);
+      add_body_surfaces(world, loaded);
+      choose_step(world, loaded, soil.question());
+    }
+    if (options.place_soil) soil.clear_machine();
+    soil.check_wheel_datum();
+  } else {
+    add_body_surfaces(world, loaded);
+  }
+  const MachineTime& machine = s.time.machine;
+  world.step.machine_step = world.bed != nullptr ? world.step.soil_step * static_cast<double>(machine.soil_steps)
+                                                 : machine.step.value_or(1e-3);
+  return world;
+}
+
+}  // namespace subsoil::app

@@ -1,0 +1,79 @@
+#pragma once
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/scenario/load.hpp"
+#include "coupling/simulation.hpp"
+#include "libdem/stability.hpp"
+
+/// Everything a scenario describes, built and ready to step.
+namespace subsoil::app {
+
+/// A boundary of the bed and who it belongs to.
+struct SurfaceRecord {
+  enum class Owner { container, given, machine };
+  std::string name;
+  Owner owner = Owner::given;
+  int boundary = 0;
+  int body = 0;          ///< of the machine, for Owner::machine
+  Vec3 reference{};      ///< point of its wrench in the axes of its pose
+  bool moves = false;
+};
+
+/// A surface that only pictures show (a wheel whose soil is a law), in body axes.
+struct DrawnSurface {
+  std::string name;
+  int body = 0;
+  dem::TriangleMesh mesh;
+};
+
+struct SoilReport {
+  std::size_t spheres = 0;
+  double mass = 0;              ///< kg
+  double settled_for = 0;       ///< s
+  double rms_speed = 0;         ///< m/s at the end of settling
+  double bulk_density = 0;      ///< kg/m3
+  double surface_mean = 0, surface_spread = 0;  ///< m
+  double coordination = 0;      ///< contacts per sphere
+  std::size_t carved = 0;
+  bool settled = true;          ///< reached rest within the time allowed
+};
+
+struct StepReport {
+  double soil_step = 0;          ///< s, used
+  dem::StableStep limit;         ///< smallest over all laws
+  double machine_step = 0;       ///< s
+};
+
+/// Called while a bed settles: time settled, rms speed.
+using SettleProgress = std::function<void(double time, double rms_speed)>;
+
+struct World {
+  dem::LawTable laws;
+  std::unique_ptr<mbd::Machine> machine;
+  std::unique_ptr<dem::Bed> bed;
+  std::vector<SurfaceRecord> surfaces;
+  std::vector<DrawnSurface> drawn;
+  std::vector<coupling::BodySurface> body_surfaces;
+  std::vector<coupling::GivenMotion> motions;
+  SoilReport soil;
+  StepReport step;
+  double container_shift = 0;    ///< m upward, to bring the surface to its datum
+};
+
+struct BuildOptions {
+  int threads = 0;
+  bool settle = true;            ///< no: `check` looks at the bed as placed
+  bool place_soil = true;        ///< no: the spheres come from a restart, and
+  std::vector<dem::SphereSpec> restored;  ///< these stand for them while the stable step is found
+  SettleProgress progress;
+};
+
+World build_world(const Loaded& loaded, const BuildOptions& options);
+
+/// Pose of a boundary that follows its moves, as a function of time.
+std::function<dem::Pose(double)> motion_of(const Boundary& boundary);
+
+}  // namespace subsoil::app

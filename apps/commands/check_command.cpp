@@ -1,0 +1,188 @@
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+
+#include "apps/build/world.hpp"
+#include "apps/commands/commands.hpp"
+#include "apps/output/run_writer.hpp"
+#include "apps/run/columns.hpp"
+#include "apps/run/live_line.hpp"
+#include "apps/scenario/load.hpp"
+
+namespace subsoil::app {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
+
+/// Bytes that one frame takes in the file: written for real beside nobody's files, then deleted. Twice, so that what the
+/// file holds once (radii, ids) drops out of the difference.
+struct FrameSize {
+  double once = 0, each = 0;
+};
+FrameSize frame_size(const Scenario& s, const dem::Snapshot& shot) {
+  if (shot.id.empty()) return {4e5, 1e4};
+  const std::filesystem::path dir =
+      std::filesystem::temp_directory_path() / fmt::format("subsoil-check-{}", static_cast<long>(getpid()));
+  std::filesystem::create_directories(dir);
+  double size[2] = {};
+  for (int count = 1; count <= 2; ++count) {
+    ParticleTable table;
+    table.material_names = {"soil"};
+    for (std::size_t i = 0; i < shot.id.size(); ++i) {
+      table.id.push_back(shot.id[i]);
+      table.radius.push_back(shot.radius[i]);
+      table.density.push_back(0);
+      table.material.push_back(0);
+    }
+    RunOptions options;
+    options.precision = s.output.precision == Precision::full ? FramePrecision::float64 : FramePrecision::rounded;
+    options.columns.clear();
+    for (const Column c : s.output.columns) options.columns.insert(column_names[static_cast<std::size_t>(c)]);
+    if (s.output.region) options.region = FrameBox{s.output.region->at, s.output.region->at + s.output.region->size};
+    options.compression = static_cast<int>(s.output.compression);
+    {
+      RunWriter writer(dir, std::move(table), {}, options);
+      for (int k = 0; k < count; ++k) {
+        Frame frame;
+        frame.time = k;
+        frame.position = shot.position, frame.velocity = shot.velocity, frame.spin = shot.spin;
+        frame.force = shot.force, frame.torque = shot.torque, frame.contacts = shot.contacts;
+        writer.write(frame);
+      }
+      writer.finish();
+    }
+    size[count - 1] = static_cast<double>(std::filesystem::file_size(dir / "run.h5"));
+  }
+  std::filesystem::remove_all(dir);
+  return {2 * size[0] - size[1], size[1] - size[0]};
+}
+
+/// Longest settling that is likely: fall of the loose column, the ramp of the staged laws, and the relaxation of the bed,
+/// taken as twenty times the time a sphere needs to fall by its radius.
+double settling_time(const Scenario& s, const World& world) {
+  if (!s.soil || !s.soil->bed) return 0;
+  const Bed& bed = *s.soil->bed;
+  if (!bed.settle && bed.fill != Fill::random) return 0;
+  const Settle settle = bed.settle.value_or(Settle{});
+  double time = settle.duration.value_or(0);
+  const double g = dem::norm(s.gravity);
+  if (time == 0 && g > 0 && !world.bed->spheres().empty()) time = 20 * std::sqrt(2 * world.bed->spheres()[0].r / g);
+  if (bed.fill == Fill::random && g > 0 && s.soil->container) time += std::sqrt(8 * s.soil->container->size.y / g);
+  if (settle.staged(bed.fill)) time += settle.ramp;
+  return std::min(time, settle.at_most);
+}
+
+std::string bytes_text(double bytes) {
+  if (bytes > 1e9) return fmt::format("{:.2f} GB", bytes * 1e-9);
+  return fmt::format("{:.1f} MB", bytes * 1e-6);
+}
+
+struct Trial {
+  Estimate cost;
+  double settling = 0;
+  double particle_rate = 0;
+};
+
+/// Steps the real thing for a second or two.
+Trial try_out(const Loaded& loaded, World& world) {
+  const Scenario& s = loaded.scenario;
+  coupling::Simulation simulation(world.bed.get(), world.machine.get(), world.body_surfaces, world.motions,
+                                  {.soil_step = world.step.soil_step,
+                                   .soil_steps = static_cast<int>(s.time.machine.soil_steps),
+                                   .machine_step = world.step.machine_step});
+  Columns columns(loaded, world, simulation);
+  std::vector<double> row(columns.list().size(), 0.0);
+  const auto step = [&](const dem::Bed::Request& request) {
+    columns.take_instant(row);
+    simulation.step(request);
+    columns.take_step(row, false);
+  };
+  Trial trial;
+  for (int k = 0; k < 3; ++k) step({});
+  const Clock::time_point start = Clock::now();
+  long count = 0;
+  for (; count < 5 || (seconds_since(start) < 2.0 && count < 2000); ++count) step({});
+  trial.cost.seconds_per_step = seconds_since(start) / static_cast<double>(count);
+  dem::Snapshot shot;
+  if (world.bed) step({.energy = true, .snapshot = &shot});
+
+  const double dt = simulation.step_length();
+  trial.cost.steps = std::lround(s.time.end / dt);
+  trial.settling = settling_time(s, world);
+  const double every = s.output.every ? *s.output.every : s.output.at.empty() ? s.time.end / 200 : 0;
+  trial.cost.frames = (every > 0 ? std::lround(s.time.end / every) + 1 : 1) + static_cast<long>(s.output.at.size());
+  const Clock::time_point writing = Clock::now();
+  const FrameSize frame = frame_size(s, shot);
+  const double seconds_per_frame = seconds_since(writing) / 3;
+  trial.cost.wall_time = trial.cost.seconds_per_step * (static_cast<double>(trial.cost.steps) + trial.settling / dt) +
+                         seconds_per_frame * static_cast<double>(trial.cost.frames);
+  const double series = s.time.end / s.output.series_every * 11.0 * static_cast<double>(row.size());
+  double state = 0;
+  if (world.bed && (s.output.state == State::full || s.output.state_every)) {
+    const double states = 1 + (s.output.state_every ? s.time.end / *s.output.state_every : 0);
+    state = states * (104.0 * static_cast<double>(shot.id.size()) + 128.0 * static_cast<double>(world.bed->touching_pairs()));
+  }
+  trial.cost.disk = frame.once + frame.each * static_cast<double>(trial.cost.frames) + series + state;
+  struct rusage usage {};
+  getrusage(RUSAGE_SELF, &usage);
+  trial.cost.memory = static_cast<double>(usage.ru_maxrss) * 1024;
+  if (world.bed) trial.particle_rate = static_cast<double>(world.bed->spheres().size()) / trial.cost.seconds_per_step;
+  return trial;
+}
+
+World build_for_trial(const Loaded& loaded, const RunRequest& request) {
+  BuildOptions options;
+  options.threads = request.threads > 0 ? request.threads : static_cast<int>(loaded.scenario.time.threads);
+  options.settle = false;
+  return build_world(loaded, options);
+}
+
+}  // namespace
+
+Estimate estimate(const RunRequest& request) {
+  const Loaded loaded = load_scenario(request.scenario, request.sets);
+  World world = build_for_trial(loaded, request);
+  return try_out(loaded, world).cost;
+}
+
+int check_command(const RunRequest& request) {
+  const Loaded loaded = load_scenario(request.scenario, request.sets);
+  const Scenario& s = loaded.scenario;
+  World world = build_for_trial(loaded, request);
+  const auto line = [](const char* name, const std::string& text) { fmt::print("{:<16}{}\n", name, text); };
+  line("scenario", s.title.empty() ? request.scenario : s.title);
+  if (world.bed) {
+    line("spheres", fmt::format("{}", world.bed->spheres().size()) +
+                        (s.soil && s.soil->bed && s.soil->bed->fill == Fill::random ? " (random: estimated)" : ""));
+    if (world.soil.spheres > 0)
+      line("bed as placed", fmt::format("{:.1f} kg, bulk density {:.0f} kg/m3, surface at {:.4f} m", world.soil.mass,
+                                        world.soil.bulk_density, world.soil.surface_mean));
+    line("soil step", fmt::format("{:.4g} s, {:.2f} of the stable step {:.4g} s", world.step.soil_step,
+                                  world.step.soil_step / world.step.limit.step, world.step.limit.step));
+    line("", "set by " + world.step.limit.cause);
+  }
+  if (world.machine) {
+    const mbd::AssemblyReport& a = world.machine->assembly();
+    line("machine", fmt::format("{} bodies, {} equations, {} degrees of freedom, assembled to {:.1e} m, step {:.4g} s",
+                                world.machine->system().bodies() - 1, a.equations, a.freedom, a.residual,
+                                world.step.machine_step));
+    for (const std::string& r : a.redundant) line("", r);
+  }
+  const Trial trial = try_out(loaded, world);
+  line("steps", fmt::format("{} for {} s", trial.cost.steps, s.time.end));
+  if (trial.settling > 0) line("settling", fmt::format("about {:.2f} s simulated before the start", trial.settling));
+  if (world.bed)
+    line("speed", fmt::format("{:.2f} M particle-steps/s, {} threads, {}", trial.particle_rate * 1e-6, world.bed->threads(),
+                              world.bed->kernel_name()));
+  line("wall time", "about " + clock_text(trial.cost.wall_time));
+  line("memory", "about " + bytes_text(trial.cost.memory));
+  line("disk", fmt::format("about {} in {} frames", bytes_text(trial.cost.disk), trial.cost.frames));
+  return exit_ok;
+}
+
+}  // namespace subsoil::app

@@ -1,0 +1,93 @@
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "apps/commands/commands.hpp"
+#include "apps/plot/plot.hpp"
+#include "apps/scenario/load.hpp"
+#include "apps/version.hpp"
+
+namespace subsoil::app {
+namespace {
+
+void add_scenario(CLI::App& command, RunRequest& request, std::string& simd) {
+  command.add_option("scenario", request.scenario, "scenario file (YAML)")->required();
+  command.add_option("--set", request.sets, "override a value of the scenario: path=value (may be repeated)")
+      ->allow_extra_args(false);
+  command.add_option("--threads", request.threads, "threads of the bed; default: as the scenario says, else all cores");
+  command.add_option("--simd", simd, "instruction set: auto, portable, avx2, avx512");
+}
+
+/// Runs one command; faults become messages and exit codes here and nowhere else.
+template <class Command>
+int guarded(Command command) {
+  try {
+    return command();
+  } catch (const ScenarioError& error) {
+    std::cerr << error.what() << "\n";
+    return exit_bad_input;
+  } catch (const std::invalid_argument& error) {
+    std::cerr << error.what() << "\n";
+    return exit_bad_input;
+  } catch (const std::exception& error) {
+    std::cerr << "failed: " << error.what() << "\n";
+    return exit_failed;
+  }
+}
+
+}  // namespace
+
+int main_command(int argc, char** argv) {
+  spdlog::set_pattern("%v");
+  CLI::App app{"subsoil: machines working in soil"};
+  app.set_version_flag("--version", version_text());
+  app.require_subcommand(1);
+
+  RunRequest request;
+  std::string simd;
+  CLI::App* run_word = app.add_subcommand("run", "run a scenario");
+  add_scenario(*run_word, request, simd);
+  run_word->add_option("--out", request.out, "directory for the results; default: ./<name of the scenario>");
+  run_word->add_flag("--force", request.force, "write over an existing directory");
+  run_word->add_option("--from", request.from, "start again from a state file of an earlier run");
+
+  CLI::App* check_word = app.add_subcommand("check", "read and try a scenario, say what it would do and cost; writes nothing");
+  add_scenario(*check_word, request, simd);
+
+  std::string path;
+  CLI::App* explain_word = app.add_subcommand("explain", "unit, default, range and meaning of a key, e.g. soil.bed.radius");
+  explain_word->add_option("key", path, "path of the key")->required();
+
+  CLI::App* new_word = app.add_subcommand("new", "print a commented scenario to start from");
+  CLI::App* reference_word = app.add_subcommand("reference", "print the reference of all scenario keys (docs/scenario.md)");
+
+  std::vector<std::filesystem::path> directories;
+  std::filesystem::path picture = "plot.png";
+  PlotOptions plot_options;
+  CLI::App* plot_word = app.add_subcommand("plot", "draw pull, draft, spring force, pitch and height of one or more runs");
+  plot_word->add_option("runs", directories, "result directories")->required();
+  plot_word->add_option("--out", picture, "picture: .png, .svg or .pdf");
+  plot_word->add_option("--columns", plot_options.columns, "columns of series.csv to draw instead")->delimiter(',');
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? exit_ok : exit_bad_input;
+  }
+  if (!simd.empty()) request.sets.push_back("simd=" + simd);
+  return guarded([&]() -> int {
+    if (run_word->parsed()) return run(request);
+    if (check_word->parsed()) return check_command(request);
+    if (explain_word->parsed()) std::cout << explain(path);
+    if (new_word->parsed()) std::cout << new_scenario();
+    if (reference_word->parsed()) std::cout << reference_markdown();
+    if (plot_word->parsed()) {
+      plot(directories, picture, plot_options);
+      std::cout << picture.string() << "\n";
+    }
+    return exit_ok;
+  });
+}
+
+}  // namespace subsoil::app

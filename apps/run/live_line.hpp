@@ -1,0 +1,28 @@
+#pragma once
+#include <chrono>
+#include <string>
+
+namespace subsoil::app {
+
+/// What a waiting user sees: on a terminal one line that renews itself twice a second, else a plain line every ten.
+class LiveLine {
+ public:
+  LiveLine();
+  /// True when it is time to say something.
+  bool due() const;
+  void show(const std::string& text);
+  /// Ends the line on a terminal.
+  void close();
+  double elapsed() const;  ///< s since the start
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool terminal_;
+  Clock::time_point start_ = Clock::now(), shown_ = start_;
+  std::size_t width_ = 0;
+};
+
+/// "1:02:03"
+std::string clock_text(double seconds);
+
+}  // namespace subsoil::app

@@ -1,0 +1,77 @@
+#include "apps/run/restart.hpp"
+
+#include <cmath>
+
+#include "apps/output/state_file.hpp"
+
+namespace subsoil::app {
+
+void save_run(const std::filesystem::path& directory, const World& world, const coupling::Simulation& simulation) {
+  StateWriter out(state_path(directory, simulation.time()));
+  if (world.bed) {
+    const dem::Bed::State bed = world.bed->save();
+    out.put("bed/spheres", bed.spheres);
+    out.put("bed/ids", bed.ids);
+    out.put("bed/pair ids", bed.pair_ids);
+    out.put("bed/pairs", bed.pairs);
+    out.put("bed/surface ids", bed.surface_ids);
+    out.put("bed/surfaces", bed.surfaces);
+    out.put("bed/scalars", bed.scalars);
+    const SoilReport& s = world.soil;
+    out.put("soil", std::vector<double>{static_cast<double>(s.spheres), s.mass, s.settled_for, s.rms_speed, s.bulk_density,
+                                        s.surface_mean, s.surface_spread, s.coordination, static_cast<double>(s.carved),
+                                        world.container_shift});
+  }
+  if (world.machine) out.put("machine", world.machine->snapshot());
+  out.put("coupling", simulation.save());
+  out.commit();
+}
+
+SavedRun read_run(const std::filesystem::path& file) {
+  const StateReader in(file);
+  SavedRun saved;
+  saved.has_bed = in.has("bed/spheres");
+  if (saved.has_bed) {
+    saved.bed.spheres = in.get<double>("bed/spheres");
+    saved.bed.ids = in.get<std::int64_t>("bed/ids");
+    saved.bed.pair_ids = in.get<std::int64_t>("bed/pair ids");
+    saved.bed.pairs = in.get<double>("bed/pairs");
+    saved.bed.surface_ids = in.get<std::int64_t>("bed/surface ids");
+    saved.bed.surfaces = in.get<double>("bed/surfaces");
+    saved.bed.scalars = in.get<double>("bed/scalars");
+    const std::vector<double> s = in.get<double>("soil");
+    saved.soil = {.spheres = static_cast<std::size_t>(s.at(0)), .mass = s.at(1), .settled_for = s.at(2), .rms_speed = s.at(3),
+                  .bulk_density = s.at(4), .surface_mean = s.at(5), .surface_spread = s.at(6), .coordination = s.at(7),
+                  .carved = static_cast<std::size_t>(s.at(8))};
+    saved.container_shift = s.at(9);
+  }
+  if (in.has("machine")) saved.machine = in.get<double>("machine");
+  saved.coupling = in.get<double>("coupling");
+  return saved;
+}
+
+std::vector<dem::SphereSpec> spheres_of(const SavedRun& saved) {
+  std::vector<dem::SphereSpec> out;
+  for (std::size_t i = 0; i < saved.bed.ids.size() / 2; ++i) {
+    const double* s = saved.bed.spheres.data() + 11 * i;
+    const double r = s[9];
+    out.push_back({.position = {s[0], s[1], s[2]}, .velocity = {s[3], s[4], s[5]}, .spin = {}, .radius = r,
+                   .density = s[10] / (4.0 / 3.0 * M_PI * r * r * r), .material = static_cast<int>(saved.bed.ids[2 * i + 1])});
+  }
+  return out;
+}
+
+void restore(const SavedRun& saved, World& world, coupling::Simulation& simulation) {
+  if (saved.has_bed != (world.bed != nullptr) || saved.machine.empty() != (world.machine == nullptr))
+    throw std::runtime_error("restart: the state is of another scenario (soil or machine missing on one side)");
+  if (world.bed) {
+    world.bed->restore(saved.bed);
+    world.soil = saved.soil;
+    world.container_shift = saved.container_shift;
+    world.bed->set_floor_drop(world.bed->options().floor_drop + saved.container_shift);
+  }
+  if (world.machine) world.machine->restore(saved.machine);
+  simulation.restore(saved.coupling);
+}
+
+}  // namespace subsoil::app

@@ -1,0 +1,31 @@
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "apps/build/world.hpp"
+
+namespace subsoil::app {
+
+/// A run's full state: bed with contact histories, machine with its past and ruts, coupling, datum of the container.
+struct SavedRun {
+  dem::Bed::State bed;
+  std::vector<double> machine, coupling;
+  SoilReport soil;
+  double container_shift = 0;
+  bool has_bed = false;
+};
+
+/// Writes DIR/state-<time>.h5, complete or not at all.
+void save_run(const std::filesystem::path& directory, const World& world, const coupling::Simulation& simulation);
+
+/// Throws std::runtime_error naming the file when it is no state.
+SavedRun read_run(const std::filesystem::path& file);
+
+/// The saved spheres as a bed maker would give them.
+std::vector<dem::SphereSpec> spheres_of(const SavedRun& saved);
+
+/// Puts a world built from the same scenario (without soil placed) into the saved state.
+void restore(const SavedRun& saved, World& world, coupling::Simulation& simulation);
+
+}  // namespace subsoil::app

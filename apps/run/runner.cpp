@@ -1,0 +1,436 @@
+#include "apps/run/runner.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+#include <csignal>
+#include <memory>
+
+#include "apps/build/shapes.hpp"
+#include "apps/build/world.hpp"
+#include "apps/output/atomic_file.hpp"
+#include "apps/output/run_writer.hpp"
+#include "apps/output/summary.hpp"
+#include "apps/run/columns.hpp"
+#include "apps/run/live_line.hpp"
+#include "apps/run/restart.hpp"
+#include "apps/run/tool.hpp"
+#include "apps/version.hpp"
+
+namespace subsoil::app {
+namespace {
+
+volatile std::sig_atomic_t caught_signal = 0;
+void on_signal(int signal) { caught_signal = signal; }
+
+/// Catches SIGINT and SIGTERM for the time of a run; a second one of the same kind ends the program at once.
+class SignalGuard {
+ public:
+  SignalGuard() {
+    caught_signal = 0;
+    struct sigaction action {};
+    action.sa_handler = on_signal;
+    action.sa_flags = static_cast<int>(SA_RESETHAND);
+    sigaction(SIGINT, &action, &old_int_);
+    sigaction(SIGTERM, &action, &old_term_);
+  }
+  ~SignalGuard() {
+    sigaction(SIGINT, &old_int_, nullptr);
+    sigaction(SIGTERM, &old_term_, nullptr);
+  }
+
+ private:
+  struct sigaction old_int_ {}, old_term_ {};
+};
+
+/// Times at which something is due, a step early or late by no more than half a step.
+class Schedule {
+ public:
+  Schedule(double every, std::vector<double> at, double from) : every_(every), at_(std::move(at)) {
+    std::sort(at_.begin(), at_.end());
+    while (next_at_ < at_.size() && at_[next_at_] < from) ++next_at_;
+    if (every_ > 0) count_ = static_cast<long>(std::ceil(from / every_ - 1e-9));
+  }
+  bool due(double time, double half_step) {
+    bool is = false;
+    while (next_at_ < at_.size() && time >= at_[next_at_] - half_step) ++next_at_, is = true;
+    while (every_ > 0 && time >= static_cast<double>(count_) * every_ - half_step) ++count_, is = true;
+    return is;
+  }
+
+ private:
+  double every_;
+  std::vector<double> at_;
+  std::size_t next_at_ = 0;
+  long count_ = 0;
+};
+
+class Runner {
+ public:
+  Runner(const Loaded& loaded, const RunRequest& request, World world, const std::optional<SavedRun>& saved)
+      : loaded_(loaded),
+        s_(loaded.scenario),
+        request_(request),
+        world_(std::move(world)),
+        simulation_(world_.bed.get(), world_.machine.get(), world_.body_surfaces, world_.motions,
+                    {.soil_step = world_.step.soil_step,
+                     .soil_steps = static_cast<int>(s_.time.machine.soil_steps),
+                     .machine_step = world_.step.machine_step}) {
+    if (saved) restore(*saved, world_, simulation_);
+    columns_ = std::make_unique<Columns>(loaded_, world_, simulation_);
+    tool_ = std::make_unique<ToolProgress>(world_);
+    start_time_ = simulation_.time();
+  }
+
+  int run() {
+    open_output();
+    const SignalGuard guard;
+    const int code = loop();
+    finish(code);
+    return code;
+  }
+
+ private:
+  void open_output() {
+    std::filesystem::create_directories(request_.out);
+    write_atomically(request_.out / "scenario.yaml", write_scenario(s_));
+    series_ = std::make_unique<SeriesWriter>(request_.out / "series.csv", columns_->list());
+    std::vector<SeriesColumn> summarised;
+    for (const std::size_t c : columns_->summarised()) summarised.push_back(columns_->list()[c]);
+    summary_ = std::make_unique<Summary>(summarised);
+    set_fixed_window();
+    open_frames();
+  }
+
+  void set_fixed_window() {
+    const Window& w = s_.output.window;
+    if (w.from || w.until)
+      summary_->set_window(w.from.value_or(0), w.until.value_or(s_.time.end), "given in output.window");
+    else if (!tool_->exists())
+      summary_->set_window(start_time_, s_.time.end, "no tool passes through soil: the whole run");
+    else
+      window_pending_ = true;
+    if (!tool_->exists()) return;
+    const double entry = start_time_ + 0.9 * tool_->time_to_soil();
+    for (const SurfaceRecord& r : world_.surfaces)
+      if (r.owner == SurfaceRecord::Owner::container && world_.bed->boundary(r.boundary).active)
+        summary_->share_of(r.name + ".Fx", "soil.draft", start_time_, std::max(entry, start_time_ + world_.step.soil_step));
+  }
+
+  void open_frames() {
+    ParticleTable table;
+    for (const Material& m : s_.materials) table.material_names.push_back(m.name);
+    if (world_.bed) {
+      std::vector<const dem::Sphere*> by_id;
+      for (const dem::Sphere& sphere : world_.bed->spheres()) by_id.push_back(&sphere);
+      std::sort(by_id.begin(), by_id.end(), [](const auto* a, const auto* b) { return a->id < b->id; });
+      for (const dem::Sphere* sphere : by_id) {
+        table.id.push_back(sphere->id);
+        table.radius.push_back(sphere->r);
+        table.density.push_back(sphere->m / (4.0 / 3.0 * M_PI * std::pow(sphere->r, 3)));
+        table.material.push_back(sphere->material);
+      }
+      particles_ = table.id.size();
+    }
+    std::vector<OutputSurface> surfaces;
+    const auto add = [&](const std::string& name, const dem::TriangleMesh& mesh, bool moves, const dem::Pose& pose) {
+      OutputSurface out{name, mesh.vertices(), {}, moves};
+      if (!moves)
+        for (Vec3& v : out.vertices) v = pose.to_world(v);
+      for (const dem::Triangle& t : mesh.triangles())
+        out.triangles.push_back({static_cast<int>(t[0]), static_cast<int>(t[1]), static_cast<int>(t[2])});
+      surfaces.push_back(std::move(out));
+    };
+    for (const SurfaceRecord& r : world_.surfaces) {
+      const dem::Boundary& b = world_.bed->boundary(r.boundary);
+      add(r.name, drawing_of(b.shape, 1.0), r.moves, b.pose);
+    }
+    for (const DrawnSurface& d : world_.drawn) add(d.name, d.mesh, true, {});
+    RunOptions options;
+    options.precision = s_.output.precision == Precision::full ? FramePrecision::float64 : FramePrecision::rounded;
+    options.columns.clear();
+    for (const Column c : s_.output.columns) options.columns.insert(column_names[static_cast<std::size_t>(c)]);
+    if (s_.output.region) options.region = FrameBox{s_.output.region->at, s_.output.region->at + s_.output.region->size};
+    options.compression = static_cast<int>(s_.output.compression);
+    options.title = s_.title;
+    frame_every_ = s_.output.every ? *s_.output.every : s_.output.at.empty() ? s_.time.end / 200 : 0;
+    options.expected_frames = static_cast<long>(frame_every_ > 0 ? s_.time.end / frame_every_ : 0) +
+                              static_cast<long>(s_.output.at.size()) + 3;
+    frames_ = std::make_unique<RunWriter>(request_.out, std::move(table), std::move(surfaces), options);
+  }
+
+  int loop() {
+    const std::size_t n = columns_->list().size();
+    std::vector<double> row(n, 0.0), step_values(n, 0.0), summarised(columns_->summarised().size());
+    IntervalMean means(n);
+    const double dt = simulation_.step_length(), half = 0.5 * dt, end = s_.time.end;
+    Schedule frame_due(frame_every_, s_.output.at, start_time_), sample_due(s_.output.series_every, {}, start_time_),
+        state_due(s_.output.state_every.value_or(0), {}, start_time_ + half);
+    bool first = true;
+    while (true) {
+      const double t = simulation_.time();
+      const int signal = caught_signal;
+      const bool last = t >= end - half || signal != 0;
+      const bool frame = frame_due.due(t, half) || last;
+      const bool sample = sample_due.due(t, half) || last;
+      if (state_due.due(t, half) || (last && (s_.output.state == State::full || signal != 0)))
+        save_run(request_.out, world_, simulation_);
+      columns_->take_instant(step_values);
+      open_window(t);
+      std::vector<dem::Pose> poses;
+      if (frame) poses = surface_poses();
+      try {
+        simulation_.step({.energy = sample, .snapshot = frame && world_.bed ? &snapshot_ : nullptr});
+      } catch (const std::exception& error) {
+        failure_ = error.what();
+        if (failure_.rfind("t = ", 0) != 0) failure_ = fmt::format("t = {:.9g} s: {}", t, failure_);
+        return exit_failed;
+      }
+      columns_->take_step(step_values, sample);
+      if (sample) {
+        row = step_values;
+        if (!first) {
+          const std::vector<double>& mean = means.take();
+          for (std::size_t c = 0; c < n; ++c)
+            if (columns_->is_mean(c)) row[c] = mean[c];
+        }
+        series_->write(row);
+        track_energy(first);
+      }
+      if (frame) write_frame(t, poses);
+      if (last) return signal == SIGINT ? exit_interrupted : signal == SIGTERM ? exit_terminated : exit_ok;
+      means.add(dt, step_values);
+      for (std::size_t c = 0; c < summarised.size(); ++c) summarised[c] = step_values[columns_->summarised()[c]];
+      summary_->sample(t + dt, dt, summarised);
+      first = false;
+      ++steps_;
+      if (live_.due()) live_.show(live_text(row));
+    }
+  }
+
+  void open_window(double t) {
+    if (!window_pending_) return;
+    const std::optional<double> lasts = tool_->window_opens();
+    if (!lasts) return;
+    window_pending_ = false;
+    summary_->set_window(t, t + *lasts,
+                         "from when the tool has travelled its length in soil plus its depth, until its tip is one depth "
+                         "from the far face");
+  }
+
+  std::vector<dem::Pose> surface_poses() const {
+    std::vector<dem::Pose> poses;
+    for (const SurfaceRecord& r : world_.surfaces) poses.push_back(simulation_.surface_pose(r.boundary));
+    for (const DrawnSurface& d : world_.drawn) poses.push_back(coupling::pose_of(world_.machine->body(d.body)));
+    return poses;
+  }
+
+  void write_frame(double t, const std::vector<dem::Pose>& poses) {
+    Frame frame;
+    frame.time = t;
+    frame.step = steps_;
+    std::vector<std::int64_t> ids(snapshot_.id.begin(), snapshot_.id.end());
+    if (ids.size() != particles_) frame.id = ids;
+    frame.position = snapshot_.position;
+    frame.velocity = snapshot_.velocity;
+    frame.spin = snapshot_.spin;
+    frame.force = snapshot_.force;
+    frame.torque = snapshot_.torque;
+    frame.contacts = snapshot_.contacts;
+    frame.surfaces = poses;
+    frames_->write(frame);
+  }
+
+  std::string live_text(std::span<const double> row) const {
+    const double t = simulation_.time(), share = (t - start_time_) / (s_.time.end - start_time_);
+    const double wall = live_.elapsed();
+    std::string text = fmt::format("t {:.4f} s  {:.1f} %", t, 100 * share);
+    if (world_.bed)
+      text += fmt::format("  {:.2f} M particle-steps/s",
+                          static_cast<double>(world_.bed->spheres().size()) * static_cast<double>(steps_) / wall * 1e-6);
+    text += "  remaining " + clock_text(wall / share * (1 - share));
+    if (const int pull = columns_->find("pull"); pull >= 0)
+      text += fmt::format("  pull {:.0f} N", row[static_cast<std::size_t>(pull)]);
+    if (const double draft = columns_->soil_draft(row); std::isfinite(draft)) text += fmt::format("  draft {:.0f} N", draft);
+    return text;
+  }
+
+  /// The parts of the energy book that the summary closes; bed terms are of the last sampled step.
+  void track_energy(bool first) {
+    if (world_.bed && first) bed_start_ = world_.bed->energy().total() - world_.bed->energy().boundary_work;
+    if (world_.bed && first) bed_gravity_start_ = world_.bed->energy().gravity;
+    if (world_.machine && first) machine_potential_start_ = world_.machine->energy().potential;
+  }
+
+  void write_energy() {
+    auto& e = summary_->section("energy");
+    double error = 0, put_in = 0;
+    const auto take_in = [&](const char* name, double work) {
+      e[name] = work;
+      put_in += std::abs(work);
+    };
+    if (world_.bed) {
+      const dem::BedEnergy& b = world_.bed->energy();
+      const double closure = b.total() - b.boundary_work - bed_start_;
+      double given = 0;
+      for (const coupling::GivenMotion& m : world_.motions) given += world_.bed->boundary(m.boundary).work;
+      take_in("work of given motions [J]", given);
+      take_in("gravity on the soil [J]", bed_gravity_start_ - b.gravity);
+      e["damped [J]"] = b.lost.damping;
+      e["slid [J]"] = b.lost.sliding;
+      e["rolled [J]"] = b.lost.rolling;
+      e["bed closure [J]"] = closure;
+      error += closure;
+    }
+    if (world_.machine) {
+      const mbd::EnergyBook m = world_.machine->energy();
+      take_in("work of drivers [J]", m.driver_work);
+      take_in("work of applied forces [J]", m.force_work);
+      take_in("gravity on the machine [J]", machine_potential_start_ - m.potential);
+      e["lost in the machine [J]"] = m.lost;
+      e["machine closure [J]"] = m.balance();
+      error += m.balance();
+    }
+    if (world_.bed && world_.machine) {
+      const coupling::InterfaceWork work = simulation_.interface_work();
+      e["interface, on the soil [J]"] = work.on_soil;
+      e["interface, on the machine [J]"] = work.on_machine;
+      e["interface error [J]"] = work.error();
+      error += work.error();
+    }
+    e["closure [J]"] = error;
+    e["work put in [J]"] = put_in;
+    e["closure over work put in"] = put_in > 0 ? error / put_in : 0.0;
+  }
+
+  void write_run_section(int code) {
+    auto& r = summary_->section("run");
+    r["version"] = version();
+    r["scenario"] = std::filesystem::absolute(request_.scenario).string();
+    r["title"] = s_.title;
+    if (!request_.sets.empty()) r["set"] = request_.sets;
+    r["end"] = code == exit_ok ? "reached" : code == exit_failed ? "failed" : "interrupted";
+    if (!failure_.empty()) r["failure"] = failure_;
+    r["simulated [s]"] = simulation_.time() - (code == exit_failed ? 0 : simulation_.step_length());
+    r["wall time [s]"] = live_.elapsed();
+    r["steps"] = steps_;
+    r["frames"] = frames_->frames();
+    if (world_.machine) r["machine step [s]"] = world_.step.machine_step;
+    if (!world_.bed) return;
+    r["instruction set"] = world_.bed->kernel_name();
+    r["threads"] = world_.bed->threads();
+    r["soil step [s]"] = world_.step.soil_step;
+    r["soil step over stable step"] = world_.step.soil_step / world_.step.limit.step;
+    r["stable step set by"] = world_.step.limit.cause;
+    r["neighbour builds"] = world_.bed->rebuilds();
+    r["particle-steps per second"] =
+        static_cast<double>(world_.bed->spheres().size()) * static_cast<double>(steps_) / live_.elapsed();
+    auto& b = summary_->section("soil");
+    b["spheres"] = world_.soil.spheres;
+    b["mass [kg]"] = world_.soil.mass;
+    b["bulk density [kg/m3]"] = world_.soil.bulk_density;
+    b["mean surface [m]"] = world_.soil.surface_mean;
+    b["spread of the surface [m]"] = world_.soil.surface_spread;
+    b["contacts per sphere"] = world_.soil.coordination;
+    b["settled for [s]"] = world_.soil.settled_for;
+    b["carved for the machine"] = world_.soil.carved;
+    b["fallen out and removed"] = world_.bed->removed_count();
+    b["outside the container at the end"] = outside();
+  }
+
+  std::size_t outside() const {
+    if (!s_.soil || !s_.soil->container) return 0;
+    const Container& c = *s_.soil->container;
+    std::size_t count = 0;
+    for (const dem::Sphere& p : world_.bed->spheres()) {
+      const Vec3 d = p.x - (c.at + Vec3{0, world_.container_shift, 0});
+      if (d.x < 0 || d.x > c.size.x || d.z < 0 || d.z > c.size.z || d.y < 0) ++count;
+    }
+    return count;
+  }
+
+  void finish(int code) {
+    live_.close();
+    series_->flush();
+    frames_->finish();
+    if (window_pending_) summary_->warn("the tool never reached steady work: no means; set output.window to take some");
+    write_run_section(code);
+    write_energy();
+    summary_->write(request_.out / "summary.json");
+    if (code == exit_failed) {
+      spdlog::error("{}", failure_);
+      spdlog::error("the run stops here; results up to then are in {}", request_.out.string());
+    } else {
+      spdlog::info("{} in {}; results in {}", code == exit_ok ? "done" : "interrupted", clock_text(live_.elapsed()),
+                   request_.out.string());
+    }
+  }
+
+  const Loaded& loaded_;
+  const Scenario& s_;
+  RunRequest request_;
+  World world_;
+  coupling::Simulation simulation_;
+  std::unique_ptr<Columns> columns_;
+  std::unique_ptr<ToolProgress> tool_;
+  std::unique_ptr<SeriesWriter> series_;
+  std::unique_ptr<Summary> summary_;
+  std::unique_ptr<RunWriter> frames_;
+  dem::Snapshot snapshot_;
+  LiveLine live_;
+  std::string failure_;
+  std::size_t particles_ = 0;
+  double frame_every_ = 0, start_time_ = 0;
+  double bed_start_ = 0, bed_gravity_start_ = 0, machine_potential_start_ = 0;
+  long steps_ = 0;
+  bool window_pending_ = false;
+};
+
+/// An existing directory that is not empty is not written over unless forced; then only a run's own files go.
+void prepare_directory(const std::filesystem::path& out, bool force) {
+  if (!std::filesystem::exists(out)) return;
+  if (!std::filesystem::is_directory(out))
+    throw ScenarioError(out.string() + ": is a file, results need a directory; choose another --out");
+  if (std::filesystem::is_empty(out)) return;
+  if (!force)
+    throw ScenarioError(out.string() + ": exists and is not empty; choose another --out, or --force to write over it");
+}
+
+void report_soil(const World& world) {
+  if (!world.bed || world.soil.spheres == 0) return;
+  spdlog::info("soil: {} spheres, {:.1f} kg, bulk density {:.0f} kg/m3, surface at {:.4f} m (spread {:.1f} mm), {:.2f} contacts per sphere",
+               world.soil.spheres, world.soil.mass, world.soil.bulk_density, world.soil.surface_mean,
+               world.soil.surface_spread * 1e3, world.soil.coordination);
+  if (world.soil.settled_for > 0)
+    spdlog::info("settled for {:.3f} s to an rms speed of {:.2g} m/s", world.soil.settled_for, world.soil.rms_speed);
+  if (world.soil.carved > 0) spdlog::info("{} spheres carved out for the machine", world.soil.carved);
+}
+
+}  // namespace
+
+int run(const RunRequest& given) {
+  RunRequest request = given;
+  if (request.out.empty()) request.out = std::filesystem::path(request.scenario).stem();
+  Loaded loaded = load_scenario(request.scenario, request.sets);
+  prepare_directory(request.out, request.force);
+  std::optional<SavedRun> saved;
+  if (!request.from.empty()) saved = read_run(request.from);
+  BuildOptions options;
+  options.threads = request.threads > 0 ? request.threads : static_cast<int>(loaded.scenario.time.threads);
+  options.place_soil = !saved;
+  if (saved) options.restored = spheres_of(*saved);
+  LiveLine settling;
+  options.progress = [&](double time, double rms) {
+    if (settling.due()) settling.show(fmt::format("settling: {:.3f} s, rms speed {:.2g} m/s", time, rms));
+  };
+  World world = build_world(loaded, options);
+  settling.close();
+  report_soil(world);
+  if (world.bed)
+    spdlog::info("soil step {:.4g} s = {:.2f} of the stable step {:.4g} s ({})", world.step.soil_step,
+                 world.step.soil_step / world.step.limit.step, world.step.limit.step, world.step.limit.cause);
+  return Runner(loaded, request, std::move(world), saved).run();
+}
+
+}  // namespace subsoil::app

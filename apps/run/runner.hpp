@@ -1,0 +1,23 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace subsoil::app {
+
+struct RunRequest {
+  std::string scenario;
+  std::filesystem::path out;       ///< empty: a directory named like the scenario, in the working directory
+  std::vector<std::string> sets;   ///< path=value
+  int threads = 0;                 ///< 0: as the scenario says
+  bool force = false;
+  std::filesystem::path from;      ///< a state file to start from; empty: from the beginning
+};
+
+/// Exit codes of a run.
+enum ExitCode { exit_ok = 0, exit_bad_input = 2, exit_failed = 3, exit_interrupted = 130, exit_terminated = 143 };
+
+/// Runs a scenario to its end. Throws ScenarioError for bad input before anything is written.
+int run(const RunRequest& request);
+
+}  // namespace subsoil::app

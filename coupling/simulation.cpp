@@ -1,0 +1,151 @@
+#include "coupling/simulation.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace subsoil::coupling {
+
+dem::Pose pose_of(const mbd::BodyState& body) {
+  return {{body.r.x, body.r.y, 0}, {std::cos(body.angle / 2), 0, 0, std::sin(body.angle / 2)}};
+}
+
+Simulation::Simulation(dem::Bed* bed, mbd::Machine* machine, std::vector<BodySurface> surfaces,
+                       std::vector<GivenMotion> motions, SimulationOptions options)
+    : bed_(bed), machine_(machine), surfaces_(std::move(surfaces)), motions_(std::move(motions)), options_(options) {
+  if (bed_ == nullptr && machine_ == nullptr) throw std::invalid_argument("a simulation needs soil or a machine");
+  if (bed_ != nullptr && !(options_.soil_step > 0)) throw std::invalid_argument("the soil step must be positive");
+  if (bed_ == nullptr && !(options_.machine_step > 0)) throw std::invalid_argument("the machine step must be positive");
+  if (options_.soil_steps < 1) throw std::invalid_argument("soil steps per machine step: at least 1");
+  const std::size_t bodies = machine_ != nullptr ? static_cast<std::size_t>(machine_->system().bodies()) : 1;
+  soil_on_body_.resize(bodies);
+  window_.resize(bodies);
+  acceleration_.resize(bodies);
+  time_ = bed_ != nullptr ? bed_->time() : machine_->time();
+  place_surfaces();
+}
+
+double Simulation::time() const { return time_; }
+
+dem::Pose Simulation::surface_pose(int boundary) const {
+  for (const BodySurface& s : surfaces_)
+    if (s.boundary == boundary) return pose_of(machine_->body(s.body));
+  for (const GivenMotion& m : motions_)
+    if (m.boundary == boundary) return m.pose(time_);
+  return bed_->boundary(boundary).pose;
+}
+
+void Simulation::place(dem::Boundary& boundary, const dem::Pose& pose, const dem::Vec3& velocity, const dem::Vec3& spin) {
+  if (placed_) {
+    // What the surface really did since the last step; its own velocity only tells the first step.
+    const double dt = options_.soil_step;
+    boundary.velocity = (pose.position - boundary.pose.position) * (1 / dt);
+    const dem::Quaternion turn = pose.attitude * boundary.pose.attitude.conjugate();
+    boundary.spin = dem::Vec3{turn.x, turn.y, turn.z} * ((turn.w < 0 ? -2.0 : 2.0) / dt);
+  } else {
+    boundary.velocity = velocity;
+    boundary.spin = spin;
+    boundary.pose_before = pose;
+  }
+  boundary.pose = pose;
+}
+
+void Simulation::place_surfaces() {
+  if (bed_ == nullptr) return;
+  const double ahead = in_window_ * options_.soil_step;
+  for (const BodySurface& s : surfaces_) {
+    const mbd::BodyState& now = machine_->body(s.body);
+    const auto& a = acceleration_[static_cast<std::size_t>(s.body)];
+    const double q = 0.5 * ahead * ahead;
+    const mbd::BodyState body({now.r.x + now.v.x * ahead + a[0] * q, now.r.y + now.v.y * ahead + a[1] * q},
+                              now.angle + now.spin * ahead + a[2] * q, now.v, now.spin);
+    place(bed_->boundary(s.boundary), pose_of(body), {now.v.x, now.v.y, 0}, {0, 0, now.spin});
+  }
+  for (const GivenMotion& m : motions_) {
+    dem::Boundary& b = bed_->boundary(m.boundary);
+    if (placed_) {
+      place(b, m.pose(time_), {}, {});
+      continue;
+    }
+    const double dt = options_.soil_step;
+    const dem::Pose before = m.pose(time_ - 0.5 * dt), after = m.pose(time_ + 0.5 * dt), now = m.pose(time_);
+    const dem::Quaternion turn = after.attitude * before.attitude.conjugate();
+    place(b, now, (after.position - before.position) * (1 / dt),
+          dem::Vec3{turn.x, turn.y, turn.z} * ((turn.w < 0 ? -2.0 : 2.0) / dt));
+  }
+  placed_ = true;
+}
+
+void Simulation::gather(double share) {
+  for (dem::Wrench& w : soil_on_body_) w = {};
+  for (const BodySurface& s : surfaces_) {
+    const dem::Boundary& b = bed_->boundary(s.boundary);
+    // The window's mean is about the centre of mass where it is; a body's own origin is that centre.
+    soil_on_body_[static_cast<std::size_t>(s.body)] += b.wrench;
+  }
+  for (std::size_t i = 0; i < window_.size(); ++i) window_[i] += soil_on_body_[i] * share;
+}
+
+void Simulation::advance_machine() {
+  const int bodies = machine_->system().bodies();
+  for (const BodySurface& s : surfaces_) {
+    const dem::Wrench& w = window_[static_cast<std::size_t>(s.body)];
+    machine_->set_external_wrench(s.body, w.force.x, w.force.y, w.moment.z);
+  }
+  machine_->advance(bed_ != nullptr ? options_.soil_step * options_.soil_steps : options_.machine_step);
+  const auto& a = machine_->integrator().state().acceleration;
+  for (int i = 1; i < bodies; ++i)
+    for (int d = 0; d < 3; ++d)
+      acceleration_[static_cast<std::size_t>(i)][static_cast<std::size_t>(d)] = a(3 * (i - 1) + d);
+  for (dem::Wrench& w : window_) w = {};
+}
+
+void Simulation::step(const dem::Bed::Request& request) {
+  if (bed_ == nullptr) {
+    advance_machine();
+    time_ = machine_->time();
+    return;
+  }
+  place_surfaces();
+  bed_->step(options_.soil_step, request);
+  time_ = bed_->time();
+  gather(1.0 / options_.soil_steps);
+  if (++in_window_ < options_.soil_steps) return;
+  in_window_ = 0;
+  if (machine_ != nullptr) advance_machine();
+}
+
+InterfaceWork Simulation::interface_work() const {
+  InterfaceWork work;
+  if (bed_ == nullptr || machine_ == nullptr) return work;
+  for (const BodySurface& s : surfaces_) work.on_soil += bed_->boundary(s.boundary).work;
+  work.on_machine = machine_->energy().external_work;
+  return work;
+}
+
+std::vector<double> Simulation::save() const {
+  std::vector<double> out{static_cast<double>(in_window_)};
+  for (const dem::Wrench& w : window_)
+    out.insert(out.end(), {w.force.x, w.force.y, w.force.z, w.moment.x, w.moment.y, w.moment.z});
+  for (const auto& a : acceleration_) out.insert(out.end(), a.begin(), a.end());
+  return out;
+}
+
+void Simulation::restore(const std::vector<double>& state) {
+  if (state.size() != 1 + 9 * window_.size()) throw std::invalid_argument("restart: the state has another machine");
+  const double* at = state.data();
+  in_window_ = static_cast<int>(*at++);
+  for (dem::Wrench& w : window_) {
+    w = {{at[0], at[1], at[2]}, {at[3], at[4], at[5]}};
+    at += 6;
+  }
+  for (auto& a : acceleration_)
+    for (double& x : a) x = *at++;
+  time_ = bed_ != nullptr ? bed_->time() : machine_->time();
+  // Poses of the step before came back with the bed's boundaries; velocities follow from them.
+  if (bed_ != nullptr) {
+    for (const BodySurface& s : surfaces_) bed_->boundary(s.boundary).pose = bed_->boundary(s.boundary).pose_before;
+    for (const GivenMotion& m : motions_) bed_->boundary(m.boundary).pose = bed_->boundary(m.boundary).pose_before;
+  }
+}
+
+}  // namespace subsoil::coupling

@@ -1,0 +1,93 @@
+#pragma once
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "libdem/bed.hpp"
+#include "libmbd/machine.hpp"
+
+/// Bed and machine together: which boundary moves with which body, the order of a step, the work at the interface.
+namespace subsoil::coupling {
+
+/// A boundary of the bed that is fixed to a body; the boundary's shape stands in the body's axes about its centre of
+/// mass, in the machine's plane z = 0.
+struct BodySurface {
+  int body = 0;      ///< index in the machine, 1 ...
+  int boundary = 0;  ///< index in the bed
+};
+
+/// A boundary on a given path.
+struct GivenMotion {
+  int boundary = 0;
+  std::function<dem::Pose(double time)> pose;
+};
+
+/// What soil and machine did to each other through the machine's surfaces since the start, J.
+struct InterfaceWork {
+  double on_soil = 0;      ///< as the bed books it: mean wrench of two instants times the displacement between
+  double on_machine = 0;   ///< as the machine books it: wrench held over the step times displacement
+  /// What the explicit exchange created (> 0) or lost: both sides together; of first order in the step.
+  double error() const { return on_soil + on_machine; }
+};
+
+struct SimulationOptions {
+  double soil_step = 0;      ///< s; with a bed
+  int soil_steps = 1;        ///< per machine step
+  double machine_step = 0;   ///< s; without a bed
+};
+
+/// One step in the source's order (Yuan & Yu 2020, section 3), explicit and staggered:
+///   (1) the machine stands at t_n; (2) its surfaces take position and velocity; (3) contact forces; (4) spheres move on
+///   to t_{n+1}; (5) each body's wrench about its centre of mass, averaged over the window of soil steps, moves the
+///   machine over the window. Inside a window of several soil steps the surfaces run ahead with the machine's velocity
+///   and acceleration at the window's start.
+/// Velocities handed over are those of the middle of the step that ends at t_n (displacement over step), as the bed's own
+/// leapfrog velocities are; that makes both energy books exact for the motion that was made.
+/// A simulation may be without bed (the machine runs alone) or without machine.
+class Simulation {
+ public:
+  /// Bed and machine are the caller's and outlive the simulation; either may be null. Body surfaces are placed at once.
+  Simulation(dem::Bed* bed, mbd::Machine* machine, std::vector<BodySurface> surfaces, std::vector<GivenMotion> motions,
+             SimulationOptions options);
+
+  /// One soil step (or one machine step without a bed). After it, wrenches are those of t_n, poses those of t_{n+1}.
+  void step(const dem::Bed::Request& request = {});
+  double time() const;          ///< t_{n+1}
+  double step_length() const { return bed_ != nullptr ? options_.soil_step : options_.machine_step; }
+
+  /// Wrench of the soil on a body about its centre of mass, world axes, at the last step; out-of-plane parts included:
+  /// on a planar body they are what its guide takes.
+  const dem::Wrench& soil_on_body(int body) const { return soil_on_body_[static_cast<std::size_t>(body)]; }
+  InterfaceWork interface_work() const;
+  const std::vector<BodySurface>& surfaces() const { return surfaces_; }
+  /// Where a boundary's surface stands now (t_{n+1}), for drawing.
+  dem::Pose surface_pose(int boundary) const;
+
+  /// State beside those of bed and machine, for a restart.
+  std::vector<double> save() const;
+  void restore(const std::vector<double>& state);
+
+ private:
+  void place(dem::Boundary& boundary, const dem::Pose& pose, const dem::Vec3& velocity, const dem::Vec3& spin);
+  void place_surfaces();
+  void gather(double share);
+  void advance_machine();
+
+  dem::Bed* bed_;
+  mbd::Machine* machine_;
+  std::vector<BodySurface> surfaces_;
+  std::vector<GivenMotion> motions_;
+  SimulationOptions options_;
+  std::vector<dem::Wrench> soil_on_body_, window_;  ///< per body; window: sum of shares
+  std::vector<std::array<double, 3>> acceleration_;  ///< of bodies at the window's start
+  int in_window_ = 0;
+  long steps_ = 0;
+  double time_ = 0;
+  bool placed_ = false;
+};
+
+/// Pose of a planar body in the world of the bed: plane z = 0, turned about z.
+dem::Pose pose_of(const mbd::BodyState& body);
+
+}  // namespace subsoil::coupling

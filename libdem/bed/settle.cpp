@@ -1,0 +1,265 @@
+#include "libdem/bed/settle.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace subsoil::dem {
+namespace {
+
+constexpr double kRestHeight = 1e-4;  ///< share of the radius that kinetic energy at rest could lift a sphere by
+constexpr int kRampSteps = 20;        ///< a twentieth of the attraction at a time moves a sphere by less than its rest
+constexpr long kProgressSteps = 100;
+constexpr long kLookSteps = 10;  ///< between looks whether the bed is still
+
+/// Scales the attraction of a law; a new law with attraction needs its line here.
+void scale_attraction(Wet& law, double factor) {
+  law.K_B *= factor;
+  law.K_C *= factor;  // left out it is NaN and stays so: it follows from K_B
+}
+void scale_attraction(Linear&, double) {}
+void scale_attraction(HertzMindlin&, double) {}
+
+std::string number(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", x);
+  return text;
+}
+
+/// One settling from its start to its report.
+class Settler {
+ public:
+  Settler(Bed& bed, const LawTable& laws, const SettlePlan& plan, const Bounds& region)
+      : bed_(bed),
+        laws_(laws),
+        plan_(plan),
+        region_(region),
+        start_(bed.time()),
+        gravity_(norm(bed.options().gravity)) {
+    if (!(plan.step > 0)) throw std::invalid_argument("settling: the step must be positive");
+    if (plan.duration && plan.until_speed)
+      throw std::invalid_argument("settling: give either a duration or a speed to fall below, not both");
+    if (gravity_ == 0 && !plan.duration && !plan.until_speed)
+      throw std::invalid_argument(
+          "settling: without gravity nothing comes to rest by itself; give a duration or a speed");
+    if (plan.staged && gravity_ == 0)
+      throw std::invalid_argument("settling in stages needs gravity; without it settle in one stage");
+  }
+
+  void soften() { bed_.set_laws(softened(laws_, 0, plan_.lowered)); }
+  void harden() { bed_.set_laws(laws_); }
+
+  void rain() { run_until(std::nullopt, "raining"); }
+
+  void raise() {
+    for (int k = 1; k < kRampSteps && !stopped_; ++k) {
+      const double up = static_cast<double>(k) / kRampSteps;
+      bed_.set_laws(softened(laws_, up, plan_.lowered + (1 - plan_.lowered) * up));
+      run_for(plan_.ramp / kRampSteps, "raising attraction and friction");
+    }
+    harden();
+  }
+
+  void finish() {
+    if (plan_.duration)
+      run_for(*plan_.duration, "settling");
+    else
+      run_until(plan_.until_speed, "settling");
+  }
+
+  SettleReport done() {
+    bed_.reset_energy_book();
+    SettleReport out;
+    static_cast<BedReport&>(out) = report(bed_.spheres(), region_);
+    out.settled_time = elapsed();
+    out.rms_speed = rms_speed(false);
+    out.stopped = stopped_;
+    return out;
+  }
+
+  bool stopped() const { return stopped_; }
+
+ private:
+  double elapsed() const { return bed_.time() - start_; }
+  /// Kinetic energy of the spheres as a speed, m/s; that of their spin included or not.
+  double rms_speed(bool with_spin) const {
+    double energy = 0;
+    for (const Sphere& s : bed_.spheres()) {
+      energy += s.m * dot(s.v, s.v);
+      if (with_spin) energy += inertia(s) * dot(s.w, s.w);
+    }
+    return mass_ > 0 ? std::sqrt(energy / mass_) : 0;
+  }
+
+  /// Mass and size of what lies in the bed now; it changes only between runs.
+  void weigh() {
+    mass_ = 0;
+    for (const Sphere& s : bed_.spheres()) mass_ += s.m;
+    radius_ = mean_radius(bed_.spheres());
+  }
+
+  void step(const char* stage) {
+    bed_.step(plan_.step);
+    if (++steps_ % kProgressSteps == 0 && plan_.progress)
+      stopped_ = !plan_.progress({stage, elapsed(), plan_.at_most, rms_speed(false), bed_.spheres().size()});
+  }
+
+  void run_for(double duration, const char* stage) {
+    weigh();
+    const long steps = std::lround(duration / plan_.step);
+    for (long k = 0; k < steps && !stopped_; ++k) step(stage);
+  }
+
+  void run_until(std::optional<double> speed, const char* stage) {
+    weigh();
+    if (bed_.spheres().empty()) return;
+    const double limit = speed.value_or(rest_speed(radius_, gravity_));
+    // Without gravity nothing falls: then the speed alone decides.
+    const double hold = gravity_ > 0 ? std::sqrt(2 * radius_ / gravity_) : 0;
+    const double falling = gravity_ > 0 ? std::sqrt(2 * radius_ * gravity_) : std::numeric_limits<double>::infinity();
+    double still_since = bed_.time();
+    while (!stopped_) {
+      for (long k = 0; k < kLookSteps && !stopped_; ++k) step(stage);
+      const double now = rms_speed(!speed);
+      if (!(now < limit && bed_.max_speed() < std::max(falling, limit)))
+        still_since = bed_.time();
+      else if (bed_.time() - still_since >= hold)
+        return;
+      if (elapsed() > plan_.at_most) refuse_motion(stage, now, limit);
+    }
+  }
+
+  [[noreturn]] void refuse_motion(const char* stage, double now, double limit) const {
+    throw std::runtime_error("settling: after " + number(elapsed()) + " s the spheres still move at " + number(now) +
+                             " m/s rms, the fastest at " + number(bed_.max_speed()) + " m/s (" + stage +
+                             "; at rest means " + number(limit) +
+                             " m/s rms); allow more time, raise the speed, or settle for a given duration");
+  }
+
+  Bed& bed_;
+  const LawTable& laws_;
+  const SettlePlan& plan_;
+  Bounds region_;
+  double start_, gravity_;
+  double mass_ = 0, radius_ = 0;
+  long steps_ = 0;
+  bool stopped_ = false;
+};
+
+/// Height of a cut that takes off all spheres whose centres lie above it and leaves the mean surface at the target. The
+/// surface falls with the cut, by steps as spheres go: bisection ends at the step nearest to the target.
+double level_cut(std::span<const Sphere> spheres, const Bounds& region, double target) {
+  double low = region.low.y, high = surface_height(spheres, region).highest;
+  std::vector<Sphere> left;
+  for (int k = 0; k < 40; ++k) {
+    const double cut = 0.5 * (low + high);
+    left.clear();
+    for (const Sphere& s : spheres)
+      if (s.x.y <= cut) left.push_back(s);
+    (surface_height(left, region).mean > target ? high : low) = cut;
+  }
+  return low;
+}
+
+double highest_top(std::span<const Sphere> spheres, double otherwise) {
+  double top = otherwise;
+  for (const Sphere& s : spheres) top = std::max(top, s.x.y + s.r);
+  return top;
+}
+
+/// Solid volume per volume that lies on the floor below the surface, as the filling counts it: overlapping spheres
+/// count in full.
+double solid_fraction(const Bed& bed, const Bounds& region, double area) {
+  double volume = 0;
+  for (const Sphere& s : bed.spheres())
+    volume += volume_of({.position = {}, .velocity = {}, .spin = {}, .radius = s.r});
+  return volume / (area * (surface_height(bed.spheres(), region).mean - region.low.y));
+}
+
+/// Rains spheres until they lie as deep as asked, and a diameter more for the shrinking under attraction and the
+/// levelling.
+void rain_to_depth(Bed& bed, const LawTable& laws, const RandomFill& fill, Settler& settler) {
+  LoosePlacer placer(fill.region, fill.radius, fill.shares, fill.seed, fill.of);
+  const Vec3 size = fill.region.high - fill.region.low;
+  const double area = size.x * size.z, floor = fill.region.low.y;
+  const double diameter = least_radius(fill.radius) + largest_radius(fill.radius);
+  const int law = laws.of(fill.of.material, fill.of.material);
+  const double overlap =
+      law < 0 ? 0
+              : std::visit([](const auto& l) { return l.rest_overlap(); }, laws.laws[static_cast<std::size_t>(law)]);
+  // Loose random packing, 0.60 of solid; spheres that rest with an overlap stand as close as smaller ones.
+  const double closer = diameter / (diameter - std::clamp(overlap, 0.0, 0.5 * diameter));
+  double fraction = 0.60 * closer * closer * closer;
+  constexpr int attempts = 5;
+  for (int k = 0; k < attempts && !settler.stopped(); ++k) {
+    const double missing = floor + *fill.depth + diameter - surface_height(bed.spheres(), fill.region).mean;
+    if (missing <= 0.5 * diameter) return;
+    bed.add(placer.place_volume(fraction * area * missing, highest_top(bed.spheres(), floor)));
+    settler.rain();
+    fraction = solid_fraction(bed, fill.region, area);
+  }
+}
+
+}  // namespace
+
+Law softened(const Law& law, double attraction, double friction) {
+  return std::visit(
+      [&](auto l) -> Law {
+        scale_attraction(l, attraction);
+        l.friction.mu *= friction;
+        l.friction.mu_d *= friction;  // NaN, left out, stays NaN
+        l.friction.mu_r *= friction;
+        return l;
+      },
+      law);
+}
+
+LawTable softened(LawTable laws, double attraction, double friction) {
+  for (Law& law : laws.laws) law = softened(law, attraction, friction);
+  return laws;
+}
+
+double rest_speed(double mean_radius, double gravity) { return std::sqrt(2 * kRestHeight * gravity * mean_radius); }
+
+SettleReport settle(Bed& bed, const LawTable& laws, const SettlePlan& plan, const Bounds& region) {
+  Settler settler(bed, laws, plan, region);
+  if (plan.staged) {
+    settler.soften();
+    settler.rain();
+    settler.raise();
+  }
+  settler.harden();
+  settler.finish();
+  return settler.done();
+}
+
+SettleReport fill_at_random(Bed& bed, const LawTable& laws, const RandomFill& fill, const SettlePlan& plan) {
+  if (fill.count.has_value() == fill.depth.has_value())
+    throw std::invalid_argument("random bed: give either the number of spheres or the depth to fill");
+  if (fill.depth && !(*fill.depth >= 2 * largest_radius(fill.radius)))
+    throw std::invalid_argument("random bed: the depth must be at least a sphere's diameter");
+  Settler settler(bed, laws, plan, fill.region);
+  plan.staged ? settler.soften() : settler.harden();
+  if (fill.count) {
+    LoosePlacer placer(fill.region, fill.radius, fill.shares, fill.seed, fill.of);
+    bed.add(placer.place(*fill.count, highest_top(bed.spheres(), fill.region.low.y)));
+    if (plan.staged) settler.rain();
+  } else {
+    rain_to_depth(bed, laws, fill, settler);
+  }
+  if (plan.staged) settler.raise();
+  settler.finish();
+  std::size_t levelled = 0;
+  if (fill.depth && !settler.stopped()) {
+    const double cut = level_cut(bed.spheres(), fill.region, fill.region.low.y + *fill.depth);
+    levelled = bed.remove_if([&](const Sphere& s) { return s.x.y > cut; });
+    settler.finish();
+  }
+  SettleReport out = settler.done();
+  out.levelled = levelled;
+  return out;
+}
+
+}  // namespace subsoil::dem

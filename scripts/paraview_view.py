@@ -1,0 +1,268 @@
+#!/usr/bin/env pvbatch
+"""Opens a run of subsoil in ParaView: spheres with their true radius coloured by speed, the tool's surfaces as solids.
+
+    pvbatch scripts/paraview_view.py DIR --out view.png     # a picture, without a screen (software rendering will do)
+    pvpython -i scripts/paraview_view.py DIR                # the same view to look around in
+
+    --frame last | K | TIME   K counts from 0 (-1 is the last); a number with a point or an s is a time: 1.5, 2s
+    --cut                     leaves away the soil on the near side (z > 0), so that the tool in the soil is seen
+    --speed MAX               upper end of the colours, m/s (default: what 99.5 % of the spheres stay below)
+    --focus NAME              surface to look at (default: the deepest, container, floor and walls aside)
+    --hide NAME               surface not to draw, may be given several times (default: container)
+    --from X Y Z              direction from which to look (default: 0.75 0.55 1.2, from ahead, above and aside)
+    --zoom FACTOR             nearer (default: 1)
+    --size WIDTHxHEIGHT       pixels (default: 1600x900)
+"""
+import argparse
+import math
+import os
+import shutil
+import sys
+
+from paraview import servermanager, simple
+from vtkmodules.util.numpy_support import vtk_to_numpy
+
+# A programmable filter puts numpy-like functions over the built-in ones of this file while it runs.
+lowest, highest, rising = min, max, sorted
+SURROUNDINGS = ("container", "floor", "wall", "bin", "box")
+
+# Blocks are told by their name; the reader appends the frame's number to it ("soil[12]"). As a filter of the pipeline it
+# follows the time slider.
+SELECT = """
+import numpy
+import vtkmodules.vtkCommonDataModel as model
+from vtkmodules.vtkFiltersCore import vtkAppendPolyData
+from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
+from vtkmodules.util.numpy_support import vtk_to_numpy, numpy_to_vtk
+
+blocks, output = self.GetInputDataObject(0, 0), self.GetOutputDataObject(0)
+parts = vtkAppendPolyData()
+for i in range(blocks.GetNumberOfBlocks()):
+    block, name = blocks.GetBlock(i), blocks.GetMetaData(i).Get(model.vtkCompositeDataSet.NAME()).split('[')[0]
+    if block is None or not ({test}):
+        continue
+    geometry = vtkGeometryFilter()
+    geometry.SetInputData(block)
+    geometry.Update()
+    data = geometry.GetOutput()
+    if name == 'soil' and data.GetNumberOfPoints():
+        x = vtk_to_numpy(data.GetPoints().GetData())
+        velocity = data.GetPointData().GetArray('velocity')
+        keep = numpy.flatnonzero({keep})
+        cut = model.vtkPolyData()
+        points = data.GetPoints().NewInstance()
+        points.SetData(numpy_to_vtk(numpy.ascontiguousarray(x[keep]), deep=1))
+        cut.SetPoints(points)
+        cells = model.vtkCellArray()
+        for k in range(len(keep)):
+            cells.InsertNextCell(1, [k])
+        cut.SetVerts(cells)
+        def add(values, called):
+            array = numpy_to_vtk(numpy.ascontiguousarray(values), deep=1)
+            array.SetName(called)
+            cut.GetPointData().AddArray(array)
+        add(vtk_to_numpy(data.GetPointData().GetArray('radius'))[keep].astype('f8'), 'radius')
+        speed = numpy.zeros(len(x)) if velocity is None else numpy.linalg.norm(vtk_to_numpy(velocity), axis=1)
+        add(speed[keep], 'speed')
+        data = cut
+    else:
+        data.GetPointData().Initialize()
+    parts.AddInputData(data)
+parts.Update()
+output.ShallowCopy(parts.GetOutput())
+"""
+
+
+def read_arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("run")
+    parser.add_argument("--frame", default="last")
+    parser.add_argument("--cut", action="store_true")
+    parser.add_argument("--speed", type=float)
+    parser.add_argument("--focus")
+    parser.add_argument("--hide", action="append")
+    parser.add_argument("--from", dest="direction", type=float, nargs=3, default=(0.75, 0.55, 1.2))
+    parser.add_argument("--zoom", type=float, default=1.0)
+    parser.add_argument("--size", default="1600x900")
+    parser.add_argument("--out")
+    arguments = parser.parse_args()
+    arguments.size = [int(n) for n in arguments.size.split("x")]
+    arguments.hide = arguments.hide if arguments.hide is not None else ["container"]
+    return arguments
+
+
+def need_a_screen():
+    """Debian's ParaView draws through X only; without a screen it dies inside X. Xvfb is a screen in memory."""
+    if os.environ.get("DISPLAY") or sys.platform != "linux":
+        return
+    if not shutil.which("xvfb-run"):
+        sys.exit("there is no screen (DISPLAY is not set); install a virtual one: apt-get install xvfb xauth")
+    os.execvp("xvfb-run", ["xvfb-run", "-a", "-s", "-screen 0 1280x1024x24", "pvbatch", *sys.argv])
+
+
+def open_run(directory):
+    path = os.path.join(directory, "run.xdmf")
+    if not os.path.exists(path):
+        sys.exit(f"{directory} holds no run.xdmf: is it the result directory of a run with frames?")
+    reader = simple.Xdmf3ReaderT(FileName=[path])
+    reader.UpdatePipeline()
+    return reader
+
+
+def times_of(reader):
+    """A run of one frame has a number here, not a list of one."""
+    times = reader.TimestepValues
+    return [times] if isinstance(times, float) else list(times)
+
+
+def time_of(frame, times):
+    """Last, by number or by time: the nearest frame there is."""
+    if frame == "last":
+        return times[-1]
+    if "." in frame or frame.endswith("s"):
+        wanted = float(frame.rstrip("s"))
+        return lowest(times, key=lambda t: math.fabs(t - wanted))
+    if not -len(times) <= int(frame) < len(times):
+        sys.exit(f"--frame {frame}: the run has {len(times)} frames, 0 to {len(times) - 1}")
+    return times[int(frame)]
+
+
+def block_names(reader):
+    blocks = servermanager.Fetch(reader)
+    name = blocks.NAME()
+    return [blocks.GetMetaData(i).Get(name).split("[")[0] for i in range(blocks.GetNumberOfBlocks())]
+
+
+def pick_blocks(reader, names, cut=False):
+    """The blocks of these names as one data set; of the soil, radius and speed."""
+    keep = "x[:, 2] <= 0" if cut else "x[:, 0] == x[:, 0]"
+    part = simple.ProgrammableFilter(Input=reader, OutputDataSetType="vtkPolyData")
+    part.Script = SELECT.replace("{test}", f"name in {names!r}").replace("{keep}", keep)
+    return part
+
+
+def show_soil(soil, view, top_speed):
+    display = simple.Show(soil, view)
+    display.SetRepresentationType("3D Glyphs")
+    display.GlyphType = "Sphere"
+    display.GlyphType.Radius = 1.0
+    display.GlyphType.ThetaResolution = 12
+    display.GlyphType.PhiResolution = 8
+    display.Scaling = 1
+    display.ScaleMode = "Magnitude"
+    display.SelectScaleArray = "radius"
+    display.ScaleFactor = 1.0
+    display.Orient = 0
+    simple.ColorBy(display, ("POINTS", "speed"))
+    colours = simple.GetColorTransferFunction("speed")
+    # Resting soil looks like soil; what moves stands out.
+    colours.ColorSpace = "Lab"
+    stops = [(0.00, 0.55, 0.45, 0.36), (0.25, 0.76, 0.58, 0.36), (0.50, 0.95, 0.72, 0.28), (0.75, 0.96, 0.45, 0.16),
+             (1.00, 0.80, 0.09, 0.11)]
+    colours.RGBPoints = [value for x, *rgb in stops for value in (x * top_speed, *rgb)]
+    bar = simple.GetScalarBar(colours, view)
+    bar.Title, bar.ComponentTitle = "speed [m/s]", ""
+    bar.TitleColor = bar.LabelColor = [0.1, 0.1, 0.1]
+    bar.TitleFontSize, bar.LabelFontSize = 18, 16
+    bar.ScalarBarLength, bar.ScalarBarThickness = 0.35, 16
+    bar.WindowLocation = "Any Location"
+    bar.Position = [0.91, 0.58]
+    bar.LabelFormat = bar.RangeLabelFormat = "%.2g"
+    bar.AutomaticLabelFormat = 0
+    display.SetScalarBarVisibility(view, True)
+
+
+def show_solid(surfaces, view):
+    display = simple.Show(surfaces, view)
+    display.SetRepresentationType("Surface")
+    simple.ColorBy(display, ("POINTS", ""))
+    display.DiffuseColor = [0.55, 0.66, 0.76]
+    display.Specular, display.SpecularPower = 0.5, 30
+    display.Interpolation = "Flat"  # edges of steel are sharp
+
+
+def upper_speed(soil):
+    data = servermanager.Fetch(soil)
+    if data.GetNumberOfPoints() == 0:
+        return 1.0
+    speeds = rising(vtk_to_numpy(data.GetPointData().GetArray("speed")))
+    return highest(float(speeds[int(0.995 * (len(speeds) - 1))]), 1e-6)
+
+
+def joined_bounds(parts):
+    bounds = [p.GetDataInformation().GetBounds() for p in parts]
+    bounds = [b for b in bounds if b[0] <= b[1]]
+    return [(lowest if i % 2 == 0 else highest)(b[i] for b in bounds) for i in range(6)]
+
+
+def deepest(reader, names, time):
+    """The surface that reaches lowest: of a machine, what works in the soil."""
+    parts = [pick_blocks(reader, [name]) for name in names]
+    for part in parts:
+        part.UpdatePipeline(time)
+    return lowest(parts, key=lambda part: part.GetDataInformation().GetBounds()[2])
+
+
+def place_camera(view, focus, scene, direction, zoom):
+    """Looks at the part of `focus` that is in the scene's soil, from so far that all of it is seen."""
+    inside = [lowest(highest(f, scene[i // 2 * 2]), scene[i // 2 * 2 + 1]) for i, f in enumerate(focus)]
+    at = [(2 * (inside[2 * i] + inside[2 * i + 1]) + focus[2 * i] + focus[2 * i + 1]) / 6 for i in range(3)]
+    distance = 2.7 * math.dist(focus[0::2], focus[1::2]) / zoom
+    length = math.hypot(*direction)
+    view.CameraFocalPoint = at
+    view.CameraPosition = [a + distance * d / length for a, d in zip(at, direction)]
+    view.CameraViewUp = [0, 1, 0]
+    view.CameraViewAngle = 30
+
+
+def main():
+    arguments = read_arguments()
+    need_a_screen()
+    reader = open_run(arguments.run)
+    times = times_of(reader)
+    time = time_of(arguments.frame, times)
+    reader.UpdatePipeline(time)
+    names = block_names(reader)
+    solids = [n for n in names if n != "soil" and n not in arguments.hide]
+    tools = [arguments.focus] if arguments.focus else [
+        n for n in solids if not any(word in n.lower() for word in SURROUNDINGS)]
+    if arguments.focus and arguments.focus not in names:
+        sys.exit(f"--focus {arguments.focus}: the run has {', '.join(names)}")
+
+    simple._DisableFirstRenderCameraReset()
+    view = simple.CreateView("RenderView")
+    view.ViewSize = arguments.size
+    view.ViewTime = time
+    view.UseColorPaletteForBackground = 0
+    view.BackgroundColorMode = "Gradient"
+    view.Background, view.Background2 = [0.93, 0.94, 0.95], [1, 1, 1]
+    view.OrientationAxesVisibility = 1
+    view.OrientationAxesLabelColor = [0.1, 0.1, 0.1]
+    simple.SetActiveView(view)
+
+    parts = []
+    if "soil" in names:
+        soil = pick_blocks(reader, ["soil"], arguments.cut)
+        soil.UpdatePipeline(time)
+        parts.append(soil)
+        show_soil(soil, view, arguments.speed or upper_speed(soil))
+    if solids:
+        surfaces = pick_blocks(reader, solids)
+        surfaces.UpdatePipeline(time)
+        parts.append(surfaces)
+        show_solid(surfaces, view)
+    focus = deepest(reader, tools, time) if tools else None
+
+    label = simple.Text(Text=f"t = {time:.3f} s")
+    shown = simple.Show(label, view)
+    shown.Color, shown.FontSize, shown.WindowLocation = [0.1, 0.1, 0.1], 20, "Upper Left Corner"
+
+    bed = joined_bounds(parts[:1])  # the soil when there is some
+    place_camera(view, joined_bounds([focus]) if focus else bed, bed, arguments.direction, arguments.zoom)
+    simple.Render(view)
+    if arguments.out:
+        simple.SaveScreenshot(arguments.out, view, ImageResolution=arguments.size)
+        print(f"{arguments.out}: t = {time:.6g} s, {len(times)} frames in the run")
+
+
+main()

@@ -1,0 +1,89 @@
+#include <gtest/gtest.h>
+
+#include "libdem/geometry/mesh_builders.hpp"
+#include "tests/tools/dem_beds.hpp"
+
+/// Same bits for 1, 2, 3 and 8 threads: positions, velocities, spins, energies, wrenches. Beds of several thousand
+/// spheres so that many tiles of 256 exist; one long and thin, so that thread borders cross contacts everywhere, and one
+/// with so few tiles that a thread's partners belong to threads further on.
+namespace subsoil::dem::test {
+namespace {
+
+struct Fingerprint {
+  std::uint64_t spheres;
+  double lost, stored, kinetic, work, wrench;
+  long rebuilds;
+  bool operator==(const Fingerprint&) const = default;
+};
+
+struct Scene {
+  int nx, ny, nz;
+  double spread;  ///< of radii
+  int steps;
+};
+
+LawTable three_materials(const Law& law) {
+  LawTable t;
+  t.materials = 3;
+  t.laws = {table(law).laws[0], table(soil()).laws[0], table(grains(5e4)).laws[0], table(elastic(1e7, .3, .6, .3)).laws[0]};
+  t.index = {0, 1, 2, 1, 3, 0, 2, 0, 0};
+  return t;
+}
+
+Fingerprint run(const Law& law, const Scene& scene, int threads) {
+  BedOptions options = quiet({0.5, -9.81, 0}, threads);
+  options.skin = 1e-3;  // several rebuilds within few steps
+  Bed bed(three_materials(law), options);
+  Dice dice(17);
+  const double pitch = 0.0196;
+  auto specs = loose_lattice({0, 0, 0}, scene.nx, scene.ny, scene.nz, pitch, 0.01, scene.spread, 0.6, dice);
+  for (std::size_t k = 0; k < specs.size(); ++k) specs[k].material = static_cast<int>(dice.between(0, 2.999));
+  bed.add(specs);
+  add_plane(bed, {0, 0, 0}, {0, 1, 0});
+  Boundary box, tool, drum;
+  box.shape = MeshSurface(box_mesh({0.2, 0.04, 0.05}, {scene.nx * pitch / 2, -0.0195, 0.05}));
+  tool.shape = MeshSurface(box_mesh({0.03, 0.2, 0.04}));
+  drum.shape = Cylinder({}, {0, 0, 1}, 0.04, 0.1);
+  drum.material = 2, tool.material = 1;
+  bed.add(std::move(box));
+  const Motion pull{bed.add(std::move(tool)), {{-0.016, 0.05, 0.05}, {}}, {1.5, 0, 0}, {0, 0, -1}};
+  const Motion turn{bed.add(std::move(drum)), {{0.1, scene.ny * pitch + 0.0405, 0.1}, {}}, {0, -0.6, 0}, {0, 0, 6}};
+  for (int n = 0; n < scene.steps; ++n) {
+    pull.place(bed), turn.place(bed);
+    bed.step(2e-5, {.energy = n + 1 == scene.steps, .snapshot = nullptr});
+  }
+  const BedEnergy& e = bed.energy();
+  return {hash(bed),
+          e.lost.damping + 3 * e.lost.sliding + 7 * e.lost.rolling,
+          e.stored,
+          e.kinetic + e.spin,
+          e.boundary_work,
+          bed.boundary(pull.boundary).wrench.force.x + bed.boundary(turn.boundary).wrench.moment.z,
+          bed.rebuilds()};
+}
+
+void same_bits(const Scene& scene) {
+  for (const auto& [name, law] : every_law()) {
+    const Fingerprint one = run(law, scene, 1);
+    EXPECT_GT(one.rebuilds, 2) << name;
+    EXPECT_NE(one.lost, 0) << name;
+    EXPECT_NE(one.wrench, 0) << name;
+    for (const int threads : {2, 3, 8}) EXPECT_TRUE(run(law, scene, threads) == one) << name << ", " << threads << " threads";
+  }
+}
+
+TEST(ThreadBits, Block) { same_bits({14, 8, 14, 0.3, 40}); }
+TEST(ThreadBits, LongThinBed) { same_bits({250, 2, 3, 0.0, 40}); }
+TEST(ThreadBits, TilesFewerThanThreads) { same_bits({10, 6, 10, 0.8, 50}); }
+
+TEST(ThreadBits, HashSeesOneBit) {
+  Bed a(table(grains()), quiet()), b(table(grains()), quiet());
+  SphereSpec s{.position = {1, 0, 0}, .velocity = {}, .spin = {}, .radius = 0.01, .density = 1000};
+  a.add(std::span(&s, 1));
+  s.position.x = std::nextafter(1.0, 2.0);
+  b.add(std::span(&s, 1));
+  EXPECT_NE(hash(a), hash(b));
+}
+
+}  // namespace
+}  // namespace subsoil::dem::test

@@ -1,0 +1,162 @@
+#pragma once
+#include <map>
+
+#include "tests/tools/dem_beds.hpp"
+
+/// A second engine, as plain as can be: every pair of spheres every step, Vec3 and double, histories in a map by id.
+/// It takes only the normal laws from the product (they have their own tests); geometry, friction, rolling, levers,
+/// time stepping are written here anew from the theory. Planes only.
+namespace subsoil::dem::test {
+
+struct History {
+  Vec3 xi, rho;
+  bool slipping = false;
+};
+
+struct ContactResult {
+  Vec3 force;       ///< on i
+  Vec3 torque_i, torque_j;
+};
+
+/// One side of a contact.
+struct Side {
+  Vec3 v, w;
+  double r, m;
+};
+
+/// n from j to i, unit. j.r = 0: a surface whose point moves at j.v (already with its spin) and turns at j.w.
+template <class L>
+ContactResult reference_contact(const L& law, const Vec3& n, double distance, const Side& i, const Side& j, double dt,
+                                History& h) {
+  const bool wall = j.r == 0;
+  const double overlap = i.r + j.r - distance;
+  const bool middle = law.friction.lever == Lever::mid_overlap;
+  const double l_i = i.r - (middle ? (wall ? overlap : overlap / 2) : 0);
+  const double l_j = wall ? 0 : j.r - (middle ? overlap / 2 : 0);
+  const Vec3 slip_all = (i.v - cross(i.w, l_i * n)) - (j.v + cross(wall ? Vec3{} : j.w, l_j * n));
+  const double v_n = dot(i.v - j.v, n);
+  const Vec3 v_t = slip_all - dot(slip_all, n) * n;
+  const double m_eff = wall ? i.m : i.m * j.m / (i.m + j.m), r_eff = wall ? i.r : i.r * j.r / (i.r + j.r);
+  const auto normal = law.normal(Approach<double>{overlap, -v_n, m_eff, r_eff, dt});
+  ContactResult out;
+  out.force = normal.force * n;
+  if (!normal.engaged) {
+    h = {};
+    return out;
+  }
+  // Tangential: spring and dashpot together under Coulomb's limit.
+  const double keep = std::min(1.0, normal.growth);
+  const Vec3 xi = keep * (h.xi - dot(h.xi, n) * n) + dt * v_t;
+  Vec3 pull = normal.k_t * xi + normal.c_t * v_t;
+  const double mu = law.friction.mu, mu_d = std::isnan(law.friction.mu_d) ? mu : law.friction.mu_d;
+  const bool slips = norm(pull) > (h.slipping ? mu_d : mu) * normal.grip;
+  h.xi = xi;
+  if (slips) {
+    pull = (mu_d * normal.grip / norm(pull)) * pull;
+    h.xi = normal.k_t > 0 ? (1 / normal.k_t) * pull : Vec3{};
+  }
+  h.slipping = slips;
+  out.force -= pull;
+  // Rolling.
+  const Vec3 w_all = i.w - j.w, w = w_all - dot(w_all, n) * n;
+  const double cap = law.friction.mu_r * r_eff * normal.grip;
+  Vec3 moment;
+  if (law.friction.rolling == Rolling::constant_torque) {
+    if (norm(w) > 1e-12) moment = (cap / norm(w)) * w;
+  } else if (law.friction.rolling == Rolling::elastic_plastic && law.friction.mu_r > 0) {
+    const double k_r = 2.25 * normal.k_n * std::pow(law.friction.mu_r * r_eff, 2);
+    const double own = 1.4 * i.m * i.r * i.r, other = 1.4 * j.m * j.r * j.r;
+    const double i_r = wall ? own : own * other / (own + other);
+    const Vec3 rho = keep * (h.rho - dot(h.rho, n) * n) + dt * w;
+    moment = k_r * rho + (2 * law.friction.rolling_damping * std::sqrt(i_r * k_r)) * w;
+    h.rho = rho;
+    if (norm(moment) > cap) {
+      moment = (cap / norm(moment)) * moment;
+      h.rho = (1 / k_r) * moment;
+    }
+  }
+  out.torque_i = cross(-l_i * n, -pull) - moment;
+  out.torque_j = cross(l_j * n, pull) + moment;
+  return out;
+}
+
+/// All pairs, every step.
+class ReferenceBed {
+ public:
+  ReferenceBed(LawTable laws, const Vec3& gravity) : laws_(std::move(laws)), gravity_(gravity) {}
+
+  std::vector<Sphere> spheres;
+  std::vector<Plane> planes;
+  std::vector<Vec3> force, torque;  ///< of the last step
+  std::size_t pairs = 0;            ///< in reach at the last step
+
+  void add(std::span<const SphereSpec> specs) {
+    for (const SphereSpec& s : specs)
+      spheres.push_back({s.position, s.radius, s.velocity, s.density * 4 / 3 * pi * std::pow(s.radius, 3), s.spin,
+                         static_cast<std::uint32_t>(spheres.size()), static_cast<std::uint16_t>(s.material), 0});
+  }
+
+  void step(double dt) {
+    force.assign(spheres.size(), {});
+    torque.assign(spheres.size(), {});
+    pairs = 0;
+    for (std::size_t i = 0; i < spheres.size(); ++i) {
+      for (std::size_t j = i + 1; j < spheres.size(); ++j) touch(i, j);
+      for (std::size_t p = 0; p < planes.size(); ++p) touch_plane(i, p);
+    }
+    const double kick = 0.5 * (dt + dt_before_);
+    for (std::size_t i = 0; i < spheres.size(); ++i) {
+      Sphere& s = spheres[i];
+      force[i] += s.m * gravity_;
+      s.v += (kick / s.m) * force[i];
+      s.w += (kick / (0.4 * s.m * s.r * s.r)) * torque[i];
+      s.x += dt * s.v;
+    }
+    dt_before_ = dt;
+  }
+
+ private:
+  double reach(int law) const {
+    return std::visit([](const auto& l) { return l.reach(); }, laws_.laws[static_cast<std::size_t>(law)]);
+  }
+
+  ContactResult contact(int law, const Vec3& n, double distance, const Side& a, const Side& b, History& h) const {
+    return std::visit([&](const auto& l) { return reference_contact(l, n, distance, a, b, dt_before_, h); },
+                      laws_.laws[static_cast<std::size_t>(law)]);
+  }
+
+  void touch(std::size_t i, std::size_t j) {
+    const Sphere &a = spheres[i], &b = spheres[j];
+    const double distance = norm(a.x - b.x);
+    const int law = laws_.of(a.material, b.material);
+    if (distance >= a.r + b.r + reach(law)) {
+      history_.erase({i, j});
+      return;
+    }
+    ++pairs;
+    const Vec3 n = (1 / distance) * (a.x - b.x);
+    const auto c = contact(law, n, distance, {a.v, a.w, a.r, a.m}, {b.v, b.w, b.r, b.m}, history_[{i, j}]);
+    force[i] += c.force, force[j] -= c.force;
+    torque[i] += c.torque_i, torque[j] += c.torque_j;
+  }
+
+  void touch_plane(std::size_t i, std::size_t p) {
+    const Sphere& a = spheres[i];
+    const double distance = dot(a.x - planes[p].point(), planes[p].normal());
+    const int law = laws_.of(a.material, 0);
+    if (distance > a.r + reach(law)) {
+      wall_history_.erase({i, p});
+      return;
+    }
+    const auto c = contact(law, planes[p].normal(), distance, {a.v, a.w, a.r, a.m}, {{}, {}, 0, 0}, wall_history_[{i, p}]);
+    force[i] += c.force;
+    torque[i] += c.torque_i;
+  }
+
+  LawTable laws_;
+  Vec3 gravity_;
+  double dt_before_ = 0;
+  std::map<std::pair<std::size_t, std::size_t>, History> history_, wall_history_;
+};
+
+}  // namespace subsoil::dem::test

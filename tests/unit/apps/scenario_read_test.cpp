@@ -1,0 +1,371 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "apps/scenario/load.hpp"
+#include "scenario_samples.hpp"
+
+namespace subsoil::app {
+namespace {
+
+using Lines = std::vector<std::string>;
+
+Lines refusals(const std::string& text, const Lines& sets = {}) {
+  try {
+    load_scenario_text(text, "till.yaml", sets);
+  } catch (const ScenarioError& e) {
+    return e.lines;
+  }
+  return {};
+}
+
+// ---- what is read --------------------------------------------------------------------------------------------------
+
+TEST(ScenarioRead, SoilSection) {
+  const Scenario s = load_scenario_text(sample_soil).scenario;
+  EXPECT_EQ(s.gravity, (Vec3{0, -9.81, 0}));
+  EXPECT_EQ(s.materials[0].density, 1800);
+  const auto& wet = std::get<dem::Wet>(s.contacts[0].law);
+  EXPECT_EQ(wet.K_X, 10e3);
+  EXPECT_EQ(wet.dc, 0.002);
+  EXPECT_EQ(wet.values, dem::Wet::Values::per_body);
+  EXPECT_EQ(s.soil->container->size, (Vec3{0.8, 0.3, 0.4}));
+  EXPECT_EQ(s.soil->container->open_after_settling, (Faces{true, false, false, false, false, false}));
+  EXPECT_EQ(std::get<EqualRadius>(s.soil->bed->radius).radius, 0.01);
+  EXPECT_EQ(s.soil->bed->settle->until_speed, 0.02);
+  EXPECT_EQ(std::get<BoxShape>(s.boundaries[0].shape).size, (Vec3{0.1, 0.1, 0.01}));
+  EXPECT_EQ(s.boundaries[0].moves[0].velocity, (Vec3{0.5, 0, 0}));
+  EXPECT_EQ(s.time.end, 4);
+  EXPECT_FALSE(s.time.soil_step);
+  EXPECT_FALSE(s.machine);
+}
+
+TEST(ScenarioRead, MachinePointsOfTheStartPoseComeIntoBodyAxes) {
+  const Scenario s = load_scenario_text(sample_machine).scenario;
+  const auto& pin = std::get<mbd::Revolute>(s.machine->joints[1].element);
+  EXPECT_EQ(pin.body_a, 1);
+  EXPECT_EQ(pin.body_b, 2);
+  // The arm stands at 90 deg with its centre at (1, 2): the world point (1, 1.5) is 0.5 m along its -x axis.
+  EXPECT_NEAR(pin.p_b[0], -0.5, 1e-15);
+  EXPECT_NEAR(pin.p_b[1], 0, 1e-15);
+  EXPECT_NEAR(pin.p_a[0], 1, 1e-15);
+  EXPECT_NEAR(pin.p_a[1], 1, 1e-15);
+  const auto& driver = std::get<mbd::CoordinateDriver>(s.machine->drivers[0].element);
+  EXPECT_EQ(driver.body, 1);
+  EXPECT_EQ(driver.motion.velocity.value(3), 0.5);
+  const auto& wheel = std::get<mbd::WheelOnSoil>(s.machine->forces[0].element);
+  EXPECT_EQ(wheel.k_c, 1434810);
+  EXPECT_EQ(s.machine->surfaces[0].body_index, 2);
+  EXPECT_EQ(s.machine->start.kind, StartKind::towing_equilibrium);
+  EXPECT_EQ(s.output.watch[1].of, "arm.angle");
+}
+
+TEST(ScenarioRead, FunctionsOfTime) {
+  const std::string head =
+      "subsoil: 1\ntime: {end: 1 s}\nmachine:\n  bodies: {a: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}}\n"
+      "  drivers: {d: {coordinate: a.x, position: ";
+  const auto position = [&](const std::string& text, double t) {
+    const Scenario s = load_scenario_text(head + text + "}}\n").scenario;
+    return std::get<mbd::CoordinateDriver>(s.machine->drivers[0].element).motion.position.value(t);
+  };
+  EXPECT_DOUBLE_EQ(position("20 mm", 5), 0.02);
+  EXPECT_NEAR(position("{harmonic: {amplitude: 3 mm, frequency: 1 Hz}}", 0.25), 0.003, 1e-15);
+  EXPECT_DOUBLE_EQ(position("{ramp: {to: 2 m, begin: 1 s, end: 2 s}}", 1.5), 1);
+  EXPECT_DOUBLE_EQ(position("{polynomial: {c0: 1 m, c1: 2 m/s}}", 3), 7);
+  EXPECT_DOUBLE_EQ(position("{table: [[0 s, 0 m], [1 s, 10 mm], [2 s, 20 mm]]}", 1), 0.01);
+  EXPECT_DOUBLE_EQ(position("[1 m, {ramp: {to: 2 m, begin: 1 s, end: 2 s}}]", 3), 3);  // a list is a sum
+}
+
+TEST(ScenarioRead, TurnsAboutWorldAxesInTheirOrder) {
+  const Rotation r = load_scenario_text(sample_soil, "till.yaml", {"boundaries.plate.rotation={turns: 90 0 90 deg}"})
+                         .scenario.boundaries[0]
+                         .rotation;
+  // x -> x -> y, y -> z -> z, z -> -y -> x: the cyclic turn, 120 deg about (1, 1, 1).
+  EXPECT_NEAR(r.angle, 2.0943951023931953, 1e-14);
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(r.axis[i], 0.5773502691896258, 1e-14);
+}
+
+TEST(ScenarioRead, RadiusDistributions) {
+  const auto radius = [](const std::string& text) {
+    return load_scenario_text(sample_soil, "till.yaml", {"soil.bed.fill=random", "soil.bed.radius=" + text})
+        .scenario.soil->bed->radius;
+  };
+  EXPECT_EQ(std::get<NormalRadius>(radius("{normal: 10 mm, deviation: 1 mm, least: 8 mm, largest: 12 mm}")).largest,
+            0.012);
+  EXPECT_EQ(std::get<UniformRadius>(radius("{uniform: 8 12 mm}")).least, 0.008);
+  EXPECT_EQ(std::get<TableRadius>(radius("{table: [[8 mm, 0.3], [10 mm, 70 %]]}")).share[1], 0.7);
+  EXPECT_EQ(std::get<TableRadius>(radius("{table: {8 mm: 0.3, 10 mm: 0.7}}")).radius[0], 0.008);
+}
+
+// ---- includes, anchors, --set --------------------------------------------------------------------------------------
+
+class ScenarioFiles : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() /
+              ("subsoil_scenario_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+    std::filesystem::create_directories(folder_ / "parts");
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::string write(const std::string& name, const std::string& text) {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  }
+  Lines refusals(const std::string& file) {
+    try {
+      load_scenario(file);
+    } catch (const ScenarioError& e) {
+      return e.lines;
+    }
+    return {};
+  }
+  std::filesystem::path folder_;
+};
+
+TEST_F(ScenarioFiles, IncludeMergesInDepthAndOwnKeysWin) {
+  write("parts/base.yaml",
+        "time: {end: 4 s, safety: 0.3}\nmachine:\n  bodies:\n    a: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}\n"
+        "    b: {mass: 2 kg, inertia: 1 kg m^2, at: 0 0 m}\n");
+  const std::string file = write(
+      "run.yaml",
+      "subsoil: 1\ninclude: parts/base.yaml\ntime: {end: 1 s}\nmachine:\n  bodies:\n    a: {mass: 3 kg}\n    b:\n");
+  const Scenario s = load_scenario(file).scenario;
+  EXPECT_EQ(s.time.end, 1);
+  EXPECT_EQ(s.time.safety, 0.3);
+  ASSERT_EQ(s.machine->bodies.size(), 1u);  // `b:` without value takes the included one away
+  EXPECT_EQ(s.machine->bodies[0].mass, 3);
+  EXPECT_EQ(s.machine->bodies[0].inertia, 1);
+}
+
+TEST_F(ScenarioFiles, ErrorsCarryTheIncludedFilesName) {
+  write("parts/base.yaml", "machine:\n  bodies:\n    a: {mass: 1 m, inertia: 1 kg m^2, at: 0 0 m}\n");
+  const std::string file = write("run.yaml", "subsoil: 1\ninclude: parts/base.yaml\ntime: {end: 1 s}\n");
+  EXPECT_EQ(refusals(file),
+            Lines{(folder_ / "parts/base.yaml").string() +
+                  ":3:15 machine.bodies.a.mass = 1 m: `m` is a length (m), but needed is a mass (kg), such as kg"});
+}
+
+TEST_F(ScenarioFiles, IncludesInARingAreRefused) {
+  write("parts/base.yaml", "include: ../run.yaml\n");
+  const std::string file = write("run.yaml",
+                                 "subsoil: 1\ninclude: parts/base.yaml\ntime: {end: 1 s}\nmachine: {bodies: {a: {mass: "
+                                 "1 kg, inertia: 1 kg m^2, at: 0 0 m}}}\n");
+  EXPECT_EQ(refusals(file),
+            Lines{(folder_ / "parts/base.yaml").string() + ":1:10 include = ../run.yaml: includes itself"});
+}
+
+TEST_F(ScenarioFiles, MissingFiles) {
+  const std::string file = write("run.yaml",
+                                 "subsoil: 1\ninclude: nowhere.yaml\ntime: {end: 1 s}\nmachine: {bodies: {a: {mass: 1 "
+                                 "kg, inertia: 1 kg m^2, at: 0 0 m}}}\n");
+  EXPECT_EQ(refusals(file), Lines{file + ":2:10 include = nowhere.yaml: there is no such file beside " + file});
+  EXPECT_EQ(refusals((folder_ / "none.yaml").string()),
+            Lines{(folder_ / "none.yaml").string() + ": cannot be opened; check the name and its permissions"});
+}
+
+TEST_F(ScenarioFiles, OutlineFromCsvBesideTheScenario) {
+  write("blade.csv", "# a triangle\nx [mm], y [mm]\n0, 0\n100, 0\n0, 200\n");
+  std::string text = sample_machine;
+  const std::string inline_outline = "[0 0 m, 0.1 0 m, 0 0.2 m]";
+  text.replace(text.find(inline_outline), inline_outline.size(), "blade.csv");
+  const Scenario s = load_scenario(write("run.yaml", text)).scenario;
+  const auto& outline = std::get<ExtrudeShape>(s.machine->surfaces[0].shape).outline;
+  EXPECT_EQ(outline, (std::vector<Vec2>{{0, 0}, {0.1, 0}, {0, 0.2}}));
+  write("blade.csv", "x, y\n0, 0\n");
+  EXPECT_EQ(refusals((folder_ / "run.yaml").string()).at(0).substr(folder_.string().size()),
+            "/run.yaml:18:50 machine.surfaces.blade.extrude = blade.csv: " + (folder_ / "blade.csv").string() +
+                ":1: must be a header with the unit: x [mm], y [mm]");
+}
+
+TEST(ScenarioRead, AnchorsAndMergeKeys) {
+  const Scenario s = load_scenario_text(
+                         "subsoil: 1\ntime: {end: 1 s}\nmachine:\n  bodies:\n"
+                         "    a: &wheel {mass: 25 kg, inertia: 1 kg m^2, at: 0 0 m}\n"
+                         "    b: {<<: *wheel, mass: 30 kg}\n    c: *wheel\n")
+                         .scenario;
+  EXPECT_EQ(s.machine->bodies[1].mass, 30);
+  EXPECT_EQ(s.machine->bodies[1].inertia, 1);
+  EXPECT_EQ(s.machine->bodies[2].mass, 25);
+}
+
+TEST(ScenarioRead, SetOverridesAnyLeaf) {
+  const Scenario s = load_scenario_text(sample_soil, "till.yaml",
+                                        {"soil.bed.radius=\"12 mm\"", "contacts[1].mu=0.4", "contacts.soil-soil.mu=0.1",
+                                         "boundaries.plate.at=1 2 3 m", "output.at=[1 s, 2 s]"})
+                         .scenario;
+  EXPECT_EQ(std::get<EqualRadius>(s.soil->bed->radius).radius, 0.012);
+  EXPECT_EQ(std::get<dem::Wet>(s.contacts[1].law).friction.mu, 0.4);
+  EXPECT_EQ(std::get<dem::Wet>(s.contacts[0].law).friction.mu, 0.1);
+  EXPECT_EQ(s.boundaries[0].at, (Vec3{1, 2, 3}));
+  EXPECT_EQ(s.output.at, (std::vector<double>{1, 2}));
+}
+
+TEST(ScenarioRead, ErrorsNameTheSet) {
+  EXPECT_EQ(refusals(sample_soil, {"soil.bed.radius=12 kg"}),
+            Lines{"--set soil.bed.radius = 12 kg: `kg` is a mass (kg), but needed is a length (m), such as m"});
+  EXPECT_EQ(refusals(sample_soil, {"soil.bed.radus=12 mm"}),
+            Lines{"--set soil.bed.radus = 12 mm: unknown key; did you mean `radius`?"});
+  EXPECT_EQ(refusals(sample_soil, {"contacts[7].mu=0.1"}),
+            Lines{"--set contacts[7].mu: the list has no item `7`; it has 2, counted from 0"});
+  EXPECT_EQ(refusals(sample_soil, {"soil.bed.radius"}),
+            Lines{"--set soil.bed.radius: must be path=value, such as soil.bed.radius=\"12 mm\""});
+  EXPECT_EQ(refusals(sample_soil, {"title.part=x"}), Lines{"--set title.part: `till` is a value without parts here"});
+}
+
+// ---- refusals ------------------------------------------------------------------------------------------------------
+
+TEST(ScenarioRefusals, TheHouseExample) {
+  EXPECT_EQ(refusals("subsoil: 1\ntime: {end: 1 s}\nmaterials: {a: {density: 1 kg/m^3}}\ncontacts:\n"
+                     "  - between: [a, a]\n    law: linear\n    k_n: 1 kN/m\n    mu: 0.5\n    restitution: 1.3\n"
+                     "machine: {bodies: {b: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}}}\n"),
+            Lines{"till.yaml:9:18 contacts[0].restitution = 1.3: must be in (0, 1]; for no damping use 1"});
+}
+
+TEST(ScenarioRefusals, AllErrorsOfAFileAtOnceInItsOrder) {
+  const std::string text =
+      "subsoil: 1\n"
+      "titel: bad\n"
+      "materials:\n"
+      "  soil: {density: 1800}\n"
+      "contacts:\n"
+      "  - {between: [soil, soil], law: linear, k_n: 5 kN, restitution: 1, mu: 0.5}\n"
+      "soil:\n"
+      "  bed:\n"
+      "    fill: latice\n"
+      "    material: soil\n"
+      "    radius: 10 mm\n"
+      "    radius: 12 mm\n"
+      "  contaner: {size: 1 1 1 m}\n"
+      "time: {end: -1 s}\n";
+  EXPECT_EQ(
+      refusals(text),
+      (Lines{"till.yaml:2:1 titel = bad: unknown key; did you mean `title`?",
+             "till.yaml:4:19 materials.soil.density = 1800: has no unit; needed is a density (kg m^-3), such as kg/m^3",
+             "till.yaml:6:47 contacts[0].k_n = 5 kN: `kN` is a force (kg m s^-2), but needed is a stiffness (kg s^-2), "
+             "such as N/m",
+             "till.yaml:9:5 soil.bed.region: is missing; `fill: rest-lattice` needs it",
+             "till.yaml:9:11 soil.bed.fill = latice: unknown word; did you mean `lattice`?",
+             "till.yaml:12:5 soil.bed.radius: stands twice; first in line 11",
+             "till.yaml:13:3 soil.contaner: unknown key; did you mean `container`?",
+             "till.yaml:14:13 time.end = -1 s: must be in (0, inf) s"}));
+}
+
+TEST(ScenarioRefusals, MissingKeysHaveThePlaceOfTheirMapping) {
+  EXPECT_EQ(refusals("subsoil: 1\ntime: {end: 1 s}\nmachine:\n  bodies:\n    a: {inertia: 1 kg m^2, at: 0 0 m}\n"),
+            Lines{"till.yaml:5:8 machine.bodies.a.mass: is missing: mass, in kg"});
+  EXPECT_EQ(refusals("title: x\nmachine: {bodies: {a: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}}}\n"),
+            (Lines{"till.yaml:1:1 subsoil: is missing: a scenario starts with `subsoil: 1`",
+                   "till.yaml:1:1 time.end: is missing: simulated time, in s"}));
+  EXPECT_EQ(
+      refusals("subsoil: 2\ntime: {end: 1 s}\nmachine: {bodies: {a: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}}}\n"),
+      Lines{"till.yaml:1:10 subsoil = 2: must be in [1, 1]; this program reads format 1"});
+  EXPECT_EQ(refusals("subsoil: 1\ntime:\n  end:\nmachine: {bodies: {a: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}}}\n"),
+            Lines{"till.yaml:3:3 time.end: has no value; give one, or leave the key out"});
+}
+
+TEST(ScenarioRefusals, ParametersOfAnUnknownLawAreNotReportedOneByOne) {
+  EXPECT_EQ(refusals(sample_soil, {"contacts[1].law=wett"}),
+            Lines{"--set contacts[1].law = wett: unknown law; did you mean `wet`?"});
+}
+
+TEST(ScenarioRefusals, NoYaml) {
+  EXPECT_EQ(refusals("subsoil: 1\ntime: [1\n"), Lines{"till.yaml:3:1: no YAML: end of sequence flow not found"});
+  EXPECT_EQ(refusals("- 1\n"),
+            Lines{"till.yaml: is no scenario; a scenario is a mapping that starts with `subsoil: 1`"});
+}
+
+/// One change of a good scenario and the one line that it must give.
+struct Change {
+  const char *set, *line;
+};
+
+TEST(ScenarioRefusals, CrossChecksOfSoil) {
+  for (const auto& [set, line] : std::vector<Change>{
+           {"contacts[0].between=[soil, sand]",
+            "--set contacts[0].between = sand: there is no material of this name; known here: soil, steel"},
+           {"boundaries.plate.material=stel",
+            "--set boundaries[0].material = stel: there is no material of this name; did you mean `steel`?"},
+           {"soil.bed.fill=random", ""},
+           {"soil.bed.count=100", "--set soil.bed.count: has no effect with `fill: rest-lattice`; leave it out"},
+           {"soil.bed.fill=particles", "till.yaml:20:5 soil.bed.particles: is missing; `fill: particles` needs it"},
+           {"soil.bed.radius={uniform: 8 12 mm}",
+            "--set soil.bed.radius: a rest-lattice needs spheres of one size; take `fill: random` for a distribution"},
+           {"soil.bed.settle={until: 1 m/s, for: 1 s}",
+            "--set soil.bed.settle: needs either `for` (a time) or `until` (a speed)"},
+           {"soil.container.open=[-x]",
+            "till.yaml:17:88 soil.container.open after settling: the face -x is open from the start; take it out of "
+            "one of the lists"},
+           {"soil.container.size=1 0 1 m", "--set soil.container.size: all lengths must be above zero"},
+           {"soil.density=1 kg/m^3",
+            "--set soil.density = 1 kg/m^3: unknown key; it belongs at `materials.<name>.density`"},
+           {"output.at=[9 s]", "--set output.at = 9 s: is after the end of the run at 4 s"},
+           {"output.watch={f: {soil force: plat}}",
+            "--set output.watch.f = plat: there is no body or boundary of this name; did you mean `plate`?"},
+           {"time.soil step=0 s", "--set time.soil step = 0 s: must be in (0, inf) s"},
+           {"boundaries.plate.name=a.b", "--set boundaries[0].name = a.b: a name must not hold . / , [ ] or quotes"}}) {
+    const Lines lines = refusals(sample_soil, {set});
+    EXPECT_EQ(lines.empty() ? "" : lines.front(), line) << set;
+  }
+}
+
+TEST(ScenarioRefusals, PairsOfMaterials) {
+  EXPECT_EQ(
+      refusals(sample_soil, {"contacts[1].between=[soil, soil]"}),
+      (Lines{"--set contacts[1].between = [soil, soil]: this pair has a law already, in line 8; keep one of them",
+             "till.yaml:8:3 contacts: soil and steel can meet (spheres and the container's walls) but have no law; "
+             "add `- between: [soil, steel]`"}));
+}
+
+TEST(ScenarioRefusals, CrossChecksOfMachine) {
+  for (const auto& [set, line] : std::vector<Change>{
+           {"machine.joints.pin={revolute: [sled, arn], at: 0 0 m}",
+            "--set machine.joints.pin.revolute = [sled, arn]: there is no body of this name; did you mean `arm`?"},
+           {"machine.joints.pin={revolut: [sled, arm], at: 0 0 m}",
+            "--set machine.joints.pin = {revolut: [sled, arm], at: 0 0 m}: does not say what it is; did you mean "
+            "`revolute`?"},
+           {"machine.joints.pin={revolute: [sled, arm]}", "--set machine.joints.pin.at: is missing: the pin, in m"},
+           {"machine.joints.pin={revolute: [arm, arm], at: 0 0 m}",
+            "--set machine.joints.pin.revolute = [arm, arm]: the two bodies must differ"},
+           {"machine.drivers.pull={coordinate: sled.x}",
+            "--set machine.drivers.pull: needs exactly one of position and velocity as a function of time; give one, "
+            "leave the other out"},
+           {"machine.drivers.pull={coordinate: sled.z, velocity: 1 m/s}",
+            "--set machine.drivers.pull.coordinate = sled.z: must be body.x, body.y or body.angle"},
+           {"machine.surfaces.blade.body=arms",
+            "--set machine.surfaces.blade.body = arms: there is no body of this name; did you mean `arm`?"},
+           {"machine.bodies.arm.angle=90",
+            "--set machine.bodies.arm.angle = 90: has no unit; needed is an angle, such as deg or rad"},
+           {"machine.forces.pull={force: arm}",
+            "--set machine.forces.pull: the name stands among the drivers too; names in the results must differ"},
+           {"machine.start=rest", "--set machine.start = rest: must be `pose` or {towing equilibrium: 0.5 m/s}"},
+           {"output.watch={p: arn.angle}",
+            "--set output.watch.p = arn.angle: nothing is named `arn`; did you mean `arm`?"},
+           {"output.watch={p: {drivr: pull}}",
+            "--set output.watch.p = {drivr: pull}: does not say what it is; did you mean `driver`?"}}) {
+    const Lines lines = refusals(sample_machine, {set});
+    EXPECT_EQ(lines.empty() ? "" : lines.front(), line) << set;
+  }
+}
+
+TEST(ScenarioRefusals, WheelLawAndParticlesForOneWheel) {
+  const std::string machine = sample_machine;
+  const std::size_t from = machine.find("\nmachine:") + 1, to = machine.find("output:");
+  const std::string text = sample_soil + machine.substr(from, to - from);
+  EXPECT_EQ(refusals(text, {"machine.surfaces.blade.touches soil=no"}), Lines{});
+  EXPECT_EQ(
+      refusals(text),
+      Lines{"till.yaml:39:12 machine.forces.wheel: the wheel law carries `arm`, and so would the spheres under its "
+            "surface `blade`; leave the law out, or give the surface `touches soil: no`"});
+}
+
+TEST(ScenarioRefusals, LaterRefusalsKnowTheirPlace) {
+  const Loaded loaded = load_scenario_text(sample_soil, "till.yaml");
+  EXPECT_EQ(loaded.where("soil.bed.radius"), "till.yaml:22:13 soil.bed.radius");
+  EXPECT_EQ(loaded.where("soil.bed.pitch"), "till.yaml:20:5 soil.bed.pitch");
+}
+
+}  // namespace
+}  // namespace subsoil::app

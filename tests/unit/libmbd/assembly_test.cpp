@@ -1,0 +1,108 @@
+// Assembly from rough guesses; redundant, inconsistent and over-determined constraints are named.
+
+#include "libmbd/assembly.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "libmbd/machine.hpp"
+
+namespace subsoil::mbd {
+namespace {
+
+/// A beam of length 2 between two posts at x = -1 and 1, the second pin off by `gap`.
+Model beam(double gap) {
+  Model m;
+  m.add({.name = "beam", .mass = 3, .inertia = 1});
+  m.add("left", Revolute{.body_a = ground, .body_b = 1, .p_a = {-1, 0}, .p_b = {-1, 0}});
+  m.add("right", Revolute{.body_a = ground, .body_b = 1, .p_a = {1 + gap, 0}, .p_b = {1, 0}});
+  return m;
+}
+
+std::string refusal(const Model& model) {
+  try {
+    Machine machine(model);
+    machine.start_from_pose();
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(Assembly, RedundantConstraintsAreNamedAndShareTheReactionWithLeastNorm) {
+  Machine machine(beam(0));
+  const auto& report = machine.start_from_pose();
+  EXPECT_EQ(report.equations, 4);
+  EXPECT_EQ(report.rank, 3);
+  EXPECT_EQ(report.freedom, 0);
+  ASSERT_EQ(report.redundant.size(), 1U);
+  EXPECT_EQ(report.redundant[0], "the constraints of joint 'left' and joint 'right' depend on each other");
+  EXPECT_NEAR(machine.joint_reaction("left").fy, -3 * 9.81 / 2, 1e-12);  // on the ground
+  EXPECT_NEAR(machine.joint_reaction("right").fy, -3 * 9.81 / 2, 1e-12);
+  EXPECT_NEAR(machine.joint_reaction("left").fx, 0, 1e-12);  // the undetermined thrust is zero, not arbitrary
+  for (int i = 0; i < 10; ++i) machine.advance(1e-2);
+  EXPECT_NEAR(machine.body(1).r.y, 0, 1e-14);
+}
+
+TEST(Assembly, ContradictionIsRefusedWithJointsAndResiduals) {
+  // The least-squares pose leaves half of the 20 mm at either pin.
+  EXPECT_EQ(
+      refusal(beam(0.02)),
+      "the machine cannot be assembled: joint 'left' by -0.01 m, joint 'right' by 0.01 m open. Over-determined by "
+      "joint 'left' and joint 'right': drop one or correct its points.");
+}
+
+TEST(Assembly, LinkThatIsTooShortIsRefused) {
+  Model m;
+  m.add({.name = "link", .mass = 1, .inertia = 1, .pose = {0.1, 0.2, 0.3}});
+  m.add("hook", Revolute{.body_a = ground, .body_b = 1, .p_a = {0, 0}, .p_b = {-0.5, 0}});
+  m.add({.name = "far", .mass = 1, .inertia = 1, .pose = {3, 0, 0}});
+  m.add("post", Fixed{.body_a = ground, .body_b = 2, .p_a = {3, 0}});
+  m.add("pin", Revolute{.body_a = 1, .body_b = 2, .p_a = {0.5, 0}});
+  const std::string text = refusal(m);
+  EXPECT_EQ(text.find("the machine cannot be assembled: "), 0U) << text;
+  EXPECT_NE(text.find("joint 'pin'"), std::string::npos) << text;
+}
+
+TEST(Assembly, OverDeterminedDriversAreNamed) {
+  Model m;
+  m.add({.name = "cart", .mass = 1, .inertia = 1});
+  m.add("rail", Translational{.body_a = ground, .body_b = 1});
+  m.add("slow", CoordinateDriver{.body = 1, .coordinate = Coordinate::x, .motion = {.velocity = 0.5}});
+  m.add("fast", CoordinateDriver{.body = 1, .coordinate = Coordinate::x, .motion = {.velocity = 0.7}});
+  const std::string text = refusal(m);
+  EXPECT_EQ(
+      text,
+      "the velocities asked of the machine contradict each other: driver 'slow' by 0.1 m/s, driver 'fast' by -0.1 "
+      "m/s off. Over-determined by driver 'slow' and driver 'fast': drop a driver or free a joint.");
+}
+
+TEST(Assembly, LeastChange) {
+  // A pinned bar, its pin pulled 0.3 m off: least change of (x, y, L angle) with L = 1 shares the gap between the
+  // translation and the turn; moving only the body would change more.
+  Model m;
+  m.add({.name = "bar", .mass = 1, .inertia = 1, .pose = {1, 0.01, 0}});
+  m.add("pin", Revolute{.body_a = ground, .body_b = 1, .p_b = {-1, 0}});
+  System system(m);
+  Eigen::VectorXd q = system.start_position(), v = system.start_velocity();
+  const auto report = assemble(system, 0, q, v);
+  EXPECT_LT(report.residual, 1e-14);
+  EXPECT_NEAR(q[1], 0.005, 1e-4);
+  EXPECT_NEAR(q[2], 0.005, 1e-4);
+}
+
+TEST(Assembly, VelocitiesBecomeConsistent) {
+  Model m;
+  m.add({.name = "bar", .mass = 1, .inertia = 1, .pose = {1, 0, 0}, .velocity = {0.3, 2, 2}});
+  m.add("pin", Revolute{.body_a = ground, .body_b = 1, .p_b = {-1, 0}});
+  Machine machine(m);
+  machine.start_from_pose();
+  EXPECT_NEAR(machine.body(1).v.x, 0, 1e-15);  // along the bar the pin allows nothing
+  EXPECT_NEAR(machine.body(1).v.y, 2, 1e-14);
+  EXPECT_NEAR(machine.body(1).spin, 2, 1e-14);
+}
+
+}  // namespace
+}  // namespace subsoil::mbd

@@ -1,0 +1,160 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "libmbd/forces/wheel_on_soil.hpp"
+#include "libmbd/machine.hpp"
+
+namespace subsoil::mbd {
+namespace {
+
+constexpr double radius = 0.20, width = 0.12, n = 1.3126, k_c = 1434.81e3, k_phi = 165.79e3;
+WheelOnSoil wheel() { return {.body = 1, .radius = radius, .width = width, .n = n, .k_c = k_c, .k_phi = k_phi}; }
+
+struct Felt {
+  double fx, fy, moment;
+  ForceValues values;
+  ForcePower power;
+};
+Felt feel(const WheelOnSoil& w, const std::vector<Rut>& ruts, double x, double z, double vx, double vy = 0) {
+  std::array<std::array<double, 3>, 2> wrench{};
+  const std::array<BodyState, 2> bodies{BodyState{}, BodyState{{x, radius + w.surface - z}, 0, {vx, vy}, 0}};
+  Loads loads(wrench);
+  Felt felt{};
+  felt.power = w.evaluate({bodies, 0, ruts}, loads, felt.values);
+  felt.fx = wrench[1][0], felt.fy = wrench[1][1], felt.moment = wrench[1][2];
+  return felt;
+}
+
+double virgin_n(double z) {
+  return width * (k_c / width + k_phi) * std::sqrt(2 * radius) * (3 - n) / 3 * std::pow(z, n + 0.5);
+}
+double virgin_r(double z) { return width * (k_c / width + k_phi) * std::pow(z, n + 1) / (n + 1); }
+
+TEST(WheelOnSoil, VirginCurve) {
+  const std::vector<Rut> ruts(1);
+  const Felt f = feel(wheel(), ruts, 0, 0.03, 0.5);
+  EXPECT_NEAR(f.fy, virgin_n(0.03), 1e-9);
+  EXPECT_NEAR(f.fx, -virgin_r(0.03), 1e-9);
+  EXPECT_EQ(f.moment, 0);
+  EXPECT_NEAR(feel(wheel(), ruts, 0, 0.03, -0.5).fx, virgin_r(0.03), 1e-9);  // opposes the velocity
+  const Felt above = feel(wheel(), ruts, 0, 0.0, 0.5);
+  EXPECT_EQ(above.fy, 0);
+  EXPECT_EQ(above.fx, 0);
+}
+
+TEST(WheelOnSoil, ResistanceFadesBelowOneMillimetrePerSecond) {
+  const std::vector<Rut> ruts(1);
+  EXPECT_NEAR(feel(wheel(), ruts, 0, 0.03, 1e-3).fx, -virgin_r(0.03), 1e-9);
+  EXPECT_NEAR(feel(wheel(), ruts, 0, 0.03, 0.5e-3).fx, -virgin_r(0.03) / 2, 1e-9);
+  EXPECT_EQ(feel(wheel(), ruts, 0, 0.03, 0).fx, 0);
+}
+
+TEST(WheelOnSoil, SurfaceIsTheDatum) {
+  const std::vector<Rut> ruts(1);
+  WheelOnSoil low = wheel();
+  low.surface = -0.4;
+  EXPECT_NEAR(feel(low, ruts, 0, 0.02, 0.5).fy, virgin_n(0.02), 1e-9);
+}
+
+TEST(WheelOnSoil, RutUnderTheFrontOfThePatchTakesTheLoadAway) {
+  std::vector<Rut> ruts(1);
+  ruts[0].press(0, 0.03, 1, 0.03);
+  const double reach = std::sqrt(2 * radius * 0.02);
+  EXPECT_EQ(feel(wheel(), ruts, 0.5, 0.02, 0.5).fy, 0);  // 20 mm in a rut of 30 mm
+  EXPECT_EQ(feel(wheel(), ruts, 0.5, 0.02, 0.5).fx, 0);
+  EXPECT_EQ(feel(wheel(), ruts, -reach + 0.01, 0.02, 0.5).fy, 0);                       // its front is in the rut
+  EXPECT_NEAR(feel(wheel(), ruts, -reach - 0.01, 0.02, 0.5).fy, virgin_n(0.02), 1e-9);  // and here not yet
+  const Felt deeper = feel(wheel(), ruts, 0.5, 0.04, 0.5);
+  EXPECT_NEAR(deeper.fy, virgin_n(0.04), 1e-9);
+  EXPECT_NEAR(deeper.fx, -(virgin_r(0.04) - virgin_r(0.03)), 1e-9);
+}
+
+TEST(WheelOnSoil, FrontIsInTheDirectionOfTravel) {
+  std::vector<Rut> ruts(1);
+  ruts[0].press(0, 0.03, 1, 0.03);
+  WheelOnSoil back = wheel();
+  back.direction = -1;
+  const double reach = std::sqrt(2 * radius * 0.02);
+  EXPECT_EQ(feel(back, ruts, 1 + reach - 0.01, 0.02, -0.5).fy, 0);
+  EXPECT_NEAR(feel(back, ruts, -reach / 2, 0.02, -0.5).fy, virgin_n(0.02), 1e-9);
+}
+
+Model lone_wheel(const std::string& track, double x, double z, double vx) {
+  Model m;
+  m.gravity = {0, 0};
+  m.add({.name = track + std::to_string(x),
+         .mass = 25,
+         .inertia = 0.5,
+         .pose = {x, radius - z, 0},
+         .velocity = {vx, 0, 0}});
+  WheelOnSoil w = wheel();
+  w.track = track;
+  m.add("w" + std::to_string(x), w);
+  return m;
+}
+
+// A wheel held at a depth is driven forward and back: it loads on the way out, and finds its own rut on the way home.
+TEST(WheelOnSoil, ComesBackInItsOwnRut) {
+  Model m = lone_wheel("", 0, 0.03, 0.5);
+  m.add("path", CoordinateDriver{.body = 1,
+                                 .coordinate = Coordinate::x,
+                                 .motion = {.velocity = HarmonicFunction{
+                                                .amplitude = 0.5, .frequency = 0.25, .phase = std::acos(-1.0) / 2}}});
+  m.add("height", CoordinateDriver{.body = 1, .coordinate = Coordinate::y, .motion = {.position = radius - 0.03}});
+  const std::string name = m.forces[0].name;
+  Machine machine(m);
+  machine.start_from_pose();
+  for (int i = 0; i < 500; ++i) machine.advance(1e-3);
+  EXPECT_NEAR(machine.force_value(name, "N"), virgin_n(0.03), 1e-6);
+  // v = 0.5 cos(omega t), so the driver also brakes the wheel's mass.
+  const double omega = std::acos(-1.0) / 2, braking = 25 * 0.5 * omega * std::sin(omega * machine.time());
+  EXPECT_NEAR(machine.driver_force("path"), virgin_r(0.03) - braking, 1e-6);
+  for (int i = 0; i < 1200; ++i) machine.advance(1e-3);  // turned at 1 s, on the way back
+  EXPECT_LT(machine.body(1).v.x, -0.3);
+  EXPECT_NEAR(machine.force_value(name, "rut"), 0.03, 1e-12);
+  EXPECT_EQ(machine.force_value(name, "N"), 0);
+  // R_c over the 0.318 m of the way out; what the turn into the rut swallows comes on top.
+  EXPECT_GT(machine.energy().lost, 0.318 * virgin_r(0.03));
+}
+
+TEST(WheelOnSoil, WheelsOfOneTrackShareTheRut) {
+  Model m;
+  m.gravity = {0, 0};
+  for (const auto& [name, x] : {std::pair{"front", 1.0}, {"rear", 0.0}, {"beside", 0.5}}) {
+    const int body =
+        m.add({.name = name, .mass = 25, .inertia = 0.5, .pose = {x, radius - 0.03, 0}, .velocity = {1, 0, 0}});
+    WheelOnSoil w = wheel();
+    w.body = body;
+    if (std::string(name) != "beside") w.track = "left";
+    m.add(std::string(name) + " wheel", w);
+    m.add(std::string(name) + ".x",
+          CoordinateDriver{.body = body, .coordinate = Coordinate::x, .motion = {.velocity = 1.0}});
+    m.add(std::string(name) + ".y",
+          CoordinateDriver{.body = body, .coordinate = Coordinate::y, .motion = {.position = radius - 0.03}});
+  }
+  Machine machine(m);
+  machine.start_from_pose();
+  for (int i = 0; i < 1500; ++i) machine.advance(1e-3);
+  EXPECT_NEAR(machine.force_value("front wheel", "N"), virgin_n(0.03), 1e-6);
+  EXPECT_EQ(machine.force_value("rear wheel", "N"), 0);
+  EXPECT_NEAR(machine.force_value("beside wheel", "N"), virgin_n(0.03), 1e-6);
+}
+
+TEST(Rut, KeepsTheDeepestAndIsLinearBetween) {
+  Rut rut;
+  EXPECT_EQ(rut.at(0.3).z, 0);
+  rut.press(0.0105, 0.01, 0.0135, 0.04);
+  EXPECT_NEAR(rut.at(0.011).z, 0.015, 1e-15);
+  EXPECT_NEAR(rut.at(0.0115).z, 0.020, 1e-15);
+  EXPECT_NEAR(rut.at(0.0115).slope, 10, 1e-10);
+  rut.press(0.013, 0.001, 0.011, 0.001);  // shallower, the other way
+  EXPECT_NEAR(rut.at(0.012).z, 0.025, 1e-15);
+  rut.press(-7.0, 0.02, -6.9, 0.02);  // far away: the storage grows, the old marks stay
+  EXPECT_NEAR(rut.at(-6.95).z, 0.02, 1e-15);
+  EXPECT_NEAR(rut.at(0.012).z, 0.025, 1e-15);
+  EXPECT_EQ(rut.at(-3).z, 0);
+}
+
+}  // namespace
+}  // namespace subsoil::mbd

@@ -1,0 +1,198 @@
+#include <gtest/gtest.h>
+
+#include "tests/tools/dem_beds.hpp"
+
+/// MFiX DEM01 to DEM04 (linear spring-dashpot), and sliding and rolling of one sphere, against closed forms.
+namespace subsoil::dem::test {
+namespace {
+
+/// DEM01/02: contact time pi/omega_d, restitution e; apex heights h_k = (h0 - r) e^(2k) + r as stiffness grows.
+TEST(Mfix, Dem01BouncingSphere) {
+  const double r = 0.1, density = 2600, h0 = 0.5, g = 9.81;
+  for (const double e : {0.6, 0.8, 1.0}) {
+    double error[2];
+    for (const int stiff : {0, 1}) {
+      Bed bed(table(grains(stiff ? 4e7 : 1e7, e, 0)), quiet({0, -g, 0}));
+      const SphereSpec s{{0, h0, 0}, {}, {}, r, density, 0};
+      bed.add(std::span(&s, 1));
+      add_plane(bed, {}, {0, 1, 0});
+      const double dt = stiff ? 1e-5 : 2e-5;
+      double apex[3] = {}, before = 0;
+      int bounce = 0;
+      for (int n = 0; bounce < 3 && n < 400000; ++n) {
+        const double v = sphere(bed, 0).v.y;
+        if (before > 0 && v <= 0) apex[bounce++] = sphere(bed, 0).x.y;
+        before = v;
+        bed.step(dt);
+      }
+      // While in contact gravity adds about g/omega to speeds of 2.8 m/s: first order in 1/sqrt(k), 0.5 % and 0.25 %.
+      const double m = density * 4 / 3 * pi * r * r * r, omega = std::sqrt((stiff ? 4e7 : 1e7) / m);
+      error[stiff] = 0;
+      for (int k = 1; k <= 3; ++k) {
+        const double want = (h0 - r) * std::pow(e, 2 * k) + r;
+        const double v = std::sqrt(2 * g * (h0 - r)) * std::pow(e, k);
+        EXPECT_NEAR(apex[k - 1], want, 4.0 * k * (v * v / g) * g / (omega * v) + 1e-5) << e << " bounce " << k;
+        error[stiff] = std::max(error[stiff], std::abs(apex[k - 1] - want));
+      }
+    }
+    if (e < 1) {
+      EXPECT_NEAR(error[0] / error[1], 2, 0.5) << "first order in 1/sqrt(k)";
+    }
+  }
+}
+
+TEST(Mfix, Dem02ContactTime) {
+  for (const double e : {0.3, 0.7, 1.0}) {
+    const double r = 0.1, k = 1e6;
+    Bed bed(table(grains(k, e, 0)), quiet());
+    const SphereSpec s{{0, r, 0}, {0, -1, 0}, {}, r, 2600, 0};
+    bed.add(std::span(&s, 1));
+    add_plane(bed, {}, {0, 1, 0});
+    const double m = sphere(bed, 0).m, log_e = std::log(e);
+    const double beta = -log_e / std::sqrt(pi * pi + log_e * log_e);
+    const double period = pi / (std::sqrt(k / m) * std::sqrt(1 - beta * beta)), dt = period / 4000;
+    double y = r, t = 0;
+    for (; t == 0 || y < r; t += dt) {
+      bed.step(dt);
+      y = sphere(bed, 0).x.y;
+    }
+    // The end is found to one step of 4000; lagged damping shifts by as much.
+    EXPECT_NEAR(t, period, 2e-3 * period) << e;
+    EXPECT_NEAR(sphere(bed, 0).v.y, e, 2e-3) << e;
+  }
+}
+
+/// DEM03: two stacked spheres, pressed between floor and ceiling, against the two-degree-of-freedom ODE by RK4.
+TEST(Mfix, Dem03TwoStackedSpheres) {
+  const double r = 5e-4, k = 1e2, e = 0.8, g = 9.81, gap = 1.8e-3;
+  Bed bed(table(grains(k, e, 0)), quiet({0, -g, 0}));
+  const std::vector<SphereSpec> two{{{0, 4.5e-4, 0}, {}, {}, r, 20000, 0}, {{0, 1.35e-3, 0}, {}, {}, r, 10000, 0}};
+  bed.add(two);
+  add_plane(bed, {}, {0, 1, 0});
+  add_plane(bed, {0, gap, 0}, {0, -1, 0});
+  const double m1 = sphere(bed, 0).m, m2 = sphere(bed, 1).m;
+  const double beta = -std::log(e) / std::hypot(pi, std::log(e));
+  const auto force = [&](double overlap, double rate, double m) {
+    return overlap > 0 ? k * overlap + 2 * beta * std::sqrt(m * k) * rate : 0.0;
+  };
+  using State = std::array<double, 4>;
+  const auto slope = [&](const State& s) -> State {
+    const double floor = force(r - s[0], -s[2], m1), ceiling = force(s[1] + r - gap, s[3], m2);
+    const double between = force(2 * r - (s[1] - s[0]), s[2] - s[3], m1 * m2 / (m1 + m2));
+    return {s[2], s[3], -g + (floor - between) / m1, -g + (between - ceiling) / m2};
+  };
+  State s{4.5e-4, 1.35e-3, 0, 0};
+  const double dt = 2e-7;
+  double worst = 0, moved = 0;
+  for (int n = 0; n < 100000; ++n) {
+    const auto plus = [](State a, const State& b, double h) {
+      for (int i = 0; i < 4; ++i) a[static_cast<std::size_t>(i)] += h * b[static_cast<std::size_t>(i)];
+      return a;
+    };
+    const State k1 = slope(s), k2 = slope(plus(s, k1, dt / 2)), k3 = slope(plus(s, k2, dt / 2)), k4 = slope(plus(s, k3, dt));
+    s = plus(plus(plus(plus(s, k1, dt / 6), k2, dt / 3), k3, dt / 3), k4, dt / 6);
+    bed.step(dt);
+    worst = std::max({worst, std::abs(sphere(bed, 0).x.y - s[0]), std::abs(sphere(bed, 1).x.y - s[1])});
+    moved = std::max(moved, std::abs(s[0] - 4.5e-4));
+  }
+  EXPECT_GT(moved, 1e-5);
+  // Damping lags by dt/2: relative error beta omega dt = 0.07 x 4400/s x 2e-7 s = 6e-5 of a motion of 5e-5 m.
+  EXPECT_LT(worst, 1e-3 * moved);
+}
+
+/// DEM04: sliding sphere on a rough plane rolls at t = 2 u0/(7 mu g) with u = 5 u0/7.
+TEST(Mfix, Dem04SlidingToRolling) {
+  const double r = 5e-4, u0 = 0.1, g = 9.81;
+  for (const double mu : {0.1, 0.3, 0.8}) {
+    Bed bed(table(grains(1e4, 0.9, mu, 0)), quiet({0, -g, 0}));
+    const double m = 2600 * 4 / 3 * pi * r * r * r;
+    const SphereSpec s{{0, r - m * g / 1e4, 0}, {u0, 0, 0}, {}, r, 2600, 0};
+    bed.add(std::span(&s, 1));
+    add_plane(bed, {}, {0, 1, 0});
+    const double t_roll = 2 * u0 / (7 * mu * g), dt = t_roll / 20000;
+    while (bed.time() < 0.5 * t_roll) bed.step(dt);
+    EXPECT_NEAR(sphere(bed, 0).v.x, u0 - mu * g * (bed.time() - dt / 2), 1e-6 * u0);
+    while (bed.time() < 1.3 * t_roll) bed.step(dt);
+    // After gripping a tangential vibration remains: its speed is mu g/omega_t, here below 1e-3 of u0.
+    EXPECT_NEAR(sphere(bed, 0).v.x, 5 * u0 / 7, 2e-3 * u0);
+    EXPECT_NEAR(-sphere(bed, 0).w.z * r, 5 * u0 / 7, 5e-3 * u0);
+  }
+}
+
+TEST(Sliding, SlipToRollTable) {
+  const double r = 2.5e-3, g = 1;
+  const double m = 2700 * 4 / 3 * pi * r * r * r;
+  Bed bed(table(grains(1e3, 0.9, 0.4, 0)), quiet({0, -g, 0}));
+  const SphereSpec s{{0, r - m * g / 1e3, 0}, {1.4, 0, 0}, {}, r, 2700, 0};
+  bed.add(std::span(&s, 1));
+  add_plane(bed, {}, {0, 1, 0});
+  const double dt = 1e-5, table_[3][3] = {{.4, 1.24, 160}, {.7, 1.12, 280}, {1.0, 1.00, 400}};
+  for (const auto& row : table_) {
+    while (bed.time() < row[0] - dt / 2) bed.step(dt);
+    const Snapshot now = observe(bed, dt);
+    // The lever is r - delta: r m g/k = 7e-5 of omega; 1e-4 in u from the first kick on the flat contact.
+    EXPECT_NEAR(now.velocity[0].x, row[1], 2e-4);
+    EXPECT_NEAR(-now.spin[0].z, row[2], 0.1);
+  }
+}
+
+Linear gripping(double mu, double mu_r) {
+  Linear law = grains(1e4, 0.9, mu, mu_r);
+  law.friction.rolling = Rolling::constant_torque;
+  return law;
+}
+
+constexpr double kRadius = 5e-3, kGravity = 9.81, kDensity = 2500;
+
+Bed one_on_plane(const Linear& law, const Vec3& gravity, const Vec3& v, const Vec3& w) {
+  Bed bed(table(law), quiet(gravity));
+  const double m = kDensity * 4 / 3 * pi * std::pow(kRadius, 3);
+  const SphereSpec s{{0, kRadius + m * gravity.y / 1e4, 0}, v, w, kRadius, kDensity, 0};
+  bed.add(std::span(&s, 1));
+  add_plane(bed, {}, {0, 1, 0});
+  return bed;
+}
+
+/// The lever is r minus the overlap of 1.3 um (3e-4 of r), and the grip's start leaves a vibration that decays.
+TEST(RollingResistance, RollingWithoutSlipSlowsDown) {
+  const double mu_r = 0.05, w0 = 100, dt = 1e-5;
+  Bed bed = one_on_plane(gripping(0.5, mu_r), {0, -kGravity, 0}, {w0 * kRadius, 0, 0}, {0, 0, -w0});
+  for (int n = 0; n < 30000; ++n) bed.step(dt);
+  const double drop = 5 * mu_r * kGravity / (7 * kRadius) * bed.time();
+  EXPECT_NEAR(w0 + sphere(bed, 0).w.z, drop, 5e-3 * drop);
+}
+
+TEST(RollingResistance, SpinningInPlaceWithoutFriction) {
+  const double mu_r = 0.05, w0 = 100, dt = 1e-5;
+  Bed bed = one_on_plane(gripping(0, mu_r), {0, -kGravity, 0}, {}, {0, 0, -w0});
+  for (int n = 0; n < 20000; ++n) bed.step(dt);
+  const double drop = 5 * mu_r * kGravity / (2 * kRadius) * bed.time();
+  EXPECT_NEAR(w0 + sphere(bed, 0).w.z, drop, 1e-4 * drop);  // exact but for the first half step
+}
+
+TEST(RollingResistance, DownAnIncline) {
+  const double mu_r = 0.05, theta = 10 * pi / 180, dt = 1e-5;
+  Bed bed = one_on_plane(gripping(0.5, mu_r), kGravity * Vec3{std::sin(theta), -std::cos(theta), 0}, {}, {});
+  for (int n = 0; n < 30000; ++n) bed.step(dt);
+  const double v = 5.0 / 7 * kGravity * (std::sin(theta) - mu_r * std::cos(theta)) * bed.time();
+  EXPECT_NEAR(sphere(bed, 0).v.x, v, 2e-3 * v);
+}
+
+/// Elastic-plastic form: at rest below the rolling limit it holds for good, above it rolls with the cap's torque.
+TEST(RollingResistance, ElasticPlasticHoldsAndYields) {
+  for (const double tangent : {0.04, 0.10}) {
+    Linear law = grains(1e4, 0.5, 0.5, 0.05);
+    const double theta = std::atan(tangent), dt = 1e-5;
+    Bed bed = one_on_plane(law, kGravity * Vec3{std::sin(theta), -std::cos(theta), 0}, {}, {});
+    for (int n = 0; n < 50000; ++n) bed.step(dt);
+    const double v = 5.0 / 7 * kGravity * (std::sin(theta) - 0.05 * std::cos(theta)) * bed.time();
+    if (tangent > 0.05) {
+      EXPECT_NEAR(sphere(bed, 0).v.x, v, 0.03 * v) << "less the angle in which the spring loads up";
+    } else {
+      EXPECT_LT(std::abs(sphere(bed, 0).v.x), 1e-7);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace subsoil::dem::test
