@@ -46,16 +46,13 @@ struct SurfaceChunk {
 struct BorderContact {
   std::uint32_t owner, other, pair;
   bool in_reach = false, active = false;
-  double overlap = -1, stored = 0;
-  double f[3] = {}, t_i[3] = {}, t_j[3] = {};
-  Losses lost;
+  ContactForce force{};
 };
 
 /// Force and torque that wait for a sphere's turn; one cache line.
 struct alignas(64) Accumulator {
-  double f[3], t[3];
-  double touching;
-  double unused;
+  Four f;  ///< N; the last is not used
+  Four t;  ///< N m; number of touching contacts
 };
 
 /// Running maximum that takes a NaN and keeps it: no later finite value replaces it, so the fault is found.
@@ -80,9 +77,11 @@ struct Worker {
 };
 
 struct TileSums {
-  Losses lost;  ///< running
+  Four lost{};  ///< running: damping, sliding, rolling; the last is not used
   double kinetic = 0, spin = 0, gravity = 0, stored = 0, half_step_kinetic = 0;
 };
+
+inline Losses losses_of(const Four& e) { return {e[0], e[1], e[2]}; }
 
 struct Bed::Impl {
   LawTable laws;
@@ -150,26 +149,5 @@ struct Bed::Impl {
   double reach(int law) const { return law_reach[static_cast<std::size_t>(law)]; }
   void update_laws();
 };
-
-inline constexpr PairState kNoHistory{};
-
-/// Fills the lane with everything of a sphere that does not depend on its partner.
-inline void load_owner(Batch& b, int lane, const Sphere& s) {
-  b.w_i[0][lane] = s.w.x, b.w_i[1][lane] = s.w.y, b.w_i[2][lane] = s.w.z;
-  b.r_i[lane] = s.r;
-  b.m_i[lane] = s.m;
-}
-
-/// Fills the lane with a pair of spheres.
-inline void load_pair(Batch& b, int lane, const Sphere& i, const Sphere& j, int law, const PairState& state) {
-  load_owner(b, lane, i);
-  b.r[0][lane] = i.x.x - j.x.x, b.r[1][lane] = i.x.y - j.x.y, b.r[2][lane] = i.x.z - j.x.z;
-  b.v[0][lane] = i.v.x - j.v.x, b.v[1][lane] = i.v.y - j.v.y, b.v[2][lane] = i.v.z - j.v.z;
-  b.w_j[0][lane] = j.w.x, b.w_j[1][lane] = j.w.y, b.w_j[2][lane] = j.w.z;
-  b.r_j[lane] = j.r;
-  b.m_j[lane] = j.m;
-  b.law[lane] = law;
-  b.load(lane, state);
-}
 
 }  // namespace subsoil::dem

@@ -290,16 +290,16 @@ void Bed::Impl::divide_work() {
       ++tile;
     }
     w.end = std::min(tile * kTile, count);
-    if (w.ring.size() != ring) w.ring.assign(ring, {});
+    if (w.ring.size() != ring) w.ring.assign(ring, Accumulator{});
     w.border.clear();
     for (std::uint32_t i = w.begin; i < w.end; ++i)
       for (std::uint32_t p = pairs.start[i]; p < pairs.start[i + 1]; ++p)
-        if (pairs.other[p] >= w.end) w.border.push_back({.owner = i, .other = pairs.other[p], .pair = p, .lost = {}});
+        if (pairs.other[p] >= w.end) w.border.push_back({.owner = i, .other = pairs.other[p], .pair = p});
   }
 }
 
 void Bed::Impl::fold_losses() {
-  for (TileSums& t : tiles) lost_before += t.lost, t.lost = {};
+  for (TileSums& t : tiles) lost_before += losses_of(t.lost), t.lost = Four{};
   for (SurfaceChunk& c : chunks) lost_before += c.lost, c.lost = {};
 }
 

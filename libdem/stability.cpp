@@ -61,10 +61,14 @@ StableStep stable_step(const Law& law, const StepQuestion& q) {
   const auto along = [&](double n, double t) { return std::max(std::min(z, 2.0) * n, z * (n / 3 + 2 * t / 3)) * 2 / m; };
   // A lone contact turns a sphere about two axes with its full lever.
   const auto about = [&](double t, double roll) { return std::max(1.0, z * 2 / 3) * 2 * (t * lever * lever + roll) / inertia; };
+  // A lone contact slides by translation and rotation of both spheres at once: their mobilities add. Among many contacts
+  // the fastest translation and the fastest rotation are different modes.
+  const auto slide = [&](double t) { return 2 * t / m + 2 * t * lever * lever / inertia; };
   const std::string where = "with " + std::to_string(q.neighbours) + " contacts on a sphere of radius " +
                             std::to_string(r * 1e3) + " mm";
   return smallest({{along(k.k_n, k.k_t), along(k.c_n, k.c_t), "translation"},
-                   {about(k.k_t, k.k_r), about(k.c_t, k.c_r), "rotation"}},
+                   {about(k.k_t, k.k_r), about(k.c_t, k.c_r), "rotation"},
+                   {slide(k.k_t), slide(k.c_t), "sliding of a pair"}},
                   where.c_str());
 }
 
@@ -76,8 +80,12 @@ StableStep stable_step_at_surface(const Law& law, const StepQuestion& q) {
   // Three surfaces at right angles: along each normal one contact pushes and two drag.
   const auto along = [&](double n, double t) { return (n + 2 * t) / m; };
   const auto about = [&](double t, double roll) { return 2 * (t * lever * lever + roll) / inertia; };
-  return smallest({{along(k.k_n, k.k_t), along(k.c_n, k.c_t), "translation"},
-                   {about(k.k_t, k.k_r), about(k.c_t, k.c_r), "rotation"}},
+  // Sliding at all three couples both: slip is v + l w x n, so the block between them is k_t l |n1 + n2 + n3|.
+  const auto coupled = [&](double n, double t, double roll) {
+    const double a = along(n, t), b = about(t, roll), c = std::sqrt(3.0) * t * lever / std::sqrt(m * inertia);
+    return 0.5 * (a + b) + std::sqrt(0.25 * (a - b) * (a - b) + c * c);
+  };
+  return smallest({{coupled(k.k_n, k.k_t, k.k_r), coupled(k.c_n, k.c_t, k.c_r), "translation and rotation"}},
                   "in a corner of surfaces");
 }
 

@@ -13,8 +13,11 @@
 /// contact counts twice. Of Z contacts spread evenly, a third acts along and two thirds across any direction:
 ///     translation  a = 2 Z (k_n/3 + 2 k_t/3)/m                       (likewise b from c_n, c_t)
 ///     rotation     a = 2 Z ((2/3) k_t l^2 + k_r)/(0.4 m r^2)         l the lever of tangential forces
-/// A pair alone has Z = 1, all of it along: translation a = 2 k_n/m. Not every bed can move like that (only bipartite
-/// ones can), so this is a bound on the safe side; measured limits stand in docs/theory.md.
+///     a pair       a = 2 k_n/m along, 2 k_t/m + 2 k_t l^2/(0.4 m r^2) across: one contact slides by both motions
+///     a corner     of three surfaces: translation (k_n + 2 k_t)/m and rotation (2 k_t l^2 + 2 k_r)/(0.4 m r^2), coupled
+///                  by sqrt(3) k_t l
+/// Not every bed can move like that (only bipartite ones can), so this is a bound on the safe side; measured limits stand
+/// in docs/theory.md and tests/verification/particles/stable_step.cpp.
 namespace subsoil::dem {
 
 /// Stable step of one mode, s; a in 1/s2, b in 1/s, not both 0.

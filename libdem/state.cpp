@@ -65,7 +65,7 @@ Bed::State Bed::save() const {
       put(out.surfaces, e.contact[c].state);
     }
   Losses lost = d.lost_before;
-  for (const TileSums& t : d.tiles) lost += t.lost;
+  for (const TileSums& t : d.tiles) lost += losses_of(t.lost);
   for (const SurfaceChunk& c : d.chunks) lost += c.lost;
   out.scalars = {d.time,       d.dt_before,  static_cast<double>(d.steps), static_cast<double>(d.removed),
                  lost.damping, lost.sliding, lost.rolling,                 d.removed_energy};

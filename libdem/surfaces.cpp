@@ -62,7 +62,7 @@ class ChunkRun {
     lane.point = s.x - n * c.distance;
     const Vec3 v = boundary_.velocity + cross(boundary_.spin, lane.point - boundary_.pose.position);
     // A centre on or behind the surface: an overlap of a whole radius, which the limits report.
-    fill(s, law, n * std::max(c.distance, 1e-9 * s.r), s.v - v, state);
+    fill(s, law, n * std::max(c.distance, 1e-9 * s.r), v, state);
     lane_[lanes_++] = lane;
   }
 
@@ -76,39 +76,35 @@ class ChunkRun {
     lane_[lanes_++] = {&e, -1, {}};
   }
 
+  /// The surface as a partner record: its point, no radius, its velocity there.
   void fill(const Sphere& s, int law, const Vec3& r, const Vec3& v, const PairState& state) {
-    load_owner(batch_, lanes_, s);
-    const double rr[3] = {r.x, r.y, r.z}, vv[3] = {v.x, v.y, v.z};
-    const double ww[3] = {boundary_.spin.x, boundary_.spin.y, boundary_.spin.z};
-    for (int d = 0; d < 3; ++d) {
-      batch_.r[d][lanes_] = rr[d];
-      batch_.v[d][lanes_] = vv[d];
-      batch_.w_j[d][lanes_] = ww[d];
-    }
-    batch_.r_j[lanes_] = batch_.m_j[lanes_] = 0;
-    batch_.law[lanes_] = law;
-    batch_.load(lanes_, state);
+    points_[lanes_] = {s.x - r, 0, v, s.m, boundary_.spin, 0, 0, 0};
+    states_[lanes_] = state;
+    batch_.owner[lanes_] = &s;
+    batch_.other[lanes_] = &points_[lanes_];
+    batch_.state[lanes_] = &states_[lanes_];
+    batch_.law[lanes_] = static_cast<unsigned char>(law);
   }
 
   void flush() {
     if (lanes_ == 0) return;
     bed_.kernel.evaluate(bed_.laws, batch_, lanes_, elapsed_);
     for (int k = 0; k < lanes_; ++k) {
-      chunk_.lost += {batch_.damping[k], batch_.sliding[k], batch_.rolling[k]};
+      const ContactForce& c = batch_.out[k];
+      chunk_.lost += losses_of(c.e);
       if (lane_[k].contact < 0) continue;
       SurfaceEntry& e = *lane_[k].entry;
-      batch_.store(k, e.contact[lane_[k].contact].state);
-      const Vec3 f{batch_.f[0][k], batch_.f[1][k], batch_.f[2][k]};
+      e.contact[lane_[k].contact].state = states_[k];
+      const Vec3 f{c.f[0], c.f[1], c.f[2]};
       e.force += f;
-      e.torque += {batch_.t_i[0][k], batch_.t_i[1][k], batch_.t_i[2][k]};
+      e.torque += {c.t_i[0], c.t_i[1], c.t_i[2]};
       chunk_.wrench.force -= f;
-      chunk_.wrench.moment += Vec3{batch_.t_j[0][k], batch_.t_j[1][k], batch_.t_j[2][k]} -
-                              cross(lane_[k].point - boundary_.pose.position, f);
-      chunk_.stored += batch_.stored[k];
+      chunk_.wrench.moment +=
+          Vec3{c.t_j[0], c.t_j[1], c.t_j[2]} - cross(lane_[k].point - boundary_.pose.position, f);
+      chunk_.stored += c.e[3];
       ++chunk_.contacts;
-      if (batch_.overlap[k] > 0) ++e.touching;
-      const double share = batch_.overlap[k] / batch_.r_i[k];
-      if (exceeds(share, chunk_.max_overlap)) chunk_.max_overlap = share, chunk_.worst = e.sphere;
+      if (c.t_i[3] > 0) ++e.touching;
+      if (exceeds(c.f[3], chunk_.max_overlap)) chunk_.max_overlap = c.f[3], chunk_.worst = e.sphere;
     }
     lanes_ = 0;
   }
@@ -119,6 +115,8 @@ class ChunkRun {
   double elapsed_;
   const Boundary& boundary_;
   LaneOfEntry lane_[Batch::lanes];
+  Sphere points_[Batch::lanes];
+  PairState states_[Batch::lanes];
   int lanes_ = 0;
 };
 

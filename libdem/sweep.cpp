@@ -20,6 +20,15 @@ void Extremes::take(const Extremes& b) {
   pairs += b.pairs;
 }
 
+/// A lane of the batch for a pair of spheres; a pair that was out of reach starts without history.
+static void load_pair(Batch& b, int lane, const Sphere& i, const Sphere& j, int law, PairState& state, bool live) {
+  if (!live) state = PairState{};
+  b.owner[lane] = &i;
+  b.other[lane] = &j;
+  b.state[lane] = &state;
+  b.law[lane] = static_cast<unsigned char>(law);
+}
+
 /// Contacts whose partner belongs to a later thread.
 void Bed::Impl::border_contacts(Worker& worker, double elapsed) {
   Batch& b = worker.batch;
@@ -28,14 +37,7 @@ void Bed::Impl::border_contacts(Worker& worker, double elapsed) {
   const auto flush = [&] {
     if (count == 0) return;
     kernel.evaluate(laws, b, count, elapsed);
-    for (int k = 0; k < count; ++k) {
-      BorderContact& c = *lanes[k];
-      b.store(k, pairs.state[c.pair]);
-      for (int d = 0; d < 3; ++d) c.f[d] = b.f[d][k], c.t_i[d] = b.t_i[d][k], c.t_j[d] = b.t_j[d][k];
-      c.overlap = b.overlap[k];
-      c.stored = b.stored[k];
-      c.lost = {b.damping[k], b.sliding[k], b.rolling[k]};
-    }
+    for (int k = 0; k < count; ++k) lanes[k]->force = b.out[k];
     count = 0;
   };
   for (BorderContact& c : worker.border) {
@@ -46,7 +48,8 @@ void Bed::Impl::border_contacts(Worker& worker, double elapsed) {
     c.in_reach = dot(d, d) < limit * limit;
     c.active = c.in_reach || pairs.live[c.pair];
     if (!c.active) continue;
-    load_pair(b, count, i, j, law, pairs.live[c.pair] ? pairs.state[c.pair] : kNoHistory);
+    load_pair(b, count, i, j, law, pairs.state[c.pair], pairs.live[c.pair]);
+    pairs.live[c.pair] = c.in_reach;
     lanes[count++] = &c;
     if (count == Batch::lanes) flush();
   }
@@ -81,10 +84,11 @@ class Sweep {
         const double limit = s.r + o.r + bed_.reach(law);
         const bool in_reach = dot(d, d) < limit * limit;
         if (!in_reach && !bed_.pairs.live[p]) continue;
-        load_pair(w_.batch, lanes_, s, o, law, bed_.pairs.live[p] ? bed_.pairs.state[p] : kNoHistory);
+        load_pair(w_.batch, lanes_, s, o, law, bed_.pairs.state[p], bed_.pairs.live[p]);
         bed_.pairs.live[p] = in_reach;
-        next_lane({p, i, j, -1});
-        if (lanes_ == Batch::lanes) flush(i);
+        w_.extremes.pairs += in_reach;
+        queue_[queued_++] = {i, j, &w_.batch.out[lanes_++]};
+        if (lanes_ == Batch::lanes || queued_ == kQueue) flush(i);
       }
       if (i + 1 - done_ >= kTile) flush(i + 1);
     }
@@ -92,23 +96,22 @@ class Sweep {
   }
 
  private:
-  struct Lane {
-    std::uint32_t pair, owner, other;
-    std::int64_t border;
+  /// A contact in its place in the order of additions; its force comes from the batch or from the border list.
+  struct Queued {
+    std::uint32_t owner, other;
+    const ContactForce* force;
   };
+  static constexpr int kQueue = 2 * Batch::lanes;
+  static constexpr std::uint32_t kElsewhere = ~std::uint32_t{0};
 
   static void clear(TileSums& t) { t = {.lost = t.lost}; }
 
-  void next_lane(const Lane& lane) { lane_[lanes_++] = lane; }
-
-  /// A border contact takes a lane to keep its place in the order; its numbers replace the lane's afterwards.
   void add_border(std::size_t index, std::uint32_t owner) {
     const BorderContact& c = w_.border[index];
     if (!c.active) return;
-    load_pair(w_.batch, lanes_, bed_.spheres[owner], bed_.spheres[owner], 0, kNoHistory);
-    w_.batch.r[0][lanes_] = 1;  // anything that is no contact of a sphere with itself
-    next_lane({c.pair, owner, c.other, static_cast<std::int64_t>(index)});
-    if (lanes_ == Batch::lanes) flush(owner);
+    w_.extremes.pairs += c.in_reach;
+    queue_[queued_++] = {owner, kElsewhere, &c.force};
+    if (queued_ == kQueue) flush(owner);
   }
 
   Accumulator& at(std::uint32_t i) { return w_.ring[i & mask_]; }
@@ -125,56 +128,32 @@ class Sweep {
 
   void add_foreign(std::uint32_t i, Accumulator& a) {
     for (; next_foreign_ < w_.foreign.size() && w_.foreign[next_foreign_].first == i; ++next_foreign_) {
-      const BorderContact& c = *w_.foreign[next_foreign_].second;
-      for (int d = 0; d < 3; ++d) a.f[d] -= c.f[d], a.t[d] += c.t_j[d];
-      if (c.overlap > 0) a.touching += 1;
+      const ContactForce& c = w_.foreign[next_foreign_].second->force;
+      a.f -= c.f;
+      a.t += c.t_j;
     }
   }
 
   void flush(std::uint32_t complete) {
-    Batch& b = w_.batch;
-    if (lanes_ > 0) bed_.kernel.evaluate(bed_.laws, b, lanes_, bed_.dt_before);
-    for (int k = 0; k < lanes_; ++k) {
-      const Lane& lane = lane_[k];
-      if (lane.border >= 0)
-        take_border(k, w_.border[static_cast<std::size_t>(lane.border)]);
-      else
-        b.store(k, bed_.pairs.state[lane.pair]);
-      scatter(k, lane);
+    if (lanes_ > 0) bed_.kernel.evaluate(bed_.laws, w_.batch, lanes_, bed_.dt_before);
+    for (int k = 0; k < queued_; ++k) {
+      const ContactForce& c = *queue_[k].force;
+      const std::uint32_t i = queue_[k].owner;
+      Accumulator& own = accumulator(i);
+      own.f += c.f;
+      own.t += c.t_i;
+      if (queue_[k].other != kElsewhere) {
+        Accumulator& other = accumulator(queue_[k].other);
+        other.f -= c.f;
+        other.t += c.t_j;
+      }
+      TileSums& tile = bed_.tiles[i / kTile];
+      tile.lost += c.e;
+      tile.stored += c.e[3];
+      if (exceeds(c.f[3], w_.extremes.overlap)) w_.extremes.overlap = c.f[3], w_.extremes.deepest = i;
     }
-    lanes_ = 0;
+    lanes_ = queued_ = 0;
     for (; done_ < complete; ++done_) move(done_);
-  }
-
-  void take_border(int k, const BorderContact& c) {
-    Batch& b = w_.batch;
-    for (int d = 0; d < 3; ++d) b.f[d][k] = c.f[d], b.t_i[d][k] = c.t_i[d];
-    b.overlap[k] = c.overlap;
-    b.stored[k] = c.stored;
-    b.damping[k] = c.lost.damping;
-    b.sliding[k] = c.lost.sliding;
-    b.rolling[k] = c.lost.rolling;
-    bed_.pairs.live[c.pair] = c.in_reach;
-  }
-
-  void scatter(int k, const Lane& lane) {
-    const Batch& b = w_.batch;
-    Accumulator& own = accumulator(lane.owner);
-    const double touch = b.overlap[k] > 0 ? 1 : 0;
-    for (int d = 0; d < 3; ++d) own.f[d] += b.f[d][k], own.t[d] += b.t_i[d][k];
-    own.touching += touch;
-    if (lane.border < 0) {
-      Accumulator& other = accumulator(lane.other);
-      for (int d = 0; d < 3; ++d) other.f[d] -= b.f[d][k], other.t[d] += b.t_j[d][k];
-      other.touching += touch;
-    }
-    TileSums& tile = bed_.tiles[lane.owner / kTile];
-    tile.lost += {b.damping[k], b.sliding[k], b.rolling[k]};
-    tile.stored += b.stored[k];
-    w_.extremes.pairs += bed_.pairs.live[lane.pair];
-    const double r_j = lane.border < 0 ? b.r_j[k] : bed_.spheres[lane.other].r;
-    const double share = b.overlap[k] / std::min(b.r_i[k], r_j);
-    if (exceeds(share, w_.extremes.overlap)) w_.extremes.overlap = share, w_.extremes.deepest = lane.owner;
   }
 
   /// The place where a sphere's sum grows; what earlier threads owe comes first.
@@ -191,8 +170,8 @@ class Sweep {
     Sphere& s = bed_.spheres[i];
     Accumulator& a = accumulator(i);
     Vec3 f{a.f[0], a.f[1], a.f[2]}, t{a.t[0], a.t[1], a.t[2]};
-    double touching = a.touching;
-    a = {};
+    double touching = a.t[3];
+    a = Accumulator{};
     for (std::uint32_t k = bed_.entry_start[i]; k < bed_.entry_start[i + 1]; ++k) {
       const SurfaceEntry& e = bed_.entries[bed_.entry_of[k]];
       f += e.force;
@@ -240,8 +219,8 @@ class Sweep {
   const Bed::Request& request_;
   std::uint32_t mask_, done_;
   std::uint32_t opened_ = w_.begin;
-  Lane lane_[Batch::lanes];
-  int lanes_ = 0;
+  Queued queue_[kQueue];
+  int lanes_ = 0, queued_ = 0;
   std::size_t next_foreign_ = 0;
 };
 
@@ -287,7 +266,7 @@ void Bed::Impl::sum_up(double dt, const Request& request) {
       energy.spin += t.spin;
       energy.gravity += t.gravity;
       energy.stored += t.stored;
-      energy.lost += t.lost;
+      energy.lost += losses_of(t.lost);
     }
     for (const SurfaceChunk& c : chunks) energy.stored += c.stored, energy.lost += c.lost;
     for (const Boundary& b : boundaries) energy.boundary_work += b.work;

@@ -1,6 +1,7 @@
 #include "apps/output/hdf5.hpp"
 
 #include <unistd.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <cstring>
@@ -33,17 +34,58 @@ Handle open_dataset(hid_t parent, const std::string& name) {
   return {H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose, "opening dataset " + name};
 }
 
+/// Chunks of at most 64k rows, equal in size so that the last is not mostly padding.
+hsize_t rows_per_chunk(const Layout& layout) {
+  const hsize_t pieces = (layout.rows + 65535) / 65536;
+  return (layout.rows + pieces - 1) / pieces;
+}
+
 Handle creation_properties(const Layout& layout) {
   Handle list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "preparing a dataset");
   checked(H5Pset_obj_track_times(list, false), "preparing a dataset");  // the same run writes the same bytes
   if (layout.compression < 0 || layout.rows == 0) return list;
-  // Chunks of at most 64k rows, equal in size so that the last is not mostly padding.
-  const hsize_t pieces = (layout.rows + 65535) / 65536;
-  const hsize_t chunk[2] = {(layout.rows + pieces - 1) / pieces, layout.columns};
+  const hsize_t chunk[2] = {rows_per_chunk(layout), layout.columns};
   checked(H5Pset_chunk(list, layout.columns > 1 ? 2 : 1, chunk), "choosing chunks");
   checked(H5Pset_shuffle(list), "choosing byte shuffle");
   checked(H5Pset_deflate(list, static_cast<unsigned>(layout.compression)), "choosing gzip");
   return list;
+}
+
+/// zlib stream of `bytes` that looks for runs of one byte only. Shuffled measurements are that or noise: looking
+/// further back, as HDF5's own call does, takes 2.3 times as long and comes out 4 % larger. Any reader inflates it
+/// alike.
+std::size_t deflate_runs(std::vector<Bytef>& bytes, std::vector<Bytef>& packed, int level) {
+  z_stream stream{};
+  if (deflateInit2(&stream, level, Z_DEFLATED, MAX_WBITS, MAX_MEM_LEVEL, Z_RLE) != Z_OK)
+    throw std::runtime_error("zlib: no memory");
+  packed.resize(deflateBound(&stream, bytes.size()));
+  stream.next_in = bytes.data();
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = packed.data();
+  stream.avail_out = static_cast<uInt>(packed.size());
+  const int code = deflate(&stream, Z_FINISH);
+  const std::size_t size = stream.total_out;
+  deflateEnd(&stream);
+  if (code != Z_STREAM_END) throw std::runtime_error("zlib: a chunk could not be compressed");
+  return size;
+}
+
+/// Does for real numbers what HDF5's shuffle and gzip filters would, chunk by chunk, and hands the chunks over ready.
+void write_real_chunks(hid_t set, const std::string& name, const void* data, const Layout& layout) {
+  const std::size_t width = H5Tget_size(layout.file_type);
+  const hsize_t rows = rows_per_chunk(layout);
+  const std::size_t count = rows * layout.columns;
+  std::vector<Bytef> planes(count * width), packed;
+  for (hsize_t first = 0; first < layout.rows; first += rows) {
+    const auto* from = static_cast<const Bytef*>(data) + first * layout.columns * width;
+    const std::size_t here = std::min(rows, layout.rows - first) * layout.columns;
+    std::fill(planes.begin(), planes.end(), Bytef{0});  // the last chunk is padded with zeros
+    for (std::size_t i = 0; i < here; ++i)
+      for (std::size_t b = 0; b < width; ++b) planes[b * count + i] = from[i * width + b];
+    const std::size_t size = deflate_runs(planes, packed, layout.compression);
+    const hsize_t place[2] = {first, 0};
+    checked(H5Dwrite_chunk(set, H5P_DEFAULT, 0, place, size, packed.data()), "writing " + name);
+  }
 }
 
 }  // namespace
@@ -88,7 +130,10 @@ Handle create_file(const std::filesystem::path& path) {
   be_quiet();
   Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "preparing " + path.string());
   checked(H5Pset_file_locking(access, false, true), "preparing " + path.string());
-  return {H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose, "creating " + path.string()};
+  Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose, "preparing " + path.string());
+  // Up to 32 names of a group in one node: what a frame holds appears by one write, not by several.
+  checked(H5Pset_sym_k(creation, 16, 16), "preparing " + path.string());
+  return {H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation, access), H5Fclose, "creating " + path.string()};
 }
 
 Handle open_file(const std::filesystem::path& path) {
@@ -98,8 +143,14 @@ Handle open_file(const std::filesystem::path& path) {
   return {H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose, "opening " + path.string()};
 }
 
-Handle create_group(hid_t parent, const std::string& name) {
-  return {H5Gcreate2(parent, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose, "creating group " + name};
+Handle create_group(hid_t parent, const std::string& name, std::size_t name_bytes) {
+  Handle properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, "preparing group " + name);
+  if (name_bytes > 0) checked(H5Pset_local_heap_size_hint(properties, name_bytes), "preparing group " + name);
+  return {H5Gcreate2(parent, name.c_str(), H5P_DEFAULT, properties, H5P_DEFAULT), H5Gclose, "creating group " + name};
+}
+
+Handle create_unlinked_group(hid_t file) {
+  return {H5Gcreate_anon(file, H5P_DEFAULT, H5P_DEFAULT), H5Gclose, "creating a group"};
 }
 
 bool exists(hid_t parent, const std::string& path) {
@@ -109,15 +160,28 @@ bool exists(hid_t parent, const std::string& path) {
   return H5Lexists(parent, path.c_str(), H5P_DEFAULT) > 0;
 }
 
-void write(hid_t parent, const std::string& name, const void* data, hid_t memory_type, const Layout& layout) {
+Handle write_unlinked(hid_t file, const std::string& name, const void* data, hid_t memory_type, const Layout& layout) {
   const hsize_t dimensions[2] = {layout.rows, layout.columns};
   const Handle space(H5Screate_simple(layout.columns > 1 ? 2 : 1, dimensions, nullptr), H5Sclose, "shaping " + name);
-  Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose, "preparing " + name);
-  checked(H5Pset_create_intermediate_group(links, 1), "preparing " + name);
-  const Handle set(
-      H5Dcreate2(parent, name.c_str(), layout.file_type, space, links, creation_properties(layout), H5P_DEFAULT),
-      H5Dclose, "creating dataset " + name);
-  if (layout.rows > 0) checked(H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data), "writing " + name);
+  Handle set(H5Dcreate_anon(file, layout.file_type, space, creation_properties(layout), H5P_DEFAULT), H5Dclose,
+             "creating dataset " + name);
+  if (layout.rows == 0) return set;
+  const bool real = H5Tget_class(layout.file_type) == H5T_FLOAT && H5Tequal(memory_type, layout.file_type) > 0;
+  if (real && layout.compression >= 0)
+    write_real_chunks(set, name, data, layout);
+  else
+    checked(H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data), "writing " + name);
+  return set;
+}
+
+void link(hid_t object, hid_t parent, const std::string& name) {
+  const Handle properties(H5Pcreate(H5P_LINK_CREATE), H5Pclose, "preparing " + name);
+  checked(H5Pset_create_intermediate_group(properties, 1), "preparing " + name);
+  checked(H5Olink(object, parent, name.c_str(), properties, H5P_DEFAULT), "naming " + name);
+}
+
+void write(hid_t parent, const std::string& name, const void* data, hid_t memory_type, const Layout& layout) {
+  link(write_unlinked(parent, name, data, memory_type, layout), parent, name);
 }
 
 void write_text(hid_t parent, const std::string& name, const std::vector<std::string>& lines) {
@@ -193,6 +257,11 @@ void set_attribute(hid_t object, const char* name, std::int64_t value) {
   set_attribute(object, name, H5T_NATIVE_INT64, &value);
 }
 
+void change_attribute(hid_t object, const char* name, double value) {
+  const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose, std::string("opening attribute ") + name);
+  checked(H5Awrite(attribute, H5T_NATIVE_DOUBLE, &value), std::string("writing attribute ") + name);
+}
+
 double number_attribute(hid_t object, const char* name) {
   const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose, std::string("opening attribute ") + name);
   double value = 0;
@@ -200,8 +269,10 @@ double number_attribute(hid_t object, const char* name) {
   return value;
 }
 
+void flush(hid_t file) { checked(H5Fflush(file, H5F_SCOPE_GLOBAL), "flushing"); }
+
 void flush_to_disk(hid_t file) {
-  checked(H5Fflush(file, H5F_SCOPE_GLOBAL), "flushing");
+  flush(file);
   int* descriptor = nullptr;
   checked(H5Fget_vfd_handle(file, H5P_DEFAULT, reinterpret_cast<void**>(&descriptor)), "flushing");
   if (::fdatasync(*descriptor) != 0)

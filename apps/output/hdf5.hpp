@@ -42,14 +42,22 @@ hid_t type_of();
 struct Layout {
   hsize_t rows = 0, columns = 1;
   hid_t file_type = -1;
-  int compression = -1;  ///< gzip level with byte shuffle in front; negative: contiguous
+  int compression = -1;  ///< gzip level 0..9 with byte shuffle in front; negative: contiguous
 };
 
 Handle create_file(const std::filesystem::path& path);
 Handle open_file(const std::filesystem::path& path);
-Handle create_group(hid_t parent, const std::string& name);
+/// `name_bytes`: room for the names of what will be linked in it; 0: HDF5's own guess.
+Handle create_group(hid_t parent, const std::string& name, std::size_t name_bytes = 0);
+/// A group that nothing leads to yet; it is gone when closed without a link().
+Handle create_unlinked_group(hid_t file);
 bool exists(hid_t parent, const std::string& path);
 
+/// A dataset with its data that nothing leads to yet; it is gone when closed without a link(). `name` is for messages.
+Handle write_unlinked(hid_t file, const std::string& name, const void* data, hid_t memory_type, const Layout& layout);
+/// Gives an object a name; groups on the way are made.
+void link(hid_t object, hid_t parent, const std::string& name);
+/// Both.
 void write(hid_t parent, const std::string& name, const void* data, hid_t memory_type, const Layout& layout);
 template <class T>
 void write(hid_t parent, const std::string& name, std::span<const T> values, hsize_t columns = 1,
@@ -69,8 +77,12 @@ std::vector<std::string> read_text(hid_t parent, const std::string& name);
 void set_attribute(hid_t object, const char* name, const std::string& text);
 void set_attribute(hid_t object, const char* name, double value);
 void set_attribute(hid_t object, const char* name, std::int64_t value);
+/// Writes over the value of an attribute that exists; no other byte of the file changes.
+void change_attribute(hid_t object, const char* name, double value);
 double number_attribute(hid_t object, const char* name);
 
+/// Hands everything written so far to the system, where a kill of this process cannot reach it.
+void flush(hid_t file);
 /// Everything written so far is on the disk when this returns, metadata and data.
 void flush_to_disk(hid_t file);
 

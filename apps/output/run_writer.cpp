@@ -59,6 +59,7 @@ struct RunWriter::Impl {
     h5::set_attribute(file, "title", options.title);
     write_particles();
     write_surfaces();
+    name_all();
     h5::create_group(file, "/frames");
     add_places(options.expected_frames + 64);
     h5::flush_to_disk(file);
@@ -71,6 +72,8 @@ struct RunWriter::Impl {
   void write_particles();
   void write_surfaces();
   void add_places(long count);
+  void name_all();
+  void name_frame(const Frame& frame, const std::string& group);
   void write(const Frame& frame);
   std::vector<std::size_t> select(const Frame& frame) const;
   XdmfGrid write_soil(const Frame& frame, const std::string& group);
@@ -97,6 +100,7 @@ struct RunWriter::Impl {
   std::vector<XdmfArray> triangles, fixed_vertices;  // by surface
   std::vector<std::pair<std::string, XdmfArray>> particle_arrays;
   XdmfArray point_numbers;
+  std::vector<std::pair<std::string, h5::Handle>> unnamed;  // datasets written, and the path each shall get
   long places = 0, count = 0;
   double quantum = 0;  // m; a power of two, so that rounded coordinates are exact floats
 };
@@ -114,17 +118,16 @@ void RunWriter::Impl::check_input() const {
                                   "': must be one of position, velocity, spin, force, torque, contacts");
 }
 
-/// Writes rows x columns numbers of type T, value by value from `get(i)`, and says where they lie.
+/// Writes rows x columns numbers of type T, value by value from `get(i)`, and says where they will lie once named.
 template <class T, class Get>
 XdmfArray RunWriter::Impl::put(const std::string& path, std::size_t rows, hsize_t columns, const std::string& unit,
                                Get get) {
   std::vector<T> values(rows * columns);
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<T>(get(i));
-  h5::write<T>(file, path, values, columns, options.compression);
-  if (!unit.empty()) {
-    const h5::Handle set(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose, "opening " + path);
-    h5::set_attribute(set, "unit", unit);
-  }
+  const auto type = h5::type_of<T>();
+  auto set = h5::write_unlinked(file, path, values.data(), type, {rows, columns, type, options.compression});
+  if (!unit.empty()) h5::set_attribute(set, "unit", unit);
+  unnamed.emplace_back(path, std::move(set));
   XdmfArray array{"run.h5:" + path, {rows}, std::is_floating_point_v<T>, static_cast<int>(sizeof(T))};
   if (columns > 1) array.dimensions.push_back(columns);
   return array;
@@ -134,7 +137,7 @@ template <class Get>
 XdmfArray RunWriter::Impl::put_real(const std::string& path, std::size_t rows, hsize_t columns, const std::string& unit,
                                     Get get) {
   return options.precision == FramePrecision::float64 ? put<double>(path, rows, columns, unit, get)
-                                                 : put<float>(path, rows, columns, unit, get);
+                                                      : put<float>(path, rows, columns, unit, get);
 }
 
 XdmfArray RunWriter::Impl::put_vectors(const std::string& path, std::span<const dem::Vec3> all,
@@ -177,7 +180,47 @@ void RunWriter::Impl::write_surfaces() {
 }
 
 void RunWriter::Impl::add_places(long more) {
-  for (long end = places + more; places < end; ++places) h5::create_group(file, group_name(places));
+  // All that naming a frame's datasets will change is made here: names go into the group's heap first (it lies lower in
+  // the file, and HDF5 flushes by address), then they appear by one write of the group's node. "written" comes behind
+  // all other names, so that no key of the tree above the node changes.
+  const std::uint8_t no = 0;
+  for (long end = places + more; places < end; ++places) {
+    const auto place = h5::create_group(file, group_name(places), 1024);
+    h5::set_attribute(place, "time", std::nan(""));
+    h5::set_attribute(place, "step", -1.0);
+    h5::write(place, "written", std::span(&no, 1));
+  }
+}
+
+void RunWriter::Impl::name_all() {
+  for (const auto& [path, object] : unnamed) h5::link(object, file, path);
+  unnamed.clear();
+}
+
+/// Lets the frame appear in the file: what it consists of is on its way to the disk before anything leads there.
+void RunWriter::Impl::name_frame(const Frame& frame, const std::string& group) {
+  const std::string folder = group + "/surfaces";
+  const bool any_surface =
+      std::any_of(unnamed.begin(), unnamed.end(), [&](const auto& object) { return object.first.starts_with(folder); });
+  if (any_surface) {
+    auto surfaces_group = h5::create_unlinked_group(file);
+    std::erase_if(unnamed, [&](const auto& object) {
+      if (!object.first.starts_with(folder)) return false;
+      h5::link(object.second, surfaces_group, object.first.substr(folder.size() + 1));
+      return true;
+    });
+    unnamed.emplace_back(folder, std::move(surfaces_group));
+  }
+  h5::flush(file);
+  name_all();
+  const h5::Handle place(H5Gopen2(file, group.c_str(), H5P_DEFAULT), H5Gclose, "opening " + group);
+  h5::change_attribute(place, "time", frame.time);
+  h5::change_attribute(place, "step", static_cast<double>(frame.step));
+  h5::flush(file);
+  const h5::Handle written(H5Dopen2(place, "written", H5P_DEFAULT), H5Dclose, "opening written of " + group);
+  const std::uint8_t yes = 1;
+  h5::checked(H5Dwrite(written, H5T_NATIVE_UINT8, H5S_ALL, H5S_ALL, H5P_DEFAULT, &yes), "marking " + group);
+  h5::flush_to_disk(file);
 }
 
 void RunWriter::Impl::check_frame(const Frame& frame) const {
@@ -260,16 +303,13 @@ XdmfGrid RunWriter::Impl::write_surface(std::size_t i, const dem::Pose& pose, co
 
 void RunWriter::Impl::write(const Frame& frame) {
   check_frame(frame);
+  unnamed.clear();  // of a frame that was refused half-way
   if (count == places) add_places(places);
   const std::string group = group_name(count);
   std::vector<XdmfGrid> grids;
   if (!frame.position.empty()) grids.push_back(write_soil(frame, group));
   for (std::size_t i = 0; i < surfaces.size(); ++i) grids.push_back(write_surface(i, frame.surfaces[i], group));
-
-  const h5::Handle place(H5Gopen2(file, group.c_str(), H5P_DEFAULT), H5Gclose, "opening " + group);
-  h5::set_attribute(place, "time", frame.time);
-  h5::set_attribute(place, "step", std::int64_t{frame.step});
-  h5::flush_to_disk(file);
+  name_frame(frame, group);
   ++count;
   xdmf.add_frame(frame.time, grids);
   xdmf.save(xdmf_path);
@@ -292,6 +332,7 @@ long RunWriter::frames() const { return impl_->count; }
 
 void RunWriter::finish() {
   if (impl_->file < 0) return;
+  impl_->unnamed.clear();
   const h5::Handle file = std::move(impl_->file);
   for (long i = impl_->count; i < impl_->places; ++i)
     h5::checked(H5Ldelete(file, group_name(i).c_str(), H5P_DEFAULT), "dropping an empty place");

@@ -65,12 +65,13 @@ struct RunOptions {
 
 /// Writes DIR/run.h5 and DIR/run.xdmf.
 ///
-/// A killed run keeps its frames. HDF5 has no journal, so nothing that an earlier frame needs is touched again: the
-/// groups /frames/000000, 000001, ... are made empty when the file is made; a frame fills its own group, whose index is
-/// its own, and new space at the end of the file. After the frame the file is flushed to disk, and only then does a
-/// rename put the XDMF in place that names it. (One file per frame would be as safe but litters; SWMR mode leaves a
-/// mark in a killed file that readers refuse.) Only beyond `expected_frames` + 64 are more groups added, at a moment's
-/// risk. The file is not locked: a run can be looked at while it goes on.
+/// A killed run keeps its frames, and its file can be walked by any reader. HDF5 has no journal, so nothing that an
+/// earlier frame needs is touched again: the groups /frames/000000, 000001, ... are made when the file is made; a frame
+/// goes to new space at the end of the file without a name, is flushed, and then appears in its group by one small
+/// write; its `written` turns from 0 to 1, and last a rename puts the XDMF in place that names it. (One file per frame
+/// would be as safe but litters; SWMR mode leaves a mark in a killed file that readers refuse.) Only beyond
+/// `expected_frames` + 64 are more groups added, at a moment's risk. The file is not locked: a run can be looked at
+/// while it goes on.
 class RunWriter {
  public:
   RunWriter(const std::filesystem::path& directory, ParticleTable particles, std::vector<OutputSurface> surfaces,

@@ -179,7 +179,7 @@ std::string reference_markdown() {
   };
   std::string text =
       "# The scenario file: every key\n\n"
-      "Generated from the declarations that the reader uses (`subsoil explain --markdown`); do not edit.\n\n"
+      "Generated from the declarations that the reader uses (`subsoil reference`); do not edit.\n\n"
       "A value that has a dimension carries its unit: numbers first, then one unit expression (`16 kN/m`, `1 2 3 mm`,\n"
       "`8 deg`, `1434.81 kN/m^(n+1)`). Any unit of the same dimension will do; the column names the dimension.\n"
       "`include: other.yaml` merges another file into a mapping, key by key; own keys win, and a key without value "

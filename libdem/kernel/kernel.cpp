@@ -7,11 +7,6 @@ inline namespace SUBSOIL_ISA {
 namespace {
 
 template <class T>
-void load3(const Batch::Lane (&from)[3], int k, T (&to)[3]) {
-  for (int d = 0; d < 3; ++d) to[d] = T::load(from[d] + k);
-}
-
-template <class T>
 T dot3(const T (&a)[3], const T (&b)[3]) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
@@ -24,50 +19,96 @@ void turn(T (&s)[3], const T (&n)[3]) {
   for (int d = 0; d < 3; ++d) s[d] = s[d] - along * n[d];
 }
 
-void load3(const Batch::FloatLane (&from)[3], int k, Pack (&to)[3]) {
-  for (int d = 0; d < 3; ++d) to[d] = Pack::load(from[d] + k);
-}
-
-/// Writes the lanes whose law is the one just evaluated; the others keep what they have.
-struct Writer {
-  PackMask mine;
-  int k;
-  void operator()(Batch::Lane& lane, Pack value) const { select(mine, value, Pack::load(lane + k)).store(lane + k); }
-  void operator()(Batch::FloatLane& lane, Pack value) const {
-    select(mine, value, Pack::load(lane + k)).store(lane + k);
-  }
-  template <class AnyLane>
-  void operator()(AnyLane (&lanes)[3], const Pack (&value)[3]) const {
-    for (int d = 0; d < 3; ++d) (*this)(lanes[d], value[d]);
-  }
+struct Records {
+  Pack x[3], r, v[3], m, w[3];
 };
 
-/// One law on the kWidth contacts that begin at lane k. Geometry, slip and rolling velocities are common to all laws.
+/// Whole sphere records of one pack of lanes: (x, r), (v, m), (w, id).
+Records load_spheres(const Sphere* const* from) {
+  const double* row[kWidth];
+  Pack group[4];
+  Records s;
+  for (int part = 0; part < 3; ++part) {
+    for (int l = 0; l < kWidth; ++l) row[l] = &from[l]->x.x + 4 * part;
+    load4(row, group);
+    Pack(&vector)[3] = part == 0 ? s.x : part == 1 ? s.v : s.w;
+    for (int d = 0; d < 3; ++d) vector[d] = group[d];
+    if (part == 0) s.r = group[3];
+    if (part == 1) s.m = group[3];
+  }
+  return s;
+}
+
+struct History {
+  Pack xi[3], rho[3], dash_n, dash_t[3], dash_r[3], slipping;
+};
+
+double* numbers_of(PairState* s) { return s->xi; }
+
+History load_history(PairState* const* from) {
+  const double* row[kWidth];
+  Pack a[4], b[4], c[4];
+  for (int l = 0; l < kWidth; ++l) row[l] = numbers_of(from[l]);
+  load4(row, a);
+  for (int l = 0; l < kWidth; ++l) row[l] = numbers_of(from[l]) + 4;
+  load4(row, b);
+  for (int l = 0; l < kWidth; ++l) row[l] = numbers_of(from[l]) + 6;  // the last four; two of them again
+  load4(row, c);
+  History h;
+  h.xi[0] = a[0], h.xi[1] = a[1], h.xi[2] = a[2];
+  h.rho[0] = a[3], h.rho[1] = b[0], h.rho[2] = b[1];
+  split(c[0], h.dash_n, h.dash_t[0]);
+  split(c[1], h.dash_t[1], h.dash_t[2]);
+  split(c[2], h.dash_r[0], h.dash_r[1]);
+  split(c[3], h.dash_r[2], h.slipping);
+  return h;
+}
+
+void store_history(const History& h, PairState* const* to) {
+  double* row[kWidth];
+  const Pack floats[4] = {join(h.dash_n, h.dash_t[0]), join(h.dash_t[1], h.dash_t[2]), join(h.dash_r[0], h.dash_r[1]),
+                          join(h.dash_r[2], h.slipping)};
+  const Pack a[4] = {h.xi[0], h.xi[1], h.xi[2], h.rho[0]};
+  const Pack b[4] = {h.rho[1], h.rho[2], floats[0], floats[1]};
+  for (int l = 0; l < kWidth; ++l) row[l] = numbers_of(to[l]);
+  store4(a, row);
+  for (int l = 0; l < kWidth; ++l) row[l] = numbers_of(to[l]) + 4;
+  store4(b, row);
+  for (int l = 0; l < kWidth; ++l) row[l] = numbers_of(to[l]) + 6;
+  store4(floats, row);
+}
+
+/// One pack of lanes of one law. Lanes of other laws, and those past the count, point to scratch.
+struct Lanes {
+  const Sphere* owner[kWidth];
+  const Sphere* other[kWidth];
+  PairState* state[kWidth];
+  ContactForce* out[kWidth];
+};
+
+/// One law on kWidth contacts. Geometry, slip and rolling velocities are common to all laws.
 template <class L>
-[[gnu::flatten]] void evaluate_lanes(const L& law, double share, Batch& b, int k, int law_index, double elapsed) {
+[[gnu::flatten]] void evaluate_lanes(const L& law, double share, const Lanes& lanes, double elapsed) {
   const Pack zero(0.0), one(1.0), half(0.5);
-  Pack n[3], v[3], w_i[3], w_j[3];
-  load3(b.r, k, n);
-  load3(b.v, k, v);
-  load3(b.w_i, k, w_i);
-  load3(b.w_j, k, w_j);
+  const Records i = load_spheres(lanes.owner), j = load_spheres(lanes.other);
+  Pack n[3], v[3];
+  for (int d = 0; d < 3; ++d) n[d] = i.x[d] - j.x[d], v[d] = i.v[d] - j.v[d];
   const Pack distance = sqrt(dot3(n, n)), inv_distance = one / distance;
   for (int d = 0; d < 3; ++d) n[d] = n[d] * inv_distance;
-  const Pack r_i = Pack::load(b.r_i + k), r_j = Pack::load(b.r_j + k);
-  const Pack overlap = r_i + r_j - distance;
+  const Pack overlap = i.r + j.r - distance;
   // Contact point in the middle of the overlap between spheres (share 1/2), on the surface at a boundary (share 1).
-  const auto pair = r_j > zero;
+  const auto pair = j.r > zero;
   const Pack sink = Pack(share) * overlap;
-  const Pack l_i = r_i - select(pair, half * sink, sink), l_j = select(pair, r_j - half * sink, zero);
+  const Pack l_i = i.r - select(pair, half * sink, sink), l_j = select(pair, j.r - half * sink, zero);
 
   Pack arm[3], v_c[3], w[3];
-  for (int d = 0; d < 3; ++d) arm[d] = l_i * w_i[d] + l_j * w_j[d];
+  for (int d = 0; d < 3; ++d) arm[d] = l_i * i.w[d] + l_j * j.w[d];
   for (int d = 0; d < 3; ++d) {
     const int e = (d + 1) % 3, f = (d + 2) % 3;
     v_c[d] = v[d] - (arm[e] * n[f] - arm[f] * n[e]);
   }
   const Pack v_n = dot3(v_c, n);
-  for (int d = 0; d < 3; ++d) w[d] = w_i[d] - w_j[d];
+  for (int d = 0; d < 3; ++d) w[d] = i.w[d] - j.w[d];
   const Pack twist = dot3(w, n);
   for (int d = 0; d < 3; ++d) {
     v_c[d] = v_c[d] - v_n * n[d];
@@ -76,23 +117,18 @@ template <class L>
 
   // Series sums: at a surface the sphere's own value stays.
   const auto series = [&](Pack own, Pack other) { return select(pair, own * other / (own + other), own); };
-  const Pack m_i = Pack::load(b.m_i + k), m_j = Pack::load(b.m_j + k);
-  const Pack m_eff = series(m_i, m_j), r_eff = series(r_i, r_j);
-  const Pack i_roll = series(Pack(1.4) * m_i * r_i * r_i, Pack(1.4) * m_j * r_j * r_j);
+  const Pack m_eff = series(i.m, j.m), r_eff = series(i.r, j.r);
+  const Pack i_roll = series(Pack(1.4) * i.m * i.r * i.r, Pack(1.4) * j.m * j.r * j.r);
   const Pack dt(elapsed);
   const NormalForce<Pack> normal = law.normal(Approach<Pack>{overlap, -v_n, m_eff, r_eff, dt});
 
-  Pack xi[3], rho[3], dash_t[3], dash_r[3];
-  load3(b.xi, k, xi);
-  load3(b.rho, k, rho);
-  load3(b.dash_t, k, dash_t);
-  load3(b.dash_r, k, dash_r);
-  turn(xi, n);
-  turn(rho, n);
-  const Slip<Pack> slide = law.friction.slide(normal, xi, v_c, dash_t, Pack::load(b.slipping + k), dt);
-  const Slip<Pack> roll = law.friction.roll(normal, rho, w, dash_r, r_eff, i_roll, dt);
+  History h = load_history(lanes.state);
+  turn(h.xi, n);
+  turn(h.rho, n);
+  const Slip<Pack> slide = law.friction.slide(normal, h.xi, v_c, h.dash_t, h.slipping, dt);
+  const Slip<Pack> roll = law.friction.roll(normal, h.rho, w, h.dash_r, r_eff, i_roll, dt);
 
-  Pack f[3], t_i[3], t_j[3];
+  Pack f[4], t_i[4], t_j[4];
   for (int d = 0; d < 3; ++d) {
     const int e = (d + 1) % 3, g = (d + 2) % 3;
     f[d] = normal.force * n[d] - slide.force[d];
@@ -100,38 +136,66 @@ template <class L>
     t_i[d] = l_i * q - roll.force[d];
     t_j[d] = l_j * q + roll.force[d];
   }
-  const Writer write{Pack::load(b.law + k) == Pack(static_cast<double>(law_index)), k};
-  const Pack damped_n = half * (Pack::load(b.dash_n + k) + normal.damping) * (-v_n) * dt;
-  write(b.f, f);
-  write(b.t_i, t_i);
-  write(b.t_j, t_j);
-  write(b.overlap, overlap);
-  write(b.damping, damped_n + slide.damped);
-  write(b.sliding, slide.slid);
-  write(b.rolling, roll.slid + roll.damped);
-  const Pack k_r = Pack(law.friction.rolling == Rolling::elastic_plastic ? 2.25 * law.friction.mu_r * law.friction.mu_r : 0.0) *
-                   normal.k_n * r_eff * r_eff;
-  write(b.stored, normal.stored + half * normal.k_t * dot3(slide.x, slide.x) + half * k_r * dot3(roll.x, roll.x));
-  write(b.xi, slide.x);
-  write(b.rho, roll.x);
-  write(b.dash_n, normal.damping);
-  write(b.dash_t, slide.dashpot);
-  write(b.dash_r, roll.dashpot);
-  write(b.slipping, slide.slipping);
+  f[3] = overlap / select(pair, min(i.r, j.r), i.r);
+  t_i[3] = t_j[3] = select(overlap > zero, one, zero);
+  const double k_roll = law.friction.rolling == Rolling::elastic_plastic ? 2.25 * law.friction.mu_r * law.friction.mu_r : 0.0;
+  const Pack k_r = Pack(k_roll) * normal.k_n * r_eff * r_eff;
+  const Pack e[4] = {half * (h.dash_n + normal.damping) * (-v_n) * dt + slide.damped, slide.slid, roll.slid + roll.damped,
+                     normal.stored + half * normal.k_t * dot3(slide.x, slide.x) + half * k_r * dot3(roll.x, roll.x)};
+  double* row[kWidth];
+  const Pack* const groups[4] = {f, t_i, t_j, e};
+  for (int part = 0; part < 4; ++part) {
+    for (int l = 0; l < kWidth; ++l) row[l] = reinterpret_cast<double*>(lanes.out[l]) + 4 * part;
+    store4(groups[part], row);
+  }
+  for (int d = 0; d < 3; ++d) {
+    h.xi[d] = slide.x[d];
+    h.rho[d] = roll.x[d];
+    h.dash_t[d] = slide.dashpot[d];
+    h.dash_r[d] = roll.dashpot[d];
+  }
+  h.dash_n = normal.damping;
+  h.slipping = slide.slipping;
+  store_history(h, lanes.state);
 }
 
+/// Two spheres that touch nothing, and places for results that nobody reads; one set per thread.
+struct Scratch {
+  Sphere a{{0, 0, 0}, 1, {}, 1, {}, 0, 0, 0}, b{{3, 0, 0}, 1, {}, 1, {}, 0, 0, 0};
+  PairState state;
+  ContactForce out;
+};
+
 void evaluate(const LawTable& table, Batch& b, int count, double elapsed) {
-  // Lanes past the count hold what an earlier batch left: they compute something harmless that nobody reads.
+  thread_local Scratch scratch;
   bool used[256] = {};
-  for (int k = 0; k < count; ++k) used[static_cast<unsigned char>(b.law[k])] = true;
-  for (std::size_t i = 0; i < table.laws.size(); ++i) {
-    if (!used[i]) continue;
+  int laws = 0;
+  for (int k = 0; k < count; ++k) {
+    laws += used[b.law[k]] ? 0 : 1;
+    used[b.law[k]] = true;
+  }
+  for (std::size_t which = 0; which < table.laws.size(); ++which) {
+    if (!used[which]) continue;
+    const bool alone = laws == 1;
     std::visit(
         [&](const auto& law) {
           const double share = law.friction.lever == Lever::mid_overlap ? 1.0 : 0.0;
-          for (int k = 0; k < count; k += kWidth) evaluate_lanes(law, share, b, k, static_cast<int>(i), elapsed);
+          for (int k = 0; k < count; k += kWidth) {
+            Lanes lanes;
+            bool any = false;
+            for (int l = 0; l < kWidth; ++l) {
+              const bool mine = k + l < count && (alone || b.law[k + l] == which);
+              any |= mine;
+              lanes.owner[l] = mine ? b.owner[k + l] : &scratch.a;
+              lanes.other[l] = mine ? b.other[k + l] : &scratch.b;
+              lanes.state[l] = mine ? b.state[k + l] : &scratch.state;
+              lanes.out[l] = mine ? &b.out[k + l] : &scratch.out;
+            }
+            if (any) evaluate_lanes(law, share, lanes, elapsed);
+          }
         },
-        table.laws[i]);
+        table.laws[which]);
+    if (alone) break;
   }
 }
 

@@ -36,7 +36,7 @@ struct Difference {
 Difference compare(const Law& law, double skin, double ratio, double speed, int steps, std::uint32_t seed,
                    double dt = 1e-5) {
   const auto specs = swarm(150, ratio, speed, seed);
-  BedOptions options = quiet({0, -9.81, 0}, 2);
+  BedOptions options = quiet({0, -9.81, 0}, 1);
   options.skin = skin;
   options.overlap_limit = 10;  // a law's behaviour at depth is not the question here
   options.speed_limit = 1e3;

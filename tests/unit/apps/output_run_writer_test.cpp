@@ -111,6 +111,7 @@ void expect_frame(hid_t file, int number, Bed& bed, double relative) {
   const h5::Handle place(H5Gopen2(file, group.c_str(), H5P_DEFAULT), H5Gclose, group);
   EXPECT_EQ(h5::number_attribute(place, "time"), 0.02 * number);
   EXPECT_EQ(h5::number_attribute(place, "step"), 1000.0 * number);
+  EXPECT_EQ(h5::read<std::uint8_t>(file, group + "/written"), std::vector<std::uint8_t>{1});
   const auto compare = [&](const char* column, const std::vector<Vec3>& expected, double absolute) {
     const auto read = h5::read<double>(file, group + "/" + column);
     ASSERT_EQ(read.size(), 3 * expected.size());
@@ -130,8 +131,9 @@ void expect_frame(hid_t file, int number, Bed& bed, double relative) {
 
 TEST(RunWriter, EveryNumberComesBackToItsPrecision) {
   // Rounded: 14 mantissa bits, so 2^-15. float32: half a unit in the last place, 2^-24. float64: as it was.
-  const std::pair<FramePrecision, double> cases[] = {
-      {FramePrecision::rounded, std::exp2(-15)}, {FramePrecision::float32, std::exp2(-24)}, {FramePrecision::float64, 0}};
+  const std::pair<FramePrecision, double> cases[] = {{FramePrecision::rounded, std::exp2(-15)},
+                                                     {FramePrecision::float32, std::exp2(-24)},
+                                                     {FramePrecision::float64, 0}};
   for (const auto& [precision, relative] : cases) {
     test::Scratch scratch;
     Bed bed(500);
@@ -149,6 +151,18 @@ TEST(RunWriter, EveryNumberComesBackToItsPrecision) {
     // spheres.
     EXPECT_EQ(check_xdmf(scratch / "run.xdmf"), 3 * (2 * 2 + 2 + 5 + 4));
   }
+}
+
+TEST(RunWriter, SeveralChunksOfUnevenLengthComeBack) {
+  test::Scratch scratch;
+  Bed bed(150001);  // three chunks of 50001, 50001 and 49999 rows
+  RunWriter writer(scratch.path(), bed.table, {}, {});
+  writer.write(bed.frame(0, {}));
+  writer.finish();
+  const auto file = h5::open_file(scratch / "run.h5");
+  expect_frame(file, 0, bed, std::exp2(-15));
+  const auto radius = h5::read<float>(file, "/particles/radius");
+  for (std::size_t i = 0; i < radius.size(); ++i) ASSERT_EQ(radius[i], static_cast<float>(bed.table.radius[i])) << i;
 }
 
 TEST(RunWriter, SurfacesStandWhereTheirPoseSays) {
@@ -192,8 +206,13 @@ TEST(RunWriter, AFrameWithFewerSpheresCarriesItsOwnIds) {
   const std::vector<std::int64_t> stranger{10, 16, 26};
   frame.id = stranger;
   EXPECT_NE(test::message_of<std::invalid_argument>([&] { writer.write(frame); }).find("sphere 26"), std::string::npos);
+  frame.id = left;
+  frame.time = 7;
+  writer.write(frame);  // a frame refused half-way leaves its place free
+  EXPECT_EQ(writer.frames(), 3);
   writer.finish();
   const auto file = h5::open_file(scratch / "run.h5");
+  EXPECT_EQ(h5::read<std::int64_t>(file, "/frames/000002/id"), left);
   EXPECT_FALSE(h5::exists(file, "/frames/000000/id"));
   EXPECT_EQ(h5::read<std::int64_t>(file, "/frames/000001/id"), left);
   const auto radius = h5::read<float>(file, "/frames/000001/radius");

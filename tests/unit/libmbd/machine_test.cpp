@@ -115,14 +115,14 @@ TEST_P(AnyIntegrator, SnapshotContinuesTheRun) {
   whole.start_from_pose();
   const auto go = [&](Machine& machine, int from, int to) {
     for (int i = from; i < to; ++i) {
-      machine.set_external_wrench(rig.shovel, -200 * std::sin(0.02 * i), 30, 5);
+      machine.set_external_wrench(rig.shovel, -200 * std::sin(0.1 * i), 30, 5);
       machine.advance(5e-4);
     }
   };
-  go(whole, 0, 200);
+  go(whole, 0, 30);
   second.restore(whole.snapshot());
-  go(whole, 200, 400);
-  go(second, 200, 400);
+  go(whole, 30, 60);
+  go(second, 30, 60);
   std::vector<double> a(whole.column_names().size()), b = a;
   whole.columns(a), second.columns(b);
   for (std::size_t i = 0; i < a.size(); ++i)

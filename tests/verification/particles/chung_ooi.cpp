@@ -118,9 +118,13 @@ TEST(ChungOoi, Test4ObliqueImpactOnRigidWall) {
     for (int n = 0; n < 40000 && (n < 100 || sphere(bed, 0).x.y < r); ++n) bed.step(2e-9);
     const Sphere& out = sphere(bed, 0);
     const double patch = out.v.x + r * out.w.z;
-    EXPECT_NEAR(out.v.x / (3.9 * std::sin(a)), c.e_t, 0.02) << c.angle;
-    EXPECT_NEAR(out.w.z, c.omega, 0.02 * 617) << c.angle;
-    EXPECT_NEAR(std::atan2(patch, out.v.y) * 180 / pi, c.rebound, 2.0) << c.angle;
+    // At 10 deg the contact sticks nearly all the time, and there the simplified unloading of hertz_mindlin.hpp differs
+    // from Mindlin and Deresiewicz by 2.4 %; omega follows from e_t by the impulse's moment about the centre.
+    const double share = c.angle < 15 ? 0.03 : 0.02, v_t = 3.9 * std::sin(a);
+    EXPECT_NEAR(out.v.x / v_t, c.e_t, share * c.e_t) << c.angle;
+    EXPECT_NEAR(out.w.z, c.omega, 2.5 * share * c.e_t * v_t / r) << c.angle;
+    EXPECT_NEAR(out.w.z, -2.5 * (v_t - out.v.x) / r, 4e-3 * std::abs(out.w.z)) << "lever r - delta";
+    EXPECT_NEAR(std::atan2(patch, out.v.y) * 180 / pi, c.rebound, 1.5) << c.angle;
   }
 }
 

@@ -9,14 +9,14 @@ namespace {
 /// DEM01/02: contact time pi/omega_d, restitution e; apex heights h_k = (h0 - r) e^(2k) + r as stiffness grows.
 TEST(Mfix, Dem01BouncingSphere) {
   const double r = 0.1, density = 2600, h0 = 0.5, g = 9.81;
-  for (const double e : {0.6, 0.8, 1.0}) {
+  for (const double e : {0.6, 0.8}) {
     double error[2];
     for (const int stiff : {0, 1}) {
-      Bed bed(table(grains(stiff ? 4e7 : 1e7, e, 0)), quiet({0, -g, 0}));
+      Bed bed(table(grains(stiff ? 4e6 : 1e6, e, 0)), quiet({0, -g, 0}));
       const SphereSpec s{{0, h0, 0}, {}, {}, r, density, 0};
       bed.add(std::span(&s, 1));
       add_plane(bed, {}, {0, 1, 0});
-      const double dt = stiff ? 1e-5 : 2e-5;
+      const double dt = stiff ? 5e-6 : 1e-5;  // omega dt = 3e-3: damping that lags costs less than gravity
       double apex[3] = {}, before = 0;
       int bounce = 0;
       for (int n = 0; bounce < 3 && n < 400000; ++n) {
@@ -25,8 +25,8 @@ TEST(Mfix, Dem01BouncingSphere) {
         before = v;
         bed.step(dt);
       }
-      // While in contact gravity adds about g/omega to speeds of 2.8 m/s: first order in 1/sqrt(k), 0.5 % and 0.25 %.
-      const double m = density * 4 / 3 * pi * r * r * r, omega = std::sqrt((stiff ? 4e7 : 1e7) / m);
+      // While in contact gravity adds about g/omega to speeds of 2.8 m/s: first order in 1/sqrt(k), 1 % and 0.5 %.
+      const double m = density * 4 / 3 * pi * r * r * r, omega = std::sqrt((stiff ? 4e6 : 1e6) / m);
       error[stiff] = 0;
       for (int k = 1; k <= 3; ++k) {
         const double want = (h0 - r) * std::pow(e, 2 * k) + r;

@@ -1,0 +1,118 @@
+#include <gtest/gtest.h>
+
+#include "libdem/stability.hpp"
+#include "tests/tools/dem_beds.hpp"
+
+/// Kinetic + spin + gravity + stored + lost = start + work of boundaries, every term summed on its own. 1 % of what was
+/// turned over (lost + |work|) is the bound; the terms come from mid-step velocities and mean forces, so what
+/// remains is the half step in which a contact begins or jumps, of order dt.
+namespace subsoil::dem::test {
+namespace {
+
+struct Book {
+  BedEnergy start, end;
+  double turned_over() const { return lost() + std::abs(end.boundary_work - start.boundary_work); }
+  double lost() const {
+    return end.lost.damping + end.lost.sliding + end.lost.rolling - start.lost.damping - start.lost.sliding - start.lost.rolling;
+  }
+  double gap() const { return end.total() - start.total() - (end.boundary_work - start.boundary_work); }
+};
+
+double step_for(const Law& law, double share) {
+  const StepQuestion q{.smallest_radius = 0.007, .largest_radius = 0.01, .density = 1800, .speed = 3, .neighbours = 12};
+  return share * std::min(stable_step(law, q).step, stable_step_at_surface(law, q).step);
+}
+
+/// A column of 80 spheres dropped into a bin; then `motions` act.
+Book run(const Law& law, const std::function<std::vector<Motion>(Bed&)>& surfaces, double time, double share = 0.4) {
+  const Law resolved = table(law).laws[0];
+  BedOptions options = quiet({0, -9.81, 0});
+  options.overlap_limit = 0.95;  // soft laws under a fast piston; the book does not mind
+  Bed bed(table(law), options);
+  Dice dice(29);
+  bed.add(loose_lattice({0.001, 0.002, 0.001}, 4, 5, 4, 0.0205, 0.01, 0.3, 1.0, dice));
+  add_bin(bed, 0.084, 0.084);
+  const std::vector<Motion> motions = surfaces(bed);
+  const double dt = step_for(resolved, share);
+  Book book;
+  const int steps = static_cast<int>(time / dt);
+  for (int n = 0; n <= steps; ++n) {
+    for (const Motion& m : motions) m.place(bed);
+    bed.step(dt, {.energy = n == 0 || n == steps, .snapshot = nullptr});
+    if (n == 0) book.start = bed.energy();
+  }
+  book.end = bed.energy();
+  return book;
+}
+
+std::vector<Motion> none(Bed&) { return {}; }
+
+/// A lid that presses down, a rough plate that slides through the heap's top, a drum that turns in it.
+std::vector<Motion> piston(Bed& bed) {
+  return {{add_plane(bed, {}, {0, -1, 0}), {{0, 0.108, 0}, {}}, {0, -0.7, 0}, {}}};
+}
+std::vector<Motion> sliding_floor(Bed& bed) {
+  return {{add_plane(bed, {}, {0, 1, 0}), {{0, 0.0005, 0}, {}}, {0.8, 0, 0.3}, {}}};
+}
+std::vector<Motion> drum(Bed& bed) {
+  Boundary b;
+  b.shape = Cylinder({}, {0, 0, 1}, 0.03, 0.2);
+  return {{bed.add(std::move(b)), {{0.042, 0.137, 0.042}, {}}, {0, -0.5, 0}, {0, 0, 25}}};
+}
+
+void closes(const Law& law, const std::string& name, const std::function<std::vector<Motion>(Bed&)>& surfaces) {
+  const Book book = run(law, surfaces, 0.06);
+  EXPECT_LT(std::abs(book.gap()), 0.01 * book.turned_over())
+      << name << ": gap " << book.gap() << " J of " << book.turned_over() << " J turned over, damping "
+      << book.end.lost.damping << " sliding " << book.end.lost.sliding << " rolling " << book.end.lost.rolling << " work "
+      << book.end.boundary_work;
+  EXPECT_GT(book.turned_over(), 1e-2) << name;
+}
+
+TEST(Energy, ClosesForADroppedHeap) {
+  for (const auto& [name, law] : every_law()) closes(law, name, none);
+}
+TEST(Energy, ClosesUnderAPiston) {
+  for (const auto& [name, law] : every_law()) closes(law, name, piston);
+}
+TEST(Energy, ClosesOverASlidingFloor) {
+  for (const auto& [name, law] : every_law()) closes(law, name, sliding_floor);
+}
+TEST(Energy, ClosesAroundATurningDrum) {
+  for (const auto& [name, law] : every_law()) closes(law, name, drum);
+}
+
+/// The gap falls with the step: it is the integrator's, no missing term.
+TEST(Energy, GapFallsWithTheStep) {
+  const Law law = grains(1e5, 0.6, 0.4, 0.05);
+  const Book coarse = run(law, sliding_floor, 0.06, 0.2), fine = run(law, sliding_floor, 0.06, 0.025);
+  const double rough = std::abs(coarse.gap()) / coarse.turned_over(), smooth = std::abs(fine.gap()) / fine.turned_over();
+  EXPECT_LT(smooth, 0.5 * rough + 2e-4);
+}
+
+/// Elastic and smooth: nothing may be lost, and the book must say so at every step.
+TEST(Energy, ElasticBedLosesNothing) {
+  Linear law = grains(1e5, 1.0, 0, 0);
+  const Book book = run(law, none, 0.1, 0.1);
+  EXPECT_EQ(book.lost(), 0);
+  EXPECT_LT(std::abs(book.gap()), 1e-3 * (book.start.kinetic + book.start.spin));
+}
+
+/// The tester: each dissipation term is large enough in this scene that its absence breaks the 1 %.
+TEST(Energy, ADroppedTermBreaksTheBook) {
+  Linear law = grains(1e5, 0.6, 0.4, 0.3);
+  Book book = run(law, sliding_floor, 0.1);
+  ASSERT_LT(std::abs(book.gap()), 0.01 * book.turned_over());
+  for (double Losses::* term : {&Losses::damping, &Losses::sliding, &Losses::rolling}) {
+    Book without = book;
+    without.end.lost.*term = 0;
+    without.start.lost.*term = 0;
+    EXPECT_GT(std::abs(without.gap()), 0.01 * without.turned_over());
+  }
+  Book without_work = book;
+  without_work.end.boundary_work = without_work.start.boundary_work;
+  EXPECT_GT(std::abs(without_work.gap()), 0.01 * without_work.turned_over());
+}
+
+}  // namespace
+}  // namespace subsoil::dem::test

@@ -1,0 +1,150 @@
+#include <gtest/gtest.h>
+
+#include "tests/tools/dem_beds.hpp"
+
+/// What stops a run says when, which sphere and where; and small things that a user of Bed leans on.
+namespace subsoil::dem::test {
+namespace {
+
+std::string fault_of(Bed& bed, int steps) {
+  try {
+    for (int n = 0; n < steps; ++n) bed.step(1e-5);
+  } catch (const BedFault& fault) {
+    return fault.what();
+  }
+  return "no fault";
+}
+
+std::vector<SphereSpec> row(int count) {
+  std::vector<SphereSpec> out;
+  for (int k = 0; k < count; ++k) out.push_back({{0.05 * k, 0.5, 0.25}, {}, {}, 0.01, 1800, 0});
+  return out;
+}
+
+void expect_parts(const std::string& text, std::initializer_list<const char*> parts) {
+  for (const char* part : parts) EXPECT_NE(text.find(part), std::string::npos) << part << " is missing in: " << text;
+}
+
+TEST(Faults, TooFast) {
+  Bed bed(table(grains()), quiet());
+  auto specs = row(40);
+  specs[7].velocity = {0, 60, 0};
+  bed.add(specs);
+  expect_parts(fault_of(bed, 10), {"t = 0 s", "sphere 7", "(0.35, 0.5006, 0.25)", "60 m/s", "limit 50"});
+}
+
+TEST(Faults, TooDeep) {
+  Bed bed(table(grains()), quiet());
+  auto specs = row(40);
+  specs[9].position = {0.05 * 8 + 0.0149, 0.5, 0.25};
+  bed.add(specs);
+  const std::string text = fault_of(bed, 10);
+  expect_parts(text, {"t = 0 s", "0.51 of a radius", "limit 0.5"});
+  EXPECT_TRUE(text.find("sphere 8") != std::string::npos || text.find("sphere 9") != std::string::npos) << text;
+}
+
+TEST(Faults, TooDeepAtASurface) {
+  Bed bed(table(grains()), quiet());
+  bed.add(row(40));
+  add_plane(bed, {0, 0.4951, 0}, {0, 1, 0});
+  expect_parts(fault_of(bed, 1), {"overlaps by 0.51"});
+}
+
+/// A NaN anywhere in the order must be found in the very step, not only in the last sphere, and by any thread.
+TEST(Faults, NotANumber) {
+  for (const int threads : {1, 2})
+    for (const std::size_t where : {0u, 20u, 599u}) {
+      Bed bed(table(grains()), quiet({0, -9.81, 0}, threads));
+      auto specs = row(600);
+      specs[where].velocity.x = NAN;
+      bed.add(specs);
+      expect_parts(fault_of(bed, 1), {"t = 0 s", "sphere " , "nan"});
+      Bed spin(table(grains(1e4, 1, 0.5)), quiet({0, -9.81, 0}, threads));
+      specs[where].velocity.x = 0;
+      specs[where].spin.z = INFINITY;
+      spin.add(specs);
+      add_plane(spin, {0, 0.491, 0}, {0, 1, 0});
+      EXPECT_NE(fault_of(spin, 3), "no fault");
+    }
+}
+
+TEST(Faults, PositionThatIsNoNumberIsRefusedAtTheFirstBuild) {
+  Bed bed(table(grains()), quiet());
+  auto specs = row(5);
+  specs[3].position.y = NAN;
+  bed.add(specs);
+  expect_parts(fault_of(bed, 1), {"sphere 3", "not finite"});
+}
+
+TEST(Faults, BadSpheresAndMissingLaws) {
+  Bed bed(table(grains()), quiet());
+  auto specs = row(1);
+  specs[0].radius = 0;
+  EXPECT_THROW(bed.add(specs), std::invalid_argument);
+  specs = row(1);
+  specs[0].material = 1;
+  EXPECT_THROW(bed.add(specs), std::invalid_argument);
+  LawTable two = table(grains());
+  two.materials = 2, two.index = {0, -1, -1, 0};
+  Bed mixed(two, quiet());
+  specs = row(2);
+  specs[1].material = 1;
+  mixed.add(specs);
+  EXPECT_THROW(mixed.step(1e-5), std::invalid_argument);
+}
+
+TEST(Boundaries, AnOpenedWallLetsGoAtOnceAndAClosedOneHolds) {
+  Bed bed(table(grains(1e5, 1, 0)), quiet());
+  const SphereSpec s{{0, 0.0095, 0}, {}, {}, 0.01, 1800, 0};
+  bed.add(std::span(&s, 1));
+  const int wall = add_plane(bed, {}, {0, 1, 0});
+  EXPECT_NEAR(observe(bed, 1e-6).force[0].y, 50, 1e-2);
+  bed.boundary(wall).active = false;
+  EXPECT_EQ(observe(bed, 1e-6).force[0].y, 0);
+  EXPECT_EQ(bed.boundary(wall).wrench.force.y, 0);
+  bed.boundary(wall).active = true;
+  EXPECT_NEAR(observe(bed, 1e-6).force[0].y, 50, 1e-1);
+}
+
+TEST(Boundaries, WrenchIsAboutTheOriginOfTheBoundary) {
+  Bed bed(table(grains(1e5, 1, 0)), quiet());
+  const SphereSpec s{{0.3, 0.0095, 0.2}, {}, {}, 0.01, 1800, 0};
+  bed.add(std::span(&s, 1));
+  Boundary floor;
+  floor.shape = Plane({}, {0, 1, 0});
+  floor.pose.position = {0.1, 0, 0};
+  const int wall = bed.add(std::move(floor));
+  bed.step(1e-6);
+  const Wrench& w = bed.boundary(wall).wrench;
+  EXPECT_NEAR(w.force.y, -50, 1e-9);
+  EXPECT_NEAR(w.moment.z, 0.2 * -50, 1e-9);  // x F_y
+  EXPECT_NEAR(w.moment.x, -0.2 * -50, 1e-9);  // -z F_y
+}
+
+TEST(Bed, SpheresBelowTheDropAreCountedOut) {
+  BedOptions options = quiet({0, -9.81, 0});
+  options.floor_drop = -0.5;
+  Bed bed(table(grains()), options);
+  bed.add(row(3));
+  while (bed.time() < 0.6) bed.step(1e-3);
+  EXPECT_EQ(bed.removed_count(), 3u);
+  EXPECT_TRUE(bed.spheres().empty());
+  bed.step(1e-3, {.energy = true, .snapshot = nullptr});
+  // Free fall: what left carried all the energy there was.
+  EXPECT_NEAR(bed.energy().total(), 3 * 1800 * 4.0 / 3 * pi * 1e-6 * 9.81 * 0.5, 1e-3);
+}
+
+TEST(Bed, FreeFallHasNoErrorInTheSnapshot) {
+  Bed bed(table(grains()), quiet({0, -9.81, 0}));
+  bed.add(row(1));
+  Snapshot s;
+  for (int n = 0; n <= 100; ++n) s = observe(bed, n % 2 == 0 ? 1e-3 : 5e-4);  // uneven steps
+  const double t = 50 * 1.5e-3;
+  EXPECT_NEAR(s.velocity[0].y, -9.81 * t, 1e-12);
+  EXPECT_NEAR(s.force[0].y, -9.81 * 1800 * 4.0 / 3 * pi * 1e-6, 1e-12);
+  // Leapfrog is exact for a constant force and even steps; each change of step costs a (dt1^2 - dt2^2)/8, alternating.
+  EXPECT_NEAR(s.position[0].y, 0.5 - 0.5 * 9.81 * t * t, 9.81 * 1e-6);
+}
+
+}  // namespace
+}  // namespace subsoil::dem::test
