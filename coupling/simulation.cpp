@@ -21,6 +21,7 @@ Simulation::Simulation(dem::Bed* bed, mbd::Machine* machine, std::vector<BodySur
   window_.resize(bodies);
   acceleration_.resize(bodies);
   time_ = bed_ != nullptr ? bed_->time() : machine_->time();
+  take_accelerations();
   place_surfaces();
 }
 
@@ -28,14 +29,27 @@ double Simulation::time() const { return time_; }
 
 dem::Pose Simulation::surface_pose(int boundary) const {
   for (const BodySurface& s : surfaces_)
-    if (s.boundary == boundary) return pose_of(machine_->body(s.body));
+    if (s.boundary == boundary) return pose_of(ahead(s.body));
   for (const GivenMotion& m : motions_)
     if (m.boundary == boundary) return m.pose(time_);
   return bed_->boundary(boundary).pose;
 }
 
+/// Where a body is at t_{n+1}: as the machine has it at a window's end, carried on with its velocity and acceleration of
+/// the window's start inside.
+mbd::BodyState Simulation::ahead(int body) const {
+  const mbd::BodyState& now = machine_->body(body);
+  if (in_window_ == 0) return now;
+  const auto& a = acceleration_[static_cast<std::size_t>(body)];
+  const double t = in_window_ * options_.soil_step, q = 0.5 * t * t;
+  return {{now.r.x + now.v.x * t + a[0] * q, now.r.y + now.v.y * t + a[1] * q},
+          now.angle + now.spin * t + a[2] * q,
+          {now.v.x + a[0] * t, now.v.y + a[1] * t},
+          now.spin + a[2] * t};
+}
+
 void Simulation::place(dem::Boundary& boundary, const dem::Pose& pose, const dem::Vec3& velocity, const dem::Vec3& spin) {
-  if (placed_) {
+  if (stepped_) {
     // What the surface really did since the last step; its own velocity only tells the first step.
     const double dt = options_.soil_step;
     boundary.velocity = (pose.position - boundary.pose.position) * (1 / dt);
@@ -51,18 +65,13 @@ void Simulation::place(dem::Boundary& boundary, const dem::Pose& pose, const dem
 
 void Simulation::place_surfaces() {
   if (bed_ == nullptr) return;
-  const double ahead = in_window_ * options_.soil_step;
   for (const BodySurface& s : surfaces_) {
-    const mbd::BodyState& now = machine_->body(s.body);
-    const auto& a = acceleration_[static_cast<std::size_t>(s.body)];
-    const double q = 0.5 * ahead * ahead;
-    const mbd::BodyState body({now.r.x + now.v.x * ahead + a[0] * q, now.r.y + now.v.y * ahead + a[1] * q},
-                              now.angle + now.spin * ahead + a[2] * q, now.v, now.spin);
-    place(bed_->boundary(s.boundary), pose_of(body), {now.v.x, now.v.y, 0}, {0, 0, now.spin});
+    const mbd::BodyState body = ahead(s.body);
+    place(bed_->boundary(s.boundary), pose_of(body), {body.v.x, body.v.y, 0}, {0, 0, body.spin});
   }
   for (const GivenMotion& m : motions_) {
     dem::Boundary& b = bed_->boundary(m.boundary);
-    if (placed_) {
+    if (stepped_) {
       place(b, m.pose(time_), {}, {});
       continue;
     }
@@ -72,7 +81,13 @@ void Simulation::place_surfaces() {
     place(b, now, (after.position - before.position) * (1 / dt),
           dem::Vec3{turn.x, turn.y, turn.z} * ((turn.w < 0 ? -2.0 : 2.0) / dt));
   }
-  placed_ = true;
+}
+
+void Simulation::take_accelerations() {
+  if (machine_ == nullptr) return;
+  const auto& a = machine_->integrator().state().acceleration;
+  for (std::size_t i = 1; i < acceleration_.size(); ++i)
+    for (std::size_t d = 0; d < 3; ++d) acceleration_[i][d] = a(static_cast<Eigen::Index>(3 * (i - 1) + d));
 }
 
 void Simulation::gather(double share) {
@@ -86,16 +101,12 @@ void Simulation::gather(double share) {
 }
 
 void Simulation::advance_machine() {
-  const int bodies = machine_->system().bodies();
   for (const BodySurface& s : surfaces_) {
     const dem::Wrench& w = window_[static_cast<std::size_t>(s.body)];
     machine_->set_external_wrench(s.body, w.force.x, w.force.y, w.moment.z);
   }
   machine_->advance(bed_ != nullptr ? options_.soil_step * options_.soil_steps : options_.machine_step);
-  const auto& a = machine_->integrator().state().acceleration;
-  for (int i = 1; i < bodies; ++i)
-    for (int d = 0; d < 3; ++d)
-      acceleration_[static_cast<std::size_t>(i)][static_cast<std::size_t>(d)] = a(3 * (i - 1) + d);
+  take_accelerations();
   for (dem::Wrench& w : window_) w = {};
 }
 
@@ -107,6 +118,7 @@ void Simulation::step(const dem::Bed::Request& request) {
   }
   place_surfaces();
   bed_->step(options_.soil_step, request);
+  stepped_ = true;
   time_ = bed_->time();
   gather(1.0 / options_.soil_steps);
   if (++in_window_ < options_.soil_steps) return;
@@ -123,7 +135,7 @@ InterfaceWork Simulation::interface_work() const {
 }
 
 std::vector<double> Simulation::save() const {
-  std::vector<double> out{static_cast<double>(in_window_)};
+  std::vector<double> out{static_cast<double>(in_window_), stepped_ ? 1.0 : 0.0};
   for (const dem::Wrench& w : window_)
     out.insert(out.end(), {w.force.x, w.force.y, w.force.z, w.moment.x, w.moment.y, w.moment.z});
   for (const auto& a : acceleration_) out.insert(out.end(), a.begin(), a.end());
@@ -131,9 +143,10 @@ std::vector<double> Simulation::save() const {
 }
 
 void Simulation::restore(const std::vector<double>& state) {
-  if (state.size() != 1 + 9 * window_.size()) throw std::invalid_argument("restart: the state has another machine");
+  if (state.size() != 2 + 9 * window_.size()) throw std::invalid_argument("restart: the state has another machine");
   const double* at = state.data();
   in_window_ = static_cast<int>(*at++);
+  stepped_ = *at++ != 0;
   for (dem::Wrench& w : window_) {
     w = {{at[0], at[1], at[2]}, {at[3], at[4], at[5]}};
     at += 6;
@@ -141,11 +154,9 @@ void Simulation::restore(const std::vector<double>& state) {
   for (auto& a : acceleration_)
     for (double& x : a) x = *at++;
   time_ = bed_ != nullptr ? bed_->time() : machine_->time();
-  // Poses of the step before came back with the bed's boundaries; velocities follow from them.
-  if (bed_ != nullptr) {
-    for (const BodySurface& s : surfaces_) bed_->boundary(s.boundary).pose = bed_->boundary(s.boundary).pose_before;
-    for (const GivenMotion& m : motions_) bed_->boundary(m.boundary).pose = bed_->boundary(m.boundary).pose_before;
-  }
+  // Poses of the step before came back with the bed's boundaries, where the next step's velocities look for them; a run
+  // saved before its first step has none.
+  if (!stepped_) place_surfaces();
 }
 
 }  // namespace subsoil::coupling

@@ -69,9 +69,11 @@ class Simulation {
   void restore(const std::vector<double>& state);
 
  private:
+  mbd::BodyState ahead(int body) const;
   void place(dem::Boundary& boundary, const dem::Pose& pose, const dem::Vec3& velocity, const dem::Vec3& spin);
   void place_surfaces();
   void gather(double share);
+  void take_accelerations();
   void advance_machine();
 
   dem::Bed* bed_;
@@ -82,9 +84,8 @@ class Simulation {
   std::vector<dem::Wrench> soil_on_body_, window_;  ///< per body; window: sum of shares
   std::vector<std::array<double, 3>> acceleration_;  ///< of bodies at the window's start
   int in_window_ = 0;
-  long steps_ = 0;
   double time_ = 0;
-  bool placed_ = false;
+  bool stepped_ = false;  ///< the bed's boundaries stand where the step before had them
 };
 
 /// Pose of a planar body in the world of the bed: plane z = 0, turned about z.

@@ -20,6 +20,14 @@ void Bed::Impl::update_laws() {
   for (const Law& law : laws.laws) law_reach.push_back(std::visit([](const auto& l) { return l.reach(); }, law));
 }
 
+int Bed::Impl::only_law() const {
+  if (spheres.empty()) return -1;
+  const std::uint16_t first = spheres.front().material;
+  for (const Sphere& s : spheres)
+    if (s.material != first) return -1;
+  return laws.of(first, first);
+}
+
 Bed::Bed(LawTable laws, BedOptions options) : impl_(std::make_unique<Impl>(std::move(laws), std::move(options))) {}
 Bed::~Bed() = default;
 Bed::Bed(Bed&&) noexcept = default;

@@ -77,8 +77,8 @@ struct Worker {
 };
 
 struct TileSums {
-  Four lost{};  ///< running: damping, sliding, rolling; the last is not used
-  double kinetic = 0, spin = 0, gravity = 0, stored = 0, half_step_kinetic = 0;
+  Four lost{};  ///< damping, sliding, rolling: running; stored: of the last step
+  double kinetic = 0, spin = 0, gravity = 0, half_step_kinetic = 0;
 };
 
 inline Losses losses_of(const Four& e) { return {e[0], e[1], e[2]}; }
@@ -103,6 +103,7 @@ struct Bed::Impl {
 
   // validity of the lists
   bool stale = true;
+  int single_law = -1;  ///< only_law() when the lists were built
   double skin = 0;
   double moved = 0;  ///< bound on any sphere's path since the lists were built, m
   std::vector<Pose> listed_pose;
@@ -146,6 +147,8 @@ struct Bed::Impl {
   void sum_up(double dt, const Request& request);
   void check_faults() const;
 
+  /// The one law between all spheres, or -1: then the inner loop need not look it up.
+  int only_law() const;
   double reach(int law) const { return law_reach[static_cast<std::size_t>(law)]; }
   void update_laws();
 };

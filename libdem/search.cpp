@@ -346,6 +346,7 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
         boundary_radius[b] = std::max(boundary_radius[b], norm(s.x - boundaries[b].pose.position) + s.r + skin);
     }
   }
+  single_law = only_law();
   moved = 0;
   stale = false;
   ++rebuilds;

@@ -61,8 +61,7 @@ class ChunkRun {
     const Vec3 n = boundary_.pose.attitude.rotate(c.normal);
     lane.point = s.x - n * c.distance;
     const Vec3 v = boundary_.velocity + cross(boundary_.spin, lane.point - boundary_.pose.position);
-    // A centre on or behind the surface: an overlap of a whole radius, which the limits report.
-    fill(s, law, n * std::max(c.distance, 1e-9 * s.r), v, state);
+    fill(s, law, n, c.distance, v, state);
     lane_[lanes_++] = lane;
   }
 
@@ -70,15 +69,16 @@ class ChunkRun {
     // Just out of the law's reach, where it drops its springs and books them; with the true velocity, since the dashpots
     // still worked over half of this step.
     const Vec3 n = boundary_.pose.attitude.rotate(normal);
-    const Vec3 arm = n * ((s.r + bed_.reach(law)) * (1 + 1e-9));
-    const Vec3 v = boundary_.velocity + cross(boundary_.spin, s.x - arm - boundary_.pose.position);
-    fill(s, law, arm, s.v - v, state);
+    const double distance = (s.r + bed_.reach(law)) * (1 + 1e-9);
+    const Vec3 v = boundary_.velocity + cross(boundary_.spin, s.x - n * distance - boundary_.pose.position);
+    fill(s, law, n, distance, v, state);
     lane_[lanes_++] = {&e, -1, {}};
   }
 
-  /// The surface as a partner record: its point, no radius, its velocity there.
-  void fill(const Sphere& s, int law, const Vec3& r, const Vec3& v, const PairState& state) {
-    points_[lanes_] = {s.x - r, 0, v, s.m, boundary_.spin, 0, 0, 0};
+  /// The surface as a partner record (Batch::other), `distance` from the centre along n; negative: behind the surface.
+  void fill(const Sphere& s, int law, const Vec3& n, double distance, const Vec3& v, const PairState& state) {
+    const double behind = 2 * s.r;
+    points_[lanes_] = {s.x - n * std::max(distance + behind, 1e-9 * s.r), -behind, v, s.m, boundary_.spin, 0, 0, 0};
     states_[lanes_] = state;
     batch_.owner[lanes_] = &s;
     batch_.other[lanes_] = &points_[lanes_];

@@ -69,33 +69,51 @@ class Sweep {
     w_.extremes = {};
     for (std::uint32_t tile = w_.begin / kTile; tile * kTile < w_.end; ++tile) clear(bed_.tiles[tile]);
     receive_borders(me);
-    std::size_t border = 0;
-    for (std::uint32_t i = w_.begin; i < w_.end; ++i) {
-      const Sphere& s = bed_.spheres[i];
-      for (std::uint32_t p = bed_.pairs.start[i]; p < bed_.pairs.start[i + 1]; ++p) {
-        const std::uint32_t j = bed_.pairs.other[p];
-        if (j >= w_.end) {
+    if (const int law = bed_.single_law; law >= 0)
+      walk([law](const Sphere&, const Sphere&) { return law; });
+    else
+      walk([this](const Sphere& a, const Sphere& b) { return bed_.laws.of(a.material, b.material); });
+    flush(w_.end);
+  }
+
+ private:
+  /// Collects the contacts of each owner in turn. Pointers are locals: the byte stores to `live` may alias anything, and
+  /// members would be read again after each of them.
+  template <class LawOf>
+  void walk(LawOf law_of) {
+    const Sphere* const spheres = bed_.spheres.data();
+    const std::uint32_t* const start = bed_.pairs.start.data();
+    const std::uint32_t* const others = bed_.pairs.other.data();
+    PairState* const states = bed_.pairs.state.data();
+    std::uint8_t* const live = bed_.pairs.live.data();
+    const double* const reach = bed_.law_reach.data();
+    const std::uint32_t end = w_.end;
+    std::size_t border = 0, in_reach_count = 0;
+    for (std::uint32_t i = w_.begin; i < end; ++i) {
+      const Sphere& s = spheres[i];
+      for (std::uint32_t p = start[i], last = start[i + 1]; p < last; ++p) {
+        const std::uint32_t j = others[p];
+        if (j >= end) {
           add_border(border++, i);
           continue;
         }
-        const Sphere& o = bed_.spheres[j];
+        const Sphere& o = spheres[j];
         const Vec3 d = s.x - o.x;
-        const int law = bed_.laws.of(s.material, o.material);
-        const double limit = s.r + o.r + bed_.reach(law);
-        const bool in_reach = dot(d, d) < limit * limit;
-        if (!in_reach && !bed_.pairs.live[p]) continue;
-        load_pair(w_.batch, lanes_, s, o, law, bed_.pairs.state[p], bed_.pairs.live[p]);
-        bed_.pairs.live[p] = in_reach;
-        w_.extremes.pairs += in_reach;
+        const int law = law_of(s, o);
+        const double limit = s.r + o.r + reach[law];
+        const bool in_reach = dot(d, d) < limit * limit, was = live[p] != 0;
+        if (!in_reach && !was) continue;
+        load_pair(w_.batch, lanes_, s, o, law, states[p], was);
+        live[p] = in_reach;
+        in_reach_count += in_reach;
         queue_[queued_++] = {i, j, &w_.batch.out[lanes_++]};
         if (lanes_ == Batch::lanes || queued_ == kQueue) flush(i);
       }
       if (i + 1 - done_ >= kTile) flush(i + 1);
     }
-    flush(w_.end);
+    w_.extremes.pairs += in_reach_count;
   }
 
- private:
   /// A contact in its place in the order of additions; its force comes from the batch or from the border list.
   struct Queued {
     std::uint32_t owner, other;
@@ -104,7 +122,10 @@ class Sweep {
   static constexpr int kQueue = 2 * Batch::lanes;
   static constexpr std::uint32_t kElsewhere = ~std::uint32_t{0};
 
-  static void clear(TileSums& t) { t = {.lost = t.lost}; }
+  static void clear(TileSums& t) {
+    t = {.lost = t.lost};
+    t.lost[3] = 0;
+  }
 
   void add_border(std::size_t index, std::uint32_t owner) {
     const BorderContact& c = w_.border[index];
@@ -136,22 +157,40 @@ class Sweep {
 
   void flush(std::uint32_t complete) {
     if (lanes_ > 0) bed_.kernel.evaluate(bed_.laws, w_.batch, lanes_, bed_.dt_before);
+    // The owner's sum stays in registers while its contacts follow each other; no contact of its own is among its others.
+    std::uint32_t owner = kElsewhere;
+    Four f{}, t{}, e{};
+    double deepest = w_.extremes.overlap;
+    const auto put_back = [&] {
+      if (owner == kElsewhere) return;
+      Accumulator& a = at(owner);
+      a.f = f;
+      a.t = t;
+      TileSums& tile = bed_.tiles[owner / kTile];
+      tile.lost = e;
+    };
     for (int k = 0; k < queued_; ++k) {
       const ContactForce& c = *queue_[k].force;
-      const std::uint32_t i = queue_[k].owner;
-      Accumulator& own = accumulator(i);
-      own.f += c.f;
-      own.t += c.t_i;
+      if (queue_[k].owner != owner) {
+        put_back();
+        owner = queue_[k].owner;
+        const Accumulator& a = accumulator(owner);
+        f = a.f;
+        t = a.t;
+        e = bed_.tiles[owner / kTile].lost;
+      }
+      f += c.f;
+      t += c.t_i;
+      e += c.e;
       if (queue_[k].other != kElsewhere) {
         Accumulator& other = accumulator(queue_[k].other);
         other.f -= c.f;
         other.t += c.t_j;
       }
-      TileSums& tile = bed_.tiles[i / kTile];
-      tile.lost += c.e;
-      tile.stored += c.e[3];
-      if (exceeds(c.f[3], w_.extremes.overlap)) w_.extremes.overlap = c.f[3], w_.extremes.deepest = i;
+      if (exceeds(c.f[3], deepest)) deepest = c.f[3], w_.extremes.deepest = owner;
     }
+    put_back();
+    w_.extremes.overlap = deepest;
     lanes_ = queued_ = 0;
     for (; done_ < complete; ++done_) move(done_);
   }
@@ -265,7 +304,7 @@ void Bed::Impl::sum_up(double dt, const Request& request) {
       energy.kinetic += t.kinetic;
       energy.spin += t.spin;
       energy.gravity += t.gravity;
-      energy.stored += t.stored;
+      energy.stored += t.lost[3];
       energy.lost += losses_of(t.lost);
     }
     for (const SurfaceChunk& c : chunks) energy.stored += c.stored, energy.lost += c.lost;

@@ -53,7 +53,8 @@ struct LawTable {
 struct Batch {
   static constexpr int lanes = 32;
   const Sphere* owner[lanes];
-  /// The partner; of a surface a record made up for it: x the contact point, r = 0, v and w the surface's there.
+  /// The partner; of a surface a record made up for it: v and w the surface's at the contact point, r = -2 r_i and x
+  /// as far behind the surface as |r| says, so that |x_i - x_j| stays positive for a centre behind the surface.
   const Sphere* other[lanes];
   PairState* state[lanes];  ///< in and out; all zero for a contact without history
   unsigned char law[lanes];

@@ -95,7 +95,8 @@ template <class L>
   for (int d = 0; d < 3; ++d) n[d] = i.x[d] - j.x[d], v[d] = i.v[d] - j.v[d];
   const Pack distance = sqrt(dot3(n, n)), inv_distance = one / distance;
   for (int d = 0; d < 3; ++d) n[d] = n[d] * inv_distance;
-  const Pack overlap = i.r + j.r - distance;
+  // A surface comes with its radius negative: see Batch::other.
+  const Pack overlap = i.r + max(j.r, -j.r) - distance;
   // Contact point in the middle of the overlap between spheres (share 1/2), on the surface at a boundary (share 1).
   const auto pair = j.r > zero;
   const Pack sink = Pack(share) * overlap;

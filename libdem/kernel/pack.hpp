@@ -125,16 +125,31 @@ inline void store4(const Pack* in, double* const* row) {
 
 /// Two floats that share the place of a double in each lane.
 inline void split(Pack both_floats, Pack& low, Pack& high) {
+#if defined(__AVX512F__)
+  // GCC 12 takes vector conversions between 32 and 64 bits apart lane by lane.
+  const __m512i bits = _mm512_castpd_si512(__m512d(both_floats.v));
+  const __m256 a = _mm256_castsi256_ps(_mm512_maskz_cvtepi64_epi32(0xFF, bits));
+  const __m256 b = _mm256_castsi256_ps(_mm512_maskz_cvtepi64_epi32(0xFF, _mm512_maskz_srli_epi64(0xFF, bits, 32)));
+  low = Pack(PackData(_mm512_maskz_cvtps_pd(0xFF, a)));
+  high = Pack(PackData(_mm512_maskz_cvtps_pd(0xFF, b)));
+#else
   const PackWords words = reinterpret_cast<PackWords>(both_floats.v);
   const PackHalves a = __builtin_convertvector(words, PackHalves), b = __builtin_convertvector(words >> 32, PackHalves);
   low = Pack(__builtin_convertvector(reinterpret_cast<PackFloats>(a), PackData));
   high = Pack(__builtin_convertvector(reinterpret_cast<PackFloats>(b), PackData));
+#endif
 }
 inline Pack join(Pack low, Pack high) {
+#if defined(__AVX512F__)
+  const __m512i a = _mm512_maskz_cvtepu32_epi64(0xFF, _mm256_castps_si256(_mm512_maskz_cvtpd_ps(0xFF, __m512d(low.v))));
+  const __m512i b = _mm512_maskz_cvtepu32_epi64(0xFF, _mm256_castps_si256(_mm512_maskz_cvtpd_ps(0xFF, __m512d(high.v))));
+  return Pack(PackData(_mm512_castsi512_pd(_mm512_or_si512(a, _mm512_maskz_slli_epi64(0xFF, b, 32)))));
+#else
   const PackFloats a = __builtin_convertvector(low.v, PackFloats), b = __builtin_convertvector(high.v, PackFloats);
   const PackWords words = __builtin_convertvector(reinterpret_cast<PackHalves>(a), PackWords) |
                           (__builtin_convertvector(reinterpret_cast<PackHalves>(b), PackWords) << 32);
   return Pack(reinterpret_cast<PackData>(words));
+#endif
 }
 
 }  // namespace SUBSOIL_ISA

@@ -13,7 +13,8 @@ struct Book {
   BedEnergy start, end;
   double turned_over() const { return lost() + std::abs(end.boundary_work - start.boundary_work); }
   double lost() const {
-    return end.lost.damping + end.lost.sliding + end.lost.rolling - start.lost.damping - start.lost.sliding - start.lost.rolling;
+    return end.lost.damping + end.lost.sliding + end.lost.rolling - start.lost.damping - start.lost.sliding -
+           start.lost.rolling;
   }
   double gap() const { return end.total() - start.total() - (end.boundary_work - start.boundary_work); }
 };
@@ -64,8 +65,8 @@ void closes(const Law& law, const std::string& name, const std::function<std::ve
   const Book book = run(law, surfaces, 0.06);
   EXPECT_LT(std::abs(book.gap()), 0.01 * book.turned_over())
       << name << ": gap " << book.gap() << " J of " << book.turned_over() << " J turned over, damping "
-      << book.end.lost.damping << " sliding " << book.end.lost.sliding << " rolling " << book.end.lost.rolling << " work "
-      << book.end.boundary_work;
+      << book.end.lost.damping << " sliding " << book.end.lost.sliding << " rolling " << book.end.lost.rolling
+      << " work " << book.end.boundary_work;
   EXPECT_GT(book.turned_over(), 1e-2) << name;
 }
 
@@ -86,7 +87,8 @@ TEST(Energy, ClosesAroundATurningDrum) {
 TEST(Energy, GapFallsWithTheStep) {
   const Law law = grains(1e5, 0.6, 0.4, 0.05);
   const Book coarse = run(law, sliding_floor, 0.06, 0.2), fine = run(law, sliding_floor, 0.06, 0.025);
-  const double rough = std::abs(coarse.gap()) / coarse.turned_over(), smooth = std::abs(fine.gap()) / fine.turned_over();
+  const double rough = std::abs(coarse.gap()) / coarse.turned_over(),
+               smooth = std::abs(fine.gap()) / fine.turned_over();
   EXPECT_LT(smooth, 0.5 * rough + 2e-4);
 }
 
@@ -103,7 +105,7 @@ TEST(Energy, ADroppedTermBreaksTheBook) {
   Linear law = grains(1e5, 0.6, 0.4, 0.3);
   Book book = run(law, sliding_floor, 0.1);
   ASSERT_LT(std::abs(book.gap()), 0.01 * book.turned_over());
-  for (double Losses::* term : {&Losses::damping, &Losses::sliding, &Losses::rolling}) {
+  for (double Losses::*term : {&Losses::damping, &Losses::sliding, &Losses::rolling}) {
     Book without = book;
     without.end.lost.*term = 0;
     without.start.lost.*term = 0;

@@ -8,7 +8,8 @@ namespace {
 
 std::vector<Plane> walls() { return {Plane({0, 2e-3, 0}, {0.1, 1, 0}), Plane({0.15, 0, 0}, {-1, 0, 0.2})}; }
 
-/// Fast spheres of radius 4 to 4 x `ratio` mm thrown about in a box; heavy ones, so that 10 us are stable for every law.
+/// Fast spheres of radius 4 to 4 x `ratio` mm thrown about in a box; heavy ones, so that 10 us are stable for every
+/// law.
 std::vector<SphereSpec> swarm(int count, double ratio, double speed, std::uint32_t seed) {
   Dice dice(seed);
   std::vector<SphereSpec> out;

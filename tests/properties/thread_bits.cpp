@@ -4,8 +4,8 @@
 #include "tests/tools/dem_beds.hpp"
 
 /// Same bits for 1, 2, 3 and 8 threads: positions, velocities, spins, energies, wrenches. Beds of several thousand
-/// spheres so that many tiles of 256 exist; one long and thin, so that thread borders cross contacts everywhere, and one
-/// with so few tiles that a thread's partners belong to threads further on.
+/// spheres so that many tiles of 256 exist; one long and thin, so that thread borders cross contacts everywhere, and
+/// one with so few tiles that a thread's partners belong to threads further on.
 namespace subsoil::dem::test {
 namespace {
 
@@ -25,7 +25,8 @@ struct Scene {
 LawTable three_materials(const Law& law) {
   LawTable t;
   t.materials = 3;
-  t.laws = {table(law).laws[0], table(soil()).laws[0], table(grains(5e4)).laws[0], table(elastic(1e7, .3, .6, .3)).laws[0]};
+  t.laws = {table(law).laws[0], table(soil()).laws[0], table(grains(5e4)).laws[0],
+            table(elastic(1e7, .3, .6, .3)).laws[0]};
   t.index = {0, 1, 2, 1, 3, 0, 2, 0, 0};
   return t;
 }
@@ -53,12 +54,9 @@ Fingerprint run(const Law& law, const Scene& scene, int threads) {
     bed.step(2e-5, {.energy = n + 1 == scene.steps, .snapshot = nullptr});
   }
   const BedEnergy& e = bed.energy();
-  return {hash(bed),
-          e.lost.damping + 3 * e.lost.sliding + 7 * e.lost.rolling,
-          e.stored,
-          e.kinetic + e.spin,
-          e.boundary_work,
-          bed.boundary(pull.boundary).wrench.force.x + bed.boundary(turn.boundary).wrench.moment.z,
+  return {hash(bed),       e.lost.damping + 3 * e.lost.sliding + 7 * e.lost.rolling,
+          e.stored,        e.kinetic + e.spin,
+          e.boundary_work, bed.boundary(pull.boundary).wrench.force.x + bed.boundary(turn.boundary).wrench.moment.z,
           bed.rebuilds()};
 }
 
@@ -68,7 +66,8 @@ void same_bits(const Scene& scene) {
     EXPECT_GT(one.rebuilds, 2) << name;
     EXPECT_NE(one.lost, 0) << name;
     EXPECT_NE(one.wrench, 0) << name;
-    for (const int threads : {2, 3, 8}) EXPECT_TRUE(run(law, scene, threads) == one) << name << ", " << threads << " threads";
+    for (const int threads : {2, 3, 8})
+      EXPECT_TRUE(run(law, scene, threads) == one) << name << ", " << threads << " threads";
   }
 }
 

@@ -62,9 +62,8 @@ inline std::vector<std::pair<std::string, Law>> every_law() {
   Linear constant = grains();
   constant.friction.rolling = Rolling::constant_torque;
   constant.friction.mu_d = 0.3;
-  return {{"wet", soil()},           {"wet, all bands", all_bands}, {"wet, D < 0", gap},
-          {"linear", grains()},      {"linear, constant torque", constant},
-          {"hertz-mindlin", hertz}};
+  return {{"wet", soil()},      {"wet, all bands", all_bands},         {"wet, D < 0", gap},
+          {"linear", grains()}, {"linear, constant torque", constant}, {"hertz-mindlin", hertz}};
 }
 
 inline BedOptions quiet(const Vec3& gravity = {}, int threads = 1) {
@@ -106,7 +105,9 @@ inline std::uint64_t hash(const Bed& bed) {
 class Dice {
  public:
   explicit Dice(std::uint32_t seed) : engine_(seed) {}
-  double between(double low, double high) { return low + (high - low) * (static_cast<double>(engine_()) / 4294967296.0); }
+  double between(double low, double high) {
+    return low + (high - low) * (static_cast<double>(engine_()) / 4294967296.0);
+  }
   Vec3 in_box(const Vec3& a, const Vec3& b) {
     const double x = between(a.x, b.x), y = between(a.y, b.y), z = between(a.z, b.z);
     return {x, y, z};

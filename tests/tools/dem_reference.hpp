@@ -14,7 +14,7 @@ struct History {
 };
 
 struct ContactResult {
-  Vec3 force;       ///< on i
+  Vec3 force;  ///< on i
   Vec3 torque_i, torque_j;
 };
 
@@ -148,7 +148,8 @@ class ReferenceBed {
       wall_history_.erase({i, p});
       return;
     }
-    const auto c = contact(law, planes[p].normal(), distance, {a.v, a.w, a.r, a.m}, {{}, {}, 0, 0}, wall_history_[{i, p}]);
+    const auto c =
+        contact(law, planes[p].normal(), distance, {a.v, a.w, a.r, a.m}, {{}, {}, 0, 0}, wall_history_[{i, p}]);
     force[i] += c.force;
     torque[i] += c.torque_i;
   }

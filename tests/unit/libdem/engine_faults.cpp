@@ -58,7 +58,7 @@ TEST(Faults, NotANumber) {
       auto specs = row(600);
       specs[where].velocity.x = NAN;
       bed.add(specs);
-      expect_parts(fault_of(bed, 1), {"t = 0 s", "sphere " , "nan"});
+      expect_parts(fault_of(bed, 1), {"t = 0 s", "sphere ", "nan"});
       Bed spin(table(grains(1e4, 1, 0.5)), quiet({0, -9.81, 0}, threads));
       specs[where].velocity.x = 0;
       specs[where].spin.z = INFINITY;
@@ -117,7 +117,7 @@ TEST(Boundaries, WrenchIsAboutTheOriginOfTheBoundary) {
   bed.step(1e-6);
   const Wrench& w = bed.boundary(wall).wrench;
   EXPECT_NEAR(w.force.y, -50, 1e-9);
-  EXPECT_NEAR(w.moment.z, 0.2 * -50, 1e-9);  // x F_y
+  EXPECT_NEAR(w.moment.z, 0.2 * -50, 1e-9);   // x F_y
   EXPECT_NEAR(w.moment.x, -0.2 * -50, 1e-9);  // -z F_y
 }
 

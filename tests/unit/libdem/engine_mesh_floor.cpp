@@ -70,8 +70,7 @@ TEST(MeshFloor, AttractionAcrossAGapIsThePlanes) {
   }
 }
 
-/// Over the edge of a box: the analytic shape of an edge is a line; as a very thin cylinder it is one of radius epsilon.
-/// Forces on a static grid of centres around the edge against the distance to the quarter space, in closed form.
+/// Centres on a grid around the edge of a box: the force is that of the distance to the quarter space, in closed form.
 TEST(MeshEdge, ForceFieldOfABoxEdge) {
   Wet law = soil();
   const MeshSurface box(box_mesh({1, 1, 1}, {-0.5, -0.5, 0}));  // edge along z at x = y = 0
@@ -93,9 +92,7 @@ TEST(MeshEdge, ForceFieldOfABoxEdge) {
     }
 }
 
-/// Rolling off the edge with friction: near the edge the box is the union of plane and a round edge of no radius; a
-/// cylinder of 1 um with a plane is not the same solid, so the oracle is the angular momentum about the edge: a sphere
-/// pinned by attraction pivots over the edge under no force but the contact's, whose line passes through the edge.
+/// A cohesive sphere rolls off the top and pivots round the edge: one contact all the way, face, edge, face.
 TEST(MeshEdge, OneContactWhileRoundingTheEdge) {
   Wet law = soil();
   law.friction.mu_r = 0;
@@ -108,7 +105,6 @@ TEST(MeshEdge, OneContactWhileRoundingTheEdge) {
     const Snapshot now = observe(bed, 1e-5);
     most = std::max(most, now.contacts[0]);
     turned = std::max(turned, std::atan2(now.position[0].x, now.position[0].y));
-    // No torque but the contact's through the edge: m x^v + I w about the edge is kept once the edge is the contact.
   }
   EXPECT_EQ(most, 1);
   EXPECT_GT(turned, 0.3) << "it must go round";

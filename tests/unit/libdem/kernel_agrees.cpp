@@ -66,15 +66,18 @@ TEST(Kernels, AgreeWithTheScalarContact) {
         r.put(0, c, 0);
         const double dt = trial % 5 == 0 ? 0 : 1e-5;
         kernel.evaluate(laws, r.batch, 1, dt);
-        const ContactResult want = std::visit(
-            [&](const auto& l) { return reference_contact(l, c.n, c.distance, c.i, c.j, dt, c.history); }, laws.laws[0]);
+        const ContactResult want =
+            std::visit([&](const auto& l) { return reference_contact(l, c.n, c.distance, c.i, c.j, dt, c.history); },
+                       laws.laws[0]);
         const ContactForce& got = r.batch.out[0];
-        // Forces of up to 1 kN from terms no larger; overlaps are differences of 1e-2 m: relative error 1e-16 x 1e-2/1e-5.
+        // Forces of up to 1 kN from terms no larger; overlaps are differences of 1e-2 m: relative error 1e-16 x
+        // 1e-2/1e-5.
         const double scale = 1e-9 * (norm(want.force) + 1e-3), overlap = c.i.r + c.j.r - c.distance;
         EXPECT_LT(norm(want.force - first_three(got.f)), scale) << kernel.name << name << trial;
         EXPECT_LT(norm(want.torque_i - first_three(got.t_i)), 0.02 * scale) << kernel.name << name << trial;
         EXPECT_LT(norm(want.torque_j - first_three(got.t_j)), 0.02 * scale) << kernel.name << name << trial;
-        EXPECT_LT(norm(c.history.xi - vector(r.state[0].xi)), 1e-9 * (norm(c.history.xi) + 1e-6)) << kernel.name << name;
+        EXPECT_LT(norm(c.history.xi - vector(r.state[0].xi)), 1e-9 * (norm(c.history.xi) + 1e-6))
+            << kernel.name << name;
         EXPECT_NEAR(got.f[3], overlap / (wall ? c.i.r : std::min(c.i.r, c.j.r)), 1e-12) << kernel.name << name;
         EXPECT_EQ(got.t_i[3], overlap > 0 ? 1 : 0);
       }

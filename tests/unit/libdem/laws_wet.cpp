@@ -18,8 +18,7 @@ double curve(const Wet& w, double overlap) {
   if (overlap <= corners[0].overlap) return 0;
   for (int k = 0; k < 3; ++k) {
     const Corner &a = corners[k], &b = corners[k + 1];
-    if (overlap <= b.overlap)
-      return a.force + (b.force - a.force) * (overlap - a.overlap) / (b.overlap - a.overlap);
+    if (overlap <= b.overlap) return a.force + (b.force - a.force) * (overlap - a.overlap) / (b.overlap - a.overlap);
   }
   return NAN;
 }

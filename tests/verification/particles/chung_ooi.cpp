@@ -62,7 +62,8 @@ TEST(ChungOoi, Test1TwoSpheresHeadOn) {
     const std::vector<SphereSpec> pair{{{-0.010001, 0, 0}, {10, 0, 0}, {}, r, c.density, 0},
                                        {{0.010001, 0, 0}, {-10, 0, 0}, {}, r, c.density, 0}};
     bed.add(pair);
-    const Impact got = measure(bed, 2e-8, [&](const Snapshot& s) { return 2 * r - norm(s.position[0] - s.position[1]); });
+    const Impact got =
+        measure(bed, 2e-8, [&](const Snapshot& s) { return 2 * r - norm(s.position[0] - s.position[1]); });
     const double e_eff = c.young / (2 * (1 - c.poisson * c.poisson));
     expect_close(got, hertz(e_eff, r / 2, m / 2, 20), c.printed);
   }
@@ -106,7 +107,7 @@ TEST(ChungOoi, Test3RestitutionOutIsRestitutionIn) {
 TEST(ChungOoi, Test4ObliqueImpactOnRigidWall) {
   struct {
     double angle, e_t, omega, rebound;
-  } const cases[] = {{10, .687, -213, -1.6}, {20, .616, -511, -7.5},  {30, .684, -617, -3.5},
+  } const cases[] = {{10, .687, -213, -1.6}, {20, .616, -511, -7.5}, {30, .684, -617, -3.5},
                      {40, .781, -545, 11.6}, {60, .893, -357, 47.8}, {80, .966, -126, 78.7}};
   for (const auto& c : cases) {
     HertzMindlin law = against_rigid(380e9, .23, .98, .092);

@@ -89,7 +89,8 @@ TEST(Mfix, Dem03TwoStackedSpheres) {
       for (int i = 0; i < 4; ++i) a[static_cast<std::size_t>(i)] += h * b[static_cast<std::size_t>(i)];
       return a;
     };
-    const State k1 = slope(s), k2 = slope(plus(s, k1, dt / 2)), k3 = slope(plus(s, k2, dt / 2)), k4 = slope(plus(s, k3, dt));
+    const State k1 = slope(s), k2 = slope(plus(s, k1, dt / 2)), k3 = slope(plus(s, k2, dt / 2)),
+                k4 = slope(plus(s, k3, dt));
     s = plus(plus(plus(plus(s, k1, dt / 6), k2, dt / 3), k3, dt / 3), k4, dt / 6);
     bed.step(dt);
     worst = std::max({worst, std::abs(sphere(bed, 0).x.y - s[0]), std::abs(sphere(bed, 1).x.y - s[1])});

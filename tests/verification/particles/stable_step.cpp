@@ -4,7 +4,8 @@
 #include "tests/tools/dem_beds.hpp"
 
 /// The stable step by experiment: a small random disturbance of a bed at rest either stays or grows. The limit found by
-/// bisection must lie above stable_step (safe side; bisection stops within 2 %, hence 0.98) and within the stated factor.
+/// bisection must lie above stable_step (safe side; bisection stops within 2 %, hence 0.98) and within the stated
+/// factor.
 namespace subsoil::dem::test {
 namespace {
 
@@ -23,7 +24,8 @@ double growth(const Law& law, const std::vector<SphereSpec>& rest, double dt) {
   const auto apart = [&] {
     double sum = 0;
     for (std::size_t i = 0; i < specs.size(); ++i) {
-      const Vec3 v = still.spheres()[i].v - disturbed.spheres()[i].v, w = still.spheres()[i].w - disturbed.spheres()[i].w;
+      const Vec3 v = still.spheres()[i].v - disturbed.spheres()[i].v,
+                 w = still.spheres()[i].w - disturbed.spheres()[i].w;
       sum += dot(v, v) + 0.4e-4 * dot(w, w);
     }
     return std::sqrt(sum);
@@ -54,7 +56,9 @@ double measured_limit(const Law& law, const std::vector<SphereSpec>& rest, doubl
 constexpr double kR = 0.01, kDensity = 1800;
 
 StableStep predicted(const Law& law, int neighbours) {
-  return stable_step(table(law).laws[0], {.smallest_radius = kR, .largest_radius = kR, .density = kDensity, .speed = 0.1, .neighbours = neighbours});
+  return stable_step(
+      table(law).laws[0],
+      {.smallest_radius = kR, .largest_radius = kR, .density = kDensity, .speed = 0.1, .neighbours = neighbours});
 }
 
 std::vector<SphereSpec> cubic(int n, double pitch) {
@@ -104,7 +108,8 @@ void check(const Named& c, const char* packing, const std::vector<SphereSpec>& r
 
 TEST(StableStep, Pair) {
   for (const Named& c : laws())
-    check(c, "pair", {{{0, 0, 0}, {}, {}, kR, kDensity, 0}, {{2 * kR - c.overlap, 0, 0}, {}, {}, kR, kDensity, 0}}, 1, 1.1);
+    check(c, "pair", {{{0, 0, 0}, {}, {}, kR, kDensity, 0}, {{2 * kR - c.overlap, 0, 0}, {}, {}, kR, kDensity, 0}}, 1,
+          1.1);
 }
 
 /// Free lattices push themselves apart by stress, slowly against the few hundred steps of a trial.
@@ -138,8 +143,11 @@ TEST(StableStep, CornerOfSurfaces) {
       }
       return false;
     };
-    const double limit = stable_step_at_surface(table(c.law).laws[0], {.smallest_radius = kR, .largest_radius = kR,
-                                                .density = kDensity, .speed = 0.1, .neighbours = 12}).step;
+    const double limit =
+        stable_step_at_surface(
+            table(c.law).laws[0],
+            {.smallest_radius = kR, .largest_radius = kR, .density = kDensity, .speed = 0.1, .neighbours = 12})
+            .step;
     EXPECT_FALSE(diverges(0.95 * limit)) << c.name;
     EXPECT_TRUE(diverges(1.5 * limit)) << c.name;
   }
@@ -153,7 +161,8 @@ TEST(StableStep, OneModeIsMarginalAtTheLimit) {
       const auto spectral_radius = [&](double dt) {
         // (v, x) -> (v - dt(a x + b v), x + dt v'): trace 2 - a dt^2 - b dt, determinant 1 - b dt.
         const double trace = 2 - a * dt * dt - b * dt, det = 1 - b * dt, d = trace * trace / 4 - det;
-        return d < 0 ? std::sqrt(det) : std::max(std::abs(trace / 2 + std::sqrt(d)), std::abs(trace / 2 - std::sqrt(d)));
+        return d < 0 ? std::sqrt(det)
+                     : std::max(std::abs(trace / 2 + std::sqrt(d)), std::abs(trace / 2 - std::sqrt(d)));
       };
       const double limit = stable_step_of_mode(a, b);
       EXPECT_LE(spectral_radius(0.999 * limit), 1 + 1e-12);
