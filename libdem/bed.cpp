@@ -36,6 +36,8 @@ void Bed::add(std::span<const SphereSpec> spheres) {
   impl_->fold_losses();
   for (const SphereSpec& in : spheres) {
     const double m = in.density * 4.0 / 3.0 * M_PI * in.radius * in.radius * in.radius;
+    if (!std::isfinite(dot(in.position, in.position) + dot(in.velocity, in.velocity) + dot(in.spin, in.spin)))
+      throw std::invalid_argument("sphere " + std::to_string(impl_->next_id) + ": position, velocity and spin must be finite");
     if (!(in.radius > 0) || !(m > 0))
       throw std::invalid_argument("sphere " + std::to_string(impl_->next_id) + ": radius and density must be positive");
     if (in.material < 0 || in.material >= impl_->laws.materials)
@@ -68,6 +70,7 @@ std::size_t Bed::touching_pairs() const { return impl_->extremes.pairs; }
 
 void Bed::step(double dt, const Request& request) {
   Impl& d = *impl_;
+  if (!(dt > 0)) throw std::invalid_argument("the step of the bed must be positive");
   if (!d.lists_hold()) d.rebuild();
   d.run_sweep(dt, request);
   d.sum_up(dt, request);

@@ -83,6 +83,9 @@ void Bed::restore(const State& in) {
   if (in.scalars.size() != 8 + 14 * d.boundaries.size())
     throw std::invalid_argument("restart: the state has other surfaces than the scenario; use the scenario it was written from");
   const std::size_t count = in.ids.size() / 2;
+  if (in.spheres.size() != 11 * count || in.pairs.size() != kPairNumbers * (in.pair_ids.size() / 2) ||
+      in.surfaces.size() != (3 + kPairNumbers) * (in.surface_ids.size() / 2))
+    throw std::invalid_argument("restart: the arrays of the state do not belong together; the file is damaged");
   d.spheres.clear();
   std::map<std::uint32_t, std::uint32_t> index;
   d.next_id = 0;

@@ -281,7 +281,11 @@ void SoilBuilder::finish() {
     const Vec3 up{0, world_.container_shift, 0};
     bed.shift(up);
     for (const SurfaceRecord& s : world_.surfaces)
-      if (s.owner == SurfaceRecord::Owner::container) bed.boundary(s.boundary).pose.position += up;
+      if (s.owner == SurfaceRecord::Owner::container) {
+        dem::Boundary& wall = bed.boundary(s.boundary);
+        wall.pose.position += up;
+        wall.pose_before = wall.pose;  // a change of datum is no motion that does work
+      }
     world_.soil.surface_mean = *soil.surface;
   }
   if (has_bed() && has_spheres && options_.settle && options_.place_soil) save();

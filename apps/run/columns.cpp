@@ -9,6 +9,11 @@ dem::Wrench wrench_at_reference(const dem::Boundary& boundary, const Vec3& refer
   return dem::about(boundary.wrench, boundary.pose.position, boundary.pose.to_world(reference));
 }
 
+namespace {
+/// A boundary that a given motion moves: its place stands in the series, as a body's does.
+bool on_path(const SurfaceRecord& s) { return s.owner == SurfaceRecord::Owner::given && s.moves; }
+}  // namespace
+
 std::size_t Columns::add(const std::string& name, const std::string& unit) {
   columns_.push_back({name, unit});
   mean_.push_back(unit == "N" || unit == "N m");
@@ -36,6 +41,10 @@ Columns::Columns(const Loaded& loaded, World& world, coupling::Simulation& simul
     for (const int body : tool_bodies_) add_wrench(world.machine->system().body_name(body) + ".soil");
     surface_first_ = columns_.size();
     for (const SurfaceRecord& s : world.surfaces) add_wrench(s.name);
+    path_first_ = columns_.size();
+    for (const SurfaceRecord& s : world.surfaces)
+      if (on_path(s))
+        for (const char* c : {".x", ".y", ".z"}) add(s.name + c, "m");
     if (world.machine) {
       draft_ = static_cast<int>(add("soil.draft", "N"));
       summarised_.push_back(static_cast<std::size_t>(draft_));
@@ -123,6 +132,12 @@ void Columns::take_instant(std::span<double> row) {
     for (std::size_t i = 0; i < machine_values_.size(); ++i)
       if (!is_mean(machine_first_ + i)) row[machine_first_ + i] = machine_values_[i];
   }
+  std::size_t at = path_first_;
+  for (const SurfaceRecord& s : world_.surfaces)
+    if (on_path(s)) {
+      const Vec3 place = simulation_.surface_pose(s.boundary).position;
+      for (int d = 0; d < 3; ++d) row[at++] = place[d];
+    }
   take_watches(row, false);
 }
 

@@ -144,9 +144,12 @@ class Runner {
     };
     for (const SurfaceRecord& r : world_.surfaces) {
       const dem::Boundary& b = world_.bed->boundary(r.boundary);
+      if (!b.active) continue;  // an opened wall is not there
+      shown_.push_back(r.boundary);
       add(r.name, drawing_of(b.shape, 1.0), r.moves, b.pose);
     }
     for (const DrawnSurface& d : world_.drawn) add(d.name, d.mesh, true, {});
+    if (table.id.empty() && surfaces.empty()) return;  // a machine without surfaces: nothing to draw
     RunOptions options;
     options.precision = s_.output.precision == Precision::full ? FramePrecision::float64 : FramePrecision::rounded;
     options.columns.clear();
@@ -204,6 +207,7 @@ class Runner {
       for (std::size_t c = 0; c < summarised.size(); ++c) summarised[c] = step_values[columns_->summarised()[c]];
       summary_->sample(t + dt, dt, summarised);
       first = false;
+      if (world_.bed) deepest_ = std::max(deepest_, world_.bed->max_overlap());
       ++steps_;
       if (live_.due()) live_.show(live_text(row));
     }
@@ -221,12 +225,13 @@ class Runner {
 
   std::vector<dem::Pose> surface_poses() const {
     std::vector<dem::Pose> poses;
-    for (const SurfaceRecord& r : world_.surfaces) poses.push_back(simulation_.surface_pose(r.boundary));
+    for (const int boundary : shown_) poses.push_back(simulation_.surface_pose(boundary));
     for (const DrawnSurface& d : world_.drawn) poses.push_back(coupling::pose_of(world_.machine->body(d.body)));
     return poses;
   }
 
   void write_frame(double t, const std::vector<dem::Pose>& poses) {
+    if (!frames_) return;
     Frame frame;
     frame.time = t;
     frame.step = steps_;
@@ -315,7 +320,7 @@ class Runner {
     r["simulated [s]"] = simulation_.time() - (code == exit_failed ? 0 : simulation_.step_length());
     r["wall time [s]"] = live_.elapsed();
     r["steps"] = steps_;
-    r["frames"] = frames_->frames();
+    r["frames"] = frames_ ? frames_->frames() : 0;
     if (world_.machine) r["machine step [s]"] = world_.step.machine_step;
     if (!world_.bed) return;
     r["instruction set"] = world_.bed->kernel_name();
@@ -324,6 +329,7 @@ class Runner {
     r["soil step over stable step"] = world_.step.soil_step / world_.step.limit.step;
     r["stable step set by"] = world_.step.limit.cause;
     r["neighbour builds"] = world_.bed->rebuilds();
+    r["largest overlap [share of a radius]"] = deepest_;
     r["particle-steps per second"] =
         static_cast<double>(world_.bed->spheres().size()) * static_cast<double>(steps_) / live_.elapsed();
     auto& b = summary_->section("soil");
@@ -353,7 +359,7 @@ class Runner {
   void finish(int code) {
     live_.close();
     series_->flush();
-    frames_->finish();
+    if (frames_) frames_->finish();
     if (window_pending_) summary_->warn("the tool never reached steady work: no means; set output.window to take some");
     write_run_section(code);
     write_energy();
@@ -380,9 +386,11 @@ class Runner {
   dem::Snapshot snapshot_;
   LiveLine live_;
   std::string failure_;
+  std::vector<int> shown_;  ///< boundaries that frames hold, in their order
   std::size_t particles_ = 0;
   double frame_every_ = 0, start_time_ = 0;
   double bed_start_ = 0, bed_gravity_start_ = 0, machine_potential_start_ = 0;
+  double deepest_ = 0;
   long steps_ = 0;
   bool window_pending_ = false;
 };

@@ -252,7 +252,7 @@ void describe(V& v, Time& t) {
   v.quantity_or("soil step", t.soil_step, "auto", "s", "(0, inf)",
                 "auto: from the stiffest contact; a step above the "
                 "stable limit is refused");
-  v.quantity("safety", t.safety, "1", "(0, 1]", "the automatic step over the stable limit");
+  v.quantity("safety", t.safety, "1", "(0, 1)", "the automatic step over the stable limit");
   v.section("machine", t.machine, "integration of the machine");
   v.count("threads", t.threads, "[0, 1024]", "0: as many as there are; results do not depend on it");
 }
@@ -289,7 +289,7 @@ void describe(V& v, Output& o) {
 
 template <class V>
 void describe(V& v, Limits& l) {
-  v.quantity("overlap", l.overlap, "1", "(0, 1]", "share of a radius; a deeper contact stops the run");
+  v.quantity("overlap", l.overlap, "1", "(0, 2]", "share of a radius; a deeper contact stops the run");
   v.quantity("speed", l.speed, "m/s", "(0, inf)", "a faster sphere stops the run");
 }
 

@@ -240,7 +240,7 @@ struct MachineTime {
 struct Time {
   double end = required;
   std::optional<double> soil_step;  // empty: auto
-  double safety = 0.5;              // auto step / critical step
+  double safety = 0.8;              // auto step / stable step (a bound on the safe side)
   MachineTime machine;
   long threads = 0;  // 0: all cores
 };

@@ -41,8 +41,10 @@ struct Records {
   Batch batch;
 
   void put(int k, const Case& c, int law) {
-    owner[k] = {c.distance * c.n, c.i.r, c.i.v, c.i.m, c.i.w, 0, 0, 0};
-    other[k] = {{}, c.j.r, c.j.v, c.j.m, c.j.w, 1, 0, 0};
+    // A surface stands behind itself by its negative radius (Batch::other), so that a deep centre keeps its normal.
+    const double behind = c.j.r > 0 ? 0 : 2 * c.i.r;
+    owner[k] = {(c.distance + behind) * c.n, c.i.r, c.i.v, c.i.m, c.i.w, 0, 0, 0};
+    other[k] = {{}, c.j.r - behind, c.j.v, c.j.m, c.j.w, 1, 0, 0};
     state[k] = {};
     for (int d = 0; d < 3; ++d) state[k].xi[d] = c.history.xi[d], state[k].rho[d] = c.history.rho[d];
     state[k].slipping = c.history.slipping ? 1 : 0;

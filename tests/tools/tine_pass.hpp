@@ -1,0 +1,178 @@
+#pragma once
+#include <memory>
+#include <utility>
+
+#include "coupling/simulation.hpp"
+#include "libdem/bed/placement.hpp"
+#include "libdem/bed/settle.hpp"
+#include "libdem/geometry/mesh_builders.hpp"
+#include "libdem/stability.hpp"
+
+/// A small pass through the coupling: about 900 spheres of wet soil, a 40 mm wide tine 60 mm deep, towed at 0.5 m/s.
+namespace subsoil::coupling::test {
+
+struct TineSetup {
+  std::uint64_t seed = 1;
+  double mu = 0.5;
+  double attraction = 1;  ///< factor on K_B of all pairs
+  bool sprung = false;    ///< the tine hangs on a spring behind the towed trolley, else it is the trolley
+  double settle = 0.2;    ///< s
+};
+
+/// Energy of bed, machine and what is between them, J, since the pass began.
+struct TineEnergy {
+  double bed = 0, machine = 0, interface = 0;  ///< closures, each 0 in a perfect book
+  double put_in = 0;                           ///< work of the driver, and of gravity on the soil
+  dem::Losses lost;
+  double closure() const { return bed + machine + interface; }
+};
+
+class TinePass {
+ public:
+  static constexpr double speed = 0.5, depth = 0.06, width = 0.04;
+
+  explicit TinePass(const TineSetup& setup) : setup_(setup), bed_(laws(), options()) {
+    make_bed();
+    make_machine();
+    simulation_ = std::make_unique<Simulation>(&bed_, machine_.get(), std::vector<BodySurface>{{tine_, surface_}},
+                                               std::vector<GivenMotion>{}, SimulationOptions{.soil_step = step_});
+  }
+
+  /// Runs until the tine's front has travelled this far into the soil, m; the draft's mean counts from `from` on.
+  void run(double from, double until) {
+    double sum = 0;
+    long count = 0;
+    momentum_before_ = momentum();
+    const long steps = std::lround((until + clearance_) / speed / step_), first = std::lround((from + clearance_) / speed / step_);
+    for (long n = 0; n <= steps; ++n) {
+      simulation_->step({.energy = n == 0 || n == steps, .snapshot = nullptr});
+      if (n == 0) start_energy();
+      for (int b = 0; b < bed_.boundary_count(); ++b) impulse_ -= bed_.boundary(b).wrench.force * step_;
+      if (n < first) continue;
+      sum -= simulation_->soil_on_body(tine_).force.x;
+      ++count;
+    }
+    draft_ = sum / static_cast<double>(count);
+    elapsed_ = static_cast<double>(steps + 1) * step_;
+  }
+
+  double draft() const { return draft_; }  ///< N, mean over the window
+  double step() const { return step_; }
+  std::size_t spheres() const { return bed_.spheres().size(); }
+  const mbd::Machine& machine() const { return *machine_; }
+
+  TineEnergy energy() const {
+    const dem::BedEnergy& b = bed_.energy();
+    const mbd::EnergyBook m = machine_->energy();
+    TineEnergy e;
+    e.bed = (b.total() - b.boundary_work) - bed_start_;
+    e.machine = m.balance();
+    e.interface = simulation_->interface_work().error();
+    e.put_in = std::abs(m.driver_work) + std::abs(b.gravity - gravity_start_);
+    e.lost = b.lost;
+    return e;
+  }
+
+  /// What is left of Newton's law for the whole bed: change of momentum - impulse of surfaces and gravity, N s.
+  dem::Vec3 impulse_gap() const {
+    dem::Vec3 weight;
+    for (const dem::Sphere& s : bed_.spheres()) weight += bed_.options().gravity * s.m;
+    return momentum() - momentum_before_ - impulse_ - weight * elapsed_;
+  }
+  dem::Vec3 impulse() const { return impulse_; }  ///< of all surfaces on the spheres, N s
+
+ private:
+  static constexpr double clearance_ = 0.005;  ///< m between tine and soil at the start
+  static constexpr double length_ = 0.27, height_ = 0.108, breadth_ = 0.18;
+
+  dem::LawTable laws() const {
+    dem::Wet soil;
+    soil.K_X = 10000, soil.C_X = 20, soil.K_Y = 8000, soil.C_Y = 20, soil.K_B = 7000 * setup_.attraction;
+    soil.dc = soil.dB = 2e-3;
+    soil.friction.mu = setup_.mu, soil.friction.mu_r = 0.3;
+    dem::Wet steel = soil;
+    steel.K_X = 16000, steel.K_Y = 12000, steel.K_B = 3000 * setup_.attraction;
+    return {.materials = 2, .index = {0, 1, 1, 1}, .laws = {soil.resolved(), steel.resolved()}};
+  }
+
+  static dem::BedOptions options() {
+    dem::BedOptions o;
+    o.threads = 1;
+    return o;
+  }
+
+  void add_wall(const dem::Vec3& point, const dem::Vec3& normal) {
+    dem::Boundary b;
+    b.shape = dem::Plane(point, normal);
+    b.material = 1;
+    entry_wall_ = bed_.add(std::move(b));
+  }
+
+  void make_bed() {
+    const dem::Bounds region{{0, 0, -breadth_ / 2}, {length_, height_, breadth_ / 2}};
+    dem::LatticePlan plan{.region = region, .radius = dem::EqualRadius{0.01}, .jitter = 0.3, .seed = setup_.seed};
+    plan.floor_overlap = 2e-3;
+    bed_.add(dem::rest_lattice(plan, 2e-3, {.density = 1800, .material = 0}));
+    add_wall({}, {0, 1, 0});
+    add_wall({0, 0, -breadth_ / 2}, {0, 0, 1});
+    add_wall({0, 0, breadth_ / 2}, {0, 0, -1});
+    add_wall({length_, 0, 0}, {-1, 0, 0});
+    add_wall({}, {1, 0, 0});
+    const dem::StepQuestion question{.smallest_radius = 0.01, .largest_radius = 0.01, .density = 1800, .speed = 1, .neighbours = 12};
+    const dem::LawTable table = laws();
+    step_ = 0.8 * std::min(dem::stable_step(table.laws[0], question).step,
+                           dem::stable_step_at_surface(table.laws[1], question).step);
+    dem::SettlePlan settle;
+    settle.step = step_, settle.duration = setup_.settle, settle.staged = true;
+    dem::settle(bed_, table, settle, region);
+    bed_.boundary(entry_wall_).active = false;
+    bed_.surfaces_changed();
+    bed_.freeze();
+    bed_.set_time(0);
+    surface_height_ = dem::surface_height(bed_.spheres(), region).mean;
+    // A share raked 45 deg ahead of an upright shank, tip 0.1 m below the body's centre.
+    const dem::Point2 outline[] = {{0.055, -0.1}, {0.015, -0.06}, {0.015, 0.1}, {-0.015, 0.1}, {-0.015, -0.085}};
+    dem::Boundary tine;
+    tine.shape = dem::MeshSurface(dem::extruded_mesh(outline, width));
+    tine.material = 1;
+    surface_ = bed_.add(std::move(tine));
+  }
+
+  void make_machine() {
+    const double x = -clearance_ - 0.055, y = surface_height_ - depth + 0.1;
+    mbd::Model m;
+    tine_ = m.add({.name = "tine", .mass = 5, .inertia = 0.05, .pose = {x, y, 0}, .velocity = {speed, 0, 0}});
+    int towed = tine_;
+    if (setup_.sprung) {
+      towed = m.add({.name = "trolley", .mass = 50, .inertia = 1, .pose = {x + 0.3, y, 0}, .velocity = {speed, 0, 0}});
+      m.add("spring", mbd::SpringDamper{.body_a = tine_, .body_b = towed, .stiffness = 2e4, .damping = 60});
+      m.add("slide", mbd::Translational{.body_a = towed, .body_b = tine_});
+    }
+    m.add("rail", mbd::Translational{.body_a = mbd::ground, .body_b = towed, .p_a = {0, y}});
+    m.add("tow", mbd::CoordinateDriver{.body = towed, .motion = {.velocity = speed}});
+    machine_ = std::make_unique<mbd::Machine>(m);
+    machine_->start_from_pose();
+  }
+
+  void start_energy() {
+    const dem::BedEnergy& b = bed_.energy();
+    bed_start_ = b.total() - b.boundary_work;
+    gravity_start_ = b.gravity;
+  }
+
+  dem::Vec3 momentum() const {
+    dem::Vec3 p;
+    for (const dem::Sphere& s : bed_.spheres()) p += s.m * s.v;
+    return p;
+  }
+
+  TineSetup setup_;
+  dem::Bed bed_;
+  std::unique_ptr<mbd::Machine> machine_;
+  std::unique_ptr<Simulation> simulation_;
+  int entry_wall_ = 0, surface_ = 0, tine_ = 0;
+  double step_ = 0, surface_height_ = 0, bed_start_ = 0, gravity_start_ = 0, draft_ = 0, elapsed_ = 0;
+  dem::Vec3 momentum_before_, impulse_;
+};
+
+}  // namespace subsoil::coupling::test
