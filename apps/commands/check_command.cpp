@@ -8,8 +8,8 @@
 
 #include "apps/build/world.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/output/run_writer.hpp"
 #include "apps/run/columns.hpp"
+#include "apps/run/frames.hpp"
 #include "apps/run/live_line.hpp"
 #include "apps/scenario/load.hpp"
 
@@ -39,14 +39,8 @@ FrameSize frame_size(const Scenario& s, const dem::Snapshot& shot) {
       table.density.push_back(0);
       table.material.push_back(0);
     }
-    RunOptions options;
-    options.precision = s.output.precision == Precision::full ? FramePrecision::float64 : FramePrecision::rounded;
-    options.columns.clear();
-    for (const Column c : s.output.columns) options.columns.insert(column_names[static_cast<std::size_t>(c)]);
-    if (s.output.region) options.region = FrameBox{s.output.region->at, s.output.region->at + s.output.region->size};
-    options.compression = static_cast<int>(s.output.compression);
     {
-      RunWriter writer(dir, std::move(table), {}, options);
+      RunWriter writer(dir, std::move(table), {}, frame_options(s));
       for (int k = 0; k < count; ++k) {
         Frame frame;
         frame.time = k;
@@ -114,7 +108,7 @@ Trial try_out(const Loaded& loaded, World& world) {
   const double dt = simulation.step_length();
   trial.cost.steps = std::lround(s.time.end / dt);
   trial.settling = settling_time(s, world);
-  const double every = s.output.every ? *s.output.every : s.output.at.empty() ? s.time.end / 200 : 0;
+  const double every = frame_interval(s);
   trial.cost.frames = (every > 0 ? std::lround(s.time.end / every) + 1 : 1) + static_cast<long>(s.output.at.size());
   const Clock::time_point writing = Clock::now();
   const FrameSize frame = frame_size(s, shot);

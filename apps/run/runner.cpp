@@ -7,12 +7,11 @@
 #include <csignal>
 #include <memory>
 
-#include "apps/build/shapes.hpp"
 #include "apps/build/world.hpp"
 #include "apps/output/atomic_file.hpp"
-#include "apps/output/run_writer.hpp"
 #include "apps/output/summary.hpp"
 #include "apps/run/columns.hpp"
+#include "apps/run/frames.hpp"
 #include "apps/run/live_line.hpp"
 #include "apps/run/restart.hpp"
 #include "apps/run/tool.hpp"
@@ -100,7 +99,7 @@ class Runner {
     for (const std::size_t c : columns_->summarised()) summarised.push_back(columns_->list()[c]);
     summary_ = std::make_unique<Summary>(summarised);
     set_fixed_window();
-    open_frames();
+    frames_ = std::make_unique<FrameOutput>(request_.out, s_, world_, simulation_);
   }
 
   void set_fixed_window() {
@@ -118,57 +117,12 @@ class Runner {
         summary_->share_of(r.name + ".Fx", "soil.draft", start_time_, std::max(entry, start_time_ + world_.step.soil_step));
   }
 
-  void open_frames() {
-    ParticleTable table;
-    for (const Material& m : s_.materials) table.material_names.push_back(m.name);
-    if (world_.bed) {
-      std::vector<const dem::Sphere*> by_id;
-      for (const dem::Sphere& sphere : world_.bed->spheres()) by_id.push_back(&sphere);
-      std::sort(by_id.begin(), by_id.end(), [](const auto* a, const auto* b) { return a->id < b->id; });
-      for (const dem::Sphere* sphere : by_id) {
-        table.id.push_back(sphere->id);
-        table.radius.push_back(sphere->r);
-        table.density.push_back(sphere->m / (4.0 / 3.0 * M_PI * std::pow(sphere->r, 3)));
-        table.material.push_back(sphere->material);
-      }
-      particles_ = table.id.size();
-    }
-    std::vector<OutputSurface> surfaces;
-    const auto add = [&](const std::string& name, const dem::TriangleMesh& mesh, bool moves, const dem::Pose& pose) {
-      OutputSurface out{name, mesh.vertices(), {}, moves};
-      if (!moves)
-        for (Vec3& v : out.vertices) v = pose.to_world(v);
-      for (const dem::Triangle& t : mesh.triangles())
-        out.triangles.push_back({static_cast<int>(t[0]), static_cast<int>(t[1]), static_cast<int>(t[2])});
-      surfaces.push_back(std::move(out));
-    };
-    for (const SurfaceRecord& r : world_.surfaces) {
-      const dem::Boundary& b = world_.bed->boundary(r.boundary);
-      if (!b.active) continue;  // an opened wall is not there
-      shown_.push_back(r.boundary);
-      add(r.name, drawing_of(b.shape, 1.0), r.moves, b.pose);
-    }
-    for (const DrawnSurface& d : world_.drawn) add(d.name, d.mesh, true, {});
-    if (table.id.empty() && surfaces.empty()) return;  // a machine without surfaces: nothing to draw
-    RunOptions options;
-    options.precision = s_.output.precision == Precision::full ? FramePrecision::float64 : FramePrecision::rounded;
-    options.columns.clear();
-    for (const Column c : s_.output.columns) options.columns.insert(column_names[static_cast<std::size_t>(c)]);
-    if (s_.output.region) options.region = FrameBox{s_.output.region->at, s_.output.region->at + s_.output.region->size};
-    options.compression = static_cast<int>(s_.output.compression);
-    options.title = s_.title;
-    frame_every_ = s_.output.every ? *s_.output.every : s_.output.at.empty() ? s_.time.end / 200 : 0;
-    options.expected_frames = static_cast<long>(frame_every_ > 0 ? s_.time.end / frame_every_ : 0) +
-                              static_cast<long>(s_.output.at.size()) + 3;
-    frames_ = std::make_unique<RunWriter>(request_.out, std::move(table), std::move(surfaces), options);
-  }
-
   int loop() {
     const std::size_t n = columns_->list().size();
     std::vector<double> row(n, 0.0), step_values(n, 0.0), summarised(columns_->summarised().size());
     IntervalMean means(n);
     const double dt = simulation_.step_length(), half = 0.5 * dt, end = s_.time.end;
-    Schedule frame_due(frame_every_, s_.output.at, start_time_), sample_due(s_.output.series_every, {}, start_time_),
+    Schedule frame_due(frame_interval(s_), s_.output.at, start_time_), sample_due(s_.output.series_every, {}, start_time_),
         state_due(s_.output.state_every.value_or(0), {}, start_time_ + half);
     bool first = true;
     while (true) {
@@ -181,10 +135,9 @@ class Runner {
         save_run(request_.out, world_, simulation_);
       columns_->take_instant(step_values);
       open_window(t);
-      std::vector<dem::Pose> poses;
-      if (frame) poses = surface_poses();
+      dem::Snapshot* const snapshot = frame ? frames_->begin() : nullptr;
       try {
-        simulation_.step({.energy = sample, .snapshot = frame && world_.bed ? &snapshot_ : nullptr});
+        simulation_.step({.energy = sample, .snapshot = snapshot});
       } catch (const std::exception& error) {
         failure_ = error.what();
         if (failure_.rfind("t = ", 0) != 0) failure_ = fmt::format("t = {:.9g} s: {}", t, failure_);
@@ -201,7 +154,7 @@ class Runner {
         series_->write(row);
         track_energy(first);
       }
-      if (frame) write_frame(t, poses);
+      if (frame) frames_->write(t, steps_);
       if (last) return signal == SIGINT ? exit_interrupted : signal == SIGTERM ? exit_terminated : exit_ok;
       means.add(dt, step_values);
       for (std::size_t c = 0; c < summarised.size(); ++c) summarised[c] = step_values[columns_->summarised()[c]];
@@ -221,30 +174,6 @@ class Runner {
     summary_->set_window(t, t + *lasts,
                          "from when the tool has travelled its length in soil plus its depth, until its tip is one depth "
                          "from the far face");
-  }
-
-  std::vector<dem::Pose> surface_poses() const {
-    std::vector<dem::Pose> poses;
-    for (const int boundary : shown_) poses.push_back(simulation_.surface_pose(boundary));
-    for (const DrawnSurface& d : world_.drawn) poses.push_back(coupling::pose_of(world_.machine->body(d.body)));
-    return poses;
-  }
-
-  void write_frame(double t, const std::vector<dem::Pose>& poses) {
-    if (!frames_) return;
-    Frame frame;
-    frame.time = t;
-    frame.step = steps_;
-    std::vector<std::int64_t> ids(snapshot_.id.begin(), snapshot_.id.end());
-    if (ids.size() != particles_) frame.id = ids;
-    frame.position = snapshot_.position;
-    frame.velocity = snapshot_.velocity;
-    frame.spin = snapshot_.spin;
-    frame.force = snapshot_.force;
-    frame.torque = snapshot_.torque;
-    frame.contacts = snapshot_.contacts;
-    frame.surfaces = poses;
-    frames_->write(frame);
   }
 
   std::string live_text(std::span<const double> row) const {
@@ -320,7 +249,7 @@ class Runner {
     r["simulated [s]"] = simulation_.time() - (code == exit_failed ? 0 : simulation_.step_length());
     r["wall time [s]"] = live_.elapsed();
     r["steps"] = steps_;
-    r["frames"] = frames_ ? frames_->frames() : 0;
+    r["frames"] = frames_->count();
     if (world_.machine) r["machine step [s]"] = world_.step.machine_step;
     if (!world_.bed) return;
     r["instruction set"] = world_.bed->kernel_name();
@@ -359,7 +288,7 @@ class Runner {
   void finish(int code) {
     live_.close();
     series_->flush();
-    if (frames_) frames_->finish();
+    frames_->finish();
     if (window_pending_) summary_->warn("the tool never reached steady work: no means; set output.window to take some");
     write_run_section(code);
     write_energy();
@@ -382,13 +311,10 @@ class Runner {
   std::unique_ptr<ToolProgress> tool_;
   std::unique_ptr<SeriesWriter> series_;
   std::unique_ptr<Summary> summary_;
-  std::unique_ptr<RunWriter> frames_;
-  dem::Snapshot snapshot_;
+  std::unique_ptr<FrameOutput> frames_;
   LiveLine live_;
   std::string failure_;
-  std::vector<int> shown_;  ///< boundaries that frames hold, in their order
-  std::size_t particles_ = 0;
-  double frame_every_ = 0, start_time_ = 0;
+  double start_time_ = 0;
   double bed_start_ = 0, bed_gravity_start_ = 0, machine_potential_start_ = 0;
   double deepest_ = 0;
   long steps_ = 0;

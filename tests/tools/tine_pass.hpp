@@ -29,9 +29,9 @@ struct TineEnergy {
 
 class TinePass {
  public:
-  static constexpr double speed = 0.5, depth = 0.06, width = 0.04;
+  static constexpr double speed = 0.5, depth = 0.04, width = 0.04, thickness = 0.03;
 
-  explicit TinePass(const TineSetup& setup) : setup_(setup), bed_(laws(), options()) {
+  explicit TinePass(const TineSetup& setup) : setup_(setup), bed_(dem::softened(laws(), 0, 0.1), options()) {
     make_bed();
     make_machine();
     simulation_ = std::make_unique<Simulation>(&bed_, machine_.get(), std::vector<BodySurface>{{tine_, surface_}},
@@ -83,7 +83,7 @@ class TinePass {
 
  private:
   static constexpr double clearance_ = 0.005;  ///< m between tine and soil at the start
-  static constexpr double length_ = 0.27, height_ = 0.108, breadth_ = 0.18;
+  static constexpr double length_ = 0.27, height_ = 0.12, breadth_ = 0.18;
 
   dem::LawTable laws() const {
     dem::Wet soil;
@@ -110,9 +110,10 @@ class TinePass {
 
   void make_bed() {
     const dem::Bounds region{{0, 0, -breadth_ / 2}, {length_, height_, breadth_ / 2}};
-    dem::LatticePlan plan{.region = region, .radius = dem::EqualRadius{0.01}, .jitter = 0.3, .seed = setup_.seed};
-    plan.floor_overlap = 2e-3;
-    bed_.add(dem::rest_lattice(plan, 2e-3, {.density = 1800, .material = 0}));
+    // A loose lattice, shaken: it falls together to a random packing.
+    dem::LatticePlan plan{.region = region, .radius = dem::EqualRadius{0.01}, .jitter = 0.2, .seed = setup_.seed};
+    plan.pitch = 0.0195;
+    bed_.add(dem::lattice(plan, {.density = 1800, .material = 0}));
     add_wall({}, {0, 1, 0});
     add_wall({0, 0, -breadth_ / 2}, {0, 0, 1});
     add_wall({0, 0, breadth_ / 2}, {0, 0, -1});
@@ -123,23 +124,24 @@ class TinePass {
     step_ = 0.8 * std::min(dem::stable_step(table.laws[0], question).step,
                            dem::stable_step_at_surface(table.laws[1], question).step);
     dem::SettlePlan settle;
-    settle.step = step_, settle.duration = setup_.settle, settle.staged = true;
+    settle.step = step_;
+    settle.duration = 0.6 * setup_.settle;
+    dem::settle(bed_, bed_.laws(), settle, region);
+    settle.duration = 0.4 * setup_.settle;
     dem::settle(bed_, table, settle, region);
     bed_.boundary(entry_wall_).active = false;
     bed_.surfaces_changed();
     bed_.freeze();
     bed_.set_time(0);
     surface_height_ = dem::surface_height(bed_.spheres(), region).mean;
-    // A share raked 45 deg ahead of an upright shank, tip 0.1 m below the body's centre.
-    const dem::Point2 outline[] = {{0.055, -0.1}, {0.015, -0.06}, {0.015, 0.1}, {-0.015, 0.1}, {-0.015, -0.085}};
     dem::Boundary tine;
-    tine.shape = dem::MeshSurface(dem::extruded_mesh(outline, width));
+    tine.shape = dem::MeshSurface(dem::box_mesh({thickness, 0.2, width}));
     tine.material = 1;
     surface_ = bed_.add(std::move(tine));
   }
 
   void make_machine() {
-    const double x = -clearance_ - 0.055, y = surface_height_ - depth + 0.1;
+    const double x = -clearance_ - thickness / 2, y = surface_height_ - depth + 0.1;
     mbd::Model m;
     tine_ = m.add({.name = "tine", .mass = 5, .inertia = 0.05, .pose = {x, y, 0}, .velocity = {speed, 0, 0}});
     int towed = tine_;

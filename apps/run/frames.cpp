@@ -1,0 +1,101 @@
+#include "apps/run/frames.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/build/shapes.hpp"
+
+namespace subsoil::app {
+
+RunOptions frame_options(const Scenario& s) {
+  RunOptions options;
+  options.precision = s.output.precision == Precision::full ? FramePrecision::float64 : FramePrecision::rounded;
+  options.columns.clear();
+  for (const Column c : s.output.columns) options.columns.insert(column_names[static_cast<std::size_t>(c)]);
+  if (s.output.region) options.region = FrameBox{s.output.region->at, s.output.region->at + s.output.region->size};
+  options.compression = static_cast<int>(s.output.compression);
+  options.title = s.title;
+  const double every = frame_interval(s);
+  options.expected_frames =
+      static_cast<long>(every > 0 ? s.time.end / every : 0) + static_cast<long>(s.output.at.size()) + 3;
+  return options;
+}
+
+double frame_interval(const Scenario& s) {
+  if (s.output.every) return *s.output.every;
+  return s.output.at.empty() ? s.time.end / 200 : 0;
+}
+
+FrameOutput::FrameOutput(const std::filesystem::path& directory, const Scenario& scenario, const World& world,
+                         const coupling::Simulation& simulation)
+    : world_(world), simulation_(simulation) {
+  ParticleTable table;
+  std::vector<OutputSurface> surfaces;
+  list_particles(table, scenario);
+  list_surfaces(surfaces);
+  if (table.id.empty() && surfaces.empty()) return;
+  writer_ = std::make_unique<RunWriter>(directory, std::move(table), std::move(surfaces), frame_options(scenario));
+}
+
+void FrameOutput::list_particles(ParticleTable& table, const Scenario& scenario) {
+  for (const Material& m : scenario.materials) table.material_names.push_back(m.name);
+  if (!world_.bed) return;
+  std::vector<const dem::Sphere*> by_id;
+  for (const dem::Sphere& sphere : world_.bed->spheres()) by_id.push_back(&sphere);
+  std::sort(by_id.begin(), by_id.end(), [](const auto* a, const auto* b) { return a->id < b->id; });
+  for (const dem::Sphere* sphere : by_id) {
+    table.id.push_back(sphere->id);
+    table.radius.push_back(sphere->r);
+    table.density.push_back(sphere->m / (4.0 / 3.0 * M_PI * std::pow(sphere->r, 3)));
+    table.material.push_back(sphere->material);
+  }
+  particles_ = table.id.size();
+}
+
+void FrameOutput::list_surfaces(std::vector<OutputSurface>& surfaces) {
+  const auto add = [&](const std::string& name, const dem::TriangleMesh& mesh, bool moves, const dem::Pose& pose) {
+    OutputSurface out{name, mesh.vertices(), {}, moves};
+    if (!moves)
+      for (Vec3& v : out.vertices) v = pose.to_world(v);
+    for (const dem::Triangle& t : mesh.triangles())
+      out.triangles.push_back({static_cast<int>(t[0]), static_cast<int>(t[1]), static_cast<int>(t[2])});
+    surfaces.push_back(std::move(out));
+  };
+  for (const SurfaceRecord& r : world_.surfaces) {
+    const dem::Boundary& b = world_.bed->boundary(r.boundary);
+    if (!b.active) continue;  // an opened wall is not there
+    shown_.push_back(r.boundary);
+    add(r.name, drawing_of(b.shape, 1.0), r.moves, b.pose);
+  }
+  for (const DrawnSurface& d : world_.drawn) add(d.name, d.mesh, true, {});
+}
+
+dem::Snapshot* FrameOutput::begin() {
+  poses_.clear();
+  for (const int boundary : shown_) poses_.push_back(simulation_.surface_pose(boundary));
+  for (const DrawnSurface& d : world_.drawn) poses_.push_back(coupling::pose_of(world_.machine->body(d.body)));
+  return world_.bed ? &snapshot_ : nullptr;
+}
+
+void FrameOutput::write(double time, long step) {
+  if (!writer_) return;
+  Frame frame;
+  frame.time = time;
+  frame.step = step;
+  const std::vector<std::int64_t> ids(snapshot_.id.begin(), snapshot_.id.end());
+  if (ids.size() != particles_) frame.id = ids;
+  frame.position = snapshot_.position;
+  frame.velocity = snapshot_.velocity;
+  frame.spin = snapshot_.spin;
+  frame.force = snapshot_.force;
+  frame.torque = snapshot_.torque;
+  frame.contacts = snapshot_.contacts;
+  frame.surfaces = poses_;
+  writer_->write(frame);
+}
+
+void FrameOutput::finish() {
+  if (writer_) writer_->finish();
+}
+
+}  // namespace subsoil::app
