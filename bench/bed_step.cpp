@@ -1,8 +1,8 @@
 /// Rate of the bed's step: wet-particle law with rolling resistance and energy book, as in the 1S-300 scenarios.
 ///
-/// The bed is the rest-pitch lattice, pitch 2r - rest overlap, between a floor and four walls, every sphere with a random
-/// velocity of a few mm/s so that springs, dashpots and friction all have work. A lattice and not a settled bed, since
-/// LAMMPS can be given the same arrangement of contacts without exchanging files (scripts/bench --lammps).
+/// The bed is the rest-pitch lattice, pitch 2r - rest overlap, between a floor and four walls, every sphere with a
+/// random velocity of a few mm/s so that springs, dashpots and friction all have work. A lattice and not a settled bed,
+/// since LAMMPS can be given the same arrangement of contacts without exchanging files (scripts/bench --lammps).
 ///
 ///     bed_step [--spheres N] [--threads 1,2] [--steps S] [--simd auto|avx512|avx2|portable] [--jitter SHARE]
 #include <array>
@@ -23,10 +23,10 @@ namespace {
 
 using namespace subsoil::dem;
 
-constexpr double kStep = 2e-5;       // s; the stable step of this bed is about twice as long
-constexpr double kRadius = 0.01;     // m
-constexpr double kDensity = 1800;    // kg/m3
-constexpr long kEnergyEvery = 50;    // steps between readings of the energy book: one sample a millisecond
+constexpr double kStep = 2e-5;     // s; the stable step of this bed is about twice as long
+constexpr double kRadius = 0.01;   // m
+constexpr double kDensity = 1800;  // kg/m3
+constexpr long kEnergyEvery = 50;  // steps between readings of the energy book: one sample a millisecond
 
 struct Request {
   double spheres = 130e3;
@@ -100,7 +100,11 @@ Bed make_bed(const Request& request, int threads, const std::array<int, 3>& n) {
     for (int j = 0; j < n[1]; ++j)
       for (int k = 0; k < n[2]; ++k)
         spheres.push_back({.position = Vec3{pitch * i, pitch * j, pitch * k} + scatter(request.jitter * kRadius),
-                           .velocity = scatter(5e-3), .spin = {}, .radius = kRadius, .density = kDensity, .material = 0});
+                           .velocity = scatter(5e-3),
+                           .spin = {},
+                           .radius = kRadius,
+                           .density = kDensity,
+                           .material = 0});
   bed.add(spheres);
   const double at = -(kRadius - overlap);
   const auto wall = [&](const Vec3& point, const Vec3& normal) {
@@ -135,11 +139,12 @@ void measure(const Request& request, int threads) {
   const double moved = e.lost.damping + e.lost.sliding + e.lost.rolling;
   const double spheres = static_cast<double>(bed.spheres().size()), pairs = static_cast<double>(bed.touching_pairs());
   const double steps = static_cast<double>(request.steps);
-  std::printf("%s  %.0f spheres (%d x %d x %d)  %d threads  %.2f M particle-steps/s  %.1f M pairs/s  "
-              "%.2f pairs per sphere, %ld rebuilds in %ld steps, energy closes to %.1e of %.3g J lost\n",
-              bed.kernel_name(), spheres, n[0], n[1], n[2], threads, spheres * steps / wall_time * 1e-6,
-              pairs * steps / wall_time * 1e-6, pairs / spheres, bed.rebuilds() - rebuilds, request.steps,
-              std::abs(e.total() - e.boundary_work - start) / moved, moved);
+  std::printf(
+      "%s  %.0f spheres (%d x %d x %d)  %d threads  %.2f M particle-steps/s  %.1f M pairs/s  "
+      "%.2f pairs per sphere, %ld rebuilds in %ld steps, energy closes to %.1e of %.3g J lost\n",
+      bed.kernel_name(), spheres, n[0], n[1], n[2], threads, spheres * steps / wall_time * 1e-6,
+      pairs * steps / wall_time * 1e-6, pairs / spheres, bed.rebuilds() - rebuilds, request.steps,
+      std::abs(e.total() - e.boundary_work - start) / moved, moved);
   std::fflush(stdout);
 }
 

@@ -8,7 +8,8 @@
     --cut                     leaves away the soil on the near side (z > 0), so that the tool in the soil is seen
     --speed MAX               upper end of the colours, m/s (default: what 99.5 % of the spheres stay below)
     --focus NAME              surface to look at (default: the deepest, container, floor and walls aside)
-    --hide NAME               surface not to draw, may be given several times (default: container)
+    --hide NAME               surface not to draw, may be given several times
+    --walls                   draw the container's floor and walls too
     --from X Y Z              direction from which to look (default: 0.75 0.55 1.2, from ahead, above and aside)
     --zoom FACTOR             nearer (default: 1)
     --size WIDTHxHEIGHT       pixels (default: 1600x900)
@@ -81,6 +82,7 @@ def read_arguments():
     parser.add_argument("--speed", type=float)
     parser.add_argument("--focus")
     parser.add_argument("--hide", action="append")
+    parser.add_argument("--walls", action="store_true")
     parser.add_argument("--from", dest="direction", type=float, nargs=3, default=(0.75, 0.55, 1.2))
     parser.add_argument("--zoom", type=float, default=1.0)
     parser.add_argument("--size", default="1600x900")
@@ -223,7 +225,8 @@ def main():
     time = time_of(arguments.frame, times)
     reader.UpdatePipeline(time)
     names = block_names(reader)
-    solids = [n for n in names if n != "soil" and n not in arguments.hide]
+    hidden = lambda n: n in arguments.hide or (not arguments.walls and (n == "floor" or n.startswith("wall ")))
+    solids = [n for n in names if n != "soil" and not hidden(n)]
     tools = [arguments.focus] if arguments.focus else [
         n for n in solids if not any(word in n.lower() for word in SURROUNDINGS)]
     if arguments.focus and arguments.focus not in names:

@@ -15,6 +15,10 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 REDUCED = ROOT / "configs" / "1s300-reduced.yaml"
 LOCKED = ROOT / "configs" / "1s300-reduced-locked.yaml"
+PER_BODY = ["contacts.soil-soil.values=per-body", "contacts.soil-steel.values=per-body"]
+# Variants of the per-body reading stop at 1 s: what is compared is the window 0.6 ... 1 s of every run.
+WINDOW = (0.6, 1.0)
+SHORT = PER_BODY + ["time.end=1 s"]
 RANDOM = ["soil.bed.fill=random", "soil.bed.depth=0.234 m", "soil.bed.settle.at most=10 s"]
 SHALLOW = [  # shovel, hinge and spring 50 mm higher: 0.13 m under load
     "machine.bodies.shovel.at=-1.224 0.415 m",
@@ -23,15 +27,15 @@ SHALLOW = [  # shovel, hinge and spring 50 mm higher: 0.13 m under load
 ]
 VARIANTS = {
     "base": (REDUCED, [], "as in configs/1s300-reduced.yaml: pair values, rest lattice, 0.18 m"),
-    "per-body": (REDUCED, ["contacts.soil-soil.values=per-body", "contacts.soil-steel.values=per-body"],
-                 "Table 3's values taken as each body's: all stiffness, damping and attraction halved"),
-    "no-damper": (REDUCED, ["machine.forces.H9.damping=0 N s/m"], "H9 without its damper"),
-    "shallow": (REDUCED, SHALLOW, "depth 0.13 m under load"),
-    "locked": (LOCKED, [], "H9 replaced by a weld of shovel and frame"),
+    "per-body": (REDUCED, PER_BODY, "Table 3's values taken as each body's: stiffness, damping and attraction halved"),
+    "shallow": (REDUCED, SHORT + SHALLOW, "per-body, depth 0.13 m under load"),
+    "no-damper": (REDUCED, SHORT + ["machine.forces.H9.damping=0 N s/m"], "per-body, H9 without its damper"),
+    "locked": (LOCKED, SHORT, "per-body, H9 replaced by a weld of shovel and frame"),
 }
 for seed in (1, 2, 3):
-    VARIANTS[f"random-{seed}"] = (REDUCED, RANDOM + [f"soil.bed.seed={seed}"], f"random bed, seed {seed}")
-    VARIANTS[f"random-{seed}-locked"] = (LOCKED, RANDOM + [f"soil.bed.seed={seed}"], f"random bed, seed {seed}, H9 welded")
+    VARIANTS[f"random-{seed}"] = (REDUCED, SHORT + RANDOM + [f"soil.bed.seed={seed}"], f"per-body, random bed, seed {seed}")
+    VARIANTS[f"random-{seed}-locked"] = (LOCKED, SHORT + RANDOM + [f"soil.bed.seed={seed}"],
+                                         f"per-body, random bed, seed {seed}, H9 welded")
 
 
 def run(program, out, name):
@@ -55,18 +59,13 @@ def series(directory):
     return {n: [float(r[i]) for r in rows[1:]] for i, n in enumerate(names)}
 
 
-def swing(s, name, since):
-    values = [v for t, v in zip(s["time"], s[name]) if t >= since]
-    return min(values), max(values)
-
-
-def entry_time(s):
-    return next((t for t, d in zip(s["time"], s.get("draft", s.get("soil.draft", []))) if abs(d) > 20), 0.0)
+def within(s, name, window):
+    return [v for t, v in zip(s["time"], s[name]) if window[0] <= t <= window[1]]
 
 
 def report(out):
-    print("| run | draft, mean (N) | pull, mean (N) | pull, 1 ms means (N) | spring force, 1 ms means (N) | pitch (rad) "
-          "| height span (mm) | spheres | density (kg/m3) | wall share | closure |")
+    print("| run | draft, mean (N) | pull, mean (N) | draft, range (N) | spring force, range (N) | pitch (rad) "
+          "| height span (mm) | spheres | density (kg/m3) | largest overlap (r) | closure |")
     print("|---|---|---|---|---|---|---|---|---|---|---|")
     for name in VARIANTS:
         directory = out / name
@@ -77,25 +76,27 @@ def report(out):
             print(f"| {name} | {summary['run'].get('failure', 'stopped')} |" + " |" * 9)
             continue
         s = series(directory)
-        start = entry_time(s)
-        columns = summary["columns"]
-        mean = lambda n: columns[n]["mean in window"] if n in columns else None
-        text = lambda v, f="{:.0f}": "-" if v is None else f.format(v)
-        span = lambda n, f: "-" if n not in s else (f + " ... " + f).format(*swing(s, n, start))
-        height = swing(s, "height", start)
-        shares = summary.get("wall shares", summary.get("walls", {}))
-        worst = "-"
-        numbers = [v["share"] if isinstance(v, dict) and "share" in v else v for v in shares.values()]
-        numbers = [v for v in numbers if isinstance(v, (int, float))]
-        if numbers:
-            worst = f"{100 * max(numbers):.1f} %"
-        print(f"| {name} | {text(mean('draft'))} | {text(mean('pull'))} | {span('pull', '{:.0f}')} | "
-              f"{span('spring force', '{:.0f}')} | {span('pitch', '{:.3f}')} | {1e3 * (height[1] - height[0]):.1f} | "
-              f"{summary['soil']['spheres']} | {summary['soil']['bulk density [kg/m3]']:.0f} | {worst} | "
+        mean = lambda n: sum(within(s, n, WINDOW)) / len(within(s, n, WINDOW))
+        span = lambda n, f: "-" if n not in s else (f + " ... " + f).format(min(within(s, n, (0, 9))), max(within(s, n, (0, 9))))
+        height = within(s, "height", (0, 9))
+        print(f"| {name} | {mean('draft'):.0f} | {mean('pull'):.0f} | {span('draft', '{:.0f}')} | "
+              f"{span('spring force', '{:.0f}')} | {span('pitch', '{:.3f}')} | {1e3 * (max(height) - min(height)):.1f} | "
+              f"{summary['soil']['spheres']} | {summary['soil']['bulk density [kg/m3]']:.0f} | "
+              f"{summary['run']['largest overlap [share of a radius]']:.2f} | "
               f"{100 * summary['energy']['closure over work put in']:.3f} % |")
+    print(f"\nMeans are over {WINDOW[0]} ... {WINDOW[1]} s, ranges over the whole run, of 1 ms means.")
+    for kind in ("", "-locked"):
+        runs = [out / f"random-{seed}{kind}" for seed in (1, 2, 3)]
+        runs = [r for r in runs if (r / "summary.json").exists()]
+        means = [sum(within(series(r), "draft", WINDOW)) / len(within(series(r), "draft", WINDOW)) for r in runs]
+        if len(means) > 1:
+            mean = sum(means) / len(means)
+            spread = (sum((m - mean) ** 2 for m in means) / (len(means) - 1)) ** 0.5
+            print(f"\nRandom beds, {'H9 welded' if kind else 'spring free'}: draft {mean:.0f} N, standard deviation "
+                  f"{spread:.0f} N over {len(means)} beds.")
     print()
-    for name, (_, sets, meaning) in VARIANTS.items():
-        print(f"- `{name}`: {meaning}" + (f" (`--set {' --set '.join(repr(s) for s in sets)}`)" if sets else ""))
+    for name, (config, sets, meaning) in VARIANTS.items():
+        print(f"- `{name}`: {meaning}: `{config.name}`" + "".join(f" `--set \"{s}\"`" for s in sets))
 
 
 def main():

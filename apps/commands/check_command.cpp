@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -11,6 +10,7 @@
 #include "apps/run/columns.hpp"
 #include "apps/run/frames.hpp"
 #include "apps/run/live_line.hpp"
+#include "apps/run/process.hpp"
 #include "apps/scenario/load.hpp"
 
 namespace subsoil::app {
@@ -122,9 +122,7 @@ Trial try_out(const Loaded& loaded, World& world) {
     state = states * (104.0 * static_cast<double>(shot.id.size()) + 128.0 * static_cast<double>(world.bed->touching_pairs()));
   }
   trial.cost.disk = frame.once + frame.each * static_cast<double>(trial.cost.frames) + series + state;
-  struct rusage usage {};
-  getrusage(RUSAGE_SELF, &usage);
-  trial.cost.memory = static_cast<double>(usage.ru_maxrss) * 1024;
+  trial.cost.memory = peak_memory();
   if (world.bed) trial.particle_rate = static_cast<double>(world.bed->spheres().size()) / trial.cost.seconds_per_step;
   return trial;
 }

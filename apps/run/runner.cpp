@@ -13,6 +13,7 @@
 #include "apps/run/columns.hpp"
 #include "apps/run/frames.hpp"
 #include "apps/run/live_line.hpp"
+#include "apps/run/process.hpp"
 #include "apps/run/restart.hpp"
 #include "apps/run/tool.hpp"
 #include "apps/version.hpp"
@@ -248,6 +249,7 @@ class Runner {
     if (!failure_.empty()) r["failure"] = failure_;
     r["simulated [s]"] = simulation_.time() - (code == exit_failed ? 0 : simulation_.step_length());
     r["wall time [s]"] = live_.elapsed();
+    r["peak memory [bytes]"] = peak_memory();
     r["steps"] = steps_;
     r["frames"] = frames_->count();
     if (world_.machine) r["machine step [s]"] = world_.step.machine_step;

@@ -29,7 +29,7 @@ struct TineEnergy {
 
 class TinePass {
  public:
-  static constexpr double speed = 0.5, depth = 0.04, width = 0.04, thickness = 0.03;
+  static constexpr double speed = 0.5, depth = 0.04, width = 0.08, thickness = 0.03;
 
   explicit TinePass(const TineSetup& setup) : setup_(setup), bed_(dem::softened(laws(), 0, 0.1), options()) {
     make_bed();
@@ -47,13 +47,14 @@ class TinePass {
     for (long n = 0; n <= steps; ++n) {
       simulation_->step({.energy = n == 0 || n == steps, .snapshot = nullptr});
       if (n == 0) start_energy();
-      for (int b = 0; b < bed_.boundary_count(); ++b) impulse_ -= bed_.boundary(b).wrench.force * step_;
+      // The bed's first kick is half a step long (leapfrog).
+      for (int b = 0; b < bed_.boundary_count(); ++b) impulse_ -= bed_.boundary(b).wrench.force * (n == 0 ? 0.5 * step_ : step_);
       if (n < first) continue;
       sum -= simulation_->soil_on_body(tine_).force.x;
       ++count;
     }
     draft_ = sum / static_cast<double>(count);
-    elapsed_ = static_cast<double>(steps + 1) * step_;
+    elapsed_ = (static_cast<double>(steps) + 0.5) * step_;
   }
 
   double draft() const { return draft_; }  ///< N, mean over the window
@@ -83,21 +84,22 @@ class TinePass {
 
  private:
   static constexpr double clearance_ = 0.005;  ///< m between tine and soil at the start
-  static constexpr double length_ = 0.27, height_ = 0.12, breadth_ = 0.18;
+  static constexpr double length_ = 0.27, height_ = 0.12, breadth_ = 0.2;
 
   dem::LawTable laws() const {
     dem::Wet soil;
-    soil.K_X = 10000, soil.C_X = 20, soil.K_Y = 8000, soil.C_Y = 20, soil.K_B = 7000 * setup_.attraction;
+    soil.K_X = 16000, soil.C_X = 20, soil.K_Y = 8000, soil.C_Y = 20, soil.K_B = 2500 * setup_.attraction;
     soil.dc = soil.dB = 2e-3;
-    soil.friction.mu = setup_.mu, soil.friction.mu_r = 0.3;
+    soil.friction.mu = setup_.mu, soil.friction.mu_r = 0.1;
     dem::Wet steel = soil;
-    steel.K_X = 16000, steel.K_Y = 12000, steel.K_B = 3000 * setup_.attraction;
+    steel.K_X = 24000, steel.K_Y = 12000, steel.K_B = 1000 * setup_.attraction;
     return {.materials = 2, .index = {0, 1, 1, 1}, .laws = {soil.resolved(), steel.resolved()}};
   }
 
   static dem::BedOptions options() {
     dem::BedOptions o;
     o.threads = 1;
+    o.overlap_limit = 0.8;  // a sphere caught at the tine's edge is pressed in by up to 0.6 of its radius
     return o;
   }
 
@@ -112,7 +114,7 @@ class TinePass {
     const dem::Bounds region{{0, 0, -breadth_ / 2}, {length_, height_, breadth_ / 2}};
     // A loose lattice, shaken: it falls together to a random packing.
     dem::LatticePlan plan{.region = region, .radius = dem::EqualRadius{0.01}, .jitter = 0.2, .seed = setup_.seed};
-    plan.pitch = 0.0195;
+    plan.pitch = 0.02;
     bed_.add(dem::lattice(plan, {.density = 1800, .material = 0}));
     add_wall({}, {0, 1, 0});
     add_wall({0, 0, -breadth_ / 2}, {0, 0, 1});

@@ -1,0 +1,9 @@
+#pragma once
+
+namespace subsoil::app {
+
+/// Most memory that this process has held at once, bytes. Not getrusage: its maximum outlives exec, so a program started
+/// by a large parent would report the parent's.
+double peak_memory();
+
+}  // namespace subsoil::app

@@ -1,0 +1,92 @@
+// What the documents show is what the program does.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "apps/scenario/load.hpp"
+
+namespace subsoil::app {
+namespace {
+
+namespace fs = std::filesystem;
+const fs::path root = SUBSOIL_SOURCE_DIR;
+
+std::string read(const fs::path& path) {
+  std::ifstream in(path);
+  EXPECT_TRUE(in) << path;
+  std::stringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+/// The ```yaml blocks of a document.
+std::vector<std::string> yaml_blocks(const std::string& text) {
+  std::vector<std::string> blocks;
+  std::istringstream lines(text);
+  bool inside = false;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.rfind("```", 0) == 0) {
+      inside = !inside && line == "```yaml";
+      if (inside) blocks.emplace_back();
+    } else if (inside) {
+      blocks.back() += line + "\n";
+    }
+  }
+  return blocks;
+}
+
+TEST(Docs, ScenarioReferenceIsWhatTheProgramPrints) {
+  EXPECT_EQ(read(root / "docs/scenario.md"), reference_markdown())
+      << "docs/scenario.md is old: build/release/apps/subsoil reference > docs/scenario.md";
+}
+
+TEST(Docs, ScenariosShownAreRead) {
+  for (const char* name : {"README.md", "docs/guide.md"}) {
+    const std::vector<std::string> blocks = yaml_blocks(read(root / name));
+    EXPECT_FALSE(blocks.empty()) << name;
+    for (const std::string& block : blocks) EXPECT_NO_THROW(load_scenario_text(block, name)) << name << ":\n" << block;
+  }
+}
+
+TEST(Docs, KeysToExplainExist) {
+  static const std::regex command(R"(subsoil explain ([A-Za-z_.]+[A-Za-z_]))");
+  for (const char* name : {"README.md", "docs/guide.md"}) {
+    const std::string text = read(root / name);
+    for (std::sregex_iterator it(text.begin(), text.end(), command), end; it != end; ++it) {
+      if ((*it)[1] == "KEY") continue;
+      EXPECT_NO_THROW(explain((*it)[1])) << name << ": " << it->str();
+    }
+  }
+}
+
+TEST(Docs, FilesNamedAreThere) {
+  static const std::regex link(R"(\]\(([^)#:]+)\))"), script(R"((scripts/[a-z0-9_]+(?:\.py)?))");
+  for (const char* name : {"README.md", "docs/guide.md", "docs/theory.md", "docs/architecture.md"}) {
+    const std::string text = read(root / name);
+    for (std::sregex_iterator it(text.begin(), text.end(), link), end; it != end; ++it)
+      EXPECT_TRUE(fs::exists((root / name).parent_path() / (*it)[1].str())) << name << ": " << (*it)[1];
+    for (std::sregex_iterator it(text.begin(), text.end(), script), end; it != end; ++it) {
+      const fs::path file = root / it->str();
+      ASSERT_TRUE(fs::exists(file)) << name << ": " << it->str();
+      EXPECT_EQ(access(file.c_str(), X_OK), 0) << file << " cannot be executed";
+    }
+  }
+}
+
+TEST(Docs, CommandsOfTheReadmeAreThere) {
+  const std::string text = read(root / "README.md");
+  for (const char* command : {"scripts/reduced", "scripts/test"}) {
+    EXPECT_NE(text.find(std::string("\n    ") + command), std::string::npos) << command;
+    EXPECT_EQ(access((root / command).c_str(), X_OK), 0) << command;
+  }
+  EXPECT_NE(read(root / ".ci/run").find("scripts/test"), std::string::npos) << ".ci/run must pass the README's tests";
+}
+
+}  // namespace
+}  // namespace subsoil::app

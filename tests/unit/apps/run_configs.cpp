@@ -1,0 +1,63 @@
+#include "apps/build/world.hpp"
+#include "tests/tools/program_runs.hpp"
+
+/// Every file in configs/ is read, built and stepped 200 times; whoever adds one need not add a test. What the short ones
+/// show is asserted where they run to their end: tests/verification/scenarios.
+namespace subsoil::app {
+namespace {
+
+using test::config;
+
+std::vector<std::string> all_configs() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(SUBSOIL_SOURCE_DIR "/configs"))
+    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+/// What makes a scenario small enough to be built in a second: a short settling, a slice of a large bin, a low heap.
+std::vector<std::string> cuts(const Scenario& s) {
+  if (!s.soil || !s.soil->bed) return {};
+  const Bed& bed = *s.soil->bed;
+  if (bed.fill == Fill::random) return {"soil.bed.depth=40 mm"};
+  std::vector<std::string> sets;
+  if (bed.settle) sets = {"soil.bed.settle.for=3 ms", "soil.bed.settle.until="};
+  if (s.soil->container && s.soil->container->size.z > 1)
+    sets.push_back("soil.bed.region={size: 0.3 0.4 0.2 m, at: 0.5 -0.4 -0.1 m}");
+  return sets;
+}
+
+class Config : public testing::TestWithParam<std::string> {};
+
+TEST_P(Config, OpensWithACommentThatSaysWhatToExpect) {
+  std::ifstream file(config(GetParam()));
+  std::string first;
+  std::getline(file, first);
+  EXPECT_EQ(first.rfind("# ", 0), 0U);
+}
+
+TEST_P(Config, IsBuiltAndStepped) {
+  std::vector<std::string> sets = cuts(load_scenario(config(GetParam())).scenario);
+  const Loaded loaded = load_scenario(config(GetParam()), sets);
+  BuildOptions options;
+  options.threads = 1;
+  options.settle = false;
+  const World world = build_world(loaded, options);
+  const double step = world.bed ? world.step.soil_step : world.step.machine_step;
+  sets.push_back("time.end=" + std::to_string(200 * step * 1e6) + " us");
+  const test::RunDirectory directory;
+  ASSERT_EQ(test::run_scenario(config(GetParam()), directory / "out", sets), exit_ok);
+  // Random beds have no spheres yet when their step is guessed, so allow for another step.
+  EXPECT_NEAR(test::summary_of(directory / "out")["run"]["steps"].get<double>(), 200, 60);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Config, testing::ValuesIn(all_configs()), [](const auto& info) {
+  std::string name = info.param;
+  for (char& c : name)
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
+  return name;
+});
+
+}  // namespace
+}  // namespace subsoil::app

@@ -1,0 +1,82 @@
+#include <array>
+#include <cstdio>
+
+#include "tests/tools/program_runs.hpp"
+
+/// What `check` promises against what the run that follows takes.
+namespace subsoil::app {
+namespace {
+
+using test::RunDirectory;
+
+struct Costs {
+  double time = 0, memory = 0, disk = 0;
+};
+
+/// "0:01:12" or "28.4 MB" as a number of seconds or bytes.
+double clock_seconds(const std::string& text) {
+  int h = 0, m = 0;
+  double s = 0;
+  return std::sscanf(text.c_str(), "%d:%d:%lf", &h, &m, &s) == 3 ? 3600 * h + 60 * m + s : NAN;
+}
+double byte_count(const std::string& text) {
+  double value = 0;
+  char unit[8] = {};
+  if (std::sscanf(text.c_str(), "%lf %7s", &value, unit) != 2) return NAN;
+  return value * (std::string(unit) == "GB" ? 1e9 : 1e6);
+}
+
+/// The program's own words.
+Costs promised(const std::string& file) {
+  Costs costs;
+  FILE* pipe = popen((std::string(SUBSOIL_PROGRAM) + " check --threads 1 " + file).c_str(), "r");
+  std::array<char, 512> line{};
+  while (pipe != nullptr && std::fgets(line.data(), line.size(), pipe) != nullptr) {
+    const std::string text = line.data();
+    const std::size_t about = text.find("about ");
+    if (about == std::string::npos) continue;
+    if (text.rfind("wall time", 0) == 0) costs.time = clock_seconds(text.substr(about + 6));
+    if (text.rfind("memory", 0) == 0) costs.memory = byte_count(text.substr(about + 6));
+    if (text.rfind("disk", 0) == 0) costs.disk = byte_count(text.substr(about + 6));
+  }
+  EXPECT_EQ(pclose(pipe), 0);
+  return costs;
+}
+
+Costs taken(const std::string& file, const std::filesystem::path& out) {
+  const std::string command = std::string(SUBSOIL_PROGRAM) + " run --threads 1 --force --out " + out.string() + " " + file + " >/dev/null";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  const nlohmann::json run = test::summary_of(out)["run"];
+  Costs costs{.time = run["wall time [s]"], .memory = run["peak memory [bytes]"], .disk = 0};
+  for (const auto& entry : std::filesystem::directory_iterator(out)) costs.disk += static_cast<double>(entry.file_size());
+  return costs;
+}
+
+void expect_within(double promised, double taken, const char* what) {
+  EXPECT_LT(promised / taken, 1.5) << what << ": promised " << promised << ", taken " << taken;
+  EXPECT_GT(promised / taken, 1 / 1.5) << what << ": promised " << promised << ", taken " << taken;
+}
+
+TEST(RunCosts, CheckHoldsTimeMemoryAndDiskWithinAFactorOfOneAndAHalf) {
+  const RunDirectory dir;
+  std::string text = test::small_pass;
+  // A bed of 4,000 spheres and half a minute of frames' worth of output, so that no fixed cost hides what is estimated.
+  text.replace(text.find("0.16 0.085 0.13 m"), 17, "0.40 0.130 0.26 m");
+  text.replace(text.find("at: 0 -0.085 -0.065 m"), 21, "at: 0 -0.130 -0.13 m");
+  text.replace(text.find("end: 0.15 s"), 11, "end: 0.20 s");
+  text.replace(text.find("every: 25 ms"), 12, "every: 10 ms");
+  const std::string file = dir.scenario(text);
+  Costs before = promised(file), after = taken(file, dir / "out");
+  expect_within(before.memory, after.memory, "memory");
+  expect_within(before.disk, after.disk, "disk");
+  // The machine may have been busy with others during one of the two: three attempts.
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    const double ratio = before.time / after.time;
+    if (ratio < 1.5 && ratio > 1 / 1.5) return;
+    before = promised(file), after = taken(file, dir / "out");
+  }
+  expect_within(before.time, after.time, "time");
+}
+
+}  // namespace
+}  // namespace subsoil::app

@@ -1,0 +1,141 @@
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include "apps/output/state_file.hpp"
+#include "tests/tools/program_runs.hpp"
+
+/// Runs that end otherwise than planned: faults, signals; and runs that go on from a state.
+extern char** environ;
+
+namespace subsoil::app {
+namespace {
+
+using test::frame_times;
+using test::run_scenario;
+using test::RunDirectory;
+using test::small_pass;
+using test::summary_of;
+
+TEST(RunEnds, AFaultExitsWithThreeSaysWhereAndKeepsWhatWasWritten) {
+  const RunDirectory dir;
+  // The tine is at 0.5 m/s and meets the first spheres at about 25 ms; they must not exceed 50 mm/s.
+  ASSERT_EQ(run_scenario(dir.scenario(small_pass), dir / "out", {"limits.speed=50 mm/s", "output.every=5 ms"}), exit_failed);
+  const nlohmann::json run = summary_of(dir / "out")["run"];
+  EXPECT_EQ(run["end"], "failed");
+  const std::string failure = run["failure"];
+  double time = 0, x = NAN, y = NAN, z = NAN;
+  ASSERT_EQ(std::sscanf(failure.c_str(), "t = %lf", &time), 1) << failure;
+  EXPECT_GT(time, 0.0);
+  EXPECT_LT(time, 0.15);
+  const std::size_t sphere = failure.find("sphere"), place = failure.find('(', sphere);
+  ASSERT_NE(sphere, std::string::npos) << failure;
+  ASSERT_NE(place, std::string::npos) << failure;
+  EXPECT_EQ(std::sscanf(failure.c_str() + place, "(%lf, %lf, %lf)", &x, &y, &z), 3) << failure;
+  const std::vector<double> frames = frame_times(dir / "out");
+  ASSERT_FALSE(frames.empty());
+  EXPECT_NEAR(frames.back(), time, 0.0051) << "frames up to the fault";
+  EXPECT_FALSE(test::frame_positions(dir / "out", frames.size() - 1).empty());
+  EXPECT_NEAR(read_series(dir / "out" / "series.csv").at("time").back(), time, 0.0011);
+}
+
+/// The built program, started beside this test.
+pid_t start(std::vector<std::string> words) {
+  words.insert(words.begin(), SUBSOIL_PROGRAM);
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  posix_spawn_file_actions_t quiet;
+  posix_spawn_file_actions_init(&quiet);
+  posix_spawn_file_actions_addopen(&quiet, 1, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&quiet, 2, "/dev/null", O_WRONLY, 0);
+  pid_t child = -1;
+  EXPECT_EQ(posix_spawn(&child, SUBSOIL_PROGRAM, &quiet, nullptr, argv.data(), environ), 0);
+  posix_spawn_file_actions_destroy(&quiet);
+  return child;
+}
+
+/// Waits until a run has written frames beyond the first, at most a minute.
+void wait_for_frames(const std::filesystem::path& out) {
+  for (int k = 0; k < 6000; ++k) {
+    std::ifstream xdmf(out / "run.xdmf");
+    const std::string text((std::istreambuf_iterator<char>(xdmf)), {});
+    if (text.find("/frames/000002") != std::string::npos) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  ADD_FAILURE() << "the program wrote no frames";
+}
+
+void expect_orderly_end(int signal, int code) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(small_pass), out = (dir / "out").string();
+  // The tine stands still, so this may go on as long as it takes to be killed.
+  const std::vector<std::string> words{"run", file, "--out", out, "--threads", "1", "--set", "time.end=1000 s",
+                                       "--set", "machine.drivers.tow.velocity=0 m/s", "--set", "output.every=2 ms"};
+  const pid_t child = start(words);
+  ASSERT_GT(child, 0);
+  wait_for_frames(out);
+  kill(child, signal);
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status)) << "it died of the signal instead of ending";
+  EXPECT_EQ(WEXITSTATUS(status), code);
+  const nlohmann::json run = summary_of(out)["run"];
+  EXPECT_EQ(run["end"], "interrupted");
+  const double end = run["simulated [s]"].get<double>(), step = run["soil step [s]"].get<double>();
+  EXPECT_NEAR(frame_times(out).back(), end, step) << "a last frame";
+  EXPECT_NEAR(read_series(dir / "out" / "series.csv").at("time").back(), end, step) << "a last row";
+  // And it can go on from there.
+  const auto state = latest_state(out);
+  ASSERT_TRUE(state.has_value());
+  ASSERT_EQ(run_scenario(file, dir / "on", {"machine.drivers.tow.velocity=0 m/s", "time.end=" + std::to_string(end + 0.002) + " s"},
+                         *state),
+            exit_ok);
+  EXPECT_NEAR(read_series(dir / "on" / "series.csv").at("time").front(), end, step);
+}
+
+TEST(RunEnds, SigtermFinishesTheStepAndExitsWith143) { expect_orderly_end(SIGTERM, exit_terminated); }
+TEST(RunEnds, SigintFinishesTheStepAndExitsWith130) { expect_orderly_end(SIGINT, exit_interrupted); }
+
+TEST(RunEnds, ARestartComesToTheSameEndWithinRounding) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(small_pass);
+  const std::vector<std::string> sets{"output.state every=60 ms", "time.end=0.1 s"};
+  ASSERT_EQ(run_scenario(file, dir / "whole", sets), exit_ok);
+  std::filesystem::path state;
+  for (const auto& entry : std::filesystem::directory_iterator(dir / "whole"))
+    if (entry.path().filename().string().rfind("state-0.06", 0) == 0) state = entry.path();
+  ASSERT_FALSE(state.empty()) << "no state at 60 ms";
+  ASSERT_EQ(run_scenario(file, dir / "again", {"time.end=0.1 s"}, state), exit_ok);
+  const Series whole = read_series(dir / "whole" / "series.csv"), again = read_series(dir / "again" / "series.csv");
+  ASSERT_EQ(whole.columns.size(), again.columns.size());
+  EXPECT_GT(*std::max_element(whole.at("draft").begin(), whole.at("draft").end()), 5) << "the tool must be in soil";
+  // Sums may be taken in another order after the restart: 1e-16 grows by collisions over 500 steps, and the series keeps
+  // nine digits.
+  for (std::size_t c = 0; c < whole.columns.size(); ++c) {
+    double size = 0;
+    for (const double v : whole.values[c]) size = std::max(size, std::abs(v));
+    EXPECT_NEAR(again.values[c].back(), whole.values[c].back(), 1e-7 * size + 1e-9) << whole.columns[c].name;
+  }
+  const std::vector<double> frames = frame_times(dir / "whole"), later = frame_times(dir / "again");
+  EXPECT_NEAR(later.back(), frames.back(), 1e-12);
+  const auto a = test::frame_positions(dir / "whole", frames.size() - 1), b = test::frame_positions(dir / "again", later.size() - 1);
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) ASSERT_LT(dem::norm(a[i] - b[i]), 2e-6) << i;  // a quantum of the frames
+}
+
+TEST(RunEnds, ARestartOfAnotherScenarioIsRefused) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(test::config("pendulum"), dir / "out", {"time.end=10 ms"}), exit_ok);
+  const auto state = latest_state(dir / "out");
+  ASSERT_TRUE(state.has_value());
+  EXPECT_THROW(run_scenario(dir.scenario(small_pass), dir / "on", {}, *state), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace subsoil::app
