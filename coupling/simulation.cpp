@@ -154,9 +154,12 @@ void Simulation::restore(const std::vector<double>& state) {
   for (auto& a : acceleration_)
     for (double& x : a) x = *at++;
   time_ = bed_ != nullptr ? bed_->time() : machine_->time();
-  // Poses of the step before came back with the bed's boundaries, where the next step's velocities look for them; a run
-  // saved before its first step has none.
-  if (!stepped_) place_surfaces();
+  if (bed_ == nullptr) return;
+  // The poses of the step before came back with the bed, for the next step's velocities; a run saved before its first
+  // step has none.
+  if (!stepped_) return place_surfaces();
+  for (const BodySurface& s : surfaces_) bed_->boundary(s.boundary).pose = bed_->boundary(s.boundary).pose_before;
+  for (const GivenMotion& m : motions_) bed_->boundary(m.boundary).pose = bed_->boundary(m.boundary).pose_before;
 }
 
 }  // namespace subsoil::coupling

@@ -153,11 +153,12 @@ void Bed::restore(const State& in) {
   for (Boundary& b : d.boundaries) {
     b.wrench = {read.vector(), {}};
     b.wrench.moment = read.vector();
-    b.pose_before.position = read.vector();
-    Quaternion& q = b.pose_before.attitude;
+    Pose stood;  // at t_n; given anew before the next step. Walls stand where it says, shifted to their datum or not
+    stood.position = read.vector();
+    Quaternion& q = stood.attitude;
     q.w = read.number(), q.x = read.number(), q.y = read.number(), q.z = read.number();
     b.work = read.number();
-    b.pose = b.pose_before;  // where it stood at t_n; given anew before the next step
+    b.pose = b.pose_before = stood;
   }
   d.tiles.clear(), d.chunks.clear();
   d.stale = true;

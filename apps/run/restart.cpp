@@ -50,6 +50,17 @@ SavedRun read_run(const std::filesystem::path& file) {
   return saved;
 }
 
+void refuse_other(const SavedRun& saved, const Scenario& scenario, const std::filesystem::path& file) {
+  const bool soil = scenario.soil.has_value() || !scenario.boundaries.empty(), machine = scenario.machine.has_value();
+  if (saved.has_bed == soil && saved.machine.empty() == !machine) return;
+  const auto parts = [](bool with_soil, bool with_machine) {
+    return with_soil && with_machine ? "soil and machine" : with_soil ? "soil" : "a machine";
+  };
+  throw ScenarioError(file.string() + ": is the state of another scenario: it holds " +
+                      parts(saved.has_bed, !saved.machine.empty()) + ", this scenario has " + parts(soil, machine) +
+                      "; take a state that this scenario wrote");
+}
+
 std::vector<dem::SphereSpec> spheres_of(const SavedRun& saved) {
   std::vector<dem::SphereSpec> out;
   for (std::size_t i = 0; i < saved.bed.ids.size() / 2; ++i) {
@@ -62,8 +73,6 @@ std::vector<dem::SphereSpec> spheres_of(const SavedRun& saved) {
 }
 
 void restore(const SavedRun& saved, World& world, coupling::Simulation& simulation) {
-  if (saved.has_bed != (world.bed != nullptr) || saved.machine.empty() != (world.machine == nullptr))
-    throw std::runtime_error("restart: the state is of another scenario (soil or machine missing on one side)");
   if (world.bed) {
     world.bed->restore(saved.bed);
     world.soil = saved.soil;

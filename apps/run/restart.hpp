@@ -22,6 +22,9 @@ void save_run(const std::filesystem::path& directory, const World& world, const 
 /// Throws std::runtime_error naming the file when it is no state.
 SavedRun read_run(const std::filesystem::path& file);
 
+/// Throws ScenarioError when the state has soil or a machine and the scenario has not, or the other way round.
+void refuse_other(const SavedRun& saved, const Scenario& scenario, const std::filesystem::path& file);
+
 /// The saved spheres as a bed maker would give them.
 std::vector<dem::SphereSpec> spheres_of(const SavedRun& saved);
 

@@ -84,8 +84,8 @@ class Runner {
   }
 
   int run() {
+    const SignalGuard guard;  // first: a signal while files are opened still ends in an orderly way
     open_output();
-    const SignalGuard guard;
     const int code = loop();
     finish(code);
     return code;
@@ -351,7 +351,10 @@ int run(const RunRequest& given) {
   Loaded loaded = load_scenario(request.scenario, request.sets);
   prepare_directory(request.out, request.force);
   std::optional<SavedRun> saved;
-  if (!request.from.empty()) saved = read_run(request.from);
+  if (!request.from.empty()) {
+    saved = read_run(request.from);
+    refuse_other(*saved, loaded.scenario, request.from);
+  }
   BuildOptions options;
   options.threads = request.threads > 0 ? request.threads : static_cast<int>(loaded.scenario.time.threads);
   options.place_soil = !saved;

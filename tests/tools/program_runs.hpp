@@ -13,6 +13,7 @@
 #include "apps/output/hdf5.hpp"
 #include "apps/output/series.hpp"
 #include "apps/run/runner.hpp"
+#include "libdem/vec3.hpp"
 
 /// Running scenarios as `subsoil run` does, in this process, and looking at what they leave.
 namespace subsoil::app::test {

@@ -8,7 +8,7 @@
 #include "libdem/geometry/mesh_builders.hpp"
 #include "libdem/stability.hpp"
 
-/// A small pass through the coupling: about 900 spheres of wet soil, a 40 mm wide tine 60 mm deep, towed at 0.5 m/s.
+/// A small pass through the coupling: 780 spheres of wet soil, an 80 mm wide tine 40 mm deep, towed at 0.5 m/s.
 namespace subsoil::coupling::test {
 
 struct TineSetup {
@@ -16,13 +16,14 @@ struct TineSetup {
   double mu = 0.5;
   double attraction = 1;  ///< factor on K_B of all pairs
   bool sprung = false;    ///< the tine hangs on a spring behind the towed trolley, else it is the trolley
-  double settle = 0.2;    ///< s
+  double settle = 0.15;   ///< s
 };
 
 /// Energy of bed, machine and what is between them, J, since the pass began.
 struct TineEnergy {
   double bed = 0, machine = 0, interface = 0;  ///< closures, each 0 in a perfect book
-  double put_in = 0;                           ///< work of the driver, and of gravity on the soil
+  double driver_work = 0;
+  double put_in = 0;                           ///< sizes of the driver's work and of gravity's on the soil
   dem::Losses lost;
   double closure() const { return bed + machine + interface; }
 };
@@ -40,7 +41,7 @@ class TinePass {
 
   /// Runs until the tine's front has travelled this far into the soil, m; the draft's mean counts from `from` on.
   void run(double from, double until) {
-    double sum = 0;
+    double sum = 0, pull = 0;
     long count = 0;
     momentum_before_ = momentum();
     const long steps = std::lround((until + clearance_) / speed / step_), first = std::lround((from + clearance_) / speed / step_);
@@ -51,13 +52,15 @@ class TinePass {
       for (int b = 0; b < bed_.boundary_count(); ++b) impulse_ -= bed_.boundary(b).wrench.force * (n == 0 ? 0.5 * step_ : step_);
       if (n < first) continue;
       sum -= simulation_->soil_on_body(tine_).force.x;
+      pull += machine_->driver_force("tow");
       ++count;
     }
-    draft_ = sum / static_cast<double>(count);
+    draft_ = sum / static_cast<double>(count), pull_ = pull / static_cast<double>(count);
     elapsed_ = (static_cast<double>(steps) + 0.5) * step_;
   }
 
   double draft() const { return draft_; }  ///< N, mean over the window
+  double driver_pull() const { return pull_; }  ///< N, mean over the same window
   double step() const { return step_; }
   std::size_t spheres() const { return bed_.spheres().size(); }
   const mbd::Machine& machine() const { return *machine_; }
@@ -69,6 +72,7 @@ class TinePass {
     e.bed = (b.total() - b.boundary_work) - bed_start_;
     e.machine = m.balance();
     e.interface = simulation_->interface_work().error();
+    e.driver_work = m.driver_work;
     e.put_in = std::abs(m.driver_work) + std::abs(b.gravity - gravity_start_);
     e.lost = b.lost;
     return e;
@@ -175,7 +179,7 @@ class TinePass {
   std::unique_ptr<mbd::Machine> machine_;
   std::unique_ptr<Simulation> simulation_;
   int entry_wall_ = 0, surface_ = 0, tine_ = 0;
-  double step_ = 0, surface_height_ = 0, bed_start_ = 0, gravity_start_ = 0, draft_ = 0, elapsed_ = 0;
+  double step_ = 0, surface_height_ = 0, bed_start_ = 0, gravity_start_ = 0, draft_ = 0, pull_ = 0, elapsed_ = 0;
   dem::Vec3 momentum_before_, impulse_;
 };
 

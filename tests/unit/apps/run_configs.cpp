@@ -22,7 +22,7 @@ std::vector<std::string> cuts(const Scenario& s) {
   const Bed& bed = *s.soil->bed;
   if (bed.fill == Fill::random) return {"soil.bed.depth=40 mm"};
   std::vector<std::string> sets;
-  if (bed.settle) sets = {"soil.bed.settle.for=3 ms", "soil.bed.settle.until="};
+  if (bed.settle) sets = {"soil.bed.settle={for: 3 ms}"};
   if (s.soil->container && s.soil->container->size.z > 1)
     sets.push_back("soil.bed.region={size: 0.3 0.4 0.2 m, at: 0.5 -0.4 -0.1 m}");
   return sets;

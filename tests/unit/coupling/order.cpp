@@ -51,19 +51,22 @@ TEST(InterfaceWork, ErrorVanishesInFirstOrderAtTheRateOfTheDelay) {
   for (const double step : {2e-5, 1e-5, 5e-6}) {
     const StackRun r = run(s, step);
     EXPECT_NEAR(r.work.error() / step, rate, 2e3 * step * std::abs(rate)) << step;
-    if (before != 0) EXPECT_NEAR(std::log2(before / r.work.error()), 1, 0.1);
+    if (before != 0) {
+      EXPECT_NEAR(std::log2(before / r.work.error()), 1, 0.1);
+    }
     before = r.work.error();
   }
 }
 
-TEST(InterfaceWork, ClosesTheBookOfBothSides) {
+TEST(InterfaceWork, IsAllThatTheExchangeAddsToTheEnergy) {
   for (const double restitution : {1.0, 0.7}) {
     const Stack s{.restitution = restitution};
-    const StackRun r = run(s, 1e-5);
-    // Springs of a linear law and a machine under constant wrenches are booked without error; what remains is the
-    // dashpot's lag over the first and last step.
-    EXPECT_LT(std::abs(r.closure), restitution == 1 ? 1e-9 : 1e-4 * std::abs(r.work.on_machine)) << restitution;
-    EXPECT_GT(std::abs(r.work.error()), 1e-7) << "the error itself must be visible, or the test says nothing";
+    for (const double step : {2e-5, 1e-5}) {
+      const StackRun r = run(s, step);
+      // Each side's own book closes in order 2, so that the energy which both made together is the interface error.
+      EXPECT_LT(std::abs(r.closure - r.work.error()), 2e3 * step * step * std::abs(r.work.on_machine)) << restitution;
+      EXPECT_GT(std::abs(r.work.error()), 1e-4 * std::abs(r.work.on_machine)) << "too small to say anything";
+    }
   }
 }
 
@@ -84,10 +87,11 @@ TEST(Window, ResultAndEnergyConvergeToOneSoilStepPerMachineStep) {
   for (const int n : {32, 16, 8}) {
     const StackRun r = run(s, step, n);
     const double d_height = std::abs(r.height - one.height), d_work = std::abs(r.work.error() - one.work.error());
-    // Error n h - h: from 32 to 16 and from 16 to 8 that is 31/15 and 15/7.
+    // The machine moves under the mean of the window that it is about to pass, so a longer window adds no delay; what
+    // it adds is the surfaces' extrapolation, of order 2 or better in the window.
     if (height > 0) {
-      EXPECT_NEAR(height / d_height, 2.1, 0.25) << n;
-      EXPECT_NEAR(work / d_work, 2.1, 0.25) << n;
+      EXPECT_GT(height / d_height, 3.5) << n;
+      EXPECT_GT(work / d_work, 3.5) << n;
     }
     height = d_height, work = d_work;
     EXPECT_LT(std::abs(r.closure), 1e-2 * std::abs(r.work.on_machine));

@@ -1,0 +1,91 @@
+#include <gtest/gtest.h>
+
+#include "coupling/simulation.hpp"
+#include "tests/tools/dem_beds.hpp"
+
+/// Boundaries on given paths: velocity and pose belong together, and what they do to spheres is booked as work.
+namespace subsoil::coupling::test {
+namespace {
+
+TEST(GivenMotion, VelocityIsTheDisplacementOverTheStep) {
+  dem::Bed bed(dem::test::table(dem::test::grains()), dem::test::quiet());
+  const int plate = dem::test::add_plane(bed, {}, {0, 1, 0});
+  const auto path = [](double t) {
+    return dem::Pose{{0.2 * std::sin(30 * t), -0.1 * t, 0.05 * t}, dem::Quaternion::from_rotation_vector({0, 4 * t, 0})};
+  };
+  const double step = 1e-4;
+  Simulation simulation(&bed, nullptr, {}, {{plate, path}}, {.soil_step = step});
+  for (int n = 0; n < 50; ++n) {
+    simulation.step();
+    const dem::Boundary& b = bed.boundary(plate);
+    const double t = n * step;
+    EXPECT_LT(norm(b.pose.position - path(t).position), 1e-15);
+    // The first step has no step before; leapfrog takes its velocity as that of the start.
+    const double middle = n == 0 ? 0 : t - step / 2;
+    // Mid-step differences of a sine err by (30 step)^2/24 of 6 m/s.
+    EXPECT_NEAR(b.velocity.x, 6 * std::cos(30 * middle), 5e-6) << n;
+    EXPECT_NEAR(b.velocity.y, -0.1, 1e-12) << n;
+    EXPECT_NEAR(b.velocity.z, 0.05, 1e-12) << n;
+    EXPECT_NEAR(b.spin.y, 4, 1e-6) << n;
+  }
+}
+
+TEST(BodySurface, MovesWithTheBodyFromTheFirstStepOn) {
+  dem::Bed bed(dem::test::table(dem::test::grains()), dem::test::quiet());
+  const int face = dem::test::add_plane(bed, {0, -1, 0}, {0, -1, 0});
+  mbd::Model model;
+  model.gravity = {0, 0};
+  const int body = model.add({.name = "b", .mass = 1, .inertia = 1, .pose = {0, 5, 0.3}, .velocity = {0.5, -1, 2}});
+  mbd::Machine machine(model);
+  machine.start_from_pose();
+  Simulation simulation(&bed, &machine, {{body, face}}, {}, {.soil_step = 1e-4});
+  for (int n = 0; n < 10; ++n) {
+    simulation.step();
+    const dem::Boundary& b = bed.boundary(face);
+    EXPECT_NEAR(b.velocity.x, 0.5, 1e-9) << n;
+    EXPECT_NEAR(b.velocity.y, -1, 1e-9) << n;
+    EXPECT_NEAR(b.spin.z, 2, 1e-6) << n;
+    EXPECT_NEAR(b.pose.position.y, 5 - n * 1e-4, 1e-12) << n;
+  }
+}
+
+/// A sphere at rest on a turning drum, large enough to be flat for it: Coulomb friction brings it to rolling at
+/// t = 2 U/(7 mu g) with 2/7 of the surface speed U (MFiX DEM04 seen from the belt). The drum's work is
+/// mu m g U t = (2/7) m U^2; one half is the sphere's motion, the other half slid away.
+TEST(GivenMotion, TurningDrumDragsASphereAndItsWorkIsBooked) {
+  const double radius = 0.01, drum = 0.5, speed = 0.1, mu = 0.4, step = 2e-6;
+  dem::Bed bed(dem::test::table(dem::test::grains(1e5, 0.5, mu, 0)), dem::test::quiet({0, -9.81, 0}));
+  const double mass = 2500 * 4.0 / 3.0 * M_PI * std::pow(radius, 3);
+  const dem::SphereSpec ball{{0, drum + radius - mass * 9.81 / 1e5, 0}, {}, {}, radius, 2500, 0};
+  bed.add(std::span(&ball, 1));
+  dem::Boundary b;
+  b.shape = dem::Cylinder({}, {0, 0, 1}, drum, 0.2);
+  const int boundary = bed.add(std::move(b));
+  // Turning clockwise: the top moves along +x.
+  Simulation simulation(&bed, nullptr, {}, {{boundary, [&](double t) {
+                          return dem::Pose{{}, dem::Quaternion::from_rotation_vector({0, 0, -speed / drum * t})};
+                        }}}, {.soil_step = step});
+  const double rolling = 2 * speed / (7 * mu * 9.81);
+  double torque = 0, start = 0;
+  const long steps = std::lround(2 * rolling / step);
+  for (long n = 0; n <= steps; ++n) {
+    simulation.step({.energy = n == 0 || n == steps, .snapshot = nullptr});
+    if (n == 0) start = bed.energy().total();
+    if (n == steps / 4) torque = bed.boundary(boundary).wrench.moment.z;
+  }
+  const dem::Sphere& s = bed.spheres()[0];
+  // The tangential spring's stretch, mu m g/k_t, and the drum's curve change these by parts in a thousand.
+  EXPECT_NEAR(s.v.x, 2 * speed / 7, 0.01 * speed);
+  EXPECT_NEAR(s.w.z, 5 * speed / (7 * radius), 0.01 * speed / radius);
+  EXPECT_NEAR(torque, mu * mass * 9.81 * drum, 0.01 * mu * mass * 9.81 * drum);
+  const dem::BedEnergy& e = bed.energy();
+  const double work = 2.0 / 7.0 * mass * speed * speed;
+  EXPECT_NEAR(e.boundary_work, work, 0.01 * work);
+  EXPECT_NEAR(e.kinetic + e.spin, work / 2, 0.01 * work);
+  EXPECT_NEAR(e.lost.sliding + e.lost.damping, work / 2, 0.01 * work);
+  EXPECT_NEAR(e.total() - start, e.boundary_work, 1e-3 * work);
+  EXPECT_EQ(simulation.interface_work().on_soil, 0) << "a given motion is no machine's";
+}
+
+}  // namespace
+}  // namespace subsoil::coupling::test
