@@ -12,8 +12,8 @@ namespace subsoil::app {
 /// A row belongs to the instant t_n at which a step begins. Poses, velocities and energies are of t_n; columns with the
 /// unit N or N m are means over the steps since the row before.
 /// Names: `<body>.x`, `<joint>.fx`, `<driver>.force` as the machine reports them; `<body>.soil.Fx` ... `.Mz` wrench of
-/// the soil on a body about its centre of mass; `<surface>.Fx` ... about the surface's reference point, world axes; `<boundary>.x` ...
-/// place of a boundary on a given path;
+/// the soil on a body about its centre of mass; `<surface>.Fx` ... about the surface's reference point, world axes;
+/// `<boundary>.x` ... place of a boundary on a given path;
 /// `soil.draft`, `soil.lift` the soil's force on the whole machine, rearward and upward; `soil.kinetic` ... the bed's
 /// energy book; `interface.on soil`, `interface.on machine` the work both sides book; then the scenario's watches.
 class Columns {

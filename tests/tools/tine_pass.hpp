@@ -23,7 +23,7 @@ struct TineSetup {
 struct TineEnergy {
   double bed = 0, machine = 0, interface = 0;  ///< closures, each 0 in a perfect book
   double driver_work = 0;
-  double put_in = 0;                           ///< sizes of the driver's work and of gravity's on the soil
+  double put_in = 0;  ///< sizes of the driver's work and of gravity's on the soil
   dem::Losses lost;
   double closure() const { return bed + machine + interface; }
 };
@@ -44,12 +44,14 @@ class TinePass {
     double sum = 0, pull = 0;
     long count = 0;
     momentum_before_ = momentum();
-    const long steps = std::lround((until + clearance_) / speed / step_), first = std::lround((from + clearance_) / speed / step_);
+    const long steps = std::lround((until + clearance_) / speed / step_),
+               first = std::lround((from + clearance_) / speed / step_);
     for (long n = 0; n <= steps; ++n) {
       simulation_->step({.energy = n == 0 || n == steps, .snapshot = nullptr});
       if (n == 0) start_energy();
       // The bed's first kick is half a step long (leapfrog).
-      for (int b = 0; b < bed_.boundary_count(); ++b) impulse_ -= bed_.boundary(b).wrench.force * (n == 0 ? 0.5 * step_ : step_);
+      for (int b = 0; b < bed_.boundary_count(); ++b)
+        impulse_ -= bed_.boundary(b).wrench.force * (n == 0 ? 0.5 * step_ : step_);
       if (n < first) continue;
       sum -= simulation_->soil_on_body(tine_).force.x;
       pull += machine_->driver_force("tow");
@@ -59,7 +61,7 @@ class TinePass {
     elapsed_ = (static_cast<double>(steps) + 0.5) * step_;
   }
 
-  double draft() const { return draft_; }  ///< N, mean over the window
+  double draft() const { return draft_; }       ///< N, mean over the window
   double driver_pull() const { return pull_; }  ///< N, mean over the same window
   double step() const { return step_; }
   std::size_t spheres() const { return bed_.spheres().size(); }
@@ -125,7 +127,8 @@ class TinePass {
     add_wall({0, 0, breadth_ / 2}, {0, 0, -1});
     add_wall({length_, 0, 0}, {-1, 0, 0});
     add_wall({}, {1, 0, 0});
-    const dem::StepQuestion question{.smallest_radius = 0.01, .largest_radius = 0.01, .density = 1800, .speed = 1, .neighbours = 12};
+    const dem::StepQuestion question{
+        .smallest_radius = 0.01, .largest_radius = 0.01, .density = 1800, .speed = 1, .neighbours = 12};
     const dem::LawTable table = laws();
     step_ = 0.8 * std::min(dem::stable_step(table.laws[0], question).step,
                            dem::stable_step_at_surface(table.laws[1], question).step);

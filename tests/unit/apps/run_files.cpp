@@ -34,14 +34,15 @@ TEST(RunFiles, ARunLeavesFramesSeriesSummaryScenarioAndState) {
 
   const Series series = read_series(dir / "out" / "series.csv");
   EXPECT_EQ(series.at("time").size(), 151U);  // every ms, both ends
-  for (const char* column : {"tine.x", "tine.vy", "tine.angle", "slide.fx", "spring.force", "tow.force", "soil.draft", "soil.lift",
-                             "tine.soil.Fx", "tine.soil.Mz", "floor.Fy", "energy.balance", "soil.slid", "pull", "draft"})
+  for (const char* column :
+       {"tine.x", "tine.vy", "tine.angle", "slide.fx", "spring.force", "tow.force", "soil.draft", "soil.lift",
+        "tine.soil.Fx", "tine.soil.Mz", "floor.Fy", "energy.balance", "soil.slid", "pull", "draft"})
     EXPECT_GE(series.find(column), 0) << column;
   EXPECT_GT(*std::max_element(series.at("draft").begin(), series.at("draft").end()), 5) << "the tine met no soil";
 
   const nlohmann::json summary = summary_of(dir / "out");
-  for (const char* key : {"version", "scenario", "instruction set", "threads", "wall time [s]", "soil step [s]", "steps",
-                          "neighbour builds", "frames", "end"})
+  for (const char* key : {"version", "scenario", "instruction set", "threads", "wall time [s]", "soil step [s]",
+                          "steps", "neighbour builds", "frames", "end"})
     EXPECT_TRUE(summary["run"].contains(key)) << key;
   EXPECT_EQ(summary["run"]["end"], "reached");
   EXPECT_EQ(summary["run"]["threads"], 1);
@@ -55,7 +56,8 @@ TEST(RunFiles, TheCopyOfTheScenarioReadsBackAndRunsTheSame) {
   const std::vector<std::string> short_run{"time.end=20 ms"};
   ASSERT_EQ(run_scenario(dir.scenario(small_pass), dir / "a", short_run), exit_ok);
   const std::string copy = (dir / "a" / "scenario.yaml").string();
-  EXPECT_EQ(write_scenario(load_scenario(copy).scenario), write_scenario(load_scenario(dir.scenario(small_pass), short_run).scenario));
+  EXPECT_EQ(write_scenario(load_scenario(copy).scenario),
+            write_scenario(load_scenario(dir.scenario(small_pass), short_run).scenario));
   ASSERT_EQ(run_scenario(copy, dir / "b"), exit_ok);
   std::ifstream a(dir / "a" / "series.csv"), b(dir / "b" / "series.csv");
   const std::string of_a((std::istreambuf_iterator<char>(a)), {}), of_b((std::istreambuf_iterator<char>(b)), {});
@@ -69,7 +71,8 @@ TEST(RunFiles, AnExistingDirectoryIsWrittenOverOnlyWithForce) {
   EXPECT_EQ(subsoil_words(words), exit_ok);
   const auto written = std::filesystem::last_write_time(dir / "out" / "series.csv");
   EXPECT_EQ(subsoil_words(words), exit_bad_input);
-  EXPECT_EQ(std::filesystem::last_write_time(dir / "out" / "series.csv"), written) << "a refused run must touch nothing";
+  EXPECT_EQ(std::filesystem::last_write_time(dir / "out" / "series.csv"), written)
+      << "a refused run must touch nothing";
   std::vector<std::string> forced = words;
   forced.push_back("--force");
   EXPECT_EQ(subsoil_words(forced), exit_ok);
@@ -78,8 +81,9 @@ TEST(RunFiles, AnExistingDirectoryIsWrittenOverOnlyWithForce) {
 TEST(RunFiles, BadInputExitsWithTwoAndWritesNothing) {
   const RunDirectory dir;
   const std::string file = dir.scenario(small_pass), out = (dir / "out").string();
-  for (const char* bad : {"soil.bed.radius=10 kg", "soil.bed.raduis=10 mm", "time.soil step=1 ms", "machine.bodies.tine.at=0.05 0 m",
-                          "output.watch.pull={driver: nobody}", "output.watch.pull=tine.nothing"}) {
+  for (const char* bad :
+       {"soil.bed.radius=10 kg", "soil.bed.raduis=10 mm", "time.soil step=1 ms", "machine.bodies.tine.at=0.05 0 m",
+        "output.watch.pull={driver: nobody}", "output.watch.pull=tine.nothing"}) {
     EXPECT_EQ(subsoil_words({"run", file, "--out", out, "--threads", "1", "--set", bad}), exit_bad_input) << bad;
     EXPECT_FALSE(std::filesystem::exists(out)) << bad;
   }
@@ -99,7 +103,8 @@ TEST(RunFiles, CheckWritesNothing) {
 
 TEST(RunFiles, FramesStandAtListedTimesToo) {
   const RunDirectory dir;
-  ASSERT_EQ(run_scenario(dir.scenario(small_pass), dir / "out", {"time.end=20 ms", "output.every=15 ms", "output.at=[3 ms, 7 ms]"}),
+  ASSERT_EQ(run_scenario(dir.scenario(small_pass), dir / "out",
+                         {"time.end=20 ms", "output.every=15 ms", "output.at=[3 ms, 7 ms]"}),
             exit_ok);
   const std::vector<double> times = frame_times(dir / "out");
   const double half = 0.5 * summary_of(dir / "out")["run"]["soil step [s]"].get<double>();
@@ -110,8 +115,8 @@ TEST(RunFiles, FramesStandAtListedTimesToo) {
 
 TEST(RunFiles, ColumnsOfFramesAreSelectable) {
   const RunDirectory dir;
-  ASSERT_EQ(run_scenario(dir.scenario(small_pass), dir / "out", {"time.end=2 ms", "output.columns=[position, contacts]",
-                                                                 "output.precision=double"}),
+  ASSERT_EQ(run_scenario(dir.scenario(small_pass), dir / "out",
+                         {"time.end=2 ms", "output.columns=[position, contacts]", "output.precision=double"}),
             exit_ok);
   const auto file = h5::open_file(dir / "out" / "run.h5");
   EXPECT_TRUE(h5::exists(file, "/frames/000000/position"));

@@ -16,10 +16,10 @@ struct Collision {
   double restitution = 1, mu = 0.3;
   dem::Shape shape = dem::MeshSurface(dem::box_mesh({0.2, 0.02, 0.06}));
   Totals start{}, end{};
-  dem::Wrench impulse{};     ///< of the sphere on the body as reported, N s, N m s
-  double error = 0;          ///< of the interface, J
-  double balance = 0;        ///< of the machine's book, J
-  int touched = 0;           ///< steps in contact
+  dem::Wrench impulse{};  ///< of the sphere on the body as reported, N s, N m s
+  double error = 0;       ///< of the interface, J
+  double balance = 0;     ///< of the machine's book, J
+  int touched = 0;        ///< steps in contact
 
   void run(double step) {
     const double radius = 0.01;
@@ -41,8 +41,10 @@ struct Collision {
       const mbd::BodyState& b = machine.body(body);
       const dem::Vec3 l = cross(s.x, s.m * s.v) + s.w * inertia(s);
       const double m = model.bodies[0].mass, j = model.bodies[0].inertia;
-      return Totals{s.m * s.v.x + m * b.v.x, s.m * s.v.y + m * b.v.y, s.m * s.v.z, l.z + m * mbd::cross(b.r, b.v) + j * b.spin,
-                    0.5 * s.m * dot(s.v, s.v) + 0.5 * inertia(s) * dot(s.w, s.w) + 0.5 * m * mbd::dot(b.v, b.v) + 0.5 * j * b.spin * b.spin};
+      return Totals{s.m * s.v.x + m * b.v.x, s.m * s.v.y + m * b.v.y, s.m * s.v.z,
+                    l.z + m * mbd::cross(b.r, b.v) + j * b.spin,
+                    0.5 * s.m * dot(s.v, s.v) + 0.5 * inertia(s) * dot(s.w, s.w) + 0.5 * m * mbd::dot(b.v, b.v) +
+                        0.5 * j * b.spin * b.spin};
     };
     start = totals();
     for (double t = 0; t < 0.015; t += step) {

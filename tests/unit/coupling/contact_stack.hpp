@@ -44,7 +44,7 @@ struct StackRun {
   double least_force;       ///< smallest force on the face, N: above 0 the contact never opened
   double impulse;           ///< N s, of the face's forces
   InterfaceWork work;
-  double closure;           ///< bed closure + machine balance + interface error, J
+  double closure;  ///< bed closure + machine balance + interface error, J
 };
 
 inline StackRun run(const Stack& s, double soil_step, int soil_steps = 1,
@@ -74,7 +74,8 @@ inline StackRun run(const Stack& s, double soil_step, int soil_steps = 1,
   }
   out.height = machine.body(body).r.y, out.velocity = machine.body(body).v.y;
   out.work = simulation.interface_work();
-  out.closure = bed.energy().total() - bed.energy().boundary_work - start + machine.energy().balance() + out.work.error();
+  out.closure =
+      bed.energy().total() - bed.energy().boundary_work - start + machine.energy().balance() + out.work.error();
   return out;
 }
 

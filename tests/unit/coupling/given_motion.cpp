@@ -11,7 +11,8 @@ TEST(GivenMotion, VelocityIsTheDisplacementOverTheStep) {
   dem::Bed bed(dem::test::table(dem::test::grains()), dem::test::quiet());
   const int plate = dem::test::add_plane(bed, {}, {0, 1, 0});
   const auto path = [](double t) {
-    return dem::Pose{{0.2 * std::sin(30 * t), -0.1 * t, 0.05 * t}, dem::Quaternion::from_rotation_vector({0, 4 * t, 0})};
+    return dem::Pose{{0.2 * std::sin(30 * t), -0.1 * t, 0.05 * t},
+                     dem::Quaternion::from_rotation_vector({0, 4 * t, 0})};
   };
   const double step = 1e-4;
   Simulation simulation(&bed, nullptr, {}, {{plate, path}}, {.soil_step = step});
@@ -62,9 +63,12 @@ TEST(GivenMotion, TurningDrumDragsASphereAndItsWorkIsBooked) {
   b.shape = dem::Cylinder({}, {0, 0, 1}, drum, 0.2);
   const int boundary = bed.add(std::move(b));
   // Turning clockwise: the top moves along +x.
-  Simulation simulation(&bed, nullptr, {}, {{boundary, [&](double t) {
-                          return dem::Pose{{}, dem::Quaternion::from_rotation_vector({0, 0, -speed / drum * t})};
-                        }}}, {.soil_step = step});
+  Simulation simulation(&bed, nullptr, {},
+                        {{boundary,
+                          [&](double t) {
+                            return dem::Pose{{}, dem::Quaternion::from_rotation_vector({0, 0, -speed / drum * t})};
+                          }}},
+                        {.soil_step = step});
   const double rolling = 2 * speed / (7 * mu * 9.81);
   double torque = 0, start = 0;
   const long steps = std::lround(2 * rolling / step);

@@ -6,7 +6,8 @@
 #include "libdem/geometry/mesh_builders.hpp"
 #include "tests/tools/dem_beds.hpp"
 
-/// A tool on a sprung arm behind a trolley driven down a slope of 45 deg, through 320 spheres; beside it a boundary on a given path.
+/// A tool on a sprung arm behind a trolley driven down a slope of 45 deg, through 320 spheres; beside it a boundary on
+/// a given path.
 namespace subsoil::coupling::test {
 
 struct MovingTool {
@@ -25,9 +26,11 @@ struct MovingTool {
     const int stirrer = add(dem::box_mesh({0.02, 0.08, 0.02}));
     surface = add(dem::box_mesh({0.03, 0.12, 0.04}, {0, 0, 0.08}));
     mbd::Model m;
-    const int trolley = m.add({.name = "trolley", .mass = 30, .inertia = 1, .pose = {0.09, 0.4, 0}, .velocity = {2, -2, 0}});
+    const int trolley =
+        m.add({.name = "trolley", .mass = 30, .inertia = 1, .pose = {0.09, 0.4, 0}, .velocity = {2, -2, 0}});
     tool = m.add({.name = "tool", .mass = 4, .inertia = 0.03, .pose = {0.09, 0.161, 0}, .velocity = {2, -2, 0}});
-    m.add("rail", mbd::Translational{.body_a = mbd::ground, .body_b = trolley, .p_a = {0.09, 0.4}, .angle_a = -M_PI / 4});
+    m.add("rail",
+          mbd::Translational{.body_a = mbd::ground, .body_b = trolley, .p_a = {0.09, 0.4}, .angle_a = -M_PI / 4});
     m.add("tow", mbd::CoordinateDriver{.body = trolley, .motion = {.velocity = 2.0}});
     m.add("hinge", mbd::Revolute{.body_a = trolley, .body_b = tool, .p_b = {0, 0.239}});
     m.add("spring", mbd::RotationalSpringDamper{.body_a = trolley, .body_b = tool, .stiffness = 800, .damping = 3});
@@ -50,7 +53,8 @@ struct MovingTool {
     machine->columns(values);
     const InterfaceWork work = simulation->interface_work();
     const dem::Wrench& w = simulation->soil_on_body(tool);
-    values.insert(values.end(), {work.on_soil, work.on_machine, w.force.x, w.force.y, w.force.z, w.moment.x, w.moment.y, w.moment.z});
+    values.insert(values.end(),
+                  {work.on_soil, work.on_machine, w.force.x, w.force.y, w.force.z, w.moment.x, w.moment.y, w.moment.z});
     return values;
   }
 

@@ -2,9 +2,9 @@
 
 #include "tests/unit/coupling/contact_stack.hpp"
 
-/// Order of the explicit staggered scheme: one, neither less (a mistake in the order of a step, a velocity left out) nor
-/// more (then the test would not see the coupling). The forces of t_n act over the step to t_{n+1}: a delay of half a
-/// step in the mean, so errors are of first order in the machine step.
+/// Order of the explicit staggered scheme: one, neither less (a mistake in the order of a step, a velocity left out)
+/// nor more (then the test would not see the coupling). The forces of t_n act over the step to t_{n+1}: a delay of half
+/// a step in the mean, so errors are of first order in the machine step.
 namespace subsoil::coupling::test {
 namespace {
 
@@ -39,7 +39,8 @@ TEST_P(Order, IsOneOnAContactSpring) {
 }
 INSTANTIATE_TEST_SUITE_P(Staggered, Order,
                          testing::Combine(testing::Values(1.0, 0.7), testing::Values(1, 4),
-                                          testing::Values(mbd::IntegratorKind::adams_moulton, mbd::IntegratorKind::ida)));
+                                          testing::Values(mbd::IntegratorKind::adams_moulton,
+                                                          mbd::IntegratorKind::ida)));
 
 TEST(InterfaceWork, ErrorVanishesInFirstOrderAtTheRateOfTheDelay) {
   const Stack s;

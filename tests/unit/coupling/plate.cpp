@@ -7,9 +7,9 @@
 namespace subsoil::coupling::test {
 namespace {
 
-/// A free plate of known weight sinks into a bed and comes to rest: the contacts carry its weight, their moment about its
-/// centre of mass is zero, and the bin carries both. Means over 20 ms, in which what little still swings averages out;
-/// the bounds are a thousandth of the weight, and of the weight at a quarter of the plate's width.
+/// A free plate of known weight sinks into a bed and comes to rest: the contacts carry its weight, their moment about
+/// its centre of mass is zero, and the bin carries both. Means over 20 ms, in which what little still swings averages
+/// out; the bounds are a thousandth of the weight, and of the weight at a quarter of the plate's width.
 TEST(Plate, RestsOnTheBedWithItsWeightAndWithoutMoment) {
   const double size = 0.07, mass = 2, step = 5e-5, g = 9.81;
   dem::Bed bed(dem::test::table(dem::test::grains(5e4, 0.1, 0.4, 0.1)), dem::test::quiet({0, -g, 0}));
@@ -21,7 +21,8 @@ TEST(Plate, RestsOnTheBedWithItsWeightAndWithoutMoment) {
   b.shape = dem::MeshSurface(dem::box_mesh({size, 0.01, size}, {0, 0, 0.0515}));
   const int plate = bed.add(std::move(b));
   mbd::Model model;
-  const int body = model.add({.name = "plate", .mass = mass, .inertia = mass * size * size / 12, .pose = {0.0515, 0.067, 0}});
+  const int body =
+      model.add({.name = "plate", .mass = mass, .inertia = mass * size * size / 12, .pose = {0.0515, 0.067, 0}});
   mbd::Machine machine(model);
   machine.start_from_pose();
   Simulation simulation(&bed, &machine, {{body, plate}}, {}, {.soil_step = step, .soil_steps = 2});

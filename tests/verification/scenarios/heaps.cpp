@@ -4,8 +4,9 @@
 #include "tests/tools/program_runs.hpp"
 
 /// A heap of dry spheres and a block of wet ones (configs/heap-dry.yaml, heap-wet.yaml).
-/// Oracle: no closed form exists for frictional spheres; the angle is reported with its scatter over packings, must be one
-/// that natural grains have (25 to 40 deg, and the scatter), and must vanish with friction. Wet ones stand by cohesion: c = mu F/p^2 = 22 kPa at most, a face stands up to 4 c/(rho g) = 5 m, the block is 0.12 m high.
+/// Oracle: no closed form exists for frictional spheres; the angle is reported with its scatter over packings, must be
+/// one that natural grains have (25 to 40 deg, and the scatter), and must vanish with friction. Wet ones stand by
+/// cohesion: c = mu F/p^2 = 22 kPa at most, a face stands up to 4 c/(rho g) = 5 m, the block is 0.12 m high.
 namespace subsoil::app {
 namespace {
 
@@ -13,13 +14,15 @@ namespace {
 /// heap's axis, in all four directions, from 40 mm off the axis (its tip is round) to 20 mm off the edge.
 double repose_angle(const std::vector<dem::Vec3>& spheres, double half) {
   constexpr double cell = 0.02, wide = 0.05, from = 0.04;
-  const int along = static_cast<int>((half - 0.02 - from) / cell + 0.5), across = static_cast<int>(2 * wide / cell + 0.5);
+  const int along = static_cast<int>((half - 0.02 - from) / cell + 0.5),
+            across = static_cast<int>(2 * wide / cell + 0.5);
   double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
   for (int side = 0; side < 4; ++side) {
     std::vector<double> top(static_cast<std::size_t>(along * across), 0.0);
     for (const dem::Vec3& p : spheres) {
       const double out = side == 0 ? p.x : side == 1 ? -p.x : side == 2 ? p.z : -p.z, aside = side < 2 ? p.z : p.x;
-      const int i = static_cast<int>(std::floor((out - from) / cell)), j = static_cast<int>(std::floor((aside + wide) / cell));
+      const int i = static_cast<int>(std::floor((out - from) / cell)),
+                j = static_cast<int>(std::floor((aside + wide) / cell));
       if (i < 0 || i >= along || j < 0 || j >= across) continue;
       double& highest = top[static_cast<std::size_t>(i * across + j)];
       highest = std::max(highest, p.y + 0.01);
@@ -51,8 +54,8 @@ TEST(Heaps, DrySpheresLieAtAnAngleOfReposeThatFrictionMakes) {
   const double mean = sum / 3, deviation = std::sqrt(std::max(0.0, (squares - 3 * mean * mean) / 2));
   std::printf("angle of repose: %.1f deg, standard deviation %.1f deg over three packings\n", mean, deviation);
   EXPECT_LT(deviation, 4) << "more is no property of the material";
-  const double slippery =
-      angle_of_run(dir / "slippery", {"time.end=0.7 s", "contacts[0].mu=0.05", "contacts[0].mu_r=0", "contacts[1].mu=0.05", "contacts[1].mu_r=0"});
+  const double slippery = angle_of_run(dir / "slippery", {"time.end=0.7 s", "contacts[0].mu=0.05", "contacts[0].mu_r=0",
+                                                          "contacts[1].mu=0.05", "contacts[1].mu_r=0"});
   std::printf("with mu = 0.05 and no rolling resistance: %.1f deg\n", slippery);
   EXPECT_LT(slippery, 0.5 * mean);
 }

@@ -3,8 +3,8 @@
 #include "tests/tools/program_runs.hpp"
 
 /// Plate of known weight on a settled bed, through the machine and the coupling (configs/plate-sinking.yaml).
-/// Oracle: statics. The spheres carry the plate; slide and soil balance each other sideways and in turn; floor and walls
-/// carry everything. No number of it comes from the contact law.
+/// Oracle: statics. The spheres carry the plate; slide and soil balance each other sideways and in turn; floor and
+/// walls carry everything. No number of it comes from the contact law.
 namespace subsoil::app {
 namespace {
 
@@ -22,7 +22,8 @@ TEST(PlateOnBed, ForcesAndMomentsBalanceAtRest) {
   EXPECT_NEAR(last("plate.soil.Fy") + last("slide.fy") * 0, plate, small);
   EXPECT_GT(std::abs(last("plate.soil.Fx")), 1) << "the plate stands off the middle: its soil must push sideways";
   EXPECT_GT(std::abs(last("plate.soil.Mz")), 0.1);
-  EXPECT_NEAR(last("slide.fx"), last("plate.soil.Fx"), small) << "reaction on the ground is what soil does to the plate";
+  EXPECT_NEAR(last("slide.fx"), last("plate.soil.Fx"), small)
+      << "reaction on the ground is what soil does to the plate";
   EXPECT_NEAR(last("slide.moment"), last("plate.soil.Mz"), 1e-3 * plate * 0.05);
   double up = 0, along = 0, across = 0;
   for (const char* wall : {"floor", "wall -x", "wall +x", "wall -z", "wall +z"}) {

@@ -8,8 +8,8 @@ namespace {
 /// Pull of the pair at an overlap of 2 mm less the stretch, from section 2 of model.md (K_C = K_B dB/dc = 7000 N/m).
 double pull_of_pair(double stretch) {
   const double k = 7000, d = 0.002;
-  if (stretch < d) return k * stretch;           // K_C (dc - delta)
-  return std::max(0.0, k * (2 * d - stretch));   // K_B (dB + delta)
+  if (stretch < d) return k * stretch;          // K_C (dc - delta)
+  return std::max(0.0, k * (2 * d - stretch));  // K_B (dB + delta)
 }
 
 TEST(PullApart, ForceOverGapIsTheLawsCurveAndItsAreaTwentyEightMillijoule) {
