@@ -35,8 +35,8 @@ dem::Pose Simulation::surface_pose(int boundary) const {
   return bed_->boundary(boundary).pose;
 }
 
-/// Where a body is at t_{n+1}: as the machine has it at a window's end, carried on with its velocity and acceleration of
-/// the window's start inside.
+/// Where a body is at t_{n+1}: as the machine has it at a window's end, carried on with its velocity and acceleration
+/// of the window's start inside.
 mbd::BodyState Simulation::ahead(int body) const {
   const mbd::BodyState& now = machine_->body(body);
   if (in_window_ == 0) return now;
@@ -48,7 +48,8 @@ mbd::BodyState Simulation::ahead(int body) const {
           now.spin + a[2] * t};
 }
 
-void Simulation::place(dem::Boundary& boundary, const dem::Pose& pose, const dem::Vec3& velocity, const dem::Vec3& spin) {
+void Simulation::place(dem::Boundary& boundary, const dem::Pose& pose, const dem::Vec3& velocity,
+                       const dem::Vec3& spin) {
   if (stepped_) {
     // What the surface really did since the last step; its own velocity only tells the first step.
     const double dt = options_.soil_step;

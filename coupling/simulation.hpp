@@ -25,26 +25,26 @@ struct GivenMotion {
 
 /// What soil and machine did to each other through the machine's surfaces since the start, J.
 struct InterfaceWork {
-  double on_soil = 0;      ///< as the bed books it: mean wrench of two instants times the displacement between
-  double on_machine = 0;   ///< as the machine books it: wrench held over the step times displacement
+  double on_soil = 0;     ///< as the bed books it: mean wrench of two instants times the displacement between
+  double on_machine = 0;  ///< as the machine books it: wrench held over the step times displacement
   /// What the explicit exchange created (> 0) or lost: both sides together; of first order in the step.
   double error() const { return on_soil + on_machine; }
 };
 
 struct SimulationOptions {
-  double soil_step = 0;      ///< s; with a bed
-  int soil_steps = 1;        ///< per machine step
-  double machine_step = 0;   ///< s; without a bed
+  double soil_step = 0;     ///< s; with a bed
+  int soil_steps = 1;       ///< per machine step
+  double machine_step = 0;  ///< s; without a bed
 };
 
 /// One step in the source's order (Yuan & Yu 2020, section 3), explicit and staggered:
-///   (1) the machine stands at t_n; (2) its surfaces take position and velocity; (3) contact forces; (4) spheres move on
-///   to t_{n+1}; (5) each body's wrench about its centre of mass, averaged over the window of soil steps, moves the
+///   (1) the machine stands at t_n; (2) its surfaces take position and velocity; (3) contact forces; (4) spheres move
+///   on to t_{n+1}; (5) each body's wrench about its centre of mass, averaged over the window of soil steps, moves the
 ///   machine over the window. Inside a window of several soil steps the surfaces run ahead with the machine's velocity
 ///   and acceleration at the window's start.
-/// Velocities handed over are those of the middle of the step that ends at t_n (displacement over step), as the bed's own
-/// leapfrog velocities are; that makes both energy books exact for the motion that was made.
-/// A simulation may be without bed (the machine runs alone) or without machine.
+/// Velocities handed over are those of the middle of the step that ends at t_n (displacement over step), as the bed's
+/// own leapfrog velocities are; that makes both energy books exact for the motion that was made. A simulation may be
+/// without bed (the machine runs alone) or without machine.
 class Simulation {
  public:
   /// Bed and machine are the caller's and outlive the simulation; either may be null. Body surfaces are placed at once.
@@ -53,7 +53,7 @@ class Simulation {
 
   /// One soil step (or one machine step without a bed). After it, wrenches are those of t_n, poses those of t_{n+1}.
   void step(const dem::Bed::Request& request = {});
-  double time() const;          ///< t_{n+1}
+  double time() const;  ///< t_{n+1}
   double step_length() const { return bed_ != nullptr ? options_.soil_step : options_.machine_step; }
 
   /// Wrench of the soil on a body about its centre of mass, world axes, at the last step; out-of-plane parts included:
@@ -81,7 +81,7 @@ class Simulation {
   std::vector<BodySurface> surfaces_;
   std::vector<GivenMotion> motions_;
   SimulationOptions options_;
-  std::vector<dem::Wrench> soil_on_body_, window_;  ///< per body; window: sum of shares
+  std::vector<dem::Wrench> soil_on_body_, window_;   ///< per body; window: sum of shares
   std::vector<std::array<double, 3>> acceleration_;  ///< of bodies at the window's start
   int in_window_ = 0;
   double time_ = 0;

@@ -37,7 +37,8 @@ void Bed::add(std::span<const SphereSpec> spheres) {
   for (const SphereSpec& in : spheres) {
     const double m = in.density * 4.0 / 3.0 * M_PI * in.radius * in.radius * in.radius;
     if (!std::isfinite(dot(in.position, in.position) + dot(in.velocity, in.velocity) + dot(in.spin, in.spin)))
-      throw std::invalid_argument("sphere " + std::to_string(impl_->next_id) + ": position, velocity and spin must be finite");
+      throw std::invalid_argument("sphere " + std::to_string(impl_->next_id) +
+                                  ": position, velocity and spin must be finite");
     if (!(in.radius > 0) || !(m > 0))
       throw std::invalid_argument("sphere " + std::to_string(impl_->next_id) + ": radius and density must be positive");
     if (in.material < 0 || in.material >= impl_->laws.materials)

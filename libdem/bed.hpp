@@ -13,24 +13,24 @@
 namespace subsoil::dem {
 
 struct BedOptions {
-  Vec3 gravity{0, -9.81, 0};        ///< m/s2
-  int threads = 0;                  ///< 0: all that OpenMP offers
-  std::string simd = "auto";        ///< kernel by name
-  double skin = 0;                  ///< m by which neighbours are listed beyond reach; 0: a quarter of the mean radius
-  double speed_limit = 50;          ///< m/s; a faster sphere stops the run
-  double overlap_limit = 0.5;       ///< share of the radius; a deeper contact stops the run
-  double floor_drop = -1e300;       ///< y below which spheres are taken out, m
+  Vec3 gravity{0, -9.81, 0};   ///< m/s2
+  int threads = 0;             ///< 0: all that OpenMP offers
+  std::string simd = "auto";   ///< kernel by name
+  double skin = 0;             ///< m by which neighbours are listed beyond reach; 0: a quarter of the mean radius
+  double speed_limit = 50;     ///< m/s; a faster sphere stops the run
+  double overlap_limit = 0.5;  ///< share of the radius; a deeper contact stops the run
+  double floor_drop = -1e300;  ///< y below which spheres are taken out, m
 };
 
 /// Energy book of the bed, J. Closure: kinetic + spin + gravity + stored + lost = start + boundary work.
 struct BedEnergy {
-  double kinetic = 0;   ///< of translation, (m/2) v_{n-1/2} . v_{n+1/2}: what leapfrog work sums to
-  double spin = 0;      ///< of rotation, same form
-  double gravity = 0;   ///< -m g . x
-  double stored = 0;    ///< in contact springs and attraction (negative)
-  Losses lost;          ///< since the start
+  double kinetic = 0;        ///< of translation, (m/2) v_{n-1/2} . v_{n+1/2}: what leapfrog work sums to
+  double spin = 0;           ///< of rotation, same form
+  double gravity = 0;        ///< -m g . x
+  double stored = 0;         ///< in contact springs and attraction (negative)
+  Losses lost;               ///< since the start
   double boundary_work = 0;  ///< done by the surfaces on the spheres since the start
-  double removed = 0;   ///< kinetic and potential energy that left with removed spheres
+  double removed = 0;        ///< kinetic and potential energy that left with removed spheres
 
   double total() const {
     return kinetic + spin + gravity + stored + lost.damping + lost.sliding + lost.rolling + removed;
@@ -45,12 +45,12 @@ struct BedFault : std::runtime_error {
 /// The bed of spheres and everything that touches it.
 ///
 /// One step from t_n to t_{n+1} (leapfrog): forces at t_n from positions x_n and velocities v_{n-1/2};
-/// v_{n+1/2} = v_{n-1/2} + a dt, x_{n+1} = x_n + v_{n+1/2} dt. The first step after a start or a change of dt kicks by the
-/// mean of both steps, so velocities given at t = 0 are velocities at t = 0.
+/// v_{n+1/2} = v_{n-1/2} + a dt, x_{n+1} = x_n + v_{n+1/2} dt. The first step after a start or a change of dt kicks by
+/// the mean of both steps, so velocities given at t = 0 are velocities at t = 0.
 ///
-/// A step is one fused sweep (sweep.cpp): spheres sorted by cell, a half list in which each contact belongs to its lower
-/// index, contacts in ascending order of owner; a sphere is complete, and moved, once its own contacts are done. Every
-/// sum runs in an order that the list alone fixes, so results are the same bits for any number of threads.
+/// A step is one fused sweep (sweep.cpp): spheres sorted by cell, a half list in which each contact belongs to its
+/// lower index, contacts in ascending order of owner; a sphere is complete, and moved, once its own contacts are done.
+/// Every sum runs in an order that the list alone fixes, so results are the same bits for any number of threads.
 class Bed {
  public:
   Bed(LawTable laws, BedOptions options);
@@ -78,7 +78,7 @@ class Bed {
   void step(double dt) { step(dt, {}); }
 
   double time() const;
-  const BedEnergy& energy() const;   ///< of the last step that asked for it
+  const BedEnergy& energy() const;  ///< of the last step that asked for it
   /// Starts the book anew: losses and works are zero from here.
   void reset_energy_book();
 
@@ -92,9 +92,9 @@ class Bed {
   void freeze();
   void set_time(double time);
 
-  double max_speed() const;      ///< m/s at the last step
-  double max_overlap() const;    ///< largest share of a radius at the last step
-  double kinetic_energy() const; ///< of the half-step velocities, J (cheap measure for settling)
+  double max_speed() const;       ///< m/s at the last step
+  double max_overlap() const;     ///< largest share of a radius at the last step
+  double kinetic_energy() const;  ///< of the half-step velocities, J (cheap measure for settling)
   long rebuilds() const;
   long steps() const;
   const char* kernel_name() const;

@@ -6,7 +6,7 @@
 /// Inside of Bed: data that search.cpp builds, surfaces.cpp and sweep.cpp work on. Private to libdem.
 namespace subsoil::dem {
 
-inline constexpr std::uint32_t kTile = 256;       ///< spheres whose energy is summed together; threads own whole tiles
+inline constexpr std::uint32_t kTile = 256;  ///< spheres whose energy is summed together; threads own whole tiles
 inline constexpr std::size_t kMaxSurfaceContacts = 6;  ///< of one sphere with one boundary
 
 /// Half list: pairs of owner i are start[i] .. start[i+1], partners ascending and above i.
@@ -27,7 +27,7 @@ struct SurfaceEntry {
   std::uint32_t candidates_begin = 0, candidates_end = 0;
   std::uint32_t live = 0;  ///< contacts in use
   std::uint32_t touching = 0;
-  Vec3 force, torque;      ///< on the sphere
+  Vec3 force, torque;  ///< on the sphere
   Contact contact[kMaxSurfaceContacts];
 };
 
@@ -35,7 +35,7 @@ struct SurfaceEntry {
 struct SurfaceChunk {
   std::uint32_t boundary, begin, end;
   Wrench wrench;
-  Losses lost;       ///< running
+  Losses lost;  ///< running
   double stored = 0;
   int contacts = 0;
   double max_overlap = 0;
@@ -94,8 +94,8 @@ struct Bed::Impl {
   std::vector<Boundary> boundaries;
   PairList pairs;
   std::vector<SurfaceEntry> entries;
-  std::vector<std::uint32_t> candidates;          ///< of all entries
-  std::vector<std::uint32_t> entry_start{0};      ///< entries of sphere i: entry_of[entry_start[i] .. entry_start[i+1]]
+  std::vector<std::uint32_t> candidates;      ///< of all entries
+  std::vector<std::uint32_t> entry_start{0};  ///< entries of sphere i: entry_of[entry_start[i] .. entry_start[i+1]]
   std::vector<std::uint32_t> entry_of;
   std::vector<SurfaceChunk> chunks;
   std::vector<Worker> workers;

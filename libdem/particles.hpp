@@ -9,11 +9,11 @@ namespace subsoil::dem {
 /// Working record of one sphere, 96 bytes: one and a half cache lines, read whole by every contact. Structure-of-arrays
 /// lost: a contact needs eleven numbers of its partner, which would be eleven cache lines instead of two.
 struct Sphere {
-  Vec3 x;        ///< centre, m, at time t_n
-  double r;      ///< radius, m
-  Vec3 v;        ///< velocity, m/s, at t_n - dt/2 (leapfrog)
-  double m;      ///< mass, kg
-  Vec3 w;        ///< spin, rad/s, at t_n - dt/2
+  Vec3 x;                  ///< centre, m, at time t_n
+  double r;                ///< radius, m
+  Vec3 v;                  ///< velocity, m/s, at t_n - dt/2 (leapfrog)
+  double m;                ///< mass, kg
+  Vec3 w;                  ///< spin, rad/s, at t_n - dt/2
   std::uint32_t id;        ///< the user's number, kept for life
   std::uint16_t material;  ///< index into the table of laws
   std::uint16_t spare;

@@ -256,7 +256,8 @@ void Bed::Impl::build_entries(const std::vector<std::uint32_t>& old_index) {
       chunks.push_back({.boundary = static_cast<std::uint32_t>(b),
                         .begin = static_cast<std::uint32_t>(begin),
                         .end = static_cast<std::uint32_t>(std::min<std::size_t>(begin + kTile, entries.size())),
-                        .wrench = {}, .lost = {}});
+                        .wrench = {},
+                        .lost = {}});
   }
   std::partial_sum(per_sphere.begin(), per_sphere.end(), per_sphere.begin());
   entry_start = per_sphere;
@@ -316,8 +317,8 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
     radius_sum += s.r;
     largest = std::max(largest, s.r);
   }
-  skin = options.skin > 0 ? options.skin
-                          : 0.25 * (spheres.empty() ? 1 : radius_sum / static_cast<double>(spheres.size()));
+  skin =
+      options.skin > 0 ? options.skin : 0.25 * (spheres.empty() ? 1 : radius_sum / static_cast<double>(spheres.size()));
   Grid grid;
   std::vector<std::uint32_t> old_index = sort_spheres(2 * largest + largest_reach() + skin, grid);
   for (std::uint32_t& i : old_index) i = before_removal[i];

@@ -11,7 +11,9 @@ double stable_step_of_mode(double a, double b) {
   return (std::sqrt(b * b + 4 * a) - b) / a;
 }
 
-int most_neighbours(std::size_t spheres) { return static_cast<int>(std::min<std::size_t>(12, spheres > 0 ? spheres - 1 : 0)); }
+int most_neighbours(std::size_t spheres) {
+  return static_cast<int>(std::min<std::size_t>(12, spheres > 0 ? spheres - 1 : 0));
+}
 
 namespace {
 
@@ -54,18 +56,23 @@ StableStep stable_step(const Law& law, const StepQuestion& q) {
   const double r = q.smallest_radius, m = q.density * 4.0 / 3.0 * std::numbers::pi * r * r * r;
   const double inertia = 0.4 * m * r * r;
   double lever = r;
-  const StiffnessBound k = bounds_of(law, {.m_eff = m / 2, .r_eff = r / 2, .r_min = r, .speed = q.speed}, 0.7 * m * r * r, lever);
+  const StiffnessBound k =
+      bounds_of(law, {.m_eff = m / 2, .r_eff = r / 2, .r_min = r, .speed = q.speed}, 0.7 * m * r * r, lever);
   if (q.neighbours <= 0) return {.step = std::numeric_limits<double>::infinity(), .cause = "nothing to touch"};
   const double z = q.neighbours;
   // Along one contact the whole normal stiffness acts; among many a third of each.
-  const auto along = [&](double n, double t) { return std::max(std::min(z, 2.0) * n, z * (n / 3 + 2 * t / 3)) * 2 / m; };
+  const auto along = [&](double n, double t) {
+    return std::max(std::min(z, 2.0) * n, z * (n / 3 + 2 * t / 3)) * 2 / m;
+  };
   // A lone contact turns a sphere about two axes with its full lever.
-  const auto about = [&](double t, double roll) { return std::max(1.0, z * 2 / 3) * 2 * (t * lever * lever + roll) / inertia; };
-  // A lone contact slides by translation and rotation of both spheres at once: their mobilities add. Among many contacts
-  // the fastest translation and the fastest rotation are different modes.
+  const auto about = [&](double t, double roll) {
+    return std::max(1.0, z * 2 / 3) * 2 * (t * lever * lever + roll) / inertia;
+  };
+  // A lone contact slides by translation and rotation of both spheres at once: their mobilities add. Among many
+  // contacts the fastest translation and the fastest rotation are different modes.
   const auto slide = [&](double t) { return 2 * t / m + 2 * t * lever * lever / inertia; };
-  const std::string where = "with " + std::to_string(q.neighbours) + " contacts on a sphere of radius " +
-                            std::to_string(r * 1e3) + " mm";
+  const std::string where =
+      "with " + std::to_string(q.neighbours) + " contacts on a sphere of radius " + std::to_string(r * 1e3) + " mm";
   return smallest({{along(k.k_n, k.k_t), along(k.c_n, k.c_t), "translation"},
                    {about(k.k_t, k.k_r), about(k.c_t, k.c_r), "rotation"},
                    {slide(k.k_t), slide(k.c_t), "sliding of a pair"}},
@@ -76,7 +83,8 @@ StableStep stable_step_at_surface(const Law& law, const StepQuestion& q) {
   const double r = q.smallest_radius, m = q.density * 4.0 / 3.0 * std::numbers::pi * r * r * r;
   const double inertia = 0.4 * m * r * r;
   double lever = r;
-  const StiffnessBound k = bounds_of(law, {.m_eff = m, .r_eff = r, .r_min = r, .speed = q.speed}, 1.4 * m * r * r, lever);
+  const StiffnessBound k =
+      bounds_of(law, {.m_eff = m, .r_eff = r, .r_min = r, .speed = q.speed}, 1.4 * m * r * r, lever);
   // Three surfaces at right angles: along each normal one contact pushes and two drag.
   const auto along = [&](double n, double t) { return (n + 2 * t) / m; };
   const auto about = [&](double t, double roll) { return 2 * (t * lever * lever + roll) / inertia; };

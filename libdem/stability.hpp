@@ -7,25 +7,27 @@
 ///
 /// One mode with stiffness k and damping c per unit mass, a = k/m (1/s2), b = c/m (1/s), damping taken from v_{n-1/2}:
 ///     v_{n+1/2} = v_{n-1/2} - dt (a x_n + b v_{n-1/2}),   x_{n+1} = x_n + dt v_{n+1/2}
-/// is stable for a dt^2 + 2 b dt < 4 (Jury), so dt_crit = (sqrt(b^2 + 4 a) - b)/a: 2/omega undamped, 2/b without spring.
+/// is stable for a dt^2 + 2 b dt < 4 (Jury), so dt_crit = (sqrt(b^2 + 4 a) - b)/a: 2/omega undamped, 2/b without
+/// spring.
 ///
 /// The stiffest mode of a sphere among Z equal neighbours is the one in which every neighbour moves against it, so each
 /// contact counts twice. Of Z contacts spread evenly, a third acts along and two thirds across any direction:
 ///     translation  a = 2 Z (k_n/3 + 2 k_t/3)/m                       (likewise b from c_n, c_t)
 ///     rotation     a = 2 Z ((2/3) k_t l^2 + k_r)/(0.4 m r^2)         l the lever of tangential forces
 ///     a pair       a = 2 k_n/m along, 2 k_t/m + 2 k_t l^2/(0.4 m r^2) across: one contact slides by both motions
-///     a corner     of three surfaces: translation (k_n + 2 k_t)/m and rotation (2 k_t l^2 + 2 k_r)/(0.4 m r^2), coupled
+///     a corner     of three surfaces: translation (k_n + 2 k_t)/m and rotation (2 k_t l^2 + 2 k_r)/(0.4 m r^2),
+///     coupled
 ///                  by sqrt(3) k_t l
-/// Not every bed can move like that (only bipartite ones can), so this is a bound on the safe side; measured limits stand
-/// in docs/theory.md and tests/verification/particles/stable_step.cpp.
+/// Not every bed can move like that (only bipartite ones can), so this is a bound on the safe side; measured limits
+/// stand in docs/theory.md and tests/verification/particles/stable_step.cpp.
 namespace subsoil::dem {
 
 /// Stable step of one mode, s; a in 1/s2, b in 1/s, not both 0.
 double stable_step_of_mode(double a, double b);
 
 struct StableStep {
-  double step = 0;      ///< s
-  std::string cause;    ///< "damping of rotation between materials 0 and 0, 12 contacts", for the message
+  double step = 0;    ///< s
+  std::string cause;  ///< "damping of rotation between materials 0 and 0, 12 contacts", for the message
 };
 
 /// What the spheres of a bed may be up to.

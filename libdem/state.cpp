@@ -67,8 +67,14 @@ Bed::State Bed::save() const {
   Losses lost = d.lost_before;
   for (const TileSums& t : d.tiles) lost += losses_of(t.lost);
   for (const SurfaceChunk& c : d.chunks) lost += c.lost;
-  out.scalars = {d.time,       d.dt_before,  static_cast<double>(d.steps), static_cast<double>(d.removed),
-                 lost.damping, lost.sliding, lost.rolling,                 d.removed_energy};
+  out.scalars = {d.time,
+                 d.dt_before,
+                 static_cast<double>(d.steps),
+                 static_cast<double>(d.removed),
+                 lost.damping,
+                 lost.sliding,
+                 lost.rolling,
+                 d.removed_energy};
   for (const Boundary& b : d.boundaries) {
     put(out.scalars, b.wrench.force), put(out.scalars, b.wrench.moment);
     put(out.scalars, b.pose_before.position);
@@ -81,7 +87,8 @@ Bed::State Bed::save() const {
 void Bed::restore(const State& in) {
   Impl& d = *impl_;
   if (in.scalars.size() != 8 + 14 * d.boundaries.size())
-    throw std::invalid_argument("restart: the state has other surfaces than the scenario; use the scenario it was written from");
+    throw std::invalid_argument(
+        "restart: the state has other surfaces than the scenario; use the scenario it was written from");
   const std::size_t count = in.ids.size() / 2;
   if (in.spheres.size() != 11 * count || in.pairs.size() != kPairNumbers * (in.pair_ids.size() / 2) ||
       in.surfaces.size() != (3 + kPairNumbers) * (in.surface_ids.size() / 2))
@@ -96,7 +103,8 @@ void Bed::restore(const State& in) {
     s.r = read.number(), s.m = read.number();
     s.id = static_cast<std::uint32_t>(in.ids[2 * k]);
     s.material = static_cast<std::uint16_t>(in.ids[2 * k + 1]);
-    if (s.material >= d.laws.materials) throw std::invalid_argument("restart: the state has more materials than the scenario");
+    if (s.material >= d.laws.materials)
+      throw std::invalid_argument("restart: the state has more materials than the scenario");
     index[s.id] = static_cast<std::uint32_t>(k);
     d.next_id = std::max(d.next_id, s.id + 1);
     d.spheres.push_back(s);

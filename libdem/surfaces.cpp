@@ -36,8 +36,8 @@ class ChunkRun {
     SurfaceContact now[kMaxSurfaceContacts];
     const std::span<const std::uint32_t> near(bed_.candidates.data() + e.candidates_begin,
                                               e.candidates_end - e.candidates_begin);
-    const std::size_t n = contacts(boundary_.shape, boundary_.pose.to_local(s.x), s.r + bed_.reach(law), near, now,
-                                   kMaxSurfaceContacts);
+    const std::size_t n =
+        contacts(boundary_.shape, boundary_.pose.to_local(s.x), s.r + bed_.reach(law), near, now, kMaxSurfaceContacts);
     if (n == 0 && e.live == 0) return;
     if (lanes_ + static_cast<int>(n + e.live) > Batch::lanes) flush();
 
@@ -66,8 +66,8 @@ class ChunkRun {
   }
 
   void add_ended(const Sphere& s, int law, const Vec3& normal, const PairState& state, SurfaceEntry& e) {
-    // Just out of the law's reach, where it drops its springs and books them; with the true velocity, since the dashpots
-    // still worked over half of this step.
+    // Just out of the law's reach, where it drops its springs and books them; with the true velocity, since the
+    // dashpots still worked over half of this step.
     const Vec3 n = boundary_.pose.attitude.rotate(normal);
     const double distance = (s.r + bed_.reach(law)) * (1 + 1e-9);
     const Vec3 v = boundary_.velocity + cross(boundary_.spin, s.x - n * distance - boundary_.pose.position);
@@ -99,8 +99,7 @@ class ChunkRun {
       e.force += f;
       e.torque += {c.t_i[0], c.t_i[1], c.t_i[2]};
       chunk_.wrench.force -= f;
-      chunk_.wrench.moment +=
-          Vec3{c.t_j[0], c.t_j[1], c.t_j[2]} - cross(lane_[k].point - boundary_.pose.position, f);
+      chunk_.wrench.moment += Vec3{c.t_j[0], c.t_j[1], c.t_j[2]} - cross(lane_[k].point - boundary_.pose.position, f);
       chunk_.stored += c.e[3];
       ++chunk_.contacts;
       if (c.t_i[3] > 0) ++e.touching;

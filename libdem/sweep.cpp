@@ -10,8 +10,9 @@
 /// thread walks its spheres in ascending order, adds each contact to both partners and moves a sphere as soon as its
 /// last contact is done. In place: a contact owned by a later sphere never needs an earlier one.
 ///
-/// Why not a force array and a second pass: forces would travel through memory twice (24 against 10 ns per particle-step
-/// in a trial). Why not per-thread force sums: the order of additions, and so the last bits, would follow the threads.
+/// Why not a force array and a second pass: forces would travel through memory twice (24 against 10 ns per
+/// particle-step in a trial). Why not per-thread force sums: the order of additions, and so the last bits, would follow
+/// the threads.
 namespace subsoil::dem {
 
 void Extremes::take(const Extremes& b) {
@@ -62,8 +63,13 @@ namespace {
 class Sweep {
  public:
   Sweep(Bed::Impl& bed, Worker& worker, double dt, const Bed::Request& request)
-      : bed_(bed), w_(worker), dt_(dt), kick_(0.5 * (dt + bed.dt_before)), request_(request),
-        mask_(static_cast<std::uint32_t>(worker.ring.size() - 1)), done_(worker.begin) {}
+      : bed_(bed),
+        w_(worker),
+        dt_(dt),
+        kick_(0.5 * (dt + bed.dt_before)),
+        request_(request),
+        mask_(static_cast<std::uint32_t>(worker.ring.size() - 1)),
+        done_(worker.begin) {}
 
   void run(std::size_t me) {
     w_.extremes = {};
@@ -77,8 +83,8 @@ class Sweep {
   }
 
  private:
-  /// Collects the contacts of each owner in turn. Pointers are locals: the byte stores to `live` may alias anything, and
-  /// members would be read again after each of them.
+  /// Collects the contacts of each owner in turn. Pointers are locals: the byte stores to `live` may alias anything,
+  /// and members would be read again after each of them.
   template <class LawOf>
   void walk(LawOf law_of) {
     const Sphere* const spheres = bed_.spheres.data();
@@ -157,7 +163,8 @@ class Sweep {
 
   void flush(std::uint32_t complete) {
     if (lanes_ > 0) bed_.kernel.evaluate(bed_.laws, w_.batch, lanes_, bed_.dt_before);
-    // The owner's sum stays in registers while its contacts follow each other; no contact of its own is among its others.
+    // The owner's sum stays in registers while its contacts follow each other; no contact of its own is among its
+    // others.
     std::uint32_t owner = kElsewhere;
     Four f{}, t{}, e{};
     double deepest = w_.extremes.overlap;
@@ -318,19 +325,21 @@ void Bed::Impl::check_faults() const {
   const double speed = std::sqrt(extremes.speed2);
   if (!(speed <= options.speed_limit)) {
     const Sphere& s = spheres[extremes.fastest];
-    std::snprintf(text, sizeof text,
-                  "t = %.9g s: sphere %u at (%.6g, %.6g, %.6g) m moves at %.6g m/s, limit %.6g m/s: the step is too long, a "
-                  "surface moves too fast, or spheres were placed into each other; raise limits.speed only if this speed "
-                  "is meant",
-                  time, s.id, s.x.x, s.x.y, s.x.z, speed, options.speed_limit);
+    std::snprintf(
+        text, sizeof text,
+        "t = %.9g s: sphere %u at (%.6g, %.6g, %.6g) m moves at %.6g m/s, limit %.6g m/s: the step is too long, a "
+        "surface moves too fast, or spheres were placed into each other; raise limits.speed only if this speed "
+        "is meant",
+        time, s.id, s.x.x, s.x.y, s.x.z, speed, options.speed_limit);
     throw BedFault(text);
   }
   if (!(extremes.overlap <= options.overlap_limit)) {
     const Sphere& s = spheres[extremes.deepest];
-    std::snprintf(text, sizeof text,
-                  "t = %.9g s: sphere %u at (%.6g, %.6g, %.6g) m overlaps by %.4g of a radius, limit %.4g: the law is too "
-                  "soft for this load, or spheres or surfaces were placed into each other",
-                  time, s.id, s.x.x, s.x.y, s.x.z, extremes.overlap, options.overlap_limit);
+    std::snprintf(
+        text, sizeof text,
+        "t = %.9g s: sphere %u at (%.6g, %.6g, %.6g) m overlaps by %.4g of a radius, limit %.4g: the law is too "
+        "soft for this load, or spheres or surfaces were placed into each other",
+        time, s.id, s.x.x, s.x.y, s.x.z, extremes.overlap, options.overlap_limit);
     throw BedFault(text);
   }
 }

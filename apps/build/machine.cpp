@@ -20,7 +20,8 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
   for (const NamedForce& f : s.machine->forces) model.add(f.name, f.element);
   const MachineTime& time = s.time.machine;
   mbd::MachineOptions options;
-  options.integrator = time.integrator == IntegratorWord::ida ? mbd::IntegratorKind::ida : mbd::IntegratorKind::adams_moulton;
+  options.integrator =
+      time.integrator == IntegratorWord::ida ? mbd::IntegratorKind::ida : mbd::IntegratorKind::adams_moulton;
   options.adams_moulton.order = static_cast<int>(time.order);
   options.ida = {.rtol = time.rtol, .atol = time.atol};
   try {

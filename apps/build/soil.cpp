@@ -56,9 +56,8 @@ void SoilBuilder::add_walls() {
     wall.material = material_index(s, c.material);
     const int index = world_.bed->add(std::move(wall));
     wall_[static_cast<std::size_t>(f)] = index;
-    world_.surfaces.push_back({.name = world_.bed->boundary(index).name,
-                               .owner = SurfaceRecord::Owner::container,
-                               .boundary = index});
+    world_.surfaces.push_back(
+        {.name = world_.bed->boundary(index).name, .owner = SurfaceRecord::Owner::container, .boundary = index});
   }
   shape_walls(0);
 }
@@ -108,7 +107,8 @@ dem::LatticePlan SoilBuilder::lattice_plan(double pitch) const {
   plan.shares = shares_of(bed().shares);
   plan.pitch = pitch;
   if (loaded_.scenario.soil->container)
-    plan.floor_overlap = rest_overlap(of.material, material_index(loaded_.scenario, loaded_.scenario.soil->container->material));
+    plan.floor_overlap =
+        rest_overlap(of.material, material_index(loaded_.scenario, loaded_.scenario.soil->container->material));
   plan.depth = bed().depth.value_or(0);
   plan.jitter = bed().jitter;
   plan.seed = static_cast<std::uint64_t>(bed().seed);
@@ -133,8 +133,9 @@ std::vector<dem::SphereSpec> SoilBuilder::from_file() {
   for (std::size_t i = 0; i < table.size(); ++i) {
     const std::string& name = table.material[i].empty() ? bed().material : table.material[i];
     const int m = material_index(loaded_.scenario, name);
-    const double density = std::isnan(table.density[i]) ? loaded_.scenario.materials[static_cast<std::size_t>(m)].density
-                                                        : table.density[i];
+    const double density = std::isnan(table.density[i])
+                               ? loaded_.scenario.materials[static_cast<std::size_t>(m)].density
+                               : table.density[i];
     out.push_back({table.position[i], table.velocity[i], table.spin[i], table.radius[i], density, m});
   }
   return out;
@@ -312,10 +313,11 @@ void SoilBuilder::clear_machine() {
   }
   const std::vector<std::uint32_t> in_the_way = dem::spheres_in_the_way(*world_.bed, tools);
   if (!in_the_way.empty())
-    throw ScenarioError(fmt::format(
-        "{}: {} spheres (first: {}) lie inside or overlap the machine's surfaces at the start; start the machine outside "
-        "the soil, or say `inside machine: carve`",
-        loaded_.where("soil.bed"), in_the_way.size(), in_the_way.front()));
+    throw ScenarioError(
+        fmt::format("{}: {} spheres (first: {}) lie inside or overlap the machine's surfaces at the start; start the "
+                    "machine outside "
+                    "the soil, or say `inside machine: carve`",
+                    loaded_.where("soil.bed"), in_the_way.size(), in_the_way.front()));
 }
 
 void SoilBuilder::check_wheel_datum() const {
@@ -326,10 +328,12 @@ void SoilBuilder::check_wheel_datum() const {
       const double off = world_.soil.surface_mean - wheel->surface;
       const double radius = dem::mean_radius(world_.bed->spheres());
       if (options_.settle && std::abs(off) > radius)
-        throw ScenarioError(fmt::format(
-            "{} = {} m: the bed's surface is at {:.4f} m, {:.1f} mm off the datum of the wheel's law, more than a sphere's "
-            "radius; set `soil.surface` to the datum, or move the datum",
-            loaded_.where("machine.forces." + f.name + ".surface"), wheel->surface, world_.soil.surface_mean, off * 1e3));
+        throw ScenarioError(
+            fmt::format("{} = {} m: the bed's surface is at {:.4f} m, {:.1f} mm off the datum of the wheel's law, more "
+                        "than a sphere's "
+                        "radius; set `soil.surface` to the datum, or move the datum",
+                        loaded_.where("machine.forces." + f.name + ".surface"), wheel->surface,
+                        world_.soil.surface_mean, off * 1e3));
     }
 }
 

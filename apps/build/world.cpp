@@ -116,7 +116,8 @@ double expected_speed(const Scenario& s, const World& world) {
   for (const dem::Sphere& sphere : world.bed->spheres()) speed = std::max(speed, 2 * dem::norm(sphere.v));
   for (const Boundary& b : s.boundaries)
     for (const Move& m : b.moves) speed = std::max(speed, dem::norm(m.velocity));
-  if (s.soil && s.soil->container) speed = std::max(speed, std::sqrt(2 * dem::norm(s.gravity) * s.soil->container->size.y));
+  if (s.soil && s.soil->container)
+    speed = std::max(speed, std::sqrt(2 * dem::norm(s.gravity) * s.soil->container->size.y));
   if (s.machine) speed = std::max(speed, s.machine->start.speed);
   return speed;
 }
@@ -144,9 +145,10 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
   if (report.limit.cause.empty()) report.limit = {1e-4 / s.time.safety, "nothing touches: 0.1 ms taken"};
   report.soil_step = s.time.soil_step ? *s.time.soil_step : s.time.safety * report.limit.step;
   if (report.soil_step >= report.limit.step)
-    throw ScenarioError(fmt::format(
-        "{} = {:.4g} s: must be below the stable step {:.4g} s, set by {}; use `auto`, softer contacts or heavier spheres",
-        loaded.where("time.soil step"), report.soil_step, report.limit.step, report.limit.cause));
+    throw ScenarioError(
+        fmt::format("{} = {:.4g} s: must be below the stable step {:.4g} s, set by {}; use `auto`, softer contacts or "
+                    "heavier spheres",
+                    loaded.where("time.soil step"), report.soil_step, report.limit.step, report.limit.cause));
 }
 
 }  // namespace

@@ -17,8 +17,8 @@ struct SurfaceRecord {
   std::string name;
   Owner owner = Owner::given;
   int boundary = 0;
-  int body = 0;          ///< of the machine, for Owner::machine
-  Vec3 reference{};      ///< point of its wrench in the axes of its pose
+  int body = 0;      ///< of the machine, for Owner::machine
+  Vec3 reference{};  ///< point of its wrench in the axes of its pose
   bool moves = false;
 };
 
@@ -31,20 +31,20 @@ struct DrawnSurface {
 
 struct SoilReport {
   std::size_t spheres = 0;
-  double mass = 0;              ///< kg
-  double settled_for = 0;       ///< s
-  double rms_speed = 0;         ///< m/s at the end of settling
-  double bulk_density = 0;      ///< kg/m3
+  double mass = 0;                              ///< kg
+  double settled_for = 0;                       ///< s
+  double rms_speed = 0;                         ///< m/s at the end of settling
+  double bulk_density = 0;                      ///< kg/m3
   double surface_mean = 0, surface_spread = 0;  ///< m
-  double coordination = 0;      ///< contacts per sphere
+  double coordination = 0;                      ///< contacts per sphere
   std::size_t carved = 0;
-  bool settled = true;          ///< reached rest within the time allowed
+  bool settled = true;  ///< reached rest within the time allowed
 };
 
 struct StepReport {
-  double soil_step = 0;          ///< s, used
-  dem::StableStep limit;         ///< smallest over all laws
-  double machine_step = 0;       ///< s
+  double soil_step = 0;     ///< s, used
+  dem::StableStep limit;    ///< smallest over all laws
+  double machine_step = 0;  ///< s
 };
 
 /// Called while a bed settles: time settled, rms speed.
@@ -60,13 +60,13 @@ struct World {
   std::vector<coupling::GivenMotion> motions;
   SoilReport soil;
   StepReport step;
-  double container_shift = 0;    ///< m upward, to bring the surface to its datum
+  double container_shift = 0;  ///< m upward, to bring the surface to its datum
 };
 
 struct BuildOptions {
   int threads = 0;
-  bool settle = true;            ///< no: `check` looks at the bed as placed
-  bool place_soil = true;        ///< no: the spheres come from a restart, and
+  bool settle = true;                     ///< no: `check` looks at the bed as placed
+  bool place_soil = true;                 ///< no: the spheres come from a restart, and
   std::vector<dem::SphereSpec> restored;  ///< these stand for them while the stable step is found
   SettleProgress progress;
 };

@@ -19,8 +19,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
 
-/// Bytes that one frame takes in the file: written for real beside nobody's files, then deleted. Twice, so that what the
-/// file holds once (radii, ids) drops out of the difference.
+/// Bytes that one frame takes in the file: written for real beside nobody's files, then deleted. Twice, so that what
+/// the file holds once (radii, ids) drops out of the difference.
 struct FrameSize {
   double once = 0, each = 0;
 };
@@ -56,8 +56,8 @@ FrameSize frame_size(const Scenario& s, const dem::Snapshot& shot) {
   return {2 * size[0] - size[1], size[1] - size[0]};
 }
 
-/// Longest settling that is likely: fall of the loose column, the ramp of the staged laws, and the relaxation of the bed,
-/// taken as twenty times the time a sphere needs to fall by its radius.
+/// Longest settling that is likely: fall of the loose column, the ramp of the staged laws, and the relaxation of the
+/// bed, taken as twenty times the time a sphere needs to fall by its radius.
 double settling_time(const Scenario& s, const World& world) {
   if (!s.soil || !s.soil->bed) return 0;
   const Bed& bed = *s.soil->bed;
@@ -119,7 +119,8 @@ Trial try_out(const Loaded& loaded, World& world) {
   double state = 0;
   if (world.bed && (s.output.state == State::full || s.output.state_every)) {
     const double states = 1 + (s.output.state_every ? s.time.end / *s.output.state_every : 0);
-    state = states * (104.0 * static_cast<double>(shot.id.size()) + 128.0 * static_cast<double>(world.bed->touching_pairs()));
+    state = states *
+            (104.0 * static_cast<double>(shot.id.size()) + 128.0 * static_cast<double>(world.bed->touching_pairs()));
   }
   trial.cost.disk = frame.once + frame.each * static_cast<double>(trial.cost.frames) + series + state;
   trial.cost.memory = peak_memory();
@@ -169,8 +170,8 @@ int check_command(const RunRequest& request) {
   line("steps", fmt::format("{} for {} s", trial.cost.steps, s.time.end));
   if (trial.settling > 0) line("settling", fmt::format("about {:.2f} s simulated before the start", trial.settling));
   if (world.bed)
-    line("speed", fmt::format("{:.2f} M particle-steps/s, {} threads, {}", trial.particle_rate * 1e-6, world.bed->threads(),
-                              world.bed->kernel_name()));
+    line("speed", fmt::format("{:.2f} M particle-steps/s, {} threads, {}", trial.particle_rate * 1e-6,
+                              world.bed->threads(), world.bed->kernel_name()));
   line("wall time", "about " + clock_text(trial.cost.wall_time));
   line("memory", "about " + bytes_text(trial.cost.memory));
   line("disk", fmt::format("about {} in {} frames", bytes_text(trial.cost.disk), trial.cost.frames));

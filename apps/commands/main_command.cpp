@@ -52,20 +52,24 @@ int main_command(int argc, char** argv) {
   run_word->add_flag("--force", request.force, "write over an existing directory");
   run_word->add_option("--from", request.from, "start again from a state file of an earlier run");
 
-  CLI::App* check_word = app.add_subcommand("check", "read and try a scenario, say what it would do and cost; writes nothing");
+  CLI::App* check_word =
+      app.add_subcommand("check", "read and try a scenario, say what it would do and cost; writes nothing");
   add_scenario(*check_word, request, simd);
 
   std::string path;
-  CLI::App* explain_word = app.add_subcommand("explain", "unit, default, range and meaning of a key, e.g. soil.bed.radius");
+  CLI::App* explain_word =
+      app.add_subcommand("explain", "unit, default, range and meaning of a key, e.g. soil.bed.radius");
   explain_word->add_option("key", path, "path of the key")->required();
 
   CLI::App* new_word = app.add_subcommand("new", "print a commented scenario to start from");
-  CLI::App* reference_word = app.add_subcommand("reference", "print the reference of all scenario keys (docs/scenario.md)");
+  CLI::App* reference_word =
+      app.add_subcommand("reference", "print the reference of all scenario keys (docs/scenario.md)");
 
   std::vector<std::filesystem::path> directories;
   std::filesystem::path picture = "plot.png";
   PlotOptions plot_options;
-  CLI::App* plot_word = app.add_subcommand("plot", "draw pull, draft, spring force, pitch and height of one or more runs");
+  CLI::App* plot_word =
+      app.add_subcommand("plot", "draw pull, draft, spring force, pitch and height of one or more runs");
   plot_word->add_option("runs", directories, "result directories")->required();
   plot_word->add_option("--out", picture, "picture: .png, .svg or .pdf");
   plot_word->add_option("--columns", plot_options.columns, "columns of series.csv to draw instead")->delimiter(',');

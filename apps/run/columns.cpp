@@ -36,7 +36,8 @@ Columns::Columns(const Loaded& loaded, World& world, coupling::Simulation& simul
   }
   if (world.bed) {
     for (const coupling::BodySurface& s : world.body_surfaces)
-      if (std::find(tool_bodies_.begin(), tool_bodies_.end(), s.body) == tool_bodies_.end()) tool_bodies_.push_back(s.body);
+      if (std::find(tool_bodies_.begin(), tool_bodies_.end(), s.body) == tool_bodies_.end())
+        tool_bodies_.push_back(s.body);
     body_first_ = columns_.size();
     for (const int body : tool_bodies_) add_wrench(world.machine->system().body_name(body) + ".soil");
     surface_first_ = columns_.size();
@@ -51,7 +52,8 @@ Columns::Columns(const Loaded& loaded, World& world, coupling::Simulation& simul
       summarised_.push_back(add("soil.lift", "N"));
     }
     energy_first_ = columns_.size();
-    for (const char* term : {"kinetic", "spin", "gravity", "stored", "damped", "slid", "rolled", "boundary work", "removed"})
+    for (const char* term :
+         {"kinetic", "spin", "gravity", "stored", "damped", "slid", "rolled", "boundary work", "removed"})
       add(std::string("soil.") + term, "J");
     add("interface.on soil", "J");
     add("interface.on machine", "J");
@@ -170,9 +172,9 @@ void Columns::take_step(std::span<double> row, bool energies) {
     if (energies) {
       const dem::BedEnergy& e = world_.bed->energy();
       const coupling::InterfaceWork work = simulation_.interface_work();
-      const double values[] = {e.kinetic,       e.spin,        e.gravity,       e.stored,
-                               e.lost.damping,  e.lost.sliding, e.lost.rolling, e.boundary_work,
-                               e.removed,       work.on_soil,  work.on_machine, world_.bed->max_speed()};
+      const double values[] = {e.kinetic,      e.spin,         e.gravity,       e.stored,
+                               e.lost.damping, e.lost.sliding, e.lost.rolling,  e.boundary_work,
+                               e.removed,      work.on_soil,   work.on_machine, world_.bed->max_speed()};
       std::copy(std::begin(values), std::end(values), row.begin() + static_cast<std::ptrdiff_t>(energy_first_));
     }
   }

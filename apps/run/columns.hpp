@@ -32,7 +32,9 @@ class Columns {
   /// Index of a column or -1.
   int find(const std::string& name) const;
   /// Value of a watch column in a row, or NaN.
-  double soil_draft(std::span<const double> row) const { return draft_ >= 0 ? row[static_cast<std::size_t>(draft_)] : NAN; }
+  double soil_draft(std::span<const double> row) const {
+    return draft_ >= 0 ? row[static_cast<std::size_t>(draft_)] : NAN;
+  }
 
  private:
   struct WatchSource {

@@ -2,8 +2,8 @@
 
 namespace subsoil::app {
 
-/// Most memory that this process has held at once, bytes. Not getrusage: its maximum outlives exec, so a program started
-/// by a large parent would report the parent's.
+/// Most memory that this process has held at once, bytes. Not getrusage: its maximum outlives exec, so a program
+/// started by a large parent would report the parent's.
 double peak_memory();
 
 }  // namespace subsoil::app

@@ -18,9 +18,9 @@ void save_run(const std::filesystem::path& directory, const World& world, const 
     out.put("bed/surfaces", bed.surfaces);
     out.put("bed/scalars", bed.scalars);
     const SoilReport& s = world.soil;
-    out.put("soil", std::vector<double>{static_cast<double>(s.spheres), s.mass, s.settled_for, s.rms_speed, s.bulk_density,
-                                        s.surface_mean, s.surface_spread, s.coordination, static_cast<double>(s.carved),
-                                        world.container_shift});
+    out.put("soil", std::vector<double>{static_cast<double>(s.spheres), s.mass, s.settled_for, s.rms_speed,
+                                        s.bulk_density, s.surface_mean, s.surface_spread, s.coordination,
+                                        static_cast<double>(s.carved), world.container_shift});
   }
   if (world.machine) out.put("machine", world.machine->snapshot());
   out.put("coupling", simulation.save());
@@ -40,8 +40,14 @@ SavedRun read_run(const std::filesystem::path& file) {
     saved.bed.surfaces = in.get<double>("bed/surfaces");
     saved.bed.scalars = in.get<double>("bed/scalars");
     const std::vector<double> s = in.get<double>("soil");
-    saved.soil = {.spheres = static_cast<std::size_t>(s.at(0)), .mass = s.at(1), .settled_for = s.at(2), .rms_speed = s.at(3),
-                  .bulk_density = s.at(4), .surface_mean = s.at(5), .surface_spread = s.at(6), .coordination = s.at(7),
+    saved.soil = {.spheres = static_cast<std::size_t>(s.at(0)),
+                  .mass = s.at(1),
+                  .settled_for = s.at(2),
+                  .rms_speed = s.at(3),
+                  .bulk_density = s.at(4),
+                  .surface_mean = s.at(5),
+                  .surface_spread = s.at(6),
+                  .coordination = s.at(7),
                   .carved = static_cast<std::size_t>(s.at(8))};
     saved.container_shift = s.at(9);
   }
@@ -66,8 +72,12 @@ std::vector<dem::SphereSpec> spheres_of(const SavedRun& saved) {
   for (std::size_t i = 0; i < saved.bed.ids.size() / 2; ++i) {
     const double* s = saved.bed.spheres.data() + 11 * i;
     const double r = s[9];
-    out.push_back({.position = {s[0], s[1], s[2]}, .velocity = {s[3], s[4], s[5]}, .spin = {}, .radius = r,
-                   .density = s[10] / (4.0 / 3.0 * M_PI * r * r * r), .material = static_cast<int>(saved.bed.ids[2 * i + 1])});
+    out.push_back({.position = {s[0], s[1], s[2]},
+                   .velocity = {s[3], s[4], s[5]},
+                   .spin = {},
+                   .radius = r,
+                   .density = s[10] / (4.0 / 3.0 * M_PI * r * r * r),
+                   .material = static_cast<int>(saved.bed.ids[2 * i + 1])});
   }
   return out;
 }

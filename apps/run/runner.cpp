@@ -41,7 +41,8 @@ class SignalGuard {
   }
 
  private:
-  struct sigaction old_int_ {}, old_term_ {};
+  struct sigaction old_int_ {
+  }, old_term_{};
 };
 
 /// Times at which something is due, a step early or late by no more than half a step.
@@ -115,7 +116,8 @@ class Runner {
     const double entry = start_time_ + 0.9 * tool_->time_to_soil();
     for (const SurfaceRecord& r : world_.surfaces)
       if (r.owner == SurfaceRecord::Owner::container && world_.bed->boundary(r.boundary).active)
-        summary_->share_of(r.name + ".Fx", "soil.draft", start_time_, std::max(entry, start_time_ + world_.step.soil_step));
+        summary_->share_of(r.name + ".Fx", "soil.draft", start_time_,
+                           std::max(entry, start_time_ + world_.step.soil_step));
   }
 
   int loop() {
@@ -123,7 +125,8 @@ class Runner {
     std::vector<double> row(n, 0.0), step_values(n, 0.0), summarised(columns_->summarised().size());
     IntervalMean means(n);
     const double dt = simulation_.step_length(), half = 0.5 * dt, end = s_.time.end;
-    Schedule frame_due(frame_interval(s_), s_.output.at, start_time_), sample_due(s_.output.series_every, {}, start_time_),
+    Schedule frame_due(frame_interval(s_), s_.output.at, start_time_),
+        sample_due(s_.output.series_every, {}, start_time_),
         state_due(s_.output.state_every.value_or(0), {}, start_time_ + half);
     bool first = true;
     while (true) {
@@ -172,9 +175,10 @@ class Runner {
     const std::optional<double> lasts = tool_->window_opens();
     if (!lasts) return;
     window_pending_ = false;
-    summary_->set_window(t, t + *lasts,
-                         "from when the tool has travelled its length in soil plus its depth, until its tip is one depth "
-                         "from the far face");
+    summary_->set_window(
+        t, t + *lasts,
+        "from when the tool has travelled its length in soil plus its depth, until its tip is one depth "
+        "from the far face");
   }
 
   std::string live_text(std::span<const double> row) const {
@@ -182,12 +186,13 @@ class Runner {
     const double wall = live_.elapsed();
     std::string text = fmt::format("t {:.4f} s  {:.1f} %", t, 100 * share);
     if (world_.bed)
-      text += fmt::format("  {:.2f} M particle-steps/s",
-                          static_cast<double>(world_.bed->spheres().size()) * static_cast<double>(steps_) / wall * 1e-6);
+      text += fmt::format("  {:.2f} M particle-steps/s", static_cast<double>(world_.bed->spheres().size()) *
+                                                             static_cast<double>(steps_) / wall * 1e-6);
     text += "  remaining " + clock_text(wall / share * (1 - share));
     if (const int pull = columns_->find("pull"); pull >= 0)
       text += fmt::format("  pull {:.0f} N", row[static_cast<std::size_t>(pull)]);
-    if (const double draft = columns_->soil_draft(row); std::isfinite(draft)) text += fmt::format("  draft {:.0f} N", draft);
+    if (const double draft = columns_->soil_draft(row); std::isfinite(draft))
+      text += fmt::format("  draft {:.0f} N", draft);
     return text;
   }
 
@@ -335,9 +340,11 @@ void prepare_directory(const std::filesystem::path& out, bool force) {
 
 void report_soil(const World& world) {
   if (!world.bed || world.soil.spheres == 0) return;
-  spdlog::info("soil: {} spheres, {:.1f} kg, bulk density {:.0f} kg/m3, surface at {:.4f} m (spread {:.1f} mm), {:.2f} contacts per sphere",
-               world.soil.spheres, world.soil.mass, world.soil.bulk_density, world.soil.surface_mean,
-               world.soil.surface_spread * 1e3, world.soil.coordination);
+  spdlog::info(
+      "soil: {} spheres, {:.1f} kg, bulk density {:.0f} kg/m3, surface at {:.4f} m (spread {:.1f} mm), {:.2f} contacts "
+      "per sphere",
+      world.soil.spheres, world.soil.mass, world.soil.bulk_density, world.soil.surface_mean,
+      world.soil.surface_spread * 1e3, world.soil.coordination);
   if (world.soil.settled_for > 0)
     spdlog::info("settled for {:.3f} s to an rms speed of {:.2g} m/s", world.soil.settled_for, world.soil.rms_speed);
   if (world.soil.carved > 0) spdlog::info("{} spheres carved out for the machine", world.soil.carved);

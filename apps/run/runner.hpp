@@ -7,11 +7,11 @@ namespace subsoil::app {
 
 struct RunRequest {
   std::string scenario;
-  std::filesystem::path out;       ///< empty: a directory named like the scenario, in the working directory
-  std::vector<std::string> sets;   ///< path=value
-  int threads = 0;                 ///< 0: as the scenario says
+  std::filesystem::path out;      ///< empty: a directory named like the scenario, in the working directory
+  std::vector<std::string> sets;  ///< path=value
+  int threads = 0;                ///< 0: as the scenario says
   bool force = false;
-  std::filesystem::path from;      ///< a state file to start from; empty: from the beginning
+  std::filesystem::path from;  ///< a state file to start from; empty: from the beginning
 };
 
 /// Exit codes of a run.

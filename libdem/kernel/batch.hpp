@@ -10,8 +10,8 @@
 /// array of its own first (31 stores and as many loads per contact) lost by a factor of two.
 namespace subsoil::dem {
 
-/// Spring and dashpot memory of one contact, 80 bytes. Springs steer the motion and are double; what the dashpots pulled
-/// at the last step only feeds the energy book, where float's 1e-7 is far below its error.
+/// Spring and dashpot memory of one contact, 80 bytes. Springs steer the motion and are double; what the dashpots
+/// pulled at the last step only feeds the energy book, where float's 1e-7 is far below its error.
 struct PairState {
   double xi[3] = {};   ///< tangential spring, m, world axes, on the owner
   double rho[3] = {};  ///< rolling spring, rad
@@ -27,10 +27,10 @@ using Four = double __attribute__((vector_size(32)));
 
 /// What a contact does, 128 bytes, in the grouping in which it is added up.
 struct alignas(64) ContactForce {
-  Four f;     ///< force on the owner, N; overlap over the smaller radius
-  Four t_i;   ///< torque on the owner about its centre, N m; 1 when surfaces overlap
-  Four t_j;   ///< torque on the other (of a surface: its rolling torque), N m; 1 when surfaces overlap
-  Four e;     ///< J: lost in damping, sliding, rolling since the last step; stored
+  Four f;    ///< force on the owner, N; overlap over the smaller radius
+  Four t_i;  ///< torque on the owner about its centre, N m; 1 when surfaces overlap
+  Four t_j;  ///< torque on the other (of a surface: its rolling torque), N m; 1 when surfaces overlap
+  Four e;    ///< J: lost in damping, sliding, rolling since the last step; stored
 };
 
 /// Energy that contacts lost, J.
@@ -39,7 +39,9 @@ struct Losses {
   double sliding = 0;
   double rolling = 0;  ///< rolling spring at its limit and its dashpot
 
-  Losses& operator+=(const Losses& b) { return damping += b.damping, sliding += b.sliding, rolling += b.rolling, *this; }
+  Losses& operator+=(const Losses& b) {
+    return damping += b.damping, sliding += b.sliding, rolling += b.rolling, *this;
+  }
 };
 
 /// The laws of all pairs of materials, by index; `of(a, b)` is symmetric.

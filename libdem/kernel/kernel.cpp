@@ -11,8 +11,8 @@ T dot3(const T (&a)[3], const T (&b)[3]) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/// Turns a spring into the plane across n. Its length shrinks by half the square of the angle that n turned in the step,
-/// 1e-7 or less: a second square root and division to keep it exactly cost 5 % of the sweep and change nothing.
+/// Turns a spring into the plane across n. Its length shrinks by half the square of the angle that n turned in the
+/// step, 1e-7 or less: a second square root and division to keep it exactly cost 5 % of the sweep and change nothing.
 template <class T>
 void turn(T (&s)[3], const T (&n)[3]) {
   const T along = dot3(s, n);
@@ -139,9 +139,11 @@ template <class L>
   }
   f[3] = overlap / select(pair, min(i.r, j.r), i.r);
   t_i[3] = t_j[3] = select(overlap > zero, one, zero);
-  const double k_roll = law.friction.rolling == Rolling::elastic_plastic ? 2.25 * law.friction.mu_r * law.friction.mu_r : 0.0;
+  const double k_roll =
+      law.friction.rolling == Rolling::elastic_plastic ? 2.25 * law.friction.mu_r * law.friction.mu_r : 0.0;
   const Pack k_r = Pack(k_roll) * normal.k_n * r_eff * r_eff;
-  const Pack e[4] = {half * (h.dash_n + normal.damping) * (-v_n) * dt + slide.damped, slide.slid, roll.slid + roll.damped,
+  const Pack e[4] = {half * (h.dash_n + normal.damping) * (-v_n) * dt + slide.damped, slide.slid,
+                     roll.slid + roll.damped,
                      normal.stored + half * normal.k_t * dot3(slide.x, slide.x) + half * k_r * dot3(roll.x, roll.x)};
   double* row[kWidth];
   const Pack* const groups[4] = {f, t_i, t_j, e};

@@ -7,7 +7,8 @@
 
 /// A pack of W doubles for the sweep: the number type that laws are instantiated with.
 /// GCC vector extensions carry the arithmetic, so one source serves SSE2, AVX2 and AVX-512 by the flags it is compiled
-/// with (kernel.cpp is compiled once per instruction set, each in its own inline namespace, so no two sets share a symbol).
+/// with (kernel.cpp is compiled once per instruction set, each in its own inline namespace, so no two sets share a
+/// symbol).
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
@@ -68,7 +69,8 @@ inline void load4(const double* const* row, Pack* out) {
 #if defined(__AVX512F__)
   // Rows l and l + 4 share a register; a 4 x 4 transpose in each half then gives all eight lanes.
   const auto pair = [&](int l) {
-    return _mm512_maskz_insertf64x4(0xFF, _mm512_zextpd256_pd512(_mm256_loadu_pd(row[l])), _mm256_loadu_pd(row[l + 4]), 1);
+    return _mm512_maskz_insertf64x4(0xFF, _mm512_zextpd256_pd512(_mm256_loadu_pd(row[l])), _mm256_loadu_pd(row[l + 4]),
+                                    1);
   };
   const __m512d a = pair(0), b = pair(1), c = pair(2), d = pair(3);
   const __m512d ab0 = _mm512_maskz_unpacklo_pd(0xFF, a, b), ab1 = _mm512_maskz_unpackhi_pd(0xFF, a, b);
@@ -142,7 +144,8 @@ inline void split(Pack both_floats, Pack& low, Pack& high) {
 inline Pack join(Pack low, Pack high) {
 #if defined(__AVX512F__)
   const __m512i a = _mm512_maskz_cvtepu32_epi64(0xFF, _mm256_castps_si256(_mm512_maskz_cvtpd_ps(0xFF, __m512d(low.v))));
-  const __m512i b = _mm512_maskz_cvtepu32_epi64(0xFF, _mm256_castps_si256(_mm512_maskz_cvtpd_ps(0xFF, __m512d(high.v))));
+  const __m512i b =
+      _mm512_maskz_cvtepu32_epi64(0xFF, _mm256_castps_si256(_mm512_maskz_cvtpd_ps(0xFF, __m512d(high.v))));
   return Pack(PackData(_mm512_castsi512_pd(_mm512_or_si512(a, _mm512_maskz_slli_epi64(0xFF, b, 32)))));
 #else
   const PackFloats a = __builtin_convertvector(low.v, PackFloats), b = __builtin_convertvector(high.v, PackFloats);

@@ -17,8 +17,8 @@
 /// damping; a spring dropped at separation, or softened by a stiffness that changes, -> sliding.
 namespace subsoil::dem {
 
-/// Where the contact point of two spheres lies: in the middle of the overlap (lever r - delta/2; r - delta at a boundary,
-/// angular momentum is kept), or on each sphere's surface (lever r).
+/// Where the contact point of two spheres lies: in the middle of the overlap (lever r - delta/2; r - delta at a
+/// boundary, angular momentum is kept), or on each sphere's surface (lever r).
 enum class Lever { mid_overlap, radius };
 enum class Rolling { none, elastic_plastic, constant_torque };
 
@@ -39,7 +39,8 @@ Slip<T> stick_slip(const T (&x)[3], const T (&v)[3], const T (&dashpot_before)[3
                    T k, T soft, T c, T limit_static, T limit_kinetic, Mask<T> engaged) {
   Slip<T> out;
   const T zero(0.0), one(1.0), half(0.5);
-  // A stiffness that rises keeps the force, one that falls keeps the spring (Mindlin's unloading): both only lose energy.
+  // A stiffness that rises keeps the force, one that falls keeps the spring (Mindlin's unloading): both only lose
+  // energy.
   const T keep = select(engaged, min(one, growth), zero);
   T x0[3], trial[3], g[3], g2 = zero, x2 = zero;
   for (int d = 0; d < 3; ++d) {
@@ -89,7 +90,8 @@ struct Friction {
              "rolling resistance: elastic-plastic spring-dashpot (Ai type C), or a constant torque against rolling");
     v.quantity("rolling damping", rolling_damping, "1", "[0, 1]", "damping ratio of the rolling spring");
     v.choice("lever", lever, {{"mid-overlap", Lever::mid_overlap}, {"radius", Lever::radius}},
-             "arm of tangential forces about the centre: to the middle of the overlap (a boundary's surface), or the radius");
+             "arm of tangential forces about the centre: to the middle of the overlap (a boundary's surface), or the "
+             "radius");
   }
 
   double mu_sliding() const { return std::isnan(mu_d) ? mu : mu_d; }

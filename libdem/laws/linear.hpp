@@ -34,7 +34,8 @@ struct Linear {
     v.quantity("k_n", k_n, "N/m", "(0, inf)", "normal stiffness");
     v.quantity("stiffness ratio", stiffness_ratio, "1", "[0, inf)", "tangential over normal stiffness");
     v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution; for no damping use 1");
-    v.flag("clip attraction", clip, "cut the normal force off at zero while separating (restitution then exceeds the given)");
+    v.flag("clip attraction", clip,
+           "cut the normal force off at zero while separating (restitution then exceeds the given)");
     friction.describe(v);
   }
 
@@ -64,10 +65,8 @@ struct Linear {
 
   StiffnessBound bound(const WorstContact& w) const {
     const double beta = damping_ratio(restitution), k_t = k_n * stiffness_ratio;
-    return {.k_n = k_n,
-            .c_n = 2 * beta * std::sqrt(w.m_eff * k_n),
-            .k_t = k_t,
-            .c_t = 2 * beta * std::sqrt(w.m_eff * k_t)};
+    return {
+        .k_n = k_n, .c_n = 2 * beta * std::sqrt(w.m_eff * k_n), .k_t = k_t, .c_t = 2 * beta * std::sqrt(w.m_eff * k_t)};
   }
 };
 

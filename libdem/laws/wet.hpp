@@ -87,21 +87,21 @@ struct Wet {
   template <class T>
   NormalForce<T> normal(const Approach<T>& a) const {
     const T zero(0.0), rest(dc + D), half(0.5);
-    const T press = a.overlap - rest;          // > 0: repulsive band
-    const T reach = a.overlap - T(D - dB);     // > 0: attracted at least
+    const T press = a.overlap - rest;       // > 0: repulsive band
+    const T reach = a.overlap - T(D - dB);  // > 0: attracted at least
     const auto repels = press > zero;
     const auto attracts = reach >= zero;
     const auto holds = a.overlap >= T(D);
     NormalForce<T> n;
-    const T spring = select(repels, T(K_X) * press,
-                            select(holds, T(K_C) * press, select(attracts, T(-K_B) * reach, zero)));
+    const T spring =
+        select(repels, T(K_X) * press, select(holds, T(K_C) * press, select(attracts, T(-K_B) * reach, zero)));
     const T viscous = T(C_X) * a.rate;
     n.damping = damping == Damping::repulsion ? select(repels, viscous, zero) : select(attracts, viscous, zero);
     n.force = spring + n.damping;
     const T deepest(-0.5 * (K_B * dB * dB + K_C * dc * dc));
-    n.stored = select(repels, deepest + half * T(K_X) * press * press,
-                      select(holds, deepest + half * T(K_C) * press * press,
-                             select(attracts, T(-0.5 * K_B) * reach * reach, zero)));
+    n.stored = select(
+        repels, deepest + half * T(K_X) * press * press,
+        select(holds, deepest + half * T(K_C) * press * press, select(attracts, T(-0.5 * K_B) * reach * reach, zero)));
     const T cohesion(K_C * dc);
     const T elastic = select(repels, T(K_X) * press, zero);
     n.grip = limit == FrictionLimit::signed_force    ? max(zero, n.force + cohesion)

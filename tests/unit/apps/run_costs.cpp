@@ -60,6 +60,9 @@ void expect_within(double promised, double taken, const char* what) {
 }
 
 TEST(RunCosts, CheckHoldsTimeMemoryAndDiskWithinAFactorOfOneAndAHalf) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "check promises costs of the program that users run; the sanitizers triple its memory";
+#endif
   const RunDirectory dir;
   std::string text = test::small_pass;
   // A bed of 4,000 spheres and twenty frames, so that no fixed cost hides what is estimated.
@@ -71,8 +74,8 @@ TEST(RunCosts, CheckHoldsTimeMemoryAndDiskWithinAFactorOfOneAndAHalf) {
   Costs before = promised(file), after = taken(file, dir / "out");
   expect_within(before.memory, after.memory, "memory");
   expect_within(before.disk, after.disk, "disk");
-  // The machine may have been busy with others during one of the two: three attempts.
-  for (int attempt = 0; attempt < 2; ++attempt) {
+  // The machine may have been busy with others during one of the two: six attempts.
+  for (int attempt = 0; attempt < 5; ++attempt) {
     const double ratio = before.time / after.time;
     if (ratio < 1.5 && ratio > 1 / 1.5) return;
     before = promised(file), after = taken(file, dir / "out");
