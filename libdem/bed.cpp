@@ -35,7 +35,7 @@ Bed::Bed(Bed&&) noexcept = default;
 void Bed::add(std::span<const SphereSpec> spheres) {
   impl_->fold_losses();
   for (const SphereSpec& in : spheres) {
-    const double m = in.density * 4.0 / 3.0 * M_PI * in.radius * in.radius * in.radius;
+    const double m = in.density * sphere_volume(in.radius);
     if (!std::isfinite(dot(in.position, in.position) + dot(in.velocity, in.velocity) + dot(in.spin, in.spin)))
       throw std::invalid_argument("sphere " + std::to_string(impl_->next_id) +
                                   ": position, velocity and spin must be finite");

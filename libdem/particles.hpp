@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -20,7 +21,9 @@ struct Sphere {
 };
 static_assert(sizeof(Sphere) == 96);
 
+inline double sphere_volume(double radius) { return 4.0 / 3.0 * M_PI * radius * radius * radius; }
 inline double inertia(const Sphere& s) { return 0.4 * s.m * s.r * s.r; }
+inline double density(const Sphere& s) { return s.m / sphere_volume(s.r); }  ///< kg/m3
 
 /// A sphere as the user gives it.
 struct SphereSpec {

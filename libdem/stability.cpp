@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "libdem/particles.hpp"
 
 namespace subsoil::dem {
 
@@ -53,7 +54,7 @@ StableStep smallest(std::initializer_list<Mode> modes, const char* where) {
 }  // namespace
 
 StableStep stable_step(const Law& law, const StepQuestion& q) {
-  const double r = q.smallest_radius, m = q.density * 4.0 / 3.0 * std::numbers::pi * r * r * r;
+  const double r = q.smallest_radius, m = q.density * sphere_volume(r);
   const double inertia = 0.4 * m * r * r;
   double lever = r;
   const StiffnessBound k =
@@ -80,7 +81,7 @@ StableStep stable_step(const Law& law, const StepQuestion& q) {
 }
 
 StableStep stable_step_at_surface(const Law& law, const StepQuestion& q) {
-  const double r = q.smallest_radius, m = q.density * 4.0 / 3.0 * std::numbers::pi * r * r * r;
+  const double r = q.smallest_radius, m = q.density * sphere_volume(r);
   const double inertia = 0.4 * m * r * r;
   double lever = r;
   const StiffnessBound k =

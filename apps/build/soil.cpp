@@ -190,7 +190,7 @@ dem::StepQuestion SoilBuilder::question() const {
   for (const dem::Sphere& s : world_.bed->spheres()) {
     q.largest_radius = std::max(q.largest_radius, s.r);
     q.smallest_radius = std::min(q.smallest_radius, s.r);
-    q.density = std::min(q.density, s.m / (4.0 / 3.0 * M_PI * s.r * s.r * s.r));
+    q.density = std::min(q.density, density(s));
   }
   q.neighbours = dem::most_neighbours(world_.bed->spheres().size());
   if (world_.bed->spheres().empty() && rains()) {
@@ -215,10 +215,7 @@ void SoilBuilder::settle(double step) {
   plan.lowered = s.lowered;
   plan.ramp = s.ramp;
   if (options_.progress)
-    plan.progress = [this](const dem::SettleProgress& p) {
-      options_.progress(p.elapsed, p.rms_speed);
-      return true;
-    };
+    plan.progress = [this](const dem::SettleProgress& p) { return options_.progress(p.elapsed, p.rms_speed); };
   try {
     dem::SettleReport report;
     if (rains()) {
@@ -241,6 +238,7 @@ void SoilBuilder::settle(double step) {
     }
     world_.soil.settled_for = report.settled_time;
     world_.soil.rms_speed = report.rms_speed;
+    world_.soil.stopped = report.stopped;
   } catch (const dem::BedFault&) {
     throw;
   } catch (const std::invalid_argument& error) {
@@ -255,7 +253,7 @@ void SoilBuilder::save() const {
     table.id.push_back(s.id);
     table.position.push_back(s.x);
     table.radius.push_back(s.r);
-    table.density.push_back(s.m / (4.0 / 3.0 * M_PI * s.r * s.r * s.r));
+    table.density.push_back(density(s));
     table.material.push_back(loaded_.scenario.materials[s.material].name);
     table.velocity.push_back(s.v);
     table.spin.push_back(s.w);
@@ -289,7 +287,7 @@ void SoilBuilder::finish() {
       }
     world_.soil.surface_mean = *soil.surface;
   }
-  if (has_bed() && has_spheres && options_.settle && options_.place_soil) save();
+  if (has_bed() && has_spheres && options_.settle && options_.place_soil && !world_.soil.stopped) save();
   if (soil.container) {
     for (int f = 0; f < 6; ++f)
       if (soil.container->open_after_settling[static_cast<std::size_t>(f)] && wall_[static_cast<std::size_t>(f)] >= 0)

@@ -46,7 +46,7 @@ void FrameOutput::list_particles(ParticleTable& table, const Scenario& scenario)
   for (const dem::Sphere* sphere : by_id) {
     table.id.push_back(sphere->id);
     table.radius.push_back(sphere->r);
-    table.density.push_back(sphere->m / (4.0 / 3.0 * M_PI * std::pow(sphere->r, 3)));
+    table.density.push_back(dem::density(*sphere));
     table.material.push_back(sphere->material);
   }
   particles_ = table.id.size();

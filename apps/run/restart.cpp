@@ -76,7 +76,7 @@ std::vector<dem::SphereSpec> spheres_of(const SavedRun& saved) {
                    .velocity = {s[3], s[4], s[5]},
                    .spin = {},
                    .radius = r,
-                   .density = s[10] / (4.0 / 3.0 * M_PI * r * r * r),
+                   .density = s[10] / dem::sphere_volume(r),
                    .material = static_cast<int>(saved.bed.ids[2 * i + 1])});
   }
   return out;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 #include <string>
 
@@ -33,8 +32,6 @@ std::size_t rows(double length, double radius, double pitch) {
 }
 
 }  // namespace
-
-double volume_of(const SphereSpec& s) { return 4.0 / 3.0 * std::numbers::pi * s.radius * s.radius * s.radius; }
 
 LatticeCount lattice_count(const LatticePlan& plan) {
   const double r = largest_radius(plan.radius);
@@ -128,7 +125,7 @@ std::vector<SphereSpec> LoosePlacer::place_volume(double volume, double from_hei
   std::vector<SphereSpec> out;
   while (volume > 0) {
     out.push_back(next(out.size(), from_height));
-    volume -= volume_of(out.back());
+    volume -= sphere_volume(out.back().radius);
   }
   return out;
 }

@@ -68,6 +68,4 @@ class LoosePlacer {
   std::size_t across_x_ = 0, across_z_ = 0;
 };
 
-double volume_of(const SphereSpec& sphere);
-
 }  // namespace subsoil::dem

@@ -173,8 +173,7 @@ double highest_top(std::span<const Sphere> spheres, double otherwise) {
 /// count in full.
 double solid_fraction(const Bed& bed, const Bounds& region, double area) {
   double volume = 0;
-  for (const Sphere& s : bed.spheres())
-    volume += volume_of({.position = {}, .velocity = {}, .spin = {}, .radius = s.r});
+  for (const Sphere& s : bed.spheres()) volume += sphere_volume(s.r);
   return volume / (area * (surface_height(bed.spheres(), region).mean - region.low.y));
 }
 
