@@ -206,8 +206,11 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
       add_body_surfaces(world, loaded);
       choose_step(world, loaded, soil.question());
     }
-    if (options.place_soil) soil.clear_machine();
-    soil.check_wheel_datum();
+    // A bed that was stopped on its way to rest is only written out: it need not be fit for the machine.
+    if (!world.soil.stopped) {
+      if (options.place_soil) soil.clear_machine();
+      soil.check_wheel_datum();
+    }
   } else {
     add_body_surfaces(world, loaded);
   }

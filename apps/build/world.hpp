@@ -38,7 +38,7 @@ struct SoilReport {
   double surface_mean = 0, surface_spread = 0;  ///< m
   double coordination = 0;                      ///< contacts per sphere
   std::size_t carved = 0;
-  bool settled = true;  ///< reached rest within the time allowed
+  bool stopped = false;  ///< a signal came while it was still settling
 };
 
 struct StepReport {
@@ -47,8 +47,8 @@ struct StepReport {
   double machine_step = 0;  ///< s
 };
 
-/// Called while a bed settles: time settled, rms speed.
-using SettleProgress = std::function<void(double time, double rms_speed)>;
+/// Called while a bed settles: time settled, rms speed. False ends the settling.
+using SettleProgress = std::function<bool(double time, double rms_speed)>;
 
 struct World {
   dem::LawTable laws;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <csignal>
 #include <memory>
+#include <utility>
 
 #include "apps/build/world.hpp"
 #include "apps/output/atomic_file.hpp"
@@ -85,7 +86,6 @@ class Runner {
   }
 
   int run() {
-    const SignalGuard guard;  // first: a signal while files are opened still ends in an orderly way
     open_output();
     const int code = loop();
     finish(code);
@@ -135,7 +135,8 @@ class Runner {
       const bool last = t >= end - half || signal != 0;
       const bool frame = frame_due.due(t, half) || last;
       const bool sample = sample_due.due(t, half) || last;
-      if (state_due.due(t, half) || (last && (s_.output.state == State::full || signal != 0)))
+      // A bed on its way to rest is no state to go on from: a restart does not settle.
+      if (!world_.soil.stopped && (state_due.due(t, half) || (last && (s_.output.state == State::full || signal != 0))))
         save_run(request_.out, world_, simulation_);
       columns_->take_instant(step_values);
       open_window(t);
@@ -296,6 +297,8 @@ class Runner {
     live_.close();
     series_->flush();
     frames_->finish();
+    if (world_.soil.stopped)
+      summary_->warn("the run was interrupted while the bed settled: time 0 shows it on its way to rest");
     if (window_pending_) summary_->warn("the tool never reached steady work: no means; set output.window to take some");
     write_run_section(code);
     write_energy();
@@ -367,8 +370,11 @@ int run(const RunRequest& given) {
   options.place_soil = !saved;
   if (saved) options.restored = spheres_of(*saved);
   LiveLine settling;
-  options.progress = [&](double time, double rms) {
-    if (settling.due()) settling.show(fmt::format("settling: {:.3f} s, rms speed {:.2g} m/s", time, rms));
+  const SignalGuard guard;  // from here on a signal ends in an orderly way, also while the bed settles
+  options.progress = [&, first = true](double time, double rms) mutable {
+    if (std::exchange(first, false) || settling.due())
+      settling.show(fmt::format("settling: {:.3f} s, rms speed {:.2g} m/s", time, rms));
+    return caught_signal == 0;
   };
   World world = build_world(loaded, options);
   settling.close();

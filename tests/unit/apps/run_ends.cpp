@@ -17,11 +17,7 @@ extern char** environ;
 namespace subsoil::app {
 namespace {
 
-using test::frame_times;
-using test::run_scenario;
-using test::RunDirectory;
-using test::small_pass;
-using test::summary_of;
+using namespace test;
 
 TEST(RunEnds, AFaultExitsWithThreeSaysWhereAndKeepsWhatWasWritten) {
   const RunDirectory dir;
@@ -46,15 +42,15 @@ TEST(RunEnds, AFaultExitsWithThreeSaysWhereAndKeepsWhatWasWritten) {
   EXPECT_NEAR(read_series(dir / "out" / "series.csv").at("time").back(), time, 0.0011);
 }
 
-/// The built program, started beside this test.
-pid_t start(std::vector<std::string> words) {
+/// The built program, started beside this test; what it says goes to a file.
+pid_t start(std::vector<std::string> words, const std::string& said = "/dev/null") {
   words.insert(words.begin(), SUBSOIL_PROGRAM);
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
   posix_spawn_file_actions_t quiet;
   posix_spawn_file_actions_init(&quiet);
-  posix_spawn_file_actions_addopen(&quiet, 1, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&quiet, 1, said.c_str(), O_WRONLY | O_CREAT, 0600);
   posix_spawn_file_actions_addopen(&quiet, 2, "/dev/null", O_WRONLY, 0);
   pid_t child = -1;
   EXPECT_EQ(posix_spawn(&child, SUBSOIL_PROGRAM, &quiet, nullptr, argv.data(), environ), 0);
@@ -62,15 +58,21 @@ pid_t start(std::vector<std::string> words) {
   return child;
 }
 
-/// Waits until a run has written frames beyond the first, at most a minute.
-void wait_for_frames(const std::filesystem::path& out) {
+/// Waits until a file of the program holds a text, at most a minute.
+void wait_for(const std::filesystem::path& file, const std::string& text) {
   for (int k = 0; k < 6000; ++k) {
-    std::ifstream xdmf(out / "run.xdmf");
-    const std::string text((std::istreambuf_iterator<char>(xdmf)), {});
-    if (text.find("/frames/000002") != std::string::npos) return;
+    std::ifstream in(file);
+    const std::string read((std::istreambuf_iterator<char>(in)), {});
+    if (read.find(text) != std::string::npos) return;
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
-  ADD_FAILURE() << "the program wrote no frames";
+  ADD_FAILURE() << file << " never held " << text;
+}
+int exit_code_of(pid_t child) {
+  int status = 0;
+  EXPECT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status)) << "it died of the signal instead of ending";
+  return WEXITSTATUS(status);
 }
 
 void expect_orderly_end(int signal, int code) {
@@ -85,12 +87,9 @@ void expect_orderly_end(int signal, int code) {
                                        "--set",     "output.every=2 ms"};
   const pid_t child = start(words);
   ASSERT_GT(child, 0);
-  wait_for_frames(out);
+  wait_for(dir / "out" / "run.xdmf", "/frames/000002");  // beyond the first
   kill(child, signal);
-  int status = 0;
-  ASSERT_EQ(waitpid(child, &status, 0), child);
-  ASSERT_TRUE(WIFEXITED(status)) << "it died of the signal instead of ending";
-  EXPECT_EQ(WEXITSTATUS(status), code);
+  EXPECT_EQ(exit_code_of(child), code);
   const nlohmann::json run = summary_of(out)["run"];
   EXPECT_EQ(run["end"], "interrupted");
   const double end = run["simulated [s]"].get<double>(), step = run["soil step [s]"].get<double>();
@@ -108,6 +107,22 @@ void expect_orderly_end(int signal, int code) {
 
 TEST(RunEnds, SigtermFinishesTheStepAndExitsWith143) { expect_orderly_end(SIGTERM, exit_terminated); }
 TEST(RunEnds, SigintFinishesTheStepAndExitsWith130) { expect_orderly_end(SIGINT, exit_interrupted); }
+
+TEST(RunEnds, ASignalWhileTheBedSettlesLeavesAFrameAndASummaryButNoState) {
+  const RunDirectory dir;
+  const pid_t child = start({"run", dir.scenario(small_pass), "--out", (dir / "out").string(), "--threads", "1",
+                             "--set", "soil.bed.settle.for=1000 s"},
+                            (dir / "said").string());
+  ASSERT_GT(child, 0);
+  wait_for(dir / "said", "settling");
+  kill(child, SIGTERM);
+  EXPECT_EQ(exit_code_of(child), exit_terminated);
+  const nlohmann::json summary = summary_of(dir / "out");
+  EXPECT_EQ(summary["run"]["end"], "interrupted");
+  EXPECT_NE(summary["warnings"].dump().find("while the bed settled"), std::string::npos) << summary["warnings"];
+  EXPECT_EQ(frame_times(dir / "out"), std::vector<double>{0});
+  EXPECT_FALSE(latest_state(dir / "out").has_value()) << "a restart from it would skip the settling";
+}
 
 TEST(RunEnds, ARestartComesToTheSameEndWithinRounding) {
   const RunDirectory dir;
