@@ -1,7 +1,6 @@
 #pragma once
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -14,33 +13,19 @@
 #include "apps/output/series.hpp"
 #include "apps/run/runner.hpp"
 #include "libdem/vec3.hpp"
+#include "tests/tools/scratch.hpp"
 
 /// Running scenarios as `subsoil run` does, in this process, and looking at what they leave.
 namespace subsoil::app::test {
 
-/// A directory of this test's own, gone at its end.
-class RunDirectory {
+/// A scratch directory that scenarios are put into and run in.
+class RunDirectory : public Scratch {
  public:
-  RunDirectory() {
-    std::string name = (std::filesystem::temp_directory_path() / "subsoil-run-XXXXXX").string();
-    if (!mkdtemp(name.data())) throw std::runtime_error("no scratch directory");
-    path_ = name;
-  }
-  ~RunDirectory() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  RunDirectory(const RunDirectory&) = delete;
-  RunDirectory& operator=(const RunDirectory&) = delete;
-  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
   /// Puts a scenario here; returns its path.
   std::string scenario(const std::string& text) const {
-    std::ofstream(path_ / "case.yaml") << text;
-    return (path_ / "case.yaml").string();
+    write_file(*this / "case.yaml", text);
+    return (*this / "case.yaml").string();
   }
-
- private:
-  std::filesystem::path path_;
 };
 
 inline std::string config(const std::string& name) { return SUBSOIL_SOURCE_DIR "/configs/" + name + ".yaml"; }

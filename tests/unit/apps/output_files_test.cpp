@@ -4,7 +4,7 @@
 
 #include "apps/output/bed_file.hpp"
 #include "apps/output/state_file.hpp"
-#include "output_scratch.hpp"
+#include "tests/tools/scratch.hpp"
 
 namespace subsoil::app {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "apps/output/series.hpp"
 #include "apps/plot/plot.hpp"
-#include "output_scratch.hpp"
+#include "tests/tools/scratch.hpp"
 
 namespace subsoil::app {
 namespace {

@@ -11,8 +11,8 @@
 #include "apps/output/hdf5.hpp"
 #include "apps/output/rounding.hpp"
 #include "apps/output/run_writer.hpp"
-#include "output_scratch.hpp"
 #include "output_xml.hpp"
+#include "tests/tools/scratch.hpp"
 
 namespace subsoil::app {
 namespace {

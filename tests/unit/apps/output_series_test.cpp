@@ -6,7 +6,7 @@
 #include "apps/output/csv.hpp"
 #include "apps/output/series.hpp"
 #include "apps/output/summary.hpp"
-#include "output_scratch.hpp"
+#include "tests/tools/scratch.hpp"
 
 namespace subsoil::app {
 namespace {

@@ -6,11 +6,7 @@
 namespace subsoil::app {
 namespace {
 
-using test::frame_times;
-using test::run_scenario;
-using test::RunDirectory;
-using test::small_pass;
-using test::summary_of;
+using namespace test;
 
 /// The command line in this process.
 int subsoil_words(std::vector<std::string> words) {
