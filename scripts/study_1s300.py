@@ -4,8 +4,11 @@
     scripts/study_1s300.py --program build/release/apps/subsoil --out out/study            # run what is missing
     scripts/study_1s300.py --out out/study --report                                        # print the tables
     scripts/study_1s300.py ... --only base per-body                                        # some of them
+    scripts/study_1s300.py ... --only full --threads 2                                     # the full pass: an hour or more
+    scripts/study_1s300.py ... --jobs 2                                                    # two at a time, a thread each
 """
 import argparse
+import concurrent.futures
 import csv
 import json
 import pathlib
@@ -15,6 +18,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 REDUCED = ROOT / "configs" / "1s300-reduced.yaml"
 LOCKED = ROOT / "configs" / "1s300-reduced-locked.yaml"
+FULL = ROOT / "configs" / "1s300.yaml"
 PER_BODY = ["contacts.soil-soil.values=per-body", "contacts.soil-steel.values=per-body"]
 # Variants of the per-body reading stop at 1 s: what is compared is the window 0.6 ... 1 s of every run.
 WINDOW = (0.6, 1.0)
@@ -36,18 +40,19 @@ for seed in (1, 2, 3):
     VARIANTS[f"random-{seed}"] = (REDUCED, SHORT + RANDOM + [f"soil.bed.seed={seed}"], f"per-body, random bed, seed {seed}")
     VARIANTS[f"random-{seed}-locked"] = (LOCKED, SHORT + RANDOM + [f"soil.bed.seed={seed}"],
                                          f"per-body, random bed, seed {seed}, H9 welded")
+VARIANTS["full"] = (FULL, [], "the source's bin at rest pitch, pair values; only when named")
 
 
-def run(program, out, name):
+def run(program, out, name, threads):
     config, sets, _ = VARIANTS[name]
     directory = out / name
     if (directory / "summary.json").exists():
         return
-    command = [program, "run", str(config), "--out", str(directory), "--force"]
+    command = [program, "run", str(config), "--out", str(directory), "--force", "--threads", str(threads)]
     for s in sets:
         command += ["--set", s]
     print(" ".join(command), flush=True)
-    code = subprocess.run(command).returncode
+    code = subprocess.run(command, stdout=subprocess.DEVNULL).returncode
     if code != 0:
         print(f"{name}: exit {code}", file=sys.stderr)
 
@@ -76,7 +81,8 @@ def report(out):
             print(f"| {name} | {summary['run'].get('failure', 'stopped')} |" + " |" * 9)
             continue
         s = series(directory)
-        mean = lambda n: sum(within(s, n, WINDOW)) / len(within(s, n, WINDOW))
+        window = (summary["window"]["from [s]"], summary["window"]["until [s]"]) if name == "full" else WINDOW
+        mean = lambda n: sum(within(s, n, window)) / len(within(s, n, window))
         span = lambda n, f: "-" if n not in s else (f + " ... " + f).format(min(within(s, n, (0, 9))), max(within(s, n, (0, 9))))
         height = within(s, "height", (0, 9))
         print(f"| {name} | {mean('draft'):.0f} | {mean('pull'):.0f} | {span('draft', '{:.0f}')} | "
@@ -84,7 +90,8 @@ def report(out):
               f"{summary['soil']['spheres']} | {summary['soil']['bulk density [kg/m3]']:.0f} | "
               f"{summary['run']['largest overlap [share of a radius]']:.2f} | "
               f"{100 * summary['energy']['closure over work put in']:.3f} % |")
-    print(f"\nMeans are over {WINDOW[0]} ... {WINDOW[1]} s, ranges over the whole run, of 1 ms means.")
+    print(f"\nMeans are over {WINDOW[0]} ... {WINDOW[1]} s (full: over its summary's window), ranges over the whole run, of "
+          "1 ms means.")
     for kind in ("", "-locked"):
         runs = [out / f"random-{seed}{kind}" for seed in (1, 2, 3)]
         runs = [r for r in runs if (r / "summary.json").exists()]
@@ -105,11 +112,14 @@ def main():
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "out" / "study")
     parser.add_argument("--only", nargs="*", choices=list(VARIANTS))
     parser.add_argument("--report", action="store_true")
+    parser.add_argument("--jobs", type=int, default=1, help="variants run side by side (default 1)")
+    parser.add_argument("--threads", type=int, default=1, help="threads of each (default 1: small beds gain little from two)")
     arguments = parser.parse_args()
     if not arguments.report:
         arguments.out.mkdir(parents=True, exist_ok=True)
-        for name in arguments.only or VARIANTS:
-            run(arguments.program, arguments.out, name)
+        names = arguments.only or [name for name in VARIANTS if name != "full"]
+        with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
+            list(pool.map(lambda name: run(arguments.program, arguments.out, name, arguments.threads), names))
     report(arguments.out)
 
 
