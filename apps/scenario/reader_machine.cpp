@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "apps/scenario/expression.hpp"
 #include "apps/scenario/reader.hpp"
 
 /// The part of the reader that machines use: functions of time, bodies, points of the start pose, turns, start, watch.
@@ -27,22 +28,38 @@ Function Reader::function_of(const Node& node, const std::string& path, const st
   with_type<mbd::FunctionKinds>(node, path, [&]<class Kind>(std::type_identity<Kind>) {
     const std::string& word = card_of<Kind>().word;
     const Node& given = node.find(word)->value;
-    Node parameters = given;
-    if (given.kind == Node::Kind::sequence) {  // {table: [[0 s, 0 m], ...]}
-      parameters = Node::mapping();
-      parameters.place = given.place;
-      parameters.add("points", given);
-    }
     Kind kind;
-    Reader reader(reading_, mapping_of(parameters), path + "." + word);
-    kind.describe(reader, unit);
-    reader.finish();
-    if (node.entries.size() > 1)
-      throw UnitError(fmt::format("only `{}` may stand here; its parameters belong inside it", word));
+    if constexpr (requires { Kind::word_is_key; }) {  // {expression: "sin(t)", unit: m}
+      Reader reader(reading_, node, path);
+      kind.describe(reader, unit);
+      reader.finish();
+    } else {
+      Node parameters = given;
+      if (given.kind == Node::Kind::sequence) {  // {table: [[0 s, 0 m], ...]}
+        parameters = Node::mapping();
+        parameters.place = given.place;
+        parameters.add("points", given);
+      }
+      Reader reader(reading_, mapping_of(parameters), path + "." + word);
+      kind.describe(reader, unit);
+      reader.finish();
+      if (node.entries.size() > 1)
+        throw UnitError(fmt::format("only `{}` may stand here; its parameters belong inside it", word));
+    }
     if (reading_.problems.count() == before) function = Function(std::move(kind));
   });
   open_ = was_open;  // an unknown kind of function says nothing about the other keys
   return function;
+}
+
+void Reader::expression(const char* key, mbd::ExpressionFunction& value, const std::string& unit, const char* meaning) {
+  std::string given;
+  double size = 1;
+  leaf("unit", unit != "1", fmt::format("the unit of the formula's value, such as {}", unit), [&](const Node& node) {
+    given = scalar_of(node);
+    size = parse_quantity("1 " + given, unit);
+  });
+  leaf(key, true, meaning, [&](const Node& node) { value = make_expression(scalar_of(node), given, size); });
 }
 
 // ---- bodies and points ---------------------------------------------------------------------------------------------

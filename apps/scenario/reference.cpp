@@ -28,10 +28,16 @@ std::vector<Row> make_rows() {
     std::vector<Row> below;
     Printer inner(below, "");
     kind.describe(inner, "U");
-    rows.push_back({"function." + inner.word, "type", "", "", inner.word_meaning});
-    for (const Row& row : below) {
-      rows.push_back({"function." + inner.word + "." + row.path, row.unit, row.fallback, row.range, row.meaning});
+    const std::string path = "function." + inner.word;
+    Row head{path, "type", "", "", inner.word_meaning};
+    if (!below.empty() && below.front().path == inner.word) {  // {expression: "sin(t)", unit: m}
+      head = below.front();
+      head.path = path, head.meaning = inner.word_meaning + ": " + head.meaning;
+      below.erase(below.begin());
     }
+    rows.push_back(head);
+    for (const Row& row : below)
+      rows.push_back({path + "." + row.path, row.unit, row.fallback, row.range, row.meaning});
   });
   return rows;
 }
