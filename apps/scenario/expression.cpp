@@ -22,85 +22,102 @@ using GiNaC::ex;
 
 DECLARE_FUNCTION_1P(sign)
 DECLARE_FUNCTION_1P(magnitude)
-DECLARE_FUNCTION_2P(smaller)
-DECLARE_FUNCTION_2P(larger)
+DECLARE_FUNCTION_2P(min)
+DECLARE_FUNCTION_2P(max)
 
 ex sign_slope(const ex&, unsigned) { return 0; }
 ex magnitude_slope(const ex& x, unsigned) { return sign(x); }
 /// Of the one that counts, and half of each where they are equal.
-ex smaller_slope(const ex& a, const ex& b, unsigned of) { return (1 + sign(of == 0 ? b - a : a - b)) / 2; }
-ex larger_slope(const ex& a, const ex& b, unsigned of) { return (1 + sign(of == 0 ? a - b : b - a)) / 2; }
+ex min_slope(const ex& a, const ex& b, unsigned of) { return (1 + sign(of == 0 ? b - a : a - b)) / 2; }
+ex max_slope(const ex& a, const ex& b, unsigned of) { return (1 + sign(of == 0 ? a - b : b - a)) / 2; }
 
 REGISTER_FUNCTION(sign, derivative_func(sign_slope))
 REGISTER_FUNCTION(magnitude, derivative_func(magnitude_slope))
-REGISTER_FUNCTION(smaller, derivative_func(smaller_slope))
-REGISTER_FUNCTION(larger, derivative_func(larger_slope))
+REGISTER_FUNCTION(min, derivative_func(min_slope))
+REGISTER_FUNCTION(max, derivative_func(max_slope))
 }  // namespace formula
 
 namespace {
 
 using GiNaC::ex;
-using GiNaC::exvector;
 
-/// A function of formulas: how GiNaC builds it, the name under which GiNaC's tree holds it, how it is evaluated.
+/// A function of formulas: the name under which GiNaC reads it and holds it in its trees, and how it is evaluated; sqrt
+/// and pow become powers.
 struct Known {
   const char* word;
-  const char* in_tree;  // empty: GiNaC turns it into a power
-  std::size_t arguments;
-  ex (*build)(const exvector&);
+  const char* in_tree;
   double (*one)(double);
   double (*two)(double, double);
 };
-
-#define SUBSOIL_ONE(word)                                                        \
-  Known {                                                                        \
-    #word, #word, 1, [](const exvector& a) -> ex { return GiNaC::word(a[0]); },  \
-        [](double x) { return std::word(x); }, nullptr                           \
-  }
 const std::array<Known, 18> functions{{
-    SUBSOIL_ONE(sin), SUBSOIL_ONE(cos), SUBSOIL_ONE(tan), SUBSOIL_ONE(asin), SUBSOIL_ONE(acos), SUBSOIL_ONE(atan),
-    SUBSOIL_ONE(sinh), SUBSOIL_ONE(cosh), SUBSOIL_ONE(tanh), SUBSOIL_ONE(exp), SUBSOIL_ONE(log),
-    {"sqrt", "", 1, [](const exvector& a) -> ex { return GiNaC::sqrt(a[0]); }, nullptr, nullptr},
-    {"pow", "", 2, [](const exvector& a) -> ex { return GiNaC::pow(a[0], a[1]); }, nullptr, nullptr},
-    {"atan2", "atan2", 2, [](const exvector& a) -> ex { return GiNaC::atan2(a[0], a[1]); }, nullptr,
-     [](double y, double x) { return std::atan2(y, x); }},
-    {"abs", "magnitude", 1, [](const exvector& a) -> ex { return formula::magnitude(a[0]); },
-     [](double x) { return std::abs(x); }, nullptr},
-    {"sign", "sign", 1, [](const exvector& a) -> ex { return formula::sign(a[0]); },
-     [](double x) { return static_cast<double>((x > 0) - (x < 0)); }, nullptr},
-    {"min", "smaller", 2, [](const exvector& a) -> ex { return formula::smaller(a[0], a[1]); }, nullptr,
-     [](double x, double y) { return std::min(x, y); }},
-    {"max", "larger", 2, [](const exvector& a) -> ex { return formula::larger(a[0], a[1]); }, nullptr,
-     [](double x, double y) { return std::max(x, y); }},
+    {"sin", "sin", [](double x) { return std::sin(x); }, nullptr},
+    {"cos", "cos", [](double x) { return std::cos(x); }, nullptr},
+    {"tan", "tan", [](double x) { return std::tan(x); }, nullptr},
+    {"asin", "asin", [](double x) { return std::asin(x); }, nullptr},
+    {"acos", "acos", [](double x) { return std::acos(x); }, nullptr},
+    {"atan", "atan", [](double x) { return std::atan(x); }, nullptr},
+    {"sinh", "sinh", [](double x) { return std::sinh(x); }, nullptr},
+    {"cosh", "cosh", [](double x) { return std::cosh(x); }, nullptr},
+    {"tanh", "tanh", [](double x) { return std::tanh(x); }, nullptr},
+    {"exp", "exp", [](double x) { return std::exp(x); }, nullptr},
+    {"log", "log", [](double x) { return std::log(x); }, nullptr},
+    {"sqrt", "sqrt", nullptr, nullptr},
+    {"pow", "pow", nullptr, nullptr},
+    {"atan2", "atan2", nullptr, [](double y, double x) { return std::atan2(y, x); }},
+    {"abs", "magnitude", [](double x) { return std::abs(x); }, nullptr},
+    {"sign", "sign", [](double x) { return static_cast<double>((x > 0) - (x < 0)); }, nullptr},
+    {"min", "min", nullptr, [](double x, double y) { return std::min(x, y); }},
+    {"max", "max", nullptr, [](double x, double y) { return std::max(x, y); }},
 }};
-#undef SUBSOIL_ONE
 
 // ---- reading -------------------------------------------------------------------------------------------------------
 
-/// GiNaC does not say where a formula is wrong and knows words of its own (I, Euler): names are looked at before.
-void check_names(const std::string& text) {
+bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) || c == '_'; }
+bool is_digit(char c) { return (c >= '0' && c <= '9') || c == '.'; }
+
+/// Length of the number that `text` begins with: digits and an exponent.
+std::size_t number_length(std::string_view text) {
+  const auto digits_from = [&](std::size_t i) {
+    while (i < text.size() && is_digit(text[i])) ++i;
+    return i;
+  };
+  const std::size_t mantissa = digits_from(0);
+  if (mantissa == text.size() || (text[mantissa] != 'e' && text[mantissa] != 'E')) return mantissa;
+  std::size_t exponent = mantissa + 1;
+  if (exponent < text.size() && (text[exponent] == '+' || text[exponent] == '-')) ++exponent;
+  const std::size_t end = digits_from(exponent);
+  return end > exponent ? end : mantissa;
+}
+
+std::string name_in_tree(const std::string& name) {
+  if (name == "t" || name == "pi" || name == "e") return name;
+  for (const Known& f : functions)
+    if (name == f.word) return f.in_tree;
   std::vector<std::string> known{"t", "pi", "e"};
   for (const Known& f : functions) known.emplace_back(f.word);
-  const auto letter = [](char c) { return std::isalpha(static_cast<unsigned char>(c)) || c == '_'; };
-  const auto digit = [](char c) { return (c >= '0' && c <= '9') || c == '.'; };
+  throw UnitError(fmt::format("`{}` is no name of a formula in t{}", name, suggestion(name, known)));
+}
+
+/// The formula with GiNaC's names. GiNaC knows more words and signs than ours and does not say where it stumbles over
+/// one, so they are looked at here.
+std::string in_words_of_ginac(const std::string& text) {
+  std::string out;
   for (std::size_t i = 0; i < text.size();) {
     std::size_t end = i + 1;
-    if (digit(text[i])) {
-      while (end < text.size() && digit(text[end])) ++end;
-      const bool power = end < text.size() && (text[end] == 'e' || text[end] == 'E');
-      const std::size_t after = end + 1 + (end + 1 < text.size() && (text[end + 1] == '+' || text[end + 1] == '-'));
-      if (power && after < text.size() && digit(text[after])) end = after + 1;
-      while (end < text.size() && digit(text[end])) ++end;
-    } else if (letter(text[i])) {
-      while (end < text.size() && (letter(text[end]) || digit(text[end]))) ++end;
-      const std::string name = text.substr(i, end - i);
-      if (std::find(known.begin(), known.end(), name) == known.end())
-        throw UnitError(fmt::format("`{}` is no name of a formula in t{}", name, suggestion(name, known)));
-    } else if (std::string(" \t+-*/^(),").find(text[i]) == std::string::npos) {
+    if (is_digit(text[i])) {
+      end = i + number_length(std::string_view(text).substr(i));
+      out += text.substr(i, end - i);
+    } else if (is_letter(text[i])) {
+      while (end < text.size() && (is_letter(text[end]) || is_digit(text[end]))) ++end;
+      out += name_in_tree(text.substr(i, end - i));
+    } else if (std::string_view(" \t+-*/^(),").find(text[i]) != std::string_view::npos) {
+      out += text[i];
+    } else {
       throw UnitError(fmt::format("`{}` has no place in a formula; there are + - * / ^ ( ) and functions", text[i]));
     }
     i = end;
   }
+  return out;
 }
 
 /// "expected ')' ..., got: EOF" out of GiNaC's message, which also names its own source.
@@ -108,18 +125,18 @@ std::string fault_of(const std::string& message) {
   const std::size_t from = message.find("column 0: ");
   std::string fault = from == std::string::npos ? message : message.substr(from + 10);
   fault = fault.substr(0, fault.find('\n'));
-  for (std::size_t at; (at = fault.find("EOF")) != std::string::npos;) fault.replace(at, 3, "its end");
+  for (const auto& [theirs, ours] : {std::pair("EOF", "its end"), std::pair("magnitude", "abs")})
+    if (const std::size_t at = fault.find(theirs); at != std::string::npos)
+      fault.replace(at, std::string_view(theirs).size(), ours);
   return fault;
 }
 
 ex read_formula(const std::string& text, const GiNaC::realsymbol& t) {
-  check_names(text);
+  const std::string formula = in_words_of_ginac(text);
   GiNaC::symtab names;
   names["t"] = t, names["pi"] = GiNaC::Pi, names["e"] = GiNaC::exp(ex(1));
-  GiNaC::prototype_table prototypes;
-  for (const Known& f : functions) prototypes[{f.word, f.arguments}] = f.build;
   try {
-    return GiNaC::parser(names, true, prototypes)(text);
+    return GiNaC::parser(names, true)(formula);
   } catch (const GiNaC::parse_error& error) {
     throw UnitError(fmt::format("is no formula: {}", fault_of(error.what())));
   } catch (const std::exception& error) {
@@ -162,16 +179,36 @@ class Program {
     for (const Step& s : steps_) {
       if (takes_two(s)) --top;
       switch (s.what) {
-        case Do::number: stack[top++] = s.number; break;
-        case Do::time: stack[top++] = t; break;
-        case Do::add: stack[top - 1] += stack[top]; break;
-        case Do::multiply: stack[top - 1] *= stack[top]; break;
-        case Do::power: stack[top - 1] = std::pow(stack[top - 1], stack[top]); break;
-        case Do::square: stack[top - 1] *= stack[top - 1]; break;
-        case Do::root: stack[top - 1] = std::sqrt(stack[top - 1]); break;
-        case Do::reciprocal: stack[top - 1] = 1 / stack[top - 1]; break;
-        case Do::one: stack[top - 1] = functions[s.function].one(stack[top - 1]); break;
-        case Do::two: stack[top - 1] = functions[s.function].two(stack[top - 1], stack[top]); break;
+        case Do::number:
+          stack[top++] = s.number;
+          break;
+        case Do::time:
+          stack[top++] = t;
+          break;
+        case Do::add:
+          stack[top - 1] += stack[top];
+          break;
+        case Do::multiply:
+          stack[top - 1] *= stack[top];
+          break;
+        case Do::power:
+          stack[top - 1] = std::pow(stack[top - 1], stack[top]);
+          break;
+        case Do::square:
+          stack[top - 1] *= stack[top - 1];
+          break;
+        case Do::root:
+          stack[top - 1] = std::sqrt(stack[top - 1]);
+          break;
+        case Do::reciprocal:
+          stack[top - 1] = 1 / stack[top - 1];
+          break;
+        case Do::one:
+          stack[top - 1] = functions[s.function].one(stack[top - 1]);
+          break;
+        case Do::two:
+          stack[top - 1] = functions[s.function].two(stack[top - 1], stack[top]);
+          break;
       }
     }
     return stack[0];
@@ -185,16 +222,16 @@ class Program {
 
   static Steps flatten(const ex& e, const GiNaC::symbol& t) {
     if (e.is_equal(t)) return {{.what = Do::time}};
-    if (GiNaC::is_a<GiNaC::numeric>(e) || GiNaC::is_a<GiNaC::constant>(e)) return {number(e)};
+    if (!e.has(t))  // constants fold, unless GiNaC does not know their value, such as that of sign(2)
+      if (const ex value = e.evalf(); GiNaC::is_a<GiNaC::numeric>(value)) return {number(value)};
     if (GiNaC::is_a<GiNaC::add>(e)) return chain(e, Do::add, t);
     if (GiNaC::is_a<GiNaC::mul>(e)) return chain(e, Do::multiply, t);
     if (GiNaC::is_a<GiNaC::power>(e)) return power(e, t);
     if (GiNaC::is_a<GiNaC::function>(e)) return call(GiNaC::ex_to<GiNaC::function>(e), t);
     throw UnitError("is no formula for one number");
   }
-  static Step number(const ex& e) {
-    const ex value = e.evalf();
-    if (!GiNaC::is_a<GiNaC::numeric>(value) || !GiNaC::ex_to<GiNaC::numeric>(value).is_real())
+  static Step number(const ex& value) {
+    if (!GiNaC::ex_to<GiNaC::numeric>(value).is_real())
       throw UnitError("holds a number that is not real, such as a root or logarithm of a negative one");
     const double real = GiNaC::ex_to<GiNaC::numeric>(value).to_double();
     if (!std::isfinite(real)) throw UnitError("holds a number too large for double precision");
@@ -247,8 +284,8 @@ double integrate(const Evaluate& f, double a, double b, double allowed = -1, int
   return integrate(f, a, middle, allowed, halvings - 1) + integrate(f, middle, b, allowed, halvings - 1);
 }
 
-/// Integral and double integral of f from 0 to t >= 0. Those over whole panels are summed once and kept, in the order of
-/// the panels, so that a value does not depend on what was asked before.
+/// Integral and double integral of f from 0 to t >= 0. Those over whole panels are summed once and kept, in the order
+/// of the panels, so that a value does not depend on what was asked before.
 class Sums {
  public:
   explicit Sums(Evaluate f) : f_(std::move(f)) {}
