@@ -10,14 +10,15 @@
 //   v.optional_function(key, function, unit, meaning)          may be left out: function.is_set() stays false
 //   v.optional_quantity(key, number, unit, range, meaning)     may be left out: the number stays NaN
 //   v.point(key, body, point, meaning)                         a point in body axes; `at: x y m` is a world point of
-//   the
-//                                                              start pose; may be left out: the centre of gravity
+//                                                              the start pose; may be left out: the centre of gravity
+//   v.optional_body(key, body, meaning)                        a body or the ground; may be left out: the ground
 
 #include <tuple>
 #include <variant>
 
 #include "libmbd/drivers/angle_driver.hpp"
 #include "libmbd/drivers/coordinate_driver.hpp"
+#include "libmbd/drivers/distance_driver.hpp"
 #include "libmbd/drivers/slide_driver.hpp"
 #include "libmbd/forces/applied_force.hpp"
 #include "libmbd/forces/bushing.hpp"
@@ -30,14 +31,27 @@
 #include "libmbd/forces/slide_stop.hpp"
 #include "libmbd/forces/spring_damper.hpp"
 #include "libmbd/forces/wheel_on_soil.hpp"
+#include "libmbd/joints/cam_follower.hpp"
+#include "libmbd/joints/disk_on_disk.hpp"
+#include "libmbd/joints/disk_on_line.hpp"
+#include "libmbd/joints/distance.hpp"
 #include "libmbd/joints/fixed.hpp"
+#include "libmbd/joints/flat_faced_cam.hpp"
+#include "libmbd/joints/gear_pair.hpp"
+#include "libmbd/joints/gear_ratio.hpp"
+#include "libmbd/joints/point_on_curve.hpp"
+#include "libmbd/joints/point_on_line.hpp"
+#include "libmbd/joints/rack_and_pinion.hpp"
 #include "libmbd/joints/revolute.hpp"
+#include "libmbd/joints/rolling_on_disk.hpp"
+#include "libmbd/joints/rolling_on_line.hpp"
 #include "libmbd/joints/translational.hpp"
 
 namespace subsoil::mbd {
 
-using Joints = std::tuple<Revolute, Translational, Fixed>;
-using Drivers = std::tuple<CoordinateDriver, AngleDriver, SlideDriver>;
+using Joints = std::tuple<Revolute, Translational, Fixed, PointOnLine, Distance, DiskOnLine, RollingOnLine, DiskOnDisk,
+                          RollingOnDisk, GearPair, GearRatio, RackAndPinion, CamFollower, FlatFacedCam, PointOnCurve>;
+using Drivers = std::tuple<CoordinateDriver, AngleDriver, SlideDriver, DistanceDriver>;
 using Forces = std::tuple<SpringDamper, RotationalSpringDamper, Bushing, AppliedForce, Drag, LineContact, DiskContact,
                           RotationalStop, SlideStop, DistanceStop, WheelOnSoil>;
 

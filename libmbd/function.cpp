@@ -28,6 +28,7 @@ double ConstantFunction::value(double) const { return value_; }
 double ConstantFunction::first(double) const { return 0; }
 double ConstantFunction::second(double) const { return 0; }
 double ConstantFunction::integral(double t) const { return value_ * t; }
+double ConstantFunction::double_integral(double t) const { return value_ * t * t / 2; }
 
 double PolynomialFunction::value(double t) const {
   return c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))));
@@ -40,6 +41,9 @@ double PolynomialFunction::second(double t) const {
 }
 double PolynomialFunction::integral(double t) const {
   return t * (c[0] + t * (c[1] / 2 + t * (c[2] / 3 + t * (c[3] / 4 + t * (c[4] / 5 + t * c[5] / 6)))));
+}
+double PolynomialFunction::double_integral(double t) const {
+  return t * t * (c[0] / 2 + t * (c[1] / 6 + t * (c[2] / 12 + t * (c[3] / 20 + t * (c[4] / 30 + t * c[5] / 42)))));
 }
 
 void HarmonicFunction::check() const {
@@ -58,6 +62,11 @@ double HarmonicFunction::integral(double t) const {
   const double omega = two_pi * frequency;
   return mean * t + amplitude * (std::cos(phase) - std::cos(omega * t + phase)) / omega;
 }
+double HarmonicFunction::double_integral(double t) const {
+  const double omega = two_pi * frequency;
+  const double swing = (std::sin(phase) - std::sin(omega * t + phase)) / omega + t * std::cos(phase);
+  return mean * t * t / 2 + amplitude * swing / omega;
+}
 
 void RampFunction::check() const {
   if (!(end > begin))
@@ -75,109 +84,100 @@ double RampFunction::second(double t) const {
   const double x = std::clamp((t - begin) / (end - begin), 0.0, 1.0);
   return (to - from) / ((end - begin) * (end - begin)) * 60 * x * (1 - x) * (1 - 2 * x);
 }
-double RampFunction::integral(double t) const {
-  // Primitive with P(begin) = 0; the difference makes it start at t = 0 wherever the ramp lies.
-  const auto primitive = [this](double u) {
-    const double span = end - begin;
-    if (u <= begin) return from * (u - begin);
-    const double x = std::min((u - begin) / span, 1.0);
-    const double inside = from * x + (to - from) * x * x * x * x * (2.5 + x * (-3 + x));
-    return span * inside + (u > end ? to * (u - end) : 0.0);
-  };
-  return primitive(t) - primitive(0);
+// Primitives that vanish at `begin`, once and twice; their differences start at t = 0 wherever the ramp lies.
+double RampFunction::once(double t) const {
+  const double span = end - begin;
+  if (t <= begin) return from * (t - begin);
+  const double x = std::min((t - begin) / span, 1.0);
+  const double inside = from * x + (to - from) * x * x * x * x * (2.5 + x * (-3 + x));
+  return span * inside + (t > end ? to * (t - end) : 0.0);
+}
+double RampFunction::twice(double t) const {
+  const double span = end - begin;
+  if (t <= begin) return from * (t - begin) * (t - begin) / 2;
+  const double x = std::min((t - begin) / span, 1.0), x2 = x * x, beyond = std::max(t - end, 0.0);
+  const double inside = from * x2 / 2 + (to - from) * x2 * x2 * x * (0.5 + x * (-0.5 + x / 7));
+  return span * span * inside + once(end) * beyond + to * beyond * beyond / 2;
+}
+double RampFunction::integral(double t) const { return once(t) - once(0); }
+double RampFunction::double_integral(double t) const { return twice(t) - twice(0) - t * once(0); }
+
+CubicSpline TableFunction::spline() const {
+  try {
+    return {times, values, periodic ? CubicSpline::Ends::periodic : CubicSpline::Ends::natural, "times"};
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(std::string("table function: ") + error.what());
+  }
+}
+void TableFunction::check() const { spline(); }
+void TableFunction::prepare() { spline_ = spline(); }
+CubicSpline::Value TableFunction::at(double t) const {
+  if (!periodic && t < times.front()) return {values.front(), 0, 0};
+  if (!periodic && t > times.back()) return {values.back(), 0, 0};
+  return spline_.at(t);
+}
+double TableFunction::value(double t) const { return at(t).value; }
+double TableFunction::first(double t) const { return at(t).first; }
+double TableFunction::second(double t) const { return at(t).second; }
+
+TableFunction::Sums TableFunction::sums(double t) const {
+  const double begin = times.front(), span = times.back() - begin;
+  const double whole = spline_.integral(times.back()), whole_twice = spline_.double_integral(times.back());
+  if (periodic) {  // n whole periods and the rest
+    const double n = std::floor((t - begin) / span), rest = t - begin - n * span;
+    const double once = spline_.integral(begin + rest), twice = spline_.double_integral(begin + rest);
+    return {n * whole + once, n * (n - 1) / 2 * whole * span + n * whole_twice + n * whole * rest + twice};
+  }
+  const double before = std::min(t - begin, 0.0), beyond = std::max(t - times.back(), 0.0);
+  if (before < 0) return {values.front() * before, values.front() * before * before / 2};
+  if (beyond > 0)
+    return {whole + values.back() * beyond, whole_twice + whole * beyond + values.back() * beyond * beyond / 2};
+  return {spline_.integral(t), spline_.double_integral(t)};
+}
+double TableFunction::integral(double t) const { return sums(t).once - sums(0).once; }
+double TableFunction::double_integral(double t) const {
+  const Sums zero = sums(0), now = sums(t);
+  return now.twice - zero.twice - t * zero.once;
 }
 
-void TableFunction::check() const {
-  if (times.size() != values.size() || times.empty())
-    throw std::invalid_argument("table function: needs as many values as times, and at least one point");
-  for (std::size_t i = 1; i < times.size(); ++i)
-    if (!(times[i] > times[i - 1]))
-      throw std::invalid_argument("table function: times must increase; point " + std::to_string(i + 1) +
-                                  " does not come after the one before");
+void ExpressionFunction::check() const {
+  if (!value_ || !first_ || !second_ || !integral_ || !double_integral_)
+    throw std::invalid_argument(
+        "expression function: needs its value, two derivatives and two integrals as callables; a scenario's formula "
+        "brings them all");
 }
-void TableFunction::prepare() {
-  check();
-  const std::size_t n = times.size();
-  bend_.assign(n, 0.0);
-  // Thomas algorithm for the natural spline's second derivatives.
-  std::vector<double> upper(n, 0.0);
-  for (std::size_t i = 1; i + 1 < n; ++i) {
-    const double left = times[i] - times[i - 1], right = times[i + 1] - times[i];
-    const double slope_change = (values[i + 1] - values[i]) / right - (values[i] - values[i - 1]) / left;
-    const double pivot = 2 * (left + right) - left * upper[i - 1];
-    upper[i] = right / pivot;
-    bend_[i] = (6 * slope_change - left * bend_[i - 1]) / pivot;
-  }
-  for (std::size_t i = n; i-- > 1;) {
-    if (i + 1 < n) bend_[i] -= upper[i] * bend_[i + 1];
-  }
-  if (n > 0) bend_[0] = 0;
-  sum_.assign(n, 0.0);
-  for (std::size_t i = 0; i + 1 < n; ++i) sum_[i + 1] = sum_[i] + within(i, times[i + 1]);
-}
-std::size_t TableFunction::interval(double t) const {
-  const auto above = std::upper_bound(times.begin(), times.end(), t);
-  return std::min(static_cast<std::size_t>(above - times.begin()) - 1, times.size() - 2);
-}
-double TableFunction::value(double t) const {
-  if (t <= times.front()) return values.front();
-  if (t >= times.back()) return values.back();
-  const std::size_t i = interval(t);
-  const double h = times[i + 1] - times[i], b = (t - times[i]) / h, a = 1 - b;
-  return a * values[i] + b * values[i + 1] + ((a * a * a - a) * bend_[i] + (b * b * b - b) * bend_[i + 1]) * h * h / 6;
-}
-double TableFunction::first(double t) const {
-  if (t < times.front() || t > times.back() || times.size() < 2) return 0;
-  const std::size_t i = interval(t);
-  const double h = times[i + 1] - times[i], b = (t - times[i]) / h, a = 1 - b;
-  return (values[i + 1] - values[i]) / h + ((1 - 3 * a * a) * bend_[i] + (3 * b * b - 1) * bend_[i + 1]) * h / 6;
-}
-double TableFunction::second(double t) const {
-  if (t < times.front() || t > times.back() || times.size() < 2) return 0;
-  const std::size_t i = interval(t);
-  const double b = (t - times[i]) / (times[i + 1] - times[i]);
-  return (1 - b) * bend_[i] + b * bend_[i + 1];
-}
-double TableFunction::within(std::size_t i, double t) const {
-  const double h = times[i + 1] - times[i], b = (t - times[i]) / h, a = 1 - b;
-  const double linear = values[i] * (b - b * b / 2) + values[i + 1] * b * b / 2;
-  const double left = -(a * a * a * a - 1) / 4 + (a * a - 1) / 2;  // integral of a^3 - a over b from 0
-  const double right = b * b * b * b / 4 - b * b / 2;
-  return h * linear + h * h * h / 6 * (left * bend_[i] + right * bend_[i + 1]);
-}
-double TableFunction::integral(double t) const {
-  const auto primitive = [this](double u) {
-    if (u <= times.front()) return values.front() * (u - times.front());
-    if (u >= times.back()) return sum_.back() + values.back() * (u - times.back());
-    const std::size_t i = interval(u);
-    return sum_[i] + within(i, u);
-  };
-  return primitive(t) - primitive(0);
-}
+double ExpressionFunction::value(double t) const { return value_(t); }
+double ExpressionFunction::first(double t) const { return first_(t); }
+double ExpressionFunction::second(double t) const { return second_(t); }
+double ExpressionFunction::integral(double t) const { return integral_(t); }
+double ExpressionFunction::double_integral(double t) const { return double_integral_(t); }
 
 void SumFunction::check() const {
   for (const auto& term : terms)
     if (!term.is_set()) throw std::invalid_argument("sum function: every term must be given");
 }
-double SumFunction::value(double t) const {
+namespace {
+template <class Part>
+double sum_of(const std::vector<Function>& terms, Part part) {
   double sum = 0;
-  for (const auto& f : terms) sum += f.value(t);
+  for (const auto& f : terms) sum += part(f);
   return sum;
+}
+}  // namespace
+double SumFunction::value(double t) const {
+  return sum_of(terms, [t](const Function& f) { return f.value(t); });
 }
 double SumFunction::first(double t) const {
-  double sum = 0;
-  for (const auto& f : terms) sum += f.first(t);
-  return sum;
+  return sum_of(terms, [t](const Function& f) { return f.first(t); });
 }
 double SumFunction::second(double t) const {
-  double sum = 0;
-  for (const auto& f : terms) sum += f.second(t);
-  return sum;
+  return sum_of(terms, [t](const Function& f) { return f.second(t); });
 }
 double SumFunction::integral(double t) const {
-  double sum = 0;
-  for (const auto& f : terms) sum += f.integral(t);
-  return sum;
+  return sum_of(terms, [t](const Function& f) { return f.integral(t); });
+}
+double SumFunction::double_integral(double t) const {
+  return sum_of(terms, [t](const Function& f) { return f.double_integral(t); });
 }
 
 double Function::value(double t) const {
@@ -191,6 +191,9 @@ double Function::second(double t) const {
 }
 double Function::integral(double t) const {
   return visit_set(kind_, [t](const auto& f) { return f.integral(t); });
+}
+double Function::double_integral(double t) const {
+  return visit_set(kind_, [t](const auto& f) { return f.double_integral(t); });
 }
 
 }  // namespace subsoil::mbd

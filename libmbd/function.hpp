@@ -1,11 +1,13 @@
 #pragma once
 
-#include <memory>
+#include <functional>
 #include <string>
 #include <tuple>
 #include <utility>
 #include <variant>
 #include <vector>
+
+#include "libmbd/spline.hpp"
 
 namespace subsoil::mbd {
 
@@ -23,6 +25,7 @@ struct ConstantFunction {
   double first(double t) const;
   double second(double t) const;
   double integral(double t) const;
+  double double_integral(double t) const;
 };
 
 /// f(t) = c0 + c1 t + c2 t^2 + c3 t^3 + c4 t^4 + c5 t^5
@@ -44,6 +47,7 @@ struct PolynomialFunction {
   double first(double t) const;
   double second(double t) const;
   double integral(double t) const;
+  double double_integral(double t) const;
 };
 
 /// f(t) = mean + amplitude sin(2 pi frequency t + phase)
@@ -63,6 +67,7 @@ struct HarmonicFunction {
   double first(double t) const;
   double second(double t) const;
   double integral(double t) const;
+  double double_integral(double t) const;
 };
 
 /// from -> to between two times by 10 x^3 - 15 x^4 + 6 x^5, x = (t - begin)/(end - begin); constant outside.
@@ -83,19 +88,28 @@ struct RampFunction {
   double first(double t) const;
   double second(double t) const;
   double integral(double t) const;
+  double double_integral(double t) const;
+
+ private:
+  double once(double t) const;
+  double twice(double t) const;
 };
 
-/// Natural cubic spline through (time, value); held constant (with its first or last value) outside.
+/// Cubic spline through (time, value): natural and held constant (with its first or last value) outside, or repeating
+/// itself with the period from its first to its last point.
 struct TableFunction {
   std::vector<double> times, values;
+  bool periodic = false;
 
   TableFunction() = default;
-  TableFunction(std::vector<double> at, std::vector<double> value) : times(std::move(at)), values(std::move(value)) {}
+  TableFunction(std::vector<double> at, std::vector<double> value, bool repeats = false)
+      : times(std::move(at)), values(std::move(value)), periodic(repeats) {}
 
   template <class V>
   void describe(V& v, const std::string& unit) {
     v.card("table", "a natural cubic spline through given points, constant before the first and after the last");
     v.table("points", times, values, "s", unit.c_str(), "time and value, times increasing");
+    v.flag("periodic", periodic, "yes: the points repeat themselves without end; the last value is the first again");
   }
   void check() const;
   void prepare();
@@ -103,11 +117,40 @@ struct TableFunction {
   double first(double t) const;
   double second(double t) const;
   double integral(double t) const;
+  double double_integral(double t) const;
 
  private:
-  std::size_t interval(double t) const;
-  double within(std::size_t i, double t) const;  // integral from times[i]
-  std::vector<double> bend_, sum_;               // second derivative and integral from times[0], at the points
+  CubicSpline::Value at(double t) const;
+  CubicSpline spline() const;
+  struct Sums {
+    double once, twice;
+  };
+  Sums sums(double t) const;  // integral and double integral from the first point
+  CubicSpline spline_;
+};
+
+/// A formula in t that whoever reads formulas has turned into callables; this library only calls them.
+///   f(t) = value_(t), with its exact first and second derivative and its integral and double integral from t = 0
+/// Each must be a function of t alone. What they throw ends the run.
+struct ExpressionFunction {
+  /// Its word holds the formula itself: {expression: "0.1*sin(20*t)", unit: m}.
+  static constexpr bool word_is_key = true;
+  std::string text, unit;  // as the scenario has them
+  std::function<double(double)> value_, first_, second_, integral_, double_integral_;
+
+  template <class V>
+  void describe(V& v, const std::string& wanted_unit) {
+    v.card("expression", "a formula in t, the time in s");
+    v.expression("expression", *this, wanted_unit,
+                 "formula in t (s) with + - * / ^, pi, e, sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt "
+                 "abs sign min max pow; angles in it are in rad");
+  }
+  void check() const;
+  double value(double t) const;
+  double first(double t) const;
+  double second(double t) const;
+  double integral(double t) const;
+  double double_integral(double t) const;
 };
 
 class Function;
@@ -119,12 +162,13 @@ struct SumFunction {
   double first(double t) const;
   double second(double t) const;
   double integral(double t) const;
+  double double_integral(double t) const;
 };
 
 /// The kinds that a scenario can name; a new kind is its struct and one entry here.
-using FunctionKinds = std::tuple<ConstantFunction, PolynomialFunction, HarmonicFunction, RampFunction, TableFunction>;
+using FunctionKinds = std::tuple<ConstantFunction, PolynomialFunction, HarmonicFunction, RampFunction, TableFunction, ExpressionFunction>;
 
-/// A function of time with its derivatives and its integral from t = 0. Not set until given a kind.
+/// A function of time with its derivatives and its integral and double integral from t = 0. Not set until given a kind.
 class Function {
  public:
   Function() = default;
@@ -147,12 +191,13 @@ class Function {
   double value(double t) const;
   double first(double t) const;
   double second(double t) const;
-  /// Integral from 0 to t.
+  /// Integral of f from 0 to t, and the integral of that from 0 to t.
   double integral(double t) const;
+  double double_integral(double t) const;
 
  private:
   std::variant<std::monostate, ConstantFunction, PolynomialFunction, HarmonicFunction, RampFunction, TableFunction,
-               SumFunction>
+               ExpressionFunction, SumFunction>
       kind_;
 };
 

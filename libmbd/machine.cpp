@@ -49,21 +49,44 @@ std::size_t Machine::find(const std::string& kind, const std::string& name) cons
   return kind == "joint" ? search(model.joints) : kind == "driver" ? search(model.drivers) : search(model.forces);
 }
 
+namespace {
+
+/// The rows of a joint at the system's state, as the joint itself says them.
+template <class Joint>
+Rows<Joint::rows> rows_of(const Joint& j, const System& system) {
+  Rows<Joint::rows> rows;
+  const BodyState &a = system.body(j.body_a), &b = system.body(j.body_b);
+  if constexpr (requires { j.body_c; }) {
+    j.evaluate(a, b, system.body(j.body_c), system.time(), rows);
+  } else {
+    j.evaluate(a, b, system.time(), rows);
+  }
+  return rows;
+}
+
+/// Where a joint's reaction acts: its own point, or its point on the second body.
+template <class Joint>
+Vec2 reaction_point(const Joint& j, const BodyState& a, const BodyState& b) {
+  if constexpr (requires { j.reaction_point(a, b); }) {
+    return j.reaction_point(a, b);
+  } else {
+    return b.r + b.world(j.p_b);
+  }
+}
+
+}  // namespace
+
 Reaction Machine::reaction_of(std::size_t joint, const Eigen::VectorXd& lambda) const {
-  const auto& jacobian = integrator_->partition().constraints().jacobian;
   const int first = system_.first_row_of_joint(joint);
   return std::visit(
       [&](const auto& j) {
-        // The wrench on whichever body is not the ground, moved to the joint's point on the second body.
-        const bool on_second = j.body_b != ground;
-        const int body = on_second ? j.body_b : j.body_a;
-        double w[3];
-        for (int k = 0; k < 3; ++k)
-          w[k] = -jacobian.col(3 * (body - 1) + k).segment(first, j.rows).dot(lambda.segment(first, j.rows));
-        const BodyState &b = system_.body(j.body_b), &own = system_.body(body);
-        const Vec2 arm = b.r + b.world(j.p_b) - own.r;
-        const double moment = w[2] - cross(arm, {w[0], w[1]}), sign = on_second ? -1 : 1;
-        return Reaction{sign * w[0], sign * w[1], sign * moment};
+        const BodyState &a = system_.body(j.body_a), &b = system_.body(j.body_b);
+        const Vec2 at = reaction_point(j, a, b);
+        const auto rows = rows_of(j, system_);
+        double w[3] = {0, 0, 0};  // on the first body, also where it is the ground, about its centre of gravity
+        for (std::size_t i = 0; i < rows.size(); ++i)
+          for (std::size_t k = 0; k < 3; ++k) w[k] -= rows[i].on_a[k] * lambda[first + static_cast<Eigen::Index>(i)];
+        return Reaction{w[0], w[1], w[2] - cross(at - a.r, {w[0], w[1]})};
       },
       system_.model().joints[joint].element);
 }

@@ -17,6 +17,8 @@ template <class Element>
 std::vector<int> bodies_of(const Element& e) {
   if constexpr (requires { e.body_a(); }) {
     return {e.body_a(), e.body_b()};
+  } else if constexpr (requires { e.body_c; }) {
+    return {e.body_a, e.body_b, e.body_c};
   } else if constexpr (requires { e.body_a; }) {
     return {e.body_a, e.body_b};
   } else {
@@ -24,21 +26,32 @@ std::vector<int> bodies_of(const Element& e) {
   }
 }
 
-/// Longest lever of a point from its body's centre of gravity; points on the ground do not count.
+/// Longest lever of a point from its body's centre of gravity, points on the ground do not count; or how far the element
+/// itself reaches (the length of a link, the radius of a disk) where it knows.
 template <class Element>
 double longest_lever(const Element& e) {
+  double lever = 0;
   if constexpr (requires { e.p_a; }) {
     const auto bodies = bodies_of(e);
-    const double a = bodies[0] == ground ? 0 : std::hypot(e.p_a[0], e.p_a[1]);
-    const double b = bodies[1] == ground ? 0 : std::hypot(e.p_b[0], e.p_b[1]);
-    return std::max(a, b);
-  } else {
-    return 0;
+    if (bodies[0] != ground) lever = std::hypot(e.p_a[0], e.p_a[1]);
+    if (bodies[1] != ground) lever = std::max(lever, std::hypot(e.p_b[0], e.p_b[1]));
+  }
+  if constexpr (requires { e.reach(); }) lever = std::max(lever, e.reach());
+  return lever;
+}
+
+/// Tells whose fault it is: "joint 'slot': ..."
+template <class Action>
+void naming(const std::string& what, Action action) {
+  try {
+    action();
+  } catch (const std::invalid_argument& error) {
+    refuse(what + ": " + error.what());
   }
 }
 
 template <std::size_t n>
-void scatter(const Rows<n>& rows, int first, int body_a, int body_b, Constraints& out) {
+void scatter(const Rows<n>& rows, int first, int body_a, int body_b, int body_c, Constraints& out) {
   for (std::size_t i = 0; i < n; ++i) {
     const int row = first + static_cast<int>(i);
     out.phi[row] = rows[i].phi;
@@ -47,6 +60,7 @@ void scatter(const Rows<n>& rows, int first, int body_a, int body_b, Constraints
     for (int k = 0; k < 3; ++k) {
       if (body_a != ground) out.jacobian(row, 3 * (body_a - 1) + k) = rows[i].on_a[static_cast<std::size_t>(k)];
       if (body_b != ground) out.jacobian(row, 3 * (body_b - 1) + k) = rows[i].on_b[static_cast<std::size_t>(k)];
+      if (body_c != ground) out.jacobian(row, 3 * (body_c - 1) + k) = rows[i].on_c[static_cast<std::size_t>(k)];
     }
   }
 }
@@ -110,15 +124,11 @@ void System::check_elements() const {
             if (body < 0 || body >= bodies())
               refuse(what + ": body index " + std::to_string(body) + " does not exist; there are " +
                      std::to_string(bodies() - 1) + " bodies and the ground (0)");
-          if (list.size() == 2 && list[0] == list[1])
+          if (list.size() > 1 && list[0] == list[1])
             refuse(what + " connects '" + body_name(list[0]) + "' to itself; name two different bodies");
-          if constexpr (requires { element.check(); }) {
-            try {
-              element.check();
-            } catch (const std::invalid_argument& error) {
-              refuse(what + ": " + error.what());
-            }
-          }
+          if (list.size() > 2 && (list[2] == list[0] || list[2] == list[1]))
+            refuse(what + " has '" + body_name(list[2]) + "' twice; the carrier is a third body");
+          if constexpr (requires { element.check(); }) naming(what, [&] { element.check(); });
         },
         named.element);
   };
@@ -227,14 +237,19 @@ void System::constraints(Constraints& out) const {
   out.jacobian.setZero();
   const auto put = [&](const auto& element, int row) {
     Rows<std::remove_cvref_t<decltype(element)>::rows> rows;
-    int a, b;
+    int a, b, c = ground;
     if constexpr (requires { element.body_a(); }) {
       a = element.body_a(), b = element.body_b();
     } else {
       a = element.body_a, b = element.body_b;
     }
-    element.evaluate(body(a), body(b), t_, rows);
-    scatter(rows, row, a, b, out);
+    if constexpr (requires { element.body_c; }) {
+      c = element.body_c;
+      element.evaluate(body(a), body(b), body(c), t_, rows);
+    } else {
+      element.evaluate(body(a), body(b), t_, rows);
+    }
+    scatter(rows, row, a, b, c, out);
   };
   for (std::size_t i = 0; i < model_.joints.size(); ++i)
     std::visit([&](const auto& joint) { put(joint, joint_row_[i]); }, model_.joints[i].element);
@@ -291,12 +306,14 @@ void System::settle_constraints() {
   const auto settle = [&](auto& element) {
     if constexpr (requires { element.body_a(); }) {
       element.settle_start(body(element.body_a()), body(element.body_b()), t_);
+    } else if constexpr (requires { element.body_c; }) {
+      element.settle_start(body(element.body_a), body(element.body_b), body(element.body_c), t_);
     } else if constexpr (requires { element.settle_start(BodyState{}, BodyState{}, t_); }) {
       element.settle_start(body(element.body_a), body(element.body_b), t_);
     }
   };
-  for (auto& j : model_.joints) std::visit(settle, j.element);
-  for (auto& d : model_.drivers) std::visit(settle, d.element);
+  for (auto& j : model_.joints) naming("joint '" + j.name + "'", [&] { std::visit(settle, j.element); });
+  for (auto& d : model_.drivers) naming("driver '" + d.name + "'", [&] { std::visit(settle, d.element); });
 }
 
 void System::settle_forces(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
@@ -333,7 +350,7 @@ void System::save(std::vector<double>& out) const {
   for (const auto& d : model_.drivers)
     std::visit(
         [&](const auto& driver) {
-          out.insert(out.end(), {driver.motion.start, driver.motion.start_time});
+          out.insert(out.end(), {driver.motion.start, driver.motion.start_rate, driver.motion.start_time});
         },
         d.element);
   for (const auto& f : model_.forces)
@@ -359,7 +376,12 @@ void System::restore(const double*& from, const double* end) {
     return *from++;
   };
   for (auto& d : model_.drivers)
-    std::visit([&](auto& driver) { driver.motion.start = next(), driver.motion.start_time = next(); }, d.element);
+    std::visit(
+        [&](auto& driver) {
+          auto& m = driver.motion;
+          m.start = next(), m.start_rate = next(), m.start_time = next();
+        },
+        d.element);
   for (auto& f : model_.forces)
     std::visit(
         [&](auto& force) {

@@ -151,7 +151,11 @@ Node Printer::law_node(const Law& law, const Units&... units) {
       Node parameters = Node::mapping(true);
       Printer printer(parameters, false);
       kind.describe(printer, units...);
-      node.add(printer.word, std::move(parameters));
+      if constexpr (requires { Kind::word_is_key; }) {  // {expression: "sin(t)", unit: m}
+        node = std::move(parameters);
+      } else {
+        node.add(printer.word, std::move(parameters));
+      }
     }
   });
   return node;
@@ -181,6 +185,14 @@ void Printer::print_function(const char* key, const Function& value, const std::
   leaf(key, function_node(value, unit), fmt::format("{}, constant or function of time", unit), "", meaning, needed);
 }
 
+void Printer::expression(const char* key, mbd::ExpressionFunction& value, const std::string& unit,
+                         const std::string& meaning) {
+  leaf(key, value.text.empty() ? Node{} : Node::of(value.text), "formula", "", meaning, true);
+  leaf("unit", value.unit.empty() ? Node{} : Node::of(value.unit), "a unit", "",
+       fmt::format("the unit of the formula's value: {} or another of its dimension; a plain number needs none", unit),
+       unit != "1");
+}
+
 // ---- names, bodies, points -----------------------------------------------------------------------------------------
 
 void Printer::pair(const char* key, std::array<std::string, 2>& value, Family family, const char* meaning) {
@@ -195,6 +207,10 @@ std::string Printer::body_name(int index) const {
 
 void Printer::body(const char* key, int& index, const char* meaning) {
   leaf(key, index < 0 ? Node{} : Node::of(body_name(index)), "name of a body", "", meaning, true);
+}
+
+void Printer::optional_body(const char* key, int& index, const char* meaning) {
+  leaf(key, Node::of(body_name(index)), "name of a body, or ground", "", meaning);
 }
 
 void Printer::bodies(const char* key, int& a, int& b, const char* meaning) {
@@ -234,7 +250,7 @@ void Printer::axis(const char* key, int, double& angle_a, const char* meaning) {
   if (listing()) {
     add_row(key, "2 numbers", "required", "", fmt::format("{}: a world vector of any length", meaning));
     add_row(fmt::format("{} angle", key), "rad", "left out", "",
-            fmt::format("instead of `{}`: the direction's angle in the first body's own axes", key));
+            fmt::format("instead of `{}`: the direction's angle in its body's own axes", key));
     return;
   }
   leaf(fmt::format("{} angle", key), Node::of(format_quantity(angle_a, "rad")), "", "", meaning);

@@ -124,6 +124,7 @@ class Printer {
   }
   void optional_characteristic(const char* key, mbd::Characteristic& value, const std::string& x_unit,
                                const std::string& unit, const char* meaning);
+  void expression(const char* key, mbd::ExpressionFunction& value, const std::string& unit, const std::string& meaning);
 
   // -- names of other things --
   void reference(const char* key, std::string& value, Family family, const char* meaning) {
@@ -136,6 +137,7 @@ class Printer {
 
   // -- bodies and points --
   void body(const char* key, int& index, const char* meaning);
+  void optional_body(const char* key, int& index, const char* meaning);
   void bodies(const char* key, int& a, int& b, const char* meaning);
   void coordinate(const char* key, int& index, mbd::Coordinate& coordinate, const char* meaning);
   void joint_point(int, Vec2& p_a, int, Vec2& p_b, const char* meaning) { points("at", p_a, p_b, meaning, true); }

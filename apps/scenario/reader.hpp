@@ -106,6 +106,7 @@ class Reader {
   }
   void optional_characteristic(const char* key, mbd::Characteristic& value, const std::string& x_unit,
                                const std::string& unit, const char* meaning);
+  void expression(const char* key, mbd::ExpressionFunction& value, const std::string& unit, const char* meaning);
 
   // -- names of other things; whether they exist is checked when everything is read --
   void reference(const char* key, std::string& value, Family, const char* meaning) {
@@ -118,6 +119,9 @@ class Reader {
 
   // -- bodies, and points given in the world of the start pose or in body axes --
   void body(const char* key, int& index, const char* meaning);
+  void optional_body(const char* key, int& index, const char* meaning) {
+    leaf(key, false, meaning, [&](const Node& node) { index = body_of(node); });
+  }
   void bodies(const char* key, int& a, int& b, const char* meaning);
   void coordinate(const char* key, int& index, mbd::Coordinate& coordinate, const char* meaning);
   void joint_point(int a, Vec2& p_a, int b, Vec2& p_b, const char* meaning);

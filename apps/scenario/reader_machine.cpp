@@ -2,14 +2,14 @@
 
 #include <algorithm>
 
+#include "apps/scenario/expression.hpp"
 #include "apps/scenario/reader.hpp"
 
 /// The part of the reader that machines use: functions of time, characteristics, bodies, points of the start pose,
 /// turns, start, watch.
 namespace subsoil::app {
 
-// ---- functions of time, characteristics
-// ------------------------------------------------------------------------------
+// ---- functions of time, characteristics ----------------------------------------------------------------------------
 
 template <class Law, class Kinds, class... Units>
 Law Reader::law_of(const Node& node, const std::string& path, const Units&... units) {
@@ -19,17 +19,24 @@ Law Reader::law_of(const Node& node, const std::string& path, const Units&... un
   with_type<Kinds>(node, path, [&]<class Kind>(std::type_identity<Kind>) {
     const std::string& word = card_of<Kind>().word;
     const Node& given = node.find(word)->value;
-    Node parameters = given;
-    if (given.kind == Node::Kind::sequence) {  // {table: [[0 s, 0 m], ...]}
-      parameters = Node::mapping();
-      parameters.place = given.place;
-      parameters.add("points", given);
-    }
     Kind kind;
-    Reader reader(reading_, mapping_of(parameters), path + "." + word);
-    kind.describe(reader, units...);
-    reader.finish();
-    if (node.entries.size() > 1) throw UnitError("only `" + word + "` may stand here; its parameters belong inside it");
+    if constexpr (requires { Kind::word_is_key; }) {  // {expression: "sin(t)", unit: m}
+      Reader reader(reading_, node, path);
+      kind.describe(reader, units...);
+      reader.finish();
+    } else {
+      Node parameters = given;
+      if (given.kind == Node::Kind::sequence) {  // {table: [[0 s, 0 m], ...]}
+        parameters = Node::mapping();
+        parameters.place = given.place;
+        parameters.add("points", given);
+      }
+      Reader reader(reading_, mapping_of(parameters), path + "." + word);
+      kind.describe(reader, units...);
+      reader.finish();
+      if (node.entries.size() > 1)
+        throw UnitError("only `" + word + "` may stand here; its parameters belong inside it");
+    }
     if (reading_.problems.count() == before) law = Law(std::move(kind));
   });
   open_ = was_open;  // an unknown kind of law says nothing about the other keys
@@ -56,6 +63,16 @@ void Reader::optional_characteristic(const char* key, mbd::Characteristic& value
   leaf(key, false, meaning, [&](const Node& node) {
     value = law_of<mbd::Characteristic, mbd::CharacteristicKinds>(mapping_of(node), child(key), x_unit, unit);
   });
+}
+
+void Reader::expression(const char* key, mbd::ExpressionFunction& value, const std::string& unit, const char* meaning) {
+  std::string given;
+  double size = 1;
+  leaf("unit", unit != "1", fmt::format("the unit of the formula's value, such as {}", unit), [&](const Node& node) {
+    given = scalar_of(node);
+    size = parse_quantity("1 " + given, unit);
+  });
+  leaf(key, true, meaning, [&](const Node& node) { value = make_expression(scalar_of(node), given, size); });
 }
 
 // ---- bodies and points ---------------------------------------------------------------------------------------------

@@ -30,7 +30,13 @@ std::vector<Row> make_rows() {
       Printer inner(below, "");
       kind.describe(inner, units...);
       const std::string path = head + "." + inner.word;
-      rows.push_back({path, "type", "", "", inner.word_meaning});
+      Row top{path, "type", "", "", inner.word_meaning};
+      if (!below.empty() && below.front().path == inner.word) {  // {expression: "sin(t)", unit: m}
+        top = below.front();
+        top.path = path, top.meaning = inner.word_meaning + ": " + top.meaning;
+        below.erase(below.begin());
+      }
+      rows.push_back(top);
       for (const Row& row : below)
         rows.push_back({path + "." + row.path, row.unit, row.fallback, row.range, row.meaning});
     });

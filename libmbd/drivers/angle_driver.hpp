@@ -22,13 +22,12 @@ struct AngleDriver {
     v.card("angle", "turns a body against another as a function of time, as a motor in their pin");
     v.bodies("angle", first, second,
              "the angle of the second body against the first; the torque is reported on the second");
-    v.optional_function("position", motion.position, "rad", "the angle as a function of time");
-    v.optional_function("velocity", motion.velocity, "rad/s", "its rate, from the start pose on; instead of position");
+    motion.describe(v, "rad", "the angle");
   }
   void check() const { motion.check(); }
 
   double value(const BodyState& a, const BodyState& b) const { return b.angle - a.angle; }
-  void settle_start(const BodyState& a, const BodyState& b, double t) { motion.settle_start(value(a, b), t); }
+  void settle_start(const BodyState& a, const BodyState& b, double t) { motion.settle_start(value(a, b), b.spin - a.spin, t); }
 
   void evaluate(const BodyState& a, const BodyState& b, double t, Rows<rows>& out) const {
     out[0] = {value(a, b) - motion.value(t), {0, 0, -1}, {0, 0, 1}, motion.second(t), -motion.rate(t)};

@@ -26,9 +26,7 @@ struct CoordinateDriver {
   void describe(V& v) {
     v.card("coordinate", "moves one coordinate of a body in the world as a function of time");
     v.coordinate("coordinate", body, coordinate, "the driven coordinate: body.x, body.y or body.angle");
-    v.optional_function("position", motion.position, angular() ? "rad" : "m", "the coordinate as a function of time");
-    v.optional_function("velocity", motion.velocity, angular() ? "rad/s" : "m/s",
-                        "its rate, from the start pose on; instead of position");
+    motion.describe(v, angular() ? "rad" : "m", "the coordinate");
   }
   void check() const { motion.check(); }
 
@@ -36,7 +34,10 @@ struct CoordinateDriver {
   double value(const BodyState&, const BodyState& b) const {
     return coordinate == Coordinate::x ? b.r.x : coordinate == Coordinate::y ? b.r.y : b.angle;
   }
-  void settle_start(const BodyState& a, const BodyState& b, double t) { motion.settle_start(value(a, b), t); }
+  void settle_start(const BodyState& a, const BodyState& b, double t) {
+    const double rate = coordinate == Coordinate::x ? b.v.x : coordinate == Coordinate::y ? b.v.y : b.spin;
+    motion.settle_start(value(a, b), rate, t);
+  }
 
   void evaluate(const BodyState& a, const BodyState& b, double t, Rows<rows>& out) const {
     out[0] = {value(a, b) - motion.value(t), {}, {}, motion.second(t), -motion.rate(t)};

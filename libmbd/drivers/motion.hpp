@@ -2,33 +2,58 @@
 
 #include <limits>
 #include <stdexcept>
+#include <string>
 
 #include "libmbd/function.hpp"
 
 namespace subsoil::mbd {
 
-/// The motion f(t) that a driver imposes, given as a position or as a velocity:
-///   position: f(t) = position(t)
-///   velocity: f(t) = f(t_0) + integral of velocity from t_0 to t, exact; f(t_0) is what the start pose has.
-/// A velocity is integrated in closed form and stays a position-level constraint, so it cannot drift.
+/// The motion f(t) that a driver imposes, given as a position, a velocity or an acceleration:
+///   position      f(t) = position(t)
+///   velocity      f(t) = f(t_0) + integral of velocity from t_0 to t
+///   acceleration  f(t) = f(t_0) + f'(t_0) (t - t_0) + double integral of acceleration from t_0 to t
+/// f(t_0) and f'(t_0) are what the start pose has. The integrals are those of the function, in closed form where it has
+/// one, so that every motion stays a position-level constraint and cannot drift.
 struct Motion {
-  Function position{}, velocity{};
+  Function position{}, velocity{}, acceleration{};
   double start = std::numeric_limits<double>::quiet_NaN();  ///< f(t_0); set from the start pose
+  double start_rate = 0;                                    ///< f'(t_0); the same
   double start_time = 0;
 
-  void check() const {
-    if (position.is_set() == velocity.is_set())
-      throw std::invalid_argument(
-          "needs exactly one of position and velocity as a function of time; give one, leave the other out");
+  /// `what` moves, in `unit`: "the angle", "rad".
+  template <class V>
+  void describe(V& v, const std::string& unit, const std::string& what) {
+    v.optional_function("position", position, unit.c_str(), (what + " as a function of time").c_str());
+    v.optional_function("velocity", velocity, (unit + "/s").c_str(),
+                        "its rate, from the start pose on; instead of position");
+    v.optional_function("acceleration", acceleration, (unit + "/s^2").c_str(),
+                        "its second rate, from the pose and the velocity of the start on; instead of position");
   }
-  void settle_start(double value_now, double t) {
-    if (std::isnan(start)) start = value_now, start_time = t;
+
+  void check() const {
+    if (position.is_set() + velocity.is_set() + acceleration.is_set() != 1)
+      throw std::invalid_argument(
+          "needs exactly one of position, velocity and acceleration as a function of time; give one, leave the others "
+          "out");
+  }
+  void settle_start(double value_now, double rate_now, double t) {
+    if (std::isnan(start)) start = value_now, start_rate = rate_now, start_time = t;
   }
   double value(double t) const {
-    return position.is_set() ? position.value(t) : start + (velocity.integral(t) - velocity.integral(start_time));
+    if (position.is_set()) return position.value(t);
+    if (velocity.is_set()) return start + (velocity.integral(t) - velocity.integral(start_time));
+    const double since = t - start_time;
+    return start + since * (start_rate - acceleration.integral(start_time)) +
+           (acceleration.double_integral(t) - acceleration.double_integral(start_time));
   }
-  double rate(double t) const { return position.is_set() ? position.first(t) : velocity.value(t); }
-  double second(double t) const { return position.is_set() ? position.second(t) : velocity.first(t); }
+  double rate(double t) const {
+    if (position.is_set()) return position.first(t);
+    if (velocity.is_set()) return velocity.value(t);
+    return start_rate + (acceleration.integral(t) - acceleration.integral(start_time));
+  }
+  double second(double t) const {
+    return position.is_set() ? position.second(t) : velocity.is_set() ? velocity.first(t) : acceleration.value(t);
+  }
 };
 
 }  // namespace subsoil::mbd

@@ -28,13 +28,16 @@ struct SlideDriver {
              "the second body is moved along a line of the first; the force is reported on the second");
     v.joint_point(first, p_a, second, p_b, "the point from and to which the distance along the line counts");
     v.axis("along", first, angle_a, "direction of the line in the start pose");
-    v.optional_function("position", motion.position, "m", "the distance along the line as a function of time");
-    v.optional_function("velocity", motion.velocity, "m/s", "its rate, from the start pose on; instead of position");
+    motion.describe(v, "m", "the distance along the line");
   }
   void check() const { motion.check(); }
 
   double value(const BodyState& a, const BodyState& b) const { return dot(direction(a), span(a, b)); }
-  void settle_start(const BodyState& a, const BodyState& b, double t) { motion.settle_start(value(a, b), t); }
+  void settle_start(const BodyState& a, const BodyState& b, double t) {
+    const Vec2 d_rate = b.velocity_at(b.world(p_b)) - a.velocity_at(a.world(p_a));
+    const double rate = dot(direction(a), d_rate) + a.spin * dot(turned(direction(a)), span(a, b));
+    motion.settle_start(value(a, b), rate, t);
+  }
 
   void evaluate(const BodyState& a, const BodyState& b, double t, Rows<rows>& out) const {
     const Vec2 arm_a = a.world(p_a), arm_b = b.world(p_b), e = direction(a), n = turned(e), d = span(a, b);

@@ -330,8 +330,8 @@ TEST(ScenarioRefusals, CrossChecksOfMachine) {
            {"machine.joints.pin={revolute: [arm, arm], at: 0 0 m}",
             "--set machine.joints.pin.revolute = [arm, arm]: the two bodies must differ"},
            {"machine.drivers.pull={coordinate: sled.x}",
-            "--set machine.drivers.pull: needs exactly one of position and velocity as a function of time; give one, "
-            "leave the other out"},
+            "--set machine.drivers.pull: needs exactly one of position, velocity and acceleration as a function of "
+            "time; give one, leave the others out"},
            {"machine.drivers.pull={coordinate: sled.z, velocity: 1 m/s}",
             "--set machine.drivers.pull.coordinate = sled.z: must be body.x, body.y or body.angle"},
            {"machine.surfaces.blade.body=arms",

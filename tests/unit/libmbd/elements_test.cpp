@@ -21,7 +21,9 @@ void for_each_type(Action action) {
 
 /// Fills an element with unremarkable numbers through its own declaration, and notes what it declares.
 struct Filler {
-  std::string word, first_key;
+  std::string motion = "velocity";  // which of its functions a driver gets
+  bool flags = false;
+  std::string word{}, first_key{};
   int next = 0;
   double number() { return 0.3 + 0.13 * ++next; }  // growing: the second of a pair of limits is the larger
   void key(const char* k) {
@@ -47,13 +49,22 @@ struct Filler {
   }
   void optional_quantity(const char*, double& value, const char*, const char*, const char*) { value = number(); }
   void text(const char*, std::string&, const char*) {}
+  void optional_body(const char*, int& b, const char*) { b = 3; }
+  void flag(const char*, bool& value, const char*) { value = flags; }
+  /// Convex and closed where it is a cam's profile: a circle of 0.5 m pushed out of its centre.
+  void table(const char*, std::vector<double>& xs, std::vector<double>& ys, const char*, const char*, const char*) {
+    for (int i = 0; i < 24; ++i) xs.push_back(i * 0.26), ys.push_back(0.5 + 0.1 * std::cos(i * 0.26));
+  }
+  void outline(const char*, std::vector<std::array<double, 2>>& points, const char*) {
+    points = {{-1, 0}, {-0.4, 0.7}, {0.3, 0.9}, {1.1, 0.4}, {1.3, -0.6}};
+  }
   template <class E>
   void choice(const char*, E&, std::initializer_list<std::pair<const char*, std::type_identity_t<E>>>, const char*) {}
   void function(const char*, Function& f, const char*, const char*) {
     f = HarmonicFunction{.mean = number(), .amplitude = number(), .frequency = 0.4};
   }
   void optional_function(const char* k, Function& f, const char* unit, const char* m) {
-    if (std::string(k) != "position") function(k, f, unit, m);  // which a velocity excludes
+    if (k == motion) function(k, f, unit, m);
   }
   void optional_characteristic(const char*, Characteristic& c, const char*, const char*, const char*) {
     c = PolynomialCharacteristic{{.c = {0, number(), -number(), number()}}};
@@ -76,61 +87,163 @@ BodyState moving(int which, double t) {
   const auto rate = [&](int k) { return c[k][1] + t * c[k][2]; };
   return {{at(0), at(1)}, at(2), {rate(0), rate(1)}, rate(2)};
 }
-constexpr double acceleration[2][3] = {{0.8, -1.1, 0.7}, {0.3, 0.6, -1.3}};
+/// Three bodies that fly on parabolas and turn with constant angular acceleration, all of them random.
+class Flight {
+ public:
+  explicit Flight(std::mt19937& random) {
+    for (auto& body : c_)
+      for (auto& coordinate : body)
+        for (double& value : coordinate) value = 3 * (static_cast<double>(random()) / 4294967296.0) - 1.5;
+  }
+  std::array<double, 3> position(std::size_t i, double t) const {
+    return each(i, [t](const auto& c) { return c[0] + t * (c[1] + t * c[2] / 2); });
+  }
+  std::array<double, 3> velocity(std::size_t i, double t) const {
+    return each(i, [t](const auto& c) { return c[1] + t * c[2]; });
+  }
+  std::array<double, 3> acceleration(std::size_t i) const {
+    return each(i, [](const auto& c) { return c[2]; });
+  }
+  std::array<BodyState, 3> states(double t) const {
+    std::array<BodyState, 3> s;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto q = position(i, t), v = velocity(i, t);
+      s[i] = {{q[0], q[1]}, q[2], {v[0], v[1]}, v[2]};
+    }
+    return s;
+  }
 
-BodyState shifted(BodyState b, int k, double by) {
+ private:
+  template <class Use>
+  std::array<double, 3> each(std::size_t i, Use use) const {
+    return {use(c_[i][0]), use(c_[i][1]), use(c_[i][2])};
+  }
+  std::array<std::array<std::array<double, 3>, 3>, 3> c_{};
+};
+
+BodyState shifted(BodyState b, std::size_t k, double by) {
   return {{b.r.x + (k == 0 ? by : 0), b.r.y + (k == 1 ? by : 0)}, b.angle + (k == 2 ? by : 0), b.v, b.spin};
 }
 
 template <class Constraint>
-void check_constraint(const Constraint& c) {
-  constexpr double t = 0.3, h = 1e-4;
-  const BodyState a = moving(0, t), b = moving(1, t);
-  Rows<Constraint::rows> now, plus, minus;
-  c.evaluate(a, b, t, now);
-  for (std::size_t i = 0; i < Constraint::rows; ++i) {
-    // Columns of Phi_q by central differences: exact to h^2 = 1e-8.
-    for (int k = 0; k < 3; ++k) {
-      c.evaluate(shifted(a, k, h), b, t, plus), c.evaluate(shifted(a, k, -h), b, t, minus);
-      EXPECT_NEAR(now[i].on_a[static_cast<std::size_t>(k)], (plus[i].phi - minus[i].phi) / (2 * h), 1e-7)
-          << "row " << i << ", coordinate " << k << " of a";
-      c.evaluate(a, shifted(b, k, h), t, plus), c.evaluate(a, shifted(b, k, -h), t, minus);
-      EXPECT_NEAR(now[i].on_b[static_cast<std::size_t>(k)], (plus[i].phi - minus[i].phi) / (2 * h), 1e-7)
-          << "row " << i << ", coordinate " << k << " of b";
-    }
-    c.evaluate(a, b, t + h, plus), c.evaluate(a, b, t - h, minus);
-    EXPECT_NEAR(now[i].phi_t, (plus[i].phi - minus[i].phi) / (2 * h), 1e-6);
-    // Along the paths d2Phi/dt2 = Phi_q q'' - gamma; second differences: h^2 = 1e-8 and rounding 1e-8.
-    c.evaluate(moving(0, t + h), moving(1, t + h), t + h, plus),
-        c.evaluate(moving(0, t - h), moving(1, t - h), t - h, minus);
-    double right = -now[i].gamma;
-    for (std::size_t k = 0; k < 3; ++k)
-      right += now[i].on_a[k] * acceleration[0][k] + now[i].on_b[k] * acceleration[1][k];
-    EXPECT_NEAR((plus[i].phi - 2 * now[i].phi + minus[i].phi) / (h * h), right, 1e-5) << "row " << i;
+Rows<Constraint::rows> rows_of(const Constraint& c, const std::array<BodyState, 3>& s, double t) {
+  Rows<Constraint::rows> rows;
+  if constexpr (requires { c.body_c; }) {
+    c.evaluate(s[0], s[1], s[2], t, rows);
+  } else {
+    c.evaluate(s[0], s[1], t, rows);
+  }
+  return rows;
+}
+template <class Constraint>
+void settle(Constraint& c, const std::array<BodyState, 3>& s, double t) {
+  if constexpr (requires { c.body_c; }) {
+    c.settle_start(s[0], s[1], s[2], t);
+  } else if constexpr (requires { c.settle_start(s[0], s[1], t); }) {
+    c.settle_start(s[0], s[1], t);
   }
 }
 
+const std::array<double, 3>& on_body(const Row& row, std::size_t i) {
+  return i == 0 ? row.on_a : i == 1 ? row.on_b : row.on_c;
+}
+
+/// dPhi/dt along the flight, from the rows: Phi_q q' + Phi_t.
+double phi_rate(const Row& row, const Flight& flight, double t) {
+  double rate = row.phi_t;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto v = flight.velocity(i, t);
+    for (std::size_t k = 0; k < 3; ++k) rate += on_body(row, i)[k] * v[k];
+  }
+  return rate;
+}
+
+/// Phi_q and Phi_t against differences of Phi, then gamma against differences of Phi_q q' + Phi_t along a flight:
+/// d/dt (Phi_q q' + Phi_t) = Phi_q q'' - gamma. Central differences of step 1e-5 err by 1e-10 times third derivatives
+/// (up to some hundred near a centre of curvature) and 1e-11 of rounding, so 1e-6 of the value's size is wide. A spline
+/// bends its second derivative at a knot: a step across one errs by 1e-5 of that bend, and the flights avoid it.
+template <class Constraint>
+void check_constraint(const Constraint& c, const Flight& flight, double t) {
+  constexpr double h = 1e-5;
+  const auto s = flight.states(t);
+  const auto now = rows_of(c, s, t);
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t k = 0; k < 3; ++k) {
+      auto plus = s, minus = s;
+      plus[i] = shifted(s[i], k, h), minus[i] = shifted(s[i], k, -h);
+      const auto ahead = rows_of(c, plus, t), behind = rows_of(c, minus, t);
+      for (std::size_t row = 0; row < now.size(); ++row)
+        EXPECT_NEAR(on_body(now[row], i)[k], (ahead[row].phi - behind[row].phi) / (2 * h),
+                    1e-6 * (1 + std::abs(on_body(now[row], i)[k])))
+            << "row " << row << ", coordinate " << k << " of body " << i;
+    }
+  const auto later = rows_of(c, s, t + h), sooner = rows_of(c, s, t - h);
+  const auto ahead = rows_of(c, flight.states(t + h), t + h), behind = rows_of(c, flight.states(t - h), t - h);
+  for (std::size_t row = 0; row < now.size(); ++row) {
+    EXPECT_NEAR(now[row].phi_t, (later[row].phi - sooner[row].phi) / (2 * h), 1e-6 * (1 + std::abs(now[row].phi_t)));
+    double second = -now[row].gamma, size = 1 + std::abs(now[row].gamma);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto q2 = flight.acceleration(i);
+      for (std::size_t k = 0; k < 3; ++k)
+        second += on_body(now[row], i)[k] * q2[k], size += std::abs(on_body(now[row], i)[k] * q2[k]);
+    }
+    const double difference =
+        (phi_rate(ahead[row], flight, t + h) - phi_rate(behind[row], flight, t - h)) / (2 * h);
+    EXPECT_NEAR(difference, second, 1e-6 * size) << "row " << row;
+  }
+}
+
+/// What acts between bodies neither pushes nor turns them together, wherever they are: a constraint of their relative
+/// state alone has rows that add up to no force and no moment about the origin. (Pin and weld have rows along the world's
+/// axes, which do so only where the joint is closed.)
+template <class Constraint>
+void check_balance(const Constraint& c, const std::array<BodyState, 3>& s, double t) {
+  if constexpr (std::is_same_v<Constraint, Revolute> || std::is_same_v<Constraint, Fixed>) return;
+  for (const Row& row : rows_of(c, s, t)) {
+    std::array<double, 3> sum{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto& on = on_body(row, i);
+      sum[0] += on[0], sum[1] += on[1], sum[2] += on[2] + cross(s[i].r, {on[0], on[1]});
+    }
+    for (const double part : sum) EXPECT_NEAR(part, 0, 1e-12);
+  }
+}
+
+constexpr int flights = 30;
+
 TEST(Elements, JointsHaveTheirOwnDerivatives) {
   for_each_type<Joints>([](auto type) {
-    Filler filler;
-    auto joint = filled<decltype(type)>(filler);
-    SCOPED_TRACE(filler.word);
-    if constexpr (requires { joint.relative_angle; }) joint.relative_angle = 0.2;
-    check_constraint(joint);
+    std::mt19937 random(7);
+    for (int i = 0; i < flights; ++i) {
+      Filler filler{.flags = i % 2 == 1};
+      auto joint = filled<decltype(type)>(filler);
+      SCOPED_TRACE(filler.word + ", flight " + std::to_string(i));
+      if constexpr (requires { joint.check(); }) joint.check();
+      const Flight flight(random);
+      settle(joint, Flight(random).states(0), 0);
+      check_constraint(joint, flight, 0.3);
+      check_balance(joint, flight.states(0.3), 0.3);
+    }
   });
 }
 
 TEST(Elements, DriversHaveTheirOwnDerivatives) {
   for_each_type<Drivers>([](auto type) {
-    Filler filler;
-    auto driver = filled<decltype(type)>(filler);
-    SCOPED_TRACE(filler.word);
-    driver.check();
-    driver.settle_start(moving(0, 0), moving(1, 0), 0);
-    Rows<1> at_start;
-    driver.evaluate(moving(0, 0), moving(1, 0), 0, at_start);
-    EXPECT_NEAR(at_start[0].phi, 0, 1e-15);  // a velocity starts from the pose
-    check_constraint(driver);
+    std::mt19937 random(8);
+    for (int i = 0; i < flights; ++i) {
+      Filler filler{.motion = std::array{"position", "velocity", "acceleration"}[i % 3]};
+      auto driver = filled<decltype(type)>(filler);
+      SCOPED_TRACE(filler.word + " by " + filler.motion + ", flight " + std::to_string(i));
+      driver.check();
+      const Flight flight(random);
+      settle(driver, flight.states(0.1), 0.1);
+      const Row start = rows_of(driver, flight.states(0.1), 0.1)[0];
+      // A velocity starts from the pose, an acceleration from pose and velocity.
+      EXPECT_NEAR(i % 3 > 0 ? start.phi : 0, 0, 1e-15);
+      EXPECT_NEAR(i % 3 > 1 ? phi_rate(start, flight, 0.1) : 0, 0, 1e-14);
+      check_constraint(driver, flight, 0.3);
+      if (driver.body_a() != ground) check_balance(driver, flight.states(0.3), 0.3);
+    }
   });
 }
 

@@ -1,0 +1,348 @@
+#include "apps/scenario/expression.hpp"
+
+#include <fmt/format.h>
+#include <ginac/ginac.h>
+
+#include <algorithm>
+#include <array>
+#include <boost/math/quadrature/gauss_kronrod.hpp>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "apps/scenario/document.hpp"
+#include "apps/scenario/units.hpp"
+
+namespace subsoil::app {
+
+// ---- functions that GiNaC does not have, or has for complex numbers ------------------------------------------------
+
+namespace formula {
+using GiNaC::ex;
+
+DECLARE_FUNCTION_1P(sign)
+DECLARE_FUNCTION_1P(magnitude)
+DECLARE_FUNCTION_2P(min)
+DECLARE_FUNCTION_2P(max)
+
+ex sign_slope(const ex&, unsigned) { return 0; }
+ex magnitude_slope(const ex& x, unsigned) { return sign(x); }
+/// Of the one that counts, and half of each where they are equal.
+ex min_slope(const ex& a, const ex& b, unsigned of) { return (1 + sign(of == 0 ? b - a : a - b)) / 2; }
+ex max_slope(const ex& a, const ex& b, unsigned of) { return (1 + sign(of == 0 ? a - b : b - a)) / 2; }
+
+REGISTER_FUNCTION(sign, derivative_func(sign_slope))
+REGISTER_FUNCTION(magnitude, derivative_func(magnitude_slope))
+REGISTER_FUNCTION(min, derivative_func(min_slope))
+REGISTER_FUNCTION(max, derivative_func(max_slope))
+}  // namespace formula
+
+namespace {
+
+using GiNaC::ex;
+
+/// A function of formulas: the name under which GiNaC reads it and holds it in its trees, and how it is evaluated; sqrt
+/// and pow become powers.
+struct Known {
+  const char* word;
+  const char* in_tree;
+  double (*one)(double);
+  double (*two)(double, double);
+};
+const std::array<Known, 18> functions{{
+    {"sin", "sin", [](double x) { return std::sin(x); }, nullptr},
+    {"cos", "cos", [](double x) { return std::cos(x); }, nullptr},
+    {"tan", "tan", [](double x) { return std::tan(x); }, nullptr},
+    {"asin", "asin", [](double x) { return std::asin(x); }, nullptr},
+    {"acos", "acos", [](double x) { return std::acos(x); }, nullptr},
+    {"atan", "atan", [](double x) { return std::atan(x); }, nullptr},
+    {"sinh", "sinh", [](double x) { return std::sinh(x); }, nullptr},
+    {"cosh", "cosh", [](double x) { return std::cosh(x); }, nullptr},
+    {"tanh", "tanh", [](double x) { return std::tanh(x); }, nullptr},
+    {"exp", "exp", [](double x) { return std::exp(x); }, nullptr},
+    {"log", "log", [](double x) { return std::log(x); }, nullptr},
+    {"sqrt", "sqrt", nullptr, nullptr},
+    {"pow", "pow", nullptr, nullptr},
+    {"atan2", "atan2", nullptr, [](double y, double x) { return std::atan2(y, x); }},
+    {"abs", "magnitude", [](double x) { return std::abs(x); }, nullptr},
+    {"sign", "sign", [](double x) { return static_cast<double>((x > 0) - (x < 0)); }, nullptr},
+    {"min", "min", nullptr, [](double x, double y) { return std::min(x, y); }},
+    {"max", "max", nullptr, [](double x, double y) { return std::max(x, y); }},
+}};
+
+// ---- reading -------------------------------------------------------------------------------------------------------
+
+bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) || c == '_'; }
+bool is_digit(char c) { return (c >= '0' && c <= '9') || c == '.'; }
+
+/// Length of the number that `text` begins with: digits and an exponent.
+std::size_t number_length(std::string_view text) {
+  const auto digits_from = [&](std::size_t i) {
+    while (i < text.size() && is_digit(text[i])) ++i;
+    return i;
+  };
+  const std::size_t mantissa = digits_from(0);
+  if (mantissa == text.size() || (text[mantissa] != 'e' && text[mantissa] != 'E')) return mantissa;
+  std::size_t exponent = mantissa + 1;
+  if (exponent < text.size() && (text[exponent] == '+' || text[exponent] == '-')) ++exponent;
+  const std::size_t end = digits_from(exponent);
+  return end > exponent ? end : mantissa;
+}
+
+std::string name_in_tree(const std::string& name) {
+  if (name == "t" || name == "pi" || name == "e") return name;
+  for (const Known& f : functions)
+    if (name == f.word) return f.in_tree;
+  std::vector<std::string> known{"t", "pi", "e"};
+  for (const Known& f : functions) known.emplace_back(f.word);
+  throw UnitError(fmt::format("`{}` is no name of a formula in t{}", name, suggestion(name, known)));
+}
+
+/// The formula with GiNaC's names. GiNaC knows more words and signs than ours and does not say where it stumbles over
+/// one, so they are looked at here.
+std::string in_words_of_ginac(const std::string& text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size();) {
+    std::size_t end = i + 1;
+    if (is_digit(text[i])) {
+      end = i + number_length(std::string_view(text).substr(i));
+      out += text.substr(i, end - i);
+    } else if (is_letter(text[i])) {
+      while (end < text.size() && (is_letter(text[end]) || is_digit(text[end]))) ++end;
+      out += name_in_tree(text.substr(i, end - i));
+    } else if (std::string_view(" \t+-*/^(),").find(text[i]) != std::string_view::npos) {
+      out += text[i];
+    } else {
+      throw UnitError(fmt::format("`{}` has no place in a formula; there are + - * / ^ ( ) and functions", text[i]));
+    }
+    i = end;
+  }
+  return out;
+}
+
+/// "expected ')' ..., got: EOF" out of GiNaC's message, which also names its own source.
+std::string fault_of(const std::string& message) {
+  const std::size_t from = message.find("column 0: ");
+  std::string fault = from == std::string::npos ? message : message.substr(from + 10);
+  fault = fault.substr(0, fault.find('\n'));
+  for (const auto& [theirs, ours] : {std::pair("EOF", "its end"), std::pair("magnitude", "abs")})
+    if (const std::size_t at = fault.find(theirs); at != std::string::npos)
+      fault.replace(at, std::string_view(theirs).size(), ours);
+  return fault;
+}
+
+ex read_formula(const std::string& text, const GiNaC::realsymbol& t) {
+  const std::string formula = in_words_of_ginac(text);
+  GiNaC::symtab names;
+  names["t"] = t, names["pi"] = GiNaC::Pi, names["e"] = GiNaC::exp(ex(1));
+  try {
+    return GiNaC::parser(names, true)(formula);
+  } catch (const GiNaC::parse_error& error) {
+    throw UnitError(fmt::format("is no formula: {}", fault_of(error.what())));
+  } catch (const std::exception& error) {
+    const std::string fault = error.what();
+    if (fault.find("make_binop_expr") != std::string::npos)
+      throw UnitError("is no formula: of powers in a row it must say which comes first; write a^(b^c) or (a^b)^c");
+    throw UnitError(fmt::format("is no formula: {}", fault));
+  }
+}
+
+// ---- evaluating ----------------------------------------------------------------------------------------------------
+
+enum class Do { number, time, add, multiply, power, square, root, reciprocal, one, two };
+struct Step {
+  Do what = Do::number;
+  double number = 0;
+  std::size_t function = 0;
+  auto operator<=>(const Step&) const = default;
+};
+using Steps = std::vector<Step>;
+
+/// A formula as steps on a stack. GiNaC keeps sums and products in an order of its own that differs from run to run;
+/// here their parts are sorted, so that rounding is the same in every run.
+class Program {
+ public:
+  static constexpr std::size_t deepest = 64;
+
+  Program(const ex& e, const GiNaC::symbol& t) : steps_(flatten(e, t)) {
+    std::size_t depth = 0, most = 0;
+    for (const Step& s : steps_) {
+      if (s.what <= Do::time) most = std::max(most, ++depth);
+      if (takes_two(s)) --depth;
+    }
+    if (most > deepest) throw UnitError("is too deeply nested a formula; write it with fewer brackets");
+  }
+
+  double operator()(double t) const {
+    std::array<double, deepest> stack;
+    std::size_t top = 0;  // one above the last value
+    for (const Step& s : steps_) {
+      if (takes_two(s)) --top;
+      switch (s.what) {
+        case Do::number:
+          stack[top++] = s.number;
+          break;
+        case Do::time:
+          stack[top++] = t;
+          break;
+        case Do::add:
+          stack[top - 1] += stack[top];
+          break;
+        case Do::multiply:
+          stack[top - 1] *= stack[top];
+          break;
+        case Do::power:
+          stack[top - 1] = std::pow(stack[top - 1], stack[top]);
+          break;
+        case Do::square:
+          stack[top - 1] *= stack[top - 1];
+          break;
+        case Do::root:
+          stack[top - 1] = std::sqrt(stack[top - 1]);
+          break;
+        case Do::reciprocal:
+          stack[top - 1] = 1 / stack[top - 1];
+          break;
+        case Do::one:
+          stack[top - 1] = functions[s.function].one(stack[top - 1]);
+          break;
+        case Do::two:
+          stack[top - 1] = functions[s.function].two(stack[top - 1], stack[top]);
+          break;
+      }
+    }
+    return stack[0];
+  }
+
+ private:
+  static bool takes_two(const Step& s) {
+    return s.what == Do::add || s.what == Do::multiply || s.what == Do::power || s.what == Do::two;
+  }
+  static void append(Steps& to, const Steps& from) { to.insert(to.end(), from.begin(), from.end()); }
+
+  static Steps flatten(const ex& e, const GiNaC::symbol& t) {
+    if (e.is_equal(t)) return {{.what = Do::time}};
+    if (!e.has(t))  // constants fold, unless GiNaC does not know their value, such as that of sign(2)
+      if (const ex value = e.evalf(); GiNaC::is_a<GiNaC::numeric>(value)) return {number(value)};
+    if (GiNaC::is_a<GiNaC::add>(e)) return chain(e, Do::add, t);
+    if (GiNaC::is_a<GiNaC::mul>(e)) return chain(e, Do::multiply, t);
+    if (GiNaC::is_a<GiNaC::power>(e)) return power(e, t);
+    if (GiNaC::is_a<GiNaC::function>(e)) return call(GiNaC::ex_to<GiNaC::function>(e), t);
+    throw UnitError("is no formula for one number");
+  }
+  static Step number(const ex& value) {
+    if (!GiNaC::ex_to<GiNaC::numeric>(value).is_real())
+      throw UnitError("holds a number that is not real, such as a root or logarithm of a negative one");
+    const double real = GiNaC::ex_to<GiNaC::numeric>(value).to_double();
+    if (!std::isfinite(real)) throw UnitError("holds a number too large for double precision");
+    return {.what = Do::number, .number = real};
+  }
+  static Steps chain(const ex& e, Do what, const GiNaC::symbol& t) {
+    std::vector<Steps> parts;
+    for (std::size_t i = 0; i < e.nops(); ++i) parts.push_back(flatten(e.op(i), t));
+    std::sort(parts.begin(), parts.end());
+    Steps steps = parts.front();
+    for (std::size_t i = 1; i < parts.size(); ++i) append(steps, parts[i]), steps.push_back({.what = what});
+    return steps;
+  }
+  static Steps power(const ex& e, const GiNaC::symbol& t) {
+    Steps steps = flatten(e.op(0), t);
+    const Steps exponent = flatten(e.op(1), t);
+    const double p = exponent.size() == 1 && exponent[0].what == Do::number ? exponent[0].number : 0;
+    const Do special = p == 2 ? Do::square : p == 0.5 ? Do::root : p == -1 ? Do::reciprocal : Do::power;
+    if (special == Do::power) append(steps, exponent);
+    steps.push_back({.what = special});
+    return steps;
+  }
+  static Steps call(const GiNaC::function& f, const GiNaC::symbol& t) {
+    Steps steps;
+    for (std::size_t i = 0; i < f.nops(); ++i) append(steps, flatten(f.op(i), t));
+    for (std::size_t i = 0; i < functions.size(); ++i)
+      if (f.get_name() == functions[i].in_tree) {
+        steps.push_back({.what = f.nops() == 1 ? Do::one : Do::two, .function = i});
+        return steps;
+      }
+    throw UnitError(fmt::format("needs the function `{}`, which has no value here", f.get_name()));
+  }
+
+  Steps steps_;
+};
+
+// ---- integrals -----------------------------------------------------------------------------------------------------
+
+using Evaluate = std::function<double(double)>;
+
+/// Integral of f over [a, b], halving until the two Gauss-Kronrod sums agree to 4e-15 of the integral of |f| over the
+/// first interval. Boost's own halving compares with the integral itself and never ends where that is 0.
+double integrate(const Evaluate& f, double a, double b, double allowed = -1, int halvings = 40) {
+  const double middle = 0.5 * (a + b), half = 0.5 * (b - a);
+  double error = 0, absolute = 0;
+  const double sum = half * boost::math::quadrature::gauss_kronrod<double, 15>::integrate(
+                                [&](double x) { return f(middle + half * x); }, -1.0, 1.0, 0, 0, &error, &absolute);
+  if (allowed < 0) allowed = 4e-15 * absolute * half;
+  if (error * half <= allowed || halvings == 0) return sum;
+  return integrate(f, a, middle, allowed, halvings - 1) + integrate(f, middle, b, allowed, halvings - 1);
+}
+
+/// Integral and double integral of f from 0 to t >= 0. Those over whole panels are summed once and kept, in the order
+/// of the panels, so that a value does not depend on what was asked before.
+class Sums {
+ public:
+  explicit Sums(Evaluate f) : f_(std::move(f)) {}
+  double once(double t) {
+    const Sum& before = at(panel_of(t));
+    return before.once + integrate(f_, panel_of(t) * panel, t);
+  }
+  double twice(double t) {
+    const double begin = panel_of(t) * panel;
+    const Sum& before = at(panel_of(t));
+    return before.twice + before.once * (t - begin) + moment(begin, t);
+  }
+
+ private:
+  static constexpr double panel = 0.5;  // s
+  struct Sum {
+    double once = 0, twice = 0;
+  };
+  static double panel_of(double t) { return std::floor(t / panel); }
+  double moment(double begin, double end) const {
+    return integrate([&](double s) { return (end - s) * f_(s); }, begin, end);
+  }
+  const Sum& at(double index) {
+    while (!(static_cast<double>(sums_.size()) > index)) {
+      const Sum last = sums_.back();
+      const double begin = static_cast<double>(sums_.size() - 1) * panel, end = begin + panel;
+      sums_.push_back({last.once + integrate(f_, begin, end), last.twice + last.once * panel + moment(begin, end)});
+    }
+    return sums_[static_cast<std::size_t>(index)];
+  }
+  Evaluate f_;
+  std::vector<Sum> sums_{Sum{}};
+};
+
+}  // namespace
+
+mbd::ExpressionFunction make_expression(const std::string& text, const std::string& unit, double size) {
+  const GiNaC::realsymbol t("t");
+  const ex value = read_formula(text, t);
+  const auto evaluator = [&](const ex& e, const char* what) -> Evaluate {
+    return [program = Program(e, t), text, what, size](double at) {
+      const double result = size * program(at);
+      if (!std::isfinite(result))
+        throw std::runtime_error(fmt::format("the formula `{}` has no finite {} at t = {} s", text, what, at));
+      return result;
+    };
+  };
+  mbd::ExpressionFunction f;
+  f.text = text, f.unit = unit;
+  f.value_ = evaluator(value, "value");
+  f.first_ = evaluator(value.diff(t), "first derivative");
+  f.second_ = evaluator(value.diff(t, 2), "second derivative");
+  const auto after = std::make_shared<Sums>(f.value_);
+  const auto before = std::make_shared<Sums>([forward = f.value_](double s) { return forward(-s); });
+  f.integral_ = [after, before](double at) { return at >= 0 ? after->once(at) : -before->once(-at); };
+  f.double_integral_ = [after, before](double at) { return at >= 0 ? after->twice(at) : before->twice(-at); };
+  return f;
+}
+
+}  // namespace subsoil::app

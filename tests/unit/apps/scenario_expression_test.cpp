@@ -1,0 +1,137 @@
+// Formulas in t: values and derivatives against the same formulas written out by hand in C++, integrals against closed
+// forms.
+
+#include "apps/scenario/expression.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "apps/scenario/units.hpp"
+
+namespace subsoil::app {
+namespace {
+
+using std::numbers::pi;
+
+struct ByHand {
+  const char* text;
+  double (*value)(double);
+  double (*first)(double);
+  double (*second)(double);
+};
+
+// Each value is a few operations, so some ulps of its largest part; 1e-13 of 1 + |value| allows for the sizes below.
+TEST(Expression, ValueAndDerivativesByHand) {
+  const std::vector<ByHand> cases{
+      {"0.1*sin(20*t)", [](double t) { return 0.1 * std::sin(20 * t); }, [](double t) { return 2 * std::cos(20 * t); },
+       [](double t) { return -40 * std::sin(20 * t); }},
+      {"3 - 2*t + t^3/6", [](double t) { return 3 - 2 * t + t * t * t / 6; }, [](double t) { return -2 + t * t / 2; },
+       [](double t) { return t; }},
+      {"-t^2", [](double t) { return -t * t; }, [](double t) { return -2 * t; }, [](double) { return -2.0; }},
+      {"8/4/2 - 3 - 1", [](double) { return -3.0; }, [](double) { return 0.0; }, [](double) { return 0.0; }},
+      {"e^(-t)", [](double t) { return std::exp(-t); }, [](double t) { return -std::exp(-t); },
+       [](double t) { return std::exp(-t); }},
+      {"sqrt(1 + t)", [](double t) { return std::sqrt(1 + t); }, [](double t) { return 0.5 / std::sqrt(1 + t); },
+       [](double t) { return -0.25 * std::pow(1 + t, -1.5); }},
+      {"atan2(t, 2)", [](double t) { return std::atan2(t, 2); }, [](double t) { return 2 / (4 + t * t); },
+       [](double t) { return -4 * t / ((4 + t * t) * (4 + t * t)); }},
+      {"abs(t - 1)", [](double t) { return std::abs(t - 1); }, [](double t) { return t > 1 ? 1.0 : -1.0; },
+       [](double) { return 0.0; }},
+      {"max(t, 1)*min(t^2, 4)", [](double t) { return std::max(t, 1.0) * std::min(t * t, 4.0); },
+       [](double t) { return t < 1 ? 2 * t : t < 2 ? 3 * t * t : 4.0; },
+       [](double t) { return t < 1 ? 2.0 : t < 2 ? 6 * t : 0.0; }},
+      {"sign(t - 1)*pow(t, 2)", [](double t) { return (t > 1 ? 1 : -1) * t * t; },
+       [](double t) { return (t > 1 ? 2 : -2) * t; }, [](double t) { return t > 1 ? 2.0 : -2.0; }},
+      {"log(t + 1) + tan(t/4)", [](double t) { return std::log(t + 1) + std::tan(t / 4); },
+       [](double t) { return 1 / (t + 1) + 0.25 / std::pow(std::cos(t / 4), 2); },
+       [](double t) { return -1 / ((t + 1) * (t + 1)) + std::tan(t / 4) / (8 * std::pow(std::cos(t / 4), 2)); }},
+      {"asin(t/4) + acos(t/4) + atan(t) - pi/2", [](double t) { return std::atan(t); },
+       [](double t) { return 1 / (1 + t * t); }, [](double t) { return -2 * t / ((1 + t * t) * (1 + t * t)); }},
+      {"cosh(t)^2 - sinh(t)^2 + tanh(t)", [](double t) { return 1 + std::tanh(t); },
+       [](double t) { return 1 / (std::cosh(t) * std::cosh(t)); },
+       [](double t) { return -2 * std::tanh(t) / (std::cosh(t) * std::cosh(t)); }}};
+  for (const ByHand& c : cases) {
+    const mbd::Function f = make_expression(c.text, "m", 1);
+    for (const double t : {0.13, 0.77, 1.41, 2.9}) {
+      EXPECT_NEAR(f.value(t), c.value(t), 1e-13 * (1 + std::abs(c.value(t)))) << c.text << " at " << t;
+      EXPECT_NEAR(f.first(t), c.first(t), 1e-12 * (1 + std::abs(c.first(t)))) << c.text << " at " << t;
+      EXPECT_NEAR(f.second(t), c.second(t), 1e-12 * (1 + std::abs(c.second(t)))) << c.text << " at " << t;
+    }
+  }
+}
+
+// The integral over many periods, where it is near 0 beside that of |f|, and beyond kinks and jumps.
+TEST(Expression, IntegralsInClosedForm) {
+  const mbd::Function sine = make_expression("sin(20*t)", "1", 1);
+  const mbd::Function kink = make_expression("abs(t - 1.3)", "1", 1);
+  const mbd::Function jump = make_expression("sign(t - 0.7)", "1", 1);
+  for (const double t : {7.3, -2.1, 0.0, 31.4, 0.4, 20 * pi}) {
+    EXPECT_NEAR(sine.integral(t), (1 - std::cos(20 * t)) / 20, 1e-13) << t;
+    EXPECT_NEAR(sine.double_integral(t), (t - std::sin(20 * t) / 20) / 20, 1e-12) << t;
+    const auto primitive = [](double x) { return std::abs(x) * x / 2; };
+    EXPECT_NEAR(kink.integral(t), primitive(t - 1.3) + primitive(1.3), 1e-12 * (1 + t * t)) << t;
+    EXPECT_NEAR(jump.integral(t), std::abs(t - 0.7) - 0.7, 1e-12 * (1 + std::abs(t))) << t;
+  }
+}
+
+// The order of asking leaves no trace, not in one bit.
+TEST(Expression, IntegralsDoNotDependOnWhatWasAskedBefore) {
+  const mbd::Function forward = make_expression("exp(sin(3*t))", "1", 1);
+  const mbd::Function backward = make_expression("exp(sin(3*t))", "1", 1);
+  std::vector<double> up, down;
+  for (int i = 0; i <= 40; ++i) up.push_back(forward.integral(0.21 * i) + forward.double_integral(0.21 * i));
+  for (int i = 40; i >= 0; --i) down.push_back(backward.integral(0.21 * i) + backward.double_integral(0.21 * i));
+  for (std::size_t i = 0; i <= 40; ++i) EXPECT_EQ(up[i], down[40 - i]) << i;
+}
+
+TEST(Expression, SizeIsThatOfItsUnit) {
+  const mbd::Function f = make_expression("20*t^2", "mm", 0.001);
+  EXPECT_DOUBLE_EQ(f.value(2), 0.08);
+  EXPECT_DOUBLE_EQ(f.first(2), 0.08);
+  EXPECT_DOUBLE_EQ(f.second(2), 0.04);
+}
+
+std::string refusal(const std::string& text) {
+  try {
+    make_expression(text, "1", 1);
+  } catch (const UnitError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(Expression, RefusesWithRuleAndCure) {
+  EXPECT_EQ(refusal("sine(t)"), "`sine` is no name of a formula in t; did you mean `sin`?");
+  EXPECT_EQ(refusal("2*frequency"),
+            "`frequency` is no name of a formula in t; known here: t, pi, e, sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, "
+            "exp, log, sqrt, pow, atan2, abs, sign, min, max");
+  EXPECT_EQ(refusal("sin(t"), "is no formula: expected ')' or ',' in argument list, got: its end");
+  EXPECT_EQ(refusal("sin(t, t)"), "is no formula: no function \"sin\" with 2 arguments");
+  EXPECT_EQ(refusal("2 t"), "is no formula: expected its end, got: \"t\"");
+  EXPECT_EQ(refusal(""), "is no formula: unexpected token, got: its end");
+  EXPECT_EQ(refusal("t = 1"), "`=` has no place in a formula; there are + - * / ^ ( ) and functions");
+  EXPECT_EQ(refusal("2^t^2"),
+            "is no formula: of powers in a row it must say which comes first; write a^(b^c) or (a^b)^c");
+  EXPECT_EQ(refusal("sqrt(-2)*t"),
+            "holds a number that is not real, such as a root or logarithm of a negative one");
+  EXPECT_EQ(refusal("1e-3*t + 2E+1"), "accepted");
+}
+
+TEST(Expression, StopsWhereItHasNoValue) {
+  const mbd::Function f = make_expression("log(t)", "1", 1);
+  EXPECT_DOUBLE_EQ(f.value(1), 0);
+  try {
+    f.value(0);
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    EXPECT_STREQ(error.what(), "the formula `log(t)` has no finite value at t = 0 s");
+  }
+}
+
+}  // namespace
+}  // namespace subsoil::app

@@ -1,0 +1,130 @@
+// Gear trains and a rack against Willis' equation, the balance of power and the statics of teeth and pins.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "libmbd/machine.hpp"
+
+namespace subsoil::mbd {
+namespace {
+
+void run(Machine& machine, double end, double h) {
+  for (long i = 0; i < std::lround(end / h); ++i) machine.advance(h);
+}
+
+constexpr double sun_radius = 0.3, planet_radius = 0.2, ring_radius = 0.7, planet_mass = 0.5;
+
+/// Sun driven at 5 rad/s, ring on the ground, a load of -2 N m on the carrier, no gravity.
+Model planetary() {
+  Model m;
+  m.gravity = {0, 0};
+  const int sun = m.add({.name = "sun", .mass = 1, .inertia = 0.1});
+  const int planet = m.add({.name = "planet", .mass = planet_mass, .inertia = 0.01, .pose = {0.5, 0, 0.7}});
+  const int carrier = m.add({.name = "carrier", .mass = 2, .inertia = 0.3});
+  m.add("sun pin", Revolute{.body_a = ground, .body_b = sun});
+  m.add("carrier pin", Revolute{.body_a = ground, .body_b = carrier});
+  m.add("planet pin", Revolute{.body_a = carrier, .body_b = planet, .p_a = {0.5, 0}});
+  m.add("sun mesh", GearPair{{.body_a = sun, .body_b = planet, .radius_a = sun_radius, .radius_b = planet_radius}});
+  m.add("ring mesh", GearPair{{.body_a = ground,
+                               .body_b = planet,
+                               .radius_a = ring_radius,
+                               .radius_b = planet_radius,
+                               .inside = true}});
+  m.add("motor", AngleDriver{.first = ground, .second = sun, .motion = {.velocity = 5.0}});
+  m.add("load", AppliedForce{.body = carrier, .moment = -2.0});
+  return m;
+}
+
+// Every angle is a closed form of the sun's; 10 s are more than two turns of the line of centres, which the remainder in
+// the constraint must not notice. Constant speed is exact for the integrator.
+TEST(Gears, PlanetaryTrainFollowsWillis) {
+  Machine machine(planetary());
+  machine.start_from_pose();
+  run(machine, 10, 1e-2);
+  const double carrier_spin = 5 * sun_radius / (sun_radius + ring_radius);
+  const double planet_spin = carrier_spin * (1 - ring_radius / planet_radius);
+  EXPECT_NEAR(machine.body(1).angle, 50, 1e-11);
+  EXPECT_NEAR(machine.body(3).angle, 10 * carrier_spin, 1e-11);
+  EXPECT_NEAR(machine.body(2).angle, 0.7 + 10 * planet_spin, 1e-10);
+  EXPECT_NEAR(machine.body(2).spin, planet_spin, 1e-11);
+}
+
+// At constant speed the motor's power is the load's. The sun's teeth take its torque; the planet passes the force on to
+// the ring and loads its pin with both, and with what keeps it on its circle.
+TEST(Gears, TeethAndPinsOfThePlanetaryTrain) {
+  Machine machine(planetary());
+  machine.start_from_pose();
+  run(machine, 1.3, 1e-2);
+  const double spin = 1.5, torque = 2 * spin / 5, tooth = torque / sun_radius, c = std::cos(1.95), s = std::sin(1.95);
+  EXPECT_NEAR(machine.driver_force("motor"), torque, 1e-11);
+  const auto expect = [&](const char* joint, double along, double across) {
+    const Reaction r = machine.joint_reaction(joint);  // along the line of centres and across it
+    EXPECT_NEAR(r.fx * c + r.fy * s, along, 1e-10) << joint;
+    EXPECT_NEAR(r.fy * c - r.fx * s, across, 1e-10) << joint;
+    EXPECT_NEAR(r.moment, 0, 1e-10) << joint;
+  };
+  expect("sun mesh", 0, -tooth);   // on the sun, against its turn
+  expect("ring mesh", 0, -tooth);  // on the ring
+  expect("planet pin", planet_mass * spin * spin * 0.5, 2 * tooth);  // on the carrier
+}
+
+// A train that is not drawn: b - c = -0.5 (a - c) with a and c driven. Its torques are in balance and do no work.
+TEST(Gears, RatioAgainstACarrier) {
+  Model m;
+  m.gravity = {0, 0};
+  for (const char* name : {"a", "b", "carrier"}) m.add({.name = name, .mass = 1, .inertia = 0.2});
+  for (int i = 1; i < 4; ++i) m.add("pin " + std::to_string(i), Revolute{.body_a = ground, .body_b = i});
+  m.add("train", GearRatio{.body_a = 1, .body_b = 2, .body_c = 3, .ratio = -0.5});
+  m.add("motor", AngleDriver{.first = ground, .second = 1, .motion = {.velocity = 5.0}});
+  m.add("turner", AngleDriver{.first = ground, .second = 3, .motion = {.velocity = 2.0}});
+  m.add("load", AppliedForce{.body = 2, .moment = 4.0});
+  Machine machine(m);
+  machine.start_from_pose();
+  run(machine, 3, 1e-2);
+  EXPECT_NEAR(machine.body(2).angle, 3 * (2 - 0.5 * 3), 1e-12);
+  // The train holds b with -4 N m, so it puts -2 on a and 6 on the carrier; the drivers hold against these.
+  EXPECT_NEAR(machine.joint_reaction("train").moment, -2, 1e-11);
+  EXPECT_NEAR(machine.driver_force("motor"), 2, 1e-11);
+  EXPECT_NEAR(machine.driver_force("turner"), -6, 1e-11);
+  EXPECT_NEAR(machine.energy().balance(), 0, 1e-10);
+}
+
+// Without carrier the ground carries both axes: two flywheels, one of them pushed.
+TEST(Gears, RatioAgainstTheGround) {
+  Model m;
+  for (const char* name : {"a", "b"}) m.add({.name = name, .mass = 1, .inertia = 0.2});
+  for (int i = 1; i < 3; ++i) m.add("pin " + std::to_string(i), Revolute{.body_a = ground, .body_b = i});
+  m.add("belt", GearRatio{.body_a = 1, .body_b = 2, .ratio = 3});
+  m.add("push", AppliedForce{.body = 1, .moment = 4.0});
+  Machine machine(m);
+  machine.start_from_pose();
+  run(machine, 1, 1e-2);
+  EXPECT_NEAR(machine.body(1).spin, 4 / (0.2 + 9 * 0.2), 1e-12);
+  EXPECT_NEAR(machine.body(2).spin, 3 * 4 / (0.2 + 9 * 0.2), 1e-12);
+}
+
+// A pushed rack turns a pinion of 0.25 m above it: x'' = F / (m + I / R^2); the tooth force is what turns the pinion.
+TEST(Gears, RackTurnsPinion) {
+  Model m;
+  const int rack = m.add({.name = "rack", .mass = 4, .inertia = 1, .pose = {0.3, -0.1, 0}});
+  const int pinion = m.add({.name = "pinion", .mass = 1, .inertia = 0.05, .pose = {0, 0.25, 0}});
+  m.add("guide", Translational{.body_a = ground, .body_b = rack, .p_a = {0, -0.1}});
+  m.add("pin", Revolute{.body_a = ground, .body_b = pinion, .p_a = {0, 0.25}});
+  m.add("mesh", RackAndPinion{{.body_a = rack, .body_b = pinion, .p_a = {0, 0.1}, .radius = 0.25}});
+  m.add("push", AppliedForce{.body = rack, .fx = 10.0});
+  Machine machine(m);
+  machine.start_from_pose();
+  run(machine, 1, 1e-2);
+  const double acceleration = 10 / (4 + 0.05 / 0.0625);
+  EXPECT_NEAR(machine.body(rack).r.x, 0.3 + acceleration / 2, 1e-12);
+  EXPECT_NEAR(machine.body(pinion).angle, acceleration / 2 / 0.25, 1e-12);
+  const Reaction on_rack = machine.joint_reaction("mesh");
+  EXPECT_NEAR(on_rack.fx, -0.05 * acceleration / 0.0625, 1e-11);
+  EXPECT_NEAR(on_rack.fy, 0, 1e-11);
+  EXPECT_NEAR(on_rack.moment, 0, 1e-11);
+}
+
+}  // namespace
+}  // namespace subsoil::mbd
