@@ -213,7 +213,7 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
   }
   const MachineTime& machine = s.time.machine;
   world.step.machine_step = world.bed != nullptr ? world.step.soil_step * static_cast<double>(machine.soil_steps)
-                                                 : machine.step.value_or(1e-3);
+                                                 : machine.step.value_or(s.output.series_every);
   return world;
 }
 
