@@ -5,6 +5,8 @@
 //
 // describe(V&) uses the common vocabulary and these words besides:
 //   v.coordinate(key, body, coordinate, meaning)               `coordinate: trolley.x`: a body and x, y or angle of it
+//   v.optional_characteristic(key, characteristic, x unit, unit, meaning)
+//                                                              force over a measure; left out: is_set() stays false
 //   v.optional_function(key, function, unit, meaning)          may be left out: function.is_set() stays false
 //   v.optional_quantity(key, number, unit, range, meaning)     may be left out: the number stays NaN
 //   v.point(key, body, point, meaning)                         a point in body axes; `at: x y m` is a world point of
@@ -18,7 +20,14 @@
 #include "libmbd/drivers/coordinate_driver.hpp"
 #include "libmbd/drivers/slide_driver.hpp"
 #include "libmbd/forces/applied_force.hpp"
+#include "libmbd/forces/bushing.hpp"
+#include "libmbd/forces/disk_contact.hpp"
+#include "libmbd/forces/distance_stop.hpp"
+#include "libmbd/forces/drag.hpp"
+#include "libmbd/forces/line_contact.hpp"
 #include "libmbd/forces/rotational_spring_damper.hpp"
+#include "libmbd/forces/rotational_stop.hpp"
+#include "libmbd/forces/slide_stop.hpp"
 #include "libmbd/forces/spring_damper.hpp"
 #include "libmbd/forces/wheel_on_soil.hpp"
 #include "libmbd/joints/fixed.hpp"
@@ -29,7 +38,8 @@ namespace subsoil::mbd {
 
 using Joints = std::tuple<Revolute, Translational, Fixed>;
 using Drivers = std::tuple<CoordinateDriver, AngleDriver, SlideDriver>;
-using Forces = std::tuple<SpringDamper, RotationalSpringDamper, AppliedForce, WheelOnSoil>;
+using Forces = std::tuple<SpringDamper, RotationalSpringDamper, Bushing, AppliedForce, Drag, LineContact, DiskContact,
+                          RotationalStop, SlideStop, DistanceStop, WheelOnSoil>;
 
 namespace detail {
 template <class Tuple>

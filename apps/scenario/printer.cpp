@@ -140,7 +140,22 @@ void Printer::table(const char* key, std::vector<double>& xs, std::vector<double
   leaf(key, xs.empty() ? Node{} : rows, fmt::format("list of [{}, {}]", x_unit, y_unit), "", meaning, xs.empty());
 }
 
-// ---- functions of time ---------------------------------------------------------------------------------------------
+// ---- functions of time, characteristics ----------------------------------------------------------------------------
+
+template <class Kinds, class Law, class... Units>
+Node Printer::law_node(const Law& law, const Units&... units) {
+  Node node = Node::mapping(true);
+  ForEach<Kinds>::call([&]<class Kind>(std::type_identity<Kind>) {
+    if (const Kind* held = law.template get_if<Kind>()) {
+      Kind kind = *held;
+      Node parameters = Node::mapping(true);
+      Printer printer(parameters, false);
+      kind.describe(printer, units...);
+      node.add(printer.word, std::move(parameters));
+    }
+  });
+  return node;
+}
 
 Node Printer::function_node(const Function& value, const std::string& unit) const {
   if (!value.is_set()) return {};
@@ -151,17 +166,14 @@ Node Printer::function_node(const Function& value, const std::string& unit) cons
     for (const Function& term : sum->terms) terms.items.push_back(function_node(term, unit));
     return terms;
   }
-  Node node = Node::mapping(true);
-  ForEach<mbd::FunctionKinds>::call([&]<class Kind>(std::type_identity<Kind>) {
-    if (const Kind* held = value.get_if<Kind>()) {
-      Kind kind = *held;
-      Node parameters = Node::mapping(true);
-      Printer printer(parameters, false);
-      kind.describe(printer, unit);
-      node.add(printer.word, std::move(parameters));
-    }
-  });
-  return node;
+  return law_node<mbd::FunctionKinds>(value, unit);
+}
+
+void Printer::optional_characteristic(const char* key, mbd::Characteristic& value, const std::string& x_unit,
+                                      const std::string& unit, const char* meaning) {
+  Node node;
+  if (value.is_set()) node = law_node<mbd::CharacteristicKinds>(value, x_unit, unit);
+  leaf(key, std::move(node), fmt::format("{} over {}, characteristic", unit, x_unit), "", meaning);
 }
 
 void Printer::print_function(const char* key, const Function& value, const std::string& unit, const char* meaning,

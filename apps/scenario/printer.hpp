@@ -122,6 +122,8 @@ class Printer {
   void optional_function(const char* key, Function& value, const std::string& unit, const char* meaning) {
     print_function(key, value, unit, meaning, false);
   }
+  void optional_characteristic(const char* key, mbd::Characteristic& value, const std::string& x_unit,
+                               const std::string& unit, const char* meaning);
 
   // -- names of other things --
   void reference(const char* key, std::string& value, Family family, const char* meaning) {
@@ -327,6 +329,8 @@ class Printer {
   void print_function(const char* key, const Function& value, const std::string& unit, const char* meaning,
                       bool needed);
   Node function_node(const Function& value, const std::string& unit) const;
+  template <class Kinds, class Law, class... Units>
+  static Node law_node(const Law& law, const Units&... units);
   std::string body_name(int index) const;
 
   template <class Print>
@@ -384,6 +388,8 @@ const Card& card_of() {
     T prototype{};
     if constexpr (requires { prototype.describe(printer, std::string{}); }) {
       prototype.describe(printer, "1");
+    } else if constexpr (requires { prototype.describe(printer, std::string{}, std::string{}); }) {
+      prototype.describe(printer, "1", "1");
     } else {
       declare(printer, prototype);
     }

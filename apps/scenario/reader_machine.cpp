@@ -4,10 +4,12 @@
 
 #include "apps/scenario/reader.hpp"
 
-/// The part of the reader that machines use: functions of time, bodies, points of the start pose, turns, start, watch.
+/// The part of the reader that machines use: functions of time, characteristics, bodies, points of the start pose,
+/// turns, start, watch.
 namespace subsoil::app {
 
-// ---- functions of time ---------------------------------------------------------------------------------------------
+// ---- functions of time, characteristics
+// ---------------------------------------------------------------------------------------------
 
 void Reader::read_function(const char* key, Function& value, const std::string& unit, bool needed,
                            const char* meaning) {
@@ -21,28 +23,14 @@ Function Reader::function_of(const Node& node, const std::string& path, const st
     for (const Node& term : node.items) sum.terms.push_back(function_of(term, path, unit));
     return Function(std::move(sum));
   }
-  Function function;
-  const bool was_open = open_;
-  const std::size_t before = reading_.problems.count();
-  with_type<mbd::FunctionKinds>(node, path, [&]<class Kind>(std::type_identity<Kind>) {
-    const std::string& word = card_of<Kind>().word;
-    const Node& given = node.find(word)->value;
-    Node parameters = given;
-    if (given.kind == Node::Kind::sequence) {  // {table: [[0 s, 0 m], ...]}
-      parameters = Node::mapping();
-      parameters.place = given.place;
-      parameters.add("points", given);
-    }
-    Kind kind;
-    Reader reader(reading_, mapping_of(parameters), path + "." + word);
-    kind.describe(reader, unit);
-    reader.finish();
-    if (node.entries.size() > 1)
-      throw UnitError(fmt::format("only `{}` may stand here; its parameters belong inside it", word));
-    if (reading_.problems.count() == before) function = Function(std::move(kind));
+  return law_of<Function, mbd::FunctionKinds>(node, path, unit);
+}
+
+void Reader::optional_characteristic(const char* key, mbd::Characteristic& value, const std::string& x_unit,
+                                     const std::string& unit, const char* meaning) {
+  leaf(key, false, meaning, [&](const Node& node) {
+    value = law_of<mbd::Characteristic, mbd::CharacteristicKinds>(mapping_of(node), child(key), x_unit, unit);
   });
-  open_ = was_open;  // an unknown kind of function says nothing about the other keys
-  return function;
 }
 
 // ---- bodies and points ---------------------------------------------------------------------------------------------

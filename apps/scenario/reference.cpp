@@ -22,17 +22,21 @@ std::vector<Row> make_rows() {
   Printer printer(rows, "");
   Scenario prototype;
   declare(printer, prototype);
-  // A function of time may stand wherever a key says so; its forms are listed once.
-  ForEach<mbd::FunctionKinds>::call([&]<class Kind>(std::type_identity<Kind>) {
-    Kind kind;
-    std::vector<Row> below;
-    Printer inner(below, "");
-    kind.describe(inner, "U");
-    rows.push_back({"function." + inner.word, "type", "", "", inner.word_meaning});
-    for (const Row& row : below) {
-      rows.push_back({"function." + inner.word + "." + row.path, row.unit, row.fallback, row.range, row.meaning});
-    }
-  });
+  // A function of time may stand wherever a key says so, and so may a characteristic; their forms are listed once.
+  const auto list_forms = [&rows]<class... Units>(const std::string& head, auto kinds, const Units&... units) {
+    ForEach<decltype(kinds)>::call([&]<class Kind>(std::type_identity<Kind>) {
+      Kind kind;
+      std::vector<Row> below;
+      Printer inner(below, "");
+      kind.describe(inner, units...);
+      const std::string path = head + "." + inner.word;
+      rows.push_back({path, "type", "", "", inner.word_meaning});
+      for (const Row& row : below)
+        rows.push_back({path + "." + row.path, row.unit, row.fallback, row.range, row.meaning});
+    });
+  };
+  list_forms("function", mbd::FunctionKinds{}, std::string("U"));
+  list_forms("characteristic", mbd::CharacteristicKinds{}, std::string("X"), std::string("U"));
   return rows;
 }
 
@@ -198,6 +202,11 @@ std::string reference_markdown() {
             "Stands wherever a key takes a function of time, without the word `function`: `velocity: {ramp: {to: 0.5 "
             "m/s}}`.\n"
             "U is that key's unit. A list of functions is their sum.\n\n";
+      }
+      if (heading == "characteristic") {
+        text +=
+            "Stands wherever a key takes a force over a relative measure, without the word `characteristic`: `spring "
+            "curve:\n{polynomial: {c3: 2 kN/mm^3}}`. U is that key's unit, X the measure's.\n\n";
       }
       text += "| key | value | default | range | meaning |\n|---|---|---|---|---|\n";
     }
