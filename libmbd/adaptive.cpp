@@ -30,6 +30,18 @@ void Adaptive::restart() {
 void Adaptive::read_consistent(double t) {
   read(t);
   now_.t = t;
+  if (follows_partition()) return partition_.evaluate(now_);
+  // What does not step by the partition may have passed a pose where the choice of the output before is singular.
+  bool singular = false;
+  try {
+    partition_.evaluate(now_);
+    singular = partition_.asks_for_choice();
+  } catch (const std::runtime_error&) {
+    singular = true;
+  }
+  if (!singular) return;
+  read(t);
+  partition_.choose(now_);
   partition_.evaluate(now_);
 }
 
@@ -66,14 +78,17 @@ void Adaptive::on_advance(double h) {
     }
   }
   read_consistent(end);
+  bool anew = has_drifted();
   if (partition_.choose_again_if_needed(now_)) {
     partition_.evaluate(now_);
-    const bool other_rows = partition_.used_rows() != rows_;  // redundant constraints: others carry the multipliers now
-    rows_ = partition_.used_rows();
-    if (other_rows) build();
-    if (other_rows || follows_partition()) return restart();
+    anew = anew || follows_partition();
   }
-  if (has_drifted()) restart();
+  if (partition_.used_rows() != rows_) {  // redundant constraints: others carry the multipliers now
+    rows_ = partition_.used_rows();
+    build();
+    anew = true;
+  }
+  if (anew) restart();
 }
 
 }  // namespace subsoil::mbd

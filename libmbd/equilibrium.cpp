@@ -8,6 +8,7 @@
 
 #include "libmbd/assembly.hpp"
 #include "libmbd/partition.hpp"
+#include "libmbd/relaxation.hpp"
 
 namespace subsoil::mbd {
 
@@ -80,14 +81,11 @@ Eigen::VectorXd towing_velocity(const System& system, double speed) {
 
 }  // namespace
 
-Equilibrium towing_equilibrium(System& system, double t, const Eigen::VectorXd& guess, double speed) {
-  Equilibrium found;
-  found.q = guess;
-  found.velocity = towing_velocity(system, speed);
-  found.lambda = Eigen::VectorXd::Zero(system.equations());
-  const auto n = system.coordinates(), m = system.equations();
-  Balance balance(system, t, found.velocity);
+namespace {
 
+/// Newton with pseudo-transient continuation from a guess; true when the balance closes.
+bool solve_balance(System& system, Balance& balance, Equilibrium& found) {
+  const auto n = system.coordinates(), m = system.equations();
   // Force and length that decide what is small: the machine's weight (or 1 N without gravity) and its levers.
   const double length = system.length_scale();
   const auto& g = system.model().gravity;
@@ -101,8 +99,9 @@ Equilibrium towing_equilibrium(System& system, double t, const Eigen::VectorXd& 
   // Pseudo-time so that the first step under gravity is a hundredth of the machine's length.
   double inverse_tau2 = std::max(1.0, std::hypot(g[0], g[1])) / (0.01 * length);
   const Eigen::VectorXd inertia = system.mass().cwiseQuotient(balance.columns().cwiseAbs2());
+  found.lambda = Eigen::VectorXd::Zero(m);
   Eigen::VectorXd r = balance.at(found.q, found.lambda);
-  for (; found.iterations < most_iterations; ++found.iterations) {
+  for (int turn = 0; turn < most_iterations; ++turn, ++found.iterations) {
     const double before = size(r);
     if (before < 1e-13) break;
     Eigen::MatrixXd k = balance.matrix(found.q, found.lambda);
@@ -127,24 +126,41 @@ Equilibrium towing_equilibrium(System& system, double t, const Eigen::VectorXd& 
     inverse_tau2 *= std::clamp(after / before, 0.2, 2.0);
   }
   found.residual = r.head(n).cwiseAbs().maxCoeff();
-  if (!(size(r) < 1e-9))
-    throw std::runtime_error(std::string(speed == 0 ? "no static" : "no steady") +
-                             " equilibrium found near the start pose: " + std::to_string(found.residual) +
-                             " N stay unbalanced after " + std::to_string(found.iterations) +
-                             " iterations; start nearer to it, or take the pose as given");
+  return size(r) < 1e-9;
+}
 
-  const auto& c = balance.constraints();
+void refuse_moving_drivers(const System& system, const Constraints& c, const Equilibrium& found, double speed) {
   const Eigen::VectorXd off = c.jacobian * found.velocity + c.phi_t;
-  for (int row = 0; row < m; ++row) {
+  for (int row = 0; row < system.equations(); ++row) {
     if (std::abs(off[row]) <= 1e-9 * std::max(1.0, std::abs(speed))) continue;
     if (speed == 0)
       throw std::invalid_argument("static equilibrium: " + system.owner(row) + " moves (at " +
                                   std::to_string(std::abs(off[row])) + (system.angular_row(row) ? " rad/s" : " m/s") +
                                   "); hold it still, or ask for a towing equilibrium at its speed");
     throw std::invalid_argument("towing equilibrium at " + std::to_string(speed) + " m/s: " + system.owner(row) +
-                                  " asks for another velocity (off by " + std::to_string(off[row]) +
+                                " asks for another velocity (off by " + std::to_string(off[row]) +
                                 "); give the towing speed the driver's velocity");
   }
+}
+
+}  // namespace
+
+Equilibrium towing_equilibrium(System& system, double t, const Eigen::VectorXd& guess, double speed) {
+  Equilibrium found;
+  found.q = guess;
+  found.velocity = towing_velocity(system, speed);
+  Balance balance(system, t, found.velocity);
+  bool closed = solve_balance(system, balance, found);
+  if (!closed && speed == 0) {
+    found.q = fall_to_rest(system, t, guess);
+    closed = solve_balance(system, balance, found);
+  }
+  if (!closed)
+    throw std::runtime_error(std::string(speed == 0 ? "no static" : "no steady") +
+                             " equilibrium found near the start pose: " + std::to_string(found.residual) +
+                             " N stay unbalanced after " + std::to_string(found.iterations) +
+                             " iterations; start nearer to it, or take the pose as given");
+  refuse_moving_drivers(system, balance.constraints(), found, speed);
   return found;
 }
 
@@ -253,9 +269,7 @@ StabilityReport stability(const std::vector<Mode>& modes) {
     // An undamped oscillation has a real part of rounding, 1e-12 of its modulus, of either sign.
     if (m.damping < -1e-7) report.unstable += m.frequency > 0 ? 2 : 1;
   }
-  report.kind = report.unstable  ? Stability::unstable
-                : report.neutral ? Stability::neutral
-                                 : Stability::stable;
+  report.kind = report.unstable ? Stability::unstable : report.neutral ? Stability::neutral : Stability::stable;
   return report;
 }
 

@@ -21,6 +21,7 @@ struct Equilibrium {
 /// Newton on all coordinates and multipliers together, made globally safe by pseudo-transient continuation: M/tau^2
 /// stands beside the stiffness and fades as the residual falls, so a wheel that just touches the ground, where the
 /// soil has no stiffness yet, falls in like a body and not where a singular matrix points.
+/// At speed 0 a machine that this does not bring to balance is let fall (fall_to_rest) and tried again from there.
 /// Throws std::runtime_error when there is none within reach, std::invalid_argument when a driver's velocity
 /// contradicts the speed.
 Equilibrium towing_equilibrium(System& system, double t, const Eigen::VectorXd& guess, double speed);

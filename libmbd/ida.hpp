@@ -15,7 +15,8 @@ namespace subsoil::mbd {
 /// and in both e' = powers, the energy flows under the same error control.
 /// Independent of partitioning, which only supplies consistent starts and puts outputs on Phi = 0 to rounding. The
 /// index-1 form drifts off the constraints between; when the drift at an output exceeds the tolerance it begins anew
-/// from the projected state. After a jump of the external wrench q'' and lambda are made consistent and IDA begins anew.
+/// from the projected state. After a jump of the external wrench q'' and lambda are made consistent and IDA begins
+/// anew.
 class Ida : public Adaptive {
  public:
   Ida(System& system, const IdaOptions& options);

@@ -89,9 +89,9 @@ void Integrator::advance_over_events(double h) {
   std::vector<double> at_start(gaps_.size()), at_end(gaps_.size());
   for (int found = 0; crossed(); ++found) {
     if (found == most_events_in_a_step)
-      throw std::runtime_error("more than " + std::to_string(found) + " events between t = " +
-                               std::to_string(end - h) + " s and " + std::to_string(end) + " s: force '" +
-                               events_.back().name + "' rattles; shorten the step or add damping");
+      throw std::runtime_error("more than " + std::to_string(found) + " events between t = " + std::to_string(end - h) +
+                               " s and " + std::to_string(end) + " s: force '" + events_.back().name +
+                               "' rattles; shorten the step or add damping");
     at_end = gaps_;
     system_.set_state(before_.t, before_.q, before_.velocity);
     switches_.gaps(at_start);

@@ -1,15 +1,14 @@
 #pragma once
 
 // What both users of SUNDIALS share: the one place where its return codes are looked at, and owners of its objects.
-// Private to libmbd's sources: no other header includes it.
-
-#include <nvector/nvector_serial.h>
+// Only sources of libmbd include it; SUNDIALS' own headers stay in sources, so its handles are declared here.
 
 #include <Eigen/Dense>
-#include <cstdlib>
 #include <exception>
-#include <stdexcept>
 #include <string>
+
+typedef struct _SUNContext* SUNContext;
+typedef struct _generic_N_Vector* N_Vector;
 
 namespace subsoil::mbd::sundials {
 
@@ -18,24 +17,18 @@ using ConstMap = Eigen::Map<const Eigen::VectorXd>;
 using NameOfCode = char* (*)(long int);
 
 /// Throws for a negative return code with the call and SUNDIALS' own name of the code.
-inline void check(int code, const std::string& call, NameOfCode name_of = nullptr) {
-  if (code >= 0) return;
-  char* name = name_of ? name_of(code) : nullptr;
-  const std::string text =
-      "SUNDIALS " + call + " failed: " + (name ? std::string(name) : "code " + std::to_string(code));
-  std::free(name);
-  throw std::runtime_error(text);
-}
+void check(int code, const std::string& call, NameOfCode name_of = nullptr);
+[[noreturn]] void refuse_null(const char* call);
 template <class Pointer>
 Pointer* check(Pointer* pointer, const char* call) {
-  if (!pointer) throw std::runtime_error(std::string("SUNDIALS ") + call + " failed: no memory");
+  if (!pointer) refuse_null(call);
   return pointer;
 }
 
 class Context {
  public:
-  Context() { check(SUNContext_Create(nullptr, &context_), "SUNContext_Create"); }
-  ~Context() { SUNContext_Free(&context_); }
+  Context();
+  ~Context();
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
   operator SUNContext() const { return context_; }
@@ -47,14 +40,12 @@ class Context {
 /// A serial vector, zero at first.
 class Vector {
  public:
-  Vector(Eigen::Index size, const Context& context) : vector_(check(N_VNew_Serial(size, context), "N_VNew_Serial")) {
-    N_VConst(0, vector_);
-  }
-  ~Vector() { N_VDestroy(vector_); }
+  Vector(Eigen::Index size, const Context& context);
+  ~Vector();
   Vector(const Vector&) = delete;
   Vector& operator=(const Vector&) = delete;
   operator N_Vector() const { return vector_; }
-  Map map() const { return {N_VGetArrayPointer(vector_), N_VGetLength(vector_)}; }
+  Map map() const;
 
  private:
   N_Vector vector_;

@@ -115,7 +115,8 @@ Trial try_out(const Loaded& loaded, World& world) {
   const double seconds_per_frame = seconds_since(writing) / 3;
   trial.cost.wall_time = trial.cost.seconds_per_step * (static_cast<double>(trial.cost.steps) + trial.settling / dt) +
                          seconds_per_frame * static_cast<double>(trial.cost.frames);
-  const double series = s.time.end / s.output.series_every * (world.bed ? 11.0 : 20.0) * static_cast<double>(row.size());
+  const double series =
+      s.time.end / s.output.series_every * (world.bed ? 11.0 : 20.0) * static_cast<double>(row.size());
   double state = 0;
   if (world.bed && (s.output.state == State::full || s.output.state_every)) {
     const double states = 1 + (s.output.state_every ? s.time.end / *s.output.state_every : 0);

@@ -46,9 +46,8 @@ Json assembly_json(const mbd::Machine& machine) {
   for (const auto& [owner, residual] : open_as_given(machine)) out["open as given [m or rad]"][owner] = residual;
   for (const auto& b : system.model().bodies) {
     const mbd::BodyState& now = machine.body(system.body_index(b.name));
-    out["moved"][b.name] = {{"x [m]", now.r.x - b.pose[0]},
-                            {"y [m]", now.r.y - b.pose[1]},
-                            {"angle [rad]", now.angle - b.pose[2]}};
+    out["moved"][b.name] = {
+        {"x [m]", now.r.x - b.pose[0]}, {"y [m]", now.r.y - b.pose[1]}, {"angle [rad]", now.angle - b.pose[2]}};
   }
   return out;
 }
@@ -120,8 +119,7 @@ void print_modes(const std::vector<mbd::Mode>& modes) {
 }
 
 void write_modes(const std::filesystem::path& path, const mbd::System& system, const std::vector<mbd::Mode>& modes) {
-  std::vector<SeriesColumn> columns{
-      {"mode", "1"}, {"frequency", "Hz"}, {"damping ratio", "1"}, {"real part", "1/s"}};
+  std::vector<SeriesColumn> columns{{"mode", "1"}, {"frequency", "Hz"}, {"damping ratio", "1"}, {"real part", "1/s"}};
   for (const auto& b : system.model().bodies)
     for (std::size_t k = 0; k < 3; ++k)
       for (const char* part : {".real", ".imaginary"})

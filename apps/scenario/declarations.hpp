@@ -237,12 +237,13 @@ void describe(V& v, Machine& m) {
 
 template <class V>
 void describe(V& v, MachineTime& t) {
-  v.choice("integrator", t.integrator,
-           {{"adams-moulton", IntegratorWord::adams_moulton},
-            {"cvode", IntegratorWord::cvode},
-            {"ida", IntegratorWord::ida}},
-           "adams-moulton: fixed step on partitioned coordinates; cvode: SUNDIALS CVODE on the same, steps and orders of "
-           "its own for smooth motion; ida: SUNDIALS IDA on the whole system, also for stiff forces");
+  v.choice(
+      "integrator", t.integrator,
+      {{"adams-moulton", IntegratorWord::adams_moulton},
+       {"cvode", IntegratorWord::cvode},
+       {"ida", IntegratorWord::ida}},
+      "adams-moulton: fixed step on partitioned coordinates; cvode: SUNDIALS CVODE on the same, steps and orders of "
+      "its own for smooth motion; ida: SUNDIALS IDA on the whole system, also for stiff forces");
   v.count("order", t.order, "[1, 6]", "of adams-moulton");
   v.quantity("rtol", t.rtol, "1", "(0, 0.1]", "relative tolerance of cvode and ida");
   v.quantity("atol", t.atol, "1", "(0, 0.1]", "absolute tolerance of cvode and ida, in m, rad, m/s and rad/s");
@@ -254,7 +255,8 @@ void describe(V& v, MachineTime& t) {
          "them");
   v.count("soil steps per machine step", t.soil_steps, "[1, 1000]", "the machine step with soil is so many soil steps");
   v.quantity("step", t.step, "s", "(0, inf)",
-             "machine step without soil, of cvode and ida their output interval; left out: the series interval");
+             "machine step without soil, of cvode and ida their output interval; left out: the series interval, for "
+             "adams-moulton a whole part of it of 1 ms at most");
 }
 
 template <class V>
@@ -279,10 +281,11 @@ void describe(V& v, Output& o) {
   v.quantity("every", o.every, "s", "(0, inf)", "interval of frames; left out: a 200th of the end, or none with `at`");
   v.quantities("at", o.at, "s", "[0, inf)", "further times of frames");
   v.quantity("series every", o.series_every, "s", "(0, inf)", "interval of the rows of series.csv");
-  v.choice("forces", o.forces,
-           {{"auto", ForceColumns::automatic}, {"mean", ForceColumns::mean}, {"instant", ForceColumns::instant}},
-           "columns of forces and moments in series.csv: means over the interval since the row before, or the values at "
-           "its instant; auto: mean with soil, instant without");
+  v.choice(
+      "forces", o.forces,
+      {{"auto", ForceColumns::automatic}, {"mean", ForceColumns::mean}, {"instant", ForceColumns::instant}},
+      "columns of forces and moments in series.csv: means over the interval since the row before, or the values at "
+      "its instant; auto: mean with soil, instant without");
   v.words("columns", o.columns,
           {{"position", Column::position},
            {"velocity", Column::velocity},

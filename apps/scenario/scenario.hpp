@@ -236,8 +236,8 @@ struct MachineTime {
   double rtol = 1e-8, atol = 1e-10;  // cvode, ida
   mbd::IdaFormulation formulation = mbd::IdaFormulation::stabilised_index_2;
   bool locate_events = true;
-  long soil_steps = 1;               // soil steps per machine step
-  std::optional<double> step;        // without soil; with soil it is soil_steps * soil step
+  long soil_steps = 1;         // soil steps per machine step
+  std::optional<double> step;  // without soil; with soil it is soil_steps * soil step
 };
 
 struct Time {

@@ -25,10 +25,8 @@ inline mbd::Revolute pin_at(const mbd::Model& model, int a, int b, mbd::Vec2 at)
 /// A uniform rod between two world points; x of its axes along it.
 inline int add_rod(mbd::Model& m, const std::string& name, mbd::Vec2 from, mbd::Vec2 to, double mass) {
   const mbd::Vec2 d = to - from, mid = 0.5 * (from + to);
-  return m.add({.name = name,
-                .mass = mass,
-                .inertia = mass * dot(d, d) / 12,
-                .pose = {mid.x, mid.y, std::atan2(d.y, d.x)}});
+  return m.add(
+      {.name = name, .mass = mass, .inertia = mass * dot(d, d) / 12, .pose = {mid.x, mid.y, std::atan2(d.y, d.x)}});
 }
 
 /// Rods hung on each other, stretched out to the right and let go: one is a pendulum, two the double pendulum.
@@ -52,7 +50,11 @@ inline mbd::Model make_slider_crank(double spin = 12) {
   const int crank = add_rod(m, "crank", {0, 0}, top, 1.4);
   const int rod = add_rod(m, "rod", top, end, 0.9);
   const int slider = m.add({.name = "slider", .mass = 0.6, .inertia = 0.01, .pose = {end.x, end.y, 0}});
+  // Consistent as it stands: assembly must not share the spin out among the bodies.
+  const double turn = -spin * top.x / (end.x - top.x), slide = (turn - spin) * top.y;
   m.bodies[0].velocity = {-spin * top.y / 2, spin * top.x / 2, spin};
+  m.bodies[1].velocity = {(slide - spin * top.y) / 2, spin * top.x / 2, turn};
+  m.bodies[2].velocity = {slide, 0, 0};
   m.add("O", pin_at(m, mbd::ground, crank, {0, 0}));
   m.add("A", pin_at(m, crank, rod, top));
   m.add("B", pin_at(m, rod, slider, end));
@@ -77,13 +79,14 @@ inline SliderCrankTerms slider_crank_terms(double angle) {
   return {mass.real(), mass.imag() / h, potential.imag() / h};
 }
 
-/// A crank-rocker thrown at `spin` under gravity, with a damped spring on its rocker.
+/// A crank-rocker thrown at about `spin` under gravity, with a damped spring on its rocker.
 inline mbd::Model make_four_bar(double spin = 9) {
   mbd::Model m;
   const double crank = 0.2, coupler = 0.7, rocker = 0.5, base = 0.6, phi = 0.4;
   const mbd::Vec2 a{crank * std::cos(phi), crank * std::sin(phi)}, to{base - a.x, -a.y};
   // The rocker's pin by the law of cosines in the triangle that the crank's end makes with the base.
-  const double far = length(to), turn = std::acos((coupler * coupler + far * far - rocker * rocker) / (2 * coupler * far));
+  const double far = length(to),
+               turn = std::acos((coupler * coupler + far * far - rocker * rocker) / (2 * coupler * far));
   const double up = std::atan2(to.y, to.x) + turn;
   const mbd::Vec2 b{a.x + coupler * std::cos(up), a.y + coupler * std::sin(up)};
   const int first = add_rod(m, "crank", {0, 0}, a, 1.2), second = add_rod(m, "coupler", a, b, 2.5),

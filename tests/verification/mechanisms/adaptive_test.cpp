@@ -37,8 +37,7 @@ MachineOptions adams(double) { return {.adams_moulton = {.order = 4}}; }
 /// Rods of mass 1 and length 1 hung on each other, absolute angles from the horizontal: the double pendulum in minimal
 /// coordinates, by Lagrange's equations.
 void double_pendulum(const OdeState& y, OdeState& d, double) {
-  const double a = y[0], b = y[1], wa = y[2], wb = y[3], g = 9.81, c = 0.5 * std::cos(a - b),
-               s = 0.5 * std::sin(a - b);
+  const double a = y[0], b = y[1], wa = y[2], wb = y[3], g = 9.81, c = 0.5 * std::cos(a - b), s = 0.5 * std::sin(a - b);
   // (4/3) a'' + c b'' = -s wb^2 - (3/2) g cos a,   c a'' + (1/3) b'' = s wa^2 - (1/2) g cos b
   const double ra = -s * wb * wb - 1.5 * g * std::cos(a), rb = s * wa * wa - 0.5 * g * std::cos(b);
   const double det = 4. / 9 - c * c;
@@ -84,8 +83,8 @@ double global_error(const Problem& p, const MachineOptions& options) {
 class Tolerance : public testing::TestWithParam<int> {
  protected:
   static Method method() {
-    return std::vector<Method>{{"cvode", cvode}, {"ida", ida}, {"ida index 1", index_1}}[static_cast<std::size_t>(
-        GetParam())];
+    return std::vector<Method>{
+        {"cvode", cvode}, {"ida", ida}, {"ida index 1", index_1}}[static_cast<std::size_t>(GetParam())];
   }
 };
 
@@ -139,9 +138,9 @@ double largest_rate(const Machine& machine) {
 
 // At every output, whatever the tolerance: outputs are put on the constraints, they do not only come near.
 TEST(Outputs, LieOnTheConstraints) {
-  const std::vector<std::pair<Model, double>> machines{{test::make_chain(1), 0.1},    {test::make_chain(2), 0.1},
+  const std::vector<std::pair<Model, double>> machines{{test::make_chain(1), 0.1},        {test::make_chain(2), 0.1},
                                                        {test::make_slider_crank(), 0.02}, {test::make_four_bar(), 0.02},
-                                                       {test::make_squeezer(), 5e-4}, {test::make_chain(5), 0.05}};
+                                                       {test::make_squeezer(), 5e-4},     {test::make_chain(5), 0.05}};
   for (const auto& options : {adams(0), cvode(1e-5), ida(1e-5), index_1(1e-5)})
     for (std::size_t k = 0; k < machines.size(); ++k) {
       SCOPED_TRACE(testing::Message() << "machine " << k << ", integrator " << static_cast<int>(options.integrator));
@@ -208,8 +207,7 @@ TEST(Adaptive, TakesRedundantConstraints) {
       m.add("top " + std::to_string(i), test::pin_at(m, ground, rod, {x, 0}));
     }
     const int bar = test::add_rod(m, "bar", {0, -1}, {1, -1}, 2);
-    for (int i = 0; i < 3; ++i)
-      m.add("low " + std::to_string(i), test::pin_at(m, i + 1, bar, {0.5 * i, -1}));
+    for (int i = 0; i < 3; ++i) m.add("low " + std::to_string(i), test::pin_at(m, i + 1, bar, {0.5 * i, -1}));
     for (int i = 0; i < 3; ++i) m.bodies[static_cast<std::size_t>(i)].velocity = {0.75, 0, 1.5};
     m.bodies[3].velocity = {1.5, 0, 0};
     Machine machine(m, options);

@@ -44,14 +44,14 @@ MachineOptions method(int which, bool locate = true) {
 
 class Events : public testing::TestWithParam<int> {};
 
-// Steps of 0.1 ms at order 4 err by (w h)^5 = 1e-10 of a contact each, 300 of them; tolerances 1e-10 or tighter and some
-// hundred steps: 1e-7 s for each. The order of the ends is that of the field: closes, opens, closes ...
+// Steps of 0.1 ms at order 4 err by (w h)^5 = 1e-10 of a contact each, 300 of them; tolerances 1e-10 or tighter and
+// some hundred steps: 1e-7 s for each. The order of the ends is that of the field: closes, opens, closes ...
 TEST_P(Events, TouchesOfABallAreWhereTheClosedFormHasThem) {
   Machine machine(bouncing_ball(), method(GetParam()));
   machine.start_from_pose();
   const std::vector<double> exact = exact_events(7);
   const double h = 1e-4;
-  while (machine.time() < exact.back() + 0.05) machine.advance(h);
+  while (machine.time() < exact.back() + 0.01) machine.advance(h);
   const std::vector<Event>& events = machine.events();
   ASSERT_EQ(events.size(), exact.size());
   for (std::size_t i = 0; i < exact.size(); ++i) {
@@ -69,7 +69,7 @@ TEST(Events, AreFoundBetweenOutputs) {
   for (const int which : {1, 2}) {
     Machine machine(bouncing_ball(), method(which));
     machine.start_from_pose();
-    machine.advance(exact.back() + 0.05);
+    machine.advance(exact.back() + 0.01);
     ASSERT_EQ(machine.events().size(), exact.size());
     EXPECT_NEAR(machine.events().back().t, exact.back(), 1e-7);
   }
