@@ -1,8 +1,15 @@
 #pragma once
 
+#include <algorithm>
+
 #include "libmbd/integrator.hpp"
 
 namespace subsoil::mbd {
+
+/// What a step of a method with its own step control may err by, when `asked` is the error asked for: a hundredth,
+/// since errors of some hundred steps gather and grow with the motion. Not below `floor`, where rounding would drive
+/// the steps, unless that is what was asked for.
+inline double local_tolerance(double asked, double floor) { return std::min(asked, std::max(0.01 * asked, floor)); }
 
 /// What the variable-step integrators have in common: they run on in steps of their own and outputs are read from
 /// their dense output, put on Phi = 0 and Phi_q q' = -Phi_t to rounding by the partition. So a short output interval

@@ -107,12 +107,13 @@ void Cvode::build() {
   solver_ = std::make_unique<Solver>(system_, partition_, switches_, now_);
   auto& s = *solver_;
   s.steps_before = steps_before, s.evaluations_before = evaluations_before;
-  s.tolerance.map().head(2 * s.f).setConstant(options_.atol);
-  s.tolerance.map().tail(s.e).setConstant(1e2 * options_.atol);
+  const double rtol = local_tolerance(options_.rtol, 1e-14), atol = local_tolerance(options_.atol, 1e-15);
+  s.tolerance.map().head(2 * s.f).setConstant(atol);
+  s.tolerance.map().tail(s.e).setConstant(1e2 * atol);
   s.memory = check(CVodeCreate(CV_ADAMS, s.context), "CVodeCreate");
   check(CVodeSetErrHandlerFn(s.memory, sundials::silence, nullptr), "CVodeSetErrHandlerFn");
   check(CVodeInit(s.memory, Solver::right_side, now_.t, s.y), "CVodeInit");
-  check(CVodeSVtolerances(s.memory, options_.rtol, s.tolerance), "CVodeSVtolerances");
+  check(CVodeSVtolerances(s.memory, rtol, s.tolerance), "CVodeSVtolerances");
   check(CVodeSetUserData(s.memory, &s), "CVodeSetUserData");
   s.iteration = check(SUNNonlinSol_FixedPoint(s.y, 0, s.context), "SUNNonlinSol_FixedPoint");
   check(CVodeSetNonlinearSolver(s.memory, s.iteration), "CVodeSetNonlinearSolver");

@@ -73,14 +73,14 @@ struct Ida::Solver {
   Eigen::Index multipliers() const { return index_1 ? r : 2 * r; }
   Eigen::Index size() const { return 2 * n + multipliers() + e; }
 
-  void set_weights(const IdaOptions& o) const {
+  void set_weights(double atol) const {
     Map weight = tolerance.map(), kind = id.map();
-    weight.head(2 * n).setConstant(o.atol);
+    weight.head(2 * n).setConstant(atol);
     // lambda and mu stand outside the error test, and outside Newton's too: rounding e of q and w returns in them as
     // e M/h and e/h, without bound as a step is cut short by a stop time. q, w and e in the same iteration decide. The
     // residual is linear in both, so the large increments that IDA's differences take from here lose nothing.
     weight.segment(2 * n, multipliers()).setConstant(1e12);
-    weight.tail(e).setConstant(1e2 * o.atol);
+    weight.tail(e).setConstant(1e2 * atol);
     kind.setOnes();
     kind.segment(2 * n, multipliers()).setZero();
   }
@@ -147,7 +147,11 @@ struct Ida::Solver {
   }
 };
 
-Ida::Ida(System& system, const IdaOptions& options) : Adaptive(system), options_(options) {
+Ida::Ida(System& system, const IdaOptions& options)
+    : Adaptive(system),
+      options_(options),
+      rtol_(local_tolerance(options.rtol, 1e-12)),
+      atol_(local_tolerance(options.atol, 1e-13)) {
   if (!(options.rtol > 0) || !(options.atol > 0))
     throw std::invalid_argument("ida: rtol and atol must be above 0; 1e-8 and 1e-10 are usual");
   drift_limit_ = options.formulation == IdaFormulation::index_1
@@ -163,11 +167,11 @@ void Ida::build() {
                                      partition_.used_rows(), now_.rates.size());
   auto& s = *solver_;
   s.steps_before = steps_before, s.evaluations_before = evaluations_before;
-  s.set_weights(options_);
+  s.set_weights(atol_);
   s.memory = check(IDACreate(s.context), "IDACreate");
   check(IDASetErrHandlerFn(s.memory, sundials::silence, nullptr), "IDASetErrHandlerFn");
   check(IDAInit(s.memory, Solver::call_residual, now_.t, s.y, s.dy), "IDAInit");
-  check(IDASVtolerances(s.memory, options_.rtol, s.tolerance), "IDASVtolerances");
+  check(IDASVtolerances(s.memory, rtol_, s.tolerance), "IDASVtolerances");
   check(IDASetUserData(s.memory, &s), "IDASetUserData");
   check(IDASetId(s.memory, s.id), "IDASetId");
   check(IDASetSuppressAlg(s.memory, SUNTRUE), "IDASetSuppressAlg");
@@ -212,7 +216,7 @@ Adaptive::Reached Ida::take_step(double end, double stop) {
   if (s.fresh) {
     // IDA's own first step follows from y'/weight and can fall to 1e-13 s, where rounding e/h of an index-2 system
     // is all that Newton sees. The first step of order 1 errs by q'' h^2/2: that is what it may be.
-    const double first = std::sqrt(options_.atol / (1 + now_.acceleration.cwiseAbs().maxCoeff()));
+    const double first = std::sqrt(atol_ / (1 + now_.acceleration.cwiseAbs().maxCoeff()));
     check(IDASetInitStep(s.memory, std::min(first, std::max(stop - now_.t, 1e-12))), "IDASetInitStep");
     s.fresh = false;
   }

@@ -37,6 +37,7 @@ class Ida : public Adaptive {
  private:
   struct Solver;  // keeps SUNDIALS out of this header
   IdaOptions options_;
+  double rtol_, atol_;  // of a step
   std::unique_ptr<Solver> solver_;
   double drift_ = 0, drift_limit_ = 0;  // largest |Phi| read last, angles times length (m)
 };

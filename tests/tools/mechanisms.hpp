@@ -104,9 +104,9 @@ inline mbd::Model make_four_bar(double spin = 9) {
 /// IVP test set (Mazzia & Magherini 2008, release 2.4, II-6; Schiehlen 1990). Bodies K1 ... K7, angles as there:
 /// beta, beta + Theta, gamma, Phi + delta, delta, Omega + epsilon, epsilon.
 inline mbd::Model make_squeezer() {
-  constexpr double rr = 7e-3, da = 115e-4, d = 28e-3, ra = 92e-5, ss = 35e-3, sa = 1874e-5, sb = 1043e-5, sc = 18e-3,
-                   sd = 2e-2, e = 2e-2, ea = 1421e-5, zf = 2e-2, fa = 1421e-5, zt = 4e-2, ta = 2308e-5, tb = 916e-5,
-                   u = 4e-2, ua = 1228e-5, ub = 449e-5;
+  constexpr double rr = 7e-3, da = 115e-4, d = 28e-3, ra = 92e-5, sa = 1874e-5, sb = 1043e-5, sc = 18e-3, sd = 2e-2,
+                   e = 2e-2, ea = 1421e-5, zf = 2e-2, fa = 1421e-5, zt = 4e-2, ta = 2308e-5, tb = 916e-5, u = 4e-2,
+                   ua = 1228e-5, ub = 449e-5;
   constexpr mbd::Vec2 a{-.06934, -.00227}, b{-.03635, .03273}, c{.014, .072};
   constexpr double masses[7] = {.04325, .00365, .02373, .00706, .07050, .00706, .05498};
   constexpr double inertias[7] = {2.194e-6, 4.410e-7, 5.255e-6, 5.667e-7, 1.169e-5, 5.667e-7, 1.912e-5};
