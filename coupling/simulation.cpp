@@ -106,7 +106,13 @@ void Simulation::advance_machine() {
     const dem::Wrench& w = window_[static_cast<std::size_t>(s.body)];
     machine_->set_external_wrench(s.body, w.force.x, w.force.y, w.moment.z);
   }
-  machine_->advance(bed_ != nullptr ? options_.soil_step * options_.soil_steps : options_.machine_step);
+  if (bed_ != nullptr) {
+    machine_->advance(options_.soil_step * options_.soil_steps);
+  } else {
+    // A remainder of rounding is no step of its own: the step before takes it.
+    const double rest = end_ - machine_->time(), h = options_.machine_step;
+    machine_->advance(rest < h * (1 + 1e-6) && rest > 0 ? rest : h);
+  }
   take_accelerations();
   for (dem::Wrench& w : window_) w = {};
 }

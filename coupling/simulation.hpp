@@ -1,5 +1,6 @@
 #pragma once
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -51,6 +52,8 @@ class Simulation {
   Simulation(dem::Bed* bed, mbd::Machine* machine, std::vector<BodySurface> surfaces, std::vector<GivenMotion> motions,
              SimulationOptions options);
 
+  /// Without a bed: the machine's last step is cut short so that it ends at `end` exactly.
+  void end_at(double end) { end_ = end; }
   /// One soil step (or one machine step without a bed). After it, wrenches are those of t_n, poses those of t_{n+1}.
   void step(const dem::Bed::Request& request = {});
   double time() const;  ///< t_{n+1}
@@ -85,6 +88,7 @@ class Simulation {
   std::vector<std::array<double, 3>> acceleration_;  ///< of bodies at the window's start
   int in_window_ = 0;
   double time_ = 0;
+  double end_ = std::numeric_limits<double>::infinity();
   bool stepped_ = false;  ///< the bed's boundaries stand where the step before had them
 };
 

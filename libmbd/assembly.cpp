@@ -121,6 +121,18 @@ Eigen::MatrixXd scaled_jacobian(const System& system, const Constraints& c) {
   return row_scale(system).asDiagonal() * c.jacobian * coordinate_scale(system).cwiseInverse().asDiagonal();
 }
 
+void refuse_open_joints(System& system, double t, const Eigen::VectorXd& q) {
+  if (system.equations() == 0) return;
+  Constraints c;
+  system.set_position(t, q);
+  system.constraints(c);
+  const double limit = 1e-9 * system.length_scale();
+  if (row_scale(system).cwiseProduct(c.phi).cwiseAbs().maxCoeff() <= limit) return;
+  throw std::invalid_argument("the start pose does not close the joints: " + residual_list(system, c.phi, false) +
+                              " open, allowed are " + number(limit) +
+                              " m (1e-9 of the machine's length). Correct the pose, or let the program assemble it.");
+}
+
 AssemblyReport assemble(System& system, double t, Eigen::VectorXd& q, Eigen::VectorXd& velocity) {
   AssemblyReport report;
   report.equations = system.equations();

@@ -25,6 +25,10 @@ struct AssemblyReport {
 /// constraints contradict each other or are out of reach.
 AssemblyReport assemble(System& system, double t, Eigen::VectorXd& q, Eigen::VectorXd& velocity);
 
+/// Refuses a pose whose joints are open by more than 1e-9 of the machine's length: std::invalid_argument naming them
+/// with their residuals.
+void refuse_open_joints(System& system, double t, const Eigen::VectorXd& q);
+
 /// Phi_q with angles scaled to lengths, rows and columns; and the column scale (1 or length) it used.
 Eigen::MatrixXd scaled_jacobian(const System& system, const Constraints& c);
 Eigen::VectorXd coordinate_scale(const System& system);

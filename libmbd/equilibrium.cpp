@@ -2,11 +2,13 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <complex>
 #include <numbers>
 #include <stdexcept>
 
 #include "libmbd/assembly.hpp"
 #include "libmbd/partition.hpp"
+#include "libmbd/relaxation.hpp"
 
 namespace subsoil::mbd {
 
@@ -79,14 +81,11 @@ Eigen::VectorXd towing_velocity(const System& system, double speed) {
 
 }  // namespace
 
-Equilibrium towing_equilibrium(System& system, double t, const Eigen::VectorXd& guess, double speed) {
-  Equilibrium found;
-  found.q = guess;
-  found.velocity = towing_velocity(system, speed);
-  found.lambda = Eigen::VectorXd::Zero(system.equations());
-  const auto n = system.coordinates(), m = system.equations();
-  Balance balance(system, t, found.velocity);
+namespace {
 
+/// Newton with pseudo-transient continuation from a guess; true when the balance closes.
+bool solve_balance(System& system, Balance& balance, Equilibrium& found) {
+  const auto n = system.coordinates(), m = system.equations();
   // Force and length that decide what is small: the machine's weight (or 1 N without gravity) and its levers.
   const double length = system.length_scale();
   const auto& g = system.model().gravity;
@@ -100,8 +99,9 @@ Equilibrium towing_equilibrium(System& system, double t, const Eigen::VectorXd& 
   // Pseudo-time so that the first step under gravity is a hundredth of the machine's length.
   double inverse_tau2 = std::max(1.0, std::hypot(g[0], g[1])) / (0.01 * length);
   const Eigen::VectorXd inertia = system.mass().cwiseQuotient(balance.columns().cwiseAbs2());
+  found.lambda = Eigen::VectorXd::Zero(m);
   Eigen::VectorXd r = balance.at(found.q, found.lambda);
-  for (; found.iterations < most_iterations; ++found.iterations) {
+  for (int turn = 0; turn < most_iterations; ++turn, ++found.iterations) {
     const double before = size(r);
     if (before < 1e-13) break;
     Eigen::MatrixXd k = balance.matrix(found.q, found.lambda);
@@ -126,65 +126,151 @@ Equilibrium towing_equilibrium(System& system, double t, const Eigen::VectorXd& 
     inverse_tau2 *= std::clamp(after / before, 0.2, 2.0);
   }
   found.residual = r.head(n).cwiseAbs().maxCoeff();
-  if (!(size(r) < 1e-9))
-    throw std::runtime_error("no steady equilibrium found near the start pose: " + std::to_string(found.residual) +
-                             " N stay unbalanced after " + std::to_string(found.iterations) +
-                             " iterations; start nearer to it, or start from the given pose");
+  return size(r) < 1e-9;
+}
 
-  const auto& c = balance.constraints();
+void refuse_moving_drivers(const System& system, const Constraints& c, const Equilibrium& found, double speed) {
   const Eigen::VectorXd off = c.jacobian * found.velocity + c.phi_t;
-  for (int row = 0; row < m; ++row)
-    if (std::abs(off[row]) > 1e-9 * std::max(1.0, std::abs(speed)))
-      throw std::invalid_argument("towing equilibrium at " + std::to_string(speed) + " m/s: " + system.owner(row) +
-                                  " asks for another velocity (off by " + std::to_string(off[row]) +
-                                  "); give the towing speed the driver's velocity");
+  for (int row = 0; row < system.equations(); ++row) {
+    if (std::abs(off[row]) <= 1e-9 * std::max(1.0, std::abs(speed))) continue;
+    if (speed == 0)
+      throw std::invalid_argument("static equilibrium: " + system.owner(row) + " moves (at " +
+                                  std::to_string(std::abs(off[row])) + (system.angular_row(row) ? " rad/s" : " m/s") +
+                                  "); hold it still, or ask for a towing equilibrium at its speed");
+    throw std::invalid_argument("towing equilibrium at " + std::to_string(speed) + " m/s: " + system.owner(row) +
+                                " asks for another velocity (off by " + std::to_string(off[row]) +
+                                "); give the towing speed the driver's velocity");
+  }
+}
+
+}  // namespace
+
+Equilibrium towing_equilibrium(System& system, double t, const Eigen::VectorXd& guess, double speed) {
+  Equilibrium found;
+  found.q = guess;
+  found.velocity = towing_velocity(system, speed);
+  Balance balance(system, t, found.velocity);
+  bool closed = solve_balance(system, balance, found);
+  if (!closed && speed == 0) {
+    found.q = fall_to_rest(system, t, guess);
+    closed = solve_balance(system, balance, found);
+  }
+  if (!closed)
+    throw std::runtime_error(std::string(speed == 0 ? "no static" : "no steady") +
+                             " equilibrium found near the start pose: " + std::to_string(found.residual) +
+                             " N stay unbalanced after " + std::to_string(found.iterations) +
+                             " iterations; start nearer to it, or take the pose as given");
+  refuse_moving_drivers(system, balance.constraints(), found, speed);
   return found;
 }
 
-std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
-  Partition partition(system);
-  MotionState m;
-  m.t = t, m.q = at.q, m.velocity = at.velocity;
-  m.acceleration = Eigen::VectorXd::Zero(at.q.size());
-  m.lambda = Eigen::VectorXd::Zero(system.equations());
-  m.rates = Eigen::VectorXd::Zero(
-      static_cast<Eigen::Index>(2 * system.model().forces.size() + system.model().drivers.size()));
-  partition.choose(m);
-  const auto& v = partition.independent();
-  const auto f = static_cast<Eigen::Index>(v.size());
-  const Eigen::VectorXd scale = coordinate_scale(system);
+namespace {
 
-  const auto acceleration = [&](Eigen::Index which, double shift) {
-    MotionState s = m;
-    const int k = v[static_cast<std::size_t>(which % f)];
-    (which < f ? s.q : s.velocity)[k] += shift;
-    partition.evaluate(s);
-    Eigen::VectorXd out(f);
-    for (Eigen::Index i = 0; i < f; ++i) out[i] = s.acceleration[v[static_cast<std::size_t>(i)]];
-    return out;
-  };
-  // Differences of 1e-6 of a length (or per second): truncation 1e-12, rounding 1e-10 of the stiffness.
-  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(2 * f, 2 * f);
-  a.topRightCorner(f, f).setIdentity();
-  for (Eigen::Index j = 0; j < 2 * f; ++j) {
-    const double step = 1e-6 * system.length_scale() / scale[v[static_cast<std::size_t>(j % f)]];
-    a.col(j).tail(f) = (acceleration(j, step) - acceleration(j, -step)) / (2 * step);
+/// The equations of motion in the independent coordinates about a steady state.
+class Linearisation {
+ public:
+  Linearisation(System& system, double t, const Equilibrium& at) : partition_(system) {
+    at_.t = t, at_.q = at.q, at_.velocity = at.velocity;
+    at_.acceleration = Eigen::VectorXd::Zero(at.q.size());
+    at_.lambda = Eigen::VectorXd::Zero(system.equations());
+    at_.rates = Eigen::VectorXd::Zero(
+        static_cast<Eigen::Index>(2 * system.model().forces.size() + system.model().drivers.size()));
+    partition_.choose(at_);
+    scale_ = coordinate_scale(system);
+    length_ = system.length_scale();
   }
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(a, false);
+  Eigen::Index freedom() const { return partition_.freedom(); }
+
+  /// d(v, v')' = A d(v, v'). Steps of 1e-4 of a length at order 4: truncation and rounding both near 1e-12 of the
+  /// stiffness. Velocities enter dampers linearly and friction steeply: short steps of order 2.
+  Eigen::MatrixXd matrix() {
+    const auto f = freedom();
+    Eigen::MatrixXd a = Eigen::MatrixXd::Zero(2 * f, 2 * f);
+    a.topRightCorner(f, f).setIdentity();
+    for (Eigen::Index j = 0; j < f; ++j) {
+      const double far = 1e-4 * unit(j), near = 1e-6 * unit(j);
+      const auto slope = [&](bool rate, double step) {
+        return Eigen::VectorXd((acceleration(j, rate, step) - acceleration(j, rate, -step)) / (2 * step));
+      };
+      a.col(j).tail(f) = (4 * slope(false, far) - slope(false, 2 * far)) / 3;
+      a.col(f + j).tail(f) = slope(true, near);
+    }
+    return a;
+  }
+
+  /// dq/dv: how all coordinates follow the independent ones.
+  Eigen::MatrixXd tangent() {
+    Eigen::MatrixXd out(at_.q.size(), freedom());
+    for (Eigen::Index j = 0; j < freedom(); ++j) {
+      MotionState still = at_, moving = at_;
+      moving.velocity[independent(j)] += 1;
+      partition_.evaluate(still);
+      partition_.evaluate(moving);
+      out.col(j) = moving.velocity - still.velocity;
+    }
+    return out;
+  }
+
+  /// The real largest entry that makes shapes comparable.
+  Eigen::VectorXcd normal(Eigen::VectorXcd shape) const {
+    Eigen::Index largest = 0;
+    shape.cwiseProduct(scale_).cwiseAbs().maxCoeff(&largest);
+    return shape / shape[largest];
+  }
+
+ private:
+  int independent(Eigen::Index j) const { return partition_.independent()[static_cast<std::size_t>(j)]; }
+  double unit(Eigen::Index j) const { return length_ / scale_[independent(j)]; }
+  Eigen::VectorXd acceleration(Eigen::Index which, bool rate, double shift) {
+    MotionState s = at_;
+    (rate ? s.velocity : s.q)[independent(which)] += shift;
+    partition_.evaluate(s);
+    Eigen::VectorXd out(freedom());
+    for (Eigen::Index i = 0; i < freedom(); ++i) out[i] = s.acceleration[independent(i)];
+    return out;
+  }
+
+  Partition partition_;
+  MotionState at_;
+  Eigen::VectorXd scale_;
+  double length_ = 1;
+};
+
+}  // namespace
+
+std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
+  Linearisation linear(system, t, at);
+  const auto f = linear.freedom();
   std::vector<Mode> found;
+  if (f == 0) return found;
+  const Eigen::EigenSolver<Eigen::MatrixXd> solver(linear.matrix());
+  const Eigen::MatrixXd tangent = linear.tangent();
   // A coordinate that nothing holds (a free wheel) has two zero eigenvalues, which rounding splits: one zero mode.
-  const double zero = 1e-6 * std::max(1.0, solver.eigenvalues().cwiseAbs().maxCoeff());
+  // Rounding of 1e-12 in the stiffness is 1e-6 in its root.
+  const double zero = 1e-5 * std::max(1.0, solver.eigenvalues().cwiseAbs().maxCoeff());
   int zeros = 0;
   for (Eigen::Index i = 0; i < 2 * f; ++i) {
     const auto s = solver.eigenvalues()[i];
     if (std::abs(s) < zero) {
-      if (zeros++ % 2 == 0) found.push_back({});
+      if (zeros++ % 2 == 0) found.emplace_back();
     } else if (s.imag() >= 0) {
-      found.push_back({s.imag() / (2 * std::numbers::pi), -s.real() / std::abs(s), s.real()});
+      const Eigen::VectorXcd shape = tangent.cast<std::complex<double>>() * solver.eigenvectors().col(i).head(f);
+      found.push_back({s.imag() / (2 * std::numbers::pi), -s.real() / std::abs(s), s.real(), linear.normal(shape)});
     }
   }
-  std::sort(found.begin(), found.end(), [](const Mode& x, const Mode& y) { return x.frequency < y.frequency; });
+  std::stable_sort(found.begin(), found.end(), [](const Mode& x, const Mode& y) { return x.frequency < y.frequency; });
   return found;
+}
+
+StabilityReport stability(const std::vector<Mode>& modes) {
+  StabilityReport report;
+  for (const Mode& m : modes) {
+    if (m.is_zero()) ++report.neutral;
+    // An undamped oscillation has a real part of rounding, 1e-12 of its modulus, of either sign.
+    if (m.damping < -1e-7) report.unstable += m.frequency > 0 ? 2 : 1;
+  }
+  report.kind = report.unstable ? Stability::unstable : report.neutral ? Stability::neutral : Stability::stable;
+  return report;
 }
 
 }  // namespace subsoil::mbd

@@ -1,57 +1,61 @@
 #include "libmbd/ida.hpp"
 
 #include <ida/ida.h>
-#include <nvector/nvector_serial.h>
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <exception>
+#include <limits>
 #include <stdexcept>
+
+#include "libmbd/assembly.hpp"
+#include "libmbd/sundials.hpp"
 
 namespace subsoil::mbd {
 
 namespace {
 
-/// The one place where return codes of SUNDIALS are looked at.
-void check(int code, const char* call) {
-  if (code >= 0) return;
-  char* name = IDAGetReturnFlagName(code);
-  const std::string text = std::string("SUNDIALS ") + call + " failed: " + (name ? name : "unknown code");
-  std::free(name);
-  throw std::runtime_error(text);
-}
+using sundials::ConstMap;
+using sundials::Map;
+
+void check(int code, const char* call) { sundials::check(code, call, IDAGetReturnFlagName); }
 template <class Pointer>
 Pointer* check(Pointer* pointer, const char* call) {
-  if (!pointer) throw std::runtime_error(std::string("SUNDIALS ") + call + " failed: no memory");
-  return pointer;
+  return sundials::check(pointer, call);
 }
-
-using Map = Eigen::Map<Eigen::VectorXd>;
 
 }  // namespace
 
 struct Ida::Solver {
   System& system;
+  const Switches& switches;
+  bool index_1;
   std::vector<int> rows;
-  Eigen::Index n, r, e;
-  SUNContext context = nullptr;
+  Eigen::Index n, r, e;  // coordinates, equations used, energy flows
+  sundials::Context context;
+  sundials::Vector y, dy, dense, tolerance, id;
   void* memory = nullptr;
-  N_Vector y = nullptr, dy = nullptr, tolerance = nullptr, id = nullptr;
   SUNMatrix matrix = nullptr;
   SUNLinearSolver linear = nullptr;
   Constraints c;
   Eigen::VectorXd q, w, load, lambda, mu, correction;
   std::exception_ptr thrown;
-  long steps_before = 0;
+  long steps_before = 0, evaluations_before = 0;
+  bool fresh = true;  // no step since the last beginning
 
-  Solver(System& s, const std::vector<int>& used_rows, Eigen::Index rates)
+  Solver(System& s, const Switches& g, bool accelerations, const std::vector<int>& used_rows, Eigen::Index rates)
       : system(s),
+        switches(g),
+        index_1(accelerations),
         rows(used_rows),
         n(s.coordinates()),
         r(static_cast<Eigen::Index>(used_rows.size())),
         e(rates),
+        y(size(), context),
+        dy(size(), context),
+        dense(size(), context),
+        tolerance(size(), context),
+        id(size(), context),
         q(n),
         w(n),
         load(n),
@@ -62,47 +66,55 @@ struct Ida::Solver {
     if (memory) IDAFree(&memory);
     if (linear) SUNLinSolFree(linear);
     if (matrix) SUNMatDestroy(matrix);
-    for (N_Vector v : {y, dy, tolerance, id})
-      if (v) N_VDestroy(v);
-    if (context) SUNContext_Free(&context);
   }
   Solver(const Solver&) = delete;
   Solver& operator=(const Solver&) = delete;
 
-  Eigen::Index size() const { return 2 * n + 2 * r + e; }
-  static double* data(N_Vector v) { return N_VGetArrayPointer(v); }
+  Eigen::Index multipliers() const { return index_1 ? r : 2 * r; }
+  Eigen::Index size() const { return 2 * n + multipliers() + e; }
 
-  void set_weights(const IdaOptions& o) const {
-    Map weight(data(tolerance), size()), kind(data(id), size());
-    weight.head(2 * n).setConstant(o.atol);
+  void set_weights(double atol) const {
+    Map weight = tolerance.map(), kind = id.map();
+    weight.head(2 * n).setConstant(atol);
     // lambda and mu stand outside the error test, and outside Newton's too: rounding e of q and w returns in them as
     // e M/h and e/h, without bound as a step is cut short by a stop time. q, w and e in the same iteration decide. The
     // residual is linear in both, so the large increments that IDA's differences take from here lose nothing.
-    weight.segment(2 * n, 2 * r).setConstant(1e12);
-    weight.tail(e).setConstant(1e2 * o.atol);
+    weight.segment(2 * n, multipliers()).setConstant(1e12);
+    weight.tail(e).setConstant(1e2 * atol);
     kind.setOnes();
-    kind.segment(2 * n, 2 * r).setZero();
+    kind.segment(2 * n, multipliers()).setZero();
   }
 
-  int residual(double t, const double* yy, const double* yp, double* out) {
-    const Eigen::Map<const Eigen::VectorXd> y_all(yy, size()), dy_all(yp, size());
-    Map res(out, size());
-    q = y_all.head(n), w = y_all.segment(n, n);
+  void residual(double t, const ConstMap& yy, const ConstMap& yp, Map res) {
+    q = yy.head(n), w = yy.segment(n, n);
     system.set_state(t, q, w);
     system.constraints(c);
     system.loads(load);
     lambda.setZero(), mu.setZero();
     for (Eigen::Index i = 0; i < r; ++i) {
       const int row = rows[static_cast<std::size_t>(i)];
-      lambda[row] = y_all[2 * n + i], mu[row] = y_all[2 * n + r + i];
+      lambda[row] = yy[2 * n + i];
+      if (index_1) {
+        res[2 * n + i] = c.jacobian.row(row).dot(yp.segment(n, n)) - c.gamma[row];
+        continue;
+      }
+      mu[row] = yy[2 * n + r + i];
       res[2 * n + i] = c.phi[row];
       res[2 * n + r + i] = c.jacobian.row(row).dot(w) + c.phi_t[row];
     }
-    correction.noalias() = c.jacobian.transpose() * mu;
-    res.head(n) = dy_all.head(n) - w + correction;
+    res.head(n) = yp.head(n) - w;
+    if (!index_1) {
+      correction.noalias() = c.jacobian.transpose() * mu;
+      res.head(n) += correction;
+    }
     correction.noalias() = c.jacobian.transpose() * lambda;
-    res.segment(n, n) = dy_all.segment(n, n) + (correction - load).cwiseQuotient(system.mass());
+    res.segment(n, n) = yp.segment(n, n) + (correction - load).cwiseQuotient(system.mass());
+    energy_residual(yp, res);
+  }
+
+  void energy_residual(const ConstMap& yp, Map& res) const {
     const auto forces = static_cast<Eigen::Index>(system.model().forces.size());
+    const Eigen::Index first = 2 * n + multipliers();
     for (Eigen::Index i = 0; i < e; ++i) {
       double power = 0;
       if (i < forces) {
@@ -113,103 +125,127 @@ struct Ida::Solver {
         const int row = system.row_of_driver(static_cast<std::size_t>(i - 2 * forces));
         power = lambda[row] * c.phi_t[row];
       }
-      res[2 * n + 2 * r + i] = dy_all[2 * n + 2 * r + i] - power;
+      res[first + i] = yp[first + i] - power;
     }
-    return 0;
   }
 
   static int call_residual(realtype t, N_Vector yy, N_Vector yp, N_Vector out, void* self) {
-    auto& solver = *static_cast<Solver*>(self);
-    try {  // no exception may cross C
-      return solver.residual(t, data(yy), data(yp), data(out));
-    } catch (...) {
-      solver.thrown = std::current_exception();
-      return -1;
-    }
+    auto& s = *static_cast<Solver*>(self);
+    return sundials::guarded(s.thrown, -1, [&] {
+      s.residual(t, {N_VGetArrayPointer(yy), s.size()}, {N_VGetArrayPointer(yp), s.size()},
+                 {N_VGetArrayPointer(out), s.size()});
+    });
+  }
+  static int call_roots(realtype t, N_Vector yy, N_Vector, realtype* out, void* self) {
+    auto& s = *static_cast<Solver*>(self);
+    return sundials::guarded(s.thrown, -1, [&] {
+      const ConstMap at(N_VGetArrayPointer(yy), s.size());
+      s.q = at.head(s.n), s.w = at.segment(s.n, s.n);
+      s.system.set_state(t, s.q, s.w);
+      s.switches.gaps({out, s.switches.count()});
+    });
   }
 };
 
-Ida::Ida(System& system, const IdaOptions& options) : Integrator(system), options_(options) {
+Ida::Ida(System& system, const IdaOptions& options)
+    : Adaptive(system),
+      options_(options),
+      rtol_(local_tolerance(options.rtol, 1e-12)),
+      atol_(local_tolerance(options.atol, 1e-13)) {
   if (!(options.rtol > 0) || !(options.atol > 0))
     throw std::invalid_argument("ida: rtol and atol must be above 0; 1e-8 and 1e-10 are usual");
+  drift_limit_ = options.formulation == IdaFormulation::index_1
+                     ? options.atol + options.rtol * system.length_scale()
+                     : std::numeric_limits<double>::infinity();  // holds its constraints to Newton's tolerance
 }
 
 Ida::~Ida() = default;
 
-void Ida::on_start() {
-  solver_ = std::make_unique<Solver>(system_, partition_.used_rows(), now_.rates.size());
+void Ida::build() {
+  const long steps_before = steps(), evaluations_before = evaluations();
+  solver_ = std::make_unique<Solver>(system_, switches_, options_.formulation == IdaFormulation::index_1,
+                                     partition_.used_rows(), now_.rates.size());
   auto& s = *solver_;
-  check(SUNContext_Create(nullptr, &s.context), "SUNContext_Create");
-  for (N_Vector* v : {&s.y, &s.dy, &s.tolerance, &s.id})
-    *v = check(N_VNew_Serial(s.size(), s.context), "N_VNew_Serial");
-  s.set_weights(options_);
+  s.steps_before = steps_before, s.evaluations_before = evaluations_before;
+  s.set_weights(atol_);
   s.memory = check(IDACreate(s.context), "IDACreate");
-  Map(Solver::data(s.y), s.size()).setZero();
-  Map(Solver::data(s.dy), s.size()).setZero();
+  check(IDASetErrHandlerFn(s.memory, sundials::silence, nullptr), "IDASetErrHandlerFn");
   check(IDAInit(s.memory, Solver::call_residual, now_.t, s.y, s.dy), "IDAInit");
-  check(IDASVtolerances(s.memory, options_.rtol, s.tolerance), "IDASVtolerances");
+  check(IDASVtolerances(s.memory, rtol_, s.tolerance), "IDASVtolerances");
   check(IDASetUserData(s.memory, &s), "IDASetUserData");
   check(IDASetId(s.memory, s.id), "IDASetId");
   check(IDASetSuppressAlg(s.memory, SUNTRUE), "IDASetSuppressAlg");
-  check(IDASetMaxNumSteps(s.memory, 5'000'000), "IDASetMaxNumSteps");
   s.matrix = check(SUNDenseMatrix(s.size(), s.size(), s.context), "SUNDenseMatrix");
   s.linear = check(SUNLinSol_Dense(s.y, s.matrix, s.context), "SUNLinSol_Dense");
   check(IDASetLinearSolver(s.memory, s.linear, s.matrix), "IDASetLinearSolver");
-  reinitialise();
+  if (!watches_switches()) return;
+  check(IDARootInit(s.memory, static_cast<int>(switches_.count()), Solver::call_roots), "IDARootInit");
+  check(IDASetNoInactiveRootWarn(s.memory), "IDASetNoInactiveRootWarn");
 }
 
-void Ida::reinitialise() {
+void Ida::begin() {
   auto& s = *solver_;
-  s.steps_before = steps();
-  wrench_changes_ = system_.wrench_changes();
-  partition_.evaluate(now_);
-  Map y(Solver::data(s.y), s.size()), dy(Solver::data(s.dy), s.size());
+  s.steps_before = steps(), s.evaluations_before = evaluations();
+  Map y = s.y.map(), dy = s.dy.map();
   y.setZero(), dy.setZero();
   y.head(s.n) = now_.q, y.segment(s.n, s.n) = now_.velocity;
   dy.head(s.n) = now_.velocity, dy.segment(s.n, s.n) = now_.acceleration;
   for (Eigen::Index i = 0; i < s.r; ++i) y[2 * s.n + i] = now_.lambda[s.rows[static_cast<std::size_t>(i)]];
   y.tail(s.e) = flows_.of_elements, dy.tail(s.e) = now_.rates;
   check(IDAReInit(s.memory, now_.t, s.y, s.dy), "IDAReInit");
-  fresh_ = true;
+  s.fresh = true;
 }
-
-void Ida::on_restore(const double*&, const double*) { on_start(); }
 
 long Ida::steps() const {
+  if (!solver_ || !solver_->memory) return 0;
   long count = 0;
-  if (solver_ && solver_->memory) check(IDAGetNumSteps(solver_->memory, &count), "IDAGetNumSteps");
-  return count + (solver_ ? solver_->steps_before : 0);
+  check(IDAGetNumSteps(solver_->memory, &count), "IDAGetNumSteps");
+  return solver_->steps_before + count;
 }
 
-void Ida::on_advance(double h) {
+long Ida::evaluations() const {
+  if (!solver_ || !solver_->memory) return 0;
+  long count = 0, of_jacobians = 0;
+  check(IDAGetNumResEvals(solver_->memory, &count), "IDAGetNumResEvals");
+  check(IDAGetNumLinResEvals(solver_->memory, &of_jacobians), "IDAGetNumLinResEvals");
+  return solver_->evaluations_before + count + of_jacobians;
+}
+
+Adaptive::Reached Ida::take_step(double end, double stop) {
   auto& s = *solver_;
-  if (s.rows != partition_.used_rows()) {  // redundant constraints, and other equations carry the multipliers now
-    const long before = steps();
-    on_start();
-    solver_->steps_before = before;
-    return on_advance(h);
-  }
-  if (wrench_changes_ != system_.wrench_changes()) reinitialise();
-  const double end = now_.t + h;
-  if (fresh_) {
+  if (s.fresh) {
     // IDA's own first step follows from y'/weight and can fall to 1e-13 s, where rounding e/h of an index-2 system
     // is all that Newton sees. The first step of order 1 errs by q'' h^2/2: that is what it may be.
-    const double first = std::sqrt(options_.atol / (1 + now_.acceleration.cwiseAbs().maxCoeff()));
-    check(IDASetInitStep(s.memory, std::min(h, first)), "IDASetInitStep");
-    fresh_ = false;
+    const double first = std::sqrt(atol_ / (1 + now_.acceleration.cwiseAbs().maxCoeff()));
+    check(IDASetInitStep(s.memory, std::min(first, std::max(stop - now_.t, 1e-12))), "IDASetInitStep");
+    s.fresh = false;
   }
-  check(IDASetStopTime(s.memory, end), "IDASetStopTime");
-  double reached = now_.t;
+  if (std::isfinite(stop)) check(IDASetStopTime(s.memory, stop), "IDASetStopTime");
+  double t = now_.t;
   s.thrown = nullptr;
-  const int code = IDASolve(s.memory, end, &reached, s.y, s.dy, IDA_NORMAL);
+  const int code = IDASolve(s.memory, std::max(end, t + 1e-9), &t, s.y, s.dy, IDA_ONE_STEP);
   if (code < 0 && s.thrown) std::rethrow_exception(s.thrown);
-  check(code, ("IDASolve at t = " + std::to_string(reached) + " s").c_str());
-  const Map y(Solver::data(s.y), s.size());
-  now_.t = end;
+  if (code < 0)
+    check(code, ("IDASolve at t = " + std::to_string(t) +
+                 " s (a lock-up, a jump in the forces, or a tolerance below rounding)")
+                    .c_str());
+  return {t, code == IDA_ROOT_RETURN};
+}
+
+void Ida::read(double t) {
+  auto& s = *solver_;
+  check(IDAGetDky(s.memory, t, 0, s.dense), "IDAGetDky");
+  const Map y = s.dense.map();
   now_.q = y.head(s.n), now_.velocity = y.segment(s.n, s.n);
   flows_.of_elements = y.tail(s.e);
-  partition_.evaluate(now_);
-  if (partition_.choose_again_if_needed(now_)) partition_.evaluate(now_);
+  if (!s.index_1 || s.r == 0) return;
+  system_.set_position(t, now_.q);
+  system_.constraints(s.c);
+  drift_ = row_scale(system_).cwiseProduct(s.c.phi).cwiseAbs().maxCoeff();
+}
+
+void Ida::root_directions(std::vector<int>& out) {
+  check(IDAGetRootInfo(solver_->memory, out.data()), "IDAGetRootInfo");
 }
 
 }  // namespace subsoil::mbd

@@ -4,11 +4,18 @@
 #include <stdexcept>
 
 #include "libmbd/adams_moulton.hpp"
+#include "libmbd/cvode.hpp"
 #include "libmbd/ida.hpp"
+#include "libmbd/kinematic.hpp"
 
 namespace subsoil::mbd {
 
-Integrator::Integrator(System& system) : system_(system), partition_(system) {
+namespace {
+// More events than this within one step are a rattle that no step can follow.
+constexpr int most_events_in_a_step = 1000;
+}  // namespace
+
+Integrator::Integrator(System& system) : system_(system), partition_(system), switches_(system) {
   const auto n = system.coordinates();
   now_.q.setZero(n), now_.velocity.setZero(n), now_.acceleration.setZero(n);
   now_.lambda.setZero(system.equations());
@@ -16,6 +23,9 @@ Integrator::Integrator(System& system) : system_(system), partition_(system) {
   now_.rates.setZero(static_cast<Eigen::Index>(2 * model.forces.size() + model.drivers.size()));
   flows_.of_elements = now_.rates;
   q_before_ = now_.q;
+  before_ = now_;
+  flows_before_ = flows_;
+  gaps_.assign(switches_.count(), 0);
 }
 
 void Integrator::start(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
@@ -26,13 +36,18 @@ void Integrator::start(double t, const Eigen::VectorXd& q, const Eigen::VectorXd
   system_.restart_traces();
   partition_.choose(now_);
   partition_.evaluate(now_);
+  events_.clear();
+  switches_.take_sides();
   on_start();
 }
 
 void Integrator::advance(double h) {
   if (!(h > 0)) throw std::invalid_argument("machine step = " + std::to_string(h) + " s: must be above 0");
   q_before_ = now_.q;
-  on_advance(h);
+  if (watches_switches() && !finds_events())
+    advance_over_events(h);
+  else
+    on_advance(h);
   system_.set_state(now_.t, now_.q, now_.velocity);
   system_.commit();
   for (int i = 1; i < system_.bodies(); ++i)
@@ -40,6 +55,68 @@ void Integrator::advance(double h) {
       const auto c = 3 * (i - 1) + k;
       flows_.external_work += system_.external_wrench(i)[static_cast<std::size_t>(k)] * (now_.q[c] - q_before_[c]);
     }
+}
+
+bool Integrator::crossed() {
+  system_.set_state(now_.t, now_.q, now_.velocity);
+  switches_.gaps(gaps_);
+  for (std::size_t i = 0; i < gaps_.size(); ++i)
+    if (gaps_[i] * switches_.side(i) < 0) return true;
+  return false;
+}
+
+void Integrator::take_event(std::size_t which) {
+  switches_.set_side(which, -switches_.side(which));
+  events_.push_back({now_.t, switches_.name(which), switches_.side(which)});
+}
+
+/// A step of length h from the state before it, by the method's own start: it needs no past.
+void Integrator::try_part(double h) {
+  now_ = before_;
+  flows_ = flows_before_;
+  partition_.evaluate(now_);
+  on_start();
+  on_advance(h);
+  now_.t = before_.t + h;
+}
+
+void Integrator::advance_over_events(double h) {
+  before_ = now_;
+  flows_before_ = flows_;
+  on_advance(h);
+  if (!crossed()) return;
+  const double end = now_.t;
+  std::vector<double> at_start(gaps_.size()), at_end(gaps_.size());
+  for (int found = 0; crossed(); ++found) {
+    if (found == most_events_in_a_step)
+      throw std::runtime_error("more than " + std::to_string(found) + " events between t = " + std::to_string(end - h) +
+                               " s and " + std::to_string(end) + " s: force '" + events_.back().name +
+                               "' rattles; shorten the step or add damping");
+    at_end = gaps_;
+    system_.set_state(before_.t, before_.q, before_.velocity);
+    switches_.gaps(at_start);
+    const double rest = end - before_.t;
+    std::size_t first = 0;
+    double share = 2;
+    for (std::size_t i = 0; i < at_end.size(); ++i) {
+      if (at_end[i] * switches_.side(i) >= 0) continue;
+      const auto gap = [&](double part) {
+        try_part(part * rest);
+        crossed();
+        return gaps_[i];
+      };
+      const double at = locate_crossing(gap, switches_.side(i), at_start[i], at_end[i]);
+      if (at < share) share = at, first = i;
+    }
+    try_part(share * rest);
+    take_event(first);
+    before_ = now_;
+    flows_before_ = flows_;
+    if (end - now_.t <= 1e-12 * h) break;
+    try_part(end - now_.t);
+  }
+  now_.t = end;
+  on_start();
 }
 
 double Integrator::take(const double*& from, const double* end) {
@@ -73,12 +150,22 @@ void Integrator::restore(const double*& from, const double* end) {
   system_.restore(from, end);
   partition_.choose(now_);
   partition_.evaluate(now_);
+  switches_.take_sides();
   on_restore(from, end);
 }
 
 std::unique_ptr<Integrator> make_integrator(IntegratorKind kind, System& system, const AdamsMoultonOptions& adams,
-                                            const IdaOptions& ida) {
-  if (kind == IntegratorKind::ida) return std::make_unique<Ida>(system, ida);
+                                            const IdaOptions& ida, const CvodeOptions& cvode) {
+  switch (kind) {
+    case IntegratorKind::cvode:
+      return std::make_unique<Cvode>(system, cvode);
+    case IntegratorKind::ida:
+      return std::make_unique<Ida>(system, ida);
+    case IntegratorKind::kinematic:
+      return std::make_unique<Kinematic>(system);
+    case IntegratorKind::adams_moulton:
+      break;
+  }
   return std::make_unique<AdamsMoulton>(system, adams);
 }
 

@@ -1,14 +1,17 @@
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <vector>
 
+#include "libmbd/events.hpp"
 #include "libmbd/partition.hpp"
 
 namespace subsoil::mbd {
 
-/// The integrators; one word in a scenario.
-enum class IntegratorKind { adams_moulton, ida };
+/// The integrators; one word in a scenario. `kinematic` integrates nothing: it follows a machine that drivers hold in
+/// every coordinate (analysis: kinematics).
+enum class IntegratorKind { adams_moulton, cvode, ida, kinematic };
 
 /// What to do with the past of a multistep method when the external wrench jumps between two machine steps.
 ///   shift    the jump in acceleration, exact at the present state, is added to every stored one, as if the new wrench
@@ -37,15 +40,34 @@ struct AdamsMoultonOptions {
   }
 };
 
-struct IdaOptions {
+struct CvodeOptions {
   double rtol = 1e-8;
   double atol = 1e-10;
 
   template <class V>
   void describe(V& v) {
-    v.card("ida", "SUNDIALS IDA, variable order and step, on the stabilised index-2 equations");
+    v.card("cvode", "SUNDIALS CVODE, Adams methods of variable order and step, on partitioned coordinates");
     v.quantity("rtol", rtol, "1", "(0, 0.1]", "relative tolerance");
     v.quantity("atol", atol, "1", "(0, 0.1]", "absolute tolerance, in m, rad, m/s and rad/s");
+  }
+};
+
+/// The equations that IDA solves; see ida.hpp.
+enum class IdaFormulation { stabilised_index_2, index_1 };
+
+struct IdaOptions {
+  double rtol = 1e-8;
+  double atol = 1e-10;
+  IdaFormulation formulation = IdaFormulation::stabilised_index_2;
+
+  template <class V>
+  void describe(V& v) {
+    v.card("ida", "SUNDIALS IDA, backward differences of variable order and step, on the whole system");
+    v.quantity("rtol", rtol, "1", "(0, 0.1]", "relative tolerance");
+    v.quantity("atol", atol, "1", "(0, 0.1]", "absolute tolerance, in m, rad, m/s and rad/s");
+    v.choice("formulation", formulation,
+             {{"stabilised index 2", IdaFormulation::stabilised_index_2}, {"index 1", IdaFormulation::index_1}},
+             "the constraints on position and velocity level, or on the level of accelerations");
   }
 };
 
@@ -66,8 +88,13 @@ class Integrator {
 
   /// Begins at a consistent state (see assemble()).
   void start(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity);
-  /// Moves on by h > 0 with the external wrenches held, and accepts the step (ruts).
+  /// Moves on by h > 0 with the external wrenches held, and accepts the step (ruts). Ends exactly at its end.
   void advance(double h);
+  /// Whether zeros of switching functions are located and the method restarted there (default), or stepped over.
+  /// Takes effect at the next start().
+  void locate_events(bool locate) { locate_ = locate; }
+  /// Events since the start, in time.
+  const std::vector<Event>& events() const { return events_; }
 
   const MotionState& state() const { return now_; }
   const EnergyFlows& flows() const { return flows_; }
@@ -82,6 +109,11 @@ class Integrator {
  protected:
   virtual void on_start() = 0;
   virtual void on_advance(double h) = 0;
+  /// A method with dense output finds events inside its own steps; fixed steps are repeated in parts by advance().
+  virtual bool finds_events() const { return false; }
+  bool watches_switches() const { return locate_ && switches_.count() > 0; }
+  /// Books the event and puts the switch on its other side, at the present state.
+  void take_event(std::size_t which);
   virtual void on_save(std::vector<double>&) const {}
   virtual void on_restore(const double*&, const double*) {}
   static void put(std::vector<double>& out, const Eigen::VectorXd& v) {
@@ -94,12 +126,36 @@ class Integrator {
   Partition partition_;
   MotionState now_;
   EnergyFlows flows_;
+  Switches switches_;
 
  private:
+  void advance_over_events(double h);
+  bool crossed();
+  void try_part(double h);
+
   Eigen::VectorXd q_before_;
+  bool locate_ = true;
+  std::vector<Event> events_;
+  MotionState before_;
+  EnergyFlows flows_before_;
+  std::vector<double> gaps_;
+};
+
+/// Ends of equal steps without gathered rounding: origin + count * h for as long as h stays what it is.
+class StepClock {
+ public:
+  void restart() { step_ = 0; }
+  double end_of_step(double now, double h) {
+    if (!(std::abs(h - step_) <= 1e-9 * step_)) step_ = h, origin_ = now, count_ = 0;
+    return origin_ + static_cast<double>(++count_) * step_;
+  }
+
+ private:
+  double step_ = 0, origin_ = 0;
+  long count_ = 0;
 };
 
 std::unique_ptr<Integrator> make_integrator(IntegratorKind kind, System& system, const AdamsMoultonOptions& adams = {},
-                                            const IdaOptions& ida = {});
+                                            const IdaOptions& ida = {}, const CvodeOptions& cvode = {});
 
 }  // namespace subsoil::mbd

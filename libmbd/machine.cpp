@@ -6,26 +6,32 @@
 namespace subsoil::mbd {
 
 Machine::Machine(Model model, MachineOptions options) : options_(options), system_(std::move(model)) {
-  integrator_ = make_integrator(options_.integrator, system_, options_.adams_moulton, options_.ida);
+  integrator_ = make_integrator(options_.integrator, system_, options_.adams_moulton, options_.ida, options_.cvode);
+  integrator_->locate_events(options_.locate_events);
   name_columns();
 }
 
-const AssemblyReport& Machine::start_from_pose() {
-  Eigen::VectorXd q = system_.start_position(), velocity = system_.start_velocity();
+void Machine::settle_pose(Eigen::VectorXd& q, Eigen::VectorXd& velocity) {
+  q = system_.start_position(), velocity = system_.start_velocity();
   const double t = system_.model().start_time;
+  if (!options_.assemble) refuse_open_joints(system_, t, q);
   report_ = assemble(system_, t, q, velocity);
   system_.settle_forces(t, q, velocity);
+  equilibrium_.reset();
+}
+
+const AssemblyReport& Machine::start_from_pose() {
+  Eigen::VectorXd q, velocity;
+  settle_pose(q, velocity);
   begin(q, velocity);
   return report_;
 }
 
 const AssemblyReport& Machine::start_from_towing_equilibrium(double speed) {
-  Eigen::VectorXd q = system_.start_position(), velocity = system_.start_velocity();
-  const double t = system_.model().start_time;
-  report_ = assemble(system_, t, q, velocity);
-  system_.settle_forces(t, q, velocity);
-  const Equilibrium found = towing_equilibrium(system_, t, q, speed);
-  begin(found.q, found.velocity);
+  Eigen::VectorXd q, velocity;
+  settle_pose(q, velocity);
+  equilibrium_ = towing_equilibrium(system_, system_.model().start_time, q, speed);
+  begin(equilibrium_->q, equilibrium_->velocity);
   return report_;
 }
 

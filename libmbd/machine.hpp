@@ -13,6 +13,7 @@
 //         machine.columns(values)                       // in the order of column_names()
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -27,6 +28,9 @@ struct MachineOptions {
   IntegratorKind integrator = IntegratorKind::adams_moulton;
   AdamsMoultonOptions adams_moulton{};
   IdaOptions ida{};
+  CvodeOptions cvode{};
+  bool locate_events = true;  ///< zeros of switching functions are located, the integrator restarted there
+  bool assemble = true;       ///< false: a start pose whose joints are open is refused, not closed
 };
 
 /// The energy book since the start (J). balance() is 0 up to integration error: kinetic + potential + stored + lost
@@ -58,6 +62,8 @@ class Machine {
   const AssemblyReport& start_from_pose();
   /// Assembles, then finds the steady state with every body at `speed` along x, external wrenches as set.
   const AssemblyReport& start_from_towing_equilibrium(double speed);
+  /// The steady state that the last start found; empty after a start from the pose.
+  const std::optional<Equilibrium>& equilibrium() const { return equilibrium_; }
   const AssemblyReport& assembly() const { return report_; }
 
   int body_index(const std::string& name) const { return system_.body_index(name); }
@@ -88,10 +94,13 @@ class Machine {
   const System& system() const { return system_; }
   System& system() { return system_; }
   const Integrator& integrator() const { return *integrator_; }
+  /// Contacts closed and opened, stops hit, since the start.
+  const std::vector<Event>& events() const { return integrator_->events(); }
   /// Partition choices made so far.
   long partition_choices() const { return integrator_->partition().choices(); }
 
  private:
+  void settle_pose(Eigen::VectorXd& q, Eigen::VectorXd& velocity);
   void begin(const Eigen::VectorXd& q, const Eigen::VectorXd& velocity);
   void name_columns();
   std::size_t find(const std::string& kind, const std::string& name) const;
@@ -101,6 +110,7 @@ class Machine {
   System system_;
   std::unique_ptr<Integrator> integrator_;
   AssemblyReport report_;
+  std::optional<Equilibrium> equilibrium_;
   double energy_at_start_ = 0;
   std::vector<std::string> names_, units_;
 };

@@ -59,7 +59,7 @@ void Partition::choose(const MotionState& at) {
 }
 
 bool Partition::choose_again_if_needed(const MotionState& at) {
-  if (sensitivity_ <= limit_) return false;
+  if (!asks_for_choice()) return false;
   const auto before = v_;
   choose(at);
   return v_ != before;

@@ -33,6 +33,7 @@ class Partition {
   void choose(const MotionState& at);
   /// New choice when the last evaluation asks for it; true when the choice changed hands.
   bool choose_again_if_needed(const MotionState& at);
+  bool asks_for_choice() const { return sensitivity_ > limit_; }
   long choices() const { return choices_; }
   double sensitivity() const { return sensitivity_; }
 

@@ -3,6 +3,28 @@
 #include "apps/scenario/load.hpp"
 
 namespace subsoil::app {
+namespace {
+
+mbd::IntegratorKind integrator_of(const Scenario& s) {
+  if (s.analysis == Analysis::kinematics) return mbd::IntegratorKind::kinematic;
+  switch (s.time.machine.integrator) {
+    case IntegratorWord::cvode:
+      return mbd::IntegratorKind::cvode;
+    case IntegratorWord::ida:
+      return mbd::IntegratorKind::ida;
+    case IntegratorWord::adams_moulton:
+      break;
+  }
+  return mbd::IntegratorKind::adams_moulton;
+}
+
+bool starts_in_equilibrium(const Scenario& s) {
+  if (s.analysis == Analysis::assembly) return false;
+  return s.machine->start.kind == StartKind::towing_equilibrium || s.analysis == Analysis::equilibrium ||
+         s.analysis == Analysis::modes;
+}
+
+}  // namespace
 
 std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
   const Scenario& s = loaded.scenario;
@@ -20,13 +42,15 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
   for (const NamedForce& f : s.machine->forces) model.add(f.name, f.element);
   const MachineTime& time = s.time.machine;
   mbd::MachineOptions options;
-  options.integrator =
-      time.integrator == IntegratorWord::ida ? mbd::IntegratorKind::ida : mbd::IntegratorKind::adams_moulton;
+  options.integrator = integrator_of(s);
   options.adams_moulton.order = static_cast<int>(time.order);
-  options.ida = {.rtol = time.rtol, .atol = time.atol};
+  options.ida = {.rtol = time.rtol, .atol = time.atol, .formulation = time.formulation};
+  options.cvode = {.rtol = time.rtol, .atol = time.atol};
+  options.locate_events = time.locate_events;
+  options.assemble = s.machine->assemble;
   try {
     auto machine = std::make_unique<mbd::Machine>(std::move(model), options);
-    if (s.machine->start.kind == StartKind::towing_equilibrium)
+    if (starts_in_equilibrium(s))
       machine->start_from_towing_equilibrium(s.machine->start.speed);
     else
       machine->start_from_pose();

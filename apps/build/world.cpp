@@ -151,6 +151,15 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
                     loaded.where("time.soil step"), report.soil_step, report.limit.step, report.limit.cause));
 }
 
+/// A fixed step is 1 ms at most and a whole part of the series interval, so that rows fall on steps; other methods only
+/// hand out what they have at the rows.
+double machine_step_alone(const Scenario& s) {
+  if (s.time.machine.step) return *s.time.machine.step;
+  const double every = s.output.series_every;
+  const bool fixed = s.analysis == Analysis::dynamics && s.time.machine.integrator == IntegratorWord::adams_moulton;
+  return fixed ? every / std::ceil(every / 1e-3 - 1e-9) : every;
+}
+
 }  // namespace
 
 std::function<dem::Pose(double)> motion_of(const Boundary& boundary) {
@@ -215,8 +224,8 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
     add_body_surfaces(world, loaded);
   }
   const MachineTime& machine = s.time.machine;
-  world.step.machine_step = world.bed != nullptr ? world.step.soil_step * static_cast<double>(machine.soil_steps)
-                                                 : machine.step.value_or(1e-3);
+  world.step.machine_step =
+      world.bed != nullptr ? world.step.soil_step * static_cast<double>(machine.soil_steps) : machine_step_alone(s);
   return world;
 }
 

@@ -92,9 +92,9 @@ Trial try_out(const Loaded& loaded, World& world) {
   Columns columns(loaded, world, simulation);
   std::vector<double> row(columns.list().size(), 0.0);
   const auto step = [&](const dem::Bed::Request& request) {
-    columns.take_instant(row);
+    if (columns.needs_every_step()) columns.take_instant(row);
     simulation.step(request);
-    columns.take_step(row, false);
+    if (columns.has_means()) columns.take_step(row, false);
   };
   Trial trial;
   for (int k = 0; k < 3; ++k) step({});
@@ -115,7 +115,8 @@ Trial try_out(const Loaded& loaded, World& world) {
   const double seconds_per_frame = seconds_since(writing) / 3;
   trial.cost.wall_time = trial.cost.seconds_per_step * (static_cast<double>(trial.cost.steps) + trial.settling / dt) +
                          seconds_per_frame * static_cast<double>(trial.cost.frames);
-  const double series = s.time.end / s.output.series_every * 11.0 * static_cast<double>(row.size());
+  const double series =
+      s.time.end / s.output.series_every * (world.bed ? 11.0 : 20.0) * static_cast<double>(row.size());
   double state = 0;
   if (world.bed && (s.output.state == State::full || s.output.state_every)) {
     const double states = 1 + (s.output.state_every ? s.time.end / *s.output.state_every : 0);
@@ -165,6 +166,10 @@ int check_command(const RunRequest& request) {
                                 world.machine->system().bodies() - 1, a.equations, a.freedom, a.residual,
                                 world.step.machine_step));
     for (const std::string& r : a.redundant) line("", r);
+  }
+  if (!s.runs_in_time()) {
+    line("analysis", analysis_names[static_cast<std::size_t>(s.analysis)]);
+    return exit_ok;
   }
   const Trial trial = try_out(loaded, world);
   line("steps", fmt::format("{} for {} s", trial.cost.steps, s.time.end));

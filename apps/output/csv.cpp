@@ -70,7 +70,9 @@ bool to_number(std::string_view text, double& value) {
 
 void append_number(std::string& row, double value, int digits) {
   char buffer[40];
-  const auto [end, error] = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, digits);
+  const auto [end, error] =
+      digits == exact_digits ? std::to_chars(buffer, buffer + sizeof buffer, value)
+                             : std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, digits);
   row.append(buffer, end);
 }
 

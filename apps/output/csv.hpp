@@ -17,7 +17,9 @@ struct Label {
 Label split_label(std::string_view label);
 /// True when the whole text is one number (inf and nan included).
 bool to_number(std::string_view text, double& value);
-/// %.9g: all digits of a float32 and then some, short for round numbers.
+/// %.9g: all digits of a float32 and then some, short for round numbers. `exact_digits`: the shortest text that reads
+/// back as the same double, 17 digits at most.
+inline constexpr int exact_digits = 0;
 void append_number(std::string& row, double value, int digits = 9);
 
 }  // namespace subsoil::app::csv

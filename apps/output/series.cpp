@@ -10,8 +10,8 @@
 
 namespace subsoil::app {
 
-SeriesWriter::SeriesWriter(const std::filesystem::path& path, std::vector<SeriesColumn> columns)
-    : path_(path), columns_(std::move(columns)), file_(path, std::ios::trunc) {
+SeriesWriter::SeriesWriter(const std::filesystem::path& path, std::vector<SeriesColumn> columns, int digits)
+    : path_(path), columns_(std::move(columns)), digits_(digits), file_(path, std::ios::trunc) {
   for (const auto& column : columns_) {
     if (!row_.empty()) row_ += ',';
     row_ += csv::quoted(column.label());
@@ -27,7 +27,7 @@ void SeriesWriter::write(std::span<const double> values) {
   row_.clear();
   for (const double value : values) {
     if (!row_.empty()) row_ += ',';
-    csv::append_number(row_, value);
+    csv::append_number(row_, value, digits_);
   }
   row_ += '\n';
   file_ << row_;

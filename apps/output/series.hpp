@@ -21,7 +21,8 @@ struct SeriesColumn {
 
 class SeriesWriter {
  public:
-  SeriesWriter(const std::filesystem::path& path, std::vector<SeriesColumn> columns);
+  /// `digits` of a number, or csv::exact_digits.
+  SeriesWriter(const std::filesystem::path& path, std::vector<SeriesColumn> columns, int digits = 9);
   /// One sample, a value per column. Written to disk at least once per second of wall time.
   void write(std::span<const double> values);
   void flush();
@@ -30,6 +31,7 @@ class SeriesWriter {
  private:
   std::filesystem::path path_;
   std::vector<SeriesColumn> columns_;
+  int digits_;
   std::ofstream file_;
   std::string row_;
   std::chrono::steady_clock::time_point flushed_;

@@ -16,7 +16,8 @@ bool on_path(const SurfaceRecord& s) { return s.owner == SurfaceRecord::Owner::g
 
 std::size_t Columns::add(const std::string& name, const std::string& unit) {
   columns_.push_back({name, unit});
-  mean_.push_back(unit == "N" || unit == "N m");
+  mean_.push_back(!instant_forces_ && (unit == "N" || unit == "N m"));
+  has_means_ = has_means_ || mean_.back() != 0;
   return columns_.size() - 1;
 }
 
@@ -26,7 +27,7 @@ void Columns::add_wrench(const std::string& name) {
 }
 
 Columns::Columns(const Loaded& loaded, World& world, coupling::Simulation& simulation)
-    : world_(world), simulation_(simulation) {
+    : world_(world), simulation_(simulation), instant_forces_(loaded.scenario.instant_forces()) {
   add("time", "s");
   if (world.machine) {
     machine_first_ = columns_.size();
@@ -113,9 +114,8 @@ void Columns::add_watch(const Watch& watch, const Loaded& loaded) {
   watches_.push_back(std::move(source));
 }
 
-void Columns::take_watches(std::span<double> row, bool means) {
+void Columns::take_watches(std::span<double> row) {
   for (const WatchSource& w : watches_) {
-    if (is_mean(w.target) != means) continue;
     if (w.column >= 0) {
       row[w.target] = row[static_cast<std::size_t>(w.column)];
       continue;
@@ -127,28 +127,27 @@ void Columns::take_watches(std::span<double> row, bool means) {
   }
 }
 
+void Columns::take_machine(std::span<double> row, bool means) {
+  if (!world_.machine) return;
+  world_.machine->columns(machine_values_);
+  for (std::size_t i = 0; i < machine_values_.size(); ++i)
+    if (is_mean(machine_first_ + i) == means) row[machine_first_ + i] = machine_values_[i];
+}
+
 void Columns::take_instant(std::span<double> row) {
   row[0] = simulation_.time();
-  if (world_.machine) {
-    world_.machine->columns(machine_values_);
-    for (std::size_t i = 0; i < machine_values_.size(); ++i)
-      if (!is_mean(machine_first_ + i)) row[machine_first_ + i] = machine_values_[i];
-  }
+  take_machine(row, false);
   std::size_t at = path_first_;
   for (const SurfaceRecord& s : world_.surfaces)
     if (on_path(s)) {
       const Vec3 place = simulation_.surface_pose(s.boundary).position;
       for (int d = 0; d < 3; ++d) row[at++] = place[d];
     }
-  take_watches(row, false);
+  take_watches(row);
 }
 
 void Columns::take_step(std::span<double> row, bool energies) {
-  if (world_.machine) {
-    world_.machine->columns(machine_values_);
-    for (std::size_t i = 0; i < machine_values_.size(); ++i)
-      if (is_mean(machine_first_ + i)) row[machine_first_ + i] = machine_values_[i];
-  }
+  if (has_means_) take_machine(row, true);
   if (world_.bed) {
     const auto put = [&](std::size_t at, const dem::Wrench& w) {
       for (int d = 0; d < 3; ++d) {
@@ -178,7 +177,7 @@ void Columns::take_step(std::span<double> row, bool energies) {
       std::copy(std::begin(values), std::end(values), row.begin() + static_cast<std::ptrdiff_t>(energy_first_));
     }
   }
-  take_watches(row, true);
+  take_watches(row);
 }
 
 }  // namespace subsoil::app

@@ -9,8 +9,9 @@ namespace subsoil::app {
 
 /// The columns of series.csv and where their numbers come from.
 ///
-/// A row belongs to the instant t_n at which a step begins. Poses, velocities and energies are of t_n; columns with the
-/// unit N or N m are means over the steps since the row before.
+/// A row belongs to the instant t_n at which a step begins. Poses, velocities and energies are of t_n. Columns with the
+/// unit N or N m are means over the steps since the row before, or with `output.forces: instant` (without soil the
+/// default) of t_n too.
 /// Names: `<body>.x`, `<joint>.fx`, `<driver>.force` as the machine reports them; `<body>.soil.Fx` ... `.Mz` wrench of
 /// the soil on a body about its centre of mass; `<surface>.Fx` ... about the surface's reference point, world axes;
 /// `<boundary>.x` ... place of a boundary on a given path;
@@ -22,7 +23,10 @@ class Columns {
 
   const std::vector<SeriesColumn>& list() const { return columns_; }
   bool is_mean(std::size_t column) const { return mean_[column] != 0; }
-  /// Before a step: everything that is of the instant t_n, into `row`.
+  bool has_means() const { return has_means_; }
+  /// Values of every step are needed, not only of samples: for means, or for the summary.
+  bool needs_every_step() const { return has_means_ || !summarised_.empty(); }
+  /// Before a step: everything that is of the instant t_n, into `row`. Without soil and means that is all.
   void take_instant(std::span<double> row);
   /// After the step: forces that acted from t_n on (means over a sample are made of these), and the bed's energies.
   void take_step(std::span<double> row, bool energies);
@@ -47,10 +51,12 @@ class Columns {
   void add_wrench(const std::string& name);
   void add_watch(const Watch& watch, const Loaded& loaded);
   int find_or_throw(const std::string& name, const Watch& watch, const Loaded& loaded) const;
-  void take_watches(std::span<double> row, bool means);
+  void take_machine(std::span<double> row, bool means);
+  void take_watches(std::span<double> row);
 
   World& world_;
   coupling::Simulation& simulation_;
+  bool instant_forces_ = false, has_means_ = false;
   std::vector<SeriesColumn> columns_;
   std::vector<char> mean_;
   std::vector<double> machine_values_;

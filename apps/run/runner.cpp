@@ -10,7 +10,9 @@
 
 #include "apps/build/world.hpp"
 #include "apps/output/atomic_file.hpp"
+#include "apps/output/csv.hpp"
 #include "apps/output/summary.hpp"
+#include "apps/run/analysis.hpp"
 #include "apps/run/columns.hpp"
 #include "apps/run/frames.hpp"
 #include "apps/run/live_line.hpp"
@@ -83,6 +85,7 @@ class Runner {
     columns_ = std::make_unique<Columns>(loaded_, world_, simulation_);
     tool_ = std::make_unique<ToolProgress>(world_);
     start_time_ = simulation_.time();
+    if (world_.machine) machine_potential_start_ = world_.machine->energy().potential;
   }
 
   int run() {
@@ -96,7 +99,8 @@ class Runner {
   void open_output() {
     std::filesystem::create_directories(request_.out);
     write_atomically(request_.out / "scenario.yaml", write_scenario(s_));
-    series_ = std::make_unique<SeriesWriter>(request_.out / "series.csv", columns_->list());
+    series_ = std::make_unique<SeriesWriter>(request_.out / "series.csv", columns_->list(),
+                                             world_.bed ? 9 : csv::exact_digits);
     std::vector<SeriesColumn> summarised;
     for (const std::size_t c : columns_->summarised()) summarised.push_back(columns_->list()[c]);
     summary_ = std::make_unique<Summary>(summarised);
@@ -124,7 +128,11 @@ class Runner {
     const std::size_t n = columns_->list().size();
     std::vector<double> row(n, 0.0), step_values(n, 0.0), summarised(columns_->summarised().size());
     IntervalMean means(n);
-    const double dt = simulation_.step_length(), half = 0.5 * dt, end = s_.time.end;
+    // Without soil nothing is learnt of an instant by the step that leaves it: the last row needs no step.
+    const bool step_tells = world_.bed != nullptr || columns_->has_means();
+    const double dt = simulation_.step_length(), end = s_.time.end, half = 0.5 * dt;
+    const double close = world_.bed ? half : 1e-6 * dt;
+    if (!world_.bed) simulation_.end_at(end);
     Schedule frame_due(frame_interval(s_), s_.output.at, start_time_),
         sample_due(s_.output.series_every, {}, start_time_),
         state_due(s_.output.state_every.value_or(0), {}, start_time_ + half);
@@ -132,23 +140,20 @@ class Runner {
     while (true) {
       const double t = simulation_.time();
       const int signal = caught_signal;
-      const bool last = t >= end - half || signal != 0;
+      const bool last = t >= end - close || signal != 0;
       const bool frame = frame_due.due(t, half) || last;
       const bool sample = sample_due.due(t, half) || last;
       // A bed on its way to rest is no state to go on from: a restart does not settle.
       if (!world_.soil.stopped && (state_due.due(t, half) || (last && (s_.output.state == State::full || signal != 0))))
         save_run(request_.out, world_, simulation_);
-      columns_->take_instant(step_values);
+      if (sample || columns_->needs_every_step()) columns_->take_instant(step_values);
       open_window(t);
       dem::Snapshot* const snapshot = frame ? frames_->begin() : nullptr;
-      try {
-        simulation_.step({.energy = sample, .snapshot = snapshot});
-      } catch (const std::exception& error) {
-        failure_ = error.what();
-        if (failure_.rfind("t = ", 0) != 0) failure_ = fmt::format("t = {:.9g} s: {}", t, failure_);
-        return exit_failed;
+      reached_ = t;
+      if (!last || step_tells) {
+        if (!step(sample, snapshot)) return exit_failed;
+        if (step_tells) columns_->take_step(step_values, sample);
       }
-      columns_->take_step(step_values, sample);
       if (sample) {
         row = step_values;
         if (!first) {
@@ -161,13 +166,26 @@ class Runner {
       }
       if (frame) frames_->write(t, steps_);
       if (last) return signal == SIGINT ? exit_interrupted : signal == SIGTERM ? exit_terminated : exit_ok;
-      means.add(dt, step_values);
+      const double taken = world_.bed ? dt : simulation_.time() - t;
+      if (columns_->has_means()) means.add(taken, step_values);
       for (std::size_t c = 0; c < summarised.size(); ++c) summarised[c] = step_values[columns_->summarised()[c]];
-      summary_->sample(t + dt, dt, summarised);
+      summary_->sample(t + taken, taken, summarised);
       first = false;
       if (world_.bed) deepest_ = std::max(deepest_, world_.bed->max_overlap());
       ++steps_;
       if (live_.due()) live_.show(live_text(row));
+    }
+  }
+
+  /// False when the step cannot be taken; failure_ then says why.
+  bool step(bool energy, dem::Snapshot* snapshot) {
+    try {
+      simulation_.step({.energy = energy, .snapshot = snapshot});
+      return true;
+    } catch (const std::exception& error) {
+      failure_ = error.what();
+      if (failure_.rfind("t = ", 0) != 0) failure_ = fmt::format("t = {:.9g} s: {}", reached_, failure_);
+      return false;
     }
   }
 
@@ -201,7 +219,6 @@ class Runner {
   void track_energy(bool first) {
     if (world_.bed && first) bed_start_ = world_.bed->energy().total() - world_.bed->energy().boundary_work;
     if (world_.bed && first) bed_gravity_start_ = world_.bed->energy().gravity;
-    if (world_.machine && first) machine_potential_start_ = world_.machine->energy().potential;
   }
 
   void write_energy() {
@@ -253,12 +270,13 @@ class Runner {
     if (!request_.sets.empty()) r["set"] = request_.sets;
     r["end"] = code == exit_ok ? "reached" : code == exit_failed ? "failed" : "interrupted";
     if (!failure_.empty()) r["failure"] = failure_;
-    r["simulated [s]"] = simulation_.time() - (code == exit_failed ? 0 : simulation_.step_length());
+    r["simulated [s]"] = code == exit_failed ? simulation_.time() : reached_;
     r["wall time [s]"] = live_.elapsed();
     r["peak memory [bytes]"] = peak_memory();
     r["steps"] = steps_;
     r["frames"] = frames_->count();
     if (world_.machine) r["machine step [s]"] = world_.step.machine_step;
+    if (s_.analysis != Analysis::dynamics) r["analysis"] = analysis_names[static_cast<std::size_t>(s_.analysis)];
     if (!world_.bed) return;
     r["instruction set"] = world_.bed->kernel_name();
     r["threads"] = world_.bed->threads();
@@ -282,6 +300,18 @@ class Runner {
     b["outside the container at the end"] = outside();
   }
 
+  void write_events() {
+    const std::vector<mbd::Event>& events = world_.machine->events();
+    summary_->section("run")["events"] = events.size();
+    if (events.empty()) return;
+    spdlog::info("{} events, the first at {:.9g} s: {} {}", events.size(), events.front().t, events.front().name,
+                 events.front().direction < 0 ? "closes" : "opens");
+    auto& list = summary_->section("events");
+    list = nlohmann::ordered_json::array();
+    for (const mbd::Event& e : events)
+      list.push_back({{"time [s]", e.t}, {"of", e.name}, {"direction", e.direction < 0 ? "closes" : "opens"}});
+  }
+
   std::size_t outside() const {
     if (!s_.soil || !s_.soil->container) return 0;
     const Container& c = *s_.soil->container;
@@ -301,6 +331,7 @@ class Runner {
       summary_->warn("the run was interrupted while the bed settled: time 0 shows it on its way to rest");
     if (window_pending_) summary_->warn("the tool never reached steady work: no means; set output.window to take some");
     write_run_section(code);
+    if (world_.machine) write_events();
     write_energy();
     summary_->write(request_.out / "summary.json");
     if (code == exit_failed) {
@@ -324,7 +355,7 @@ class Runner {
   std::unique_ptr<FrameOutput> frames_;
   LiveLine live_;
   std::string failure_;
-  double start_time_ = 0;
+  double start_time_ = 0, reached_ = 0;
   double bed_start_ = 0, bed_gravity_start_ = 0, machine_potential_start_ = 0;
   double deepest_ = 0;
   long steps_ = 0;
@@ -360,6 +391,7 @@ int run(const RunRequest& given) {
   if (request.out.empty()) request.out = std::filesystem::path(request.scenario).stem();
   Loaded loaded = load_scenario(request.scenario, request.sets);
   prepare_directory(request.out, request.force);
+  if (!loaded.scenario.runs_in_time()) return run_analysis(loaded, request);
   std::optional<SavedRun> saved;
   if (!request.from.empty()) {
     saved = read_run(request.from);

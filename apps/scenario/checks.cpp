@@ -297,6 +297,11 @@ struct Checker {
   // -- time and output --
 
   void time() {
+    if (s.runs_in_time() && !places.contains("time.end")) refuse("time.end", "is missing: simulated time, in s");
+    if (s.analysis != Analysis::dynamics && (s.has_bed() || !s.machine)) {
+      refuse("analysis", analysis_names[static_cast<std::size_t>(s.analysis)],
+             "looks at a machine without soil and boundaries; take `dynamics`, or leave soil and boundaries out");
+    }
     if (s.soil && s.machine && s.time.machine.step) {
       refuse("time.machine.step",
              "has no effect with soil, where it is the soil step times `soil steps per machine step`");

@@ -237,18 +237,31 @@ void describe(V& v, Machine& m) {
 
 template <class V>
 void describe(V& v, MachineTime& t) {
-  v.choice("integrator", t.integrator, {{"adams-moulton", IntegratorWord::adams_moulton}, {"ida", IntegratorWord::ida}},
-           "adams-moulton: fixed step on partitioned coordinates; ida: SUNDIALS IDA on the same system");
+  v.choice(
+      "integrator", t.integrator,
+      {{"adams-moulton", IntegratorWord::adams_moulton},
+       {"cvode", IntegratorWord::cvode},
+       {"ida", IntegratorWord::ida}},
+      "adams-moulton: fixed step on partitioned coordinates; cvode: SUNDIALS CVODE on the same, steps and orders of "
+      "its own for smooth motion; ida: SUNDIALS IDA on the whole system, also for stiff forces");
   v.count("order", t.order, "[1, 6]", "of adams-moulton");
-  v.quantity("rtol", t.rtol, "1", "(0, 0.1]", "relative tolerance of ida");
-  v.quantity("atol", t.atol, "1", "(0, 0.1]", "absolute tolerance of ida, in m and rad");
+  v.quantity("rtol", t.rtol, "1", "(0, 0.1]", "relative tolerance of cvode and ida");
+  v.quantity("atol", t.atol, "1", "(0, 0.1]", "absolute tolerance of cvode and ida, in m, rad, m/s and rad/s");
+  v.choice("formulation", t.formulation,
+           {{"stabilised index 2", mbd::IdaFormulation::stabilised_index_2}, {"index 1", mbd::IdaFormulation::index_1}},
+           "equations of ida: constraints on position and velocity level, or on the level of accelerations");
+  v.flag("locate events", t.locate_events,
+         "contacts that close or open are located in time and the integration begins anew there; no: steps pass over "
+         "them");
   v.count("soil steps per machine step", t.soil_steps, "[1, 1000]", "the machine step with soil is so many soil steps");
-  v.quantity("step", t.step, "s", "(0, inf)", "machine step without soil; left out: the series interval");
+  v.quantity("step", t.step, "s", "(0, inf)",
+             "machine step without soil, of cvode and ida their output interval; left out: the series interval, for "
+             "adams-moulton a whole part of it of 1 ms at most");
 }
 
 template <class V>
 void describe(V& v, Time& t) {
-  v.quantity("end", t.end, "s", "(0, inf)", "simulated time");
+  v.derived("end", t.end, "s", "(0, inf)", "simulated time; needed by dynamics and kinematics");
   v.quantity_or("soil step", t.soil_step, "auto", "s", "(0, inf)",
                 "auto: from the stiffest contact; a step above the "
                 "stable limit is refused");
@@ -268,6 +281,11 @@ void describe(V& v, Output& o) {
   v.quantity("every", o.every, "s", "(0, inf)", "interval of frames; left out: a 200th of the end, or none with `at`");
   v.quantities("at", o.at, "s", "[0, inf)", "further times of frames");
   v.quantity("series every", o.series_every, "s", "(0, inf)", "interval of the rows of series.csv");
+  v.choice(
+      "forces", o.forces,
+      {{"auto", ForceColumns::automatic}, {"mean", ForceColumns::mean}, {"instant", ForceColumns::instant}},
+      "columns of forces and moments in series.csv: means over the interval since the row before, or the values at "
+      "its instant; auto: mean with soil, instant without");
   v.words("columns", o.columns,
           {{"position", Column::position},
            {"velocity", Column::velocity},
@@ -297,6 +315,15 @@ template <class V>
 void describe(V& v, Scenario& s) {
   v.version("subsoil", s.version, "version of the scenario format: 1");
   v.text("title", s.title, "one line about what this is");
+  v.choice("analysis", s.analysis,
+           {{"dynamics", Analysis::dynamics},
+            {"kinematics", Analysis::kinematics},
+            {"equilibrium", Analysis::equilibrium},
+            {"modes", Analysis::modes},
+            {"assembly", Analysis::assembly}},
+           "dynamics: motion under forces; kinematics: motion and driving forces of a machine that is driven in every "
+           "coordinate; equilibrium: the state of rest (or of towing) and its stability; modes: small oscillations "
+           "about it; assembly: how the pose closes. All but dynamics: without soil");
   v.downward("gravity", s.gravity, "m/s^2", "one number acts downward (-y); or a vector");
   v.text("simd", s.simd, "instruction set of the soil kernel; auto: the best of this processor");
   v.named("materials", s.materials, "what soil, tools and walls are made of");

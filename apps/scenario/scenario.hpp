@@ -9,6 +9,7 @@
 #include "libdem/laws/laws.hpp"
 #include "libdem/vec3.hpp"
 #include "libmbd/elements.hpp"
+#include "libmbd/integrator.hpp"
 
 /// What a scenario file says, as plain structs in SI units, before anything is built from it. A section that the file
 /// leaves out is an empty optional or list: soil only and machine only are scenarios. Keys, units, ranges, defaults
@@ -228,17 +229,19 @@ struct Machine {
 
 // ---- time, output, limits ------------------------------------------------------------------------------------------
 
-enum class IntegratorWord { adams_moulton, ida };
+enum class IntegratorWord { adams_moulton, cvode, ida };
 struct MachineTime {
   IntegratorWord integrator = IntegratorWord::adams_moulton;
   long order = 4;
-  double rtol = 1e-8, atol = 1e-10;  // ida
-  long soil_steps = 1;               // soil steps per machine step
-  std::optional<double> step;        // without soil: fixed step; with soil it is soil_steps * soil step
+  double rtol = 1e-8, atol = 1e-10;  // cvode, ida
+  mbd::IdaFormulation formulation = mbd::IdaFormulation::stabilised_index_2;
+  bool locate_events = true;
+  long soil_steps = 1;         // soil steps per machine step
+  std::optional<double> step;  // without soil; with soil it is soil_steps * soil step
 };
 
 struct Time {
-  double end = required;
+  double end = required;            // of dynamics and kinematics
   std::optional<double> soil_step;  // empty: auto
   double safety = 0.8;              // auto step / stable step (a bound on the safe side)
   MachineTime machine;
@@ -249,6 +252,8 @@ enum class Column { position, velocity, spin, force, torque, contacts };
 inline constexpr std::array<const char*, 6> column_names{"position", "velocity", "spin", "force", "torque", "contacts"};
 enum class Precision { single, full };
 enum class State { none, full };
+/// What the columns of forces hold: means over the interval of a row, or values at its instant.
+enum class ForceColumns { automatic, mean, instant };
 
 /// A named column of the series made for the reader's eye.
 struct Watch {
@@ -267,6 +272,7 @@ struct Output {
   std::optional<double> every;  // frames; end/200 unless given (unless `at` is)
   std::vector<double> at;       // further frame times
   double series_every = 1e-3;
+  ForceColumns forces = ForceColumns::automatic;
   std::vector<Column> columns{Column::position, Column::velocity, Column::spin,
                               Column::force,    Column::torque,   Column::contacts};
   Precision precision = Precision::single;
@@ -283,9 +289,15 @@ struct Limits {
   double speed = 50;     // m/s
 };
 
+/// What is done with the machine; all but dynamics are for machines without soil.
+enum class Analysis { dynamics, kinematics, equilibrium, modes, assembly };
+inline constexpr std::array<const char*, 5> analysis_names{"dynamics", "kinematics", "equilibrium", "modes",
+                                                           "assembly"};
+
 struct Scenario {
   long version = 1;
   std::string title;
+  Analysis analysis = Analysis::dynamics;
   Vec3 gravity{0, -9.81, 0};
   std::vector<Material> materials;
   std::vector<Contact> contacts;
@@ -296,6 +308,14 @@ struct Scenario {
   Output output;
   Limits limits;
   std::string simd = "auto";
+
+  /// Without soil a row of the series holds everything at its instant, in full precision.
+  bool has_bed() const { return soil.has_value() || !boundaries.empty(); }
+  bool instant_forces() const {
+    return output.forces == ForceColumns::instant || (output.forces == ForceColumns::automatic && !has_bed());
+  }
+  /// Analyses that follow the machine over time.
+  bool runs_in_time() const { return analysis == Analysis::dynamics || analysis == Analysis::kinematics; }
 };
 
 }  // namespace subsoil::app

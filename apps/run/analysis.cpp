@@ -1,0 +1,191 @@
+#include "apps/run/analysis.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "apps/build/world.hpp"
+#include "apps/output/atomic_file.hpp"
+#include "apps/output/csv.hpp"
+#include "apps/output/series.hpp"
+#include "apps/run/columns.hpp"
+#include "apps/version.hpp"
+
+namespace subsoil::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr const char* axes[] = {"x", "y", "angle"};
+constexpr const char* axis_units[] = {"m", "m", "rad"};
+
+/// How far joints and drivers are open in the pose that the file gives.
+std::map<std::string, double> open_as_given(const mbd::Machine& machine) {
+  mbd::System system(machine.system().model());
+  mbd::Constraints c;
+  system.set_position(system.model().start_time, system.start_position());
+  system.constraints(c);
+  std::map<std::string, double> open;
+  for (int row = 0; row < system.equations(); ++row)
+    open[system.owner(row)] = std::max(open[system.owner(row)], std::abs(c.phi[row]));
+  return open;
+}
+
+Json assembly_json(const mbd::Machine& machine) {
+  const mbd::System& system = machine.system();
+  const mbd::AssemblyReport& a = machine.assembly();
+  Json out{{"coordinates", system.coordinates()},
+           {"equations", a.equations},
+           {"rank", a.rank},
+           {"freedom", a.freedom},
+           {"iterations", a.iterations},
+           {"residual [m]", a.residual},
+           {"largest move [m]", a.moved},
+           {"redundant", a.redundant}};
+  for (const auto& [owner, residual] : open_as_given(machine)) out["open as given [m or rad]"][owner] = residual;
+  for (const auto& b : system.model().bodies) {
+    const mbd::BodyState& now = machine.body(system.body_index(b.name));
+    out["moved"][b.name] = {
+        {"x [m]", now.r.x - b.pose[0]}, {"y [m]", now.r.y - b.pose[1]}, {"angle [rad]", now.angle - b.pose[2]}};
+  }
+  return out;
+}
+
+void print_assembly(const mbd::Machine& machine, const Json& json) {
+  const mbd::AssemblyReport& a = machine.assembly();
+  fmt::print("assembly: {} coordinates, {} equations of rank {}, freedom {}; closed to {:.1e} m in {} iterations\n",
+             machine.system().coordinates(), a.equations, a.rank, a.freedom, a.residual, a.iterations);
+  for (const std::string& r : a.redundant) fmt::print("  redundant: {}\n", r);
+  for (const auto& [body, moved] : json["moved"].items())
+    fmt::print("  {:<20} moved by {:12.5e} m {:12.5e} m {:12.5e} rad\n", body, moved["x [m]"].get<double>(),
+               moved["y [m]"].get<double>(), moved["angle [rad]"].get<double>());
+}
+
+const char* word_of(mbd::Stability stability) {
+  switch (stability) {
+    case mbd::Stability::stable:
+      return "stable";
+    case mbd::Stability::neutral:
+      return "neutral";
+    case mbd::Stability::unstable:
+      return "unstable";
+  }
+  return "";
+}
+
+Json equilibrium_json(const mbd::Machine& machine, double speed, const mbd::StabilityReport& stability) {
+  Json out{{"speed [m/s]", speed},
+           {"residual [N]", machine.equilibrium()->residual},
+           {"iterations", machine.equilibrium()->iterations},
+           {"stability", word_of(stability.kind)},
+           {"unstable eigenvalues", stability.unstable},
+           {"coordinates that nothing holds", stability.neutral}};
+  for (const auto& b : machine.system().model().bodies) {
+    const mbd::BodyState& now = machine.body(machine.system().body_index(b.name));
+    out["pose"][b.name] = {{"x [m]", now.r.x}, {"y [m]", now.r.y}, {"angle [rad]", now.angle}};
+  }
+  return out;
+}
+
+void print_equilibrium(const Json& json) {
+  fmt::print("equilibrium: {}, {} unstable eigenvalues, {} coordinates that nothing holds; {:.1e} N unbalanced\n",
+             json["stability"].get<std::string>(), json["unstable eigenvalues"].get<int>(),
+             json["coordinates that nothing holds"].get<int>(), json["residual [N]"].get<double>());
+  for (const auto& [body, pose] : json["pose"].items())
+    fmt::print("  {:<20} {:14.9g} m {:14.9g} m {:14.9g} rad\n", body, pose["x [m]"].get<double>(),
+               pose["y [m]"].get<double>(), pose["angle [rad]"].get<double>());
+}
+
+Json modes_json(const mbd::System& system, const std::vector<mbd::Mode>& modes) {
+  Json out = Json::array();
+  for (const mbd::Mode& m : modes) {
+    Json shape = Json::object();
+    for (Eigen::Index i = 0; i < m.shape.size(); ++i)
+      shape[system.body_name(static_cast<int>(i / 3) + 1)][axes[i % 3]] = {m.shape[i].real(), m.shape[i].imag()};
+    out.push_back({{"frequency [Hz]", m.frequency},
+                   {"damping ratio", m.damping},
+                   {"real part [1/s]", m.rate},
+                   {"shape, real and imaginary", shape}});
+  }
+  return out;
+}
+
+void print_modes(const std::vector<mbd::Mode>& modes) {
+  fmt::print("{:>5} {:>16} {:>14} {:>16}\n", "mode", "frequency [Hz]", "damping ratio", "real part [1/s]");
+  for (std::size_t i = 0; i < modes.size(); ++i)
+    fmt::print("{:>5} {:>16.9g} {:>14.6g} {:>16.9g}{}\n", i + 1, modes[i].frequency, modes[i].damping, modes[i].rate,
+               modes[i].is_zero() ? "  nothing holds it" : "");
+}
+
+void write_modes(const std::filesystem::path& path, const mbd::System& system, const std::vector<mbd::Mode>& modes) {
+  std::vector<SeriesColumn> columns{{"mode", "1"}, {"frequency", "Hz"}, {"damping ratio", "1"}, {"real part", "1/s"}};
+  for (const auto& b : system.model().bodies)
+    for (std::size_t k = 0; k < 3; ++k)
+      for (const char* part : {".real", ".imaginary"})
+        columns.push_back({b.name + "." + axes[k] + part, axis_units[k]});
+  SeriesWriter out(path, columns, csv::exact_digits);
+  std::vector<double> row;
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    const mbd::Mode& m = modes[i];
+    row = {static_cast<double>(i + 1), m.frequency, m.damping, m.rate};
+    for (Eigen::Index k = 0; k < system.coordinates(); ++k) {
+      row.push_back(m.shape.size() ? m.shape[k].real() : 0.0);
+      row.push_back(m.shape.size() ? m.shape[k].imag() : 0.0);
+    }
+    out.write(row);
+  }
+  out.flush();
+}
+
+/// One row: the columns of every run at the state that was found.
+void write_state(const std::filesystem::path& path, const Loaded& loaded, World& world) {
+  coupling::Simulation simulation(nullptr, world.machine.get(), {}, {}, {.machine_step = world.step.machine_step});
+  Columns columns(loaded, world, simulation);
+  std::vector<double> row(columns.list().size(), 0.0);
+  columns.take_instant(row);
+  if (columns.has_means()) columns.take_step(row, false);  // nothing moves: the mean is the instant
+  SeriesWriter out(path, columns.list(), csv::exact_digits);
+  out.write(row);
+  out.flush();
+}
+
+}  // namespace
+
+int run_analysis(const Loaded& loaded, const RunRequest& request) {
+  const Scenario& s = loaded.scenario;
+  World world = build_world(loaded, {});
+  mbd::Machine& machine = *world.machine;
+  std::filesystem::create_directories(request.out);
+  write_atomically(request.out / "scenario.yaml", write_scenario(s));
+  write_state(request.out / "series.csv", loaded, world);
+
+  Json summary;
+  summary["run"] = {{"version", version()},
+                    {"scenario", std::filesystem::absolute(request.scenario).string()},
+                    {"title", s.title},
+                    {"analysis", analysis_names[static_cast<std::size_t>(s.analysis)]},
+                    {"end", "reached"}};
+  if (!request.sets.empty()) summary["run"]["set"] = request.sets;
+  summary["assembly"] = assembly_json(machine);
+  if (s.analysis == Analysis::assembly) print_assembly(machine, summary["assembly"]);
+  if (machine.equilibrium() && s.analysis != Analysis::assembly) {
+    const double speed = s.machine->start.kind == StartKind::towing_equilibrium ? s.machine->start.speed : 0;
+    // The poses go out first: linearising moves the system about.
+    const Json poses = equilibrium_json(machine, speed, {});
+    const std::vector<mbd::Mode> modes = mbd::modes(machine.system(), machine.time(), *machine.equilibrium());
+    summary["equilibrium"] = equilibrium_json(machine, speed, mbd::stability(modes));
+    summary["equilibrium"]["pose"] = poses["pose"];
+    print_equilibrium(summary["equilibrium"]);
+    if (s.analysis == Analysis::modes) {
+      summary["modes"] = modes_json(machine.system(), modes);
+      write_modes(request.out / "modes.csv", machine.system(), modes);
+      print_modes(modes);
+    }
+  }
+  write_atomically(request.out / "summary.json", summary.dump(2) + "\n");
+  spdlog::info("done; results in {}", request.out.string());
+  return exit_ok;
+}
+
+}  // namespace subsoil::app

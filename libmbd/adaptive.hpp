@@ -1,0 +1,66 @@
+#pragma once
+
+#include <algorithm>
+
+#include "libmbd/integrator.hpp"
+
+namespace subsoil::mbd {
+
+/// What a step of a method with its own step control may err by, when `asked` is the error asked for: a hundredth,
+/// since errors of some hundred steps gather and grow with the motion. Not below `floor`, where rounding would drive
+/// the steps, unless that is what was asked for.
+inline double local_tolerance(double asked, double floor) { return std::min(asked, std::max(0.01 * asked, floor)); }
+
+/// What the variable-step integrators have in common: they run on in steps of their own and outputs are read from
+/// their dense output, put on Phi = 0 and Phi_q q' = -Phi_t to rounding by the partition. So a short output interval
+/// costs no step. Where the future is not known, since external wrenches jump or forces remember (ruts), each advance()
+/// is a stop time. Zeros of switching functions restart the method: no smooth history crosses them.
+class Adaptive : public Integrator {
+ public:
+  /// Steps taken and right sides (residuals) evaluated since the start, over all restarts.
+  virtual long steps() const = 0;
+  virtual long evaluations() const = 0;
+
+ protected:
+  explicit Adaptive(System& system);
+
+  void on_start() override;
+  void on_advance(double h) override;
+  void on_restore(const double*&, const double*) override { on_start(); }
+  bool finds_events() const override { return true; }
+
+  struct Reached {
+    double t = 0;
+    bool root = false;  ///< a switching function is zero at t
+  };
+  /// A new solver for the present partition: after a start, or when the set of used equations has changed.
+  virtual void build() = 0;
+  /// Begins at now_ and flows_, without history.
+  virtual void begin() = 0;
+  /// One step of the method's choice; not beyond `stop` where it is finite. `end`: of the interval asked for.
+  virtual Reached take_step(double end, double stop) = 0;
+  /// Dense output at t, which is not beyond what was reached: q, q' (of independent coordinates at least; the others
+  /// are a guess) into now_, flows_ too.
+  virtual void read(double t) = 0;
+  /// -1, 0 or +1 for each switching function: where the last root was, and in which direction.
+  virtual void root_directions(std::vector<int>& out) = 0;
+  /// Whether the unknowns are those of the partition's choice, so that a new choice begins anew.
+  virtual bool follows_partition() const = 0;
+  /// The solution read last has left what was asked for by more than the tolerance: begin anew from the projection.
+  virtual bool has_drifted() const { return false; }
+
+ private:
+  void restart();
+  void read_consistent(double t);
+  void pass_event();
+
+  StepClock clock_;
+  std::vector<int> rows_;
+  double front_ = 0;  // what has been reached: dense output ends here
+  bool root_ = false;
+  bool coupled_ = false;
+  long wrench_changes_ = 0;
+  std::vector<int> directions_;
+};
+
+}  // namespace subsoil::mbd

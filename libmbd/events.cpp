@@ -1,0 +1,82 @@
+#include "libmbd/events.hpp"
+
+#include <algorithm>
+
+namespace subsoil::mbd {
+
+namespace {
+
+template <class Force>
+concept Switching = requires(const Force& force, const Scene& scene) {
+  force.gap(scene);
+};
+
+}  // namespace
+
+Switches::Switches(const System& system) : system_(system) {
+  const auto& forces = system.model().forces;
+  for (std::size_t i = 0; i < forces.size(); ++i)
+    std::visit(
+        [&]<class Force>(const Force&) {
+          if constexpr (Switching<Force>) forces_.push_back(i);
+        },
+        forces[i].element);
+  sides_.assign(count(), 1);
+  work_.assign(count(), 0);
+}
+
+const std::string& Switches::name(std::size_t i) const { return system_.model().forces[forces_[i]].name; }
+
+void Switches::gaps(std::span<double> out) const {
+  const Scene scene{
+      {&system_.body(ground), static_cast<std::size_t>(system_.bodies())}, system_.time(), system_.ruts()};
+  for (std::size_t i = 0; i < count(); ++i)
+    std::visit(
+        [&]<class Force>(const Force& force) {
+          if constexpr (Switching<Force>) out[i] = force.gap(scene);
+        },
+        system_.model().forces[forces_[i]].element);
+}
+
+void Switches::take_sides() {
+  gaps(work_);
+  for (std::size_t i = 0; i < count(); ++i) sides_[i] = work_[i] < 0 ? -1 : 1;
+}
+
+bool remembers(const Model& model) {
+  bool any = false;
+  for (const auto& f : model.forces)
+    std::visit(
+        [&](const auto& force) {
+          if constexpr (requires { force.memory(); }) any = true;
+        },
+        f.element);
+  return any;
+}
+
+double locate_crossing(const std::function<double(double)>& gap, int side, double gap_at_start, double gap_at_end) {
+  double low = 0, high = 1, at_low = side * gap_at_start, at_high = side * gap_at_end;
+  constexpr double width = 1e-12;
+  int kept = 0;  // which end stayed in the last turn, for the Illinois halving
+  for (int turn = 0; turn < 200 && high - low > width; ++turn) {
+    // Just after an event the gap at the left end is rounding: a secant through it would find the same event again.
+    const bool secant = low > 0 || at_low > 1e-3 * std::abs(at_high);
+    double share = secant ? (low * -at_high + high * at_low) / (at_low - at_high) : 0.5 * (low + high);
+    // A root within rounding of an end: one step of the width asked for closes the bracket from the other side.
+    share = std::clamp(share, low + 0.5 * width, high - 0.5 * width);
+    const double value = side * gap(share);
+    if (value > 0) {
+      low = share, at_low = value;
+      if (kept > 0) at_high /= 2;
+      kept = 1;
+    } else {
+      high = share, at_high = value;
+      if (kept < 0) at_low /= 2;
+      kept = -1;
+    }
+    if (at_high == 0) break;
+  }
+  return high;
+}
+
+}  // namespace subsoil::mbd

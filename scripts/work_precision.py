@@ -1,0 +1,63 @@
+#!/usr/bin/env python3
+"""Draws global error against computing time of the machine integrators, one panel per mechanism.
+
+    cmake --preset release -DSUBSOIL_BENCH=ON && cmake --build --preset release --target work_precision
+    scripts/work_precision.py --program build/release/bench/work_precision     # measures (minutes), keeps the CSV, draws
+    scripts/work_precision.py                                                  # draws what docs/work-precision.csv holds
+"""
+import argparse
+import csv
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+METHODS = ["adams-moulton 2", "adams-moulton 4", "adams-moulton 6", "cvode", "ida", "ida index 1"]
+
+
+def gnuplot_script(rows, picture, directory):
+    """One data file per curve; gnuplot's own key stands in the panel that is left over."""
+    mechanisms = list(dict.fromkeys(row["mechanism"] for row in rows))
+    lines = ["set terminal pngcairo size 1500,800 font 'sans,11'", f"set output '{picture}'",
+             "set multiplot layout 2,4", "set logscale xy", "set format '10^{%L}'", "set grid",
+             "set xlabel 'largest error'", "set ylabel 'time [s]'", "set key off"]
+    for k, mechanism in enumerate(mechanisms):
+        curves = []
+        for i, method in enumerate(METHODS):
+            points = [(float(r["error"]), float(r["seconds"])) for r in rows
+                      if r["mechanism"] == mechanism and r["method"] == method and float(r["error"]) > 0]
+            if not points:
+                continue
+            name = pathlib.Path(directory) / f"{k}-{i}.dat"
+            name.write_text("".join(f"{e} {t}\n" for e, t in points))
+            curves.append(f"'{name}' with linespoints lc {i + 1} pt {i + 4} lw 1.5 title '{method}'")
+        lines += [f"set title '{mechanism}'", "plot " + ", \\\n     ".join(curves)]
+    keys = ", \\\n     ".join(f"NaN with linespoints lc {i + 1} pt {i + 4} lw 1.5 title '{m}'" for i, m in enumerate(METHODS))
+    lines += ["unset logscale", "unset tics", "unset border", "unset title", "unset xlabel", "unset ylabel",
+              "set key center center", "set xrange [0:1]", "set yrange [0:1]", "plot " + keys, "unset multiplot"]
+    return "\n".join(lines) + "\n"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--program", help="the built benchmark; left out: draw what has been measured")
+    parser.add_argument("--csv", type=pathlib.Path, default=ROOT / "docs" / "work-precision.csv")
+    parser.add_argument("--out", type=pathlib.Path, default=ROOT / "docs" / "pictures" / "work-precision.png")
+    options = parser.parse_args()
+    if options.program:
+        options.csv.write_text(subprocess.run([options.program], check=True, capture_output=True, text=True).stdout)
+    with open(options.csv, newline="") as file:
+        rows = list(csv.DictReader(file))
+    if not rows:
+        sys.exit(f"{options.csv} holds no measurement; give --program")
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as directory:
+        script = pathlib.Path(directory) / "plot.gp"
+        script.write_text(gnuplot_script(rows, options.out, directory))
+        subprocess.run(["gnuplot", str(script)], check=True)
+    print(options.out)
+
+
+if __name__ == "__main__":
+    main()
