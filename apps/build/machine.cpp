@@ -1,5 +1,7 @@
 #include "apps/build/machine.hpp"
 
+#include <string>
+
 #include "apps/scenario/load.hpp"
 
 namespace subsoil::app {
@@ -22,6 +24,24 @@ bool starts_in_equilibrium(const Scenario& s) {
   if (s.analysis == Analysis::assembly) return false;
   return s.machine->start.kind == StartKind::towing_equilibrium || s.analysis == Analysis::equilibrium ||
          s.analysis == Analysis::modes;
+}
+
+/// Where the element stands that a refusal of libmbd names first ("joint 'H3'"), else the machine as a whole: libmbd
+/// knows names and no files.
+std::string place_of_fault(const Loaded& loaded, const std::string& text) {
+  const Machine& m = *loaded.scenario.machine;
+  std::string path = "machine";
+  std::size_t first = std::string::npos;
+  const auto look = [&](const auto& list, const std::string& kind, const char* section) {
+    for (const auto& item : list)
+      if (const std::size_t at = text.find(kind + " '" + item.name + "'"); at < first)
+        first = at, path = std::string("machine.") + section + "." + item.name;
+  };
+  look(m.bodies, "body", "bodies");
+  look(m.joints, "joint", "joints");
+  look(m.drivers, "driver", "drivers");
+  look(m.forces, "force", "forces");
+  return loaded.where(path);
 }
 
 }  // namespace
@@ -56,7 +76,7 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
       machine->start_from_pose();
     return machine;
   } catch (const std::exception& error) {
-    throw ScenarioError(loaded.where("machine") + ": " + error.what());
+    throw ScenarioError(place_of_fault(loaded, error.what()) + ": " + error.what());
   }
 }
 

@@ -1,0 +1,90 @@
+// Mechanisms that cannot be: each refusal has file and line of what is wrong, the rule and the cure.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "apps/build/machine.hpp"
+#include "apps/scenario/load.hpp"
+
+namespace subsoil::app {
+namespace {
+
+/// What reading and building a scenario says; it is read as `rig.yaml`.
+std::string refusal(const std::string& text) {
+  try {
+    build_machine(load_scenario_text(text, "rig.yaml"));
+  } catch (const ScenarioError& error) {
+    std::string all;
+    for (const std::string& line : error.lines) all += (all.empty() ? "" : "\n") + line;
+    return all;
+  }
+  return "accepted";
+}
+
+/// A slider-crank; line 5 is the crank, 9 the main bearing, 14 the motor. One thing in it is changed.
+std::string slider_crank(const std::string& what = "", const std::string& by = "") {
+  std::string text = R"(subsoil: 1
+time: {end: 1 s}
+machine:
+  bodies:
+    crank: {mass: 1 kg, inertia: 0.001 kg m^2, at: 0.05 0 m}
+    rod: {mass: 1 kg, inertia: 0.0133 kg m^2, at: 0.3 0 m}
+    slider: {mass: 2 kg, inertia: 0.01 kg m^2, at: 0.5 0 m}
+  joints:
+    bearing: {revolute: [ground, crank], at: 0 0 m}
+    crank pin: {revolute: [crank, rod], at: 0.1 0 m}
+    wrist pin: {revolute: [rod, slider], at: 0.5 0 m}
+    guide: {translational: [ground, slider], at: 0.5 0 m, along: 1 0}
+  drivers:
+    motor: {angle: [ground, crank], velocity: 20 rad/s}
+)";
+  if (const std::size_t at = text.find(what); !what.empty() && at != std::string::npos)
+    text.replace(at, what.size(), by);
+  return text;
+}
+
+TEST(MachineFaults, TheMechanismItselfIsAccepted) { EXPECT_EQ(refusal(slider_crank()), "accepted"); }
+
+TEST(MachineFaults, MassAndInertiaMustBePositive) {
+  EXPECT_EQ(refusal(slider_crank("crank: {mass: 1 kg", "crank: {mass: 0 kg")),
+            "rig.yaml:5:19 machine.bodies.crank.mass = 0 kg: must be in (0, inf) kg");
+  EXPECT_EQ(refusal(slider_crank("crank: {mass: 1 kg", "crank: {mass: -1 kg")),
+            "rig.yaml:5:19 machine.bodies.crank.mass = -1 kg: must be in (0, inf) kg");
+  EXPECT_EQ(refusal(slider_crank(", inertia: 0.0133 kg m^2", "")),
+            "rig.yaml:6:10 machine.bodies.rod.inertia: is missing: about its centre of mass, in kg m^2");
+  EXPECT_EQ(refusal(slider_crank("0.0133 kg m^2", "0 kg m^2")),
+            "rig.yaml:6:31 machine.bodies.rod.inertia = 0 kg m^2: must be in (0, inf) kg m^2");
+}
+
+TEST(MachineFaults, AJointNeedsTwoBodies) {
+  EXPECT_EQ(refusal(slider_crank("[crank, rod]", "[rod, rod]")),
+            "rig.yaml:10:27 machine.joints.crank pin.revolute = [rod, rod]: the two bodies must differ");
+}
+
+TEST(MachineFaults, DriversThatContradictEachOther) {
+  const std::string two = slider_crank("20 rad/s}\n", "20 rad/s}\n    push: {coordinate: crank.angle, velocity: 10 rad/s}\n");
+  EXPECT_EQ(refusal(two),
+            "rig.yaml:14:12 machine.drivers.motor: the velocities asked of the machine contradict each other: driver "
+            "'motor' by -5 rad/s, driver 'push' by 5 rad/s off. Over-determined by driver 'motor' and driver 'push': "
+            "drop a driver or free a joint.");
+}
+
+// The rod is 0.4 m, the guide 1 m above the crank: no turn of anything closes it.
+TEST(MachineFaults, OutOfReach) {
+  const std::string text = refusal(slider_crank("guide: {translational: [ground, slider], at: 0.5 0 m, along: 1 0}",
+                                                "guide: {translational: [ground, slider], points: [0 1 m, 0 0 m], "
+                                                "along: 1 0}"));
+  EXPECT_EQ(text.find("rig.yaml:"), 0U) << text;
+  EXPECT_NE(text.find(" machine.joints."), std::string::npos) << text;
+  EXPECT_NE(text.find("the machine cannot be assembled: "), std::string::npos) << text;
+  EXPECT_NE(text.find("joint 'guide' by "), std::string::npos) << text;
+}
+
+// A body that nothing holds is a free body, not a fault.
+TEST(MachineFaults, ALooseBodyFlies) {
+  EXPECT_EQ(refusal(slider_crank("  joints:\n", "    stone: {mass: 1 kg, inertia: 1 kg m^2, at: 0 3 m}\n  joints:\n")),
+            "accepted");
+}
+
+}  // namespace
+}  // namespace subsoil::app

@@ -1,0 +1,128 @@
+// Every case of the list: the program's numbers against the reference, in every row of the series.
+//
+// With SUBSOIL_CASES_TABLE=FILE the findings are written there as the table of docs/multibody-cases.md (see
+// scripts/verify_mechanisms).
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "tests/tools/program_runs.hpp"
+#include "tests/verification/mechanisms/cases/replay.hpp"
+
+namespace subsoil::cases {
+
+std::vector<Case> all_cases() {
+  std::vector<Case> all;
+  for (const auto& list : {published(), pendulums(), oscillators(), driven_linkages(), free_linkages()})
+    all.insert(all.end(), list.begin(), list.end());
+  return all;
+}
+
+namespace {
+
+std::string printed(double value, const char* format) {
+  char text[40];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+/// Rows of the table, in the order of the cases.
+class Table : public testing::Environment {
+ public:
+  void add(std::size_t index, const Case& c, const std::vector<Finding>& findings) {
+    std::ostringstream text;
+    for (const Finding& f : findings)
+      text << "| " << c.name << " | " << f.kind << " | " << c.source << " | `" << f.column << "` at "
+           << printed(f.t, "%.6g") << " s | " << printed(f.ours, "%.12g") << " " << f.unit << " | "
+           << printed(f.reference, "%.12g") << " | " << printed(f.difference, "%.1e") << " | "
+           << printed(f.bound, "%.0e") << " |\n";
+    rows_[index] = text.str();
+  }
+  void TearDown() override {
+    const char* const path = std::getenv("SUBSOIL_CASES_TABLE");
+    if (path == nullptr || rows_.empty()) return;
+    std::ofstream out(path);
+    out << "| case | quantity | source of the reference | where the difference is largest | ours | reference | "
+           "difference | bound |\n|---|---|---|---|---|---|---|---|\n";
+    for (const auto& [index, text] : rows_) out << text;
+  }
+
+ private:
+  std::map<std::size_t, std::string> rows_;
+};
+Table* const table = static_cast<Table*>(testing::AddGlobalTestEnvironment(new Table));
+
+class Cases : public testing::TestWithParam<std::size_t> {
+ protected:
+  Case of() const { return all_cases()[GetParam()]; }
+};
+
+TEST_P(Cases, AgreeWithTheirReference) {
+  const Case c = of();
+  const std::vector<Finding> findings = compare(c);
+  ASSERT_FALSE(findings.empty());
+  for (const Finding& f : findings)
+    EXPECT_LE(f.difference, f.bound) << f.kind << ": " << f.column << " at " << f.t << " s is " << f.ours << " "
+                                     << f.unit << ", reference " << f.reference;
+  table->add(GetParam(), c, findings);
+}
+
+// The document has a row for every case and kind of quantity, with the case's own source. Its numbers are of the day on
+// which it was written; they are not compared.
+TEST_P(Cases, StandInTheDocument) {
+  const Case c = of();
+  std::ifstream file(SUBSOIL_SOURCE_DIR "/docs/multibody-cases.md");
+  std::stringstream text;
+  text << file.rdbuf();
+  EXPECT_NE(text.str().find("| " + c.name + " | position | " + c.source + " | "), std::string::npos)
+      << "docs/multibody-cases.md is old: run scripts/verify_mechanisms";
+}
+
+// What `subsoil run` writes is what was compared: same machine, same steps, all digits. Columns of N and N m are left out:
+// in series.csv they are means over a row's interval.
+TEST_P(Cases, SeriesOfTheProgramHoldsTheSameNumbers) {
+  const Case c = of();
+  const app::test::RunDirectory dir;
+  ASSERT_EQ(app::test::run_scenario(file_of(c), dir / "out", {"output.state=none"}), 0);
+  const app::Series series = app::read_series(dir / "out" / "series.csv");
+  Replay replay(c);
+  const std::vector<double>& times = series.at("time");
+  std::size_t row = 0;
+  do {
+    ASSERT_LT(row, times.size());
+    ASSERT_NEAR(times[row], replay.time(), 1e-12);
+    for (const app::SeriesColumn& column : series.columns) {
+      if (column.name == "time" || column.unit == "N" || column.unit == "N m") continue;
+      ASSERT_EQ(series.at(column.name)[row], replay.value(column.name)) << column.name << " at " << times[row] << " s";
+    }
+    ++row;
+  } while (replay.next());
+  EXPECT_EQ(row, times.size());
+}
+
+// The other integrator of the same equations, at its own tolerance: rtol = atol = 1e-11 leaves some 1e4 steps of local
+// error that a motion magnifies by up to 1e2. Its accelerations and reactions follow from the state.
+TEST_P(Cases, IdaAgreesToo) {
+  const Case c = of();
+  for (const Finding& f : compare(c, {"time.machine.integrator=ida", "time.machine.rtol=1e-11", "time.machine.atol=1e-11",
+                                      "time.machine.step=20 ms"}))
+    if (f.kind == "position" || f.kind == "velocity") {
+      EXPECT_LE(f.difference, std::max(1e-6, f.bound)) << f.kind << ": " << f.column << " at " << f.t << " s is " << f.ours
+                                                       << ", reference " << f.reference;
+    }
+}
+
+std::string name_of(const testing::TestParamInfo<std::size_t>& info) {
+  std::string name = std::to_string(info.index) + "_" + all_cases()[info.param].name;
+  for (char& letter : name)
+    if (!std::isalnum(static_cast<unsigned char>(letter))) letter = '_';
+  return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Cases, testing::Range(std::size_t{0}, all_cases().size()), name_of);
+
+}  // namespace
+}  // namespace subsoil::cases
