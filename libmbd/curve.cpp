@@ -17,7 +17,8 @@ constexpr int samples_per_interval = 8;
 Curve Curve::polar(const std::vector<double>& angles, const std::vector<double>& radii, bool closed) {
   std::vector<double> u = angles, rho = radii;
   for (const double r : rho)
-    if (!(r > 0)) throw std::invalid_argument("the profile's radii must be above 0 m; take a centre inside the profile");
+    if (!(r > 0))
+      throw std::invalid_argument("the profile's radii must be above 0 m; take a centre inside the profile");
   if (u.size() < 3) throw std::invalid_argument("a profile needs at least three points");
   const double turn = u.back() - u.front();
   if (turn > two_pi * (1 + 1e-9))
@@ -72,29 +73,30 @@ double Curve::curvature(const At& c) const {
   return cross(c.first, c.second) / (speed * speed * speed);
 }
 
-/// The root of an increasing function between the neighbours of a sample by Newton's method, halving where a step leaves
-/// them. slope(u) gives {value, derivative}. An open curve has no neighbour beyond its end and is left freely there.
+/// The root of an increasing function between the neighbours of a sample by Newton's method, halving where a step
+/// leaves them. slope(u) gives {value, derivative}. An open curve has no neighbour beyond its end: straight on the root
+/// may be anywhere, with a radius linear in the angle it is sought as far again as the profile goes.
 template <class Slope>
 double Curve::root_near(std::size_t sample, Slope slope) const {
-  constexpr double inf = std::numeric_limits<double>::infinity();
   const std::size_t last = samples_.size() - 1;
-  const double span = x_.back() - x_.front();
-  double low = sample > 0 ? samples_[sample - 1].u : closed_ ? samples_[last].u - span : -inf;
-  double high = sample < last ? samples_[sample + 1].u : closed_ ? samples_[0].u + span : inf;
+  const double span = x_.back() - x_.front(), beyond = polar_ ? span : 1e9 * span;
+  double low = sample > 0 ? samples_[sample - 1].u : closed_ ? samples_[last].u - span : x_.front() - beyond;
+  double high = sample < last ? samples_[sample + 1].u : closed_ ? samples_[0].u + span : x_.back() + beyond;
   double u = samples_[sample].u;
-  for (int iteration = 0; iteration < 100; ++iteration) {
+  for (int iteration = 0; iteration < 150; ++iteration) {
     const auto [value, rate] = slope(u);
     (value > 0 ? high : low) = u;
     double next = u - value / rate;
     if (!(rate > 0) || !(next >= low && next <= high)) next = 0.5 * (low + high);
-    if (!std::isfinite(next)) break;
     const double step = std::abs(next - u);
     u = next;
     // What is left after a Newton step is its square; a bisection step ends at rounding.
-    if (step <= 1e-13 * span) return u;
+    if (step <= 1e-13 * std::max(span, std::abs(u))) {
+      if (!closed_ && (u <= x_.front() - 0.999 * beyond || u >= x_.back() + 0.999 * beyond)) break;
+      return u;
+    }
   }
-  throw std::runtime_error(
-      "a cam or path joint has lost its curve: the point is beyond the curve's end or at a centre of its curvature");
+  throw std::runtime_error("a cam or path joint has lost its curve: its point is far beyond the curve's end");
 }
 
 Curve::Nearest Curve::nearest(Vec2 w) const {

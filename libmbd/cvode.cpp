@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "libmbd/kinematic.hpp"
 #include "libmbd/sundials.hpp"
 
 namespace subsoil::mbd {
@@ -34,6 +35,7 @@ struct Cvode::Solver {
   void* memory = nullptr;
   SUNNonlinearSolver iteration = nullptr;
   MotionState trial, good;  // good: last one whose joints closed, from which guesses are carried on
+  Eigen::VectorXd expected;
   std::exception_ptr thrown;
   long steps_before = 0, evaluations_before = 0;
 
@@ -61,7 +63,8 @@ struct Cvode::Solver {
   /// v and v' from y, the rest carried on from the last good state.
   void unpack(double t, const double* from, MotionState& out) const {
     out.t = t;
-    out.q = good.q + (t - good.t) * good.velocity;
+    const double dt = t - good.t;
+    out.q = good.q + dt * good.velocity + 0.5 * dt * dt * good.acceleration;
     out.velocity = good.velocity;
     for (Eigen::Index i = 0; i < f; ++i) {
       out.q[set[static_cast<std::size_t>(i)]] = from[i];
@@ -70,8 +73,12 @@ struct Cvode::Solver {
   }
   void evaluate(double t, N_Vector from) {
     unpack(t, N_VGetArrayPointer(from), trial);
+    expected = trial.q;
     partition.evaluate(trial);
-    good.t = trial.t, good.q = trial.q, good.velocity = trial.velocity;
+    if (distance_of(system, trial.q, expected) > branch_limit(system))
+      throw std::runtime_error("t = " + std::to_string(t) +
+                               " s: the pose jumps; the motion leads through a dead point or a lock-up");
+    good.t = trial.t, good.q = trial.q, good.velocity = trial.velocity, good.acceleration = trial.acceleration;
   }
 
   static int right_side(realtype t, N_Vector y, N_Vector dy, void* self) {

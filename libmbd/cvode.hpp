@@ -9,10 +9,10 @@ namespace subsoil::mbd {
 /// SUNDIALS CVODE, Adams-Moulton methods of order 1 to 12 with variable step, functional iteration, on the partitioned
 /// ordinary differential equations:
 ///   y = (v, v', e),   y' = (v', v'' of the partition, powers)
-/// with the energy flows e under the same error control. A joint that cannot be closed at a trial state asks for a
-/// shorter step; only when that does not help the run ends with the joint's name.
-/// The choice for smooth motion that is not stiff: few evaluations per digit. For stiff contacts and dampers: ida.
-/// Source: Hindmarsh et al. 2005, ACM TOMS 31, 363; Wehage & Haug 1982 for the equations.
+/// with the energy flows e under the same error control. A joint that cannot be closed at a trial state, or that closes
+/// far from where the motion so far leads (another branch), asks for a shorter step; only when that does not help the
+/// run ends with the joint's name. The choice for smooth motion that is not stiff: few evaluations per digit. For stiff
+/// contacts and dampers: ida. Source: Hindmarsh et al. 2005, ACM TOMS 31, 363; Wehage & Haug 1982 for the equations.
 class Cvode : public Adaptive {
  public:
   Cvode(System& system, const CvodeOptions& options);

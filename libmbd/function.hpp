@@ -166,7 +166,8 @@ struct SumFunction {
 };
 
 /// The kinds that a scenario can name; a new kind is its struct and one entry here.
-using FunctionKinds = std::tuple<ConstantFunction, PolynomialFunction, HarmonicFunction, RampFunction, TableFunction, ExpressionFunction>;
+using FunctionKinds =
+    std::tuple<ConstantFunction, PolynomialFunction, HarmonicFunction, RampFunction, TableFunction, ExpressionFunction>;
 
 /// A function of time with its derivatives and its integral and double integral from t = 0. Not set until given a kind.
 class Function {

@@ -1,11 +1,14 @@
 #include "libmbd/kinematic.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 namespace subsoil::mbd {
 
 namespace {
 constexpr int parts = 4;
+constexpr int most_halvings = 12;
 constexpr double boole[parts + 1] = {7. / 90, 32. / 90, 12. / 90, 32. / 90, 7. / 90};
 }  // namespace
 
@@ -24,13 +27,41 @@ void Kinematic::on_start() {
                               " for example): drive them, or let the forces move them by `analysis: dynamics`");
 }
 
+double distance_of(const System& system, const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  double most = 0;
+  for (Eigen::Index i = 0; i < a.size(); ++i)
+    most = std::max(most, std::abs(a[i] - b[i]) * (i % 3 == 2 ? system.length_scale() : 1.0));
+  return most;
+}
+
+void Kinematic::follow(double to, int depth) {
+  const MotionState before = now_;
+  const double dt = to - now_.t;
+  const Eigen::VectorXd expected = now_.q + dt * now_.velocity + 0.5 * dt * dt * now_.acceleration;
+  now_.q = expected, now_.t = to;
+  const bool last = depth == most_halvings;
+  bool found = true;
+  try {
+    partition_.evaluate(now_);
+  } catch (const std::runtime_error&) {
+    if (last) throw;
+    found = false;
+  }
+  if (found && distance_of(system_, now_.q, expected) <= branch_limit(system_)) return;
+  if (last)
+    throw std::runtime_error("t = " + std::to_string(to) +
+                             " s: the pose jumps; the drivers lead through a dead point or a lock-up");
+  now_ = before;
+  partition_.evaluate(now_);
+  follow(before.t + 0.5 * dt, depth + 1);
+  follow(to, depth + 1);
+}
+
 void Kinematic::on_advance(double h) {
   const double begin = now_.t, end = clock_.end_of_step(now_.t, h), dt = h / parts;
   flows_.of_elements += h * boole[0] * now_.rates;
   for (int k = 1; k <= parts; ++k) {
-    now_.q += dt * now_.velocity + 0.5 * dt * dt * now_.acceleration;
-    now_.t = k == parts ? end : begin + k * dt;
-    partition_.evaluate(now_);
+    follow(k == parts ? end : begin + k * dt, 0);
     flows_.of_elements += h * boole[k] * now_.rates;
   }
 }

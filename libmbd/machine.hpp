@@ -49,7 +49,9 @@ struct EnergyBook {
 };
 
 /// Force and moment that a joint puts on its first body, at the joint's point, world axes; the second body gets the
-/// opposite. Drivers: force or torque along the driven coordinate on the driven (second) body, fx holding it.
+/// opposite (with a carrier: the other two together). The point is that of the second body, or what the joint names as
+/// its reaction_point: the contact of disks and cams, the pitch point of gears. Drivers: force or torque along the
+/// driven coordinate on the driven (second) body, fx holding it.
 struct Reaction {
   double fx = 0, fy = 0, moment = 0;
 };

@@ -26,8 +26,8 @@ std::vector<int> bodies_of(const Element& e) {
   }
 }
 
-/// Longest lever of a point from its body's centre of gravity, points on the ground do not count; or how far the element
-/// itself reaches (the length of a link, the radius of a disk) where it knows.
+/// Longest lever of a point from its body's centre of gravity, points on the ground do not count; or how far the
+/// element itself reaches (the length of a link, the radius of a disk) where it knows.
 template <class Element>
 double longest_lever(const Element& e) {
   double lever = 0;

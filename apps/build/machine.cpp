@@ -75,6 +75,9 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
     else
       machine->start_from_pose();
     return machine;
+  } catch (const std::runtime_error& error) {
+    if (!s.runs_in_time()) throw;  // the input is good; the analysis did not come to an end
+    throw ScenarioError(loaded.where("machine") + ": " + error.what());
   } catch (const std::exception& error) {
     throw ScenarioError(place_of_fault(loaded, error.what()) + ": " + error.what());
   }

@@ -272,17 +272,41 @@ class Program {
 
 using Evaluate = std::function<double(double)>;
 
-/// Integral of f over [a, b], halving until the two Gauss-Kronrod sums agree to 4e-15 of the integral of |f| over the
-/// first interval. Boost's own halving compares with the integral itself and never ends where that is 0.
-double integrate(const Evaluate& f, double a, double b, double allowed = -1, int halvings = 40) {
-  const double middle = 0.5 * (a + b), half = 0.5 * (b - a);
-  double error = 0, absolute = 0;
-  const double sum = half * boost::math::quadrature::gauss_kronrod<double, 15>::integrate(
-                                [&](double x) { return f(middle + half * x); }, -1.0, 1.0, 0, 0, &error, &absolute);
-  if (allowed < 0) allowed = 4e-15 * absolute * half;
-  if (error * half <= allowed || halvings == 0) return sum;
-  return integrate(f, a, middle, allowed, halvings - 1) + integrate(f, middle, b, allowed, halvings - 1);
-}
+/// Integral of f over [a, b], halving until the two Gauss-Kronrod sums agree to 4e-15 of the integral of |f| over all
+/// of it. Boost's own halving compares with the integral itself and never ends where that is 0. What is left at a jump
+/// after 40 halvings is below rounding; where f is nothing but rounding no halving helps, and the number of sums ends
+/// it.
+class Quadrature {
+ public:
+  explicit Quadrature(const Evaluate& f) : f_(f) {}
+  double operator()(double a, double b) {
+    const Piece all = sum(a, b);
+    allowed_ = 4e-15 * all.absolute;
+    return refine(all, a, b, 40);
+  }
+
+ private:
+  struct Piece {
+    double value, error, absolute;
+  };
+  Piece sum(double a, double b) {
+    --sums_left_;
+    const double middle = 0.5 * (a + b), half = 0.5 * (b - a);
+    double error = 0, absolute = 0;
+    const double value = boost::math::quadrature::gauss_kronrod<double, 15>::integrate(
+        [&](double x) { return f_(middle + half * x); }, -1.0, 1.0, 0, 0, &error, &absolute);
+    return {half * value, half * error, half * absolute};
+  }
+  double refine(const Piece& piece, double a, double b, int halvings) {
+    if (piece.error <= allowed_ || halvings == 0 || sums_left_ <= 0) return piece.value;
+    const double middle = 0.5 * (a + b);
+    const Piece left = sum(a, middle), right = sum(middle, b);
+    return refine(left, a, middle, halvings - 1) + refine(right, middle, b, halvings - 1);
+  }
+  const Evaluate& f_;
+  double allowed_ = 0;
+  int sums_left_ = 4000;
+};
 
 /// Integral and double integral of f from 0 to t >= 0. Those over whole panels are summed once and kept, in the order
 /// of the panels, so that a value does not depend on what was asked before.
@@ -291,7 +315,7 @@ class Sums {
   explicit Sums(Evaluate f) : f_(std::move(f)) {}
   double once(double t) {
     const Sum& before = at(panel_of(t));
-    return before.once + integrate(f_, panel_of(t) * panel, t);
+    return before.once + area(panel_of(t) * panel, t);
   }
   double twice(double t) {
     const double begin = panel_of(t) * panel;
@@ -305,14 +329,16 @@ class Sums {
     double once = 0, twice = 0;
   };
   static double panel_of(double t) { return std::floor(t / panel); }
+  double area(double begin, double end) const { return Quadrature(f_)(begin, end); }
   double moment(double begin, double end) const {
-    return integrate([&](double s) { return (end - s) * f_(s); }, begin, end);
+    const Evaluate lever = [&](double s) { return (end - s) * f_(s); };
+    return Quadrature(lever)(begin, end);
   }
   const Sum& at(double index) {
     while (!(static_cast<double>(sums_.size()) > index)) {
       const Sum last = sums_.back();
       const double begin = static_cast<double>(sums_.size() - 1) * panel, end = begin + panel;
-      sums_.push_back({last.once + integrate(f_, begin, end), last.twice + last.once * panel + moment(begin, end)});
+      sums_.push_back({last.once + area(begin, end), last.twice + last.once * panel + moment(begin, end)});
     }
     return sums_[static_cast<std::size_t>(index)];
   }

@@ -27,7 +27,9 @@ struct AngleDriver {
   void check() const { motion.check(); }
 
   double value(const BodyState& a, const BodyState& b) const { return b.angle - a.angle; }
-  void settle_start(const BodyState& a, const BodyState& b, double t) { motion.settle_start(value(a, b), b.spin - a.spin, t); }
+  void settle_start(const BodyState& a, const BodyState& b, double t) {
+    motion.settle_start(value(a, b), b.spin - a.spin, t);
+  }
 
   void evaluate(const BodyState& a, const BodyState& b, double t, Rows<rows>& out) const {
     out[0] = {value(a, b) - motion.value(t), {0, 0, -1}, {0, 0, 1}, motion.second(t), -motion.rate(t)};

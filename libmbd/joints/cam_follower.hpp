@@ -34,8 +34,7 @@ struct CamFollower {
   template <class V>
   void describe(V& v) {
     v.card("cam", "a point of the second body, or a roller about it, follows the profile of the first");
-    v.bodies("cam", body_a, body_b,
-             "the cam and the follower; the reaction is reported on the first, at the contact");
+    v.bodies("cam", body_a, body_b, "the cam and the follower; the reaction is reported on the first, at the contact");
     v.end_points(body_a, p_a, body_b, p_b, "the centre of the profile and the follower's point, or roller's centre");
     v.table("profile", angles, radii, "rad", "m",
             "angle in the cam's own axes and radius, angles increasing; a cubic spline between");
@@ -46,10 +45,10 @@ struct CamFollower {
     const Curve::Curvatures k = Curve::polar(angles, radii, closed).curvatures();
     if (roller < 0) throw std::invalid_argument("roller must not be below 0 m; for a point follower use 0");
     if (1 + k.least * roller <= 0)
-      throw std::invalid_argument("a roller of " + std::to_string(roller) +
-                                  " m does not fit into the profile's hollow of radius " + std::to_string(-1 / k.least) +
-                                  " m at " + std::to_string(k.least_at * 180 / std::numbers::pi) +
-                                  " deg; take a smaller roller, or widen the hollow");
+      throw std::invalid_argument(
+          "a roller of " + std::to_string(roller) + " m does not fit into the profile's hollow of radius " +
+          std::to_string(-1 / k.least) + " m at " + std::to_string(k.least_at * 180 / std::numbers::pi) +
+          " deg; take a smaller roller, or widen the hollow");
   }
   double reach() const { return radii.empty() ? 0 : *std::max_element(radii.begin(), radii.end()); }
 

@@ -61,8 +61,9 @@ struct DiskOnLine : DiskAndLine {
 
   template <class V>
   void describe(V& v) {
-    describe_as(v, "disk on line", "a disk of the second body slips on a straight line of the first; contact is kept",
-                "the body with the line and the body with the disk; the reaction is reported on the first, at the contact");
+    describe_as(
+        v, "disk on line", "a disk of the second body slips on a straight line of the first; contact is kept",
+        "the body with the line and the body with the disk; the reaction is reported on the first, at the contact");
   }
 
   void settle_start(const BodyState& a, const BodyState& b, double /*t*/) {

@@ -43,10 +43,10 @@ struct FlatFacedCam {
   void check() const {
     const Curve::Curvatures k = Curve::polar(angles, radii, true).curvatures();
     if (k.least <= 0)
-      throw std::invalid_argument("the profile is not convex at " +
-                                  std::to_string(k.least_at * 180 / std::numbers::pi) +
-                                  " deg, and a flat face cannot reach into a hollow; fill the hollow, or use a cam with "
-                                  "a point or roller");
+      throw std::invalid_argument(
+          "the profile is not convex at " + std::to_string(k.least_at * 180 / std::numbers::pi) +
+          " deg, and a flat face cannot reach into a hollow; fill the hollow, or use a cam with "
+          "a point or roller");
   }
   double reach() const { return radii.empty() ? 0 : *std::max_element(radii.begin(), radii.end()); }
 
@@ -56,7 +56,8 @@ struct FlatFacedCam {
     const double height = dot(normal(a, b, 1), RelativePoint(a, p_a, b, p_b).w);
     if (height == 0)
       throw std::invalid_argument(
-          "the face goes through the profile's centre in the start pose, so its side is not known; start it on its side "
+          "the face goes through the profile's centre in the start pose, so its side is not known; start it on its "
+          "side "
           "of the cam");
     side = height > 0 ? 1 : -1;
   }

@@ -19,7 +19,8 @@ struct GearPair : TwoDisks {
   template <class V>
   void describe(V& v) {
     describe_as(v, "gear pair", "two gears in mesh, on fixed axes or on a moving carrier; pins hold their centres",
-                "the two gears, radii are those of the pitch circles; the tooth force is reported on the first, at the pitch point");
+                "the two gears, radii are those of the pitch circles; the tooth force is reported on the first, at the "
+                "pitch point");
   }
 
   void settle_start(const BodyState& a, const BodyState& b, double /*t*/) {

@@ -37,8 +37,8 @@ struct GearRatio {
     if (std::isnan(offset)) offset = b.angle - c.angle - ratio * (a.angle - c.angle);
   }
   void evaluate(const BodyState& a, const BodyState& b, const BodyState& c, double /*t*/, Rows<rows>& out) const {
-    out[0] = {b.angle - c.angle - ratio * (a.angle - c.angle) - offset, {0, 0, -ratio}, {0, 0, 1}, 0, 0,
-              {0, 0, ratio - 1}};
+    out[0] = {
+        b.angle - c.angle - ratio * (a.angle - c.angle) - offset, {0, 0, -ratio}, {0, 0, 1}, 0, 0, {0, 0, ratio - 1}};
   }
   Vec2 reaction_point(const BodyState& a, const BodyState&) const { return a.r; }
 };

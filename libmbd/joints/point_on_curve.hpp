@@ -36,7 +36,8 @@ struct PointOnCurve {
     v.outline("curve", points,
               "points `x y` of the curve in the first body's own axes (of the ground: the world's), or a CSV file of "
               "them whose header names the unit; a cubic spline through them");
-    v.flag("closed", closed, "yes: from its last point the curve goes on to its first; no: straight on beyond its ends");
+    v.flag("closed", closed,
+           "yes: from its last point the curve goes on to its first; no: straight on beyond its ends");
   }
   void check() const {
     Vec2 where;

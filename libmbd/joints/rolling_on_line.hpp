@@ -17,8 +17,9 @@ struct RollingOnLine : DiskAndLine {
 
   template <class V>
   void describe(V& v) {
-    describe_as(v, "rolling on line", "a disk of the second body rolls on a straight line of the first without slip",
-                "the body with the line and the body with the disk; the reaction is reported on the first, at the contact");
+    describe_as(
+        v, "rolling on line", "a disk of the second body rolls on a straight line of the first without slip",
+        "the body with the line and the body with the disk; the reaction is reported on the first, at the contact");
   }
 
   void settle_start(const BodyState& a, const BodyState& b, double /*t*/) {

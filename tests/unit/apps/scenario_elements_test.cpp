@@ -145,8 +145,9 @@ TEST(ScenarioFunctions, RefuseWithPlaceAndCure) {
   EXPECT_EQ(position("{expression: 'sine(t)', unit: m}"),
             "m.yaml:9:51 machine.drivers.e.position.expression = sine(t): `sine` is no name of a formula in t; did you "
             "mean `sin`?");
-  EXPECT_EQ(position("{expression: 't', unit: s}"),
-            "m.yaml:9:62 machine.drivers.e.position.unit = s: `s` is a time (s), but needed is a length (m), such as m");
+  EXPECT_EQ(
+      position("{expression: 't', unit: s}"),
+      "m.yaml:9:62 machine.drivers.e.position.unit = s: `s` is a time (s), but needed is a length (m), such as m");
   EXPECT_EQ(position("{expression: 't'}"),
             "m.yaml:9:37 machine.drivers.e.position.unit: is missing: the unit of the formula's value, such as m");
   EXPECT_EQ(position("{expression: 't', unit: m, amplitude: 2}"),

@@ -187,15 +187,14 @@ void check_constraint(const Constraint& c, const Flight& flight, double t) {
       for (std::size_t k = 0; k < 3; ++k)
         second += on_body(now[row], i)[k] * q2[k], size += std::abs(on_body(now[row], i)[k] * q2[k]);
     }
-    const double difference =
-        (phi_rate(ahead[row], flight, t + h) - phi_rate(behind[row], flight, t - h)) / (2 * h);
+    const double difference = (phi_rate(ahead[row], flight, t + h) - phi_rate(behind[row], flight, t - h)) / (2 * h);
     EXPECT_NEAR(difference, second, 1e-6 * size) << "row " << row;
   }
 }
 
 /// What acts between bodies neither pushes nor turns them together, wherever they are: a constraint of their relative
-/// state alone has rows that add up to no force and no moment about the origin. (Pin and weld have rows along the world's
-/// axes, which do so only where the joint is closed.)
+/// state alone has rows that add up to no force and no moment about the origin. (Pin and weld have rows along the
+/// world's axes, which do so only where the joint is closed.)
 template <class Constraint>
 void check_balance(const Constraint& c, const std::array<BodyState, 3>& s, double t) {
   if constexpr (std::is_same_v<Constraint, Revolute> || std::is_same_v<Constraint, Fixed>) return;

@@ -28,8 +28,7 @@ TEST(Function, DerivativesAndIntegralBelongToTheValue) {
       EXPECT_NEAR(f.first(t), (f.value(t + h) - f.value(t - h)) / (2 * h), 1e-7) << "t = " << t;
       EXPECT_NEAR(f.second(t), (f.first(t + h) - f.first(t - h)) / (2 * h), 1e-6) << "t = " << t;
       EXPECT_NEAR(f.value(t), (f.integral(t + h) - f.integral(t - h)) / (2 * h), 1e-8) << "t = " << t;
-      EXPECT_NEAR(f.integral(t), (f.double_integral(t + h) - f.double_integral(t - h)) / (2 * h), 1e-8)
-          << "t = " << t;
+      EXPECT_NEAR(f.integral(t), (f.double_integral(t + h) - f.double_integral(t - h)) / (2 * h), 1e-8) << "t = " << t;
     }
 }
 
@@ -68,8 +67,8 @@ TEST(Function, PeriodicTableRepeatsItself) {
     EXPECT_NEAR(f.first(t), f.first(t + 6), 1e-13) << t;
     // From 0 the integral of sin(pi (t - 1)) is (-1 - cos(pi (t - 1))) / pi.
     EXPECT_NEAR(f.integral(t), (-1 - std::cos(std::numbers::pi * (t - 1))) / std::numbers::pi, 1e-7) << t;
-    EXPECT_NEAR(f.double_integral(t),
-                (-t - std::sin(std::numbers::pi * (t - 1)) / std::numbers::pi) / std::numbers::pi, 1e-6)
+    EXPECT_NEAR(f.double_integral(t), (-t - std::sin(std::numbers::pi * (t - 1)) / std::numbers::pi) / std::numbers::pi,
+                1e-6)
         << t;
   }
 }
@@ -125,14 +124,16 @@ TEST(Function, RefusesWithRuleAndCure) {
               return Function(TableFunction{{0, 1, 1}, {0, 1, 2}});
             }),
             "table function: times must increase; point 3 does not come after the one before");
-  EXPECT_EQ(refusal([] {
-              return Function(TableFunction{{0, 1, 2}, {0, 1, 0.5}, true});
-            }),
-            "table function: what repeats itself must end with the value it begins with; add a last point with the first "
-            "one's value");
-  EXPECT_EQ(refusal([] { return Function(ExpressionFunction{}); }),
-            "expression function: needs its value, two derivatives and two integrals as callables; a scenario's formula "
-            "brings them all");
+  EXPECT_EQ(
+      refusal([] {
+        return Function(TableFunction{{0, 1, 2}, {0, 1, 0.5}, true});
+      }),
+      "table function: what repeats itself must end with the value it begins with; add a last point with the first "
+      "one's value");
+  EXPECT_EQ(
+      refusal([] { return Function(ExpressionFunction{}); }),
+      "expression function: needs its value, two derivatives and two integrals as callables; a scenario's formula "
+      "brings them all");
   EXPECT_EQ(refusal([] {
               return Function(TableFunction{{0, 1}, {0}});
             }),

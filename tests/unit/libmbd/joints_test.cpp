@@ -35,28 +35,32 @@ std::vector<double> full_turn(int points) {
 TEST(Joints, RefuseWithRuleAndCure) {
   EXPECT_EQ(refusal(Distance{.body_a = 1, .body_b = 2, .length = 0}),
             "joint 'it': length = 0.000000 m: must be in (0, inf); for two points on each other use a revolute joint");
-  EXPECT_EQ(refusal(Distance{.body_a = 1, .body_b = 2, .p_a = {1, 0}}),
-            "joint 'it': the two points lie on each other in the start pose, so the link has no length; give `length`, or "
-            "use a revolute joint");
+  EXPECT_EQ(
+      refusal(Distance{.body_a = 1, .body_b = 2, .p_a = {1, 0}}),
+      "joint 'it': the two points lie on each other in the start pose, so the link has no length; give `length`, or "
+      "use a revolute joint");
   EXPECT_EQ(refusal(RollingOnLine{{.body_a = 1, .body_b = 2}}), "joint 'it': radius must be given and above 0 m");
-  EXPECT_EQ(refusal(RollingOnLine{{.body_a = 1, .body_b = 2, .radius = 1}}),
-            "joint 'it': the disk's centre lies on the line in the start pose, so its side is not known; start it on its "
-            "side of the line");
+  EXPECT_EQ(
+      refusal(RollingOnLine{{.body_a = 1, .body_b = 2, .radius = 1}}),
+      "joint 'it': the disk's centre lies on the line in the start pose, so its side is not known; start it on its "
+      "side of the line");
   EXPECT_EQ(refusal(GearPair{{.body_a = 1, .body_b = 2, .radius_a = 1, .radius_b = 1, .inside = true}}),
             "joint 'it': a disk inside one of the same radius cannot move in it; make one smaller, or use a revolute "
             "joint");
-  EXPECT_EQ(refusal(GearPair{{.body_a = 1, .body_b = 2, .p_a = {1, 0}, .radius_a = 1, .radius_b = 2}}),
-            "joint 'it': the two centres lie on each other in the start pose, so their line has no direction; start them "
-            "apart");
+  EXPECT_EQ(
+      refusal(GearPair{{.body_a = 1, .body_b = 2, .p_a = {1, 0}, .radius_a = 1, .radius_b = 2}}),
+      "joint 'it': the two centres lie on each other in the start pose, so their line has no direction; start them "
+      "apart");
   EXPECT_EQ(refusal(GearRatio{.body_a = 1, .body_b = 2, .ratio = 0}),
             "joint 'it': ratio must be given and not 0; to hold the second body's angle use an angle driver");
   EXPECT_EQ(refusal(GearRatio{.body_a = 1, .body_b = 2, .body_c = 2, .ratio = 2}),
             "joint 'it' has 'second' twice; the carrier is a third body");
   EXPECT_EQ(refusal(DistanceDriver{.first = 1, .second = 2, .p_a = {1, 0}, .motion = {.velocity = 1.0}}),
             "driver 'it': its two ends lie on each other in the start pose, so it has no direction; start them apart");
-  EXPECT_EQ(refusal(AngleDriver{.first = 1, .second = 2, .motion = {.velocity = 1.0, .acceleration = 1.0}}),
-            "driver 'it': needs exactly one of position, velocity and acceleration as a function of time; give one, leave "
-            "the others out");
+  EXPECT_EQ(
+      refusal(AngleDriver{.first = 1, .second = 2, .motion = {.velocity = 1.0, .acceleration = 1.0}}),
+      "driver 'it': needs exactly one of position, velocity and acceleration as a function of time; give one, leave "
+      "the others out");
 }
 
 // An ellipse of half axes 2 and 1 in polar form, and the same with a hollow: r = 1 + 0.5 cos(2 a) is hollow at 90 deg,
@@ -68,12 +72,12 @@ TEST(Joints, CamsRefuseWhatTheyCannotFollow) {
   EXPECT_EQ(refusal(cam), "accepted");
   cam.roller = 0.17;
   const std::string too_large = refusal(cam);
-  EXPECT_TRUE(too_large.starts_with("joint 'it': a roller of 0.170000 m does not fit into the profile's hollow of radius "
-                                    "0.1666"))
+  EXPECT_TRUE(
+      too_large.starts_with("joint 'it': a roller of 0.170000 m does not fit into the profile's hollow of radius "
+                            "0.1666"))
       << too_large;
   EXPECT_TRUE(too_large.ends_with("deg; take a smaller roller, or widen the hollow")) << too_large;
-  const std::string hollow =
-      refusal(FlatFacedCam{.body_a = 1, .body_b = 2, .angles = cam.angles, .radii = cam.radii});
+  const std::string hollow = refusal(FlatFacedCam{.body_a = 1, .body_b = 2, .angles = cam.angles, .radii = cam.radii});
   EXPECT_TRUE(hollow.starts_with("joint 'it': the profile is not convex at ")) << hollow;
   std::vector<double> ellipse;
   for (const double a : cam.angles) ellipse.push_back(2 / std::hypot(std::cos(a), 2 * std::sin(a)));
@@ -113,8 +117,8 @@ TEST(Curve, NearestPointOfACircle) {
   EXPECT_FALSE(circle.crosses_itself(where));
 }
 
-// The support function of an ellipse of half axes 2 and 1 is sqrt(4 cos^2 + sin^2). Polar points every degree: errors of
-// h^4/384 of derivatives up to some 30 are 1e-8 in the value.
+// The support function of an ellipse of half axes 2 and 1 is sqrt(4 cos^2 + sin^2). Polar points every degree: errors
+// of h^4/384 of derivatives up to some 30 are 1e-8 in the value.
 TEST(Curve, SupportFunctionOfAnEllipse) {
   std::vector<double> angles = full_turn(360), radii;
   for (const double a : angles) radii.push_back(2 / std::hypot(std::cos(a), 2 * std::sin(a)));

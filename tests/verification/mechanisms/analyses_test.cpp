@@ -50,6 +50,26 @@ TEST(Kinematics, SliderCrankFollowsItsClosedFormWithItsTorque) {
   EXPECT_NEAR(machine.energy().balance(), 0, 1e-9);
 }
 
+// Three quarters of a turn between outputs: what Newton would make of that in one step is chance.
+TEST(Kinematics, StaysOnItsBranchBetweenFarOutputs) {
+  Machine machine(driven_slider_crank(20), {.integrator = IntegratorKind::kinematic});
+  machine.start_from_pose();
+  for (int i = 1; i <= 12; ++i) {
+    machine.advance(0.25);
+    const double a = 0.7 + 20 * 0.25 * i, sine = 0.15 * std::sin(a);
+    ASSERT_NEAR(machine.body(3).r.x, 0.15 * std::cos(a) + std::sqrt(0.25 - sine * sine), 1e-12);
+  }
+}
+
+TEST(Kinematics, CvodeStaysOnItTooWhenNothingIsFree) {
+  Machine machine(driven_slider_crank(20), {.integrator = IntegratorKind::cvode});
+  machine.start_from_pose();
+  machine.advance(3.0);
+  const double a = 0.7 + 60, sine = 0.15 * std::sin(a);
+  EXPECT_NEAR(machine.body(3).r.x, 0.15 * std::cos(a) + std::sqrt(0.25 - sine * sine), 1e-12);
+  EXPECT_NEAR(machine.energy().balance(), 0, 1e-6);
+}
+
 TEST(Kinematics, RefusesAMachineThatIsNotDrivenAndNamesWhatIsFree) {
   Machine machine(test::make_slider_crank(), {.integrator = IntegratorKind::kinematic});
   const std::string text = message_of([&] { machine.start_from_pose(); });

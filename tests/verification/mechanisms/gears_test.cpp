@@ -27,18 +27,16 @@ Model planetary() {
   m.add("carrier pin", Revolute{.body_a = ground, .body_b = carrier});
   m.add("planet pin", Revolute{.body_a = carrier, .body_b = planet, .p_a = {0.5, 0}});
   m.add("sun mesh", GearPair{{.body_a = sun, .body_b = planet, .radius_a = sun_radius, .radius_b = planet_radius}});
-  m.add("ring mesh", GearPair{{.body_a = ground,
-                               .body_b = planet,
-                               .radius_a = ring_radius,
-                               .radius_b = planet_radius,
-                               .inside = true}});
+  m.add("ring mesh",
+        GearPair{
+            {.body_a = ground, .body_b = planet, .radius_a = ring_radius, .radius_b = planet_radius, .inside = true}});
   m.add("motor", AngleDriver{.first = ground, .second = sun, .motion = {.velocity = 5.0}});
   m.add("load", AppliedForce{.body = carrier, .moment = -2.0});
   return m;
 }
 
-// Every angle is a closed form of the sun's; 10 s are more than two turns of the line of centres, which the remainder in
-// the constraint must not notice. Constant speed is exact for the integrator.
+// Every angle is a closed form of the sun's; 10 s are more than two turns of the line of centres, which the remainder
+// in the constraint must not notice. Constant speed is exact for the integrator.
 TEST(Gears, PlanetaryTrainFollowsWillis) {
   Machine machine(planetary());
   machine.start_from_pose();
@@ -65,8 +63,8 @@ TEST(Gears, TeethAndPinsOfThePlanetaryTrain) {
     EXPECT_NEAR(r.fy * c - r.fx * s, across, 1e-10) << joint;
     EXPECT_NEAR(r.moment, 0, 1e-10) << joint;
   };
-  expect("sun mesh", 0, -tooth);   // on the sun, against its turn
-  expect("ring mesh", 0, -tooth);  // on the ring
+  expect("sun mesh", 0, -tooth);                                     // on the sun, against its turn
+  expect("ring mesh", 0, -tooth);                                    // on the ring
   expect("planet pin", planet_mass * spin * spin * 0.5, 2 * tooth);  // on the carrier
 }
 

@@ -30,8 +30,8 @@ Model on_slope(AnyJoint joint, double spin) {
 }
 const DiskAndLine contact{.body_a = ground, .body_b = 1, .angle_a = -slope, .radius = 0.1};
 
-// Constant acceleration is exact for the integrator: rounding over 1000 steps remains. On the ground the disk leaves its
-// weight's normal share and the grip that turns it.
+// Constant acceleration is exact for the integrator: rounding over 1000 steps remains. On the ground the disk leaves
+// its weight's normal share and the grip that turns it.
 TEST(Rolling, DownASlope) {
   Machine machine(on_slope(RollingOnLine{contact}, 0));
   machine.start_from_pose();
@@ -79,9 +79,9 @@ struct Circles {
 };
 class RollingOnCircle : public testing::TestWithParam<Circles> {};
 
-// A disk of 0.2 m on or in a fixed circle, its centre at D (sin q, -+cos q): q'' = -+g sin q / (D (1 + k)) when it rolls,
-// k = 0 when it slips; rolling turns it by -D q / 0.2. Order 5 at 1 ms errs by some 1e-11 over these times, and off the
-// top grows with the motion itself by e^4; 1e-8 rules out any wrong term.
+// A disk of 0.2 m on or in a fixed circle, its centre at D (sin q, -+cos q): q'' = -+g sin q / (D (1 + k)) when it
+// rolls, k = 0 when it slips; rolling turns it by -D q / 0.2. Order 5 at 1 ms errs by some 1e-11 over these times, and
+// off the top grows with the motion itself by e^4; 1e-8 rules out any wrong term.
 TEST_P(RollingOnCircle, FollowsMinimalCoordinate) {
   const Circles c = GetParam();
   const double r = 0.2, d = c.inside ? c.radius - r : c.radius + r, up = c.inside ? -1 : 1;
@@ -91,8 +91,7 @@ TEST_P(RollingOnCircle, FollowsMinimalCoordinate) {
            .mass = mass,
            .inertia = inertia,
            .pose = {d * std::sin(c.start), up * d * std::cos(c.start), 0.3}});
-    const TwoDisks disks{
-        .body_a = ground, .body_b = 1, .radius_a = c.radius, .radius_b = r, .inside = c.inside};
+    const TwoDisks disks{.body_a = ground, .body_b = 1, .radius_a = c.radius, .radius_b = r, .inside = c.inside};
     if (rolls) m.add("contact", RollingOnDisk{disks});
     if (!rolls) m.add("contact", DiskOnDisk{disks});
     Machine machine(m, {.adams_moulton = {.order = 5}});

@@ -68,6 +68,20 @@ TEST(Analyses, EquilibriumOfAHangingAndOfAnUprightRod) {
   EXPECT_EQ(found["unstable eigenvalues"], 1);
 }
 
+TEST(Analyses, AMachineThatFallsForEverHasNoEquilibrium) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(
+      "subsoil: 1\nanalysis: equilibrium\nmachine: {bodies: {ball: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}}}\n");
+  try {
+    run_scenario(file, dir / "out");
+    FAIL() << "found one";
+  } catch (const ScenarioError& error) {
+    FAIL() << "the file is good, so no exit 2: " << error.what();
+  } catch (const std::runtime_error& error) {
+    EXPECT_EQ(std::string(error.what()).rfind("no static equilibrium", 0), 0U) << error.what();
+  }
+}
+
 TEST(Analyses, ModesGoToATableAndTheSummary) {
   const RunDirectory dir;
   ASSERT_EQ(run_scenario(dir.scenario(rod(level, "analysis: modes\n")), dir / "out"), exit_ok);
@@ -115,8 +129,8 @@ TEST(Analyses, OnlyMotionNeedsAnEnd) {
 /// (1/4) m g cos a.
 double pin_force(double angle) { return std::hypot(2.5 * g * std::sin(angle), 0.25 * g * std::cos(angle)); }
 
-// Not means over the row's interval: those differ by tenths of a newton. Tolerances of 1e-10 leave some hundreds of them
-// in the spin's square, of order 10.
+// Not means over the row's interval: those differ by tenths of a newton. Tolerances of 1e-10 leave some hundreds of
+// them in the spin's square, of order 10.
 TEST(Rows, HoldForcesAtTheirInstantWithoutSoil) {
   for (const char* integrator : {"adams-moulton", "cvode", "ida"}) {
     const RunDirectory dir;
