@@ -89,18 +89,20 @@ class Tolerance : public testing::TestWithParam<int> {
 };
 
 // A tolerance means what it says up to how errors grow with the motion, thirtyfold for the double pendulum, and to what
-// its error control does not see: the global error stays within a hundred tolerances, and falls with them, by a decade
-// at least over each two decades.
+// its error control does not see: the global error stays within a hundred tolerances, and falls with them: by two and a
+// half decades at least over four, though it may happen to be small at one of them.
 TEST_P(Tolerance, BoundsTheGlobalErrorAndOrdersIt) {
   for (const Problem& p : problems()) {
     SCOPED_TRACE(method().name + ", " + p.name);
-    double before = 1;
+    double before = 1, first = 0;
     for (const double tolerance : {1e-5, 1e-7, 1e-9}) {
       const double error = global_error(p, method().options(tolerance));
       EXPECT_LT(error, 100 * tolerance);
-      EXPECT_LT(error, 0.1 * before);
+      EXPECT_LT(error, 0.3 * before);
       before = error;
+      if (first == 0) first = error;
     }
+    EXPECT_LT(before, 3e-3 * first);
   }
 }
 INSTANTIATE_TEST_SUITE_P(Methods, Tolerance, testing::Range(0, 3));
