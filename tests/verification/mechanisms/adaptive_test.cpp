@@ -108,7 +108,7 @@ TEST_P(Tolerance, BoundsTheGlobalErrorAndOrdersIt) {
 INSTANTIATE_TEST_SUITE_P(Methods, Tolerance, testing::Range(0, 3));
 
 // Published to 16 digits. Errors of the squeezer grow by some 1e3 over its run, so at 1e-10 a relative 1e-6 is asked
-// for; the fixed step at order 4 is a thousandth of a millisecond.
+// for; the fixed step of order 4 is a hundredth of a millisecond.
 TEST(Squeezer, AnglesOfTheIvpTestSet) {
   for (const Method& method : {Method{"cvode", cvode}, Method{"ida", ida}, Method{"adams-moulton", adams}}) {
     SCOPED_TRACE(method.name);
