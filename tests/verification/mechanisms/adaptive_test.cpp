@@ -107,6 +107,17 @@ TEST_P(Tolerance, BoundsTheGlobalErrorAndOrdersIt) {
 }
 INSTANTIATE_TEST_SUITE_P(Methods, Tolerance, testing::Range(0, 3));
 
+TEST(Tolerances, AreSharedOutOverTheStepsButNeverLoosened) {
+  EXPECT_DOUBLE_EQ(local_tolerance(1e-6, 1e-14), 1e-8);
+  EXPECT_DOUBLE_EQ(local_tolerance(1e-13, 1e-14), 1e-14) << "rounding";
+  EXPECT_DOUBLE_EQ(local_tolerance(1e-15, 1e-14), 1e-15) << "as asked for";
+}
+
+TEST(Tolerances, MustBeAboveZero) {
+  for (const auto& options : {cvode(0), ida(0), cvode(-1e-6)})
+    EXPECT_THROW(Machine(test::make_chain(1), options), std::invalid_argument);
+}
+
 // Published to 16 digits. Errors of the squeezer grow by some 1e3 over its run, so at 1e-10 a relative 1e-6 is asked
 // for; the fixed step of order 4 is a hundredth of a millisecond.
 TEST(Squeezer, AnglesOfTheIvpTestSet) {
