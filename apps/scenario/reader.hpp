@@ -351,30 +351,7 @@ class Reader {
   Function function_of(const Node& node, const std::string& path, const std::string& unit);
   /// A law (function of time, characteristic) from `{word: {parameters}}` or `{table: [[...]]}`, one kind of `Kinds`.
   template <class Law, class Kinds, class... Units>
-  Law law_of(const Node& node, const std::string& path, const Units&... units) {
-    Law law;
-    const bool was_open = open_;
-    const std::size_t before = reading_.problems.count();
-    with_type<Kinds>(node, path, [&]<class Kind>(std::type_identity<Kind>) {
-      const std::string& word = card_of<Kind>().word;
-      const Node& given = node.find(word)->value;
-      Node parameters = given;
-      if (given.kind == Node::Kind::sequence) {  // {table: [[0 s, 0 m], ...]}
-        parameters = Node::mapping();
-        parameters.place = given.place;
-        parameters.add("points", given);
-      }
-      Kind kind;
-      Reader reader(reading_, mapping_of(parameters), path + "." + word);
-      kind.describe(reader, units...);
-      reader.finish();
-      if (node.entries.size() > 1)
-        throw UnitError("only `" + word + "` may stand here; its parameters belong inside it");
-      if (reading_.problems.count() == before) law = Law(std::move(kind));
-    });
-    open_ = was_open;  // an unknown kind of law says nothing about the other keys
-    return law;
-  }
+  Law law_of(const Node& node, const std::string& path, const Units&... units);
   void remember(const Body& body);
   int body_of(const Node& node) const;
   const mbd::BodyState* pose_of(int index) const;

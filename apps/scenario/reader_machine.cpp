@@ -9,7 +9,32 @@
 namespace subsoil::app {
 
 // ---- functions of time, characteristics
-// ---------------------------------------------------------------------------------------------
+// ------------------------------------------------------------------------------
+
+template <class Law, class Kinds, class... Units>
+Law Reader::law_of(const Node& node, const std::string& path, const Units&... units) {
+  Law law;
+  const bool was_open = open_;
+  const std::size_t before = reading_.problems.count();
+  with_type<Kinds>(node, path, [&]<class Kind>(std::type_identity<Kind>) {
+    const std::string& word = card_of<Kind>().word;
+    const Node& given = node.find(word)->value;
+    Node parameters = given;
+    if (given.kind == Node::Kind::sequence) {  // {table: [[0 s, 0 m], ...]}
+      parameters = Node::mapping();
+      parameters.place = given.place;
+      parameters.add("points", given);
+    }
+    Kind kind;
+    Reader reader(reading_, mapping_of(parameters), path + "." + word);
+    kind.describe(reader, units...);
+    reader.finish();
+    if (node.entries.size() > 1) throw UnitError("only `" + word + "` may stand here; its parameters belong inside it");
+    if (reading_.problems.count() == before) law = Law(std::move(kind));
+  });
+  open_ = was_open;  // an unknown kind of law says nothing about the other keys
+  return law;
+}
 
 void Reader::read_function(const char* key, Function& value, const std::string& unit, bool needed,
                            const char* meaning) {
