@@ -23,6 +23,10 @@ void Adaptive::on_start() {
 void Adaptive::restart() {
   wrench_changes_ = system_.wrench_changes();
   partition_.evaluate(now_);
+  if (partition_.used_rows() != rows_) {  // redundant constraints: others carry the multipliers now
+    rows_ = partition_.used_rows();
+    build();
+  }
   begin();
   front_ = now_.t, root_ = false;
 }
@@ -83,12 +87,7 @@ void Adaptive::on_advance(double h) {
     partition_.evaluate(now_);
     anew = anew || follows_partition();
   }
-  if (partition_.used_rows() != rows_) {  // redundant constraints: others carry the multipliers now
-    rows_ = partition_.used_rows();
-    build();
-    anew = true;
-  }
-  if (anew) restart();
+  if (anew || partition_.used_rows() != rows_) restart();
 }
 
 }  // namespace subsoil::mbd

@@ -14,6 +14,11 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 METHODS = ["adams-moulton 2", "adams-moulton 4", "adams-moulton 6", "cvode", "ida", "ida index 1"]
+COLOURS = ["#bbbbbb", "#66aadd", "#224488", "#dd7700", "#118844", "#99bb33"]
+
+
+def style(i):
+    return f"lc rgb '{COLOURS[i]}' pt {i + 4} lw 1.5"
 
 
 def gnuplot_script(rows, picture, directory):
@@ -21,7 +26,7 @@ def gnuplot_script(rows, picture, directory):
     mechanisms = list(dict.fromkeys(row["mechanism"] for row in rows))
     lines = ["set terminal pngcairo size 1500,800 font 'sans,11'", f"set output '{picture}'",
              "set multiplot layout 2,4", "set logscale xy", "set format '10^{%L}'", "set grid",
-             "set xlabel 'largest error'", "set ylabel 'time [s]'", "set key off"]
+             "set xlabel 'largest error'", "set ylabel 'time [s]'", "set xtics 100", "set key off"]
     for k, mechanism in enumerate(mechanisms):
         curves = []
         for i, method in enumerate(METHODS):
@@ -31,9 +36,9 @@ def gnuplot_script(rows, picture, directory):
                 continue
             name = pathlib.Path(directory) / f"{k}-{i}.dat"
             name.write_text("".join(f"{e} {t}\n" for e, t in points))
-            curves.append(f"'{name}' with linespoints lc {i + 1} pt {i + 4} lw 1.5 title '{method}'")
+            curves.append(f"'{name}' with linespoints {style(i)} title '{method}'")
         lines += [f"set title '{mechanism}'", "plot " + ", \\\n     ".join(curves)]
-    keys = ", \\\n     ".join(f"NaN with linespoints lc {i + 1} pt {i + 4} lw 1.5 title '{m}'" for i, m in enumerate(METHODS))
+    keys = ", \\\n     ".join(f"NaN with linespoints {style(i)} title '{m}'" for i, m in enumerate(METHODS))
     lines += ["unset logscale", "unset tics", "unset border", "unset title", "unset xlabel", "unset ylabel",
               "set key center center", "set xrange [0:1]", "set yrange [0:1]", "plot " + keys, "unset multiplot"]
     return "\n".join(lines) + "\n"

@@ -168,7 +168,10 @@ int run_analysis(const Loaded& loaded, const RunRequest& request) {
                     {"end", "reached"}};
   if (!request.sets.empty()) summary["run"]["set"] = request.sets;
   summary["assembly"] = assembly_json(machine);
-  if (s.analysis == Analysis::assembly) print_assembly(machine, summary["assembly"]);
+  if (s.analysis == Analysis::assembly)
+    print_assembly(machine, summary["assembly"]);
+  else
+    summary["assembly"].erase("moved");  // an equilibrium has moved the bodies since
   if (machine.equilibrium() && s.analysis != Analysis::assembly) {
     const double speed = s.machine->start.kind == StartKind::towing_equilibrium ? s.machine->start.speed : 0;
     // The poses go out first: linearising moves the system about.

@@ -104,6 +104,10 @@ class Runner {
     std::vector<SeriesColumn> summarised;
     for (const std::size_t c : columns_->summarised()) summarised.push_back(columns_->list()[c]);
     summary_ = std::make_unique<Summary>(summarised);
+    summarised_.resize(summarised.size());
+    row_.assign(columns_->list().size(), 0.0);
+    values_ = row_;
+    means_ = std::make_unique<IntervalMean>(row_.size());
     set_fixed_window();
     frames_ = std::make_unique<FrameOutput>(request_.out, s_, world_, simulation_);
   }
@@ -125,9 +129,6 @@ class Runner {
   }
 
   int loop() {
-    const std::size_t n = columns_->list().size();
-    std::vector<double> row(n, 0.0), step_values(n, 0.0), summarised(columns_->summarised().size());
-    IntervalMean means(n);
     // Without soil nothing is learnt of an instant by the step that leaves it: the last row needs no step.
     const bool step_tells = world_.bed != nullptr || columns_->has_means();
     const double dt = simulation_.step_length(), end = s_.time.end, half = 0.5 * dt;
@@ -136,9 +137,8 @@ class Runner {
     Schedule frame_due(frame_interval(s_), s_.output.at, start_time_),
         sample_due(s_.output.series_every, {}, start_time_),
         state_due(s_.output.state_every.value_or(0), {}, start_time_ + half);
-    bool first = true;
     while (true) {
-      const double t = simulation_.time();
+      const double t = reached_ = simulation_.time();
       const int signal = caught_signal;
       const bool last = t >= end - close || signal != 0;
       const bool frame = frame_due.due(t, half) || last;
@@ -146,35 +146,39 @@ class Runner {
       // A bed on its way to rest is no state to go on from: a restart does not settle.
       if (!world_.soil.stopped && (state_due.due(t, half) || (last && (s_.output.state == State::full || signal != 0))))
         save_run(request_.out, world_, simulation_);
-      if (sample || columns_->needs_every_step()) columns_->take_instant(step_values);
+      if (sample || columns_->needs_every_step()) columns_->take_instant(values_);
       open_window(t);
       dem::Snapshot* const snapshot = frame ? frames_->begin() : nullptr;
-      reached_ = t;
       if (!last || step_tells) {
         if (!step(sample, snapshot)) return exit_failed;
-        if (step_tells) columns_->take_step(step_values, sample);
+        if (step_tells) columns_->take_step(values_, sample);
       }
-      if (sample) {
-        row = step_values;
-        if (!first) {
-          const std::vector<double>& mean = means.take();
-          for (std::size_t c = 0; c < n; ++c)
-            if (columns_->is_mean(c)) row[c] = mean[c];
-        }
-        series_->write(row);
-        track_energy(first);
-      }
+      if (sample) write_row();
       if (frame) frames_->write(t, steps_);
       if (last) return signal == SIGINT ? exit_interrupted : signal == SIGTERM ? exit_terminated : exit_ok;
-      const double taken = world_.bed ? dt : simulation_.time() - t;
-      if (columns_->has_means()) means.add(taken, step_values);
-      for (std::size_t c = 0; c < summarised.size(); ++c) summarised[c] = step_values[columns_->summarised()[c]];
-      summary_->sample(t + taken, taken, summarised);
-      first = false;
-      if (world_.bed) deepest_ = std::max(deepest_, world_.bed->max_overlap());
-      ++steps_;
-      if (live_.due()) live_.show(live_text(row));
+      count_step(t, world_.bed ? dt : simulation_.time() - t);
+      if (live_.due()) live_.show(live_text(row_));
     }
+  }
+
+  void write_row() {
+    row_ = values_;
+    if (steps_ > 0) {
+      const std::vector<double>& mean = means_->take();
+      for (std::size_t c = 0; c < row_.size(); ++c)
+        if (columns_->is_mean(c)) row_[c] = mean[c];
+    }
+    series_->write(row_);
+    track_energy(steps_ == 0);
+  }
+
+  /// The step from t on of length `taken` enters the means and the summary.
+  void count_step(double t, double taken) {
+    if (columns_->has_means()) means_->add(taken, values_);
+    for (std::size_t c = 0; c < summarised_.size(); ++c) summarised_[c] = values_[columns_->summarised()[c]];
+    summary_->sample(t + taken, taken, summarised_);
+    if (world_.bed) deepest_ = std::max(deepest_, world_.bed->max_overlap());
+    ++steps_;
   }
 
   /// False when the step cannot be taken; failure_ then says why.
@@ -353,6 +357,8 @@ class Runner {
   std::unique_ptr<SeriesWriter> series_;
   std::unique_ptr<Summary> summary_;
   std::unique_ptr<FrameOutput> frames_;
+  std::unique_ptr<IntervalMean> means_;
+  std::vector<double> values_, row_, summarised_;  // of the step, of the row written last, of the summary's columns
   LiveLine live_;
   std::string failure_;
   double start_time_ = 0, reached_ = 0;

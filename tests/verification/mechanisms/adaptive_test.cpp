@@ -89,24 +89,37 @@ class Tolerance : public testing::TestWithParam<int> {
 };
 
 // A tolerance means what it says up to how errors grow with the motion, thirtyfold for the double pendulum, and to what
-// its error control does not see: the global error stays within a hundred tolerances, and falls with them, by a decade
-// at least over each two decades.
+// its error control does not see: the global error stays within a hundred tolerances, and falls with them: by two and a
+// half decades at least over four, though it may happen to be small at one of them.
 TEST_P(Tolerance, BoundsTheGlobalErrorAndOrdersIt) {
   for (const Problem& p : problems()) {
     SCOPED_TRACE(method().name + ", " + p.name);
-    double before = 1;
+    double before = 1, first = 0;
     for (const double tolerance : {1e-5, 1e-7, 1e-9}) {
       const double error = global_error(p, method().options(tolerance));
       EXPECT_LT(error, 100 * tolerance);
-      EXPECT_LT(error, 0.1 * before);
+      EXPECT_LT(error, 0.3 * before);
       before = error;
+      if (first == 0) first = error;
     }
+    EXPECT_LT(before, 3e-3 * first);
   }
 }
 INSTANTIATE_TEST_SUITE_P(Methods, Tolerance, testing::Range(0, 3));
 
+TEST(Tolerances, AreSharedOutOverTheStepsButNeverLoosened) {
+  EXPECT_DOUBLE_EQ(local_tolerance(1e-6, 1e-14), 1e-8);
+  EXPECT_DOUBLE_EQ(local_tolerance(1e-13, 1e-14), 1e-14) << "rounding";
+  EXPECT_DOUBLE_EQ(local_tolerance(1e-15, 1e-14), 1e-15) << "as asked for";
+}
+
+TEST(Tolerances, MustBeAboveZero) {
+  for (const auto& options : {cvode(0), ida(0), cvode(-1e-6)})
+    EXPECT_THROW(Machine(test::make_chain(1), options), std::invalid_argument);
+}
+
 // Published to 16 digits. Errors of the squeezer grow by some 1e3 over its run, so at 1e-10 a relative 1e-6 is asked
-// for; the fixed step at order 4 is a thousandth of a millisecond.
+// for; the fixed step of order 4 is a hundredth of a millisecond.
 TEST(Squeezer, AnglesOfTheIvpTestSet) {
   for (const Method& method : {Method{"cvode", cvode}, Method{"ida", ida}, Method{"adams-moulton", adams}}) {
     SCOPED_TRACE(method.name);
