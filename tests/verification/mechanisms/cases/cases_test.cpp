@@ -64,6 +64,16 @@ class Cases : public testing::TestWithParam<std::size_t> {
   Case of() const { return all_cases()[GetParam()]; }
 };
 
+/// The cases that come first with their file.
+class Scenarios : public Cases {};
+std::vector<std::size_t> first_of_each_file() {
+  const std::vector<Case> all = all_cases();
+  std::vector<std::size_t> first;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (i == 0 || all[i].name != all[i - 1].name) first.push_back(i);
+  return first;
+}
+
 TEST_P(Cases, AgreeWithTheirReference) {
   const Case c = of();
   const std::vector<Finding> findings = compare(c);
@@ -87,7 +97,7 @@ TEST_P(Cases, StandInTheDocument) {
 
 // What `subsoil run` writes is what was compared: same machine, same steps, to the nine digits that series.csv holds at
 // least. Columns of N and N m are left out: they may be means over a row's interval.
-TEST_P(Cases, SeriesOfTheProgramHoldsTheSameNumbers) {
+TEST_P(Scenarios, SeriesOfTheProgramHoldsTheSameNumbers) {
   const Case c = of();
   const app::test::RunDirectory dir;
   ASSERT_EQ(app::test::run_scenario(file_of(c), dir / "out", {"output.state=none"}), 0);
@@ -108,15 +118,16 @@ TEST_P(Cases, SeriesOfTheProgramHoldsTheSameNumbers) {
   EXPECT_EQ(row, times.size());
 }
 
-// The other integrator of the same equations, at its own tolerance: rtol = atol = 1e-11 leaves some 1e4 steps of local
-// error, which a pendulum near its upper rest magnifies by up to 1e2. Its step is a row of the series.
-TEST_P(Cases, IdaAgreesToo) {
+// The other integrator of the same equations, at its own tolerance: rtol = atol = 1e-10 leaves some 1e3 steps of local
+// error, which a pendulum near its upper rest magnifies by up to 1e2; a wrong term would show in the third digit. Its
+// step is a row of the series.
+TEST_P(Scenarios, IdaAgreesToo) {
   const Case c = of();
   try {
-    for (const Finding& f : compare(c, {"time.machine.integrator=ida", "time.machine.rtol=1e-11",
-                                        "time.machine.atol=1e-11", "time.machine.step=1 s"})) {
+    for (const Finding& f : compare(c, {"time.machine.integrator=ida", "time.machine.rtol=1e-10",
+                                        "time.machine.atol=1e-10", "time.machine.step=1 s"})) {
       if (f.kind != "position" && f.kind != "velocity") continue;
-      EXPECT_LE(f.difference, std::max(1e-5, f.bound))
+      EXPECT_LE(f.difference, std::max(1e-4, f.bound))
           << f.kind << ": " << f.column << " at " << f.t << " s is " << f.ours << ", reference " << f.reference;
     }
   } catch (const std::runtime_error& stopped) {
@@ -134,6 +145,7 @@ std::string name_of(const testing::TestParamInfo<std::size_t>& info) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Cases, testing::Range(std::size_t{0}, all_cases().size()), name_of);
+INSTANTIATE_TEST_SUITE_P(All, Scenarios, testing::ValuesIn(first_of_each_file()), name_of);
 
 }  // namespace
 }  // namespace subsoil::cases
