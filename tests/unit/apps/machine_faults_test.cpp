@@ -51,9 +51,10 @@ TEST(MachineFaults, MassAndInertiaMustBePositive) {
   EXPECT_EQ(refusal(slider_crank("crank: {mass: 1 kg", "crank: {mass: -1 kg")),
             "rig.yaml:5:19 machine.bodies.crank.mass = -1 kg: must be in (0, inf) kg");
   EXPECT_EQ(refusal(slider_crank(", inertia: 0.0133 kg m^2", "")),
-            "rig.yaml:6:10 machine.bodies.rod.inertia: is missing: about its centre of mass, in kg m^2");
+            "rig.yaml:6:10 machine.bodies.rod.inertia: is missing: moment of inertia about the centre of "
+            "mass, in kg m^2");
   EXPECT_EQ(refusal(slider_crank("0.0133 kg m^2", "0 kg m^2")),
-            "rig.yaml:6:31 machine.bodies.rod.inertia = 0 kg m^2: must be in (0, inf) kg m^2");
+            "rig.yaml:6:32 machine.bodies.rod.inertia = 0 kg m^2: must be in (0, inf) kg m^2");
 }
 
 TEST(MachineFaults, AJointNeedsTwoBodies) {
@@ -62,7 +63,8 @@ TEST(MachineFaults, AJointNeedsTwoBodies) {
 }
 
 TEST(MachineFaults, DriversThatContradictEachOther) {
-  const std::string two = slider_crank("20 rad/s}\n", "20 rad/s}\n    push: {coordinate: crank.angle, velocity: 10 rad/s}\n");
+  const std::string two =
+      slider_crank("20 rad/s}\n", "20 rad/s}\n    push: {coordinate: crank.angle, velocity: 10 rad/s}\n");
   EXPECT_EQ(refusal(two),
             "rig.yaml:14:12 machine.drivers.motor: the velocities asked of the machine contradict each other: driver "
             "'motor' by -5 rad/s, driver 'push' by 5 rad/s off. Over-determined by driver 'motor' and driver 'push': "

@@ -36,8 +36,8 @@ struct States {
 };
 
 double distance(const BodyState& a, const BodyState& b) {
-  return std::max({length(a.r - b.r), std::abs(a.angle - b.angle), 0.1 * length(a.v - b.v),
-                   0.1 * std::abs(a.spin - b.spin)});
+  return std::max(
+      {length(a.r - b.r), std::abs(a.angle - b.angle), 0.1 * length(a.v - b.v), 0.1 * std::abs(a.spin - b.spin)});
 }
 
 double largest_distance(const States& a, const States& b) {
@@ -46,7 +46,7 @@ double largest_distance(const States& a, const States& b) {
   return most;
 }
 
-constexpr double step = 1e-4;
+constexpr double step = 2e-4;
 const MachineOptions accurate{.adams_moulton = {.order = 6}};
 
 States moved(const Model& model, double time) {
@@ -62,7 +62,7 @@ class AnyMechanism : public testing::TestWithParam<unsigned> {
     return test::random_mechanism(GetParam(), 2 + static_cast<int>(GetParam() % 3), static_cast<int>(GetParam() % 4));
   }
 };
-INSTANTIATE_TEST_SUITE_P(Random, AnyMechanism, testing::Range(1U, 25U));
+INSTANTIATE_TEST_SUITE_P(Random, AnyMechanism, testing::Range(1U, 17U));
 
 // The generator's pose closes all joints; moved off by 15 mm and 0.05 rad in every body it must come back to some
 // closed pose, with the freedom that Gruebler's count gives.
@@ -144,8 +144,8 @@ Model carried(Model m, double turn, Vec2 shift) {
   return m;
 }
 
-// Another orientation makes the partition choose other coordinates, so the two runs share no rounding; order 6 at 0.1 ms
-// leaves 1e-12 of motions of some 10 rad/s, magnified by the motion's sensitivity over 0.25 s.
+// Another orientation makes the partition choose other coordinates, so the two runs share no rounding; order 6 at 0.2
+// ms leaves 1e-12 of motions of some 10 rad/s, magnified by the motion's sensitivity over 0.25 s.
 TEST_P(AnyMechanism, RotatedAndShiftedMovesTheSame) {
   const Model model = mechanism().model;
   const double turn = 0.7, time = 0.25;
@@ -184,7 +184,7 @@ TEST_P(AnyMechanism, ReversedInTimeItReturns) {
   Machine out(model, accurate);
   out.start_from_pose();
   const States start(out);
-  for (int i = 0; i < 2000; ++i) out.advance(step);
+  for (int i = 0; i < 1000; ++i) out.advance(step);
   Model back = model;
   for (std::size_t i = 0; i < back.bodies.size(); ++i) {
     const BodyState& s = out.body(static_cast<int>(i) + 1);
@@ -195,7 +195,7 @@ TEST_P(AnyMechanism, ReversedInTimeItReturns) {
   for (std::size_t i = 0; i < back.forces.size(); ++i) back.forces[i] = out.system().model().forces[i];
   Machine returning(back, accurate);
   returning.start_from_pose();
-  for (int i = 0; i < 2000; ++i) returning.advance(step);
+  for (int i = 0; i < 1000; ++i) returning.advance(step);
   States end(returning);
   for (auto& [name, s] : end.of) s.v = -1.0 * s.v, s.spin = -s.spin;
   EXPECT_LT(largest_distance(start, end), 1e-9);
@@ -214,12 +214,12 @@ TEST_P(AnyMechanism, EnergyBookClosesWithDampersAndADriver) {
   Machine machine(model, accurate);
   machine.start_from_pose();
   double turned_over = 1;
-  for (int i = 0; i < 2500; ++i) {
+  for (int i = 0; i < 1250; ++i) {
     machine.advance(step);
     turned_over = std::max(turned_over, machine.energy().kinetic);
   }
   EXPECT_NEAR(machine.energy().balance(), 0, 1e-9 * turned_over);
-  if (machine.assembly().freedom > 0) EXPECT_NE(machine.energy().force_work, 0);
+  EXPECT_NE(machine.energy().force_work, 0);
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 // they must be. Adding a case is a YAML file and one entry in a list.
 
 #include <functional>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -26,12 +25,12 @@ struct Case {
   std::string source;  ///< of mechanism and reference
   Bounds bounds;
   std::function<Reference()> reference;
+  bool passes_singular = false;  ///< through a pose where the constraints lose rank
 };
 
 inline Reference minimal(test::Mechanism mechanism) {
-  return [oracle = std::make_shared<test::MinimalCoordinates>(std::move(mechanism))](double t) {
-    return oracle->at(t);
-  };
+  return
+      [oracle = std::make_shared<test::MinimalCoordinates>(std::move(mechanism))](double t) { return oracle->at(t); };
 }
 
 std::vector<Case> pendulums();

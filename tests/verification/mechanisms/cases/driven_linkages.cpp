@@ -131,8 +131,8 @@ Reference peaucellier() {
     const Point centre{0.165, 0}, a = centre + polar(0.165, 0.9 * sin(pi * t));
     const Jet stretch = 0.2079 / (a.x * a.x + a.y * a.y);
     const Point p = stretch * a, up = meet({}, 0.52, p, 0.25, 1), down = meet({}, 0.52, p, 0.25, -1);
-    return Poses{bar(centre, a), bar({}, up), bar({}, down),        bar(a, up),
-                 bar(a, down),   bar(up, p),  bar(down, p), {p.x, p.y, direction(up, p)}};
+    return Poses{bar(centre, a), bar({}, up), bar({}, down), bar(a, up),
+                 bar(a, down),   bar(up, p),  bar(down, p),  {p.x, p.y, direction(up, p)}};
   };
   const auto pin = [&](const char* name, int a, int b, double x, double y) {
     m.joints.push_back({.kind = Joint::pin, .name = name, .a = a, .b = b, .at = {x, y}});
@@ -179,8 +179,8 @@ Reference watt() {
 Reference pantograph() {
   Mechanism m;
   m.names = {"first arm", "second arm", "left bar", "right bar", "tracer", "pen"};
-  m.mass = {uniform_bar(1, 1),     uniform_bar(1, 1), uniform_bar(0.5, 0.5), uniform_bar(0.5, 0.5),
-            {0.2, 0.2, 0.0002}, {0.3, 0.3, 0.0003}};
+  m.mass = {uniform_bar(1, 1),     uniform_bar(1, 1),  uniform_bar(0.5, 0.5),
+            uniform_bar(0.5, 0.5), {0.2, 0.2, 0.0002}, {0.3, 0.3, 0.0003}};
   m.poses = [](const Coordinates&, Jet t) {
     const Point tracer{0.8 + 0.1 * sin(2 * pi * t), 0.15 * sin(4 * pi * t)}, pen = 2 * tracer;
     const Point top = meet({}, 1, pen, 1, 1), left = 0.5 * top, right = 0.5 * (top + pen);

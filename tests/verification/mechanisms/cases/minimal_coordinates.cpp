@@ -11,7 +11,9 @@ namespace subsoil::test {
 namespace {
 std::size_t at(int body) { return static_cast<std::size_t>(body); }
 /// Row r of all bodies' coordinates one after the other.
-double& row(Triples& of, Eigen::Index r) { return of[static_cast<std::size_t>(r / 3)][static_cast<std::size_t>(r % 3)]; }
+double& row(Triples& of, Eigen::Index r) {
+  return of[static_cast<std::size_t>(r / 3)][static_cast<std::size_t>(r % 3)];
+}
 double row(const Triples& of, Eigen::Index r) {
   return of[static_cast<std::size_t>(r / 3)][static_cast<std::size_t>(r % 3)];
 }

@@ -1,5 +1,5 @@
-// Springs, dampers and forces in closed form: free, damped, forced, coupled and torsional oscillations, masses on turning
-// arms, and free flight.
+// Springs, dampers and forces in closed form: free, damped, forced, coupled and torsional oscillations, masses on
+// turning arms, and free flight.
 
 #include <cmath>
 #include <numbers>
@@ -90,12 +90,10 @@ Reference coupled_masses() {
     const double sum = 0.05 / 2, c1 = std::cos(w1 * t), s1 = std::sin(w1 * t), c2 = std::cos(w2 * t),
                  s2 = std::sin(w2 * t);
     Expected out;
-    add(out, "first", "x", 1,
-        {sum * (c1 + c2), -sum * (w1 * s1 + w2 * s2), -sum * (w1 * w1 * c1 + w2 * w2 * c2)});
-    add(out, "second", "x", 2,
-        {sum * (c1 - c2), -sum * (w1 * s1 - w2 * s2), -sum * (w1 * w1 * c1 - w2 * w2 * c2)});
-    out.push_back({"energy.kinetic", 0.5 * m * sum * sum *
-                                         (std::pow(w1 * s1 + w2 * s2, 2) + std::pow(w1 * s1 - w2 * s2, 2))});
+    add(out, "first", "x", 1, {sum * (c1 + c2), -sum * (w1 * s1 + w2 * s2), -sum * (w1 * w1 * c1 + w2 * w2 * c2)});
+    add(out, "second", "x", 2, {sum * (c1 - c2), -sum * (w1 * s1 - w2 * s2), -sum * (w1 * w1 * c1 - w2 * w2 * c2)});
+    out.push_back(
+        {"energy.kinetic", 0.5 * m * sum * sum * (std::pow(w1 * s1 + w2 * s2, 2) + std::pow(w1 * s1 - w2 * s2, 2))});
     out.push_back({"energy.balance", 0});
     return out;
   };
@@ -126,8 +124,8 @@ Reference torsion() {
 }
 
 /// Masses that slide on arms turned at w = 6 rad/s, no gravity: r'' = (w^2 - k/m) r + k L_0/m. Without a spring
-/// r = r_0 cosh(w t); with one r swings about k L_0/(k - m w^2). Across the arm the mass takes 2 m w r', which loads the
-/// motor with the moment 2 m w r r'.
+/// r = r_0 cosh(w t); with one r swings about k L_0/(k - m w^2). Across the arm the mass takes 2 m w r', which loads
+/// the motor with the moment 2 m w r r'.
 Reference turning_arms() {
   return [](double t) {
     const double w = 6, m = 0.5, k = 50, free = 0.4, r0 = 0.5;
@@ -167,8 +165,8 @@ Reference free_flight() {
     add(out, "thrown", "angle", 0, {5 * t, 5, 0});
     const double a = 8.0 / 2, s = 2;
     add(out, "rocket", "x", 0, {a / (s * s) * (1 - std::cos(s * t)), a / s * std::sin(s * t), a * std::cos(s * t)});
-    add(out, "rocket", "y", 0, {a / s * t - a / (s * s) * std::sin(s * t), a / s * (1 - std::cos(s * t)),
-                                a * std::sin(s * t)});
+    add(out, "rocket", "y", 0,
+        {a / s * t - a / (s * s) * std::sin(s * t), a / s * (1 - std::cos(s * t)), a * std::sin(s * t)});
     add(out, "rocket", "angle", 0, {s * t, s, 0});
     out.push_back({"energy.balance", 0});
     return out;

@@ -120,8 +120,7 @@ Reference cart_pendulum() {
     return std::vector<Pose>{{pin.x, pin.y, 0}, bar(pin, pin + polar(0.8, q[1]))};
   };
   m.joints = {{.kind = Joint::slide, .name = "rail", .b = 0}, {.kind = Joint::pin, .name = "pin", .a = 0, .b = 1}};
-  m.springs = {
-      {.name = "buffer", .b = 0, .on_a = {-1, 0}, .stiffness = 40, .free_length = 0.9, .damping = 0.8}};
+  m.springs = {{.name = "buffer", .b = 0, .on_a = {-1, 0}, .stiffness = 40, .free_length = 0.9, .damping = 0.8}};
   return minimal(m);
 }
 
@@ -163,7 +162,9 @@ Reference elastic_pendulum() {
 
 std::vector<Case> pendulums() {
   return {
-      {"simple-pendulum", "IFToMM benchmark A01; Jacobi's elliptic functions", {1e-10, 1e-9, 1e-8, 1e-8, 1e-9},
+      {"simple-pendulum",
+       "IFToMM benchmark A01; Jacobi's elliptic functions",
+       {1e-10, 1e-9, 1e-8, 1e-8, 1e-9},
        simple_pendulum},
       {"rod-pendulum", "Jacobi's elliptic functions", {1e-9, 1e-9, 1e-8, 1e-8, 1e-9}, rod_pendulum},
       {"double-pendulum", "minimal coordinates", {1e-9, 1e-8, 1e-7, 1e-7, 1e-9}, double_pendulum},

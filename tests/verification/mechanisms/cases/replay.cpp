@@ -17,7 +17,7 @@ Replay::Replay(const Case& of, const std::vector<std::string>& sets)
     : loaded_(app::load_scenario(file_of(of), sets)), machine_(app::build_machine(loaded_)) {
   const app::Scenario& s = loaded_.scenario;
   const double every = s.output.series_every;
-  step_ = s.time.machine.step.value_or(every);
+  step_ = std::min(every, s.time.machine.step.value_or(every));
   steps_per_row_ = std::max(1L, std::lround(every / step_));
   rows_ = std::lround(s.time.end / every);
   const auto& names = machine_->column_names();
@@ -86,11 +86,12 @@ std::vector<Finding> compare(const Case& c, const std::vector<std::string>& sets
         at = std::prev(findings.end());
       }
       ++at->compared;
-      const double ours = replay.value(column), off = ours - value;
-      const double difference = std::abs(unit == "rad" ? std::remainder(off, 2 * std::numbers::pi) : off);
+      const double ours = replay.value(column), full_turn = 2 * std::numbers::pi;
+      const double off = unit == "rad" ? std::remainder(ours - value, full_turn) : ours - value;
+      const double difference = std::abs(off);
       if (difference <= at->difference) continue;  // a NaN is taken: it is worse than anything
       at->column = column, at->unit = unit, at->t = replay.time();
-      at->ours = ours, at->reference = value, at->difference = difference;
+      at->ours = ours, at->reference = unit == "rad" ? ours - off : value, at->difference = difference;
       if (std::isnan(difference)) return findings;
     }
   } while (replay.next());
