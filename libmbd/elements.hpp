@@ -5,6 +5,7 @@
 //
 // describe(V&) uses the common vocabulary and these words besides:
 //   v.coordinate(key, body, coordinate, meaning)               `coordinate: trolley.x`: a body and x, y or angle of it
+//   v.joint(key, name, meaning)                                the name of a joint of the machine
 //   v.optional_function(key, function, unit, meaning)          may be left out: function.is_set() stays false
 //   v.optional_quantity(key, number, unit, range, meaning)     may be left out: the number stays NaN
 //   v.point(key, body, point, meaning)                         a point in body axes; `at: x y m` is a world point of
@@ -18,6 +19,7 @@
 #include "libmbd/drivers/coordinate_driver.hpp"
 #include "libmbd/drivers/slide_driver.hpp"
 #include "libmbd/forces/applied_force.hpp"
+#include "libmbd/forces/joint_friction.hpp"
 #include "libmbd/forces/rotational_spring_damper.hpp"
 #include "libmbd/forces/spring_damper.hpp"
 #include "libmbd/forces/wheel_on_soil.hpp"
@@ -29,7 +31,7 @@ namespace subsoil::mbd {
 
 using Joints = std::tuple<Revolute, Translational, Fixed>;
 using Drivers = std::tuple<CoordinateDriver, AngleDriver, SlideDriver>;
-using Forces = std::tuple<SpringDamper, RotationalSpringDamper, AppliedForce, WheelOnSoil>;
+using Forces = std::tuple<SpringDamper, RotationalSpringDamper, AppliedForce, WheelOnSoil, JointFriction>;
 
 namespace detail {
 template <class Tuple>

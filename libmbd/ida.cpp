@@ -90,7 +90,6 @@ struct Ida::Solver {
     q = y_all.head(n), w = y_all.segment(n, n);
     system.set_state(t, q, w);
     system.constraints(c);
-    system.loads(load);
     lambda.setZero(), mu.setZero();
     for (Eigen::Index i = 0; i < r; ++i) {
       const int row = rows[static_cast<std::size_t>(i)];
@@ -98,6 +97,8 @@ struct Ida::Solver {
       res[2 * n + i] = c.phi[row];
       res[2 * n + r + i] = c.jacobian.row(row).dot(w) + c.phi_t[row];
     }
+    system.set_multipliers(lambda);  // of which friction is made
+    system.loads(load);
     correction.noalias() = c.jacobian.transpose() * mu;
     res.head(n) = dy_all.head(n) - w + correction;
     correction.noalias() = c.jacobian.transpose() * lambda;

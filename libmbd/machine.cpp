@@ -14,6 +14,7 @@ const AssemblyReport& Machine::start_from_pose() {
   Eigen::VectorXd q = system_.start_position(), velocity = system_.start_velocity();
   const double t = system_.model().start_time;
   report_ = assemble(system_, t, q, velocity);
+  refuse_redundant();
   system_.settle_forces(t, q, velocity);
   begin(q, velocity);
   return report_;
@@ -23,10 +24,18 @@ const AssemblyReport& Machine::start_from_towing_equilibrium(double speed) {
   Eigen::VectorXd q = system_.start_position(), velocity = system_.start_velocity();
   const double t = system_.model().start_time;
   report_ = assemble(system_, t, q, velocity);
+  refuse_redundant();
   system_.settle_forces(t, q, velocity);
   const Equilibrium found = towing_equilibrium(system_, t, q, speed);
   begin(found.q, found.velocity);
   return report_;
+}
+
+void Machine::refuse_redundant() const {
+  if (system_.model().redundancy == Redundancy::minimum_norm || report_.redundant.empty()) return;
+  std::string text = "the machine has redundant constraints: ";
+  for (std::size_t i = 0; i < report_.redundant.size(); ++i) text += (i ? "; " : "") + report_.redundant[i];
+  throw std::invalid_argument(text + ". Free one of each group, or let redundant be minimum-norm");
 }
 
 void Machine::begin(const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
@@ -57,9 +66,11 @@ Reaction Machine::reaction_of(std::size_t joint, const Eigen::VectorXd& lambda) 
         // The wrench on whichever body is not the ground, moved to the joint's point on the second body.
         const bool on_second = j.body_b != ground;
         const int body = on_second ? j.body_b : j.body_a;
-        double w[3];
-        for (int k = 0; k < 3; ++k)
-          w[k] = -jacobian.col(3 * (body - 1) + k).segment(first, j.rows).dot(lambda.segment(first, j.rows));
+        std::array<double, 3> w{};
+        for (int row = first; row < first + static_cast<int>(j.rows); ++row)
+          for (auto b = system_.first_block(row); b < system_.first_block(row + 1); ++b)
+            for (std::size_t k = 0; k < 3 && system_.blocks()[b].body == body; ++k)
+              w[k] -= jacobian[b][k] * lambda[row];
         const BodyState &b = system_.body(j.body_b), &own = system_.body(body);
         const Vec2 arm = b.r + b.world(j.p_b) - own.r;
         const double moment = w[2] - cross(arm, {w[0], w[1]}), sign = on_second ? -1 : 1;
@@ -113,6 +124,7 @@ void Machine::name_columns() {
   for (const auto& b : model.bodies) {
     add(b.name + ".x", "m"), add(b.name + ".y", "m"), add(b.name + ".angle", "rad");
     add(b.name + ".vx", "m/s"), add(b.name + ".vy", "m/s"), add(b.name + ".spin", "rad/s");
+    add(b.name + ".ax", "m/s^2"), add(b.name + ".ay", "m/s^2"), add(b.name + ".alpha", "rad/s^2");
   }
   for (const auto& j : model.joints) add(j.name + ".fx", "N"), add(j.name + ".fy", "N"), add(j.name + ".moment", "N m");
   for (const auto& d : model.drivers) {
@@ -140,6 +152,8 @@ void Machine::columns(std::span<double> out) const {
   for (int i = 1; i < system_.bodies(); ++i) {
     const BodyState& b = body(i);
     put(b.r.x, b.r.y, b.angle, b.v.x, b.v.y, b.spin);
+    const auto acceleration = integrator_->state().acceleration.segment<3>(3 * (i - 1));
+    put(acceleration[0], acceleration[1], acceleration[2]);
   }
   const Eigen::VectorXd lambda = integrator_->partition().reactions(integrator_->state());
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
