@@ -48,61 +48,63 @@ void Partition::choose(const MotionState& at) {
   rows_ = choice_.rows, u_ = choice_.dependent;
   std::sort(rows_.begin(), rows_.end());
   std::sort(u_.begin(), u_.end());
-  analyse();
-  list_products();
-  factored_at_[0] = std::numeric_limits<double>::quiet_NaN();
-  factor();
   if (!choice_.redundant.empty() && !system_.friction_rows().empty())
     throw std::invalid_argument(
         "friction in " + system_.owner(system_.friction_rows().front()) +
         " needs its reaction, which is not determined: " + system_.owner(choice_.redundant.front()) +
         " depends on other constraints; free the constraint that is too many");
+  analyse();
+  list_products();
+  factor();
+  if (rank() > 0) factor_schur(at);
 }
 
 void Partition::analyse() {
   const auto r = choice_.rows.size();
-  index_of_row_.assign(static_cast<std::size_t>(system_.equations()), -1);
-  for (std::size_t k = 0; k < r; ++k) index_of_row_[static_cast<std::size_t>(choice_.rows[k])] = static_cast<int>(k);
+  std::vector<int> index_of_row(static_cast<std::size_t>(system_.equations()), -1);
   std::vector<int> index_of_column(static_cast<std::size_t>(system_.coordinates()), -1);
-  for (std::size_t k = 0; k < r; ++k)
+  for (std::size_t k = 0; k < r; ++k) {
+    index_of_row[static_cast<std::size_t>(choice_.rows[k])] = static_cast<int>(k);
     index_of_column[static_cast<std::size_t>(choice_.dependent[k])] = static_cast<int>(k);
-
-  used_blocks_.clear(), entries_.clear();
-  std::vector<std::vector<int>> pattern(r);
-  for (int pass = 0; pass < 2; ++pass) {  // the pattern first, then the places in it
-    for (std::size_t b = 0; b < system_.blocks().size(); ++b) {
-      const auto [row, body] = system_.blocks()[b];
-      const int k = index_of_row_[static_cast<std::size_t>(row)];
-      if (k < 0) continue;
-      if (pass == 0) used_blocks_.push_back(b);
-      for (std::size_t component = 0; component < 3; ++component) {
-        const int j = index_of_column[static_cast<std::size_t>(3 * (body - 1)) + component];
-        if (j < 0) continue;
-        if (pass == 0) pattern[static_cast<std::size_t>(k)].push_back(j);
-        if (pass == 1) entries_.push_back({b, component, phi_u_.place(k, j)});
-      }
-    }
-    if (pass == 0) phi_u_.analyse(pattern);
   }
+  used_.clear(), entries_.clear();
+  for (std::size_t b = 0; b < system_.blocks().size(); ++b) {
+    const auto [row, body] = system_.blocks()[b];
+    const int k = index_of_row[static_cast<std::size_t>(row)];
+    if (k >= 0) used_.push_back({b, static_cast<std::size_t>(k), 3 * (body - 1)});
+  }
+  std::vector<std::vector<int>> pattern(r);
+  const auto each_of_phi_u = [&](auto action) {
+    for (const Used& u : used_)
+      for (std::size_t component = 0; component < 3; ++component) {
+        const int j = index_of_column[static_cast<std::size_t>(u.column) + component];
+        if (j >= 0) action(u, component, j);
+      }
+  };
+  each_of_phi_u([&](const Used& u, std::size_t, int j) { pattern[u.index].push_back(j); });
+  phi_u_.analyse(pattern);
+  each_of_phi_u([&](const Used& u, std::size_t component, int j) {
+    entries_.push_back({u.block, component, phi_u_.place(static_cast<int>(u.index), j)});
+  });
   best_pivot_.assign(r, 0.0);
   work_.assign(r, 0.0);
 }
 
 void Partition::list_products() {
-  std::vector<std::vector<std::size_t>> on_body(static_cast<std::size_t>(system_.bodies()));
-  for (const auto b : used_blocks_) on_body[static_cast<std::size_t>(system_.blocks()[b].body)].push_back(b);
-  const auto place = [&](std::size_t b) { return index_of_row_[static_cast<std::size_t>(system_.blocks()[b].row)]; };
-  std::vector<std::vector<int>> neighbours(rows_.size());
-  for (const auto& blocks : on_body)
-    for (const auto i : blocks)
-      for (const auto j : blocks)
-        if (i != j) neighbours[static_cast<std::size_t>(place(i))].push_back(place(j));
+  std::vector<std::vector<Used>> on_body(static_cast<std::size_t>(system_.bodies()));
+  for (const Used& u : used_) on_body[static_cast<std::size_t>(u.column / 3)].push_back(u);
+  std::vector<std::vector<int>> neighbours(choice_.rows.size());
+  for (const auto& list : on_body)
+    for (const Used& a : list)
+      for (const Used& b : list)
+        if (a.index != b.index) neighbours[a.index].push_back(static_cast<int>(b.index));
   schur_.analyse(neighbours);
   products_.clear();
-  for (const auto& blocks : on_body)
-    for (std::size_t i = 0; i < blocks.size(); ++i)
+  for (const auto& list : on_body)
+    for (std::size_t i = 0; i < list.size(); ++i)
       for (std::size_t j = 0; j <= i; ++j)
-        products_.push_back({blocks[i], blocks[j], schur_.place(place(blocks[i]), place(blocks[j]))});
+        products_.push_back({list[i].block, list[j].block,
+                             schur_.place(static_cast<int>(list[i].index), static_cast<int>(list[j].index))});
   weighted_.resize(system_.blocks().size());
 }
 
@@ -139,10 +141,9 @@ bool Partition::factors_serve(const MotionState& m) const {
 }
 
 void Partition::factor_schur(const MotionState& m) {
-  for (const auto b : used_blocks_) {
-    const auto i = 3 * (system_.blocks()[b].body - 1);
-    for (int k = 0; k < 3; ++k)
-      weighted_[b][static_cast<std::size_t>(k)] = c_.jacobian[b][static_cast<std::size_t>(k)] * inverse_mass_[i + k];
+  for (const Used& u : used_) {
+    const double* const inverse = inverse_mass_.data() + u.column;
+    for (std::size_t k = 0; k < 3; ++k) weighted_[u.block][k] = c_.jacobian[u.block][k] * inverse[k];
   }
   auto& s = schur_.values();
   std::fill(s.begin(), s.end(), 0.0);
@@ -191,18 +192,19 @@ void Partition::refuse_open(const MotionState& m) const {
                            "; the machine has reached the end of its travel, or the step is too long");
 }
 
-void Partition::solve_positions(MotionState& m) {
+// Returns whether the factors of before serve the new pose.
+bool Partition::solve_positions(MotionState& m) {
   // Newton with the matrix of the guess, which a predictor leaves nearly on Phi = 0: the first iteration then is the
   // last, and the same factors serve the velocities.
   const double far = m.q.cwiseAbs().maxCoeff(), scale = std::max(system_.length_scale(), far);
   const double goal = 1e-14 * system_.length_scale() + 2e-15 * far;  // the second is the rounding of Phi itself
   double before = 0, first = 0;
-  const bool serve = factors_serve(m);
+  bool serve = factors_serve(m);
   if (!serve) factored_at_[0] = std::numeric_limits<double>::quiet_NaN();
   for (int iteration = 0; iteration < 50; ++iteration) {
     system_.set_position(m.t, m.q);
     system_.constraints(c_);
-    if (rank() == 0) return;
+    if (rank() == 0) return true;
     if (iteration == 0 && !serve) factor();
     double now = 0;
     for (std::size_t k = 0; k < work_.size(); ++k) {
@@ -211,11 +213,11 @@ void Partition::solve_positions(MotionState& m) {
     }
     if (now <= goal || (now <= 1e-13 * scale && iteration > 0 && now > 0.1 * before)) {
       if (!choice_.redundant.empty() && residual() > 1e-8 * scale) break;
-      return;
+      return serve;
     }
     if (iteration == 0) first = now;
     if (!(now < 1e3 * scale)) break;
-    if (iteration > 0 && now > 0.01 * before) factor();
+    if (iteration > 0 && now > 0.01 * before) factor(), serve = false;
     before = now;
     phi_u_.solve(work_);
     for (std::size_t k = 0; k < work_.size(); ++k) m.q[choice_.dependent[k]] -= work_[k];
@@ -227,12 +229,10 @@ void Partition::solve_positions(MotionState& m) {
 // work_ = Phi_q x + sign * other, in the order of the choice; returns the largest of it.
 double Partition::apply_jacobian(const Eigen::VectorXd& x, const std::vector<double>& other, double sign) {
   for (std::size_t k = 0; k < work_.size(); ++k) work_[k] = sign * other[static_cast<std::size_t>(choice_.rows[k])];
-  for (const auto b : used_blocks_) {
-    const auto [row, body] = system_.blocks()[b];
-    const double* const p = x.data() + 3 * (body - 1);
-    const auto& j = c_.jacobian[b];
-    work_[static_cast<std::size_t>(index_of_row_[static_cast<std::size_t>(row)])] +=
-        j[0] * p[0] + j[1] * p[1] + j[2] * p[2];
+  for (const Used& u : used_) {
+    const double* const p = x.data() + u.column;
+    const auto& j = c_.jacobian[u.block];
+    work_[u.index] += j[0] * p[0] + j[1] * p[1] + j[2] * p[2];
   }
   double most = 0;
   for (const double w : work_) most = std::max(most, std::abs(w));
@@ -261,10 +261,10 @@ void Partition::solve_velocities(MotionState& m) {
 }
 
 void Partition::evaluate(MotionState& m) {
-  solve_positions(m);
+  const bool serve = solve_positions(m);
   if (rank() > 0) {
     solve_velocities(m);
-    if (!factors_serve(m)) factor_schur(m);
+    if (!serve) factor_schur(m);
   }
   accelerate(m);
 }
@@ -290,27 +290,36 @@ void Partition::accelerate(MotionState& m) {
   }
 }
 
+// acceleration -= M^-1 Phi_q^T lambda, lambda in the order of the choice.
+void Partition::subtract_reactions(const std::vector<double>& lambda, Eigen::VectorXd& acceleration) const {
+  for (const Used& u : used_) {
+    const double* const inverse = inverse_mass_.data() + u.column;
+    double* const a = acceleration.data() + u.column;
+    for (std::size_t k = 0; k < 3; ++k) a[k] -= inverse[k] * c_.jacobian[u.block][k] * lambda[u.index];
+  }
+}
+
 void Partition::solve_accelerations(MotionState& m) {
   free_ = load_.cwiseProduct(inverse_mass_);
-  m.lambda.setZero();
   m.acceleration = free_;
-  // The second pass is iterative refinement: S has the square of the condition of Phi_q, and where that is large the
-  // accelerations still satisfy their constraints to rounding. Most often its residual says that nothing is to do.
-  double goal = 0;
-  for (int pass = 0; pass < 4 && rank() > 0; ++pass) {
+  if (rank() == 0) return;
+  // From the lambda given on: it is near after a predictor, and then factors of a pose near by serve as well. Further
+  // passes are iterative refinement: S has the square of the condition of Phi_q, and where that is large the
+  // accelerations still satisfy their constraints to rounding.
+  if (!m.lambda.allFinite()) m.lambda.setZero();
+  for (const int row : choice_.redundant) m.lambda[row] = 0;
+  for (std::size_t k = 0; k < work_.size(); ++k) work_[k] = m.lambda[choice_.rows[k]];
+  subtract_reactions(work_, m.acceleration);
+  double largest = free_.cwiseAbs().maxCoeff();
+  for (const double g : c_.gamma) largest = std::max(largest, std::abs(g));
+  double before = std::numeric_limits<double>::infinity();
+  for (int pass = 0; pass < 6; ++pass) {
     const double now = apply_jacobian(m.acceleration, c_.gamma, -1);
-    if (pass == 0) goal = 1e-14 * now;
-    if (now <= goal) return;
+    if (now <= 1e-15 * largest || !(now < 0.1 * before)) return;
+    before = now;
     schur_.solve(work_);
     for (std::size_t k = 0; k < work_.size(); ++k) m.lambda[choice_.rows[k]] += work_[k];
-    for (const auto b : used_blocks_) {
-      const auto [row, body] = system_.blocks()[b];
-      const double lambda = work_[static_cast<std::size_t>(index_of_row_[static_cast<std::size_t>(row)])];
-      for (int k = 0; k < 3; ++k) {
-        const auto i = 3 * (body - 1) + k;
-        m.acceleration[i] -= inverse_mass_[i] * c_.jacobian[b][static_cast<std::size_t>(k)] * lambda;
-      }
-    }
+    subtract_reactions(work_, m.acceleration);
   }
 }
 

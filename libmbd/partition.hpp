@@ -73,6 +73,10 @@ class Partition {
   double residual() const;
 
  private:
+  struct Used {  // a block of a used row: where it is, its place among the used rows, the first coordinate of its body
+    std::size_t block, index;
+    Eigen::Index column;
+  };
   struct Entry {  // of Phi_u: component k of a block of Phi_q
     std::size_t block, component, place;
   };
@@ -81,11 +85,12 @@ class Partition {
   };
   void analyse();
   void list_products();
-  void solve_positions(MotionState& m);
+  bool solve_positions(MotionState& m);
   void factor();
   bool factors_serve(const MotionState& m) const;
   void factor_schur(const MotionState& m);
   void solve_velocities(MotionState& m);
+  void subtract_reactions(const std::vector<double>& lambda, Eigen::VectorXd& acceleration) const;
   void solve_accelerations(MotionState& m);
   void solve_with_friction(MotionState& m);
   double apply_jacobian(const Eigen::VectorXd& x, const std::vector<double>& other, double sign);
@@ -102,8 +107,7 @@ class Partition {
   long choices_ = 0;
   double sensitivity_ = 1, least_pivot_ = 1, velocity_turn_ = 0;
 
-  std::vector<std::size_t> used_blocks_;  // blocks of used rows
-  std::vector<int> index_of_row_;         // place of a row among the used ones, -1 for a redundant row
+  std::vector<Used> used_;
   SparseLu phi_u_;
   std::vector<Entry> entries_;
   std::vector<double> best_pivot_;  // largest that each pivot of Phi_u has been since the choice

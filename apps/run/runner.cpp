@@ -100,6 +100,9 @@ class Runner {
     std::vector<SeriesColumn> summarised;
     for (const std::size_t c : columns_->summarised()) summarised.push_back(columns_->list()[c]);
     summary_ = std::make_unique<Summary>(summarised);
+    if (world_.machine)
+      for (const std::string& group : world_.machine->assembly().redundant)
+        summary_->warn(group + ": of their reactions those of least norm are reported");
     set_fixed_window();
     frames_ = std::make_unique<FrameOutput>(request_.out, s_, world_, simulation_);
   }
