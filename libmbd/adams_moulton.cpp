@@ -151,7 +151,7 @@ void AdamsMoulton::correct(double h) {
 }
 
 void AdamsMoulton::bridge(double h) {
-  bridged_ = true;
+  bridged_ = was_near_singular_ = true;
   predict(h);
   assemble(system_, trial_.t, trial_.q, trial_.velocity);
   const int k = options_.order;
