@@ -1,6 +1,9 @@
 #include "libmbd/adams_moulton.hpp"
 
 #include <stdexcept>
+#include <utility>
+
+#include "libmbd/assembly.hpp"
 
 namespace subsoil::mbd {
 
@@ -45,14 +48,14 @@ constexpr int substeps = 2;
 AdamsMoulton::AdamsMoulton(System& system, const AdamsMoultonOptions& options) : Integrator(system), options_(options) {
   if (options.order < 1 || options.order > order_max)
     throw std::invalid_argument("adams-moulton order = " + std::to_string(options.order) + ": must be in [1, 6]");
-  ring_.assign(order_max, {now_.velocity, now_.acceleration, now_.rates});
-  stages_.assign(stage_count, ring_.front());
+  const Eigen::Index size = 2 * now_.q.size() + now_.rates.size();
+  past_.setZero(size, order_max), stages_.setZero(size, stage_count);
+  weights_.setZero(order_max), sum_.setZero(size);
   trial_ = now_;
-  q_sum_ = velocity_sum_ = now_.q;
-  rates_sum_ = now_.rates;
 }
 
 void AdamsMoulton::on_start() {
+  was_near_singular_ = bridged_ = false;
   stored_ = 0;
   step_ = 0;
   wrench_changes_ = system_.wrench_changes();
@@ -62,26 +65,37 @@ void AdamsMoulton::on_start() {
 void AdamsMoulton::push_past() {
   newest_ = (newest_ + 1) % order_max;
   if (stored_ < order_max) ++stored_;
-  past(0).velocity = now_.velocity;
-  past(0).acceleration = now_.acceleration;
-  past(0).rates = now_.rates;
+  keep(past_, slot(0), now_);
+}
+
+void AdamsMoulton::keep(Eigen::MatrixXd& derivatives, Eigen::Index column, const MotionState& m) const {
+  const auto n = m.q.size();
+  auto f = derivatives.col(column);
+  f.head(n) = m.velocity, f.segment(n, n) = m.acceleration, f.tail(m.rates.size()) = m.rates;
+}
+
+/// sum_ = h times the weighted sum of the past, newest first.
+void AdamsMoulton::sum_past(const double* weights, int count, double h) {
+  weights_.setZero();
+  for (int age = 0; age < count; ++age) weights_[slot(age)] = h * weights[age];
+  sum_.noalias() = past_ * weights_;
 }
 
 void AdamsMoulton::take_jump() {
   if (wrench_changes_ == system_.wrench_changes()) return;
   wrench_changes_ = system_.wrench_changes();
+  if (bridged_) return;  // a singular pose answers to no wrench; the next step does
   partition_.accelerate(now_);
   if (options_.wrench_jump == WrenchJump::restart) {
     stored_ = 0;
     push_past();
     return;
   }
-  velocity_sum_ = now_.acceleration - past(0).acceleration;
-  rates_sum_ = now_.rates - past(0).rates;
-  for (int age = 0; age < stored_; ++age) {
-    past(age).acceleration += velocity_sum_;
-    past(age).rates += rates_sum_;
-  }
+  const auto n = now_.q.size();
+  sum_.head(n).setZero();
+  sum_.segment(n, n) = now_.acceleration - past_.col(slot(0)).segment(n, n);
+  sum_.tail(now_.rates.size()) = now_.rates - past_.col(slot(0)).tail(now_.rates.size());
+  for (int age = 0; age < stored_; ++age) past_.col(slot(age)) += sum_;
 }
 
 void AdamsMoulton::on_advance(double h) {
@@ -98,37 +112,75 @@ void AdamsMoulton::on_advance(double h) {
     multistep(step_);
   }
   now_.t = origin_ + static_cast<double>(++steps_) * step_;
-  if (partition_.choose_again_if_needed(now_)) partition_.evaluate(now_);
+  if (!bridged_ && partition_.choose_again_if_needed(now_)) partition_.evaluate(now_);
   push_past();
 }
 
-void AdamsMoulton::set_independent(const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
-  for (const int i : partition_.independent()) trial_.q[i] = q[i], trial_.velocity[i] = velocity[i];
+void AdamsMoulton::multistep(double h) {
+  const bool bridged_before = std::exchange(bridged_, false);
+  try {
+    predict(h);
+    partition_.evaluate(trial_);
+    check_branch();
+    correct(h);
+  } catch (const SingularPose&) {
+    if (bridged_before) throw;  // singular for longer than an instant
+    bridge(h);
+  }
+  std::swap(now_, trial_);
 }
 
-void AdamsMoulton::multistep(double h) {
-  const int k = options_.order;
-  const double *b = bashforth[k - 1], *c = moulton[k - 1];
+void AdamsMoulton::predict(double h) {
+  const auto n = now_.q.size();
+  sum_past(bashforth[options_.order - 1], options_.order, h);
   trial_.t = now_.t + h;
-  trial_.q = now_.q, trial_.velocity = now_.velocity;
-  for (int j = 0; j < k; ++j) {
-    trial_.q += h * b[j] * past(j).velocity;
-    trial_.velocity += h * b[j] * past(j).acceleration;
-  }
-  partition_.evaluate(trial_);
+  trial_.q = now_.q + sum_.head(n);
+  trial_.velocity = now_.velocity + sum_.segment(n, n);
+}
 
-  q_sum_ = now_.q + h * c[0] * trial_.velocity;
-  velocity_sum_ = now_.velocity + h * c[0] * trial_.acceleration;
-  rates_sum_.setZero();
-  for (int j = 0; j + 1 < k; ++j) {
-    q_sum_ += h * c[j + 1] * past(j).velocity;
-    velocity_sum_ += h * c[j + 1] * past(j).acceleration;
-    rates_sum_ += h * c[j + 1] * past(j).rates;
+void AdamsMoulton::correct(double h) {
+  const double* c = moulton[options_.order - 1];
+  const auto n = now_.q.size();
+  sum_past(c + 1, options_.order - 1, h);
+  for (const int i : partition_.independent()) {
+    trial_.q[i] = now_.q[i] + sum_[i] + h * c[0] * trial_.velocity[i];
+    trial_.velocity[i] = now_.velocity[i] + sum_[n + i] + h * c[0] * trial_.acceleration[i];
   }
-  set_independent(q_sum_, velocity_sum_);
   partition_.evaluate(trial_);
-  flows_.of_elements += rates_sum_ + h * c[0] * trial_.rates;
-  std::swap(now_, trial_);
+  flows_.of_elements += sum_.tail(now_.rates.size()) + h * c[0] * trial_.rates;
+}
+
+void AdamsMoulton::bridge(double h) {
+  bridged_ = was_near_singular_ = true;
+  predict(h);
+  assemble(system_, trial_.t, trial_.q, trial_.velocity);
+  const int k = options_.order;
+  const auto n = now_.q.size();
+  double weights[order_max], binomial = 1;  // f_{n+1} = sum of (-1)^j (k over j + 1) f_{n-j}
+  for (int j = 0; j < k; ++j) {
+    binomial *= static_cast<double>(k - j) / (j + 1);
+    weights[j] = j % 2 ? -binomial : binomial;
+  }
+  sum_past(weights, k, 1);
+  system_.set_state(trial_.t, trial_.q, trial_.velocity);
+  system_.loads(trial_.acceleration);  // for what forces report
+  trial_.acceleration = sum_.segment(n, n);
+  trial_.rates = sum_.tail(now_.rates.size());
+  trial_.lambda = now_.lambda;
+  const double* c = moulton[k - 1];
+  sum_past(c + 1, k - 1, h);
+  flows_.of_elements += sum_.tail(now_.rates.size()) + h * c[0] * trial_.rates;
+}
+
+void AdamsMoulton::check_branch() {
+  const bool near = partition_.near_singular();
+  // The predictor errs by a small share of the velocities; another branch turns or stops some of them.
+  if ((near || was_near_singular_) && partition_.velocity_turn() > 0.3)
+    throw std::runtime_error("singular pose at t = " + std::to_string(trial_.t) +
+                             " s: beyond it the constraints are met on another branch, not on the continuation of the "
+                             "motion, at " +
+                             partition_.singular_owner() + "; a shorter step may pass it");
+  was_near_singular_ = near;
 }
 
 void AdamsMoulton::one_step(double h) {
@@ -140,42 +192,31 @@ void AdamsMoulton::one_step(double h) {
 }
 
 void AdamsMoulton::runge_kutta(double h) {
+  const auto n = now_.q.size();
   trial_ = now_;
-  for (int stage = 0; stage < stage_count; ++stage) {
-    if (stage > 0) {
-      q_sum_ = now_.q, velocity_sum_ = now_.velocity;
-      for (int j = 0; j < stage; ++j) {
-        q_sum_ += h * stage_weights[stage][j] * stages_[static_cast<std::size_t>(j)].velocity;
-        velocity_sum_ += h * stage_weights[stage][j] * stages_[static_cast<std::size_t>(j)].acceleration;
-      }
-      trial_.t = now_.t + nodes[stage] * h;
-      trial_.q = q_sum_;
-      set_independent(q_sum_, velocity_sum_);
-      partition_.evaluate(trial_);
-    }
-    auto& f = stages_[static_cast<std::size_t>(stage)];
-    f.velocity = trial_.velocity, f.acceleration = trial_.acceleration, f.rates = trial_.rates;
+  keep(stages_, 0, now_);
+  const auto move_to = [&](const double* weights, int count, double node) {
+    for (int j = 0; j < count; ++j) weights_[j] = h * weights[j];
+    sum_.noalias() = stages_.leftCols(count) * weights_.head(count);
+    trial_.t = now_.t + node * h;
+    trial_.q = now_.q + sum_.head(n);
+    for (const int i : partition_.independent()) trial_.velocity[i] = now_.velocity[i] + sum_[n + i];
+    partition_.evaluate(trial_);
+  };
+  for (int stage = 1; stage < stage_count; ++stage) {
+    move_to(stage_weights[stage], stage, nodes[stage]);
+    keep(stages_, stage, trial_);
   }
-  q_sum_ = now_.q, velocity_sum_ = now_.velocity;
-  for (int j = 0; j < stage_count; ++j) {
-    const auto& f = stages_[static_cast<std::size_t>(j)];
-    q_sum_ += h * result_weights[j] * f.velocity;
-    velocity_sum_ += h * result_weights[j] * f.acceleration;
-    flows_.of_elements += h * result_weights[j] * f.rates;
-  }
-  trial_.t = now_.t + h;
-  trial_.q = q_sum_;
-  set_independent(q_sum_, velocity_sum_);
-  partition_.evaluate(trial_);
+  move_to(result_weights, stage_count, 1);
+  flows_.of_elements += sum_.tail(now_.rates.size());
   std::swap(now_, trial_);
 }
 
 void AdamsMoulton::on_save(std::vector<double>& out) const {
   out.insert(out.end(), {static_cast<double>(stored_), step_, origin_, static_cast<double>(steps_)});
   for (int age = stored_; age-- > 0;) {
-    put(out, past(age).velocity);
-    put(out, past(age).acceleration);
-    put(out, past(age).rates);
+    const auto column = past_.col(slot(age));
+    out.insert(out.end(), column.data(), column.data() + column.size());
   }
 }
 
@@ -188,9 +229,8 @@ void AdamsMoulton::on_restore(const double*& from, const double* end) {
   for (int i = 0; i < count; ++i) {
     newest_ = (newest_ + 1) % order_max;
     ++stored_;
-    take(from, end, past(0).velocity);
-    take(from, end, past(0).acceleration);
-    take(from, end, past(0).rates);
+    take(from, end, sum_);
+    past_.col(slot(0)) = sum_;
   }
   // The wrench came back with the system and is the one that the past was stored under.
   wrench_changes_ = system_.wrench_changes();

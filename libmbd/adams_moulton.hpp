@@ -14,6 +14,10 @@ namespace subsoil::mbd {
 /// independent set it serves as it is, and the dependent coordinates get a guess of the same order for free.
 /// Past values come from Dormand-Prince steps of order 5 in substeps, so the start costs no order (k starting values of
 /// local error h^6 each). A step of another length starts anew. Energy flows ride along with the same corrector.
+/// A step that ends on a singular pose is bridged: q and q' by the predictor, closed with least change, q'' by
+/// extrapolation of the same order, reactions those of the step before. A step over one must continue smoothly: when
+/// the constraints answer with velocities that the predictor does not know, the run stops instead of changing its
+/// branch.
 class AdamsMoulton : public Integrator {
  public:
   AdamsMoulton(System& system, const AdamsMoultonOptions& options);
@@ -25,28 +29,30 @@ class AdamsMoulton : public Integrator {
   void on_restore(const double*& from, const double* end) override;
 
  private:
-  struct Past {
-    Eigen::VectorXd velocity, acceleration, rates;
-  };
-  Past& past(int age) { return ring_[static_cast<std::size_t>((newest_ + order_max - age) % order_max)]; }
-  const Past& past(int age) const { return ring_[static_cast<std::size_t>((newest_ + order_max - age) % order_max)]; }
+  Eigen::Index slot(int age) const { return (newest_ + order_max - age) % order_max; }
   void push_past();
   void take_jump();
   void multistep(double h);
+  void predict(double h);
+  void correct(double h);
+  void bridge(double h);
+  void check_branch();
   void one_step(double h);
   void runge_kutta(double h);
-  void set_independent(const Eigen::VectorXd& q, const Eigen::VectorXd& velocity);
+  void sum_past(const double* weights, int count, double h);
+  void keep(Eigen::MatrixXd& derivatives, Eigen::Index column, const MotionState& m) const;
 
   static constexpr int order_max = 6;
   AdamsMoultonOptions options_;
-  std::vector<Past> ring_;
+  // Columns (q', q'', rates) of the last steps, a ring: a predictor or corrector is then one product with its weights.
+  Eigen::MatrixXd past_, stages_;
+  Eigen::VectorXd weights_, sum_;
   int newest_ = 0, stored_ = 0;
   double step_ = 0;
   double origin_ = 0;  // time of the first step of this length: t = origin + steps * h does not gather rounding
   long steps_ = 0, wrench_changes_ = 0;
   MotionState trial_;
-  Eigen::VectorXd q_sum_, velocity_sum_, rates_sum_;
-  std::vector<Past> stages_;
+  bool was_near_singular_ = false, bridged_ = false;
 };
 
 }  // namespace subsoil::mbd

@@ -7,6 +7,7 @@
 //   v.coordinate(key, body, coordinate, meaning)               `coordinate: trolley.x`: a body and x, y or angle of it
 //   v.optional_characteristic(key, characteristic, x unit, unit, meaning)
 //                                                              force over a measure; left out: is_set() stays false
+//   v.joint(key, name, meaning)                                the name of a joint of the machine
 //   v.optional_function(key, function, unit, meaning)          may be left out: function.is_set() stays false
 //   v.optional_quantity(key, number, unit, range, meaning)     may be left out: the number stays NaN
 //   v.point(key, body, point, meaning)                         a point in body axes; `at: x y m` is a world point of
@@ -25,6 +26,7 @@
 #include "libmbd/forces/disk_contact.hpp"
 #include "libmbd/forces/distance_stop.hpp"
 #include "libmbd/forces/drag.hpp"
+#include "libmbd/forces/joint_friction.hpp"
 #include "libmbd/forces/line_contact.hpp"
 #include "libmbd/forces/rotational_spring_damper.hpp"
 #include "libmbd/forces/rotational_stop.hpp"
@@ -53,7 +55,7 @@ using Joints = std::tuple<Revolute, Translational, Fixed, PointOnLine, Distance,
                           RollingOnDisk, GearPair, GearRatio, RackAndPinion, CamFollower, FlatFacedCam, PointOnCurve>;
 using Drivers = std::tuple<CoordinateDriver, AngleDriver, SlideDriver, DistanceDriver>;
 using Forces = std::tuple<SpringDamper, RotationalSpringDamper, Bushing, AppliedForce, Drag, LineContact, DiskContact,
-                          RotationalStop, SlideStop, DistanceStop, WheelOnSoil>;
+                          RotationalStop, SlideStop, DistanceStop, WheelOnSoil, JointFriction>;
 
 namespace detail {
 template <class Tuple>

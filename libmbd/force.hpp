@@ -9,11 +9,13 @@
 
 namespace subsoil::mbd {
 
-/// What a force sees: the bodies (0 = ground), the time, the ground's ruts.
+/// What a force sees: the bodies (0 = ground), the time, the ground's ruts, and the multipliers of the equations for
+/// the friction that they make.
 struct Scene {
   std::span<const BodyState> bodies;
   double t = 0;
   std::span<const Rut> ruts;
+  std::span<const double> lambda{};
 };
 
 /// Where a force puts what it does: (F_x, F_y, M_z) about each body's centre of gravity, world axes. Ground has a slot

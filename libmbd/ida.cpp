@@ -89,7 +89,6 @@ struct Ida::Solver {
     q = yy.head(n), w = yy.segment(n, n);
     system.set_state(t, q, w);
     system.constraints(c);
-    system.loads(load);
     lambda.setZero(), mu.setZero();
     for (Eigen::Index i = 0; i < r; ++i) {
       const int row = rows[static_cast<std::size_t>(i)];
@@ -102,6 +101,8 @@ struct Ida::Solver {
       res[2 * n + i] = c.phi[row];
       res[2 * n + r + i] = c.jacobian.row(row).dot(w) + c.phi_t[row];
     }
+    system.set_multipliers(lambda);  // of which friction is made
+    system.loads(load);
     res.head(n) = yp.head(n) - w;
     if (!index_1) {
       correction.noalias() = c.jacobian.transpose() * mu;

@@ -16,6 +16,7 @@ void Machine::settle_pose(Eigen::VectorXd& q, Eigen::VectorXd& velocity) {
   const double t = system_.model().start_time;
   if (!options_.assemble) refuse_open_joints(system_, t, q);
   report_ = assemble(system_, t, q, velocity);
+  refuse_redundant();
   system_.settle_forces(t, q, velocity);
   equilibrium_.reset();
 }
@@ -33,6 +34,13 @@ const AssemblyReport& Machine::start_from_towing_equilibrium(double speed) {
   equilibrium_ = towing_equilibrium(system_, system_.model().start_time, q, speed);
   begin(equilibrium_->q, equilibrium_->velocity);
   return report_;
+}
+
+void Machine::refuse_redundant() const {
+  if (system_.model().redundancy == Redundancy::minimum_norm || report_.redundant.empty()) return;
+  std::string text = "the machine has redundant constraints: ";
+  for (std::size_t i = 0; i < report_.redundant.size(); ++i) text += (i ? "; " : "") + report_.redundant[i];
+  throw std::invalid_argument(text + ". Free one of each group, or let redundant be minimum-norm");
 }
 
 void Machine::begin(const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
@@ -142,6 +150,7 @@ void Machine::name_columns() {
   for (const auto& b : model.bodies) {
     add(b.name + ".x", "m"), add(b.name + ".y", "m"), add(b.name + ".angle", "rad");
     add(b.name + ".vx", "m/s"), add(b.name + ".vy", "m/s"), add(b.name + ".spin", "rad/s");
+    add(b.name + ".ax", "m/s^2"), add(b.name + ".ay", "m/s^2"), add(b.name + ".alpha", "rad/s^2");
   }
   for (const auto& j : model.joints) add(j.name + ".fx", "N"), add(j.name + ".fy", "N"), add(j.name + ".moment", "N m");
   for (const auto& d : model.drivers) {
@@ -169,6 +178,8 @@ void Machine::columns(std::span<double> out) const {
   for (int i = 1; i < system_.bodies(); ++i) {
     const BodyState& b = body(i);
     put(b.r.x, b.r.y, b.angle, b.v.x, b.v.y, b.spin);
+    const auto acceleration = integrator_->state().acceleration.segment<3>(3 * (i - 1));
+    put(acceleration[0], acceleration[1], acceleration[2]);
   }
   const Eigen::VectorXd lambda = integrator_->partition().reactions(integrator_->state());
   for (std::size_t i = 0; i < model.joints.size(); ++i) {

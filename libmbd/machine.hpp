@@ -82,8 +82,8 @@ class Machine {
   double force_value(const std::string& name, const std::string& column) const;
   EnergyBook energy() const;
 
-  /// Everything that can be reported: per body pose and velocity, per joint its reaction on the first body, drivers,
-  /// forces, energies. Units beside. Values in the same order.
+  /// Everything that can be reported: per body pose, velocity and acceleration, per joint its reaction on the first
+  /// body, drivers, forces, energies. Units beside. Values in the same order.
   const std::vector<std::string>& column_names() const { return names_; }
   const std::vector<std::string>& column_units() const { return units_; }
   void columns(std::span<double> out) const;
@@ -103,6 +103,7 @@ class Machine {
 
  private:
   void settle_pose(Eigen::VectorXd& q, Eigen::VectorXd& velocity);
+  void refuse_redundant() const;
   void begin(const Eigen::VectorXd& q, const Eigen::VectorXd& velocity);
   void name_columns();
   std::size_t find(const std::string& kind, const std::string& name) const;

@@ -1,6 +1,7 @@
 #include "libmbd/partition.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <stdexcept>
 
 #include "libmbd/assembly.hpp"
@@ -8,167 +9,276 @@
 namespace subsoil::mbd {
 
 namespace {
-// |R| is at most about 2 right after full pivoting; a factor of ten on an angle still costs one digit only, and a
-// switch costs one full-pivot LU, so switching is lazy.
+// A pivot that has lost a factor of ten costs one digit only, and a new choice costs an elimination, so choosing is
+// lazy.
 constexpr double lazy_limit = 10;
-constexpr double rank_share = 1e-9;
+// At an angle e from a singular pose a pivot of Phi_u falls as e and one of S, over its diagonal, as e^2. Either alone
+// may be small for another reason: Phi_u by a choice that has had its time, S by bodies of very different mass. Nearer
+// than 1e-6 rad rounding takes more than the third digit of the velocities.
+struct Nearness {
+  double pivot, share;
+};
+constexpr Nearness near_pose{0.05, 1e-2}, singular_pose{1e-5, 1e-12};
+// Contraction by friction is about mu times a ratio of levers; 0.95 still settles.
+constexpr int most_friction_iterations = 600;
 }  // namespace
 
 Partition::Partition(System& system)
     : system_(system),
       row_scale_(mbd::row_scale(system)),
       column_scale_(coordinate_scale(system)),
-      load_(system.coordinates()) {}
+      inverse_mass_(system.mass().cwiseInverse()),
+      load_(system.coordinates()),
+      free_(system.coordinates()),
+      lambda_before_(system.equations()) {
+  factored_at_.setConstant(system.coordinates(), std::numeric_limits<double>::quiet_NaN());
+}
 
 void Partition::choose(const MotionState& at) {
   system_.set_state(at.t, at.q, at.velocity);
   system_.constraints(c_);
-  const auto n = system_.coordinates();
-  std::vector<int> rows, u, v;
-  if (system_.equations() > 0) {
-    Eigen::FullPivLU<Eigen::MatrixXd> lu;
-    lu.setThreshold(rank_share);
-    lu.compute(scaled_jacobian(system_, c_));
-    const auto rank = lu.rank();
-    const Eigen::PermutationMatrix<Eigen::Dynamic> row_order = lu.permutationP().inverse();
-    for (Eigen::Index i = 0; i < rank; ++i) {
-      rows.push_back(row_order.indices()[i]);
-      u.push_back(lu.permutationQ().indices()[i]);
-    }
-    if (choices_ > 0 && rank != this->rank())
-      throw std::runtime_error("singular pose at t = " + std::to_string(at.t) + " s: the constraints lose " +
-                               std::to_string(this->rank() - rank) +
-                               " of their rank (a dead point); the motion is not determined from here");
-  }
-  std::sort(rows.begin(), rows.end());
-  std::sort(u.begin(), u.end());
-  for (int i = 0; i < n; ++i)
-    if (!std::binary_search(u.begin(), u.end(), i)) v.push_back(i);
-  rows_ = std::move(rows), u_ = std::move(u), v_ = std::move(v);
+  Choice choice = choose_coordinates(system_, c_);
+  if (choices_ > 0 && choice.rows.size() < choice_.rows.size())
+    throw SingularPose("singular pose at t = " + std::to_string(at.t) + " s: the constraints lose " +
+                       std::to_string(static_cast<long>(choice_.rows.size() - choice.rows.size())) +
+                       " of their rank, at " + system_.owner(choice.redundant.back()) +
+                       " (a dead point); the motion is not determined from here");
+  choice_ = std::move(choice);
   ++choices_;
-
-  const auto r = rank(), f = freedom();
-  phi_u_.resize(r, r), r_.resize(r, f), m_hat_.resize(f, f);
-  work_u_.resize(r), step_u_.resize(r), g_.resize(r), f_hat_.resize(f), v_rate_.resize(f);
-  mass_u_.resize(r), mass_v_.resize(f);
-  for (Eigen::Index i = 0; i < r; ++i) mass_u_[i] = system_.mass()[u_[static_cast<std::size_t>(i)]];
-  for (Eigen::Index i = 0; i < f; ++i) mass_v_[i] = system_.mass()[v_[static_cast<std::size_t>(i)]];
-  if (r > 0) lu_ = Eigen::PartialPivLU<Eigen::MatrixXd>(r);
+  rows_ = choice_.rows, u_ = choice_.dependent;
+  std::sort(rows_.begin(), rows_.end());
+  std::sort(u_.begin(), u_.end());
+  if (!choice_.redundant.empty() && !system_.friction_rows().empty())
+    throw std::invalid_argument(
+        "friction in " + system_.owner(system_.friction_rows().front()) +
+        " needs its reaction, which is not determined: " + system_.owner(choice_.redundant.front()) +
+        " depends on other constraints; free the constraint that is too many");
+  analyse();
+  list_products();
   factor();
-  limit_ = std::max(lazy_limit, 3 * sensitivity_);
+  if (rank() > 0) factor_schur(at);
 }
+
+void Partition::analyse() {
+  const auto r = choice_.rows.size();
+  std::vector<int> index_of_row(static_cast<std::size_t>(system_.equations()), -1);
+  std::vector<int> index_of_column(static_cast<std::size_t>(system_.coordinates()), -1);
+  for (std::size_t k = 0; k < r; ++k) {
+    index_of_row[static_cast<std::size_t>(choice_.rows[k])] = static_cast<int>(k);
+    index_of_column[static_cast<std::size_t>(choice_.dependent[k])] = static_cast<int>(k);
+  }
+  used_.clear(), entries_.clear();
+  for (std::size_t b = 0; b < system_.blocks().size(); ++b) {
+    const auto [row, body] = system_.blocks()[b];
+    const int k = index_of_row[static_cast<std::size_t>(row)];
+    if (k >= 0) used_.push_back({b, static_cast<std::size_t>(k), 3 * (body - 1)});
+  }
+  std::vector<std::vector<int>> pattern(r);
+  const auto each_of_phi_u = [&](auto action) {
+    for (const Used& u : used_)
+      for (std::size_t component = 0; component < 3; ++component) {
+        const int j = index_of_column[static_cast<std::size_t>(u.column) + component];
+        if (j >= 0) action(u, component, j);
+      }
+  };
+  each_of_phi_u([&](const Used& u, std::size_t, int j) { pattern[u.index].push_back(j); });
+  phi_u_.analyse(pattern);
+  each_of_phi_u([&](const Used& u, std::size_t component, int j) {
+    entries_.push_back({u.block, component, phi_u_.place(static_cast<int>(u.index), j)});
+  });
+  best_pivot_.assign(r, 0.0);
+  work_.assign(r, 0.0);
+}
+
+void Partition::list_products() {
+  std::vector<std::vector<Used>> on_body(static_cast<std::size_t>(system_.bodies()));
+  for (const Used& u : used_) on_body[static_cast<std::size_t>(u.column / 3)].push_back(u);
+  std::vector<std::vector<int>> neighbours(choice_.rows.size());
+  for (const auto& list : on_body)
+    for (const Used& a : list)
+      for (const Used& b : list)
+        if (a.index != b.index) neighbours[a.index].push_back(static_cast<int>(b.index));
+  schur_.analyse(neighbours);
+  products_.clear();
+  for (const auto& list : on_body)
+    for (std::size_t i = 0; i < list.size(); ++i)
+      for (std::size_t j = 0; j <= i; ++j)
+        products_.push_back({list[i].block, list[j].block,
+                             schur_.place(static_cast<int>(list[i].index), static_cast<int>(list[j].index))});
+  weighted_.resize(system_.blocks().size());
+}
+
+bool Partition::asks_for_choice() const { return sensitivity_ > lazy_limit; }
 
 bool Partition::choose_again_if_needed(const MotionState& at) {
   if (!asks_for_choice()) return false;
-  const auto before = v_;
+  const auto before = choice_.independent;
   choose(at);
-  return v_ != before;
+  return choice_.independent != before;
 }
 
 void Partition::factor() {
-  const auto r = rank(), f = freedom();
-  if (r == 0) return;
-  for (Eigen::Index j = 0; j < r; ++j)
-    for (Eigen::Index i = 0; i < r; ++i)
-      phi_u_(i, j) = c_.jacobian(rows_[static_cast<std::size_t>(i)], u_[static_cast<std::size_t>(j)]);
-  lu_.compute(phi_u_);
-  sensitivity_ = 0;
-  for (Eigen::Index j = 0; j < f; ++j) {
-    const int column = v_[static_cast<std::size_t>(j)];
-    for (Eigen::Index i = 0; i < r; ++i) work_u_[i] = -c_.jacobian(rows_[static_cast<std::size_t>(i)], column);
-    r_.col(j) = lu_.solve(work_u_);
-    for (Eigen::Index i = 0; i < r; ++i) {
-      const double ratio = column_scale_[u_[static_cast<std::size_t>(i)]] / column_scale_[column];
-      sensitivity_ = std::max(sensitivity_, std::abs(r_(i, j)) * ratio);
-    }
+  auto& values = phi_u_.values();
+  std::fill(values.begin(), values.end(), 0.0);
+  for (const auto& e : entries_) values[e.place] = c_.jacobian[e.block][e.component];
+  phi_u_.factor();
+  sensitivity_ = 1, least_pivot_ = 1;
+  for (std::size_t k = 0; k < best_pivot_.size(); ++k) {
+    const double pivot = std::abs(phi_u_.pivot(k)) * row_scale_[choice_.rows[k]] / column_scale_[choice_.dependent[k]];
+    least_pivot_ = std::min(least_pivot_, pivot);
+    best_pivot_[k] = std::max(best_pivot_[k], pivot);
+    if (sensitivity_ * pivot < best_pivot_[k]) sensitivity_ = best_pivot_[k] / pivot;
   }
+}
+
+// The corrector moves the pose by the local error of a step. Factors that are this near solve as well as fresh ones
+// with one pass of refinement more, and cost a third of an evaluation less.
+bool Partition::factors_serve(const MotionState& m) const {
+  double moved = 0;
+  for (Eigen::Index i = 0; i < m.q.size(); ++i) {
+    const double by = std::abs(m.q[i] - factored_at_[i]) * column_scale_[i];
+    if (!(by <= moved)) moved = by;  // NaN counts as far
+  }
+  return moved <= 1e-7 * system_.length_scale() && !near_singular();
+}
+
+void Partition::factor_schur(const MotionState& m) {
+  for (const Used& u : used_) {
+    const double* const inverse = inverse_mass_.data() + u.column;
+    for (std::size_t k = 0; k < 3; ++k) weighted_[u.block][k] = c_.jacobian[u.block][k] * inverse[k];
+  }
+  auto& s = schur_.values();
+  std::fill(s.begin(), s.end(), 0.0);
+  for (const auto& p : products_) {
+    const auto &a = c_.jacobian[p.i], &b = weighted_[p.j];
+    s[p.place] += a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  }
+  if (schur_.factor() && (schur_.least_share() > singular_pose.share || least_pivot_ > singular_pose.pivot)) {
+    factored_at_ = m.q;
+    return;
+  }
+  refuse_singular(m);
+}
+
+void Partition::refuse_singular(const MotionState& m) const {
+  throw SingularPose("singular pose at t = " + std::to_string(m.t) + " s: " + singular_owner() +
+                     " adds nothing to the other constraints there (a dead point); the motion is not determined from "
+                     "here");
+}
+
+bool Partition::near_singular() const {
+  return rank() > 0 && least_pivot_ < near_pose.pivot && schur_.least_share() < near_pose.share;
+}
+
+const std::string& Partition::singular_owner() const {
+  return system_.owner(choice_.rows[static_cast<std::size_t>(schur_.least_row())]);
 }
 
 double Partition::residual() const {
-  return c_.phi.size() ? row_scale_.cwiseProduct(c_.phi).cwiseAbs().maxCoeff() : 0.0;
+  double most = 0;
+  for (std::size_t i = 0; i < c_.phi.size(); ++i)
+    most = std::max(most, std::abs(c_.phi[i]) * row_scale_[static_cast<Eigen::Index>(i)]);
+  return most;
 }
 
-void Partition::gather_residual() {
-  for (std::size_t i = 0; i < rows_.size(); ++i) work_u_[static_cast<Eigen::Index>(i)] = c_.phi[rows_[i]];
-}
-
-void Partition::solve_positions(MotionState& m) {
-  // Chord Newton with the factors of the evaluation before: along a step they are wrong by O(h), so each iteration
-  // wins several digits and no new LU is needed; when it does not, the matrix is refreshed.
-  const double scale = std::max(system_.length_scale(), m.q.cwiseAbs().maxCoeff());
-  double before = std::numeric_limits<double>::infinity();
-  for (int iteration = 0; iteration < 50; ++iteration) {
-    system_.set_position(m.t, m.q);
-    system_.constraints(c_);
-    if (rank() == 0) return;
-    gather_residual();
-    const double now = work_u_.cwiseAbs().maxCoeff();
-    if (now <= 2e-15 * scale || (now <= 1e-13 * scale && now > 0.1 * before)) {
-      if (rank() < system_.equations() && residual() > 1e-8 * scale) break;
-      return;
-    }
-    if (!(now < 1e3 * scale)) break;
-    if (now > 0.1 * before) factor(), gather_residual();
-    before = now;
-    step_u_ = lu_.solve(work_u_);
-    for (std::size_t i = 0; i < u_.size(); ++i) m.q[u_[i]] -= step_u_[static_cast<Eigen::Index>(i)];
+void Partition::refuse_open(const MotionState& m) const {
+  std::size_t worst = 0;
+  for (std::size_t i = 0; i < c_.phi.size(); ++i) {
+    const auto size = [&](std::size_t k) { return std::abs(c_.phi[k]) * row_scale_[static_cast<Eigen::Index>(k)]; };
+    if (!(size(i) <= size(worst))) worst = i;
   }
-  Eigen::Index worst = 0;
-  row_scale_.cwiseProduct(c_.phi).cwiseAbs().maxCoeff(&worst);
+  const int row = static_cast<int>(worst);
   throw std::runtime_error("the joints cannot be kept closed at t = " + std::to_string(m.t) +
-                           " s: " + system_.owner(static_cast<int>(worst)) + " is open by " +
-                           std::to_string(std::abs(c_.phi[worst])) +
-                           (system_.angular_row(static_cast<int>(worst)) ? " rad" : " m") +
+                           " s: " + system_.owner(row) + " is open by " + std::to_string(std::abs(c_.phi[worst])) +
+                           (system_.angular_row(row) ? " rad" : " m") +
                            "; the machine has reached the end of its travel, or the step is too long");
 }
 
-void Partition::evaluate(MotionState& m) {
-  solve_positions(m);
-  if (rank() > 0) {
-    factor();
-    for (std::size_t i = 0; i < rows_.size(); ++i) work_u_[static_cast<Eigen::Index>(i)] = -c_.phi_t[rows_[i]];
-    step_u_ = lu_.solve(work_u_);
-    for (std::size_t i = 0; i < u_.size(); ++i) {
-      double rate = step_u_[static_cast<Eigen::Index>(i)];
-      for (std::size_t j = 0; j < v_.size(); ++j)
-        rate += r_(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) * m.velocity[v_[j]];
-      m.velocity[u_[i]] = rate;
+// Returns whether the factors of before serve the new pose.
+bool Partition::solve_positions(MotionState& m) {
+  // Newton with the matrix of the guess, which a predictor leaves nearly on Phi = 0: the first iteration then is the
+  // last, and the same factors serve the velocities.
+  const double far = m.q.cwiseAbs().maxCoeff(), scale = std::max(system_.length_scale(), far);
+  const double goal = 1e-14 * system_.length_scale() + 2e-15 * far;  // the second is the rounding of Phi itself
+  double before = 0, first = 0;
+  bool serve = factors_serve(m);
+  if (!serve) factored_at_[0] = std::numeric_limits<double>::quiet_NaN();
+  for (int iteration = 0; iteration < 50; ++iteration) {
+    system_.set_position(m.t, m.q);
+    system_.constraints(c_);
+    if (rank() == 0) return true;
+    if (iteration == 0 && !serve) factor();
+    double now = 0;
+    for (std::size_t k = 0; k < work_.size(); ++k) {
+      work_[k] = c_.phi[static_cast<std::size_t>(choice_.rows[k])];
+      now = std::max(now, std::abs(work_[k]));
     }
+    if (now <= goal || (now <= 1e-13 * scale && iteration > 0 && now > 0.1 * before)) {
+      if (!choice_.redundant.empty() && residual() > 1e-8 * scale) break;
+      return serve;
+    }
+    if (iteration == 0) first = now;
+    if (!(now < 1e3 * scale)) break;
+    if (iteration > 0 && now > 0.01 * before) factor(), serve = false;
+    before = now;
+    phi_u_.solve(work_);
+    for (std::size_t k = 0; k < work_.size(); ++k) m.q[choice_.dependent[k]] -= work_[k];
+  }
+  if (first < 1e-8 * scale && least_pivot_ < singular_pose.pivot) refuse_singular(m);  // closed, and yet no way on
+  refuse_open(m);
+}
+
+// work_ = Phi_q x + sign * other, in the order of the choice; returns the largest of it.
+double Partition::apply_jacobian(const Eigen::VectorXd& x, const std::vector<double>& other, double sign) {
+  for (std::size_t k = 0; k < work_.size(); ++k) work_[k] = sign * other[static_cast<std::size_t>(choice_.rows[k])];
+  for (const Used& u : used_) {
+    const double* const p = x.data() + u.column;
+    const auto& j = c_.jacobian[u.block];
+    work_[u.index] += j[0] * p[0] + j[1] * p[1] + j[2] * p[2];
+  }
+  double most = 0;
+  for (const double w : work_) most = std::max(most, std::abs(w));
+  return most;
+}
+
+void Partition::solve_velocities(MotionState& m) {
+  // As a correction of the guess: the digits that the guess has are not lost to the condition of Phi_u.
+  const double fastest = m.velocity.cwiseProduct(column_scale_).cwiseAbs().maxCoeff();
+  const double goal = 2e-15 * fastest;  // rounding of the sum of a row
+  double before = std::numeric_limits<double>::infinity();
+  Eigen::VectorXd& guess = free_;
+  guess = m.velocity;
+  for (int iteration = 0; iteration < 10; ++iteration) {
+    const double now = apply_jacobian(m.velocity, c_.phi_t, 1);
+    if (now <= goal || !(now < 0.1 * before)) break;
+    before = now;
+    phi_u_.solve(work_);
+    for (std::size_t k = 0; k < work_.size(); ++k) m.velocity[choice_.dependent[k]] -= work_[k];
+  }
+  velocity_turn_ = 0;
+  for (const int i : choice_.dependent)
+    if (!(m.velocity[i] * guess[i] > 0.5 * guess[i] * guess[i]))
+      velocity_turn_ = std::max(velocity_turn_, std::abs(m.velocity[i] - guess[i]) * column_scale_[i]);
+  if (velocity_turn_ > 0) velocity_turn_ /= std::max(fastest, velocity_turn_);
+}
+
+void Partition::evaluate(MotionState& m) {
+  const bool serve = solve_positions(m);
+  if (rank() > 0) {
+    solve_velocities(m);
+    if (!serve) factor_schur(m);
   }
   accelerate(m);
 }
 
 void Partition::accelerate(MotionState& m) {
-  const auto r = rank(), f = freedom();
   system_.set_velocity(m.velocity);
   system_.constraints(c_);  // gamma needs the velocities
-  system_.loads(load_);
-  if (r > 0) {
-    for (std::size_t i = 0; i < rows_.size(); ++i) work_u_[static_cast<Eigen::Index>(i)] = c_.gamma[rows_[i]];
-    g_ = lu_.solve(work_u_);
-    for (Eigen::Index i = 0; i < r; ++i) work_u_[i] = load_[u_[static_cast<std::size_t>(i)]] - mass_u_[i] * g_[i];
-  }
-  if (f > 0) {
-    for (Eigen::Index j = 0; j < f; ++j) f_hat_[j] = load_[v_[static_cast<std::size_t>(j)]];
-    if (r > 0) f_hat_.noalias() += r_.transpose() * work_u_;
-    m_hat_.setZero();
-    if (r > 0) m_hat_.noalias() += r_.transpose() * mass_u_.asDiagonal() * r_;
-    m_hat_.diagonal() += mass_v_;
-    mass_factor_.compute(m_hat_);
-    v_rate_ = mass_factor_.solve(f_hat_);
-    for (Eigen::Index j = 0; j < f; ++j) m.acceleration[v_[static_cast<std::size_t>(j)]] = v_rate_[j];
-  }
-  m.lambda.setZero();
-  if (r > 0) {
-    step_u_ = g_;
-    if (f > 0) step_u_.noalias() += r_ * v_rate_;
-    for (Eigen::Index i = 0; i < r; ++i) {
-      const int k = u_[static_cast<std::size_t>(i)];
-      m.acceleration[k] = step_u_[i];
-      work_u_[i] = load_[k] - mass_u_[i] * step_u_[i];
-    }
-    step_u_ = lu_.transpose().solve(work_u_);
-    for (std::size_t i = 0; i < rows_.size(); ++i) m.lambda[rows_[i]] = step_u_[static_cast<Eigen::Index>(i)];
+  if (system_.friction_rows().empty()) {
+    system_.loads(load_);
+    solve_accelerations(m);
+  } else {
+    solve_with_friction(m);
   }
   const auto forces = static_cast<Eigen::Index>(system_.model().forces.size());
   for (Eigen::Index i = 0; i < forces; ++i) {
@@ -178,17 +288,75 @@ void Partition::accelerate(MotionState& m) {
   // Constraint forces work at the rate -lambda^T Phi_q q' = lambda^T Phi_t: only drivers have a Phi_t.
   for (std::size_t d = 0; d < system_.model().drivers.size(); ++d) {
     const int row = system_.row_of_driver(d);
-    m.rates[2 * forces + static_cast<Eigen::Index>(d)] = m.lambda[row] * c_.phi_t[row];
+    m.rates[2 * forces + static_cast<Eigen::Index>(d)] = m.lambda[row] * c_.phi_t[static_cast<std::size_t>(row)];
   }
 }
 
+// acceleration -= M^-1 Phi_q^T lambda, lambda in the order of the choice.
+void Partition::subtract_reactions(const std::vector<double>& lambda, Eigen::VectorXd& acceleration) const {
+  for (const Used& u : used_) {
+    const double* const inverse = inverse_mass_.data() + u.column;
+    double* const a = acceleration.data() + u.column;
+    for (std::size_t k = 0; k < 3; ++k) a[k] -= inverse[k] * c_.jacobian[u.block][k] * lambda[u.index];
+  }
+}
+
+void Partition::solve_accelerations(MotionState& m) {
+  free_ = load_.cwiseProduct(inverse_mass_);
+  m.acceleration = free_;
+  if (rank() == 0) return;
+  // From the lambda given on: it is near after a predictor, and then factors of a pose near by serve as well. Further
+  // passes are iterative refinement: S has the square of the condition of Phi_q, and where that is large the
+  // accelerations still satisfy their constraints to rounding.
+  if (!m.lambda.allFinite()) m.lambda.setZero();
+  for (const int row : choice_.redundant) m.lambda[row] = 0;
+  for (std::size_t k = 0; k < work_.size(); ++k) work_[k] = m.lambda[choice_.rows[k]];
+  subtract_reactions(work_, m.acceleration);
+  double largest = free_.cwiseAbs().maxCoeff();
+  for (const double g : c_.gamma) largest = std::max(largest, std::abs(g));
+  double before = std::numeric_limits<double>::infinity();
+  for (int pass = 0; pass < 6; ++pass) {
+    const double now = apply_jacobian(m.acceleration, c_.gamma, -1);
+    if (now <= 1e-15 * largest || !(now < 0.1 * before)) return;
+    before = now;
+    schur_.solve(work_);
+    for (std::size_t k = 0; k < work_.size(); ++k) m.lambda[choice_.rows[k]] += work_[k];
+    subtract_reactions(work_, m.acceleration);
+  }
+}
+
+void Partition::solve_with_friction(MotionState& m) {
+  double before = std::numeric_limits<double>::infinity();
+  for (int iteration = 0; iteration < most_friction_iterations; ++iteration) {
+    system_.set_multipliers(m.lambda);
+    system_.loads(load_);
+    lambda_before_ = m.lambda;
+    solve_accelerations(m);
+    const double size = m.lambda.cwiseAbs().maxCoeff(), change = (m.lambda - lambda_before_).cwiseAbs().maxCoeff();
+    if (change <= 1e-13 * size || (change <= 1e-11 * size && change > 0.5 * before)) return;
+    if (!(size < 1e100)) break;
+    before = change;
+  }
+  const auto& rows = system_.friction_rows();
+  const int worst = *std::max_element(rows.begin(), rows.end(), [&](int a, int b) {
+    return std::abs(m.lambda[a] - lambda_before_[a]) < std::abs(m.lambda[b] - lambda_before_[b]);
+  });
+  throw std::runtime_error("friction and reaction do not settle at t = " + std::to_string(m.t) +
+                           " s: " + system_.owner(worst) +
+                           " locks itself, the friction raises the reaction that makes it without bound; a smaller mu "
+                           "or a longer guide frees it");
+}
+
 Eigen::VectorXd Partition::reactions(const MotionState& m) const {
-  if (rank() == system_.equations()) return m.lambda;
+  if (choice_.redundant.empty()) return m.lambda;
+  Constraints dense;
+  dense.sparse = c_;
+  write_out(system_, dense);
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
-  solver.setThreshold(rank_share);
-  solver.compute(scaled_jacobian(system_, c_).transpose());
-  const Eigen::VectorXd force = c_.jacobian.transpose() * m.lambda;
-  return row_scale_.cwiseProduct(Eigen::VectorXd(solver.solve(column_scale_.cwiseInverse().cwiseProduct(force))));
+  solver.setThreshold(1e-9);
+  solver.compute(scaled_jacobian(system_, dense).transpose());
+  const Eigen::VectorXd force = dense.jacobian.transpose() * m.lambda;
+  return row_scale_.cwiseProduct(Eigen::VectorXd(solver.solve(force.cwiseQuotient(column_scale_))));
 }
 
 }  // namespace subsoil::mbd

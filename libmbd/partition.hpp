@@ -1,8 +1,11 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <stdexcept>
 #include <vector>
 
+#include "libmbd/choice.hpp"
+#include "libmbd/sparse.hpp"
 #include "libmbd/system.hpp"
 
 namespace subsoil::mbd {
@@ -15,61 +18,104 @@ struct MotionState {
   Eigen::VectorXd rates;   ///< powers: lost of each force, work of each force, work of each driver (W)
 };
 
+/// Phi_q has lost rank at a pose: a dead point, where the constraints do not determine the motion.
+struct SingularPose : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /// Generalised coordinate partitioning (Wehage & Haug 1982; model.md section 1): q -> (u dependent, v independent),
-/// det Phi_u != 0, M diagonal because q holds centres of gravity.
-///   R  = -Phi_u^-1 Phi_v,  g = Phi_u^-1 gamma
-///   M^ = M_vv + R^T M_uu R                   v'' = M^^-1 F^
-///   F^ = F_v + R^T (F_u - M_uu g)            u'' = R v'' + g
-///   Phi_u^T lambda = F_u - M_uu u''          (the u rows of M q'' + Phi_q^T lambda = F)
-///   u from Phi(u, v, t) = 0 by Newton;  u' = R v' - Phi_u^-1 Phi_t
-/// The choice is made by full-pivot LU of the scaled Phi_q, rows too: redundant equations drop out of the kernel.
-/// sensitivity() = max |R| (scaled) says how fast dependent coordinates run against independent ones; it grows without
-/// bound exactly as Phi_u becomes singular, and costs nothing, so it is what asks for a new choice.
+/// det Phi_u != 0, M diagonal because q holds centres of gravity. The integrator moves v and v' alone;
+///   u from Phi(u, v, t) = 0 by Newton        Phi_u u' = -Phi_t - Phi_v v'
+///   S lambda = Phi_q M^-1 F - gamma,  S = Phi_q M^-1 Phi_q^T        M q'' = F - Phi_q^T lambda
+/// The last line gives the v'' of the source's M^ v'' = F^ with M^ = M_vv + R^T M_uu R, R = -Phi_u^-1 Phi_v, without
+/// forming R and M^, which are dense: S has a nonzero only where two equations share a body, and Phi_u keeps the
+/// sparsity of Phi_q, so that a step costs a time linear in the number of links of a chain.
+/// Both factors have a fixed pattern from choose() on. Redundant equations stay outside both.
+/// Friction in joints makes F depend on lambda: the two are iterated to 1e-13, starting from the lambda given; where
+/// that does not contract the joint locks itself, and accelerate() says so. sensitivity() says how far the worst pivot
+/// of Phi_u has fallen since the choice; |R| grows with it without bound as Phi_u becomes singular, and it costs
+/// nothing, so it is what asks for a new choice.
 class Partition {
  public:
   explicit Partition(System& system);
+  Partition(const Partition&) = delete;
+  Partition& operator=(const Partition&) = delete;
 
   /// Chooses u and v at an assembled state. Throws std::runtime_error at a singular pose.
   void choose(const MotionState& at);
   /// New choice when the last evaluation asks for it; true when the choice changed hands.
   bool choose_again_if_needed(const MotionState& at);
-  bool asks_for_choice() const { return sensitivity_ > limit_; }
+  bool asks_for_choice() const;  ///< the last evaluation came near to where Phi_u is singular
   long choices() const { return choices_; }
   double sensitivity() const { return sensitivity_; }
 
-  const std::vector<int>& independent() const { return v_; }
-  const std::vector<int>& dependent() const { return u_; }
-  const std::vector<int>& used_rows() const { return rows_; }
-  Eigen::Index freedom() const { return static_cast<Eigen::Index>(v_.size()); }
-  Eigen::Index rank() const { return static_cast<Eigen::Index>(u_.size()); }
+  const std::vector<int>& independent() const { return choice_.independent; }
+  const std::vector<int>& dependent() const { return u_; }     ///< ascending
+  const std::vector<int>& used_rows() const { return rows_; }  ///< ascending
+  Eigen::Index freedom() const { return static_cast<Eigen::Index>(choice_.independent.size()); }
+  Eigen::Index rank() const { return static_cast<Eigen::Index>(choice_.rows.size()); }
 
-  /// From t, q (v part exact, u part a guess) and v' to everything: u, u', q'', lambda, rates.
+  /// From t, q (v part exact, u part a guess) and v' (u' a guess) to everything: u, u', q'', lambda, rates.
+  /// Throws SingularPose where lambda is not determined.
   void evaluate(MotionState& m);
   /// Only q'', lambda, rates anew at the state last evaluated: after a change of the external wrench.
   void accelerate(MotionState& m);
   /// All multipliers; for redundant constraints the solution of least norm.
   Eigen::VectorXd reactions(const MotionState& m) const;
-  const Constraints& constraints() const { return c_; }
+  /// Whether the pose last evaluated is nearer than some 0.1 rad to one where an equation says nothing new.
+  bool near_singular() const;
+  /// The joint or driver of that equation.
+  const std::string& singular_owner() const;
+  /// The largest change by which the last evaluation turned a guess of u' round or took half of it away, over the
+  /// largest rate of the machine: what another branch does, and a guess that is merely rough does not.
+  double velocity_turn() const { return velocity_turn_; }
+  const SparseConstraints& constraints() const { return c_; }
   /// Largest |Phi| of all rows at the state last evaluated (angles times length).
   double residual() const;
 
  private:
-  void solve_positions(MotionState& m);
+  struct Used {  // a block of a used row: where it is, its place among the used rows, the first coordinate of its body
+    std::size_t block, index;
+    Eigen::Index column;
+  };
+  struct Entry {  // of Phi_u: component k of a block of Phi_q
+    std::size_t block, component, place;
+  };
+  struct Product {  // of S: two blocks on one body
+    std::size_t i, j, place;
+  };
+  void analyse();
+  void list_products();
+  bool solve_positions(MotionState& m);
   void factor();
-  void gather_residual();
+  bool factors_serve(const MotionState& m) const;
+  void factor_schur(const MotionState& m);
+  void solve_velocities(MotionState& m);
+  void subtract_reactions(const std::vector<double>& lambda, Eigen::VectorXd& acceleration) const;
+  void solve_accelerations(MotionState& m);
+  void solve_with_friction(MotionState& m);
+  double apply_jacobian(const Eigen::VectorXd& x, const std::vector<double>& other, double sign);
+  [[noreturn]] void refuse_singular(const MotionState& m) const;
+  [[noreturn]] void refuse_open(const MotionState& m) const;
 
   System& system_;
-  Constraints c_;
-  Eigen::VectorXd row_scale_, column_scale_;
-  std::vector<int> rows_, u_, v_;
-  long choices_ = 0;
-  double sensitivity_ = 0, limit_ = 0;
+  SparseConstraints c_;
+  Choice choice_;
+  std::vector<int> rows_, u_;  // of the choice, sorted
+  Eigen::VectorXd row_scale_, column_scale_, inverse_mass_, load_, free_, lambda_before_;
+  Eigen::VectorXd factored_at_;  // q of the factors; NaN when there are none
 
-  Eigen::MatrixXd phi_u_, r_, m_hat_;
-  Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
-  Eigen::LLT<Eigen::MatrixXd> mass_factor_;
-  Eigen::VectorXd load_, work_u_, step_u_, g_, f_hat_, v_rate_;
-  Eigen::VectorXd mass_u_, mass_v_;
+  long choices_ = 0;
+  double sensitivity_ = 1, least_pivot_ = 1, velocity_turn_ = 0;
+
+  std::vector<Used> used_;
+  SparseLu phi_u_;
+  std::vector<Entry> entries_;
+  std::vector<double> best_pivot_;  // largest that each pivot of Phi_u has been since the choice
+  SparseLdl schur_;
+  std::vector<Product> products_;
+  std::vector<std::array<double, 3>> weighted_;  // blocks of Phi_q M^-1
+  std::vector<double> work_;
 };
 
 }  // namespace subsoil::mbd

@@ -50,21 +50,6 @@ void naming(const std::string& what, Action action) {
   }
 }
 
-template <std::size_t n>
-void scatter(const Rows<n>& rows, int first, int body_a, int body_b, int body_c, Constraints& out) {
-  for (std::size_t i = 0; i < n; ++i) {
-    const int row = first + static_cast<int>(i);
-    out.phi[row] = rows[i].phi;
-    out.gamma[row] = rows[i].gamma;
-    out.phi_t[row] = rows[i].phi_t;
-    for (int k = 0; k < 3; ++k) {
-      if (body_a != ground) out.jacobian(row, 3 * (body_a - 1) + k) = rows[i].on_a[static_cast<std::size_t>(k)];
-      if (body_b != ground) out.jacobian(row, 3 * (body_b - 1) + k) = rows[i].on_b[static_cast<std::size_t>(k)];
-      if (body_c != ground) out.jacobian(row, 3 * (body_c - 1) + k) = rows[i].on_c[static_cast<std::size_t>(k)];
-    }
-  }
-}
-
 void check_finite_positive(const std::string& what, double value, const char* unit) {
   if (!(value > 0) || !std::isfinite(value))
     refuse(what + " = " + std::to_string(value) + " " + unit +
@@ -83,6 +68,8 @@ System::System(Model model) : model_(std::move(model)) {
   check_elements();
   number_rows();
   assign_ruts();
+  attach_friction();
+  place_elements();
   const auto n = static_cast<std::size_t>(bodies());
   states_.resize(n);
   wrenches_.resize(n);
@@ -119,15 +106,16 @@ void System::check_elements() const {
       refuse(what + ": the name is taken by another joint, driver or force; every one needs its own");
     std::visit(
         [&](const auto& element) {
-          const auto list = bodies_of(element);
+          auto list = bodies_of(element);
+          if constexpr (requires { element.joint; }) list.clear();  // its bodies are the joint's
           for (const int body : list)
             if (body < 0 || body >= bodies())
               refuse(what + ": body index " + std::to_string(body) + " does not exist; there are " +
                      std::to_string(bodies() - 1) + " bodies and the ground (0)");
           if (list.size() > 1 && list[0] == list[1])
             refuse(what + " connects '" + body_name(list[0]) + "' to itself; name two different bodies");
-          if (list.size() > 2 && (list[2] == list[0] || list[2] == list[1]))
-            refuse(what + " has '" + body_name(list[2]) + "' twice; the carrier is a third body");
+          if (list.size() > 2 && list[2] != ground && (list[2] == list[0] || list[2] == list[1]))
+            refuse(what + " names '" + body_name(list[2]) + "' twice; its third body must be another one, or the ground");
           if constexpr (requires { element.check(); }) naming(what, [&] { element.check(); });
         },
         named.element);
@@ -157,6 +145,63 @@ void System::number_rows() {
     row_angular_.push_back(std::visit([](const auto& driver) { return driver.angular(); }, d.element));
   }
   if (lever > 0) length_scale_ = lever;
+}
+
+void System::attach_friction() {
+  multipliers_.assign(row_owner_.size(), 0.0);
+  for (auto& f : model_.forces) {
+    auto* friction = std::get_if<JointFriction>(&f.element);
+    if (!friction) continue;
+    std::string known;
+    std::size_t i = 0;
+    for (; i < model_.joints.size() && model_.joints[i].name != friction->joint; ++i)
+      known += (i ? ", " : "") + model_.joints[i].name;
+    if (i == model_.joints.size())
+      refuse("force '" + f.name + "': no joint '" + friction->joint + "'; there are " +
+             (known.empty() ? "none" : known));
+    try {
+      std::visit([&](const auto& joint) { friction->attach(joint, joint_row_[i]); }, model_.joints[i].element);
+    } catch (const std::invalid_argument& error) {
+      refuse("force '" + f.name + "': " + error.what());
+    }
+    friction_rows_.push_back(joint_row_[i]);
+  }
+}
+
+void System::place_elements() {
+  const auto place = [](auto& lists, const auto& any, int number) {
+    std::visit(
+        [&]<class Element>(const Element& element) {
+          Placed<Element> placed{&element, number};
+          const auto bodies = bodies_of(element);
+          placed.a = bodies[0];
+          if (bodies.size() > 1) placed.b = bodies[1];
+          if (bodies.size() > 2) placed.c = bodies[2];
+          std::get<std::vector<Placed<Element>>>(lists).push_back(placed);
+        },
+        any);
+  };
+  const auto block = [&](const auto& any, int first) {
+    std::visit(
+        [&]<class Element>(const Element& element) {
+          for (int row = first; row < first + static_cast<int>(Element::rows); ++row) {
+            first_block_.push_back(blocks_.size());
+            for (const int body : bodies_of(element))
+              if (body != ground) blocks_.push_back({row, body});
+          }
+        },
+        any);
+  };
+  for (std::size_t i = 0; i < model_.joints.size(); ++i) {
+    place(joints_, model_.joints[i].element, joint_row_[i]);
+    block(model_.joints[i].element, joint_row_[i]);
+  }
+  for (std::size_t i = 0; i < model_.drivers.size(); ++i) {
+    place(drivers_, model_.drivers[i].element, driver_row_[i]);
+    block(model_.drivers[i].element, driver_row_[i]);
+  }
+  first_block_.push_back(blocks_.size());
+  for (std::size_t i = 0; i < model_.forces.size(); ++i) place(forces_, model_.forces[i].element, static_cast<int>(i));
 }
 
 void System::assign_ruts() {
@@ -207,6 +252,7 @@ void System::set_position(double t, const Eigen::VectorXd& q) {
     const auto k = 3 * (i - 1);
     auto& b = states_[static_cast<std::size_t>(i)];
     b.r = {q[k], q[k + 1]};
+    if (b.angle == q[k + 2]) continue;  // sine and cosine are half the cost of a state, and are often asked again
     b.angle = q[k + 2];
     b.c = std::cos(b.angle);
     b.s = std::sin(b.angle);
@@ -227,34 +273,67 @@ void System::set_state(double t, const Eigen::VectorXd& q, const Eigen::VectorXd
   set_velocity(velocity);
 }
 
-void System::constraints(Constraints& out) const {
-  if (out.jacobian.rows() != equations() || out.jacobian.cols() != coordinates()) {
-    out.phi.resize(equations());
-    out.gamma.resize(equations());
-    out.phi_t.resize(equations());
-    out.jacobian.resize(equations(), coordinates());
+// A block of Phi_q per body that is not the ground, in the order of place_elements().
+template <class Element>
+void System::evaluate(const Placed<Element>& placed, SparseConstraints& out) const {
+  constexpr std::size_t count = Element::rows;
+  Rows<count> rows;
+  if constexpr (requires { placed.element->body_c; }) {
+    placed.element->evaluate(body(placed.a), body(placed.b), body(placed.c), t_, rows);
+  } else {
+    placed.element->evaluate(body(placed.a), body(placed.b), t_, rows);
   }
-  out.jacobian.setZero();
-  const auto put = [&](const auto& element, int row) {
-    Rows<std::remove_cvref_t<decltype(element)>::rows> rows;
-    int a, b, c = ground;
-    if constexpr (requires { element.body_a(); }) {
-      a = element.body_a(), b = element.body_b();
-    } else {
-      a = element.body_a, b = element.body_b;
-    }
-    if constexpr (requires { element.body_c; }) {
-      c = element.body_c;
-      element.evaluate(body(a), body(b), body(c), t_, rows);
-    } else {
-      element.evaluate(body(a), body(b), t_, rows);
-    }
-    scatter(rows, row, a, b, c, out);
+  const auto first = static_cast<std::size_t>(placed.number);
+  auto* block = out.jacobian.data() + first_block_[first];
+  for (std::size_t i = 0; i < count; ++i) {
+    out.phi[first + i] = rows[i].phi;
+    out.gamma[first + i] = rows[i].gamma;
+    out.phi_t[first + i] = rows[i].phi_t;
+    if (placed.a != ground) *block++ = rows[i].on_a;
+    if (placed.b != ground) *block++ = rows[i].on_b;
+    if constexpr (requires { placed.element->body_c; })
+      if (placed.c != ground) *block++ = rows[i].on_c;
+  }
+}
+
+namespace {
+template <class Lists, class Action>
+void for_each_placed(const Lists& lists, Action action) {
+  std::apply(
+      [&](const auto&... list) {
+        const auto all = [&](const auto& elements) {
+          for (const auto& placed : elements) action(placed);
+        };
+        (all(list), ...);
+      },
+      lists);
+}
+}  // namespace
+
+void System::constraints(SparseConstraints& out) const {
+  if (out.jacobian.size() != blocks_.size() || out.phi.size() != row_owner_.size()) {
+    for (auto* list : {&out.phi, &out.gamma, &out.phi_t}) list->resize(row_owner_.size());
+    out.jacobian.resize(blocks_.size());
+  }
+  for_each_placed(joints_, [&](const auto& placed) { evaluate(placed, out); });
+  for_each_placed(drivers_, [&](const auto& placed) { evaluate(placed, out); });
+}
+
+void System::constraints(Constraints& out) const {
+  constraints(out.sparse);
+  write_out(*this, out);
+}
+
+void write_out(const System& system, Constraints& c) {
+  c.jacobian.setZero(system.equations(), system.coordinates());
+  for (std::size_t i = 0; i < system.blocks().size(); ++i)
+    for (int k = 0; k < 3; ++k)
+      c.jacobian(system.blocks()[i].row, 3 * (system.blocks()[i].body - 1) + k) =
+          c.sparse.jacobian[i][static_cast<std::size_t>(k)];
+  const auto vector = [](const std::vector<double>& v) {
+    return Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Eigen::Index>(v.size()));
   };
-  for (std::size_t i = 0; i < model_.joints.size(); ++i)
-    std::visit([&](const auto& joint) { put(joint, joint_row_[i]); }, model_.joints[i].element);
-  for (std::size_t i = 0; i < model_.drivers.size(); ++i)
-    std::visit([&](const auto& driver) { put(driver, driver_row_[i]); }, model_.drivers[i].element);
+  c.phi = vector(c.sparse.phi), c.gamma = vector(c.sparse.gamma), c.phi_t = vector(c.sparse.phi_t);
 }
 
 void System::loads(Eigen::VectorXd& out) {
@@ -264,9 +343,10 @@ void System::loads(Eigen::VectorXd& out) {
   }
   Loads sink(wrenches_);
   const Scene now = scene();
-  for (std::size_t i = 0; i < model_.forces.size(); ++i)
-    powers_[i] =
-        std::visit([&](const auto& force) { return force.evaluate(now, sink, values_[i]); }, model_.forces[i].element);
+  for_each_placed(forces_, [&](const auto& placed) {
+    const auto i = static_cast<std::size_t>(placed.number);
+    powers_[i] = placed.element->evaluate(now, sink, values_[i]);
+  });
   for (std::size_t i = 1; i < wrenches_.size(); ++i)
     for (std::size_t k = 0; k < 3; ++k) out[static_cast<Eigen::Index>(3 * (i - 1) + k)] = wrenches_[i][k];
 }
@@ -306,7 +386,7 @@ void System::settle_constraints() {
   const auto settle = [&](auto& element) {
     if constexpr (requires { element.body_a(); }) {
       element.settle_start(body(element.body_a()), body(element.body_b()), t_);
-    } else if constexpr (requires { element.body_c; }) {
+    } else if constexpr (requires { element.settle_start(BodyState{}, BodyState{}, BodyState{}, t_); }) {
       element.settle_start(body(element.body_a), body(element.body_b), body(element.body_c), t_);
     } else if constexpr (requires { element.settle_start(BodyState{}, BodyState{}, t_); }) {
       element.settle_start(body(element.body_a), body(element.body_b), t_);

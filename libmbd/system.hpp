@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <array>
 #include <string>
 #include <vector>
@@ -22,6 +23,7 @@ struct Model {
   std::vector<Named<AnyJoint>> joints{};
   std::vector<Named<AnyDriver>> drivers{};
   std::vector<Named<AnyForce>> forces{};
+  Redundancy redundancy = Redundancy::minimum_norm;
   double start_time = 0;
 
   /// Adds and returns the index to use in joints and forces.
@@ -31,11 +33,28 @@ struct Model {
   void add(std::string name, AnyForce force) { forces.push_back({std::move(name), std::move(force)}); }
 };
 
-/// All constraints at one state, rows in the order joints, then drivers: Phi, Phi_q, gamma, Phi_t.
+/// A nonzero block of Phi_q: the row of an equation and a body, not the ground, that it touches.
+struct Block {
+  int row, body;
+};
+
+/// All constraints at one state, rows in the order joints, then drivers: Phi, Phi_q, gamma, Phi_t. Phi_q by its nonzero
+/// blocks only, one per System::blocks(): an equation touches two or three bodies of however many there are.
+struct SparseConstraints {
+  std::vector<double> phi, gamma, phi_t;
+  std::vector<std::array<double, 3>> jacobian;
+};
+
+/// The same with Phi_q written out, for what is done once and not at every step.
 struct Constraints {
   Eigen::VectorXd phi, gamma, phi_t;
   Eigen::MatrixXd jacobian;
+  SparseConstraints sparse;
 };
+
+class System;
+/// Fills phi, gamma, phi_t and jacobian from `sparse`.
+void write_out(const System& system, Constraints& c);
 
 /// A model checked and ready to be evaluated: who asks gives (t, q, q'), q = (x, y, angle) of body 1, 2, ...
 /// Everything is stored once; evaluating allocates nothing. Knows no integrator.
@@ -43,6 +62,8 @@ class System {
  public:
   /// Checks the model; throws std::invalid_argument with name, value, rule and cure.
   explicit System(Model model);
+  System(const System&) = delete;  // the lists by type point into the model
+  System& operator=(const System&) = delete;
 
   // --- what there is ---
   int bodies() const { return static_cast<int>(model_.bodies.size()) + 1; }  ///< with the ground
@@ -54,6 +75,9 @@ class System {
   /// Joint or driver of an equation, for messages: "joint 'H3'".
   const std::string& owner(int row) const { return row_owner_[static_cast<std::size_t>(row)]; }
   bool angular_row(int row) const { return row_angular_[static_cast<std::size_t>(row)]; }
+  /// Nonzero blocks of Phi_q, by rows; those of `row` start at blocks()[first_block(row)].
+  const std::vector<Block>& blocks() const { return blocks_; }
+  std::size_t first_block(int row) const { return first_block_[static_cast<std::size_t>(row)]; }
   int first_row_of_joint(std::size_t joint) const { return joint_row_[joint]; }
   int row_of_driver(std::size_t driver) const { return driver_row_[driver]; }
   /// A length of the machine that makes angles and lengths comparable (m): the longest lever of a joint.
@@ -70,9 +94,16 @@ class System {
   const BodyState& body(int index) const { return states_[static_cast<std::size_t>(index)]; }
   double time() const { return t_; }
   /// Phi, Phi_q, gamma, Phi_t.
+  void constraints(SparseConstraints& out) const;
   void constraints(Constraints& out) const;
   /// F: gravity, forces, external wrenches; fills powers() and values() on the way.
   void loads(Eigen::VectorXd& out);
+  /// Multipliers from which loads() takes the friction in joints.
+  void set_multipliers(const Eigen::VectorXd& lambda) {
+    std::copy(lambda.data(), lambda.data() + lambda.size(), multipliers_.begin());
+  }
+  /// First equations of the joints with friction; empty: loads() does not depend on the multipliers.
+  const std::vector<int>& friction_rows() const { return friction_rows_; }
   const std::vector<ForcePower>& powers() const { return powers_; }
   const std::vector<ForceValues>& values() const { return values_; }
   double kinetic() const;
@@ -103,15 +134,42 @@ class System {
   void check_bodies() const;
   void check_elements() const;
   void number_rows();
+  void place_elements();
+  void attach_friction();
   void assign_ruts();
   void settle_constraints();
-  Scene scene() const { return {states_, t_, ruts_}; }
+  Scene scene() const { return {states_, t_, ruts_, multipliers_}; }
+
+  /// Where an element stands: its number (first row of a constraint, place in the list of a force) and its bodies.
+  template <class Element>
+  struct Placed {
+    const Element* element;
+    int number;
+    int a = ground, b = ground, c = ground;
+  };
+  template <class Tuple>
+  struct Lists;
+  template <class... Types>
+  struct Lists<std::tuple<Types...>> {
+    using type = std::tuple<std::vector<Placed<Types>>...>;
+  };
+  template <class Element>
+  void evaluate(const Placed<Element>& placed, SparseConstraints& out) const;
 
   Model model_;
+  // Elements of one type side by side: a loop over each list inlines the element's law, where a variant costs a jump
+  // per element that is of the order of the law itself.
+  Lists<Joints>::type joints_;
+  Lists<Drivers>::type drivers_;
+  Lists<Forces>::type forces_;
+  std::vector<Block> blocks_;
+  std::vector<std::size_t> first_block_;
   std::vector<AnyForce> given_forces_;  // as the model has them, before the start pose fills them
   std::vector<std::string> row_owner_;
   std::vector<bool> row_angular_;
   std::vector<int> joint_row_, driver_row_;
+  std::vector<int> friction_rows_;
+  std::vector<double> multipliers_;
   double length_scale_ = 1;
   Eigen::VectorXd mass_;
 

@@ -57,6 +57,7 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
                .inertia = b.inertia,
                .pose = {b.at[0], b.at[1], b.angle},
                .velocity = {b.velocity[0], b.velocity[1], b.spin}});
+  model.redundancy = s.machine->redundant;
   for (const NamedJoint& j : s.machine->joints) model.add(j.name, j.element);
   for (const NamedDriver& d : s.machine->drivers) model.add(d.name, d.element);
   for (const NamedForce& f : s.machine->forces) model.add(f.name, f.element);

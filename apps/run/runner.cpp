@@ -108,6 +108,9 @@ class Runner {
     row_.assign(columns_->list().size(), 0.0);
     values_ = row_;
     means_ = std::make_unique<IntervalMean>(row_.size());
+    if (world_.machine)
+      for (const std::string& group : world_.machine->assembly().redundant)
+        summary_->warn(group + ": of their reactions those of least norm are reported");
     set_fixed_window();
     frames_ = std::make_unique<FrameOutput>(request_.out, s_, world_, simulation_);
   }

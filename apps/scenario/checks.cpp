@@ -189,6 +189,9 @@ struct Checker {
         refuse(path + ".material", "is missing; a surface in soil needs a material, or `touches soil: no`");
       }
     }
+    for (const NamedForce& force : m.forces)
+      if (const auto* friction = std::get_if<mbd::JointFriction>(&force.element))
+        refer("machine.forces." + force.name + ".joint friction", friction->joint, names_of(m.joints), "joint");
     wheels(m);
   }
 

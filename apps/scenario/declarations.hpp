@@ -230,6 +230,9 @@ void describe(V& v, Machine& m) {
   v.elements("forces", m.forces, "springs, dampers, loads, wheels");
   v.named("surfaces", m.surfaces, "what of the bodies meets the soil, or is drawn");
   v.start("start", m.start, "`pose` as given, or {towing equilibrium: speed}: the steady state found by the program");
+  v.choice("redundant", m.redundant,
+           {{"minimum-norm", mbd::Redundancy::minimum_norm}, {"refuse", mbd::Redundancy::refuse}},
+           "constraints that depend on each other: share their reaction with least norm, or stop and name them");
   v.flag("assemble", m.assemble, "move the bodies until the joints close; no: refuse a pose that is off");
 }
 

@@ -133,6 +133,9 @@ class Printer {
   void optional_reference(const char* key, std::string& value, Family family, const char* meaning) {
     name_like(key, value, name_of(family), meaning, false);
   }
+  void joint(const char* key, std::string& value, const char* meaning) {
+    reference(key, value, Family::joint, meaning);
+  }
   void pair(const char* key, std::array<std::string, 2>& value, Family family, const char* meaning);
 
   // -- bodies and points --

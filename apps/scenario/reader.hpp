@@ -115,6 +115,9 @@ class Reader {
   void optional_reference(const char* key, std::string& value, Family, const char* meaning) {
     leaf(key, false, meaning, [&](const Node& node) { value = scalar_of(node); });
   }
+  void joint(const char* key, std::string& value, const char* meaning) {
+    reference(key, value, Family::joint, meaning);
+  }
   void pair(const char* key, std::array<std::string, 2>& value, Family, const char* meaning);
 
   // -- bodies, and points given in the world of the start pose or in body axes --

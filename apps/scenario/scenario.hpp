@@ -224,6 +224,7 @@ struct Machine {
   std::vector<NamedForce> forces;
   std::vector<Surface> surfaces;
   Start start;
+  mbd::Redundancy redundant = mbd::Redundancy::minimum_norm;
   bool assemble = true;  // Newton on the rough pose; no: the pose must already satisfy the joints
 };
 

@@ -67,15 +67,18 @@ struct WheelOnSoil {
     if (!(z > 0)) return {};
     const double reach = std::sqrt(2 * radius * z);
     const Rut::Depth rutted = scene.ruts[rut].at(b.r.x + direction * reach);
-    const double z_p = rutted.z, bearing = z > z_p ? load(z) : 0.0;
-    const double resistance = z > z_p ? width * modulus() * (std::pow(z, n + 1) - std::pow(z_p, n + 1)) / (n + 1) : 0.0;
+    // z^(n+1) from the z^(n+1/2) in N: a power costs as much as the rest of the law.
+    const double z_p = rutted.z, full = load(z), bearing = z > z_p ? full : 0.0;
+    const double virgin = full * std::sqrt(z) * 3 / ((3 - n) * std::sqrt(2 * radius)), k_b = width * modulus();
+    const double before = z_p > 0 ? k_b * std::pow(z_p, n + 1) : 0.0;
+    const double resistance = z > z_p ? (virgin - before) / (n + 1) : 0.0;
     const double share = std::min(1.0, std::max(-1.0, b.v.x / creep));
     loads.add_wrench(body, -resistance * share, bearing, 0);
     values = {bearing, resistance, z, z_p};
     if (!(z > z_p)) return {};
     const double front_speed = b.v.x - direction * radius / reach * b.v.y;
     const double edge = z_p > 0 ? load(z_p) * rutted.slope * front_speed : 0.0;
-    return {energy(z) - energy(z_p), resistance * share * b.v.x + edge, 0};
+    return {full * z / (n + 1.5) - energy(z_p), resistance * share * b.v.x + edge, 0};
   }
 
   /// An accepted step: the ground remembers, and the direction of travel is kept.

@@ -340,6 +340,8 @@ TEST(ScenarioRefusals, CrossChecksOfMachine) {
             "--set machine.bodies.arm.angle = 90: has no unit; needed is an angle, such as deg or rad"},
            {"machine.forces.pull={force: arm}",
             "--set machine.forces.pull: the name stands among the drivers too; names in the results must differ"},
+           {"machine.forces.rub={joint friction: slid, guide: 0.2 m, mu_s: 0.2, mu_k: 0.1}",
+            "--set machine.forces.rub.joint friction = slid: there is no joint of this name; did you mean `slide`?"},
            {"machine.start=rest", "--set machine.start = rest: must be `pose` or {towing equilibrium: 0.5 m/s}"},
            {"output.watch={p: arn.angle}",
             "--set output.watch.p = arn.angle: nothing is named `arn`; did you mean `arm`?"},

@@ -65,6 +65,8 @@ TEST(ScenarioCopy, EveryKindOfThing) {
           sample_machine, "t.yaml",
           {"machine.forces.spring={spring-damper: [arm, ground], ends: [0 0 m, 1 7 m], stiffness: 3 lbf/in}",
            "machine.forces.twist={rotational spring-damper: [sled, arm], stiffness: 2 N m/deg}",
+           "machine.forces.rub={joint friction: slide, guide: 0.2 m, mu_s: 0.2, mu_k: 0.1}",
+           "machine.redundant=refuse",
            "machine.forces.load={force: arm, at: 0 1 m, along x: [1 N, {table: [[0 s, 0 N], [1 s, 3 N]]}]}",
            "machine.joints.weld={fixed: [ground, sled], at: 0.3 0.7 m}",
            "machine.drivers.turn={angle: [sled, arm], position: {polynomial: {c1: 3 deg/s}}}",

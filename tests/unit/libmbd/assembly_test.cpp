@@ -46,6 +46,14 @@ TEST(Assembly, RedundantConstraintsAreNamedAndShareTheReactionWithLeastNorm) {
   EXPECT_NEAR(machine.body(1).r.y, 0, 1e-14);
 }
 
+TEST(Assembly, RedundantConstraintsAreRefusedOnWish) {
+  Model model = beam(0);
+  model.redundancy = Redundancy::refuse;
+  EXPECT_EQ(refusal(model),
+            "the machine has redundant constraints: the constraints of joint 'left' and joint 'right' depend on each "
+            "other. Free one of each group, or let redundant be minimum-norm");
+}
+
 TEST(Assembly, ContradictionIsRefusedWithJointsAndResiduals) {
   // The least-squares pose leaves half of the 20 mm at either pin.
   EXPECT_EQ(

@@ -58,6 +58,7 @@ struct Filler {
   void outline(const char*, std::vector<std::array<double, 2>>& points, const char*) {
     points = {{-1, 0}, {-0.4, 0.7}, {0.3, 0.9}, {1.1, 0.4}, {1.3, -0.6}};
   }
+  void joint(const char* k, std::string& name, const char*) { key(k), name = "pin"; }
   template <class E>
   void choice(const char*, E&, std::initializer_list<std::pair<const char*, std::type_identity_t<E>>>, const char*) {}
   void function(const char*, Function& f, const char*, const char*) {
@@ -75,6 +76,7 @@ template <class Element>
 Element filled(Filler& filler) {
   Element e;
   e.describe(filler);
+  if constexpr (requires { e.attach(Revolute{}, 1); }) e.attach(Revolute{.body_a = 1, .body_b = 2}, 1);
   return e;
 }
 
@@ -266,6 +268,8 @@ struct Paths {
   }
 };
 
+constexpr std::array<double, 3> lambda{5, 30, -40};  // of the equations of a joint with friction, from its row 1 on
+
 struct Seen {
   std::array<std::array<double, 3>, 3> wrench{};
   ForcePower power;
@@ -276,7 +280,7 @@ Seen act(const Force& force, const std::array<BodyState, 3>& bodies, double t) {
   Seen seen;
   Loads loads(seen.wrench);
   ForceValues values{};
-  seen.power = force.evaluate({bodies, t, ruts}, loads, values);
+  seen.power = force.evaluate({bodies, t, ruts, lambda}, loads, values);
   return seen;
 }
 
@@ -337,6 +341,29 @@ TEST(Elements, ForcesBetweenBodiesKeepMomentum) {
       EXPECT_GT(size, 1) << "the test saw little of the force";
     }
   });
+}
+
+// Friction in a slide: the same two accounts as in a pin, which the list above covers.
+TEST(Elements, FrictionInASlide) {
+  JointFriction friction{.joint = "slide", .guide = 0.4, .mu_s = 0.3, .mu_k = 0.2, .viscous = 2};
+  friction.attach(Translational{.body_a = 1, .body_b = 2, .p_b = {0.1, 0.2}, .angle_a = 0.3}, 1);
+  const std::array<BodyState, 3> bodies{BodyState{}, moving(0, 0.1), moving(1, 0.1)};
+  std::array<std::array<double, 3>, 3> w{};
+  Loads loads(w);
+  ForceValues values{};
+  const ForcePower power = friction.evaluate({bodies, 0.1, {}, lambda}, loads, values);
+  EXPECT_NEAR(values[3], 2 * 40 / 0.4, 1e-12);  // the moment outweighs the normal force
+  EXPECT_NEAR(std::hypot(w[2][0], w[2][1]), std::abs(values[0]), 1e-12);
+  EXPECT_GT(power.lost, 0);
+  double on_bodies = 0, moment = 0;
+  for (std::size_t i = 1; i < 3; ++i) {
+    on_bodies += w[i][0] * bodies[i].v.x + w[i][1] * bodies[i].v.y + w[i][2] * bodies[i].spin;
+    moment += w[i][2] + cross(bodies[i].r, {w[i][0], w[i][1]});
+  }
+  EXPECT_NEAR(on_bodies, -power.lost, 1e-12);
+  EXPECT_NEAR(w[1][0] + w[2][0], 0, 1e-14);
+  EXPECT_NEAR(w[1][1] + w[2][1], 0, 1e-14);
+  EXPECT_NEAR(moment, 0, 1e-12);
 }
 
 // The word that names an element in a scenario is also its first key.

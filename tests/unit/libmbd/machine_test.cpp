@@ -37,6 +37,14 @@ TEST_P(AnyIntegrator, FreeBodyFliesOnAParabola) {
   EXPECT_NEAR(machine.body(1).r.y, 1 + 4 - 9.81 / 2, 1e-8);
   EXPECT_NEAR(machine.body(1).angle, 5, 1e-8);
   EXPECT_NEAR(machine.time(), 1, 1e-14);
+  std::vector<double> values(machine.column_names().size());
+  machine.columns(values);
+  EXPECT_EQ(machine.column_names()[7], "stone.ay");
+  EXPECT_EQ(machine.column_units()[7], "m/s^2");
+  EXPECT_NEAR(values[6], 0, 1e-15);
+  EXPECT_NEAR(values[7], -9.81, 1e-15);
+  EXPECT_EQ(machine.column_names()[8], "stone.alpha");
+  EXPECT_NEAR(values[8], 0, 1e-15);
 }
 
 // Two bodies joined by a pin and a spring-damper to a third, no gravity, nothing from outside.
