@@ -243,6 +243,8 @@ double Partition::apply_jacobian(const Eigen::VectorXd& x, const std::vector<dou
 
 void Partition::solve_velocities(MotionState& m) {
   // As a correction of the guess: the digits that the guess has are not lost to the condition of Phi_u.
+  if (!m.velocity.allFinite())
+    for (const int i : choice_.dependent) m.velocity[i] = 0;
   const double fastest = m.velocity.cwiseProduct(column_scale_).cwiseAbs().maxCoeff();
   const double goal = 2e-15 * fastest;  // rounding of the sum of a row
   double before = std::numeric_limits<double>::infinity();
@@ -273,7 +275,8 @@ void Partition::evaluate(MotionState& m) {
 
 void Partition::accelerate(MotionState& m) {
   system_.set_velocity(m.velocity);
-  system_.constraints(c_);  // gamma needs the velocities
+  system_.constraints(c_);                        // gamma needs the velocities
+  if (!m.lambda.allFinite()) m.lambda.setZero();  // what a failed evaluation left is no guess
   if (system_.friction_rows().empty()) {
     system_.loads(load_);
     solve_accelerations(m);
@@ -308,7 +311,6 @@ void Partition::solve_accelerations(MotionState& m) {
   // From the lambda given on: it is near after a predictor, and then factors of a pose near by serve as well. Further
   // passes are iterative refinement: S has the square of the condition of Phi_q, and where that is large the
   // accelerations still satisfy their constraints to rounding.
-  if (!m.lambda.allFinite()) m.lambda.setZero();
   for (const int row : choice_.redundant) m.lambda[row] = 0;
   for (std::size_t k = 0; k < work_.size(); ++k) work_[k] = m.lambda[choice_.rows[k]];
   subtract_reactions(work_, m.acceleration);

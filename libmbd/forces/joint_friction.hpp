@@ -65,16 +65,17 @@ struct JointFriction {
 
   /// Takes what it needs from the joint that it names.
   template <class Joint>
-  void attach(const Joint& j, int first_row) {
-    if constexpr (std::is_same_v<Joint, Translational>) {
-      if (!(guide > 0)) throw std::invalid_argument("joint '" + joint + "' is a slide: give the length of its guide");
-      slides = true, angle_a = j.angle_a;
-    } else if constexpr (std::is_same_v<Joint, Revolute>) {
-      if (!(radius > 0)) throw std::invalid_argument("joint '" + joint + "' is a pin: give its radius");
+  void attach([[maybe_unused]] const Joint& j, [[maybe_unused]] int first_row) {
+    if constexpr (std::is_same_v<Joint, Revolute> || std::is_same_v<Joint, Translational>) {
+      slides = std::is_same_v<Joint, Translational>;
+      if (slides && !(guide > 0))
+        throw std::invalid_argument("joint '" + joint + "' is a slide: give the length of its guide");
+      if (!slides && !(radius > 0)) throw std::invalid_argument("joint '" + joint + "' is a pin: give its radius");
+      if constexpr (std::is_same_v<Joint, Translational>) angle_a = j.angle_a;
+      body_a = j.body_a, body_b = j.body_b, p_b = j.p_b, row = first_row;
     } else {
       throw std::invalid_argument("joint '" + joint + "' is neither revolute nor translational; name one that is");
     }
-    body_a = j.body_a, body_b = j.body_b, p_b = j.p_b, row = first_row;
   }
 
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {

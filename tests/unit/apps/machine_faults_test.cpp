@@ -71,6 +71,15 @@ TEST(MachineFaults, DriversThatContradictEachOther) {
             "drop a driver or free a joint.");
 }
 
+TEST(MachineFaults, DriversThatHoldDifferentPlaces) {
+  const std::string two =
+      slider_crank("20 rad/s}\n", "20 rad/s}\n    push: {coordinate: crank.angle, position: 0.3 rad}\n");
+  EXPECT_EQ(refusal(two),
+            "rig.yaml:14:12 machine.drivers.motor: the machine cannot be assembled: driver 'motor' by 0.15 rad, driver "
+            "'push' by -0.15 rad open. Over-determined by driver 'motor' and driver 'push': drop a driver or free a "
+            "joint.");
+}
+
 // The rod is 0.4 m, the guide 1 m above the crank: no turn of anything closes it.
 TEST(MachineFaults, OutOfReach) {
   const std::string text = refusal(slider_crank("guide: {translational: [ground, slider], at: 0.5 0 m, along: 1 0}",

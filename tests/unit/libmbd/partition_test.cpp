@@ -63,10 +63,10 @@ void compare_with_dense(Model model) {
   Eigen::VectorXd right(n + r);
   right << load, c.gamma;
   const Eigen::VectorXd exact = k.fullPivLu().solve(right);
-  // Masses differ by 1e4 in the rig: the dense solver itself is good to 1e-11 of the largest entry.
+  // The dense matrix mixes masses of 1e-1 to 1e5 with levers of 1: its condition, some 1e6, is the tolerance.
   const double most = exact.cwiseAbs().maxCoeff();
-  EXPECT_LT((m.acceleration - exact.head(n)).cwiseAbs().maxCoeff(), 1e-11 * most);
-  EXPECT_LT((m.lambda - exact.tail(r)).cwiseAbs().maxCoeff(), 1e-11 * most);
+  EXPECT_LT((m.acceleration - exact.head(n)).cwiseAbs().maxCoeff(), 1e-10 * most);
+  EXPECT_LT((m.lambda - exact.tail(r)).cwiseAbs().maxCoeff(), 1e-10 * most);
 }
 
 TEST(Partition, AgreesWithTheDenseEquationsOfMotion) {
@@ -87,9 +87,10 @@ TEST(Partition, ChainChoosesItsAnglesOnce) {
   Machine machine(m);
   machine.start_from_pose();
   for (const int i : machine.integrator().partition().independent()) EXPECT_EQ(i % 3, 2);
-  for (int i = 0; i < 2000; ++i) machine.advance(1e-3);
+  for (int i = 0; i < 5000; ++i) machine.advance(2e-4);
   EXPECT_EQ(machine.partition_choices(), 1);
-  EXPECT_NEAR(machine.energy().balance(), 0, 1e-4 * machine.energy().kinetic);
+  // Links whip at some 30 rad/s: order 4 at 0.2 ms errs by (6e-3)^4 per radian.
+  EXPECT_NEAR(machine.energy().balance(), 0, 1e-6 * machine.energy().kinetic);
 }
 
 }  // namespace
