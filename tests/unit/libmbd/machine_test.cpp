@@ -184,8 +184,8 @@ TEST(Machine, RefusalsNameWhatRuleAndCure) {
   EXPECT_EQ(with([](Model& m) { m.add("pin", Revolute{.body_a = 1, .body_b = 1}); }),
             "joint 'pin' connects 'a' to itself; name two different bodies");
   EXPECT_EQ(with([](Model& m) { m.add("motor", AngleDriver{.first = 0, .second = 1}); }),
-            "driver 'motor': needs exactly one of position and velocity as a function of time; give one, leave the "
-            "other out");
+            "driver 'motor': needs exactly one of position, velocity and acceleration as a function of time; give one, "
+            "leave the others out");
   EXPECT_EQ(with([](Model& m) { m.add("s", SpringDamper{.body_a = 1, .body_b = 2}); }),
             "force 's': stiffness and damping must be given and not negative; stiffness 0 is a damper alone");
   EXPECT_EQ(

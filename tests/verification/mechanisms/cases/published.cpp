@@ -192,10 +192,12 @@ Expected sundials_pendulum_published(double t) {
 }  // namespace
 
 std::vector<Case> published() {
-  const Bounds squeezing{1e-8, 1e-5, 1e-1, 1e-4, 1e-9}, axis{1e-10, 1e-9, 1e-7, 1e-10, 1e-11};
+  // The published squeezer itself is good to nine digits at 0.03 s, where its bodies accelerate by 1e6 rad/s^2.
+  const Bounds squeezing{1e-10, 1e-7, 1e-4, 1e-7, 1e-10}, printed{1e-8, 1e-5, 1e-1, 1e-4, 1e-9},
+      axis{1e-10, 1e-9, 1e-7, 1e-10, 1e-11};
   return {
       {"andrews", "Hairer & Wanner VII.7, IFToMM benchmark A03; one minimal coordinate", squeezing, squeezer},
-      {"andrews", "IVP test set, solution at 0.03 s (16 digits)", squeezing,
+      {"andrews", "IVP test set, solution at 0.03 s (16 digits)", printed,
        [] { return Reference(squeezer_published); }},
       {"car-axis", "IVP test set; minimal coordinates", axis, car_axis},
       {"car-axis", "IVP test set, solution at 3 s (21 digits)", axis, [] { return Reference(car_axis_published); }},
