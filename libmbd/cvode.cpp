@@ -124,6 +124,8 @@ void Cvode::build() {
   check(CVodeSetUserData(s.memory, &s), "CVodeSetUserData");
   s.iteration = check(SUNNonlinSol_FixedPoint(s.y, 0, s.context), "SUNNonlinSol_FixedPoint");
   check(CVodeSetNonlinearSolver(s.memory, s.iteration), "CVodeSetNonlinearSolver");
+  check(CVodeSetMaxErrTestFails(s.memory, most_failures_of_a_step), "CVodeSetMaxErrTestFails");
+  check(CVodeSetMaxConvFails(s.memory, most_failures_of_a_step), "CVodeSetMaxConvFails");
   if (!watches_switches()) return;
   check(CVodeRootInit(s.memory, static_cast<int>(switches_.count()), Solver::roots), "CVodeRootInit");
   check(CVodeSetNoInactiveRootWarn(s.memory), "CVodeSetNoInactiveRootWarn");

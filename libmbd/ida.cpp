@@ -179,6 +179,8 @@ void Ida::build() {
   s.matrix = check(SUNDenseMatrix(s.size(), s.size(), s.context), "SUNDenseMatrix");
   s.linear = check(SUNLinSol_Dense(s.y, s.matrix, s.context), "SUNLinSol_Dense");
   check(IDASetLinearSolver(s.memory, s.linear, s.matrix), "IDASetLinearSolver");
+  check(IDASetMaxErrTestFails(s.memory, most_failures_of_a_step), "IDASetMaxErrTestFails");
+  check(IDASetMaxConvFails(s.memory, most_failures_of_a_step), "IDASetMaxConvFails");
   if (!watches_switches()) return;
   check(IDARootInit(s.memory, static_cast<int>(switches_.count()), Solver::call_roots), "IDARootInit");
   check(IDASetNoInactiveRootWarn(s.memory), "IDASetNoInactiveRootWarn");
