@@ -152,9 +152,9 @@ TEST(BedLoose, SpheresKeepClearOfEachOtherAndOfTheWalls) {
   }
   double volume = 0;
   const auto filled = placer.place_volume(1e-3, 0);
-  for (const SphereSpec& s : filled) volume += volume_of(s);
+  for (const SphereSpec& s : filled) volume += sphere_volume(s.radius);
   EXPECT_GE(volume, 1e-3);
-  EXPECT_LT(volume - volume_of(filled.back()), 1e-3);
+  EXPECT_LT(volume - sphere_volume(filled.back().radius), 1e-3);
 }
 
 // ---- sizes ---------------------------------------------------------------------------------------------------------

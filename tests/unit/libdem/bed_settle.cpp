@@ -27,7 +27,7 @@ TEST(BedSettle, RestLatticeOfTheWetLawStaysWhereItIs) {
   Bed bed = boxed_bed(table_3(), walls);
   bed.add(spheres);
   for (int k = 0; k < 3333; ++k) bed.step(15e-6);
-  const double weight = spheres[0].density * volume_of(spheres[0]) * 9.81;
+  const double weight = spheres[0].density * sphere_volume(spheres[0].radius) * 9.81;
   const double sag = 2 * 4 * 4 * weight / 10e3;
   for (const Sphere& s : bed.spheres()) EXPECT_LE(norm(s.x - spheres[s.id].position), sag) << s.id;
   const double per_sphere = bed.kinetic_energy() / static_cast<double>(spheres.size());
