@@ -19,6 +19,9 @@ struct Nearness {
   double pivot, share;
 };
 constexpr Nearness near_pose{0.05, 1e-2}, singular_pose{1e-5, 1e-12};
+// Factors of a pose nearer than 1e-7 of the length leave at most this share of a right side: where that is below the
+// goal there is nothing to look at again.
+constexpr double trust = 1e-6;
 // Contraction by friction is about mu times a ratio of levers; 0.95 still settles.
 constexpr int most_friction_iterations = 600;
 }  // namespace
@@ -256,6 +259,7 @@ void Partition::solve_velocities(MotionState& m) {
     before = now;
     phi_u_.solve(work_);
     for (std::size_t k = 0; k < work_.size(); ++k) m.velocity[choice_.dependent[k]] -= work_[k];
+    if (trust * now <= goal && !near_singular()) break;
   }
   velocity_turn_ = 0;
   for (const int i : choice_.dependent)
@@ -316,14 +320,16 @@ void Partition::solve_accelerations(MotionState& m) {
   subtract_reactions(work_, m.acceleration);
   double largest = free_.cwiseAbs().maxCoeff();
   for (const double g : c_.gamma) largest = std::max(largest, std::abs(g));
+  const double goal = 1e-15 * largest;
   double before = std::numeric_limits<double>::infinity();
   for (int pass = 0; pass < 6; ++pass) {
     const double now = apply_jacobian(m.acceleration, c_.gamma, -1);
-    if (now <= 1e-15 * largest || !(now < 0.1 * before)) return;
+    if (now <= goal || !(now < 0.1 * before)) return;
     before = now;
     schur_.solve(work_);
     for (std::size_t k = 0; k < work_.size(); ++k) m.lambda[choice_.rows[k]] += work_[k];
     subtract_reactions(work_, m.acceleration);
+    if (trust * now <= goal && !near_singular()) return;
   }
 }
 

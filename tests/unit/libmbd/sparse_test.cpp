@@ -71,7 +71,7 @@ TEST_P(Sparse, LdlSolvesWhatADenseSolverSolves) {
 }
 INSTANTIATE_TEST_SUITE_P(Sizes, Sparse, testing::Values(1, 2, 7, 40));
 
-// [1 1; 1 1 + e]: the second pivot is e of an entry of 1.
+// [1 1; 1 1 + e]: the second pivot is e of an entry of 1 + e.
 TEST(Sparse, LdlSaysHowSingularAndWhere) {
   for (const double e : {1e-6, 0.0}) {
     SparseLdl ldl;
@@ -79,7 +79,7 @@ TEST(Sparse, LdlSaysHowSingularAndWhere) {
     ldl.values()[ldl.place(0, 0)] = ldl.values()[ldl.place(0, 1)] = 1;
     ldl.values()[ldl.place(1, 1)] = 1 + e;
     EXPECT_EQ(ldl.factor(), e > 0);
-    EXPECT_NEAR(ldl.least_share(), e, 1e-15);
+    EXPECT_NEAR(ldl.least_share(), e / (1 + e), 1e-15);
     EXPECT_EQ(ldl.least_row(), 1);
   }
 }

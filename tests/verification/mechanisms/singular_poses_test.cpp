@@ -110,7 +110,8 @@ INSTANTIATE_TEST_SUITE_P(Speeds, Crank, testing::Values(1.0, 0.97, 1.31, 7.03));
 // The N four-bar mechanism of the IFToMM benchmark library (A02): rods of 1 m and 1 kg, cranks upright, 1 m/s to the
 // left at their tips, gravity; it swings through flat poses. All cranks turn alike, so one angle describes it:
 //   ((n + 1)/3 + n) phi'' = -g cos(phi) ((n + 1)/2 + n)
-// Order 6 at 1 ms leaves 1e-8 of the angle; the accelerations next to a flat pose carry rounding over the distance.
+// Order 6 at 1 ms leaves 1e-8 of the angle; next to a flat pose, where each cell loses a rank, the accelerations carry
+// rounding over the square of the distance, a few 1e-6 of the angle per cell over the run.
 TEST(SingularPoses, FreeParallelogramsKeepTheirBranch) {
   for (const int cells : {1, 2, 5}) {
     SCOPED_TRACE(cells);
@@ -128,8 +129,8 @@ TEST(SingularPoses, FreeParallelogramsKeepTheirBranch) {
           d = {s[1], -9.81 * std::cos(s[0]) * ((n + 1) / 2 + n) / ((n + 1) / 3 + n)};
         },
         {pi / 2, 1}, 0, 5, 1e-13);
-    EXPECT_NEAR(machine.body(1).angle, y[0], 1e-5);
-    EXPECT_NEAR(machine.energy().balance(), 0, 1e-5);
+    EXPECT_NEAR(machine.body(1).angle, y[0], 1e-5 * cells);
+    EXPECT_NEAR(machine.energy().balance(), 0, 1e-6 * machine.energy().kinetic);
   }
 }
 
