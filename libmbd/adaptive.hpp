@@ -11,8 +11,8 @@ namespace subsoil::mbd {
 /// the steps, unless that is what was asked for.
 inline double local_tolerance(double asked, double floor) { return std::min(asked, std::max(0.01 * asked, floor)); }
 
-/// Failures that a step may meet before it is given up, each shortening it fourfold. SUNDIALS' own 7 and 10 do not bring
-/// a long step of a free flight down to what a stiff contact allows.
+/// Failures that a step may meet before it is given up, each shortening it fourfold. SUNDIALS' own 7 and 10 do not
+/// bring a long step of a free flight down to what a stiff contact allows.
 inline constexpr int most_failures_of_a_step = 40;
 
 /// What the variable-step integrators have in common: they run on in steps of their own and outputs are read from

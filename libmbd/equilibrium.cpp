@@ -255,7 +255,8 @@ std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
       if (zeros++ % 2 == 0) found.emplace_back();
     } else if (s.imag() >= 0) {
       const Eigen::VectorXcd shape = tangent.cast<std::complex<double>>() * solver.eigenvectors().col(i).head(f);
-      found.push_back({s.imag() / (2 * std::numbers::pi), 0.0 - s.real() / std::abs(s), s.real(), linear.normal(shape)});
+      found.push_back(
+          {s.imag() / (2 * std::numbers::pi), 0.0 - s.real() / std::abs(s), s.real(), linear.normal(shape)});
     }
   }
   std::stable_sort(found.begin(), found.end(), [](const Mode& x, const Mode& y) { return x.frequency < y.frequency; });

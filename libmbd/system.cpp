@@ -115,7 +115,8 @@ void System::check_elements() const {
           if (list.size() > 1 && list[0] == list[1])
             refuse(what + " connects '" + body_name(list[0]) + "' to itself; name two different bodies");
           if (list.size() > 2 && list[2] != ground && (list[2] == list[0] || list[2] == list[1]))
-            refuse(what + " names '" + body_name(list[2]) + "' twice; its third body must be another one, or the ground");
+            refuse(what + " names '" + body_name(list[2]) +
+                   "' twice; its third body must be another one, or the ground");
           if constexpr (requires { element.check(); }) naming(what, [&] { element.check(); });
         },
         named.element);

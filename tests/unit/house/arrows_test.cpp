@@ -22,7 +22,10 @@ struct Room {
 
 const std::vector<Room> house = {
     {"libdem", {"libdem/"}, {"omp.h", "immintrin.h"}, {}},
-    {"libmbd", {"libmbd/"}, {"Eigen/"}, {"cvode/", "ida/", "nvector/", "sunlinsol/", "sunmatrix/", "sunnonlinsol/", "sundials/"}},
+    {"libmbd",
+     {"libmbd/"},
+     {"Eigen/"},
+     {"cvode/", "ida/", "nvector/", "sunlinsol/", "sunmatrix/", "sunnonlinsol/", "sundials/"}},
     {"coupling", {"coupling/", "libdem/", "libmbd/"}, {}, {}},
 };
 

@@ -118,8 +118,8 @@ TEST(Cam, FlatFaceOfASwingingLever) {
 
 // A bead on a circular wire is a pendulum. The spline through points 2 deg apart misses the circle by R h^4/384 = 2e-9
 // m and its slope by R h^3/24 = 1e-6, alternating from point to point, which averages out over a swing. Where
-// the third derivative jumps, at every point, a step is of order 3 only: 1e-6 J is seen of the 5 J that swing, and 2e-7 of
-// the energy is as much of the way: some 1e-7 m of the 3 m that the bead travels.
+// the third derivative jumps, at every point, a step is of order 3 only: 1e-6 J is seen of the 5 J that swing, and 2e-7
+// of the energy is as much of the way: some 1e-7 m of the 3 m that the bead travels.
 TEST(PointOnCurve, BeadOnACircle) {
   constexpr double r = 0.5, start = 1.1;
   Model m;
