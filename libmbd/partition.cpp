@@ -316,6 +316,7 @@ void Partition::solve_accelerations(MotionState& m) {
   // passes are iterative refinement: S has the square of the condition of Phi_q, and where that is large the
   // accelerations still satisfy their constraints to rounding.
   for (const int row : choice_.redundant) m.lambda[row] = 0;
+  if (near_singular()) return reduce_accelerations(m);
   for (std::size_t k = 0; k < work_.size(); ++k) work_[k] = m.lambda[choice_.rows[k]];
   subtract_reactions(work_, m.acceleration);
   double largest = free_.cwiseAbs().maxCoeff();
@@ -329,8 +330,34 @@ void Partition::solve_accelerations(MotionState& m) {
     schur_.solve(work_);
     for (std::size_t k = 0; k < work_.size(); ++k) m.lambda[choice_.rows[k]] += work_[k];
     subtract_reactions(work_, m.acceleration);
-    if (trust * now <= goal && !near_singular()) return;
+    if (trust * now <= goal) return;
   }
+}
+
+// The reduction as the source has it, dense: at an angle e from a singular pose Phi_u costs 1/e of the digits where S
+// costs 1/e^2. It allocates, but such poses are rare and passed in some steps.
+void Partition::reduce_accelerations(MotionState& m) const {
+  const auto &u = choice_.dependent, &v = choice_.independent;
+  Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(rank(), system_.coordinates());
+  for (const Used& block : used_)
+    for (std::size_t k = 0; k < 3; ++k)
+      jacobian(static_cast<Eigen::Index>(block.index), block.column + static_cast<Eigen::Index>(k)) =
+          c_.jacobian[block.block][k];
+  Eigen::VectorXd gamma(rank());
+  for (Eigen::Index k = 0; k < rank(); ++k)
+    gamma[k] = c_.gamma[static_cast<std::size_t>(choice_.rows[static_cast<std::size_t>(k)])];
+  const Eigen::PartialPivLU<Eigen::MatrixXd> lu(Eigen::MatrixXd(jacobian(Eigen::all, u)));
+  const Eigen::MatrixXd r = -lu.solve(Eigen::MatrixXd(jacobian(Eigen::all, v)));
+  const Eigen::VectorXd g = lu.solve(gamma), mass_u = system_.mass()(u), load_u = load_(u);
+  Eigen::MatrixXd m_hat = r.transpose() * mass_u.asDiagonal() * r;
+  m_hat.diagonal() += Eigen::VectorXd(system_.mass()(v));
+  const Eigen::VectorXd f_hat = load_(v) + r.transpose() * (load_u - mass_u.cwiseProduct(g));
+  const Eigen::VectorXd v_rate = m_hat.llt().solve(f_hat), u_rate = r * v_rate + g;
+  m.acceleration(v) = v_rate;
+  m.acceleration(u) = u_rate;
+  const Eigen::VectorXd lambda = lu.transpose().solve(Eigen::VectorXd(load_u - mass_u.cwiseProduct(u_rate)));
+  for (std::size_t k = 0; k < choice_.rows.size(); ++k)
+    m.lambda[choice_.rows[k]] = lambda[static_cast<Eigen::Index>(k)];
 }
 
 void Partition::solve_with_friction(MotionState& m) {

@@ -30,7 +30,8 @@ struct SingularPose : std::runtime_error {
 /// The last line gives the v'' of the source's M^ v'' = F^ with M^ = M_vv + R^T M_uu R, R = -Phi_u^-1 Phi_v, without
 /// forming R and M^, which are dense: S has a nonzero only where two equations share a body, and Phi_u keeps the
 /// sparsity of Phi_q, so that a step costs a time linear in the number of links of a chain.
-/// Both factors have a fixed pattern from choose() on. Redundant equations stay outside both.
+/// Both factors have a fixed pattern from choose() on. Redundant equations stay outside both. Next to a singular pose,
+/// where S has lost the square of what Phi_u has, the source's reduction is done as it stands.
 /// Friction in joints makes F depend on lambda: the two are iterated to 1e-13, starting from the lambda given; where
 /// that does not contract the joint locks itself, and accelerate() says so. sensitivity() says how far the worst pivot
 /// of Phi_u has fallen since the choice; |R| grows with it without bound as Phi_u becomes singular, and it costs
@@ -93,6 +94,7 @@ class Partition {
   void solve_velocities(MotionState& m);
   void subtract_reactions(const std::vector<double>& lambda, Eigen::VectorXd& acceleration) const;
   void solve_accelerations(MotionState& m);
+  void reduce_accelerations(MotionState& m) const;
   void solve_with_friction(MotionState& m);
   double apply_jacobian(const Eigen::VectorXd& x, const std::vector<double>& other, double sign);
   [[noreturn]] void refuse_singular(const MotionState& m) const;

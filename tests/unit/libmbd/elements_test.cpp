@@ -44,8 +44,9 @@ struct Filler {
   }
   void point(const char*, int, std::array<double, 2>& p, const char*) { p = {number(), number()}; }
   void axis(const char*, int, double& angle, const char*) { angle = number(); }
-  void quantity(const char*, double& value, const char*, const char*, const char*) {
+  void quantity(const char* k, double& value, const char*, const char*, const char*) {
     if (std::isnan(value) || value == 0) value = number();
+    if (std::string(k) == "mu_k") value = 0.1;  // at most mu_s
   }
   void optional_quantity(const char*, double& value, const char*, const char*, const char*) { value = number(); }
   void text(const char*, std::string&, const char*) {}

@@ -54,7 +54,7 @@ TEST(Joints, RefuseWithRuleAndCure) {
   EXPECT_EQ(refusal(GearRatio{.body_a = 1, .body_b = 2, .ratio = 0}),
             "joint 'it': ratio must be given and not 0; to hold the second body's angle use an angle driver");
   EXPECT_EQ(refusal(GearRatio{.body_a = 1, .body_b = 2, .body_c = 2, .ratio = 2}),
-            "joint 'it' has 'second' twice; the carrier is a third body");
+            "joint 'it' names 'second' twice; its third body must be another one, or the ground");
   EXPECT_EQ(refusal(DistanceDriver{.first = 1, .second = 2, .p_a = {1, 0}, .motion = {.velocity = 1.0}}),
             "driver 'it': its two ends lie on each other in the start pose, so it has no direction; start them apart");
   EXPECT_EQ(

@@ -106,11 +106,14 @@ Reference windows() {
 
 std::vector<Case> free_linkages() {
   const std::string lagrange = "Lagrange's equation in one angle";
+  // Beside each flat pose the reactions lose digits with the square of the distance, and every pass leaves its share
+  // in the energy. The benchmark itself asks for 0.1 J over the run, of the 47 J that swing.
+  const Bounds flat_poses{1e-4, 1e-3, 1e-2, 1e-2, 5e-3};
   return {
       {"trammel", lagrange, {1e-9, 1e-8, 1e-7, 1e-7, 1e-9}, trammel},
       {"sprung-four-bar", lagrange, {1e-9, 1e-8, 1e-7, 1e-7, 1e-9}, sprung_four_bar},
       {"stephenson-six-bar", lagrange, {1e-9, 1e-7, 1e-5, 1e-5, 1e-7}, stephenson},
-      {"windows", "IFToMM benchmark A02 with N = 2; " + lagrange, {1e-8, 1e-7, 1e-6, 1e-6, 1e-7}, windows, true},
+      {"windows", "IFToMM benchmark A02 with N = 2; " + lagrange, flat_poses, windows, true},
   };
 }
 

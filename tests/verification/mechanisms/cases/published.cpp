@@ -146,7 +146,7 @@ Reference car_axis() {
   Mechanism m;
   m.gravity = 1;
   m.names = {"axis", "left", "right"};
-  m.mass = {{1, 1, 0.1}, {5e-4, 5e-4, 1e-6}, {5e-4, 5e-4, 1e-16}};
+  m.mass = {{1, 1, 0.1}, {5e-4, 5e-4, 1e-6}, {5e-4, 5e-4, 1e-14}};
   m.start = {0.5, 0, 0, 0};
   m.poses = [](const Coordinates& q, Jet t) {
     const Jet rise = 0.1 * sin(10 * t), run = sqrt(1 - rise * rise), turn = atan2(rise, run);
@@ -195,12 +195,15 @@ std::vector<Case> published() {
   // The published squeezer itself is good to nine digits at 0.03 s, where its bodies accelerate by 1e6 rad/s^2.
   const Bounds squeezing{1e-10, 1e-7, 1e-4, 1e-7, 1e-10}, printed{1e-8, 1e-5, 1e-1, 1e-4, 1e-9},
       axis{1e-10, 1e-9, 1e-7, 1e-10, 1e-11};
+  // The published bar has no inertia; ours has 2e-11 of the mass' own about its end, which speeds of 1 m/s show as
+  // 1e-9.
+  const Bounds massless{1e-10, 1e-8, 1e-7, 1e-10, 1e-11};
   return {
       {"andrews", "Hairer & Wanner VII.7, IFToMM benchmark A03; one minimal coordinate", squeezing, squeezer},
       {"andrews", "IVP test set, solution at 0.03 s (16 digits)", printed,
        [] { return Reference(squeezer_published); }},
       {"car-axis", "IVP test set; minimal coordinates", axis, car_axis},
-      {"car-axis", "IVP test set, solution at 3 s (21 digits)", axis, [] { return Reference(car_axis_published); }},
+      {"car-axis", "IVP test set, solution at 3 s (21 digits)", massless, [] { return Reference(car_axis_published); }},
       {"sundials-pendulum",
        "SUNDIALS cvPendulum_dns: at rest again every 2 s",
        {1e-9, 1e-9, 1e-8, 1e-8, 1e-9},
