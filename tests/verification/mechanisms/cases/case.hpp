@@ -5,12 +5,18 @@
 
 #include <functional>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <vector>
 
 #include "tests/verification/mechanisms/cases/minimal_coordinates.hpp"
 
 namespace subsoil::cases {
+
+using namespace test;
+using std::numbers::pi;
+using Coordinates = std::vector<Jet>;
+using Poses = std::vector<Pose>;
 
 /// Largest difference allowed, by the unit of the column: (m, rad), (m/s, rad/s), (m/s^2, rad/s^2), (N, N m), J.
 /// Each is ten to a thousand times what order 6 leaves at the case's step, (w h)^6 w t for its fastest rate w,

@@ -2,17 +2,11 @@
 // diagrams.
 
 #include <cmath>
-#include <numbers>
 
 #include "tests/verification/mechanisms/cases/case.hpp"
 
 namespace subsoil::cases {
 namespace {
-
-using namespace test;
-constexpr double pi = std::numbers::pi;
-using Coordinates = std::vector<Jet>;
-using Poses = std::vector<Pose>;
 
 /// Crank 0.1 m at 20 rad/s, rod 0.4 m, piston with a force of 300 sin(2 pi 5 t) N along x.
 Reference slider_crank() {

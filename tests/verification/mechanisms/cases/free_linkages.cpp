@@ -1,17 +1,11 @@
 // Linkages of one freedom that move by themselves: Lagrange's equation in one angle, positions in closed form.
 
 #include <cmath>
-#include <numbers>
 
 #include "tests/verification/mechanisms/cases/case.hpp"
 
 namespace subsoil::cases {
 namespace {
-
-using namespace test;
-constexpr double pi = std::numbers::pi;
-using Coordinates = std::vector<Jet>;
-using Poses = std::vector<Pose>;
 
 /// Trammel of Archimedes: a rod of 1 m between blocks on the axes, let go from the 3-4-5 triangle.
 Reference trammel() {

@@ -2,15 +2,13 @@
 // turning arms, and free flight.
 
 #include <cmath>
-#include <numbers>
 
 #include "tests/verification/mechanisms/cases/case.hpp"
 
 namespace subsoil::cases {
 namespace {
 
-using namespace test;
-constexpr double pi = std::numbers::pi, g = 9.81;
+constexpr double g = 9.81;
 
 /// Value, rate and acceleration of one coordinate.
 using State = Triple;

@@ -2,15 +2,13 @@
 
 #include <boost/math/special_functions/jacobi_elliptic.hpp>
 #include <cmath>
-#include <numbers>
 
 #include "tests/verification/mechanisms/cases/case.hpp"
 
 namespace subsoil::cases {
 namespace {
 
-using namespace test;
-constexpr double pi = std::numbers::pi, g = 9.81;
+constexpr double g = 9.81;
 
 /// A body swinging about the origin, let go at rest at theta_0 from hanging; theta(t) from Jacobi's functions:
 /// sin(theta/2) = k cd(w t, k), k = sin(theta_0/2), w^2 = m g d/(I + m d^2).

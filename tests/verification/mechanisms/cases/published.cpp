@@ -2,17 +2,11 @@
 // and pendulum of SUNDIALS. Those that move by themselves also against minimal coordinates, which tell more columns.
 
 #include <cmath>
-#include <numbers>
 
 #include "tests/verification/mechanisms/cases/case.hpp"
 
 namespace subsoil::cases {
 namespace {
-
-using namespace test;
-constexpr double pi = std::numbers::pi;
-using Coordinates = std::vector<Jet>;
-using Poses = std::vector<Pose>;
 
 constexpr double beta_0 = -0.0617138900142764496358948458001;
 
