@@ -6,6 +6,8 @@
 #include <sstream>
 #include <string>
 
+#include "tests/tools/message_of.hpp"
+
 namespace subsoil::app::test {
 
 /// A directory of this test's own, gone at its end.
@@ -37,15 +39,6 @@ inline std::string text_of(const std::filesystem::path& path) {
 
 inline void write_file(const std::filesystem::path& path, const std::string& text) { std::ofstream(path) << text; }
 
-/// What an exception of type E says, or "nothing thrown".
-template <class E, class Call>
-std::string message_of(Call call) {
-  try {
-    call();
-  } catch (const E& error) {
-    return error.what();
-  }
-  return "nothing thrown";
-}
+using subsoil::test::message_of;
 
 }  // namespace subsoil::app::test

@@ -11,6 +11,7 @@
 
 #include "apps/scenario/expression.hpp"
 #include "apps/scenario/units.hpp"
+#include "tests/tools/message_of.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -106,12 +107,7 @@ TEST(Expression, SizeIsThatOfItsUnit) {
 }
 
 std::string refusal(const std::string& text) {
-  try {
-    make_expression(text, "1", 1);
-  } catch (const UnitError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::message_of<UnitError>([&] { make_expression(text, "1", 1); });
 }
 
 TEST(Expression, RefusesWithRuleAndCure) {

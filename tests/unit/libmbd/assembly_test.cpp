@@ -8,6 +8,7 @@
 #include <string>
 
 #include "libmbd/machine.hpp"
+#include "tests/tools/message_of.hpp"
 
 namespace subsoil::mbd {
 namespace {
@@ -22,13 +23,7 @@ Model beam(double gap) {
 }
 
 std::string refusal(const Model& model) {
-  try {
-    Machine machine(model);
-    machine.start_from_pose();
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::message_of<std::invalid_argument>([&] { Machine(model).start_from_pose(); });
 }
 
 TEST(Assembly, RedundantConstraintsAreNamedAndShareTheReactionWithLeastNorm) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "libmbd/force.hpp"
+#include "tests/tools/message_of.hpp"
 
 namespace subsoil::mbd {
 
@@ -26,12 +27,7 @@ Felt feel(const Force& force, const BodyState& first, const BodyState& second = 
 /// The text with which a force or characteristic refuses.
 template <class Action>
 std::string refusal(Action action) {
-  try {
-    action();
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::message_of<std::invalid_argument>(action);
 }
 
 }  // namespace subsoil::mbd

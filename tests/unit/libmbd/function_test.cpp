@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "tests/tools/message_of.hpp"
+
 namespace subsoil::mbd {
 namespace {
 
@@ -107,12 +109,7 @@ TEST(Function, TablePassesThroughItsPointsAndHoldsItsEnds) {
 }
 
 std::string refusal(auto make) {
-  try {
-    const Function f = make();
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::message_of<std::invalid_argument>([&] { const Function f = make(); });
 }
 
 TEST(Function, RefusesWithRuleAndCure) {

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "libmbd/machine.hpp"
+#include "tests/tools/message_of.hpp"
 
 namespace subsoil::mbd {
 namespace {
@@ -18,12 +19,7 @@ std::string refusal(auto element) {
   m.add({.name = "first", .mass = 1, .inertia = 1});
   m.add({.name = "second", .mass = 1, .inertia = 1, .pose = {1, 0, 0}});
   m.add("it", element);
-  try {
-    System system(m);
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::message_of<std::invalid_argument>([&] { System system(m); });
 }
 
 std::vector<double> full_turn(int points) {

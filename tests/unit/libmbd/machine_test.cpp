@@ -6,19 +6,13 @@
 #include <cmath>
 #include <string>
 
+#include "tests/tools/message_of.hpp"
 #include "tests/tools/rig.hpp"
 
 namespace subsoil::mbd {
 namespace {
 
-std::string refusal(auto action) {
-  try {
-    action();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "accepted";
-}
+std::string refusal(auto action) { return test::message_of(action); }
 
 class AnyIntegrator : public testing::TestWithParam<IntegratorKind> {
  protected:

@@ -7,21 +7,14 @@
 
 #include "libmbd/equilibrium.hpp"
 #include "tests/tools/mechanisms.hpp"
+#include "tests/tools/message_of.hpp"
 
 namespace subsoil::mbd {
 namespace {
 
 using std::numbers::pi;
 
-template <class Call>
-std::string message_of(Call call) {
-  try {
-    call();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "";
-}
+using test::message_of;
 
 // ---- kinematics ----------------------------------------------------------------------------------------------------
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "libmbd/machine.hpp"
+#include "tests/tools/message_of.hpp"
 #include "tests/tools/reference_ode.hpp"
 
 namespace subsoil::mbd {
@@ -120,13 +121,7 @@ TEST(JointFriction, RefusesWhatItCannotActIn) {
     m.add("pin", Revolute{.body_a = ground, .body_b = bar});
     m.add("friction", JointFriction{.joint = "pin", .radius = 0.01, .mu_s = 0.2, .mu_k = 0.1});
     change(m, std::get<JointFriction>(m.forces[0].element));
-    try {
-      Machine machine(m);
-      machine.start_from_pose();
-    } catch (const std::invalid_argument& error) {
-      return std::string(error.what());
-    }
-    return std::string("accepted");
+    return test::message_of<std::invalid_argument>([&] { Machine(m).start_from_pose(); });
   };
   EXPECT_EQ(refusal([](Model&, JointFriction& f) { f.joint = "pn"; }),
             "force 'friction': no joint 'pn'; there are pin");
