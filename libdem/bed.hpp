@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "libdem/boundary.hpp"
-#include "libdem/kernel/batch.hpp"
+#include "libdem/laws/law_table.hpp"
 #include "libdem/particles.hpp"
 
 namespace subsoil::dem {

@@ -50,10 +50,9 @@ Slip<T> stick_slip(const T (&x)[3], const T (&v)[3], const T (&dashpot_before)[3
     g2 = g2 + g[d] * g[d];
     x2 = x2 + x[d] * x[d];
   }
-  const T size = sqrt(g2);
   const T limit = select(slipping_before > half, limit_kinetic, limit_static);
-  const auto slip = size > limit;
-  const T scale = select(slip, limit_kinetic / max(size, T(1e-300)), one);
+  const auto slip = g2 > limit * limit;
+  const T scale = select(slip, limit_kinetic * rsqrt(max(g2, T(1e-290))), one);
   out.slipping = select(both(engaged, slip), one, zero);
   out.slid = half * x2 * k * (growth - keep * keep);
   out.damped = zero;
@@ -94,6 +93,7 @@ struct Friction {
              "radius");
   }
 
+  bool resists_rolling() const { return rolling != Rolling::none && mu_r > 0; }
   double mu_sliding() const { return std::isnan(mu_d) ? mu : mu_d; }
 
   template <class T>

@@ -1,0 +1,133 @@
+#pragma once
+#include "libdem/kernel/lanes.hpp"
+
+/// Pairs of spheres, block by block: read, law, add. Three stages over a few blocks at a time, so that the processor
+/// reads the next block's spheres while the law of this one waits for its square roots.
+namespace subsoil::dem {
+inline namespace SUBSOIL_ISA {
+
+inline constexpr int kGroup = 4;  ///< blocks per stage; 1 loses a quarter, 8 gains nothing
+
+/// The law on one block whose first `count` lanes are in use; their memory is updated. Lanes beyond repeat the first
+/// pair, are cleared from the sums and must not be added.
+template <bool Rolls, class L>
+[[gnu::always_inline]] inline void evaluate_block(const L& law, double share, double reach, double elapsed,
+                                                  const Sphere* spheres, const PairBlock& block, Row* rows,
+                                                  std::uint32_t count, BlockResult& out) {
+  const Pack zero(0.0), one(1.0);
+  for (int first = 0; first < static_cast<int>(kBlock); first += kWidth) {
+    const Sphere *owner[kWidth], *other[kWidth];
+    for (int l = 0; l < kWidth; ++l) {
+      owner[l] = spheres + block.owner[first + l];
+      other[l] = spheres + block.other[first + l];
+    }
+    const SphereLanes i = load_spheres(owner), j = load_spheres(other);
+    Touch a;
+    Pack d2 = zero;
+    for (int d = 0; d < 3; ++d) {
+      a.n[d] = i.x[d] - j.x[d];
+      a.v[d] = i.v[d] - j.v[d];
+      a.w_i[d] = i.w[d], a.w_j[d] = j.w[d];
+      d2 = d2 + a.n[d] * a.n[d];
+    }
+    const Pack inv = rsqrt(d2);
+    for (int d = 0; d < 3; ++d) a.n[d] = a.n[d] * inv;
+    a.overlap = i.r + j.r - d2 * inv;
+    a.r_i = i.r, a.r_j = j.r, a.m_i = i.m, a.m_j = j.m;
+    History h = load_history<Rolls>(rows, first);
+    const Response c = respond<true, Rolls>(law, share, a, h, elapsed);
+    store_history<Rolls>(h, rows, first);
+    store_response(c, select(a.overlap > zero, one, zero), out.f + first, out.t_i + first, out.t_j + first);
+    Pack sums[6] = {
+        c.damped, c.slid, c.rolled, c.stored, select(a.overlap > Pack(-reach), one, zero), a.overlap / min(i.r, j.r)};
+    if (count < kBlock) {
+      const PackMask used = lanes_below(count, first);
+      for (Pack& s : sums) s = select(used, s, zero);
+    }
+    for (int k = 0; k < 6; ++k) store(sums[k], out.sums[k] + first);
+    store(a.overlap, out.overlap + first);
+  }
+}
+
+/// Adds a block's forces lane by lane, in the order of the list, and its sums.
+[[gnu::always_inline]] inline void add_block(const BlockResult& r, const PairBlock& block, std::uint32_t count,
+                                             Accumulator* ring, std::uint32_t mask, Row* sums) {
+  const auto add = [&](std::uint32_t l) {
+    Accumulator &a = ring[block.owner[l] & mask], &b = ring[block.other[l] & mask];
+    a.f += r.f[l];
+    a.t += r.t_i[l];
+    b.f -= r.f[l];
+    b.t += r.t_j[l];
+  };
+  if (count == kBlock)
+    for (std::uint32_t l = 0; l < kBlock; ++l) add(l);
+  else
+    for (std::uint32_t l = 0; l < count; ++l) add(l);
+  for (int k = 0; k < 5; ++k)
+    for (int first = 0; first < static_cast<int>(kBlock); first += kWidth)
+      store(load(sums[k].x + first) + load(r.sums[k] + first), sums[k].x + first);
+  for (int first = 0; first < static_cast<int>(kBlock); first += kWidth)
+    store(max(load(sums[5].x + first), load(r.sums[5] + first)), sums[5].x + first);
+}
+
+inline double largest_overlap(const BlockResult& r) {
+  double largest = r.overlap[0];
+  for (const double x : r.overlap)
+    if (!(x <= largest)) largest = x;
+  return largest;
+}
+
+template <bool Rolls, class L>
+void run_pairs(const L& by_reference, PairJob& job) {
+  const L law = by_reference;  // nothing can point to it: its constants stay in registers
+  const double share = lever_share(law);
+  constexpr std::size_t rows = Rolls ? HistoryRows::rolling : HistoryRows::sliding;
+  Row sums[6] = {};
+  BlockResult results[kGroup];
+  const BlockResult* result[kGroup];
+  std::uint32_t which[kGroup];
+  std::uint32_t next_ready = 0;
+  const auto lanes_of = [&](std::uint32_t b) { return b + 1 < job.count ? kBlock : job.pairs - b * kBlock; };
+  for (std::uint32_t b = 0; b < job.count;) {
+    int n = 0;
+    for (; n < kGroup && b < job.count; ++b) {
+      if (next_ready < job.ready_count && job.ready_block[next_ready] == b) {
+        which[n] = b;
+        result[n++] = &job.ready[next_ready++];
+        continue;
+      }
+      if (job.wake != nullptr && job.path < job.wake[b]) continue;
+      which[n] = b;
+      evaluate_block<Rolls>(law, share, job.reach, job.elapsed, job.spheres, job.blocks[b], job.rows + rows * b,
+                            lanes_of(b), results[n]);
+      // Each of two spheres may go half their gap before they can be in reach.
+      if (job.wake != nullptr) job.wake[b] = job.path + 0.5 * (-largest_overlap(results[n]) - job.reach);
+      result[n] = &results[n];
+      ++n;
+    }
+    for (int k = 0; k < n; ++k)
+      add_block(*result[k], job.blocks[which[k]], lanes_of(which[k]), job.ring, job.mask, sums);
+  }
+  const auto total = [](const Row& r) {
+    double t = 0;
+    for (const double x : r.x) t += x;
+    return t;
+  };
+  for (int k = 0; k < 3; ++k) job.sums.lost[k] += total(sums[k]);
+  job.sums.stored += total(sums[3]);
+  job.sums.in_reach += total(sums[4]);
+  for (const double x : sums[5].x)
+    if (x > job.sums.overlap) job.sums.overlap = x;
+}
+
+/// One block whose partners belong to another thread, to be added by both later.
+template <bool Rolls, class L>
+void run_ready(const L& law, PairJob& job, std::uint32_t b, BlockResult& out) {
+  constexpr std::size_t rows = Rolls ? HistoryRows::rolling : HistoryRows::sliding;
+  const std::uint32_t lanes = b + 1 < job.count ? kBlock : job.pairs - b * kBlock;
+  evaluate_block<Rolls>(law, lever_share(law), job.reach, job.elapsed, job.spheres, job.blocks[b], job.rows + rows * b,
+                        lanes, out);
+}
+
+}  // namespace SUBSOIL_ISA
+}  // namespace subsoil::dem
