@@ -26,9 +26,9 @@ dem::Linear rolling() {
   return l;
 }
 
-/// As stiff as the linear law at an overlap of 0.1 mm, which the bed's weight makes: it rests with the same overlaps.
+/// As stiff as the linear law at an overlap of 0.01 mm, which the bed's weight makes: it rests with the same overlaps.
 dem::HertzMindlin hertz() {
-  constexpr double overlap = 1e-4, r_eff = kRadius / 2, poisson = 0.25;
+  constexpr double overlap = 1e-5, r_eff = kRadius / 2, poisson = 0.25;
   dem::HertzMindlin h;
   h.E_eff = kStiffness / (4.0 / 3.0 * std::sqrt(r_eff * overlap));
   const double young = h.E_eff * 2 * (1 - poisson * poisson);

@@ -15,7 +15,7 @@ namespace subsoil::bench {
 
 inline constexpr double kRadius = 0.01;    // m
 inline constexpr double kDensity = 1800;   // kg/m3
-inline constexpr double kStiffness = 1e4;  // N/m, of the linear law between spheres
+inline constexpr double kStiffness = 1e5;  // N/m, of the linear law between spheres
 inline constexpr std::size_t kTileSpheres = 13000;
 
 /// The block: side in x and z, m, and centres of the spheres in m, x and z in (0, side), y above the floor at 0.
