@@ -45,10 +45,14 @@ dem::Wet wet() {
   return w;
 }
 
-/// The same law with the linear law's repulsion from overlap 0 on and a film of 10 um: it rests where that one does.
+/// The wet law with the linear law's repulsion and damping from overlap 0 on and a film of 10 um: it rests where that
+/// one does.
 dem::Wet cohesive() {
+  const dem::Linear dry = linear();
+  const double m_eff = 0.5 * kDensity * dem::sphere_volume(kRadius);
+  const dem::StiffnessBound of_dry = dry.bound({.m_eff = m_eff, .r_eff = kRadius / 2, .r_min = kRadius, .speed = 0});
   dem::Wet w = wet();
-  w.K_X = kStiffness, w.K_Y = 2.0 / 7.0 * kStiffness;
+  w.K_X = of_dry.k_n, w.C_X = of_dry.c_n, w.K_Y = of_dry.k_t, w.C_Y = of_dry.c_t;
   w.dc = w.dB = 1e-5, w.D = -w.dc;
   return w;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bench/bed_case.hpp"
+#include "bench/peer_files.hpp"
 
 namespace {
 
@@ -21,6 +22,7 @@ struct Request : bench::CaseRequest {
   long energy_every = 50;  ///< steps between readings of the energy book: one a millisecond
   double skin = 0;         ///< m; 0: the engine's own
   std::string simd = "auto";
+  std::string peer_files;  ///< folder; empty: time the case
 };
 
 struct Times {
@@ -66,6 +68,7 @@ void measure(const Request& r) {
   dem::Bed bed(c.laws, options);
   const int tool = bench::fill(bed, c);
   c.spheres = {};
+  if (!r.peer_files.empty()) return bench::write_peer_files(r.peer_files, c, bed);
   const Times t = run(bed, c, tool, r);
 
   const double spheres = static_cast<double>(bed.spheres().size()), pairs = static_cast<double>(bed.touching_pairs());
@@ -105,6 +108,7 @@ int main(int argc, char** argv) {
   app.add_option("--skin", r.skin, "m; 0: the engine's own");
   app.add_option("--simd", r.simd);
   app.add_option("--tiles", r.tiles, "folder of the settled blocks; made there when missing");
+  app.add_option("--peer-files", r.peer_files, "write the case for LAMMPS and LIGGGHTS into this folder; no timing");
   CLI11_PARSE(app, argc, argv);
   try {
     measure(r);
