@@ -69,6 +69,11 @@ class Sweep {
     const PairRun& run = bed_.runs[r];
     PairJob job = bed_.pair_job(run, t.path, bed_.dt_before);
     job.ring = w_.ring.data(), job.mask = mask_;
+    if (!run.near && &t != &bed_.tiles.back()) {
+      const std::uint32_t from = bed_.tiles[t.last].end, to = bed_.tiles[(&t + 1)->last].end;
+      job.ahead = bed_.spheres.data() + from;
+      job.ahead_count = to > from ? to - from : 0;
+    }
     job.ready_block = w_.border_block.data() + border_;
     job.ready = w_.border_result.data() + border_;
     while (border_ < w_.border.size() && w_.border[border_].run == r) ++border_, ++job.ready_count;

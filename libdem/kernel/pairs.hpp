@@ -88,7 +88,11 @@ void run_pairs(const L& by_reference, PairJob& job) {
   std::uint32_t which[kGroup];
   std::uint32_t next_ready = 0;
   const auto lanes_of = [&](std::uint32_t b) { return b + 1 < job.count ? kBlock : job.pairs - b * kBlock; };
+  const char* ahead = reinterpret_cast<const char*>(job.ahead);
+  const char* const ahead_end = reinterpret_cast<const char*>(job.ahead + job.ahead_count);
+  const std::ptrdiff_t stride = job.count > 0 ? ((ahead_end - ahead) / job.count + 1) * kGroup : 0;
   for (std::uint32_t b = 0; b < job.count;) {
+    for (const char* until = ahead + stride; ahead < until && ahead < ahead_end; ahead += 64) __builtin_prefetch(ahead, 0, 2);
     int n = 0;
     for (; n < kGroup && b < job.count; ++b) {
       if (next_ready < job.ready_count && job.ready_block[next_ready] == b) {

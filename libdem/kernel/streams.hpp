@@ -119,6 +119,9 @@ struct PairJob {
   const std::uint32_t* ready_block;
   const BlockResult* ready;
   std::uint32_t ready_count;
+  // Spheres that the next tile will meet first: fetched into the cache meanwhile, a few with each block.
+  const Sphere* ahead;
+  std::uint32_t ahead_count;
   RunSums sums;
 };
 

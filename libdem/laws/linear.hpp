@@ -27,6 +27,7 @@ struct Linear {
   double restitution = std::numeric_limits<double>::quiet_NaN();
   bool clip = false;
   Friction friction;
+  double beta = 0;  ///< damping ratio; filled by resolved()
 
   template <class V>
   void describe(V& v) {
@@ -39,13 +40,17 @@ struct Linear {
     friction.describe(v);
   }
 
-  Linear resolved() const { return *this; }
+  Linear resolved() const {
+    Linear law = *this;
+    law.beta = damping_ratio(restitution);
+    return law;
+  }
   double reach() const { return 0; }
   double rest_overlap() const { return 0; }
 
   template <class T>
-  NormalForce<T> normal(const Approach<T>& a) const {
-    const T zero(0.0), two_beta(2 * damping_ratio(restitution));
+  [[gnu::always_inline]] NormalForce<T> normal(const Approach<T>& a) const {
+    const T zero(0.0), two_beta(2 * beta);
     NormalForce<T> n;
     n.engaged = a.overlap > zero;
     const T spring = T(k_n) * a.overlap;
