@@ -8,38 +8,55 @@ inline namespace SUBSOIL_ISA {
 
 inline constexpr int kGroup = 4;  ///< blocks per stage; 1 loses a quarter, 8 gains nothing
 
+/// What the law needs of a block's spheres.
+struct PairLanes {
+  Pack n[3], v[3], w_i[3], w_j[3], r_i, r_j, m_i, m_j;  ///< n is the distance vector still
+};
+inline constexpr int kParts = static_cast<int>(kBlock) / kWidth;  ///< packs of a block
+
+[[gnu::always_inline]] inline void read_spheres(const Sphere* spheres, const PairBlock& block, PairLanes* out) {
+  for (int part = 0; part < kParts; ++part) {
+    const Sphere *owner[kWidth], *other[kWidth];
+    for (int l = 0; l < kWidth; ++l) {
+      owner[l] = spheres + block.owner[part * kWidth + l];
+      other[l] = spheres + block.other[part * kWidth + l];
+    }
+    const SphereLanes i = load_spheres(owner), j = load_spheres(other);
+    PairLanes& p = out[part];
+    for (int d = 0; d < 3; ++d) {
+      p.n[d] = i.x[d] - j.x[d];
+      p.v[d] = i.v[d] - j.v[d];
+      p.w_i[d] = i.w[d], p.w_j[d] = j.w[d];
+    }
+    p.r_i = i.r, p.r_j = j.r, p.m_i = i.m, p.m_j = j.m;
+  }
+}
+
 /// The law on one block whose first `count` lanes are in use; their memory is updated. Lanes beyond repeat the first
 /// pair, are cleared from the sums and must not be added.
 template <bool Rolls, class L>
 [[gnu::always_inline]] inline void evaluate_block(const L& law, double share, double reach, double elapsed,
-                                                  const Sphere* spheres, const PairBlock& block, Row* rows,
-                                                  std::uint32_t count, BlockResult& out) {
+                                                  const PairLanes* lanes, Row* rows, std::uint32_t count,
+                                                  BlockResult& out) {
   const Pack zero(0.0), one(1.0);
-  for (int first = 0; first < static_cast<int>(kBlock); first += kWidth) {
-    const Sphere *owner[kWidth], *other[kWidth];
-    for (int l = 0; l < kWidth; ++l) {
-      owner[l] = spheres + block.owner[first + l];
-      other[l] = spheres + block.other[first + l];
-    }
-    const SphereLanes i = load_spheres(owner), j = load_spheres(other);
+  for (int part = 0; part < kParts; ++part) {
+    const int first = part * kWidth;
+    const PairLanes& p = lanes[part];
     Touch a;
-    Pack d2 = zero;
-    for (int d = 0; d < 3; ++d) {
-      a.n[d] = i.x[d] - j.x[d];
-      a.v[d] = i.v[d] - j.v[d];
-      a.w_i[d] = i.w[d], a.w_j[d] = j.w[d];
-      d2 = d2 + a.n[d] * a.n[d];
-    }
-    const Pack inv = rsqrt(d2);
-    for (int d = 0; d < 3; ++d) a.n[d] = a.n[d] * inv;
-    a.overlap = i.r + j.r - d2 * inv;
-    a.r_i = i.r, a.r_j = j.r, a.m_i = i.m, a.m_j = j.m;
+    const Pack d2 = dot3(p.n, p.n), inv = rsqrt(d2);
+    for (int d = 0; d < 3; ++d) a.n[d] = p.n[d] * inv, a.v[d] = p.v[d], a.w_i[d] = p.w_i[d], a.w_j[d] = p.w_j[d];
+    a.overlap = p.r_i + p.r_j - d2 * inv;
+    a.r_i = p.r_i, a.r_j = p.r_j, a.m_i = p.m_i, a.m_j = p.m_j;
     History h = load_history<Rolls>(rows, first);
     const Response c = respond<true, Rolls>(law, share, a, h, elapsed);
     store_history<Rolls>(h, rows, first);
     store_response(c, select(a.overlap > zero, one, zero), out.f + first, out.t_i + first, out.t_j + first);
-    Pack sums[6] = {
-        c.damped, c.slid, c.rolled, c.stored, select(a.overlap > Pack(-reach), one, zero), a.overlap / min(i.r, j.r)};
+    Pack sums[6] = {c.damped,
+                    c.slid,
+                    c.rolled,
+                    c.stored,
+                    select(a.overlap > Pack(-reach), one, zero),
+                    a.overlap / min(a.r_i, a.r_j)};
     if (count < kBlock) {
       const PackMask used = lanes_below(count, first);
       for (Pack& s : sums) s = select(used, s, zero);
@@ -84,6 +101,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
   constexpr std::size_t rows = Rolls ? HistoryRows::rolling : HistoryRows::sliding;
   Row sums[6] = {};
   BlockResult results[kGroup];
+  PairLanes lanes[kGroup][kParts];
   const BlockResult* result[kGroup];
   std::uint32_t which[kGroup];
   std::uint32_t next_ready = 0;
@@ -92,22 +110,24 @@ void run_pairs(const L& by_reference, PairJob& job) {
   const char* const ahead_end = reinterpret_cast<const char*>(job.ahead + job.ahead_count);
   const std::ptrdiff_t stride = job.count > 0 ? ((ahead_end - ahead) / job.count + 1) * kGroup : 0;
   for (std::uint32_t b = 0; b < job.count;) {
-    for (const char* until = ahead + stride; ahead < until && ahead < ahead_end; ahead += 64) __builtin_prefetch(ahead, 0, 2);
+    for (const char* until = ahead + stride; ahead < until && ahead < ahead_end; ahead += 64)
+      __builtin_prefetch(ahead, 0, 2);
     int n = 0;
     for (; n < kGroup && b < job.count; ++b) {
-      if (next_ready < job.ready_count && job.ready_block[next_ready] == b) {
-        which[n] = b;
-        result[n++] = &job.ready[next_ready++];
-        continue;
-      }
-      if (job.wake != nullptr && job.path < job.wake[b]) continue;
-      which[n] = b;
-      evaluate_block<Rolls>(law, share, job.reach, job.elapsed, job.spheres, job.blocks[b], job.rows + rows * b,
-                            lanes_of(b), results[n]);
+      const bool is_ready = next_ready < job.ready_count && job.ready_block[next_ready] == b;
+      if (!is_ready && job.wake != nullptr && job.path < job.wake[b]) continue;
+      result[n] = is_ready ? &job.ready[next_ready++] : nullptr;
+      if (!is_ready) read_spheres(job.spheres, job.blocks[b], lanes[n]);
+      which[n++] = b;
+    }
+    for (int k = 0; k < n; ++k) {
+      if (result[k] != nullptr) continue;
+      const std::uint32_t at = which[k];
+      evaluate_block<Rolls>(law, share, job.reach, job.elapsed, lanes[k], job.rows + rows * at, lanes_of(at),
+                            results[k]);
       // Each of two spheres may go half their gap before they can be in reach.
-      if (job.wake != nullptr) job.wake[b] = job.path + 0.5 * (-largest_overlap(results[n]) - job.reach);
-      result[n] = &results[n];
-      ++n;
+      if (job.wake != nullptr) job.wake[at] = job.path + 0.5 * (-largest_overlap(results[k]) - job.reach);
+      result[k] = &results[k];
     }
     for (int k = 0; k < n; ++k)
       add_block(*result[k], job.blocks[which[k]], lanes_of(which[k]), job.ring, job.mask, sums);
@@ -129,8 +149,9 @@ template <bool Rolls, class L>
 void run_ready(const L& law, PairJob& job, std::uint32_t b, BlockResult& out) {
   constexpr std::size_t rows = Rolls ? HistoryRows::rolling : HistoryRows::sliding;
   const std::uint32_t lanes = b + 1 < job.count ? kBlock : job.pairs - b * kBlock;
-  evaluate_block<Rolls>(law, lever_share(law), job.reach, job.elapsed, job.spheres, job.blocks[b], job.rows + rows * b,
-                        lanes, out);
+  PairLanes spheres[kParts];
+  read_spheres(job.spheres, job.blocks[b], spheres);
+  evaluate_block<Rolls>(law, lever_share(law), job.reach, job.elapsed, spheres, job.rows + rows * b, lanes, out);
 }
 
 }  // namespace SUBSOIL_ISA
