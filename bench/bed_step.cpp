@@ -1,4 +1,6 @@
 /// Rate of the bed's step in one case: a settled bed at rest, ploughed by a tool, or pouring. scripts/bench runs it.
+#include <sys/resource.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
@@ -6,6 +8,8 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -23,6 +27,8 @@ struct Request : bench::CaseRequest {
   double skin = 0;         ///< m; 0: the engine's own
   std::string simd = "auto";
   std::string peer_files;  ///< folder; empty: time the case
+  bool idle_tool = false;  ///< the tool's hole stays, the tool touches nothing: what the tool costs is the difference
+  bool json = false;
 };
 
 struct Times {
@@ -61,27 +67,70 @@ Times run(dem::Bed& bed, const bench::Case& c, int tool, const Request& r) {
   return t;
 }
 
-void measure(const Request& r) {
-  bench::Case c = bench::make_case(r);
+double peak_memory() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return 1024.0 * static_cast<double>(usage.ru_maxrss);
+}
+
+dem::BedOptions options_of(const Request& r) {
   dem::BedOptions options;
   options.threads = r.threads, options.simd = r.simd, options.skin = r.skin;
-  dem::Bed bed(c.laws, options);
-  const int tool = bench::fill(bed, c);
-  c.spheres = {};
-  if (!r.peer_files.empty()) return bench::write_peer_files(r.peer_files, c, bed);
-  const Times t = run(bed, c, tool, r);
+  return options;
+}
 
+/// What the program takes with hardly any spheres, bytes: the peak is measured against it.
+double memory_of_small_bed(const Request& r) {
+  bench::CaseRequest one_block = r;
+  one_block.spheres = 1;
+  bench::Case c = bench::make_case(one_block);
+  c.spheres.resize(1000);
+  c.has_tool = false;
+  dem::Bed bed(c.laws, options_of(r));
+  bench::fill(bed, c);
+  for (int i = 0; i < 5; ++i) bed.step(c.step);
+  return peak_memory();
+}
+
+nlohmann::ordered_json report(const dem::Bed& bed, const Times& t, const Request& r, double small_bed) {
   const double spheres = static_cast<double>(bed.spheres().size()), pairs = static_cast<double>(bed.touching_pairs());
   const double steps = static_cast<double>(r.steps - 1), rate = spheres * steps / t.total;
   const double plain = median(t.plain), rebuild = t.with_rebuild.empty() ? 0 : median(t.with_rebuild) - plain;
   const double rebuilds = static_cast<double>(t.with_rebuild.size());
-  std::printf("%s  %.0f spheres  %d threads  %ld steps\n", bed.kernel_name(), spheres, bed.threads(), r.steps);
-  std::printf("  %.2f M particle-steps/s  %.1f M pair-steps/s  %.2f pairs per sphere\n", rate * 1e-6,
-              rate * pairs / spheres * 1e-6, pairs / spheres);
-  std::printf("  %.2f ns per particle-step: %.2f without rebuild; %.0f rebuilds of %.0f ns per particle, %.1f %%\n",
-              1e9 / rate, 1e9 * plain / spheres, rebuilds, 1e9 * rebuild / spheres, 100 * rebuilds * rebuild / t.total);
-  std::printf("  after %ld steps: kinetic energy %.6g J, spin %.6g J, touching pairs %.0f, largest overlap %.3g r\n",
-              r.steps, bed.energy().kinetic, bed.energy().spin, pairs, bed.max_overlap());
+  return {{"simd", bed.kernel_name()},
+          {"threads", bed.threads()},
+          {"spheres", spheres},
+          {"steps", r.steps},
+          {"particle-steps per s", rate},
+          {"pair-steps per s", rate * pairs / spheres},
+          {"pairs per sphere", pairs / spheres},
+          {"ns per particle-step", 1e9 / rate},
+          {"ns without rebuild", 1e9 * plain / spheres},
+          {"rebuilds", rebuilds},
+          {"ns of a rebuild", 1e9 * rebuild / spheres},
+          {"share of rebuilds", rebuilds * rebuild / t.total},
+          {"bytes per particle", (peak_memory() - small_bed) / spheres},
+          {"kinetic energy", bed.energy().kinetic},
+          {"spin energy", bed.energy().spin},
+          {"pairs", pairs},
+          {"largest overlap", bed.max_overlap()}};
+}
+
+void measure(const Request& r) {
+  const double small_bed = memory_of_small_bed(r);
+  bench::Case c = bench::make_case(r);
+  dem::Bed bed(c.laws, options_of(r));
+  const int tool = bench::fill(bed, c);
+  c.spheres = {};
+  if (!r.peer_files.empty()) return bench::write_peer_files(r.peer_files, c, bed);
+  if (tool >= 0 && r.idle_tool) bed.boundary(tool).active = false;
+  const Times t = run(bed, c, tool, r);
+  const auto result = report(bed, t, r, small_bed);
+  if (r.json) {
+    std::printf("%s\n", result.dump().c_str());
+    return;
+  }
+  for (const auto& [name, value] : result.items()) std::printf("%-22s %s\n", name.c_str(), value.dump().c_str());
 }
 
 }  // namespace
@@ -109,6 +158,8 @@ int main(int argc, char** argv) {
   app.add_option("--simd", r.simd);
   app.add_option("--tiles", r.tiles, "folder of the settled blocks; made there when missing");
   app.add_option("--peer-files", r.peer_files, "write the case for LAMMPS and LIGGGHTS into this folder; no timing");
+  app.add_flag("--idle-tool", r.idle_tool, "the plough's tool touches nothing: its cost is the difference");
+  app.add_flag("--json", r.json, "one line of JSON");
   CLI11_PARSE(app, argc, argv);
   try {
     measure(r);

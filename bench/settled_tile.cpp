@@ -75,8 +75,8 @@ void write(const std::string& file, const std::vector<Vec3>& centres) {
   const std::string draft = file + "." + std::to_string(getpid());
   std::FILE* out = std::fopen(draft.c_str(), "w");
   if (out == nullptr) throw std::runtime_error(draft + ": cannot be written");
-  std::fprintf(out, "x,y,z\n");
-  for (const Vec3& c : centres) std::fprintf(out, "%.17g,%.17g,%.17g\n", c.x, c.y, c.z);
+  std::fprintf(out, "x [m],y [m],z [m],radius [m]\n");
+  for (const Vec3& c : centres) std::fprintf(out, "%.17g,%.17g,%.17g,%g\n", c.x, c.y, c.z, kRadius);
   if (std::fclose(out) != 0) throw std::runtime_error(draft + ": the disk is full");
   std::filesystem::rename(draft, file);
 }

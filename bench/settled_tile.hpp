@@ -33,8 +33,9 @@ dem::Linear at_mirror(dem::Linear law);
 dem::HertzMindlin at_mirror(dem::HertzMindlin law);
 dem::Wet at_mirror(dem::Wet law);
 
-/// The block that rests under `law` (without its friction), read from `file`, a table of comma-separated x,y,z; where
-/// there is none it is settled and the file written. Throws std::runtime_error for a file that is no such table.
+/// The block that rests under `law` (without its friction), read from `file`, a table as scenarios read it too
+/// (`bed: {fill: file}`): x [m],y [m],z [m],radius [m]. Where there is none it is settled and the file written. Throws
+/// std::runtime_error for a file that is no such table.
 Tile settled_tile(const std::string& file, double side, const dem::Law& law);
 
 }  // namespace subsoil::bench
