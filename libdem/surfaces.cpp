@@ -12,6 +12,7 @@ class ChunkRun {
  public:
   ChunkRun(Bed::Impl& bed, SurfaceChunk& chunk, double elapsed)
       : bed_(bed), chunk_(chunk), boundary_(bed.boundaries[chunk.boundary]) {
+    job_.spheres = bed.spheres.data();
     job_.elapsed = elapsed;
     job_.count = 0;
   }
@@ -71,7 +72,7 @@ class ChunkRun {
   void add_lane(const Sphere& s, const SurfaceContact& c, const PairState& state, Lane lane) {
     const Vec3 n = boundary_.pose.attitude.rotate(c.normal);
     lane.point = s.x - n * c.distance;
-    fill(s, n, c.distance, boundary_.velocity + cross(boundary_.spin, lane.point - boundary_.pose.position), state,
+    fill(n, c.distance, boundary_.velocity + cross(boundary_.spin, lane.point - boundary_.pose.position), state,
          lane);
   }
 
@@ -80,13 +81,13 @@ class ChunkRun {
     // dashpots still worked over half of this step.
     const Vec3 n = boundary_.pose.attitude.rotate(normal);
     const double distance = (s.r + job_.reach) * (1 + 1e-9);
-    fill(s, n, distance, boundary_.velocity + cross(boundary_.spin, s.x - n * distance - boundary_.pose.position),
+    fill(n, distance, boundary_.velocity + cross(boundary_.spin, s.x - n * distance - boundary_.pose.position),
          state, {&e, -1, {}});
   }
 
-  void fill(const Sphere& s, const Vec3& n, double distance, const Vec3& v, const PairState& state, const Lane& lane) {
+  void fill(const Vec3& n, double distance, const Vec3& v, const PairState& state, const Lane& lane) {
     const std::uint32_t k = job_.count++;
-    job_.sphere[k] = &s;
+    job_.sphere[k] = lane.entry->sphere;
     for (int d = 0; d < 3; ++d) {
       job_.normal[d][k] = n[d];
       job_.velocity[d][k] = v[d];

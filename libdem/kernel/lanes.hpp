@@ -10,14 +10,15 @@ struct SphereLanes {
   Pack x[3], r, v[3], m, w[3];
 };
 
-/// Whole sphere records of kWidth lanes: (x, r), (v, m), (w, id). Reading records and transposing them in registers
-/// costs a third of a gather per number.
-[[gnu::always_inline]] inline SphereLanes load_spheres(const Sphere* const* from) {
+/// Whole sphere records of kWidth lanes, by their byte offsets: (x, r), (v, m), (w, id). Reading records and
+/// transposing them in registers costs a third of a gather per number.
+[[gnu::always_inline]] inline SphereLanes load_spheres(const Sphere* spheres, const std::uint64_t* offset) {
+  const char* base = reinterpret_cast<const char*>(spheres);
   const double* row[kWidth];
   Pack group[4];
   SphereLanes s;
   for (int part = 0; part < 3; ++part) {
-    for (int l = 0; l < kWidth; ++l) row[l] = &from[l]->x.x + 4 * part;
+    for (int l = 0; l < kWidth; ++l) row[l] = reinterpret_cast<const double*>(base + offset[l]) + 4 * part;
     load4(row, group);
     Pack(&vector)[3] = part == 0 ? s.x : part == 1 ? s.v : s.w;
     for (int d = 0; d < 3; ++d) vector[d] = group[d];
@@ -25,6 +26,10 @@ struct SphereLanes {
     if (part == 1) s.m = group[3];
   }
   return s;
+}
+[[gnu::always_inline]] inline SphereLanes load_spheres(const Sphere* spheres, const std::uint32_t* index, int first) {
+  const Offsets o = offsets_of<sizeof(Sphere)>(index, ~std::uint32_t{0});
+  return load_spheres(spheres, o.at + first);
 }
 
 /// `first`: lane of the block that the pack begins with.

@@ -125,22 +125,33 @@ inline Pack sqrt(Pack a) {
 inline Pack rsqrt(Pack a) { return Pack(1.0) / sqrt(a); }
 #endif
 
+/// Byte offsets of 8 records of `size` bytes, whose numbers are `index & mask`: computed together, not one by one beside
+/// the loads that wait for them.
+struct Offsets {
+  std::uint64_t at[8];
+};
+template <std::uint64_t size>
+[[gnu::always_inline]] inline Offsets offsets_of(const std::uint32_t* index, std::uint32_t mask) {
+  Offsets o;
+  for (int l = 0; l < 8; ++l) o.at[l] = static_cast<std::uint64_t>(index[l] & mask) * size;
+  return o;
+}
+
 /// Four doubles from each of kWidth rows, transposed: out[c] holds element c of every row.
 inline void load4(const double* const* row, Pack* out) {
 #if defined(__AVX512F__)
-  // Rows l and l + 4 share a register; a 4 x 4 transpose in each half then gives all eight lanes.
-  const auto pair = [&](int l) {
-    return _mm512_maskz_insertf64x4(0xFF, _mm512_zextpd256_pd512(_mm256_loadu_pd(row[l])), _mm256_loadu_pd(row[l + 4]),
-                                    1);
+  // Two rows per register, chosen so that lanes come out in order after one exchange within and one of 128-bit lanes.
+  const auto rows = [&](int low, int high) {
+    return _mm512_maskz_insertf64x4(0xFF, _mm512_zextpd256_pd512(_mm256_loadu_pd(row[low])),
+                                    _mm256_loadu_pd(row[high]), 1);
   };
-  const __m512d a = pair(0), b = pair(1), c = pair(2), d = pair(3);
+  const __m512d a = rows(0, 2), b = rows(1, 3), c = rows(4, 6), d = rows(5, 7);
   const __m512d ab0 = _mm512_maskz_unpacklo_pd(0xFF, a, b), ab1 = _mm512_maskz_unpackhi_pd(0xFF, a, b);
   const __m512d cd0 = _mm512_maskz_unpacklo_pd(0xFF, c, d), cd1 = _mm512_maskz_unpackhi_pd(0xFF, c, d);
-  const __m512i low = _mm512_set_epi64(13, 12, 5, 4, 9, 8, 1, 0), high = _mm512_set_epi64(15, 14, 7, 6, 11, 10, 3, 2);
-  out[0] = Pack(PackData(_mm512_permutex2var_pd(ab0, low, cd0)));
-  out[1] = Pack(PackData(_mm512_permutex2var_pd(ab1, low, cd1)));
-  out[2] = Pack(PackData(_mm512_permutex2var_pd(ab0, high, cd0)));
-  out[3] = Pack(PackData(_mm512_permutex2var_pd(ab1, high, cd1)));
+  out[0] = Pack(PackData(_mm512_maskz_shuffle_f64x2(0xFF, ab0, cd0, 0x88)));
+  out[1] = Pack(PackData(_mm512_maskz_shuffle_f64x2(0xFF, ab1, cd1, 0x88)));
+  out[2] = Pack(PackData(_mm512_maskz_shuffle_f64x2(0xFF, ab0, cd0, 0xDD)));
+  out[3] = Pack(PackData(_mm512_maskz_shuffle_f64x2(0xFF, ab1, cd1, 0xDD)));
 #elif defined(__AVX2__)
   const __m256d a = _mm256_loadu_pd(row[0]), b = _mm256_loadu_pd(row[1]), c = _mm256_loadu_pd(row[2]),
                 d = _mm256_loadu_pd(row[3]);

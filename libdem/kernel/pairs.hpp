@@ -16,12 +16,8 @@ inline constexpr int kParts = static_cast<int>(kBlock) / kWidth;  ///< packs of 
 
 [[gnu::always_inline]] inline void read_spheres(const Sphere* spheres, const PairBlock& block, PairLanes* out) {
   for (int part = 0; part < kParts; ++part) {
-    const Sphere *owner[kWidth], *other[kWidth];
-    for (int l = 0; l < kWidth; ++l) {
-      owner[l] = spheres + block.owner[part * kWidth + l];
-      other[l] = spheres + block.other[part * kWidth + l];
-    }
-    const SphereLanes i = load_spheres(owner), j = load_spheres(other);
+    const SphereLanes i = load_spheres(spheres, block.owner, part * kWidth),
+                      j = load_spheres(spheres, block.other, part * kWidth);
     PairLanes& p = out[part];
     for (int d = 0; d < 3; ++d) {
       p.n[d] = i.x[d] - j.x[d];
@@ -69,17 +65,22 @@ template <bool Rolls, class L>
 /// Adds a block's forces lane by lane, in the order of the list, and its sums.
 [[gnu::always_inline]] inline void add_block(const BlockResult& r, const PairBlock& block, std::uint32_t count,
                                              Accumulator* ring, std::uint32_t mask, Row* sums) {
+  const Offsets own = offsets_of<sizeof(Accumulator)>(block.owner, mask),
+                other = offsets_of<sizeof(Accumulator)>(block.other, mask);
+  char* const base = reinterpret_cast<char*>(ring);
   const auto add = [&](std::uint32_t l) {
-    Accumulator &a = ring[block.owner[l] & mask], &b = ring[block.other[l] & mask];
+    Accumulator& a = *reinterpret_cast<Accumulator*>(base + own.at[l]);
     a.f += r.f[l];
     a.t += r.t_i[l];
+    Accumulator& b = *reinterpret_cast<Accumulator*>(base + other.at[l]);
     b.f -= r.f[l];
     b.t += r.t_j[l];
   };
-  if (count == kBlock)
+  if (count == kBlock) {
     for (std::uint32_t l = 0; l < kBlock; ++l) add(l);
-  else
+  } else {
     for (std::uint32_t l = 0; l < count; ++l) add(l);
+  }
   for (int k = 0; k < 5; ++k)
     for (int first = 0; first < static_cast<int>(kBlock); first += kWidth)
       store(load(sums[k].x + first) + load(r.sums[k] + first), sums[k].x + first);

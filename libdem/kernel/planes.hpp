@@ -17,9 +17,7 @@ void run_planes(const L& by_reference, PlaneJob& job) {
     const std::uint32_t count = b + 1 < job.count ? kBlock : job.contacts - b * kBlock;
     Four f[kBlock], t[kBlock], unused[kBlock];
     for (int first = 0; first < static_cast<int>(kBlock); first += kWidth) {
-      const Sphere* sphere[kWidth];
-      for (int l = 0; l < kWidth; ++l) sphere[l] = job.spheres + block.sphere[first + l];
-      const SphereLanes i = load_spheres(sphere);
+      const SphereLanes i = load_spheres(job.spheres, block.sphere, first);
       Pack own[3], at[3];
       for (int d = 0; d < 3; ++d) own[d] = load(block.normal[d] + first), at[d] = i.x[d] - Pack(job.position[d]);
       Touch a;

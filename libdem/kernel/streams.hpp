@@ -140,7 +140,8 @@ struct PlaneJob {
 
 /// Contacts with edges, corners and curved surfaces, found one sphere at a time: up to 8 of one law.
 struct SurfaceJob {
-  const Sphere* sphere[kBlock];
+  const Sphere* spheres;
+  std::uint32_t sphere[kBlock];
   double normal[3][kBlock];                     ///< world axes, from the surface to the centre
   double distance[kBlock];                      ///< of the centre from the surface; negative behind it
   double velocity[3][kBlock], spin[3][kBlock];  ///< of the surface at the contact point

@@ -9,7 +9,7 @@ template <bool Rolls, class L>
 void run_surface(const L& law, SurfaceJob& job) {
   const Pack zero(0.0), one(1.0);
   for (int first = 0; first < static_cast<int>(kBlock); first += kWidth) {
-    const SphereLanes i = load_spheres(job.sphere + first);
+    const SphereLanes i = load_spheres(job.spheres, job.sphere, first);
     Touch a;
     for (int d = 0; d < 3; ++d) {
       a.n[d] = load(job.normal[d] + first);
