@@ -68,6 +68,7 @@ void Bed::step(double dt, const Request& request) {
   Impl& d = *impl_;
   if (!(dt > 0)) throw std::invalid_argument("the step of the bed must be positive");
   if (!d.lists_hold()) d.rebuild();
+  d.plan_book(request);
   d.run_sweep(dt, request);
   d.sum_up(request);
   d.check_faults();

@@ -130,6 +130,8 @@ struct Bed::Impl {
   std::uint32_t next_id = 0;
   std::vector<std::uint32_t> slot_of_id;  ///< place in a snapshot
 
+  bool book = true;        ///< this step sums what pairs lose and store
+  double book_weight = 1;  ///< steps that the losses of this one stand for
   BedEnergy energy;
   Losses lost_before;  ///< folded from lists that are gone
   double removed_energy = 0;
@@ -174,6 +176,8 @@ struct Bed::Impl {
   // sweep.cpp
   void run_sweep(double dt, const Request& request);
   PairJob pair_job(const PairRun& run, double path, double elapsed);
+  void border_blocks(Worker& worker);
+  void plan_book(const Request& request);
   void sum_up(const Request& request);
   void check_faults() const;
   std::uint32_t deepest_sphere() const;

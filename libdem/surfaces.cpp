@@ -72,8 +72,7 @@ class ChunkRun {
   void add_lane(const Sphere& s, const SurfaceContact& c, const PairState& state, Lane lane) {
     const Vec3 n = boundary_.pose.attitude.rotate(c.normal);
     lane.point = s.x - n * c.distance;
-    fill(n, c.distance, boundary_.velocity + cross(boundary_.spin, lane.point - boundary_.pose.position), state,
-         lane);
+    fill(n, c.distance, boundary_.velocity + cross(boundary_.spin, lane.point - boundary_.pose.position), state, lane);
   }
 
   void add_ended(const Sphere& s, const Vec3& normal, const PairState& state, SurfaceEntry& e) {
@@ -81,8 +80,8 @@ class ChunkRun {
     // dashpots still worked over half of this step.
     const Vec3 n = boundary_.pose.attitude.rotate(normal);
     const double distance = (s.r + job_.reach) * (1 + 1e-9);
-    fill(n, distance, boundary_.velocity + cross(boundary_.spin, s.x - n * distance - boundary_.pose.position),
-         state, {&e, -1, {}});
+    fill(n, distance, boundary_.velocity + cross(boundary_.spin, s.x - n * distance - boundary_.pose.position), state,
+         {&e, -1, {}});
   }
 
   void fill(const Vec3& n, double distance, const Vec3& v, const PairState& state, const Lane& lane) {

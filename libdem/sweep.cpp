@@ -18,6 +18,7 @@ namespace subsoil::dem {
 
 PairJob Bed::Impl::pair_job(const PairRun& run, double path, double elapsed) {
   PairJob job{};
+  job.book = book;
   job.spheres = spheres.data();
   job.blocks = blocks.data() + run.first;
   job.rows = rows.data() + run.rows;
@@ -41,7 +42,8 @@ class Sweep {
     receive_borders();
     for (std::uint32_t k = w_.tiles_begin; k < w_.tiles_end; ++k) {
       Tile& t = bed_.tiles[k];
-      t.stored = t.pairs = t.overlap = 0;
+      t.stored = 0;
+      if (bed_.book) t.pairs = t.overlap = 0;
       for (std::uint32_t r = t.runs_begin; r < t.runs_end; ++r) pairs(t, r);
       for (std::uint32_t r = t.planes_begin; r < t.planes_end; ++r) planes(t, bed_.plane_runs[r]);
       for (std::uint32_t e = t.entries_begin; e < t.entries_end; ++e) add(bed_.entries[bed_.entry_order[e]]);
@@ -78,7 +80,8 @@ class Sweep {
     job.ready = w_.border_result.data() + border_;
     while (border_ < w_.border.size() && w_.border[border_].run == r) ++border_, ++job.ready_count;
     bed_.kernel.pairs(bed_.law(run.law), job);
-    take(t, job.sums);
+    if (!bed_.book) return;
+    take(t, job.sums, bed_.book_weight);
     t.pairs += job.sums.in_reach;
   }
 
@@ -87,13 +90,13 @@ class Sweep {
     job.rows = bed_.plane_rows.data() + run.rows;
     job.ring = w_.ring.data(), job.mask = mask_;
     bed_.kernel.planes(bed_.law(run.law), job);
-    take(t, job.sums);
+    take(t, job.sums, 1);
     run.wrench = {{job.force[0], job.force[1], job.force[2]}, {job.moment[0], job.moment[1], job.moment[2]}};
     run.in_reach = job.sums.in_reach;
   }
 
-  static void take(Tile& t, const RunSums& s) {
-    t.lost += Losses{s.lost[0], s.lost[1], s.lost[2]};
+  static void take(Tile& t, const RunSums& s, double weight) {
+    t.lost += Losses{weight * s.lost[0], weight * s.lost[1], weight * s.lost[2]};
     t.stored += s.stored;
     t.overlap = std::max(t.overlap, s.overlap);
   }
@@ -166,6 +169,18 @@ void resize(Snapshot& s, std::size_t n) {
 
 }  // namespace
 
+/// Blocks whose partners belong to a later thread, run by run.
+void Bed::Impl::border_blocks(Worker& w) {
+  for (std::size_t k = 0; k < w.border.size();) {
+    const PairRun& run = runs[w.border[k].run];
+    PairJob job = pair_job(run, 0, dt_before);
+    job.border = w.border_block.data() + k;
+    job.ready = w.border_result.data() + k;
+    for (const std::uint32_t r = w.border[k].run; k < w.border.size() && w.border[k].run == r; ++k) ++job.border_count;
+    kernel.pairs(law(run.law), job);
+  }
+}
+
 void Bed::Impl::run_sweep(double dt, const Request& request) {
   if (request.snapshot != nullptr) resize(*request.snapshot, spheres.size());
   const double elapsed = dt_before;
@@ -179,15 +194,23 @@ void Bed::Impl::run_sweep(double dt, const Request& request) {
       Worker& w = workers[static_cast<std::size_t>(t)];
       const int first = chunk_count * t / threads, last = chunk_count * (t + 1) / threads;
       for (int c = first; c < last; ++c) surface_chunk(chunks[static_cast<std::size_t>(c)], elapsed);
-      for (std::size_t k = 0; k < w.border.size(); ++k) {
-        const PairRun& run = runs[w.border[k].run];
-        PairJob job = pair_job(run, 0, elapsed);
-        kernel.ready(law(run.law), job, w.border[k].block, w.border_result[k]);
-      }
+      border_blocks(w);
     }
 #pragma omp barrier
     for (int t = rank; t < threads; t += team) Sweep(*this, workers[static_cast<std::size_t>(t)], dt, request).run();
   }
+}
+
+/// The losses of a step need what the dashpots did in the step before, which only a booked step writes down: two in a
+/// row, of which the second counts for all.
+void Bed::Impl::plan_book(const Request& request) {
+  constexpr std::size_t few = 5000;
+  constexpr int sampled = 16;
+  const int every = options.book_every > 0 ? options.book_every : spheres.size() <= few ? 1 : sampled;
+  const auto phase = static_cast<int>(steps % every);
+  const bool sample = phase == every - 1, prepare = phase == every - 2;
+  book = every == 1 || sample || prepare || request.energy || request.snapshot != nullptr;
+  book_weight = every == 1 ? 1 : sample ? every : 0;
 }
 
 void Bed::Impl::sum_up(const Request& request) {

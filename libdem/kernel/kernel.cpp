@@ -22,10 +22,12 @@ void with(const Law& law, const Run& run) {
 }
 
 void pairs(const Law& law, PairJob& job) {
-  with(law, [&](const auto& l, auto rolls) { run_pairs<rolls.value>(l, job); });
-}
-void ready(const Law& law, PairJob& job, std::uint32_t block, BlockResult& out) {
-  with(law, [&](const auto& l, auto rolls) { run_ready<rolls.value>(l, job, block, out); });
+  with(law, [&](const auto& l, auto rolls) {
+    if (job.book)
+      run_pairs<rolls.value, true>(l, job);
+    else
+      run_pairs<rolls.value, false>(l, job);
+  });
 }
 void planes(const Law& law, PlaneJob& job) {
   with(law, [&](const auto& l, auto rolls) { run_planes<rolls.value>(l, job); });
@@ -39,7 +41,7 @@ void surface(const Law& law, SurfaceJob& job) {
 Kernel kernel() {
 #define SUBSOIL_NAME_(x) #x
 #define SUBSOIL_NAME(x) SUBSOIL_NAME_(x)
-  return {SUBSOIL_NAME(SUBSOIL_ISA), pairs, ready, planes, surface, move};
+  return {SUBSOIL_NAME(SUBSOIL_ISA), pairs, planes, surface, move};
 }
 
 }  // namespace SUBSOIL_ISA

@@ -32,31 +32,38 @@ struct SphereLanes {
   return load_spheres(spheres, o.at + first);
 }
 
-/// `first`: lane of the block that the pack begins with.
-template <bool Rolls>
+/// `first`: lane of the block that the pack begins with. Without `Book` what only the energy book needs stays behind.
+template <bool Rolls, bool Book>
 [[gnu::always_inline]] inline History load_history(const Row* block, int first) {
   History h;
   for (int d = 0; d < 3; ++d) h.xi[d] = load(block[HistoryRows::xi + static_cast<std::size_t>(d)].x + first);
-  h.slipping = load_floats(float_row(block, 0) + first), h.dash_n = load_floats(float_row(block, 1) + first);
-  for (int d = 0; d < 3; ++d) h.dash_t[d] = load_floats(float_row(block, 2 + d) + first);
   if constexpr (Rolls)
-    for (int d = 0; d < 3; ++d) {
-      h.rho[d] = load(block[HistoryRows::rho + static_cast<std::size_t>(d)].x + first);
-      h.dash_r[d] = load_floats(float_row(block, 5 + d) + first);
-    }
+    for (int d = 0; d < 3; ++d) h.rho[d] = load(block[HistoryRows::rho + static_cast<std::size_t>(d)].x + first);
+  h.slipping = load_floats(float_row(block, 0) + first);
+  if constexpr (Book) {
+    h.dash_n = load_floats(float_row(block, 1) + first);
+    for (int d = 0; d < 3; ++d) h.dash_t[d] = load_floats(float_row(block, 2 + d) + first);
+    if constexpr (Rolls)
+      for (int d = 0; d < 3; ++d) h.dash_r[d] = load_floats(float_row(block, 5 + d) + first);
+  } else {
+    h.dash_n = Pack(0.0);
+    for (int d = 0; d < 3; ++d) h.dash_t[d] = h.dash_r[d] = Pack(0.0);
+  }
   return h;
 }
 
-template <bool Rolls>
+template <bool Rolls, bool Book>
 [[gnu::always_inline]] inline void store_history(const History& h, Row* block, int first) {
   for (int d = 0; d < 3; ++d) store(h.xi[d], block[HistoryRows::xi + static_cast<std::size_t>(d)].x + first);
-  store_floats(h.slipping, float_row(block, 0) + first), store_floats(h.dash_n, float_row(block, 1) + first);
-  for (int d = 0; d < 3; ++d) store_floats(h.dash_t[d], float_row(block, 2 + d) + first);
   if constexpr (Rolls)
-    for (int d = 0; d < 3; ++d) {
-      store(h.rho[d], block[HistoryRows::rho + static_cast<std::size_t>(d)].x + first);
-      store_floats(h.dash_r[d], float_row(block, 5 + d) + first);
-    }
+    for (int d = 0; d < 3; ++d) store(h.rho[d], block[HistoryRows::rho + static_cast<std::size_t>(d)].x + first);
+  store_floats(h.slipping, float_row(block, 0) + first);
+  if constexpr (Book) {
+    store_floats(h.dash_n, float_row(block, 1) + first);
+    for (int d = 0; d < 3; ++d) store_floats(h.dash_t[d], float_row(block, 2 + d) + first);
+    if constexpr (Rolls)
+      for (int d = 0; d < 3; ++d) store_floats(h.dash_r[d], float_row(block, 5 + d) + first);
+  }
 }
 
 /// Forces and torques of kWidth lanes as rows; `touching` rides along with the torques.

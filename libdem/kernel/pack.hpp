@@ -125,8 +125,8 @@ inline Pack sqrt(Pack a) {
 inline Pack rsqrt(Pack a) { return Pack(1.0) / sqrt(a); }
 #endif
 
-/// Byte offsets of 8 records of `size` bytes, whose numbers are `index & mask`: computed together, not one by one beside
-/// the loads that wait for them.
+/// Byte offsets of 8 records of `size` bytes, whose numbers are `index & mask`: computed together, not one by one
+/// beside the loads that wait for them.
 struct Offsets {
   std::uint64_t at[8];
 };
@@ -142,8 +142,8 @@ inline void load4(const double* const* row, Pack* out) {
 #if defined(__AVX512F__)
   // Two rows per register, chosen so that lanes come out in order after one exchange within and one of 128-bit lanes.
   const auto rows = [&](int low, int high) {
-    return _mm512_maskz_insertf64x4(0xFF, _mm512_zextpd256_pd512(_mm256_loadu_pd(row[low])),
-                                    _mm256_loadu_pd(row[high]), 1);
+    return _mm512_maskz_insertf64x4(0xFF, _mm512_zextpd256_pd512(_mm256_loadu_pd(row[low])), _mm256_loadu_pd(row[high]),
+                                    1);
   };
   const __m512d a = rows(0, 2), b = rows(1, 3), c = rows(4, 6), d = rows(5, 7);
   const __m512d ab0 = _mm512_maskz_unpacklo_pd(0xFF, a, b), ab1 = _mm512_maskz_unpackhi_pd(0xFF, a, b);

@@ -34,9 +34,9 @@ void run_planes(const L& by_reference, PlaneJob& job) {
       }
       a.r_i = a.r_j = i.r, a.m_i = a.m_j = i.m;
       Row* const memory = job.rows + rows * b;
-      History h = load_history<Rolls>(memory, first);
-      Response c = respond<false, Rolls>(law, share, a, h, job.elapsed);
-      store_history<Rolls>(h, memory, first);
+      History h = load_history<Rolls, true>(memory, first);
+      Response c = respond<false, Rolls>(law, meet<false, Rolls>(share, a), h, job.elapsed);
+      store_history<Rolls, true>(h, memory, first);
       store_response(c, select(a.overlap > zero, one, zero), f + first, t + first, unused + first);
       const PackMask used = lanes_below(count, first);
       const Pack add[6] = {c.damped,       c.slid, c.rolled, c.stored, select(a.overlap >= Pack(-job.reach), one, zero),

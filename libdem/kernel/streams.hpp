@@ -103,6 +103,7 @@ struct RunSums {
 
 /// One run of pairs for the kernel.
 struct PairJob {
+  bool book;  ///< whether the step sums losses and keeps what the next one needs for it
   const Sphere* spheres;
   const PairBlock* blocks;
   Row* rows;
@@ -115,9 +116,12 @@ struct PairJob {
   double reach;  ///< m, of the law
   Accumulator* ring;
   std::uint32_t mask;
-  // Blocks whose partners belong to another thread come with their results; ascending.
+  // Before the sweep: only these blocks, results to `ready`. Null in the sweep.
+  const std::uint32_t* border;
+  std::uint32_t border_count;
+  // In the sweep: blocks whose partners belong to another thread, ascending, and their results of before.
   const std::uint32_t* ready_block;
-  const BlockResult* ready;
+  BlockResult* ready;
   std::uint32_t ready_count;
   // Spheres that the next tile will meet first: fetched into the cache meanwhile, a few with each block.
   const Sphere* ahead;
@@ -166,7 +170,6 @@ struct MoveJob {
 struct Kernel {
   const char* name;  ///< instruction set, for the record of a run
   void (*pairs)(const Law&, PairJob&);
-  void (*ready)(const Law&, PairJob&, std::uint32_t block, BlockResult&);
   void (*planes)(const Law&, PlaneJob&);
   void (*surface)(const Law&, SurfaceJob&);
   void (*move)(MoveJob&);

@@ -18,9 +18,9 @@ void run_surface(const L& law, SurfaceJob& job) {
     }
     a.overlap = i.r - load(job.distance + first);
     a.r_i = a.r_j = i.r, a.m_i = a.m_j = i.m;
-    History h = load_history<Rolls>(job.rows, first);
-    const Response c = respond<false, Rolls>(law, lever_share(law), a, h, job.elapsed);
-    store_history<Rolls>(h, job.rows, first);
+    History h = load_history<Rolls, true>(job.rows, first);
+    const Response c = respond<false, Rolls>(law, meet<false, Rolls>(lever_share(law), a), h, job.elapsed);
+    store_history<Rolls, true>(h, job.rows, first);
     store_response(c, select(a.overlap > zero, one, zero), job.f + first, job.t_i + first, job.t_j + first);
     const Pack sums[6] = {c.damped,       c.slid, c.rolled, c.stored, select(a.overlap >= Pack(-job.reach), one, zero),
                           a.overlap / i.r};

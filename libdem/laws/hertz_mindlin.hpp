@@ -63,8 +63,9 @@ struct HertzMindlin {
     n.k_t = T(8 * G_eff) * root;
     n.growth = root_before / root;
     n.soft_t = select(n.engaged, T(1.0) / max(n.k_t, T(1e-150)), zero);
-    n.c_t = damp * sqrt(n.k_t * a.m_eff);
-    const T viscous = damp * sqrt(n.k_n * a.m_eff) * a.rate;
+    const T c_n = damp * sqrt(n.k_n) * a.root_m;
+    n.c_t = T(std::sqrt(4 * G_eff / E_eff)) * c_n;
+    const T viscous = c_n * a.rate;
     const T total = clip ? max(zero, spring + viscous) : spring + viscous;
     n.force = select(n.engaged, total, zero);
     n.damping = select(n.engaged, total - spring, zero);

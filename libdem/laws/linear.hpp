@@ -50,11 +50,11 @@ struct Linear {
 
   template <class T>
   [[gnu::always_inline]] NormalForce<T> normal(const Approach<T>& a) const {
-    const T zero(0.0), two_beta(2 * beta);
+    const T zero(0.0), damp(2 * beta * std::sqrt(k_n));
     NormalForce<T> n;
     n.engaged = a.overlap > zero;
     const T spring = T(k_n) * a.overlap;
-    const T viscous = two_beta * sqrt(a.m_eff * T(k_n)) * a.rate;
+    const T viscous = damp * a.root_m * a.rate;
     const T total = clip ? max(zero, spring + viscous) : spring + viscous;
     n.force = select(n.engaged, total, zero);
     n.damping = select(n.engaged, total - spring, zero);
@@ -64,7 +64,7 @@ struct Linear {
     n.k_t = T(k_n * stiffness_ratio);
     n.growth = T(1.0);
     n.soft_t = T(stiffness_ratio > 0 ? 1 / (k_n * stiffness_ratio) : 0.0);
-    n.c_t = two_beta * sqrt(a.m_eff * n.k_t);
+    n.c_t = T(2 * beta * std::sqrt(k_n * stiffness_ratio)) * a.root_m;
     return n;
   }
 
