@@ -57,22 +57,6 @@ dem::Wet cohesive() {
   return w;
 }
 
-dem::Law between_spheres(LawName name) {
-  switch (name) {
-    case LawName::linear:
-      return linear();
-    case LawName::hertz:
-      return hertz();
-    case LawName::rolling:
-      return rolling();
-    case LawName::cohesive:
-      return cohesive();
-    case LawName::wet:
-      return wet();
-  }
-  return linear();
-}
-
 /// Blocks along x and z, about twice as many along.
 std::array<int, 2> blocks(double spheres) {
   const double all = std::max(1.0, std::round(spheres / static_cast<double>(kTileSpheres)));
@@ -111,9 +95,25 @@ dem::TriangleMesh divided_box(const Vec3& size, int triangles) {
 
 }  // namespace
 
+dem::Law law_of(LawName name) {
+  switch (name) {
+    case LawName::linear:
+      return linear();
+    case LawName::hertz:
+      return hertz();
+    case LawName::rolling:
+      return rolling();
+    case LawName::cohesive:
+      return cohesive();
+    case LawName::wet:
+      return wet();
+  }
+  return linear();
+}
+
 Case make_case(const CaseRequest& request) {
   Case c;
-  const dem::Law law = between_spheres(request.law);
+  const dem::Law law = law_of(request.law);
   c.laws = std::visit(
       [](const auto& l) -> dem::LawTable {
         return {.materials = 2, .index = {0, 1, 1, -1}, .laws = {l.resolved(), at_mirror(l).resolved()}};

@@ -11,6 +11,9 @@ namespace subsoil::bench {
 enum class Kind { rest, plough, pour };
 enum class LawName { linear, hertz, rolling, cohesive, wet };
 
+/// The law between two spheres.
+dem::Law law_of(LawName name);
+
 struct CaseRequest {
   Kind kind = Kind::rest;
   LawName law = LawName::linear;
