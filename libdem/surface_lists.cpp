@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "libdem/bed_impl.hpp"
@@ -13,6 +14,19 @@ struct OnFace {
   std::uint32_t sphere, boundary, law;
   FlatFace face;
 };
+
+/// Box in world axes around a box in those of a boundary; infinite if the box is.
+Bounds world_box(const Bounds& box, const Pose& pose) {
+  if (!std::isfinite(norm(box.low)) || !std::isfinite(norm(box.high))) return box;
+  Bounds out;
+  for (int corner = 0; corner < 8; ++corner)
+    out.include(pose.to_world({(corner & 1) != 0 ? box.high.x : box.low.x, (corner & 2) != 0 ? box.high.y : box.low.y,
+                               (corner & 4) != 0 ? box.high.z : box.low.z}));
+  // A few roundings wider, so that what the box proper would take is never lost.
+  const double more = 1e-12 * (norm(out.low) + norm(out.high));
+  out.low -= Vec3{more, more, more}, out.high += Vec3{more, more, more};
+  return out;
+}
 
 /// What one thread found near one boundary.
 struct Found {
@@ -34,7 +48,7 @@ void Bed::Impl::build_surfaces() {
     listed_pose[b] = boundary.pose;
     listed_active[b] = boundary.active;
     if (!boundary.active) continue;
-    const Bounds box = bounds(boundary.shape);
+    const Bounds box = bounds(boundary.shape), in_world = world_box(box, boundary.pose);
     const std::size_t first = entries.size();
 #pragma omp parallel for num_threads(threads) schedule(static, 1)
     for (int t = 0; t < threads; ++t) {
@@ -47,6 +61,7 @@ void Bed::Impl::build_surfaces() {
         const int law = laws.of(s.material, boundary.material);
         if (law < 0) continue;
         const double near = s.r + law_reach[static_cast<std::size_t>(law)] + skin;
+        if (in_world.distance_squared(s.x) > near * near) continue;
         const Vec3 c = boundary.pose.to_local(s.x);
         if (box.distance_squared(c) > near * near) continue;
         const std::size_t before = mine.candidates.size();
