@@ -184,6 +184,13 @@ struct Bed::Impl {
   void check_faults() const;
   std::uint32_t deepest_sphere() const;
 
+  // const_cast: a view for reading and writing alike
+  BlockMemory memory(const PairRun& run, std::size_t block) const {
+    return BlockMemory::at(const_cast<Row*>(rows.data()) + run.rows, run.blocks, law_rolls[run.law] != 0, block);
+  }
+  BlockMemory plane_memory(const PlaneRun& run, std::size_t block) const {
+    return BlockMemory::at(const_cast<Row*>(plane_rows.data()) + run.rows, run.blocks, law_rolls[run.law] != 0, block);
+  }
   double reach(std::uint32_t law) const { return law_reach[law]; }
   const Law& law(std::uint32_t index) const { return laws.laws[index]; }
   void update_laws();

@@ -68,7 +68,7 @@ void Bed::Impl::build_runs(HalfList& list) {
     const std::uint32_t n = (pairs + kBlock - 1) / kBlock;
     runs.push_back({.law = law, .first = block, .blocks = n, .pairs = pairs, .rows = row, .near = near});
     block += n;
-    row += n * HistoryRows::of(law_rolls[law]);
+    row += n * RunRows::of(law_rolls[law]);
   };
   for (std::size_t k = 0; k < tiles.size(); ++k) {
     std::uint32_t* size = sizes.data() + k * classes.count();
@@ -97,7 +97,7 @@ void Bed::Impl::build_runs(HalfList& list) {
       const PairRun& run = runs[r];
       repeat_first_lane(blocks[run.first + run.blocks - 1], (run.pairs - 1) % kBlock + 1);
       std::fill_n(wake.data() + run.first, run.blocks, 0.0);
-      std::fill_n(rows.data() + run.rows, run.blocks * HistoryRows::of(law_rolls[run.law]), Row{});
+      std::fill_n(rows.data() + run.rows, run.blocks * RunRows::of(law_rolls[run.law]), Row{});
     }
   }
 }
@@ -115,9 +115,8 @@ void Bed::Impl::put_pairs(const HalfList& list, const std::vector<std::vector<Pa
       if (list.other[p] != other) continue;
       const std::uint32_t block = list.lane[p] / kBlock;
       const PairRun& run = runs[run_of[block]];
-      const bool rolling = law_rolls[run.law] != 0;
-      write_lane(rows.data() + run.rows + (block - run.first) * HistoryRows::of(rolling), rolling,
-                 list.lane[p] % kBlock, a < b ? was.state : was.state.turned_over());
+      write_lane(memory(run, block - run.first), law_rolls[run.law] != 0, list.lane[p] % kBlock,
+                 a < b ? was.state : was.state.turned_over());
       return;
     }
   };
@@ -139,10 +138,9 @@ std::vector<std::vector<PairHistory>> Bed::Impl::pair_histories() const {
     found[share].reserve(touching + touching / 16);
     for (std::size_t r = begin; r < end; ++r) {
       const PairRun& run = runs[r];
-      const bool rolling = law_rolls[run.law] != 0;
       for (std::uint32_t p = 0; p < run.pairs; ++p) {
         const std::uint32_t block = p / kBlock, lane = p % kBlock;
-        const PairState s = read_lane(rows.data() + run.rows + block * HistoryRows::of(rolling), rolling, lane);
+        const PairState s = read_lane(memory(run, block), law_rolls[run.law] != 0, lane);
         if (s.empty()) continue;
         const PairBlock& b = blocks[run.first + block];
         found[share].push_back({b.owner[lane], b.other[lane], s});

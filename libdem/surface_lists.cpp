@@ -136,7 +136,7 @@ void Bed::Impl::build_surfaces() {
           p.sphere[l] = faces[k].sphere;
         }
       }
-      row += run.blocks * HistoryRows::of(law_rolls[run.law]);
+      row += run.blocks * RunRows::of(law_rolls[run.law]);
       plane_runs.push_back(run);
     }
     t.planes_end = static_cast<std::uint32_t>(plane_runs.size());
@@ -193,19 +193,16 @@ void Bed::Impl::put_surfaces(std::vector<SurfaceHistory>& histories, const std::
     const double same = dot(was.normal, normal_of(plane_blocks[run.first + block], lane));
     if (same < 0.5 || (filled == key && same <= fit)) continue;
     filled = key, fit = same;
-    const bool rolling = law_rolls[run.law] != 0;
-    write_lane(plane_rows.data() + run.rows + block * HistoryRows::of(rolling), rolling, lane, was.state);
+    write_lane(plane_memory(run, block), law_rolls[run.law] != 0, lane, was.state);
   }
 }
 
 std::vector<SurfaceHistory> Bed::Impl::surface_histories() const {
   std::vector<SurfaceHistory> out;
   for (const PlaneRun& run : plane_runs) {
-    const bool rolling = law_rolls[run.law] != 0;
     for (std::uint32_t k = 0; k < run.contacts; ++k) {
       const PlaneBlock& b = plane_blocks[run.first + k / kBlock];
-      const PairState s =
-          read_lane(plane_rows.data() + run.rows + k / kBlock * HistoryRows::of(rolling), rolling, k % kBlock);
+      const PairState s = read_lane(plane_memory(run, k / kBlock), law_rolls[run.law] != 0, k % kBlock);
       if (!s.empty()) out.push_back({b.sphere[k % kBlock], run.boundary, normal_of(b, k % kBlock), s});
     }
   }

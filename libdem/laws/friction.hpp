@@ -95,6 +95,7 @@ struct Friction {
   }
 
   bool resists_rolling() const { return rolling != Rolling::none && mu_r > 0; }
+  bool remembers_slip() const { return !std::isnan(mu_d) && mu_d != mu; }
   double mu_sliding() const { return std::isnan(mu_d) ? mu : mu_d; }
 
   template <class T>
