@@ -1,9 +1,10 @@
 /// How far the advised step is from the step at which a bed really becomes unstable, law by law.
 ///
-/// The bed of bed_step, 13,000 settled spheres at rest, runs twice, once with every velocity and spin disturbed by some
-/// 1e-7 m/s. While the step is stable the two runs stay together; beyond it the fastest mode grows by four per cent a
-/// step two per cent above its limit (tests/verification/particles/stable_step.cpp), so a distance that grows
-/// thirtyfold within 300 steps is unstable. Not the energy: a mode of rotation stops growing where friction slips, far
+/// The bed of bed_step, 13,000 spheres brought to rest under the law, runs twice, once with every velocity and spin
+/// disturbed by some 1e-7 m/s. While the step is stable the two runs stay together; two per cent beyond its limit the
+/// fastest mode grows by four per cent a step at least (tests/verification/particles/stable_step.cpp), a hundred
+/// thousandfold in 300 steps. A distance that grows three hundredfold is unstable: one mode is a hundredth of the first
+/// distance, which is that of all spheres. Not the energy: a mode of rotation stops growing where friction slips, far
 /// below what would be seen. The limit is found by bisection to two per cent. Prints a table in Markdown.
 ///
 ///     stable_limit [folder of the settled blocks]
