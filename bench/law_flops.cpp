@@ -1,5 +1,5 @@
 /// Floating-point operations of one contact, law by law: the law's own functions run over a number that counts. Each of
-/// + - * / sqrt counts one (a multiply-add two); comparisons, selections and signs count nothing. A line per law.
+/// + - * / sqrt rsqrt counts one (a multiply-add two); comparisons, selections and signs count nothing. A line per law.
 #include <cstdio>
 
 #include "bench/bed_case.hpp"
@@ -24,6 +24,7 @@ struct Counted {
   friend bool operator>=(Counted a, Counted b) { return a.value >= b.value; }
   friend bool operator<=(Counted a, Counted b) { return a.value <= b.value; }
   friend Counted sqrt(Counted a) { return done(std::sqrt(a.value)); }
+  friend Counted rsqrt(Counted a) { return done(1 / std::sqrt(a.value)); }
   friend Counted max(Counted a, Counted b) { return a > b ? a : b; }
   friend Counted min(Counted a, Counted b) { return a < b ? a : b; }
   friend Counted select(bool condition, Counted a, Counted b) { return condition ? a : b; }
