@@ -24,6 +24,8 @@ constexpr Nearness near_pose{0.05, 1e-2}, singular_pose{1e-5, 1e-12};
 constexpr double trust = 1e-6;
 // Of a residual, over the size of its terms.
 constexpr double rounding = 2e-16;
+// A predictor errs by a small share of the velocities; another branch turns or stops some of them.
+constexpr double most_turn = 0.3;
 // Contraction by friction is about mu times a ratio of levers; 0.95 still settles.
 constexpr int most_friction_iterations = 600;
 }  // namespace
@@ -175,6 +177,18 @@ bool Partition::near_singular() const {
   return rank() > 0 && least_pivot_ < near_pose.pivot && schur_.least_share() < near_pose.share;
 }
 
+double Partition::distance_from_singular() const {
+  return rank() > 0 ? std::max(least_pivot_, std::sqrt(std::max(schur_.least_share(), 0.0))) : 1;
+}
+
+void Partition::refuse_other_branch(const MotionState& m) const {
+  if (velocity_turn_ > most_turn)
+    throw std::runtime_error("singular pose at t = " + std::to_string(m.t) +
+                             " s: beyond it the constraints are met on another branch, not on the continuation of the "
+                             "motion, at " +
+                             singular_owner() + "; a shorter step may pass it");
+}
+
 const std::string& Partition::singular_owner() const {
   return system_.owner(choice_.rows[static_cast<std::size_t>(schur_.least_row())]);
 }
@@ -280,7 +294,7 @@ void Partition::solve_velocities(MotionState& m) {
     if (trust * now <= goal && !near_singular()) break;
   }
   velocity_turn_ = 0;
-  for (const int i : choice_.dependent)
+  for (Eigen::Index i = 0; i < guess.size(); ++i)
     if (!(m.velocity[i] * guess[i] > 0.5 * guess[i] * guess[i]))
       velocity_turn_ = std::max(velocity_turn_, std::abs(m.velocity[i] - guess[i]) * column_scale_[i]);
   if (velocity_turn_ > 0) velocity_turn_ /= std::max(fastest, velocity_turn_);

@@ -69,11 +69,12 @@ class Partition {
   Eigen::VectorXd reactions(const MotionState& m) const;
   /// Whether the pose last evaluated is nearer than some 0.1 rad to one where an equation says nothing new.
   bool near_singular() const;
+  /// About the angle (rad) between the pose last evaluated and a singular one, where that is small.
+  double distance_from_singular() const;
+  /// Throws where near a singular pose the constraints were met by velocities that the guess did not know.
+  void refuse_other_branch(const MotionState& m) const;
   /// The joint or driver of that equation.
   const std::string& singular_owner() const;
-  /// The largest change by which the last evaluation turned a guess of u' round or took half of it away, over the
-  /// largest rate of the machine: what another branch does, and a guess that is merely rough does not.
-  double velocity_turn() const { return velocity_turn_; }
   const SparseConstraints& constraints() const { return c_; }
   /// Largest |Phi| of all rows at the state last evaluated (angles times length).
   double residual() const;
@@ -115,7 +116,10 @@ class Partition {
 
   long choices_ = 0;
   bool nearest_ = false;
-  double sensitivity_ = 1, least_pivot_ = 1, velocity_turn_ = 0;
+  double sensitivity_ = 1, least_pivot_ = 1;
+  // The largest change by which the last evaluation turned a guess of q' round or took half of it away, over the
+  // largest rate of the machine: what another branch does, and a guess that is merely rough does not.
+  double velocity_turn_ = 0;
 
   std::vector<Used> used_;
   SparseLu phi_u_;
