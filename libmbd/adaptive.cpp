@@ -116,8 +116,9 @@ void Adaptive::walk(double end) {
   flows_.of_elements = walk_flows_;
   if (end - now_.t <= 1e-12 * h) now_.t = end;
   front_ = now_.t;
-  if (event < switches_.count()) take_event(event);
-  if (partition_.choose_again_if_needed(now_)) partition_.evaluate_nearest(now_);
+  const bool passed = event < switches_.count();
+  if (passed) take_event(event);
+  if (partition_.choose_again_if_needed(now_) || passed) partition_.evaluate_nearest(now_);
   beside_singular_ = partition_.near_singular();
 }
 
@@ -154,10 +155,6 @@ bool Adaptive::try_walk(double h) {
 // When a switch has changed sides over the step to next_, puts next_ at the first zero; returns which, or their count.
 std::size_t Adaptive::stop_at_event(double h) {
   if (!watches_switches()) return switches_.count();
-  const auto look = [&](const MotionState& m, std::vector<double>& gaps) {
-    system_.set_state(m.t, m.q, m.velocity);
-    switches_.gaps(gaps);
-  };
   const auto go = [&](double share) {
     walk_flows_ = flows_.of_elements;
     walker_.step(now_, share * h, next_, walk_flows_);

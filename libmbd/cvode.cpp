@@ -97,6 +97,7 @@ struct Cvode::Solver {
     auto& s = *static_cast<Solver*>(self);
     return sundials::guarded(s.thrown, -1, [&] {
       s.evaluate(t, y);
+      s.system.set_multipliers(s.trial.lambda);
       s.switches.gaps({out, s.switches.count()});
     });
   }

@@ -143,6 +143,9 @@ struct Ida::Solver {
       const ConstMap at(N_VGetArrayPointer(yy), s.size());
       s.q = at.head(s.n), s.w = at.segment(s.n, s.n);
       s.system.set_state(t, s.q, s.w);
+      s.lambda.setZero();
+      for (Eigen::Index i = 0; i < s.r; ++i) s.lambda[s.rows[static_cast<std::size_t>(i)]] = at[2 * s.n + i];
+      s.system.set_multipliers(s.lambda);
       s.switches.gaps({out, s.switches.count()});
     });
   }
