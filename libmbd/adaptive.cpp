@@ -13,6 +13,8 @@ namespace subsoil::mbd {
 namespace {
 // Within one advance(). More means that steps have become so short that the end is out of reach.
 constexpr long most_steps = 2'000'000;
+// From a singular pose, in rad, for the method to begin anew; and for its failure to have another reason.
+constexpr double far_enough = 0.15;
 }  // namespace
 
 Adaptive::Adaptive(System& system)
@@ -90,8 +92,24 @@ void Adaptive::on_advance(double h) {
   if (anew || partition_.used_rows() != rows_) restart();
 }
 
+// Returns false where the step failed and a singular pose is near enough to be the reason.
+bool Adaptive::try_step(double end, double stop, Reached& reached) {
+  try {
+    reached = take_step(end, stop);
+    return true;
+  } catch (const std::runtime_error&) {
+    if (now_.t != front_) read_consistent(front_);
+    if (partition_.distance_from_singular() > far_enough) throw;
+    return false;
+  }
+}
+
 void Adaptive::step_on(double end, double stop) {
-  const Reached reached = take_step(end, stop);
+  Reached reached;
+  if (!try_step(end, stop, reached)) {
+    beside_singular_ = true;
+    return;
+  }
   front_ = reached.t, root_ = reached.root;
   if (root_) return;
   if (!follows_partition()) {
@@ -108,7 +126,7 @@ void Adaptive::walk(double end) {
   if (now_.t != front_) read_consistent(front_);
   if (!walking_) begin_walk();
   const double h = std::min(walk_step_, end - now_.t);
-  if (!try_walk(h)) return;
+  if (!try_walk(h, end)) return;
   walk_failures_ = 0;
   const std::size_t event = stop_at_event(h);
   partition_.refuse_other_branch(next_);
@@ -119,18 +137,19 @@ void Adaptive::walk(double end) {
   const bool passed = event < switches_.count();
   if (passed) take_event(event);
   if (partition_.choose_again_if_needed(now_) || passed) partition_.evaluate_nearest(now_);
-  beside_singular_ = partition_.near_singular();
+  beside_singular_ = partition_.distance_from_singular() < far_enough;
 }
 
 void Adaptive::begin_walk() {
   walking_ = true, walk_controlled_ = true, walk_failures_ = 0;
   const double rate = now_.velocity.cwiseProduct(coordinate_scale(system_)).cwiseAbs().maxCoeff();
-  walk_step_ = std::pow(step_tolerance(), 0.2) / std::max(rate / system_.length_scale(), 1.0);
+  const double slowness = 1 / std::max(rate / system_.length_scale(), 1.0);
+  walk_step_ = slowness * std::pow(step_tolerance(), 0.2), landing_step_ = slowness * std::pow(step_tolerance(), 0.25);
 }
 
 // Returns whether next_ may stand; else the step has been made shorter. Near the pose rounding is more than what the
 // estimate of the error means to see: there the step stays what it was.
-bool Adaptive::try_walk(double h) {
+bool Adaptive::try_walk(double h, double end) {
   const bool core = partition_.distance_from_singular() < 0.01;
   walk_flows_ = flows_.of_elements;
   const auto shorten = [&](double factor) {
@@ -140,9 +159,12 @@ bool Adaptive::try_walk(double h) {
   };
   try {
     walker_.step(now_, h, next_, walk_flows_);
-  } catch (const SingularPose&) {  // a stage has met it: those of another step do not
+  } catch (const SingularPose&) {  // a stage has met it: those of another step do not, unless it is the end asked for
     if (++walk_failures_ > most_failures_of_a_step) throw;
-    return shorten(0.8);
+    if (h > landing_step_ || end - now_.t > (1 + 1e-12) * h) return shorten(0.8);
+    walk_flows_ = flows_.of_elements;
+    walker_.step_onto_singular(now_, h, next_, walk_flows_);
+    return true;
   }
   if (core && !walk_controlled_) return true;
   const double change = 0.9 * std::pow(step_tolerance() / std::max(walker_.error(), 1e-30), 0.2);

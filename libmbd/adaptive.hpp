@@ -63,10 +63,11 @@ class Adaptive : public Integrator {
   void restart();
   void read_consistent(double t);
   void pass_event();
+  bool try_step(double end, double stop, Reached& reached);
   void step_on(double end, double stop);
   void walk(double end);
   void begin_walk();
-  bool try_walk(double h);
+  bool try_walk(double h, double end);
   std::size_t stop_at_event(double h);
 
   StepClock clock_;
@@ -82,7 +83,7 @@ class Adaptive : public Integrator {
   bool walking_ = false;          // the method has no part in what now_ is
   bool walk_controlled_ = false;
   int walk_failures_ = 0;
-  double walk_step_ = 0;
+  double walk_step_ = 0, landing_step_ = 0;
   MotionState next_;
   Eigen::VectorXd walk_flows_;
   std::vector<double> gaps_, gaps_before_;

@@ -231,10 +231,7 @@ Adaptive::Reached Ida::take_step(double end, double stop) {
   s.thrown = nullptr;
   const int code = IDASolve(s.memory, std::max(end, t + 1e-9), &t, s.y, s.dy, IDA_ONE_STEP);
   if (code < 0 && s.thrown) std::rethrow_exception(s.thrown);
-  if (code < 0)
-    check(code, ("IDASolve at t = " + std::to_string(t) +
-                 " s (a lock-up, a jump in the forces, or a tolerance below rounding)")
-                    .c_str());
+  sundials::check_step(code, t, IDAGetReturnFlagName);
   return {t, code == IDA_ROOT_RETURN};
 }
 

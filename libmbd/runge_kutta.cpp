@@ -34,31 +34,57 @@ RungeKutta::RungeKutta(const System& system, Partition& partition) : partition_(
   weights_.setZero(stage_count + 1), sum_.setZero(stages_.rows());
 }
 
+void RungeKutta::sum(const double* weights, int count, double h) {
+  for (int j = 0; j < count; ++j) weights_[j] = h * weights[j];
+  sum_.noalias() = stages_.leftCols(count) * weights_.head(count);
+}
+
+void RungeKutta::move_to(const MotionState& now, double dt, MotionState& next) const {
+  const auto n = now.q.size();
+  next.t = now.t + dt;
+  next.q = now.q + sum_.head(n);
+  next.velocity = now.velocity + sum_.segment(n, n);
+}
+
 void RungeKutta::step(const MotionState& now, double h, MotionState& next, Eigen::VectorXd& flows) {
   const auto n = now.q.size();
   const bool nearest = partition_.near_singular();
-  const auto sum = [&](const double* weights, int count) {
-    for (int j = 0; j < count; ++j) weights_[j] = h * weights[j];
-    sum_.noalias() = stages_.leftCols(count) * weights_.head(count);
-  };
-  const auto move_to = [&](const double* weights, int count, double node) {
-    sum(weights, count);
-    next.t = now.t + node * h;
-    next.q = now.q + sum_.head(n);
-    next.velocity = now.velocity + sum_.segment(n, n);
+  const auto evaluate_at = [&](const double* weights, int count, double node) {
+    sum(weights, count, h);
+    move_to(now, node * h, next);
     nearest ? partition_.evaluate_nearest(next) : partition_.evaluate(next);
   };
   next = now;
   keep_rates(stages_, 0, now);
   for (int stage = 1; stage < stage_count; ++stage) {
-    move_to(stage_weights[stage], stage, nodes[stage]);
+    evaluate_at(stage_weights[stage], stage, nodes[stage]);
     keep_rates(stages_, stage, next);
   }
-  move_to(result_weights, stage_count, 1);
+  evaluate_at(result_weights, stage_count, 1);
   flows += sum_.tail(now.rates.size());
   keep_rates(stages_, stage_count, next);
-  sum(error_weights, stage_count + 1);
+  sum(error_weights, stage_count + 1, h);
   error_ = sum_.head(2 * n).cwiseAbs().maxCoeff();
+}
+
+void RungeKutta::step_onto_singular(const MotionState& now, double h, MotionState& next, Eigen::VectorXd& flows) {
+  const auto n = now.q.size();
+  constexpr double third[] = {1. / 3}, two_thirds[] = {0, 2. / 3}, result[] = {1. / 4, 0, 3. / 4};
+  constexpr double line_to_end[] = {-0.5, 0, 1.5};  // through the rates at 0 and 2/3
+  next = now;
+  keep_rates(stages_, 0, now);
+  for (int stage = 1; stage < 3; ++stage) {
+    sum(stage == 1 ? third : two_thirds, stage, h);
+    move_to(now, stage * h / 3, next);
+    partition_.evaluate_nearest(next);
+    keep_rates(stages_, stage, next);
+  }
+  sum(line_to_end, 3, 1);
+  next.acceleration = sum_.segment(n, n);
+  next.rates = sum_.tail(now.rates.size());
+  sum(result, 3, h);
+  move_to(now, h, next);
+  flows += sum_.tail(now.rates.size());
 }
 
 }  // namespace subsoil::mbd

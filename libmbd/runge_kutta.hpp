@@ -16,10 +16,16 @@ class RungeKutta {
 
   /// From `now`, which the partition evaluated last, over h to `next`; adds to `flows` what flows meanwhile.
   void step(const MotionState& now, double h, MotionState& next, Eigen::VectorXd& flows);
-  /// Of the last step: the largest error of q and q' that it has left, estimated.
+  /// The same by Heun's method of order 3, whose stages stay short of the end, for an end on a singular pose: there q
+  /// and q' are taken as they come, q'' and powers are carried on, reactions are those of the last stage.
+  void step_onto_singular(const MotionState& now, double h, MotionState& next, Eigen::VectorXd& flows);
+  /// Of the last step(): the largest error of q and q' that it has left, estimated.
   double error() const { return error_; }
 
  private:
+  void sum(const double* weights, int count, double h);
+  void move_to(const MotionState& now, double dt, MotionState& next) const;
+
   Partition& partition_;
   Eigen::MatrixXd stages_;
   Eigen::VectorXd weights_, sum_;

@@ -10,6 +10,7 @@
 #include "libmbd/machine.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/reference_ode.hpp"
+#include "tests/verification/mechanisms/sledge.hpp"
 
 namespace subsoil::mbd {
 namespace {
@@ -116,7 +117,7 @@ TEST_P(JointFrictionBy, PinOfAPendulum) {
   EXPECT_NEAR(machine.energy().balance(), 0, 1e-6);
 }
 
-constexpr double spring = 200, grip = 2e4, grip_damping = 170, mu = 0.15;
+using test::Sledge;
 
 /// A block on a level slide between a spring and dry friction that can stick; let go at 0.3 m.
 Model sprung_sledge(std::array<double, 2> gravity) {
@@ -126,52 +127,12 @@ Model sprung_sledge(std::array<double, 2> gravity) {
   m.add("slide", Translational{.body_a = ground, .body_b = block, .p_a = {0.3, 0}});
   m.add("friction", JointFriction{.joint = "slide",
                                   .guide = 0.4,
-                                  .mu_s = mu,
-                                  .mu_k = mu,
-                                  .stick_stiffness = grip,
-                                  .stick_damping = grip_damping});
+                                  .mu_s = Sledge::mu,
+                                  .mu_k = Sledge::mu,
+                                  .stick_stiffness = Sledge::grip,
+                                  .stick_damping = Sledge::grip_damping});
   return m;
 }
-
-/// The block by its linear equations from one change to the next, m x'' + d x' + K (x - x_0) = 0 in each, and the times
-/// of the changes: it sticks where v = 0, it slides where the grip's k (x - s) + d v = mu m g.
-struct Sledge {
-  double t = 0, x = 0.3, v = 0, stuck_at = 0.3;
-  int sliding = 0;
-  std::vector<double> changes{};
-
-  /// x and v after a time in the present phase.
-  std::array<double, 2> after(double dt) const {
-    const bool sticks = sliding == 0;
-    const double stiffness = spring + (sticks ? grip : 0), decay = sticks ? grip_damping / (2 * mass) : 0;
-    const double rest = ((sticks ? grip * stuck_at : -sliding * mu * mass * g)) / stiffness;
-    const double w = std::sqrt(stiffness / mass - decay * decay), a = x - rest, b = (v + decay * a) / w;
-    const double c = std::cos(w * dt), s = std::sin(w * dt), fade = std::exp(-decay * dt);
-    const double now = fade * (a * c + b * s);
-    return {rest + now, fade * w * (b * c - a * s) - decay * now};
-  }
-  /// Positive within the phase; at its very beginning a sliding block has no speed.
-  double left(double dt) const {
-    const auto [y, u] = after(dt);
-    return sliding ? sliding * u : mu * mass * g - std::abs(grip * (y - stuck_at) + grip_damping * u);
-  }
-  void run(double end) {
-    constexpr double look = 1e-3;
-    for (double dt = look; t + dt < end; dt += look) {
-      if (left(dt) > 0) continue;
-      double low = dt - look, high = dt;
-      for (int i = 0; i < 60; ++i) (left((low + high) / 2) > 0 ? low : high) = (low + high) / 2;
-      const auto [y, u] = after(high);
-      t += high, x = y, v = u;
-      stuck_at = x;
-      sliding = sliding ? 0 : v > 0 ? 1 : -1;
-      changes.push_back(t);
-      dt = 0;
-    }
-    const auto [y, u] = after(end - t);
-    x = y, v = u, t = end;
-  }
-};
 
 class Stick : public testing::TestWithParam<IntegratorKind> {
  protected:
@@ -190,7 +151,7 @@ INSTANTIATE_TEST_SUITE_P(All, Stick,
 TEST_P(Stick, SledgeSticksWhereItTurnsAndSlidesWhereTheGripEnds) {
   Model m = sprung_sledge({0, -g});
   SpringDamper pull{.body_a = ground, .body_b = 1, .p_a = {-10, 0}};
-  pull.free_length = 10, pull.stiffness = spring;
+  pull.free_length = 10, pull.stiffness = Sledge::spring;
   m.add("spring", pull);
   Machine machine(m, options());
   machine.start_from_pose();
@@ -216,7 +177,7 @@ TEST_P(Stick, StaysOnASlope) {
   Machine machine(m, options());
   machine.start_from_pose();
   for (int i = 0; i < 5000; ++i) machine.advance(2e-3);
-  EXPECT_NEAR(machine.body(1).r.x, 0.3 + mass / grip, 1e-12);
+  EXPECT_NEAR(machine.body(1).r.x, 0.3 + Sledge::mass / Sledge::grip, 1e-12);
   EXPECT_TRUE(machine.events().empty());
 }
 
