@@ -136,7 +136,8 @@ void Adaptive::walk(double end) {
   front_ = now_.t;
   const bool passed = event < switches_.count();
   if (passed) take_event(event);
-  if (partition_.choose_again_if_needed(now_) || passed) partition_.evaluate_nearest(now_);
+  // On the singular pose itself there is nothing to choose, and nothing to evaluate.
+  if (!landed_ && (partition_.choose_again_if_needed(now_) || passed)) partition_.evaluate_nearest(now_);
   beside_singular_ = partition_.distance_from_singular() < far_enough;
 }
 
@@ -152,9 +153,10 @@ void Adaptive::begin_walk() {
 bool Adaptive::try_walk(double h, double end) {
   const bool core = partition_.distance_from_singular() < 0.01;
   walk_flows_ = flows_.of_elements;
+  const bool from_singular = std::exchange(landed_, false);
   const auto shorten = [&](double factor) {
-    walk_step_ = factor * h;
-    partition_.evaluate_nearest(now_);
+    walk_step_ = factor * h, landed_ = from_singular;
+    if (!from_singular) partition_.evaluate_nearest(now_);
     return false;
   };
   try {
@@ -164,7 +166,7 @@ bool Adaptive::try_walk(double h, double end) {
     if (h > landing_step_ || end - now_.t > (1 + 1e-12) * h) return shorten(0.8);
     walk_flows_ = flows_.of_elements;
     walker_.step_onto_singular(now_, h, next_, walk_flows_);
-    return true;
+    return landed_ = true;
   }
   if (core && !walk_controlled_) return true;
   const double change = 0.9 * std::pow(step_tolerance() / std::max(walker_.error(), 1e-30), 0.2);

@@ -82,6 +82,7 @@ class Adaptive : public Integrator {
   bool beside_singular_ = false;  // at front_
   bool walking_ = false;          // the method has no part in what now_ is
   bool walk_controlled_ = false;
+  bool landed_ = false;  // now_ is on a singular pose
   int walk_failures_ = 0;
   double walk_step_ = 0, landing_step_ = 0;
   MotionState next_;
