@@ -57,10 +57,12 @@ std::string run(Machine& machine, double h, double end, Check check) {
   return "";
 }
 
-/// A stop is honest when it says when, where and between which joints.
-void expect_honest(const std::string& text, double at_least) {
+/// A stop is honest when it says when, where and between which joints. CVODE may stop: its dense output knows only the
+/// independent coordinates, and exactly on the pose the others do not follow from them.
+void expect_passed_or_honest(const std::string& text, IntegratorKind by, double at_least) {
   if (text.empty()) return;
-  EXPECT_EQ(text.find("singular pose at t = "), 0U) << text;
+  EXPECT_EQ(by, IntegratorKind::cvode) << text;
+  ASSERT_EQ(text.find("singular pose at t = "), 0U) << text;
   EXPECT_NE(text.find("joint '"), std::string::npos) << text;
   EXPECT_GT(std::stod(text.substr(21)), at_least) << text;
 }
@@ -69,7 +71,7 @@ void expect_honest(const std::string& text, double at_least) {
 class Crank : public testing::TestWithParam<std::tuple<double, IntegratorKind>> {
  protected:
   double speed() const { return std::get<0>(GetParam()); }
-  MachineOptions options() const { return {.integrator = std::get<1>(GetParam())}; }
+  MachineOptions options() const { return {.integrator = std::get<1>(GetParam()), .ida = {1e-8, 1e-8}}; }
 };
 
 // The driven crank passes the flat pose, over it and (speed 1) exactly on it. Beyond it the crossed linkage closes as
@@ -85,7 +87,7 @@ TEST_P(Crank, ParallelogramThroughTheFlatPose) {
     EXPECT_NEAR(machine.body(2).angle, phi, bound) << "t = " << machine.time();
     EXPECT_NEAR(machine.body(3).angle, 0, bound) << "t = " << machine.time();
   });
-  expect_honest(stop, 0.49 / speed());
+  expect_passed_or_honest(stop, options().integrator, 0.49 / speed());
 }
 
 // Crank and rod of equal lengths: with the crank upright the slider is under the crank's pin and could stay there.
@@ -109,7 +111,7 @@ TEST_P(Crank, EqualSliderCrankThroughTheUprightPose) {
     EXPECT_NEAR(machine.body(3).r.x, 2 * r * std::cos(phi), bound) << "t = " << machine.time();
     EXPECT_NEAR(machine.body(2).angle, -phi, bound) << "t = " << machine.time();
   });
-  expect_honest(stop, 0.49 / speed());
+  expect_passed_or_honest(stop, options().integrator, 0.49 / speed());
 }
 INSTANTIATE_TEST_SUITE_P(Speeds, Crank,
                          testing::Combine(testing::Values(1.0, 0.97, 1.31, 7.03),
