@@ -418,6 +418,18 @@ void System::restart_traces() {
         f.element);
 }
 
+Changeover System::pass_event(std::size_t force) {
+  return std::visit(
+      [&](auto& f) {
+        if constexpr (requires { f.pass_event(scene()); }) {
+          return f.pass_event(scene());
+        } else {
+          return Changeover{};
+        }
+      },
+      model_.forces[force].element);
+}
+
 void System::commit() {
   for (auto& f : model_.forces)
     std::visit(

@@ -20,7 +20,7 @@ namespace subsoil::cases {
 
 std::vector<Case> all_cases() {
   std::vector<Case> all;
-  for (const auto& list : {published(), pendulums(), oscillators(), driven_linkages(), free_linkages()})
+  for (const auto& list : {published(), pendulums(), oscillators(), driven_linkages(), free_linkages(), elements()})
     all.insert(all.end(), list.begin(), list.end());
   return all;
 }
