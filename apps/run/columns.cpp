@@ -31,8 +31,13 @@ Columns::Columns(const Loaded& loaded, World& world, coupling::Simulation& simul
   add("time", "s");
   if (world.machine) {
     machine_first_ = columns_.size();
-    for (std::size_t i = 0; i < world.machine->column_names().size(); ++i)
-      add(world.machine->column_names()[i], world.machine->column_units()[i]);
+    const std::vector<NamedMeasure>& measures = loaded.scenario.machine->measures;
+    for (std::size_t i = 0; i < world.machine->column_names().size(); ++i) {
+      const std::string& name = world.machine->column_names()[i];
+      const std::size_t column = add(name, world.machine->column_units()[i]);
+      const auto owns = [&](const NamedMeasure& m) { return m.name == name.substr(0, name.find('.')); };
+      if (std::any_of(measures.begin(), measures.end(), owns)) summarised_.push_back(column);
+    }
     machine_values_.resize(world.machine->column_names().size());
   }
   if (world.bed) {
