@@ -25,7 +25,5 @@ struct Marker {
   }
 };
 
-/// The world itself, as a marker.
-inline Marker world_marker() { return {.name = "ground"}; }
 
 }  // namespace subsoil::mbd

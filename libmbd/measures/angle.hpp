@@ -7,7 +7,7 @@ namespace subsoil::mbd {
 /// Angle of a marker's axes against those of another, counter-clockwise:   angle_P - angle_Q                   (rad)
 /// It counts turns, as the angles of bodies do.
 struct AngleMeasure {
-  Marker of{}, from = world_marker();
+  Marker of{}, from{.name = "ground"};
 
   template <class V>
   void describe(V& v) {
@@ -21,7 +21,7 @@ struct AngleMeasure {
 
 /// Angular velocity of a marker against another:   spin_P - spin_Q                                           (rad/s)
 struct AngularVelocityMeasure {
-  Marker of{}, from = world_marker();
+  Marker of{}, from{.name = "ground"};
 
   template <class V>
   void describe(V& v) {
@@ -35,7 +35,7 @@ struct AngularVelocityMeasure {
 
 /// Angular acceleration of a marker against another:   alpha_P - alpha_Q                                   (rad/s^2)
 struct AngularAccelerationMeasure {
-  Marker of{}, from = world_marker();
+  Marker of{}, from{.name = "ground"};
 
   template <class V>
   void describe(V& v) {

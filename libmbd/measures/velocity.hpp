@@ -8,7 +8,7 @@ namespace subsoil::mbd {
 ///   A_I^T (v_P - v_Q - spin_Q k x d),  d = r_P - r_Q
 /// Q and I are the world unless given. With I = Q it is the time derivative of the position measure with I = Q.
 struct VelocityMeasure {
-  Marker of{}, from = world_marker(), in = world_marker();
+  Marker of{}, from{.name = "ground"}, in{.name = "ground"};
   VectorPart part = VectorPart::both;
 
   template <class V>

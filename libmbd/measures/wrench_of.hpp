@@ -15,7 +15,7 @@ namespace subsoil::mbd {
 struct WrenchOf {
   std::string element{};  ///< its name
   int on = -1;            ///< body; -1: the measure's own choice
-  Marker in = world_marker();
+  Marker in{.name = "ground"};
   Marker about{};  ///< without a name: the wrench's own point
   WrenchPart part = WrenchPart::all;
   std::size_t index = 0;  ///< of the element; found by attach()

@@ -38,6 +38,7 @@ struct Flight {
 
 const Flight first{{0.3, -0.2}, {1.5, 0.4}, {0.7, -g}, 0.4, -2.1, 5};
 const Flight second{{-1.1, 0.9}, {-0.8, 2.2}, {-1.3, -g}, -0.9, 3.3, -4};
+const Marker world{.name = "ground"};
 const Marker p{.name = "p", .body = 1, .p = {0.25, -0.4}, .angle = 0.3};
 const Marker q{.name = "q", .body = 2, .p = {-0.15, 0.35}, .angle = -1.2};
 
@@ -103,7 +104,7 @@ TEST(Measures, DistancesAndAnglesFollowTheGeometry) {
   machine.measure("turning", AngularVelocityMeasure{.of = p, .from = q});
   machine.measure("spin up", AngularAccelerationMeasure{.of = p, .from = q});
   machine.measure("from afar", VelocityMeasure{.of = p, .part = VectorPart::size});
-  machine.measure("corner", CornerMeasure{{p, q, world_marker()}});
+  machine.measure("corner", CornerMeasure{{p, q, world}});
   const auto found = columns_of(machine);
   const auto gap = [](double t) { return length(first.point(p, t) - second.point(q, t)); };
   EXPECT_NEAR(found.at("gap"), gap(0), 1e-14);
