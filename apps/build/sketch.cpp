@@ -58,6 +58,24 @@ std::vector<std::vector<Vec2>> silhouette(const dem::TriangleMesh& mesh) {
 
 double distance(const Vec2& a, const Vec2& b) { return std::hypot(a[0] - b[0], a[1] - b[1]); }
 
+/// The point of the line from a to b that is nearest to p.
+Vec2 foot_on(const Vec2& a, const Vec2& b, const Vec2& p) {
+  const double ex = b[0] - a[0], ey = b[1] - a[1], square = ex * ex + ey * ey;
+  const double share = square > 0 ? std::clamp(((p[0] - a[0]) * ex + (p[1] - a[1]) * ey) / square, 0.0, 1.0) : 0.0;
+  return {a[0] + share * ex, a[1] + share * ey};
+}
+
+/// Whether a ray from p to the right crosses the polygon an odd number of times.
+bool holds(const std::vector<Vec2>& polygon, const Vec2& p) {
+  bool odd = false;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vec2 &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    if ((a[1] > p[1]) == (b[1] > p[1])) continue;
+    if (a[0] + (p[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) > p[0]) odd = !odd;
+  }
+  return odd;
+}
+
 class Draughtsman {
  public:
   explicit Draughtsman(const Scenario& s) : s_(s), machine_(*s.machine), poses_(start_poses(s)) {
@@ -77,10 +95,14 @@ class Draughtsman {
 
   Sketch finish() {
     add_given_shapes();
-    for (Sketch::Slide& s : sketch_.slides) s.block = s.block && !shaped_[static_cast<std::size_t>(s.b)];
+    for (Sketch::Slide& s : sketch_.slides)
+      if (shaped_[static_cast<std::size_t>(s.b)]) lay_under(s);
     measure();
     for (std::size_t i = 1; i < poses_.size(); ++i)
-      if (!shaped_[i]) add_body_from_points(static_cast<int>(i));
+      if (shaped_[i])
+        add_bars(static_cast<int>(i));
+      else
+        add_body_from_points(static_cast<int>(i));
     return std::move(sketch_);
   }
 
@@ -205,11 +227,46 @@ class Draughtsman {
         if (surface.body_index != body || std::holds_alternative<PlaneShape>(surface.shape)) continue;
         forget_disks(body);
         for (auto& loop : silhouette(drawn_mesh(surface, machine_)))
-          sketch_.outlines.push_back({body, std::move(loop)});
+          sketch_.outlines.push_back({body, std::move(loop), true, true});
         shaped_[i] = 1;
       }
     }
   }
+  /// A body with a shape of its own is no block: the line of its slide lies along its side.
+  void lay_under(Sketch::Slide& s) {
+    s.block = false;
+    const double turn = poses_[static_cast<std::size_t>(s.a)].angle + s.angle_a -
+                        poses_[static_cast<std::size_t>(s.b)].angle;  // of the line in b's axes
+    for (const auto& o : sketch_.outlines)
+      for (const Vec2& p : o.points)
+        if (o.body == s.b)
+          s.below = std::max(s.below, (p[0] - s.p_b[0]) * std::sin(turn) - (p[1] - s.p_b[1]) * std::cos(turn));
+  }
+
+  /// Bars from the joints that lie outside of what is drawn of a body to its nearest point.
+  void add_bars(int body) {
+    std::vector<Vec2> joints = points_[static_cast<std::size_t>(body)];
+    std::vector<Sketch::Outline> shapes;
+    for (const auto& o : sketch_.outlines)
+      if (o.body == body && o.closed) shapes.push_back(o);
+    for (const auto& d : sketch_.disks)
+      if (d.body == body) shapes.push_back({body, Sketch::circle(d.centre, d.radius)});
+    for (const Vec2& joint : joints) {
+      double least = INFINITY;
+      Vec2 nearest{};
+      for (const auto& shape : shapes) {
+        const std::vector<Vec2>& p = shape.points;
+        if (holds(p, joint)) least = 0;
+        for (std::size_t i = 0; i < p.size(); ++i) {
+          const Vec2 foot = foot_on(p[i], p[(i + 1) % p.size()], joint);
+          if (distance(foot, joint) < least) least = distance(foot, joint), nearest = foot;
+        }
+      }
+      if (least > 1e-3 * sketch_.size && std::isfinite(least))
+        sketch_.outlines.push_back({body, {nearest, joint}, false});
+    }
+  }
+
   /// The wheel that is drawn by its surface needs no circle of the same size beside it.
   void forget_disks(int body) {
     std::erase_if(sketch_.disks, [&](const Sketch::Disk& d) { return d.body == body; });
@@ -273,8 +330,35 @@ std::vector<Vec2> Sketch::circle(Vec2 centre, double radius) {
 
 Sketch sketch_of(const Scenario& scenario) { return Draughtsman(scenario).finish(); }
 
-std::vector<mbd::BodyState> start_poses(const Scenario& scenario) {
-  std::vector<mbd::BodyState> poses{mbd::BodyState{}};
+Poses displaced(const Poses& rest, const std::vector<double>& shape, double factor) {
+  Poses poses{rest.front()};
+  for (std::size_t i = 1; i < rest.size(); ++i) {
+    const double* const move = &shape[3 * (i - 1)];
+    poses.emplace_back(rest[i].r + factor * mbd::Vec2{move[0], move[1]}, rest[i].angle + factor * move[2], mbd::Vec2{},
+                       0.0);
+  }
+  return poses;
+}
+
+double picture_factor(const Sketch& sketch, const Poses& rest, const std::vector<double>& shape) {
+  constexpr double little = 1e-6;  // so little that turns move points along straight lines
+  const Poses moved = displaced(rest, shape, little);
+  double way = 0;
+  const auto take = [&](int body, const Vec2& p) {
+    const auto i = static_cast<std::size_t>(body);
+    way = std::max(way, mbd::length(moved[i].r + moved[i].world(p) - rest[i].r - rest[i].world(p)) / little);
+  };
+  for (const auto& o : sketch.outlines)
+    for (const Vec2& p : o.points) take(o.body, p);
+  for (const auto& d : sketch.disks) take(d.body, {d.centre[0] + d.radius, d.centre[1]});
+  for (const auto& s : sketch.slides) take(s.b, s.p_b);
+  if (!(way > 1e-6)) return 0;  // shapes have a largest entry of 1; what is left is rounding
+  const double wanted = 0.1 * sketch.size / way, power = std::pow(10, std::floor(std::log10(wanted)));
+  return std::floor(wanted / power) * power;
+}
+
+Poses start_poses(const Scenario& scenario) {
+  Poses poses{mbd::BodyState{}};
   for (const Body& b : scenario.machine->bodies)
     poses.emplace_back(mbd::Vec2{b.at[0], b.at[1]}, b.angle, mbd::Vec2{}, 0.0);
   return poses;

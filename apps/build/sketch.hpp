@@ -13,6 +13,7 @@ struct Sketch {
     int body;
     std::vector<Vec2> points;
     bool closed = true;
+    bool from_surface = false;
   };
   /// A wheel, gear or roller about a point of a body.
   struct Disk {
@@ -29,6 +30,7 @@ struct Sketch {
   struct Slide : Pair {
     double angle_a;
     bool block;
+    double below = 0;  ///< m; how far the outline of b reaches across the line, to its right
   };
   struct Link : Pair {
     enum class Kind { rod, spring, damper } kind;
@@ -55,11 +57,20 @@ struct Sketch {
   static std::vector<Vec2> circle(Vec2 centre, double radius);
 };
 
-/// Bodies are drawn by their `outline`, else by their surfaces seen along z, else by their joints: a bar between two
-/// points, the hull of more, a bar to the centre of mass from one. Reads mesh files.
+/// Joints that a body's own shape does not reach are joined to it by bars. Bodies are drawn by their `outline`, else by
+/// their surfaces seen along z, else by their joints: a bar between two points, the hull of more, a bar to the centre
+/// of mass from one. Reads mesh files.
 Sketch sketch_of(const Scenario& scenario);
 
-/// Where the bodies are in the scenario's start pose, ground first.
-std::vector<mbd::BodyState> start_poses(const Scenario& scenario);
+using Poses = std::vector<mbd::BodyState>;  ///< of all bodies, ground first
+
+/// Where the bodies are in the scenario's start pose.
+Poses start_poses(const Scenario& scenario);
+
+/// Poses moved by `factor` times a mode's shape: x, y and angle of every body but the ground, one after another.
+Poses displaced(const Poses& rest, const std::vector<double>& shape, double factor);
+/// The factor, of one digit, with which a shape moves some point of the picture by about a tenth of the machine;
+/// 0 for a shape that moves nothing.
+double picture_factor(const Sketch& sketch, const Poses& rest, const std::vector<double>& shape);
 
 }  // namespace subsoil::app

@@ -43,8 +43,27 @@ class Painter {
   }
   void shadow(const Sketch::Outline& o) { canvas_.line(spots(o), {kShadow.colour, o.closed ? 1.2 : 3.0}, o.closed); }
 
+  /// Cuts a line off at the edges of the view (Liang and Barsky); false when nothing is left.
+  bool clip(Spot& from, Spot& to) const {
+    const Spot low = view_.corner, high = low + view_.scale * Spot{view_.seen.width(), view_.seen.height()};
+    const Spot d = to - from;
+    double begin = 0, end = 1;
+    const auto cut = [&](double step, double room) {  // step * share <= room
+      if (step == 0) return room >= 0;
+      (step > 0 ? end : begin) = step > 0 ? std::min(end, room / step) : std::max(begin, room / step);
+      return begin < end;
+    };
+    if (!cut(d.x, high.x - from.x) || !cut(-d.x, from.x - low.x) || !cut(d.y, high.y - from.y) ||
+        !cut(-d.y, from.y - low.y))
+      return false;
+    const Spot origin = from;
+    from = origin + begin * d, to = origin + end * d;
+    return true;
+  }
+
   /// Short strokes on the right of a line, as of solid ground.
   void hatch(Spot from, Spot to) {
+    if (!clip(from, to)) return;
     const double size = length(to - from);
     if (!(size > 0)) return;
     const Spot e = (1 / size) * (to - from), stroke = kUnit * (Spot{} - turned(e) - e);
@@ -83,11 +102,11 @@ class Painter {
     const Spot origin = at(s.a, s.p_a), beyond = 3.2 * kUnit * e;
     Spot tail = origin + view_.scale * from * e - beyond, head = origin + view_.scale * to * e + beyond;
     if (s.a != mbd::ground) {
-      canvas_.line({tail, head}, {MechanismDrawing::colour_of(s.a), 1.4});
+      if (clip(tail, head)) canvas_.line({tail, head}, {MechanismDrawing::colour_of(s.a), 1.4});
       return;
     }
     if (e.x < 0 || (e.x == 0 && e.y > 0)) std::swap(tail, head), e = -1.0 * e;  // solid ground is below, or on the left
-    const Spot below = s.block ? -1.3 * kUnit * turned(e) : Spot{};
+    const Spot below = -(s.block ? 1.3 * kUnit : view_.scale * s.below) * turned(e);
     hatch(tail + below, head + below);
   }
   void block(const Sketch::Slide& s) {
@@ -128,22 +147,10 @@ class Painter {
 
   /// A straight side, as far as it is in the view.
   void side(const Sketch::Side& s) {
-    const mbd::Vec2 p = world(poses_, s.body, s.point);
-    const double turn = angle(poses_, s.body) + s.angle, e[2] = {std::cos(turn), std::sin(turn)};
-    const double at[2] = {p.x, p.y}, low[2] = {view_.seen.left, view_.seen.low},
-                 high[2] = {view_.seen.right, view_.seen.high};
-    double from = -INFINITY, to = INFINITY;
-    for (int d = 0; d < 2; ++d) {
-      if (std::abs(e[d]) < 1e-12) {
-        if (at[d] < low[d] || at[d] > high[d]) return;
-        continue;
-      }
-      const double one = (low[d] - at[d]) / e[d], other = (high[d] - at[d]) / e[d];
-      from = std::max(from, std::min(one, other)), to = std::min(to, std::max(one, other));
-    }
-    if (from >= to) return;
-    const Spot tail = view_({at[0] + from * e[0], at[1] + from * e[1]}),
-               head = view_({at[0] + to * e[0], at[1] + to * e[1]});
+    const double turn = angle(poses_, s.body) + s.angle, far = 4 * (view_.seen.width() + view_.seen.height());
+    const Spot at_point = at(s.body, s.point), reach = view_.scale * far * Spot{std::cos(turn), std::sin(turn)};
+    Spot tail = at_point - reach, head = at_point + reach;
+    if (!clip(tail, head)) return;
     if (s.body == mbd::ground)
       hatch(tail, head);
     else
@@ -197,10 +204,10 @@ void MechanismDrawing::draw(Canvas& canvas, const View& view, const Poses& poses
   for (const auto& o : sketch_.outlines) paint.shape(o);
   for (const auto& l : sketch_.links) paint.link(l);
   for (const auto& s : sketch_.slides) paint.block(s);
-  for (const auto& p : sketch_.welds) paint.weld(p);
-  for (const auto& p : sketch_.pins) paint.pin(p);
   for (const auto& m : sketch_.markers)
     if (m.body != mbd::ground) paint.marker(m);
+  for (const auto& p : sketch_.welds) paint.weld(p);
+  for (const auto& p : sketch_.pins) paint.pin(p);
 }
 
 void MechanismDrawing::draw_shadow(Canvas& canvas, const View& view, const Poses& poses) const {

@@ -8,8 +8,6 @@
 
 namespace subsoil::app {
 
-using Poses = std::vector<mbd::BodyState>;  ///< of all bodies, ground first
-
 /// A rectangle of the machine's plane, m.
 struct Extent {
   double left = std::numeric_limits<double>::infinity(), right = -left, low = left, high = -left;

@@ -72,14 +72,26 @@ std::vector<Run> read_runs(const std::vector<std::filesystem::path>& directories
   return runs;
 }
 
+/// The wished columns; `foot` stands for all of foot.x, foot.y ...
+std::vector<std::string> expanded(const std::vector<Run>& runs, const std::vector<std::string>& wished) {
+  std::vector<std::string> names;
+  for (const std::string& wish : wished) {
+    const std::size_t before = names.size();
+    for (const Run& run : runs)
+      for (const SeriesColumn& column : run.series.columns)
+        if (column.name == wish || column.name.rfind(wish + ".", 0) == 0)
+          if (std::find(names.begin(), names.end(), column.name) == names.end()) names.push_back(column.name);
+    if (names.size() == before) runs.front().series.at(wish);  // refuses, naming what there is
+  }
+  return names;
+}
+
 /// What is drawn, in the order of the panels: names wished for, or every watch that any run has.
 std::vector<std::string> choose_columns(const std::vector<Run>& runs, const std::vector<std::string>& wished) {
   const auto some_run_has = [&](const std::string& name) {
     return std::any_of(runs.begin(), runs.end(), [&](const Run& run) { return run.series.find(name) >= 0; });
   };
-  for (const auto& name : wished)
-    if (!some_run_has(name)) runs.front().series.at(name);  // refuses, naming what there is
-  if (!wished.empty()) return wished;
+  if (!wished.empty()) return expanded(runs, wished);
   std::vector<std::string> names;
   const auto add = [&](const std::string& name) {
     if (some_run_has(name) && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);

@@ -85,46 +85,18 @@ Panel before_and_after(const Run& run) {
   return {poses_at(run, 0), start_poses(run.scenario), fmt::format("{}; as given: grey", found)};
 }
 
-/// The pose moved along a mode's shape, `factor` times its table.
-Poses displaced(const Poses& rest, const Series& modes, std::size_t mode, const std::vector<Body>& bodies,
-                double factor) {
-  Poses poses{rest.front()};
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    const auto part = [&](const char* axis) { return factor * modes.at(bodies[i].name + axis + ".real")[mode]; };
-    const mbd::BodyState& b = rest[i + 1];
-    poses.emplace_back(b.r + mbd::Vec2{part(".x"), part(".y")}, b.angle + part(".angle"), mbd::Vec2{}, 0.0);
-  }
-  return poses;
-}
-
-/// Largest way that a point of the picture goes between two poses, m.
-double largest_move(const Sketch& sketch, const Poses& from, const Poses& to) {
-  double move = 0;
-  const auto take = [&](int body, const Vec2& p) {
-    const auto i = static_cast<std::size_t>(body);
-    move = std::max(move, length(to[i].r + to[i].world(p) - from[i].r - from[i].world(p)));
-  };
-  for (const auto& o : sketch.outlines)
-    for (const Vec2& p : o.points) take(o.body, p);
-  for (const auto& d : sketch.disks) take(d.body, {d.centre[0] + d.radius, d.centre[1]});
-  for (const auto& p : sketch.pins) take(p.b, p.p_b);
-  for (const auto& s : sketch.slides) take(s.b, s.p_b);
-  return move;
-}
-
 std::vector<Panel> shapes(const Run& run, const std::filesystem::path& directory, const Sketch& sketch, int count) {
   const Series modes = read_series(directory / "modes.csv");
-  const std::vector<Body>& bodies = run.scenario.machine->bodies;
   const Poses rest = poses_at(run, 0);
   std::vector<Panel> panels;
   for (std::size_t k = 0; k < modes.rows() && panels.size() < static_cast<std::size_t>(count); ++k) {
-    constexpr double small = 1e-6;  // so that turns move points along straight lines
-    const double move = largest_move(sketch, rest, displaced(rest, modes, k, bodies, small)) / small;
-    if (!(move > 0)) continue;  // a coordinate that nothing holds has no shape
-    const double power = std::pow(10, std::floor(std::log10(0.1 * sketch.size / move)));
-    const double factor = std::floor(0.1 * sketch.size / move / power) * power;
-    panels.push_back({displaced(rest, modes, k, bodies, factor), rest,
-                      fmt::format("mode {}: {:.4g} Hz, damping {:.3g}, shape x {:.1g}", modes.at("mode")[k],
+    std::vector<double> shape;
+    for (const Body& b : run.scenario.machine->bodies)
+      for (const char* axis : {".x.real", ".y.real", ".angle.real"}) shape.push_back(modes.at(b.name + axis)[k]);
+    const double factor = picture_factor(sketch, rest, shape);
+    if (factor == 0) continue;  // a coordinate that nothing holds has no shape
+    panels.push_back({displaced(rest, shape, factor), rest,
+                      fmt::format("mode {}: {:.4g} Hz, damping {:.2g}, shape x {:.1g}", modes.at("mode")[k],
                                   modes.at("frequency")[k], modes.at("damping ratio")[k], factor),
                       0});
   }
