@@ -12,7 +12,7 @@ bodies without surfaces as outlines, joints as dots.
     --hide NAME               surface not to draw, may be given several times
     --walls                   draw the container's floor and walls too
     --from X Y Z              direction from which to look (default: 0.75 0.55 1.2, from ahead, above and aside; without
-                              soil 0 0 1, the plane of the machine)
+                              soil 0.3 0.25 1, of outlines alone 0 0 1)
     --movie FILE              all frames: film.png becomes film.0000.png ... (modes go once around, one after another)
     --zoom FACTOR             nearer (default: 1)
     --size WIDTHxHEIGHT       pixels (default: 1600x900)
@@ -306,7 +306,9 @@ def aim(view, reader, kinds, soil, times, arguments):
     if soil is None:
         machine = pick_blocks(reader, kinds.machine)
         bounds = swept_bounds(machine, times if arguments.movie else [view.ViewTime])
-        place_flat_camera(view, bounds, arguments.direction or (0, 0, 1), arguments.zoom)
+        # Solids that are looked at straight on run together; outlines are best seen so.
+        straight = (0.3, 0.25, 1) if kinds.solids else (0, 0, 1)
+        place_flat_camera(view, bounds, arguments.direction or straight, arguments.zoom)
         return
     tools = [arguments.focus] if arguments.focus else [
         n for n in kinds.solids if not any(word in n.lower() for word in SURROUNDINGS)]

@@ -96,7 +96,7 @@ class Draughtsman {
   Sketch finish() {
     add_given_shapes();
     for (Sketch::Slide& s : sketch_.slides)
-      if (shaped_[static_cast<std::size_t>(s.b)]) lay_under(s);
+      if (s.block && shaped_[static_cast<std::size_t>(s.b)]) lay_under(s);
     measure();
     for (std::size_t i = 1; i < poses_.size(); ++i)
       if (shaped_[i])
@@ -151,7 +151,7 @@ class Draughtsman {
     point(sketch_.slides.back().b, sketch_.slides.back().p_b);
   }
   void take(const mbd::PointOnLine& j) {
-    sketch_.slides.push_back({{j.body_a, j.body_b, j.p_a, j.p_b}, j.angle_a, false});
+    sketch_.slides.push_back({{j.body_a, j.body_b, j.p_a, j.p_b}, j.angle_a, false, true});
     point(j.body_b, j.p_b);
   }
   void take(const mbd::Distance& j) { add_link(Sketch::Link::Kind::rod, j.body_a, j.body_b, j.p_a, j.p_b); }

@@ -29,7 +29,7 @@ struct Sketch {
   /// What moves along a line of body a, at angle_a in its axes: a block, or a pin in a slot.
   struct Slide : Pair {
     double angle_a;
-    bool block;
+    bool block, slot = false;
     double below = 0;  ///< m; how far the outline of b reaches across the line, to its right
   };
   struct Link : Pair {

@@ -49,8 +49,8 @@ struct Frame {
   std::span<const int> contacts;
   std::span<const dem::Pose>
       surfaces;  ///< one per surface of the list, in its order; of fixed and deforming surfaces it is not read
-  std::span<const std::vector<dem::Vec3>> deformed;  ///< vertices in world axes, one list per deforming surface
-  std::span<const double> values;                    ///< as RunOptions::values; may be empty
+  std::span<const std::vector<dem::Vec3>> deformed{};  ///< vertices in world axes, one list per deforming surface
+  std::span<const double> values{};                    ///< as RunOptions::values; may be empty
 };
 
 /// How numbers are kept. `rounded` is float32 whose last bits are noise to physics and are set to zero, because they

@@ -36,7 +36,7 @@ std::string escaped(const std::string& text) {
 }
 
 std::string array_xml(const XdmfArray& array) {
-  return fmt::format(R"(<DataItem Format="HDF" NumberType="{}" FramePrecision="{}" Dimensions="{}">{}</DataItem>)",
+  return fmt::format(R"(<DataItem Format="HDF" NumberType="{}" Precision="{}" Dimensions="{}">{}</DataItem>)",
                      array.real ? "Float" : "Int", array.bytes, fmt::join(array.dimensions, " "),
                      escaped(array.location));
 }

@@ -111,10 +111,8 @@ class Painter {
   }
   void block(const Sketch::Slide& s) {
     const Spot spot = at(s.b, s.p_b), e = 2.1 * kUnit * along(s), n = 1.3 * kUnit * turned(along(s));
-    if (!s.block) {
-      canvas_.disk(spot, 0.75 * kUnit, "#ffffff", kInk);
-      return;
-    }
+    if (s.slot) canvas_.disk(spot, 0.75 * kUnit, "#ffffff", kInk);
+    if (!s.block) return;
     const std::vector<Spot> box{spot - e - n, spot + e - n, spot + e + n, spot - e + n};
     canvas_.area(box, "#ffffff");
     canvas_.area(box, MechanismDrawing::colour_of(s.b), 0.72);
