@@ -187,21 +187,23 @@ def show_solid(surfaces, view):
     display.Interpolation = "Flat"  # edges of steel are sharp
 
 
+def show_plain(part, view, representation, colour):
+    display = simple.Show(part, view)
+    display.SetRepresentationType(representation)
+    simple.ColorBy(display, ("POINTS", ""))
+    display.AmbientColor = display.DiffuseColor = colour
+    return display
+
+
 def show_lines(lines, view):
     """Outlines of bodies, springs and links."""
-    display = simple.Show(lines, view)
-    display.SetRepresentationType("Surface")
-    simple.ColorBy(display, ("POINTS", ""))
-    display.AmbientColor = display.DiffuseColor = [0.05, 0.36, 0.60]
+    display = show_plain(lines, view, "Surface", [0.05, 0.36, 0.60])
     display.LineWidth, display.RenderLinesAsTubes = 4, 1
 
 
 def show_dots(dots, view):
     """Joints and markers."""
-    display = simple.Show(dots, view)
-    display.SetRepresentationType("Points")
-    simple.ColorBy(display, ("POINTS", ""))
-    display.AmbientColor = display.DiffuseColor = [0.15, 0.15, 0.15]
+    display = show_plain(dots, view, "Points", [0.15, 0.15, 0.15])
     display.PointSize, display.RenderPointsAsSpheres = 11, 1
 
 

@@ -16,7 +16,7 @@ void add_line(OutputSurface& to, const std::vector<Vec2>& points, bool closed) {
 }  // namespace
 
 MechanismFrames::MechanismFrames(const Scenario& scenario) : sketch_(sketch_of(scenario)) {
-  for (std::size_t body = 1; body < sketch_.names.size(); ++body) {
+  for (std::size_t body = 0; body < sketch_.names.size(); ++body) {  // the ground too: a track, a fixed gear
     OutputSurface lines{sketch_.names[body] + " outline", {}, {}, true};
     for (const auto& o : sketch_.outlines)
       if (o.body == static_cast<int>(body) && !o.from_surface) add_line(lines, o.points, o.closed);
