@@ -354,7 +354,7 @@ double picture_factor(const Sketch& sketch, const Poses& rest, const std::vector
   for (const auto& s : sketch.slides) take(s.b, s.p_b);
   if (!(way > 1e-6)) return 0;  // shapes have a largest entry of 1; what is left is rounding
   const double wanted = 0.1 * sketch.size / way, power = std::pow(10, std::floor(std::log10(wanted)));
-  return std::floor(wanted / power) * power;
+  return std::round(wanted / power) * power;
 }
 
 Poses start_poses(const Scenario& scenario) {

@@ -66,8 +66,8 @@ TEST(ScenarioMeasures, AMarkerIsAPointOfTheStartPoseInItsBodysAxes) {
 TEST(ScenarioMeasures, ColumnsCarryTheMeasuresNames) {
   const auto machine = build_machine(load_scenario_text(pendulum(), "rod.yaml"));
   const std::vector<std::string> names(machine->column_names().end() - 10, machine->column_names().end());
-  const std::vector<std::string> expected{"path.x",      "path.y",      "speed",            "bend", "gap",
-                                          "pin force.x", "pin force.y", "pin force.moment", "pull", "swing"};
+  const std::vector<std::string> expected{"path.x",      "path.y",           "speed", "bend", "gap", "pin force.x",
+                                          "pin force.y", "pin force.moment", "pull",  "swing"};
   EXPECT_EQ(names, expected);
   const std::vector<std::string> units(machine->column_units().end() - 10, machine->column_units().end());
   const std::vector<std::string> wanted{"m", "m", "m/s", "rad", "m", "N", "N", "N m", "N m", "J"};
@@ -82,9 +82,10 @@ TEST(ScenarioMeasures, CopyReadsBackTheSame) {
 }
 
 TEST(ScenarioMeasures, RefusalsNamePlaceRuleAndCure) {
-  EXPECT_EQ(refusal("position: tip", "position: tipp"),
-            "rod.yaml:16:22 machine.measures.path.position = tipp: there is no marker or body of this name; did you mean "
-            "`tip`?");
+  EXPECT_EQ(
+      refusal("position: tip", "position: tipp"),
+      "rod.yaml:16:22 machine.measures.path.position = tipp: there is no marker or body of this name; did you mean "
+      "`tip`?");
   EXPECT_EQ(refusal("[base, middle, tip]", "[base, tip]"),
             "rod.yaml:18:20 machine.measures.bend.corner = [base, tip]: must be a list of 3 markers or bodies, such as "
             "[base, elbow, tip]");
@@ -94,11 +95,12 @@ TEST(ScenarioMeasures, RefusalsNamePlaceRuleAndCure) {
   EXPECT_EQ(refusal("reaction: pin", "reaction: pim"),
             "rod.yaml:20:27 machine.measures.pin force.reaction = pim: there is no joint of this name; did you mean "
             "`pin`?");
-  EXPECT_EQ(refusal("on: ground", "on: weight"),
-            "rod.yaml:20:16 machine.measures.pin force: joint 'pin' does not act on 'weight'; let `on` be one of ground, "
-            "rod");
+  EXPECT_EQ(
+      refusal("on: ground", "on: weight"),
+      "rod.yaml:20:16 machine.measures.pin force: joint 'pin' does not act on 'weight'; let `on` be one of ground, "
+      "rod");
   EXPECT_EQ(refusal("component: size", "component: z"),
-            "rod.yaml:17:39 machine.measures.speed.component = z: unknown word; known here: both, x, y, size");
+            "rod.yaml:17:39 machine.measures.speed.component = z: unknown word; did you mean `x`?");
   EXPECT_EQ(refusal("tip: {body: rod,", "tip: {body: rob,"),
             "rod.yaml:8:17 machine.markers.tip.body = rob: there is no body of this name; did you mean `rod`?");
   EXPECT_EQ(refusal("-0.1 m, 1 0 m, -1 0.1 m]", "-0.1 m, 1 0 m]"),
