@@ -6,25 +6,13 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "libmbd/bodies_of.hpp"
+
 namespace subsoil::mbd {
 
 namespace {
 
 [[noreturn]] void refuse(const std::string& text) { throw std::invalid_argument(text); }
-
-/// The bodies that an element names, whichever way it does.
-template <class Element>
-std::vector<int> bodies_of(const Element& e) {
-  if constexpr (requires { e.body_a(); }) {
-    return {e.body_a(), e.body_b()};
-  } else if constexpr (requires { e.body_c; }) {
-    return {e.body_a, e.body_b, e.body_c};
-  } else if constexpr (requires { e.body_a; }) {
-    return {e.body_a, e.body_b};
-  } else {
-    return {e.body};
-  }
-}
 
 /// Longest lever of a point from its body's centre of gravity, points on the ground do not count; or how far the
 /// element itself reaches (the length of a link, the radius of a disk) where it knows.

@@ -5,6 +5,7 @@
 
 #include "apps/commands/commands.hpp"
 #include "apps/plot/plot.hpp"
+#include "apps/plot/strip.hpp"
 #include "apps/scenario/load.hpp"
 #include "apps/version.hpp"
 
@@ -17,6 +18,41 @@ void add_scenario(CLI::App& command, RunRequest& request, std::string& simd) {
       ->allow_extra_args(false);
   command.add_option("--threads", request.threads, "threads of the bed; default: as the scenario says, else all cores");
   command.add_option("--simd", simd, "instruction set: auto, portable, avx2, avx512");
+}
+
+/// `subsoil plot`: what it was asked to draw.
+struct PlotRequest {
+  std::vector<std::filesystem::path> runs;
+  std::filesystem::path picture = "plot.png";
+  PlotOptions curves;
+  StripOptions strip;
+};
+
+void add_plot(CLI::App& command, PlotRequest& request) {
+  command.add_option("runs", request.runs, "result directories")->required();
+  command.add_option("--out", request.picture, "picture: .png, .svg or .pdf");
+  CLI::Option* columns =
+      command.add_option("--columns", request.curves.columns, "columns of series.csv to draw instead")->delimiter(',');
+  command
+      .add_option("--strip", request.strip.count,
+                  "draw the mechanism at so many instants instead; of modes: so many shapes")
+      ->check(CLI::PositiveNumber)
+      ->excludes(columns);
+  command.add_option("--times", request.strip.times, "instants of the strip, s")->delimiter(',')->excludes(columns);
+  command
+      .add_option("--paths", request.strip.paths, "markers and bodies whose paths the strip shows; default: markers")
+      ->delimiter(',');
+  command.add_option("--follow", request.strip.follow, "body that stays in its place in the strip");
+}
+
+void draw(const PlotRequest& request, bool strip_wanted) {
+  if (strip_wanted && request.runs.size() != 1)
+    throw std::invalid_argument("--strip: draws one run; name a single result directory");
+  if (strip_wanted || (request.runs.size() == 1 && request.curves.columns.empty() && is_still(request.runs.front())))
+    strip(request.runs.front(), request.picture, request.strip);
+  else
+    plot(request.runs, request.picture, request.curves);
+  std::cout << request.picture.string() << "\n";
 }
 
 /// Runs one command; faults become messages and exit codes here and nowhere else.
@@ -65,14 +101,10 @@ int main_command(int argc, char** argv) {
   CLI::App* reference_word =
       app.add_subcommand("reference", "print the reference of all scenario keys (docs/scenario.md)");
 
-  std::vector<std::filesystem::path> directories;
-  std::filesystem::path picture = "plot.png";
-  PlotOptions plot_options;
-  CLI::App* plot_word =
-      app.add_subcommand("plot", "draw pull, draft, spring force, pitch and height of one or more runs");
-  plot_word->add_option("runs", directories, "result directories")->required();
-  plot_word->add_option("--out", picture, "picture: .png, .svg or .pdf");
-  plot_word->add_option("--columns", plot_options.columns, "columns of series.csv to draw instead")->delimiter(',');
+  PlotRequest plot_request;
+  CLI::App* plot_word = app.add_subcommand(
+      "plot", "draw pull, draft, spring force, pitch and height of one or more runs, or a mechanism's positions");
+  add_plot(*plot_word, plot_request);
 
   try {
     app.parse(argc, argv);
@@ -86,10 +118,7 @@ int main_command(int argc, char** argv) {
     if (explain_word->parsed()) std::cout << explain(path);
     if (new_word->parsed()) std::cout << new_scenario();
     if (reference_word->parsed()) std::cout << reference_markdown();
-    if (plot_word->parsed()) {
-      plot(directories, picture, plot_options);
-      std::cout << picture.string() << "\n";
-    }
+    if (plot_word->parsed()) draw(plot_request, plot_word->count("--strip") + plot_word->count("--times") > 0);
     return exit_ok;
   });
 }

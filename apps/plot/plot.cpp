@@ -72,14 +72,26 @@ std::vector<Run> read_runs(const std::vector<std::filesystem::path>& directories
   return runs;
 }
 
+/// The wished columns; `foot` stands for all of foot.x, foot.y ...
+std::vector<std::string> expanded(const std::vector<Run>& runs, const std::vector<std::string>& wished) {
+  std::vector<std::string> names;
+  for (const std::string& wish : wished) {
+    const std::size_t before = names.size();
+    for (const Run& run : runs)
+      for (const SeriesColumn& column : run.series.columns)
+        if (column.name == wish || column.name.rfind(wish + ".", 0) == 0)
+          if (std::find(names.begin(), names.end(), column.name) == names.end()) names.push_back(column.name);
+    if (names.size() == before) runs.front().series.at(wish);  // refuses, naming what there is
+  }
+  return names;
+}
+
 /// What is drawn, in the order of the panels: names wished for, or every watch that any run has.
 std::vector<std::string> choose_columns(const std::vector<Run>& runs, const std::vector<std::string>& wished) {
   const auto some_run_has = [&](const std::string& name) {
     return std::any_of(runs.begin(), runs.end(), [&](const Run& run) { return run.series.find(name) >= 0; });
   };
-  for (const auto& name : wished)
-    if (!some_run_has(name)) runs.front().series.at(name);  // refuses, naming what there is
-  if (!wished.empty()) return wished;
+  if (!wished.empty()) return expanded(runs, wished);
   std::vector<std::string> names;
   const auto add = [&](const std::string& name) {
     if (some_run_has(name) && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
@@ -164,31 +176,18 @@ class Sheet {
     top_ = 46;
     height_ = top_ + 58 + static_cast<int>(columns.size()) * options.panel_height;
     script_ = fmt::format(
-        "set encoding utf8\nset terminal {}\nset output {{out}}\n"
+        "set encoding utf8\n{}set output {{out}}\n"
         "set border 3 linecolor rgb '#555555'\nset tics nomirror out scale 0.6 textcolor rgb '#222222'\n"
         "set grid xtics ytics linetype 1 linewidth 0.6 linecolor rgb '#e4e4e4'\nset mxtics 2\n"
         "set xzeroaxis linetype 1 linewidth 1 linecolor rgb '#999999'\n"
         "set xrange [{:.9g}:{:.9g}]\nset multiplot\nset lmargin at screen {:.5f}\nset rmargin at screen 0.975\n",
-        terminal_of(terminal), time_.low, time_.high, 92.0 / options.width);
+        gnuplot_terminal(terminal, options.width, height_), time_.low, time_.high, 92.0 / options.width);
     for (std::size_t i = 0; i < columns.size(); ++i) add_panel(i);
     script_ += "unset multiplot\nunset output\n";
   }
   const std::string& script() const { return script_; }
 
  private:
-  std::string terminal_of(const std::string& kind) const {
-    if (kind == ".png")
-      return fmt::format("pngcairo noenhanced size {},{} font 'DejaVu Sans,11' background rgb 'white'", options_.width,
-                         height_);
-    if (kind == ".svg")
-      return fmt::format("svg noenhanced size {},{} font 'DejaVu Sans,13' background rgb 'white'", options_.width,
-                         height_);
-    if (kind == ".pdf")
-      return fmt::format("pdfcairo noenhanced size {:.2f},{:.2f} font 'DejaVu Sans,11'", options_.width / 100.0,
-                         height_ / 100.0);
-    throw std::runtime_error("plot file: its suffix must be .png, .svg or .pdf, not '" + kind + "'");
-  }
-
   void add_block(const std::string& name, const Line& line, double factor) {
     script_ += '$' + name + " << EOD\n";
     for (std::size_t i = 0; i < line.x.size(); ++i) {

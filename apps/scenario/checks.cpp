@@ -189,13 +189,28 @@ struct Checker {
         refuse(path + ".material", "is missing; a surface in soil needs a material, or `touches soil: no`");
       }
     }
+    measures(m);
     for (const NamedForce& force : m.forces)
       if (const auto* friction = std::get_if<mbd::JointFriction>(&force.element))
         refer("machine.forces." + force.name + ".joint friction", friction->joint, names_of(m.joints), "joint");
     wheels(m);
   }
 
-  /// Names become columns: one thing per name, over bodies, joints, drivers, forces and boundaries.
+  void measures(const Machine& m) {
+    for (const NamedMeasure& measure : m.measures) {
+      const std::string path = "machine.measures." + measure.name;
+      if (const auto* reaction = std::get_if<mbd::ReactionMeasure>(&measure.element))
+        refer(path + ".reaction", reaction->element, names_of(m.joints), "joint");
+      if (const auto* force = std::get_if<mbd::ForceMeasure>(&measure.element))
+        refer(path + ".force", force->element, names_of(m.forces), "force");
+      for (const Watch& watch : s.output.watch)
+        if (watch.name == measure.name)
+          refuse("output.watch." + watch.name, "is a measure of the machine, which is a column by itself; drop one");
+      if (measure.name == "time") refuse(path, "the name is that of the first column; take another");
+    }
+  }
+
+  /// Names become columns: one thing per name, over bodies, markers, joints, drivers, forces, measures and boundaries.
   void unique_names(const Machine& m) {
     std::map<std::string, std::string> taken;
     for (const Boundary& b : s.boundaries) taken.emplace(b.name, "boundaries");
@@ -209,9 +224,11 @@ struct Checker {
       }
     };
     take(names_of(m.bodies), "bodies");
+    take(names_of(m.markers), "markers");
     take(names_of(m.joints), "joints");
     take(names_of(m.drivers), "drivers");
     take(names_of(m.forces), "forces");
+    take(names_of(m.measures), "measures");
   }
 
   void wheels(const Machine& m) {
@@ -330,7 +347,7 @@ struct Checker {
   void watch(const std::string& path, const Watch& watch) {
     const Machine none, &m = s.machine ? *s.machine : none;
     Names bodies = names_of(m.bodies), joints = names_of(m.joints), drivers = names_of(m.drivers),
-          forces = names_of(m.forces);
+          forces = names_of(m.forces), measures = names_of(m.measures);
     Names touched = bodies;
     for (const Boundary& b : s.boundaries) touched.push_back(b.name);
     if (s.soil && s.soil->container) touched.push_back("container");
@@ -352,7 +369,8 @@ struct Checker {
         const std::size_t dot = watch.of.find('.');
         if (dot == std::string::npos) break;  // a column of the whole run, such as an energy
         Names all = touched;
-        for (const Names* more : {&joints, &drivers, &forces}) all.insert(all.end(), more->begin(), more->end());
+        for (const Names* more : {&joints, &drivers, &forces, &measures})
+          all.insert(all.end(), more->begin(), more->end());
         const std::string owner = watch.of.substr(0, dot);
         if (!holds(all, owner)) {
           refuse(path, watch.of, fmt::format("nothing is named `{}`{}", owner, suggestion(owner, all)));

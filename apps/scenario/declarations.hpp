@@ -210,6 +210,10 @@ void describe(V& v, Body& b) {
   v.quantity("angle", b.angle, "rad", "(-inf, inf)", "of the body's axes in the start pose, counter-clockwise");
   v.vector("velocity", b.velocity, "m/s", "of the centre of mass at the start");
   v.quantity("spin", b.spin, "rad/s", "(-inf, inf)", "at the start, counter-clockwise");
+  v.optional_outline(
+      "outline", b.outline,
+      "points `x y` of its outline in pictures, in its own axes, or a CSV file of them whose header names "
+      "the unit; left out: drawn from its surfaces, else from its joints");
 }
 
 template <class V>
@@ -227,9 +231,11 @@ void describe(V& v, Surface& s) {
 template <class V>
 void describe(V& v, Machine& m) {
   v.named("bodies", m.bodies, "rigid bodies in the x-y plane; `ground` is always there");
+  v.named("markers", m.markers, "points with axes on bodies or the ground, for measures and pictures");
   v.elements("joints", m.joints, "constraints between bodies");
   v.elements("drivers", m.drivers, "motions given as functions of time");
   v.elements("forces", m.forces, "springs, dampers, loads, wheels");
+  v.elements("measures", m.measures, "columns of your own: what is measured of markers, joints, forces and bodies");
   v.named("surfaces", m.surfaces, "what of the bodies meets the soil, or is drawn");
   v.start("start", m.start, "`pose` as given, or {towing equilibrium: speed}: the steady state found by the program");
   v.choice("redundant", m.redundant,

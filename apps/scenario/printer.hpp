@@ -113,7 +113,12 @@ class Printer {
   void unit(const char* key, double& size, const char* expected, const char* meaning) {
     quantity(key, size, expected, "(0, inf)", std::string(meaning) + ": `mm`, `m`, ...");
   }
-  void outline(const char* key, std::vector<Vec2>& points, const char* meaning);
+  void outline(const char* key, std::vector<Vec2>& points, const char* meaning) {
+    print_outline(key, points, meaning, true);
+  }
+  void optional_outline(const char* key, std::vector<Vec2>& points, const char* meaning) {
+    print_outline(key, points, meaning, false);
+  }
   void table(const char* key, std::vector<double>& xs, std::vector<double>& ys, const std::string& x_unit,
              const std::string& y_unit, const char* meaning);
   void function(const char* key, Function& value, const std::string& unit, const char* meaning) {
@@ -135,6 +140,22 @@ class Printer {
   }
   void joint(const char* key, std::string& value, const char* meaning) {
     reference(key, value, Family::joint, meaning);
+  }
+  void force(const char* key, std::string& value, const char* meaning) {
+    reference(key, value, Family::force, meaning);
+  }
+  void marker(const char* key, mbd::Marker& value, const char* meaning) {
+    name_like(key, value.name, "name of a marker or body", meaning, true);
+  }
+  void optional_marker(const char* key, mbd::Marker& value, const char* meaning) {
+    name_like(key, value.name, "name of a marker or body", meaning, false);
+  }
+  template <std::size_t count>
+  void markers(const char* key, std::array<mbd::Marker, count>& values, const char* meaning) {
+    std::vector<std::string> names;
+    for (const mbd::Marker& m : values) names.push_back(m.name);
+    leaf(key, values[0].name.empty() ? Node{} : sequence(names), std::to_string(count) + " markers or bodies", "",
+         meaning, true);
   }
   void pair(const char* key, std::array<std::string, 2>& value, Family family, const char* meaning);
 
@@ -330,6 +351,7 @@ class Printer {
   void numbers(const char* key, const std::vector<double>& values, const std::string& unit, std::size_t size,
                bool needed, const std::string& meaning);
   void name_like(const char* key, const std::string& value, const std::string& what, const char* meaning, bool needed);
+  void print_outline(const char* key, const std::vector<Vec2>& points, const char* meaning, bool needed);
   void points(const char* key, const Vec2& p_a, const Vec2& p_b, const char* meaning, bool needed);
   void print_function(const char* key, const Function& value, const std::string& unit, const char* meaning,
                       bool needed);
