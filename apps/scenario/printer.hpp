@@ -1,6 +1,7 @@
 #pragma once
 #include <cmath>
 #include <concepts>
+#include <functional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -124,6 +125,10 @@ class Printer {
   }
   void optional_characteristic(const char* key, mbd::Characteristic& value, const std::string& x_unit,
                                const std::string& unit, const char* meaning);
+  void formula(const char* key, std::string& text, std::function<double(double, double, double)>&,
+               const char* meaning) {
+    name_like(key, text, "formula", meaning, true);
+  }
   void expression(const char* key, mbd::ExpressionFunction& value, const std::string& unit, const std::string& meaning);
 
   // -- names of other things --

@@ -60,6 +60,12 @@ struct Filler {
     points = {{-1, 0}, {-0.4, 0.7}, {0.3, 0.9}, {1.1, 0.4}, {1.3, -0.6}};
   }
   void joint(const char* k, std::string& name, const char*) { key(k), name = "pin"; }
+  /// A variant: its first kind.
+  template <class Variant>
+  void form(const char*, Variant& value, const char*) {
+    Filler kind;
+    std::get<0>(value).describe(kind);
+  }
   template <class E>
   void choice(const char*, E&, std::initializer_list<std::pair<const char*, std::type_identity_t<E>>>, const char*) {}
   void function(const char*, Function& f, const char*, const char*) {
