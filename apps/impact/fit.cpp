@@ -23,13 +23,13 @@ constexpr double not_measured = std::numeric_limits<double>::quiet_NaN();
 constexpr double apart = 1e7;  ///< condition of the scaled Jacobian beyond which parameters cannot be told apart
 
 /// A column of measurements: its name, dimension, and what the model says of it.
-struct Column {
+struct FitColumn {
   const char* name;
   const char* unit;
   double Measured::*value;
   double (*of)(const Event&);
 };
-constexpr std::array<Column, 5> columns{{
+constexpr std::array<FitColumn, 5> columns{{
     {"speed", "m/s", &Measured::speed, nullptr},
     {"restitution", "1", &Measured::restitution, [](const Event& e) { return e.restitution; }},
     {"peak force", "N", &Measured::peak_force, [](const Event& e) { return e.peak_force; }},
@@ -37,7 +37,7 @@ constexpr std::array<Column, 5> columns{{
     {"duration", "s", &Measured::duration, [](const Event& e) { return e.duration(); }},
 }};
 
-bool is_measured(const Measured& m, const Column& c) { return c.of != nullptr && std::isfinite(m.*c.value); }
+bool is_measured(const Measured& m, const FitColumn& c) { return c.of != nullptr && std::isfinite(m.*c.value); }
 /// Forces, indentations or durations: they tell of the spring, restitution alone does not.
 bool tells_of_the_spring(const std::vector<Measured>& data) {
   return std::any_of(data.begin(), data.end(), [](const Measured& m) {
@@ -141,12 +141,12 @@ struct Residuals {
     Eigen::Index i = 0;
     for (const Measured& m : data) {
       const bool course =
-          std::any_of(columns.begin() + 2, columns.end(), [&](const Column& c) { return is_measured(m, c); });
+          std::any_of(columns.begin() + 2, columns.end(), [&](const FitColumn& c) { return is_measured(m, c); });
       Event event;
       // The course itself costs a thousand times its restitution.
       if (course) event = std::visit([&](const auto& law) { return law.strike(pair, m.speed, 24); }, model);
       event.restitution = std::visit([&](const auto& law) { return law.restitution_at(pair, m.speed); }, model);
-      for (const Column& c : columns)
+      for (const FitColumn& c : columns)
         if (is_measured(m, c)) r[i++] = c.of(event) / (m.*c.value) - 1;
     }
     return 0;
@@ -194,7 +194,7 @@ void refuse_unidentifiable(const Eigen::MatrixXd& jacobian, const std::vector<Kn
 
 std::vector<Measured> read_measured(const std::filesystem::path& file) {
   std::vector<MeasuredColumn> wanted;
-  for (const Column& c : columns) wanted.push_back({c.name, c.unit});
+  for (const FitColumn& c : columns) wanted.push_back({c.name, c.unit});
   const MeasuredTable table = read_measured_table(file, wanted);
   std::vector<Measured> data;
   for (std::size_t row = 0; row < table.values.size(); ++row) {
@@ -205,7 +205,7 @@ std::vector<Measured> read_measured(const std::filesystem::path& file) {
     };
     if (std::isnan(m.speed)) refuse("the speed is missing");
     if (m.restitution > 1) refuse("restitution must not be above 1");
-    if (std::none_of(columns.begin(), columns.end(), [&](const Column& c) { return is_measured(m, c); }))
+    if (std::none_of(columns.begin(), columns.end(), [&](const FitColumn& c) { return is_measured(m, c); }))
       refuse("holds nothing beside the speed: needs restitution, peak force, indentation or duration");
     data.push_back(m);
   }
@@ -237,7 +237,7 @@ ImpactFit fit_impact(const LoadedStudy& loaded, const std::vector<Measured>& dat
     Residuals residuals{fit.model, pair, data, moved};
     for (const Measured& m : data)
       residuals.count +=
-          std::count_if(columns.begin(), columns.end(), [&](const Column& c) { return is_measured(m, c); });
+          std::count_if(columns.begin(), columns.end(), [&](const FitColumn& c) { return is_measured(m, c); });
     Eigen::VectorXd p = residuals.start();
     Eigen::MatrixXd jacobian(residuals.count, p.size());
     residuals.df(p, jacobian);

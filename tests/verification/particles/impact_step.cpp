@@ -62,7 +62,9 @@ TEST(ImpactStep, ElasticImpactConvergesWithOrderTwo) {
     double before = 0;
     for (const int steps : {100, 200, 400}) {
       const Errors e = errors(strike_in_bed(law, bodies, 2, exact.duration() / steps), exact);
-      if (before > 0) EXPECT_NEAR(before / e.largest, 4, 0.5);
+      if (before > 0) {
+        EXPECT_NEAR(before / e.largest, 4, 0.5);
+      }
       // The leapfrog of an oscillator: (omega dt)^2/24 with omega dt = pi/steps, 0.4/steps^2; F ~ x^1.5.
       EXPECT_LT(e.largest, 1.0 / (steps * steps));
       EXPECT_LT(e.force, 2.0 / (steps * steps));
