@@ -241,10 +241,12 @@ class Printer {
   void form(const char* key, Variant& value, const char* meaning, bool needed = true) {
     if (listing()) {
       add_row(key, "one of the forms below", needed ? "required" : "left out", "", meaning);
+      const Card own{word, word_meaning};  // the card is that of the type whose form this is
       ForEach<Variant>::call([&]<class T>(std::type_identity<T>) {
         T prototype{};
         list_type(key, prototype);
       });
+      word = own.word, word_meaning = own.meaning;
       return;
     }
     Node form = Node::mapping(true);

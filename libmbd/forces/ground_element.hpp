@@ -79,8 +79,8 @@ struct GroundElement {
     const double depth = base.r.y - foot.y, closing = base.v.y - foot.v;
     const double k = contact_stiffness(), c = 4 * std::sqrt(k * reduced_mass());
     const double spring = depth > 0 ? k * depth : 0.0;
-    // Twice the critical damping, grown in over a depth far below the ground's, so that the force begins at 0.
-    const double grown = std::clamp(depth / (leaving_speed * contact_time), 0.0, 1.0);
+    // Twice the critical damping, grown in over a tenth of the contact's time: a fixed step must see it come.
+    const double grown = std::clamp(10 * depth / (speed_of(foot.v) * contact_time), 0.0, 1.0);
     const double push = std::max(0.0, spring + grown * c * closing);
     loads.add(body, foot.arm, {0, push});
     loads.add_wrench(follower, 0, soil - push + weight, 0);

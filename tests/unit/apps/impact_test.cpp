@@ -6,6 +6,7 @@
 #include "apps/commands/commands.hpp"
 #include "apps/impact/ground_fit.hpp"
 #include "apps/impact/report.hpp"
+#include "apps/scenario/load.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 

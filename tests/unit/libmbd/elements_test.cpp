@@ -47,6 +47,7 @@ struct Filler {
   void quantity(const char* k, double& value, const char*, const char*, const char*) {
     if (std::isnan(value) || value == 0) value = number();
     if (std::string(k) == "mu_k") value = 0.1;  // at most mu_s
+    if (std::string(k) == "length") value = 0;  // beside a radius
   }
   void optional_quantity(const char*, double& value, const char*, const char*, const char*) { value = number(); }
   void text(const char*, std::string&, const char*) {}

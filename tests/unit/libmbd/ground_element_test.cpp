@@ -60,18 +60,17 @@ TEST(GroundElement, StampWithFollowerSinksAsTheClosedFormSays) {
         EXPECT_NEAR(deepest, g > 0 ? 49.931382e-3 : 34.641016e-3, 1e-9);
       }
       double before = 0;
-      for (const double contact_time : {2e-3, 1e-3, 0.5e-3}) {
+      for (const double contact_time : {4e-3, 2e-3, 1e-3}) {
         GroundElement e = clay(0.1);
         e.contact_time = contact_time;
         Machine machine(stamp(e, v, g));
         machine.start_from_pose();
         const Drop d = follow(machine, 0.1, 1e-5);
         SCOPED_TRACE(testing::Message() << "v " << v << " g " << g << " contact " << contact_time);
-        // While stamp and follower become one, K' z acts on both bodies moving apart: of the order of the contact's
-        // time over that of the sinking (60 ms), squared; and the contact's own depth F/k at the turn, 4e-4 of z at 2
-        // ms.
+        // The contact's own depth F/k at the turn, k = 12 kg (2 pi/T)^2: 8.5e-4 of z at T = 2 ms and 1 m/s, less where
+        // z is more; the impulse of K' z while the two become one is smaller; the fixed step leaves some 1e-4.
         const double error = std::abs(d.depth / deepest - 1);
-        EXPECT_LT(error, 1.5e-3 * (contact_time / 2e-3));
+        EXPECT_LT(error, 1.2e-3 * std::pow(contact_time / 2e-3, 2) + 1e-4);
         if (before > 0) {
           EXPECT_LT(error, before);
         }
@@ -93,8 +92,8 @@ TEST(GroundElement, NothingComesBackAndTheRutStays) {
     machine.start_from_pose();
     const Drop d = follow(machine, 0.6, 2e-5);
     EXPECT_GT(d.depth, 0.08);
-    // At rest on the unloading line: m g below the rut's edge, m g/(q K) = 0.13 mm higher than the deepest point.
-    EXPECT_NEAR(d.last, d.depth - m * 9.81 / (100 * K), 2e-5);
+    // At rest on the unloading line, K z_p - q K (z_p - z) = m g.
+    EXPECT_NEAR(d.last, d.depth - (d.depth - m * 9.81 / K) / 100, 2e-5);
     EXPECT_NEAR(machine.body(1).v.y, 0, 1e-3);
     EXPECT_NEAR(machine.force_value("clay", "rut"), d.depth, 2e-4);
     EXPECT_NEAR(machine.force_value("clay", "force"), m * 9.81, 2.0);
