@@ -14,6 +14,7 @@ struct ImpactRequest {
   std::vector<std::string> words;  ///< a file at most, and `--key value` of any key of a study
   std::vector<std::string> sets;   ///< path=value
   std::string out;                 ///< folder for results; empty: print only
+  std::string pictures = "svg";    ///< kind of the pictures: svg, png, pdf
   std::string data;                ///< measurements to fit to
   std::vector<std::string> free;   ///< parameters that a fit may move; empty: those the data tell of
 };

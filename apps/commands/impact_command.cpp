@@ -56,7 +56,7 @@ int impact_command(const ImpactRequest& request) {
   const std::vector<ImpactRow> rows = strike_all(loaded);
   if (!rows.empty()) fmt::print("{}", impact_table(loaded.study, rows));
   if (request.out.empty()) return exit_ok;
-  write_impact(loaded.study, rows, request.out);
+  write_impact(loaded.study, rows, request.out, request.pictures);
   fmt::print("{}\n", request.out);
   return exit_ok;
 }

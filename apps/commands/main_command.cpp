@@ -27,6 +27,8 @@ CLI::App* add_impact(CLI::App& app, ImpactRequest& request) {
       "impact --model hunt-crossley --c \"1.7135e10 N/m^1.5\" --b "
       "\"0.1 s/m\"\n  --mass \"0.1 kg\" --speed \"0.5 2 5 m/s\". Keys: docs/scenario.md; models: docs/impact.md");
   word->add_option("--out", request.out, "folder for tables, x(t), v(t), F(t) and pictures; left out: print only");
+  word->add_option("--pictures", request.pictures, "kind of the pictures in it")
+      ->check(CLI::IsMember({"svg", "png", "pdf"}));
   word->add_option("--fit", request.data, "CSV of measured impacts: find the model's parameters from it")
       ->check(CLI::ExistingFile);
   word->add_option("--free", request.free, "parameters that the fit may move, such as b,c")->delimiter(',');

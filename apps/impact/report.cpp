@@ -143,7 +143,8 @@ std::string impact_table(const ImpactStudy& study, const std::vector<ImpactRow>&
   return text;
 }
 
-void write_impact(const ImpactStudy& study, const std::vector<ImpactRow>& rows, const std::filesystem::path& folder) {
+void write_impact(const ImpactStudy& study, const std::vector<ImpactRow>& rows, const std::filesystem::path& folder,
+                  const std::string& pictures) {
   std::filesystem::create_directories(folder);
   std::vector<SeriesColumn> columns{{"speed", "m/s"}};
   for (const Quantity& q : quantities_of(study)) columns.push_back({q.name, q.unit});
@@ -164,10 +165,10 @@ void write_impact(const ImpactStudy& study, const std::vector<ImpactRow>& rows, 
     courses.push_back({title_of(study) + ", " + name + " m/s", course_of(row.closed)});
   }
   if (courses.empty() || !gnuplot_found()) return;
-  plot_series(courses, "time", {"indentation", "speed", "force"}, folder / "impact.svg");
+  plot_series(courses, "time", {"indentation", "speed", "force"}, folder / ("impact." + pictures));
   PlotOptions loop;
   loop.width = 800, loop.panel_height = 460;
-  plot_series(courses, "indentation", {"force"}, folder / "loop.svg", loop);
+  plot_series(courses, "indentation", {"force"}, folder / ("loop." + pictures), loop);
 }
 
 }  // namespace subsoil::app

@@ -23,8 +23,9 @@ std::optional<dem::Law> law_of(const ImpactModel& model, const dem::impact::Pair
 /// The table for the prompt: quantities down, speeds across; below, the engine's steps less the closed form.
 std::string impact_table(const ImpactStudy& study, const std::vector<ImpactRow>& rows);
 
-/// impact.csv (a row per speed), course-SPEED.csv and stepped-SPEED.csv (time, x, v, F), impact.svg (x, v, F over
-/// time) and loop.svg (F over x) in `folder`, which is made.
-void write_impact(const ImpactStudy& study, const std::vector<ImpactRow>& rows, const std::filesystem::path& folder);
+/// impact.csv (a row per speed), course-SPEED.csv and stepped-SPEED.csv (time, x, v, F), and the pictures impact (x, v,
+/// F over time) and loop (F over x) of this kind (svg, png, pdf) in `folder`, which is made.
+void write_impact(const ImpactStudy& study, const std::vector<ImpactRow>& rows, const std::filesystem::path& folder,
+                  const std::string& pictures = "svg");
 
 }  // namespace subsoil::app

@@ -220,13 +220,14 @@ struct Checker {
     if (!s.soil || !s.soil->bed) return;
     for (const NamedForce& force : m.forces) {
       const auto* wheel = std::get_if<mbd::WheelOnSoil>(&force.element);
-      if (wheel == nullptr) continue;
+      const auto* ground = std::get_if<mbd::GroundElement>(&force.element);
+      if (wheel == nullptr && ground == nullptr) continue;
       for (const Surface& surface : m.surfaces) {
-        if (surface.body_index != wheel->body || !surface.touches_soil) continue;
+        if (surface.body_index != (wheel ? wheel->body : ground->body) || !surface.touches_soil) continue;
         refuse("machine.forces." + force.name,
-               fmt::format("the wheel law carries `{}`, and so would the spheres under its surface `{}`; leave the law "
+               fmt::format("the {} carries `{}`, and so would the spheres under its surface `{}`; leave the law "
                            "out, or give the surface `touches soil: no`",
-                           surface.body, surface.name));
+                           wheel ? "wheel law" : "ground element", surface.body, surface.name));
       }
     }
   }

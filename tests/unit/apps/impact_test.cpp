@@ -88,6 +88,18 @@ TEST(ImpactCommand, FlagsGiveTheTableOfTheSource) {
   EXPECT_NE(message_of([&] { impact_command(request); }).find("--c has no value"), std::string::npos);
 }
 
+TEST(ImpactCommand, FilesInConfigsRun) {
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(SUBSOIL_SOURCE_DIR "/configs/impact")) {
+    SCOPED_TRACE(entry.path());
+    const std::vector<ImpactRow> rows = strike_all(load_study(entry.path().string(), {"steps=100"}));
+    EXPECT_GE(rows.size(), 4U);
+    for (const ImpactRow& row : rows) EXPECT_GT(row.closed.peak_force, 0);
+    ++files;
+  }
+  EXPECT_EQ(files, 2);
+}
+
 TEST(GroundImpact, ClosedFormsOfTheStamp) {
   GroundImpact model;
   model.stiffness = mbd::PowerStiffness{.K0 = 1e5};
