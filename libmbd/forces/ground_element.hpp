@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "libmbd/force_geometry.hpp"
+#include "libmbd/hunt_crossley.hpp"
 #include "libmbd/plastic_stiffness.hpp"
 
 namespace subsoil::mbd {
@@ -14,14 +15,18 @@ namespace subsoil::mbd {
 /// z sinkage of the lowest point, z' its rate; v speed of approach at first touch; m mass that strikes. Nothing is
 /// recovered but what the unloading stiffness q K' gives back, F^2/(2 q K') at most, and its damping b keeps the body
 /// from leaving faster than 1/b: q -> infinity is the source's ground, on which a body could not come to rest.
+///
 /// The follower, m_b = share of m, is a body of its own that slides along y; it is made beside the force (see
-/// add_followers) and rests until struck. Stamp and follower meet in a stiff unilateral contact, damped so that they
-/// stay together (restitution 0): of (m/2) v^2 the part m_b/(m + m_b) is lost there. The follower's weight is carried
-/// by the ground before. Share 0 leaves the spring alone: the choice for wheels that roll, whose ground is new at each
-/// place. Acts along y only: rolling resistance is not in this model. Rut: along x, the stamp's length or the wheel's
-/// circle at its deepest; belongs to the ground, not to time. Energy: lost rate = F z' of the ground (what unloading
-/// gives back counts against it) and the contact's damping. Source: Ye Min-zhen, Ground modeling in machinery-ground
-/// interaction system; unloading, contact and rut are ours.
+/// add_followers) and rests until struck. Stamp and follower meet in a stiff Hunt-Crossley contact, damped so that they
+/// stay together (restitution 1/50 for the source's 0): of (m/2) v^2 the part m_b/(m + m_b) is lost there. The
+/// follower's weight is carried by the ground before. Share 0 leaves the spring alone: the choice for wheels that roll,
+/// whose ground is new at each place. Acts along y only: rolling resistance is not in this model.
+///
+/// Rut: along x, the stamp's length or the wheel's circle at its deepest; belongs to the ground, not to time.
+///
+/// Energy: lost rate = F z' of the ground (what unloading gives back counts against it) and the contact's damping.
+///
+/// Source: Ye Min-zhen, Ground modeling in machinery-ground interaction system; unloading, contact and rut are ours.
 struct GroundElement {
   static constexpr std::array<ForceColumn, 4> columns{
       {{"force", "N"}, {"soil force", "N"}, {"depth", "m"}, {"rut", "m"}}};
@@ -33,7 +38,7 @@ struct GroundElement {
   double share = 0;
   double mass = std::numeric_limits<double>::quiet_NaN();
   double least_speed = 0.01;
-  double unloading = 100, leaving_speed = 0.02, contact_time = 1e-3;
+  double unloading = 100, leaving_speed = 0.02, contact_time = 2e-3;
   std::string track{};
   // Set and kept by the system:
   int follower = -1;    ///< its body; -1: none
@@ -77,15 +82,11 @@ struct GroundElement {
       return {0, soil * rate, 0};
     }
     const double depth = base.r.y - foot.y, closing = base.v.y - foot.v;
-    const double k = contact_stiffness(), c = 4 * std::sqrt(k * reduced_mass());
-    const double spring = depth > 0 ? k * depth : 0.0;
-    // Twice the critical damping, grown in over a tenth of the contact's time: a fixed step must see it come.
-    const double grown = std::clamp(10 * depth / (speed_of(foot.v) * contact_time), 0.0, 1.0);
-    const double push = std::max(0.0, spring + grown * c * closing);
-    loads.add(body, foot.arm, {0, push});
-    loads.add_wrench(follower, 0, soil - push + weight, 0);
-    values[0] = push;
-    return {weight * z + 0.5 * spring * std::max(depth, 0.0), soil * rate + (push - spring) * closing, 0};
+    const HuntCrossley::Push push = contact(speed_of(foot.v)).at(depth, closing);
+    loads.add(body, foot.arm, {0, push.force});
+    loads.add_wrench(follower, 0, soil - push.force + weight, 0);
+    values[0] = push.force;
+    return {weight * z + push.stored, soil * rate + push.lost, 0};
   }
 
   /// An accepted step: the ground remembers, and so does the element how fast it was struck.
@@ -122,10 +123,11 @@ struct GroundElement {
     return {b.r.x + arm.x, b.r.y + arm.y - radius, b.velocity_at(arm).y, arm};
   }
   double speed_of(double v) const { return touch > 0 ? touch : std::max(-v, least_speed); }
-  double reduced_mass() const { return mass * share / (1 + share); }
-  double contact_stiffness() const {
+  /// Between body and follower: as stiff as a swing of the two in the contact time, and damped to a restitution of 1/50
+  /// (b v = 50), from a force of 0 on, so that a fixed step sees it come.
+  HuntCrossley contact(double v) const {
     const double omega = 6.283185307179586 / contact_time;
-    return reduced_mass() * omega * omega;
+    return {.n = 1, .stiffness = mass * share / (1 + share) * omega * omega, .damping = 50 / v};
   }
   double ground_force(double z, double rate, double rutted, double v) const {
     if (!(z > 0)) return 0;

@@ -41,9 +41,10 @@ TEST(ImpactStudy, RefusalsNamePlaceRuleAndCure) {
       says(head + "model: hertz\n"),
       "case.yaml:4:8 model: needs the bodies' elasticity and shape: give young and poisson of both bodies and the "
       "radius of one at least");
-  EXPECT_EQ(says("subsoil: 1\nmodel: hertz\nspeeds: 1 m/s\nfirst: {radius: 5 mm, young: 1 GPa}\n"),
-            "case.yaml:4:8 first has one of young and poisson; give both, or neither for a rigid body\n"
-            "case.yaml:4:8 first.mass is missing: mass of the body that strikes; give it, or density and radius");
+  EXPECT_EQ(says("subsoil: 1\nmodel: hertz\nspeeds: 1 m/s\nfirst: {radius: 5 mm}\n"),
+            "case.yaml:4:8 first.mass: is missing: mass of the body that strikes; give it, or density and radius");
+  EXPECT_EQ(says(head + "model: hertz\nsecond: {young: 1 GPa}\n"),
+            "case.yaml:5:9 second: has one of young and poisson; give both, or neither for a rigid body");
   EXPECT_EQ(says(head + "model: jkr\nw: 50 mJ/m^2\nb: 0.1 s/m\n").substr(0, 36),
             "case.yaml:6:1 b = 0.1 s/m: unknown k");
 }
@@ -208,10 +209,15 @@ TEST(ImpactFit, MapOfTheEnergyEquivalentFollowsALaw) {
                       "first={radius: 5 mm, density: 7800 kg/m^3, young: 100 GPa, poisson: 0}",
                       "fit to={model: jackson-green, S_y: 200 MPa, nu: 0.3}"});
   const ImpactFit fit = fit_impact(loaded, measured_of(loaded), {});
-  // The two laws differ in form; the default map is within 4 % of this one, the fitted map nearer.
-  EXPECT_LT(fit.worst, 0.03);
-  EXPECT_NEAR(fit.parameters[0].value, 0.0649, 0.02);
-  EXPECT_NEAR(fit.parameters[1].value, 0.3256, 0.04);
+  // The two laws differ in form, most at the highest speed, 1500 V_c; the fitted map is nearer than the default.
+  double usual = 0;
+  for (const Measured& m : measured_of(loaded)) {
+    const auto& map = std::get<dem::impact::EnergyEquivalent>(loaded.study.model);
+    usual = std::max(usual, std::abs(map.restitution_at(pair_of(loaded.study), m.speed) / m.restitution - 1));
+  }
+  EXPECT_LT(fit.worst, 0.6 * usual);
+  EXPECT_LT(fit.worst, 0.06);
+  EXPECT_LT(fit.parameters[1].low, fit.parameters[1].value);
 }
 
 TEST(ImpactFit, RefusesWhatTheDataCannotTell) {
@@ -229,8 +235,9 @@ TEST(ImpactFit, RefusesWhatTheDataCannotTell) {
   };
   EXPECT_EQ(file("speed [m/s], restitution [1]\n1, 0.9\n2, 1.2\n"), "data.csv:3: restitution must not be above 1");
   EXPECT_EQ(file("speed [m/s], restitution [1]\n1, x\n").substr(0, 28), "data.csv:2: restitution = x:");
-  EXPECT_EQ(file("speed [m], restitution [1]\n").substr(0, 24), "data.csv:1: speed = 1: ");
-  EXPECT_NE(file("speed [m/s], force [N]\n").find("unknown column `force`; did you mean `peak force`?"),
+  EXPECT_EQ(file("speed [m], restitution [1]\n").substr(0, 23), "data.csv:1: speed = 1: ");
+  EXPECT_NE(file("speed [m/s], force [N]\n")
+                .find("data.csv:1: unknown column `force`; known here: speed, restitution, peak force"),
             std::string::npos);
 }
 
