@@ -93,8 +93,9 @@ TEST(GroundElement, NothingComesBackAndTheRutStays) {
     machine.start_from_pose();
     const Drop d = follow(machine, 0.6, 2e-5);
     EXPECT_GT(d.depth, 0.08);
-    // At rest on the unloading line, K z_p - q K (z_p - z) = m g.
-    EXPECT_NEAR(d.last, d.depth - (d.depth - m * 9.81 / K) / 100, 2e-5);
+    // At rest on the unloading line, K z_p - q K (z_p - z) = m g; the contact with a follower, k = 12 kg (2 pi/2 ms)^2,
+    // gives back (8.3 - 1.3) kN/k = 0.06 mm.
+    EXPECT_NEAR(d.last, d.depth - (d.depth - m * 9.81 / K) / 100, share > 0 ? 7e-5 : 2e-5);
     EXPECT_NEAR(machine.body(1).v.y, 0, 1e-3);
     EXPECT_NEAR(machine.force_value("clay", "rut"), d.depth, 2e-4);
     EXPECT_NEAR(machine.force_value("clay", "force"), m * 9.81, 2.0);
