@@ -9,7 +9,7 @@
 #include <CLI/Version.hpp>
 #include <Eigen/Core>
 
-#include "libdem/kernel/batch.hpp"
+#include "libdem/kernel/streams.hpp"
 
 namespace subsoil::app {
 

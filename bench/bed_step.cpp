@@ -1,159 +1,168 @@
-/// Rate of the bed's step: wet-particle law with rolling resistance and energy book, as in the 1S-300 scenarios.
-///
-/// The bed is the rest-pitch lattice, pitch 2r - rest overlap, between a floor and four walls, every sphere with a
-/// random velocity of a few mm/s so that springs, dashpots and friction all have work. A lattice and not a settled bed,
-/// since LAMMPS can be given the same arrangement of contacts without exchanging files (scripts/bench --lammps).
-///
-///     bed_step [--spheres N] [--threads 1,2] [--steps S] [--simd auto|avx512|avx2|portable] [--jitter SHARE]
-#include <array>
+/// Rate of the bed's step in one case: a settled bed at rest, ploughed by a tool, or pouring. scripts/bench runs it.
+#include <sys/resource.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
-#include <random>
-#include <sstream>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "libdem/bed.hpp"
-#include "libdem/bed/placement.hpp"
+#include "bench/bed_case.hpp"
+#include "bench/peer_files.hpp"
 
 namespace {
 
-using namespace subsoil::dem;
+using namespace subsoil;
 
-constexpr double kStep = 2e-5;     // s; the stable step of this bed is about twice as long
-constexpr double kRadius = 0.01;   // m
-constexpr double kDensity = 1800;  // kg/m3
-constexpr long kEnergyEvery = 50;  // steps between readings of the energy book: one sample a millisecond
-
-struct Request {
-  double spheres = 130e3;
-  std::vector<int> threads{1, 2};
-  long steps = 400;
+struct Request : bench::CaseRequest {
+  int threads = 1;
+  long steps = 500;
+  long energy_every = 50;  ///< steps between readings of the energy book: one a millisecond
+  double skin = 0;         ///< m; 0: the engine's own
   std::string simd = "auto";
-  double jitter = 0;  ///< share of the radius
+  std::string peer_files;  ///< folder; empty: time the case
+  bool idle_tool = false;  ///< the tool's hole stays, the tool touches nothing: what the tool costs is the difference
+  bool json = false;
 };
 
-Request parse(int argc, char** argv) {
-  Request r;
-  for (int i = 1; i + 1 < argc; i += 2) {
-    const std::string key = argv[i], value = argv[i + 1];
-    if (key == "--spheres") {
-      r.spheres = std::stod(value);
-    } else if (key == "--steps") {
-      r.steps = std::stol(value);
-    } else if (key == "--simd") {
-      r.simd = value;
-    } else if (key == "--jitter") {
-      r.jitter = std::stod(value);
-    } else if (key == "--threads") {
-      r.threads.clear();
-      std::istringstream list(value);
-      for (std::string one; std::getline(list, one, ',');) r.threads.push_back(std::stoi(one));
-    } else {
-      throw std::invalid_argument(key + ": unknown; see the head of bench/bed_step.cpp");
-    }
-  }
-  if (argc % 2 == 0) throw std::invalid_argument(std::string(argv[argc - 1]) + ": a value is missing");
-  return r;
+struct Times {
+  std::vector<double> plain, with_rebuild;  ///< s of each step
+  double total = 0;
+};
+
+double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+double median(std::vector<double> v) {
+  if (v.empty()) return 0;
+  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
+  std::nth_element(v.begin(), middle, v.end());
+  return *middle;
 }
 
-/// Table 3 of the source in N/m, values of the pair: soil-soil and soil-steel.
-LawTable laws() {
-  Wet soil;
-  soil.K_X = 10000, soil.C_X = 20, soil.K_Y = 8000, soil.C_Y = 20, soil.K_B = 7000, soil.dc = soil.dB = 2e-3;
-  soil.friction.mu = 0.5, soil.friction.mu_r = 0.3;
-  Wet steel = soil;
-  steel.K_X = 16000, steel.K_Y = 12000, steel.K_B = 3000;
-  LawTable table;
-  table.materials = 2;
-  table.index = {0, 1, 1, -1};
-  table.laws = {soil.resolved(), steel.resolved()};
-  return table;
+void step(dem::Bed& bed, const bench::Case& c, int tool, const dem::Bed::Request& sample) {
+  bed.step(c.step, sample);
+  if (tool >= 0) bed.boundary(tool).pose.position += c.tool.velocity * c.step;
 }
 
-/// Rows along x, y, z of a bed shaped like the source's bin, 99 x 19 x 69 for 130,000 spheres.
-std::array<int, 3> rows(double spheres) {
-  const double scale = std::cbrt(spheres / (99.0 * 19 * 69));
-  const auto n = [&](double full) { return std::max(3, static_cast<int>(std::lround(full * scale))); };
-  return {n(99), n(19), n(69)};
-}
-
-Bed make_bed(const Request& request, int threads, const std::array<int, 3>& n) {
-  BedOptions options;
-  options.threads = threads;
-  options.simd = request.simd;
-  Bed bed(laws(), options);
-  const double overlap = 2e-3, pitch = 2 * kRadius - overlap;
-  std::mt19937 random(1);
-  const auto spread = [&](double half) {
-    return half * (2.0 * static_cast<double>(random()) / static_cast<double>(std::mt19937::max()) - 1);
-  };
-  const auto scatter = [&](double half) {
-    const double x = spread(half), y = spread(half), z = spread(half);
-    return Vec3{x, y, z};
-  };
-  std::vector<SphereSpec> spheres;
-  for (int i = 0; i < n[0]; ++i)
-    for (int j = 0; j < n[1]; ++j)
-      for (int k = 0; k < n[2]; ++k)
-        spheres.push_back({.position = Vec3{pitch * i, pitch * j, pitch * k} + scatter(request.jitter * kRadius),
-                           .velocity = scatter(5e-3),
-                           .spin = {},
-                           .radius = kRadius,
-                           .density = kDensity,
-                           .material = 0});
-  bed.add(spheres);
-  const double at = -(kRadius - overlap);
-  const auto wall = [&](const Vec3& point, const Vec3& normal) {
-    Boundary b;
-    b.name = "wall";
-    b.shape = Plane(point, normal);
-    b.material = 1;
-    bed.add(b);
-  };
-  wall({0, at, 0}, {0, 1, 0});
-  wall({at, 0, 0}, {1, 0, 0}), wall({pitch * (n[0] - 1) - at, 0, 0}, {-1, 0, 0});
-  wall({0, 0, at}, {0, 0, 1}), wall({0, 0, pitch * (n[2] - 1) - at}, {0, 0, -1});
-  return bed;
-}
-
-void measure(const Request& request, int threads) {
-  const auto n = rows(request.spheres);
-  Bed bed = make_bed(request, threads, n);
-  Bed::Request sample;
+Times run(dem::Bed& bed, const bench::Case& c, int tool, const Request& r) {
+  step(bed, c, tool, {});  // builds the lists
+  dem::Bed::Request sample;
   sample.energy = true;
-  bed.step(kStep, sample);
-  const double start = bed.energy().total() - bed.energy().boundary_work;
-  for (int i = 0; i < 20; ++i) bed.step(kStep);  // lists built, caches and pages warm
+  Times t;
+  for (long i = 2; i <= r.steps; ++i) {
+    const long before = bed.rebuilds();
+    const double from = now();
+    step(bed, c, tool, i % r.energy_every == 0 ? sample : dem::Bed::Request{});
+    const double took = now() - from;
+    (bed.rebuilds() > before ? t.with_rebuild : t.plain).push_back(took);
+    t.total += took;
+  }
+  step(bed, c, tool, sample);  // energies and contacts at the end of the run asked for
+  return t;
+}
 
-  const long rebuilds = bed.rebuilds();
-  const auto from = std::chrono::steady_clock::now();
-  for (long i = 1; i <= request.steps; ++i) bed.step(kStep, i % kEnergyEvery == 0 ? sample : Bed::Request{});
-  const double wall_time = std::chrono::duration<double>(std::chrono::steady_clock::now() - from).count();
+double peak_memory() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return 1024.0 * static_cast<double>(usage.ru_maxrss);
+}
 
-  bed.step(kStep, sample);
-  const BedEnergy& e = bed.energy();
-  const double moved = e.lost.damping + e.lost.sliding + e.lost.rolling;
+dem::BedOptions options_of(const Request& r) {
+  dem::BedOptions options;
+  options.threads = r.threads, options.simd = r.simd, options.skin = r.skin;
+  return options;
+}
+
+/// What the program takes with hardly any spheres, bytes: the peak is measured against it.
+double memory_of_small_bed(const Request& r) {
+  bench::CaseRequest one_block = r;
+  one_block.spheres = 1;
+  bench::Case c = bench::make_case(one_block);
+  c.spheres.resize(1000);
+  c.has_tool = false;
+  dem::Bed bed(c.laws, options_of(r));
+  bench::fill(bed, c);
+  for (int i = 0; i < 5; ++i) bed.step(c.step);
+  return peak_memory();
+}
+
+nlohmann::ordered_json report(const dem::Bed& bed, const Times& t, const Request& r, double small_bed) {
   const double spheres = static_cast<double>(bed.spheres().size()), pairs = static_cast<double>(bed.touching_pairs());
-  const double steps = static_cast<double>(request.steps);
-  std::printf(
-      "%s  %.0f spheres (%d x %d x %d)  %d threads  %.2f M particle-steps/s  %.1f M pairs/s  "
-      "%.2f pairs per sphere, %ld rebuilds in %ld steps, energy closes to %.1e of %.3g J lost\n",
-      bed.kernel_name(), spheres, n[0], n[1], n[2], threads, spheres * steps / wall_time * 1e-6,
-      pairs * steps / wall_time * 1e-6, pairs / spheres, bed.rebuilds() - rebuilds, request.steps,
-      std::abs(e.total() - e.boundary_work - start) / moved, moved);
-  std::fflush(stdout);
+  const double steps = static_cast<double>(r.steps - 1), rate = spheres * steps / t.total;
+  const double plain = median(t.plain), rebuild = t.with_rebuild.empty() ? 0 : median(t.with_rebuild) - plain;
+  const double rebuilds = static_cast<double>(t.with_rebuild.size());
+  return {{"simd", bed.kernel_name()},
+          {"threads", bed.threads()},
+          {"spheres", spheres},
+          {"steps", r.steps},
+          {"particle-steps per s", rate},
+          {"pair-steps per s", rate * pairs / spheres},
+          {"pairs per sphere", pairs / spheres},
+          {"ns per particle-step", 1e9 / rate},
+          {"ns without rebuild", 1e9 * plain / spheres},
+          {"rebuilds", rebuilds},
+          {"ns of a rebuild", 1e9 * rebuild / spheres},
+          {"share of rebuilds", rebuilds * rebuild / t.total},
+          {"bytes per particle", (peak_memory() - small_bed) / spheres},
+          {"kinetic energy", bed.energy().kinetic},
+          {"spin energy", bed.energy().spin},
+          {"pairs", pairs},
+          {"largest overlap", bed.max_overlap()}};
+}
+
+void measure(const Request& r) {
+  const double small_bed = memory_of_small_bed(r);
+  bench::Case c = bench::make_case(r);
+  dem::Bed bed(c.laws, options_of(r));
+  const int tool = bench::fill(bed, c);
+  c.spheres = {};
+  if (!r.peer_files.empty()) return bench::write_peer_files(r.peer_files, c, bed);
+  if (tool >= 0 && r.idle_tool) bed.boundary(tool).active = false;
+  const Times t = run(bed, c, tool, r);
+  const auto result = report(bed, t, r, small_bed);
+  if (r.json) {
+    std::printf("%s\n", result.dump().c_str());
+    return;
+  }
+  for (const auto& [name, value] : result.items()) std::printf("%-22s %s\n", name.c_str(), value.dump().c_str());
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+  CLI::App app("Rate of the bed's step in one case");
+  Request r;
+  r.tiles = std::filesystem::path(argv[0]).parent_path().string();
+  const auto name_of = [](auto map) { return CLI::CheckedTransformer(map, CLI::ignore_case).description(""); };
+  app.add_option("--case", r.kind, "rest, plough, pour")
+      ->transform(name_of(std::map<std::string, bench::Kind>{
+          {"rest", bench::Kind::rest}, {"plough", bench::Kind::plough}, {"pour", bench::Kind::pour}}));
+  app.add_option("--law", r.law, "linear, hertz, rolling, cohesive, wet")
+      ->transform(name_of(std::map<std::string, bench::LawName>{{"linear", bench::LawName::linear},
+                                                                {"hertz", bench::LawName::hertz},
+                                                                {"rolling", bench::LawName::rolling},
+                                                                {"cohesive", bench::LawName::cohesive},
+                                                                {"wet", bench::LawName::wet}}));
+  app.add_option("--spheres", r.spheres, "about; whole blocks of 13,000");
+  app.add_option("--triangles", r.triangles, "of the plough's tool: 740, 20000, or 0 for none");
+  app.add_option("--threads", r.threads);
+  app.add_option("--steps", r.steps)->check(CLI::Range(2L, 1000000000L));
+  app.add_option("--energy-every", r.energy_every, "steps between readings of the energy book");
+  app.add_option("--skin", r.skin, "m; 0: the engine's own");
+  app.add_option("--simd", r.simd);
+  app.add_option("--tiles", r.tiles, "folder of the settled blocks; made there when missing");
+  app.add_option("--peer-files", r.peer_files, "write the case for LAMMPS and LIGGGHTS into this folder; no timing");
+  app.add_flag("--idle-tool", r.idle_tool, "the plough's tool touches nothing: its cost is the difference");
+  app.add_flag("--json", r.json, "one line of JSON");
+  CLI11_PARSE(app, argc, argv);
   try {
-    const Request request = parse(argc, argv);
-    for (const int threads : request.threads) measure(request, threads);
+    measure(r);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "bed_step: %s\n", e.what());
     return 2;

@@ -16,16 +16,11 @@ Bed::Impl::Impl(LawTable laws_in, BedOptions options_in)
 
 void Bed::Impl::update_laws() {
   if (laws.laws.size() > 255) throw std::invalid_argument("more than 255 contact laws in one bed");
-  law_reach.clear();
-  for (const Law& law : laws.laws) law_reach.push_back(std::visit([](const auto& l) { return l.reach(); }, law));
-}
-
-int Bed::Impl::only_law() const {
-  if (spheres.empty()) return -1;
-  const std::uint16_t first = spheres.front().material;
-  for (const Sphere& s : spheres)
-    if (s.material != first) return -1;
-  return laws.of(first, first);
+  law_reach.clear(), law_rolls.clear();
+  for (const Law& law : laws.laws) {
+    law_reach.push_back(std::visit([](const auto& l) { return l.reach(); }, law));
+    law_rolls.push_back(rolls(law));
+  }
 }
 
 Bed::Bed(LawTable laws, BedOptions options) : impl_(std::make_unique<Impl>(std::move(laws), std::move(options))) {}
@@ -73,8 +68,9 @@ void Bed::step(double dt, const Request& request) {
   Impl& d = *impl_;
   if (!(dt > 0)) throw std::invalid_argument("the step of the bed must be positive");
   if (!d.lists_hold()) d.rebuild();
+  d.plan_book(request);
   d.run_sweep(dt, request);
-  d.sum_up(dt, request);
+  d.sum_up(request);
   d.check_faults();
   d.dt_before = dt;
   d.time += dt;
@@ -92,9 +88,10 @@ void Bed::reset_energy_book() {
 }
 
 void Bed::set_laws(LawTable laws) {
+  // The memory of contacts lies as the laws of now need it: take it out before they go.
+  impl_->put_aside();
   impl_->laws = std::move(laws);
   impl_->update_laws();
-  impl_->stale = true;
 }
 const LawTable& Bed::laws() const { return impl_->laws; }
 void Bed::set_gravity(const Vec3& gravity) { impl_->options.gravity = gravity; }

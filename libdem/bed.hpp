@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "libdem/boundary.hpp"
-#include "libdem/kernel/batch.hpp"
+#include "libdem/laws/law_table.hpp"
 #include "libdem/particles.hpp"
 
 namespace subsoil::dem {
@@ -19,10 +19,14 @@ struct BedOptions {
   double skin = 0;             ///< m by which neighbours are listed beyond reach; 0: a quarter of the mean radius
   double speed_limit = 50;     ///< m/s; a faster sphere stops the run
   double overlap_limit = 0.5;  ///< share of the radius; a deeper contact stops the run
+  /// Steps per sample of what contacts between spheres lose; 0: every step up to 5,000 spheres, else every 16th. A
+  /// sample costs a third of a step twice and stands for all steps since the last one; boundaries are always summed.
+  int book_every = 0;
   double floor_drop = -1e300;  ///< y below which spheres are taken out, m
 };
 
-/// Energy book of the bed, J. Closure: kinetic + spin + gravity + stored + lost = start + boundary work.
+/// Energy book of the bed, J (BedOptions::book_every: losses between spheres may be sampled). Closure: kinetic + spin +
+/// gravity + stored + lost = start + boundary work.
 struct BedEnergy {
   double kinetic = 0;        ///< of translation, (m/2) v_{n-1/2} . v_{n+1/2}: what leapfrog work sums to
   double spin = 0;           ///< of rotation, same form
@@ -67,7 +71,7 @@ class Bed {
   int boundary_count() const;
   std::span<const Sphere> spheres() const;  ///< in the engine's own order
   std::size_t removed_count() const;        ///< fallen below the floor since the start
-  std::size_t touching_pairs() const;       ///< pairs of spheres in reach of their law at the last step
+  std::size_t touching_pairs() const;       ///< pairs of spheres in reach of their law at the last booked step
 
   struct Request {
     bool energy = false;           ///< fill energy() during this step (valid at t_n)
@@ -93,7 +97,7 @@ class Bed {
   void set_time(double time);
 
   double max_speed() const;       ///< m/s at the last step
-  double max_overlap() const;     ///< largest share of a radius at the last step
+  double max_overlap() const;     ///< largest share of a radius at the last booked step
   double kinetic_energy() const;  ///< of the half-step velocities, J (cheap measure for settling)
   long rebuilds() const;
   long steps() const;

@@ -2,22 +2,15 @@
 #include <vector>
 
 #include "libdem/bed.hpp"
+#include "libdem/kernel/streams.hpp"
 
-/// Inside of Bed: data that search.cpp builds, surfaces.cpp and sweep.cpp work on. Private to libdem.
+/// Inside of Bed: data that search.cpp and lists.cpp build, surfaces.cpp and sweep.cpp work on. Private to libdem.
 namespace subsoil::dem {
 
-inline constexpr std::uint32_t kTile = 256;  ///< spheres whose energy is summed together; threads own whole tiles
-inline constexpr std::size_t kMaxSurfaceContacts = 6;  ///< of one sphere with one boundary
+inline constexpr std::uint32_t kGone = ~std::uint32_t{0};  ///< new place of a sphere that left
+inline constexpr std::size_t kMaxSurfaceContacts = 6;      ///< of one sphere with one boundary
 
-/// Half list: pairs of owner i are start[i] .. start[i+1], partners ascending and above i.
-struct PairList {
-  std::vector<std::uint32_t> start{0};
-  std::vector<std::uint32_t> other;
-  std::vector<PairState> state;
-  std::vector<std::uint8_t> live;  ///< in reach at the last step, so `state` holds a history
-};
-
-/// One sphere near one boundary.
+/// One sphere near an edge, a corner or a curved surface of one boundary.
 struct SurfaceEntry {
   struct Contact {
     PairState state;
@@ -42,46 +35,60 @@ struct SurfaceChunk {
   std::uint32_t worst = 0;  ///< sphere of max_overlap
 };
 
-/// A contact between spheres of two threads, computed before the sweep and added by both at its place in the order.
-struct BorderContact {
-  std::uint32_t owner, other, pair;
-  bool in_reach = false, active = false;
-  ContactForce force{};
+/// Spheres of one tile on flat faces of one boundary, of one law.
+struct PlaneRun {
+  std::uint32_t boundary, law, first, blocks, contacts;  ///< `first` counts in PlaneBlock
+  std::size_t rows;
+  Wrench wrench;
+  double in_reach = 0, stored = 0;
 };
 
-/// Force and torque that wait for a sphere's turn; one cache line.
-struct alignas(64) Accumulator {
-  Four f;  ///< N; the last is not used
-  Four t;  ///< N m; number of touching contacts
+/// Contact memory outside the lists: between two of them, and in a restart.
+struct PairHistory {
+  std::uint32_t owner, other;
+  PairState state;
+};
+struct SurfaceHistory {
+  std::uint32_t sphere, boundary;
+  Vec3 normal;  ///< shape axes
+  PairState state;
 };
 
 /// Running maximum that takes a NaN and keeps it: no later finite value replaces it, so the fault is found.
 inline bool exceeds(double value, double largest) { return !(value <= largest) && largest == largest; }
 
-struct Extremes {
-  double speed2 = 0, overlap = 0;
-  std::uint32_t fastest = 0, deepest = 0;
-  double kinetic = 0;
-  std::size_t pairs = 0;
-  void take(const Extremes& b);
+/// 256 consecutive spheres: what they own, and sums over them in a fixed order.
+struct Tile {
+  std::uint32_t begin, end;
+  std::uint32_t runs_begin, runs_end, planes_begin, planes_end;
+  std::uint32_t entries_begin, entries_end;  ///< in entry_order
+  std::uint32_t last;                        ///< tile of the farthest partner
+  Losses lost;                               ///< running
+  double stored = 0, kinetic = 0, spin = 0, gravity = 0, half_step_kinetic = 0;
+  double pairs = 0, overlap = 0, speed2 = 0;
+  double step = 0;  ///< longest path of one of its spheres in the last step, m
+  double path = 0;  ///< bound on the path of any sphere of this and its partners' tiles since the lists were built, m
+};
+
+/// A block of contacts between spheres of two threads: computed before the sweep, added by both at its place.
+struct BorderBlock {
+  std::uint32_t run, block;  ///< of the run
+};
+
+/// A lane of an earlier thread's border block whose partner is this thread's.
+struct ForeignLane {
+  std::uint32_t worker, result, lane, sphere;
 };
 
 /// What one thread owns during a sweep.
 struct Worker {
-  std::uint32_t begin = 0, end = 0;
-  std::vector<BorderContact> border;
-  std::vector<Accumulator> ring;  ///< power of two; indexed by sphere & mask
-  Batch batch;
-  std::vector<std::pair<std::uint32_t, const BorderContact*>> foreign;  ///< by sphere: what earlier threads computed
-  Extremes extremes;
+  std::uint32_t tiles_begin = 0, tiles_end = 0, begin = 0, end = 0;
+  std::vector<BorderBlock> border;  ///< ascending
+  std::vector<std::uint32_t> border_block;
+  std::vector<BlockResult> border_result;
+  std::vector<ForeignLane> foreign;  ///< in the order in which one thread would add them
+  std::vector<Accumulator> ring;     ///< power of two; indexed by sphere & mask
 };
-
-struct TileSums {
-  Four lost{};  ///< damping, sliding, rolling: running; stored: of the last step
-  double kinetic = 0, spin = 0, gravity = 0, half_step_kinetic = 0;
-};
-
-inline Losses losses_of(const Four& e) { return {e[0], e[1], e[2]}; }
 
 struct Bed::Impl {
   LawTable laws;
@@ -89,23 +96,29 @@ struct Bed::Impl {
   Kernel kernel;
   int threads = 1;
   std::vector<double> law_reach;  ///< per law
+  std::vector<char> law_rolls;    ///< per law
 
   std::vector<Sphere> spheres;
   std::vector<Boundary> boundaries;
-  PairList pairs;
+  std::vector<Tile> tiles;
+  std::vector<PairRun> runs;
+  std::vector<PairBlock> blocks;
+  std::vector<double> wake;  ///< per block
+  std::vector<Row> rows;     ///< of pairs
+  std::vector<PlaneRun> plane_runs;
+  std::vector<PlaneBlock> plane_blocks;
+  std::vector<Row> plane_rows;
   std::vector<SurfaceEntry> entries;
-  std::vector<std::uint32_t> candidates;      ///< of all entries
-  std::vector<std::uint32_t> entry_start{0};  ///< entries of sphere i: entry_of[entry_start[i] .. entry_start[i+1]]
-  std::vector<std::uint32_t> entry_of;
+  std::vector<std::uint32_t> candidates;   ///< of all entries
+  std::vector<std::uint32_t> entry_order;  ///< entries by sphere, then boundary
   std::vector<SurfaceChunk> chunks;
   std::vector<Worker> workers;
-  std::vector<TileSums> tiles;
 
   // validity of the lists
   bool stale = true;
-  int single_law = -1;  ///< only_law() when the lists were built
   double skin = 0;
-  double moved = 0;  ///< bound on any sphere's path since the lists were built, m
+  std::vector<PairHistory> waiting_pairs;        ///< memory between two lists, by place of the spheres
+  std::vector<SurfaceHistory> waiting_surfaces;  ///< likewise
   std::vector<Pose> listed_pose;
   std::vector<char> listed_active;
   std::vector<double> boundary_radius;  ///< largest distance of a shape's points from its origin, m
@@ -117,10 +130,15 @@ struct Bed::Impl {
   std::uint32_t next_id = 0;
   std::vector<std::uint32_t> slot_of_id;  ///< place in a snapshot
 
+  bool book = true;        ///< this step sums what pairs lose and store
+  double book_weight = 1;  ///< steps that the losses of this one stand for
   BedEnergy energy;
   Losses lost_before;  ///< folded from lists that are gone
   double removed_energy = 0;
-  Extremes extremes;
+  struct Extremes {
+    double speed2 = 0, overlap = 0, kinetic = 0;
+    std::size_t pairs = 0;
+  } extremes;
 
   Impl(LawTable laws_in, BedOptions options_in);
 
@@ -130,27 +148,51 @@ struct Bed::Impl {
   void rebuild(const std::function<bool(const Sphere&)>& gone = {});
   std::vector<std::uint32_t> take_out(const std::function<bool(const Sphere&)>& gone);
   void require_laws() const;
+  /// Takes the memory of all contacts out of the lists, to be put into the next ones.
+  void put_aside();
+  void clear_lists();
+  void choose_skin(double& largest_radius);
   std::vector<std::uint32_t> sort_spheres(double cell, struct Grid& grid);
-  void build_pairs(const struct Grid& grid, const std::vector<std::uint32_t>& old_index);
-  void build_entries(const std::vector<std::uint32_t>& old_index);
-  void divide_work();
+  void measure_boundaries();
   void fold_losses();
   double largest_reach() const;
 
+  // lists.cpp
+  void build_runs(struct HalfList& list);
+  void put_pairs(const struct HalfList& list, const std::vector<PairHistory>& histories,
+                 const std::vector<std::uint32_t>& new_index);
+  void build_surfaces();
+  void put_surfaces(std::vector<SurfaceHistory>& histories, const std::vector<std::uint32_t>& new_index);
+  void divide_work();
+  void find_borders();
+  std::vector<PairHistory> pair_histories() const;  ///< all that are not empty, by place of the spheres
+  std::vector<SurfaceHistory> surface_histories() const;
+
   // surfaces.cpp
-  void surface_chunk(SurfaceChunk& chunk, Batch& batch, double elapsed);
+  void surface_chunk(SurfaceChunk& chunk, double elapsed);
   void sum_surfaces(double dt);
+  PlaneJob plane_job(const PlaneRun& run, double elapsed) const;
 
   // sweep.cpp
   void run_sweep(double dt, const Request& request);
-  void border_contacts(Worker& worker, double elapsed);
-  void sum_up(double dt, const Request& request);
+  PairJob pair_job(const PairRun& run, double path, double elapsed);
+  void border_blocks(Worker& worker);
+  void plan_book(const Request& request);
+  void sum_up(const Request& request);
   void check_faults() const;
+  std::uint32_t deepest_sphere() const;
 
-  /// The one law between all spheres, or -1: then the inner loop need not look it up.
-  int only_law() const;
-  double reach(int law) const { return law_reach[static_cast<std::size_t>(law)]; }
+  double reach(std::uint32_t law) const { return law_reach[law]; }
+  const Law& law(std::uint32_t index) const { return laws.laws[index]; }
   void update_laws();
 };
+
+/// Every pair of spheres nearer than reach and skin, once: partners of owner i are other[start[i]] ..
+/// other[start[i+1]], ascending and above i. Lives during a rebuild only.
+struct HalfList {
+  std::vector<std::uint32_t> start{0}, other;
+  std::vector<std::uint32_t> lane;  ///< place of the pair: 8 x block + lane
+};
+HalfList find_pairs(const std::vector<Sphere>& spheres, const Grid& grid, double reach, int threads);
 
 }  // namespace subsoil::dem

@@ -1,13 +1,13 @@
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <numeric>
 
 #include "libdem/bed_impl.hpp"
 
 /// Contact search: spheres sorted by cell, half list of neighbours within reach plus a skin, list of spheres near each
-/// boundary. The lists hold while no sphere's path plus its partner's is longer than the skin; `moved` sums the largest
-/// speed of each step, an upper bound of every path, so no contact can be missed.
+/// boundary. The lists hold while no sphere's path plus its partner's is longer than the skin. A tile's path is a bound
+/// on that of all its spheres and their partners: every step adds the longest path in the tiles that its pairs reach
+/// into, so no contact can be missed, and one fast corner of the bed wakes only its own sleeping blocks.
 namespace subsoil::dem {
 
 struct Grid {
@@ -36,7 +36,10 @@ double Bed::Impl::largest_reach() const {
 }
 
 bool Bed::Impl::lists_hold() const {
-  if (stale || 2 * moved > skin) return false;
+  if (stale) return false;
+  double moved = 0;
+  for (const Tile& t : tiles) moved = std::max(moved, t.path);
+  if (2 * moved > skin) return false;
   for (std::size_t b = 0; b < boundaries.size(); ++b) {
     if (boundaries[b].active != (listed_active[b] != 0)) return false;
     const Pose& was = listed_pose[b];
@@ -114,34 +117,9 @@ std::vector<std::uint32_t> Bed::Impl::sort_spheres(double cell, Grid& grid) {
   return old_index;
 }
 
-namespace {
-
-/// The history of a pair in the list before, or nullptr. `flipped` when its owner was the other sphere.
-const PairState* find_history(const PairList& old, std::uint32_t a, std::uint32_t b, bool& flipped) {
-  flipped = a > b;
-  const std::uint32_t owner = std::min(a, b), other = std::max(a, b);
-  if (owner + 1 >= old.start.size()) return nullptr;
-  for (std::uint32_t p = old.start[owner]; p < old.start[owner + 1]; ++p)
-    if (old.other[p] == other) return old.live[p] ? &old.state[p] : nullptr;
-  return nullptr;
-}
-
-PairState turned_over(PairState s) {
-  for (int d = 0; d < 3; ++d) {
-    s.xi[d] = -s.xi[d];
-    s.rho[d] = -s.rho[d];
-    s.dash_t[d] = -s.dash_t[d];
-    s.dash_r[d] = -s.dash_r[d];
-  }
-  return s;
-}
-
-}  // namespace
-
-void Bed::Impl::build_pairs(const Grid& grid, const std::vector<std::uint32_t>& old_index) {
+HalfList find_pairs(const std::vector<Sphere>& spheres, const Grid& grid, double reach, int threads) {
   const std::size_t count = spheres.size();
-  const double reach = largest_reach() + skin;
-  PairList list;
+  HalfList list;
   list.start.assign(count + 1, 0);
   std::vector<std::vector<std::uint32_t>> found(static_cast<std::size_t>(threads));
   const auto first_of = [&](int t) { return count * static_cast<std::size_t>(t) / static_cast<std::size_t>(threads); };
@@ -172,183 +150,94 @@ void Bed::Impl::build_pairs(const Grid& grid, const std::vector<std::uint32_t>& 
   }
   std::partial_sum(list.start.begin(), list.start.end(), list.start.begin());
   list.other.resize(list.start[count]);
-  list.state.resize(list.start[count]);
-  list.live.assign(list.start[count], 0);
 #pragma omp parallel for num_threads(threads) schedule(static, 1)
   for (int t = 0; t < threads; ++t) {
     const auto& others = found[static_cast<std::size_t>(t)];
     std::copy(others.begin(), others.end(), list.other.begin() + list.start[first_of(t)]);
-    for (std::size_t i = first_of(t); i < first_of(t + 1); ++i)
-      for (std::uint32_t p = list.start[i]; p < list.start[i + 1]; ++p) {
-        bool flipped = false;
-        const PairState* old = find_history(pairs, old_index[i], old_index[list.other[p]], flipped);
-        if (old == nullptr) continue;
-        list.state[p] = flipped ? turned_over(*old) : *old;
-        list.live[p] = 1;
-      }
   }
-  pairs = std::move(list);
-}
-
-void Bed::Impl::build_entries(const std::vector<std::uint32_t>& old_index) {
-  const std::size_t count = spheres.size();
-  std::vector<SurfaceEntry> old = std::move(entries);
-  const std::vector<std::uint32_t> old_start = std::move(entry_start), old_of = std::move(entry_of);
-  entries.clear();
-  candidates.clear();
-  chunks.clear();
-  listed_pose.resize(boundaries.size());
-  listed_active.resize(boundaries.size());
-  std::vector<std::uint32_t> per_sphere(count + 1, 0);
-  struct Found {
-    std::vector<SurfaceEntry> entries;
-    std::vector<std::uint32_t> candidates;
-  };
-  std::vector<Found> found(static_cast<std::size_t>(threads));
-  for (std::size_t b = 0; b < boundaries.size(); ++b) {
-    const Boundary& boundary = boundaries[b];
-    listed_pose[b] = boundary.pose;
-    listed_active[b] = boundary.active;
-    if (!boundary.active) continue;
-    const Bounds box = bounds(boundary.shape);
-    const std::size_t first = entries.size();
-#pragma omp parallel for num_threads(threads) schedule(static, 1)
-    for (int t = 0; t < threads; ++t) {
-      Found& mine = found[static_cast<std::size_t>(t)];
-      mine.entries.clear();
-      mine.candidates.clear();
-      const std::size_t begin = count * static_cast<std::size_t>(t) / static_cast<std::size_t>(threads);
-      const std::size_t end = count * static_cast<std::size_t>(t + 1) / static_cast<std::size_t>(threads);
-      for (std::size_t i = begin; i < end; ++i) {
-        const Sphere& s = spheres[i];
-        const int law = laws.of(s.material, boundary.material);
-        if (law < 0) continue;
-        const double near = s.r + reach(law) + skin;
-        const Vec3 c = boundary.pose.to_local(s.x);
-        if (box.distance_squared(c) > near * near) continue;
-        const std::size_t before = mine.candidates.size();
-        dem::candidates(boundary.shape, c, near, mine.candidates);
-        if (mine.candidates.size() == before) continue;
-        SurfaceEntry& e = mine.entries.emplace_back();
-        e.sphere = static_cast<std::uint32_t>(i);
-        e.boundary = static_cast<std::uint32_t>(b);
-        e.candidates_begin = static_cast<std::uint32_t>(before);
-        e.candidates_end = static_cast<std::uint32_t>(mine.candidates.size());
-        if (old_index[i] + 1 >= old_start.size()) continue;
-        for (std::uint32_t k = old_start[old_index[i]]; k < old_start[old_index[i] + 1]; ++k)
-          if (const SurfaceEntry& was = old[old_of[k]]; was.boundary == b) {
-            e.live = was.live;
-            std::copy(was.contact, was.contact + was.live, e.contact);
-          }
-      }
-    }
-    for (const Found& mine : found) {
-      const auto shift = static_cast<std::uint32_t>(candidates.size());
-      candidates.insert(candidates.end(), mine.candidates.begin(), mine.candidates.end());
-      for (SurfaceEntry e : mine.entries) {
-        e.candidates_begin += shift;
-        e.candidates_end += shift;
-        ++per_sphere[e.sphere + 1];
-        entries.push_back(e);
-      }
-    }
-    for (std::size_t begin = first; begin < entries.size(); begin += kTile)
-      chunks.push_back({.boundary = static_cast<std::uint32_t>(b),
-                        .begin = static_cast<std::uint32_t>(begin),
-                        .end = static_cast<std::uint32_t>(std::min<std::size_t>(begin + kTile, entries.size())),
-                        .wrench = {},
-                        .lost = {}});
-  }
-  std::partial_sum(per_sphere.begin(), per_sphere.end(), per_sphere.begin());
-  entry_start = per_sphere;
-  entry_of.resize(entries.size());
-  for (std::size_t k = 0; k < entries.size(); ++k)
-    entry_of[per_sphere[entries[k].sphere]++] = static_cast<std::uint32_t>(k);
-}
-
-/// Contiguous ranges of whole tiles with about equal numbers of pairs, the contacts that cross their borders, and rings
-/// long enough for the farthest partner.
-void Bed::Impl::divide_work() {
-  const auto count = static_cast<std::uint32_t>(spheres.size());
-  const std::uint32_t tile_count = (count + kTile - 1) / kTile;
-  tiles.assign(tile_count, {});
-  std::uint32_t span = 0;
-  for (std::uint32_t i = 0; i < count; ++i)
-    if (pairs.start[i + 1] > pairs.start[i]) span = std::max(span, pairs.other[pairs.start[i + 1] - 1] - i);
-  std::size_t ring = 1;
-  while (ring < std::min<std::size_t>(span, count) + 2 * kTile + 1) ring *= 2;
-
-  const double total = static_cast<double>(pairs.other.size()) + 2.0 * count;
-  workers.resize(static_cast<std::size_t>(threads));
-  std::uint32_t tile = 0;
-  for (int t = 0; t < threads; ++t) {
-    Worker& w = workers[static_cast<std::size_t>(t)];
-    w.begin = std::min(tile * kTile, count);
-    const double until = total * (t + 1) / threads;
-    while (tile < tile_count) {
-      const std::uint32_t end = std::min((tile + 1) * kTile, count);
-      if (t + 1 < threads && static_cast<double>(pairs.start[end]) + 2.0 * end > until) break;
-      ++tile;
-    }
-    w.end = std::min(tile * kTile, count);
-    if (w.ring.size() != ring) w.ring.assign(ring, Accumulator{});
-    w.border.clear();
-    for (std::uint32_t i = w.begin; i < w.end; ++i)
-      for (std::uint32_t p = pairs.start[i]; p < pairs.start[i + 1]; ++p)
-        if (pairs.other[p] >= w.end) w.border.push_back({.owner = i, .other = pairs.other[p], .pair = p});
-  }
+  return list;
 }
 
 void Bed::Impl::fold_losses() {
-  for (TileSums& t : tiles) lost_before += losses_of(t.lost), t.lost = Four{};
+  for (Tile& t : tiles) lost_before += t.lost, t.lost = {};
   for (SurfaceChunk& c : chunks) lost_before += c.lost, c.lost = {};
 }
 
-void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
-  fold_losses();
-  // Spheres leave before the sort; the old lists still count them, so histories are found by the old numbering.
-  const std::vector<std::uint32_t> before_removal = take_out(gone);
-  require_laws();
-
-  double radius_sum = 0, largest = 0;
+/// A quarter of the mean radius unless given: longer, and the lists grow; shorter, and they are built more often.
+void Bed::Impl::choose_skin(double& largest_radius) {
+  double radius_sum = 0;
+  largest_radius = 0;
   for (const Sphere& s : spheres) {
     if (!(std::isfinite(s.x.x) && std::isfinite(s.x.y) && std::isfinite(s.x.z)))
       throw BedFault("t = " + std::to_string(time) + " s: sphere " + std::to_string(s.id) + ": position is not finite");
     radius_sum += s.r;
-    largest = std::max(largest, s.r);
+    largest_radius = std::max(largest_radius, s.r);
   }
-  skin =
-      options.skin > 0 ? options.skin : 0.25 * (spheres.empty() ? 1 : radius_sum / static_cast<double>(spheres.size()));
+  const double mean = spheres.empty() ? 1 : radius_sum / static_cast<double>(spheres.size());
+  skin = options.skin > 0 ? options.skin : 0.25 * mean;
+}
+
+/// How far a boundary reaches from its origin, for the path of its points when it turns.
+void Bed::Impl::measure_boundaries() {
+  boundary_radius.resize(boundaries.size());
+  for (std::size_t b = 0; b < boundaries.size(); ++b) {
+    const Bounds box = bounds(boundaries[b].shape);
+    Vec3 far{};
+    for (int d = 0; d < 3; ++d) far[d] = std::max(std::abs(box.low[d]), std::abs(box.high[d]));
+    boundary_radius[b] = norm(far);
+    if (std::isfinite(boundary_radius[b])) continue;
+    // An infinite plane that turns: what counts is how far the bed reaches from its origin.
+    boundary_radius[b] = 0;
+    for (const Sphere& s : spheres)
+      boundary_radius[b] = std::max(boundary_radius[b], norm(s.x - boundaries[b].pose.position) + s.r + skin);
+  }
+}
+
+void Bed::Impl::clear_lists() {
+  tiles.clear(), runs.clear(), blocks.clear(), wake.clear(), rows.clear();
+  plane_runs.clear(), plane_blocks.clear(), plane_rows.clear();
+  entries.clear(), candidates.clear(), entry_order.clear(), chunks.clear();
+  waiting_pairs.clear(), waiting_surfaces.clear();
+  stale = true;
+}
+
+void Bed::Impl::put_aside() {
+  fold_losses();
+  if (tiles.empty()) return;  // there are no lists; what waits goes on waiting
+  std::vector<PairHistory> of_pairs = pair_histories();
+  std::vector<SurfaceHistory> of_surfaces = surface_histories();
+  clear_lists();
+  waiting_pairs = std::move(of_pairs), waiting_surfaces = std::move(of_surfaces);
+}
+
+void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
+  put_aside();
+  // Spheres leave before the sort; histories still count them, so they are found by the numbering before.
+  const std::size_t count_before = spheres.size();
+  const std::vector<std::uint32_t> before_removal = take_out(gone);
+  require_laws();
+  double largest = 0;
+  choose_skin(largest);
+  const double reach_and_skin = largest_reach() + skin;
   Grid grid;
-  std::vector<std::uint32_t> old_index = sort_spheres(2 * largest + largest_reach() + skin, grid);
-  for (std::uint32_t& i : old_index) i = before_removal[i];
-  build_pairs(grid, old_index);
-  build_entries(old_index);
+  const std::vector<std::uint32_t> old_index = sort_spheres(2 * largest + reach_and_skin, grid);
+  std::vector<std::uint32_t> new_index(count_before, kGone);
+  for (std::size_t i = 0; i < old_index.size(); ++i)
+    new_index[before_removal[old_index[i]]] = static_cast<std::uint32_t>(i);
+
+  HalfList list = find_pairs(spheres, grid, reach_and_skin, threads);
+  build_runs(list);
+  put_pairs(list, waiting_pairs, new_index);
+  build_surfaces();
+  put_surfaces(waiting_surfaces, new_index);
+  waiting_pairs = {}, waiting_surfaces = {};
   divide_work();
+  measure_boundaries();
 
   std::uint32_t slot = 0;
   slot_of_id.assign(next_id, 0);
   for (const Sphere& s : spheres) slot_of_id[s.id] = 1;
   for (std::uint32_t& s : slot_of_id) s = s != 0 ? slot++ : 0;
-
-  boundary_radius.resize(boundaries.size());
-  for (std::size_t b = 0; b < boundaries.size(); ++b) {
-    const Bounds box = bounds(boundaries[b].shape);
-    Vec3 far{};
-    for (int d = 0; d < 3; ++d) {
-      double* component = d == 0 ? &far.x : d == 1 ? &far.y : &far.z;
-      *component = std::max(std::abs(box.low[d]), std::abs(box.high[d]));
-    }
-    // An infinite plane that turns: what counts is how far the bed reaches from its origin.
-    boundary_radius[b] = norm(far);
-    if (!std::isfinite(boundary_radius[b])) {
-      boundary_radius[b] = 0;
-      for (const Sphere& s : spheres)
-        boundary_radius[b] = std::max(boundary_radius[b], norm(s.x - boundaries[b].pose.position) + s.r + skin);
-    }
-  }
-  single_law = only_law();
-  moved = 0;
   stale = false;
   ++rebuilds;
 }

@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-#include "libdem/kernel/batch.hpp"
+#include "libdem/laws/law_table.hpp"
 
 /// Longest stable step of the explicit leapfrog with lagged damping.
 ///

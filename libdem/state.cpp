@@ -51,21 +51,17 @@ Bed::State Bed::save() const {
     out.spheres.push_back(s.r), out.spheres.push_back(s.m);
     out.ids.push_back(s.id), out.ids.push_back(s.material);
   }
-  if (!d.pairs.live.empty())
-    for (std::uint32_t i = 0; i + 1 < d.pairs.start.size(); ++i)
-      for (std::uint32_t p = d.pairs.start[i]; p < d.pairs.start[i + 1]; ++p) {
-        if (!d.pairs.live[p]) continue;
-        out.pair_ids.push_back(d.spheres[i].id), out.pair_ids.push_back(d.spheres[d.pairs.other[p]].id);
-        put(out.pairs, d.pairs.state[p]);
-      }
-  for (const SurfaceEntry& e : d.entries)
-    for (std::uint32_t c = 0; c < e.live; ++c) {
-      out.surface_ids.push_back(d.spheres[e.sphere].id), out.surface_ids.push_back(e.boundary);
-      put(out.surfaces, e.contact[c].normal);
-      put(out.surfaces, e.contact[c].state);
-    }
+  for (const PairHistory& p : d.tiles.empty() ? d.waiting_pairs : d.pair_histories()) {
+    out.pair_ids.push_back(d.spheres[p.owner].id), out.pair_ids.push_back(d.spheres[p.other].id);
+    put(out.pairs, p.state);
+  }
+  for (const SurfaceHistory& c : d.tiles.empty() ? d.waiting_surfaces : d.surface_histories()) {
+    out.surface_ids.push_back(d.spheres[c.sphere].id), out.surface_ids.push_back(c.boundary);
+    put(out.surfaces, c.normal);
+    put(out.surfaces, c.state);
+  }
   Losses lost = d.lost_before;
-  for (const TileSums& t : d.tiles) lost += losses_of(t.lost);
+  for (const Tile& t : d.tiles) lost += t.lost;
   for (const SurfaceChunk& c : d.chunks) lost += c.lost;
   out.scalars = {d.time,
                  d.dt_before,
@@ -109,47 +105,21 @@ void Bed::restore(const State& in) {
     d.next_id = std::max(d.next_id, s.id + 1);
     d.spheres.push_back(s);
   }
-  // Histories enter as the lists "before": one half list by place, from which rebuild() takes them over.
-  struct Pair {
-    std::uint32_t owner, other;
-    PairState state;
-  };
-  std::vector<Pair> all;
-  for (std::size_t k = 0; k < in.pair_ids.size() / 2; ++k) {
-    const std::uint32_t a = index.at(static_cast<std::uint32_t>(in.pair_ids[2 * k]));
-    const std::uint32_t b = index.at(static_cast<std::uint32_t>(in.pair_ids[2 * k + 1]));
-    all.push_back({a, b, get(in.pairs.data() + kPairNumbers * k)});
-  }
-  std::stable_sort(all.begin(), all.end(), [](const Pair& a, const Pair& b) { return a.owner < b.owner; });
-  d.pairs = {};
-  d.pairs.start.assign(count + 1, 0);
-  for (const Pair& p : all) {
-    ++d.pairs.start[p.owner + 1];
-    d.pairs.other.push_back(p.other);
-    d.pairs.state.push_back(p.state);
-    d.pairs.live.push_back(1);
-  }
-  for (std::size_t i = 0; i < count; ++i) d.pairs.start[i + 1] += d.pairs.start[i];
-
-  d.entries.clear();
-  d.entry_of.clear();
-  std::map<std::pair<std::uint32_t, std::uint32_t>, SurfaceEntry> near;
+  // Histories wait for the first lists, by place of the spheres.
+  d.clear_lists();
+  for (std::size_t k = 0; k < in.pair_ids.size() / 2; ++k)
+    d.waiting_pairs.push_back({index.at(static_cast<std::uint32_t>(in.pair_ids[2 * k])),
+                               index.at(static_cast<std::uint32_t>(in.pair_ids[2 * k + 1])),
+                               get(in.pairs.data() + kPairNumbers * k)});
   for (std::size_t k = 0; k < in.surface_ids.size() / 2; ++k) {
-    const std::uint32_t sphere = index.at(static_cast<std::uint32_t>(in.surface_ids[2 * k]));
-    const auto boundary = static_cast<std::uint32_t>(in.surface_ids[2 * k + 1]);
-    SurfaceEntry& e = near[{sphere, boundary}];
-    e.sphere = sphere, e.boundary = boundary;
     Reader read{in.surfaces.data() + (3 + kPairNumbers) * k};
-    e.contact[e.live].normal = read.vector();
-    e.contact[e.live++].state = get(read.at);
+    SurfaceHistory c{index.at(static_cast<std::uint32_t>(in.surface_ids[2 * k])),
+                     static_cast<std::uint32_t>(in.surface_ids[2 * k + 1]),
+                     read.vector(),
+                     {}};
+    c.state = get(read.at);
+    d.waiting_surfaces.push_back(c);
   }
-  d.entry_start.assign(count + 1, 0);
-  for (const auto& [key, e] : near) {
-    ++d.entry_start[e.sphere + 1];
-    d.entry_of.push_back(static_cast<std::uint32_t>(d.entries.size()));
-    d.entries.push_back(e);
-  }
-  for (std::size_t i = 0; i < count; ++i) d.entry_start[i + 1] += d.entry_start[i];
 
   Reader read{in.scalars.data()};
   d.time = read.number(), d.dt_before = read.number();
@@ -168,8 +138,6 @@ void Bed::restore(const State& in) {
     b.work = read.number();
     b.pose = b.pose_before = stood;
   }
-  d.tiles.clear(), d.chunks.clear();
-  d.stale = true;
 }
 
 }  // namespace subsoil::dem

@@ -1,6 +1,6 @@
 #pragma once
 #include "apps/scenario/load.hpp"
-#include "libdem/kernel/batch.hpp"
+#include "libdem/laws/law_table.hpp"
 
 namespace subsoil::app {
 

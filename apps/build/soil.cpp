@@ -1,12 +1,13 @@
 #include "apps/build/soil.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "apps/build/laws.hpp"
-#include "apps/output/bed_file.hpp"
 #include "apps/scenario/units.hpp"
 #include "libdem/bed/carve.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
@@ -125,20 +126,39 @@ std::vector<dem::SphereSpec> SoilBuilder::listed() const {
   return out;
 }
 
-std::vector<dem::SphereSpec> SoilBuilder::from_file() {
+/// In ascending id of the file: the bed numbers its spheres in this order, so a saved bed keeps its numbers.
+std::vector<dem::SphereSpec> SoilBuilder::from_file() const {
   const BedTable table = load_bed(bed().file, [](std::string_view unit, std::string_view si) {
     return unit.empty() || unit == si ? 1.0 : parse_quantity("1 " + std::string(unit), std::string(si));
   });
+  if (table.size() == 0) throw std::invalid_argument(bed().file + ": holds no sphere");
+  std::vector<std::size_t> order(table.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return table.id[a] < table.id[b]; });
   std::vector<dem::SphereSpec> out;
-  for (std::size_t i = 0; i < table.size(); ++i) {
-    const std::string& name = table.material[i].empty() ? bed().material : table.material[i];
-    const int m = material_index(loaded_.scenario, name);
+  out.reserve(table.size());
+  for (const std::size_t i : order) {
+    const int m = material_of(table, i);
     const double density = std::isnan(table.density[i])
                                ? loaded_.scenario.materials[static_cast<std::size_t>(m)].density
                                : table.density[i];
     out.push_back({table.position[i], table.velocity[i], table.spin[i], table.radius[i], density, m});
   }
   return out;
+}
+
+int SoilBuilder::material_of(const BedTable& table, std::size_t row) const {
+  const std::string& name = table.material[row].empty() ? bed().material : table.material[row];
+  try {
+    return material_index(loaded_.scenario, name);
+  } catch (const std::invalid_argument&) {
+    std::vector<std::string> known;
+    for (const Material& m : loaded_.scenario.materials) known.push_back(m.name);
+    throw std::invalid_argument(
+        fmt::format("{}: sphere {} is of material '{}', which the scenario does not have; "
+                    "it has {}",
+                    bed().file, table.id[row], name, fmt::join(known, ", ")));
+  }
 }
 
 void SoilBuilder::place() {

@@ -2,6 +2,7 @@
 #include <array>
 
 #include "apps/build/world.hpp"
+#include "apps/output/bed_file.hpp"
 #include "libdem/bed/settle.hpp"
 
 namespace subsoil::app {
@@ -36,7 +37,8 @@ class SoilBuilder {
   dem::LatticePlan lattice_plan(double pitch) const;
   double rest_overlap(int a, int b) const;
   std::vector<dem::SphereSpec> listed() const;
-  std::vector<dem::SphereSpec> from_file();
+  std::vector<dem::SphereSpec> from_file() const;
+  int material_of(const BedTable& table, std::size_t row) const;
   void save() const;
 
   World& world_;

@@ -136,7 +136,11 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
   for (std::size_t a = 0; a < soil.size(); ++a)
     for (std::size_t b = 0; b < soil.size(); ++b) {
       const int law = world.laws.of(static_cast<int>(a), static_cast<int>(b));
-      if (law < 0 || !soil[a]) continue;
+      if (!soil[a] || !(soil[b] || surface[b])) continue;
+      if (law < 0)  // materials that only a bed's file names; the others are checked with the scenario
+        throw ScenarioError(fmt::format("{}: spheres of {} can meet {}, but there is no law; add `- between: [{}, {}]`",
+                                        loaded.where("contacts"), s.materials[a].name, s.materials[b].name,
+                                        s.materials[a].name, s.materials[b].name));
       const std::string between = s.materials[a].name + " and " + s.materials[b].name;
       const dem::Law& l = world.laws.laws[static_cast<std::size_t>(law)];
       if (soil[b] && question.neighbours > 0) limit_step(report, dem::stable_step(l, question), between);

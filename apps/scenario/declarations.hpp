@@ -158,8 +158,10 @@ void describe(V& v, Bed& b) {
   v.quantity("jitter", b.jitter, "1", "[0, 0.5]", "largest random shift of a lattice site, share of the radius");
   v.section("settle", b.settle, "let the bed come to rest before time 0; left out: it starts as filled");
   v.output_file("save", b.save, "HDF5 file that keeps the bed after settling");
-  v.optional_file("file", b.file,
-                  "saved bed: HDF5, or CSV with columns id,x,y,z,radius,vx,vy,vz,wx,wy,wz,density in SI units");
+  v.optional_file(
+      "file", b.file,
+      "saved bed: HDF5, or CSV whose first line names columns and units: x [m],y [m],z [m],radius [mm], and "
+      "where wanted id,material,density [kg/m^3],vx [m/s],...,wx [rad/s],...; spheres are numbered by id");
   v.list("particles", b.particles, "the spheres, one by one");
   v.choice("inside machine", b.inside_machine, {{"refuse", Overlap::refuse}, {"carve", Overlap::carve}},
            "spheres inside a machine's surface at the start: refuse the run, or take them out");

@@ -153,4 +153,29 @@ size_t MeshSurface::contacts(const Vec3& c, double reach, std::span<const uint32
   return accepted;
 }
 
+std::optional<FlatFace> MeshSurface::flat_face(const Vec3& c, double margin,
+                                               std::span<const uint32_t> candidates) const {
+  if (candidates.empty()) return std::nullopt;
+  const Facet& first = facets_[candidates.front()];
+  const double height = dot(c - first.corner[0], first.normal);
+  if ((first.sided ? height : std::abs(height)) <= margin) return std::nullopt;
+  const Vec3 foot = c - height * first.normal;
+  bool above = false;
+  for (const uint32_t t : candidates) {
+    const Facet& f = facets_[t];
+    // Bends of less than a milliradian are within one feature; a plane must be one to rounding.
+    if (face_feature_[t] != face_feature_[candidates.front()] || norm(f.normal - first.normal) > 1e-9)
+      return std::nullopt;
+    above = above || nearest_point(f, foot).distance_squared <= rounding_ * rounding_;
+    for (int i = 0; i < 3; ++i) {
+      if (corners_[f.part_corner[i]].feature == face_feature_[t]) continue;
+      const double along = std::clamp(dot(foot - f.corner[i], f.along[i]), 0.0, f.length[i]);
+      if (norm(foot - f.corner[i] - along * f.along[i]) <= margin) return std::nullopt;
+    }
+  }
+  if (!above) return std::nullopt;
+  const Vec3 normal = height > 0 ? first.normal : -first.normal;
+  return FlatFace{normal, dot(normal, first.corner[0])};
+}
+
 }  // namespace subsoil::dem

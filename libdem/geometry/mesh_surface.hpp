@@ -2,6 +2,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -42,6 +43,11 @@ class MeshSurface {
   size_t contacts(const Vec3& c, double reach, std::span<const uint32_t> candidates, SurfaceContact* out,
                   size_t max) const;
   static constexpr size_t max_minima = 32;
+
+  /// The flat face that alone can be touched by a sphere whose centre stays within `margin` of c, if it is one face and
+  /// the centre stays on its side, above its inside and away from its rim. `candidates` as above, for a reach of the
+  /// sphere's own plus the margin.
+  std::optional<FlatFace> flat_face(const Vec3& c, double margin, std::span<const uint32_t> candidates) const;
 
   size_t triangle_count() const { return facets_.size(); }
   const Bounds& bounds() const { return bounds_; }

@@ -78,6 +78,14 @@ void candidates(const Shape& shape, const Vec3& c, double reach, std::vector<uin
   if (contacts(shape, c, reach, whole_shape, &any, 1) > 0) out.push_back(0);
 }
 
+std::optional<FlatFace> flat_face(const Shape& shape, const Vec3& c, double margin,
+                                  std::span<const uint32_t> candidates) {
+  if (const auto* mesh = std::get_if<MeshSurface>(&shape)) return mesh->flat_face(c, margin, candidates);
+  if (const auto* plane = std::get_if<Plane>(&shape))
+    return FlatFace{plane->normal(), dot(plane->normal(), plane->point())};
+  return std::nullopt;
+}
+
 Bounds bounds(const Shape& shape) {
   Bounds b;
   if (const auto* mesh = std::get_if<MeshSurface>(&shape)) return mesh->bounds();

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <variant>
 #include <vector>
@@ -51,6 +52,10 @@ size_t contacts(const Shape& shape, const Vec3& c, double reach, std::span<const
 
 /// Appends what can be touched within reach of c: triangles of a mesh in ascending order, a single 0 for the others.
 void candidates(const Shape& shape, const Vec3& c, double reach, std::vector<uint32_t>& out);
+
+/// The flat face that alone can be touched while the centre stays within `margin` of c (MeshSurface::flat_face).
+std::optional<FlatFace> flat_face(const Shape& shape, const Vec3& c, double margin,
+                                  std::span<const uint32_t> candidates);
 
 /// Box around the shape in its own axes; infinite in every direction for a plane.
 Bounds bounds(const Shape& shape);

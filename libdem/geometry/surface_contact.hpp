@@ -17,6 +17,12 @@ struct SurfaceContact {
   uint32_t surface = 0;  ///< index of the body's surface that carries the point
 };
 
+/// A flat face that is all a sphere can touch of a body for a while; axes of the body.
+struct FlatFace {
+  Vec3 normal;        ///< unit, to the side of the sphere
+  double offset = 0;  ///< m: the face is normal . x = offset
+};
+
 /// Pairs the contacts of now with those of the step before so that a history follows its contact across triangles,
 /// edges and vertices: from[i] = index of the previous contact that now[i] continues, or -1.
 ///

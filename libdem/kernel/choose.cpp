@@ -1,7 +1,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "libdem/kernel/batch.hpp"
+#include "libdem/kernel/streams.hpp"
 
 namespace subsoil::dem {
 

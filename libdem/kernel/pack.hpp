@@ -23,12 +23,17 @@ inline constexpr int kWidth = 2;
 using PackData = double __attribute__((vector_size(8 * kWidth)));
 using PackBits = std::int64_t __attribute__((vector_size(8 * kWidth)));
 using PackFloats = float __attribute__((vector_size(4 * kWidth)));
-using PackHalves = std::uint32_t __attribute__((vector_size(4 * kWidth)));
-using PackWords = std::uint64_t __attribute__((vector_size(8 * kWidth)));
 
+#if defined(__AVX512F__)
+/// A mask register: GCC 12 keeps comparisons of its own vectors as vectors and pays for both conversions.
+struct PackMask {
+  __mmask8 bits;
+};
+#else
 struct PackMask {
   PackBits bits;
 };
+#endif
 
 struct Pack {
   PackData v;
@@ -40,20 +45,74 @@ struct Pack {
   friend Pack operator+(Pack a, Pack b) { return Pack(a.v + b.v); }
   friend Pack operator-(Pack a, Pack b) { return Pack(a.v - b.v); }
   friend Pack operator*(Pack a, Pack b) { return Pack(a.v * b.v); }
-  friend Pack operator/(Pack a, Pack b) { return Pack(a.v / b.v); }
   friend Pack operator-(Pack a) { return Pack(-a.v); }
+#if defined(__AVX512F__)
+  friend PackMask operator>(Pack a, Pack b) { return {_mm512_cmp_pd_mask(__m512d(a.v), __m512d(b.v), _CMP_GT_OQ)}; }
+  friend PackMask operator>=(Pack a, Pack b) { return {_mm512_cmp_pd_mask(__m512d(a.v), __m512d(b.v), _CMP_GE_OQ)}; }
+#else
   friend PackMask operator>(Pack a, Pack b) { return {a.v > b.v}; }
   friend PackMask operator>=(Pack a, Pack b) { return {a.v >= b.v}; }
+#endif
+  Pack& operator+=(Pack b) { return *this = *this + b; }
 };
 
+inline Pack load(const double* from) {
+  Pack p;
+  __builtin_memcpy(&p.v, from, sizeof p.v);
+  return p;
+}
+inline void store(Pack p, double* to) { __builtin_memcpy(to, &p.v, sizeof p.v); }
+inline double sum_of(Pack p) {
+  double total = 0;
+  for (int l = 0; l < kWidth; ++l) total += p.v[l];
+  return total;
+}
+
+#if defined(__AVX512F__)
+inline Pack select(PackMask m, Pack a, Pack b) {
+  return Pack(PackData(_mm512_mask_blend_pd(m.bits, __m512d(b.v), __m512d(a.v))));
+}
+inline PackMask both(PackMask a, PackMask b) { return {static_cast<__mmask8>(a.bits & b.bits)}; }
+inline bool any(PackMask m) { return m.bits != 0; }
+inline Pack max(Pack a, Pack b) { return Pack(PackData(_mm512_maskz_max_pd(0xFF, __m512d(a.v), __m512d(b.v)))); }
+inline Pack min(Pack a, Pack b) { return Pack(PackData(_mm512_maskz_min_pd(0xFF, __m512d(a.v), __m512d(b.v)))); }
+
+/// 1/sqrt(a) to 2 units in the last place from the 14 bits of the instruction: two Newton steps. The exact square root
+/// and division keep one port busy for 24 and 16 cycles, this takes 10 operations on two.
+inline Pack rsqrt(Pack a) {
+  const Pack half_a = Pack(-0.5) * a, three_halves(1.5);
+  Pack y(PackData(_mm512_maskz_rsqrt14_pd(0xFF, __m512d(a.v))));
+  y = y * (half_a * y * y + three_halves);
+  return y * (half_a * y * y + three_halves);
+}
+/// sqrt(0) is 0, and so is that of a number negative by rounding; NaN stays NaN (the instruction's max gives its second
+/// operand then).
+inline Pack sqrt(Pack a) {
+  const Pack y = rsqrt(max(Pack(1e-290), a));
+  const Pack root = max(Pack(0.0), a) * y;
+  return root + Pack(0.5) * y * (max(Pack(0.0), a) - root * root);
+}
+inline Pack operator/(Pack a, Pack b) {
+  const Pack two(2.0);
+  Pack y(PackData(_mm512_maskz_rcp14_pd(0xFF, __m512d(b.v))));
+  y = y * (two - b * y);
+  y = y * (two - b * y);
+  const Pack q = a * y;
+  return q + y * (a - b * q);
+}
+#else
 inline Pack select(PackMask m, Pack a, Pack b) { return Pack(m.bits ? a.v : b.v); }
 inline PackMask both(PackMask a, PackMask b) { return {a.bits & b.bits}; }
+inline bool any(PackMask m) {
+  std::int64_t all = 0;
+  for (int l = 0; l < kWidth; ++l) all |= m.bits[l];
+  return all != 0;
+}
 inline Pack max(Pack a, Pack b) { return Pack(a.v > b.v ? a.v : b.v); }
 inline Pack min(Pack a, Pack b) { return Pack(a.v < b.v ? a.v : b.v); }
+inline Pack operator/(Pack a, Pack b) { return Pack(a.v / b.v); }
 inline Pack sqrt(Pack a) {
-#if defined(__AVX512F__)
-  return Pack(reinterpret_cast<PackData>(_mm512_maskz_sqrt_pd(0xFF, reinterpret_cast<__m512d>(a.v))));
-#elif defined(__AVX2__)
+#if defined(__AVX2__)
   return Pack(reinterpret_cast<PackData>(_mm256_sqrt_pd(reinterpret_cast<__m256d>(a.v))));
 #elif defined(__x86_64__)
   return Pack(reinterpret_cast<PackData>(_mm_sqrt_pd(reinterpret_cast<__m128d>(a.v))));
@@ -62,6 +121,20 @@ inline Pack sqrt(Pack a) {
   for (int i = 0; i < kWidth; ++i) r.v[i] = __builtin_sqrt(a.v[i]);
   return r;
 #endif
+}
+inline Pack rsqrt(Pack a) { return Pack(1.0) / sqrt(a); }
+#endif
+
+/// Byte offsets of 8 records of `size` bytes, whose numbers are `index & mask`: computed together, not one by one
+/// beside the loads that wait for them.
+struct Offsets {
+  std::uint64_t at[8];
+};
+template <std::uint64_t size>
+[[gnu::always_inline]] inline Offsets offsets_of(const std::uint32_t* index, std::uint32_t mask) {
+  Offsets o;
+  for (int l = 0; l < 8; ++l) o.at[l] = static_cast<std::uint64_t>(index[l] & mask) * size;
+  return o;
 }
 
 /// Lane by lane: see power() in laws/number.hpp.
@@ -74,19 +147,18 @@ inline Pack pow(Pack a, double n) {
 /// Four doubles from each of kWidth rows, transposed: out[c] holds element c of every row.
 inline void load4(const double* const* row, Pack* out) {
 #if defined(__AVX512F__)
-  // Rows l and l + 4 share a register; a 4 x 4 transpose in each half then gives all eight lanes.
-  const auto pair = [&](int l) {
-    return _mm512_maskz_insertf64x4(0xFF, _mm512_zextpd256_pd512(_mm256_loadu_pd(row[l])), _mm256_loadu_pd(row[l + 4]),
+  // Two rows per register, chosen so that lanes come out in order after one exchange within and one of 128-bit lanes.
+  const auto rows = [&](int low, int high) {
+    return _mm512_maskz_insertf64x4(0xFF, _mm512_zextpd256_pd512(_mm256_loadu_pd(row[low])), _mm256_loadu_pd(row[high]),
                                     1);
   };
-  const __m512d a = pair(0), b = pair(1), c = pair(2), d = pair(3);
+  const __m512d a = rows(0, 2), b = rows(1, 3), c = rows(4, 6), d = rows(5, 7);
   const __m512d ab0 = _mm512_maskz_unpacklo_pd(0xFF, a, b), ab1 = _mm512_maskz_unpackhi_pd(0xFF, a, b);
   const __m512d cd0 = _mm512_maskz_unpacklo_pd(0xFF, c, d), cd1 = _mm512_maskz_unpackhi_pd(0xFF, c, d);
-  const __m512i low = _mm512_set_epi64(13, 12, 5, 4, 9, 8, 1, 0), high = _mm512_set_epi64(15, 14, 7, 6, 11, 10, 3, 2);
-  out[0] = Pack(PackData(_mm512_permutex2var_pd(ab0, low, cd0)));
-  out[1] = Pack(PackData(_mm512_permutex2var_pd(ab1, low, cd1)));
-  out[2] = Pack(PackData(_mm512_permutex2var_pd(ab0, high, cd0)));
-  out[3] = Pack(PackData(_mm512_permutex2var_pd(ab1, high, cd1)));
+  out[0] = Pack(PackData(_mm512_maskz_shuffle_f64x2(0xFF, ab0, cd0, 0x88)));
+  out[1] = Pack(PackData(_mm512_maskz_shuffle_f64x2(0xFF, ab1, cd1, 0x88)));
+  out[2] = Pack(PackData(_mm512_maskz_shuffle_f64x2(0xFF, ab0, cd0, 0xDD)));
+  out[3] = Pack(PackData(_mm512_maskz_shuffle_f64x2(0xFF, ab1, cd1, 0xDD)));
 #elif defined(__AVX2__)
   const __m256d a = _mm256_loadu_pd(row[0]), b = _mm256_loadu_pd(row[1]), c = _mm256_loadu_pd(row[2]),
                 d = _mm256_loadu_pd(row[3]);
@@ -132,33 +204,23 @@ inline void store4(const Pack* in, double* const* row) {
 #endif
 }
 
-/// Two floats that share the place of a double in each lane.
-inline void split(Pack both_floats, Pack& low, Pack& high) {
+/// kWidth floats as doubles, and back.
+inline Pack load_floats(const float* from) {
 #if defined(__AVX512F__)
-  // GCC 12 takes vector conversions between 32 and 64 bits apart lane by lane.
-  const __m512i bits = _mm512_castpd_si512(__m512d(both_floats.v));
-  const __m256 a = _mm256_castsi256_ps(_mm512_maskz_cvtepi64_epi32(0xFF, bits));
-  const __m256 b = _mm256_castsi256_ps(_mm512_maskz_cvtepi64_epi32(0xFF, _mm512_maskz_srli_epi64(0xFF, bits, 32)));
-  low = Pack(PackData(_mm512_maskz_cvtps_pd(0xFF, a)));
-  high = Pack(PackData(_mm512_maskz_cvtps_pd(0xFF, b)));
+  // GCC 12 takes conversions of its own vectors between 32 and 64 bits apart lane by lane.
+  return Pack(PackData(_mm512_maskz_cvtps_pd(0xFF, _mm256_loadu_ps(from))));
 #else
-  const PackWords words = reinterpret_cast<PackWords>(both_floats.v);
-  const PackHalves a = __builtin_convertvector(words, PackHalves), b = __builtin_convertvector(words >> 32, PackHalves);
-  low = Pack(__builtin_convertvector(reinterpret_cast<PackFloats>(a), PackData));
-  high = Pack(__builtin_convertvector(reinterpret_cast<PackFloats>(b), PackData));
+  PackFloats f;
+  __builtin_memcpy(&f, from, sizeof f);
+  return Pack(__builtin_convertvector(f, PackData));
 #endif
 }
-inline Pack join(Pack low, Pack high) {
+inline void store_floats(Pack p, float* to) {
 #if defined(__AVX512F__)
-  const __m512i a = _mm512_maskz_cvtepu32_epi64(0xFF, _mm256_castps_si256(_mm512_maskz_cvtpd_ps(0xFF, __m512d(low.v))));
-  const __m512i b =
-      _mm512_maskz_cvtepu32_epi64(0xFF, _mm256_castps_si256(_mm512_maskz_cvtpd_ps(0xFF, __m512d(high.v))));
-  return Pack(PackData(_mm512_castsi512_pd(_mm512_or_si512(a, _mm512_maskz_slli_epi64(0xFF, b, 32)))));
+  _mm256_storeu_ps(to, _mm512_maskz_cvtpd_ps(0xFF, __m512d(p.v)));
 #else
-  const PackFloats a = __builtin_convertvector(low.v, PackFloats), b = __builtin_convertvector(high.v, PackFloats);
-  const PackWords words = __builtin_convertvector(reinterpret_cast<PackHalves>(a), PackWords) |
-                          (__builtin_convertvector(reinterpret_cast<PackHalves>(b), PackWords) << 32);
-  return Pack(reinterpret_cast<PackData>(words));
+  const PackFloats f = __builtin_convertvector(p.v, PackFloats);
+  __builtin_memcpy(to, &f, sizeof f);
 #endif
 }
 

@@ -9,7 +9,7 @@ template <class T>
 struct Approach {
   T overlap;  ///< delta, m; negative is a gap
   T rate;     ///< d delta/dt, m/s; positive while approaching, at the middle of the step that ends now
-  T m_eff;    ///< m1 m2/(m1 + m2), kg; the sphere's mass at a boundary
+  T root_m;   ///< sqrt(m_eff), kg^1/2, m_eff = m1 m2/(m1 + m2), the sphere's mass at a boundary: damping needs the root
   T r_eff;    ///< r1 r2/(r1 + r2), m; the sphere's radius at a boundary
   T elapsed;  ///< time since the contact was last evaluated, s (0 at the first step of a run)
 };

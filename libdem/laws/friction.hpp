@@ -35,8 +35,9 @@ struct Slip {
 
 /// @param growth stiffness before over stiffness now; @param soft 1/k, 0 without a spring
 template <class T>
-Slip<T> stick_slip(const T (&x)[3], const T (&v)[3], const T (&dashpot_before)[3], T slipping_before, T dt, T growth,
-                   T k, T soft, T c, T limit_static, T limit_kinetic, Mask<T> engaged) {
+[[gnu::always_inline]] inline Slip<T> stick_slip(const T (&x)[3], const T (&v)[3], const T (&dashpot_before)[3],
+                                                 T slipping_before, T dt, T growth, T k, T soft, T c, T limit_static,
+                                                 T limit_kinetic, Mask<T> engaged) {
   Slip<T> out;
   const T zero(0.0), one(1.0), half(0.5);
   // A stiffness that rises keeps the force, one that falls keeps the spring (Mindlin's unloading): both only lose
@@ -50,10 +51,9 @@ Slip<T> stick_slip(const T (&x)[3], const T (&v)[3], const T (&dashpot_before)[3
     g2 = g2 + g[d] * g[d];
     x2 = x2 + x[d] * x[d];
   }
-  const T size = sqrt(g2);
   const T limit = select(slipping_before > half, limit_kinetic, limit_static);
-  const auto slip = size > limit;
-  const T scale = select(slip, limit_kinetic / max(size, T(1e-300)), one);
+  const auto slip = g2 > limit * limit;
+  const T scale = select(slip, limit_kinetic * rsqrt(max(g2, T(1e-290))), one);
   out.slipping = select(both(engaged, slip), one, zero);
   out.slid = half * x2 * k * (growth - keep * keep);
   out.damped = zero;
@@ -94,19 +94,20 @@ struct Friction {
              "radius");
   }
 
+  bool resists_rolling() const { return rolling != Rolling::none && mu_r > 0; }
   double mu_sliding() const { return std::isnan(mu_d) ? mu : mu_d; }
 
   template <class T>
-  Slip<T> slide(const NormalForce<T>& n, const T (&xi)[3], const T (&v_t)[3], const T (&dashpot_before)[3],
-                T slipping_before, T dt) const {
+  [[gnu::always_inline]] Slip<T> slide(const NormalForce<T>& n, const T (&xi)[3], const T (&v_t)[3],
+                                       const T (&dashpot_before)[3], T slipping_before, T dt) const {
     return stick_slip(xi, v_t, dashpot_before, slipping_before, dt, n.growth, n.k_t, n.soft_t, n.c_t, T(mu) * n.grip,
                       T(mu_sliding()) * n.grip, n.engaged);
   }
 
   /// @param i_roll series sum of both bodies' 7/5 m r^2, kg m^2
   template <class T>
-  Slip<T> roll(const NormalForce<T>& n, const T (&rho)[3], const T (&w)[3], const T (&dashpot_before)[3], T r_eff,
-               T i_roll, T dt) const {
+  [[gnu::always_inline]] Slip<T> roll(const NormalForce<T>& n, const T (&rho)[3], const T (&w)[3],
+                                      const T (&dashpot_before)[3], T r_eff, T i_roll, T dt) const {
     const T arm = T(mu_r) * r_eff, cap = arm * n.grip, zero(0.0);
     if (rolling == Rolling::constant_torque) {
       // A dashpot whose coefficient makes the torque cap w/|w|: no spring, no state.

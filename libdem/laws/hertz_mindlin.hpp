@@ -24,6 +24,7 @@ struct HertzMindlin {
   double restitution = std::numeric_limits<double>::quiet_NaN();
   bool clip = false;
   Friction friction;
+  double damping = 0;  ///< 2 sqrt(5/6) beta(e); filled by resolved()
 
   template <class V>
   void describe(V& v) {
@@ -48,13 +49,17 @@ struct HertzMindlin {
       G_eff = 1 / ((2 - poisson_1) / shear(young_1, poisson_1) + (2 - poisson_2) / shear(young_2, poisson_2));
   }
 
-  HertzMindlin resolved() const { return *this; }
+  HertzMindlin resolved() const {
+    HertzMindlin law = *this;
+    law.damping = 2 * std::sqrt(5.0 / 6.0) * damping_ratio(restitution);
+    return law;
+  }
   double reach() const { return 0; }
   double rest_overlap() const { return 0; }
 
   template <class T>
-  NormalForce<T> normal(const Approach<T>& a) const {
-    const T zero(0.0), damp(2 * std::sqrt(5.0 / 6.0) * damping_ratio(restitution));
+  [[gnu::always_inline]] NormalForce<T> normal(const Approach<T>& a) const {
+    const T zero(0.0), damp(damping);
     NormalForce<T> n;
     n.engaged = a.overlap > zero;
     // Never zero, so that k_t growth is the stiffness before even when the contact has just ended.
@@ -65,8 +70,9 @@ struct HertzMindlin {
     n.k_t = T(8 * G_eff) * root;
     n.growth = root_before / root;
     n.soft_t = select(n.engaged, T(1.0) / max(n.k_t, T(1e-150)), zero);
-    n.c_t = damp * sqrt(n.k_t * a.m_eff);
-    const T viscous = damp * sqrt(n.k_n * a.m_eff) * a.rate;
+    const T c_n = damp * sqrt(n.k_n) * a.root_m;
+    n.c_t = T(std::sqrt(4 * G_eff / E_eff)) * c_n;
+    const T viscous = c_n * a.rate;
     const T total = clip ? max(zero, spring + viscous) : spring + viscous;
     n.force = select(n.engaged, total, zero);
     n.damping = select(n.engaged, total - spring, zero);

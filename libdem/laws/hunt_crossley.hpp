@@ -47,7 +47,7 @@ struct HuntCrossley {
   double rest_overlap() const { return 0; }
 
   template <class T>
-  NormalForce<T> normal(const Approach<T>& a) const {
+  [[gnu::always_inline]] NormalForce<T> normal(const Approach<T>& a) const {
     const T zero(0.0), one(1.0);
     NormalForce<T> n;
     n.engaged = a.overlap > zero;

@@ -27,6 +27,7 @@ struct Linear {
   double restitution = std::numeric_limits<double>::quiet_NaN();
   bool clip = false;
   Friction friction;
+  double beta = 0;  ///< damping ratio; filled by resolved()
 
   template <class V>
   void describe(V& v) {
@@ -39,17 +40,21 @@ struct Linear {
     friction.describe(v);
   }
 
-  Linear resolved() const { return *this; }
+  Linear resolved() const {
+    Linear law = *this;
+    law.beta = damping_ratio(restitution);
+    return law;
+  }
   double reach() const { return 0; }
   double rest_overlap() const { return 0; }
 
   template <class T>
-  NormalForce<T> normal(const Approach<T>& a) const {
-    const T zero(0.0), two_beta(2 * damping_ratio(restitution));
+  [[gnu::always_inline]] NormalForce<T> normal(const Approach<T>& a) const {
+    const T zero(0.0), damp(2 * beta * std::sqrt(k_n));
     NormalForce<T> n;
     n.engaged = a.overlap > zero;
     const T spring = T(k_n) * a.overlap;
-    const T viscous = two_beta * sqrt(a.m_eff * T(k_n)) * a.rate;
+    const T viscous = damp * a.root_m * a.rate;
     const T total = clip ? max(zero, spring + viscous) : spring + viscous;
     n.force = select(n.engaged, total, zero);
     n.damping = select(n.engaged, total - spring, zero);
@@ -59,7 +64,7 @@ struct Linear {
     n.k_t = T(k_n * stiffness_ratio);
     n.growth = T(1.0);
     n.soft_t = T(stiffness_ratio > 0 ? 1 / (k_n * stiffness_ratio) : 0.0);
-    n.c_t = two_beta * sqrt(a.m_eff * n.k_t);
+    n.c_t = T(2 * beta * std::sqrt(k_n * stiffness_ratio)) * a.root_m;
     return n;
   }
 

@@ -85,7 +85,7 @@ struct Wet {
   double rest_overlap() const { return dc + D; }
 
   template <class T>
-  NormalForce<T> normal(const Approach<T>& a) const {
+  [[gnu::always_inline]] NormalForce<T> normal(const Approach<T>& a) const {
     const T zero(0.0), rest(dc + D), half(0.5);
     const T press = a.overlap - rest;       // > 0: repulsive band
     const T reach = a.overlap - T(D - dB);  // > 0: attracted at least

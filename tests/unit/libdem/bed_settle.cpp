@@ -58,12 +58,12 @@ TEST(BedSettle, SoftenedLawKeepsItsRestDistanceAndLosesItsAttraction) {
   EXPECT_DOUBLE_EQ(soft.friction.mu, 0.05);
   EXPECT_DOUBLE_EQ(soft.friction.mu_r, 0.03);
   for (const double overlap : {-1e-3, 0.5e-3, 1.5e-3}) {
-    const Approach<double> a{.overlap = overlap, .rate = 0, .m_eff = 1, .r_eff = 1, .elapsed = 0};
+    const Approach<double> a{.overlap = overlap, .rate = 0, .root_m = 1, .r_eff = 1, .elapsed = 0};
     EXPECT_EQ(soft.normal(a).force, 0);
     const Wet half = std::get<Wet>(softened(full, 0.5, 1));
     EXPECT_DOUBLE_EQ(half.normal(a).force, 0.5 * full.normal(a).force);
   }
-  const Approach<double> pressed{.overlap = 3e-3, .rate = 0, .m_eff = 1, .r_eff = 1, .elapsed = 0};
+  const Approach<double> pressed{.overlap = 3e-3, .rate = 0, .root_m = 1, .r_eff = 1, .elapsed = 0};
   EXPECT_EQ(soft.normal(pressed).force, full.normal(pressed).force);
 }
 

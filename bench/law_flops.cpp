@@ -1,0 +1,58 @@
+/// Floating-point operations of one contact, law by law: the law's own functions run over a number that counts. Each of
+/// + - * / sqrt counts one (a multiply-add two); comparisons, selections and signs count nothing. A line per law.
+#include <cstdio>
+
+#include "bench/bed_case.hpp"
+
+namespace subsoil::bench {
+
+/// A double that counts what is done with it.
+struct Counted {
+  double value = 0;
+  static inline long operations = 0;
+
+  Counted() = default;
+  explicit Counted(double v) : value(v) {}
+  static Counted done(double v) { return ++operations, Counted(v); }
+  friend Counted operator+(Counted a, Counted b) { return done(a.value + b.value); }
+  friend Counted operator-(Counted a, Counted b) { return done(a.value - b.value); }
+  friend Counted operator*(Counted a, Counted b) { return done(a.value * b.value); }
+  friend Counted operator/(Counted a, Counted b) { return done(a.value / b.value); }
+  friend Counted operator-(Counted a) { return Counted(-a.value); }
+  friend bool operator>(Counted a, Counted b) { return a.value > b.value; }
+  friend bool operator<(Counted a, Counted b) { return a.value < b.value; }
+  friend bool operator>=(Counted a, Counted b) { return a.value >= b.value; }
+  friend bool operator<=(Counted a, Counted b) { return a.value <= b.value; }
+  friend Counted sqrt(Counted a) { return done(std::sqrt(a.value)); }
+  friend Counted max(Counted a, Counted b) { return a > b ? a : b; }
+  friend Counted min(Counted a, Counted b) { return a < b ? a : b; }
+  friend Counted select(bool condition, Counted a, Counted b) { return condition ? a : b; }
+};
+
+/// Operations of a touching, sliding and rolling contact.
+long operations(const dem::Law& law) {
+  using dem::both;
+  return std::visit(
+      [](const auto& l) {
+        const Counted r_eff(kRadius / 2), m_eff(4e-3), dt(2e-5), i_roll(1e-7), none(0.0);
+        const Counted xi[3] = {Counted(1e-6), none, none}, v[3] = {Counted(1e-3), none, none};
+        const Counted zero[3] = {};
+        Counted::operations = 0;
+        const auto n = l.normal(dem::Approach<Counted>{Counted(1e-5), Counted(1e-3), m_eff, r_eff, dt});
+        l.friction.slide(n, xi, v, zero, none, dt);
+        if (l.friction.mu_r > 0) l.friction.roll(n, xi, v, zero, r_eff, i_roll, dt);
+        return Counted::operations;
+      },
+      law);
+}
+
+}  // namespace subsoil::bench
+
+int main() {
+  using namespace subsoil::bench;
+  for (const auto& [name, law] : {std::pair{LawName::linear, "linear"},
+                                  {LawName::hertz, "hertz-mindlin"},
+                                  {LawName::rolling, "linear, rolling"},
+                                  {LawName::wet, "wet, rolling"}})
+    std::printf("%-16s %ld\n", law, operations(law_of(name)));
+}

@@ -1,0 +1,126 @@
+#include "bench/settled_tile.hpp"
+
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+#include "libdem/bed/settle.hpp"
+
+namespace subsoil::bench {
+namespace {
+
+using dem::Vec3;
+
+/// Ten times softer spheres fall and pack with a step three times as long; the last stage takes the law as it is.
+constexpr double kSofter = 0.1;
+constexpr double kSoftStep = 1e-4, kStep = 4e-5;  // s
+
+dem::LawTable smooth(const dem::Law& law) {
+  return std::visit(
+      [](auto l) -> dem::LawTable {
+        l.friction.mu = l.friction.mu_r = 0;
+        return {.materials = 2, .index = {0, 1, 1, -1}, .laws = {l.resolved(), at_mirror(l).resolved()}};
+      },
+      law);
+}
+
+/// Takes the last motion out by dropping all velocities again and again. What is left is the creep of a frictionless
+/// packing, some hundredths of its weight, which friction holds.
+void quench(dem::Bed& bed) {
+  for (int round = 0; round < 100; ++round) {
+    bed.freeze();
+    for (int i = 0; i < 50; ++i) bed.step(kStep);
+  }
+}
+
+dem::Law softer(dem::Law law) {
+  if (auto* linear = std::get_if<dem::Linear>(&law)) linear->k_n *= kSofter;
+  return law;
+}
+
+std::vector<Vec3> settle(double side, const dem::Law& law) {
+  dem::Bed bed(smooth(softer(law)), {});
+  for (const auto& [point, normal] : {std::pair<Vec3, Vec3>{{}, {0, 1, 0}},
+                                      {{}, {1, 0, 0}},
+                                      {{}, {0, 0, 1}},
+                                      {{side, 0, 0}, {-1, 0, 0}},
+                                      {{0, 0, side}, {0, 0, -1}}}) {
+    dem::Boundary wall;
+    wall.name = "wall", wall.shape = dem::Plane(point, normal), wall.material = 1;
+    bed.add(std::move(wall));
+  }
+  dem::RandomFill fill;
+  fill.region = {{0, 0, 0}, {side, 1, side}};
+  fill.radius = dem::EqualRadius{kRadius};
+  fill.of = {.density = kDensity, .material = 0};
+  fill.count = kTileSpheres;
+  dem::SettlePlan plan;
+  plan.step = kSoftStep;
+  plan.until_speed = 0.02;
+  plan.staged = std::holds_alternative<dem::Wet>(law);
+  dem::fill_at_random(bed, smooth(softer(law)), fill, plan);
+  bed.set_laws(smooth(law));
+  quench(bed);
+  std::vector<Vec3> centres(bed.spheres().size());
+  for (const dem::Sphere& s : bed.spheres()) centres.at(s.id) = s.x;
+  return centres;
+}
+
+/// Under a name of its own first: two programs may look for the file at once.
+void write(const std::string& file, const std::vector<Vec3>& centres) {
+  const std::string draft = file + "." + std::to_string(getpid());
+  std::FILE* out = std::fopen(draft.c_str(), "w");
+  if (out == nullptr) throw std::runtime_error(draft + ": cannot be written");
+  std::fprintf(out, "x [m],y [m],z [m],radius [m]\n");
+  for (const Vec3& c : centres) std::fprintf(out, "%.17g,%.17g,%.17g,%g\n", c.x, c.y, c.z, kRadius);
+  if (std::fclose(out) != 0) throw std::runtime_error(draft + ": the disk is full");
+  std::filesystem::rename(draft, file);
+}
+
+}  // namespace
+
+dem::Linear at_mirror(dem::Linear law) { return law.k_n *= 2, law; }
+
+dem::HertzMindlin at_mirror(dem::HertzMindlin law) { return law.E_eff *= 2, law.G_eff *= 2, law; }
+
+dem::Wet at_mirror(dem::Wet law) {
+  law.K_X *= 2, law.K_Y *= 2, law.K_B *= 2;
+  law.dc /= 2, law.dB /= 2, law.D /= 2;
+  return law;
+}
+
+Tile settled_tile(const std::string& file, double side, const dem::Law& law) {
+  if (!std::filesystem::exists(file)) {
+    std::fprintf(stderr, "settling %zu spheres once, into %s\n", kTileSpheres, file.c_str());
+    write(file, settle(side, law));
+  }
+  std::ifstream in(file);
+  std::string line;
+  std::getline(in, line);
+  Tile tile{side, {}};
+  while (std::getline(in, line)) {
+    Vec3 c;
+    if (std::sscanf(line.c_str(), "%lf,%lf,%lf", &c.x, &c.y, &c.z) != 3)
+      throw std::runtime_error(file + ": '" + line + "' is not x,y,z; delete the file");
+    tile.centres.push_back(c);
+  }
+  if (tile.centres.size() != kTileSpheres)
+    throw std::runtime_error(file + ": not the " + std::to_string(kTileSpheres) + " spheres expected; delete the file");
+  return tile;
+}
+
+std::vector<Vec3> Tile::mirrored(int along, int across) const {
+  const auto at = [&](double x, int block) { return side * block + (block % 2 == 0 ? x : side - x); };
+  std::vector<Vec3> bed;
+  bed.reserve(centres.size() * static_cast<std::size_t>(along * across));
+  for (int i = 0; i < along; ++i)
+    for (int k = 0; k < across; ++k)
+      for (const Vec3& c : centres) bed.push_back({at(c.x, i), c.y, at(c.z, k)});
+  return bed;
+}
+
+}  // namespace subsoil::bench

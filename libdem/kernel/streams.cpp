@@ -1,0 +1,50 @@
+#include "libdem/kernel/streams.hpp"
+
+namespace subsoil::dem {
+
+PairState PairState::turned_over() const {
+  PairState s = *this;
+  for (int d = 0; d < 3; ++d) {
+    s.xi[d] = -s.xi[d];
+    s.rho[d] = -s.rho[d];
+    s.dash_t[d] = -s.dash_t[d];
+    s.dash_r[d] = -s.dash_r[d];
+  }
+  return s;
+}
+
+bool PairState::empty() const {
+  bool nothing = dash_n == 0 && slipping == 0;
+  for (int d = 0; d < 3; ++d) nothing = nothing && xi[d] == 0 && rho[d] == 0 && dash_t[d] == 0 && dash_r[d] == 0;
+  return nothing;
+}
+
+namespace {
+
+/// Calls visit(number of the state, number in the block) for all that a block keeps.
+template <class BlockRow, class State, class Visit>
+void each_number(BlockRow* block, bool rolls, std::uint32_t lane, State& s, const Visit& visit) {
+  visit(s.slipping, float_row(block, 0)[lane]);
+  visit(s.dash_n, float_row(block, 1)[lane]);
+  for (int d = 0; d < 3; ++d) {
+    visit(s.xi[d], block[HistoryRows::xi + static_cast<std::size_t>(d)].x[lane]);
+    visit(s.dash_t[d], float_row(block, 2 + d)[lane]);
+    if (!rolls) continue;
+    visit(s.rho[d], block[HistoryRows::rho + static_cast<std::size_t>(d)].x[lane]);
+    visit(s.dash_r[d], float_row(block, 5 + d)[lane]);
+  }
+}
+
+}  // namespace
+
+PairState read_lane(const Row* block, bool rolls, std::uint32_t lane) {
+  PairState s;
+  each_number(block, rolls, lane, s, [](auto& number, const auto& stored) { number = stored; });
+  return s;
+}
+
+void write_lane(Row* block, bool rolls, std::uint32_t lane, const PairState& state) {
+  each_number(block, rolls, lane, state, [](const auto& number, auto& stored) { stored = number; });
+}
+
+}  // namespace subsoil::dem

@@ -1,0 +1,182 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "libdem/laws/law_table.hpp"
+#include "libdem/particles.hpp"
+
+/// How contacts lie in memory, the same for every instruction set: blocks of 8, ready to be read by vector
+/// instructions without a shuffle.
+///
+/// All contacts of one law between the spheres of a tile (as owners) and others form a run of blocks, pairs in
+/// ascending order of owner, then of partner. Pairs that touch when the lists are built and pairs that may come to
+/// touch before the next build are in runs of their own: a block of the latter sleeps until its spheres may have met.
+namespace subsoil::dem {
+
+inline constexpr std::uint32_t kBlock = 8;
+inline constexpr std::uint32_t kTile = 256;  ///< spheres per tile; threads own whole tiles
+
+/// 8 doubles, or 16 floats, never both.
+struct alignas(64) Row {
+  union {
+    double x[kBlock];
+    float f[2][kBlock];
+  };
+};
+
+/// Places of a block's memory. Rows of doubles: the tangential spring; rows that hold two rows of floats; the rolling
+/// spring, where the law has one.
+struct HistoryRows {
+  static constexpr std::size_t xi = 0;        ///< 3 rows of double
+  static constexpr std::size_t floats = 3;    ///< slipping, dash_n, dash_t (3), dash_r (3): two of float per row
+  static constexpr std::size_t rho = 7;       ///< 3 rows of double
+  static constexpr std::size_t sliding = 6;   ///< rows of a block without rolling spring: no dash_r, no rho
+  static constexpr std::size_t rolling = 10;  ///< rows of a block with it
+
+  static std::size_t of(bool rolls) { return rolls ? rolling : sliding; }
+};
+/// Row of floats number k of a block: 0 slipping, 1 dash_n, 2 to 4 dash_t, 5 to 7 dash_r.
+template <class BlockRow>
+auto& float_row(BlockRow* block, int k) {
+  return block[HistoryRows::floats + static_cast<std::size_t>(k / 2)].f[k % 2];
+}
+
+/// Springs and dashpots of one contact outside its block: at rebuilds, in restarts and for contacts with edges. Springs
+/// steer the motion and are double; what the dashpots pulled at the last step only feeds the energy book, where float's
+/// 1e-7 is far below its error.
+struct PairState {
+  double xi[3] = {};   ///< tangential spring, m, world axes, on the owner
+  double rho[3] = {};  ///< rolling spring, rad
+  float slipping = 0;
+  float dash_n = 0;  ///< normal damping force, N
+  float dash_t[3] = {};
+  float dash_r[3] = {};
+  PairState turned_over() const;  ///< with owner and partner exchanged
+  bool empty() const;             ///< nothing stored: the contact was out of reach at the last step
+};
+
+/// Springs and dashpots of one lane, taken out of its block or put into it.
+PairState read_lane(const Row* block, bool rolls, std::uint32_t lane);
+void write_lane(Row* block, bool rolls, std::uint32_t lane, const PairState& state);
+
+struct alignas(64) PairBlock {
+  std::uint32_t owner[kBlock], other[kBlock];
+};
+
+struct PairRun {
+  std::uint32_t law, first, blocks, pairs;  ///< `first` counts in PairBlock
+  std::size_t rows;                         ///< where the memory of the first block begins
+  bool near;                                ///< its blocks sleep
+};
+
+/// Spheres near a flat face of a boundary, far from the face's edges: all that is left of it is a plane.
+struct alignas(64) PlaneBlock {
+  double normal[3][kBlock], offset[kBlock];  ///< axes of the boundary; the face is normal . x = offset
+  std::uint32_t sphere[kBlock];
+};
+
+/// Four doubles that are added together; two SSE2 or one AVX addition.
+using Four = double __attribute__((vector_size(32)));
+
+/// Force and torque that wait for a sphere's turn; one cache line.
+struct alignas(64) Accumulator {
+  Four f;  ///< N; the last is not used
+  Four t;  ///< N m; number of touching contacts
+};
+
+/// What one block of contacts does, before it is added up.
+struct alignas(64) BlockResult {
+  Four f[kBlock];          ///< on the owners, N
+  Four t_i[kBlock];        ///< on the owners, N m; 1 when surfaces overlap
+  Four t_j[kBlock];        ///< on the others
+  double sums[6][kBlock];  ///< J: lost in damping, sliding, rolling, stored; in reach (1 or 0); overlap/smaller radius
+  double overlap[kBlock];  ///< m
+};
+
+/// Sums over the contacts of a run, in the order of its blocks and lanes.
+struct RunSums {
+  double lost[3] = {}, stored = 0;  ///< J
+  double in_reach = 0;
+  double overlap = 0;  ///< largest share of a radius
+};
+
+/// One run of pairs for the kernel.
+struct PairJob {
+  bool book;  ///< whether the step sums losses and keeps what the next one needs for it
+  const Sphere* spheres;
+  const PairBlock* blocks;
+  Row* rows;
+  std::uint32_t count, pairs;
+  double elapsed;
+  // How far any sphere of the neighbourhood may have gone since the lists were built, m, and for sleeping blocks where
+  // that ends their sleep; null where blocks do not sleep.
+  double path;
+  double* wake;
+  double reach;  ///< m, of the law
+  Accumulator* ring;
+  std::uint32_t mask;
+  // Before the sweep: only these blocks, results to `ready`. Null in the sweep.
+  const std::uint32_t* border;
+  std::uint32_t border_count;
+  // In the sweep: blocks whose partners belong to another thread, ascending, and their results of before.
+  const std::uint32_t* ready_block;
+  BlockResult* ready;
+  std::uint32_t ready_count;
+  // Spheres that the next tile will meet first: fetched into the cache meanwhile, a few with each block.
+  const Sphere* ahead;
+  std::uint32_t ahead_count;
+  RunSums sums;
+};
+
+struct PlaneJob {
+  const Sphere* spheres;
+  const PlaneBlock* blocks;
+  Row* rows;
+  std::uint32_t count, contacts;
+  double elapsed, reach;
+  double turn[3][3], position[3], velocity[3], spin[3];  ///< pose and motion of the boundary
+  Accumulator* ring;
+  std::uint32_t mask;
+  RunSums sums;
+  double force[3], moment[3];  ///< on the boundary, about `position`
+};
+
+/// Contacts with edges, corners and curved surfaces, found one sphere at a time: up to 8 of one law.
+struct SurfaceJob {
+  const Sphere* spheres;
+  std::uint32_t sphere[kBlock];
+  double normal[3][kBlock];                     ///< world axes, from the surface to the centre
+  double distance[kBlock];                      ///< of the centre from the surface; negative behind it
+  double velocity[3][kBlock], spin[3][kBlock];  ///< of the surface at the contact point
+  Row rows[HistoryRows::rolling];
+  std::uint32_t count;
+  double elapsed, reach;
+  Four f[kBlock], t_i[kBlock], t_j[kBlock];  ///< on the sphere; on the surface only its rolling torque
+  double sums[6][kBlock];                    ///< as in BlockResult
+};
+
+struct MoveJob {
+  Sphere* spheres;
+  std::uint32_t begin, end;
+  Accumulator* ring;
+  std::uint32_t mask;
+  double gravity[3];
+  double kick, dt;         ///< s: velocities advance by a kick, positions by v dt
+  double speed2, kinetic;  ///< largest v.v and kinetic energy after the kick; NaN in a velocity makes the latter NaN
+};
+
+/// The step's work, compiled once per instruction set.
+struct Kernel {
+  const char* name;  ///< instruction set, for the record of a run
+  void (*pairs)(const Law&, PairJob&);
+  void (*planes)(const Law&, PlaneJob&);
+  void (*surface)(const Law&, SurfaceJob&);
+  void (*move)(MoveJob&);
+};
+
+/// The kernel by name ("portable", "avx2", "avx512"), or the best this machine has ("auto"). Throws
+/// std::invalid_argument when the machine or the build lacks the set.
+Kernel choose_kernel(const char* name);
+
+}  // namespace subsoil::dem

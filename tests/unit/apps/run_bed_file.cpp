@@ -1,0 +1,85 @@
+#include "apps/build/world.hpp"
+#include "tests/tools/message_of.hpp"
+#include "tests/tools/program_runs.hpp"
+
+/// Beds that are read from a file: what the bed becomes, and what is refused with its place.
+namespace subsoil::app {
+namespace {
+
+using namespace test;
+
+constexpr const char* from_table = R"(subsoil: 1
+materials:
+  soil: {density: 1800 kg/m^3}
+  stone: {density: 2600 kg/m^3}
+  steel: {density: 7850 kg/m^3}
+contacts:
+  - &dry {between: [soil, soil], law: linear, k_n: 100 kN/m, restitution: 0.5, mu: 0.5}
+  - {<<: *dry, between: [soil, stone]}
+  - {<<: *dry, between: [stone, stone]}
+  - {<<: *dry, between: [soil, steel]}
+  - {<<: *dry, between: [stone, steel]}
+soil:
+  container: {size: 1 1 1 m, at: 0 0 0 m, material: steel}
+  bed: {fill: file, material: soil, file: bed.csv}
+time: {end: 1 ms}
+)";
+
+struct FromTable : testing::Test {
+  RunDirectory dir;
+  void table(const std::string& text) const { write_file(dir / "bed.csv", text); }
+  World world(const std::vector<std::string>& sets = {}) const {
+    return build_world(load_scenario(dir.scenario(from_table), sets), {.threads = 1});
+  }
+  std::string refusal() const {
+    return message_of<std::exception>([&] { world(); });
+  }
+};
+
+/// Ids decide the order, whatever the lines'; units are any of the dimension; what is left out comes from the scenario.
+TEST_F(FromTable, SpheresAreTheTables) {
+  table(
+      "id,x [mm],y [m],z [cm],radius [mm],material,vx [km/h],density [g/cm^3]\n"
+      "9,250,0.5,50,20,stone,3.6,\n"
+      "4,750,0.5,50,10,,,1.2\n");
+  const World w = world();
+  ASSERT_EQ(w.bed->spheres().size(), 2U);
+  const dem::Sphere &soil = w.bed->spheres()[0].id == 0 ? w.bed->spheres()[0] : w.bed->spheres()[1],
+                    &stone = w.bed->spheres()[0].id == 0 ? w.bed->spheres()[1] : w.bed->spheres()[0];
+  EXPECT_EQ(stone.id, 1U);
+  EXPECT_NEAR(dem::norm(soil.x - dem::Vec3{0.75, 0.5, 0.5}), 0, 1e-15);
+  EXPECT_NEAR(dem::norm(stone.x - dem::Vec3{0.25, 0.5, 0.5}), 0, 1e-15);
+  EXPECT_DOUBLE_EQ(soil.r, 0.01);
+  EXPECT_DOUBLE_EQ(stone.v.x, 1);
+  EXPECT_NEAR(dem::density(soil), 1200, 1e-9);
+  EXPECT_NEAR(dem::density(stone), 2600, 1e-9);
+}
+
+TEST_F(FromTable, ASavedBedKeepsItsNumbersAndEveryBit) {
+  table("x [m],y [m],z [m],radius [m]\n0.2,0.1,0.5,0.01\n0.8,0.3,0.5,0.02\n0.5,0.2,0.5,0.01\n");
+  const World first = world({"soil.bed.save=kept.h5"}), second = world({"soil.bed.file=kept.h5"});
+  ASSERT_EQ(second.bed->spheres().size(), 3U);
+  for (const dem::Sphere& a : first.bed->spheres())
+    for (const dem::Sphere& b : second.bed->spheres())
+      if (a.id == b.id) {
+        EXPECT_EQ(a.x, b.x);
+        EXPECT_EQ(a.r, b.r);
+      }
+}
+
+TEST_F(FromTable, RefusalsNameScenarioFileAndCure) {
+  const auto expect = [&](const std::string& text, const std::vector<std::string>& parts) {
+    table(text);
+    for (const std::string& part : parts) EXPECT_NE(refusal().find(part), std::string::npos) << refusal();
+  };
+  EXPECT_NE(refusal().find("there is no file"), std::string::npos) << refusal();
+  expect("x [m],y [m],z [m],radius [kg]\n0,0,0,1\n", {"case.yaml:", "bed.csv:1", "radius"});
+  expect("x [m],y [m],z [m],radius [m]\n", {"bed.csv", "holds no sphere"});
+  expect("x [m],y [m],z [m],radius [m],material\n0.5,0.5,0.5,0.01,mud\n",
+         {"case.yaml:", "sphere 1", "'mud'", "it has soil, stone, steel"});
+  expect("x [m],y [m],z [m],radius [m],material\n0.5,0.5,0.5,0.01,steel\n",
+         {"case.yaml:", "spheres of steel can meet steel", "add `- between: [steel, steel]`"});
+}
+
+}  // namespace
+}  // namespace subsoil::app
