@@ -52,6 +52,7 @@ int Model::add(Body body) {
 }
 
 System::System(Model model) : model_(std::move(model)) {
+  add_followers(model_);
   check_bodies();
   check_elements();
   number_rows();

@@ -55,6 +55,23 @@ void draw(const PlotRequest& request, bool strip_wanted) {
   std::cout << request.picture.string() << "\n";
 }
 
+CLI::App* add_impact(CLI::App& app, ImpactRequest& request) {
+  CLI::App* word = app.add_subcommand("impact", "one impact of two bodies, or of a body and the ground, by a model");
+  word->allow_extras();
+  word->footer(
+      "subsoil impact [FILE.yaml] [--KEY VALUE ...]: every key of the file may stand as a flag, as in\n  subsoil "
+      "impact --model hunt-crossley --c \"1.7135e10 N/m^1.5\" --b "
+      "\"0.1 s/m\"\n  --mass \"0.1 kg\" --speed \"0.5 2 5 m/s\". Keys: docs/scenario.md; models: docs/impact.md");
+  word->add_option("--out", request.out, "folder for tables, x(t), v(t), F(t) and pictures; left out: print only");
+  word->add_option("--pictures", request.pictures, "kind of the pictures in it")
+      ->check(CLI::IsMember({"svg", "png", "pdf"}));
+  word->add_option("--fit", request.data, "CSV of measured impacts: find the model's parameters from it")
+      ->check(CLI::ExistingFile);
+  word->add_option("--free", request.free, "parameters that the fit may move, such as b,c")->delimiter(',');
+  word->add_option("--set", request.sets, "override a value of the file: path=value")->allow_extra_args(false);
+  return word;
+}
+
 /// Runs one command; faults become messages and exit codes here and nowhere else.
 template <class Command>
 int guarded(Command command) {
@@ -106,8 +123,12 @@ int main_command(int argc, char** argv) {
       "plot", "draw pull, draft, spring force, pitch and height of one or more runs, or a mechanism's positions");
   add_plot(*plot_word, plot_request);
 
+  ImpactRequest impact_request;
+  CLI::App* impact_word = add_impact(app, impact_request);
+
   try {
     app.parse(argc, argv);
+    impact_request.words = impact_word->remaining();
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? exit_ok : exit_bad_input;
   }
@@ -115,6 +136,7 @@ int main_command(int argc, char** argv) {
   return guarded([&]() -> int {
     if (run_word->parsed()) return run(request);
     if (check_word->parsed()) return check_command(request);
+    if (impact_word->parsed()) return impact_command(impact_request);
     if (explain_word->parsed()) std::cout << explain(path);
     if (new_word->parsed()) std::cout << new_scenario();
     if (reference_word->parsed()) std::cout << reference_markdown();

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <set>
 
+#include "apps/scenario/printer.hpp"
+
 namespace subsoil::app {
 
 Place place_of(const Places& places, std::string path) {
@@ -235,13 +237,14 @@ struct Checker {
     if (!s.soil || !s.soil->bed) return;
     for (const NamedForce& force : m.forces) {
       const auto* wheel = std::get_if<mbd::WheelOnSoil>(&force.element);
-      if (wheel == nullptr) continue;
+      const auto* ground = std::get_if<mbd::GroundElement>(&force.element);
+      if (wheel == nullptr && ground == nullptr) continue;
       for (const Surface& surface : m.surfaces) {
-        if (surface.body_index != wheel->body || !surface.touches_soil) continue;
+        if (surface.body_index != (wheel ? wheel->body : ground->body) || !surface.touches_soil) continue;
         refuse("machine.forces." + force.name,
-               fmt::format("the wheel law carries `{}`, and so would the spheres under its surface `{}`; leave the law "
+               fmt::format("the {} carries `{}`, and so would the spheres under its surface `{}`; leave the law "
                            "out, or give the surface `touches soil: no`",
-                           surface.body, surface.name));
+                           wheel ? "wheel law" : "ground element", surface.body, surface.name));
       }
     }
   }
@@ -276,16 +279,23 @@ struct Checker {
 
   /// A law that computes its stiffness needs the materials' elastic constants.
   void elastic(const std::string& path, const Contact& contact) {
-    const auto* law = std::get_if<dem::HertzMindlin>(&contact.law);
-    if (law == nullptr || !(std::isnan(law->E_eff) || std::isnan(law->G_eff))) return;
+    std::visit(
+        [&]<class L>(const L& law) {
+          if constexpr (requires { law.needs_materials(); }) {
+            if (law.needs_materials()) elastic_materials(path, contact, card_of<L>().word, L::in_place_of_materials);
+          }
+        },
+        contact.law);
+  }
+  void elastic_materials(const std::string& path, const Contact& contact, const std::string& word,
+                         const char* instead) {
     for (const std::string& name : std::set<std::string>{contact.between[0], contact.between[1]}) {
       const auto m =
           std::find_if(s.materials.begin(), s.materials.end(), [&](const Material& x) { return x.name == name; });
       if (m == s.materials.end() || (m->young && m->poisson)) continue;
-      refuse(path + ".law", "hertz-mindlin",
-             fmt::format("material `{}` has no young's modulus and poisson ratio; give them there, or E_eff and G_eff "
-                         "here",
-                         name));
+      refuse(path + ".law", word,
+             fmt::format("material `{}` has no young's modulus and poisson ratio; give them there, or {} here", name,
+                         instead));
     }
   }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <cmath>
 #include <concepts>
+#include <functional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -129,6 +130,10 @@ class Printer {
   }
   void optional_characteristic(const char* key, mbd::Characteristic& value, const std::string& x_unit,
                                const std::string& unit, const char* meaning);
+  void formula(const char* key, std::string& text, std::function<double(double, double, double)>&,
+               const char* meaning) {
+    name_like(key, text, "formula", meaning, true);
+  }
   void expression(const char* key, mbd::ExpressionFunction& value, const std::string& unit, const std::string& meaning);
 
   // -- names of other things --
@@ -257,10 +262,12 @@ class Printer {
   void form(const char* key, Variant& value, const char* meaning, bool needed = true) {
     if (listing()) {
       add_row(key, "one of the forms below", needed ? "required" : "left out", "", meaning);
+      const Card own{word, word_meaning};  // the card is that of the type whose form this is
       ForEach<Variant>::call([&]<class T>(std::type_identity<T>) {
         T prototype{};
         list_type(key, prototype);
       });
+      word = own.word, word_meaning = own.meaning;
       return;
     }
     Node form = Node::mapping(true);

@@ -1,6 +1,7 @@
 #pragma once
 #include <cmath>
 #include <concepts>
+#include <functional>
 #include <map>
 #include <span>
 #include <string>
@@ -113,6 +114,8 @@ class Reader {
   }
   void optional_characteristic(const char* key, mbd::Characteristic& value, const std::string& x_unit,
                                const std::string& unit, const char* meaning);
+  void formula(const char* key, std::string& text, std::function<double(double, double, double)>& call,
+               const char* meaning);
   void expression(const char* key, mbd::ExpressionFunction& value, const std::string& unit, const char* meaning);
 
   // -- names of other things; whether they exist is checked when everything is read --

@@ -65,6 +65,14 @@ void Reader::optional_characteristic(const char* key, mbd::Characteristic& value
   });
 }
 
+void Reader::formula(const char* key, std::string& text, std::function<double(double, double, double)>& call,
+                     const char* meaning) {
+  leaf(key, true, meaning, [&](const Node& node) {
+    text = scalar_of(node);
+    call = make_formula(text, {"z", "v", "m"});
+  });
+}
+
 void Reader::expression(const char* key, mbd::ExpressionFunction& value, const std::string& unit, const char* meaning) {
   std::string given;
   double size = 1;
