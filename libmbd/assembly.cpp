@@ -60,6 +60,13 @@ struct Dependencies {
 /// Rank of Phi_q by singular values; the left null space says which constraints depend on each other.
 Dependencies find_dependencies(const System& system, const Eigen::MatrixXd& jacobian) {
   Dependencies found;
+  // Most machines have none, and a QR finds that out in a hundredth of the time that singular values take.
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
+  qr.setThreshold(rank_share);
+  qr.compute(jacobian.transpose());
+  found.rank = static_cast<int>(qr.rank());
+  if (found.rank == jacobian.rows()) return found;
+  found.rank = 0;
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(jacobian, Eigen::ComputeFullU);
   const auto& sigma = svd.singularValues();
   while (found.rank < sigma.size() && sigma[found.rank] > rank_share * sigma[0]) ++found.rank;
