@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "libdem/bed.hpp"
+#include "libdem/buffer.hpp"
 #include "libdem/kernel/streams.hpp"
 
 /// Inside of Bed: data that search.cpp and lists.cpp build, surfaces.cpp and sweep.cpp work on. Private to libdem.
@@ -102,9 +103,9 @@ struct Bed::Impl {
   std::vector<Boundary> boundaries;
   std::vector<Tile> tiles;
   std::vector<PairRun> runs;
-  std::vector<PairBlock> blocks;
-  std::vector<double> wake;  ///< per block
-  std::vector<Row> rows;     ///< of pairs
+  Buffer<PairBlock> blocks;
+  Buffer<double> wake;  ///< per block
+  Buffer<Row> rows;     ///< of pairs
   std::vector<PlaneRun> plane_runs;
   std::vector<PlaneBlock> plane_blocks;
   std::vector<Row> plane_rows;
@@ -117,8 +118,8 @@ struct Bed::Impl {
   // validity of the lists
   bool stale = true;
   double skin = 0;
-  std::vector<PairHistory> waiting_pairs;        ///< memory between two lists, by place of the spheres
-  std::vector<SurfaceHistory> waiting_surfaces;  ///< likewise
+  std::vector<std::vector<PairHistory>> waiting_pairs;  ///< memory between two lists, by place of the spheres
+  std::vector<SurfaceHistory> waiting_surfaces;         ///< likewise
   std::vector<Pose> listed_pose;
   std::vector<char> listed_active;
   std::vector<double> boundary_radius;  ///< largest distance of a shape's points from its origin, m
@@ -159,13 +160,14 @@ struct Bed::Impl {
 
   // lists.cpp
   void build_runs(struct HalfList& list);
-  void put_pairs(const struct HalfList& list, const std::vector<PairHistory>& histories,
+  void put_pairs(const struct HalfList& list, const std::vector<std::vector<PairHistory>>& histories,
                  const std::vector<std::uint32_t>& new_index);
   void build_surfaces();
   void put_surfaces(std::vector<SurfaceHistory>& histories, const std::vector<std::uint32_t>& new_index);
   void divide_work();
   void find_borders();
-  std::vector<PairHistory> pair_histories() const;  ///< all that are not empty, by place of the spheres
+  /// All that are not empty, by place of the spheres; in parts, since a single array would double the memory.
+  std::vector<std::vector<PairHistory>> pair_histories() const;
   std::vector<SurfaceHistory> surface_histories() const;
 
   // surfaces.cpp
@@ -182,6 +184,13 @@ struct Bed::Impl {
   void check_faults() const;
   std::uint32_t deepest_sphere() const;
 
+  // const_cast: a view for reading and writing alike
+  BlockMemory memory(const PairRun& run, std::size_t block) const {
+    return BlockMemory::at(const_cast<Row*>(rows.data()) + run.rows, run.blocks, law_rolls[run.law] != 0, block);
+  }
+  BlockMemory plane_memory(const PlaneRun& run, std::size_t block) const {
+    return BlockMemory::at(const_cast<Row*>(plane_rows.data()) + run.rows, run.blocks, law_rolls[run.law] != 0, block);
+  }
   double reach(std::uint32_t law) const { return law_reach[law]; }
   const Law& law(std::uint32_t index) const { return laws.laws[index]; }
   void update_laws();
@@ -190,8 +199,9 @@ struct Bed::Impl {
 /// Every pair of spheres nearer than reach and skin, once: partners of owner i are other[start[i]] ..
 /// other[start[i+1]], ascending and above i. Lives during a rebuild only.
 struct HalfList {
-  std::vector<std::uint32_t> start{0}, other;
-  std::vector<std::uint32_t> lane;  ///< place of the pair: 8 x block + lane
+  std::vector<std::uint32_t> start{0};
+  Buffer<std::uint32_t> other;
+  Buffer<std::uint32_t> lane;  ///< place of the pair: 8 x block + lane
 };
 HalfList find_pairs(const std::vector<Sphere>& spheres, const Grid& grid, double reach, int threads);
 

@@ -36,7 +36,8 @@ void Bed::Impl::build_runs(HalfList& list) {
   tiles.assign((count + kTile - 1) / kTile, {});
   const int tile_count = static_cast<int>(tiles.size());
   std::vector<std::uint32_t> sizes(tiles.size() * classes.count(), 0);
-  std::vector<std::uint16_t> class_of(list.other.size());
+  Buffer<std::uint16_t> class_of;
+  class_of.renew(list.other.size());
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (int k = 0; k < tile_count; ++k) {
     Tile& t = tiles[static_cast<std::size_t>(k)];
@@ -67,7 +68,7 @@ void Bed::Impl::build_runs(HalfList& list) {
     const std::uint32_t n = (pairs + kBlock - 1) / kBlock;
     runs.push_back({.law = law, .first = block, .blocks = n, .pairs = pairs, .rows = row, .near = near});
     block += n;
-    row += n * HistoryRows::of(law_rolls[law]);
+    row += n * RunRows::of(law_rolls[law]);
   };
   for (std::size_t k = 0; k < tiles.size(); ++k) {
     std::uint32_t* size = sizes.data() + k * classes.count();
@@ -77,11 +78,10 @@ void Bed::Impl::build_runs(HalfList& list) {
       add_run(law, size + classes.laws + law * kGapClasses, kGapClasses, true);
     tiles[k].runs_end = static_cast<std::uint32_t>(runs.size());
   }
-  blocks.resize(block);
-  wake.assign(block, 0.0);
-  rows.assign(row, Row{});
-
-  list.lane.resize(list.other.size());
+  blocks.renew(block);
+  wake.renew(block);
+  rows.renew(row);
+  list.lane.renew(list.other.size());
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (int k = 0; k < tile_count; ++k) {
     const Tile& t = tiles[static_cast<std::size_t>(k)];
@@ -93,54 +93,61 @@ void Bed::Impl::build_runs(HalfList& list) {
         blocks[lane / kBlock].owner[lane % kBlock] = i;
         blocks[lane / kBlock].other[lane % kBlock] = list.other[p];
       }
-    for (std::uint32_t r = t.runs_begin; r < t.runs_end; ++r)
-      repeat_first_lane(blocks[runs[r].first + runs[r].blocks - 1], (runs[r].pairs - 1) % kBlock + 1);
+    for (std::uint32_t r = t.runs_begin; r < t.runs_end; ++r) {
+      const PairRun& run = runs[r];
+      repeat_first_lane(blocks[run.first + run.blocks - 1], (run.pairs - 1) % kBlock + 1);
+      std::fill_n(wake.data() + run.first, run.blocks, 0.0);
+      std::fill_n(rows.data() + run.rows, run.blocks * RunRows::of(law_rolls[run.law]), Row{});
+    }
   }
 }
 
-void Bed::Impl::put_pairs(const HalfList& list, const std::vector<PairHistory>& histories,
+void Bed::Impl::put_pairs(const HalfList& list, const std::vector<std::vector<PairHistory>>& histories,
                           const std::vector<std::uint32_t>& new_index) {
-  std::vector<std::uint32_t> run_of(blocks.size());
-  for (std::uint32_t r = 0; r < runs.size(); ++r) std::fill_n(run_of.begin() + runs[r].first, runs[r].blocks, r);
-  const auto number = static_cast<long>(histories.size());
-#pragma omp parallel for num_threads(threads) schedule(static)
-  for (long k = 0; k < number; ++k) {
-    const PairHistory& was = histories[static_cast<std::size_t>(k)];
+  Buffer<std::uint32_t> run_of;
+  run_of.renew(blocks.size());
+  for (std::uint32_t r = 0; r < runs.size(); ++r) std::fill_n(run_of.data() + runs[r].first, runs[r].blocks, r);
+  const auto put = [&](const PairHistory& was) {
     const std::uint32_t a = new_index[was.owner], b = new_index[was.other];
-    if (a == kGone || b == kGone) continue;
+    if (a == kGone || b == kGone) return;
     const std::uint32_t owner = std::min(a, b), other = std::max(a, b);
     for (std::uint32_t p = list.start[owner]; p < list.start[owner + 1]; ++p) {
       if (list.other[p] != other) continue;
       const std::uint32_t block = list.lane[p] / kBlock;
       const PairRun& run = runs[run_of[block]];
-      const bool rolling = law_rolls[run.law] != 0;
-      write_lane(rows.data() + run.rows + (block - run.first) * HistoryRows::of(rolling), rolling,
-                 list.lane[p] % kBlock, a < b ? was.state : was.state.turned_over());
-      break;
+      write_lane(memory(run, block - run.first), law_rolls[run.law] != 0, list.lane[p] % kBlock,
+                 a < b ? was.state : was.state.turned_over());
+      return;
     }
+  };
+  for (const std::vector<PairHistory>& part : histories) {
+    const auto number = static_cast<long>(part.size());
+#pragma omp parallel for num_threads(threads) schedule(static)
+    for (long k = 0; k < number; ++k) put(part[static_cast<std::size_t>(k)]);
   }
 }
 
-std::vector<PairHistory> Bed::Impl::pair_histories() const {
+std::vector<std::vector<PairHistory>> Bed::Impl::pair_histories() const {
   std::vector<std::vector<PairHistory>> found(static_cast<std::size_t>(threads));
 #pragma omp parallel for num_threads(threads) schedule(static, 1)
   for (int t = 0; t < threads; ++t) {
     const std::size_t n = runs.size(), share = static_cast<std::size_t>(t), all = static_cast<std::size_t>(threads);
-    for (std::size_t r = n * share / all; r < n * (share + 1) / all; ++r) {
+    const std::size_t begin = n * share / all, end = n * (share + 1) / all;
+    std::size_t touching = 0;
+    for (std::size_t r = begin; r < end; ++r) touching += runs[r].near ? 0 : runs[r].pairs;
+    found[share].reserve(touching + touching / 16);
+    for (std::size_t r = begin; r < end; ++r) {
       const PairRun& run = runs[r];
-      const bool rolling = law_rolls[run.law] != 0;
       for (std::uint32_t p = 0; p < run.pairs; ++p) {
         const std::uint32_t block = p / kBlock, lane = p % kBlock;
-        const PairState s = read_lane(rows.data() + run.rows + block * HistoryRows::of(rolling), rolling, lane);
+        const PairState s = read_lane(memory(run, block), law_rolls[run.law] != 0, lane);
         if (s.empty()) continue;
         const PairBlock& b = blocks[run.first + block];
         found[share].push_back({b.owner[lane], b.other[lane], s});
       }
     }
   }
-  std::vector<PairHistory> all = std::move(found[0]);
-  for (std::size_t t = 1; t < found.size(); ++t) all.insert(all.end(), found[t].begin(), found[t].end());
-  return all;
+  return found;
 }
 
 /// Contiguous ranges of whole tiles with about equal work, and rings long enough for the farthest partner.

@@ -51,10 +51,11 @@ Bed::State Bed::save() const {
     out.spheres.push_back(s.r), out.spheres.push_back(s.m);
     out.ids.push_back(s.id), out.ids.push_back(s.material);
   }
-  for (const PairHistory& p : d.tiles.empty() ? d.waiting_pairs : d.pair_histories()) {
-    out.pair_ids.push_back(d.spheres[p.owner].id), out.pair_ids.push_back(d.spheres[p.other].id);
-    put(out.pairs, p.state);
-  }
+  for (const auto& part : d.tiles.empty() ? d.waiting_pairs : d.pair_histories())
+    for (const PairHistory& p : part) {
+      out.pair_ids.push_back(d.spheres[p.owner].id), out.pair_ids.push_back(d.spheres[p.other].id);
+      put(out.pairs, p.state);
+    }
   for (const SurfaceHistory& c : d.tiles.empty() ? d.waiting_surfaces : d.surface_histories()) {
     out.surface_ids.push_back(d.spheres[c.sphere].id), out.surface_ids.push_back(c.boundary);
     put(out.surfaces, c.normal);
@@ -107,10 +108,11 @@ void Bed::restore(const State& in) {
   }
   // Histories wait for the first lists, by place of the spheres.
   d.clear_lists();
+  d.waiting_pairs.emplace_back();
   for (std::size_t k = 0; k < in.pair_ids.size() / 2; ++k)
-    d.waiting_pairs.push_back({index.at(static_cast<std::uint32_t>(in.pair_ids[2 * k])),
-                               index.at(static_cast<std::uint32_t>(in.pair_ids[2 * k + 1])),
-                               get(in.pairs.data() + kPairNumbers * k)});
+    d.waiting_pairs.back().push_back({index.at(static_cast<std::uint32_t>(in.pair_ids[2 * k])),
+                                      index.at(static_cast<std::uint32_t>(in.pair_ids[2 * k + 1])),
+                                      get(in.pairs.data() + kPairNumbers * k)});
   for (std::size_t k = 0; k < in.surface_ids.size() / 2; ++k) {
     Reader read{in.surfaces.data() + (3 + kPairNumbers) * k};
     SurfaceHistory c{index.at(static_cast<std::uint32_t>(in.surface_ids[2 * k])),

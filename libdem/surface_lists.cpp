@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "libdem/bed_impl.hpp"
@@ -13,6 +14,19 @@ struct OnFace {
   std::uint32_t sphere, boundary, law;
   FlatFace face;
 };
+
+/// Box in world axes around a box in those of a boundary; infinite if the box is.
+Bounds world_box(const Bounds& box, const Pose& pose) {
+  if (!std::isfinite(norm(box.low)) || !std::isfinite(norm(box.high))) return box;
+  Bounds out;
+  for (int corner = 0; corner < 8; ++corner)
+    out.include(pose.to_world({(corner & 1) != 0 ? box.high.x : box.low.x, (corner & 2) != 0 ? box.high.y : box.low.y,
+                               (corner & 4) != 0 ? box.high.z : box.low.z}));
+  // A few roundings wider, so that what the box proper would take is never lost.
+  const double more = 1e-12 * (norm(out.low) + norm(out.high));
+  out.low -= Vec3{more, more, more}, out.high += Vec3{more, more, more};
+  return out;
+}
 
 /// What one thread found near one boundary.
 struct Found {
@@ -34,7 +48,7 @@ void Bed::Impl::build_surfaces() {
     listed_pose[b] = boundary.pose;
     listed_active[b] = boundary.active;
     if (!boundary.active) continue;
-    const Bounds box = bounds(boundary.shape);
+    const Bounds box = bounds(boundary.shape), in_world = world_box(box, boundary.pose);
     const std::size_t first = entries.size();
 #pragma omp parallel for num_threads(threads) schedule(static, 1)
     for (int t = 0; t < threads; ++t) {
@@ -47,6 +61,7 @@ void Bed::Impl::build_surfaces() {
         const int law = laws.of(s.material, boundary.material);
         if (law < 0) continue;
         const double near = s.r + law_reach[static_cast<std::size_t>(law)] + skin;
+        if (in_world.distance_squared(s.x) > near * near) continue;
         const Vec3 c = boundary.pose.to_local(s.x);
         if (box.distance_squared(c) > near * near) continue;
         const std::size_t before = mine.candidates.size();
@@ -121,7 +136,7 @@ void Bed::Impl::build_surfaces() {
           p.sphere[l] = faces[k].sphere;
         }
       }
-      row += run.blocks * HistoryRows::of(law_rolls[run.law]);
+      row += run.blocks * RunRows::of(law_rolls[run.law]);
       plane_runs.push_back(run);
     }
     t.planes_end = static_cast<std::uint32_t>(plane_runs.size());
@@ -178,19 +193,16 @@ void Bed::Impl::put_surfaces(std::vector<SurfaceHistory>& histories, const std::
     const double same = dot(was.normal, normal_of(plane_blocks[run.first + block], lane));
     if (same < 0.5 || (filled == key && same <= fit)) continue;
     filled = key, fit = same;
-    const bool rolling = law_rolls[run.law] != 0;
-    write_lane(plane_rows.data() + run.rows + block * HistoryRows::of(rolling), rolling, lane, was.state);
+    write_lane(plane_memory(run, block), law_rolls[run.law] != 0, lane, was.state);
   }
 }
 
 std::vector<SurfaceHistory> Bed::Impl::surface_histories() const {
   std::vector<SurfaceHistory> out;
   for (const PlaneRun& run : plane_runs) {
-    const bool rolling = law_rolls[run.law] != 0;
     for (std::uint32_t k = 0; k < run.contacts; ++k) {
       const PlaneBlock& b = plane_blocks[run.first + k / kBlock];
-      const PairState s =
-          read_lane(plane_rows.data() + run.rows + k / kBlock * HistoryRows::of(rolling), rolling, k % kBlock);
+      const PairState s = read_lane(plane_memory(run, k / kBlock), law_rolls[run.law] != 0, k % kBlock);
       if (!s.empty()) out.push_back({b.sphere[k % kBlock], run.boundary, normal_of(b, k % kBlock), s});
     }
   }

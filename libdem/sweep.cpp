@@ -253,7 +253,7 @@ std::uint32_t Bed::Impl::deepest_sphere() const {
     if (exceeds(share, largest)) largest = share, deepest = sphere;
   };
   for (const SurfaceChunk& c : chunks) offer(c.max_overlap, c.worst);
-  for (const PairBlock& block : blocks)
+  for (const PairBlock& block : blocks.all())
     for (std::uint32_t l = 0; l < kBlock; ++l) {
       const Sphere &a = spheres[block.owner[l]], &b = spheres[block.other[l]];
       offer((a.r + b.r - norm(a.x - b.x)) / std::min(a.r, b.r), block.owner[l]);

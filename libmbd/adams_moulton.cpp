@@ -27,29 +27,17 @@ constexpr double moulton[6][6] = {
     {475. / 1440, 1427. / 1440, -798. / 1440, 482. / 1440, -173. / 1440, 27. / 1440},
 };
 
-// Dormand & Prince 1980, order 5, six stages.
-constexpr int stage_count = 6;
-constexpr double nodes[stage_count] = {0, 1. / 5, 3. / 10, 4. / 5, 8. / 9, 1};
-constexpr double stage_weights[stage_count][5] = {
-    {},
-    {1. / 5},
-    {3. / 40, 9. / 40},
-    {44. / 45, -56. / 15, 32. / 9},
-    {19372. / 6561, -25360. / 2187, 64448. / 6561, -212. / 729},
-    {9017. / 3168, -355. / 33, 46732. / 5247, 49. / 176, -5103. / 18656},
-};
-constexpr double result_weights[stage_count] = {35. / 384, 0, 500. / 1113, 125. / 192, -2187. / 6784, 11. / 84};
-
 // Substeps of a starting step: the start's error is then far below that of the steps that follow.
 constexpr int substeps = 2;
 
 }  // namespace
 
-AdamsMoulton::AdamsMoulton(System& system, const AdamsMoultonOptions& options) : Integrator(system), options_(options) {
+AdamsMoulton::AdamsMoulton(System& system, const AdamsMoultonOptions& options)
+    : Integrator(system), options_(options), starter_(system, partition_) {
   if (options.order < 1 || options.order > order_max)
     throw std::invalid_argument("adams-moulton order = " + std::to_string(options.order) + ": must be in [1, 6]");
   const Eigen::Index size = 2 * now_.q.size() + now_.rates.size();
-  past_.setZero(size, order_max), stages_.setZero(size, stage_count);
+  past_.setZero(size, order_max);
   weights_.setZero(order_max), sum_.setZero(size);
   trial_ = now_;
 }
@@ -65,13 +53,7 @@ void AdamsMoulton::on_start() {
 void AdamsMoulton::push_past() {
   newest_ = (newest_ + 1) % order_max;
   if (stored_ < order_max) ++stored_;
-  keep(past_, slot(0), now_);
-}
-
-void AdamsMoulton::keep(Eigen::MatrixXd& derivatives, Eigen::Index column, const MotionState& m) const {
-  const auto n = m.q.size();
-  auto f = derivatives.col(column);
-  f.head(n) = m.velocity, f.segment(n, n) = m.acceleration, f.tail(m.rates.size()) = m.rates;
+  keep_rates(past_, slot(0), now_);
 }
 
 /// sum_ = h times the weighted sum of the past, newest first.
@@ -118,11 +100,15 @@ void AdamsMoulton::on_advance(double h) {
 
 void AdamsMoulton::multistep(double h) {
   const bool bridged_before = std::exchange(bridged_, false);
+  const bool nearest = partition_.near_singular();
+  const auto put_on_constraints = [&] { nearest ? partition_.evaluate_nearest(trial_) : partition_.evaluate(trial_); };
   try {
     predict(h);
-    partition_.evaluate(trial_);
+    put_on_constraints();
     check_branch();
     correct(h);
+    put_on_constraints();
+    flows_.of_elements += sum_.tail(now_.rates.size()) + h * moulton[options_.order - 1][0] * trial_.rates;
   } catch (const SingularPose&) {
     if (bridged_before) throw;  // singular for longer than an instant
     bridge(h);
@@ -142,12 +128,8 @@ void AdamsMoulton::correct(double h) {
   const double* c = moulton[options_.order - 1];
   const auto n = now_.q.size();
   sum_past(c + 1, options_.order - 1, h);
-  for (const int i : partition_.independent()) {
-    trial_.q[i] = now_.q[i] + sum_[i] + h * c[0] * trial_.velocity[i];
-    trial_.velocity[i] = now_.velocity[i] + sum_[n + i] + h * c[0] * trial_.acceleration[i];
-  }
-  partition_.evaluate(trial_);
-  flows_.of_elements += sum_.tail(now_.rates.size()) + h * c[0] * trial_.rates;
+  trial_.q = now_.q + sum_.head(n) + h * c[0] * trial_.velocity;
+  trial_.velocity = now_.velocity + sum_.segment(n, n) + h * c[0] * trial_.acceleration;
 }
 
 void AdamsMoulton::bridge(double h) {
@@ -174,42 +156,17 @@ void AdamsMoulton::bridge(double h) {
 
 void AdamsMoulton::check_branch() {
   const bool near = partition_.near_singular();
-  // The predictor errs by a small share of the velocities; another branch turns or stops some of them.
-  if ((near || was_near_singular_) && partition_.velocity_turn() > 0.3)
-    throw std::runtime_error("singular pose at t = " + std::to_string(trial_.t) +
-                             " s: beyond it the constraints are met on another branch, not on the continuation of the "
-                             "motion, at " +
-                             partition_.singular_owner() + "; a shorter step may pass it");
+  if (near || was_near_singular_) partition_.refuse_other_branch(trial_);
   was_near_singular_ = near;
 }
 
 void AdamsMoulton::one_step(double h) {
   const double start = now_.t;
   for (int i = 0; i < substeps; ++i) {
-    runge_kutta(h / substeps);
+    starter_.step(now_, h / substeps, trial_, flows_.of_elements);
+    std::swap(now_, trial_);
     now_.t = start + h * (i + 1) / substeps;
   }
-}
-
-void AdamsMoulton::runge_kutta(double h) {
-  const auto n = now_.q.size();
-  trial_ = now_;
-  keep(stages_, 0, now_);
-  const auto move_to = [&](const double* weights, int count, double node) {
-    for (int j = 0; j < count; ++j) weights_[j] = h * weights[j];
-    sum_.noalias() = stages_.leftCols(count) * weights_.head(count);
-    trial_.t = now_.t + node * h;
-    trial_.q = now_.q + sum_.head(n);
-    for (const int i : partition_.independent()) trial_.velocity[i] = now_.velocity[i] + sum_[n + i];
-    partition_.evaluate(trial_);
-  };
-  for (int stage = 1; stage < stage_count; ++stage) {
-    move_to(stage_weights[stage], stage, nodes[stage]);
-    keep(stages_, stage, trial_);
-  }
-  move_to(result_weights, stage_count, 1);
-  flows_.of_elements += sum_.tail(now_.rates.size());
-  std::swap(now_, trial_);
 }
 
 void AdamsMoulton::on_save(std::vector<double>& out) const {

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "libmbd/integrator.hpp"
+#include "libmbd/runge_kutta.hpp"
 
 namespace subsoil::mbd {
 
@@ -38,20 +39,19 @@ class AdamsMoulton : public Integrator {
   void bridge(double h);
   void check_branch();
   void one_step(double h);
-  void runge_kutta(double h);
   void sum_past(const double* weights, int count, double h);
-  void keep(Eigen::MatrixXd& derivatives, Eigen::Index column, const MotionState& m) const;
 
   static constexpr int order_max = 6;
   AdamsMoultonOptions options_;
   // Columns (q', q'', rates) of the last steps, a ring: a predictor or corrector is then one product with its weights.
-  Eigen::MatrixXd past_, stages_;
+  Eigen::MatrixXd past_;
   Eigen::VectorXd weights_, sum_;
   int newest_ = 0, stored_ = 0;
   double step_ = 0;
   double origin_ = 0;  // time of the first step of this length: t = origin + steps * h does not gather rounding
   long steps_ = 0, wrench_changes_ = 0;
   MotionState trial_;
+  RungeKutta starter_;
   bool was_near_singular_ = false, bridged_ = false;
 };
 

@@ -1,16 +1,29 @@
 #include "libmbd/adaptive.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
+
+#include "libmbd/assembly.hpp"
 
 namespace subsoil::mbd {
 
 namespace {
 // Within one advance(). More means that steps have become so short that the end is out of reach.
 constexpr long most_steps = 2'000'000;
+// From a singular pose, in rad, for the method to begin anew; and for its failure to have another reason.
+constexpr double far_enough = 0.15;
 }  // namespace
 
-Adaptive::Adaptive(System& system) : Integrator(system), directions_(switches_.count(), 0) {}
+Adaptive::Adaptive(System& system)
+    : Integrator(system),
+      directions_(switches_.count(), 0),
+      walker_(system, partition_),
+      next_(now_),
+      gaps_(switches_.count(), 0),
+      gaps_before_(gaps_) {}
 
 void Adaptive::on_start() {
   clock_.restart();
@@ -29,24 +42,13 @@ void Adaptive::restart() {
   }
   begin();
   front_ = now_.t, root_ = false;
+  walking_ = false, beside_singular_ = partition_.near_singular();
 }
 
 void Adaptive::read_consistent(double t) {
   read(t);
   now_.t = t;
-  if (follows_partition()) return partition_.evaluate(now_);
-  // What does not step by the partition may have passed a pose where the choice of the output before is singular.
-  bool singular = false;
-  try {
-    partition_.evaluate(now_);
-    singular = partition_.asks_for_choice();
-  } catch (const std::runtime_error&) {
-    singular = true;
-  }
-  if (!singular) return;
-  read(t);
-  partition_.choose(now_);
-  partition_.evaluate(now_);
+  follows_partition() ? partition_.evaluate(now_) : partition_.evaluate_nearest(now_);
 }
 
 void Adaptive::pass_event() {
@@ -70,24 +72,134 @@ void Adaptive::on_advance(double h) {
       throw std::runtime_error("t = " + std::to_string(front_) + " s: " + std::to_string(most_steps) +
                                " steps did not reach " + std::to_string(end) +
                                " s; the system is stiff or its forces are not smooth: take ida, or a wider tolerance");
-    if (root_) {
+    if (beside_singular_) {
+      walk(end);
+    } else if (walking_) {
+      restart();
+    } else if (root_) {
       pass_event();
-      continue;
-    }
-    const Reached reached = take_step(end, stop);
-    front_ = reached.t, root_ = reached.root;
-    if (!root_ && front_ < end && follows_partition() && partition_.asks_for_choice()) {
-      read_consistent(front_);
-      if (partition_.choose_again_if_needed(now_)) restart();
+    } else {
+      step_on(end, stop);
     }
   }
-  read_consistent(end);
+  if (walking_) return;
+  if (now_.t != end) read_consistent(end);
   bool anew = has_drifted();
   if (partition_.choose_again_if_needed(now_)) {
     partition_.evaluate(now_);
     anew = anew || follows_partition();
   }
   if (anew || partition_.used_rows() != rows_) restart();
+}
+
+// Returns false where the step failed and a singular pose is near enough to be the reason.
+bool Adaptive::try_step(double end, double stop, Reached& reached) {
+  try {
+    reached = take_step(end, stop);
+    return true;
+  } catch (const std::runtime_error&) {
+    if (now_.t != front_) read_consistent(front_);
+    if (partition_.distance_from_singular() > far_enough) throw;
+    return false;
+  }
+}
+
+void Adaptive::step_on(double end, double stop) {
+  Reached reached;
+  if (!try_step(end, stop, reached)) {
+    beside_singular_ = true;
+    return;
+  }
+  front_ = reached.t, root_ = reached.root;
+  if (root_) return;
+  if (!follows_partition()) {
+    read_consistent(front_);
+  } else if (front_ < end && partition_.asks_for_choice()) {
+    read_consistent(front_);
+    if (partition_.choose_again_if_needed(now_)) return restart();
+  }
+  beside_singular_ = partition_.near_singular();
+}
+
+// One step past a singular pose, or to what comes first: the end asked for, an event.
+void Adaptive::walk(double end) {
+  if (now_.t != front_) read_consistent(front_);
+  if (!walking_) begin_walk();
+  const double h = std::min(walk_step_, end - now_.t);
+  if (!try_walk(h, end)) return;
+  walk_failures_ = 0;
+  const std::size_t event = stop_at_event(h);
+  partition_.refuse_other_branch(next_);
+  std::swap(now_, next_);
+  flows_.of_elements = walk_flows_;
+  if (end - now_.t <= 1e-12 * h) now_.t = end;
+  front_ = now_.t;
+  const bool passed = event < switches_.count();
+  if (passed) take_event(event);
+  // On the singular pose itself there is nothing to choose, and nothing to evaluate.
+  if (!landed_ && (partition_.choose_again_if_needed(now_) || passed)) partition_.evaluate_nearest(now_);
+  beside_singular_ = partition_.distance_from_singular() < far_enough;
+}
+
+void Adaptive::begin_walk() {
+  walking_ = true, walk_controlled_ = true, walk_failures_ = 0;
+  const double rate = now_.velocity.cwiseProduct(coordinate_scale(system_)).cwiseAbs().maxCoeff();
+  const double slowness = 1 / std::max(rate / system_.length_scale(), 1.0);
+  walk_step_ = slowness * std::pow(step_tolerance(), 0.2), landing_step_ = slowness * std::pow(step_tolerance(), 0.25);
+}
+
+// Returns whether next_ may stand; else the step has been made shorter. Near the pose rounding is more than what the
+// estimate of the error means to see: there the step stays what it was.
+bool Adaptive::try_walk(double h, double end) {
+  const bool core = partition_.distance_from_singular() < 0.01;
+  walk_flows_ = flows_.of_elements;
+  const bool from_singular = std::exchange(landed_, false);
+  const auto shorten = [&](double factor) {
+    walk_step_ = factor * h, landed_ = from_singular;
+    if (!from_singular) partition_.evaluate_nearest(now_);
+    return false;
+  };
+  try {
+    walker_.step(now_, h, next_, walk_flows_);
+  } catch (const SingularPose&) {  // a stage has met it: those of another step do not, unless it is the end asked for
+    if (++walk_failures_ > most_failures_of_a_step) throw;
+    if (h > landing_step_ || end - now_.t > (1 + 1e-12) * h) return shorten(0.8);
+    walk_flows_ = flows_.of_elements;
+    walker_.step_onto_singular(now_, h, next_, walk_flows_);
+    return landed_ = true;
+  }
+  if (core && !walk_controlled_) return true;
+  const double change = 0.9 * std::pow(step_tolerance() / std::max(walker_.error(), 1e-30), 0.2);
+  if (change < 0.9 && ++walk_failures_ <= (core ? 3 : most_failures_of_a_step)) return shorten(std::max(change, 0.2));
+  walk_controlled_ = false;
+  if (h >= walk_step_) walk_step_ *= std::clamp(change, 0.2, 2.0);
+  return true;
+}
+
+// When a switch has changed sides over the step to next_, puts next_ at the first zero; returns which, or their count.
+std::size_t Adaptive::stop_at_event(double h) {
+  if (!watches_switches()) return switches_.count();
+  const auto go = [&](double share) {
+    walk_flows_ = flows_.of_elements;
+    walker_.step(now_, share * h, next_, walk_flows_);
+    look(next_, gaps_);
+  };
+  look(now_, gaps_before_);
+  look(next_, gaps_);
+  const std::vector<double> at_end = gaps_;
+  std::size_t first = switches_.count();
+  double share = 2;
+  for (std::size_t i = 0; i < switches_.count(); ++i) {
+    if (at_end[i] * switches_.side(i) >= 0) continue;
+    const auto gap = [&](double part) {
+      go(part);
+      return gaps_[i];
+    };
+    const double at = locate_crossing(gap, switches_.side(i), gaps_before_[i], at_end[i]);
+    if (at < share) share = at, first = i;
+  }
+  if (first < switches_.count()) go(share);
+  return first;
 }
 
 }  // namespace subsoil::mbd

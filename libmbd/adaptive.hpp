@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "libmbd/integrator.hpp"
+#include "libmbd/runge_kutta.hpp"
 
 namespace subsoil::mbd {
 
@@ -19,6 +20,9 @@ inline constexpr int most_failures_of_a_step = 40;
 /// their dense output, put on Phi = 0 and Phi_q q' = -Phi_t to rounding by the partition. So a short output interval
 /// costs no step. Where the future is not known, since external wrenches jump or forces remember (ruts), each advance()
 /// is a stop time. Zeros of switching functions restart the method: no smooth history crosses them.
+/// Beside a singular pose a Newton matrix loses its rank and an error control sees rounding grow as the cube of the
+/// nearness. Such a pose is passed by Runge-Kutta in steps held to the same tolerance, put on the constraints with
+/// least change of all coordinates, and the method begins anew behind it.
 class Adaptive : public Integrator {
  public:
   /// Steps taken and right sides (residuals) evaluated since the start, over all restarts.
@@ -50,6 +54,8 @@ class Adaptive : public Integrator {
   virtual void root_directions(std::vector<int>& out) = 0;
   /// Whether the unknowns are those of the partition's choice, so that a new choice begins anew.
   virtual bool follows_partition() const = 0;
+  /// What a step may err by in q and q' of size 1.
+  virtual double step_tolerance() const = 0;
   /// The solution read last has left what was asked for by more than the tolerance: begin anew from the projection.
   virtual bool has_drifted() const { return false; }
 
@@ -57,6 +63,12 @@ class Adaptive : public Integrator {
   void restart();
   void read_consistent(double t);
   void pass_event();
+  bool try_step(double end, double stop, Reached& reached);
+  void step_on(double end, double stop);
+  void walk(double end);
+  void begin_walk();
+  bool try_walk(double h, double end);
+  std::size_t stop_at_event(double h);
 
   StepClock clock_;
   std::vector<int> rows_;
@@ -65,6 +77,17 @@ class Adaptive : public Integrator {
   bool coupled_ = false;
   long wrench_changes_ = 0;
   std::vector<int> directions_;
+
+  RungeKutta walker_;
+  bool beside_singular_ = false;  // at front_
+  bool walking_ = false;          // the method has no part in what now_ is
+  bool walk_controlled_ = false;
+  bool landed_ = false;  // now_ is on a singular pose
+  int walk_failures_ = 0;
+  double walk_step_ = 0, landing_step_ = 0;
+  MotionState next_;
+  Eigen::VectorXd walk_flows_;
+  std::vector<double> gaps_, gaps_before_;
 };
 
 }  // namespace subsoil::mbd

@@ -97,6 +97,7 @@ struct Cvode::Solver {
     auto& s = *static_cast<Solver*>(self);
     return sundials::guarded(s.thrown, -1, [&] {
       s.evaluate(t, y);
+      s.system.set_multipliers(s.trial.lambda);
       s.switches.gaps({out, s.switches.count()});
     });
   }
@@ -169,10 +170,7 @@ Adaptive::Reached Cvode::take_step(double end, double stop) {
   const bool joints = code == CV_FIRST_RHSFUNC_ERR || code == CV_REPTD_RHSFUNC_ERR || code == CV_UNREC_RHSFUNC_ERR ||
                       code == CV_RTFUNC_FAIL;
   if (joints && s.thrown) std::rethrow_exception(s.thrown);
-  if (code < 0)
-    check(code, ("CVode at t = " + std::to_string(t) +
-                 " s (the motion is not smooth there, the system stiff, or the tolerance below rounding)")
-                    .c_str());
+  sundials::check_step(code, t, CVodeGetReturnFlagName);
   return {t, code == CV_ROOT_RETURN};
 }
 

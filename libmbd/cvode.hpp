@@ -27,6 +27,9 @@ class Cvode : public Adaptive {
   Reached take_step(double end, double stop) override;
   void read(double t) override;
   void root_directions(std::vector<int>& out) override;
+  double step_tolerance() const override {
+    return local_tolerance(options_.rtol, 1e-14) + local_tolerance(options_.atol, 1e-15);
+  }
   bool follows_partition() const override { return true; }
 
  private:

@@ -12,7 +12,9 @@
 //   v.optional_quantity(key, number, unit, range, meaning)     may be left out: the number stays NaN
 //   v.point(key, body, point, meaning)                         a point in body axes; `at: x y m` is a world point of
 //                                                              the start pose; may be left out: the centre of gravity
-//   v.optional_body(key, body, meaning)                        a body or the ground; may be left out: the ground
+//   v.form(key, variant, meaning)                             one of several structs, chosen by the word that is
+//   present v.optional_body(key, body, meaning)                        a body or the ground; may be left out: the
+//   ground
 
 #include <tuple>
 #include <variant>
@@ -26,6 +28,7 @@
 #include "libmbd/forces/disk_contact.hpp"
 #include "libmbd/forces/distance_stop.hpp"
 #include "libmbd/forces/drag.hpp"
+#include "libmbd/forces/ground_element.hpp"
 #include "libmbd/forces/joint_friction.hpp"
 #include "libmbd/forces/line_contact.hpp"
 #include "libmbd/forces/rotational_spring_damper.hpp"
@@ -55,7 +58,7 @@ using Joints = std::tuple<Revolute, Translational, Fixed, PointOnLine, Distance,
                           RollingOnDisk, GearPair, GearRatio, RackAndPinion, CamFollower, FlatFacedCam, PointOnCurve>;
 using Drivers = std::tuple<CoordinateDriver, AngleDriver, SlideDriver, DistanceDriver>;
 using Forces = std::tuple<SpringDamper, RotationalSpringDamper, Bushing, AppliedForce, Drag, LineContact, DiskContact,
-                          RotationalStop, SlideStop, DistanceStop, WheelOnSoil, JointFriction>;
+                          RotationalStop, SlideStop, DistanceStop, WheelOnSoil, GroundElement, JointFriction>;
 
 namespace detail {
 template <class Tuple>

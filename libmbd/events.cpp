@@ -1,46 +1,66 @@
 #include "libmbd/events.hpp"
 
 #include <algorithm>
+#include <type_traits>
 
 namespace subsoil::mbd {
 
 namespace {
 
 template <class Force>
-concept Switching = requires(const Force& force, const Scene& scene) {
+concept Closing = requires(const Force& force, const Scene& scene) {
   force.gap(scene);
 };
+template <class Force>
+concept Sticking = requires(const Force& force, const Scene& scene) {
+  force.hold(scene);
+};
+
+template <class Force>
+concept Tracing = requires(Force& force, const Scene& scene, std::vector<Rut>& ruts) {
+  force.commit(scene, ruts);
+};
+
+bool switches(const AnyForce& any) {
+  return std::visit(
+      []<class Force>(const Force& force) {
+        if constexpr (Sticking<Force>) return force.can_stick();
+        return Closing<Force>;
+      },
+      any);
+}
 
 }  // namespace
 
 Switches::Switches(const System& system) : system_(system) {
   const auto& forces = system.model().forces;
   for (std::size_t i = 0; i < forces.size(); ++i)
-    std::visit(
-        [&]<class Force>(const Force&) {
-          if constexpr (Switching<Force>) forces_.push_back(i);
-        },
-        forces[i].element);
+    if (switches(forces[i].element)) forces_.push_back(i);
   sides_.assign(count(), 1);
   work_.assign(count(), 0);
 }
 
 const std::string& Switches::name(std::size_t i) const { return system_.model().forces[forces_[i]].name; }
 
+bool Switches::of_friction(std::size_t i) const {
+  return std::visit([]<class Force>(const Force&) { return Sticking<Force>; },
+                    system_.model().forces[forces_[i]].element);
+}
+
 void Switches::gaps(std::span<double> out) const {
-  const Scene scene{
-      {&system_.body(ground), static_cast<std::size_t>(system_.bodies())}, system_.time(), system_.ruts()};
+  const Scene scene = system_.scene();
   for (std::size_t i = 0; i < count(); ++i)
     std::visit(
         [&]<class Force>(const Force& force) {
-          if constexpr (Switching<Force>) out[i] = force.gap(scene);
+          if constexpr (Closing<Force>) out[i] = force.gap(scene);
+          if constexpr (Sticking<Force>) out[i] = force.hold(scene);
         },
         system_.model().forces[forces_[i]].element);
 }
 
 void Switches::take_sides() {
   gaps(work_);
-  for (std::size_t i = 0; i < count(); ++i) sides_[i] = work_[i] < 0 ? -1 : 1;
+  for (std::size_t i = 0; i < count(); ++i) sides_[i] = work_[i] < 0 && !of_friction(i) ? -1 : 1;
 }
 
 bool remembers(const Model& model) {
@@ -48,7 +68,7 @@ bool remembers(const Model& model) {
   for (const auto& f : model.forces)
     std::visit(
         [&](const auto& force) {
-          if constexpr (requires { force.memory(); }) any = true;
+          if constexpr (Tracing<std::remove_cvref_t<decltype(force)>>) any = true;
         },
         f.element);
   return any;

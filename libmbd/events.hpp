@@ -14,12 +14,20 @@ namespace subsoil::mbd {
 struct Event {
   double t = 0;
   std::string name;   ///< of the force it belongs to
-  int direction = 0;  ///< -1: closed (the gap became negative), +1: opened
+  int direction = 0;  ///< -1: closed (the gap became negative) or began to stick, +1: opened or began to slide
+  bool of_friction = false;
+
+  const char* word() const {
+    if (of_friction) return direction < 0 ? "sticks" : "slides";
+    return direction < 0 ? "closes" : "opens";
+  }
 };
 
 /// The switching functions of a system: forces with a member `double gap(const Scene&) const`, a signed distance or
-/// angle (or a sliding speed) on whose sign the force's law depends: > 0 open, < 0 in contact. Smooth methods keep
-/// their order only between the zeros of these; a zero is located, the method restarted there, the event counted.
+/// angle on whose sign the force's law depends: > 0 open, < 0 in contact; or with `double hold(const Scene&) const`,
+/// which falls through 0 where friction changes between sliding and sticking, told by `pass_event(const Scene&)`.
+/// Smooth methods keep their order only between the zeros of these; a zero is located, the method restarted there, the
+/// event counted.
 /// Contacts that close and open again within one step leave no change of sign and are not seen.
 class Switches {
  public:
@@ -27,7 +35,10 @@ class Switches {
 
   std::size_t count() const { return forces_.size(); }
   const std::string& name(std::size_t i) const;
-  /// All gaps at the state that the system was set to last.
+  std::size_t force(std::size_t i) const { return forces_[i]; }
+  /// Whether it is one of friction, which is positive before and after an event.
+  bool of_friction(std::size_t i) const;
+  /// All gaps at the state, with multipliers where there is friction, that the system was set to last.
   void gaps(std::span<double> out) const;
 
   /// Sides begin as the gaps at the state set last have them (0 counts as open).

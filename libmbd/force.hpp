@@ -42,12 +42,18 @@ struct ForcePower {
   double work = 0;    ///< rate of work that it brings in from outside (W)
 };
 
+/// What an event does to a force at that instant.
+struct Changeover {
+  double heat = 0;      ///< energy that it loses (J)
+  bool slides = false;  ///< friction: whether it slides from now on
+};
+
 /// A reported value of a force: name and unit.
 struct ForceColumn {
   const char* name;
   const char* unit;
 };
-inline constexpr std::size_t max_force_columns = 4;
+inline constexpr std::size_t max_force_columns = 5;
 using ForceValues = std::array<double, max_force_columns>;
 
 }  // namespace subsoil::mbd

@@ -143,6 +143,9 @@ struct Ida::Solver {
       const ConstMap at(N_VGetArrayPointer(yy), s.size());
       s.q = at.head(s.n), s.w = at.segment(s.n, s.n);
       s.system.set_state(t, s.q, s.w);
+      s.lambda.setZero();
+      for (Eigen::Index i = 0; i < s.r; ++i) s.lambda[s.rows[static_cast<std::size_t>(i)]] = at[2 * s.n + i];
+      s.system.set_multipliers(s.lambda);
       s.switches.gaps({out, s.switches.count()});
     });
   }
@@ -228,10 +231,7 @@ Adaptive::Reached Ida::take_step(double end, double stop) {
   s.thrown = nullptr;
   const int code = IDASolve(s.memory, std::max(end, t + 1e-9), &t, s.y, s.dy, IDA_ONE_STEP);
   if (code < 0 && s.thrown) std::rethrow_exception(s.thrown);
-  if (code < 0)
-    check(code, ("IDASolve at t = " + std::to_string(t) +
-                 " s (a lock-up, a jump in the forces, or a tolerance below rounding)")
-                    .c_str());
+  sundials::check_step(code, t, IDAGetReturnFlagName);
   return {t, code == IDA_ROOT_RETURN};
 }
 

@@ -31,6 +31,7 @@ class Ida : public Adaptive {
   Reached take_step(double end, double stop) override;
   void read(double t) override;
   void root_directions(std::vector<int>& out) override;
+  double step_tolerance() const override { return rtol_ + atol_; }
   bool follows_partition() const override { return false; }
   bool has_drifted() const override { return drift_ > drift_limit_; }
 

@@ -57,17 +57,28 @@ void Integrator::advance(double h) {
     }
 }
 
+void Integrator::look(const MotionState& m, std::vector<double>& gaps) {
+  system_.set_state(m.t, m.q, m.velocity);
+  system_.set_multipliers(m.lambda);
+  switches_.gaps(gaps);
+}
+
 bool Integrator::crossed() {
-  system_.set_state(now_.t, now_.q, now_.velocity);
-  switches_.gaps(gaps_);
+  look(now_, gaps_);
   for (std::size_t i = 0; i < gaps_.size(); ++i)
     if (gaps_[i] * switches_.side(i) < 0) return true;
   return false;
 }
 
 void Integrator::take_event(std::size_t which) {
-  switches_.set_side(which, -switches_.side(which));
-  events_.push_back({now_.t, switches_.name(which), switches_.side(which)});
+  look(now_, gaps_);
+  const bool friction = switches_.of_friction(which);
+  if (!friction) switches_.set_side(which, -switches_.side(which));
+  const std::size_t force = switches_.force(which);
+  const Changeover change = system_.pass_event(force);
+  flows_.of_elements[static_cast<Eigen::Index>(force)] += change.heat;
+  const int of_friction = change.slides ? 1 : -1;
+  events_.push_back({now_.t, switches_.name(which), friction ? of_friction : switches_.side(which), friction});
 }
 
 /// A step of length h from the state before it, by the method's own start: it needs no past.
@@ -93,8 +104,7 @@ void Integrator::advance_over_events(double h) {
                                " s and " + std::to_string(end) + " s: force '" + events_.back().name +
                                "' rattles; shorten the step or add damping");
     at_end = gaps_;
-    system_.set_state(before_.t, before_.q, before_.velocity);
-    switches_.gaps(at_start);
+    look(before_, at_start);
     const double rest = end - before_.t;
     std::size_t first = 0;
     double share = 2;
@@ -110,6 +120,7 @@ void Integrator::advance_over_events(double h) {
     }
     try_part(share * rest);
     take_event(first);
+    partition_.evaluate(now_);  // friction that has changed over
     before_ = now_;
     flows_before_ = flows_;
     if (end - now_.t <= 1e-12 * h) break;

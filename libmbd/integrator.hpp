@@ -112,6 +112,8 @@ class Integrator {
   /// A method with dense output finds events inside its own steps; fixed steps are repeated in parts by advance().
   virtual bool finds_events() const { return false; }
   bool watches_switches() const { return locate_ && switches_.count() > 0; }
+  /// All switching functions at a state that the partition has evaluated.
+  void look(const MotionState& m, std::vector<double>& gaps);
   /// Books the event and puts the switch on its other side, at the present state.
   void take_event(std::size_t which);
   virtual void on_save(std::vector<double>&) const {}

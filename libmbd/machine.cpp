@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "libmbd/wrench.hpp"
+
 namespace subsoil::mbd {
 
 Machine::Machine(Model model, MachineOptions options) : options_(options), system_(std::move(model)) {
@@ -50,71 +52,38 @@ void Machine::begin(const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
 
 void Machine::advance(double h) { integrator_->advance(h); }
 
-std::size_t Machine::find(const std::string& kind, const std::string& name) const {
-  std::string known;
-  const auto search = [&](const auto& list) {
-    for (std::size_t i = 0; i < list.size(); ++i) {
-      if (list[i].name == name) return i;
-      known += (known.empty() ? "" : ", ") + list[i].name;
-    }
-    throw std::invalid_argument("no " + kind + " '" + name + "'; there are " + (known.empty() ? "none" : known));
-  };
-  const Model& model = system_.model();
-  return kind == "joint" ? search(model.joints) : kind == "driver" ? search(model.drivers) : search(model.forces);
+void Machine::measure(const std::string& name, AnyMeasure measure) {
+  std::visit(
+      [&](auto& m) {
+        if constexpr (requires { m.attach(system_); }) m.attach(system_);
+        const std::vector<MeasureColumn> columns = m.columns();
+        for (const MeasureColumn& column : columns) {
+          names_.push_back(column.suffix.empty() ? name : name + "." + column.suffix);
+          units_.emplace_back(column.unit);
+        }
+        measures_.push_back({std::move(measure), columns.size()});
+      },
+      measure);
 }
-
-namespace {
-
-/// The rows of a joint at the system's state, as the joint itself says them.
-template <class Joint>
-Rows<Joint::rows> rows_of(const Joint& j, const System& system) {
-  Rows<Joint::rows> rows;
-  const BodyState &a = system.body(j.body_a), &b = system.body(j.body_b);
-  if constexpr (requires { j.body_c; }) {
-    j.evaluate(a, b, system.body(j.body_c), system.time(), rows);
-  } else {
-    j.evaluate(a, b, system.time(), rows);
-  }
-  return rows;
-}
-
-/// Where a joint's reaction acts: its own point, or its point on the second body.
-template <class Joint>
-Vec2 reaction_point(const Joint& j, const BodyState& a, const BodyState& b) {
-  if constexpr (requires { j.reaction_point(a, b); }) {
-    return j.reaction_point(a, b);
-  } else {
-    return b.r + b.world(j.p_b);
-  }
-}
-
-}  // namespace
 
 Reaction Machine::reaction_of(std::size_t joint, const Eigen::VectorXd& lambda) const {
-  const int first = system_.first_row_of_joint(joint);
-  return std::visit(
-      [&](const auto& j) {
-        const BodyState &a = system_.body(j.body_a), &b = system_.body(j.body_b);
-        const Vec2 at = reaction_point(j, a, b);
-        const auto rows = rows_of(j, system_);
-        double w[3] = {0, 0, 0};  // on the first body, also where it is the ground, about its centre of gravity
-        for (std::size_t i = 0; i < rows.size(); ++i)
-          for (std::size_t k = 0; k < 3; ++k) w[k] -= rows[i].on_a[k] * lambda[first + static_cast<Eigen::Index>(i)];
-        return Reaction{w[0], w[1], w[2] - cross(at - a.r, {w[0], w[1]})};
-      },
-      system_.model().joints[joint].element);
+  const int first = std::visit([](const auto& j) { return j.body_a; }, system_.model().joints[joint].element);
+  const Wrench w = joint_wrench(system_, joint, lambda, first);
+  return {w.force.x, w.force.y, w.moment};
 }
 
 Reaction Machine::joint_reaction(const std::string& name) const {
-  return reaction_of(find("joint", name), integrator_->partition().reactions(integrator_->state()));
+  return reaction_of(find_named(system_.model().joints, "joint", name),
+                     integrator_->partition().reactions(integrator_->state()));
 }
 
 double Machine::driver_force(const std::string& name) const {
-  return -integrator_->partition().reactions(integrator_->state())[system_.row_of_driver(find("driver", name))];
+  return -integrator_->partition().reactions(
+      integrator_->state())[system_.row_of_driver(find_named(system_.model().drivers, "driver", name))];
 }
 
 double Machine::force_value(const std::string& name, const std::string& column) const {
-  const std::size_t i = find("force", name);
+  const std::size_t i = find_named(system_.model().forces, "force", name);
   return std::visit(
       [&](const auto& force) {
         std::string known;
@@ -194,6 +163,11 @@ void Machine::columns(std::span<double> out) const {
   }
   const EnergyBook e = energy();
   put(e.kinetic, e.potential, e.stored, e.lost, e.driver_work, e.force_work, e.external_work, e.balance());
+  const Observation seen{system_, integrator_->state().acceleration, lambda};
+  for (const auto& [measure, count] : measures_) {
+    std::visit([&](const auto& m) { m.evaluate(seen, {next, count}); }, measure);
+    next += static_cast<std::ptrdiff_t>(count);
+  }
 }
 
 std::vector<double> Machine::snapshot() const {

@@ -21,6 +21,7 @@
 #include "libmbd/assembly.hpp"
 #include "libmbd/equilibrium.hpp"
 #include "libmbd/integrator.hpp"
+#include "libmbd/measures.hpp"
 
 namespace subsoil::mbd {
 
@@ -81,9 +82,12 @@ class Machine {
   /// A reported value of a force, e.g. ("H9", "force"), ("left wheel", "sinkage").
   double force_value(const std::string& name, const std::string& column) const;
   EnergyBook energy() const;
+  /// Adds the columns NAME or NAME.x ... of a measure at the end. Throws std::invalid_argument when it names a joint,
+  /// force or body that is not there.
+  void measure(const std::string& name, AnyMeasure measure);
 
   /// Everything that can be reported: per body pose, velocity and acceleration, per joint its reaction on the first
-  /// body, drivers, forces, energies. Units beside. Values in the same order.
+  /// body, drivers, forces, energies, measures. Units beside. Values in the same order.
   const std::vector<std::string>& column_names() const { return names_; }
   const std::vector<std::string>& column_units() const { return units_; }
   void columns(std::span<double> out) const;
@@ -106,7 +110,6 @@ class Machine {
   void refuse_redundant() const;
   void begin(const Eigen::VectorXd& q, const Eigen::VectorXd& velocity);
   void name_columns();
-  std::size_t find(const std::string& kind, const std::string& name) const;
   Reaction reaction_of(std::size_t joint, const Eigen::VectorXd& lambda) const;
 
   MachineOptions options_;
@@ -116,6 +119,11 @@ class Machine {
   std::optional<Equilibrium> equilibrium_;
   double energy_at_start_ = 0;
   std::vector<std::string> names_, units_;
+  struct Placed {
+    AnyMeasure measure;
+    std::size_t columns;
+  };
+  std::vector<Placed> measures_;
 };
 
 }  // namespace subsoil::mbd

@@ -22,6 +22,10 @@ constexpr Nearness near_pose{0.05, 1e-2}, singular_pose{1e-5, 1e-12};
 // Factors of a pose nearer than 1e-7 of the length leave at most this share of a right side: where that is below the
 // goal there is nothing to look at again.
 constexpr double trust = 1e-6;
+// Of a residual, over the size of its terms.
+constexpr double rounding = 2e-16;
+// A predictor errs by a small share of the velocities; another branch turns or stops some of them.
+constexpr double most_turn = 0.3;
 // Contraction by friction is about mu times a ratio of levers; 0.95 still settles.
 constexpr int most_friction_iterations = 600;
 }  // namespace
@@ -173,6 +177,18 @@ bool Partition::near_singular() const {
   return rank() > 0 && least_pivot_ < near_pose.pivot && schur_.least_share() < near_pose.share;
 }
 
+double Partition::distance_from_singular() const {
+  return rank() > 0 ? std::max(least_pivot_, std::sqrt(std::max(schur_.least_share(), 0.0))) : 1;
+}
+
+void Partition::refuse_other_branch(const MotionState& m) const {
+  if (velocity_turn_ > most_turn)
+    throw std::runtime_error("singular pose at t = " + std::to_string(m.t) +
+                             " s: beyond it the constraints are met on another branch, not on the continuation of the "
+                             "motion, at " +
+                             singular_owner() + "; a shorter step may pass it");
+}
+
 const std::string& Partition::singular_owner() const {
   return system_.owner(choice_.rows[static_cast<std::size_t>(schur_.least_row())]);
 }
@@ -202,7 +218,8 @@ bool Partition::solve_positions(MotionState& m) {
   // Newton with the matrix of the guess, which a predictor leaves nearly on Phi = 0: the first iteration then is the
   // last, and the same factors serve the velocities.
   const double far = m.q.cwiseAbs().maxCoeff(), scale = std::max(system_.length_scale(), far);
-  const double goal = 1e-14 * system_.length_scale() + 2e-15 * far;  // the second is the rounding of Phi itself
+  // The second is the rounding of Phi itself. Beside a singular pose what is left returns over the distance from it.
+  const double goal = nearest_ ? rounding * scale : 1e-14 * system_.length_scale() + 2e-15 * far;
   double before = 0, first = 0;
   bool serve = factors_serve(m);
   if (!serve) factored_at_[0] = std::numeric_limits<double>::quiet_NaN();
@@ -210,7 +227,7 @@ bool Partition::solve_positions(MotionState& m) {
     system_.set_position(m.t, m.q);
     system_.constraints(c_);
     if (rank() == 0) return true;
-    if (iteration == 0 && !serve) factor();
+    if (iteration == 0 && !serve) factor_again(m);
     double now = 0;
     for (std::size_t k = 0; k < work_.size(); ++k) {
       work_[k] = c_.phi[static_cast<std::size_t>(choice_.rows[k])];
@@ -222,13 +239,29 @@ bool Partition::solve_positions(MotionState& m) {
     }
     if (iteration == 0) first = now;
     if (!(now < 1e3 * scale)) break;
-    if (iteration > 0 && now > 0.01 * before) factor(), serve = false;
+    if (iteration > 0 && now > 0.01 * before) factor_again(m), serve = false;
     before = now;
-    phi_u_.solve(work_);
-    for (std::size_t k = 0; k < work_.size(); ++k) m.q[choice_.dependent[k]] -= work_[k];
+    correct(m.q);
   }
   if (first < 1e-8 * scale && least_pivot_ < singular_pose.pivot) refuse_singular(m);  // closed, and yet no way on
   refuse_open(m);
+}
+
+// Of what corrects, which beside a singular pose is S.
+void Partition::factor_again(const MotionState& m) {
+  factor();
+  if (nearest_) factor_schur(m);
+}
+
+// Takes the residual in work_ out of positions or velocities: out of the dependent ones, or with least change of all.
+void Partition::correct(Eigen::VectorXd& x) {
+  if (nearest_) {
+    schur_.solve(work_);
+    subtract_reactions(work_, x);
+    return;
+  }
+  phi_u_.solve(work_);
+  for (std::size_t k = 0; k < work_.size(); ++k) x[choice_.dependent[k]] -= work_[k];
 }
 
 // work_ = Phi_q x + sign * other, in the order of the choice; returns the largest of it.
@@ -249,7 +282,7 @@ void Partition::solve_velocities(MotionState& m) {
   if (!m.velocity.allFinite())
     for (const int i : choice_.dependent) m.velocity[i] = 0;
   const double fastest = m.velocity.cwiseProduct(column_scale_).cwiseAbs().maxCoeff();
-  const double goal = 2e-15 * fastest;  // rounding of the sum of a row
+  const double goal = (nearest_ ? rounding : 2e-15) * fastest;  // of the sum of a row
   double before = std::numeric_limits<double>::infinity();
   Eigen::VectorXd& guess = free_;
   guess = m.velocity;
@@ -257,22 +290,32 @@ void Partition::solve_velocities(MotionState& m) {
     const double now = apply_jacobian(m.velocity, c_.phi_t, 1);
     if (now <= goal || !(now < 0.1 * before)) break;
     before = now;
-    phi_u_.solve(work_);
-    for (std::size_t k = 0; k < work_.size(); ++k) m.velocity[choice_.dependent[k]] -= work_[k];
+    correct(m.velocity);
     if (trust * now <= goal && !near_singular()) break;
   }
   velocity_turn_ = 0;
-  for (const int i : choice_.dependent)
+  for (Eigen::Index i = 0; i < guess.size(); ++i)
     if (!(m.velocity[i] * guess[i] > 0.5 * guess[i] * guess[i]))
       velocity_turn_ = std::max(velocity_turn_, std::abs(m.velocity[i] - guess[i]) * column_scale_[i]);
   if (velocity_turn_ > 0) velocity_turn_ /= std::max(fastest, velocity_turn_);
 }
 
 void Partition::evaluate(MotionState& m) {
+  nearest_ = false;
+  put_on_constraints(m);
+}
+
+void Partition::evaluate_nearest(MotionState& m) {
+  nearest_ = true;
+  factored_at_[0] = std::numeric_limits<double>::quiet_NaN();
+  put_on_constraints(m);
+}
+
+void Partition::put_on_constraints(MotionState& m) {
   const bool serve = solve_positions(m);
   if (rank() > 0) {
     solve_velocities(m);
-    if (!serve) factor_schur(m);
+    if (!serve && !nearest_) factor_schur(m);
   }
   accelerate(m);
 }
@@ -316,7 +359,6 @@ void Partition::solve_accelerations(MotionState& m) {
   // passes are iterative refinement: S has the square of the condition of Phi_q, and where that is large the
   // accelerations still satisfy their constraints to rounding.
   for (const int row : choice_.redundant) m.lambda[row] = 0;
-  if (near_singular()) return reduce_accelerations(m);
   for (std::size_t k = 0; k < work_.size(); ++k) work_[k] = m.lambda[choice_.rows[k]];
   subtract_reactions(work_, m.acceleration);
   double largest = free_.cwiseAbs().maxCoeff();
@@ -332,32 +374,6 @@ void Partition::solve_accelerations(MotionState& m) {
     subtract_reactions(work_, m.acceleration);
     if (trust * now <= goal) return;
   }
-}
-
-// The reduction as the source has it, dense: at an angle e from a singular pose Phi_u costs 1/e of the digits where S
-// costs 1/e^2. It allocates, but such poses are rare and passed in some steps.
-void Partition::reduce_accelerations(MotionState& m) const {
-  const auto &u = choice_.dependent, &v = choice_.independent;
-  Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(rank(), system_.coordinates());
-  for (const Used& block : used_)
-    for (std::size_t k = 0; k < 3; ++k)
-      jacobian(static_cast<Eigen::Index>(block.index), block.column + static_cast<Eigen::Index>(k)) =
-          c_.jacobian[block.block][k];
-  Eigen::VectorXd gamma(rank());
-  for (Eigen::Index k = 0; k < rank(); ++k)
-    gamma[k] = c_.gamma[static_cast<std::size_t>(choice_.rows[static_cast<std::size_t>(k)])];
-  const Eigen::PartialPivLU<Eigen::MatrixXd> lu(Eigen::MatrixXd(jacobian(Eigen::all, u)));
-  const Eigen::MatrixXd r = -lu.solve(Eigen::MatrixXd(jacobian(Eigen::all, v)));
-  const Eigen::VectorXd g = lu.solve(gamma), mass_u = system_.mass()(u), load_u = load_(u);
-  Eigen::MatrixXd m_hat = r.transpose() * mass_u.asDiagonal() * r;
-  m_hat.diagonal() += Eigen::VectorXd(system_.mass()(v));
-  const Eigen::VectorXd f_hat = load_(v) + r.transpose() * (load_u - mass_u.cwiseProduct(g));
-  const Eigen::VectorXd v_rate = m_hat.llt().solve(f_hat), u_rate = r * v_rate + g;
-  m.acceleration(v) = v_rate;
-  m.acceleration(u) = u_rate;
-  const Eigen::VectorXd lambda = lu.transpose().solve(Eigen::VectorXd(load_u - mass_u.cwiseProduct(u_rate)));
-  for (std::size_t k = 0; k < choice_.rows.size(); ++k)
-    m.lambda[choice_.rows[k]] = lambda[static_cast<Eigen::Index>(k)];
 }
 
 void Partition::solve_with_friction(MotionState& m) {

@@ -30,8 +30,7 @@ struct SingularPose : std::runtime_error {
 /// The last line gives the v'' of the source's M^ v'' = F^ with M^ = M_vv + R^T M_uu R, R = -Phi_u^-1 Phi_v, without
 /// forming R and M^, which are dense: S has a nonzero only where two equations share a body, and Phi_u keeps the
 /// sparsity of Phi_q, so that a step costs a time linear in the number of links of a chain.
-/// Both factors have a fixed pattern from choose() on. Redundant equations stay outside both. Next to a singular pose,
-/// where S has lost the square of what Phi_u has, the source's reduction is done as it stands.
+/// Both factors have a fixed pattern from choose() on. Redundant equations stay outside both.
 /// Friction in joints makes F depend on lambda: the two are iterated to 1e-13, starting from the lambda given; where
 /// that does not contract the joint locks itself, and accelerate() says so. sensitivity() says how far the worst pivot
 /// of Phi_u has fallen since the choice; |R| grows with it without bound as Phi_u becomes singular, and it costs
@@ -59,17 +58,23 @@ class Partition {
   /// From t, q (v part exact, u part a guess) and v' (u' a guess) to everything: u, u', q'', lambda, rates.
   /// Throws SingularPose where lambda is not determined.
   void evaluate(MotionState& m);
+  /// The same from guesses of all of q and q', put on Phi = 0 and Phi_q q' = -Phi_t with the least change in the norm
+  /// of M. For use beside a singular pose: at an angle e from it rounding eps leaves an error in the coordinates that
+  /// the constraints hardly hold, eps/e of position, eps/e^2 of velocity, eps/e^3 of acceleration. u(v) hands it on to
+  /// the independent coordinates, whichever they are; taken out in the norm of M it does no work on the motion.
+  void evaluate_nearest(MotionState& m);
   /// Only q'', lambda, rates anew at the state last evaluated: after a change of the external wrench.
   void accelerate(MotionState& m);
   /// All multipliers; for redundant constraints the solution of least norm.
   Eigen::VectorXd reactions(const MotionState& m) const;
   /// Whether the pose last evaluated is nearer than some 0.1 rad to one where an equation says nothing new.
   bool near_singular() const;
+  /// About the angle (rad) between the pose last evaluated and a singular one, where that is small.
+  double distance_from_singular() const;
+  /// Throws where near a singular pose the constraints were met by velocities that the guess did not know.
+  void refuse_other_branch(const MotionState& m) const;
   /// The joint or driver of that equation.
   const std::string& singular_owner() const;
-  /// The largest change by which the last evaluation turned a guess of u' round or took half of it away, over the
-  /// largest rate of the machine: what another branch does, and a guess that is merely rough does not.
-  double velocity_turn() const { return velocity_turn_; }
   const SparseConstraints& constraints() const { return c_; }
   /// Largest |Phi| of all rows at the state last evaluated (angles times length).
   double residual() const;
@@ -87,14 +92,16 @@ class Partition {
   };
   void analyse();
   void list_products();
+  void put_on_constraints(MotionState& m);
   bool solve_positions(MotionState& m);
   void factor();
+  void factor_again(const MotionState& m);
+  void correct(Eigen::VectorXd& x);
   bool factors_serve(const MotionState& m) const;
   void factor_schur(const MotionState& m);
   void solve_velocities(MotionState& m);
   void subtract_reactions(const std::vector<double>& lambda, Eigen::VectorXd& acceleration) const;
   void solve_accelerations(MotionState& m);
-  void reduce_accelerations(MotionState& m) const;
   void solve_with_friction(MotionState& m);
   double apply_jacobian(const Eigen::VectorXd& x, const std::vector<double>& other, double sign);
   [[noreturn]] void refuse_singular(const MotionState& m) const;
@@ -108,7 +115,11 @@ class Partition {
   Eigen::VectorXd factored_at_;  // q of the factors; NaN when there are none
 
   long choices_ = 0;
-  double sensitivity_ = 1, least_pivot_ = 1, velocity_turn_ = 0;
+  bool nearest_ = false;
+  double sensitivity_ = 1, least_pivot_ = 1;
+  // The largest change by which the last evaluation turned a guess of q' round or took half of it away, over the
+  // largest rate of the machine: what another branch does, and a guess that is merely rough does not.
+  double velocity_turn_ = 0;
 
   std::vector<Used> used_;
   SparseLu phi_u_;

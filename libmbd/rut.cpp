@@ -48,6 +48,21 @@ void Rut::press(double x0, double z0, double x1, double z1) {
   }
 }
 
+void Rut::press_flat(double x0, double x1, double z) {
+  const long from = static_cast<long>(std::floor(x0 / spacing)), to = static_cast<long>(std::ceil(x1 / spacing));
+  for (long i = from; i <= to; ++i) deepen(i, z);
+}
+
+void Rut::press_disk(double x, double z, double radius) {
+  const double reach = std::sqrt(2 * radius * z);
+  const long from = static_cast<long>(std::ceil((x - reach) / spacing)),
+             to = static_cast<long>(std::floor((x + reach) / spacing));
+  for (long i = from; i <= to; ++i) {
+    const double off = static_cast<double>(i) * spacing - x;
+    deepen(i, z - off * off / (2 * radius));
+  }
+}
+
 void Rut::restore(long first, std::vector<double> depths) {
   first_ = first;
   depths_ = std::move(depths);

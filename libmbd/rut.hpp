@@ -19,6 +19,10 @@ class Rut {
   Depth at(double x) const;
   /// A wheel passed from (x0, z0) to (x1, z1), straight between.
   void press(double x0, double z0, double x1, double z1);
+  /// A flat foot stood on [x0, x1] at depth z: every place of it is that deep.
+  void press_flat(double x0, double x1, double z);
+  /// A disk of this radius stood at x with its lowest point at depth z: its circle, as a parabola.
+  void press_disk(double x, double z, double radius);
 
   /// The first stored grid index and the stored depths: for restart files.
   long first() const { return first_; }

@@ -18,6 +18,8 @@ using NameOfCode = char* (*)(long int);
 
 /// Throws for a negative return code with the call and SUNDIALS' own name of the code.
 void check(int code, const std::string& call, NameOfCode name_of = nullptr);
+/// The same for a step from t: says in words what the code means for a machine.
+void check_step(int code, double t, NameOfCode name_of);
 [[noreturn]] void refuse_null(const char* call);
 template <class Pointer>
 Pointer* check(Pointer* pointer, const char* call) {

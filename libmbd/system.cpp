@@ -6,25 +6,13 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "libmbd/bodies_of.hpp"
+
 namespace subsoil::mbd {
 
 namespace {
 
 [[noreturn]] void refuse(const std::string& text) { throw std::invalid_argument(text); }
-
-/// The bodies that an element names, whichever way it does.
-template <class Element>
-std::vector<int> bodies_of(const Element& e) {
-  if constexpr (requires { e.body_a(); }) {
-    return {e.body_a(), e.body_b()};
-  } else if constexpr (requires { e.body_c; }) {
-    return {e.body_a, e.body_b, e.body_c};
-  } else if constexpr (requires { e.body_a; }) {
-    return {e.body_a, e.body_b};
-  } else {
-    return {e.body};
-  }
-}
 
 /// Longest lever of a point from its body's centre of gravity, points on the ground do not count; or how far the
 /// element itself reaches (the length of a link, the radius of a disk) where it knows.
@@ -64,6 +52,7 @@ int Model::add(Body body) {
 }
 
 System::System(Model model) : model_(std::move(model)) {
+  add_followers(model_);
   check_bodies();
   check_elements();
   number_rows();
@@ -416,6 +405,18 @@ void System::restart_traces() {
           if constexpr (requires { force.begin_trace(scene()); }) force.begin_trace(scene());
         },
         f.element);
+}
+
+Changeover System::pass_event(std::size_t force) {
+  return std::visit(
+      [&](auto& f) {
+        if constexpr (requires { f.pass_event(scene()); }) {
+          return f.pass_event(scene());
+        } else {
+          return Changeover{};
+        }
+      },
+      model_.forces[force].element);
 }
 
 void System::commit() {

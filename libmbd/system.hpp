@@ -106,6 +106,8 @@ class System {
   const std::vector<int>& friction_rows() const { return friction_rows_; }
   const std::vector<ForcePower>& powers() const { return powers_; }
   const std::vector<ForceValues>& values() const { return values_; }
+  /// What forces see of the state set last.
+  Scene scene() const { return {states_, t_, ruts_, multipliers_}; }
   double kinetic() const;
   double potential() const;  ///< of gravity, zero at the world's origin
   double stored() const;     ///< in forces
@@ -121,6 +123,8 @@ class System {
   void settle_forces(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity);
   /// Starts traces of wheels anew from the current state, for a state that was set and not travelled to.
   void restart_traces();
+  /// Tells a force that its event has come, at the state set last.
+  Changeover pass_event(std::size_t force);
   /// The state set last is accepted: the ground takes its ruts.
   void commit();
   const std::vector<Rut>& ruts() const { return ruts_; }
@@ -138,7 +142,6 @@ class System {
   void attach_friction();
   void assign_ruts();
   void settle_constraints();
-  Scene scene() const { return {states_, t_, ruts_, multipliers_}; }
 
   /// Where an element stands: its number (first row of a constraint, place in the list of a force) and its bodies.
   template <class Element>

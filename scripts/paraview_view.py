@@ -1,5 +1,6 @@
 #!/usr/bin/env pvbatch
-"""Opens a run of subsoil in ParaView: spheres with their true radius coloured by speed, the tool's surfaces as solids.
+"""Opens a run of subsoil in ParaView: spheres with their true radius coloured by speed, the tool's surfaces as solids,
+bodies without surfaces as outlines, joints as dots.
 
     pvbatch scripts/paraview_view.py DIR --out view.png     # a picture, without a screen (software rendering will do)
     pvpython -i scripts/paraview_view.py DIR                # the same view to look around in
@@ -10,7 +11,9 @@
     --focus NAME              surface to look at (default: the deepest, container, floor and walls aside)
     --hide NAME               surface not to draw, may be given several times
     --walls                   draw the container's floor and walls too
-    --from X Y Z              direction from which to look (default: 0.75 0.55 1.2, from ahead, above and aside)
+    --from X Y Z              direction from which to look (default: 0.75 0.55 1.2, from ahead, above and aside; without
+                              soil 0.3 0.25 1, of outlines alone 0 0 1)
+    --movie FILE              all frames: film.png becomes film.0000.png ... (modes go once around, one after another)
     --zoom FACTOR             nearer (default: 1)
     --size WIDTHxHEIGHT       pixels (default: 1600x900)
 """
@@ -83,7 +86,8 @@ def read_arguments():
     parser.add_argument("--focus")
     parser.add_argument("--hide", action="append")
     parser.add_argument("--walls", action="store_true")
-    parser.add_argument("--from", dest="direction", type=float, nargs=3, default=(0.75, 0.55, 1.2))
+    parser.add_argument("--from", dest="direction", type=float, nargs=3)
+    parser.add_argument("--movie")
     parser.add_argument("--zoom", type=float, default=1.0)
     parser.add_argument("--size", default="1600x900")
     parser.add_argument("--out")
@@ -183,6 +187,26 @@ def show_solid(surfaces, view):
     display.Interpolation = "Flat"  # edges of steel are sharp
 
 
+def show_plain(part, view, representation, colour):
+    display = simple.Show(part, view)
+    display.SetRepresentationType(representation)
+    simple.ColorBy(display, ("POINTS", ""))
+    display.AmbientColor = display.DiffuseColor = colour
+    return display
+
+
+def show_lines(lines, view):
+    """Outlines of bodies, springs and links."""
+    display = show_plain(lines, view, "Surface", [0.05, 0.36, 0.60])
+    display.LineWidth, display.RenderLinesAsTubes = 4, 1
+
+
+def show_dots(dots, view):
+    """Joints and markers."""
+    display = show_plain(dots, view, "Points", [0.15, 0.15, 0.15])
+    display.PointSize, display.RenderPointsAsSpheres = 11, 1
+
+
 def upper_speed(soil):
     data = servermanager.Fetch(soil)
     if data.GetNumberOfPoints() == 0:
@@ -205,6 +229,27 @@ def deepest(reader, names, time):
     return lowest(parts, key=lambda part: part.GetDataInformation().GetBounds()[2])
 
 
+def place_flat_camera(view, bounds, direction, zoom):
+    """Looks at the whole machine without perspective, so that lengths compare."""
+    at = [(bounds[2 * i] + bounds[2 * i + 1]) / 2 for i in range(3)]
+    width, height = bounds[1] - bounds[0], bounds[3] - bounds[2]
+    length, distance = math.hypot(*direction), 10 * highest(width, height, 1e-6)
+    view.CameraParallelProjection = 1
+    view.CameraParallelScale = 0.58 * highest(height, width * view.ViewSize[1] / view.ViewSize[0], 1e-6) / zoom
+    view.CameraFocalPoint = at
+    view.CameraPosition = [a + distance * d / length for a, d in zip(at, direction)]
+    view.CameraViewUp = [0, 1, 0]
+
+
+def swept_bounds(part, times):
+    """Bounds over all frames, so that nothing leaves a film."""
+    swept = []
+    for time in times:
+        part.UpdatePipeline(time)
+        swept.append(part.GetDataInformation().GetBounds())
+    return [(lowest if i % 2 == 0 else highest)(b[i] for b in swept) for i in range(6)]
+
+
 def place_camera(view, focus, scene, direction, zoom):
     """Looks at the part of `focus` that is in the scene's soil, from so far that all of it is seen."""
     inside = [lowest(highest(f, scene[i // 2 * 2]), scene[i // 2 * 2 + 1]) for i, f in enumerate(focus)]
@@ -217,6 +262,63 @@ def place_camera(view, focus, scene, direction, zoom):
     view.CameraViewAngle = 30
 
 
+class Kinds:
+    """The blocks of a run by how they are drawn."""
+
+    def __init__(self, names, hide, walls):
+        kept = [n for n in names if n not in hide and (walls or not (n == "floor" or n.startswith("wall ")))]
+        self.soil = "soil" in names
+        self.lines = [n for n in kept if n.endswith(" outline") or n == "machine links"]
+        self.dots = [n for n in kept if n in ("machine joints", "machine markers")]
+        self.solids = [n for n in kept if n != "soil" and n not in self.lines and n not in self.dots]
+        self.machine = [n for n in kept if n != "soil"]
+
+
+def make_view(size, time):
+    simple._DisableFirstRenderCameraReset()
+    view = simple.CreateView("RenderView")
+    view.ViewSize = size
+    view.ViewTime = time
+    view.UseColorPaletteForBackground = 0
+    view.BackgroundColorMode = "Gradient"
+    view.Background, view.Background2 = [0.93, 0.94, 0.95], [1, 1, 1]
+    view.OrientationAxesVisibility = 1
+    view.OrientationAxesLabelColor = [0.1, 0.1, 0.1]
+    simple.SetActiveView(view)
+    return view
+
+
+def show_all(reader, kinds, view, time, arguments):
+    """Returns the soil's part, or None."""
+    soil = None
+    if kinds.soil:
+        soil = pick_blocks(reader, ["soil"], arguments.cut)
+        soil.UpdatePipeline(time)
+        show_soil(soil, view, arguments.speed or upper_speed(soil))
+    for names, show in ((kinds.solids, show_solid), (kinds.lines, show_lines), (kinds.dots, show_dots)):
+        if names:
+            show(pick_blocks(reader, names), view)
+    label = simple.AnnotateTimeFilter(Input=reader, Format="t = {time:.3f} s")
+    shown = simple.Show(label, view)
+    shown.Color, shown.FontSize, shown.WindowLocation = [0.1, 0.1, 0.1], 20, "Upper Left Corner"
+    return soil
+
+
+def aim(view, reader, kinds, soil, times, arguments):
+    if soil is None:
+        machine = pick_blocks(reader, kinds.machine)
+        bounds = swept_bounds(machine, times if arguments.movie else [view.ViewTime])
+        # Solids that are looked at straight on run together; outlines are best seen so.
+        straight = (0.3, 0.25, 1) if kinds.solids else (0, 0, 1)
+        place_flat_camera(view, bounds, arguments.direction or straight, arguments.zoom)
+        return
+    tools = [arguments.focus] if arguments.focus else [
+        n for n in kinds.solids if not any(word in n.lower() for word in SURROUNDINGS)]
+    bed = joined_bounds([soil])
+    focus = joined_bounds([deepest(reader, tools, view.ViewTime)]) if tools else bed
+    place_camera(view, focus, bed, arguments.direction or (0.75, 0.55, 1.2), arguments.zoom)
+
+
 def main():
     arguments = read_arguments()
     need_a_screen()
@@ -225,47 +327,20 @@ def main():
     time = time_of(arguments.frame, times)
     reader.UpdatePipeline(time)
     names = block_names(reader)
-    hidden = lambda n: n in arguments.hide or (not arguments.walls and (n == "floor" or n.startswith("wall ")))
-    solids = [n for n in names if n != "soil" and not hidden(n)]
-    tools = [arguments.focus] if arguments.focus else [
-        n for n in solids if not any(word in n.lower() for word in SURROUNDINGS)]
     if arguments.focus and arguments.focus not in names:
         sys.exit(f"--focus {arguments.focus}: the run has {', '.join(names)}")
-
-    simple._DisableFirstRenderCameraReset()
-    view = simple.CreateView("RenderView")
-    view.ViewSize = arguments.size
-    view.ViewTime = time
-    view.UseColorPaletteForBackground = 0
-    view.BackgroundColorMode = "Gradient"
-    view.Background, view.Background2 = [0.93, 0.94, 0.95], [1, 1, 1]
-    view.OrientationAxesVisibility = 1
-    view.OrientationAxesLabelColor = [0.1, 0.1, 0.1]
-    simple.SetActiveView(view)
-
-    parts = []
-    if "soil" in names:
-        soil = pick_blocks(reader, ["soil"], arguments.cut)
-        soil.UpdatePipeline(time)
-        parts.append(soil)
-        show_soil(soil, view, arguments.speed or upper_speed(soil))
-    if solids:
-        surfaces = pick_blocks(reader, solids)
-        surfaces.UpdatePipeline(time)
-        parts.append(surfaces)
-        show_solid(surfaces, view)
-    focus = deepest(reader, tools, time) if tools else None
-
-    label = simple.Text(Text=f"t = {time:.3f} s")
-    shown = simple.Show(label, view)
-    shown.Color, shown.FontSize, shown.WindowLocation = [0.1, 0.1, 0.1], 20, "Upper Left Corner"
-
-    bed = joined_bounds(parts[:1])  # the soil when there is some
-    place_camera(view, joined_bounds([focus]) if focus else bed, bed, arguments.direction, arguments.zoom)
+    kinds = Kinds(names, arguments.hide, arguments.walls)
+    view = make_view(arguments.size, time)
+    soil = show_all(reader, kinds, view, time, arguments)
+    aim(view, reader, kinds, soil, times, arguments)
     simple.Render(view)
     if arguments.out:
         simple.SaveScreenshot(arguments.out, view, ImageResolution=arguments.size)
         print(f"{arguments.out}: t = {time:.6g} s, {len(times)} frames in the run")
+    if arguments.movie:
+        simple.GetAnimationScene().UpdateAnimationUsingDataTimeSteps()
+        simple.SaveAnimation(arguments.movie, view, ImageResolution=arguments.size)
+        print(f"{arguments.movie}: {len(times)} frames")
 
 
 main()

@@ -24,11 +24,11 @@ dem::LawTable build_laws(const Loaded& loaded) {
     const std::string where = loaded.where(fmt::format("contacts[{}].law", i));
     const auto resolve = [&](auto law) -> dem::Law {
       if constexpr (requires { law.take_materials(1., 1., 1., 1.); }) {
-        if (std::isnan(law.E_eff) || std::isnan(law.G_eff)) {
+        if (law.needs_materials()) {
           for (const Material* m : {&ma, &mb})
             if (!m->young || !m->poisson)
-              throw ScenarioError(where + ": needs young and poisson of material '" + m->name +
-                                  "', or E_eff and G_eff in this entry");
+              throw ScenarioError(where + ": needs young and poisson of material '" + m->name + "', or " +
+                                  law.in_place_of_materials + " in this entry");
           law.take_materials(*ma.young, *ma.poisson, *mb.young, *mb.poisson);
         }
       }

@@ -44,6 +44,16 @@ std::string place_of_fault(const Loaded& loaded, const std::string& text) {
   return loaded.where(path);
 }
 
+void add_measures(mbd::Machine& machine, const Loaded& loaded) {
+  for (const NamedMeasure& m : loaded.scenario.machine->measures) {
+    try {
+      machine.measure(m.name, m.element);
+    } catch (const std::invalid_argument& error) {
+      throw ScenarioError(loaded.where("machine.measures." + m.name) + ": " + error.what());
+    }
+  }
+}
+
 }  // namespace
 
 std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
@@ -71,11 +81,14 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
   options.assemble = s.machine->assemble;
   try {
     auto machine = std::make_unique<mbd::Machine>(std::move(model), options);
+    add_measures(*machine, loaded);
     if (starts_in_equilibrium(s))
       machine->start_from_towing_equilibrium(s.machine->start.speed);
     else
       machine->start_from_pose();
     return machine;
+  } catch (const ScenarioError&) {
+    throw;
   } catch (const std::runtime_error& error) {
     if (!s.runs_in_time()) throw;  // the input is good; the analysis did not come to an end
     throw ScenarioError(loaded.where("machine") + ": " + error.what());

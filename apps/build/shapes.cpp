@@ -70,6 +70,19 @@ dem::Shape contact_shape(const Shape& shape, const dem::Pose& placed) {
   return dem::MeshSurface(mesh_of(shape, placed));
 }
 
+dem::Pose place_in_body(const Surface& surface, const Machine& machine) {
+  const dem::Pose place = placement(surface.at, surface.rotation);
+  if (surface.placed_in == PlacedIn::body) return place;
+  const Body& body = machine.bodies[static_cast<std::size_t>(surface.body_index - 1)];
+  const dem::Pose start{{body.at[0], body.at[1], 0}, {std::cos(body.angle / 2), 0, 0, std::sin(body.angle / 2)}};
+  return {start.to_local(place.position), start.attitude.conjugate() * place.attitude};
+}
+
+dem::TriangleMesh drawn_mesh(const Surface& surface, const Machine& machine) {
+  const dem::Pose place = place_in_body(surface, machine);
+  return is_mesh(surface.shape) ? mesh_of(surface.shape, place) : drawing_of(contact_shape(surface.shape, place), 1.0);
+}
+
 dem::TriangleMesh drawing_of(const dem::Shape& shape, double plane_size) {
   std::vector<Vec3> vertices;
   std::vector<dem::Triangle> triangles;

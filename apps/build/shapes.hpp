@@ -21,6 +21,11 @@ bool is_mesh(const Shape& shape);
 /// Placement of something at `at`, turned by `rotation`.
 dem::Pose placement(const Vec3& at, const Rotation& rotation);
 
+/// Where a surface's shape is in the axes of the body that carries it.
+dem::Pose place_in_body(const Surface& surface, const Machine& machine);
+/// A surface as pictures show it, in the axes of its body.
+dem::TriangleMesh drawn_mesh(const Surface& surface, const Machine& machine);
+
 /// Triangles for pictures; a plane is a square of side `plane_size`.
 dem::TriangleMesh drawing_of(const dem::Shape& shape, double plane_size);
 

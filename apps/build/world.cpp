@@ -47,17 +47,10 @@ void add_body_surfaces(World& world, const Loaded& loaded) {
   };
   for (std::size_t i = 0; i < s.machine->surfaces.size(); ++i) {
     const Surface& surface = s.machine->surfaces[i];
-    dem::Pose place = placement(surface.at, surface.rotation);
-    if (surface.placed_in == PlacedIn::world) {
-      const Body& body = s.machine->bodies[static_cast<std::size_t>(surface.body_index - 1)];
-      const dem::Pose start{{body.at[0], body.at[1], 0}, {std::cos(body.angle / 2), 0, 0, std::sin(body.angle / 2)}};
-      place = {start.to_local(place.position), start.attitude.conjugate() * place.attitude};
-    }
+    const dem::Pose place = place_in_body(surface, *s.machine);
     try {
       if (!surface.touches_soil || world.bed == nullptr) {
-        dem::TriangleMesh mesh = is_mesh(surface.shape) ? mesh_of(surface.shape, place)
-                                                        : drawing_of(contact_shape(surface.shape, place), 1.0);
-        world.drawn.push_back({surface.name, surface.body_index, std::move(mesh)});
+        world.drawn.push_back({surface.name, surface.body_index, drawn_mesh(surface, *s.machine)});
       } else if (!is_mesh(surface.shape)) {
         add(surface, contact_shape(surface.shape, place));
       } else {
@@ -195,6 +188,7 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
     bed.gravity = s.gravity;
     bed.threads = options.threads;
     bed.simd = s.simd;
+    bed.book_every = static_cast<int>(s.output.book_every);
     bed.speed_limit = s.limits.speed;
     bed.overlap_limit = s.limits.overlap;
     try {

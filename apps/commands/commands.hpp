@@ -9,6 +9,16 @@ namespace subsoil::app {
 
 /// `subsoil check`: reads, builds and tries a scenario, says what would run and what it would cost; writes nothing.
 int check_command(const RunRequest& request);
+/// `subsoil impact`: one impact by a model, at one speed or several, or its parameters from measurements.
+struct ImpactRequest {
+  std::vector<std::string> words;  ///< a file at most, and `--key value` of any key of a study
+  std::vector<std::string> sets;   ///< path=value
+  std::string out;                 ///< folder for results; empty: print only
+  std::string pictures = "svg";    ///< kind of the pictures: svg, png, pdf
+  std::string data;                ///< measurements to fit to
+  std::vector<std::string> free;   ///< parameters that a fit may move; empty: those the data tell of
+};
+int impact_command(const ImpactRequest& request);
 /// The whole program.
 int main_command(int argc, char** argv);
 

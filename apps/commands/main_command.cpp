@@ -5,6 +5,7 @@
 
 #include "apps/commands/commands.hpp"
 #include "apps/plot/plot.hpp"
+#include "apps/plot/strip.hpp"
 #include "apps/scenario/load.hpp"
 #include "apps/version.hpp"
 
@@ -17,6 +18,58 @@ void add_scenario(CLI::App& command, RunRequest& request, std::string& simd) {
       ->allow_extra_args(false);
   command.add_option("--threads", request.threads, "threads of the bed; default: as the scenario says, else all cores");
   command.add_option("--simd", simd, "instruction set: auto, portable, avx2, avx512");
+}
+
+/// `subsoil plot`: what it was asked to draw.
+struct PlotRequest {
+  std::vector<std::filesystem::path> runs;
+  std::filesystem::path picture = "plot.png";
+  PlotOptions curves;
+  StripOptions strip;
+};
+
+void add_plot(CLI::App& command, PlotRequest& request) {
+  command.add_option("runs", request.runs, "result directories")->required();
+  command.add_option("--out", request.picture, "picture: .png, .svg or .pdf");
+  CLI::Option* columns =
+      command.add_option("--columns", request.curves.columns, "columns of series.csv to draw instead")->delimiter(',');
+  command
+      .add_option("--strip", request.strip.count,
+                  "draw the mechanism at so many instants instead; of modes: so many shapes")
+      ->check(CLI::PositiveNumber)
+      ->excludes(columns);
+  command.add_option("--times", request.strip.times, "instants of the strip, s")->delimiter(',')->excludes(columns);
+  command
+      .add_option("--paths", request.strip.paths, "markers and bodies whose paths the strip shows; default: markers")
+      ->delimiter(',');
+  command.add_option("--follow", request.strip.follow, "body that stays in its place in the strip");
+}
+
+void draw(const PlotRequest& request, bool strip_wanted) {
+  if (strip_wanted && request.runs.size() != 1)
+    throw std::invalid_argument("--strip: draws one run; name a single result directory");
+  if (strip_wanted || (request.runs.size() == 1 && request.curves.columns.empty() && is_still(request.runs.front())))
+    strip(request.runs.front(), request.picture, request.strip);
+  else
+    plot(request.runs, request.picture, request.curves);
+  std::cout << request.picture.string() << "\n";
+}
+
+CLI::App* add_impact(CLI::App& app, ImpactRequest& request) {
+  CLI::App* word = app.add_subcommand("impact", "one impact of two bodies, or of a body and the ground, by a model");
+  word->allow_extras();
+  word->footer(
+      "subsoil impact [FILE.yaml] [--KEY VALUE ...]: every key of the file may stand as a flag, as in\n  subsoil "
+      "impact --model hunt-crossley --c \"1.7135e10 N/m^1.5\" --b "
+      "\"0.1 s/m\"\n  --mass \"0.1 kg\" --speed \"0.5 2 5 m/s\". Keys: docs/scenario.md; models: docs/impact.md");
+  word->add_option("--out", request.out, "folder for tables, x(t), v(t), F(t) and pictures; left out: print only");
+  word->add_option("--pictures", request.pictures, "kind of the pictures in it")
+      ->check(CLI::IsMember({"svg", "png", "pdf"}));
+  word->add_option("--fit", request.data, "CSV of measured impacts: find the model's parameters from it")
+      ->check(CLI::ExistingFile);
+  word->add_option("--free", request.free, "parameters that the fit may move, such as b,c")->delimiter(',');
+  word->add_option("--set", request.sets, "override a value of the file: path=value")->allow_extra_args(false);
+  return word;
 }
 
 /// Runs one command; faults become messages and exit codes here and nowhere else.
@@ -65,17 +118,17 @@ int main_command(int argc, char** argv) {
   CLI::App* reference_word =
       app.add_subcommand("reference", "print the reference of all scenario keys (docs/scenario.md)");
 
-  std::vector<std::filesystem::path> directories;
-  std::filesystem::path picture = "plot.png";
-  PlotOptions plot_options;
-  CLI::App* plot_word =
-      app.add_subcommand("plot", "draw pull, draft, spring force, pitch and height of one or more runs");
-  plot_word->add_option("runs", directories, "result directories")->required();
-  plot_word->add_option("--out", picture, "picture: .png, .svg or .pdf");
-  plot_word->add_option("--columns", plot_options.columns, "columns of series.csv to draw instead")->delimiter(',');
+  PlotRequest plot_request;
+  CLI::App* plot_word = app.add_subcommand(
+      "plot", "draw pull, draft, spring force, pitch and height of one or more runs, or a mechanism's positions");
+  add_plot(*plot_word, plot_request);
+
+  ImpactRequest impact_request;
+  CLI::App* impact_word = add_impact(app, impact_request);
 
   try {
     app.parse(argc, argv);
+    impact_request.words = impact_word->remaining();
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? exit_ok : exit_bad_input;
   }
@@ -83,13 +136,11 @@ int main_command(int argc, char** argv) {
   return guarded([&]() -> int {
     if (run_word->parsed()) return run(request);
     if (check_word->parsed()) return check_command(request);
+    if (impact_word->parsed()) return impact_command(impact_request);
     if (explain_word->parsed()) std::cout << explain(path);
     if (new_word->parsed()) std::cout << new_scenario();
     if (reference_word->parsed()) std::cout << reference_markdown();
-    if (plot_word->parsed()) {
-      plot(directories, picture, plot_options);
-      std::cout << picture.string() << "\n";
-    }
+    if (plot_word->parsed()) draw(plot_request, plot_word->count("--strip") + plot_word->count("--times") > 0);
     return exit_ok;
   });
 }

@@ -59,6 +59,7 @@ struct RunWriter::Impl {
     h5::set_attribute(file, "title", options.title);
     write_particles();
     write_surfaces();
+    if (!options.values.empty()) write_value_names();
     name_all();
     h5::create_group(file, "/frames");
     add_places(options.expected_frames + 64);
@@ -71,13 +72,15 @@ struct RunWriter::Impl {
   void check_input() const;
   void write_particles();
   void write_surfaces();
+  XdmfArray write_cells(const OutputSurface& s, const std::string& group);
+  void write_value_names();
   void add_places(long count);
   void name_all();
   void name_frame(const Frame& frame, const std::string& group);
   void write(const Frame& frame);
   std::vector<std::size_t> select(const Frame& frame) const;
   XdmfGrid write_soil(const Frame& frame, const std::string& group);
-  XdmfGrid write_surface(std::size_t i, const dem::Pose& pose, const std::string& group);
+  XdmfGrid write_surface(std::size_t i, const Frame& frame, const std::string& group);
   void check_frame(const Frame& frame) const;
 
   template <class T, class Get>
@@ -97,7 +100,7 @@ struct RunWriter::Impl {
   std::filesystem::path xdmf_path;
   Xdmf xdmf;
   h5::Handle file;
-  std::vector<XdmfArray> triangles, fixed_vertices;  // by surface
+  std::vector<XdmfArray> cells, fixed_vertices;  // by surface
   std::vector<std::pair<std::string, XdmfArray>> particle_arrays;
   XdmfArray point_numbers;
   std::vector<std::pair<std::string, h5::Handle>> unnamed;  // datasets written, and the path each shall get
@@ -171,12 +174,29 @@ void RunWriter::Impl::write_surfaces() {
   for (const auto& s : surfaces) {
     const std::string group = "/surfaces/" + file_name_of(s.name);
     h5::create_group(file, group);
-    triangles.push_back(put<std::int32_t>(group + "/triangles", s.triangles.size(), 3, "",
-                                          [&](std::size_t i) { return s.triangles[i / 3][i % 3]; }));
+    cells.push_back(write_cells(s, group));
     // Of a moving surface this is its shape in its own axes: nothing draws it, but it is what the poses refer to.
     fixed_vertices.push_back(put_real(group + "/vertices", s.vertices.size(), 3, "m",
                                       [&](std::size_t i) { return s.vertices[i / 3][static_cast<int>(i % 3)]; }));
   }
+}
+
+XdmfArray RunWriter::Impl::write_cells(const OutputSurface& s, const std::string& group) {
+  if (!s.triangles.empty())
+    return put<std::int32_t>(group + "/triangles", s.triangles.size(), 3, "",
+                             [&](std::size_t i) { return s.triangles[i / 3][i % 3]; });
+  if (!s.segments.empty())
+    return put<std::int32_t>(group + "/segments", s.segments.size(), 2, "",
+                             [&](std::size_t i) { return s.segments[i / 2][i % 2]; });
+  return put_point_numbers(group + "/point numbers", s.vertices.size());
+}
+
+void RunWriter::Impl::write_value_names() {
+  h5::create_group(file, "/values");
+  std::vector<std::string> names, units;
+  for (const FrameValue& v : options.values) names.push_back(v.name), units.push_back(v.unit);
+  h5::write_text(file, "/values/names", names);
+  h5::write_text(file, "/values/units", units);
 }
 
 void RunWriter::Impl::add_places(long more) {
@@ -220,7 +240,8 @@ void RunWriter::Impl::name_frame(const Frame& frame, const std::string& group) {
   const h5::Handle written(H5Dopen2(place, "written", H5P_DEFAULT), H5Dclose, "opening written of " + group);
   const std::uint8_t yes = 1;
   h5::checked(H5Dwrite(written, H5T_NATIVE_UINT8, H5S_ALL, H5S_ALL, H5P_DEFAULT, &yes), "marking " + group);
-  h5::flush_to_disk(file);
+  // A machine alone is run again in a second: waiting for the disk at every frame would be most of its time.
+  particles.id.empty() ? h5::flush(file) : h5::flush_to_disk(file);
 }
 
 void RunWriter::Impl::check_frame(const Frame& frame) const {
@@ -236,6 +257,17 @@ void RunWriter::Impl::check_frame(const Frame& frame) const {
   if (frame.surfaces.size() != surfaces.size())
     throw std::invalid_argument(
         fmt::format("frame at {} s: {} poses for {} surfaces", frame.time, frame.surfaces.size(), surfaces.size()));
+  if (!frame.values.empty() && frame.values.size() != options.values.size())
+    throw std::invalid_argument(
+        fmt::format("frame at {} s: {} values, {} are named", frame.time, frame.values.size(), options.values.size()));
+  std::size_t next = 0;
+  for (const auto& s : surfaces) {
+    if (!s.deforms) continue;
+    if (next >= frame.deformed.size() || frame.deformed[next].size() != s.vertices.size())
+      throw std::invalid_argument(
+          fmt::format("frame at {} s: {} needs its {} vertices", frame.time, s.name, s.vertices.size()));
+    ++next;
+  }
 }
 
 /// Rows of the frame that go into the file.
@@ -289,13 +321,18 @@ XdmfGrid RunWriter::Impl::write_soil(const Frame& frame, const std::string& grou
   return grid;
 }
 
-XdmfGrid RunWriter::Impl::write_surface(std::size_t i, const dem::Pose& pose, const std::string& group) {
+XdmfGrid RunWriter::Impl::write_surface(std::size_t i, const Frame& frame, const std::string& group) {
   const auto& s = surfaces[i];
-  XdmfGrid grid{s.name, fixed_vertices[i], triangles[i], {}};
-  if (!s.moves) return grid;
-  std::vector<dem::Vec3> world(s.vertices.size());
-  std::transform(s.vertices.begin(), s.vertices.end(), world.begin(),
-                 [&](const dem::Vec3& v) { return pose.to_world(v); });
+  XdmfGrid grid{s.name, fixed_vertices[i], cells[i], {}};
+  if (!s.moves && !s.deforms) return grid;
+  std::vector<dem::Vec3> world;
+  if (s.deforms) {
+    const auto before = std::count_if(surfaces.begin(), surfaces.begin() + static_cast<std::ptrdiff_t>(i),
+                                      [](const OutputSurface& other) { return other.deforms; });
+    world = frame.deformed[static_cast<std::size_t>(before)];
+  } else {
+    for (const dem::Vec3& v : s.vertices) world.push_back(frame.surfaces[i].to_world(v));
+  }
   grid.vertices = put_real(group + "/surfaces/" + file_name_of(s.name), world.size(), 3, "m",
                            [&](std::size_t k) { return world[k / 3][static_cast<int>(k % 3)]; });
   return grid;
@@ -308,7 +345,9 @@ void RunWriter::Impl::write(const Frame& frame) {
   const std::string group = group_name(count);
   std::vector<XdmfGrid> grids;
   if (!frame.position.empty()) grids.push_back(write_soil(frame, group));
-  for (std::size_t i = 0; i < surfaces.size(); ++i) grids.push_back(write_surface(i, frame.surfaces[i], group));
+  for (std::size_t i = 0; i < surfaces.size(); ++i) grids.push_back(write_surface(i, frame, group));
+  if (!frame.values.empty())
+    put<double>(group + "/values", frame.values.size(), 1, "", [&](std::size_t i) { return frame.values[i]; });
   name_frame(frame, group);
   ++count;
   xdmf.add_frame(frame.time, grids);

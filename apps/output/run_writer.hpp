@@ -23,13 +23,21 @@ struct ParticleTable {
   std::vector<std::string> material_names;
 };
 
-/// A triangulated surface. One that moves has its vertices in its own axes and gets a pose with every frame; one that
-/// stands still has them in world axes and is written once.
+/// A surface of triangles, or lines, or, with neither, points. One that moves has its vertices in its own axes and gets
+/// a pose with every frame; one that deforms gets all of them with every frame; one that stands still has them in world
+/// axes and is written once.
 struct OutputSurface {
   std::string name;
   std::vector<dem::Vec3> vertices;  ///< m
   std::vector<std::array<int, 3>> triangles;
   bool moves = true;
+  std::vector<std::array<int, 2>> segments{};
+  bool deforms = false;
+};
+
+/// A number that every frame carries: name and unit.
+struct FrameValue {
+  std::string name, unit;
 };
 
 /// One moment. Spans are in rising particle id; those of columns that are not selected may be empty.
@@ -40,7 +48,9 @@ struct Frame {
   std::span<const dem::Vec3> position, velocity, spin, force, torque;
   std::span<const int> contacts;
   std::span<const dem::Pose>
-      surfaces;  ///< one per surface of the list, in its order; of a fixed surface it is not read
+      surfaces;  ///< one per surface of the list, in its order; of fixed and deforming surfaces it is not read
+  std::span<const std::vector<dem::Vec3>> deformed{};  ///< vertices in world axes, one list per deforming surface
+  std::span<const double> values{};                    ///< as RunOptions::values; may be empty
 };
 
 /// How numbers are kept. `rounded` is float32 whose last bits are noise to physics and are set to zero, because they
@@ -59,6 +69,7 @@ struct RunOptions {
   long expected_frames = 256;  ///< places made in advance; more frames are possible, see RunWriter
   int compression = 1;         ///< gzip level 0..9
   std::string title;
+  std::vector<FrameValue> values{};
 
   static std::set<std::string> all_columns();  ///< position velocity spin force torque contacts
 };

@@ -36,16 +36,18 @@ std::string escaped(const std::string& text) {
 }
 
 std::string array_xml(const XdmfArray& array) {
-  return fmt::format(R"(<DataItem Format="HDF" NumberType="{}" FramePrecision="{}" Dimensions="{}">{}</DataItem>)",
+  return fmt::format(R"(<DataItem Format="HDF" NumberType="{}" Precision="{}" Dimensions="{}">{}</DataItem>)",
                      array.real ? "Float" : "Int", array.bytes, fmt::join(array.dimensions, " "),
                      escaped(array.location));
 }
 
 std::string grid_xml(const XdmfGrid& grid) {
   std::string xml = fmt::format("   <Grid Name=\"{}\" GridType=\"Uniform\">\n", escaped(grid.name));
-  const bool points = grid.cells.dimensions.size() == 1;
-  xml += fmt::format("    <Topology TopologyType=\"{}\" NumberOfElements=\"{}\">{}</Topology>\n",
-                     points ? "Polyvertex\" NodesPerElement=\"1" : "Triangle", grid.cells.dimensions.at(0),
+  const std::vector<std::uint64_t>& cells = grid.cells.dimensions;
+  const char* type = cells.size() == 1 ? "Polyvertex\" NodesPerElement=\"1"
+                     : cells[1] == 2   ? "Polyline\" NodesPerElement=\"2"
+                                       : "Triangle";
+  xml += fmt::format("    <Topology TopologyType=\"{}\" NumberOfElements=\"{}\">{}</Topology>\n", type, cells.at(0),
                      array_xml(grid.cells));
   xml += fmt::format("    <Geometry GeometryType=\"XYZ\">{}</Geometry>\n", array_xml(grid.vertices));
   for (const auto& attribute : grid.attributes)

@@ -63,6 +63,20 @@ std::string gnuplot_text(std::string_view text) {
   return safe + "'";
 }
 
+std::string gnuplot_terminal(const std::string& suffix, int width, int height) {
+  const char* rest = "background rgb 'white'";
+  if (suffix == ".png")
+    return fmt::format("set terminal pngcairo noenhanced rounded size {},{} font 'DejaVu Sans,11' {}\n", width, height,
+                       rest);
+  if (suffix == ".svg")
+    return fmt::format("set terminal svg noenhanced rounded size {},{} font 'DejaVu Sans,13' {}\n", width, height,
+                       rest);
+  if (suffix == ".pdf")
+    return fmt::format("set terminal pdfcairo noenhanced rounded size {:.2f},{:.2f} font 'DejaVu Sans,11'\n",
+                       width / 100.0, height / 100.0);
+  throw std::runtime_error("plot file: its suffix must be .png, .svg or .pdf, not '" + suffix + "'");
+}
+
 void run_gnuplot(std::string script, const std::filesystem::path& out) {
   if (!gnuplot_found())
     throw std::runtime_error(

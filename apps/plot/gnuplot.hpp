@@ -10,6 +10,10 @@ namespace subsoil::app {
 /// installed.
 void run_gnuplot(std::string script, const std::filesystem::path& out);
 
+/// The `set terminal` line for a picture of this size in pixels; `suffix` .png, .svg or .pdf tells its kind. Throws
+/// std::runtime_error for another one.
+std::string gnuplot_terminal(const std::string& suffix, int width, int height);
+
 /// Text as a gnuplot string: nothing inside is read as markup or escape.
 std::string gnuplot_text(std::string_view text);
 

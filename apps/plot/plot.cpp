@@ -21,11 +21,6 @@ constexpr const char* kColours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7", 
 constexpr double kSmoothing = 50e-3;  // s; what a load cell on a field frame resolves, and the summary's second mean
 constexpr const char* kFirst[] = {"pull", "draft", "spring force", "pitch", "height"};
 
-struct Run {
-  std::string name;
-  Series series;
-};
-
 /// A unit that gives numbers a reader can take in: factor and its name.
 struct Shown {
   double factor = 1;
@@ -58,9 +53,9 @@ std::string name_of(const std::filesystem::path& directory) {
   return whole.has_filename() ? whole.filename().string() : whole.parent_path().filename().string();
 }
 
-std::vector<Run> read_runs(const std::vector<std::filesystem::path>& directories) {
+std::vector<NamedSeries> read_runs(const std::vector<std::filesystem::path>& directories) {
   if (directories.empty()) throw std::runtime_error("nothing to plot: name at least one result directory");
-  std::vector<Run> runs;
+  std::vector<NamedSeries> runs;
   for (const auto& directory : directories) {
     const auto path = directory / "series.csv";
     if (!std::filesystem::exists(path))
@@ -72,14 +67,26 @@ std::vector<Run> read_runs(const std::vector<std::filesystem::path>& directories
   return runs;
 }
 
+/// The wished columns; `foot` stands for all of foot.x, foot.y ...
+std::vector<std::string> expanded(const std::vector<NamedSeries>& runs, const std::vector<std::string>& wished) {
+  std::vector<std::string> names;
+  for (const std::string& wish : wished) {
+    const std::size_t before = names.size();
+    for (const NamedSeries& run : runs)
+      for (const SeriesColumn& column : run.series.columns)
+        if (column.name == wish || column.name.rfind(wish + ".", 0) == 0)
+          if (std::find(names.begin(), names.end(), column.name) == names.end()) names.push_back(column.name);
+    if (names.size() == before) runs.front().series.at(wish);  // refuses, naming what there is
+  }
+  return names;
+}
+
 /// What is drawn, in the order of the panels: names wished for, or every watch that any run has.
-std::vector<std::string> choose_columns(const std::vector<Run>& runs, const std::vector<std::string>& wished) {
+std::vector<std::string> choose_columns(const std::vector<NamedSeries>& runs, const std::vector<std::string>& wished) {
   const auto some_run_has = [&](const std::string& name) {
-    return std::any_of(runs.begin(), runs.end(), [&](const Run& run) { return run.series.find(name) >= 0; });
+    return std::any_of(runs.begin(), runs.end(), [&](const NamedSeries& run) { return run.series.find(name) >= 0; });
   };
-  for (const auto& name : wished)
-    if (!some_run_has(name)) runs.front().series.at(name);  // refuses, naming what there is
-  if (!wished.empty()) return wished;
+  if (!wished.empty()) return expanded(runs, wished);
   std::vector<std::string> names;
   const auto add = [&](const std::string& name) {
     if (some_run_has(name) && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
@@ -101,7 +108,10 @@ Shown shown_unit(const std::string& unit, double size) {
   if (unit == "N m" && size >= 2000) return {1e-3, "kN m"};
   if (unit == "rad") return {180 / std::acos(-1.0), "deg"};
   if (unit == "rad/s" && size < 20) return {180 / std::acos(-1.0), "deg/s"};
+  if (unit == "m" && size < 1e-3) return {1e6, "µm"};
   if (unit == "m" && size < 1) return {1e3, "mm"};
+  if (unit == "s" && size < 2e-3) return {1e6, "µs"};
+  if (unit == "s" && size < 0.2) return {1e3, "ms"};
   if (unit == "J" && size >= 2000) return {1e-3, "kJ"};
   return {1, unit};
 }
@@ -153,46 +163,31 @@ Line thinned(const Line& line, std::size_t bins) {
 /// The gnuplot script, panel by panel.
 class Sheet {
  public:
-  Sheet(const std::vector<Run>& runs, const std::vector<std::string>& columns, const PlotOptions& options,
-        const std::string& terminal)
-      : runs_(runs), columns_(columns), options_(options) {
-    for (const auto& run : runs) {
-      const auto& time = run.series.at("time");
-      time_.take(time.front());
-      time_.take(time.back());
-    }
+  Sheet(const std::vector<NamedSeries>& runs, const std::string& x, const std::vector<std::string>& columns,
+        const PlotOptions& options, const std::string& terminal)
+      : runs_(runs), x_name_(x), columns_(columns), options_(options) {
+    const Panel along = panel_of(x);
+    x_range_ = along.range, x_shown_ = shown_unit(along.unit, along.range.size());
     top_ = 46;
     height_ = top_ + 58 + static_cast<int>(columns.size()) * options.panel_height;
     script_ = fmt::format(
-        "set encoding utf8\nset terminal {}\nset output {{out}}\n"
+        "set encoding utf8\n{}set output {{out}}\n"
         "set border 3 linecolor rgb '#555555'\nset tics nomirror out scale 0.6 textcolor rgb '#222222'\n"
         "set grid xtics ytics linetype 1 linewidth 0.6 linecolor rgb '#e4e4e4'\nset mxtics 2\n"
         "set xzeroaxis linetype 1 linewidth 1 linecolor rgb '#999999'\n"
         "set xrange [{:.9g}:{:.9g}]\nset multiplot\nset lmargin at screen {:.5f}\nset rmargin at screen 0.975\n",
-        terminal_of(terminal), time_.low, time_.high, 92.0 / options.width);
+         gnuplot_terminal(terminal, options.width, height_), x_range_.low * x_shown_.factor,
+         x_range_.high * x_shown_.factor, 92.0 / options.width);
     for (std::size_t i = 0; i < columns.size(); ++i) add_panel(i);
     script_ += "unset multiplot\nunset output\n";
   }
   const std::string& script() const { return script_; }
 
  private:
-  std::string terminal_of(const std::string& kind) const {
-    if (kind == ".png")
-      return fmt::format("pngcairo noenhanced size {},{} font 'DejaVu Sans,11' background rgb 'white'", options_.width,
-                         height_);
-    if (kind == ".svg")
-      return fmt::format("svg noenhanced size {},{} font 'DejaVu Sans,13' background rgb 'white'", options_.width,
-                         height_);
-    if (kind == ".pdf")
-      return fmt::format("pdfcairo noenhanced size {:.2f},{:.2f} font 'DejaVu Sans,11'", options_.width / 100.0,
-                         height_ / 100.0);
-    throw std::runtime_error("plot file: its suffix must be .png, .svg or .pdf, not '" + kind + "'");
-  }
-
   void add_block(const std::string& name, const Line& line, double factor) {
     script_ += '$' + name + " << EOD\n";
     for (std::size_t i = 0; i < line.x.size(); ++i) {
-      csv::append_number(script_, line.x[i]);
+      csv::append_number(script_, line.x[i] * x_shown_.factor);
       script_ += ' ';
       // gnuplot leaves a gap where it reads NaN.
       csv::append_number(script_, line.y[i] * factor, 7);
@@ -234,7 +229,7 @@ class Sheet {
       const auto& series = runs_[r].series;
       const int column = series.find(name);
       if (column < 0) continue;
-      const Line line{series.at("time"), series.values[static_cast<std::size_t>(column)]};
+      const Line line{series.at(x_name_), series.values[static_cast<std::size_t>(column)]};
       const char* colour = kColours[r % std::size(kColours)];
       const auto block = fmt::format("p{}r{}", panel, r);
       std::string drawn = block;
@@ -279,14 +274,17 @@ class Sheet {
                              gnuplot_text(runs_.front().name), 92.0 / options_.width, screen(24));
     else
       script_ += "unset label 2\n";
-    script_ +=
-        last ? "set format x '%g'\nset xlabel 'time [s]' textcolor rgb '#222222'\n" : "set format x ''\nunset xlabel\n";
+    script_ += last ? fmt::format("set format x '%g'\nset xlabel {} textcolor rgb '#222222'\n",
+                                  gnuplot_text(x_name_ + " [" + x_shown_.unit + "]"))
+                    : "set format x ''\nunset xlabel\n";
   }
 
-  const std::vector<Run>& runs_;
+  const std::vector<NamedSeries>& runs_;
+  const std::string x_name_;
   const std::vector<std::string>& columns_;
   const PlotOptions& options_;
-  Range time_;
+  Range x_range_;
+  Shown x_shown_;
   int top_ = 0, height_ = 0;
   bool any_rough_ = false;
   std::string script_;
@@ -298,7 +296,12 @@ void plot(const std::vector<std::filesystem::path>& directories, const std::file
           const PlotOptions& options) {
   const auto runs = read_runs(directories);
   const auto columns = choose_columns(runs, options.columns);
-  run_gnuplot(Sheet(runs, columns, options, out.extension().string()).script(), out);
+  plot_series(runs, "time", columns, out, options);
+}
+
+void plot_series(const std::vector<NamedSeries>& runs, const std::string& x, const std::vector<std::string>& columns,
+                 const std::filesystem::path& out, const PlotOptions& options) {
+  run_gnuplot(Sheet(runs, x, columns, options, out.extension().string()).script(), out);
 }
 
 }  // namespace subsoil::app

@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "apps/output/series.hpp"
+
 /// `subsoil plot DIR...`: the watched columns of one or several runs over time, drawn by gnuplot.
 namespace subsoil::app {
 
@@ -16,6 +18,15 @@ struct PlotOptions {
 /// Pull, draft, spring force, pitch and height come first, in this order, when the runs watch them. Throws
 /// std::runtime_error when a series is missing, no column is common, or gnuplot is not installed (with the cure).
 void plot(const std::vector<std::filesystem::path>& runs, const std::filesystem::path& out, const PlotOptions& = {});
+
+/// A series and the name of its line.
+struct NamedSeries {
+  std::string name;
+  Series series;
+};
+/// The same sheet of series held in memory: `columns` over the column `x`.
+void plot_series(const std::vector<NamedSeries>& runs, const std::string& x, const std::vector<std::string>& columns,
+                 const std::filesystem::path& out, const PlotOptions& = {});
 
 /// True when gnuplot is found on PATH.
 bool gnuplot_found();

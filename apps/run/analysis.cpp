@@ -3,14 +3,17 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <complex>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "apps/build/world.hpp"
 #include "apps/output/atomic_file.hpp"
 #include "apps/output/csv.hpp"
 #include "apps/output/series.hpp"
 #include "apps/run/columns.hpp"
+#include "apps/run/frames.hpp"
 #include "apps/version.hpp"
 
 namespace subsoil::app {
@@ -139,8 +142,8 @@ void write_modes(const std::filesystem::path& path, const mbd::System& system, c
 }
 
 /// One row: the columns of every run at the state that was found.
-void write_state(const std::filesystem::path& path, const Loaded& loaded, World& world) {
-  coupling::Simulation simulation(nullptr, world.machine.get(), {}, {}, {.machine_step = world.step.machine_step});
+void write_state(const std::filesystem::path& path, const Loaded& loaded, World& world,
+                 coupling::Simulation& simulation) {
   Columns columns(loaded, world, simulation);
   std::vector<double> row(columns.list().size(), 0.0);
   columns.take_instant(row);
@@ -148,6 +151,39 @@ void write_state(const std::filesystem::path& path, const Loaded& loaded, World&
   SeriesWriter out(path, columns.list(), csv::exact_digits);
   out.write(row);
   out.flush();
+}
+
+/// The pose as given at time 0, the one that was found at time 1.
+void write_frames(FrameOutput& frames, const Scenario& s) {
+  frames.write_poses(0, start_poses(s));
+  frames.begin();
+  frames.write(1, 0);
+}
+
+/// Modes one after another, mode k over a period that the frames' time runs from k to k + 1.
+void write_mode_frames(FrameOutput& frames, const Poses& rest, const std::vector<mbd::Mode>& modes) {
+  constexpr int pieces = 24;
+  std::vector<double> shape(3 * (rest.size() - 1));
+  for (std::size_t k = 0; k < modes.size(); ++k) {
+    if (modes[k].shape.size() == 0) continue;
+    const auto take = [&](double phase) {
+      const std::complex<double> turn = std::polar(1.0, 2 * std::numbers::pi * phase);
+      for (std::size_t i = 0; i < shape.size(); ++i)
+        shape[i] = (modes[k].shape[static_cast<Eigen::Index>(i)] * turn).real();
+    };
+    take(0);
+    const double factor = picture_factor(*frames.sketch(), rest, shape);
+    for (int i = 0; i < pieces && factor > 0; ++i) {
+      take(static_cast<double>(i) / pieces);
+      frames.write_poses(static_cast<double>(k + 1) + static_cast<double>(i) / pieces, displaced(rest, shape, factor));
+    }
+  }
+}
+
+Poses poses_of(const mbd::Machine& machine) {
+  Poses poses;
+  for (int body = 0; body < machine.system().bodies(); ++body) poses.push_back(machine.body(body));
+  return poses;
 }
 
 }  // namespace
@@ -158,7 +194,11 @@ int run_analysis(const Loaded& loaded, const RunRequest& request) {
   mbd::Machine& machine = *world.machine;
   std::filesystem::create_directories(request.out);
   write_atomically(request.out / "scenario.yaml", write_scenario(s));
-  write_state(request.out / "series.csv", loaded, world);
+  coupling::Simulation simulation(nullptr, world.machine.get(), {}, {}, {.machine_step = world.step.machine_step});
+  write_state(request.out / "series.csv", loaded, world, simulation);
+  FrameOutput frames(request.out, s, world, simulation);
+  const Poses found = poses_of(machine);
+  if (s.analysis != Analysis::modes) write_frames(frames, s);
 
   Json summary;
   summary["run"] = {{"version", version()},
@@ -183,9 +223,11 @@ int run_analysis(const Loaded& loaded, const RunRequest& request) {
     if (s.analysis == Analysis::modes) {
       summary["modes"] = modes_json(machine.system(), modes);
       write_modes(request.out / "modes.csv", machine.system(), modes);
+      write_mode_frames(frames, found, modes);
       print_modes(modes);
     }
   }
+  frames.finish();
   write_atomically(request.out / "summary.json", summary.dump(2) + "\n");
   spdlog::info("done; results in {}", request.out.string());
   return exit_ok;

@@ -9,6 +9,12 @@ dem::Wrench wrench_at_reference(const dem::Boundary& boundary, const Vec3& refer
   return dem::about(boundary.wrench, boundary.pose.position, boundary.pose.to_world(reference));
 }
 
+bool is_measure(const Machine& machine, const std::string& column) {
+  const std::string owner = column.substr(0, column.find('.'));
+  return std::any_of(machine.measures.begin(), machine.measures.end(),
+                     [&](const NamedMeasure& m) { return m.name == owner; });
+}
+
 namespace {
 /// A boundary that a given motion moves: its place stands in the series, as a body's does.
 bool on_path(const SurfaceRecord& s) { return s.owner == SurfaceRecord::Owner::given && s.moves; }
@@ -31,8 +37,11 @@ Columns::Columns(const Loaded& loaded, World& world, coupling::Simulation& simul
   add("time", "s");
   if (world.machine) {
     machine_first_ = columns_.size();
-    for (std::size_t i = 0; i < world.machine->column_names().size(); ++i)
-      add(world.machine->column_names()[i], world.machine->column_units()[i]);
+    for (std::size_t i = 0; i < world.machine->column_names().size(); ++i) {
+      const std::string& name = world.machine->column_names()[i];
+      const std::size_t column = add(name, world.machine->column_units()[i]);
+      if (is_measure(*loaded.scenario.machine, name)) summarised_.push_back(column);
+    }
     machine_values_.resize(world.machine->column_names().size());
   }
   if (world.bed) {

@@ -67,6 +67,9 @@ class Columns {
   std::vector<std::size_t> summarised_;
 };
 
+/// Whether a column is one of the machine's measures: NAME or NAME.x ...
+bool is_measure(const Machine& machine, const std::string& column);
+
 /// Wrench of the spheres on a surface about its reference point.
 dem::Wrench wrench_at_reference(const dem::Boundary& boundary, const Vec3& reference);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "apps/build/shapes.hpp"
+#include "apps/run/columns.hpp"
 
 namespace subsoil::app {
 
@@ -15,6 +16,7 @@ RunOptions frame_options(const Scenario& s) {
   if (s.output.region) options.region = FrameBox{s.output.region->at, s.output.region->at + s.output.region->size};
   options.compression = static_cast<int>(s.output.compression);
   options.title = s.title;
+  if (!s.runs_in_time()) return options;
   const double every = frame_interval(s);
   options.expected_frames =
       static_cast<long>(every > 0 ? s.time.end / every : 0) + static_cast<long>(s.output.at.size()) + 3;
@@ -33,8 +35,12 @@ FrameOutput::FrameOutput(const std::filesystem::path& directory, const Scenario&
   std::vector<OutputSurface> surfaces;
   list_particles(table, scenario);
   list_surfaces(surfaces);
+  if (scenario.machine) mechanism_.emplace(scenario);
+  if (mechanism_) mechanism_->list(surfaces);
   if (table.id.empty() && surfaces.empty()) return;
-  writer_ = std::make_unique<RunWriter>(directory, std::move(table), std::move(surfaces), frame_options(scenario));
+  RunOptions options = frame_options(scenario);
+  options.values = list_measures(scenario);
+  writer_ = std::make_unique<RunWriter>(directory, std::move(table), std::move(surfaces), std::move(options));
 }
 
 void FrameOutput::list_particles(ParticleTable& table, const Scenario& scenario) {
@@ -70,11 +76,46 @@ void FrameOutput::list_surfaces(std::vector<OutputSurface>& surfaces) {
   for (const DrawnSurface& d : world_.drawn) add(d.name, d.mesh, true, {});
 }
 
+std::vector<FrameValue> FrameOutput::list_measures(const Scenario& scenario) {
+  std::vector<FrameValue> values;
+  if (!scenario.machine || scenario.machine->measures.empty()) return values;
+  const std::vector<std::string>& names = world_.machine->column_names();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (!is_measure(*scenario.machine, names[i])) continue;
+    measures_.push_back(i);
+    values.push_back({names[i], world_.machine->column_units()[i]});
+  }
+  return values;
+}
+
+/// Everything that is drawn of the machine but what touches soil, whose poses the simulation knows.
+void FrameOutput::take_poses(const Poses& poses) {
+  for (const DrawnSurface& d : world_.drawn)
+    poses_.push_back(coupling::pose_of(poses[static_cast<std::size_t>(d.body)]));
+  if (mechanism_) mechanism_->take(poses, poses_, deformed_);
+}
+
 dem::Snapshot* FrameOutput::begin() {
   poses_.clear();
   for (const int boundary : shown_) poses_.push_back(simulation_.surface_pose(boundary));
-  for (const DrawnSurface& d : world_.drawn) poses_.push_back(coupling::pose_of(world_.machine->body(d.body)));
+  if (world_.machine) {
+    Poses now;
+    for (int body = 0; body < world_.machine->system().bodies(); ++body) now.push_back(world_.machine->body(body));
+    take_poses(now);
+  }
+  values_.clear();
+  if (!measures_.empty()) {
+    std::vector<double> columns(world_.machine->column_names().size());
+    world_.machine->columns(columns);
+    for (const std::size_t i : measures_) values_.push_back(columns[i]);
+  }
   return world_.bed ? &snapshot_ : nullptr;
+}
+
+void FrameOutput::write_poses(double time, const Poses& poses) {
+  poses_.clear(), values_.clear();
+  take_poses(poses);
+  write(time, 0);
 }
 
 void FrameOutput::write(double time, long step) {
@@ -91,6 +132,8 @@ void FrameOutput::write(double time, long step) {
   frame.torque = snapshot_.torque;
   frame.contacts = snapshot_.contacts;
   frame.surfaces = poses_;
+  frame.deformed = deformed_;
+  frame.values = values_;
   writer_->write(frame);
 }
 

@@ -1,10 +1,12 @@
 #pragma once
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "apps/build/world.hpp"
 #include "apps/output/run_writer.hpp"
+#include "apps/run/mechanism_frames.hpp"
 
 namespace subsoil::app {
 
@@ -23,18 +25,28 @@ class FrameOutput {
   dem::Snapshot* begin();
   /// After the step that filled the snapshot.
   void write(double time, long step);
+  /// A frame of a machine without soil at other poses than its own: the shape of a mode, the pose as given.
+  void write_poses(double time, const Poses& poses);
+  /// What pictures show of the machine; null without one.
+  const Sketch* sketch() const { return mechanism_ ? &mechanism_->sketch() : nullptr; }
   long count() const { return writer_ ? writer_->frames() : 0; }
   void finish();
 
  private:
   void list_particles(ParticleTable& table, const Scenario& scenario);
   void list_surfaces(std::vector<OutputSurface>& surfaces);
+  std::vector<FrameValue> list_measures(const Scenario& scenario);
+  void take_poses(const Poses& poses);
 
   const World& world_;
   const coupling::Simulation& simulation_;
-  std::unique_ptr<RunWriter> writer_;  ///< none for a machine without surfaces: nothing to draw
-  std::vector<int> shown_;             ///< boundaries that frames hold, in their order
+  std::unique_ptr<RunWriter> writer_;  ///< none without spheres, surfaces and machine: nothing to draw
+  std::optional<MechanismFrames> mechanism_;
+  std::vector<int> shown_;  ///< boundaries that frames hold, in their order
   std::vector<dem::Pose> poses_;
+  std::vector<std::vector<Vec3>> deformed_;
+  std::vector<std::size_t> measures_;  ///< columns of the machine
+  std::vector<double> values_;         ///< of them
   dem::Snapshot snapshot_;
   std::size_t particles_ = 0;
 };

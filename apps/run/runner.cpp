@@ -312,11 +312,10 @@ class Runner {
     summary_->section("run")["events"] = events.size();
     if (events.empty()) return;
     spdlog::info("{} events, the first at {:.9g} s: {} {}", events.size(), events.front().t, events.front().name,
-                 events.front().direction < 0 ? "closes" : "opens");
+                 events.front().word());
     auto& list = summary_->section("events");
     list = nlohmann::ordered_json::array();
-    for (const mbd::Event& e : events)
-      list.push_back({{"time [s]", e.t}, {"of", e.name}, {"direction", e.direction < 0 ? "closes" : "opens"}});
+    for (const mbd::Event& e : events) list.push_back({{"time [s]", e.t}, {"of", e.name}, {"direction", e.word()}});
   }
 
   std::size_t outside() const {

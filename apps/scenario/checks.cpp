@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <set>
 
+#include "apps/scenario/printer.hpp"
+
 namespace subsoil::app {
 
 Place place_of(const Places& places, std::string path) {
@@ -189,13 +191,28 @@ struct Checker {
         refuse(path + ".material", "is missing; a surface in soil needs a material, or `touches soil: no`");
       }
     }
+    measures(m);
     for (const NamedForce& force : m.forces)
       if (const auto* friction = std::get_if<mbd::JointFriction>(&force.element))
         refer("machine.forces." + force.name + ".joint friction", friction->joint, names_of(m.joints), "joint");
     wheels(m);
   }
 
-  /// Names become columns: one thing per name, over bodies, joints, drivers, forces and boundaries.
+  void measures(const Machine& m) {
+    for (const NamedMeasure& measure : m.measures) {
+      const std::string path = "machine.measures." + measure.name;
+      if (const auto* reaction = std::get_if<mbd::ReactionMeasure>(&measure.element))
+        refer(path + ".reaction", reaction->element, names_of(m.joints), "joint");
+      if (const auto* force = std::get_if<mbd::ForceMeasure>(&measure.element))
+        refer(path + ".force", force->element, names_of(m.forces), "force");
+      for (const Watch& watch : s.output.watch)
+        if (watch.name == measure.name)
+          refuse("output.watch." + watch.name, "is a measure of the machine, which is a column by itself; drop one");
+      if (measure.name == "time") refuse(path, "the name is that of the first column; take another");
+    }
+  }
+
+  /// Names become columns: one thing per name, over bodies, markers, joints, drivers, forces, measures and boundaries.
   void unique_names(const Machine& m) {
     std::map<std::string, std::string> taken;
     for (const Boundary& b : s.boundaries) taken.emplace(b.name, "boundaries");
@@ -209,22 +226,25 @@ struct Checker {
       }
     };
     take(names_of(m.bodies), "bodies");
+    take(names_of(m.markers), "markers");
     take(names_of(m.joints), "joints");
     take(names_of(m.drivers), "drivers");
     take(names_of(m.forces), "forces");
+    take(names_of(m.measures), "measures");
   }
 
   void wheels(const Machine& m) {
     if (!s.soil || !s.soil->bed) return;
     for (const NamedForce& force : m.forces) {
       const auto* wheel = std::get_if<mbd::WheelOnSoil>(&force.element);
-      if (wheel == nullptr) continue;
+      const auto* ground = std::get_if<mbd::GroundElement>(&force.element);
+      if (wheel == nullptr && ground == nullptr) continue;
       for (const Surface& surface : m.surfaces) {
-        if (surface.body_index != wheel->body || !surface.touches_soil) continue;
+        if (surface.body_index != (wheel ? wheel->body : ground->body) || !surface.touches_soil) continue;
         refuse("machine.forces." + force.name,
-               fmt::format("the wheel law carries `{}`, and so would the spheres under its surface `{}`; leave the law "
+               fmt::format("the {} carries `{}`, and so would the spheres under its surface `{}`; leave the law "
                            "out, or give the surface `touches soil: no`",
-                           surface.body, surface.name));
+                           wheel ? "wheel law" : "ground element", surface.body, surface.name));
       }
     }
   }
@@ -259,16 +279,23 @@ struct Checker {
 
   /// A law that computes its stiffness needs the materials' elastic constants.
   void elastic(const std::string& path, const Contact& contact) {
-    const auto* law = std::get_if<dem::HertzMindlin>(&contact.law);
-    if (law == nullptr || !(std::isnan(law->E_eff) || std::isnan(law->G_eff))) return;
+    std::visit(
+        [&]<class L>(const L& law) {
+          if constexpr (requires { law.needs_materials(); }) {
+            if (law.needs_materials()) elastic_materials(path, contact, card_of<L>().word, L::in_place_of_materials);
+          }
+        },
+        contact.law);
+  }
+  void elastic_materials(const std::string& path, const Contact& contact, const std::string& word,
+                         const char* instead) {
     for (const std::string& name : std::set<std::string>{contact.between[0], contact.between[1]}) {
       const auto m =
           std::find_if(s.materials.begin(), s.materials.end(), [&](const Material& x) { return x.name == name; });
       if (m == s.materials.end() || (m->young && m->poisson)) continue;
-      refuse(path + ".law", "hertz-mindlin",
-             fmt::format("material `{}` has no young's modulus and poisson ratio; give them there, or E_eff and G_eff "
-                         "here",
-                         name));
+      refuse(path + ".law", word,
+             fmt::format("material `{}` has no young's modulus and poisson ratio; give them there, or {} here", name,
+                         instead));
     }
   }
 
@@ -330,7 +357,7 @@ struct Checker {
   void watch(const std::string& path, const Watch& watch) {
     const Machine none, &m = s.machine ? *s.machine : none;
     Names bodies = names_of(m.bodies), joints = names_of(m.joints), drivers = names_of(m.drivers),
-          forces = names_of(m.forces);
+          forces = names_of(m.forces), measures = names_of(m.measures);
     Names touched = bodies;
     for (const Boundary& b : s.boundaries) touched.push_back(b.name);
     if (s.soil && s.soil->container) touched.push_back("container");
@@ -352,7 +379,8 @@ struct Checker {
         const std::size_t dot = watch.of.find('.');
         if (dot == std::string::npos) break;  // a column of the whole run, such as an energy
         Names all = touched;
-        for (const Names* more : {&joints, &drivers, &forces}) all.insert(all.end(), more->begin(), more->end());
+        for (const Names* more : {&joints, &drivers, &forces, &measures})
+          all.insert(all.end(), more->begin(), more->end());
         const std::string owner = watch.of.substr(0, dot);
         if (!holds(all, owner)) {
           refuse(path, watch.of, fmt::format("nothing is named `{}`{}", owner, suggestion(owner, all)));

@@ -210,6 +210,10 @@ void describe(V& v, Body& b) {
   v.quantity("angle", b.angle, "rad", "(-inf, inf)", "of the body's axes in the start pose, counter-clockwise");
   v.vector("velocity", b.velocity, "m/s", "of the centre of mass at the start");
   v.quantity("spin", b.spin, "rad/s", "(-inf, inf)", "at the start, counter-clockwise");
+  v.optional_outline(
+      "outline", b.outline,
+      "points `x y` of its outline in pictures, in its own axes, or a CSV file of them whose header names "
+      "the unit; left out: drawn from its surfaces, else from its joints");
 }
 
 template <class V>
@@ -227,9 +231,11 @@ void describe(V& v, Surface& s) {
 template <class V>
 void describe(V& v, Machine& m) {
   v.named("bodies", m.bodies, "rigid bodies in the x-y plane; `ground` is always there");
+  v.named("markers", m.markers, "points with axes on bodies or the ground, for measures and pictures");
   v.elements("joints", m.joints, "constraints between bodies");
   v.elements("drivers", m.drivers, "motions given as functions of time");
   v.elements("forces", m.forces, "springs, dampers, loads, wheels");
+  v.elements("measures", m.measures, "columns of your own: what is measured of markers, joints, forces and bodies");
   v.named("surfaces", m.surfaces, "what of the bodies meets the soil, or is drawn");
   v.start("start", m.start, "`pose` as given, or {towing equilibrium: speed}: the steady state found by the program");
   v.choice("redundant", m.redundant,
@@ -286,6 +292,9 @@ void describe(V& v, Output& o) {
   v.quantity("every", o.every, "s", "(0, inf)", "interval of frames; left out: a 200th of the end, or none with `at`");
   v.quantities("at", o.at, "s", "[0, inf)", "further times of frames");
   v.quantity("series every", o.series_every, "s", "(0, inf)", "interval of the rows of series.csv");
+  v.count("book every", o.book_every, "[0, 1000]",
+          "soil steps from one reading of what contacts between spheres lose to the next, which stands for all between; "
+          "0: every step up to 5,000 spheres, else every 16th");
   v.choice(
       "forces", o.forces,
       {{"auto", ForceColumns::automatic}, {"mean", ForceColumns::mean}, {"instant", ForceColumns::instant}},

@@ -1,6 +1,7 @@
 #include "apps/scenario/expression.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <ginac/ginac.h>
 
 #include <algorithm>
@@ -89,18 +90,24 @@ std::size_t number_length(std::string_view text) {
   return end > exponent ? end : mantissa;
 }
 
-std::string name_in_tree(const std::string& name) {
-  if (name == "t" || name == "pi" || name == "e") return name;
+/// The variables of a formula.
+using Symbols = std::vector<GiNaC::realsymbol>;
+
+std::string name_in_tree(const std::string& name, const Symbols& variables) {
+  std::vector<std::string> known;
+  for (const GiNaC::realsymbol& v : variables) known.push_back(v.get_name());
+  const std::string arguments = fmt::format("{}", fmt::join(known, ", "));
+  known.insert(known.end(), {"pi", "e"});
+  if (std::find(known.begin(), known.end(), name) != known.end()) return name;
   for (const Known& f : functions)
     if (name == f.word) return f.in_tree;
-  std::vector<std::string> known{"t", "pi", "e"};
   for (const Known& f : functions) known.emplace_back(f.word);
-  throw UnitError(fmt::format("`{}` is no name of a formula in t{}", name, suggestion(name, known)));
+  throw UnitError(fmt::format("`{}` is no name of a formula in {}{}", name, arguments, suggestion(name, known)));
 }
 
 /// The formula with GiNaC's names. GiNaC knows more words and signs than ours and does not say where it stumbles over
 /// one, so they are looked at here.
-std::string in_words_of_ginac(const std::string& text) {
+std::string in_words_of_ginac(const std::string& text, const Symbols& variables) {
   std::string out;
   for (std::size_t i = 0; i < text.size();) {
     std::size_t end = i + 1;
@@ -109,7 +116,7 @@ std::string in_words_of_ginac(const std::string& text) {
       out += text.substr(i, end - i);
     } else if (is_letter(text[i])) {
       while (end < text.size() && (is_letter(text[end]) || is_digit(text[end]))) ++end;
-      out += name_in_tree(text.substr(i, end - i));
+      out += name_in_tree(text.substr(i, end - i), variables);
     } else if (std::string_view(" \t+-*/^(),").find(text[i]) != std::string_view::npos) {
       out += text[i];
     } else {
@@ -131,10 +138,11 @@ std::string fault_of(const std::string& message) {
   return fault;
 }
 
-ex read_formula(const std::string& text, const GiNaC::realsymbol& t) {
-  const std::string formula = in_words_of_ginac(text);
+ex read_formula(const std::string& text, const Symbols& variables) {
+  const std::string formula = in_words_of_ginac(text, variables);
   GiNaC::symtab names;
-  names["t"] = t, names["pi"] = GiNaC::Pi, names["e"] = GiNaC::exp(ex(1));
+  for (const GiNaC::realsymbol& v : variables) names[v.get_name()] = v;
+  names["pi"] = GiNaC::Pi, names["e"] = GiNaC::exp(ex(1));
   try {
     return GiNaC::parser(names, true)(formula);
   } catch (const GiNaC::parse_error& error) {
@@ -149,11 +157,11 @@ ex read_formula(const std::string& text, const GiNaC::realsymbol& t) {
 
 // ---- evaluating ----------------------------------------------------------------------------------------------------
 
-enum class Do { number, time, add, multiply, power, square, root, reciprocal, one, two };
+enum class Do { number, variable, add, multiply, power, square, root, reciprocal, one, two };
 struct Step {
   Do what = Do::number;
   double number = 0;
-  std::size_t function = 0;
+  std::size_t function = 0;  // which function, or which variable
   auto operator<=>(const Step&) const = default;
 };
 using Steps = std::vector<Step>;
@@ -164,16 +172,17 @@ class Program {
  public:
   static constexpr std::size_t deepest = 64;
 
-  Program(const ex& e, const GiNaC::symbol& t) : steps_(flatten(e, t)) {
+  Program(const ex& e, const Symbols& variables) : steps_(flatten(e, variables)) {
     std::size_t depth = 0, most = 0;
     for (const Step& s : steps_) {
-      if (s.what <= Do::time) most = std::max(most, ++depth);
+      if (s.what <= Do::variable) most = std::max(most, ++depth);
       if (takes_two(s)) --depth;
     }
     if (most > deepest) throw UnitError("is too deeply nested a formula; write it with fewer brackets");
   }
 
-  double operator()(double t) const {
+  /// `at`: values of the variables, in their order.
+  double operator()(const double* at) const {
     std::array<double, deepest> stack;
     std::size_t top = 0;  // one above the last value
     for (const Step& s : steps_) {
@@ -182,8 +191,8 @@ class Program {
         case Do::number:
           stack[top++] = s.number;
           break;
-        case Do::time:
-          stack[top++] = t;
+        case Do::variable:
+          stack[top++] = at[s.function];
           break;
         case Do::add:
           stack[top - 1] += stack[top];
@@ -220,14 +229,18 @@ class Program {
   }
   static void append(Steps& to, const Steps& from) { to.insert(to.end(), from.begin(), from.end()); }
 
-  static Steps flatten(const ex& e, const GiNaC::symbol& t) {
-    if (e.is_equal(t)) return {{.what = Do::time}};
-    if (!e.has(t))  // constants fold, unless GiNaC does not know their value, such as that of sign(2)
+  static Steps flatten(const ex& e, const Symbols& variables) {
+    bool constant = true;
+    for (std::size_t i = 0; i < variables.size(); ++i) {
+      if (e.is_equal(variables[i])) return {{.what = Do::variable, .function = i}};
+      constant = constant && !e.has(variables[i]);
+    }
+    if (constant)  // constants fold, unless GiNaC does not know their value, such as that of sign(2)
       if (const ex value = e.evalf(); GiNaC::is_a<GiNaC::numeric>(value)) return {number(value)};
-    if (GiNaC::is_a<GiNaC::add>(e)) return chain(e, Do::add, t);
-    if (GiNaC::is_a<GiNaC::mul>(e)) return chain(e, Do::multiply, t);
-    if (GiNaC::is_a<GiNaC::power>(e)) return power(e, t);
-    if (GiNaC::is_a<GiNaC::function>(e)) return call(GiNaC::ex_to<GiNaC::function>(e), t);
+    if (GiNaC::is_a<GiNaC::add>(e)) return chain(e, Do::add, variables);
+    if (GiNaC::is_a<GiNaC::mul>(e)) return chain(e, Do::multiply, variables);
+    if (GiNaC::is_a<GiNaC::power>(e)) return power(e, variables);
+    if (GiNaC::is_a<GiNaC::function>(e)) return call(GiNaC::ex_to<GiNaC::function>(e), variables);
     throw UnitError("is no formula for one number");
   }
   static Step number(const ex& value) {
@@ -237,26 +250,26 @@ class Program {
     if (!std::isfinite(real)) throw UnitError("holds a number too large for double precision");
     return {.what = Do::number, .number = real};
   }
-  static Steps chain(const ex& e, Do what, const GiNaC::symbol& t) {
+  static Steps chain(const ex& e, Do what, const Symbols& variables) {
     std::vector<Steps> parts;
-    for (std::size_t i = 0; i < e.nops(); ++i) parts.push_back(flatten(e.op(i), t));
+    for (std::size_t i = 0; i < e.nops(); ++i) parts.push_back(flatten(e.op(i), variables));
     std::sort(parts.begin(), parts.end());
     Steps steps = parts.front();
     for (std::size_t i = 1; i < parts.size(); ++i) append(steps, parts[i]), steps.push_back({.what = what});
     return steps;
   }
-  static Steps power(const ex& e, const GiNaC::symbol& t) {
-    Steps steps = flatten(e.op(0), t);
-    const Steps exponent = flatten(e.op(1), t);
+  static Steps power(const ex& e, const Symbols& variables) {
+    Steps steps = flatten(e.op(0), variables);
+    const Steps exponent = flatten(e.op(1), variables);
     const double p = exponent.size() == 1 && exponent[0].what == Do::number ? exponent[0].number : 0;
     const Do special = p == 2 ? Do::square : p == 0.5 ? Do::root : p == -1 ? Do::reciprocal : Do::power;
     if (special == Do::power) append(steps, exponent);
     steps.push_back({.what = special});
     return steps;
   }
-  static Steps call(const GiNaC::function& f, const GiNaC::symbol& t) {
+  static Steps call(const GiNaC::function& f, const Symbols& variables) {
     Steps steps;
-    for (std::size_t i = 0; i < f.nops(); ++i) append(steps, flatten(f.op(i), t));
+    for (std::size_t i = 0; i < f.nops(); ++i) append(steps, flatten(f.op(i), variables));
     for (std::size_t i = 0; i < functions.size(); ++i)
       if (f.get_name() == functions[i].in_tree) {
         steps.push_back({.what = f.nops() == 1 ? Do::one : Do::two, .function = i});
@@ -350,10 +363,10 @@ class Sums {
 
 mbd::ExpressionFunction make_expression(const std::string& text, const std::string& unit, double size) {
   const GiNaC::realsymbol t("t");
-  const ex value = read_formula(text, t);
+  const ex value = read_formula(text, {t});
   const auto evaluator = [&](const ex& e, const char* what) -> Evaluate {
-    return [program = Program(e, t), text, what, size](double at) {
-      const double result = size * program(at);
+    return [program = Program(e, {t}), text, what, size](double at) {
+      const double result = size * program(&at);
       if (!std::isfinite(result))
         throw std::runtime_error(fmt::format("the formula `{}` has no finite {} at t = {} s", text, what, at));
       return result;
@@ -369,6 +382,20 @@ mbd::ExpressionFunction make_expression(const std::string& text, const std::stri
   f.integral_ = [after, before](double at) { return at >= 0 ? after->once(at) : -before->once(-at); };
   f.double_integral_ = [after, before](double at) { return at >= 0 ? after->twice(at) : before->twice(-at); };
   return f;
+}
+
+std::function<double(double, double, double)> make_formula(const std::string& text,
+                                                           const std::array<const char*, 3>& names) {
+  Symbols variables;
+  for (const char* name : names) variables.emplace_back(name);
+  return [program = Program(read_formula(text, variables), variables), text, names](double a, double b, double c) {
+    const double at[] = {a, b, c};
+    const double result = program(at);
+    if (!std::isfinite(result))
+      throw std::runtime_error(fmt::format("the formula `{}` has no finite value at {} = {}, {} = {}, {} = {}", text,
+                                           names[0], a, names[1], b, names[2], c));
+    return result;
+  };
 }
 
 }  // namespace subsoil::app

@@ -1,4 +1,6 @@
 #pragma once
+#include <array>
+#include <functional>
 #include <string>
 
 #include "libmbd/function.hpp"
@@ -11,5 +13,9 @@ namespace subsoil::app {
 /// Throws UnitError with rule and cure for what is no formula; a formula without a finite value where it is asked ends
 /// the run.
 mbd::ExpressionFunction make_expression(const std::string& text, const std::string& unit, double size);
+
+/// A formula in three numbers of these names, in SI units.
+std::function<double(double, double, double)> make_formula(const std::string& text,
+                                                           const std::array<const char*, 3>& names);
 
 }  // namespace subsoil::app

@@ -8,7 +8,8 @@ namespace {
 
 Loaded read_checked(const Node& document, Problems& problems) {
   Loaded loaded;
-  Reading reading{.problems = problems, .places = {}, .body_names = {"ground"}, .body_poses = {mbd::BodyState{}}};
+  Reading reading{
+      .problems = problems, .places = {}, .body_names = {"ground"}, .body_poses = {mbd::BodyState{}}, .markers = {}};
   reading.places[""] = document.place;
   Reader reader(reading, document, "");
   declare(reader, loaded.scenario);

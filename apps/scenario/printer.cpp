@@ -125,10 +125,10 @@ void Printer::faces(const char* key, Faces& faces, const char* meaning) {
   leaf(key, sequence(open), "list of faces", "-x | +x | -y | +y | -z | +z", meaning);
 }
 
-void Printer::outline(const char* key, std::vector<Vec2>& points, const char* meaning) {
+void Printer::print_outline(const char* key, const std::vector<Vec2>& points, const char* meaning, bool needed) {
   std::vector<std::string> texts;
   for (const Vec2& p : points) texts.push_back(format_quantities(p.data(), 2, "m"));
-  leaf(key, texts.empty() ? Node{} : sequence(texts), "list of 2 numbers m, or file", "", meaning, true);
+  leaf(key, texts.empty() ? Node{} : sequence(texts), "list of 2 numbers m, or file", "", meaning, needed);
 }
 
 void Printer::table(const char* key, std::vector<double>& xs, std::vector<double>& ys, const std::string& x_unit,
@@ -210,7 +210,7 @@ void Printer::body(const char* key, int& index, const char* meaning) {
 }
 
 void Printer::optional_body(const char* key, int& index, const char* meaning) {
-  leaf(key, Node::of(body_name(index)), "name of a body, or ground", "", meaning);
+  leaf(key, index < 0 ? Node{} : Node::of(body_name(index)), "name of a body, or ground", "", meaning);
 }
 
 void Printer::bodies(const char* key, int& a, int& b, const char* meaning) {

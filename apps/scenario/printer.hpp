@@ -1,6 +1,7 @@
 #pragma once
 #include <cmath>
 #include <concepts>
+#include <functional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -113,7 +114,12 @@ class Printer {
   void unit(const char* key, double& size, const char* expected, const char* meaning) {
     quantity(key, size, expected, "(0, inf)", std::string(meaning) + ": `mm`, `m`, ...");
   }
-  void outline(const char* key, std::vector<Vec2>& points, const char* meaning);
+  void outline(const char* key, std::vector<Vec2>& points, const char* meaning) {
+    print_outline(key, points, meaning, true);
+  }
+  void optional_outline(const char* key, std::vector<Vec2>& points, const char* meaning) {
+    print_outline(key, points, meaning, false);
+  }
   void table(const char* key, std::vector<double>& xs, std::vector<double>& ys, const std::string& x_unit,
              const std::string& y_unit, const char* meaning);
   void function(const char* key, Function& value, const std::string& unit, const char* meaning) {
@@ -124,6 +130,10 @@ class Printer {
   }
   void optional_characteristic(const char* key, mbd::Characteristic& value, const std::string& x_unit,
                                const std::string& unit, const char* meaning);
+  void formula(const char* key, std::string& text, std::function<double(double, double, double)>&,
+               const char* meaning) {
+    name_like(key, text, "formula", meaning, true);
+  }
   void expression(const char* key, mbd::ExpressionFunction& value, const std::string& unit, const std::string& meaning);
 
   // -- names of other things --
@@ -135,6 +145,22 @@ class Printer {
   }
   void joint(const char* key, std::string& value, const char* meaning) {
     reference(key, value, Family::joint, meaning);
+  }
+  void force(const char* key, std::string& value, const char* meaning) {
+    reference(key, value, Family::force, meaning);
+  }
+  void marker(const char* key, mbd::Marker& value, const char* meaning) {
+    name_like(key, value.name, "name of a marker or body", meaning, true);
+  }
+  void optional_marker(const char* key, mbd::Marker& value, const char* meaning) {
+    name_like(key, value.name, "name of a marker or body", meaning, false);
+  }
+  template <std::size_t count>
+  void markers(const char* key, std::array<mbd::Marker, count>& values, const char* meaning) {
+    std::vector<std::string> names;
+    for (const mbd::Marker& m : values) names.push_back(m.name);
+    leaf(key, values[0].name.empty() ? Node{} : sequence(names), std::to_string(count) + " markers or bodies", "",
+         meaning, true);
   }
   void pair(const char* key, std::array<std::string, 2>& value, Family family, const char* meaning);
 
@@ -236,10 +262,12 @@ class Printer {
   void form(const char* key, Variant& value, const char* meaning, bool needed = true) {
     if (listing()) {
       add_row(key, "one of the forms below", needed ? "required" : "left out", "", meaning);
+      const Card own{word, word_meaning};  // the card is that of the type whose form this is
       ForEach<Variant>::call([&]<class T>(std::type_identity<T>) {
         T prototype{};
         list_type(key, prototype);
       });
+      word = own.word, word_meaning = own.meaning;
       return;
     }
     Node form = Node::mapping(true);
@@ -330,6 +358,7 @@ class Printer {
   void numbers(const char* key, const std::vector<double>& values, const std::string& unit, std::size_t size,
                bool needed, const std::string& meaning);
   void name_like(const char* key, const std::string& value, const std::string& what, const char* meaning, bool needed);
+  void print_outline(const char* key, const std::vector<Vec2>& points, const char* meaning, bool needed);
   void points(const char* key, const Vec2& p_a, const Vec2& p_b, const char* meaning, bool needed);
   void print_function(const char* key, const Function& value, const std::string& unit, const char* meaning,
                       bool needed);

@@ -260,7 +260,7 @@ void Reader::unit(const char* key, double& size, const char* expected, const cha
 namespace {
 
 /// Points `x, y` of a CSV file whose header names the unit: `x [mm], y [mm]`.
-std::vector<Vec2> read_outline(const std::string& file) {
+std::vector<Vec2> outline_of_file(const std::string& file) {
   std::ifstream stream(file);
   if (!stream) throw UnitError(fmt::format("there is no file {}", file));
   std::vector<Vec2> points;
@@ -290,10 +290,10 @@ std::vector<Vec2> read_outline(const std::string& file) {
 
 }  // namespace
 
-void Reader::outline(const char* key, std::vector<Vec2>& points, const char* meaning) {
-  leaf(key, true, meaning, [&](const Node& node) {
+void Reader::read_outline(const char* key, std::vector<Vec2>& points, bool needed, const char* meaning) {
+  leaf(key, needed, meaning, [&](const Node& node) {
     if (node.kind == Node::Kind::scalar) {
-      points = read_outline(beside(node.place, node.scalar));
+      points = outline_of_file(beside(node.place, node.scalar));
     } else {
       for (const Node* item : items_of(node)) {
         const std::vector<double> p = numbers_of(*item, "m", 2);

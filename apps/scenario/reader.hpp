@@ -1,7 +1,9 @@
 #pragma once
 #include <cmath>
 #include <concepts>
+#include <functional>
 #include <map>
+#include <span>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -17,12 +19,13 @@
 /// its place; reading goes on, so that one run names them all.
 namespace subsoil::app {
 
-/// What a reading shares: faults, the place of every path read, and the bodies met so far.
+/// What a reading shares: faults, the place of every path read, the bodies and markers met so far.
 struct Reading {
   Problems& problems;
   std::map<std::string, Place> places;
   std::vector<std::string> body_names;     // [0] is ground
   std::vector<mbd::BodyState> body_poses;  // start pose
+  std::vector<mbd::Marker> markers;
 };
 
 class Reader {
@@ -95,7 +98,12 @@ class Reader {
   }
   void output_file(const char* key, std::string& value, const char* meaning);
   void unit(const char* key, double& size, const char* expected, const char* meaning);
-  void outline(const char* key, std::vector<Vec2>& points, const char* meaning);
+  void outline(const char* key, std::vector<Vec2>& points, const char* meaning) {
+    read_outline(key, points, true, meaning);
+  }
+  void optional_outline(const char* key, std::vector<Vec2>& points, const char* meaning) {
+    read_outline(key, points, false, meaning);
+  }
   void table(const char* key, std::vector<double>& xs, std::vector<double>& ys, const std::string& x_unit,
              const std::string& y_unit, const char* meaning);
   void function(const char* key, Function& value, const std::string& unit, const char* meaning) {
@@ -106,6 +114,8 @@ class Reader {
   }
   void optional_characteristic(const char* key, mbd::Characteristic& value, const std::string& x_unit,
                                const std::string& unit, const char* meaning);
+  void formula(const char* key, std::string& text, std::function<double(double, double, double)>& call,
+               const char* meaning);
   void expression(const char* key, mbd::ExpressionFunction& value, const std::string& unit, const char* meaning);
 
   // -- names of other things; whether they exist is checked when everything is read --
@@ -117,6 +127,9 @@ class Reader {
   }
   void joint(const char* key, std::string& value, const char* meaning) {
     reference(key, value, Family::joint, meaning);
+  }
+  void force(const char* key, std::string& value, const char* meaning) {
+    reference(key, value, Family::force, meaning);
   }
   void pair(const char* key, std::array<std::string, 2>& value, Family, const char* meaning);
 
@@ -132,6 +145,17 @@ class Reader {
   void end_points(int a, Vec2& p_a, int b, Vec2& p_b, const char* meaning);
   void point(const char* key, int index, Vec2& p, const char* meaning);
   void axis(const char* key, int a, double& angle_a, const char* meaning);
+
+  void marker(const char* key, mbd::Marker& value, const char* meaning) {
+    leaf(key, true, meaning, [&](const Node& node) { value = marker_of(node); });
+  }
+  void optional_marker(const char* key, mbd::Marker& value, const char* meaning) {
+    leaf(key, false, meaning, [&](const Node& node) { value = marker_of(node); });
+  }
+  template <std::size_t count>
+  void markers(const char* key, std::array<mbd::Marker, count>& values, const char* meaning) {
+    leaf(key, true, meaning, [&](const Node& node) { take_markers(node, values); });
+  }
 
   // -- structure --
   template <class T>
@@ -175,7 +199,7 @@ class Reader {
         value.name = e.key;
         check_name(e, child(key));
         read_mapping(e.value, child(key) + "." + e.key, value);
-        if constexpr (std::is_same_v<T, Body>) remember(value);
+        if constexpr (std::is_same_v<T, Body> || std::is_same_v<T, mbd::Marker>) remember(value);
       }
     });
   }
@@ -353,6 +377,7 @@ class Reader {
   static void check_range(double value, const std::string& range, const std::string& unit,
                           const std::string& meaning = {});
   void check_name(const Node::Entry& entry, const std::string& path);
+  void read_outline(const char* key, std::vector<Vec2>& points, bool needed, const char* meaning);
   void input_file(const char* key, std::string& value, bool needed, const char* meaning);
   void read_function(const char* key, Function& value, const std::string& unit, bool needed, const char* meaning);
   Function function_of(const Node& node, const std::string& path, const std::string& unit);
@@ -360,6 +385,9 @@ class Reader {
   template <class Law, class Kinds, class... Units>
   Law law_of(const Node& node, const std::string& path, const Units&... units);
   void remember(const Body& body);
+  void remember(const mbd::Marker& marker) { reading_.markers.push_back(marker); }
+  mbd::Marker marker_of(const Node& node) const;
+  void take_markers(const Node& node, std::span<mbd::Marker> values) const;
   int body_of(const Node& node) const;
   const mbd::BodyState* pose_of(int index) const;
   std::vector<Vec2> two_points(const Node& node);

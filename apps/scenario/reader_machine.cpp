@@ -65,6 +65,14 @@ void Reader::optional_characteristic(const char* key, mbd::Characteristic& value
   });
 }
 
+void Reader::formula(const char* key, std::string& text, std::function<double(double, double, double)>& call,
+                     const char* meaning) {
+  leaf(key, true, meaning, [&](const Node& node) {
+    text = scalar_of(node);
+    call = make_formula(text, {"z", "v", "m"});
+  });
+}
+
 void Reader::expression(const char* key, mbd::ExpressionFunction& value, const std::string& unit, const char* meaning) {
   std::string given;
   double size = 1;
@@ -100,6 +108,26 @@ void Reader::body(const char* key, int& index, const char* meaning) {
     index = body_of(node);
     if (index == mbd::ground) throw UnitError("must be a moving body, not the ground");
   });
+}
+
+/// A marker of the machine; a body or the ground stands for the marker of its own axes.
+mbd::Marker Reader::marker_of(const Node& node) const {
+  const std::string& name = scalar_of(node);
+  std::vector<std::string> known = reading_.body_names;
+  for (const mbd::Marker& m : reading_.markers) {
+    if (m.name == name) return m;
+    known.push_back(m.name);
+  }
+  for (std::size_t i = 0; i < reading_.body_names.size(); ++i)
+    if (reading_.body_names[i] == name) return {.name = name, .body = static_cast<int>(i)};
+  throw UnitError("there is no marker or body of this name" + suggestion(name, known));
+}
+
+void Reader::take_markers(const Node& node, std::span<mbd::Marker> values) const {
+  if (node.kind != Node::Kind::sequence || node.items.size() != values.size())
+    throw UnitError(fmt::format("must be a list of {} markers or bodies, such as [{}]", values.size(),
+                                values.size() == 2 ? "base, tip" : "base, elbow, tip"));
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = marker_of(node.items[i]);
 }
 
 void Reader::bodies(const char* key, int& a, int& b, const char* meaning) {

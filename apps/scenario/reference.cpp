@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "apps/impact/study.hpp"
 #include "apps/scenario/load.hpp"
 #include "apps/scenario/printer.hpp"
 
@@ -82,6 +83,21 @@ std::string sentence(const Row& row) {
   if (!row.fallback.empty()) text += fmt::format("    default: {}\n", row.fallback);
   if (!row.range.empty()) text += fmt::format("    range:   {}\n", row.range);
   return text;
+}
+
+constexpr const char* table_head = "| key | value | default | range | meaning |\n|---|---|---|---|---|\n";
+
+std::string table_row(const Row& row) {
+  const auto cell = [](const std::string& raw) {
+    std::string text;
+    for (const char c : raw) {
+      if (c == '|') text += '\\';
+      text += c;
+    }
+    return text;
+  };
+  return fmt::format("| `{}` | {} | {} | {} | {} |\n", row.path, cell(row.unit == "1" ? "number" : row.unit),
+                     cell(row.fallback), cell(row.range), cell(row.meaning));
 }
 
 /// Rows at or below a path. A path that starts too high (`soil.contacts.wet.K_X`) loses its head until something fits;
@@ -179,14 +195,6 @@ std::string explain(const std::string& path) {
 }
 
 std::string reference_markdown() {
-  const auto cell = [](const std::string& raw) {
-    std::string text;
-    for (const char c : raw) {
-      if (c == '|') text += '\\';
-      text += c;
-    }
-    return text;
-  };
   std::string text =
       "# The scenario file: every key\n\n"
       "Generated from the declarations that the reader uses (`subsoil reference`); do not edit.\n\n"
@@ -214,12 +222,20 @@ std::string reference_markdown() {
             "Stands wherever a key takes a force over a relative measure, without the word `characteristic`: `spring "
             "curve:\n{polynomial: {c3: 2 kN/mm^3}}`. U is that key's unit, X the measure's.\n\n";
       }
-      text += "| key | value | default | range | meaning |\n|---|---|---|---|---|\n";
+      text += table_head;
     }
     section = heading;
-    text += fmt::format("| `{}` | {} | {} | {} | {} |\n", row.path, cell(row.unit == "1" ? "number" : row.unit),
-                        cell(row.fallback), cell(row.range), cell(row.meaning));
+    text += table_row(row);
   }
+  text +=
+      "\n# The file of `subsoil impact`\n\nThe same rules hold; a key may also stand as a flag, `--model jkr --w \"50 "
+      "mJ/m^2\"` ([impact.md](impact.md)).\n\n";
+  text += table_head;
+  std::vector<Row> rows;
+  Printer printer(rows, "");
+  ImpactStudy prototype;
+  declare(printer, prototype);
+  for (const Row& row : rows) text += table_row(row);
   return text;
 }
 

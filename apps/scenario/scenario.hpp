@@ -10,6 +10,7 @@
 #include "libdem/vec3.hpp"
 #include "libmbd/elements.hpp"
 #include "libmbd/integrator.hpp"
+#include "libmbd/measures.hpp"
 
 /// What a scenario file says, as plain structs in SI units, before anything is built from it. A section that the file
 /// leaves out is an empty optional or list: soil only and machine only are scenarios. Keys, units, ranges, defaults
@@ -181,6 +182,7 @@ struct Body {
   double angle = 0;
   Vec2 velocity{0, 0};
   double spin = 0;
+  std::vector<Vec2> outline;  // body axes, for pictures; empty: drawn from its surfaces or its joints
 };
 /// Elements carry body indices: 0 is the ground, i > 0 is bodies[i - 1].
 struct NamedJoint {
@@ -194,6 +196,10 @@ struct NamedDriver {
 struct NamedForce {
   std::string name;
   Force element;
+};
+struct NamedMeasure {
+  std::string name;
+  mbd::AnyMeasure element;
 };
 
 enum class PlacedIn { body, world };
@@ -219,9 +225,11 @@ struct Start {
 
 struct Machine {
   std::vector<Body> bodies;
+  std::vector<mbd::Marker> markers;
   std::vector<NamedJoint> joints;
   std::vector<NamedDriver> drivers;
   std::vector<NamedForce> forces;
+  std::vector<NamedMeasure> measures;
   std::vector<Surface> surfaces;
   Start start;
   mbd::Redundancy redundant = mbd::Redundancy::minimum_norm;
@@ -273,6 +281,7 @@ struct Output {
   std::optional<double> every;  // frames; end/200 unless given (unless `at` is)
   std::vector<double> at;       // further frame times
   double series_every = 1e-3;
+  long book_every = 0;  // soil steps; 0: the bed's own choice
   ForceColumns forces = ForceColumns::automatic;
   std::vector<Column> columns{Column::position, Column::velocity, Column::spin,
                               Column::force,    Column::torque,   Column::contacts};

@@ -21,6 +21,7 @@ void scale_attraction(Wet& law, double factor) {
 }
 void scale_attraction(Linear&, double) {}
 void scale_attraction(HertzMindlin&, double) {}
+void scale_attraction(HuntCrossley&, double) {}
 
 std::string number(double x) {
   char text[32];

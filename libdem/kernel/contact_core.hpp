@@ -33,8 +33,9 @@ struct Touch {
 /// What the law needs of them.
 struct Meeting {
   Pack n[3], overlap, v_n, v_t[3];
-  Pack l_i, l_j;                     ///< levers of tangential forces
-  Pack root_m, r_eff, w[3], i_roll;  ///< the last two with rolling resistance only
+  Pack l_i, l_j;                  ///< levers of tangential forces
+  Pack root_m, r_eff, inverse_r;  ///< sqrt(m_eff); effective radius and 1 over it
+  Pack w[3], root_i;  ///< with rolling resistance: rolling velocity, sqrt of both bodies' 7/5 m r^2 in series
 };
 
 struct Response {
@@ -47,7 +48,6 @@ struct Response {
 template <bool Pair, bool Rolls>
 [[gnu::always_inline]] inline Meeting meet(double share, const Touch& a) {
   const Pack zero(0.0);
-  const auto series = [](Pack own, Pack other) { return Pair ? own * other / (own + other) : own; };
   Meeting out;
   const Pack sink = Pack(Pair ? 0.5 * share : share) * a.overlap;
   out.overlap = a.overlap;
@@ -63,13 +63,22 @@ template <bool Pair, bool Rolls>
   for (int d = 0; d < 3; ++d) out.v_t[d] = out.v_t[d] - out.v_n * a.n[d];
   const Pack product = a.m_i * a.m_j;
   out.root_m = Pair ? product * rsqrt(product * (a.m_i + a.m_j)) : sqrt(a.m_i);
-  out.r_eff = series(a.r_i, a.r_j);
+  if constexpr (Pair) {
+    // r_eff = r1 r2/(r1 + r2) and its inverse from one division.
+    const Pack both = a.r_i * a.r_j, sum = a.r_i + a.r_j, inverse = Pack(1.0) / (both * sum);
+    out.r_eff = both * both * inverse;
+    out.inverse_r = sum * sum * inverse;
+  } else {
+    out.r_eff = a.r_i;
+    out.inverse_r = Pack(1.0) / a.r_i;
+  }
   if constexpr (Rolls) {
     for (int d = 0; d < 3; ++d) out.w[d] = a.w_i[d] - a.w_j[d];
     const Pack twist = dot3(out.w, a.n);
     for (int d = 0; d < 3; ++d) out.w[d] = out.w[d] - twist * a.n[d];
-    const Pack own = Pack(1.4) * a.m_i * a.r_i * a.r_i;
-    out.i_roll = Pair ? series(own, Pack(1.4) * a.m_j * a.r_j * a.r_j) : own;
+    const Pack own = Pack(1.4) * a.m_i * a.r_i * a.r_i, other = Pack(1.4) * a.m_j * a.r_j * a.r_j;
+    const Pack inertias = own * other;
+    out.root_i = Pair ? inertias * rsqrt(inertias * (own + other)) : sqrt(own);
   }
   return out;
 }
@@ -96,7 +105,7 @@ template <bool Pair, bool Rolls, class L>
   out.stored = normal.stored + half * normal.k_t * dot3(slide.x, slide.x);
   if constexpr (Rolls) {
     turn(h.rho, a.n);
-    const Slip<Pack> roll = law.friction.roll(normal, h.rho, a.w, h.dash_r, a.r_eff, a.i_roll, dt);
+    const Slip<Pack> roll = law.friction.roll(normal, h.rho, a.w, h.dash_r, a.r_eff, a.inverse_r, a.root_i, dt);
     const double share =
         law.friction.rolling == Rolling::elastic_plastic ? 2.25 * law.friction.mu_r * law.friction.mu_r : 0.0;
     const Pack k_r = Pack(share) * normal.k_n * a.r_eff * a.r_eff;

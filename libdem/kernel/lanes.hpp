@@ -32,38 +32,33 @@ struct SphereLanes {
   return load_spheres(spheres, o.at + first);
 }
 
-/// `first`: lane of the block that the pack begins with. Without `Book` what only the energy book needs stays behind.
+/// `first`: lane of the block that the pack begins with. Without `Book` what only the energy book needs stays behind,
+/// and whether a contact slipped is read only where the law asks for it.
 template <bool Rolls, bool Book>
-[[gnu::always_inline]] inline History load_history(const Row* block, int first) {
+[[gnu::always_inline]] inline History load_history(const BlockMemory& block, int first, bool remembers_slip) {
   History h;
-  for (int d = 0; d < 3; ++d) h.xi[d] = load(block[HistoryRows::xi + static_cast<std::size_t>(d)].x + first);
-  if constexpr (Rolls)
-    for (int d = 0; d < 3; ++d) h.rho[d] = load(block[HistoryRows::rho + static_cast<std::size_t>(d)].x + first);
-  h.slipping = load_floats(float_row(block, 0) + first);
-  if constexpr (Book) {
-    h.dash_n = load_floats(float_row(block, 1) + first);
-    for (int d = 0; d < 3; ++d) h.dash_t[d] = load_floats(float_row(block, 2 + d) + first);
-    if constexpr (Rolls)
-      for (int d = 0; d < 3; ++d) h.dash_r[d] = load_floats(float_row(block, 5 + d) + first);
-  } else {
-    h.dash_n = Pack(0.0);
-    for (int d = 0; d < 3; ++d) h.dash_t[d] = h.dash_r[d] = Pack(0.0);
+  for (int d = 0; d < 3; ++d) {
+    h.xi[d] = load(block.xi(d) + first);
+    if constexpr (Rolls) h.rho[d] = load(block.rho(d) + first);
+    h.dash_t[d] = Book ? load_floats(block.note(2 + d) + first) : Pack(0.0);
+    h.dash_r[d] = Book && Rolls ? load_floats(block.note(5 + d) + first) : Pack(0.0);
   }
+  h.dash_n = Book ? load_floats(block.note(1) + first) : Pack(0.0);
+  h.slipping = remembers_slip ? load_floats(block.note(0) + first) : Pack(0.0);
   return h;
 }
 
 template <bool Rolls, bool Book>
-[[gnu::always_inline]] inline void store_history(const History& h, Row* block, int first) {
-  for (int d = 0; d < 3; ++d) store(h.xi[d], block[HistoryRows::xi + static_cast<std::size_t>(d)].x + first);
-  if constexpr (Rolls)
-    for (int d = 0; d < 3; ++d) store(h.rho[d], block[HistoryRows::rho + static_cast<std::size_t>(d)].x + first);
-  store_floats(h.slipping, float_row(block, 0) + first);
-  if constexpr (Book) {
-    store_floats(h.dash_n, float_row(block, 1) + first);
-    for (int d = 0; d < 3; ++d) store_floats(h.dash_t[d], float_row(block, 2 + d) + first);
-    if constexpr (Rolls)
-      for (int d = 0; d < 3; ++d) store_floats(h.dash_r[d], float_row(block, 5 + d) + first);
+[[gnu::always_inline]] inline void store_history(const History& h, const BlockMemory& block, int first,
+                                                 bool remembers_slip) {
+  for (int d = 0; d < 3; ++d) {
+    store(h.xi[d], block.xi(d) + first);
+    if constexpr (Rolls) store(h.rho[d], block.rho(d) + first);
+    if constexpr (Book) store_floats(h.dash_t[d], block.note(2 + d) + first);
+    if constexpr (Book && Rolls) store_floats(h.dash_r[d], block.note(5 + d) + first);
   }
+  if constexpr (Book) store_floats(h.dash_n, block.note(1) + first);
+  if (remembers_slip) store_floats(h.slipping, block.note(0) + first);
 }
 
 /// Forces and torques of kWidth lanes as rows; `touching` rides along with the torques.

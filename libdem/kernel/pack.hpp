@@ -137,6 +137,13 @@ template <std::uint64_t size>
   return o;
 }
 
+/// Lane by lane: see power() in laws/number.hpp.
+inline Pack pow(Pack a, double n) {
+  Pack r;
+  for (int i = 0; i < kWidth; ++i) r.v[i] = __builtin_pow(a.v[i], n);
+  return r;
+}
+
 /// Four doubles from each of kWidth rows, transposed: out[c] holds element c of every row.
 inline void load4(const double* const* row, Pack* out) {
 #if defined(__AVX512F__)

@@ -40,14 +40,14 @@ template <bool Rolls>
 /// pair, are cleared from the sums and must not be added.
 template <bool Rolls, bool Book, class L>
 [[gnu::always_inline]] inline void evaluate_block(const L& law, double reach, double elapsed, const MeetingLanes* lanes,
-                                                  Row* rows, std::uint32_t count, BlockResult& out) {
+                                                  const BlockMemory& memory, std::uint32_t count, BlockResult& out) {
   const Pack zero(0.0), one(1.0);
   for (int part = 0; part < kParts; ++part) {
     const int first = part * kWidth;
     const Meeting& a = lanes[part].meeting;
-    History h = load_history<Rolls, Book>(rows, first);
+    History h = load_history<Rolls, Book>(memory, first, law.friction.remembers_slip());
     const Response c = respond<true, Rolls>(law, a, h, elapsed);
-    store_history<Rolls, Book>(h, rows, first);
+    store_history<Rolls, Book>(h, memory, first, law.friction.remembers_slip());
     store_response(c, select(a.overlap > zero, one, zero), out.f + first, out.t_i + first, out.t_j + first);
     if constexpr (Book) {
       Pack sums[6] = {c.damped,
@@ -107,7 +107,6 @@ template <bool Rolls, bool Book, class L>
 void run_pairs(const L& by_reference, PairJob& job) {
   const L law = by_reference;  // nothing can point to it: its constants stay in registers
   const double share = lever_share(law);
-  constexpr std::size_t rows = Rolls ? HistoryRows::rolling : HistoryRows::sliding;
   Row sums[6] = {};
   BlockResult results[kGroup];
   MeetingLanes lanes[kGroup][kParts];
@@ -138,7 +137,8 @@ void run_pairs(const L& by_reference, PairJob& job) {
     for (int g = 0; g < n; ++g) {
       if (!evaluate[g]) continue;
       const std::uint32_t b = which[g];
-      evaluate_block<Rolls, Book>(law, job.reach, job.elapsed, lanes[g], job.rows + rows * b, lanes_of(b), *result[g]);
+      evaluate_block<Rolls, Book>(law, job.reach, job.elapsed, lanes[g], BlockMemory::at(job.rows, job.count, Rolls, b),
+                                  lanes_of(b), *result[g]);
       // Each of two spheres may go half their gap before they can be in reach. A block at a border never sleeps.
       if (job.wake != nullptr) job.wake[b] = job.path + 0.5 * (-largest_overlap(*result[g]) - job.reach);
     }

@@ -9,7 +9,6 @@ template <bool Rolls, class L>
 void run_planes(const L& by_reference, PlaneJob& job) {
   const L law = by_reference;  // nothing can point to it: its constants stay in registers
   const double share = lever_share(law);
-  constexpr std::size_t rows = Rolls ? HistoryRows::rolling : HistoryRows::sliding;
   const Pack zero(0.0), one(1.0);
   Pack sums[6] = {zero, zero, zero, zero, zero, zero}, force[3] = {zero, zero, zero}, moment[3] = {zero, zero, zero};
   for (std::uint32_t b = 0; b < job.count; ++b) {
@@ -33,10 +32,10 @@ void run_planes(const L& by_reference, PlaneJob& job) {
         a.w_i[d] = i.w[d], a.w_j[d] = Pack(job.spin[d]);
       }
       a.r_i = a.r_j = i.r, a.m_i = a.m_j = i.m;
-      Row* const memory = job.rows + rows * b;
-      History h = load_history<Rolls, true>(memory, first);
+      const BlockMemory memory = BlockMemory::at(job.rows, job.count, Rolls, b);
+      History h = load_history<Rolls, true>(memory, first, law.friction.remembers_slip());
       Response c = respond<false, Rolls>(law, meet<false, Rolls>(share, a), h, job.elapsed);
-      store_history<Rolls, true>(h, memory, first);
+      store_history<Rolls, true>(h, memory, first, law.friction.remembers_slip());
       store_response(c, select(a.overlap > zero, one, zero), f + first, t + first, unused + first);
       const PackMask used = lanes_below(count, first);
       const Pack add[6] = {c.damped,       c.slid, c.rolled, c.stored, select(a.overlap >= Pack(-job.reach), one, zero),

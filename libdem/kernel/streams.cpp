@@ -22,28 +22,28 @@ bool PairState::empty() const {
 namespace {
 
 /// Calls visit(number of the state, number in the block) for all that a block keeps.
-template <class BlockRow, class State, class Visit>
-void each_number(BlockRow* block, bool rolls, std::uint32_t lane, State& s, const Visit& visit) {
-  visit(s.slipping, float_row(block, 0)[lane]);
-  visit(s.dash_n, float_row(block, 1)[lane]);
+template <class State, class Visit>
+void each_number(const BlockMemory& block, bool rolls, std::uint32_t lane, State& s, const Visit& visit) {
+  visit(s.slipping, block.note(0)[lane]);
+  visit(s.dash_n, block.note(1)[lane]);
   for (int d = 0; d < 3; ++d) {
-    visit(s.xi[d], block[HistoryRows::xi + static_cast<std::size_t>(d)].x[lane]);
-    visit(s.dash_t[d], float_row(block, 2 + d)[lane]);
+    visit(s.xi[d], block.xi(d)[lane]);
+    visit(s.dash_t[d], block.note(2 + d)[lane]);
     if (!rolls) continue;
-    visit(s.rho[d], block[HistoryRows::rho + static_cast<std::size_t>(d)].x[lane]);
-    visit(s.dash_r[d], float_row(block, 5 + d)[lane]);
+    visit(s.rho[d], block.rho(d)[lane]);
+    visit(s.dash_r[d], block.note(5 + d)[lane]);
   }
 }
 
 }  // namespace
 
-PairState read_lane(const Row* block, bool rolls, std::uint32_t lane) {
+PairState read_lane(const BlockMemory& block, bool rolls, std::uint32_t lane) {
   PairState s;
   each_number(block, rolls, lane, s, [](auto& number, const auto& stored) { number = stored; });
   return s;
 }
 
-void write_lane(Row* block, bool rolls, std::uint32_t lane, const PairState& state) {
+void write_lane(const BlockMemory& block, bool rolls, std::uint32_t lane, const PairState& state) {
   each_number(block, rolls, lane, state, [](const auto& number, auto& stored) { stored = number; });
 }
 

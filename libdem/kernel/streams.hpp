@@ -25,22 +25,29 @@ struct alignas(64) Row {
   };
 };
 
-/// Places of a block's memory. Rows of doubles: the tangential spring; rows that hold two rows of floats; the rolling
-/// spring, where the law has one.
-struct HistoryRows {
-  static constexpr std::size_t xi = 0;        ///< 3 rows of double
-  static constexpr std::size_t floats = 3;    ///< slipping, dash_n, dash_t (3), dash_r (3): two of float per row
-  static constexpr std::size_t rho = 7;       ///< 3 rows of double
-  static constexpr std::size_t sliding = 6;   ///< rows of a block without rolling spring: no dash_r, no rho
-  static constexpr std::size_t rolling = 10;  ///< rows of a block with it
-
-  static std::size_t of(bool rolls) { return rolls ? rolling : sliding; }
+/// Memory of the contacts of a run: first the springs of all its blocks, which every step reads and writes, then what
+/// only booked steps and laws with two friction coefficients touch.
+struct RunRows {
+  static constexpr std::size_t springs(bool rolls) { return rolls ? 6 : 3; }  ///< rows of xi, then of rho
+  static constexpr std::size_t notes(bool rolls) { return rolls ? 4 : 3; }    ///< rows of two rows of floats each
+  static constexpr std::size_t of(bool rolls) { return springs(rolls) + notes(rolls); }
 };
-/// Row of floats number k of a block: 0 slipping, 1 dash_n, 2 to 4 dash_t, 5 to 7 dash_r.
-template <class BlockRow>
-auto& float_row(BlockRow* block, int k) {
-  return block[HistoryRows::floats + static_cast<std::size_t>(k / 2)].f[k % 2];
-}
+
+/// Memory of one block.
+struct BlockMemory {
+  Row* springs;
+  Row* notes;
+
+  /// @param rows of the run, which has so many blocks
+  static BlockMemory at(Row* rows, std::size_t blocks, bool rolls, std::size_t block) {
+    return {rows + RunRows::springs(rolls) * block,
+            rows + RunRows::springs(rolls) * blocks + RunRows::notes(rolls) * block};
+  }
+  double* xi(int d) const { return springs[d].x; }
+  double* rho(int d) const { return springs[3 + d].x; }
+  /// Row of floats number k: 0 slipping, 1 dash_n, 2 to 4 dash_t, 5 to 7 dash_r.
+  float* note(int k) const { return notes[k / 2].f[k % 2]; }
+};
 
 /// Springs and dashpots of one contact outside its block: at rebuilds, in restarts and for contacts with edges. Springs
 /// steer the motion and are double; what the dashpots pulled at the last step only feeds the energy book, where float's
@@ -57,8 +64,8 @@ struct PairState {
 };
 
 /// Springs and dashpots of one lane, taken out of its block or put into it.
-PairState read_lane(const Row* block, bool rolls, std::uint32_t lane);
-void write_lane(Row* block, bool rolls, std::uint32_t lane, const PairState& state);
+PairState read_lane(const BlockMemory& block, bool rolls, std::uint32_t lane);
+void write_lane(const BlockMemory& block, bool rolls, std::uint32_t lane, const PairState& state);
 
 struct alignas(64) PairBlock {
   std::uint32_t owner[kBlock], other[kBlock];
@@ -149,7 +156,7 @@ struct SurfaceJob {
   double normal[3][kBlock];                     ///< world axes, from the surface to the centre
   double distance[kBlock];                      ///< of the centre from the surface; negative behind it
   double velocity[3][kBlock], spin[3][kBlock];  ///< of the surface at the contact point
-  Row rows[HistoryRows::rolling];
+  Row rows[RunRows::of(true)];
   std::uint32_t count;
   double elapsed, reach;
   Four f[kBlock], t_i[kBlock], t_j[kBlock];  ///< on the sphere; on the surface only its rolling torque

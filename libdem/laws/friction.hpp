@@ -95,6 +95,7 @@ struct Friction {
   }
 
   bool resists_rolling() const { return rolling != Rolling::none && mu_r > 0; }
+  bool remembers_slip() const { return !std::isnan(mu_d) && mu_d != mu; }
   double mu_sliding() const { return std::isnan(mu_d) ? mu : mu_d; }
 
   template <class T>
@@ -104,10 +105,10 @@ struct Friction {
                       T(mu_sliding()) * n.grip, n.engaged);
   }
 
-  /// @param i_roll series sum of both bodies' 7/5 m r^2, kg m^2
+  /// @param inverse_r 1/r_eff, 1/m; @param root_i square root of the series sum of both bodies' 7/5 m r^2, kg^1/2 m
   template <class T>
   [[gnu::always_inline]] Slip<T> roll(const NormalForce<T>& n, const T (&rho)[3], const T (&w)[3],
-                                      const T (&dashpot_before)[3], T r_eff, T i_roll, T dt) const {
+                                      const T (&dashpot_before)[3], T r_eff, T inverse_r, T root_i, T dt) const {
     const T arm = T(mu_r) * r_eff, cap = arm * n.grip, zero(0.0);
     if (rolling == Rolling::constant_torque) {
       // A dashpot whose coefficient makes the torque cap w/|w|: no spring, no state.
@@ -116,11 +117,14 @@ struct Friction {
       return stick_slip(rho, w, dashpot_before, zero, dt, T(1.0), zero, zero, c, T(2.0) * cap + T(1e-300),
                         T(2.0) * cap + T(1e-300), n.engaged);
     }
-    const T on(rolling == Rolling::elastic_plastic ? 2.25 : 0.0);
-    const T k = on * n.k_n * arm * arm;
-    const T soft = select(k > zero, T(1.0) / max(k, T(1e-150)), zero);
-    const T c = T(2.0 * rolling_damping) * sqrt(i_roll * k);
-    return stick_slip(rho, w, dashpot_before, zero, dt, n.growth, k, soft, c, cap, cap, n.engaged);
+    // k = 2.25 k_n (mu_r r_eff)^2 by way of its root, which the dashpot needs: what k_n alone gives is worked out once
+    // for laws of constant stiffness.
+    const T root_k_n = sqrt(T(2.25 * mu_r * mu_r) * n.k_n);
+    const T root_k = root_k_n * r_eff, k = root_k * root_k;
+    const T inverse_root = select(root_k_n > zero, T(1.0) / max(root_k_n, T(1e-150)), zero) * inverse_r;
+    const T c = T(2.0 * rolling_damping) * root_i * root_k;
+    return stick_slip(rho, w, dashpot_before, zero, dt, n.growth, k, inverse_root * inverse_root, c, cap, cap,
+                      n.engaged);
   }
 
   /// Rolling terms of the bound.

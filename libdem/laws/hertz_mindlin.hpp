@@ -12,6 +12,11 @@
 /// energy, booked as sliding. Valid for overlap << R.
 namespace subsoil::dem {
 
+/// E* = [(1-nu1^2)/E1 + (1-nu2^2)/E2]^-1, Pa.
+inline double effective_modulus(double young_1, double poisson_1, double young_2, double poisson_2) {
+  return 1 / ((1 - poisson_1 * poisson_1) / young_1 + (1 - poisson_2 * poisson_2) / young_2);
+}
+
 struct HertzMindlin {
   static constexpr bool constant_stiffness = false;
   double E_eff = std::numeric_limits<double>::quiet_NaN();
@@ -34,10 +39,12 @@ struct HertzMindlin {
     friction.describe(v);
   }
 
+  bool needs_materials() const { return std::isnan(E_eff) || std::isnan(G_eff); }
+  static constexpr const char* in_place_of_materials = "E_eff and G_eff";
   /// Fills E_eff and G_eff from the elastic constants of the two materials where they were left out.
   void take_materials(double young_1, double poisson_1, double young_2, double poisson_2) {
     const auto shear = [](double young, double poisson) { return young / (2 * (1 + poisson)); };
-    if (std::isnan(E_eff)) E_eff = 1 / ((1 - poisson_1 * poisson_1) / young_1 + (1 - poisson_2 * poisson_2) / young_2);
+    if (std::isnan(E_eff)) E_eff = effective_modulus(young_1, poisson_1, young_2, poisson_2);
     if (std::isnan(G_eff))
       G_eff = 1 / ((2 - poisson_1) / shear(young_1, poisson_1) + (2 - poisson_2) / shear(young_2, poisson_2));
   }

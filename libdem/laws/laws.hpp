@@ -2,6 +2,7 @@
 #include <variant>
 
 #include "libdem/laws/hertz_mindlin.hpp"
+#include "libdem/laws/hunt_crossley.hpp"
 #include "libdem/laws/linear.hpp"
 #include "libdem/laws/wet.hpp"
 
@@ -9,6 +10,6 @@
 /// the sweep all work from this list.
 namespace subsoil::dem {
 
-using Law = std::variant<Wet, Linear, HertzMindlin>;
+using Law = std::variant<Wet, Linear, HertzMindlin, HuntCrossley>;
 
 }  // namespace subsoil::dem

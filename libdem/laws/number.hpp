@@ -12,11 +12,25 @@ inline double select(bool condition, double a, double b) { return condition ? a 
 inline double max(double a, double b) { return a > b ? a : b; }
 inline double min(double a, double b) { return a < b ? a : b; }
 inline double sqrt(double a) { return std::sqrt(a); }
+inline double pow(double a, double n) { return std::pow(a, n); }
 inline double rsqrt(double a) { return 1 / std::sqrt(a); }  ///< 1/sqrt(a), a > 0
 inline bool both(bool a, bool b) { return a && b; }
 
 /// What a comparison of two T gives: bool for double, a lane mask for a pack.
 template <class T>
 using Mask = decltype(T(0.0) > T(0.0));
+
+/// x^n for x >= 0, n >= 0. Whole and half exponents up to 4 are products and one square root; any other takes the
+/// library's pow lane by lane, exact to an ulp: an exponential of n ln x in vector form would lose the digits of
+/// n ln x ~ 30, or need arithmetic of double length.
+template <class T>
+T power(const T& x, double n) {
+  const double whole = std::floor(n);
+  const bool half = n - whole == 0.5;
+  if (n > 4.5 || (!half && n != whole)) return pow(x, n);
+  T out = half ? sqrt(x) : T(1.0);
+  for (int k = static_cast<int>(whole); k > 0; --k) out = out * x;
+  return out;
+}
 
 }  // namespace subsoil::dem

@@ -76,6 +76,45 @@ TEST(Search, MissesNoContactOfFastSpheresOfManySizes) {
     }
 }
 
+/// Three spheres ten times as large as 300 others: they find their neighbours across many cells.
+TEST(Search, MissesNoContactOfAFewLargeSpheres) {
+  Dice dice(31);
+  std::vector<SphereSpec> specs;
+  for (const double x : {0.0, 0.05, 0.095})
+    specs.push_back({.position = {x, 0.06, 0.05},
+                     .velocity = {dice.between(-1, 1), -2, 0},
+                     .spin = {},
+                     .radius = 0.03,
+                     .density = 5e4});
+  while (specs.size() < 303) {
+    SphereSpec s{.position = dice.in_box({-0.04, 0.02, 0}, {0.14, 0.12, 0.1}),
+                 .velocity = dice.ball(2),
+                 .spin = {},
+                 .radius = 3e-3,
+                 .density = 5e4};
+    bool free = true;
+    for (std::size_t k = 0; k < specs.size(); ++k)
+      free = free && (k < 3) == (specs[k].radius > 0.01) &&
+             norm(s.position - specs[k].position) > s.radius + specs[k].radius - 2e-4;
+    if (free) specs.push_back(s);
+  }
+  specs[1].position.y += 0.01;  // the three overlap by a little, in a row
+  BedOptions options = quiet({0, -9.81, 0}, 2);
+  options.overlap_limit = 10, options.speed_limit = 1e3;
+  Bed bed(table(grains(1e6)), options);
+  ReferenceBed reference(table(grains(1e6)), {0, -9.81, 0});
+  bed.add(specs), reference.add(specs);
+  std::size_t contacts = 0;
+  for (int n = 0; n < 200; ++n) {
+    bed.step(1e-5), reference.step(1e-5);
+    ASSERT_EQ(bed.touching_pairs(), reference.pairs) << n;
+    contacts += reference.pairs;
+  }
+  EXPECT_GT(contacts, 1000u);
+  for (std::uint32_t i = 0; i < specs.size(); ++i)
+    EXPECT_LT(norm(sphere(bed, i).x - reference.spheres[i].x), 1e-12) << i;  // as above: rounding of other sums
+}
+
 TEST(Search, TheSkinChangesOnlyWhenListsAreBuilt) {
   const Difference tiny = compare(soil(), 1e-6, 3, 4, 150, 9), wide = compare(soil(), 5e-3, 3, 4, 150, 9);
   EXPECT_GE(tiny.rebuilds, 149);

@@ -46,6 +46,14 @@ inline HertzMindlin against_rigid(double young, double poisson, double restituti
   return h;
 }
 
+/// Hunt-Crossley with c of its own.
+inline HuntCrossley viscoelastic(double n, double c, double b, double mu, double mu_r = 0) {
+  HuntCrossley h;
+  h.impact.n = n, h.impact.c = c, h.impact.b = b;
+  h.friction.mu = mu, h.friction.mu_r = mu_r;
+  return h;
+}
+
 /// One law for everything.
 inline LawTable table(const Law& law) {
   return {.materials = 1, .index = {0}, .laws = {std::visit([](const auto& l) -> Law { return l.resolved(); }, law)}};
@@ -62,8 +70,17 @@ inline std::vector<std::pair<std::string, Law>> every_law() {
   Linear constant = grains();
   constant.friction.rolling = Rolling::constant_torque;
   constant.friction.mu_d = 0.3;
-  return {{"wet", soil()},      {"wet, all bands", all_bands},         {"wet, D < 0", gap},
-          {"linear", grains()}, {"linear, constant torque", constant}, {"hertz-mindlin", hertz}};
+  HuntCrossley spheres = viscoelastic(1.5, NAN, 0.3, 0.4, 0.05);
+  spheres.E_eff = 5e6;
+  return {{"hunt-crossley", spheres},
+          {"hunt-crossley, n = 1", viscoelastic(1, 2e4, 0.5, 0.4, 0.05)},
+          {"hunt-crossley, n = 1.7", viscoelastic(1.7, 2e6, 0.2, 0.4)},
+          {"wet", soil()},
+          {"wet, all bands", all_bands},
+          {"wet, D < 0", gap},
+          {"linear", grains()},
+          {"linear, constant torque", constant},
+          {"hertz-mindlin", hertz}};
 }
 
 inline BedOptions quiet(const Vec3& gravity = {}, int threads = 1) {

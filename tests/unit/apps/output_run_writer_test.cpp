@@ -86,7 +86,7 @@ int check_xdmf(const std::filesystem::path& path) {
     EXPECT_EQ(h5::shape(file, dataset), stated) << item->text;
     const h5::Handle set(H5Dopen2(file, dataset.c_str(), H5P_DEFAULT), H5Dclose, dataset);
     const h5::Handle type(H5Dget_type(set), H5Tclose, dataset);
-    EXPECT_EQ(std::to_string(H5Tget_size(type)), item->attributes.at("FramePrecision")) << item->text;
+    EXPECT_EQ(std::to_string(H5Tget_size(type)), item->attributes.at("Precision")) << item->text;
     const bool real = item->attributes.at("NumberType") == "Float";
     EXPECT_EQ(H5Tget_class(type), real ? H5T_FLOAT : H5T_INTEGER) << item->text;
   }

@@ -21,7 +21,7 @@ struct Room {
 };
 
 const std::vector<Room> house = {
-    {"libdem", {"libdem/"}, {"omp.h", "immintrin.h"}, {}},
+    {"libdem", {"libdem/"}, {"omp.h", "immintrin.h"}, {"boost/math/"}},
     {"libmbd",
      {"libmbd/"},
      {"Eigen/"},
@@ -91,6 +91,7 @@ TEST(Arrows, ScannerFindsPlantedViolations) {
   EXPECT_EQ(broken(dem, "libdem/a.cpp", "  #  include <yaml-cpp/yaml.h>  // only for a moment"), 1u);
   EXPECT_EQ(broken(dem, "libdem/a.cpp", "#include <hdf5.h>"), 1u);
   EXPECT_EQ(broken(dem, "libdem/a.cpp", "#include <Eigen/Core>"), 1u);
+  EXPECT_EQ(broken(dem, "libdem/a.hpp", "#include <boost/math/tools/roots.hpp>"), 1u) << "private to the room";
   EXPECT_EQ(broken(mbd, "libmbd/a.cpp", "#include \"libdem/vec3.hpp\""), 1u);
   EXPECT_EQ(broken(mbd, "libmbd/a.hpp", "#include <ida/ida.h>"), 1u) << "private to the room: .cpp only";
   EXPECT_EQ(broken(mbd, "libmbd/a.cpp", "#include <udunits2.h>"), 1u);

@@ -47,6 +47,7 @@ struct Filler {
   void quantity(const char* k, double& value, const char*, const char*, const char*) {
     if (std::isnan(value) || value == 0) value = number();
     if (std::string(k) == "mu_k") value = 0.1;  // at most mu_s
+    if (std::string(k) == "length") value = 0;  // beside a radius
   }
   void optional_quantity(const char*, double& value, const char*, const char*, const char*) { value = number(); }
   void text(const char*, std::string&, const char*) {}
@@ -60,6 +61,12 @@ struct Filler {
     points = {{-1, 0}, {-0.4, 0.7}, {0.3, 0.9}, {1.1, 0.4}, {1.3, -0.6}};
   }
   void joint(const char* k, std::string& name, const char*) { key(k), name = "pin"; }
+  /// A variant: its first kind.
+  template <class Variant>
+  void form(const char*, Variant& value, const char*) {
+    Filler kind;
+    std::get<0>(value).describe(kind);
+  }
   template <class E>
   void choice(const char*, E&, std::initializer_list<std::pair<const char*, std::type_identity_t<E>>>, const char*) {}
   void function(const char*, Function& f, const char*, const char*) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <tuple>
 
 #include "libmbd/machine.hpp"
 #include "tests/tools/reference_ode.hpp"
@@ -56,36 +57,43 @@ std::string run(Machine& machine, double h, double end, Check check) {
   return "";
 }
 
-/// A stop is honest when it says when, where and between which joints.
-void expect_honest(const std::string& text, double at_least) {
+/// A stop is honest when it says when, where and between which joints. CVODE may stop: its dense output knows only the
+/// independent coordinates, and exactly on the pose the others do not follow from them.
+void expect_passed_or_honest(const std::string& text, IntegratorKind by, double at_least) {
   if (text.empty()) return;
-  EXPECT_EQ(text.find("singular pose at t = "), 0U) << text;
+  EXPECT_EQ(by, IntegratorKind::cvode) << text;
+  ASSERT_EQ(text.find("singular pose at t = "), 0U) << text;
   EXPECT_NE(text.find("joint '"), std::string::npos) << text;
   EXPECT_GT(std::stod(text.substr(21)), at_least) << text;
 }
 
-class Crank : public testing::TestWithParam<double> {};
+/// A speed of the crank and who integrates.
+class Crank : public testing::TestWithParam<std::tuple<double, IntegratorKind>> {
+ protected:
+  double speed() const { return std::get<0>(GetParam()); }
+  MachineOptions options() const { return {.integrator = std::get<1>(GetParam()), .ida = {1e-8, 1e-8}}; }
+};
 
 // The driven crank passes the flat pose, over it and (speed 1) exactly on it. Beyond it the crossed linkage closes as
 // well: there the other crank would turn back. One constraint is lost over the singular pose to second order only, so
 // poses keep rounding at a distance from it, and 1e-6 in it.
 TEST_P(Crank, ParallelogramThroughTheFlatPose) {
-  Model m = parallelograms(1, -0.5, GetParam());
-  m.add("motor", AngleDriver{.first = ground, .second = 1, .motion = {.velocity = GetParam()}});
-  Machine machine(m);
+  Model m = parallelograms(1, -0.5, speed());
+  m.add("motor", AngleDriver{.first = ground, .second = 1, .motion = {.velocity = speed()}});
+  Machine machine(m, options());
   machine.start_from_pose();
   const std::string stop = run(machine, 1e-3, 1.0, [&] {
-    const double phi = -0.5 + GetParam() * machine.time(), bound = std::abs(phi) > 0.01 ? 1e-9 : 1e-6;
+    const double phi = -0.5 + speed() * machine.time(), bound = std::abs(phi) > 0.01 ? 1e-9 : 1e-6;
     EXPECT_NEAR(machine.body(2).angle, phi, bound) << "t = " << machine.time();
     EXPECT_NEAR(machine.body(3).angle, 0, bound) << "t = " << machine.time();
   });
-  expect_honest(stop, 0.49 / GetParam());
+  expect_passed_or_honest(stop, options().integrator, 0.49 / speed());
 }
 
 // Crank and rod of equal lengths: with the crank upright the slider is under the crank's pin and could stay there.
 TEST_P(Crank, EqualSliderCrankThroughTheUprightPose) {
   constexpr double r = 0.3;
-  const double speed = GetParam(), phi0 = pi / 2 - 0.5;
+  const double phi0 = pi / 2 - 0.5;
   Model m;
   const Vec2 e{std::cos(phi0), std::sin(phi0)};
   m.add({.name = "crank", .mass = 1, .inertia = 0.01, .pose = {r / 2 * e.x, r / 2 * e.y, phi0}});
@@ -95,43 +103,66 @@ TEST_P(Crank, EqualSliderCrankThroughTheUprightPose) {
   m.add("B", Revolute{.body_a = 1, .body_b = 2, .p_a = {r / 2, 0}, .p_b = {-r / 2, 0}});
   m.add("C", Revolute{.body_a = 2, .body_b = 3, .p_a = {r / 2, 0}});
   m.add("slide", Translational{.body_a = ground, .body_b = 3});
-  m.add("motor", AngleDriver{.first = ground, .second = 1, .motion = {.velocity = speed}});
-  Machine machine(m);
+  m.add("motor", AngleDriver{.first = ground, .second = 1, .motion = {.velocity = speed()}});
+  Machine machine(m, options());
   machine.start_from_pose();
   const std::string stop = run(machine, 1e-3, 1.0, [&] {
-    const double phi = phi0 + speed * machine.time(), bound = std::abs(phi - pi / 2) > 0.01 ? 1e-9 : 1e-6;
+    const double phi = phi0 + speed() * machine.time(), bound = std::abs(phi - pi / 2) > 0.01 ? 1e-9 : 1e-6;
     EXPECT_NEAR(machine.body(3).r.x, 2 * r * std::cos(phi), bound) << "t = " << machine.time();
     EXPECT_NEAR(machine.body(2).angle, -phi, bound) << "t = " << machine.time();
   });
-  expect_honest(stop, 0.49 / speed);
+  expect_passed_or_honest(stop, options().integrator, 0.49 / speed());
 }
-INSTANTIATE_TEST_SUITE_P(Speeds, Crank, testing::Values(1.0, 0.97, 1.31, 7.03));
+INSTANTIATE_TEST_SUITE_P(Speeds, Crank,
+                         testing::Combine(testing::Values(1.0, 0.97, 1.31, 7.03),
+                                          testing::Values(IntegratorKind::adams_moulton, IntegratorKind::cvode,
+                                                          IntegratorKind::ida)));
 
 // The N four-bar mechanism of the IFToMM benchmark library (A02): rods of 1 m and 1 kg, cranks upright, 1 m/s to the
 // left at their tips, gravity; it swings through flat poses. All cranks turn alike, so one angle describes it:
 //   ((n + 1)/3 + n) phi'' = -g cos(phi) ((n + 1)/2 + n)
-// Order 6 at 1 ms leaves 1e-8 of the angle; next to a flat pose, where each cell loses a rank, the accelerations carry
-// rounding over the square of the distance, a few 1e-6 of the angle per cell over the run.
-TEST(SingularPoses, FreeParallelogramsKeepTheirBranch) {
+test::OdeState turned(int cells, double end) {
+  const double n = cells;
+  return test::solve_ode(
+      [n](const auto& s, auto& d, double) {
+        d = {s[1], -9.81 * std::cos(s[0]) * ((n + 1) / 2 + n) / ((n + 1) / 3 + n)};
+      },
+      {pi / 2, 1}, 0, end, 1e-13);
+}
+
+/// Largest energy error on the way (J); expects the cranks parallel and the angle of the end within `bound`.
+double swing(int cells, double end, const MachineOptions& options, double bound) {
+  Machine machine(parallelograms(cells, pi / 2, 1), options);
+  machine.start_from_pose();
+  EXPECT_EQ(machine.assembly().freedom, 1);
+  double energy = 0;
+  const std::string stop = run(machine, 1e-3, end, [&] {
+    energy = std::max(energy, std::abs(machine.energy().balance()));
+    for (int i = 2; i <= cells + 1; ++i)
+      EXPECT_NEAR(machine.body(i).angle, machine.body(1).angle, 1e-6) << "t = " << machine.time();
+  });
+  EXPECT_EQ(stop, "");
+  EXPECT_NEAR(machine.body(1).angle, turned(cells, end)[0], bound);
+  return energy;
+}
+
+// Order 6 at 1 ms errs by some (w h)^6 = 1e-14 of its rates w of 5/s over 50 radian; what is left is rounding beside
+// the flat poses, where each cell loses a rank: at 5e-3 rad, a step from them, 1e-16 of position is 1e-9 rad/s^2. The
+// upright pose, passed at 1 rad/s where the speed below is 8 rad/s, magnifies errors with each of up to eight turns.
+// The variable steps ask for 1e-10; they may leave a hundred times that in the energy of 47 J, and IDA a thousand
+// times.
+TEST(SingularPoses, FreeParallelogramsKeepTheirBranchAndTheirEnergy) {
   for (const int cells : {1, 2, 5}) {
     SCOPED_TRACE(cells);
-    Machine machine(parallelograms(cells, pi / 2, 1), {.adams_moulton = {.order = 6}});
-    machine.start_from_pose();
-    ASSERT_EQ(machine.assembly().freedom, 1);
-    const std::string stop = run(machine, 1e-3, 5.0, [&] {
-      const double phi = machine.body(1).angle;
-      for (int i = 2; i <= cells + 1; ++i) EXPECT_NEAR(machine.body(i).angle, phi, 1e-6) << "t = " << machine.time();
-    });
-    EXPECT_EQ(stop, "");
-    const double n = cells;
-    const auto y = test::solve_ode(
-        [n](const auto& s, auto& d, double) {
-          d = {s[1], -9.81 * std::cos(s[0]) * ((n + 1) / 2 + n) / ((n + 1) / 3 + n)};
-        },
-        {pi / 2, 1}, 0, 5, 1e-13);
-    EXPECT_NEAR(machine.body(1).angle, y[0], 1e-5 * cells);
-    EXPECT_NEAR(machine.energy().balance(), 0, 1e-6 * machine.energy().kinetic);
+    EXPECT_LT(swing(cells, 10, {.adams_moulton = {.order = 6}}, 1e-7), 1e-8 * cells);
+    EXPECT_LT(swing(cells, 5, {.integrator = IntegratorKind::cvode, .cvode = {1e-10, 1e-10}}, 1e-6), 1e-7 * cells);
+    EXPECT_LT(swing(cells, 5, {.integrator = IntegratorKind::ida, .ida = {1e-10, 1e-10}}, 1e-5), 1e-6 * cells);
   }
+}
+
+// The benchmark's own size and duration: forty windows, 10 s, energy within 0.1 J. Forty ranks are lost at once.
+TEST(SingularPoses, FortyWindowsAreFarWithinTheBenchmark) {
+  EXPECT_LT(swing(40, 10, {.adams_moulton = {.order = 6}}, 1e-4), 1e-4);
 }
 
 }  // namespace

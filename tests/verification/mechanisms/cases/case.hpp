@@ -46,6 +46,7 @@ std::vector<Case> pendulums();
 std::vector<Case> oscillators();
 std::vector<Case> driven_linkages();
 std::vector<Case> free_linkages();
+std::vector<Case> elements();
 std::vector<Case> published();
 
 std::vector<Case> all_cases();

@@ -4,40 +4,12 @@
 #include <cmath>
 
 #include "tests/verification/mechanisms/cases/case.hpp"
+#include "tests/verification/mechanisms/cases/oscillation.hpp"
 
 namespace subsoil::cases {
 namespace {
 
 constexpr double g = 9.81;
-
-/// Value, rate and acceleration of one coordinate.
-using State = Triple;
-
-void add(Expected& out, const std::string& body, const char* axis, double offset, const State& s) {
-  const std::string letter = axis;
-  const bool turns = letter == "angle";
-  out.push_back({body + "." + letter, offset + s[0]});
-  out.push_back({body + (turns ? ".spin" : ".v" + letter), s[1]});
-  out.push_back({body + (turns ? ".alpha" : ".a" + letter), s[2]});
-}
-
-/// m u'' + c u' + k u = 0 from (u, v): the three cases of the characteristic roots.
-State free_oscillation(double m, double c, double k, double u, double v, double t) {
-  const double decay = c / (2 * m), square = k / m - decay * decay;
-  const double e = std::exp(-decay * t), b = v + decay * u;
-  double value, rate;
-  if (std::abs(square) < 1e-12) {
-    value = e * (u + b * t);
-    rate = e * (v - decay * b * t);
-  } else {
-    const double w = std::sqrt(std::abs(square));
-    const double co = square > 0 ? std::cos(w * t) : std::cosh(w * t);
-    const double si = (square > 0 ? std::sin(w * t) : std::sinh(w * t)) / w;
-    value = e * (u * co + b * si);
-    rate = e * (v * co - (decay * b + (square > 0 ? w * w : -w * w) * u) * si);
-  }
-  return {value, rate, -(c * rate + k * value) / m};
-}
 
 /// Three masses of 2 kg on springs of 200 N/m along x (w = 10 rad/s), free length 1 m, from 0.1 m beyond it with
 /// -0.5 m/s; dampers of 4, 40 and 100 N s/m: ratios 0.1, 1 and 2.5.

@@ -1,0 +1,31 @@
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "apps/impact/study.hpp"
+
+namespace subsoil::app {
+
+/// One speed: the closed form, and the engine's own steps where the model is a contact law too.
+struct ImpactRow {
+  dem::impact::Event closed;
+  std::optional<dem::impact::Event> stepped;
+};
+
+/// Strikes at every speed of the study. Throws ScenarioError with the place of the model when the bodies lack what it
+/// needs.
+std::vector<ImpactRow> strike_all(const LoadedStudy& loaded);
+
+/// The contact law that is this model at this speed, if there is one.
+std::optional<dem::Law> law_of(const ImpactModel& model, const dem::impact::Pair& pair, double speed);
+
+/// The table for the prompt: quantities down, speeds across; below, the engine's steps less the closed form.
+std::string impact_table(const ImpactStudy& study, const std::vector<ImpactRow>& rows);
+
+/// impact.csv (a row per speed), course-SPEED.csv and stepped-SPEED.csv (time, x, v, F), and the pictures impact (x, v,
+/// F over time) and loop (F over x) of this kind (svg, png, pdf) in `folder`, which is made.
+void write_impact(const ImpactStudy& study, const std::vector<ImpactRow>& rows, const std::filesystem::path& folder,
+                  const std::string& pictures = "svg");
+
+}  // namespace subsoil::app

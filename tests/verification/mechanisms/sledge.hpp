@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace subsoil::test {
+
+/// A block on a level slide between a spring and dry friction, let go at 0.3 m.
+/// The block by its linear equations from one change to the next, m x'' + d x' + K (x - x_0) = 0 in each, and the times
+/// of the changes: it sticks where v = 0, it slides where the grip's k (x - s) + d v = mu m g.
+struct Sledge {
+  static constexpr double mass = 4, g = 9.81, spring = 200, grip = 2e4, grip_damping = 170, mu = 0.15;
+  double t = 0, x = 0.3, v = 0, stuck_at = 0.3;
+  int sliding = 0;
+  std::vector<double> changes{};
+
+  /// x and v after a time in the present phase.
+  std::array<double, 2> after(double dt) const {
+    const bool sticks = sliding == 0;
+    const double stiffness = spring + (sticks ? grip : 0), decay = sticks ? grip_damping / (2 * mass) : 0;
+    const double rest = ((sticks ? grip * stuck_at : -sliding * mu * mass * g)) / stiffness;
+    const double w = std::sqrt(stiffness / mass - decay * decay), a = x - rest, b = (v + decay * a) / w;
+    const double c = std::cos(w * dt), s = std::sin(w * dt), fade = std::exp(-decay * dt);
+    const double now = fade * (a * c + b * s);
+    return {rest + now, fade * w * (b * c - a * s) - decay * now};
+  }
+  /// Positive within the phase; at its very beginning a sliding block has no speed.
+  double left(double dt) const {
+    const auto [y, u] = after(dt);
+    return sliding ? sliding * u : mu * mass * g - std::abs(grip * (y - stuck_at) + grip_damping * u);
+  }
+  void run(double end) {
+    constexpr double look = 1e-3;
+    for (double dt = look; t + dt < end; dt += look) {
+      if (left(dt) > 0) continue;
+      double low = dt - look, high = dt;
+      for (int i = 0; i < 60; ++i) (left((low + high) / 2) > 0 ? low : high) = (low + high) / 2;
+      const auto [y, u] = after(high);
+      t += high, x = y, v = u;
+      stuck_at = x;
+      sliding = sliding ? 0 : v > 0 ? 1 : -1;
+      changes.push_back(t);
+      dt = 0;
+    }
+    const auto [y, u] = after(end - t);
+    x = y, v = u, t = end;
+  }
+};
+
+}  // namespace subsoil::test

@@ -1,0 +1,94 @@
+#include <gtest/gtest.h>
+
+#include "libdem/impact/bed_strike.hpp"
+#include "libdem/impact/hertz.hpp"
+#include "tests/tools/dem_beds.hpp"
+
+/// The engine's step beside the closed forms of impact: Hunt-Crossley, and Hertz by a law of its own.
+namespace subsoil::dem::test {
+namespace {
+
+using impact::Event;
+using impact::Strikers;
+
+struct Errors {
+  double restitution, largest, duration, force;
+};
+Errors errors(const Event& got, const Event& exact) {
+  return {std::abs(got.restitution - exact.restitution), std::abs(got.largest / exact.largest - 1),
+          std::abs(got.duration() / exact.duration() - 1), std::abs(got.peak_force / exact.peak_force - 1)};
+}
+
+/// Steel ball on a plate at 2 m/s, and two different spheres. Damping takes the rate of half a step before: the largest
+/// indentation is of order 1. The restitution is better than that, n + 1: dv/(1 + b v) = -f(x) dt/m by steps is still a
+/// sum of functions of v and of x, so what is lost on the way does not depend on the step but where x^n begins and
+/// ends.
+TEST(ImpactStep, HuntCrossleyConverges) {
+  struct {
+    double n, c, b;
+    Strikers bodies;
+  } const cases[] = {{1.5, 1.7135e10, 0.1, {.mass_1 = 0.1, .radius_1 = 14.52e-3}},
+                     {1.5, 1e9, 0.5, {.mass_1 = 0.1, .radius_1 = 14.52e-3, .mass_2 = 0.04, .radius_2 = 8e-3}},
+                     {1, 1e6, 0.3, {.mass_1 = 0.1, .radius_1 = 14.52e-3}},
+                     {1.7, 1e9, 0.3, {.mass_1 = 0.1, .radius_1 = 14.52e-3}}};
+  for (const auto& c : cases) {
+    const HuntCrossley law = viscoelastic(c.n, c.c, c.b, 0);
+    const Event exact = law.impact.strike({.mass = c.bodies.mass()}, 2);
+    Errors before{};
+    for (const int steps : {200, 400, 800}) {
+      const Errors e = errors(strike_in_bed(law, c.bodies, 2, exact.duration() / steps), exact);
+      SCOPED_TRACE(testing::Message() << "n " << c.n << ", " << steps << " steps");
+      if (steps > 200) {
+        EXPECT_NEAR(std::log2(before.restitution / e.restitution), c.n + 1, 0.1);
+        EXPECT_NEAR(std::log2(before.largest / e.largest), 1, 0.1);
+      }
+      EXPECT_LT(e.restitution, 1.0 / steps);
+      EXPECT_LT(e.force, 1.0 / steps);
+      EXPECT_LT(e.duration, 1.0 / steps);
+      before = e;
+    }
+  }
+}
+
+/// Without damping the step is of second order, by Hunt-Crossley's law and by Hertz-Mindlin's alike.
+TEST(ImpactStep, ElasticImpactConvergesWithOrderTwo) {
+  const Strikers bodies{.mass_1 = 0.1, .radius_1 = 14.52e-3};
+  const impact::Pair pair{.mass = 0.1, .radius = 14.52e-3, .E_eff = 1.1e11};
+  HuntCrossley viscous = viscoelastic(1.5, pair.hertz(), 0, 0);
+  HertzMindlin hertz;
+  hertz.E_eff = pair.E_eff, hertz.G_eff = 1e10, hertz.restitution = 1, hertz.friction.mu = 0;
+  const Event exact = impact::Hertz{}.strike(pair, 2);
+  for (const Law& law : {Law(viscous), Law(hertz)}) {
+    double before = 0;
+    for (const int steps : {100, 200, 400}) {
+      const Errors e = errors(strike_in_bed(law, bodies, 2, exact.duration() / steps), exact);
+      if (before > 0) {
+        EXPECT_NEAR(before / e.largest, 4, 0.5);
+      }
+      // The leapfrog of an oscillator: (omega dt)^2/24 with omega dt = pi/steps, 0.4/steps^2; F ~ x^1.5.
+      EXPECT_LT(e.largest, 1.0 / (steps * steps));
+      EXPECT_LT(e.force, 2.0 / (steps * steps));
+      EXPECT_LT(e.restitution, 2.0 / (steps * steps));
+      before = e.largest;
+    }
+  }
+}
+
+/// Restitution given at a speed comes out at that speed, in the bed, over a wide range; below that speed it is higher.
+TEST(ImpactStep, RestitutionAtASpeedComesOut) {
+  const Strikers bodies{.mass_1 = 1e-3, .radius_1 = 5e-3};
+  for (const double k : {0.05, 0.1, 0.3, 0.6, 0.9, 1.0})
+    for (const double v : {0.03, 1.0, 30.0}) {
+      HuntCrossley law = viscoelastic(1.5, 1e8, NAN, 0);
+      law.impact.restitution = k, law.impact.at_speed = v;
+      const Event exact = law.impact.strike({.mass = 1e-3}, v);
+      EXPECT_NEAR(exact.restitution, k, 1e-14);
+      // At k = 0.05 the bodies creep out at the speed 1/b: the force falls over a small part of the duration, which the
+      // lagged rate resolves to some 20 steps less.
+      const Event got = strike_in_bed(law, bodies, v, exact.time_in / 2000);
+      EXPECT_NEAR(got.restitution, k, 2e-3) << k << " at " << v;
+    }
+}
+
+}  // namespace
+}  // namespace subsoil::dem::test
