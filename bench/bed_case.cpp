@@ -113,12 +113,7 @@ dem::Law law_of(LawName name) {
 
 Case make_case(const CaseRequest& request) {
   Case c;
-  const dem::Law law = law_of(request.law);
-  c.laws = std::visit(
-      [](const auto& l) -> dem::LawTable {
-        return {.materials = 2, .index = {0, 1, 1, -1}, .laws = {l.resolved(), at_mirror(l).resolved()}};
-      },
-      law);
+  c.laws = with_mirror(law_of(request.law));
   // A wet sphere rests with 2 mm of overlap: the same packing of spheres a tenth smaller.
   const bool is_wet = request.law == LawName::wet;
   const double side = is_wet ? 0.468 : 0.52;

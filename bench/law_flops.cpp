@@ -35,13 +35,13 @@ long operations(const dem::Law& law) {
   using dem::both;
   return std::visit(
       [](const auto& l) {
-        const Counted r_eff(kRadius / 2), m_eff(4e-3), dt(2e-5), i_roll(1e-7), none(0.0);
+        const Counted r_eff(kRadius / 2), m_eff(4e-3), dt(2e-5), inverse_r(2 / kRadius), root_i(3e-4), none(0.0);
         const Counted xi[3] = {Counted(1e-6), none, none}, v[3] = {Counted(1e-3), none, none};
         const Counted zero[3] = {};
         Counted::operations = 0;
         const auto n = l.normal(dem::Approach<Counted>{Counted(1e-5), Counted(1e-3), m_eff, r_eff, dt});
         l.friction.slide(n, xi, v, zero, none, dt);
-        if (l.friction.mu_r > 0) l.friction.roll(n, xi, v, zero, r_eff, i_roll, dt);
+        if (l.friction.mu_r > 0) l.friction.roll(n, xi, v, zero, r_eff, inverse_r, root_i, dt);
         return Counted::operations;
       },
       law);

@@ -19,13 +19,9 @@ using dem::Vec3;
 constexpr double kSofter = 0.1;
 constexpr double kSoftStep = 1e-4, kStep = 4e-5;  // s
 
-dem::LawTable smooth(const dem::Law& law) {
-  return std::visit(
-      [](auto l) -> dem::LawTable {
-        l.friction.mu = l.friction.mu_r = 0;
-        return {.materials = 2, .index = {0, 1, 1, -1}, .laws = {l.resolved(), at_mirror(l).resolved()}};
-      },
-      law);
+dem::LawTable smooth(dem::Law law) {
+  std::visit([](auto& l) { l.friction.mu = l.friction.mu_r = 0; }, law);
+  return with_mirror(law);
 }
 
 /// Takes the last motion out by dropping all velocities again and again. What is left is the creep of a frictionless
@@ -83,14 +79,22 @@ void write(const std::string& file, const std::vector<Vec3>& centres) {
 
 }  // namespace
 
-dem::Linear at_mirror(dem::Linear law) { return law.k_n *= 2, law; }
-
-dem::HertzMindlin at_mirror(dem::HertzMindlin law) { return law.E_eff *= 2, law.G_eff *= 2, law; }
-
-dem::Wet at_mirror(dem::Wet law) {
-  law.K_X *= 2, law.K_Y *= 2, law.K_B *= 2;
-  law.dc /= 2, law.dB /= 2, law.D /= 2;
-  return law;
+dem::LawTable with_mirror(const dem::Law& law) {
+  dem::Law mirror = law;
+  if (auto* linear = std::get_if<dem::Linear>(&mirror)) {
+    linear->k_n *= 2;
+  } else if (auto* hertz = std::get_if<dem::HertzMindlin>(&mirror)) {
+    hertz->E_eff *= 2, hertz->G_eff *= 2;
+  } else if (auto* wet = std::get_if<dem::Wet>(&mirror)) {
+    wet->K_X *= 2, wet->K_Y *= 2, wet->K_B *= 2;
+    wet->dc /= 2, wet->dB /= 2, wet->D /= 2;
+  } else {
+    throw std::invalid_argument("bench: no mirror is known for this law");
+  }
+  const auto resolved = [](const dem::Law& of) {
+    return std::visit([](const auto& l) -> dem::Law { return l.resolved(); }, of);
+  };
+  return {.materials = 2, .index = {0, 1, 1, -1}, .laws = {resolved(law), resolved(mirror)}};
 }
 
 Tile settled_tile(const std::string& file, double side, const dem::Law& law) {

@@ -28,10 +28,9 @@ struct Tile {
   std::vector<dem::Vec3> mirrored(int along, int across) const;
 };
 
-/// The law between a sphere and a mirror.
-dem::Linear at_mirror(dem::Linear law);
-dem::HertzMindlin at_mirror(dem::HertzMindlin law);
-dem::Wet at_mirror(dem::Wet law);
+/// Table of a law between spheres (material 0) and its like between a sphere and a mirror (material 1). Throws
+/// std::invalid_argument for a law that no benchmark uses.
+dem::LawTable with_mirror(const dem::Law& law);
 
 /// The block that rests under `law` (without its friction), read from `file`, a table as scenarios read it too
 /// (`bed: {fill: file}`): x [m],y [m],z [m],radius [m]. Where there is none it is settled and the file written. Throws

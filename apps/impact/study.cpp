@@ -41,7 +41,8 @@ LoadedStudy load_study(const std::string& file, const std::vector<std::string>& 
   const Node document = file.empty() ? parse_document("subsoil: 1\n", "command line", sets, problems)
                                      : read_document(file, sets, problems);
   LoadedStudy loaded;
-  Reading reading{.problems = problems, .places = {}, .body_names = {"ground"}, .body_poses = {mbd::BodyState{}}};
+  Reading reading{
+      .problems = problems, .places = {}, .body_names = {"ground"}, .body_poses = {mbd::BodyState{}}, .markers = {}};
   reading.places[""] = document.place;
   Reader reader(reading, document, "");
   declare(reader, loaded.study);

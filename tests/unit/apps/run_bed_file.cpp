@@ -29,7 +29,7 @@ struct FromTable : testing::Test {
   RunDirectory dir;
   void table(const std::string& text) const { write_file(dir / "bed.csv", text); }
   World world(const std::vector<std::string>& sets = {}) const {
-    return build_world(load_scenario(dir.scenario(from_table), sets), {.threads = 1});
+    return build_world(load_scenario(dir.scenario(from_table), sets), {.threads = 1, .restored = {}, .progress = {}});
   }
   std::string refusal() const {
     return message_of<std::exception>([&] { world(); });
