@@ -1,5 +1,6 @@
 /// Floating-point operations of one contact, law by law: the law's own functions run over a number that counts. Each of
-/// + - * / sqrt rsqrt counts one (a multiply-add two); comparisons, selections and signs count nothing. A line per law.
+/// + - * / sqrt rsqrt pow counts one (a multiply-add two); comparisons, selections and signs count nothing. A line per
+/// law.
 #include <cstdio>
 
 #include "bench/bed_case.hpp"
@@ -24,6 +25,7 @@ struct Counted {
   friend bool operator>=(Counted a, Counted b) { return a.value >= b.value; }
   friend bool operator<=(Counted a, Counted b) { return a.value <= b.value; }
   friend Counted sqrt(Counted a) { return done(std::sqrt(a.value)); }
+  friend Counted pow(Counted a, double n) { return done(std::pow(a.value, n)); }
   friend Counted rsqrt(Counted a) { return done(1 / std::sqrt(a.value)); }
   friend Counted max(Counted a, Counted b) { return a > b ? a : b; }
   friend Counted min(Counted a, Counted b) { return a < b ? a : b; }
