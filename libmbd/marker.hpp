@@ -25,5 +25,4 @@ struct Marker {
   }
 };
 
-
 }  // namespace subsoil::mbd

@@ -176,8 +176,8 @@ class Sheet {
         "set grid xtics ytics linetype 1 linewidth 0.6 linecolor rgb '#e4e4e4'\nset mxtics 2\n"
         "set xzeroaxis linetype 1 linewidth 1 linecolor rgb '#999999'\n"
         "set xrange [{:.9g}:{:.9g}]\nset multiplot\nset lmargin at screen {:.5f}\nset rmargin at screen 0.975\n",
-         gnuplot_terminal(terminal, options.width, height_), x_range_.low * x_shown_.factor,
-         x_range_.high * x_shown_.factor, 92.0 / options.width);
+        gnuplot_terminal(terminal, options.width, height_), x_range_.low * x_shown_.factor,
+        x_range_.high * x_shown_.factor, 92.0 / options.width);
     for (std::size_t i = 0; i < columns.size(); ++i) add_panel(i);
     script_ += "unset multiplot\nunset output\n";
   }

@@ -12,9 +12,9 @@ namespace subsoil::dem::impact {
 ///     eps_p/eps_y = A ((lambda/lambda_c)^B - 1) for lambda > lambda_c, else 0;
 ///     lambda_c = (4/(5 pi)) (pi C/2)^5 eps_y^4,  eps_y = S_y/E*,  C = 1.295 exp(0.736 nu)
 /// The source keeps its own map to itself: A = 0.0649 and B = 0.3256 are our own fit, to a numerical integration of the
-/// Jackson-Green loading, unloaded as F ~ (x - x_res)^1.5 down to their residual x_res = 1.02 (1 - ((w + 5.9)/6.9)^-0.54)
-/// x* (|dCe| < 0.009 for V/V_c from 1 to 1000 at eps_y = 0.002). Give your own A, B and lambda_c, or let `--fit` find them.
-/// The motion is Hunt and Crossley's, its damping such that the rebound at this speed meets Ce.
+/// Jackson-Green loading, unloaded as F ~ (x - x_res)^1.5 down to their residual x_res = 1.02 (1 - ((w
+/// + 5.9)/6.9)^-0.54) x* (|dCe| < 0.009 for V/V_c from 1 to 1000 at eps_y = 0.002). Give your own A, B and lambda_c, or
+/// let `--fit` find them. The motion is Hunt and Crossley's, its damping such that the rebound at this speed meets Ce.
 /// rho density of the striking body, S_y yield strength, nu Poisson ratio of the body that yields.
 /// Source: energies after the patent of Changsha University of Science and Technology on a normal impact model with
 /// variable restitution (2023); lambda's form and the map are ours.
