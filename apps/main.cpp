@@ -1,7 +1,7 @@
 #include "apps/commands/commands.hpp"
-#include "libdem/memory.hpp"
+#include "apps/memory.hpp"
 
 int main(int argc, char** argv) {
-  subsoil::dem::return_large_arrays();
+  subsoil::app::return_large_arrays();
   return subsoil::app::main_command(argc, argv);
 }

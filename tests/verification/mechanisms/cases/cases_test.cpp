@@ -84,15 +84,17 @@ TEST_P(Cases, AgreeWithTheirReference) {
   table->add(GetParam(), c, findings);
 }
 
-// The document has a row for every case and kind of quantity, with the case's own source. Its numbers are of the day on
-// which it was written; they are not compared.
+// The document has rows for every case, with the case's own source. Their numbers are of the day on which they were
+// written; they are not compared.
 TEST_P(Cases, StandInTheDocument) {
   const Case c = of();
   std::ifstream file(SUBSOIL_SOURCE_DIR "/docs/multibody-cases.md");
   std::stringstream text;
   text << file.rdbuf();
-  EXPECT_NE(text.str().find("| " + c.name + " | position | " + c.source + " | "), std::string::npos)
-      << "docs/multibody-cases.md is old: run scripts/verify_mechanisms";
+  const auto has = [&](const std::string& kind) {
+    return text.str().find("| " + c.name + " | " + kind + " | " + c.source + " | ") != std::string::npos;
+  };
+  EXPECT_TRUE(has("position") || has("velocity")) << "docs/multibody-cases.md is old: run scripts/verify_mechanisms";
 }
 
 // What `subsoil run` writes is what was compared: same machine, same steps, the same bits in every column, forces too,

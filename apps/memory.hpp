@@ -3,7 +3,7 @@
 #include <malloc.h>
 #endif
 
-namespace subsoil::dem {
+namespace subsoil::app {
 
 /// Gives arrays above 128 KiB back to the system as soon as they are freed; for the start of a program. The lists of a
 /// bed are built anew hundreds of times with sizes that differ a little, and the C library, which raises that limit by
@@ -14,4 +14,4 @@ inline void return_large_arrays() {
 #endif
 }
 
-}  // namespace subsoil::dem
+}  // namespace subsoil::app
