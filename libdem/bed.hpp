@@ -52,9 +52,9 @@ struct BedFault : std::runtime_error {
 /// v_{n+1/2} = v_{n-1/2} + a dt, x_{n+1} = x_n + v_{n+1/2} dt. The first step after a start or a change of dt kicks by
 /// the mean of both steps, so velocities given at t = 0 are velocities at t = 0.
 ///
-/// A step is one fused sweep (sweep.cpp): spheres sorted by cell, a half list in which each contact belongs to its
-/// lower index, contacts in ascending order of owner; a sphere is complete, and moved, once its own contacts are done.
-/// Every sum runs in an order that the list alone fixes, so results are the same bits for any number of threads.
+/// A step is one fused sweep (sweep.cpp): spheres sorted by cell and taken in tiles, each contact with the tile of its
+/// lower index, in blocks of eight of one law; a tile's spheres are complete, and moved, once its own contacts are done.
+/// Every sum runs in an order that the lists alone fix, so results are the same bits for any number of threads.
 class Bed {
  public:
   Bed(LawTable laws, BedOptions options);
