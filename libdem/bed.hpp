@@ -53,8 +53,8 @@ struct BedFault : std::runtime_error {
 /// the mean of both steps, so velocities given at t = 0 are velocities at t = 0.
 ///
 /// A step is one fused sweep (sweep.cpp): spheres sorted by cell and taken in tiles, each contact with the tile of its
-/// lower index, in blocks of eight of one law; a tile's spheres are complete, and moved, once its own contacts are done.
-/// Every sum runs in an order that the lists alone fix, so results are the same bits for any number of threads.
+/// lower index, in blocks of eight of one law; a tile's spheres are complete, and moved, once its own contacts are
+/// done. Every sum runs in an order that the lists alone fix, so results are the same bits for any number of threads.
 class Bed {
  public:
   Bed(LawTable laws, BedOptions options);
