@@ -13,9 +13,10 @@
 namespace subsoil::dem {
 
 struct BedOptions {
-  Vec3 gravity{0, -9.81, 0};   ///< m/s2
-  int threads = 0;             ///< 0: all that OpenMP offers
-  std::string simd = "auto";   ///< kernel by name
+  Vec3 gravity{0, -9.81, 0};  ///< m/s2
+  int threads = 0;            ///< 0: all that OpenMP offers
+  std::string simd = "auto";  ///< kernel by name
+  Precision precision = Precision::doubles;
   double skin = 0;             ///< m by which neighbours are listed beyond reach; 0: 0.4 of the mean radius
   double speed_limit = 50;     ///< m/s; a faster sphere stops the run
   double overlap_limit = 0.5;  ///< share of the radius; a deeper contact stops the run

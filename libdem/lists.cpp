@@ -68,7 +68,7 @@ void Bed::Impl::build_runs(HalfList& list) {
     const std::uint32_t n = (pairs + kBlock - 1) / kBlock;
     runs.push_back({.law = law, .first = block, .blocks = n, .pairs = pairs, .lines = line, .near = near});
     block += n;
-    line += law_memory[law].lines(n);
+    line += pair_memory[law].lines(n);
   };
   for (std::size_t k = 0; k < tiles.size(); ++k) {
     std::uint32_t* size = sizes.data() + k * classes.count();
@@ -97,7 +97,7 @@ void Bed::Impl::build_runs(HalfList& list) {
       const PairRun& run = runs[r];
       repeat_first_lane(blocks[run.first + run.blocks - 1], (run.pairs - 1) % kBlock + 1);
       std::fill_n(wake.data() + run.first, run.blocks, 0.0);
-      std::fill_n(lines.data() + run.lines, law_memory[run.law].lines(run.blocks), Line{});
+      std::fill_n(lines.data() + run.lines, pair_memory[run.law].lines(run.blocks), Line{});
     }
   }
 }
@@ -115,7 +115,7 @@ void Bed::Impl::put_pairs(const HalfList& list, const std::vector<std::vector<Pa
       if (list.other[p] != other) continue;
       const std::uint32_t block = list.lane[p] / kBlock;
       const PairRun& run = runs[run_of[block]];
-      write_lane(memory(run, block - run.first), law_memory[run.law], list.lane[p] % kBlock,
+      write_lane(memory(run, block - run.first), pair_memory[run.law], list.lane[p] % kBlock,
                  a < b ? was.state : was.state.turned_over());
       return;
     }
@@ -140,7 +140,7 @@ std::vector<std::vector<PairHistory>> Bed::Impl::pair_histories() const {
       const PairRun& run = runs[r];
       for (std::uint32_t p = 0; p < run.pairs; ++p) {
         const std::uint32_t block = p / kBlock, lane = p % kBlock;
-        const PairState s = read_lane(memory(run, block), law_memory[run.law], lane);
+        const PairState s = read_lane(memory(run, block), pair_memory[run.law], lane);
         if (s.empty()) continue;
         const PairBlock& b = blocks[run.first + block];
         found[share].push_back({b.owner[lane], b.other[lane], s});

@@ -348,6 +348,7 @@ void Bed::Impl::put_aside() {
 
 void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   put_aside();
+  take_back();
   // Spheres leave before the sort; histories still count them, so they are found by the numbering before.
   const std::size_t count_before = spheres.size();
   const std::vector<std::uint32_t> before_removal = take_out(gone);
@@ -375,6 +376,7 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   slot_of_id.assign(next_id, 0);
   for (const Sphere& s : spheres) slot_of_id[s.id] = 1;
   for (std::uint32_t& s : slot_of_id) s = s != 0 ? slot++ : 0;
+  give_mixed();
   stale = false;
   ++rebuilds;
 }

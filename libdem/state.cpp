@@ -46,6 +46,7 @@ struct Reader {
 }  // namespace
 
 Bed::State Bed::save() const {
+  impl_->take_back();
   const Impl& d = *impl_;
   State out;
   for (const Sphere& s : d.spheres) {
@@ -92,7 +93,7 @@ void Bed::restore(const State& in) {
   if (in.spheres.size() != 11 * count || in.pairs.size() != kPairNumbers * (in.pair_ids.size() / 2) ||
       in.surfaces.size() != (3 + kPairNumbers) * (in.surface_ids.size() / 2))
     throw std::invalid_argument("restart: the arrays of the state do not belong together; the file is damaged");
-  d.spheres.clear();
+  d.spheres.clear(), d.spheres_behind = false;
   std::map<std::uint32_t, std::uint32_t> index;
   d.next_id = 0;
   for (std::size_t k = 0; k < count; ++k) {

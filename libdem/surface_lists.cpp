@@ -136,7 +136,7 @@ void Bed::Impl::build_surfaces() {
           p.sphere[l] = faces[k].sphere;
         }
       }
-      line += law_memory[run.law].lines(run.blocks);
+      line += surface_memory[run.law].lines(run.blocks);
       plane_runs.push_back(run);
     }
     t.planes_end = static_cast<std::uint32_t>(plane_runs.size());
@@ -193,7 +193,7 @@ void Bed::Impl::put_surfaces(std::vector<SurfaceHistory>& histories, const std::
     const double same = dot(was.normal, normal_of(plane_blocks[run.first + block], lane));
     if (same < 0.5 || (filled == key && same <= fit)) continue;
     filled = key, fit = same;
-    write_lane(plane_memory(run, block), law_memory[run.law], lane, was.state);
+    write_lane(plane_memory(run, block), surface_memory[run.law], lane, was.state);
   }
 }
 
@@ -202,7 +202,7 @@ std::vector<SurfaceHistory> Bed::Impl::surface_histories() const {
   for (const PlaneRun& run : plane_runs) {
     for (std::uint32_t k = 0; k < run.contacts; ++k) {
       const PlaneBlock& b = plane_blocks[run.first + k / kBlock];
-      const PairState s = read_lane(plane_memory(run, k / kBlock), law_memory[run.law], k % kBlock);
+      const PairState s = read_lane(plane_memory(run, k / kBlock), surface_memory[run.law], k % kBlock);
       if (!s.empty()) out.push_back({b.sphere[k % kBlock], run.boundary, normal_of(b, k % kBlock), s});
     }
   }

@@ -13,6 +13,7 @@ class ChunkRun {
   ChunkRun(Bed::Impl& bed, SurfaceChunk& chunk, double elapsed)
       : bed_(bed), chunk_(chunk), boundary_(bed.boundaries[chunk.boundary]) {
     job_.spheres = bed.spheres.data();
+    job_.mixed = bed.is_mixed() ? bed.mixed.data() : nullptr;
     job_.elapsed = elapsed;
     job_.count = 0;
   }
@@ -34,7 +35,7 @@ class ChunkRun {
   };
 
   void touch(SurfaceEntry& e) {
-    const Sphere& s = bed_.spheres[e.sphere];
+    const Sphere s = bed_.sphere(e.sphere);
     e.force = e.torque = {};
     e.touching = 0;
     use_law(static_cast<std::uint32_t>(bed_.laws.of(s.material, boundary_.material)));
@@ -98,7 +99,7 @@ class ChunkRun {
     if (job_.count == kBlock) flush();
   }
 
-  const MemoryShape& shape() const { return bed_.law_memory[law_]; }
+  const MemoryShape& shape() const { return bed_.surface_memory[law_]; }
   BlockMemory memory() { return BlockMemory::at(job_.lines, 1, shape(), 0); }
 
   void flush() {
@@ -148,6 +149,7 @@ PlaneJob Bed::Impl::plane_job(const PlaneRun& run, double elapsed) const {
   const Boundary& b = boundaries[run.boundary];
   PlaneJob job{};
   job.spheres = spheres.data();
+  job.mixed = is_mixed() ? const_cast<MixedSphere*>(mixed.data()) : nullptr;
   job.blocks = plane_blocks.data() + run.first;
   job.count = run.blocks, job.contacts = run.contacts;
   job.elapsed = elapsed, job.reach = reach(run.law);

@@ -187,7 +187,7 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
     dem::BedOptions bed;
     bed.gravity = s.gravity;
     bed.threads = options.threads;
-    bed.simd = s.simd;
+    bed.simd = s.simd, bed.precision = s.precision;
     bed.book_every = static_cast<int>(s.output.book_every);
     bed.speed_limit = s.limits.speed;
     bed.overlap_limit = s.limits.overlap;

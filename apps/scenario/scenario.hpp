@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libdem/laws/laws.hpp"
+#include "libdem/particles.hpp"
 #include "libdem/vec3.hpp"
 #include "libmbd/elements.hpp"
 #include "libmbd/integrator.hpp"
@@ -318,6 +319,7 @@ struct Scenario {
   Output output;
   Limits limits;
   std::string simd = "auto";
+  dem::Precision precision = dem::Precision::doubles;
 
   /// Without soil a row of the series holds everything at its instant, in full precision.
   bool has_bed() const { return soil.has_value() || !boundaries.empty(); }

@@ -11,7 +11,8 @@ template <class Job>
 void with(const Law& law, Job& job) {
   std::visit(
       [&]<class L>(const L& l) {
-        if constexpr (std::is_same_v<Job, PairJob>) LawKernel<L>::pairs(l, job);
+        if constexpr (std::is_same_v<Job, PairJob>)
+          job.mixed != nullptr ? MixedLawKernel<L>::pairs(l, job) : LawKernel<L>::pairs(l, job);
         if constexpr (std::is_same_v<Job, PlaneJob>) LawKernel<L>::planes(l, job);
         if constexpr (std::is_same_v<Job, SurfaceJob>) LawKernel<L>::surface(l, job);
       },

@@ -16,24 +16,44 @@ void with_rolling(const L& law, const Run& run) {
     run(std::false_type{});
 }
 
-template <class L>
-void LawKernel<L>::pairs(const L& law, PairJob& job) {
+template <class P, class L>
+void pairs_of(const L& law, PairJob& job) {
   with_rolling(law, [&](auto rolls) {
     if (job.book)
-      run_pairs<rolls.value, true>(law, job);
+      run_pairs<P, rolls.value, true>(law, job);
     else
-      run_pairs<rolls.value, false>(law, job);
+      run_pairs<P, rolls.value, false>(law, job);
   });
 }
 
 template <class L>
+void LawKernel<L>::pairs(const L& law, PairJob& job) {
+  pairs_of<Doubles>(law, job);
+}
+
+template <class L>
+void MixedLawKernel<L>::pairs(const L& law, PairJob& job) {
+  pairs_of<Singles>(law, job);
+}
+
+template <class L>
 void LawKernel<L>::planes(const L& law, PlaneJob& job) {
-  with_rolling(law, [&](auto rolls) { run_planes<rolls.value>(law, job); });
+  with_rolling(law, [&](auto rolls) {
+    if (job.mixed != nullptr)
+      run_planes<rolls.value>(law, job, job.mixed);
+    else
+      run_planes<rolls.value>(law, job, job.spheres);
+  });
 }
 
 template <class L>
 void LawKernel<L>::surface(const L& law, SurfaceJob& job) {
-  with_rolling(law, [&](auto rolls) { run_surface<rolls.value>(law, job); });
+  with_rolling(law, [&](auto rolls) {
+    if (job.mixed != nullptr)
+      run_surface<rolls.value>(law, job, job.mixed);
+    else
+      run_surface<rolls.value>(law, job, job.spheres);
+  });
 }
 
 }  // namespace SUBSOIL_ISA

@@ -22,37 +22,54 @@ bool PairState::empty() const {
   return nothing;
 }
 
-MemoryShape MemoryShape::of(const Law& law) {
-  return {.rolls = dem::rolls(law), .own = std::visit([]<class L>(const L&) { return own_memory<L>(); }, law)};
+MemoryShape MemoryShape::of(const Law& law, bool single) {
+  return {.rolls = dem::rolls(law),
+          .own = std::visit([]<class L>(const L&) { return own_memory<L>(); }, law),
+          .single = single};
 }
 
 namespace {
 
 /// Calls visit(number of the state, its place in the block) for all that a block keeps.
-template <class State, class Visit>
+template <class Real, class State, class Visit>
 void each_number(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane, State& s, const Visit& visit) {
   visit(s.slipping, block.note(0) + lane);
   visit(s.dash_n, block.note(1) + lane);
-  for (int k = 0; k < shape.own; ++k) visit(s.own[k], block.own(k) + lane);
+  for (int k = 0; k < shape.own; ++k) visit(s.own[k], block.number<Real>(block.first_own + k) + lane);
   for (int d = 0; d < 3; ++d) {
-    visit(s.xi[d], block.xi(d) + lane);
+    visit(s.xi[d], block.number<Real>(d) + lane);
     visit(s.dash_t[d], block.note(2 + d) + lane);
     if (!shape.rolls) continue;
-    visit(s.rho[d], block.rho(d) + lane);
+    visit(s.rho[d], block.number<Real>(3 + d) + lane);
     visit(s.dash_r[d], block.note(5 + d) + lane);
   }
+}
+
+template <class State, class Visit>
+void each(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane, State& s, const Visit& visit) {
+  if (shape.single)
+    each_number<float>(block, shape, lane, s, visit);
+  else
+    each_number<double>(block, shape, lane, s, visit);
 }
 
 }  // namespace
 
 PairState read_lane(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane) {
   PairState s;
-  each_number(block, shape, lane, s, [](auto& number, const auto* at) { std::memcpy(&number, at, sizeof *at); });
+  each(block, shape, lane, s, []<class Real>(auto& number, const Real* at) {
+    Real stored;
+    std::memcpy(&stored, at, sizeof stored);
+    number = stored;
+  });
   return s;
 }
 
 void write_lane(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane, const PairState& state) {
-  each_number(block, shape, lane, state, [](const auto& number, auto* at) { std::memcpy(at, &number, sizeof *at); });
+  each(block, shape, lane, state, []<class Real>(const auto& number, Real* at) {
+    const auto stored = static_cast<Real>(number);
+    std::memcpy(at, &stored, sizeof stored);
+  });
 }
 
 }  // namespace subsoil::dem

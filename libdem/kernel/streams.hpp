@@ -26,13 +26,14 @@ struct alignas(64) Line {
 /// and notes for the energy book.
 struct MemoryShape {
   bool rolls = false;
-  int own = 0;  ///< the law's numbers, at most kOwnMemory
+  int own = 0;          ///< the law's numbers, at most kOwnMemory
+  bool single = false;  ///< numbers are float: pairs in mixed precision
 
-  static MemoryShape of(const Law& law);
+  static MemoryShape of(const Law& law, bool single);
   std::size_t numbers() const { return 3 + (rolls ? 3 : 0) + static_cast<std::size_t>(own); }
   std::size_t notes() const { return rolls ? 8 : 5; }
   /// Bytes of the numbers, and of the notes, of one block.
-  std::size_t number_bytes() const { return numbers() * kBlock * sizeof(double); }
+  std::size_t number_bytes() const { return numbers() * kBlock * (single ? sizeof(float) : sizeof(double)); }
   std::size_t note_bytes() const { return notes() * kBlock * sizeof(float); }
   /// Lines of a run of blocks.
   std::size_t lines(std::size_t blocks) const {
@@ -54,10 +55,11 @@ struct BlockMemory {
     return {bytes + shape.number_bytes() * block, bytes + shape.number_bytes() * blocks + shape.note_bytes() * block,
             shape.rolls ? 6 : 3};
   }
-  double* number(int k) const { return reinterpret_cast<double*>(numbers) + static_cast<int>(kBlock) * k; }
-  double* xi(int d) const { return number(d); }
-  double* rho(int d) const { return number(3 + d); }
-  double* own(int k) const { return number(first_own + k); }
+  /// Number k of 8 contacts, Real the shape's type: 0 to 2 xi, 3 to 5 rho, own from first_own.
+  template <class Real>
+  Real* number(int k) const {
+    return reinterpret_cast<Real*>(numbers) + static_cast<int>(kBlock) * k;
+  }
   /// 0 slipping, 1 dash_n, 2 to 4 dash_t, 5 to 7 dash_r.
   float* note(int k) const { return reinterpret_cast<float*>(notes) + static_cast<int>(kBlock) * k; }
 };
@@ -106,11 +108,27 @@ struct alignas(64) Accumulator {
   Four t;  ///< N m; number of touching contacts
 };
 
+/// What a contact gives to one of its spheres. The owner adds it, the other takes it off.
+struct Push {
+  using Real = double;
+  double f[4];  ///< N; the last is not used
+  double t[4];  ///< N m; number of touching contacts
+};
+struct SinglePush {
+  using Real = float;
+  float f[4], t[4];
+};
+
 /// What one block of contacts does, before it is added up.
 struct alignas(64) BlockResult {
-  Four f[kBlock];          ///< on the owners, N
-  Four t_i[kBlock];        ///< on the owners, N m; 1 when surfaces overlap
-  Four t_j[kBlock];        ///< on the others
+  union {
+    Push own[kBlock];
+    SinglePush own_single[kBlock];  ///< mixed precision
+  };
+  union {
+    Push other[kBlock];
+    SinglePush other_single[kBlock];
+  };
   double sums[6][kBlock];  ///< J: lost in damping, sliding, rolling, stored; in reach (1 or 0); overlap/smaller radius
   double overlap[kBlock];  ///< m
 };
@@ -126,6 +144,7 @@ struct RunSums {
 struct PairJob {
   bool book;  ///< whether the step sums losses and keeps what the next one needs for it
   const Sphere* spheres;
+  const MixedSphere* mixed;  ///< in place of `spheres` in mixed precision
   const PairBlock* blocks;
   Line* lines;
   std::uint32_t count, pairs;
@@ -145,13 +164,13 @@ struct PairJob {
   BlockResult* ready;
   std::uint32_t ready_count;
   // Spheres that the next tile will meet first: fetched into the cache meanwhile, a few with each block.
-  const Sphere* ahead;
-  std::uint32_t ahead_count;
+  std::uint32_t ahead, ahead_count;
   RunSums sums;
 };
 
 struct PlaneJob {
   const Sphere* spheres;
+  const MixedSphere* mixed;
   const PlaneBlock* blocks;
   Line* lines;
   std::uint32_t count, contacts;
@@ -166,6 +185,7 @@ struct PlaneJob {
 /// Contacts with edges, corners and curved surfaces, found one sphere at a time: up to 8 of one law.
 struct SurfaceJob {
   const Sphere* spheres;
+  const MixedSphere* mixed;
   std::uint32_t sphere[kBlock];
   double normal[3][kBlock];                     ///< world axes, from the surface to the centre
   double distance[kBlock];                      ///< of the centre from the surface; negative behind it
@@ -179,6 +199,7 @@ struct SurfaceJob {
 
 struct MoveJob {
   Sphere* spheres;
+  MixedSphere* mixed;
   std::uint32_t begin, end;
   Accumulator* ring;
   std::uint32_t mask;
@@ -189,8 +210,8 @@ struct MoveJob {
 
 /// The step's work, compiled once per instruction set.
 struct Kernel {
-  const char* name;  ///< instruction set, for the record of a run
-  void (*pairs)(const Law&, PairJob&);
+  const char* name;                     ///< instruction set, for the record of a run
+  void (*pairs)(const Law&, PairJob&);  ///< in mixed precision if the job has mixed spheres; likewise the others
   void (*planes)(const Law&, PlaneJob&);
   void (*surface)(const Law&, SurfaceJob&);
   void (*move)(MoveJob&);

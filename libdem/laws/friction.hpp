@@ -53,7 +53,7 @@ template <class T>
   }
   const T limit = select(slipping_before > half, limit_kinetic, limit_static);
   const auto slip = g2 > limit * limit;
-  const T scale = select(slip, limit_kinetic * rsqrt(max(g2, T(1e-290))), one);
+  const T scale = select(slip, limit_kinetic * rsqrt(max(g2, tiny<T>())), one);
   out.slipping = select(both(engaged, slip), one, zero);
   out.slid = half * x2 * k * (growth - keep * keep);
   out.damped = zero;
@@ -114,14 +114,14 @@ struct Friction {
       // A dashpot whose coefficient makes the torque cap w/|w|: no spring, no state.
       const T speed = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
       const T c = cap / max(speed, T(1e-12));
-      return stick_slip(rho, w, dashpot_before, zero, dt, T(1.0), zero, zero, c, T(2.0) * cap + T(1e-300),
-                        T(2.0) * cap + T(1e-300), n.engaged);
+      return stick_slip(rho, w, dashpot_before, zero, dt, T(1.0), zero, zero, c, T(2.0) * cap + tiny<T>(),
+                        T(2.0) * cap + tiny<T>(), n.engaged);
     }
     // k = 2.25 k_n (mu_r r_eff)^2 by way of its root, which the dashpot needs: what k_n alone gives is worked out once
     // for laws of constant stiffness.
     const T root_k_n = sqrt(T(2.25 * mu_r * mu_r) * n.k_n);
     const T root_k = root_k_n * r_eff, k = root_k * root_k;
-    const T inverse_root = select(root_k_n > zero, T(1.0) / max(root_k_n, T(1e-150)), zero) * inverse_r;
+    const T inverse_root = select(root_k_n > zero, T(1.0) / max(root_k_n, tiny<T>()), zero) * inverse_r;
     const T c = T(2.0 * rolling_damping) * root_i * root_k;
     return stick_slip(rho, w, dashpot_before, zero, dt, n.growth, k, inverse_root * inverse_root, c, cap, cap,
                       n.engaged);

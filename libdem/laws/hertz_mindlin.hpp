@@ -63,13 +63,13 @@ struct HertzMindlin {
     NormalForce<T> n;
     n.engaged = a.overlap > zero;
     // Never zero, so that k_t growth is the stiffness before even when the contact has just ended.
-    const T root = max(sqrt(a.r_eff * max(a.overlap, zero)), T(1e-150));
+    const T root = max(sqrt(a.r_eff * max(a.overlap, zero)), tiny<T>());
     const T root_before = sqrt(a.r_eff * max(a.overlap - a.rate * a.elapsed, zero));
     const T spring = T(4.0 / 3.0 * E_eff) * root * max(a.overlap, zero);
     n.k_n = T(2 * E_eff) * root;
     n.k_t = T(8 * G_eff) * root;
     n.growth = root_before / root;
-    n.soft_t = select(n.engaged, T(1.0) / max(n.k_t, T(1e-150)), zero);
+    n.soft_t = select(n.engaged, T(1.0) / max(n.k_t, tiny<T>()), zero);
     const T c_n = damp * sqrt(n.k_n) * a.root_m;
     n.c_t = T(std::sqrt(4 * G_eff / E_eff)) * c_n;
     const T viscous = c_n * a.rate;

@@ -53,8 +53,9 @@ struct HuntCrossley {
     n.engaged = a.overlap > zero;
     const bool hertz = std::isnan(impact.c);
     const T c = hertz ? T(4.0 / 3.0 * E_eff) * sqrt(a.r_eff) : T(impact.c);
-    // Never zero, so that k_t growth is the stiffness before even when the contact has just ended.
-    const T depth = max(a.overlap, T(1e-60));
+    // Never zero, so that k_t growth is the stiffness before even when the contact has just ended; 1 pm, whose powers
+    // are still floats.
+    const T depth = max(a.overlap, T(1e-12));
     const T stiff = c * power(depth, impact.n - 1);
     const T before = c * power(max(a.overlap - a.rate * a.elapsed, zero), impact.n - 1);
     const T spring = select(n.engaged, stiff * depth, zero);
@@ -65,7 +66,7 @@ struct HuntCrossley {
     n.k_n = T(impact.n) * stiff;
     n.k_t = T(stiffness_ratio) * n.k_n;
     n.growth = impact.n > 1 ? before / stiff : one;
-    n.soft_t = select(n.k_t > zero, one / max(n.k_t, T(1e-150)), zero);
+    n.soft_t = select(n.k_t > zero, one / max(n.k_t, tiny<T>()), zero);
     n.c_t = T(stiffness_ratio * impact.b) * spring;
     return n;
   }
