@@ -22,6 +22,11 @@ void scale_attraction(Wet& law, double factor) {
 void scale_attraction(Linear&, double) {}
 void scale_attraction(HertzMindlin&, double) {}
 void scale_attraction(HuntCrossley&, double) {}
+void scale_attraction(Hysteretic&, double) {}
+void scale_attraction(VariableRestitution&, double) {}
+void scale_attraction(Luding& law, double factor) { law.k_c *= factor; }
+// What adhesion its contacts have stems from how they were loaded: taken away then, it would not come back.
+void scale_attraction(Eepa& law, double factor) { law.f0 *= factor; }
 
 std::string number(double x) {
   char text[32];

@@ -144,6 +144,12 @@ inline Pack pow(Pack a, double n) {
   return r;
 }
 
+inline Pack log(Pack a) {
+  Pack r;
+  for (int i = 0; i < kWidth; ++i) r.v[i] = __builtin_log(a.v[i]);
+  return r;
+}
+
 /// Four doubles from each of kWidth rows, transposed: out[c] holds element c of every row.
 inline void load4(const double* const* row, Pack* out) {
 #if defined(__AVX512F__)

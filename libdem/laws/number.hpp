@@ -18,12 +18,6 @@ inline double log(double a) { return std::log(a); }
 inline bool both(bool a, bool b) { return a && b; }
 inline bool any(bool a) { return a; }  ///< in any lane: skips what no contact of a pack needs
 
-/// Smaller than any divisor that occurs: a guard against division by zero.
-template <class T>
-inline T tiny() {
-  return T(1e-30);
-}
-
 /// What a comparison of two T gives: bool for double, a lane mask for a pack.
 template <class T>
 using Mask = decltype(T(0.0) > T(0.0));

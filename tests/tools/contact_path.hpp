@@ -1,7 +1,7 @@
 #pragma once
 #include <cmath>
 
-#include "libdem/laws/contact.hpp"
+#include "libdem/laws/law_table.hpp"
 
 /// One contact led along a prescribed overlap: force, energies and memory at every step, without an engine.
 namespace subsoil::dem::test {
@@ -40,16 +40,12 @@ class ContactPath {
 
  private:
   NormalForce<double> evaluate(double overlap, double rate, double dt) {
-    const Approach<double> a{overlap, rate, root_m_, r_eff_, dt};
-    if constexpr (Remembers<L>)
-      return law_.normal(a, memory_);
-    else
-      return law_.normal(a);
+    return normal_force(law_, Approach<double>{overlap, rate, root_m_, r_eff_, dt}, memory_);
   }
 
   L law_;
   double r_eff_, root_m_, at_ = 0;
-  double memory_[2] = {};
+  double memory_[kOwnMemory] = {};
   NormalForce<double> last_;
 };
 
