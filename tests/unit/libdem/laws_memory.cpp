@@ -32,11 +32,11 @@ TEST(MemoryOfAContact, WorkIsStoredOrLostOnAnyPath) {
     for (int leg = 0; leg < 40; ++leg) {
       const double next = leg % 7 == 6 ? -2e-4 : dice.between(0, 1.5e-3);
       travelled += std::abs(next - path.overlap());
-      path.to(next, 2000, 1e-3);
+      path.to(next, 2000, 1e-6);  // some 0.5 m/s
       force = std::fmax(force, std::abs(path.force()));
       EXPECT_NEAR(path.gap(), 0, 2e-4 * force * travelled) << name << ", leg " << leg;
     }
-    EXPECT_GT(path.lost + path.damped, 0.02 * force * travelled) << name;
+    EXPECT_GT(path.lost + path.damped, 0.005 * force * travelled) << name;
     // Loading and tearing only ever lose; the mean force over a step may miss by its curvature.
     EXPECT_GT(path.least_loss, -1e-6 * force * 1e-3) << name;
   });
@@ -77,7 +77,7 @@ TEST(MemoryOfAContact, NoBranchIsStifferThanTheBound) {
         if (at > 0 && path.overlap() > 0) steepest = std::fmax(steepest, (path.force() - before) / step);
       }
     }
-    EXPECT_LE(steepest, bound.k_n * (1 + 1e-6)) << name;
+    EXPECT_LE(steepest, bound.k_n * (1 + 1e-3)) << name;  // `deepest` is found to a micrometre
     EXPECT_GT(steepest, 0.5 * bound.k_n) << name;
   });
 }
@@ -204,7 +204,7 @@ void expect_loop(double n, double chi, double w) {
   ContactPath path(law, r);
   path.to(M, 4000);
   EXPECT_NEAR(path.force(), k1 * std::pow(M, n), 10 * kRounding);
-  path.to(residual, 10);
+  path.to(residual, 4000);
   EXPECT_NEAR(path.force(), 0, 1e-10);
   path.to(corner, 4000);
   EXPECT_NEAR(path.force(), -pull, 1e-10);
@@ -239,7 +239,7 @@ TEST(Eepa, ConstantPull) {
     without.to(d, 10), with.to(d, 10);
     EXPECT_NEAR(with.force(), without.force() - 0.5, 20 * kRounding);
     EXPECT_NEAR(with.stored(), without.stored() - 0.5 * d, kRounding);
-    EXPECT_EQ(with.now().grip, without.now().grip);
+    EXPECT_NEAR(with.now().grip, without.now().grip, 20 * kRounding);
   }
 }
 
