@@ -76,10 +76,10 @@ inline Eepa powder(double n, double k1, double plasticity, double surface_energy
   return e;
 }
 
-/// Softer than the map's metals, so that it yields in a test's bed.
+/// Softer than the map's metals, so that it yields in a test's bed; what is placed in touch bounces less each time.
 inline VariableRestitution yielding(VariableRestitution::Normal part) {
   VariableRestitution v;
-  v.part = part, v.E_eff = 1e7, v.map.S_y = 2e5, v.map.density = 1800;
+  v.part = part, v.E_eff = 1e7, v.map.S_y = 2e5, v.map.density = 1800, v.largest = 0.95;
   if (part == VariableRestitution::Normal::linear) v.k_n = 1e5;
   v.friction.mu = 0.4, v.friction.mu_r = 0.05;
   return v;

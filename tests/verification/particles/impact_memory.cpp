@@ -102,7 +102,7 @@ TEST(ImpactMemory, VariableRestitutionMeetsItsMap) {
   for (const auto part : {VariableRestitution::Normal::hertz, VariableRestitution::Normal::linear})
     for (const auto& c : cases) {
       VariableRestitution law = yielding(part);
-      law.E_eff = 2e11, law.map.S_y = 2e8, law.map.density = 7800;  // eps_y = 0.001
+      law.E_eff = 2e11, law.map.S_y = 2e8, law.map.density = 7800, law.largest = 1;  // eps_y = 0.001
       const double yield_coefficient = 1.295 * std::exp(0.736 * 0.3);
       const double lambda_c = 4 / (5 * pi) * std::pow(pi * yield_coefficient / 2, 5) * 1e-12;
       const double v = c.ratio * std::sqrt(lambda_c * 2e8 / 7800);
