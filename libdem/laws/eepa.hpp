@@ -85,6 +85,9 @@ struct Eepa {
       throw std::invalid_argument("the adhesive ratio holds for chi = n; leave chi out, or give the surface energy");
     return law;
   }
+  /// Takes a share of the constant pull, while a bed settles. The adhesion that a contact has stems from how it was
+  /// loaded: taken away then, it would not come back.
+  void weaken(double share) { f0 *= share; }
   double reach() const { return 0; }
   double rest_overlap() const { return 0; }
 

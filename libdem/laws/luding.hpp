@@ -60,6 +60,8 @@ struct Luding {
       throw std::invalid_argument("needs either damping or restitution; for no damping restitution: 1");
     return *this;
   }
+  /// Takes a share of the attraction, while a bed settles.
+  void weaken(double share) { k_c *= share; }
   double reach() const { return 0; }
   double rest_overlap() const { return 0; }
 
