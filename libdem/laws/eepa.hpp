@@ -15,7 +15,7 @@
 /// delta_c with the pull A = k2 (delta_p^n - delta_c^n),
 ///     from the surface energy w:   A = min((3/2) pi w a, k2 delta_p^n/2),  a = sqrt(2 R delta_p) the flattened patch
 ///     or by k_adh/k1, chi = n:     A = k_adh delta_c^n (LIGGGHTS' coefficientAdhesionStiffness with fixKc)
-/// (LIGGGHTS takes for a the circle in which the two spheres cut at delta_p: by 2.5 % less at delta_p = R/5.) A contact
+/// (LIGGGHTS takes for a the circle in which the two spheres cut at delta_p: 1.3 % less at delta_p = R/5.) A contact
 /// that has torn to delta and is pressed again follows k2 from there, since delta_c and A have moved along the branch:
 /// these two are what it remembers.
 /// c = 2 beta(e) sqrt((n + 1)/(2 n)) sqrt(m_eff n k1 delta^(n-1)), for n = 1 the source's and for n = 3/2 Tsuji's: e is
