@@ -45,6 +45,29 @@ dem::Wet wet() {
   return w;
 }
 
+/// Laws with memory that load as the linear one, or as Hertz's.
+dem::Hysteretic hysteretic() {
+  dem::Hysteretic h;
+  h.K1 = kStiffness, h.restitution = 0.5, h.friction.mu = kFriction;
+  return h;
+}
+dem::Luding luding() {
+  dem::Luding l;
+  l.k1 = kStiffness, l.k2 = 4 * kStiffness, l.k_c = 0.2 * kStiffness, l.phi_f = 0.05, l.restitution = 0.5;
+  l.friction.mu = kFriction;
+  return l;
+}
+dem::Eepa eepa() {
+  dem::Eepa e;
+  e.E_eff = hertz().E_eff, e.plasticity = 0.6, e.w = 0.1, e.restitution = 0.5, e.friction.mu = kFriction;
+  return e;
+}
+dem::VariableRestitution variable() {
+  dem::VariableRestitution v;
+  v.E_eff = hertz().E_eff, v.map.S_y = 1e-3 * v.E_eff, v.map.density = kDensity, v.friction.mu = kFriction;
+  return v;
+}
+
 /// The wet law with the linear law's repulsion and damping from overlap 0 on and a film of 10 um: it rests where that
 /// one does.
 dem::Wet cohesive() {
@@ -107,6 +130,14 @@ dem::Law law_of(LawName name) {
       return cohesive();
     case LawName::wet:
       return wet();
+    case LawName::hysteretic:
+      return hysteretic();
+    case LawName::luding:
+      return luding();
+    case LawName::eepa:
+      return eepa();
+    case LawName::variable:
+      return variable();
   }
   return linear();
 }

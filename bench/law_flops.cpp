@@ -1,6 +1,6 @@
 /// Floating-point operations of one contact, law by law: the law's own functions run over a number that counts. Each of
-/// + - * / sqrt rsqrt pow counts one (a multiply-add two); comparisons, selections and signs count nothing. A line per
-/// law.
+/// + - * / sqrt rsqrt pow log counts one (a multiply-add two); comparisons, selections and signs count nothing. A line
+/// per law.
 #include <cstdio>
 
 #include "bench/bed_case.hpp"
@@ -26,6 +26,7 @@ struct Counted {
   friend bool operator<=(Counted a, Counted b) { return a.value <= b.value; }
   friend Counted sqrt(Counted a) { return done(std::sqrt(a.value)); }
   friend Counted pow(Counted a, double n) { return done(std::pow(a.value, n)); }
+  friend Counted log(Counted a) { return done(std::log(a.value)); }
   friend Counted rsqrt(Counted a) { return done(1 / std::sqrt(a.value)); }
   friend Counted max(Counted a, Counted b) { return a > b ? a : b; }
   friend Counted min(Counted a, Counted b) { return a < b ? a : b; }
@@ -58,6 +59,10 @@ int main() {
   for (const auto& [name, law] : {std::pair{LawName::linear, "linear"},
                                   {LawName::hertz, "hertz-mindlin"},
                                   {LawName::rolling, "linear, rolling"},
-                                  {LawName::wet, "wet, rolling"}})
-    std::printf("%-16s %ld\n", law, operations(law_of(name)));
+                                  {LawName::wet, "wet, rolling"},
+                                  {LawName::hysteretic, "hysteretic"},
+                                  {LawName::luding, "luding"},
+                                  {LawName::eepa, "eepa"},
+                                  {LawName::variable, "variable restitution"}})
+    std::printf("%-20s %ld\n", law, operations(law_of(name)));
 }

@@ -120,7 +120,7 @@ template <bool Pair, bool Rolls, class P, class L>
     out.t_j[d] = Pair ? a.l_j * q : zero;
     h.xi[d] = slide.x[d];
   }
-  out.damped = half * (h.dash_n + normal.damping) * (-a.v_n) * dt + slide.damped;
+  out.damped = half * (h.dash_n + normal.damping) * (-a.v_n) * dt + normal.lost + slide.damped;
   out.slid = slide.slid;
   out.rolled = zero;
   out.stored = normal.stored + half * normal.k_t * dot3(slide.x, slide.x);

@@ -144,6 +144,11 @@ inline Doubles pow(Doubles a, double n) {
   for (int i = 0; i < kDoubles; ++i) r.v[i] = __builtin_pow(a.v[i], n);
   return r;
 }
+inline Doubles log(Doubles a) {
+  Doubles r;
+  for (int i = 0; i < kDoubles; ++i) r.v[i] = __builtin_log(a.v[i]);
+  return r;
+}
 
 /// Four doubles from each of kDoubles rows, transposed: out[c] holds element c of every row.
 inline void load4(const double* const* row, Doubles* out) {

@@ -112,6 +112,11 @@ inline Singles pow(Singles a, double n) {
   for (int i = 0; i < kSingles; ++i) r.v[i] = static_cast<float>(__builtin_pow(static_cast<double>(a.v[i]), n));
   return r;
 }
+inline Singles log(Singles a) {
+  Singles r;
+  for (int i = 0; i < kSingles; ++i) r.v[i] = __builtin_logf(a.v[i]);
+  return r;
+}
 
 /// Two packs of doubles, rounded, as one of floats.
 inline Singles join(Doubles low, Doubles high) {

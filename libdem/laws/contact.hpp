@@ -32,6 +32,7 @@ struct NormalForce {
   T soft_t;         ///< 1/k_t, m/N, 0 where k_t = 0
   T c_t;            ///< tangential damping coefficient, N s/m
   Mask<T> engaged;  ///< surfaces touch: tangential and rolling resistance act
+  T lost = T(0.0);  ///< J lost in this step other than by `damping`: plastic work, and what tears; 0 for elastic laws
 };
 
 /// Upper bounds of what a law can do to a sphere, for the stable step (stability.hpp).

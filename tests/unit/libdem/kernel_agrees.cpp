@@ -31,6 +31,7 @@ Case random_case(Dice& dice, bool wall) {
   if (wall) c.j = {dice.ball(2), dice.ball(3), 0, 0};
   c.distance = c.i.r + c.j.r - dice.between(-3e-3, 4e-3);
   c.history = {dice.ball(5e-4), dice.ball(1e-2), dice.between(0, 1) < 0.5};
+  for (double& number : c.history.own) number = dice.between(0, 3e-3);  // overlaps; of EEPA also a pull
   return c;
 }
 
@@ -47,6 +48,7 @@ PairState state_of(const History& h) {
   PairState s;
   for (int d = 0; d < 3; ++d) s.xi[d] = h.xi[d], s.rho[d] = h.rho[d];
   s.slipping = h.slipping ? 1 : 0;
+  std::copy_n(h.own, kOwnMemory, s.own);
   return s;
 }
 
@@ -136,6 +138,10 @@ TEST(Kernels, AgreeWithTheScalarContact) {
         EXPECT_LT(norm(want.torque_j - got.torque_j), 0.02 * scale) << kernel.name << name << trial;
         EXPECT_LT(norm(c.history.xi - vector(got.state.xi)), 1e-9 * (norm(c.history.xi) + 1e-6)) << kernel.name << name;
         EXPECT_EQ(got.touching, overlap > 0 ? 1 : 0);
+        const int numbers = std::visit([]<class L>(const L&) { return own_memory<L>(); }, resolved);
+        for (int k = 0; k < numbers; ++k)
+          EXPECT_NEAR(got.state.own[k], c.history.own[k], 1e-9 * (std::abs(c.history.own[k]) + 1e-6))
+              << kernel.name << name;
       }
     }
 }
@@ -188,6 +194,8 @@ TEST(Kernels, EveryLaneGivesTheSameBits) {
             EXPECT_EQ(a.state.xi[d], alone.state.xi[d]) << kernel.name << name << lane;
             EXPECT_EQ(a.state.rho[d], alone.state.rho[d]) << kernel.name << name << lane;
           }
+          for (int k = 0; k < kOwnMemory; ++k)
+            EXPECT_EQ(a.state.own[k], alone.state.own[k]) << kernel.name << name << lane;
         }
       }
     }

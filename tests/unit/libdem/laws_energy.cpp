@@ -16,8 +16,15 @@ NormalForce<double> at(const Law& law, double overlap, double rate) {
       law);
 }
 
+/// Part of a force along which plastic laws lose energy is no slope of anything: laws_memory.cpp has theirs.
+bool plastic(const Law& law) {
+  return std::visit([]<class L>(const L&) { return own_memory<L>() > 0 && !std::is_same_v<L, VariableRestitution>; },
+                    law);
+}
+
 TEST(EveryLaw, ElasticForceIsTheSlopeOfTheStoredEnergy) {
   for (const auto& [name, law] : every_law()) {
+    if (plastic(law)) continue;
     const double h = 1e-8;
     for (int k = -300; k <= 400; ++k) {
       const double overlap = k * 1.003e-5;
