@@ -27,7 +27,14 @@ struct NormalForce {
   T soft_t;         ///< 1/k_t, m/N, 0 where k_t = 0
   T c_t;            ///< tangential damping coefficient, N s/m
   Mask<T> engaged;  ///< surfaces touch: tangential and rolling resistance act
+  T lost = T(0.0);  ///< J lost in this step other than by `damping`: plastic work, and what tears; 0 for elastic laws
 };
+
+/// A law that remembers (`static constexpr int memory = M`) answers normal(approach, memory): M scalars of the contact,
+/// the same seen from either body, 0 when it begins, brought up to date in place. The law itself sets them back to 0
+/// when the surfaces have parted. What it stores and loses over a step adds up to the work of the force less damping.
+template <class L>
+concept Remembers = L::memory > 0;
 
 /// Upper bounds of what a law can do to a sphere, for the stable step (stability.hpp).
 struct StiffnessBound {
