@@ -41,7 +41,9 @@ long operations(const dem::Law& law) {
         const Counted xi[3] = {Counted(1e-6), none, none}, v[3] = {Counted(1e-3), none, none};
         const Counted zero[3] = {};
         Counted::operations = 0;
-        const auto n = l.normal(dem::Approach<Counted>{Counted(1e-5), Counted(1e-3), m_eff, r_eff, dt});
+        Counted own[dem::kOwnMemory] = {};
+        const auto n =
+            dem::normal_force(l, dem::Approach<Counted>{Counted(1e-5), Counted(1e-3), m_eff, r_eff, dt}, own);
         l.friction.slide(n, xi, v, zero, none, dt);
         if (l.friction.mu_r > 0) l.friction.roll(n, xi, v, zero, r_eff, inverse_r, root_i, dt);
         return Counted::operations;

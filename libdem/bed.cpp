@@ -16,10 +16,10 @@ Bed::Impl::Impl(LawTable laws_in, BedOptions options_in)
 
 void Bed::Impl::update_laws() {
   if (laws.laws.size() > 255) throw std::invalid_argument("more than 255 contact laws in one bed");
-  law_reach.clear(), law_rolls.clear();
+  law_reach.clear(), law_memory.clear();
   for (const Law& law : laws.laws) {
     law_reach.push_back(std::visit([](const auto& l) { return l.reach(); }, law));
-    law_rolls.push_back(rolls(law));
+    law_memory.push_back(MemoryShape::of(law));
   }
 }
 

@@ -114,9 +114,9 @@ class Bed {
     std::vector<double> spheres;            ///< x v w r m, 11 numbers each
     std::vector<std::int64_t> ids;          ///< id and material, 2 each
     std::vector<std::int64_t> pair_ids;     ///< 2 each
-    std::vector<double> pairs;              ///< PairState, 14 each
+    std::vector<double> pairs;              ///< PairState, 16 each
     std::vector<std::int64_t> surface_ids;  ///< sphere id and boundary, 2 each
-    std::vector<double> surfaces;           ///< normal and PairState, 17 each
+    std::vector<double> surfaces;           ///< normal and PairState, 19 each
     std::vector<double> scalars;
   };
   State save() const;

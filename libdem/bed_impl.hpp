@@ -39,7 +39,7 @@ struct SurfaceChunk {
 /// Spheres of one tile on flat faces of one boundary, of one law.
 struct PlaneRun {
   std::uint32_t boundary, law, first, blocks, contacts;  ///< `first` counts in PlaneBlock
-  std::size_t rows;
+  std::size_t lines;
   Wrench wrench;
   double in_reach = 0, stored = 0;
 };
@@ -96,8 +96,8 @@ struct Bed::Impl {
   BedOptions options;
   Kernel kernel;
   int threads = 1;
-  std::vector<double> law_reach;  ///< per law
-  std::vector<char> law_rolls;    ///< per law
+  std::vector<double> law_reach;        ///< per law
+  std::vector<MemoryShape> law_memory;  ///< per law
 
   std::vector<Sphere> spheres;
   std::vector<Boundary> boundaries;
@@ -105,10 +105,10 @@ struct Bed::Impl {
   std::vector<PairRun> runs;
   Buffer<PairBlock> blocks;
   Buffer<double> wake;  ///< per block
-  Buffer<Row> rows;     ///< of pairs
+  Buffer<Line> lines;   ///< memory of pairs
   std::vector<PlaneRun> plane_runs;
   std::vector<PlaneBlock> plane_blocks;
-  std::vector<Row> plane_rows;
+  std::vector<Line> plane_lines;
   std::vector<SurfaceEntry> entries;
   std::vector<std::uint32_t> candidates;   ///< of all entries
   std::vector<std::uint32_t> entry_order;  ///< entries by sphere, then boundary
@@ -186,10 +186,10 @@ struct Bed::Impl {
 
   // const_cast: a view for reading and writing alike
   BlockMemory memory(const PairRun& run, std::size_t block) const {
-    return BlockMemory::at(const_cast<Row*>(rows.data()) + run.rows, run.blocks, law_rolls[run.law] != 0, block);
+    return BlockMemory::at(const_cast<Line*>(lines.data()) + run.lines, run.blocks, law_memory[run.law], block);
   }
   BlockMemory plane_memory(const PlaneRun& run, std::size_t block) const {
-    return BlockMemory::at(const_cast<Row*>(plane_rows.data()) + run.rows, run.blocks, law_rolls[run.law] != 0, block);
+    return BlockMemory::at(const_cast<Line*>(plane_lines.data()) + run.lines, run.blocks, law_memory[run.law], block);
   }
   double reach(std::uint32_t law) const { return law_reach[law]; }
   const Law& law(std::uint32_t index) const { return laws.laws[index]; }

@@ -330,8 +330,8 @@ void Bed::Impl::measure_boundaries() {
 }
 
 void Bed::Impl::clear_lists() {
-  tiles.clear(), runs.clear(), blocks.clear(), wake.clear(), rows.clear();
-  plane_runs.clear(), plane_blocks.clear(), plane_rows.clear();
+  tiles.clear(), runs.clear(), blocks.clear(), wake.clear(), lines.clear();
+  plane_runs.clear(), plane_blocks.clear(), plane_lines.clear();
   entries.clear(), candidates.clear(), entry_order.clear(), chunks.clear();
   waiting_pairs.clear(), waiting_surfaces.clear();
   stale = true;

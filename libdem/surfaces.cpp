@@ -93,13 +93,13 @@ class ChunkRun {
       job_.spin[d][k] = boundary_.spin[d];
     }
     job_.distance[k] = distance;
-    write_lane(memory(), rolling(), k, state);
+    write_lane(memory(), shape(), k, state);
     lane_[k] = lane;
     if (job_.count == kBlock) flush();
   }
 
-  bool rolling() const { return bed_.law_rolls[law_] != 0; }
-  BlockMemory memory() { return BlockMemory::at(job_.rows, 1, rolling(), 0); }
+  const MemoryShape& shape() const { return bed_.law_memory[law_]; }
+  BlockMemory memory() { return BlockMemory::at(job_.lines, 1, shape(), 0); }
 
   void flush() {
     if (job_.count == 0) return;
@@ -110,14 +110,14 @@ class ChunkRun {
         job_.normal[d][k] = job_.normal[d][0], job_.velocity[d][k] = job_.velocity[d][0];
         job_.spin[d][k] = job_.spin[d][0];
       }
-      write_lane(memory(), rolling(), k, PairState{});
+      write_lane(memory(), shape(), k, PairState{});
     }
     bed_.kernel.surface(bed_.law(law_), job_);
     for (std::uint32_t k = 0; k < job_.count; ++k) {
       chunk_.lost += Losses{job_.sums[0][k], job_.sums[1][k], job_.sums[2][k]};
       if (lane_[k].contact < 0) continue;
       SurfaceEntry& e = *lane_[k].entry;
-      e.contact[lane_[k].contact].state = read_lane(memory(), rolling(), k);
+      e.contact[lane_[k].contact].state = read_lane(memory(), shape(), k);
       const Four &t = job_.t_i[k], &roll = job_.t_j[k];
       const Vec3 f{job_.f[k][0], job_.f[k][1], job_.f[k][2]};
       e.force += f;

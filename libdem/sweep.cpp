@@ -21,7 +21,7 @@ PairJob Bed::Impl::pair_job(const PairRun& run, double path, double elapsed) {
   job.book = book;
   job.spheres = spheres.data();
   job.blocks = blocks.data() + run.first;
-  job.rows = rows.data() + run.rows;
+  job.lines = lines.data() + run.lines;
   job.count = run.blocks, job.pairs = run.pairs;
   job.elapsed = elapsed;
   job.path = path;
@@ -87,7 +87,7 @@ class Sweep {
 
   void planes(Tile& t, PlaneRun& run) {
     PlaneJob job = bed_.plane_job(run, bed_.dt_before);
-    job.rows = bed_.plane_rows.data() + run.rows;
+    job.lines = bed_.plane_lines.data() + run.lines;
     job.ring = w_.ring.data(), job.mask = mask_;
     bed_.kernel.planes(bed_.law(run.law), job);
     take(t, job.sums, 1);

@@ -1,6 +1,6 @@
 #pragma once
 #include "libdem/kernel/pack.hpp"
-#include "libdem/laws/laws.hpp"
+#include "libdem/laws/law_table.hpp"
 
 /// One contact, kWidth at a time: geometry, slip and rolling velocities, which are common to all laws, around the law.
 namespace subsoil::dem {
@@ -19,9 +19,14 @@ void turn(T (&s)[3], const T (&n)[3]) {
   for (int d = 0; d < 3; ++d) s[d] = s[d] - along * n[d];
 }
 
+template <int Own>
 struct History {
   Pack xi[3], rho[3], dash_n, dash_t[3], dash_r[3], slipping;
+  Pack own[Own > 0 ? Own : 1];  ///< of the law
 };
+
+template <class L>
+inline constexpr int kOwn = own_memory<L>();
 
 /// Contact partners; n from j to i.
 struct Touch {
@@ -85,9 +90,9 @@ template <bool Pair, bool Rolls>
 
 /// The law on what meets; h is the contact's memory, in and out.
 template <bool Pair, bool Rolls, class L>
-[[gnu::always_inline]] inline Response respond(const L& law, const Meeting& a, History& h, double elapsed) {
+[[gnu::always_inline]] inline Response respond(const L& law, const Meeting& a, History<kOwn<L>>& h, double elapsed) {
   const Pack zero(0.0), half(0.5), dt(elapsed);
-  const NormalForce<Pack> normal = law.normal(Approach<Pack>{a.overlap, -a.v_n, a.root_m, a.r_eff, dt});
+  const NormalForce<Pack> normal = normal_force(law, Approach<Pack>{a.overlap, -a.v_n, a.root_m, a.r_eff, dt}, h.own);
   turn(h.xi, a.n);
   const Slip<Pack> slide = law.friction.slide(normal, h.xi, a.v_t, h.dash_t, h.slipping, dt);
   Response out;

@@ -34,9 +34,10 @@ struct SphereLanes {
 
 /// `first`: lane of the block that the pack begins with. Without `Book` what only the energy book needs stays behind,
 /// and whether a contact slipped is read only where the law asks for it.
-template <bool Rolls, bool Book>
-[[gnu::always_inline]] inline History load_history(const BlockMemory& block, int first, bool remembers_slip) {
-  History h;
+template <int Own, bool Rolls, bool Book>
+[[gnu::always_inline]] inline History<Own> load_history(const BlockMemory& block, int first, bool remembers_slip) {
+  History<Own> h;
+  for (int k = 0; k < Own; ++k) h.own[k] = load(block.own(k) + first);
   for (int d = 0; d < 3; ++d) {
     h.xi[d] = load(block.xi(d) + first);
     if constexpr (Rolls) h.rho[d] = load(block.rho(d) + first);
@@ -48,9 +49,10 @@ template <bool Rolls, bool Book>
   return h;
 }
 
-template <bool Rolls, bool Book>
-[[gnu::always_inline]] inline void store_history(const History& h, const BlockMemory& block, int first,
+template <int Own, bool Rolls, bool Book>
+[[gnu::always_inline]] inline void store_history(const History<Own>& h, const BlockMemory& block, int first,
                                                  bool remembers_slip) {
+  for (int k = 0; k < Own; ++k) store(h.own[k], block.own(k) + first);
   for (int d = 0; d < 3; ++d) {
     store(h.xi[d], block.xi(d) + first);
     if constexpr (Rolls) store(h.rho[d], block.rho(d) + first);

@@ -45,9 +45,9 @@ template <bool Rolls, bool Book, class L>
   for (int part = 0; part < kParts; ++part) {
     const int first = part * kWidth;
     const Meeting& a = lanes[part].meeting;
-    History h = load_history<Rolls, Book>(memory, first, law.friction.remembers_slip());
+    History<kOwn<L>> h = load_history<kOwn<L>, Rolls, Book>(memory, first, law.friction.remembers_slip());
     const Response c = respond<true, Rolls>(law, a, h, elapsed);
-    store_history<Rolls, Book>(h, memory, first, law.friction.remembers_slip());
+    store_history<kOwn<L>, Rolls, Book>(h, memory, first, law.friction.remembers_slip());
     store_response(c, select(a.overlap > zero, one, zero), out.f + first, out.t_i + first, out.t_j + first);
     if constexpr (Book) {
       Pack sums[6] = {c.damped,
@@ -66,10 +66,15 @@ template <bool Rolls, bool Book, class L>
   }
 }
 
+/// BlockResult::sums of many blocks, lane by lane.
+struct alignas(64) BlockSums {
+  double of[6][kBlock] = {};
+};
+
 /// Adds a block's forces lane by lane, in the order of the list, and its sums.
 template <bool Book>
 [[gnu::always_inline]] inline void add_block(const BlockResult& r, const PairBlock& block, std::uint32_t count,
-                                             Accumulator* ring, std::uint32_t mask, Row* sums) {
+                                             Accumulator* ring, std::uint32_t mask, BlockSums& sums) {
   const Offsets own = offsets_of<sizeof(Accumulator)>(block.owner, mask),
                 other = offsets_of<sizeof(Accumulator)>(block.other, mask);
   char* const base = reinterpret_cast<char*>(ring);
@@ -89,9 +94,9 @@ template <bool Book>
   if constexpr (!Book) return;
   for (int k = 0; k < 5; ++k)
     for (int first = 0; first < static_cast<int>(kBlock); first += kWidth)
-      store(load(sums[k].x + first) + load(r.sums[k] + first), sums[k].x + first);
+      store(load(sums.of[k] + first) + load(r.sums[k] + first), sums.of[k] + first);
   for (int first = 0; first < static_cast<int>(kBlock); first += kWidth)
-    store(max(load(sums[5].x + first), load(r.sums[5] + first)), sums[5].x + first);
+    store(max(load(sums.of[5] + first), load(r.sums[5] + first)), sums.of[5] + first);
 }
 
 inline double largest_overlap(const BlockResult& r) {
@@ -107,7 +112,8 @@ template <bool Rolls, bool Book, class L>
 void run_pairs(const L& by_reference, PairJob& job) {
   const L law = by_reference;  // nothing can point to it: its constants stay in registers
   const double share = lever_share(law);
-  Row sums[6] = {};
+  const MemoryShape shape{.rolls = Rolls, .own = kOwn<L>};
+  BlockSums sums;
   BlockResult results[kGroup];
   MeetingLanes lanes[kGroup][kParts];
   BlockResult* result[kGroup] = {};
@@ -137,8 +143,8 @@ void run_pairs(const L& by_reference, PairJob& job) {
     for (int g = 0; g < n; ++g) {
       if (!evaluate[g]) continue;
       const std::uint32_t b = which[g];
-      evaluate_block<Rolls, Book>(law, job.reach, job.elapsed, lanes[g], BlockMemory::at(job.rows, job.count, Rolls, b),
-                                  lanes_of(b), *result[g]);
+      evaluate_block<Rolls, Book>(law, job.reach, job.elapsed, lanes[g],
+                                  BlockMemory::at(job.lines, job.count, shape, b), lanes_of(b), *result[g]);
       // Each of two spheres may go half their gap before they can be in reach. A block at a border never sleeps.
       if (job.wake != nullptr) job.wake[b] = job.path + 0.5 * (-largest_overlap(*result[g]) - job.reach);
     }
@@ -146,15 +152,15 @@ void run_pairs(const L& by_reference, PairJob& job) {
     for (int g = 0; g < n; ++g)
       add_block<Book>(*result[g], job.blocks[which[g]], lanes_of(which[g]), job.ring, job.mask, sums);
   }
-  const auto total = [](const Row& r) {
+  const auto total = [](const double(&lanes)[kBlock]) {
     double t = 0;
-    for (const double x : r.x) t += x;
+    for (const double x : lanes) t += x;
     return t;
   };
-  for (int k = 0; k < 3; ++k) job.sums.lost[k] += total(sums[k]);
-  job.sums.stored += total(sums[3]);
-  job.sums.in_reach += total(sums[4]);
-  for (const double x : sums[5].x)
+  for (int k = 0; k < 3; ++k) job.sums.lost[k] += total(sums.of[k]);
+  job.sums.stored += total(sums.of[3]);
+  job.sums.in_reach += total(sums.of[4]);
+  for (const double x : sums.of[5])
     if (x > job.sums.overlap) job.sums.overlap = x;
 }
 

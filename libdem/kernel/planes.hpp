@@ -32,10 +32,10 @@ void run_planes(const L& by_reference, PlaneJob& job) {
         a.w_i[d] = i.w[d], a.w_j[d] = Pack(job.spin[d]);
       }
       a.r_i = a.r_j = i.r, a.m_i = a.m_j = i.m;
-      const BlockMemory memory = BlockMemory::at(job.rows, job.count, Rolls, b);
-      History h = load_history<Rolls, true>(memory, first, law.friction.remembers_slip());
+      const BlockMemory memory = BlockMemory::at(job.lines, job.count, {.rolls = Rolls, .own = kOwn<L>}, b);
+      History<kOwn<L>> h = load_history<kOwn<L>, Rolls, true>(memory, first, law.friction.remembers_slip());
       Response c = respond<false, Rolls>(law, meet<false, Rolls>(share, a), h, job.elapsed);
-      store_history<Rolls, true>(h, memory, first, law.friction.remembers_slip());
+      store_history<kOwn<L>, Rolls, true>(h, memory, first, law.friction.remembers_slip());
       store_response(c, select(a.overlap > zero, one, zero), f + first, t + first, unused + first);
       const PackMask used = lanes_below(count, first);
       const Pack add[6] = {c.damped,       c.slid, c.rolled, c.stored, select(a.overlap >= Pack(-job.reach), one, zero),

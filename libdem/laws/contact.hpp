@@ -2,6 +2,11 @@
 #include "libdem/laws/number.hpp"
 
 /// What passes between the sweep and a contact law. A law knows no particle, list or loop: numbers in, numbers out.
+///
+/// A law whose force depends on what happened before says `static constexpr int memory = M` and takes
+/// `normal(const Approach<T>&, T (&memory)[M])`: numbers of the contact, 0 when it begins, kept from step to step, in
+/// restarts and when lists are built anew. Scalars only, the same from either body's side. The pair may stay in the
+/// lists while its surfaces are apart: the law sets its numbers back to 0 there.
 namespace subsoil::dem {
 
 /// One contact as a normal law sees it.

@@ -28,6 +28,12 @@ inline T tiny() {
 template <class T>
 using Mask = decltype(T(0.0) > T(0.0));
 
+/// A number far below all that a law computes with and far above the smallest of T: where 0 would be divided by.
+template <class T>
+inline T tiny() {
+  return T(1e-30);
+}
+
 /// x^n for x >= 0, n >= 0. Whole and half exponents up to 4 are products and one square root; any other takes the
 /// library's pow lane by lane, exact to an ulp: an exponential of n ln x in vector form would lose the digits of
 /// n ln x ~ 30, or need arithmetic of double length.

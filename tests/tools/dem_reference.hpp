@@ -11,6 +11,7 @@ namespace subsoil::dem::test {
 struct History {
   Vec3 xi, rho;
   bool slipping = false;
+  double own[kOwnMemory] = {};  ///< of the law
 };
 
 struct ContactResult {
@@ -37,11 +38,12 @@ ContactResult reference_contact(const L& law, const Vec3& n, double distance, co
   const double v_n = dot(i.v - j.v, n);
   const Vec3 v_t = slip_all - dot(slip_all, n) * n;
   const double m_eff = wall ? i.m : i.m * j.m / (i.m + j.m), r_eff = wall ? i.r : i.r * j.r / (i.r + j.r);
-  const auto normal = law.normal(Approach<double>{overlap, -v_n, std::sqrt(m_eff), r_eff, dt});
+  const auto normal = normal_force(law, Approach<double>{overlap, -v_n, std::sqrt(m_eff), r_eff, dt}, h.own);
   ContactResult out;
   out.force = normal.force * n;
   if (!normal.engaged) {
-    h = {};
+    h.xi = h.rho = {};
+    h.slipping = false;
     return out;
   }
   // Tangential: spring and dashpot together under Coulomb's limit.

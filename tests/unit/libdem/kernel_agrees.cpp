@@ -54,10 +54,10 @@ PairState state_of(const History& h) {
 std::vector<Answer> evaluate_pairs(const Kernel& kernel, const Law& law, const std::vector<Case>& cases, double dt,
                                    bool book = true) {
   std::vector<Sphere> spheres;
-  const std::size_t blocks_needed = (cases.size() + kBlock - 1) / kBlock,
-                    total = blocks_needed * RunRows::of(rolls(law));
+  const std::size_t blocks_needed = (cases.size() + kBlock - 1) / kBlock;
+  const MemoryShape shape = MemoryShape::of(law);
   std::vector<PairBlock> blocks(blocks_needed);
-  std::vector<Row> rows(total);
+  std::vector<Line> lines(shape.lines(blocks_needed));
   for (std::uint32_t k = 0; k < blocks_needed * kBlock; ++k) {
     const std::uint32_t from = k < cases.size() ? k : k / kBlock * kBlock;  // lanes beyond repeat the block's first
     blocks[k / kBlock].owner[k % kBlock] = 2 * from, blocks[k / kBlock].other[k % kBlock] = 2 * from + 1;
@@ -65,24 +65,23 @@ std::vector<Answer> evaluate_pairs(const Kernel& kernel, const Law& law, const s
     const Case& c = cases[k];
     spheres.push_back({c.distance * c.n, c.i.r, c.i.v, c.i.m, c.i.w, 0, 0, 0});
     spheres.push_back({{}, c.j.r, c.j.v, c.j.m, c.j.w, 1, 0, 0});
-    write_lane(BlockMemory::at(rows.data(), blocks_needed, rolls(law), k / kBlock), rolls(law), k % kBlock,
-               state_of(c.history));
+    write_lane(BlockMemory::at(lines.data(), blocks_needed, shape, k / kBlock), shape, k % kBlock, state_of(c.history));
   }
   std::size_t ring = 1;
   while (ring < spheres.size()) ring *= 2;
   std::vector<Accumulator> sums(ring, Accumulator{});
   PairJob job{};
   job.book = book;
-  job.spheres = spheres.data(), job.blocks = blocks.data(), job.rows = rows.data();
+  job.spheres = spheres.data(), job.blocks = blocks.data(), job.lines = lines.data();
   job.count = static_cast<std::uint32_t>(blocks_needed), job.pairs = static_cast<std::uint32_t>(cases.size());
   job.elapsed = dt;
   job.ring = sums.data(), job.mask = static_cast<std::uint32_t>(ring - 1);
   kernel.pairs(law, job);
   std::vector<Answer> out;
   for (std::uint32_t k = 0; k < cases.size(); ++k)
-    out.push_back(
-        {first_three(sums[2 * k].f), first_three(sums[2 * k].t), first_three(sums[2 * k + 1].t), sums[2 * k].t[3],
-         read_lane(BlockMemory::at(rows.data(), blocks_needed, rolls(law), k / kBlock), rolls(law), k % kBlock)});
+    out.push_back({first_three(sums[2 * k].f), first_three(sums[2 * k].t), first_three(sums[2 * k + 1].t),
+                   sums[2 * k].t[3],
+                   read_lane(BlockMemory::at(lines.data(), blocks_needed, shape, k / kBlock), shape, k % kBlock)});
   return out;
 }
 
@@ -91,6 +90,7 @@ std::vector<Answer> evaluate_surface(const Kernel& kernel, const Law& law, const
   std::vector<Sphere> spheres;
   for (const Case& c : cases) spheres.push_back({c.distance * c.n, c.i.r, c.i.v, c.i.m, c.i.w, 0, 0, 0});
   SurfaceJob job{};
+  const MemoryShape shape = MemoryShape::of(law);
   job.spheres = spheres.data();
   job.count = static_cast<std::uint32_t>(cases.size());
   job.elapsed = dt;
@@ -99,13 +99,13 @@ std::vector<Answer> evaluate_surface(const Kernel& kernel, const Law& law, const
     job.sphere[k] = k < cases.size() ? k : 0;
     for (int d = 0; d < 3; ++d) job.normal[d][k] = c.n[d], job.velocity[d][k] = c.j.v[d], job.spin[d][k] = c.j.w[d];
     job.distance[k] = c.distance;
-    write_lane(BlockMemory::at(job.rows, 1, rolls(law), 0), rolls(law), k, state_of(c.history));
+    write_lane(BlockMemory::at(job.lines, 1, shape, 0), shape, k, state_of(c.history));
   }
   kernel.surface(law, job);
   std::vector<Answer> out;
   for (std::uint32_t k = 0; k < cases.size(); ++k)
     out.push_back({first_three(job.f[k]), first_three(job.t_i[k]), first_three(job.t_j[k]), job.t_i[k][3],
-                   read_lane(BlockMemory::at(job.rows, 1, rolls(law), 0), rolls(law), k)});
+                   read_lane(BlockMemory::at(job.lines, 1, shape, 0), shape, k)});
   return out;
 }
 

@@ -10,7 +10,8 @@ namespace {
 NormalForce<double> at(const Law& law, double overlap, double rate) {
   return std::visit(
       [&](const auto& l) {
-        return l.resolved().normal(Approach<double>{overlap, rate, 3.77e-3, 5e-3, 0.0});
+        double own[kOwnMemory] = {};
+        return normal_force(l.resolved(), Approach<double>{overlap, rate, 3.77e-3, 5e-3, 0.0}, own);
       },
       law);
 }
