@@ -91,10 +91,7 @@ dem::LawTable with_mirror(const dem::Law& law) {
   } else {
     throw std::invalid_argument("bench: no mirror is known for this law");
   }
-  const auto resolved = [](const dem::Law& of) {
-    return std::visit([](const auto& l) -> dem::Law { return l.resolved(); }, of);
-  };
-  return {.materials = 2, .index = {0, 1, 1, -1}, .laws = {resolved(law), resolved(mirror)}};
+  return {.materials = 2, .index = {0, 1, 1, -1}, .laws = {dem::resolved(law), dem::resolved(mirror)}};
 }
 
 Tile settled_tile(const std::string& file, double side, const dem::Law& law) {

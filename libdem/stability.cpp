@@ -31,7 +31,7 @@ StiffnessBound bounds_of(const Law& law, const WorstContact& worst, double i_rol
         l.friction.bound(bound, worst.r_eff, i_roll);
         // Rolling and sliding without friction have no spring to be unstable.
         if (!(l.friction.mu > 0)) bound.k_t = bound.c_t = 0;
-        if (!(l.friction.mu_r > 0)) bound.k_r = bound.c_r = 0;
+        if (!l.friction.resists_rolling()) bound.k_r = bound.c_r = 0;
         lever = l.friction.lever == Lever::radius ? worst.r_min : worst.r_min - 0.5 * l.rest_overlap();
         return bound;
       },

@@ -40,7 +40,8 @@ struct Meeting {
   Pack n[3], overlap, v_n, v_t[3];
   Pack l_i, l_j;                  ///< levers of tangential forces
   Pack root_m, r_eff, inverse_r;  ///< sqrt(m_eff); effective radius and 1 over it
-  Pack w[3], root_i;  ///< with rolling resistance: rolling velocity, sqrt of both bodies' 7/5 m r^2 in series
+  // With rolling resistance: rolling velocity, spin about the normal, sqrt of both bodies' 7/5 m r^2 in series.
+  Pack w[3], twist, root_i;
 };
 
 struct Response {
@@ -79,13 +80,29 @@ template <bool Pair, bool Rolls>
   }
   if constexpr (Rolls) {
     for (int d = 0; d < 3; ++d) out.w[d] = a.w_i[d] - a.w_j[d];
-    const Pack twist = dot3(out.w, a.n);
-    for (int d = 0; d < 3; ++d) out.w[d] = out.w[d] - twist * a.n[d];
+    out.twist = dot3(out.w, a.n);
+    for (int d = 0; d < 3; ++d) out.w[d] = out.w[d] - out.twist * a.n[d];
     const Pack own = Pack(1.4) * a.m_i * a.r_i * a.r_i, other = Pack(1.4) * a.m_j * a.r_j * a.r_j;
     const Pack inertias = own * other;
     out.root_i = Pair ? inertias * rsqrt(inertias * (own + other)) : sqrt(own);
   }
   return out;
+}
+
+/// Resistance to twist. Its spring and dashpot lie in those of rolling, along the normal, where rolling has no part.
+template <class L, int Own>
+[[gnu::always_inline]] inline void resist_twist(const L& law, const Meeting& a, const NormalForce<Pack>& normal,
+                                                Pack angle, Pack dash_before, Pack dt, History<Own>& h, Response& out) {
+  const Slip<Pack, 1> s = law.friction.twist(normal, angle, a.twist, dash_before, a.r_eff, a.inverse_r, a.root_i, dt);
+  for (int d = 0; d < 3; ++d) {
+    out.t_i[d] = out.t_i[d] - s.force[0] * a.n[d];
+    out.t_j[d] = out.t_j[d] + s.force[0] * a.n[d];
+    h.rho[d] = h.rho[d] + s.x[0] * a.n[d];
+    h.dash_r[d] = h.dash_r[d] + s.dashpot[0] * a.n[d];
+  }
+  const Pack k = Pack(Friction::turning_share(law.friction.mu_t)) * normal.k_n * a.r_eff * a.r_eff;
+  out.rolled += s.slid + s.damped;
+  out.stored += Pack(0.5) * k * s.x[0] * s.x[0];
 }
 
 /// The law on what meets; h is the contact's memory, in and out.
@@ -104,15 +121,17 @@ template <bool Pair, bool Rolls, class L>
     out.t_j[d] = Pair ? a.l_j * q : zero;
     h.xi[d] = slide.x[d];
   }
-  out.damped = half * (h.dash_n + normal.damping) * (-a.v_n) * dt + slide.damped;
+  out.damped = half * (h.dash_n + normal.damping) * (-a.v_n) * dt + normal.lost + slide.damped;
   out.slid = slide.slid;
   out.rolled = zero;
   out.stored = normal.stored + half * normal.k_t * dot3(slide.x, slide.x);
   if constexpr (Rolls) {
+    const bool twists = law.friction.resists_twist();
+    const Pack angle = twists ? dot3(h.rho, a.n) : zero, dash_before = twists ? dot3(h.dash_r, a.n) : zero;
     turn(h.rho, a.n);
     const Slip<Pack> roll = law.friction.roll(normal, h.rho, a.w, h.dash_r, a.r_eff, a.inverse_r, a.root_i, dt);
     const double share =
-        law.friction.rolling == Rolling::elastic_plastic ? 2.25 * law.friction.mu_r * law.friction.mu_r : 0.0;
+        law.friction.rolling == Rolling::elastic_plastic ? Friction::turning_share(law.friction.mu_r) : 0.0;
     const Pack k_r = Pack(share) * normal.k_n * a.r_eff * a.r_eff;
     for (int d = 0; d < 3; ++d) {
       out.t_i[d] = out.t_i[d] - roll.force[d];
@@ -122,6 +141,7 @@ template <bool Pair, bool Rolls, class L>
     }
     out.rolled = roll.slid + roll.damped;
     out.stored += half * k_r * dot3(roll.x, roll.x);
+    if (twists) resist_twist(law, a, normal, angle, dash_before, dt, h, out);
   }
   for (int d = 0; d < 3; ++d) h.dash_t[d] = slide.dashpot[d];
   h.dash_n = normal.damping;

@@ -5,33 +5,15 @@
 /// this around laws that have one, so that the others carry neither its arithmetic nor its memory.
 namespace subsoil::dem {
 
-/// Scalars that the contacts of a law keep.
-template <class L>
-constexpr int memory_of() {
-  if constexpr (requires { L::memory; }) {
-    return L::memory;
-  } else {
-    return 0;
-  }
-}
-
 template <class Normal>
 struct Cohesive : Normal {
-  static constexpr int memory = memory_of<Normal>() + 1;  ///< the normal law's, and whether a bridge holds
+  static constexpr int memory = own_memory<Normal>() + 1;  ///< the normal law's, and whether a bridge holds
 
   double reach() const { return std::max(Normal::reach(), this->cohesion.reach()); }
 
   template <class T>
   [[gnu::always_inline]] NormalForce<T> normal(const Approach<T>& a, T (&memory)[Cohesive::memory]) const {
-    NormalForce<T> n;
-    if constexpr (constexpr int own = memory_of<Normal>(); own > 0) {
-      T part[own];
-      for (int k = 0; k < own; ++k) part[k] = memory[k];
-      n = Normal::normal(a, part);
-      for (int k = 0; k < own; ++k) memory[k] = part[k];
-    } else {
-      n = Normal::normal(a);
-    }
+    NormalForce<T> n = normal_force(static_cast<const Normal&>(*this), a, memory);
     this->cohesion.add(a, n, memory[Cohesive::memory - 1]);
     return n;
   }

@@ -14,15 +14,8 @@ inline double min(double a, double b) { return a < b ? a : b; }
 inline double sqrt(double a) { return std::sqrt(a); }
 inline double pow(double a, double n) { return std::pow(a, n); }
 inline double rsqrt(double a) { return 1 / std::sqrt(a); }  ///< 1/sqrt(a), a > 0
-inline double log(double a) { return std::log(a); }
 inline bool both(bool a, bool b) { return a && b; }
 inline bool any(bool a) { return a; }  ///< in any lane: skips what no contact of a pack needs
-
-/// Smaller than any divisor that occurs: a guard against division by zero.
-template <class T>
-inline T tiny() {
-  return T(1e-30);
-}
 
 /// What a comparison of two T gives: bool for double, a lane mask for a pack.
 template <class T>
