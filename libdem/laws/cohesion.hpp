@@ -91,6 +91,12 @@ struct Cohesion {
     return c;
   }
 
+  /// Takes a share of the attraction, while a bed settles.
+  void weaken(double share) {
+    density *= share, work *= share, tension *= share;  // those left out are NaN and stay so
+    *this = completed();
+  }
+
   bool acts() const { return kind != Kind::none; }
   /// Gap at which a bridge ruptures, m; elsewhere attraction ends with the contact.
   double reach() const { return end; }

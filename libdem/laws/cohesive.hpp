@@ -9,6 +9,7 @@ template <class Normal>
 struct Cohesive : Normal {
   static constexpr int memory = own_memory<Normal>() + 1;  ///< the normal law's, and whether a bridge holds
 
+  void weaken(double share) { this->cohesion.weaken(share); }
   double reach() const { return std::max(Normal::reach(), this->cohesion.reach()); }
 
   template <class T>

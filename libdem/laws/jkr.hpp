@@ -25,14 +25,14 @@ namespace subsoil::dem {
 
 struct Jkr : ElasticPair {
   static constexpr bool constant_stiffness = false;
-  static constexpr int memory = 2;  ///< sqrt(a_0) while the neck holds, else 0; a at the last evaluation, m
+  static constexpr int memory = 2;  ///< cube root of R while the neck holds, else 0; a at the last evaluation, m
   enum class Separation { rupture, pull_off };
   double work = std::numeric_limits<double>::quiet_NaN();
   double restitution = std::numeric_limits<double>::quiet_NaN();
   Separation separation = Separation::rupture;
   Friction friction;
-  // Filled by resolved(): the end of the branch, x and u of below; its length with the largest r_eff, m; factors of a_0
-  // and of the dashpot.
+  // Filled by resolved(): the end of the branch, x and u of below; its length with the largest r_eff, m; a_0 over
+  // R^(2/3); factor of the dashpot.
   double end_x = 0, end_u = 0, longest = 0, scale = 0, damping = 0;
 
   template <class V>
@@ -53,10 +53,15 @@ struct Jkr : ElasticPair {
     Jkr law = *this;
     const double y = separation == Separation::rupture ? y_rupture : std::cbrt(0.75);
     law.end_x = y * (y * y * y - 1), law.end_u = energy_at(y);
-    law.scale = std::sqrt(2 * std::numbers::pi * work / E_eff);
-    law.longest = -law.end_x * std::pow(law.scale * widest, 4.0 / 3.0) / widest;
+    law.scale = std::cbrt(2 * std::numbers::pi * work / E_eff);
+    law.longest = -law.end_x * law.scale * law.scale * std::cbrt(widest);
     law.damping = 2 * std::sqrt(5.0 / 6.0) * damping_ratio(restitution);
     return law;
+  }
+  /// Takes a share of the attraction, while a bed settles; a trace stays, since the branch is measured by it.
+  void weaken(double share) {
+    work *= std::max(share, 1e-6);
+    *this = resolved();
   }
   double reach() const { return longest; }  ///< neck of the largest r_eff: it grows with the cube root
   double rest_overlap() const { return 0; }
@@ -65,9 +70,9 @@ struct Jkr : ElasticPair {
   [[gnu::always_inline]] NormalForce<T> normal(const Approach<T>& a, T (&memory)[2]) const {
     const T zero(0.0), one(1.0), r = a.r_eff;
     const auto fresh = both(a.overlap > zero, zero >= memory[0]);
-    if (any(fresh)) memory[0] = select(fresh, pow(T(scale) * r, 1.0 / 3.0), memory[0]);
+    if (any(fresh)) memory[0] = select(fresh, pow(r, 1.0 / 3.0), memory[0]);
     const auto wetted = memory[0] > zero;
-    const T a0 = select(wetted, memory[0] * memory[0], r), unit = a0 * a0 / r;
+    const T a0 = select(wetted, T(scale) * memory[0] * memory[0], r), unit = a0 * a0 / r;
     // Above the rupture, in units of the branch: x - x_f >= 0.
     const T above = max(a.overlap / unit - T(rupture_x), zero);
     const T y = branch_at(above), y3 = y * y * y, pull = T(2 * std::numbers::pi * work) * r;
