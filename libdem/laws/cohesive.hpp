@@ -19,17 +19,21 @@ struct Cohesive : Normal {
     return n;
   }
 
-  /// Stiffness at the overlap that bodies reach which attract each other. Throws std::invalid_argument when attraction
-  /// is stronger than the contact: without a load they would sink into each other by half a radius and more.
+  /// Throws std::invalid_argument when attraction is stronger than the contact: without a load the spheres would sink
+  /// into each other by half a radius and more.
+  void refuse_collapse(double r_eff) const {
+    if (stored(r_eff, {.m_eff = 1, .r_eff = r_eff, .r_min = r_eff, .speed = 0}, true) > 0) return;
+    throw std::invalid_argument("at r_eff = " + std::to_string(1e3 * r_eff) +
+                                " mm the cohesion is stronger than the contact, spheres would sink into each other; "
+                                "take a stiffer contact or a weaker cohesion");
+  }
+
+  /// Stiffness at the overlap that bodies reach which attract each other.
   StiffnessBound bound(const WorstContact& w) const {
     WorstContact harder = w;
     if constexpr (!Normal::constant_stiffness) harder.speed = speed_of(overlap_at(w), w);
     StiffnessBound b = Normal::bound(harder);
     b.k_n = std::max(b.k_n, this->cohesion.stiffness(w));
-    if (stored(w.r_eff, w, true) <= 0)
-      throw std::invalid_argument("the cohesion of spheres of radius " + std::to_string(w.r_min) +
-                                  " m is stronger than their contact: they would sink into each other; take a stiffer "
-                                  "contact or a weaker cohesion");
     return b;
   }
 

@@ -1,5 +1,7 @@
 #pragma once
 #include <algorithm>
+#include <stdexcept>
+#include <string>
 
 #include "libdem/laws/elastic_pair.hpp"
 #include "libdem/laws/linear.hpp"
@@ -99,6 +101,15 @@ struct Jkr : ElasticPair {
     return n;
   }
 
+  /// Throws std::invalid_argument where the neck would be as wide as the spheres: a_0 above r_eff.
+  void refuse_collapse(double r_eff) const {
+    if (scale * std::cbrt(r_eff * r_eff) < r_eff) return;
+    throw std::invalid_argument(
+        "at r_eff = " + std::to_string(1e3 * r_eff) +
+        " mm the contact radius without load, (2 pi w R^2/E_eff)^(1/3), is above r_eff; the law "
+        "holds far below: take a stiffer material or a smaller work of adhesion");
+  }
+
   /// At the contact radius that the expected speed reaches on the branch; the tangent of F(delta) stays below 2 E* a.
   StiffnessBound bound(const WorstContact& w) const {
     const double a0 = std::cbrt(2 * std::numbers::pi * work * w.r_eff * w.r_eff / E_eff);
@@ -131,7 +142,7 @@ struct Jkr : ElasticPair {
   [[gnu::always_inline]] static T branch_at(const T& w) {
     constexpr double yf = y_rupture, at_zero = 0.816496580927726033;  // d(y^2)/d sqrt(w) at 0: sqrt(2/3)
     const T u = sqrt(w);
-    const T rise = u * (T(at_zero) + T(0.722) * u) / (T(1.0) + T(0.72) * u);
+    const T rise = u * (T(at_zero) + T(0.72) * u) / (T(1.0) + T(0.722) * u);
     T z = rise / (sqrt(T(yf * yf) + rise) + T(yf));
     for (int k = 0; k < 2; ++k) {
       const T f = z * z * (T(6 * yf * yf) + z * (T(4 * yf) + z)) - w;

@@ -104,7 +104,7 @@ inline std::vector<std::pair<std::string, Law>> every_law() {
   spheres.E_eff = 5e6;
   Jkr at_pull_off = sticky(10);
   at_pull_off.separation = Jkr::Separation::pull_off;
-  Cohesion by_area = cohesion_by_area(1e6, Cohesion::Area::sjkr2);
+  Cohesion by_area = cohesion_by_area(2e5, Cohesion::Area::sjkr2);
   by_area.limit = Cohesion::FrictionLimit::net_force;
   HertzMindlin twisting = hertz;
   twisting.friction.mu_t = 0.1, twisting.friction.mu_r = 0;
