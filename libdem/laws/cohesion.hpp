@@ -16,11 +16,11 @@
 /// Symbols: R = r1 r2/(r1 + r2) m (the sphere's radius at a boundary); k cohesion energy density J/m^3; w work of
 /// adhesion J/m^2; gamma surface tension N/m, theta contact angle, V volume of one bridge m^3, S gap, S_r the gap at
 /// which a bridge ruptures, m.
-/// `lens` is the circle in which two equal spheres cut each other (LIGGGHTS sjkr; for unequal ones it is short by
-/// 3 delta/(8 R) of itself at most), `hertz` the circle of Hertz's contact (EDEM; Ucgul 2014), `sjkr2` that of
+/// `lens` is the circle in which two equal spheres cut each other (LIGGGHTS sjkr; that of unequal ones and at walls is
+/// less, by 3 delta/(8 R) of itself at most), `hertz` the circle of Hertz's contact (EDEM; Ucgul 2014), `sjkr2` that of
 /// LIGGGHTS. A bridge forms when the surfaces touch, and ruptures at S_r; `at-rupture-distance` lets it form there too.
-/// Its meniscus is a cylinder: V/R^3 below 0.01. No viscous force. Friction and rolling are limited by `friction
-/// limit`:
+/// Its meniscus is a cylinder: V/R^3 below 0.01. No viscous force.
+/// Friction and rolling are limited by `friction limit`:
 ///     pressing-force  max(0, F + F_c), what presses the surfaces together (default)
 ///     net-force       |F| (LIGGGHTS)
 ///     thornton        max(0, F + 2 F_c) (LAMMPS, dmt)
