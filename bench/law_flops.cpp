@@ -58,6 +58,8 @@ int main() {
   for (const auto& [name, law] : {std::pair{LawName::linear, "linear"},
                                   {LawName::hertz, "hertz-mindlin"},
                                   {LawName::rolling, "linear, rolling"},
-                                  {LawName::wet, "wet, rolling"}})
-    std::printf("%-16s %ld\n", law, operations(law_of(name)));
+                                  {LawName::wet, "wet, rolling"},
+                                  {LawName::jkr, "jkr"},
+                                  {LawName::bridge, "hertz-mindlin, liquid bridge"}})
+    std::printf("%-28s %ld\n", law, operations(subsoil::dem::resolved(law_of(name))));
 }

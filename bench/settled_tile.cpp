@@ -85,6 +85,8 @@ dem::LawTable with_mirror(const dem::Law& law) {
     linear->k_n *= 2;
   } else if (auto* hertz = std::get_if<dem::HertzMindlin>(&mirror)) {
     hertz->E_eff *= 2, hertz->G_eff *= 2;
+  } else if (auto* jkr = std::get_if<dem::Jkr>(&mirror)) {
+    jkr->E_eff *= 2, jkr->G_eff *= 2, jkr->work /= 2;
   } else if (auto* wet = std::get_if<dem::Wet>(&mirror)) {
     wet->K_X *= 2, wet->K_Y *= 2, wet->K_B *= 2;
     wet->dc /= 2, wet->dB /= 2, wet->D /= 2;

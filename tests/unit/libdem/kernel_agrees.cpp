@@ -49,6 +49,7 @@ Vec3 vector(const double (&x)[3]) { return {x[0], x[1], x[2]}; }
 PairState state_of(const History& h, const Vec3& n) {
   PairState s;
   for (int d = 0; d < 3; ++d) s.xi[d] = h.xi[d], s.rho[d] = h.rho[d] + h.twist * n[d];
+  for (int k = 0; k < kOwnMemory; ++k) s.own[k] = h.own[k];
   s.slipping = h.slipping ? 1 : 0;
   return s;
 }
@@ -113,6 +114,17 @@ std::vector<Answer> evaluate_surface(const Kernel& kernel, const Law& law, const
   return out;
 }
 
+/// Contacts that have touched before, for laws that remember it.
+void touch(const Law& law, Case& c) {
+  const bool wall = c.j.r == 0;
+  const double m = wall ? c.i.m : c.i.m * c.j.m / (c.i.m + c.j.m), r = wall ? c.i.r : c.i.r * c.j.r / (c.i.r + c.j.r);
+  std::visit(
+      [&](const auto& l) {
+        normal_force(l, Approach<double>{1e-4, 0, std::sqrt(m), r, 0}, c.history.own);
+      },
+      law);
+}
+
 bool law_twists(const Law& law) {
   return std::visit([](const auto& l) { return l.friction.resists_twist(); }, law);
 }
@@ -125,6 +137,7 @@ TEST(Kernels, AgreeWithTheScalarContact) {
       for (int trial = 0; trial < 2000; ++trial) {
         const bool wall = trial % 3 == 0;
         Case c = random_case(dice, wall);
+        if (trial % 4 < 2) touch(resolved, c);
         const double dt = trial % 5 == 0 ? 0 : 1e-5;
         const Answer got = wall ? evaluate_surface(kernel, resolved, {c}, dt)[0]
                                 : evaluate_pairs(kernel, resolved, {c}, dt, trial % 2 == 0)[0];
@@ -140,6 +153,8 @@ TEST(Kernels, AgreeWithTheScalarContact) {
         if (law_twists(resolved)) {
           EXPECT_NEAR(dot(vector(got.state.rho), c.n), c.history.twist, 1e-9 * 1e-2) << kernel.name << name;
         }
+        for (int k = 0; k < kOwnMemory; ++k)
+          EXPECT_NEAR(got.state.own[k], c.history.own[k], 1e-9 * std::abs(c.history.own[k])) << kernel.name << name;
         EXPECT_EQ(got.touching, overlap > 0 ? 1 : 0);
       }
     }
