@@ -55,7 +55,7 @@ inline HuntCrossley viscoelastic(double n, double c, double b, double mu, double
 }
 
 /// Soft adhesive spheres, a contact radius of 0.3 mm without load.
-inline Jkr sticky(double work = 1, double restitution = 0.7, double mu = 0.4, double mu_r = 0.05) {
+inline Jkr tacky(double work = 1, double restitution = 0.7, double mu = 0.4, double mu_r = 0.05) {
   Jkr j;
   j.take_materials(1e7, 0.3, 1e7, 0.3);
   j.work = work, j.restitution = restitution;
@@ -102,7 +102,7 @@ inline std::vector<std::pair<std::string, Law>> every_law() {
   constant.friction.mu_d = 0.3;
   HuntCrossley spheres = viscoelastic(1.5, NAN, 0.3, 0.4, 0.05);
   spheres.E_eff = 5e6;
-  Jkr at_pull_off = sticky(10);
+  Jkr at_pull_off = tacky(10);
   at_pull_off.separation = Jkr::Separation::pull_off;
   Cohesion by_area = cohesion_by_area(2e5, Cohesion::Area::sjkr2);
   by_area.limit = Cohesion::FrictionLimit::net_force;
@@ -124,7 +124,7 @@ inline std::vector<std::pair<std::string, Law>> every_law() {
           {"linear, constant torque", constant},
           {"linear, constant direction", opposing},
           {"hertz-mindlin", hertz},
-          {"jkr", sticky()},
+          {"jkr", tacky()},
           {"jkr, pull-off", at_pull_off},
           {"linear, cohesion by area", with(grains(), by_area)},
           {"hertz-mindlin, dmt, twist", with(twisting, dmt(5))},

@@ -177,8 +177,8 @@ TEST(Cohesion, RefusesAttractionThatNoContactHolds) {
   EXPECT_FALSE(accepts(by_area, 2.5 * kRadius));  // the lens grows a little slower than the overlap
   EXPECT_TRUE(accepts(with(elastic(1e7, 0.3, 0.5, 0.3), dmt(1)), kRadius));
   EXPECT_FALSE(accepts(with(elastic(1e5, 0.3, 0.5, 0.3), dmt(100)), kRadius));
-  EXPECT_TRUE(accepts(sticky(1), kRadius));
-  EXPECT_FALSE(accepts(sticky(5e3), kRadius));
+  EXPECT_TRUE(accepts(tacky(1), kRadius));
+  EXPECT_FALSE(accepts(tacky(5e3), kRadius));
 }
 
 /// The stable step sees the stiffness of the overlap that attraction presses spheres to.
