@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "libdem/bed/carve.hpp"
 #include "libdem/bed/placement.hpp"
@@ -80,6 +81,24 @@ dem::Wet cohesive() {
   return w;
 }
 
+/// As hertz(), with a pull-off of a hundredth of a sphere's weight: it rests with the same overlaps.
+double weak_adhesion() {
+  return 0.01 * kDensity * dem::sphere_volume(kRadius) * 9.81 / (2 * std::numbers::pi * kRadius);
+}
+dem::Jkr jkr() {
+  const dem::HertzMindlin dry = hertz();
+  dem::Jkr j;
+  j.E_eff = dry.E_eff, j.G_eff = dry.G_eff, j.restitution = dry.restitution, j.work = weak_adhesion();
+  j.friction = dry.friction;
+  return j;
+}
+dem::HertzMindlin bridge() {
+  dem::HertzMindlin h = hertz();
+  h.cohesion.kind = dem::Cohesion::Kind::liquid_bridge;
+  h.cohesion.tension = weak_adhesion(), h.cohesion.angle = 0, h.cohesion.volume = 1e-12;
+  return h;
+}
+
 /// Blocks along x and z, about twice as many along.
 std::array<int, 2> blocks(double spheres) {
   const double all = std::max(1.0, std::round(spheres / static_cast<double>(kTileSpheres)));
@@ -138,6 +157,10 @@ dem::Law law_of(LawName name) {
       return eepa();
     case LawName::variable:
       return variable();
+    case LawName::jkr:
+      return jkr();
+    case LawName::bridge:
+      return bridge();
   }
   return linear();
 }

@@ -148,7 +148,8 @@ int main(int argc, char** argv) {
   app.add_option("--case", r.kind, "rest, plough, pour")
       ->transform(name_of(std::map<std::string, bench::Kind>{
           {"rest", bench::Kind::rest}, {"plough", bench::Kind::plough}, {"pour", bench::Kind::pour}}));
-  app.add_option("--law", r.law, "linear, hertz, rolling, cohesive, wet, hysteretic, luding, eepa, variable")
+  app.add_option("--law", r.law,
+                 "linear, hertz, rolling, cohesive, wet, hysteretic, luding, eepa, variable, jkr, bridge")
       ->transform(name_of(std::map<std::string, bench::LawName>{{"linear", bench::LawName::linear},
                                                                 {"hertz", bench::LawName::hertz},
                                                                 {"rolling", bench::LawName::rolling},
@@ -157,7 +158,9 @@ int main(int argc, char** argv) {
                                                                 {"hysteretic", bench::LawName::hysteretic},
                                                                 {"luding", bench::LawName::luding},
                                                                 {"eepa", bench::LawName::eepa},
-                                                                {"variable", bench::LawName::variable}}));
+                                                                {"variable", bench::LawName::variable},
+                                                                {"jkr", bench::LawName::jkr},
+                                                                {"bridge", bench::LawName::bridge}}));
   app.add_option("--spheres", r.spheres, "about; whole blocks of 13,000");
   app.add_option("--triangles", r.triangles, "of the plough's tool: 740, 20000, or 0 for none");
   app.add_option("--threads", r.threads);

@@ -63,6 +63,8 @@ int main() {
                                   {LawName::hysteretic, "hysteretic"},
                                   {LawName::luding, "luding"},
                                   {LawName::eepa, "eepa"},
-                                  {LawName::variable, "variable restitution"}})
-    std::printf("%-20s %ld\n", law, operations(law_of(name)));
+                                  {LawName::variable, "variable restitution"},
+                                  {LawName::jkr, "jkr"},
+                                  {LawName::bridge, "hertz-mindlin, liquid bridge"}})
+    std::printf("%-28s %ld\n", law, operations(subsoil::dem::resolved(law_of(name))));
 }

@@ -23,7 +23,7 @@ using Vec2 = std::array<double, 2>;
 inline constexpr double required = std::numeric_limits<double>::quiet_NaN();  ///< the file must say it
 inline constexpr double unlimited = std::numeric_limits<double>::infinity();
 
-using dem::Law;
+using Law = dem::GivenLaw;
 using Joint = mbd::AnyJoint;
 using Driver = mbd::AnyDriver;
 using Force = mbd::AnyForce;

@@ -202,6 +202,7 @@ Law softened(const Law& law, double attraction, double friction) {
         l.friction.mu *= friction;
         l.friction.mu_d *= friction;  // NaN, left out, stays NaN
         l.friction.mu_r *= friction;
+        l.friction.mu_t *= friction;
         return l;
       },
       law);

@@ -49,7 +49,7 @@ struct Touch {
 template <class P>
 struct Meeting {
   P n[3], overlap, v_n, v_t[3];
-  P w[3];                ///< rolling velocity, with rolling resistance
+  P w[3], twist;         ///< with rolling resistance: rolling velocity, spin about the normal
   P l_i, l_j;            ///< levers of tangential forces
   P r_i, m_i, r_j, m_j;  ///< of a surface not used
 };
@@ -78,8 +78,9 @@ template <bool Pair, bool Rolls, class P>
   if constexpr (Rolls) {
     P w[3];
     for (int d = 0; d < 3; ++d) w[d] = a.w_i[d] - a.w_j[d];
-    turn(w, a.n);
-    for (int d = 0; d < 3; ++d) out.w[d] = w[d];
+    const P twist = dot3(w, a.n);
+    for (int d = 0; d < 3; ++d) out.w[d] = w[d] - twist * a.n[d];
+    out.twist = twist;
   }
   out.overlap = a.overlap, out.v_n = v_n, out.l_i = l_i, out.l_j = l_j;
   out.r_i = a.r_i, out.m_i = a.m_i, out.r_j = a.r_j, out.m_j = a.m_j;
@@ -99,6 +100,23 @@ template <bool Pair, class P>
   } else {
     return {sqrt(a.m_i), a.r_i, P(1.0) / a.r_i};
   }
+}
+
+/// Resistance to twist. Its spring and dashpot lie in those of rolling, along the normal, where rolling has no part.
+template <class L, class P, int Own>
+[[gnu::always_inline]] inline void resist_twist(const L& law, const Meeting<P>& a, const Effective<P>& e, P root_i,
+                                                const NormalForce<P>& normal, P angle, P dash_before, P dt,
+                                                History<P, Own>& h, Response<P>& out) {
+  const Slip<P, 1> s = law.friction.twist(normal, angle, a.twist, dash_before, e.r_eff, e.inverse_r, root_i, dt);
+  for (int d = 0; d < 3; ++d) {
+    out.t_i[d] = out.t_i[d] - s.force[0] * a.n[d];
+    out.t_j[d] = out.t_j[d] + s.force[0] * a.n[d];
+    h.rho[d] = h.rho[d] + s.x[0] * a.n[d];
+    h.dash_r[d] = h.dash_r[d] + s.dashpot[0] * a.n[d];
+  }
+  const P k = P(Friction::turning_share(law.friction.mu_t)) * normal.k_n * e.r_eff * e.r_eff;
+  out.rolled += s.slid + s.damped;
+  out.stored += P(0.5) * k * s.x[0] * s.x[0];
 }
 
 /// The law on what meets; h is the contact's memory, in and out. What a law does not use of the effective numbers the
@@ -125,12 +143,14 @@ template <bool Pair, bool Rolls, class P, class L>
   out.rolled = zero;
   out.stored = normal.stored + half * normal.k_t * dot3(slide.x, slide.x);
   if constexpr (Rolls) {
+    const bool twists = law.friction.resists_twist();
+    const P angle = twists ? dot3(h.rho, a.n) : zero, dash_before = twists ? dot3(h.dash_r, a.n) : zero;
     turn(h.rho, a.n);
     const P own = P(1.4) * a.m_i * a.r_i * a.r_i;
     const P root_i = Pair ? series_root(own, P(1.4) * a.m_j * a.r_j * a.r_j) : sqrt(own);
     const Slip<P> roll = law.friction.roll(normal, h.rho, a.w, h.dash_r, e.r_eff, e.inverse_r, root_i, dt);
     const double share =
-        law.friction.rolling == Rolling::elastic_plastic ? 2.25 * law.friction.mu_r * law.friction.mu_r : 0.0;
+        law.friction.rolling == Rolling::elastic_plastic ? Friction::turning_share(law.friction.mu_r) : 0.0;
     const P k_r = P(share) * normal.k_n * e.r_eff * e.r_eff;
     for (int d = 0; d < 3; ++d) {
       out.t_i[d] = out.t_i[d] - roll.force[d];
@@ -140,6 +160,7 @@ template <bool Pair, bool Rolls, class P, class L>
     }
     out.rolled = roll.slid + roll.damped;
     out.stored += half * k_r * dot3(roll.x, roll.x);
+    if (twists) resist_twist(law, a, e, root_i, normal, angle, dash_before, dt, h, out);
   }
   for (int d = 0; d < 3; ++d) h.dash_t[d] = slide.dashpot[d];
   h.dash_n = normal.damping;

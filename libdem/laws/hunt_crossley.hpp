@@ -19,6 +19,7 @@ struct HuntCrossley {
   impact::HuntCrossley impact;
   double E_eff = std::numeric_limits<double>::quiet_NaN();
   double stiffness_ratio = 2.0 / 7.0;
+  Cohesion cohesion;
   Friction friction;
 
   template <class V>
@@ -28,6 +29,7 @@ struct HuntCrossley {
     v.derived("E_eff", E_eff, "Pa", "(0, inf)",
               "effective Young's modulus, when c is left out; left out: from both materials' young and poisson");
     v.quantity("stiffness ratio", stiffness_ratio, "1", "[0, inf)", "tangential over normal stiffness");
+    cohesion.describe(v);
     friction.describe(v);
   }
 
@@ -40,6 +42,7 @@ struct HuntCrossley {
 
   HuntCrossley resolved() const {
     HuntCrossley law = *this;
+    law.cohesion = cohesion.completed();
     law.impact = impact.completed();
     return law;
   }

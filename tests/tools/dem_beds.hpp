@@ -85,10 +85,40 @@ inline VariableRestitution yielding(VariableRestitution::Normal part) {
   return v;
 }
 
-/// One law for everything.
-inline LawTable table(const Law& law) {
-  return {.materials = 1, .index = {0}, .laws = {std::visit([](const auto& l) -> Law { return l.resolved(); }, law)}};
+/// Soft adhesive spheres, a contact radius of 0.3 mm without load.
+inline Jkr tacky(double work = 1, double restitution = 0.7, double mu = 0.4, double mu_r = 0.05) {
+  Jkr j;
+  j.take_materials(1e7, 0.3, 1e7, 0.3);
+  j.work = work, j.restitution = restitution;
+  j.friction.mu = mu, j.friction.mu_r = mu_r;
+  return j;
 }
+
+inline Cohesion cohesion_by_area(double density, Cohesion::Area area = Cohesion::Area::lens) {
+  Cohesion c;
+  c.kind = Cohesion::Kind::linear, c.density = density, c.area = area;
+  return c;
+}
+inline Cohesion dmt(double work) {
+  Cohesion c;
+  c.kind = Cohesion::Kind::dmt, c.work = work;
+  return c;
+}
+/// Water between spheres of some millimetres.
+inline Cohesion water(double volume = 1e-9, double angle = 0.3) {
+  Cohesion c;
+  c.kind = Cohesion::Kind::liquid_bridge;
+  c.tension = 0.072, c.angle = angle, c.volume = volume;
+  return c;
+}
+template <class Normal>
+Normal with(Normal law, const Cohesion& cohesion) {
+  law.cohesion = cohesion;
+  return law;
+}
+
+/// One law for everything.
+inline LawTable table(const Law& law) { return {.materials = 1, .index = {0}, .laws = {resolved(law)}}; }
 
 /// Every law of the list with numbers that suit spheres of some millimetres: a property test runs over it.
 inline std::vector<std::pair<std::string, Law>> every_law() {
@@ -109,6 +139,18 @@ inline std::vector<std::pair<std::string, Law>> every_law() {
   steady.unloading = Luding::Unloading::constant, steady.damping = NAN, steady.restitution = 0.8;
   Eepa hertzian = powder(1.5, 3e5, 0.6, 20);
   hertzian.f0 = 0.01, hertzian.chi = 3.5;
+  Jkr at_pull_off = tacky(10);
+  at_pull_off.separation = Jkr::Separation::pull_off;
+  Cohesion by_area = cohesion_by_area(2e5, Cohesion::Area::sjkr2);
+  by_area.limit = Cohesion::FrictionLimit::net_force;
+  HertzMindlin twisting = hertz;
+  twisting.friction.mu_t = 0.1, twisting.friction.mu_r = 0;
+  Cohesion from_afar = water(5e-9, 0.8);
+  from_afar.forms = Cohesion::Forms::at_rupture_distance, from_afar.limit = Cohesion::FrictionLimit::thornton;
+  Linear smooth = grains();
+  smooth.friction.tangential = Tangential::dashpot, smooth.friction.mu_t = 0.02;
+  Linear opposing = grains();
+  opposing.friction.tangential = Tangential::constant_direction;
   return {{"hysteretic", compactable()},
           {"hysteretic, kept", kept},
           {"luding", sticky()},
@@ -125,7 +167,14 @@ inline std::vector<std::pair<std::string, Law>> every_law() {
           {"wet, D < 0", gap},
           {"linear", grains()},
           {"linear, constant torque", constant},
-          {"hertz-mindlin", hertz}};
+          {"linear, constant direction", opposing},
+          {"hertz-mindlin", hertz},
+          {"jkr", tacky()},
+          {"jkr, pull-off", at_pull_off},
+          {"linear, cohesion by area", with(grains(), by_area)},
+          {"hertz-mindlin, dmt, twist", with(twisting, dmt(5))},
+          {"hunt-crossley, liquid bridge", with(spheres, water())},
+          {"linear, liquid bridge from afar", with(smooth, from_afar)}};
 }
 
 inline BedOptions quiet(const Vec3& gravity = {}, int threads = 1) {

@@ -269,6 +269,25 @@ TEST(ScenarioRefusals, TheHouseExample) {
             Lines{"till.yaml:9:18 contacts[0].restitution = 1.3: must be in (0, 1]; for no damping use 1"});
 }
 
+TEST(ScenarioRefusals, CohesionTakesTheQuantitiesOfItsKindOnly) {
+  const std::string text =
+      "subsoil: 1\ntime: {end: 1 s}\nmaterials: {a: {density: 1 kg/m^3}}\ncontacts:\n"
+      "  - {between: [a, a], law: linear, k_n: 1 kN/m, mu: 0.5, restitution: 0.3, cohesion: liquid-bridge,\n"
+      "     surface tension: 72 mN/m, contact angle: 20 deg, liquid volume: 1 mm^3}\n"
+      "machine: {bodies: {b: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}}}\n";
+  EXPECT_EQ(refusals(text), Lines{});
+  const auto linear = std::get<dem::Linear>(load_scenario_text(text).scenario.contacts[0].law);
+  EXPECT_NEAR(linear.cohesion.volume, 1e-9, 1e-24);
+  EXPECT_NEAR(linear.cohesion.angle, 20 * 3.14159265358979 / 180, 1e-12);
+  EXPECT_EQ(refusals(text, {"contacts[0].cohesion=dmt"}),
+            Lines{"till.yaml:5:5 contacts[0]: cohesion: dmt needs `work of adhesion`"});
+  EXPECT_EQ(
+      refusals(text, {"contacts[0].cohesion=none"}),
+      Lines{"till.yaml:5:5 contacts[0]: `surface tension` belongs to cohesion: liquid-bridge, which here is none; "
+            "leave it out, or change the word"});
+  EXPECT_EQ(refusals(text, {"contacts[0].law=hunt-crosley"}).size(), 1U);
+}
+
 TEST(ScenarioRefusals, AllErrorsOfAFileAtOnceInItsOrder) {
   const std::string text =
       "subsoil: 1\n"

@@ -30,7 +30,9 @@ Case random_case(Dice& dice, bool wall) {
   c.j = {dice.ball(2), dice.ball(150), dice.between(5e-3, 12e-3), dice.between(1e-3, 9e-3)};
   if (wall) c.j = {dice.ball(2), dice.ball(3), 0, 0};
   c.distance = c.i.r + c.j.r - dice.between(-3e-3, 4e-3);
-  c.history = {dice.ball(5e-4), dice.ball(1e-2), dice.between(0, 1) < 0.5};
+  c.history = {dice.ball(5e-4), dice.ball(1e-2), 0, dice.between(0, 1) < 0.5};
+  c.history.rho -= dot(c.history.rho, c.n) * c.n;
+  c.history.twist = dice.between(-1e-2, 1e-2);
   for (double& number : c.history.own) number = dice.between(0, 3e-3);  // overlaps; of EEPA also a pull
   return c;
 }
@@ -44,11 +46,12 @@ struct Answer {
 Vec3 first_three(const Four& f) { return {f[0], f[1], f[2]}; }
 Vec3 vector(const double (&x)[3]) { return {x[0], x[1], x[2]}; }
 
-PairState state_of(const History& h) {
+/// The twisting spring lies in the rolling one, along the normal.
+PairState state_of(const History& h, const Vec3& n) {
   PairState s;
-  for (int d = 0; d < 3; ++d) s.xi[d] = h.xi[d], s.rho[d] = h.rho[d];
+  for (int d = 0; d < 3; ++d) s.xi[d] = h.xi[d], s.rho[d] = h.rho[d] + h.twist * n[d];
+  for (int k = 0; k < kOwnMemory; ++k) s.own[k] = h.own[k];
   s.slipping = h.slipping ? 1 : 0;
-  std::copy_n(h.own, kOwnMemory, s.own);
   return s;
 }
 
@@ -69,7 +72,7 @@ std::vector<Answer> evaluate_pairs(const Kernel& kernel, const Law& law, const s
     const Case& c = cases[k];
     spheres.push_back({c.distance * c.n, c.i.r, c.i.v, c.i.m, c.i.w, 0, 0, 0});
     spheres.push_back({{}, c.j.r, c.j.v, c.j.m, c.j.w, 1, 0, 0});
-    write_lane(memory(k), shape, k % kBlock, state_of(c.history));
+    write_lane(memory(k), shape, k % kBlock, state_of(c.history, c.n));
   }
   for (const Sphere& s : spheres) {
     const auto f = [](double x) { return static_cast<float>(x); };
@@ -107,7 +110,7 @@ std::vector<Answer> evaluate_surface(const Kernel& kernel, const Law& law, const
     job.sphere[k] = k < cases.size() ? k : 0;
     for (int d = 0; d < 3; ++d) job.normal[d][k] = c.n[d], job.velocity[d][k] = c.j.v[d], job.spin[d][k] = c.j.w[d];
     job.distance[k] = c.distance;
-    write_lane(BlockMemory::at(job.lines, 1, shape, 0), shape, k, state_of(c.history));
+    write_lane(BlockMemory::at(job.lines, 1, shape, 0), shape, k, state_of(c.history, c.n));
   }
   kernel.surface(law, job);
   std::vector<Answer> out;
@@ -115,6 +118,21 @@ std::vector<Answer> evaluate_surface(const Kernel& kernel, const Law& law, const
     out.push_back({first_three(job.f[k]), first_three(job.t_i[k]), first_three(job.t_j[k]), job.t_i[k][3],
                    read_lane(BlockMemory::at(job.lines, 1, shape, 0), shape, k)});
   return out;
+}
+
+/// Contacts that have touched before, for laws that remember it.
+void touch(const Law& law, Case& c) {
+  const bool wall = c.j.r == 0;
+  const double m = wall ? c.i.m : c.i.m * c.j.m / (c.i.m + c.j.m), r = wall ? c.i.r : c.i.r * c.j.r / (c.i.r + c.j.r);
+  std::visit(
+      [&](const auto& l) {
+        normal_force(l, Approach<double>{1e-4, 0, std::sqrt(m), r, 0}, c.history.own);
+      },
+      law);
+}
+
+bool law_twists(const Law& law) {
+  return std::visit([](const auto& l) { return l.friction.resists_twist(); }, law);
 }
 
 TEST(Kernels, AgreeWithTheScalarContact) {
@@ -125,6 +143,7 @@ TEST(Kernels, AgreeWithTheScalarContact) {
       for (int trial = 0; trial < 2000; ++trial) {
         const bool wall = trial % 3 == 0;
         Case c = random_case(dice, wall);
+        if (trial % 4 < 2) touch(resolved, c);
         const double dt = trial % 5 == 0 ? 0 : 1e-5;
         const Answer got = wall ? evaluate_surface(kernel, resolved, {c}, dt)[0]
                                 : evaluate_pairs(kernel, resolved, {c}, dt, trial % 2 == 0)[0];
@@ -137,6 +156,9 @@ TEST(Kernels, AgreeWithTheScalarContact) {
         EXPECT_LT(norm(want.torque_i - got.torque_i), 0.02 * scale) << kernel.name << name << trial;
         EXPECT_LT(norm(want.torque_j - got.torque_j), 0.02 * scale) << kernel.name << name << trial;
         EXPECT_LT(norm(c.history.xi - vector(got.state.xi)), 1e-9 * (norm(c.history.xi) + 1e-6)) << kernel.name << name;
+        if (law_twists(resolved)) {
+          EXPECT_NEAR(dot(vector(got.state.rho), c.n), c.history.twist, 1e-9 * 1e-2) << kernel.name << name;
+        }
         EXPECT_EQ(got.touching, overlap > 0 ? 1 : 0);
         const int numbers = std::visit([]<class L>(const L&) { return own_memory<L>(); }, resolved);
         for (int k = 0; k < numbers; ++k)
@@ -158,6 +180,7 @@ TEST(Kernels, MixedPrecisionAgreesWithTheScalarContact) {
       constexpr int trials = 1000;
       for (int trial = 0; trial < trials; ++trial) {
         Case c = random_case(dice, false);
+        if (trial % 4 < 2) touch(resolved, c);
         const Answer got = evaluate_pairs(kernel, resolved, {c}, 1e-5, trial % 2 == 0, true)[0];
         const ContactResult want = std::visit(
             [&](const auto& l) { return reference_contact(l, c.n, c.distance, c.i, c.j, 1e-5, c.history); }, resolved);
