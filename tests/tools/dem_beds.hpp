@@ -173,6 +173,7 @@ inline std::vector<std::pair<std::string, Law>> every_law() {
           {"jkr, pull-off", at_pull_off},
           {"linear, cohesion by area", with(grains(), by_area)},
           {"hertz-mindlin, dmt, twist", with(twisting, dmt(5))},
+          {"hysteretic, cohesion by area", with(compactable(), cohesion_by_area(1e5, Cohesion::Area::hertz))},
           {"hunt-crossley, liquid bridge", with(spheres, water())},
           {"linear, liquid bridge from afar", with(smooth, from_afar)}};
 }
