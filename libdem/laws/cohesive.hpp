@@ -19,10 +19,11 @@ struct Cohesive : Normal {
     return n;
   }
 
-  /// Throws std::invalid_argument when attraction is stronger than the contact: without a load the spheres would sink
-  /// into each other by half a radius and more.
+  /// Throws std::invalid_argument when attraction is stronger than the contact: spheres would rest half a radius and
+  /// more in each other.
   void refuse_collapse(double r_eff) const {
-    if (stored(r_eff, {.m_eff = 1, .r_eff = r_eff, .r_min = r_eff, .speed = 0}, true) > 0) return;
+    double memory[Cohesive::memory] = {};
+    if (normal(Approach<double>{r_eff, 0, 1, r_eff, 0}, memory).force > 0) return;
     throw std::invalid_argument("at r_eff = " + std::to_string(1e3 * r_eff) +
                                 " mm the cohesion is stronger than the contact, spheres would sink into each other; "
                                 "take a stiffer contact or a weaker cohesion");

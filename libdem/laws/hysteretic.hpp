@@ -19,7 +19,8 @@
 /// K1/(2 (1 - K1/K2)) times the growth of delta_0^2.
 /// `cohesion: linear` with Hertz's contact area makes it the law of Ucgul, Fielke & Saunders 2015 for cohesive soil.
 /// Sources: Walton & Braun 1986, Acta Mech. 63, 73; Walton 2006; Ucgul, Fielke & Saunders 2014, Biosyst. Eng. 121, 105,
-/// whose n_c and n_k are `damping factor` and `stiffness ratio`. Valid for overlaps up to some tenth of the radius.
+/// whose n_c and n_k are `damping factor` and `stiffness ratio`, and whose attraction is `cohesion: linear`. Valid for
+/// overlaps up to some tenth of the radius.
 namespace subsoil::dem {
 
 struct Hysteretic {
