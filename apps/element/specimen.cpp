@@ -82,6 +82,7 @@ dem::SettlePlan Specimen::plan(bool staged) const {
   plan.staged = staged;
   plan.lowered = sample_.lowered;
   plan.ramp = sample_.ramp;
+  plan.spins = false;
   return plan;
 }
 

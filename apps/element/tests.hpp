@@ -6,8 +6,11 @@
 
 #include "apps/element/compress.hpp"
 #include "apps/element/penetrate.hpp"
+#include "apps/element/pull.hpp"
 #include "apps/element/repose.hpp"
+#include "apps/element/shatter.hpp"
 #include "apps/element/shear.hpp"
+#include "apps/element/tilt.hpp"
 #include "apps/scenario/declarations.hpp"
 
 /// `subsoil test`: a material put through element tests. A scenario of any kind names materials and contacts; its
@@ -43,6 +46,9 @@ struct ElementTests {
   Shear shear;
   Compress compress;
   Penetrate penetrate;
+  Pull pull;
+  Tilt tilt;
+  Shatter shatter;
 
   template <class V>
   void describe(V& v) {
@@ -56,6 +62,9 @@ struct ElementTests {
     use("shear", tests.shear, "direct shear box: friction angle and cohesion");
     use("compress", tests.compress, "uniaxial compression: constrained modulus, unloading, lateral stress");
     use("penetrate", tests.penetrate, "cone or plate pushed in: resistance over depth, cone index, sinkage");
+    use("pull", tests.pull, "direct tension in an eight-shaped mould: tensile strength");
+    use("tilt", tests.tilt, "box tilted until its packing slides");
+    use("shatter", tests.shatter, "a clod struck: share of the largest piece");
   }
 };
 std::vector<std::string> test_words();
