@@ -49,10 +49,10 @@ Outcome Penetrate::run(const Sample& sample, std::size_t packing) const {
   const double way = path.value_or(1.5 * wide), begin = from.value_or(way / 3);
   const double high = tool == Tool::cone ? 0.5 * wide / std::tan(0.5 * angle) : 0.5 * wide;
   if (way + (tool == Tool::cone ? high : 0.0) > deep - d)
-    throw std::invalid_argument(fmt::format(
-        "test.penetrate.path: the tool would come nearer than a diameter to the floor: base at {:.4g} m, bed "
-        "{:.4g} m deep, tool {:.4g} m high; a shorter path or a deeper bed",
-        way, deep, high));
+    throw std::invalid_argument(
+        fmt::format("the tool would come nearer than a diameter to the floor: base at {:.4g} m, bed "
+                    "{:.4g} m deep, tool {:.4g} m high; a shorter path or a deeper bed",
+                    way, deep, high));
   Specimen specimen(sample, v);
   specimen.box(side, side);
   specimen.fill({{}, {side, deep, side}}, deep, sample.seed + packing);

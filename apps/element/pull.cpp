@@ -30,7 +30,7 @@ struct Mould {
 
 Outcome Pull::run(const Sample& sample, std::size_t packing) const {
   const double d = sample.diameter, along = neck.value_or(8 * d), across = width.value_or(6 * d);
-  const double deep = depth.value_or(10 * d), way = path.value_or(d), v = speed.value_or(sample.fall_speed() / 20);
+  const double deep = depth.value_or(10 * d), way = path.value_or(2 * d), v = speed.value_or(sample.fall_speed() / 20);
   const double split = 0.5 * deep, wide = flare * along;
   const Mould mould{along, across};
   Specimen specimen(sample, v);

@@ -22,7 +22,7 @@ struct Pull {
     v.quantity("width", width, "m", "(0, inf)", "across, between smooth sides; left out: 6 diameters");
     v.quantity("depth", depth, "m", "(0, inf)", "of the packing, both halves; left out: 10 diameters");
     v.quantity("load", load, "Pa", "(0, inf)", "that the lid presses with before");
-    v.quantity("path", path, "m", "(0, inf)", "of the upper half; left out: a diameter");
+    v.quantity("path", path, "m", "(0, inf)", "of the upper half; left out: 2 diameters");
     v.quantity("speed", speed, "m/s", "(0, inf)", "of the upper half; left out: sqrt(g d)/20");
   }
 

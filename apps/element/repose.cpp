@@ -65,6 +65,26 @@ void release(Specimen& specimen, int gate, double speed) {
   specimen.rest();
 }
 
+/// Where the mean tops at equal distance go from 0.15 to 0.8 of the height between foot and crest.
+std::pair<double, double> flank_of(const Tops& tops, double foot, double bin) {
+  std::map<long, std::pair<double, int>> profile;
+  for (std::size_t i = 0; i < tops.s.size(); ++i) {
+    auto& [sum, count] = profile[std::lround(std::floor(tops.s[i] / bin))];
+    sum += tops.height[i], ++count;
+  }
+  const auto mean = [](const auto& entry) { return entry.second.first / entry.second.second; };
+  double crest = foot;
+  for (const auto& entry : profile) crest = std::max(crest, mean(entry));
+  double from = 0, to = 0;
+  for (const auto& entry : profile) {
+    const double share = (mean(entry) - foot) / (crest - foot), s = static_cast<double>(entry.first) * bin;
+    if (share > 0.8) break;  // the crest begins: what lies behind may be a plateau
+    if (share < 0.15) from = s + bin;
+    to = s + bin;
+  }
+  return {from, to};
+}
+
 Outcome outcome_of(const Tops& tops, double from, double to) {
   Line line;
   Outcome out;
@@ -96,8 +116,9 @@ Outcome run_tray(const Repose& test, const Sample& sample, std::size_t packing) 
   const auto from_edge = [&](double x, double z) {
     return heap ? 0.5 * length - std::hypot(x - 0.5 * length, z - 0.5 * length) : length - x;
   };
-  const double top = heap ? 0.5 * length : length;
-  return outcome_of(tops_of(specimen.bed().spheres(), cell * d, from_edge), 0.2 * top, 0.8 * top);
+  const Tops tops = tops_of(specimen.bed().spheres(), cell * d, from_edge);
+  const auto [from, to] = flank_of(tops, tray.edge, cell * d);
+  return outcome_of(tops, from, to);
 }
 
 constexpr int drum_sides = 24;
@@ -171,11 +192,10 @@ double slope_of(const Tops& tops, double from, double to, Line* line) {
   for (std::size_t i = 0; i < tops.s.size(); ++i)
     if (tops.s[i] >= from && tops.s[i] <= to) s.push_back(tops.s[i]), height.push_back(tops.height[i]);
   if (s.size() < 6)
-    throw std::runtime_error(
-        fmt::format("only {} places of the slope hold grains: nothing is left to measure; more friction or rolling "
-                    "resistance, or a "
-                    "larger base",
-                    s.size()));
+    throw std::runtime_error(fmt::format(
+        "only {} places make the slope: it has run off, or stands upright; a larger base shows slopes of few grains, "
+        "and what stands upright has no angle of repose",
+        s.size()));
   const Line found = fit_robust_line(s, height);
   if (line) *line = found;
   return std::atan(found.b);

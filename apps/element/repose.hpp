@@ -12,8 +12,9 @@ namespace subsoil::app {
 ///     drum:  a cylinder turns slowly about its lying axis; the slope of the moving surface, mean over time
 /// The tray's edge holds the lowest layer of grains, so that the slope stands on grains and not on the floor.
 /// Slope: the base is divided into cells of 1.5 diameters; the top of a cell is that of its highest grain; a line
-/// through the tops, distance from the foot against height, by Theil and Sen. Of ledge and heap the tops from 0.2 to
-/// 0.8 of the way from the edge to the highest place count, of a drum those within half a radius of the axis.
+/// through the tops, distance from the edge against height, by Theil and Sen. Of ledge and heap the flank counts, where
+/// the mean top at equal distance goes from 0.15 to 0.8 of the height between the tray's edge and the crest; of a drum
+/// what is within half a radius of the axis.
 struct Repose {
   enum class Form { ledge, heap, drum };
   Form form = Form::ledge;

@@ -15,7 +15,7 @@ namespace subsoil::app {
 ///     before     largest share before the strike: 1 for a clod that holds together
 struct Shatter {
   std::optional<double> radius;
-  double speed = 2, rest = 0.1;
+  double speed = 1, rest = 0.1;
 
   template <class V>
   void describe(V& v) {

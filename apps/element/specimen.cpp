@@ -38,8 +38,8 @@ double step_of(const Sample& sample, double speed) {
                                  dem::stable_step_at_surface(law(sample.wall), question).step,
                                  dem::stable_step_at_surface(law(sample.smooth), question).step});
   if (sample.step && *sample.step >= limit)
-    throw ScenarioError(fmt::format("time.soil step = {:.4g} s: must be below the stable step {:.4g} s; use `auto`",
-                                    *sample.step, limit));
+    throw std::invalid_argument(fmt::format(
+        "`time.soil step` of {:.4g} s must be below the stable step {:.4g} s; use `auto`", *sample.step, limit));
   return sample.step.value_or(sample.safety * limit);
 }
 

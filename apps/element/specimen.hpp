@@ -13,8 +13,8 @@ enum class Wall { rough, smooth };
 /// One packing of a sample in its box, stepped by a test that moves walls. Single-threaded: specimens run side by side.
 class Specimen {
  public:
-  /// `speed`: the largest that a test expects beside the grains' own fall, m/s. Throws ScenarioError when the given
-  /// step is above the stable one.
+  /// `speed`: the largest that a test expects beside the grains' own fall, m/s. Throws std::invalid_argument when the
+  /// given step is above the stable one.
   Specimen(const Sample& sample, double speed = 0);
 
   int plane(const std::string& name, const Vec3& point, const Vec3& normal, Wall wall);

@@ -128,6 +128,8 @@ Findings run_test(const LoadedTests& loaded, const std::string& word, int thread
     const auto run = [&](std::size_t i) {
       try {
         outcomes[i] = test.run(sample, i);
+      } catch (const std::invalid_argument& error) {
+        throw ScenarioError(loaded.loaded.where("test." + word) + ": " + error.what());
       } catch (const std::runtime_error& error) {
         throw std::runtime_error(fmt::format("{}, specimen {} of {}: {}", word, i + 1, outcomes.size(), error.what()));
       }
