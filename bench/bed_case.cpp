@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "libdem/bed/carve.hpp"
 #include "libdem/bed/placement.hpp"
@@ -45,6 +46,29 @@ dem::Wet wet() {
   return w;
 }
 
+/// Laws with memory that load as the linear one, or as Hertz's.
+dem::Hysteretic hysteretic() {
+  dem::Hysteretic h;
+  h.K1 = kStiffness, h.restitution = 0.5, h.friction.mu = kFriction;
+  return h;
+}
+dem::Luding luding() {
+  dem::Luding l;
+  l.k1 = kStiffness, l.k2 = 4 * kStiffness, l.k_c = 0.2 * kStiffness, l.phi_f = 0.05, l.restitution = 0.5;
+  l.friction.mu = kFriction;
+  return l;
+}
+dem::Eepa eepa() {
+  dem::Eepa e;
+  e.E_eff = hertz().E_eff, e.plasticity = 0.6, e.w = 0.1, e.restitution = 0.5, e.friction.mu = kFriction;
+  return e;
+}
+dem::VariableRestitution variable() {
+  dem::VariableRestitution v;
+  v.E_eff = hertz().E_eff, v.map.S_y = 1e-3 * v.E_eff, v.map.density = kDensity, v.friction.mu = kFriction;
+  return v;
+}
+
 /// The wet law with the linear law's repulsion and damping from overlap 0 on and a film of 10 um: it rests where that
 /// one does.
 dem::Wet cohesive() {
@@ -55,6 +79,24 @@ dem::Wet cohesive() {
   w.K_X = of_dry.k_n, w.C_X = of_dry.c_n, w.K_Y = of_dry.k_t, w.C_Y = of_dry.c_t;
   w.dc = w.dB = 1e-5, w.D = -w.dc;
   return w;
+}
+
+/// As hertz(), with a pull-off of a hundredth of a sphere's weight: it rests with the same overlaps.
+double weak_adhesion() {
+  return 0.01 * kDensity * dem::sphere_volume(kRadius) * 9.81 / (2 * std::numbers::pi * kRadius);
+}
+dem::Jkr jkr() {
+  const dem::HertzMindlin dry = hertz();
+  dem::Jkr j;
+  j.E_eff = dry.E_eff, j.G_eff = dry.G_eff, j.restitution = dry.restitution, j.work = weak_adhesion();
+  j.friction = dry.friction;
+  return j;
+}
+dem::HertzMindlin bridge() {
+  dem::HertzMindlin h = hertz();
+  h.cohesion.kind = dem::Cohesion::Kind::liquid_bridge;
+  h.cohesion.tension = weak_adhesion(), h.cohesion.angle = 0, h.cohesion.volume = 1e-12;
+  return h;
 }
 
 /// Blocks along x and z, about twice as many along.
@@ -107,6 +149,18 @@ dem::Law law_of(LawName name) {
       return cohesive();
     case LawName::wet:
       return wet();
+    case LawName::hysteretic:
+      return hysteretic();
+    case LawName::luding:
+      return luding();
+    case LawName::eepa:
+      return eepa();
+    case LawName::variable:
+      return variable();
+    case LawName::jkr:
+      return jkr();
+    case LawName::bridge:
+      return bridge();
   }
   return linear();
 }

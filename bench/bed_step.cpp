@@ -27,6 +27,7 @@ struct Request : bench::CaseRequest {
   long energy_every = 50;  ///< steps between readings of the energy book: one a millisecond
   double skin = 0;         ///< m; 0: the engine's own
   std::string simd = "auto";
+  dem::Precision precision = dem::Precision::doubles;
   std::string peer_files;  ///< folder; empty: time the case
   bool idle_tool = false;  ///< the tool's hole stays, the tool touches nothing: what the tool costs is the difference
   bool json = false;
@@ -77,6 +78,7 @@ double peak_memory() {
 dem::BedOptions options_of(const Request& r) {
   dem::BedOptions options;
   options.threads = r.threads, options.simd = r.simd, options.skin = r.skin;
+  options.precision = r.precision;
   return options;
 }
 
@@ -99,6 +101,7 @@ nlohmann::ordered_json report(const dem::Bed& bed, const Times& t, const Request
   const double plain = median(t.plain), rebuild = t.with_rebuild.empty() ? 0 : median(t.with_rebuild) - plain;
   const double rebuilds = static_cast<double>(t.with_rebuild.size());
   return {{"simd", bed.kernel_name()},
+          {"precision", r.precision == dem::Precision::mixed ? "mixed" : "double"},
           {"threads", bed.threads()},
           {"spheres", spheres},
           {"steps", r.steps},
@@ -145,12 +148,19 @@ int main(int argc, char** argv) {
   app.add_option("--case", r.kind, "rest, plough, pour")
       ->transform(name_of(std::map<std::string, bench::Kind>{
           {"rest", bench::Kind::rest}, {"plough", bench::Kind::plough}, {"pour", bench::Kind::pour}}));
-  app.add_option("--law", r.law, "linear, hertz, rolling, cohesive, wet")
+  app.add_option("--law", r.law,
+                 "linear, hertz, rolling, cohesive, wet, hysteretic, luding, eepa, variable, jkr, bridge")
       ->transform(name_of(std::map<std::string, bench::LawName>{{"linear", bench::LawName::linear},
                                                                 {"hertz", bench::LawName::hertz},
                                                                 {"rolling", bench::LawName::rolling},
                                                                 {"cohesive", bench::LawName::cohesive},
-                                                                {"wet", bench::LawName::wet}}));
+                                                                {"wet", bench::LawName::wet},
+                                                                {"hysteretic", bench::LawName::hysteretic},
+                                                                {"luding", bench::LawName::luding},
+                                                                {"eepa", bench::LawName::eepa},
+                                                                {"variable", bench::LawName::variable},
+                                                                {"jkr", bench::LawName::jkr},
+                                                                {"bridge", bench::LawName::bridge}}));
   app.add_option("--spheres", r.spheres, "about; whole blocks of 13,000");
   app.add_option("--triangles", r.triangles, "of the plough's tool: 740, 20000, or 0 for none");
   app.add_option("--threads", r.threads);
@@ -158,6 +168,9 @@ int main(int argc, char** argv) {
   app.add_option("--energy-every", r.energy_every, "steps between readings of the energy book");
   app.add_option("--skin", r.skin, "m; 0: the engine's own");
   app.add_option("--simd", r.simd);
+  app.add_option("--precision", r.precision, "double, mixed")
+      ->transform(name_of(std::map<std::string, dem::Precision>{{"double", dem::Precision::doubles},
+                                                                {"mixed", dem::Precision::mixed}}));
   app.add_option("--tiles", r.tiles, "folder of the settled blocks; made there when missing");
   app.add_option("--peer-files", r.peer_files, "write the case for LAMMPS and LIGGGHTS into this folder; no timing");
   app.add_flag("--idle-tool", r.idle_tool, "the plough's tool touches nothing: its cost is the difference");

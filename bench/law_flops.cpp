@@ -1,6 +1,6 @@
 /// Floating-point operations of one contact, law by law: the law's own functions run over a number that counts. Each of
-/// + - * / sqrt rsqrt pow counts one (a multiply-add two); comparisons, selections and signs count nothing. A line per
-/// law.
+/// + - * / sqrt rsqrt pow log counts one (a multiply-add two); comparisons, selections and signs count nothing. A line
+/// per law.
 #include <cstdio>
 
 #include "bench/bed_case.hpp"
@@ -26,6 +26,7 @@ struct Counted {
   friend bool operator<=(Counted a, Counted b) { return a.value <= b.value; }
   friend Counted sqrt(Counted a) { return done(std::sqrt(a.value)); }
   friend Counted pow(Counted a, double n) { return done(std::pow(a.value, n)); }
+  friend Counted log(Counted a) { return done(std::log(a.value)); }
   friend Counted rsqrt(Counted a) { return done(1 / std::sqrt(a.value)); }
   friend Counted max(Counted a, Counted b) { return a > b ? a : b; }
   friend Counted min(Counted a, Counted b) { return a < b ? a : b; }
@@ -41,7 +42,9 @@ long operations(const dem::Law& law) {
         const Counted xi[3] = {Counted(1e-6), none, none}, v[3] = {Counted(1e-3), none, none};
         const Counted zero[3] = {};
         Counted::operations = 0;
-        const auto n = l.normal(dem::Approach<Counted>{Counted(1e-5), Counted(1e-3), m_eff, r_eff, dt});
+        Counted own[dem::kOwnMemory] = {};
+        const auto n =
+            dem::normal_force(l, dem::Approach<Counted>{Counted(1e-5), Counted(1e-3), m_eff, r_eff, dt}, own);
         l.friction.slide(n, xi, v, zero, none, dt);
         if (l.friction.mu_r > 0) l.friction.roll(n, xi, v, zero, r_eff, inverse_r, root_i, dt);
         return Counted::operations;
@@ -56,6 +59,12 @@ int main() {
   for (const auto& [name, law] : {std::pair{LawName::linear, "linear"},
                                   {LawName::hertz, "hertz-mindlin"},
                                   {LawName::rolling, "linear, rolling"},
-                                  {LawName::wet, "wet, rolling"}})
-    std::printf("%-16s %ld\n", law, operations(law_of(name)));
+                                  {LawName::wet, "wet, rolling"},
+                                  {LawName::hysteretic, "hysteretic"},
+                                  {LawName::luding, "luding"},
+                                  {LawName::eepa, "eepa"},
+                                  {LawName::variable, "variable restitution"},
+                                  {LawName::jkr, "jkr"},
+                                  {LawName::bridge, "hertz-mindlin, liquid bridge"}})
+    std::printf("%-28s %ld\n", law, operations(subsoil::dem::resolved(law_of(name))));
 }

@@ -85,16 +85,15 @@ dem::LawTable with_mirror(const dem::Law& law) {
     linear->k_n *= 2;
   } else if (auto* hertz = std::get_if<dem::HertzMindlin>(&mirror)) {
     hertz->E_eff *= 2, hertz->G_eff *= 2;
+  } else if (auto* jkr = std::get_if<dem::Jkr>(&mirror)) {
+    jkr->E_eff *= 2, jkr->G_eff *= 2, jkr->work /= 2;
   } else if (auto* wet = std::get_if<dem::Wet>(&mirror)) {
     wet->K_X *= 2, wet->K_Y *= 2, wet->K_B *= 2;
     wet->dc /= 2, wet->dB /= 2, wet->D /= 2;
   } else {
     throw std::invalid_argument("bench: no mirror is known for this law");
   }
-  const auto resolved = [](const dem::Law& of) {
-    return std::visit([](const auto& l) -> dem::Law { return l.resolved(); }, of);
-  };
-  return {.materials = 2, .index = {0, 1, 1, -1}, .laws = {resolved(law), resolved(mirror)}};
+  return {.materials = 2, .index = {0, 1, 1, -1}, .laws = {dem::resolved(law), dem::resolved(mirror)}};
 }
 
 Tile settled_tile(const std::string& file, double side, const dem::Law& law) {

@@ -16,10 +16,11 @@ Bed::Impl::Impl(LawTable laws_in, BedOptions options_in)
 
 void Bed::Impl::update_laws() {
   if (laws.laws.size() > 255) throw std::invalid_argument("more than 255 contact laws in one bed");
-  law_reach.clear(), law_rolls.clear();
+  law_reach.clear(), pair_memory.clear(), surface_memory.clear();
   for (const Law& law : laws.laws) {
     law_reach.push_back(std::visit([](const auto& l) { return l.reach(); }, law));
-    law_rolls.push_back(rolls(law));
+    pair_memory.push_back(MemoryShape::of(law, is_mixed()));
+    surface_memory.push_back(MemoryShape::of(law, false));
   }
 }
 
@@ -29,6 +30,7 @@ Bed::Bed(Bed&&) noexcept = default;
 
 void Bed::add(std::span<const SphereSpec> spheres) {
   impl_->fold_losses();
+  impl_->take_back();
   for (const SphereSpec& in : spheres) {
     const double m = in.density * sphere_volume(in.radius);
     if (!std::isfinite(dot(in.position, in.position) + dot(in.velocity, in.velocity) + dot(in.spin, in.spin)))
@@ -60,7 +62,10 @@ std::size_t Bed::remove_if(const std::function<bool(const Sphere&)>& predicate) 
 Boundary& Bed::boundary(int index) { return impl_->boundaries.at(static_cast<std::size_t>(index)); }
 const Boundary& Bed::boundary(int index) const { return impl_->boundaries.at(static_cast<std::size_t>(index)); }
 int Bed::boundary_count() const { return static_cast<int>(impl_->boundaries.size()); }
-std::span<const Sphere> Bed::spheres() const { return impl_->spheres; }
+std::span<const Sphere> Bed::spheres() const {
+  impl_->take_back();
+  return impl_->spheres;
+}
 std::size_t Bed::removed_count() const { return impl_->removed; }
 std::size_t Bed::touching_pairs() const { return impl_->extremes.pairs; }
 
@@ -97,12 +102,15 @@ const LawTable& Bed::laws() const { return impl_->laws; }
 void Bed::set_gravity(const Vec3& gravity) { impl_->options.gravity = gravity; }
 
 void Bed::shift(const Vec3& offset) {
+  impl_->take_back();
   for (Sphere& s : impl_->spheres) s.x += offset;
   impl_->stale = true;
 }
 
 void Bed::freeze() {
+  impl_->take_back();
   for (Sphere& s : impl_->spheres) s.v = s.w = {};
+  impl_->give_mixed();
   impl_->dt_before = 0;
 }
 

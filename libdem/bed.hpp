@@ -13,9 +13,10 @@
 namespace subsoil::dem {
 
 struct BedOptions {
-  Vec3 gravity{0, -9.81, 0};   ///< m/s2
-  int threads = 0;             ///< 0: all that OpenMP offers
-  std::string simd = "auto";   ///< kernel by name
+  Vec3 gravity{0, -9.81, 0};  ///< m/s2
+  int threads = 0;            ///< 0: all that OpenMP offers
+  std::string simd = "auto";  ///< kernel by name
+  Precision precision = Precision::doubles;
   double skin = 0;             ///< m by which neighbours are listed beyond reach; 0: 0.4 of the mean radius
   double speed_limit = 50;     ///< m/s; a faster sphere stops the run
   double overlap_limit = 0.5;  ///< share of the radius; a deeper contact stops the run
@@ -114,9 +115,9 @@ class Bed {
     std::vector<double> spheres;            ///< x v w r m, 11 numbers each
     std::vector<std::int64_t> ids;          ///< id and material, 2 each
     std::vector<std::int64_t> pair_ids;     ///< 2 each
-    std::vector<double> pairs;              ///< PairState, 14 each
+    std::vector<double> pairs;              ///< PairState, 16 each
     std::vector<std::int64_t> surface_ids;  ///< sphere id and boundary, 2 each
-    std::vector<double> surfaces;           ///< normal and PairState, 17 each
+    std::vector<double> surfaces;           ///< normal and PairState, 19 each
     std::vector<double> scalars;
   };
   State save() const;

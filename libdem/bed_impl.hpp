@@ -39,7 +39,7 @@ struct SurfaceChunk {
 /// Spheres of one tile on flat faces of one boundary, of one law.
 struct PlaneRun {
   std::uint32_t boundary, law, first, blocks, contacts;  ///< `first` counts in PlaneBlock
-  std::size_t rows;
+  std::size_t lines;
   Wrench wrench;
   double in_reach = 0, stored = 0;
 };
@@ -96,19 +96,22 @@ struct Bed::Impl {
   BedOptions options;
   Kernel kernel;
   int threads = 1;
-  std::vector<double> law_reach;  ///< per law
-  std::vector<char> law_rolls;    ///< per law
+  std::vector<double> law_reach;                         ///< per law
+  std::vector<MemoryShape> pair_memory, surface_memory;  ///< per law; surfaces are double also in mixed precision
 
   std::vector<Sphere> spheres;
+  // In mixed precision what the steps work on; `spheres` is then true only where take_back() was called.
+  std::vector<MixedSphere> mixed;
+  bool spheres_behind = false;
   std::vector<Boundary> boundaries;
   std::vector<Tile> tiles;
   std::vector<PairRun> runs;
   Buffer<PairBlock> blocks;
   Buffer<double> wake;  ///< per block
-  Buffer<Row> rows;     ///< of pairs
+  Buffer<Line> lines;   ///< memory of pairs
   std::vector<PlaneRun> plane_runs;
   std::vector<PlaneBlock> plane_blocks;
-  std::vector<Row> plane_rows;
+  std::vector<Line> plane_lines;
   std::vector<SurfaceEntry> entries;
   std::vector<std::uint32_t> candidates;   ///< of all entries
   std::vector<std::uint32_t> entry_order;  ///< entries by sphere, then boundary
@@ -142,6 +145,12 @@ struct Bed::Impl {
   } extremes;
 
   Impl(LawTable laws_in, BedOptions options_in);
+
+  // mixed.cpp
+  bool is_mixed() const { return options.precision == Precision::mixed; }
+  void give_mixed();  ///< positions and motions of `spheres` to the records of mixed precision, if that is asked for
+  void take_back();   ///< and back, where steps have run since
+  Sphere sphere(std::uint32_t i) const;  ///< as it is now
 
   // search.cpp
   bool lists_hold() const;
@@ -181,15 +190,16 @@ struct Bed::Impl {
   void border_blocks(Worker& worker);
   void plan_book(const Request& request);
   void sum_up(const Request& request);
-  void check_faults() const;
+  void check_faults();
   std::uint32_t deepest_sphere() const;
 
   // const_cast: a view for reading and writing alike
   BlockMemory memory(const PairRun& run, std::size_t block) const {
-    return BlockMemory::at(const_cast<Row*>(rows.data()) + run.rows, run.blocks, law_rolls[run.law] != 0, block);
+    return BlockMemory::at(const_cast<Line*>(lines.data()) + run.lines, run.blocks, pair_memory[run.law], block);
   }
   BlockMemory plane_memory(const PlaneRun& run, std::size_t block) const {
-    return BlockMemory::at(const_cast<Row*>(plane_rows.data()) + run.rows, run.blocks, law_rolls[run.law] != 0, block);
+    return BlockMemory::at(const_cast<Line*>(plane_lines.data()) + run.lines, run.blocks, surface_memory[run.law],
+                           block);
   }
   double reach(std::uint32_t law) const { return law_reach[law]; }
   const Law& law(std::uint32_t index) const { return laws.laws[index]; }

@@ -56,7 +56,7 @@ void Bed::Impl::build_runs(HalfList& list) {
 
   // Runs in order; each class gets the place of its first pair.
   std::uint32_t block = 0;
-  std::size_t row = 0;
+  std::size_t line = 0;
   const auto add_run = [&](std::uint32_t law, std::uint32_t* size, std::uint32_t parts, bool near) {
     std::uint32_t pairs = 0;
     for (std::uint32_t c = 0; c < parts; ++c) {
@@ -66,9 +66,9 @@ void Bed::Impl::build_runs(HalfList& list) {
     }
     if (pairs == 0) return;
     const std::uint32_t n = (pairs + kBlock - 1) / kBlock;
-    runs.push_back({.law = law, .first = block, .blocks = n, .pairs = pairs, .rows = row, .near = near});
+    runs.push_back({.law = law, .first = block, .blocks = n, .pairs = pairs, .lines = line, .near = near});
     block += n;
-    row += n * RunRows::of(law_rolls[law]);
+    line += pair_memory[law].lines(n);
   };
   for (std::size_t k = 0; k < tiles.size(); ++k) {
     std::uint32_t* size = sizes.data() + k * classes.count();
@@ -80,7 +80,7 @@ void Bed::Impl::build_runs(HalfList& list) {
   }
   blocks.renew(block);
   wake.renew(block);
-  rows.renew(row);
+  lines.renew(line);
   list.lane.renew(list.other.size());
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (int k = 0; k < tile_count; ++k) {
@@ -97,7 +97,7 @@ void Bed::Impl::build_runs(HalfList& list) {
       const PairRun& run = runs[r];
       repeat_first_lane(blocks[run.first + run.blocks - 1], (run.pairs - 1) % kBlock + 1);
       std::fill_n(wake.data() + run.first, run.blocks, 0.0);
-      std::fill_n(rows.data() + run.rows, run.blocks * RunRows::of(law_rolls[run.law]), Row{});
+      std::fill_n(lines.data() + run.lines, pair_memory[run.law].lines(run.blocks), Line{});
     }
   }
 }
@@ -115,7 +115,7 @@ void Bed::Impl::put_pairs(const HalfList& list, const std::vector<std::vector<Pa
       if (list.other[p] != other) continue;
       const std::uint32_t block = list.lane[p] / kBlock;
       const PairRun& run = runs[run_of[block]];
-      write_lane(memory(run, block - run.first), law_rolls[run.law] != 0, list.lane[p] % kBlock,
+      write_lane(memory(run, block - run.first), pair_memory[run.law], list.lane[p] % kBlock,
                  a < b ? was.state : was.state.turned_over());
       return;
     }
@@ -140,7 +140,7 @@ std::vector<std::vector<PairHistory>> Bed::Impl::pair_histories() const {
       const PairRun& run = runs[r];
       for (std::uint32_t p = 0; p < run.pairs; ++p) {
         const std::uint32_t block = p / kBlock, lane = p % kBlock;
-        const PairState s = read_lane(memory(run, block), law_rolls[run.law] != 0, lane);
+        const PairState s = read_lane(memory(run, block), pair_memory[run.law], lane);
         if (s.empty()) continue;
         const PairBlock& b = blocks[run.first + block];
         found[share].push_back({b.owner[lane], b.other[lane], s});

@@ -22,6 +22,21 @@ struct alignas(32) Sphere {
 };
 static_assert(sizeof(Sphere) == 96);
 
+/// Of what passes between pairs of spheres. Mixed: positions, sums and all that concerns surfaces in double,
+/// velocities, spins, springs and laws in float.
+enum class Precision { doubles, mixed };
+
+/// What a step of mixed precision reads and writes of a sphere, one cache line: position in double, for contacts live
+/// on the difference of two nearly equal numbers; all else in float.
+struct alignas(64) MixedSphere {
+  Vec3 x;
+  double r;
+  float v[3], m;
+  float w[3];
+  float r_single;
+};
+static_assert(sizeof(MixedSphere) == 64);
+
 inline double sphere_volume(double radius) { return 4.0 / 3.0 * M_PI * radius * radius * radius; }
 inline double inertia(const Sphere& s) { return 0.4 * s.m * s.r * s.r; }
 inline double density(const Sphere& s) { return s.m / sphere_volume(s.r); }  ///< kg/m3

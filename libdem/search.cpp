@@ -330,8 +330,8 @@ void Bed::Impl::measure_boundaries() {
 }
 
 void Bed::Impl::clear_lists() {
-  tiles.clear(), runs.clear(), blocks.clear(), wake.clear(), rows.clear();
-  plane_runs.clear(), plane_blocks.clear(), plane_rows.clear();
+  tiles.clear(), runs.clear(), blocks.clear(), wake.clear(), lines.clear();
+  plane_runs.clear(), plane_blocks.clear(), plane_lines.clear();
   entries.clear(), candidates.clear(), entry_order.clear(), chunks.clear();
   waiting_pairs.clear(), waiting_surfaces.clear();
   stale = true;
@@ -348,6 +348,7 @@ void Bed::Impl::put_aside() {
 
 void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   put_aside();
+  take_back();
   // Spheres leave before the sort; histories still count them, so they are found by the numbering before.
   const std::size_t count_before = spheres.size();
   const std::vector<std::uint32_t> before_removal = take_out(gone);
@@ -375,6 +376,7 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   slot_of_id.assign(next_id, 0);
   for (const Sphere& s : spheres) slot_of_id[s.id] = 1;
   for (std::uint32_t& s : slot_of_id) s = s != 0 ? slot++ : 0;
+  give_mixed();
   stale = false;
   ++rebuilds;
 }

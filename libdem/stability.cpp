@@ -31,9 +31,20 @@ StiffnessBound bounds_of(const Law& law, const WorstContact& worst, double i_rol
         l.friction.bound(bound, worst.r_eff, i_roll);
         // Rolling and sliding without friction have no spring to be unstable.
         if (!(l.friction.mu > 0)) bound.k_t = bound.c_t = 0;
-        if (!(l.friction.mu_r > 0)) bound.k_r = bound.c_r = 0;
+        if (!l.friction.resists_rolling()) bound.k_r = bound.c_r = 0;
         lever = l.friction.lever == Lever::radius ? worst.r_min : worst.r_min - 0.5 * l.rest_overlap();
         return bound;
+      },
+      law);
+}
+
+/// Laws that attract say whether their contact can hold that off; the worst may be the smallest or the largest spheres.
+void refuse_collapse(const Law& law, std::initializer_list<double> r_eff) {
+  std::visit(
+      [&](const auto& l) {
+        if constexpr (requires { l.refuse_collapse(1.0); }) {
+          for (const double r : r_eff) l.refuse_collapse(r);
+        }
       },
       law);
 }
@@ -59,6 +70,7 @@ StableStep stable_step(const Law& law, const StepQuestion& q) {
   double lever = r;
   const StiffnessBound k =
       bounds_of(law, {.m_eff = m / 2, .r_eff = r / 2, .r_min = r, .speed = q.speed}, 0.7 * m * r * r, lever);
+  refuse_collapse(law, {r / 2, q.largest_radius / 2});
   if (q.neighbours <= 0) return {.step = std::numeric_limits<double>::infinity(), .cause = "nothing to touch"};
   const double z = q.neighbours;
   // Along one contact the whole normal stiffness acts; among many a third of each.
@@ -83,6 +95,7 @@ StableStep stable_step(const Law& law, const StepQuestion& q) {
 StableStep stable_step_at_surface(const Law& law, const StepQuestion& q) {
   const double r = q.smallest_radius, m = q.density * sphere_volume(r);
   const double inertia = 0.4 * m * r * r;
+  refuse_collapse(law, {r, q.largest_radius});
   double lever = r;
   const StiffnessBound k =
       bounds_of(law, {.m_eff = m, .r_eff = r, .r_min = r, .speed = q.speed}, 1.4 * m * r * r, lever);

@@ -38,7 +38,8 @@ struct StepQuestion {
   int neighbours;                          ///< Z, contacts of one sphere at most
 };
 
-/// Limit from the law between two spheres.
+/// Limit from the law between two spheres. Throws std::invalid_argument when attraction would pull them into each
+/// other.
 StableStep stable_step(const Law& law, const StepQuestion& question);
 /// Limit from the law between a sphere and a fixed surface: each of up to three contacts counts once.
 StableStep stable_step_at_surface(const Law& law, const StepQuestion& question);

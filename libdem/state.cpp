@@ -7,7 +7,7 @@
 namespace subsoil::dem {
 namespace {
 
-constexpr std::size_t kPairNumbers = 14;
+constexpr std::size_t kPairNumbers = 14 + kOwnMemory;
 
 void put(std::vector<double>& out, const PairState& s) {
   for (const double x : s.xi) out.push_back(x);
@@ -16,6 +16,7 @@ void put(std::vector<double>& out, const PairState& s) {
   for (const float x : s.dash_t) out.push_back(static_cast<double>(x));
   for (const float x : s.dash_r) out.push_back(static_cast<double>(x));
   out.push_back(static_cast<double>(s.slipping));
+  for (const double x : s.own) out.push_back(x);
 }
 
 PairState get(const double* in) {
@@ -25,6 +26,7 @@ PairState get(const double* in) {
   s.dash_n = static_cast<float>(in[6]);
   for (int d = 0; d < 3; ++d) s.dash_t[d] = static_cast<float>(in[7 + d]), s.dash_r[d] = static_cast<float>(in[10 + d]);
   s.slipping = static_cast<float>(in[13]);
+  std::copy(in + 14, in + kPairNumbers, s.own);
   return s;
 }
 
@@ -44,6 +46,7 @@ struct Reader {
 }  // namespace
 
 Bed::State Bed::save() const {
+  impl_->take_back();
   const Impl& d = *impl_;
   State out;
   for (const Sphere& s : d.spheres) {
@@ -90,7 +93,7 @@ void Bed::restore(const State& in) {
   if (in.spheres.size() != 11 * count || in.pairs.size() != kPairNumbers * (in.pair_ids.size() / 2) ||
       in.surfaces.size() != (3 + kPairNumbers) * (in.surface_ids.size() / 2))
     throw std::invalid_argument("restart: the arrays of the state do not belong together; the file is damaged");
-  d.spheres.clear();
+  d.spheres.clear(), d.spheres_behind = false;
   std::map<std::uint32_t, std::uint32_t> index;
   d.next_id = 0;
   for (std::size_t k = 0; k < count; ++k) {

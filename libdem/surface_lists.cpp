@@ -112,7 +112,7 @@ void Bed::Impl::build_surfaces() {
     return std::lexicographical_compare(x, x + 3, y, y + 3);
   });
   plane_runs.clear(), plane_blocks.clear();
-  std::size_t row = 0, k = 0;
+  std::size_t line = 0, k = 0;
   for (Tile& t : tiles) {
     t.planes_begin = static_cast<std::uint32_t>(plane_runs.size());
     while (k < faces.size() && faces[k].sphere < t.end) {
@@ -122,7 +122,7 @@ void Bed::Impl::build_surfaces() {
                    .first = static_cast<std::uint32_t>(plane_blocks.size()),
                    .blocks = 0,
                    .contacts = 0,
-                   .rows = row,
+                   .lines = line,
                    .wrench = {}};
       for (;
            k < faces.size() && faces[k].sphere < t.end && faces[k].boundary == run.boundary && faces[k].law == run.law;
@@ -136,12 +136,12 @@ void Bed::Impl::build_surfaces() {
           p.sphere[l] = faces[k].sphere;
         }
       }
-      row += run.blocks * RunRows::of(law_rolls[run.law]);
+      line += surface_memory[run.law].lines(run.blocks);
       plane_runs.push_back(run);
     }
     t.planes_end = static_cast<std::uint32_t>(plane_runs.size());
   }
-  plane_rows.assign(row, Row{});
+  plane_lines.assign(line, Line{});
 }
 
 namespace {
@@ -193,7 +193,7 @@ void Bed::Impl::put_surfaces(std::vector<SurfaceHistory>& histories, const std::
     const double same = dot(was.normal, normal_of(plane_blocks[run.first + block], lane));
     if (same < 0.5 || (filled == key && same <= fit)) continue;
     filled = key, fit = same;
-    write_lane(plane_memory(run, block), law_rolls[run.law] != 0, lane, was.state);
+    write_lane(plane_memory(run, block), surface_memory[run.law], lane, was.state);
   }
 }
 
@@ -202,7 +202,7 @@ std::vector<SurfaceHistory> Bed::Impl::surface_histories() const {
   for (const PlaneRun& run : plane_runs) {
     for (std::uint32_t k = 0; k < run.contacts; ++k) {
       const PlaneBlock& b = plane_blocks[run.first + k / kBlock];
-      const PairState s = read_lane(plane_memory(run, k / kBlock), law_rolls[run.law] != 0, k % kBlock);
+      const PairState s = read_lane(plane_memory(run, k / kBlock), surface_memory[run.law], k % kBlock);
       if (!s.empty()) out.push_back({b.sphere[k % kBlock], run.boundary, normal_of(b, k % kBlock), s});
     }
   }

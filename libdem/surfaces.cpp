@@ -13,6 +13,7 @@ class ChunkRun {
   ChunkRun(Bed::Impl& bed, SurfaceChunk& chunk, double elapsed)
       : bed_(bed), chunk_(chunk), boundary_(bed.boundaries[chunk.boundary]) {
     job_.spheres = bed.spheres.data();
+    job_.mixed = bed.is_mixed() ? bed.mixed.data() : nullptr;
     job_.elapsed = elapsed;
     job_.count = 0;
   }
@@ -34,7 +35,7 @@ class ChunkRun {
   };
 
   void touch(SurfaceEntry& e) {
-    const Sphere& s = bed_.spheres[e.sphere];
+    const Sphere s = bed_.sphere(e.sphere);
     e.force = e.torque = {};
     e.touching = 0;
     use_law(static_cast<std::uint32_t>(bed_.laws.of(s.material, boundary_.material)));
@@ -93,13 +94,13 @@ class ChunkRun {
       job_.spin[d][k] = boundary_.spin[d];
     }
     job_.distance[k] = distance;
-    write_lane(memory(), rolling(), k, state);
+    write_lane(memory(), shape(), k, state);
     lane_[k] = lane;
     if (job_.count == kBlock) flush();
   }
 
-  bool rolling() const { return bed_.law_rolls[law_] != 0; }
-  BlockMemory memory() { return BlockMemory::at(job_.rows, 1, rolling(), 0); }
+  const MemoryShape& shape() const { return bed_.surface_memory[law_]; }
+  BlockMemory memory() { return BlockMemory::at(job_.lines, 1, shape(), 0); }
 
   void flush() {
     if (job_.count == 0) return;
@@ -110,14 +111,14 @@ class ChunkRun {
         job_.normal[d][k] = job_.normal[d][0], job_.velocity[d][k] = job_.velocity[d][0];
         job_.spin[d][k] = job_.spin[d][0];
       }
-      write_lane(memory(), rolling(), k, PairState{});
+      write_lane(memory(), shape(), k, PairState{});
     }
     bed_.kernel.surface(bed_.law(law_), job_);
     for (std::uint32_t k = 0; k < job_.count; ++k) {
       chunk_.lost += Losses{job_.sums[0][k], job_.sums[1][k], job_.sums[2][k]};
       if (lane_[k].contact < 0) continue;
       SurfaceEntry& e = *lane_[k].entry;
-      e.contact[lane_[k].contact].state = read_lane(memory(), rolling(), k);
+      e.contact[lane_[k].contact].state = read_lane(memory(), shape(), k);
       const Four &t = job_.t_i[k], &roll = job_.t_j[k];
       const Vec3 f{job_.f[k][0], job_.f[k][1], job_.f[k][2]};
       e.force += f;
@@ -148,6 +149,7 @@ PlaneJob Bed::Impl::plane_job(const PlaneRun& run, double elapsed) const {
   const Boundary& b = boundaries[run.boundary];
   PlaneJob job{};
   job.spheres = spheres.data();
+  job.mixed = is_mixed() ? const_cast<MixedSphere*>(mixed.data()) : nullptr;
   job.blocks = plane_blocks.data() + run.first;
   job.count = run.blocks, job.contacts = run.contacts;
   job.elapsed = elapsed, job.reach = reach(run.law);

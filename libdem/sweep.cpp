@@ -20,8 +20,9 @@ PairJob Bed::Impl::pair_job(const PairRun& run, double path, double elapsed) {
   PairJob job{};
   job.book = book;
   job.spheres = spheres.data();
+  job.mixed = is_mixed() ? mixed.data() : nullptr;
   job.blocks = blocks.data() + run.first;
-  job.rows = rows.data() + run.rows;
+  job.lines = lines.data() + run.lines;
   job.count = run.blocks, job.pairs = run.pairs;
   job.elapsed = elapsed;
   job.path = path;
@@ -62,8 +63,10 @@ class Sweep {
     for (const ForeignLane& lane : w_.foreign) {
       const BlockResult& c = bed_.workers[lane.worker].border_result[lane.result];
       Accumulator& a = w_.ring[lane.sphere & mask_];
-      a.f -= c.f[lane.lane];
-      a.t += c.t_j[lane.lane];
+      const auto take = [&](const auto& push) {
+        for (int k = 0; k < 4; ++k) a.f[k] -= push.f[k], a.t[k] -= push.t[k];
+      };
+      bed_.is_mixed() ? take(c.other_single[lane.lane]) : take(c.other[lane.lane]);
     }
   }
 
@@ -73,7 +76,7 @@ class Sweep {
     job.ring = w_.ring.data(), job.mask = mask_;
     if (!run.near && &t != &bed_.tiles.back()) {
       const std::uint32_t from = bed_.tiles[t.last].end, to = bed_.tiles[(&t + 1)->last].end;
-      job.ahead = bed_.spheres.data() + from;
+      job.ahead = from;
       job.ahead_count = to > from ? to - from : 0;
     }
     job.ready_block = w_.border_block.data() + border_;
@@ -87,7 +90,7 @@ class Sweep {
 
   void planes(Tile& t, PlaneRun& run) {
     PlaneJob job = bed_.plane_job(run, bed_.dt_before);
-    job.rows = bed_.plane_rows.data() + run.rows;
+    job.lines = bed_.plane_lines.data() + run.lines;
     job.ring = w_.ring.data(), job.mask = mask_;
     bed_.kernel.planes(bed_.law(run.law), job);
     take(t, job.sums, 1);
@@ -111,7 +114,7 @@ class Sweep {
   void observe(Tile& t) {
     t.kinetic = t.spin = t.gravity = 0;
     for (std::uint32_t i = t.begin; i < t.end; ++i) {
-      const Sphere& s = bed_.spheres[i];
+      const Sphere s = bed_.sphere(i);
       const Accumulator& a = w_.ring[i & mask_];
       const Vec3 force = Vec3{a.f[0], a.f[1], a.f[2]} + s.m * bed_.options.gravity, torque{a.t[0], a.t[1], a.t[2]};
       // (m/2) v_{n-1/2} . v_{n+1/2}; with an uneven kick the mean velocity at t_n is v + a dt_before/2.
@@ -139,6 +142,7 @@ class Sweep {
   void move(Tile& t) {
     const Vec3& g = bed_.options.gravity;
     MoveJob job{.spheres = bed_.spheres.data(),
+                .mixed = bed_.is_mixed() ? bed_.mixed.data() : nullptr,
                 .begin = t.begin,
                 .end = t.end,
                 .ring = w_.ring.data(),
@@ -184,6 +188,7 @@ void Bed::Impl::border_blocks(Worker& w) {
 void Bed::Impl::run_sweep(double dt, const Request& request) {
   if (request.snapshot != nullptr) resize(*request.snapshot, spheres.size());
   const double elapsed = dt_before;
+  spheres_behind = is_mixed();
   const int chunk_count = static_cast<int>(chunks.size());
 #pragma omp parallel num_threads(threads)
   {
@@ -269,10 +274,11 @@ std::uint32_t Bed::Impl::deepest_sphere() const {
   return deepest;
 }
 
-void Bed::Impl::check_faults() const {
+void Bed::Impl::check_faults() {
   char text[400];
   // A velocity that is no number makes the kinetic energy one.
   if (!(extremes.speed2 <= options.speed_limit * options.speed_limit) || !std::isfinite(extremes.kinetic)) {
+    take_back();
     std::size_t fastest = 0;
     double speed2 = 0;
     for (std::size_t i = 0; i < spheres.size(); ++i)
@@ -288,6 +294,7 @@ void Bed::Impl::check_faults() const {
     throw BedFault(text);
   }
   if (!(extremes.overlap <= options.overlap_limit)) {
+    take_back();
     const Sphere& s = spheres[deepest_sphere()];
     std::snprintf(
         text, sizeof text,

@@ -33,7 +33,7 @@ dem::LawTable build_laws(const Loaded& loaded) {
         }
       }
       try {
-        return law.resolved();
+        return dem::resolved(law);
       } catch (const std::invalid_argument& error) {
         throw ScenarioError(where + ": " + error.what());
       }

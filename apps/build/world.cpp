@@ -136,8 +136,12 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
                                         s.materials[a].name, s.materials[b].name));
       const std::string between = s.materials[a].name + " and " + s.materials[b].name;
       const dem::Law& l = world.laws.laws[static_cast<std::size_t>(law)];
-      if (soil[b] && question.neighbours > 0) limit_step(report, dem::stable_step(l, question), between);
-      if (surface[b]) limit_step(report, dem::stable_step_at_surface(l, question), between);
+      try {
+        if (soil[b] && question.neighbours > 0) limit_step(report, dem::stable_step(l, question), between);
+        if (surface[b]) limit_step(report, dem::stable_step_at_surface(l, question), between);
+      } catch (const std::invalid_argument& error) {
+        throw ScenarioError(fmt::format("{}: {}", loaded.where(fmt::format("contacts[{}].law", law)), error.what()));
+      }
     }
   if (report.limit.cause.empty()) report.limit = {1e-4 / s.time.safety, "nothing touches: 0.1 ms taken"};
   report.soil_step = s.time.soil_step ? *s.time.soil_step : s.time.safety * report.limit.step;
@@ -187,7 +191,7 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
     dem::BedOptions bed;
     bed.gravity = s.gravity;
     bed.threads = options.threads;
-    bed.simd = s.simd;
+    bed.simd = s.simd, bed.precision = s.precision;
     bed.book_every = static_cast<int>(s.output.book_every);
     bed.speed_limit = s.limits.speed;
     bed.overlap_limit = s.limits.overlap;

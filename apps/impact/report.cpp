@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "apps/output/csv.hpp"
 #include "apps/output/series.hpp"
@@ -55,6 +57,18 @@ dem::impact::Strikers shaped(dem::impact::Strikers bodies, double largest) {
   return bodies;
 }
 
+/// The bodies that the bed strikes: JKR's attraction goes with the radius of the pair, whatever bodies have it.
+dem::impact::Strikers bodies_for(const dem::Law& law, const ImpactStudy& study, const dem::impact::Pair& pair,
+                                 double largest) {
+  if (std::holds_alternative<dem::Jkr>(law)) return {.mass_1 = pair.mass, .radius_1 = pair.radius};
+  return shaped(strikers_of(study), largest);
+}
+
+/// Whether the engine has stepped any of the events: not those in which the bodies stay together.
+bool any_stepped(const std::vector<ImpactRow>& rows) {
+  return std::any_of(rows.begin(), rows.end(), [](const ImpactRow& row) { return row.stepped.has_value(); });
+}
+
 Series course_of(const Event& e) {
   Series series{{{"time", "s"}, {"indentation", "m"}, {"speed", "m/s"}, {"force", "N"}}, {{}, {}, {}, {}}};
   for (const dem::impact::Sample& s : e.course) {
@@ -88,6 +102,11 @@ std::optional<dem::Law> law_of(const ImpactModel& model, const dem::impact::Pair
     hertz.E_eff = pair.E_eff, hertz.G_eff = pair.E_eff, hertz.restitution = 1;  // G has no part without friction
     hertz.friction.mu = 0;
     return hertz;
+  } else if (const auto* m = std::get_if<dem::impact::Jkr>(&model)) {
+    dem::Jkr jkr;
+    jkr.E_eff = jkr.G_eff = pair.E_eff, jkr.work = m->w, jkr.restitution = 1;
+    jkr.friction.mu = 0;
+    return jkr;
   } else {
     return {};
   }
@@ -106,8 +125,8 @@ std::vector<ImpactRow> strike_all(const LoadedStudy& loaded) {
       row.closed =
           std::visit([&](const auto& m) { return m.strike(pair, speed, static_cast<int>(s.samples)); }, s.model);
       const auto law = s.steps > 0 ? law_of(s.model, pair, speed) : std::nullopt;
-      if (law)
-        row.stepped = strike_in_bed(*law, shaped(strikers_of(s), row.closed.largest), speed,
+      if (law && !row.closed.sticks)
+        row.stepped = strike_in_bed(*law, bodies_for(*law, s, pair, row.closed.largest), speed,
                                     row.closed.time_in / static_cast<double>(s.steps));
       rows.push_back(std::move(row));
     }
@@ -125,13 +144,14 @@ std::string impact_table(const ImpactStudy& study, const std::vector<ImpactRow>&
     text += fmt::format("\n{:<28}", label(q));
     for (const ImpactRow& row : rows) text += fmt::format(" {:>18.11g}", q.of(row.closed));
   }
-  if (!rows.empty() && rows.front().stepped) {
+  if (any_stepped(rows)) {
     text += fmt::format("\nthe engine in {} steps of compression, relative difference\n", study.steps);
     for (const Quantity& q : quantities_of(study)) {
       text += fmt::format("{:<28}", std::string("  ") + q.name);
       for (const ImpactRow& row : rows) {
-        const double closed = q.of(row.closed), difference = q.of(*row.stepped) - closed;
-        text += closed == 0 ? fmt::format(" {:>18}", "-") : fmt::format(" {:>18.1e}", difference / closed);
+        const double closed = q.of(row.closed);
+        text += closed == 0 || !row.stepped ? fmt::format(" {:>18}", "-")
+                                            : fmt::format(" {:>18.1e}", (q.of(*row.stepped) - closed) / closed);
       }
       text += '\n';
     }
@@ -148,7 +168,7 @@ void write_impact(const ImpactStudy& study, const std::vector<ImpactRow>& rows, 
   std::filesystem::create_directories(folder);
   std::vector<SeriesColumn> columns{{"speed", "m/s"}};
   for (const Quantity& q : quantities_of(study)) columns.push_back({q.name, q.unit});
-  const bool stepped = !rows.empty() && rows.front().stepped;
+  const bool stepped = any_stepped(rows);
   if (stepped)
     for (const Quantity& q : quantities_of(study)) columns.push_back({std::string("stepped ") + q.name, q.unit});
   SeriesWriter table(folder / "impact.csv", columns, csv::exact_digits);
@@ -157,7 +177,8 @@ void write_impact(const ImpactStudy& study, const std::vector<ImpactRow>& rows, 
     std::vector<double> values{row.closed.speed};
     for (const Quantity& q : quantities_of(study)) values.push_back(q.of(row.closed));
     if (stepped)
-      for (const Quantity& q : quantities_of(study)) values.push_back(q.of(*row.stepped));
+      for (const Quantity& q : quantities_of(study))
+        values.push_back(row.stepped ? q.of(*row.stepped) : std::numeric_limits<double>::quiet_NaN());
     table.write(values);
     const std::string name = fmt::format("{:g}", row.closed.speed);
     write_course(folder / ("course-" + name + ".csv"), row.closed);

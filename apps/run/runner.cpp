@@ -286,6 +286,7 @@ class Runner {
     if (s_.analysis != Analysis::dynamics) r["analysis"] = analysis_names[static_cast<std::size_t>(s_.analysis)];
     if (!world_.bed) return;
     r["instruction set"] = world_.bed->kernel_name();
+    r["precision"] = world_.bed->options().precision == dem::Precision::mixed ? "mixed" : "double";
     r["threads"] = world_.bed->threads();
     r["soil step [s]"] = world_.step.soil_step;
     r["soil step over stable step"] = world_.step.soil_step / world_.step.limit.step;

@@ -341,6 +341,10 @@ void describe(V& v, Scenario& s) {
            "about it; assembly: how the pose closes. All but dynamics: without soil");
   v.downward("gravity", s.gravity, "m/s^2", "one number acts downward (-y); or a vector");
   v.text("simd", s.simd, "instruction set of the soil kernel; auto: the best of this processor");
+  v.choice(
+      "precision", s.precision, {{"double", dem::Precision::doubles}, {"mixed", dem::Precision::mixed}},
+      "of the soil; mixed: positions, sums and surfaces in double, velocities, springs and laws between spheres in "
+      "float (docs/performance.md says what it changes)");
   v.named("materials", s.materials, "what soil, tools and walls are made of");
   v.list("contacts", s.contacts, "the law of each pair of materials that can meet");
   v.section("soil", s.soil, "container and bed; left out: a machine only");

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libdem/laws/laws.hpp"
+#include "libdem/particles.hpp"
 #include "libdem/vec3.hpp"
 #include "libmbd/elements.hpp"
 #include "libmbd/integrator.hpp"
@@ -22,7 +23,7 @@ using Vec2 = std::array<double, 2>;
 inline constexpr double required = std::numeric_limits<double>::quiet_NaN();  ///< the file must say it
 inline constexpr double unlimited = std::numeric_limits<double>::infinity();
 
-using dem::Law;
+using Law = dem::GivenLaw;
 using Joint = mbd::AnyJoint;
 using Driver = mbd::AnyDriver;
 using Force = mbd::AnyForce;
@@ -318,6 +319,7 @@ struct Scenario {
   Output output;
   Limits limits;
   std::string simd = "auto";
+  dem::Precision precision = dem::Precision::doubles;
 
   /// Without soil a row of the series holds everything at its instant, in full precision.
   bool has_bed() const { return soil.has_value() || !boundaries.empty(); }

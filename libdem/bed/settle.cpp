@@ -14,15 +14,6 @@ constexpr int kRampSteps = 20;        ///< a twentieth of the attraction at a ti
 constexpr long kProgressSteps = 100;
 constexpr long kLookSteps = 10;  ///< between looks whether the bed is still
 
-/// Scales the attraction of a law; a new law with attraction needs its line here.
-void scale_attraction(Wet& law, double factor) {
-  law.K_B *= factor;
-  law.K_C *= factor;  // left out it is NaN and stays so: it follows from K_B
-}
-void scale_attraction(Linear&, double) {}
-void scale_attraction(HertzMindlin&, double) {}
-void scale_attraction(HuntCrossley&, double) {}
-
 std::string number(double x) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3g", x);
@@ -207,10 +198,11 @@ void rain_to_depth(Bed& bed, const LawTable& laws, const RandomFill& fill, Settl
 Law softened(const Law& law, double attraction, double friction) {
   return std::visit(
       [&](auto l) -> Law {
-        scale_attraction(l, attraction);
+        if constexpr (requires { l.weaken(attraction); }) l.weaken(attraction);  // of laws that attract
         l.friction.mu *= friction;
         l.friction.mu_d *= friction;  // NaN, left out, stays NaN
         l.friction.mu_r *= friction;
+        l.friction.mu_t *= friction;
         return l;
       },
       law);

@@ -9,8 +9,7 @@ namespace subsoil::dem::impact {
 namespace {
 
 Bed touching(const Law& law, const Strikers& bodies, double speed) {
-  const LawTable table{
-      .materials = 1, .index = {0}, .laws = {std::visit([](const auto& l) -> Law { return l.resolved(); }, law)}};
+  const LawTable table{.materials = 1, .index = {0}, .laws = {resolved(law)}};
   BedOptions options;
   options.gravity = {}, options.threads = 1;
   options.speed_limit = options.overlap_limit = 1e300;
@@ -64,8 +63,9 @@ Event strike_in_bed(const Law& law, const Strikers& bodies, double speed, double
         event.time_in = last.t + part * step;
         event.largest = last.x + 0.5 * part * step * last.v;
       }
-      if (now.v < 0 && now.x <= 0) {
-        event.time_out = last.t + step * last.x / (last.x - now.x) - event.time_in;
+      if (now.v < 0 && now.x <= 0 && !(now.f < 0)) {
+        // Surfaces part at x = 0, or, held by adhesion until then, within this step.
+        event.time_out = last.t + step * (last.x > 0 ? last.x / (last.x - now.x) : 0.5) - event.time_in;
         event.rebounds(bodies.mass(), speed, -now.v);
         break;
       }

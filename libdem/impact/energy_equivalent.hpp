@@ -29,6 +29,11 @@ struct EnergyEquivalent {
   template <class V>
   void describe(V& v) {
     v.card("energy-equivalent", "restitution that falls with the speed, by energy equivalence");
+    parameters(v);
+  }
+  /// The map alone: the contact law of variable restitution has it too.
+  template <class V>
+  void parameters(V& v) {
     v.quantity("S_y", S_y, "Pa", "(0, inf)", "yield strength of the body that yields");
     v.derived("rho", density, "kg/m^3", "(0, inf)", "density in lambda = rho V^2/S_y; left out: the first body's");
     v.quantity("nu", poisson, "1", "[0, 0.5]", "Poisson ratio of the body that yields");

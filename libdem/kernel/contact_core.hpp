@@ -1,8 +1,9 @@
 #pragma once
-#include "libdem/kernel/pack.hpp"
-#include "libdem/laws/laws.hpp"
+#include "libdem/kernel/singles.hpp"
+#include "libdem/laws/law_table.hpp"
 
-/// One contact, kWidth at a time: geometry, slip and rolling velocities, which are common to all laws, around the law.
+/// One contact, a pack at a time: geometry, slip and rolling velocities, which are common to all laws, around the law.
+/// P is the number type, Doubles or Singles.
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
@@ -19,96 +20,138 @@ void turn(T (&s)[3], const T (&n)[3]) {
   for (int d = 0; d < 3; ++d) s[d] = s[d] - along * n[d];
 }
 
+/// sqrt(a b/(a + b)).
+inline Doubles series_root(Doubles a, Doubles b) {
+  const Doubles product = a * b;
+  return product * rsqrt(product * (a + b));
+}
+/// Inertias of fine grains, 1e-17 kg m2, multiplied by each other are no floats any more.
+inline Singles series_root(Singles a, Singles b) { return sqrt(a * (b / (a + b))); }
+
+template <class P, int Own>
 struct History {
-  Pack xi[3], rho[3], dash_n, dash_t[3], dash_r[3], slipping;
+  P xi[3], rho[3], dash_n, dash_t[3], dash_r[3], slipping;
+  P own[Own > 0 ? Own : 1];  ///< of the law
 };
 
+template <class L>
+inline constexpr int kOwn = own_memory<L>();
+
 /// Contact partners; n from j to i.
+template <class P>
 struct Touch {
-  Pack n[3], overlap, v[3];  ///< v of the centre (at a surface: of the sphere against the surface's point)
-  Pack r_i, m_i, w_i[3];
-  Pack r_j, m_j, w_j[3];  ///< of a surface only its spin
+  P n[3], overlap, v[3];  ///< v of the centre (at a surface: of the sphere against the surface's point)
+  P w_i[3], w_j[3];       ///< of a surface only its spin
+  P r_i, m_i, r_j, m_j;
 };
 
 /// What the law needs of them.
+template <class P>
 struct Meeting {
-  Pack n[3], overlap, v_n, v_t[3];
-  Pack l_i, l_j;                  ///< levers of tangential forces
-  Pack root_m, r_eff, inverse_r;  ///< sqrt(m_eff); effective radius and 1 over it
-  Pack w[3], root_i;  ///< with rolling resistance: rolling velocity, sqrt of both bodies' 7/5 m r^2 in series
+  P n[3], overlap, v_n, v_t[3];
+  P w[3], twist;         ///< with rolling resistance: rolling velocity, spin about the normal
+  P l_i, l_j;            ///< levers of tangential forces
+  P r_i, m_i, r_j, m_j;  ///< of a surface not used
 };
 
+template <class P>
 struct Response {
-  Pack f[3], t_i[3], t_j[3];          ///< on i; t_j of a surface: its rolling torque only
-  Pack damped, slid, rolled, stored;  ///< J
+  P f[3], t_i[3], t_j[3];          ///< on i; t_j of a surface: its rolling torque only
+  P damped, slid, rolled, stored;  ///< J
 };
 
 /// `Pair`: two spheres, contact point in the middle of the overlap; else a sphere and a surface, contact point on the
 /// surface. `share` 1 for these levers, 0 for the radius.
-template <bool Pair, bool Rolls>
-[[gnu::always_inline]] inline Meeting meet(double share, const Touch& a) {
-  const Pack zero(0.0);
-  Meeting out;
-  const Pack sink = Pack(Pair ? 0.5 * share : share) * a.overlap;
-  out.overlap = a.overlap;
-  out.l_i = a.r_i - sink, out.l_j = Pair ? a.r_j - sink : zero;
-  Pack arm[3];
-  for (int d = 0; d < 3; ++d) arm[d] = Pair ? out.l_i * a.w_i[d] + out.l_j * a.w_j[d] : out.l_i * a.w_i[d];
+template <bool Pair, bool Rolls, class P>
+[[gnu::always_inline]] inline void meet(double share, const Touch<P>& a, Meeting<P>& out) {
+  const P sink = P(Pair ? 0.5 * share : share) * a.overlap;
+  const P l_i = a.r_i - sink, l_j = Pair ? a.r_j - sink : P(0.0);
+  P arm[3];
+  for (int d = 0; d < 3; ++d) arm[d] = Pair ? l_i * a.w_i[d] + l_j * a.w_j[d] : l_i * a.w_i[d];
+  P v[3];
   for (int d = 0; d < 3; ++d) {
     const int e = (d + 1) % 3, f = (d + 2) % 3;
-    out.n[d] = a.n[d];
-    out.v_t[d] = a.v[d] - (arm[e] * a.n[f] - arm[f] * a.n[e]);
+    v[d] = a.v[d] - (arm[e] * a.n[f] - arm[f] * a.n[e]);
   }
-  out.v_n = dot3(out.v_t, a.n);
-  for (int d = 0; d < 3; ++d) out.v_t[d] = out.v_t[d] - out.v_n * a.n[d];
-  const Pack product = a.m_i * a.m_j;
-  out.root_m = Pair ? product * rsqrt(product * (a.m_i + a.m_j)) : sqrt(a.m_i);
-  if constexpr (Pair) {
-    // r_eff = r1 r2/(r1 + r2) and its inverse from one division.
-    const Pack both = a.r_i * a.r_j, sum = a.r_i + a.r_j, inverse = Pack(1.0) / (both * sum);
-    out.r_eff = both * both * inverse;
-    out.inverse_r = sum * sum * inverse;
-  } else {
-    out.r_eff = a.r_i;
-    out.inverse_r = Pack(1.0) / a.r_i;
-  }
+  const P v_n = dot3(v, a.n);
+  for (int d = 0; d < 3; ++d) out.n[d] = a.n[d], out.v_t[d] = v[d] - v_n * a.n[d];
   if constexpr (Rolls) {
-    for (int d = 0; d < 3; ++d) out.w[d] = a.w_i[d] - a.w_j[d];
-    const Pack twist = dot3(out.w, a.n);
-    for (int d = 0; d < 3; ++d) out.w[d] = out.w[d] - twist * a.n[d];
-    const Pack own = Pack(1.4) * a.m_i * a.r_i * a.r_i, other = Pack(1.4) * a.m_j * a.r_j * a.r_j;
-    const Pack inertias = own * other;
-    out.root_i = Pair ? inertias * rsqrt(inertias * (own + other)) : sqrt(own);
+    P w[3];
+    for (int d = 0; d < 3; ++d) w[d] = a.w_i[d] - a.w_j[d];
+    const P twist = dot3(w, a.n);
+    for (int d = 0; d < 3; ++d) out.w[d] = w[d] - twist * a.n[d];
+    out.twist = twist;
   }
-  return out;
+  out.overlap = a.overlap, out.v_n = v_n, out.l_i = l_i, out.l_j = l_j;
+  out.r_i = a.r_i, out.m_i = a.m_i, out.r_j = a.r_j, out.m_j = a.m_j;
 }
 
-/// The law on what meets; h is the contact's memory, in and out.
-template <bool Pair, bool Rolls, class L>
-[[gnu::always_inline]] inline Response respond(const L& law, const Meeting& a, History& h, double elapsed) {
-  const Pack zero(0.0), half(0.5), dt(elapsed);
-  const NormalForce<Pack> normal = law.normal(Approach<Pack>{a.overlap, -a.v_n, a.root_m, a.r_eff, dt});
-  turn(h.xi, a.n);
-  const Slip<Pack> slide = law.friction.slide(normal, h.xi, a.v_t, h.dash_t, h.slipping, dt);
-  Response out;
+/// Effective mass and radius.
+template <class P>
+struct Effective {
+  P root_m, r_eff, inverse_r;
+};
+template <bool Pair, class P>
+[[gnu::always_inline]] inline Effective<P> effective(const Meeting<P>& a) {
+  if constexpr (Pair) {
+    // r_eff = r1 r2/(r1 + r2) and its inverse from one division.
+    const P both = a.r_i * a.r_j, sum = a.r_i + a.r_j, inverse = P(1.0) / (both * sum);
+    return {series_root(a.m_i, a.m_j), both * both * inverse, sum * sum * inverse};
+  } else {
+    return {sqrt(a.m_i), a.r_i, P(1.0) / a.r_i};
+  }
+}
+
+/// Resistance to twist. Its spring and dashpot lie in those of rolling, along the normal, where rolling has no part.
+template <class L, class P, int Own>
+[[gnu::always_inline]] inline void resist_twist(const L& law, const Meeting<P>& a, const Effective<P>& e, P root_i,
+                                                const NormalForce<P>& normal, P angle, P dash_before, P dt,
+                                                History<P, Own>& h, Response<P>& out) {
+  const Slip<P, 1> s = law.friction.twist(normal, angle, a.twist, dash_before, e.r_eff, e.inverse_r, root_i, dt);
   for (int d = 0; d < 3; ++d) {
-    const int e = (d + 1) % 3, g = (d + 2) % 3;
+    out.t_i[d] = out.t_i[d] - s.force[0] * a.n[d];
+    out.t_j[d] = out.t_j[d] + s.force[0] * a.n[d];
+    h.rho[d] = h.rho[d] + s.x[0] * a.n[d];
+    h.dash_r[d] = h.dash_r[d] + s.dashpot[0] * a.n[d];
+  }
+  const P k = P(Friction::turning_share(law.friction.mu_t)) * normal.k_n * e.r_eff * e.r_eff;
+  out.rolled += s.slid + s.damped;
+  out.stored += P(0.5) * k * s.x[0] * s.x[0];
+}
+
+/// The law on what meets; h is the contact's memory, in and out. What a law does not use of the effective numbers the
+/// compiler leaves out.
+template <bool Pair, bool Rolls, class P, class L>
+[[gnu::always_inline]] inline Response<P> respond(const L& law, const Meeting<P>& a, History<P, kOwn<L>>& h,
+                                                  double elapsed) {
+  const P zero(0.0), half(0.5), dt(elapsed);
+  const Effective<P> e = effective<Pair>(a);
+  const NormalForce<P> normal = normal_force(law, Approach<P>{a.overlap, -a.v_n, e.root_m, e.r_eff, dt}, h.own);
+  turn(h.xi, a.n);
+  const Slip<P> slide = law.friction.slide(normal, h.xi, a.v_t, h.dash_t, h.slipping, dt);
+  Response<P> out;
+  for (int d = 0; d < 3; ++d) {
+    const int f = (d + 1) % 3, g = (d + 2) % 3;
     out.f[d] = normal.force * a.n[d] - slide.force[d];
-    const Pack q = a.n[e] * slide.force[g] - a.n[g] * slide.force[e];
+    const P q = a.n[f] * slide.force[g] - a.n[g] * slide.force[f];
     out.t_i[d] = a.l_i * q;
     out.t_j[d] = Pair ? a.l_j * q : zero;
     h.xi[d] = slide.x[d];
   }
-  out.damped = half * (h.dash_n + normal.damping) * (-a.v_n) * dt + slide.damped;
+  out.damped = half * (h.dash_n + normal.damping) * (-a.v_n) * dt + normal.lost + slide.damped;
   out.slid = slide.slid;
   out.rolled = zero;
   out.stored = normal.stored + half * normal.k_t * dot3(slide.x, slide.x);
   if constexpr (Rolls) {
+    const bool twists = law.friction.resists_twist();
+    const P angle = twists ? dot3(h.rho, a.n) : zero, dash_before = twists ? dot3(h.dash_r, a.n) : zero;
     turn(h.rho, a.n);
-    const Slip<Pack> roll = law.friction.roll(normal, h.rho, a.w, h.dash_r, a.r_eff, a.inverse_r, a.root_i, dt);
+    const P own = P(1.4) * a.m_i * a.r_i * a.r_i;
+    const P root_i = Pair ? series_root(own, P(1.4) * a.m_j * a.r_j * a.r_j) : sqrt(own);
+    const Slip<P> roll = law.friction.roll(normal, h.rho, a.w, h.dash_r, e.r_eff, e.inverse_r, root_i, dt);
     const double share =
-        law.friction.rolling == Rolling::elastic_plastic ? 2.25 * law.friction.mu_r * law.friction.mu_r : 0.0;
-    const Pack k_r = Pack(share) * normal.k_n * a.r_eff * a.r_eff;
+        law.friction.rolling == Rolling::elastic_plastic ? Friction::turning_share(law.friction.mu_r) : 0.0;
+    const P k_r = P(share) * normal.k_n * e.r_eff * e.r_eff;
     for (int d = 0; d < 3; ++d) {
       out.t_i[d] = out.t_i[d] - roll.force[d];
       out.t_j[d] = out.t_j[d] + roll.force[d];
@@ -117,6 +160,7 @@ template <bool Pair, bool Rolls, class L>
     }
     out.rolled = roll.slid + roll.damped;
     out.stored += half * k_r * dot3(roll.x, roll.x);
+    if (twists) resist_twist(law, a, e, root_i, normal, angle, dash_before, dt, h, out);
   }
   for (int d = 0; d < 3; ++d) h.dash_t[d] = slide.dashpot[d];
   h.dash_n = normal.damping;

@@ -1,39 +1,22 @@
 // Compiled once per instruction set with SUBSOIL_ISA naming it (libdem/CMakeLists.txt).
+#include "libdem/kernel/law_kernel.hpp"
 #include "libdem/kernel/move.hpp"
-#include "libdem/kernel/pairs.hpp"
-#include "libdem/kernel/planes.hpp"
-#include "libdem/kernel/surface.hpp"
 
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 namespace {
 
-/// Chooses law and rolling outside the loops over contacts: `run(law, rolls)` gets both as types.
-template <class Run>
-void with(const Law& law, const Run& run) {
+/// Chooses the law outside the loops over contacts.
+template <class Job>
+void with(const Law& law, Job& job) {
   std::visit(
-      [&](const auto& l) {
-        if (l.friction.rolling != Rolling::none && l.friction.mu_r > 0)
-          run(l, std::true_type{});
-        else
-          run(l, std::false_type{});
+      [&]<class L>(const L& l) {
+        if constexpr (std::is_same_v<Job, PairJob>)
+          job.mixed != nullptr ? MixedLawKernel<L>::pairs(l, job) : LawKernel<L>::pairs(l, job);
+        if constexpr (std::is_same_v<Job, PlaneJob>) LawKernel<L>::planes(l, job);
+        if constexpr (std::is_same_v<Job, SurfaceJob>) LawKernel<L>::surface(l, job);
       },
       law);
-}
-
-void pairs(const Law& law, PairJob& job) {
-  with(law, [&](const auto& l, auto rolls) {
-    if (job.book)
-      run_pairs<rolls.value, true>(l, job);
-    else
-      run_pairs<rolls.value, false>(l, job);
-  });
-}
-void planes(const Law& law, PlaneJob& job) {
-  with(law, [&](const auto& l, auto rolls) { run_planes<rolls.value>(l, job); });
-}
-void surface(const Law& law, SurfaceJob& job) {
-  with(law, [&](const auto& l, auto rolls) { run_surface<rolls.value>(l, job); });
 }
 
 }  // namespace
@@ -41,7 +24,7 @@ void surface(const Law& law, SurfaceJob& job) {
 Kernel kernel() {
 #define SUBSOIL_NAME_(x) #x
 #define SUBSOIL_NAME(x) SUBSOIL_NAME_(x)
-  return {SUBSOIL_NAME(SUBSOIL_ISA), pairs, planes, surface, move};
+  return {SUBSOIL_NAME(SUBSOIL_ISA), with<PairJob>, with<PlaneJob>, with<SurfaceJob>, move};
 }
 
 }  // namespace SUBSOIL_ISA

@@ -6,79 +6,184 @@
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
+/// Where 8 records begin, in units of 8 bytes; the numbers of the records are `index & mask`.
+struct alignas(32) Offsets {
+  std::uint32_t at[8];
+};
+template <class Record>
+[[gnu::always_inline]] inline Offsets offsets_of(const std::uint32_t* index, std::uint32_t mask) {
+  static_assert(sizeof(Record) % 8 == 0);
+  using Eight = std::uint32_t __attribute__((vector_size(32)));
+  Eight which;
+  __builtin_memcpy(&which, index, sizeof which);
+  which = (which & mask) * static_cast<std::uint32_t>(sizeof(Record) / 8);
+  Offsets o;
+  __builtin_memcpy(o.at, &which, sizeof which);
+  // Worked out together and read back one by one; GCC would take them out of the register one by one, at three times
+  // the cost.
+  asm volatile("" : "+m"(o));
+  return o;
+}
+template <class Record>
+[[gnu::always_inline]] inline Record* record(Record* records, std::uint32_t offset) {
+  using Byte = std::conditional_t<std::is_const_v<Record>, const char, char>;
+  return reinterpret_cast<Record*>(reinterpret_cast<Byte*>(records) + 8 * static_cast<std::size_t>(offset));
+}
+
+/// Blocks that a pack of P spans, and packs that a block needs.
+template <class P>
+inline constexpr int kSpan = P::kLanes > 8 ? 2 : 1;
+template <class P>
+inline constexpr int kParts = P::kLanes < 8 ? 8 / P::kLanes : 1;
+
 struct SphereLanes {
-  Pack x[3], r, v[3], m, w[3];
+  Doubles x[3], r, v[3], m, w[3];
 };
 
-/// Whole sphere records of kWidth lanes, by their byte offsets: (x, r), (v, m), (w, id). Reading records and
-/// transposing them in registers costs a third of a gather per number.
-[[gnu::always_inline]] inline SphereLanes load_spheres(const Sphere* spheres, const std::uint64_t* offset) {
-  const char* base = reinterpret_cast<const char*>(spheres);
-  const double* row[kWidth];
-  Pack group[4];
+/// Whole sphere records of kDoubles lanes: (x, r), (v, m), (w, id). Reading records and transposing them in registers
+/// costs a third of a gather per number.
+[[gnu::always_inline]] inline SphereLanes load_spheres(const Sphere* const* sphere) {
+  const double* row[kDoubles];
+  Doubles group[4];
   SphereLanes s;
   for (int part = 0; part < 3; ++part) {
-    for (int l = 0; l < kWidth; ++l) row[l] = reinterpret_cast<const double*>(base + offset[l]) + 4 * part;
+    for (int l = 0; l < kDoubles; ++l) row[l] = reinterpret_cast<const double*>(sphere[l]) + 4 * part;
     load4(row, group);
-    Pack(&vector)[3] = part == 0 ? s.x : part == 1 ? s.v : s.w;
+    Doubles(&vector)[3] = part == 0 ? s.x : part == 1 ? s.v : s.w;
     for (int d = 0; d < 3; ++d) vector[d] = group[d];
     if (part == 0) s.r = group[3];
     if (part == 1) s.m = group[3];
   }
   return s;
 }
-[[gnu::always_inline]] inline SphereLanes load_spheres(const Sphere* spheres, const std::uint32_t* index, int first) {
-  const Offsets o = offsets_of<sizeof(Sphere)>(index, ~std::uint32_t{0});
-  return load_spheres(spheres, o.at + first);
+[[gnu::always_inline]] inline SphereLanes load_spheres(const MixedSphere* const* sphere) {
+  const double* row[kDoubles];
+  Doubles group[4];
+  for (int l = 0; l < kDoubles; ++l) row[l] = &sphere[l]->x.x;
+  load4(row, group);
+  SphereLanes s;
+  s.r = group[3];
+  float column[8][kDoubles];
+  for (int l = 0; l < kDoubles; ++l) {
+    const float* numbers = sphere[l]->v;
+    for (int c = 0; c < 7; ++c) column[c][l] = numbers[c];
+  }
+  for (int d = 0; d < 3; ++d) {
+    s.x[d] = group[d];
+    s.v[d] = load_floats<Doubles>(column[d]);
+    s.w[d] = load_floats<Doubles>(column[4 + d]);
+  }
+  s.m = load_floats<Doubles>(column[3]);
+  return s;
+}
+template <class Record>
+[[gnu::always_inline]] inline SphereLanes load_spheres(const Record* spheres, const std::uint32_t* index, int first) {
+  const Record* sphere[kDoubles];
+  for (int l = 0; l < kDoubles; ++l) sphere[l] = spheres + index[first + l];
+  return load_spheres(sphere);
+}
+
+/// kLanes of P from the blocks that a pack spans: `at(k)` points into block k.
+template <class P, class At>
+[[gnu::always_inline]] inline P load_each(const At& at) {
+  if constexpr (kSpan<P> == 1)
+    return load<P>(at(0));
+  else
+    return load_halves(at(0), at(1));
+}
+template <class P, class At>
+[[gnu::always_inline]] inline P load_notes(const At& at) {
+  if constexpr (kSpan<P> == 1)
+    return load_floats<P>(at(0));
+  else
+    return load_halves(at(0), at(1));
+}
+template <class P, class At>
+[[gnu::always_inline]] inline void store_each(P p, const At& at) {
+  if constexpr (kSpan<P> == 1)
+    store(p, at(0));
+  else
+    store_halves(p, at(0), at(1));
+}
+template <class P, class At>
+[[gnu::always_inline]] inline void store_notes(P p, const At& at) {
+  if constexpr (kSpan<P> == 1)
+    store_floats(p, at(0));
+  else
+    store_halves(p, at(0), at(1));
+}
+/// As doubles, whatever P is.
+template <class At>
+[[gnu::always_inline]] inline void store_doubles(Doubles p, const At& at) {
+  store(p, at(0));
+}
+template <class At>
+[[gnu::always_inline]] inline void store_doubles(Singles p, const At& at) {
+  for (int half = 0; half < 2; ++half)
+    store(half_of(p, half), kSpan<Singles> == 2 ? at(half) : at(0) + half * kDoubles);
 }
 
 /// `first`: lane of the block that the pack begins with. Without `Book` what only the energy book needs stays behind,
 /// and whether a contact slipped is read only where the law asks for it.
-template <bool Rolls, bool Book>
-[[gnu::always_inline]] inline History load_history(const BlockMemory& block, int first, bool remembers_slip) {
-  History h;
+template <class P, int Own, bool Rolls, bool Book>
+[[gnu::always_inline]] inline History<P, Own> load_history(const BlockMemory (&block)[kSpan<P>], int first,
+                                                           bool remembers_slip) {
+  using Real = typename P::Real;
+  const auto number = [&](int k) {
+    return load_each<P>([&](int b) { return block[b].template number<Real>(k) + first; });
+  };
+  const auto note = [&](int k) { return load_notes<P>([&](int b) { return block[b].note(k) + first; }); };
+  History<P, Own> h;
+  for (int k = 0; k < Own; ++k) h.own[k] = number((Rolls ? 6 : 3) + k);
   for (int d = 0; d < 3; ++d) {
-    h.xi[d] = load(block.xi(d) + first);
-    if constexpr (Rolls) h.rho[d] = load(block.rho(d) + first);
-    h.dash_t[d] = Book ? load_floats(block.note(2 + d) + first) : Pack(0.0);
-    h.dash_r[d] = Book && Rolls ? load_floats(block.note(5 + d) + first) : Pack(0.0);
+    h.xi[d] = number(d);
+    if constexpr (Rolls) h.rho[d] = number(3 + d);
+    h.dash_t[d] = Book ? note(2 + d) : P(0.0);
+    h.dash_r[d] = Book && Rolls ? note(5 + d) : P(0.0);
   }
-  h.dash_n = Book ? load_floats(block.note(1) + first) : Pack(0.0);
-  h.slipping = remembers_slip ? load_floats(block.note(0) + first) : Pack(0.0);
+  h.dash_n = Book ? note(1) : P(0.0);
+  h.slipping = remembers_slip ? note(0) : P(0.0);
   return h;
 }
 
-template <bool Rolls, bool Book>
-[[gnu::always_inline]] inline void store_history(const History& h, const BlockMemory& block, int first,
-                                                 bool remembers_slip) {
+template <class P, int Own, bool Rolls, bool Book>
+[[gnu::always_inline]] inline void store_history(const History<P, Own>& h, const BlockMemory (&block)[kSpan<P>],
+                                                 int first, bool remembers_slip) {
+  using Real = typename P::Real;
+  const auto number = [&](int k, P p) {
+    store_each(p, [&](int b) { return block[b].template number<Real>(k) + first; });
+  };
+  const auto note = [&](int k, P p) { store_notes(p, [&](int b) { return block[b].note(k) + first; }); };
+  for (int k = 0; k < Own; ++k) number((Rolls ? 6 : 3) + k, h.own[k]);
   for (int d = 0; d < 3; ++d) {
-    store(h.xi[d], block.xi(d) + first);
-    if constexpr (Rolls) store(h.rho[d], block.rho(d) + first);
-    if constexpr (Book) store_floats(h.dash_t[d], block.note(2 + d) + first);
-    if constexpr (Book && Rolls) store_floats(h.dash_r[d], block.note(5 + d) + first);
+    number(d, h.xi[d]);
+    if constexpr (Rolls) number(3 + d, h.rho[d]);
+    if constexpr (Book) note(2 + d, h.dash_t[d]);
+    if constexpr (Book && Rolls) note(5 + d, h.dash_r[d]);
   }
-  if constexpr (Book) store_floats(h.dash_n, block.note(1) + first);
-  if (remembers_slip) store_floats(h.slipping, block.note(0) + first);
+  if constexpr (Book) note(1, h.dash_n);
+  if (remembers_slip) note(0, h.slipping);
 }
 
-/// Forces and torques of kWidth lanes as rows; `touching` rides along with the torques.
-[[gnu::always_inline]] inline void store_response(const Response& c, Pack touching, Four* f, Four* t_i, Four* t_j) {
-  double* row[kWidth];
-  const Pack groups[3][4] = {{c.f[0], c.f[1], c.f[2], Pack(0.0)},
-                             {c.t_i[0], c.t_i[1], c.t_i[2], touching},
-                             {c.t_j[0], c.t_j[1], c.t_j[2], touching}};
+/// Forces and torques of kDoubles lanes as rows; `touching` rides along with the torques.
+[[gnu::always_inline]] inline void store_response(const Response<Doubles>& c, Doubles touching, Four* f, Four* t_i,
+                                                  Four* t_j) {
+  double* row[kDoubles];
+  const Doubles groups[3][4] = {{c.f[0], c.f[1], c.f[2], Doubles(0.0)},
+                                {c.t_i[0], c.t_i[1], c.t_i[2], touching},
+                                {c.t_j[0], c.t_j[1], c.t_j[2], touching}};
   Four* const to[3] = {f, t_i, t_j};
   for (int part = 0; part < 3; ++part) {
-    for (int l = 0; l < kWidth; ++l) row[l] = reinterpret_cast<double*>(to[part] + l);
+    for (int l = 0; l < kDoubles; ++l) row[l] = reinterpret_cast<double*>(to[part] + l);
     store4(groups[part], row);
   }
 }
 
 /// 1 in lanes below `count`, where `first` is the block's lane that the pack begins with.
-inline PackMask lanes_below(std::uint32_t count, int first) {
-  double lane[kWidth];
-  for (int l = 0; l < kWidth; ++l) lane[l] = first + l;
-  return Pack(static_cast<double>(count)) > load(lane);
+inline DoublesMask lanes_below(std::uint32_t count, int first) {
+  double lane[kDoubles];
+  for (int l = 0; l < kDoubles; ++l) lane[l] = first + l;
+  return Doubles(static_cast<double>(count)) > load<Doubles>(lane);
 }
 
 }  // namespace SUBSOIL_ISA

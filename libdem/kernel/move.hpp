@@ -1,61 +1,88 @@
 #pragma once
 #include "libdem/kernel/lanes.hpp"
 
-/// Kick and drift of the spheres of a tile, whose sums are complete.
+/// Kick and drift of the spheres of a tile, whose sums are complete. In mixed precision the new velocity is worked out
+/// in double from the stored float and rounded once.
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
-inline void move(MoveJob& job) {
-  const Pack kick(job.kick), dt(job.dt), zero(0.0);
-  Pack speed2 = zero, kinetic = zero;
-  Sphere beyond[kWidth];  // lanes past the end work on copies
-  Accumulator nothing[kWidth];
-  for (std::uint32_t i = job.begin; i < job.end; i += kWidth) {
-    Sphere* sphere[kWidth];
-    Accumulator* sum[kWidth];
-    const std::uint32_t count = job.end - i < kWidth ? job.end - i : kWidth;
-    for (std::uint32_t l = 0; l < kWidth; ++l) {
+inline void store_spheres(const SphereLanes& s, Sphere* const* sphere) {
+  const auto write = [&](int part, const Doubles* in) {
+    double* row[kDoubles];
+    for (int l = 0; l < kDoubles; ++l) row[l] = reinterpret_cast<double*>(sphere[l]) + 4 * part;
+    store4(in, row);
+  };
+  const Doubles x[4] = {s.x[0], s.x[1], s.x[2], s.r}, v[4] = {s.v[0], s.v[1], s.v[2], s.m};
+  write(0, x), write(1, v);
+  // The fourth number of the spin is the sphere's name: it stays as it is in memory.
+  double w[3][kDoubles];
+  for (int d = 0; d < 3; ++d) store(s.w[d], w[d]);
+  for (int l = 0; l < kDoubles; ++l) sphere[l]->w = {w[0][l], w[1][l], w[2][l]};
+}
+inline void store_spheres(const SphereLanes& s, MixedSphere* const* sphere) {
+  double* row[kDoubles];
+  for (int l = 0; l < kDoubles; ++l) row[l] = &sphere[l]->x.x;
+  const Doubles x[4] = {s.x[0], s.x[1], s.x[2], s.r};
+  store4(x, row);
+  float v[3][kDoubles], w[3][kDoubles];
+  for (int d = 0; d < 3; ++d) store_floats(s.v[d], v[d]), store_floats(s.w[d], w[d]);
+  for (int l = 0; l < kDoubles; ++l)
+    for (int d = 0; d < 3; ++d) sphere[l]->v[d] = v[d][l], sphere[l]->w[d] = w[d][l];
+}
+
+template <class Record>
+void move_spheres(MoveJob& job, Record* spheres) {
+  const Doubles kick(job.kick), dt(job.dt), zero(0.0);
+  Doubles speed2 = zero, kinetic = zero;
+  Record beyond[kDoubles];  // lanes past the end work on copies
+  Accumulator nothing[kDoubles];
+  for (std::uint32_t i = job.begin; i < job.end; i += kDoubles) {
+    Record* sphere[kDoubles];
+    Accumulator* sum[kDoubles];
+    const std::uint32_t count = job.end - i < kDoubles ? job.end - i : kDoubles;
+    for (std::uint32_t l = 0; l < kDoubles; ++l) {
       if (l >= count) {
-        beyond[l] = job.spheres[i];
-        beyond[l].v = beyond[l].w = {};
+        beyond[l] = spheres[i];
+        for (int d = 0; d < 3; ++d) beyond[l].v[d] = beyond[l].w[d] = 0;
         nothing[l] = Accumulator{};
       }
-      sphere[l] = l < count ? job.spheres + i + l : beyond + l;
+      sphere[l] = l < count ? spheres + i + l : beyond + l;
       sum[l] = l < count ? job.ring + ((i + l) & job.mask) : nothing + l;
     }
-    double* row[kWidth];
-    Pack x[4], v[4], w[4], f[4], t[4];
-    const auto read = [&](int part, Pack* out) {
-      for (int l = 0; l < kWidth; ++l) row[l] = &sphere[l]->x.x + 4 * part;
-      load4(row, out);
-    };
-    const auto write = [&](int part, const Pack* in) {
-      for (int l = 0; l < kWidth; ++l) row[l] = &sphere[l]->x.x + 4 * part;
-      store4(in, row);
-    };
-    read(0, x), read(1, v), read(2, w);
-    for (int l = 0; l < kWidth; ++l) row[l] = reinterpret_cast<double*>(&sum[l]->f);
+    SphereLanes s = load_spheres(sphere);
+    const double* row[kDoubles];
+    Doubles f[4], t[4];
+    for (int l = 0; l < kDoubles; ++l) row[l] = reinterpret_cast<double*>(&sum[l]->f);
     load4(row, f);
-    for (int l = 0; l < kWidth; ++l) row[l] = reinterpret_cast<double*>(&sum[l]->t);
+    for (int l = 0; l < kDoubles; ++l) row[l] = reinterpret_cast<double*>(&sum[l]->t);
     load4(row, t);
-    for (int l = 0; l < kWidth; ++l) *sum[l] = Accumulator{};
-    const Pack inverse_m = Pack(1.0) / v[3], inertia = Pack(0.4) * v[3] * x[3] * x[3], turn = kick / inertia;
-    Pack v2 = zero, w2 = zero;
+    for (int l = 0; l < kDoubles; ++l) *sum[l] = Accumulator{};
+    // 1/m and 1/I from one division.
+    const Doubles inertia = Doubles(0.4) * s.m * s.r * s.r, inverse = kick / (s.m * inertia);
+    const Doubles push = inverse * inertia, turn = inverse * s.m;
+    Doubles v2 = zero, w2 = zero;
     for (int d = 0; d < 3; ++d) {
-      v[d] = v[d] + (f[d] * inverse_m + Pack(job.gravity[d])) * kick;
-      w[d] = w[d] + t[d] * turn;
-      x[d] = x[d] + v[d] * dt;
-      v2 = v2 + v[d] * v[d];
-      w2 = w2 + w[d] * w[d];
+      s.v[d] = s.v[d] + f[d] * push + Doubles(job.gravity[d]) * kick;
+      s.w[d] = s.w[d] + t[d] * turn;
+      s.x[d] = s.x[d] + s.v[d] * dt;
+      v2 = v2 + s.v[d] * s.v[d];
+      w2 = w2 + s.w[d] * s.w[d];
     }
-    write(0, x), write(1, v), write(2, w);
+    store_spheres(s, sphere);
     speed2 = max(speed2, v2);
-    const Pack energy = Pack(0.5) * (v[3] * v2 + inertia * w2);
-    kinetic += count < kWidth ? select(lanes_below(count, 0), energy, zero) : energy;
+    const Doubles energy = Doubles(0.5) * (s.m * v2 + inertia * w2);
+    kinetic += count < kDoubles ? select(lanes_below(count, 0), energy, zero) : energy;
   }
-  for (int l = 0; l < kWidth; ++l)
+  for (int l = 0; l < kDoubles; ++l)
     if (speed2.v[l] > job.speed2) job.speed2 = speed2.v[l];
   job.kinetic += sum_of(kinetic);
+}
+
+inline void move(MoveJob& job) {
+  if (job.mixed != nullptr)
+    move_spheres(job, job.mixed);
+  else
+    move_spheres(job, job.spheres);
 }
 
 }  // namespace SUBSOIL_ISA

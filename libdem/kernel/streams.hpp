@@ -17,44 +17,60 @@ namespace subsoil::dem {
 inline constexpr std::uint32_t kBlock = 8;
 inline constexpr std::uint32_t kTile = 256;  ///< spheres per tile; threads own whole tiles
 
-/// 8 doubles, or 16 floats, never both.
-struct alignas(64) Row {
-  union {
-    double x[kBlock];
-    float f[2][kBlock];
-  };
+/// A line of the cache.
+struct alignas(64) Line {
+  unsigned char bytes[64];
 };
 
-/// Memory of the contacts of a run: first the springs of all its blocks, which every step reads and writes, then what
-/// only booked steps and laws with two friction coefficients touch.
-struct RunRows {
-  static constexpr std::size_t springs(bool rolls) { return rolls ? 6 : 3; }  ///< rows of xi, then of rho
-  static constexpr std::size_t notes(bool rolls) { return rolls ? 4 : 3; }    ///< rows of two rows of floats each
-  static constexpr std::size_t of(bool rolls) { return springs(rolls) + notes(rolls); }
-};
+/// What each contact of a law keeps: numbers that steer the motion (tangential spring, rolling spring, the law's own),
+/// and notes for the energy book.
+struct MemoryShape {
+  bool rolls = false;
+  int own = 0;          ///< the law's numbers, at most kOwnMemory
+  bool single = false;  ///< numbers are float: pairs in mixed precision
 
-/// Memory of one block.
-struct BlockMemory {
-  Row* springs;
-  Row* notes;
-
-  /// @param rows of the run, which has so many blocks
-  static BlockMemory at(Row* rows, std::size_t blocks, bool rolls, std::size_t block) {
-    return {rows + RunRows::springs(rolls) * block,
-            rows + RunRows::springs(rolls) * blocks + RunRows::notes(rolls) * block};
+  static MemoryShape of(const Law& law, bool single);
+  std::size_t numbers() const { return 3 + (rolls ? 3 : 0) + static_cast<std::size_t>(own); }
+  std::size_t notes() const { return rolls ? 8 : 5; }
+  /// Bytes of the numbers, and of the notes, of one block.
+  std::size_t number_bytes() const { return numbers() * kBlock * (single ? sizeof(float) : sizeof(double)); }
+  std::size_t note_bytes() const { return notes() * kBlock * sizeof(float); }
+  /// Lines of a run of blocks.
+  std::size_t lines(std::size_t blocks) const {
+    return (blocks * (number_bytes() + note_bytes()) + sizeof(Line) - 1) / sizeof(Line);
   }
-  double* xi(int d) const { return springs[d].x; }
-  double* rho(int d) const { return springs[3 + d].x; }
-  /// Row of floats number k: 0 slipping, 1 dash_n, 2 to 4 dash_t, 5 to 7 dash_r.
-  float* note(int k) const { return notes[k / 2].f[k % 2]; }
+};
+
+/// Memory of one block, each number of its eight contacts side by side. A run has first the numbers of all its blocks,
+/// which every step reads and writes, then the notes, which only booked steps and laws with two friction coefficients
+/// touch.
+struct BlockMemory {
+  unsigned char* numbers;
+  unsigned char* notes;
+  int first_own;
+
+  /// @param lines of the run, which has so many blocks
+  static BlockMemory at(Line* lines, std::size_t blocks, const MemoryShape& shape, std::size_t block) {
+    auto* bytes = reinterpret_cast<unsigned char*>(lines);
+    return {bytes + shape.number_bytes() * block, bytes + shape.number_bytes() * blocks + shape.note_bytes() * block,
+            shape.rolls ? 6 : 3};
+  }
+  /// Number k of 8 contacts, Real the shape's type: 0 to 2 xi, 3 to 5 rho, own from first_own.
+  template <class Real>
+  Real* number(int k) const {
+    return reinterpret_cast<Real*>(numbers) + static_cast<int>(kBlock) * k;
+  }
+  /// 0 slipping, 1 dash_n, 2 to 4 dash_t, 5 to 7 dash_r.
+  float* note(int k) const { return reinterpret_cast<float*>(notes) + static_cast<int>(kBlock) * k; }
 };
 
 /// Springs and dashpots of one contact outside its block: at rebuilds, in restarts and for contacts with edges. Springs
 /// steer the motion and are double; what the dashpots pulled at the last step only feeds the energy book, where float's
 /// 1e-7 is far below its error.
 struct PairState {
-  double xi[3] = {};   ///< tangential spring, m, world axes, on the owner
-  double rho[3] = {};  ///< rolling spring, rad
+  double xi[3] = {};            ///< tangential spring, m, world axes, on the owner
+  double rho[3] = {};           ///< rolling spring, rad
+  double own[kOwnMemory] = {};  ///< of the law
   float slipping = 0;
   float dash_n = 0;  ///< normal damping force, N
   float dash_t[3] = {};
@@ -64,8 +80,8 @@ struct PairState {
 };
 
 /// Springs and dashpots of one lane, taken out of its block or put into it.
-PairState read_lane(const BlockMemory& block, bool rolls, std::uint32_t lane);
-void write_lane(const BlockMemory& block, bool rolls, std::uint32_t lane, const PairState& state);
+PairState read_lane(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane);
+void write_lane(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane, const PairState& state);
 
 struct alignas(64) PairBlock {
   std::uint32_t owner[kBlock], other[kBlock];
@@ -73,7 +89,7 @@ struct alignas(64) PairBlock {
 
 struct PairRun {
   std::uint32_t law, first, blocks, pairs;  ///< `first` counts in PairBlock
-  std::size_t rows;                         ///< where the memory of the first block begins
+  std::size_t lines;                        ///< where the memory of the first block begins
   bool near;                                ///< its blocks sleep
 };
 
@@ -92,11 +108,27 @@ struct alignas(64) Accumulator {
   Four t;  ///< N m; number of touching contacts
 };
 
+/// What a contact gives to one of its spheres. The owner adds it, the other takes it off.
+struct Push {
+  using Real = double;
+  double f[4];  ///< N; the last is not used
+  double t[4];  ///< N m; number of touching contacts
+};
+struct SinglePush {
+  using Real = float;
+  float f[4], t[4];
+};
+
 /// What one block of contacts does, before it is added up.
 struct alignas(64) BlockResult {
-  Four f[kBlock];          ///< on the owners, N
-  Four t_i[kBlock];        ///< on the owners, N m; 1 when surfaces overlap
-  Four t_j[kBlock];        ///< on the others
+  union {
+    Push own[kBlock];
+    SinglePush own_single[kBlock];  ///< mixed precision
+  };
+  union {
+    Push other[kBlock];
+    SinglePush other_single[kBlock];
+  };
   double sums[6][kBlock];  ///< J: lost in damping, sliding, rolling, stored; in reach (1 or 0); overlap/smaller radius
   double overlap[kBlock];  ///< m
 };
@@ -112,8 +144,9 @@ struct RunSums {
 struct PairJob {
   bool book;  ///< whether the step sums losses and keeps what the next one needs for it
   const Sphere* spheres;
+  const MixedSphere* mixed;  ///< in place of `spheres` in mixed precision
   const PairBlock* blocks;
-  Row* rows;
+  Line* lines;
   std::uint32_t count, pairs;
   double elapsed;
   // How far any sphere of the neighbourhood may have gone since the lists were built, m, and for sleeping blocks where
@@ -131,15 +164,15 @@ struct PairJob {
   BlockResult* ready;
   std::uint32_t ready_count;
   // Spheres that the next tile will meet first: fetched into the cache meanwhile, a few with each block.
-  const Sphere* ahead;
-  std::uint32_t ahead_count;
+  std::uint32_t ahead, ahead_count;
   RunSums sums;
 };
 
 struct PlaneJob {
   const Sphere* spheres;
+  const MixedSphere* mixed;
   const PlaneBlock* blocks;
-  Row* rows;
+  Line* lines;
   std::uint32_t count, contacts;
   double elapsed, reach;
   double turn[3][3], position[3], velocity[3], spin[3];  ///< pose and motion of the boundary
@@ -152,11 +185,12 @@ struct PlaneJob {
 /// Contacts with edges, corners and curved surfaces, found one sphere at a time: up to 8 of one law.
 struct SurfaceJob {
   const Sphere* spheres;
+  const MixedSphere* mixed;
   std::uint32_t sphere[kBlock];
   double normal[3][kBlock];                     ///< world axes, from the surface to the centre
   double distance[kBlock];                      ///< of the centre from the surface; negative behind it
   double velocity[3][kBlock], spin[3][kBlock];  ///< of the surface at the contact point
-  Row rows[RunRows::of(true)];
+  Line lines[(6 + kOwnMemory) + 4];             ///< of the largest memory shape
   std::uint32_t count;
   double elapsed, reach;
   Four f[kBlock], t_i[kBlock], t_j[kBlock];  ///< on the sphere; on the surface only its rolling torque
@@ -165,6 +199,7 @@ struct SurfaceJob {
 
 struct MoveJob {
   Sphere* spheres;
+  MixedSphere* mixed;
   std::uint32_t begin, end;
   Accumulator* ring;
   std::uint32_t mask;
@@ -175,8 +210,8 @@ struct MoveJob {
 
 /// The step's work, compiled once per instruction set.
 struct Kernel {
-  const char* name;  ///< instruction set, for the record of a run
-  void (*pairs)(const Law&, PairJob&);
+  const char* name;                     ///< instruction set, for the record of a run
+  void (*pairs)(const Law&, PairJob&);  ///< in mixed precision if the job has mixed spheres; likewise the others
   void (*planes)(const Law&, PlaneJob&);
   void (*surface)(const Law&, SurfaceJob&);
   void (*move)(MoveJob&);

@@ -1,7 +1,14 @@
 #pragma once
+#include <algorithm>
+
 #include "libdem/laws/number.hpp"
 
 /// What passes between the sweep and a contact law. A law knows no particle, list or loop: numbers in, numbers out.
+///
+/// A law whose force depends on what happened before says `static constexpr int memory = M` and takes
+/// `normal(const Approach<T>&, T (&memory)[M])`: numbers of the contact, 0 when it begins, kept from step to step, in
+/// restarts and when lists are built anew. Scalars only, the same from either body's side. The pair may stay in the
+/// lists while its surfaces are apart: the law sets its numbers back to 0 there.
 namespace subsoil::dem {
 
 /// One contact as a normal law sees it.
@@ -27,7 +34,39 @@ struct NormalForce {
   T soft_t;         ///< 1/k_t, m/N, 0 where k_t = 0
   T c_t;            ///< tangential damping coefficient, N s/m
   Mask<T> engaged;  ///< surfaces touch: tangential and rolling resistance act
+  T lost = T(0.0);  ///< J lost in this step other than by `damping`: plastic work, and what tears; 0 for elastic laws
 };
+
+/// Numbers that a contact may keep for its law at most.
+inline constexpr int kOwnMemory = 2;
+
+/// Numbers that each contact of a law keeps: `static constexpr int memory` of laws that need any.
+template <class L>
+constexpr int own_memory() {
+  if constexpr (requires { L::memory; }) {
+    static_assert(L::memory <= kOwnMemory);
+    return L::memory;
+  } else {
+    return 0;
+  }
+}
+
+/// The law's normal force; `own` holds the contact's numbers, in and out (one that is not used where there are none).
+template <class L, class T, int Numbers>
+[[gnu::always_inline]] inline NormalForce<T> normal_force(const L& law, const Approach<T>& a, T (&own)[Numbers]) {
+  static_assert(Numbers >= own_memory<L>());
+  if constexpr (own_memory<L>() == 0) {
+    return law.normal(a);
+  } else if constexpr (own_memory<L>() == Numbers) {
+    return law.normal(a, own);
+  } else {
+    T mine[own_memory<L>()];
+    std::copy_n(own, own_memory<L>(), mine);
+    const NormalForce<T> out = law.normal(a, mine);
+    std::copy_n(mine, own_memory<L>(), own);
+    return out;
+  }
+}
 
 /// Upper bounds of what a law can do to a sphere, for the stable step (stability.hpp).
 struct StiffnessBound {

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <limits>
 
 #include "libdem/laws/contact.hpp"
@@ -8,10 +9,14 @@
 /// Tangential: spring xi (m) and dashpot, capped together by Coulomb's limit,
 ///     xi* = xi + v_t dt,   g = k_t xi* + c_t v_t,   |g| <= mu grip (sticking) or mu_d grip (slipping);
 ///     on slip F_t = mu_d grip g/|g|, xi = F_t/k_t and the dashpot is off.
+/// `tangential` takes the spring away: dashpot, F_t = min(c_t |v_t|, mu grip) against v_t (LAMMPS linear_nohistory,
+///     LIGGGHTS no_history), or constant-direction, F_t = mu_d grip v_t/|v_t|, which jitters in a resting bed.
 /// Rolling, elastic-plastic (Ai, Chen, Rotter, Ooi 2011, type C): the same element with the angle rho (rad),
 ///     k_r = 2.25 k_n (mu_r r_eff)^2, cap mu_r r_eff grip, dashpot 2 eta_r sqrt(I_r k_r), off at the cap,
 ///     I_r the series sum of both bodies' 7/5 m r^2.
 /// Rolling, constant torque: -mu_r r_eff grip w/|w|; it jitters in a resting bed.
+/// Twist (mu_t > 0): the same element with the angle about the normal,
+///     k_w = 2.25 k_n (mu_t r_eff)^2, cap mu_t r_eff grip, dashpot 2 eta_r sqrt(I_w k_w), I_w = (2/7) I_r.
 /// Symbols: v_t sliding velocity at the contact point (m/s), w relative rolling velocity (rad/s), grip N.
 /// Energy over a step: spring force (mean of both ends) times slip -> sliding; dashpot force (mean) times velocity ->
 /// damping; a spring dropped at separation, or softened by a stiffness that changes, -> sliding.
@@ -20,31 +25,32 @@ namespace subsoil::dem {
 /// Where the contact point of two spheres lies: in the middle of the overlap (lever r - delta/2; r - delta at a
 /// boundary, angular momentum is kept), or on each sphere's surface (lever r).
 enum class Lever { mid_overlap, radius };
+enum class Tangential { spring, dashpot, constant_direction };
 enum class Rolling { none, elastic_plastic, constant_torque };
 
 /// Spring-and-dashpot element with a limit, after one step.
-template <class T>
+template <class T, int D = 3>
 struct Slip {
-  T x[3];        ///< spring, m or rad
-  T force[3];    ///< resisting force or torque on the first body is -force
-  T dashpot[3];  ///< viscous part of `force`
+  T x[D];        ///< spring, m or rad
+  T force[D];    ///< resisting force or torque on the first body is -force
+  T dashpot[D];  ///< viscous part of `force`
   T slipping;    ///< 1 at the limit, else 0
   T slid;        ///< energy lost in the limit, J
   T damped;      ///< energy lost in the dashpot, J
 };
 
 /// @param growth stiffness before over stiffness now; @param soft 1/k, 0 without a spring
-template <class T>
-[[gnu::always_inline]] inline Slip<T> stick_slip(const T (&x)[3], const T (&v)[3], const T (&dashpot_before)[3],
-                                                 T slipping_before, T dt, T growth, T k, T soft, T c, T limit_static,
-                                                 T limit_kinetic, Mask<T> engaged) {
-  Slip<T> out;
+template <class T, int D>
+[[gnu::always_inline]] inline Slip<T, D> stick_slip(const T (&x)[D], const T (&v)[D], const T (&dashpot_before)[D],
+                                                    T slipping_before, T dt, T growth, T k, T soft, T c, T limit_static,
+                                                    T limit_kinetic, Mask<T> engaged) {
+  Slip<T, D> out;
   const T zero(0.0), one(1.0), half(0.5);
   // A stiffness that rises keeps the force, one that falls keeps the spring (Mindlin's unloading): both only lose
   // energy.
   const T keep = select(engaged, min(one, growth), zero);
-  T x0[3], trial[3], g[3], g2 = zero, x2 = zero;
-  for (int d = 0; d < 3; ++d) {
+  T x0[D], trial[D], g[D], g2 = zero, x2 = zero;
+  for (int d = 0; d < D; ++d) {
     x0[d] = x[d] * keep;
     trial[d] = x0[d] + v[d] * dt;
     g[d] = k * trial[d] + c * v[d];
@@ -53,11 +59,11 @@ template <class T>
   }
   const T limit = select(slipping_before > half, limit_kinetic, limit_static);
   const auto slip = g2 > limit * limit;
-  const T scale = select(slip, limit_kinetic * rsqrt(max(g2, T(1e-290))), one);
+  const T scale = select(slip, limit_kinetic * rsqrt(max(g2, tiny<T>())), one);
   out.slipping = select(both(engaged, slip), one, zero);
   out.slid = half * x2 * k * (growth - keep * keep);
   out.damped = zero;
-  for (int d = 0; d < 3; ++d) {
+  for (int d = 0; d < D; ++d) {
     const T force = select(engaged, g[d] * scale, zero);
     // Without a spring the limited force is all there is: it counts as a dashpot.
     const T viscous = select(slip, select(k > zero, zero, force), c * v[d]);
@@ -73,7 +79,8 @@ template <class T>
 struct Friction {
   double mu = std::numeric_limits<double>::quiet_NaN();
   double mu_d = std::numeric_limits<double>::quiet_NaN();  ///< left out: the same as mu
-  double mu_r = 0;
+  Tangential tangential = Tangential::spring;
+  double mu_r = 0, mu_t = 0;
   double rolling_damping = 0.3;
   Rolling rolling = Rolling::elastic_plastic;
   Lever lever = Lever::mid_overlap;
@@ -82,56 +89,94 @@ struct Friction {
   void describe(V& v) {
     v.quantity("mu", mu, "1", "[0, inf)", "static friction coefficient, holds until slip");
     v.derived("mu_d", mu_d, "1", "[0, inf)", "friction coefficient while slipping; left out: mu");
+    v.choice(
+        "tangential", tangential,
+        {{"spring", Tangential::spring},
+         {"dashpot", Tangential::dashpot},
+         {"constant-direction", Tangential::constant_direction}},
+        "friction below its limit: a spring that remembers and a dashpot, the dashpot alone, or nothing: the limit "
+        "against the sliding");
     v.quantity("mu_r", mu_r, "1", "[0, inf)", "rolling friction coefficient");
+    v.quantity("mu_t", mu_t, "1", "[0, inf)", "twisting friction coefficient: about the contact normal");
     v.choice("rolling", rolling,
              {{"elastic-plastic", Rolling::elastic_plastic},
               {"constant-torque", Rolling::constant_torque},
               {"none", Rolling::none}},
              "rolling resistance: elastic-plastic spring-dashpot (Ai type C), or a constant torque against rolling");
-    v.quantity("rolling damping", rolling_damping, "1", "[0, 1]", "damping ratio of the rolling spring");
+    v.quantity("rolling damping", rolling_damping, "1", "[0, 1]", "damping ratio of the rolling and twisting springs");
     v.choice("lever", lever, {{"mid-overlap", Lever::mid_overlap}, {"radius", Lever::radius}},
              "arm of tangential forces about the centre: to the middle of the overlap (a boundary's surface), or the "
              "radius");
   }
 
-  bool resists_rolling() const { return rolling != Rolling::none && mu_r > 0; }
+  bool resists_rolling() const { return (rolling != Rolling::none && mu_r > 0) || resists_twist(); }
+  bool resists_twist() const { return mu_t > 0; }
   bool remembers_slip() const { return !std::isnan(mu_d) && mu_d != mu; }
   double mu_sliding() const { return std::isnan(mu_d) ? mu : mu_d; }
 
   template <class T>
   [[gnu::always_inline]] Slip<T> slide(const NormalForce<T>& n, const T (&xi)[3], const T (&v_t)[3],
                                        const T (&dashpot_before)[3], T slipping_before, T dt) const {
-    return stick_slip(xi, v_t, dashpot_before, slipping_before, dt, n.growth, n.k_t, n.soft_t, n.c_t, T(mu) * n.grip,
-                      T(mu_sliding()) * n.grip, n.engaged);
+    const T limit = T(mu) * n.grip, kinetic = T(mu_sliding()) * n.grip;
+    if (tangential == Tangential::spring)
+      return stick_slip(xi, v_t, dashpot_before, slipping_before, dt, n.growth, n.k_t, n.soft_t, n.c_t, limit, kinetic,
+                        n.engaged);
+    const T zero(0.0), v2 = v_t[0] * v_t[0] + v_t[1] * v_t[1] + v_t[2] * v_t[2];
+    const T c = tangential == Tangential::dashpot ? n.c_t : kinetic / max(sqrt(v2), T(1e-12));
+    Slip<T> s =
+        stick_slip(xi, v_t, dashpot_before, slipping_before, dt, T(1.0), zero, zero, c, limit, kinetic, n.engaged);
+    for (T& x : s.x) x = zero;
+    return s;
   }
 
   /// @param inverse_r 1/r_eff, 1/m; @param root_i square root of the series sum of both bodies' 7/5 m r^2, kg^1/2 m
   template <class T>
   [[gnu::always_inline]] Slip<T> roll(const NormalForce<T>& n, const T (&rho)[3], const T (&w)[3],
                                       const T (&dashpot_before)[3], T r_eff, T inverse_r, T root_i, T dt) const {
+    if (rolling == Rolling::none || !(mu_r > 0)) return {};  // twist alone
     const T arm = T(mu_r) * r_eff, cap = arm * n.grip, zero(0.0);
     if (rolling == Rolling::constant_torque) {
       // A dashpot whose coefficient makes the torque cap w/|w|: no spring, no state.
       const T speed = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
       const T c = cap / max(speed, T(1e-12));
-      return stick_slip(rho, w, dashpot_before, zero, dt, T(1.0), zero, zero, c, T(2.0) * cap + T(1e-300),
-                        T(2.0) * cap + T(1e-300), n.engaged);
+      return stick_slip(rho, w, dashpot_before, zero, dt, T(1.0), zero, zero, c, T(2.0) * cap + tiny<T>(),
+                        T(2.0) * cap + tiny<T>(), n.engaged);
     }
-    // k = 2.25 k_n (mu_r r_eff)^2 by way of its root, which the dashpot needs: what k_n alone gives is worked out once
-    // for laws of constant stiffness.
-    const T root_k_n = sqrt(T(2.25 * mu_r * mu_r) * n.k_n);
-    const T root_k = root_k_n * r_eff, k = root_k * root_k;
-    const T inverse_root = select(root_k_n > zero, T(1.0) / max(root_k_n, T(1e-150)), zero) * inverse_r;
-    const T c = T(2.0 * rolling_damping) * root_i * root_k;
-    return stick_slip(rho, w, dashpot_before, zero, dt, n.growth, k, inverse_root * inverse_root, c, cap, cap,
-                      n.engaged);
+    return turning(n, rho, w, dashpot_before, mu_r, rolling_damping, r_eff, inverse_r, root_i, dt);
   }
+
+  /// @param angle of the twisting spring, rad; @param w spin about the normal against the other body, rad/s
+  template <class T>
+  [[gnu::always_inline]] Slip<T, 1> twist(const NormalForce<T>& n, const T& angle, const T& w, const T& dashpot_before,
+                                          T r_eff, T inverse_r, T root_i, T dt) const {
+    const T x[1] = {angle}, v[1] = {w}, before[1] = {dashpot_before};
+    return turning(n, x, v, before, mu_t, std::sqrt(2.0 / 7.0) * rolling_damping, r_eff, inverse_r, root_i, dt);
+  }
+  /// Stiffness of the rolling or twisting spring over k_n r_eff^2.
+  static double turning_share(double mu) { return 2.25 * mu * mu; }
 
   /// Rolling terms of the bound.
   void bound(StiffnessBound& b, double r_eff, double i_roll) const {
-    if (rolling != Rolling::elastic_plastic) return;
-    b.k_r = 2.25 * b.k_n * (mu_r * r_eff) * (mu_r * r_eff);
+    if (tangential != Tangential::spring) b.k_t = 0;
+    if (tangential == Tangential::constant_direction) b.c_t = 0;
+    const double largest = std::max(rolling == Rolling::elastic_plastic ? mu_r : 0, mu_t);
+    b.k_r = turning_share(largest) * b.k_n * r_eff * r_eff;
     b.c_r = 2 * rolling_damping * std::sqrt(i_roll * b.k_r);
+  }
+
+ private:
+  template <class T, int D>
+  [[gnu::always_inline]] static Slip<T, D> turning(const NormalForce<T>& n, const T (&x)[D], const T (&w)[D],
+                                                   const T (&dashpot_before)[D], double mu, double damping, T r_eff,
+                                                   T inverse_r, T root_i, T dt) {
+    // k = 2.25 k_n (mu r_eff)^2 by way of its root, which the dashpot needs: what k_n alone gives is worked out once
+    // for laws of constant stiffness.
+    const T zero(0.0), cap = T(mu) * r_eff * n.grip;
+    const T root_k_n = sqrt(T(turning_share(mu)) * n.k_n);
+    const T root_k = root_k_n * r_eff, k = root_k * root_k;
+    const T inverse_root = select(root_k_n > zero, T(1.0) / max(root_k_n, tiny<T>()), zero) * inverse_r;
+    const T c = T(2.0 * damping) * root_i * root_k;
+    return stick_slip(x, w, dashpot_before, zero, dt, n.growth, k, inverse_root * inverse_root, c, cap, cap, n.engaged);
   }
 };
 

@@ -1,56 +1,39 @@
 #pragma once
+#include "libdem/laws/elastic_pair.hpp"
 #include "libdem/laws/linear.hpp"
 
 /// Hertz-Mindlin with Tsuji's damping.
 ///     delta > 0:  F = (4/3) E* sqrt(R delta^3) + 2 sqrt(5/6) beta(e) sqrt(S_n m_eff) d delta/dt,  S_n = 2 E* sqrt(R
 ///     delta)
 ///                 k_t = 8 G* sqrt(R delta),  c_t = 2 sqrt(5/6) beta(e) sqrt(k_t m_eff)
-/// Symbols: E* = [(1-nu1^2)/E1 + (1-nu2^2)/E2]^-1 and G* = [(2-nu1)/G1 + (2-nu2)/G2]^-1 of the two materials, Pa;
-/// R effective radius m; e restitution (exact for the unclipped force: Tsuji, Tanaka, Ishida 1992); beta as in
-/// linear.hpp. Tangential unloading: while the overlap falls the spring is kept and the force falls with k_t (Mindlin &
-/// Deresiewicz 1953 as simplified by Thornton, Cummins, Cleary 2013); while it grows the force is kept. Both lose
-/// energy, booked as sliding. Valid for overlap << R.
+/// Symbols: E*, G* of the two materials (elastic_pair.hpp), Pa; R effective radius m; e restitution (exact for the
+/// unclipped force: Tsuji, Tanaka, Ishida 1992); beta as in linear.hpp. Tangential unloading: while the overlap falls
+/// the spring is kept and the force falls with k_t (Mindlin & Deresiewicz 1953 as simplified by Thornton, Cummins,
+/// Cleary 2013); while it grows the force is kept. Both lose energy, booked as sliding. Valid for overlap << R.
 namespace subsoil::dem {
 
-/// E* = [(1-nu1^2)/E1 + (1-nu2^2)/E2]^-1, Pa.
-inline double effective_modulus(double young_1, double poisson_1, double young_2, double poisson_2) {
-  return 1 / ((1 - poisson_1 * poisson_1) / young_1 + (1 - poisson_2 * poisson_2) / young_2);
-}
-
-struct HertzMindlin {
+struct HertzMindlin : ElasticPair {
   static constexpr bool constant_stiffness = false;
-  double E_eff = std::numeric_limits<double>::quiet_NaN();
-  double G_eff = std::numeric_limits<double>::quiet_NaN();
   double restitution = std::numeric_limits<double>::quiet_NaN();
   bool clip = false;
+  Cohesion cohesion;
   Friction friction;
   double damping = 0;  ///< 2 sqrt(5/6) beta(e); filled by resolved()
 
   template <class V>
   void describe(V& v) {
     v.card("hertz-mindlin", "Hertz normal force, Mindlin tangential stiffness, Tsuji damping");
-    v.derived("E_eff", E_eff, "Pa", "(0, inf)",
-              "effective Young's modulus; left out: from both materials' young and poisson");
-    v.derived("G_eff", G_eff, "Pa", "(0, inf)",
-              "effective shear modulus; left out: from both materials' young and poisson");
+    describe_elasticity(v);
     v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution; for no damping use 1");
     v.flag("clip attraction", clip,
            "cut the normal force off at zero while separating (restitution then exceeds the given)");
+    cohesion.describe(v);
     friction.describe(v);
-  }
-
-  bool needs_materials() const { return std::isnan(E_eff) || std::isnan(G_eff); }
-  static constexpr const char* in_place_of_materials = "E_eff and G_eff";
-  /// Fills E_eff and G_eff from the elastic constants of the two materials where they were left out.
-  void take_materials(double young_1, double poisson_1, double young_2, double poisson_2) {
-    const auto shear = [](double young, double poisson) { return young / (2 * (1 + poisson)); };
-    if (std::isnan(E_eff)) E_eff = effective_modulus(young_1, poisson_1, young_2, poisson_2);
-    if (std::isnan(G_eff))
-      G_eff = 1 / ((2 - poisson_1) / shear(young_1, poisson_1) + (2 - poisson_2) / shear(young_2, poisson_2));
   }
 
   HertzMindlin resolved() const {
     HertzMindlin law = *this;
+    law.cohesion = cohesion.completed();
     law.damping = 2 * std::sqrt(5.0 / 6.0) * damping_ratio(restitution);
     return law;
   }
@@ -63,13 +46,13 @@ struct HertzMindlin {
     NormalForce<T> n;
     n.engaged = a.overlap > zero;
     // Never zero, so that k_t growth is the stiffness before even when the contact has just ended.
-    const T root = max(sqrt(a.r_eff * max(a.overlap, zero)), T(1e-150));
+    const T root = max(sqrt(a.r_eff * max(a.overlap, zero)), tiny<T>());
     const T root_before = sqrt(a.r_eff * max(a.overlap - a.rate * a.elapsed, zero));
     const T spring = T(4.0 / 3.0 * E_eff) * root * max(a.overlap, zero);
     n.k_n = T(2 * E_eff) * root;
     n.k_t = T(8 * G_eff) * root;
     n.growth = root_before / root;
-    n.soft_t = select(n.engaged, T(1.0) / max(n.k_t, T(1e-150)), zero);
+    n.soft_t = select(n.engaged, T(1.0) / max(n.k_t, tiny<T>()), zero);
     const T c_n = damp * sqrt(n.k_n) * a.root_m;
     n.c_t = T(std::sqrt(4 * G_eff / E_eff)) * c_n;
     const T viscous = c_n * a.rate;

@@ -19,6 +19,7 @@ struct HuntCrossley {
   impact::HuntCrossley impact;
   double E_eff = std::numeric_limits<double>::quiet_NaN();
   double stiffness_ratio = 2.0 / 7.0;
+  Cohesion cohesion;
   Friction friction;
 
   template <class V>
@@ -28,6 +29,7 @@ struct HuntCrossley {
     v.derived("E_eff", E_eff, "Pa", "(0, inf)",
               "effective Young's modulus, when c is left out; left out: from both materials' young and poisson");
     v.quantity("stiffness ratio", stiffness_ratio, "1", "[0, inf)", "tangential over normal stiffness");
+    cohesion.describe(v);
     friction.describe(v);
   }
 
@@ -40,6 +42,7 @@ struct HuntCrossley {
 
   HuntCrossley resolved() const {
     HuntCrossley law = *this;
+    law.cohesion = cohesion.completed();
     law.impact = impact.completed();
     return law;
   }
@@ -53,8 +56,9 @@ struct HuntCrossley {
     n.engaged = a.overlap > zero;
     const bool hertz = std::isnan(impact.c);
     const T c = hertz ? T(4.0 / 3.0 * E_eff) * sqrt(a.r_eff) : T(impact.c);
-    // Never zero, so that k_t growth is the stiffness before even when the contact has just ended.
-    const T depth = max(a.overlap, T(1e-60));
+    // Never zero, so that k_t growth is the stiffness before even when the contact has just ended; 1 pm, whose powers
+    // are still floats.
+    const T depth = max(a.overlap, T(1e-12));
     const T stiff = c * power(depth, impact.n - 1);
     const T before = c * power(max(a.overlap - a.rate * a.elapsed, zero), impact.n - 1);
     const T spring = select(n.engaged, stiff * depth, zero);
@@ -65,7 +69,7 @@ struct HuntCrossley {
     n.k_n = T(impact.n) * stiff;
     n.k_t = T(stiffness_ratio) * n.k_n;
     n.growth = impact.n > 1 ? before / stiff : one;
-    n.soft_t = select(n.k_t > zero, one / max(n.k_t, T(1e-150)), zero);
+    n.soft_t = select(n.k_t > zero, one / max(n.k_t, tiny<T>()), zero);
     n.c_t = T(stiffness_ratio * impact.b) * spring;
     return n;
   }

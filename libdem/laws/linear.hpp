@@ -2,6 +2,7 @@
 #include <limits>
 #include <numbers>
 
+#include "libdem/laws/cohesion.hpp"
 #include "libdem/laws/friction.hpp"
 
 /// Normal damping ratio that a linear spring-dashpot needs for restitution e: beta = -ln e/sqrt(pi^2 + ln^2 e), F
@@ -26,6 +27,7 @@ struct Linear {
   double stiffness_ratio = 2.0 / 7.0;
   double restitution = std::numeric_limits<double>::quiet_NaN();
   bool clip = false;
+  Cohesion cohesion;
   Friction friction;
   double beta = 0;  ///< damping ratio; filled by resolved()
 
@@ -37,11 +39,13 @@ struct Linear {
     v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution; for no damping use 1");
     v.flag("clip attraction", clip,
            "cut the normal force off at zero while separating (restitution then exceeds the given)");
+    cohesion.describe(v);
     friction.describe(v);
   }
 
   Linear resolved() const {
     Linear law = *this;
+    law.cohesion = cohesion.completed();
     law.beta = damping_ratio(restitution);
     return law;
   }

@@ -14,11 +14,19 @@ inline double min(double a, double b) { return a < b ? a : b; }
 inline double sqrt(double a) { return std::sqrt(a); }
 inline double pow(double a, double n) { return std::pow(a, n); }
 inline double rsqrt(double a) { return 1 / std::sqrt(a); }  ///< 1/sqrt(a), a > 0
+inline double log(double a) { return std::log(a); }
 inline bool both(bool a, bool b) { return a && b; }
+inline bool any(bool a) { return a; }  ///< in any lane: skips what no contact of a pack needs
 
 /// What a comparison of two T gives: bool for double, a lane mask for a pack.
 template <class T>
 using Mask = decltype(T(0.0) > T(0.0));
+
+/// A number far below all that a law computes with and far above the smallest of T: where 0 would be divided by.
+template <class T>
+inline T tiny() {
+  return T(1e-30);
+}
 
 /// x^n for x >= 0, n >= 0. Whole and half exponents up to 4 are products and one square root; any other takes the
 /// library's pow lane by lane, exact to an ulp: an exponential of n ln x in vector form would lose the digits of

@@ -79,6 +79,12 @@ struct Wet {
     return law;
   }
 
+  /// Takes a share of the attraction, while a bed settles.
+  void weaken(double share) {
+    K_B *= share;
+    K_C *= share;  // left out it is NaN and stays so: it follows from K_B
+  }
+
   /// Largest gap across which the law acts, m.
   double reach() const { return K_B > 0 ? std::max(0.0, dB - D) : std::max(0.0, -D); }
   /// Overlap of a pair at rest without load, m.

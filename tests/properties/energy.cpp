@@ -25,9 +25,11 @@ double step_for(const Law& law, double share) {
 }
 
 /// A column of 80 spheres dropped into a bin; then `motions` act.
-Book run(const Law& law, const std::function<std::vector<Motion>(Bed&)>& surfaces, double time, double share = 0.4) {
+Book run(const Law& law, const std::function<std::vector<Motion>(Bed&)>& surfaces, double time, double share = 0.4,
+         Precision precision = Precision::doubles) {
   const Law resolved = table(law).laws[0];
   BedOptions options = quiet({0, -9.81, 0});
+  options.precision = precision;
   options.overlap_limit = 0.95;  // soft laws under a fast piston; the book does not mind
   Bed bed(table(law), options);
   Dice dice(29);
@@ -61,8 +63,9 @@ std::vector<Motion> drum(Bed& bed) {
   return {{bed.add(std::move(b)), {{0.042, 0.137, 0.042}, {}}, {0, -0.5, 0}, {0, 0, 25}}};
 }
 
-void closes(const Law& law, const std::string& name, const std::function<std::vector<Motion>(Bed&)>& surfaces) {
-  const Book book = run(law, surfaces, 0.06);
+void closes(const Law& law, const std::string& name, const std::function<std::vector<Motion>(Bed&)>& surfaces,
+            Precision precision = Precision::doubles) {
+  const Book book = run(law, surfaces, 0.06, 0.4, precision);
   EXPECT_LT(std::abs(book.gap()), 0.01 * book.turned_over())
       << name << ": gap " << book.gap() << " J of " << book.turned_over() << " J turned over, damping "
       << book.end.lost.damping << " sliding " << book.end.lost.sliding << " rolling " << book.end.lost.rolling
@@ -81,6 +84,10 @@ TEST(Energy, ClosesOverASlidingFloor) {
 }
 TEST(Energy, ClosesAroundATurningDrum) {
   for (const auto& [name, law] : every_law()) closes(law, name, drum);
+}
+
+TEST(Energy, ClosesInMixedPrecision) {
+  for (const auto& [name, law] : every_law()) closes(law, name + ", mixed", piston, Precision::mixed);
 }
 
 /// The gap falls with the step: it is the integrator's, no missing term.

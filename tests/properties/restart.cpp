@@ -13,9 +13,10 @@ struct Scene {
   Motion tool;
 };
 
-Scene scene(const Law& law, bool with_spheres) {
+Scene scene(const Law& law, bool with_spheres, Precision precision = Precision::doubles) {
   BedOptions options = quiet({0.4, -9.81, 0}, 1);
   options.floor_drop = -0.05;
+  options.precision = precision;
   Scene s{Bed(table(law), options), {}};
   if (with_spheres) {
     Dice dice(31);
@@ -64,6 +65,28 @@ TEST(Restart, EndsWhereTheStraightRunEnds) {
   }
 }
 
+/// What mixed precision keeps in float is saved as it is: what is left is the order of sums, which may move the
+/// rounding of a velocity, 1e-7 of it.
+TEST(Restart, EndsWhereTheStraightRunEndsInMixedPrecision) {
+  for (const auto& [name, law] : every_law()) {
+    Scene straight = scene(law, true, Precision::mixed), first = scene(law, true, Precision::mixed),
+          second = scene(law, false, Precision::mixed);
+    advance(straight, 400);
+    advance(first, 200);
+    second.tool.place(second.bed);
+    second.bed.restore(first.bed.save());
+    for (std::uint32_t id = 0; id < 320; ++id) {
+      EXPECT_EQ(sphere(first.bed, id).x, sphere(second.bed, id).x) << name;
+      EXPECT_EQ(sphere(first.bed, id).v, sphere(second.bed, id).v) << name;
+    }
+    advance(second, 200);
+    double apart = 0;
+    for (std::uint32_t id = 0; id < 320; ++id)
+      apart = std::max(apart, norm(sphere(straight.bed, id).x - sphere(second.bed, id).x));
+    EXPECT_LT(apart, 1e-7 * 0.16) << name;
+  }
+}
+
 TEST(Restart, AHistoryLeftOutIsSeen) {
   const Law law = grains(1e5, 0.5, 0.5, 0.1);
   Scene straight = scene(law, true), second = scene(law, false);
@@ -71,7 +94,8 @@ TEST(Restart, AHistoryLeftOutIsSeen) {
   second.tool.place(second.bed);
   Bed::State state = straight.bed.save();
   ASSERT_FALSE(state.pairs.empty());
-  for (std::size_t k = 0; k < state.pairs.size(); k += 14) state.pairs[k] = 0;
+  const std::size_t numbers = state.pairs.size() / (state.pair_ids.size() / 2);
+  for (std::size_t k = 0; k < state.pairs.size(); k += numbers) state.pairs[k] = 0;
   second.bed.restore(state);
   advance(straight, 100), advance(second, 100);
   double apart = 0;

@@ -31,9 +31,10 @@ LawTable three_materials(const Law& law) {
   return t;
 }
 
-Fingerprint run(const Law& law, const Scene& scene, int threads) {
+Fingerprint run(const Law& law, const Scene& scene, int threads, Precision precision) {
   BedOptions options = quiet({0.5, -9.81, 0}, threads);
   options.skin = 1e-3;  // several rebuilds within few steps
+  options.precision = precision;
   Bed bed(three_materials(law), options);
   Dice dice(17);
   const double pitch = 0.0196;
@@ -61,14 +62,15 @@ Fingerprint run(const Law& law, const Scene& scene, int threads) {
 }
 
 void same_bits(const Scene& scene) {
-  for (const auto& [name, law] : every_law()) {
-    const Fingerprint one = run(law, scene, 1);
-    EXPECT_GT(one.rebuilds, 2) << name;
-    EXPECT_NE(one.lost, 0) << name;
-    EXPECT_NE(one.wrench, 0) << name;
-    for (const int threads : {2, 3, 8})
-      EXPECT_TRUE(run(law, scene, threads) == one) << name << ", " << threads << " threads";
-  }
+  for (const Precision precision : {Precision::doubles, Precision::mixed})
+    for (const auto& [name, law] : every_law()) {
+      const Fingerprint one = run(law, scene, 1, precision);
+      EXPECT_GT(one.rebuilds, 2) << name;
+      EXPECT_NE(one.lost, 0) << name;
+      EXPECT_NE(one.wrench, 0) << name;
+      for (const int threads : {2, 3, 8})
+        EXPECT_TRUE(run(law, scene, threads, precision) == one) << name << ", " << threads << " threads";
+    }
 }
 
 TEST(ThreadBits, Block) { same_bits({14, 8, 14, 0.3, 40}); }

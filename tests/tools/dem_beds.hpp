@@ -54,10 +54,71 @@ inline HuntCrossley viscoelastic(double n, double c, double b, double mu, double
   return h;
 }
 
-/// One law for everything.
-inline LawTable table(const Law& law) {
-  return {.materials = 1, .index = {0}, .laws = {std::visit([](const auto& l) -> Law { return l.resolved(); }, law)}};
+/// Soil after Ucgul, Fielke & Saunders: loading stiffness from the yield strength.
+inline Hysteretic compactable(double yield = 5.88e5, double restitution = 0.6, double mu = 0.4, double mu_r = 0.05) {
+  Hysteretic h;
+  h.yield = yield, h.restitution = restitution;
+  h.friction.mu = mu, h.friction.mu_r = mu_r;
+  return h;
 }
+
+inline Luding sticky(double k1 = 1e4, double k2 = 5e4, double k_c = 1e4, double phi_f = 0.1, double mu = 0.4) {
+  Luding l;
+  l.k1 = k1, l.k2 = k2, l.k_c = k_c, l.phi_f = phi_f, l.damping = 0.05;
+  l.friction.mu = mu, l.friction.mu_r = 0.05;
+  return l;
+}
+
+inline Eepa powder(double n, double k1, double plasticity, double surface_energy, double restitution = 0.7) {
+  Eepa e;
+  e.n = n, e.k1 = k1, e.plasticity = plasticity, e.w = surface_energy, e.restitution = restitution;
+  e.friction.mu = 0.4, e.friction.mu_r = 0.05;
+  return e;
+}
+
+/// Softer than the map's metals, so that it yields in a test's bed; what is placed in touch bounces less each time.
+inline VariableRestitution yielding(VariableRestitution::Normal part) {
+  VariableRestitution v;
+  v.part = part, v.E_eff = 1e7, v.map.S_y = 2e5, v.map.density = 1800, v.largest = 0.95;
+  if (part == VariableRestitution::Normal::linear) v.k_n = 1e5;
+  v.friction.mu = 0.4, v.friction.mu_r = 0.05;
+  return v;
+}
+
+/// Soft adhesive spheres, a contact radius of 0.3 mm without load.
+inline Jkr tacky(double work = 1, double restitution = 0.7, double mu = 0.4, double mu_r = 0.05) {
+  Jkr j;
+  j.take_materials(1e7, 0.3, 1e7, 0.3);
+  j.work = work, j.restitution = restitution;
+  j.friction.mu = mu, j.friction.mu_r = mu_r;
+  return j;
+}
+
+inline Cohesion cohesion_by_area(double density, Cohesion::Area area = Cohesion::Area::lens) {
+  Cohesion c;
+  c.kind = Cohesion::Kind::linear, c.density = density, c.area = area;
+  return c;
+}
+inline Cohesion dmt(double work) {
+  Cohesion c;
+  c.kind = Cohesion::Kind::dmt, c.work = work;
+  return c;
+}
+/// Water between spheres of some millimetres.
+inline Cohesion water(double volume = 1e-9, double angle = 0.3) {
+  Cohesion c;
+  c.kind = Cohesion::Kind::liquid_bridge;
+  c.tension = 0.072, c.angle = angle, c.volume = volume;
+  return c;
+}
+template <class Normal>
+Normal with(Normal law, const Cohesion& cohesion) {
+  law.cohesion = cohesion;
+  return law;
+}
+
+/// One law for everything.
+inline LawTable table(const Law& law) { return {.materials = 1, .index = {0}, .laws = {resolved(law)}}; }
 
 /// Every law of the list with numbers that suit spheres of some millimetres: a property test runs over it.
 inline std::vector<std::pair<std::string, Law>> every_law() {
@@ -72,7 +133,33 @@ inline std::vector<std::pair<std::string, Law>> every_law() {
   constant.friction.mu_d = 0.3;
   HuntCrossley spheres = viscoelastic(1.5, NAN, 0.3, 0.4, 0.05);
   spheres.E_eff = 5e6;
-  return {{"hunt-crossley", spheres},
+  Hysteretic kept = compactable();
+  kept.yield = NAN, kept.K1 = 1e4, kept.residual = Hysteretic::Residual::kept, kept.damping_factor = 0.1;
+  Luding steady = sticky();
+  steady.unloading = Luding::Unloading::constant, steady.damping = NAN, steady.restitution = 0.8;
+  Eepa hertzian = powder(1.5, 3e5, 0.6, 20);
+  hertzian.f0 = 0.01, hertzian.chi = 3.5;
+  Jkr at_pull_off = tacky(10);
+  at_pull_off.separation = Jkr::Separation::pull_off;
+  Cohesion by_area = cohesion_by_area(2e5, Cohesion::Area::sjkr2);
+  by_area.limit = Cohesion::FrictionLimit::net_force;
+  HertzMindlin twisting = hertz;
+  twisting.friction.mu_t = 0.1, twisting.friction.mu_r = 0;
+  Cohesion from_afar = water(5e-9, 0.8);
+  from_afar.forms = Cohesion::Forms::at_rupture_distance, from_afar.limit = Cohesion::FrictionLimit::thornton;
+  Linear smooth = grains();
+  smooth.friction.tangential = Tangential::dashpot, smooth.friction.mu_t = 0.02;
+  Linear opposing = grains();
+  opposing.friction.tangential = Tangential::constant_direction;
+  return {{"hysteretic", compactable()},
+          {"hysteretic, kept", kept},
+          {"luding", sticky()},
+          {"luding, constant", steady},
+          {"eepa, n = 1.5", hertzian},
+          {"eepa, n = 1", powder(1, 1e4, 0.7, 50)},
+          {"variable restitution", yielding(VariableRestitution::Normal::hertz)},
+          {"variable restitution, linear", yielding(VariableRestitution::Normal::linear)},
+          {"hunt-crossley", spheres},
           {"hunt-crossley, n = 1", viscoelastic(1, 2e4, 0.5, 0.4, 0.05)},
           {"hunt-crossley, n = 1.7", viscoelastic(1.7, 2e6, 0.2, 0.4)},
           {"wet", soil()},
@@ -80,7 +167,14 @@ inline std::vector<std::pair<std::string, Law>> every_law() {
           {"wet, D < 0", gap},
           {"linear", grains()},
           {"linear, constant torque", constant},
-          {"hertz-mindlin", hertz}};
+          {"linear, constant direction", opposing},
+          {"hertz-mindlin", hertz},
+          {"jkr", tacky()},
+          {"jkr, pull-off", at_pull_off},
+          {"linear, cohesion by area", with(grains(), by_area)},
+          {"hertz-mindlin, dmt, twist", with(twisting, dmt(5))},
+          {"hunt-crossley, liquid bridge", with(spheres, water())},
+          {"linear, liquid bridge from afar", with(smooth, from_afar)}};
 }
 
 inline BedOptions quiet(const Vec3& gravity = {}, int threads = 1) {

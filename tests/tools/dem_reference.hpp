@@ -10,7 +10,9 @@ namespace subsoil::dem::test {
 
 struct History {
   Vec3 xi, rho;
+  double twist = 0;  ///< angle of the twisting spring
   bool slipping = false;
+  double own[kOwnMemory] = {};  ///< of the law
 };
 
 struct ContactResult {
@@ -37,23 +39,28 @@ ContactResult reference_contact(const L& law, const Vec3& n, double distance, co
   const double v_n = dot(i.v - j.v, n);
   const Vec3 v_t = slip_all - dot(slip_all, n) * n;
   const double m_eff = wall ? i.m : i.m * j.m / (i.m + j.m), r_eff = wall ? i.r : i.r * j.r / (i.r + j.r);
-  const auto normal = law.normal(Approach<double>{overlap, -v_n, std::sqrt(m_eff), r_eff, dt});
+  const auto normal = normal_force(law, Approach<double>{overlap, -v_n, std::sqrt(m_eff), r_eff, dt}, h.own);
   ContactResult out;
   out.force = normal.force * n;
   if (!normal.engaged) {
-    h = {};
+    h.xi = h.rho = {};
+    h.twist = 0;
+    h.slipping = false;
     return out;
   }
   // Tangential: spring and dashpot together under Coulomb's limit.
   const double keep = std::min(1.0, normal.growth);
   const Vec3 xi = keep * (h.xi - dot(h.xi, n) * n) + dt * v_t;
-  Vec3 pull = normal.k_t * xi + normal.c_t * v_t;
   const double mu = law.friction.mu, mu_d = std::isnan(law.friction.mu_d) ? mu : law.friction.mu_d;
+  const bool springs = law.friction.tangential == Tangential::spring;
+  Vec3 pull = normal.c_t * v_t;
+  if (springs) pull += normal.k_t * xi;
+  if (law.friction.tangential == Tangential::constant_direction) pull = (mu_d * normal.grip / norm(v_t)) * v_t;
   const bool slips = norm(pull) > (h.slipping ? mu_d : mu) * normal.grip;
-  h.xi = xi;
+  h.xi = springs ? xi : Vec3{};
   if (slips) {
     pull = (mu_d * normal.grip / norm(pull)) * pull;
-    h.xi = normal.k_t > 0 ? (1 / normal.k_t) * pull : Vec3{};
+    if (springs) h.xi = normal.k_t > 0 ? (1 / normal.k_t) * pull : Vec3{};
   }
   h.slipping = slips;
   out.force -= pull;
@@ -74,6 +81,16 @@ ContactResult reference_contact(const L& law, const Vec3& n, double distance, co
       moment = (cap / norm(moment)) * moment;
       h.rho = (1 / k_r) * moment;
     }
+  }
+  if (law.friction.mu_t > 0) {
+    const double k = normal.k_n * std::pow(1.5 * law.friction.mu_t * r_eff, 2),
+                 most = law.friction.mu_t * r_eff * normal.grip;
+    const double own = 0.4 * i.m * i.r * i.r, other = 0.4 * j.m * j.r * j.r;
+    const double inertia = wall ? own : own * other / (own + other), spin = dot(w_all, n);
+    h.twist = keep * h.twist + dt * spin;
+    double torque = k * h.twist + 2 * law.friction.rolling_damping * std::sqrt(inertia * k) * spin;
+    if (std::abs(torque) > most) torque = std::copysign(most, torque), h.twist = torque / k;
+    moment += torque * n;
   }
   out.torque_i = cross(-l_i * n, -pull) - moment;
   out.torque_j = cross(l_j * n, pull) + moment;

@@ -215,6 +215,51 @@ TEST(ScenarioRead, ErrorsNameTheSet) {
   EXPECT_EQ(refusals(sample_soil, {"title.part=x"}), Lines{"--set title.part: `till` is a value without parts here"});
 }
 
+constexpr const char* grain_on_grain = R"(subsoil: 1
+materials: {soil: {density: 1800 kg/m^3}}
+contacts:
+  - {between: [soil, soil], mu: 0.5, LAW}
+soil: {bed: {fill: lattice, material: soil, radius: 10 mm, region: {size: 0.1 0.1 0.1 m, at: 0 0 0 m}}}
+time: {end: 1 s}
+)";
+
+std::string with_law(const std::string& law) {
+  std::string text = grain_on_grain;
+  return text.replace(text.find("LAW"), 3, law);
+}
+
+TEST(ScenarioRead, LawsWithMemory) {
+  const auto read = [](const char* law) { return load_scenario_text(with_law(law)).scenario.contacts[0].law; };
+  const dem::Law hscm = read("law: hysteretic, yield strength: 588 kPa, restitution: 0.6, residual overlap: kept");
+  EXPECT_EQ(std::get<dem::Hysteretic>(hscm).yield, 588e3);
+  EXPECT_EQ(std::get<dem::Hysteretic>(hscm).residual, dem::Hysteretic::Residual::kept);
+  const dem::Law luding = read("law: luding, k1: 10 kN/m, k2: 50 kN/m, k_c: 5 kN/m, phi_f: 0.1, damping: 1 N s/m");
+  EXPECT_EQ(std::get<dem::Luding>(luding).k_c, 5e3);
+  const dem::Law eepa = read(
+      "law: eepa, n: 1, k1: 10 kN/m^(n), plasticity ratio: 0.6, surface energy: 20 J/m^2, chi: 3, restitution: 0.5, "
+      "friction limit: absolute-force");
+  EXPECT_EQ(std::get<dem::Eepa>(eepa).k1, 1e4);
+  EXPECT_EQ(std::get<dem::Eepa>(eepa).limit, dem::AdhesiveGrip::absolute_force);
+  const dem::Law variable = read(
+      "law: variable-restitution, normal: linear, k_n: 50 kN/m, E_eff: 10 MPa, S_y: 200 kPa, rho: 1800 kg/m^3, "
+      "largest restitution: 0.95");
+  EXPECT_EQ(std::get<dem::VariableRestitution>(variable).largest, 0.95);
+}
+
+TEST(ScenarioRefusals, LawsWithMemory) {
+  const auto refused = [](const char* law) { return refusals(with_law(law)); };
+  EXPECT_EQ(refused("law: hysteretic, restitution: 0.6"),
+            Lines{"till.yaml:4:5 contacts[0]: needs either K1 or the yield strength, K1 = 5 r_eff S_y"});
+  EXPECT_EQ(refused("law: hysteretic, K1: 10 kN/m, restitution: 1.2"),
+            Lines{"till.yaml:4:74 contacts[0].restitution = 1.2: must be in (0, 1]; for no plastic loss use 1"});
+  EXPECT_EQ(refused("law: luding, k1: 50 kN/m, k2: 50 kN/m, k_c: 5 kN/m, phi_f: 0.1, restitution: 1"),
+            Lines{"till.yaml:4:5 contacts[0]: k2 must be above k1; for a contact without plasticity take `linear`"});
+  EXPECT_EQ(
+      refused("law: eepa, plasticity ratio: 0.6, surface energy: 20 J/m^2, restitution: 0.5"),
+      Lines{"till.yaml:4:5 contacts[0].law = eepa: material `soil` has no young's modulus and poisson ratio; give "
+            "them there, or k1 or E_eff here"});
+}
+
 // ---- refusals ------------------------------------------------------------------------------------------------------
 
 TEST(ScenarioRefusals, TheHouseExample) {
@@ -222,6 +267,25 @@ TEST(ScenarioRefusals, TheHouseExample) {
                      "  - between: [a, a]\n    law: linear\n    k_n: 1 kN/m\n    mu: 0.5\n    restitution: 1.3\n"
                      "machine: {bodies: {b: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}}}\n"),
             Lines{"till.yaml:9:18 contacts[0].restitution = 1.3: must be in (0, 1]; for no damping use 1"});
+}
+
+TEST(ScenarioRefusals, CohesionTakesTheQuantitiesOfItsKindOnly) {
+  const std::string text =
+      "subsoil: 1\ntime: {end: 1 s}\nmaterials: {a: {density: 1 kg/m^3}}\ncontacts:\n"
+      "  - {between: [a, a], law: linear, k_n: 1 kN/m, mu: 0.5, restitution: 0.3, cohesion: liquid-bridge,\n"
+      "     surface tension: 72 mN/m, contact angle: 20 deg, liquid volume: 1 mm^3}\n"
+      "machine: {bodies: {b: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}}}\n";
+  EXPECT_EQ(refusals(text), Lines{});
+  const auto linear = std::get<dem::Linear>(load_scenario_text(text).scenario.contacts[0].law);
+  EXPECT_NEAR(linear.cohesion.volume, 1e-9, 1e-24);
+  EXPECT_NEAR(linear.cohesion.angle, 20 * 3.14159265358979 / 180, 1e-12);
+  EXPECT_EQ(refusals(text, {"contacts[0].cohesion=dmt"}),
+            Lines{"till.yaml:5:5 contacts[0]: cohesion: dmt needs `work of adhesion`"});
+  EXPECT_EQ(
+      refusals(text, {"contacts[0].cohesion=none"}),
+      Lines{"till.yaml:5:5 contacts[0]: `surface tension` belongs to cohesion: liquid-bridge, which here is none; "
+            "leave it out, or change the word"});
+  EXPECT_EQ(refusals(text, {"contacts[0].law=hunt-crosley"}).size(), 1U);
 }
 
 TEST(ScenarioRefusals, AllErrorsOfAFileAtOnceInItsOrder) {

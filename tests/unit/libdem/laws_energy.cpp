@@ -10,15 +10,26 @@ namespace {
 NormalForce<double> at(const Law& law, double overlap, double rate) {
   return std::visit(
       [&](const auto& l) {
-        return l.resolved().normal(Approach<double>{overlap, rate, 3.77e-3, 5e-3, 0.0});
+        double own[kOwnMemory] = {};
+        return normal_force(l, Approach<double>{overlap, rate, 3.77e-3, 5e-3, 0.0}, own);
       },
-      law);
+      resolved(law));
+}
+
+/// Part of a force along which plastic laws lose energy is no slope of anything: laws_memory.cpp has theirs.
+bool plastic(const Law& law) {
+  return std::visit([]<class L>(const L&) { return own_memory<L>() > 0 && !std::is_same_v<L, VariableRestitution>; },
+                    law);
 }
 
 TEST(EveryLaw, ElasticForceIsTheSlopeOfTheStoredEnergy) {
   for (const auto& [name, law] : every_law()) {
+    if (plastic(law)) continue;
     const double h = 1e-8;
+    const bool begins_at_touch =
+        std::visit([](const auto& l) { return own_memory<std::decay_t<decltype(l)>>() > 0; }, resolved(law));
     for (int k = -300; k <= 400; ++k) {
+      if (k == 0 && begins_at_touch) continue;  // attraction sets in: force and stored energy may jump
       const double overlap = k * 1.003e-5;
       const double slope = (at(law, overlap + h, 0).stored - at(law, overlap - h, 0).stored) / (2 * h);
       // Central difference: rounding 1e-16 x 0.1 J/1e-8 m = 1e-9 N, plus the bend at a threshold inside +-h, K h/4.
@@ -42,7 +53,7 @@ TEST(EveryLaw, DampingIsTheWholeEffectOfTheRateAndNeverFeedsEnergy) {
 
 TEST(EveryLaw, IsSilentBeyondItsReach) {
   for (const auto& [name, law] : every_law()) {
-    const double reach = std::visit([](const auto& l) { return l.resolved().reach(); }, law);
+    const double reach = std::visit([](const auto& l) { return l.reach(); }, resolved(law));
     for (const double rate : {-1.0, 0.0, 1.0}) {
       const auto n = at(law, -reach - 1e-9, rate);
       EXPECT_EQ(n.force, 0) << name;

@@ -2,6 +2,7 @@
 
 #include "libdem/impact/bed_strike.hpp"
 #include "libdem/impact/hertz.hpp"
+#include "libdem/impact/jkr.hpp"
 #include "tests/tools/dem_beds.hpp"
 
 /// The engine's step beside the closed forms of impact: Hunt-Crossley, and Hertz by a law of its own.
@@ -70,6 +71,27 @@ TEST(ImpactStep, ElasticImpactConvergesWithOrderTwo) {
       EXPECT_LT(e.force, 2.0 / (steps * steps));
       EXPECT_LT(e.restitution, 2.0 / (steps * steps));
       before = e.largest;
+    }
+  }
+}
+
+/// Adhesion jumps when the surfaces snap together and part: of first order in the step.
+TEST(ImpactStep, JkrConverges) {
+  const Strikers bodies{.mass_1 = 1e-4, .radius_1 = 2e-3};
+  const impact::Pair pair{.mass = 1e-4, .radius = 2e-3, .E_eff = 5e6};
+  impact::Jkr model;
+  model.w = 0.4;
+  Jkr law;
+  law.E_eff = pair.E_eff, law.G_eff = 1e6, law.work = model.w, law.restitution = 1, law.friction.mu = 0;
+  for (const double v : {1.5, 6.0}) {
+    const Event exact = model.strike(pair, v * model.sticking_speed(pair));
+    for (const int steps : {500, 2000}) {
+      const Errors e = errors(strike_in_bed(law, bodies, exact.speed, exact.time_in / steps), exact);
+      SCOPED_TRACE(testing::Message() << v << " sticking speeds, " << steps << " steps");
+      EXPECT_LT(e.restitution, 5.0 / steps);
+      EXPECT_LT(e.largest, 2.0 / steps);
+      EXPECT_LT(e.force, 3.0 / steps);
+      EXPECT_LT(e.duration, 5.0 / steps);
     }
   }
 }

@@ -37,5 +37,29 @@ TEST(PullApart, ForceOverGapIsTheLawsCurveAndItsAreaTwentyEightMillijoule) {
   EXPECT_NEAR(energy["bed closure [J]"].get<double>(), 0, 1e-8);
 }
 
+/// A capillary bridge between them (configs/pull-apart-bridge.yaml): pressure of a cylindrical meniscus over the gap,
+/// and nothing beyond Lian's distance of rupture.
+TEST(PullApart, BridgeOfWaterPullsAsItsMeniscusUntilItRuptures) {
+  const test::RunDirectory dir;
+  ASSERT_EQ(test::run_scenario(test::config("pull-apart-bridge"), dir / "out"), exit_ok);
+  const Series series = read_series(dir / "out" / "series.csv");
+  const std::vector<double>&x = series.at("right jaw.x"), &pull = series.at("pull"), &time = series.at("time");
+  const double r = 0.005, angle = 20 * 3.14159265358979 / 180, volume = 1e-9, end = (1 + angle / 2) * 1e-3;
+  int held = 0;
+  for (std::size_t i = 1; i < x.size(); ++i) {
+    if (time[i] < 0.05) continue;  // the pull begins with a jerk, and the jaws' bonds ring
+    const double gap = 0.5 * (x[i] + x[i - 1]) - 0.017999 - 2e-6;
+    if (std::abs(gap - end) < 0.02e-3) continue;
+    const double want = gap > end ? 0
+                                  : 4 * 3.14159265358979 * r * 0.072 * std::cos(angle) *
+                                        (1 - gap / std::sqrt(gap * gap + volume / (3.14159265358979 * r)));
+    if (gap > end + 0.1e-3 || gap < end) {
+      EXPECT_NEAR(pull[i], want, 2e-5) << "at a gap of " << gap;
+    }
+    held += gap < end;
+  }
+  EXPECT_GT(held, 400);
+}
+
 }  // namespace
 }  // namespace subsoil::app

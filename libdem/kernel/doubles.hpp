@@ -1,0 +1,267 @@
+#pragma once
+#include <cstdint>
+
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
+/// A pack of doubles for the sweep: the number type that laws are instantiated with (in mixed precision: singles.hpp).
+/// GCC vector extensions carry the arithmetic, so one source serves SSE2, AVX2 and AVX-512 by the flags it is compiled
+/// with (kernel.cpp is compiled once per instruction set, each in its own inline namespace, so no two sets share a
+/// symbol).
+namespace subsoil::dem {
+inline namespace SUBSOIL_ISA {
+
+#if defined(__AVX512F__)
+inline constexpr int kDoubles = 8;
+#elif defined(__AVX2__)
+inline constexpr int kDoubles = 4;
+#else
+inline constexpr int kDoubles = 2;
+#endif
+
+using DoublesData = double __attribute__((vector_size(8 * kDoubles)));
+using DoublesBits = std::int64_t __attribute__((vector_size(8 * kDoubles)));
+using DoublesFloats = float __attribute__((vector_size(4 * kDoubles)));
+
+#if defined(__AVX512F__)
+/// A mask register: GCC 12 keeps comparisons of its own vectors as vectors and pays for both conversions.
+struct DoublesMask {
+  __mmask8 bits;
+};
+#else
+struct DoublesMask {
+  DoublesBits bits;
+};
+#endif
+
+struct Doubles {
+  using Real = double;
+  static constexpr int kLanes = kDoubles;
+  DoublesData v;
+
+  Doubles() = default;
+  Doubles(double s) : v(s - DoublesData{}) {}  // s - 0 is s, which + 0 is not: the compiler leaves it out
+  explicit Doubles(DoublesData d) : v(d) {}
+
+  friend Doubles operator+(Doubles a, Doubles b) { return Doubles(a.v + b.v); }
+  friend Doubles operator-(Doubles a, Doubles b) { return Doubles(a.v - b.v); }
+  friend Doubles operator*(Doubles a, Doubles b) { return Doubles(a.v * b.v); }
+  friend Doubles operator-(Doubles a) { return Doubles(-a.v); }
+#if defined(__AVX512F__)
+  friend DoublesMask operator>(Doubles a, Doubles b) {
+    return {_mm512_cmp_pd_mask(__m512d(a.v), __m512d(b.v), _CMP_GT_OQ)};
+  }
+  friend DoublesMask operator>=(Doubles a, Doubles b) {
+    return {_mm512_cmp_pd_mask(__m512d(a.v), __m512d(b.v), _CMP_GE_OQ)};
+  }
+#else
+  friend DoublesMask operator>(Doubles a, Doubles b) { return {a.v > b.v}; }
+  friend DoublesMask operator>=(Doubles a, Doubles b) { return {a.v >= b.v}; }
+#endif
+  Doubles& operator+=(Doubles b) { return *this = *this + b; }
+};
+
+template <class P>
+P load(const typename P::Real* from);
+template <>
+inline Doubles load<Doubles>(const double* from) {
+  Doubles p;
+  __builtin_memcpy(&p.v, from, sizeof p.v);
+  return p;
+}
+inline void store(Doubles p, double* to) { __builtin_memcpy(to, &p.v, sizeof p.v); }
+inline double sum_of(Doubles p) {
+  double total = 0;
+  for (int l = 0; l < kDoubles; ++l) total += p.v[l];
+  return total;
+}
+
+#if defined(__AVX512F__)
+inline Doubles select(DoublesMask m, Doubles a, Doubles b) {
+  return Doubles(DoublesData(_mm512_mask_blend_pd(m.bits, __m512d(b.v), __m512d(a.v))));
+}
+inline DoublesMask both(DoublesMask a, DoublesMask b) { return {static_cast<__mmask8>(a.bits & b.bits)}; }
+inline bool any(DoublesMask m) { return m.bits != 0; }
+inline Doubles max(Doubles a, Doubles b) {
+  return Doubles(DoublesData(_mm512_maskz_max_pd(0xFF, __m512d(a.v), __m512d(b.v))));
+}
+inline Doubles min(Doubles a, Doubles b) {
+  return Doubles(DoublesData(_mm512_maskz_min_pd(0xFF, __m512d(a.v), __m512d(b.v))));
+}
+
+/// 1/sqrt(a) to 2 units in the last place from the 14 bits of the instruction: two Newton steps. The exact square root
+/// and division keep one port busy for 24 and 16 cycles, this takes 10 operations on two.
+inline Doubles rsqrt(Doubles a) {
+  const Doubles half_a = Doubles(-0.5) * a, three_halves(1.5);
+  Doubles y(DoublesData(_mm512_maskz_rsqrt14_pd(0xFF, __m512d(a.v))));
+  y = y * (half_a * y * y + three_halves);
+  return y * (half_a * y * y + three_halves);
+}
+/// sqrt(0) is 0, and so is that of a number negative by rounding; NaN stays NaN (the instruction's max gives its second
+/// operand then).
+inline Doubles sqrt(Doubles a) {
+  const Doubles y = rsqrt(max(Doubles(1e-290), a));
+  const Doubles root = max(Doubles(0.0), a) * y;
+  return root + Doubles(0.5) * y * (max(Doubles(0.0), a) - root * root);
+}
+inline Doubles operator/(Doubles a, Doubles b) {
+  const Doubles two(2.0);
+  Doubles y(DoublesData(_mm512_maskz_rcp14_pd(0xFF, __m512d(b.v))));
+  y = y * (two - b * y);
+  y = y * (two - b * y);
+  const Doubles q = a * y;
+  return q + y * (a - b * q);
+}
+#else
+inline Doubles select(DoublesMask m, Doubles a, Doubles b) { return Doubles(m.bits ? a.v : b.v); }
+inline DoublesMask both(DoublesMask a, DoublesMask b) { return {a.bits & b.bits}; }
+inline bool any(DoublesMask m) {
+  std::int64_t all = 0;
+  for (int l = 0; l < kDoubles; ++l) all |= m.bits[l];
+  return all != 0;
+}
+inline Doubles max(Doubles a, Doubles b) { return Doubles(a.v > b.v ? a.v : b.v); }
+inline Doubles min(Doubles a, Doubles b) { return Doubles(a.v < b.v ? a.v : b.v); }
+inline Doubles operator/(Doubles a, Doubles b) { return Doubles(a.v / b.v); }
+inline Doubles sqrt(Doubles a) {
+#if defined(__AVX2__)
+  return Doubles(reinterpret_cast<DoublesData>(_mm256_sqrt_pd(reinterpret_cast<__m256d>(a.v))));
+#elif defined(__x86_64__)
+  return Doubles(reinterpret_cast<DoublesData>(_mm_sqrt_pd(reinterpret_cast<__m128d>(a.v))));
+#else
+  Doubles r;
+  for (int i = 0; i < kDoubles; ++i) r.v[i] = __builtin_sqrt(a.v[i]);
+  return r;
+#endif
+}
+inline Doubles rsqrt(Doubles a) { return Doubles(1.0) / sqrt(a); }
+#endif
+
+/// Lane by lane: see power() in laws/number.hpp.
+inline Doubles pow(Doubles a, double n) {
+  Doubles r;
+  for (int i = 0; i < kDoubles; ++i) r.v[i] = __builtin_pow(a.v[i], n);
+  return r;
+}
+inline Doubles log(Doubles a) {
+  Doubles r;
+  for (int i = 0; i < kDoubles; ++i) r.v[i] = __builtin_log(a.v[i]);
+  return r;
+}
+
+/// Four doubles from each of kDoubles rows, transposed: out[c] holds element c of every row.
+inline void load4(const double* const* row, Doubles* out) {
+#if defined(__AVX512F__)
+  // Two rows per register, chosen so that lanes come out in order after one exchange within and one of 128-bit lanes.
+  const auto rows = [&](int low, int high) {
+    return _mm512_maskz_insertf64x4(0xFF, _mm512_zextpd256_pd512(_mm256_loadu_pd(row[low])), _mm256_loadu_pd(row[high]),
+                                    1);
+  };
+  const __m512d a = rows(0, 2), b = rows(1, 3), c = rows(4, 6), d = rows(5, 7);
+  const __m512d ab0 = _mm512_maskz_unpacklo_pd(0xFF, a, b), ab1 = _mm512_maskz_unpackhi_pd(0xFF, a, b);
+  const __m512d cd0 = _mm512_maskz_unpacklo_pd(0xFF, c, d), cd1 = _mm512_maskz_unpackhi_pd(0xFF, c, d);
+  out[0] = Doubles(DoublesData(_mm512_maskz_shuffle_f64x2(0xFF, ab0, cd0, 0x88)));
+  out[1] = Doubles(DoublesData(_mm512_maskz_shuffle_f64x2(0xFF, ab1, cd1, 0x88)));
+  out[2] = Doubles(DoublesData(_mm512_maskz_shuffle_f64x2(0xFF, ab0, cd0, 0xDD)));
+  out[3] = Doubles(DoublesData(_mm512_maskz_shuffle_f64x2(0xFF, ab1, cd1, 0xDD)));
+#elif defined(__AVX2__)
+  const __m256d a = _mm256_loadu_pd(row[0]), b = _mm256_loadu_pd(row[1]), c = _mm256_loadu_pd(row[2]),
+                d = _mm256_loadu_pd(row[3]);
+  const __m256d ab0 = _mm256_unpacklo_pd(a, b), ab1 = _mm256_unpackhi_pd(a, b);
+  const __m256d cd0 = _mm256_unpacklo_pd(c, d), cd1 = _mm256_unpackhi_pd(c, d);
+  out[0] = Doubles(DoublesData(_mm256_permute2f128_pd(ab0, cd0, 0x20)));
+  out[1] = Doubles(DoublesData(_mm256_permute2f128_pd(ab1, cd1, 0x20)));
+  out[2] = Doubles(DoublesData(_mm256_permute2f128_pd(ab0, cd0, 0x31)));
+  out[3] = Doubles(DoublesData(_mm256_permute2f128_pd(ab1, cd1, 0x31)));
+#else
+  for (int c = 0; c < 4; ++c) {
+    DoublesData column{};
+    for (int l = 0; l < kDoubles; ++l) column[l] = row[l][c];
+    out[c] = Doubles(column);
+  }
+#endif
+}
+
+#if defined(__AVX512F__)
+/// Rows of four from four columns: out[l] holds row l, then row l + 4.
+inline void transpose4(const Doubles* in, __m512d* out) {
+  const __m512d a(in[0].v), b(in[1].v), c(in[2].v), d(in[3].v);
+  const __m512d ab0 = _mm512_maskz_unpacklo_pd(0xFF, a, b), ab1 = _mm512_maskz_unpackhi_pd(0xFF, a, b);
+  const __m512d cd0 = _mm512_maskz_unpacklo_pd(0xFF, c, d), cd1 = _mm512_maskz_unpackhi_pd(0xFF, c, d);
+  const __m512i low = _mm512_set_epi64(13, 12, 5, 4, 9, 8, 1, 0), high = _mm512_set_epi64(15, 14, 7, 6, 11, 10, 3, 2);
+  out[0] = _mm512_permutex2var_pd(ab0, low, cd0), out[1] = _mm512_permutex2var_pd(ab1, low, cd1);
+  out[2] = _mm512_permutex2var_pd(ab0, high, cd0), out[3] = _mm512_permutex2var_pd(ab1, high, cd1);
+}
+#elif defined(__AVX2__)
+inline void transpose4(const Doubles* in, __m256d* out) {
+  const __m256d a(in[0].v), b(in[1].v), c(in[2].v), d(in[3].v);
+  const __m256d ab0 = _mm256_unpacklo_pd(a, b), ab1 = _mm256_unpackhi_pd(a, b);
+  const __m256d cd0 = _mm256_unpacklo_pd(c, d), cd1 = _mm256_unpackhi_pd(c, d);
+  out[0] = _mm256_permute2f128_pd(ab0, cd0, 0x20), out[1] = _mm256_permute2f128_pd(ab1, cd1, 0x20);
+  out[2] = _mm256_permute2f128_pd(ab0, cd0, 0x31), out[3] = _mm256_permute2f128_pd(ab1, cd1, 0x31);
+}
+#endif
+
+/// The reverse of load4.
+inline void store4(const Doubles* in, double* const* row) {
+#if defined(__AVX512F__)
+  __m512d r[4];
+  transpose4(in, r);
+  for (int l = 0; l < 4; ++l) {
+    _mm256_storeu_pd(row[l], _mm512_castpd512_pd256(r[l]));
+    _mm256_storeu_pd(row[l + 4], _mm512_maskz_extractf64x4_pd(0xF, r[l], 1));
+  }
+#elif defined(__AVX2__)
+  __m256d r[4];
+  transpose4(in, r);
+  for (int l = 0; l < 4; ++l) _mm256_storeu_pd(row[l], r[l]);
+#else
+  for (int c = 0; c < 4; ++c)
+    for (int l = 0; l < kDoubles; ++l) row[l][c] = in[c].v[l];
+#endif
+}
+
+/// Rows (a, b) and (a, c) of 4 + 4 numbers each, from the columns of a, b and c. Each row is stored as it will be read,
+/// whole: a wider load than the store before it waits until that has left the processor.
+inline void store_rows(const Doubles* a, const Doubles* b, const Doubles* c, double* const* ab, double* const* ac) {
+#if defined(__AVX512F__)
+  __m512d rows_a[4], rows_b[4], rows_c[4];
+  transpose4(a, rows_a), transpose4(b, rows_b), transpose4(c, rows_c);
+  const auto put = [](__m512d x, __m512d y, int l, double* const* to) {
+    _mm512_storeu_pd(to[l], _mm512_maskz_shuffle_f64x2(0xFF, x, y, 0x44));
+    _mm512_storeu_pd(to[l + 4], _mm512_maskz_shuffle_f64x2(0xFF, x, y, 0xEE));
+  };
+  for (int l = 0; l < 4; ++l) put(rows_a[l], rows_b[l], l, ab), put(rows_a[l], rows_c[l], l, ac);
+#else
+  double *second_b[kDoubles], *second_c[kDoubles];
+  for (int l = 0; l < kDoubles; ++l) second_b[l] = ab[l] + 4, second_c[l] = ac[l] + 4;
+  store4(a, ab), store4(a, ac), store4(b, second_b), store4(c, second_c);
+#endif
+}
+
+/// kLanes floats as numbers of the pack, and back.
+template <class P>
+P load_floats(const float* from);
+template <>
+inline Doubles load_floats<Doubles>(const float* from) {
+#if defined(__AVX512F__)
+  // GCC 12 takes conversions of its own vectors between 32 and 64 bits apart lane by lane.
+  return Doubles(DoublesData(_mm512_maskz_cvtps_pd(0xFF, _mm256_loadu_ps(from))));
+#else
+  DoublesFloats f;
+  __builtin_memcpy(&f, from, sizeof f);
+  return Doubles(__builtin_convertvector(f, DoublesData));
+#endif
+}
+inline void store_floats(Doubles p, float* to) {
+#if defined(__AVX512F__)
+  _mm256_storeu_ps(to, _mm512_maskz_cvtpd_ps(0xFF, __m512d(p.v)));
+#else
+  const DoublesFloats f = __builtin_convertvector(p.v, DoublesFloats);
+  __builtin_memcpy(to, &f, sizeof f);
+#endif
+}
+
+}  // namespace SUBSOIL_ISA
+}  // namespace subsoil::dem

@@ -1,0 +1,60 @@
+#pragma once
+#include "libdem/kernel/law_kernel.hpp"
+#include "libdem/kernel/pairs.hpp"
+#include "libdem/kernel/planes.hpp"
+#include "libdem/kernel/surface.hpp"
+
+namespace subsoil::dem {
+inline namespace SUBSOIL_ISA {
+
+/// Chooses rolling resistance outside the loops over contacts: `run(rolls)` gets it as a type.
+template <class L, class Run>
+void with_rolling(const L& law, const Run& run) {
+  if (law.friction.resists_rolling())
+    run(std::true_type{});
+  else
+    run(std::false_type{});
+}
+
+template <class P, class L>
+void pairs_of(const L& law, PairJob& job) {
+  with_rolling(law, [&](auto rolls) {
+    if (job.book)
+      run_pairs<P, rolls.value, true>(law, job);
+    else
+      run_pairs<P, rolls.value, false>(law, job);
+  });
+}
+
+template <class L>
+void LawKernel<L>::pairs(const L& law, PairJob& job) {
+  pairs_of<Doubles>(law, job);
+}
+
+template <class L>
+void MixedLawKernel<L>::pairs(const L& law, PairJob& job) {
+  pairs_of<Singles>(law, job);
+}
+
+template <class L>
+void LawKernel<L>::planes(const L& law, PlaneJob& job) {
+  with_rolling(law, [&](auto rolls) {
+    if (job.mixed != nullptr)
+      run_planes<rolls.value>(law, job, job.mixed);
+    else
+      run_planes<rolls.value>(law, job, job.spheres);
+  });
+}
+
+template <class L>
+void LawKernel<L>::surface(const L& law, SurfaceJob& job) {
+  with_rolling(law, [&](auto rolls) {
+    if (job.mixed != nullptr)
+      run_surface<rolls.value>(law, job, job.mixed);
+    else
+      run_surface<rolls.value>(law, job, job.spheres);
+  });
+}
+
+}  // namespace SUBSOIL_ISA
+}  // namespace subsoil::dem

@@ -1,0 +1,272 @@
+#pragma once
+#include "libdem/kernel/doubles.hpp"
+
+/// A pack of floats, twice as many as of doubles: what pairs of spheres are computed with in mixed precision.
+namespace subsoil::dem {
+inline namespace SUBSOIL_ISA {
+
+inline constexpr int kSingles = 2 * kDoubles;
+
+using SinglesData = float __attribute__((vector_size(4 * kSingles)));
+using SinglesBits = std::int32_t __attribute__((vector_size(4 * kSingles)));
+
+#if defined(__AVX512F__)
+struct SinglesMask {
+  __mmask16 bits;
+};
+#else
+struct SinglesMask {
+  SinglesBits bits;
+};
+#endif
+
+struct Singles {
+  using Real = float;
+  static constexpr int kLanes = kSingles;
+  SinglesData v;
+
+  Singles() = default;
+  Singles(double s) : v(static_cast<float>(s) - SinglesData{}) {}
+  explicit Singles(SinglesData d) : v(d) {}
+
+  friend Singles operator+(Singles a, Singles b) { return Singles(a.v + b.v); }
+  friend Singles operator-(Singles a, Singles b) { return Singles(a.v - b.v); }
+  friend Singles operator*(Singles a, Singles b) { return Singles(a.v * b.v); }
+  friend Singles operator-(Singles a) { return Singles(-a.v); }
+#if defined(__AVX512F__)
+  friend SinglesMask operator>(Singles a, Singles b) {
+    return {_mm512_cmp_ps_mask(__m512(a.v), __m512(b.v), _CMP_GT_OQ)};
+  }
+  friend SinglesMask operator>=(Singles a, Singles b) {
+    return {_mm512_cmp_ps_mask(__m512(a.v), __m512(b.v), _CMP_GE_OQ)};
+  }
+#else
+  friend SinglesMask operator>(Singles a, Singles b) { return {a.v > b.v}; }
+  friend SinglesMask operator>=(Singles a, Singles b) { return {a.v >= b.v}; }
+#endif
+  Singles& operator+=(Singles b) { return *this = *this + b; }
+};
+
+template <>
+inline Singles load<Singles>(const float* from) {
+  Singles p;
+  __builtin_memcpy(&p.v, from, sizeof p.v);
+  return p;
+}
+inline void store(Singles p, float* to) { __builtin_memcpy(to, &p.v, sizeof p.v); }
+
+#if defined(__AVX512F__)
+inline Singles select(SinglesMask m, Singles a, Singles b) {
+  return Singles(SinglesData(_mm512_mask_blend_ps(m.bits, __m512(b.v), __m512(a.v))));
+}
+inline SinglesMask both(SinglesMask a, SinglesMask b) { return {static_cast<__mmask16>(a.bits & b.bits)}; }
+inline bool any(SinglesMask m) { return m.bits != 0; }
+inline Singles max(Singles a, Singles b) {
+  return Singles(SinglesData(_mm512_maskz_max_ps(0xFFFF, __m512(a.v), __m512(b.v))));
+}
+inline Singles min(Singles a, Singles b) {
+  return Singles(SinglesData(_mm512_maskz_min_ps(0xFFFF, __m512(a.v), __m512(b.v))));
+}
+/// One Newton step from the 14 bits of the instruction: an ulp or two, as in doubles.hpp.
+inline Singles rsqrt(Singles a) {
+  const Singles y(SinglesData(_mm512_maskz_rsqrt14_ps(0xFFFF, __m512(a.v))));
+  return y * (Singles(-0.5) * a * y * y + Singles(1.5));
+}
+inline Singles sqrt(Singles a) {
+  const Singles root = max(Singles(0.0), a) * rsqrt(max(Singles(1e-37), a));
+  return root;
+}
+inline Singles operator/(Singles a, Singles b) {
+  Singles y(SinglesData(_mm512_maskz_rcp14_ps(0xFFFF, __m512(b.v))));
+  y = y * (Singles(2.0) - b * y);
+  const Singles q = a * y;
+  return q + y * (a - b * q);
+}
+#else
+inline Singles select(SinglesMask m, Singles a, Singles b) { return Singles(m.bits ? a.v : b.v); }
+inline SinglesMask both(SinglesMask a, SinglesMask b) { return {a.bits & b.bits}; }
+inline bool any(SinglesMask m) {
+  std::int32_t all = 0;
+  for (int l = 0; l < kSingles; ++l) all |= m.bits[l];
+  return all != 0;
+}
+inline Singles max(Singles a, Singles b) { return Singles(a.v > b.v ? a.v : b.v); }
+inline Singles min(Singles a, Singles b) { return Singles(a.v < b.v ? a.v : b.v); }
+inline Singles operator/(Singles a, Singles b) { return Singles(a.v / b.v); }
+inline Singles sqrt(Singles a) {
+#if defined(__AVX2__)
+  return Singles(reinterpret_cast<SinglesData>(_mm256_sqrt_ps(reinterpret_cast<__m256>(a.v))));
+#elif defined(__x86_64__)
+  return Singles(reinterpret_cast<SinglesData>(_mm_sqrt_ps(reinterpret_cast<__m128>(a.v))));
+#else
+  Singles r;
+  for (int i = 0; i < kSingles; ++i) r.v[i] = __builtin_sqrtf(a.v[i]);
+  return r;
+#endif
+}
+inline Singles rsqrt(Singles a) { return Singles(1.0) / sqrt(a); }
+#endif
+
+inline Singles pow(Singles a, double n) {
+  Singles r;
+  for (int i = 0; i < kSingles; ++i) r.v[i] = static_cast<float>(__builtin_pow(static_cast<double>(a.v[i]), n));
+  return r;
+}
+inline Singles log(Singles a) {
+  Singles r;
+  for (int i = 0; i < kSingles; ++i) r.v[i] = __builtin_logf(a.v[i]);
+  return r;
+}
+
+/// Two packs of doubles, rounded, as one of floats.
+inline Singles join(Doubles low, Doubles high) {
+#if defined(__AVX512F__)
+  const __m256 a = _mm512_maskz_cvtpd_ps(0xFF, __m512d(low.v)), b = _mm512_maskz_cvtpd_ps(0xFF, __m512d(high.v));
+  return Singles(SinglesData(_mm512_maskz_insertf32x8(0xFFFF, _mm512_zextps256_ps512(a), b, 1)));
+#elif defined(__AVX2__)
+  const __m128 a = _mm256_cvtpd_ps(__m256d(low.v)), b = _mm256_cvtpd_ps(__m256d(high.v));
+  return Singles(SinglesData(_mm256_insertf128_ps(_mm256_castps128_ps256(a), b, 1)));
+#else
+  Singles r;
+  for (int l = 0; l < kDoubles; ++l) {
+    r.v[l] = static_cast<float>(low.v[l]);
+    r.v[l + kDoubles] = static_cast<float>(high.v[l]);
+  }
+  return r;
+#endif
+}
+
+/// Halves of a pack, as doubles.
+inline Doubles half_of(Singles p, int half) {
+#if defined(__AVX512F__)
+  const __m256 f = half == 0 ? _mm512_castps512_ps256(__m512(p.v)) : _mm512_maskz_extractf32x8_ps(0xFF, __m512(p.v), 1);
+  return Doubles(DoublesData(_mm512_maskz_cvtps_pd(0xFF, f)));
+#else
+  Doubles r;
+  for (int l = 0; l < kDoubles; ++l) r.v[l] = static_cast<double>(p.v[l + half * kDoubles]);
+  return r;
+#endif
+}
+
+/// kSingles floats of which the second half lies elsewhere when the pack is wider than a block.
+template <>
+inline Singles load_floats<Singles>(const float* from) {
+  return load<Singles>(from);
+}
+inline void store_floats(Singles p, float* to) { store(p, to); }
+
+#if defined(__AVX512F__)
+inline Singles load_halves(const float* low, const float* high) {
+  return Singles(SinglesData(
+      _mm512_maskz_insertf32x8(0xFFFF, _mm512_zextps256_ps512(_mm256_loadu_ps(low)), _mm256_loadu_ps(high), 1)));
+}
+inline void store_halves(Singles p, float* low, float* high) {
+  _mm256_storeu_ps(low, _mm512_castps512_ps256(__m512(p.v)));
+  _mm256_storeu_ps(high, _mm512_maskz_extractf32x8_ps(0xFF, __m512(p.v), 1));
+}
+
+/// 4 x 4 transpose within each 128 bits.
+inline void transpose4(const __m512* in, __m512* out) {
+  const __m512 a = _mm512_maskz_unpacklo_ps(0xFFFF, in[0], in[1]), b = _mm512_maskz_unpackhi_ps(0xFFFF, in[0], in[1]);
+  const __m512 c = _mm512_maskz_unpacklo_ps(0xFFFF, in[2], in[3]), d = _mm512_maskz_unpackhi_ps(0xFFFF, in[2], in[3]);
+  const auto low = [](__m512 x, __m512 y) {
+    return _mm512_castpd_ps(_mm512_maskz_unpacklo_pd(0xFF, _mm512_castps_pd(x), _mm512_castps_pd(y)));
+  };
+  const auto high = [](__m512 x, __m512 y) {
+    return _mm512_castpd_ps(_mm512_maskz_unpackhi_pd(0xFF, _mm512_castps_pd(x), _mm512_castps_pd(y)));
+  };
+  out[0] = low(a, c), out[1] = high(a, c), out[2] = low(b, d), out[3] = high(b, d);
+}
+#elif defined(__AVX2__)
+inline void transpose4(const __m256* in, __m256* out) {
+  const __m256 a = _mm256_unpacklo_ps(in[0], in[1]), b = _mm256_unpackhi_ps(in[0], in[1]);
+  const __m256 c = _mm256_unpacklo_ps(in[2], in[3]), d = _mm256_unpackhi_ps(in[2], in[3]);
+  const auto low = [](__m256 x, __m256 y) {
+    return _mm256_castpd_ps(_mm256_unpacklo_pd(_mm256_castps_pd(x), _mm256_castps_pd(y)));
+  };
+  const auto high = [](__m256 x, __m256 y) {
+    return _mm256_castpd_ps(_mm256_unpackhi_pd(_mm256_castps_pd(x), _mm256_castps_pd(y)));
+  };
+  out[0] = low(a, c), out[1] = high(a, c), out[2] = low(b, d), out[3] = high(b, d);
+}
+#endif
+
+/// Eight floats from each of kSingles rows, transposed: out[c] holds element c of every row.
+inline void load8(const float* const* row, Singles* out) {
+#if defined(__AVX512F__)
+  // Rows k and k + 4 share a register: after the transpose within 128 bits its quarters are the first four numbers of
+  // rows 0 to 3, their last four, and both of rows 4 to 7.
+  const auto rows = [&](int k) {
+    return _mm512_maskz_insertf32x8(0xFFFF, _mm512_zextps256_ps512(_mm256_loadu_ps(row[k])),
+                                    _mm256_loadu_ps(row[k + 4]), 1);
+  };
+  const __m512 low[4] = {rows(0), rows(1), rows(2), rows(3)}, high[4] = {rows(8), rows(9), rows(10), rows(11)};
+  __m512 a[4], b[4];
+  transpose4(low, a), transpose4(high, b);
+  for (int c = 0; c < 4; ++c) {
+    out[c] = Singles(SinglesData(_mm512_maskz_shuffle_f32x4(0xFFFF, a[c], b[c], 0x88)));
+    out[c + 4] = Singles(SinglesData(_mm512_maskz_shuffle_f32x4(0xFFFF, a[c], b[c], 0xDD)));
+  }
+#elif defined(__AVX2__)
+  for (int part = 0; part < 2; ++part) {
+    __m256 in[4], columns[4];
+    for (int k = 0; k < 4; ++k)
+      in[k] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(row[k] + 4 * part)),
+                                   _mm_loadu_ps(row[k + 4] + 4 * part), 1);
+    transpose4(in, columns);
+    for (int c = 0; c < 4; ++c) out[4 * part + c] = Singles(SinglesData(columns[c]));
+  }
+#else
+  for (int c = 0; c < 8; ++c) {
+    SinglesData column{};
+    for (int l = 0; l < kSingles; ++l) column[l] = row[l][c];
+    out[c] = Singles(column);
+  }
+#endif
+}
+
+/// Rows (a, b) and (a, c) of 4 + 4 floats each, from the columns of a, b and c.
+inline void store_rows(const Singles* a, const Singles* b, const Singles* c, float* const* ab, float* const* ac) {
+#if defined(__AVX512F__)
+  const auto across = [](const Singles* in, __m512* out) {
+    const __m512 columns[4] = {__m512(in[0].v), __m512(in[1].v), __m512(in[2].v), __m512(in[3].v)};
+    transpose4(columns, out);  // quarters: rows k, 4 + k, 8 + k, 12 + k
+  };
+  __m512 rows_a[4], rows_b[4], rows_c[4];
+  across(a, rows_a), across(b, rows_b), across(c, rows_c);
+  const __m512i low = _mm512_set_epi64(11, 10, 3, 2, 9, 8, 1, 0), high = _mm512_set_epi64(15, 14, 7, 6, 13, 12, 5, 4);
+  const auto put = [&](__m512 x, __m512 y, int k, float* const* to) {
+    const __m512d p = _mm512_permutex2var_pd(_mm512_castps_pd(x), low, _mm512_castps_pd(y));
+    const __m512d q = _mm512_permutex2var_pd(_mm512_castps_pd(x), high, _mm512_castps_pd(y));
+    _mm256_storeu_ps(to[k], _mm256_castpd_ps(_mm512_castpd512_pd256(p)));
+    _mm256_storeu_ps(to[k + 4], _mm256_castpd_ps(_mm512_maskz_extractf64x4_pd(0xF, p, 1)));
+    _mm256_storeu_ps(to[k + 8], _mm256_castpd_ps(_mm512_castpd512_pd256(q)));
+    _mm256_storeu_ps(to[k + 12], _mm256_castpd_ps(_mm512_maskz_extractf64x4_pd(0xF, q, 1)));
+  };
+  for (int k = 0; k < 4; ++k) put(rows_a[k], rows_b[k], k, ab), put(rows_a[k], rows_c[k], k, ac);
+#elif defined(__AVX2__)
+  const auto put = [](const Singles* in, float* const* to, float* const* too, int at) {
+    const __m256 columns[4] = {__m256(in[0].v), __m256(in[1].v), __m256(in[2].v), __m256(in[3].v)};
+    __m256 rows[4];
+    transpose4(columns, rows);
+    for (int k = 0; k < 4; ++k) {
+      _mm_storeu_ps(to[k] + at, _mm256_castps256_ps128(rows[k]));
+      _mm_storeu_ps(to[k + 4] + at, _mm256_extractf128_ps(rows[k], 1));
+      if (too == nullptr) continue;
+      _mm_storeu_ps(too[k] + at, _mm256_castps256_ps128(rows[k]));
+      _mm_storeu_ps(too[k + 4] + at, _mm256_extractf128_ps(rows[k], 1));
+    }
+  };
+  put(a, ab, ac, 0), put(b, ab, nullptr, 4), put(c, ac, nullptr, 4);
+#else
+  for (int k = 0; k < 4; ++k)
+    for (int l = 0; l < kSingles; ++l) {
+      ab[l][k] = ac[l][k] = a[k].v[l];
+      ab[l][4 + k] = b[k].v[l];
+      ac[l][4 + k] = c[k].v[l];
+    }
+#endif
+}
+
+}  // namespace SUBSOIL_ISA
+}  // namespace subsoil::dem

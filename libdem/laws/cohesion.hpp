@@ -1,0 +1,181 @@
+#pragma once
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+#include "libdem/laws/contact.hpp"
+
+/// Attraction that adds to a normal law: F = F_normal - F_c, F_c >= 0.
+///     linear:         F_c = k A(delta), delta > 0
+///                     A by `contact area`: lens 2 pi R delta - pi delta^2/4, hertz pi R delta, sjkr2 4 pi R delta
+///     dmt:            F_c = 2 pi w R, delta > 0
+///     liquid-bridge:  F_c = 4 pi R gamma cos(theta) (1 - S/sqrt(S^2 + V/(pi R))), S = max(0, -delta) < S_r,
+///                     S_r = (1 + theta/2) V^(1/3)
+/// Symbols: R = r1 r2/(r1 + r2) m (the sphere's radius at a boundary); k cohesion energy density J/m^3; w work of
+/// adhesion J/m^2; gamma surface tension N/m, theta contact angle, V volume of one bridge m^3, S gap, S_r the gap at
+/// which a bridge ruptures, m.
+/// `lens` is the circle in which two equal spheres cut each other (LIGGGHTS sjkr; that of unequal ones and at walls is
+/// less, by 3 delta/(8 R) of itself at most), `hertz` the circle of Hertz's contact (EDEM; Ucgul 2014), `sjkr2` that of
+/// LIGGGHTS. A bridge forms when the surfaces touch, and ruptures at S_r; `at-rupture-distance` lets it form there too.
+/// Its meniscus is a cylinder: V/R^3 below 0.01. No viscous force.
+/// Friction and rolling are limited by `friction limit`:
+///     pressing-force  max(0, F + F_c), what presses the surfaces together (default)
+///     net-force       |F| (LIGGGHTS)
+///     thornton        max(0, F + 2 F_c) (LAMMPS, dmt)
+/// Energy: stored is that of the normal law less the work that separation takes; what a bridge that forms on contact
+/// sets free, U(S_r) - U(0), is lost. The other two lose nothing: F_c is the same on the way in and out.
+/// Sources: linear, Kloss & Goniva (LIGGGHTS), Ucgul, Fielke & Saunders 2014; dmt, Derjaguin, Muller & Toporov 1975;
+/// bridge, Rabinovich, Esayanur & Moudgil 2005, Langmuir 21, 10992, in the form of Lambert et al. 2008, J. Adhes. Sci.
+/// Technol. 22, 597, eq. (65); S_r, Lian, Thornton & Adams 1993.
+namespace subsoil::dem {
+
+struct Cohesion {
+  enum class Kind { none, linear, dmt, liquid_bridge };
+  enum class Area { lens, hertz, sjkr2 };
+  enum class Forms { on_contact, at_rupture_distance };
+  enum class FrictionLimit { pressing_force, net_force, thornton };
+  static constexpr double left_out = std::numeric_limits<double>::quiet_NaN();
+  static constexpr double pi = std::numbers::pi;
+  Kind kind = Kind::none;
+  double density = left_out;
+  Area area = Area::lens;
+  double work = left_out;
+  double tension = left_out, angle = left_out, volume = left_out;
+  Forms forms = Forms::on_contact;
+  FrictionLimit limit = FrictionLimit::pressing_force;
+  // Filled by completed(): attraction over r_eff, and over r_eff and overlap (linear: and less `bend` overlap squared);
+  // gap of rupture, m.
+  double strength = 0, slope = 0, bend = 0, end = 0;
+
+  template <class V>
+  void describe(V& v) {
+    v.choice(
+        "cohesion", kind,
+        {{"none", Kind::none}, {"linear", Kind::linear}, {"dmt", Kind::dmt}, {"liquid-bridge", Kind::liquid_bridge}},
+        "attraction besides: over the contact area, constant while touching (DMT), or by a bridge of liquid");
+    v.derived("cohesion energy density", density, "J/m^3", "(0, inf)", "attraction per contact area; linear cohesion");
+    v.choice("contact area", area, {{"lens", Area::lens}, {"hertz", Area::hertz}, {"sjkr2", Area::sjkr2}},
+             "linear cohesion: the circle in which spheres cut each other (2 pi R delta), Hertz's (pi R delta), or "
+             "LIGGGHTS sjkr2's 4 pi R delta");
+    v.derived("work of adhesion", work, "J/m^2", "(0, inf)", "to part a unit of surface; dmt (w = 2 gamma of LAMMPS)");
+    v.derived("surface tension", tension, "N/m", "(0, inf)", "of the liquid; liquid bridge");
+    v.derived("contact angle", angle, "rad", "[0, 1.57]", "of the liquid on the solid; liquid bridge");
+    v.derived("liquid volume", volume, "m^3", "(0, inf)", "of one bridge; valid to 0.01 r_eff^3");
+    v.choice("bridge forms", forms,
+             {{"on-contact", Forms::on_contact}, {"at-rupture-distance", Forms::at_rupture_distance}},
+             "liquid bridge: when the surfaces touch, or as soon as they are near enough for one to hold");
+    v.choice("friction limit", limit,
+             {{"pressing-force", FrictionLimit::pressing_force},
+              {"net-force", FrictionLimit::net_force},
+              {"thornton", FrictionLimit::thornton}},
+             "cohesion: friction and rolling are limited by the force without attraction, by the net force, or by the "
+             "net force and twice the attraction");
+  }
+
+  /// With what the sweep needs filled in. Throws std::invalid_argument when the kind lacks a quantity of its own or is
+  /// given another's.
+  Cohesion completed() const {
+    check();
+    Cohesion c = *this;
+    if (kind == Kind::linear) {
+      c.slope = density * pi * (area == Area::hertz ? 1 : area == Area::lens ? 2 : 4);
+      c.bend = area == Area::lens ? 0.25 * density * pi : 0;
+    } else if (kind == Kind::dmt) {
+      c.strength = 2 * pi * work;
+    } else if (kind == Kind::liquid_bridge) {
+      c.strength = 4 * pi * tension * std::cos(angle);
+      c.end = (1 + 0.5 * angle) * std::cbrt(volume);
+    }
+    return c;
+  }
+
+  /// Takes a share of the attraction, while a bed settles.
+  void weaken(double share) {
+    density *= share, work *= share, tension *= share;  // those left out are NaN and stay so
+    *this = completed();
+  }
+
+  bool acts() const { return kind != Kind::none; }
+  /// Gap at which a bridge ruptures, m; elsewhere attraction ends with the contact.
+  double reach() const { return end; }
+
+  /// Adds the attraction to what the normal law gives. @param bridge the contact's memory, 1 once wetted
+  template <class T>
+  [[gnu::always_inline]] void add(const Approach<T>& a, NormalForce<T>& n, T& bridge) const {
+    const T zero(0.0);
+    const T depth = max(a.overlap, zero);
+    T pull = zero, stored = zero;
+    if (kind == Kind::linear) {
+      const T stiff = T(slope) * a.r_eff;
+      pull = depth * (stiff - T(bend) * depth);
+      stored = depth * depth * (T(0.5) * stiff - T(bend / 3) * depth);
+    } else if (kind == Kind::dmt) {
+      const T constant = T(strength) * a.r_eff;
+      pull = select(n.engaged, constant, zero);
+      stored = constant * depth;
+    } else if (kind == Kind::liquid_bridge) {
+      capillary(a, n, bridge, pull, stored);
+    }
+    n.force = n.force - pull;
+    n.stored = n.stored - stored;
+    if (limit == FrictionLimit::net_force) n.grip = select(n.engaged, max(n.force, -n.force), zero);
+    if (limit == FrictionLimit::thornton) n.grip = select(n.engaged, max(zero, n.force + T(2.0) * pull), zero);
+  }
+
+  /// Steepest change of the attraction with the distance, N/m.
+  double stiffness(const WorstContact& w) const {
+    if (kind == Kind::liquid_bridge) return strength * w.r_eff * std::sqrt(pi * w.r_eff / volume);
+    return slope * w.r_eff;
+  }
+
+  /// Throws std::invalid_argument as completed() does.
+  void check() const {
+    const struct {
+      const char* name;
+      double value;
+      Kind user;
+    } quantities[] = {{"cohesion energy density", density, Kind::linear},
+                      {"work of adhesion", work, Kind::dmt},
+                      {"surface tension", tension, Kind::liquid_bridge},
+                      {"contact angle", angle, Kind::liquid_bridge},
+                      {"liquid volume", volume, Kind::liquid_bridge}};
+    for (const auto& q : quantities) {
+      const bool given = !std::isnan(q.value);
+      if (q.user == kind && !given) throw std::invalid_argument("cohesion: " + word(kind) + " needs `" + q.name + "`");
+      if (q.user != kind && given)
+        throw std::invalid_argument("`" + std::string(q.name) + "` belongs to cohesion: " + word(q.user) +
+                                    ", which here is " + word(kind) + "; leave it out, or change the word");
+    }
+  }
+
+ private:
+  static std::string word(Kind k) {
+    return k == Kind::none ? "none" : k == Kind::linear ? "linear" : k == Kind::dmt ? "dmt" : "liquid-bridge";
+  }
+
+  /// S - sqrt(S^2 + b) = -b/(S + sqrt(S^2 + b)), which subtracts nothing: the force is -its slope, and its difference
+  /// to that at rupture the work.
+  template <class T>
+  [[gnu::always_inline]] void capillary(const Approach<T>& a, NormalForce<T>& n, T& bridge, T& pull, T& stored) const {
+    const T zero(0.0), one(1.0), last(end);
+    const T most = T(strength) * a.r_eff, b = T(volume / pi) / a.r_eff;
+    const T gap = max(-a.overlap, zero), root = sqrt(gap * gap + b);
+    const T inner = b / (gap + root), outer = b / (last + sqrt(last * last + b));
+    const auto touches = a.overlap > zero;
+    const auto fresh = both(both(touches, zero >= bridge), a.elapsed > zero);
+    if (forms == Forms::on_contact) {
+      n.lost = n.lost + select(fresh, most * (sqrt(b) - outer), zero);
+      bridge = select(touches, one, bridge);
+    } else {
+      bridge = one;
+    }
+    bridge = select(last > gap, bridge, zero);
+    const auto held = bridge > zero;
+    pull = select(held, most * inner / root, zero);
+    stored = select(held, most * (max(a.overlap, zero) + inner - outer), zero);
+  }
+};
+
+}  // namespace subsoil::dem

@@ -1,0 +1,40 @@
+#include "libdem/bed_impl.hpp"
+
+/// The two records of a sphere in mixed precision: what the steps work on, and what everybody else sees.
+namespace subsoil::dem {
+namespace {
+
+void copy_motion(const MixedSphere& from, Sphere& to) {
+  to.x = from.x;
+  for (int d = 0; d < 3; ++d) to.v[d] = static_cast<double>(from.v[d]), to.w[d] = static_cast<double>(from.w[d]);
+}
+
+}  // namespace
+
+void Bed::Impl::give_mixed() {
+  if (!is_mixed()) return;
+  mixed.resize(spheres.size());
+  const auto count = static_cast<long>(spheres.size());
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (long k = 0; k < count; ++k) {
+    const Sphere& s = spheres[static_cast<std::size_t>(k)];
+    MixedSphere& m = mixed[static_cast<std::size_t>(k)];
+    m.x = s.x, m.r = s.r;
+    for (int d = 0; d < 3; ++d) m.v[d] = static_cast<float>(s.v[d]), m.w[d] = static_cast<float>(s.w[d]);
+    m.m = static_cast<float>(s.m), m.r_single = static_cast<float>(s.r);
+  }
+}
+
+void Bed::Impl::take_back() {
+  if (!spheres_behind) return;
+  spheres_behind = false;
+  for (std::size_t i = 0; i < spheres.size(); ++i) copy_motion(mixed[i], spheres[i]);
+}
+
+Sphere Bed::Impl::sphere(std::uint32_t i) const {
+  Sphere s = spheres[i];
+  if (spheres_behind) copy_motion(mixed[i], s);
+  return s;
+}
+
+}  // namespace subsoil::dem

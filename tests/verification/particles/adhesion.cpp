@@ -1,0 +1,267 @@
+#include <gtest/gtest.h>
+
+#include <boost/math/tools/roots.hpp>
+
+#include "tests/tools/dem_beds.hpp"
+
+/// Adhesion through the engine: pulls and rebounds of one sphere at a plane, friction without memory, and twist.
+namespace subsoil::dem::test {
+namespace {
+
+constexpr double kR = 2e-3, kDensity = 2000;
+const double kMass = kDensity * 4 / 3 * pi * kR * kR * kR;
+
+/// A sphere above a plane at rest, surfaces `overlap` in each other.
+Bed above_plane(const Law& law, double overlap, const Vec3& velocity, const Vec3& spin = {}, double heavier = 1,
+                double gravity = 0) {
+  BedOptions options = quiet({0, -gravity, 0});
+  options.overlap_limit = options.speed_limit = 1e9;
+  Bed bed(table(law), options);
+  const SphereSpec s{{0, kR - overlap, 0}, velocity, spin, kR, kDensity * heavier, 0};
+  bed.add(std::span(&s, 1));
+  add_plane(bed, {}, {0, 1, 0});
+  return bed;
+}
+
+/// Speed after an impact, over the speed before; 0 when the bodies stay together.
+double rebound(const Law& law, double speed, double dt, long most_steps = 60000) {
+  Bed bed = above_plane(law, -1e-9, {0, -speed, 0});
+  const double apart = kR + 1e-6 + std::visit([](const auto& l) { return l.reach(); }, resolved(law));
+  for (long n = 0; n < most_steps; ++n) {
+    bed.step(dt);
+    const Sphere& s = bed.spheres()[0];
+    if (s.x.y > apart) return s.v.y / speed;
+  }
+  return 0;
+}
+
+struct Pulled {
+  double most, work;
+};
+/// The plane leaves a sphere that is too heavy to follow.
+Pulled pull_apart(const Law& law, double overlap, double distance) {
+  Bed bed = above_plane(law, overlap, {}, {}, 1e12);
+  const int steps = 40000;
+  const double dt = 1e-6;
+  const Motion away{0, {}, {0, -distance / (steps * dt), 0}, {}};
+  double most = 0;
+  for (int n = 0; n < steps; ++n) {
+    away.place(bed);
+    bed.step(dt);
+    most = std::max(most, bed.boundary(0).wrench.force.y);
+  }
+  return {most, bed.boundary(0).work};
+}
+
+// ---- JKR -----------------------------------------------------------------------------------------------------------
+
+constexpr double kW = 0.4, kE = 5e6;
+double contact_radius(double share) { return std::cbrt(share * pi * kW * kR * kR / kE); }
+double overlap_of(double a) { return a * a / kR - std::sqrt(2 * pi * kW * a / kE); }
+/// Energy on the branch: elastic energy of both parts less w pi a^2 gained, from dU = F d delta.
+double energy_of(double a) {
+  return 8 * kE * std::pow(a, 5) / (15 * kR * kR) - 4 * kE / (3 * kR) * std::sqrt(2 * pi * kW / kE) * std::pow(a, 3.5) +
+         pi * kW * a * a;
+}
+Jkr adhesive(double restitution) {
+  Jkr j;
+  j.E_eff = kE, j.G_eff = 0.4 * kE, j.work = kW, j.restitution = restitution, j.friction.mu = 0;
+  return j;
+}
+const double kSticking = std::sqrt(2 / kMass * (energy_of(contact_radius(0.125)) - energy_of(contact_radius(2))));
+
+TEST(Adhesion, JkrPullOffAndWorkOfSeparation) {
+  const double rest = contact_radius(4.5), last = contact_radius(0.125);
+  const Pulled p = pull_apart(adhesive(1), overlap_of(rest), overlap_of(rest) - 1.5 * overlap_of(last));
+  EXPECT_NEAR(p.most, 1.5 * pi * kW * kR, 1e-6 * p.most);
+  // The force of (5/6) pi w R ends within a step of 0.6 nm: 3e-12 J.
+  EXPECT_NEAR(p.work, energy_of(last) - energy_of(rest), 3e-12);
+}
+
+TEST(Adhesion, JkrSticksBelowAndLosesTheBranchAbove) {
+  EXPECT_NEAR(kSticking, std::sqrt(2 / kMass * 7.09 * std::cbrt(std::pow(kW, 5) * std::pow(kR, 4) / (kE * kE))),
+              1e-3 * kSticking);
+  EXPECT_EQ(rebound(adhesive(1), 0.97 * kSticking, 2e-7), 0);
+  for (const double v : {1.1, 2.0, 10.0}) {
+    const double want = std::sqrt(1 - 1 / (v * v));
+    // The force jumps where the surfaces snap and part: of first order in the step, sharpest near sticking.
+    EXPECT_NEAR(rebound(adhesive(1), v * kSticking, 2e-7), want, 2e-3 / want) << v;
+  }
+}
+
+// ---- cohesion ------------------------------------------------------------------------------------------------------
+
+/// Cohesion over the area of a Hertz contact softens a linear spring: k' = k - pi w R. The dashpot stays, so that the
+/// restitution falls to that of the larger damping ratio beta sqrt(k/k').
+TEST(Adhesion, AreaCohesionChangesTheRestitutionOfALinearSpring) {
+  for (const double e : {0.3, 0.8})
+    for (const double share : {0.1, 0.5}) {
+      const double k = 1e4, density = share * k / (pi * kR);
+      const Law law = with(grains(k, e, 0), cohesion_by_area(density, Cohesion::Area::hertz));
+      const double beta = -std::log(e) / std::hypot(pi, std::log(e)) / std::sqrt(1 - share);
+      const double want = beta < 1 ? std::exp(-pi * beta / std::sqrt(1 - beta * beta)) : 0;
+      EXPECT_NEAR(rebound(law, 0.5, 2e-7), want, 1e-3) << e << ' ' << share;  // omega dt = 8e-4
+    }
+}
+
+/// A constant pull on a damped linear spring: x = s (1 - exp(-g t) cos w t) + exp(-g t) (V - g s)/w sin w t, s = F/k.
+/// Where it does not come back to 0 in its first swing the bodies stick.
+double rebound_of_dmt(double speed, double pull, double k, double e) {
+  const double beta = -std::log(e) / std::hypot(pi, std::log(e)), omega = std::sqrt(k / kMass), g = beta * omega;
+  const double w = omega * std::sqrt(1 - beta * beta), s = pull / k;
+  const auto x = [&](double t) {
+    return s * (1 - std::exp(-g * t) * std::cos(w * t)) + std::exp(-g * t) * (speed - g * s) / w * std::sin(w * t);
+  };
+  const double h = 1e-7 / omega;
+  double lowest = pi / w;  // x is least somewhere in the half swing after
+  for (double t = pi / w; t < 2 * pi / w; t += 1e-4 / w)
+    if (x(t) < x(lowest)) lowest = t;
+  if (x(lowest) >= 0) return 0;
+  std::uintmax_t turns = 200;
+  const auto [a, b] =
+      boost::math::tools::toms748_solve(x, 0.5 * pi / w, lowest, boost::math::tools::eps_tolerance<double>(45), turns);
+  return -(x(a + h) - x(a - h)) / (2 * h) / speed;
+}
+
+TEST(Adhesion, DmtPullOffAndRebound) {
+  const double k = 1e4, work = 20, pull = 2 * pi * work * kR;
+  const Pulled p = pull_apart(with(grains(k, 1, 0), dmt(work)), pull / k, 2 * pull / k);
+  EXPECT_NEAR(p.most, pull, 1e-4 * pull);  // sampled 40000 times on the way from 0 to F
+  EXPECT_NEAR(p.work, 0.5 * pull * pull / k, 1e-4 * p.work);
+  const double scale = pull / std::sqrt(k * kMass);
+  for (const double v : {0.4, 1.0, 3.0, 30.0})
+    for (const double e : {0.7, 0.95}) {
+      const double want = rebound_of_dmt(v * scale, pull, k, e);
+      // The pull begins and ends within a step: of first order, 1e-3 of the swing's 1/omega.
+      EXPECT_NEAR(rebound(with(grains(k, e, 0), dmt(work)), v * scale, 1e-7), want, 4e-3) << v << ' ' << e;
+    }
+}
+
+/// What separation takes from a bridge that forms on contact is lost: e^2 = 1 - 2 W/(m V^2). One that forms from afar
+/// loses nothing.
+TEST(Adhesion, BridgeTakesItsWorkOnce) {
+  const double volume = 1e-11, angle = 0.4, end = (1 + angle / 2) * std::cbrt(volume);
+  // The closed form of the pull between flat menisci, integrated by Simpson.
+  const auto force = [&](double s) {
+    return 4 * pi * kR * 0.072 * std::cos(angle) * (1 - s / std::sqrt(s * s + volume / (pi * kR)));
+  };
+  double work = 0;
+  const int n = 2000;
+  for (int k = 0; k < n; ++k)
+    work += end / n / 6 * (force(end * k / n) + 4 * force(end * (k + 0.5) / n) + force(end * (k + 1) / n));
+  const Law law = with(grains(1e4, 1, 0), water(volume, angle));
+  const Pulled p = pull_apart(law, 1e-9, 1.2 * end);
+  EXPECT_NEAR(p.most, force(0), 1e-3 * p.most);
+  EXPECT_NEAR(p.work, work, 1e-4 * work);
+  const double sticking = std::sqrt(2 * work / kMass);
+  EXPECT_EQ(rebound(law, 0.95 * sticking, 1e-6), 0);
+  for (const double v : {1.2, 3.0})
+    EXPECT_NEAR(rebound(law, v * sticking, 1e-6), std::sqrt(1 - 1 / (v * v)), 3e-3) << v;
+  Cohesion from_afar = water(volume, angle);
+  from_afar.forms = Cohesion::Forms::at_rupture_distance;
+  const Law open = with(grains(1e4, 1, 0), from_afar);
+  Bed bed = above_plane(open, -1.1 * end, {0, -0.5 * sticking, 0});
+  for (int k = 0; k < 400000 && (k < 1000 || bed.spheres()[0].x.y < kR + 1.1 * end); ++k) bed.step(1e-6);
+  EXPECT_NEAR(bed.spheres()[0].v.y, 0.5 * sticking, 3e-3 * sticking);
+}
+
+/// The map of docs/theory.md: restitution under attraction, over the approach speed by the speed that the attraction
+/// sets. It rises with the speed and comes near to what was given, never above.
+TEST(Adhesion, RestitutionMap) {
+  const double k = 1e4, work = 20, pull = 2 * pi * work * kR, volume = 1e-11;
+  const double bridge =
+      4 * pi * kR * 0.072 *
+      (std::sqrt(volume / (pi * kR)) -
+       volume / (pi * kR) / (std::cbrt(volume) + std::sqrt(std::cbrt(volume * volume) + volume / (pi * kR))));
+  const struct {
+    const char* name;
+    Law law;
+    double speed, given;
+  } rows[] = {
+      {"jkr, e 1", adhesive(1), kSticking, 1},
+      {"jkr, e 0.7", adhesive(0.7), kSticking, 0.7},
+      {"dmt on linear, e 0.7", with(grains(k, 0.7, 0), dmt(work)), pull / std::sqrt(k * kMass), 0.7},
+      {"bridge on linear, e 0.7", with(grains(k, 0.7, 0), water(volume, 0)), std::sqrt(2 * bridge / kMass), 0.7}};
+  std::printf("  %-24s", "V/V_s");
+  for (const double v : {0.5, 1.1, 1.5, 2.0, 3.0, 5.0, 10.0, 50.0}) std::printf(" %6g", v);
+  for (const auto& row : rows) {
+    std::printf("\n  %-24s", row.name);
+    double before = 0;
+    for (const double v : {0.5, 1.1, 1.5, 2.0, 3.0, 5.0, 10.0, 50.0}) {
+      const double e = rebound(row.law, v * row.speed, 2e-7);
+      std::printf(" %6.3f", e);
+      EXPECT_GE(e, before - 1e-3) << row.name;
+      EXPECT_LE(e, row.given + 2e-3) << row.name;
+      before = e;
+    }
+    EXPECT_NEAR(before, row.given, 0.03) << row.name;
+  }
+  std::printf("\n");
+}
+
+// ---- friction without memory, twist --------------------------------------------------------------------------------
+
+/// A sphere sliding on a plane: v = V - mu g t, r w = 5/2 mu g t, until 2/7 V/(mu g); rolling on at 5/7 V.
+TEST(Tangential, WithoutASpringSlidesAndRollsAsCoulombSays) {
+  for (const Tangential kind : {Tangential::dashpot, Tangential::constant_direction}) {
+    Linear law = grains(1e5, 0.5, 0.3, 0);
+    law.friction.tangential = kind;
+    const double g = 9.81, speed = 0.5, weight = kMass * g;
+    Bed bed = above_plane(law, weight / 1e5, {speed, 0, 0}, {}, 1, g);
+    const double dt = 2e-6, until = 0.5 * 2 / 7 * speed / (0.3 * g);
+    const int steps = static_cast<int>(until / dt);
+    for (int n = 0; n < steps; ++n) bed.step(dt);
+    const double t = steps * dt;
+    EXPECT_NEAR(bed.spheres()[0].v.x, speed - 0.3 * g * t, 1e-5);
+    EXPECT_NEAR(-kR * bed.spheres()[0].w.z, 2.5 * 0.3 * g * t, 1e-4);  // the lever is shorter by the overlap
+    for (int n = 0; n < 2 * steps; ++n) bed.step(dt);
+    EXPECT_NEAR(bed.spheres()[0].v.x, 5.0 / 7 * speed, 1e-3);
+  }
+}
+
+/// Spinning about the normal under its weight: w = W - (5/2) mu_t g t/r (LAMMPS's twist_decay with mu_twist = mu_t r),
+/// then at rest, not swinging back by more than the spring gives.
+TEST(Tangential, TwistDecaysLinearlyAndStops) {
+  Linear law = grains(1e5, 0.5, 0.3, 0);
+  law.friction.mu_t = 0.05;
+  const double g = 9.81, start = 20, slowing = 2.5 * 0.05 * g / kR;
+  Bed bed = above_plane(law, kMass * g / 1e5, {}, {0, start, 0}, 1, g);
+  const double dt = 2e-6;
+  const int steps = static_cast<int>(0.7 * start / slowing / dt);
+  for (int n = 0; n < steps; ++n) bed.step(dt);
+  EXPECT_NEAR(bed.spheres()[0].w.y, start - slowing * steps * dt, 1e-3 * start);
+  for (int n = 0; n < 4 * steps; ++n) bed.step(dt);
+  EXPECT_NEAR(bed.spheres()[0].w.y, 0, 1e-6 * start);
+  const BedEnergy before = [&] {
+    bed.step(dt, {.energy = true, .snapshot = nullptr});
+    return bed.energy();
+  }();
+  EXPECT_NEAR(before.lost.rolling, 0.5 * 0.4 * kMass * kR * kR * start * start, 2e-3 * before.lost.rolling);
+}
+
+/// Two spheres that twist against each other: equal and opposite, nothing else turns.
+TEST(Tangential, TwistKeepsAngularMomentum) {
+  Linear law = grains(1e4, 1, 0.3, 0);
+  law.friction.mu_t = 0.2;
+  Bed bed(table(law), quiet());
+  const std::vector<SphereSpec> two{{{-kR + 1e-5, 0, 0}, {}, {9, 0, 0}, kR, kDensity, 0},
+                                    {{1.5 * kR, 0, 0}, {}, {-2, 0, 0}, 1.5 * kR, kDensity, 0}};
+  bed.add(two);
+  const auto momentum = [&] {
+    double sum = 0;
+    for (const Sphere& s : bed.spheres()) sum += 0.4 * s.m * s.r * s.r * s.w.x;
+    return sum;
+  };
+  const double start = momentum();
+  double least = 9;
+  for (int n = 0; n < 2000; ++n) {
+    bed.step(1e-7);
+    least = std::min(least, sphere(bed, 0).w.x);
+  }
+  EXPECT_NEAR(momentum(), start, 1e-12 * std::abs(start));
+  EXPECT_LT(least, 8.9);
+  for (const Sphere& s : bed.spheres()) EXPECT_LT(std::abs(s.w.y) + std::abs(s.w.z) + std::abs(s.v.y), 1e-12);
+}
+
+}  // namespace
+}  // namespace subsoil::dem::test
