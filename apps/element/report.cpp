@@ -22,8 +22,8 @@ std::string csv_number(double value) {
 
 HandyUnit handy_unit(const std::string& unit, double size) {
   if (unit == "rad") return {180 / std::numbers::pi, "deg"};
-  if (unit.starts_with("Pa") && std::abs(size) >= 2e6) return {1e-6, "M" + unit};
-  if (unit.starts_with("Pa") && std::abs(size) >= 200) return {1e-3, "k" + unit};
+  if (unit.starts_with("Pa") && std::abs(size) >= 2e6) return {1e-6, fmt::format("M{}", unit)};
+  if (unit.starts_with("Pa") && std::abs(size) >= 200) return {1e-3, fmt::format("k{}", unit)};
   if (unit == "m" && std::abs(size) < 1) return {1e3, "mm"};
   return {1, unit};
 }
@@ -50,11 +50,11 @@ void write_findings(const Findings& found, const std::filesystem::path& folder, 
   for (const Number& n : found.numbers) {
     table += fmt::format("\n{},{},{},{},{}", n.name, n.unit, csv_number(n.mean()), csv_number(n.error()),
                          csv_number(n.deviation()));
-    for (const double v : n.values) table += "," + csv_number(v);
+    for (const double v : n.values) table += fmt::format(",{}", csv_number(v));
   }
   write_atomically(folder / (found.test + ".csv"), table + "\n");
   for (const Curve& curve : found.curves) {
-    SeriesWriter writer(folder / (found.test + "-" + curve.name + ".csv"), curve.columns);
+    SeriesWriter writer(folder / (found.test + "-" + curve.name + ".csv"), curve.columns, csv::exact_digits);
     for (const auto& row : curve.rows) writer.write(row);
   }
   if (!gnuplot_found()) return;

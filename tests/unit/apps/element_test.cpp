@@ -72,7 +72,7 @@ TEST(ElementTest, CompressionOfALatticeHasItsModulus) {
   EXPECT_NEAR(out.values[0], exact, 0.01 * exact);
   EXPECT_NEAR(out.values[1], exact, 0.01 * exact);
   EXPECT_NEAR(out.values[2], 0, 1e-3);  // nothing pushes sideways
-  EXPECT_NEAR(out.values[3], 0, 0.01);  // and nothing stays
+  EXPECT_NEAR(out.values[3], 0, 0.06);  // and nothing stays: begin and end fall on rows, 1/40 of the way each
 }
 
 /// Between smooth walls the floor carries the lid's load and the grains' weight, all of it.
