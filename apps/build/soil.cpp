@@ -15,18 +15,6 @@
 namespace subsoil::app {
 namespace {
 
-dem::RadiusDistribution sizes_of(const RadiusDistribution& d) {
-  struct Convert {
-    dem::RadiusDistribution operator()(const EqualRadius& r) const { return dem::EqualRadius{r.radius}; }
-    dem::RadiusDistribution operator()(const NormalRadius& r) const {
-      return dem::NormalRadius{r.mean, r.deviation, r.least, r.largest};
-    }
-    dem::RadiusDistribution operator()(const UniformRadius& r) const { return dem::UniformRadius{r.least, r.largest}; }
-    dem::RadiusDistribution operator()(const TableRadius& r) const { return dem::TableRadius{r.radius, r.share}; }
-  };
-  return std::visit(Convert{}, d);
-}
-
 dem::ShareOf shares_of(ShareOf s) { return s == ShareOf::mass ? dem::ShareOf::mass : dem::ShareOf::number; }
 
 /// Face f (-x +x -y +y -z +z) of a box, normal inward.
@@ -42,6 +30,18 @@ dem::TriangleMesh face_mesh(const Vec3& at, const Vec3& size, int f) {
 }
 
 }  // namespace
+
+dem::RadiusDistribution sizes_of(const RadiusDistribution& d) {
+  struct Convert {
+    dem::RadiusDistribution operator()(const EqualRadius& r) const { return dem::EqualRadius{r.radius}; }
+    dem::RadiusDistribution operator()(const NormalRadius& r) const {
+      return dem::NormalRadius{r.mean, r.deviation, r.least, r.largest};
+    }
+    dem::RadiusDistribution operator()(const UniformRadius& r) const { return dem::UniformRadius{r.least, r.largest}; }
+    dem::RadiusDistribution operator()(const TableRadius& r) const { return dem::TableRadius{r.radius, r.share}; }
+  };
+  return std::visit(Convert{}, d);
+}
 
 SoilBuilder::SoilBuilder(World& world, const Loaded& loaded, const BuildOptions& options)
     : world_(world), loaded_(loaded), options_(options) {}

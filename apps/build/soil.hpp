@@ -7,6 +7,9 @@
 
 namespace subsoil::app {
 
+/// A distribution of the scenario as the bed takes it.
+dem::RadiusDistribution sizes_of(const RadiusDistribution& sizes);
+
 /// Makes the bed of a scenario in the order in which it must be made: walls and spheres, settling, datum, opened walls,
 /// and room for the machine.
 class SoilBuilder {

@@ -19,6 +19,24 @@ struct ImpactRequest {
   std::vector<std::string> free;   ///< parameters that a fit may move; empty: those the data tell of
 };
 int impact_command(const ImpactRequest& request);
+/// `subsoil test`: an element test of a scenario's material.
+struct TestRequest {
+  std::string test, scenario;
+  std::vector<std::string> sets;  ///< path=value
+  std::string out;                ///< folder for results; empty: print only
+  std::string pictures = "svg";   ///< kind of the pictures: svg, png, pdf
+  int threads = 0;                ///< specimens side by side; 0: all cores
+};
+int test_command(const TestRequest& request);
+/// `subsoil calibrate`: parameters of a scenario that meet measured results of element tests.
+struct CalibrateRequest {
+  std::string plan;
+  std::vector<std::string> sets;  ///< path=value
+  std::string out;                ///< folder, also of what an earlier run has done; empty: named like the plan
+  std::string pictures = "svg";   ///< kind of the pictures: svg, png, pdf
+  int threads = 0;                ///< specimens side by side; 0: all cores
+};
+int calibrate_command(const CalibrateRequest& request);
 /// The whole program.
 int main_command(int argc, char** argv);
 

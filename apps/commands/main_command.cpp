@@ -4,6 +4,7 @@
 #include <iostream>
 
 #include "apps/commands/commands.hpp"
+#include "apps/element/tests.hpp"
 #include "apps/plot/plot.hpp"
 #include "apps/plot/strip.hpp"
 #include "apps/scenario/load.hpp"
@@ -72,6 +73,40 @@ CLI::App* add_impact(CLI::App& app, ImpactRequest& request) {
   return word;
 }
 
+CLI::App* add_test(CLI::App& app, TestRequest& request) {
+  CLI::App* word = app.add_subcommand("test", "an element test of a scenario's material: repose, shear, ...");
+  word->footer(
+      "Sizes, loads and packings stand in the section `test` of the scenario, or in --set, as in\n  subsoil test "
+      "shear configs/element/dry.yaml --set \"test.shear.loads=2 4 8 kPa\". Keys: docs/scenario.md; tests: "
+      "docs/element-tests.md");
+  word->add_option("test", request.test, "which test")->required()->check(CLI::IsMember(test_words()));
+  word->add_option("scenario", request.scenario, "scenario file (YAML)")->required();
+  word->add_option("--set", request.sets, "override a value of the scenario: path=value (may be repeated)")
+      ->allow_extra_args(false);
+  word->add_option("--out", request.out, "folder for tables, curves and pictures; left out: print only");
+  word->add_option("--pictures", request.pictures, "kind of the pictures in it")
+      ->check(CLI::IsMember({"svg", "png", "pdf"}));
+  word->add_option("--threads", request.threads, "specimens side by side; default: all cores")
+      ->check(CLI::PositiveNumber);
+  return word;
+}
+
+CLI::App* add_calibrate(CLI::App& app, CalibrateRequest& request) {
+  CLI::App* word = app.add_subcommand("calibrate", "find contact parameters that meet measured element tests");
+  word->footer(
+      "Evaluations are kept in the folder: the same command goes on where it was stopped. Keys: "
+      "docs/scenario.md; method: docs/element-tests.md");
+  word->add_option("plan", request.plan, "plan (YAML): scenario, parameters, targets")->required();
+  word->add_option("--set", request.sets, "override a value of the plan: path=value (may be repeated)")
+      ->allow_extra_args(false);
+  word->add_option("--out", request.out, "folder; default: ./<name of the plan>");
+  word->add_option("--pictures", request.pictures, "kind of the pictures in it")
+      ->check(CLI::IsMember({"svg", "png", "pdf"}));
+  word->add_option("--threads", request.threads, "specimens side by side; default: all cores")
+      ->check(CLI::PositiveNumber);
+  return word;
+}
+
 /// Runs one command; faults become messages and exit codes here and nowhere else.
 template <class Command>
 int guarded(Command command) {
@@ -126,6 +161,11 @@ int main_command(int argc, char** argv) {
   ImpactRequest impact_request;
   CLI::App* impact_word = add_impact(app, impact_request);
 
+  TestRequest test_request;
+  CLI::App* test_word = add_test(app, test_request);
+  CalibrateRequest calibrate_request;
+  CLI::App* calibrate_word = add_calibrate(app, calibrate_request);
+
   try {
     app.parse(argc, argv);
     impact_request.words = impact_word->remaining();
@@ -137,6 +177,8 @@ int main_command(int argc, char** argv) {
     if (run_word->parsed()) return run(request);
     if (check_word->parsed()) return check_command(request);
     if (impact_word->parsed()) return impact_command(impact_request);
+    if (test_word->parsed()) return test_command(test_request);
+    if (calibrate_word->parsed()) return calibrate_command(calibrate_request);
     if (explain_word->parsed()) std::cout << explain(path);
     if (new_word->parsed()) std::cout << new_scenario();
     if (reference_word->parsed()) std::cout << reference_markdown();

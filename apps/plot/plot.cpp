@@ -16,8 +16,6 @@
 namespace subsoil::app {
 namespace {
 
-// Okabe and Ito's colours: told apart by colour-blind readers and in grey print.
-constexpr const char* kColours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"};
 constexpr double kSmoothing = 50e-3;  // s; what a load cell on a field frame resolves, and the summary's second mean
 constexpr const char* kFirst[] = {"pull", "draft", "spring force", "pitch", "height"};
 
@@ -230,7 +228,7 @@ class Sheet {
       const int column = series.find(name);
       if (column < 0) continue;
       const Line line{series.at(x_name_), series.values[static_cast<std::size_t>(column)]};
-      const char* colour = kColours[r % std::size(kColours)];
+      const char* colour = plot_colours[r % plot_colours.size()];
       const auto block = fmt::format("p{}r{}", panel, r);
       std::string drawn = block;
       add_block(block, thinned(line, bins), shown.factor);

@@ -1,5 +1,6 @@
 #include "apps/scenario/load.hpp"
 
+#include "apps/element/tests.hpp"
 #include "apps/scenario/checks.hpp"
 #include "apps/scenario/reader.hpp"
 
@@ -13,6 +14,8 @@ Loaded read_checked(const Node& document, Problems& problems) {
   reading.places[""] = document.place;
   Reader reader(reading, document, "");
   declare(reader, loaded.scenario);
+  std::optional<ElementTests> tests;  // of the same material; a run checks the section and leaves it
+  reader.section("test", tests, "element tests");
   reader.finish();
   loaded.places = std::move(reading.places);
   check(loaded.scenario, loaded.places, problems);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <set>
 
+#include "apps/calibrate/plan.hpp"
+#include "apps/element/tests.hpp"
 #include "apps/impact/study.hpp"
 #include "apps/scenario/load.hpp"
 #include "apps/scenario/printer.hpp"
@@ -23,6 +25,8 @@ std::vector<Row> make_rows() {
   Printer printer(rows, "");
   Scenario prototype;
   declare(printer, prototype);
+  ElementTests tests;
+  printer.section("test", tests, "element tests of the material, run by `subsoil test`; a run does not look at it");
   // A function of time may stand wherever a key says so, and so may a characteristic; their forms are listed once.
   const auto list_forms = [&rows]<class... Units>(const std::string& head, auto kinds, const Units&... units) {
     ForEach<decltype(kinds)>::call([&]<class Kind>(std::type_identity<Kind>) {
@@ -98,6 +102,18 @@ std::string table_row(const Row& row) {
   };
   return fmt::format("| `{}` | {} | {} | {} | {} |\n", row.path, cell(row.unit == "1" ? "number" : row.unit),
                      cell(row.fallback), cell(row.range), cell(row.meaning));
+}
+
+/// Every key of a file of its own.
+template <class File>
+std::string key_table() {
+  std::vector<Row> rows;
+  Printer printer(rows, "");
+  File prototype;
+  declare(printer, prototype);
+  std::string text = table_head;
+  for (const Row& row : rows) text += table_row(row);
+  return text;
 }
 
 /// Rows at or below a path. A path that starts too high (`soil.contacts.wet.K_X`) loses its head until something fits;
@@ -230,12 +246,11 @@ std::string reference_markdown() {
   text +=
       "\n# The file of `subsoil impact`\n\nThe same rules hold; a key may also stand as a flag, `--model jkr --w \"50 "
       "mJ/m^2\"` ([impact.md](impact.md)).\n\n";
-  text += table_head;
-  std::vector<Row> rows;
-  Printer printer(rows, "");
-  ImpactStudy prototype;
-  declare(printer, prototype);
-  for (const Row& row : rows) text += table_row(row);
+  text += key_table<ImpactStudy>();
+  text +=
+      "\n# The file of `subsoil calibrate`\n\nThe same rules hold; values of targets carry the unit of their number "
+      "([element-tests.md](element-tests.md)).\n\n";
+  text += key_table<Plan>();
   return text;
 }
 

@@ -114,7 +114,7 @@ class Settler {
     double still_since = bed_.time();
     while (!stopped_) {
       for (long k = 0; k < kLookSteps && !stopped_; ++k) step(stage);
-      const double now = rms_speed(!speed);
+      const double now = rms_speed(!speed && plan_.spins);
       if (!(now < limit && bed_.max_speed() < std::max(falling, limit)))
         still_since = bed_.time();
       else if (bed_.time() - still_since >= hold)

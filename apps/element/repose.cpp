@@ -1,0 +1,234 @@
+#include "apps/element/repose.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <numbers>
+
+#include "libdem/geometry/mesh_builders.hpp"
+
+namespace subsoil::app {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+constexpr double cell = 1.5;  // diameters
+
+/// Highest top of each cell over the base; `along` turns its middle into a distance along the slope.
+Tops tops_of(std::span<const dem::Sphere> spheres, double size,
+             const std::function<double(double x, double z)>& along) {
+  std::map<std::pair<long, long>, double> highest;
+  for (const dem::Sphere& s : spheres) {
+    const std::pair key{std::lround(std::floor(s.x.x / size)), std::lround(std::floor(s.x.z / size))};
+    const auto [place, fresh] = highest.emplace(key, s.x.y + s.r);
+    if (!fresh) place->second = std::max(place->second, s.x.y + s.r);
+  }
+  Tops tops;
+  for (const auto& [key, top] : highest) {
+    tops.s.push_back(
+        along((static_cast<double>(key.first) + 0.5) * size, (static_cast<double>(key.second) + 0.5) * size));
+    tops.height.push_back(top);
+  }
+  return tops;
+}
+
+/// The pieces of a tray and of what stands on it until it is lifted.
+struct Tray {
+  double length, width, edge;
+
+  dem::TriangleMesh floor() const { return dem::rectangle_mesh({0, 0, 0}, {0, 0, width}, {length, 0, 0}); }
+  /// Upright, from the corner along `u`, between two heights.
+  static dem::TriangleMesh upright(const Vec3& corner, const Vec3& u, double from, double to) {
+    return dem::rectangle_mesh(corner + Vec3{0, from, 0}, u, {0, to - from, 0});
+  }
+  std::vector<dem::TriangleMesh> sides(bool all, double from, double to) const {
+    std::vector<dem::TriangleMesh> out{upright({length, 0, 0}, {0, 0, width}, from, to)};
+    if (!all) return out;
+    out.push_back(upright({0, 0, 0}, {0, 0, width}, from, to));
+    out.push_back(upright({0, 0, 0}, {length, 0, 0}, from, to));
+    out.push_back(upright({0, 0, width}, {length, 0, 0}, from, to));
+    return out;
+  }
+};
+
+/// Lifts the gate clear of the grains and lets the slope come to rest.
+void release(Specimen& specimen, int gate, double speed) {
+  const double clear = specimen.top() * 1.05;
+  for (double y = 0; y < clear; y += speed * specimen.dt()) {
+    specimen.step();
+    specimen.move(gate, {0, speed, 0});
+  }
+  specimen.bed().boundary(gate).active = false;
+  specimen.bed().surfaces_changed();
+  specimen.rest();
+}
+
+/// Where the mean tops at equal distance go from 0.15 to 0.8 of the height between foot and crest.
+std::pair<double, double> flank_of(const Tops& tops, double foot, double bin) {
+  std::map<long, std::pair<double, int>> profile;
+  for (std::size_t i = 0; i < tops.s.size(); ++i) {
+    auto& [sum, count] = profile[std::lround(std::floor(tops.s[i] / bin))];
+    sum += tops.height[i], ++count;
+  }
+  const auto mean = [](const auto& entry) { return entry.second.first / entry.second.second; };
+  double crest = foot;
+  for (const auto& entry : profile) crest = std::max(crest, mean(entry));
+  double from = 0, to = 0;
+  for (const auto& entry : profile) {
+    const double share = (mean(entry) - foot) / (crest - foot), s = static_cast<double>(entry.first) * bin;
+    if (share > 0.8) break;  // the crest begins: what lies behind may be a plateau
+    if (share < 0.15) from = s + bin;
+    to = s + bin;
+  }
+  return {from, to};
+}
+
+Outcome outcome_of(const Tops& tops, double from, double to) {
+  Line line;
+  Outcome out;
+  out.values = {slope_of(tops, from, to, &line)};
+  out.curve.columns = {{"distance", "m"}, {"height", "m"}, {"line", "m"}};
+  for (std::size_t i = 0; i < tops.s.size(); ++i)
+    out.curve.rows.push_back({tops.s[i], tops.height[i], line.a + line.b * tops.s[i]});
+  std::sort(out.curve.rows.begin(), out.curve.rows.end());
+  return out;
+}
+
+Outcome run_tray(const Repose& test, const Sample& sample, std::size_t packing) {
+  const bool heap = test.form == Repose::Form::heap;
+  const double d = sample.diameter, length = test.length.value_or((heap ? 16 : 18) * d);
+  const Tray tray{length, heap ? length : test.width.value_or(6 * d), d};
+  const double depth = test.depth.value_or((heap ? 0.5 : 0.75) * length), high = 6 * depth + 40 * d;
+  Specimen specimen(sample, std::sqrt(2 * sample.gravity * depth));
+  specimen.surface("floor", tray.floor(), Wall::rough);
+  specimen.surface("edge", tray.sides(heap, 0, tray.edge), Wall::rough);
+  const int gate = specimen.surface("gate", tray.sides(heap, tray.edge, high), Wall::smooth);
+  if (!heap) {
+    specimen.plane("back", {0, 0, 0}, {1, 0, 0}, Wall::smooth);
+    specimen.plane("wall -z", {}, {0, 0, 1}, Wall::smooth);
+    specimen.plane("wall +z", {0, 0, tray.width}, {0, 0, -1}, Wall::smooth);
+  }
+  specimen.bed().set_floor_drop(-4 * d);
+  specimen.fill({{0, 0, 0}, {length, depth, tray.width}}, depth, sample.seed + packing);
+  release(specimen, gate, test.lift.value_or(sample.fall_speed()));
+  const auto from_edge = [&](double x, double z) {
+    return heap ? 0.5 * length - std::hypot(x - 0.5 * length, z - 0.5 * length) : length - x;
+  };
+  const Tops tops = tops_of(specimen.bed().spheres(), cell * d, from_edge);
+  const auto [from, to] = flank_of(tops, tray.edge, cell * d);
+  return outcome_of(tops, from, to);
+}
+
+constexpr int drum_sides = 24;
+
+/// Inner face of a drum about the z axis, corners on the radius.
+dem::TriangleMesh shell(double radius, double width) {
+  std::vector<Vec3> corners;
+  std::vector<dem::Triangle> triangles;
+  for (int k = 0; k < drum_sides; ++k) {
+    const double angle = 2 * pi * k / drum_sides;
+    for (const double z : {-0.1 * width, 1.1 * width})
+      corners.push_back({radius * std::cos(angle), radius * std::sin(angle), z});
+    const auto a = static_cast<std::uint32_t>(2 * k), b = static_cast<std::uint32_t>(2 * ((k + 1) % drum_sides));
+    triangles.push_back({a, b, b + 1});
+    triangles.push_back({a, b + 1, a + 1});
+  }
+  return {std::move(corners), std::move(triangles)};
+}
+
+/// Loose grains inside the drum, from below, as many as fill its share once they lie.
+std::vector<dem::SphereSpec> loose_in_drum(const Sample& sample, double radius, double width, double share,
+                                           std::uint64_t seed) {
+  const double half = radius * std::cos(pi / drum_sides) - 0.6 * sample.diameter;
+  dem::LoosePlacer placer({{-radius, -radius, 0}, {radius, radius, width}}, sample.sizes, sample.shares, seed,
+                          {sample.density, sample.grain});
+  // Space enough for several times the drum; from it those inside are taken, from the lowest up.
+  std::vector<dem::SphereSpec> all = placer.place_volume(2 * radius * 2 * radius * width, -radius), in;
+  const double wanted = 0.6 * share * pi * radius * radius * width;
+  double volume = 0;
+  for (const dem::SphereSpec& s : all) {
+    if (std::hypot(s.position.x, s.position.y) + s.radius - 0.5 * sample.diameter > half || volume > wanted) continue;
+    volume += dem::sphere_volume(s.radius);
+    in.push_back(s);
+  }
+  return in;
+}
+
+Outcome run_drum(const Repose& test, const Sample& sample, std::size_t packing) {
+  const double d = sample.diameter, radius = test.radius.value_or(8 * d), width = test.width.value_or(6 * d);
+  const double speed = test.speed.value_or(std::sqrt(0.002 * sample.gravity / radius));
+  Specimen specimen(sample, speed * radius);
+  const int drum = specimen.surface("drum", shell(radius, width), Wall::rough);
+  specimen.plane("wall -z", {}, {0, 0, 1}, Wall::smooth);
+  specimen.plane("wall +z", {0, 0, width}, {0, 0, -1}, Wall::smooth);
+  specimen.bed().add(loose_in_drum(sample, radius, width, test.share, sample.seed + packing));
+  specimen.rest();
+  const double period = 2 * pi / speed, begin = test.lead * period, end = begin + test.turns * period;
+  const int looks = std::max(8, static_cast<int>(test.turns * 120));
+  Tops all;
+  Outcome out;
+  double sum = 0, next = begin;
+  int count = 0;
+  for (double t = 0; t < end; t += specimen.dt()) {
+    specimen.step();
+    specimen.turn(drum, {0, 0, speed});
+    if (t < next) continue;
+    next += (end - begin) / looks;
+    const Tops now = tops_of(specimen.bed().spheres(), cell * d, [](double x, double) { return x; });
+    sum += slope_of(now, -0.5 * radius, 0.5 * radius), ++count;
+    all = now;
+  }
+  out = outcome_of(all, -0.5 * radius, 0.5 * radius);
+  out.values = {sum / count};
+  return out;
+}
+
+}  // namespace
+
+double slope_of(const Tops& tops, double from, double to, Line* line) {
+  std::vector<double> s, height;
+  for (std::size_t i = 0; i < tops.s.size(); ++i)
+    if (tops.s[i] >= from && tops.s[i] <= to) s.push_back(tops.s[i]), height.push_back(tops.height[i]);
+  if (s.size() < 6)
+    throw std::runtime_error(fmt::format(
+        "only {} places make the slope: it has run off, or stands upright; a larger base shows slopes of few grains, "
+        "and what stands upright has no angle of repose",
+        s.size()));
+  const Line found = fit_robust_line(s, height);
+  if (line) *line = found;
+  return std::atan(found.b);
+}
+
+Outcome Repose::run(const Sample& sample, std::size_t packing) const {
+  return form == Form::drum ? run_drum(*this, sample, packing) : run_tray(*this, sample, packing);
+}
+
+Findings Repose::findings(const Sample&, std::size_t packings, const std::vector<Outcome>& outcomes) const {
+  Findings found;
+  found.test = "repose";
+  Number angle = numbers()[0];
+  Chart chart;
+  chart.x_label = form == Form::drum ? "from the drum's axis [mm]" : "from the edge [mm]";
+  chart.y_label = form == Form::drum ? "above the drum's axis [mm]" : "height [mm]";
+  chart.equal_scale = true;
+  chart.height = 460;
+  for (std::size_t p = 0; p < packings; ++p) {
+    angle.values.push_back(outcomes[p].values[0]);
+    found.curves.push_back(outcomes[p].curve);
+    found.curves.back().name = fmt::format("packing-{}", p + 1);
+    const Curve& curve = outcomes[p].curve;
+    const int colour = static_cast<int>(p);
+    chart.curves.push_back({fmt::format("packing {}", p + 1), curve.column(0, 1e3), curve.column(1, 1e3),
+                            ChartCurve::Style::dots, colour});
+    chart.curves.push_back({fmt::format("{:.1f} deg", outcomes[p].values[0] * 180 / pi), curve.column(0, 1e3),
+                            curve.column(2, 1e3), ChartCurve::Style::line, colour});
+  }
+  chart.title = fmt::format("angle of repose {:.1f} deg", angle.mean() * 180 / pi);
+  found.numbers = {std::move(angle)};
+  found.charts = {{"profile", std::move(chart)}};
+  return found;
+}
+
+}  // namespace subsoil::app

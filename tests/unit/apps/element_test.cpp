@@ -1,0 +1,210 @@
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "apps/commands/commands.hpp"
+#include "apps/element/report.hpp"
+#include "apps/element/tests.hpp"
+#include "tests/tools/message_of.hpp"
+#include "tests/tools/program_runs.hpp"
+
+/// `subsoil test`: every rig against a closed form that it must meet, on specimens of some ten to some hundred grains.
+namespace subsoil::app {
+namespace {
+
+using subsoil::test::message_of;
+
+constexpr double degree = std::numbers::pi / 180;
+constexpr double r = 5e-3, d = 2 * r, k = 10e3, g = 9.81;
+
+/// Linear grains of one size between walls of the same law; `more` stands in the section `test`.
+LoadedTests material(double mu, double mu_r, const std::string& more = "") {
+  const test::RunDirectory directory;
+  return load_tests(
+      directory.scenario(fmt::format("subsoil: 1\n"
+                                     "materials: {{grain: {{density: 2600 kg/m^3}}, wall: {{density: 1000 kg/m^3}}}}\n"
+                                     "contacts:\n"
+                                     "  - &law {{between: [grain, grain], law: linear, k_n: 10 kN/m, "
+                                     "restitution: 0.3, mu: {0}, mu_r: {1}}}\n"
+                                     "  - {{<<: *law, between: [grain, wall]}}\n"
+                                     "test: {{material: grain, walls: wall, radius: 5 mm, {2}}}\n",
+                                     mu, mu_r, more)),
+      {});
+}
+
+Sample sample_of(const LoadedTests& loaded) { return make_sample(loaded.loaded, loaded.tests.sample); }
+
+TEST(ElementTest, RobustLineBearsAQuarterOfOutliers) {
+  std::vector<double> x, y;
+  for (int i = 0; i < 40; ++i) x.push_back(i), y.push_back(i % 4 == 3 ? 100 + i * i : 3 + 0.5 * i);
+  const Line line = fit_robust_line(x, y);
+  EXPECT_NEAR(line.b, 0.5, 1e-12);  // more than half of all pairs lie on the line: the median is theirs
+  EXPECT_NEAR(line.a, 3, 1e-12);
+  EXPECT_GT(std::abs(fit_line(x, y).b - 0.5), 1);  // least squares follow the outliers
+}
+
+TEST(ElementTest, ErrorOfThreePackingsIsStudents) {
+  const Number n{"x", "1", {1, 2, 4}};
+  // Table of Student's t: 4.3027 for 2 degrees of freedom at 95 %; deviation sqrt(7/3).
+  EXPECT_NEAR(n.error(), 4.3027 * std::sqrt(7.0 / 3) / std::sqrt(3.0), 1e-4);
+}
+
+/// A cubic lattice that just touches itself and the walls is columns of springs: n spheres, n + 1 contacts in series.
+///     stress = (k/(n+1)) delta/d^2,  strain = delta/(n d)   =>   M = n k/((n+1) d)
+TEST(ElementTest, CompressionOfALatticeHasItsModulus) {
+  const LoadedTests loaded = material(0.5, 0);
+  const Sample sample = sample_of(loaded);
+  Specimen specimen(sample);
+  constexpr int side = 3, n = 4;
+  const Specimen::BoxWalls walls = specimen.box(side * d, side * d);
+  std::vector<dem::SphereSpec> grains;
+  for (int i = 0; i < side; ++i)
+    for (int j = 0; j < n; ++j)
+      for (int l = 0; l < side; ++l)
+        grains.push_back({{r + i * d, r + j * d, r + l * d}, {}, {}, r, sample.density, sample.grain});
+  specimen.bed().add(grains);
+  const Outcome out = loaded.tests.compress.press(specimen, walls, side * d * side * d);
+  const double exact = n * k / ((n + 1) * d);
+  // The strain is taken over the height at the seating stress, 0.05 % less than n d; the lid's speed shakes the columns
+  // by less than 1 %.
+  EXPECT_NEAR(out.values[0], exact, 0.01 * exact);
+  EXPECT_NEAR(out.values[1], exact, 0.01 * exact);
+  EXPECT_NEAR(out.values[2], 0, 1e-3);  // nothing pushes sideways
+  EXPECT_NEAR(out.values[3], 0, 0.06);  // and nothing stays: begin and end fall on rows, 1/40 of the way each
+}
+
+/// Between smooth walls the floor carries the lid's load and the grains' weight, all of it.
+TEST(ElementTest, LidBringsItsLoadToTheFloor) {
+  const Sample sample = sample_of(material(0.5, 0.1));
+  Specimen specimen(sample);
+  const Specimen::BoxWalls walls = specimen.box(5 * d, 5 * d);
+  specimen.fill({{}, {5 * d, 6 * d, 5 * d}}, 6 * d, 1);
+  Lid lid(specimen, Wall::rough);
+  const double load = 10;
+  lid.consolidate(load);
+  double floor = 0;
+  constexpr int steps = 400;
+  for (int i = 0; i < steps; ++i) specimen.step(), lid.follow(load), floor -= specimen.force(walls.floor).y / steps;
+  EXPECT_NEAR(lid.force(), load, 0.01 * load);
+  EXPECT_NEAR(floor, load + specimen.mass() * g, 0.01 * load);
+}
+
+/// A sphere with rolling resistance on an incline: m g sin(a) r = mu_r r m g cos(a) lets it go at a = atan(mu_r).
+TEST(ElementTest, TiltedSpheresRollAtTheRollingAngle) {
+  const LoadedTests loaded = material(0.8, 0.3, "tilt: {from: 12 deg}");
+  const Sample sample = sample_of(loaded);
+  Specimen specimen(sample);
+  specimen.box(40 * d, 8 * d);
+  const double overlap = sample.density * dem::sphere_volume(r) * g / k;
+  std::vector<dem::SphereSpec> grains;
+  for (int i = 0; i < 4; ++i)
+    grains.push_back({{(5 + 5 * i) * d, r - overlap, 4 * d}, {}, {}, r, sample.density, sample.grain});
+  specimen.bed().add(grains);
+  const double angle = loaded.tests.tilt.tilt(specimen).values[0];
+  // Above by what is tilted while a tenth of a diameter is rolled: with 5/7 of sliding's acceleration,
+  // x = (5/7) g rate t^3/6 takes 0.25 s, half a degree.
+  EXPECT_GT(angle, std::atan(0.3) - 0.1 * degree);
+  EXPECT_LT(angle, std::atan(0.3) + 0.8 * degree);
+}
+
+/// Frictionless beads still have an internal friction angle of 5.76 deg: Peyneau & Roux, Phys. Rev. E 78 (2008) 011307.
+/// A box of some ten grains and one packing sees it within some degrees; grains with mu = 0.5 have over 25.
+TEST(ElementTest, BeadsWithoutFrictionHardlyResistShear) {
+  const LoadedTests loaded = material(
+      0, 0, "packings: 1, shear: {length: 120 mm, width: 50 mm, depth: 60 mm, loads: 3 6 kPa, speed: 60 mm/s}");
+  const Findings found = run_test(loaded, "shear", 1);
+  EXPECT_GT(std::atan(found.number("final stress ratio").mean()), 2 * degree);
+  EXPECT_LT(std::atan(found.number("final stress ratio").mean()), 10 * degree);
+}
+
+TEST(ElementTest, BeadsWithoutFrictionMakeNoSlope) {
+  const LoadedTests loaded = material(0, 0, "packings: 1, repose: {length: 100 mm, width: 40 mm, depth: 60 mm}");
+  EXPECT_LT(std::abs(run_test(loaded, "repose", 1).number("angle").mean()), 8 * degree);  // 5.76 deg, see above
+}
+
+TEST(ElementTest, PiecesAreSetsWithinReach) {
+  const auto at = [](double x, double m) {
+    dem::Sphere s{};
+    s.x = {x, 0, 0}, s.r = 1, s.m = m;
+    return s;
+  };
+  // A chain of three, a pair a gap of 0.5 away, one alone.
+  const std::vector<dem::Sphere> spheres{at(0, 1), at(10, 5), at(2, 1), at(4, 1), at(6.5, 2), at(20, 0.5)};
+  const Pieces touching = pieces_of(spheres, 1e-9);
+  EXPECT_EQ(touching.size, (std::vector<std::size_t>{1, 3, 1, 1}));
+  EXPECT_EQ(touching.mass, (std::vector<double>{5, 3, 2, 0.5}));
+  EXPECT_EQ(pieces_of(spheres, 0.6).size, (std::vector<std::size_t>{1, 4, 1}));  // equal masses: in their order
+}
+
+TEST(ElementTest, ResultsAreTheSameOnAnyNumberOfThreads) {
+  const LoadedTests loaded = material(0.5, 0.1, "packings: 3, compress: {length: 40 mm, depth: 40 mm, stress: 3 kPa}");
+  const Findings one = run_test(loaded, "compress", 1), three = run_test(loaded, "compress", 3);
+  for (std::size_t i = 0; i < one.numbers.size(); ++i) EXPECT_EQ(one.numbers[i].values, three.numbers[i].values);
+  EXPECT_NE(one.numbers[0].values[0], one.numbers[0].values[1]);  // packings differ
+}
+
+TEST(ElementTest, WritesTableCurvesAndPictures) {
+  const LoadedTests loaded = material(0.5, 0.1, "packings: 2, compress: {length: 40 mm, depth: 40 mm, stress: 3 kPa}");
+  const Findings found = run_test(loaded, "compress", 0);
+  const test::RunDirectory directory;
+  write_findings(found, directory / "out", "svg");
+  EXPECT_EQ(read_series(directory / "out/compress-packing-2.csv").at("stress"), found.curves[1].column(1));
+  EXPECT_NE(findings_table(found).find("modulus [kPa]"), std::string::npos);
+  std::ifstream table(directory / "out/compress.csv");
+  std::string head;
+  std::getline(table, head);
+  EXPECT_EQ(head, "quantity,unit,mean,error,spread,packing 1,packing 2");
+}
+
+TEST(ElementTest, RefusalsNamePlaceRuleAndCure) {
+  const auto says = [](const std::string& text, const std::vector<std::string>& sets = {}) {
+    const test::RunDirectory directory;
+    const std::string file = directory.scenario(text);
+    const std::string message = message_of([&] { static_cast<void>(load_tests(file, sets)); });
+    const std::size_t at = message.find("case.yaml");
+    return at == std::string::npos ? message : message.substr(at);
+  };
+  const std::string head =
+      "subsoil: 1\nmaterials: {grain: {density: 2600 kg/m^3}}\n"
+      "contacts: [{between: [grain, grain], law: linear, k_n: 1 kN/m, restitution: 0.5, mu: 0.5}]\n";
+  EXPECT_EQ(
+      says(head + "test: {material: grain, walls: grain}\n"),
+      "case.yaml:4:7 test.radius: is missing: radius of the grains, in m; the scenario has no bed to take it from");
+  EXPECT_EQ(says(head + "test: {material: grain, walls: grian, radius: 5 mm}\n").find("there is no material"),
+            says(head + "test: {material: grain, walls: grian, radius: 5 mm}\n").find("there is"));
+  const std::string fine = head + "test: {material: grain, walls: grain, radius: 5 mm}\n";
+  EXPECT_EQ(says(fine), "accepted");
+  EXPECT_EQ(says(fine, {"gravity=0 m/s^2"}), "--set gravity: must act downward (-y) for element tests");
+  EXPECT_EQ(says(fine, {"test.shear={loads: 5 kPa}"}),
+            "--set test.shear.loads: must be two loads or more, for a line through their points");
+  EXPECT_EQ(says(fine, {"test.repose={lenght: 5 m}"}),
+            "--set test.repose.lenght = 5 m: unknown key; did you mean `length`?");
+}
+
+/// A scenario that is run brings its bed's material, radius and walls.
+TEST(ElementTest, TakesTheBedOfARunsScenario) {
+  const LoadedTests loaded = load_tests(test::config("plate-sinking"), {});
+  EXPECT_EQ(loaded.tests.sample.material, "soil");
+  EXPECT_EQ(loaded.tests.sample.walls, "steel");
+  EXPECT_DOUBLE_EQ(sample_of(loaded).diameter, 0.02);
+}
+
+/// Every file in configs/element goes through a test, in small.
+TEST(ElementTest, ConfigsAreTested) {
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(SUBSOIL_SOURCE_DIR "/configs/element")) {
+    const double size = sample_of(load_tests(entry.path(), {})).diameter;
+    const auto length = [&](double diameters) { return fmt::format("{} m", diameters * size); };
+    const LoadedTests loaded = load_tests(
+        entry.path(), {"test.packings=1",
+                       fmt::format("test.compress={{length: {}, depth: {}, stress: 1 kPa}}", length(4), length(4))});
+    EXPECT_GT(run_test(loaded, "compress", 0).number("modulus").mean(), 0) << entry.path();
+    ++files;
+  }
+  EXPECT_GE(files, 4);
+}
+
+}  // namespace
+}  // namespace subsoil::app
