@@ -72,10 +72,15 @@ std::size_t Bed::touching_pairs() const { return impl_->extremes.pairs; }
 void Bed::step(double dt, const Request& request) {
   Impl& d = *impl_;
   if (!(dt > 0)) throw std::invalid_argument("the step of the bed must be positive");
+  PhaseClock clock(d.measures_phases);
   if (!d.lists_hold()) d.rebuild();
+  double search = 0, sweep = 0;
+  clock.end(search);
   d.plan_book(request);
   d.run_sweep(dt, request);
   d.sum_up(request);
+  clock.end(sweep);
+  if (d.measures_phases) d.sum_phases(search, sweep);
   d.check_faults();
   d.dt_before = dt;
   d.time += dt;
@@ -120,6 +125,11 @@ double Bed::max_overlap() const { return impl_->extremes.overlap; }
 double Bed::kinetic_energy() const { return impl_->extremes.kinetic; }
 long Bed::rebuilds() const { return impl_->rebuilds; }
 long Bed::steps() const { return impl_->steps; }
+void Bed::measure_phases(bool on) {
+  impl_->measures_phases = on;
+  impl_->phases = {};
+}
+Phases Bed::phases() const { return impl_->phases; }
 const char* Bed::kernel_name() const { return impl_->kernel.name; }
 int Bed::threads() const { return impl_->threads; }
 const BedOptions& Bed::options() const { return impl_->options; }

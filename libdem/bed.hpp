@@ -42,6 +42,15 @@ struct BedEnergy {
   }
 };
 
+/// Where the time of the steps went, s, summed over threads.
+struct Phases {
+  double search = 0;    ///< building the lists
+  double pairs = 0;     ///< contacts between spheres: force and its sum
+  double surfaces = 0;  ///< contacts with boundaries
+  double move = 0;
+  double rest = 0;  ///< waiting for other threads, sums of the step
+};
+
 /// A contact, sphere or state that no longer makes sense: the run stops, says where and keeps what it has.
 struct BedFault : std::runtime_error {
   using std::runtime_error::runtime_error;
@@ -103,6 +112,9 @@ class Bed {
   long rebuilds() const;
   long steps() const;
   const char* kernel_name() const;
+  /// Measures phases from now on, or no longer: about 1 % of the time.
+  void measure_phases(bool on);
+  Phases phases() const;
   int threads() const;
   const BedOptions& options() const;
   void set_limits(double speed, double overlap);

@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <vector>
 
 #include "libdem/bed.hpp"
@@ -89,6 +90,26 @@ struct Worker {
   std::vector<BlockResult> border_result;
   std::vector<ForeignLane> foreign;  ///< in the order in which one thread would add them
   std::vector<Accumulator> ring;     ///< power of two; indexed by sphere & mask
+  Phases spent;                      ///< in the step
+};
+
+/// Adds the time between its calls to one phase after the other; idle unless asked.
+class PhaseClock {
+ public:
+  explicit PhaseClock(bool on) : on_(on), last_(on ? now() : 0) {}
+  void end(double& phase) {
+    if (!on_) return;
+    const double t = now();
+    phase += t - last_;
+    last_ = t;
+  }
+
+ private:
+  static double now() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  }
+  bool on_;
+  double last_;
 };
 
 struct Bed::Impl {
@@ -134,6 +155,8 @@ struct Bed::Impl {
   std::uint32_t next_id = 0;
   std::vector<std::uint32_t> slot_of_id;  ///< place in a snapshot
 
+  bool measures_phases = false;
+  Phases phases;
   bool book = true;        ///< this step sums what pairs lose and store
   double book_weight = 1;  ///< steps that the losses of this one stand for
   BedEnergy energy;
@@ -190,6 +213,7 @@ struct Bed::Impl {
   void border_blocks(Worker& worker);
   void plan_book(const Request& request);
   void sum_up(const Request& request);
+  void sum_phases(double search, double sweep);  ///< s by the clock
   void check_faults();
   std::uint32_t deepest_sphere() const;
 

@@ -40,16 +40,21 @@ class Sweep {
       : bed_(bed), w_(worker), dt_(dt), request_(request), mask_(static_cast<std::uint32_t>(worker.ring.size() - 1)) {}
 
   void run() {
+    PhaseClock clock(bed_.measures_phases);
+    Phases& spent = w_.spent;
     receive_borders();
     for (std::uint32_t k = w_.tiles_begin; k < w_.tiles_end; ++k) {
       Tile& t = bed_.tiles[k];
       t.stored = 0;
       if (bed_.book) t.pairs = t.overlap = 0;
       for (std::uint32_t r = t.runs_begin; r < t.runs_end; ++r) pairs(t, r);
+      clock.end(spent.pairs);
       for (std::uint32_t r = t.planes_begin; r < t.planes_end; ++r) planes(t, bed_.plane_runs[r]);
       for (std::uint32_t e = t.entries_begin; e < t.entries_end; ++e) add(bed_.entries[bed_.entry_order[e]]);
+      clock.end(spent.surfaces);
       if (request_.energy || request_.snapshot != nullptr) observe(t);
       move(t);
+      clock.end(spent.move);
     }
     // What was added for spheres of later threads; they add it themselves.
     const std::uint32_t until =
@@ -197,9 +202,13 @@ void Bed::Impl::run_sweep(double dt, const Request& request) {
     const int rank = omp_get_thread_num();
     for (int t = rank; t < threads; t += team) {
       Worker& w = workers[static_cast<std::size_t>(t)];
+      w.spent = {};
+      PhaseClock clock(measures_phases);
       const int first = chunk_count * t / threads, last = chunk_count * (t + 1) / threads;
       for (int c = first; c < last; ++c) surface_chunk(chunks[static_cast<std::size_t>(c)], elapsed);
+      clock.end(w.spent.surfaces);
       border_blocks(w);
+      clock.end(w.spent.pairs);
     }
 #pragma omp barrier
     for (int t = rank; t < threads; t += team) Sweep(*this, workers[static_cast<std::size_t>(t)], dt, request).run();
@@ -248,6 +257,17 @@ void Bed::Impl::sum_up(const Request& request) {
   }
   for (const SurfaceChunk& c : chunks) energy.stored += c.stored, energy.lost += c.lost;
   for (const Boundary& b : boundaries) energy.boundary_work += b.work;
+}
+
+/// What the threads spent, and what of their time by the clock is left over.
+void Bed::Impl::sum_phases(double search, double sweep) {
+  phases.search += search * threads;
+  double spent = 0;
+  for (const Worker& w : workers) {
+    phases.pairs += w.spent.pairs, phases.surfaces += w.spent.surfaces, phases.move += w.spent.move;
+    spent += w.spent.pairs + w.spent.surfaces + w.spent.move;
+  }
+  phases.rest += sweep * threads - spent;
 }
 
 /// Sphere of the deepest contact, for a message; after the move, which changes overlaps by a step's path.

@@ -3,34 +3,50 @@
 
 #include "libdem/kernel/streams.hpp"
 
+/// Sets that the build has (SUBSOIL_HAS_..., libdem/CMakeLists.txt) and this machine too.
 namespace subsoil::dem {
 
 namespace portable {
 Kernel kernel();
 }
-#if defined(__x86_64__)
 namespace avx2 {
 Kernel kernel();
 }
 namespace avx512 {
 Kernel kernel();
 }
+
+namespace {
+
+using Make = Kernel (*)();
+
+Make avx2_here() {
+#if defined(SUBSOIL_HAS_avx2)
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return avx2::kernel;
 #endif
+  return nullptr;
+}
+
+Make avx512_here() {
+#if defined(SUBSOIL_HAS_avx512)
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("avx512f") &&
+      __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
+    return avx512::kernel;
+#endif
+  return nullptr;
+}
+
+}  // namespace
 
 Kernel choose_kernel(const char* name) {
   const std::string want = name;
+  const Make narrow = avx2_here(), wide = avx512_here();
   if (want == "portable") return portable::kernel();
-#if defined(__x86_64__)
-  const bool has_avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-  const bool has_avx512 = has_avx2 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-                          __builtin_cpu_supports("avx512vl");
-  if (want == "auto") return has_avx512 ? avx512::kernel() : has_avx2 ? avx2::kernel() : portable::kernel();
-  if (want == "avx512" && has_avx512) return avx512::kernel();
-  if (want == "avx2" && has_avx2) return avx2::kernel();
-#else
-  if (want == "auto") return portable::kernel();
-#endif
-  throw std::invalid_argument("simd '" + want + "': this machine has no such instruction set; use auto or portable");
+  if (want == "auto") return wide != nullptr ? wide() : narrow != nullptr ? narrow() : portable::kernel();
+  if (want == "avx512" && wide != nullptr) return wide();
+  if (want == "avx2" && narrow != nullptr) return narrow();
+  throw std::invalid_argument("simd '" + want +
+                              "': this machine or this build has no such instruction set; use auto or portable");
 }
 
 }  // namespace subsoil::dem

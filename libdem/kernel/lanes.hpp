@@ -76,11 +76,15 @@ struct SphereLanes {
   s.m = load_floats<Doubles>(column[3]);
   return s;
 }
-template <class Record>
-[[gnu::always_inline]] inline SphereLanes load_spheres(const Record* spheres, const std::uint32_t* index, int first) {
-  const Record* sphere[kDoubles];
-  for (int l = 0; l < kDoubles; ++l) sphere[l] = spheres + index[first + l];
-  return load_spheres(sphere);
+/// Of a job at surfaces, in either precision.
+template <class Job>
+inline SphereLanes load_spheres(const Job& job, const std::uint32_t* index, int first) {
+  const auto of = [&](const auto* spheres) {
+    decltype(spheres) sphere[kDoubles];
+    for (int l = 0; l < kDoubles; ++l) sphere[l] = spheres + index[first + l];
+    return load_spheres(sphere);
+  };
+  return job.mixed != nullptr ? of(job.mixed) : of(job.spheres);
 }
 
 /// kLanes of P from the blocks that a pack spans: `at(k)` points into block k.

@@ -38,22 +38,12 @@ void MixedLawKernel<L>::pairs(const L& law, PairJob& job) {
 
 template <class L>
 void LawKernel<L>::planes(const L& law, PlaneJob& job) {
-  with_rolling(law, [&](auto rolls) {
-    if (job.mixed != nullptr)
-      run_planes<rolls.value>(law, job, job.mixed);
-    else
-      run_planes<rolls.value>(law, job, job.spheres);
-  });
+  with_rolling(law, [&](auto rolls) { run_planes<rolls.value>(law, job); });
 }
 
 template <class L>
 void LawKernel<L>::surface(const L& law, SurfaceJob& job) {
-  with_rolling(law, [&](auto rolls) {
-    if (job.mixed != nullptr)
-      run_surface<rolls.value>(law, job, job.mixed);
-    else
-      run_surface<rolls.value>(law, job, job.spheres);
-  });
+  with_rolling(law, [&](auto rolls) { run_surface<rolls.value>(law, job); });
 }
 
 }  // namespace SUBSOIL_ISA

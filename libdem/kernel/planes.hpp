@@ -5,8 +5,8 @@
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
-template <bool Rolls, class L, class Record>
-void run_planes(const L& by_reference, PlaneJob& job, const Record* spheres) {
+template <bool Rolls, class L>
+void run_planes(const L& by_reference, PlaneJob& job) {
   const L law = by_reference;  // nothing can point to it: its constants stay in registers
   const double share = lever_share(law);
   const Doubles zero(0.0), one(1.0);
@@ -16,7 +16,7 @@ void run_planes(const L& by_reference, PlaneJob& job, const Record* spheres) {
     const std::uint32_t count = b + 1 < job.count ? kBlock : job.contacts - b * kBlock;
     Four f[kBlock], t[kBlock], unused[kBlock];
     for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles) {
-      const SphereLanes i = load_spheres(spheres, block.sphere, first);
+      const SphereLanes i = load_spheres(job, block.sphere, first);
       Doubles own[3], at[3];
       for (int d = 0; d < 3; ++d)
         own[d] = load<Doubles>(block.normal[d] + first), at[d] = i.x[d] - Doubles(job.position[d]);

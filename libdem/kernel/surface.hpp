@@ -5,12 +5,12 @@
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
-template <bool Rolls, class L, class Record>
-void run_surface(const L& law, SurfaceJob& job, const Record* spheres) {
+template <bool Rolls, class L>
+void run_surface(const L& law, SurfaceJob& job) {
   const Doubles zero(0.0), one(1.0);
   const BlockMemory memory[1] = {BlockMemory::at(job.lines, 1, {.rolls = Rolls, .own = kOwn<L>}, 0)};
   for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles) {
-    const SphereLanes i = load_spheres(spheres, job.sphere, first);
+    const SphereLanes i = load_spheres(job, job.sphere, first);
     Touch<Doubles> a;
     for (int d = 0; d < 3; ++d) {
       a.n[d] = load<Doubles>(job.normal[d] + first);

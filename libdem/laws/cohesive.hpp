@@ -19,10 +19,11 @@ struct Cohesive : Normal {
     return n;
   }
 
-  /// Throws std::invalid_argument when attraction is stronger than the contact: without a load the spheres would sink
-  /// into each other by half a radius and more.
+  /// Throws std::invalid_argument when attraction is stronger than the contact: spheres would rest half a radius and
+  /// more in each other.
   void refuse_collapse(double r_eff) const {
-    if (stored(r_eff, {.m_eff = 1, .r_eff = r_eff, .r_min = r_eff, .speed = 0}, true) > 0) return;
+    double memory[Cohesive::memory] = {};
+    if (normal(Approach<double>{r_eff, 0, 1, r_eff, 0}, memory).force > 0) return;
     throw std::invalid_argument("at r_eff = " + std::to_string(1e3 * r_eff) +
                                 " mm the cohesion is stronger than the contact, spheres would sink into each other; "
                                 "take a stiffer contact or a weaker cohesion");
@@ -38,17 +39,18 @@ struct Cohesive : Normal {
   }
 
  private:
-  /// Energy in the spring at an overlap, J; of the normal law alone, or with the attraction.
+  /// Work that it takes to load the spring to an overlap, J; of the normal law alone, or with the attraction.
   double stored(double overlap, const WorstContact& w, bool attracted) const {
-    const Approach<double> a{overlap, 0, std::sqrt(w.m_eff), w.r_eff, 0};
+    const Approach<double> a{overlap, 0, std::sqrt(w.m_eff), w.r_eff, 1};
     double memory[Cohesive::memory] = {};
-    const double all = normal(a, memory).stored;
-    if (attracted) return all;
-    NormalForce<double> none{};
-    none.engaged = overlap > 0;
+    const NormalForce<double> n = normal_force(static_cast<const Normal&>(*this), a, memory);
+    const double work = n.stored + n.lost;  // what plasticity takes is work too
+    if (!attracted) return work;
+    NormalForce<double> attraction{};
+    attraction.engaged = overlap > 0;
     double bridge = 0;
-    this->cohesion.add(a, none, bridge);
-    return all - none.stored;
+    this->cohesion.add(a, attraction, bridge);
+    return work + attraction.stored;
   }
   /// Where bodies that meet at the expected speed turn: the largest overlap whose energy is theirs, by halving.
   double overlap_at(const WorstContact& w) const {

@@ -17,8 +17,10 @@
 /// until then. The dashpot acts while delta > 0 and may pull, `clip attraction` cuts that off.
 /// Energy: stored K2 (delta - delta_0)^2/2; loading loses K1 (1 - K1/K2) delta d delta, exactly
 /// K1/(2 (1 - K1/K2)) times the growth of delta_0^2.
+/// `cohesion: linear` with Hertz's contact area makes it the law of Ucgul, Fielke & Saunders 2015 for cohesive soil.
 /// Sources: Walton & Braun 1986, Acta Mech. 63, 73; Walton 2006; Ucgul, Fielke & Saunders 2014, Biosyst. Eng. 121, 105,
-/// whose n_c and n_k are `damping factor` and `stiffness ratio`. Valid for overlaps up to some tenth of the radius.
+/// whose n_c and n_k are `damping factor` and `stiffness ratio`, and whose attraction is `cohesion: linear`. Valid for
+/// overlaps up to some tenth of the radius.
 namespace subsoil::dem {
 
 struct Hysteretic {
@@ -32,6 +34,7 @@ struct Hysteretic {
   double stiffness_ratio = 2.0 / 7.0;
   Residual residual = Residual::follows;
   bool clip = false;
+  Cohesion cohesion;
   Friction friction;
 
   template <class V>
@@ -49,6 +52,7 @@ struct Hysteretic {
     v.choice("residual overlap", residual, {{"follows", Residual::follows}, {"kept", Residual::kept}},
              "below the residual overlap: it goes back with the overlap (EDEM), or stays until the contact opens");
     v.flag("clip attraction", clip, "cut the normal force off at zero where the dashpot would pull");
+    cohesion.describe(v);
     friction.describe(v);
   }
 
@@ -63,6 +67,7 @@ struct Hysteretic {
       throw std::invalid_argument("K2 needs K1 beside it; with the yield strength give the restitution");
     if (K2 < K1) throw std::invalid_argument("K2 must not be below K1: unloading cannot give back more than loading");
     Hysteretic law = *this;
+    law.cohesion = cohesion.completed();
     if (!std::isnan(K2)) law.restitution = std::sqrt(K1 / K2);
     law.K2 = left_out;
     return law;

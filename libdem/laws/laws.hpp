@@ -24,10 +24,11 @@ using GivenLaw =
 using CohesiveLinear = Cohesive<Linear>;
 using CohesiveHertzMindlin = Cohesive<HertzMindlin>;
 using CohesiveHuntCrossley = Cohesive<HuntCrossley>;
+using CohesiveHysteretic = Cohesive<Hysteretic>;
 
 /// What the sweep evaluates: laws that have cohesion are laws of their own, so that the others do not pay for it.
 using Law = std::variant<Wet, Linear, HertzMindlin, HuntCrossley, Jkr, Hysteretic, Luding, Eepa, VariableRestitution,
-                         CohesiveLinear, CohesiveHertzMindlin, CohesiveHuntCrossley>;
+                         CohesiveLinear, CohesiveHertzMindlin, CohesiveHuntCrossley, CohesiveHysteretic>;
 
 /// The law as the sweep evaluates it, what follows from its parameters filled in. Throws std::invalid_argument when
 /// they contradict each other.

@@ -133,12 +133,6 @@ inline std::vector<std::pair<std::string, Law>> every_law() {
   constant.friction.mu_d = 0.3;
   HuntCrossley spheres = viscoelastic(1.5, NAN, 0.3, 0.4, 0.05);
   spheres.E_eff = 5e6;
-  Hysteretic kept = compactable();
-  kept.yield = NAN, kept.K1 = 1e4, kept.residual = Hysteretic::Residual::kept, kept.damping_factor = 0.1;
-  Luding steady = sticky();
-  steady.unloading = Luding::Unloading::constant, steady.damping = NAN, steady.restitution = 0.8;
-  Eepa hertzian = powder(1.5, 3e5, 0.6, 20);
-  hertzian.f0 = 0.01, hertzian.chi = 3.5;
   Jkr at_pull_off = tacky(10);
   at_pull_off.separation = Jkr::Separation::pull_off;
   Cohesion by_area = cohesion_by_area(2e5, Cohesion::Area::sjkr2);
@@ -151,6 +145,12 @@ inline std::vector<std::pair<std::string, Law>> every_law() {
   smooth.friction.tangential = Tangential::dashpot, smooth.friction.mu_t = 0.02;
   Linear opposing = grains();
   opposing.friction.tangential = Tangential::constant_direction;
+  Hysteretic kept = compactable();
+  kept.yield = NAN, kept.K1 = 1e4, kept.residual = Hysteretic::Residual::kept, kept.damping_factor = 0.1;
+  Luding steady = sticky();
+  steady.unloading = Luding::Unloading::constant, steady.damping = NAN, steady.restitution = 0.8;
+  Eepa hertzian = powder(1.5, 3e5, 0.6, 20);
+  hertzian.f0 = 0.01, hertzian.chi = 3.5;
   return {{"hysteretic", compactable()},
           {"hysteretic, kept", kept},
           {"luding", sticky()},
@@ -159,6 +159,7 @@ inline std::vector<std::pair<std::string, Law>> every_law() {
           {"eepa, n = 1", powder(1, 1e4, 0.7, 50)},
           {"variable restitution", yielding(VariableRestitution::Normal::hertz)},
           {"variable restitution, linear", yielding(VariableRestitution::Normal::linear)},
+          {"hysteretic, cohesion by area", with(compactable(), cohesion_by_area(1e5))},
           {"hunt-crossley", spheres},
           {"hunt-crossley, n = 1", viscoelastic(1, 2e4, 0.5, 0.4, 0.05)},
           {"hunt-crossley, n = 1.7", viscoelastic(1.7, 2e6, 0.2, 0.4)},

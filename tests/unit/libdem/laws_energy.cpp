@@ -18,8 +18,11 @@ NormalForce<double> at(const Law& law, double overlap, double rate) {
 
 /// Part of a force along which plastic laws lose energy is no slope of anything: laws_memory.cpp has theirs.
 bool plastic(const Law& law) {
-  return std::visit([]<class L>(const L&) { return own_memory<L>() > 0 && !std::is_same_v<L, VariableRestitution>; },
-                    law);
+  return std::visit(
+      []<class L>(const L&) {
+        return std::is_base_of_v<Hysteretic, L> || std::is_same_v<L, Luding> || std::is_same_v<L, Eepa>;
+      },
+      resolved(law));
 }
 
 TEST(EveryLaw, ElasticForceIsTheSlopeOfTheStoredEnergy) {

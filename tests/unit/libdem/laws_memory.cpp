@@ -37,20 +37,25 @@ TEST(MemoryOfAContact, WorkIsStoredOrLostOnAnyPath) {
       EXPECT_NEAR(path.gap(), 0, 2e-4 * force * travelled) << name << ", leg " << leg;
     }
     EXPECT_GT(path.lost + path.damped, 0.005 * force * travelled) << name;
-    // Loading and tearing only ever lose; the mean force over a step may miss by its curvature.
-    EXPECT_GT(path.least_loss, -1e-6 * force * 1e-3) << name;
+    // Loading and tearing only ever lose; the mean force over a step may miss by its curvature. (A JKR contact that ends
+    // at its largest pull, by convention, leaves part of its well unclimbed: that is given.)
+    if (name != "jkr, pull-off") {
+      EXPECT_GT(path.least_loss, -1e-6 * force * 1e-3) << name;
+    }
   });
 }
 
 TEST(MemoryOfAContact, EndsWhereSurfacesPart) {
   each_with_memory([](const std::string& name, const auto& law) {
+    using L = std::decay_t<decltype(law)>;
     ContactPath path(law), fresh(law);
+    const double apart = -L(law.resolved()).reach() - 1e-6;
     path.to(1e-3, 100), path.to(3e-4, 100);
     EXPECT_NE(path.memory()[0], 0) << name;
-    path.to(-1e-6, 100);
+    path.to(apart, 1000);
     for (int k = 0; k < kOwnMemory; ++k) EXPECT_EQ(path.memory()[k], 0) << name;
     EXPECT_EQ(path.stored(), 0) << name;
-    fresh.to(-1e-6, 1);
+    fresh.to(apart, 1);
     path.to(5e-4, 100), fresh.to(5e-4, 100);
     EXPECT_EQ(path.force(), fresh.force()) << name;
   });
@@ -59,7 +64,7 @@ TEST(MemoryOfAContact, EndsWhereSurfacesPart) {
 /// The bound is the steepest branch that a path below the expected overlap meets.
 TEST(MemoryOfAContact, NoBranchIsStifferThanTheBound) {
   each_with_memory([](const std::string& name, const auto& given) {
-    const auto law = given.resolved();
+    const std::decay_t<decltype(given)> law(given.resolved());
     const double m = 1e-3, r = 5e-3, speed = 3;
     const StiffnessBound bound = law.bound({.m_eff = m, .r_eff = r, .r_min = 2 * r, .speed = speed});
     // As deep as a body of this speed gets: by energy, along the law itself.
@@ -129,6 +134,37 @@ TEST(Hysteretic, YieldStrengthAndDampingFactor) {
   // Ucgul et al.: sqrt(4 m K1/(1 + (pi/ln e)^2)) v, times n_c.
   EXPECT_NEAR(n.damping, 0.25 * std::sqrt(4 * m * k1 / (1 + std::pow(pi / ln, 2))) * 0.4, kRounding * 10);
   EXPECT_NEAR(n.c_t, std::sqrt(4 * m * law.stiffness_ratio * k1 / (1 + std::pow(pi / ln, 2))), kRounding * 10);
+}
+
+/// Ucgul's cohesive soil: the spring less k pi R delta. A loop gives back e^2 = (K1 e0^2 - q)/(K1 - q), q = k pi R.
+TEST(Hysteretic, CohesionByContactArea) {
+  Hysteretic law = compactable();
+  law.yield = NAN, law.K1 = 1e4, law.restitution = 0.5;
+  law.cohesion = cohesion_by_area(1e5, Cohesion::Area::hertz);
+  const double q = 1e5 * pi * 5e-3, M = 1e-3;
+  ContactPath path(std::get<CohesiveHysteretic>(resolved(law)));
+  path.to(M, 1000);
+  EXPECT_NEAR(path.force(), (1e4 - q) * M, 10 * kRounding);
+  EXPECT_NEAR(path.now().grip, 1e4 * M, 10 * kRounding);
+  const double in = path.work;
+  path.to(0.5e-3, 1000);
+  EXPECT_NEAR(path.force(), -q * 0.5e-3, 10 * kRounding);
+  path.to(0, 1000);
+  // Mean forces over a thousand steps: one kink, K2 step^2/8.
+  EXPECT_NEAR((in - path.work) / in, (1e4 * 0.25 - q) / (1e4 - q), 1e-5);
+  EXPECT_NEAR(path.lost, 0.5 * 1e4 * M * M * 0.75, 1e-12);
+  // Attraction may exceed what comes back, not what it takes to load.
+  const auto refuses = [&](double density) {
+    law.cohesion.density = density;
+    try {
+      std::get<CohesiveHysteretic>(resolved(law)).refuse_collapse(5e-3);
+      return false;
+    } catch (const std::invalid_argument&) {
+      return true;
+    }
+  };
+  EXPECT_FALSE(refuses(0.9e4 / (pi * 5e-3)));
+  EXPECT_TRUE(refuses(1.1e4 / (pi * 5e-3)));
 }
 
 /// Luding's branches with numbers that come out even: k1 = 10, k2 = 50, k_c = 10 kN/m, delta_f = 1.25 mm.
