@@ -25,7 +25,7 @@ std::string mark_of(const Plan& plan) {
 std::string header_of(const Plan& plan) {
   std::string text = "why";
   for (const PlanParameter& p : plan.parameters)
-    text += "," + csv::quoted(p.name + (p.unit.empty() ? "" : " [" + p.unit + "]"));
+    text += fmt::format(",{}", csv::quoted(p.name + (p.unit.empty() ? "" : fmt::format(" [{}]", p.unit))));
   for (const PlanTarget& t : plan.targets)
     text += fmt::format(",{} [{}],{} error [{}]", t.name(), t.unit, t.name(), t.unit);
   return text + ",failure";

@@ -71,6 +71,11 @@ void check_tests(const LoadedTests& loaded, Problems& problems) {
     refuse("test.walls", "is missing: the material of the walls; the scenario has no container to take it from");
   if (!places.contains("soil.bed.radius"))
     refuse("test.radius", "is missing: radius of the grains, in m; the scenario has no bed to take it from");
+  std::vector<std::string> known;
+  for (const Material& m : loaded.loaded.scenario.materials) known.push_back(m.name);
+  for (const auto& [path, name] : {std::pair{"test.material", words.material}, std::pair{"test.walls", words.walls}})
+    if (!name.empty() && std::find(known.begin(), known.end(), name) == known.end())
+      problems.add(place_of(places, path), path, name, "there is no material of this name" + suggestion(name, known));
   const Vec3& g = loaded.loaded.scenario.gravity;
   if (!(g.x == 0 && g.z == 0 && g.y < 0)) refuse("gravity", "must act downward (-y) for element tests");
   if (loaded.tests.shear.loads.size() < 2)

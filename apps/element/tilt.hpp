@@ -9,7 +9,7 @@ namespace subsoil::app {
 /// A box with rough floor and smooth sides is tilted about z until what lies in it slides or rolls.
 ///     angle  at which the grains' mean place has moved along the floor by `slip`
 /// The box stands and gravity turns. The angle lies above that at which motion begins by what is tilted while `slip` is
-/// passed, about (6 slip rate^2/g)^(1/3), a third of a degree with the defaults and 8 mm grains.
+/// passed, about (6 slip rate^2/g)^(1/3), half a degree with the defaults and 8 mm grains.
 struct Tilt {
   std::optional<double> length, width, depth, slip;
   double rate = 0.0349065850398866;  // 2 deg/s
