@@ -55,7 +55,10 @@ std::string slope_table(const Plan& plan, const Calibrated& c) {
 }
 
 /// "0.71 mu - 0.70 mu_r" of a direction, parts of less than a tenth left out.
-std::string direction_text(const Plan& plan, const Eigen::VectorXd& v) {
+std::string direction_text(const Plan& plan, Eigen::VectorXd v) {
+  Eigen::Index largest = 0;
+  v.cwiseAbs().maxCoeff(&largest);
+  if (v[largest] < 0) v = -v;  // a direction has no sign
   std::string text;
   for (std::size_t k = 0; k < plan.parameters.size(); ++k) {
     const double part = v[static_cast<Eigen::Index>(k)];

@@ -68,8 +68,8 @@ TEST(Minimise, FindsTheDeeperOfTwoValleys) {
   EXPECT_NEAR(u[1], 0.7, 1e-4);
 }
 
-/// A plan beside its scenario, in a directory of its own. The modulus of a packing of linear springs is proportional to
-/// their stiffness, and restitution has hardly any part in a slow compression.
+/// A plan beside its scenario, in a directory of its own. The modulus of a packing of linear springs rises with their
+/// stiffness, and restitution has hardly any part in a slow compression.
 struct Twin {
   test::RunDirectory directory;
   std::string plan() const {
@@ -77,10 +77,10 @@ struct Twin {
         "subsoil: 1\nmaterials: {grain: {density: 2600 kg/m^3}}\n"
         "contacts: [{between: [grain, grain], law: linear, k_n: 5 kN/m, restitution: 0.5, mu: 0.5}]\n"
         "test: {material: grain, walls: grain, radius: 5 mm, packings: 3,\n"
-        "       compress: {length: 40 mm, depth: 30 mm, stress: 2 kPa, speed: 40 mm/s}}\n");
+        "       compress: {length: 50 mm, depth: 40 mm, stress: 4 kPa, speed: 40 mm/s}}\n");
     const std::string file = directory / "plan.yaml";
     std::ofstream(file) << "subsoil: 1\nscenario: case.yaml\nparameters:\n"
-                           "  k_n: {keys: \"contacts[0].k_n\", between: 2 10, unit: kN/m, truth: 6}\n"
+                           "  k_n: {keys: \"contacts[0].k_n\", between: 1 8, unit: kN/m, truth: 3}\n"
                            "  e: {keys: \"contacts[0].restitution\", between: 0.3 0.8, truth: 0.5}\n"
                            "targets: [{test: compress, number: modulus, tolerance: 10 kPa}]\n"
                            "design: 6\nevaluations: 9\n";
@@ -94,11 +94,11 @@ TEST(Calibrate, FindsWhatIsToldAndNamesWhatIsNot) {
   const auto store = twin.directory / "evaluations.csv";
   const Calibrated found = calibrate(plan, store, 0, {});
   // The truth's packings are others than the calibration's: three of each, so the interval must hold the truth at 95 %,
-  // and moduli of such packings spread by a tenth.
-  EXPECT_GT(found.values[0], 0.75 * 6);
-  EXPECT_LT(found.values[0], 1.3 * 6);
-  EXPECT_LT(found.low[0], 6);
-  EXPECT_GT(found.high[0], 6);
+  // and moduli of packings as small as these spread by a tenth to a fifth.
+  EXPECT_GT(found.values[0], 0.6 * 3);
+  EXPECT_LT(found.values[0], 1.5 * 3);
+  EXPECT_LT(found.low[0], 3);
+  EXPECT_GT(found.high[0], 3);
   // One target for two parameters: one direction is blind, and it is restitution.
   EXPECT_GT(found.strengths[0], Calibrated::blind);
   EXPECT_LT(found.strengths[1], Calibrated::blind);
