@@ -90,6 +90,15 @@ dem::LawTable with_mirror(const dem::Law& law) {
   } else if (auto* wet = std::get_if<dem::Wet>(&mirror)) {
     wet->K_X *= 2, wet->K_Y *= 2, wet->K_B *= 2;
     wet->dc /= 2, wet->dB /= 2, wet->D /= 2;
+  } else if (auto* hysteretic = std::get_if<dem::Hysteretic>(&mirror)) {
+    hysteretic->K1 *= 2;
+  } else if (auto* luding = std::get_if<dem::Luding>(&mirror)) {
+    luding->k1 *= 2, luding->k2 *= 2, luding->k_c *= 2, luding->phi_f /= 4;
+  } else if (auto* eepa = std::get_if<dem::Eepa>(&mirror)) {
+    eepa->E_eff *= 2;
+  } else if (auto* variable = std::get_if<dem::VariableRestitution>(&mirror)) {
+    variable->map.lambda_c = variable->map.critical_lambda({.E_eff = variable->E_eff});
+    variable->E_eff *= 2, variable->map.density *= 4;  // half the speed, the same Ce
   } else {
     throw std::invalid_argument("bench: no mirror is known for this law");
   }

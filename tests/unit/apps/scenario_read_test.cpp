@@ -251,12 +251,12 @@ TEST(ScenarioRefusals, LawsWithMemory) {
   EXPECT_EQ(refused("law: hysteretic, restitution: 0.6"),
             Lines{"till.yaml:4:5 contacts[0]: needs either K1 or the yield strength, K1 = 5 r_eff S_y"});
   EXPECT_EQ(refused("law: hysteretic, K1: 10 kN/m, restitution: 1.2"),
-            Lines{"till.yaml:4:74 contacts[0].restitution = 1.2: must be in (0, 1]; for no plastic loss use 1"});
+            Lines{"till.yaml:4:81 contacts[0].restitution = 1.2: must be in (0, 1]; for no plastic loss use 1"});
   EXPECT_EQ(refused("law: luding, k1: 50 kN/m, k2: 50 kN/m, k_c: 5 kN/m, phi_f: 0.1, restitution: 1"),
             Lines{"till.yaml:4:5 contacts[0]: k2 must be above k1; for a contact without plasticity take `linear`"});
   EXPECT_EQ(
       refused("law: eepa, plasticity ratio: 0.6, surface energy: 20 J/m^2, restitution: 0.5"),
-      Lines{"till.yaml:4:5 contacts[0].law = eepa: material `soil` has no young's modulus and poisson ratio; give "
+      Lines{"till.yaml:4:43 contacts[0].law = eepa: material `soil` has no young's modulus and poisson ratio; give "
             "them there, or k1 or E_eff here"});
 }
 
