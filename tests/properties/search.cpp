@@ -70,8 +70,11 @@ TEST(Search, MissesNoContactOfFastSpheresOfManySizes) {
     for (const double ratio : {1.0, 3.0, 10.0}) {
       const Difference d = compare(law, 0, ratio, 3, 150, 5);
       EXPECT_GT(d.contacts, 500u) << name;
-      // Both sum the same doubles in another order; collisions amplify 1e-16 by about a decade each.
-      EXPECT_LT(d.force, 1e-8) << name << ratio;
+      // Both sum the same doubles in another order; collisions amplify 1e-16 by about a decade each, and so does a slip
+      // near zero whose direction alone decides on the force.
+      const bool by_direction =
+          std::visit([](const auto& l) { return l.friction.tangential == Tangential::constant_direction; }, law);
+      EXPECT_LT(d.force, by_direction ? 1e-6 : 1e-8) << name << ratio;
       EXPECT_LT(d.position, 1e-12) << name << ratio;
     }
 }
