@@ -45,13 +45,48 @@ struct Touch {
   P r_i, m_i, r_j, m_j;
 };
 
+/// Effective mass and radius, and with rolling resistance the series of both bodies' 7/5 m r^2.
+template <class P>
+struct Effective {
+  P root_m, r_eff, inverse_r, root_i;
+};
+
+/// Whether the law or rolling resistance needs r_eff: a law that does not says `needs_radius = false`.
+template <class L, bool Rolls>
+constexpr bool needs_radius() {
+  if constexpr (requires { L::needs_radius; })
+    return L::needs_radius || Rolls;
+  else
+    return true;
+}
+
+/// Fills what is needed of `e`.
+template <bool Pair, bool Radius, bool Rolls, class P>
+[[gnu::always_inline]] inline void effective(P r_i, P m_i, P r_j, P m_j, Effective<P>& e) {
+  e.root_m = Pair ? series_root(m_i, m_j) : sqrt(m_i);
+  if constexpr (Radius && Pair) {
+    // r_eff = r1 r2/(r1 + r2) and its inverse from one division.
+    const P both = r_i * r_j, sum = r_i + r_j, inverse = P(1.0) / (both * sum);
+    e.r_eff = both * both * inverse, e.inverse_r = sum * sum * inverse;
+  } else if constexpr (Radius) {
+    e.r_eff = r_i, e.inverse_r = P(1.0) / r_i;
+  } else {
+    e.r_eff = P(0.0);  // read by nobody
+  }
+  if constexpr (Rolls) {
+    const P own = P(1.4) * m_i * r_i * r_i;
+    e.root_i = Pair ? series_root(own, P(1.4) * m_j * r_j * r_j) : sqrt(own);
+  }
+}
+
 /// What the law needs of them.
 template <class P>
 struct Meeting {
   P n[3], overlap, v_n, v_t[3];
-  P w[3], twist;         ///< with rolling resistance: rolling velocity, spin about the normal
-  P l_i, l_j;            ///< levers of tangential forces
-  P r_i, m_i, r_j, m_j;  ///< of a surface not used
+  P w[3], twist;  ///< with rolling resistance: rolling velocity, spin about the normal
+  P l_i, l_j;     ///< levers of tangential forces
+  Effective<P> effective;
+  P smaller;  ///< radius of the smaller sphere, of pairs only
 };
 
 template <class P>
@@ -62,7 +97,7 @@ struct Response {
 
 /// `Pair`: two spheres, contact point in the middle of the overlap; else a sphere and a surface, contact point on the
 /// surface. `share` 1 for these levers, 0 for the radius.
-template <bool Pair, bool Rolls, class P>
+template <bool Pair, bool Rolls, class L, class P>
 [[gnu::always_inline]] inline void meet(double share, const Touch<P>& a, Meeting<P>& out) {
   const P sink = P(Pair ? 0.5 * share : share) * a.overlap;
   const P l_i = a.r_i - sink, l_j = Pair ? a.r_j - sink : P(0.0);
@@ -83,31 +118,15 @@ template <bool Pair, bool Rolls, class P>
     out.twist = twist;
   }
   out.overlap = a.overlap, out.v_n = v_n, out.l_i = l_i, out.l_j = l_j;
-  out.r_i = a.r_i, out.m_i = a.m_i, out.r_j = a.r_j, out.m_j = a.m_j;
-}
-
-/// Effective mass and radius.
-template <class P>
-struct Effective {
-  P root_m, r_eff, inverse_r;
-};
-template <bool Pair, class P>
-[[gnu::always_inline]] inline Effective<P> effective(const Meeting<P>& a) {
-  if constexpr (Pair) {
-    // r_eff = r1 r2/(r1 + r2) and its inverse from one division.
-    const P both = a.r_i * a.r_j, sum = a.r_i + a.r_j, inverse = P(1.0) / (both * sum);
-    return {series_root(a.m_i, a.m_j), both * both * inverse, sum * sum * inverse};
-  } else {
-    return {sqrt(a.m_i), a.r_i, P(1.0) / a.r_i};
-  }
+  effective<Pair, needs_radius<L, Rolls>(), Rolls>(a.r_i, a.m_i, a.r_j, a.m_j, out.effective);
 }
 
 /// Resistance to twist. Its spring and dashpot lie in those of rolling, along the normal, where rolling has no part.
 template <class L, class P, int Own>
-[[gnu::always_inline]] inline void resist_twist(const L& law, const Meeting<P>& a, const Effective<P>& e, P root_i,
+[[gnu::always_inline]] inline void resist_twist(const L& law, const Meeting<P>& a, const Effective<P>& e,
                                                 const NormalForce<P>& normal, P angle, P dash_before, P dt,
                                                 History<P, Own>& h, Response<P>& out) {
-  const Slip<P, 1> s = law.friction.twist(normal, angle, a.twist, dash_before, e.r_eff, e.inverse_r, root_i, dt);
+  const Slip<P, 1> s = law.friction.twist(normal, angle, a.twist, dash_before, e.r_eff, e.inverse_r, e.root_i, dt);
   for (int d = 0; d < 3; ++d) {
     out.t_i[d] = out.t_i[d] - s.force[0] * a.n[d];
     out.t_j[d] = out.t_j[d] + s.force[0] * a.n[d];
@@ -119,13 +138,12 @@ template <class L, class P, int Own>
   out.stored += P(0.5) * k * s.x[0] * s.x[0];
 }
 
-/// The law on what meets; h is the contact's memory, in and out. What a law does not use of the effective numbers the
-/// compiler leaves out.
+/// The law on what meets; h is the contact's memory, in and out.
 template <bool Pair, bool Rolls, class P, class L>
 [[gnu::always_inline]] inline Response<P> respond(const L& law, const Meeting<P>& a, History<P, kOwn<L>>& h,
                                                   double elapsed) {
   const P zero(0.0), half(0.5), dt(elapsed);
-  const Effective<P> e = effective<Pair>(a);
+  const Effective<P>& e = a.effective;
   const NormalForce<P> normal = normal_force(law, Approach<P>{a.overlap, -a.v_n, e.root_m, e.r_eff, dt}, h.own);
   turn(h.xi, a.n);
   const Slip<P> slide = law.friction.slide(normal, h.xi, a.v_t, h.dash_t, h.slipping, dt);
@@ -146,9 +164,7 @@ template <bool Pair, bool Rolls, class P, class L>
     const bool twists = law.friction.resists_twist();
     const P angle = twists ? dot3(h.rho, a.n) : zero, dash_before = twists ? dot3(h.dash_r, a.n) : zero;
     turn(h.rho, a.n);
-    const P own = P(1.4) * a.m_i * a.r_i * a.r_i;
-    const P root_i = Pair ? series_root(own, P(1.4) * a.m_j * a.r_j * a.r_j) : sqrt(own);
-    const Slip<P> roll = law.friction.roll(normal, h.rho, a.w, h.dash_r, e.r_eff, e.inverse_r, root_i, dt);
+    const Slip<P> roll = law.friction.roll(normal, h.rho, a.w, h.dash_r, e.r_eff, e.inverse_r, e.root_i, dt);
     const double share =
         law.friction.rolling == Rolling::elastic_plastic ? Friction::turning_share(law.friction.mu_r) : 0.0;
     const P k_r = P(share) * normal.k_n * e.r_eff * e.r_eff;
@@ -160,7 +176,7 @@ template <bool Pair, bool Rolls, class P, class L>
     }
     out.rolled = roll.slid + roll.damped;
     out.stored += half * k_r * dot3(roll.x, roll.x);
-    if (twists) resist_twist(law, a, e, root_i, normal, angle, dash_before, dt, h, out);
+    if (twists) resist_twist(law, a, e, normal, angle, dash_before, dt, h, out);
   }
   for (int d = 0; d < 3; ++d) h.dash_t[d] = slide.dashpot[d];
   h.dash_n = normal.damping;

@@ -77,7 +77,7 @@ struct PairOffsets {
 inline Doubles overlap_of(const Gap<Doubles>& g, Doubles distance) { return g.r_i + g.r_j - distance; }
 inline Singles overlap_of(const Gap<Singles>& g, Singles distance) { return g.excess / (g.r_i + g.r_j + distance); }
 
-template <bool Rolls, class P>
+template <bool Rolls, class L, class P>
 [[gnu::always_inline]] inline void meet_pair(double share, const Gap<P>& g, Meeting<P>& out) {
   const P inverse = rsqrt(g.d2);
   Touch<P> a;
@@ -87,7 +87,8 @@ template <bool Rolls, class P>
     a.v[d] = g.v[d], a.w_i[d] = g.w_i[d], a.w_j[d] = g.w_j[d];
   }
   a.r_i = g.r_i, a.m_i = g.m_i, a.r_j = g.r_j, a.m_j = g.m_j;
-  meet<true, Rolls>(share, a, out);
+  meet<true, Rolls, L>(share, a, out);
+  out.smaller = min(a.r_i, a.r_j);
 }
 
 /// What a contact gives to both spheres, as rows that are added whole. The other takes its row off, so its torque has
@@ -126,12 +127,8 @@ template <bool Rolls, bool Book, class P, class L>
   store_history<P, kOwn<L>, Rolls, Book>(h, memory, first, remembers_slip);
   store_pushes(c, select(a.overlap > zero, one, zero), out, first);
   if constexpr (Book) {
-    const P sums[6] = {c.damped,
-                       c.slid,
-                       c.rolled,
-                       c.stored,
-                       select(a.overlap > P(-job.reach), one, zero),
-                       a.overlap / min(a.r_i, a.r_j)};
+    const P sums[6] = {
+        c.damped, c.slid, c.rolled, c.stored, select(a.overlap > P(-job.reach), one, zero), a.overlap / a.smaller};
     for (int k = 0; k < 6; ++k) store_doubles(sums[k], [&](int b) { return out[b]->sums[k] + first; });
   }
   if (job.wake != nullptr) store_doubles(a.overlap, [&](int b) { return out[b]->overlap + first; });
@@ -276,7 +273,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
       for (int part = 0; part < kParts<P>; ++part) {
         Gap<P> gap;
         read(spheres, at, part * lanes, gap);
-        meet_pair<Rolls>(share, gap, meeting[g][part]);
+        meet_pair<Rolls, L>(share, gap, meeting[g][part]);
       }
     }
     for (int g = 0; g < packs; ++g) {

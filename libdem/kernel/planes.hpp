@@ -36,7 +36,7 @@ void run_planes(const L& by_reference, PlaneJob& job) {
       a.r_i = a.r_j = i.r, a.m_i = a.m_j = i.m;
       const BlockMemory memory[1] = {BlockMemory::at(job.lines, job.count, {.rolls = Rolls, .own = kOwn<L>}, b)};
       Meeting<Doubles> meeting;
-      meet<false, Rolls>(share, a, meeting);
+      meet<false, Rolls, L>(share, a, meeting);
       auto h = load_history<Doubles, kOwn<L>, Rolls, true>(memory, first, law.friction.remembers_slip());
       Response<Doubles> c = respond<false, Rolls>(law, meeting, h, job.elapsed);
       store_history<Doubles, kOwn<L>, Rolls, true>(h, memory, first, law.friction.remembers_slip());

@@ -20,7 +20,7 @@ void run_surface(const L& law, SurfaceJob& job) {
     a.overlap = i.r - load<Doubles>(job.distance + first);
     a.r_i = a.r_j = i.r, a.m_i = a.m_j = i.m;
     Meeting<Doubles> meeting;
-    meet<false, Rolls>(lever_share(law), a, meeting);
+    meet<false, Rolls, L>(lever_share(law), a, meeting);
     auto h = load_history<Doubles, kOwn<L>, Rolls, true>(memory, first, law.friction.remembers_slip());
     const Response<Doubles> c = respond<false, Rolls>(law, meeting, h, job.elapsed);
     store_history<Doubles, kOwn<L>, Rolls, true>(h, memory, first, law.friction.remembers_slip());

@@ -7,6 +7,7 @@ namespace subsoil::dem {
 
 template <class Normal>
 struct Cohesive : Normal {
+  static constexpr bool needs_radius = true;
   static constexpr int memory = own_memory<Normal>() + 1;  ///< the normal law's, and whether a bridge holds
 
   void weaken(double share) { this->cohesion.weaken(share); }

@@ -23,6 +23,7 @@ inline double damping_ratio(double restitution) {
 /// Source: Cundall & Strack 1979; damping map Schwager & Poeschel 2007, eq. (14).
 struct Linear {
   static constexpr bool constant_stiffness = true;
+  static constexpr bool needs_radius = false;
   double k_n = std::numeric_limits<double>::quiet_NaN();
   double stiffness_ratio = 2.0 / 7.0;
   double restitution = std::numeric_limits<double>::quiet_NaN();
