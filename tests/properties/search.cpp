@@ -70,12 +70,17 @@ TEST(Search, MissesNoContactOfFastSpheresOfManySizes) {
     for (const double ratio : {1.0, 3.0, 10.0}) {
       const Difference d = compare(law, 0, ratio, 3, 150, 5);
       EXPECT_GT(d.contacts, 500u) << name;
-      // Both sum the same doubles in another order; collisions amplify 1e-16 by about a decade each. So do a slip near
-      // zero whose direction alone decides on the force, and a grip that attraction keeps up while Hertz's stiffness
-      // begins at zero: an overlap of 1e-10 m is known to 1e-7 of itself, and with it a spring at its limit.
-      const bool steep = name == "linear, constant direction" || name == "hertz-mindlin, dmt, twist";
-      EXPECT_LT(d.force, steep ? 1e-6 : 1e-8) << name << ratio;
-      EXPECT_LT(d.position, steep ? 1e-9 : 1e-12) << name << ratio;
+      // Both sum the same doubles in another order; collisions amplify 1e-16 by about a decade each, and so does a slip
+      // near zero whose direction alone decides on the force. The twisting spring lies in the rolling one, along the
+      // normal: of what it holds the angle by which the normal turns in a step, some 1e-3, goes over to rolling, which
+      // the reference keeps apart (docs/theory.md, section 5).
+      const auto& [by_direction, twists] = std::visit(
+          [](const auto& l) {
+            return std::pair(l.friction.tangential == Tangential::constant_direction, l.friction.resists_twist());
+          },
+          law);
+      EXPECT_LT(d.force, twists ? 1e-3 : by_direction ? 1e-6 : 1e-8) << name << ratio;
+      EXPECT_LT(d.position, twists ? 1e-6 : 1e-12) << name << ratio;
     }
 }
 
