@@ -4,8 +4,9 @@
 /// The number type of a contact law.
 ///
 /// A law is a plain function over a number type T. T is `double` in tests and in the scalar path and a pack of 2, 4 or
-/// 8 doubles in the sweep (kernel/pack.hpp). A law therefore branches with `select(condition, a, b)`, never with `if`,
-/// and takes sqrt, rsqrt, min and max unqualified so that the overload of its number type is found.
+/// 8 doubles in the sweep (kernel/doubles.hpp, in mixed precision floats: singles.hpp). A law therefore branches with
+/// `select(condition, a, b)`, never with `if`, and takes sqrt, rsqrt, min and max unqualified so that the overload of
+/// its number type is found.
 namespace subsoil::dem {
 
 inline double select(bool condition, double a, double b) { return condition ? a : b; }
