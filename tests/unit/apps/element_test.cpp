@@ -110,8 +110,9 @@ TEST(ElementTest, TiltedSpheresRollAtTheRollingAngle) {
 }
 
 /// Frictionless beads still have an internal friction angle of 5.76 deg: Peyneau & Roux, Phys. Rev. E 78 (2008) 011307.
-/// That is the limit of slow shear and many grains. A box of 400 grains at an inertial number of 0.005 lies above it, by
-/// up to 8 deg from packing to packing; beads of one size would crystallise on the walls. mu = 0.5 makes over 25 deg.
+/// That is the limit of slow shear and many grains. A box of 400 grains at an inertial number of 0.005 lies above it,
+/// by up to 8 deg from packing to packing; beads of one size would crystallise on the walls. mu = 0.5 makes over 25
+/// deg.
 TEST(ElementTest, BeadsWithoutFrictionHardlyResistShear) {
   const LoadedTests loaded =
       material(0, 0,

@@ -37,8 +37,8 @@ TEST(MemoryOfAContact, WorkIsStoredOrLostOnAnyPath) {
       EXPECT_NEAR(path.gap(), 0, 2e-4 * force * travelled) << name << ", leg " << leg;
     }
     EXPECT_GT(path.lost + path.damped, 0.005 * force * travelled) << name;
-    // Loading and tearing only ever lose; the mean force over a step may miss by its curvature. (A JKR contact that ends
-    // at its largest pull, by convention, leaves part of its well unclimbed: that is given.)
+    // Loading and tearing only ever lose; the mean force over a step may miss by its curvature. (A JKR contact that
+    // ends at its largest pull, by convention, leaves part of its well unclimbed: that is given.)
     if (name != "jkr, pull-off") {
       EXPECT_GT(path.least_loss, -1e-6 * force * 1e-3) << name;
     }
