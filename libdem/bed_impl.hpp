@@ -128,6 +128,7 @@ struct Bed::Impl {
   std::vector<Tile> tiles;
   std::vector<PairRun> runs;
   Buffer<PairBlock> blocks;
+  Buffer<BlockShape> shapes;
   Buffer<double> wake;  ///< per block
   Buffer<Line> lines;   ///< memory of pairs
   std::vector<PlaneRun> plane_runs;

@@ -1,6 +1,8 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "libdem/bed_impl.hpp"
 
@@ -24,9 +26,58 @@ struct Classes {
   }
 };
 
-void repeat_first_lane(PairBlock& b, std::uint32_t from) {
-  for (std::uint32_t l = from; l < kBlock; ++l) b.owner[l] = b.owner[0], b.other[l] = b.other[0];
-}
+/// The touching pairs of one law in one tile as slices of eight owners, those with most pairs first.
+class Slices {
+ public:
+  /// Partners of each sphere of the tile.
+  explicit Slices(const std::array<std::uint32_t, kTile>& pairs) {
+    std::iota(place_.begin(), place_.end(), std::uint32_t{0});
+    std::stable_sort(place_.begin(), place_.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return pairs[a] > pairs[b]; });
+    while (owners_ < kTile && pairs[place_[owners_]] > 0) ++owners_;
+    for (std::uint32_t first = 0; first < owners_; first += kBlock) {
+      first_block_[first / kBlock] = blocks_;
+      blocks_ += pairs[place_[first]];
+    }
+  }
+  std::uint32_t blocks() const { return blocks_; }
+
+  /// visit(sphere of the tile, first block of its slice, lane) for each owner.
+  template <class Visit>
+  void each(const Visit& visit) const {
+    for (std::uint32_t k = 0; k < owners_; ++k) visit(place_[k], first_block_[k / kBlock], k % kBlock);
+  }
+
+ private:
+  std::array<std::uint32_t, kTile> place_;
+  std::array<std::uint32_t, kTile / kBlock> first_block_{};
+  std::uint32_t owners_ = 0, blocks_ = 0;
+};
+
+/// Lays the pairs of one tile into their blocks.
+class TileLayout {
+ public:
+  TileLayout(PairBlock* blocks, BlockShape* shapes) : blocks_(blocks), shapes_(shapes) {}
+
+  void begin(std::uint32_t block, bool slice) { shapes_[block] = {.lanes = 0, .begins = slice}; }
+  void put(std::uint32_t block, std::uint32_t lane, std::uint32_t owner, std::uint32_t other) {
+    blocks_[block].owner[lane] = owner, blocks_[block].other[lane] = other;
+    shapes_[block].lanes = static_cast<std::uint8_t>(std::max<std::uint32_t>(shapes_[block].lanes, lane + 1));
+  }
+  /// Lanes without a pair: in a slice that of the block before, which has one; else the block's first.
+  void fill(std::uint32_t block) {
+    PairBlock& b = blocks_[block];
+    for (std::uint32_t l = shapes_[block].lanes; l < kBlock; ++l) {
+      const PairBlock& from = shapes_[block].begins ? b : blocks_[block - 1];
+      const std::uint32_t lane = shapes_[block].begins ? 0 : l;
+      b.owner[l] = from.owner[lane], b.other[l] = from.other[lane];
+    }
+  }
+
+ private:
+  PairBlock* blocks_;
+  BlockShape* shapes_;
+};
 
 }  // namespace
 
@@ -35,9 +86,16 @@ void Bed::Impl::build_runs(HalfList& list) {
   const Classes classes{static_cast<std::uint32_t>(laws.laws.size())};
   tiles.assign((count + kTile - 1) / kTile, {});
   const int tile_count = static_cast<int>(tiles.size());
+  // By tile and class: of touching pairs blocks, of near pairs pairs; then where they begin.
   std::vector<std::uint32_t> sizes(tiles.size() * classes.count(), 0);
   Buffer<std::uint16_t> class_of;
   class_of.renew(list.other.size());
+  const auto slices = [&](const Tile& t, std::uint32_t law) {
+    std::array<std::uint32_t, kTile> pairs{};
+    for (std::uint32_t i = t.begin; i < t.end; ++i)
+      for (std::uint32_t p = list.start[i]; p < list.start[i + 1]; ++p) pairs[i - t.begin] += class_of[p] == law;
+    return Slices(pairs);
+  };
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (int k = 0; k < tile_count; ++k) {
     Tile& t = tiles[static_cast<std::size_t>(k)];
@@ -52,33 +110,35 @@ void Bed::Impl::build_runs(HalfList& list) {
         ++size[class_of[p]];
         t.last = std::max(t.last, list.other[p] / kTile);
       }
+    for (std::uint32_t law = 0; law < classes.laws; ++law)
+      if (size[law] > 0) size[law] = slices(t, law).blocks();
   }
 
-  // Runs in order; each class gets the place of its first pair.
+  // Runs in order; each class gets the place of its first block or pair.
   std::uint32_t block = 0;
   std::size_t line = 0;
-  const auto add_run = [&](std::uint32_t law, std::uint32_t* size, std::uint32_t parts, bool near) {
-    std::uint32_t pairs = 0;
-    for (std::uint32_t c = 0; c < parts; ++c) {
-      const std::uint32_t here = size[c];
-      size[c] = block * kBlock + pairs;
-      pairs += here;
-    }
-    if (pairs == 0) return;
-    const std::uint32_t n = (pairs + kBlock - 1) / kBlock;
-    runs.push_back({.law = law, .first = block, .blocks = n, .pairs = pairs, .lines = line, .near = near});
+  const auto add_run = [&](std::uint32_t law, std::uint32_t n, bool near) {
+    if (n == 0) return;
+    runs.push_back({.law = law, .first = block, .blocks = n, .lines = line, .near = near});
     block += n;
     line += pair_memory[law].lines(n);
   };
   for (std::size_t k = 0; k < tiles.size(); ++k) {
     std::uint32_t* size = sizes.data() + k * classes.count();
     tiles[k].runs_begin = static_cast<std::uint32_t>(runs.size());
-    for (std::uint32_t law = 0; law < classes.laws; ++law) add_run(law, size + law, 1, false);
-    for (std::uint32_t law = 0; law < classes.laws; ++law)
-      add_run(law, size + classes.laws + law * kGapClasses, kGapClasses, true);
+    for (std::uint32_t law = 0; law < classes.laws; ++law) add_run(law, std::exchange(size[law], block), false);
+    for (std::uint32_t law = 0; law < classes.laws; ++law) {
+      std::uint32_t pairs = 0;
+      for (std::uint32_t c = 0; c < kGapClasses; ++c) {
+        std::uint32_t& here = size[classes.laws + law * kGapClasses + c];
+        pairs += std::exchange(here, block * kBlock + pairs);
+      }
+      add_run(law, (pairs + kBlock - 1) / kBlock, true);
+    }
     tiles[k].runs_end = static_cast<std::uint32_t>(runs.size());
   }
   blocks.renew(block);
+  shapes.renew(block);
   wake.renew(block);
   lines.renew(line);
   list.lane.renew(list.other.size());
@@ -86,16 +146,32 @@ void Bed::Impl::build_runs(HalfList& list) {
   for (int k = 0; k < tile_count; ++k) {
     const Tile& t = tiles[static_cast<std::size_t>(k)];
     std::uint32_t* next = sizes.data() + static_cast<std::size_t>(k) * classes.count();
+    TileLayout layout(blocks.data(), shapes.data());
+    for (std::uint32_t r = t.runs_begin; r < t.runs_end; ++r)
+      for (std::uint32_t b = 0; b < runs[r].blocks; ++b) layout.begin(runs[r].first + b, runs[r].near);
+    for (std::uint32_t r = t.runs_begin; r < t.runs_end; ++r) {
+      const PairRun& run = runs[r];
+      if (run.near) continue;
+      slices(t, run.law).each([&](std::uint32_t in_tile, std::uint32_t first, std::uint32_t lane) {
+        std::uint32_t b = run.first + first;
+        shapes[b].begins = true;
+        for (std::uint32_t p = list.start[t.begin + in_tile]; p < list.start[t.begin + in_tile + 1]; ++p) {
+          if (class_of[p] != run.law) continue;
+          list.lane[p] = b * kBlock + lane;
+          layout.put(b++, lane, t.begin + in_tile, list.other[p]);
+        }
+      });
+    }
     for (std::uint32_t i = t.begin; i < t.end; ++i)
       for (std::uint32_t p = list.start[i]; p < list.start[i + 1]; ++p) {
+        if (class_of[p] < classes.laws) continue;
         const std::uint32_t lane = next[class_of[p]]++;
         list.lane[p] = lane;
-        blocks[lane / kBlock].owner[lane % kBlock] = i;
-        blocks[lane / kBlock].other[lane % kBlock] = list.other[p];
+        layout.put(lane / kBlock, lane % kBlock, i, list.other[p]);
       }
     for (std::uint32_t r = t.runs_begin; r < t.runs_end; ++r) {
       const PairRun& run = runs[r];
-      repeat_first_lane(blocks[run.first + run.blocks - 1], (run.pairs - 1) % kBlock + 1);
+      for (std::uint32_t b = 0; b < run.blocks; ++b) layout.fill(run.first + b);
       std::fill_n(wake.data() + run.first, run.blocks, 0.0);
       std::fill_n(lines.data() + run.lines, pair_memory[run.law].lines(run.blocks), Line{});
     }
@@ -134,17 +210,17 @@ std::vector<std::vector<PairHistory>> Bed::Impl::pair_histories() const {
     const std::size_t n = runs.size(), share = static_cast<std::size_t>(t), all = static_cast<std::size_t>(threads);
     const std::size_t begin = n * share / all, end = n * (share + 1) / all;
     std::size_t touching = 0;
-    for (std::size_t r = begin; r < end; ++r) touching += runs[r].near ? 0 : runs[r].pairs;
-    found[share].reserve(touching + touching / 16);
+    for (std::size_t r = begin; r < end; ++r) touching += runs[r].near ? 0 : runs[r].blocks * kBlock;
+    found[share].reserve(touching + touching / 32);
     for (std::size_t r = begin; r < end; ++r) {
       const PairRun& run = runs[r];
-      for (std::uint32_t p = 0; p < run.pairs; ++p) {
-        const std::uint32_t block = p / kBlock, lane = p % kBlock;
-        const PairState s = read_lane(memory(run, block), pair_memory[run.law], lane);
-        if (s.empty()) continue;
-        const PairBlock& b = blocks[run.first + block];
-        found[share].push_back({b.owner[lane], b.other[lane], s});
-      }
+      for (std::uint32_t block = 0; block < run.blocks; ++block)
+        for (std::uint32_t lane = 0; lane < shapes[run.first + block].lanes; ++lane) {
+          const PairState s = read_lane(memory(run, block), pair_memory[run.law], lane);
+          if (s.empty()) continue;
+          const PairBlock& b = blocks[run.first + block];
+          found[share].push_back({b.owner[lane], b.other[lane], s});
+        }
     }
   }
   return found;
@@ -158,7 +234,7 @@ void Bed::Impl::divide_work() {
   for (std::size_t k = 0; k < tiles.size(); ++k) {
     until[k + 1] = until[k] + sphere * (tiles[k].end - tiles[k].begin);
     for (std::uint32_t r = tiles[k].runs_begin; r < tiles[k].runs_end; ++r)
-      until[k + 1] += (runs[r].near ? near_pair : 1.0) * runs[r].pairs;
+      until[k + 1] += (runs[r].near ? near_pair : 1.0) * kBlock * runs[r].blocks;
   }
   std::uint32_t span = 0;
   for (std::uint32_t k = 0; k < tiles.size(); ++k) span = std::max(span, (tiles[k].last + 1 - k) * kTile);
@@ -188,7 +264,7 @@ void Bed::Impl::find_borders() {
       for (std::uint32_t r = tiles[k].runs_begin; r < tiles[k].runs_end; ++r)
         for (std::uint32_t b = 0; b < runs[r].blocks; ++b) {
           const PairBlock& block = blocks[runs[r].first + b];
-          if (*std::max_element(block.other, block.other + kBlock) < w.end) continue;
+          if (*std::max_element(block.other, block.other + shapes[runs[r].first + b].lanes) < w.end) continue;
           w.border.push_back({r, b});
           w.border_block.push_back(b);
         }
@@ -199,8 +275,7 @@ void Bed::Impl::find_borders() {
     for (std::uint32_t k = 0; k < workers[from].border.size(); ++k) {
       const BorderBlock& at = workers[from].border[k];
       const PairRun& run = runs[at.run];
-      const std::uint32_t lanes = std::min(kBlock, run.pairs - at.block * kBlock);
-      for (std::uint32_t l = 0; l < lanes; ++l) {
+      for (std::uint32_t l = 0; l < shapes[run.first + at.block].lanes; ++l) {
         const std::uint32_t other = blocks[run.first + at.block].other[l];
         for (std::uint32_t to = from + 1; to < workers.size(); ++to)
           if (other >= workers[to].begin && other < workers[to].end) workers[to].foreign.push_back({from, k, l, other});

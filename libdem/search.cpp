@@ -330,7 +330,7 @@ void Bed::Impl::measure_boundaries() {
 }
 
 void Bed::Impl::clear_lists() {
-  tiles.clear(), runs.clear(), blocks.clear(), wake.clear(), lines.clear();
+  tiles.clear(), runs.clear(), blocks.clear(), shapes.clear(), wake.clear(), lines.clear();
   plane_runs.clear(), plane_blocks.clear(), plane_lines.clear();
   entries.clear(), candidates.clear(), entry_order.clear(), chunks.clear();
   waiting_pairs.clear(), waiting_surfaces.clear();

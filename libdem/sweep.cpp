@@ -22,8 +22,9 @@ PairJob Bed::Impl::pair_job(const PairRun& run, double path, double elapsed) {
   job.spheres = spheres.data();
   job.mixed = is_mixed() ? mixed.data() : nullptr;
   job.blocks = blocks.data() + run.first;
+  job.shapes = shapes.data() + run.first;
   job.lines = lines.data() + run.lines;
-  job.count = run.blocks, job.pairs = run.pairs;
+  job.count = run.blocks;
   job.elapsed = elapsed;
   job.path = path;
   job.wake = run.near ? wake.data() + run.first : nullptr;

@@ -222,21 +222,20 @@ inline void store4(const Doubles* in, double* const* row) {
 #endif
 }
 
-/// Rows (a, b) and (a, c) of 4 + 4 numbers each, from the columns of a, b and c. Each row is stored as it will be read,
-/// whole: a wider load than the store before it waits until that has left the processor.
-inline void store_rows(const Doubles* a, const Doubles* b, const Doubles* c, double* const* ab, double* const* ac) {
+/// Rows (a, b) of 4 + 4 numbers each, from the columns of a and b. Each row is stored as it will be read, whole: a
+/// wider load than the store before it waits until that has left the processor.
+inline void store_rows(const Doubles* a, const Doubles* b, double* const* row) {
 #if defined(__AVX512F__)
-  __m512d rows_a[4], rows_b[4], rows_c[4];
-  transpose4(a, rows_a), transpose4(b, rows_b), transpose4(c, rows_c);
-  const auto put = [](__m512d x, __m512d y, int l, double* const* to) {
-    _mm512_storeu_pd(to[l], _mm512_maskz_shuffle_f64x2(0xFF, x, y, 0x44));
-    _mm512_storeu_pd(to[l + 4], _mm512_maskz_shuffle_f64x2(0xFF, x, y, 0xEE));
-  };
-  for (int l = 0; l < 4; ++l) put(rows_a[l], rows_b[l], l, ab), put(rows_a[l], rows_c[l], l, ac);
+  __m512d rows_a[4], rows_b[4];
+  transpose4(a, rows_a), transpose4(b, rows_b);
+  for (int l = 0; l < 4; ++l) {
+    _mm512_storeu_pd(row[l], _mm512_maskz_shuffle_f64x2(0xFF, rows_a[l], rows_b[l], 0x44));
+    _mm512_storeu_pd(row[l + 4], _mm512_maskz_shuffle_f64x2(0xFF, rows_a[l], rows_b[l], 0xEE));
+  }
 #else
-  double *second_b[kDoubles], *second_c[kDoubles];
-  for (int l = 0; l < kDoubles; ++l) second_b[l] = ab[l] + 4, second_c[l] = ac[l] + 4;
-  store4(a, ab), store4(a, ac), store4(b, second_b), store4(c, second_c);
+  double* second[kDoubles];
+  for (int l = 0; l < kDoubles; ++l) second[l] = row[l] + 4;
+  store4(a, row), store4(b, second);
 #endif
 }
 

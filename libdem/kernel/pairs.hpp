@@ -20,51 +20,85 @@ struct Gap {
   P r_i, m_i, r_j, m_j;
 };
 
-/// Offsets of the records of a block.
-struct PairOffsets {
-  Offsets own, other;
+/// The owners of a slice, each number of all eight side by side.
+template <class P>
+struct alignas(64) Owners;
+template <>
+struct alignas(64) Owners<Doubles> {
+  double x[3][kBlock], r[kBlock], v[3][kBlock], m[kBlock], w[3][kBlock];
+};
+template <>
+struct alignas(64) Owners<Singles> {
+  double x[3][kBlock], r[kBlock];
+  float motion[8][kBlock];  ///< v, m, w, r
 };
 
-[[gnu::always_inline]] inline void read(const Sphere* spheres, const PairOffsets (&at)[1], int first,
-                                        Gap<Doubles>& out) {
-  const Sphere *i[kDoubles], *j[kDoubles];
-  for (int l = 0; l < kDoubles; ++l) {
-    i[l] = record(spheres, at[0].own.at[first + l]);
-    j[l] = record(spheres, at[0].other.at[first + l]);
+[[gnu::always_inline]] inline void read(const Sphere* spheres, const Offsets& at, Owners<Doubles>& out) {
+  for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles) {
+    const Sphere* i[kDoubles];
+    for (int l = 0; l < kDoubles; ++l) i[l] = record(spheres, at.at[first + l]);
+    const SphereLanes a = load_spheres(i);
+    for (int d = 0; d < 3; ++d) store(a.x[d], out.x[d] + first), store(a.v[d], out.v[d] + first);
+    for (int d = 0; d < 3; ++d) store(a.w[d], out.w[d] + first);
+    store(a.r, out.r + first), store(a.m, out.m + first);
   }
-  const SphereLanes a = load_spheres(i), b = load_spheres(j);
-  for (int d = 0; d < 3; ++d) {
-    out.n[d] = a.x[d] - b.x[d];
-    out.v[d] = a.v[d] - b.v[d];
-    out.w_i[d] = a.w[d], out.w_j[d] = b.w[d];
+}
+[[gnu::always_inline]] inline void read(const MixedSphere* spheres, const Offsets& at, Owners<Singles>& out) {
+  for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles) {
+    const double* x[kDoubles];
+    for (int l = 0; l < kDoubles; ++l) x[l] = &record(spheres, at.at[first + l])->x.x;
+    Doubles a[4];
+    load4(x, a);
+    for (int d = 0; d < 3; ++d) store(a[d], out.x[d] + first);
+    store(a[3], out.r + first);
   }
-  out.d2 = dot3(out.n, out.n);
-  out.r_i = a.r, out.m_i = a.m, out.r_j = b.r, out.m_j = b.m;
+  float beyond[kSingles];  // of a pack wider than a block
+  for (int first = 0; first < static_cast<int>(kBlock); first += kSingles) {
+    const float* motion[kSingles];
+    for (int l = 0; l < kSingles; ++l) motion[l] = record(spheres, at.at[(first + l) % static_cast<int>(kBlock)])->v;
+    Singles a[8];
+    load8(motion, a);
+    for (int k = 0; k < 8; ++k) store_each(a[k], [&](int half) { return half == 0 ? out.motion[k] + first : beyond; });
+  }
 }
 
-[[gnu::always_inline]] inline void read(const MixedSphere* spheres, const PairOffsets (&at)[kSpan<Singles>], int first,
-                                        Gap<Singles>& out) {
-  const float *i[kSingles], *j[kSingles];
+[[gnu::always_inline]] inline void read(const Sphere* spheres, const Owners<Doubles>* const (&own)[1],
+                                        const Offsets (&other)[1], int first, Gap<Doubles>& out) {
+  const Sphere* j[kDoubles];
+  for (int l = 0; l < kDoubles; ++l) j[l] = record(spheres, other[0].at[first + l]);
+  const SphereLanes b = load_spheres(j);
+  const auto a = [&](const double* column) { return load<Doubles>(column + first); };
+  for (int d = 0; d < 3; ++d) {
+    out.n[d] = a(own[0]->x[d]) - b.x[d];
+    out.v[d] = a(own[0]->v[d]) - b.v[d];
+    out.w_i[d] = a(own[0]->w[d]), out.w_j[d] = b.w[d];
+  }
+  out.d2 = dot3(out.n, out.n);
+  out.r_i = a(own[0]->r), out.m_i = a(own[0]->m), out.r_j = b.r, out.m_j = b.m;
+}
+
+[[gnu::always_inline]] inline void read(const MixedSphere* spheres, const Owners<Singles>* const (&own)[kSpan<Singles>],
+                                        const Offsets (&other)[kSpan<Singles>], int first, Gap<Singles>& out) {
+  const float* j[kSingles];
   Doubles n[2][3], d2[2], excess[2];
   for (int half = 0; half < 2; ++half) {
-    const double *x_i[kDoubles], *x_j[kDoubles];
+    const double* x_j[kDoubles];
+    const int block = kSpan<Singles> == 2 ? half : 0, from = kSpan<Singles> == 2 ? 0 : first + half * kDoubles;
     for (int l = 0; l < kDoubles; ++l) {
-      const int lane = half * kDoubles + l, block = kSpan<Singles> == 2 ? half : 0;
-      const int in_block = kSpan<Singles> == 2 ? l : first + lane;
-      const MixedSphere *a = record(spheres, at[block].own.at[in_block]),
-                        *b = record(spheres, at[block].other.at[in_block]);
-      x_i[l] = &a->x.x, x_j[l] = &b->x.x;
-      i[lane] = a->v, j[lane] = b->v;
+      const MixedSphere* b = record(spheres, other[block].at[from + l]);
+      x_j[l] = &b->x.x;
+      j[half * kDoubles + l] = b->v;
     }
-    Doubles a[4], b[4];
-    load4(x_i, a), load4(x_j, b);
-    for (int d = 0; d < 3; ++d) n[half][d] = a[d] - b[d];
+    Doubles b[4];
+    load4(x_j, b);
+    for (int d = 0; d < 3; ++d) n[half][d] = load<Doubles>(own[block]->x[d] + from) - b[d];
     d2[half] = dot3(n[half], n[half]);
-    const Doubles reach = a[3] + b[3];
+    const Doubles reach = load<Doubles>(own[block]->r + from) + b[3];
     excess[half] = reach * reach - d2[half];
   }
   Singles a[8], b[8];
-  load8(i, a), load8(j, b);
+  for (int k = 0; k < 8; ++k) a[k] = load_each<Singles>([&](int half) { return own[half]->motion[k] + first; });
+  load8(j, b);
   for (int d = 0; d < 3; ++d) {
     out.n[d] = join(n[0][d], n[1][d]);
     out.v[d] = a[d] - b[d];
@@ -91,31 +125,33 @@ template <bool Rolls, class L, class P>
   out.smaller = min(a.r_i, a.r_j);
 }
 
-/// What a contact gives to both spheres, as rows that are added whole. The other takes its row off, so its torque has
-/// the sign turned.
+/// What a contact gives to both spheres: to the owner as columns, which are summed over the blocks of a slice, to its
+/// partner as a row that is added whole. The partner takes its row off, so its torque has the sign turned.
 [[gnu::always_inline]] inline void store_pushes(const Response<Doubles>& c, Doubles touching,
                                                 BlockResult* const (&out)[1], int first) {
-  const Doubles f[4] = {c.f[0], c.f[1], c.f[2], Doubles(0.0)}, t_i[4] = {c.t_i[0], c.t_i[1], c.t_i[2], touching},
-                t_j[4] = {-c.t_j[0], -c.t_j[1], -c.t_j[2], -touching};
-  double *own[kDoubles], *other[kDoubles];
-  for (int l = 0; l < kDoubles; ++l) own[l] = out[0]->own[first + l].f, other[l] = out[0]->other[first + l].f;
-  store_rows(f, t_i, t_j, own, other);
+  const Doubles f[4] = {c.f[0], c.f[1], c.f[2], Doubles(0.0)}, t_j[4] = {-c.t_j[0], -c.t_j[1], -c.t_j[2], -touching};
+  double* other[kDoubles];
+  for (int l = 0; l < kDoubles; ++l) other[l] = out[0]->other[first + l].f;
+  store_rows(f, t_j, other);
+  for (int d = 0; d < 3; ++d) store(c.f[d], out[0]->own[d] + first), store(c.t_i[d], out[0]->own[3 + d] + first);
+  store(touching, out[0]->own[6] + first);
 }
 [[gnu::always_inline]] inline void store_pushes(const Response<Singles>& c, Singles touching,
                                                 BlockResult* const (&out)[kSpan<Singles>], int first) {
-  const Singles f[4] = {c.f[0], c.f[1], c.f[2], Singles(0.0)}, t_i[4] = {c.t_i[0], c.t_i[1], c.t_i[2], touching},
-                t_j[4] = {-c.t_j[0], -c.t_j[1], -c.t_j[2], -touching};
-  float *own[kSingles], *other[kSingles];
-  for (int l = 0; l < kSingles; ++l) {
-    BlockResult& r = *out[l / static_cast<int>(kBlock)];
-    own[l] = r.own_single[first + l % static_cast<int>(kBlock)].f;
-    other[l] = r.other_single[first + l % static_cast<int>(kBlock)].f;
-  }
-  store_rows(f, t_i, t_j, own, other);
+  const Singles f[4] = {c.f[0], c.f[1], c.f[2], Singles(0.0)}, t_j[4] = {-c.t_j[0], -c.t_j[1], -c.t_j[2], -touching};
+  float* other[kSingles];
+  for (int l = 0; l < kSingles; ++l)
+    other[l] = out[l / static_cast<int>(kBlock)]->other_single[first + l % static_cast<int>(kBlock)].f;
+  store_rows(f, t_j, other);
+  const auto column = [&](int k, Singles p) {
+    store_each(p, [&](int half) { return out[half]->own_single[k] + first; });
+  };
+  for (int d = 0; d < 3; ++d) column(d, c.f[d]), column(3 + d, c.t_i[d]);
+  column(6, touching);
 }
 
-/// The law on one pack; the memory of its contacts is updated. Lanes that no pair uses repeat the first pair of their
-/// block and must not be added.
+/// The law on one pack; the memory of its contacts is updated. What comes out in lanes that hold no pair must not be
+/// added.
 template <bool Rolls, bool Book, class P, class L>
 [[gnu::always_inline]] inline void evaluate(const L& law, const PairJob& job, const Meeting<P>& a,
                                             const BlockMemory (&memory)[kSpan<P>], BlockResult* const (&out)[kSpan<P>],
@@ -160,58 +196,107 @@ struct alignas(64) BlockSums {
   }
 };
 
-[[gnu::always_inline]] inline void add_push(Accumulator& own, const Push& a, Accumulator& other, const Push& b) {
+[[gnu::always_inline]] inline void add_row(Accumulator& sum, const Push& row) {
 #if defined(__AVX512F__)
-  const auto sum = [](Accumulator& s) { return reinterpret_cast<double*>(&s); };
-  _mm512_store_pd(sum(own), _mm512_add_pd(_mm512_load_pd(sum(own)), _mm512_load_pd(a.f)));
-  _mm512_store_pd(sum(other), _mm512_sub_pd(_mm512_load_pd(sum(other)), _mm512_load_pd(b.f)));
+  auto* of = reinterpret_cast<double*>(&sum);
+  _mm512_store_pd(of, _mm512_add_pd(_mm512_load_pd(of), _mm512_load_pd(row.f)));
 #else
-  own.f += *reinterpret_cast<const Four*>(a.f);
-  own.t += *reinterpret_cast<const Four*>(a.t);
-  other.f -= *reinterpret_cast<const Four*>(b.f);
-  other.t -= *reinterpret_cast<const Four*>(b.t);
+  sum.f += *reinterpret_cast<const Four*>(row.f);
+  sum.t += *reinterpret_cast<const Four*>(row.t);
 #endif
 }
-[[gnu::always_inline]] inline void add_push(Accumulator& own, const SinglePush& a, Accumulator& other,
-                                            const SinglePush& b) {
+[[gnu::always_inline]] inline void take_off(Accumulator& sum, const Push& row) {
 #if defined(__AVX512F__)
-  const auto sum = [](Accumulator& s) { return reinterpret_cast<double*>(&s); };
-  const auto row = [](const SinglePush& p) { return _mm512_maskz_cvtps_pd(0xFF, _mm256_loadu_ps(p.f)); };
-  _mm512_store_pd(sum(own), _mm512_add_pd(_mm512_load_pd(sum(own)), row(a)));
-  _mm512_store_pd(sum(other), _mm512_sub_pd(_mm512_load_pd(sum(other)), row(b)));
+  auto* of = reinterpret_cast<double*>(&sum);
+  _mm512_store_pd(of, _mm512_sub_pd(_mm512_load_pd(of), _mm512_load_pd(row.f)));
+#else
+  sum.f -= *reinterpret_cast<const Four*>(row.f);
+  sum.t -= *reinterpret_cast<const Four*>(row.t);
+#endif
+}
+[[gnu::always_inline]] inline void take_off(Accumulator& sum, const SinglePush& row) {
+#if defined(__AVX512F__)
+  auto* of = reinterpret_cast<double*>(&sum);
+  _mm512_store_pd(of, _mm512_sub_pd(_mm512_load_pd(of), _mm512_maskz_cvtps_pd(0xFF, _mm256_loadu_ps(row.f))));
 #elif defined(__AVX2__)
   const auto four = [](const float* f) { return Four(_mm256_cvtps_pd(_mm_loadu_ps(f))); };
-  own.f += four(a.f), own.t += four(a.t), other.f -= four(b.f), other.t -= four(b.t);
+  sum.f -= four(row.f), sum.t -= four(row.t);
 #else
-  for (int k = 0; k < 4; ++k) {
-    own.f[k] += static_cast<double>(a.f[k]), own.t[k] += static_cast<double>(a.t[k]);
-    other.f[k] -= static_cast<double>(b.f[k]), other.t[k] -= static_cast<double>(b.t[k]);
-  }
+  for (int k = 0; k < 4; ++k) sum.f[k] -= static_cast<double>(row.f[k]), sum.t[k] -= static_cast<double>(row.t[k]);
 #endif
 }
 
+/// Takes a block's forces off its partners lane by lane, in the order of the list.
 template <class P>
-const auto& pushes(const BlockResult& r, bool own) {
-  if constexpr (std::is_same_v<P, Doubles>)
-    return own ? r.own : r.other;
-  else
-    return own ? r.own_single : r.other_single;
-}
-
-/// Adds a block's forces lane by lane, in the order of the list.
-template <class P>
-[[gnu::always_inline]] inline void add_block(const BlockResult& r, const PairBlock& block, std::uint32_t count,
-                                             Accumulator* ring, std::uint32_t mask) {
-  const Offsets own = offsets_of<Accumulator>(block.owner, mask), other = offsets_of<Accumulator>(block.other, mask);
-  const auto add = [&](std::uint32_t l) {
-    add_push(*record(ring, own.at[l]), pushes<P>(r, true)[l], *record(ring, other.at[l]), pushes<P>(r, false)[l]);
+[[gnu::always_inline]] inline void take_off_partners(const BlockResult& r, const PairBlock& block, std::uint32_t lanes,
+                                                     Accumulator* ring, std::uint32_t mask) {
+  const Offsets other = offsets_of<Accumulator>(block.other, mask);
+  const auto take = [&](std::uint32_t l) {
+    if constexpr (std::is_same_v<P, Doubles>)
+      take_off(*record(ring, other.at[l]), r.other[l]);
+    else
+      take_off(*record(ring, other.at[l]), r.other_single[l]);
   };
-  if (count == kBlock) {
-    for (std::uint32_t l = 0; l < kBlock; ++l) add(l);
+  if (lanes == kBlock) {
+    for (std::uint32_t l = 0; l < kBlock; ++l) take(l);
   } else {
-    for (std::uint32_t l = 0; l < count; ++l) add(l);
+    for (std::uint32_t l = 0; l < lanes; ++l) take(l);
   }
 }
+
+/// What the blocks of the present slice give to its owners, in double in either precision.
+struct OwnerSums {
+  static constexpr int kParts = static_cast<int>(kBlock) / kDoubles;
+  Doubles column[BlockResult::kColumns][kParts];
+  const PairBlock* block = nullptr;  ///< that began the slice
+  std::uint32_t lanes = 0;
+
+  template <class P>
+  [[gnu::always_inline]] void add(const BlockResult& r, const PairBlock& b, const BlockShape& shape, Accumulator* ring,
+                                  std::uint32_t mask) {
+    if (shape.begins) {
+      give(ring, mask);
+      block = &b, lanes = shape.lanes;
+      for (auto& parts : column)
+        for (Doubles& part : parts) part = Doubles(0.0);
+    }
+    const auto from = [&](int k, int first) {
+      if constexpr (std::is_same_v<P, Doubles>)
+        return load<Doubles>(r.own[k] + first);
+      else
+        return load_floats<Doubles>(r.own_single[k] + first);
+    };
+    for (int part = 0; part < kParts; ++part) {
+      const int first = part * kDoubles;
+      if (shape.lanes == kBlock) {
+        for (int k = 0; k < BlockResult::kColumns; ++k) column[k][part] += from(k, first);
+      } else {
+        const DoublesMask used = lanes_below(shape.lanes, first);
+        for (int k = 0; k < BlockResult::kColumns; ++k) column[k][part] += select(used, from(k, first), Doubles(0.0));
+      }
+    }
+  }
+
+  /// To the ring; lane by lane, since a block of near pairs may have an owner twice.
+  [[gnu::always_inline]] void give(Accumulator* ring, std::uint32_t mask) {
+    if (block == nullptr) return;
+    Push row[kBlock];
+    for (int part = 0; part < kParts; ++part) {
+      double* rows[kDoubles];
+      for (int l = 0; l < kDoubles; ++l) rows[l] = row[part * kDoubles + l].f;
+      const Doubles f[4] = {column[0][part], column[1][part], column[2][part], Doubles(0.0)},
+                    t[4] = {column[3][part], column[4][part], column[5][part], column[6][part]};
+      store_rows(f, t, rows);
+    }
+    const Offsets own = offsets_of<Accumulator>(block->owner, mask);
+    if (lanes == kBlock) {
+      for (std::uint32_t l = 0; l < kBlock; ++l) add_row(*record(ring, own.at[l]), row[l]);
+    } else {
+      for (std::uint32_t l = 0; l < lanes; ++l) add_row(*record(ring, own.at[l]), row[l]);
+    }
+    block = nullptr;
+  }
+};
 
 /// Until when a block may sleep: each of two spheres may go half their gap before they can be in reach. In mixed
 /// precision the gap is known to a few 1e-7 of itself.
@@ -235,15 +320,22 @@ void run_pairs(const L& by_reference, PairJob& job) {
   const double share = lever_share(law);
   const MemoryShape shape{.rolls = Rolls, .own = kOwn<L>, .single = std::is_same_v<P, Singles>};
   const auto* const spheres = records(job, P{});
+  using Record = std::remove_reference_t<decltype(*spheres)>;
   BlockSums sums;
+  OwnerSums owner_sums;
   BlockResult results[room];
   Meeting<P> meeting[kGroup][kParts<P>];
+  Owners<P> owners[room + 1];  // of the slices of a group, the first of which may have begun in the group before
+  int slice = 0;
   BlockResult* result[room] = {};
+  const Owners<P>* own[room] = {};
   std::uint32_t which[room] = {}, todo[room] = {};  // blocks of the group; those of them that are to be evaluated
   std::uint32_t next_ready = 0;
   const bool border = job.border != nullptr;
   const std::uint32_t count = border ? job.border_count : job.count;
-  const auto lanes_of = [&](std::uint32_t b) { return b + 1 < job.count ? kBlock : job.pairs - b * kBlock; };
+  const auto offsets = [](const std::uint32_t* spheres_of) {
+    return offsets_of<Record>(spheres_of, ~std::uint32_t{0});
+  };
   const char* ahead = reinterpret_cast<const char*>(spheres + job.ahead);
   const char* const ahead_end = reinterpret_cast<const char*>(spheres + job.ahead + job.ahead_count);
   const std::ptrdiff_t stride = count > 0 ? ((ahead_end - ahead) / count + 1) * room : 0;
@@ -257,6 +349,11 @@ void run_pairs(const L& by_reference, PairJob& job) {
       if (!border && !ready && job.wake != nullptr && job.path < job.wake[b]) continue;
       which[blocks] = b;
       result[blocks] = ready || border ? job.ready + (border ? k : next_ready++) : &results[blocks];
+      if (border || job.shapes[b].begins) {
+        slice = slice < room ? slice + 1 : 0;
+        read(spheres, offsets(job.blocks[b].owner), owners[slice]);
+      }
+      own[blocks] = &owners[slice];
       if (!ready) todo[fresh++] = blocks;
       ++blocks;
     }
@@ -264,15 +361,15 @@ void run_pairs(const L& by_reference, PairJob& job) {
     if (span == 2 && fresh % 2 == 1) todo[fresh] = todo[fresh - 1];
     const int packs = static_cast<int>((fresh + span - 1) / span);
     for (int g = 0; g < packs; ++g) {
-      PairOffsets at[span];
+      const Owners<P>* i[span];
+      Offsets j[span];
       for (int s = 0; s < span; ++s) {
-        const PairBlock& block = job.blocks[which[todo[g * span + s]]];
-        at[s] = {offsets_of<std::remove_reference_t<decltype(*spheres)>>(block.owner, ~std::uint32_t{0}),
-                 offsets_of<std::remove_reference_t<decltype(*spheres)>>(block.other, ~std::uint32_t{0})};
+        const std::uint32_t at = todo[g * span + s];
+        i[s] = own[at], j[s] = offsets(job.blocks[which[at]].other);
       }
       for (int part = 0; part < kParts<P>; ++part) {
         Gap<P> gap;
-        read(spheres, at, part * lanes, gap);
+        read(spheres, i, j, part * lanes, gap);
         meet_pair<Rolls, L>(share, gap, meeting[g][part]);
       }
     }
@@ -292,10 +389,15 @@ void run_pairs(const L& by_reference, PairJob& job) {
       for (std::uint32_t f = 0; f < fresh; ++f) job.wake[which[todo[f]]] = wakes_at<P>(job, *result[todo[f]]);
     if (border) continue;
     for (std::uint32_t n = 0; n < blocks; ++n) {
-      add_block<P>(*result[n], job.blocks[which[n]], lanes_of(which[n]), job.ring, job.mask);
-      if constexpr (Book) sums.add(*result[n], lanes_of(which[n]));
+      const BlockResult& r = *result[n];
+      const PairBlock& block = job.blocks[which[n]];
+      const BlockShape& of = job.shapes[which[n]];
+      owner_sums.add<P>(r, block, of, job.ring, job.mask);
+      take_off_partners<P>(r, block, of.lanes, job.ring, job.mask);
+      if constexpr (Book) sums.add(r, of.lanes);
     }
   }
+  if (!border) owner_sums.give(job.ring, job.mask);
   if constexpr (!Book) return;
   for (int k = 0; k < 3; ++k) job.sums.lost[k] += sums.total(k);
   job.sums.stored += sums.total(3);

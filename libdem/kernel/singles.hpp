@@ -225,46 +225,38 @@ inline void load8(const float* const* row, Singles* out) {
 #endif
 }
 
-/// Rows (a, b) and (a, c) of 4 + 4 floats each, from the columns of a, b and c.
-inline void store_rows(const Singles* a, const Singles* b, const Singles* c, float* const* ab, float* const* ac) {
+/// Rows (a, b) of 4 + 4 floats each, from the columns of a and b.
+inline void store_rows(const Singles* a, const Singles* b, float* const* row) {
 #if defined(__AVX512F__)
   const auto across = [](const Singles* in, __m512* out) {
     const __m512 columns[4] = {__m512(in[0].v), __m512(in[1].v), __m512(in[2].v), __m512(in[3].v)};
     transpose4(columns, out);  // quarters: rows k, 4 + k, 8 + k, 12 + k
   };
-  __m512 rows_a[4], rows_b[4], rows_c[4];
-  across(a, rows_a), across(b, rows_b), across(c, rows_c);
+  __m512 rows_a[4], rows_b[4];
+  across(a, rows_a), across(b, rows_b);
   const __m512i low = _mm512_set_epi64(11, 10, 3, 2, 9, 8, 1, 0), high = _mm512_set_epi64(15, 14, 7, 6, 13, 12, 5, 4);
-  const auto put = [&](__m512 x, __m512 y, int k, float* const* to) {
-    const __m512d p = _mm512_permutex2var_pd(_mm512_castps_pd(x), low, _mm512_castps_pd(y));
-    const __m512d q = _mm512_permutex2var_pd(_mm512_castps_pd(x), high, _mm512_castps_pd(y));
-    _mm256_storeu_ps(to[k], _mm256_castpd_ps(_mm512_castpd512_pd256(p)));
-    _mm256_storeu_ps(to[k + 4], _mm256_castpd_ps(_mm512_maskz_extractf64x4_pd(0xF, p, 1)));
-    _mm256_storeu_ps(to[k + 8], _mm256_castpd_ps(_mm512_castpd512_pd256(q)));
-    _mm256_storeu_ps(to[k + 12], _mm256_castpd_ps(_mm512_maskz_extractf64x4_pd(0xF, q, 1)));
-  };
-  for (int k = 0; k < 4; ++k) put(rows_a[k], rows_b[k], k, ab), put(rows_a[k], rows_c[k], k, ac);
+  for (int k = 0; k < 4; ++k) {
+    const __m512d x = _mm512_castps_pd(rows_a[k]), y = _mm512_castps_pd(rows_b[k]);
+    const __m512d p = _mm512_permutex2var_pd(x, low, y), q = _mm512_permutex2var_pd(x, high, y);
+    _mm256_storeu_ps(row[k], _mm256_castpd_ps(_mm512_castpd512_pd256(p)));
+    _mm256_storeu_ps(row[k + 4], _mm256_castpd_ps(_mm512_maskz_extractf64x4_pd(0xF, p, 1)));
+    _mm256_storeu_ps(row[k + 8], _mm256_castpd_ps(_mm512_castpd512_pd256(q)));
+    _mm256_storeu_ps(row[k + 12], _mm256_castpd_ps(_mm512_maskz_extractf64x4_pd(0xF, q, 1)));
+  }
 #elif defined(__AVX2__)
-  const auto put = [](const Singles* in, float* const* to, float* const* too, int at) {
+  const auto put = [&](const Singles* in, int at) {
     const __m256 columns[4] = {__m256(in[0].v), __m256(in[1].v), __m256(in[2].v), __m256(in[3].v)};
     __m256 rows[4];
     transpose4(columns, rows);
     for (int k = 0; k < 4; ++k) {
-      _mm_storeu_ps(to[k] + at, _mm256_castps256_ps128(rows[k]));
-      _mm_storeu_ps(to[k + 4] + at, _mm256_extractf128_ps(rows[k], 1));
-      if (too == nullptr) continue;
-      _mm_storeu_ps(too[k] + at, _mm256_castps256_ps128(rows[k]));
-      _mm_storeu_ps(too[k + 4] + at, _mm256_extractf128_ps(rows[k], 1));
+      _mm_storeu_ps(row[k] + at, _mm256_castps256_ps128(rows[k]));
+      _mm_storeu_ps(row[k + 4] + at, _mm256_extractf128_ps(rows[k], 1));
     }
   };
-  put(a, ab, ac, 0), put(b, ab, nullptr, 4), put(c, ac, nullptr, 4);
+  put(a, 0), put(b, 4);
 #else
   for (int k = 0; k < 4; ++k)
-    for (int l = 0; l < kSingles; ++l) {
-      ab[l][k] = ac[l][k] = a[k].v[l];
-      ab[l][4 + k] = b[k].v[l];
-      ac[l][4 + k] = c[k].v[l];
-    }
+    for (int l = 0; l < kSingles; ++l) row[l][k] = a[k].v[l], row[l][4 + k] = b[k].v[l];
 #endif
 }
 

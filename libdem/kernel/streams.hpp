@@ -9,9 +9,14 @@
 /// How contacts lie in memory, the same for every instruction set: blocks of 8, ready to be read by vector
 /// instructions without a shuffle.
 ///
-/// All contacts of one law between the spheres of a tile (as owners) and others form a run of blocks, pairs in
-/// ascending order of owner, then of partner. Pairs that touch when the lists are built and pairs that may come to
-/// touch before the next build are in runs of their own: a block of the latter sleeps until its spheres may have met.
+/// All contacts of one law between the spheres of a tile (as owners) and others form a run of blocks. Pairs that touch
+/// when the lists are built and pairs that may come to touch before the next build are in runs of their own.
+///
+/// Touching pairs lie in slices: eight owners, one per lane, and block k of a slice holds the k-th partner of each (the
+/// sliced ELLPACK format of sparse matrices; Monakov, Lokhmotov, Avetisyan 2010). The owners are then read once for a
+/// slice, and what its blocks give to them adds up in registers. Within the tile owners are sorted by their number of
+/// pairs, so that few lanes stay empty. A block of near pairs is a slice of its own, in any order, and sleeps until its
+/// spheres may have met.
 namespace subsoil::dem {
 
 inline constexpr std::uint32_t kBlock = 8;
@@ -83,14 +88,20 @@ struct PairState {
 PairState read_lane(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane);
 void write_lane(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane, const PairState& state);
 
+/// Lanes that hold no pair repeat one of the slice; what comes out there is not added.
 struct alignas(64) PairBlock {
   std::uint32_t owner[kBlock], other[kBlock];
 };
 
+struct BlockShape {
+  std::uint8_t lanes;  ///< in use, the first ones
+  bool begins;         ///< a slice; other blocks of it have the same owners
+};
+
 struct PairRun {
-  std::uint32_t law, first, blocks, pairs;  ///< `first` counts in PairBlock
-  std::size_t lines;                        ///< where the memory of the first block begins
-  bool near;                                ///< its blocks sleep
+  std::uint32_t law, first, blocks;  ///< `first` counts in PairBlock
+  std::size_t lines;                 ///< where the memory of the first block begins
+  bool near;                         ///< its blocks sleep
 };
 
 /// Spheres near a flat face of a boundary, far from the face's edges: all that is left of it is a plane.
@@ -108,7 +119,7 @@ struct alignas(64) Accumulator {
   Four t;  ///< N m; number of touching contacts
 };
 
-/// What a contact gives to one of its spheres. The owner adds it, the other takes it off.
+/// What a contact takes off the sums of its partner.
 struct Push {
   using Real = double;
   double f[4];  ///< N; the last is not used
@@ -121,9 +132,10 @@ struct SinglePush {
 
 /// What one block of contacts does, before it is added up.
 struct alignas(64) BlockResult {
+  static constexpr int kColumns = 7;  ///< force, torque, number of touching contacts
   union {
-    Push own[kBlock];
-    SinglePush own_single[kBlock];  ///< mixed precision
+    double own[kColumns][kBlock];        ///< added to the owners
+    float own_single[kColumns][kBlock];  ///< mixed precision
   };
   union {
     Push other[kBlock];
@@ -146,8 +158,9 @@ struct PairJob {
   const Sphere* spheres;
   const MixedSphere* mixed;  ///< in place of `spheres` in mixed precision
   const PairBlock* blocks;
+  const BlockShape* shapes;
   Line* lines;
-  std::uint32_t count, pairs;
+  std::uint32_t count;
   double elapsed;
   // How far any sphere of the neighbourhood may have gone since the lists were built, m, and for sleeping blocks where
   // that ends their sleep; null where blocks do not sleep.

@@ -85,7 +85,10 @@ std::vector<Answer> evaluate_pairs(const Kernel& kernel, const Law& law, const s
   job.book = book;
   job.spheres = spheres.data(), job.blocks = blocks.data(), job.lines = lines.data();
   job.mixed = mixed ? records.data() : nullptr;
-  job.count = static_cast<std::uint32_t>(blocks_needed), job.pairs = static_cast<std::uint32_t>(cases.size());
+  std::vector<BlockShape> shapes(blocks_needed, {.lanes = kBlock, .begins = true});
+  if (cases.size() % kBlock != 0) shapes.back().lanes = cases.size() % kBlock;
+  job.shapes = shapes.data();
+  job.count = static_cast<std::uint32_t>(blocks_needed);
   job.elapsed = dt;
   job.ring = sums.data(), job.mask = static_cast<std::uint32_t>(ring - 1);
   kernel.pairs(law, job);
