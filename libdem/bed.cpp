@@ -2,6 +2,7 @@
 
 #include <omp.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "libdem/bed_impl.hpp"
@@ -16,12 +17,19 @@ Bed::Impl::Impl(LawTable laws_in, BedOptions options_in)
 
 void Bed::Impl::update_laws() {
   if (laws.laws.size() > 255) throw std::invalid_argument("more than 255 contact laws in one bed");
-  law_reach.clear(), pair_memory.clear(), surface_memory.clear();
+  surface_reach.clear(), pair_memory.clear(), surface_memory.clear();
   for (const Law& law : laws.laws) {
-    law_reach.push_back(std::visit([](const auto& l) { return l.reach(); }, law));
+    surface_reach.push_back(std::visit([](const auto& l) { return l.reach(); }, law));
     pair_memory.push_back(MemoryShape::of(law, is_mixed()));
-    surface_memory.push_back(MemoryShape::of(law, false));
+    surface_memory.push_back(MemoryShape::at_surface(law));
   }
+  bonds_formed.resize(laws.laws.size(), 0);
+  any_bonds = std::any_of(pair_memory.begin(), pair_memory.end(), [](const MemoryShape& m) { return m.bonds; });
+}
+
+void Bed::Impl::update_reach(double largest_radius) {
+  law_reach.clear();
+  for (const Law& law : laws.laws) law_reach.push_back(reach_between(law, largest_radius));
 }
 
 Bed::Bed(LawTable laws, BedOptions options) : impl_(std::make_unique<Impl>(std::move(laws), std::move(options))) {}
@@ -74,10 +82,13 @@ void Bed::step(double dt, const Request& request) {
   if (!(dt > 0)) throw std::invalid_argument("the step of the bed must be positive");
   PhaseClock clock(d.measures_phases);
   if (!d.lists_hold()) d.rebuild();
+  if (d.any_bonds && d.bonds_may_form) d.form_bonds(d.time + 0.5 * dt);
   double search = 0, sweep = 0;
   clock.end(search);
   d.plan_book(request);
   d.run_sweep(dt, request);
+  if (d.any_bonds) d.note_broken_bonds();
+  if (d.any_bonds && request.snapshot != nullptr) d.count_bonds(*request.snapshot);
   d.sum_up(request);
   clock.end(sweep);
   if (d.measures_phases) d.sum_phases(search, sweep);

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -37,9 +38,24 @@ struct BedEnergy {
   double boundary_work = 0;  ///< done by the surfaces on the spheres since the start
   double removed = 0;        ///< kinetic and potential energy that left with removed spheres
 
-  double total() const {
-    return kinetic + spin + gravity + stored + lost.damping + lost.sliding + lost.rolling + removed;
-  }
+  double total() const { return kinetic + spin + gravity + stored + lost.total() + removed; }
+};
+
+/// A bond between two spheres that broke.
+struct BrokenBond {
+  double time = 0;                     ///< s, of the step whose forces broke it
+  std::array<std::uint32_t, 2> ids{};  ///< of the spheres, the lower first
+  Vec3 position;                       ///< middle between the surfaces, m, at the end of that step
+  double energy = 0;                   ///< J that it held
+  bool in_tension = true;              ///< or in shear
+};
+
+/// Bonds since the start.
+struct BondCount {
+  std::size_t formed = 0, broken_in_tension = 0, broken_in_shear = 0;
+  std::size_t removed = 0;  ///< with a sphere that left the bed
+  std::size_t broken() const { return broken_in_tension + broken_in_shear; }
+  std::size_t intact() const { return formed - broken() - removed; }
 };
 
 /// Where the time of the steps went, s, summed over threads.
@@ -91,6 +107,16 @@ class Bed {
   void step(double dt, const Request& request);
   void step(double dt) { step(dt, {}); }
 
+  /// From now on bonds form, of each law once, in the first step that begins within half a step of the law's time or
+  /// after it. Not before this is called: a bed that settles is not cemented yet.
+  void let_bonds_form();
+  /// Bonds of all laws form now, whatever their time.
+  void form_bonds();
+  bool has_bonding_laws() const;
+  BondCount bonds() const;
+  std::span<const BrokenBond> broken_bonds() const;  ///< since the start, in the order in which they broke
+  std::vector<std::array<std::uint32_t, 2>> bonded_pairs() const;  ///< ids, sorted
+
   double time() const;
   const BedEnergy& energy() const;  ///< of the last step that asked for it
   /// Starts the book anew: losses and works are zero from here.
@@ -127,9 +153,14 @@ class Bed {
     std::vector<double> spheres;            ///< x v w r m, 11 numbers each
     std::vector<std::int64_t> ids;          ///< id and material, 2 each
     std::vector<std::int64_t> pair_ids;     ///< 2 each
-    std::vector<double> pairs;              ///< PairState, 16 each
+    std::vector<double> pairs;              ///< PairState, 18 each
+    std::vector<std::int64_t> bond_ids;     ///< 2 each
+    std::vector<double> bonds;              ///< BondMemory, 17 each
+    std::vector<std::int64_t> broken_ids;   ///< 2 each
+    std::vector<double> broken;             ///< time, position, energy, 1 for tension, 6 each
+    std::vector<double> bonding;            ///< of all bonds; empty when no law has any
     std::vector<std::int64_t> surface_ids;  ///< sphere id and boundary, 2 each
-    std::vector<double> surfaces;           ///< normal and PairState, 19 each
+    std::vector<double> surfaces;           ///< normal and PairState, 21 each
     std::vector<double> scalars;
   };
   State save() const;

@@ -50,6 +50,15 @@ struct PairHistory {
   std::uint32_t owner, other;
   PairState state;
 };
+struct BondHistory {
+  std::uint32_t owner, other;
+  BondMemory<double> state;
+};
+/// What is kept of pairs. Bonds stand apart: few laws have any, and they are longer than all else.
+struct PairHistories {
+  std::vector<PairHistory> pairs;
+  std::vector<BondHistory> bonds;
+};
 struct SurfaceHistory {
   std::uint32_t sphere, boundary;
   Vec3 normal;  ///< shape axes
@@ -117,7 +126,8 @@ struct Bed::Impl {
   BedOptions options;
   Kernel kernel;
   int threads = 1;
-  std::vector<double> law_reach;                         ///< per law
+  std::vector<double> law_reach;                         ///< per law, between spheres: of bonds it grows with them
+  std::vector<double> surface_reach;                     ///< per law, at surfaces
   std::vector<MemoryShape> pair_memory, surface_memory;  ///< per law; surfaces are double also in mixed precision
 
   std::vector<Sphere> spheres;
@@ -143,11 +153,18 @@ struct Bed::Impl {
   // validity of the lists
   bool stale = true;
   double skin = 0;
-  std::vector<std::vector<PairHistory>> waiting_pairs;  ///< memory between two lists, by place of the spheres
-  std::vector<SurfaceHistory> waiting_surfaces;         ///< likewise
+  std::vector<PairHistories> waiting;            ///< memory between two lists, by place of the spheres
+  std::vector<SurfaceHistory> waiting_surfaces;  ///< likewise
   std::vector<Pose> listed_pose;
   std::vector<char> listed_active;
   std::vector<double> boundary_radius;  ///< largest distance of a shape's points from its origin, m
+
+  // bonds
+  bool any_bonds = false, bonds_may_form = false;
+  std::vector<char> bonds_formed;  ///< per law
+  std::vector<char> run_broke;     ///< per run, in this step; a byte of its own for each, threads write them
+  BondCount bonds;
+  std::vector<BrokenBond> broken;
 
   // time
   double time = 0, dt_before = 0;
@@ -193,15 +210,31 @@ struct Bed::Impl {
 
   // lists.cpp
   void build_runs(struct HalfList& list);
-  void put_pairs(const struct HalfList& list, const std::vector<std::vector<PairHistory>>& histories,
+  void put_pairs(const struct HalfList& list, const std::vector<PairHistories>& histories,
                  const std::vector<std::uint32_t>& new_index);
   void build_surfaces();
   void put_surfaces(std::vector<SurfaceHistory>& histories, const std::vector<std::uint32_t>& new_index);
   void divide_work();
   void find_borders();
   /// All that are not empty, by place of the spheres; in parts, since a single array would double the memory.
-  std::vector<std::vector<PairHistory>> pair_histories() const;
+  std::vector<PairHistories> pair_histories() const;
+  /// use(block of the run, lane) for each pair.
+  template <class Use>
+  void each_lane(const PairRun& run, const Use& use) const {
+    for (std::uint32_t block = 0; block < run.blocks; ++block)
+      for (std::uint32_t lane = 0; lane < shapes[run.first + block].lanes; ++lane) use(block, lane);
+  }
   std::vector<SurfaceHistory> surface_histories() const;
+
+  // bonds.cpp
+  /// Places of the spheres of each intact bond.
+  void each_bond(const std::function<void(std::uint32_t, std::uint32_t)>& use) const;
+  void form_bonds(double until);
+  void form_bonds_of(std::uint32_t run, double gap);
+  void note_broken_bonds();
+  void count_bonds(Snapshot& out) const;
+  void save_bonding(State& out) const;  // state.cpp
+  void restore_bonding(const State& in);
 
   // surfaces.cpp
   void surface_chunk(SurfaceChunk& chunk, double elapsed);
@@ -227,6 +260,8 @@ struct Bed::Impl {
                            block);
   }
   double reach(std::uint32_t law) const { return law_reach[law]; }
+  /// Reaches for spheres up to a radius.
+  void update_reach(double largest_radius);
   const Law& law(std::uint32_t index) const { return laws.laws[index]; }
   void update_laws();
 };

@@ -137,6 +137,7 @@ void Bed::Impl::build_runs(HalfList& list) {
     }
     tiles[k].runs_end = static_cast<std::uint32_t>(runs.size());
   }
+  run_broke.assign(runs.size(), 0);
   blocks.renew(block);
   shapes.renew(block);
   wake.renew(block);
@@ -178,49 +179,57 @@ void Bed::Impl::build_runs(HalfList& list) {
   }
 }
 
-void Bed::Impl::put_pairs(const HalfList& list, const std::vector<std::vector<PairHistory>>& histories,
+void Bed::Impl::put_pairs(const HalfList& list, const std::vector<PairHistories>& histories,
                           const std::vector<std::uint32_t>& new_index) {
   Buffer<std::uint32_t> run_of;
   run_of.renew(blocks.size());
   for (std::uint32_t r = 0; r < runs.size(); ++r) std::fill_n(run_of.data() + runs[r].first, runs[r].blocks, r);
-  const auto put = [&](const PairHistory& was) {
+  // Whether the pair is still there.
+  const auto put = [&](const auto& was, const auto& write) {
     const std::uint32_t a = new_index[was.owner], b = new_index[was.other];
-    if (a == kGone || b == kGone) return;
+    if (a == kGone || b == kGone) return false;
     const std::uint32_t owner = std::min(a, b), other = std::max(a, b);
     for (std::uint32_t p = list.start[owner]; p < list.start[owner + 1]; ++p) {
       if (list.other[p] != other) continue;
       const std::uint32_t block = list.lane[p] / kBlock;
       const PairRun& run = runs[run_of[block]];
-      write_lane(memory(run, block - run.first), pair_memory[run.law], list.lane[p] % kBlock,
-                 a < b ? was.state : was.state.turned_over());
-      return;
+      write(memory(run, block - run.first), pair_memory[run.law], list.lane[p] % kBlock,
+            a < b ? was.state : was.state.turned_over());
+      return true;
     }
+    return false;
   };
-  for (const std::vector<PairHistory>& part : histories) {
-    const auto number = static_cast<long>(part.size());
+  for (const PairHistories& part : histories) {
+    const auto number = static_cast<long>(part.pairs.size()), bonded = static_cast<long>(part.bonds.size());
 #pragma omp parallel for num_threads(threads) schedule(static)
-    for (long k = 0; k < number; ++k) put(part[static_cast<std::size_t>(k)]);
+    for (long k = 0; k < number; ++k) put(part.pairs[static_cast<std::size_t>(k)], write_lane);
+    std::size_t gone = 0;
+#pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : gone)
+    for (long k = 0; k < bonded; ++k) gone += put(part.bonds[static_cast<std::size_t>(k)], write_bond) ? 0 : 1;
+    bonds.removed += gone;
   }
 }
 
-std::vector<std::vector<PairHistory>> Bed::Impl::pair_histories() const {
-  std::vector<std::vector<PairHistory>> found(static_cast<std::size_t>(threads));
+std::vector<PairHistories> Bed::Impl::pair_histories() const {
+  std::vector<PairHistories> found(static_cast<std::size_t>(threads));
 #pragma omp parallel for num_threads(threads) schedule(static, 1)
   for (int t = 0; t < threads; ++t) {
     const std::size_t n = runs.size(), share = static_cast<std::size_t>(t), all = static_cast<std::size_t>(threads);
     const std::size_t begin = n * share / all, end = n * (share + 1) / all;
     std::size_t touching = 0;
     for (std::size_t r = begin; r < end; ++r) touching += runs[r].near ? 0 : runs[r].blocks * kBlock;
-    found[share].reserve(touching + touching / 32);
+    found[share].pairs.reserve(touching + touching / 32);
     for (std::size_t r = begin; r < end; ++r) {
       const PairRun& run = runs[r];
-      for (std::uint32_t block = 0; block < run.blocks; ++block)
-        for (std::uint32_t lane = 0; lane < shapes[run.first + block].lanes; ++lane) {
-          const PairState s = read_lane(memory(run, block), pair_memory[run.law], lane);
-          if (s.empty()) continue;
-          const PairBlock& b = blocks[run.first + block];
-          found[share].push_back({b.owner[lane], b.other[lane], s});
-        }
+      const MemoryShape& shape = pair_memory[run.law];
+      each_lane(run, [&](std::uint32_t block, std::uint32_t lane) {
+        const PairBlock& b = blocks[run.first + block];
+        if (const PairState s = read_lane(memory(run, block), shape, lane); !s.empty())
+          found[share].pairs.push_back({b.owner[lane], b.other[lane], s});
+        if (!shape.bonds) return;
+        if (const BondMemory<double> s = read_bond(memory(run, block), shape, lane); s.state != kNoBond)
+          found[share].bonds.push_back({b.owner[lane], b.other[lane], s});
+      });
     }
   }
   return found;

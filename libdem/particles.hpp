@@ -59,6 +59,7 @@ struct Snapshot {
   std::vector<Vec3> position, velocity, spin;  ///< m, m/s, rad/s, all at t_n
   std::vector<Vec3> force, torque;             ///< N, N m: contacts and gravity
   std::vector<int> contacts;                   ///< touching neighbours and surfaces
+  std::vector<int> bonds;                      ///< intact ones; empty when no law has any
 };
 
 }  // namespace subsoil::dem

@@ -333,17 +333,17 @@ void Bed::Impl::clear_lists() {
   tiles.clear(), runs.clear(), blocks.clear(), shapes.clear(), wake.clear(), lines.clear();
   plane_runs.clear(), plane_blocks.clear(), plane_lines.clear();
   entries.clear(), candidates.clear(), entry_order.clear(), chunks.clear();
-  waiting_pairs.clear(), waiting_surfaces.clear();
+  waiting.clear(), waiting_surfaces.clear();
   stale = true;
 }
 
 void Bed::Impl::put_aside() {
   fold_losses();
   if (tiles.empty()) return;  // there are no lists; what waits goes on waiting
-  std::vector<std::vector<PairHistory>> of_pairs = pair_histories();
+  std::vector<PairHistories> of_pairs = pair_histories();
   std::vector<SurfaceHistory> of_surfaces = surface_histories();
   clear_lists();
-  waiting_pairs = std::move(of_pairs), waiting_surfaces = std::move(of_surfaces);
+  waiting = std::move(of_pairs), waiting_surfaces = std::move(of_surfaces);
 }
 
 void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
@@ -355,6 +355,7 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   require_laws();
   double largest = 0;
   choose_skin(largest);
+  update_reach(largest);
   const double reach_and_skin = largest_reach() + skin;
   Grid grid;
   grid.fits = radius_that_fits(spheres, largest);
@@ -365,10 +366,10 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
 
   HalfList list = find_pairs(spheres, grid, reach_and_skin, threads);
   build_runs(list);
-  put_pairs(list, waiting_pairs, new_index);
+  put_pairs(list, waiting, new_index);
   build_surfaces();
   put_surfaces(waiting_surfaces, new_index);
-  waiting_pairs = {}, waiting_surfaces = {};
+  waiting = {}, waiting_surfaces = {};
   divide_work();
   measure_boundaries();
 

@@ -23,16 +23,33 @@ struct Mode {
   const char* name;
 };
 
+/// What a bond adds between spheres. Throws std::invalid_argument when its gap would bond spheres with others behind
+/// their neighbours, which the count of neighbours does not cover.
+void add_bond(const Bond& bond, const WorstContact& worst, double i_roll, bool between_spheres, StiffnessBound& bound,
+              double& lever) {
+  if (!between_spheres) return;
+  if (bond.gap > 0.5 * worst.r_min)
+    throw std::invalid_argument("`bond gap` = " + std::to_string(1e3 * bond.gap) +
+                                " mm: at most half the smallest radius, " + std::to_string(1e3 * worst.r_min) +
+                                " mm: a bond spans a gap, not a neighbour");
+  const StiffnessBound b = bond.bound(worst, 2.0 / 7.0 * i_roll);
+  bound.k_n += b.k_n, bound.k_t += b.k_t, bound.k_r += b.k_r;
+  bound.c_n += b.c_n, bound.c_t += b.c_t, bound.c_r += b.c_r;
+  lever = std::max(lever, worst.r_min + 0.5 * bond.gap);
+}
+
 /// Bounds of a law with the rolling part filled in.
-StiffnessBound bounds_of(const Law& law, const WorstContact& worst, double i_roll, double& lever) {
+StiffnessBound bounds_of(const Law& law, const WorstContact& worst, double i_roll, bool between_spheres,
+                         double& lever) {
   return std::visit(
-      [&](const auto& l) {
+      [&]<class L>(const L& l) {
         StiffnessBound bound = l.bound(worst);
         l.friction.bound(bound, worst.r_eff, i_roll);
         // Rolling and sliding without friction have no spring to be unstable.
         if (!(l.friction.mu > 0)) bound.k_t = bound.c_t = 0;
         if (!l.friction.resists_rolling()) bound.k_r = bound.c_r = 0;
         lever = l.friction.lever == Lever::radius ? worst.r_min : worst.r_min - 0.5 * l.rest_overlap();
+        if constexpr (kBonds<L>) add_bond(l.bond, worst, i_roll, between_spheres, bound, lever);
         return bound;
       },
       law);
@@ -69,7 +86,7 @@ StableStep stable_step(const Law& law, const StepQuestion& q) {
   const double inertia = 0.4 * m * r * r;
   double lever = r;
   const StiffnessBound k =
-      bounds_of(law, {.m_eff = m / 2, .r_eff = r / 2, .r_min = r, .speed = q.speed}, 0.7 * m * r * r, lever);
+      bounds_of(law, {.m_eff = m / 2, .r_eff = r / 2, .r_min = r, .speed = q.speed}, 0.7 * m * r * r, true, lever);
   refuse_collapse(law, {r / 2, q.largest_radius / 2});
   if (q.neighbours <= 0) return {.step = std::numeric_limits<double>::infinity(), .cause = "nothing to touch"};
   const double z = q.neighbours;
@@ -98,7 +115,7 @@ StableStep stable_step_at_surface(const Law& law, const StepQuestion& q) {
   refuse_collapse(law, {r, q.largest_radius});
   double lever = r;
   const StiffnessBound k =
-      bounds_of(law, {.m_eff = m, .r_eff = r, .r_min = r, .speed = q.speed}, 1.4 * m * r * r, lever);
+      bounds_of(law, {.m_eff = m, .r_eff = r, .r_min = r, .speed = q.speed}, 1.4 * m * r * r, false, lever);
   // Three surfaces at right angles: along each normal one contact pushes and two drag.
   const auto along = [&](double n, double t) { return (n + 2 * t) / m; };
   const auto about = [&](double t, double roll) { return 2 * (t * lever * lever + roll) / inertia; };

@@ -60,7 +60,7 @@ void Bed::Impl::build_surfaces() {
         const Sphere& s = spheres[i];
         const int law = laws.of(s.material, boundary.material);
         if (law < 0) continue;
-        const double near = s.r + law_reach[static_cast<std::size_t>(law)] + skin;
+        const double near = s.r + surface_reach[static_cast<std::size_t>(law)] + skin;
         if (in_world.distance_squared(s.x) > near * near) continue;
         const Vec3 c = boundary.pose.to_local(s.x);
         if (box.distance_squared(c) > near * near) continue;

@@ -42,8 +42,8 @@ class ChunkRun {
     SurfaceContact now[kMaxSurfaceContacts];
     const std::span<const std::uint32_t> near(bed_.candidates.data() + e.candidates_begin,
                                               e.candidates_end - e.candidates_begin);
-    const std::size_t n =
-        contacts(boundary_.shape, boundary_.pose.to_local(s.x), s.r + bed_.reach(law_), near, now, kMaxSurfaceContacts);
+    const std::size_t n = contacts(boundary_.shape, boundary_.pose.to_local(s.x), s.r + bed_.surface_reach[law_], near,
+                                   now, kMaxSurfaceContacts);
     if (n == 0 && e.live == 0) return;
 
     Vec3 normals[kMaxSurfaceContacts];
@@ -67,7 +67,7 @@ class ChunkRun {
   void use_law(std::uint32_t law) {
     if (law != law_) flush();
     law_ = law;
-    job_.reach = bed_.reach(law);
+    job_.reach = bed_.surface_reach[law];
   }
 
   void add_lane(const Sphere& s, const SurfaceContact& c, const PairState& state, Lane lane) {
@@ -152,7 +152,7 @@ PlaneJob Bed::Impl::plane_job(const PlaneRun& run, double elapsed) const {
   job.mixed = is_mixed() ? const_cast<MixedSphere*>(mixed.data()) : nullptr;
   job.blocks = plane_blocks.data() + run.first;
   job.count = run.blocks, job.contacts = run.contacts;
-  job.elapsed = elapsed, job.reach = reach(run.law);
+  job.elapsed = elapsed, job.reach = surface_reach[run.law];
   for (int column = 0; column < 3; ++column) {
     Vec3 axis{};
     axis[column] = 1;

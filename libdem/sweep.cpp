@@ -89,6 +89,7 @@ class Sweep {
     job.ready = w_.border_result.data() + border_;
     while (border_ < w_.border.size() && w_.border[border_].run == r) ++border_, ++job.ready_count;
     bed_.kernel.pairs(bed_.law(run.law), job);
+    if (job.broke) bed_.run_broke[r] = 1;
     if (!bed_.book) return;
     take(t, job.sums, bed_.book_weight);
     t.pairs += job.sums.in_reach;
@@ -186,8 +187,10 @@ void Bed::Impl::border_blocks(Worker& w) {
     PairJob job = pair_job(run, 0, dt_before);
     job.border = w.border_block.data() + k;
     job.ready = w.border_result.data() + k;
-    for (const std::uint32_t r = w.border[k].run; k < w.border.size() && w.border[k].run == r; ++k) ++job.border_count;
+    const std::uint32_t r = w.border[k].run;
+    for (; k < w.border.size() && w.border[k].run == r; ++k) ++job.border_count;
     kernel.pairs(law(run.law), job);
+    if (job.broke) run_broke[r] = 1;
   }
 }
 

@@ -136,6 +136,11 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
                                         s.materials[a].name, s.materials[b].name));
       const std::string between = s.materials[a].name + " and " + s.materials[b].name;
       const dem::Law& l = world.laws.laws[static_cast<std::size_t>(law)];
+      if (dem::bond_of(l) != nullptr && !soil[b])
+        throw ScenarioError(
+            fmt::format("{}: bonds join spheres, and {} is of surfaces only; leave the bond out of this "
+                        "entry",
+                        loaded.where(fmt::format("contacts[{}].law", law)), s.materials[b].name));
       try {
         if (soil[b] && question.neighbours > 0) limit_step(report, dem::stable_step(l, question), between);
         if (surface[b]) limit_step(report, dem::stable_step_at_surface(l, question), between);
@@ -221,6 +226,7 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
     if (!world.soil.stopped) {
       if (options.place_soil) soil.clear_machine();
       soil.check_wheel_datum();
+      world.bed->let_bonds_form();  // a restart puts in place of it what the state says
     }
   } else {
     add_body_surfaces(world, loaded);

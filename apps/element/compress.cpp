@@ -82,6 +82,7 @@ Outcome Compress::run(const Sample& sample, std::size_t packing) const {
   Specimen specimen(sample);
   const Specimen::BoxWalls walls = specimen.box(side, side);
   specimen.fill({{}, {side, high, side}}, high, sample.seed + packing);
+  specimen.cement();
   return press(specimen, walls, side * side);
 }
 

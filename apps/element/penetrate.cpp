@@ -56,6 +56,7 @@ Outcome Penetrate::run(const Sample& sample, std::size_t packing) const {
   Specimen specimen(sample, v);
   specimen.box(side, side);
   specimen.fill({{}, {side, deep, side}}, deep, sample.seed + packing);
+  specimen.cement();
   const double surface = dem::surface_height(specimen.bed().spheres(), {{}, {side, deep, side}}).mean;
   // The plate is a thick disk whose lower face is at its place.
   const int index =

@@ -52,6 +52,7 @@ Outcome Pull::run(const Sample& sample, std::size_t packing) const {
     specimen.bed().surfaces_changed();
     specimen.rest();
   }
+  specimen.cement();
   double weight = 0;
   for (const dem::Sphere& s : specimen.bed().spheres())
     if (s.x.y > split) weight += s.m * sample.gravity;

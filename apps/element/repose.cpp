@@ -112,6 +112,7 @@ Outcome run_tray(const Repose& test, const Sample& sample, std::size_t packing) 
   }
   specimen.bed().set_floor_drop(-4 * d);
   specimen.fill({{0, 0, 0}, {length, depth, tray.width}}, depth, sample.seed + packing);
+  specimen.cement();
   release(specimen, gate, test.lift.value_or(sample.fall_speed()));
   const auto from_edge = [&](double x, double z) {
     return heap ? 0.5 * length - std::hypot(x - 0.5 * length, z - 0.5 * length) : length - x;
@@ -165,6 +166,7 @@ Outcome run_drum(const Repose& test, const Sample& sample, std::size_t packing) 
   specimen.plane("wall +z", {0, 0, width}, {0, 0, -1}, Wall::smooth);
   specimen.bed().add(loose_in_drum(sample, radius, width, test.share, sample.seed + packing));
   specimen.rest();
+  specimen.cement();
   const double period = 2 * pi / speed, begin = test.lead * period, end = begin + test.turns * period;
   const int looks = std::max(8, static_cast<int>(test.turns * 120));
   Tops all;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 namespace subsoil::app {
@@ -17,41 +18,67 @@ std::vector<double> shares(const Pieces& pieces) {
   return {pieces.mass.front() / all, count, loose / all};
 }
 
+/// Sets of spheres, by their places in a list.
+class Sets {
+ public:
+  explicit Sets(std::size_t n) : root_(n) { std::iota(root_.begin(), root_.end(), std::size_t{0}); }
+  void join(std::size_t i, std::size_t k) { root_[find(i)] = find(k); }
+
+  Pieces pieces(std::span<const dem::Sphere> spheres) {
+    const std::size_t n = spheres.size();
+    std::vector<double> mass(n, 0);
+    std::vector<std::size_t> size(n, 0), order;
+    for (std::size_t i = 0; i < n; ++i) mass[find(i)] += spheres[i].m, ++size[find(i)];
+    for (std::size_t i = 0; i < n; ++i)
+      if (size[i] > 0) order.push_back(i);
+    std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return mass[a] > mass[b]; });
+    Pieces out;
+    for (const std::size_t i : order) out.mass.push_back(mass[i]), out.size.push_back(size[i]);
+    return out;
+  }
+
+ private:
+  std::size_t find(std::size_t i) {
+    while (root_[i] != i) i = root_[i] = root_[root_[i]];
+    return i;
+  }
+  std::vector<std::size_t> root_;
+};
+
+Pieces pieces_of(const dem::Bed& bed, const dem::Law& law) {
+  if (dem::bond_of(law) != nullptr) return pieces_of(bed.spheres(), bed.bonded_pairs());
+  return pieces_of(bed.spheres(), std::visit([](const auto& l) { return l.reach(); }, law));
+}
+
 }  // namespace
 
 Pieces pieces_of(std::span<const dem::Sphere> spheres, double reach) {
-  const std::size_t n = spheres.size();
-  std::vector<std::size_t> root(n);
-  std::iota(root.begin(), root.end(), std::size_t{0});
-  const auto find = [&](std::size_t i) {
-    while (root[i] != i) i = root[i] = root[root[i]];
-    return i;
-  };
+  Sets sets(spheres.size());
   // All pairs: a clod has hundreds of grains, and is looked at twice.
-  for (std::size_t i = 0; i < n; ++i)
+  for (std::size_t i = 0; i < spheres.size(); ++i)
     for (std::size_t k = 0; k < i; ++k) {
       const Vec3 off = spheres[i].x - spheres[k].x;
       const double far = spheres[i].r + spheres[k].r + reach;
-      if (dem::dot(off, off) < far * far) root[find(i)] = find(k);
+      if (dem::dot(off, off) < far * far) sets.join(i, k);
     }
-  std::vector<double> mass(n, 0);
-  std::vector<std::size_t> size(n, 0), order;
-  for (std::size_t i = 0; i < n; ++i) mass[find(i)] += spheres[i].m, ++size[find(i)];
-  for (std::size_t i = 0; i < n; ++i)
-    if (size[i] > 0) order.push_back(i);
-  std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return mass[a] > mass[b]; });
-  Pieces out;
-  for (const std::size_t i : order) out.mass.push_back(mass[i]), out.size.push_back(size[i]);
-  return out;
+  return sets.pieces(spheres);
+}
+
+Pieces pieces_of(std::span<const dem::Sphere> spheres, std::span<const std::array<std::uint32_t, 2>> joined) {
+  std::map<std::uint32_t, std::size_t> place;
+  for (std::size_t i = 0; i < spheres.size(); ++i) place[spheres[i].id] = i;
+  Sets sets(spheres.size());
+  for (const auto& [a, b] : joined) sets.join(place.at(a), place.at(b));
+  return sets.pieces(spheres);
 }
 
 Outcome Shatter::run(const Sample& sample, std::size_t packing) const {
   const double d = sample.diameter, r = radius.value_or(4 * d), side = 2 * r + 2 * d;
   const dem::Law& law = sample.laws.laws[static_cast<std::size_t>(sample.laws.of(sample.grain, sample.grain))];
-  const double reach = std::visit([](const auto& l) { return l.reach(); }, law);
   Specimen specimen(sample, speed);
   const Specimen::BoxWalls walls = specimen.box(side, side);
   specimen.fill({{}, {side, side, side}}, side, sample.seed + packing);
+  specimen.cement();
   const Vec3 middle{0.5 * side, 0.5 * side, 0.5 * side};
   specimen.bed().remove_if([&](const dem::Sphere& s) { return dem::norm(s.x - middle) > r; });
   for (const int wall : {walls.left, walls.right, walls.front, walls.back})
@@ -62,7 +89,8 @@ Outcome Shatter::run(const Sample& sample, std::size_t packing) const {
   specimen.bed().freeze();
   for (double t = 0; t < rest; t += specimen.dt()) specimen.step();
   specimen.bed().freeze();
-  const double before = shares(pieces_of(specimen.bed().spheres(), reach))[0];
+  const double before = shares(pieces_of(specimen.bed(), law))[0];
+  const dem::BondCount whole = specimen.bed().bonds();
   const double end = (middle.y - r + d + 6 * r) / speed;
   Outcome out;
   out.curve.columns = {{"time", "s"}, {"force", "N"}};
@@ -76,8 +104,10 @@ Outcome Shatter::run(const Sample& sample, std::size_t packing) const {
     }
     out.curve.rows.push_back({t, force / static_cast<double>(steps)});
   }
-  out.values = shares(pieces_of(specimen.bed().spheres(), reach));
+  out.values = shares(pieces_of(specimen.bed(), law));
   out.values.push_back(before);
+  const auto broken = static_cast<double>(specimen.bed().bonds().broken() - whole.broken());
+  out.values.push_back(whole.intact() > 0 ? broken / static_cast<double>(whole.intact()) : 0);
   return out;
 }
 

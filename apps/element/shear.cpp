@@ -90,6 +90,7 @@ Outcome Shear::run(const Sample& sample, std::size_t index) const {
   Lid lid(specimen, Wall::rough);
   const double load = loads[index % loads.size()] * along * across;
   lid.consolidate(load);
+  specimen.cement();
   Rig rig{specimen, lid, floor, lower, upper, load, across, along, halves.split};
   Outcome out;
   out.curve.columns = {{"path", "m"}, {"shear stress", "Pa"}, {"normal stress", "Pa"}, {"rise of the lid", "m"}};

@@ -30,6 +30,8 @@ class Specimen {
 
   /// Rains a packing into the region and lets it come to rest with its surface at `depth`.
   dem::SettleReport fill(const dem::Bounds& region, double depth, std::uint64_t seed);
+  /// Bonds form, of grains whose law has any: called once, when the specimen is ready to be tested.
+  void cement() { bed_.form_bonds(); }
   /// Until it is at rest as it stands; throws when it is not in time.
   void rest();
 

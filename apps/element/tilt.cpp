@@ -48,6 +48,7 @@ Outcome Tilt::run(const Sample& sample, std::size_t packing) const {
   Specimen specimen(sample);
   specimen.box(along, across);
   specimen.fill({{}, {along, deep, across}}, deep, sample.seed + packing);
+  specimen.cement();
   return tilt(specimen);
 }
 

@@ -82,6 +82,7 @@ struct RunWriter::Impl {
   XdmfGrid write_soil(const Frame& frame, const std::string& group);
   XdmfGrid write_surface(std::size_t i, const Frame& frame, const std::string& group);
   void check_frame(const Frame& frame) const;
+  void write_broken_bonds(std::span<const dem::BrokenBond> broken);
 
   template <class T, class Get>
   XdmfArray put(const std::string& path, std::size_t rows, hsize_t columns, const std::string& unit, Get get);
@@ -254,6 +255,9 @@ void RunWriter::Impl::check_frame(const Frame& frame) const {
   demand("position", frame.position.size());
   for (const auto& column : kVectorColumns) demand(column.name, (frame.*column.data).size());
   demand("contacts", frame.contacts.size());
+  if (!frame.bonds.empty() && frame.bonds.size() != n)
+    throw std::invalid_argument(
+        fmt::format("frame at {} s: bonds has {} entries, {} spheres are there", frame.time, frame.bonds.size(), n));
   if (frame.surfaces.size() != surfaces.size())
     throw std::invalid_argument(
         fmt::format("frame at {} s: {} poses for {} surfaces", frame.time, frame.surfaces.size(), surfaces.size()));
@@ -289,6 +293,9 @@ XdmfGrid RunWriter::Impl::write_soil(const Frame& frame, const std::string& grou
   if (options.columns.contains("contacts"))
     grid.attributes.push_back({"contacts", put<std::int32_t>(group + "/contacts", rows.size(), 1, "",
                                                              [&](std::size_t i) { return frame.contacts[rows[i]]; })});
+  if (!frame.bonds.empty())
+    grid.attributes.push_back({"bonds", put<std::int32_t>(group + "/bonds", rows.size(), 1, "",
+                                                          [&](std::size_t i) { return frame.bonds[rows[i]]; })});
 
   if (rows.size() == particles.id.size()) {
     for (const auto& [name, array] : particle_arrays) grid.attributes.push_back({name, array});
@@ -366,7 +373,24 @@ RunWriter::~RunWriter() {
   }
 }
 
+void RunWriter::Impl::write_broken_bonds(std::span<const dem::BrokenBond> broken) {
+  if (broken.empty()) return;
+  unnamed.clear();
+  const std::string group = "/broken bonds";
+  h5::create_group(file, group);
+  const std::size_t n = broken.size();
+  put<double>(group + "/time", n, 1, "s", [&](std::size_t i) { return broken[i].time; });
+  put<std::int64_t>(group + "/ids", n, 2, "", [&](std::size_t i) { return broken[i / 2].ids[i % 2]; });
+  put<double>(group + "/position", n, 3, "m",
+              [&](std::size_t i) { return broken[i / 3].position[static_cast<int>(i % 3)]; });
+  put<double>(group + "/energy", n, 1, "J", [&](std::size_t i) { return broken[i].energy; });
+  put<std::int32_t>(group + "/mode", n, 1, "", [&](std::size_t i) { return broken[i].in_tension ? 0 : 1; });
+  name_all();
+  h5::write_text(file, group + "/modes", {"tension", "shear"});
+}
+
 void RunWriter::write(const Frame& frame) { impl_->write(frame); }
+void RunWriter::write_broken_bonds(std::span<const dem::BrokenBond> broken) { impl_->write_broken_bonds(broken); }
 long RunWriter::frames() const { return impl_->count; }
 
 void RunWriter::finish() {

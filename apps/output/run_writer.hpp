@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "libdem/vec3.hpp"
+#include "libdem/bed.hpp"
 
 /// Frames of a run: `run.h5` holds the numbers, `run.xdmf` beside it tells ParaView where and when they belong.
 namespace subsoil::app {
@@ -47,6 +47,7 @@ struct Frame {
   std::span<const std::int64_t> id;  ///< who is left; empty: everybody in the particle table
   std::span<const dem::Vec3> position, velocity, spin, force, torque;
   std::span<const int> contacts;
+  std::span<const int> bonds{};  ///< empty where no law has any
   std::span<const dem::Pose>
       surfaces;  ///< one per surface of the list, in its order; of fixed and deforming surfaces it is not read
   std::span<const std::vector<dem::Vec3>> deformed{};  ///< vertices in world axes, one list per deforming surface
@@ -92,6 +93,9 @@ class RunWriter {
   RunWriter& operator=(const RunWriter&) = delete;
 
   void write(const Frame& frame);
+  /// The table of all bonds that broke, /broken bonds: time s, ids, position m, energy J, mode 0 tension or 1 shear.
+  /// To be called once, at the end; nothing is written for none.
+  void write_broken_bonds(std::span<const dem::BrokenBond> broken);
   long frames() const;
   /// Closes the file and drops the places not used. The destructor does so too, but cannot report.
   void finish();

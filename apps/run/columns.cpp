@@ -68,6 +68,12 @@ Columns::Columns(const Loaded& loaded, World& world, coupling::Simulation& simul
     add("interface.on soil", "J");
     add("interface.on machine", "J");
     add("soil.fastest", "m/s");
+    if (world.bed->has_bonding_laws()) {
+      bonds_ = static_cast<int>(add("soil.bonds", "1"));
+      add("soil.bonds broken in tension", "1");
+      add("soil.bonds broken in shear", "1");
+      add("soil.broken", "J");
+    }
   }
   for (const Watch& watch : loaded.scenario.output.watch) add_watch(watch, loaded);
 }
@@ -155,6 +161,13 @@ void Columns::take_instant(std::span<double> row) {
   take_watches(row);
 }
 
+void Columns::take_bonds(std::span<double> row, double energy) {
+  const dem::BondCount b = world_.bed->bonds();
+  const double values[] = {static_cast<double>(b.intact()), static_cast<double>(b.broken_in_tension),
+                           static_cast<double>(b.broken_in_shear), energy};
+  std::copy(std::begin(values), std::end(values), row.begin() + bonds_);
+}
+
 void Columns::take_step(std::span<double> row, bool energies) {
   if (has_means_) take_machine(row, true);
   if (world_.bed) {
@@ -184,6 +197,7 @@ void Columns::take_step(std::span<double> row, bool energies) {
                                e.lost.damping, e.lost.sliding, e.lost.rolling,  e.boundary_work,
                                e.removed,      work.on_soil,   work.on_machine, world_.bed->max_speed()};
       std::copy(std::begin(values), std::end(values), row.begin() + static_cast<std::ptrdiff_t>(energy_first_));
+      if (bonds_ >= 0) take_bonds(row, e.lost.breaking);
     }
   }
   take_watches(row);

@@ -16,7 +16,9 @@ namespace subsoil::app {
 /// the soil on a body about its centre of mass; `<surface>.Fx` ... about the surface's reference point, world axes;
 /// `<boundary>.x` ... place of a boundary on a given path;
 /// `soil.draft`, `soil.lift` the soil's force on the whole machine, rearward and upward; `soil.kinetic` ... the bed's
-/// energy book; `interface.on soil`, `interface.on machine` the work both sides book; then the scenario's watches.
+/// energy book; where a law has bonds `soil.bonds` intact ones,
+/// `soil.bonds broken in tension`, `soil.bonds broken in shear` since the start and `soil.broken` the energy that they
+/// held; `interface.on soil`, `interface.on machine` the work both sides book; then the scenario's watches.
 class Columns {
  public:
   Columns(const Loaded& loaded, World& world, coupling::Simulation& simulation);
@@ -52,6 +54,7 @@ class Columns {
   void add_watch(const Watch& watch, const Loaded& loaded);
   int find_or_throw(const std::string& name, const Watch& watch, const Loaded& loaded) const;
   void take_machine(std::span<double> row, bool means);
+  void take_bonds(std::span<double> row, double energy);
   void take_watches(std::span<double> row);
 
   World& world_;
@@ -62,6 +65,7 @@ class Columns {
   std::vector<double> machine_values_;
   std::vector<int> tool_bodies_;
   std::size_t machine_first_ = 0, body_first_ = 0, surface_first_ = 0, path_first_ = 0, energy_first_ = 0;
+  int bonds_ = -1;
   int draft_ = -1;
   std::vector<WatchSource> watches_;
   std::vector<std::size_t> summarised_;

@@ -131,6 +131,7 @@ void FrameOutput::write(double time, long step) {
   frame.force = snapshot_.force;
   frame.torque = snapshot_.torque;
   frame.contacts = snapshot_.contacts;
+  frame.bonds = snapshot_.bonds;
   frame.surfaces = poses_;
   frame.deformed = deformed_;
   frame.values = values_;
@@ -138,7 +139,9 @@ void FrameOutput::write(double time, long step) {
 }
 
 void FrameOutput::finish() {
-  if (writer_) writer_->finish();
+  if (!writer_) return;
+  if (world_.bed) writer_->write_broken_bonds(world_.bed->broken_bonds());
+  writer_->finish();
 }
 
 }  // namespace subsoil::app

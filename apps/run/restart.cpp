@@ -17,6 +17,13 @@ void save_run(const std::filesystem::path& directory, const World& world, const 
     out.put("bed/surface ids", bed.surface_ids);
     out.put("bed/surfaces", bed.surfaces);
     out.put("bed/scalars", bed.scalars);
+    if (!bed.bonding.empty()) {
+      out.put("bed/bonding", bed.bonding);
+      out.put("bed/bond ids", bed.bond_ids);
+      out.put("bed/bonds", bed.bonds);
+      out.put("bed/broken ids", bed.broken_ids);
+      out.put("bed/broken", bed.broken);
+    }
     const SoilReport& s = world.soil;
     out.put("soil", std::vector<double>{static_cast<double>(s.spheres), s.mass, s.settled_for, s.rms_speed,
                                         s.bulk_density, s.surface_mean, s.surface_spread, s.coordination,
@@ -39,6 +46,13 @@ SavedRun read_run(const std::filesystem::path& file) {
     saved.bed.surface_ids = in.get<std::int64_t>("bed/surface ids");
     saved.bed.surfaces = in.get<double>("bed/surfaces");
     saved.bed.scalars = in.get<double>("bed/scalars");
+    if (in.has("bed/bonding")) {
+      saved.bed.bonding = in.get<double>("bed/bonding");
+      saved.bed.bond_ids = in.get<std::int64_t>("bed/bond ids");
+      saved.bed.bonds = in.get<double>("bed/bonds");
+      saved.bed.broken_ids = in.get<std::int64_t>("bed/broken ids");
+      saved.bed.broken = in.get<double>("bed/broken");
+    }
     const std::vector<double> s = in.get<double>("soil");
     saved.soil = {.spheres = static_cast<std::size_t>(s.at(0)),
                   .mass = s.at(1),

@@ -245,6 +245,7 @@ class Runner {
       e["damped [J]"] = b.lost.damping;
       e["slid [J]"] = b.lost.sliding;
       e["rolled [J]"] = b.lost.rolling;
+      if (world_.bed->has_bonding_laws()) e["broken bonds [J]"] = b.lost.breaking;
       e["bed closure [J]"] = closure;
       error += closure;
     }
@@ -306,6 +307,20 @@ class Runner {
     b["carved for the machine"] = world_.soil.carved;
     b["fallen out and removed"] = world_.bed->removed_count();
     b["outside the container at the end"] = outside();
+    if (world_.bed->has_bonding_laws()) write_bonds();
+  }
+
+  void write_bonds() {
+    const dem::BondCount n = world_.bed->bonds();
+    summary_->section("bonds") = {{"formed", n.formed},
+                                  {"intact", n.intact()},
+                                  {"broken in tension", n.broken_in_tension},
+                                  {"broken in shear", n.broken_in_shear},
+                                  {"removed with spheres", n.removed}};
+    spdlog::info("bonds: {} formed, {} intact, {} broken in tension, {} in shear", n.formed, n.intact(),
+                 n.broken_in_tension, n.broken_in_shear);
+    if (n.formed == 0)
+      summary_->warn("a law has bonds but none formed: no spheres were within `bond gap` at `bond time`");
   }
 
   void write_events() {

@@ -31,6 +31,7 @@ inline Singles series_root(Singles a, Singles b) { return sqrt(a * (b / (a + b))
 template <class P, int Own>
 struct History {
   P xi[3], rho[3], dash_n, dash_t[3], dash_r[3], slipping;
+  P twist, dash_w;           ///< of laws that resist twist
   P own[Own > 0 ? Own : 1];  ///< of the law
 };
 
@@ -89,6 +90,15 @@ struct Meeting {
   P smaller;  ///< radius of the smaller sphere, of pairs only
 };
 
+/// Of spheres that may be bonded.
+template <class P>
+struct BondedMeeting : Meeting<P> {
+  P spin;          ///< mean of both about the normal
+  P v[3], arm[3];  ///< of the centres; l_i w_i + l_j w_j
+};
+template <bool Pair, class L, class P>
+using MeetingOf = std::conditional_t<Pair && kBonds<L>, BondedMeeting<P>, Meeting<P>>;
+
 template <class P>
 struct Response {
   P f[3], t_i[3], t_j[3];          ///< on i; t_j of a surface: its rolling torque only
@@ -98,7 +108,7 @@ struct Response {
 /// `Pair`: two spheres, contact point in the middle of the overlap; else a sphere and a surface, contact point on the
 /// surface. `share` 1 for these levers, 0 for the radius.
 template <bool Pair, bool Rolls, class L, class P>
-[[gnu::always_inline]] inline void meet(double share, const Touch<P>& a, Meeting<P>& out) {
+[[gnu::always_inline]] inline void meet(double share, const Touch<P>& a, MeetingOf<Pair, L, P>& out) {
   const P sink = P(Pair ? 0.5 * share : share) * a.overlap;
   const P l_i = a.r_i - sink, l_j = Pair ? a.r_j - sink : P(0.0);
   P arm[3];
@@ -117,22 +127,26 @@ template <bool Pair, bool Rolls, class L, class P>
     for (int d = 0; d < 3; ++d) out.w[d] = w[d] - twist * a.n[d];
     out.twist = twist;
   }
+  if constexpr (Pair && kBonds<L>) {
+    out.spin = P(0.5) * (dot3(a.w_i, a.n) + dot3(a.w_j, a.n));
+    for (int d = 0; d < 3; ++d) out.v[d] = a.v[d], out.arm[d] = arm[d];
+  }
   out.overlap = a.overlap, out.v_n = v_n, out.l_i = l_i, out.l_j = l_j;
   effective<Pair, needs_radius<L, Rolls>(), Rolls>(a.r_i, a.m_i, a.r_j, a.m_j, out.effective);
 }
 
-/// Resistance to twist. Its spring and dashpot lie in those of rolling, along the normal, where rolling has no part.
+/// Resistance to twist. Its spring is a number of its own: the vector of rolling would turn a part of it into rolling
+/// wherever the normal turns.
 template <class L, class P, int Own>
 [[gnu::always_inline]] inline void resist_twist(const L& law, const Meeting<P>& a, const Effective<P>& e,
-                                                const NormalForce<P>& normal, P angle, P dash_before, P dt,
-                                                History<P, Own>& h, Response<P>& out) {
-  const Slip<P, 1> s = law.friction.twist(normal, angle, a.twist, dash_before, e.r_eff, e.inverse_r, e.root_i, dt);
+                                                const NormalForce<P>& normal, P dt, History<P, Own>& h,
+                                                Response<P>& out) {
+  const Slip<P, 1> s = law.friction.twist(normal, h.twist, a.twist, h.dash_w, e.r_eff, e.inverse_r, e.root_i, dt);
   for (int d = 0; d < 3; ++d) {
     out.t_i[d] = out.t_i[d] - s.force[0] * a.n[d];
     out.t_j[d] = out.t_j[d] + s.force[0] * a.n[d];
-    h.rho[d] = h.rho[d] + s.x[0] * a.n[d];
-    h.dash_r[d] = h.dash_r[d] + s.dashpot[0] * a.n[d];
   }
+  h.twist = s.x[0], h.dash_w = s.dashpot[0];
   const P k = P(Friction::turning_share(law.friction.mu_t)) * normal.k_n * e.r_eff * e.r_eff;
   out.rolled += s.slid + s.damped;
   out.stored += P(0.5) * k * s.x[0] * s.x[0];
@@ -161,8 +175,6 @@ template <bool Pair, bool Rolls, class P, class L>
   out.rolled = zero;
   out.stored = normal.stored + half * normal.k_t * dot3(slide.x, slide.x);
   if constexpr (Rolls) {
-    const bool twists = law.friction.resists_twist();
-    const P angle = twists ? dot3(h.rho, a.n) : zero, dash_before = twists ? dot3(h.dash_r, a.n) : zero;
     turn(h.rho, a.n);
     const Slip<P> roll = law.friction.roll(normal, h.rho, a.w, h.dash_r, e.r_eff, e.inverse_r, e.root_i, dt);
     const double share =
@@ -176,12 +188,54 @@ template <bool Pair, bool Rolls, class P, class L>
     }
     out.rolled = roll.slid + roll.damped;
     out.stored += half * k_r * dot3(roll.x, roll.x);
-    if (twists) resist_twist(law, a, e, normal, angle, dash_before, dt, h, out);
+    if (law.friction.resists_twist()) resist_twist(law, a, e, normal, dt, h, out);
   }
   for (int d = 0; d < 3; ++d) h.dash_t[d] = slide.dashpot[d];
   h.dash_n = normal.damping;
   h.slipping = slide.slipping;
   return out;
+}
+
+/// Slip over the last step, whose velocities are those of its middle, against the normal of its middle. With the normal
+/// of its end a pair that turns as one body, and not about its axis, would slip by half the angle of a step: first
+/// order, and for a bond there is no limit at which that is forgotten.
+template <class P>
+[[gnu::always_inline]] inline void mid_step_slip(const BondedMeeting<P>& a, P dt, P (&slip)[3]) {
+  const P along = dot3(a.v, a.n), back = P(0.5) * dt / (a.l_i + a.l_j);
+  P n[3], v[3];
+  for (int d = 0; d < 3; ++d) n[d] = a.n[d] - back * (a.v[d] - along * a.n[d]);
+  for (int d = 0; d < 3; ++d) {
+    const int e = (d + 1) % 3, f = (d + 2) % 3;
+    v[d] = a.v[d] - (a.arm[e] * n[f] - a.arm[f] * n[e]);
+  }
+  const P v_n = dot3(v, n);
+  for (int d = 0; d < 3; ++d) v[d] = v[d] - v_n * n[d];
+  const P off = dot3(v, a.n);
+  for (int d = 0; d < 3; ++d) slip[d] = v[d] - off * a.n[d];
+}
+
+/// The bond's part beside that of the contact. Returns whether one broke in any lane.
+template <class L, class P>
+[[gnu::always_inline]] inline bool respond_bond(const L& law, const BondedMeeting<P>& a, BondMemory<P>& memory,
+                                                double elapsed, Response<P>& out) {
+  BondMotion<P> m;
+  for (int d = 0; d < 3; ++d) m.n[d] = a.n[d], m.w[d] = a.w[d];
+  mid_step_slip(a, P(elapsed), m.v_t);
+  m.overlap = a.overlap, m.v_n = a.v_n, m.twist = a.twist, m.spin = a.spin;
+  m.smaller = a.smaller, m.sum = a.l_i + a.l_j + a.overlap;  // levers to the middle of the overlap
+  m.root_m = a.effective.root_m, m.root_i = P(std::sqrt(2.0 / 7.0)) * a.effective.root_i;
+  m.dt = P(elapsed);
+  const BondForce<P> b = law.bond.act(m, memory);
+  for (int d = 0; d < 3; ++d) {
+    const int f = (d + 1) % 3, g = (d + 2) % 3;
+    const P q = a.n[f] * b.shear[g] - a.n[g] * b.shear[f], moment = b.bending[d] + b.twisting * a.n[d];
+    out.f[d] = out.f[d] + b.normal * a.n[d] - b.shear[d];
+    out.t_i[d] = out.t_i[d] + a.l_i * q - moment;
+    out.t_j[d] = out.t_j[d] + a.l_j * q + moment;
+  }
+  out.damped = out.damped + b.damped;
+  out.stored = out.stored + b.stored;
+  return any(b.broke);
 }
 
 template <class L>

@@ -127,11 +127,28 @@ template <class At>
     store(half_of(p, half), kSpan<Singles> == 2 ? at(half) : at(0) + half * kDoubles);
 }
 
+/// MemoryShape::of where what the law is made of is known.
+template <class L, bool Rolls, bool Bonds>
+MemoryShape shape_of(const L& law, bool single) {
+  return {.rolls = Rolls,
+          .twists = Rolls && law.friction.resists_twist(),
+          .bonds = Bonds,
+          .own = kOwn<L>,
+          .single = single};
+}
+
+/// What of a contact's memory only some laws have; the same for all contacts of a job.
+struct Remembers {
+  bool slip, twist;
+  template <class L>
+  explicit Remembers(const L& law) : slip(law.friction.remembers_slip()), twist(law.friction.resists_twist()) {}
+};
+
 /// `first`: lane of the block that the pack begins with. Without `Book` what only the energy book needs stays behind,
 /// and whether a contact slipped is read only where the law asks for it.
 template <class P, int Own, bool Rolls, bool Book>
 [[gnu::always_inline]] inline History<P, Own> load_history(const BlockMemory (&block)[kSpan<P>], int first,
-                                                           bool remembers_slip) {
+                                                           const Remembers& what) {
   using Real = typename P::Real;
   const auto number = [&](int k) {
     return load_each<P>([&](int b) { return block[b].template number<Real>(k) + first; });
@@ -146,13 +163,17 @@ template <class P, int Own, bool Rolls, bool Book>
     h.dash_r[d] = Book && Rolls ? note(5 + d) : P(0.0);
   }
   h.dash_n = Book ? note(1) : P(0.0);
-  h.slipping = remembers_slip ? note(0) : P(0.0);
+  h.slipping = what.slip ? note(0) : P(0.0);
+  if (Rolls && what.twist) {
+    h.twist = number(6 + Own);
+    h.dash_w = Book ? note(8) : P(0.0);
+  }
   return h;
 }
 
 template <class P, int Own, bool Rolls, bool Book>
 [[gnu::always_inline]] inline void store_history(const History<P, Own>& h, const BlockMemory (&block)[kSpan<P>],
-                                                 int first, bool remembers_slip) {
+                                                 int first, const Remembers& what) {
   using Real = typename P::Real;
   const auto number = [&](int k, P p) {
     store_each(p, [&](int b) { return block[b].template number<Real>(k) + first; });
@@ -166,7 +187,35 @@ template <class P, int Own, bool Rolls, bool Book>
     if constexpr (Book && Rolls) note(5 + d, h.dash_r[d]);
   }
   if constexpr (Book) note(1, h.dash_n);
-  if (remembers_slip) note(0, h.slipping);
+  if (what.slip) note(0, h.slipping);
+  if (Rolls && what.twist) {
+    number(6 + Own, h.twist);
+    if constexpr (Book) note(8, h.dash_w);
+  }
+}
+
+template <class P, bool Book>
+[[gnu::always_inline]] inline BondMemory<P> load_bond(const BlockMemory (&block)[kSpan<P>], int first) {
+  BondMemory<P> b;
+  BondMemory<P>::each_number(b, [&](P& p, int k) {
+    p = load_each<P>(
+        [&](int s) { return block[s].template number<typename P::Real>(block[s].first_bond + k) + first; });
+  });
+  BondMemory<P>::each_note(b, [&](P& p, int k) {
+    p = Book ? load_notes<P>([&](int s) { return block[s].note(block[s].first_bond_note + k) + first; }) : P(0.0);
+  });
+  return b;
+}
+
+template <class P, bool Book>
+[[gnu::always_inline]] inline void store_bond(const BondMemory<P>& b, const BlockMemory (&block)[kSpan<P>], int first) {
+  BondMemory<P>::each_number(b, [&](const P& p, int k) {
+    store_each(p, [&](int s) { return block[s].template number<typename P::Real>(block[s].first_bond + k) + first; });
+  });
+  if constexpr (Book)
+    BondMemory<P>::each_note(b, [&](const P& p, int k) {
+      store_notes(p, [&](int s) { return block[s].note(block[s].first_bond_note + k) + first; });
+    });
 }
 
 /// Forces and torques of kDoubles lanes as rows; `touching` rides along with the torques.

@@ -10,7 +10,9 @@ inline namespace SUBSOIL_ISA {
 /// Chooses rolling resistance outside the loops over contacts: `run(rolls)` gets it as a type.
 template <class L, class Run>
 void with_rolling(const L& law, const Run& run) {
-  if (law.friction.resists_rolling())
+  if constexpr (kBonds<L>)
+    run(std::true_type{});  // moments of bonds need what rolling resistance does
+  else if (law.friction.resists_rolling())
     run(std::true_type{});
   else
     run(std::false_type{});

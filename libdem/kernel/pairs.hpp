@@ -112,7 +112,7 @@ inline Doubles overlap_of(const Gap<Doubles>& g, Doubles distance) { return g.r_
 inline Singles overlap_of(const Gap<Singles>& g, Singles distance) { return g.excess / (g.r_i + g.r_j + distance); }
 
 template <bool Rolls, class L, class P>
-[[gnu::always_inline]] inline void meet_pair(double share, const Gap<P>& g, Meeting<P>& out) {
+[[gnu::always_inline]] inline void meet_pair(double share, const Gap<P>& g, MeetingOf<true, L, P>& out) {
   const P inverse = rsqrt(g.d2);
   Touch<P> a;
   a.overlap = overlap_of(g, g.d2 * inverse);
@@ -151,16 +151,22 @@ template <bool Rolls, class L, class P>
 }
 
 /// The law on one pack; the memory of its contacts is updated. What comes out in lanes that hold no pair must not be
-/// added.
+/// added. Returns whether a bond broke.
 template <bool Rolls, bool Book, class P, class L>
-[[gnu::always_inline]] inline void evaluate(const L& law, const PairJob& job, const Meeting<P>& a,
+[[gnu::always_inline]] inline bool evaluate(const L& law, const PairJob& job, const MeetingOf<true, L, P>& a,
                                             const BlockMemory (&memory)[kSpan<P>], BlockResult* const (&out)[kSpan<P>],
                                             int first) {
   const P zero(0.0), one(1.0);
-  const bool remembers_slip = law.friction.remembers_slip();
-  auto h = load_history<P, kOwn<L>, Rolls, Book>(memory, first, remembers_slip);
-  const Response<P> c = respond<true, Rolls>(law, a, h, job.elapsed);
-  store_history<P, kOwn<L>, Rolls, Book>(h, memory, first, remembers_slip);
+  const Remembers what(law);
+  auto h = load_history<P, kOwn<L>, Rolls, Book>(memory, first, what);
+  Response<P> c = respond<true, Rolls, P>(law, a, h, job.elapsed);
+  store_history<P, kOwn<L>, Rolls, Book>(h, memory, first, what);
+  bool broke = false;
+  if constexpr (kBonds<L>) {
+    BondMemory<P> bond = load_bond<P, Book>(memory, first);
+    broke = respond_bond(law, a, bond, job.elapsed, c);
+    store_bond<P, Book>(bond, memory, first);
+  }
   store_pushes(c, select(a.overlap > zero, one, zero), out, first);
   if constexpr (Book) {
     const P sums[6] = {
@@ -168,6 +174,7 @@ template <bool Rolls, bool Book, class P, class L>
     for (int k = 0; k < 6; ++k) store_doubles(sums[k], [&](int b) { return out[b]->sums[k] + first; });
   }
   if (job.wake != nullptr) store_doubles(a.overlap, [&](int b) { return out[b]->overlap + first; });
+  return broke;
 }
 
 /// BlockResult::sums of many blocks, lane by lane.
@@ -318,13 +325,13 @@ void run_pairs(const L& by_reference, PairJob& job) {
   constexpr int span = kSpan<P>, room = kGroup * span, lanes = P::kLanes;
   const L law = by_reference;  // nothing can point to it: its constants stay in registers
   const double share = lever_share(law);
-  const MemoryShape shape{.rolls = Rolls, .own = kOwn<L>, .single = std::is_same_v<P, Singles>};
+  const MemoryShape shape = shape_of<L, Rolls, kBonds<L>>(law, std::is_same_v<P, Singles>);
   const auto* const spheres = records(job, P{});
   using Record = std::remove_reference_t<decltype(*spheres)>;
   BlockSums sums;
   OwnerSums owner_sums;
   BlockResult results[room];
-  Meeting<P> meeting[kGroup][kParts<P>];
+  MeetingOf<true, L, P> meeting[kGroup][kParts<P>];
   Owners<P> owners[room + 1];  // of the slices of a group, the first of which may have begun in the group before
   int slice = 0;
   BlockResult* result[room] = {};
@@ -382,7 +389,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
         out[s] = result[at];
       }
       for (int part = 0; part < kParts<P>; ++part)
-        evaluate<Rolls, Book>(law, job, meeting[g][part], memory, out, part * lanes);
+        if (evaluate<Rolls, Book, P>(law, job, meeting[g][part], memory, out, part * lanes)) job.broke = true;
     }
     // A block at a border never sleeps.
     if (job.wake != nullptr)

@@ -9,6 +9,8 @@ template <bool Rolls, class L>
 void run_planes(const L& by_reference, PlaneJob& job) {
   const L law = by_reference;  // nothing can point to it: its constants stay in registers
   const double share = lever_share(law);
+  const Remembers what(law);
+  const MemoryShape shape = shape_of<L, Rolls, false>(law, false);
   const Doubles zero(0.0), one(1.0);
   Doubles sums[6] = {zero, zero, zero, zero, zero, zero}, force[3] = {zero, zero, zero}, moment[3] = {zero, zero, zero};
   for (std::uint32_t b = 0; b < job.count; ++b) {
@@ -34,12 +36,12 @@ void run_planes(const L& by_reference, PlaneJob& job) {
         a.w_i[d] = i.w[d], a.w_j[d] = Doubles(job.spin[d]);
       }
       a.r_i = a.r_j = i.r, a.m_i = a.m_j = i.m;
-      const BlockMemory memory[1] = {BlockMemory::at(job.lines, job.count, {.rolls = Rolls, .own = kOwn<L>}, b)};
+      const BlockMemory memory[1] = {BlockMemory::at(job.lines, job.count, shape, b)};
       Meeting<Doubles> meeting;
       meet<false, Rolls, L>(share, a, meeting);
-      auto h = load_history<Doubles, kOwn<L>, Rolls, true>(memory, first, law.friction.remembers_slip());
-      Response<Doubles> c = respond<false, Rolls>(law, meeting, h, job.elapsed);
-      store_history<Doubles, kOwn<L>, Rolls, true>(h, memory, first, law.friction.remembers_slip());
+      auto h = load_history<Doubles, kOwn<L>, Rolls, true>(memory, first, what);
+      Response<Doubles> c = respond<false, Rolls, Doubles>(law, meeting, h, job.elapsed);
+      store_history<Doubles, kOwn<L>, Rolls, true>(h, memory, first, what);
       store_response(c, select(a.overlap > zero, one, zero), f + first, t + first, unused + first);
       const DoublesMask used = lanes_below(count, first);
       const Doubles add[6] = {

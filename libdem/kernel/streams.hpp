@@ -21,22 +21,31 @@ namespace subsoil::dem {
 
 inline constexpr std::uint32_t kBlock = 8;
 inline constexpr std::uint32_t kTile = 256;  ///< spheres per tile; threads own whole tiles
+inline constexpr int kBondNumbers = BondMemory<double>::numbers, kBondNotes = BondMemory<double>::notes;
 
 /// A line of the cache.
 struct alignas(64) Line {
   unsigned char bytes[64];
 };
 
-/// What each contact of a law keeps: numbers that steer the motion (tangential spring, rolling spring, the law's own),
-/// and notes for the energy book.
+/// What each contact of a law keeps: numbers that steer the motion (tangential spring, rolling spring, the law's own,
+/// twisting spring, bond), and notes for the energy book.
 struct MemoryShape {
   bool rolls = false;
+  bool twists = false;  ///< only of those that roll
+  bool bonds = false;   ///< likewise
   int own = 0;          ///< the law's numbers, at most kOwnMemory
   bool single = false;  ///< numbers are float: pairs in mixed precision
 
+  /// Between spheres; at surfaces, which have no bonds, in double.
   static MemoryShape of(const Law& law, bool single);
-  std::size_t numbers() const { return 3 + (rolls ? 3 : 0) + static_cast<std::size_t>(own); }
-  std::size_t notes() const { return rolls ? 8 : 5; }
+  static MemoryShape at_surface(const Law& law);
+  int first_own() const { return rolls ? 6 : 3; }
+  int twist() const { return first_own() + own; }
+  int first_bond() const { return twist() + (twists ? 1 : 0); }
+  int first_bond_note() const { return (rolls ? 8 : 5) + (twists ? 1 : 0); }
+  std::size_t numbers() const { return static_cast<std::size_t>(first_bond() + (bonds ? kBondNumbers : 0)); }
+  std::size_t notes() const { return static_cast<std::size_t>(first_bond_note() + (bonds ? kBondNotes : 0)); }
   /// Bytes of the numbers, and of the notes, of one block.
   std::size_t number_bytes() const { return numbers() * kBlock * (single ? sizeof(float) : sizeof(double)); }
   std::size_t note_bytes() const { return notes() * kBlock * sizeof(float); }
@@ -52,20 +61,20 @@ struct MemoryShape {
 struct BlockMemory {
   unsigned char* numbers;
   unsigned char* notes;
-  int first_own;
+  int first_bond, first_bond_note;
 
   /// @param lines of the run, which has so many blocks
   static BlockMemory at(Line* lines, std::size_t blocks, const MemoryShape& shape, std::size_t block) {
     auto* bytes = reinterpret_cast<unsigned char*>(lines);
     return {bytes + shape.number_bytes() * block, bytes + shape.number_bytes() * blocks + shape.note_bytes() * block,
-            shape.rolls ? 6 : 3};
+            shape.first_bond(), shape.first_bond_note()};
   }
-  /// Number k of 8 contacts, Real the shape's type: 0 to 2 xi, 3 to 5 rho, own from first_own.
+  /// Number k of 8 contacts, Real the shape's type: 0 to 2 xi, 3 to 5 rho; then as MemoryShape says.
   template <class Real>
   Real* number(int k) const {
     return reinterpret_cast<Real*>(numbers) + static_cast<int>(kBlock) * k;
   }
-  /// 0 slipping, 1 dash_n, 2 to 4 dash_t, 5 to 7 dash_r.
+  /// 0 slipping, 1 dash_n, 2 to 4 dash_t, 5 to 7 dash_r, 8 dash_w of those that twist; then the bond's.
   float* note(int k) const { return reinterpret_cast<float*>(notes) + static_cast<int>(kBlock) * k; }
 };
 
@@ -75,11 +84,13 @@ struct BlockMemory {
 struct PairState {
   double xi[3] = {};            ///< tangential spring, m, world axes, on the owner
   double rho[3] = {};           ///< rolling spring, rad
+  double twist = 0;             ///< twisting spring, rad; the same from either side
   double own[kOwnMemory] = {};  ///< of the law
   float slipping = 0;
   float dash_n = 0;  ///< normal damping force, N
   float dash_t[3] = {};
   float dash_r[3] = {};
+  float dash_w = 0;
   PairState turned_over() const;  ///< with owner and partner exchanged
   bool empty() const;             ///< nothing stored: the contact was out of reach at the last step
 };
@@ -87,6 +98,9 @@ struct PairState {
 /// Springs and dashpots of one lane, taken out of its block or put into it.
 PairState read_lane(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane);
 void write_lane(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane, const PairState& state);
+/// Likewise the bond of a lane, of shapes that bond.
+BondMemory<double> read_bond(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane);
+void write_bond(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane, const BondMemory<double>& bond);
 
 /// Lanes that hold no pair repeat one of the slice; what comes out there is not added.
 struct alignas(64) PairBlock {
@@ -179,6 +193,7 @@ struct PairJob {
   // Spheres that the next tile will meet first: fetched into the cache meanwhile, a few with each block.
   std::uint32_t ahead, ahead_count;
   RunSums sums;
+  bool broke;  ///< set when a bond did
 };
 
 struct PlaneJob {
@@ -203,7 +218,7 @@ struct SurfaceJob {
   double normal[3][kBlock];                     ///< world axes, from the surface to the centre
   double distance[kBlock];                      ///< of the centre from the surface; negative behind it
   double velocity[3][kBlock], spin[3][kBlock];  ///< of the surface at the contact point
-  Line lines[(6 + kOwnMemory) + 4];             ///< of the largest memory shape
+  Line lines[(7 + kOwnMemory) + 5];             ///< of the largest memory shape
   std::uint32_t count;
   double elapsed, reach;
   Four f[kBlock], t_i[kBlock], t_j[kBlock];  ///< on the sphere; on the surface only its rolling torque

@@ -8,7 +8,9 @@ inline namespace SUBSOIL_ISA {
 template <bool Rolls, class L>
 void run_surface(const L& law, SurfaceJob& job) {
   const Doubles zero(0.0), one(1.0);
-  const BlockMemory memory[1] = {BlockMemory::at(job.lines, 1, {.rolls = Rolls, .own = kOwn<L>}, 0)};
+  const Remembers what(law);
+  const MemoryShape shape = shape_of<L, Rolls, false>(law, false);
+  const BlockMemory memory[1] = {BlockMemory::at(job.lines, 1, shape, 0)};
   for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles) {
     const SphereLanes i = load_spheres(job, job.sphere, first);
     Touch<Doubles> a;
@@ -21,9 +23,9 @@ void run_surface(const L& law, SurfaceJob& job) {
     a.r_i = a.r_j = i.r, a.m_i = a.m_j = i.m;
     Meeting<Doubles> meeting;
     meet<false, Rolls, L>(lever_share(law), a, meeting);
-    auto h = load_history<Doubles, kOwn<L>, Rolls, true>(memory, first, law.friction.remembers_slip());
-    const Response<Doubles> c = respond<false, Rolls>(law, meeting, h, job.elapsed);
-    store_history<Doubles, kOwn<L>, Rolls, true>(h, memory, first, law.friction.remembers_slip());
+    auto h = load_history<Doubles, kOwn<L>, Rolls, true>(memory, first, what);
+    const Response<Doubles> c = respond<false, Rolls, Doubles>(law, meeting, h, job.elapsed);
+    store_history<Doubles, kOwn<L>, Rolls, true>(h, memory, first, what);
     store_response(c, select(a.overlap > zero, one, zero), job.f + first, job.t_i + first, job.t_j + first);
     const Doubles sums[6] = {
         c.damped, c.slid, c.rolled, c.stored, select(a.overlap >= Doubles(-job.reach), one, zero), a.overlap / i.r};

@@ -17,6 +17,7 @@ struct HertzMindlin : ElasticPair {
   double restitution = std::numeric_limits<double>::quiet_NaN();
   bool clip = false;
   Cohesion cohesion;
+  Bond bond;
   Friction friction;
   double damping = 0;  ///< 2 sqrt(5/6) beta(e); filled by resolved()
 
@@ -28,12 +29,14 @@ struct HertzMindlin : ElasticPair {
     v.flag("clip attraction", clip,
            "cut the normal force off at zero while separating (restitution then exceeds the given)");
     cohesion.describe(v);
+    bond.describe(v);
     friction.describe(v);
   }
 
   HertzMindlin resolved() const {
     HertzMindlin law = *this;
     law.cohesion = cohesion.completed();
+    law.bond = bond.completed();
     law.damping = 2 * std::sqrt(5.0 / 6.0) * damping_ratio(restitution);
     return law;
   }

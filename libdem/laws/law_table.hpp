@@ -9,10 +9,12 @@ namespace subsoil::dem {
 struct Losses {
   double damping = 0;  ///< normal and tangential dashpots
   double sliding = 0;
-  double rolling = 0;  ///< rolling spring at its limit and its dashpot
+  double rolling = 0;   ///< rolling spring at its limit and its dashpot
+  double breaking = 0;  ///< what bonds held when they broke
 
+  double total() const { return damping + sliding + rolling + breaking; }
   Losses& operator+=(const Losses& b) {
-    return damping += b.damping, sliding += b.sliding, rolling += b.rolling, *this;
+    return damping += b.damping, sliding += b.sliding, rolling += b.rolling, breaking += b.breaking, *this;
   }
 };
 
@@ -24,9 +26,34 @@ struct LawTable {
   int of(int a, int b) const { return index[static_cast<std::size_t>(a * materials + b)]; }
 };
 
-/// Whether a law has a rolling spring or torque.
-inline bool rolls(const Law& law) {
-  return std::visit([](const auto& l) { return l.friction.resists_rolling(); }, law);
+/// Whether a law has a rolling spring or torque, or needs for its bonds what those need.
+template <class L>
+bool rolls(const L& law) {
+  return kBonds<L> || law.friction.resists_rolling();
+}
+
+/// The bond of a law whose spheres may be bonded; null for the others.
+inline const Bond* bond_of(const Law& law) {
+  return std::visit(
+      []<class L>(const L& l) -> const Bond* {
+        if constexpr (kBonds<L>)
+          return &l.bond;
+        else
+          return nullptr;
+      },
+      law);
+}
+
+/// Largest gap across which a law acts between spheres up to a radius, m; at surfaces that is its reach().
+inline double reach_between(const Law& law, double largest_radius) {
+  return std::visit(
+      [&]<class L>(const L& l) {
+        if constexpr (kBonds<L>)
+          return l.reach_between(largest_radius);
+        else
+          return l.reach();
+      },
+      law);
 }
 
 }  // namespace subsoil::dem

@@ -2,6 +2,7 @@
 #include <limits>
 #include <numbers>
 
+#include "libdem/laws/bond.hpp"
 #include "libdem/laws/cohesion.hpp"
 #include "libdem/laws/friction.hpp"
 
@@ -29,6 +30,7 @@ struct Linear {
   double restitution = std::numeric_limits<double>::quiet_NaN();
   bool clip = false;
   Cohesion cohesion;
+  Bond bond;
   Friction friction;
   double beta = 0;  ///< damping ratio; filled by resolved()
 
@@ -41,12 +43,14 @@ struct Linear {
     v.flag("clip attraction", clip,
            "cut the normal force off at zero while separating (restitution then exceeds the given)");
     cohesion.describe(v);
+    bond.describe(v);
     friction.describe(v);
   }
 
   Linear resolved() const {
     Linear law = *this;
     law.cohesion = cohesion.completed();
+    law.bond = bond.completed();
     law.beta = damping_ratio(restitution);
     return law;
   }

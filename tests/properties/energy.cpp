@@ -12,10 +12,7 @@ namespace {
 struct Book {
   BedEnergy start, end;
   double turned_over() const { return lost() + std::abs(end.boundary_work - start.boundary_work); }
-  double lost() const {
-    return end.lost.damping + end.lost.sliding + end.lost.rolling - start.lost.damping - start.lost.sliding -
-           start.lost.rolling;
-  }
+  double lost() const { return end.lost.total() - start.lost.total(); }
   double gap() const { return end.total() - start.total() - (end.boundary_work - start.boundary_work); }
 };
 
@@ -36,6 +33,7 @@ Book run(const Law& law, const std::function<std::vector<Motion>(Bed&)>& surface
   bed.add(loose_lattice({0.001, 0.002, 0.001}, 4, 5, 4, 0.0205, 0.01, 0.3, 1.0, dice));
   add_bin(bed, 0.084, 0.084);
   const std::vector<Motion> motions = surfaces(bed);
+  bed.let_bonds_form();
   const double dt = step_for(resolved, share);
   Book book;
   const int steps = static_cast<int>(time / dt);

@@ -24,6 +24,7 @@ Scene scene(const Law& law, bool with_spheres, Precision precision = Precision::
     const SphereSpec fallen{{1, -0.1, 0}, {0, -2, 0}, {}, 0.01, 1800, 0};
     s.bed.add(std::span(&fallen, 1));
   }
+  if (with_spheres) s.bed.let_bonds_form();
   add_bin(s.bed, 0.16, 0.16);
   Boundary b;
   b.shape = MeshSurface(box_mesh({0.03, 0.05, 0.03}));
@@ -47,7 +48,17 @@ TEST(Restart, EndsWhereTheStraightRunEnds) {
     second.bed.restore(first.bed.save());
     EXPECT_EQ(second.bed.time(), first.bed.time());
     EXPECT_EQ(second.bed.steps(), 200);
+    EXPECT_EQ(second.bed.bonded_pairs(), first.bed.bonded_pairs()) << name;
+    const std::size_t broken_before = second.bed.bonds().broken();
     advance(second, 200);
+    if (second.bed.has_bonding_laws()) {
+      EXPECT_GT(broken_before, 0u) << name;  // saved in the middle of breaking
+      EXPECT_GT(second.bed.bonds().broken(), broken_before) << name;
+    }
+    EXPECT_EQ(second.bed.bonds().formed, straight.bed.bonds().formed) << name;
+    EXPECT_EQ(second.bed.bonds().broken_in_tension, straight.bed.bonds().broken_in_tension) << name;
+    EXPECT_EQ(second.bed.bonds().broken_in_shear, straight.bed.bonds().broken_in_shear) << name;
+    ASSERT_EQ(second.bed.broken_bonds().size(), straight.bed.broken_bonds().size()) << name;
     double apart = 0;
     ASSERT_EQ(straight.bed.spheres().size(), 320u);
     ASSERT_EQ(second.bed.spheres().size(), 320u);
@@ -60,6 +71,7 @@ TEST(Restart, EndsWhereTheStraightRunEnds) {
     // dashpots are kept as floats in the records and in the state alike
     EXPECT_NEAR(a.total(), b.total(), 1e-9 * scale) << name;
     EXPECT_NEAR(a.lost.sliding, b.lost.sliding, 1e-9 * scale) << name;
+    EXPECT_NEAR(a.lost.breaking, b.lost.breaking, 1e-9 * scale) << name;
     EXPECT_NEAR(a.boundary_work, b.boundary_work, 1e-9 * scale) << name;
     EXPECT_LT(norm(straight.bed.boundary(5).wrench.force - second.bed.boundary(5).wrench.force), 1e-6) << name;
   }

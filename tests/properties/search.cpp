@@ -47,12 +47,14 @@ Difference compare(const Law& law, double skin, double ratio, double speed, int 
   reference.add(specs);
   for (const Plane& p : walls()) add_plane(bed, p.point(), p.normal());
   reference.planes = walls();
+  bed.let_bonds_form();
   Difference d;
   double largest = 1e-3;
   for (int n = 0; n < steps; ++n) {
     const Snapshot s = observe(bed, dt);
     reference.step(dt);
     EXPECT_EQ(bed.touching_pairs(), reference.pairs) << "step " << n;
+    EXPECT_EQ(bed.bonds().intact(), reference.bonds) << "step " << n;
     d.contacts += reference.pairs;
     for (std::size_t i = 0; i < specs.size(); ++i) {
       largest = std::max(largest, norm(reference.force[i]));
@@ -71,16 +73,11 @@ TEST(Search, MissesNoContactOfFastSpheresOfManySizes) {
       const Difference d = compare(law, 0, ratio, 3, 150, 5);
       EXPECT_GT(d.contacts, 500u) << name;
       // Both sum the same doubles in another order; collisions amplify 1e-16 by about a decade each, and so does a slip
-      // near zero whose direction alone decides on the force. The twisting spring lies in the rolling one, along the
-      // normal: of what it holds the angle by which the normal turns in a step, some 1e-3, goes over to rolling, which
-      // the reference keeps apart (docs/theory.md, section 5).
-      const auto& [by_direction, twists] = std::visit(
-          [](const auto& l) {
-            return std::pair(l.friction.tangential == Tangential::constant_direction, l.friction.resists_twist());
-          },
-          law);
-      EXPECT_LT(d.force, twists ? 1e-3 : by_direction ? 1e-6 : 1e-8) << name << ratio;
-      EXPECT_LT(d.position, twists ? 1e-6 : 1e-12) << name << ratio;
+      // near zero whose direction alone decides on the force.
+      const bool by_direction =
+          std::visit([](const auto& l) { return l.friction.tangential == Tangential::constant_direction; }, law);
+      EXPECT_LT(d.force, by_direction ? 1e-6 : 1e-8) << name << ratio;
+      EXPECT_LT(d.position, 1e-12) << name << ratio;
     }
 }
 

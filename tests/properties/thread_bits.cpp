@@ -13,6 +13,7 @@ struct Fingerprint {
   std::uint64_t spheres;
   double lost, stored, kinetic, work, wrench;
   long rebuilds;
+  std::uint64_t bonds;  ///< how many formed, who broke and in which order
   bool operator==(const Fingerprint&) const = default;
 };
 
@@ -50,15 +51,18 @@ Fingerprint run(const Law& law, const Scene& scene, int threads, Precision preci
   bed.add(std::move(box));
   const Motion pull{bed.add(std::move(tool)), {{-0.016, 0.05, 0.05}, {}}, {1.5, 0, 0}, {0, 0, -1}};
   const Motion turn{bed.add(std::move(drum)), {{0.1, scene.ny * pitch + 0.0405, 0.1}, {}}, {0, -0.6, 0}, {0, 0, 6}};
+  bed.let_bonds_form();
   for (int n = 0; n < scene.steps; ++n) {
     pull.place(bed), turn.place(bed);
     bed.step(2e-5, {.energy = n + 1 == scene.steps, .snapshot = nullptr});
   }
   const BedEnergy& e = bed.energy();
-  return {hash(bed),       e.lost.damping + 3 * e.lost.sliding + 7 * e.lost.rolling,
+  std::uint64_t bonds = bed.bonds().formed;
+  for (const BrokenBond& b : bed.broken_bonds()) bonds = 31 * bonds + b.ids[0] + 7 * b.ids[1] + b.in_tension;
+  return {hash(bed),       e.lost.damping + 3 * e.lost.sliding + 7 * e.lost.rolling + 11 * e.lost.breaking,
           e.stored,        e.kinetic + e.spin,
           e.boundary_work, bed.boundary(pull.boundary).wrench.force.x + bed.boundary(turn.boundary).wrench.moment.z,
-          bed.rebuilds()};
+          bed.rebuilds(),  bonds};
 }
 
 void same_bits(const Scene& scene) {
@@ -68,6 +72,9 @@ void same_bits(const Scene& scene) {
       EXPECT_GT(one.rebuilds, 2) << name;
       EXPECT_NE(one.lost, 0) << name;
       EXPECT_NE(one.wrench, 0) << name;
+      if (bond_of(table(law).laws[0]) != nullptr) {
+        EXPECT_GT(one.bonds, 5u) << name;
+      }
       for (const int threads : {2, 3, 8})
         EXPECT_TRUE(run(law, scene, threads, precision) == one) << name << ", " << threads << " threads";
     }

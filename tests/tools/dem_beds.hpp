@@ -111,6 +111,18 @@ inline Cohesion water(double volume = 1e-9, double angle = 0.3) {
   c.tension = 0.072, c.angle = angle, c.volume = volume;
   return c;
 }
+/// Cement between spheres of some millimetres that grains thrown about in a test break in part.
+inline Bond cement(double modulus = 1.5e7, double strength = 2e5) {
+  Bond b;
+  b.kind = Bond::Kind::parallel;
+  b.modulus = modulus, b.tensile = strength, b.shear = strength, b.gap = 1e-3;
+  return b;
+}
+template <class Normal>
+Normal with(Normal law, const Bond& bond) {
+  law.bond = bond;
+  return law;
+}
 template <class Normal>
 Normal with(Normal law, const Cohesion& cohesion) {
   law.cohesion = cohesion;
@@ -151,7 +163,12 @@ inline std::vector<std::pair<std::string, Law>> every_law() {
   steady.unloading = Luding::Unloading::constant, steady.damping = NAN, steady.restitution = 0.8;
   Eepa hertzian = powder(1.5, 3e5, 0.6, 20);
   hertzian.f0 = 0.01, hertzian.chi = 3.5;
-  return {{"hysteretic", compactable()},
+  Bond frictional = cement(1e7, 1.5e5);
+  frictional.ratio = 2, frictional.radius = 0.8, frictional.friction_angle = 0.5, frictional.moment_share = 0.5;
+  frictional.damping = 0.1;
+  return {{"linear, bonded", with(grains(), cement())},
+          {"hertz-mindlin, bonded, twist", with(twisting, frictional)},
+          {"hysteretic", compactable()},
           {"hysteretic, kept", kept},
           {"luding", sticky()},
           {"luding, constant", steady},

@@ -97,6 +97,52 @@ ContactResult reference_contact(const L& law, const Vec3& n, double distance, co
   return out;
 }
 
+/// Parallel bond, from the equations of Potyondy & Cundall 2004: sums of forces and moments, which turn with the pair.
+struct ReferenceBond {
+  bool intact = false;
+  double reference = 0, twisting = 0;  ///< m, N m
+  Vec3 shear, bending;                 ///< N, N m, on i with the sign turned
+};
+
+/// Adds what the bond gives.
+inline void reference_bond(const Bond& law, const Vec3& n, double distance, const Side& i, const Side& j, double dt,
+                           ReferenceBond& b, ContactResult& out) {
+  if (!b.intact) return;
+  const double R = law.radius * std::min(i.r, j.r), A = pi * R * R, I = pi * std::pow(R, 4) / 4, J = 2 * I;
+  const double k_n = law.modulus / (i.r + j.r), k_s = k_n / law.ratio, overlap = i.r + j.r - distance;
+  const Vec3 to_i = -(i.r - overlap / 2) * n, to_j = (j.r - overlap / 2) * n;
+  const Vec3 w = i.w - j.w, apart = i.v - j.v;
+  const double v_n = dot(apart, n), w_n = dot(w, n), turn = 0.5 * dot(i.w + j.w, n) * dt;
+  const Vec3 roll = w - w_n * n;
+  // Velocities are of the middle of the step: slip against the normal there.
+  const Vec3 mid = n - (0.5 * dt / distance) * (apart - v_n * n);
+  const Vec3 v = apart - cross((i.r - overlap / 2) * i.w + (j.r - overlap / 2) * j.w, mid);
+  const Vec3 flat_v = v - dot(v, mid) * mid, v_t = flat_v - dot(flat_v, n) * n;
+  const auto carried = [&](const Vec3& force, const Vec3& more) {
+    const Vec3 flat = force - dot(force, n) * n, turned = flat + turn * cross(n, flat);
+    return (norm(turned) > 0 ? norm(force) / norm(turned) : 1) * turned + more;
+  };
+  b.shear = carried(b.shear, (k_s * A * dt) * v_t);
+  b.bending = carried(b.bending, (k_n * I * dt) * roll);
+  b.twisting += k_s * J * dt * w_n;
+  const double normal = k_n * A * (overlap - b.reference);
+  const double sigma = -normal / A + law.moment_share * norm(b.bending) * R / I;
+  const double tau = norm(b.shear) / A + law.moment_share * std::abs(b.twisting) * R / J;
+  if (sigma >= law.tensile || tau >= law.shear + normal / A * std::tan(law.friction_angle)) {
+    b = {};
+    return;
+  }
+  const double m = i.m * j.m / (i.m + j.m), own = 0.4 * i.m * i.r * i.r, other = 0.4 * j.m * j.r * j.r;
+  const double inertia = own * other / (own + other), twice = 2 * law.damping;
+  const Vec3 shear = b.shear + (twice * std::sqrt(m * k_s * A)) * v_t;
+  const Vec3 moment = b.bending + (twice * std::sqrt(inertia * k_n * I)) * roll +
+                      (b.twisting + twice * std::sqrt(inertia * k_s * J) * w_n) * n;
+  const Vec3 force = (normal - twice * std::sqrt(m * k_n * A) * v_n) * n - shear;
+  out.force += force;
+  out.torque_i += cross(to_i, force) - moment;
+  out.torque_j += cross(to_j, -force) + moment;
+}
+
 /// All pairs, every step.
 class ReferenceBed {
  public:
@@ -106,6 +152,7 @@ class ReferenceBed {
   std::vector<Plane> planes;
   std::vector<Vec3> force, torque;  ///< of the last step
   std::size_t pairs = 0;            ///< in reach at the last step
+  std::size_t bonds = 0;            ///< intact at the last step
 
   void add(std::span<const SphereSpec> specs) {
     for (const SphereSpec& s : specs)
@@ -116,7 +163,9 @@ class ReferenceBed {
   void step(double dt) {
     force.assign(spheres.size(), {});
     torque.assign(spheres.size(), {});
-    pairs = 0;
+    pairs = bonds = 0;
+    largest_ = 0;
+    for (const Sphere& s : spheres) largest_ = std::max(largest_, s.r);
     for (std::size_t i = 0; i < spheres.size(); ++i) {
       for (std::size_t j = i + 1; j < spheres.size(); ++j) touch(i, j);
       for (std::size_t p = 0; p < planes.size(); ++p) touch_plane(i, p);
@@ -130,12 +179,11 @@ class ReferenceBed {
       s.x += dt * s.v;
     }
     dt_before_ = dt;
+    first_ = false;
   }
 
  private:
-  double reach(int law) const {
-    return std::visit([](const auto& l) { return l.reach(); }, laws_.laws[static_cast<std::size_t>(law)]);
-  }
+  const Law& law_of(int law) const { return laws_.laws[static_cast<std::size_t>(law)]; }
 
   ContactResult contact(int law, const Vec3& n, double distance, const Side& a, const Side& b, History& h) const {
     return std::visit([&](const auto& l) { return reference_contact(l, n, distance, a, b, dt_before_, h); },
@@ -146,13 +194,21 @@ class ReferenceBed {
     const Sphere &a = spheres[i], &b = spheres[j];
     const double distance = norm(a.x - b.x);
     const int law = laws_.of(a.material, b.material);
-    if (distance >= a.r + b.r + reach(law)) {
+    if (distance >= a.r + b.r + reach_between(law_of(law), largest_)) {
       history_.erase({i, j});
       return;
     }
     ++pairs;
     const Vec3 n = (1 / distance) * (a.x - b.x);
-    const auto c = contact(law, n, distance, {a.v, a.w, a.r, a.m}, {b.v, b.w, b.r, b.m}, history_[{i, j}]);
+    const Side here{a.v, a.w, a.r, a.m}, there{b.v, b.w, b.r, b.m};
+    auto c = contact(law, n, distance, here, there, history_[{i, j}]);
+    if (const Bond* bond = bond_of(law_of(law))) {
+      ReferenceBond& state = bonds_[{i, j}];
+      const double overlap = a.r + b.r - distance;
+      if (first_ && overlap >= -bond->gap) state.intact = true, state.reference = overlap;
+      reference_bond(*bond, n, distance, here, there, dt_before_, state, c);
+      bonds += state.intact ? 1 : 0;
+    }
     force[i] += c.force, force[j] -= c.force;
     torque[i] += c.torque_i, torque[j] += c.torque_j;
   }
@@ -161,7 +217,7 @@ class ReferenceBed {
     const Sphere& a = spheres[i];
     const double distance = dot(a.x - planes[p].point(), planes[p].normal());
     const int law = laws_.of(a.material, 0);
-    if (distance > a.r + reach(law)) {
+    if (distance > a.r + std::visit([](const auto& l) { return l.reach(); }, law_of(law))) {
       wall_history_.erase({i, p});
       return;
     }
@@ -173,8 +229,10 @@ class ReferenceBed {
 
   LawTable laws_;
   Vec3 gravity_;
-  double dt_before_ = 0;
+  double dt_before_ = 0, largest_ = 0;
+  bool first_ = true;
   std::map<std::pair<std::size_t, std::size_t>, History> history_, wall_history_;
+  std::map<std::pair<std::size_t, std::size_t>, ReferenceBond> bonds_;
 };
 
 }  // namespace subsoil::dem::test

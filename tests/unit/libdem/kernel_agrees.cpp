@@ -21,6 +21,7 @@ struct Case {
   Vec3 n;
   double distance;
   History history;
+  ReferenceBond bond{};
 };
 
 Case random_case(Dice& dice, bool wall) {
@@ -34,22 +35,49 @@ Case random_case(Dice& dice, bool wall) {
   c.history.rho -= dot(c.history.rho, c.n) * c.n;
   c.history.twist = dice.between(-1e-2, 1e-2);
   for (double& number : c.history.own) number = dice.between(0, 3e-3);  // overlaps; of EEPA also a pull
+  c.bond.intact = !wall && dice.between(0, 1) < 0.8;
+  c.bond.reference = c.i.r + c.j.r - c.distance + dice.between(-1e-4, 1e-4);
   return c;
+}
+
+/// Springs of a bond as far as its law lets them go, most of them.
+void load_bond(const Law& law, Case& c, Dice& dice) {
+  const Bond* bond = bond_of(law);
+  if (bond == nullptr) return;
+  const double r = bond->radius * std::min(c.i.r, c.j.r), area = pi * r * r;
+  c.bond.shear = dice.ball(0.7 * bond->shear * area), c.bond.bending = dice.ball(0.3 * bond->tensile * area * r);
+  for (Vec3* v : {&c.bond.shear, &c.bond.bending}) *v -= dot(*v, c.n) * c.n;
+  c.bond.twisting = dice.between(-0.3, 0.3) * bond->shear * area * r;
+}
+
+/// As the engine keeps it: slips and angles in place of forces and moments.
+BondMemory<double> memory_of(const Law& law, const Case& c) {
+  BondMemory<double> out;
+  const Bond& b = *bond_of(law);
+  const double r = b.radius * std::min(c.i.r, c.j.r), area = pi * r * r, second = pi * std::pow(r, 4) / 4;
+  const double k_n = b.modulus / (c.i.r + c.j.r), k_s = k_n / b.ratio;
+  for (int d = 0; d < 3; ++d)
+    out.shear[d] = c.bond.shear[d] / (k_s * area), out.bend[d] = c.bond.bending[d] / (k_n * second);
+  out.twist = c.bond.twisting / (k_s * 2 * second);
+  out.reference = c.bond.reference, out.state = c.bond.intact ? kBonded : kNoBond;
+  return c.bond.intact ? out : BondMemory<double>{};
 }
 
 struct Answer {
   Vec3 force, torque_i, torque_j;
   double touching = 0;
   PairState state;
+  double bond_state = kNoBond;
+  bool broke = false;
 };
 
 Vec3 first_three(const Four& f) { return {f[0], f[1], f[2]}; }
 Vec3 vector(const double (&x)[3]) { return {x[0], x[1], x[2]}; }
 
-/// The twisting spring lies in the rolling one, along the normal.
-PairState state_of(const History& h, const Vec3& n) {
+PairState state_of(const History& h) {
   PairState s;
-  for (int d = 0; d < 3; ++d) s.xi[d] = h.xi[d], s.rho[d] = h.rho[d] + h.twist * n[d];
+  for (int d = 0; d < 3; ++d) s.xi[d] = h.xi[d], s.rho[d] = h.rho[d];
+  s.twist = h.twist;
   for (int k = 0; k < kOwnMemory; ++k) s.own[k] = h.own[k];
   s.slipping = h.slipping ? 1 : 0;
   return s;
@@ -72,7 +100,8 @@ std::vector<Answer> evaluate_pairs(const Kernel& kernel, const Law& law, const s
     const Case& c = cases[k];
     spheres.push_back({c.distance * c.n, c.i.r, c.i.v, c.i.m, c.i.w, 0, 0, 0});
     spheres.push_back({{}, c.j.r, c.j.v, c.j.m, c.j.w, 1, 0, 0});
-    write_lane(memory(k), shape, k % kBlock, state_of(c.history, c.n));
+    write_lane(memory(k), shape, k % kBlock, state_of(c.history));
+    if (shape.bonds) write_bond(memory(k), shape, k % kBlock, memory_of(law, c));
   }
   for (const Sphere& s : spheres) {
     const auto f = [](double x) { return static_cast<float>(x); };
@@ -95,7 +124,8 @@ std::vector<Answer> evaluate_pairs(const Kernel& kernel, const Law& law, const s
   std::vector<Answer> out;
   for (std::uint32_t k = 0; k < cases.size(); ++k)
     out.push_back({first_three(sums[2 * k].f), first_three(sums[2 * k].t), first_three(sums[2 * k + 1].t),
-                   sums[2 * k].t[3], read_lane(memory(k), shape, k % kBlock)});
+                   sums[2 * k].t[3], read_lane(memory(k), shape, k % kBlock),
+                   shape.bonds ? read_bond(memory(k), shape, k % kBlock).state : kNoBond, job.broke});
   return out;
 }
 
@@ -104,7 +134,7 @@ std::vector<Answer> evaluate_surface(const Kernel& kernel, const Law& law, const
   std::vector<Sphere> spheres;
   for (const Case& c : cases) spheres.push_back({c.distance * c.n, c.i.r, c.i.v, c.i.m, c.i.w, 0, 0, 0});
   SurfaceJob job{};
-  const MemoryShape shape = MemoryShape::of(law, false);
+  const MemoryShape shape = MemoryShape::at_surface(law);
   job.spheres = spheres.data();
   job.count = static_cast<std::uint32_t>(cases.size());
   job.elapsed = dt;
@@ -113,7 +143,7 @@ std::vector<Answer> evaluate_surface(const Kernel& kernel, const Law& law, const
     job.sphere[k] = k < cases.size() ? k : 0;
     for (int d = 0; d < 3; ++d) job.normal[d][k] = c.n[d], job.velocity[d][k] = c.j.v[d], job.spin[d][k] = c.j.w[d];
     job.distance[k] = c.distance;
-    write_lane(BlockMemory::at(job.lines, 1, shape, 0), shape, k, state_of(c.history, c.n));
+    write_lane(BlockMemory::at(job.lines, 1, shape, 0), shape, k, state_of(c.history));
   }
   kernel.surface(law, job);
   std::vector<Answer> out;
@@ -143,15 +173,24 @@ TEST(Kernels, AgreeWithTheScalarContact) {
     for (const auto& [name, law] : every_law()) {
       const Law resolved = table(law).laws[0];
       Dice dice(7);
+      int broken = 0, held = 0;
       for (int trial = 0; trial < 2000; ++trial) {
         const bool wall = trial % 3 == 0;
         Case c = random_case(dice, wall);
         if (trial % 4 < 2) touch(resolved, c);
+        load_bond(resolved, c, dice);
         const double dt = trial % 5 == 0 ? 0 : 1e-5;
         const Answer got = wall ? evaluate_surface(kernel, resolved, {c}, dt)[0]
                                 : evaluate_pairs(kernel, resolved, {c}, dt, trial % 2 == 0)[0];
-        const ContactResult want = std::visit(
+        ContactResult want = std::visit(
             [&](const auto& l) { return reference_contact(l, c.n, c.distance, c.i, c.j, dt, c.history); }, resolved);
+        if (const Bond* bond = bond_of(resolved); bond != nullptr && !wall) {
+          const bool was = c.bond.intact;
+          reference_bond(*bond, c.n, c.distance, c.i, c.j, dt, c.bond, want);
+          EXPECT_EQ(got.broke, was && !c.bond.intact) << kernel.name << name << trial;
+          EXPECT_EQ(got.bond_state == kBonded, c.bond.intact) << kernel.name << name << trial;
+          broken += got.broke, held += c.bond.intact;
+        }
         // Forces of up to 1 kN from terms no larger; overlaps are differences of 1e-2 m: relative error 1e-16 x
         // 1e-2/1e-5.
         const double scale = 1e-9 * (norm(want.force) + 1e-3), overlap = c.i.r + c.j.r - c.distance;
@@ -160,13 +199,17 @@ TEST(Kernels, AgreeWithTheScalarContact) {
         EXPECT_LT(norm(want.torque_j - got.torque_j), 0.02 * scale) << kernel.name << name << trial;
         EXPECT_LT(norm(c.history.xi - vector(got.state.xi)), 1e-9 * (norm(c.history.xi) + 1e-6)) << kernel.name << name;
         if (law_twists(resolved)) {
-          EXPECT_NEAR(dot(vector(got.state.rho), c.n), c.history.twist, 1e-9 * 1e-2) << kernel.name << name;
+          EXPECT_NEAR(got.state.twist, c.history.twist, 1e-9 * 1e-2) << kernel.name << name;
         }
         EXPECT_EQ(got.touching, overlap > 0 ? 1 : 0);
         const int numbers = std::visit([]<class L>(const L&) { return own_memory<L>(); }, resolved);
         for (int k = 0; k < numbers; ++k)
           EXPECT_NEAR(got.state.own[k], c.history.own[k], 1e-9 * (std::abs(c.history.own[k]) + 1e-6))
               << kernel.name << name;
+      }
+      if (bond_of(resolved) != nullptr) {
+        EXPECT_GT(broken, 100) << name;
+        EXPECT_GT(held, 100) << name;
       }
     }
 }
@@ -184,6 +227,7 @@ TEST(Kernels, MixedPrecisionAgreesWithTheScalarContact) {
       for (int trial = 0; trial < trials; ++trial) {
         Case c = random_case(dice, false);
         if (trial % 4 < 2) touch(resolved, c);
+        c.bond.intact = false;  // floats may decide otherwise on breaking
         const Answer got = evaluate_pairs(kernel, resolved, {c}, 1e-5, trial % 2 == 0, true)[0];
         const ContactResult want = std::visit(
             [&](const auto& l) { return reference_contact(l, c.n, c.distance, c.i, c.j, 1e-5, c.history); }, resolved);
@@ -205,7 +249,8 @@ TEST(Kernels, EveryLaneGivesTheSameBits) {
       const Law resolved = table(law).laws[0];
       Dice dice(11);
       for (int trial = 0; trial < 20; ++trial) {
-        const Case c = random_case(dice, false);
+        Case c = random_case(dice, false);
+        load_bond(resolved, c, dice);
         const bool book = trial % 2 == 0, mixed = trial % 4 < 2;
         const Answer alone = evaluate_pairs(kernel, resolved, {c}, 1e-5, book, mixed)[0];
         for (std::size_t lane = 0; lane < 43; ++lane) {
@@ -220,6 +265,8 @@ TEST(Kernels, EveryLaneGivesTheSameBits) {
             EXPECT_EQ(a.state.xi[d], alone.state.xi[d]) << kernel.name << name << lane;
             EXPECT_EQ(a.state.rho[d], alone.state.rho[d]) << kernel.name << name << lane;
           }
+          EXPECT_EQ(a.state.twist, alone.state.twist) << kernel.name << name << lane;
+          EXPECT_EQ(a.bond_state, alone.bond_state) << kernel.name << name << lane;
           for (int k = 0; k < kOwnMemory; ++k)
             EXPECT_EQ(a.state.own[k], alone.state.own[k]) << kernel.name << name << lane;
         }
