@@ -7,6 +7,7 @@ bodies without surfaces as outlines, joints as dots.
 
     --frame last | K | TIME   K counts from 0 (-1 is the last); a number with a point or an s is a time: 1.5, 2s
     --cut                     leaves away the soil on the near side (z > 0), so that the tool in the soil is seen
+    --by bonds                colours by a number of the spheres other than speed, from none to the most
     --speed MAX               upper end of the colours, m/s (default: what 99.5 % of the spheres stay below)
     --focus NAME              surface to look at (default: the deepest, container, floor and walls aside)
     --hide NAME               surface not to draw, may be given several times
@@ -68,6 +69,9 @@ for i in range(blocks.GetNumberOfBlocks()):
         add(vtk_to_numpy(data.GetPointData().GetArray('radius'))[keep].astype('f8'), 'radius')
         speed = numpy.zeros(len(x)) if velocity is None else numpy.linalg.norm(vtk_to_numpy(velocity), axis=1)
         add(speed[keep], 'speed')
+        other = data.GetPointData().GetArray('{by}')
+        if other is not None:
+            add(vtk_to_numpy(other)[keep].astype('f8'), '{by}')
         data = cut
     else:
         data.GetPointData().Initialize()
@@ -82,6 +86,7 @@ def read_arguments():
     parser.add_argument("run")
     parser.add_argument("--frame", default="last")
     parser.add_argument("--cut", action="store_true")
+    parser.add_argument("--by", default="speed")
     parser.add_argument("--speed", type=float)
     parser.add_argument("--focus")
     parser.add_argument("--hide", action="append")
@@ -139,15 +144,15 @@ def block_names(reader):
     return [blocks.GetMetaData(i).Get(name).split("[")[0] for i in range(blocks.GetNumberOfBlocks())]
 
 
-def pick_blocks(reader, names, cut=False):
-    """The blocks of these names as one data set; of the soil, radius and speed."""
+def pick_blocks(reader, names, cut=False, by="speed"):
+    """The blocks of these names as one data set; of the soil, radius, speed and what to colour by."""
     keep = "x[:, 2] <= 0" if cut else "x[:, 0] == x[:, 0]"
     part = simple.ProgrammableFilter(Input=reader, OutputDataSetType="vtkPolyData")
-    part.Script = SELECT.replace("{test}", f"name in {names!r}").replace("{keep}", keep)
+    part.Script = SELECT.replace("{test}", f"name in {names!r}").replace("{keep}", keep).replace("{by}", by)
     return part
 
 
-def show_soil(soil, view, top_speed):
+def show_soil(soil, view, by, top):
     display = simple.Show(soil, view)
     display.SetRepresentationType("3D Glyphs")
     display.GlyphType = "Sphere"
@@ -159,15 +164,15 @@ def show_soil(soil, view, top_speed):
     display.SelectScaleArray = "radius"
     display.ScaleFactor = 1.0
     display.Orient = 0
-    simple.ColorBy(display, ("POINTS", "speed"))
-    colours = simple.GetColorTransferFunction("speed")
+    simple.ColorBy(display, ("POINTS", by))
+    colours = simple.GetColorTransferFunction(by)
     # Resting soil looks like soil; what moves stands out.
     colours.ColorSpace = "Lab"
     stops = [(0.00, 0.55, 0.45, 0.36), (0.25, 0.76, 0.58, 0.36), (0.50, 0.95, 0.72, 0.28), (0.75, 0.96, 0.45, 0.16),
              (1.00, 0.80, 0.09, 0.11)]
-    colours.RGBPoints = [value for x, *rgb in stops for value in (x * top_speed, *rgb)]
+    colours.RGBPoints = [value for x, *rgb in stops for value in (x * top, *rgb)]
     bar = simple.GetScalarBar(colours, view)
-    bar.Title, bar.ComponentTitle = "speed [m/s]", ""
+    bar.Title, bar.ComponentTitle = "speed [m/s]" if by == "speed" else by, ""
     bar.TitleColor = bar.LabelColor = [0.1, 0.1, 0.1]
     bar.TitleFontSize, bar.LabelFontSize = 18, 16
     bar.ScalarBarLength, bar.ScalarBarThickness = 0.35, 16
@@ -207,12 +212,15 @@ def show_dots(dots, view):
     display.PointSize, display.RenderPointsAsSpheres = 11, 1
 
 
-def upper_speed(soil):
+def upper_end(soil, by):
     data = servermanager.Fetch(soil)
     if data.GetNumberOfPoints() == 0:
         return 1.0
-    speeds = rising(vtk_to_numpy(data.GetPointData().GetArray("speed")))
-    return highest(float(speeds[int(0.995 * (len(speeds) - 1))]), 1e-6)
+    array = data.GetPointData().GetArray(by)
+    if array is None:
+        sys.exit(f"--by {by}: the spheres have no such number in this frame")
+    values = rising(vtk_to_numpy(array))
+    return highest(float(values[int(0.995 * (len(values) - 1))]), 1e-6)
 
 
 def joined_bounds(parts):
@@ -292,9 +300,9 @@ def show_all(reader, kinds, view, time, arguments):
     """Returns the soil's part, or None."""
     soil = None
     if kinds.soil:
-        soil = pick_blocks(reader, ["soil"], arguments.cut)
+        soil = pick_blocks(reader, ["soil"], arguments.cut, arguments.by)
         soil.UpdatePipeline(time)
-        show_soil(soil, view, arguments.speed or upper_speed(soil))
+        show_soil(soil, view, arguments.by, arguments.speed or upper_end(soil, arguments.by))
     for names, show in ((kinds.solids, show_solid), (kinds.lines, show_lines), (kinds.dots, show_dots)):
         if names:
             show(pick_blocks(reader, names), view)

@@ -45,7 +45,7 @@ class Sets {
   std::vector<std::size_t> root_;
 };
 
-Pieces pieces_of(const dem::Bed& bed, const dem::Law& law) {
+Pieces pieces_in(const dem::Bed& bed, const dem::Law& law) {
   if (dem::bond_of(law) != nullptr) return pieces_of(bed.spheres(), bed.bonded_pairs());
   return pieces_of(bed.spheres(), std::visit([](const auto& l) { return l.reach(); }, law));
 }
@@ -89,7 +89,7 @@ Outcome Shatter::run(const Sample& sample, std::size_t packing) const {
   specimen.bed().freeze();
   for (double t = 0; t < rest; t += specimen.dt()) specimen.step();
   specimen.bed().freeze();
-  const double before = shares(pieces_of(specimen.bed(), law))[0];
+  const double before = shares(pieces_in(specimen.bed(), law))[0];
   const dem::BondCount whole = specimen.bed().bonds();
   const double end = (middle.y - r + d + 6 * r) / speed;
   Outcome out;
@@ -104,7 +104,7 @@ Outcome Shatter::run(const Sample& sample, std::size_t packing) const {
     }
     out.curve.rows.push_back({t, force / static_cast<double>(steps)});
   }
-  out.values = shares(pieces_of(specimen.bed(), law));
+  out.values = shares(pieces_in(specimen.bed(), law));
   out.values.push_back(before);
   const auto broken = static_cast<double>(specimen.bed().bonds().broken() - whole.broken());
   out.values.push_back(whole.intact() > 0 ? broken / static_cast<double>(whole.intact()) : 0);
