@@ -78,7 +78,8 @@ class Verified {
             const std::string& because, const std::string& at = "") const {
     expect(quantity, unit, ours, reference, tolerance.of(reference), because, at, true);
   }
-  /// Of many bodies, whose last digits are a matter of chance: the committed figure only has to lie within the tolerance.
+  /// Of many bodies, whose last digits are a matter of chance: the committed figure only has to lie within the
+  /// tolerance.
   void near_by_chance(const std::string& quantity, const std::string& unit, double ours, double reference,
                       Tolerance tolerance, const std::string& because) const {
     expect(quantity, unit, ours, reference, tolerance.of(reference), because, "", false);
@@ -89,7 +90,6 @@ class Verified {
               const std::string& because, const std::string& at, bool repeatable) const {
     EXPECT_LE(std::abs(ours - reference), bound)
         << name_ << ", " << quantity << ": " << ours << ' ' << unit << ", reference " << reference;
-    EXPECT_FALSE(std::isnan(ours) || std::isnan(reference)) << name_ << ", " << quantity;
     record(quantity, unit, ours, reference, bound, because, at, repeatable);
     if (std::getenv("SUBSOIL_VERIFY") != nullptr) return;  // the report is being written
     static const CommittedReport report(SUBSOIL_SOURCE_DIR "/docs/verification.md");

@@ -84,7 +84,8 @@ TEST(Adhesion, JkrPullOffAndWorkOfSeparation) {
   const Pulled p = pull_apart(adhesive(1), overlap_of(rest), overlap_of(rest) - 1.5 * overlap_of(last), "jkr");
   const Verified row(kField, "JKR: sphere of 2 mm drawn off a plane, w 0.4 J/m^2, E* 5 MPa",
                      "Johnson, Kendall & Roberts 1971; branch integrated by its contact radius");
-  row.near("largest pull, 1.5 pi w R", "N", p.most, 1.5 * pi * kW * kR, share(1e-6), "sampled 40,000 times, flat there");
+  row.near("largest pull, 1.5 pi w R", "N", p.most, 1.5 * pi * kW * kR, share(1e-6),
+           "sampled 40,000 times, flat there");
   // The force of (5/6) pi w R ends within a step of 0.6 nm: 3e-12 J.
   row.near("work of separation", "J", p.work, energy_of(last) - energy_of(rest), absolute(3e-12),
            "the force of (5/6) pi w R ends within a step of 0.6 nm");
@@ -95,7 +96,8 @@ TEST(Adhesion, JkrSticksBelowAndLosesTheBranchAbove) {
               1e-3 * kSticking);
   const Verified row("Restitution", "JKR, e 1: e^2 = 1 - (V_s/V)^2",
                      "Johnson & Pollock 1994; Thornton & Ning 1998: V_s from 7.09 (w^5 R^4/E*^2)^(1/3)");
-  row.near("restitution at V/V_s = 0.97", "1", rebound(adhesive(1), 0.97 * kSticking, 2e-7), 0, absolute(1e-12), "sticks");
+  row.near("restitution at V/V_s = 0.97", "1", rebound(adhesive(1), 0.97 * kSticking, 2e-7), 0, absolute(1e-12),
+           "sticks");
   for (const double v : {1.1, 2.0, 10.0}) {
     const double want = std::sqrt(1 - 1 / (v * v));
     char at[40];
@@ -111,7 +113,8 @@ TEST(Adhesion, JkrSticksBelowAndLosesTheBranchAbove) {
 /// Cohesion over the area of a Hertz contact softens a linear spring: k' = k - pi w R. The dashpot stays, so that the
 /// restitution falls to that of the larger damping ratio beta sqrt(k/k').
 TEST(Adhesion, AreaCohesionChangesTheRestitutionOfALinearSpring) {
-  const Verified row("Restitution", "Linear spring with cohesion over Hertz's area", "k' = k - pi k_c R, the dashpot stays: closed form");
+  const Verified row("Restitution", "Linear spring with cohesion over Hertz's area",
+                     "k' = k - pi k_c R, the dashpot stays: closed form");
   for (const double e : {0.3, 0.8})
     for (const double part : {0.1, 0.5}) {
       const double k = 1e4, density = part * k / (pi * kR);
@@ -146,7 +149,8 @@ double rebound_of_dmt(double speed, double pull, double k, double e) {
 TEST(Adhesion, DmtPullOffAndRebound) {
   const double k = 1e4, work = 20, pull = 2 * pi * work * kR;
   const Pulled p = pull_apart(with(grains(k, 1, 0), dmt(work)), pull / k, 2 * pull / k, "dmt");
-  const Verified row(kField, "DMT on a linear spring: sphere drawn off a plane", "Derjaguin, Muller & Toporov 1975 (LAMMPS gives w/2)");
+  const Verified row(kField, "DMT on a linear spring: sphere drawn off a plane",
+                     "Derjaguin, Muller & Toporov 1975 (LAMMPS gives w/2)");
   row.near("largest pull, 2 pi w R", "N", p.most, pull, share(1e-4), "sampled 40,000 times on the way from 0 to F");
   row.near("work of separation, F^2/(2 k)", "J", p.work, 0.5 * pull * pull / k, share(1e-4), "the same");
   const Verified map("Restitution", "DMT on a linear spring", "constant pull on a damped oscillator, closed form");
@@ -178,10 +182,12 @@ TEST(Adhesion, BridgeTakesItsWorkOnce) {
   const Pulled p = pull_apart(law, 1e-9, 1.2 * end, "bridge");
   const Verified row(kField, "Liquid bridge: sphere of 2 mm, 0.01 mm^3 of water, 0.4 rad",
                      "Rabinovich, Esayanur & Moudgil 2005, Lambert et al. 2008; Lian et al. 1993");
-  row.near("largest pull, 4 pi R gamma cos(theta)", "N", p.most, force(0), share(1e-3), "first reading 6 nm off the plane");
+  row.near("largest pull, 4 pi R gamma cos(theta)", "N", p.most, force(0), share(1e-3),
+           "first reading 6 nm off the plane");
   row.near("work of separation", "J", p.work, work, share(1e-4), "rupture within a step of 6 nm");
   const double sticking = std::sqrt(2 * work / kMass);
-  const Verified map("Restitution", "Elastic spring with a bridge that forms on contact", "e^2 = 1 - 2 W/(m V^2), W by Simpson's rule");
+  const Verified map("Restitution", "Elastic spring with a bridge that forms on contact",
+                     "e^2 = 1 - 2 W/(m V^2), W by Simpson's rule");
   map.near("restitution at V/V_s = 0.95", "1", rebound(law, 0.95 * sticking, 1e-6), 0, absolute(1e-12), "sticks");
   for (const double v : {1.2, 3.0}) {
     char at[40];
@@ -197,9 +203,9 @@ TEST(Adhesion, BridgeTakesItsWorkOnce) {
   EXPECT_NEAR(bed.spheres()[0].v.y, 0.5 * sticking, 3e-3 * sticking);
 }
 
-/// Two equal spheres of 2 mm, force over the gap, beside Willett's fit to measurements and to the Young-Laplace equation,
-/// 2 pi r gamma cos(theta)/(1 + 1.05 s + 2.5 s^2), s = S sqrt(r/V), r the spheres' radius (Willett et al. 2000 as
-/// MercuryDPM has it). What differs is the model: a cylinder for a meniscus.
+/// Two equal spheres of 2 mm, force over the gap, beside Willett's fit to measurements and to the Young-Laplace
+/// equation, 2 pi r gamma cos(theta)/(1 + 1.05 s + 2.5 s^2), s = S sqrt(r/V), r the spheres' radius (Willett et al.
+/// 2000 as MercuryDPM has it). What differs is the model: a cylinder for a meniscus.
 TEST(Adhesion, BridgeBesideWillettsFit) {
   const double r = 2e-3, angle = 0.2;
   const Verified row(kField, "Liquid bridge between two spheres of 2 mm, beside Willett's fit",
@@ -211,7 +217,10 @@ TEST(Adhesion, BridgeBesideWillettsFit) {
     double memory[kOwnMemory] = {};
     const auto pull = [&](double gap) {
       return std::visit(
-          [&](const auto& l) { return -normal_force(l, Approach<double>{-gap, 0, 0.01, r / 2, 1e-6}, memory).force; }, law);
+          [&](const auto& l) {
+            return -normal_force(l, Approach<double>{-gap, 0, 0.01, r / 2, 1e-6}, memory).force;
+          },
+          law);
     };
     const auto willett = [&](double gap) {
       const double s = gap * std::sqrt(r / volume);
@@ -265,7 +274,8 @@ TEST(Adhesion, RestitutionMap) {
 
 /// A sphere sliding on a plane: v = V - mu g t, r w = 5/2 mu g t, until 2/7 V/(mu g); rolling on at 5/7 V.
 TEST(Tangential, WithoutASpringSlidesAndRollsAsCoulombSays) {
-  const Verified row(kTurning, "Sliding to rolling without a tangential spring", "v = V - mu g t until 2 V/(7 mu g), then 5/7 V");
+  const Verified row(kTurning, "Sliding to rolling without a tangential spring",
+                     "v = V - mu g t until 2 V/(7 mu g), then 5/7 V");
   for (const Tangential kind : {Tangential::dashpot, Tangential::constant_direction}) {
     Linear law = grains(1e5, 0.5, 0.3, 0);
     law.friction.tangential = kind;
@@ -295,11 +305,13 @@ TEST(Tangential, TwistDecaysLinearlyAndStops) {
   const double dt = 2e-6;
   const int steps = static_cast<int>(0.7 * start / slowing / dt);
   for (int n = 0; n < steps; ++n) bed.step(dt);
-  const Verified row(kTurning, "Spinning about the normal, mu_t 0.05", "W - (5/2) mu_t g t/r (LAMMPS's twist_decay, mu_twist = mu_t r)");
+  const Verified row(kTurning, "Spinning about the normal, mu_t 0.05",
+                     "W - (5/2) mu_t g t/r (LAMMPS's twist_decay, mu_twist = mu_t r)");
   row.near("spin at 0.7 of the time to rest", "rad/s", bed.spheres()[0].w.y, start - slowing * steps * dt,
            absolute(1e-3 * start), "the spring loads up first");
   for (int n = 0; n < 4 * steps; ++n) bed.step(dt);
-  row.near("spin at 3.5 of the time to rest", "rad/s", bed.spheres()[0].w.y, 0, absolute(1e-6 * start), "held by its spring");
+  row.near("spin at 3.5 of the time to rest", "rad/s", bed.spheres()[0].w.y, 0, absolute(1e-6 * start),
+           "held by its spring");
   const BedEnergy before = [&] {
     bed.step(dt, {.energy = true, .snapshot = nullptr});
     return bed.energy();

@@ -233,9 +233,9 @@ void expect_points(const Verified& row, const std::string& quantity, const std::
   }
 }
 
-/// Steel and polyethylene, R = 10 um, V_n = 5 m/s, mu = 0.3, e = 1; scaled psi = V_st/(mu V_cn). Below gross sliding the
-/// paper's points belong to half of Mindlin's stiffness: G* of two equal bodies beside E* of a rigid wall. With both of
-/// the wall the curve is another one (chung-ooi-5 in the pictures), nearer to the paper's finite elements.
+/// Steel and polyethylene, R = 10 um, V_n = 5 m/s, mu = 0.3, e = 1; scaled psi = V_st/(mu V_cn). Below gross sliding
+/// the paper's points belong to half of Mindlin's stiffness: G* of two equal bodies beside E* of a rigid wall. With
+/// both of the wall the curve is another one (chung-ooi-5 in the pictures), nearer to the paper's finite elements.
 TEST(ChungOoi, Test5ConstantNormalVelocity) {
   const double r = 1e-5, v_n = 5, mu = 0.3;
   struct {
@@ -256,7 +256,8 @@ TEST(ChungOoi, Test5ConstantNormalVelocity) {
         {9.994, -4.963}}}};
   const Verified row(kField, "Chung-Ooi 5: oblique impact at constant normal velocity",
                      kRead + ", with the G* of two equal bodies");
-  const char* const why = "read to 0.05; their programs keep the tangential force while a contact unloads, ours lets it fall";
+  const char* const why =
+      "read to 0.05; their programs keep the tangential force while a contact unloads, ours lets it fall";
   for (const auto& c : cases) {
     const auto run = [&](double psi, double stiff) {
       HertzMindlin law = against_wall(c.material, 1, mu);
@@ -276,11 +277,13 @@ TEST(ChungOoi, Test5ConstantNormalVelocity) {
     expect_points(row, "R omega/(mu V_n)", "psi_1", c.material.name, c.spin, 0.33, why,
                   [&](double psi) { return r * run(psi, 0.5).spin / (mu * v_n); });
   }
-  const Verified exact(kField, "Gross sliding at constant normal velocity", "closed form: psi_2 = psi_1 - 7, spin -5 mu V_n/R");
+  const Verified exact(kField, "Gross sliding at constant normal velocity",
+                       "closed form: psi_2 = psi_1 - 7, spin -5 mu V_n/R");
   const Material steel = cases[0].material;
   const Rebound slides =
       strike(against_wall(steel, 1, mu), r, steel.density, 10 * mu * v_n, v_n, 0, fine_step(steel, r, v_n));
-  exact.near("psi_2 at psi_1 = 10", "1", slides.patch / (mu * v_n), 3, absolute(0.08), "lever r - delta, delta = 1.2 % of r");
+  exact.near("psi_2 at psi_1 = 10", "1", slides.patch / (mu * v_n), 3, absolute(0.08),
+             "lever r - delta, delta = 1.2 % of r");
   exact.near("tangential velocity at psi_1 = 10", "m/s", slides.v_t, (10 - 2) * mu * v_n, share(2e-4),
              "the spring loads up over some steps");
 }
@@ -295,11 +298,29 @@ TEST(ChungOoi, Test6ConstantNormalVelocityAndSpin) {
     Material material;
     std::vector<Point> patch;
   } const cases[] = {{{"aluminium alloy", 70e9, .33, 2700},
-                      {{0.1762, -0.820}, {0.3524, -0.633}, {0.5507, -0.445}, {0.7709, -0.243}, {0.9692, -0.028},
-                       {1.1894, 0.097}, {1.4537, 0.119}, {1.7401, 0.100}, {2.0925, 0.058}, {2.9956, -0.050}, {4.5154, -0.140}}},
+                      {{0.1762, -0.820},
+                       {0.3524, -0.633},
+                       {0.5507, -0.445},
+                       {0.7709, -0.243},
+                       {0.9692, -0.028},
+                       {1.1894, 0.097},
+                       {1.4537, 0.119},
+                       {1.7401, 0.100},
+                       {2.0925, 0.058},
+                       {2.9956, -0.050},
+                       {4.5154, -0.140}}},
                      {{"nylon", 2.5e9, .4, 1000},
-                      {{0.1762, -0.824}, {0.3744, -0.638}, {0.5727, -0.443}, {0.7489, -0.243}, {0.9692, -0.026},
-                       {1.1894, 0.093}, {1.4537, 0.119}, {1.7401, 0.117}, {2.0925, 0.095}, {2.9956, 0.007}, {4.5154, -0.120}}}};
+                      {{0.1762, -0.824},
+                       {0.3744, -0.638},
+                       {0.5727, -0.443},
+                       {0.7489, -0.243},
+                       {0.9692, -0.026},
+                       {1.1894, 0.093},
+                       {1.4537, 0.119},
+                       {1.7401, 0.117},
+                       {2.0925, 0.095},
+                       {2.9956, 0.007},
+                       {4.5154, -0.120}}}};
   const Verified row(kField, "Chung-Ooi 6: normal impact with spin", kRead);
   const double pressing = pressing_impulse(e);
   for (const auto& c : cases) {
@@ -319,7 +340,8 @@ TEST(ChungOoi, Test6ConstantNormalVelocityAndSpin) {
   const Rebound slides = strike(against_wall(al, e, mu), r, al.density, 0, v_n, 20 * v_n / r, fine_step(al, r, v_n));
   exact.near("tangential velocity", "m/s", -slides.v_t, mu * pressing * v_n, share(1e-3),
              "the spring loads up over some steps; damping lags by half a step");
-  exact.near("spin", "rad/s", slides.spin, 20 * v_n / r - 2.5 * mu * pressing * v_n / r, share(1e-3), "lever r - delta");
+  exact.near("spin", "rad/s", slides.spin, 20 * v_n / r - 2.5 * mu * pressing * v_n / r, share(1e-3),
+             "lever r - delta");
 }
 
 /// Two spheres that meet along x with spins about z.
@@ -337,7 +359,8 @@ Pair meet(const HertzMindlin& law, const SphereSpec& one, const SphereSpec& othe
 TEST(ChungOoi, Test7IdenticalSpheresWithOppositeSpins) {
   const double r = 0.1, v_n = 0.2, mu = 0.4, e = 0.5;
   const Material m{"aluminium alloy", 70e9, .33, 2700};
-  const Verified row(kField, "Chung-Ooi 7: identical spheres with opposite spins", "they roll on each other: nothing changes; " + kPaper);
+  const Verified row(kField, "Chung-Ooi 7: identical spheres with opposite spins",
+                     "they roll on each other: nothing changes; " + kPaper);
   Worst spin, speed;
   for (const double w : {0.175, 1.155, 4.289, 22.86}) {
     const HertzMindlin law = elastic(m.young, m.poisson, e, mu);
@@ -359,7 +382,8 @@ TEST(ChungOoi, Test7IdenticalSpheresWithOppositeSpins) {
 }
 
 TEST(ChungOoi, Test8SpheresOfDifferentSize) {
-  // The large sphere is five times the radius and a thousand times the density; in case A it is a thousand times as stiff.
+  // The large sphere is five times the radius and a thousand times the density; in case A it is a thousand times as
+  // stiff.
   const double r = 0.1, v_n = 0.2, mu = 0.4, e = 0.5;
   const Material m{"aluminium alloy", 70e9, .33, 2700};
   const std::vector<Point> points = {{0.1872, -0.815}, {0.3583, -0.626}, {0.5508, -0.439}, {0.7647, -0.238},

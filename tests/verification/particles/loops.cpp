@@ -3,8 +3,8 @@
 #include "tests/tools/dem_beds.hpp"
 #include "tests/tools/verified.hpp"
 
-/// Loading and unloading of the plastic laws through the engine: a plane presses a sphere that is too heavy to follow to
-/// an overlap of 1 mm, and leaves it. Corners of the loop and its area by hand.
+/// Loading and unloading of the plastic laws through the engine: a plane presses a sphere that is too heavy to follow
+/// to an overlap of 1 mm, and leaves it. Corners of the loop and its area by hand.
 namespace subsoil::dem::test {
 namespace {
 
@@ -41,7 +41,8 @@ struct Loop {
     return NAN;
   }
   Reading strongest_pull() const {
-    return *std::min_element(out.begin(), out.end(), [](const Reading& a, const Reading& b) { return a.force < b.force; });
+    return *std::min_element(out.begin(), out.end(),
+                             [](const Reading& a, const Reading& b) { return a.force < b.force; });
   }
 };
 
@@ -77,9 +78,11 @@ const char* const kArea = "trapezoids of 20,000 steps each way, kinks within a s
 TEST(PlasticLoops, HystereticSpring) {
   const double yield = 4e5, e = 0.5, k1 = 5 * kR * yield;
   const Loop loop = press("hysteretic", compactable(yield, e));
-  const Verified row(kField, "Hysteretic spring (Walton & Braun, Ucgul), S_y 0.4 MPa, e 0.5", "K1 = 5 R S_y, K2 = K1/e^2, by hand");
+  const Verified row(kField, "Hysteretic spring (Walton & Braun, Ucgul), S_y 0.4 MPa, e 0.5",
+                     "K1 = 5 R S_y, K2 = K1/e^2, by hand");
   row.near("force at 1 mm", "N", loop.in.back().force, k1 * kDeepest, share(1e-9), kExact);
-  row.near("force at 0.9 mm on the way out", "N", loop.at(loop.out, 0.9e-3), k1 / (e * e) * (0.9e-3 - 0.75e-3), share(1e-6), kBetween);
+  row.near("force at 0.9 mm on the way out", "N", loop.at(loop.out, 0.9e-3), k1 / (e * e) * (0.9e-3 - 0.75e-3),
+           share(1e-6), kBetween);
   row.near("residual overlap", "m", loop.residual(), (1 - e * e) * kDeepest, share(1e-6), kBetween);
   row.near("area of the loop", "J", loop.work, 0.5 * k1 * kDeepest * kDeepest * (1 - e * e), share(1e-4), kArea);
 }
@@ -112,10 +115,11 @@ void edinburgh(const Verified& row, double n, double chi, double k1) {
   row.near("force at 1 mm", "N", loop.in.back().force, k1 * std::pow(kDeepest, n), share(1e-9), kExact);
   row.near("overlap without force", "m", loop.residual(), residual, share(1e-6), kBetween);
   row.near("strongest pull", "N", -loop.strongest_pull().force, pull, share(1e-3), "sampled 20,000 times, a kink");
-  row.near("pull at half that overlap", "N", -loop.at(loop.out, 0.5 * corner), pull * std::pow(0.5, chi), share(1e-6), kBetween);
+  row.near("pull at half that overlap", "N", -loop.at(loop.out, 0.5 * corner), pull * std::pow(0.5, chi), share(1e-6),
+           kBetween);
   const double back = k2 * ((std::pow(kDeepest, m) - std::pow(corner, m)) / m - top * (kDeepest - corner));
-  row.near("area of the loop", "J", loop.work,
-           k1 * std::pow(kDeepest, m) / m - back + pull * corner / (chi + 1), share(1e-4), kArea);
+  row.near("area of the loop", "J", loop.work, k1 * std::pow(kDeepest, m) / m - back + pull * corner / (chi + 1),
+           share(1e-4), kArea);
 }
 
 TEST(PlasticLoops, Edinburgh) {

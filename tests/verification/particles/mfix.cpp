@@ -38,7 +38,8 @@ double soft_rebound(double v, double k, double m, double e, double g) {
 TEST(Mfix, Dem01BouncingSphere) {
   const double r = 0.1, density = 2600, h0 = 0.5, g = 9.81;
   const Verified row(kMfix, "DEM02: bouncing sphere, apex heights", kManual + ": (h0 - r) e^(2k) + r of a hard sphere");
-  const Verified soft(kMfix, "DEM01: freely falling sphere, three stages", kManual + ": closed form of the soft sphere under gravity");
+  const Verified soft(kMfix, "DEM01: freely falling sphere, three stages",
+                      kManual + ": closed form of the soft sphere under gravity");
   for (const double e : {0.6, 0.8}) {
     double error[2];
     for (const int stiff : {0, 1}) {
@@ -171,14 +172,17 @@ TEST(Sliding, SlipToRollTable) {
   const SphereSpec s{{0, r - m * g / 1e3, 0}, {1.4, 0, 0}, {}, r, 2700, 0};
   bed.add(std::span(&s, 1));
   add_plane(bed, {}, {0, 1, 0});
-  const Verified row(kTurning, "Slip to roll: 5 mm, 1.4 m/s, mu 0.4, g 1 m/s^2", "u = u0 - mu g t, omega = 5 mu g t/(2 r)");
+  const Verified row(kTurning, "Slip to roll: 5 mm, 1.4 m/s, mu 0.4, g 1 m/s^2",
+                     "u = u0 - mu g t, omega = 5 mu g t/(2 r)");
   const double dt = 1e-5, table_[3][3] = {{.4, 1.24, 160}, {.7, 1.12, 280}, {1.0, 1.00, 400}};
   for (const auto& at : table_) {
     while (bed.time() < at[0] - dt / 2) bed.step(dt);
     const Snapshot now = observe(bed, dt);
     // The lever is r - delta: r m g/k = 7e-5 of omega; 1e-4 in u from the first kick on the flat contact.
-    row.near(of("speed at %g s", at[0]), "m/s", now.velocity[0].x, at[1], absolute(2e-4), "first kick on the flat contact");
-    row.near(of("spin at %g s", at[0]), "rad/s", -now.spin[0].z, at[2], absolute(0.1), "lever r - delta, 7e-5 of omega");
+    row.near(of("speed at %g s", at[0]), "m/s", now.velocity[0].x, at[1], absolute(2e-4),
+             "first kick on the flat contact");
+    row.near(of("spin at %g s", at[0]), "rad/s", -now.spin[0].z, at[2], absolute(0.1),
+             "lever r - delta, 7e-5 of omega");
   }
 }
 
@@ -206,7 +210,8 @@ TEST(RollingResistance, RollingWithoutSlipSlowsDown) {
   for (int n = 0; n < 30000; ++n) bed.step(dt);
   const double drop = 5 * mu_r * kGravity / (7 * kRadius) * bed.time();
   const Verified row(kTurning, "Rolling without slip, mu_r 0.05, constant torque", "omega0 - 5 mu_r g t/(7 r)");
-  row.near("loss of spin in 0.3 s", "rad/s", w0 + sphere(bed, 0).w.z, drop, share(5e-3), "lever r - delta; the grip starts with a vibration");
+  row.near("loss of spin in 0.3 s", "rad/s", w0 + sphere(bed, 0).w.z, drop, share(5e-3),
+           "lever r - delta; the grip starts with a vibration");
 }
 
 TEST(RollingResistance, SpinningInPlaceWithoutFriction) {
@@ -214,8 +219,10 @@ TEST(RollingResistance, SpinningInPlaceWithoutFriction) {
   Bed bed = one_on_plane(gripping(0, mu_r), {0, -kGravity, 0}, {}, {0, 0, -w0});
   for (int n = 0; n < 20000; ++n) bed.step(dt);
   const double drop = 5 * mu_r * kGravity / (2 * kRadius) * bed.time();
-  const Verified row(kTurning, "Spinning in place without friction, mu_r 0.05", "omega0 - 5 mu_r g t/(2 r) (LAMMPS's rolling_decay)");
-  row.near("loss of spin in 0.2 s", "rad/s", w0 + sphere(bed, 0).w.z, drop, share(1e-4), "exact but for the first half step");
+  const Verified row(kTurning, "Spinning in place without friction, mu_r 0.05",
+                     "omega0 - 5 mu_r g t/(2 r) (LAMMPS's rolling_decay)");
+  row.near("loss of spin in 0.2 s", "rad/s", w0 + sphere(bed, 0).w.z, drop, share(1e-4),
+           "exact but for the first half step");
 }
 
 TEST(RollingResistance, DownAnIncline) {
@@ -235,9 +242,11 @@ TEST(RollingResistance, ElasticPlasticHoldsAndYields) {
     Bed bed = one_on_plane(law, kGravity * Vec3{std::sin(theta), -std::cos(theta), 0}, {}, {});
     for (int n = 0; n < 50000; ++n) bed.step(dt);
     const double v = 5.0 / 7 * kGravity * (std::sin(theta) - 0.05 * std::cos(theta)) * bed.time();
-    const Verified row(kTurning, "Elastic-plastic rolling resistance on an incline, mu_r 0.05", "holds below tan theta = mu_r, yields above");
+    const Verified row(kTurning, "Elastic-plastic rolling resistance on an incline, mu_r 0.05",
+                       "holds below tan theta = mu_r, yields above");
     if (tangent > 0.05) {
-      row.near("speed after 0.5 s, tan theta 0.10", "m/s", sphere(bed, 0).v.x, v, share(0.03), "less the angle in which the spring loads up");
+      row.near("speed after 0.5 s, tan theta 0.10", "m/s", sphere(bed, 0).v.x, v, share(0.03),
+               "less the angle in which the spring loads up");
     } else {
       row.near("speed after 0.5 s, tan theta 0.04", "m/s", sphere(bed, 0).v.x, 0, absolute(1e-7), "held by its spring");
     }

@@ -36,7 +36,8 @@ TEST(Peers, LammpsRestitution) {
   } const printed[] = {{200, 0.90389221, -0.12468011}, {300, 0.69263807, -0.22744912}, {400, 0.37315233, -0.2998624},
                        {470, 0.11337783, -0.31665837}, {600, -0.35144026, -0.2659288}, {800, -0.76669467, -0.075759891},
                        {950, -0.80241211, 0.015295834}};
-  const Verified row(kField, "LAMMPS examples/granular/in.restitution", "its log of 4 Feb 2025: hertz/material, coeff_restitution");
+  const Verified row(kField, "LAMMPS examples/granular/in.restitution",
+                     "its log of 4 Feb 2025: hertz/material, coeff_restitution");
   // Step of 10 ns where LAMMPS takes 1: damping lags by half of it, 5e-6 of the contact's duration, and the printed
   // instant is met to as much.
   const char* const why = "damping lags by half a step of 10 ns; forces are steep";
@@ -59,14 +60,16 @@ TEST(Peers, LammpsRestitution) {
 /// unittest/granular/tests/dem04-mindlin-oblique and -sticking: aluminium on a plane, 3.9 m/s at 40 deg, e 0.98.
 TEST(Peers, LammpsObliqueImpact) {
   const double dt = 1e-9, r = 2.5e-3;
-  const Verified row(kField, "LAMMPS unittest/granular dem04-mindlin", "its recorded velocities (4 Jul 2026), tangential mindlin");
+  const Verified row(kField, "LAMMPS unittest/granular dem04-mindlin",
+                     "its recorded velocities (4 Jul 2026), tangential mindlin");
   struct {
     const char* name;
     double v_t, out, spin, tolerance;
     const char* why;
-  } const cases[] = {
-      {"sliding", 2.5069, 1.9626460766213021, 544.25392337870403, 2e-3, "lever r - delta: delta = 0.9 % of r, in spin alone"},
-      {"sticking", 0.5, 0.34437890244522057, 155.62109755477954, 0.03, "LAMMPS keeps the spring while the contact grows"}};
+  } const cases[] = {{"sliding", 2.5069, 1.9626460766213021, 544.25392337870403, 2e-3,
+                      "lever r - delta: delta = 0.9 % of r, in spin alone"},
+                     {"sticking", 0.5, 0.34437890244522057, 155.62109755477954, 0.03,
+                      "LAMMPS keeps the spring while the contact grows"}};
   for (const auto& c : cases) {
     HertzMindlin law = lammps_material(70e9, 0.33, 0.98, 0.092);
     law.friction.lever = Lever::radius;  // LAMMPS's
@@ -76,14 +79,16 @@ TEST(Peers, LammpsObliqueImpact) {
     add_plane(bed, {}, {0, 1, 0});
     run_to(bed, 42000, dt);
     const Sphere& out = sphere(bed, 0);
-    row.near(std::string("normal velocity after, ") + c.name, "m/s", out.v.y, 2.9278423105668629, share(1e-4), "step of 1 ns for 10");
+    row.near(std::string("normal velocity after, ") + c.name, "m/s", out.v.y, 2.9278423105668629, share(1e-4),
+             "step of 1 ns for 10");
     row.near(std::string("tangential velocity after, ") + c.name, "m/s", out.v.x, c.out, share(c.tolerance), c.why);
     row.near(std::string("spin after, ") + c.name, "rad/s", -out.w.z, c.spin, share(c.tolerance), c.why);
   }
 }
 
-/// unittest/granular/tests/dem06-hookehistory-spin: a spinning sphere meets a large heavy one; friction there is limited by
-/// |F|, the pulling end of the dashpot included. Cohesion of no strength brings that limit: `friction limit: net-force`.
+/// unittest/granular/tests/dem06-hookehistory-spin: a spinning sphere meets a large heavy one; friction there is
+/// limited by |F|, the pulling end of the dashpot included. Cohesion of no strength brings that limit: `friction limit:
+/// net-force`.
 TEST(Peers, LammpsSpinImpact) {
   const double k = 1.2e8;
   const auto run = [&](bool net_force) {
@@ -101,18 +106,23 @@ TEST(Peers, LammpsSpinImpact) {
     run_to(bed, 13000, 1e-7);
     return sphere(bed, 0);
   };
-  const Verified row(kField, "LAMMPS unittest/granular dem06-hookehistory-spin", "its recorded velocities (4 Jul 2026), hooke");
+  const Verified row(kField, "LAMMPS unittest/granular dem06-hookehistory-spin",
+                     "its recorded velocities (4 Jul 2026), hooke");
   const Sphere like = run(true);
   const char* const why = "LAMMPS steps by 1 us, a 570th of the contact";
-  row.near("normal velocity after, friction limit net-force", "m/s", like.v.z, 9.9865657293162532e-02, share(3e-3), why);
-  row.near("tangential velocity after, friction limit net-force", "m/s", like.v.x, 1.2706938882175314e-01, share(1e-2), why);
+  row.near("normal velocity after, friction limit net-force", "m/s", like.v.z, 9.9865657293162532e-02, share(3e-3),
+           why);
+  row.near("tangential velocity after, friction limit net-force", "m/s", like.v.x, 1.2706938882175314e-01, share(1e-2),
+           why);
   row.near("spin after, friction limit net-force", "rad/s", like.w.y, 19.683950332657247, share(2e-3), why);
   const Sphere ours = run(false);
   // Pressing part of the impulse, unclipped linear spring-dashpot: 1 + e^(-gamma t) where the force passes zero.
   const double b = std::log(2) / std::hypot(pi, std::log(2)), root = std::sqrt(1 - b * b);
   const double pressing = 1 + std::exp(-b / root * std::atan2(2 * b * root, 2 * b * b - 1));
-  const Verified own(kField, "The same with friction under the pressing force", "closed form mu V (1 + e_+), e_+ where the force passes zero");
-  own.near("tangential velocity after", "m/s", ours.v.x, 0.4 * 0.2 * pressing, share(1e-3), "the spring loads up over some steps");
+  const Verified own(kField, "The same with friction under the pressing force",
+                     "closed form mu V (1 + e_+), e_+ where the force passes zero");
+  own.near("tangential velocity after", "m/s", ours.v.x, 0.4 * 0.2 * pressing, share(1e-3),
+           "the spring loads up over some steps");
 }
 
 /// unittest/granular/tests/dem05-mindlin-slip: sliding to rolling on a plane so soft that a sphere sinks in by 2.4 % of
@@ -125,7 +135,8 @@ TEST(Peers, LammpsSlip) {
   const SphereSpec s{{0, 0.0024393, 0}, {1, 0, 0}, {}, 2.5e-3, 2700, 0};
   bed.add(std::span(&s, 1));
   add_plane(bed, {}, {0, 1, 0});
-  const Verified row(kField, "LAMMPS unittest/granular dem05-mindlin-slip", "its recorded velocities (4 Jul 2026), lever: radius");
+  const Verified row(kField, "LAMMPS unittest/granular dem05-mindlin-slip",
+                     "its recorded velocities (4 Jul 2026), lever: radius");
   struct {
     int steps;
     double v, w;
@@ -145,7 +156,8 @@ TEST(Peers, LammpsSlip) {
 /// MercuryDPM's unit test of Luding's law: k1 100, k2 500, kc 100, phi_f 0.05, spheres of mass 1 and radius 0.5 that
 /// reach a share chi of the plastic overlap; without dashpot. It steps by a 25th of the collision.
 TEST(Peers, MercuryPlasticForce) {
-  const Verified row(kField, "MercuryDPM PlasticForceUnitTest", "its expected velocities; Luding's law, k1 100, k2 500, k_c 100");
+  const Verified row(kField, "MercuryDPM PlasticForceUnitTest",
+                     "its expected velocities; Luding's law, k1 100, k2 500, k_c 100");
   const Verified exact("Plastic laws", "Luding: restitution of MercuryDPM's four impacts", "e^2 = 1 - loop/(m V^2/2)");
   struct {
     const char* name;
@@ -172,7 +184,8 @@ TEST(Peers, MercuryPlasticForce) {
     // Loop to M, beyond the plastic limit back along the line k2: what it takes of m V^2/2; all of it, and they stick.
     const double m_eff = 0.5, M = std::min(c.chi, 1.0) * limit, p = 100 + 400 * M / limit;
     const double tear = (p - 100) * M / (p + 100);
-    const double loop = 100 * M * M / 2 - (std::pow(100 * M, 2) - std::pow(100 * tear, 2)) / (2 * p) + 100 * tear * tear / 2;
+    const double loop =
+        100 * M * M / 2 - (std::pow(100 * M, 2) - std::pow(100 * tear, 2)) / (2 * p) + 100 * tear * tear / 2;
     exact.near(std::string("restitution, chi = ") + c.name, "1", 2 * got / v,
                std::sqrt(std::max(0.0, 1 - 2 * loop / (m_eff * v * v))), absolute(2e-4),
                "1e-5 of a branch a step, and a kink within a step; 0: they stick");

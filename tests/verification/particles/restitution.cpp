@@ -34,7 +34,8 @@ double tangent(double c, double n, double speed) {
 void expect_given(const std::string& name, double steps, double tolerance, const std::string& because,
                   const std::function<Law(double e, double v)>& law_of,
                   const std::function<double(double e, double v)>& stiffness) {
-  const Verified row(kField, "e out = e in, 0.05 to 1, at 0.03 to 30 m/s", "the law's promise; sphere on a plane, two-body impact");
+  const Verified row(kField, "e out = e in, 0.05 to 1, at 0.03 to 30 m/s",
+                     "the law's promise; sphere on a plane, two-body impact");
   Worst worst;
   for (const double e : kGiven)
     for (const double v : kSpeeds) {
@@ -49,8 +50,9 @@ void expect_given(const std::string& name, double steps, double tolerance, const
 const char* const kLag = "damping takes the rate of half a step before: of first order, a 5000th of a quarter period";
 
 TEST(Restitution, LinearSpring) {
-  expect_given("linear", 5000, 1e-4, kLag, [](double e, double) { return grains(1e6, e, 0); },
-               [](double, double) { return 1e6; });
+  expect_given(
+      "linear", 5000, 1e-4, kLag, [](double e, double) { return grains(1e6, e, 0); },
+      [](double, double) { return 1e6; });
 }
 
 TEST(Restitution, HertzMindlin) {
@@ -125,7 +127,8 @@ double clipped_linear(double given) {
 
 /// The same of Hertz with Tsuji's dashpot, by RKF78 in units of speed and (m/k)^(2/5) V^(1/5).
 double clipped_hertz(double given) {
-  const double b = -std::log(given) / std::hypot(pi, std::log(given)), damp = 2 * std::sqrt(5.0 / 6) * b * std::sqrt(1.5);
+  const double b = -std::log(given) / std::hypot(pi, std::log(given)),
+               damp = 2 * std::sqrt(5.0 / 6) * b * std::sqrt(1.5);
   using State = std::array<double, 2>;
   const auto force = [&](const State& s) { return std::pow(s[0], 1.5) + damp * std::pow(s[0], 0.25) * s[1]; };
   boost::numeric::odeint::runge_kutta_fehlberg78<State> step;
@@ -140,7 +143,8 @@ double clipped_hertz(double given) {
 }
 
 TEST(Restitution, ClippedAttraction) {
-  const Verified flat(kField, "Linear spring with `clip attraction`", "Schwager & Poeschel 2007, doi:10.1007/s10035-007-0065-z");
+  const Verified flat(kField, "Linear spring with `clip attraction`",
+                      "Schwager & Poeschel 2007, doi:10.1007/s10035-007-0065-z");
   const Verified round(kField, "Hertz-Mindlin with `clip attraction`", "the same equation of motion by RKF78");
   Curve curve("clip");
   for (const double e : {0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95}) {

@@ -56,7 +56,8 @@ TEST(WetPair, WorkOfSeparation) {
   EXPECT_EQ(bed.boundary(away.boundary).contacts, 0);
   // Trapezoidal over 8000 steps across two kinks: error K (v dt)^2, 2e-9 J; damping is zero in the attractive bands.
   const Verified row(kField, "Work of separation from the rest overlap", kSource + ": (K_C dc^2 + K_B dB^2)/2");
-  row.near("work", "J", bed.boundary(away.boundary).work, 28e-3, absolute(1e-7), "trapezoids over 8000 steps, two kinks");
+  row.near("work", "J", bed.boundary(away.boundary).work, 28e-3, absolute(1e-7),
+           "trapezoids over 8000 steps, two kinks");
 }
 
 TEST(WetPair, SmallOscillationPeriod) {
@@ -76,12 +77,14 @@ TEST(WetPair, SmallOscillationPeriod) {
     before = now;
   }
   // Leapfrog shortens by (omega dt)^2/24 = 1e-7; the kink at rest adds a step's random share.
-  const Verified row(kField, "Small oscillation about the rest overlap, C_X 0", "pi sqrt(m_eff) (1/sqrt(K_X) + 1/sqrt(K_C))");
+  const Verified row(kField, "Small oscillation about the rest overlap, C_X 0",
+                     "pi sqrt(m_eff) (1/sqrt(K_X) + 1/sqrt(K_C))");
   row.near("period", "s", (last - first) / 10, want, share(1e-5), "the kink at rest adds a step's random share");
 }
 
 TEST(WetPair, CreepsBackWithoutOvershoot) {
-  const Verified row(kField, "Creep back from 10 um beyond rest, damping ratio 1.63", "two real roots of the overdamped pair");
+  const Verified row(kField, "Creep back from 10 um beyond rest, damping ratio 1.63",
+                     "two real roots of the overdamped pair");
   // x'' + b x' + a x = 0: a = 2K/m, b = 2C/m.
   const double a = 1e4 / (kMass / 2), b = 20 / (kMass / 2), slow = b / 2 - std::sqrt(b * b / 4 - a);
   const double fast = b / 2 + std::sqrt(b * b / 4 - a);
@@ -159,8 +162,10 @@ TEST(UnequalPair, CollisionLaw) {
     const Verified row("Momentum", "Unequal spheres head-on, linear spring", "collision law");
     const std::string given = e < 0.5 ? ", e 0.4" : ", e 0.9";
     const char* const why = "damping lags by half a step";
-    row.near("speed of the small one" + given, "m/s", sphere(bed, 0).v.x, centre - e * 2 * m2 / (m1 + m2), absolute(2e-3), why);
-    row.near("speed of the large one" + given, "m/s", sphere(bed, 1).v.x, centre + e * 2 * m1 / (m1 + m2), absolute(2e-3), why);
+    row.near("speed of the small one" + given, "m/s", sphere(bed, 0).v.x, centre - e * 2 * m2 / (m1 + m2),
+             absolute(2e-3), why);
+    row.near("speed of the large one" + given, "m/s", sphere(bed, 1).v.x, centre + e * 2 * m1 / (m1 + m2),
+             absolute(2e-3), why);
   }
 }
 
