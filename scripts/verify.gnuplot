@@ -70,17 +70,20 @@ set xlabel "angle of impact from the normal (deg)"
 set xrange [0:90]
 set key bottom right
 set ylabel "tangential restitution"
-set yrange [0.5:1]
-plot dat("chung-ooi-4") using 1:2 with lines lc rgb ours title "subsoil", $e_t with points pt 6 lc rgb other title "paper, DEM", \
+set yrange [0.4:1]
+plot dat("chung-ooi-4") using 1:2 with lines lc rgb ours title "subsoil, lossy", \
+     dat("chung-ooi-4") using 1:5 with lines dt 2 lc rgb ours title "subsoil, keep-spring", $e_t with points pt 6 lc rgb other title "paper, DEM", \
      $measured with points pt 2 lc rgb third title "paper, measured (Kharaz et al.)"
 set ylabel "spin (rad/s)"
 set yrange [*:0]
 set key top center
-plot dat("chung-ooi-4") using 1:3 with lines lc rgb ours title "subsoil", $omega with points pt 6 lc rgb other title "paper, DEM"
+plot dat("chung-ooi-4") using 1:3 with lines lc rgb ours title "subsoil, lossy", \
+     dat("chung-ooi-4") using 1:6 with lines dt 2 lc rgb ours title "subsoil, keep-spring", $omega with points pt 6 lc rgb other title "paper, DEM"
 set ylabel "rebound angle of the contact point (deg)"
 set yrange [-20:90]
 set key top left
-plot dat("chung-ooi-4") using 1:4 with lines lc rgb ours title "subsoil", $rebound with points pt 6 lc rgb other title "paper, DEM"
+plot dat("chung-ooi-4") using 1:4 with lines lc rgb ours title "subsoil, lossy", \
+     dat("chung-ooi-4") using 1:7 with lines dt 2 lc rgb ours title "subsoil, keep-spring", $rebound with points pt 6 lc rgb other title "paper, DEM"
 unset multiplot
 
 $psi2 << EOD
@@ -157,13 +160,13 @@ set xlabel "{/Symbol y}_1 = V_{st}/({/Symbol m} V_{cn})"
 set ylabel "{/Symbol y}_2, contact point after"
 set yrange [-3.2:3.5]
 set key top left
-plot dat("chung-ooi-5-steel") using 1:2 with lines lc rgb ours title "subsoil, G* of two equal bodies", \
+plot dat("chung-ooi-5-steel") using 1:2 with lines lc rgb ours title "subsoil, G* of two equal bodies, keep-force", \
      dat("chung-ooi-5-steel") using 1:4 with lines dt 2 lc rgb ours title "subsoil, G* of the rigid wall", \
      $psi2 with points pt 6 lc rgb other title "paper, DEM", $psi2fem with points pt 2 lc rgb third title "paper, finite elements"
 set ylabel "R {/Symbol w}/({/Symbol m} V_n)"
 set yrange [-5.5:0]
 set key top right
-plot dat("chung-ooi-5-steel") using 1:3 with lines lc rgb ours title "subsoil, G* of two equal bodies", \
+plot dat("chung-ooi-5-steel") using 1:3 with lines lc rgb ours title "subsoil, G* of two equal bodies, keep-force", \
      dat("chung-ooi-5-steel") using 1:5 with lines dt 2 lc rgb ours title "subsoil, G* of the rigid wall", \
      $spin with points pt 6 lc rgb other title "paper, DEM", $spinfem with points pt 2 lc rgb third title "paper, finite elements"
 unset multiplot
@@ -176,12 +179,15 @@ set yrange [*:*]
 set key top right
 set xlabel "distance ({/Symbol m}m)"
 set ylabel "pull (mN)"
+set yrange [-0.3:5]
 jkr = 1.5*pi*0.4*2e-3*1e3
 set title "JKR, sphere of 2 mm off a plane"
 plot dat("pull-jkr") using ($1*1e6):($2*1e3) with lines lc rgb ours title "subsoil", jkr with lines dt 2 lc rgb other title "1.5 {/Symbol p} w R"
+set yrange [-20:340]
 set title "DMT on a linear spring"
 dmt = 2*pi*20*2e-3*1e3
 plot dat("pull-dmt") using ($1*1e6):($2*1e3) with lines lc rgb ours title "subsoil", dmt with lines dt 2 lc rgb other title "2 {/Symbol p} w R"
+set yrange [0:*]
 set title "bridge of water between two spheres of 2 mm"
 plot dat("bridge-3") using ($1*1e6):($2*1e3) with lines lc rgb ours title "subsoil, V = 10^{-3} r^3", \
      dat("bridge-3") using ($1*1e6):($3*1e3) with lines dt 2 lc rgb ours title "Willett's fit", \
