@@ -151,8 +151,9 @@ TEST(Adhesion, DmtPullOffAndRebound) {
   const Pulled p = pull_apart(with(grains(k, 1, 0), dmt(work)), pull / k, 2 * pull / k, "dmt");
   const Verified row(kField, "DMT on a linear spring: sphere drawn off a plane",
                      "Derjaguin, Muller & Toporov 1975 (LAMMPS gives w/2)");
-  row.near("largest pull, 2 pi w R", "N", p.most, pull, share(1e-4), "sampled 40,000 times on the way from 0 to F");
-  row.near("work of separation, F^2/(2 k)", "J", p.work, 0.5 * pull * pull / k, share(1e-4), "the same");
+  row.near_by_chance("largest pull, 2 pi w R", "N", p.most, pull, share(1e-4),
+                     "sampled 40,000 times on the way from 0 to F");
+  row.near_by_chance("work of separation, F^2/(2 k)", "J", p.work, 0.5 * pull * pull / k, share(1e-4), "the same");
   const Verified map("Restitution", "DMT on a linear spring", "constant pull on a damped oscillator, closed form");
   const double scale = pull / std::sqrt(k * kMass);
   for (const double v : {0.4, 1.0, 3.0, 30.0})
