@@ -1,4 +1,5 @@
 #include <numbers>
+#include <set>
 
 #include "tests/tools/program_runs.hpp"
 #include "tests/tools/verified.hpp"
@@ -44,6 +45,13 @@ class Finished {
   test::RunDirectory directory_;
   std::vector<double> times_;
 };
+
+TEST(PublishedCases, EveryFileIsRunHere) {
+  std::set<std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator(SUBSOIL_SOURCE_DIR "/configs/verification"))
+    files.insert(entry.path().stem());
+  EXPECT_EQ(files, (std::set<std::string>{"chung-ooi-4", "cor-lammps", "mfix-dem01", "slip-to-roll", "wet-release"}));
+}
 
 TEST(PublishedCases, ChungOoi4) {
   const Finished run("chung-ooi-4");
