@@ -11,6 +11,12 @@
 ///     on slip F_t = mu_d grip g/|g|, xi = F_t/k_t and the dashpot is off.
 /// `tangential` takes the spring away: dashpot, F_t = min(c_t |v_t|, mu grip) against v_t (LAMMPS linear_nohistory,
 ///     LIGGGHTS no_history), or constant-direction, F_t = mu_d grip v_t/|v_t|, which jitters in a resting bed.
+/// Where k_t changes with the overlap, `changing stiffness` says what is kept:
+///     lossy: the force k_t xi while k_t rises, the spring xi while it falls (Thornton, Cummins, Cleary 2013); only
+///         loses energy
+///     keep-spring: xi, so that F_t = k_t xi (EDEM, LIGGGHTS, LAMMPS mindlin); a rising k_t makes energy
+///     keep-force: k_t xi, so that dF_t = k_t dxi (incremental Mindlin without slip); a falling k_t makes energy
+///     What is made is booked as a negative loss in sliding.
 /// Rolling, elastic-plastic (Ai, Chen, Rotter, Ooi 2011, type C): the same element with the angle rho (rad),
 ///     k_r = 2.25 k_n (mu_r r_eff)^2, cap mu_r r_eff grip, dashpot 2 eta_r sqrt(I_r k_r), off at the cap,
 ///     I_r the series sum of both bodies' 7/5 m r^2.
@@ -26,6 +32,7 @@ namespace subsoil::dem {
 /// boundary, angular momentum is kept), or on each sphere's surface (lever r).
 enum class Lever { mid_overlap, radius };
 enum class Tangential { spring, dashpot, constant_direction };
+enum class Changing { lossy, keep_spring, keep_force };
 enum class Rolling { none, elastic_plastic, constant_torque };
 
 /// Spring-and-dashpot element with a limit, after one step.
@@ -43,12 +50,12 @@ struct Slip {
 template <class T, int D>
 [[gnu::always_inline]] inline Slip<T, D> stick_slip(const T (&x)[D], const T (&v)[D], const T (&dashpot_before)[D],
                                                     T slipping_before, T dt, T growth, T k, T soft, T c, T limit_static,
-                                                    T limit_kinetic, Mask<T> engaged) {
+                                                    T limit_kinetic, Mask<T> engaged,
+                                                    Changing changing = Changing::lossy) {
   Slip<T, D> out;
   const T zero(0.0), one(1.0), half(0.5);
-  // A stiffness that rises keeps the force, one that falls keeps the spring (Mindlin's unloading): both only lose
-  // energy.
-  const T keep = select(engaged, min(one, growth), zero);
+  const T kept = changing == Changing::keep_spring ? one : changing == Changing::keep_force ? growth : min(one, growth);
+  const T keep = select(engaged, kept, zero);
   T x0[D], trial[D], g[D], g2 = zero, x2 = zero;
   for (int d = 0; d < D; ++d) {
     x0[d] = x[d] * keep;
@@ -80,6 +87,7 @@ struct Friction {
   double mu = std::numeric_limits<double>::quiet_NaN();
   double mu_d = std::numeric_limits<double>::quiet_NaN();  ///< left out: the same as mu
   Tangential tangential = Tangential::spring;
+  Changing changing = Changing::lossy;
   double mu_r = 0, mu_t = 0;
   double rolling_damping = 0.3;
   Rolling rolling = Rolling::elastic_plastic;
@@ -96,6 +104,11 @@ struct Friction {
          {"constant-direction", Tangential::constant_direction}},
         "friction below its limit: a spring that remembers and a dashpot, the dashpot alone, or nothing: the limit "
         "against the sliding");
+    v.choice(
+        "changing stiffness", changing,
+        {{"lossy", Changing::lossy}, {"keep-spring", Changing::keep_spring}, {"keep-force", Changing::keep_force}},
+        "laws whose tangential stiffness changes with the overlap, what is kept then: rising the force and falling "
+        "the spring; always the spring (EDEM, LIGGGHTS, LAMMPS mindlin); or always the force");
     v.quantity("mu_r", mu_r, "1", "[0, inf)", "rolling friction coefficient");
     v.quantity("mu_t", mu_t, "1", "[0, inf)", "twisting friction coefficient: about the contact normal");
     v.choice("rolling", rolling,
@@ -120,7 +133,7 @@ struct Friction {
     const T limit = T(mu) * n.grip, kinetic = T(mu_sliding()) * n.grip;
     if (tangential == Tangential::spring)
       return stick_slip(xi, v_t, dashpot_before, slipping_before, dt, n.growth, n.k_t, n.soft_t, n.c_t, limit, kinetic,
-                        n.engaged);
+                        n.engaged, changing);
     const T zero(0.0), v2 = v_t[0] * v_t[0] + v_t[1] * v_t[1] + v_t[2] * v_t[2];
     const T c = tangential == Tangential::dashpot ? n.c_t : kinetic / max(sqrt(v2), T(1e-12));
     Slip<T> s =

@@ -8,7 +8,8 @@
 #include "libdem/impact/models.hpp"
 #include "tests/tools/message_of.hpp"
 
-/// Impact models against printed values and against an independent integration of m x'' = -F in time.
+/// Impact models against printed values and against an independent integration of m x'' = -F in time; the tables of
+/// their sources: tests/verification/particles/impact_published.cpp.
 namespace subsoil::dem::impact::test {
 namespace {
 
@@ -26,24 +27,6 @@ const Pair ball{.mass = 0.1};
 void expect_digits(double got, double printed, int digits, const char* what) {
   const double unit = std::pow(10.0, std::floor(std::log10(std::abs(printed))) - (digits - 1));
   EXPECT_NEAR(got, printed, 0.51 * unit) << what;
-}
-
-TEST(HuntCrossleyImpact, TableOfTheSteelBall) {
-  struct {
-    double v, x, f, t, k, lost;
-  } const rows[] = {
-      {0.5, 1.9893579643e-5, 1521.9160893, 1.1904584326e-4, 0.9677385785, 7.9352554529e-4},
-      {2, 5.8156728356e-5, 7709.8673681, 9.1181013535e-5, 0.8821899862, 4.4348165633e-2},
-      {5, 1.1372585556e-4, 22315.267381, 7.7655384043e-5, 0.7484349316, 0.54980644146},
-  };
-  for (const auto& r : rows) {
-    const Event e = steel().strike(ball, r.v);
-    expect_digits(e.largest, r.x, 11, "x_max");
-    expect_digits(e.peak_force, r.f, 11, "F_max");
-    expect_digits(e.duration(), r.t, 11, "duration");
-    expect_digits(e.restitution, r.k, 10, "restitution");
-    expect_digits(e.lost, r.lost, 11, "lost energy");
-  }
 }
 
 TEST(HuntCrossleyImpact, RestitutionAtPrintedPointsAndInBothLimits) {

@@ -6,8 +6,16 @@
 
 #include <cmath>
 
+#include "tests/tools/verified.hpp"
+
 namespace subsoil::mbd {
 namespace {
+
+using subsoil::test::absolute;
+using subsoil::test::Verified;
+
+const std::string kField = "Machines";
+const std::string kRig = "the rig's equations solved beforehand, to the printed digits";
 
 struct Printed {
   double h, v, phi1, phi7, cg, tip, sinkage, wheel, spring, pull;
@@ -29,16 +37,22 @@ TEST_P(RigTable, EquilibriumToThePrintedDigits) {
   Machine machine(rig.model);
   machine.start_from_towing_equilibrium(0.5);
   const BodyState& shovel = machine.body(rig.shovel);
-  EXPECT_NEAR(shovel.angle, row.phi1, 0.51e-5);
-  EXPECT_NEAR(machine.body(rig.frame).angle, row.phi7, 0.51e-5);
-  EXPECT_NEAR(shovel.r.y, row.cg, 0.51e-4);
-  EXPECT_NEAR(shovel.r.y + shovel.world({.244, -.495}).y, row.tip, 0.51e-4);
-  EXPECT_NEAR(machine.force_value("H9", "force"), row.spring, 0.051);
-  EXPECT_NEAR(machine.driver_force("H10"), row.pull, 0.051);
+  const Verified found(kField, "Rig 1S-300 towed at 0.5 m/s: steady equilibria", kRig);
+  char load[48];
+  std::snprintf(load, sizeof load, ", load %g/%g N", row.h, row.v);
+  const auto near = [&](const char* quantity, const char* unit, double ours, double printed, double half) {
+    found.near(std::string(quantity) + load, unit, ours, printed, absolute(half), "half a unit of the last digit");
+  };
+  near("pitch of the shovel", "rad", shovel.angle, row.phi1, 0.51e-5);
+  near("pitch of the frame", "rad", machine.body(rig.frame).angle, row.phi7, 0.51e-5);
+  near("height of the shovel's centre of mass", "m", shovel.r.y, row.cg, 0.51e-4);
+  near("height of the tip", "m", shovel.r.y + shovel.world({.244, -.495}).y, row.tip, 0.51e-4);
+  near("force of the spring", "N", machine.force_value("H9", "force"), row.spring, 0.051);
+  near("pull", "N", machine.driver_force("H10"), row.pull, 0.051);
   double resistance = 0;
   for (const char* wheel : {"left wheel on soil", "right wheel on soil"}) {
-    EXPECT_NEAR(machine.force_value(wheel, "sinkage"), row.sinkage, 0.51e-4);
-    EXPECT_NEAR(machine.force_value(wheel, "N"), row.wheel, 0.051);
+    near((std::string("sinkage, ") + wheel).c_str(), "m", machine.force_value(wheel, "sinkage"), row.sinkage, 0.51e-4);
+    near((std::string("normal force, ") + wheel).c_str(), "N", machine.force_value(wheel, "N"), row.wheel, 0.051);
     resistance += machine.force_value(wheel, "R_c");
   }
   EXPECT_NEAR(machine.driver_force("H10"), row.h + resistance, 1e-8);
@@ -56,8 +70,10 @@ TEST(Rig, JointForcesAtThe700Load) {
                  {"H6", 195.1, -675.1}, {"H7", 195.1, -675.1}, {"H8", -2377.1, -635.1}};
   for (const auto& row : printed) {
     const Reaction r = machine.joint_reaction(row.joint);
-    EXPECT_NEAR(r.fx, row.fx, 0.051) << row.joint;
-    EXPECT_NEAR(r.fy, row.fy, 0.051) << row.joint;
+    const Verified found(kField, "Rig 1S-300: joint forces at 700/280 N", kRig);
+    const char* const digit = "half a unit of the last digit";
+    found.near(std::string(row.joint) + ", along x", "N", r.fx, row.fx, absolute(0.051), digit);
+    found.near(std::string(row.joint) + ", along y", "N", r.fy, row.fy, absolute(0.051), digit);
     EXPECT_NEAR(r.moment, 0, 1e-9) << row.joint;  // a pin carries none
   }
 }
@@ -74,19 +90,23 @@ TEST(Rig, ModesUndamped) {
   ASSERT_EQ(loaded.size(), 4U);
   EXPECT_EQ(loaded[0].frequency, 0);  // the wheels' spins
   EXPECT_EQ(loaded[1].frequency, 0);
-  EXPECT_NEAR(loaded[2].frequency, 4.080, 1e-3);
-  EXPECT_NEAR(loaded[3].frequency, 8.558, 1e-3);
+  const Verified found(kField, "Rig 1S-300: small oscillation", kRig);
+  const char* const digit = "printed to 1e-3 Hz";
+  found.near("first mode, load 700/280 N", "Hz", loaded[2].frequency, 4.080, absolute(1e-3), digit);
+  found.near("second mode, load 700/280 N", "Hz", loaded[3].frequency, 8.558, absolute(1e-3), digit);
+  found.near("first mode, no load", "Hz", empty[2].frequency, 3.940, absolute(1e-3), digit);
+  found.near("second mode, no load", "Hz", empty[3].frequency, 8.557, absolute(1e-3), digit);
   EXPECT_NEAR(loaded[2].damping, 0, 1e-6);
   EXPECT_NEAR(loaded[3].damping, 0, 1e-6);
-  EXPECT_NEAR(empty[2].frequency, 3.940, 1e-3);
-  EXPECT_NEAR(empty[3].frequency, 8.557, 1e-3);
 }
 
 TEST(Rig, DampingRatios) {
   const auto loaded = rig_modes(700, 280, 611);
   ASSERT_EQ(loaded.size(), 4U);
-  EXPECT_NEAR(loaded[2].damping, 0.000, 0.51e-3);
-  EXPECT_NEAR(loaded[3].damping, 0.099, 0.51e-3);
+  const Verified found(kField, "Rig 1S-300: damping of the modes, 611 N s/m", kRig);
+  const char* const digit = "half a unit of the last digit";
+  found.near("damping ratio of the first mode", "1", loaded[2].damping, 0.000, absolute(0.51e-3), digit);
+  found.near("damping ratio of the second mode", "1", loaded[3].damping, 0.099, absolute(0.51e-3), digit);
 }
 
 // What was found steady must stay where it is for half a second, two cycles of heave: a wrong velocity or load would

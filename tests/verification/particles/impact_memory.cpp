@@ -2,12 +2,19 @@
 
 #include "libdem/impact/bed_strike.hpp"
 #include "tests/tools/dem_beds.hpp"
+#include "tests/tools/verified.hpp"
 
 /// Two-body impacts in the engine by laws whose contacts remember, beside what their loops enclose: m (V^2 - V'^2)/2.
 namespace subsoil::dem::test {
 namespace {
 
 using impact::Strikers;
+using subsoil::test::absolute;
+using subsoil::test::Verified;
+using subsoil::test::Worst;
+
+const std::string kField = "Restitution";
+const char* const kBranch = "1e-5 of a branch a step, and as much at a kink";
 
 const Strikers kBall{.mass_1 = 1e-3, .radius_1 = 5e-3};                                      ///< on a plane
 const Strikers kPair{.mass_1 = 1e-3, .radius_1 = 5e-3, .mass_2 = 4e-4, .radius_2 = 3.6e-3};  ///< two spheres
@@ -34,18 +41,25 @@ TEST(ImpactMemory, HystereticSpringGivesItsRestitution) {
 
 /// Without adhesion and dashpot e^2 is what the unloading curve gives back of the loading: of lambda_p alone.
 TEST(ImpactMemory, EepaReturnsWhatItsLoopLeaves) {
+  const Verified row(kField, "EEPA without adhesion: what the loop leaves, 0.03 to 30 m/s",
+                     "sqrt(1 - lambda_p) for n = 1, integrals of the loop for n = 3/2");
+  Worst linear, hertz;
   for (const double v : {0.03, 1.0, 30.0})
     for (const double lambda : {0.1, 0.5, 0.9, 0.99}) {
       const double k2 = 1e6 / (1 - lambda);
       const auto flat = strike_in_bed(powder(1, 1e6, lambda, 0, 1), kBall, v, hundredth(1e-3, k2));
-      EXPECT_NEAR(flat.restitution, std::sqrt(1 - lambda), kStep) << v;
+      char at[48];
+      std::snprintf(at, sizeof at, "lambda_p = %g, %g m/s", lambda, v);
+      linear.take(at, flat.restitution, std::sqrt(1 - lambda));
       const double k1 = 1e8, deepest = std::pow(2.5 * 1e-3 * v * v / (2 * k1), 0.4);
       const double stiffest = 1.5 * k1 / (1 - lambda) * std::sqrt(deepest);
       const auto round = strike_in_bed(powder(1.5, k1, lambda, 0, 1), kPair, v, hundredth(2.5e-4, stiffest));
       const double l = lambda;
       const double e2 = (1 - std::pow(l, 5 / 3.) - 2.5 * l * (1 - std::pow(l, 2 / 3.))) / (1 - l);
-      EXPECT_NEAR(round.restitution, std::sqrt(e2), kStep) << v;
+      hertz.take(at, round.restitution, std::sqrt(e2));
     }
+  linear.near(row, "restitution, n = 1, lambda_p 0.1 to 0.99", "1", absolute(kStep), kBranch);
+  hertz.near(row, "restitution, n = 1.5, lambda_p 0.1 to 0.99", "1", absolute(kStep), kBranch);
 }
 
 /// Elastic, the dashpot alone: restitution in is restitution out, for n = 1, 3/2 and 2.
@@ -64,6 +78,12 @@ TEST(ImpactMemory, EepaWithoutPlasticityGivesItsRestitution) {
 
 /// Adhesion takes the pull-off work besides: e^2 = 1 - (area of the loop)/(m V^2/2), and below some speed they stick.
 TEST(ImpactMemory, AdhesionTakesTheWorkOfTearing) {
+  const Verified torn(kField, "Adhesion takes the work of tearing", "e^2 = 1 - (area of the loop)/(m V^2/2)");
+  const auto at = [](const char* format, double v) {
+    char text[64];
+    std::snprintf(text, sizeof text, format, v);
+    return std::string(text);
+  };
   const double k1 = 1e4, k2 = 5e4, k_c = 5e3, m = 1e-3;
   Luding law = sticky(k1, k2, k_c, 0.2);
   law.damping = 0;
@@ -74,7 +94,8 @@ TEST(ImpactMemory, AdhesionTakesTheWorkOfTearing) {
         0.5 * k1 * M * M - 0.5 * (k1 * k1 * M * M - std::pow(k_c * tear, 2)) / p + 0.5 * k_c * tear * tear;
     const double e2 = 1 - area / (0.5 * m * v * v);
     const auto event = strike_in_bed(law, kBall, v, hundredth(m, k2));
-    EXPECT_NEAR(event.restitution, std::sqrt(e2), kStep) << v;
+    torn.near(at("Luding, k2/k1 = 5, k_c/k1 = 0.5, %g m/s", v), "1", event.restitution, std::sqrt(e2), absolute(kStep),
+              kBranch);
   }
   // Of more adhesion than elastic energy comes back at this speed.
   law.k_c = 2e5;
@@ -89,7 +110,28 @@ TEST(ImpactMemory, AdhesionTakesTheWorkOfTearing) {
     const double e2 = (back - pull * corner / 2.5) / (0.5 * m * v * v);
     ASSERT_GT(e2, 0) << v;
     const auto event = strike_in_bed(glue, kBall, v, hundredth(m, 1.5 * unload * std::sqrt(depth)));
-    EXPECT_NEAR(event.restitution, std::sqrt(e2), kStep) << v;
+    torn.near(at("EEPA, n = 1.5, lambda_p 0.3, 50 J/m^2, %g m/s", v), "1", event.restitution, std::sqrt(e2),
+              absolute(kStep), kBranch);
+  }
+}
+
+/// Cohesion over Hertz's area on the hysteretic spring (Ucgul, Fielke & Saunders): q = k_c pi R off both branches.
+TEST(ImpactMemory, CohesiveHystereticSpring) {
+  const Verified row(kField, "Hysteretic spring with linear cohesion (Ucgul 2014), 0.03 to 30 m/s",
+                     "e^2 = (K1 e0^2 - q)/(K1 - q), q = k_c pi R");
+  for (const double e0 : {0.5, 0.8}) {
+    Worst worst;
+    for (const double v : {0.03, 0.3, 3.0, 30.0}) {
+      const double k1 = 5 * kBall.radius() * 4e7, q = 0.1 * k1;
+      Hysteretic law = compactable(4e7, e0, 0, 0);
+      law.cohesion = cohesion_by_area(q / (pi * kBall.radius()), Cohesion::Area::hertz);
+      const auto event = strike_in_bed(law, kBall, v, hundredth(1e-3, k1 / (e0 * e0)));
+      char at[32];
+      std::snprintf(at, sizeof at, "%g m/s", v);
+      worst.take(at, event.restitution, std::sqrt((k1 * e0 * e0 - q) / (k1 - q)));
+    }
+    worst.near(row, e0 < 0.6 ? "restitution, e0 0.5, q = K1/10" : "restitution, e0 0.8, q = K1/10", "1",
+               absolute(5 * kStep), "1e-5 of a branch a step; the parting is found to a step of the unloading");
   }
 }
 

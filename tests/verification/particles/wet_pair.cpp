@@ -1,11 +1,18 @@
 #include <gtest/gtest.h>
 
 #include "tests/tools/dem_beds.hpp"
+#include "tests/tools/verified.hpp"
 
 /// Two wet spheres of the source (r 10 mm, 1800 kg/m3): pull-apart curve, work of separation, period, creep; momentum.
 namespace subsoil::dem::test {
 namespace {
 
+using subsoil::test::absolute;
+using subsoil::test::share;
+using subsoil::test::Verified;
+using subsoil::test::Worst;
+
+const std::string kField = "Wet particles", kSource = "Yuan & Yu 2020, doi:10.6041/j.issn.1000-1298.2020.S1.003";
 constexpr double kR = 0.01, kDensity = 1800;
 const double kMass = kDensity * 4 / 3 * pi * kR * kR * kR;
 
@@ -15,6 +22,8 @@ std::vector<SphereSpec> pair_at(double overlap) {
 
 /// Quasi-static: a fresh bed at rest for each gap, so the force is the law's alone.
 TEST(WetPair, PullApartCurveThroughTheEngine) {
+  const Verified row(kField, "Force over the gap of two spheres of 10 mm", kSource + ", eq. (12) to (21)");
+  Worst worst;
   for (int k = -450; k <= 450; ++k) {
     const double overlap = k * 1e-5 + 3.3e-6;
     Bed bed(table(soil()), quiet());
@@ -24,8 +33,12 @@ TEST(WetPair, PullApartCurveThroughTheEngine) {
                         : overlap >= 0    ? -7e3 * (2e-3 - overlap)
                         : overlap > -2e-3 ? -7e3 * (2e-3 + overlap)
                                           : 0;
-    EXPECT_NEAR(force, want, 1e-12) << overlap;  // overlap is a difference of lengths of 20 mm: 3e-18 m x 1e4 N/m
+    char at[32];
+    std::snprintf(at, sizeof at, "overlap %g mm", overlap * 1e3);
+    worst.take(at, force, want);
   }
+  worst.near(row, "force at 901 overlaps from -4.5 to 4.5 mm", "N", absolute(1e-12),
+             "overlap is a difference of lengths of 20 mm: 3e-18 m times 10 kN/m");
 }
 
 /// Work that a plate does which draws a sphere off slowly: (K_C dc^2 + K_B dB^2)/2 = 28 mJ, sphere held by a pair.
@@ -42,7 +55,9 @@ TEST(WetPair, WorkOfSeparation) {
   }
   EXPECT_EQ(bed.boundary(away.boundary).contacts, 0);
   // Trapezoidal over 8000 steps across two kinks: error K (v dt)^2, 2e-9 J; damping is zero in the attractive bands.
-  EXPECT_NEAR(bed.boundary(away.boundary).work, 28e-3, 1e-7);
+  const Verified row(kField, "Work of separation from the rest overlap", kSource + ": (K_C dc^2 + K_B dB^2)/2");
+  row.near("work", "J", bed.boundary(away.boundary).work, 28e-3, absolute(1e-7),
+           "trapezoids over 8000 steps, two kinks");
 }
 
 TEST(WetPair, SmallOscillationPeriod) {
@@ -62,32 +77,40 @@ TEST(WetPair, SmallOscillationPeriod) {
     before = now;
   }
   // Leapfrog shortens by (omega dt)^2/24 = 1e-7; the kink at rest adds a step's random share.
-  EXPECT_NEAR((last - first) / 10, want, 1e-5 * want);
+  const Verified row(kField, "Small oscillation about the rest overlap, C_X 0",
+                     "pi sqrt(m_eff) (1/sqrt(K_X) + 1/sqrt(K_C))");
+  row.near("period", "s", (last - first) / 10, want, share(1e-5), "the kink at rest adds a step's random share");
 }
 
 TEST(WetPair, CreepsBackWithoutOvershoot) {
+  const Verified row(kField, "Creep back from 10 um beyond rest, damping ratio 1.63",
+                     "two real roots of the overdamped pair");
+  // x'' + b x' + a x = 0: a = 2K/m, b = 2C/m.
+  const double a = 1e4 / (kMass / 2), b = 20 / (kMass / 2), slow = b / 2 - std::sqrt(b * b / 4 - a);
+  const double fast = b / 2 + std::sqrt(b * b / 4 - a);
   Bed bed(table(soil()), quiet());
   bed.add(pair_at(2e-3 + 1e-5));
   double before = 1e-5;
-  for (int n = 0; n < 20000; ++n) {
+  for (int n = 1; n <= 20000; ++n) {
     bed.step(1e-6);
     const double now = 2 * kR - norm(sphere(bed, 0).x - sphere(bed, 1).x) - 2e-3;
     EXPECT_LT(now, before + 1e-17);
     EXPECT_GT(now, -1e-17) << "overdamped, ratio 1.63: no overshoot";
     before = now;
+    if (n != 1000 && n != 5000 && n != 20000) continue;
+    const double t = n * 1e-6;
+    const double want = 1e-5 * (fast * std::exp(-slow * t) - slow * std::exp(-fast * t)) / (fast - slow);
+    row.near("overlap beyond rest after " + std::to_string(n / 1000) + " ms", "m", now, want, share(5e-3),
+             "damping lags by half a step of 1 us, which shifts the slow root by 3e-4");
   }
-  // Slow root of x'' + b x' + a x: a = 2K/m, b = 2C/m.
-  const double a = 1e4 / (kMass / 2), b = 20 / (kMass / 2), slow = b / 2 - std::sqrt(b * b / 4 - a);
-  const double fast = b / 2 + std::sqrt(b * b / 4 - a);
-  const double t = 20000e-6;
-  const double want = 1e-5 * (fast * std::exp(-slow * t) - slow * std::exp(-fast * t)) / (fast - slow);
-  EXPECT_NEAR(before, want, 5e-3 * 1e-5 + 5e-3 * want);
 }
 
 /// A cluster of five unequal spheres thrown together, no gravity: momentum and angular momentum to rounding. The force
 /// at the middle of the overlap acts on both at one point, so angular momentum is kept exactly at every step:
 /// x += v dt adds dt v x m v = 0, and force pairs share their line but for the tangential lever.
 TEST(Momentum, ClusterWithEveryLaw) {
+  const Verified row("Momentum", "Cluster of five unequal spheres, every law, 3000 steps", "conservation");
+  Worst linear, angular;
   for (const auto& [name, law] : every_law()) {
     Bed bed(table(law), quiet());
     Dice dice(23);
@@ -117,9 +140,12 @@ TEST(Momentum, ClusterWithEveryLaw) {
     }
     const auto [p1, l1, unused_p, unused_l] = sums();
     EXPECT_GT(touched, 100u) << name;
-    EXPECT_LT(norm(p1 - p0), 1e-12 * scale_p) << name;
-    EXPECT_LT(norm(l1 - l0), 1e-12 * scale_l) << name;
+    linear.take(name, norm(p1 - p0) / scale_p, 0);
+    angular.take(name, norm(l1 - l0) / scale_l, 0);
   }
+  const char* const rounding = "rounding of 3000 steps";
+  linear.near(row, "change of momentum, over the sum of its parts", "1", absolute(1e-12), rounding);
+  angular.near(row, "change of angular momentum, over the sum of its parts", "1", absolute(1e-12), rounding);
 }
 
 /// Unequal spheres head-on, linear law: they part after pi/omega_d with velocities of the collision law.
@@ -133,8 +159,13 @@ TEST(UnequalPair, CollisionLaw) {
     const double m1 = sphere(bed, 0).m, m2 = sphere(bed, 1).m;
     for (int n = 0; n < 100000 && (n < 10 || bed.touching_pairs() > 0); ++n) bed.step(2e-8);
     const double centre = (m1 * 1.5 - m2 * 0.5) / (m1 + m2);
-    EXPECT_NEAR(sphere(bed, 0).v.x, centre - e * 2 * m2 / (m1 + m2), 2e-3);
-    EXPECT_NEAR(sphere(bed, 1).v.x, centre + e * 2 * m1 / (m1 + m2), 2e-3);
+    const Verified row("Momentum", "Unequal spheres head-on, linear spring", "collision law");
+    const std::string given = e < 0.5 ? ", e 0.4" : ", e 0.9";
+    const char* const why = "damping lags by half a step";
+    row.near("speed of the small one" + given, "m/s", sphere(bed, 0).v.x, centre - e * 2 * m2 / (m1 + m2),
+             absolute(2e-3), why);
+    row.near("speed of the large one" + given, "m/s", sphere(bed, 1).v.x, centre + e * 2 * m1 / (m1 + m2),
+             absolute(2e-3), why);
   }
 }
 

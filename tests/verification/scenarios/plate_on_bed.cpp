@@ -1,6 +1,7 @@
 #include <numbers>
 
 #include "tests/tools/program_runs.hpp"
+#include "tests/tools/verified.hpp"
 
 /// Plate of known weight on a settled bed, through the machine and the coupling (configs/plate-sinking.yaml).
 /// Oracle: statics. The spheres carry the plate; slide and soil balance each other sideways and in turn; floor and
@@ -18,13 +19,19 @@ TEST(PlateOnBed, ForcesAndMomentsBalanceAtRest) {
   const double soil = summary["soil"]["mass [kg]"].get<double>() * g;
   // At rest: 0.1 % of the weight is what an acceleration of g/1000 would make; the plate's speed must match.
   const double small = 1e-3 * plate;
+  const subsoil::test::Verified row("Bed and machine", "Plate of 20 kg on a settled wet bed, at rest", "statics");
+  const auto near = [&](const char* quantity, const char* unit, double ours, double reference, double tolerance) {
+    row.near_by_chance(quantity, unit, ours, reference, subsoil::test::absolute(tolerance),
+                       "1e-3 of the weight: an acceleration of g/1000");
+  };
   EXPECT_NEAR(last("plate.vy"), 0, 1e-5);
-  EXPECT_NEAR(last("plate.soil.Fy") + last("slide.fy") * 0, plate, small);
+  near("force of the soil on the plate, upward", "N", last("plate.soil.Fy"), plate, small);
   EXPECT_GT(std::abs(last("plate.soil.Fx")), 1) << "the plate stands off the middle: its soil must push sideways";
   EXPECT_GT(std::abs(last("plate.soil.Mz")), 0.1);
-  EXPECT_NEAR(last("slide.fx"), last("plate.soil.Fx"), small)
-      << "reaction on the ground is what soil does to the plate";
-  EXPECT_NEAR(last("slide.moment"), last("plate.soil.Mz"), 1e-3 * plate * 0.05);
+  // The reaction on the ground is what the soil does to the plate.
+  near("reaction of the slide, sideways, and the soil's force", "N", last("slide.fx"), last("plate.soil.Fx"), small);
+  near("moment of the slide, and the soil's moment", "N m", last("slide.moment"), last("plate.soil.Mz"),
+       1e-3 * plate * 0.05);
   double up = 0, along = 0, across = 0;
   for (const char* wall : {"floor", "wall -x", "wall +x", "wall -z", "wall +z"}) {
     up += last(std::string(wall) + ".Fy");
@@ -32,9 +39,9 @@ TEST(PlateOnBed, ForcesAndMomentsBalanceAtRest) {
     across += last(std::string(wall) + ".Fz");
   }
   // Columns of surfaces are the spheres' force on them.
-  EXPECT_NEAR(-up, soil + plate, small) << "walls carry soil and plate";
-  EXPECT_NEAR(along + last("plate.soil.Fx"), 0, small);
-  EXPECT_NEAR(across + last("plate.soil.Fz"), 0, small) << "the guide takes what stands out of the plane";
+  near("weight on floor and walls, of soil and plate", "N", -up, soil + plate, small);
+  near("sum of forces on the soil along x", "N", along + last("plate.soil.Fx"), 0, small);
+  near("sum of forces on the soil along z, which the guide takes", "N", across + last("plate.soil.Fz"), 0, small);
   EXPECT_LT(std::abs(summary["energy"]["closure over work put in"].get<double>()), 0.01);
 }
 
