@@ -8,6 +8,7 @@ bodies without surfaces as outlines, joints as dots.
     --frame last | K | TIME   K counts from 0 (-1 is the last); a number with a point or an s is a time: 1.5, 2s
     --cut                     leaves away the soil on the near side (z > 0), so that the tool in the soil is seen
     --speed MAX               upper end of the colours, m/s (default: what 99.5 % of the spheres stay below)
+    --by material             colours of the spheres: their material's, by its number in the run, in place of the speed
     --focus NAME              surface to look at (default: the deepest, container, floor and walls aside)
     --hide NAME               surface not to draw, may be given several times
     --walls                   draw the container's floor and walls too
@@ -68,6 +69,8 @@ for i in range(blocks.GetNumberOfBlocks()):
         add(vtk_to_numpy(data.GetPointData().GetArray('radius'))[keep].astype('f8'), 'radius')
         speed = numpy.zeros(len(x)) if velocity is None else numpy.linalg.norm(vtk_to_numpy(velocity), axis=1)
         add(speed[keep], 'speed')
+        material = data.GetPointData().GetArray('material')
+        add(numpy.zeros(len(keep)) if material is None else vtk_to_numpy(material)[keep].astype('f8'), 'material')
         data = cut
     else:
         data.GetPointData().Initialize()
@@ -83,6 +86,7 @@ def read_arguments():
     parser.add_argument("--frame", default="last")
     parser.add_argument("--cut", action="store_true")
     parser.add_argument("--speed", type=float)
+    parser.add_argument("--by", choices=["speed", "material"], default="speed")
     parser.add_argument("--focus")
     parser.add_argument("--hide", action="append")
     parser.add_argument("--walls", action="store_true")
@@ -147,7 +151,18 @@ def pick_blocks(reader, names, cut=False):
     return part
 
 
-def show_soil(soil, view, top_speed):
+def colour_by_material(display, view):
+    """One colour per number, of soils: light, dark, red, green, blue, sand; then from the start."""
+    simple.ColorBy(display, ("POINTS", "material"))
+    colours = simple.GetColorTransferFunction("material")
+    kinds = [(0.80, 0.64, 0.42), (0.36, 0.26, 0.20), (0.68, 0.30, 0.20), (0.45, 0.52, 0.30), (0.36, 0.47, 0.58),
+             (0.93, 0.86, 0.66)]
+    colours.ColorSpace = "Step"
+    colours.RGBPoints = [value for i in range(24) for value in (i + 0.5, *kinds[i % len(kinds)])]  # up to there
+    display.SetScalarBarVisibility(view, False)
+
+
+def show_soil(soil, view, top_speed, by):
     display = simple.Show(soil, view)
     display.SetRepresentationType("3D Glyphs")
     display.GlyphType = "Sphere"
@@ -159,6 +174,9 @@ def show_soil(soil, view, top_speed):
     display.SelectScaleArray = "radius"
     display.ScaleFactor = 1.0
     display.Orient = 0
+    if by == "material":
+        colour_by_material(display, view)
+        return
     simple.ColorBy(display, ("POINTS", "speed"))
     colours = simple.GetColorTransferFunction("speed")
     # Resting soil looks like soil; what moves stands out.
@@ -294,7 +312,7 @@ def show_all(reader, kinds, view, time, arguments):
     if kinds.soil:
         soil = pick_blocks(reader, ["soil"], arguments.cut)
         soil.UpdatePipeline(time)
-        show_soil(soil, view, arguments.speed or upper_speed(soil))
+        show_soil(soil, view, arguments.speed or upper_speed(soil), arguments.by)
     for names, show in ((kinds.solids, show_solid), (kinds.lines, show_lines), (kinds.dots, show_dots)):
         if names:
             show(pick_blocks(reader, names), view)
