@@ -17,9 +17,8 @@ Bed::Impl::Impl(LawTable laws_in, BedOptions options_in)
 
 void Bed::Impl::update_laws() {
   if (laws.laws.size() > 255) throw std::invalid_argument("more than 255 contact laws in one bed");
-  surface_reach.clear(), pair_memory.clear(), surface_memory.clear();
+  pair_memory.clear(), surface_memory.clear();
   for (const Law& law : laws.laws) {
-    surface_reach.push_back(std::visit([](const auto& l) { return l.reach(); }, law));
     pair_memory.push_back(MemoryShape::of(law, is_mixed()));
     surface_memory.push_back(MemoryShape::at_surface(law));
   }
@@ -28,8 +27,11 @@ void Bed::Impl::update_laws() {
 }
 
 void Bed::Impl::update_reach(double largest_radius) {
-  law_reach.clear();
-  for (const Law& law : laws.laws) law_reach.push_back(reach_between(law, largest_radius));
+  law_reach.clear(), surface_reach.clear();
+  for (const Law& law : laws.laws) {
+    law_reach.push_back(reach_between(law, largest_radius));
+    surface_reach.push_back(reach_of(law, largest_radius));
+  }
 }
 
 Bed::Bed(LawTable laws, BedOptions options) : impl_(std::make_unique<Impl>(std::move(laws), std::move(options))) {}

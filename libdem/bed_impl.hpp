@@ -126,7 +126,7 @@ struct Bed::Impl {
   BedOptions options;
   Kernel kernel;
   int threads = 1;
-  std::vector<double> law_reach;                         ///< per law, between spheres: of bonds it grows with them
+  std::vector<double> law_reach;                         ///< per law, between the spheres of the lists
   std::vector<double> surface_reach;                     ///< per law, at surfaces
   std::vector<MemoryShape> pair_memory, surface_memory;  ///< per law; surfaces are double also in mixed precision
 

@@ -7,7 +7,8 @@ bodies without surfaces as outlines, joints as dots.
 
     --frame last | K | TIME   K counts from 0 (-1 is the last); a number with a point or an s is a time: 1.5, 2s
     --cut                     leaves away the soil on the near side (z > 0), so that the tool in the soil is seen
-    --by bonds                colours by a number of the spheres other than speed, from none to the most
+    --by NAME                 colours by a number of the spheres other than speed, from none to the most: bonds, ...;
+                              by material: a colour for each
     --speed MAX               upper end of the colours, m/s (default: what 99.5 % of the spheres stay below)
     --focus NAME              surface to look at (default: the deepest, container, floor and walls aside)
     --hide NAME               surface not to draw, may be given several times
@@ -152,6 +153,17 @@ def pick_blocks(reader, names, cut=False, by="speed"):
     return part
 
 
+def colour_by_material(display, view):
+    """One colour per number, of soils: light, dark, red, green, blue, sand; then from the start."""
+    simple.ColorBy(display, ("POINTS", "material"))
+    colours = simple.GetColorTransferFunction("material")
+    kinds = [(0.80, 0.64, 0.42), (0.36, 0.26, 0.20), (0.68, 0.30, 0.20), (0.45, 0.52, 0.30), (0.36, 0.47, 0.58),
+             (0.93, 0.86, 0.66)]
+    colours.ColorSpace = "Step"
+    colours.RGBPoints = [value for i in range(24) for value in (i + 0.5, *kinds[i % len(kinds)])]  # up to there
+    display.SetScalarBarVisibility(view, False)
+
+
 def show_soil(soil, view, by, top):
     display = simple.Show(soil, view)
     display.SetRepresentationType("3D Glyphs")
@@ -164,6 +176,9 @@ def show_soil(soil, view, by, top):
     display.SelectScaleArray = "radius"
     display.ScaleFactor = 1.0
     display.Orient = 0
+    if by == "material":
+        colour_by_material(display, view)
+        return
     simple.ColorBy(display, ("POINTS", by))
     colours = simple.GetColorTransferFunction(by)
     # Resting soil looks like soil; what moves stands out.

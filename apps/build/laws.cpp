@@ -32,6 +32,15 @@ dem::LawTable build_laws(const Loaded& loaded) {
           law.take_materials(*ma.young, *ma.poisson, *mb.young, *mb.poisson);
         }
       }
+      if constexpr (requires { law.take_yield(1., 1.); }) {
+        if (law.needs_yield()) {
+          for (const Material* m : {&ma, &mb})
+            if (!m->yield)
+              throw ScenarioError(where + ": needs yield strength of material '" + m->name + "', or " +
+                                  law.in_place_of_yield + " in this entry");
+          law.take_yield(*ma.yield, *mb.yield);
+        }
+      }
       try {
         return dem::resolved(law);
       } catch (const std::invalid_argument& error) {

@@ -89,9 +89,96 @@ dem::Bounds SoilBuilder::region() const {
   return box;
 }
 
-dem::BedMaterial SoilBuilder::material() const {
-  const int index = material_index(loaded_.scenario, bed().material);
+dem::BedMaterial SoilBuilder::material_of(const std::string& name) const {
+  const int index = material_index(loaded_.scenario, name);
   return {loaded_.scenario.materials[static_cast<std::size_t>(index)].density, index};
+}
+
+/// The depth that is asked for, or what all thicknesses make, or the whole region.
+double SoilBuilder::depth_of_layers() const {
+  const std::vector<Layer>& layers = bed().layers;
+  double sum = 0;
+  for (const Layer& l : layers) sum += l.depth ? (*l.depth)[1] - (*l.depth)[0] : l.thickness.value_or(0);
+  const bool open = !layers.back().depth && !layers.back().thickness;
+  if (!open) return sum;
+  if (bed().depth) return *bed().depth;
+  const bool made = bed().fill <= Fill::random;
+  return made ? region().high.y - region().low.y : sum + 1e3;  // of given spheres: however deep
+}
+
+/// From below, as the bed makers take them.
+std::vector<dem::BedLayer> SoilBuilder::layers() const {
+  std::vector<dem::BedLayer> out;
+  double top = depth_of_layers();
+  for (const Layer& l : bed().layers) {
+    const auto* own = std::get_if<EqualRadius>(&l.radius);
+    const RadiusDistribution& radius = own != nullptr && std::isnan(own->radius) ? bed().radius : l.radius;
+    out.push_back(
+        {.top = top, .radius = sizes_of(radius), .shares = shares_of(bed().shares), .of = material_of(l.material)});
+    top -= l.depth ? (*l.depth)[1] - (*l.depth)[0] : l.thickness.value_or(0);
+  }
+  std::reverse(out.begin(), out.end());
+  return out;
+}
+
+std::vector<dem::LatticeLayer> SoilBuilder::lattice_layers(bool at_rest) const {
+  std::vector<dem::LatticeLayer> out;
+  for (const dem::BedLayer& layer : layers()) {
+    dem::LatticeLayer l{layer};
+    const double mean = 0.5 * (dem::least_radius(layer.radius) + dem::largest_radius(layer.radius));
+    const int own = layer.of.material;
+    l.pitch = at_rest ? 2 * mean - rest_overlap(own, own) : bed().pitch.value_or(2.02 * mean);
+    if (!out.empty()) {
+      const dem::LatticeLayer& below = out.back();
+      const double below_mean = 0.5 * (dem::least_radius(below.radius) + dem::largest_radius(below.radius));
+      l.rise = at_rest ? mean + below_mean - rest_overlap(own, below.of.material) : 0.5 * (l.pitch + below.pitch);
+    }
+    out.push_back(l);
+  }
+  return out;
+}
+
+void SoilBuilder::place_layers(bool at_rest) {
+  const std::vector<dem::LatticeLayer> layers = lattice_layers(at_rest);
+  dem::LatticePlan plan = lattice_plan(0);
+  std::vector<std::size_t> numbers;
+  world_.bed->add(dem::layered_lattice(plan, layers, numbers));
+  for (std::size_t k = 0; k < numbers.size(); ++k) layer_.insert(layer_.end(), numbers[k], static_cast<int>(k));
+}
+
+/// Material and density by depth of spheres that are given one by one.
+void SoilBuilder::assign_layers(std::vector<dem::SphereSpec>& spheres) {
+  const std::vector<dem::BedLayer> layers = this->layers();
+  std::vector<dem::Sphere> placed(spheres.size());
+  dem::Bounds box;
+  for (std::size_t i = 0; i < spheres.size(); ++i) {
+    const dem::SphereSpec& s = spheres[i];
+    placed[i].x = s.position, placed[i].r = s.radius;
+    box.include(s.position - Vec3{s.radius, s.radius, s.radius});
+    box.include(s.position + Vec3{s.radius, s.radius, s.radius});
+  }
+  // Over the spheres' own box: where the container's floor is empty there is no surface.
+  layer_ = dem::layers_by_depth(placed, box, layers);
+  std::vector<std::size_t> count(layers.size());
+  for (const int k : layer_) ++count[static_cast<std::size_t>(k)];
+  for (std::size_t k = 0; k < count.size(); ++k)
+    if (count[k] == 0)
+      throw ScenarioError(fmt::format("{}: gets no sphere: the bed does not reach so deep, or the layer is too thin",
+                                      loaded_.where(fmt::format("soil.bed.layers[{}]", count.size() - 1 - k))));
+  const double top = dem::surface_height(placed, box).mean;
+  if (const double deep = top - box.low.y; deep > layers.back().top + 2 * placed[0].r)
+    throw ScenarioError(
+        fmt::format("{}: are {:.6g} mm deep together, the spheres lie down to {:.6g} mm; leave the lowest "
+                    "layer's thickness out, and it takes the rest",
+                    loaded_.where("soil.bed.layers"), layers.back().top * 1e3, deep * 1e3));
+  for (std::size_t i = 0; i < spheres.size(); ++i) {
+    const dem::BedMaterial of = layers[static_cast<std::size_t>(layer_[i])].of;
+    const Particle* own = bed().fill == Fill::particles ? &bed().particles[i] : nullptr;
+    if (own == nullptr || own->material.empty()) {
+      spheres[i].material = of.material;
+      if (own == nullptr || !own->density) spheres[i].density = of.density;
+    }
+  }
 }
 
 double SoilBuilder::rest_overlap(int a, int b) const {
@@ -101,15 +188,15 @@ double SoilBuilder::rest_overlap(int a, int b) const {
 }
 
 dem::LatticePlan SoilBuilder::lattice_plan(double pitch) const {
-  const dem::BedMaterial of = material();
+  const dem::BedMaterial lowest = material_of(layered() ? bed().layers.back().material : bed().material);
   dem::LatticePlan plan;
   plan.region = region();
-  plan.radius = sizes_of(bed().radius);
+  if (!layered()) plan.radius = sizes_of(bed().radius);
   plan.shares = shares_of(bed().shares);
   plan.pitch = pitch;
   if (loaded_.scenario.soil->container)
     plan.floor_overlap =
-        rest_overlap(of.material, material_index(loaded_.scenario, loaded_.scenario.soil->container->material));
+        rest_overlap(lowest.material, material_index(loaded_.scenario, loaded_.scenario.soil->container->material));
   plan.depth = bed().depth.value_or(0);
   plan.jitter = bed().jitter;
   plan.seed = static_cast<std::uint64_t>(bed().seed);
@@ -119,7 +206,8 @@ dem::LatticePlan SoilBuilder::lattice_plan(double pitch) const {
 std::vector<dem::SphereSpec> SoilBuilder::listed() const {
   std::vector<dem::SphereSpec> out;
   for (const Particle& p : bed().particles) {
-    const int m = material_index(loaded_.scenario, p.material.empty() ? bed().material : p.material);
+    const std::string& name = !p.material.empty() ? p.material : layered() ? bed().layers[0].material : bed().material;
+    const int m = material_index(loaded_.scenario, name);
     out.push_back({p.position, p.velocity, p.spin, p.radius,
                    p.density.value_or(loaded_.scenario.materials[static_cast<std::size_t>(m)].density), m});
   }
@@ -148,6 +236,7 @@ std::vector<dem::SphereSpec> SoilBuilder::from_file() const {
 }
 
 int SoilBuilder::material_of(const BedTable& table, std::size_t row) const {
+  if (layered()) return material_index(loaded_.scenario, bed().layers[0].material);  // until it is known by its depth
   const std::string& name = table.material[row].empty() ? bed().material : table.material[row];
   try {
     return material_index(loaded_.scenario, name);
@@ -166,39 +255,53 @@ void SoilBuilder::place() {
   if (!options_.place_soil) world_.bed->add(options_.restored);
   if (!has_bed() || !options_.place_soil) return;
   try {
-    const dem::RadiusDistribution sizes = sizes_of(bed().radius);
-    const double mean = 0.5 * (dem::least_radius(sizes) + dem::largest_radius(sizes));
-    switch (bed().fill) {
-      case Fill::lattice:
-        world_.bed->add(dem::lattice(lattice_plan(bed().pitch.value_or(2.02 * mean)), material()));
-        break;
-      case Fill::rest_lattice:
-        world_.bed->add(dem::rest_lattice(lattice_plan(bed().pitch.value_or(0)),
-                                          rest_overlap(material().material, material().material), material()));
-        break;
-      case Fill::particles:
-        world_.bed->add(listed());
-        break;
-      case Fill::file:
-        world_.bed->add(from_file());
-        break;
-      case Fill::random:
-        if (!options_.settle) {
-          // `check` only looks: a lattice of the mean radius at rest distance has about the spheres and contacts.
-          dem::LatticePlan plan = lattice_plan(2 * mean - rest_overlap(material().material, material().material));
-          plan.radius = dem::EqualRadius{mean};
-          std::vector<dem::SphereSpec> stand_in = dem::lattice(plan, material());
-          if (bed().count && stand_in.size() > static_cast<std::size_t>(*bed().count))
-            stand_in.resize(static_cast<std::size_t>(*bed().count));
-          world_.bed->add(stand_in);
-        }
-        break;
-    }
+    place_made();
   } catch (const ScenarioError&) {
     throw;
   } catch (const std::exception& error) {
     throw ScenarioError(loaded_.where("soil.bed") + ": " + error.what());
   }
+}
+
+void SoilBuilder::place_made() {
+  const Fill fill = bed().fill;
+  if (fill == Fill::random) {
+    if (!options_.settle) place_stand_in();
+  } else if (fill == Fill::particles || fill == Fill::file) {
+    std::vector<dem::SphereSpec> spheres = fill == Fill::particles ? listed() : from_file();
+    if (layered()) assign_layers(spheres);
+    world_.bed->add(spheres);
+  } else if (layered()) {
+    place_layers(fill == Fill::rest_lattice);
+  } else if (fill == Fill::lattice) {
+    const dem::RadiusDistribution sizes = sizes_of(bed().radius);
+    const double mean = 0.5 * (dem::least_radius(sizes) + dem::largest_radius(sizes));
+    world_.bed->add(dem::lattice(lattice_plan(bed().pitch.value_or(2.02 * mean)), material()));
+  } else {
+    world_.bed->add(dem::rest_lattice(lattice_plan(bed().pitch.value_or(0)),
+                                      rest_overlap(material().material, material().material), material()));
+  }
+}
+
+/// `check` only looks: a lattice of the mean radius at rest distance has about the spheres and contacts of a random
+/// bed.
+void SoilBuilder::place_stand_in() {
+  if (layered()) {
+    std::vector<dem::LatticeLayer> layers = lattice_layers(true);
+    for (dem::LatticeLayer& l : layers)
+      l.radius = dem::EqualRadius{0.5 * (dem::least_radius(l.radius) + dem::largest_radius(l.radius))};
+    std::vector<std::size_t> numbers;
+    world_.bed->add(dem::layered_lattice(lattice_plan(0), layers, numbers));
+    return;
+  }
+  const dem::RadiusDistribution sizes = sizes_of(bed().radius);
+  const double mean = 0.5 * (dem::least_radius(sizes) + dem::largest_radius(sizes));
+  dem::LatticePlan plan = lattice_plan(2 * mean - rest_overlap(material().material, material().material));
+  plan.radius = dem::EqualRadius{mean};
+  std::vector<dem::SphereSpec> spheres = dem::lattice(plan, material());
+  if (bed().count && spheres.size() > static_cast<std::size_t>(*bed().count))
+    spheres.resize(static_cast<std::size_t>(*bed().count));
+  world_.bed->add(spheres);
 }
 
 bool SoilBuilder::settles() const {
@@ -214,14 +317,34 @@ dem::StepQuestion SoilBuilder::question() const {
   }
   q.neighbours = dem::most_neighbours(world_.bed->spheres().size());
   if (world_.bed->spheres().empty() && rains()) {
-    const dem::RadiusDistribution sizes = sizes_of(bed().radius);
-    q = {.smallest_radius = dem::least_radius(sizes),
-         .largest_radius = dem::largest_radius(sizes),
-         .density = material().density,
-         .speed = 0,
-         .neighbours = 12};
+    q.neighbours = 12;
+    const auto expect = [&](const dem::RadiusDistribution& sizes, double density) {
+      q.smallest_radius = std::min(q.smallest_radius, dem::least_radius(sizes));
+      q.largest_radius = std::max(q.largest_radius, dem::largest_radius(sizes));
+      q.density = std::min(q.density, density);
+    };
+    if (!layered()) expect(sizes_of(bed().radius), material().density);
+    if (layered())
+      for (const dem::BedLayer& l : layers()) expect(l.radius, l.of.density);
   }
   return q;
+}
+
+dem::RandomFill SoilBuilder::random_fill() const {
+  dem::RandomFill fill;
+  fill.region = region();
+  fill.seed = static_cast<std::uint64_t>(bed().seed);
+  if (layered()) {
+    fill.layers = layers();
+    return fill;
+  }
+  fill.radius = sizes_of(bed().radius);
+  fill.shares = shares_of(bed().shares);
+  fill.of = material();
+  if (bed().count) fill.count = static_cast<std::size_t>(*bed().count);
+  fill.depth = bed().depth;
+  if (!fill.count && !fill.depth) fill.depth = fill.region.high.y - fill.region.low.y;
+  return fill;
 }
 
 void SoilBuilder::settle(double step) {
@@ -239,20 +362,13 @@ void SoilBuilder::settle(double step) {
   try {
     dem::SettleReport report;
     if (rains()) {
-      const dem::RadiusDistribution sizes = sizes_of(bed().radius);
-      dem::RandomFill fill;
-      fill.region = region();
-      fill.radius = sizes;
-      fill.shares = shares_of(bed().shares);
-      fill.of = material();
-      fill.seed = static_cast<std::uint64_t>(bed().seed);
-      if (bed().count) fill.count = static_cast<std::size_t>(*bed().count);
-      fill.depth = bed().depth;
-      if (!fill.count && !fill.depth) fill.depth = fill.region.high.y - fill.region.low.y;
+      const dem::RandomFill fill = random_fill();
       // Loose spheres take up to four times the height of the settled bed; walls stand that high while it rains.
-      shape_walls(4 * (fill.region.high.y - fill.region.low.y) + 20 * dem::largest_radius(sizes));
+      shape_walls(4 * (fill.region.high.y - fill.region.low.y) + 20 * question().largest_radius);
       report = dem::fill_at_random(*world_.bed, world_.laws, fill, plan);
       shape_walls(0);
+      for (std::size_t k = 0; k < report.layer_ends.size(); ++k)
+        layer_.resize(report.layer_ends[k], static_cast<int>(k));
     } else {
       report = dem::settle(*world_.bed, world_.laws, plan, region());
     }
@@ -294,6 +410,11 @@ void SoilBuilder::finish() {
     world_.soil.surface_mean = r.surface.mean;
     world_.soil.surface_spread = r.surface.spread;
     world_.soil.coordination = r.coordination;
+    if (!layer_.empty()) {
+      const auto layers = dem::report_layers(bed.spheres(), region(), layer_, this->bed().layers.size());
+      for (std::size_t k = 0; k < layers.size(); ++k)
+        world_.soil.layers.emplace_back(this->bed().layers[k].material, layers[layers.size() - 1 - k]);
+    }
   }
   if (soil.surface && has_spheres && options_.place_soil) {
     world_.container_shift = *soil.surface - world_.soil.surface_mean;
@@ -306,6 +427,7 @@ void SoilBuilder::finish() {
         wall.pose_before = wall.pose;  // a change of datum is no motion that does work
       }
     world_.soil.surface_mean = *soil.surface;
+    for (auto& [name, layer] : world_.soil.layers) layer.top += world_.container_shift;
   }
   if (has_bed() && has_spheres && options_.settle && options_.place_soil && !world_.soil.stopped) save();
   if (soil.container) {

@@ -36,7 +36,17 @@ class SoilBuilder {
   void add_walls();
   void shape_walls(double extra_height);
   dem::Bounds region() const;
-  dem::BedMaterial material() const;
+  dem::BedMaterial material_of(const std::string& name) const;
+  dem::BedMaterial material() const { return material_of(bed().material); }
+  bool layered() const { return has_bed() && !bed().layers.empty(); }
+  std::vector<dem::BedLayer> layers() const;
+  std::vector<dem::LatticeLayer> lattice_layers(bool at_rest) const;
+  double depth_of_layers() const;
+  void place_layers(bool at_rest);
+  void assign_layers(std::vector<dem::SphereSpec>& spheres);
+  void place_stand_in();
+  void place_made();
+  dem::RandomFill random_fill() const;
   dem::LatticePlan lattice_plan(double pitch) const;
   double rest_overlap(int a, int b) const;
   std::vector<dem::SphereSpec> listed() const;
@@ -48,6 +58,7 @@ class SoilBuilder {
   const Loaded& loaded_;
   const BuildOptions& options_;
   std::array<int, 6> wall_{-1, -1, -1, -1, -1, -1};
+  std::vector<int> layer_;  ///< of each sphere, by its id; from below
 };
 
 }  // namespace subsoil::app

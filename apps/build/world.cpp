@@ -122,8 +122,13 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
   question.speed = expected_speed(s, world);
   std::vector<bool> soil(s.materials.size(), false), surface(s.materials.size(), false);
   for (const dem::Sphere& sphere : world.bed->spheres()) soil[sphere.material] = true;
-  if (world.bed->spheres().empty() && s.soil && s.soil->bed && !s.soil->bed->material.empty())
-    soil[static_cast<std::size_t>(material_index(s, s.soil->bed->material))] = true;
+  if (world.bed->spheres().empty() && s.soil && s.soil->bed) {
+    const auto expect = [&](const std::string& name) {
+      if (!name.empty()) soil[static_cast<std::size_t>(material_index(s, name))] = true;
+    };
+    expect(s.soil->bed->material);
+    for (const Layer& l : s.soil->bed->layers) expect(l.material);
+  }
   for (const SurfaceRecord& r : world.surfaces)
     surface[static_cast<std::size_t>(world.bed->boundary(r.boundary).material)] = true;
   for (std::size_t a = 0; a < soil.size(); ++a)

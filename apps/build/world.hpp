@@ -6,6 +6,7 @@
 
 #include "apps/scenario/load.hpp"
 #include "coupling/simulation.hpp"
+#include "libdem/bed/layers.hpp"
 #include "libdem/stability.hpp"
 
 /// Everything a scenario describes, built and ready to step.
@@ -31,12 +32,13 @@ struct DrawnSurface {
 
 struct SoilReport {
   std::size_t spheres = 0;
-  double mass = 0;                              ///< kg
-  double settled_for = 0;                       ///< s
-  double rms_speed = 0;                         ///< m/s at the end of settling
-  double bulk_density = 0;                      ///< kg/m3
-  double surface_mean = 0, surface_spread = 0;  ///< m
-  double coordination = 0;                      ///< contacts per sphere
+  double mass = 0;                                                 ///< kg
+  double settled_for = 0;                                          ///< s
+  double rms_speed = 0;                                            ///< m/s at the end of settling
+  double bulk_density = 0;                                         ///< kg/m3
+  double surface_mean = 0, surface_spread = 0;                     ///< m
+  double coordination = 0;                                         ///< contacts per sphere
+  std::vector<std::pair<std::string, dem::LayerReport>> layers{};  ///< from the surface down, with their materials
   std::size_t carved = 0;
   bool stopped = false;  ///< a signal came while it was still settling
 };

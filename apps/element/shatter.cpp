@@ -47,7 +47,9 @@ class Sets {
 
 Pieces pieces_in(const dem::Bed& bed, const dem::Law& law) {
   if (dem::bond_of(law) != nullptr) return pieces_of(bed.spheres(), bed.bonded_pairs());
-  return pieces_of(bed.spheres(), std::visit([](const auto& l) { return l.reach(); }, law));
+  double largest = 0;
+  for (const dem::Sphere& s : bed.spheres()) largest = std::max(largest, s.r);
+  return pieces_of(bed.spheres(), dem::reach_of(law, 0.5 * largest));
 }
 
 }  // namespace

@@ -80,10 +80,26 @@ std::vector<Knob> knobs(dem::impact::EnergyEquivalent& m, const Pair& pair, cons
   return {{"A", "1", &m.A}, {"B", "1", &m.B}, {"lambda_c", "1", &m.lambda_c, true, false}};
 }
 std::vector<Knob> knobs(GroundImpact&, const Pair&, const std::vector<Measured>&) { return {}; }
+/// K1 and the restitution; forces, indentations and durations tell K1.
+std::vector<Knob> knobs(dem::impact::Hysteretic& m, const Pair& pair, const std::vector<Measured>& data) {
+  const bool spring = tells_of_the_spring(data);
+  m.restitution = std::isnan(m.K2) ? m.restitution : m.restitution_at(pair, 1);
+  if (std::isnan(m.K1) && std::isnan(m.S_y) && std::isnan(pair.yield) && spring)
+    for (const Measured& d : data) {
+      const double root = std::isfinite(d.indentation)  ? d.speed / d.indentation
+                          : std::isfinite(d.peak_force) ? d.peak_force / (pair.mass * d.speed)
+                                                        : 2.5 / d.duration;  // (pi/2) (1 + e), e about 0.6
+      if (std::isfinite(root)) m.K1 = pair.mass * root * root;
+    }
+  m.K1 = m.loading(pair);
+  m.S_y = m.K2 = not_measured;
+  return {{"restitution", "1", &m.restitution}, {"K1", "N/m", &m.K1, true, spring}};
+}
 std::vector<Knob> knobs(dem::impact::Thornton& m, const Pair&, const std::vector<Measured>&) {
   return {{"p_y", "Pa", &m.p_y}};
 }
-std::vector<Knob> knobs(dem::impact::JacksonGreen& m, const Pair&, const std::vector<Measured>&) {
+std::vector<Knob> knobs(dem::impact::JacksonGreen& m, const Pair& pair, const std::vector<Measured>&) {
+  m.S_y = m.strength(pair);
   return {{"S_y", "Pa", &m.S_y}};
 }
 std::vector<Knob> knobs(dem::impact::Jkr& m, const Pair&, const std::vector<Measured>&) {

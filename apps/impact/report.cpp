@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "apps/impact/results_file.hpp"
 #include "apps/output/csv.hpp"
 #include "apps/output/series.hpp"
 #include "apps/plot/plot.hpp"
@@ -16,36 +17,7 @@ namespace subsoil::app {
 namespace {
 
 using dem::impact::Event;
-
-/// What is reported of an event, in the order of table and file.
-struct Quantity {
-  const char* name;
-  const char* unit;
-  double (*of)(const Event&);
-};
-constexpr std::array<Quantity, 9> quantities{{
-    {"largest indentation", "m", [](const Event& e) { return e.largest; }},
-    {"peak force", "N", [](const Event& e) { return e.peak_force; }},
-    {"time of peak force", "s", [](const Event& e) { return e.peak_time; }},
-    {"duration of compression", "s", [](const Event& e) { return e.time_in; }},
-    {"duration of restitution", "s", [](const Event& e) { return e.time_out; }},
-    {"duration", "s", [](const Event& e) { return e.duration(); }},
-    {"rebound", "m/s", [](const Event& e) { return e.rebound; }},
-    {"restitution", "1", [](const Event& e) { return e.restitution; }},
-    {"lost energy", "J", [](const Event& e) { return e.lost; }},
-}};
-
-constexpr std::array<Quantity, 2> shares{{
-    {"lost at touch", "J", [](const Event& e) { return e.at_touch; }},
-    {"into the ground", "J", [](const Event& e) { return e.in_ground; }},
-}};
-
-/// What a model reports: of the ground element the shares of energy too.
-std::vector<Quantity> quantities_of(const ImpactStudy& study) {
-  std::vector<Quantity> all(quantities.begin(), quantities.end());
-  if (std::holds_alternative<GroundImpact>(study.model)) all.insert(all.end(), shares.begin(), shares.end());
-  return all;
-}
+using Quantity = ImpactQuantity;
 
 std::string label(const Quantity& q) { return fmt::format("{} [{}]", q.name, q.unit); }
 
@@ -90,6 +62,27 @@ std::string title_of(const ImpactStudy& study) {
 
 }  // namespace
 
+const std::vector<ImpactQuantity>& impact_quantities(const ImpactStudy& study) {
+  static const std::vector<ImpactQuantity> usual{
+      {"largest indentation", "m", [](const Event& e) { return e.largest; }},
+      {"peak force", "N", [](const Event& e) { return e.peak_force; }},
+      {"time of peak force", "s", [](const Event& e) { return e.peak_time; }},
+      {"duration of compression", "s", [](const Event& e) { return e.time_in; }},
+      {"duration of restitution", "s", [](const Event& e) { return e.time_out; }},
+      {"duration", "s", [](const Event& e) { return e.duration(); }},
+      {"rebound", "m/s", [](const Event& e) { return e.rebound; }},
+      {"restitution", "1", [](const Event& e) { return e.restitution; }},
+      {"lost energy", "J", [](const Event& e) { return e.lost; }},
+  };
+  static const std::vector<ImpactQuantity> of_ground = [] {
+    std::vector<ImpactQuantity> all = usual;
+    all.push_back({"lost at touch", "J", [](const Event& e) { return e.at_touch; }});
+    all.push_back({"into the ground", "J", [](const Event& e) { return e.in_ground; }});
+    return all;
+  }();
+  return std::holds_alternative<GroundImpact>(study.model) ? of_ground : usual;
+}
+
 std::optional<dem::Law> law_of(const ImpactModel& model, const dem::impact::Pair& pair, double speed) {
   dem::HuntCrossley law;
   law.friction.mu = law.friction.mu_r = 0;
@@ -107,6 +100,11 @@ std::optional<dem::Law> law_of(const ImpactModel& model, const dem::impact::Pair
     jkr.E_eff = jkr.G_eff = pair.E_eff, jkr.work = m->w, jkr.restitution = 1;
     jkr.friction.mu = 0;
     return jkr;
+  } else if (const auto* m = std::get_if<dem::impact::Hysteretic>(&model)) {
+    dem::Hysteretic spring;
+    spring.K1 = m->loading(pair), spring.restitution = m->restitution_at(pair, speed);
+    spring.friction.mu = 0;
+    return spring;
   } else {
     return {};
   }
@@ -140,13 +138,13 @@ std::string impact_table(const ImpactStudy& study, const std::vector<ImpactRow>&
   std::string text =
       fmt::format("{}, effective mass {:.6g} kg\n{:<28}", title_of(study), pair_of(study).mass, "speed [m/s]");
   for (const ImpactRow& row : rows) text += fmt::format(" {:>18.10g}", row.closed.speed);
-  for (const Quantity& q : quantities_of(study)) {
+  for (const Quantity& q : impact_quantities(study)) {
     text += fmt::format("\n{:<28}", label(q));
     for (const ImpactRow& row : rows) text += fmt::format(" {:>18.11g}", q.of(row.closed));
   }
   if (any_stepped(rows)) {
     text += fmt::format("\nthe engine in {} steps of compression, relative difference\n", study.steps);
-    for (const Quantity& q : quantities_of(study)) {
+    for (const Quantity& q : impact_quantities(study)) {
       text += fmt::format("{:<28}", std::string("  ") + q.name);
       for (const ImpactRow& row : rows) {
         const double closed = q.of(row.closed);
@@ -167,17 +165,17 @@ void write_impact(const ImpactStudy& study, const std::vector<ImpactRow>& rows, 
                   const std::string& pictures) {
   std::filesystem::create_directories(folder);
   std::vector<SeriesColumn> columns{{"speed", "m/s"}};
-  for (const Quantity& q : quantities_of(study)) columns.push_back({q.name, q.unit});
+  for (const Quantity& q : impact_quantities(study)) columns.push_back({q.name, q.unit});
   const bool stepped = any_stepped(rows);
   if (stepped)
-    for (const Quantity& q : quantities_of(study)) columns.push_back({std::string("stepped ") + q.name, q.unit});
+    for (const Quantity& q : impact_quantities(study)) columns.push_back({std::string("stepped ") + q.name, q.unit});
   SeriesWriter table(folder / "impact.csv", columns, csv::exact_digits);
   std::vector<NamedSeries> courses;
   for (const ImpactRow& row : rows) {
     std::vector<double> values{row.closed.speed};
-    for (const Quantity& q : quantities_of(study)) values.push_back(q.of(row.closed));
+    for (const Quantity& q : impact_quantities(study)) values.push_back(q.of(row.closed));
     if (stepped)
-      for (const Quantity& q : quantities_of(study))
+      for (const Quantity& q : impact_quantities(study))
         values.push_back(row.stepped ? q.of(*row.stepped) : std::numeric_limits<double>::quiet_NaN());
     table.write(values);
     const std::string name = fmt::format("{:g}", row.closed.speed);
@@ -185,6 +183,7 @@ void write_impact(const ImpactStudy& study, const std::vector<ImpactRow>& rows, 
     if (row.stepped) write_course(folder / ("stepped-" + name + ".csv"), *row.stepped);
     courses.push_back({title_of(study) + ", " + name + " m/s", course_of(row.closed)});
   }
+  write_impact_file(study, rows, folder / "impact.h5");
   if (courses.empty() || !gnuplot_found()) return;
   plot_series(courses, "time", {"indentation", "speed", "force"}, folder / ("impact." + pictures));
   PlotOptions loop;

@@ -70,6 +70,8 @@ dem::impact::Pair pair_of(const ImpactStudy& s) {
     if (body && body->young) softness += (1 - *body->poisson * *body->poisson) / *body->young;
   if (softness > 0) pair.E_eff = 1 / softness;
   if (s.first.density) pair.density = *s.first.density;
+  for (const ImpactBody* body : {&s.first, s.second ? &*s.second : nullptr})
+    if (body && body->yield) pair.yield = std::isnan(pair.yield) ? *body->yield : std::min(pair.yield, *body->yield);
   return pair;
 }
 

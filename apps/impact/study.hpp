@@ -24,7 +24,7 @@ using ImpactModel = With<dem::impact::Model, GroundImpact>::type;
 
 /// One of the two bodies, as far as the model needs it.
 struct ImpactBody {
-  std::optional<double> mass, radius, density, young, poisson;
+  std::optional<double> mass, radius, density, young, poisson, yield;
 
   template <class V>
   void describe(V& v) {
@@ -33,6 +33,7 @@ struct ImpactBody {
     v.quantity("density", density, "kg/m^3", "(0, inf)", "needed by models that scale with it");
     v.quantity("young", young, "Pa", "(0, inf)", "modulus; left out: rigid beside the other body");
     v.quantity("poisson", poisson, "1", "(-1, 0.5]", "ratio; goes with young");
+    v.quantity("yield strength", yield, "Pa", "(0, inf)", "of models whose bodies yield; the softer body does");
   }
 };
 

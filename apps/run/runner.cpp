@@ -303,6 +303,13 @@ class Runner {
     b["mean surface [m]"] = world_.soil.surface_mean;
     b["spread of the surface [m]"] = world_.soil.surface_spread;
     b["contacts per sphere"] = world_.soil.coordination;
+    for (const auto& [material, layer] : world_.soil.layers)
+      b["layers"].push_back({{"material", material},
+                             {"spheres", layer.spheres},
+                             {"mass [kg]", layer.mass},
+                             {"top [m]", layer.top},
+                             {"spread of the top [m]", layer.spread},
+                             {"thickness [m]", layer.thickness}});
     b["settled for [s]"] = world_.soil.settled_for;
     b["carved for the machine"] = world_.soil.carved;
     b["fallen out and removed"] = world_.bed->removed_count();
@@ -403,6 +410,9 @@ void report_soil(const World& world) {
       "per sphere",
       world.soil.spheres, world.soil.mass, world.soil.bulk_density, world.soil.surface_mean,
       world.soil.surface_spread * 1e3, world.soil.coordination);
+  for (const auto& [material, layer] : world.soil.layers)
+    spdlog::info("layer of {}: {} spheres, {:.1f} mm thick, top at {:.4f} m (spread {:.1f} mm)", material,
+                 layer.spheres, layer.thickness * 1e3, layer.top, layer.spread * 1e3);
   if (world.soil.settled_for > 0)
     spdlog::info("settled for {:.3f} s to an rms speed of {:.2g} m/s", world.soil.settled_for, world.soil.rms_speed);
   if (world.soil.carved > 0) spdlog::info("{} spheres carved out for the machine", world.soil.carved);

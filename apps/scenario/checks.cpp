@@ -100,49 +100,135 @@ struct Checker {
     static constexpr std::array<const char*, 5> words{"lattice", "rest-lattice", "random", "particles", "file"};
     const std::string fill = words[static_cast<std::size_t>(b.fill)];
     const bool made = b.fill <= Fill::random, grid = b.fill <= Fill::rest_lattice;
-    const auto* equal = std::get_if<EqualRadius>(&b.radius);
+    const bool each = !b.layers.empty() && std::all_of(b.layers.begin(), b.layers.end(), has_radius);
+    const bool equal = (each || std::holds_alternative<EqualRadius>(b.radius)) &&
+                       std::all_of(b.layers.begin(), b.layers.end(),
+                                   [](const Layer& l) { return std::holds_alternative<EqualRadius>(l.radius); });
     const auto given = [&](const char* key) { return places.contains(std::string("soil.bed.") + key); };
-    fits(given("radius"), made, made, "radius", fill);
+    fits(given("radius"), made && !each, made, "radius", fill);
     fits(given("file"), b.fill == Fill::file, b.fill == Fill::file, "file", fill);
     fits(given("particles"), b.fill == Fill::particles, b.fill == Fill::particles, "particles", fill);
     fits(given("count"), false, b.fill == Fill::random, "count", fill);
     fits(given("depth"), false, made, "depth", fill);
     fits(given("region"), made && !s.soil->container, made, "region", fill);
-    fits(given("pitch"), b.fill == Fill::lattice && equal == nullptr, grid, "pitch", fill);
+    fits(given("pitch"), b.fill == Fill::lattice && !equal, grid, "pitch", fill);
     fits(b.jitter != 0, false, grid, "jitter", fill);
-    if (b.fill == Fill::rest_lattice && equal == nullptr) {
+    if (b.fill == Fill::rest_lattice && !equal) {
       refuse("soil.bed.radius", "a rest-lattice needs spheres of one size; take `fill: random` for a distribution");
     }
     if (given("count") && given("depth")) refuse("soil.bed.count", "stands beside `depth`; keep one of them");
     if (b.region) positive("soil.bed.region.size", b.region->size);
     const bool own = b.fill == Fill::particles && std::none_of(b.particles.begin(), b.particles.end(),
                                                                [](const Particle& p) { return p.material.empty(); });
-    if (b.material.empty() && !own) refuse("soil.bed.material", "is missing: the material of the spheres");
+    if (b.material.empty() && !own && b.layers.empty())
+      refuse("soil.bed.material", "is missing: the material of the spheres");
     material("soil.bed.material", b.material);
     for (std::size_t i = 0; i < b.particles.size(); ++i) {
       material(fmt::format("soil.bed.particles[{}].material", i), b.particles[i].material);
     }
-    distribution(b.radius);
+    distribution("soil.bed.radius", b.radius);
+    if (!b.layers.empty()) layers(b, made, each);
     if (b.settle && b.settle->duration.has_value() == b.settle->until_speed.has_value()) {
       refuse("soil.bed.settle", "needs either `for` (a time) or `until` (a speed)");
     }
   }
 
-  void distribution(const RadiusDistribution& radius) {
+  static bool has_radius(const Layer& l) {
+    const auto* equal = std::get_if<EqualRadius>(&l.radius);
+    return equal == nullptr || !std::isnan(equal->radius);
+  }
+
+  static double largest_radius(const RadiusDistribution& radius) {
+    if (const auto* equal = std::get_if<EqualRadius>(&radius)) return equal->radius;
+    if (const auto* normal = std::get_if<NormalRadius>(&radius)) return normal->largest;
+    if (const auto* uniform = std::get_if<UniformRadius>(&radius)) return uniform->largest;
+    const auto& table = std::get<TableRadius>(radius).radius;
+    return *std::max_element(table.begin(), table.end());
+  }
+
+  void layers(const Bed& b, bool made, bool each) {
+    if (!b.material.empty())
+      refuse("soil.bed.material", "stands beside `layers`, which give the materials; leave it out");
+    if (b.count) refuse("soil.bed.count", "stands beside `layers`, whose thicknesses say how much; leave it out");
+    if (each && places.contains("soil.bed.radius"))
+      refuse("soil.bed.radius", "has no effect: every layer has a radius of its own; leave it out");
+    for (std::size_t i = 0; i < b.layers.size(); ++i) {
+      const Layer& l = b.layers[i];
+      const std::string path = fmt::format("soil.bed.layers[{}]", i);
+      material(path + ".material", l.material);
+      if (has_radius(l) && !made)
+        refuse(path + ".radius", "has no effect with spheres that are given one by one; leave it out");
+      distribution(path + ".radius", l.radius);
+      const bool last = i + 1 == b.layers.size(), one_form = b.layers[0].depth.has_value() == l.depth.has_value();
+      if (l.thickness && l.depth)
+        refuse(path + ".depth", "stands beside `thickness`; keep one of them");
+      else if (!l.thickness && !l.depth && !last)
+        refuse(path, "needs `thickness` or `depth`; only the lowest layer may leave both out");
+      else if ((l.thickness || l.depth) && !one_form)
+        refuse(path, "gives its place in another way than the first layer; take `thickness` for all, or `depth`");
+    }
+    if (problems.empty()) extents(b, made);
+  }
+
+  /// Thicknesses that are known, against each other and against the bed.
+  void extents(const Bed& b, bool made) {
+    double end = 0;
+    for (std::size_t i = 0; i < b.layers.size(); ++i) {
+      const Layer& l = b.layers[i];
+      const std::string path = fmt::format("soil.bed.layers[{}]", i);
+      if (l.depth && std::abs((*l.depth)[0] - end) > 1e-9)
+        refuse(path + ".depth", fmt::format("must begin where the layer above ends, at {:.6g} mm", end * 1e3));
+      if (l.depth && (*l.depth)[1] <= (*l.depth)[0]) refuse(path + ".depth", "must end deeper than it begins");
+      end = l.depth ? (*l.depth)[1] : end + l.thickness.value_or(0);
+    }
+    if (!made) return;  // how deep they reach is seen when the spheres are there
+    const bool open = !b.layers.back().thickness && !b.layers.back().depth;
+    const double room = b.region ? b.region->size.y : s.soil->container ? s.soil->container->size.y : end;
+    const double depth = b.depth.value_or(open ? room : end), last = open ? depth - end : 0;
+    if (b.depth && !open && std::abs(end - depth) > 1e-9)
+      refuse("soil.bed.depth",
+             fmt::format("the layers are {:.6g} mm deep together, not {:.6g} mm; change one, or leave "
+                         "the depth or the lowest layer's thickness out",
+                         end * 1e3, depth * 1e3));
+    else if (depth > room + 1e-9)
+      refuse("soil.bed.layers",
+             fmt::format("are {:.6g} mm deep together, the region holds {:.6g} mm; make them thinner "
+                         "or the region higher",
+                         depth * 1e3, room * 1e3));
+    else
+      sphere_fits(b, last);
+  }
+
+  /// @param last thickness of a lowest layer that takes the rest, m
+  void sphere_fits(const Bed& b, double last) {
+    for (std::size_t i = 0; i < b.layers.size(); ++i) {
+      const Layer& l = b.layers[i];
+      const double thick = l.depth ? (*l.depth)[1] - (*l.depth)[0] : l.thickness.value_or(last);
+      const double diameter = 2 * largest_radius(has_radius(l) ? l.radius : b.radius);
+      if (thick >= diameter * (1 - 1e-9)) continue;
+      refuse(
+          fmt::format("soil.bed.layers[{}]", i),
+          fmt::format("is {:.6g} mm thick, less than its largest sphere's diameter {:.6g} mm; make it thicker, or its "
+                      "spheres smaller",
+                      thick * 1e3, diameter * 1e3));
+    }
+  }
+
+  void distribution(const std::string& path, const RadiusDistribution& radius) {
     if (const auto* n = std::get_if<NormalRadius>(&radius)) {
       if (n->least > n->mean || n->mean > n->largest || n->least >= n->largest) {
-        refuse("soil.bed.radius", "must have least <= normal <= largest, and least below largest");
+        refuse(path, "must have least <= normal <= largest, and least below largest");
       }
     } else if (const auto* t = std::get_if<TableRadius>(&radius)) {
       double sum = 0;
       for (std::size_t i = 0; i < t->radius.size(); ++i) {
         if (t->radius[i] <= 0 || t->share[i] < 0) {
-          refuse("soil.bed.radius.table", "must have radii above zero and shares of zero or more");
+          refuse(path + ".table", "must have radii above zero and shares of zero or more");
           return;
         }
         sum += t->share[i];
       }
-      if (!(sum > 0)) refuse("soil.bed.radius.table", "must have a share above zero");
+      if (!(sum > 0)) refuse(path + ".table", "must have a share above zero");
     }
   }
 
@@ -277,25 +363,33 @@ struct Checker {
     }
   }
 
-  /// A law that computes its stiffness needs the materials' elastic constants.
+  /// A law that computes its stiffness needs the materials' elastic constants, one whose bodies yield their strength.
   void elastic(const std::string& path, const Contact& contact) {
     std::visit(
         [&]<class L>(const L& law) {
           if constexpr (requires { law.needs_materials(); }) {
-            if (law.needs_materials()) elastic_materials(path, contact, card_of<L>().word, L::in_place_of_materials);
+            if (law.needs_materials())
+              of_materials(path, contact, card_of<L>().word, L::in_place_of_materials,
+                           "young's modulus and poisson ratio", [](const Material& m) { return m.young && m.poisson; });
+          }
+          if constexpr (requires { law.needs_yield(); }) {
+            if (law.needs_yield())
+              of_materials(path, contact, card_of<L>().word, L::in_place_of_yield, "yield strength",
+                           [](const Material& m) { return m.yield.has_value(); });
           }
         },
         contact.law);
   }
-  void elastic_materials(const std::string& path, const Contact& contact, const std::string& word,
-                         const char* instead) {
+  template <class Has>
+  void of_materials(const std::string& path, const Contact& contact, const std::string& word, const char* instead,
+                    const char* what, Has has) {
     for (const std::string& name : std::set<std::string>{contact.between[0], contact.between[1]}) {
       const auto m =
           std::find_if(s.materials.begin(), s.materials.end(), [&](const Material& x) { return x.name == name; });
-      if (m == s.materials.end() || (m->young && m->poisson)) continue;
+      if (m == s.materials.end() || has(*m)) continue;
       refuse(path + ".law", word,
-             fmt::format("material `{}` has no young's modulus and poisson ratio; give them there, or {} here", name,
-                         instead));
+             fmt::format("material `{}` has no {}; give {} there, or {} here", name, what,
+                         std::string_view(what).find(" and ") == std::string_view::npos ? "it" : "them", instead));
     }
   }
 
@@ -308,6 +402,7 @@ struct Checker {
     for (const Particle& p : s.soil->bed->particles) {
       if (!p.material.empty()) spheres.insert(p.material);
     }
+    for (const Layer& l : s.soil->bed->layers) spheres.insert(l.material);
     const auto meet = [&](const std::string& other, const std::string& how) {
       for (const std::string& sphere : spheres) {
         if (holds(known, sphere) && holds(known, other)) pairs.emplace(ordered(sphere, other), how);

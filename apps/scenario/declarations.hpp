@@ -1,4 +1,7 @@
 #pragma once
+#include <algorithm>
+#include <cmath>
+
 #include "apps/scenario/scenario.hpp"
 
 /// Every key of a scenario, once: name, unit, range, meaning, and by the struct's own value the default. The reader,
@@ -14,16 +17,54 @@ namespace subsoil::app {
 
 enum class Family { material, body, joint, driver, force };
 
+/// A property of materials that the entry of a pair may combine from both: the law's own key, unit and range.
+struct Combinable {
+  const char* key;
+  std::optional<double> Material::*value;
+  const char *unit, *range, *meaning;
+};
+inline constexpr std::array<Combinable, 6> combinables{
+    {{"restitution", &Material::restitution, "1", "(0, 1]", "for pairs that `combine` it"},
+     {"mu", &Material::mu, "1", "[0, inf)", "static friction coefficient, for pairs that `combine` it"},
+     {"mu_d", &Material::mu_d, "1", "[0, inf)", "sliding friction coefficient, for pairs that `combine` it"},
+     {"mu_r", &Material::mu_r, "1", "[0, inf)", "rolling friction coefficient, for pairs that `combine` it"},
+     {"mu_t", &Material::mu_t, "1", "[0, inf)", "twisting friction coefficient, for pairs that `combine` it"},
+     {"work of adhesion", &Material::adhesion, "J/m^2", "(0, inf)", "for pairs that `combine` it"}}};
+
+inline constexpr std::array<const char*, 5> rule_words{"arithmetic-mean", "geometric-mean", "harmonic-mean", "minimum",
+                                                       "maximum"};
+inline double combined(CombinationRule rule, double a, double b) {
+  switch (rule) {
+    case CombinationRule::arithmetic_mean:
+      return 0.5 * (a + b);
+    case CombinationRule::geometric_mean:
+      return std::sqrt(a * b);
+    case CombinationRule::harmonic_mean:
+      return a + b > 0 ? 2 * a * b / (a + b) : 0;
+    case CombinationRule::minimum:
+      return std::min(a, b);
+    case CombinationRule::maximum:
+      return std::max(a, b);
+  }
+  return a;
+}
+
 template <class V>
 void describe(V& v, Material& m) {
   v.quantity("density", m.density, "kg/m^3", "(0, inf)", "density of the material itself, not of the bulk");
   v.quantity("young's modulus", m.young, "Pa", "(0, inf)", "needed by laws that compute their stiffness from it");
   v.quantity("poisson ratio", m.poisson, "1", "(-1, 0.5]", "needed by laws that compute their stiffness from it");
+  v.quantity("yield strength", m.yield, "Pa", "(0, inf)",
+             "needed by laws that leave theirs out; of two bodies the one of less strength yields");
+  for (const Combinable& c : combinables) v.quantity(c.key, m.*c.value, c.unit, c.range, c.meaning);
 }
 
 template <class V>
 void describe(V& v, Contact& c) {
   v.pair("between", c.between, Family::material, "the two materials that meet; any order");
+  v.combinations("combine", c.between, c.combine,
+                 "values of the law by a named rule from those of the two materials: {mu: minimum, restitution: "
+                 "geometric-mean}; each may be restitution, mu, mu_d, mu_r, mu_t or work of adhesion");
   v.kind("law", c.law, "contact law; its parameters stand beside it");
 }
 
@@ -136,6 +177,14 @@ void describe(V& v, Particle& p) {
 }
 
 template <class V>
+void describe(V& v, Layer& l) {
+  v.quantity("thickness", l.thickness, "m", "(0, inf)", "left out in the lowest layer: down to the floor");
+  v.vector("depth", l.depth, "m", "in place of the thickness: where it begins and ends below the surface");
+  v.reference("material", l.material, Family::material, "of its spheres");
+  v.optional_form("radius", l.radius, "radius of its spheres, or a distribution; left out: the bed's");
+}
+
+template <class V>
 void describe(V& v, Bed& b) {
   v.choice("fill", b.fill,
            {{"lattice", Fill::lattice},
@@ -146,6 +195,8 @@ void describe(V& v, Bed& b) {
            "lattice: cubic grid of the given pitch; rest-lattice: cubic grid of the pitch at which the law is at rest; "
            "random: rained down; particles: listed here; file: a saved bed");
   v.optional_reference("material", b.material, Family::material, "of the spheres");
+  v.list("layers", b.layers,
+         "in place of the material: layers from the surface down; without `depth` they decide how deep the bed is");
   v.optional_form("radius", b.radius, "radius of the spheres, or a distribution; not for particles and file");
   v.choice("shares", b.shares, {{"number", ShareOf::number}, {"mass", ShareOf::mass}}, "what a table's shares count");
   v.quantity("pitch", b.pitch, "m", "(0, inf)",

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "apps/scenario/units.hpp"
 
 namespace subsoil::app {
@@ -47,7 +49,10 @@ void Printer::leaf(const std::string& key, Node value, const std::string& unit, 
     const std::string fallback = needed ? "required" : absent ? "left out" : value.one_line();
     add_row(key, unit, fallback, range, meaning);
   } else if (!absent) {
-    value.comment = comment(meaning, range);
+    const auto rule = std::find_if(combined_.begin(), combined_.end(), [&](const auto& c) { return c.key == key; });
+    value.comment = rule == combined_.end()
+                        ? comment(meaning, range)
+                        : fmt::format("{} of the two materials'", rule_words[static_cast<std::size_t>(rule->rule)]);
     node_->add(key, std::move(value));
   }
 }
@@ -198,6 +203,15 @@ void Printer::expression(const char* key, mbd::ExpressionFunction& value, const 
 void Printer::pair(const char* key, std::array<std::string, 2>& value, Family family, const char* meaning) {
   leaf(key, value[0].empty() ? Node{} : sequence({value[0], value[1]}), fmt::format("[{0}, {0}]", name_of(family)), "",
        meaning, true);
+}
+
+/// Of values the law's own keys hold what came out; they say where it is from, and are read again as they stand.
+void Printer::combinations(const char* key, const std::array<std::string, 2>&, std::vector<Combination>& combine,
+                           const char* meaning) {
+  std::string words;
+  for (const char* word : rule_words) words += (words.empty() ? "" : " | ") + std::string(word);
+  if (listing()) add_row(key, "{value: rule}", "left out", words, meaning);
+  combined_ = combine;
 }
 
 std::string Printer::body_name(int index) const {

@@ -163,6 +163,8 @@ class Printer {
          meaning, true);
   }
   void pair(const char* key, std::array<std::string, 2>& value, Family family, const char* meaning);
+  void combinations(const char* key, const std::array<std::string, 2>&, std::vector<Combination>& combine,
+                    const char* meaning);
 
   // -- bodies and points --
   void body(const char* key, int& index, const char* meaning);
@@ -412,6 +414,7 @@ class Printer {
   std::string path_;
   std::optional<double> n_;  // the quantity `n` of this mapping, for powers such as (n+1)
   std::vector<std::string> body_names_{"ground"};
+  std::vector<Combination> combined_;  // quantities of this mapping that a rule has supplied
 };
 
 template <class T>

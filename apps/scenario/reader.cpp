@@ -36,6 +36,10 @@ std::string Reader::cure_for(const std::string& key) const {
 
 void Reader::finish() {
   if (open_) return;
+  for (const auto& [key, value] : combined_)
+    if (std::find(known_.begin(), known_.end(), key) == known_.end())
+      reading_.problems.add(node_.find("combine")->place, child("combine." + key),
+                            "the law has no such value; leave it out");
   for (const Node::Entry& e : node_.entries) {
     if (std::find(known_.begin(), known_.end(), e.key) != known_.end()) continue;
     const std::string rule = "unknown key" + cure_for(e.key);
@@ -111,6 +115,11 @@ long Reader::whole_number(const Node& node, const char* range) {
 // ---- values --------------------------------------------------------------------------------------------------------
 
 void Reader::quantity(const char* key, double& value, const std::string& unit, const char* range, const char* meaning) {
+  if (const auto found = combined_.find(key); found != combined_.end() && node_.find(key) == nullptr) {
+    known_.push_back(key);
+    value = found->second;
+    return;
+  }
   const bool is_n = std::string_view(key) == "n";
   leaf(key, std::isnan(value), with_unit(meaning, unit), [&](const Node& node) {
     if (n_missing_ && unit.find("(n") != std::string::npos) return;  // n itself is reported
@@ -126,7 +135,7 @@ void Reader::quantity(const char* key, std::optional<double>& value, const std::
                       const char* meaning) {
   double read = 0;
   quantity(key, read, unit, range, meaning);
-  if (node_.find(key) != nullptr) value = read;
+  if (node_.find(key) != nullptr || combined_.contains(key)) value = read;
 }
 
 void Reader::optional_quantity(const char* key, double& value, const std::string& unit, const char* range,
@@ -233,6 +242,46 @@ void Reader::pair(const char* key, std::array<std::string, 2>& value, Family, co
     }
     value = {scalar_of(node.items[0]), scalar_of(node.items[1])};
   });
+}
+
+void Reader::combinations(const char* key, const std::array<std::string, 2>& between, std::vector<Combination>& combine,
+                          const char* meaning) {
+  leaf(key, false, meaning, [&](const Node& node) {
+    for (const Node::Entry& e : mapping_of(node).entries) try {
+        std::vector<std::string> known;
+        for (const Combinable& c : combinables) known.emplace_back(c.key);
+        const auto what =
+            std::find_if(combinables.begin(), combinables.end(), [&](const Combinable& c) { return c.key == e.key; });
+        if (what == combinables.end()) throw UnitError("no value that can be combined" + suggestion(e.key, known));
+        if (node_.find(e.key.c_str()) != nullptr)
+          throw UnitError(fmt::format("`{}` stands in this entry too; keep the value or the rule", e.key));
+        combined_[e.key] = std::nan("");  // whatever is wrong with it, it is not missing besides
+        const auto word = std::find(rule_words.begin(), rule_words.end(), scalar_of(e.value));
+        if (word == rule_words.end())
+          throw UnitError("unknown rule" + suggestion(e.value.scalar, {rule_words.begin(), rule_words.end()}));
+        const auto rule = static_cast<CombinationRule>(word - rule_words.begin());
+        combined_[e.key] = this->combine(*what, rule, between);
+        combine.push_back({e.key, rule});
+      } catch (const UnitError& fault) {
+        this->fault(e.value, child(key) + "." + e.key, fault.what());
+      }
+  });
+}
+
+/// NaN where a name is no material's, which is reported elsewhere.
+double Reader::combine(const Combinable& what, CombinationRule rule, const std::array<std::string, 2>& between) const {
+  double values[2];
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto m = std::find_if(reading_.materials.begin(), reading_.materials.end(),
+                                [&](const Material& material) { return material.name == between[i]; });
+    if (m == reading_.materials.end()) return std::nan("");
+    if (!((*m).*what.value))
+      throw UnitError(
+          fmt::format("material `{0}` has no {1}; give it there, or the pair's {1} here in place of the rule",
+                      between[i], what.key));
+    values[i] = *((*m).*what.value);
+  }
+  return combined(rule, values[0], values[1]);
 }
 
 // ---- files ---------------------------------------------------------------------------------------------------------

@@ -26,6 +26,7 @@ struct Reading {
   std::vector<std::string> body_names;     // [0] is ground
   std::vector<mbd::BodyState> body_poses;  // start pose
   std::vector<mbd::Marker> markers;
+  std::vector<Material> materials{};
 };
 
 class Reader {
@@ -132,6 +133,8 @@ class Reader {
     reference(key, value, Family::force, meaning);
   }
   void pair(const char* key, std::array<std::string, 2>& value, Family, const char* meaning);
+  void combinations(const char* key, const std::array<std::string, 2>& between, std::vector<Combination>& combine,
+                    const char* meaning);
 
   // -- bodies, and points given in the world of the start pose or in body axes --
   void body(const char* key, int& index, const char* meaning);
@@ -199,7 +202,8 @@ class Reader {
         value.name = e.key;
         check_name(e, child(key));
         read_mapping(e.value, child(key) + "." + e.key, value);
-        if constexpr (std::is_same_v<T, Body> || std::is_same_v<T, mbd::Marker>) remember(value);
+        if constexpr (std::is_same_v<T, Body> || std::is_same_v<T, mbd::Marker> || std::is_same_v<T, Material>)
+          remember(value);
       }
     });
   }
@@ -318,6 +322,8 @@ class Reader {
     const std::size_t before = reading_.problems.count();
     declare(reader, value);
     if (reading_.problems.count() != before) return value;
+    if constexpr (requires { value.needs_yield(); })
+      if (value.needs_yield()) return value;  // the materials have it, if anybody
     try {
       if constexpr (requires { value.resolved(); }) static_cast<void>(value.resolved());
       if constexpr (requires { value.check(); }) value.check();
@@ -386,6 +392,8 @@ class Reader {
   Law law_of(const Node& node, const std::string& path, const Units&... units);
   void remember(const Body& body);
   void remember(const mbd::Marker& marker) { reading_.markers.push_back(marker); }
+  void remember(const Material& material) { reading_.materials.push_back(material); }
+  double combine(const Combinable& what, CombinationRule rule, const std::array<std::string, 2>& between) const;
   mbd::Marker marker_of(const Node& node) const;
   void take_markers(const Node& node, std::span<mbd::Marker> values) const;
   int body_of(const Node& node) const;
@@ -396,7 +404,8 @@ class Reader {
   const Node& node_;
   std::string path_;
   std::vector<std::string> known_;
-  std::optional<double> n_;  // the quantity `n` of this mapping, for powers such as (n+1)
+  std::map<std::string, double> combined_;  // quantities that rules supply, for those that this mapping leaves out
+  std::optional<double> n_;                 // the quantity `n` of this mapping, for powers such as (n+1)
   bool n_missing_ = false;
   bool open_ = false;  // the type is unknown, so unknown keys are not reported
 };

@@ -34,12 +34,23 @@ struct Material {
   double density = required;    // kg/m^3
   std::optional<double> young;  // Pa, for laws that compute their stiffness from it
   std::optional<double> poisson;
+  std::optional<double> yield{};  // Pa, for laws whose bodies yield
+  // What a pair's value may be combined from, by a rule that its entry names.
+  std::optional<double> restitution{}, mu{}, mu_d{}, mu_r{}, mu_t{}, adhesion{};
+};
+
+enum class CombinationRule { arithmetic_mean, geometric_mean, harmonic_mean, minimum, maximum };
+/// A value of a law, by the key of law and material, that follows from those of the two materials.
+struct Combination {
+  std::string key;
+  CombinationRule rule;
 };
 
 /// The law between two materials; `between` holds names, in the file's order.
 struct Contact {
   std::array<std::string, 2> between;
   Law law;
+  std::vector<Combination> combine{};  // done by the reader: the law holds the values
 };
 
 // ---- shapes and placement ------------------------------------------------------------------------------------------
@@ -129,9 +140,18 @@ struct Particle {
   std::string material;           // of the bed unless given
 };
 
+/// One of several layers, from the surface down. The lowest one may leave both lengths out: it takes the rest.
+struct Layer {
+  std::optional<double> thickness;
+  std::optional<Vec2> depth;  // from, to below the surface
+  std::string material;
+  RadiusDistribution radius;  // of the bed unless given
+};
+
 struct Bed {
   Fill fill = Fill::rest_lattice;
   std::string material;
+  std::vector<Layer> layers;  // in place of the material
   RadiusDistribution radius;  // not for particles and file
   ShareOf shares = ShareOf::number;
   std::optional<double> pitch;  // lattice; default 2.02 radii (20.2 mm for 10 mm), rest lattice: from the law

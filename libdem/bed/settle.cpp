@@ -161,35 +161,60 @@ double highest_top(std::span<const Sphere> spheres, double otherwise) {
   return top;
 }
 
-/// Solid volume per volume that lies on the floor below the surface, as the filling counts it: overlapping spheres
-/// count in full.
-double solid_fraction(const Bed& bed, const Bounds& region, double area) {
+/// Solid volume per volume of what was added on top of a surface: overlapping spheres count in full.
+double solid_fraction(const Bed& bed, const Bounds& region, std::uint32_t first, double below, double area) {
   double volume = 0;
-  for (const Sphere& s : bed.spheres()) volume += sphere_volume(s.r);
-  return volume / (area * (surface_height(bed.spheres(), region).mean - region.low.y));
+  for (const Sphere& s : bed.spheres())
+    if (s.id >= first) volume += sphere_volume(s.r);
+  return volume / (area * (surface_height(bed.spheres(), region).mean - below));
 }
 
-/// Rains spheres until they lie as deep as asked, and a diameter more for the shrinking under attraction and the
-/// levelling.
-void rain_to_depth(Bed& bed, const LawTable& laws, const RandomFill& fill, Settler& settler) {
-  LoosePlacer placer(fill.region, fill.radius, fill.shares, fill.seed, fill.of);
-  const Vec3 size = fill.region.high - fill.region.low;
-  const double area = size.x * size.z, floor = fill.region.low.y;
-  const double diameter = least_radius(fill.radius) + largest_radius(fill.radius);
-  const int law = laws.of(fill.of.material, fill.of.material);
+std::uint32_t next_id(const Bed& bed) {
+  std::uint32_t next = 0;
+  for (const Sphere& s : bed.spheres()) next = std::max(next, s.id + 1);
+  return next;
+}
+
+/// Rains spheres until they lie as high as the layer goes, and a diameter more for the shrinking under attraction and
+/// the levelling.
+void rain_layer(Bed& bed, const LawTable& laws, const Bounds& region, const BedLayer& layer, std::uint64_t seed,
+                Settler& settler) {
+  LoosePlacer placer(region, layer.radius, layer.shares, seed, layer.of);
+  const Vec3 size = region.high - region.low;
+  const double area = size.x * size.z, floor = region.low.y;
+  const double diameter = least_radius(layer.radius) + largest_radius(layer.radius);
+  const int law = laws.of(layer.of.material, layer.of.material);
   const double overlap =
       law < 0 ? 0
               : std::visit([](const auto& l) { return l.rest_overlap(); }, laws.laws[static_cast<std::size_t>(law)]);
   // Loose random packing, 0.60 of solid; spheres that rest with an overlap stand as close as smaller ones.
   const double closer = diameter / (diameter - std::clamp(overlap, 0.0, 0.5 * diameter));
   double fraction = 0.60 * closer * closer * closer;
+  const std::uint32_t first = next_id(bed);
+  const double below = surface_height(bed.spheres(), region).mean;
   constexpr int attempts = 5;
   for (int k = 0; k < attempts && !settler.stopped(); ++k) {
-    const double missing = floor + *fill.depth + diameter - surface_height(bed.spheres(), fill.region).mean;
+    const double missing = floor + layer.top + diameter - surface_height(bed.spheres(), region).mean;
     if (missing <= 0.5 * diameter) return;
     bed.add(placer.place_volume(fraction * area * missing, highest_top(bed.spheres(), floor)));
     settler.rain();
-    fraction = solid_fraction(bed, fill.region, area);
+    fraction = solid_fraction(bed, region, first, below, area);
+  }
+}
+
+std::size_t level(Bed& bed, const Bounds& region, double top) {
+  const double cut = level_cut(bed.spheres(), region, region.low.y + top);
+  return bed.remove_if([&](const Sphere& s) { return s.x.y > cut; });
+}
+
+void check_layers(const std::vector<BedLayer>& layers) {
+  double below = 0;
+  for (const BedLayer& layer : layers) {
+    if (!(layer.top - below >= 2 * largest_radius(layer.radius)))
+      throw std::invalid_argument(layers.size() == 1
+                                      ? "random bed: the depth must be at least a sphere's diameter"
+                                      : "random bed: each layer must be at least a sphere's diameter thick");
+    below = layer.top;
   }
 }
 
@@ -228,29 +253,34 @@ SettleReport settle(Bed& bed, const LawTable& laws, const SettlePlan& plan, cons
 }
 
 SettleReport fill_at_random(Bed& bed, const LawTable& laws, const RandomFill& fill, const SettlePlan& plan) {
-  if (fill.count.has_value() == fill.depth.has_value())
-    throw std::invalid_argument("random bed: give either the number of spheres or the depth to fill");
-  if (fill.depth && !(*fill.depth >= 2 * largest_radius(fill.radius)))
-    throw std::invalid_argument("random bed: the depth must be at least a sphere's diameter");
+  if (fill.count.has_value() + fill.depth.has_value() + !fill.layers.empty() != 1)
+    throw std::invalid_argument("random bed: give either the number of spheres, the depth to fill, or layers");
+  std::vector<BedLayer> layers = fill.layers;
+  if (fill.depth) layers = {{.top = *fill.depth, .radius = fill.radius, .shares = fill.shares, .of = fill.of}};
+  check_layers(layers);
   Settler settler(bed, laws, plan, fill.region);
   plan.staged ? settler.soften() : settler.harden();
+  std::size_t levelled = 0;
+  std::vector<std::uint32_t> ends;
   if (fill.count) {
     LoosePlacer placer(fill.region, fill.radius, fill.shares, fill.seed, fill.of);
     bed.add(placer.place(*fill.count, highest_top(bed.spheres(), fill.region.low.y)));
     if (plan.staged) settler.rain();
-  } else {
-    rain_to_depth(bed, laws, fill, settler);
+  }
+  for (std::size_t k = 0; k < layers.size() && !settler.stopped(); ++k) {
+    if (k > 0) levelled += level(bed, fill.region, layers[k - 1].top);
+    rain_layer(bed, laws, fill.region, layers[k], fill.seed + k, settler);
+    ends.push_back(next_id(bed));
   }
   if (plan.staged) settler.raise();
   settler.finish();
-  std::size_t levelled = 0;
-  if (fill.depth && !settler.stopped()) {
-    const double cut = level_cut(bed.spheres(), fill.region, fill.region.low.y + *fill.depth);
-    levelled = bed.remove_if([&](const Sphere& s) { return s.x.y > cut; });
+  if (!layers.empty() && !settler.stopped()) {
+    levelled += level(bed, fill.region, layers.back().top);
     settler.finish();
   }
   SettleReport out = settler.done();
   out.levelled = levelled;
+  if (!fill.layers.empty()) out.layer_ends = ends;
   return out;
 }
 

@@ -1,8 +1,11 @@
 #pragma once
+#include <cstdint>
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "libdem/bed.hpp"
+#include "libdem/bed/layers.hpp"
 #include "libdem/bed/measure.hpp"
 #include "libdem/bed/placement.hpp"
 
@@ -43,10 +46,11 @@ struct SettlePlan {
 };
 
 struct SettleReport : BedReport {
-  double settled_time = 0;   ///< s that settling took
-  double rms_speed = 0;      ///< m/s at its end
-  std::size_t levelled = 0;  ///< spheres taken off to level the surface
-  bool stopped = false;      ///< by the progress callback
+  double settled_time = 0;                ///< s that settling took
+  double rms_speed = 0;                   ///< m/s at its end
+  std::size_t levelled = 0;               ///< spheres taken off to level the surface and the interfaces of layers
+  std::vector<std::uint32_t> layer_ends;  ///< of a layered fill: first id above those of each layer
+  bool stopped = false;                   ///< by the progress callback
 };
 
 /// Speed below which a bed counts as at rest, m/s: the mean kinetic energy of a sphere, spin included, could lift it by
@@ -69,11 +73,14 @@ struct RandomFill {
   std::uint64_t seed = 1;
   std::optional<std::size_t> count;
   std::optional<double> depth;  ///< m, of the mean surface over the region's floor after settling
+  /// From below, in place of radius, shares, of, count and depth; the highest ends at the depth.
+  std::vector<BedLayer> layers;
 };
 
 /// Rains the spheres into the bed's boundaries and settles them. For a depth: as many spheres as a loose random packing
 /// needs, more according to the solid fraction measured once they lie, then what stands above is levelled off, so that
-/// the mean surface is at the depth, and the bed settles once more.
+/// the mean surface is at the depth, and the bed settles once more. Layers rain one after the other, each onto the one
+/// below when that has come to rest and is levelled: raining all at once would give interfaces as steep as the heap.
 SettleReport fill_at_random(Bed& bed, const LawTable& laws, const RandomFill& fill, const SettlePlan& plan);
 
 }  // namespace subsoil::dem

@@ -1,5 +1,6 @@
 #include "libdem/impact/bed_strike.hpp"
 
+#include <algorithm>
 #include <array>
 #include <stdexcept>
 
@@ -62,6 +63,13 @@ Event strike_in_bed(const Law& law, const Strikers& bodies, double speed, double
         const double part = last.v / (last.v - now.v);
         event.time_in = last.t + part * step;
         event.largest = last.x + 0.5 * part * step * last.v;
+      }
+      if (now.v < 0 && now.x > 0 && now.f == 0 && last.f > 0 && n > 1) {
+        // Plastic bodies: what they have left of their indentation pushes no more. The force falls in a straight line.
+        const double fall = event.course[event.course.size() - 2].f - last.f;
+        event.time_out = last.t + step * std::min(1.0, fall > 0 ? last.f / fall : 0.5) - event.time_in;
+        event.rebounds(bodies.mass(), speed, -now.v);
+        break;
       }
       if (now.v < 0 && now.x <= 0 && !(now.f < 0)) {
         // Surfaces part at x = 0, or, held by adhesion until then, within this step.

@@ -21,6 +21,7 @@ struct Strikers {
 };
 
 /// The same event stepped by a Bed of one contact, without gravity: what the engine makes of a law at a given step, s.
+/// It ends where the surfaces part, of plastic bodies where their force ends before that.
 /// Times of first touch, turn and separation are interpolated between steps; course holds every step. Errors are of
 /// the order of the step where the law damps (its rate is that of half a step before), of its square where it does not.
 /// Throws std::runtime_error when the bodies have not come apart after `most_steps`.

@@ -9,10 +9,16 @@
 
 namespace subsoil::dem::impact {
 
+double EnergyEquivalent::strength(const Pair& pair) const {
+  const double yield = std::isnan(S_y) ? pair.yield : S_y;
+  if (!(yield > 0)) throw std::invalid_argument("needs a yield strength: give S_y, or yield strength of a body");
+  return yield;
+}
+
 double EnergyEquivalent::lambda(const Pair& pair, double speed) const {
   const double rho = std::isnan(density) ? pair.density : density;
   if (!(rho > 0)) throw std::invalid_argument("needs a density: give rho, or density of the first body");
-  return rho * speed * speed / S_y;
+  return rho * speed * speed / strength(pair);
 }
 
 double EnergyEquivalent::critical_lambda(const Pair& pair) const {
@@ -20,7 +26,7 @@ double EnergyEquivalent::critical_lambda(const Pair& pair) const {
   if (!(pair.E_eff > 0))
     throw std::invalid_argument("needs lambda_c, or young and poisson of both bodies to find it from");
   const double half = std::numbers::pi * yield_coefficient(poisson) / 2;
-  return 4 / (5 * std::numbers::pi) * std::pow(half, 5) * std::pow(S_y / pair.E_eff, 4);
+  return 4 / (5 * std::numbers::pi) * std::pow(half, 5) * std::pow(strength(pair) / pair.E_eff, 4);
 }
 
 double EnergyEquivalent::restitution_at(const Pair& pair, double speed) const {

@@ -34,7 +34,8 @@ struct EnergyEquivalent {
   /// The map alone: the contact law of variable restitution has it too.
   template <class V>
   void parameters(V& v) {
-    v.quantity("S_y", S_y, "Pa", "(0, inf)", "yield strength of the body that yields");
+    v.derived("S_y", S_y, "Pa", "(0, inf)",
+              "yield strength of the body that yields; left out: the smaller one of the two bodies or materials");
     v.derived("rho", density, "kg/m^3", "(0, inf)", "density in lambda = rho V^2/S_y; left out: the first body's");
     v.quantity("nu", poisson, "1", "[0, 0.5]", "Poisson ratio of the body that yields");
     v.quantity("A", A, "1", "(0, inf)", "factor of the map from lambda to plastic strain; the default is our own fit");
@@ -42,6 +43,7 @@ struct EnergyEquivalent {
     v.derived("lambda_c", lambda_c, "1", "(0, inf)",
               "lambda at which yield begins; left out: from S_y, the elasticity of the bodies and nu");
   }
+  double strength(const Pair& pair) const;  ///< Pa
   double lambda(const Pair& pair, double speed) const;
   double critical_lambda(const Pair& pair) const;
   double restitution_at(const Pair& pair, double speed) const;

@@ -24,15 +24,21 @@ Onset onset_of(const Pair& pair, double S_y, double C) {
 
 double yield_coefficient(double poisson) { return 1.295 * std::exp(0.736 * poisson); }
 
+double JacksonGreen::strength(const Pair& pair) const {
+  const double yield = std::isnan(S_y) ? pair.yield : S_y;
+  if (!(yield > 0)) throw std::invalid_argument("needs a yield strength: give S_y, or yield strength of a body");
+  return yield;
+}
+
 double JacksonGreen::critical_speed(const Pair& pair) const {
-  const Onset o = onset_of(pair, S_y, yield_coefficient(poisson));
+  const Onset o = onset_of(pair, strength(pair), yield_coefficient(poisson));
   return std::sqrt(0.8 * o.f * o.x / pair.mass);
 }
 
 double JacksonGreen::force(const Pair& pair, double x) const {
   if (!(x > 0)) return 0;
-  const double C = yield_coefficient(poisson), e_y = S_y / pair.E_eff;
-  const Onset o = onset_of(pair, S_y, C);
+  const double C = yield_coefficient(poisson), e_y = strength(pair) / pair.E_eff;
+  const Onset o = onset_of(pair, strength(pair), C);
   const double w = x / o.x;
   if (w < elastic_until) return o.f * w * std::sqrt(w);
   const double B = 0.14 * std::exp(23 * e_y);
@@ -43,7 +49,7 @@ double JacksonGreen::force(const Pair& pair, double x) const {
 }
 
 double JacksonGreen::restitution_at(const Pair& pair, double speed) const {
-  const double r = speed / critical_speed(pair), e_y = S_y / pair.E_eff;
+  const double r = speed / critical_speed(pair), e_y = strength(pair) / pair.E_eff;
   if (r <= 1) return 1;
   const double e = r <= 60 ? 1 - 0.1 * std::log(r) * std::pow((r - 1) / 59, 0.156)
                            : 1 - 0.1 * std::log(60) - 0.11 * std::log(r / 60) * std::pow(r - 60, 2.36 * e_y);
@@ -55,7 +61,7 @@ double JacksonGreen::restitution_at(const Pair& pair, double speed) const {
 
 Event JacksonGreen::strike(const Pair& pair, double speed, int samples) const {
   using boost::math::quadrature::gauss;
-  const Onset o = onset_of(pair, S_y, yield_coefficient(poisson));
+  const Onset o = onset_of(pair, strength(pair), yield_coefficient(poisson));
   const double mass = pair.mass, energy = 0.5 * mass * speed * speed, edge = elastic_until * o.x;
   // The law has a small step at 1.9 x_c: integrals stop there.
   const auto work = [&](double from, double to) {

@@ -20,9 +20,11 @@ struct JacksonGreen {
   template <class V>
   void describe(V& v) {
     v.card("jackson-green", "Jackson, Green, Marghitu 2010: elastic - ideally plastic sphere");
-    v.quantity("S_y", S_y, "Pa", "(0, inf)", "yield strength of the softer body");
+    v.derived("S_y", S_y, "Pa", "(0, inf)",
+              "yield strength of the softer body; left out: the smaller one of the two bodies");
     v.quantity("nu", poisson, "1", "[0, 0.5]", "Poisson ratio of the softer body");
   }
+  double strength(const Pair& pair) const;         ///< Pa
   double critical_speed(const Pair& pair) const;   ///< V_c, m/s
   double force(const Pair& pair, double x) const;  ///< loading, N
   double restitution_at(const Pair& pair, double speed) const;

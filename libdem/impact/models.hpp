@@ -4,6 +4,7 @@
 #include "libdem/impact/energy_equivalent.hpp"
 #include "libdem/impact/hertz.hpp"
 #include "libdem/impact/hunt_crossley.hpp"
+#include "libdem/impact/hysteretic.hpp"
 #include "libdem/impact/jackson_green.hpp"
 #include "libdem/impact/jkr.hpp"
 #include "libdem/impact/thornton.hpp"
@@ -14,6 +15,6 @@
 /// and throws std::invalid_argument with the cure when the pair lacks what it needs.
 namespace subsoil::dem::impact {
 
-using Model = std::variant<HuntCrossley, Hertz, EnergyEquivalent, Thornton, JacksonGreen, Jkr>;
+using Model = std::variant<HuntCrossley, Hertz, Hysteretic, EnergyEquivalent, Thornton, JacksonGreen, Jkr>;
 
 }  // namespace subsoil::dem::impact

@@ -49,7 +49,7 @@ struct Touch {
 /// Effective mass and radius, and with rolling resistance the series of both bodies' 7/5 m r^2.
 template <class P>
 struct Effective {
-  P root_m, r_eff, inverse_r, root_i;
+  P root_m, r_eff, inverse_r, root_i, per_sum;
 };
 
 /// Whether the law or rolling resistance needs r_eff: a law that does not says `needs_radius = false`.
@@ -61,19 +61,27 @@ constexpr bool needs_radius() {
     return true;
 }
 
+/// Whether the law needs 1/(r1 + r2).
+template <class L>
+constexpr bool needs_sum() {
+  return requires { L::needs_sum; };
+}
+
 /// Fills what is needed of `e`.
-template <bool Pair, bool Radius, bool Rolls, class P>
+template <bool Pair, bool Radius, bool Rolls, bool Sum, class P>
 [[gnu::always_inline]] inline void effective(P r_i, P m_i, P r_j, P m_j, Effective<P>& e) {
   e.root_m = Pair ? series_root(m_i, m_j) : sqrt(m_i);
   if constexpr (Radius && Pair) {
     // r_eff = r1 r2/(r1 + r2) and its inverse from one division.
     const P both = r_i * r_j, sum = r_i + r_j, inverse = P(1.0) / (both * sum);
     e.r_eff = both * both * inverse, e.inverse_r = sum * sum * inverse;
+    if constexpr (Sum) e.per_sum = both * inverse;
   } else if constexpr (Radius) {
     e.r_eff = r_i, e.inverse_r = P(1.0) / r_i;
   } else {
     e.r_eff = P(0.0);  // read by nobody
   }
+  if constexpr (!(Pair && Sum)) e.per_sum = P(0.0);
   if constexpr (Rolls) {
     const P own = P(1.4) * m_i * r_i * r_i;
     e.root_i = Pair ? series_root(own, P(1.4) * m_j * r_j * r_j) : sqrt(own);
@@ -132,7 +140,7 @@ template <bool Pair, bool Rolls, class L, class P>
     for (int d = 0; d < 3; ++d) out.v[d] = a.v[d], out.arm[d] = arm[d];
   }
   out.overlap = a.overlap, out.v_n = v_n, out.l_i = l_i, out.l_j = l_j;
-  effective<Pair, needs_radius<L, Rolls>(), Rolls>(a.r_i, a.m_i, a.r_j, a.m_j, out.effective);
+  effective<Pair, needs_radius<L, Rolls>(), Rolls, needs_sum<L>()>(a.r_i, a.m_i, a.r_j, a.m_j, out.effective);
 }
 
 /// Resistance to twist. Its spring is a number of its own: the vector of rolling would turn a part of it into rolling
@@ -158,7 +166,8 @@ template <bool Pair, bool Rolls, class P, class L>
                                                   double elapsed) {
   const P zero(0.0), half(0.5), dt(elapsed);
   const Effective<P>& e = a.effective;
-  const NormalForce<P> normal = normal_force(law, Approach<P>{a.overlap, -a.v_n, e.root_m, e.r_eff, dt}, h.own);
+  const NormalForce<P> normal =
+      normal_force(law, Approach<P>{a.overlap, -a.v_n, e.root_m, e.r_eff, dt, e.per_sum}, h.own);
   turn(h.xi, a.n);
   const Slip<P> slide = law.friction.slide(normal, h.xi, a.v_t, h.dash_t, h.slipping, dt);
   Response<P> out;

@@ -9,17 +9,18 @@
 
 /// Attraction that adds to a normal law: F = F_normal - F_c, F_c >= 0.
 ///     linear:         F_c = k A(delta), delta > 0
-///                     A by `contact area`: lens 2 pi R delta - pi delta^2/4, hertz pi R delta, sjkr2 4 pi R delta
+///                     A by `contact area`: hertz pi R delta, sjkr2 4 pi R delta, or lens, with c = 1/(r1 + r2),
+///                     A = pi delta (4 R - 2 delta + c delta^2) (2 - c delta)/(4 (1 - c delta)^2)
 ///     dmt:            F_c = 2 pi w R, delta > 0
 ///     liquid-bridge:  F_c = 4 pi R gamma cos(theta) (1 - S/sqrt(S^2 + V/(pi R))), S = max(0, -delta) < S_r,
 ///                     S_r = (1 + theta/2) V^(1/3)
 /// Symbols: R = r1 r2/(r1 + r2) m (the sphere's radius at a boundary); k cohesion energy density J/m^3; w work of
 /// adhesion J/m^2; gamma surface tension N/m, theta contact angle, V volume of one bridge m^3, S gap, S_r the gap at
 /// which a bridge ruptures, m.
-/// `lens` is the circle in which two equal spheres cut each other (LIGGGHTS sjkr; that of unequal ones and at walls is
-/// less, by 3 delta/(8 R) of itself at most), `hertz` the circle of Hertz's contact (EDEM; Ucgul 2014), `sjkr2` that of
-/// LIGGGHTS. A bridge forms when the surfaces touch, and ruptures at S_r; `at-rupture-distance` lets it form there too.
-/// Its meniscus is a cylinder: V/R^3 below 0.01. No viscous force.
+/// `lens` is the circle in which the two spheres cut each other (LIGGGHTS sjkr), of equal ones
+/// 2 pi R delta - pi delta^2/4, at a boundary (c = 0) pi delta (2 R - delta); `hertz` the circle of Hertz's contact
+/// (EDEM; Ucgul 2014), `sjkr2` that of LIGGGHTS. A bridge forms when the surfaces touch, and ruptures at S_r;
+/// `at-rupture-distance` lets it form there too. Its meniscus is a cylinder: V/R^3 below 0.01. No viscous force.
 /// Friction and rolling are limited by `friction limit`:
 ///     pressing-force  max(0, F + F_c), what presses the surfaces together (default)
 ///     net-force       |F| (LIGGGHTS)
@@ -45,9 +46,9 @@ struct Cohesion {
   double tension = left_out, angle = left_out, volume = left_out;
   Forms forms = Forms::on_contact;
   FrictionLimit limit = FrictionLimit::pressing_force;
-  // Filled by completed(): attraction over r_eff, and over r_eff and overlap (linear: and less `bend` overlap squared);
-  // gap of rupture, m.
-  double strength = 0, slope = 0, bend = 0, end = 0;
+  // Filled by completed(): attraction over r_eff, and over r_eff and overlap (of a lens where it begins); gap of
+  // rupture, m.
+  double strength = 0, slope = 0, end = 0;
 
   template <class V>
   void describe(V& v) {
@@ -57,7 +58,8 @@ struct Cohesion {
         "attraction besides: over the contact area, constant while touching (DMT), or by a bridge of liquid");
     v.derived("cohesion energy density", density, "J/m^3", "(0, inf)", "attraction per contact area; linear cohesion");
     v.choice("contact area", area, {{"lens", Area::lens}, {"hertz", Area::hertz}, {"sjkr2", Area::sjkr2}},
-             "linear cohesion: the circle in which spheres cut each other (2 pi R delta), Hertz's (pi R delta), or "
+             "linear cohesion: the circle in which the bodies cut each other (2 pi R delta and less), Hertz's (pi R "
+             "delta), or "
              "LIGGGHTS sjkr2's 4 pi R delta");
     v.derived("work of adhesion", work, "J/m^2", "(0, inf)", "to part a unit of surface; dmt (w = 2 gamma of LAMMPS)");
     v.derived("surface tension", tension, "N/m", "(0, inf)", "of the liquid; liquid bridge");
@@ -81,7 +83,6 @@ struct Cohesion {
     Cohesion c = *this;
     if (kind == Kind::linear) {
       c.slope = density * pi * (area == Area::hertz ? 1 : area == Area::lens ? 2 : 4);
-      c.bend = area == Area::lens ? 0.25 * density * pi : 0;
     } else if (kind == Kind::dmt) {
       c.strength = 2 * pi * work;
     } else if (kind == Kind::liquid_bridge) {
@@ -108,9 +109,7 @@ struct Cohesion {
     const T depth = max(a.overlap, zero);
     T pull = zero, stored = zero;
     if (kind == Kind::linear) {
-      const T stiff = T(slope) * a.r_eff;
-      pull = depth * (stiff - T(bend) * depth);
-      stored = depth * depth * (T(0.5) * stiff - T(bend / 3) * depth);
+      area == Area::lens ? lens(a, depth, pull, stored) : circle(a, depth, pull, stored);
     } else if (kind == Kind::dmt) {
       const T constant = T(strength) * a.r_eff;
       pull = select(n.engaged, constant, zero);
@@ -151,6 +150,21 @@ struct Cohesion {
   }
 
  private:
+  template <class T>
+  [[gnu::always_inline]] void circle(const Approach<T>& a, T depth, T& pull, T& stored) const {
+    pull = T(slope) * a.r_eff * depth;
+    stored = T(0.5) * pull * depth;
+  }
+  /// Integral of A: pi delta^2 (12 R - 4 delta + c delta^2)/(12 (1 - c delta)). Written in c = 1/(r1 + r2) both hold at
+  /// a boundary too, and subtract nothing that is nearly equal.
+  template <class T>
+  [[gnu::always_inline]] void lens(const Approach<T>& a, T depth, T& pull, T& stored) const {
+    const T apart = T(1.0) - a.per_sum * depth, inverse = T(1.0) / apart;  // centres' distance over r1 + r2
+    const T bend = a.per_sum * depth * depth, share = T(density * pi) * depth * inverse;
+    pull = T(0.25) * share * (T(4.0) * a.r_eff - T(2.0) * depth + bend) * (T(1.0) + apart) * inverse;
+    stored = T(1.0 / 12.0) * share * depth * (T(12.0) * a.r_eff - T(4.0) * depth + bend);
+  }
+
   static std::string word(Kind k) {
     return k == Kind::none ? "none" : k == Kind::linear ? "linear" : k == Kind::dmt ? "dmt" : "liquid-bridge";
   }

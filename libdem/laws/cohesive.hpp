@@ -7,7 +7,7 @@ namespace subsoil::dem {
 
 template <class Normal>
 struct Cohesive : Normal {
-  static constexpr bool needs_radius = true;
+  static constexpr bool needs_radius = true, needs_sum = true;
   static constexpr int memory = own_memory<Normal>() + 1;  ///< the normal law's, and whether a bridge holds
 
   void weaken(double share) { this->cohesion.weaken(share); }
@@ -24,7 +24,8 @@ struct Cohesive : Normal {
   /// more in each other.
   void refuse_collapse(double r_eff) const {
     double memory[Cohesive::memory] = {};
-    if (normal(Approach<double>{r_eff, 0, 1, r_eff, 0}, memory).force > 0) return;
+    // Of all pairs of this r_eff two equal spheres have the largest circle in common, and so the strongest pull.
+    if (normal(Approach<double>{r_eff, 0, 1, r_eff, 0, 0.25 / r_eff}, memory).force > 0) return;
     throw std::invalid_argument("at r_eff = " + std::to_string(1e3 * r_eff) +
                                 " mm the cohesion is stronger than the contact, spheres would sink into each other; "
                                 "take a stiffer contact or a weaker cohesion");
@@ -42,7 +43,7 @@ struct Cohesive : Normal {
  private:
   /// Work that it takes to load the spring to an overlap, J; of the normal law alone, or with the attraction.
   double stored(double overlap, const WorstContact& w, bool attracted) const {
-    const Approach<double> a{overlap, 0, std::sqrt(w.m_eff), w.r_eff, 1};
+    const Approach<double> a{overlap, 0, std::sqrt(w.m_eff), w.r_eff, 1, 0.25 / w.r_eff};
     double memory[Cohesive::memory] = {};
     const NormalForce<double> n = normal_force(static_cast<const Normal&>(*this), a, memory);
     const double work = n.stored + n.lost;  // what plasticity takes is work too

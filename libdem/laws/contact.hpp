@@ -19,6 +19,7 @@ struct Approach {
   T root_m;   ///< sqrt(m_eff), kg^1/2, m_eff = m1 m2/(m1 + m2), the sphere's mass at a boundary: damping needs the root
   T r_eff;    ///< r1 r2/(r1 + r2), m; the sphere's radius at a boundary
   T elapsed;  ///< time since the contact was last evaluated, s (0 at the first step of a run)
+  T per_sum = T(0.0);  ///< 1/(r1 + r2), 1/m; 0 at a boundary; filled for laws that say `needs_sum` only
 };
 
 /// What a normal law answers. Forces along the contact normal, compression positive.

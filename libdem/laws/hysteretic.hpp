@@ -41,8 +41,9 @@ struct Hysteretic {
   void describe(V& v) {
     v.card("hysteretic", "hysteretic spring (Walton & Braun; HSCM): loads along K1, unloads along K2");
     v.derived("K1", K1, "N/m", "(0, inf)", "loading stiffness; left out: 5 r_eff times the yield strength");
-    v.derived("yield strength", yield, "Pa", "(0, inf)",
-              "the smaller of the two materials', when K1 is left out; r_eff of a sphere at a boundary is its radius");
+    v.derived(
+        "yield strength", yield, "Pa", "(0, inf)",
+        "when K1 is left out; left out too: the smaller of the two materials'; r_eff at a boundary is the radius");
     v.derived("restitution", restitution, "1", "(0, 1]",
               "coefficient of restitution, K2 = K1/e^2; for no plastic loss use 1");
     v.derived("K2", K2, "N/m", "(0, inf)", "unloading stiffness, in place of the restitution, when K1 is given");
@@ -54,6 +55,13 @@ struct Hysteretic {
     v.flag("clip attraction", clip, "cut the normal force off at zero where the dashpot would pull");
     cohesion.describe(v);
     friction.describe(v);
+  }
+
+  bool needs_yield() const { return std::isnan(K1) && std::isnan(yield); }
+  static constexpr const char* in_place_of_yield = "K1 or yield strength";
+  /// Fills the yield strength from those of the two materials: the softer one yields.
+  void take_yield(double yield_1, double yield_2) {
+    if (needs_yield()) yield = std::min(yield_1, yield_2);
   }
 
   /// With the restitution filled in. Throws std::invalid_argument when K1 or K2 is given twice or not at all, or K2 is

@@ -20,7 +20,7 @@
 /// twice the pull-off (LAMMPS). Stiffness that changes: as in hertz_mindlin.hpp, with a in place of sqrt(R delta).
 /// Energy: stored U; lost -U(a_0) when the surfaces snap together and U(a_f) when they part, in sum
 /// 7.09 (w^5 R^4/E*^2)^(1/3) by rupture: restitution is 0 below the speed of that energy (impact/jkr.hpp).
-/// Valid for a << R and a large Tabor number R w^2/(E*^2 z0^3). r_eff above 0.25 m break at the distance of that one.
+/// Valid for a << R and a large Tabor number R w^2/(E*^2 z0^3).
 /// Sources: Johnson, Kendall & Roberts 1971, Proc. R. Soc. A 324, 301; Thornton 1991, J. Phys. D 24, 1942; Marshall
 /// 2009, J. Comput. Phys. 228, 1541.
 namespace subsoil::dem {
@@ -33,9 +33,8 @@ struct Jkr : ElasticPair {
   double restitution = std::numeric_limits<double>::quiet_NaN();
   Separation separation = Separation::rupture;
   Friction friction;
-  // Filled by resolved(): the end of the branch, x and u of below; its length with the largest r_eff, m; a_0 over
-  // R^(2/3); factor of the dashpot.
-  double end_x = 0, end_u = 0, longest = 0, scale = 0, damping = 0;
+  // Filled by resolved(): the end of the branch, x and u of below; a_0 over R^(2/3); factor of the dashpot.
+  double end_x = 0, end_u = 0, scale = 0, damping = 0;
 
   template <class V>
   void describe(V& v) {
@@ -56,7 +55,6 @@ struct Jkr : ElasticPair {
     const double y = separation == Separation::rupture ? y_rupture : std::cbrt(0.75);
     law.end_x = y * (y * y * y - 1), law.end_u = energy_at(y);
     law.scale = std::cbrt(2 * std::numbers::pi * work / E_eff);
-    law.longest = -law.end_x * law.scale * law.scale * std::cbrt(widest);
     law.damping = 2 * std::sqrt(5.0 / 6.0) * damping_ratio(restitution);
     return law;
   }
@@ -65,7 +63,8 @@ struct Jkr : ElasticPair {
     work *= std::max(share, 1e-6);
     *this = resolved();
   }
-  double reach() const { return longest; }  ///< neck of the largest r_eff: it grows with the cube root
+  /// Longest neck of spheres up to this r_eff, m: -delta_f = -end_x a_0^2/R, which grows with the cube root.
+  double reach(double r_eff) const { return -end_x * scale * scale * std::cbrt(r_eff); }
   double rest_overlap() const { return 0; }
 
   template <class T>
@@ -79,7 +78,7 @@ struct Jkr : ElasticPair {
     const T above = max(a.overlap / unit - T(rupture_x), zero);
     const T y = branch_at(above), y3 = y * y * y, pull = T(2 * std::numbers::pi * work) * r;
     const T radius = a0 * y * y;
-    const auto held = both(wetted, both(a.overlap >= T(end_x) * unit, a.overlap > T(-longest)));
+    const auto held = both(wetted, a.overlap >= T(end_x) * unit);
     NormalForce<T> n;
     n.engaged = held;
     const T elastic = pull * y3 * (T(4.0 / 3.0) * y3 - T(2.0));
@@ -130,7 +129,6 @@ struct Jkr : ElasticPair {
   // The branch with y = (a/a_0)^(1/2): x = delta R/a_0^2 = y^4 - y, u = U/(2 pi w a_0^2).
   static constexpr double y_rupture = 0.629960524947436582;  ///< 4^(-1/3), where dx/dy = 0
   static constexpr double rupture_x = -0.75 * y_rupture;
-  static constexpr double widest = 0.25;  ///< r_eff, m
   static double energy_at(double y) {
     const double y3 = y * y * y;
     return y3 * y * (8.0 / 15.0 * y3 * y3 - 4.0 / 3.0 * y3 + 0.5);

@@ -44,14 +44,27 @@ inline const Bond* bond_of(const Law& law) {
       law);
 }
 
-/// Largest gap across which a law acts between spheres up to a radius, m; at surfaces that is its reach().
+/// Largest gap across which a law acts without bonds, between bodies whose effective radius is r_eff at most, m: at
+/// surfaces the spheres' own.
+inline double reach_of(const Law& law, double r_eff) {
+  return std::visit(
+      [r_eff](const auto& l) {
+        if constexpr (requires { l.reach(r_eff); })
+          return l.reach(r_eff);
+        else
+          return l.reach();
+      },
+      law);
+}
+
+/// Largest gap across which a law acts between spheres up to a radius, m; of a pair r_eff is half of it at most.
 inline double reach_between(const Law& law, double largest_radius) {
   return std::visit(
       [&]<class L>(const L& l) {
         if constexpr (kBonds<L>)
           return l.reach_between(largest_radius);
         else
-          return l.reach();
+          return reach_of(law, 0.5 * largest_radius);
       },
       law);
 }

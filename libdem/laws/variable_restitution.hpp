@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <stdexcept>
 
 #include "libdem/impact/energy_equivalent.hpp"
@@ -10,7 +11,8 @@
 ///     hertz:   F = (4/3) E* sqrt(R delta^3) + 2 sqrt(5/6) beta sqrt(S_n m_eff) d delta/dt,  S_n = 2 E* sqrt(R delta)
 ///     k_t = ratio k_n (S_n),  c_t = 2 beta sqrt(m_eff k_t) (with sqrt(5/6));   friction limit mu max(0, F)
 /// V approach speed when the surfaces first touch, m/s; beta = beta(Ce) as in linear.hpp, found at first touch and kept
-/// by the contact until it opens: two bodies part with exactly Ce(V) V. rho kg/m^3 density of the striking body, S_y Pa
+/// by the contact until it opens: two bodies part with exactly Ce(V) V, with more where `clip attraction` cuts the pull
+/// of the dashpot off. rho kg/m^3 density of the striking body, S_y Pa
 /// yield strength. Slow contacts, V below the speed at which lambda = lambda_c, are elastic; `largest restitution` caps
 /// Ce, so that a bed of them can come to rest. Contacts that begin at rest (a bed as placed) have the cap's damping.
 /// Valid for overlap << R; the map holds for V up to some 1000 times the speed at which yield begins.
@@ -23,6 +25,7 @@ struct VariableRestitution {
   enum class Normal { hertz, linear };
   static constexpr double left_out = std::numeric_limits<double>::quiet_NaN();
   Normal part = Normal::hertz;
+  bool clip = false;
   double k_n = left_out, E_eff = left_out;
   impact::EnergyEquivalent map;
   double largest = 1;
@@ -38,6 +41,7 @@ struct VariableRestitution {
               "effective Young's modulus; left out: from both materials' young and poisson");
     map.parameters(v);
     v.quantity("largest restitution", largest, "1", "(0, 1]", "upper bound of Ce");
+    v.flag("clip attraction", clip, "cut the normal force off at zero while separating (restitution then exceeds Ce)");
     v.quantity("stiffness ratio", stiffness_ratio, "1", "[0, inf)", "tangential over normal stiffness");
     friction.describe(v);
   }
@@ -49,10 +53,17 @@ struct VariableRestitution {
     if (std::isnan(E_eff)) E_eff = effective_modulus(young_1, poisson_1, young_2, poisson_2);
   }
 
+  bool needs_yield() const { return std::isnan(map.S_y); }
+  static constexpr const char* in_place_of_yield = "S_y";
+  void take_yield(double yield_1, double yield_2) {
+    if (needs_yield()) map.S_y = std::min(yield_1, yield_2);
+  }
+
   /// With lambda_c filled in where E_eff is there for it. Throws std::invalid_argument when rho is missing, or the
   /// stiffness of the spring is missing or not its own.
   VariableRestitution resolved() const {
     if (std::isnan(map.density)) throw std::invalid_argument("needs rho, the density of the striking body");
+    if (needs_yield()) throw std::invalid_argument("needs S_y, the yield strength of the body that yields");
     if ((part == Normal::linear) == std::isnan(k_n))
       throw std::invalid_argument("k_n belongs to `normal: linear` and is needed there; hertz takes E_eff");
     VariableRestitution law = *this;
@@ -78,8 +89,9 @@ struct VariableRestitution {
     n.k_n = (linear ? T(k_n) : T(2 * E_eff)) * root;
     const T spring = T(linear ? 1 : 2.0 / 3.0) * n.k_n * depth;
     const T damp = T(factor()) * beta * sqrt(n.k_n) * a.root_m;
-    n.damping = select(n.engaged, damp * a.rate, zero);
-    n.force = spring + n.damping;
+    const T viscous = select(n.engaged, damp * a.rate, zero);
+    n.force = clip ? max(zero, spring + viscous) : spring + viscous;
+    n.damping = clip ? n.force - spring : viscous;
     n.stored = T(linear ? 0.5 : 0.4) * spring * depth;
     n.grip = max(zero, n.force);
     n.k_t = T(stiffness_ratio) * n.k_n;

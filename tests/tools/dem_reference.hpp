@@ -39,7 +39,8 @@ ContactResult reference_contact(const L& law, const Vec3& n, double distance, co
   const double v_n = dot(i.v - j.v, n);
   const Vec3 v_t = slip_all - dot(slip_all, n) * n;
   const double m_eff = wall ? i.m : i.m * j.m / (i.m + j.m), r_eff = wall ? i.r : i.r * j.r / (i.r + j.r);
-  const auto normal = normal_force(law, Approach<double>{overlap, -v_n, std::sqrt(m_eff), r_eff, dt}, h.own);
+  const double per_sum = wall ? 0 : 1 / (i.r + j.r);
+  const auto normal = normal_force(law, Approach<double>{overlap, -v_n, std::sqrt(m_eff), r_eff, dt, per_sum}, h.own);
   ContactResult out;
   out.force = normal.force * n;
   if (!normal.engaged) {
@@ -217,7 +218,7 @@ class ReferenceBed {
     const Sphere& a = spheres[i];
     const double distance = dot(a.x - planes[p].point(), planes[p].normal());
     const int law = laws_.of(a.material, 0);
-    if (distance > a.r + std::visit([](const auto& l) { return l.reach(); }, law_of(law))) {
+    if (distance > a.r + reach_of(law_of(law), largest_)) {
       wall_history_.erase({i, p});
       return;
     }

@@ -89,6 +89,48 @@ TEST(ImpactCommand, FlagsGiveTheTableOfTheSource) {
   EXPECT_NE(message_of([&] { impact_command(request); }).find("--c has no value"), std::string::npos);
 }
 
+/// Everything that the tables and courses say stands in one HDF5 file too, with its unit.
+TEST(ImpactCommand, ResultsFileHoldsTableCoursesAndParameters) {
+  const test::RunDirectory directory;
+  ImpactRequest request;
+  request.words = {"--model",  "hysteretic", "--restitution",          "0.6",     "--mass",  "1 g",
+                   "--radius", "5 mm",       "--first.yield strength", "588 kPa", "--speed", "0.5 2 m/s",
+                   "--steps",  "200"};
+  request.out = (directory / "out").string();
+  testing::internal::CaptureStdout();
+  ASSERT_EQ(impact_command(request), exit_ok);
+  testing::internal::GetCapturedStdout();
+  const auto file = h5::open_file(directory / "out/impact.h5");
+  const auto number = [&](const char* name) { return h5::read<double>(file, name).at(0); };
+  const auto unit = [&](const char* name) {
+    const h5::Handle set(H5Dopen2(file, name, H5P_DEFAULT), H5Dclose, name);
+    const h5::Handle attribute(H5Aopen(set, "unit", H5P_DEFAULT), H5Aclose, name);
+    const h5::Handle type(H5Aget_type(attribute), H5Tclose, name);
+    std::string text(H5Tget_size(type), '\0');
+    H5Aread(attribute, type, text.data());
+    return std::string(text.c_str());
+  };
+  EXPECT_EQ(h5::read<double>(file, "table/speed"), (std::vector<double>{0.5, 2}));
+  const Series table = read_series(directory / "out/impact.csv"), course = read_series(directory / "out/course-2.csv");
+  for (const ImpactQuantity& q : impact_quantities(load_study("", {"model=hertz", "first.mass=1 g"}).study)) {
+    const std::string path = std::string("table/") + q.name;
+    EXPECT_EQ(h5::read<double>(file, path), table.at(q.name)) << path;
+    EXPECT_EQ(unit(path.c_str()), q.unit);
+    EXPECT_EQ(h5::read<double>(file, std::string("table/stepped ") + q.name),
+              table.at(std::string("stepped ") + q.name));
+  }
+  for (const char* column : {"time", "indentation", "speed", "force"})
+    EXPECT_EQ(h5::read<double>(file, std::string("courses/001/") + column), course.at(column)) << column;
+  EXPECT_EQ(unit("courses/001/force"), "N");
+  EXPECT_EQ(h5::read<double>(file, "courses/001/stepped/time").size(),
+            read_series(directory / "out/stepped-2.csv").rows());
+  EXPECT_EQ(number("parameters/restitution"), 0.6);
+  EXPECT_EQ(number("parameters/first.yield strength"), 588e3);
+  EXPECT_EQ(unit("parameters/first.yield strength"), "Pa");
+  EXPECT_EQ(number("parameters/pair.radius"), 5e-3);
+  EXPECT_FALSE(h5::exists(file, "parameters/K2"));
+}
+
 TEST(ImpactCommand, FilesInConfigsRun) {
   int files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(SUBSOIL_SOURCE_DIR "/configs/impact")) {
@@ -98,7 +140,7 @@ TEST(ImpactCommand, FilesInConfigsRun) {
     for (const ImpactRow& row : rows) EXPECT_GT(row.closed.peak_force, 0);
     ++files;
   }
-  EXPECT_EQ(files, 2);
+  EXPECT_EQ(files, 3);
 }
 
 TEST(GroundImpact, ClosedFormsOfTheStamp) {

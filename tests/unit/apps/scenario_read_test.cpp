@@ -248,8 +248,10 @@ TEST(ScenarioRead, LawsWithMemory) {
 
 TEST(ScenarioRefusals, LawsWithMemory) {
   const auto refused = [](const char* law) { return refusals(with_law(law)); };
-  EXPECT_EQ(refused("law: hysteretic, restitution: 0.6"),
-            Lines{"till.yaml:4:5 contacts[0]: needs either K1 or the yield strength, K1 = 5 r_eff S_y"});
+  EXPECT_EQ(
+      refused("law: hysteretic, restitution: 0.6"),
+      Lines{"till.yaml:4:43 contacts[0].law = hysteretic: material `soil` has no yield strength; give it there, or "
+            "K1 or yield strength here"});
   EXPECT_EQ(refused("law: hysteretic, K1: 10 kN/m, restitution: 1.2"),
             Lines{"till.yaml:4:81 contacts[0].restitution = 1.2: must be in (0, 1]; for no plastic loss use 1"});
   EXPECT_EQ(refused("law: luding, k1: 50 kN/m, k2: 50 kN/m, k_c: 5 kN/m, phi_f: 0.1, restitution: 1"),

@@ -202,6 +202,44 @@ TEST(Thornton, PublishedValuesAndItsOwnForces) {
   }
 }
 
+/// Walton and Braun: the two half swings by hand, and the motion integrated under the path-dependent force. The force
+/// bends at the turn; steps across it err by (h^2), 1e-6 of the whole.
+TEST(HystereticImpact, TwoQuarterSwingsAndTheMotion) {
+  const Pair grain{.mass = 1.4e-3, .radius = 5e-3, .yield = 588e3};
+  const double k1 = 5 * 5e-3 * 588e3;
+  for (const double e : {0.3, 0.6, 1.0})
+    for (const double v : {0.1, 2.0}) {
+      Hysteretic model;
+      model.restitution = e;
+      const Event event = model.strike(grain, v, 400);
+      SCOPED_TRACE(testing::Message() << "e " << e << ", " << v << " m/s");
+      EXPECT_NEAR(event.restitution, e, 1e-15);
+      EXPECT_NEAR(event.largest, v * std::sqrt(1.4e-3 / k1), 1e-15);
+      EXPECT_NEAR(event.peak_force, v * std::sqrt(1.4e-3 * k1), 1e-12 * event.peak_force);
+      EXPECT_NEAR(event.duration(), std::acos(-1.0) / 2 * (1 + e) * std::sqrt(1.4e-3 / k1), 1e-15);
+      EXPECT_NEAR(event.lost, 0.5 * 1.4e-3 * v * v * (1 - e * e), 1e-15);
+      const double k2 = k1 / (e * e), stays = (1 - e * e) * event.largest;
+      EXPECT_NEAR(event.course.back().x, stays, 1e-15);
+      const auto force = [&](double x, double speed) { return speed >= 0 ? k1 * x : std::max(0.0, k2 * (x - stays)); };
+      expect_agree(event, integrate(force, 1.4e-3, v, event.duration(), stays), 3e-6, 2e-6);
+      // The course: momentum over an interval by the trapezoidal rule, (dt^2/12) F'' = (pi/800)^2/12 of the peak.
+      for (std::size_t k = 1; k < event.course.size(); ++k) {
+        const Sample &a = event.course[k - 1], &s = event.course[k];
+        EXPECT_NEAR(1.4e-3 * (s.v - a.v), -0.5 * (a.f + s.f) * (s.t - a.t), 2e-6 * event.peak_force * (s.t - a.t));
+      }
+    }
+  Hysteretic by_k2;
+  by_k2.K1 = 1e4, by_k2.K2 = 4e4;
+  EXPECT_EQ(by_k2.restitution_at(grain, 1), 0.5);
+  by_k2.K2 = 5e3;
+  EXPECT_EQ(message_of([&] { by_k2.check(); }),
+            "K2 must not be below K1: unloading cannot give back more than loading");
+  Hysteretic nothing;
+  nothing.restitution = 0.5;
+  EXPECT_EQ(message_of([&] { static_cast<void>(nothing.strike({.mass = 1}, 1)); }),
+            "needs K1, or a yield strength (S_y, or that of a body) and the radius of a body");
+}
+
 TEST(JacksonGreen, PublishedValuesAndCompressionByItsForce) {
   Pair pair = metal;
   const JacksonGreen law{.S_y = 1e8, .poisson = 0.3};  // eps_y = 0.001

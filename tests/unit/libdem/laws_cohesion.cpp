@@ -16,11 +16,12 @@ constexpr double kRadius = 4e-3;  ///< r_eff
 /// One contact whose overlap is prescribed.
 struct Contact {
   Law law;
+  double per_sum = 0.25 / kRadius;  ///< two equal spheres
   double memory[kOwnMemory] = {};
   NormalForce<double> at(double overlap, double rate = 0) {
     return std::visit(
         [&](const auto& l) {
-          return normal_force(l, Approach<double>{overlap, rate, 0.1, kRadius, 1e-6}, memory);
+          return normal_force(l, Approach<double>{overlap, rate, 0.1, kRadius, 1e-6, per_sum}, memory);
         },
         law);
   }
@@ -43,6 +44,35 @@ TEST(Cohesion, ByAreaFollowsEachConvention) {
     EXPECT_NEAR(pull(hertz, overlap), k * pi * overlap * kRadius, 1e-10);
   }
   for (Contact* c : {&lens, &hertz, &sjkr2}) EXPECT_EQ(pull(*c, -1e-6), 0);
+}
+
+/// Spheres of different radii: LIGGGHTS's formula holds for them too (its own derivation: the circle in which two
+/// spheres cut, by Heron's formula for the triangle of both centres and a point of it). A boundary is the limit of a
+/// large partner, pi delta (2 r - delta). The energy is the integral of the force, here by Simpson's rule, exact for
+/// the cubic of a boundary and to 1e-10 otherwise.
+TEST(Cohesion, LensIsTheCircleOfBothSpheres) {
+  const double k = 3e5;
+  const auto area = [](double r1, double r2, double overlap) {
+    const double d = r1 + r2 - overlap;
+    return -pi / 4 * (d - r1 - r2) * (d + r1 - r2) * (d - r1 + r2) * (d + r1 + r2) / (d * d);
+  };
+  for (const double ratio : {1.0, 1.5, 4.0, 100.0, 1e300}) {
+    const bool wall = ratio == 1e300;
+    const double r1 = kRadius * (1 + 1 / ratio), r2 = ratio * r1;
+    Contact lens = contact(cohesion_by_area(k));
+    lens.per_sum = wall ? 0 : 1 / (r1 + r2);
+    for (const double overlap : {1e-5, 1e-4, 1e-3, 0.5 * kRadius}) {
+      const double exact = wall ? pi * overlap * (2 * r1 - overlap) : area(r1, r2, overlap);
+      // d - r1 - r2 is known to 1e-16 of r2 only.
+      EXPECT_NEAR(pull(lens, overlap), k * exact, 1e-10 * k * exact + 1e-13 * k * r1 * (wall ? 1 : r2)) << ratio;
+      const int n = 200;
+      double work = 0;
+      for (int i = 0; i <= n; ++i)
+        work += (i == 0 || i == n ? 1 : i % 2 == 1 ? 4 : 2) * pull(lens, overlap * i / n) * overlap / n / 3;
+      const double stored = Contact{resolved(grains())}.at(overlap).stored - lens.at(overlap).stored;
+      EXPECT_NEAR(stored, work, 1e-9 * work) << ratio << ", " << overlap;
+    }
+  }
 }
 
 /// Ucgul, Fielke & Saunders 2014: the hysteretic spring less the energy density over Hertz's area; loading along K1,

@@ -82,7 +82,7 @@ TEST(Jkr, BeginsOnTouchAndEndsWhereItsOptionSays) {
       EXPECT_LT(c.at(last * (1 - 1e-9)).force, 0);
       EXPECT_EQ(c.at(last * (1 + 1e-9)).force, 0);
       EXPECT_EQ(c.at(0.5 * last).force, 0) << "a broken neck heals only by touching";
-      EXPECT_GE(c.law.reach(), -last);
+      EXPECT_GE(c.law.reach(n.R), -last * (1 - 1e-12));
     }
   }
 }
@@ -105,12 +105,15 @@ TEST(Jkr, StoredAndLostEnergyAreThoseOfTheBranch) {
   }
 }
 
-TEST(Jkr, ReachCoversEverySphereItIsMeantForAndStiffnessIsBounded) {
+/// The reach for the largest spheres of a bed is the length of their neck at rupture, and covers every smaller one's.
+TEST(Jkr, ReachIsTheNeckOfTheLargestSpheresAndStiffnessIsBounded) {
   for (const Neck& n : necks) {
     const Jkr law = law_of(n);
-    for (const double r : {1e-6, 1e-3, 0.1, 0.25}) {
+    for (const double r : {1e-6, 1e-3, 0.1, 0.25, 3.0}) {
       const Neck other{r, n.w, n.E};
-      EXPECT_GE(law.reach(), -other.overlap(other.radius(0.125)) * (1 - 1e-9)) << r;
+      const double length = -other.overlap(other.radius(0.125));
+      EXPECT_NEAR(law.reach(r), length, 1e-9 * length) << r;
+      EXPECT_LT(law.reach(0.99 * r), law.reach(r));
     }
     for (const double speed : {0.0, 0.1, 3.0}) {
       const double m = 1e-3, k = law.bound({m, n.R, 2 * n.R, speed}).k_n;

@@ -49,7 +49,7 @@ TEST(MemoryOfAContact, EndsWhereSurfacesPart) {
   each_with_memory([](const std::string& name, const auto& law) {
     using L = std::decay_t<decltype(law)>;
     ContactPath path(law), fresh(law);
-    const double apart = -L(law.resolved()).reach() - 1e-6;
+    const double apart = -reach_of(L(law.resolved()), 5e-3) - 1e-6;
     path.to(1e-3, 100), path.to(3e-4, 100);
     EXPECT_NE(path.memory()[0], 0) << name;
     path.to(apart, 1000);

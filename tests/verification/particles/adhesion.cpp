@@ -33,7 +33,7 @@ Bed above_plane(const Law& law, double overlap, const Vec3& velocity, const Vec3
 /// Speed after an impact, over the speed before; 0 when the bodies stay together.
 double rebound(const Law& law, double speed, double dt, long most_steps = 60000) {
   Bed bed = above_plane(law, -1e-9, {0, -speed, 0});
-  const double apart = kR + 1e-6 + std::visit([](const auto& l) { return l.reach(); }, resolved(law));
+  const double apart = kR + 1e-6 + reach_of(resolved(law), kR);
   for (long n = 0; n < most_steps; ++n) {
     bed.step(dt);
     const Sphere& s = bed.spheres()[0];
