@@ -12,9 +12,12 @@ namespace subsoil::app {
 ///     drum:  a cylinder turns slowly about its lying axis; the slope of the moving surface, mean over time
 /// The tray's edge holds the lowest layer of grains, so that the slope stands on grains and not on the floor.
 /// Slope: the base is divided into cells of 1.5 diameters; the top of a cell is that of its highest grain; a line
-/// through the tops, distance from the edge against height, by Theil and Sen. Of ledge and heap the flank counts, where
-/// the mean top at equal distance goes from 0.15 to 0.8 of the height between the tray's edge and the crest; of a drum
-/// what is within half a radius of the axis.
+/// through the tops, distance from the edge against height, by Theil and Sen. Distance is that from the nearest side:
+/// what stays on a table at one slope is as high as tan(angle) times it (Hadeler & Kuttler, Granular Matter 2, 1999,
+/// 9), on a square one a pyramid; a cone fitted to it mixes faces with ridges. Of ledge and heap the flank counts,
+/// where the mean top at equal distance goes from 0.15 to 0.8 of the height between the tray's edge and the crest; of a
+/// drum what is within half a radius of the axis. A gate lifted at sqrt(g d) lets a single avalanche run, which stops
+/// anywhere between the angles of rest and of start: ledges scatter twice as much as with a fourth of that speed.
 struct Repose {
   enum class Form { ledge, heap, drum };
   Form form = Form::ledge;
@@ -32,7 +35,7 @@ struct Repose {
     v.quantity("width", width, "m", "(0, inf)", "across, of a ledge and a drum; left out: 6 diameters");
     v.quantity("depth", depth, "m", "(0, inf)",
                "filled at the start; left out: 0.75 lengths for a ledge, 0.5 for a heap");
-    v.quantity("lift", lift, "m/s", "(0, inf)", "speed of gate and walls; left out: sqrt(g d)");
+    v.quantity("lift", lift, "m/s", "(0, inf)", "speed of gate and walls; left out: sqrt(g d)/4");
     v.quantity("radius", radius, "m", "(0, inf)", "of the drum; left out: 8 diameters");
     v.quantity("speed", speed, "rad/s", "(0, inf)",
                "of the drum; left out: sqrt(0.002 g/radius), so slow that it rolls");
