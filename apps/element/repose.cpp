@@ -106,7 +106,7 @@ Outcome outcome_of(const Tops& tops, double from, double to) {
 
 Outcome run_tray(const Repose& test, const Sample& sample, std::size_t packing) {
   const bool heap = test.form == Repose::Form::heap;
-  const double d = sample.diameter, length = test.length.value_or((heap ? 16 : 18) * d);
+  const double d = sample.diameter, length = test.length.value_or((heap ? 20 : 18) * d);
   const Tray tray{length, heap ? length : test.width.value_or(6 * d), d};
   const double depth = test.depth.value_or((heap ? 0.5 : 0.75) * length), high = 6 * depth + 40 * d;
   Specimen specimen(sample, std::sqrt(2 * sample.gravity * depth));

@@ -89,7 +89,7 @@ TEST(ElementTest, CompressionOfALatticeHasItsModulus) {
 /// with M2 = 4 M1, and of the strain between two passages of the seating stress 1 - k1/k2 stays.
 class PlasticLattice : public testing::TestWithParam<const char*> {};
 TEST_P(PlasticLattice, KeepsWhatItsContactsKeep) {
-  const Outcome out = compress_lattice(grains(std::string(GetParam()) + ", mu: 0.5", "compress: {stress: 2 kPa}"));
+  const Outcome out = compress_lattice(grains(std::string(GetParam()) + ", mu: 0.5"));
   // Seating within 0.3 % of the height; the dashpot and the lid's speed shake the columns by 1 %, and the stiffer way
   // back has a fourth of the rows.
   EXPECT_NEAR(out.values[0], lattice_modulus(k), 0.02 * lattice_modulus(k));
@@ -137,19 +137,20 @@ TEST(ElementTest, TiltedSpheresRollAtTheRollingAngle) {
   EXPECT_LT(angle, std::atan(0.3) + 0.8 * degree);
 }
 
-/// Frictionless beads still have an internal friction angle of 5.76 deg: Peyneau & Roux, Phys. Rev. E 78 (2008) 011307.
-/// That is the limit of slow shear and many grains. A box of 400 grains at an inertial number of 0.005 lies above it,
-/// by up to 8 deg from packing to packing; beads of one size would crystallise on the walls. mu = 0.5 makes over 25
-/// deg.
-TEST(ElementTest, BeadsWithoutFrictionHardlyResistShear) {
-  const LoadedTests loaded =
-      material(0, 0,
-               "packings: 1, shear: {length: 120 mm, width: 50 mm, depth: 60 mm, loads: 8 16 kPa, "
-               "speed: 40 mm/s, path: 10 mm}",
-               "{uniform: 4 6 mm}");
+/// Frictionless beads have an internal friction angle of 5.76 deg in the limit of slow shear and many grains, above
+/// which it rises with a power of the inertial number: Peyneau & Roux, Phys. Rev. E 78 (2008) 011307. Boxes of 400
+/// grains at 160, 40, 10 and 2.5 mm/s gave tau/sigma = 0.193, 0.142, 0.133 and 0.131 where the limit is 0.101, with a
+/// deviation of 0.02 between packings at 40 mm/s. The mean of four lies within three of its deviations of 0.01 of 8.1
+/// deg then, 6.4 to 9.8, and not below the limit. Sizes must differ: equal beads crystallise on the walls, where
+/// packings gave anything from 0.13 to 0.22. mu = 0.5 makes over 25 deg.
+TEST(ElementTest, BeadsWithoutFrictionHaveTheAngleOfTheirGeometry) {
+  const LoadedTests loaded = material(0, 0,
+                                      "packings: 4, shear: {length: 120 mm, width: 50 mm, depth: 60 mm, "
+                                      "loads: 8 16 kPa, speed: 40 mm/s, path: 20 mm}",
+                                      "{uniform: 4 6 mm}");
   const double angle = std::atan(run_test(loaded, "shear", 0).number("final stress ratio").mean());
-  EXPECT_GT(angle, 4 * degree);
-  EXPECT_LT(angle, 17 * degree);
+  EXPECT_GT(angle, 5.76 * degree);
+  EXPECT_LT(angle, 10 * degree);
 }
 
 TEST(ElementTest, SlopeIsThatOfThePlaceAskedFor) {
