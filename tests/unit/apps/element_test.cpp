@@ -223,6 +223,26 @@ TEST(ElementTest, RefusalsNamePlaceRuleAndCure) {
             "--set test.repose.lenght = 5 m: unknown key; did you mean `length`?");
 }
 
+TEST(ElementTest, AttractionThatWinsIsRefusedWhereTheLawStands) {
+  const LoadedTests loaded = grains(
+      "law: hysteretic, K1: 5 kN/m, K2: 20 kN/m, cohesion: linear, cohesion energy density: 900 kJ/m^3, "
+      "contact area: hertz, mu: 0.5");
+  const std::string message = message_of([&] { static_cast<void>(sample_of(loaded)); });
+  EXPECT_NE(message.find("case.yaml:4:41 contacts[0].law: at r_eff = 2.5"), std::string::npos) << message;
+  EXPECT_NE(message.find("take a stiffer contact or a weaker cohesion"), std::string::npos) << message;
+}
+
+/// Grains without attraction stay behind: their strength is 0, not less than nothing by their weight.
+TEST(ElementTest, DryGrainsBearNoTension) {
+  const LoadedTests loaded =
+      material(0.5, 0.1, "packings: 1, pull: {neck: 50 mm, width: 40 mm, depth: 60 mm, load: 2 kPa, path: 5 mm}");
+  const Findings found = run_test(loaded, "pull", 0);
+  EXPECT_EQ(found.number("strength").mean(), 0);
+  EXPECT_EQ(found.number("work").mean(), 0);
+  ASSERT_EQ(found.notes.size(), 1U);
+  EXPECT_EQ(found.notes[0], "1 of 1 packings bear no tension at all");
+}
+
 /// A scenario that is run brings its bed's material, radius and walls.
 TEST(ElementTest, TakesTheBedOfARunsScenario) {
   const LoadedTests loaded = load_tests(test::config("plate-sinking"), {});
