@@ -40,24 +40,19 @@ Tops tops_of(std::span<const dem::Sphere> spheres, double size_x, double size_z,
   return tops;
 }
 
-/// The pieces of a tray and of what stands on it until it is lifted.
-struct Tray {
-  double length, width, edge;
-
-  dem::TriangleMesh floor() const { return dem::rectangle_mesh({0, 0, 0}, {0, 0, width}, {length, 0, 0}); }
-  /// Upright, from the corner along `u`, between two heights.
-  static dem::TriangleMesh upright(const Vec3& corner, const Vec3& u, double from, double to) {
+/// The sides over which grains run off, between two heights.
+std::vector<dem::TriangleMesh> sides_of(const Tray& tray, double from, double to) {
+  const auto upright = [&](const Vec3& corner, const Vec3& u) {
     return dem::rectangle_mesh(corner + Vec3{0, from, 0}, u, {0, to - from, 0});
-  }
-  std::vector<dem::TriangleMesh> sides(bool all, double from, double to) const {
-    std::vector<dem::TriangleMesh> out{upright({length, 0, 0}, {0, 0, width}, from, to)};
-    if (!all) return out;
-    out.push_back(upright({0, 0, 0}, {0, 0, width}, from, to));
-    out.push_back(upright({0, 0, 0}, {length, 0, 0}, from, to));
-    out.push_back(upright({0, 0, width}, {length, 0, 0}, from, to));
-    return out;
-  }
-};
+  };
+  const Vec3 along{tray.length, 0, 0}, across{0, 0, tray.width};
+  std::vector<dem::TriangleMesh> out{upright(along, across)};
+  if (!tray.heap) return out;
+  out.push_back(upright({}, across));
+  out.push_back(upright({}, along));
+  out.push_back(upright(across, along));
+  return out;
+}
 
 /// Lifts the gate clear of the grains and lets the slope come to rest.
 void release(Specimen& specimen, int gate, double speed) {
@@ -107,12 +102,12 @@ Outcome outcome_of(const Tops& tops, double from, double to) {
 Outcome run_tray(const Repose& test, const Sample& sample, std::size_t packing) {
   const bool heap = test.form == Repose::Form::heap;
   const double d = sample.diameter, length = test.length.value_or((heap ? 20 : 18) * d);
-  const Tray tray{length, heap ? length : test.width.value_or(6 * d), d};
+  const Tray tray{length, heap ? length : test.width.value_or(6 * d), d, heap};
   const double depth = test.depth.value_or((heap ? 0.5 : 0.75) * length), high = 6 * depth + 40 * d;
   Specimen specimen(sample, std::sqrt(2 * sample.gravity * depth));
-  specimen.surface("floor", tray.floor(), Wall::rough);
-  specimen.surface("edge", tray.sides(heap, 0, tray.edge), Wall::rough);
-  const int gate = specimen.surface("gate", tray.sides(heap, tray.edge, high), Wall::smooth);
+  specimen.surface("floor", dem::rectangle_mesh({}, {0, 0, tray.width}, {length, 0, 0}), Wall::rough);
+  specimen.surface("edge", sides_of(tray, 0, tray.edge), Wall::rough);
+  const int gate = specimen.surface("gate", sides_of(tray, tray.edge, high), Wall::smooth);
   if (!heap) {
     specimen.plane("back", {0, 0, 0}, {1, 0, 0}, Wall::smooth);
     specimen.plane("wall -z", {}, {0, 0, 1}, Wall::smooth);
@@ -121,14 +116,7 @@ Outcome run_tray(const Repose& test, const Sample& sample, std::size_t packing) 
   specimen.bed().set_floor_drop(-d);  // what is below the tray does not come back
   specimen.fill({{0, 0, 0}, {length, depth, tray.width}}, depth, sample.seed + packing);
   release(specimen, gate, test.lift.value_or(0.25 * sample.fall_speed()));
-  // Where grains run off over all sides at one slope, they leave a roof with a face to each side.
-  const auto from_edge = [&](double x, double z) {
-    return heap ? std::min({x, length - x, z, length - z}) : length - x;
-  };
-  const double size = cell_of(length, d);
-  const Tops tops = tops_of(specimen.bed().spheres(), size, cell_of(tray.width, d), from_edge);
-  const auto [from, to] = flank_of(tops, tray.edge, size);
-  return outcome_of(tops, from, to);
+  return slope_on(tray, specimen.bed().spheres(), d);
 }
 
 constexpr int drum_sides = 24;
@@ -209,6 +197,14 @@ double slope_of(const Tops& tops, double from, double to, Line* line) {
   const Line found = fit_robust_line(s, height);
   if (line) *line = found;
   return std::atan(found.b);
+}
+
+Outcome slope_on(const Tray& tray, std::span<const dem::Sphere> spheres, double diameter) {
+  const double l = tray.length, w = tray.width, size = cell_of(l, diameter);
+  const auto from_edge = [&](double x, double z) { return tray.heap ? std::min({x, l - x, z, w - z}) : l - x; };
+  const Tops tops = tops_of(spheres, size, cell_of(w, diameter), from_edge);
+  const auto [from, to] = flank_of(tops, tray.edge, size);
+  return outcome_of(tops, from, to);
 }
 
 Outcome Repose::run(const Sample& sample, std::size_t packing) const {

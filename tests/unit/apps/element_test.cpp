@@ -164,6 +164,24 @@ TEST(ElementTest, SlopeIsThatOfThePlaceAskedFor) {
   EXPECT_NE(message_of([&] { static_cast<void>(slope_of(tops, 0, 4e-3)); }).find("only 5 places"), std::string::npos);
 }
 
+/// What a square table keeps at one slope is a pyramid of that slope, and grains whose tops fill it to its surface show
+/// it: with six of them along each of the 13 cells the highest of a cell stands above the surface at the cell's middle
+/// by the same everywhere on a face.
+TEST(ElementTest, HeapOnASquareTableIsAPyramid) {
+  constexpr double side = 20 * d, slope = 0.7;
+  constexpr int n = 13 * 6;
+  std::vector<dem::Sphere> spheres;
+  for (int i = 0; i < n * n; ++i) {
+    dem::Sphere s{};
+    const double x = (i % n + 0.5) * side / n, z = (i / n + 0.5) * side / n;
+    s.r = r, s.x = {x, d + slope * std::min({x, side - x, z, side - z}) - r, z};
+    spheres.push_back(s);
+  }
+  EXPECT_NEAR(slope_on({side, side, d, true}, spheres, d).values[0], std::atan(slope), 1e-6);
+  for (dem::Sphere& s : spheres) s.x.y = d + slope * (side - s.x.x) - r;
+  EXPECT_NEAR(slope_on({side, side, d, false}, spheres, d).values[0], std::atan(slope), 1e-6);
+}
+
 TEST(ElementTest, PiecesAreSetsWithinReach) {
   const auto at = [](double x, double m) {
     dem::Sphere s{};
