@@ -8,13 +8,20 @@ namespace subsoil::app {
 namespace {
 
 constexpr double seating = 0.02;
-constexpr int rows_of_way = 400;  // while a diameter is passed
+constexpr int rows_of_way = 2000;  // while a diameter is passed
+constexpr std::size_t fewest_rows = 4;
 
-/// Slope of stress over strain of the rows begin..end whose stress is at least `least`.
+/// Slope of stress over strain of the rows begin..end whose stress is at least `least`. Throws std::runtime_error for
+/// fewer rows than make a slope.
 double modulus(const Curve& curve, std::size_t begin, std::size_t end, double least) {
   std::vector<double> strain, stress;
   for (std::size_t i = begin; i < end; ++i)
     if (curve.rows[i][1] >= least) strain.push_back(curve.rows[i][0]), stress.push_back(curve.rows[i][1]);
+  if (strain.size() < fewest_rows)
+    throw std::runtime_error(fmt::format(
+        "the upper half of the stress is passed in {} rows of the curve, which make no slope: the contacts are "
+        "stiff for it; a higher `stress`",
+        strain.size()));
   return fit_line(strain, stress).b;
 }
 

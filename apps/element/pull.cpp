@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "libdem/geometry/mesh_builders.hpp"
@@ -73,7 +74,8 @@ Outcome Pull::run(const Sample& sample, std::size_t packing) const {
     out.curve.rows.push_back({gone + 0.5 * piece, tension});
     gone += piece;
   }
-  double strength = -1e300, at = 0;
+  // Grains that bear no tension stay behind; what is left of the equation is their weight on the grains below.
+  double strength = 0, at = 0;
   for (std::size_t i = 0; i + window <= out.curve.rows.size(); ++i) {
     double mean = 0;
     for (std::size_t k = i; k < i + window; ++k) mean += out.curve.rows[k][1] / static_cast<double>(window);
@@ -96,6 +98,9 @@ Findings Pull::findings(const Sample&, std::size_t packings, const std::vector<O
                             outcomes[p].curve.column(1, 1e-3), ChartCurve::Style::line, static_cast<int>(p)});
   }
   found.charts = {{"path", std::move(chart)}};
+  const auto& strengths = found.numbers[0].values;
+  if (const auto none = std::count(strengths.begin(), strengths.end(), 0.0); none > 0)
+    found.notes.push_back(fmt::format("{} of {} packings bear no tension at all", none, packings));
   return found;
 }
 

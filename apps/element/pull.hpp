@@ -10,7 +10,7 @@ namespace subsoil::app {
 /// and mortar briquettes), so that each half holds its soil by its shape. Filled, pressed by a lid, the lid taken away,
 /// then the upper half is drawn up.
 ///     sigma_t = -(weight above the plane + F_y on the upper half)/A     tension on the neck A, by equilibrium
-///     strength  largest mean of sigma_t over a fiftieth of the path
+///     strength  largest mean of sigma_t over a fiftieth of the path, 0 where none is above
 ///     work      integral of sigma_t over the path where it is above 0, J/m^2
 struct Pull {
   std::optional<double> neck, width, depth, path, speed;

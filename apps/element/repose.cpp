@@ -16,42 +16,43 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr double cell = 1.5;  // diameters
 
+/// As many equal cells as go into a length, of 1.5 diameters or nearly so: a rest at the end would hold fewer grains
+/// than the others, and its highest lies lower.
+double cell_of(double length, double diameter) {
+  return length / std::max(1.0, std::round(length / (cell * diameter)));
+}
+
 /// Highest top of each cell over the base; `along` turns its middle into a distance along the slope.
-Tops tops_of(std::span<const dem::Sphere> spheres, double size,
+Tops tops_of(std::span<const dem::Sphere> spheres, double size_x, double size_z,
              const std::function<double(double x, double z)>& along) {
   std::map<std::pair<long, long>, double> highest;
   for (const dem::Sphere& s : spheres) {
-    const std::pair key{std::lround(std::floor(s.x.x / size)), std::lround(std::floor(s.x.z / size))};
+    const std::pair key{std::lround(std::floor(s.x.x / size_x)), std::lround(std::floor(s.x.z / size_z))};
     const auto [place, fresh] = highest.emplace(key, s.x.y + s.r);
     if (!fresh) place->second = std::max(place->second, s.x.y + s.r);
   }
   Tops tops;
   for (const auto& [key, top] : highest) {
     tops.s.push_back(
-        along((static_cast<double>(key.first) + 0.5) * size, (static_cast<double>(key.second) + 0.5) * size));
+        along((static_cast<double>(key.first) + 0.5) * size_x, (static_cast<double>(key.second) + 0.5) * size_z));
     tops.height.push_back(top);
   }
   return tops;
 }
 
-/// The pieces of a tray and of what stands on it until it is lifted.
-struct Tray {
-  double length, width, edge;
-
-  dem::TriangleMesh floor() const { return dem::rectangle_mesh({0, 0, 0}, {0, 0, width}, {length, 0, 0}); }
-  /// Upright, from the corner along `u`, between two heights.
-  static dem::TriangleMesh upright(const Vec3& corner, const Vec3& u, double from, double to) {
+/// The sides over which grains run off, between two heights.
+std::vector<dem::TriangleMesh> sides_of(const Tray& tray, double from, double to) {
+  const auto upright = [&](const Vec3& corner, const Vec3& u) {
     return dem::rectangle_mesh(corner + Vec3{0, from, 0}, u, {0, to - from, 0});
-  }
-  std::vector<dem::TriangleMesh> sides(bool all, double from, double to) const {
-    std::vector<dem::TriangleMesh> out{upright({length, 0, 0}, {0, 0, width}, from, to)};
-    if (!all) return out;
-    out.push_back(upright({0, 0, 0}, {0, 0, width}, from, to));
-    out.push_back(upright({0, 0, 0}, {length, 0, 0}, from, to));
-    out.push_back(upright({0, 0, width}, {length, 0, 0}, from, to));
-    return out;
-  }
-};
+  };
+  const Vec3 along{tray.length, 0, 0}, across{0, 0, tray.width};
+  std::vector<dem::TriangleMesh> out{upright(along, across)};
+  if (!tray.heap) return out;
+  out.push_back(upright({}, across));
+  out.push_back(upright({}, along));
+  out.push_back(upright(across, along));
+  return out;
+}
 
 /// Lifts the gate clear of the grains and lets the slope come to rest.
 void release(Specimen& specimen, int gate, double speed) {
@@ -89,37 +90,34 @@ Outcome outcome_of(const Tops& tops, double from, double to) {
   Line line;
   Outcome out;
   out.values = {slope_of(tops, from, to, &line)};
-  out.curve.columns = {{"distance", "m"}, {"height", "m"}, {"line", "m"}};
-  for (std::size_t i = 0; i < tops.s.size(); ++i)
-    out.curve.rows.push_back({tops.s[i], tops.height[i], line.a + line.b * tops.s[i]});
+  out.curve.columns = {{"distance", "m"}, {"height", "m"}, {"line", "m"}, {"counts", "1"}};
+  for (std::size_t i = 0; i < tops.s.size(); ++i) {
+    const bool counts = tops.s[i] >= from && tops.s[i] <= to;
+    out.curve.rows.push_back({tops.s[i], tops.height[i], line.a + line.b * tops.s[i], counts ? 1.0 : 0.0});
+  }
   std::sort(out.curve.rows.begin(), out.curve.rows.end());
   return out;
 }
 
 Outcome run_tray(const Repose& test, const Sample& sample, std::size_t packing) {
   const bool heap = test.form == Repose::Form::heap;
-  const double d = sample.diameter, length = test.length.value_or((heap ? 16 : 18) * d);
-  const Tray tray{length, heap ? length : test.width.value_or(6 * d), d};
+  const double d = sample.diameter, length = test.length.value_or((heap ? 20 : 18) * d);
+  const Tray tray{length, heap ? length : test.width.value_or(6 * d), d, heap};
   const double depth = test.depth.value_or((heap ? 0.5 : 0.75) * length), high = 6 * depth + 40 * d;
   Specimen specimen(sample, std::sqrt(2 * sample.gravity * depth));
-  specimen.surface("floor", tray.floor(), Wall::rough);
-  specimen.surface("edge", tray.sides(heap, 0, tray.edge), Wall::rough);
-  const int gate = specimen.surface("gate", tray.sides(heap, tray.edge, high), Wall::smooth);
+  specimen.surface("floor", dem::rectangle_mesh({}, {0, 0, tray.width}, {length, 0, 0}), Wall::rough);
+  specimen.surface("edge", sides_of(tray, 0, tray.edge), Wall::rough);
+  const int gate = specimen.surface("gate", sides_of(tray, tray.edge, high), Wall::smooth);
   if (!heap) {
     specimen.plane("back", {0, 0, 0}, {1, 0, 0}, Wall::smooth);
     specimen.plane("wall -z", {}, {0, 0, 1}, Wall::smooth);
     specimen.plane("wall +z", {0, 0, tray.width}, {0, 0, -1}, Wall::smooth);
   }
-  specimen.bed().set_floor_drop(-4 * d);
+  specimen.bed().set_floor_drop(-d);  // what is below the tray does not come back
   specimen.fill({{0, 0, 0}, {length, depth, tray.width}}, depth, sample.seed + packing);
   specimen.cement();
-  release(specimen, gate, test.lift.value_or(sample.fall_speed()));
-  const auto from_edge = [&](double x, double z) {
-    return heap ? 0.5 * length - std::hypot(x - 0.5 * length, z - 0.5 * length) : length - x;
-  };
-  const Tops tops = tops_of(specimen.bed().spheres(), cell * d, from_edge);
-  const auto [from, to] = flank_of(tops, tray.edge, cell * d);
-  return outcome_of(tops, from, to);
+  release(specimen, gate, test.lift.value_or(0.25 * sample.fall_speed()));
+  return slope_on(tray, specimen.bed().spheres(), d);
 }
 
 constexpr int drum_sides = 24;
@@ -178,7 +176,7 @@ Outcome run_drum(const Repose& test, const Sample& sample, std::size_t packing) 
     specimen.turn(drum, {0, 0, speed});
     if (t < next) continue;
     next += (end - begin) / looks;
-    const Tops now = tops_of(specimen.bed().spheres(), cell * d, [](double x, double) { return x; });
+    const Tops now = tops_of(specimen.bed().spheres(), cell * d, cell_of(width, d), [](double x, double) { return x; });
     sum += slope_of(now, -0.5 * radius, 0.5 * radius), ++count;
     all = now;
   }
@@ -203,6 +201,14 @@ double slope_of(const Tops& tops, double from, double to, Line* line) {
   return std::atan(found.b);
 }
 
+Outcome slope_on(const Tray& tray, std::span<const dem::Sphere> spheres, double diameter) {
+  const double l = tray.length, w = tray.width, size = cell_of(l, diameter);
+  const auto from_edge = [&](double x, double z) { return tray.heap ? std::min({x, l - x, z, w - z}) : l - x; };
+  const Tops tops = tops_of(spheres, size, cell_of(w, diameter), from_edge);
+  const auto [from, to] = flank_of(tops, tray.edge, size);
+  return outcome_of(tops, from, to);
+}
+
 Outcome Repose::run(const Sample& sample, std::size_t packing) const {
   return form == Form::drum ? run_drum(*this, sample, packing) : run_tray(*this, sample, packing);
 }
@@ -224,8 +230,11 @@ Findings Repose::findings(const Sample&, std::size_t packings, const std::vector
     const int colour = static_cast<int>(p);
     chart.curves.push_back({fmt::format("packing {}", p + 1), curve.column(0, 1e3), curve.column(1, 1e3),
                             ChartCurve::Style::dots, colour});
-    chart.curves.push_back({fmt::format("{:.1f} deg", outcomes[p].values[0] * 180 / pi), curve.column(0, 1e3),
-                            curve.column(2, 1e3), ChartCurve::Style::line, colour});
+    ChartCurve line{
+        fmt::format("{:.1f} deg", outcomes[p].values[0] * 180 / pi), {}, {}, ChartCurve::Style::line, colour};
+    for (const std::vector<double>& row : curve.rows)
+      if (row[3] > 0) line.x.push_back(row[0] * 1e3), line.y.push_back(row[2] * 1e3);
+    chart.curves.push_back(std::move(line));
   }
   chart.title = fmt::format("angle of repose {:.1f} deg", angle.mean() * 180 / pi);
   found.numbers = {std::move(angle)};

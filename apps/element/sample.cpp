@@ -1,11 +1,14 @@
 #include "apps/element/sample.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "apps/build/laws.hpp"
 #include "apps/build/soil.hpp"
 #include "apps/element/tests.hpp"
 #include "libdem/bed/settle.hpp"
+#include "libdem/stability.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -23,6 +26,23 @@ dem::LawTable with_smooth_wall(const dem::LawTable& table, int grain, int wall) 
   at(grain, table.materials) = at(table.materials, grain) = static_cast<int>(out.laws.size());
   out.laws.push_back(dem::softened(rough, 0, 0));
   return out;
+}
+
+/// A law whose attraction wins over its repulsion is refused where it stands.
+void refuse_collapse(const Loaded& loaded, const Sample& sample, int other) {
+  const int index = sample.laws.of(sample.grain, other);
+  const double radius = dem::least_radius(sample.sizes);
+  try {
+    const dem::StepQuestion question{.smallest_radius = radius,
+                                     .largest_radius = dem::largest_radius(sample.sizes),
+                                     .density = sample.density,
+                                     .speed = 1,
+                                     .neighbours = 12};
+    const dem::Law& law = sample.laws.laws[static_cast<std::size_t>(index)];
+    other == sample.grain ? dem::stable_step(law, question) : dem::stable_step_at_surface(law, question);
+  } catch (const std::invalid_argument& error) {
+    throw ScenarioError(loaded.where(fmt::format("contacts[{}].law", index)) + ": " + error.what());
+  }
 }
 
 /// By drawing: right for every distribution, and the same everywhere.
@@ -58,6 +78,7 @@ Sample make_sample(const Loaded& loaded, const SampleWords& words) {
   sample.speed_limit = s.limits.speed, sample.overlap_limit = s.limits.overlap;
   sample.lowered = words.lowered, sample.at_most = words.at_most;
   sample.seed = static_cast<std::uint64_t>(words.seed);
+  for (const int other : {sample.grain, sample.wall}) refuse_collapse(loaded, sample, other);
   return sample;
 }
 

@@ -20,7 +20,7 @@ double middle_x(const Specimen& specimen) {
 }  // namespace
 
 Outcome Tilt::tilt(Specimen& specimen) const {
-  const double g = specimen.sample().gravity, far = slip.value_or(0.1 * specimen.sample().diameter);
+  const double g = specimen.sample().gravity, far = slip.value_or(0.05 * specimen.sample().diameter);
   const double start = middle_x(specimen);
   Outcome out;
   out.curve.columns = {{"angle", "rad"}, {"path", "m"}};

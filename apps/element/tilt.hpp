@@ -9,7 +9,8 @@ namespace subsoil::app {
 /// A box with rough floor and smooth sides is tilted about z until what lies in it slides or rolls.
 ///     angle  at which the grains' mean place has moved along the floor by `slip`
 /// The box stands and gravity turns. The angle lies above that at which motion begins by what is tilted while `slip` is
-/// passed, about (6 slip rate^2/g)^(1/3), half a degree with the defaults and 8 mm grains.
+/// passed, about (6 slip rate^2/g)^(1/3), 0.4 degrees with the defaults and 8 mm grains. Farther than d/20 what slides
+/// stems against the lower wall, and one box stops where another goes on.
 struct Tilt {
   std::optional<double> length, width, depth, slip;
   double rate = 0.0349065850398866;  // 2 deg/s
@@ -24,7 +25,7 @@ struct Tilt {
     v.quantity("rate", rate, "rad/s", "(0, inf)", "of the tilting");
     v.quantity("from", from, "rad", "[0, 1.57)", "tilted quickly up to here, in a tenth of the time");
     v.quantity("until", until, "rad", "(0, 1.57]", "a packing that still lies there stops the test");
-    v.quantity("slip", slip, "m", "(0, inf)", "of the grains' mean place; left out: a tenth of a diameter");
+    v.quantity("slip", slip, "m", "(0, inf)", "of the grains' mean place; left out: a twentieth of a diameter");
   }
 
   static std::vector<Number> numbers() { return {{"angle", "rad", {}}}; }

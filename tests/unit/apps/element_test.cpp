@@ -19,19 +19,21 @@ using subsoil::test::message_of;
 constexpr double degree = std::numbers::pi / 180;
 constexpr double r = 5e-3, d = 2 * r, k = 10e3, g = 9.81;
 
-/// Linear grains of one size between walls of the same law; `more` stands in the section `test`.
-LoadedTests material(double mu, double mu_r, const std::string& more = "", const std::string& radius = "5 mm") {
+/// Grains of a law, between walls of the same; `more` stands in the section `test`.
+LoadedTests grains(const std::string& law, const std::string& more = "", const std::string& radius = "5 mm") {
   const test::RunDirectory directory;
   return load_tests(
       directory.scenario(fmt::format("subsoil: 1\n"
                                      "materials: {{grain: {{density: 2600 kg/m^3}}, wall: {{density: 1000 kg/m^3}}}}\n"
                                      "contacts:\n"
-                                     "  - &law {{between: [grain, grain], law: linear, k_n: 10 kN/m, "
-                                     "restitution: 0.3, mu: {0}, mu_r: {1}}}\n"
+                                     "  - &law {{between: [grain, grain], {0}}}\n"
                                      "  - {{<<: *law, between: [grain, wall]}}\n"
-                                     "test: {{material: grain, walls: wall, radius: 5 mm, {2}}}\n",
-                                     mu, mu_r, more, radius)),
+                                     "test: {{material: grain, walls: wall, radius: {2}, {1}}}\n",
+                                     law, more, radius)),
       {});
+}
+LoadedTests material(double mu, double mu_r, const std::string& more = "", const std::string& radius = "5 mm") {
+  return grains(fmt::format("law: linear, k_n: 10 kN/m, restitution: 0.3, mu: {}, mu_r: {}", mu, mu_r), more, radius);
 }
 
 Sample sample_of(const LoadedTests& loaded) { return make_sample(loaded.loaded, loaded.tests.sample); }
@@ -51,22 +53,30 @@ TEST(ElementTest, ErrorOfThreePackingsIsStudents) {
   EXPECT_NEAR(n.error(), 4.3027 * std::sqrt(7.0 / 3) / std::sqrt(3.0), 1e-4);
 }
 
-/// A cubic lattice that just touches itself and the walls is columns of springs: n spheres, n + 1 contacts in series.
-///     stress = (k/(n+1)) delta/d^2,  strain = delta/(n d)   =>   M = n k/((n+1) d)
-TEST(ElementTest, CompressionOfALatticeHasItsModulus) {
-  const LoadedTests loaded = material(0.5, 0);
+constexpr int lattice_side = 3, lattice_rows = 4;
+
+/// Compression of a cubic lattice that just touches itself and the walls.
+Outcome compress_lattice(const LoadedTests& loaded) {
   const Sample sample = sample_of(loaded);
   Specimen specimen(sample);
-  constexpr int side = 3, n = 4;
-  const Specimen::BoxWalls walls = specimen.box(side * d, side * d);
-  std::vector<dem::SphereSpec> grains;
-  for (int i = 0; i < side; ++i)
-    for (int j = 0; j < n; ++j)
-      for (int l = 0; l < side; ++l)
-        grains.push_back({{r + i * d, r + j * d, r + l * d}, {}, {}, r, sample.density, sample.grain});
-  specimen.bed().add(grains);
-  const Outcome out = loaded.tests.compress.press(specimen, walls, side * d * side * d);
-  const double exact = n * k / ((n + 1) * d);
+  constexpr double side = lattice_side * d;
+  const Specimen::BoxWalls walls = specimen.box(side, side);
+  std::vector<dem::SphereSpec> spheres;
+  for (int i = 0; i < lattice_side; ++i)
+    for (int j = 0; j < lattice_rows; ++j)
+      for (int l = 0; l < lattice_side; ++l)
+        spheres.push_back({{r + i * d, r + j * d, r + l * d}, {}, {}, r, sample.density, sample.grain});
+  specimen.bed().add(spheres);
+  return loaded.tests.compress.press(specimen, walls, side * side);
+}
+
+/// The lattice is columns of springs: n spheres, n + 1 contacts in series.
+///     stress = (k/(n+1)) delta/d^2,  strain = delta/(n d)   =>   M = n k/((n+1) d)
+double lattice_modulus(double stiffness) { return lattice_rows * stiffness / ((lattice_rows + 1) * d); }
+
+TEST(ElementTest, CompressionOfALatticeHasItsModulus) {
+  const Outcome out = compress_lattice(material(0.5, 0));
+  const double exact = lattice_modulus(k);
   // The strain is taken over the height at the seating stress, 0.05 % less than n d; the lid's speed shakes the columns
   // by less than 1 %.
   EXPECT_NEAR(out.values[0], exact, 0.01 * exact);
@@ -74,6 +84,24 @@ TEST(ElementTest, CompressionOfALatticeHasItsModulus) {
   EXPECT_NEAR(out.values[2], 0, 1e-3);  // nothing pushes sideways
   EXPECT_NEAR(out.values[3], 0, 0.06);  // and nothing stays: begin and end fall on rows, 1/40 of the way each
 }
+
+/// Laws that load with k1 = 10 kN/m and unload with k2 = 4 k1, without attraction: the lattice loads with M1, unloads
+/// with M2 = 4 M1, and of the strain between two passages of the seating stress 1 - k1/k2 stays.
+class PlasticLattice : public testing::TestWithParam<const char*> {};
+TEST_P(PlasticLattice, KeepsWhatItsContactsKeep) {
+  const Outcome out = compress_lattice(grains(std::string(GetParam()) + ", mu: 0.5"));
+  // Seating within 0.3 % of the height; the dashpot and the lid's speed shake the columns by 1 %, and the stiffer way
+  // back has a fourth of the rows.
+  EXPECT_NEAR(out.values[0], lattice_modulus(k), 0.02 * lattice_modulus(k));
+  EXPECT_NEAR(out.values[1], lattice_modulus(4 * k), 0.04 * lattice_modulus(4 * k));
+  EXPECT_NEAR(out.values[3], 0.75, 0.03);
+}
+INSTANTIATE_TEST_SUITE_P(
+    ElementTest, PlasticLattice,
+    testing::Values("law: hysteretic, K1: 10 kN/m, K2: 40 kN/m, damping factor: 0.5",
+                    "law: luding, k1: 10 kN/m, k2: 40 kN/m, k_c: 0 N/m, phi_f: 0.1, restitution: 0.3, "
+                    "unloading stiffness: constant",
+                    "law: eepa, n: 1, k1: 10 kN/m, plasticity ratio: 0.75, adhesive ratio: 0, restitution: 0.3"));
 
 /// Between smooth walls the floor carries the lid's load and the grains' weight, all of it.
 TEST(ElementTest, LidBringsItsLoadToTheFloor) {
@@ -103,25 +131,26 @@ TEST(ElementTest, TiltedSpheresRollAtTheRollingAngle) {
     grains.push_back({{(5 + 5 * i) * d, r - overlap, 4 * d}, {}, {}, r, sample.density, sample.grain});
   specimen.bed().add(grains);
   const double angle = loaded.tests.tilt.tilt(specimen).values[0];
-  // Above by what is tilted while a tenth of a diameter is rolled: with 5/7 of sliding's acceleration,
-  // x = (5/7) g rate t^3/6 takes 0.25 s, half a degree.
+  // Above by what is tilted while a twentieth of a diameter is rolled: with 5/7 of sliding's acceleration,
+  // x = (5/7) g rate t^3/6 takes 0.23 s, half a degree.
   EXPECT_GT(angle, std::atan(0.3) - 0.1 * degree);
   EXPECT_LT(angle, std::atan(0.3) + 0.8 * degree);
 }
 
-/// Frictionless beads still have an internal friction angle of 5.76 deg: Peyneau & Roux, Phys. Rev. E 78 (2008) 011307.
-/// That is the limit of slow shear and many grains. A box of 400 grains at an inertial number of 0.005 lies above it,
-/// by up to 8 deg from packing to packing; beads of one size would crystallise on the walls. mu = 0.5 makes over 25
-/// deg.
-TEST(ElementTest, BeadsWithoutFrictionHardlyResistShear) {
-  const LoadedTests loaded =
-      material(0, 0,
-               "packings: 1, shear: {length: 120 mm, width: 50 mm, depth: 60 mm, loads: 8 16 kPa, "
-               "speed: 40 mm/s, path: 10 mm}",
-               "{uniform: 4 6 mm}");
+/// Frictionless beads have an internal friction angle of 5.76 deg in the limit of slow shear and many grains, above
+/// which it rises with a power of the inertial number: Peyneau & Roux, Phys. Rev. E 78 (2008) 011307. Boxes of 400
+/// grains at 160, 40, 10 and 2.5 mm/s gave tau/sigma = 0.193, 0.142, 0.133 and 0.131 where the limit is 0.101, with a
+/// deviation of 0.02 between packings at 40 mm/s. The mean of four lies within three of its deviations of 0.01 of 8.1
+/// deg then, 6.4 to 9.8, and not below the limit. Sizes must differ: equal beads crystallise on the walls, where
+/// packings gave anything from 0.13 to 0.22. mu = 0.5 makes over 25 deg.
+TEST(ElementTest, BeadsWithoutFrictionHaveTheAngleOfTheirGeometry) {
+  const LoadedTests loaded = material(0, 0,
+                                      "packings: 4, shear: {length: 120 mm, width: 50 mm, depth: 60 mm, "
+                                      "loads: 8 16 kPa, speed: 40 mm/s, path: 20 mm}",
+                                      "{uniform: 4 6 mm}");
   const double angle = std::atan(run_test(loaded, "shear", 0).number("final stress ratio").mean());
-  EXPECT_GT(angle, 4 * degree);
-  EXPECT_LT(angle, 17 * degree);
+  EXPECT_GT(angle, 5.76 * degree);
+  EXPECT_LT(angle, 10 * degree);
 }
 
 TEST(ElementTest, SlopeIsThatOfThePlaceAskedFor) {
@@ -133,6 +162,24 @@ TEST(ElementTest, SlopeIsThatOfThePlaceAskedFor) {
   EXPECT_NEAR(slope_of(tops, 0, 20e-3), 30 * degree, 1e-12);
   EXPECT_LT(slope_of(tops, 12e-3, 30e-3), 29 * degree);
   EXPECT_NE(message_of([&] { static_cast<void>(slope_of(tops, 0, 4e-3)); }).find("only 5 places"), std::string::npos);
+}
+
+/// What a square table keeps at one slope is a pyramid of that slope, and grains whose tops fill it to its surface show
+/// it: with six of them along each of the 13 cells the highest of a cell stands above the surface at the cell's middle
+/// by the same everywhere on a face.
+TEST(ElementTest, HeapOnASquareTableIsAPyramid) {
+  constexpr double side = 20 * d, slope = 0.7;
+  constexpr int n = 13 * 6;
+  std::vector<dem::Sphere> spheres;
+  for (int i = 0; i < n * n; ++i) {
+    dem::Sphere s{};
+    const double x = (i % n + 0.5) * side / n, z = (i / n + 0.5) * side / n;
+    s.r = r, s.x = {x, d + slope * std::min({x, side - x, z, side - z}) - r, z};
+    spheres.push_back(s);
+  }
+  EXPECT_NEAR(slope_on({side, side, d, true}, spheres, d).values[0], std::atan(slope), 1e-6);
+  for (dem::Sphere& s : spheres) s.x.y = d + slope * (side - s.x.x) - r;
+  EXPECT_NEAR(slope_on({side, side, d, false}, spheres, d).values[0], std::atan(slope), 1e-6);
 }
 
 TEST(ElementTest, PiecesAreSetsWithinReach) {
@@ -192,6 +239,26 @@ TEST(ElementTest, RefusalsNamePlaceRuleAndCure) {
             "--set test.shear.loads: must be two loads or more, for a line through their points");
   EXPECT_EQ(says(fine, {"test.repose={lenght: 5 m}"}),
             "--set test.repose.lenght = 5 m: unknown key; did you mean `length`?");
+}
+
+TEST(ElementTest, AttractionThatWinsIsRefusedWhereTheLawStands) {
+  const LoadedTests loaded = grains(
+      "law: hysteretic, K1: 5 kN/m, K2: 20 kN/m, cohesion: linear, cohesion energy density: 900 kJ/m^3, "
+      "contact area: hertz, mu: 0.5");
+  const std::string message = message_of([&] { static_cast<void>(sample_of(loaded)); });
+  EXPECT_NE(message.find("case.yaml:4:41 contacts[0].law: at r_eff = 2.5"), std::string::npos) << message;
+  EXPECT_NE(message.find("take a stiffer contact or a weaker cohesion"), std::string::npos) << message;
+}
+
+/// Grains without attraction stay behind: their strength is 0, not less than nothing by their weight.
+TEST(ElementTest, DryGrainsBearNoTension) {
+  const LoadedTests loaded =
+      material(0.5, 0.1, "packings: 1, pull: {neck: 50 mm, width: 40 mm, depth: 60 mm, load: 2 kPa, path: 5 mm}");
+  const Findings found = run_test(loaded, "pull", 0);
+  EXPECT_EQ(found.number("strength").mean(), 0);
+  EXPECT_EQ(found.number("work").mean(), 0);
+  ASSERT_EQ(found.notes.size(), 1U);
+  EXPECT_EQ(found.notes[0], "1 of 1 packings bear no tension at all");
 }
 
 /// A scenario that is run brings its bed's material, radius and walls.
