@@ -2,6 +2,7 @@
 
 #include "libdem/impact/bed_strike.hpp"
 #include "libdem/impact/hertz.hpp"
+#include "libdem/impact/hysteretic.hpp"
 #include "libdem/impact/jkr.hpp"
 #include "tests/tools/dem_beds.hpp"
 
