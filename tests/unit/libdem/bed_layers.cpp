@@ -99,10 +99,10 @@ TEST(BedLayers, RainOneAfterTheOther) {
   RandomFill fill;
   fill.region = box;
   fill.seed = 5;
-  fill.layers = {{.top = 0.05, .radius = UniformRadius{0.008, 0.010}, .of = soil},
-                 {.top = 0.09, .radius = EqualRadius{0.007}, .of = {.density = 1200, .material = 2}}};
+  fill.layers = {{.top = 0.05, .radius = UniformRadius{0.009, 0.011}, .of = soil},
+                 {.top = 0.09, .radius = EqualRadius{0.008}, .of = {.density = 1700, .material = 2}}};
   SettlePlan plan;
-  plan.step = 0.8 * soft_step;  // the smaller spheres are lighter
+  plan.step = 0.9 * soft_step;  // whose spheres of 8 mm have 1800 kg/m3
   plan.staged = true;
   Bed bed = boxed_bed(laws, box);
   const SettleReport report = fill_at_random(bed, laws, fill, plan);
@@ -111,7 +111,7 @@ TEST(BedLayers, RainOneAfterTheOther) {
   std::fill_n(layer.begin(), report.layer_ends[0], 0);
   for (const Sphere& s : bed.spheres()) {
     EXPECT_EQ(s.material, layer[s.id] == 0 ? 0 : 2);
-    EXPECT_NEAR(dem::density(s), layer[s.id] == 0 ? density : 1200, 1e-9);
+    EXPECT_NEAR(dem::density(s), layer[s.id] == 0 ? density : 1700, 1e-9);
     if (layer[s.id] == 1) {
       EXPECT_GT(s.x.y, 0.05 - 0.02);
     }

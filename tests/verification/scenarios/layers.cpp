@@ -22,7 +22,7 @@ TEST(Layers, PanResistsWhereTheRodComesNearIt) {
   ASSERT_EQ(test::run_scenario(test::config("layers"), dir / "two"), exit_ok);
   ASSERT_EQ(test::run_scenario(test::config("layers"), dir / "one", {"soil.bed.layers[1].material=topsoil"}), exit_ok);
   const Series two = read_series(dir / "two/series.csv"), one = read_series(dir / "one/series.csv");
-  // Under a rod of three diameters loose grains scatter by tens of percent (measured are 1.3 and 3.6), so the bounds
+  // Under a rod of three diameters loose grains scatter by tens of percent (measured are 1.4 and 3.2), so the bounds
   // lie between.
   EXPECT_LT(resistance(two, 0.005, 0.025) / resistance(one, 0.005, 0.025), 1.8);
   EXPECT_GT(resistance(two, 0.033, 0.037) / resistance(one, 0.033, 0.037), 1.8);
