@@ -20,8 +20,11 @@ std::vector<std::string> all_configs() {
 std::vector<std::string> cuts(const Scenario& s) {
   if (!s.soil || !s.soil->bed) return {};
   const Bed& bed = *s.soil->bed;
-  if (bed.fill == Fill::random) return {"soil.bed.depth=40 mm"};
   std::vector<std::string> sets;
+  for (std::size_t i = 0; i < bed.layers.size(); ++i)
+    sets.push_back("soil.bed.layers[" + std::to_string(i) + "].thickness=15 mm");
+  if (bed.fill == Fill::random && !bed.layers.empty()) return sets;
+  if (bed.fill == Fill::random) return {"soil.bed.depth=40 mm"};
   if (bed.settle) sets = {"soil.bed.settle={for: 3 ms}"};
   if (s.soil->container && s.soil->container->size.z > 1)
     sets.push_back("soil.bed.region={size: 0.3 0.4 0.2 m, at: 0.5 -0.4 -0.1 m}");
