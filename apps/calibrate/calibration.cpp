@@ -112,8 +112,12 @@ class Calibrator {
     for (const PlanParameter& p : plan_.parameters) truth.push_back(*p.truth);
     const Evaluation e = result_of(Evaluation::Why::truth, truth);
     if (!e.complete()) throw std::runtime_error("the tests give nothing at the parameters' truth: " + e.failure);
-    for (std::size_t k = 0; k < out_.targets.size(); ++k)
-      if (std::isnan(out_.targets[k].value)) out_.targets[k].value = e.found[k];
+    for (std::size_t k = 0; k < out_.targets.size(); ++k) {
+      PlanTarget& target = out_.targets[k];
+      if (!std::isnan(target.value)) continue;
+      // A mean over packings itself, which nobody knows better than it does.
+      target.value = e.found[k], target.tolerance = std::hypot(target.tolerance, e.error[k]);
+    }
   }
 
   void build_surrogates() {
