@@ -193,8 +193,9 @@ void Bed::Impl::put_pairs(const HalfList& list, const std::vector<PairHistories>
       if (list.other[p] != other) continue;
       const std::uint32_t block = list.lane[p] / kBlock;
       const PairRun& run = runs[run_of[block]];
-      write(memory(run, block - run.first), pair_memory[run.law], list.lane[p] % kBlock,
-            a < b ? was.state : was.state.turned_over());
+      const MemoryShape& shape = pair_memory[run.law];
+      if (std::is_same_v<std::decay_t<decltype(was.state)>, BondMemory<double>> && !shape.bonds) return false;
+      write(memory(run, block - run.first), shape, list.lane[p] % kBlock, a < b ? was.state : was.state.turned_over());
       return true;
     }
     return false;

@@ -89,7 +89,12 @@ void Bed::Impl::restore_bonding(const State& in) {
   const auto count = [&] { return static_cast<std::size_t>(read.number()); };
   bonds_may_form = read.number() > 0;
   bonds.formed = count(), bonds.broken_in_tension = count(), bonds.broken_in_shear = count(), bonds.removed = count();
-  for (char& formed : bonds_formed) formed = read.number() > 0 ? 1 : 0;
+  for (std::size_t law = 0; law < bonds_formed.size(); ++law) {
+    bonds_formed[law] = read.number() > 0 ? 1 : 0;
+    if (bonds_formed[law] != 0 && !pair_memory[law].bonds)
+      throw std::invalid_argument(
+          "restart: the state has bonds of a law that has none in the scenario; use the scenario it was written from");
+  }
   for (std::size_t k = 0; k < in.broken_ids.size() / 2; ++k) {
     Reader event{in.broken.data() + 6 * k};
     BrokenBond b;

@@ -64,7 +64,8 @@ class Sweep {
   }
 
  private:
-  /// What earlier threads owe to spheres of this one, in ascending order of owner: as one thread would have added it.
+  /// What earlier threads owe to spheres of this one, in the order of blocks and lanes: as one thread would have added
+  /// it.
   void receive_borders() {
     for (const ForeignLane& lane : w_.foreign) {
       const BlockResult& c = bed_.workers[lane.worker].border_result[lane.result];

@@ -71,6 +71,10 @@ double settling_time(const Scenario& s, const World& world) {
   return std::min(time, settle.at_most);
 }
 
+std::string duration_text(double seconds) {
+  return seconds < 60 ? fmt::format("{:.2g} s", seconds) : clock_text(seconds);
+}
+
 std::string bytes_text(double bytes) {
   if (bytes > 1e9) return fmt::format("{:.2f} GB", bytes * 1e-9);
   return fmt::format("{:.1f} MB", bytes * 1e-6);
@@ -181,7 +185,7 @@ int check_command(const RunRequest& request) {
   if (world.bed)
     line("speed", fmt::format("{:.2f} M particle-steps/s, {} threads, {}", trial.particle_rate * 1e-6,
                               world.bed->threads(), world.bed->kernel_name()));
-  line("wall time", "about " + clock_text(trial.cost.wall_time));
+  line("wall time", "about " + duration_text(trial.cost.wall_time));
   line("memory", "about " + bytes_text(trial.cost.memory));
   line("disk", fmt::format("about {} in {} frames", bytes_text(trial.cost.disk), trial.cost.frames));
   return exit_ok;

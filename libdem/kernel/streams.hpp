@@ -134,7 +134,7 @@ struct alignas(64) Accumulator {
 };
 
 /// What a contact takes off the sums of its partner.
-struct Push {
+struct alignas(64) Push {
   using Real = double;
   double f[4];  ///< N; the last is not used
   double t[4];  ///< N m; number of touching contacts

@@ -124,5 +124,23 @@ TEST(Restart, OtherSurfacesAreRefused) {
   EXPECT_THROW(b.restore(a.bed.save()), std::invalid_argument);
 }
 
+/// What the contacts of a law without bonds remember has no room for one.
+TEST(Restart, BondsOfALawWithoutAreRefused) {
+  for (const auto& [name, law] : every_law()) {
+    Scene a = scene(law, true), without = scene(grains(), false);
+    if (!a.bed.has_bonding_laws()) continue;
+    advance(a, 5);
+    ASSERT_GT(a.bed.bonds().intact(), 0u) << name;
+    EXPECT_THROW(without.bed.restore(a.bed.save()), std::invalid_argument) << name;
+    // Laws exchanged during the run: the bonds are gone, and counted so.
+    LawTable plain = table(grains());
+    const std::size_t formed = a.bed.bonds().formed;
+    a.bed.set_laws(plain);
+    advance(a, 5);
+    EXPECT_EQ(a.bed.bonds().intact(), 0u) << name;
+    EXPECT_EQ(a.bed.bonds().formed, formed) << name;
+  }
+}
+
 }  // namespace
 }  // namespace subsoil::dem::test

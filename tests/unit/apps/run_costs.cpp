@@ -13,11 +13,12 @@ struct Costs {
   double time = 0, memory = 0, disk = 0;
 };
 
-/// "0:01:12" or "28.4 MB" as a number of seconds or bytes.
+/// "0:01:12", "0.47 s" or "28.4 MB" as a number of seconds or bytes.
 double clock_seconds(const std::string& text) {
   int h = 0, m = 0;
   double s = 0;
-  return std::sscanf(text.c_str(), "%d:%d:%lf", &h, &m, &s) == 3 ? 3600 * h + 60 * m + s : NAN;
+  if (std::sscanf(text.c_str(), "%d:%d:%lf", &h, &m, &s) == 3) return 3600 * h + 60 * m + s;
+  return std::sscanf(text.c_str(), "%lf s", &s) == 1 ? s : NAN;
 }
 double byte_count(const std::string& text) {
   double value = 0;

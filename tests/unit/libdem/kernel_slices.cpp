@@ -1,0 +1,150 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstring>
+#include <numeric>
+
+#include "libdem/kernel/streams.hpp"
+#include "tests/tools/dem_beds.hpp"
+
+/// A slice longer than the kernel's groups, whose lanes run out one after the other, by each instruction set: what its
+/// owners get is what their partners give, and blocks that were worked out before the sweep change no bit of it.
+namespace subsoil::dem::test {
+namespace {
+
+constexpr std::array<std::uint8_t, 11> kLanes{8, 8, 7, 7, 6, 5, 4, 3, 2, 1, 1};
+
+/// Owners 0 to 7, and one partner of its own for every pair.
+struct Slice {
+  std::vector<Sphere> spheres;
+  std::vector<MixedSphere> mixed;
+  std::vector<PairBlock> blocks{kLanes.size()};
+  std::vector<BlockShape> shapes;
+  std::vector<std::uint32_t> owner_of;  ///< by sphere
+
+  Slice() {
+    Dice dice(11);
+    for (std::uint32_t i = 0; i < kBlock; ++i) take({0.1 * i, 0.3, -0.2}, dice, i);
+    for (std::size_t b = 0; b < kLanes.size(); ++b) {
+      shapes.push_back({.lanes = kLanes[b], .begins = b == 0});
+      for (std::uint32_t l = 0; l < kBlock; ++l) {
+        blocks[b].owner[l] = l, blocks[b].other[l] = static_cast<std::uint32_t>(spheres.size());
+        if (l >= kLanes[b]) {
+          blocks[b].other[l] = blocks[b - 1].other[l];
+          continue;
+        }
+        const Vec3 d = normalized(dice.ball(1));
+        take(spheres[l].x - dice.between(0.0185, 0.0199) * d, dice, l);
+      }
+    }
+    for (const Sphere& s : spheres) {
+      const auto f = [](double x) { return static_cast<float>(x); };
+      mixed.push_back({s.x, s.r, {f(s.v.x), f(s.v.y), f(s.v.z)}, f(s.m), {f(s.w.x), f(s.w.y), f(s.w.z)}, f(s.r)});
+    }
+  }
+  void take(const Vec3& x, Dice& dice, std::uint32_t owner) {
+    const auto id = static_cast<std::uint32_t>(spheres.size());
+    spheres.push_back(
+        {x, 0.01, dice.between(0, 0.3) * normalized(dice.ball(1)), 0.0075, 9.0 * normalized(dice.ball(1)), id, 0, 0});
+    owner_of.push_back(owner);
+  }
+};
+
+struct Result {
+  std::vector<Accumulator> sums;
+  std::vector<Line> memory;
+};
+
+/// @param before blocks that are worked out before the sweep, as those at the borders of threads are
+Result evaluate(const Kernel& kernel, const Law& law, const Slice& slice, bool mixed, bool book,
+                std::vector<std::uint32_t> before) {
+  const MemoryShape shape = MemoryShape::of(law, mixed);
+  Result out{std::vector<Accumulator>(64, Accumulator{}), std::vector<Line>(shape.lines(kLanes.size()), Line{})};
+  std::vector<BlockResult> ready(before.size());
+  PairJob job{};
+  job.book = book;
+  job.spheres = slice.spheres.data(), job.mixed = mixed ? slice.mixed.data() : nullptr;
+  job.blocks = slice.blocks.data(), job.shapes = slice.shapes.data(), job.lines = out.memory.data();
+  job.count = static_cast<std::uint32_t>(kLanes.size());
+  job.elapsed = 1e-5;
+  job.ready = ready.data();
+  if (!before.empty()) {
+    job.border = before.data(), job.border_count = static_cast<std::uint32_t>(before.size());
+    kernel.pairs(law, job);
+    job.border = nullptr;
+    job.ready_block = before.data(), job.ready_count = static_cast<std::uint32_t>(before.size());
+  }
+  job.ring = out.sums.data(), job.mask = static_cast<std::uint32_t>(out.sums.size() - 1);
+  kernel.pairs(law, job);
+  return out;
+}
+
+template <class Run>
+void each_kernel_and_law(const Run& run) {
+  for (const char* set : {"portable", "avx2", "avx512"}) {
+    Kernel kernel{};
+    try {
+      kernel = choose_kernel(set);
+    } catch (const std::invalid_argument&) {
+      continue;  // not of this machine, or not built
+    }
+    for (const auto& [name, law] : every_law())
+      for (const bool mixed : {false, true}) {
+        SCOPED_TRACE(testing::Message() << set << ", " << name << (mixed ? ", mixed" : ""));
+        run(kernel, table(law).laws[0], mixed);
+      }
+  }
+}
+
+TEST(KernelSlices, OwnersGetWhatPartnersGive) {
+  const Slice slice;
+  ASSERT_EQ(slice.spheres.size(), kBlock + std::accumulate(kLanes.begin(), kLanes.end(), 0u));
+  each_kernel_and_law([&](const Kernel& kernel, const Law& law, bool mixed) {
+    const Result r = evaluate(kernel, law, slice, mixed, true, {});
+    Vec3 sum[kBlock] = {};
+    double scale = 0, touching[kBlock] = {};
+    for (std::uint32_t p = kBlock; p < slice.spheres.size(); ++p) {
+      const Accumulator& a = r.sums[p];
+      const Vec3 force{a.f[0], a.f[1], a.f[2]};
+      ASSERT_TRUE(std::isfinite(norm(force)));
+      EXPECT_EQ(a.t[3], 1);  // a contact each
+      sum[slice.owner_of[p]] += force, touching[slice.owner_of[p]] += a.t[3];
+      scale = std::max(scale, norm(force));
+    }
+    EXPECT_GT(scale, 0);
+    for (std::uint32_t i = 0; i < kBlock; ++i) {
+      const Accumulator& a = r.sums[i];
+      // At most 11 forces added in another order, which are the same floats from both sides in mixed precision.
+      EXPECT_LE(norm(Vec3{a.f[0], a.f[1], a.f[2]} + sum[i]), 1e-14 * scale);
+      EXPECT_EQ(a.t[3], touching[i]);
+    }
+  });
+}
+
+TEST(KernelSlices, BlocksDoneBeforeChangeNoBit) {
+  const Slice slice;
+  const std::vector<std::uint32_t> sets[] = {{0}, {5}, {10}, {0, 3}, {1, 2, 6, 9}, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10}};
+  each_kernel_and_law([&](const Kernel& kernel, const Law& law, bool mixed) {
+    for (const bool book : {false, true}) {
+      const Result whole = evaluate(kernel, law, slice, mixed, book, {});
+      for (const auto& before : sets) {
+        const Result parted = evaluate(kernel, law, slice, mixed, book, before);
+        EXPECT_EQ(std::memcmp(parted.sums.data(), whole.sums.data(), whole.sums.size() * sizeof(Accumulator)), 0)
+            << before.size() << " from " << before[0];
+        for (std::uint32_t b = 0; b < kLanes.size(); ++b)
+          for (std::uint32_t l = 0; l < kLanes[b]; ++l) {
+            const auto state = [&](const Result& r) {
+              const BlockMemory block =
+                  BlockMemory::at(const_cast<Line*>(r.memory.data()), kLanes.size(), MemoryShape::of(law, mixed), b);
+              return read_lane(block, MemoryShape::of(law, mixed), l);
+            };
+            EXPECT_EQ(norm(Vec3{state(parted).xi[0], state(parted).xi[1], state(parted).xi[2]}),
+                      norm(Vec3{state(whole).xi[0], state(whole).xi[1], state(whole).xi[2]}));
+          }
+      }
+    }
+  });
+}
+
+}  // namespace
+}  // namespace subsoil::dem::test
