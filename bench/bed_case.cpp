@@ -99,6 +99,16 @@ dem::HertzMindlin bridge() {
   return h;
 }
 
+/// As linear(), cemented with a tenth of the contact's stiffness, E pi r/2, and so strong that it holds 50 um of
+/// stretch: the law reaches as far, and an endless strength would pair all spheres.
+dem::Linear bonded() {
+  dem::Linear l = linear();
+  l.bond.kind = dem::Bond::Kind::parallel;
+  l.bond.modulus = 0.1 * kStiffness / (0.5 * std::numbers::pi * kRadius);
+  l.bond.tensile = l.bond.shear = l.bond.modulus / (2 * kRadius) * 5e-5;
+  return l;
+}
+
 /// Blocks along x and z, about twice as many along.
 std::array<int, 2> blocks(double spheres) {
   const double all = std::max(1.0, std::round(spheres / static_cast<double>(kTileSpheres)));
@@ -161,6 +171,8 @@ dem::Law law_of(LawName name) {
       return jkr();
     case LawName::bridge:
       return bridge();
+    case LawName::bonded:
+      return bonded();
   }
   return linear();
 }

@@ -9,7 +9,7 @@
 namespace subsoil::bench {
 
 enum class Kind { rest, plough, pour };
-enum class LawName { linear, hertz, rolling, cohesive, wet, hysteretic, luding, eepa, variable, jkr, bridge };
+enum class LawName { linear, hertz, rolling, cohesive, wet, hysteretic, luding, eepa, variable, jkr, bridge, bonded };
 
 /// The law between two spheres.
 dem::Law law_of(LawName name);

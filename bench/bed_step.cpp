@@ -142,6 +142,7 @@ void measure(const Request& r) {
   c.spheres = {};
   if (!r.peer_files.empty()) return bench::write_peer_files(r.peer_files, c, bed);
   if (tool >= 0 && r.idle_tool) bed.boundary(tool).active = false;
+  bed.let_bonds_form();
   const Times t = run(bed, c, tool, r);
   auto result = report(bed, t, r, small_bed);
   result.update(phases_of(bed, c, tool, r));
@@ -164,7 +165,7 @@ int main(int argc, char** argv) {
       ->transform(name_of(std::map<std::string, bench::Kind>{
           {"rest", bench::Kind::rest}, {"plough", bench::Kind::plough}, {"pour", bench::Kind::pour}}));
   app.add_option("--law", r.law,
-                 "linear, hertz, rolling, cohesive, wet, hysteretic, luding, eepa, variable, jkr, bridge")
+                 "linear, hertz, rolling, cohesive, wet, hysteretic, luding, eepa, variable, jkr, bridge, bonded")
       ->transform(name_of(std::map<std::string, bench::LawName>{{"linear", bench::LawName::linear},
                                                                 {"hertz", bench::LawName::hertz},
                                                                 {"rolling", bench::LawName::rolling},
@@ -175,7 +176,8 @@ int main(int argc, char** argv) {
                                                                 {"eepa", bench::LawName::eepa},
                                                                 {"variable", bench::LawName::variable},
                                                                 {"jkr", bench::LawName::jkr},
-                                                                {"bridge", bench::LawName::bridge}}));
+                                                                {"bridge", bench::LawName::bridge},
+                                                                {"bonded", bench::LawName::bonded}}));
   app.add_option("--spheres", r.spheres, "about; whole blocks of 13,000");
   app.add_option("--triangles", r.triangles, "of the plough's tool: 740, 20000, or 0 for none");
   app.add_option("--threads", r.threads);

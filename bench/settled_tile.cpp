@@ -83,6 +83,7 @@ dem::LawTable with_mirror(const dem::Law& law) {
   dem::Law mirror = law;
   if (auto* linear = std::get_if<dem::Linear>(&mirror)) {
     linear->k_n *= 2;
+    linear->bond = {};
   } else if (auto* hertz = std::get_if<dem::HertzMindlin>(&mirror)) {
     hertz->E_eff *= 2, hertz->G_eff *= 2;
   } else if (auto* jkr = std::get_if<dem::Jkr>(&mirror)) {
