@@ -184,8 +184,10 @@ void Bed::Impl::put_pairs(const HalfList& list, const std::vector<PairHistories>
   Buffer<std::uint32_t> run_of;
   run_of.renew(blocks.size());
   for (std::uint32_t r = 0; r < runs.size(); ++r) std::fill_n(run_of.data() + runs[r].first, runs[r].blocks, r);
-  // Whether the pair is still there.
-  const auto put = [&](const auto& was, const auto& write) {
+  // Whether the pair is still there, and its law keeps such a state.
+  const auto always = [](const MemoryShape&) { return true; };
+  const auto if_it_bonds = [](const MemoryShape& shape) { return shape.bonds; };
+  const auto put = [&](const auto& was, const auto& has_room, const auto& write) {
     const std::uint32_t a = new_index[was.owner], b = new_index[was.other];
     if (a == kGone || b == kGone) return false;
     const std::uint32_t owner = std::min(a, b), other = std::max(a, b);
@@ -194,7 +196,7 @@ void Bed::Impl::put_pairs(const HalfList& list, const std::vector<PairHistories>
       const std::uint32_t block = list.lane[p] / kBlock;
       const PairRun& run = runs[run_of[block]];
       const MemoryShape& shape = pair_memory[run.law];
-      if (std::is_same_v<std::decay_t<decltype(was.state)>, BondMemory<double>> && !shape.bonds) return false;
+      if (!has_room(shape)) return false;
       write(memory(run, block - run.first), shape, list.lane[p] % kBlock, a < b ? was.state : was.state.turned_over());
       return true;
     }
@@ -203,10 +205,11 @@ void Bed::Impl::put_pairs(const HalfList& list, const std::vector<PairHistories>
   for (const PairHistories& part : histories) {
     const auto number = static_cast<long>(part.pairs.size()), bonded = static_cast<long>(part.bonds.size());
 #pragma omp parallel for num_threads(threads) schedule(static)
-    for (long k = 0; k < number; ++k) put(part.pairs[static_cast<std::size_t>(k)], write_lane);
+    for (long k = 0; k < number; ++k) put(part.pairs[static_cast<std::size_t>(k)], always, write_lane);
     std::size_t gone = 0;
 #pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : gone)
-    for (long k = 0; k < bonded; ++k) gone += put(part.bonds[static_cast<std::size_t>(k)], write_bond) ? 0 : 1;
+    for (long k = 0; k < bonded; ++k)
+      gone += put(part.bonds[static_cast<std::size_t>(k)], if_it_bonds, write_bond) ? 0 : 1;
     bonds.removed += gone;
   }
 }
