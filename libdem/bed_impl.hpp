@@ -74,6 +74,7 @@ struct Tile {
   std::uint32_t runs_begin, runs_end, planes_begin, planes_end;
   std::uint32_t entries_begin, entries_end;  ///< in entry_order
   std::uint32_t last;                        ///< tile of the farthest partner
+  bool alike;                                ///< it and all its partners have one radius and one mass
   Losses lost;                               ///< running
   double stored = 0, kinetic = 0, spin = 0, gravity = 0, half_step_kinetic = 0;
   double pairs = 0, overlap = 0, speed2 = 0;
@@ -142,6 +143,7 @@ struct Bed::Impl {
   Buffer<double> wake;  ///< per block
   Buffer<Line> lines;   ///< memory of pairs
   std::vector<PlaneRun> plane_runs;
+  std::vector<PlaneJob> plane_jobs;  ///< by boundary, of this step
   std::vector<PlaneBlock> plane_blocks;
   std::vector<Line> plane_lines;
   std::vector<SurfaceEntry> entries;
@@ -239,7 +241,7 @@ struct Bed::Impl {
   // surfaces.cpp
   void surface_chunk(SurfaceChunk& chunk, double elapsed);
   void sum_surfaces(double dt);
-  PlaneJob plane_job(const PlaneRun& run, double elapsed) const;
+  PlaneJob plane_job(const Boundary& b, double elapsed) const;
 
   // sweep.cpp
   void run_sweep(double dt, const Request& request);

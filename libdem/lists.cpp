@@ -10,10 +10,11 @@
 namespace subsoil::dem {
 namespace {
 
-/// Near pairs are laid down by gap, so that the blocks of wide gaps sleep long.
-constexpr std::uint32_t kGapClasses = 4;
+/// Near pairs are laid down by gap, so that the blocks of wide gaps sleep long: each class is twice as wide as the one
+/// before, the last reaches from half the skin to all of it.
+constexpr std::uint32_t kGapClasses = 8;
 /// A gap of less than this share of the skin counts as touching: it would wake its block at once.
-constexpr double kTouchingShare = 0.05;
+constexpr double kTouchingShare = 0.01;
 
 /// Class of a pair within its tile: all touching runs by law, then all near ones.
 struct Classes {
@@ -21,8 +22,10 @@ struct Classes {
   std::uint32_t count() const { return laws * (1 + kGapClasses); }
   std::uint32_t of(std::uint32_t law, double gap, double skin) const {
     if (gap < kTouchingShare * skin) return law;
-    const auto width = static_cast<std::uint32_t>(std::clamp(gap / skin * kGapClasses, 0.0, kGapClasses - 1.0));
-    return laws + law * kGapClasses + width;
+    int doublings = 0;  // gap/skin = f 2^doublings, f in [0.5, 1)
+    std::frexp(gap / skin, &doublings);
+    const int width = std::clamp(doublings + static_cast<int>(kGapClasses) - 1, 0, static_cast<int>(kGapClasses) - 1);
+    return laws + law * kGapClasses + static_cast<std::uint32_t>(width);
   }
 };
 
@@ -99,8 +102,11 @@ void Bed::Impl::build_runs(HalfList& list) {
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (int k = 0; k < tile_count; ++k) {
     Tile& t = tiles[static_cast<std::size_t>(k)];
+    const Sphere& first = spheres[static_cast<std::size_t>(k) * kTile];
+    const auto as_first = [&](const Sphere& s) { return s.r == first.r && s.m == first.m; };
     t.begin = static_cast<std::uint32_t>(k) * kTile, t.end = std::min(count, t.begin + kTile);
     t.last = static_cast<std::uint32_t>(k);
+    t.alike = true;
     std::uint32_t* size = sizes.data() + static_cast<std::size_t>(k) * classes.count();
     for (std::uint32_t i = t.begin; i < t.end; ++i)
       for (std::uint32_t p = list.start[i]; p < list.start[i + 1]; ++p) {
@@ -108,6 +114,7 @@ void Bed::Impl::build_runs(HalfList& list) {
         const auto law = static_cast<std::uint32_t>(laws.of(a.material, b.material));
         class_of[p] = static_cast<std::uint16_t>(classes.of(law, norm(a.x - b.x) - a.r - b.r - reach(law), skin));
         ++size[class_of[p]];
+        t.alike = t.alike && as_first(a) && as_first(b);
         t.last = std::max(t.last, list.other[p] / kTile);
       }
     for (std::uint32_t law = 0; law < classes.laws; ++law)
@@ -117,23 +124,24 @@ void Bed::Impl::build_runs(HalfList& list) {
   // Runs in order; each class gets the place of its first block or pair.
   std::uint32_t block = 0;
   std::size_t line = 0;
-  const auto add_run = [&](std::uint32_t law, std::uint32_t n, bool near) {
+  const auto add_run = [&](const Tile& t, std::uint32_t law, std::uint32_t n, bool near) {
     if (n == 0) return;
-    runs.push_back({.law = law, .first = block, .blocks = n, .lines = line, .near = near});
+    runs.push_back({.law = law, .first = block, .blocks = n, .lines = line, .near = near, .alike = t.alike});
     block += n;
     line += pair_memory[law].lines(n);
   };
   for (std::size_t k = 0; k < tiles.size(); ++k) {
     std::uint32_t* size = sizes.data() + k * classes.count();
     tiles[k].runs_begin = static_cast<std::uint32_t>(runs.size());
-    for (std::uint32_t law = 0; law < classes.laws; ++law) add_run(law, std::exchange(size[law], block), false);
+    for (std::uint32_t law = 0; law < classes.laws; ++law)
+      add_run(tiles[k], law, std::exchange(size[law], block), false);
     for (std::uint32_t law = 0; law < classes.laws; ++law) {
       std::uint32_t pairs = 0;
       for (std::uint32_t c = 0; c < kGapClasses; ++c) {
         std::uint32_t& here = size[classes.laws + law * kGapClasses + c];
         pairs += std::exchange(here, block * kBlock + pairs);
       }
-      add_run(law, (pairs + kBlock - 1) / kBlock, true);
+      add_run(tiles[k], law, (pairs + kBlock - 1) / kBlock, true);
     }
     tiles[k].runs_end = static_cast<std::uint32_t>(runs.size());
   }

@@ -145,14 +145,13 @@ class ChunkRun {
 
 void Bed::Impl::surface_chunk(SurfaceChunk& chunk, double elapsed) { ChunkRun(*this, chunk, elapsed).run(); }
 
-PlaneJob Bed::Impl::plane_job(const PlaneRun& run, double elapsed) const {
-  const Boundary& b = boundaries[run.boundary];
+/// What the plane runs of a boundary have in common in this step.
+PlaneJob Bed::Impl::plane_job(const Boundary& b, double elapsed) const {
   PlaneJob job{};
+  job.book = book;
   job.spheres = spheres.data();
-  job.mixed = is_mixed() ? const_cast<MixedSphere*>(mixed.data()) : nullptr;
-  job.blocks = plane_blocks.data() + run.first;
-  job.count = run.blocks, job.contacts = run.contacts;
-  job.elapsed = elapsed, job.reach = surface_reach[run.law];
+  job.mixed = is_mixed() ? mixed.data() : nullptr;
+  job.elapsed = elapsed;
   for (int column = 0; column < 3; ++column) {
     Vec3 axis{};
     axis[column] = 1;

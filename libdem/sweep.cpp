@@ -25,6 +25,7 @@ PairJob Bed::Impl::pair_job(const PairRun& run, double path, double elapsed) {
   job.shapes = shapes.data() + run.first;
   job.lines = lines.data() + run.lines;
   job.count = run.blocks;
+  job.alike = run.alike;
   job.elapsed = elapsed;
   job.path = path;
   job.wake = run.near ? wake.data() + run.first : nullptr;
@@ -48,6 +49,7 @@ class Sweep {
       Tile& t = bed_.tiles[k];
       t.stored = 0;
       if (bed_.book) t.pairs = t.overlap = 0;
+      for (std::uint32_t r = t.planes_begin; r < t.planes_end; ++r) fetch(bed_.plane_runs[r]);
       for (std::uint32_t r = t.runs_begin; r < t.runs_end; ++r) pairs(t, r);
       clock.end(spent.pairs);
       for (std::uint32_t r = t.planes_begin; r < t.planes_end; ++r) planes(t, bed_.plane_runs[r]);
@@ -71,37 +73,60 @@ class Sweep {
       const BlockResult& c = bed_.workers[lane.worker].border_result[lane.result];
       Accumulator& a = w_.ring[lane.sphere & mask_];
       const auto take = [&](const auto& push) {
-        for (int k = 0; k < 4; ++k) a.f[k] -= push.f[k], a.t[k] -= push.t[k];
+        const std::uint32_t l = lane.lane;
+        for (int k = 0; k < 3; ++k) a.f[k] -= push[k][l], a.t[k] += push[6 + k][l];
+        a.t[3] += push[BlockResult::kTouching][l];
       };
-      bed_.is_mixed() ? take(c.other_single[lane.lane]) : take(c.other[lane.lane]);
+      bed_.is_mixed() ? take(c.push_single) : take(c.push);
     }
   }
 
   void pairs(Tile& t, std::uint32_t r) {
-    const PairRun& run = bed_.runs[r];
+    PairRun& run = bed_.runs[r];
+    const bool at_border = border_ < w_.border.size() && w_.border[border_].run == r;
+    if (run.near && !at_border && t.path < run.wakes) return;
     PairJob job = bed_.pair_job(run, t.path, bed_.dt_before);
     job.ring = w_.ring.data(), job.mask = mask_;
     if (!run.near && &t != &bed_.tiles.back()) {
       const std::uint32_t from = bed_.tiles[t.last].end, to = bed_.tiles[(&t + 1)->last].end;
       job.ahead = from;
       job.ahead_count = to > from ? to - from : 0;
+      const std::uint32_t next = (&t + 1)->runs_begin;
+      if (next < (&t + 1)->runs_end && !bed_.runs[next].near) {
+        job.next_blocks = bed_.blocks.data() + bed_.runs[next].first;
+        job.next_lines = bed_.lines.data() + bed_.runs[next].lines;
+      }
     }
     job.ready_block = w_.border_block.data() + border_;
     job.ready = w_.border_result.data() + border_;
     while (border_ < w_.border.size() && w_.border[border_].run == r) ++border_, ++job.ready_count;
     bed_.kernel.pairs(bed_.law(run.law), job);
     if (job.broke) bed_.run_broke[r] = 1;
+    if (run.near) run.wakes = *std::min_element(job.wake, job.wake + run.blocks);
     if (!bed_.book) return;
     take(t, job.sums, bed_.book_weight);
     t.pairs += job.sums.in_reach;
   }
 
+  /// Into the cache while the pairs are worked on: runs are too short for the processor to see them coming.
+  void fetch(const PlaneRun& run) const {
+    const auto all = [](const auto* from, std::size_t bytes) {
+      for (std::size_t at = 0; at < bytes; at += sizeof(Line))
+        __builtin_prefetch(reinterpret_cast<const char*>(from) + at, 0, 2);
+    };
+    all(bed_.plane_blocks.data() + run.first, run.blocks * sizeof(PlaneBlock));
+    all(bed_.plane_lines.data() + run.lines, run.blocks * bed_.surface_memory[run.law].number_bytes());
+  }
+
   void planes(Tile& t, PlaneRun& run) {
-    PlaneJob job = bed_.plane_job(run, bed_.dt_before);
+    PlaneJob job = bed_.plane_jobs[run.boundary];
+    job.blocks = bed_.plane_blocks.data() + run.first;
+    job.count = run.blocks, job.contacts = run.contacts;
+    job.reach = bed_.surface_reach[run.law];
     job.lines = bed_.plane_lines.data() + run.lines;
     job.ring = w_.ring.data(), job.mask = mask_;
     bed_.kernel.planes(bed_.law(run.law), job);
-    take(t, job.sums, 1);
+    if (bed_.book) take(t, job.sums, bed_.book_weight);
     run.wrench = {{job.force[0], job.force[1], job.force[2]}, {job.moment[0], job.moment[1], job.moment[2]}};
     run.in_reach = job.sums.in_reach;
   }
@@ -199,6 +224,8 @@ void Bed::Impl::run_sweep(double dt, const Request& request) {
   if (request.snapshot != nullptr) resize(*request.snapshot, spheres.size());
   const double elapsed = dt_before;
   spheres_behind = is_mixed();
+  plane_jobs.clear();
+  for (const Boundary& b : boundaries) plane_jobs.push_back(plane_job(b, elapsed));
   const int chunk_count = static_cast<int>(chunks.size());
 #pragma omp parallel num_threads(threads)
   {
@@ -224,7 +251,7 @@ void Bed::Impl::run_sweep(double dt, const Request& request) {
 /// row, of which the second counts for all.
 void Bed::Impl::plan_book(const Request& request) {
   constexpr std::size_t few = 5000;
-  constexpr int sampled = 16;
+  constexpr int sampled = 32;
   const int every = options.book_every > 0 ? options.book_every : spheres.size() <= few ? 1 : sampled;
   const auto phase = static_cast<int>(steps % every);
   const bool sample = phase == every - 1, prepare = phase == every - 2;

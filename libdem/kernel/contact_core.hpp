@@ -43,13 +43,14 @@ template <class P>
 struct Touch {
   P n[3], overlap, v[3];  ///< v of the centre (at a surface: of the sphere against the surface's point)
   P w_i[3], w_j[3];       ///< of a surface only its spin
-  P r_i, m_i, r_j, m_j;
+  P r_i, r_j;
 };
 
 /// Effective mass and radius, and with rolling resistance the series of both bodies' 7/5 m r^2.
 template <class P>
 struct Effective {
   P root_m, r_eff, inverse_r, root_i, per_sum;
+  P smaller;  ///< radius of the smaller sphere, of pairs only
 };
 
 /// Whether the law or rolling resistance needs r_eff: a law that does not says `needs_radius = false`.
@@ -67,9 +68,10 @@ constexpr bool needs_sum() {
   return requires { L::needs_sum; };
 }
 
-/// Fills what is needed of `e`.
-template <bool Pair, bool Radius, bool Rolls, bool Sum, class P>
+/// Fills what the law needs of `e`.
+template <bool Pair, bool Rolls, class L, class P>
 [[gnu::always_inline]] inline void effective(P r_i, P m_i, P r_j, P m_j, Effective<P>& e) {
+  constexpr bool Radius = needs_radius<L, Rolls>(), Sum = needs_sum<L>();
   e.root_m = Pair ? series_root(m_i, m_j) : sqrt(m_i);
   if constexpr (Radius && Pair) {
     // r_eff = r1 r2/(r1 + r2) and its inverse from one division.
@@ -86,6 +88,7 @@ template <bool Pair, bool Radius, bool Rolls, bool Sum, class P>
     const P own = P(1.4) * m_i * r_i * r_i;
     e.root_i = Pair ? series_root(own, P(1.4) * m_j * r_j * r_j) : sqrt(own);
   }
+  if constexpr (Pair) e.smaller = min(r_i, r_j);
 }
 
 /// What the law needs of them.
@@ -95,7 +98,6 @@ struct Meeting {
   P w[3], twist;  ///< with rolling resistance: rolling velocity, spin about the normal
   P l_i, l_j;     ///< levers of tangential forces
   Effective<P> effective;
-  P smaller;  ///< radius of the smaller sphere, of pairs only
 };
 
 /// Of spheres that may be bonded.
@@ -140,7 +142,6 @@ template <bool Pair, bool Rolls, class L, class P>
     for (int d = 0; d < 3; ++d) out.v[d] = a.v[d], out.arm[d] = arm[d];
   }
   out.overlap = a.overlap, out.v_n = v_n, out.l_i = l_i, out.l_j = l_j;
-  effective<Pair, needs_radius<L, Rolls>(), Rolls, needs_sum<L>()>(a.r_i, a.m_i, a.r_j, a.m_j, out.effective);
 }
 
 /// Resistance to twist. Its spring is a number of its own: the vector of rolling would turn a part of it into rolling
@@ -231,7 +232,7 @@ template <class L, class P>
   for (int d = 0; d < 3; ++d) m.n[d] = a.n[d], m.w[d] = a.w[d];
   mid_step_slip(a, P(elapsed), m.v_t);
   m.overlap = a.overlap, m.v_n = a.v_n, m.twist = a.twist, m.spin = a.spin;
-  m.smaller = a.smaller, m.sum = a.l_i + a.l_j + a.overlap;  // levers to the middle of the overlap
+  m.smaller = a.effective.smaller, m.sum = a.l_i + a.l_j + a.overlap;  // levers to the middle of the overlap
   m.root_m = a.effective.root_m, m.root_i = P(std::sqrt(2.0 / 7.0)) * a.effective.root_i;
   m.dt = P(elapsed);
   const BondForce<P> b = law.bond.act(m, memory);

@@ -72,9 +72,13 @@ inline Doubles load<Doubles>(const double* from) {
 }
 inline void store(Doubles p, double* to) { __builtin_memcpy(to, &p.v, sizeof p.v); }
 inline double sum_of(Doubles p) {
+#if defined(__AVX512F__)
+  return _mm512_reduce_add_pd(__m512d(p.v));  // in halves: three additions after each other in place of eight
+#else
   double total = 0;
   for (int l = 0; l < kDoubles; ++l) total += p.v[l];
   return total;
+#endif
 }
 
 #if defined(__AVX512F__)
@@ -90,13 +94,16 @@ inline Doubles min(Doubles a, Doubles b) {
   return Doubles(DoublesData(_mm512_maskz_min_pd(0xFF, __m512d(a.v), __m512d(b.v))));
 }
 
-/// 1/sqrt(a) to 2 units in the last place from the 14 bits of the instruction: two Newton steps. The exact square root
-/// and division keep one port busy for 24 and 16 cycles, this takes 10 operations on two.
+/// k/sqrt(a) to 2 units in the last place from the 14 bits of the instruction: y with a y^2 = 1 - e gives 1/sqrt(a) =
+/// y (1 - e)^(-1/2), whose series ends here with 5/16 e^3; the next term is 2^-54. The exact square root and division
+/// keep one port busy for 24 and 16 cycles.
+inline Doubles over_root(Doubles k, Doubles a) {
+  const Doubles y(DoublesData(_mm512_maskz_rsqrt14_pd(0xFF, __m512d(a.v)))), ky = k * y, e = Doubles(1.0) - a * y * y;
+  return ky + ky * e * (Doubles(0.5) + e * (Doubles(0.375) + Doubles(0.3125) * e));
+}
 inline Doubles rsqrt(Doubles a) {
-  const Doubles half_a = Doubles(-0.5) * a, three_halves(1.5);
-  Doubles y(DoublesData(_mm512_maskz_rsqrt14_pd(0xFF, __m512d(a.v))));
-  y = y * (half_a * y * y + three_halves);
-  return y * (half_a * y * y + three_halves);
+  const Doubles y(DoublesData(_mm512_maskz_rsqrt14_pd(0xFF, __m512d(a.v)))), e = Doubles(1.0) - a * y * y;
+  return y + y * e * (Doubles(0.5) + e * (Doubles(0.375) + Doubles(0.3125) * e));
 }
 /// sqrt(0) is 0, and so is that of a number negative by rounding; NaN stays NaN (the instruction's max gives its second
 /// operand then).
@@ -136,6 +143,7 @@ inline Doubles sqrt(Doubles a) {
 #endif
 }
 inline Doubles rsqrt(Doubles a) { return Doubles(1.0) / sqrt(a); }
+inline Doubles over_root(Doubles k, Doubles a) { return k / sqrt(a); }
 #endif
 
 /// Lane by lane: see power() in laws/number.hpp.
@@ -219,23 +227,6 @@ inline void store4(const Doubles* in, double* const* row) {
 #else
   for (int c = 0; c < 4; ++c)
     for (int l = 0; l < kDoubles; ++l) row[l][c] = in[c].v[l];
-#endif
-}
-
-/// Rows (a, b) of 4 + 4 numbers each, from the columns of a and b. Each row is stored as it will be read, whole: a
-/// wider load than the store before it waits until that has left the processor.
-inline void store_rows(const Doubles* a, const Doubles* b, double* const* row) {
-#if defined(__AVX512F__)
-  __m512d rows_a[4], rows_b[4];
-  transpose4(a, rows_a), transpose4(b, rows_b);
-  for (int l = 0; l < 4; ++l) {
-    _mm512_storeu_pd(row[l], _mm512_maskz_shuffle_f64x2(0xFF, rows_a[l], rows_b[l], 0x44));
-    _mm512_storeu_pd(row[l + 4], _mm512_maskz_shuffle_f64x2(0xFF, rows_a[l], rows_b[l], 0xEE));
-  }
-#else
-  double* second[kDoubles];
-  for (int l = 0; l < kDoubles; ++l) second[l] = row[l] + 4;
-  store4(a, row), store4(b, second);
 #endif
 }
 

@@ -6,28 +6,14 @@
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
-/// Where 8 records begin, in units of 8 bytes; the numbers of the records are `index & mask`.
-struct alignas(32) Offsets {
-  std::uint32_t at[8];
-};
+/// Record `index`, its address worked out by the integer units: GCC would multiply eight indices as a vector, and these
+/// operations would queue behind the arithmetic of the contacts before.
 template <class Record>
-[[gnu::always_inline]] inline Offsets offsets_of(const std::uint32_t* index, std::uint32_t mask) {
-  static_assert(sizeof(Record) % 8 == 0);
-  using Eight = std::uint32_t __attribute__((vector_size(32)));
-  Eight which;
-  __builtin_memcpy(&which, index, sizeof which);
-  which = (which & mask) * static_cast<std::uint32_t>(sizeof(Record) / 8);
-  Offsets o;
-  __builtin_memcpy(o.at, &which, sizeof which);
-  // Worked out together and read back one by one; GCC would take them out of the register one by one, at three times
-  // the cost.
-  asm volatile("" : "+m"(o));
-  return o;
-}
-template <class Record>
-[[gnu::always_inline]] inline Record* record(Record* records, std::uint32_t offset) {
-  using Byte = std::conditional_t<std::is_const_v<Record>, const char, char>;
-  return reinterpret_cast<Record*>(reinterpret_cast<Byte*>(records) + 8 * static_cast<std::size_t>(offset));
+[[gnu::always_inline]] inline Record* record(Record* records, std::size_t index) {
+#if defined(__x86_64__)
+  asm("" : "+r"(index));
+#endif
+  return records + index;
 }
 
 /// Blocks that a pack of P spans, and packs that a block needs.
@@ -38,6 +24,7 @@ inline constexpr int kParts = P::kLanes < 8 ? 8 / P::kLanes : 1;
 
 struct SphereLanes {
   Doubles x[3], r, v[3], m, w[3];
+  Doubles name;  ///< of records in double: bits that are no number, moved only
 };
 
 /// Whole sphere records of kDoubles lanes: (x, r), (v, m), (w, id). Reading records and transposing them in registers
@@ -53,28 +40,32 @@ struct SphereLanes {
     for (int d = 0; d < 3; ++d) vector[d] = group[d];
     if (part == 0) s.r = group[3];
     if (part == 1) s.m = group[3];
+    if (part == 2) s.name = group[3];
   }
   return s;
 }
+/// Records of kSingles lanes, as two packs of doubles.
+[[gnu::always_inline]] inline void load_spheres(const MixedSphere* const* sphere, SphereLanes (&out)[2]) {
+  const float* motion[kSingles];
+  for (int l = 0; l < kSingles; ++l) motion[l] = sphere[l]->v;
+  Singles column[8];
+  load8(motion, column);
+  for (int half = 0; half < 2; ++half) {
+    const double* place[kDoubles];
+    for (int l = 0; l < kDoubles; ++l) place[l] = &sphere[half * kDoubles + l]->x.x;
+    Doubles x[4];
+    load4(place, x);
+    SphereLanes& s = out[half];
+    for (int d = 0; d < 3; ++d) s.x[d] = x[d], s.v[d] = half_of(column[d], half), s.w[d] = half_of(column[4 + d], half);
+    s.r = x[3], s.m = half_of(column[3], half);
+  }
+}
 [[gnu::always_inline]] inline SphereLanes load_spheres(const MixedSphere* const* sphere) {
-  const double* row[kDoubles];
-  Doubles group[4];
-  for (int l = 0; l < kDoubles; ++l) row[l] = &sphere[l]->x.x;
-  load4(row, group);
-  SphereLanes s;
-  s.r = group[3];
-  float column[8][kDoubles];
-  for (int l = 0; l < kDoubles; ++l) {
-    const float* numbers = sphere[l]->v;
-    for (int c = 0; c < 7; ++c) column[c][l] = numbers[c];
-  }
-  for (int d = 0; d < 3; ++d) {
-    s.x[d] = group[d];
-    s.v[d] = load_floats<Doubles>(column[d]);
-    s.w[d] = load_floats<Doubles>(column[4 + d]);
-  }
-  s.m = load_floats<Doubles>(column[3]);
-  return s;
+  const MixedSphere* twice[kSingles];
+  for (int l = 0; l < kSingles; ++l) twice[l] = sphere[l % kDoubles];
+  SphereLanes s[2];
+  load_spheres(twice, s);
+  return s[0];
 }
 /// Of a job at surfaces, in either precision.
 template <class Job>

@@ -21,7 +21,7 @@ void with_rolling(const L& law, const Run& run) {
 template <class P, class L>
 void pairs_of(const L& law, PairJob& job) {
   with_rolling(law, [&](auto rolls) {
-    if (job.book)
+    if (job.book || !law.friction.usual())
       run_pairs<P, rolls.value, true>(law, job);
     else
       run_pairs<P, rolls.value, false>(law, job);
@@ -40,7 +40,12 @@ void MixedLawKernel<L>::pairs(const L& law, PairJob& job) {
 
 template <class L>
 void LawKernel<L>::planes(const L& law, PlaneJob& job) {
-  with_rolling(law, [&](auto rolls) { run_planes<rolls.value>(law, job); });
+  with_rolling(law, [&](auto rolls) {
+    if (job.book || !law.friction.usual())
+      run_planes<rolls.value, true>(law, job);
+    else
+      run_planes<rolls.value, false>(law, job);
+  });
 }
 
 template <class L>

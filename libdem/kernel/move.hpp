@@ -13,6 +13,7 @@ template <class Record>
 inline constexpr int kMoved = std::is_same_v<Record, MixedSphere> ? 2 : 1;
 
 inline void load_moved(Sphere* const* sphere, SphereLanes (&out)[1]) { out[0] = load_spheres(sphere); }
+inline void load_moved(MixedSphere* const* sphere, SphereLanes (&out)[2]) { load_spheres(sphere, out); }
 inline void store_moved(const SphereLanes (&moved)[1], Sphere* const* sphere) {
   const SphereLanes& s = moved[0];
   const auto write = [&](int part, const Doubles* in) {
@@ -20,28 +21,9 @@ inline void store_moved(const SphereLanes (&moved)[1], Sphere* const* sphere) {
     for (int l = 0; l < kDoubles; ++l) row[l] = reinterpret_cast<double*>(sphere[l]) + 4 * part;
     store4(in, row);
   };
-  const Doubles x[4] = {s.x[0], s.x[1], s.x[2], s.r}, v[4] = {s.v[0], s.v[1], s.v[2], s.m};
-  write(0, x), write(1, v);
-  // The fourth number of the spin is the sphere's name: it stays as it is in memory.
-  double w[3][kDoubles];
-  for (int d = 0; d < 3; ++d) store(s.w[d], w[d]);
-  for (int l = 0; l < kDoubles; ++l) sphere[l]->w = {w[0][l], w[1][l], w[2][l]};
-}
-
-inline void load_moved(MixedSphere* const* sphere, SphereLanes (&out)[2]) {
-  const float* motion[kSingles];
-  for (int l = 0; l < kSingles; ++l) motion[l] = sphere[l]->v;
-  Singles column[8];
-  load8(motion, column);
-  for (int half = 0; half < 2; ++half) {
-    const double* place[kDoubles];
-    for (int l = 0; l < kDoubles; ++l) place[l] = &sphere[half * kDoubles + l]->x.x;
-    Doubles x[4];
-    load4(place, x);
-    SphereLanes& s = out[half];
-    for (int d = 0; d < 3; ++d) s.x[d] = x[d], s.v[d] = half_of(column[d], half), s.w[d] = half_of(column[4 + d], half);
-    s.r = x[3], s.m = half_of(column[3], half);
-  }
+  const Doubles x[4] = {s.x[0], s.x[1], s.x[2], s.r}, v[4] = {s.v[0], s.v[1], s.v[2], s.m},
+                w[4] = {s.w[0], s.w[1], s.w[2], s.name};
+  write(0, x), write(1, v), write(2, w);
 }
 inline void store_moved(const SphereLanes (&s)[2], MixedSphere* const* sphere) {
   for (int half = 0; half < 2; ++half) {
@@ -99,24 +81,36 @@ template <class Record>
 void move_spheres(MoveJob& job, Record* spheres) {
   constexpr std::uint32_t width = kMoved<Record> * kDoubles;
   MovedSums sums;
-  Record beyond[width];  // lanes past the end work on copies
-  Accumulator nothing[width];
-  for (std::uint32_t i = job.begin; i < job.end; i += width) {
+  // sphere_at(l), sum_at(l): where lane l lies.
+  const auto step = [&](std::uint32_t count, const auto& sphere_at, const auto& sum_at) __attribute__((always_inline)) {
     Record* sphere[width];
     Accumulator* sum[width];
-    const std::uint32_t count = std::min(job.end - i, width);
-    for (std::uint32_t l = 0; l < width; ++l) {
-      if (l >= count) beyond[l] = spheres[i], nothing[l] = Accumulator{};
-      sphere[l] = l < count ? spheres + i + l : beyond + l;
-      sum[l] = l < count ? job.ring + ((i + l) & job.mask) : nothing + l;
-    }
+    for (std::uint32_t l = 0; l < width; ++l) sphere[l] = sphere_at(l), sum[l] = sum_at(l);
     SphereLanes s[kMoved<Record>];
     load_moved(sphere, s);
+#pragma GCC unroll 2
     for (std::uint32_t part = 0; part < kMoved<Record>; ++part) {
       const std::uint32_t before = part * kDoubles;
       kick_and_drift(job, sum + before, count > before ? count - before : 0, s[part], sums);
     }
     store_moved(s, sphere);
+  };
+  std::uint32_t i = job.begin;
+  // A tile begins at a multiple of its length, and so at one of the width: the ring does not end within a pack.
+  for (; i + width <= job.end; i += width) {
+    Record* const first = spheres + i;
+    Accumulator* const first_sum = job.ring + (i & job.mask);
+    step(
+        width, [&](std::uint32_t l) { return first + l; }, [&](std::uint32_t l) { return first_sum + l; });
+  }
+  if (i < job.end) {
+    Record beyond[width];  // lanes past the end work on copies
+    Accumulator nothing[width];
+    const std::uint32_t count = job.end - i;
+    for (std::uint32_t l = count; l < width; ++l) beyond[l] = spheres[i], nothing[l] = Accumulator{};
+    step(
+        count, [&](std::uint32_t l) { return l < count ? spheres + i + l : beyond + l; },
+        [&](std::uint32_t l) { return l < count ? job.ring + ((i + l) & job.mask) : nothing + l; });
   }
   for (int l = 0; l < kDoubles; ++l)
     if (sums.speed2.v[l] > job.speed2) job.speed2 = sums.speed2.v[l];

@@ -1,18 +1,22 @@
 #pragma once
+#include "libdem/kernel/contact_core.hpp"
 #include "libdem/kernel/lanes.hpp"
 
 /// Spheres on flat faces of boundaries; in double also in mixed precision, but for what the records hold in float.
+/// Without `Book` the law's friction is the usual one (Friction::usual).
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
-template <bool Rolls, class L>
+template <bool Rolls, bool Book, class L>
 void run_planes(const L& by_reference, PlaneJob& job) {
-  const L law = by_reference;  // nothing can point to it: its constants stay in registers
+  L law = by_reference;  // nothing can point to it: its constants stay in registers
+  if constexpr (!Book) law.friction = law.friction.as_usual();
   const double share = lever_share(law);
   const Remembers what(law);
   const MemoryShape shape = shape_of<L, Rolls, false>(law, false);
   const Doubles zero(0.0), one(1.0);
-  Doubles sums[6] = {zero, zero, zero, zero, zero, zero}, force[3] = {zero, zero, zero}, moment[3] = {zero, zero, zero};
+  Doubles sums[4] = {zero, zero, zero, zero}, in_reach = zero, overlap = zero, force[3] = {zero, zero, zero},
+          moment[3] = {zero, zero, zero};
   for (std::uint32_t b = 0; b < job.count; ++b) {
     const PlaneBlock& block = job.blocks[b];
     const std::uint32_t count = b + 1 < job.count ? kBlock : job.contacts - b * kBlock;
@@ -35,19 +39,22 @@ void run_planes(const L& by_reference, PlaneJob& job) {
             i.v[d] - (Doubles(job.velocity[d]) + Doubles(job.spin[e]) * point[g] - Doubles(job.spin[g]) * point[e]);
         a.w_i[d] = i.w[d], a.w_j[d] = Doubles(job.spin[d]);
       }
-      a.r_i = a.r_j = i.r, a.m_i = a.m_j = i.m;
+      a.r_i = a.r_j = i.r;
       const BlockMemory memory[1] = {BlockMemory::at(job.lines, job.count, shape, b)};
       Meeting<Doubles> meeting;
       meet<false, Rolls, L>(share, a, meeting);
-      auto h = load_history<Doubles, kOwn<L>, Rolls, true>(memory, first, what);
+      effective<false, Rolls, L>(i.r, i.m, i.r, i.m, meeting.effective);
+      auto h = load_history<Doubles, kOwn<L>, Rolls, Book>(memory, first, what);
       Response<Doubles> c = respond<false, Rolls, Doubles>(law, meeting, h, job.elapsed);
-      store_history<Doubles, kOwn<L>, Rolls, true>(h, memory, first, what);
+      store_history<Doubles, kOwn<L>, Rolls, Book>(h, memory, first, what);
       store_response(c, select(a.overlap > zero, one, zero), f + first, t + first, unused + first);
       const DoublesMask used = lanes_below(count, first);
-      const Doubles add[6] = {
-          c.damped, c.slid, c.rolled, c.stored, select(a.overlap >= Doubles(-job.reach), one, zero), a.overlap / i.r};
-      for (int k = 0; k < 5; ++k) sums[k] += select(used, add[k], zero);
-      sums[5] = max(sums[5], select(used, add[5], zero));
+      in_reach += select(used, select(a.overlap >= Doubles(-job.reach), one, zero), zero);
+      if constexpr (Book) {
+        const Doubles add[4] = {c.damped, c.slid, c.rolled, c.stored};
+        for (int k = 0; k < 4; ++k) sums[k] += select(used, add[k], zero);
+        overlap = max(overlap, select(used, a.overlap / i.r, zero));
+      }
       for (int d = 0; d < 3; ++d) {
         const int e = (d + 1) % 3, g = (d + 2) % 3;
         force[d] += select(used, -c.f[d], zero);
@@ -60,12 +67,13 @@ void run_planes(const L& by_reference, PlaneJob& job) {
       a.t += t[l];
     }
   }
+  job.sums.in_reach += sum_of(in_reach);
+  for (int d = 0; d < 3; ++d) job.force[d] += sum_of(force[d]), job.moment[d] += sum_of(moment[d]);
+  if constexpr (!Book) return;
   for (int k = 0; k < 3; ++k) job.sums.lost[k] += sum_of(sums[k]);
   job.sums.stored += sum_of(sums[3]);
-  job.sums.in_reach += sum_of(sums[4]);
   for (int l = 0; l < kDoubles; ++l)
-    if (sums[5].v[l] > job.sums.overlap) job.sums.overlap = sums[5].v[l];
-  for (int d = 0; d < 3; ++d) job.force[d] += sum_of(force[d]), job.moment[d] += sum_of(moment[d]);
+    if (overlap.v[l] > job.sums.overlap) job.sums.overlap = overlap.v[l];
 }
 
 }  // namespace SUBSOIL_ISA

@@ -72,6 +72,7 @@ inline Singles rsqrt(Singles a) {
   const Singles y(SinglesData(_mm512_maskz_rsqrt14_ps(0xFFFF, __m512(a.v))));
   return y * (Singles(-0.5) * a * y * y + Singles(1.5));
 }
+inline Singles over_root(Singles k, Singles a) { return k * rsqrt(a); }
 inline Singles sqrt(Singles a) {
   const Singles root = max(Singles(0.0), a) * rsqrt(max(Singles(1e-37), a));
   return root;
@@ -105,6 +106,7 @@ inline Singles sqrt(Singles a) {
 #endif
 }
 inline Singles rsqrt(Singles a) { return Singles(1.0) / sqrt(a); }
+inline Singles over_root(Singles k, Singles a) { return k / sqrt(a); }
 #endif
 
 inline Singles pow(Singles a, double n) {

@@ -116,6 +116,8 @@ struct PairRun {
   std::uint32_t law, first, blocks;  ///< `first` counts in PairBlock
   std::size_t lines;                 ///< where the memory of the first block begins
   bool near;                         ///< its blocks sleep
+  double wakes = 0;                  ///< path at which the first of them does so no longer
+  bool alike;                        ///< all its spheres have one radius and one mass
 };
 
 /// Spheres near a flat face of a boundary, far from the face's edges: all that is left of it is a plane.
@@ -133,27 +135,14 @@ struct alignas(64) Accumulator {
   Four t;  ///< N m; number of touching contacts
 };
 
-/// What a contact takes off the sums of its partner.
-struct alignas(64) Push {
-  using Real = double;
-  double f[4];  ///< N; the last is not used
-  double t[4];  ///< N m; number of touching contacts
-};
-struct SinglePush {
-  using Real = float;
-  float f[4], t[4];
-};
-
-/// What one block of contacts does, before it is added up.
+/// What one block of contacts does, before it is added up; columns of eight.
 struct alignas(64) BlockResult {
-  static constexpr int kColumns = 7;  ///< force, torque, number of touching contacts
+  static constexpr int kTouching = 9, kColumns = 10;
+  /// Force on the owner, which its partner gets turned round; torque on the owner, on the partner; 1 where they touch,
+  /// in booked steps only.
   union {
-    double own[kColumns][kBlock];        ///< added to the owners
-    float own_single[kColumns][kBlock];  ///< mixed precision
-  };
-  union {
-    Push other[kBlock];
-    SinglePush other_single[kBlock];
+    double push[kColumns][kBlock];
+    float push_single[kColumns][kBlock];  ///< mixed precision
   };
   double sums[6][kBlock];  ///< J: lost in damping, sliding, rolling, stored; in reach (1 or 0); overlap/smaller radius
   double overlap[kBlock];  ///< m
@@ -175,6 +164,7 @@ struct PairJob {
   const BlockShape* shapes;
   Line* lines;
   std::uint32_t count;
+  bool alike;  ///< all spheres have one radius and one mass
   double elapsed;
   // How far any sphere of the neighbourhood may have gone since the lists were built, m, and for sleeping blocks where
   // that ends their sleep; null where blocks do not sleep.
@@ -190,13 +180,17 @@ struct PairJob {
   const std::uint32_t* ready_block;
   BlockResult* ready;
   std::uint32_t ready_count;
-  // Spheres that the next tile will meet first: fetched into the cache meanwhile, a few with each block.
+  // Fetched into the cache meanwhile, a few with each block: spheres that the next tile will meet first, and the
+  // blocks of the run after this and their memory; null where there is none.
   std::uint32_t ahead, ahead_count;
+  const PairBlock* next_blocks;
+  const Line* next_lines;
   RunSums sums;
   bool broke;  ///< set when a bond did
 };
 
 struct PlaneJob {
+  bool book;  ///< as of a PairJob
   const Sphere* spheres;
   const MixedSphere* mixed;
   const PlaneBlock* blocks;

@@ -1,4 +1,5 @@
 #pragma once
+#include "libdem/kernel/contact_core.hpp"
 #include "libdem/kernel/lanes.hpp"
 
 /// Spheres at edges, corners and curved surfaces.
@@ -20,9 +21,10 @@ void run_surface(const L& law, SurfaceJob& job) {
       a.w_i[d] = i.w[d], a.w_j[d] = load<Doubles>(job.spin[d] + first);
     }
     a.overlap = i.r - load<Doubles>(job.distance + first);
-    a.r_i = a.r_j = i.r, a.m_i = a.m_j = i.m;
+    a.r_i = a.r_j = i.r;
     Meeting<Doubles> meeting;
     meet<false, Rolls, L>(lever_share(law), a, meeting);
+    effective<false, Rolls, L>(i.r, i.m, i.r, i.m, meeting.effective);
     auto h = load_history<Doubles, kOwn<L>, Rolls, true>(memory, first, what);
     const Response<Doubles> c = respond<false, Rolls, Doubles>(law, meeting, h, job.elapsed);
     store_history<Doubles, kOwn<L>, Rolls, true>(h, memory, first, what);

@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <limits>
 
 #include "libdem/laws/number.hpp"
 
@@ -37,6 +38,12 @@ struct NormalForce {
   Mask<T> engaged;  ///< surfaces touch: tangential and rolling resistance act
   T lost = T(0.0);  ///< J lost in this step other than by `damping`: plastic work, and what tears; 0 for elastic laws
 };
+
+/// What `clip attraction` leaves of a normal force at least.
+template <class T>
+inline T least_force(bool clip) {
+  return T(clip ? 0.0 : -std::numeric_limits<double>::infinity());
+}
 
 /// Numbers that a contact may keep for its law at most.
 inline constexpr int kOwnMemory = 2;

@@ -56,27 +56,27 @@ template <class T, int D>
   const T zero(0.0), one(1.0), half(0.5);
   const T kept = changing == Changing::keep_spring ? one : changing == Changing::keep_force ? growth : min(one, growth);
   const T keep = select(engaged, kept, zero);
-  T x0[D], trial[D], g[D], g2 = zero, x2 = zero;
+  T x0[D], trial[D], viscous[D], g[D], g2 = zero, x2 = zero;
   for (int d = 0; d < D; ++d) {
     x0[d] = x[d] * keep;
-    trial[d] = x0[d] + v[d] * dt;
-    g[d] = k * trial[d] + c * v[d];
+    trial[d] = select(engaged, x0[d] + v[d] * dt, zero);
+    viscous[d] = c * v[d];
+    g[d] = k * trial[d] + viscous[d];
     g2 = g2 + g[d] * g[d];
     x2 = x2 + x[d] * x[d];
   }
   const T limit = select(slipping_before > half, limit_kinetic, limit_static);
   const auto slip = g2 > limit * limit;
-  const T scale = select(slip, limit_kinetic * rsqrt(max(g2, tiny<T>())), one);
+  const T scale = select(slip, over_root(limit_kinetic, max(g2, tiny<T>())), one);
   out.slipping = select(both(engaged, slip), one, zero);
   out.slid = half * x2 * k * (growth - keep * keep);
   out.damped = zero;
   for (int d = 0; d < D; ++d) {
     const T force = select(engaged, g[d] * scale, zero);
-    // Without a spring the limited force is all there is: it counts as a dashpot.
-    const T viscous = select(slip, select(k > zero, zero, force), c * v[d]);
     out.force[d] = force;
-    out.dashpot[d] = select(engaged, viscous, zero);
-    out.x[d] = select(engaged, select(slip, force * soft, trial[d]), zero);
+    // Without a spring the limited force is all there is: it counts as a dashpot.
+    out.dashpot[d] = select(engaged, select(slip, select(k > zero, zero, force), viscous[d]), zero);
+    out.x[d] = select(slip, force * soft, trial[d]);
     out.slid = out.slid + select(engaged, half * k * (x0[d] + out.x[d]) * (trial[d] - out.x[d]), zero);
     out.damped = out.damped + half * (dashpot_before[d] + out.dashpot[d]) * v[d] * dt;
   }
@@ -122,6 +122,17 @@ struct Friction {
              "radius");
   }
 
+  /// What most beds have. Steps that book nothing are compiled for this alone; others cost about a third more.
+  bool usual() const {
+    return tangential == Tangential::spring && changing == Changing::lossy && rolling != Rolling::constant_torque;
+  }
+  /// The same when usual(), in words that the compiler can follow.
+  Friction as_usual() const {
+    Friction f = *this;
+    f.tangential = Tangential::spring, f.changing = Changing::lossy, f.rolling = Rolling::elastic_plastic;
+    if (rolling == Rolling::none) f.mu_r = 0;
+    return f;
+  }
   bool resists_rolling() const { return (rolling != Rolling::none && mu_r > 0) || resists_twist(); }
   bool resists_twist() const { return mu_t > 0; }
   bool remembers_slip() const { return !std::isnan(mu_d) && mu_d != mu; }

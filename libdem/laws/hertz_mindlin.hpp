@@ -59,7 +59,7 @@ struct HertzMindlin : ElasticPair {
     const T c_n = damp * sqrt(n.k_n) * a.root_m;
     n.c_t = T(std::sqrt(4 * G_eff / E_eff)) * c_n;
     const T viscous = c_n * a.rate;
-    const T total = clip ? max(zero, spring + viscous) : spring + viscous;
+    const T total = max(least_force<T>(clip), spring + viscous);
     n.force = select(n.engaged, total, zero);
     n.damping = select(n.engaged, total - spring, zero);
     n.stored = T(0.4) * spring * max(a.overlap, zero);

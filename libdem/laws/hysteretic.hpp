@@ -97,7 +97,7 @@ struct Hysteretic {
     const T spring = select(loads, k1 * depth, k2 * max(depth - reached, zero));
     const T viscous =
         damping_factor > 0 ? T(2 * damping_factor * damping_ratio(restitution)) * sqrt(k1) * a.root_m * a.rate : zero;
-    const T total = clip ? max(zero, spring + viscous) : spring + viscous;
+    const T total = max(least_force<T>(clip), spring + viscous);
     n.force = select(n.engaged, total, zero);
     n.damping = n.force - spring;
     n.stored = half * spring * spring / k2;

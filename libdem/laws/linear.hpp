@@ -64,7 +64,7 @@ struct Linear {
     n.engaged = a.overlap > zero;
     const T spring = T(k_n) * a.overlap;
     const T viscous = damp * a.root_m * a.rate;
-    const T total = clip ? max(zero, spring + viscous) : spring + viscous;
+    const T total = max(least_force<T>(clip), spring + viscous);
     n.force = select(n.engaged, total, zero);
     n.damping = select(n.engaged, total - spring, zero);
     n.stored = select(n.engaged, T(0.5) * spring * a.overlap, zero);

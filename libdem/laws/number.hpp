@@ -14,7 +14,8 @@ inline double max(double a, double b) { return a > b ? a : b; }
 inline double min(double a, double b) { return a < b ? a : b; }
 inline double sqrt(double a) { return std::sqrt(a); }
 inline double pow(double a, double n) { return std::pow(a, n); }
-inline double rsqrt(double a) { return 1 / std::sqrt(a); }  ///< 1/sqrt(a), a > 0
+inline double rsqrt(double a) { return 1 / std::sqrt(a); }                ///< 1/sqrt(a), a > 0
+inline double over_root(double k, double a) { return k / std::sqrt(a); }  ///< k/sqrt(a), a > 0
 inline double log(double a) { return std::log(a); }
 inline bool both(bool a, bool b) { return a && b; }
 inline bool any(bool a) { return a; }  ///< in any lane: skips what no contact of a pack needs

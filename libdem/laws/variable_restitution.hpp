@@ -90,7 +90,7 @@ struct VariableRestitution {
     const T spring = T(linear ? 1 : 2.0 / 3.0) * n.k_n * depth;
     const T damp = T(factor()) * beta * sqrt(n.k_n) * a.root_m;
     const T viscous = select(n.engaged, damp * a.rate, zero);
-    n.force = clip ? max(zero, spring + viscous) : spring + viscous;
+    n.force = max(least_force<T>(clip), spring + viscous);
     n.damping = clip ? n.force - spring : viscous;
     n.stored = T(linear ? 0.5 : 0.4) * spring * depth;
     n.grip = max(zero, n.force);

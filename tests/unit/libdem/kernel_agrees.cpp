@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "libdem/kernel/streams.hpp"
 #include "tests/tools/dem_reference.hpp"
 
@@ -118,6 +120,8 @@ std::vector<Answer> evaluate_pairs(const Kernel& kernel, const Law& law, const s
   if (cases.size() % kBlock != 0) shapes.back().lanes = cases.size() % kBlock;
   job.shapes = shapes.data();
   job.count = static_cast<std::uint32_t>(blocks_needed);
+  job.alike = std::all_of(spheres.begin(), spheres.end(),
+                          [&](const Sphere& s) { return s.r == spheres[0].r && s.m == spheres[0].m; });
   job.elapsed = dt;
   job.ring = sums.data(), job.mask = static_cast<std::uint32_t>(ring - 1);
   kernel.pairs(law, job);
@@ -177,11 +181,16 @@ TEST(Kernels, AgreeWithTheScalarContact) {
       for (int trial = 0; trial < 2000; ++trial) {
         const bool wall = trial % 3 == 0;
         Case c = random_case(dice, wall);
+        if (trial % 7 == 0 && !wall) {  // alike, which the kernel works out once for all
+          c.distance += c.i.r - c.j.r;
+          c.j.r = c.i.r, c.j.m = c.i.m;
+        }
         if (trial % 4 < 2) touch(resolved, c);
         load_bond(resolved, c, dice);
         const double dt = trial % 5 == 0 ? 0 : 1e-5;
+        const bool booked = trial % 2 == 0;
         const Answer got = wall ? evaluate_surface(kernel, resolved, {c}, dt)[0]
-                                : evaluate_pairs(kernel, resolved, {c}, dt, trial % 2 == 0)[0];
+                                : evaluate_pairs(kernel, resolved, {c}, dt, booked)[0];
         ContactResult want = std::visit(
             [&](const auto& l) { return reference_contact(l, c.n, c.distance, c.i, c.j, dt, c.history); }, resolved);
         if (const Bond* bond = bond_of(resolved); bond != nullptr && !wall) {
@@ -201,7 +210,8 @@ TEST(Kernels, AgreeWithTheScalarContact) {
         if (law_twists(resolved)) {
           EXPECT_NEAR(got.state.twist, c.history.twist, 1e-9 * 1e-2) << kernel.name << name;
         }
-        EXPECT_EQ(got.touching, overlap > 0 ? 1 : 0);
+        // Unbooked steps do not count what touches.
+        if (wall || booked) EXPECT_EQ(got.touching, overlap > 0 ? 1 : 0);
         const int numbers = std::visit([]<class L>(const L&) { return own_memory<L>(); }, resolved);
         for (int k = 0; k < numbers; ++k)
           EXPECT_NEAR(got.state.own[k], c.history.own[k], 1e-9 * (std::abs(c.history.own[k]) + 1e-6))

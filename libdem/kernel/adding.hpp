@@ -1,0 +1,166 @@
+#pragma once
+#include "libdem/kernel/lanes.hpp"
+
+/// What blocks of pairs give to the sums of their spheres: in double in either precision, in the order of blocks and
+/// lanes.
+namespace subsoil::dem {
+inline namespace SUBSOIL_ISA {
+
+/// Force and torque of one lane.
+#if defined(__AVX512F__)
+struct Row {
+  __m512d all;
+};
+#else
+struct Row {
+  Four f, t;
+};
+#endif
+
+/// Rows from the columns of force and torque.
+[[gnu::always_inline]] inline void make_rows(const Doubles (&f)[4], const Doubles (&t)[4], Row (&row)[kDoubles]) {
+#if defined(__AVX512F__)
+  __m512d rows_f[4], rows_t[4];
+  transpose4(f, rows_f), transpose4(t, rows_t);
+  for (int l = 0; l < 4; ++l) {
+    row[l].all = _mm512_maskz_shuffle_f64x2(0xFF, rows_f[l], rows_t[l], 0x44);
+    row[l + 4].all = _mm512_maskz_shuffle_f64x2(0xFF, rows_f[l], rows_t[l], 0xEE);
+  }
+#else
+  double* rows_f[kDoubles];
+  double* rows_t[kDoubles];
+  for (int l = 0; l < kDoubles; ++l)
+    rows_f[l] = reinterpret_cast<double*>(&row[l].f), rows_t[l] = reinterpret_cast<double*>(&row[l].t);
+  store4(f, rows_f), store4(t, rows_t);
+#endif
+}
+
+/// For the owner of a pair.
+[[gnu::always_inline]] inline void add(Accumulator& sum, const Row& row) {
+#if defined(__AVX512F__)
+  auto* of = reinterpret_cast<double*>(&sum);
+  _mm512_store_pd(of, _mm512_add_pd(_mm512_load_pd(of), row.all));
+#else
+  sum.f += row.f, sum.t += row.t;
+#endif
+}
+/// For the partner: the force is taken off, the torque is its own.
+[[gnu::always_inline]] inline void react(Accumulator& sum, const Row& row) {
+#if defined(__AVX512F__)
+  auto* of = reinterpret_cast<double*>(&sum);
+  const __m512d sign = _mm512_set_pd(1, 1, 1, 1, -1, -1, -1, -1);
+  _mm512_store_pd(of, _mm512_fmadd_pd(sign, row.all, _mm512_load_pd(of)));
+#else
+  sum.f -= row.f, sum.t += row.t;
+#endif
+}
+
+/// use(lane, row) for those of a pack's lanes that are below `lanes`.
+template <class Use>
+[[gnu::always_inline]] inline void each_row(const Row (&row)[kDoubles], int first, std::uint32_t lanes,
+                                            const Use& use) {
+  if (lanes >= static_cast<std::uint32_t>(first + kDoubles)) {
+#pragma GCC unroll 8
+    for (int l = 0; l < kDoubles; ++l) use(first + l, row[l]);
+  } else {
+    Row in_memory[kDoubles];  // the others stay in registers
+    for (int l = 0; l < kDoubles; ++l) in_memory[l] = row[l];
+    for (int l = first; l < static_cast<int>(lanes); ++l) use(l, in_memory[l - first]);
+  }
+}
+
+template <class P>
+[[gnu::always_inline]] inline Doubles pushed(const BlockResult& r, int k, int first) {
+  if constexpr (std::is_same_v<P, Doubles>)
+    return load<Doubles>(r.push[k] + first);
+  else
+    return load_floats<Doubles>(r.push_single[k] + first);
+}
+
+/// Adds a block's forces to its partners, with `Count` also the touching contacts.
+template <class P, bool Count>
+[[gnu::always_inline]] inline void add_partners(const BlockResult& r, const PairBlock& block, std::uint32_t lanes,
+                                                Accumulator* ring, std::uint32_t mask) {
+  for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles) {
+    const auto column = [&](int k) { return pushed<P>(r, k, first); };
+    const Doubles zero(0.0), f[4] = {column(0), column(1), column(2), zero},
+                             t[4] = {column(6), column(7), column(8), Count ? column(BlockResult::kTouching) : zero};
+    Row row[kDoubles];
+    make_rows(f, t, row);
+    each_row(row, first, lanes, [&](int l, const Row& of) { react(*record(ring, block.other[l] & mask), of); });
+  }
+}
+
+/// What the blocks of the present slice give to its owners.
+template <bool Count>
+struct OwnerSums {
+  static constexpr int kParts = static_cast<int>(kBlock) / kDoubles, kColumns = Count ? 7 : 6;
+  Doubles column[kColumns][kParts];
+  const PairBlock* block = nullptr;  ///< that began the slice
+  std::uint32_t lanes = 0;
+
+  template <class P>
+  [[gnu::always_inline]] void add(const BlockResult& r, const PairBlock& b, const BlockShape& shape, Accumulator* ring,
+                                  std::uint32_t mask) {
+    if (shape.begins) {
+      give(ring, mask);
+      block = &b, lanes = shape.lanes;
+      for (auto& parts : column)
+        for (Doubles& part : parts) part = Doubles(0.0);
+    }
+    const auto from = [&](int k, int first) { return pushed<P>(r, k < 6 ? k : BlockResult::kTouching, first); };
+    for (int part = 0; part < kParts; ++part) {
+      const int first = part * kDoubles;
+      if (shape.lanes == kBlock) {
+        for (int k = 0; k < kColumns; ++k) column[k][part] += from(k, first);
+      } else {
+        const DoublesMask used = lanes_below(shape.lanes, first);
+        for (int k = 0; k < kColumns; ++k) column[k][part] += select(used, from(k, first), Doubles(0.0));
+      }
+    }
+  }
+
+  /// To the ring; lane by lane, since a block of near pairs may have an owner twice.
+  [[gnu::always_inline]] void give(Accumulator* ring, std::uint32_t mask) {
+    if (block == nullptr) return;
+    for (int part = 0; part < kParts; ++part) {
+      const Doubles zero(0.0),
+          f[4] = {column[0][part], column[1][part], column[2][part], zero},
+          t[4] = {column[3][part], column[4][part], column[5][part], Count ? column[kColumns - 1][part] : zero};
+      Row row[kDoubles];
+      make_rows(f, t, row);
+      each_row(row, part * kDoubles, lanes,
+               [&](int l, const Row& of) { dem::SUBSOIL_ISA::add(*record(ring, block->owner[l] & mask), of); });
+    }
+    block = nullptr;
+  }
+};
+
+/// BlockResult::sums of many blocks, lane by lane.
+struct alignas(64) BlockSums {
+  double of[6][kBlock] = {};
+
+  /// Lanes beyond `count` have repeated another pair.
+  void add(const BlockResult& r, std::uint32_t count) {
+    for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles) {
+      const DoublesMask used = lanes_below(count, first);
+      const auto lanes = [&](int k) { return select(used, load<Doubles>(r.sums[k] + first), Doubles(0.0)); };
+      for (int k = 0; k < 5; ++k) store(load<Doubles>(of[k] + first) + lanes(k), of[k] + first);
+      store(max(load<Doubles>(of[5] + first), lanes(5)), of[5] + first);
+    }
+  }
+  double total(int k) const {
+    double t = 0;
+    for (const double x : of[k]) t += x;
+    return t;
+  }
+  double largest(int k) const {
+    double t = of[k][0];
+    for (const double x : of[k])
+      if (x > t) t = x;
+    return t;
+  }
+};
+
+}  // namespace SUBSOIL_ISA
+}  // namespace subsoil::dem

@@ -1,0 +1,109 @@
+#pragma once
+#include "libdem/kernel/lanes.hpp"
+
+/// Spheres of the pairs of a pack, from their records to columns.
+namespace subsoil::dem {
+inline namespace SUBSOIL_ISA {
+
+/// The spheres of a pack as they lie in memory, and the differences that must be taken in double.
+template <class P>
+struct Gap {
+  P n[3], d2;  ///< from j to i, m; its square
+  P excess;    ///< (r_i + r_j)^2 - d2, which must be taken in double; mixed precision only
+  P v[3], w_i[3], w_j[3];
+  P r_i, m_i, r_j, m_j;
+};
+
+/// The owners of a slice, each number of all eight side by side.
+template <class P>
+struct alignas(64) Owners;
+template <>
+struct alignas(64) Owners<Doubles> {
+  double x[3][kBlock], r[kBlock], v[3][kBlock], m[kBlock], w[3][kBlock];
+};
+template <>
+struct alignas(64) Owners<Singles> {
+  double x[3][kBlock], r[kBlock];
+  float motion[8][kBlock];  ///< v, m, w, r
+};
+
+[[gnu::always_inline]] inline void read(const Sphere* spheres, const std::uint32_t* owner, Owners<Doubles>& out) {
+  for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles) {
+    const Sphere* i[kDoubles];
+    for (int l = 0; l < kDoubles; ++l) i[l] = record(spheres, owner[first + l]);
+    const SphereLanes a = load_spheres(i);
+    for (int d = 0; d < 3; ++d) store(a.x[d], out.x[d] + first), store(a.v[d], out.v[d] + first);
+    for (int d = 0; d < 3; ++d) store(a.w[d], out.w[d] + first);
+    store(a.r, out.r + first), store(a.m, out.m + first);
+  }
+}
+[[gnu::always_inline]] inline void read(const MixedSphere* spheres, const std::uint32_t* owner, Owners<Singles>& out) {
+  for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles) {
+    const double* x[kDoubles];
+    for (int l = 0; l < kDoubles; ++l) x[l] = &record(spheres, owner[first + l])->x.x;
+    Doubles a[4];
+    load4(x, a);
+    for (int d = 0; d < 3; ++d) store(a[d], out.x[d] + first);
+    store(a[3], out.r + first);
+  }
+  float beyond[kSingles];  // of a pack wider than a block
+  for (int first = 0; first < static_cast<int>(kBlock); first += kSingles) {
+    const float* motion[kSingles];
+    for (int l = 0; l < kSingles; ++l) motion[l] = record(spheres, owner[(first + l) % static_cast<int>(kBlock)])->v;
+    Singles a[8];
+    load8(motion, a);
+    for (int k = 0; k < 8; ++k) store_each(a[k], [&](int half) { return half == 0 ? out.motion[k] + first : beyond; });
+  }
+}
+
+[[gnu::always_inline]] inline void read(const Sphere* spheres, const Owners<Doubles>* const (&own)[1],
+                                        const std::uint32_t* const (&other)[1], int first, Gap<Doubles>& out) {
+  const Sphere* j[kDoubles];
+  for (int l = 0; l < kDoubles; ++l) j[l] = record(spheres, other[0][first + l]);
+  const SphereLanes b = load_spheres(j);
+  const auto a = [&](const double* column) { return load<Doubles>(column + first); };
+  for (int d = 0; d < 3; ++d) {
+    out.n[d] = a(own[0]->x[d]) - b.x[d];
+    out.v[d] = a(own[0]->v[d]) - b.v[d];
+    out.w_i[d] = a(own[0]->w[d]), out.w_j[d] = b.w[d];
+  }
+  out.d2 = dot3(out.n, out.n);
+  out.r_i = a(own[0]->r), out.m_i = a(own[0]->m), out.r_j = b.r, out.m_j = b.m;
+}
+
+[[gnu::always_inline]] inline void read(const MixedSphere* spheres, const Owners<Singles>* const (&own)[kSpan<Singles>],
+                                        const std::uint32_t* const (&other)[kSpan<Singles>], int first,
+                                        Gap<Singles>& out) {
+  const float* j[kSingles];
+  Doubles n[2][3], excess[2];
+  for (int half = 0; half < 2; ++half) {
+    const double* x_j[kDoubles];
+    const int block = kSpan<Singles> == 2 ? half : 0, from = kSpan<Singles> == 2 ? 0 : first + half * kDoubles;
+    for (int l = 0; l < kDoubles; ++l) {
+      const MixedSphere* b = record(spheres, other[block][from + l]);
+      x_j[l] = &b->x.x;
+      j[half * kDoubles + l] = b->v;
+    }
+    Doubles b[4];
+    load4(x_j, b);
+    for (int d = 0; d < 3; ++d) n[half][d] = load<Doubles>(own[block]->x[d] + from) - b[d];
+    const Doubles reach = load<Doubles>(own[block]->r + from) + b[3];
+    excess[half] = reach * reach - dot3(n[half], n[half]);
+  }
+  Singles a[8], b[8];
+  for (int k = 0; k < 8; ++k) a[k] = load_each<Singles>([&](int half) { return own[half]->motion[k] + first; });
+  load8(j, b);
+  for (int d = 0; d < 3; ++d) {
+    out.n[d] = join(n[0][d], n[1][d]);
+    out.v[d] = a[d] - b[d];
+    out.w_i[d] = a[4 + d], out.w_j[d] = b[4 + d];
+  }
+  out.d2 = dot3(out.n, out.n), out.excess = join(excess[0], excess[1]);
+  out.m_i = a[3], out.r_i = a[7], out.m_j = b[3], out.r_j = b[7];
+}
+
+inline const Sphere* records(const PairJob& job, Doubles) { return job.spheres; }
+inline const MixedSphere* records(const PairJob& job, Singles) { return job.mixed; }
+
+}  // namespace SUBSOIL_ISA
+}  // namespace subsoil::dem
