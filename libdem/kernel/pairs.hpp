@@ -125,10 +125,9 @@ void run_pairs(const L& by_reference, PairJob& job) {
   }
   const char* ahead = reinterpret_cast<const char*>(spheres + job.ahead);
   const char* const ahead_end = reinterpret_cast<const char*>(spheres + job.ahead + job.ahead_count);
-  const std::ptrdiff_t stride = count > 0 ? ((ahead_end - ahead) / count + 1) * room : 0;
+  const std::size_t stride =
+      count > 0 ? (static_cast<std::size_t>(ahead_end - ahead) / count / sizeof(Line) + 1) * sizeof(Line) : 0;
   for (std::uint32_t k = 0; k < count;) {
-    for (const char* until = ahead + stride; ahead < until && ahead < ahead_end; ahead += 64)
-      __builtin_prefetch(ahead, 0, 2);
     // With each block of touching pairs that of the group after this one is fetched; here what the next run begins
     // with.
     if (k + 2 * room >= count && k + room < count && job.next_blocks != nullptr) {
@@ -160,6 +159,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
         const std::uint32_t at = todo[g * span + s];
         i[s] = own[at], j[s] = job.blocks[which[at]].other;
         fetch(job.blocks + which[at] + room, sizeof(PairBlock));
+        if (ahead < ahead_end) fetch(ahead, stride), ahead += stride;
       }
       for (int part = 0; part < kParts<P>; ++part) {
         Gap<P> gap;
