@@ -59,6 +59,13 @@ struct PairHistories {
   std::vector<PairHistory> pairs;
   std::vector<BondHistory> bonds;
 };
+/// The streams of pairs as they were before a rebuild; afterwards storage for those of the next.
+struct OldPairs {
+  std::vector<PairRun> runs;
+  Buffer<PairBlock> blocks;
+  Buffer<BlockShape> shapes;
+  Buffer<Line> lines;
+};
 struct SurfaceHistory {
   std::uint32_t sphere, boundary;
   Vec3 normal;  ///< shape axes
@@ -142,6 +149,7 @@ struct Bed::Impl {
   Buffer<BlockShape> shapes;
   Buffer<double> wake;  ///< per block
   Buffer<Line> lines;   ///< memory of pairs
+  OldPairs old;
   std::vector<PlaneRun> plane_runs;
   std::vector<PlaneJob> plane_jobs;  ///< by boundary, of this step
   std::vector<PlaneBlock> plane_blocks;
@@ -212,12 +220,15 @@ struct Bed::Impl {
 
   // lists.cpp
   void build_runs(struct HalfList& list);
-  void put_pairs(const struct HalfList& list, const std::vector<PairHistories>& histories,
-                 const std::vector<std::uint32_t>& new_index);
+  /// Contact memory into the new lists, from the old ones if there are any, else from what waits.
+  void put_pairs(const struct HalfList& list, const std::vector<std::uint32_t>& new_index);
   void build_surfaces();
   void put_surfaces(std::vector<SurfaceHistory>& histories, const std::vector<std::uint32_t>& new_index);
   void divide_work();
   void find_borders();
+  template <class UsePair, class UseBond>
+  void each_history(const PairRun& run, const Buffer<PairBlock>& of_blocks, const Buffer<BlockShape>& of_shapes,
+                    const Buffer<Line>& of_lines, const UsePair& use_pair, const UseBond& use_bond) const;
   /// All that are not empty, by place of the spheres; in parts, since a single array would double the memory.
   std::vector<PairHistories> pair_histories() const;
   /// use(block of the run, lane) for each pair.

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -22,8 +23,8 @@ struct Classes {
   std::uint32_t count() const { return laws * (1 + kGapClasses); }
   std::uint32_t of(std::uint32_t law, double gap, double skin) const {
     if (gap < kTouchingShare * skin) return law;
-    int doublings = 0;  // gap/skin = f 2^doublings, f in [0.5, 1)
-    std::frexp(gap / skin, &doublings);
+    // gap/skin = f 2^doublings, f in [0.5, 1): the exponent of a float, whose bias is 126 for such f.
+    const int doublings = static_cast<int>(std::bit_cast<std::uint32_t>(static_cast<float>(gap / skin)) >> 23) - 126;
     const int width = std::clamp(doublings + static_cast<int>(kGapClasses) - 1, 0, static_cast<int>(kGapClasses) - 1);
     return laws + law * kGapClasses + static_cast<std::uint32_t>(width);
   }
@@ -34,10 +35,16 @@ class Slices {
  public:
   /// Partners of each sphere of the tile.
   explicit Slices(const std::array<std::uint32_t, kTile>& pairs) {
-    std::iota(place_.begin(), place_.end(), std::uint32_t{0});
-    std::stable_sort(place_.begin(), place_.end(),
-                     [&](std::uint32_t a, std::uint32_t b) { return pairs[a] > pairs[b]; });
-    while (owners_ < kTile && pairs[place_[owners_]] > 0) ++owners_;
+    // Counting sort, stable; those with many pairs share the first counter.
+    constexpr std::uint32_t many = 63;
+    std::array<std::uint32_t, many + 2> next{};
+    const auto counter = [&](std::uint32_t k) { return many - std::min(pairs[k], many); };
+    for (std::uint32_t k = 0; k < kTile; ++k) ++next[counter(k) + 1];
+    owners_ = kTile - next[many + 1];
+    std::partial_sum(next.begin(), next.end(), next.begin());
+    for (std::uint32_t k = 0; k < kTile; ++k) place_[next[counter(k)]++] = k;
+    const auto shared = std::find_if(place_.begin(), place_.end(), [&](std::uint32_t k) { return pairs[k] < many; });
+    std::stable_sort(place_.begin(), shared, [&](std::uint32_t a, std::uint32_t b) { return pairs[a] > pairs[b]; });
     for (std::uint32_t first = 0; first < owners_; first += kBlock) {
       first_block_[first / kBlock] = blocks_;
       blocks_ += pairs[place_[first]];
@@ -187,8 +194,27 @@ void Bed::Impl::build_runs(HalfList& list) {
   }
 }
 
-void Bed::Impl::put_pairs(const HalfList& list, const std::vector<PairHistories>& histories,
-                          const std::vector<std::uint32_t>& new_index) {
+/// use_pair(PairHistory), use_bond(BondHistory) for all lanes of a run that remember something.
+template <class UsePair, class UseBond>
+void Bed::Impl::each_history(const PairRun& run, const Buffer<PairBlock>& of_blocks,
+                             const Buffer<BlockShape>& of_shapes, const Buffer<Line>& of_lines, const UsePair& use_pair,
+                             const UseBond& use_bond) const {
+  const MemoryShape& shape = pair_memory[run.law];
+  // The memory is only read.
+  auto* const first = const_cast<Line*>(of_lines.data()) + run.lines;
+  for (std::uint32_t block = 0; block < run.blocks; ++block) {
+    const PairBlock& b = of_blocks[run.first + block];
+    const BlockMemory memory = BlockMemory::at(first, run.blocks, shape, block);
+    for (std::uint32_t lane = 0; lane < of_shapes[run.first + block].lanes; ++lane) {
+      if (const PairState s = read_lane(memory, shape, lane); !s.empty()) use_pair({b.owner[lane], b.other[lane], s});
+      if (!shape.bonds) continue;
+      if (const BondMemory<double> s = read_bond(memory, shape, lane); s.state != kNoBond)
+        use_bond({b.owner[lane], b.other[lane], s});
+    }
+  }
+}
+
+void Bed::Impl::put_pairs(const HalfList& list, const std::vector<std::uint32_t>& new_index) {
   Buffer<std::uint32_t> run_of;
   run_of.renew(blocks.size());
   for (std::uint32_t r = 0; r < runs.size(); ++r) std::fill_n(run_of.data() + runs[r].first, runs[r].blocks, r);
@@ -210,16 +236,22 @@ void Bed::Impl::put_pairs(const HalfList& list, const std::vector<PairHistories>
     }
     return false;
   };
-  for (const PairHistories& part : histories) {
+  const auto put_pair = [&](const PairHistory& was) { put(was, always, write_lane); };
+  const auto put_bond = [&](const BondHistory& was) { return put(was, if_it_bonds, write_bond); };
+  std::size_t gone = 0;  // bonds
+  const auto old_runs = static_cast<long>(old.runs.size());
+#pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : gone)
+  for (long r = 0; r < old_runs; ++r)
+    each_history(old.runs[static_cast<std::size_t>(r)], old.blocks, old.shapes, old.lines, put_pair,
+                 [&](const BondHistory& was) { gone += put_bond(was) ? 0 : 1; });
+  for (const PairHistories& part : waiting) {
     const auto number = static_cast<long>(part.pairs.size()), bonded = static_cast<long>(part.bonds.size());
 #pragma omp parallel for num_threads(threads) schedule(static)
-    for (long k = 0; k < number; ++k) put(part.pairs[static_cast<std::size_t>(k)], always, write_lane);
-    std::size_t gone = 0;
+    for (long k = 0; k < number; ++k) put_pair(part.pairs[static_cast<std::size_t>(k)]);
 #pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : gone)
-    for (long k = 0; k < bonded; ++k)
-      gone += put(part.bonds[static_cast<std::size_t>(k)], if_it_bonds, write_bond) ? 0 : 1;
-    bonds.removed += gone;
+    for (long k = 0; k < bonded; ++k) gone += put_bond(part.bonds[static_cast<std::size_t>(k)]) ? 0 : 1;
   }
+  bonds.removed += gone;
 }
 
 std::vector<PairHistories> Bed::Impl::pair_histories() const {
@@ -232,16 +264,9 @@ std::vector<PairHistories> Bed::Impl::pair_histories() const {
     for (std::size_t r = begin; r < end; ++r) touching += runs[r].near ? 0 : runs[r].blocks * kBlock;
     found[share].pairs.reserve(touching + touching / 32);
     for (std::size_t r = begin; r < end; ++r) {
-      const PairRun& run = runs[r];
-      const MemoryShape& shape = pair_memory[run.law];
-      each_lane(run, [&](std::uint32_t block, std::uint32_t lane) {
-        const PairBlock& b = blocks[run.first + block];
-        if (const PairState s = read_lane(memory(run, block), shape, lane); !s.empty())
-          found[share].pairs.push_back({b.owner[lane], b.other[lane], s});
-        if (!shape.bonds) return;
-        if (const BondMemory<double> s = read_bond(memory(run, block), shape, lane); s.state != kNoBond)
-          found[share].bonds.push_back({b.owner[lane], b.other[lane], s});
-      });
+      each_history(
+          runs[r], blocks, shapes, lines, [&](const PairHistory& was) { found[share].pairs.push_back(was); },
+          [&](const BondHistory& was) { found[share].bonds.push_back(was); });
     }
   }
   return found;

@@ -112,11 +112,16 @@ std::vector<std::uint32_t> Bed::Impl::sort_spheres(double cell, Grid& grid) {
   std::partial_sum(grid.start.begin(), grid.start.end(), grid.start.begin());
   std::vector<std::uint32_t> next(grid.start.begin(), grid.start.end() - 1), old_index(count);
   for (std::size_t i = 0; i < count; ++i) old_index[next[cell_of[i]]++] = static_cast<std::uint32_t>(i);
-  std::vector<Sphere> before(std::move(spheres));
-  spheres.resize(count);
-#pragma omp parallel for num_threads(threads) schedule(static)
-  for (long i = 0; i < number; ++i)
-    spheres[static_cast<std::size_t>(i)] = before[old_index[static_cast<std::size_t>(i)]];
+  Buffer<Sphere> before;
+  before.renew(count);
+#pragma omp parallel num_threads(threads)
+  {
+#pragma omp for schedule(static)
+    for (long i = 0; i < number; ++i) before[static_cast<std::size_t>(i)] = spheres[static_cast<std::size_t>(i)];
+#pragma omp for schedule(static)
+    for (long i = 0; i < number; ++i)
+      spheres[static_cast<std::size_t>(i)] = before[old_index[static_cast<std::size_t>(i)]];
+  }
   return old_index;
 }
 
@@ -347,7 +352,14 @@ void Bed::Impl::put_aside() {
 }
 
 void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
-  put_aside();
+  fold_losses();
+  if (!tiles.empty()) {
+    std::vector<SurfaceHistory> of_surfaces = surface_histories();
+    std::swap(runs, old.runs), std::swap(blocks, old.blocks);
+    std::swap(shapes, old.shapes), std::swap(lines, old.lines);
+    clear_lists();
+    waiting_surfaces = std::move(of_surfaces);
+  }
   take_back();
   // Spheres leave before the sort; histories still count them, so they are found by the numbering before.
   const std::size_t count_before = spheres.size();
@@ -366,7 +378,8 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
 
   HalfList list = find_pairs(spheres, grid, reach_and_skin, threads);
   build_runs(list);
-  put_pairs(list, waiting, new_index);
+  put_pairs(list, new_index);
+  old.runs.clear();
   build_surfaces();
   put_surfaces(waiting_surfaces, new_index);
   waiting = {}, waiting_surfaces = {};
