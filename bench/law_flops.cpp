@@ -28,6 +28,7 @@ struct Counted {
   friend Counted pow(Counted a, double n) { return done(std::pow(a.value, n)); }
   friend Counted log(Counted a) { return done(std::log(a.value)); }
   friend Counted rsqrt(Counted a) { return done(1 / std::sqrt(a.value)); }
+  friend Counted over_root(Counted k, Counted a) { return k * rsqrt(a); }
   friend Counted max(Counted a, Counted b) { return a > b ? a : b; }
   friend Counted min(Counted a, Counted b) { return a < b ? a : b; }
   friend Counted select(bool condition, Counted a, Counted b) { return condition ? a : b; }

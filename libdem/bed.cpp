@@ -83,7 +83,10 @@ void Bed::step(double dt, const Request& request) {
   Impl& d = *impl_;
   if (!(dt > 0)) throw std::invalid_argument("the step of the bed must be positive");
   PhaseClock clock(d.measures_phases);
-  if (!d.lists_hold()) d.rebuild();
+  if (!d.lists_hold())
+    d.rebuild();
+  else
+    d.divide_work_again();
   if (d.any_bonds && d.bonds_may_form) d.form_bonds(d.time + 0.5 * dt);
   double search = 0, sweep = 0;
   clock.end(search);

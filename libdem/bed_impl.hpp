@@ -85,7 +85,8 @@ struct Tile {
   Losses lost;                               ///< running
   double stored = 0, kinetic = 0, spin = 0, gravity = 0, half_step_kinetic = 0;
   double pairs = 0, overlap = 0, speed2 = 0;
-  double step = 0;  ///< longest path of one of its spheres in the last step, m
+  std::uint64_t touching_blocks = 0, near_blocks = 0;  ///< evaluated since the work was divided
+  double step = 0;                                     ///< longest path of one of its spheres in the last step, m
   double path = 0;  ///< bound on the path of any sphere of this and its partners' tiles since the lists were built, m
 };
 
@@ -159,6 +160,8 @@ struct Bed::Impl {
   std::vector<std::uint32_t> entry_order;  ///< entries by sphere, then boundary
   std::vector<SurfaceChunk> chunks;
   std::vector<Worker> workers;
+  int steps_divided = 0;         ///< since the work was
+  bool division_guessed = true;  ///< what near pairs cost was not known then
 
   // validity of the lists
   bool stale = true;
@@ -225,6 +228,7 @@ struct Bed::Impl {
   void build_surfaces();
   void put_surfaces(std::vector<SurfaceHistory>& histories, const std::vector<std::uint32_t>& new_index);
   void divide_work();
+  void divide_work_again();
   void find_borders();
   template <class UsePair, class UseBond>
   void each_history(const PairRun& run, const Buffer<PairBlock>& of_blocks, const Buffer<BlockShape>& of_shapes,

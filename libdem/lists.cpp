@@ -272,16 +272,28 @@ std::vector<PairHistories> Bed::Impl::pair_histories() const {
   return found;
 }
 
-/// Contiguous ranges of whole tiles with about equal work, and rings long enough for the farthest partner.
+/// Contiguous ranges of whole tiles with about equal work, and rings long enough for the farthest partner. The work of
+/// pairs is what their blocks were evaluated since the last division; of new lists it is a guess: near pairs sleep.
 void Bed::Impl::divide_work() {
-  // In units of a touching pair: what a near pair, most of which sleep, and a sphere cost beside it.
-  constexpr double near_pair = 0.15, sphere = 0.4;
+  // In units of a block of touching pairs: what one of near pairs, whose owners are read for it alone, one of planes, a
+  // contact that is looked at by itself, and a sphere cost beside it.
+  constexpr double near_block = 1.3, plane_block = 1.5, entry = 0.15, sphere = 0.06, guess_near = 0.05;
   std::vector<double> until(tiles.size() + 1, 0);
   for (std::size_t k = 0; k < tiles.size(); ++k) {
-    until[k + 1] = until[k] + sphere * (tiles[k].end - tiles[k].begin);
-    for (std::uint32_t r = tiles[k].runs_begin; r < tiles[k].runs_end; ++r)
-      until[k + 1] += (runs[r].near ? near_pair : 1.0) * kBlock * runs[r].blocks;
+    Tile& t = tiles[k];
+    double work = sphere * (t.end - t.begin) + entry * (t.entries_end - t.entries_begin);
+    for (std::uint32_t r = t.planes_begin; r < t.planes_end; ++r) work += plane_block * plane_runs[r].blocks;
+    if (steps_divided > 0)
+      work +=
+          (static_cast<double>(t.touching_blocks) + near_block * static_cast<double>(t.near_blocks)) / steps_divided;
+    else
+      for (std::uint32_t r = t.runs_begin; r < t.runs_end; ++r)
+        work += (runs[r].near ? guess_near : 1.0) * runs[r].blocks;
+    t.touching_blocks = t.near_blocks = 0;
+    until[k + 1] = until[k] + work;
   }
+  division_guessed = steps_divided == 0;
+  steps_divided = 0;
   std::uint32_t span = 0;
   for (std::uint32_t k = 0; k < tiles.size(); ++k) span = std::max(span, (tiles[k].last + 1 - k) * kTile);
   std::size_t ring = 2 * kTile;
@@ -299,6 +311,12 @@ void Bed::Impl::divide_work() {
     if (w.ring.size() != ring) w.ring.assign(ring, Accumulator{});
   }
   find_borders();
+}
+
+/// Once what the first steps with new lists did is known, and now and then: sums are the same for any division.
+void Bed::Impl::divide_work_again() {
+  constexpr int soon = 16, later = 256;
+  if (++steps_divided >= (division_guessed ? soon : later) && threads > 1) divide_work();
 }
 
 /// Blocks with a partner that belongs to a later thread, and what those threads have to add of them.

@@ -383,6 +383,7 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   build_surfaces();
   put_surfaces(waiting_surfaces, new_index);
   waiting = {}, waiting_surfaces = {};
+  steps_divided = 0;
   divide_work();
   measure_boundaries();
 

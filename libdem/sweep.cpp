@@ -102,6 +102,7 @@ class Sweep {
     while (border_ < w_.border.size() && w_.border[border_].run == r) ++border_, ++job.ready_count;
     bed_.kernel.pairs(bed_.law(run.law), job);
     if (job.broke) bed_.run_broke[r] = 1;
+    (run.near ? t.near_blocks : t.touching_blocks) += job.evaluated;
     if (run.near) run.wakes = *std::min_element(job.wake, job.wake + run.blocks);
     if (!bed_.book) return;
     take(t, job.sums, bed_.book_weight);
@@ -251,7 +252,7 @@ void Bed::Impl::run_sweep(double dt, const Request& request) {
 /// row, of which the second counts for all.
 void Bed::Impl::plan_book(const Request& request) {
   constexpr std::size_t few = 5000;
-  constexpr int sampled = 32;
+  constexpr int sampled = 16;
   const int every = options.book_every > 0 ? options.book_every : spheres.size() <= few ? 1 : sampled;
   const auto phase = static_cast<int>(steps % every);
   const bool sample = phase == every - 1, prepare = phase == every - 2;

@@ -149,6 +149,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
       if (!ready) todo[fresh++] = blocks;
       ++blocks;
     }
+    job.evaluated += blocks;
     // A pack with only one block left computes it twice over.
     if (span == 2 && fresh % 2 == 1) todo[fresh] = todo[fresh - 1];
     const int packs = static_cast<int>((fresh + span - 1) / span);

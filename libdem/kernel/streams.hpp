@@ -186,7 +186,8 @@ struct PairJob {
   const PairBlock* next_blocks;
   const Line* next_lines;
   RunSums sums;
-  bool broke;  ///< set when a bond did
+  std::uint32_t evaluated;  ///< blocks, here and before the sweep
+  bool broke;               ///< set when a bond did
 };
 
 struct PlaneJob {

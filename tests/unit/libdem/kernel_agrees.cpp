@@ -211,7 +211,9 @@ TEST(Kernels, AgreeWithTheScalarContact) {
           EXPECT_NEAR(got.state.twist, c.history.twist, 1e-9 * 1e-2) << kernel.name << name;
         }
         // Unbooked steps do not count what touches.
-        if (wall || booked) EXPECT_EQ(got.touching, overlap > 0 ? 1 : 0);
+        if (wall || booked) {
+          EXPECT_EQ(got.touching, overlap > 0 ? 1 : 0);
+        }
         const int numbers = std::visit([]<class L>(const L&) { return own_memory<L>(); }, resolved);
         for (int k = 0; k < numbers; ++k)
           EXPECT_NEAR(got.state.own[k], c.history.own[k], 1e-9 * (std::abs(c.history.own[k]) + 1e-6))
