@@ -21,13 +21,14 @@ struct BedOptions {
   double skin = 0;             ///< m by which neighbours are listed beyond reach; 0: 0.4 of the mean radius
   double speed_limit = 50;     ///< m/s; a faster sphere stops the run
   double overlap_limit = 0.5;  ///< share of the radius; a deeper contact stops the run
-  /// Steps per sample of what contacts between spheres lose; 0: every step up to 5,000 spheres, else every 16th. A
-  /// sample costs a third of a step twice and stands for all steps since the last one; boundaries are always summed.
+  /// Steps per sample of what contacts between spheres and on flat faces lose; 0: every step up to 5,000 spheres, else
+  /// every 16th. A sample costs nearly a step more, twice, and stands for all steps since the last one; edges, corners
+  /// and curved surfaces are always summed.
   int book_every = 0;
   double floor_drop = -1e300;  ///< y below which spheres are taken out, m
 };
 
-/// Energy book of the bed, J (BedOptions::book_every: losses between spheres may be sampled). Closure: kinetic + spin +
+/// Energy book of the bed, J (BedOptions::book_every: losses may be sampled). Closure: kinetic + spin +
 /// gravity + stored + lost = start + boundary work.
 struct BedEnergy {
   double kinetic = 0;        ///< of translation, (m/2) v_{n-1/2} . v_{n+1/2}: what leapfrog work sums to
