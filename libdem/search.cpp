@@ -353,13 +353,6 @@ void Bed::Impl::put_aside() {
 
 void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   fold_losses();
-  if (!tiles.empty()) {
-    std::vector<SurfaceHistory> of_surfaces = surface_histories();
-    std::swap(runs, old.runs), std::swap(blocks, old.blocks);
-    std::swap(shapes, old.shapes), std::swap(lines, old.lines);
-    clear_lists();
-    waiting_surfaces = std::move(of_surfaces);
-  }
   take_back();
   // Spheres leave before the sort; histories still count them, so they are found by the numbering before.
   const std::size_t count_before = spheres.size();
@@ -367,6 +360,14 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   require_laws();
   double largest = 0;
   choose_skin(largest);
+  // Only now, when nothing refuses the bed any more: what a failed rebuild had put aside would meet other lists later.
+  if (!tiles.empty()) {
+    std::vector<SurfaceHistory> of_surfaces = surface_histories();
+    std::swap(runs, old.runs), std::swap(blocks, old.blocks);
+    std::swap(shapes, old.shapes), std::swap(lines, old.lines);
+    clear_lists();
+    waiting_surfaces = std::move(of_surfaces);
+  }
   update_reach(largest);
   const double reach_and_skin = largest_reach() + skin;
   Grid grid;
