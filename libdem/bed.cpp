@@ -83,14 +83,15 @@ void Bed::step(double dt, const Request& request) {
   Impl& d = *impl_;
   if (!(dt > 0)) throw std::invalid_argument("the step of the bed must be positive");
   PhaseClock clock(d.measures_phases);
-  if (!d.lists_hold())
+  const bool new_lists = !d.lists_hold();
+  if (new_lists)
     d.rebuild();
   else
     d.divide_work_again();
   if (d.any_bonds && d.bonds_may_form) d.form_bonds(d.time + 0.5 * dt);
   double search = 0, sweep = 0;
   clock.end(search);
-  d.plan_book(request);
+  d.plan_book(request, new_lists);
   d.run_sweep(dt, request);
   if (d.any_bonds) d.note_broken_bonds();
   if (d.any_bonds && request.snapshot != nullptr) d.count_bonds(*request.snapshot);

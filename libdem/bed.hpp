@@ -22,8 +22,8 @@ struct BedOptions {
   double speed_limit = 50;     ///< m/s; a faster sphere stops the run
   double overlap_limit = 0.5;  ///< share of the radius; a deeper contact stops the run
   /// Steps per sample of what contacts between spheres and on flat faces lose; 0: every step up to 5,000 spheres, else
-  /// every 16th. A sample costs nearly a step more, twice, and stands for all steps since the last one; edges, corners
-  /// and curved surfaces are always summed.
+  /// every 32nd, each tile of spheres in steps of its own. A sample costs nearly a step more, twice, and stands for all
+  /// steps since the last one; edges, corners and curved surfaces are always summed.
   int book_every = 0;
   double floor_drop = -1e300;  ///< y below which spheres are taken out, m
 };

@@ -1,13 +1,19 @@
 #pragma once
 #include <chrono>
+#include <cstdint>
 #include <vector>
 
 #include "libdem/bed.hpp"
 #include "libdem/buffer.hpp"
+#include "libdem/flag.hpp"
 #include "libdem/kernel/streams.hpp"
+#include "libdem/large_pages.hpp"
+#include "libdem/sampling.hpp"
 
 /// Inside of Bed: data that search.cpp and lists.cpp build, surfaces.cpp and sweep.cpp work on. Private to libdem.
 namespace subsoil::dem {
+
+using Spheres = std::vector<Sphere, LargePages<Sphere>>;
 
 inline constexpr std::uint32_t kGone = ~std::uint32_t{0};  ///< new place of a sphere that left
 inline constexpr std::size_t kMaxSurfaceContacts = 6;      ///< of one sphere with one boundary
@@ -90,9 +96,27 @@ struct Tile {
   double path = 0;  ///< bound on the path of any sphere of this and its partners' tiles since the lists were built, m
 };
 
-/// A block of contacts between spheres of two threads: computed before the sweep, added by both at its place.
-struct BorderBlock {
-  std::uint32_t run, block;  ///< of the run
+/// Blocks of contacts that one thread owns and whose partners belong to later ones. The next thread evaluates them
+/// before its own sweep and adds what its spheres get; the owner adds the rest when it comes to their place.
+struct Border {
+  struct Place {
+    std::uint32_t tile, run;
+  };
+  std::vector<Place> place;          ///< ascending
+  std::vector<std::uint32_t> block;  ///< of the run
+  std::vector<BlockResult> result;
+  std::vector<std::uint8_t> awake;  ///< whether there is a result
+  std::uint64_t evaluated = 0;      ///< blocks, since the work was divided
+  double work = 0;                  ///< blocks per step, before that
+  Flag done;                        ///< results are there
+
+  /// Blocks begin to end, all of one run, for the kernel.
+  void offer(PairJob& job, std::size_t begin, std::size_t end) {
+    job.border_block = block.data() + begin;
+    job.border_count = static_cast<std::uint32_t>(end - begin);
+    job.border_result = result.data() + begin;
+    job.border_awake = awake.data() + begin;
+  }
 };
 
 /// A lane of an earlier thread's border block whose partner is this thread's.
@@ -103,11 +127,11 @@ struct ForeignLane {
 /// What one thread owns during a sweep.
 struct Worker {
   std::uint32_t tiles_begin = 0, tiles_end = 0, begin = 0, end = 0;
-  std::vector<BorderBlock> border;  ///< ascending
-  std::vector<std::uint32_t> border_block;
-  std::vector<BlockResult> border_result;
+  Border border;
+  int before = -1;                   ///< thread whose border this one evaluates
   std::vector<ForeignLane> foreign;  ///< in the order in which one thread would add them
   std::vector<Accumulator> ring;     ///< power of two; indexed by sphere & mask
+  Flag chunks_done;                  ///< its share of contacts with edges and curved surfaces
   Phases spent;                      ///< in the step
 };
 
@@ -139,9 +163,9 @@ struct Bed::Impl {
   std::vector<double> surface_reach;                     ///< per law, at surfaces
   std::vector<MemoryShape> pair_memory, surface_memory;  ///< per law; surfaces are double also in mixed precision
 
-  std::vector<Sphere> spheres;
+  Spheres spheres;
   // In mixed precision what the steps work on; `spheres` is then true only where take_back() was called.
-  std::vector<MixedSphere> mixed;
+  std::vector<MixedSphere, LargePages<MixedSphere>> mixed;
   bool spheres_behind = false;
   std::vector<Boundary> boundaries;
   std::vector<Tile> tiles;
@@ -182,14 +206,15 @@ struct Bed::Impl {
   // time
   double time = 0, dt_before = 0;
   long steps = 0, rebuilds = 0;
+  long sweeps = 0;  ///< this object's; never put back
   std::size_t removed = 0;
   std::uint32_t next_id = 0;
-  std::vector<std::uint32_t> slot_of_id;  ///< place in a snapshot
+  std::vector<std::uint32_t> slot_of_id;  ///< place in a snapshot; empty once spheres were taken out
 
   bool measures_phases = false;
   Phases phases;
-  bool book = true;        ///< this step sums what pairs lose and store
-  double book_weight = 1;  ///< steps that the losses of this one stand for
+  Sampling sampling;     ///< of what pairs lose
+  bool book_all = true;  ///< in this step, beside what is sampled: stored energy is asked for
   BedEnergy energy;
   Losses lost_before;  ///< folded from lists that are gone
   double removed_energy = 0;
@@ -211,13 +236,13 @@ struct Bed::Impl {
   /// Builds all lists; spheres that fell below the floor, or for which `gone` holds, leave.
   void rebuild(const std::function<bool(const Sphere&)>& gone = {});
   std::vector<std::uint32_t> take_out(const std::function<bool(const Sphere&)>& gone);
-  void require_laws() const;
+  void require_laws(const std::vector<char>& present) const;  ///< by material
   /// Takes the memory of all contacts out of the lists, to be put into the next ones.
   void put_aside();
   void clear_lists();
-  void choose_skin(double& largest_radius);
-  std::vector<std::uint32_t> sort_spheres(double cell, struct Grid& grid);
-  void measure_boundaries();
+  std::vector<std::uint32_t> sort_spheres(double cell, const Bounds& box, struct Grid& grid);
+  void measure_boundaries(const struct Census& census);
+  void number_slots();
   void fold_losses();
   double largest_reach() const;
 
@@ -227,9 +252,6 @@ struct Bed::Impl {
   void put_pairs(const struct HalfList& list, const std::vector<std::uint32_t>& new_index);
   void build_surfaces();
   void put_surfaces(std::vector<SurfaceHistory>& histories, const std::vector<std::uint32_t>& new_index);
-  void divide_work();
-  void divide_work_again();
-  void find_borders();
   template <class UsePair, class UseBond>
   void each_history(const PairRun& run, const Buffer<PairBlock>& of_blocks, const Buffer<BlockShape>& of_shapes,
                     const Buffer<Line>& of_lines, const UsePair& use_pair, const UseBond& use_bond) const;
@@ -242,6 +264,11 @@ struct Bed::Impl {
       for (std::uint32_t lane = 0; lane < shapes[run.first + block].lanes; ++lane) use(block, lane);
   }
   std::vector<SurfaceHistory> surface_histories() const;
+
+  // division.cpp
+  void divide_work();
+  void divide_work_again();
+  void find_borders();
 
   // bonds.cpp
   /// Places of the spheres of each intact bond.
@@ -260,9 +287,10 @@ struct Bed::Impl {
 
   // sweep.cpp
   void run_sweep(double dt, const Request& request);
-  PairJob pair_job(const PairRun& run, double path, double elapsed);
-  void border_blocks(Worker& worker);
-  void plan_book(const Request& request);
+  PairJob pair_job(const PairRun& run, const Tile& tile, const Booking& booking, double elapsed);
+  void evaluate_border(Worker& owner);
+  void plan_book(const Request& request, bool new_lists);
+  Booking booking(std::size_t tile) const;
   void sum_up(const Request& request);
   void sum_phases(double search, double sweep);  ///< s by the clock
   void check_faults();
@@ -290,6 +318,6 @@ struct HalfList {
   Buffer<std::uint32_t> other;
   Buffer<std::uint32_t> lane;  ///< place of the pair: 8 x block + lane
 };
-HalfList find_pairs(const std::vector<Sphere>& spheres, const Grid& grid, double reach, int threads);
+HalfList find_pairs(const Spheres& spheres, const Grid& grid, double reach, int threads);
 
 }  // namespace subsoil::dem

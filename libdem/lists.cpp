@@ -7,7 +7,7 @@
 
 #include "libdem/bed_impl.hpp"
 
-/// From neighbours to streams of blocks: which contacts lie beside each other in memory, and who works on them.
+/// From neighbours to streams of blocks: which contacts lie beside each other in memory.
 namespace subsoil::dem {
 namespace {
 
@@ -270,81 +270,6 @@ std::vector<PairHistories> Bed::Impl::pair_histories() const {
     }
   }
   return found;
-}
-
-/// Contiguous ranges of whole tiles with about equal work, and rings long enough for the farthest partner. The work of
-/// pairs is what their blocks were evaluated since the last division; of new lists it is a guess: near pairs sleep.
-void Bed::Impl::divide_work() {
-  // In units of a block of touching pairs: what one of near pairs, whose owners are read for it alone, one of planes, a
-  // contact that is looked at by itself, and a sphere cost beside it.
-  constexpr double near_block = 1.3, plane_block = 1.5, entry = 0.15, sphere = 0.06, guess_near = 0.05;
-  std::vector<double> until(tiles.size() + 1, 0);
-  for (std::size_t k = 0; k < tiles.size(); ++k) {
-    Tile& t = tiles[k];
-    double work = sphere * (t.end - t.begin) + entry * (t.entries_end - t.entries_begin);
-    for (std::uint32_t r = t.planes_begin; r < t.planes_end; ++r) work += plane_block * plane_runs[r].blocks;
-    if (steps_divided > 0)
-      work +=
-          (static_cast<double>(t.touching_blocks) + near_block * static_cast<double>(t.near_blocks)) / steps_divided;
-    else
-      for (std::uint32_t r = t.runs_begin; r < t.runs_end; ++r)
-        work += (runs[r].near ? guess_near : 1.0) * runs[r].blocks;
-    t.touching_blocks = t.near_blocks = 0;
-    until[k + 1] = until[k] + work;
-  }
-  division_guessed = steps_divided == 0;
-  steps_divided = 0;
-  std::uint32_t span = 0;
-  for (std::uint32_t k = 0; k < tiles.size(); ++k) span = std::max(span, (tiles[k].last + 1 - k) * kTile);
-  std::size_t ring = 2 * kTile;
-  while (ring < span + kTile) ring *= 2;
-
-  workers.resize(static_cast<std::size_t>(threads));
-  std::uint32_t tile = 0;
-  for (int t = 0; t < threads; ++t) {
-    Worker& w = workers[static_cast<std::size_t>(t)];
-    w.tiles_begin = tile;
-    while (tile < tiles.size() && (t + 1 == threads || until[tile + 1] <= until.back() * (t + 1) / threads)) ++tile;
-    w.tiles_end = tile;
-    w.begin = w.tiles_begin < w.tiles_end ? tiles[w.tiles_begin].begin : 0;
-    w.end = w.tiles_begin < w.tiles_end ? tiles[w.tiles_end - 1].end : 0;
-    if (w.ring.size() != ring) w.ring.assign(ring, Accumulator{});
-  }
-  find_borders();
-}
-
-/// Once what the first steps with new lists did is known, and now and then: sums are the same for any division.
-void Bed::Impl::divide_work_again() {
-  constexpr int soon = 16, later = 256;
-  if (++steps_divided >= (division_guessed ? soon : later) && threads > 1) divide_work();
-}
-
-/// Blocks with a partner that belongs to a later thread, and what those threads have to add of them.
-void Bed::Impl::find_borders() {
-  for (Worker& w : workers) {
-    w.border.clear(), w.border_block.clear(), w.foreign.clear();
-    for (std::uint32_t k = w.tiles_begin; k < w.tiles_end; ++k) {
-      if (tiles[k].last < w.tiles_end) continue;
-      for (std::uint32_t r = tiles[k].runs_begin; r < tiles[k].runs_end; ++r)
-        for (std::uint32_t b = 0; b < runs[r].blocks; ++b) {
-          const PairBlock& block = blocks[runs[r].first + b];
-          if (*std::max_element(block.other, block.other + shapes[runs[r].first + b].lanes) < w.end) continue;
-          w.border.push_back({r, b});
-          w.border_block.push_back(b);
-        }
-    }
-    w.border_result.resize(w.border.size());
-  }
-  for (std::uint32_t from = 0; from < workers.size(); ++from)
-    for (std::uint32_t k = 0; k < workers[from].border.size(); ++k) {
-      const BorderBlock& at = workers[from].border[k];
-      const PairRun& run = runs[at.run];
-      for (std::uint32_t l = 0; l < shapes[run.first + at.block].lanes; ++l) {
-        const std::uint32_t other = blocks[run.first + at.block].other[l];
-        for (std::uint32_t to = from + 1; to < workers.size(); ++to)
-          if (other >= workers[to].begin && other < workers[to].end) workers[to].foreign.push_back({from, k, l, other});
-      }
-    }
 }
 
 }  // namespace subsoil::dem

@@ -28,7 +28,10 @@ void Bed::Impl::give_mixed() {
 void Bed::Impl::take_back() {
   if (!spheres_behind) return;
   spheres_behind = false;
-  for (std::size_t i = 0; i < spheres.size(); ++i) copy_motion(mixed[i], spheres[i]);
+  const auto count = static_cast<long>(spheres.size());
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (long i = 0; i < count; ++i)
+    copy_motion(mixed[static_cast<std::size_t>(i)], spheres[static_cast<std::size_t>(i)]);
 }
 
 Sphere Bed::Impl::sphere(std::uint32_t i) const {

@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "libdem/bed_impl.hpp"
+#include "libdem/census.hpp"
 
 /// Contact search: spheres sorted by cell, half list of neighbours within reach plus a skin, list of spheres near each
 /// boundary. The lists hold while no sphere's path plus its partner's is longer than the skin. A tile's path is a bound
@@ -52,9 +53,15 @@ bool Bed::Impl::lists_hold() const {
   return true;
 }
 
-/// Returns for each sphere that stays its place before.
+/// Returns for each sphere that stays its place before; nothing if all do.
 std::vector<std::uint32_t> Bed::Impl::take_out(const std::function<bool(const Sphere&)>& gone) {
   std::vector<std::uint32_t> kept;
+  const auto count = static_cast<long>(spheres.size());
+  bool any = static_cast<bool>(gone);
+#pragma omp parallel for num_threads(threads) schedule(static) reduction(|| : any)
+  for (long i = 0; i < count; ++i) any = any || spheres[static_cast<std::size_t>(i)].x.y < options.floor_drop;
+  if (!any) return kept;
+  slot_of_id.clear();
   kept.reserve(spheres.size());
   for (std::uint32_t i = 0; i < spheres.size(); ++i) {
     const Sphere& s = spheres[i];
@@ -71,9 +78,7 @@ std::vector<std::uint32_t> Bed::Impl::take_out(const std::function<bool(const Sp
   return kept;
 }
 
-void Bed::Impl::require_laws() const {
-  std::vector<char> present(static_cast<std::size_t>(laws.materials), 0);
-  for (const Sphere& s : spheres) present[s.material] = 1;
+void Bed::Impl::require_laws(const std::vector<char>& present) const {
   for (int a = 0; a < laws.materials; ++a)
     for (int b = a; b < laws.materials; ++b)
       if (present[static_cast<std::size_t>(a)] && present[static_cast<std::size_t>(b)] && laws.of(a, b) < 0)
@@ -82,10 +87,8 @@ void Bed::Impl::require_laws() const {
 }
 
 /// Stable counting sort by cell. Returns for each new place the place before.
-std::vector<std::uint32_t> Bed::Impl::sort_spheres(double cell, Grid& grid) {
+std::vector<std::uint32_t> Bed::Impl::sort_spheres(double cell, const Bounds& box, Grid& grid) {
   const std::size_t count = spheres.size();
-  Bounds box;
-  for (const Sphere& s : spheres) box.include(s.x);
   const Vec3 size = count > 0 ? box.high - box.low : Vec3{};
   std::sort(grid.axis, grid.axis + 3, [&](int a, int b) { return size[a] > size[b] || (size[a] == size[b] && a < b); });
   grid.low = count > 0 ? box.low : Vec3{};
@@ -144,7 +147,7 @@ namespace {
 /// they may reach into.
 class PairSearch {
  public:
-  PairSearch(const std::vector<Sphere>& spheres, const Grid& grid, double reach, int threads)
+  PairSearch(const Spheres& spheres, const Grid& grid, double reach, int threads)
       : spheres_(spheres), grid_(grid), reach_(reach), threads_(threads) {
     const auto number = static_cast<long>(spheres.size());
     near_.renew(spheres.size());
@@ -261,7 +264,7 @@ class PairSearch {
     return out;
   }
 
-  const std::vector<Sphere>& spheres_;
+  const Spheres& spheres_;
   const Grid& grid_;
   double reach_;
   int threads_;
@@ -272,9 +275,10 @@ class PairSearch {
 
 /// Radius up to which spheres share the grid of cells. A few large ones among many small would make cells that hold
 /// hundreds each; up to one in fifty, and no more than can be tried all with all, look for their neighbours themselves.
-double radius_that_fits(const std::vector<Sphere>& spheres, double largest) {
+double radius_that_fits(const Spheres& spheres, double smallest, double largest) {
   constexpr std::size_t one_in = 50, at_most = 2000;
   constexpr double worth_it = 1.5;  // largest over the chosen radius
+  if (largest <= worth_it * smallest) return largest;
   const std::size_t few = std::min(spheres.size() / one_in, at_most);
   if (few == 0) return largest;
   std::vector<double> radii;
@@ -287,7 +291,7 @@ double radius_that_fits(const std::vector<Sphere>& spheres, double largest) {
 
 }  // namespace
 
-HalfList find_pairs(const std::vector<Sphere>& spheres, const Grid& grid, double reach, int threads) {
+HalfList find_pairs(const Spheres& spheres, const Grid& grid, double reach, int threads) {
   return PairSearch(spheres, grid, reach, threads).run();
 }
 
@@ -296,28 +300,9 @@ void Bed::Impl::fold_losses() {
   for (SurfaceChunk& c : chunks) lost_before += c.lost, c.lost = {};
 }
 
-/// 0.4 of the mean radius unless given. Longer, and the lists grow, though most of what is added sleeps; shorter, and
-/// they are built more often: under a plough 0.25 costs 13 %, 0.6 costs 40 % more.
-void Bed::Impl::choose_skin(double& largest_radius) {
-  double radius_sum = 0;
-  largest_radius = 0;
-  for (const Sphere& s : spheres) {
-    if (!(std::isfinite(s.x.x) && std::isfinite(s.x.y) && std::isfinite(s.x.z)))
-      throw BedFault("t = " + std::to_string(time) + " s: sphere " + std::to_string(s.id) + ": position is not finite");
-    radius_sum += s.r;
-    largest_radius = std::max(largest_radius, s.r);
-  }
-  const double mean = spheres.empty() ? 1 : radius_sum / static_cast<double>(spheres.size());
-  skin = options.skin > 0 ? options.skin : 0.4 * mean;
-}
-
 /// How far a boundary reaches from its origin, for the path of its points when it turns.
-void Bed::Impl::measure_boundaries() {
-  Bounds bed;  // as far as spheres may reach while the lists hold
-  for (const Sphere& s : spheres) {
-    const double reaches = s.r + skin;
-    bed.include(s.x - Vec3{reaches, reaches, reaches}), bed.include(s.x + Vec3{reaches, reaches, reaches});
-  }
+void Bed::Impl::measure_boundaries(const Census& census) {
+  const double reaches = census.largest + skin;  // while the lists hold
   boundary_radius.resize(boundaries.size());
   for (std::size_t b = 0; b < boundaries.size(); ++b) {
     const Bounds box = bounds(boundaries[b].shape);
@@ -328,10 +313,18 @@ void Bed::Impl::measure_boundaries() {
     // An infinite plane that turns: what counts is how far the bed reaches from its origin.
     for (int d = 0; d < 3; ++d) {
       const double at = boundaries[b].pose.position[d];
-      far[d] = std::max(std::abs(bed.low[d] - at), std::abs(bed.high[d] - at));
+      far[d] = std::max(std::abs(census.box.low[d] - reaches - at), std::abs(census.box.high[d] + reaches - at));
     }
     boundary_radius[b] = spheres.empty() ? 0 : norm(far);
   }
+}
+
+void Bed::Impl::number_slots() {
+  if (slot_of_id.size() == next_id) return;
+  std::uint32_t slot = 0;
+  slot_of_id.assign(next_id, 0);
+  for (const Sphere& s : spheres) slot_of_id[s.id] = 1;
+  for (std::uint32_t& s : slot_of_id) s = s != 0 ? slot++ : 0;
 }
 
 void Bed::Impl::clear_lists() {
@@ -357,9 +350,11 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   // Spheres leave before the sort; histories still count them, so they are found by the numbering before.
   const std::size_t count_before = spheres.size();
   const std::vector<std::uint32_t> before_removal = take_out(gone);
-  require_laws();
-  double largest = 0;
-  choose_skin(largest);
+  const Census census = take_census(spheres, laws.materials, threads, time);
+  require_laws(census.present);
+  // Longer, and the lists grow, though most of what is added sleeps; shorter, and they are built more often: under a
+  // plough 0.25 costs 13 %, 0.6 costs 40 % more.
+  skin = options.skin > 0 ? options.skin : 0.4 * census.mean;
   // Only now, when nothing refuses the bed any more: what a failed rebuild had put aside would meet other lists later.
   if (!tiles.empty()) {
     std::vector<SurfaceHistory> of_surfaces = surface_histories();
@@ -368,14 +363,18 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
     clear_lists();
     waiting_surfaces = std::move(of_surfaces);
   }
-  update_reach(largest);
+  update_reach(census.largest);
   const double reach_and_skin = largest_reach() + skin;
   Grid grid;
-  grid.fits = radius_that_fits(spheres, largest);
-  const std::vector<std::uint32_t> old_index = sort_spheres(2 * grid.fits + reach_and_skin, grid);
+  grid.fits = radius_that_fits(spheres, census.smallest, census.largest);
+  const std::vector<std::uint32_t> old_index = sort_spheres(2 * grid.fits + reach_and_skin, census.box, grid);
   std::vector<std::uint32_t> new_index(count_before, kGone);
-  for (std::size_t i = 0; i < old_index.size(); ++i)
-    new_index[before_removal[old_index[i]]] = static_cast<std::uint32_t>(i);
+  const auto count = static_cast<long>(old_index.size());
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (long i = 0; i < count; ++i) {
+    const std::uint32_t was = old_index[static_cast<std::size_t>(i)];
+    new_index[before_removal.empty() ? was : before_removal[was]] = static_cast<std::uint32_t>(i);
+  }
 
   HalfList list = find_pairs(spheres, grid, reach_and_skin, threads);
   build_runs(list);
@@ -386,12 +385,9 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   waiting = {}, waiting_surfaces = {};
   steps_divided = 0;
   divide_work();
-  measure_boundaries();
+  measure_boundaries(census);
 
-  std::uint32_t slot = 0;
-  slot_of_id.assign(next_id, 0);
-  for (const Sphere& s : spheres) slot_of_id[s.id] = 1;
-  for (std::uint32_t& s : slot_of_id) s = s != 0 ? slot++ : 0;
+  number_slots();
   give_mixed();
   stale = false;
   ++rebuilds;

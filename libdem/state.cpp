@@ -162,7 +162,7 @@ void Bed::restore(const State& in) {
       in.surfaces.size() != (3 + kPairNumbers) * (in.surface_ids.size() / 2) ||
       in.bonds.size() != kBondRecord * (in.bond_ids.size() / 2) || in.broken.size() != 3 * in.broken_ids.size())
     throw std::invalid_argument("restart: the arrays of the state do not belong together; the file is damaged");
-  d.spheres.clear(), d.spheres_behind = false;
+  d.spheres.clear(), d.slot_of_id.clear(), d.spheres_behind = false;
   std::map<std::uint32_t, std::uint32_t> index;
   d.next_id = 0;
   for (std::size_t k = 0; k < count; ++k) {

@@ -148,7 +148,6 @@ void Bed::Impl::surface_chunk(SurfaceChunk& chunk, double elapsed) { ChunkRun(*t
 /// What the plane runs of a boundary have in common in this step.
 PlaneJob Bed::Impl::plane_job(const Boundary& b, double elapsed) const {
   PlaneJob job{};
-  job.book = book;
   job.spheres = spheres.data();
   job.mixed = is_mixed() ? mixed.data() : nullptr;
   job.elapsed = elapsed;

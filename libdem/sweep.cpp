@@ -11,14 +11,19 @@
 /// planes; each force is added to both partners, and when a tile's pairs are done its spheres are complete and move. In
 /// place: a contact owned by a later tile never needs an earlier sphere.
 ///
+/// Blocks at the end of a thread's range are evaluated by the thread after it, whose sweep needs them at its start. It
+/// alone has work before its sweep: nobody waits at a barrier, and flags keep the order. A thread begins its sweep
+/// when what its spheres get from earlier threads is there, and passes a tile with such blocks, which moves spheres
+/// that the other reads, when they have been evaluated.
+///
 /// Why not a force array and a second pass: forces would travel through memory twice (24 against 10 ns per
 /// particle-step in a trial). Why not per-thread force sums: the order of additions, and so the last bits, would follow
 /// the threads.
 namespace subsoil::dem {
 
-PairJob Bed::Impl::pair_job(const PairRun& run, double path, double elapsed) {
+PairJob Bed::Impl::pair_job(const PairRun& run, const Tile& tile, const Booking& booking, double elapsed) {
   PairJob job{};
-  job.book = book;
+  job.book = booking.book, job.sum = booking.sum;
   job.spheres = spheres.data();
   job.mixed = is_mixed() ? mixed.data() : nullptr;
   job.blocks = blocks.data() + run.first;
@@ -27,7 +32,7 @@ PairJob Bed::Impl::pair_job(const PairRun& run, double path, double elapsed) {
   job.count = run.blocks;
   job.alike = run.alike;
   job.elapsed = elapsed;
-  job.path = path;
+  job.path = tile.path;
   job.wake = run.near ? wake.data() + run.first : nullptr;
   job.reach = reach(run.law);
   return job;
@@ -47,8 +52,10 @@ class Sweep {
     receive_borders();
     for (std::uint32_t k = w_.tiles_begin; k < w_.tiles_end; ++k) {
       Tile& t = bed_.tiles[k];
+      if (border_ < w_.border.place.size() && w_.border.place[border_].tile == k) w_.border.done.await(bed_.sweeps);
+      booking_ = bed_.booking(k);
       t.stored = 0;
-      if (bed_.book) t.pairs = t.overlap = 0;
+      if (booking_.sum) t.pairs = t.overlap = 0;
       for (std::uint32_t r = t.planes_begin; r < t.planes_end; ++r) fetch(bed_.plane_runs[r]);
       for (std::uint32_t r = t.runs_begin; r < t.runs_end; ++r) pairs(t, r);
       clock.end(spent.pairs);
@@ -70,7 +77,10 @@ class Sweep {
   /// it.
   void receive_borders() {
     for (const ForeignLane& lane : w_.foreign) {
-      const BlockResult& c = bed_.workers[lane.worker].border_result[lane.result];
+      Border& from = bed_.workers[lane.worker].border;
+      from.done.await(bed_.sweeps);
+      if (from.awake[lane.result] == 0) continue;
+      const BlockResult& c = from.result[lane.result];
       Accumulator& a = w_.ring[lane.sphere & mask_];
       const auto take = [&](const auto& push) {
         const std::uint32_t l = lane.lane;
@@ -83,9 +93,11 @@ class Sweep {
 
   void pairs(Tile& t, std::uint32_t r) {
     PairRun& run = bed_.runs[r];
-    const bool at_border = border_ < w_.border.size() && w_.border[border_].run == r;
-    if (run.near && !at_border && t.path < run.wakes) return;
-    PairJob job = bed_.pair_job(run, t.path, bed_.dt_before);
+    Border& border = w_.border;
+    const std::size_t first = border_;
+    while (border_ < border.place.size() && border.place[border_].run == r) ++border_;
+    if (run.near && t.path < run.wakes) return;
+    PairJob job = bed_.pair_job(run, t, booking_, bed_.dt_before);
     job.ring = w_.ring.data(), job.mask = mask_;
     if (!run.near && &t != &bed_.tiles.back()) {
       const std::uint32_t from = bed_.tiles[t.last].end, to = bed_.tiles[(&t + 1)->last].end;
@@ -97,15 +109,13 @@ class Sweep {
         job.next_lines = bed_.lines.data() + bed_.runs[next].lines;
       }
     }
-    job.ready_block = w_.border_block.data() + border_;
-    job.ready = w_.border_result.data() + border_;
-    while (border_ < w_.border.size() && w_.border[border_].run == r) ++border_, ++job.ready_count;
+    border.offer(job, first, border_);
     bed_.kernel.pairs(bed_.law(run.law), job);
     if (job.broke) bed_.run_broke[r] = 1;
     (run.near ? t.near_blocks : t.touching_blocks) += job.evaluated;
     if (run.near) run.wakes = *std::min_element(job.wake, job.wake + run.blocks);
-    if (!bed_.book) return;
-    take(t, job.sums, bed_.book_weight);
+    if (!booking_.sum) return;
+    take(t, job.sums);
     t.pairs += job.sums.in_reach;
   }
 
@@ -121,18 +131,20 @@ class Sweep {
 
   void planes(Tile& t, PlaneRun& run) {
     PlaneJob job = bed_.plane_jobs[run.boundary];
+    job.book = booking_.book;
     job.blocks = bed_.plane_blocks.data() + run.first;
     job.count = run.blocks, job.contacts = run.contacts;
     job.reach = bed_.surface_reach[run.law];
     job.lines = bed_.plane_lines.data() + run.lines;
     job.ring = w_.ring.data(), job.mask = mask_;
     bed_.kernel.planes(bed_.law(run.law), job);
-    if (bed_.book) take(t, job.sums, bed_.book_weight);
+    if (booking_.sum) take(t, job.sums);
     run.wrench = {{job.force[0], job.force[1], job.force[2]}, {job.moment[0], job.moment[1], job.moment[2]}};
     run.in_reach = job.sums.in_reach;
   }
 
-  static void take(Tile& t, const RunSums& s, double weight) {
+  void take(Tile& t, const RunSums& s) const {
+    const double weight = booking_.weight;
     t.lost += Losses{weight * s.lost[0], weight * s.lost[1], weight * s.lost[2]};
     t.stored += s.stored;
     t.overlap = std::max(t.overlap, s.overlap);
@@ -197,7 +209,8 @@ class Sweep {
   double dt_;
   const Bed::Request& request_;
   std::uint32_t mask_;
-  std::size_t border_ = 0;
+  std::size_t border_ = 0;  ///< next block at the border
+  Booking booking_;         ///< of the tile
 };
 
 void resize(Snapshot& s, std::size_t n) {
@@ -208,17 +221,25 @@ void resize(Snapshot& s, std::size_t n) {
 }  // namespace
 
 /// Blocks whose partners belong to a later thread, run by run.
-void Bed::Impl::border_blocks(Worker& w) {
-  for (std::size_t k = 0; k < w.border.size();) {
-    const PairRun& run = runs[w.border[k].run];
-    PairJob job = pair_job(run, 0, dt_before);
-    job.border = w.border_block.data() + k;
-    job.ready = w.border_result.data() + k;
-    const std::uint32_t r = w.border[k].run;
-    for (; k < w.border.size() && w.border[k].run == r; ++k) ++job.border_count;
+void Bed::Impl::evaluate_border(Worker& owner) {
+  Border& border = owner.border;
+  for (std::size_t k = 0; k < border.place.size();) {
+    const auto [tile, r] = border.place[k];
+    const std::size_t first = k;
+    while (k < border.place.size() && border.place[k].run == r) ++k;
+    const PairRun& run = runs[r];
+    if (run.near && tiles[tile].path < run.wakes) {
+      std::fill(border.awake.begin() + static_cast<long>(first), border.awake.begin() + static_cast<long>(k), 0);
+      continue;
+    }
+    PairJob job = pair_job(run, tiles[tile], booking(tile), dt_before);
+    border.offer(job, first, k);
+    job.border = true;
     kernel.pairs(law(run.law), job);
+    border.evaluated += job.evaluated;
     if (job.broke) run_broke[r] = 1;
   }
+  border.done.raise(sweeps);
 }
 
 void Bed::Impl::run_sweep(double dt, const Request& request) {
@@ -228,6 +249,7 @@ void Bed::Impl::run_sweep(double dt, const Request& request) {
   plane_jobs.clear();
   for (const Boundary& b : boundaries) plane_jobs.push_back(plane_job(b, elapsed));
   const int chunk_count = static_cast<int>(chunks.size());
+  ++sweeps;
 #pragma omp parallel num_threads(threads)
   {
     // One pass for each worker that OpenMP did not grant a thread of its own.
@@ -239,25 +261,31 @@ void Bed::Impl::run_sweep(double dt, const Request& request) {
       PhaseClock clock(measures_phases);
       const int first = chunk_count * t / threads, last = chunk_count * (t + 1) / threads;
       for (int c = first; c < last; ++c) surface_chunk(chunks[static_cast<std::size_t>(c)], elapsed);
+      w.chunks_done.raise(sweeps);
       clock.end(w.spent.surfaces);
-      border_blocks(w);
+      if (w.before >= 0) evaluate_border(workers[static_cast<std::size_t>(w.before)]);
       clock.end(w.spent.pairs);
     }
-#pragma omp barrier
+    // These contacts may be of anybody's spheres.
+    if (chunk_count > 0)
+      for (Worker& w : workers) w.chunks_done.await(sweeps);
     for (int t = rank; t < threads; t += team) Sweep(*this, workers[static_cast<std::size_t>(t)], dt, request).run();
   }
 }
 
-/// The losses of a step need what the dashpots did in the step before, which only a booked step writes down: two in a
-/// row, of which the second counts for all.
-void Bed::Impl::plan_book(const Request& request) {
+void Bed::Impl::plan_book(const Request& request, bool new_lists) {
   constexpr std::size_t few = 5000;
-  constexpr int sampled = 16;
+  constexpr int sampled = 32;
   const int every = options.book_every > 0 ? options.book_every : spheres.size() <= few ? 1 : sampled;
-  const auto phase = static_cast<int>(steps % every);
-  const bool sample = phase == every - 1, prepare = phase == every - 2;
-  book = every == 1 || sample || prepare || request.energy || request.snapshot != nullptr;
-  book_weight = every == 1 ? 1 : sample ? every : 0;
+  sampling.begin(every, steps, new_lists);
+  // Spheres placed into each other are found at once.
+  book_all = request.energy || request.snapshot != nullptr || steps == 0;
+}
+
+Booking Bed::Impl::booking(std::size_t tile) const {
+  Booking of = sampling.of(tile);
+  if (book_all) of.book = of.sum = true;
+  return of;
 }
 
 void Bed::Impl::sum_up(const Request& request) {

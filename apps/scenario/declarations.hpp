@@ -345,8 +345,7 @@ void describe(V& v, Output& o) {
   v.quantity("series every", o.series_every, "s", "(0, inf)", "interval of the rows of series.csv");
   v.count("book every", o.book_every, "[0, 1000]",
           "soil steps from one reading of what contacts between spheres and on flat faces lose to the next, which "
-          "stands for "
-          "all between; 0: every step up to 5,000 spheres, else every 16th");
+          "stands for all between; 0: every step up to 5,000 spheres, else every 32nd, some of the bed in each");
   v.choice(
       "forces", o.forces,
       {{"auto", ForceColumns::automatic}, {"mean", ForceColumns::mean}, {"instant", ForceColumns::instant}},

@@ -63,13 +63,15 @@ template <bool Rolls, bool Book, class P, class L>
   }
   store_pushes<Book>(c, a.overlap, out, first);
   if constexpr (Book) {
-    const P sums[6] = {c.damped,
-                       c.slid,
-                       c.rolled,
-                       c.stored,
-                       select(a.overlap > P(-job.reach), P(1.0), P(0.0)),
-                       a.overlap / a.effective.smaller};
-    for (int k = 0; k < 6; ++k) store_doubles(sums[k], [&](int b) { return out[b]->sums[k] + first; });
+    if (job.sum) {
+      const P sums[6] = {c.damped,
+                         c.slid,
+                         c.rolled,
+                         c.stored,
+                         select(a.overlap > P(-job.reach), P(1.0), P(0.0)),
+                         a.overlap / a.effective.smaller};
+      for (int k = 0; k < 6; ++k) store_doubles(sums[k], [&](int b) { return out[b]->sums[k] + first; });
+    }
   }
   if (job.wake != nullptr) store_doubles(a.overlap, [&](int b) { return out[b]->overlap + first; });
   return broke;
@@ -92,8 +94,8 @@ double wakes_at(const PairJob& job, const BlockResult& r) {
   return job.path + 0.5 * (-largest - margin * (largest > 0 ? largest : -largest) - job.reach);
 }
 
-/// All blocks of a run, or those that `border` names: then results are kept and not added. One loop for both, since two
-/// copies of the law might be fused differently by the compiler, and the last bits would follow the threads. Without
+/// All blocks of a run, or those at a border: then results are kept and not added. One loop for both, since two copies
+/// of the law might be fused differently by the compiler, and the last bits would follow the threads. Without
 /// `Book` the law's friction is the usual one (Friction::usual).
 template <class P, bool Rolls, bool Book, class L>
 void run_pairs(const L& by_reference, PairJob& job) {
@@ -113,8 +115,8 @@ void run_pairs(const L& by_reference, PairJob& job) {
   BlockResult* result[room] = {};
   const Owners<P>* own[room] = {};
   std::uint32_t which[room] = {}, todo[room] = {};  // blocks of the group; those of them that are to be evaluated
-  std::uint32_t next_ready = 0;
-  const bool border = job.border != nullptr, alike = job.alike;
+  std::uint32_t next_border = 0;
+  const bool border = job.border, alike = job.alike;
   const std::uint32_t count = border ? job.border_count : job.count;
   if (alike && job.count > 0) {
     const auto& any = spheres[job.blocks[0].owner[0]];
@@ -136,11 +138,17 @@ void run_pairs(const L& by_reference, PairJob& job) {
     }
     std::uint32_t blocks = 0, fresh = 0;
     for (; blocks < room && k < count; ++k) {
-      const std::uint32_t b = border ? job.border[k] : k;
-      const bool ready = !border && next_ready < job.ready_count && job.ready_block[next_ready] == b;
-      if (!border && !ready && job.wake != nullptr && job.path < job.wake[b]) continue;
+      const std::uint32_t b = border ? job.border_block[k] : k;
+      const bool at_border = next_border < job.border_count && job.border_block[next_border] == b;
+      const std::uint32_t place = next_border;
+      next_border += at_border;
+      // One at a border has been evaluated, and told anew how long to sleep, before the sweep comes to it.
+      const bool ready = at_border && !border;
+      const bool awake = ready ? job.border_awake[place] != 0 : job.wake == nullptr || !(job.path < job.wake[b]);
+      if (border) job.border_awake[place] = awake;
+      if (!awake) continue;
       which[blocks] = b;
-      result[blocks] = ready || border ? job.ready + (border ? k : next_ready++) : &results[blocks];
+      result[blocks] = at_border ? job.border_result + place : &results[blocks];
       if (border || job.shapes[b].begins) {
         slice = slice < room ? slice + 1 : 0;
         read(spheres, job.blocks[b].owner, owners[slice]);
@@ -177,11 +185,11 @@ void run_pairs(const L& by_reference, PairJob& job) {
         memory[s] = BlockMemory::at(job.lines, job.count, shape, which[at]);
         out[s] = result[at];
         fetch(memory[s].numbers + room * bytes, bytes);
+        if constexpr (Book) fetch(memory[s].notes + room * shape.note_bytes(), shape.note_bytes());
       }
       for (int part = 0; part < kParts<P>; ++part)
         if (evaluate<Rolls, Book, P>(law, job, meeting[g][part], memory, out, part * lanes)) job.broke = true;
     }
-    // A block at a border never sleeps.
     if (job.wake != nullptr)
       for (std::uint32_t f = 0; f < fresh; ++f) job.wake[which[todo[f]]] = wakes_at<P>(job, *result[todo[f]]);
     if (border) continue;
@@ -191,7 +199,8 @@ void run_pairs(const L& by_reference, PairJob& job) {
       const BlockShape& of = job.shapes[which[n]];
       owner_sums.template add<P>(r, block, of, job.ring, job.mask);
       add_partners<P, Book>(r, block, of.lanes, job.ring, job.mask);
-      if constexpr (Book) sums.add(r, of.lanes);
+      if constexpr (Book)
+        if (job.sum) sums.add(r, of.lanes);
     }
   }
   if (!border) owner_sums.give(job.ring, job.mask);

@@ -157,7 +157,8 @@ struct RunSums {
 
 /// One run of pairs for the kernel.
 struct PairJob {
-  bool book;  ///< whether the step sums losses and keeps what the next one needs for it
+  bool book;  ///< whether the step keeps what the losses of the next need
+  bool sum;   ///< and sums its own
   const Sphere* spheres;
   const MixedSphere* mixed;  ///< in place of `spheres` in mixed precision
   const PairBlock* blocks;
@@ -173,20 +174,20 @@ struct PairJob {
   double reach;  ///< m, of the law
   Accumulator* ring;
   std::uint32_t mask;
-  // Before the sweep: only these blocks, results to `ready`. Null in the sweep.
-  const std::uint32_t* border;
+  // Blocks whose partners belong to another thread, ascending. Before the sweep `border` is set: only these are
+  // evaluated, and what they give is kept. In the sweep it is added at its place.
+  bool border;
+  const std::uint32_t* border_block;
   std::uint32_t border_count;
-  // In the sweep: blocks whose partners belong to another thread, ascending, and their results of before.
-  const std::uint32_t* ready_block;
-  BlockResult* ready;
-  std::uint32_t ready_count;
+  BlockResult* border_result;
+  std::uint8_t* border_awake;  ///< whether there is a result
   // Fetched into the cache meanwhile, a few with each block: spheres that the next tile will meet first, and the
   // blocks of the run after this and their memory; null where there is none.
   std::uint32_t ahead, ahead_count;
   const PairBlock* next_blocks;
   const Line* next_lines;
   RunSums sums;
-  std::uint32_t evaluated;  ///< blocks, here and before the sweep
+  std::uint32_t evaluated;  ///< blocks; in the sweep those at a border are among them
   bool broke;               ///< set when a bond did
 };
 

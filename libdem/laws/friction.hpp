@@ -122,7 +122,8 @@ struct Friction {
              "radius");
   }
 
-  /// What most beds have. Steps that book nothing are compiled for this alone; others cost about a third more.
+  /// What most beds have. Steps that book nothing are compiled for this alone; others take the longer
+  /// kernel of the booked ones in every step.
   bool usual() const {
     return tangential == Tangential::spring && changing == Changing::lossy && rolling != Rolling::constant_torque;
   }

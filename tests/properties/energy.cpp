@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <memory>
+
+#include "libdem/sampling.hpp"
 #include "libdem/stability.hpp"
 #include "tests/tools/dem_beds.hpp"
 
@@ -86,6 +89,44 @@ TEST(Energy, ClosesAroundATurningDrum) {
 
 TEST(Energy, ClosesInMixedPrecision) {
   for (const auto& [name, law] : every_law()) closes(law, name + ", mixed", piston, Precision::mixed);
+}
+
+/// What a sampled book says is the sum of what the steps of its samples lost, each times the steps that it stands for:
+/// nothing of the step before is missing, none counts twice, also where lists are built anew. All spheres are of one
+/// tile; that samples stand for every step is Sampling's own test. Kernels round differently, hence 1e-6.
+TEST(Energy, ASampleIsTheLossOfItsStep) {
+  const Law law = grains(1e5, 0.6, 0.4, 0.05);
+  const double dt = step_for(table(law).laws[0], 0.4);
+  constexpr int every = 8, steps = 150;
+  const auto make = [&](int book_every) {
+    BedOptions options = quiet({0, 0, 0});
+    options.book_every = book_every;
+    auto bed = std::make_unique<Bed>(table(law), options);
+    Dice dice(31);
+    bed->add(loose_lattice({}, 5, 5, 5, 0.0205, 0.01, 0.3, 3.0, dice));
+    add_plane(*bed, {0, -0.011, 0}, {0, 1, 0});
+    return bed;
+  };
+  const auto full = make(1);
+  Sampling sampling;
+  double before = 0, expected = 0;
+  int samples = 0;
+  for (int n = 0; n < steps; ++n) {
+    const long lists = full->rebuilds();
+    full->step(dt, {.energy = true, .snapshot = nullptr});
+    sampling.begin(every, n, full->rebuilds() > lists);
+    const double lost = full->energy().lost.total();
+    if (const Booking b = sampling.of(0); b.sum) expected += b.weight * (lost - before), ++samples;
+    before = lost;
+    if (n % 3 != 2) continue;  // a bed of its own for each reading, which books the step in which it is asked for
+    const auto sampled = make(every);
+    for (int k = 0; k <= n; ++k) sampled->step(dt, {.energy = k == n, .snapshot = nullptr});
+    ASSERT_NEAR(sampled->energy().lost.total(), expected, 1e-6 * (std::abs(expected) + std::abs(lost)))
+        << "after " << n + 1 << " steps";
+  }
+  EXPECT_GT(full->rebuilds(), 5);
+  EXPECT_GT(samples, 15);
+  EXPECT_GT(before, 0.1 * (full->energy().kinetic + full->energy().spin));
 }
 
 /// The gap falls with the step: it is the integrator's, no missing term.

@@ -21,7 +21,7 @@ struct Room {
 };
 
 const std::vector<Room> house = {
-    {"libdem", {"libdem/"}, {"omp.h", "immintrin.h"}, {"boost/math/"}},
+    {"libdem", {"libdem/"}, {"omp.h", "immintrin.h"}, {"boost/math/", "sys/mman.h"}},
     {"libmbd",
      {"libmbd/"},
      {"Eigen/"},

@@ -61,18 +61,19 @@ Result evaluate(const Kernel& kernel, const Law& law, const Slice& slice, bool m
   const MemoryShape shape = MemoryShape::of(law, mixed);
   Result out{std::vector<Accumulator>(64, Accumulator{}), std::vector<Line>(shape.lines(kLanes.size()), Line{})};
   std::vector<BlockResult> ready(before.size());
+  std::vector<std::uint8_t> awake(before.size());
   PairJob job{};
   job.book = book;
   job.spheres = slice.spheres.data(), job.mixed = mixed ? slice.mixed.data() : nullptr;
   job.blocks = slice.blocks.data(), job.shapes = slice.shapes.data(), job.lines = out.memory.data();
   job.count = static_cast<std::uint32_t>(kLanes.size());
   job.elapsed = 1e-5;
-  job.ready = ready.data();
+  job.border_block = before.data(), job.border_count = static_cast<std::uint32_t>(before.size());
+  job.border_result = ready.data(), job.border_awake = awake.data();
   if (!before.empty()) {
-    job.border = before.data(), job.border_count = static_cast<std::uint32_t>(before.size());
+    job.border = true;
     kernel.pairs(law, job);
-    job.border = nullptr;
-    job.ready_block = before.data(), job.ready_count = static_cast<std::uint32_t>(before.size());
+    job.border = false;
   }
   job.ring = out.sums.data(), job.mask = static_cast<std::uint32_t>(out.sums.size() - 1);
   kernel.pairs(law, job);
