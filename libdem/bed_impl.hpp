@@ -5,6 +5,7 @@
 
 #include "libdem/bed.hpp"
 #include "libdem/buffer.hpp"
+#include "libdem/drift.hpp"
 #include "libdem/flag.hpp"
 #include "libdem/kernel/streams.hpp"
 #include "libdem/large_pages.hpp"
@@ -195,6 +196,12 @@ struct Bed::Impl {
   std::vector<Pose> listed_pose;
   std::vector<char> listed_active;
   std::vector<double> boundary_radius;  ///< largest distance of a shape's points from its origin, m
+  double path = 0;                      ///< bound on that of any sphere since the lists were built, m
+  Drift drift;
+  bool drift_counts = false, drift_known = false;
+  Drift::Found drifted;              ///< when it was last measured; with it:
+  double path_at_drift = 0;          ///< m
+  std::vector<Vec3> place_at_drift;  ///< origins of the boundaries
 
   // bonds
   bool any_bonds = false, bonds_may_form = false;
@@ -231,8 +238,13 @@ struct Bed::Impl {
   void take_back();   ///< and back, where steps have run since
   Sphere sphere(std::uint32_t i) const;  ///< as it is now
 
+  // validity.cpp
+  bool lists_hold();  ///< may measure the drift
+  bool lists_hold_within(double limit) const;
+  void begin_validity(Grid grid, double largest_radius);
+  void measure_drift();
+
   // search.cpp
-  bool lists_hold() const;
   /// Builds all lists; spheres that fell below the floor, or for which `gone` holds, leave.
   void rebuild(const std::function<bool(const Sphere&)>& gone = {});
   std::vector<std::uint32_t> take_out(const std::function<bool(const Sphere&)>& gone);
@@ -240,7 +252,7 @@ struct Bed::Impl {
   /// Takes the memory of all contacts out of the lists, to be put into the next ones.
   void put_aside();
   void clear_lists();
-  std::vector<std::uint32_t> sort_spheres(double cell, const Bounds& box, struct Grid& grid);
+  std::vector<std::uint32_t> sort_spheres(double cell, const Bounds& box, Grid& grid);
   void measure_boundaries(const struct Census& census);
   void number_slots();
   void fold_losses();
@@ -291,7 +303,7 @@ struct Bed::Impl {
   void evaluate_border(Worker& owner);
   void plan_book(const Request& request, bool new_lists);
   Booking booking(std::size_t tile) const;
-  void sum_up(const Request& request);
+  void sum_up(double dt, const Request& request);
   void sum_phases(double search, double sweep);  ///< s by the clock
   void check_faults();
   std::uint32_t deepest_sphere() const;

@@ -4,53 +4,16 @@
 
 #include "libdem/bed_impl.hpp"
 #include "libdem/census.hpp"
+#include "libdem/grid.hpp"
 
 /// Contact search: spheres sorted by cell, half list of neighbours within reach plus a skin, list of spheres near each
-/// boundary. The lists hold while no sphere's path plus its partner's is longer than the skin. A tile's path is a bound
-/// on that of all its spheres and their partners: every step adds the longest path in the tiles that its pairs reach
-/// into, so no contact can be missed, and one fast corner of the bed wakes only its own sleeping blocks.
+/// boundary.
 namespace subsoil::dem {
-
-struct Grid {
-  Vec3 low;
-  double cell = 1;
-  double fits = 0;          ///< largest radius for which a neighbour is at most one cell away
-  int axis[3] = {0, 1, 2};  ///< longest first: slabs across it are the sorted order
-  int n[3] = {1, 1, 1};
-  std::vector<std::uint32_t> start;  ///< first sphere of each cell
-
-  int coordinate(const Vec3& x, int k) const {
-    const double at = std::floor((x[axis[k]] - low[axis[k]]) / cell);
-    return static_cast<int>(std::clamp(at, 0.0, static_cast<double>(n[k] - 1)));
-  }
-  std::size_t index(int a, int b, int c) const {
-    return (static_cast<std::size_t>(a) * static_cast<std::size_t>(n[1]) + static_cast<std::size_t>(b)) *
-               static_cast<std::size_t>(n[2]) +
-           static_cast<std::size_t>(c);
-  }
-  std::size_t index(const Vec3& x) const { return index(coordinate(x, 0), coordinate(x, 1), coordinate(x, 2)); }
-};
 
 double Bed::Impl::largest_reach() const {
   double reach = 0;
   for (const double r : law_reach) reach = std::max(reach, r);
   return reach;
-}
-
-bool Bed::Impl::lists_hold() const {
-  if (stale) return false;
-  double moved = 0;
-  for (const Tile& t : tiles) moved = std::max(moved, t.path);
-  if (2 * moved > skin) return false;
-  for (std::size_t b = 0; b < boundaries.size(); ++b) {
-    if (boundaries[b].active != (listed_active[b] != 0)) return false;
-    const Pose& was = listed_pose[b];
-    const Pose& is = boundaries[b].pose;
-    const Quaternion turn = is.attitude * was.attitude.conjugate();
-    const double angle = 2 * std::atan2(norm(Vec3{turn.x, turn.y, turn.z}), std::abs(turn.w));
-    if (moved + norm(is.position - was.position) + angle * boundary_radius[b] > skin) return false;
-  }
-  return true;
 }
 
 /// Returns for each sphere that stays its place before; nothing if all do.
@@ -386,10 +349,10 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   steps_divided = 0;
   divide_work();
   measure_boundaries(census);
+  begin_validity(std::move(grid), census.largest);
 
   number_slots();
   give_mixed();
-  stale = false;
   ++rebuilds;
 }
 

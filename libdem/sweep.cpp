@@ -288,7 +288,7 @@ Booking Bed::Impl::booking(std::size_t tile) const {
   return of;
 }
 
-void Bed::Impl::sum_up(const Request& request) {
+void Bed::Impl::sum_up(double dt, const Request& request) {
   extremes = {};
   double pairs = 0;
   for (const Tile& t : tiles) {
@@ -300,6 +300,7 @@ void Bed::Impl::sum_up(const Request& request) {
   extremes.pairs = static_cast<std::size_t>(pairs);
   for (const SurfaceChunk& c : chunks)
     if (exceeds(c.max_overlap, extremes.overlap)) extremes.overlap = c.max_overlap;
+  path += std::sqrt(extremes.speed2) * dt;
   for (Tile& t : tiles) {
     double longest = 0;
     for (std::size_t k = static_cast<std::size_t>(&t - tiles.data()); k <= t.last; ++k)
