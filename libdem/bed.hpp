@@ -98,7 +98,7 @@ class Bed {
   int boundary_count() const;
   std::span<const Sphere> spheres() const;  ///< in the engine's own order
   std::size_t removed_count() const;        ///< fallen below the floor since the start
-  std::size_t touching_pairs() const;       ///< pairs of spheres in reach of their law at the last booked step
+  std::size_t touching_pairs() const;       ///< in reach of their law, of each tile when it was last booked
 
   struct Request {
     bool energy = false;           ///< fill energy() during this step (valid at t_n)
@@ -134,7 +134,7 @@ class Bed {
   void set_time(double time);
 
   double max_speed() const;       ///< m/s at the last step
-  double max_overlap() const;     ///< largest share of a radius at the last booked step
+  double max_overlap() const;     ///< largest share of a radius, of each tile when it was last booked
   double kinetic_energy() const;  ///< of the half-step velocities, J (cheap measure for settling)
   long rebuilds() const;
   long steps() const;
