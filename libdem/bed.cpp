@@ -95,7 +95,7 @@ void Bed::step(double dt, const Request& request) {
   d.run_sweep(dt, request);
   if (d.any_bonds) d.note_broken_bonds();
   if (d.any_bonds && request.snapshot != nullptr) d.count_bonds(*request.snapshot);
-  d.sum_up(dt, request);
+  d.sum_up(request);
   clock.end(sweep);
   if (d.measures_phases) d.sum_phases(search, sweep);
   d.check_faults();

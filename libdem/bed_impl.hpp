@@ -1,6 +1,7 @@
 #pragma once
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "libdem/bed.hpp"
@@ -198,10 +199,13 @@ struct Bed::Impl {
   std::vector<double> boundary_radius;  ///< largest distance of a shape's points from its origin, m
   double path = 0;                      ///< bound on that of any sphere since the lists were built, m
   Drift drift;
-  bool drift_counts = false, drift_known = false;
-  Drift::Found drifted;              ///< when it was last measured; with it:
-  double path_at_drift = 0;          ///< m
-  std::vector<Vec3> place_at_drift;  ///< origins of the boundaries
+  bool drift_counts = false;  ///< else paths alone say how long the lists hold
+  struct Drifted {
+    Drift::Found found;
+    double path;              ///< as above, then, m
+    std::vector<Vec3> place;  ///< of the boundaries' origins, then
+  };
+  std::optional<Drifted> drifted;  ///< as last measured for these lists
 
   // bonds
   bool any_bonds = false, bonds_may_form = false;
@@ -303,7 +307,7 @@ struct Bed::Impl {
   void evaluate_border(Worker& owner);
   void plan_book(const Request& request, bool new_lists);
   Booking booking(std::size_t tile) const;
-  void sum_up(double dt, const Request& request);
+  void sum_up(const Request& request);
   void sum_phases(double search, double sweep);  ///< s by the clock
   void check_faults();
   std::uint32_t deepest_sphere() const;

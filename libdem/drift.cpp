@@ -3,18 +3,6 @@
 #include <limits>
 
 namespace subsoil::dem {
-namespace {
-
-/// Farthest that two points of two boxes are from each other, and a point of one from a point.
-double farthest(const Bounds& a, const Bounds& b) {
-  Vec3 far;
-  for (int d = 0; d < 3; ++d) far[d] = std::max(std::abs(a.high[d] - b.low[d]), std::abs(b.high[d] - a.low[d]));
-  return norm(far);
-}
-double farthest(const Bounds& box, const Vec3& p) { return farthest(box, Bounds{.low = p, .high = p}); }
-
-}  // namespace
-
 /// Of a cell and those up to two away from it. Spheres of cells that are farther apart were more than two cells from
 /// each other: they touch only when they have come nearer by a sphere's diameter and the skin twice over, which none
 /// does that is within the skin of its place.
@@ -27,7 +15,7 @@ double Drift::parted_around(const std::vector<Bounds>& ways, int a, int b, int c
     for (int j = from(b); j <= to(b, 1); ++j)
       for (int k = from(c); k <= to(c, 2); ++k)
         if (const Bounds& other = ways[grid_.index(i, j, k)]; !other.empty())
-          parted = std::max(parted, farthest(own, other));
+          parted = std::max(parted, own.farthest(other));
   return parted;
 }
 
@@ -44,10 +32,10 @@ Drift::Found Drift::compare(const std::vector<Bounds>& ways, const std::vector<V
       for (int c = 0; c < grid_.n[2]; ++c) {
         const Bounds& of_cell = ways[grid_.index(a, b, c)];
         if (of_cell.empty()) continue;
-        const double gone = farthest(of_cell, Vec3{});
+        const double gone = of_cell.farthest(Vec3{});
         slab.gone = std::max(slab.gone, gone);
         for (std::size_t k = 0; k < boundaries.size(); ++k)
-          slab.against[k] = std::max(slab.against[k], farthest(of_cell, boundaries[k]));
+          slab.against[k] = std::max(slab.against[k], of_cell.farthest(boundaries[k]));
         if (gone > far) slab.parted = std::max(slab.parted, parted_around(ways, a, b, c));
       }
   }

@@ -266,19 +266,15 @@ void Bed::Impl::fold_losses() {
 /// How far a boundary reaches from its origin, for the path of its points when it turns.
 void Bed::Impl::measure_boundaries(const Census& census) {
   const double reaches = census.largest + skin;  // while the lists hold
+  const Vec3 around{reaches, reaches, reaches};
+  const Bounds bed{census.box.low - around, census.box.high + around};
   boundary_radius.resize(boundaries.size());
   for (std::size_t b = 0; b < boundaries.size(); ++b) {
     const Bounds box = bounds(boundaries[b].shape);
-    Vec3 far{};
-    for (int d = 0; d < 3; ++d) far[d] = std::max(std::abs(box.low[d]), std::abs(box.high[d]));
-    boundary_radius[b] = norm(far);
+    boundary_radius[b] = box.farthest(Vec3{});
     if (std::isfinite(boundary_radius[b])) continue;
     // An infinite plane that turns: what counts is how far the bed reaches from its origin.
-    for (int d = 0; d < 3; ++d) {
-      const double at = boundaries[b].pose.position[d];
-      far[d] = std::max(std::abs(census.box.low[d] - reaches - at), std::abs(census.box.high[d] + reaches - at));
-    }
-    boundary_radius[b] = spheres.empty() ? 0 : norm(far);
+    boundary_radius[b] = spheres.empty() ? 0 : bed.farthest(boundaries[b].pose.position);
   }
 }
 

@@ -288,19 +288,20 @@ Booking Bed::Impl::booking(std::size_t tile) const {
   return of;
 }
 
-void Bed::Impl::sum_up(double dt, const Request& request) {
+void Bed::Impl::sum_up(const Request& request) {
   extremes = {};
-  double pairs = 0;
+  double pairs = 0, farthest_step = 0;
   for (const Tile& t : tiles) {
     extremes.speed2 = std::max(extremes.speed2, t.speed2);
     extremes.overlap = std::max(extremes.overlap, t.overlap);
     extremes.kinetic += t.half_step_kinetic;
+    farthest_step = std::max(farthest_step, t.step);
     pairs += t.pairs;
   }
   extremes.pairs = static_cast<std::size_t>(pairs);
+  path += farthest_step;
   for (const SurfaceChunk& c : chunks)
     if (exceeds(c.max_overlap, extremes.overlap)) extremes.overlap = c.max_overlap;
-  path += std::sqrt(extremes.speed2) * dt;
   for (Tile& t : tiles) {
     double longest = 0;
     for (std::size_t k = static_cast<std::size_t>(&t - tiles.data()); k <= t.last; ++k)

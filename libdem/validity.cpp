@@ -26,7 +26,7 @@ double angle_between(const Pose& was, const Pose& is) {
 void Bed::Impl::begin_validity(Grid grid, double largest_radius) {
   stale = false;
   path = 0;
-  drift_known = false;
+  drifted.reset();
   // A sphere that is too large for the grid finds its neighbours beyond the next cell.
   drift_counts = !spheres.empty() && largest_radius <= grid.fits;
   if (drift_counts)
@@ -34,32 +34,28 @@ void Bed::Impl::begin_validity(Grid grid, double largest_radius) {
 }
 
 void Bed::Impl::measure_drift() {
-  std::vector<Vec3> ways;
-  place_at_drift.clear();
+  std::vector<Vec3> place, ways;
   for (std::size_t b = 0; b < boundaries.size(); ++b) {
-    place_at_drift.push_back(boundaries[b].pose.position);
-    ways.push_back(place_at_drift.back() - listed_pose[b].position);
+    place.push_back(boundaries[b].pose.position);
+    ways.push_back(place.back() - listed_pose[b].position);
   }
-  if (is_mixed())
-    drifted = drift.measure(ways, threads, [&](std::size_t i) { return mixed[i].x; });
-  else
-    drifted = drift.measure(ways, threads, [&](std::size_t i) { return spheres[i].x; });
-  drift_known = true;
-  path_at_drift = path;
+  Drift::Found found = is_mixed() ? drift.measure(ways, threads, [&](std::size_t i) { return mixed[i].x; })
+                                  : drift.measure(ways, threads, [&](std::size_t i) { return spheres[i].x; });
+  drifted = {std::move(found), path, std::move(place)};
 }
 
 bool Bed::Impl::lists_hold_within(double limit) const {
   double moved = 0;
   for (const Tile& t : tiles) moved = std::max(moved, t.path);
-  const double since = path - path_at_drift;
+  const double since = drifted ? path - drifted->path : 0;
   // No sphere may be farther from its place than the skin: cells and boundaries are looked at as far as that.
-  const bool known = drift_known && drifted.gone + since <= skin;
-  if (2 * moved > limit && !(known && drifted.parted + 2 * since <= limit)) return false;
+  const bool known = drifted && drifted->found.gone + since <= skin;
+  if (2 * moved > limit && !(known && drifted->found.parted + 2 * since <= limit)) return false;
   for (std::size_t b = 0; b < boundaries.size(); ++b) {
     const Pose& is = boundaries[b].pose;
     const Pose& was = listed_pose[b];
     double nearer = moved + norm(is.position - was.position);
-    if (known) nearer = std::min(nearer, drifted.against[b] + since + norm(is.position - place_at_drift[b]));
+    if (known) nearer = std::min(nearer, drifted->found.against[b] + since + norm(is.position - drifted->place[b]));
     if (nearer + angle_between(was, is) * boundary_radius[b] > limit) return false;
   }
   return true;

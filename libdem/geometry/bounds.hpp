@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "libdem/vec3.hpp"
@@ -19,6 +20,14 @@ struct Bounds {
   bool empty() const { return low.x > high.x; }
   double diagonal() const { return empty() ? 0 : norm(high - low); }
   Vec3 centre() const { return 0.5 * (low + high); }
+  /// From p to the farthest corner.
+  double farthest(const Vec3& p) const { return farthest({p, p}); }
+  /// Longest way from a point of this box to one of another.
+  double farthest(const Bounds& b) const {
+    Vec3 far;
+    for (int d = 0; d < 3; ++d) far[d] = std::max(std::abs(high[d] - b.low[d]), std::abs(b.high[d] - low[d]));
+    return norm(far);
+  }
   /// Square of the distance from p to the box, 0 inside.
   double distance_squared(const Vec3& p) const {
     const Vec3 out{std::max({low.x - p.x, 0.0, p.x - high.x}), std::max({low.y - p.y, 0.0, p.y - high.y}),

@@ -113,7 +113,7 @@ std::vector<Answer> evaluate_pairs(const Kernel& kernel, const Law& law, const s
   while (ring < spheres.size()) ring *= 2;
   std::vector<Accumulator> sums(ring, Accumulator{});
   PairJob job{};
-  job.book = book;
+  job.book = job.sum = book;
   job.spheres = spheres.data(), job.blocks = blocks.data(), job.lines = lines.data();
   job.mixed = mixed ? records.data() : nullptr;
   std::vector<BlockShape> shapes(blocks_needed, {.lanes = kBlock, .begins = true});

@@ -63,7 +63,7 @@ Result evaluate(const Kernel& kernel, const Law& law, const Slice& slice, bool m
   std::vector<BlockResult> ready(before.size());
   std::vector<std::uint8_t> awake(before.size());
   PairJob job{};
-  job.book = book;
+  job.book = job.sum = book;
   job.spheres = slice.spheres.data(), job.mixed = mixed ? slice.mixed.data() : nullptr;
   job.blocks = slice.blocks.data(), job.shapes = slice.shapes.data(), job.lines = out.memory.data();
   job.count = static_cast<std::uint32_t>(kLanes.size());
