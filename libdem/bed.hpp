@@ -18,6 +18,7 @@ struct BedOptions {
   int threads = 0;            ///< 0: all that OpenMP offers
   std::string simd = "auto";  ///< kernel by name
   Precision precision = Precision::doubles;
+  int strips = 0;              ///< into which a wide bed is cut for the caches; 0: by its size
   double skin = 0;             ///< m by which neighbours are listed beyond reach; 0: 0.4 of the mean radius
   double speed_limit = 50;     ///< m/s; a faster sphere stops the run
   double overlap_limit = 0.5;  ///< share of the radius; a deeper contact stops the run

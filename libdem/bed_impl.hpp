@@ -88,7 +88,10 @@ struct Tile {
   std::uint32_t begin, end;
   std::uint32_t runs_begin, runs_end, planes_begin, planes_end;
   std::uint32_t entries_begin, entries_end;  ///< in entry_order
-  std::uint32_t last;                        ///< tile of the farthest partner
+  std::uint32_t last;                        ///< tile of the farthest partner in the strip
+  std::uint32_t seam_runs_begin;             ///< those at a seam are the last
+  std::uint32_t seam_first, seam_last;       ///< tiles of partners in other strips; the latter smaller: none
+  std::uint32_t seams_begin, seams_end;      ///< what its own spheres get across seams
   bool alike;                                ///< it and all its partners have one radius and one mass
   Losses lost;                               ///< running
   double stored = 0, kinetic = 0, spin = 0, gravity = 0, half_step_kinetic = 0;
@@ -98,40 +101,52 @@ struct Tile {
   double path = 0;  ///< bound on the path of any sphere of this and its partners' tiles since the lists were built, m
 };
 
-/// Blocks of contacts that one thread owns and whose partners belong to later ones. The next thread evaluates them
-/// before its own sweep and adds what its spheres get; the owner adds the rest when it comes to their place.
+/// Blocks of contacts that one thread owns and whose partners belong to later ones, or to a later strip. The thread of
+/// the partners evaluates them before its own sweep and adds what its spheres get; the owner adds the rest when it
+/// comes to their place.
 struct Border {
   struct Place {
-    std::uint32_t tile, run;
+    std::uint32_t tile, run, evaluator;
   };
   std::vector<Place> place;          ///< ascending
   std::vector<std::uint32_t> block;  ///< of the run
   std::vector<BlockResult> result;
+  std::vector<BlockRows> rows;      ///< not of runs at a seam
   std::vector<std::uint8_t> awake;  ///< whether there is a result
-  std::uint64_t evaluated = 0;      ///< blocks, since the work was divided
-  double work = 0;                  ///< blocks per step, before that
-  Flag done;                        ///< results are there
 
   /// Blocks begin to end, all of one run, for the kernel.
   void offer(PairJob& job, std::size_t begin, std::size_t end) {
     job.border_block = block.data() + begin;
     job.border_count = static_cast<std::uint32_t>(end - begin);
     job.border_result = result.data() + begin;
+    job.border_rows = rows.data() + begin;
     job.border_awake = awake.data() + begin;
   }
 };
 
-/// A lane of an earlier thread's border block whose partner is this thread's.
+/// Blocks of one run of a thread's border, for the thread that evaluates them.
+struct Errand {
+  std::uint32_t owner, first, end;  ///< of its border
+  std::uint64_t evaluated = 0;      ///< blocks, since the work was divided
+};
+
+/// A pair of another thread or across a seam: what its partner, of this thread, gets.
 struct ForeignLane {
-  std::uint32_t worker, result, lane, sphere;
+  const Accumulator* push;
+  const std::uint8_t* given;  ///< whether there is something
+  std::uint32_t sphere;
 };
 
 /// What one thread owns during a sweep.
 struct Worker {
   std::uint32_t tiles_begin = 0, tiles_end = 0, begin = 0, end = 0;
   Border border;
-  int before = -1;                   ///< thread whose border this one evaluates
+  std::vector<Errand> errands;       ///< what this thread evaluates before its sweep
+  Flag errands_done;                 ///< results are there
+  double lent = 0;                   ///< blocks of its own that others evaluate in a step, less those it does for them
+  std::vector<std::uint32_t> waits;  ///< threads that evaluate what spheres of this one get
   std::vector<ForeignLane> foreign;  ///< in the order in which one thread would add them
+  std::uint32_t reached = 0;         ///< last tile of partners in the strip of earlier tiles
   std::vector<Accumulator> ring;     ///< power of two; indexed by sphere & mask
   Flag chunks_done;                  ///< its share of contacts with edges and curved surfaces
   Phases spent;                      ///< in the step
@@ -174,8 +189,11 @@ struct Bed::Impl {
   std::vector<PairRun> runs;
   Buffer<PairBlock> blocks;
   Buffer<BlockShape> shapes;
-  Buffer<double> wake;  ///< per block
-  Buffer<Line> lines;   ///< memory of pairs
+  Buffer<double> wake;                   ///< per block
+  Buffer<Line> lines;                    ///< memory of pairs
+  std::vector<BlockRows> seam_rows;      ///< by PairRun::rows
+  std::vector<std::uint8_t> seam_given;  ///< whether a block at a seam gives something in this step
+  std::vector<ForeignLane> seams;        ///< by tile of the partner
   OldPairs old;
   std::vector<PlaneRun> plane_runs;
   std::vector<PlaneJob> plane_jobs;  ///< by boundary, of this step
@@ -256,6 +274,7 @@ struct Bed::Impl {
   /// Takes the memory of all contacts out of the lists, to be put into the next ones.
   void put_aside();
   void clear_lists();
+  int strips_of(const Grid& grid, std::size_t count) const;
   std::vector<std::uint32_t> sort_spheres(double cell, const Bounds& box, Grid& grid);
   void measure_boundaries(const struct Census& census);
   void number_slots();
@@ -263,7 +282,7 @@ struct Bed::Impl {
   double largest_reach() const;
 
   // lists.cpp
-  void build_runs(struct HalfList& list);
+  void build_runs(struct HalfList& list, const Grid& grid);
   /// Contact memory into the new lists, from the old ones if there are any, else from what waits.
   void put_pairs(const struct HalfList& list, const std::vector<std::uint32_t>& new_index);
   void build_surfaces();
@@ -285,6 +304,11 @@ struct Bed::Impl {
   void divide_work();
   void divide_work_again();
   void find_borders();
+  std::uint32_t worker_of(std::uint32_t sphere) const;
+  void find_foreign_lanes();
+
+  // seams.cpp
+  void find_seams();
 
   // bonds.cpp
   /// Places of the spheres of each intact bond.
@@ -304,7 +328,8 @@ struct Bed::Impl {
   // sweep.cpp
   void run_sweep(double dt, const Request& request);
   PairJob pair_job(const PairRun& run, const Tile& tile, const Booking& booking, double elapsed);
-  void evaluate_border(Worker& owner);
+  void run_errands(Worker& w);
+  void note_break(std::uint32_t run);
   void plan_book(const Request& request, bool new_lists);
   Booking booking(std::size_t tile) const;
   void sum_up(const Request& request);

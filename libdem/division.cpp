@@ -9,7 +9,7 @@ namespace subsoil::dem {
 
 /// Contiguous ranges of whole tiles with about equal work, and rings long enough for the farthest partner. The work of
 /// pairs is what their blocks were evaluated since the last division; of new lists it is a guess: near pairs sleep.
-/// Blocks at a border are evaluated by the thread after it.
+/// Blocks at a border are evaluated by the thread of their partners.
 void Bed::Impl::divide_work() {
   // In units of a block of touching pairs: what one of near pairs, whose owners are read for it alone, one of planes, a
   // contact that is looked at by itself, and a sphere cost beside it.
@@ -35,15 +35,24 @@ void Bed::Impl::divide_work() {
   while (ring < span + kTile) ring *= 2;
 
   workers.resize(static_cast<std::size_t>(threads));
-  std::uint32_t tile = 0;
+  if (known) {
+    for (Worker& w : workers) w.lent = 0;
+    for (Worker& w : workers)
+      for (const Errand& e : w.errands) {
+        const double work = static_cast<double>(e.evaluated) / steps_divided;
+        workers[e.owner].lent += work, w.lent -= work;
+      }
+  }
+  std::uint32_t tile = 0, reached = 0;
+  double lent = 0;
   for (int t = 0; t < threads; ++t) {
     Worker& w = workers[static_cast<std::size_t>(t)];
-    if (known) w.border.work = static_cast<double>(w.border.evaluated) / steps_divided;
-    w.border.evaluated = 0;
-    // Up to here all threads have done their shares, and the next one the blocks at this border.
-    const double share = until.back() * (t + 1) / threads + w.border.work;
-    w.tiles_begin = tile;
-    while (tile < tiles.size() && (t + 1 == threads || 0.5 * (until[tile] + until[tile + 1]) <= share)) ++tile;
+    // Up to here all threads have done their shares, and later ones some blocks of theirs.
+    lent += w.lent;
+    const double share = until.back() * (t + 1) / threads + lent;
+    w.tiles_begin = tile, w.reached = reached;
+    for (; tile < tiles.size() && (t + 1 == threads || 0.5 * (until[tile] + until[tile + 1]) <= share); ++tile)
+      reached = std::max(reached, tiles[tile].last);
     w.tiles_end = tile;
     w.begin = w.tiles_begin < w.tiles_end ? tiles[w.tiles_begin].begin : 0;
     w.end = w.tiles_begin < w.tiles_end ? tiles[w.tiles_end - 1].end : 0;
@@ -60,39 +69,73 @@ void Bed::Impl::divide_work_again() {
   if (++steps_divided >= (division_guessed ? soon : later) && threads > 1) divide_work();
 }
 
-/// Blocks with a partner that belongs to a later thread, and what those threads have to add of them.
+/// Blocks that are evaluated before the sweep, by the thread of their last partner, whose sweep needs them first: those
+/// with a partner that belongs to a later thread. At a seam also those whose partners the sweep reaches before it has
+/// evaluated them: strips that are nearly empty end soon.
 void Bed::Impl::find_borders() {
-  int before = -1;
-  for (Worker& w : workers) {
+  for (Worker& w : workers) w.errands.clear();
+  for (std::uint32_t owner = 0; owner < workers.size(); ++owner) {
+    Worker& w = workers[owner];
     Border& b = w.border;
-    b.place.clear(), b.block.clear(), w.foreign.clear();
-    w.before = -1;
-    if (w.tiles_begin == w.tiles_end) continue;
-    w.before = std::exchange(before, static_cast<int>(&w - workers.data()));
+    b.place.clear(), b.block.clear();
+    std::uint32_t reached = w.reached;
     for (std::uint32_t k = w.tiles_begin; k < w.tiles_end; ++k) {
-      if (tiles[k].last < w.tiles_end) continue;
-      for (std::uint32_t r = tiles[k].runs_begin; r < tiles[k].runs_end; ++r)
+      reached = std::max(reached, tiles[k].last);
+      for (std::uint32_t r = tiles[k].runs_begin; r < tiles[k].runs_end; ++r) {
+        const bool seam = runs[r].seam;
+        if ((seam ? tiles[k].seam_last : tiles[k].last) < w.tiles_end && !(seam && tiles[k].seam_first <= reached))
+          continue;
         for (std::uint32_t n = 0; n < runs[r].blocks; ++n) {
           const PairBlock& block = blocks[runs[r].first + n];
-          if (*std::max_element(block.other, block.other + shapes[runs[r].first + n].lanes) < w.end) continue;
-          b.place.push_back({k, r});
+          const auto [first, last] = std::minmax_element(block.other, block.other + shapes[runs[r].first + n].lanes);
+          if (*last < w.end && !(seam && *first < tiles[reached].end)) continue;
+          const auto place = static_cast<std::uint32_t>(b.place.size());
+          const std::uint32_t evaluator = worker_of(*last);
+          std::vector<Errand>& errands = workers[evaluator].errands;
+          if (!errands.empty() && errands.back().owner == owner && errands.back().end == place &&
+              b.place.back().run == r)
+            ++errands.back().end;
+          else
+            errands.push_back({.owner = owner, .first = place, .end = place + 1});
+          b.place.push_back({k, r, evaluator});
           b.block.push_back(n);
         }
+      }
     }
     b.result.resize(b.block.size());
+    b.rows.resize(b.block.size());
     b.awake.resize(b.block.size());
   }
-  for (std::uint32_t from = 0; from < workers.size(); ++from) {
-    const Border& border = workers[from].border;
-    for (std::uint32_t k = 0; k < border.block.size(); ++k) {
-      const std::uint32_t block = runs[border.place[k].run].first + border.block[k];
+  find_foreign_lanes();
+}
+
+std::uint32_t Bed::Impl::worker_of(std::uint32_t sphere) const {
+  std::uint32_t w = 0;
+  while (sphere >= workers[w].end) ++w;
+  return w;
+}
+
+/// What each thread has to add of blocks that others evaluate before the sweep, and whom it waits for.
+void Bed::Impl::find_foreign_lanes() {
+  std::vector<std::vector<char>> waits(workers.size(), std::vector<char>(workers.size(), 0));
+  for (Worker& w : workers) w.foreign.clear(), w.waits.clear();
+  for (const Worker& from : workers) {
+    const Border& border = from.border;
+    for (std::size_t k = 0; k < border.block.size(); ++k) {
+      const PairRun& run = runs[border.place[k].run];
+      const std::uint32_t block = run.first + border.block[k];
       for (std::uint32_t l = 0; l < shapes[block].lanes; ++l) {
         const std::uint32_t other = blocks[block].other[l];
-        for (std::uint32_t to = from + 1; to < workers.size(); ++to)
-          if (other >= workers[to].begin && other < workers[to].end) workers[to].foreign.push_back({from, k, l, other});
+        if (other < from.end) continue;  // added in the sweep
+        const std::uint32_t to = worker_of(other);
+        waits[to][border.place[k].evaluator] = 1;
+        if (!run.seam) workers[to].foreign.push_back({&border.rows[k].of[l], &border.awake[k], other});
       }
     }
   }
+  for (std::uint32_t to = 0; to < workers.size(); ++to)
+    for (std::uint32_t from = 0; from < workers.size(); ++from)
+      if (from != to && waits[to][from] != 0) workers[to].waits.push_back(from);
 }
 
 }  // namespace subsoil::dem

@@ -9,7 +9,9 @@
 
 namespace subsoil::dem {
 
-/// Cells by which spheres are sorted.
+/// Cells by which spheres are sorted: slab after slab across the longest axis. A wide bed is cut along that axis into
+/// strips, one sorted after the other, so that the spheres of two slabs, which lie between a sphere and its last
+/// partner, stay in the second-level cache.
 struct Grid {
   Vec3 low;
   double cell = 1;
@@ -18,16 +20,42 @@ struct Grid {
   int n[3] = {1, 1, 1};
   std::vector<std::uint32_t> start;  ///< first sphere of each cell
 
+  /// Cuts into so many strips of nearly equal width; after n is known.
+  void cut(int strips) {
+    columns_.resize(static_cast<std::size_t>(n[1]));
+    ends_.clear();
+    for (int s = 0, b = 0; s < strips; ++s) {
+      const int first = b, end = static_cast<int>(static_cast<long>(n[1]) * (s + 1) / strips);
+      const std::size_t before = size_of(n[0]) * size_of(first) * size_of(n[2]), width = size_of(end - first);
+      for (; b < end; ++b)
+        columns_[size_of(b)] = {before + size_of(b - first) * size_of(n[2]), width * size_of(n[2]), s};
+      ends_.push_back(size_of(n[0]) * size_of(end) * size_of(n[2]));
+    }
+  }
+  int strip(int b) const { return columns_[size_of(b)].strip; }
+  /// Number of cells up to the end of each strip.
+  const std::vector<std::size_t>& strip_ends() const { return ends_; }
+  std::size_t cells() const { return size_of(n[0]) * size_of(n[1]) * size_of(n[2]); }
+
   int coordinate(const Vec3& x, int k) const {
     const double at = std::floor((x[axis[k]] - low[axis[k]]) / cell);
     return static_cast<int>(std::clamp(at, 0.0, static_cast<double>(n[k] - 1)));
   }
   std::size_t index(int a, int b, int c) const {
-    return (static_cast<std::size_t>(a) * static_cast<std::size_t>(n[1]) + static_cast<std::size_t>(b)) *
-               static_cast<std::size_t>(n[2]) +
-           static_cast<std::size_t>(c);
+    const Column& column = columns_[size_of(b)];
+    return column.first + size_of(a) * column.slab + size_of(c);
   }
   std::size_t index(const Vec3& x) const { return index(coordinate(x, 0), coordinate(x, 1), coordinate(x, 2)); }
+
+ private:
+  /// Cells of one b: where those of the first slab lie, and how far the next slab is.
+  struct Column {
+    std::size_t first, slab;
+    int strip;
+  };
+  static std::size_t size_of(int k) { return static_cast<std::size_t>(k); }
+  std::vector<Column> columns_{{0, 1, 0}};
+  std::vector<std::size_t> ends_{1};
 };
 
 }  // namespace subsoil::dem

@@ -17,16 +17,20 @@ constexpr std::uint32_t kGapClasses = 8;
 /// A gap of less than this share of the skin counts as touching: it would wake its block at once.
 constexpr double kTouchingShare = 0.01;
 
-/// Class of a pair within its tile: all touching runs by law, then all near ones.
+/// Class of a pair within its tile: all touching runs by law, then all near ones; after them those across a seam.
 struct Classes {
   std::uint32_t laws;
-  std::uint32_t count() const { return laws * (1 + kGapClasses); }
-  std::uint32_t of(std::uint32_t law, double gap, double skin) const {
-    if (gap < kTouchingShare * skin) return law;
+  std::uint32_t of_strip() const { return laws * (1 + kGapClasses); }
+  std::uint32_t count() const { return 2 * of_strip(); }
+  std::uint32_t touching(std::uint32_t law, bool seam) const { return law + (seam ? of_strip() : 0); }
+  bool touches(std::uint32_t c) const { return c % of_strip() < laws; }
+  std::uint32_t near(std::uint32_t law, bool seam) const { return laws + law * kGapClasses + (seam ? of_strip() : 0); }
+  std::uint32_t of(std::uint32_t law, double gap, double skin, bool seam) const {
+    if (gap < kTouchingShare * skin) return touching(law, seam);
     // gap/skin = f 2^doublings, f in [0.5, 1): the exponent of a float, whose bias is 126 for such f.
     const int doublings = static_cast<int>(std::bit_cast<std::uint32_t>(static_cast<float>(gap / skin)) >> 23) - 126;
     const int width = std::clamp(doublings + static_cast<int>(kGapClasses) - 1, 0, static_cast<int>(kGapClasses) - 1);
-    return laws + law * kGapClasses + static_cast<std::uint32_t>(width);
+    return near(law, seam) + static_cast<std::uint32_t>(width);
   }
 };
 
@@ -91,7 +95,7 @@ class TileLayout {
 
 }  // namespace
 
-void Bed::Impl::build_runs(HalfList& list) {
+void Bed::Impl::build_runs(HalfList& list, const Grid& grid) {
   const auto count = static_cast<std::uint32_t>(spheres.size());
   const Classes classes{static_cast<std::uint32_t>(laws.laws.size())};
   tiles.assign((count + kTile - 1) / kTile, {});
@@ -100,12 +104,14 @@ void Bed::Impl::build_runs(HalfList& list) {
   std::vector<std::uint32_t> sizes(tiles.size() * classes.count(), 0);
   Buffer<std::uint16_t> class_of;
   class_of.renew(list.other.size());
-  const auto slices = [&](const Tile& t, std::uint32_t law) {
+  const auto slices = [&](const Tile& t, std::uint32_t touching) {
     std::array<std::uint32_t, kTile> pairs{};
     for (std::uint32_t i = t.begin; i < t.end; ++i)
-      for (std::uint32_t p = list.start[i]; p < list.start[i + 1]; ++p) pairs[i - t.begin] += class_of[p] == law;
+      for (std::uint32_t p = list.start[i]; p < list.start[i + 1]; ++p) pairs[i - t.begin] += class_of[p] == touching;
     return Slices(pairs);
   };
+  std::vector<std::uint32_t> strip_ends;  // in spheres
+  for (const std::size_t cells : grid.strip_ends()) strip_ends.push_back(grid.start[cells]);
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (int k = 0; k < tile_count; ++k) {
     Tile& t = tiles[static_cast<std::size_t>(k)];
@@ -114,41 +120,56 @@ void Bed::Impl::build_runs(HalfList& list) {
     t.begin = static_cast<std::uint32_t>(k) * kTile, t.end = std::min(count, t.begin + kTile);
     t.last = static_cast<std::uint32_t>(k);
     t.alike = true;
+    t.seam_first = t.last + 1, t.seam_last = t.last;
+    auto strip_end = std::upper_bound(strip_ends.begin(), strip_ends.end(), t.begin);
     std::uint32_t* size = sizes.data() + static_cast<std::size_t>(k) * classes.count();
-    for (std::uint32_t i = t.begin; i < t.end; ++i)
+    for (std::uint32_t i = t.begin; i < t.end; ++i) {
+      while (i >= *strip_end) ++strip_end;
       for (std::uint32_t p = list.start[i]; p < list.start[i + 1]; ++p) {
         const Sphere &a = spheres[i], &b = spheres[list.other[p]];
         const auto law = static_cast<std::uint32_t>(laws.of(a.material, b.material));
-        class_of[p] = static_cast<std::uint16_t>(classes.of(law, norm(a.x - b.x) - a.r - b.r - reach(law), skin));
+        const double gap = norm(a.x - b.x) - a.r - b.r - reach(law);
+        const bool seam = list.other[p] >= *strip_end;
+        class_of[p] = static_cast<std::uint16_t>(classes.of(law, gap, skin, seam));
         ++size[class_of[p]];
         t.alike = t.alike && as_first(a) && as_first(b);
-        t.last = std::max(t.last, list.other[p] / kTile);
+        const std::uint32_t tile = list.other[p] / kTile;
+        if (!seam)
+          t.last = std::max(t.last, tile);
+        else if (t.seam_first > t.seam_last)
+          t.seam_first = t.seam_last = tile;
+        else
+          t.seam_first = std::min(t.seam_first, tile), t.seam_last = std::max(t.seam_last, tile);
       }
-    for (std::uint32_t law = 0; law < classes.laws; ++law)
-      if (size[law] > 0) size[law] = slices(t, law).blocks();
+    }
+    for (const bool seam : {false, true})
+      for (std::uint32_t law = 0; law < classes.laws; ++law)
+        if (const std::uint32_t c = classes.touching(law, seam); size[c] > 0) size[c] = slices(t, c).blocks();
   }
 
   // Runs in order; each class gets the place of its first block or pair.
   std::uint32_t block = 0;
   std::size_t line = 0;
-  const auto add_run = [&](const Tile& t, std::uint32_t law, std::uint32_t n, bool near) {
+  const auto add_run = [&](const Tile& t, std::uint32_t law, std::uint32_t n, bool near, bool seam) {
     if (n == 0) return;
-    runs.push_back({.law = law, .first = block, .blocks = n, .lines = line, .near = near, .alike = t.alike});
+    runs.push_back(
+        {.law = law, .first = block, .blocks = n, .lines = line, .near = near, .alike = t.alike, .seam = seam});
     block += n;
     line += pair_memory[law].lines(n);
   };
   for (std::size_t k = 0; k < tiles.size(); ++k) {
     std::uint32_t* size = sizes.data() + k * classes.count();
     tiles[k].runs_begin = static_cast<std::uint32_t>(runs.size());
-    for (std::uint32_t law = 0; law < classes.laws; ++law)
-      add_run(tiles[k], law, std::exchange(size[law], block), false);
-    for (std::uint32_t law = 0; law < classes.laws; ++law) {
-      std::uint32_t pairs = 0;
-      for (std::uint32_t c = 0; c < kGapClasses; ++c) {
-        std::uint32_t& here = size[classes.laws + law * kGapClasses + c];
-        pairs += std::exchange(here, block * kBlock + pairs);
+    for (const bool seam : {false, true}) {
+      if (seam) tiles[k].seam_runs_begin = static_cast<std::uint32_t>(runs.size());
+      for (std::uint32_t law = 0; law < classes.laws; ++law)
+        add_run(tiles[k], law, std::exchange(size[classes.touching(law, seam)], block), false, seam);
+      for (std::uint32_t law = 0; law < classes.laws; ++law) {
+        std::uint32_t pairs = 0;
+        for (std::uint32_t c = 0; c < kGapClasses; ++c)
+          pairs += std::exchange(size[classes.near(law, seam) + c], block * kBlock + pairs);
+        add_run(tiles[k], law, (pairs + kBlock - 1) / kBlock, true, seam);
       }
-      add_run(tiles[k], law, (pairs + kBlock - 1) / kBlock, true);
     }
     tiles[k].runs_end = static_cast<std::uint32_t>(runs.size());
   }
@@ -168,11 +189,12 @@ void Bed::Impl::build_runs(HalfList& list) {
     for (std::uint32_t r = t.runs_begin; r < t.runs_end; ++r) {
       const PairRun& run = runs[r];
       if (run.near) continue;
-      slices(t, run.law).each([&](std::uint32_t in_tile, std::uint32_t first, std::uint32_t lane) {
+      const std::uint32_t touching = classes.touching(run.law, run.seam);
+      slices(t, touching).each([&](std::uint32_t in_tile, std::uint32_t first, std::uint32_t lane) {
         std::uint32_t b = run.first + first;
         shapes[b].begins = true;
         for (std::uint32_t p = list.start[t.begin + in_tile]; p < list.start[t.begin + in_tile + 1]; ++p) {
-          if (class_of[p] != run.law) continue;
+          if (class_of[p] != touching) continue;
           list.lane[p] = b * kBlock + lane;
           layout.put(b++, lane, t.begin + in_tile, list.other[p]);
         }
@@ -180,7 +202,7 @@ void Bed::Impl::build_runs(HalfList& list) {
     }
     for (std::uint32_t i = t.begin; i < t.end; ++i)
       for (std::uint32_t p = list.start[i]; p < list.start[i + 1]; ++p) {
-        if (class_of[p] < classes.laws) continue;
+        if (classes.touches(class_of[p])) continue;
         const std::uint32_t lane = next[class_of[p]]++;
         list.lane[p] = lane;
         layout.put(lane / kBlock, lane % kBlock, i, list.other[p]);

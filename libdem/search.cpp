@@ -49,6 +49,18 @@ void Bed::Impl::require_laws(const std::vector<char>& present) const {
                                     std::to_string(b) + ", and spheres of both are in the bed");
 }
 
+/// How many strips the bed is cut into. Two slabs of 1500 spheres with their sums take half of a second-level cache of
+/// 1 MB, beside what streams through it; cut into strips with slabs of 600 a step of 520,000 spheres takes 7 to 15 %
+/// less, of 1200 and 900 not quite so much, of 450 no more than of 900: seams cost more than they save.
+int Bed::Impl::strips_of(const Grid& grid, std::size_t count) const {
+  if (options.strips > 0) return std::min(options.strips, grid.n[1]);
+  constexpr double too_many = 1500, cut_to = 600;
+  constexpr int narrowest = 8;  // cells
+  const double in_slab = static_cast<double>(count) / grid.n[0];
+  if (in_slab < too_many) return 1;
+  return std::clamp(static_cast<int>(std::lround(in_slab / cut_to)), 1, std::max(1, grid.n[1] / narrowest));
+}
+
 /// Stable counting sort by cell. Returns for each new place the place before.
 std::vector<std::uint32_t> Bed::Impl::sort_spheres(double cell, const Bounds& box, Grid& grid) {
   const std::size_t count = spheres.size();
@@ -65,7 +77,8 @@ std::vector<std::uint32_t> Bed::Impl::sort_spheres(double cell, const Bounds& bo
     }
     if (cells <= 8.0 * static_cast<double>(count) + 4096) break;
   }
-  const std::size_t cells = grid.index(grid.n[0] - 1, grid.n[1] - 1, grid.n[2] - 1) + 1;
+  grid.cut(strips_of(grid, count));
+  const std::size_t cells = grid.cells();
   Buffer<std::uint32_t> cell_of;
   cell_of.renew(count);
   grid.start.assign(cells + 1, 0);
@@ -185,16 +198,23 @@ class PairSearch {
         n += x * x + y * y + z * z < limit * limit;
       }
     };
-    // The rest of the own row, then the rows above it: cells of a row are neighbours in the sorted order.
+    // The rest of the own row, then the rows that come later: cells of a row are neighbours in the sorted order. Of the
+    // rows in another strip all three are earlier or later.
     const Sphere& s = spheres_[i];
     const int row = grid_.coordinate(s.x, 0), b = grid_.coordinate(s.x, 1), c = grid_.coordinate(s.x, 2);
     const int c0 = std::max(c - 1, 0), c1 = std::min(c + 1, grid_.n[2] - 1);
+    const auto scan_row = [&](int at_row, int at) {
+      scan(grid_.start[grid_.index(at_row, at, c0)], grid_.start[grid_.index(at_row, at, c1) + 1]);
+    };
     scan(i + 1, grid_.start[grid_.index(row, b, c1) + 1]);
-    if (b + 1 < grid_.n[1])
-      scan(grid_.start[grid_.index(row, b + 1, c0)], grid_.start[grid_.index(row, b + 1, c1) + 1]);
+    const int strip = grid_.strip(b);
+    const bool left = b > 0 && grid_.strip(b - 1) == strip, beyond = b + 1 < grid_.n[1];
+    const bool right = beyond && grid_.strip(b + 1) == strip;
+    if (right) scan_row(row, b + 1);
     if (row + 1 < grid_.n[0])
-      for (int e = std::max(b - 1, 0); e <= std::min(b + 1, grid_.n[1] - 1); ++e)
-        scan(grid_.start[grid_.index(row + 1, e, c0)], grid_.start[grid_.index(row + 1, e, c1) + 1]);
+      for (int e = left ? b - 1 : b; e <= (right ? b + 1 : b); ++e) scan_row(row + 1, e);
+    if (beyond && !right)
+      for (int e = std::max(row - 1, 0); e <= std::min(row + 1, grid_.n[0] - 1); ++e) scan_row(e, b + 1);
     for (std::size_t k = 0; k < n; ++k)
       if (spheres_[maybe[k]].r <= grid_.fits && are_near(s, spheres_[maybe[k]])) others.push_back(maybe[k]);
   }
@@ -336,7 +356,8 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   }
 
   HalfList list = find_pairs(spheres, grid, reach_and_skin, threads);
-  build_runs(list);
+  build_runs(list, grid);
+  find_seams();
   put_pairs(list, new_index);
   old.runs.clear();
   build_surfaces();

@@ -1,6 +1,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 
@@ -11,10 +12,14 @@
 /// planes; each force is added to both partners, and when a tile's pairs are done its spheres are complete and move. In
 /// place: a contact owned by a later tile never needs an earlier sphere.
 ///
-/// Blocks at the end of a thread's range are evaluated by the thread after it, whose sweep needs them at its start. It
-/// alone has work before its sweep: nobody waits at a barrier, and flags keep the order. A thread begins its sweep
-/// when what its spheres get from earlier threads is there, and passes a tile with such blocks, which moves spheres
-/// that the other reads, when they have been evaluated.
+/// Blocks at the end of a thread's range are evaluated by the thread after it, whose sweep needs them at its start.
+/// Nobody waits at a barrier, flags keep the order: a thread begins its sweep when what its spheres get from earlier
+/// threads is there, and passes a tile with such blocks, which moves spheres that the other reads, when they have been
+/// evaluated.
+///
+/// A wide bed is sorted strip by strip (grid.hpp). What a contact across a seam, between strips, gives to its partner
+/// is kept, since the ring does not reach that far; the partner gets it before all else, when the sweep first comes
+/// near.
 ///
 /// Why not a force array and a second pass: forces would travel through memory twice (24 against 10 ns per
 /// particle-step in a trial). Why not per-thread force sums: the order of additions, and so the last bits, would follow
@@ -31,6 +36,7 @@ PairJob Bed::Impl::pair_job(const PairRun& run, const Tile& tile, const Booking&
   job.lines = lines.data() + run.lines;
   job.count = run.blocks;
   job.alike = run.alike;
+  if (run.seam) job.seam_rows = seam_rows.data() + run.rows, job.seam_given = seam_given.data() + run.rows;
   job.elapsed = elapsed;
   job.path = tile.path;
   job.wake = run.near ? wake.data() + run.first : nullptr;
@@ -40,19 +46,33 @@ PairJob Bed::Impl::pair_job(const PairRun& run, const Tile& tile, const Booking&
 
 namespace {
 
+template <class Array>
+PairJob::Stretch stretch(const Array& of, std::size_t begin, std::size_t end) {
+  return {reinterpret_cast<const char*>(of.data() + begin), reinterpret_cast<const char*>(of.data() + end)};
+}
+
 /// The walk of one thread through its tiles.
 class Sweep {
  public:
   Sweep(Bed::Impl& bed, Worker& worker, double dt, const Bed::Request& request)
-      : bed_(bed), w_(worker), dt_(dt), request_(request), mask_(static_cast<std::uint32_t>(worker.ring.size() - 1)) {}
+      : bed_(bed),
+        w_(worker),
+        dt_(dt),
+        request_(request),
+        mask_(static_cast<std::uint32_t>(worker.ring.size() - 1)),
+        reached_(worker.tiles_begin) {}
 
   void run() {
     PhaseClock clock(bed_.measures_phases);
     Phases& spent = w_.spent;
-    receive_borders();
+    for (const std::uint32_t other : w_.waits) bed_.workers[other].errands_done.await(bed_.sweeps);
+    receive_seams(w_.reached);
+    for (const ForeignLane& lane : w_.foreign) receive(lane);
     for (std::uint32_t k = w_.tiles_begin; k < w_.tiles_end; ++k) {
       Tile& t = bed_.tiles[k];
-      if (border_ < w_.border.place.size() && w_.border.place[border_].tile == k) w_.border.done.await(bed_.sweeps);
+      for (std::size_t p = border_; p < w_.border.place.size() && w_.border.place[p].tile == k; ++p)
+        bed_.workers[w_.border.place[p].evaluator].errands_done.await(bed_.sweeps);
+      receive_seams(t.last);
       booking_ = bed_.booking(k);
       t.stored = 0;
       if (booking_.sum) t.pairs = t.overlap = 0;
@@ -73,21 +93,29 @@ class Sweep {
   }
 
  private:
-  /// What earlier threads owe to spheres of this one, in the order of blocks and lanes: as one thread would have added
-  /// it.
-  void receive_borders() {
-    for (const ForeignLane& lane : w_.foreign) {
-      Border& from = bed_.workers[lane.worker].border;
-      from.done.await(bed_.sweeps);
-      if (from.awake[lane.result] == 0) continue;
-      const BlockResult& c = from.result[lane.result];
-      Accumulator& a = w_.ring[lane.sphere & mask_];
-      const auto take = [&](const auto& push) {
-        const std::uint32_t l = lane.lane;
-        for (int k = 0; k < 3; ++k) a.f[k] -= push[k][l], a.t[k] += push[6 + k][l];
-        a.t[3] += push[BlockResult::kTouching][l];
-      };
-      bed_.is_mixed() ? take(c.push_single) : take(c.push);
+  /// What a sphere of this thread gets from a block evaluated before the sweep; in the order of blocks and lanes, as
+  /// one thread would have added it.
+  void receive(const ForeignLane& lane) {
+    if (*lane.given == 0) return;
+    Accumulator& sum = w_.ring[lane.sphere & mask_];
+    sum.f -= lane.push->f, sum.t += lane.push->t;
+  }
+  /// What those up to a tile get across seams, before anything else is added.
+  void receive_seams(std::uint32_t tile) {
+    constexpr std::uint32_t soon = 64;  // pairs: two or three tiles at a seam
+    for (; reached_ <= tile && reached_ < w_.tiles_end; ++reached_)
+      for (std::uint32_t k = bed_.tiles[reached_].seams_begin; k < bed_.tiles[reached_].seams_end; ++k) {
+        if (k + soon < bed_.seams.size()) __builtin_prefetch(bed_.seams[k + soon].push);
+        receive(bed_.seams[k]);
+      }
+  }
+  /// For blocks of a sleeping run; those at a border are not this thread's to say.
+  void give_nothing(const PairRun& run, std::size_t border) {
+    for (std::uint32_t b = 0; b < run.blocks; ++b) {
+      if (border < border_ && w_.border.block[border] == b)
+        ++border;
+      else
+        bed_.seam_given[run.rows + b] = 0;
     }
   }
 
@@ -96,13 +124,22 @@ class Sweep {
     Border& border = w_.border;
     const std::size_t first = border_;
     while (border_ < border.place.size() && border.place[border_].run == r) ++border_;
-    if (run.near && t.path < run.wakes) return;
+    if (run.near && t.path < run.wakes) {
+      if (run.seam) give_nothing(run, first);
+      return;
+    }
     PairJob job = bed_.pair_job(run, t, booking_, bed_.dt_before);
     job.ring = w_.ring.data(), job.mask = mask_;
-    if (!run.near && &t != &bed_.tiles.back()) {
+    if (!run.near && !run.seam && &t != &bed_.tiles.back()) {
       const std::uint32_t from = bed_.tiles[t.last].end, to = bed_.tiles[(&t + 1)->last].end;
-      job.ahead = from;
-      job.ahead_count = to > from ? to - from : 0;
+      if (to > from) job.ahead[0] = bed_.is_mixed() ? stretch(bed_.mixed, from, to) : stretch(bed_.spheres, from, to);
+      if (t.seam_runs_begin < t.runs_end && !bed_.runs[t.seam_runs_begin].near) {
+        const PairRun& seam = bed_.runs[t.seam_runs_begin];
+        job.seam_blocks = bed_.blocks.data() + seam.first, job.seam_count = seam.blocks;
+        const std::size_t bytes = seam.blocks * bed_.pair_memory[seam.law].number_bytes();
+        job.ahead[1] = stretch(bed_.lines, seam.lines, seam.lines + bytes / sizeof(Line));
+        job.ahead[2] = stretch(bed_.seam_rows, seam.rows, seam.rows + seam.blocks);
+      }
       const std::uint32_t next = (&t + 1)->runs_begin;
       if (next < (&t + 1)->runs_end && !bed_.runs[next].near) {
         job.next_blocks = bed_.blocks.data() + bed_.runs[next].first;
@@ -111,7 +148,7 @@ class Sweep {
     }
     border.offer(job, first, border_);
     bed_.kernel.pairs(bed_.law(run.law), job);
-    if (job.broke) bed_.run_broke[r] = 1;
+    if (job.broke) bed_.note_break(r);
     (run.near ? t.near_blocks : t.touching_blocks) += job.evaluated;
     if (run.near) run.wakes = *std::min_element(job.wake, job.wake + run.blocks);
     if (!booking_.sum) return;
@@ -210,6 +247,7 @@ class Sweep {
   const Bed::Request& request_;
   std::uint32_t mask_;
   std::size_t border_ = 0;  ///< next block at the border
+  std::uint32_t reached_;   ///< next tile that gets what comes across seams
   Booking booking_;         ///< of the tile
 };
 
@@ -220,26 +258,29 @@ void resize(Snapshot& s, std::size_t n) {
 
 }  // namespace
 
-/// Blocks whose partners belong to a later thread, run by run.
-void Bed::Impl::evaluate_border(Worker& owner) {
-  Border& border = owner.border;
-  for (std::size_t k = 0; k < border.place.size();) {
-    const auto [tile, r] = border.place[k];
-    const std::size_t first = k;
-    while (k < border.place.size() && border.place[k].run == r) ++k;
+/// Blocks of a run may be of several threads.
+void Bed::Impl::note_break(std::uint32_t run) { std::atomic_ref(run_broke[run]).store(1, std::memory_order_relaxed); }
+
+/// Blocks that are evaluated before the sweep, run by run.
+void Bed::Impl::run_errands(Worker& w) {
+  for (Errand& errand : w.errands) {
+    Border& border = workers[errand.owner].border;
+    const auto [tile, r, evaluator] = border.place[errand.first];
     const PairRun& run = runs[r];
     if (run.near && tiles[tile].path < run.wakes) {
-      std::fill(border.awake.begin() + static_cast<long>(first), border.awake.begin() + static_cast<long>(k), 0);
+      std::fill(border.awake.begin() + errand.first, border.awake.begin() + errand.end, 0);
+      if (run.seam)
+        for (std::uint32_t k = errand.first; k < errand.end; ++k) seam_given[run.rows + border.block[k]] = 0;
       continue;
     }
     PairJob job = pair_job(run, tiles[tile], booking(tile), dt_before);
-    border.offer(job, first, k);
+    border.offer(job, errand.first, errand.end);
     job.border = true;
     kernel.pairs(law(run.law), job);
-    border.evaluated += job.evaluated;
-    if (job.broke) run_broke[r] = 1;
+    errand.evaluated += job.evaluated;
+    if (job.broke) note_break(r);
   }
-  border.done.raise(sweeps);
+  w.errands_done.raise(sweeps);
 }
 
 void Bed::Impl::run_sweep(double dt, const Request& request) {
@@ -263,7 +304,7 @@ void Bed::Impl::run_sweep(double dt, const Request& request) {
       for (int c = first; c < last; ++c) surface_chunk(chunks[static_cast<std::size_t>(c)], elapsed);
       w.chunks_done.raise(sweeps);
       clock.end(w.spent.surfaces);
-      if (w.before >= 0) evaluate_border(workers[static_cast<std::size_t>(w.before)]);
+      run_errands(w);
       clock.end(w.spent.pairs);
     }
     // These contacts may be of anybody's spheres.
@@ -306,6 +347,7 @@ void Bed::Impl::sum_up(const Request& request) {
     double longest = 0;
     for (std::size_t k = static_cast<std::size_t>(&t - tiles.data()); k <= t.last; ++k)
       longest = std::max(longest, tiles[k].step);
+    for (std::size_t k = t.seam_first; k <= t.seam_last; ++k) longest = std::max(longest, tiles[k].step);
     t.path += longest;
   }
   sum_surfaces(dt_before);

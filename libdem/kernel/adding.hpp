@@ -35,6 +35,13 @@ struct Row {
 #endif
 }
 
+[[gnu::always_inline]] inline void write(const Row& row, Accumulator& to) {
+#if defined(__AVX512F__)
+  _mm512_store_pd(reinterpret_cast<double*>(&to), row.all);
+#else
+  to.f = row.f, to.t = row.t;
+#endif
+}
 /// For the owner of a pair.
 [[gnu::always_inline]] inline void add(Accumulator& sum, const Row& row) {
 #if defined(__AVX512F__)
@@ -77,18 +84,29 @@ template <class P>
     return load_floats<Doubles>(r.push_single[k] + first);
 }
 
-/// Adds a block's forces to its partners, with `Count` also the touching contacts.
-template <class P, bool Count>
-[[gnu::always_inline]] inline void add_partners(const BlockResult& r, const PairBlock& block, std::uint32_t lanes,
-                                                Accumulator* ring, std::uint32_t mask) {
+/// use(lane, row) with what the block gives to each of its partners, with `Count` also the touching contacts.
+template <class P, bool Count, class Use>
+[[gnu::always_inline]] inline void each_push(const BlockResult& r, std::uint32_t lanes, const Use& use) {
   for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles) {
     const auto column = [&](int k) { return pushed<P>(r, k, first); };
     const Doubles zero(0.0), f[4] = {column(0), column(1), column(2), zero},
                              t[4] = {column(6), column(7), column(8), Count ? column(BlockResult::kTouching) : zero};
     Row row[kDoubles];
     make_rows(f, t, row);
-    each_row(row, first, lanes, [&](int l, const Row& of) { react(*record(ring, block.other[l] & mask), of); });
+    each_row(row, first, lanes, use);
   }
+}
+
+template <class P, bool Count>
+[[gnu::always_inline]] inline void add_partners(const BlockResult& r, const PairBlock& block, std::uint32_t lanes,
+                                                Accumulator* ring, std::uint32_t mask) {
+  each_push<P, Count>(r, lanes, [&](int l, const Row& of) { react(*record(ring, block.other[l] & mask), of); });
+}
+
+/// For partners that take it later.
+template <class P, bool Count>
+[[gnu::noinline]] void keep_for_partners(const BlockResult& r, std::uint32_t lanes, BlockRows& out) {
+  each_push<P, Count>(r, lanes, [&](int l, const Row& of) { write(of, out.of[l]); });
 }
 
 /// What the blocks of the present slice give to its owners.

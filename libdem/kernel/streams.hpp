@@ -118,6 +118,8 @@ struct PairRun {
   bool near;                         ///< its blocks sleep
   double wakes = 0;                  ///< path at which the first of them does so no longer
   bool alike;                        ///< all its spheres have one radius and one mass
+  bool seam = false;                 ///< partners lie in another strip of the bed (grid.hpp)
+  std::uint32_t rows = 0;            ///< where what they get begins, for runs at a seam
 };
 
 /// Spheres near a flat face of a boundary, far from the face's edges: all that is left of it is a plane.
@@ -148,6 +150,11 @@ struct alignas(64) BlockResult {
   double overlap[kBlock];  ///< m
 };
 
+/// What a block gives to its partners, lane by lane, to be taken off (force) and added (torque).
+struct BlockRows {
+  Accumulator of[kBlock];
+};
+
 /// Sums over the contacts of a run, in the order of its blocks and lanes.
 struct RunSums {
   double lost[3] = {}, stored = 0;  ///< J
@@ -174,16 +181,25 @@ struct PairJob {
   double reach;  ///< m, of the law
   Accumulator* ring;
   std::uint32_t mask;
+  // At a seam what partners get is kept for them, by block of the run; null elsewhere.
+  BlockRows* seam_rows;
+  std::uint8_t* seam_given;  ///< whether there is something
   // Blocks whose partners belong to another thread, ascending. Before the sweep `border` is set: only these are
   // evaluated, and what they give is kept. In the sweep it is added at its place.
   bool border;
   const std::uint32_t* border_block;
   std::uint32_t border_count;
   BlockResult* border_result;
+  BlockRows* border_rows;
   std::uint8_t* border_awake;  ///< whether there is a result
-  // Fetched into the cache meanwhile, a few with each block: spheres that the next tile will meet first, and the
-  // blocks of the run after this and their memory; null where there is none.
-  std::uint32_t ahead, ahead_count;
+  // Fetched into the cache meanwhile, a few lines with each block: spheres that the next tile will meet first, what
+  // blocks at a seam need, and the blocks of the run after this and their memory; null where there is none.
+  static constexpr int kStretches = 3;
+  struct Stretch {
+    const char *from, *end;
+  } ahead[kStretches];
+  const PairBlock* seam_blocks;
+  std::uint32_t seam_count;
   const PairBlock* next_blocks;
   const Line* next_lines;
   RunSums sums;

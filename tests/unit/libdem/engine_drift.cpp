@@ -19,6 +19,7 @@ struct Cloud {
   explicit Cloud(int count) {
     grid.low = {3, -1, 0.5}, grid.cell = kEdge;
     grid.n[0] = 7, grid.n[1] = 6, grid.n[2] = 5;
+    grid.cut(2);
     Dice dice(3);
     for (int i = 0; i < count; ++i)
       at.push_back(dice.in_box(grid.low, grid.low + Vec3{7 * kEdge, 6 * kEdge, 5 * kEdge}));
