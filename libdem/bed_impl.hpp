@@ -1,5 +1,4 @@
 #pragma once
-#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -10,6 +9,7 @@
 #include "libdem/flag.hpp"
 #include "libdem/kernel/streams.hpp"
 #include "libdem/large_pages.hpp"
+#include "libdem/pace.hpp"
 #include "libdem/sampling.hpp"
 
 /// Inside of Bed: data that search.cpp and lists.cpp build, surfaces.cpp and sweep.cpp work on. Private to libdem.
@@ -114,6 +114,11 @@ struct Border {
   std::vector<BlockRows> rows;      ///< not of runs at a seam
   std::vector<std::uint8_t> awake;  ///< whether there is a result
 
+  void resize() {
+    result.resize(block.size());
+    rows.resize(block.size());
+    awake.resize(block.size());
+  }
   /// Blocks begin to end, all of one run, for the kernel.
   void offer(PairJob& job, std::size_t begin, std::size_t end) {
     job.border_block = block.data() + begin;
@@ -127,7 +132,6 @@ struct Border {
 /// Blocks of one run of a thread's border, for the thread that evaluates them.
 struct Errand {
   std::uint32_t owner, first, end;  ///< of its border
-  std::uint64_t evaluated = 0;      ///< blocks, since the work was divided
 };
 
 /// A pair of another thread or across a seam: what its partner, of this thread, gets.
@@ -141,9 +145,12 @@ struct ForeignLane {
 struct Worker {
   std::uint32_t tiles_begin = 0, tiles_end = 0, begin = 0, end = 0;
   Border border;
+  Border at_seam;                    ///< for the blocks of one run that the sweep evaluates
   std::vector<Errand> errands;       ///< what this thread evaluates before its sweep
   Flag errands_done;                 ///< results are there
-  double lent = 0;                   ///< blocks of its own that others evaluate in a step, less those it does for them
+  double before_sweep = 0;           ///< s, in this step
+  Pace pace;                         ///< since the work was divided
+  double overhead = 0;               ///< work that its tiles do not account for, in blocks
   std::vector<std::uint32_t> waits;  ///< threads that evaluate what spheres of this one get
   std::vector<ForeignLane> foreign;  ///< in the order in which one thread would add them
   std::uint32_t reached = 0;         ///< last tile of partners in the strip of earlier tiles
@@ -155,18 +162,15 @@ struct Worker {
 /// Adds the time between its calls to one phase after the other; idle unless asked.
 class PhaseClock {
  public:
-  explicit PhaseClock(bool on) : on_(on), last_(on ? now() : 0) {}
+  explicit PhaseClock(bool on) : on_(on), last_(on ? Pace::now() : 0) {}
   void end(double& phase) {
     if (!on_) return;
-    const double t = now();
+    const double t = Pace::now();
     phase += t - last_;
     last_ = t;
   }
 
  private:
-  static double now() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-  }
   bool on_;
   double last_;
 };
@@ -303,6 +307,7 @@ struct Bed::Impl {
   // division.cpp
   void divide_work();
   void divide_work_again();
+  void measure_overheads(const std::vector<double>& until);
   void find_borders();
   std::uint32_t worker_of(std::uint32_t sphere) const;
   void find_foreign_lanes();

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -7,9 +8,10 @@
 /// Who works on what: each thread owns a range of tiles. No result depends on where it ends.
 namespace subsoil::dem {
 
-/// Contiguous ranges of whole tiles with about equal work, and rings long enough for the farthest partner. The work of
+/// Contiguous ranges of whole tiles that take equally long, and rings long enough for the farthest partner. The work of
 /// pairs is what their blocks were evaluated since the last division; of new lists it is a guess: near pairs sleep.
-/// Blocks at a border are evaluated by the thread of their partners.
+/// What a thread takes longer than that work says, for blocks at borders and for spheres that the other core has last
+/// written, is measured.
 void Bed::Impl::divide_work() {
   // In units of a block of touching pairs: what one of near pairs, whose owners are read for it alone, one of planes, a
   // contact that is looked at by itself, and a sphere cost beside it.
@@ -35,21 +37,13 @@ void Bed::Impl::divide_work() {
   while (ring < span + kTile) ring *= 2;
 
   workers.resize(static_cast<std::size_t>(threads));
-  if (known) {
-    for (Worker& w : workers) w.lent = 0;
-    for (Worker& w : workers)
-      for (const Errand& e : w.errands) {
-        const double work = static_cast<double>(e.evaluated) / steps_divided;
-        workers[e.owner].lent += work, w.lent -= work;
-      }
-  }
+  if (known) measure_overheads(until);
+  double overheads = 0, share = 0;
+  for (const Worker& w : workers) overheads += w.overhead;
   std::uint32_t tile = 0, reached = 0;
-  double lent = 0;
   for (int t = 0; t < threads; ++t) {
     Worker& w = workers[static_cast<std::size_t>(t)];
-    // Up to here all threads have done their shares, and later ones some blocks of theirs.
-    lent += w.lent;
-    const double share = until.back() * (t + 1) / threads + lent;
+    share += (until.back() + overheads) / threads - w.overhead;
     w.tiles_begin = tile, w.reached = reached;
     for (; tile < tiles.size() && (t + 1 == threads || 0.5 * (until[tile] + until[tile + 1]) <= share); ++tile)
       reached = std::max(reached, tiles[tile].last);
@@ -58,9 +52,23 @@ void Bed::Impl::divide_work() {
     w.end = w.tiles_begin < w.tiles_end ? tiles[w.tiles_end - 1].end : 0;
     if (w.ring.size() != ring) w.ring.assign(ring, Accumulator{});
   }
+  for (Worker& w : workers) w.pace.begin();
   division_guessed = !known;
   steps_divided = 0;
   find_borders();
+}
+
+/// From the times of the threads, in the units of work: the thread that is fastest at it has none.
+void Bed::Impl::measure_overheads(const std::vector<double>& until) {
+  const auto work = [&](const Worker& w) { return until[w.tiles_end] - until[w.tiles_begin]; };
+  double unit = 0;  // s
+  for (Worker& w : workers)
+    if (const double time = w.pace.median(); time > 0 && work(w) > 0)
+      unit = unit > 0 ? std::min(unit, time / work(w)) : time / work(w);
+  // A thread whose core is taken away most of the time is not left without work.
+  const double most = 0.5 * until.back() / threads;
+  for (Worker& w : workers)
+    w.overhead = unit > 0 && work(w) > 0 ? std::clamp(w.pace.median() / unit - work(w), 0.0, most) : 0;
 }
 
 /// Once what the first steps with new lists did is known, and now and then: sums are the same for any division.
@@ -70,27 +78,30 @@ void Bed::Impl::divide_work_again() {
 }
 
 /// Blocks that are evaluated before the sweep, by the thread of their last partner, whose sweep needs them first: those
-/// with a partner that belongs to a later thread. At a seam also those whose partners the sweep reaches before it has
-/// evaluated them: strips that are nearly empty end soon.
+/// with a partner that belongs to a later thread. At a seam whole runs, and also those with partners that the sweep
+/// reaches before it has evaluated them: strips that are nearly empty end soon.
 void Bed::Impl::find_borders() {
   for (Worker& w : workers) w.errands.clear();
   for (std::uint32_t owner = 0; owner < workers.size(); ++owner) {
     Worker& w = workers[owner];
     Border& b = w.border;
     b.place.clear(), b.block.clear();
-    std::uint32_t reached = w.reached;
+    std::uint32_t reached = w.reached, at_seam = 0;
     for (std::uint32_t k = w.tiles_begin; k < w.tiles_end; ++k) {
       reached = std::max(reached, tiles[k].last);
       for (std::uint32_t r = tiles[k].runs_begin; r < tiles[k].runs_end; ++r) {
         const bool seam = runs[r].seam;
-        if ((seam ? tiles[k].seam_last : tiles[k].last) < w.tiles_end && !(seam && tiles[k].seam_first <= reached))
+        if (seam && tiles[k].seam_last < w.tiles_end && tiles[k].seam_first > reached) {
+          at_seam = std::max(at_seam, runs[r].blocks);
           continue;
+        }
+        if (!seam && tiles[k].last < w.tiles_end) continue;
         for (std::uint32_t n = 0; n < runs[r].blocks; ++n) {
           const PairBlock& block = blocks[runs[r].first + n];
-          const auto [first, last] = std::minmax_element(block.other, block.other + shapes[runs[r].first + n].lanes);
-          if (*last < w.end && !(seam && *first < tiles[reached].end)) continue;
+          const std::uint32_t last = *std::max_element(block.other, block.other + shapes[runs[r].first + n].lanes);
+          if (!seam && last < w.end) continue;
           const auto place = static_cast<std::uint32_t>(b.place.size());
-          const std::uint32_t evaluator = worker_of(*last);
+          const std::uint32_t evaluator = worker_of(seam ? tiles[tiles[k].seam_last].begin : last);
           std::vector<Errand>& errands = workers[evaluator].errands;
           if (!errands.empty() && errands.back().owner == owner && errands.back().end == place &&
               b.place.back().run == r)
@@ -102,9 +113,10 @@ void Bed::Impl::find_borders() {
         }
       }
     }
-    b.result.resize(b.block.size());
-    b.rows.resize(b.block.size());
-    b.awake.resize(b.block.size());
+    b.resize();
+    w.at_seam.block.resize(at_seam);
+    std::iota(w.at_seam.block.begin(), w.at_seam.block.end(), 0u);
+    w.at_seam.resize();
   }
   find_foreign_lanes();
 }
@@ -126,7 +138,7 @@ void Bed::Impl::find_foreign_lanes() {
       const std::uint32_t block = run.first + border.block[k];
       for (std::uint32_t l = 0; l < shapes[block].lanes; ++l) {
         const std::uint32_t other = blocks[block].other[l];
-        if (other < from.end) continue;  // added in the sweep
+        if (other < from.end && !run.seam) continue;  // added in the sweep
         const std::uint32_t to = worker_of(other);
         waits[to][border.place[k].evaluator] = 1;
         if (!run.seam) workers[to].foreign.push_back({&border.rows[k].of[l], &border.awake[k], other});

@@ -46,11 +46,6 @@ PairJob Bed::Impl::pair_job(const PairRun& run, const Tile& tile, const Booking&
 
 namespace {
 
-template <class Array>
-PairJob::Stretch stretch(const Array& of, std::size_t begin, std::size_t end) {
-  return {reinterpret_cast<const char*>(of.data() + begin), reinterpret_cast<const char*>(of.data() + end)};
-}
-
 /// The walk of one thread through its tiles.
 class Sweep {
  public:
@@ -109,36 +104,24 @@ class Sweep {
         receive(bed_.seams[k]);
       }
   }
-  /// For blocks of a sleeping run; those at a border are not this thread's to say.
-  void give_nothing(const PairRun& run, std::size_t border) {
-    for (std::uint32_t b = 0; b < run.blocks; ++b) {
-      if (border < border_ && w_.border.block[border] == b)
-        ++border;
-      else
-        bed_.seam_given[run.rows + b] = 0;
-    }
-  }
-
   void pairs(Tile& t, std::uint32_t r) {
     PairRun& run = bed_.runs[r];
     Border& border = w_.border;
     const std::size_t first = border_;
     while (border_ < border.place.size() && border.place[border_].run == r) ++border_;
-    if (run.near && t.path < run.wakes) {
-      if (run.seam) give_nothing(run, first);
-      return;
-    }
+    if (run.seam) return seam_pairs(t, r, first);
+    if (run.near && t.path < run.wakes) return;
     PairJob job = bed_.pair_job(run, t, booking_, bed_.dt_before);
     job.ring = w_.ring.data(), job.mask = mask_;
-    if (!run.near && !run.seam && &t != &bed_.tiles.back()) {
-      const std::uint32_t from = bed_.tiles[t.last].end, to = bed_.tiles[(&t + 1)->last].end;
-      if (to > from) job.ahead[0] = bed_.is_mixed() ? stretch(bed_.mixed, from, to) : stretch(bed_.spheres, from, to);
+    // Not what the next thread works on: to write it, it would have to wait until it is given back.
+    if (!run.near && t.end < w_.end) {
+      const std::uint32_t from = bed_.tiles[t.last].end, to = std::min(bed_.tiles[(&t + 1)->last].end, w_.end);
+      job.ahead = from;
+      job.ahead_count = to > from ? to - from : 0;
       if (t.seam_runs_begin < t.runs_end && !bed_.runs[t.seam_runs_begin].near) {
         const PairRun& seam = bed_.runs[t.seam_runs_begin];
         job.seam_blocks = bed_.blocks.data() + seam.first, job.seam_count = seam.blocks;
-        const std::size_t bytes = seam.blocks * bed_.pair_memory[seam.law].number_bytes();
-        job.ahead[1] = stretch(bed_.lines, seam.lines, seam.lines + bytes / sizeof(Line));
-        job.ahead[2] = stretch(bed_.seam_rows, seam.rows, seam.rows + seam.blocks);
+        job.seam_pushes = bed_.seam_rows[seam.rows].of, job.seam_lines = bed_.lines.data() + seam.lines;
       }
       const std::uint32_t next = (&t + 1)->runs_begin;
       if (next < (&t + 1)->runs_end && !bed_.runs[next].near) {
@@ -147,9 +130,37 @@ class Sweep {
       }
     }
     border.offer(job, first, border_);
+    evaluate(t, r, job);
+    book(t, run, job);
+  }
+
+  /// Across a seam; what partners get is kept. The run has been evaluated, or it is now.
+  void seam_pairs(Tile& t, std::uint32_t r, std::size_t first) {
+    PairRun& run = bed_.runs[r];
+    const bool evaluated = first < border_;
+    if (!evaluated) std::fill_n(bed_.seam_given.begin() + run.rows, run.blocks, 0);
+    if (run.near && t.path < run.wakes) return;
+    PairJob job = bed_.pair_job(run, t, booking_, bed_.dt_before);
+    job.ring = w_.ring.data(), job.mask = mask_;
+    if (evaluated) {
+      w_.border.offer(job, first, border_);
+    } else {
+      w_.at_seam.offer(job, 0, run.blocks);
+      job.border = true;
+      evaluate(t, r, job);
+      bed_.kernel.keep(job);
+    }
+    bed_.kernel.add_seam(job);
+    book(t, run, job);
+  }
+
+  void evaluate(Tile& t, std::uint32_t r, PairJob& job) {
+    const PairRun& run = bed_.runs[r];
     bed_.kernel.pairs(bed_.law(run.law), job);
     if (job.broke) bed_.note_break(r);
     (run.near ? t.near_blocks : t.touching_blocks) += job.evaluated;
+  }
+  void book(Tile& t, PairRun& run, const PairJob& job) const {
     if (run.near) run.wakes = *std::min_element(job.wake, job.wake + run.blocks);
     if (!booking_.sum) return;
     take(t, job.sums);
@@ -263,21 +274,21 @@ void Bed::Impl::note_break(std::uint32_t run) { std::atomic_ref(run_broke[run]).
 
 /// Blocks that are evaluated before the sweep, run by run.
 void Bed::Impl::run_errands(Worker& w) {
-  for (Errand& errand : w.errands) {
+  for (const Errand& errand : w.errands) {
     Border& border = workers[errand.owner].border;
     const auto [tile, r, evaluator] = border.place[errand.first];
     const PairRun& run = runs[r];
+    if (run.seam)
+      for (std::uint32_t k = errand.first; k < errand.end; ++k) seam_given[run.rows + border.block[k]] = 0;
     if (run.near && tiles[tile].path < run.wakes) {
       std::fill(border.awake.begin() + errand.first, border.awake.begin() + errand.end, 0);
-      if (run.seam)
-        for (std::uint32_t k = errand.first; k < errand.end; ++k) seam_given[run.rows + border.block[k]] = 0;
       continue;
     }
     PairJob job = pair_job(run, tiles[tile], booking(tile), dt_before);
     border.offer(job, errand.first, errand.end);
     job.border = true;
     kernel.pairs(law(run.law), job);
-    errand.evaluated += job.evaluated;
+    kernel.keep(job);
     if (job.broke) note_break(r);
   }
   w.errands_done.raise(sweeps);
@@ -299,6 +310,7 @@ void Bed::Impl::run_sweep(double dt, const Request& request) {
     for (int t = rank; t < threads; t += team) {
       Worker& w = workers[static_cast<std::size_t>(t)];
       w.spent = {};
+      const double from = Pace::now();
       PhaseClock clock(measures_phases);
       const int first = chunk_count * t / threads, last = chunk_count * (t + 1) / threads;
       for (int c = first; c < last; ++c) surface_chunk(chunks[static_cast<std::size_t>(c)], elapsed);
@@ -306,11 +318,17 @@ void Bed::Impl::run_sweep(double dt, const Request& request) {
       clock.end(w.spent.surfaces);
       run_errands(w);
       clock.end(w.spent.pairs);
+      w.before_sweep = Pace::now() - from;
     }
     // These contacts may be of anybody's spheres.
     if (chunk_count > 0)
       for (Worker& w : workers) w.chunks_done.await(sweeps);
-    for (int t = rank; t < threads; t += team) Sweep(*this, workers[static_cast<std::size_t>(t)], dt, request).run();
+    for (int t = rank; t < threads; t += team) {
+      Worker& w = workers[static_cast<std::size_t>(t)];
+      const double from = Pace::now();
+      Sweep(*this, w, dt, request).run();
+      w.pace.add(w.before_sweep + Pace::now() - from);
+    }
   }
 }
 

@@ -1,4 +1,6 @@
 #pragma once
+#include <algorithm>
+
 #include "libdem/kernel/lanes.hpp"
 
 /// What blocks of pairs give to the sums of their spheres: in double in either precision, in the order of blocks and
@@ -103,10 +105,17 @@ template <class P, bool Count>
   each_push<P, Count>(r, lanes, [&](int l, const Row& of) { react(*record(ring, block.other[l] & mask), of); });
 }
 
-/// For partners that take it later.
+/// What blocks that were evaluated before the sweep, or at a seam, give to their partners, who take it later.
 template <class P, bool Count>
-[[gnu::noinline]] void keep_for_partners(const BlockResult& r, std::uint32_t lanes, BlockRows& out) {
-  each_push<P, Count>(r, lanes, [&](int l, const Row& of) { write(of, out.of[l]); });
+void keep_for_partners(const PairJob& job) {
+  for (std::uint32_t k = 0; k < job.border_count; ++k) {
+    if (job.border_awake[k] == 0) continue;
+    const std::uint32_t b = job.border_block[k];
+    BlockRows& rows = job.seam_rows != nullptr ? job.seam_rows[b] : job.border_rows[k];
+    each_push<P, Count>(job.border_result[k], job.shapes[b].lanes,
+                        [&](int l, const Row& of) { write(of, rows.of[l]); });
+    if (job.seam_rows != nullptr) job.seam_given[b] = 1;
+  }
 }
 
 /// What the blocks of the present slice give to its owners.
@@ -178,7 +187,42 @@ struct alignas(64) BlockSums {
       if (x > t) t = x;
     return t;
   }
+  void give(RunSums& to) const {
+    for (int k = 0; k < 3; ++k) to.lost[k] += total(k);
+    to.stored += total(3);
+    to.in_reach += total(4);
+    to.overlap = std::max(to.overlap, largest(5));
+  }
 };
+
+/// What the blocks of a run at a seam, which have been evaluated, give to their owners, and their sums.
+template <class P, bool Count>
+void add_to_owners(PairJob& job) {
+  OwnerSums<Count> owner_sums;
+  BlockSums sums;
+  for (std::uint32_t k = 0; k < job.border_count; ++k) {
+    if (job.border_awake[k] == 0) continue;
+    const std::uint32_t b = job.border_block[k];
+    owner_sums.template add<P>(job.border_result[k], job.blocks[b], job.shapes[b], job.ring, job.mask);
+    if constexpr (Count)
+      if (job.sum) sums.add(job.border_result[k], job.shapes[b].lanes);
+  }
+  owner_sums.give(job.ring, job.mask);
+  if constexpr (Count) sums.give(job.sums);
+}
+
+/// In the precision of the job; `book` as it was when the blocks were evaluated.
+template <class Run>
+void in_precision(const PairJob& job, const Run& run) {
+  const auto with = [&]<class P>(P) { job.book ? run(P{}, std::true_type{}) : run(P{}, std::false_type{}); };
+  job.mixed != nullptr ? with(Singles{}) : with(Doubles{});
+}
+inline void keep(PairJob& job) {
+  in_precision(job, [&]<class P>(P, auto count) { keep_for_partners<P, count.value>(job); });
+}
+inline void add_seam(PairJob& job) {
+  in_precision(job, [&]<class P>(P, auto count) { add_to_owners<P, count.value>(job); });
+}
 
 }  // namespace SUBSOIL_ISA
 }  // namespace subsoil::dem

@@ -1,4 +1,5 @@
 // Compiled once per instruction set with SUBSOIL_ISA naming it (libdem/CMakeLists.txt).
+#include "libdem/kernel/adding.hpp"
 #include "libdem/kernel/law_kernel.hpp"
 #include "libdem/kernel/move.hpp"
 
@@ -24,7 +25,7 @@ void with(const Law& law, Job& job) {
 Kernel kernel() {
 #define SUBSOIL_NAME_(x) #x
 #define SUBSOIL_NAME(x) SUBSOIL_NAME_(x)
-  return {SUBSOIL_NAME(SUBSOIL_ISA), with<PairJob>, with<PlaneJob>, with<SurfaceJob>, move};
+  return {SUBSOIL_NAME(SUBSOIL_ISA), with<PairJob>, with<PlaneJob>, with<SurfaceJob>, keep, add_seam, move};
 }
 
 }  // namespace SUBSOIL_ISA

@@ -84,6 +84,19 @@ template <bool Rolls, bool Book, class P, class L>
     __builtin_prefetch(static_cast<const char*>(from) + at, 0, 3);
 }
 
+/// For some pairs of the run at a seam, from one on; `bytes` of memory in a block. Returns the next pair.
+template <class Record>
+[[gnu::noinline]] std::uint32_t fetch_for_seam(const PairJob& job, const Record* spheres, std::size_t bytes,
+                                               std::uint32_t pair, std::uint32_t pairs) {
+  const std::uint32_t end = std::min(pair + pairs, kBlock * job.seam_count);
+  for (; pair < end; ++pair) {
+    fetch(record(spheres, job.seam_blocks[pair / kBlock].other[pair % kBlock]), sizeof *spheres);
+    fetch(job.seam_pushes + pair, sizeof *job.seam_pushes);
+    fetch(reinterpret_cast<const char*>(job.seam_lines) + pair * bytes / kBlock, bytes / kBlock);
+  }
+  return end;
+}
+
 /// Until when a block may sleep: each of two spheres may go half their gap before they can be in reach. In mixed
 /// precision the gap is known to a few 1e-7 of itself.
 template <class P>
@@ -125,13 +138,11 @@ void run_pairs(const L& by_reference, PairJob& job) {
     for (auto& of_pack : meeting)
       for (auto& m : of_pack) m.effective = e;
   }
-  std::size_t ahead_bytes = 0;
-  for (const PairJob::Stretch& s : job.ahead) ahead_bytes += static_cast<std::size_t>(s.end - s.from);
-  const std::size_t stride = count > 0 ? (ahead_bytes / count / sizeof(Line) + 1) * sizeof(Line) : 0;
-  int stretch = 0;
-  PairJob::Stretch ahead = job.ahead[0];
-  const std::uint32_t visits = kBlock * job.seam_count;
-  std::uint32_t visited = 0;
+  const char* ahead = reinterpret_cast<const char*>(spheres + job.ahead);
+  const char* const ahead_end = reinterpret_cast<const char*>(spheres + job.ahead + job.ahead_count);
+  const std::size_t stride =
+      count > 0 ? (static_cast<std::size_t>(ahead_end - ahead) / count / sizeof(Line) + 1) * sizeof(Line) : 0;
+  std::uint32_t seam_pair = 0;
   for (std::uint32_t k = 0; k < count;) {
     // With each block of touching pairs that of the group after this one is fetched; here what the next run begins
     // with.
@@ -139,6 +150,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
       fetch(job.next_blocks, room * sizeof(PairBlock));
       fetch(job.next_lines, room * bytes);
     }
+    if (seam_pair < kBlock * job.seam_count) seam_pair = fetch_for_seam(job, spheres, bytes, seam_pair, room);
     std::uint32_t blocks = 0, fresh = 0;
     for (; blocks < room && k < count; ++k) {
       const std::uint32_t b = border ? job.border_block[k] : k;
@@ -149,7 +161,6 @@ void run_pairs(const L& by_reference, PairJob& job) {
       const bool ready = at_border && !border;
       const bool awake = ready ? job.border_awake[place] != 0 : job.wake == nullptr || !(job.path < job.wake[b]);
       if (border) job.border_awake[place] = awake;
-      if (job.seam_given != nullptr && !ready) job.seam_given[b] = awake;
       if (!awake) continue;
       which[blocks] = b;
       result[blocks] = at_border ? job.border_result + place : &results[blocks];
@@ -172,12 +183,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
         const std::uint32_t at = todo[g * span + s];
         i[s] = own[at], j[s] = job.blocks[which[at]].other;
         fetch(job.blocks + which[at] + room, sizeof(PairBlock));
-        if (ahead.from >= ahead.end && stretch + 1 < PairJob::kStretches) ahead = job.ahead[++stretch];
-        if (ahead.from < ahead.end) fetch(ahead.from, stride), ahead.from += stride;
-        if (visited < visits) {
-          const std::uint32_t other = job.seam_blocks[visited / kBlock].other[visited % kBlock];
-          fetch(record(spheres, other), sizeof *spheres), ++visited;
-        }
+        if (ahead < ahead_end) fetch(ahead, stride), ahead += stride;
       }
       for (int part = 0; part < kParts<P>; ++part) {
         Gap<P> gap;
@@ -201,29 +207,20 @@ void run_pairs(const L& by_reference, PairJob& job) {
     }
     if (job.wake != nullptr)
       for (std::uint32_t f = 0; f < fresh; ++f) job.wake[which[todo[f]]] = wakes_at<P>(job, *result[todo[f]]);
-    for (std::uint32_t n = 0; n < blocks; ++n) {
-      if (!border && (job.seam_rows == nullptr || result[n] != &results[n])) continue;
-      BlockRows& rows =
-          job.seam_rows != nullptr ? job.seam_rows[which[n]] : job.border_rows[result[n] - job.border_result];
-      keep_for_partners<P, Book>(*result[n], job.shapes[which[n]].lanes, rows);
-    }
     if (border) continue;
     for (std::uint32_t n = 0; n < blocks; ++n) {
       const BlockResult& r = *result[n];
       const PairBlock& block = job.blocks[which[n]];
       const BlockShape& of = job.shapes[which[n]];
       owner_sums.template add<P>(r, block, of, job.ring, job.mask);
-      if (job.seam_rows == nullptr) add_partners<P, Book>(r, block, of.lanes, job.ring, job.mask);
+      add_partners<P, Book>(r, block, of.lanes, job.ring, job.mask);
       if constexpr (Book)
         if (job.sum) sums.add(r, of.lanes);
     }
   }
   if (!border) owner_sums.give(job.ring, job.mask);
   if constexpr (!Book) return;
-  for (int k = 0; k < 3; ++k) job.sums.lost[k] += sums.total(k);
-  job.sums.stored += sums.total(3);
-  job.sums.in_reach += sums.total(4);
-  job.sums.overlap = std::max(job.sums.overlap, sums.largest(5));
+  sums.give(job.sums);
 }
 
 }  // namespace SUBSOIL_ISA

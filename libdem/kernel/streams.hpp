@@ -183,7 +183,7 @@ struct PairJob {
   std::uint32_t mask;
   // At a seam what partners get is kept for them, by block of the run; null elsewhere.
   BlockRows* seam_rows;
-  std::uint8_t* seam_given;  ///< whether there is something
+  std::uint8_t* seam_given;  ///< set where there is something
   // Blocks whose partners belong to another thread, ascending. Before the sweep `border` is set: only these are
   // evaluated, and what they give is kept. In the sweep it is added at its place.
   bool border;
@@ -192,14 +192,14 @@ struct PairJob {
   BlockResult* border_result;
   BlockRows* border_rows;
   std::uint8_t* border_awake;  ///< whether there is a result
-  // Fetched into the cache meanwhile, a few lines with each block: spheres that the next tile will meet first, what
-  // blocks at a seam need, and the blocks of the run after this and their memory; null where there is none.
-  static constexpr int kStretches = 3;
-  struct Stretch {
-    const char *from, *end;
-  } ahead[kStretches];
+  // Fetched into the cache meanwhile, a few with each block: spheres that the next tile will meet first, then partners
+  // of a run at a seam, with its memory and what it keeps for them, and the blocks of the run after this and their
+  // memory; null where there is none.
+  std::uint32_t ahead, ahead_count;
   const PairBlock* seam_blocks;
   std::uint32_t seam_count;
+  const Accumulator* seam_pushes;
+  const Line* seam_lines;
   const PairBlock* next_blocks;
   const Line* next_lines;
   RunSums sums;
@@ -254,6 +254,8 @@ struct Kernel {
   void (*pairs)(const Law&, PairJob&);  ///< in mixed precision if the job has mixed spheres; likewise the others
   void (*planes)(const Law&, PlaneJob&);
   void (*surface)(const Law&, SurfaceJob&);
+  void (*keep)(PairJob&);  ///< what blocks of a border or seam give to partners; after `pairs`, which evaluated them
+  void (*add_seam)(PairJob&);  ///< and those of a seam to their owners, in the sweep
   void (*move)(MoveJob&);
 };
 
