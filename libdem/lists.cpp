@@ -110,8 +110,8 @@ void Bed::Impl::build_runs(HalfList& list, const Grid& grid) {
       for (std::uint32_t p = list.start[i]; p < list.start[i + 1]; ++p) pairs[i - t.begin] += class_of[p] == touching;
     return Slices(pairs);
   };
-  std::vector<std::uint32_t> strip_ends;  // in spheres
-  for (const std::size_t cells : grid.strip_ends()) strip_ends.push_back(grid.start[cells]);
+  std::vector<std::uint32_t> part_ends;  // in spheres
+  for (const std::size_t cells : grid.part_ends()) part_ends.push_back(grid.start[cells]);
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (int k = 0; k < tile_count; ++k) {
     Tile& t = tiles[static_cast<std::size_t>(k)];
@@ -121,15 +121,15 @@ void Bed::Impl::build_runs(HalfList& list, const Grid& grid) {
     t.last = static_cast<std::uint32_t>(k);
     t.alike = true;
     t.seam_first = t.last + 1, t.seam_last = t.last;
-    auto strip_end = std::upper_bound(strip_ends.begin(), strip_ends.end(), t.begin);
+    auto part_end = std::upper_bound(part_ends.begin(), part_ends.end(), t.begin);
     std::uint32_t* size = sizes.data() + static_cast<std::size_t>(k) * classes.count();
     for (std::uint32_t i = t.begin; i < t.end; ++i) {
-      while (i >= *strip_end) ++strip_end;
+      while (i >= *part_end) ++part_end;
       for (std::uint32_t p = list.start[i]; p < list.start[i + 1]; ++p) {
         const Sphere &a = spheres[i], &b = spheres[list.other[p]];
         const auto law = static_cast<std::uint32_t>(laws.of(a.material, b.material));
         const double gap = norm(a.x - b.x) - a.r - b.r - reach(law);
-        const bool seam = list.other[p] >= *strip_end;
+        const bool seam = list.other[p] >= *part_end;
         class_of[p] = static_cast<std::uint16_t>(classes.of(law, gap, skin, seam));
         ++size[class_of[p]];
         t.alike = t.alike && as_first(a) && as_first(b);

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -198,23 +199,20 @@ class PairSearch {
         n += x * x + y * y + z * z < limit * limit;
       }
     };
-    // The rest of the own row, then the rows that come later: cells of a row are neighbours in the sorted order. Of the
-    // rows in another strip all three are earlier or later.
+    // The rest of the own row, then the rows that come later: cells of a row are neighbours in the sorted order.
     const Sphere& s = spheres_[i];
     const int row = grid_.coordinate(s.x, 0), b = grid_.coordinate(s.x, 1), c = grid_.coordinate(s.x, 2);
     const int c0 = std::max(c - 1, 0), c1 = std::min(c + 1, grid_.n[2] - 1);
-    const auto scan_row = [&](int at_row, int at) {
-      scan(grid_.start[grid_.index(at_row, at, c0)], grid_.start[grid_.index(at_row, at, c1) + 1]);
-    };
     scan(i + 1, grid_.start[grid_.index(row, b, c1) + 1]);
-    const int strip = grid_.strip(b);
-    const bool left = b > 0 && grid_.strip(b - 1) == strip, beyond = b + 1 < grid_.n[1];
-    const bool right = beyond && grid_.strip(b + 1) == strip;
-    if (right) scan_row(row, b + 1);
-    if (row + 1 < grid_.n[0])
-      for (int e = left ? b - 1 : b; e <= (right ? b + 1 : b); ++e) scan_row(row + 1, e);
-    if (beyond && !right)
-      for (int e = std::max(row - 1, 0); e <= std::min(row + 1, grid_.n[0] - 1); ++e) scan_row(e, b + 1);
+    std::array<std::pair<std::size_t, std::size_t>, 8> later;  // rows, as cells
+    std::size_t rows = 0;
+    const std::size_t own = grid_.index(row, b, c0);
+    for (int e = std::max(row - 1, 0); e <= std::min(row + 1, grid_.n[0] - 1); ++e)
+      for (int f = std::max(b - 1, 0); f <= std::min(b + 1, grid_.n[1] - 1); ++f)
+        if (const std::size_t first = grid_.index(e, f, c0); first > own)
+          later[rows++] = {first, first + static_cast<std::size_t>(c1 - c0)};
+    std::sort(later.begin(), later.begin() + static_cast<std::ptrdiff_t>(rows));
+    for (std::size_t k = 0; k < rows; ++k) scan(grid_.start[later[k].first], grid_.start[later[k].second + 1]);
     for (std::size_t k = 0; k < n; ++k)
       if (spheres_[maybe[k]].r <= grid_.fits && are_near(s, spheres_[maybe[k]])) others.push_back(maybe[k]);
   }
