@@ -46,6 +46,11 @@ PairJob Bed::Impl::pair_job(const PairRun& run, const Tile& tile, const Booking&
 
 namespace {
 
+/// Others are evaluated as in booked steps (law_kernel_body.hpp).
+bool is_usual(const Law& law) {
+  return std::visit([](const auto& l) { return l.friction.usual(); }, law);
+}
+
 /// The walk of one thread through its tiles.
 class Sweep {
  public:
@@ -144,10 +149,12 @@ class Sweep {
     job.ring = w_.ring.data(), job.mask = mask_;
     if (evaluated) {
       w_.border.offer(job, first, border_);
+      job.book = job.book || !is_usual(bed_.law(run.law));
     } else {
       w_.at_seam.offer(job, 0, run.blocks);
       job.border = true;
       evaluate(t, r, job);
+      job.book = job.book || !is_usual(bed_.law(run.law));  // as it was evaluated
       bed_.kernel.keep(job);
     }
     bed_.kernel.add_seam(job);
@@ -288,6 +295,7 @@ void Bed::Impl::run_errands(Worker& w) {
     border.offer(job, errand.first, errand.end);
     job.border = true;
     kernel.pairs(law(run.law), job);
+    job.book = job.book || !is_usual(law(run.law));  // as they were evaluated
     kernel.keep(job);
     if (job.broke) note_break(r);
   }

@@ -211,5 +211,18 @@ void add_to_owners(PairJob& job) {
   if constexpr (Count) sums.give(job.sums);
 }
 
+/// In the precision of the job; `book` as it was when the blocks were evaluated.
+template <class Run>
+void in_precision(const PairJob& job, const Run& run) {
+  const auto with = [&]<class P>(P) { job.book ? run(P{}, std::true_type{}) : run(P{}, std::false_type{}); };
+  job.mixed != nullptr ? with(Singles{}) : with(Doubles{});
+}
+inline void keep(PairJob& job) {
+  in_precision(job, [&]<class P>(P, auto count) { keep_for_partners<P, count.value>(job); });
+}
+inline void add_seam(PairJob& job) {
+  in_precision(job, [&]<class P>(P, auto count) { add_to_owners<P, count.value>(job); });
+}
+
 }  // namespace SUBSOIL_ISA
 }  // namespace subsoil::dem

@@ -20,21 +20,6 @@ void with(const Law& law, Job& job) {
       law);
 }
 
-/// run(number type, whether touching contacts are counted) as the blocks of the job were evaluated
-/// (law_kernel_body.hpp).
-template <class Run>
-void as_evaluated(const Law& law, const PairJob& job, const Run& run) {
-  const bool usual = std::visit([](const auto& l) { return l.friction.usual(); }, law);
-  const auto with = [&]<class P>(P) { job.book || !usual ? run(P{}, std::true_type{}) : run(P{}, std::false_type{}); };
-  job.mixed != nullptr ? with(Singles{}) : with(Doubles{});
-}
-void keep(const Law& law, PairJob& job) {
-  as_evaluated(law, job, [&]<class P>(P, auto count) { keep_for_partners<P, count.value>(job); });
-}
-void add_seam(const Law& law, PairJob& job) {
-  as_evaluated(law, job, [&]<class P>(P, auto count) { add_to_owners<P, count.value>(job); });
-}
-
 }  // namespace
 
 Kernel kernel() {

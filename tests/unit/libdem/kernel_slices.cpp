@@ -62,6 +62,8 @@ struct Result {
 Result evaluate(const Kernel& kernel, const Law& law, const Slice& slice, bool mixed, bool book,
                 std::vector<std::uint32_t> before, bool seam = false) {
   const MemoryShape shape = MemoryShape::of(law, mixed);
+  // Unusual friction is evaluated as in booked steps.
+  const bool counted = book || !std::visit([](const auto& l) { return l.friction.usual(); }, law);
   Result out{std::vector<Accumulator>(64, Accumulator{}), std::vector<Line>(shape.lines(kLanes.size()), Line{})};
   std::vector<BlockResult> ready(before.size());
   std::vector<BlockRows> rows(before.size()), seam_rows(kLanes.size());
@@ -79,10 +81,13 @@ Result evaluate(const Kernel& kernel, const Law& law, const Slice& slice, bool m
   if (!before.empty()) {
     job.border = true;
     kernel.pairs(law, job);
+    job.book = counted;
     kernel.keep(job);
+    job.book = book;
     job.border = false;
   }
   job.ring = out.sums.data(), job.mask = static_cast<std::uint32_t>(out.sums.size() - 1);
+  job.book = seam ? counted : book;
   seam ? kernel.add_seam(job) : kernel.pairs(law, job);
   if (!seam) return out;
   EXPECT_EQ(std::count(given.begin(), given.end(), 1), static_cast<long>(kLanes.size()));
