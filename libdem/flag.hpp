@@ -1,5 +1,6 @@
 #pragma once
 #include <atomic>
+#include <chrono>
 #include <thread>
 
 namespace subsoil::dem {
@@ -9,11 +10,16 @@ namespace subsoil::dem {
 class Flag {
  public:
   void raise(long sweep) { std::atomic_ref(sweep_).store(sweep, std::memory_order_release); }
-  /// Returns once it was raised for this sweep. Threads may be more than cores: after a while others are let pass.
+  /// Returns once it was raised for this sweep. Threads may be more than cores: after a while others are let pass, then
+  /// it sleeps.
   void await(long sweep) {
-    constexpr int patience = 1000;  // some 20 us, a part of the shortest step that is worth two threads
+    // Some 20 us, a part of the shortest step that is worth two threads; then some 100 us.
+    constexpr int patience = 1000, courtesy = patience + 200;
     for (int tries = 0; std::atomic_ref(sweep_).load(std::memory_order_acquire) != sweep; ++tries) {
-      if (tries > patience) std::this_thread::yield();
+      if (tries > courtesy)
+        std::this_thread::sleep_for(std::chrono::microseconds(50));
+      else if (tries > patience)
+        std::this_thread::yield();
 #if defined(__x86_64__)
       __builtin_ia32_pause();
 #endif
