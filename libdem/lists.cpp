@@ -124,6 +124,7 @@ void Bed::Impl::build_runs(HalfList& list, const Grid& grid) {
     auto part_end = std::upper_bound(part_ends.begin(), part_ends.end(), t.begin);
     std::uint32_t* size = sizes.data() + static_cast<std::size_t>(k) * classes.count();
     for (std::uint32_t i = t.begin; i < t.end; ++i) {
+      t.alike = t.alike && as_first(spheres[i]);
       while (i >= *part_end) ++part_end;
       for (std::uint32_t p = list.start[i]; p < list.start[i + 1]; ++p) {
         const Sphere &a = spheres[i], &b = spheres[list.other[p]];
@@ -132,7 +133,7 @@ void Bed::Impl::build_runs(HalfList& list, const Grid& grid) {
         const bool seam = list.other[p] >= *part_end;
         class_of[p] = static_cast<std::uint16_t>(classes.of(law, gap, skin, seam));
         ++size[class_of[p]];
-        t.alike = t.alike && as_first(a) && as_first(b);
+        t.alike = t.alike && as_first(b);
         const std::uint32_t tile = list.other[p] / kTile;
         if (!seam)
           t.last = std::max(t.last, tile);

@@ -213,31 +213,34 @@ class Sweep {
 
   /// Energies and state at t_n, from complete sums and before the move.
   void observe(Tile& t) {
-    t.kinetic = t.spin = t.gravity = 0;
-    for (std::uint32_t i = t.begin; i < t.end; ++i) {
-      const Sphere s = bed_.sphere(i);
-      const Accumulator& a = w_.ring[i & mask_];
-      const Vec3 force = Vec3{a.f[0], a.f[1], a.f[2]} + s.m * bed_.options.gravity, torque{a.t[0], a.t[1], a.t[2]};
-      // (m/2) v_{n-1/2} . v_{n+1/2}; with an uneven kick the mean velocity at t_n is v + a dt_before/2.
-      const double before = bed_.dt_before, q = 0.25 * dt_ * before, inertia_i = inertia(s);
-      const Vec3 a_n = force * (1 / s.m), alpha_n = torque * (1 / inertia_i);
-      const Vec3 v_n = s.v + a_n * (0.5 * before), w_n = s.w + alpha_n * (0.5 * before);
-      t.kinetic += 0.5 * s.m * (dot(v_n, v_n) - q * dot(a_n, a_n));
-      t.spin += 0.5 * inertia_i * (dot(w_n, w_n) - q * dot(alpha_n, alpha_n));
-      t.gravity -= s.m * dot(bed_.options.gravity, s.x);
-      if (request_.snapshot == nullptr) continue;
-      Snapshot& out = *request_.snapshot;
-      const std::size_t k = bed_.slot_of_id[s.id];
-      out.id[k] = s.id;
-      out.radius[k] = s.r;
-      out.material[k] = s.material;
-      out.position[k] = s.x;
-      out.velocity[k] = v_n;
-      out.spin[k] = w_n;
-      out.force[k] = force;
-      out.torque[k] = torque;
-      out.contacts[k] = static_cast<int>(a.t[3]);
-    }
+    const Vec3& g = bed_.options.gravity;
+    ObserveJob job{.spheres = bed_.spheres.data(),
+                   .mixed = bed_.is_mixed() ? bed_.mixed.data() : nullptr,
+                   .begin = t.begin,
+                   .end = t.end,
+                   .ring = w_.ring.data(),
+                   .mask = mask_,
+                   .gravity = {g.x, g.y, g.z},
+                   .alike = t.alike,
+                   .before = bed_.dt_before,
+                   .dt = dt_};
+    bed_.kernel.observe(job);
+    t.kinetic = job.kinetic, t.spin = job.spin, t.gravity = job.potential;
+    if (request_.snapshot == nullptr) return;
+    for (std::uint32_t i = t.begin; i < t.end; ++i) write(bed_.sphere(i), w_.ring[i & mask_], *request_.snapshot);
+  }
+  void write(const Sphere& s, const Accumulator& a, Snapshot& out) const {
+    const Vec3 force = Vec3{a.f[0], a.f[1], a.f[2]} + s.m * bed_.options.gravity, torque{a.t[0], a.t[1], a.t[2]};
+    const std::size_t k = bed_.slot_of_id[s.id];
+    out.id[k] = s.id;
+    out.radius[k] = s.r;
+    out.material[k] = s.material;
+    out.position[k] = s.x;
+    out.velocity[k] = s.v + force * (0.5 * bed_.dt_before / s.m);
+    out.spin[k] = s.w + torque * (0.5 * bed_.dt_before / inertia(s));
+    out.force[k] = force;
+    out.torque[k] = torque;
+    out.contacts[k] = static_cast<int>(a.t[3]);
   }
 
   void move(Tile& t) {
@@ -249,6 +252,7 @@ class Sweep {
                 .ring = w_.ring.data(),
                 .mask = mask_,
                 .gravity = {g.x, g.y, g.z},
+                .alike = t.alike,
                 .kick = 0.5 * (dt_ + bed_.dt_before),
                 .dt = dt_,
                 .speed2 = 0,

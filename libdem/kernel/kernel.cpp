@@ -25,7 +25,7 @@ void with(const Law& law, Job& job) {
 Kernel kernel() {
 #define SUBSOIL_NAME_(x) #x
 #define SUBSOIL_NAME(x) SUBSOIL_NAME_(x)
-  return {SUBSOIL_NAME(SUBSOIL_ISA), with<PairJob>, with<PlaneJob>, with<SurfaceJob>, keep, add_seam, move};
+  return {SUBSOIL_NAME(SUBSOIL_ISA), with<PairJob>, with<PlaneJob>, with<SurfaceJob>, keep, add_seam, observe, move};
 }
 
 }  // namespace SUBSOIL_ISA

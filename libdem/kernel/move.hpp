@@ -1,127 +1,172 @@
 #pragma once
+#if defined(__AVX2__)
+#include <immintrin.h>
+#endif
+
 #include <algorithm>
 
-#include "libdem/kernel/lanes.hpp"
+#include "libdem/kernel/streams.hpp"
 
-/// Kick and drift of the spheres of a tile, whose sums are complete. In mixed precision the new velocity is worked out
-/// in double from the stored float and rounded once.
+/// Kick and drift of the spheres of a tile, whose sums are complete, and their energies. Sphere by sphere, in rows of
+/// four as records and sums lie in memory: columns, as pairs have them, take twice as long, since nothing here needs
+/// one coordinate with another. In mixed precision the new velocity is worked out in double from the stored float and
+/// rounded once.
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
-/// Parts of kDoubles lanes that are read and written together: a record of mixed precision holds floats.
-template <class Record>
-inline constexpr int kMoved = std::is_same_v<Record, MixedSphere> ? 2 : 1;
+using Order = long __attribute__((vector_size(32)));
+using OrderOfFloats = int __attribute__((vector_size(16)));
+using FourFloats = float __attribute__((vector_size(16)));
+// As they lie in a record.
+using FourInRecord = double __attribute__((vector_size(32), may_alias));
+using FourFloatsInRecord = float __attribute__((vector_size(16), may_alias));
 
-inline void load_moved(Sphere* const* sphere, SphereLanes (&out)[1]) { out[0] = load_spheres(sphere); }
-inline void load_moved(MixedSphere* const* sphere, SphereLanes (&out)[2]) { load_spheres(sphere, out); }
-inline void store_moved(const SphereLanes (&moved)[1], Sphere* const* sphere) {
-  const SphereLanes& s = moved[0];
-  const auto write = [&](int part, const Doubles* in) {
-    double* row[kDoubles];
-    for (int l = 0; l < kDoubles; ++l) row[l] = reinterpret_cast<double*>(sphere[l]) + 4 * part;
-    store4(in, row);
-  };
-  const Doubles x[4] = {s.x[0], s.x[1], s.x[2], s.r}, v[4] = {s.v[0], s.v[1], s.v[2], s.m},
-                w[4] = {s.w[0], s.w[1], s.w[2], s.name};
-  write(0, x), write(1, v), write(2, w);
+[[gnu::always_inline]] inline Four doubles_of(const FourFloats& f) {
+#if defined(__AVX2__)
+  return _mm256_cvtps_pd(f);  // GCC 12 converts halves and puts them together
+#else
+  return __builtin_convertvector(f, Four);
+#endif
 }
-inline void store_moved(const SphereLanes (&s)[2], MixedSphere* const* sphere) {
-  for (int half = 0; half < 2; ++half) {
-    double* place[kDoubles];
-    for (int l = 0; l < kDoubles; ++l) place[l] = &sphere[half * kDoubles + l]->x.x;
-    const Doubles x[4] = {s[half].x[0], s[half].x[1], s[half].x[2], s[half].r};
-    store4(x, place);
-  }
-  // Mass and radius go through double and back unchanged.
-  Singles v[4], w[4];
-  for (int d = 0; d < 3; ++d) v[d] = join(s[0].v[d], s[1].v[d]), w[d] = join(s[0].w[d], s[1].w[d]);
-  v[3] = join(s[0].m, s[1].m), w[3] = join(s[0].r, s[1].r);
-  float* motion[kSingles];
-  for (int l = 0; l < kSingles; ++l) motion[l] = sphere[l]->v;
-  store_rows(v, w, motion);
+[[gnu::always_inline]] inline FourFloats floats_of(const Four& f) {
+#if defined(__AVX2__)
+  return _mm256_cvtpd_ps(f);
+#else
+  return __builtin_convertvector(f, FourFloats);
+#endif
 }
 
-/// Largest v.v and kinetic energy of what moved.
-struct MovedSums {
-  Doubles speed2 = Doubles(0.0), kinetic = Doubles(0.0);
+/// (x, r), (v, m) and the spin, of whose last number nothing is kept.
+struct SphereRows {
+  Four x, v, w;
 };
 
-/// One step of kDoubles spheres with their sums, which are zero afterwards. Lanes from `used` on are not summed up.
-[[gnu::always_inline]] inline void kick_and_drift(const MoveJob& job, Accumulator* const* sum, std::uint32_t used,
-                                                  SphereLanes& s, MovedSums& sums) {
-  const Doubles kick(job.kick), dt(job.dt), zero(0.0);
-  const double* row[kDoubles];
-  Doubles f[4], t[4];
-  for (int l = 0; l < kDoubles; ++l) row[l] = reinterpret_cast<double*>(&sum[l]->f);
-  load4(row, f);
-  for (int l = 0; l < kDoubles; ++l) row[l] = reinterpret_cast<double*>(&sum[l]->t);
-  load4(row, t);
-  for (int l = 0; l < kDoubles; ++l) *sum[l] = Accumulator{};
-  // 1/m and 1/I from one division.
-  const Doubles inertia = Doubles(0.4) * s.m * s.r * s.r, inverse = kick / (s.m * inertia);
-  const Doubles push = inverse * inertia, turn = inverse * s.m;
-  Doubles v2 = zero, w2 = zero;
-  for (int d = 0; d < 3; ++d) {
-    s.v[d] = s.v[d] + f[d] * push + Doubles(job.gravity[d]) * kick;
-    s.w[d] = s.w[d] + t[d] * turn;
-    s.x[d] = s.x[d] + s.v[d] * dt;
-    v2 = v2 + s.v[d] * s.v[d];
-    w2 = w2 + s.w[d] * s.w[d];
+[[gnu::always_inline]] inline SphereRows rows_of(const Sphere& s) {
+  const auto* row = reinterpret_cast<const FourInRecord*>(&s);
+  const Four w = row[2];
+  return {row[0], row[1], __builtin_shuffle(w, Four{}, Order{0, 1, 2, 7})};  // the name is no number
+}
+[[gnu::always_inline]] inline void write(const SphereRows& q, Sphere& s) {
+  auto* row = reinterpret_cast<FourInRecord*>(&s);
+  const Four name = row[2];
+  row[0] = q.x, row[1] = q.v, row[2] = __builtin_shuffle(q.w, name, Order{0, 1, 2, 7});
+}
+
+[[gnu::always_inline]] inline SphereRows rows_of(const MixedSphere& s) {
+  return {*reinterpret_cast<const FourInRecord*>(&s), doubles_of(*reinterpret_cast<const FourFloatsInRecord*>(s.v)),
+          doubles_of(*reinterpret_cast<const FourFloatsInRecord*>(s.w))};
+}
+/// The mass went through double and comes back unchanged.
+[[gnu::always_inline]] inline void write(const SphereRows& q, MixedSphere& s) {
+  *reinterpret_cast<FourInRecord*>(&s) = q.x;
+  *reinterpret_cast<FourFloatsInRecord*>(s.v) = floats_of(q.v);
+  const FourFloats w = floats_of(q.w), before = *reinterpret_cast<const FourFloatsInRecord*>(s.w);
+  *reinterpret_cast<FourFloatsInRecord*>(s.w) = __builtin_shuffle(w, before, OrderOfFloats{0, 1, 2, 7});
+}
+
+[[gnu::always_inline]] inline Four all(double x) { return Four{x, x, x, x}; }
+/// Of the coordinates; what the rows have beside them is left out.
+[[gnu::always_inline]] inline double sum_of(const Four& f) { return f[0] + f[1] + f[2]; }
+
+/// Of some spheres: what makes velocities of forces in a time, s, and spins of torques; and for energies.
+struct Inertias {
+  static constexpr std::uint32_t kRoom = 32;
+  double push[kRoom], turn[kRoom], half_mass[kRoom], half_inertia[kRoom];
+
+  template <class Record>
+  void fill(const Record* spheres, std::uint32_t count, double time) {
+    double mass[kRoom], radius[kRoom];
+    for (std::uint32_t k = 0; k < count; ++k) mass[k] = spheres[k].m, radius[k] = spheres[k].r;
+    for (std::uint32_t k = count; k < kRoom; ++k) mass[k] = radius[k] = 1;
+    for (std::uint32_t k = 0; k < kRoom; ++k) {
+      const double inertia = 0.4 * mass[k] * radius[k] * radius[k];
+      const double inverse = time / (mass[k] * inertia);  // both from one division
+      push[k] = inverse * inertia, turn[k] = inverse * mass[k];
+      half_mass[k] = 0.5 * mass[k], half_inertia[k] = 0.5 * inertia;
+    }
   }
-  const Doubles energy = Doubles(0.5) * (s.m * v2 + inertia * w2);
-  if (used >= kDoubles) {
-    sums.speed2 = max(sums.speed2, v2), sums.kinetic += energy;
-  } else {
-    const DoublesMask in = lanes_below(used, 0);
-    sums.speed2 = max(sums.speed2, select(in, v2, zero)), sums.kinetic += select(in, energy, zero);
+};
+
+/// Each number four times over.
+struct InertiasOfOne {
+  Four push, turn, half_mass, half_inertia;
+};
+[[gnu::always_inline]] inline InertiasOfOne of_one(const Inertias& some, std::uint32_t k) {
+  return {all(some.push[k]), all(some.turn[k]), all(some.half_mass[k]), all(some.half_inertia[k])};
+}
+
+/// use(sphere, inertias, sum) for the spheres of a job. A tile begins at a multiple of its length: the ring does not
+/// end within.
+template <bool Alike, class Record, class Job, class Use>
+[[gnu::always_inline]] inline void each_sphere(const Job& job, Record* spheres, double time, const Use& use) {
+  Accumulator* sum = job.ring + (job.begin & job.mask);
+  Inertias inertias;
+  inertias.fill(spheres + job.begin, 1, time);
+  InertiasOfOne of = of_one(inertias, 0);
+  for (std::uint32_t first = job.begin; first < job.end; first += Inertias::kRoom) {
+    const std::uint32_t count = std::min(job.end - first, Inertias::kRoom);
+    if constexpr (!Alike) inertias.fill(spheres + first, count, time);
+    for (std::uint32_t k = 0; k < count; ++k, ++sum) {
+      if constexpr (!Alike) of = of_one(inertias, k);
+      use(spheres[first + k], of, *sum);
+    }
   }
 }
 
-template <class Record>
+template <bool Alike, class Record>
 void move_spheres(MoveJob& job, Record* spheres) {
-  constexpr std::uint32_t width = kMoved<Record> * kDoubles;
-  MovedSums sums;
-  // sphere_at(l), sum_at(l): where lane l lies.
-  const auto step = [&](std::uint32_t count, const auto& sphere_at, const auto& sum_at) __attribute__((always_inline)) {
-    Record* sphere[width];
-    Accumulator* sum[width];
-    for (std::uint32_t l = 0; l < width; ++l) sphere[l] = sphere_at(l), sum[l] = sum_at(l);
-    SphereLanes s[kMoved<Record>];
-    load_moved(sphere, s);
-#pragma GCC unroll 2
-    for (std::uint32_t part = 0; part < kMoved<Record>; ++part) {
-      const std::uint32_t before = part * kDoubles;
-      kick_and_drift(job, sum + before, count > before ? count - before : 0, s[part], sums);
-    }
-    store_moved(s, sphere);
-  };
-  std::uint32_t i = job.begin;
-  // A tile begins at a multiple of its length, and so at one of the width: the ring does not end within a pack.
-  for (; i + width <= job.end; i += width) {
-    Record* const first = spheres + i;
-    Accumulator* const first_sum = job.ring + (i & job.mask);
-    step(
-        width, [&](std::uint32_t l) { return first + l; }, [&](std::uint32_t l) { return first_sum + l; });
-  }
-  if (i < job.end) {
-    Record beyond[width];  // lanes past the end work on copies
-    Accumulator nothing[width];
-    const std::uint32_t count = job.end - i;
-    for (std::uint32_t l = count; l < width; ++l) beyond[l] = spheres[i], nothing[l] = Accumulator{};
-    step(
-        count, [&](std::uint32_t l) { return l < count ? spheres + i + l : beyond + l; },
-        [&](std::uint32_t l) { return l < count ? job.ring + ((i + l) & job.mask) : nothing + l; });
-  }
-  for (int l = 0; l < kDoubles; ++l)
-    if (sums.speed2.v[l] > job.speed2) job.speed2 = sums.speed2.v[l];
-  job.kinetic += sum_of(sums.kinetic);
+  // The last number of a row: mass and radius stay, for forces have a zero there, as have these.
+  const Four dt{job.dt, job.dt, job.dt, 0},
+      fall = all(job.kick) * Four{job.gravity[0], job.gravity[1], job.gravity[2], 0};
+  Four fastest{}, kinetic{}, spin{};
+  each_sphere<Alike>(job, spheres, job.kick, [&](Record& s, const InertiasOfOne& of, Accumulator& sum) {
+    SphereRows q = rows_of(s);
+    q.v = q.v + sum.f * of.push + fall;
+    q.w = q.w + sum.t * of.turn;
+    q.x = q.x + q.v * dt;
+    sum = Accumulator{};
+    write(q, s);
+    const Four v2 = q.v * q.v;
+    kinetic += of.half_mass * v2, spin += of.half_inertia * (q.w * q.w);
+    const Four speed2 = v2 + __builtin_shuffle(v2, Order{1, 2, 0, 3}) + __builtin_shuffle(v2, Order{2, 0, 1, 3});
+    fastest = speed2 > fastest ? speed2 : fastest;
+  });
+  job.speed2 = fastest[0];
+  job.kinetic = sum_of(kinetic) + sum_of(spin);
+}
+
+/// With the mean velocity at t_n, v + a dt_before/2, the energy of translation is (m/2) (v_n . v_n - dt dt_before/4 a .
+/// a), for even steps (m/2) v_{n-1/2} . v_{n+1/2}; likewise the spin's.
+template <bool Alike, class Record>
+void observe_spheres(ObserveJob& job, Record* spheres) {
+  // Half the step before times accelerations is a gain in velocity; so dt dt_before/4 a . a is its square times this.
+  const Four share = all(job.before > 0 ? job.dt / job.before : 0),
+             fall = all(0.5 * job.before) * Four{job.gravity[0], job.gravity[1], job.gravity[2], 0},
+             g{job.gravity[0], job.gravity[1], job.gravity[2], 0};
+  Four kinetic{}, spin{}, fallen{};
+  each_sphere<Alike>(job, spheres, 0.5 * job.before,
+                     [&](const Record& record, const InertiasOfOne& of, const Accumulator& sum) {
+                       const SphereRows s = rows_of(record);
+                       const Four gain = sum.f * of.push + fall, turn = sum.t * of.turn;
+                       const Four v = s.v + gain, w = s.w + turn;
+                       kinetic += of.half_mass * (v * v - share * gain * gain);
+                       spin += of.half_inertia * (w * w - share * turn * turn);
+                       fallen += (of.half_mass + of.half_mass) * (g * s.x);
+                     });
+  job.kinetic = sum_of(kinetic), job.spin = sum_of(spin), job.potential = -sum_of(fallen);
 }
 
 inline void move(MoveJob& job) {
-  if (job.mixed != nullptr)
-    move_spheres(job, job.mixed);
-  else
-    move_spheres(job, job.spheres);
+  const auto with = [&](auto* spheres) {
+    job.alike ? move_spheres<true>(job, spheres) : move_spheres<false>(job, spheres);
+  };
+  job.mixed != nullptr ? with(job.mixed) : with(job.spheres);
+}
+inline void observe(ObserveJob& job) {
+  const auto with = [&](auto* spheres) {
+    job.alike ? observe_spheres<true>(job, spheres) : observe_spheres<false>(job, spheres);
+  };
+  job.mixed != nullptr ? with(job.mixed) : with(job.spheres);
 }
 
 }  // namespace SUBSOIL_ISA

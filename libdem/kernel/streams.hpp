@@ -244,8 +244,22 @@ struct MoveJob {
   Accumulator* ring;
   std::uint32_t mask;
   double gravity[3];
+  bool alike;              ///< all of them have one radius and one mass
   double kick, dt;         ///< s: velocities advance by a kick, positions by v dt
   double speed2, kinetic;  ///< largest v.v and kinetic energy after the kick; NaN in a velocity makes the latter NaN
+};
+
+/// Spheres and what waits for them, as in a MoveJob.
+struct ObserveJob {
+  Sphere* spheres;
+  MixedSphere* mixed;
+  std::uint32_t begin, end;
+  Accumulator* ring;
+  std::uint32_t mask;
+  double gravity[3];
+  bool alike;
+  double before, dt;                            ///< s: the step before this instant and the one after it
+  double kinetic = 0, spin = 0, potential = 0;  ///< J
 };
 
 /// The step's work, compiled once per instruction set.
@@ -255,7 +269,8 @@ struct Kernel {
   void (*planes)(const Law&, PlaneJob&);
   void (*surface)(const Law&, SurfaceJob&);
   void (*keep)(PairJob&);  ///< what blocks of a border or seam give to partners; after `pairs`, which evaluated them
-  void (*add_seam)(PairJob&);  ///< and those of a seam to their owners, in the sweep
+  void (*add_seam)(PairJob&);    ///< and those of a seam to their owners, in the sweep
+  void (*observe)(ObserveJob&);  ///< energies of spheres whose sums are complete
   void (*move)(MoveJob&);
 };
 
