@@ -86,23 +86,34 @@ template <class P>
     return load_floats<Doubles>(r.push_single[k] + first);
 }
 
-/// use(lane, row) with what the block gives to each of its partners, with `Count` also the touching contacts.
-template <class P, bool Count, class Use>
-[[gnu::always_inline]] inline void each_push(const BlockResult& r, std::uint32_t lanes, const Use& use) {
-  for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles) {
-    const auto column = [&](int k) { return pushed<P>(r, k, first); };
-    const Doubles zero(0.0), f[4] = {column(0), column(1), column(2), zero},
-                             t[4] = {column(6), column(7), column(8), Count ? column(BlockResult::kTouching) : zero};
-    Row row[kDoubles];
-    make_rows(f, t, row);
-    each_row(row, first, lanes, use);
-  }
-}
+/// Force and torque on a pack's spheres, as columns; the last of the torque counts touching contacts.
+struct Push {
+  Doubles f[4], t[4];
+};
 
 template <class P, bool Count>
-[[gnu::always_inline]] inline void add_partners(const BlockResult& r, const PairBlock& block, std::uint32_t lanes,
-                                                Accumulator* ring, std::uint32_t mask) {
-  each_push<P, Count>(r, lanes, [&](int l, const Row& of) { react(*record(ring, block.other[l] & mask), of); });
+[[gnu::always_inline]] inline Push push_on_owners(const BlockResult& r, int first) {
+  const auto column = [&](int k) { return pushed<P>(r, k, first); };
+  const Doubles zero(0.0);
+  return {{column(0), column(1), column(2), zero},
+          {column(3), column(4), column(5), Count ? column(BlockResult::kTouching) : zero}};
+}
+/// The force still has to be turned round.
+template <class P>
+[[gnu::always_inline]] inline Push push_on_partners(const Push& on_owners, const BlockResult& r, int first,
+                                                    bool same_torque) {
+  Push on = on_owners;
+  if (!same_torque)
+    for (int d = 0; d < 3; ++d) on.t[d] = pushed<P>(r, 6 + d, first);
+  return on;
+}
+
+/// use(lane, row) for those of a pack's lanes that are below `lanes`.
+template <class Use>
+[[gnu::always_inline]] inline void each_row(const Push& push, int first, std::uint32_t lanes, const Use& use) {
+  Row row[kDoubles];
+  make_rows(push.f, push.t, row);
+  each_row(row, first, lanes, use);
 }
 
 /// What blocks that were evaluated before the sweep, or at a seam, give to their partners, who take it later.
@@ -112,8 +123,10 @@ void keep_for_partners(const PairJob& job) {
     if (job.border_awake[k] == 0) continue;
     const std::uint32_t b = job.border_block[k];
     BlockRows& rows = job.seam_rows != nullptr ? job.seam_rows[b] : job.border_rows[k];
-    each_push<P, Count>(job.border_result[k], job.shapes[b].lanes,
-                        [&](int l, const Row& of) { write(of, rows.of[l]); });
+    const BlockResult& r = job.border_result[k];
+    for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles)
+      each_row(push_on_partners<P>(push_on_owners<P, Count>(r, first), r, first, job.same_torque), first,
+               job.shapes[b].lanes, [&](int l, const Row& of) { write(of, rows.of[l]); });
     if (job.seam_rows != nullptr) job.seam_given[b] = 1;
   }
 }
@@ -126,24 +139,23 @@ struct OwnerSums {
   const PairBlock* block = nullptr;  ///< that began the slice
   std::uint32_t lanes = 0;
 
-  template <class P>
-  [[gnu::always_inline]] void add(const BlockResult& r, const PairBlock& b, const BlockShape& shape, Accumulator* ring,
-                                  std::uint32_t mask) {
-    if (shape.begins) {
-      give(ring, mask);
-      block = &b, lanes = shape.lanes;
-      for (auto& parts : column)
-        for (Doubles& part : parts) part = Doubles(0.0);
-    }
-    const auto from = [&](int k, int first) { return pushed<P>(r, k < 6 ? k : BlockResult::kTouching, first); };
-    for (int part = 0; part < kParts; ++part) {
-      const int first = part * kDoubles;
-      if (shape.lanes == kBlock) {
-        for (int k = 0; k < kColumns; ++k) column[k][part] += from(k, first);
-      } else {
-        const DoublesMask used = lanes_below(shape.lanes, first);
-        for (int k = 0; k < kColumns; ++k) column[k][part] += select(used, from(k, first), Doubles(0.0));
-      }
+  /// Before each block.
+  [[gnu::always_inline]] void come_to(const PairBlock& b, const BlockShape& shape, Accumulator* ring,
+                                      std::uint32_t mask) {
+    if (!shape.begins) return;
+    give(ring, mask);
+    block = &b, lanes = shape.lanes;
+    for (auto& parts : column)
+      for (Doubles& part : parts) part = Doubles(0.0);
+  }
+  [[gnu::always_inline]] void add(const Push& push, int first, const BlockShape& shape) {
+    const int part = first / kDoubles;
+    const auto from = [&](int k) -> const Doubles& { return k < 3 ? push.f[k] : push.t[k - 3]; };
+    if (shape.lanes == kBlock) {
+      for (int k = 0; k < kColumns; ++k) column[k][part] += from(k);
+    } else {
+      const DoublesMask used = lanes_below(shape.lanes, first);
+      for (int k = 0; k < kColumns; ++k) column[k][part] += select(used, from(k), Doubles(0.0));
     }
   }
 
@@ -151,17 +163,29 @@ struct OwnerSums {
   [[gnu::always_inline]] void give(Accumulator* ring, std::uint32_t mask) {
     if (block == nullptr) return;
     for (int part = 0; part < kParts; ++part) {
-      const Doubles zero(0.0),
-          f[4] = {column[0][part], column[1][part], column[2][part], zero},
-          t[4] = {column[3][part], column[4][part], column[5][part], Count ? column[kColumns - 1][part] : zero};
-      Row row[kDoubles];
-      make_rows(f, t, row);
-      each_row(row, part * kDoubles, lanes,
+      const Doubles zero(0.0);
+      const Push push{{column[0][part], column[1][part], column[2][part], zero},
+                      {column[3][part], column[4][part], column[5][part], Count ? column[kColumns - 1][part] : zero}};
+      each_row(push, part * kDoubles, lanes,
                [&](int l, const Row& of) { dem::SUBSOIL_ISA::add(*record(ring, block->owner[l] & mask), of); });
     }
     block = nullptr;
   }
 };
+
+/// What a block gives to its owners and to its partners.
+template <class P, bool Count>
+[[gnu::always_inline]] inline void add_block(const BlockResult& r, const PairBlock& block, const BlockShape& shape,
+                                             bool same_torque, OwnerSums<Count>& owners, Accumulator* ring,
+                                             std::uint32_t mask) {
+  owners.come_to(block, shape, ring, mask);
+  for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles) {
+    const Push push = push_on_owners<P, Count>(r, first);
+    owners.add(push, first, shape);
+    each_row(push_on_partners<P>(push, r, first, same_torque), first, shape.lanes,
+             [&](int l, const Row& of) { react(*record(ring, block.other[l] & mask), of); });
+  }
+}
 
 /// BlockResult::sums of many blocks, lane by lane.
 struct alignas(64) BlockSums {
@@ -203,7 +227,9 @@ void add_to_owners(PairJob& job) {
   for (std::uint32_t k = 0; k < job.border_count; ++k) {
     if (job.border_awake[k] == 0) continue;
     const std::uint32_t b = job.border_block[k];
-    owner_sums.template add<P>(job.border_result[k], job.blocks[b], job.shapes[b], job.ring, job.mask);
+    owner_sums.come_to(job.blocks[b], job.shapes[b], job.ring, job.mask);
+    for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles)
+      owner_sums.add(push_on_owners<P, Count>(job.border_result[k], first), first, job.shapes[b]);
     if constexpr (Count)
       if (job.sum) sums.add(job.border_result[k], job.shapes[b].lanes);
   }

@@ -31,8 +31,8 @@ template <bool Rolls, class L, class P>
 
 /// What a contact gives to both spheres, as columns.
 template <bool Count, class P>
-[[gnu::always_inline]] inline void store_pushes(const Response<P>& c, P overlap, BlockResult* const (&out)[kSpan<P>],
-                                                int first) {
+[[gnu::always_inline]] inline void store_pushes(const Response<P>& c, P overlap, bool same_torque,
+                                                BlockResult* const (&out)[kSpan<P>], int first) {
   const auto column = [&](int k, P p) {
     store_each(p, [&](int b) {
       if constexpr (std::is_same_v<P, Doubles>)
@@ -41,7 +41,9 @@ template <bool Count, class P>
         return out[b]->push_single[k] + first;
     });
   };
-  for (int d = 0; d < 3; ++d) column(d, c.f[d]), column(3 + d, c.t_i[d]), column(6 + d, c.t_j[d]);
+  for (int d = 0; d < 3; ++d) column(d, c.f[d]), column(3 + d, c.t_i[d]);
+  if (!same_torque)
+    for (int d = 0; d < 3; ++d) column(6 + d, c.t_j[d]);
   if constexpr (Count) column(BlockResult::kTouching, select(overlap > P(0.0), P(1.0), P(0.0)));
 }
 
@@ -49,8 +51,8 @@ template <bool Count, class P>
 /// added. Returns whether a bond broke.
 template <bool Rolls, bool Book, class P, class L>
 [[gnu::always_inline]] inline bool evaluate(const L& law, const PairJob& job, const MeetingOf<true, L, P>& a,
-                                            const BlockMemory (&memory)[kSpan<P>], BlockResult* const (&out)[kSpan<P>],
-                                            int first) {
+                                            bool same_torque, const BlockMemory (&memory)[kSpan<P>],
+                                            BlockResult* const (&out)[kSpan<P>], int first) {
   const Remembers what(law);
   auto h = load_history<P, kOwn<L>, Rolls, Book>(memory, first, what);
   Response<P> c = respond<true, Rolls, P>(law, a, h, job.elapsed);
@@ -61,7 +63,7 @@ template <bool Rolls, bool Book, class P, class L>
     broke = respond_bond(law, a, bond, job.elapsed, c);
     store_bond<P, Book>(bond, memory, first);
   }
-  store_pushes<Book>(c, a.overlap, out, first);
+  store_pushes<Book>(c, a.overlap, same_torque, out, first);
   if constexpr (Book) {
     if (job.sum) {
       const P sums[6] = {c.damped,
@@ -130,6 +132,9 @@ void run_pairs(const L& by_reference, PairJob& job) {
   std::uint32_t which[room] = {}, todo[room] = {};  // blocks of the group; those of them that are to be evaluated
   std::uint32_t next_border = 0;
   const bool border = job.border, alike = job.alike;
+  // Tangential forces alone turn both spheres alike where their levers are the same.
+  const bool same_torque = !Rolls && !kBonds<L> && alike;
+  job.same_torque = same_torque;
   const std::uint32_t count = border ? job.border_count : job.count;
   if (alike && job.count > 0) {
     const auto& any = spheres[job.blocks[0].owner[0]];
@@ -203,7 +208,8 @@ void run_pairs(const L& by_reference, PairJob& job) {
         if constexpr (Book) fetch(memory[s].notes + room * shape.note_bytes(), shape.note_bytes());
       }
       for (int part = 0; part < kParts<P>; ++part)
-        if (evaluate<Rolls, Book, P>(law, job, meeting[g][part], memory, out, part * lanes)) job.broke = true;
+        if (evaluate<Rolls, Book, P>(law, job, meeting[g][part], same_torque, memory, out, part * lanes))
+          job.broke = true;
     }
     if (job.wake != nullptr)
       for (std::uint32_t f = 0; f < fresh; ++f) job.wake[which[todo[f]]] = wakes_at<P>(job, *result[todo[f]]);
@@ -212,8 +218,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
       const BlockResult& r = *result[n];
       const PairBlock& block = job.blocks[which[n]];
       const BlockShape& of = job.shapes[which[n]];
-      owner_sums.template add<P>(r, block, of, job.ring, job.mask);
-      add_partners<P, Book>(r, block, of.lanes, job.ring, job.mask);
+      add_block<P, Book>(r, block, of, same_torque, owner_sums, job.ring, job.mask);
       if constexpr (Book)
         if (job.sum) sums.add(r, of.lanes);
     }

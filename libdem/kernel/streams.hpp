@@ -204,6 +204,7 @@ struct PairJob {
   const Line* next_lines;
   RunSums sums;
   std::uint32_t evaluated;  ///< blocks; in the sweep those at a border are among them
+  bool same_torque;         ///< set when results hold only that on the owner, which partners get, too
   bool broke;               ///< set when a bond did
 };
 
