@@ -209,9 +209,11 @@ class PairSearch {
     const std::size_t own = grid_.index(row, b, c0);
     for (int e = std::max(row - 1, 0); e <= std::min(row + 1, grid_.n[0] - 1); ++e)
       for (int f = std::max(b - 1, 0); f <= std::min(b + 1, grid_.n[1] - 1); ++f)
-        if (const std::size_t first = grid_.index(e, f, c0); first > own)
-          later[rows++] = {first, first + static_cast<std::size_t>(c1 - c0)};
-    std::sort(later.begin(), later.begin() + static_cast<std::ptrdiff_t>(rows));
+        if (const std::size_t first = grid_.index(e, f, c0); first > own) {
+          std::size_t k = rows++;  // ascending
+          for (; k > 0 && later[k - 1].first > first; --k) later[k] = later[k - 1];
+          later[k] = {first, first + static_cast<std::size_t>(c1 - c0)};
+        }
     for (std::size_t k = 0; k < rows; ++k) scan(grid_.start[later[k].first], grid_.start[later[k].second + 1]);
     for (std::size_t k = 0; k < n; ++k)
       if (spheres_[maybe[k]].r <= grid_.fits && are_near(s, spheres_[maybe[k]])) others.push_back(maybe[k]);

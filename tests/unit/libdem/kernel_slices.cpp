@@ -23,6 +23,7 @@ struct Slice {
   std::vector<PairBlock> blocks{kLanes.size()};
   std::vector<BlockShape> shapes;
   std::vector<std::uint32_t> owner_of;  ///< by sphere
+  bool alike = false;                   ///< whether the kernel is told that they all are
 
   Slice() {
     Dice dice(11);
@@ -74,6 +75,7 @@ Result evaluate(const Kernel& kernel, const Law& law, const Slice& slice, bool m
   job.spheres = slice.spheres.data(), job.mixed = mixed ? slice.mixed.data() : nullptr;
   job.blocks = slice.blocks.data(), job.shapes = slice.shapes.data(), job.lines = out.memory.data();
   job.count = static_cast<std::uint32_t>(kLanes.size());
+  job.alike = slice.alike;
   job.elapsed = 1e-5;
   job.border_block = before.data(), job.border_count = static_cast<std::uint32_t>(before.size());
   job.border_result = ready.data(), job.border_rows = rows.data(), job.border_awake = awake.data();
@@ -142,8 +144,7 @@ TEST(KernelSlices, OwnersGetWhatPartnersGive) {
   });
 }
 
-TEST(KernelSlices, BlocksDoneBeforeChangeNoBit) {
-  const Slice slice;
+void compare_with_blocks_done_before(const Slice& slice) {
   const std::vector<std::uint32_t> sets[] = {{0}, {5}, {10}, {0, 3}, {1, 2, 6, 9}, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10}};
   each_kernel_and_law([&](const Kernel& kernel, const Law& law, bool mixed) {
     for (const bool book : {false, true}) {
@@ -168,6 +169,13 @@ TEST(KernelSlices, BlocksDoneBeforeChangeNoBit) {
       }
     }
   });
+}
+
+TEST(KernelSlices, BlocksDoneBeforeChangeNoBit) {
+  Slice slice;
+  compare_with_blocks_done_before(slice);
+  slice.alike = true;
+  compare_with_blocks_done_before(slice);
 }
 
 }  // namespace
