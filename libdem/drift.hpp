@@ -1,5 +1,7 @@
 #pragma once
+#include <algorithm>
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "libdem/buffer.hpp"
@@ -37,20 +39,53 @@ class Drift {
   /// @param boundaries their ways since the lists were built
   template <class Centre>
   Found measure(const std::vector<Vec3>& boundaries, int threads, const Centre& centre) const {
-    const auto cells = static_cast<long>(grid_.start.size()) - 1;
-    std::vector<Bounds> ways(static_cast<std::size_t>(cells));
-#pragma omp parallel for num_threads(threads) schedule(static)
-    for (long k = 0; k < cells; ++k) {
-      const auto cell = static_cast<std::size_t>(k);
-      for (std::size_t i = grid_.start[cell]; i < grid_.start[cell + 1]; ++i)
-        ways[cell].include(centre(i) - grid_.low - Vec3{was_[i][0], was_[i][1], was_[i][2]});
+    // Of two spheres that parted by more than half the skin one went more than a quarter of it: few cells have such.
+    // Ways are worked out again for the neighbours of these: to keep those of all cells would take longer.
+    const double far = 0.25 * skin_;
+    std::vector<Found> slabs(static_cast<std::size_t>(grid_.n[0]));
+#pragma omp parallel for num_threads(threads) schedule(dynamic, 1)
+    for (int a = 0; a < grid_.n[0]; ++a) {
+      Found slab{.parted = 2 * far, .gone = 0, .against = std::vector<double>(boundaries.size(), 0)};
+      for (int b = 0; b < grid_.n[1]; ++b)
+        for (int c = 0; c < grid_.n[2]; ++c) {
+          const Bounds of_cell = ways(grid_.index(a, b, c), centre);
+          if (of_cell.empty()) continue;
+          if (include(of_cell, boundaries, slab) > far)
+            slab.parted = std::max(slab.parted, parted_around(of_cell, a, b, c, centre));
+        }
+      slabs[static_cast<std::size_t>(a)] = std::move(slab);
     }
-    return compare(ways, boundaries, threads);
+    return of_all(slabs, boundaries.size());
   }
 
  private:
-  Found compare(const std::vector<Bounds>& ways, const std::vector<Vec3>& boundaries, int threads) const;
-  double parted_around(const std::vector<Bounds>& ways, int a, int b, int c) const;
+  template <class Centre>
+  Bounds ways(std::size_t cell, const Centre& centre) const {
+    Bounds out;
+    for (std::size_t i = grid_.start[cell]; i < grid_.start[cell + 1]; ++i)
+      out.include(centre(i) - grid_.low - Vec3{was_[i][0], was_[i][1], was_[i][2]});
+    return out;
+  }
+
+  /// Of a cell and those up to two away from it. Spheres of cells that are farther apart were more than two cells from
+  /// each other: they touch only when they have come nearer by a sphere's diameter and the skin twice over, which none
+  /// does that is within the skin of its place.
+  template <class Centre>
+  double parted_around(const Bounds& own, int a, int b, int c, const Centre& centre) const {
+    const auto from = [](int k) { return std::max(k - 2, 0); };
+    const auto to = [&](int k, int axis) { return std::min(k + 2, grid_.n[axis] - 1); };
+    double parted = 0;
+    for (int i = from(a); i <= to(a, 0); ++i)
+      for (int j = from(b); j <= to(b, 1); ++j)
+        for (int k = from(c); k <= to(c, 2); ++k)
+          if (const Bounds other = ways(grid_.index(i, j, k), centre); !other.empty())
+            parted = std::max(parted, own.farthest(other));
+    return parted;
+  }
+
+  /// Returns the longest way of its spheres.
+  static double include(const Bounds& of_cell, const std::vector<Vec3>& boundaries, Found& found);
+  Found of_all(const std::vector<Found>& slabs, std::size_t boundaries) const;
 
   Grid grid_;
   double skin_ = 0;

@@ -199,6 +199,10 @@ void Bed::Impl::put_surfaces(std::vector<SurfaceHistory>& histories, const std::
 
 std::vector<SurfaceHistory> Bed::Impl::surface_histories() const {
   std::vector<SurfaceHistory> out;
+  std::size_t contacts = 0;
+  for (const PlaneRun& run : plane_runs) contacts += run.contacts;
+  for (const SurfaceEntry& e : entries) contacts += e.live;
+  out.reserve(contacts);
   for (const PlaneRun& run : plane_runs) {
     for (std::uint32_t k = 0; k < run.contacts; ++k) {
       const PlaneBlock& b = plane_blocks[run.first + k / kBlock];
