@@ -1,6 +1,7 @@
 #include "apps/run/runner.hpp"
 
 #include <fmt/format.h>
+#include <omp.h>
 #include <spdlog/spdlog.h>
 
 #include <cmath>
@@ -433,6 +434,7 @@ int run(const RunRequest& given) {
   }
   BuildOptions options;
   options.threads = request.threads > 0 ? request.threads : static_cast<int>(loaded.scenario.time.threads);
+  if (options.threads > 0) omp_set_num_threads(options.threads);  // of output too
   options.place_soil = !saved;
   if (saved) options.restored = spheres_of(*saved);
   LiveLine settling;
