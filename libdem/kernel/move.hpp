@@ -14,8 +14,6 @@
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
-using Order = long __attribute__((vector_size(32)));
-using OrderOfFloats = int __attribute__((vector_size(16)));
 using FourFloats = float __attribute__((vector_size(16)));
 // As they lie in a record.
 using FourInRecord = double __attribute__((vector_size(32), may_alias));
@@ -44,12 +42,12 @@ struct SphereRows {
 [[gnu::always_inline]] inline SphereRows rows_of(const Sphere& s) {
   const auto* row = reinterpret_cast<const FourInRecord*>(&s);
   const Four w = row[2];
-  return {row[0], row[1], __builtin_shuffle(w, Four{}, Order{0, 1, 2, 7})};  // the name is no number
+  return {row[0], row[1], __builtin_shufflevector(w, Four{}, 0, 1, 2, 7)};  // the name is no number
 }
 [[gnu::always_inline]] inline void write(const SphereRows& q, Sphere& s) {
   auto* row = reinterpret_cast<FourInRecord*>(&s);
   const Four name = row[2];
-  row[0] = q.x, row[1] = q.v, row[2] = __builtin_shuffle(q.w, name, Order{0, 1, 2, 7});
+  row[0] = q.x, row[1] = q.v, row[2] = __builtin_shufflevector(q.w, name, 0, 1, 2, 7);
 }
 
 [[gnu::always_inline]] inline SphereRows rows_of(const MixedSphere& s) {
@@ -61,7 +59,7 @@ struct SphereRows {
   *reinterpret_cast<FourInRecord*>(&s) = q.x;
   *reinterpret_cast<FourFloatsInRecord*>(s.v) = floats_of(q.v);
   const FourFloats w = floats_of(q.w), before = *reinterpret_cast<const FourFloatsInRecord*>(s.w);
-  *reinterpret_cast<FourFloatsInRecord*>(s.w) = __builtin_shuffle(w, before, OrderOfFloats{0, 1, 2, 7});
+  *reinterpret_cast<FourFloatsInRecord*>(s.w) = __builtin_shufflevector(w, before, 0, 1, 2, 7);
 }
 
 [[gnu::always_inline]] inline Four all(double x) { return Four{x, x, x, x}; }
@@ -128,7 +126,7 @@ void move_spheres(MoveJob& job, Record* spheres) {
     write(q, s);
     const Four v2 = q.v * q.v;
     kinetic += of.half_mass * v2, spin += of.half_inertia * (q.w * q.w);
-    const Four speed2 = v2 + __builtin_shuffle(v2, Order{1, 2, 0, 3}) + __builtin_shuffle(v2, Order{2, 0, 1, 3});
+    const Four speed2 = v2 + __builtin_shufflevector(v2, v2, 1, 2, 0, 3) + __builtin_shufflevector(v2, v2, 2, 0, 1, 3);
     fastest = speed2 > fastest ? speed2 : fastest;
   });
   job.speed2 = fastest[0];
