@@ -2,6 +2,6 @@
 #include "apps/memory.hpp"
 
 int main(int argc, char** argv) {
-  subsoil::app::return_large_arrays();
+  subsoil::app::recycle_arrays();
   return subsoil::app::main_command(argc, argv);
 }

@@ -11,7 +11,7 @@ namespace subsoil::app {
 /// under a plough. With a limit of 128 KiB, and with what is free at the end of the heap given back at once, the system
 /// hands out the same pages again and again: on a virtual machine, where each costs up to 7 us, half of a rebuild's
 /// time.
-inline void return_large_arrays() {
+inline void recycle_arrays() {
 #if defined(__GLIBC__)
   mallopt(M_MMAP_THRESHOLD, 4 << 20);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);

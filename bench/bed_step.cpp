@@ -156,7 +156,7 @@ void measure(const Request& r) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  app::return_large_arrays();
+  app::recycle_arrays();
   CLI::App app("Rate of the bed's step in one case");
   Request r;
   r.tiles = std::filesystem::path(argv[0]).parent_path().string();

@@ -17,11 +17,8 @@ void Bed::Impl::give_mixed() {
   const auto count = static_cast<long>(spheres.size());
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (long k = 0; k < count; ++k) {
-    const Sphere& s = spheres[static_cast<std::size_t>(k)];
-    MixedSphere& m = mixed[static_cast<std::size_t>(k)];
-    m.x = s.x, m.r = s.r;
-    for (int d = 0; d < 3; ++d) m.v[d] = static_cast<float>(s.v[d]), m.w[d] = static_cast<float>(s.w[d]);
-    m.m = static_cast<float>(s.m), m.r_single = static_cast<float>(s.r);
+    const auto i = static_cast<std::size_t>(k);
+    mixed[i] = rounded(spheres[i]);
   }
 }
 

@@ -37,6 +37,11 @@ struct alignas(64) MixedSphere {
 };
 static_assert(sizeof(MixedSphere) == 64);
 
+inline MixedSphere rounded(const Sphere& s) {
+  const auto f = [](double x) { return static_cast<float>(x); };
+  return {s.x, s.r, {f(s.v.x), f(s.v.y), f(s.v.z)}, f(s.m), {f(s.w.x), f(s.w.y), f(s.w.z)}, f(s.r)};
+}
+
 inline double sphere_volume(double radius) { return 4.0 / 3.0 * M_PI * radius * radius * radius; }
 inline double inertia(const Sphere& s) { return 0.4 * s.m * s.r * s.r; }
 inline double density(const Sphere& s) { return s.m / sphere_volume(s.r); }  ///< kg/m3

@@ -211,19 +211,22 @@ class Sweep {
     a.t += Four{e.torque.x, e.torque.y, e.torque.z, static_cast<double>(e.touching)};
   }
 
+  TileJob tile_job(const Tile& t) {
+    const Vec3& g = bed_.options.gravity;
+    return {.spheres = bed_.spheres.data(),
+            .mixed = bed_.is_mixed() ? bed_.mixed.data() : nullptr,
+            .begin = t.begin,
+            .end = t.end,
+            .ring = w_.ring.data(),
+            .mask = mask_,
+            .gravity = {g.x, g.y, g.z},
+            .alike = t.alike};
+  }
+
   /// Energies and state at t_n, from complete sums and before the move.
   void observe(Tile& t) {
-    const Vec3& g = bed_.options.gravity;
-    ObserveJob job{.spheres = bed_.spheres.data(),
-                   .mixed = bed_.is_mixed() ? bed_.mixed.data() : nullptr,
-                   .begin = t.begin,
-                   .end = t.end,
-                   .ring = w_.ring.data(),
-                   .mask = mask_,
-                   .gravity = {g.x, g.y, g.z},
-                   .alike = t.alike,
-                   .before = bed_.dt_before,
-                   .dt = dt_};
+    ObserveJob job{tile_job(t)};
+    job.before = bed_.dt_before, job.dt = dt_;
     bed_.kernel.observe(job);
     t.kinetic = job.kinetic, t.spin = job.spin, t.gravity = job.potential;
     if (request_.snapshot == nullptr) return;
@@ -244,19 +247,8 @@ class Sweep {
   }
 
   void move(Tile& t) {
-    const Vec3& g = bed_.options.gravity;
-    MoveJob job{.spheres = bed_.spheres.data(),
-                .mixed = bed_.is_mixed() ? bed_.mixed.data() : nullptr,
-                .begin = t.begin,
-                .end = t.end,
-                .ring = w_.ring.data(),
-                .mask = mask_,
-                .gravity = {g.x, g.y, g.z},
-                .alike = t.alike,
-                .kick = 0.5 * (dt_ + bed_.dt_before),
-                .dt = dt_,
-                .speed2 = 0,
-                .kinetic = 0};
+    MoveJob job{tile_job(t)};
+    job.kick = 0.5 * (dt_ + bed_.dt_before), job.dt = dt_;
     bed_.kernel.move(job);
     t.speed2 = job.speed2;
     t.half_step_kinetic = job.kinetic;

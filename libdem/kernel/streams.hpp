@@ -238,28 +238,24 @@ struct SurfaceJob {
   double sums[6][kBlock];                    ///< as in BlockResult
 };
 
-struct MoveJob {
+/// Spheres `begin` to `end` and the sums that wait for them.
+struct TileJob {
   Sphere* spheres;
-  MixedSphere* mixed;
+  MixedSphere* mixed;  ///< in place of `spheres` in mixed precision
   std::uint32_t begin, end;
   Accumulator* ring;
   std::uint32_t mask;
   double gravity[3];
-  bool alike;              ///< all of them have one radius and one mass
-  double kick, dt;         ///< s: velocities advance by a kick, positions by v dt
-  double speed2, kinetic;  ///< largest v.v and kinetic energy after the kick; NaN in a velocity makes the latter NaN
+  bool alike;  ///< all of them have one radius and one mass
 };
 
-/// Spheres and what waits for them, as in a MoveJob.
-struct ObserveJob {
-  Sphere* spheres;
-  MixedSphere* mixed;
-  std::uint32_t begin, end;
-  Accumulator* ring;
-  std::uint32_t mask;
-  double gravity[3];
-  bool alike;
-  double before, dt;                            ///< s: the step before this instant and the one after it
+struct MoveJob : TileJob {
+  double kick = 0, dt = 0;         ///< s: velocities advance by a kick, positions by v dt
+  double speed2 = 0, kinetic = 0;  ///< largest v.v and kinetic energy after the kick, which NaN in a velocity makes NaN
+};
+
+struct ObserveJob : TileJob {
+  double before = 0, dt = 0;                    ///< s: the step before this instant and the one after it
   double kinetic = 0, spin = 0, potential = 0;  ///< J
 };
 

@@ -2,21 +2,12 @@
 
 #include <algorithm>
 
-#include "libdem/kernel/streams.hpp"
 #include "tests/tools/dem_reference.hpp"
+#include "tests/tools/every_kernel.hpp"
 
 /// The vector kernels against a scalar contact written independently (tools/dem_reference.hpp), and lane against lane.
 namespace subsoil::dem::test {
 namespace {
-
-std::vector<Kernel> kernels() {
-  std::vector<Kernel> found;
-  for (const char* name : {"portable", "avx2", "avx512"}) try {
-      found.push_back(choose_kernel(name));
-    } catch (const std::invalid_argument&) {  // not on this machine
-    }
-  return found;
-}
 
 struct Case {
   Side i, j;
@@ -173,7 +164,7 @@ bool law_twists(const Law& law) {
 }
 
 TEST(Kernels, AgreeWithTheScalarContact) {
-  for (const Kernel& kernel : kernels())
+  for (const Kernel& kernel : every_kernel())
     for (const auto& [name, law] : every_law()) {
       const Law resolved = table(law).laws[0];
       Dice dice(7);
@@ -230,7 +221,7 @@ TEST(Kernels, AgreeWithTheScalarContact) {
 /// largest term, of which a contact at the edge of slipping or of a band has some that cancel; nine of ten agree to
 /// 1e-5.
 TEST(Kernels, MixedPrecisionAgreesWithTheScalarContact) {
-  for (const Kernel& kernel : kernels())
+  for (const Kernel& kernel : every_kernel())
     for (const auto& [name, law] : every_law()) {
       const Law resolved = table(law).laws[0];
       Dice dice(23);
@@ -256,7 +247,7 @@ TEST(Kernels, MixedPrecisionAgreesWithTheScalarContact) {
 /// Any lane of any block, whatever is beside it. (A booked step may differ from one that is not in the last bit: the
 /// compiler fuses other multiplications and additions.)
 TEST(Kernels, EveryLaneGivesTheSameBits) {
-  for (const Kernel& kernel : kernels())
+  for (const Kernel& kernel : every_kernel())
     for (const auto& [name, law] : every_law()) {
       const Law resolved = table(law).laws[0];
       Dice dice(11);

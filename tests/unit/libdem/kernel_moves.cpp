@@ -4,8 +4,8 @@
 #include <cstring>
 #include <limits>
 
-#include "libdem/kernel/streams.hpp"
 #include "tests/tools/dem_beds.hpp"
+#include "tests/tools/every_kernel.hpp"
 
 /// Kick, drift and energies of spheres, by each instruction set and in either precision, against the formulas in
 /// extended precision.
@@ -30,9 +30,7 @@ struct Tile {
       s.x = dice.ball(2), s.v = dice.ball(0.5), s.w = dice.ball(40);
       s.r = alike ? 0.01 : dice.between(0.002, 0.02), s.m = 7500 * s.r * s.r * s.r;
       s.id = 0xFFFFFFF0u + k, s.material = static_cast<std::uint16_t>(k % 3 == 0 ? 0x7FF8 : k);  // no number, or tiny
-      const auto f = [](double x) { return static_cast<float>(x); };
-      MixedSphere q{s.x, s.r, {f(s.v.x), f(s.v.y), f(s.v.z)}, f(s.m), {f(s.w.x), f(s.w.y), f(s.w.z)}, f(s.r)};
-      spheres.push_back(s), mixed.push_back(q);
+      spheres.push_back(s), mixed.push_back(rounded(s));
       Accumulator& a = ring[(kBegin + k) & (kRing - 1)];
       const Vec3 force = dice.ball(3), torque = dice.ball(0.02);
       a.f = Four{force.x, force.y, force.z, 0}, a.t = Four{torque.x, torque.y, torque.z, static_cast<double>(k % 12)};
@@ -69,21 +67,14 @@ State state_of(const Tile& t, std::uint32_t i, bool in_mixed) {
 
 template <class Run>
 void each_case(const Run& run) {
-  for (const char* set : {"portable", "avx2", "avx512"}) {
-    Kernel kernel{};
-    try {
-      kernel = choose_kernel(set);
-    } catch (const std::invalid_argument&) {
-      continue;  // not of this machine, or not built
-    }
+  for (const Kernel& kernel : every_kernel())
     for (const std::uint32_t count : {1u, 7u, 32u, 33u, 250u, 256u})
       for (const bool mixed : {false, true})
         for (const bool alike : {false, true}) {
           SCOPED_TRACE(testing::Message()
-                       << set << ", " << count << (mixed ? ", mixed" : "") << (alike ? ", alike" : ""));
+                       << kernel.name << ", " << count << (mixed ? ", mixed" : "") << (alike ? ", alike" : ""));
           run(kernel, count, mixed, alike);
         }
-  }
 }
 
 // A few roundings of the largest term: sums of two or three products.

@@ -5,8 +5,8 @@
 #include <cstring>
 #include <numeric>
 
-#include "libdem/kernel/streams.hpp"
 #include "tests/tools/dem_beds.hpp"
+#include "tests/tools/every_kernel.hpp"
 
 /// A slice longer than the kernel's groups, whose lanes run out one after the other, by each instruction set: what its
 /// owners get is what their partners give, and neither blocks that were worked out before the sweep nor partners that
@@ -40,10 +40,7 @@ struct Slice {
         take(spheres[l].x - dice.between(0.0185, 0.0199) * d, dice, l);
       }
     }
-    for (const Sphere& s : spheres) {
-      const auto f = [](double x) { return static_cast<float>(x); };
-      mixed.push_back({s.x, s.r, {f(s.v.x), f(s.v.y), f(s.v.z)}, f(s.m), {f(s.w.x), f(s.w.y), f(s.w.z)}, f(s.r)});
-    }
+    for (const Sphere& s : spheres) mixed.push_back(rounded(s));
   }
   void take(const Vec3& x, Dice& dice, std::uint32_t owner) {
     const auto id = static_cast<std::uint32_t>(spheres.size());
@@ -104,19 +101,12 @@ Result evaluate(const Kernel& kernel, const Law& law, const Slice& slice, bool m
 
 template <class Run>
 void each_kernel_and_law(const Run& run) {
-  for (const char* set : {"portable", "avx2", "avx512"}) {
-    Kernel kernel{};
-    try {
-      kernel = choose_kernel(set);
-    } catch (const std::invalid_argument&) {
-      continue;  // not of this machine, or not built
-    }
+  for (const Kernel& kernel : every_kernel())
     for (const auto& [name, law] : every_law())
       for (const bool mixed : {false, true}) {
-        SCOPED_TRACE(testing::Message() << set << ", " << name << (mixed ? ", mixed" : ""));
+        SCOPED_TRACE(testing::Message() << kernel.name << ", " << name << (mixed ? ", mixed" : ""));
         run(kernel, table(law).laws[0], mixed);
       }
-  }
 }
 
 TEST(KernelSlices, OwnersGetWhatPartnersGive) {
