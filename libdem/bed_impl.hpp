@@ -141,6 +141,25 @@ struct ForeignLane {
   std::uint32_t sphere;
 };
 
+/// What waits for the spheres that a thread comes to, in the precision of the pairs.
+class WaitingSums {
+ public:
+  /// @param size power of two
+  void resize(std::size_t size, bool mixed) {
+    const auto renew = [size]<class Sum>(std::vector<Sum>& sums) {
+      if (sums.size() != size) sums.assign(size, Sum{});
+    };
+    mixed ? renew(singles_) : renew(doubles_);
+    mask_ = static_cast<std::uint32_t>(size - 1);
+  }
+  Ring ring() { return {doubles_.data(), singles_.data(), mask_}; }
+
+ private:
+  std::vector<Accumulator> doubles_;
+  std::vector<MixedAccumulator> singles_;
+  std::uint32_t mask_ = 0;
+};
+
 /// What one thread owns during a sweep.
 struct Worker {
   std::uint32_t tiles_begin = 0, tiles_end = 0, begin = 0, end = 0;
@@ -154,9 +173,9 @@ struct Worker {
   std::vector<std::uint32_t> waits;  ///< threads that evaluate what spheres of this one get
   std::vector<ForeignLane> foreign;  ///< in the order in which one thread would add them
   std::uint32_t reached = 0;         ///< last tile of partners in the strip of earlier tiles
-  std::vector<Accumulator> ring;     ///< power of two; indexed by sphere & mask
-  Flag chunks_done;                  ///< its share of contacts with edges and curved surfaces
-  Phases spent;                      ///< in the step
+  WaitingSums waiting;
+  Flag chunks_done;  ///< its share of contacts with edges and curved surfaces
+  Phases spent;      ///< in the step
 };
 
 /// Adds the time between its calls to one phase after the other; idle unless asked.

@@ -50,7 +50,7 @@ void Bed::Impl::divide_work() {
     w.tiles_end = tile;
     w.begin = w.tiles_begin < w.tiles_end ? tiles[w.tiles_begin].begin : 0;
     w.end = w.tiles_begin < w.tiles_end ? tiles[w.tiles_end - 1].end : 0;
-    if (w.ring.size() != ring) w.ring.assign(ring, Accumulator{});
+    w.waiting.resize(ring, is_mixed());
   }
   for (Worker& w : workers) w.pace.begin();
   division_guessed = !known;

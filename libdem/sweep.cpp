@@ -55,12 +55,7 @@ bool is_usual(const Law& law) {
 class Sweep {
  public:
   Sweep(Bed::Impl& bed, Worker& worker, double dt, const Bed::Request& request)
-      : bed_(bed),
-        w_(worker),
-        dt_(dt),
-        request_(request),
-        mask_(static_cast<std::uint32_t>(worker.ring.size() - 1)),
-        reached_(worker.tiles_begin) {}
+      : bed_(bed), w_(worker), dt_(dt), request_(request), ring_(worker.waiting.ring()), reached_(worker.tiles_begin) {}
 
   void run() {
     PhaseClock clock(bed_.measures_phases);
@@ -88,17 +83,28 @@ class Sweep {
     }
     // What was added for spheres of later threads; they add it themselves.
     const std::uint32_t until =
-        std::min<std::uint32_t>(static_cast<std::uint32_t>(bed_.spheres.size()), w_.end + mask_);
-    for (std::uint32_t i = w_.end; i < until; ++i) w_.ring[i & mask_] = Accumulator{};
+        std::min<std::uint32_t>(static_cast<std::uint32_t>(bed_.spheres.size()), w_.end + ring_.mask);
+    for (std::uint32_t i = w_.end; i < until; ++i) at(i, []<class Sum>(Sum& sum) { sum = Sum{}; });
   }
 
  private:
+  /// use(sum) of what waits for a sphere.
+  template <class Use>
+  void at(std::uint32_t sphere, const Use& use) {
+    const std::uint32_t k = sphere & ring_.mask;
+    bed_.is_mixed() ? use(ring_.singles[k]) : use(ring_.doubles[k]);
+  }
+  void add(std::uint32_t sphere, const Four& f, const Four& t) {
+    at(sphere, [&](auto& sum) {
+      sum.f += __builtin_convertvector(f, decltype(sum.f));
+      sum.t += __builtin_convertvector(t, decltype(sum.t));
+    });
+  }
   /// What a sphere of this thread gets from a block evaluated before the sweep; in the order of blocks and lanes, as
   /// one thread would have added it.
   void receive(const ForeignLane& lane) {
     if (*lane.given == 0) return;
-    Accumulator& sum = w_.ring[lane.sphere & mask_];
-    sum.f -= lane.push->f, sum.t += lane.push->t;
+    add(lane.sphere, -lane.push->f, lane.push->t);
   }
   /// What those up to a tile get across seams, before anything else is added.
   void receive_seams(std::uint32_t tile) {
@@ -117,7 +123,7 @@ class Sweep {
     if (run.seam) return seam_pairs(t, r, first);
     if (run.near && t.path < run.wakes) return;
     PairJob job = bed_.pair_job(run, t, booking_, bed_.dt_before);
-    job.ring = w_.ring.data(), job.mask = mask_;
+    job.ring = ring_;
     // Not what the next thread works on: to write it, it would have to wait until it is given back.
     if (!run.near && t.end < w_.end) {
       const std::uint32_t from = bed_.tiles[t.last].end, to = std::min(bed_.tiles[(&t + 1)->last].end, w_.end);
@@ -146,7 +152,7 @@ class Sweep {
     if (!evaluated) std::fill_n(bed_.seam_given.begin() + run.rows, run.blocks, 0);
     if (run.near && t.path < run.wakes) return;
     PairJob job = bed_.pair_job(run, t, booking_, bed_.dt_before);
-    job.ring = w_.ring.data(), job.mask = mask_;
+    job.ring = ring_;
     if (evaluated) {
       w_.border.offer(job, first, border_);
       job.book = job.book || !is_usual(bed_.law(run.law));
@@ -191,7 +197,7 @@ class Sweep {
     job.count = run.blocks, job.contacts = run.contacts;
     job.reach = bed_.surface_reach[run.law];
     job.lines = bed_.plane_lines.data() + run.lines;
-    job.ring = w_.ring.data(), job.mask = mask_;
+    job.ring = ring_;
     bed_.kernel.planes(bed_.law(run.law), job);
     if (booking_.sum) take(t, job.sums);
     run.wrench = {{job.force[0], job.force[1], job.force[2]}, {job.moment[0], job.moment[1], job.moment[2]}};
@@ -206,9 +212,8 @@ class Sweep {
   }
 
   void add(const SurfaceEntry& e) {
-    Accumulator& a = w_.ring[e.sphere & mask_];
-    a.f += Four{e.force.x, e.force.y, e.force.z, 0};
-    a.t += Four{e.torque.x, e.torque.y, e.torque.z, static_cast<double>(e.touching)};
+    add(e.sphere, Four{e.force.x, e.force.y, e.force.z, 0},
+        Four{e.torque.x, e.torque.y, e.torque.z, static_cast<double>(e.touching)});
   }
 
   TileJob tile_job(const Tile& t) {
@@ -217,8 +222,7 @@ class Sweep {
             .mixed = bed_.is_mixed() ? bed_.mixed.data() : nullptr,
             .begin = t.begin,
             .end = t.end,
-            .ring = w_.ring.data(),
-            .mask = mask_,
+            .ring = ring_,
             .gravity = {g.x, g.y, g.z},
             .alike = t.alike};
   }
@@ -230,10 +234,15 @@ class Sweep {
     bed_.kernel.observe(job);
     t.kinetic = job.kinetic, t.spin = job.spin, t.gravity = job.potential;
     if (request_.snapshot == nullptr) return;
-    for (std::uint32_t i = t.begin; i < t.end; ++i) write(bed_.sphere(i), w_.ring[i & mask_], *request_.snapshot);
+    for (std::uint32_t i = t.begin; i < t.end; ++i)
+      at(i, [&](const auto& sum) { write(bed_.sphere(i), sum, *request_.snapshot); });
   }
-  void write(const Sphere& s, const Accumulator& a, Snapshot& out) const {
-    const Vec3 force = Vec3{a.f[0], a.f[1], a.f[2]} + s.m * bed_.options.gravity, torque{a.t[0], a.t[1], a.t[2]};
+  template <class Sum>
+  void write(const Sphere& s, const Sum& a, Snapshot& out) const {
+    const auto vector = [](const auto& x) {
+      return Vec3{static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])};
+    };
+    const Vec3 force = vector(a.f) + s.m * bed_.options.gravity, torque = vector(a.t);
     const std::size_t k = bed_.slot_of_id[s.id];
     out.id[k] = s.id;
     out.radius[k] = s.r;
@@ -259,7 +268,7 @@ class Sweep {
   Worker& w_;
   double dt_;
   const Bed::Request& request_;
-  std::uint32_t mask_;
+  Ring ring_;
   std::size_t border_ = 0;  ///< next block at the border
   std::uint32_t reached_;   ///< next tile that gets what comes across seams
   Booking booking_;         ///< of the tile

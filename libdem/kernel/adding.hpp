@@ -2,25 +2,73 @@
 #include <algorithm>
 
 #include "libdem/kernel/lanes.hpp"
+#include "libdem/kernel/rows.hpp"
 
-/// What blocks of pairs give to the sums of their spheres: in double in either precision, in the order of blocks and
+/// What blocks of pairs give to the sums of their spheres: in the precision of the pairs, in the order of blocks and
 /// lanes.
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
-/// Force and torque of one lane.
+/// Some lanes of a block, as wide as the sums they are added to: packs of P, but floats of one block only.
 #if defined(__AVX512F__)
-struct Row {
-  __m512d all;
+struct HalfSingles {
+  static constexpr int kLanes = 8;
+  __m256 v;
+
+  HalfSingles() = default;
+  HalfSingles(double s) : v(_mm256_set1_ps(static_cast<float>(s))) {}
+  explicit HalfSingles(__m256 f) : v(f) {}
+  HalfSingles& operator+=(HalfSingles b) { return v = _mm256_add_ps(v, b.v), *this; }
 };
+using SinglesPart = HalfSingles;
+/// With zeros from lane `count` of the block on, in which `from` is lane `first`.
+inline HalfSingles load_part(const float* from, std::uint32_t count, int) {
+  return HalfSingles(_mm256_maskz_loadu_ps(static_cast<__mmask8>((1u << count) - 1), from));
+}
+inline Doubles load_part(const double* from, std::uint32_t count, int) {
+  return Doubles(DoublesData(_mm512_maskz_loadu_pd(static_cast<__mmask8>((1u << count) - 1), from)));
+}
 #else
-struct Row {
-  Four f, t;
-};
+using SinglesPart = Singles;
+inline Singles load_part(const float* from, std::uint32_t count, int first) {
+  if (count == kBlock) return load<Singles>(from);
+  float lane[kSingles];
+  for (int l = 0; l < kSingles; ++l) lane[l] = static_cast<float>(first + l);
+  return select(Singles(static_cast<double>(count)) > load<Singles>(lane), load<Singles>(from), Singles(0.0));
+}
+inline Doubles load_part(const double* from, std::uint32_t count, int first) {
+  if (count == kBlock) return load<Doubles>(from);
+  return select(lanes_below(count, first), load<Doubles>(from), Doubles(0.0));
+}
 #endif
+template <class P>
+using Part = std::conditional_t<std::is_same_v<P, Doubles>, Doubles, SinglesPart>;
+template <class P>
+inline constexpr int kPart = Part<P>::kLanes;
+
+/// Force and torque of one lane.
+template <class Part>
+struct Row;
+template <>
+struct Row<Doubles> {
+#if defined(__AVX512F__)
+  __m512d all;
+#else
+  Four f, t;
+#endif
+};
+template <>
+struct Row<SinglesPart> {
+#if defined(__AVX2__)
+  __m256 all;
+#else
+  FourFloats f, t;
+#endif
+};
 
 /// Rows from the columns of force and torque.
-[[gnu::always_inline]] inline void make_rows(const Doubles (&f)[4], const Doubles (&t)[4], Row (&row)[kDoubles]) {
+[[gnu::always_inline]] inline void make_rows(const Doubles (&f)[4], const Doubles (&t)[4],
+                                             Row<Doubles> (&row)[kDoubles]) {
 #if defined(__AVX512F__)
   __m512d rows_f[4], rows_t[4];
   transpose4(f, rows_f), transpose4(t, rows_t);
@@ -36,16 +84,44 @@ struct Row {
   store4(f, rows_f), store4(t, rows_t);
 #endif
 }
+[[gnu::always_inline]] inline void make_rows(const SinglesPart (&f)[4], const SinglesPart (&t)[4],
+                                             Row<SinglesPart> (&row)[SinglesPart::kLanes]) {
+#if defined(__AVX2__)
+  const auto across = [](const SinglesPart* in, __m256* out) {
+    const __m256 columns[4] = {__m256(in[0].v), __m256(in[1].v), __m256(in[2].v), __m256(in[3].v)};
+    transpose4(columns, out);  // rows k and k + 4
+  };
+  __m256 rows_f[4], rows_t[4];
+  across(f, rows_f), across(t, rows_t);
+  for (int l = 0; l < 4; ++l) {
+    row[l].all = _mm256_insertf128_ps(rows_f[l], _mm256_castps256_ps128(rows_t[l]), 1);
+    row[l + 4].all = _mm256_permute2f128_ps(rows_f[l], rows_t[l], 0x31);
+  }
+#else
+  for (int l = 0; l < SinglesPart::kLanes; ++l) {
+    row[l].f = FourFloats{f[0].v[l], f[1].v[l], f[2].v[l], f[3].v[l]};
+    row[l].t = FourFloats{t[0].v[l], t[1].v[l], t[2].v[l], t[3].v[l]};
+  }
+#endif
+}
 
-[[gnu::always_inline]] inline void write(const Row& row, Accumulator& to) {
+/// For those who take it later: in double in either precision.
+[[gnu::always_inline]] inline void write(const Row<Doubles>& row, Accumulator& to) {
 #if defined(__AVX512F__)
   _mm512_store_pd(reinterpret_cast<double*>(&to), row.all);
 #else
   to.f = row.f, to.t = row.t;
 #endif
 }
+[[gnu::always_inline]] inline void write(const Row<SinglesPart>& row, Accumulator& to) {
+#if defined(__AVX2__)
+  to.f = doubles_of(_mm256_castps256_ps128(row.all)), to.t = doubles_of(_mm256_extractf128_ps(row.all, 1));
+#else
+  to.f = doubles_of(row.f), to.t = doubles_of(row.t);
+#endif
+}
 /// For the owner of a pair.
-[[gnu::always_inline]] inline void add(Accumulator& sum, const Row& row) {
+[[gnu::always_inline]] inline void add(Accumulator& sum, const Row<Doubles>& row) {
 #if defined(__AVX512F__)
   auto* of = reinterpret_cast<double*>(&sum);
   _mm512_store_pd(of, _mm512_add_pd(_mm512_load_pd(of), row.all));
@@ -53,8 +129,16 @@ struct Row {
   sum.f += row.f, sum.t += row.t;
 #endif
 }
+[[gnu::always_inline]] inline void add(MixedAccumulator& sum, const Row<SinglesPart>& row) {
+#if defined(__AVX2__)
+  auto* of = reinterpret_cast<float*>(&sum);
+  _mm256_store_ps(of, _mm256_add_ps(_mm256_load_ps(of), row.all));
+#else
+  sum.f += row.f, sum.t += row.t;
+#endif
+}
 /// For the partner: the force is taken off, the torque is its own.
-[[gnu::always_inline]] inline void react(Accumulator& sum, const Row& row) {
+[[gnu::always_inline]] inline void react(Accumulator& sum, const Row<Doubles>& row) {
 #if defined(__AVX512F__)
   auto* of = reinterpret_cast<double*>(&sum);
   const __m512d sign = _mm512_set_pd(1, 1, 1, 1, -1, -1, -1, -1);
@@ -63,57 +147,59 @@ struct Row {
   sum.f -= row.f, sum.t += row.t;
 #endif
 }
-
-/// use(lane, row) for those of a pack's lanes that are below `lanes`.
-template <class Use>
-[[gnu::always_inline]] inline void each_row(const Row (&row)[kDoubles], int first, std::uint32_t lanes,
-                                            const Use& use) {
-  if (lanes >= static_cast<std::uint32_t>(first + kDoubles)) {
-#pragma GCC unroll 8
-    for (int l = 0; l < kDoubles; ++l) use(first + l, row[l]);
-  } else {
-    Row in_memory[kDoubles];  // the others stay in registers
-    for (int l = 0; l < kDoubles; ++l) in_memory[l] = row[l];
-    for (int l = first; l < static_cast<int>(lanes); ++l) use(l, in_memory[l - first]);
-  }
+[[gnu::always_inline]] inline void react(MixedAccumulator& sum, const Row<SinglesPart>& row) {
+#if defined(__AVX2__)
+  auto* of = reinterpret_cast<float*>(&sum);
+  const __m256 sign = _mm256_set_ps(1, 1, 1, 1, -1, -1, -1, -1);
+  _mm256_store_ps(of, _mm256_fmadd_ps(sign, row.all, _mm256_load_ps(of)));
+#else
+  sum.f -= row.f, sum.t += row.t;
+#endif
 }
+
+inline Accumulator* sums_of(Ring ring, Doubles) { return ring.doubles; }
+inline MixedAccumulator* sums_of(Ring ring, Singles) { return ring.singles; }
 
 template <class P>
-[[gnu::always_inline]] inline Doubles pushed(const BlockResult& r, int k, int first) {
+[[gnu::always_inline]] inline Part<P> pushed(const BlockResult& r, std::uint32_t lanes, int k, int first) {
   if constexpr (std::is_same_v<P, Doubles>)
-    return load<Doubles>(r.push[k] + first);
+    return load_part(r.push[k] + first, lanes, first);
   else
-    return load_floats<Doubles>(r.push_single[k] + first);
+    return load_part(r.push_single[k] + first, lanes, first);
 }
 
-/// Force and torque on a pack's spheres, as columns; the last of the torque counts touching contacts.
+/// Force and torque on some spheres, as columns, zero in lanes that hold no pair: these may be added to any sum, which
+/// stays what it is to the bit, since none that began with +0 ever becomes -0. The last of the torque counts touching
+/// contacts.
+template <class P>
 struct Push {
-  Doubles f[4], t[4];
+  Part<P> f[4], t[4];
 };
 
 template <class P, bool Count>
-[[gnu::always_inline]] inline Push push_on_owners(const BlockResult& r, int first) {
-  const auto column = [&](int k) { return pushed<P>(r, k, first); };
-  const Doubles zero(0.0);
+[[gnu::always_inline]] inline Push<P> push_on_owners(const BlockResult& r, std::uint32_t lanes, int first) {
+  const auto column = [&](int k) { return pushed<P>(r, lanes, k, first); };
+  const Part<P> zero(0.0);
   return {{column(0), column(1), column(2), zero},
           {column(3), column(4), column(5), Count ? column(BlockResult::kTouching) : zero}};
 }
 /// The force still has to be turned round.
 template <class P>
-[[gnu::always_inline]] inline Push push_on_partners(const Push& on_owners, const BlockResult& r, int first,
-                                                    bool same_torque) {
-  Push on = on_owners;
+[[gnu::always_inline]] inline Push<P> push_on_partners(const Push<P>& on_owners, const BlockResult& r,
+                                                       std::uint32_t lanes, int first, bool same_torque) {
+  Push<P> on = on_owners;
   if (!same_torque)
-    for (int d = 0; d < 3; ++d) on.t[d] = pushed<P>(r, 6 + d, first);
+    for (int d = 0; d < 3; ++d) on.t[d] = pushed<P>(r, lanes, 6 + d, first);
   return on;
 }
 
-/// use(lane, row) for those of a pack's lanes that are below `lanes`.
-template <class Use>
-[[gnu::always_inline]] inline void each_row(const Push& push, int first, std::uint32_t lanes, const Use& use) {
-  Row row[kDoubles];
+/// use(lane, row), the first of which is lane `first` of the block.
+template <class P, class Use>
+[[gnu::always_inline]] inline void each_row(const Push<P>& push, int first, const Use& use) {
+  Row<Part<P>> row[kPart<P>];
   make_rows(push.f, push.t, row);
-  each_row(row, first, lanes, use);
+#pragma GCC unroll 8
+  for (int l = 0; l < kPart<P>; ++l) use(first + l, row[l]);
 }
 
 /// What blocks that were evaluated before the sweep, or at a seam, give to their partners, who take it later.
@@ -124,50 +210,48 @@ void keep_for_partners(const PairJob& job) {
     const std::uint32_t b = job.border_block[k];
     BlockRows& rows = job.seam_rows != nullptr ? job.seam_rows[b] : job.border_rows[k];
     const BlockResult& r = job.border_result[k];
-    for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles)
-      each_row(push_on_partners<P>(push_on_owners<P, Count>(r, first), r, first, job.same_torque), first,
-               job.shapes[b].lanes, [&](int l, const Row& of) { write(of, rows.of[l]); });
+    const std::uint32_t lanes = job.shapes[b].lanes;
+    for (int first = 0; first < static_cast<int>(kBlock); first += kPart<P>)
+      each_row(push_on_partners<P>(push_on_owners<P, Count>(r, lanes, first), r, lanes, first, job.same_torque), first,
+               [&](int l, const auto& of) { write(of, rows.of[l]); });
     if (job.seam_rows != nullptr) job.seam_given[b] = 1;
   }
 }
 
 /// What the blocks of the present slice give to its owners.
-template <bool Count>
+template <class P, bool Count>
 struct OwnerSums {
-  static constexpr int kParts = static_cast<int>(kBlock) / kDoubles, kColumns = Count ? 7 : 6;
-  Doubles column[kColumns][kParts];
+  static constexpr int kParts = static_cast<int>(kBlock) / kPart<P>, kColumns = Count ? 7 : 6;
+  Part<P> column[kColumns][kParts];
   const PairBlock* block = nullptr;  ///< that began the slice
-  std::uint32_t lanes = 0;
 
-  /// Before each block.
-  [[gnu::always_inline]] void come_to(const PairBlock& b, const BlockShape& shape, Accumulator* ring,
-                                      std::uint32_t mask) {
-    if (!shape.begins) return;
-    give(ring, mask);
-    block = &b, lanes = shape.lanes;
+  OwnerSums() { clear(); }
+  [[gnu::always_inline]] void clear() {
     for (auto& parts : column)
-      for (Doubles& part : parts) part = Doubles(0.0);
+      for (auto& part : parts) part = Part<P>(0.0);
   }
-  [[gnu::always_inline]] void add(const Push& push, int first, const BlockShape& shape) {
-    const int part = first / kDoubles;
-    const auto from = [&](int k) -> const Doubles& { return k < 3 ? push.f[k] : push.t[k - 3]; };
-    if (shape.lanes == kBlock) {
-      for (int k = 0; k < kColumns; ++k) column[k][part] += from(k);
-    } else {
-      const DoublesMask used = lanes_below(shape.lanes, first);
-      for (int k = 0; k < kColumns; ++k) column[k][part] += select(used, from(k), Doubles(0.0));
-    }
+  /// Before each block.
+  [[gnu::always_inline]] void come_to(const PairBlock& b, const BlockShape& shape, Ring ring) {
+    if (!shape.begins) return;
+    give(ring);
+    block = &b;
+    clear();
+  }
+  [[gnu::always_inline]] void add(const Push<P>& push, int first) {
+    for (int k = 0; k < kColumns; ++k) column[k][first / kPart<P>] += k < 3 ? push.f[k] : push.t[k - 3];
   }
 
   /// To the ring; lane by lane, since a block of near pairs may have an owner twice.
-  [[gnu::always_inline]] void give(Accumulator* ring, std::uint32_t mask) {
+  [[gnu::always_inline]] void give(Ring ring) {
     if (block == nullptr) return;
     for (int part = 0; part < kParts; ++part) {
-      const Doubles zero(0.0);
-      const Push push{{column[0][part], column[1][part], column[2][part], zero},
-                      {column[3][part], column[4][part], column[5][part], Count ? column[kColumns - 1][part] : zero}};
-      each_row(push, part * kDoubles, lanes,
-               [&](int l, const Row& of) { dem::SUBSOIL_ISA::add(*record(ring, block->owner[l] & mask), of); });
+      const Part<P> zero(0.0);
+      const Push<P> push{
+          {column[0][part], column[1][part], column[2][part], zero},
+          {column[3][part], column[4][part], column[5][part], Count ? column[kColumns - 1][part] : zero}};
+      each_row(push, part * kPart<P>, [&](int l, const auto& of) {
+        dem::SUBSOIL_ISA::add(*record(sums_of(ring, P{}), block->owner[l] & ring.mask), of);
+      });
     }
     block = nullptr;
   }
@@ -176,14 +260,13 @@ struct OwnerSums {
 /// What a block gives to its owners and to its partners.
 template <class P, bool Count>
 [[gnu::always_inline]] inline void add_block(const BlockResult& r, const PairBlock& block, const BlockShape& shape,
-                                             bool same_torque, OwnerSums<Count>& owners, Accumulator* ring,
-                                             std::uint32_t mask) {
-  owners.come_to(block, shape, ring, mask);
-  for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles) {
-    const Push push = push_on_owners<P, Count>(r, first);
-    owners.add(push, first, shape);
-    each_row(push_on_partners<P>(push, r, first, same_torque), first, shape.lanes,
-             [&](int l, const Row& of) { react(*record(ring, block.other[l] & mask), of); });
+                                             bool same_torque, OwnerSums<P, Count>& owners, Ring ring) {
+  owners.come_to(block, shape, ring);
+  for (int first = 0; first < static_cast<int>(kBlock); first += kPart<P>) {
+    const Push<P> push = push_on_owners<P, Count>(r, shape.lanes, first);
+    owners.add(push, first);
+    each_row(push_on_partners<P>(push, r, shape.lanes, first, same_torque), first,
+             [&](int l, const auto& of) { react(*record(sums_of(ring, P{}), block.other[l] & ring.mask), of); });
   }
 }
 
@@ -222,18 +305,18 @@ struct alignas(64) BlockSums {
 /// What the blocks of a run at a seam, which have been evaluated, give to their owners, and their sums.
 template <class P, bool Count>
 void add_to_owners(PairJob& job) {
-  OwnerSums<Count> owner_sums;
+  OwnerSums<P, Count> owner_sums;
   BlockSums sums;
   for (std::uint32_t k = 0; k < job.border_count; ++k) {
     if (job.border_awake[k] == 0) continue;
     const std::uint32_t b = job.border_block[k];
-    owner_sums.come_to(job.blocks[b], job.shapes[b], job.ring, job.mask);
-    for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles)
-      owner_sums.add(push_on_owners<P, Count>(job.border_result[k], first), first, job.shapes[b]);
+    owner_sums.come_to(job.blocks[b], job.shapes[b], job.ring);
+    for (int first = 0; first < static_cast<int>(kBlock); first += kPart<P>)
+      owner_sums.add(push_on_owners<P, Count>(job.border_result[k], job.shapes[b].lanes, first), first);
     if constexpr (Count)
       if (job.sum) sums.add(job.border_result[k], job.shapes[b].lanes);
   }
-  owner_sums.give(job.ring, job.mask);
+  owner_sums.give(job.ring);
   if constexpr (Count) sums.give(job.sums);
 }
 

@@ -123,13 +123,13 @@ template <bool Pair, bool Rolls, class L, class P>
   const P l_i = a.r_i - sink, l_j = Pair ? a.r_j - sink : P(0.0);
   P arm[3];
   for (int d = 0; d < 3; ++d) arm[d] = Pair ? l_i * a.w_i[d] + l_j * a.w_j[d] : l_i * a.w_i[d];
-  P v[3];
+  // Spins move the contact point across n only: what the centres do along it is known before the levers are.
+  const P v_n = dot3(a.v, a.n);
   for (int d = 0; d < 3; ++d) {
     const int e = (d + 1) % 3, f = (d + 2) % 3;
-    v[d] = a.v[d] - (arm[e] * a.n[f] - arm[f] * a.n[e]);
+    out.n[d] = a.n[d];
+    out.v_t[d] = a.v[d] - v_n * a.n[d] - arm[e] * a.n[f] + arm[f] * a.n[e];
   }
-  const P v_n = dot3(v, a.n);
-  for (int d = 0; d < 3; ++d) out.n[d] = a.n[d], out.v_t[d] = v[d] - v_n * a.n[d];
   if constexpr (Rolls) {
     P w[3];
     for (int d = 0; d < 3; ++d) w[d] = a.w_i[d] - a.w_j[d];

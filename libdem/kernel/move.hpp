@@ -1,11 +1,7 @@
 #pragma once
-#if defined(__AVX2__)
-#include <immintrin.h>
-#endif
-
 #include <algorithm>
 
-#include "libdem/kernel/streams.hpp"
+#include "libdem/kernel/rows.hpp"
 
 /// Kick and drift of the spheres of a tile, whose sums are complete, and their energies. Sphere by sphere, in rows of
 /// four as records and sums lie in memory: columns, as pairs have them, take twice as long, since nothing here needs
@@ -14,25 +10,9 @@
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
-using FourFloats = float __attribute__((vector_size(16)));
 // As they lie in a record.
 using FourInRecord = double __attribute__((vector_size(32), may_alias));
 using FourFloatsInRecord = float __attribute__((vector_size(16), may_alias));
-
-[[gnu::always_inline]] inline Four doubles_of(const FourFloats& f) {
-#if defined(__AVX2__)
-  return _mm256_cvtps_pd(f);  // GCC 12 converts halves and puts them together
-#else
-  return __builtin_convertvector(f, Four);
-#endif
-}
-[[gnu::always_inline]] inline FourFloats floats_of(const Four& f) {
-#if defined(__AVX2__)
-  return _mm256_cvtpd_ps(f);
-#else
-  return __builtin_convertvector(f, FourFloats);
-#endif
-}
 
 /// (x, r), (v, m) and the spin, of whose last number nothing is kept.
 struct SphereRows {
@@ -97,7 +77,7 @@ struct InertiasOfOne {
 /// end within.
 template <bool Alike, class Record, class Job, class Use>
 [[gnu::always_inline]] inline void each_sphere(const Job& job, Record* spheres, double time, const Use& use) {
-  Accumulator* sum = job.ring + (job.begin & job.mask);
+  auto* sum = sums_for(job.ring, spheres) + (job.begin & job.ring.mask);
   Inertias inertias;
   inertias.fill(spheres + job.begin, 1, time);
   InertiasOfOne of = of_one(inertias, 0);
@@ -117,12 +97,12 @@ void move_spheres(MoveJob& job, Record* spheres) {
   const Four dt{job.dt, job.dt, job.dt, 0},
       fall = all(job.kick) * Four{job.gravity[0], job.gravity[1], job.gravity[2], 0};
   Four fastest{}, kinetic{}, spin{};
-  each_sphere<Alike>(job, spheres, job.kick, [&](Record& s, const InertiasOfOne& of, Accumulator& sum) {
+  each_sphere<Alike>(job, spheres, job.kick, [&](Record& s, const InertiasOfOne& of, auto& sum) {
     SphereRows q = rows_of(s);
-    q.v = q.v + sum.f * of.push + fall;
-    q.w = q.w + sum.t * of.turn;
+    q.v = q.v + doubles_of(sum.f) * of.push + fall;
+    q.w = q.w + doubles_of(sum.t) * of.turn;
     q.x = q.x + q.v * dt;
-    sum = Accumulator{};
+    sum = std::remove_reference_t<decltype(sum)>{};
     write(q, s);
     const Four v2 = q.v * q.v;
     kinetic += of.half_mass * v2, spin += of.half_inertia * (q.w * q.w);
@@ -143,9 +123,9 @@ void observe_spheres(ObserveJob& job, Record* spheres) {
              g{job.gravity[0], job.gravity[1], job.gravity[2], 0};
   Four kinetic{}, spin{}, fallen{};
   each_sphere<Alike>(job, spheres, 0.5 * job.before,
-                     [&](const Record& record, const InertiasOfOne& of, const Accumulator& sum) {
+                     [&](const Record& record, const InertiasOfOne& of, const auto& sum) {
                        const SphereRows s = rows_of(record);
-                       const Four gain = sum.f * of.push + fall, turn = sum.t * of.turn;
+                       const Four gain = doubles_of(sum.f) * of.push + fall, turn = doubles_of(sum.t) * of.turn;
                        const Four v = s.v + gain, w = s.w + turn;
                        kinetic += of.half_mass * (v * v - share * gain * gain);
                        spin += of.half_inertia * (w * w - share * turn * turn);

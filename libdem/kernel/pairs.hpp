@@ -13,14 +13,22 @@ inline namespace SUBSOIL_ISA {
 
 inline constexpr int kGroup = 8;  ///< packs per stage
 
-inline Doubles overlap_of(const Gap<Doubles>& g, Doubles distance) { return g.r_i + g.r_j - distance; }
-inline Singles overlap_of(const Gap<Singles>& g, Singles distance) { return g.excess / (g.r_i + g.r_j + distance); }
+/// Overlap, and the inverse of the distance.
+inline Doubles overlap_of(const Gap<Doubles>& g, Doubles& inverse) {
+  inverse = rsqrt(g.d2);
+  return g.r_i + g.r_j - g.d2 * inverse;
+}
+inline Singles overlap_of(const Gap<Singles>& g, Singles& inverse) {
+  const Singles rough = rough_rsqrt(g.d2), sum = g.r_i + g.r_j;
+  inverse = refined_rsqrt(g.d2, rough);
+  return quotient(g.excess, sum + g.d2 * inverse, sum + g.d2 * rough);
+}
 
 template <bool Rolls, class L, class P>
 [[gnu::always_inline]] inline void meet_pair(double share, const Gap<P>& g, MeetingOf<true, L, P>& out) {
-  const P inverse = rsqrt(g.d2);
+  P inverse;
   Touch<P> a;
-  a.overlap = overlap_of(g, g.d2 * inverse);
+  a.overlap = overlap_of(g, inverse);
   for (int d = 0; d < 3; ++d) {
     a.n[d] = g.n[d] * inverse;
     a.v[d] = g.v[d], a.w_i[d] = g.w_i[d], a.w_j[d] = g.w_j[d];
@@ -50,12 +58,13 @@ template <bool Count, class P>
 /// The law on one pack; the memory of its contacts is updated. What comes out in lanes that hold no pair must not be
 /// added. Returns whether a bond broke.
 template <bool Rolls, bool Book, class P, class L>
-[[gnu::always_inline]] inline bool evaluate(const L& law, const PairJob& job, const MeetingOf<true, L, P>& a,
-                                            bool same_torque, const BlockMemory (&memory)[kSpan<P>],
-                                            BlockResult* const (&out)[kSpan<P>], int first) {
+[[gnu::always_inline]] inline bool evaluate(const L& law, const PairJob& job, double elapsed,
+                                            const MeetingOf<true, L, P>& a, bool same_torque,
+                                            const BlockMemory (&memory)[kSpan<P>], BlockResult* const (&out)[kSpan<P>],
+                                            int first) {
   const Remembers what(law);
   auto h = load_history<P, kOwn<L>, Rolls, Book>(memory, first, what);
-  Response<P> c = respond<true, Rolls, P>(law, a, h, job.elapsed);
+  Response<P> c = respond<true, Rolls, P>(law, a, h, elapsed);
   store_history<P, kOwn<L>, Rolls, Book>(h, memory, first, what);
   bool broke = false;
   if constexpr (kBonds<L>) {
@@ -122,7 +131,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
   const auto* const spheres = records(job, P{});
   const std::size_t bytes = shape.number_bytes();
   BlockSums sums;
-  OwnerSums<Book> owner_sums;
+  OwnerSums<P, Book> owner_sums;
   BlockResult results[room];
   MeetingOf<true, L, P> meeting[kGroup][kParts<P>];
   Owners<P> owners[room + 1];  // of the slices of a group, the first of which may have begun in the group before
@@ -132,6 +141,8 @@ void run_pairs(const L& by_reference, PairJob& job) {
   std::uint32_t which[room] = {}, todo[room] = {};  // blocks of the group; those of them that are to be evaluated
   std::uint32_t next_border = 0;
   const bool border = job.border, alike = job.alike;
+  const Ring ring = job.ring;
+  const double elapsed = job.elapsed;
   // Tangential forces alone turn both spheres alike where their levers are the same.
   const bool same_torque = !Rolls && !kBonds<L> && alike;
   job.same_torque = same_torque;
@@ -208,7 +219,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
         if constexpr (Book) fetch(memory[s].notes + room * shape.note_bytes(), shape.note_bytes());
       }
       for (int part = 0; part < kParts<P>; ++part)
-        if (evaluate<Rolls, Book, P>(law, job, meeting[g][part], same_torque, memory, out, part * lanes))
+        if (evaluate<Rolls, Book, P>(law, job, elapsed, meeting[g][part], same_torque, memory, out, part * lanes))
           job.broke = true;
     }
     if (job.wake != nullptr)
@@ -218,12 +229,12 @@ void run_pairs(const L& by_reference, PairJob& job) {
       const BlockResult& r = *result[n];
       const PairBlock& block = job.blocks[which[n]];
       const BlockShape& of = job.shapes[which[n]];
-      add_block<P, Book>(r, block, of, same_torque, owner_sums, job.ring, job.mask);
+      add_block<P, Book>(r, block, of, same_torque, owner_sums, ring);
       if constexpr (Book)
         if (job.sum) sums.add(r, of.lanes);
     }
   }
-  if (!border) owner_sums.give(job.ring, job.mask);
+  if (!border) owner_sums.give(ring);
   if constexpr (!Book) return;
   sums.give(job.sums);
 }

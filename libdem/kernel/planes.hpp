@@ -1,6 +1,7 @@
 #pragma once
 #include "libdem/kernel/contact_core.hpp"
 #include "libdem/kernel/lanes.hpp"
+#include "libdem/kernel/rows.hpp"
 
 /// Spheres on flat faces of boundaries; in double also in mixed precision, but for what the records hold in float.
 /// Without `Book` the law's friction is the usual one (Friction::usual).
@@ -62,9 +63,8 @@ void run_planes(const L& by_reference, PlaneJob& job) {
       }
     }
     for (std::uint32_t l = 0; l < count; ++l) {
-      Accumulator& a = job.ring[block.sphere[l] & job.mask];
-      a.f += f[l];
-      a.t += t[l];
+      const std::uint32_t at = block.sphere[l] & job.ring.mask;
+      job.mixed != nullptr ? add(job.ring.singles[at], f[l], t[l]) : add(job.ring.doubles[at], f[l], t[l]);
     }
   }
   job.sums.in_reach += sum_of(in_reach);

@@ -74,25 +74,27 @@ struct alignas(64) Owners<Singles> {
 [[gnu::always_inline]] inline void read(const MixedSphere* spheres, const Owners<Singles>* const (&own)[kSpan<Singles>],
                                         const std::uint32_t* const (&other)[kSpan<Singles>], int first,
                                         Gap<Singles>& out) {
-  const float* j[kSingles];
+  EightColumns motion;
   Doubles n[2][3], excess[2];
   for (int half = 0; half < 2; ++half) {
     const double* x_j[kDoubles];
+    const float* j[kDoubles];
     const int block = kSpan<Singles> == 2 ? half : 0, from = kSpan<Singles> == 2 ? 0 : first + half * kDoubles;
     for (int l = 0; l < kDoubles; ++l) {
       const MixedSphere* b = record(spheres, other[block][from + l]);
       x_j[l] = &b->x.x;
-      j[half * kDoubles + l] = b->v;
+      j[l] = b->v;
     }
     Doubles b[4];
     load4(x_j, b);
+    motion.take(half, j);
     for (int d = 0; d < 3; ++d) n[half][d] = load<Doubles>(own[block]->x[d] + from) - b[d];
     const Doubles reach = load<Doubles>(own[block]->r + from) + b[3];
     excess[half] = reach * reach - dot3(n[half], n[half]);
   }
   Singles a[8], b[8];
   for (int k = 0; k < 8; ++k) a[k] = load_each<Singles>([&](int half) { return own[half]->motion[k] + first; });
-  load8(j, b);
+  motion.give(b);
   for (int d = 0; d < 3; ++d) {
     out.n[d] = join(n[0][d], n[1][d]);
     out.v[d] = a[d] - b[d];

@@ -67,11 +67,13 @@ inline Singles max(Singles a, Singles b) {
 inline Singles min(Singles a, Singles b) {
   return Singles(SinglesData(_mm512_maskz_min_ps(0xFFFF, __m512(a.v), __m512(b.v))));
 }
-/// One Newton step from the 14 bits of the instruction: an ulp or two, as in doubles.hpp.
-inline Singles rsqrt(Singles a) {
-  const Singles y(SinglesData(_mm512_maskz_rsqrt14_ps(0xFFFF, __m512(a.v))));
-  return y * (Singles(-0.5) * a * y * y + Singles(1.5));
+/// 14 bits of it.
+inline Singles rough_rsqrt(Singles a) { return Singles(SinglesData(_mm512_maskz_rsqrt14_ps(0xFFFF, __m512(a.v)))); }
+/// One Newton step from those: an ulp or two, as in doubles.hpp.
+inline Singles refined_rsqrt(Singles a, Singles rough) {
+  return rough * (Singles(-0.5) * a * rough * rough + Singles(1.5));
 }
+inline Singles rsqrt(Singles a) { return refined_rsqrt(a, rough_rsqrt(a)); }
 inline Singles over_root(Singles k, Singles a) { return k * rsqrt(a); }
 inline Singles sqrt(Singles a) {
   const Singles root = max(Singles(0.0), a) * rsqrt(max(Singles(1e-37), a));
@@ -82,6 +84,11 @@ inline Singles operator/(Singles a, Singles b) {
   y = y * (Singles(2.0) - b * y);
   const Singles q = a * y;
   return q + y * (a - b * q);
+}
+/// a/b to an ulp or two, where b is known to 13 bits before it is known: the inverse is looked up meanwhile.
+inline Singles quotient(Singles a, Singles b, Singles nearly_b) {
+  const Singles y(SinglesData(_mm512_maskz_rcp14_ps(0xFFFF, __m512(nearly_b.v)))), q = a * y;
+  return q + q * (Singles(1.0) - b * y);
 }
 #else
 inline Singles select(SinglesMask m, Singles a, Singles b) { return Singles(m.bits ? a.v : b.v); }
@@ -106,6 +113,9 @@ inline Singles sqrt(Singles a) {
 #endif
 }
 inline Singles rsqrt(Singles a) { return Singles(1.0) / sqrt(a); }
+inline Singles rough_rsqrt(Singles a) { return rsqrt(a); }
+inline Singles refined_rsqrt(Singles, Singles rough) { return rough; }
+inline Singles quotient(Singles a, Singles b, Singles) { return a / b; }
 inline Singles over_root(Singles k, Singles a) { return k / sqrt(a); }
 #endif
 
@@ -179,7 +189,8 @@ inline void transpose4(const __m512* in, __m512* out) {
   };
   out[0] = low(a, c), out[1] = high(a, c), out[2] = low(b, d), out[3] = high(b, d);
 }
-#elif defined(__AVX2__)
+#endif
+#if defined(__AVX2__)
 inline void transpose4(const __m256* in, __m256* out) {
   const __m256 a = _mm256_unpacklo_ps(in[0], in[1]), b = _mm256_unpackhi_ps(in[0], in[1]);
   const __m256 c = _mm256_unpacklo_ps(in[2], in[3]), d = _mm256_unpackhi_ps(in[2], in[3]);
@@ -194,22 +205,9 @@ inline void transpose4(const __m256* in, __m256* out) {
 #endif
 
 /// Eight floats from each of kSingles rows, transposed: out[c] holds element c of every row.
+#if !defined(__AVX512F__)
 inline void load8(const float* const* row, Singles* out) {
-#if defined(__AVX512F__)
-  // Rows k and k + 4 share a register: after the transpose within 128 bits its quarters are the first four numbers of
-  // rows 0 to 3, their last four, and both of rows 4 to 7.
-  const auto rows = [&](int k) {
-    return _mm512_maskz_insertf32x8(0xFFFF, _mm512_zextps256_ps512(_mm256_loadu_ps(row[k])),
-                                    _mm256_loadu_ps(row[k + 4]), 1);
-  };
-  const __m512 low[4] = {rows(0), rows(1), rows(2), rows(3)}, high[4] = {rows(8), rows(9), rows(10), rows(11)};
-  __m512 a[4], b[4];
-  transpose4(low, a), transpose4(high, b);
-  for (int c = 0; c < 4; ++c) {
-    out[c] = Singles(SinglesData(_mm512_maskz_shuffle_f32x4(0xFFFF, a[c], b[c], 0x88)));
-    out[c + 4] = Singles(SinglesData(_mm512_maskz_shuffle_f32x4(0xFFFF, a[c], b[c], 0xDD)));
-  }
-#elif defined(__AVX2__)
+#if defined(__AVX2__)
   for (int part = 0; part < 2; ++part) {
     __m256 in[4], columns[4];
     for (int k = 0; k < 4; ++k)
@@ -226,41 +224,50 @@ inline void load8(const float* const* row, Singles* out) {
   }
 #endif
 }
-
-/// Rows (a, b) of 4 + 4 floats each, from the columns of a and b.
-inline void store_rows(const Singles* a, const Singles* b, float* const* row) {
-#if defined(__AVX512F__)
-  const auto across = [](const Singles* in, __m512* out) {
-    const __m512 columns[4] = {__m512(in[0].v), __m512(in[1].v), __m512(in[2].v), __m512(in[3].v)};
-    transpose4(columns, out);  // quarters: rows k, 4 + k, 8 + k, 12 + k
-  };
-  __m512 rows_a[4], rows_b[4];
-  across(a, rows_a), across(b, rows_b);
-  const __m512i low = _mm512_set_epi64(11, 10, 3, 2, 9, 8, 1, 0), high = _mm512_set_epi64(15, 14, 7, 6, 13, 12, 5, 4);
-  for (int k = 0; k < 4; ++k) {
-    const __m512d x = _mm512_castps_pd(rows_a[k]), y = _mm512_castps_pd(rows_b[k]);
-    const __m512d p = _mm512_permutex2var_pd(x, low, y), q = _mm512_permutex2var_pd(x, high, y);
-    _mm256_storeu_ps(row[k], _mm256_castpd_ps(_mm512_castpd512_pd256(p)));
-    _mm256_storeu_ps(row[k + 4], _mm256_castpd_ps(_mm512_maskz_extractf64x4_pd(0xF, p, 1)));
-    _mm256_storeu_ps(row[k + 8], _mm256_castpd_ps(_mm512_castpd512_pd256(q)));
-    _mm256_storeu_ps(row[k + 12], _mm256_castpd_ps(_mm512_maskz_extractf64x4_pd(0xF, q, 1)));
-  }
-#elif defined(__AVX2__)
-  const auto put = [&](const Singles* in, int at) {
-    const __m256 columns[4] = {__m256(in[0].v), __m256(in[1].v), __m256(in[2].v), __m256(in[3].v)};
-    __m256 rows[4];
-    transpose4(columns, rows);
-    for (int k = 0; k < 4; ++k) {
-      _mm_storeu_ps(row[k] + at, _mm256_castps256_ps128(rows[k]));
-      _mm_storeu_ps(row[k + 4] + at, _mm256_extractf128_ps(rows[k], 1));
-    }
-  };
-  put(a, 0), put(b, 4);
-#else
-  for (int k = 0; k < 4; ++k)
-    for (int l = 0; l < kSingles; ++l) row[l][k] = a[k].v[l], row[l][4 + k] = b[k].v[l];
 #endif
+
+/// Likewise of rows that come in two halves: their addresses need not stay in registers until the others are known.
+class EightColumns {
+ public:
+  /// @param row kDoubles of them
+  [[gnu::always_inline]] void take(int half, const float* const* row) {
+#if defined(__AVX512F__)
+    // Rows k and k + 4 share a register: after the transpose within 128 bits its quarters are the first four numbers of
+    // rows 0 to 3, their last four, and both of rows 4 to 7.
+    __m512 in[4];
+    for (int k = 0; k < 4; ++k)
+      in[k] = _mm512_maskz_insertf32x8(0xFFFF, _mm512_zextps256_ps512(_mm256_loadu_ps(row[k])),
+                                       _mm256_loadu_ps(row[k + 4]), 1);
+    transpose4(in, half_[half]);
+#else
+    for (int k = 0; k < kDoubles; ++k) row_[half * kDoubles + k] = row[k];
+#endif
+  }
+  [[gnu::always_inline]] void give(Singles* out) const {
+#if defined(__AVX512F__)
+    for (int c = 0; c < 4; ++c) {
+      out[c] = Singles(SinglesData(_mm512_maskz_shuffle_f32x4(0xFFFF, half_[0][c], half_[1][c], 0x88)));
+      out[c + 4] = Singles(SinglesData(_mm512_maskz_shuffle_f32x4(0xFFFF, half_[0][c], half_[1][c], 0xDD)));
+    }
+#else
+    load8(row_, out);
+#endif
+  }
+
+ private:
+#if defined(__AVX512F__)
+  __m512 half_[2][4];
+#else
+  const float* row_[kSingles];
+#endif
+};
+#if defined(__AVX512F__)
+inline void load8(const float* const* row, Singles* out) {
+  EightColumns columns;
+  columns.take(0, row), columns.take(1, row + kDoubles);
+  columns.give(out);
 }
+#endif
 
 }  // namespace SUBSOIL_ISA
 }  // namespace subsoil::dem

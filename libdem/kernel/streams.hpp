@@ -131,10 +131,25 @@ struct alignas(64) PlaneBlock {
 /// Four doubles that are added together; two SSE2 or one AVX addition.
 using Four = double __attribute__((vector_size(32)));
 
+using FourFloats = float __attribute__((vector_size(16)));
+
 /// Force and torque that wait for a sphere's turn; one cache line.
 struct alignas(64) Accumulator {
   Four f;  ///< N; the last is not used
   Four t;  ///< N m; number of touching contacts
+};
+
+/// Likewise in mixed precision: half a line.
+struct alignas(32) MixedAccumulator {
+  FourFloats f, t;
+};
+
+/// What waits for the spheres that a thread comes to, by index & mask. In the precision of the pairs: what a float
+/// force lacks of the exact one, a float sum of a dozen lacks once more.
+struct Ring {
+  Accumulator* doubles;
+  MixedAccumulator* singles;  ///< in place of `doubles` in mixed precision
+  std::uint32_t mask;
 };
 
 /// What one block of contacts does, before it is added up; columns of eight.
@@ -179,8 +194,7 @@ struct PairJob {
   double path;
   double* wake;
   double reach;  ///< m, of the law
-  Accumulator* ring;
-  std::uint32_t mask;
+  Ring ring;
   // At a seam what partners get is kept for them, by block of the run; null elsewhere.
   BlockRows* seam_rows;
   std::uint8_t* seam_given;  ///< set where there is something
@@ -217,8 +231,7 @@ struct PlaneJob {
   std::uint32_t count, contacts;
   double elapsed, reach;
   double turn[3][3], position[3], velocity[3], spin[3];  ///< pose and motion of the boundary
-  Accumulator* ring;
-  std::uint32_t mask;
+  Ring ring;
   RunSums sums;
   double force[3], moment[3];  ///< on the boundary, about `position`
 };
@@ -243,8 +256,7 @@ struct TileJob {
   Sphere* spheres;
   MixedSphere* mixed;  ///< in place of `spheres` in mixed precision
   std::uint32_t begin, end;
-  Accumulator* ring;
-  std::uint32_t mask;
+  Ring ring;
   double gravity[3];
   bool alike;  ///< all of them have one radius and one mass
 };

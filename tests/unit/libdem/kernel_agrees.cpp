@@ -96,13 +96,10 @@ std::vector<Answer> evaluate_pairs(const Kernel& kernel, const Law& law, const s
     write_lane(memory(k), shape, k % kBlock, state_of(c.history));
     if (shape.bonds) write_bond(memory(k), shape, k % kBlock, memory_of(law, c));
   }
-  for (const Sphere& s : spheres) {
-    const auto f = [](double x) { return static_cast<float>(x); };
-    records.push_back({s.x, s.r, {f(s.v.x), f(s.v.y), f(s.v.z)}, f(s.m), {f(s.w.x), f(s.w.y), f(s.w.z)}, f(s.r)});
-  }
+  for (const Sphere& s : spheres) records.push_back(rounded(s));
   std::size_t ring = 1;
   while (ring < spheres.size()) ring *= 2;
-  std::vector<Accumulator> sums(ring, Accumulator{});
+  Sums sums(ring);
   PairJob job{};
   job.book = job.sum = book;
   job.spheres = spheres.data(), job.blocks = blocks.data(), job.lines = lines.data();
@@ -114,13 +111,15 @@ std::vector<Answer> evaluate_pairs(const Kernel& kernel, const Law& law, const s
   job.alike = std::all_of(spheres.begin(), spheres.end(),
                           [&](const Sphere& s) { return s.r == spheres[0].r && s.m == spheres[0].m; });
   job.elapsed = dt;
-  job.ring = sums.data(), job.mask = static_cast<std::uint32_t>(ring - 1);
+  job.ring = sums.ring();
   kernel.pairs(law, job);
   std::vector<Answer> out;
-  for (std::uint32_t k = 0; k < cases.size(); ++k)
-    out.push_back({first_three(sums[2 * k].f), first_three(sums[2 * k].t), first_three(sums[2 * k + 1].t),
-                   sums[2 * k].t[3], read_lane(memory(k), shape, k % kBlock),
+  for (std::uint32_t k = 0; k < cases.size(); ++k) {
+    const Accumulator own = sums.of(2 * k, mixed), others = sums.of(2 * k + 1, mixed);
+    out.push_back({first_three(own.f), first_three(own.t), first_three(others.t), own.t[3],
+                   read_lane(memory(k), shape, k % kBlock),
                    shape.bonds ? read_bond(memory(k), shape, k % kBlock).state : kNoBond, job.broke});
+  }
   return out;
 }
 
