@@ -41,6 +41,8 @@ Bed::Bed(Bed&&) noexcept = default;
 void Bed::add(std::span<const SphereSpec> spheres) {
   impl_->fold_losses();
   impl_->take_back();
+  if (impl_->spheres.size() + spheres.size() > kMostSpheres)
+    throw std::invalid_argument("a bed holds " + std::to_string(kMostSpheres) + " spheres at most");
   for (const SphereSpec& in : spheres) {
     const double m = in.density * sphere_volume(in.radius);
     if (!std::isfinite(dot(in.position, in.position) + dot(in.velocity, in.velocity) + dot(in.spin, in.spin)))

@@ -22,8 +22,8 @@ struct alignas(32) Sphere {
 };
 static_assert(sizeof(Sphere) == 96);
 
-/// Of what passes between pairs of spheres. Mixed: positions, sums and all that concerns surfaces in double,
-/// velocities, spins, springs and laws in float.
+/// Of what passes between pairs of spheres. Mixed: positions and forces on surfaces in double, velocities, spins,
+/// springs, laws and the sum of the forces on a sphere in float.
 enum class Precision { doubles, mixed };
 
 /// What a step of mixed precision reads and writes of a sphere, one cache line: position in double, for contacts live

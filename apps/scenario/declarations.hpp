@@ -393,8 +393,8 @@ void describe(V& v, Scenario& s) {
   v.text("simd", s.simd, "instruction set of the soil kernel; auto: the best of this processor");
   v.choice(
       "precision", s.precision, {{"double", dem::Precision::doubles}, {"mixed", dem::Precision::mixed}},
-      "of the soil; mixed: positions, sums and surfaces in double, velocities, springs and laws between spheres in "
-      "float (docs/performance.md says what it changes)");
+      "of the soil; mixed: positions and forces on surfaces in double; velocities, the force on a sphere, springs and "
+      "laws between spheres in float (docs/performance.md says what it changes)");
   v.named("materials", s.materials, "what soil, tools and walls are made of");
   v.list("contacts", s.contacts, "the law of each pair of materials that can meet");
   v.section("soil", s.soil, "container and bed; left out: a machine only");

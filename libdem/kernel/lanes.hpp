@@ -1,4 +1,6 @@
 #pragma once
+#include <type_traits>
+
 #include "libdem/kernel/contact_core.hpp"
 #include "libdem/kernel/streams.hpp"
 
@@ -6,14 +8,17 @@
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
-/// Record `index`, its address worked out by the integer units: GCC would multiply eight indices as a vector, and these
-/// operations would queue behind the arithmetic of the contacts before.
+/// A sphere's record or sum, its address worked out by the integer units: GCC would multiply eight indices as a vector,
+/// and these operations would queue behind the arithmetic of the contacts before.
 template <class Record>
-[[gnu::always_inline]] inline Record* record(Record* records, std::size_t index) {
+[[gnu::always_inline]] inline Record* record(Record* records, SphereIndex index) {
+  std::size_t eightfold = index.eightfold();
 #if defined(__x86_64__)
-  asm("" : "+r"(index));
+  asm("" : "+r"(eightfold));
 #endif
-  return records + index;
+  static_assert(sizeof(Record) % 8 == 0);
+  using Byte = std::conditional_t<std::is_const_v<Record>, const char, char>;
+  return reinterpret_cast<Record*>(reinterpret_cast<Byte*>(records) + eightfold * (sizeof(Record) / 8));
 }
 
 /// Blocks that a pack of P spans, and packs that a block needs.

@@ -3,9 +3,9 @@
 
 #include "libdem/kernel/rows.hpp"
 
-/// Kick and drift of the spheres of a tile, whose sums are complete, and their energies. Sphere by sphere, in rows of
-/// four as records and sums lie in memory: columns, as pairs have them, take twice as long, since nothing here needs
-/// one coordinate with another. In mixed precision the new velocity is worked out in double from the stored float and
+/// Kick and drift of the spheres of a tile, whose sums are complete, and their energies. Sphere by sphere, in rows as
+/// records and sums lie in memory: columns, as pairs have them, take twice as long, since nothing here needs one
+/// coordinate with another. In mixed precision the new velocity is worked out in double from the stored float and
 /// rounded once.
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
@@ -14,32 +14,67 @@ inline namespace SUBSOIL_ISA {
 using FourInRecord = double __attribute__((vector_size(32), may_alias));
 using FourFloatsInRecord = float __attribute__((vector_size(16), may_alias));
 
-/// (x, r), (v, m) and the spin, of whose last number nothing is kept.
+/// Two rows of four: (v, m) and the spin, force and torque.
+#if defined(__AVX512F__)
+using Eight = double __attribute__((vector_size(64)));
+[[gnu::always_inline]] inline Eight both(const Four& low, const Four& high) {
+  return Eight(_mm512_insertf64x4(_mm512_castpd256_pd512(__m256d(low)), __m256d(high), 1));
+}
+[[gnu::always_inline]] inline Four low_of(const Eight& e) { return Four(_mm512_castpd512_pd256(__m512d(e))); }
+[[gnu::always_inline]] inline Four high_of(const Eight& e) { return Four(_mm512_extractf64x4_pd(__m512d(e), 1)); }
+[[gnu::always_inline]] inline Eight eight_at(const float* from) { return Eight(_mm512_cvtps_pd(_mm256_load_ps(from))); }
+[[gnu::always_inline]] inline void write(const Eight& e, float* to) {
+  _mm256_store_ps(to, _mm512_cvtpd_ps(__m512d(e)));
+}
+#else
+struct Eight {
+  Four low, high;
+  friend Eight operator+(const Eight& a, const Eight& b) { return {a.low + b.low, a.high + b.high}; }
+  friend Eight operator-(const Eight& a, const Eight& b) { return {a.low - b.low, a.high - b.high}; }
+  friend Eight operator*(const Eight& a, const Eight& b) { return {a.low * b.low, a.high * b.high}; }
+  Eight& operator+=(const Eight& b) { return low += b.low, high += b.high, *this; }
+};
+[[gnu::always_inline]] inline Eight both(const Four& low, const Four& high) { return {low, high}; }
+[[gnu::always_inline]] inline Four low_of(const Eight& e) { return e.low; }
+[[gnu::always_inline]] inline Four high_of(const Eight& e) { return e.high; }
+[[gnu::always_inline]] inline Eight eight_at(const float* from) {
+  const auto* row = reinterpret_cast<const FourFloatsInRecord*>(from);
+  return {doubles_of(row[0]), doubles_of(row[1])};
+}
+[[gnu::always_inline]] inline void write(const Eight& e, float* to) {
+  auto* row = reinterpret_cast<FourFloatsInRecord*>(to);
+  row[0] = floats_of(e.low), row[1] = floats_of(e.high);
+}
+#endif
+[[gnu::always_inline]] inline Eight eight_of(const Accumulator& sum) { return both(sum.f, sum.t); }
+[[gnu::always_inline]] inline Eight eight_of(const MixedAccumulator& sum) {
+  return eight_at(reinterpret_cast<const float*>(&sum));
+}
+
+/// (x, r), and (v, m) with the spin. What the last number beside the spin is does not change.
 struct SphereRows {
-  Four x, v, w;
+  Four x;
+  Eight motion;
 };
 
 [[gnu::always_inline]] inline SphereRows rows_of(const Sphere& s) {
   const auto* row = reinterpret_cast<const FourInRecord*>(&s);
   const Four w = row[2];
-  return {row[0], row[1], __builtin_shufflevector(w, Four{}, 0, 1, 2, 7)};  // the name is no number
+  return {row[0], both(row[1], __builtin_shufflevector(w, Four{}, 0, 1, 2, 7))};  // the name is no number
 }
 [[gnu::always_inline]] inline void write(const SphereRows& q, Sphere& s) {
   auto* row = reinterpret_cast<FourInRecord*>(&s);
   const Four name = row[2];
-  row[0] = q.x, row[1] = q.v, row[2] = __builtin_shufflevector(q.w, name, 0, 1, 2, 7);
+  row[0] = q.x, row[1] = low_of(q.motion), row[2] = __builtin_shufflevector(high_of(q.motion), name, 0, 1, 2, 7);
 }
 
 [[gnu::always_inline]] inline SphereRows rows_of(const MixedSphere& s) {
-  return {*reinterpret_cast<const FourInRecord*>(&s), doubles_of(*reinterpret_cast<const FourFloatsInRecord*>(s.v)),
-          doubles_of(*reinterpret_cast<const FourFloatsInRecord*>(s.w))};
+  return {*reinterpret_cast<const FourInRecord*>(&s), eight_at(s.v)};
 }
-/// The mass went through double and comes back unchanged.
+/// Mass and radius went through double and come back unchanged.
 [[gnu::always_inline]] inline void write(const SphereRows& q, MixedSphere& s) {
   *reinterpret_cast<FourInRecord*>(&s) = q.x;
-  *reinterpret_cast<FourFloatsInRecord*>(s.v) = floats_of(q.v);
-  const FourFloats w = floats_of(q.w), before = *reinterpret_cast<const FourFloatsInRecord*>(s.w);
-  *reinterpret_cast<FourFloatsInRecord*>(s.w) = __builtin_shufflevector(w, before, 0, 1, 2, 7);
+  write(q.motion, s.v);
 }
 
 [[gnu::always_inline]] inline Four all(double x) { return Four{x, x, x, x}; }
@@ -65,18 +100,21 @@ struct Inertias {
   }
 };
 
-/// Each number four times over.
+/// What makes gains of (v, m) and spin of force and torque, and half of mass and inertia; each number four times over,
+/// but no gain beside the spin, where the torque has a count.
 struct InertiasOfOne {
-  Four push, turn, half_mass, half_inertia;
+  Eight gain, half;
 };
 [[gnu::always_inline]] inline InertiasOfOne of_one(const Inertias& some, std::uint32_t k) {
-  return {all(some.push[k]), all(some.turn[k]), all(some.half_mass[k]), all(some.half_inertia[k])};
+  return {both(all(some.push[k]), all(some.turn[k]) * Four{1, 1, 1, 0}),
+          both(all(some.half_mass[k]), all(some.half_inertia[k]))};
 }
 
-/// use(sphere, inertias, sum) for the spheres of a job. A tile begins at a multiple of its length: the ring does not
-/// end within.
-template <bool Alike, class Record, class Job, class Use>
-[[gnu::always_inline]] inline void each_sphere(const Job& job, Record* spheres, double time, const Use& use) {
+/// use(sphere, inertias, sum) for the spheres of a job, and two(a, b) on what it gave for each two of them, the last
+/// perhaps twice. A tile begins at a multiple of its length: the ring does not end within.
+template <bool Alike, class Record, class Job, class Use, class Two>
+[[gnu::always_inline]] inline void each_sphere(const Job& job, Record* spheres, double time, const Use& use,
+                                               const Two& two) {
   auto* sum = sums_for(job.ring, spheres) + (job.begin & job.ring.mask);
   Inertias inertias;
   inertias.fill(spheres + job.begin, 1, time);
@@ -84,9 +122,18 @@ template <bool Alike, class Record, class Job, class Use>
   for (std::uint32_t first = job.begin; first < job.end; first += Inertias::kRoom) {
     const std::uint32_t count = std::min(job.end - first, Inertias::kRoom);
     if constexpr (!Alike) inertias.fill(spheres + first, count, time);
-    for (std::uint32_t k = 0; k < count; ++k, ++sum) {
+    const auto next = [&](std::uint32_t k) {
       if constexpr (!Alike) of = of_one(inertias, k);
-      use(spheres[first + k], of, *sum);
+      return use(spheres[first + k], of, *sum++);
+    };
+    std::uint32_t k = 0;
+    for (; k + 1 < count; k += 2) {
+      const Four a = next(k), b = next(k + 1);
+      two(a, b);
+    }
+    if (k < count) {
+      const Four a = next(k);
+      two(a, a);
     }
   }
 }
@@ -94,23 +141,28 @@ template <bool Alike, class Record, class Job, class Use>
 template <bool Alike, class Record>
 void move_spheres(MoveJob& job, Record* spheres) {
   // The last number of a row: mass and radius stay, for forces have a zero there, as have these.
-  const Four dt{job.dt, job.dt, job.dt, 0},
-      fall = all(job.kick) * Four{job.gravity[0], job.gravity[1], job.gravity[2], 0};
-  Four fastest{}, kinetic{}, spin{};
-  each_sphere<Alike>(job, spheres, job.kick, [&](Record& s, const InertiasOfOne& of, auto& sum) {
+  const Four dt{job.dt, job.dt, job.dt, 0};
+  const Eight fall = both(all(job.kick) * Four{job.gravity[0], job.gravity[1], job.gravity[2], 0}, Four{});
+  Four fastest{};
+  Eight kinetic = both(Four{}, Four{});
+  const auto step = [&](Record& s, const InertiasOfOne& of, auto& sum) {
     SphereRows q = rows_of(s);
-    q.v = q.v + doubles_of(sum.f) * of.push + fall;
-    q.w = q.w + doubles_of(sum.t) * of.turn;
-    q.x = q.x + q.v * dt;
+    q.motion = q.motion + eight_of(sum) * of.gain + fall;
+    q.x = q.x + low_of(q.motion) * dt;
     sum = std::remove_reference_t<decltype(sum)>{};
     write(q, s);
-    const Four v2 = q.v * q.v;
-    kinetic += of.half_mass * v2, spin += of.half_inertia * (q.w * q.w);
-    const Four speed2 = v2 + __builtin_shufflevector(v2, v2, 1, 2, 0, 3) + __builtin_shufflevector(v2, v2, 2, 0, 1, 3);
+    const Eight squares = q.motion * q.motion;
+    kinetic += of.half * squares;
+    return low_of(squares);
+  };
+  each_sphere<Alike>(job, spheres, job.kick, step, [&](const Four& a, const Four& b) {
+    const Four even = __builtin_shufflevector(a, b, 0, 4, 2, 6), odd = __builtin_shufflevector(a, b, 1, 5, 3, 7),
+               third = __builtin_shufflevector(even, even, 2, 3, 0, 1);
+    const Four speed2 = even + odd + third;  // of both, in the first two
     fastest = speed2 > fastest ? speed2 : fastest;
   });
-  job.speed2 = fastest[0];
-  job.kinetic = sum_of(kinetic) + sum_of(spin);
+  job.speed2 = std::max(fastest[0], fastest[1]);
+  job.kinetic = sum_of(low_of(kinetic)) + sum_of(high_of(kinetic));
 }
 
 /// With the mean velocity at t_n, v + a dt_before/2, the energy of translation is (m/2) (v_n . v_n - dt dt_before/4 a .
@@ -118,20 +170,21 @@ void move_spheres(MoveJob& job, Record* spheres) {
 template <bool Alike, class Record>
 void observe_spheres(ObserveJob& job, Record* spheres) {
   // Half the step before times accelerations is a gain in velocity; so dt dt_before/4 a . a is its square times this.
-  const Four share = all(job.before > 0 ? job.dt / job.before : 0),
-             fall = all(0.5 * job.before) * Four{job.gravity[0], job.gravity[1], job.gravity[2], 0},
+  const Four ratio = all(job.before > 0 ? job.dt / job.before : 0),
              g{job.gravity[0], job.gravity[1], job.gravity[2], 0};
-  Four kinetic{}, spin{}, fallen{};
-  each_sphere<Alike>(job, spheres, 0.5 * job.before,
-                     [&](const Record& record, const InertiasOfOne& of, const auto& sum) {
-                       const SphereRows s = rows_of(record);
-                       const Four gain = doubles_of(sum.f) * of.push + fall, turn = doubles_of(sum.t) * of.turn;
-                       const Four v = s.v + gain, w = s.w + turn;
-                       kinetic += of.half_mass * (v * v - share * gain * gain);
-                       spin += of.half_inertia * (w * w - share * turn * turn);
-                       fallen += (of.half_mass + of.half_mass) * (g * s.x);
-                     });
-  job.kinetic = sum_of(kinetic), job.spin = sum_of(spin), job.potential = -sum_of(fallen);
+  const Eight share = both(ratio, ratio), fall = both(all(0.5 * job.before) * g, Four{});
+  Eight kinetic = both(Four{}, Four{});
+  Four fallen{};
+  const auto observe = [&](const Record& record, const InertiasOfOne& of, const auto& sum) {
+    const SphereRows s = rows_of(record);
+    const Eight gain = eight_of(sum) * of.gain + fall, motion = s.motion + gain;
+    kinetic += of.half * (motion * motion - share * gain * gain);
+    const Four half_mass = low_of(of.half);
+    fallen += (half_mass + half_mass) * (g * s.x);
+    return Four{};
+  };
+  each_sphere<Alike>(job, spheres, 0.5 * job.before, observe, [](const Four&, const Four&) {});
+  job.kinetic = sum_of(low_of(kinetic)), job.spin = sum_of(high_of(kinetic)), job.potential = -sum_of(fallen);
 }
 
 inline void move(MoveJob& job) {

@@ -194,7 +194,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
     const int packs = static_cast<int>((fresh + span - 1) / span);
     for (int g = 0; g < packs; ++g) {
       const Owners<P>* i[span];
-      const std::uint32_t* j[span];
+      const SphereIndex* j[span];
       for (int s = 0; s < span; ++s) {
         const std::uint32_t at = todo[g * span + s];
         i[s] = own[at], j[s] = job.blocks[which[at]].other;

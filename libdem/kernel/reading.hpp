@@ -27,7 +27,7 @@ struct alignas(64) Owners<Singles> {
   float motion[8][kBlock];  ///< v, m, w, r
 };
 
-[[gnu::always_inline]] inline void read(const Sphere* spheres, const std::uint32_t* owner, Owners<Doubles>& out) {
+[[gnu::always_inline]] inline void read(const Sphere* spheres, const SphereIndex* owner, Owners<Doubles>& out) {
   for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles) {
     const Sphere* i[kDoubles];
     for (int l = 0; l < kDoubles; ++l) i[l] = record(spheres, owner[first + l]);
@@ -37,7 +37,7 @@ struct alignas(64) Owners<Singles> {
     store(a.r, out.r + first), store(a.m, out.m + first);
   }
 }
-[[gnu::always_inline]] inline void read(const MixedSphere* spheres, const std::uint32_t* owner, Owners<Singles>& out) {
+[[gnu::always_inline]] inline void read(const MixedSphere* spheres, const SphereIndex* owner, Owners<Singles>& out) {
   for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles) {
     const double* x[kDoubles];
     for (int l = 0; l < kDoubles; ++l) x[l] = &record(spheres, owner[first + l])->x.x;
@@ -57,7 +57,7 @@ struct alignas(64) Owners<Singles> {
 }
 
 [[gnu::always_inline]] inline void read(const Sphere* spheres, const Owners<Doubles>* const (&own)[1],
-                                        const std::uint32_t* const (&other)[1], int first, Gap<Doubles>& out) {
+                                        const SphereIndex* const (&other)[1], int first, Gap<Doubles>& out) {
   const Sphere* j[kDoubles];
   for (int l = 0; l < kDoubles; ++l) j[l] = record(spheres, other[0][first + l]);
   const SphereLanes b = load_spheres(j);
@@ -72,7 +72,7 @@ struct alignas(64) Owners<Singles> {
 }
 
 [[gnu::always_inline]] inline void read(const MixedSphere* spheres, const Owners<Singles>* const (&own)[kSpan<Singles>],
-                                        const std::uint32_t* const (&other)[kSpan<Singles>], int first,
+                                        const SphereIndex* const (&other)[kSpan<Singles>], int first,
                                         Gap<Singles>& out) {
   EightColumns motion;
   Doubles n[2][3], excess[2];

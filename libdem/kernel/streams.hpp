@@ -102,9 +102,28 @@ void write_lane(const BlockMemory& block, const MemoryShape& shape, std::uint32_
 BondMemory<double> read_bond(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane);
 void write_bond(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane, const BondMemory<double>& bond);
 
+/// Index of a sphere, kept times eight: so scaled the address of its record or of its sum takes no shift (lanes.hpp).
+class SphereIndex {
+ public:
+  SphereIndex() = default;
+  SphereIndex(std::uint32_t index) : eightfold_(index << 3) {}
+  operator std::uint32_t() const { return eightfold_ >> 3; }
+  std::uint32_t eightfold() const { return eightfold_; }
+  /// `mask` one less than a power of two.
+  SphereIndex masked(std::uint32_t mask) const {
+    SphereIndex i = *this;
+    i.eightfold_ &= mask << 3;
+    return i;
+  }
+
+ private:
+  std::uint32_t eightfold_;
+};
+inline constexpr std::uint32_t kMostSpheres = 1u << 29;  ///< of which eightfold indices are 32 bits
+
 /// Lanes that hold no pair repeat one of the slice; what comes out there is not added.
 struct alignas(64) PairBlock {
-  std::uint32_t owner[kBlock], other[kBlock];
+  SphereIndex owner[kBlock], other[kBlock];
 };
 
 struct BlockShape {

@@ -91,6 +91,8 @@ TEST(Faults, BadSpheresAndMissingLaws) {
   specs = row(1);
   specs[0].material = 1;
   EXPECT_THROW(bed.add(specs), std::invalid_argument);
+  // More than an index can name, refused before one is read.
+  EXPECT_THROW(bed.add(std::span(specs.data(), (std::size_t{1} << 29) + 1)), std::invalid_argument);
   LawTable two = table(grains());
   two.materials = 2, two.index = {0, -1, -1, 0};
   Bed mixed(two, quiet());
