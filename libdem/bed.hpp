@@ -136,7 +136,7 @@ class Bed {
 
   double max_speed() const;       ///< m/s at the last step
   double max_overlap() const;     ///< largest share of a radius, of each tile when it was last booked
-  double kinetic_energy() const;  ///< of the half-step velocities, J (cheap measure for settling)
+  double kinetic_energy() const;  ///< of the half-step velocities, J; goes through all spheres
   long rebuilds() const;
   long steps() const;
   const char* kernel_name() const;

@@ -94,8 +94,8 @@ struct Tile {
   std::uint32_t seams_begin, seams_end;      ///< what its own spheres get across seams
   bool alike;                                ///< it and all its partners have one radius and one mass
   Losses lost;                               ///< running
-  double stored = 0, kinetic = 0, spin = 0, gravity = 0, half_step_kinetic = 0;
-  double pairs = 0, overlap = 0, speed2 = 0;
+  double stored = 0, kinetic = 0, spin = 0, gravity = 0;
+  double pairs = 0, overlap = 0, speed2 = 0, squares = 0;
   std::uint64_t touching_blocks = 0, near_blocks = 0;  ///< evaluated since the work was divided
   double step = 0;                                     ///< longest path of one of its spheres in the last step, m
   double path = 0;  ///< bound on the path of any sphere of this and its partners' tiles since the lists were built, m
@@ -271,7 +271,8 @@ struct Bed::Impl {
   Losses lost_before;  ///< folded from lists that are gone
   double removed_energy = 0;
   struct Extremes {
-    double speed2 = 0, overlap = 0, kinetic = 0;
+    double speed2 = 0, overlap = 0;
+    double squares = 0;  ///< of velocities and spins
     std::size_t pairs = 0;
   } extremes;
 

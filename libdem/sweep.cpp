@@ -260,7 +260,7 @@ class Sweep {
     job.kick = 0.5 * (dt_ + bed_.dt_before), job.dt = dt_;
     bed_.kernel.move(job);
     t.speed2 = job.speed2;
-    t.half_step_kinetic = job.kinetic;
+    t.squares = job.squares;
     t.step = std::sqrt(job.speed2) * dt_;
   }
 
@@ -366,7 +366,7 @@ void Bed::Impl::sum_up(const Request& request) {
   for (const Tile& t : tiles) {
     extremes.speed2 = std::max(extremes.speed2, t.speed2);
     extremes.overlap = std::max(extremes.overlap, t.overlap);
-    extremes.kinetic += t.half_step_kinetic;
+    extremes.squares += t.squares;
     farthest_step = std::max(farthest_step, t.step);
     pairs += t.pairs;
   }
@@ -432,8 +432,8 @@ std::uint32_t Bed::Impl::deepest_sphere() const {
 
 void Bed::Impl::check_faults() {
   char text[400];
-  // A velocity that is no number makes the kinetic energy one.
-  if (!(extremes.speed2 <= options.speed_limit * options.speed_limit) || !std::isfinite(extremes.kinetic)) {
+  // A maximum passes over what is no number, a sum does not.
+  if (!(extremes.speed2 <= options.speed_limit * options.speed_limit) || !std::isfinite(extremes.squares)) {
     take_back();
     std::size_t fastest = 0;
     double speed2 = 0;

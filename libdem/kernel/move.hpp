@@ -144,7 +144,7 @@ void move_spheres(MoveJob& job, Record* spheres) {
   const Four dt{job.dt, job.dt, job.dt, 0};
   const Eight fall = both(all(job.kick) * Four{job.gravity[0], job.gravity[1], job.gravity[2], 0}, Four{});
   Four fastest{};
-  Eight kinetic = both(Four{}, Four{});
+  Eight sum_of_squares = both(Four{}, Four{});
   const auto step = [&](Record& s, const InertiasOfOne& of, auto& sum) {
     SphereRows q = rows_of(s);
     q.motion = q.motion + eight_of(sum) * of.gain + fall;
@@ -152,7 +152,7 @@ void move_spheres(MoveJob& job, Record* spheres) {
     sum = std::remove_reference_t<decltype(sum)>{};
     write(q, s);
     const Eight squares = q.motion * q.motion;
-    kinetic += of.half * squares;
+    sum_of_squares += squares;
     return low_of(squares);
   };
   each_sphere<Alike>(job, spheres, job.kick, step, [&](const Four& a, const Four& b) {
@@ -162,7 +162,7 @@ void move_spheres(MoveJob& job, Record* spheres) {
     fastest = speed2 > fastest ? speed2 : fastest;
   });
   job.speed2 = std::max(fastest[0], fastest[1]);
-  job.kinetic = sum_of(low_of(kinetic)) + sum_of(high_of(kinetic));
+  job.squares = sum_of(low_of(sum_of_squares)) + sum_of(high_of(sum_of_squares));
 }
 
 /// With the mean velocity at t_n, v + a dt_before/2, the energy of translation is (m/2) (v_n . v_n - dt dt_before/4 a .

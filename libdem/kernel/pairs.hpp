@@ -147,10 +147,11 @@ void run_pairs(const L& by_reference, PairJob& job) {
   const bool same_torque = !Rolls && !kBonds<L> && alike;
   job.same_torque = same_torque;
   const std::uint32_t count = border ? job.border_count : job.count;
-  if (alike && job.count > 0) {
-    const auto& any = spheres[job.blocks[0].owner[0]];
+  using Record = std::remove_cvref_t<decltype(*spheres)>;
+  const OfAll<P> all(job.count > 0 ? spheres[job.blocks[0].owner[0]] : Record{});
+  if (alike) {
     Effective<P> e;
-    effective<true, Rolls, L>(P(any.r), P(any.m), P(any.r), P(any.m), e);
+    effective<true, Rolls, L>(all.r, all.m, all.r, all.m, e);
     for (auto& of_pack : meeting)
       for (auto& m : of_pack) m.effective = e;
   }
@@ -192,22 +193,25 @@ void run_pairs(const L& by_reference, PairJob& job) {
     // A pack with only one block left computes it twice over.
     if (span == 2 && fresh % 2 == 1) todo[fresh] = todo[fresh - 1];
     const int packs = static_cast<int>((fresh + span - 1) / span);
-    for (int g = 0; g < packs; ++g) {
-      const Owners<P>* i[span];
-      const SphereIndex* j[span];
-      for (int s = 0; s < span; ++s) {
-        const std::uint32_t at = todo[g * span + s];
-        i[s] = own[at], j[s] = job.blocks[which[at]].other;
-        fetch(job.blocks + which[at] + room, sizeof(PairBlock));
-        if (ahead < ahead_end) fetch(ahead, stride), ahead += stride;
+    const auto meet_all = [&](auto same) {
+      for (int g = 0; g < packs; ++g) {
+        const Owners<P>* i[span];
+        const SphereIndex* j[span];
+        for (int s = 0; s < span; ++s) {
+          const std::uint32_t at = todo[g * span + s];
+          i[s] = own[at], j[s] = job.blocks[which[at]].other;
+          fetch(job.blocks + which[at] + room, sizeof(PairBlock));
+          if (ahead < ahead_end) fetch(ahead, stride), ahead += stride;
+        }
+        for (int part = 0; part < kParts<P>; ++part) {
+          Gap<P> gap;
+          read<same.value>(spheres, i, j, part * lanes, all, gap);
+          meet_pair<Rolls, L>(share, gap, meeting[g][part]);
+          if (!same.value) effective<true, Rolls, L>(gap.r_i, gap.m_i, gap.r_j, gap.m_j, meeting[g][part].effective);
+        }
       }
-      for (int part = 0; part < kParts<P>; ++part) {
-        Gap<P> gap;
-        read(spheres, i, j, part * lanes, gap);
-        meet_pair<Rolls, L>(share, gap, meeting[g][part]);
-        if (!alike) effective<true, Rolls, L>(gap.r_i, gap.m_i, gap.r_j, gap.m_j, meeting[g][part].effective);
-      }
-    }
+    };
+    alike ? meet_all(std::true_type()) : meet_all(std::false_type());
     for (int g = 0; g < packs; ++g) {
       BlockMemory memory[span];
       BlockResult* out[span];
@@ -225,14 +229,19 @@ void run_pairs(const L& by_reference, PairJob& job) {
     if (job.wake != nullptr)
       for (std::uint32_t f = 0; f < fresh; ++f) job.wake[which[todo[f]]] = wakes_at<P>(job, *result[todo[f]]);
     if (border) continue;
+    // In registers here, in memory elsewhere: held through the law as well they would crowd out its numbers (half as
+    // much time again with rolling resistance).
+    OwnerSums<P, Book> in_registers = owner_sums;
     for (std::uint32_t n = 0; n < blocks; ++n) {
       const BlockResult& r = *result[n];
       const PairBlock& block = job.blocks[which[n]];
       const BlockShape& of = job.shapes[which[n]];
-      add_block<P, Book>(r, block, of, same_torque, owner_sums, ring);
+      add_block<P, Book>(r, block, of, same_torque, in_registers, ring);
       if constexpr (Book)
         if (job.sum) sums.add(r, of.lanes);
     }
+    owner_sums = in_registers;
+    asm volatile("" : "+m"(owner_sums));
   }
   if (!border) owner_sums.give(ring);
   if constexpr (!Book) return;

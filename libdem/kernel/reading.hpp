@@ -56,8 +56,20 @@ struct alignas(64) Owners<Singles> {
   }
 }
 
+/// Radius and mass of all spheres of a run, where they are alike.
+template <class P>
+struct OfAll {
+  P r, m;
+  Doubles reach2;  ///< (2 r)^2
+
+  template <class Record>
+  explicit OfAll(const Record& any) : r(any.r), m(any.m), reach2(4 * any.r * any.r) {}
+};
+
+template <bool Alike>
 [[gnu::always_inline]] inline void read(const Sphere* spheres, const Owners<Doubles>* const (&own)[1],
-                                        const SphereIndex* const (&other)[1], int first, Gap<Doubles>& out) {
+                                        const SphereIndex* const (&other)[1], int first, const OfAll<Doubles>& all,
+                                        Gap<Doubles>& out) {
   const Sphere* j[kDoubles];
   for (int l = 0; l < kDoubles; ++l) j[l] = record(spheres, other[0][first + l]);
   const SphereLanes b = load_spheres(j);
@@ -68,12 +80,16 @@ struct alignas(64) Owners<Singles> {
     out.w_i[d] = a(own[0]->w[d]), out.w_j[d] = b.w[d];
   }
   out.d2 = dot3(out.n, out.n);
-  out.r_i = a(own[0]->r), out.m_i = a(own[0]->m), out.r_j = b.r, out.m_j = b.m;
+  if constexpr (Alike)
+    out.r_i = out.r_j = all.r, out.m_i = out.m_j = all.m;
+  else
+    out.r_i = a(own[0]->r), out.m_i = a(own[0]->m), out.r_j = b.r, out.m_j = b.m;
 }
 
+template <bool Alike>
 [[gnu::always_inline]] inline void read(const MixedSphere* spheres, const Owners<Singles>* const (&own)[kSpan<Singles>],
                                         const SphereIndex* const (&other)[kSpan<Singles>], int first,
-                                        Gap<Singles>& out) {
+                                        const OfAll<Singles>& all, Gap<Singles>& out) {
   EightColumns motion;
   Doubles n[2][3], excess[2];
   for (int half = 0; half < 2; ++half) {
@@ -89,19 +105,22 @@ struct alignas(64) Owners<Singles> {
     load4(x_j, b);
     motion.take(half, j);
     for (int d = 0; d < 3; ++d) n[half][d] = load<Doubles>(own[block]->x[d] + from) - b[d];
-    const Doubles reach = load<Doubles>(own[block]->r + from) + b[3];
-    excess[half] = reach * reach - dot3(n[half], n[half]);
+    const Doubles d2 = dot3(n[half], n[half]), reach = load<Doubles>(own[block]->r + from) + b[3];
+    excess[half] = (Alike ? all.reach2 : reach * reach) - d2;
   }
-  Singles a[8], b[8];
-  for (int k = 0; k < 8; ++k) a[k] = load_each<Singles>([&](int half) { return own[half]->motion[k] + first; });
+  const auto a = [&](int k) { return load_each<Singles>([&](int half) { return own[half]->motion[k] + first; }); };
+  Singles b[8];
   motion.give(b);
   for (int d = 0; d < 3; ++d) {
     out.n[d] = join(n[0][d], n[1][d]);
-    out.v[d] = a[d] - b[d];
-    out.w_i[d] = a[4 + d], out.w_j[d] = b[4 + d];
+    out.v[d] = a(d) - b[d];
+    out.w_i[d] = a(4 + d), out.w_j[d] = b[4 + d];
   }
   out.d2 = dot3(out.n, out.n), out.excess = join(excess[0], excess[1]);
-  out.m_i = a[3], out.r_i = a[7], out.m_j = b[3], out.r_j = b[7];
+  if constexpr (Alike)
+    out.r_i = out.r_j = all.r, out.m_i = out.m_j = all.m;
+  else
+    out.m_i = a(3), out.r_i = a(7), out.m_j = b[3], out.r_j = b[7];
 }
 
 inline const Sphere* records(const PairJob& job, Doubles) { return job.spheres; }

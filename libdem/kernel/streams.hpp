@@ -281,8 +281,9 @@ struct TileJob {
 };
 
 struct MoveJob : TileJob {
-  double kick = 0, dt = 0;         ///< s: velocities advance by a kick, positions by v dt
-  double speed2 = 0, kinetic = 0;  ///< largest v.v and kinetic energy after the kick, which NaN in a velocity makes NaN
+  double kick = 0, dt = 0;  ///< s: velocities advance by a kick, positions by v dt
+  double speed2 = 0;        ///< largest v.v after the kick
+  double squares = 0;       ///< a sum over velocities and spins: NaN where one is
 };
 
 struct ObserveJob : TileJob {

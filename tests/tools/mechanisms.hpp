@@ -126,7 +126,7 @@ inline mbd::Model make_squeezer() {
   mbd::Model m;
   m.gravity = {0, 0};
   for (int i = 0; i < 7; ++i)
-    m.add({.name = "K" + std::to_string(i + 1),
+    m.add({.name = std::string("K").append(std::to_string(i + 1)),
            .mass = masses[i],
            .inertia = inertias[i],
            .pose = {centre[i].x, centre[i].y, angle[i]}});

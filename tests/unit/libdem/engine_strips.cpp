@@ -18,7 +18,7 @@ TEST(Strips, CellsAreNumberedInTheOrderOfTheSweep) {
     std::vector<std::pair<int, int>> halves{{0, along}};
     if (strips > 1) halves = {{0, 3}, {3, along}};
     std::size_t next = 0, part = 0;
-    for (const auto [from, to] : halves)
+    for (const auto& [from, to] : halves)
       for (int s = 0; s < strips; ++s) {
         const int first = across * s / strips, end = across * (s + 1) / strips;
         for (int a = from; a < to; ++a)

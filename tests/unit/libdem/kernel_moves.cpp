@@ -89,7 +89,7 @@ TEST(KernelMoves, KicksAndDrifts) {
     MoveJob job = after.job<MoveJob>(mixed, alike);
     job.kick = 0.5 * (kBefore + kDt), job.dt = kDt;
     kernel.move(job);
-    Real fastest = 0, kinetic = 0;
+    Real fastest = 0, squares = 0;
     const Real unit = mixed ? static_cast<Real>(0.5001) * std::numeric_limits<float>::epsilon() : 4 * kEps;
     for (std::uint32_t i = kBegin; i < before.end(); ++i) {
       const State s = state_of(before, i, mixed), now = state_of(after, i, mixed);
@@ -105,7 +105,7 @@ TEST(KernelMoves, KicksAndDrifts) {
         expect_close(now.x[d], s.x[d] + v * kDt, 2 + std::abs(v));
         v2 += v * v, w2 += w * w;
       }
-      fastest = std::max(fastest, v2), kinetic += (s.m * v2 + inertia * w2) / 2;
+      fastest = std::max(fastest, v2), squares += v2 + w2;
       const Accumulator left = after.sums.of(i & (kRing - 1), mixed);
       for (int k = 0; k < 4; ++k) {
         EXPECT_EQ(left.f[k], 0);
@@ -119,20 +119,23 @@ TEST(KernelMoves, KicksAndDrifts) {
       EXPECT_EQ(after.mixed[i].r_single, before.mixed[i].r_single);
     }
     expect_close(job.speed2, fastest, fastest, 16 * kEps);
-    expect_close(job.kinetic, kinetic, kinetic, count * kEps + 16 * kEps);
+    expect_close(job.squares, squares, squares, count * kEps + 16 * kEps);
     // The rest of the ring is not its own.
     for (const bool either : {false, true}) EXPECT_TRUE(after.sums.same_bits(before.sums, either, kBegin));
   });
 }
 
-TEST(KernelMoves, BrokenNumbersShowInTheEnergy) {
+TEST(KernelMoves, BrokenNumbersShowInTheSumOfSquares) {
   each_case([](const Kernel& kernel, std::uint32_t count, bool mixed, bool alike) {
-    Tile t(count, alike, 6);
-    t.sums.add((kBegin + count / 2) & (kRing - 1), Four{0, std::numeric_limits<double>::quiet_NaN(), 0, 0}, Four{});
-    MoveJob job = t.job<MoveJob>(mixed, alike);
-    job.kick = job.dt = kDt;
-    kernel.move(job);
-    EXPECT_TRUE(std::isnan(job.kinetic));
+    const Four broken{0, std::numeric_limits<double>::quiet_NaN(), 0, 0};
+    for (const bool turns : {false, true}) {
+      Tile t(count, alike, 6);
+      t.sums.add((kBegin + count / 2) & (kRing - 1), turns ? Four{} : broken, turns ? broken : Four{});
+      MoveJob job = t.job<MoveJob>(mixed, alike);
+      job.kick = job.dt = kDt;
+      kernel.move(job);
+      EXPECT_TRUE(std::isnan(job.squares));
+    }
   });
 }
 
