@@ -142,9 +142,9 @@ void Bed::set_time(double time) { impl_->time = time; }
 double Bed::max_speed() const { return std::sqrt(impl_->extremes.speed2); }
 double Bed::max_overlap() const { return impl_->extremes.overlap; }
 double Bed::kinetic_energy() const {
-  double twice = 0;
-  for (const Sphere& s : spheres()) twice += s.m * dot(s.v, s.v) + inertia(s) * dot(s.w, s.w);
-  return 0.5 * twice;
+  double sum = 0;
+  for (const Sphere& s : spheres()) sum += kinetic_energy_of(s);
+  return sum;
 }
 long Bed::rebuilds() const { return impl_->rebuilds; }
 long Bed::steps() const { return impl_->steps; }

@@ -83,6 +83,11 @@ struct SurfaceHistory {
 /// Running maximum that takes a NaN and keeps it: no later finite value replaces it, so the fault is found.
 inline bool exceeds(double value, double largest) { return !(value <= largest) && largest == largest; }
 
+/// J, of the half-step velocities.
+inline double kinetic_energy_of(const Sphere& s) {
+  return 0.5 * s.m * dot(s.v, s.v) + 0.5 * inertia(s) * dot(s.w, s.w);
+}
+
 /// 256 consecutive spheres: what they own, and sums over them in a fixed order.
 struct Tile {
   std::uint32_t begin, end;

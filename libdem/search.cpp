@@ -35,7 +35,7 @@ std::vector<std::uint32_t> Bed::Impl::take_out(const std::function<bool(const Sp
       kept.push_back(i);
       continue;
     }
-    removed_energy += 0.5 * s.m * dot(s.v, s.v) + 0.5 * inertia(s) * dot(s.w, s.w) - s.m * dot(options.gravity, s.x);
+    removed_energy += kinetic_energy_of(s) - s.m * dot(options.gravity, s.x);
     if (fell) ++removed;
   }
   spheres.resize(kept.size());

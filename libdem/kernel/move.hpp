@@ -17,7 +17,7 @@ using FourFloatsInRecord = float __attribute__((vector_size(16), may_alias));
 /// Two rows of four: (v, m) and the spin, force and torque.
 #if defined(__AVX512F__)
 using Eight = double __attribute__((vector_size(64)));
-[[gnu::always_inline]] inline Eight both(const Four& low, const Four& high) {
+[[gnu::always_inline]] inline Eight eight_of(const Four& low, const Four& high) {
   return Eight(_mm512_insertf64x4(_mm512_castpd256_pd512(__m256d(low)), __m256d(high), 1));
 }
 [[gnu::always_inline]] inline Four low_of(const Eight& e) { return Four(_mm512_castpd512_pd256(__m512d(e))); }
@@ -34,7 +34,7 @@ struct Eight {
   friend Eight operator*(const Eight& a, const Eight& b) { return {a.low * b.low, a.high * b.high}; }
   Eight& operator+=(const Eight& b) { return low += b.low, high += b.high, *this; }
 };
-[[gnu::always_inline]] inline Eight both(const Four& low, const Four& high) { return {low, high}; }
+[[gnu::always_inline]] inline Eight eight_of(const Four& low, const Four& high) { return {low, high}; }
 [[gnu::always_inline]] inline Four low_of(const Eight& e) { return e.low; }
 [[gnu::always_inline]] inline Four high_of(const Eight& e) { return e.high; }
 [[gnu::always_inline]] inline Eight eight_at(const float* from) {
@@ -46,7 +46,7 @@ struct Eight {
   row[0] = floats_of(e.low), row[1] = floats_of(e.high);
 }
 #endif
-[[gnu::always_inline]] inline Eight eight_of(const Accumulator& sum) { return both(sum.f, sum.t); }
+[[gnu::always_inline]] inline Eight eight_of(const Accumulator& sum) { return eight_of(sum.f, sum.t); }
 [[gnu::always_inline]] inline Eight eight_of(const MixedAccumulator& sum) {
   return eight_at(reinterpret_cast<const float*>(&sum));
 }
@@ -60,7 +60,7 @@ struct SphereRows {
 [[gnu::always_inline]] inline SphereRows rows_of(const Sphere& s) {
   const auto* row = reinterpret_cast<const FourInRecord*>(&s);
   const Four w = row[2];
-  return {row[0], both(row[1], __builtin_shufflevector(w, Four{}, 0, 1, 2, 7))};  // the name is no number
+  return {row[0], eight_of(row[1], __builtin_shufflevector(w, Four{}, 0, 1, 2, 7))};  // the name is no number
 }
 [[gnu::always_inline]] inline void write(const SphereRows& q, Sphere& s) {
   auto* row = reinterpret_cast<FourInRecord*>(&s);
@@ -81,10 +81,10 @@ struct SphereRows {
 /// Of the coordinates; what the rows have beside them is left out.
 [[gnu::always_inline]] inline double sum_of(const Four& f) { return f[0] + f[1] + f[2]; }
 
-/// Of some spheres: what makes velocities of forces in a time, s, and spins of torques; and for energies.
-struct Inertias {
+/// Of some spheres: what makes velocities of forces in a time, s, and spins of torques.
+struct Gains {
   static constexpr std::uint32_t kRoom = 32;
-  double push[kRoom], turn[kRoom], half_mass[kRoom], half_inertia[kRoom];
+  double push[kRoom], turn[kRoom];
 
   template <class Record>
   void fill(const Record* spheres, std::uint32_t count, double time) {
@@ -95,35 +95,29 @@ struct Inertias {
       const double inertia = 0.4 * mass[k] * radius[k] * radius[k];
       const double inverse = time / (mass[k] * inertia);  // both from one division
       push[k] = inverse * inertia, turn[k] = inverse * mass[k];
-      half_mass[k] = 0.5 * mass[k], half_inertia[k] = 0.5 * inertia;
     }
   }
 };
 
-/// What makes gains of (v, m) and spin of force and torque, and half of mass and inertia; each number four times over,
-/// but no gain beside the spin, where the torque has a count.
-struct InertiasOfOne {
-  Eight gain, half;
-};
-[[gnu::always_inline]] inline InertiasOfOne of_one(const Inertias& some, std::uint32_t k) {
-  return {both(all(some.push[k]), all(some.turn[k]) * Four{1, 1, 1, 0}),
-          both(all(some.half_mass[k]), all(some.half_inertia[k]))};
+/// What makes gains of (v, m) and spin of force and torque: none beside the spin, where the torque has a count.
+[[gnu::always_inline]] inline Eight of_one(const Gains& some, std::uint32_t k) {
+  return eight_of(all(some.push[k]), all(some.turn[k]) * Four{1, 1, 1, 0});
 }
 
-/// use(sphere, inertias, sum) for the spheres of a job, and two(a, b) on what it gave for each two of them, the last
-/// perhaps twice. A tile begins at a multiple of its length: the ring does not end within.
+/// use(sphere, gain of a force, sum) for the spheres of a job, and two(a, b) on what it gave for each two of them, the
+/// last perhaps twice. A tile begins at a multiple of its length: the ring does not end within.
 template <bool Alike, class Record, class Job, class Use, class Two>
 [[gnu::always_inline]] inline void each_sphere(const Job& job, Record* spheres, double time, const Use& use,
                                                const Two& two) {
   auto* sum = sums_for(job.ring, spheres) + (job.begin & job.ring.mask);
-  Inertias inertias;
-  inertias.fill(spheres + job.begin, 1, time);
-  InertiasOfOne of = of_one(inertias, 0);
-  for (std::uint32_t first = job.begin; first < job.end; first += Inertias::kRoom) {
-    const std::uint32_t count = std::min(job.end - first, Inertias::kRoom);
-    if constexpr (!Alike) inertias.fill(spheres + first, count, time);
+  Gains gains;
+  gains.fill(spheres + job.begin, 1, time);
+  Eight of = of_one(gains, 0);
+  for (std::uint32_t first = job.begin; first < job.end; first += Gains::kRoom) {
+    const std::uint32_t count = std::min(job.end - first, Gains::kRoom);
+    if constexpr (!Alike) gains.fill(spheres + first, count, time);
     const auto next = [&](std::uint32_t k) {
-      if constexpr (!Alike) of = of_one(inertias, k);
+      if constexpr (!Alike) of = of_one(gains, k);
       return use(spheres[first + k], of, *sum++);
     };
     std::uint32_t k = 0;
@@ -142,12 +136,12 @@ template <bool Alike, class Record>
 void move_spheres(MoveJob& job, Record* spheres) {
   // The last number of a row: mass and radius stay, for forces have a zero there, as have these.
   const Four dt{job.dt, job.dt, job.dt, 0};
-  const Eight fall = both(all(job.kick) * Four{job.gravity[0], job.gravity[1], job.gravity[2], 0}, Four{});
+  const Eight fall = eight_of(all(job.kick) * Four{job.gravity[0], job.gravity[1], job.gravity[2], 0}, Four{});
   Four fastest{};
-  Eight sum_of_squares = both(Four{}, Four{});
-  const auto step = [&](Record& s, const InertiasOfOne& of, auto& sum) {
+  Eight sum_of_squares = eight_of(Four{}, Four{});
+  const auto step = [&](Record& s, const Eight& of, auto& sum) {
     SphereRows q = rows_of(s);
-    q.motion = q.motion + eight_of(sum) * of.gain + fall;
+    q.motion = q.motion + eight_of(sum) * of + fall;
     q.x = q.x + low_of(q.motion) * dt;
     sum = std::remove_reference_t<decltype(sum)>{};
     write(q, s);
@@ -172,15 +166,15 @@ void observe_spheres(ObserveJob& job, Record* spheres) {
   // Half the step before times accelerations is a gain in velocity; so dt dt_before/4 a . a is its square times this.
   const Four ratio = all(job.before > 0 ? job.dt / job.before : 0),
              g{job.gravity[0], job.gravity[1], job.gravity[2], 0};
-  const Eight share = both(ratio, ratio), fall = both(all(0.5 * job.before) * g, Four{});
-  Eight kinetic = both(Four{}, Four{});
+  const Eight share = eight_of(ratio, ratio), fall = eight_of(all(0.5 * job.before) * g, Four{});
+  Eight kinetic = eight_of(Four{}, Four{});
   Four fallen{};
-  const auto observe = [&](const Record& record, const InertiasOfOne& of, const auto& sum) {
+  const auto observe = [&](const Record& record, const Eight& of, const auto& sum) {
     const SphereRows s = rows_of(record);
-    const Eight gain = eight_of(sum) * of.gain + fall, motion = s.motion + gain;
-    kinetic += of.half * (motion * motion - share * gain * gain);
-    const Four half_mass = low_of(of.half);
-    fallen += (half_mass + half_mass) * (g * s.x);
+    const Eight gain = eight_of(sum) * of + fall, motion = s.motion + gain;
+    const double mass = record.m, inertia = 0.4 * mass * record.r * record.r;
+    kinetic += eight_of(all(0.5 * mass), all(0.5 * inertia)) * (motion * motion - share * gain * gain);
+    fallen += all(mass) * (g * s.x);
     return Four{};
   };
   each_sphere<Alike>(job, spheres, 0.5 * job.before, observe, [](const Four&, const Four&) {});
