@@ -1,47 +1,19 @@
-// No step of the machine may ask for memory: every way to the heap is counted, Eigen's (malloc) and the library's
-// (new).
+// No step of the machine may ask for memory.
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <string>
 #include <vector>
 
+#include "tests/tools/counted_heap.hpp"
 #include "tests/tools/rig.hpp"
 
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
-
-namespace {
-// volatile: the compiler takes malloc for a function that changes no variable.
-volatile long allocations = 0;
-}  // namespace
-
-extern "C" {
-void* __libc_malloc(std::size_t);
-void* __libc_calloc(std::size_t, std::size_t);
-void* __libc_realloc(void*, std::size_t);
-void* __libc_memalign(std::size_t, std::size_t);
-
-void* malloc(std::size_t size) noexcept {
-  allocations = allocations + 1;
-  return __libc_malloc(size);
-}
-void* calloc(std::size_t count, std::size_t size) noexcept {
-  allocations = allocations + 1;
-  return __libc_calloc(count, size);
-}
-void* realloc(void* old, std::size_t size) noexcept {
-  allocations = allocations + 1;
-  return __libc_realloc(old, size);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
-  allocations = allocations + 1;
-  return __libc_memalign(alignment, size);
-}
-}
+#if defined(SUBSOIL_COUNTS_HEAP)
 
 namespace subsoil::mbd {
 namespace {
+
+using test::allocations;
 
 // The tester: what the two kinds of container use must be seen.
 TEST(Allocation, CounterSeesEigenAndTheLibrary) {
