@@ -1,6 +1,5 @@
 #pragma once
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "libdem/bed.hpp"
@@ -119,6 +118,9 @@ struct Border {
   std::vector<BlockRows> rows;      ///< not of runs at a seam
   std::vector<std::uint8_t> awake;  ///< whether there is a result
 
+  void reserve(std::size_t blocks) {
+    place.reserve(blocks), block.reserve(blocks), result.reserve(blocks), rows.reserve(blocks), awake.reserve(blocks);
+  }
   void resize() {
     result.resize(block.size());
     rows.resize(block.size());
@@ -234,6 +236,8 @@ struct Bed::Impl {
   std::vector<Worker> workers;
   int steps_divided = 0;         ///< since the work was
   bool division_guessed = true;  ///< what near pairs cost was not known then
+  std::vector<double> work_until;  ///< of the tiles before each, in blocks
+  std::vector<char> waits;         ///< whether one thread has to wait for another, by both
 
   // validity of the lists
   bool stale = true;
@@ -247,11 +251,11 @@ struct Bed::Impl {
   Drift drift;
   bool drift_counts = false;  ///< else paths alone say how long the lists hold
   struct Drifted {
+    bool known = false;  ///< measured for these lists
     Drift::Found found;
-    double path;              ///< as above, then, m
-    std::vector<Vec3> place;  ///< of the boundaries' origins, then
-  };
-  std::optional<Drifted> drifted;  ///< as last measured for these lists
+    double path = 0;               ///< as above, then, m
+    std::vector<Vec3> place, way;  ///< of the boundaries' origins, then, and theirs since the lists were built
+  } drifted;                       ///< as last measured
 
   // bonds
   bool any_bonds = false, bonds_may_form = false;
@@ -332,7 +336,8 @@ struct Bed::Impl {
   // division.cpp
   void divide_work();
   void divide_work_again();
-  void measure_overheads(const std::vector<double>& until);
+  void measure_overheads();
+  void make_room_for_borders();
   void find_borders();
   std::uint32_t worker_of(std::uint32_t sphere) const;
   void find_foreign_lanes();

@@ -17,7 +17,8 @@ void Bed::Impl::divide_work() {
   // contact that is looked at by itself, and a sphere cost beside it.
   constexpr double near_block = 1.3, plane_block = 1.5, entry = 0.15, sphere = 0.06, guess_near = 0.05;
   const bool known = steps_divided > 0;
-  std::vector<double> until(tiles.size() + 1, 0);
+  std::vector<double>& until = work_until;
+  until.assign(tiles.size() + 1, 0);
   for (std::size_t k = 0; k < tiles.size(); ++k) {
     Tile& t = tiles[k];
     double work = sphere * (t.end - t.begin) + entry * (t.entries_end - t.entries_begin);
@@ -37,7 +38,10 @@ void Bed::Impl::divide_work() {
   while (ring < span + kTile) ring *= 2;
 
   workers.resize(static_cast<std::size_t>(threads));
-  if (known) measure_overheads(until);
+  if (known)
+    measure_overheads();
+  else
+    make_room_for_borders();
   double overheads = 0, share = 0;
   for (const Worker& w : workers) overheads += w.overhead;
   std::uint32_t tile = 0, reached = 0;
@@ -59,14 +63,14 @@ void Bed::Impl::divide_work() {
 }
 
 /// From the times of the threads, in the units of work: the thread that is fastest at it has none.
-void Bed::Impl::measure_overheads(const std::vector<double>& until) {
-  const auto work = [&](const Worker& w) { return until[w.tiles_end] - until[w.tiles_begin]; };
+void Bed::Impl::measure_overheads() {
+  const auto work = [&](const Worker& w) { return work_until[w.tiles_end] - work_until[w.tiles_begin]; };
   double unit = 0;  // s
   for (Worker& w : workers)
     if (const double time = w.pace.median(); time > 0 && work(w) > 0)
       unit = unit > 0 ? std::min(unit, time / work(w)) : time / work(w);
   // A thread whose core is taken away most of the time is not left without work.
-  const double most = 0.5 * until.back() / threads;
+  const double most = 0.5 * work_until.back() / threads;
   for (Worker& w : workers)
     w.overhead = unit > 0 && work(w) > 0 ? std::clamp(w.pace.median() / unit - work(w), 0.0, most) : 0;
 }
@@ -75,6 +79,52 @@ void Bed::Impl::measure_overheads(const std::vector<double>& until) {
 void Bed::Impl::divide_work_again() {
   constexpr int soon = 16, later = 256;
   if (++steps_divided >= (division_guessed ? soon : later) && threads > 1) divide_work();
+}
+
+/// For any division, so that none but that of new lists asks for memory: as much as the worst place for a thread's end
+/// needs.
+void Bed::Impl::make_room_for_borders() {
+  if (threads == 1) return;
+  // By tile where a thread might end: blocks of the tiles before that reach beyond, at seams and elsewhere. First what
+  // each tile has more than the one before.
+  struct Across {
+    std::ptrdiff_t in_strip = 0, at_seams = 0;
+  };
+  std::vector<Across> across(tiles.size() + 2);
+  std::size_t anywhere = 0, longest = 0;
+  std::uint32_t reached = 0;
+  for (std::uint32_t k = 0; k < tiles.size(); ++k) {
+    const Tile& t = tiles[k];
+    reached = std::max(reached, t.last);
+    for (std::uint32_t r = t.runs_begin; r < t.runs_end; ++r) {
+      const PairRun& run = runs[r];
+      if (run.seam) {
+        longest = std::max<std::size_t>(longest, run.blocks);
+        if (t.seam_first <= reached) anywhere += run.blocks;
+        across[k + 1].at_seams += run.blocks, across[t.seam_last + 1].at_seams -= run.blocks;
+        continue;
+      }
+      if (t.last == k) continue;
+      for (std::uint32_t n = run.first; n < run.first + run.blocks; ++n) {
+        const std::uint32_t last = *std::max_element(blocks[n].other, blocks[n].other + kBlock) / kTile;
+        ++across[k + 1].in_strip, --across[last + 1].in_strip;
+      }
+    }
+  }
+  std::ptrdiff_t in_strip = 0, at_seams = 0, most_in_strip = 0, most = 0;
+  for (const Across& more : across) {
+    in_strip += more.in_strip, at_seams += more.at_seams;
+    most_in_strip = std::max(most_in_strip, in_strip);
+    most = std::max(most, in_strip + at_seams);
+  }
+  const std::size_t border = static_cast<std::size_t>(most) + anywhere, ends = workers.size() - 1;
+  for (Worker& w : workers) {
+    w.border.reserve(border);
+    w.at_seam.reserve(longest);
+    w.errands.reserve(border * ends);
+    w.foreign.reserve(static_cast<std::size_t>(most_in_strip) * kBlock * ends);
+    w.waits.reserve(ends);
+  }
 }
 
 /// Blocks that are evaluated before the sweep, by the thread of their last partner, whose sweep needs them first: those
@@ -129,7 +179,7 @@ std::uint32_t Bed::Impl::worker_of(std::uint32_t sphere) const {
 
 /// What each thread has to add of blocks that others evaluate before the sweep, and whom it waits for.
 void Bed::Impl::find_foreign_lanes() {
-  std::vector<std::vector<char>> waits(workers.size(), std::vector<char>(workers.size(), 0));
+  waits.assign(workers.size() * workers.size(), 0);
   for (Worker& w : workers) w.foreign.clear(), w.waits.clear();
   for (const Worker& from : workers) {
     const Border& border = from.border;
@@ -140,14 +190,14 @@ void Bed::Impl::find_foreign_lanes() {
         const std::uint32_t other = blocks[block].other[l];
         if (other < from.end && !run.seam) continue;  // added in the sweep
         const std::uint32_t to = worker_of(other);
-        waits[to][border.place[k].evaluator] = 1;
+        waits[to * workers.size() + border.place[k].evaluator] = 1;
         if (!run.seam) workers[to].foreign.push_back({&border.rows[k].of[l], &border.awake[k], other});
       }
     }
   }
   for (std::uint32_t to = 0; to < workers.size(); ++to)
     for (std::uint32_t from = 0; from < workers.size(); ++from)
-      if (from != to && waits[to][from] != 0) workers[to].waits.push_back(from);
+      if (from != to && waits[to * workers.size() + from] != 0) workers[to].waits.push_back(from);
 }
 
 }  // namespace subsoil::dem

@@ -4,7 +4,7 @@
 
 namespace subsoil::dem {
 
-double Drift::include(const Bounds& of_cell, const std::vector<Vec3>& boundaries, Found& found) {
+double Drift::include(const Bounds& of_cell, std::span<const Vec3> boundaries, Slab& found) {
   const double gone = of_cell.farthest(Vec3{});
   found.gone = std::max(found.gone, gone);
   for (std::size_t k = 0; k < boundaries.size(); ++k) {
@@ -15,18 +15,20 @@ double Drift::include(const Bounds& of_cell, const std::vector<Vec3>& boundaries
   return gone;
 }
 
-Drift::Found Drift::of_all(const std::vector<Found>& slabs, std::size_t boundaries) const {
-  Found out{.parted = 0.5 * skin_, .gone = 0, .against = std::vector<double>(boundaries, 0)};
-  for (const Found& slab : slabs) {
+Drift::Found Drift::of_all(std::size_t boundaries) {
+  const std::span<double> against = of_slab(slabs_.size(), boundaries);
+  std::fill(against.begin(), against.end(), 0.0);
+  Found out{.parted = 0.5 * skin_, .gone = 0, .against = against};
+  for (const Slab& slab : slabs_) {
     out.parted = std::max(out.parted, slab.parted), out.gone = std::max(out.gone, slab.gone);
-    for (std::size_t k = 0; k < boundaries; ++k) out.against[k] = std::max(out.against[k], slab.against[k]);
+    for (std::size_t k = 0; k < boundaries; ++k) against[k] = std::max(against[k], slab.against[k]);
   }
   // Of both ends of a way one is a float.
   Vec3 size{};
   for (int k = 0; k < 3; ++k) size[grid_.axis[k]] = grid_.cell * grid_.n[k];
   const double rounding = 2.0 * std::numeric_limits<float>::epsilon() * norm(size);
   out.parted += rounding, out.gone += rounding;
-  for (double& x : out.against) x += rounding;
+  for (double& x : against) x += rounding;
   return out;
 }
 

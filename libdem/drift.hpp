@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -18,15 +19,17 @@ class Drift {
     /// Most that two spheres moved against each other, m, of which one may have come to touch the other; no less than
     /// half the skin.
     double parted = 0;
-    double gone = 0;              ///< longest way of a sphere
-    std::vector<double> against;  ///< most that a sphere moved against each boundary, m
+    double gone = 0;                  ///< longest way of a sphere
+    std::span<const double> against;  ///< most that a sphere moved against each boundary, m
   };
 
-  /// centre(i) of sphere i, in the order of the grid's cells.
+  /// Also takes the memory for what will be measured. centre(i) of sphere i, in the order of the grid's cells.
   template <class Centre>
-  void begin(Grid grid, double skin, std::size_t count, int threads, const Centre& centre) {
+  void begin(Grid grid, double skin, std::size_t count, std::size_t boundaries, int threads, const Centre& centre) {
     grid_ = std::move(grid), skin_ = skin;
     was_.renew(count);
+    slabs_.resize(static_cast<std::size_t>(grid_.n[0]));
+    against_.resize((slabs_.size() + 1) * boundaries);
     const auto number = static_cast<long>(count);
 #pragma omp parallel for num_threads(threads) schedule(static)
     for (long k = 0; k < number; ++k) {
@@ -37,15 +40,17 @@ class Drift {
   }
 
   /// @param boundaries their ways since the lists were built
+  /// @return valid until the next is measured
   template <class Centre>
-  Found measure(const std::vector<Vec3>& boundaries, int threads, const Centre& centre) const {
+  Found measure(std::span<const Vec3> boundaries, int threads, const Centre& centre) {
     // Of two spheres that parted by more than half the skin one went more than a quarter of it: few cells have such.
     // Ways are worked out again for the neighbours of these: to keep those of all cells would take longer.
     const double far = 0.25 * skin_;
-    std::vector<Found> slabs(static_cast<std::size_t>(grid_.n[0]));
 #pragma omp parallel for num_threads(threads) schedule(dynamic, 1)
     for (int a = 0; a < grid_.n[0]; ++a) {
-      Found slab{.parted = 2 * far, .gone = 0, .against = std::vector<double>(boundaries.size(), 0)};
+      Slab& slab = slabs_[static_cast<std::size_t>(a)];
+      slab = {.parted = 2 * far, .gone = 0, .against = of_slab(static_cast<std::size_t>(a), boundaries.size())};
+      std::fill(slab.against.begin(), slab.against.end(), 0.0);
       for (int b = 0; b < grid_.n[1]; ++b)
         for (int c = 0; c < grid_.n[2]; ++c) {
           const Bounds of_cell = ways(grid_.index(a, b, c), centre);
@@ -53,12 +58,20 @@ class Drift {
           if (include(of_cell, boundaries, slab) > far)
             slab.parted = std::max(slab.parted, parted_around(of_cell, a, b, c, centre));
         }
-      slabs[static_cast<std::size_t>(a)] = std::move(slab);
     }
-    return of_all(slabs, boundaries.size());
+    return of_all(boundaries.size());
   }
 
  private:
+  struct Slab {
+    double parted, gone;
+    std::span<double> against;
+  };
+  /// After the last slab that of all together.
+  std::span<double> of_slab(std::size_t slab, std::size_t boundaries) {
+    return std::span(against_).subspan(slab * boundaries, boundaries);
+  }
+
   template <class Centre>
   Bounds ways(std::size_t cell, const Centre& centre) const {
     Bounds out;
@@ -84,12 +97,14 @@ class Drift {
   }
 
   /// Returns the longest way of its spheres.
-  static double include(const Bounds& of_cell, const std::vector<Vec3>& boundaries, Found& found);
-  Found of_all(const std::vector<Found>& slabs, std::size_t boundaries) const;
+  static double include(const Bounds& of_cell, std::span<const Vec3> boundaries, Slab& found);
+  Found of_all(std::size_t boundaries);
 
   Grid grid_;
   double skin_ = 0;
   Buffer<std::array<float, 3>> was_;  ///< centres when the lists were built, from the grid's low corner
+  std::vector<Slab> slabs_;           ///< cells across the longest side of the grid
+  std::vector<double> against_;       ///< of each slab, then of all together, by boundary
 };
 
 }  // namespace subsoil::dem

@@ -355,10 +355,12 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
     new_index[before_removal.empty() ? was : before_removal[was]] = static_cast<std::uint32_t>(i);
   }
 
-  HalfList list = find_pairs(spheres, grid, reach_and_skin, threads);
-  build_runs(list, grid);
-  find_seams();
-  put_pairs(list, new_index);
+  {
+    HalfList list = find_pairs(spheres, grid, reach_and_skin, threads);
+    build_runs(list, grid);
+    find_seams();
+    put_pairs(list, new_index);
+  }
   old.runs.clear();
   build_surfaces();
   put_surfaces(waiting_surfaces, new_index);

@@ -26,36 +26,41 @@ double angle_between(const Pose& was, const Pose& is) {
 void Bed::Impl::begin_validity(Grid grid, double largest_radius) {
   stale = false;
   path = 0;
-  drifted.reset();
+  drifted.known = false;
+  drifted.place.reserve(boundaries.size()), drifted.way.reserve(boundaries.size());
   // A sphere that is too large for the grid finds its neighbours beyond the next cell.
   drift_counts = !spheres.empty() && largest_radius <= grid.fits;
   if (drift_counts)
-    drift.begin(std::move(grid), skin, spheres.size(), threads, [&](std::size_t i) { return spheres[i].x; });
+    drift.begin(std::move(grid), skin, spheres.size(), boundaries.size(), threads,
+                [&](std::size_t i) { return spheres[i].x; });
 }
 
 void Bed::Impl::measure_drift() {
-  std::vector<Vec3> place, ways;
+  drifted.place.clear(), drifted.way.clear();
   for (std::size_t b = 0; b < boundaries.size(); ++b) {
-    place.push_back(boundaries[b].pose.position);
-    ways.push_back(place.back() - listed_pose[b].position);
+    drifted.place.push_back(boundaries[b].pose.position);
+    drifted.way.push_back(drifted.place.back() - listed_pose[b].position);
   }
-  Drift::Found found = is_mixed() ? drift.measure(ways, threads, [&](std::size_t i) { return mixed[i].x; })
-                                  : drift.measure(ways, threads, [&](std::size_t i) { return spheres[i].x; });
-  drifted = {std::move(found), path, std::move(place)};
+  const auto measure = [&](const auto& of) {
+    return drift.measure(drifted.way, threads, [&](std::size_t i) { return of[i].x; });
+  };
+  drifted.found = is_mixed() ? measure(mixed) : measure(spheres);
+  drifted.path = path;
+  drifted.known = true;
 }
 
 bool Bed::Impl::lists_hold_within(double limit) const {
   double moved = 0;
   for (const Tile& t : tiles) moved = std::max(moved, t.path);
-  const double since = drifted ? path - drifted->path : 0;
+  const double since = drifted.known ? path - drifted.path : 0;
   // No sphere may be farther from its place than the skin: cells and boundaries are looked at as far as that.
-  const bool known = drifted && drifted->found.gone + since <= skin;
-  if (2 * moved > limit && !(known && drifted->found.parted + 2 * since <= limit)) return false;
+  const bool known = drifted.known && drifted.found.gone + since <= skin;
+  if (2 * moved > limit && !(known && drifted.found.parted + 2 * since <= limit)) return false;
   for (std::size_t b = 0; b < boundaries.size(); ++b) {
     const Pose& is = boundaries[b].pose;
     const Pose& was = listed_pose[b];
     double nearer = moved + norm(is.position - was.position);
-    if (known) nearer = std::min(nearer, drifted->found.against[b] + since + norm(is.position - drifted->place[b]));
+    if (known) nearer = std::min(nearer, drifted.found.against[b] + since + norm(is.position - drifted.place[b]));
     if (nearer + angle_between(was, is) * boundary_radius[b] > limit) return false;
   }
   return true;

@@ -15,6 +15,7 @@ constexpr double kEdge = 0.024, kSkin = 0.004;
 struct Cloud {
   Grid grid;
   std::vector<Vec3> at;
+  Drift drift;
 
   explicit Cloud(int count) {
     grid.low = {3, -1, 0.5}, grid.cell = kEdge;
@@ -29,9 +30,8 @@ struct Cloud {
     std::partial_sum(grid.start.begin(), grid.start.end(), grid.start.begin());
   }
 
-  Drift::Found measure(const std::vector<Vec3>& ways, const std::vector<Vec3>& boundaries, int threads) const {
-    Drift drift;
-    drift.begin(grid, kSkin, at.size(), threads, [&](std::size_t i) { return at[i]; });
+  Drift::Found measure(const std::vector<Vec3>& ways, const std::vector<Vec3>& boundaries, int threads) {
+    drift.begin(grid, kSkin, at.size(), boundaries.size(), threads, [&](std::size_t i) { return at[i]; });
     return drift.measure(boundaries, threads, [&](std::size_t i) { return at[i] + ways[i]; });
   }
 };
@@ -39,7 +39,7 @@ struct Cloud {
 /// By all pairs: none within two cells' edges parts by more than is said. What is said is at most what boxes around the
 /// ways of a cell's points allow, three cells away in each direction.
 TEST(Drift, IsABoundForAllNeighbours) {
-  const Cloud cloud(600);
+  Cloud cloud(600);
   Dice dice(4);
   for (int round = 0; round < 20; ++round) {
     // Most stay; those of a random ball go one way, each a little otherwise.
@@ -71,7 +71,7 @@ TEST(Drift, IsABoundForAllNeighbours) {
 
 /// A bed that moves as one does not part, wherever it goes; a shear does by what two to three cells' edges see of it.
 TEST(Drift, SeesWhatPartsAndNotWhatMovesTogether) {
-  const Cloud cloud(5000);
+  Cloud cloud(5000);
   const Vec3 push{0.003, -0.002, 0.001};
   std::vector<Vec3> together(cloud.at.size(), push), shear;
   EXPECT_NEAR(cloud.measure(together, {push}, 2).parted, 0.5 * kSkin, 1e-6);
