@@ -234,8 +234,8 @@ struct Bed::Impl {
   std::vector<std::uint32_t> entry_order;  ///< entries by sphere, then boundary
   std::vector<SurfaceChunk> chunks;
   std::vector<Worker> workers;
-  int steps_divided = 0;         ///< since the work was
-  bool division_guessed = true;  ///< what near pairs cost was not known then
+  int steps_divided = 0;           ///< since the work was
+  bool division_guessed = true;    ///< what near pairs cost was not known then
   std::vector<double> work_until;  ///< of the tiles before each, in blocks
   std::vector<char> waits;         ///< whether one thread has to wait for another, by both
 

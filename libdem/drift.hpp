@@ -48,8 +48,7 @@ class Drift {
     const double far = 0.25 * skin_;
 #pragma omp parallel for num_threads(threads) schedule(dynamic, 1)
     for (int a = 0; a < grid_.n[0]; ++a) {
-      Slab& slab = slabs_[static_cast<std::size_t>(a)];
-      slab = {.parted = 2 * far, .gone = 0, .against = of_slab(static_cast<std::size_t>(a), boundaries.size())};
+      Slab slab{.parted = 2 * far, .gone = 0, .against = of_slab(static_cast<std::size_t>(a), boundaries.size())};
       std::fill(slab.against.begin(), slab.against.end(), 0.0);
       for (int b = 0; b < grid_.n[1]; ++b)
         for (int c = 0; c < grid_.n[2]; ++c) {
@@ -58,6 +57,7 @@ class Drift {
           if (include(of_cell, boundaries, slab) > far)
             slab.parted = std::max(slab.parted, parted_around(of_cell, a, b, c, centre));
         }
+      slabs_[static_cast<std::size_t>(a)] = slab;
     }
     return of_all(boundaries.size());
   }

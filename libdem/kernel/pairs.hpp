@@ -11,7 +11,7 @@
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
-inline constexpr int kGroup = 8;  ///< packs per stage
+inline constexpr int kGroup = 6;  ///< packs per stage
 
 /// Overlap, and the inverse of the distance.
 inline Doubles overlap_of(const Gap<Doubles>& g, Doubles& inverse) {
@@ -168,6 +168,8 @@ void run_pairs(const L& by_reference, PairJob& job) {
       fetch(job.next_lines, room * bytes);
     }
     if (seam_pair < kBlock * job.seam_count) seam_pair = fetch_for_seam(job, spheres, bytes, seam_pair, room);
+    const int begun = slice;
+    int next_slice = 0;  // the same few again and again stay in the first-level cache
     std::uint32_t blocks = 0, fresh = 0;
     for (; blocks < room && k < count; ++k) {
       const std::uint32_t b = border ? job.border_block[k] : k;
@@ -182,7 +184,8 @@ void run_pairs(const L& by_reference, PairJob& job) {
       which[blocks] = b;
       result[blocks] = at_border ? job.border_result + place : &results[blocks];
       if (border || job.shapes[b].begins) {
-        slice = slice < room ? slice + 1 : 0;
+        next_slice += next_slice == begun;
+        slice = next_slice++;
         read(spheres, job.blocks[b].owner, owners[slice]);
       }
       own[blocks] = &owners[slice];
