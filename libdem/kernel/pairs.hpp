@@ -11,7 +11,8 @@
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
-inline constexpr int kGroup = 6;  ///< packs per stage
+inline constexpr int kGroup = 6;  ///< packs per stage; more crowd the first-level cache
+inline constexpr int kAhead = 8;  ///< packs between one and that which is fetched with it
 
 /// Overlap, and the inverse of the distance.
 inline Doubles overlap_of(const Gap<Doubles>& g, Doubles& inverse) {
@@ -123,7 +124,7 @@ double wakes_at(const PairJob& job, const BlockResult& r) {
 /// `Book` the law's friction is the usual one (Friction::usual).
 template <class P, bool Rolls, bool Book, class L>
 void run_pairs(const L& by_reference, PairJob& job) {
-  constexpr int span = kSpan<P>, room = kGroup * span, lanes = P::kLanes;
+  constexpr int span = kSpan<P>, room = kGroup * span, further = kAhead * span, lanes = P::kLanes;
   L law = by_reference;  // nothing can point to it: its constants stay in registers
   if constexpr (!Book) law.friction = law.friction.as_usual();
   const double share = lever_share(law);
@@ -161,11 +162,11 @@ void run_pairs(const L& by_reference, PairJob& job) {
       count > 0 ? (static_cast<std::size_t>(ahead_end - ahead) / count / sizeof(Line) + 1) * sizeof(Line) : 0;
   std::uint32_t seam_pair = 0;
   for (std::uint32_t k = 0; k < count;) {
-    // With each block of touching pairs that of the group after this one is fetched; here what the next run begins
+    // With each block of touching pairs one further on is fetched; here what the next run begins
     // with.
-    if (k + 2 * room >= count && k + room < count && job.next_blocks != nullptr) {
-      fetch(job.next_blocks, room * sizeof(PairBlock));
-      fetch(job.next_lines, room * bytes);
+    if (k + room + further >= count && k + further < count && job.next_blocks != nullptr) {
+      fetch(job.next_blocks, further * sizeof(PairBlock));
+      fetch(job.next_lines, further * bytes);
     }
     if (seam_pair < kBlock * job.seam_count) seam_pair = fetch_for_seam(job, spheres, bytes, seam_pair, room);
     const int begun = slice;
@@ -203,7 +204,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
         for (int s = 0; s < span; ++s) {
           const std::uint32_t at = todo[g * span + s];
           i[s] = own[at], j[s] = job.blocks[which[at]].other;
-          fetch(job.blocks + which[at] + room, sizeof(PairBlock));
+          fetch(job.blocks + which[at] + further, sizeof(PairBlock));
           if (ahead < ahead_end) fetch(ahead, stride), ahead += stride;
         }
         for (int part = 0; part < kParts<P>; ++part) {
@@ -222,8 +223,8 @@ void run_pairs(const L& by_reference, PairJob& job) {
         const std::uint32_t at = todo[g * span + s];
         memory[s] = BlockMemory::at(job.lines, job.count, shape, which[at]);
         out[s] = result[at];
-        fetch(memory[s].numbers + room * bytes, bytes);
-        if constexpr (Book) fetch(memory[s].notes + room * shape.note_bytes(), shape.note_bytes());
+        fetch(memory[s].numbers + further * bytes, bytes);
+        if constexpr (Book) fetch(memory[s].notes + further * shape.note_bytes(), shape.note_bytes());
       }
       for (int part = 0; part < kParts<P>; ++part)
         if (evaluate<Rolls, Book, P>(law, job, elapsed, meeting[g][part], same_torque, memory, out, part * lanes))
