@@ -121,9 +121,9 @@ std::vector<dem::BedLayer> SoilBuilder::layers() const {
   return out;
 }
 
-std::vector<dem::LatticeLayer> SoilBuilder::lattice_layers(bool at_rest) const {
+std::vector<dem::LatticeLayer> SoilBuilder::lattice_layers(std::vector<dem::BedLayer> layers, bool at_rest) const {
   std::vector<dem::LatticeLayer> out;
-  for (const dem::BedLayer& layer : layers()) {
+  for (const dem::BedLayer& layer : layers) {
     dem::LatticeLayer l{layer};
     const double mean = 0.5 * (dem::least_radius(layer.radius) + dem::largest_radius(layer.radius));
     const int own = layer.of.material;
@@ -139,7 +139,7 @@ std::vector<dem::LatticeLayer> SoilBuilder::lattice_layers(bool at_rest) const {
 }
 
 void SoilBuilder::place_layers(bool at_rest) {
-  const std::vector<dem::LatticeLayer> layers = lattice_layers(at_rest);
+  const std::vector<dem::LatticeLayer> layers = lattice_layers(this->layers(), at_rest);
   dem::LatticePlan plan = lattice_plan(0);
   std::vector<std::size_t> numbers;
   world_.bed->add(dem::layered_lattice(plan, layers, numbers));
@@ -283,19 +283,17 @@ void SoilBuilder::place_made() {
   }
 }
 
-/// `check` only looks: a lattice of the mean radius at rest distance has about the spheres and contacts of a random
-/// bed.
+/// `check` only looks: a lattice at rest distance of spheres of mean volume has about the spheres and contacts of a
+/// random bed.
 void SoilBuilder::place_stand_in() {
   if (layered()) {
-    std::vector<dem::LatticeLayer> layers = lattice_layers(true);
-    for (dem::LatticeLayer& l : layers)
-      l.radius = dem::EqualRadius{0.5 * (dem::least_radius(l.radius) + dem::largest_radius(l.radius))};
+    std::vector<dem::BedLayer> alike = layers();
+    for (dem::BedLayer& l : alike) l.radius = dem::EqualRadius{dem::radius_of_mean_volume(l.radius, l.shares)};
     std::vector<std::size_t> numbers;
-    world_.bed->add(dem::layered_lattice(lattice_plan(0), layers, numbers));
+    world_.bed->add(dem::layered_lattice(lattice_plan(0), lattice_layers(std::move(alike), true), numbers));
     return;
   }
-  const dem::RadiusDistribution sizes = sizes_of(bed().radius);
-  const double mean = 0.5 * (dem::least_radius(sizes) + dem::largest_radius(sizes));
+  const double mean = dem::radius_of_mean_volume(sizes_of(bed().radius), shares_of(bed().shares));
   dem::LatticePlan plan = lattice_plan(2 * mean - rest_overlap(material().material, material().material));
   plan.radius = dem::EqualRadius{mean};
   std::vector<dem::SphereSpec> spheres = dem::lattice(plan, material());
@@ -316,7 +314,7 @@ dem::StepQuestion SoilBuilder::question() const {
     q.density = std::min(q.density, density(s));
   }
   q.neighbours = dem::most_neighbours(world_.bed->spheres().size());
-  if (world_.bed->spheres().empty() && rains()) {
+  if (rains() && (world_.bed->spheres().empty() || !options_.settle)) {
     q.neighbours = 12;
     const auto expect = [&](const dem::RadiusDistribution& sizes, double density) {
       q.smallest_radius = std::min(q.smallest_radius, dem::least_radius(sizes));

@@ -123,4 +123,17 @@ bool RadiusSampler::keep(double radius, double least, RandomNumbers& random) con
   return random.uniform() < q * q * q;
 }
 
+double radius_of_mean_volume(const RadiusDistribution& sizes, ShareOf shares) {
+  if (const auto* equal = std::get_if<EqualRadius>(&sizes)) return equal->radius;
+  constexpr int drawn = 20000;
+  const RadiusSampler sampler(sizes, shares);
+  RandomNumbers random(1);
+  double cubes = 0;
+  for (int k = 0; k < drawn; ++k) {
+    const double r = sampler.draw(random);
+    cubes += r * r * r;
+  }
+  return std::cbrt(cubes / drawn);
+}
+
 }  // namespace subsoil::dem

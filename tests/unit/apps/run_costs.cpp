@@ -1,5 +1,7 @@
 #include <array>
+#include <cmath>
 #include <cstdio>
+#include <string>
 
 #include "tests/tools/program_runs.hpp"
 
@@ -82,6 +84,42 @@ TEST(RunCosts, CheckHoldsTimeMemoryAndDiskWithinAFactorOfOneAndAHalf) {
     before = promised(file), after = taken(file, dir / "out");
   }
   expect_within(before.time, after.time, "time");
+}
+
+/// What follows `name` in the first line of `check` that has it.
+std::string word_of_check(const std::string& file, const std::string& name) {
+  std::string found;
+  FILE* pipe = popen((std::string(SUBSOIL_PROGRAM) + " check --threads 1 " + file).c_str(), "r");
+  std::array<char, 512> line{};
+  while (pipe != nullptr && std::fgets(line.data(), line.size(), pipe) != nullptr) {
+    const std::string text = line.data();
+    const std::size_t at = text.find(name);
+    if (found.empty() && at != std::string::npos) found = text.substr(at + name.size());
+  }
+  EXPECT_EQ(pclose(pipe), 0);
+  return found;
+}
+
+/// Before anything is poured: even masses of 3 and 6 mm are eight small spheres to a large one, and the small ones set
+/// the step. What is promised stands on a cubic lattice of whole rows, 0.45 of the room or more, where poured spheres
+/// take 0.6; spheres of the middle radius would be 0.4 of their number.
+TEST(RunCosts, CheckExpectsTheSizesThatWillRain) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(R"(subsoil: 1
+materials: {grain: {density: 2600 kg/m^3}}
+contacts: [{between: [grain, grain], law: linear, k_n: 20 kN/m, restitution: 0.4, mu: 0.5}]
+soil:
+  container: {size: 0.1 0.1 0.1 m, at: 0 0 0 m, material: grain}
+  bed:
+    {fill: random, material: grain, radius: {table: [[3 mm, 1], [6 mm, 1]]}, shares: mass, depth: 60 mm,
+     settle: {until: 30 mm/s}}
+time: {end: 1 ms, safety: 0.8}
+)");
+  EXPECT_EQ(word_of_check(file, "on a sphere of radius ").substr(0, 4), "3.00");
+  const double solid = 0.6 * 0.1 * 0.1 * 0.06,
+               each = 4.0 / 3.0 * 3.14159 * 2 / (std::pow(0.003, -3) + std::pow(0.006, -3));
+  const double promised = std::stod(word_of_check(file, "spheres"));
+  EXPECT_NEAR(promised, solid / each, 0.3 * solid / each);
 }
 
 }  // namespace

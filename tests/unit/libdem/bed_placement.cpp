@@ -222,6 +222,17 @@ TEST(BedSizes, UniformByMass) {
   EXPECT_GT(std::abs(moments(UniformRadius{a, b}).mean - mean), error_of_mean(0.003));  // by number it is another
 }
 
+// Uniform by number: the mean of r^3 is (b^4 - a^4)/(4 (b - a)); even masses of 2 and 8 mm: (1 + 1)/(1/a^3 + 1/b^3). Of
+// 20,000 drawn the mean of r^3 errs by 1 % at most and 4 %, where one in 65 is a large one; of the radius by a third.
+TEST(BedSizes, RadiusOfMeanVolume) {
+  const double a = 0.002, b = 0.008;
+  EXPECT_EQ(radius_of_mean_volume(EqualRadius{a}, ShareOf::mass), a);
+  const double uniform = std::cbrt((std::pow(b, 4) - std::pow(a, 4)) / (4 * (b - a)));
+  EXPECT_NEAR(radius_of_mean_volume(UniformRadius{a, b}, ShareOf::number), uniform, 0.01 * uniform);
+  const double table = std::cbrt(2 / (std::pow(a, -3) + std::pow(b, -3)));
+  EXPECT_NEAR(radius_of_mean_volume(TableRadius{{a, b}, {1, 1}}, ShareOf::mass), table, 0.04 * table);
+}
+
 TEST(BedSizes, NormalNumbersAndBall) {
   RandomNumbers random(5);
   double mean = 0, square = 0, fourth = 0, radius = 0;
