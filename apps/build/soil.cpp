@@ -121,7 +121,8 @@ std::vector<dem::BedLayer> SoilBuilder::layers() const {
   return out;
 }
 
-std::vector<dem::LatticeLayer> SoilBuilder::lattice_layers(std::vector<dem::BedLayer> layers, bool at_rest) const {
+std::vector<dem::LatticeLayer> SoilBuilder::lattice_layers(const std::vector<dem::BedLayer>& layers,
+                                                           bool at_rest) const {
   std::vector<dem::LatticeLayer> out;
   for (const dem::BedLayer& layer : layers) {
     dem::LatticeLayer l{layer};
@@ -290,7 +291,7 @@ void SoilBuilder::place_stand_in() {
     std::vector<dem::BedLayer> alike = layers();
     for (dem::BedLayer& l : alike) l.radius = dem::EqualRadius{dem::radius_of_mean_volume(l.radius, l.shares)};
     std::vector<std::size_t> numbers;
-    world_.bed->add(dem::layered_lattice(lattice_plan(0), lattice_layers(std::move(alike), true), numbers));
+    world_.bed->add(dem::layered_lattice(lattice_plan(0), lattice_layers(alike, true), numbers));
     return;
   }
   const double mean = dem::radius_of_mean_volume(sizes_of(bed().radius), shares_of(bed().shares));

@@ -40,7 +40,7 @@ class SoilBuilder {
   dem::BedMaterial material() const { return material_of(bed().material); }
   bool layered() const { return has_bed() && !bed().layers.empty(); }
   std::vector<dem::BedLayer> layers() const;
-  std::vector<dem::LatticeLayer> lattice_layers(std::vector<dem::BedLayer> layers, bool at_rest) const;
+  std::vector<dem::LatticeLayer> lattice_layers(const std::vector<dem::BedLayer>& layers, bool at_rest) const;
   double depth_of_layers() const;
   void place_layers(bool at_rest);
   void assign_layers(std::vector<dem::SphereSpec>& spheres);

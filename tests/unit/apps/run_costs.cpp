@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <vector>
 
 #include "tests/tools/program_runs.hpp"
 
@@ -30,19 +31,24 @@ double byte_count(const std::string& text) {
 }
 
 /// The program's own words.
-Costs promised(const std::string& file) {
-  Costs costs;
+std::vector<std::string> lines_of_check(const std::string& file) {
+  std::vector<std::string> lines;
   FILE* pipe = popen((std::string(SUBSOIL_PROGRAM) + " check --threads 1 " + file).c_str(), "r");
   std::array<char, 512> line{};
-  while (pipe != nullptr && std::fgets(line.data(), line.size(), pipe) != nullptr) {
-    const std::string text = line.data();
+  while (pipe != nullptr && std::fgets(line.data(), line.size(), pipe) != nullptr) lines.push_back(line.data());
+  EXPECT_EQ(pclose(pipe), 0);
+  return lines;
+}
+
+Costs promised(const std::string& file) {
+  Costs costs;
+  for (const std::string& text : lines_of_check(file)) {
     const std::size_t about = text.find("about ");
     if (about == std::string::npos) continue;
     if (text.rfind("wall time", 0) == 0) costs.time = clock_seconds(text.substr(about + 6));
     if (text.rfind("memory", 0) == 0) costs.memory = byte_count(text.substr(about + 6));
     if (text.rfind("disk", 0) == 0) costs.disk = byte_count(text.substr(about + 6));
   }
-  EXPECT_EQ(pclose(pipe), 0);
   return costs;
 }
 
@@ -88,16 +94,9 @@ TEST(RunCosts, CheckHoldsTimeMemoryAndDiskWithinAFactorOfOneAndAHalf) {
 
 /// What follows `name` in the first line of `check` that has it.
 std::string word_of_check(const std::string& file, const std::string& name) {
-  std::string found;
-  FILE* pipe = popen((std::string(SUBSOIL_PROGRAM) + " check --threads 1 " + file).c_str(), "r");
-  std::array<char, 512> line{};
-  while (pipe != nullptr && std::fgets(line.data(), line.size(), pipe) != nullptr) {
-    const std::string text = line.data();
-    const std::size_t at = text.find(name);
-    if (found.empty() && at != std::string::npos) found = text.substr(at + name.size());
-  }
-  EXPECT_EQ(pclose(pipe), 0);
-  return found;
+  for (const std::string& text : lines_of_check(file))
+    if (const std::size_t at = text.find(name); at != std::string::npos) return text.substr(at + name.size());
+  return {};
 }
 
 /// Before anything is poured: even masses of 3 and 6 mm are eight small spheres to a large one, and the small ones set
