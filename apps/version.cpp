@@ -9,7 +9,7 @@
 #include <CLI/Version.hpp>
 #include <Eigen/Core>
 
-#include "libdem/kernel/streams.hpp"
+#include "libdem/contacts/blocks.hpp"
 
 namespace subsoil::app {
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "libdem/bed/carve.hpp"
-#include "libdem/bed/placement.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
+#include "libdem/packing/carve.hpp"
+#include "libdem/packing/placement.hpp"
 
 namespace subsoil::bench {
 namespace {

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "libdem/bed/settle.hpp"
+#include "libdem/packing/settle.hpp"
 
 namespace subsoil::bench {
 namespace {

@@ -2,8 +2,8 @@
 #include <string>
 #include <vector>
 
+#include "libdem/base/vec3.hpp"
 #include "libdem/laws/law_table.hpp"
-#include "libdem/vec3.hpp"
 
 /// A settled bed for the benchmarks, of any length and width, without settling it anew.
 ///

@@ -17,8 +17,8 @@
 #include <string>
 
 #include "bench/bed_case.hpp"
-#include "libdem/bed/sizes.hpp"
-#include "libdem/stability.hpp"
+#include "libdem/packing/sizes.hpp"
+#include "libdem/step/stability.hpp"
 
 namespace {
 

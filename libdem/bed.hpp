@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "libdem/boundary.hpp"
+#include "libdem/geometry/boundary.hpp"
 #include "libdem/laws/law_table.hpp"
-#include "libdem/particles.hpp"
+#include "libdem/particles/particles.hpp"
 
 namespace subsoil::dem {
 

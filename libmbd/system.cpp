@@ -375,11 +375,11 @@ void System::settle_constraints() {
   set_state(model_.start_time, start_position(), start_velocity());
   const auto settle = [&](auto& element) {
     if constexpr (requires { element.body_a(); }) {
-      element.settle_start(body(element.body_a()), body(element.body_b()), t_);
-    } else if constexpr (requires { element.settle_start(BodyState{}, BodyState{}, BodyState{}, t_); }) {
-      element.settle_start(body(element.body_a), body(element.body_b), body(element.body_c), t_);
-    } else if constexpr (requires { element.settle_start(BodyState{}, BodyState{}, t_); }) {
-      element.settle_start(body(element.body_a), body(element.body_b), t_);
+      element.initialise_from_pose(body(element.body_a()), body(element.body_b()), t_);
+    } else if constexpr (requires { element.initialise_from_pose(BodyState{}, BodyState{}, BodyState{}, t_); }) {
+      element.initialise_from_pose(body(element.body_a), body(element.body_b), body(element.body_c), t_);
+    } else if constexpr (requires { element.initialise_from_pose(BodyState{}, BodyState{}, t_); }) {
+      element.initialise_from_pose(body(element.body_a), body(element.body_b), t_);
     }
   };
   for (auto& j : model_.joints) naming("joint '" + j.name + "'", [&] { std::visit(settle, j.element); });
@@ -392,7 +392,7 @@ void System::settle_forces(double t, const Eigen::VectorXd& q, const Eigen::Vect
     model_.forces[i].element = given_forces_[i];
     std::visit(
         [&](auto& force) {
-          if constexpr (requires { force.settle_start(scene()); }) force.settle_start(scene());
+          if constexpr (requires { force.initialise_from_pose(scene()); }) force.initialise_from_pose(scene());
         },
         model_.forces[i].element);
   }

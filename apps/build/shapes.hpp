@@ -2,7 +2,7 @@
 #include <vector>
 
 #include "apps/scenario/scenario.hpp"
-#include "libdem/boundary.hpp"
+#include "libdem/geometry/boundary.hpp"
 
 /// Scenario shapes as surfaces of the bed: the only place where mesh files are read.
 namespace subsoil::app {

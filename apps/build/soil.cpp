@@ -9,8 +9,8 @@
 
 #include "apps/build/laws.hpp"
 #include "apps/scenario/units.hpp"
-#include "libdem/bed/carve.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
+#include "libdem/packing/carve.hpp"
 
 namespace subsoil::app {
 namespace {

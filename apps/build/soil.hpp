@@ -3,7 +3,7 @@
 
 #include "apps/build/world.hpp"
 #include "apps/output/bed_file.hpp"
-#include "libdem/bed/settle.hpp"
+#include "libdem/packing/settle.hpp"
 
 namespace subsoil::app {
 

@@ -6,8 +6,8 @@
 
 #include "apps/scenario/load.hpp"
 #include "coupling/simulation.hpp"
-#include "libdem/bed/layers.hpp"
-#include "libdem/stability.hpp"
+#include "libdem/packing/layers.hpp"
+#include "libdem/step/stability.hpp"
 
 /// Everything a scenario describes, built and ready to step.
 namespace subsoil::app {

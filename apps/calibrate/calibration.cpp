@@ -8,7 +8,7 @@
 
 #include "apps/calibrate/store.hpp"
 #include "apps/calibrate/surrogate.hpp"
-#include "apps/element/tests.hpp"
+#include "apps/laboratory/tests.hpp"
 
 namespace subsoil::app {
 namespace {

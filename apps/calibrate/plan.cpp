@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/element/tests.hpp"
+#include "apps/laboratory/tests.hpp"
 #include "apps/scenario/checks.hpp"
 #include "apps/scenario/reader.hpp"
 

@@ -1,4 +1,4 @@
-#include "apps/element/report.hpp"
+#include "apps/laboratory/report.hpp"
 
 #include <fmt/format.h>
 

@@ -2,7 +2,7 @@
 
 #include "apps/calibrate/calibration.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/element/report.hpp"
+#include "apps/laboratory/report.hpp"
 
 namespace subsoil::app {
 namespace {

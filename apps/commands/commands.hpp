@@ -19,7 +19,7 @@ struct ImpactRequest {
   std::vector<std::string> free;   ///< parameters that a fit may move; empty: those the data tell of
 };
 int impact_command(const ImpactRequest& request);
-/// `subsoil test`: an element test of a scenario's material.
+/// `subsoil test`: an laboratory test of a scenario's material.
 struct TestRequest {
   std::string test, scenario;
   std::vector<std::string> sets;  ///< path=value
@@ -28,7 +28,7 @@ struct TestRequest {
   int threads = 0;                ///< specimens side by side; 0: all cores
 };
 int test_command(const TestRequest& request);
-/// `subsoil calibrate`: parameters of a scenario that meet measured results of element tests.
+/// `subsoil calibrate`: parameters of a scenario that meet measured results of laboratory tests.
 struct CalibrateRequest {
   std::string plan;
   std::vector<std::string> sets;  ///< path=value

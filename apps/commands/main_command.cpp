@@ -4,7 +4,7 @@
 #include <iostream>
 
 #include "apps/commands/commands.hpp"
-#include "apps/element/tests.hpp"
+#include "apps/laboratory/tests.hpp"
 #include "apps/plot/plot.hpp"
 #include "apps/plot/strip.hpp"
 #include "apps/scenario/load.hpp"
@@ -74,11 +74,11 @@ CLI::App* add_impact(CLI::App& app, ImpactRequest& request) {
 }
 
 CLI::App* add_test(CLI::App& app, TestRequest& request) {
-  CLI::App* word = app.add_subcommand("test", "an element test of a scenario's material: repose, shear, ...");
+  CLI::App* word = app.add_subcommand("test", "an laboratory test of a scenario's material: repose, shear, ...");
   word->footer(
       "Sizes, loads and packings stand in the section `test` of the scenario, or in --set, as in\n  subsoil test "
-      "shear configs/element/dry.yaml --set \"test.shear.loads=2 4 8 kPa\". Keys: docs/scenario.md; tests: "
-      "docs/element-tests.md");
+      "shear configs/laboratory/dry.yaml --set \"test.shear.loads=2 4 8 kPa\". Keys: docs/scenario.md; tests: "
+      "docs/laboratory-tests.md");
   word->add_option("test", request.test, "which test")->required()->check(CLI::IsMember(test_words()));
   word->add_option("scenario", request.scenario, "scenario file (YAML)")->required();
   word->add_option("--set", request.sets, "override a value of the scenario: path=value (may be repeated)")
@@ -92,10 +92,10 @@ CLI::App* add_test(CLI::App& app, TestRequest& request) {
 }
 
 CLI::App* add_calibrate(CLI::App& app, CalibrateRequest& request) {
-  CLI::App* word = app.add_subcommand("calibrate", "find contact parameters that meet measured element tests");
+  CLI::App* word = app.add_subcommand("calibrate", "find contact parameters that meet measured laboratory tests");
   word->footer(
       "Evaluations are kept in the folder: the same command goes on where it was stopped. Keys: "
-      "docs/scenario.md; method: docs/element-tests.md");
+      "docs/scenario.md; method: docs/laboratory-tests.md");
   word->add_option("plan", request.plan, "plan (YAML): scenario, parameters, targets")->required();
   word->add_option("--set", request.sets, "override a value of the plan: path=value (may be repeated)")
       ->allow_extra_args(false);

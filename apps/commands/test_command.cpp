@@ -2,8 +2,8 @@
 #include <unistd.h>
 
 #include "apps/commands/commands.hpp"
-#include "apps/element/report.hpp"
-#include "apps/element/tests.hpp"
+#include "apps/laboratory/report.hpp"
+#include "apps/laboratory/tests.hpp"
 
 namespace subsoil::app {
 

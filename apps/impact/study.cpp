@@ -5,7 +5,7 @@
 
 #include "apps/scenario/checks.hpp"
 #include "apps/scenario/reader.hpp"
-#include "libdem/particles.hpp"
+#include "libdem/particles/particles.hpp"
 
 namespace subsoil::app {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "apps/impact/ground_impact.hpp"
 #include "apps/scenario/document.hpp"
-#include "libdem/impact/bed_strike.hpp"
+#include "libdem/bed_impact.hpp"
 #include "libdem/impact/models.hpp"
 
 /// What `subsoil impact` is asked: a model, two bodies, speeds. Read by the machinery of scenarios, from a file, from

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "libdem/vec3.hpp"
+#include "libdem/base/vec3.hpp"
 
 /// Beds kept between runs, and particle lists that a user writes by hand or by script.
 namespace subsoil::app {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "libdem/vec3.hpp"
+#include "libdem/base/vec3.hpp"
 
 /// Full states, from which a run can start again: named arrays in a file of their own.
 namespace subsoil::app {

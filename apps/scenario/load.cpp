@@ -1,6 +1,6 @@
 #include "apps/scenario/load.hpp"
 
-#include "apps/element/tests.hpp"
+#include "apps/laboratory/tests.hpp"
 #include "apps/scenario/checks.hpp"
 #include "apps/scenario/reader.hpp"
 
@@ -15,7 +15,7 @@ Loaded read_checked(const Node& document, Problems& problems) {
   Reader reader(reading, document, "");
   declare(reader, loaded.scenario);
   std::optional<ElementTests> tests;  // of the same material; a run checks the section and leaves it
-  reader.section("test", tests, "element tests");
+  reader.section("test", tests, "laboratory tests");
   reader.finish();
   loaded.places = std::move(reading.places);
   check(loaded.scenario, loaded.places, problems);

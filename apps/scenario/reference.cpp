@@ -4,8 +4,8 @@
 #include <set>
 
 #include "apps/calibrate/plan.hpp"
-#include "apps/element/tests.hpp"
 #include "apps/impact/study.hpp"
+#include "apps/laboratory/tests.hpp"
 #include "apps/scenario/load.hpp"
 #include "apps/scenario/printer.hpp"
 
@@ -26,7 +26,7 @@ std::vector<Row> make_rows() {
   Scenario prototype;
   declare(printer, prototype);
   ElementTests tests;
-  printer.section("test", tests, "element tests of the material, run by `subsoil test`; a run does not look at it");
+  printer.section("test", tests, "laboratory tests of the material, run by `subsoil test`; a run does not look at it");
   // A function of time may stand wherever a key says so, and so may a characteristic; their forms are listed once.
   const auto list_forms = [&rows]<class... Units>(const std::string& head, auto kinds, const Units&... units) {
     ForEach<decltype(kinds)>::call([&]<class Kind>(std::type_identity<Kind>) {
@@ -249,7 +249,7 @@ std::string reference_markdown() {
   text += key_table<ImpactStudy>();
   text +=
       "\n# The file of `subsoil calibrate`\n\nThe same rules hold; values of targets carry the unit of their number "
-      "([element-tests.md](element-tests.md)).\n\n";
+      "([laboratory-tests.md](laboratory-tests.md)).\n\n";
   text += key_table<Plan>();
   return text;
 }

@@ -6,9 +6,9 @@
 #include <variant>
 #include <vector>
 
+#include "libdem/base/vec3.hpp"
 #include "libdem/laws/laws.hpp"
-#include "libdem/particles.hpp"
-#include "libdem/vec3.hpp"
+#include "libdem/particles/particles.hpp"
 #include "libmbd/elements.hpp"
 #include "libmbd/integrator.hpp"
 #include "libmbd/measures.hpp"

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "libdem/vec3.hpp"
+#include "libdem/base/vec3.hpp"
 
 namespace subsoil::dem {
 

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "libdem/vec3.hpp"
+#include "libdem/base/vec3.hpp"
 
 namespace subsoil::dem {
 

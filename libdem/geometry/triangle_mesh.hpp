@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "libdem/base/vec3.hpp"
 #include "libdem/geometry/bounds.hpp"
-#include "libdem/vec3.hpp"
 
 namespace subsoil::dem {
 

@@ -11,38 +11,38 @@ inline namespace SUBSOIL_ISA {
 
 /// Some lanes of a block, as wide as the sums they are added to: packs of P, but floats of one block only.
 #if defined(__AVX512F__)
-struct HalfSingles {
+struct HalfVecF {
   static constexpr int kLanes = 8;
   __m256 v;
 
-  HalfSingles() = default;
-  HalfSingles(double s) : v(_mm256_set1_ps(static_cast<float>(s))) {}
-  explicit HalfSingles(__m256 f) : v(f) {}
-  HalfSingles& operator+=(HalfSingles b) { return v = _mm256_add_ps(v, b.v), *this; }
+  HalfVecF() = default;
+  HalfVecF(double s) : v(_mm256_set1_ps(static_cast<float>(s))) {}
+  explicit HalfVecF(__m256 f) : v(f) {}
+  HalfVecF& operator+=(HalfVecF b) { return v = _mm256_add_ps(v, b.v), *this; }
 };
-using SinglesPart = HalfSingles;
+using VecFPart = HalfVecF;
 /// With zeros from lane `count` of the block on, in which `from` is lane `first`.
-inline HalfSingles load_part(const float* from, std::uint32_t count, int) {
-  return HalfSingles(_mm256_maskz_loadu_ps(static_cast<__mmask8>((1u << count) - 1), from));
+inline HalfVecF load_part(const float* from, std::uint32_t count, int) {
+  return HalfVecF(_mm256_maskz_loadu_ps(static_cast<__mmask8>((1u << count) - 1), from));
 }
-inline Doubles load_part(const double* from, std::uint32_t count, int) {
-  return Doubles(DoublesData(_mm512_maskz_loadu_pd(static_cast<__mmask8>((1u << count) - 1), from)));
+inline VecD load_part(const double* from, std::uint32_t count, int) {
+  return VecD(VecDData(_mm512_maskz_loadu_pd(static_cast<__mmask8>((1u << count) - 1), from)));
 }
 #else
-using SinglesPart = Singles;
-inline Singles load_part(const float* from, std::uint32_t count, int first) {
-  if (count == kBlock) return load<Singles>(from);
-  float lane[kSingles];
-  for (int l = 0; l < kSingles; ++l) lane[l] = static_cast<float>(first + l);
-  return select(Singles(static_cast<double>(count)) > load<Singles>(lane), load<Singles>(from), Singles(0.0));
+using VecFPart = VecF;
+inline VecF load_part(const float* from, std::uint32_t count, int first) {
+  if (count == kBlock) return load<VecF>(from);
+  float lane[kLanesF];
+  for (int l = 0; l < kLanesF; ++l) lane[l] = static_cast<float>(first + l);
+  return select(VecF(static_cast<double>(count)) > load<VecF>(lane), load<VecF>(from), VecF(0.0));
 }
-inline Doubles load_part(const double* from, std::uint32_t count, int first) {
-  if (count == kBlock) return load<Doubles>(from);
-  return select(lanes_below(count, first), load<Doubles>(from), Doubles(0.0));
+inline VecD load_part(const double* from, std::uint32_t count, int first) {
+  if (count == kBlock) return load<VecD>(from);
+  return select(lanes_below(count, first), load<VecD>(from), VecD(0.0));
 }
 #endif
 template <class P>
-using Part = std::conditional_t<std::is_same_v<P, Doubles>, Doubles, SinglesPart>;
+using Part = std::conditional_t<std::is_same_v<P, VecD>, VecD, VecFPart>;
 template <class P>
 inline constexpr int kPart = Part<P>::kLanes;
 
@@ -50,7 +50,7 @@ inline constexpr int kPart = Part<P>::kLanes;
 template <class Part>
 struct Row;
 template <>
-struct Row<Doubles> {
+struct Row<VecD> {
 #if defined(__AVX512F__)
   __m512d all;
 #else
@@ -58,7 +58,7 @@ struct Row<Doubles> {
 #endif
 };
 template <>
-struct Row<SinglesPart> {
+struct Row<VecFPart> {
 #if defined(__AVX2__)
   __m256 all;
 #else
@@ -67,8 +67,7 @@ struct Row<SinglesPart> {
 };
 
 /// Rows from the columns of force and torque.
-[[gnu::always_inline]] inline void make_rows(const Doubles (&f)[4], const Doubles (&t)[4],
-                                             Row<Doubles> (&row)[kDoubles]) {
+[[gnu::always_inline]] inline void make_rows(const VecD (&f)[4], const VecD (&t)[4], Row<VecD> (&row)[kLanesD]) {
 #if defined(__AVX512F__)
   __m512d rows_f[4], rows_t[4];
   transpose4(f, rows_f), transpose4(t, rows_t);
@@ -77,17 +76,17 @@ struct Row<SinglesPart> {
     row[l + 4].all = _mm512_maskz_shuffle_f64x2(0xFF, rows_f[l], rows_t[l], 0xEE);
   }
 #else
-  double* rows_f[kDoubles];
-  double* rows_t[kDoubles];
-  for (int l = 0; l < kDoubles; ++l)
+  double* rows_f[kLanesD];
+  double* rows_t[kLanesD];
+  for (int l = 0; l < kLanesD; ++l)
     rows_f[l] = reinterpret_cast<double*>(&row[l].f), rows_t[l] = reinterpret_cast<double*>(&row[l].t);
   store4(f, rows_f), store4(t, rows_t);
 #endif
 }
-[[gnu::always_inline]] inline void make_rows(const SinglesPart (&f)[4], const SinglesPart (&t)[4],
-                                             Row<SinglesPart> (&row)[SinglesPart::kLanes]) {
+[[gnu::always_inline]] inline void make_rows(const VecFPart (&f)[4], const VecFPart (&t)[4],
+                                             Row<VecFPart> (&row)[VecFPart::kLanes]) {
 #if defined(__AVX2__)
-  const auto across = [](const SinglesPart* in, __m256* out) {
+  const auto across = [](const VecFPart* in, __m256* out) {
     const __m256 columns[4] = {__m256(in[0].v), __m256(in[1].v), __m256(in[2].v), __m256(in[3].v)};
     transpose4(columns, out);  // rows k and k + 4
   };
@@ -98,7 +97,7 @@ struct Row<SinglesPart> {
     row[l + 4].all = _mm256_permute2f128_ps(rows_f[l], rows_t[l], 0x31);
   }
 #else
-  for (int l = 0; l < SinglesPart::kLanes; ++l) {
+  for (int l = 0; l < VecFPart::kLanes; ++l) {
     row[l].f = FourFloats{f[0].v[l], f[1].v[l], f[2].v[l], f[3].v[l]};
     row[l].t = FourFloats{t[0].v[l], t[1].v[l], t[2].v[l], t[3].v[l]};
   }
@@ -106,14 +105,14 @@ struct Row<SinglesPart> {
 }
 
 /// For those who take it later: in double in either precision.
-[[gnu::always_inline]] inline void write(const Row<Doubles>& row, Accumulator& to) {
+[[gnu::always_inline]] inline void write(const Row<VecD>& row, Accumulator& to) {
 #if defined(__AVX512F__)
   _mm512_store_pd(reinterpret_cast<double*>(&to), row.all);
 #else
   to.f = row.f, to.t = row.t;
 #endif
 }
-[[gnu::always_inline]] inline void write(const Row<SinglesPart>& row, Accumulator& to) {
+[[gnu::always_inline]] inline void write(const Row<VecFPart>& row, Accumulator& to) {
 #if defined(__AVX2__)
   to.f = doubles_of(_mm256_castps256_ps128(row.all)), to.t = doubles_of(_mm256_extractf128_ps(row.all, 1));
 #else
@@ -121,7 +120,7 @@ struct Row<SinglesPart> {
 #endif
 }
 /// For the owner of a pair.
-[[gnu::always_inline]] inline void add(Accumulator& sum, const Row<Doubles>& row) {
+[[gnu::always_inline]] inline void add(Accumulator& sum, const Row<VecD>& row) {
 #if defined(__AVX512F__)
   auto* of = reinterpret_cast<double*>(&sum);
   _mm512_store_pd(of, _mm512_add_pd(_mm512_load_pd(of), row.all));
@@ -129,7 +128,7 @@ struct Row<SinglesPart> {
   sum.f += row.f, sum.t += row.t;
 #endif
 }
-[[gnu::always_inline]] inline void add(MixedAccumulator& sum, const Row<SinglesPart>& row) {
+[[gnu::always_inline]] inline void add(MixedAccumulator& sum, const Row<VecFPart>& row) {
 #if defined(__AVX2__)
   auto* of = reinterpret_cast<float*>(&sum);
   _mm256_store_ps(of, _mm256_add_ps(_mm256_load_ps(of), row.all));
@@ -138,7 +137,7 @@ struct Row<SinglesPart> {
 #endif
 }
 /// For the partner: the force is taken off, the torque is its own.
-[[gnu::always_inline]] inline void react(Accumulator& sum, const Row<Doubles>& row) {
+[[gnu::always_inline]] inline void react(Accumulator& sum, const Row<VecD>& row) {
 #if defined(__AVX512F__)
   auto* of = reinterpret_cast<double*>(&sum);
   const __m512d sign = _mm512_set_pd(1, 1, 1, 1, -1, -1, -1, -1);
@@ -147,7 +146,7 @@ struct Row<SinglesPart> {
   sum.f -= row.f, sum.t += row.t;
 #endif
 }
-[[gnu::always_inline]] inline void react(MixedAccumulator& sum, const Row<SinglesPart>& row) {
+[[gnu::always_inline]] inline void react(MixedAccumulator& sum, const Row<VecFPart>& row) {
 #if defined(__AVX2__)
   auto* of = reinterpret_cast<float*>(&sum);
   const __m256 sign = _mm256_set_ps(1, 1, 1, 1, -1, -1, -1, -1);
@@ -157,12 +156,12 @@ struct Row<SinglesPart> {
 #endif
 }
 
-inline Accumulator* sums_of(Ring ring, Doubles) { return ring.doubles; }
-inline MixedAccumulator* sums_of(Ring ring, Singles) { return ring.singles; }
+inline Accumulator* sums_of(Ring ring, VecD) { return ring.doubles; }
+inline MixedAccumulator* sums_of(Ring ring, VecF) { return ring.singles; }
 
 template <class P>
 [[gnu::always_inline]] inline Part<P> pushed(const BlockResult& r, std::uint32_t lanes, int k, int first) {
-  if constexpr (std::is_same_v<P, Doubles>)
+  if constexpr (std::is_same_v<P, VecD>)
     return load_part(r.push[k] + first, lanes, first);
   else
     return load_part(r.push_single[k] + first, lanes, first);
@@ -281,11 +280,11 @@ struct alignas(64) BlockSums {
 
   /// Lanes beyond `count` have repeated another pair.
   void add(const BlockResult& r, std::uint32_t count) {
-    for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles) {
-      const DoublesMask used = lanes_below(count, first);
-      const auto lanes = [&](int k) { return select(used, load<Doubles>(r.sums[k] + first), Doubles(0.0)); };
-      for (int k = 0; k < 5; ++k) store(load<Doubles>(of[k] + first) + lanes(k), of[k] + first);
-      store(max(load<Doubles>(of[5] + first), lanes(5)), of[5] + first);
+    for (int first = 0; first < static_cast<int>(kBlock); first += kLanesD) {
+      const VecDMask used = lanes_below(count, first);
+      const auto lanes = [&](int k) { return select(used, load<VecD>(r.sums[k] + first), VecD(0.0)); };
+      for (int k = 0; k < 5; ++k) store(load<VecD>(of[k] + first) + lanes(k), of[k] + first);
+      store(max(load<VecD>(of[5] + first), lanes(5)), of[5] + first);
     }
   }
   double total(int k) const {
@@ -329,7 +328,7 @@ void add_to_owners(PairJob& job) {
 template <class Run>
 void in_precision(const PairJob& job, const Run& run) {
   const auto with = [&]<class P>(P) { job.book ? run(P{}, std::true_type{}) : run(P{}, std::false_type{}); };
-  job.mixed != nullptr ? with(Singles{}) : with(Doubles{});
+  job.mixed != nullptr ? with(VecF{}) : with(VecD{});
 }
 inline void keep(PairJob& job) {
   in_precision(job, [&]<class P>(P, auto count) { keep_for_partners<P, count.value>(job); });

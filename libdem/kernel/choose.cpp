@@ -1,7 +1,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "libdem/kernel/streams.hpp"
+#include "libdem/contacts/blocks.hpp"
 
 /// Sets that the build has (SUBSOIL_HAS_..., libdem/CMakeLists.txt) and this machine too.
 namespace subsoil::dem {

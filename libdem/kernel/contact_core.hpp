@@ -1,9 +1,9 @@
 #pragma once
-#include "libdem/kernel/singles.hpp"
 #include "libdem/laws/law_table.hpp"
+#include "libdem/simd/vec_f.hpp"
 
 /// One contact, a pack at a time: geometry, slip and rolling velocities, which are common to all laws, around the law.
-/// P is the number type, Doubles or Singles.
+/// P is the number type, VecD or VecF.
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
@@ -21,12 +21,12 @@ void turn(T (&s)[3], const T (&n)[3]) {
 }
 
 /// sqrt(a b/(a + b)).
-inline Doubles series_root(Doubles a, Doubles b) {
-  const Doubles product = a * b;
+inline VecD series_root(VecD a, VecD b) {
+  const VecD product = a * b;
   return product * rsqrt(product * (a + b));
 }
 /// Inertias of fine grains, 1e-17 kg m2, multiplied by each other are no floats any more.
-inline Singles series_root(Singles a, Singles b) { return sqrt(a * (b / (a + b))); }
+inline VecF series_root(VecF a, VecF b) { return sqrt(a * (b / (a + b))); }
 
 template <class P, int Own>
 struct History {

@@ -1,8 +1,8 @@
 #pragma once
 #include <type_traits>
 
+#include "libdem/contacts/blocks.hpp"
 #include "libdem/kernel/contact_core.hpp"
-#include "libdem/kernel/streams.hpp"
 
 /// Records and contact memory to packs and back.
 namespace subsoil::dem {
@@ -28,20 +28,20 @@ template <class P>
 inline constexpr int kParts = P::kLanes < 8 ? 8 / P::kLanes : 1;
 
 struct SphereLanes {
-  Doubles x[3], r, v[3], m, w[3];
-  Doubles name;  ///< of records in double: bits that are no number, moved only
+  VecD x[3], r, v[3], m, w[3];
+  VecD name;  ///< of records in double: bits that are no number, moved only
 };
 
-/// Whole sphere records of kDoubles lanes: (x, r), (v, m), (w, id). Reading records and transposing them in registers
+/// Whole sphere records of kLanesD lanes: (x, r), (v, m), (w, id). Reading records and transposing them in registers
 /// costs a third of a gather per number.
 [[gnu::always_inline]] inline SphereLanes load_spheres(const Sphere* const* sphere) {
-  const double* row[kDoubles];
-  Doubles group[4];
+  const double* row[kLanesD];
+  VecD group[4];
   SphereLanes s;
   for (int part = 0; part < 3; ++part) {
-    for (int l = 0; l < kDoubles; ++l) row[l] = reinterpret_cast<const double*>(sphere[l]) + 4 * part;
+    for (int l = 0; l < kLanesD; ++l) row[l] = reinterpret_cast<const double*>(sphere[l]) + 4 * part;
     load4(row, group);
-    Doubles(&vector)[3] = part == 0 ? s.x : part == 1 ? s.v : s.w;
+    VecD(&vector)[3] = part == 0 ? s.x : part == 1 ? s.v : s.w;
     for (int d = 0; d < 3; ++d) vector[d] = group[d];
     if (part == 0) s.r = group[3];
     if (part == 1) s.m = group[3];
@@ -49,16 +49,16 @@ struct SphereLanes {
   }
   return s;
 }
-/// Records of kSingles lanes, as two packs of doubles.
+/// Records of kLanesF lanes, as two packs of doubles.
 [[gnu::always_inline]] inline void load_spheres(const MixedSphere* const* sphere, SphereLanes (&out)[2]) {
-  const float* motion[kSingles];
-  for (int l = 0; l < kSingles; ++l) motion[l] = sphere[l]->v;
-  Singles column[8];
+  const float* motion[kLanesF];
+  for (int l = 0; l < kLanesF; ++l) motion[l] = sphere[l]->v;
+  VecF column[8];
   load8(motion, column);
   for (int half = 0; half < 2; ++half) {
-    const double* place[kDoubles];
-    for (int l = 0; l < kDoubles; ++l) place[l] = &sphere[half * kDoubles + l]->x.x;
-    Doubles x[4];
+    const double* place[kLanesD];
+    for (int l = 0; l < kLanesD; ++l) place[l] = &sphere[half * kLanesD + l]->x.x;
+    VecD x[4];
     load4(place, x);
     SphereLanes& s = out[half];
     for (int d = 0; d < 3; ++d) s.x[d] = x[d], s.v[d] = half_of(column[d], half), s.w[d] = half_of(column[4 + d], half);
@@ -66,8 +66,8 @@ struct SphereLanes {
   }
 }
 [[gnu::always_inline]] inline SphereLanes load_spheres(const MixedSphere* const* sphere) {
-  const MixedSphere* twice[kSingles];
-  for (int l = 0; l < kSingles; ++l) twice[l] = sphere[l % kDoubles];
+  const MixedSphere* twice[kLanesF];
+  for (int l = 0; l < kLanesF; ++l) twice[l] = sphere[l % kLanesD];
   SphereLanes s[2];
   load_spheres(twice, s);
   return s[0];
@@ -76,8 +76,8 @@ struct SphereLanes {
 template <class Job>
 inline SphereLanes load_spheres(const Job& job, const std::uint32_t* index, int first) {
   const auto of = [&](const auto* spheres) {
-    decltype(spheres) sphere[kDoubles];
-    for (int l = 0; l < kDoubles; ++l) sphere[l] = spheres + index[first + l];
+    decltype(spheres) sphere[kLanesD];
+    for (int l = 0; l < kLanesD; ++l) sphere[l] = spheres + index[first + l];
     return load_spheres(sphere);
   };
   return job.mixed != nullptr ? of(job.mixed) : of(job.spheres);
@@ -114,13 +114,12 @@ template <class P, class At>
 }
 /// As doubles, whatever P is.
 template <class At>
-[[gnu::always_inline]] inline void store_doubles(Doubles p, const At& at) {
+[[gnu::always_inline]] inline void store_doubles(VecD p, const At& at) {
   store(p, at(0));
 }
 template <class At>
-[[gnu::always_inline]] inline void store_doubles(Singles p, const At& at) {
-  for (int half = 0; half < 2; ++half)
-    store(half_of(p, half), kSpan<Singles> == 2 ? at(half) : at(0) + half * kDoubles);
+[[gnu::always_inline]] inline void store_doubles(VecF p, const At& at) {
+  for (int half = 0; half < 2; ++half) store(half_of(p, half), kSpan<VecF> == 2 ? at(half) : at(0) + half * kLanesD);
 }
 
 /// MemoryShape::of where what the law is made of is known.
@@ -214,25 +213,25 @@ template <class P, bool Book>
     });
 }
 
-/// Forces and torques of kDoubles lanes as rows; `touching` rides along with the torques.
-[[gnu::always_inline]] inline void store_response(const Response<Doubles>& c, Doubles touching, Four* f, Four* t_i,
+/// Forces and torques of kLanesD lanes as rows; `touching` rides along with the torques.
+[[gnu::always_inline]] inline void store_response(const Response<VecD>& c, VecD touching, Four* f, Four* t_i,
                                                   Four* t_j) {
-  double* row[kDoubles];
-  const Doubles groups[3][4] = {{c.f[0], c.f[1], c.f[2], Doubles(0.0)},
-                                {c.t_i[0], c.t_i[1], c.t_i[2], touching},
-                                {c.t_j[0], c.t_j[1], c.t_j[2], touching}};
+  double* row[kLanesD];
+  const VecD groups[3][4] = {{c.f[0], c.f[1], c.f[2], VecD(0.0)},
+                             {c.t_i[0], c.t_i[1], c.t_i[2], touching},
+                             {c.t_j[0], c.t_j[1], c.t_j[2], touching}};
   Four* const to[3] = {f, t_i, t_j};
   for (int part = 0; part < 3; ++part) {
-    for (int l = 0; l < kDoubles; ++l) row[l] = reinterpret_cast<double*>(to[part] + l);
+    for (int l = 0; l < kLanesD; ++l) row[l] = reinterpret_cast<double*>(to[part] + l);
     store4(groups[part], row);
   }
 }
 
 /// 1 in lanes below `count`, where `first` is the block's lane that the pack begins with.
-inline DoublesMask lanes_below(std::uint32_t count, int first) {
-  double lane[kDoubles];
-  for (int l = 0; l < kDoubles; ++l) lane[l] = first + l;
-  return Doubles(static_cast<double>(count)) > load<Doubles>(lane);
+inline VecDMask lanes_below(std::uint32_t count, int first) {
+  double lane[kLanesD];
+  for (int l = 0; l < kLanesD; ++l) lane[l] = first + l;
+  return VecD(static_cast<double>(count)) > load<VecD>(lane);
 }
 
 }  // namespace SUBSOIL_ISA

@@ -1,5 +1,5 @@
 #pragma once
-#include "libdem/kernel/streams.hpp"
+#include "libdem/contacts/blocks.hpp"
 
 /// The kernel's work for one law, declared. CMake makes two files per law and instruction set that instantiate the
 /// definitions (law_kernel_body.hpp), for double and for mixed precision: a change in a law compiles that law.

@@ -30,12 +30,12 @@ void pairs_of(const L& law, PairJob& job) {
 
 template <class L>
 void LawKernel<L>::pairs(const L& law, PairJob& job) {
-  pairs_of<Doubles>(law, job);
+  pairs_of<VecD>(law, job);
 }
 
 template <class L>
 void MixedLawKernel<L>::pairs(const L& law, PairJob& job) {
-  pairs_of<Singles>(law, job);
+  pairs_of<VecF>(law, job);
 }
 
 template <class L>

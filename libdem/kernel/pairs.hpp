@@ -6,7 +6,7 @@
 /// Pairs of spheres, block by block, in stages over a few packs at a time: read and meet, law, add. A stage is short
 /// enough for the processor to have several packs under way, so that none waits for the square roots of another.
 ///
-/// P is Doubles with records Sphere, or Singles with MixedSphere: mixed precision. A pack of 16 floats spans two
+/// P is VecD with records Sphere, or VecF with MixedSphere: mixed precision. A pack of 16 floats spans two
 /// blocks.
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
@@ -15,12 +15,12 @@ inline constexpr int kGroup = 6;  ///< packs per stage; more crowd the first-lev
 inline constexpr int kAhead = 8;  ///< packs between one and that which is fetched with it
 
 /// Overlap, and the inverse of the distance.
-inline Doubles overlap_of(const Gap<Doubles>& g, Doubles& inverse) {
+inline VecD overlap_of(const Gap<VecD>& g, VecD& inverse) {
   inverse = rsqrt(g.d2);
   return g.r_i + g.r_j - g.d2 * inverse;
 }
-inline Singles overlap_of(const Gap<Singles>& g, Singles& inverse) {
-  const Singles rough = rough_rsqrt(g.d2), sum = g.r_i + g.r_j;
+inline VecF overlap_of(const Gap<VecF>& g, VecF& inverse) {
+  const VecF rough = rough_rsqrt(g.d2), sum = g.r_i + g.r_j;
   inverse = refined_rsqrt(g.d2, rough);
   return quotient(g.excess, sum + g.d2 * inverse, sum + g.d2 * rough);
 }
@@ -44,7 +44,7 @@ template <bool Count, class P>
                                                 BlockResult* const (&out)[kSpan<P>], int first) {
   const auto column = [&](int k, P p) {
     store_each(p, [&](int b) {
-      if constexpr (std::is_same_v<P, Doubles>)
+      if constexpr (std::is_same_v<P, VecD>)
         return out[b]->push[k] + first;
       else
         return out[b]->push_single[k] + first;
@@ -113,7 +113,7 @@ template <class Record>
 /// precision the gap is known to a few 1e-7 of itself.
 template <class P>
 double wakes_at(const PairJob& job, const BlockResult& r) {
-  constexpr double margin = std::is_same_v<P, Doubles> ? 0 : 1e-6;
+  constexpr double margin = std::is_same_v<P, VecD> ? 0 : 1e-6;
   double largest = r.overlap[0];
   for (const double x : r.overlap) largest = largest > x ? largest : x;
   return job.path + 0.5 * (-largest - margin * (largest > 0 ? largest : -largest) - job.reach);
@@ -128,7 +128,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
   L law = by_reference;  // nothing can point to it: its constants stay in registers
   if constexpr (!Book) law.friction = law.friction.as_usual();
   const double share = lever_share(law);
-  const MemoryShape shape = shape_of<L, Rolls, kBonds<L>>(law, std::is_same_v<P, Singles>);
+  const MemoryShape shape = shape_of<L, Rolls, kBonds<L>>(law, std::is_same_v<P, VecF>);
   const auto* const spheres = records(job, P{});
   const std::size_t bytes = shape.number_bytes();
   BlockSums sums;

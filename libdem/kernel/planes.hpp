@@ -15,44 +15,42 @@ void run_planes(const L& by_reference, PlaneJob& job) {
   const double share = lever_share(law);
   const Remembers what(law);
   const MemoryShape shape = shape_of<L, Rolls, false>(law, false);
-  const Doubles zero(0.0), one(1.0);
-  Doubles sums[4] = {zero, zero, zero, zero}, in_reach = zero, overlap = zero, force[3] = {zero, zero, zero},
-          moment[3] = {zero, zero, zero};
+  const VecD zero(0.0), one(1.0);
+  VecD sums[4] = {zero, zero, zero, zero}, in_reach = zero, overlap = zero, force[3] = {zero, zero, zero},
+       moment[3] = {zero, zero, zero};
   for (std::uint32_t b = 0; b < job.count; ++b) {
     const PlaneBlock& block = job.blocks[b];
     const std::uint32_t count = b + 1 < job.count ? kBlock : job.contacts - b * kBlock;
     Four f[kBlock], t[kBlock], unused[kBlock];
-    for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles) {
+    for (int first = 0; first < static_cast<int>(kBlock); first += kLanesD) {
       const SphereLanes i = load_spheres(job, block.sphere, first);
-      Doubles own[3], at[3];
+      VecD own[3], at[3];
+      for (int d = 0; d < 3; ++d) own[d] = load<VecD>(block.normal[d] + first), at[d] = i.x[d] - VecD(job.position[d]);
+      Touch<VecD> a;
       for (int d = 0; d < 3; ++d)
-        own[d] = load<Doubles>(block.normal[d] + first), at[d] = i.x[d] - Doubles(job.position[d]);
-      Touch<Doubles> a;
-      for (int d = 0; d < 3; ++d)
-        a.n[d] = Doubles(job.turn[d][0]) * own[0] + Doubles(job.turn[d][1]) * own[1] + Doubles(job.turn[d][2]) * own[2];
-      const Doubles distance = dot3(a.n, at) - load<Doubles>(block.offset + first);
+        a.n[d] = VecD(job.turn[d][0]) * own[0] + VecD(job.turn[d][1]) * own[1] + VecD(job.turn[d][2]) * own[2];
+      const VecD distance = dot3(a.n, at) - load<VecD>(block.offset + first);
       a.overlap = i.r - distance;
-      Doubles point[3];
+      VecD point[3];
       for (int d = 0; d < 3; ++d) point[d] = at[d] - distance * a.n[d];
       for (int d = 0; d < 3; ++d) {
         const int e = (d + 1) % 3, g = (d + 2) % 3;
-        a.v[d] =
-            i.v[d] - (Doubles(job.velocity[d]) + Doubles(job.spin[e]) * point[g] - Doubles(job.spin[g]) * point[e]);
-        a.w_i[d] = i.w[d], a.w_j[d] = Doubles(job.spin[d]);
+        a.v[d] = i.v[d] - (VecD(job.velocity[d]) + VecD(job.spin[e]) * point[g] - VecD(job.spin[g]) * point[e]);
+        a.w_i[d] = i.w[d], a.w_j[d] = VecD(job.spin[d]);
       }
       a.r_i = a.r_j = i.r;
       const BlockMemory memory[1] = {BlockMemory::at(job.lines, job.count, shape, b)};
-      Meeting<Doubles> meeting;
+      Meeting<VecD> meeting;
       meet<false, Rolls, L>(share, a, meeting);
       effective<false, Rolls, L>(i.r, i.m, i.r, i.m, meeting.effective);
-      auto h = load_history<Doubles, kOwn<L>, Rolls, Book>(memory, first, what);
-      Response<Doubles> c = respond<false, Rolls, Doubles>(law, meeting, h, job.elapsed);
-      store_history<Doubles, kOwn<L>, Rolls, Book>(h, memory, first, what);
+      auto h = load_history<VecD, kOwn<L>, Rolls, Book>(memory, first, what);
+      Response<VecD> c = respond<false, Rolls, VecD>(law, meeting, h, job.elapsed);
+      store_history<VecD, kOwn<L>, Rolls, Book>(h, memory, first, what);
       store_response(c, select(a.overlap > zero, one, zero), f + first, t + first, unused + first);
-      const DoublesMask used = lanes_below(count, first);
-      in_reach += select(used, select(a.overlap >= Doubles(-job.reach), one, zero), zero);
+      const VecDMask used = lanes_below(count, first);
+      in_reach += select(used, select(a.overlap >= VecD(-job.reach), one, zero), zero);
       if constexpr (Book) {
-        const Doubles add[4] = {c.damped, c.slid, c.rolled, c.stored};
+        const VecD add[4] = {c.damped, c.slid, c.rolled, c.stored};
         for (int k = 0; k < 4; ++k) sums[k] += select(used, add[k], zero);
         overlap = max(overlap, select(used, a.overlap / i.r, zero));
       }
@@ -72,7 +70,7 @@ void run_planes(const L& by_reference, PlaneJob& job) {
   if constexpr (!Book) return;
   for (int k = 0; k < 3; ++k) job.sums.lost[k] += sum_of(sums[k]);
   job.sums.stored += sum_of(sums[3]);
-  for (int l = 0; l < kDoubles; ++l)
+  for (int l = 0; l < kLanesD; ++l)
     if (overlap.v[l] > job.sums.overlap) job.sums.overlap = overlap.v[l];
 }
 

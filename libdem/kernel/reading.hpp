@@ -18,39 +18,39 @@ struct Gap {
 template <class P>
 struct alignas(64) Owners;
 template <>
-struct alignas(64) Owners<Doubles> {
+struct alignas(64) Owners<VecD> {
   double x[3][kBlock], r[kBlock], v[3][kBlock], m[kBlock], w[3][kBlock];
 };
 template <>
-struct alignas(64) Owners<Singles> {
+struct alignas(64) Owners<VecF> {
   double x[3][kBlock], r[kBlock];
   float motion[8][kBlock];  ///< v, m, w, r
 };
 
-[[gnu::always_inline]] inline void read(const Sphere* spheres, const SphereIndex* owner, Owners<Doubles>& out) {
-  for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles) {
-    const Sphere* i[kDoubles];
-    for (int l = 0; l < kDoubles; ++l) i[l] = record(spheres, owner[first + l]);
+[[gnu::always_inline]] inline void read(const Sphere* spheres, const SphereIndex* owner, Owners<VecD>& out) {
+  for (int first = 0; first < static_cast<int>(kBlock); first += kLanesD) {
+    const Sphere* i[kLanesD];
+    for (int l = 0; l < kLanesD; ++l) i[l] = record(spheres, owner[first + l]);
     const SphereLanes a = load_spheres(i);
     for (int d = 0; d < 3; ++d) store(a.x[d], out.x[d] + first), store(a.v[d], out.v[d] + first);
     for (int d = 0; d < 3; ++d) store(a.w[d], out.w[d] + first);
     store(a.r, out.r + first), store(a.m, out.m + first);
   }
 }
-[[gnu::always_inline]] inline void read(const MixedSphere* spheres, const SphereIndex* owner, Owners<Singles>& out) {
-  for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles) {
-    const double* x[kDoubles];
-    for (int l = 0; l < kDoubles; ++l) x[l] = &record(spheres, owner[first + l])->x.x;
-    Doubles a[4];
+[[gnu::always_inline]] inline void read(const MixedSphere* spheres, const SphereIndex* owner, Owners<VecF>& out) {
+  for (int first = 0; first < static_cast<int>(kBlock); first += kLanesD) {
+    const double* x[kLanesD];
+    for (int l = 0; l < kLanesD; ++l) x[l] = &record(spheres, owner[first + l])->x.x;
+    VecD a[4];
     load4(x, a);
     for (int d = 0; d < 3; ++d) store(a[d], out.x[d] + first);
     store(a[3], out.r + first);
   }
-  float beyond[kSingles];  // of a pack wider than a block
-  for (int first = 0; first < static_cast<int>(kBlock); first += kSingles) {
-    const float* motion[kSingles];
-    for (int l = 0; l < kSingles; ++l) motion[l] = record(spheres, owner[(first + l) % static_cast<int>(kBlock)])->v;
-    Singles a[8];
+  float beyond[kLanesF];  // of a pack wider than a block
+  for (int first = 0; first < static_cast<int>(kBlock); first += kLanesF) {
+    const float* motion[kLanesF];
+    for (int l = 0; l < kLanesF; ++l) motion[l] = record(spheres, owner[(first + l) % static_cast<int>(kBlock)])->v;
+    VecF a[8];
     load8(motion, a);
     for (int k = 0; k < 8; ++k) store_each(a[k], [&](int half) { return half == 0 ? out.motion[k] + first : beyond; });
   }
@@ -60,20 +60,20 @@ struct alignas(64) Owners<Singles> {
 template <class P>
 struct OfAll {
   P r, m;
-  Doubles reach2;  ///< (2 r)^2
+  VecD reach2;  ///< (2 r)^2
 
   template <class Record>
   explicit OfAll(const Record& any) : r(any.r), m(any.m), reach2(4 * any.r * any.r) {}
 };
 
 template <bool Alike>
-[[gnu::always_inline]] inline void read(const Sphere* spheres, const Owners<Doubles>* const (&own)[1],
-                                        const SphereIndex* const (&other)[1], int first, const OfAll<Doubles>& all,
-                                        Gap<Doubles>& out) {
-  const Sphere* j[kDoubles];
-  for (int l = 0; l < kDoubles; ++l) j[l] = record(spheres, other[0][first + l]);
+[[gnu::always_inline]] inline void read(const Sphere* spheres, const Owners<VecD>* const (&own)[1],
+                                        const SphereIndex* const (&other)[1], int first, const OfAll<VecD>& all,
+                                        Gap<VecD>& out) {
+  const Sphere* j[kLanesD];
+  for (int l = 0; l < kLanesD; ++l) j[l] = record(spheres, other[0][first + l]);
   const SphereLanes b = load_spheres(j);
-  const auto a = [&](const double* column) { return load<Doubles>(column + first); };
+  const auto a = [&](const double* column) { return load<VecD>(column + first); };
   for (int d = 0; d < 3; ++d) {
     out.n[d] = a(own[0]->x[d]) - b.x[d];
     out.v[d] = a(own[0]->v[d]) - b.v[d];
@@ -87,29 +87,29 @@ template <bool Alike>
 }
 
 template <bool Alike>
-[[gnu::always_inline]] inline void read(const MixedSphere* spheres, const Owners<Singles>* const (&own)[kSpan<Singles>],
-                                        const SphereIndex* const (&other)[kSpan<Singles>], int first,
-                                        const OfAll<Singles>& all, Gap<Singles>& out) {
+[[gnu::always_inline]] inline void read(const MixedSphere* spheres, const Owners<VecF>* const (&own)[kSpan<VecF>],
+                                        const SphereIndex* const (&other)[kSpan<VecF>], int first,
+                                        const OfAll<VecF>& all, Gap<VecF>& out) {
   EightColumns motion;
-  Doubles n[2][3], excess[2];
+  VecD n[2][3], excess[2];
   for (int half = 0; half < 2; ++half) {
-    const double* x_j[kDoubles];
-    const float* j[kDoubles];
-    const int block = kSpan<Singles> == 2 ? half : 0, from = kSpan<Singles> == 2 ? 0 : first + half * kDoubles;
-    for (int l = 0; l < kDoubles; ++l) {
+    const double* x_j[kLanesD];
+    const float* j[kLanesD];
+    const int block = kSpan<VecF> == 2 ? half : 0, from = kSpan<VecF> == 2 ? 0 : first + half * kLanesD;
+    for (int l = 0; l < kLanesD; ++l) {
       const MixedSphere* b = record(spheres, other[block][from + l]);
       x_j[l] = &b->x.x;
       j[l] = b->v;
     }
-    Doubles b[4];
+    VecD b[4];
     load4(x_j, b);
     motion.take(half, j);
-    for (int d = 0; d < 3; ++d) n[half][d] = load<Doubles>(own[block]->x[d] + from) - b[d];
-    const Doubles d2 = dot3(n[half], n[half]), reach = load<Doubles>(own[block]->r + from) + b[3];
+    for (int d = 0; d < 3; ++d) n[half][d] = load<VecD>(own[block]->x[d] + from) - b[d];
+    const VecD d2 = dot3(n[half], n[half]), reach = load<VecD>(own[block]->r + from) + b[3];
     excess[half] = (Alike ? all.reach2 : reach * reach) - d2;
   }
-  const auto a = [&](int k) { return load_each<Singles>([&](int half) { return own[half]->motion[k] + first; }); };
-  Singles b[8];
+  const auto a = [&](int k) { return load_each<VecF>([&](int half) { return own[half]->motion[k] + first; }); };
+  VecF b[8];
   motion.give(b);
   for (int d = 0; d < 3; ++d) {
     out.n[d] = join(n[0][d], n[1][d]);
@@ -123,8 +123,8 @@ template <bool Alike>
     out.m_i = a(3), out.r_i = a(7), out.m_j = b[3], out.r_j = b[7];
 }
 
-inline const Sphere* records(const PairJob& job, Doubles) { return job.spheres; }
-inline const MixedSphere* records(const PairJob& job, Singles) { return job.mixed; }
+inline const Sphere* records(const PairJob& job, VecD) { return job.spheres; }
+inline const MixedSphere* records(const PairJob& job, VecF) { return job.mixed; }
 
 }  // namespace SUBSOIL_ISA
 }  // namespace subsoil::dem

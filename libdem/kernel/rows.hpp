@@ -3,7 +3,7 @@
 #include <immintrin.h>
 #endif
 
-#include "libdem/kernel/streams.hpp"
+#include "libdem/contacts/blocks.hpp"
 
 /// Sums that wait for spheres, which are double or float as the records of the spheres are.
 namespace subsoil::dem {

@@ -8,29 +8,29 @@ inline namespace SUBSOIL_ISA {
 
 template <bool Rolls, class L>
 void run_surface(const L& law, SurfaceJob& job) {
-  const Doubles zero(0.0), one(1.0);
+  const VecD zero(0.0), one(1.0);
   const Remembers what(law);
   const MemoryShape shape = shape_of<L, Rolls, false>(law, false);
   const BlockMemory memory[1] = {BlockMemory::at(job.lines, 1, shape, 0)};
-  for (int first = 0; first < static_cast<int>(kBlock); first += kDoubles) {
+  for (int first = 0; first < static_cast<int>(kBlock); first += kLanesD) {
     const SphereLanes i = load_spheres(job, job.sphere, first);
-    Touch<Doubles> a;
+    Touch<VecD> a;
     for (int d = 0; d < 3; ++d) {
-      a.n[d] = load<Doubles>(job.normal[d] + first);
-      a.v[d] = i.v[d] - load<Doubles>(job.velocity[d] + first);
-      a.w_i[d] = i.w[d], a.w_j[d] = load<Doubles>(job.spin[d] + first);
+      a.n[d] = load<VecD>(job.normal[d] + first);
+      a.v[d] = i.v[d] - load<VecD>(job.velocity[d] + first);
+      a.w_i[d] = i.w[d], a.w_j[d] = load<VecD>(job.spin[d] + first);
     }
-    a.overlap = i.r - load<Doubles>(job.distance + first);
+    a.overlap = i.r - load<VecD>(job.distance + first);
     a.r_i = a.r_j = i.r;
-    Meeting<Doubles> meeting;
+    Meeting<VecD> meeting;
     meet<false, Rolls, L>(lever_share(law), a, meeting);
     effective<false, Rolls, L>(i.r, i.m, i.r, i.m, meeting.effective);
-    auto h = load_history<Doubles, kOwn<L>, Rolls, true>(memory, first, what);
-    const Response<Doubles> c = respond<false, Rolls, Doubles>(law, meeting, h, job.elapsed);
-    store_history<Doubles, kOwn<L>, Rolls, true>(h, memory, first, what);
+    auto h = load_history<VecD, kOwn<L>, Rolls, true>(memory, first, what);
+    const Response<VecD> c = respond<false, Rolls, VecD>(law, meeting, h, job.elapsed);
+    store_history<VecD, kOwn<L>, Rolls, true>(h, memory, first, what);
     store_response(c, select(a.overlap > zero, one, zero), job.f + first, job.t_i + first, job.t_j + first);
-    const Doubles sums[6] = {
-        c.damped, c.slid, c.rolled, c.stored, select(a.overlap >= Doubles(-job.reach), one, zero), a.overlap / i.r};
+    const VecD sums[6] = {c.damped,       c.slid, c.rolled, c.stored, select(a.overlap >= VecD(-job.reach), one, zero),
+                          a.overlap / i.r};
     for (int k = 0; k < 6; ++k) store(sums[k], job.sums[k] + first);
   }
 }

@@ -112,15 +112,16 @@ struct Cohesion {
       area == Area::lens ? lens(a, depth, pull, stored) : circle(a, depth, pull, stored);
     } else if (kind == Kind::dmt) {
       const T constant = T(strength) * a.r_eff;
-      pull = select(n.engaged, constant, zero);
+      pull = select(n.in_contact, constant, zero);
       stored = constant * depth;
     } else if (kind == Kind::liquid_bridge) {
       capillary(a, n, bridge, pull, stored);
     }
     n.force = n.force - pull;
     n.stored = n.stored - stored;
-    if (limit == FrictionLimit::net_force) n.grip = select(n.engaged, max(n.force, -n.force), zero);
-    if (limit == FrictionLimit::thornton) n.grip = select(n.engaged, max(zero, n.force + T(2.0) * pull), zero);
+    if (limit == FrictionLimit::net_force) n.limiting_force = select(n.in_contact, max(n.force, -n.force), zero);
+    if (limit == FrictionLimit::thornton)
+      n.limiting_force = select(n.in_contact, max(zero, n.force + T(2.0) * pull), zero);
   }
 
   /// Steepest change of the attraction with the distance, N/m.

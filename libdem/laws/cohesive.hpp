@@ -49,7 +49,7 @@ struct Cohesive : Normal {
     const double work = n.stored + n.lost;  // what plasticity takes is work too
     if (!attracted) return work;
     NormalForce<double> attraction{};
-    attraction.engaged = overlap > 0;
+    attraction.in_contact = overlap > 0;
     double bridge = 0;
     this->cohesion.add(a, attraction, bridge);
     return work + attraction.stored;

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "libdem/laws/number.hpp"
+#include "libdem/simd/number.hpp"
 
 /// What passes between the sweep and a contact law. A law knows no particle, list or loop: numbers in, numbers out.
 ///
@@ -26,16 +26,16 @@ struct Approach {
 /// What a normal law answers. Forces along the contact normal, compression positive.
 template <class T>
 struct NormalForce {
-  T force;          ///< N
-  T damping;        ///< the part of `force` that dissipates, N
-  T grip;           ///< what friction and rolling resistance are limited by, N >= 0: |F_t| <= mu grip
-  T stored;         ///< energy stored in the normal direction, J; 0 when separated, negative under attraction
-  T k_n;            ///< normal tangent stiffness now, N/m (rolling stiffness is derived from it)
-  T k_t;            ///< tangential stiffness now, N/m
-  T growth;         ///< stiffness at the previous evaluation over stiffness now; 1 where it is constant
-  T soft_t;         ///< 1/k_t, m/N, 0 where k_t = 0
-  T c_t;            ///< tangential damping coefficient, N s/m
-  Mask<T> engaged;  ///< surfaces touch: tangential and rolling resistance act
+  T force;                  ///< N
+  T damping;                ///< the part of `force` that dissipates, N
+  T limiting_force;         ///< what friction and rolling resistance are limited by, N >= 0: |F_t| <= mu limiting_force
+  T stored;                 ///< energy stored in the normal direction, J; 0 when separated, negative under attraction
+  T k_n;                    ///< normal tangent stiffness now, N/m (rolling stiffness is derived from it)
+  T k_t;                    ///< tangential stiffness now, N/m
+  T stiffness_ratio;        ///< stiffness at the previous evaluation over stiffness now; 1 where it is constant
+  T tangential_compliance;  ///< 1/k_t, m/N, 0 where k_t = 0
+  T c_t;                    ///< tangential damping coefficient, N s/m
+  Mask<T> in_contact;       ///< surfaces touch: tangential and rolling resistance act
   T lost = T(0.0);  ///< J lost in this step other than by `damping`: plastic work, and what tears; 0 for elastic laws
 };
 

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "libdem/laws/adhesive_grip.hpp"
+#include "libdem/laws/adhesive_friction.hpp"
 #include "libdem/laws/hertz_mindlin.hpp"
 
 /// Edinburgh elasto-plastic adhesion (Thakur et al. 2014, Morrissey 2013), as in EDEM, PFC, Rocky and LIGGGHTS.
@@ -23,7 +23,7 @@
 ///     e^2 = 1 - lambda_p (n = 1),   (1 - l^(5/3) - (5/2) l (1 - l^(2/3)))/(1 - l), l = lambda_p (n = 3/2).
 /// LIGGGHTS takes the number k1 for a stiffness in N/m there, for any n. Tangential: k_t = ratio n k1 delta^(n-1)
 /// (Mindlin's 8 G* sqrt(R delta) for n = 3/2 is ratio 4 G*/E*), on unloading as in hertz_mindlin.hpp. Friction limit
-/// (adhesive_grip.hpp) without f0: A (delta/delta_c)^chi is the adhesion, F + f0 the force.
+/// (adhesive_friction.hpp) without f0: A (delta/delta_c)^chi is the adhesion, F + f0 the force.
 /// Energy: stored is that of the unloading curve from delta_c on, 0 there and when apart, and -f0 delta; what loading
 /// and tearing lose is the spring's work over the step less what is stored of it.
 /// Cost: n and chi that are whole or half up to 4.5 are products and roots, any other takes the library's pow.
@@ -42,7 +42,7 @@ struct Eepa {
   double chi = left_out;
   double restitution = left_out;
   double stiffness_ratio = 2.0 / 7.0;
-  AdhesiveGrip limit = AdhesiveGrip::force_plus_adhesion;
+  AdhesiveLimit limit = AdhesiveLimit::force_plus_adhesion;
   Friction friction;
 
   template <class V>
@@ -96,7 +96,7 @@ struct Eepa {
     const T zero(0.0), half(0.5), one(1.0);
     const T load = std::isnan(k1) ? T(4.0 / 3.0 * E_eff) * sqrt(a.r_eff) : T(k1);
     const T unload = T(1 / (1 - plasticity)) * load;
-    // Never zero, so that k_t growth is the stiffness before even when the contact has just ended.
+    // Never zero, so that k_t stiffness_ratio is the stiffness before even when the contact has just ended.
     const T depth = max(a.overlap, zero), slope = max(power(depth, n - 1), tiny<T>()), raised = slope * depth;
     const Edge<T> old{memory[0], power(memory[0], n), memory[1]};
     const auto touches = a.overlap > zero;
@@ -112,7 +112,7 @@ struct Eepa {
     memory[0] = edge.overlap, memory[1] = edge.pull;
 
     NormalForce<T> out;
-    out.engaged = touches;
+    out.in_contact = touches;
     const T spring = select(touches, select(loads, load * raised, edge.spring(unload, raised)), zero);
     const T stored = select(touches, edge.stored(unload, depth, raised, n), zero);
     const T earlier = max(a.overlap - a.rate * a.elapsed, zero), earlier_slope = power(earlier, n - 1);
@@ -126,10 +126,10 @@ struct Eepa {
     out.damping = select(touches, damp * root * a.rate, zero);
     out.force = select(touches, spring + out.damping - T(f0), zero);
     out.stored = stored - select(touches, T(f0) * depth, zero);
-    out.grip = grip_of(limit, out.force + T(f0), adhesion);
+    out.limiting_force = limiting_force_of(limit, out.force + T(f0), adhesion);
     out.k_t = T(stiffness_ratio) * out.k_n;
-    out.growth = n > 1 ? earlier_slope / slope : one;
-    out.soft_t = stiffness_ratio > 0 ? select(touches, one / max(out.k_t, tiny<T>()), zero) : zero;
+    out.stiffness_ratio = n > 1 ? earlier_slope / slope : one;
+    out.tangential_compliance = stiffness_ratio > 0 ? select(touches, one / max(out.k_t, tiny<T>()), zero) : zero;
     out.c_t = T(std::sqrt(stiffness_ratio)) * damp * root;
     return out;
   }

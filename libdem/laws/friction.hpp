@@ -7,10 +7,12 @@
 /// Tangential and rolling resistance, shared by every normal law.
 ///
 /// Tangential: spring xi (m) and dashpot, capped together by Coulomb's limit,
-///     xi* = xi + v_t dt,   g = k_t xi* + c_t v_t,   |g| <= mu grip (sticking) or mu_d grip (slipping);
-///     on slip F_t = mu_d grip g/|g|, xi = F_t/k_t and the dashpot is off.
-/// `tangential` takes the spring away: dashpot, F_t = min(c_t |v_t|, mu grip) against v_t (LAMMPS linear_nohistory,
-///     LIGGGHTS no_history), or constant-direction, F_t = mu_d grip v_t/|v_t|, which jitters in a resting bed.
+///     xi* = xi + v_t dt,   g = k_t xi* + c_t v_t,   |g| <= mu N_f (sticking) or mu_d N_f
+///     (slipping); on slip F_t = mu_d N_f g/|g|, xi = F_t/k_t and the dashpot is off.
+/// `tangential` takes the spring away: dashpot, F_t = min(c_t |v_t|, mu N_f) against v_t (LAMMPS
+/// linear_nohistory,
+///     LIGGGHTS no_history), or constant-direction, F_t = mu_d N_f v_t/|v_t|, which jitters in a resting
+///     bed.
 /// Where k_t changes with the overlap, `changing stiffness` says what is kept:
 ///     lossy: the force k_t xi while k_t rises, the spring xi while it falls (Thornton, Cummins, Cleary 2013); only
 ///         loses energy
@@ -18,12 +20,12 @@
 ///     keep-force: k_t xi, so that dF_t = k_t dxi (incremental Mindlin without slip); a falling k_t makes energy
 ///     What is made is booked as a negative loss in sliding.
 /// Rolling, elastic-plastic (Ai, Chen, Rotter, Ooi 2011, type C): the same element with the angle rho (rad),
-///     k_r = 2.25 k_n (mu_r r_eff)^2, cap mu_r r_eff grip, dashpot 2 eta_r sqrt(I_r k_r), off at the cap,
+///     k_r = 2.25 k_n (mu_r r_eff)^2, cap mu_r r_eff N_f, dashpot 2 eta_r sqrt(I_r k_r), off at the cap,
 ///     I_r the series sum of both bodies' 7/5 m r^2.
-/// Rolling, constant torque: -mu_r r_eff grip w/|w|; it jitters in a resting bed.
+/// Rolling, constant torque: -mu_r r_eff N_f w/|w|; it jitters in a resting bed.
 /// Twist (mu_t > 0): the same element with the angle about the normal,
-///     k_w = 2.25 k_n (mu_t r_eff)^2, cap mu_t r_eff grip, dashpot 2 eta_r sqrt(I_w k_w), I_w = (2/7) I_r.
-/// Symbols: v_t sliding velocity at the contact point (m/s), w relative rolling velocity (rad/s), grip N.
+///     k_w = 2.25 k_n (mu_t r_eff)^2, cap mu_t r_eff N_f, dashpot 2 eta_r sqrt(I_w k_w), I_w = (2/7) I_r.
+/// Symbols: v_t sliding velocity at the contact point (m/s), w relative rolling velocity (rad/s), N_f N.
 /// Energy over a step: spring force (mean of both ends) times slip -> sliding; dashpot force (mean) times velocity ->
 /// damping; a spring dropped at separation, or softened by a stiffness that changes, -> sliding.
 namespace subsoil::dem {
@@ -46,20 +48,22 @@ struct Slip {
   T damped;      ///< energy lost in the dashpot, J
 };
 
-/// @param growth stiffness before over stiffness now; @param soft 1/k, 0 without a spring
+/// @param stiffness_ratio stiffness before over stiffness now; @param soft 1/k, 0 without a spring
 template <class T, int D>
 [[gnu::always_inline]] inline Slip<T, D> stick_slip(const T (&x)[D], const T (&v)[D], const T (&dashpot_before)[D],
-                                                    T slipping_before, T dt, T growth, T k, T soft, T c, T limit_static,
-                                                    T limit_kinetic, Mask<T> engaged,
+                                                    T slipping_before, T dt, T stiffness_ratio, T k, T soft, T c,
+                                                    T limit_static, T limit_kinetic, Mask<T> in_contact,
                                                     Changing changing = Changing::lossy) {
   Slip<T, D> out;
   const T zero(0.0), one(1.0), half(0.5);
-  const T kept = changing == Changing::keep_spring ? one : changing == Changing::keep_force ? growth : min(one, growth);
-  const T keep = select(engaged, kept, zero);
+  const T kept = changing == Changing::keep_spring  ? one
+                 : changing == Changing::keep_force ? stiffness_ratio
+                                                    : min(one, stiffness_ratio);
+  const T keep = select(in_contact, kept, zero);
   T x0[D], trial[D], viscous[D], g[D], g2 = zero, x2 = zero;
   for (int d = 0; d < D; ++d) {
     x0[d] = x[d] * keep;
-    trial[d] = select(engaged, x0[d] + v[d] * dt, zero);
+    trial[d] = select(in_contact, x0[d] + v[d] * dt, zero);
     viscous[d] = c * v[d];
     g[d] = k * trial[d] + viscous[d];
     g2 = g2 + g[d] * g[d];
@@ -68,16 +72,16 @@ template <class T, int D>
   const T limit = select(slipping_before > half, limit_kinetic, limit_static);
   const auto slip = g2 > limit * limit;
   const T scale = select(slip, over_root(limit_kinetic, max(g2, tiny<T>())), one);
-  out.slipping = select(both(engaged, slip), one, zero);
-  out.slid = half * x2 * k * (growth - keep * keep);
+  out.slipping = select(both(in_contact, slip), one, zero);
+  out.slid = half * x2 * k * (stiffness_ratio - keep * keep);
   out.damped = zero;
   for (int d = 0; d < D; ++d) {
-    const T force = select(engaged, g[d] * scale, zero);
+    const T force = select(in_contact, g[d] * scale, zero);
     out.force[d] = force;
     // Without a spring the limited force is all there is: it counts as a dashpot.
-    out.dashpot[d] = select(engaged, select(slip, select(k > zero, zero, force), viscous[d]), zero);
+    out.dashpot[d] = select(in_contact, select(slip, select(k > zero, zero, force), viscous[d]), zero);
     out.x[d] = select(slip, force * soft, trial[d]);
-    out.slid = out.slid + select(engaged, half * k * (x0[d] + out.x[d]) * (trial[d] - out.x[d]), zero);
+    out.slid = out.slid + select(in_contact, half * k * (x0[d] + out.x[d]) * (trial[d] - out.x[d]), zero);
     out.damped = out.damped + half * (dashpot_before[d] + out.dashpot[d]) * v[d] * dt;
   }
   return out;
@@ -142,14 +146,14 @@ struct Friction {
   template <class T>
   [[gnu::always_inline]] Slip<T> slide(const NormalForce<T>& n, const T (&xi)[3], const T (&v_t)[3],
                                        const T (&dashpot_before)[3], T slipping_before, T dt) const {
-    const T limit = T(mu) * n.grip, kinetic = T(mu_sliding()) * n.grip;
+    const T limit = T(mu) * n.limiting_force, kinetic = T(mu_sliding()) * n.limiting_force;
     if (tangential == Tangential::spring)
-      return stick_slip(xi, v_t, dashpot_before, slipping_before, dt, n.growth, n.k_t, n.soft_t, n.c_t, limit, kinetic,
-                        n.engaged, changing);
+      return stick_slip(xi, v_t, dashpot_before, slipping_before, dt, n.stiffness_ratio, n.k_t, n.tangential_compliance,
+                        n.c_t, limit, kinetic, n.in_contact, changing);
     const T zero(0.0), v2 = v_t[0] * v_t[0] + v_t[1] * v_t[1] + v_t[2] * v_t[2];
     const T c = tangential == Tangential::dashpot ? n.c_t : kinetic / max(sqrt(v2), T(1e-12));
     Slip<T> s =
-        stick_slip(xi, v_t, dashpot_before, slipping_before, dt, T(1.0), zero, zero, c, limit, kinetic, n.engaged);
+        stick_slip(xi, v_t, dashpot_before, slipping_before, dt, T(1.0), zero, zero, c, limit, kinetic, n.in_contact);
     for (T& x : s.x) x = zero;
     return s;
   }
@@ -159,13 +163,13 @@ struct Friction {
   [[gnu::always_inline]] Slip<T> roll(const NormalForce<T>& n, const T (&rho)[3], const T (&w)[3],
                                       const T (&dashpot_before)[3], T r_eff, T inverse_r, T root_i, T dt) const {
     if (rolling == Rolling::none || !(mu_r > 0)) return {};  // twist alone
-    const T arm = T(mu_r) * r_eff, cap = arm * n.grip, zero(0.0);
+    const T arm = T(mu_r) * r_eff, cap = arm * n.limiting_force, zero(0.0);
     if (rolling == Rolling::constant_torque) {
       // A dashpot whose coefficient makes the torque cap w/|w|: no spring, no state.
       const T speed = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
       const T c = cap / max(speed, T(1e-12));
       return stick_slip(rho, w, dashpot_before, zero, dt, T(1.0), zero, zero, c, T(2.0) * cap + tiny<T>(),
-                        T(2.0) * cap + tiny<T>(), n.engaged);
+                        T(2.0) * cap + tiny<T>(), n.in_contact);
     }
     return turning(n, rho, w, dashpot_before, mu_r, rolling_damping, r_eff, inverse_r, root_i, dt);
   }
@@ -196,12 +200,13 @@ struct Friction {
                                                    T inverse_r, T root_i, T dt) {
     // k = 2.25 k_n (mu r_eff)^2 by way of its root, which the dashpot needs: what k_n alone gives is worked out once
     // for laws of constant stiffness.
-    const T zero(0.0), cap = T(mu) * r_eff * n.grip;
+    const T zero(0.0), cap = T(mu) * r_eff * n.limiting_force;
     const T root_k_n = sqrt(T(turning_share(mu)) * n.k_n);
     const T root_k = root_k_n * r_eff, k = root_k * root_k;
     const T inverse_root = select(root_k_n > zero, T(1.0) / max(root_k_n, tiny<T>()), zero) * inverse_r;
     const T c = T(2.0 * damping) * root_i * root_k;
-    return stick_slip(x, w, dashpot_before, zero, dt, n.growth, k, inverse_root * inverse_root, c, cap, cap, n.engaged);
+    return stick_slip(x, w, dashpot_before, zero, dt, n.stiffness_ratio, k, inverse_root * inverse_root, c, cap, cap,
+                      n.in_contact);
   }
 };
 

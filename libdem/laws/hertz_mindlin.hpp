@@ -47,23 +47,23 @@ struct HertzMindlin : ElasticPair {
   [[gnu::always_inline]] NormalForce<T> normal(const Approach<T>& a) const {
     const T zero(0.0), damp(damping);
     NormalForce<T> n;
-    n.engaged = a.overlap > zero;
-    // Never zero, so that k_t growth is the stiffness before even when the contact has just ended.
+    n.in_contact = a.overlap > zero;
+    // Never zero, so that k_t stiffness_ratio is the stiffness before even when the contact has just ended.
     const T root = max(sqrt(a.r_eff * max(a.overlap, zero)), tiny<T>());
     const T root_before = sqrt(a.r_eff * max(a.overlap - a.rate * a.elapsed, zero));
     const T spring = T(4.0 / 3.0 * E_eff) * root * max(a.overlap, zero);
     n.k_n = T(2 * E_eff) * root;
     n.k_t = T(8 * G_eff) * root;
-    n.growth = root_before / root;
-    n.soft_t = select(n.engaged, T(1.0) / max(n.k_t, tiny<T>()), zero);
+    n.stiffness_ratio = root_before / root;
+    n.tangential_compliance = select(n.in_contact, T(1.0) / max(n.k_t, tiny<T>()), zero);
     const T c_n = damp * sqrt(n.k_n) * a.root_m;
     n.c_t = T(std::sqrt(4 * G_eff / E_eff)) * c_n;
     const T viscous = c_n * a.rate;
     const T total = max(least_force<T>(clip), spring + viscous);
-    n.force = select(n.engaged, total, zero);
-    n.damping = select(n.engaged, total - spring, zero);
+    n.force = select(n.in_contact, total, zero);
+    n.damping = select(n.in_contact, total - spring, zero);
     n.stored = T(0.4) * spring * max(a.overlap, zero);
-    n.grip = max(zero, n.force);
+    n.limiting_force = max(zero, n.force);
     return n;
   }
 

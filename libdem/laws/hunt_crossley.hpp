@@ -53,23 +53,23 @@ struct HuntCrossley {
   [[gnu::always_inline]] NormalForce<T> normal(const Approach<T>& a) const {
     const T zero(0.0), one(1.0);
     NormalForce<T> n;
-    n.engaged = a.overlap > zero;
+    n.in_contact = a.overlap > zero;
     const bool hertz = std::isnan(impact.c);
     const T c = hertz ? T(4.0 / 3.0 * E_eff) * sqrt(a.r_eff) : T(impact.c);
-    // Never zero, so that k_t growth is the stiffness before even when the contact has just ended; 1 pm, whose powers
-    // are still floats.
+    // Never zero, so that k_t stiffness_ratio is the stiffness before even when the contact has just ended; 1 pm, whose
+    // powers are still floats.
     const T depth = max(a.overlap, T(1e-12));
     const T stiff = c * power(depth, impact.n - 1);
     const T before = c * power(max(a.overlap - a.rate * a.elapsed, zero), impact.n - 1);
-    const T spring = select(n.engaged, stiff * depth, zero);
+    const T spring = select(n.in_contact, stiff * depth, zero);
     n.force = max(zero, spring * (one + T(impact.b) * a.rate));
     n.damping = n.force - spring;
     n.stored = spring * depth * T(1 / (impact.n + 1));
-    n.grip = n.force;
+    n.limiting_force = n.force;
     n.k_n = T(impact.n) * stiff;
     n.k_t = T(stiffness_ratio) * n.k_n;
-    n.growth = impact.n > 1 ? before / stiff : one;
-    n.soft_t = select(n.k_t > zero, one / max(n.k_t, tiny<T>()), zero);
+    n.stiffness_ratio = impact.n > 1 ? before / stiff : one;
+    n.tangential_compliance = select(n.k_t > zero, one / max(n.k_t, tiny<T>()), zero);
     n.c_t = T(stiffness_ratio * impact.b) * spring;
     return n;
   }

@@ -92,23 +92,23 @@ struct Hysteretic {
     const auto loads = fresh >= before;
     const T reached = max(fresh, before);
     NormalForce<T> n;
-    n.engaged = a.overlap > zero;
-    memory[0] = residual == Residual::follows ? min(reached, depth) : select(n.engaged, reached, zero);
+    n.in_contact = a.overlap > zero;
+    memory[0] = residual == Residual::follows ? min(reached, depth) : select(n.in_contact, reached, zero);
     const T spring = select(loads, k1 * depth, k2 * max(depth - reached, zero));
     const T viscous =
         damping_factor > 0 ? T(2 * damping_factor * damping_ratio(restitution)) * sqrt(k1) * a.root_m * a.rate : zero;
     const T total = max(least_force<T>(clip), spring + viscous);
-    n.force = select(n.engaged, total, zero);
+    n.force = select(n.in_contact, total, zero);
     n.damping = n.force - spring;
     n.stored = half * spring * spring / k2;
     // What a run begins with it has not lost.
     n.lost = select(a.elapsed > zero,
                     T(plastic > 0 ? 0.5 / plastic : 0.0) * k1 * (reached - before) * (reached + before), zero);
-    n.grip = max(zero, n.force);
+    n.limiting_force = max(zero, n.force);
     n.k_n = k1;
     n.k_t = T(stiffness_ratio) * k1;
-    n.growth = T(1.0);
-    n.soft_t = stiffness_ratio > 0 ? T(1.0) / n.k_t : zero;
+    n.stiffness_ratio = T(1.0);
+    n.tangential_compliance = stiffness_ratio > 0 ? T(1.0) / n.k_t : zero;
     n.c_t = T(2 * damping_ratio(restitution)) * sqrt(n.k_t) * a.root_m;
     return n;
   }

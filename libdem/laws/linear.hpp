@@ -61,18 +61,18 @@ struct Linear {
   [[gnu::always_inline]] NormalForce<T> normal(const Approach<T>& a) const {
     const T zero(0.0), damp(2 * beta * std::sqrt(k_n));
     NormalForce<T> n;
-    n.engaged = a.overlap > zero;
+    n.in_contact = a.overlap > zero;
     const T spring = T(k_n) * a.overlap;
     const T viscous = damp * a.root_m * a.rate;
     const T total = max(least_force<T>(clip), spring + viscous);
-    n.force = select(n.engaged, total, zero);
-    n.damping = select(n.engaged, total - spring, zero);
-    n.stored = select(n.engaged, T(0.5) * spring * a.overlap, zero);
-    n.grip = max(zero, n.force);
+    n.force = select(n.in_contact, total, zero);
+    n.damping = select(n.in_contact, total - spring, zero);
+    n.stored = select(n.in_contact, T(0.5) * spring * a.overlap, zero);
+    n.limiting_force = max(zero, n.force);
     n.k_n = T(k_n);
     n.k_t = T(k_n * stiffness_ratio);
-    n.growth = T(1.0);
-    n.soft_t = T(stiffness_ratio > 0 ? 1 / (k_n * stiffness_ratio) : 0.0);
+    n.stiffness_ratio = T(1.0);
+    n.tangential_compliance = T(stiffness_ratio > 0 ? 1 / (k_n * stiffness_ratio) : 0.0);
     n.c_t = T(2 * beta * std::sqrt(k_n * stiffness_ratio)) * a.root_m;
     return n;
   }

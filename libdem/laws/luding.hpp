@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "libdem/laws/adhesive_grip.hpp"
+#include "libdem/laws/adhesive_friction.hpp"
 #include "libdem/laws/linear.hpp"
 
 /// Adhesive elasto-plastic contact (Luding 2008), MercuryDPM's linear plastic viscoelastic law and LIGGGHTS'
@@ -17,7 +17,7 @@
 /// (1 - k1/p) M and the largest pull is k_c (p - k1) M/(p + k_c). `unloading stiffness: constant` has p = k2 always.
 /// Damping c, N s/m (Luding's gamma_0, MercuryDPM's dissipation), or by `restitution`, that of the dashpot with the
 /// spring k1 alone (LIGGGHTS): what comes out is less. Tangential: k_t = ratio k1, c_t = c of that restitution with k_t
-/// or ratio c. Friction limit: adhesive_grip.hpp.
+/// or ratio c. Friction limit: adhesive_friction.hpp.
 /// Energy: stored is the elastic line's, counted from where it meets the adhesive branch: 0 there and when apart,
 /// negative when pulled from rest. Loading and tearing lose, as differences of functions of M (comments below).
 /// Valid for overlaps up to delta_f and somewhat beyond. Source: Luding 2008, Granular Matter 10, 235.
@@ -32,7 +32,7 @@ struct Luding {
   double damping = required, restitution = required;
   double stiffness_ratio = 2.0 / 7.0;
   Unloading unloading = Unloading::grows;
-  AdhesiveGrip limit = AdhesiveGrip::force_plus_adhesion;
+  AdhesiveLimit limit = AdhesiveLimit::force_plus_adhesion;
   Friction friction;
 
   template <class V>
@@ -83,11 +83,11 @@ struct Luding {
     const Line<T> at = line(now, fluid);
     memory[0] = now;
     NormalForce<T> n;
-    n.engaged = a.overlap > zero;
+    n.in_contact = a.overlap > zero;
     const T spring = select(tears, -pull, on_line);
     const T viscous = coefficient(T(k1), T(1.0), a.root_m) * a.rate;
-    n.force = select(n.engaged, spring + viscous, zero);
-    n.damping = select(n.engaged, viscous, zero);
+    n.force = select(n.in_contact, spring + viscous, zero);
+    n.damping = select(n.in_contact, viscous, zero);
     n.stored = half * (spring - at.tear) * (spring + at.tear) / at.stiffness;
     // On the way in what is not stored of k1 delta; on the way out k_c delta, the line being stored 0 all along.
     n.lost = select(a.elapsed > zero,
@@ -95,11 +95,11 @@ struct Luding {
                         half * T(k_c) * (tear_overlap(loaded, reached) - tear_overlap(at, now)) *
                             (tear_overlap(loaded, reached) + tear_overlap(at, now)),
                     zero);
-    n.grip = grip_of(limit, n.force, pull);
+    n.limiting_force = limiting_force_of(limit, n.force, pull);
     n.k_n = T(k1);
     n.k_t = T(stiffness_ratio * k1);
-    n.growth = T(1.0);
-    n.soft_t = T(stiffness_ratio > 0 ? 1 / (stiffness_ratio * k1) : 0.0);
+    n.stiffness_ratio = T(1.0);
+    n.tangential_compliance = T(stiffness_ratio > 0 ? 1 / (stiffness_ratio * k1) : 0.0);
     n.c_t = coefficient(T(stiffness_ratio * k1), T(stiffness_ratio), a.root_m);
     return n;
   }

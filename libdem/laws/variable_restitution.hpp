@@ -77,26 +77,26 @@ struct VariableRestitution {
   [[gnu::always_inline]] NormalForce<T> normal(const Approach<T>& a, T (&memory)[1]) const {
     const T zero(0.0), one(1.0);
     NormalForce<T> n;
-    n.engaged = a.overlap > zero;
-    const auto begins = both(n.engaged, one > memory[0]);
+    n.in_contact = a.overlap > zero;
+    const auto begins = both(n.in_contact, one > memory[0]);
     if (any(begins)) memory[0] = select(begins, one + ratio(a.rate), memory[0]);
-    memory[0] = select(n.engaged, memory[0], zero);
+    memory[0] = select(n.in_contact, memory[0], zero);
     const T beta = max(memory[0] - one, zero), depth = max(a.overlap, zero);
     const bool linear = part == Normal::linear;
-    // Never zero, so that k_t growth is the stiffness before even when the contact has just ended.
+    // Never zero, so that k_t stiffness_ratio is the stiffness before even when the contact has just ended.
     const T root = linear ? one : max(sqrt(a.r_eff * depth), tiny<T>());
     const T before = linear ? one : sqrt(a.r_eff * max(a.overlap - a.rate * a.elapsed, zero));
     n.k_n = (linear ? T(k_n) : T(2 * E_eff)) * root;
     const T spring = T(linear ? 1 : 2.0 / 3.0) * n.k_n * depth;
     const T damp = T(factor()) * beta * sqrt(n.k_n) * a.root_m;
-    const T viscous = select(n.engaged, damp * a.rate, zero);
+    const T viscous = select(n.in_contact, damp * a.rate, zero);
     n.force = max(least_force<T>(clip), spring + viscous);
     n.damping = clip ? n.force - spring : viscous;
     n.stored = T(linear ? 0.5 : 0.4) * spring * depth;
-    n.grip = max(zero, n.force);
+    n.limiting_force = max(zero, n.force);
     n.k_t = T(stiffness_ratio) * n.k_n;
-    n.growth = before / root;
-    n.soft_t = stiffness_ratio > 0 ? select(n.engaged, one / max(n.k_t, tiny<T>()), zero) : zero;
+    n.stiffness_ratio = before / root;
+    n.tangential_compliance = stiffness_ratio > 0 ? select(n.in_contact, one / max(n.k_t, tiny<T>()), zero) : zero;
     n.c_t = T(std::sqrt(stiffness_ratio)) * damp;
     return n;
   }

@@ -15,7 +15,8 @@
 /// Symbols: K_X, K_C, K_B stiffness N/m; C_X damping N s/m; dc contact adhesion distance, dB separation adhesion
 /// distance, D offset of the largest attraction, m; K_Y, C_Y tangential stiffness and damping.
 /// Continuity at delta = D asks K_B dB = K_C dc; K_C follows from it unless given, and a K_C that breaks it is refused.
-/// Tangential spring, friction and rolling act for delta > D only. Friction limit mu * grip, grip by `friction limit`:
+/// Tangential spring, friction and rolling act for delta > D only. Friction limit mu * limiting_force, limiting_force
+/// by `friction limit`:
 ///     signed-force:     max(0, N + K_C dc), N the signed normal force with damping (default)
 ///     elastic-force:    F_rep + K_C dc, F_rep the repulsion without damping
 ///     repulsion-only:   F_rep
@@ -111,14 +112,14 @@ struct Wet {
         select(holds, deepest + half * T(K_C) * press * press, select(attracts, T(-0.5 * K_B) * reach * reach, zero)));
     const T cohesion(K_C * dc);
     const T elastic = select(repels, T(K_X) * press, zero);
-    n.grip = limit == FrictionLimit::signed_force    ? max(zero, n.force + cohesion)
-             : limit == FrictionLimit::elastic_force ? elastic + cohesion
-                                                     : elastic;
-    n.engaged = a.overlap > T(D);
+    n.limiting_force = limit == FrictionLimit::signed_force    ? max(zero, n.force + cohesion)
+                       : limit == FrictionLimit::elastic_force ? elastic + cohesion
+                                                               : elastic;
+    n.in_contact = a.overlap > T(D);
     n.k_n = T(K_X);
     n.k_t = T(K_Y);
-    n.growth = T(1.0);
-    n.soft_t = T(K_Y > 0 ? 1 / K_Y : 0.0);
+    n.stiffness_ratio = T(1.0);
+    n.tangential_compliance = T(K_Y > 0 ? 1 / K_Y : 0.0);
     n.c_t = T(C_Y);
     return n;
   }

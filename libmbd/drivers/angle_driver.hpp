@@ -27,8 +27,8 @@ struct AngleDriver {
   void check() const { motion.check(); }
 
   double value(const BodyState& a, const BodyState& b) const { return b.angle - a.angle; }
-  void settle_start(const BodyState& a, const BodyState& b, double t) {
-    motion.settle_start(value(a, b), b.spin - a.spin, t);
+  void initialise_from_pose(const BodyState& a, const BodyState& b, double t) {
+    motion.initialise_from_pose(value(a, b), b.spin - a.spin, t);
   }
 
   void evaluate(const BodyState& a, const BodyState& b, double t, Rows<rows>& out) const {

@@ -34,9 +34,9 @@ struct CoordinateDriver {
   double value(const BodyState&, const BodyState& b) const {
     return coordinate == Coordinate::x ? b.r.x : coordinate == Coordinate::y ? b.r.y : b.angle;
   }
-  void settle_start(const BodyState& a, const BodyState& b, double t) {
+  void initialise_from_pose(const BodyState& a, const BodyState& b, double t) {
     const double rate = coordinate == Coordinate::x ? b.v.x : coordinate == Coordinate::y ? b.v.y : b.spin;
-    motion.settle_start(value(a, b), rate, t);
+    motion.initialise_from_pose(value(a, b), rate, t);
   }
 
   void evaluate(const BodyState& a, const BodyState& b, double t, Rows<rows>& out) const {

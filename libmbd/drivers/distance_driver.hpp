@@ -29,13 +29,13 @@ struct DistanceDriver {
   }
   void check() const { motion.check(); }
 
-  void settle_start(const BodyState& a, const BodyState& b, double t) {
+  void initialise_from_pose(const BodyState& a, const BodyState& b, double t) {
     const RelativePoint p(a, p_a, b, p_b);
     const double length = mbd::length(p.w);
     if (length == 0)
       throw std::invalid_argument(
           "its two ends lie on each other in the start pose, so it has no direction; start them apart");
-    motion.settle_start(length, dot(p.w, p.rate) / length, t);
+    motion.initialise_from_pose(length, dot(p.w, p.rate) / length, t);
   }
 
   void evaluate(const BodyState& a, const BodyState& b, double t, Rows<rows>& out) const {

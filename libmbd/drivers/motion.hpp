@@ -36,7 +36,7 @@ struct Motion {
           "needs exactly one of position, velocity and acceleration as a function of time; give one, leave the others "
           "out");
   }
-  void settle_start(double value_now, double rate_now, double t) {
+  void initialise_from_pose(double value_now, double rate_now, double t) {
     if (std::isnan(start)) start = value_now, start_rate = rate_now, start_time = t;
   }
   double value(double t) const {

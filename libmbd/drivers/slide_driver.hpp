@@ -33,10 +33,10 @@ struct SlideDriver {
   void check() const { motion.check(); }
 
   double value(const BodyState& a, const BodyState& b) const { return dot(direction(a), span(a, b)); }
-  void settle_start(const BodyState& a, const BodyState& b, double t) {
+  void initialise_from_pose(const BodyState& a, const BodyState& b, double t) {
     const Vec2 d_rate = b.velocity_at(b.world(p_b)) - a.velocity_at(a.world(p_a));
     const double rate = dot(direction(a), d_rate) + a.spin * dot(turned(direction(a)), span(a, b));
-    motion.settle_start(value(a, b), rate, t);
+    motion.initialise_from_pose(value(a, b), rate, t);
   }
 
   void evaluate(const BodyState& a, const BodyState& b, double t, Rows<rows>& out) const {

@@ -54,7 +54,7 @@ struct Bushing {
             "stiffness x and y must be given, and no stiffness or damping may be negative; 0 leaves a direction free");
   }
 
-  void settle_start(const Scene& scene) {
+  void initialise_from_pose(const Scene& scene) {
     if (std::isnan(free_angle)) free_angle = body_of(scene, body_b).angle - body_of(scene, body_a).angle;
   }
 

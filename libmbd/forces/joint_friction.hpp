@@ -131,7 +131,7 @@ struct JointFriction {
     sliding = (c.v != 0 ? c.v : -spring(c)) > 0 ? 1 : -1;
     return {stored(c), true};
   }
-  void settle_start(const Scene& scene) { begin_trace(scene); }
+  void initialise_from_pose(const Scene& scene) { begin_trace(scene); }
   /// Slides if it moves, else sticks where it is.
   void begin_trace(const Scene& scene) {
     const Contact c = contact(scene);

@@ -43,7 +43,7 @@ struct RotationalSpringDamper {
 
   void check() const { check_spring(*this); }
 
-  void settle_start(const Scene& scene) {
+  void initialise_from_pose(const Scene& scene) {
     if (std::isnan(free_angle)) free_angle = angle(scene);
     if (std::isnan(stiffness)) stiffness = 0;
   }

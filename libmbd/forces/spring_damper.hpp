@@ -47,7 +47,7 @@ struct SpringDamper {
 
   void check() const { check_spring(*this); }
 
-  void settle_start(const Scene& scene) {
+  void initialise_from_pose(const Scene& scene) {
     if (std::isnan(free_length)) free_length = line(scene).length;
     if (std::isnan(stiffness)) stiffness = 0;
   }

@@ -52,7 +52,7 @@ struct CamFollower {
   }
   double reach() const { return radii.empty() ? 0 : *std::max_element(radii.begin(), radii.end()); }
 
-  void settle_start(const BodyState& /*a*/, const BodyState& /*b*/, double /*t*/) {
+  void initialise_from_pose(const BodyState& /*a*/, const BodyState& /*b*/, double /*t*/) {
     curve = std::make_shared<const Curve>(Curve::polar(angles, radii, closed));
   }
   void evaluate(const BodyState& a, const BodyState& b, double /*t*/, Rows<rows>& out) const {

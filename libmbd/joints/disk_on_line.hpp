@@ -66,7 +66,7 @@ struct DiskOnLine : DiskAndLine {
         "the body with the line and the body with the disk; the reaction is reported on the first, at the contact");
   }
 
-  void settle_start(const BodyState& a, const BodyState& b, double /*t*/) {
+  void initialise_from_pose(const BodyState& a, const BodyState& b, double /*t*/) {
     settle_side(RelativePoint(a, p_a, b, p_b));
   }
   void evaluate(const BodyState& a, const BodyState& b, double /*t*/, Rows<rows>& out) const {

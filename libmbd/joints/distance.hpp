@@ -32,7 +32,7 @@ struct Distance {
   }
   double reach() const { return length; }
 
-  void settle_start(const BodyState& a, const BodyState& b, double /*t*/) {
+  void initialise_from_pose(const BodyState& a, const BodyState& b, double /*t*/) {
     if (std::isnan(length)) length = mbd::length(b.r + b.world(p_b) - a.r - a.world(p_a));
     if (length == 0)
       throw std::invalid_argument(

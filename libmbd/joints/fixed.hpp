@@ -24,7 +24,7 @@ struct Fixed {
   }
 
   /// What the scenario leaves to the start pose.
-  void settle_start(const BodyState& a, const BodyState& b, double /*t*/) {
+  void initialise_from_pose(const BodyState& a, const BodyState& b, double /*t*/) {
     if (std::isnan(relative_angle)) relative_angle = b.angle - a.angle;
   }
 

@@ -50,7 +50,7 @@ struct FlatFacedCam {
   }
   double reach() const { return radii.empty() ? 0 : *std::max_element(radii.begin(), radii.end()); }
 
-  void settle_start(const BodyState& a, const BodyState& b, double /*t*/) {
+  void initialise_from_pose(const BodyState& a, const BodyState& b, double /*t*/) {
     curve = std::make_shared<const Curve>(Curve::polar(angles, radii, true));
     if (!std::isnan(side)) return;
     const double height = dot(normal(a, b, 1), RelativePoint(a, p_a, b, p_b).w);

@@ -23,7 +23,7 @@ struct GearPair : TwoDisks {
                 "pitch point");
   }
 
-  void settle_start(const BodyState& a, const BodyState& b, double /*t*/) {
+  void initialise_from_pose(const BodyState& a, const BodyState& b, double /*t*/) {
     if (std::isnan(offset)) offset = start_offset(a, b);
   }
   void evaluate(const BodyState& a, const BodyState& b, double /*t*/, Rows<rows>& out) const {

@@ -33,7 +33,7 @@ struct GearRatio {
       throw std::invalid_argument("ratio must be given and not 0; to hold the second body's angle use an angle driver");
   }
 
-  void settle_start(const BodyState& a, const BodyState& b, const BodyState& c, double /*t*/) {
+  void initialise_from_pose(const BodyState& a, const BodyState& b, const BodyState& c, double /*t*/) {
     if (std::isnan(offset)) offset = b.angle - c.angle - ratio * (a.angle - c.angle);
   }
   void evaluate(const BodyState& a, const BodyState& b, const BodyState& c, double /*t*/, Rows<rows>& out) const {

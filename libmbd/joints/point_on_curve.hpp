@@ -47,7 +47,7 @@ struct PointOnCurve {
                                   " m, where a point could leave on either branch; end it before, or part it in two");
   }
 
-  void settle_start(const BodyState& /*a*/, const BodyState& /*b*/, double /*t*/) {
+  void initialise_from_pose(const BodyState& /*a*/, const BodyState& /*b*/, double /*t*/) {
     curve = std::make_shared<const Curve>(Curve::through(points, closed));
   }
   void evaluate(const BodyState& a, const BodyState& b, double /*t*/, Rows<rows>& out) const {

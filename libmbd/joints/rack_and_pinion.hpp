@@ -21,7 +21,7 @@ struct RackAndPinion : DiskAndLine {
                 "the rack and the pinion; the tooth force is reported on the first, at the pitch point");
   }
 
-  void settle_start(const BodyState& a, const BodyState& b, double /*t*/) {
+  void initialise_from_pose(const BodyState& a, const BodyState& b, double /*t*/) {
     const RelativePoint p(a, p_a, b, p_b);
     settle_side(p);
     if (std::isnan(offset)) offset = travel_row(p, along(), b.angle - a.angle, side * radius, 0).phi;

@@ -21,7 +21,7 @@ struct RollingOnDisk : TwoDisks {
                 "the two bodies with the disks; the reaction is reported on the first, at the contact");
   }
 
-  void settle_start(const BodyState& a, const BodyState& b, double /*t*/) {
+  void initialise_from_pose(const BodyState& a, const BodyState& b, double /*t*/) {
     if (std::isnan(offset)) offset = start_offset(a, b);
   }
   void evaluate(const BodyState& a, const BodyState& b, double /*t*/, Rows<rows>& out) const {

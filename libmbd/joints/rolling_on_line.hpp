@@ -22,7 +22,7 @@ struct RollingOnLine : DiskAndLine {
         "the body with the line and the body with the disk; the reaction is reported on the first, at the contact");
   }
 
-  void settle_start(const BodyState& a, const BodyState& b, double /*t*/) {
+  void initialise_from_pose(const BodyState& a, const BodyState& b, double /*t*/) {
     const RelativePoint p(a, p_a, b, p_b);
     settle_side(p);
     if (std::isnan(offset)) offset = travel_row(p, along(), b.angle - a.angle, side * radius, 0).phi;

@@ -2,8 +2,8 @@
 
 #include <memory>
 
-#include "libdem/sampling.hpp"
-#include "libdem/stability.hpp"
+#include "libdem/step/sampling.hpp"
+#include "libdem/step/stability.hpp"
 #include "tests/tools/dem_beds.hpp"
 
 /// Kinetic + spin + gravity + stored + lost = start + work of boundaries, every term summed on its own. 1 % of what was

@@ -43,31 +43,32 @@ ContactResult reference_contact(const L& law, const Vec3& n, double distance, co
   const auto normal = normal_force(law, Approach<double>{overlap, -v_n, std::sqrt(m_eff), r_eff, dt, per_sum}, h.own);
   ContactResult out;
   out.force = normal.force * n;
-  if (!normal.engaged) {
+  if (!normal.in_contact) {
     h.xi = h.rho = {};
     h.twist = 0;
     h.slipping = false;
     return out;
   }
   // Tangential: spring and dashpot together under Coulomb's limit.
-  const double keep = std::min(1.0, normal.growth);
+  const double keep = std::min(1.0, normal.stiffness_ratio);
   const Vec3 xi = keep * (h.xi - dot(h.xi, n) * n) + dt * v_t;
   const double mu = law.friction.mu, mu_d = std::isnan(law.friction.mu_d) ? mu : law.friction.mu_d;
   const bool springs = law.friction.tangential == Tangential::spring;
   Vec3 pull = normal.c_t * v_t;
   if (springs) pull += normal.k_t * xi;
-  if (law.friction.tangential == Tangential::constant_direction) pull = (mu_d * normal.grip / norm(v_t)) * v_t;
-  const bool slips = norm(pull) > (h.slipping ? mu_d : mu) * normal.grip;
+  if (law.friction.tangential == Tangential::constant_direction)
+    pull = (mu_d * normal.limiting_force / norm(v_t)) * v_t;
+  const bool slips = norm(pull) > (h.slipping ? mu_d : mu) * normal.limiting_force;
   h.xi = springs ? xi : Vec3{};
   if (slips) {
-    pull = (mu_d * normal.grip / norm(pull)) * pull;
+    pull = (mu_d * normal.limiting_force / norm(pull)) * pull;
     if (springs) h.xi = normal.k_t > 0 ? (1 / normal.k_t) * pull : Vec3{};
   }
   h.slipping = slips;
   out.force -= pull;
   // Rolling.
   const Vec3 w_all = i.w - j.w, w = w_all - dot(w_all, n) * n;
-  const double cap = law.friction.mu_r * r_eff * normal.grip;
+  const double cap = law.friction.mu_r * r_eff * normal.limiting_force;
   Vec3 moment;
   if (law.friction.rolling == Rolling::constant_torque) {
     if (norm(w) > 1e-12) moment = (cap / norm(w)) * w;
@@ -85,7 +86,7 @@ ContactResult reference_contact(const L& law, const Vec3& n, double distance, co
   }
   if (law.friction.mu_t > 0) {
     const double k = normal.k_n * std::pow(1.5 * law.friction.mu_t * r_eff, 2),
-                 most = law.friction.mu_t * r_eff * normal.grip;
+                 most = law.friction.mu_t * r_eff * normal.limiting_force;
     const double own = 0.4 * i.m * i.r * i.r, other = 0.4 * j.m * j.r * j.r;
     const double inertia = wall ? own : own * other / (own + other), spin = dot(w_all, n);
     h.twist = keep * h.twist + dt * spin;

@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "libdem/kernel/streams.hpp"
+#include "libdem/contacts/blocks.hpp"
 
 namespace subsoil::dem::test {
 

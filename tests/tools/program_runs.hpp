@@ -12,7 +12,8 @@
 #include "apps/output/hdf5.hpp"
 #include "apps/output/series.hpp"
 #include "apps/run/runner.hpp"
-#include "libdem/vec3.hpp"
+#include "libdem/base/vec3.hpp"
+#include "tests/tools/paths.hpp"
 #include "tests/tools/scratch.hpp"
 
 /// Running scenarios as `subsoil run` does, in this process, and looking at what they leave.
@@ -28,7 +29,9 @@ class RunDirectory : public Scratch {
   }
 };
 
-inline std::string config(const std::string& name) { return SUBSOIL_SOURCE_DIR "/configs/" + name + ".yaml"; }
+inline std::string config(const std::string& name) {
+  return subsoil::test::source_dir() + "/configs/" + name + ".yaml";
+}
 
 /// Runs on one thread, without talk; returns the exit code.
 inline int run_scenario(const std::string& scenario, const std::filesystem::path& out,

@@ -3,10 +3,10 @@
 #include <utility>
 
 #include "coupling/simulation.hpp"
-#include "libdem/bed/placement.hpp"
-#include "libdem/bed/settle.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
-#include "libdem/stability.hpp"
+#include "libdem/packing/placement.hpp"
+#include "libdem/packing/settle.hpp"
+#include "libdem/step/stability.hpp"
 
 /// A small pass through the coupling: 780 spheres of wet soil, an 80 mm wide tine 40 mm deep, towed at 0.5 m/s.
 namespace subsoil::coupling::test {

@@ -10,10 +10,13 @@
 #include <string>
 #include <utility>
 
+#include "tests/tools/paths.hpp"
+
 /// Rows of docs/verification.md. A test states what it found through this helper instead of a bare EXPECT_NEAR:
 ///
 ///     const Verified dem04("rolling", "MFiX DEM04", "closed form; MFiX VVUQ manual 4.4");
-///     dem04.near("speed when it rolls", "m/s", ours, 5 * u0 / 7, share(2e-3), "vibration of the grip, mu g/omega_t");
+///     dem04.near("speed when it rolls", "m/s", ours, 5 * u0 / 7, share(2e-3), "vibration of the tangential spring, mu
+///     g/omega_t");
 ///
 /// It expects |ours - reference| <= tolerance, hands the row to `scripts/verify`, which writes the report, and fails
 /// when the row of the committed report is missing or holds another figure.
@@ -92,7 +95,7 @@ class Verified {
         << name_ << ", " << quantity << ": " << ours << ' ' << unit << ", reference " << reference;
     record(quantity, unit, ours, reference, bound, because, at, repeatable);
     if (std::getenv("SUBSOIL_VERIFY") != nullptr) return;  // the report is being written
-    static const CommittedReport report(SUBSOIL_SOURCE_DIR "/docs/verification.md");
+    static const CommittedReport report(subsoil::test::source_dir() + "/docs/verification.md");
     const double printed = report.ours(name_, quantity);
     EXPECT_FALSE(std::isnan(printed)) << "docs/verification.md has no row `" << name_ << " | " << quantity
                                       << "`: run scripts/verify";

@@ -6,6 +6,7 @@
 #include "apps/calibrate/calibration.hpp"
 #include "apps/calibrate/surrogate.hpp"
 #include "tests/tools/message_of.hpp"
+#include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// `subsoil calibrate`: the surrogate against functions that are known, the search against a known minimum, and the
@@ -135,10 +136,10 @@ TEST(Calibrate, RefusalsNamePlaceRuleAndCure) {
   EXPECT_EQ(says("targets[0].number=modulos"),
             "--set targets[0].number: `modulos` is no number of compress; did you mean `modulus`?");
   EXPECT_EQ(says("targets[0].test=compres"),
-            "--set targets[0].test: there is no element test of this name; did you mean `compress`?");
+            "--set targets[0].test: there is no laboratory test of this name; did you mean `compress`?");
   EXPECT_NE(says("targets[0].tolerance=3 mm").find("targets[0].tolerance"), std::string::npos);
   EXPECT_EQ(says("design=3"), "--set design: must be two points more than there are parameters");
-  EXPECT_EQ(load_plan(SUBSOIL_SOURCE_DIR "/configs/calibrate/twin.yaml", {}).parameters.size(), 3U);
+  EXPECT_EQ(load_plan(subsoil::test::source_dir() + "/configs/calibrate/twin.yaml", {}).parameters.size(), 3U);
 }
 
 }  // namespace

@@ -10,12 +10,13 @@
 #include <vector>
 
 #include "apps/scenario/load.hpp"
+#include "tests/tools/paths.hpp"
 
 namespace subsoil::app {
 namespace {
 
 namespace fs = std::filesystem;
-const fs::path root = SUBSOIL_SOURCE_DIR;
+const fs::path root = subsoil::test::source_dir();
 
 std::string read(const fs::path& path) {
   std::ifstream in(path);
@@ -68,7 +69,7 @@ TEST(Docs, KeysToExplainExist) {
 TEST(Docs, FilesNamedAreThere) {
   static const std::regex link(R"(\]\(([^)#:]+)\))"), script(R"((scripts/[a-z0-9_]+(?:\.py)?))");
   for (const char* name : {"README.md", "docs/guide.md", "docs/theory.md", "docs/architecture.md",
-                           "docs/element-tests.md", "docs/verification.md"}) {
+                           "docs/laboratory-tests.md", "docs/verification.md"}) {
     const std::string text = read(root / name);
     for (std::sregex_iterator it(text.begin(), text.end(), link), end; it != end; ++it)
       EXPECT_TRUE(fs::exists((root / name).parent_path() / (*it)[1].str())) << name << ": " << (*it)[1];

@@ -5,9 +5,10 @@
 #include <numbers>
 
 #include "apps/commands/commands.hpp"
-#include "apps/element/report.hpp"
-#include "apps/element/tests.hpp"
+#include "apps/laboratory/report.hpp"
+#include "apps/laboratory/tests.hpp"
 #include "tests/tools/message_of.hpp"
+#include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// `subsoil test`: every rig against a closed form that it must meet, on specimens of some ten to some hundred grains.
@@ -234,7 +235,7 @@ TEST(ElementTest, RefusalsNamePlaceRuleAndCure) {
             "case.yaml:4:32 test.walls = grian: there is no material of this name; did you mean `grain`?");
   const std::string fine = head + "test: {material: grain, walls: grain, radius: 5 mm}\n";
   EXPECT_EQ(says(fine), "accepted");
-  EXPECT_EQ(says(fine, {"gravity=0 m/s^2"}), "--set gravity: must act downward (-y) for element tests");
+  EXPECT_EQ(says(fine, {"gravity=0 m/s^2"}), "--set gravity: must act downward (-y) for laboratory tests");
   EXPECT_EQ(says(fine, {"test.shear={loads: 5 kPa}"}),
             "--set test.shear.loads: must be two loads or more, for a line through their points");
   EXPECT_EQ(says(fine, {"test.repose={lenght: 5 m}"}),
@@ -269,10 +270,10 @@ TEST(ElementTest, TakesTheBedOfARunsScenario) {
   EXPECT_DOUBLE_EQ(sample_of(loaded).diameter, 0.02);
 }
 
-/// Every file in configs/element goes through a test, in small.
+/// Every file in configs/laboratory goes through a test, in small.
 TEST(ElementTest, ConfigsAreTested) {
   int files = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(SUBSOIL_SOURCE_DIR "/configs/element")) {
+  for (const auto& entry : std::filesystem::directory_iterator(subsoil::test::source_dir() + "/configs/laboratory")) {
     const double size = sample_of(load_tests(entry.path(), {})).diameter;
     const auto length = [&](double diameters) { return fmt::format("{} m", diameters * size); };
     const LoadedTests loaded = load_tests(

@@ -8,6 +8,7 @@
 #include "apps/impact/report.hpp"
 #include "apps/scenario/load.hpp"
 #include "tests/tools/message_of.hpp"
+#include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// `subsoil impact`: reading, tables and files, closed forms of the ground element, and fits that find what made the
@@ -133,7 +134,7 @@ TEST(ImpactCommand, ResultsFileHoldsTableCoursesAndParameters) {
 
 TEST(ImpactCommand, FilesInConfigsRun) {
   int files = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(SUBSOIL_SOURCE_DIR "/configs/impact")) {
+  for (const auto& entry : std::filesystem::directory_iterator(subsoil::test::source_dir() + "/configs/impact")) {
     SCOPED_TRACE(entry.path());
     const std::vector<ImpactRow> rows = strike_all(load_study(entry.path().string(), {"steps=100"}));
     EXPECT_GE(rows.size(), 4U);

@@ -1,4 +1,5 @@
 #include "apps/build/world.hpp"
+#include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Every file in configs/ is read, built and stepped 200 times; whoever adds one need not add a test. What the short
@@ -10,7 +11,7 @@ using test::config;
 
 std::vector<std::string> all_configs() {
   std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(SUBSOIL_SOURCE_DIR "/configs"))
+  for (const auto& entry : std::filesystem::directory_iterator(subsoil::test::source_dir() + "/configs"))
     if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem());
   std::sort(names.begin(), names.end());
   return names;

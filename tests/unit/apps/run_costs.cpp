@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// What `check` promises against what the run that follows takes.
@@ -33,7 +34,7 @@ double byte_count(const std::string& text) {
 /// The program's own words.
 std::vector<std::string> lines_of_check(const std::string& file) {
   std::vector<std::string> lines;
-  FILE* pipe = popen((std::string(SUBSOIL_PROGRAM) + " check --threads 1 " + file).c_str(), "r");
+  FILE* pipe = popen((subsoil::test::program() + " check --threads 1 " + file).c_str(), "r");
   std::array<char, 512> line{};
   while (pipe != nullptr && std::fgets(line.data(), line.size(), pipe) != nullptr) lines.push_back(line.data());
   EXPECT_EQ(pclose(pipe), 0);
@@ -54,7 +55,7 @@ Costs promised(const std::string& file) {
 
 Costs taken(const std::string& file, const std::filesystem::path& out) {
   const std::string command =
-      std::string(SUBSOIL_PROGRAM) + " run --threads 1 --force --out " + out.string() + " " + file + " >/dev/null";
+      subsoil::test::program() + " run --threads 1 --force --out " + out.string() + " " + file + " >/dev/null";
   EXPECT_EQ(std::system(command.c_str()), 0);
   const nlohmann::json run = test::summary_of(out)["run"];
   Costs costs{.time = run["wall time [s]"], .memory = run["peak memory [bytes]"], .disk = 0};

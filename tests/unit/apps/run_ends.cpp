@@ -9,6 +9,7 @@
 
 #include "apps/output/state_file.hpp"
 #include "apps/scenario/document.hpp"
+#include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Runs that end otherwise than planned: faults, signals; and runs that go on from a state.
@@ -44,7 +45,7 @@ TEST(RunEnds, AFaultExitsWithThreeSaysWhereAndKeepsWhatWasWritten) {
 
 /// The built program, started beside this test; what it says goes to a file.
 pid_t start(std::vector<std::string> words, const std::string& said = "/dev/null") {
-  words.insert(words.begin(), SUBSOIL_PROGRAM);
+  words.insert(words.begin(), subsoil::test::program());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
@@ -53,7 +54,7 @@ pid_t start(std::vector<std::string> words, const std::string& said = "/dev/null
   posix_spawn_file_actions_addopen(&quiet, 1, said.c_str(), O_WRONLY | O_CREAT, 0600);
   posix_spawn_file_actions_addopen(&quiet, 2, "/dev/null", O_WRONLY, 0);
   pid_t child = -1;
-  EXPECT_EQ(posix_spawn(&child, SUBSOIL_PROGRAM, &quiet, nullptr, argv.data(), environ), 0);
+  EXPECT_EQ(posix_spawn(&child, subsoil::test::program().c_str(), &quiet, nullptr, argv.data(), environ), 0);
   posix_spawn_file_actions_destroy(&quiet);
   return child;
 }

@@ -239,7 +239,7 @@ TEST(ScenarioRead, LawsWithMemory) {
       "law: eepa, n: 1, k1: 10 kN/m^(n), plasticity ratio: 0.6, surface energy: 20 J/m^2, chi: 3, restitution: 0.5, "
       "friction limit: absolute-force");
   EXPECT_EQ(std::get<dem::Eepa>(eepa).k1, 1e4);
-  EXPECT_EQ(std::get<dem::Eepa>(eepa).limit, dem::AdhesiveGrip::absolute_force);
+  EXPECT_EQ(std::get<dem::Eepa>(eepa).limit, dem::AdhesiveLimit::absolute_force);
   const dem::GivenLaw variable = read(
       "law: variable-restitution, normal: linear, k_n: 50 kN/m, E_eff: 10 MPa, S_y: 200 kPa, rho: 1800 kg/m^3, "
       "largest restitution: 0.95");

@@ -7,13 +7,14 @@
 #include <set>
 #include <sstream>
 
+#include "tests/tools/paths.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace subsoil::test {
 namespace {
 
 namespace fs = std::filesystem;
-const fs::path root = SUBSOIL_SOURCE_DIR;
+const fs::path root = subsoil::test::source_dir();
 
 std::string text_of(const fs::path& file) {
   std::ifstream in(file);

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libdem/bed/carve.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
+#include "libdem/packing/carve.hpp"
 #include "tests/unit/libdem/bed_support.hpp"
 
 namespace subsoil::dem::test {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "libdem/bed/layers.hpp"
+#include "libdem/packing/layers.hpp"
 #include "tests/unit/libdem/bed_support.hpp"
 
 namespace subsoil::dem::test {

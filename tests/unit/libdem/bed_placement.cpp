@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "libdem/bed/measure.hpp"
+#include "libdem/packing/measure.hpp"
 #include "tests/unit/libdem/bed_support.hpp"
 
 namespace subsoil::dem::test {

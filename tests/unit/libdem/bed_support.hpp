@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "libdem/bed.hpp"
-#include "libdem/bed/placement.hpp"
-#include "libdem/bed/settle.hpp"
+#include "libdem/packing/placement.hpp"
+#include "libdem/packing/settle.hpp"
 
 namespace subsoil::dem::test {
 

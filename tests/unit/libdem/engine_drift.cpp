@@ -3,7 +3,7 @@
 #include <numeric>
 #include <vector>
 
-#include "libdem/drift.hpp"
+#include "libdem/neighbours/relative_displacement.hpp"
 #include "tests/tools/dem_beds.hpp"
 
 namespace subsoil::dem::test {
@@ -15,7 +15,7 @@ constexpr double kEdge = 0.024, kSkin = 0.004;
 struct Cloud {
   Grid grid;
   std::vector<Vec3> at;
-  Drift drift;
+  RelativeDisplacement drift;
 
   explicit Cloud(int count) {
     grid.low = {3, -1, 0.5}, grid.cell = kEdge;
@@ -30,7 +30,7 @@ struct Cloud {
     std::partial_sum(grid.start.begin(), grid.start.end(), grid.start.begin());
   }
 
-  Drift::Found measure(const std::vector<Vec3>& ways, const std::vector<Vec3>& boundaries, int threads) {
+  RelativeDisplacement::Found measure(const std::vector<Vec3>& ways, const std::vector<Vec3>& boundaries, int threads) {
     drift.begin(grid, kSkin, at.size(), boundaries.size(), threads, [&](std::size_t i) { return at[i]; });
     return drift.measure(boundaries, threads, [&](std::size_t i) { return at[i] + ways[i]; });
   }
@@ -38,7 +38,7 @@ struct Cloud {
 
 /// By all pairs: none within two cells' edges parts by more than is said. What is said is at most what boxes around the
 /// ways of a cell's points allow, three cells away in each direction.
-TEST(Drift, IsABoundForAllNeighbours) {
+TEST(RelativeDisplacement, IsABoundForAllNeighbours) {
   Cloud cloud(600);
   Dice dice(4);
   for (int round = 0; round < 20; ++round) {
@@ -48,7 +48,7 @@ TEST(Drift, IsABoundForAllNeighbours) {
     for (const Vec3& x : cloud.at)
       ways.push_back(norm(x - centre) < dice.between(0.01, 0.05) ? push + dice.ball(0.2 * kSkin) : dice.ball(1e-4));
     const Vec3 tool = 0.7 * push;
-    const Drift::Found found = cloud.measure(ways, {tool, {}}, 1);
+    const RelativeDisplacement::Found found = cloud.measure(ways, {tool, {}}, 1);
     double parted = 0, gone = 0, against = 0, in_reach_of_boxes = 0.5 * kSkin;
     for (std::size_t i = 0; i < ways.size(); ++i) {
       gone = std::max(gone, norm(ways[i])), against = std::max(against, norm(ways[i] - tool));
@@ -70,7 +70,7 @@ TEST(Drift, IsABoundForAllNeighbours) {
 }
 
 /// A bed that moves as one does not part, wherever it goes; a shear does by what two to three cells' edges see of it.
-TEST(Drift, SeesWhatPartsAndNotWhatMovesTogether) {
+TEST(RelativeDisplacement, SeesWhatPartsAndNotWhatMovesTogether) {
   Cloud cloud(5000);
   const Vec3 push{0.003, -0.002, 0.001};
   std::vector<Vec3> together(cloud.at.size(), push), shear;

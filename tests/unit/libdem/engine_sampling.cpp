@@ -2,7 +2,7 @@
 
 #include <random>
 
-#include "libdem/sampling.hpp"
+#include "libdem/step/sampling.hpp"
 
 namespace subsoil::dem::test {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "libdem/grid.hpp"
+#include "libdem/neighbours/grid.hpp"
 
 namespace subsoil::dem::test {
 namespace {

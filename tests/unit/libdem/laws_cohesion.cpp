@@ -2,7 +2,7 @@
 
 #include <boost/math/tools/roots.hpp>
 
-#include "libdem/stability.hpp"
+#include "libdem/step/stability.hpp"
 #include "tests/tools/dem_beds.hpp"
 #include "tests/tools/message_of.hpp"
 
@@ -180,7 +180,7 @@ TEST(Cohesion, GripFollowsItsOption) {
     Cohesion c = dmt(50);
     c.limit = limit;
     Contact one = contact(c);
-    EXPECT_NEAR(one.at(overlap).grip, want, 1e-12);
+    EXPECT_NEAR(one.at(overlap).limiting_force, want, 1e-12);
   }
 }
 

@@ -49,7 +49,7 @@ TEST(EveryLaw, DampingIsTheWholeEffectOfTheRateAndNeverFeedsEnergy) {
         const auto moving = at(law, overlap, rate), still = at(law, overlap, 0);
         EXPECT_NEAR(moving.force - moving.damping, still.force, 1e-12 * std::abs(moving.force) + 1e-15) << name;
         EXPECT_GE(moving.damping * rate, 0) << name;
-        EXPECT_GE(moving.grip, 0) << name;
+        EXPECT_GE(moving.limiting_force, 0) << name;
         EXPECT_EQ(moving.stored, still.stored) << name;
       }
 }
@@ -61,7 +61,7 @@ TEST(EveryLaw, IsSilentBeyondItsReach) {
       const auto n = at(law, -reach - 1e-9, rate);
       EXPECT_EQ(n.force, 0) << name;
       EXPECT_EQ(n.stored, 0) << name;
-      EXPECT_FALSE(n.engaged) << name;
+      EXPECT_FALSE(n.in_contact) << name;
     }
   }
 }

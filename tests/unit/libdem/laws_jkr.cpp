@@ -52,8 +52,8 @@ TEST(Jkr, ForceAndContactRadiusFollowTheBranch) {
       EXPECT_NEAR(f.force, n.force(a), 1e-8 * pull_off + 1e-10 * std::abs(n.force(a))) << a / last;
       EXPECT_NEAR(f.k_n, 2 * n.E * a, 1e-8 * f.k_n);
       EXPECT_NEAR(f.k_t, 8 * 0.4 * n.E * a, 1e-8 * f.k_t);
-      EXPECT_NEAR(f.grip, n.force(a) + 2 * pull_off, 1e-8 * f.grip);
-      EXPECT_TRUE(f.engaged);
+      EXPECT_NEAR(f.limiting_force, n.force(a) + 2 * pull_off, 1e-8 * f.limiting_force);
+      EXPECT_TRUE(f.in_contact);
     }
   }
 }

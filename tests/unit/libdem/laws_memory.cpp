@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "libdem/stability.hpp"
+#include "libdem/step/stability.hpp"
 #include "tests/tools/contact_path.hpp"
 #include "tests/tools/dem_beds.hpp"
 
@@ -145,7 +145,7 @@ TEST(Hysteretic, CohesionByContactArea) {
   ContactPath path(std::get<CohesiveHysteretic>(resolved(law)));
   path.to(M, 1000);
   EXPECT_NEAR(path.force(), (1e4 - q) * M, 10 * kRounding);
-  EXPECT_NEAR(path.now().grip, 1e4 * M, 10 * kRounding);
+  EXPECT_NEAR(path.now().limiting_force, 1e4 * M, 10 * kRounding);
   const double in = path.work;
   path.to(0.5e-3, 1000);
   EXPECT_NEAR(path.force(), -q * 0.5e-3, 10 * kRounding);
@@ -275,7 +275,7 @@ TEST(Eepa, ConstantPull) {
     without.to(d, 10), with.to(d, 10);
     EXPECT_NEAR(with.force(), without.force() - 0.5, 20 * kRounding);
     EXPECT_NEAR(with.stored(), without.stored() - 0.5 * d, kRounding);
-    EXPECT_NEAR(with.now().grip, without.now().grip, 20 * kRounding);
+    EXPECT_NEAR(with.now().limiting_force, without.now().limiting_force, 20 * kRounding);
   }
 }
 
@@ -294,7 +294,7 @@ void expect_same(const A& a, const B& b, double dt) {
       one.to(to, 1, dt), other.to(to, 1, dt);
       largest = std::fmax(largest, std::abs(one.force()));
       ASSERT_NEAR(one.force(), other.force(), 1e-11 * largest) << leg;
-      ASSERT_NEAR(one.now().grip, other.now().grip, 1e-11 * largest) << leg;
+      ASSERT_NEAR(one.now().limiting_force, other.now().limiting_force, 1e-11 * largest) << leg;
       ASSERT_NEAR(one.stored(), other.stored(), 1e-14 * largest) << leg;
     }
   }
@@ -314,17 +314,17 @@ TEST(LawsWithMemory, AgreeWhereTheyMeet) {
   HertzMindlin tsuji = elastic(1e7, 0.3, 0.5, 0.4);
   Eepa elastic_eepa = powder(1.5, NAN, 0, 10, 0.5);
   elastic_eepa.E_eff = tsuji.E_eff;
-  elastic_eepa.limit = AdhesiveGrip::repulsion_only;
+  elastic_eepa.limit = AdhesiveLimit::repulsion_only;
   expect_same(tsuji, elastic_eepa, 1e-3);
 }
 
-TEST(AdhesiveGrip, ThreeConventions) {
-  using enum AdhesiveGrip;
-  EXPECT_EQ(grip_of(force_plus_adhesion, -2.0, 3.0), 1);
-  EXPECT_EQ(grip_of(force_plus_adhesion, -4.0, 3.0), 0);
-  EXPECT_EQ(grip_of(absolute_force, -2.0, 3.0), 2);
-  EXPECT_EQ(grip_of(repulsion_only, -2.0, 3.0), 0);
-  EXPECT_EQ(grip_of(repulsion_only, 2.0, 3.0), 2);
+TEST(AdhesiveLimit, ThreeConventions) {
+  using enum AdhesiveLimit;
+  EXPECT_EQ(limiting_force_of(force_plus_adhesion, -2.0, 3.0), 1);
+  EXPECT_EQ(limiting_force_of(force_plus_adhesion, -4.0, 3.0), 0);
+  EXPECT_EQ(limiting_force_of(absolute_force, -2.0, 3.0), 2);
+  EXPECT_EQ(limiting_force_of(repulsion_only, -2.0, 3.0), 0);
+  EXPECT_EQ(limiting_force_of(repulsion_only, 2.0, 3.0), 2);
 }
 
 /// The damping is that of the speed at first touch, through the map; a rebound of other speed does not change it.

@@ -87,20 +87,20 @@ TEST(WetLaw, GripFollowsItsOption) {
     const double repulsion = overlap > 2e-3 ? w.K_X * (overlap - 2e-3) : 0;
     const double total = curve(w, overlap) + (overlap > 2e-3 ? w.C_X * rate : 0);
     w.limit = Wet::FrictionLimit::signed_force;
-    EXPECT_NEAR(at(w, overlap, rate).grip, std::max(0.0, total + cohesion), 1e-12);
+    EXPECT_NEAR(at(w, overlap, rate).limiting_force, std::max(0.0, total + cohesion), 1e-12);
     w.limit = Wet::FrictionLimit::elastic_force;
-    EXPECT_NEAR(at(w, overlap, rate).grip, repulsion + cohesion, 1e-12);
+    EXPECT_NEAR(at(w, overlap, rate).limiting_force, repulsion + cohesion, 1e-12);
     w.limit = Wet::FrictionLimit::repulsion_only;
-    EXPECT_NEAR(at(w, overlap, rate).grip, repulsion, 1e-12);
+    EXPECT_NEAR(at(w, overlap, rate).limiting_force, repulsion, 1e-12);
   }
 }
 
 TEST(WetLaw, SignedGripIsMuTimesCohesionAtRestAndFallsToZeroAtD) {
   const Wet w = soil().resolved();
-  EXPECT_NEAR(at(w, w.rest_overlap()).grip, 14.0, 1e-12);  // Table 3: 7000 N/m x 2 mm
-  EXPECT_NEAR(at(w, std::nextafter(w.D, 1.0)).grip, 0, 1e-12);
-  EXPECT_FALSE(at(w, w.D).engaged);
-  EXPECT_TRUE(at(w, std::nextafter(w.D, 1.0)).engaged);
+  EXPECT_NEAR(at(w, w.rest_overlap()).limiting_force, 14.0, 1e-12);  // Table 3: 7000 N/m x 2 mm
+  EXPECT_NEAR(at(w, std::nextafter(w.D, 1.0)).limiting_force, 0, 1e-12);
+  EXPECT_FALSE(at(w, w.D).in_contact);
+  EXPECT_TRUE(at(w, std::nextafter(w.D, 1.0)).in_contact);
 }
 
 TEST(WetLaw, ValuesOfOneBodyEachAreHalvedBySeries) {

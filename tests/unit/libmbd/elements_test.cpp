@@ -148,9 +148,9 @@ Rows<Constraint::rows> rows_of(const Constraint& c, const std::array<BodyState, 
 template <class Constraint>
 void settle(Constraint& c, const std::array<BodyState, 3>& s, double t) {
   if constexpr (requires { c.body_c; }) {
-    c.settle_start(s[0], s[1], s[2], t);
-  } else if constexpr (requires { c.settle_start(s[0], s[1], t); }) {
-    c.settle_start(s[0], s[1], t);
+    c.initialise_from_pose(s[0], s[1], s[2], t);
+  } else if constexpr (requires { c.initialise_from_pose(s[0], s[1], t); }) {
+    c.initialise_from_pose(s[0], s[1], t);
   }
 }
 

@@ -136,8 +136,8 @@ TEST(Motion, FromPositionVelocityAndAcceleration) {
   const double w = 2 * std::numbers::pi * 0.5, phase = 0.2, amplitude = 3, t_0 = 1.5, x_0 = 0.1, v_0 = 0.7;
   const HarmonicFunction swing{.amplitude = amplitude, .frequency = 0.5, .phase = phase};
   Motion by_velocity{.velocity = swing}, by_acceleration{.acceleration = swing};
-  by_velocity.settle_start(x_0, v_0, t_0);
-  by_acceleration.settle_start(x_0, v_0, t_0);
+  by_velocity.initialise_from_pose(x_0, v_0, t_0);
+  by_acceleration.initialise_from_pose(x_0, v_0, t_0);
   const auto s = [&](double t) { return std::sin(w * t + phase); };
   const auto c = [&](double t) { return std::cos(w * t + phase); };
   for (const double t : {0.2, 1.5, 1.7, 4.0}) {

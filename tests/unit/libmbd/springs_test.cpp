@@ -54,7 +54,7 @@ TEST(SpringDamper, TableCurveStoresTheIntegralOfItsForce) {
                  .free_length = 1,
                  .spring_curve = TableCharacteristic{{-0.2, 0, 0.1, 0.15, 0.3}, {-3, 0, 1, 4, 30}}};
   s.check();
-  s.settle_start({});
+  s.initialise_from_pose({});
   const auto force = [&](double shortening) { return feel(s, on_x(1 - shortening)).values[0]; };
   EXPECT_NEAR(force(0.15), 4, 1e-12);
   EXPECT_NEAR(force(0.3), 30, 1e-12);

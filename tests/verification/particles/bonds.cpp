@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "libdem/stability.hpp"
+#include "libdem/step/stability.hpp"
 #include "tests/tools/dem_beds.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/verified.hpp"

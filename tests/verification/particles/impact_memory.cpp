@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "libdem/impact/bed_strike.hpp"
+#include "libdem/bed_impact.hpp"
 #include "tests/tools/dem_beds.hpp"
 #include "tests/tools/verified.hpp"
 

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "libdem/impact/bed_strike.hpp"
+#include "libdem/bed_impact.hpp"
 #include "libdem/impact/hertz.hpp"
 #include "libdem/impact/hysteretic.hpp"
 #include "libdem/impact/jkr.hpp"

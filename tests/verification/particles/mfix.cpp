@@ -204,7 +204,8 @@ Bed one_on_plane(const Linear& law, const Vec3& gravity, const Vec3& v, const Ve
   return bed;
 }
 
-/// The lever is r minus the overlap of 1.3 um (3e-4 of r), and the grip's start leaves a vibration that decays.
+/// The lever is r minus the overlap of 1.3 um (3e-4 of r), and the onset of friction leaves a vibration that
+/// decays.
 TEST(RollingResistance, RollingWithoutSlipSlowsDown) {
   const double mu_r = 0.05, w0 = 100, dt = 1e-5;
   Bed bed = one_on_plane(gripping(0.5, mu_r), {0, -kGravity, 0}, {w0 * kRadius, 0, 0}, {0, 0, -w0});
@@ -212,7 +213,7 @@ TEST(RollingResistance, RollingWithoutSlipSlowsDown) {
   const double drop = 5 * mu_r * kGravity / (7 * kRadius) * bed.time();
   const Verified row(kTurning, "Rolling without slip, mu_r 0.05, constant torque", "omega0 - 5 mu_r g t/(7 r)");
   row.near("loss of spin in 0.3 s", "rad/s", w0 + sphere(bed, 0).w.z, drop, share(5e-3),
-           "lever r - delta; the grip starts with a vibration");
+           "lever r - delta; friction starts with a vibration");
 }
 
 TEST(RollingResistance, SpinningInPlaceWithoutFriction) {
@@ -232,7 +233,7 @@ TEST(RollingResistance, DownAnIncline) {
   for (int n = 0; n < 30000; ++n) bed.step(dt);
   const double v = 5.0 / 7 * kGravity * (std::sin(theta) - mu_r * std::cos(theta)) * bed.time();
   const Verified row(kTurning, "Rolling down 10 deg, mu_r 0.05", "(5/7) g (sin theta - mu_r cos theta) t");
-  row.near("speed after 0.3 s", "m/s", sphere(bed, 0).v.x, v, share(2e-3), "lever r - delta; the grip's start");
+  row.near("speed after 0.3 s", "m/s", sphere(bed, 0).v.x, v, share(2e-3), "lever r - delta; the onset of friction");
 }
 
 /// Elastic-plastic form: at rest below the rolling limit it holds for good, above it rolls with the cap's torque.

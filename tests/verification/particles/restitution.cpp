@@ -2,7 +2,7 @@
 
 #include <boost/numeric/odeint.hpp>
 
-#include "libdem/impact/bed_strike.hpp"
+#include "libdem/bed_impact.hpp"
 #include "tests/tools/dem_beds.hpp"
 #include "tests/tools/verified.hpp"
 

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "libdem/stability.hpp"
+#include "libdem/step/stability.hpp"
 #include "tests/tools/dem_beds.hpp"
 
 /// The stable step by experiment: a small random disturbance of a bed at rest either stays or grows. The limit found by

@@ -1,6 +1,7 @@
 #include <numbers>
 #include <set>
 
+#include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/tools/verified.hpp"
 
@@ -48,7 +49,7 @@ class Finished {
 
 TEST(PublishedCases, EveryFileIsRunHere) {
   std::set<std::string> files;
-  for (const auto& entry : std::filesystem::directory_iterator(SUBSOIL_SOURCE_DIR "/configs/verification"))
+  for (const auto& entry : std::filesystem::directory_iterator(subsoil::test::source_dir() + "/configs/verification"))
     files.insert(entry.path().stem());
   EXPECT_EQ(files, (std::set<std::string>{"chung-ooi-4", "cor-lammps", "mfix-dem01", "slip-to-roll", "wet-release"}));
 }

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// The first 0.42 s of configs/1s300-reduced.yaml: 0.15 m of the shovel's way in soil, what two minutes of one core
@@ -12,7 +13,7 @@ namespace {
 /// spring range and of its pitch range.
 TEST(ReducedPass, SoilSwingsTheSpringAndThePitch) {
   const test::RunDirectory dir;
-  ASSERT_EQ(test::run_scenario(std::string(SUBSOIL_SOURCE_DIR) + "/configs/1s300-reduced.yaml", dir / "out",
+  ASSERT_EQ(test::run_scenario(subsoil::test::source_dir() + "/configs/1s300-reduced.yaml", dir / "out",
                                {"time.end=0.42 s", "output.every=0.2 s", "output.state=none"}),
             exit_ok);
   const Series series = read_series(dir / "out" / "series.csv");

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "apps/impact/report.hpp"
+#include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/tools/verified.hpp"
 
@@ -35,7 +36,7 @@ TEST(Stamp, ClosedFormsOfTheGroundElement) {
 TEST(Stamp, SinksInAMachineAsTheClosedFormSays) {
   const Verified found("Bed and machine", "configs/stamp.yaml: stamp of 132 kg dropped on the ground element",
                        "closed form of the ground element");
-  const LoadedStudy study = load_study(SUBSOIL_SOURCE_DIR "/configs/impact/stamp.yaml", {});
+  const LoadedStudy study = load_study(subsoil::test::source_dir() + "/configs/impact/stamp.yaml", {});
   const std::vector<ImpactRow> closed = strike_all(study);
   ASSERT_EQ(closed.size(), 4U);
   for (const ImpactRow& row : closed) {

@@ -13,6 +13,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/verification/mechanisms/cases/replay.hpp"
 
@@ -88,7 +89,7 @@ TEST_P(Cases, AgreeWithTheirReference) {
 // written; they are not compared.
 TEST_P(Cases, StandInTheDocument) {
   const Case c = of();
-  std::ifstream file(SUBSOIL_SOURCE_DIR "/docs/multibody-cases.md");
+  std::ifstream file(subsoil::test::source_dir() + "/docs/multibody-cases.md");
   std::stringstream text;
   text << file.rdbuf();
   const auto has = [&](const std::string& kind) {

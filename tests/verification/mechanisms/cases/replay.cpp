@@ -6,11 +6,12 @@
 #include <stdexcept>
 
 #include "apps/scenario/load.hpp"
+#include "tests/tools/paths.hpp"
 
 namespace subsoil::cases {
 
 std::string file_of(const Case& c) {
-  return std::string(SUBSOIL_SOURCE_DIR) + "/tests/verification/mechanisms/cases/" + c.name + ".yaml";
+  return subsoil::test::source_dir() + "/tests/verification/mechanisms/cases/" + c.name + ".yaml";
 }
 
 Replay::Replay(const Case& of, const std::vector<std::string>& sets)

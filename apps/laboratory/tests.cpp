@@ -1,0 +1,151 @@
+#include "apps/laboratory/tests.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "apps/laboratory/jobs.hpp"
+#include "apps/scenario/checks.hpp"
+#include "apps/scenario/reader.hpp"
+
+namespace subsoil::app {
+namespace {
+
+/// A scenario with its section `test`.
+struct TestFile {
+  Scenario& scenario;
+  ElementTests& tests;
+
+  template <class V>
+  void describe(V& v) {
+    declare(v, scenario);
+    v.section("test", tests, "laboratory tests of a material");
+  }
+};
+
+/// What the test leaves out comes from the scenario's bed; then the bed becomes the test's own.
+void take_bed(Scenario& s, SampleWords& words, const Places& places) {
+  if (s.soil && s.soil->bed) {
+    if (words.material.empty()) words.material = s.soil->bed->material;
+    if (!places.contains("test.radius") && places.contains("soil.bed.radius"))
+      words.radius = s.soil->bed->radius, words.shares = s.soil->bed->shares;
+  }
+  if (words.walls.empty() && s.soil && s.soil->container) words.walls = s.soil->container->material;
+  Soil soil;
+  soil.container.emplace().size = {1, 1, 1};
+  soil.container->at = {};
+  soil.container->material = words.walls;
+  soil.bed.emplace().fill = Fill::random;
+  soil.bed->material = words.material;
+  soil.bed->radius = words.radius;
+  s.soil = soil;
+  s.boundaries.clear();
+  s.machine.reset();
+  s.analysis = Analysis::dynamics;
+  s.output = {};
+}
+
+/// Places of the keys that a test uses; those of the bed and of the end stand for its own.
+Places kept(const Places& places) {
+  Places out;
+  const Place top = places.at("");
+  for (const auto& [path, place] : places)
+    for (const char* head : {"materials", "contacts", "test", "gravity", "time"})
+      if (path.starts_with(head)) out.emplace(path, place);
+  out[""] = top;
+  const auto radius = places.contains("test.radius") ? places.find("test.radius") : places.find("soil.bed.radius");
+  if (radius != places.end()) out["soil.bed.radius"] = radius->second;
+  out.try_emplace("time.end", top);  // a test ends by itself
+  return out;
+}
+
+void check_tests(const LoadedTests& loaded, Problems& problems) {
+  const Places& places = loaded.loaded.places;
+  const auto refuse = [&](const std::string& path, const std::string& rule) {
+    problems.add(place_of(places, path), path, rule);
+  };
+  const SampleWords& words = loaded.tests.sample;
+  if (words.material.empty())
+    refuse("test.material", "is missing: the material of the grains; the scenario has no bed to take it from");
+  if (words.walls.empty())
+    refuse("test.walls", "is missing: the material of the walls; the scenario has no container to take it from");
+  if (!places.contains("soil.bed.radius"))
+    refuse("test.radius", "is missing: radius of the grains, in m; the scenario has no bed to take it from");
+  std::vector<std::string> known;
+  for (const Material& m : loaded.loaded.scenario.materials) known.push_back(m.name);
+  for (const auto& [path, name] : {std::pair{"test.material", words.material}, std::pair{"test.walls", words.walls}})
+    if (!name.empty() && std::find(known.begin(), known.end(), name) == known.end())
+      problems.add(place_of(places, path), path, name, "there is no material of this name" + suggestion(name, known));
+  const Vec3& g = loaded.loaded.scenario.gravity;
+  if (!(g.x == 0 && g.z == 0 && g.y < 0)) refuse("gravity", "must act downward (-y) for laboratory tests");
+  if (loaded.tests.shear.loads.size() < 2)
+    refuse("test.shear.loads", "must be two loads or more, for a line through their points");
+}
+
+}  // namespace
+
+std::vector<std::string> test_words() {
+  std::vector<std::string> words;
+  ElementTests tests;
+  ElementTests::each(tests, [&](const char* word, auto&, const char*) { words.emplace_back(word); });
+  return words;
+}
+
+std::vector<Number> test_numbers(const std::string& word) {
+  std::vector<Number> numbers;
+  ElementTests tests;
+  ElementTests::each(tests, [&](const char* name, auto& test, const char*) {
+    if (word == name) numbers = test.numbers();
+  });
+  if (numbers.empty())
+    throw std::invalid_argument("there is no laboratory test of this name" + suggestion(word, test_words()));
+  return numbers;
+}
+
+LoadedTests load_tests(const std::string& file, const std::vector<std::string>& sets) {
+  Problems problems;
+  const Node document = read_document(file, sets, problems);
+  LoadedTests loaded;
+  Reading reading{
+      .problems = problems, .places = {}, .body_names = {"ground"}, .body_poses = {mbd::BodyState{}}, .markers = {}};
+  reading.places[""] = document.place;
+  Reader reader(reading, document, "");
+  TestFile whole{loaded.loaded.scenario, loaded.tests};
+  declare(reader, whole);
+  reader.finish();
+  if (!problems.empty()) throw ScenarioError(problems);
+  take_bed(loaded.loaded.scenario, loaded.tests.sample, reading.places);
+  loaded.loaded.places = kept(reading.places);
+  check_tests(loaded, problems);
+  if (problems.empty()) check(loaded.loaded.scenario, loaded.loaded.places, problems);
+  if (!problems.empty()) throw ScenarioError(problems);
+  return loaded;
+}
+
+Findings run_test(const LoadedTests& loaded, const std::string& word, int threads,
+                  const std::function<void(std::size_t, std::size_t)>& progress) {
+  const Sample sample = make_sample(loaded.loaded, loaded.tests.sample);
+  const auto packings = static_cast<std::size_t>(loaded.tests.sample.packings);
+  Findings found;
+  ElementTests::each(loaded.tests, [&](const char* name, const auto& test, const char*) {
+    if (word != name) return;
+    std::vector<Outcome> outcomes(test.specimens(packings));
+    const auto run = [&](std::size_t i) {
+      try {
+        outcomes[i] = test.run(sample, i);
+      } catch (const std::invalid_argument& error) {
+        throw ScenarioError(loaded.loaded.where("test." + word) + ": " + error.what());
+      } catch (const std::runtime_error& error) {
+        throw std::runtime_error(fmt::format("{}, specimen {} of {}: {}", word, i + 1, outcomes.size(), error.what()));
+      }
+    };
+    run_jobs(outcomes.size(), threads, run, [&](std::size_t done) {
+      if (progress) progress(done, outcomes.size());
+    });
+    found = test.findings(sample, packings, outcomes);
+  });
+  if (found.test.empty()) throw std::invalid_argument(word + ": no laboratory test" + suggestion(word, test_words()));
+  return found;
+}
+
+}  // namespace subsoil::app

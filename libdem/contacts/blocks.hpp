@@ -1,0 +1,310 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "libdem/laws/law_table.hpp"
+#include "libdem/particles/particles.hpp"
+
+/// How contacts lie in memory, the same for every instruction set: blocks of 8, ready to be read by vector
+/// instructions without a shuffle.
+///
+/// All contacts of one law between the spheres of a tile (as owners) and others form a run of blocks. Pairs that touch
+/// when the lists are built and pairs that may come to touch before the next build are in runs of their own.
+///
+/// Touching pairs lie in slices: eight owners, one per lane, and block k of a slice holds the k-th partner of each (the
+/// sliced ELLPACK format of sparse matrices; Monakov, Lokhmotov, Avetisyan 2010). The owners are then read once for a
+/// slice, and what its blocks give to them adds up in registers. Within the tile owners are sorted by their number of
+/// pairs, so that few lanes stay empty. A block of near pairs is a slice of its own, in any order, and sleeps until its
+/// spheres may have met.
+namespace subsoil::dem {
+
+inline constexpr std::uint32_t kBlock = 8;
+inline constexpr std::uint32_t kTile = 256;  ///< spheres per tile; threads own whole tiles
+inline constexpr int kBondNumbers = BondMemory<double>::numbers, kBondNotes = BondMemory<double>::notes;
+
+/// A line of the cache.
+struct alignas(64) Line {
+  unsigned char bytes[64];
+};
+
+/// What each contact of a law keeps: numbers that steer the motion (tangential spring, rolling spring, the law's own,
+/// twisting spring, bond), and notes for the energy book.
+struct MemoryShape {
+  bool rolls = false;
+  bool twists = false;  ///< only of those that roll
+  bool bonds = false;   ///< likewise
+  int own = 0;          ///< the law's numbers, at most kOwnMemory
+  bool single = false;  ///< numbers are float: pairs in mixed precision
+
+  /// Between spheres; at surfaces, which have no bonds, in double.
+  static MemoryShape of(const Law& law, bool single);
+  static MemoryShape at_surface(const Law& law);
+  int first_own() const { return rolls ? 6 : 3; }
+  int twist() const { return first_own() + own; }
+  int first_bond() const { return twist() + (twists ? 1 : 0); }
+  int first_bond_note() const { return (rolls ? 8 : 5) + (twists ? 1 : 0); }
+  std::size_t numbers() const { return static_cast<std::size_t>(first_bond() + (bonds ? kBondNumbers : 0)); }
+  std::size_t notes() const { return static_cast<std::size_t>(first_bond_note() + (bonds ? kBondNotes : 0)); }
+  /// Bytes of the numbers, and of the notes, of one block.
+  std::size_t number_bytes() const { return numbers() * kBlock * (single ? sizeof(float) : sizeof(double)); }
+  std::size_t note_bytes() const { return notes() * kBlock * sizeof(float); }
+  /// Lines of a run of blocks.
+  std::size_t lines(std::size_t blocks) const {
+    return (blocks * (number_bytes() + note_bytes()) + sizeof(Line) - 1) / sizeof(Line);
+  }
+};
+
+/// Memory of one block, each number of its eight contacts side by side. A run has first the numbers of all its blocks,
+/// which every step reads and writes, then the notes, which only booked steps and laws with two friction coefficients
+/// touch.
+struct BlockMemory {
+  unsigned char* numbers;
+  unsigned char* notes;
+  int first_bond, first_bond_note;
+
+  /// @param lines of the run, which has so many blocks
+  static BlockMemory at(Line* lines, std::size_t blocks, const MemoryShape& shape, std::size_t block) {
+    auto* bytes = reinterpret_cast<unsigned char*>(lines);
+    return {bytes + shape.number_bytes() * block, bytes + shape.number_bytes() * blocks + shape.note_bytes() * block,
+            shape.first_bond(), shape.first_bond_note()};
+  }
+  /// Number k of 8 contacts, Real the shape's type: 0 to 2 xi, 3 to 5 rho; then as MemoryShape says.
+  template <class Real>
+  Real* number(int k) const {
+    return reinterpret_cast<Real*>(numbers) + static_cast<int>(kBlock) * k;
+  }
+  /// 0 slipping, 1 dash_n, 2 to 4 dash_t, 5 to 7 dash_r, 8 dash_w of those that twist; then the bond's.
+  float* note(int k) const { return reinterpret_cast<float*>(notes) + static_cast<int>(kBlock) * k; }
+};
+
+/// Springs and dashpots of one contact outside its block: at rebuilds, in restarts and for contacts with edges. Springs
+/// steer the motion and are double; what the dashpots pulled at the last step only feeds the energy book, where float's
+/// 1e-7 is far below its error.
+struct PairState {
+  double xi[3] = {};            ///< tangential spring, m, world axes, on the owner
+  double rho[3] = {};           ///< rolling spring, rad
+  double twist = 0;             ///< twisting spring, rad; the same from either side
+  double own[kOwnMemory] = {};  ///< of the law
+  float slipping = 0;
+  float dash_n = 0;  ///< normal damping force, N
+  float dash_t[3] = {};
+  float dash_r[3] = {};
+  float dash_w = 0;
+  PairState turned_over() const;  ///< with owner and partner exchanged
+  bool empty() const;             ///< nothing stored: the contact was out of reach at the last step
+};
+
+/// Springs and dashpots of one lane, taken out of its block or put into it.
+PairState read_lane(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane);
+void write_lane(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane, const PairState& state);
+/// Likewise the bond of a lane, of shapes that bond.
+BondMemory<double> read_bond(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane);
+void write_bond(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane, const BondMemory<double>& bond);
+
+/// Index of a sphere, kept times eight: so scaled the address of its record or of its sum takes no shift (lanes.hpp).
+class SphereIndex {
+ public:
+  SphereIndex() = default;
+  SphereIndex(std::uint32_t index) : eightfold_(index << 3) {}
+  operator std::uint32_t() const { return eightfold_ >> 3; }
+  std::uint32_t eightfold() const { return eightfold_; }
+  /// `mask` one less than a power of two.
+  SphereIndex masked(std::uint32_t mask) const {
+    SphereIndex i = *this;
+    i.eightfold_ &= mask << 3;
+    return i;
+  }
+
+ private:
+  std::uint32_t eightfold_;
+};
+inline constexpr std::uint32_t kMostSpheres = 1u << 29;  ///< of which eightfold indices are 32 bits
+
+/// Lanes that hold no pair repeat one of the slice; what comes out there is not added.
+struct alignas(64) PairBlock {
+  SphereIndex owner[kBlock], other[kBlock];
+};
+
+struct BlockShape {
+  std::uint8_t lanes;  ///< in use, the first ones
+  bool begins;         ///< a slice; other blocks of it have the same owners
+};
+
+struct PairRun {
+  std::uint32_t law, first, blocks;  ///< `first` counts in PairBlock
+  std::size_t lines;                 ///< where the memory of the first block begins
+  bool near;                         ///< its blocks sleep
+  double wakes = 0;                  ///< path at which the first of them does so no longer
+  bool alike;                        ///< all its spheres have one radius and one mass
+  bool seam = false;                 ///< partners lie in another strip of the bed (grid.hpp)
+  std::uint32_t rows = 0;            ///< where what they get begins, for runs at a seam
+};
+
+/// Spheres near a flat face of a boundary, far from the face's edges: all that is left of it is a plane.
+struct alignas(64) PlaneBlock {
+  double normal[3][kBlock], offset[kBlock];  ///< axes of the boundary; the face is normal . x = offset
+  std::uint32_t sphere[kBlock];
+};
+
+/// Four doubles that are added together; two SSE2 or one AVX addition.
+using Four = double __attribute__((vector_size(32)));
+
+using FourFloats = float __attribute__((vector_size(16)));
+
+/// Force and torque that wait for a sphere's turn; one cache line.
+struct alignas(64) Accumulator {
+  Four f;  ///< N; the last is not used
+  Four t;  ///< N m; number of touching contacts
+};
+
+/// Likewise in mixed precision: half a line.
+struct alignas(32) MixedAccumulator {
+  FourFloats f, t;
+};
+
+/// What waits for the spheres that a thread comes to, by index & mask. In the precision of the pairs: what a float
+/// force lacks of the exact one, a float sum of a dozen lacks once more.
+struct Ring {
+  Accumulator* doubles;
+  MixedAccumulator* singles;  ///< in place of `doubles` in mixed precision
+  std::uint32_t mask;
+};
+
+/// What one block of contacts does, before it is added up; columns of eight.
+struct alignas(64) BlockResult {
+  static constexpr int kTouching = 9, kColumns = 10;
+  /// Force on the owner, which its partner gets turned round; torque on the owner, on the partner; 1 where they touch,
+  /// in booked steps only.
+  union {
+    double push[kColumns][kBlock];
+    float push_single[kColumns][kBlock];  ///< mixed precision
+  };
+  double sums[6][kBlock];  ///< J: lost in damping, sliding, rolling, stored; in reach (1 or 0); overlap/smaller radius
+  double overlap[kBlock];  ///< m
+};
+
+/// What a block gives to its partners, lane by lane, to be taken off (force) and added (torque).
+struct BlockRows {
+  Accumulator of[kBlock];
+};
+
+/// Sums over the contacts of a run, in the order of its blocks and lanes.
+struct RunSums {
+  double lost[3] = {}, stored = 0;  ///< J
+  double in_reach = 0;
+  double overlap = 0;  ///< largest share of a radius
+};
+
+/// One run of pairs for the kernel.
+struct PairJob {
+  bool book;  ///< whether the step keeps what the losses of the next need
+  bool sum;   ///< and sums its own
+  const Sphere* spheres;
+  const MixedSphere* mixed;  ///< in place of `spheres` in mixed precision
+  const PairBlock* blocks;
+  const BlockShape* shapes;
+  Line* lines;
+  std::uint32_t count;
+  bool alike;  ///< all spheres have one radius and one mass
+  double elapsed;
+  // How far any sphere of the neighbourhood may have gone since the lists were built, m, and for sleeping blocks where
+  // that ends their sleep; null where blocks do not sleep.
+  double path;
+  double* wake;
+  double reach;  ///< m, of the law
+  Ring ring;
+  // At a seam what partners get is kept for them, by block of the run; null elsewhere.
+  BlockRows* seam_rows;
+  std::uint8_t* seam_given;  ///< set where there is something
+  // Blocks whose partners belong to another thread, ascending. Before the sweep `border` is set: only these are
+  // evaluated, and what they give is kept. In the sweep it is added at its place.
+  bool border;
+  const std::uint32_t* border_block;
+  std::uint32_t border_count;
+  BlockResult* border_result;
+  BlockRows* border_rows;
+  std::uint8_t* border_awake;  ///< whether there is a result
+  // Fetched into the cache meanwhile, a few with each block: spheres that the next tile will meet first, then partners
+  // of a run at a seam, with its memory and what it keeps for them, and the blocks of the run after this and their
+  // memory; null where there is none.
+  std::uint32_t ahead, ahead_count;
+  const PairBlock* seam_blocks;
+  std::uint32_t seam_count;
+  const Accumulator* seam_pushes;
+  const Line* seam_lines;
+  const PairBlock* next_blocks;
+  const Line* next_lines;
+  RunSums sums;
+  std::uint32_t evaluated;  ///< blocks; in the sweep those at a border are among them
+  bool same_torque;         ///< set when results hold only that on the owner, which partners get, too
+  bool broke;               ///< set when a bond did
+};
+
+struct PlaneJob {
+  bool book;  ///< as of a PairJob
+  const Sphere* spheres;
+  const MixedSphere* mixed;
+  const PlaneBlock* blocks;
+  Line* lines;
+  std::uint32_t count, contacts;
+  double elapsed, reach;
+  double turn[3][3], position[3], velocity[3], spin[3];  ///< pose and motion of the boundary
+  Ring ring;
+  RunSums sums;
+  double force[3], moment[3];  ///< on the boundary, about `position`
+};
+
+/// Contacts with edges, corners and curved surfaces, found one sphere at a time: up to 8 of one law.
+struct SurfaceJob {
+  const Sphere* spheres;
+  const MixedSphere* mixed;
+  std::uint32_t sphere[kBlock];
+  double normal[3][kBlock];                     ///< world axes, from the surface to the centre
+  double distance[kBlock];                      ///< of the centre from the surface; negative behind it
+  double velocity[3][kBlock], spin[3][kBlock];  ///< of the surface at the contact point
+  Line lines[(7 + kOwnMemory) + 5];             ///< of the largest memory shape
+  std::uint32_t count;
+  double elapsed, reach;
+  Four f[kBlock], t_i[kBlock], t_j[kBlock];  ///< on the sphere; on the surface only its rolling torque
+  double sums[6][kBlock];                    ///< as in BlockResult
+};
+
+/// Spheres `begin` to `end` and the sums that wait for them.
+struct TileJob {
+  Sphere* spheres;
+  MixedSphere* mixed;  ///< in place of `spheres` in mixed precision
+  std::uint32_t begin, end;
+  Ring ring;
+  double gravity[3];
+  bool alike;  ///< all of them have one radius and one mass
+};
+
+struct MoveJob : TileJob {
+  double kick = 0, dt = 0;  ///< s: velocities advance by a kick, positions by v dt
+  double speed2 = 0;        ///< largest v.v after the kick
+  double squares = 0;       ///< a sum over velocities and spins: NaN where one is
+};
+
+struct ObserveJob : TileJob {
+  double before = 0, dt = 0;                    ///< s: the step before this instant and the one after it
+  double kinetic = 0, spin = 0, potential = 0;  ///< J
+};
+
+/// The step's work, compiled once per instruction set.
+struct Kernel {
+  const char* name;                     ///< instruction set, for the record of a run
+  void (*pairs)(const Law&, PairJob&);  ///< in mixed precision if the job has mixed spheres; likewise the others
+  void (*planes)(const Law&, PlaneJob&);
+  void (*surface)(const Law&, SurfaceJob&);
+  void (*keep)(PairJob&);  ///< what blocks of a border or seam give to partners; after `pairs`, which evaluated them
+  void (*add_seam)(PairJob&);    ///< and those of a seam to their owners, in the sweep
+  void (*observe)(ObserveJob&);  ///< energies of spheres whose sums are complete
+  void (*move)(MoveJob&);
+};
+
+/// The kernel by name ("portable", "avx2", "avx512"), or the best this machine has ("auto"). Throws
+/// std::invalid_argument when the machine or the build lacks the set.
+Kernel choose_kernel(const char* name);
+
+}  // namespace subsoil::dem

@@ -1,0 +1,43 @@
+#pragma once
+#include <string>
+
+#include "libdem/geometry/shapes.hpp"
+#include "libdem/particles/particles.hpp"
+
+namespace subsoil::dem {
+
+/// Force and moment, world axes, N and N m; about the point that its user names.
+struct Wrench {
+  Vec3 force, moment;
+
+  Wrench& operator+=(const Wrench& b) { return force += b.force, moment += b.moment, *this; }
+  friend Wrench operator*(Wrench a, double s) { return a.force *= s, a.moment *= s, a; }
+};
+
+/// The same wrench about another point: M_to = M_from + (from - to) x F.
+inline Wrench about(const Wrench& w, const Vec3& from, const Vec3& to) {
+  return {w.force, w.moment + cross(from - to, w.force)};
+}
+
+/// A surface that spheres meet. Its pose and velocity are given from outside at every step (coupling, prescribed
+/// motion); the bed answers with the wrench of the spheres on it.
+struct Boundary {
+  std::string name;
+  Shape shape = Plane({}, {0, 1, 0});
+  int material = 0;
+  Pose pose;           ///< of the shape's axes in the world, at t_n
+  Vec3 velocity;       ///< of pose.position, m/s, at t_n - dt/2 like the spheres'
+  Vec3 spin;           ///< rad/s
+  bool active = true;  ///< an opened wall is kept but touches nothing
+
+  // answers
+  Wrench wrench;     ///< of the spheres on the surface at t_n, about pose.position
+  double work = 0;   ///< J done by the surface on the spheres since the start, mean wrench times displacement
+  int contacts = 0;  ///< spheres in contact at t_n
+
+  // kept from the step before
+  Wrench wrench_before;
+  Pose pose_before;
+};
+
+}  // namespace subsoil::dem

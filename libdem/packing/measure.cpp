@@ -1,0 +1,150 @@
+#include "libdem/packing/measure.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <vector>
+
+namespace subsoil::dem {
+namespace {
+
+struct Window {
+  double low, high;
+  Window(double from, double to, double margin) {
+    const double cut = std::min(margin, 0.25 * (to - from));  // a thin bed keeps its middle half
+    low = from + cut, high = to - cut;
+  }
+  double operator()(double x) const {
+    if (!(x > low && x < high)) return 0;
+    const double s = std::sin(std::numbers::pi * (x - low) / (high - low));
+    return s * s;
+  }
+  double integral() const { return 0.5 * (high - low); }
+};
+
+/// Cells of one diameter with the spheres in them, for neighbour counts.
+class Cells {
+ public:
+  Cells(std::span<const Sphere> spheres, double side) : side_(side) {
+    for (const Sphere& s : spheres) box_.include(s.x);
+    // A sphere that flew far off must not cost a grid of its distance: coarser cells are only slower.
+    const double enough = 8 * static_cast<double>(spheres.size()) + 1000;
+    for (;; side_ *= 2) {
+      double total = 1;
+      for (int d = 0; d < 3; ++d) total *= std::floor((box_.high[d] - box_.low[d]) / side_) + 1;
+      if (total <= enough) break;
+    }
+    for (int d = 0; d < 3; ++d) n_[d] = 1 + static_cast<long>((box_.high[d] - box_.low[d]) / side_);
+    start_.assign(static_cast<std::size_t>(n_[0] * n_[1] * n_[2]) + 1, 0);
+    for (const Sphere& s : spheres) ++start_[index(s.x) + 1];
+    for (std::size_t c = 1; c < start_.size(); ++c) start_[c] += start_[c - 1];
+    std::vector<std::uint32_t> fill(start_.begin(), start_.end() - 1);
+    order_.resize(spheres.size());
+    for (std::uint32_t i = 0; i < spheres.size(); ++i) order_[fill[index(spheres[i].x)]++] = i;
+  }
+
+  /// Calls visit(j) for all spheres in the 27 cells around x.
+  template <class Visit>
+  void around(const Vec3& x, Visit&& visit) const {
+    long from[3], to[3];
+    for (int d = 0; d < 3; ++d) {
+      const long c = coordinate(x, d);
+      from[d] = std::max(0L, c - 1), to[d] = std::min(n_[d] - 1, c + 1);
+    }
+    for (long i = from[0]; i <= to[0]; ++i)
+      for (long j = from[1]; j <= to[1]; ++j) {
+        const auto row = static_cast<std::size_t>((i * n_[1] + j) * n_[2]);
+        const std::size_t a = row + static_cast<std::size_t>(from[2]), b = row + static_cast<std::size_t>(to[2]);
+        for (std::uint32_t k = start_[a]; k < start_[b + 1]; ++k) visit(order_[k]);
+      }
+  }
+
+ private:
+  long coordinate(const Vec3& x, int d) const {
+    return std::min(n_[d] - 1, static_cast<long>((x[d] - box_.low[d]) / side_));
+  }
+  std::size_t index(const Vec3& x) const {
+    return static_cast<std::size_t>((coordinate(x, 0) * n_[1] + coordinate(x, 1)) * n_[2] + coordinate(x, 2));
+  }
+  double side_;
+  Bounds box_;
+  long n_[3];
+  std::vector<std::uint32_t> start_, order_;
+};
+
+}  // namespace
+
+double mean_radius(std::span<const Sphere> spheres) {
+  double sum = 0;
+  for (const Sphere& s : spheres) sum += s.r;
+  return spheres.empty() ? 0 : sum / static_cast<double>(spheres.size());
+}
+
+SurfaceHeight surface_height(std::span<const Sphere> spheres, const Bounds& region) {
+  const double floor = region.low.y;
+  if (spheres.empty()) return {floor, 0, floor, floor};
+  const double across = 4 * mean_radius(spheres);
+  const Vec3 size = region.high - region.low;
+  const long nx = std::max(1L, static_cast<long>(size.x / across)),
+             nz = std::max(1L, static_cast<long>(size.z / across));
+  std::vector<double> top(static_cast<std::size_t>(nx * nz), floor);
+  for (const Sphere& s : spheres) {
+    const double u = (s.x.x - region.low.x) / size.x, w = (s.x.z - region.low.z) / size.z;
+    if (!(u >= 0 && u < 1 && w >= 0 && w < 1)) continue;
+    double& t = top[static_cast<std::size_t>(static_cast<long>(u * static_cast<double>(nx)) * nz +
+                                             static_cast<long>(w * static_cast<double>(nz)))];
+    t = std::max(t, s.x.y + s.r);
+  }
+  const double n = static_cast<double>(top.size());
+  SurfaceHeight out{.mean = 0, .spread = 0, .lowest = top[0], .highest = top[0]};
+  for (const double t : top) {
+    out.mean += t / n;
+    out.lowest = std::min(out.lowest, t), out.highest = std::max(out.highest, t);
+  }
+  for (const double t : top) out.spread += (t - out.mean) * (t - out.mean) / n;
+  out.spread = std::sqrt(out.spread);
+  return out;
+}
+
+SurfaceHeight surface_height(std::span<const Sphere> spheres, Bounds region, double x_from, double x_to) {
+  region.low.x = x_from, region.high.x = x_to;
+  return surface_height(spheres, region);
+}
+
+double bulk_density(std::span<const Sphere> spheres, const Bounds& region) {
+  const double diameter = 2 * mean_radius(spheres);
+  const Window x(region.low.x, region.high.x, diameter), z(region.low.z, region.high.z, diameter),
+      y(region.low.y, surface_height(spheres, region).mean, diameter);
+  double mass = 0;
+  for (const Sphere& s : spheres) mass += s.m * x(s.x.x) * y(s.x.y) * z(s.x.z);
+  const double volume = x.integral() * y.integral() * z.integral();
+  return volume > 0 ? mass / volume : 0;
+}
+
+double coordination_number(std::span<const Sphere> spheres) {
+  if (spheres.empty()) return 0;
+  double largest = 0;
+  for (const Sphere& s : spheres) largest = std::max(largest, s.r);
+  const Cells cells(spheres, 2 * largest);
+  std::size_t touching = 0;
+  for (std::uint32_t i = 0; i < spheres.size(); ++i)
+    cells.around(spheres[i].x, [&](std::uint32_t j) {
+      const Vec3 between = spheres[i].x - spheres[j].x;
+      const double reach = spheres[i].r + spheres[j].r;
+      if (j != i && dot(between, between) < reach * reach) ++touching;
+    });
+  return static_cast<double>(touching) / static_cast<double>(spheres.size());
+}
+
+BedReport report(std::span<const Sphere> spheres, const Bounds& region) {
+  BedReport out;
+  out.spheres = spheres.size();
+  for (const Sphere& s : spheres) out.mass += s.m;
+  out.bulk_density = bulk_density(spheres, region);
+  out.surface = surface_height(spheres, region);
+  out.coordination = coordination_number(spheres);
+  return out;
+}
+
+}  // namespace subsoil::dem

@@ -1,0 +1,43 @@
+#pragma once
+#include <cstddef>
+#include <limits>
+#include <span>
+
+#include "libdem/geometry/bounds.hpp"
+#include "libdem/particles/particles.hpp"
+
+/// What a bed is like, from the places of its spheres alone: always reported, since packing decides the draft.
+namespace subsoil::dem {
+
+/// Columns of four mean radii across stand on the region's floor; each takes the spheres whose centres it holds. Its
+/// height is its highest sphere's top (that of the floor where it is empty); the surface is the mean of the columns,
+/// its spread their standard deviation.
+struct SurfaceHeight {
+  double mean = 0, spread = 0;     ///< m, world y
+  double lowest = 0, highest = 0;  ///< m
+};
+SurfaceHeight surface_height(std::span<const Sphere> spheres, const Bounds& region);
+/// The same for the part of the region with x in [from, to].
+SurfaceHeight surface_height(std::span<const Sphere> spheres, Bounds region, double x_from, double x_to);
+
+/// Mass per volume in the middle of the bed, kg/m3: sum of m W(x) over the integral of W, W the product of a window
+/// sin^2(pi s), s in [0, 1], per direction between the region's sides (floor and surface in y) less one mean diameter.
+/// A box with hard faces lost: which lattice planes fall inside decides percents. Through the window of n pitches a
+/// lattice shows its density m/pitch^3 within 2/(pi n (n^2 - 1)) per direction, exactly for whole n >= 2.
+double bulk_density(std::span<const Sphere> spheres, const Bounds& region);
+
+/// Mean number of spheres that touch a sphere (overlap above zero), walls not counted.
+double coordination_number(std::span<const Sphere> spheres);
+
+struct BedReport {
+  std::size_t spheres = 0;
+  double mass = 0;          ///< kg
+  double bulk_density = 0;  ///< kg/m3
+  SurfaceHeight surface;
+  double coordination = 0;
+};
+BedReport report(std::span<const Sphere> spheres, const Bounds& region);
+
+double mean_radius(std::span<const Sphere> spheres);  ///< m; 0 of none
+
+}  // namespace subsoil::dem

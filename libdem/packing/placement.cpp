@@ -1,0 +1,133 @@
+#include "libdem/packing/placement.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace subsoil::dem {
+namespace {
+
+[[noreturn]] void refuse(const std::string& what) { throw std::invalid_argument("bed: " + what); }
+
+std::string mm(double length) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g mm", length * 1e3);
+  return text;
+}
+
+void require_room(const Bounds& region, double radius) {
+  const Vec3 size = region.high - region.low;
+  for (int d = 0; d < 3; ++d)
+    if (!(size[d] >= 2 * radius * (1 - 1e-9)))
+      refuse("the region is " + mm(size[d]) + " long in " + "xyz"[d] + ", less than the diameter " + mm(2 * radius) +
+             " of its spheres; enlarge the region or choose smaller spheres");
+}
+
+/// Rows of spheres of this radius that stand in a length. Lengths are decimal numbers that binary ones miss by 1e-16:
+/// 1.98/0.018 is 110 rows apart, so a row that lacks a billionth of a pitch still counts.
+std::size_t rows(double length, double radius, double pitch) {
+  const double between = (length - 2 * radius) / pitch + 1e-9;
+  return between < 0 ? 0 : 1 + static_cast<std::size_t>(std::floor(between));
+}
+
+}  // namespace
+
+LatticeCount lattice_count(const LatticePlan& plan) {
+  const double r = largest_radius(plan.radius);
+  require_room(plan.region, r);
+  if (!(plan.pitch > 0)) refuse("the pitch of a lattice must be positive, not " + mm(plan.pitch));
+  const Vec3 size = plan.region.high - plan.region.low;
+  const double height = plan.depth > 0 ? std::min(plan.depth, size.y) : size.y;
+  return {rows(size.x, r, plan.pitch), rows(height, r, plan.pitch), rows(size.z, r, plan.pitch)};
+}
+
+std::vector<SphereSpec> lattice(const LatticePlan& plan, const BedMaterial& of) {
+  const RadiusSampler sampler(plan.radius, plan.shares);
+  const LatticeCount n = lattice_count(plan);
+  if (n.total() == 0) refuse("a depth of " + mm(plan.depth) + " holds no layer of spheres; the least is one diameter");
+  if (!(plan.jitter >= 0)) refuse("the jitter must not be negative");
+  const double r_largest = largest_radius(plan.radius);
+  const auto first = [&](double low, double high, std::size_t count) {
+    return 0.5 * (low + high) - 0.5 * static_cast<double>(count - 1) * plan.pitch;
+  };
+  const Bounds& box = plan.region;
+  const Vec3 start{first(box.low.x, box.high.x, n.x), box.low.y + r_largest - plan.floor_overlap,
+                   first(box.low.z, box.high.z, n.z)};
+  RandomNumbers random(plan.seed);
+  std::vector<SphereSpec> out;
+  out.reserve(n.total());
+  for (std::size_t j = 0; j < n.y; ++j)
+    for (std::size_t i = 0; i < n.x; ++i)
+      for (std::size_t k = 0; k < n.z; ++k) {
+        SphereSpec s;
+        s.radius = sampler.draw(random);
+        s.density = of.density;
+        s.material = of.material;
+        s.position = start + plan.pitch * Vec3{static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)};
+        if (plan.jitter > 0) {
+          s.position += (plan.jitter * s.radius) * random.in_unit_ball();
+          // A shift must not press a sphere into a wall deeper than the lowest layer lies in the floor.
+          const double near = s.radius - plan.floor_overlap;
+          s.position.y = std::max(s.position.y, box.low.y + near);
+          s.position.x = std::clamp(s.position.x, box.low.x + near, box.high.x - near);
+          s.position.z = std::clamp(s.position.z, box.low.z + near, box.high.z - near);
+        }
+        out.push_back(s);
+      }
+  return out;
+}
+
+std::vector<SphereSpec> rest_lattice(LatticePlan plan, double rest_overlap, const BedMaterial& of) {
+  const auto* equal = std::get_if<EqualRadius>(&plan.radius);
+  if (equal == nullptr)
+    refuse("a rest lattice needs spheres of one radius; give one radius, or fill by lattice or random");
+  plan.pitch = 2 * equal->radius - rest_overlap;
+  return lattice(plan, of);
+}
+
+LoosePlacer::LoosePlacer(const Bounds& region, RadiusDistribution sizes, ShareOf shares, std::uint64_t seed,
+                         const BedMaterial& of)
+    : region_(region), sampler_(sizes, shares), random_(seed), of_(of) {
+  const double r = largest_radius(sizes);
+  const Vec3 size = region.high - region.low;
+  require_room({region.low, {region.high.x, region.low.y + 2 * r, region.high.z}}, r);
+  const double side = 2.1 * r;  // closer lost: rows that start in contact line up and stay a lattice
+  across_x_ = std::max<std::size_t>(1, static_cast<std::size_t>(size.x / side));
+  across_z_ = std::max<std::size_t>(1, static_cast<std::size_t>(size.z / side));
+  cell_ = {size.x / static_cast<double>(across_x_), side, size.z / static_cast<double>(across_z_)};
+}
+
+SphereSpec LoosePlacer::next(std::size_t cell, double from_height) {
+  SphereSpec s;
+  s.radius = sampler_.draw(random_);
+  s.density = of_.density;
+  s.material = of_.material;
+  const std::size_t in_layer = cell % (across_x_ * across_z_);
+  const Vec3 corner{region_.low.x + cell_.x * static_cast<double>(in_layer / across_z_),
+                    from_height + cell_.y * static_cast<double>(cell / (across_x_ * across_z_)),
+                    region_.low.z + cell_.z * static_cast<double>(in_layer % across_z_)};
+  for (int d = 0; d < 3; ++d) {
+    const double room = std::max(0.0, cell_[d] - 2 * s.radius);
+    s.position[d] = corner[d] + 0.5 * (cell_[d] - room) + room * random_.uniform();
+  }
+  return s;
+}
+
+std::vector<SphereSpec> LoosePlacer::place(std::size_t count, double from_height) {
+  std::vector<SphereSpec> out;
+  out.reserve(count);
+  while (out.size() < count) out.push_back(next(out.size(), from_height));
+  return out;
+}
+
+std::vector<SphereSpec> LoosePlacer::place_volume(double volume, double from_height) {
+  std::vector<SphereSpec> out;
+  while (volume > 0) {
+    out.push_back(next(out.size(), from_height));
+    volume -= sphere_volume(out.back().radius);
+  }
+  return out;
+}
+
+}  // namespace subsoil::dem

@@ -1,0 +1,71 @@
+#pragma once
+#include <cstddef>
+#include <vector>
+
+#include "libdem/geometry/bounds.hpp"
+#include "libdem/packing/sizes.hpp"
+#include "libdem/particles/particles.hpp"
+
+/// Where the spheres of a bed start. Regions are boxes along the axes, y up; the floor is the region's lower face.
+namespace subsoil::dem {
+
+/// What all spheres of a bed have in common.
+struct BedMaterial {
+  double density = 0;  ///< kg/m3
+  int material = 0;    ///< index into the table of laws
+};
+
+/// Simple cubic lattice.
+///
+/// Per direction as many rows as stand free of the walls: n = 1 + floor((length - 2r)/pitch). Rows are centred in x and
+/// z; the lowest layer is let into the floor by the floor's rest overlap, so that it does not start with a fall.
+struct LatticePlan {
+  Bounds region;
+  RadiusDistribution radius = EqualRadius{};
+  ShareOf shares = ShareOf::number;
+  double pitch = 0;          ///< m
+  double floor_overlap = 0;  ///< rest overlap of the law between soil and floor, m
+  double depth = 0;          ///< only layers whose spheres end below floor + depth, m; 0: the whole region
+  double jitter = 0;         ///< largest random shift of a site, share of the radius; even in a ball
+  std::uint64_t seed = 1;
+};
+
+/// Number of sites along x, y, z.
+struct LatticeCount {
+  std::size_t x, y, z;
+  std::size_t total() const { return x * y * z; }
+};
+LatticeCount lattice_count(const LatticePlan& plan);
+
+/// Throws std::invalid_argument for a plan without sense or a region that holds no sphere. Layer by layer from below,
+/// in a layer along z, then x. With a distribution the largest radius decides how many rows fit.
+std::vector<SphereSpec> lattice(const LatticePlan& plan, const BedMaterial& of);
+
+/// Lattice whose pitch is the distance at which two spheres rest, 2r - rest overlap of their law: free of stress,
+/// except that a row's last sphere may be in reach of a wall's attraction. Equal spheres only: others have no common
+/// distance.
+std::vector<SphereSpec> rest_lattice(LatticePlan plan, double rest_overlap, const BedMaterial& of);
+
+/// Spheres loosely in the air over the region's floor, ready to rain: one per cell of a grid, anywhere in its cell that
+/// keeps it clear of its neighbours. The column may be higher than the region; walls must reach as high.
+class LoosePlacer {
+ public:
+  LoosePlacer(const Bounds& region, RadiusDistribution sizes, ShareOf shares, std::uint64_t seed,
+              const BedMaterial& of);
+
+  std::vector<SphereSpec> place(std::size_t count, double from_height);
+  /// As many spheres as have at least this volume together, m3.
+  std::vector<SphereSpec> place_volume(double volume, double from_height);
+
+ private:
+  SphereSpec next(std::size_t cell, double from_height);
+
+  Bounds region_;
+  RadiusSampler sampler_;
+  RandomNumbers random_;
+  BedMaterial of_;
+  Vec3 cell_;  ///< m; sides that hold the largest sphere with a tenth of its radius to spare
+  std::size_t across_x_ = 0, across_z_ = 0;
+};
+
+}  // namespace subsoil::dem

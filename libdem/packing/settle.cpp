@@ -1,0 +1,287 @@
+#include "libdem/packing/settle.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace subsoil::dem {
+namespace {
+
+constexpr double kRestHeight = 1e-4;  ///< share of the radius that kinetic energy at rest could lift a sphere by
+constexpr int kRampSteps = 20;        ///< a twentieth of the attraction at a time moves a sphere by less than its rest
+constexpr long kProgressSteps = 100;
+constexpr long kLookSteps = 10;  ///< between looks whether the bed is still
+
+std::string number(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", x);
+  return text;
+}
+
+/// One settling from its start to its report.
+class Settler {
+ public:
+  Settler(Bed& bed, const LawTable& laws, const SettlePlan& plan, const Bounds& region)
+      : bed_(bed),
+        laws_(laws),
+        plan_(plan),
+        region_(region),
+        start_(bed.time()),
+        gravity_(norm(bed.options().gravity)) {
+    if (!(plan.step > 0)) throw std::invalid_argument("settling: the step must be positive");
+    if (plan.duration && plan.until_speed)
+      throw std::invalid_argument("settling: give either a duration or a speed to fall below, not both");
+    if (gravity_ == 0 && !plan.duration && !plan.until_speed)
+      throw std::invalid_argument(
+          "settling: without gravity nothing comes to rest by itself; give a duration or a speed");
+    if (plan.staged && gravity_ == 0)
+      throw std::invalid_argument("settling in stages needs gravity; without it settle in one stage");
+  }
+
+  void soften() { bed_.set_laws(softened(laws_, 0, plan_.lowered)); }
+  void harden() { bed_.set_laws(laws_); }
+
+  void rain() { run_until(std::nullopt, "raining"); }
+
+  void raise() {
+    for (int k = 1; k < kRampSteps && !stopped_; ++k) {
+      const double up = static_cast<double>(k) / kRampSteps;
+      bed_.set_laws(softened(laws_, up, plan_.lowered + (1 - plan_.lowered) * up));
+      run_for(plan_.ramp / kRampSteps, "raising attraction and friction");
+    }
+    harden();
+  }
+
+  void finish() {
+    if (plan_.duration)
+      run_for(*plan_.duration, "settling");
+    else
+      run_until(plan_.until_speed, "settling");
+  }
+
+  SettleReport done() {
+    bed_.reset_energy_book();
+    SettleReport out;
+    static_cast<BedReport&>(out) = report(bed_.spheres(), region_);
+    out.settled_time = elapsed();
+    out.rms_speed = rms_speed(false);
+    out.stopped = stopped_;
+    return out;
+  }
+
+  bool stopped() const { return stopped_; }
+
+ private:
+  double elapsed() const { return bed_.time() - start_; }
+  /// Kinetic energy of the spheres as a speed, m/s; that of their spin included or not.
+  double rms_speed(bool with_spin) const {
+    double energy = 0;
+    for (const Sphere& s : bed_.spheres()) {
+      energy += s.m * dot(s.v, s.v);
+      if (with_spin) energy += inertia(s) * dot(s.w, s.w);
+    }
+    return mass_ > 0 ? std::sqrt(energy / mass_) : 0;
+  }
+
+  /// Mass and size of what lies in the bed now; it changes only between runs.
+  void weigh() {
+    mass_ = 0;
+    for (const Sphere& s : bed_.spheres()) mass_ += s.m;
+    radius_ = mean_radius(bed_.spheres());
+  }
+
+  void step(const char* stage) {
+    bed_.step(plan_.step);
+    if (++steps_ % kProgressSteps == 0 && plan_.progress)
+      stopped_ = !plan_.progress({stage, elapsed(), plan_.at_most, rms_speed(false), bed_.spheres().size()});
+  }
+
+  void run_for(double duration, const char* stage) {
+    weigh();
+    const long steps = std::lround(duration / plan_.step);
+    for (long k = 0; k < steps && !stopped_; ++k) step(stage);
+  }
+
+  void run_until(std::optional<double> speed, const char* stage) {
+    weigh();
+    if (bed_.spheres().empty()) return;
+    const double limit = speed.value_or(rest_speed(radius_, gravity_));
+    // Without gravity nothing falls: then the speed alone decides.
+    const double hold = gravity_ > 0 ? std::sqrt(2 * radius_ / gravity_) : 0;
+    const double falling = gravity_ > 0 ? std::sqrt(2 * radius_ * gravity_) : std::numeric_limits<double>::infinity();
+    double still_since = bed_.time();
+    while (!stopped_) {
+      for (long k = 0; k < kLookSteps && !stopped_; ++k) step(stage);
+      const double now = rms_speed(!speed && plan_.spins);
+      if (!(now < limit && bed_.max_speed() < std::max(falling, limit)))
+        still_since = bed_.time();
+      else if (bed_.time() - still_since >= hold)
+        return;
+      if (elapsed() > plan_.at_most) refuse_motion(stage, now, limit);
+    }
+  }
+
+  [[noreturn]] void refuse_motion(const char* stage, double now, double limit) const {
+    throw std::runtime_error("settling: after " + number(elapsed()) + " s the spheres still move at " + number(now) +
+                             " m/s rms, the fastest at " + number(bed_.max_speed()) + " m/s (" + stage +
+                             "; at rest means " + number(limit) +
+                             " m/s rms); allow more time, raise the speed, or settle for a given duration");
+  }
+
+  Bed& bed_;
+  const LawTable& laws_;
+  const SettlePlan& plan_;
+  Bounds region_;
+  double start_, gravity_;
+  double mass_ = 0, radius_ = 0;
+  long steps_ = 0;
+  bool stopped_ = false;
+};
+
+/// Height of a cut that takes off all spheres whose centres lie above it and leaves the mean surface at the target. The
+/// surface falls with the cut, by steps as spheres go: bisection ends at the step nearest to the target.
+double level_cut(std::span<const Sphere> spheres, const Bounds& region, double target) {
+  double low = region.low.y, high = surface_height(spheres, region).highest;
+  std::vector<Sphere> left;
+  for (int k = 0; k < 40; ++k) {
+    const double cut = 0.5 * (low + high);
+    left.clear();
+    for (const Sphere& s : spheres)
+      if (s.x.y <= cut) left.push_back(s);
+    (surface_height(left, region).mean > target ? high : low) = cut;
+  }
+  return low;
+}
+
+double highest_top(std::span<const Sphere> spheres, double otherwise) {
+  double top = otherwise;
+  for (const Sphere& s : spheres) top = std::max(top, s.x.y + s.r);
+  return top;
+}
+
+/// Solid volume per volume of what was added on top of a surface: overlapping spheres count in full.
+double solid_fraction(const Bed& bed, const Bounds& region, std::uint32_t first, double below, double area) {
+  double volume = 0;
+  for (const Sphere& s : bed.spheres())
+    if (s.id >= first) volume += sphere_volume(s.r);
+  return volume / (area * (surface_height(bed.spheres(), region).mean - below));
+}
+
+std::uint32_t next_id(const Bed& bed) {
+  std::uint32_t next = 0;
+  for (const Sphere& s : bed.spheres()) next = std::max(next, s.id + 1);
+  return next;
+}
+
+/// Rains spheres until they lie as high as the layer goes, and a diameter more for the shrinking under attraction and
+/// the levelling.
+void rain_layer(Bed& bed, const LawTable& laws, const Bounds& region, const BedLayer& layer, std::uint64_t seed,
+                Settler& settler) {
+  LoosePlacer placer(region, layer.radius, layer.shares, seed, layer.of);
+  const Vec3 size = region.high - region.low;
+  const double area = size.x * size.z, floor = region.low.y;
+  const double diameter = least_radius(layer.radius) + largest_radius(layer.radius);
+  const int law = laws.of(layer.of.material, layer.of.material);
+  const double overlap =
+      law < 0 ? 0
+              : std::visit([](const auto& l) { return l.rest_overlap(); }, laws.laws[static_cast<std::size_t>(law)]);
+  // Loose random packing, 0.60 of solid; spheres that rest with an overlap stand as close as smaller ones.
+  const double closer = diameter / (diameter - std::clamp(overlap, 0.0, 0.5 * diameter));
+  double fraction = 0.60 * closer * closer * closer;
+  const std::uint32_t first = next_id(bed);
+  const double below = surface_height(bed.spheres(), region).mean;
+  constexpr int attempts = 5;
+  for (int k = 0; k < attempts && !settler.stopped(); ++k) {
+    const double missing = floor + layer.top + diameter - surface_height(bed.spheres(), region).mean;
+    if (missing <= 0.5 * diameter) return;
+    bed.add(placer.place_volume(fraction * area * missing, highest_top(bed.spheres(), floor)));
+    settler.rain();
+    fraction = solid_fraction(bed, region, first, below, area);
+  }
+}
+
+std::size_t level(Bed& bed, const Bounds& region, double top) {
+  const double cut = level_cut(bed.spheres(), region, region.low.y + top);
+  return bed.remove_if([&](const Sphere& s) { return s.x.y > cut; });
+}
+
+void check_layers(const std::vector<BedLayer>& layers) {
+  double below = 0;
+  for (const BedLayer& layer : layers) {
+    if (!(layer.top - below >= 2 * largest_radius(layer.radius)))
+      throw std::invalid_argument(layers.size() == 1
+                                      ? "random bed: the depth must be at least a sphere's diameter"
+                                      : "random bed: each layer must be at least a sphere's diameter thick");
+    below = layer.top;
+  }
+}
+
+}  // namespace
+
+Law softened(const Law& law, double attraction, double friction) {
+  return std::visit(
+      [&](auto l) -> Law {
+        if constexpr (requires { l.weaken(attraction); }) l.weaken(attraction);  // of laws that attract
+        l.friction.mu *= friction;
+        l.friction.mu_d *= friction;  // NaN, left out, stays NaN
+        l.friction.mu_r *= friction;
+        l.friction.mu_t *= friction;
+        return l;
+      },
+      law);
+}
+
+LawTable softened(LawTable laws, double attraction, double friction) {
+  for (Law& law : laws.laws) law = softened(law, attraction, friction);
+  return laws;
+}
+
+double rest_speed(double mean_radius, double gravity) { return std::sqrt(2 * kRestHeight * gravity * mean_radius); }
+
+SettleReport settle(Bed& bed, const LawTable& laws, const SettlePlan& plan, const Bounds& region) {
+  Settler settler(bed, laws, plan, region);
+  if (plan.staged) {
+    settler.soften();
+    settler.rain();
+    settler.raise();
+  }
+  settler.harden();
+  settler.finish();
+  return settler.done();
+}
+
+SettleReport fill_at_random(Bed& bed, const LawTable& laws, const RandomFill& fill, const SettlePlan& plan) {
+  if (fill.count.has_value() + fill.depth.has_value() + !fill.layers.empty() != 1)
+    throw std::invalid_argument("random bed: give either the number of spheres, the depth to fill, or layers");
+  std::vector<BedLayer> layers = fill.layers;
+  if (fill.depth) layers = {{.top = *fill.depth, .radius = fill.radius, .shares = fill.shares, .of = fill.of}};
+  check_layers(layers);
+  Settler settler(bed, laws, plan, fill.region);
+  plan.staged ? settler.soften() : settler.harden();
+  std::size_t levelled = 0;
+  std::vector<std::uint32_t> ends;
+  if (fill.count) {
+    LoosePlacer placer(fill.region, fill.radius, fill.shares, fill.seed, fill.of);
+    bed.add(placer.place(*fill.count, highest_top(bed.spheres(), fill.region.low.y)));
+    if (plan.staged) settler.rain();
+  }
+  for (std::size_t k = 0; k < layers.size() && !settler.stopped(); ++k) {
+    if (k > 0) levelled += level(bed, fill.region, layers[k - 1].top);
+    rain_layer(bed, laws, fill.region, layers[k], fill.seed + k, settler);
+    ends.push_back(next_id(bed));
+  }
+  if (plan.staged) settler.raise();
+  settler.finish();
+  if (!layers.empty() && !settler.stopped()) {
+    levelled += level(bed, fill.region, layers.back().top);
+    settler.finish();
+  }
+  SettleReport out = settler.done();
+  out.levelled = levelled;
+  if (!fill.layers.empty()) out.layer_ends = ends;
+  return out;
+}
+
+}  // namespace subsoil::dem

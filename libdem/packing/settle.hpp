@@ -1,0 +1,86 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "libdem/bed.hpp"
+#include "libdem/packing/layers.hpp"
+#include "libdem/packing/measure.hpp"
+#include "libdem/packing/placement.hpp"
+
+/// Bringing a bed to rest.
+///
+/// Cohesive spheres rained down stick where they touch first and make fluff; attraction switched on at zero overlap
+/// pulls the bed together by a tenth. Hence in stages: first without attraction and with little friction and rolling
+/// resistance, so that the spheres slide into a dense packing at the distance at which their law lets them rest; then
+/// all of it comes back in small steps; then the bed settles once more under the law of the run.
+namespace subsoil::dem {
+
+/// The law with its attraction, and its friction and rolling resistance, multiplied by a factor each. The rest distance
+/// stays: a wet sphere without attraction repels from overlap dc + D on, as with it.
+Law softened(const Law& law, double attraction, double friction);
+LawTable softened(LawTable laws, double attraction, double friction);
+
+struct SettleProgress {
+  const char* stage;  ///< "raining", "raising attraction and friction", "settling"
+  double elapsed;     ///< s since settling began
+  double at_most;     ///< s
+  double rms_speed;   ///< m/s
+  std::size_t spheres;
+};
+
+struct SettlePlan {
+  double step = 0;                    ///< s; stable for the final laws
+  std::optional<double> duration;     ///< s of settling under the final laws; or
+  std::optional<double> until_speed;  ///< m/s, rms, under the final laws; neither: until at rest (below)
+  double at_most = 5;                 ///< s until at rest, from the start over all stages; longer is an error
+  bool staged = false;
+  double lowered = 0.1;  ///< factor on friction and rolling resistance before they are raised
+  double ramp = 0.1;     ///< s over which attraction, friction and rolling resistance come back
+  /// Whether spin counts in "at rest". A sphere that spins about the normal of its only contact is braked by nothing
+  /// but torsion, which few laws have; one such sphere in a small bed keeps it from rest.
+  bool spins = true;
+  /// Called every hundred steps; false ends the settling early (SettleReport::stopped).
+  std::function<bool(const SettleProgress&)> progress;
+};
+
+struct SettleReport : BedReport {
+  double settled_time = 0;                ///< s that settling took
+  double rms_speed = 0;                   ///< m/s at its end
+  std::size_t levelled = 0;               ///< spheres taken off to level the surface and the interfaces of layers
+  std::vector<std::uint32_t> layer_ends;  ///< of a layered fill: first id above those of each layer
+  bool stopped = false;                   ///< by the progress callback
+};
+
+/// Speed below which a bed counts as at rest, m/s: the mean kinetic energy of a sphere, spin included, could lift it by
+/// no more than a ten-thousandth of its radius, v^2/2 = g r/10^4 (4.4 mm/s at 10 mm). Zero without gravity.
+double rest_speed(double mean_radius, double gravity);
+
+/// Runs the bed until it is still; boundaries stand. A speed must hold for sqrt(2 r/g), the time of a fall by one
+/// radius, in which no sphere may become faster than that fall makes it: otherwise a bed would be "at rest" when it is
+/// let go, or while a single sphere falls. Leaves the final laws in the bed, its velocities as they are, and starts its
+/// energy book anew, since exchanging laws is no work of anything. Throws std::invalid_argument for a plan without
+/// sense and std::runtime_error when the bed is not still in time.
+SettleReport settle(Bed& bed, const LawTable& laws, const SettlePlan& plan, const Bounds& region);
+
+/// A random bed: this many spheres, or as many as fill the region's floor up to `depth`.
+struct RandomFill {
+  Bounds region;
+  RadiusDistribution radius = EqualRadius{};
+  ShareOf shares = ShareOf::number;
+  BedMaterial of;
+  std::uint64_t seed = 1;
+  std::optional<std::size_t> count;
+  std::optional<double> depth;  ///< m, of the mean surface over the region's floor after settling
+  /// From below, in place of radius, shares, of, count and depth; the highest ends at the depth.
+  std::vector<BedLayer> layers;
+};
+
+/// Rains the spheres into the bed's boundaries and settles them. For a depth: as many spheres as a loose random packing
+/// needs, more according to the solid fraction measured once they lie, then what stands above is levelled off, so that
+/// the mean surface is at the depth, and the bed settles once more. Layers rain one after the other, each onto the one
+/// below when that has come to rest and is levelled: raining all at once would give interfaces as steep as the heap.
+SettleReport fill_at_random(Bed& bed, const LawTable& laws, const RandomFill& fill, const SettlePlan& plan);
+
+}  // namespace subsoil::dem

@@ -1,0 +1,131 @@
+#include "libdem/step/stability.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libdem/particles/particles.hpp"
+
+namespace subsoil::dem {
+
+double stable_step_of_mode(double a, double b) {
+  if (a <= 0) return 2 / b;
+  return (std::sqrt(b * b + 4 * a) - b) / a;
+}
+
+int most_neighbours(std::size_t spheres) {
+  return static_cast<int>(std::min<std::size_t>(12, spheres > 0 ? spheres - 1 : 0));
+}
+
+namespace {
+
+struct Mode {
+  double a, b;
+  const char* name;
+};
+
+/// What a bond adds between spheres. Throws std::invalid_argument when its gap would bond spheres with others behind
+/// their neighbours, which the count of neighbours does not cover.
+void add_bond(const Bond& bond, const WorstContact& worst, double i_roll, bool between_spheres, StiffnessBound& bound,
+              double& lever) {
+  if (!between_spheres) return;
+  if (bond.gap > 0.5 * worst.r_min)
+    throw std::invalid_argument("`bond gap` = " + std::to_string(1e3 * bond.gap) +
+                                " mm: at most half the smallest radius, " + std::to_string(1e3 * worst.r_min) +
+                                " mm: a bond spans a gap, not a neighbour");
+  const StiffnessBound b = bond.bound(worst, 2.0 / 7.0 * i_roll);
+  bound.k_n += b.k_n, bound.k_t += b.k_t, bound.k_r += b.k_r;
+  bound.c_n += b.c_n, bound.c_t += b.c_t, bound.c_r += b.c_r;
+  lever = std::max(lever, worst.r_min + 0.5 * bond.gap);
+}
+
+/// Bounds of a law with the rolling part filled in.
+StiffnessBound bounds_of(const Law& law, const WorstContact& worst, double i_roll, bool between_spheres,
+                         double& lever) {
+  return std::visit(
+      [&]<class L>(const L& l) {
+        StiffnessBound bound = l.bound(worst);
+        l.friction.bound(bound, worst.r_eff, i_roll);
+        // Rolling and sliding without friction have no spring to be unstable.
+        if (!(l.friction.mu > 0)) bound.k_t = bound.c_t = 0;
+        if (!l.friction.resists_rolling()) bound.k_r = bound.c_r = 0;
+        lever = l.friction.lever == Lever::radius ? worst.r_min : worst.r_min - 0.5 * l.rest_overlap();
+        if constexpr (kBonds<L>) add_bond(l.bond, worst, i_roll, between_spheres, bound, lever);
+        return bound;
+      },
+      law);
+}
+
+/// Laws that attract say whether their contact can hold that off; the worst may be the smallest or the largest spheres.
+void refuse_collapse(const Law& law, std::initializer_list<double> r_eff) {
+  std::visit(
+      [&](const auto& l) {
+        if constexpr (requires { l.refuse_collapse(1.0); }) {
+          for (const double r : r_eff) l.refuse_collapse(r);
+        }
+      },
+      law);
+}
+
+StableStep smallest(std::initializer_list<Mode> modes, const char* where) {
+  StableStep out{.step = std::numeric_limits<double>::infinity(), .cause = {}};
+  for (const Mode& m : modes) {
+    if (m.a <= 0 && m.b <= 0) continue;
+    const double step = stable_step_of_mode(m.a, m.b);
+    if (step >= out.step) continue;
+    // Which of the two sets the limit: 2/b against 2/sqrt(a).
+    const bool damped = m.b * m.b > m.a;
+    out = {.step = step, .cause = std::string(damped ? "damping" : "stiffness") + " of " + m.name + " " + where};
+  }
+  return out;
+}
+
+}  // namespace
+
+StableStep stable_step(const Law& law, const StepQuestion& q) {
+  const double r = q.smallest_radius, m = q.density * sphere_volume(r);
+  const double inertia = 0.4 * m * r * r;
+  double lever = r;
+  const StiffnessBound k =
+      bounds_of(law, {.m_eff = m / 2, .r_eff = r / 2, .r_min = r, .speed = q.speed}, 0.7 * m * r * r, true, lever);
+  refuse_collapse(law, {r / 2, q.largest_radius / 2});
+  if (q.neighbours <= 0) return {.step = std::numeric_limits<double>::infinity(), .cause = "nothing to touch"};
+  const double z = q.neighbours;
+  // Along one contact the whole normal stiffness acts; among many a third of each.
+  const auto along = [&](double n, double t) {
+    return std::max(std::min(z, 2.0) * n, z * (n / 3 + 2 * t / 3)) * 2 / m;
+  };
+  // A lone contact turns a sphere about two axes with its full lever.
+  const auto about = [&](double t, double roll) {
+    return std::max(1.0, z * 2 / 3) * 2 * (t * lever * lever + roll) / inertia;
+  };
+  // A lone contact slides by translation and rotation of both spheres at once: their mobilities add. Among many
+  // contacts the fastest translation and the fastest rotation are different modes.
+  const auto slide = [&](double t) { return 2 * t / m + 2 * t * lever * lever / inertia; };
+  const std::string where =
+      "with " + std::to_string(q.neighbours) + " contacts on a sphere of radius " + std::to_string(r * 1e3) + " mm";
+  return smallest({{along(k.k_n, k.k_t), along(k.c_n, k.c_t), "translation"},
+                   {about(k.k_t, k.k_r), about(k.c_t, k.c_r), "rotation"},
+                   {slide(k.k_t), slide(k.c_t), "sliding of a pair"}},
+                  where.c_str());
+}
+
+StableStep stable_step_at_surface(const Law& law, const StepQuestion& q) {
+  const double r = q.smallest_radius, m = q.density * sphere_volume(r);
+  const double inertia = 0.4 * m * r * r;
+  refuse_collapse(law, {r, q.largest_radius});
+  double lever = r;
+  const StiffnessBound k =
+      bounds_of(law, {.m_eff = m, .r_eff = r, .r_min = r, .speed = q.speed}, 1.4 * m * r * r, false, lever);
+  // Three surfaces at right angles: along each normal one contact pushes and two drag.
+  const auto along = [&](double n, double t) { return (n + 2 * t) / m; };
+  const auto about = [&](double t, double roll) { return 2 * (t * lever * lever + roll) / inertia; };
+  // Sliding at all three couples both: slip is v + l w x n, so the block between them is k_t l |n1 + n2 + n3|.
+  const auto coupled = [&](double n, double t, double roll) {
+    const double a = along(n, t), b = about(t, roll), c = std::sqrt(3.0) * t * lever / std::sqrt(m * inertia);
+    return 0.5 * (a + b) + std::sqrt(0.25 * (a - b) * (a - b) + c * c);
+  };
+  return smallest({{coupled(k.k_n, k.k_t, k.k_r), coupled(k.c_n, k.c_t, k.c_r), "translation and rotation"}},
+                  "in a corner of surfaces");
+}
+
+}  // namespace subsoil::dem
