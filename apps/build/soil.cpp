@@ -185,7 +185,7 @@ void SoilBuilder::assign_layers(std::vector<dem::SphereSpec>& spheres) {
 double SoilBuilder::rest_overlap(int a, int b) const {
   const int law = world_.laws.of(a, b);
   if (law < 0) return 0;
-  return std::visit([](const auto& l) { return l.rest_overlap(); }, world_.laws.laws[static_cast<std::size_t>(law)]);
+  return world_.laws.laws[static_cast<std::size_t>(law)]->rest_overlap();
 }
 
 dem::LatticePlan SoilBuilder::lattice_plan(double pitch) const {

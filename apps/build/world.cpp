@@ -141,7 +141,7 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
                                         s.materials[a].name, s.materials[b].name));
       const std::string between = s.materials[a].name + " and " + s.materials[b].name;
       const dem::Law& l = world.laws.laws[static_cast<std::size_t>(law)];
-      if (dem::bond_of(l) != nullptr && !soil[b])
+      if (l->bond() != nullptr && !soil[b])
         throw ScenarioError(
             fmt::format("{}: bonds join spheres, and {} is of surfaces only; leave the bond out of this "
                         "entry",

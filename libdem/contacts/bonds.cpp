@@ -21,7 +21,7 @@ void Bed::Impl::each_bond(const std::function<void(std::uint32_t, std::uint32_t)
 /// Bonds of laws whose time has come; lists hold.
 void Bed::Impl::form_bonds(double until) {
   for (std::uint32_t law = 0; law < laws.laws.size(); ++law) {
-    const Bond* bond = bond_of(laws.laws[law]);
+    const Bond* bond = laws.laws[law]->bond();
     if (bond == nullptr || bonds_formed[law] != 0 || bond->time > until) continue;
     bonds_formed[law] = 1;
     for (std::uint32_t r = 0; r < runs.size(); ++r)

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "libdem/laws/friction.hpp"
 #include "libdem/step/bed_impl.hpp"
 
 /// One step of the bed: contacts with edges of boundaries and blocks of pairs across thread borders first, then one
@@ -46,10 +47,8 @@ PairJob Bed::Impl::pair_job(const PairRun& run, const Tile& tile, const Booking&
 
 namespace {
 
-/// Others are evaluated as in booked steps (law_kernel_body.hpp).
-bool is_usual(const Law& law) {
-  return std::visit([](const auto& l) { return l.friction.usual(); }, law);
-}
+/// Others are evaluated as in booked steps (plain_kernel_body.hpp).
+bool is_usual(const Law& law) { return law->friction().usual(); }
 
 /// The walk of one thread through its tiles.
 class Sweep {
