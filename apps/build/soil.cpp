@@ -444,7 +444,7 @@ void SoilBuilder::clear_machine() {
   if (!has_bed()) return;
   std::vector<int> tools;
   for (const SurfaceRecord& s : world_.surfaces)
-    if (s.owner == SurfaceRecord::Owner::machine) tools.push_back(s.boundary);
+    if (s.owner == SurfaceRecord::Owner::machine && s.mesh == 0) tools.push_back(s.boundary);
   if (tools.empty()) return;
   if (bed().inside_machine == Overlap::carve) {
     world_.soil.carved = dem::carve(*world_.bed, tools);

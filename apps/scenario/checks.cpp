@@ -448,6 +448,8 @@ struct Checker {
           forces = names_of(m.forces), measures = names_of(m.measures);
     Names touched = bodies;
     for (const Boundary& b : s.boundaries) touched.push_back(b.name);
+    for (const Surface& surface : m.surfaces)
+      if (surface.touches_soil) touched.push_back(surface.name);
     if (s.soil && s.soil->container) touched.push_back("container");
     switch (watch.kind) {
       case Watch::Kind::driver:
