@@ -11,6 +11,7 @@
 #include "apps/scenario/units.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
 #include "libdem/packing/carve.hpp"
+#include "libmbd/forces/wheel_on_soil.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -463,7 +464,7 @@ void SoilBuilder::check_wheel_datum() const {
   const Scenario& s = loaded_.scenario;
   if (!s.machine || !has_bed() || world_.bed->spheres().empty()) return;
   for (const NamedForce& f : s.machine->forces)
-    if (const auto* wheel = std::get_if<mbd::WheelOnSoil>(&f.element)) {
+    if (const auto* wheel = f.element.get_if<mbd::WheelOnSoil>()) {
       const double off = world_.soil.surface_mean - wheel->surface;
       const double radius = dem::mean_radius(world_.bed->spheres());
       if (options_.settle && std::abs(off) > radius)

@@ -231,7 +231,7 @@ class Printer {
       });
     } else {
       print_named(key, values, meaning,
-                  [](Printer& p, T& value) { std::visit([&](auto& e) { declare(p, e); }, value.element); });
+                  [](Printer& p, T& value) { visit([&](auto& e) { declare(p, e); }, value.element); });
     }
   }
   void kind(const char* key, GivenLaw& value, const char* meaning);  // given_law.cpp

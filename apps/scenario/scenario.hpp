@@ -9,9 +9,10 @@
 #include "apps/scenario/given_law.hpp"
 #include "libdem/base/vec3.hpp"
 #include "libdem/particles/particles.hpp"
-#include "libmbd/elements.hpp"
+#include "libmbd/constraint.hpp"
+#include "libmbd/force.hpp"
 #include "libmbd/integrator.hpp"
-#include "libmbd/measures.hpp"
+#include "libmbd/measure.hpp"
 
 /// What a scenario file says, as plain structs in SI units, before anything is built from it. A section that the file
 /// leaves out is an empty optional or list: soil only and machine only are scenarios. Keys, units, ranges, defaults
