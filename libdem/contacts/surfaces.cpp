@@ -115,7 +115,7 @@ class ChunkRun {
     }
     bed_.kernel.surface(bed_.law(law_), job_);
     for (std::uint32_t k = 0; k < job_.count; ++k) {
-      chunk_.lost += Losses{job_.sums[0][k], job_.sums[1][k], job_.sums[2][k]};
+      chunk_.lost += Losses{job_.sums.damped[k], job_.sums.slid[k], job_.sums.rolled[k]};
       if (lane_[k].contact < 0) continue;
       SurfaceEntry& e = *lane_[k].entry;
       e.contact[lane_[k].contact].state = read_lane(memory(), shape(), k);
@@ -125,10 +125,10 @@ class ChunkRun {
       e.torque += {t[0], t[1], t[2]};
       chunk_.wrench.force -= f;
       chunk_.wrench.moment += Vec3{roll[0], roll[1], roll[2]} - cross(lane_[k].point - boundary_.pose.position, f);
-      chunk_.stored += job_.sums[3][k];
+      chunk_.stored += job_.sums.stored[k];
       ++chunk_.contacts;
       if (t[3] > 0) ++e.touching;
-      if (exceeds(job_.sums[5][k], chunk_.max_overlap)) chunk_.max_overlap = job_.sums[5][k], chunk_.worst = e.sphere;
+      if (exceeds(job_.sums.overlap[k], chunk_.max_overlap)) chunk_.max_overlap = job_.sums.overlap[k], chunk_.worst = e.sphere;
     }
     job_.count = 0;
   }
