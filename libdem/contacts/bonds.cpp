@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libdem/laws/bond.hpp"
 #include "libdem/step/bed_impl.hpp"
 
 /// Bonds between spheres: how they form, what is noted of those that break, who holds whom.
@@ -62,11 +63,11 @@ void Bed::Impl::note_broken_bonds() {
       const double distance = norm(apart);
       const bool tension = bond.state < kBrokeInShear;
       ++(tension ? bonds.broken_in_tension : bonds.broken_in_shear);
-      lost_before.breaking += bond.reference;
+      lost_before.breaking += bond.released;
       broken.push_back({.time = time,
                         .ids = {std::min(a.id, b.id), std::max(a.id, b.id)},
                         .position = b.x + (0.5 * (b.r + distance - a.r) / distance) * apart,
-                        .energy = bond.reference,
+                        .energy = bond.released,
                         .in_tension = tension});
     });
   }

@@ -176,7 +176,7 @@ class Sweep {
     if (run.near) run.wakes = *std::min_element(job.wake, job.wake + run.blocks);
     if (!booking_.sum) return;
     take(t, job.sums);
-    t.pairs += job.sums.in_reach;
+    t.pairs += job.sums.within_cutoff;
   }
 
   /// Into the cache while the pairs are worked on: runs are too short for the processor to see them coming.
@@ -186,7 +186,7 @@ class Sweep {
         __builtin_prefetch(reinterpret_cast<const char*>(from) + at, 0, 2);
     };
     all(bed_.plane_blocks.data() + run.first, run.blocks * sizeof(PlaneBlock));
-    all(bed_.plane_lines.data() + run.lines, run.blocks * bed_.surface_memory[run.law].number_bytes());
+    all(bed_.plane_lines.data() + run.lines, run.blocks * bed_.surface_memory[run.law].state_bytes());
   }
 
   void planes(Tile& t, PlaneRun& run) {
@@ -200,12 +200,12 @@ class Sweep {
     bed_.kernel.planes(bed_.law(run.law), job);
     if (booking_.sum) take(t, job.sums);
     run.wrench = {{job.force[0], job.force[1], job.force[2]}, {job.moment[0], job.moment[1], job.moment[2]}};
-    run.in_reach = job.sums.in_reach;
+    run.in_reach = job.sums.within_cutoff;
   }
 
   void take(Tile& t, const RunSums& s) const {
     const double weight = booking_.weight;
-    t.lost += Losses{weight * s.lost[0], weight * s.lost[1], weight * s.lost[2]};
+    t.lost += Losses{weight * s.damped, weight * s.slid, weight * s.rolled};
     t.stored += s.stored;
     t.overlap = std::max(t.overlap, s.overlap);
   }
