@@ -1,8 +1,8 @@
 #pragma once
 #include <string>
 
+#include "libdem/base/vec3.hpp"
 #include "libdem/geometry/shapes.hpp"
-#include "libdem/particles/particles.hpp"
 
 namespace subsoil::dem {
 
