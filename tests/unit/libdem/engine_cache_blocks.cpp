@@ -7,8 +7,8 @@
 namespace subsoil::dem::test {
 namespace {
 
-/// Cells are numbered cache block by cache block of one half, then of the other; in a cache block slab by slab, in a slab row by row:
-/// counted here in that order.
+/// Cells are numbered cache block by cache block of one half, then of the other; in a cache block slab by slab, in a
+/// slab row by row: counted here in that order.
 TEST(CacheBlocks, CellsAreNumberedInTheOrderOfTheSweep) {
   constexpr int along = 5, across = 7, deep = 3;
   for (const int blocks : {1, 2, 3, 7}) {

@@ -50,8 +50,8 @@ TEST(Heap, OnlyForNewLists) {
     for (const Precision precision : {Precision::doubles, Precision::mixed})
       for (const int cache_blocks : {1, 3})
         for (const auto& [name, law] : every_law()) {
-          SCOPED_TRACE(testing::Message() << name << ", " << threads << " threads, " << cache_blocks << " cache blocks, "
-                                          << (precision == Precision::mixed ? "mixed" : "double"));
+          SCOPED_TRACE(testing::Message() << name << ", " << threads << " threads, " << cache_blocks
+                                          << " cache blocks, " << (precision == Precision::mixed ? "mixed" : "double"));
           const Counted found = count(law, threads, precision, cache_blocks);
           EXPECT_EQ(found.allocations, 0);
           EXPECT_GT(found.steps, 100);
