@@ -28,28 +28,11 @@ enum class WrenchJump { shift, restart };
 struct AdamsMoultonOptions {
   int order = 4;
   WrenchJump wrench_jump = WrenchJump::shift;
-
-  template <class V>
-  void describe(V& v) {
-    v.card("adams-moulton",
-           "Adams-Bashforth predictor, Adams-Moulton corrector, fixed step, on partitioned coordinates");
-    v.count("order", order, "[1, 6]", "order of accuracy");
-    v.choice("after a jump of the wrench", wrench_jump,
-             {{"shift", WrenchJump::shift}, {"restart", WrenchJump::restart}},
-             "what the multistep past becomes when the soil's wrench changes between steps");
-  }
 };
 
 struct CvodeOptions {
   double rtol = 1e-8;
   double atol = 1e-10;
-
-  template <class V>
-  void describe(V& v) {
-    v.card("cvode", "SUNDIALS CVODE, Adams methods of variable order and step, on partitioned coordinates");
-    v.quantity("rtol", rtol, "1", "(0, 0.1]", "relative tolerance");
-    v.quantity("atol", atol, "1", "(0, 0.1]", "absolute tolerance, in m, rad, m/s and rad/s");
-  }
 };
 
 /// The equations that IDA solves; see ida.hpp.
@@ -59,16 +42,6 @@ struct IdaOptions {
   double rtol = 1e-8;
   double atol = 1e-10;
   IdaFormulation formulation = IdaFormulation::stabilised_index_2;
-
-  template <class V>
-  void describe(V& v) {
-    v.card("ida", "SUNDIALS IDA, backward differences of variable order and step, on the whole system");
-    v.quantity("rtol", rtol, "1", "(0, 0.1]", "relative tolerance");
-    v.quantity("atol", atol, "1", "(0, 0.1]", "absolute tolerance, in m, rad, m/s and rad/s");
-    v.choice("formulation", formulation,
-             {{"stabilised index 2", IdaFormulation::stabilised_index_2}, {"index 1", IdaFormulation::index_1}},
-             "the constraints on position and velocity level, or on the level of accelerations");
-  }
 };
 
 /// Energy that crossed the book since the start (J): integrals of powers, never remainders.

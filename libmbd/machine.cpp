@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "libmbd/elements.hpp"
+#include "libmbd/measures.hpp"
 #include "libmbd/wrench.hpp"
 
 namespace subsoil::mbd {
@@ -53,9 +55,9 @@ void Machine::begin(const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
 void Machine::advance(double h) { integrator_->advance(h); }
 
 void Machine::measure(const std::string& name, AnyMeasure measure) {
-  std::visit(
-      [&](auto& m) {
-        if constexpr (requires { m.attach(system_); }) m.attach(system_);
+  visit(
+      [&]<class Measure>(Measure& m) {
+        if constexpr (Measure::has.attach) m.attach(system_);
         const std::vector<MeasureColumn> columns = m.columns();
         for (const MeasureColumn& column : columns) {
           names_.push_back(column.suffix.empty() ? name : name + "." + column.suffix);
@@ -67,7 +69,7 @@ void Machine::measure(const std::string& name, AnyMeasure measure) {
 }
 
 Reaction Machine::reaction_of(std::size_t joint, const Eigen::VectorXd& lambda) const {
-  const int first = std::visit([](const auto& j) { return j.body_a; }, system_.model().joints[joint].element);
+  const int first = visit([](const auto& j) { return j.body_a; }, system_.model().joints[joint].element);
   const Wrench w = joint_wrench(system_, joint, lambda, first);
   return {w.force.x, w.force.y, w.moment};
 }
@@ -84,7 +86,7 @@ double Machine::driver_force(const std::string& name) const {
 
 double Machine::force_value(const std::string& name, const std::string& column) const {
   const std::size_t i = find_named(system_.model().forces, "force", name);
-  return std::visit(
+  return visit(
       [&](const auto& force) {
         std::string known;
         for (std::size_t k = 0; k < force.columns.size(); ++k) {
@@ -123,11 +125,11 @@ void Machine::name_columns() {
   }
   for (const auto& j : model.joints) add(j.name + ".fx", "N"), add(j.name + ".fy", "N"), add(j.name + ".moment", "N m");
   for (const auto& d : model.drivers) {
-    const bool turns = std::visit([](const auto& driver) { return driver.angular(); }, d.element);
+    const bool turns = visit([](const auto& driver) { return driver.angular(); }, d.element);
     add(d.name + (turns ? ".torque" : ".force"), turns ? "N m" : "N");
   }
   for (const auto& f : model.forces)
-    std::visit(
+    visit(
         [&](const auto& force) {
           for (const auto& column : force.columns) add(f.name + "." + column.name, column.unit);
         },
@@ -146,7 +148,7 @@ void Machine::columns(std::span<double> out) const {
   const Model& model = system_.model();
   for (int i = 1; i < system_.bodies(); ++i) {
     const BodyState& b = body(i);
-    put(b.r.x, b.r.y, b.angle, b.v.x, b.v.y, b.spin);
+    put(b.r.x, b.r.y, b.angle, b.v.x, b.v.y, b.omega);
     const auto acceleration = integrator_->state().acceleration.segment<3>(3 * (i - 1));
     put(acceleration[0], acceleration[1], acceleration[2]);
   }
@@ -157,15 +159,14 @@ void Machine::columns(std::span<double> out) const {
   }
   for (std::size_t i = 0; i < model.drivers.size(); ++i) put(-lambda[system_.row_of_driver(i)]);
   for (std::size_t i = 0; i < model.forces.size(); ++i) {
-    const std::size_t count =
-        std::visit([](const auto& force) { return force.columns.size(); }, model.forces[i].element);
+    const std::size_t count = visit([](const auto& force) { return force.columns.size(); }, model.forces[i].element);
     for (std::size_t k = 0; k < count; ++k) put(system_.values()[i][k]);
   }
   const EnergyBook e = energy();
   put(e.kinetic, e.potential, e.stored, e.lost, e.driver_work, e.force_work, e.external_work, e.balance());
   const Observation seen{system_, integrator_->state().acceleration, lambda};
   for (const auto& [measure, count] : measures_) {
-    std::visit([&](const auto& m) { m.evaluate(seen, {next, count}); }, measure);
+    visit([&](const auto& m) { m.evaluate(seen, {next, count}); }, measure);
     next += static_cast<std::ptrdiff_t>(count);
   }
 }

@@ -9,7 +9,7 @@
 //   machine.start_from_pose();                          // or start_from_towing_equilibrium(0.5)
 //   loop: machine.set_external_wrench(shovel, fx, fy, mz);   // about the centre of gravity, world axes, held over h
 //         machine.advance(h);
-//         machine.body(shovel)                          // BodyState: r, angle, v, spin
+//         machine.body(shovel)                          // BodyState: r, angle, v, omega
 //         machine.columns(values)                       // in the order of column_names()
 
 #include <memory>
@@ -21,7 +21,7 @@
 #include "libmbd/assembly.hpp"
 #include "libmbd/equilibrium.hpp"
 #include "libmbd/integrator.hpp"
-#include "libmbd/measures.hpp"
+#include "libmbd/measure.hpp"
 
 namespace subsoil::mbd {
 

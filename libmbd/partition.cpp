@@ -26,7 +26,7 @@ constexpr double trust = 1e-6;
 constexpr double rounding = 2e-16;
 // A predictor errs by a small share of the velocities; another branch turns or stops some of them.
 constexpr double most_turn = 0.3;
-// Contraction by friction is about mu times a ratio of levers; 0.95 still settles.
+// Contraction by friction is about mu times a ratio of moment arms; 0.95 still settles.
 constexpr int most_friction_iterations = 600;
 }  // namespace
 

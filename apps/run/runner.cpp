@@ -218,8 +218,8 @@ class Runner {
     text += "  remaining " + clock_text(wall / share * (1 - share));
     if (const int pull = columns_->find("pull"); pull >= 0)
       text += fmt::format("  pull {:.0f} N", row[static_cast<std::size_t>(pull)]);
-    if (const double draft = columns_->soil_draft(row); std::isfinite(draft))
-      text += fmt::format("  draft {:.0f} N", draft);
+    if (const int draft = columns_->find("soil.draft"); draft >= 0)
+      text += fmt::format("  draft {:.0f} N", row[static_cast<std::size_t>(draft)]);
     return text;
   }
 

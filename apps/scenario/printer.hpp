@@ -231,9 +231,10 @@ class Printer {
       });
     } else {
       print_named(key, values, meaning,
-                  [](Printer& p, T& value) { std::visit([&](auto& e) { declare(p, e); }, value.element); });
+                  [](Printer& p, T& value) { visit([&](auto& e) { declare(p, e); }, value.element); });
     }
   }
+  void kind(const char* key, GivenLaw& value, const char* meaning);  // given_law.cpp
   template <class Variant>
   void kind(const char* key, Variant& value, const char* meaning) {
     if (!listing()) {

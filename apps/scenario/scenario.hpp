@@ -6,12 +6,13 @@
 #include <variant>
 #include <vector>
 
+#include "apps/scenario/given_law.hpp"
 #include "libdem/base/vec3.hpp"
-#include "libdem/laws/laws.hpp"
 #include "libdem/particles/particles.hpp"
-#include "libmbd/elements.hpp"
+#include "libmbd/constraint.hpp"
+#include "libmbd/force.hpp"
 #include "libmbd/integrator.hpp"
-#include "libmbd/measures.hpp"
+#include "libmbd/measure.hpp"
 
 /// What a scenario file says, as plain structs in SI units, before anything is built from it. A section that the file
 /// leaves out is an empty optional or list: soil only and machine only are scenarios. Keys, units, ranges, defaults
@@ -23,7 +24,6 @@ using Vec2 = std::array<double, 2>;
 inline constexpr double required = std::numeric_limits<double>::quiet_NaN();  ///< the file must say it
 inline constexpr double unlimited = std::numeric_limits<double>::infinity();
 
-using Law = dem::GivenLaw;
 using Joint = mbd::AnyJoint;
 using Driver = mbd::AnyDriver;
 using Force = mbd::AnyForce;
@@ -49,7 +49,7 @@ struct Combination {
 /// The law between two materials; `between` holds names, in the file's order.
 struct Contact {
   std::array<std::string, 2> between;
-  Law law;
+  GivenLaw law;
   std::vector<Combination> combine{};  // done by the reader: the law holds the values
 };
 

@@ -2,6 +2,8 @@
 
 #include <cstring>
 
+#include "libdem/laws/friction.hpp"
+
 namespace subsoil::dem {
 
 PairState PairState::turned_over() const {
@@ -23,21 +25,19 @@ bool PairState::empty() const {
 }
 
 MemoryShape MemoryShape::of(const Law& law, bool single) {
-  return std::visit(
-      [&]<class L>(const L& l) -> MemoryShape {
-        return {.rolls = dem::rolls(l),
-                .twists = l.friction.resists_twist(),
-                .bonds = kBonds<L>,
-                .own = own_memory<L>(),
-                .single = single};
-      },
-      law);
+  MemoryShape shape = at_surface(law);
+  shape.bonds = law->bond() != nullptr;
+  shape.rolls = shape.rolls || shape.bonds;  // moments of bonds need what rolling resistance does
+  shape.single = single;
+  return shape;
 }
 
 MemoryShape MemoryShape::at_surface(const Law& law) {
-  MemoryShape shape = of(law, false);
-  shape.bonds = false;
-  return shape;
+  return {.rolls = law->friction().resists_rolling(),
+          .twists = law->friction().resists_twist(),
+          .bonds = false,
+          .own = law->own_memory(),
+          .single = false};
 }
 
 namespace {

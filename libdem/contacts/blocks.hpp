@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "libdem/laws/bond.hpp"
 #include "libdem/laws/law_table.hpp"
 #include "libdem/particles/particles.hpp"
 
@@ -293,14 +294,20 @@ struct ObserveJob : TileJob {
 
 /// The step's work, compiled once per instruction set.
 struct Kernel {
-  const char* name;                     ///< instruction set, for the record of a run
-  void (*pairs)(const Law&, PairJob&);  ///< in mixed precision if the job has mixed spheres; likewise the others
-  void (*planes)(const Law&, PlaneJob&);
-  void (*surface)(const Law&, SurfaceJob&);
+  const char* name;  ///< for the record of a run
+  InstructionSet set;
   void (*keep)(PairJob&);  ///< what blocks of a border or seam give to partners; after `pairs`, which evaluated them
   void (*add_seam)(PairJob&);    ///< and those of a seam to their owners, in the sweep
   void (*observe)(ObserveJob&);  ///< energies of spheres whose sums are complete
   void (*move)(MoveJob&);
+
+  /// In mixed precision if the job has mixed spheres; likewise the others.
+  void pairs(const Law& law, PairJob& job) const {
+    const LawKernels& of = law->kernels(set);
+    (job.mixed != nullptr ? of.mixed_pairs : of.pairs)(law->parameters(), job);
+  }
+  void planes(const Law& law, PlaneJob& job) const { law->kernels(set).planes(law->parameters(), job); }
+  void surface(const Law& law, SurfaceJob& job) const { law->kernels(set).surface(law->parameters(), job); }
 };
 
 /// The kernel by name ("portable", "avx2", "avx512"), or the best this machine has ("auto"). Throws

@@ -29,7 +29,7 @@ void count_bonds(const ContactStore& contacts, const ContactLaws& laws, const Pa
 
 void Bonds::form_due(double until, ContactStore& contacts, const ParticleStore& particles, const ContactLaws& laws) {
   for (std::uint32_t law = 0; law < laws.count(); ++law) {
-    const Bond* bond = bond_of(laws[law]);
+    const Bond* bond = laws[law]->bond();
     if (bond == nullptr || formed[law] != 0 || bond->time > until) continue;
     formed[law] = 1;
     for (const PairRun& run : contacts.runs)

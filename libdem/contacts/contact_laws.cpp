@@ -27,8 +27,8 @@ void ContactLaws::derive() {
 void ContactLaws::update_cutoffs(double largest_radius) {
   cutoff_.clear(), surface_cutoff_.clear();
   for (const Law& law : table_.laws) {
-    cutoff_.push_back(reach_between(law, largest_radius));
-    surface_cutoff_.push_back(reach_of(law, largest_radius));
+    cutoff_.push_back(law->pair_cutoff(largest_radius));
+    surface_cutoff_.push_back(law->cutoff(largest_radius));
   }
 }
 

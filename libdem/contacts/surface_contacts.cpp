@@ -37,14 +37,19 @@ struct SurfaceContacts::Found {
   std::vector<std::uint32_t> candidates;
 };
 
-void SurfaceContacts::build(const ParticleStore& particles, const std::vector<Boundary>& boundaries,
-                            const ContactLaws& laws, double skin, int threads) {
+void SurfaceContacts::build(const ParticleStore& particles, std::vector<Boundary>& boundaries, const ContactLaws& laws,
+                            double skin, int threads) {
   entries.clear(), candidates.clear(), chunks.clear();
   of_block.assign((particles.size() + kTile - 1) / kTile, {});
   std::vector<Found> found(static_cast<std::size_t>(threads));
   std::vector<OnFace> faces;
-  for (std::uint32_t b = 0; b < boundaries.size(); ++b)
-    if (boundaries[b].active) search(b, boundaries[b], particles, laws, skin, found, faces);
+  for (std::uint32_t b = 0; b < boundaries.size(); ++b) {
+    if (!boundaries[b].active) continue;
+    const auto* mesh = std::get_if<MeshSurface>(&boundaries[b].shape);
+    const std::size_t meshes = mesh != nullptr ? mesh->surfaces().size() : 1;
+    boundaries[b].meshes.assign(meshes > 1 ? meshes : 0, {});
+    search(b, boundaries[b], particles, laws, skin, found, faces);
+  }
   order_entries();
   lay_out_planes(faces, laws);
 }
@@ -98,6 +103,7 @@ void SurfaceContacts::search(std::uint32_t b, const Boundary& boundary, const Pa
                       .begin = static_cast<std::uint32_t>(begin),
                       .end = static_cast<std::uint32_t>(std::min<std::size_t>(begin + kTile, entries.size())),
                       .wrench = {},
+                      .meshes = std::vector<Wrench>(boundary.meshes.size()),
                       .lost = {}});
 }
 
@@ -114,9 +120,9 @@ void SurfaceContacts::order_entries() {
   }
 }
 
-/// By particle block, then boundary, then law, then sphere.
+/// By particle block, then boundary and its mesh, then law, then sphere.
 void SurfaceContacts::lay_out_planes(std::vector<OnFace>& faces, const ContactLaws& laws) {
-  const auto key = [](const OnFace& f) { return std::array{f.sphere / kTile, f.boundary, f.law}; };
+  const auto key = [](const OnFace& f) { return std::array{f.sphere / kTile, f.boundary, f.face.surface, f.law}; };
   std::stable_sort(faces.begin(), faces.end(), [&](const OnFace& a, const OnFace& b) { return key(a) < key(b); });
   plane_runs.clear(), plane_blocks.clear();
   std::size_t line = 0, k = 0;
@@ -125,6 +131,7 @@ void SurfaceContacts::lay_out_planes(std::vector<OnFace>& faces, const ContactLa
     while (k < faces.size() && faces[k].sphere < (block + 1) * kTile) {
       const std::size_t head = k;
       PlaneRun run{.boundary = faces[k].boundary,
+                   .mesh = faces[k].face.surface,
                    .law = faces[k].law,
                    .first = static_cast<std::uint32_t>(plane_blocks.size()),
                    .blocks = 0,

@@ -30,16 +30,17 @@ struct SurfaceEntry {
 struct SurfaceChunk {
   std::uint32_t boundary, begin, end;
   Wrench wrench;
-  Losses lost;  ///< running
+  std::vector<Wrench> meshes;  ///< as Boundary::meshes
+  Losses lost;                 ///< running
   double stored = 0;
   int contacts = 0;
   double max_overlap = 0;
   std::uint32_t worst = 0;  ///< sphere of max_overlap
 };
 
-/// Spheres of one particle block on flat faces of one boundary, of one law.
+/// Spheres of one particle block on flat faces of one mesh of a boundary, of one law.
 struct PlaneRun {
-  std::uint32_t boundary, law, first, blocks, contacts;  ///< `first` counts in PlaneBlock
+  std::uint32_t boundary, mesh, law, first, blocks, contacts;  ///< `first` counts in PlaneBlock
   std::size_t lines;
   Wrench wrench;
   double in_reach = 0, stored = 0;
@@ -87,10 +88,10 @@ class SurfaceContacts {
   std::vector<SurfaceChunk> chunks;
   std::vector<SurfaceHistory> waiting;  ///< between two lists, by index of the spheres
 
-  /// Finds all contacts that may come within the cutoff of their law while spheres and surfaces approach by the skin,
-  /// m.
-  void build(const ParticleStore& particles, const std::vector<Boundary>& boundaries, const ContactLaws& laws,
-             double skin, int threads);
+  /// Makes room for the answers of each boundary by mesh, and finds all contacts that may come within the cutoff of
+  /// their law while spheres and surfaces approach by the skin, m.
+  void build(const ParticleStore& particles, std::vector<Boundary>& boundaries, const ContactLaws& laws, double skin,
+             int threads);
   /// What waits, into the new lists. @param new_index of the spheres
   void restore_histories(const std::vector<std::uint32_t>& new_index, const ContactLaws& laws);
   std::vector<SurfaceHistory> histories(const ContactLaws& laws) const;  ///< all that are not empty

@@ -1,5 +1,6 @@
 #pragma once
-#include "libdem/laws/law_table.hpp"
+#include "libdem/laws/bonded.hpp"
+#include "libdem/laws/friction.hpp"
 #include "libdem/simd/vec_f.hpp"
 
 /// One contact, a pack at a time: geometry, slip and rolling velocities, which are common to all laws, around the law.

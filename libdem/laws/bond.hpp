@@ -141,7 +141,7 @@ struct Bond {
 
   /// Largest gap of a pair that is still bonded: where it formed and the stretch that breaks it. The margin covers
   /// single precision.
-  double reach(double largest_radius) const { return gap + 2 * largest_radius * tensile / modulus * (1 + 1e-5); }
+  double cutoff(double largest_radius) const { return gap + 2 * largest_radius * tensile / modulus * (1 + 1e-5); }
 
   /// One step of a pair; lanes without a bond give nothing and stay so.
   template <class T>

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "libdem/base/prefetch.hpp"
+#include "libdem/laws/friction.hpp"
 #include "libdem/step/bed_impl.hpp"
 #include "libdem/step/surface_forces.hpp"
 
@@ -55,10 +56,8 @@ PairJob Bed::Impl::pair_job(const PairRun& run, std::size_t particle_block, cons
 
 namespace {
 
-/// Others are evaluated as in recorded steps (law_kernel_body.hpp).
-bool is_usual(const Law& law) {
-  return std::visit([](const auto& l) { return l.friction.usual(); }, law);
-}
+/// Others are evaluated as in recorded steps (plain_kernel_body.hpp).
+bool is_usual(const Law& law) { return law->friction().usual(); }
 
 /// The walk of one worker through its particle blocks.
 class Sweep {

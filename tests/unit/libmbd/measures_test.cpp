@@ -8,7 +8,18 @@
 #include <map>
 #include <string>
 
+#include "libmbd/forces/applied_force.hpp"
+#include "libmbd/forces/spring_damper.hpp"
+#include "libmbd/joints/revolute.hpp"
 #include "libmbd/machine.hpp"
+#include "libmbd/measures/acceleration.hpp"
+#include "libmbd/measures/angle.hpp"
+#include "libmbd/measures/distance.hpp"
+#include "libmbd/measures/energy.hpp"
+#include "libmbd/measures/force.hpp"
+#include "libmbd/measures/position.hpp"
+#include "libmbd/measures/reaction.hpp"
+#include "libmbd/measures/velocity.hpp"
 #include "tests/tools/message_of.hpp"
 
 namespace subsoil::mbd {
@@ -52,7 +63,7 @@ Model two_flights() {
                             .mass = 2,
                             .inertia = 0.5,
                             .pose = {f->r.x, f->r.y, f->angle},
-                            .velocity = {f->v.x, f->v.y, f->spin}});
+                            .velocity = {f->v.x, f->v.y, f->omega}});
     m.add("load on " + name, AppliedForce{.body = body, .fx = 2 * f->a.x, .moment = 0.5 * f->alpha});
   }
   return m;
