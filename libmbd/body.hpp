@@ -24,6 +24,14 @@ inline double cross(Vec2 a, Vec2 b) { return a.x * b.y - a.y * b.x; }
 inline Vec2 turned(Vec2 a) { return {-a.y, a.x}; }
 inline double length(Vec2 a) { return std::sqrt(dot(a, a)); }
 
+/// What the start pose or velocity of a body is to assembly.
+///   given  kept as far as the joints allow; where a machine's start is held (MachineOptions::hold_start) a change
+///   beyond
+///          a small share of the body's size, or of a velocity that is not 0, is refused
+///   exact  not changed at all: other bodies move, or the start is refused
+///   about  a guess, changed as far as need be
+enum class StartMark { given, exact, about };
+
 /// A rigid planar body.
 ///   pose      (x, y) of the centre of gravity in the world [m], angle counter-clockwise about +z [rad]
 ///   velocity  (x', y', angle') in the world [m/s, m/s, rad/s]; made consistent with the joints at the start
@@ -34,6 +42,7 @@ struct Body {
   double inertia = std::numeric_limits<double>::quiet_NaN();  ///< about the centre of gravity, kg m^2, > 0
   std::array<double, 3> pose{0, 0, 0};
   std::array<double, 3> velocity{0, 0, 0};
+  StartMark pose_is = StartMark::given, velocity_is = StartMark::given;
 };
 
 /// Where body B is and how it moves, with the sine and cosine that every joint needs. W: the world, with its origin and

@@ -50,6 +50,17 @@ struct EnergyFlows {
   double external_work = 0;  ///< of external wrenches: wrench times displacement, exact since it is constant per step
 };
 
+/// What fixed steps are estimated to err by: the difference of predictor and corrector by Milne's device. Positions
+/// over the machine's length, velocities over the largest one so far, angles times length.
+struct StepError {
+  double largest = 0;     ///< of a step, in position (1)
+  double positions = 0;   ///< sum over the steps (1)
+  double velocities = 0;  ///< sum over the steps, times `fastest` (m/s)
+  double fastest = 0;     ///< m/s
+  /// Of the whole run, where errors add up and the motion does not magnify them.
+  double sum() const { return positions + (fastest > 0 ? velocities / fastest : 0); }
+};
+
 /// Moves a consistent state forward in time. One step interface for a coupling loop: set wrenches on the system,
 /// advance.
 class Integrator {
@@ -71,6 +82,8 @@ class Integrator {
 
   const MotionState& state() const { return now_; }
   const EnergyFlows& flows() const { return flows_; }
+  /// Zero for methods that hold their errors to a tolerance.
+  const StepError& step_error() const { return step_error_; }
   Partition& partition() { return partition_; }
   const Partition& partition() const { return partition_; }
   System& system() { return system_; }
@@ -102,6 +115,7 @@ class Integrator {
   MotionState now_;
   EnergyFlows flows_;
   Switches switches_;
+  StepError step_error_;
 
  private:
   void advance_over_events(double h);

@@ -28,6 +28,7 @@ void Machine::settle_pose(Eigen::VectorXd& q, Eigen::VectorXd& velocity) {
 const AssemblyReport& Machine::start_from_pose() {
   Eigen::VectorXd q, velocity;
   settle_pose(q, velocity);
+  if (options_.hold_start) refuse_changed_start(system_, q, velocity);
   begin(q, velocity);
   return report_;
 }
@@ -50,9 +51,28 @@ void Machine::refuse_redundant() const {
 void Machine::begin(const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
   integrator_->start(system_.model().start_time, q, velocity);
   energy_at_start_ = system_.kinetic() + system_.potential() + system_.stored();
+  watch_energy(true);
 }
 
-void Machine::advance(double h) { integrator_->advance(h); }
+void Machine::advance(double h) {
+  integrator_->advance(h);
+  watch_energy(false);
+}
+
+void Machine::watch_energy(bool first) {
+  const double energy = system_.kinetic() + system_.stored(), potential = system_.potential();
+  if (first) most_energy_ = 0, lowest_potential_ = highest_potential_ = potential;
+  most_energy_ = std::max(most_energy_, energy);
+  lowest_potential_ = std::min(lowest_potential_, potential);
+  highest_potential_ = std::max(highest_potential_, potential);
+}
+
+double EnergyBook::closure() const {
+  // Rounding of sums of this size is no energy of its own.
+  const double rounding = 1e-9 * (std::abs(potential) + std::abs(at_start));
+  const double size = moved + rounding;
+  return size > 0 ? std::abs(balance()) / size : 0;
+}
 
 void Machine::measure(const std::string& name, AnyMeasure measure) {
   visit(
@@ -110,6 +130,8 @@ EnergyBook Machine::energy() const {
   book.driver_work = flows.of_elements.tail(flows.of_elements.size() - 2 * forces).sum();
   book.external_work = flows.external_work;
   book.at_start = energy_at_start_;
+  book.moved = most_energy_ + (highest_potential_ - lowest_potential_) + std::abs(book.lost) +
+               std::abs(book.driver_work) + std::abs(book.force_work) + std::abs(book.external_work);
   return book;
 }
 
@@ -183,6 +205,7 @@ void Machine::restore(std::span<const double> snapshot) {
   if (from == end) throw std::runtime_error("machine restart data are empty");
   energy_at_start_ = *from++;
   integrator_->restore(from, end);
+  watch_energy(true);
   if (from != end)
     throw std::runtime_error("machine restart data are longer than this machine; they belong to another machine");
 }

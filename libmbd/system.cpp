@@ -29,6 +29,18 @@ double characteristic_length(const Element& e) {
   return length;
 }
 
+/// Moment arms of a joint's points, the longest of each body.
+template <class Joint>
+void take_arms(const Joint& j, std::vector<double>& longest) {
+  if constexpr (Joint::has.points) {
+    const auto take = [&](int body, const std::array<double, 2>& p) {
+      double& arm = longest[static_cast<std::size_t>(body)];
+      arm = std::max(arm, std::hypot(p[0], p[1]));
+    };
+    take(j.body_a, j.p_a), take(j.body_b, j.p_b);
+  }
+}
+
 /// Tells whose fault it is: "joint 'slot': ..."
 template <class Action>
 void naming(const std::string& what, Action action) {
@@ -145,11 +157,13 @@ void System::check_elements() const {
 
 void System::number_rows() {
   double length = 0;
+  body_size_.assign(static_cast<std::size_t>(bodies()), 0.0);
   for (const auto& j : model_.joints) {
     joint_row_.push_back(equations());
     visit(
         [&](const auto& joint) {
           length = std::max(length, characteristic_length(joint));
+          take_arms(joint, body_size_);
           for (const bool angular : joint.angular) {
             row_owner_.push_back("joint '" + j.name + "'");
             row_angular_.push_back(angular);
@@ -163,6 +177,8 @@ void System::number_rows() {
     row_angular_.push_back(visit([](const auto& driver) { return driver.angular(); }, d.element));
   }
   if (length > 0) length_scale_ = length;
+  for (double& size : body_size_)
+    if (!(size > 1e-3 * length_scale_)) size = length_scale_;  // its joints stand at its centre of gravity
 }
 
 void System::attach_friction() {

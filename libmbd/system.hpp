@@ -85,6 +85,8 @@ class System {
   int row_of_driver(std::size_t driver) const { return driver_row_[driver]; }
   /// A length of the machine that makes angles and lengths comparable (m): the longest moment arm of a joint.
   double length_scale() const { return length_scale_; }
+  /// Longest moment arm of a joint's point on the body (m); the machine's length where it has none.
+  double body_size(int body) const { return body_size_[static_cast<std::size_t>(body)]; }
   const Eigen::VectorXd& mass() const { return mass_; }  ///< diagonal of M
   Eigen::VectorXd start_position() const;
   Eigen::VectorXd start_velocity() const;
@@ -161,6 +163,7 @@ class System {
   std::vector<int> friction_rows_;
   std::vector<double> multipliers_;
   double length_scale_ = 1;
+  std::vector<double> body_size_;
   Eigen::VectorXd mass_;
 
   double t_ = 0;

@@ -163,9 +163,9 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
 /// A fixed step is 1 ms at most and a whole part of the series interval, so that rows fall on steps; other methods only
 /// hand out what they have at the rows.
 double machine_step_alone(const Scenario& s) {
-  if (s.time.machine.step) return *s.time.machine.step;
   const double every = s.output.series_every;
-  const bool fixed = s.analysis == Analysis::dynamics && s.time.machine.integrator == IntegratorWord::adams_moulton;
+  const bool fixed = s.analysis == Analysis::dynamics && integrator_of(s) == mbd::IntegratorKind::adams_moulton;
+  if (const auto& step = s.time.machine.step) return fixed ? *step : std::min(*step, every);
   return fixed ? every / std::ceil(every / 1e-3 - 1e-9) : every;
 }
 

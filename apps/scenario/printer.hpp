@@ -10,6 +10,8 @@
 #include "apps/scenario/declarations.hpp"
 #include "apps/scenario/document.hpp"
 #include "apps/scenario/families.hpp"
+#include "libmbd/characteristic.hpp"
+#include "libmbd/coordinate.hpp"
 
 /// The visitor of the declarations that prints: a struct's values as a document (the explicit copy, `new`), or a type's
 /// keys as rows (`explain`, docs). One class, because a default is a value printed; long, because it answers every word

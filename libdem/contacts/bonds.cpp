@@ -4,6 +4,8 @@
 #include <atomic>
 #include <cmath>
 
+#include "libdem/laws/bond.hpp"
+
 namespace subsoil::dem {
 
 void each_bond(const ContactStore& contacts, const ContactLaws& laws,
@@ -77,11 +79,11 @@ void Bonds::record_run(const PairRun& run, double time, ContactStore& contacts, 
     const double distance = norm(apart);
     const bool tension = bond.state < kBrokeInShear;
     ++(tension ? count.broken_in_tension : count.broken_in_shear);
-    lost += bond.reference;
+    lost += bond.released;
     broken.push_back({.time = time,
                       .ids = {std::min(a.id, b.id), std::max(a.id, b.id)},
                       .position = b.x + (0.5 * (b.r + distance - a.r) / distance) * apart,
-                      .energy = bond.reference,
+                      .energy = bond.released,
                       .in_tension = tension});
   });
 }

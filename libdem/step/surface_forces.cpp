@@ -118,7 +118,7 @@ class ChunkRun {
     }
     of_.kernel.surface(of_.laws[law_], job_);
     for (std::uint32_t k = 0; k < job_.count; ++k) {
-      chunk_.lost += Losses{job_.sums[0][k], job_.sums[1][k], job_.sums[2][k]};
+      chunk_.lost += Losses{job_.sums.damped[k], job_.sums.slid[k], job_.sums.rolled[k]};
       if (lane_[k].contact < 0) continue;
       SurfaceEntry& e = *lane_[k].entry;
       e.contact[lane_[k].contact].state = read_lane(memory(), shape(), k);
@@ -130,10 +130,11 @@ class ChunkRun {
       chunk_.wrench.force -= f;
       chunk_.wrench.moment += moment;
       if (!chunk_.meshes.empty()) chunk_.meshes[lane_[k].mesh] += {-f, moment};
-      chunk_.stored += job_.sums[3][k];
+      chunk_.stored += job_.sums.stored[k];
       ++chunk_.contacts;
       if (t[3] > 0) ++e.touching;
-      if (exceeds(job_.sums[5][k], chunk_.max_overlap)) chunk_.max_overlap = job_.sums[5][k], chunk_.worst = e.sphere;
+      if (exceeds(job_.sums.overlap[k], chunk_.max_overlap))
+        chunk_.max_overlap = job_.sums.overlap[k], chunk_.worst = e.sphere;
     }
     job_.count = 0;
   }

@@ -131,7 +131,7 @@ class Sweep {
     for (std::uint32_t r = at.planes_begin; r < at.planes_end; ++r) {
       const PlaneRun& run = surfaces_.plane_runs[r];
       prefetch(surfaces_.plane_blocks.data() + run.first, run.blocks * sizeof(PlaneBlock));
-      prefetch(surfaces_.plane_lines.data() + run.lines, run.blocks * bed_.laws.surface_memory(run.law).number_bytes());
+      prefetch(surfaces_.plane_lines.data() + run.lines, run.blocks * bed_.laws.surface_memory(run.law).state_bytes());
     }
   }
 
@@ -209,11 +209,11 @@ class Sweep {
     if (run.near) run.wakes = *std::min_element(job.wake, job.wake + run.blocks);
     if (!sample_.accumulate) return;
     take(job.sums);
-    sums_->pairs += job.sums.in_reach;
+    sums_->pairs += job.sums.within_cutoff;
   }
   void take(const RunSums& s) const {
     const double weight = sample_.weight;
-    sums_->lost += Losses{weight * s.lost[0], weight * s.lost[1], weight * s.lost[2]};
+    sums_->lost += Losses{weight * s.damped, weight * s.slid, weight * s.rolled};
     sums_->stored += s.stored;
     sums_->overlap = std::max(sums_->overlap, s.overlap);
   }
@@ -233,7 +233,7 @@ class Sweep {
     bed_.kernel.planes(bed_.laws[run.law], job);
     if (sample_.accumulate) take(job.sums);
     run.wrench = {{job.force[0], job.force[1], job.force[2]}, {job.moment[0], job.moment[1], job.moment[2]}};
-    run.in_reach = job.sums.in_reach;
+    run.in_reach = job.sums.within_cutoff;
   }
 
   /// At edges, corners and curved surfaces: evaluated before the sweep, added here.

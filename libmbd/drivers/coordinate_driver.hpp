@@ -1,12 +1,10 @@
 #pragma once
 
 #include "libmbd/constraint.hpp"
+#include "libmbd/coordinate.hpp"
 #include "libmbd/drivers/motion.hpp"
 
 namespace subsoil::mbd {
-
-/// A coordinate of a body in the world.
-enum class Coordinate { x, y, angle };
 
 /// Driver on a coordinate of a body:  Phi = q_i - f(t) = 0,  Phi_t = -f',  gamma = f''.
 /// q_i: x or y of the centre of gravity (m) or the angle (rad); f: see Motion. The driver puts the force -lambda along

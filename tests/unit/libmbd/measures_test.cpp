@@ -38,9 +38,9 @@ std::map<std::string, double> columns_of(const Machine& machine) {
 /// A body whose centre follows a parabola while it turns with a constant angular acceleration.
 struct Flight {
   Vec2 r, v, a;
-  double angle, spin, alpha;
+  double angle, omega, alpha;
   Vec2 centre(double t) const { return r + t * v + 0.5 * t * t * a; }
-  double angle_at(double t) const { return angle + t * spin + 0.5 * t * t * alpha; }
+  double angle_at(double t) const { return angle + t * omega + 0.5 * t * t * alpha; }
   Vec2 point(const Marker& m, double t) const {
     const double c = std::cos(angle_at(t)), s = std::sin(angle_at(t));
     return centre(t) + Vec2{c * m.p[0] - s * m.p[1], s * m.p[0] + c * m.p[1]};
