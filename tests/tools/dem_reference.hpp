@@ -49,12 +49,11 @@ inline Vec3 limited(const Element& of, Vec3& x, const Vec3& v, double dt, bool& 
 }
 
 /// n from j to i, unit. j.r = 0: a surface whose point moves at j.v (already with its spin) and turns at j.w.
-template <class L>
-ContactResult reference_contact(const L& law, const Vec3& n, double distance, const Side& i, const Side& j, double dt,
-                                History& h) {
+inline ContactResult reference_contact(const Law& law, const Vec3& n, double distance, const Side& i, const Side& j,
+                                       double dt, History& h) {
   const bool wall = j.r == 0;
   const double overlap = i.r + j.r - distance;
-  const bool middle = law.friction.lever == Lever::mid_overlap;
+  const bool middle = law->friction().lever == Lever::mid_overlap;
   const double l_i = i.r - (middle ? (wall ? overlap : overlap / 2) : 0);
   const double l_j = wall ? 0 : j.r - (middle ? overlap / 2 : 0);
   const Vec3 slip_all = (i.v - cross(i.w, l_i * n)) - (j.v + cross(wall ? Vec3{} : j.w, l_j * n));
@@ -62,7 +61,7 @@ ContactResult reference_contact(const L& law, const Vec3& n, double distance, co
   const Vec3 v_t = slip_all - dot(slip_all, n) * n;
   const double m_eff = wall ? i.m : i.m * j.m / (i.m + j.m), r_eff = wall ? i.r : i.r * j.r / (i.r + j.r);
   const double per_sum = wall ? 0 : 1 / (i.r + j.r);
-  const auto normal = normal_force(law, Approach<double>{overlap, -v_n, std::sqrt(m_eff), r_eff, dt, per_sum}, h.own);
+  const auto normal = law->normal({overlap, -v_n, std::sqrt(m_eff), r_eff, dt, per_sum}, h.own);
   ContactResult out;
   out.force = normal.force * n;
   if (!normal.in_contact) {
@@ -72,11 +71,11 @@ ContactResult reference_contact(const L& law, const Vec3& n, double distance, co
     return out;
   }
   const double keep = std::min(1.0, normal.stiffness_ratio);
-  const double mu = law.friction.mu, mu_d = std::isnan(law.friction.mu_d) ? mu : law.friction.mu_d;
-  const bool springs = law.friction.tangential == Tangential::spring;
-  const FrictionRule rule = law.friction.rule;
+  const double mu = law->friction().mu, mu_d = std::isnan(law->friction().mu_d) ? mu : law->friction().mu_d;
+  const bool springs = law->friction().tangential == Tangential::spring;
+  const FrictionRule rule = law->friction().rule;
   Vec3 xi = keep * (h.xi - dot(h.xi, n) * n), pull;
-  if (law.friction.tangential == Tangential::constant_direction)
+  if (law->friction().tangential == Tangential::constant_direction)
     pull = (mu_d * normal.limiting_force / norm(v_t)) * v_t;
   else
     pull = limited({.k = springs ? normal.k_t : 0,
@@ -91,30 +90,31 @@ ContactResult reference_contact(const L& law, const Vec3& n, double distance, co
   // Rolling and twist: Ai's type C.
   const auto turning = [&](double k, double c, double cap) {
     return Element{
-        .k = k, .c = c, .hold = cap, .slide = cap, .together = false, .kept = law.friction.rolling_damping_at_limit};
+        .k = k, .c = c, .hold = cap, .slide = cap, .together = false, .kept = law->friction().rolling_damping_at_limit};
   };
   const Vec3 w_all = i.w - j.w, w = w_all - dot(w_all, n) * n;
-  const double cap = law.friction.mu_r * r_eff * normal.limiting_force;
+  const double cap = law->friction().mu_r * r_eff * normal.limiting_force;
   Vec3 moment;
-  if (law.friction.rolling == Rolling::constant_torque) {
+  if (law->friction().rolling == Rolling::constant_torque) {
     if (norm(w) > 1e-12) moment = (cap / norm(w)) * w;
-  } else if (law.friction.rolling == Rolling::elastic_plastic && law.friction.mu_r > 0) {
-    const double k_r = 2.25 * normal.k_n * std::pow(law.friction.mu_r * r_eff, 2);
+  } else if (law->friction().rolling == Rolling::elastic_plastic && law->friction().mu_r > 0) {
+    const double k_r = 2.25 * normal.k_n * std::pow(law->friction().mu_r * r_eff, 2);
     const double own = 1.4 * i.m * i.r * i.r, other = 1.4 * j.m * j.r * j.r;
     const double i_r = wall ? own : own * other / (own + other);
     h.rho = keep * (h.rho - dot(h.rho, n) * n);
     bool slips = false;
-    moment = limited(turning(k_r, 2 * law.friction.rolling_damping * std::sqrt(i_r * k_r), cap), h.rho, w, dt, slips);
+    moment =
+        limited(turning(k_r, 2 * law->friction().rolling_damping * std::sqrt(i_r * k_r), cap), h.rho, w, dt, slips);
   }
-  if (law.friction.mu_t > 0) {
-    const double k = normal.k_n * std::pow(1.5 * law.friction.mu_t * r_eff, 2),
-                 most = law.friction.mu_t * r_eff * normal.limiting_force;
+  if (law->friction().mu_t > 0) {
+    const double k = normal.k_n * std::pow(1.5 * law->friction().mu_t * r_eff, 2),
+                 most = law->friction().mu_t * r_eff * normal.limiting_force;
     const double own = 0.4 * i.m * i.r * i.r, other = 0.4 * j.m * j.r * j.r;
     const double inertia = wall ? own : own * other / (own + other), spin = dot(w_all, n);
     Vec3 angle = keep * h.twist * n;
     bool slips = false;
-    moment += limited(turning(k, 2 * law.friction.rolling_damping * std::sqrt(inertia * k), most), angle, spin * n, dt,
-                      slips);
+    moment += limited(turning(k, 2 * law->friction().rolling_damping * std::sqrt(inertia * k), most), angle, spin * n,
+                      dt, slips);
     h.twist = dot(angle, n);
   }
   out.torque_i = cross(-l_i * n, -pull) - moment;
@@ -211,15 +211,14 @@ class ReferenceBed {
   const Law& law_of(int law) const { return laws_.laws[static_cast<std::size_t>(law)]; }
 
   ContactResult contact(int law, const Vec3& n, double distance, const Side& a, const Side& b, History& h) const {
-    return std::visit([&](const auto& l) { return reference_contact(l, n, distance, a, b, dt_before_, h); },
-                      laws_.laws[static_cast<std::size_t>(law)]);
+    return reference_contact(law_of(law), n, distance, a, b, dt_before_, h);
   }
 
   void touch(std::size_t i, std::size_t j) {
     const Sphere &a = spheres[i], &b = spheres[j];
     const double distance = norm(a.x - b.x);
     const int law = laws_.of(a.material, b.material);
-    if (distance >= a.r + b.r + reach_between(law_of(law), largest_)) {
+    if (distance >= a.r + b.r + law_of(law)->pair_cutoff(largest_)) {
       history_.erase({i, j});
       return;
     }
@@ -227,7 +226,7 @@ class ReferenceBed {
     const Vec3 n = (1 / distance) * (a.x - b.x);
     const Side here{a.v, a.w, a.r, a.m}, there{b.v, b.w, b.r, b.m};
     auto c = contact(law, n, distance, here, there, history_[{i, j}]);
-    if (const Bond* bond = bond_of(law_of(law))) {
+    if (const Bond* bond = law_of(law)->bond()) {
       ReferenceBond& state = bonds_[{i, j}];
       const double overlap = a.r + b.r - distance;
       if (first_ && overlap >= -bond->gap) state.intact = true, state.reference = overlap;
@@ -242,7 +241,7 @@ class ReferenceBed {
     const Sphere& a = spheres[i];
     const double distance = dot(a.x - planes[p].point(), planes[p].normal());
     const int law = laws_.of(a.material, 0);
-    if (distance > a.r + reach_of(law_of(law), largest_)) {
+    if (distance > a.r + law_of(law)->cutoff(largest_)) {
       wall_history_.erase({i, p});
       return;
     }
