@@ -277,6 +277,7 @@ struct Time {
   double end = required;            // of dynamics and kinematics
   std::optional<double> soil_step;  // empty: auto
   double safety = 0.8;              // auto step / stable step (a bound on the safe side)
+  double accuracy = 0.01;           // of the restitution, with the auto step
   MachineTime machine;
   long threads = 0;  // 0: all cores
 };
