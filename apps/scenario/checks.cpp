@@ -6,6 +6,11 @@
 #include <set>
 
 #include "apps/scenario/printer.hpp"
+#include "libmbd/forces/ground_element.hpp"
+#include "libmbd/forces/joint_friction.hpp"
+#include "libmbd/forces/wheel_on_soil.hpp"
+#include "libmbd/measures/force.hpp"
+#include "libmbd/measures/reaction.hpp"
 
 namespace subsoil::app {
 
@@ -279,7 +284,7 @@ struct Checker {
     }
     measures(m);
     for (const NamedForce& force : m.forces)
-      if (const auto* friction = std::get_if<mbd::JointFriction>(&force.element))
+      if (const auto* friction = force.element.get_if<mbd::JointFriction>())
         refer("machine.forces." + force.name + ".joint friction", friction->joint, names_of(m.joints), "joint");
     wheels(m);
   }
@@ -287,9 +292,9 @@ struct Checker {
   void measures(const Machine& m) {
     for (const NamedMeasure& measure : m.measures) {
       const std::string path = "machine.measures." + measure.name;
-      if (const auto* reaction = std::get_if<mbd::ReactionMeasure>(&measure.element))
+      if (const auto* reaction = measure.element.get_if<mbd::ReactionMeasure>())
         refer(path + ".reaction", reaction->element, names_of(m.joints), "joint");
-      if (const auto* force = std::get_if<mbd::ForceMeasure>(&measure.element))
+      if (const auto* force = measure.element.get_if<mbd::ForceMeasure>())
         refer(path + ".force", force->element, names_of(m.forces), "force");
       for (const Watch& watch : s.output.watch)
         if (watch.name == measure.name)
@@ -322,8 +327,8 @@ struct Checker {
   void wheels(const Machine& m) {
     if (!s.soil || !s.soil->bed) return;
     for (const NamedForce& force : m.forces) {
-      const auto* wheel = std::get_if<mbd::WheelOnSoil>(&force.element);
-      const auto* ground = std::get_if<mbd::GroundElement>(&force.element);
+      const auto* wheel = force.element.get_if<mbd::WheelOnSoil>();
+      const auto* ground = force.element.get_if<mbd::GroundElement>();
       if (wheel == nullptr && ground == nullptr) continue;
       for (const Surface& surface : m.surfaces) {
         if (surface.body_index != (wheel ? wheel->body : ground->body) || !surface.touches_soil) continue;
@@ -365,20 +370,13 @@ struct Checker {
 
   /// A law that computes its stiffness needs the materials' elastic constants, one whose bodies yield their strength.
   void elastic(const std::string& path, const Contact& contact) {
-    std::visit(
-        [&]<class L>(const L& law) {
-          if constexpr (requires { law.needs_materials(); }) {
-            if (law.needs_materials())
-              of_materials(path, contact, card_of<L>().word, L::in_place_of_materials,
-                           "young's modulus and poisson ratio", [](const Material& m) { return m.young && m.poisson; });
-          }
-          if constexpr (requires { law.needs_yield(); }) {
-            if (law.needs_yield())
-              of_materials(path, contact, card_of<L>().word, L::in_place_of_yield, "yield strength",
-                           [](const Material& m) { return m.yield.has_value(); });
-          }
-        },
-        contact.law);
+    const MaterialNeeds needs = material_needs(contact.law);
+    if (needs.in_place_of_elastic != nullptr)
+      of_materials(path, contact, needs.law, needs.in_place_of_elastic, "young's modulus and poisson ratio",
+                   [](const Material& m) { return m.young && m.poisson; });
+    if (needs.in_place_of_yield != nullptr)
+      of_materials(path, contact, needs.law, needs.in_place_of_yield, "yield strength",
+                   [](const Material& m) { return m.yield.has_value(); });
   }
   template <class Has>
   void of_materials(const std::string& path, const Contact& contact, const std::string& word, const char* instead,
@@ -455,6 +453,8 @@ struct Checker {
           forces = names_of(m.forces), measures = names_of(m.measures);
     Names touched = bodies;
     for (const Boundary& b : s.boundaries) touched.push_back(b.name);
+    for (const Surface& surface : m.surfaces)
+      if (surface.touches_soil) touched.push_back(surface.name);
     if (s.soil && s.soil->container) touched.push_back("container");
     switch (watch.kind) {
       case Watch::Kind::driver:

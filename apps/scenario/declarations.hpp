@@ -261,6 +261,15 @@ void describe(V& v, Body& b) {
   v.quantity("angle", b.angle, "rad", "(-inf, inf)", "of the body's axes in the start pose, counter-clockwise");
   v.vector("velocity", b.velocity, "m/s", "of the centre of mass at the start");
   v.quantity("spin", b.spin, "rad/s", "(-inf, inf)", "at the start, counter-clockwise");
+  v.choice(
+      "pose is", b.pose_is,
+      {{"given", mbd::StartMark::given}, {"exact", mbd::StartMark::exact}, {"about", mbd::StartMark::about}},
+      "given: a run is refused where the joints move the body by more than 1 % of its size; exact: it is not moved "
+      "at all, others are; about: a guess, moved as far as need be");
+  v.choice("velocity is", b.velocity_is,
+           {{"given", mbd::StartMark::given}, {"exact", mbd::StartMark::exact}, {"about", mbd::StartMark::about}},
+           "given: what is not 0 stays and the rest follows, a run is refused where the joints change it by more than "
+           "1e-3; exact: zeros stay too; about: a guess, changed as far as need be");
   v.optional_outline(
       "outline", b.outline,
       "points `x y` of its outline in pictures, in its own axes, or a CSV file of them whose header names "
@@ -301,10 +310,13 @@ template <class V>
 void describe(V& v, MachineTime& t) {
   v.choice(
       "integrator", t.integrator,
-      {{"adams-moulton", IntegratorWord::adams_moulton},
+      {{"auto", IntegratorWord::automatic},
+       {"adams-moulton", IntegratorWord::adams_moulton},
        {"cvode", IntegratorWord::cvode},
        {"ida", IntegratorWord::ida}},
-      "adams-moulton: fixed step on partitioned coordinates; cvode: SUNDIALS CVODE on the same, steps and orders of "
+      "auto: cvode for a machine alone, adams-moulton with soil and where `step` or `order` is given; adams-moulton: "
+      "fixed step on partitioned coordinates, its error watched; cvode: SUNDIALS CVODE on the same, steps and orders "
+      "of "
       "its own for smooth motion; ida: SUNDIALS IDA on the whole system, also for stiff forces");
   v.count("order", t.order, "[1, 6]", "of adams-moulton");
   v.quantity("rtol", t.rtol, "1", "(0, 0.1]", "relative tolerance of cvode and ida");
@@ -317,8 +329,8 @@ void describe(V& v, MachineTime& t) {
          "them");
   v.count("soil steps per machine step", t.soil_steps, "[1, 1000]", "the machine step with soil is so many soil steps");
   v.quantity("step", t.step, "s", "(0, inf)",
-             "machine step without soil, of cvode and ida their output interval; left out: the series interval, for "
-             "adams-moulton a whole part of it of 1 ms at most");
+             "machine step without soil, fixed, of cvode and ida their output interval; left out: steps of the "
+             "integrator's own, for adams-moulton a whole part of the series interval of 1 ms at most");
 }
 
 template <class V>
@@ -374,6 +386,8 @@ template <class V>
 void describe(V& v, Limits& l) {
   v.quantity("overlap", l.overlap, "1", "(0, 2]", "share of a radius; a deeper contact stops the run");
   v.quantity("speed", l.speed, "m/s", "(0, inf)", "a faster sphere stops the run");
+  v.quantity("energy", l.energy, "1", "(0, inf)",
+             "a machine whose energy balance is off by a larger share of the energy there or moved stops the run");
 }
 
 template <class V>

@@ -26,6 +26,10 @@ struct ForEach<List<T...>> {
   }
 };
 
+/// Of a machine's elements: every type of their list, which libmbd/elements.hpp or measures.hpp knows.
+template <class Family>
+struct ForEach<mbd::AnyElement<Family>> : ForEach<typename mbd::ListOf<Family>::type> {};
+
 /// Words of `watch`, in the order of Watch::Kind.
 inline constexpr std::array<const char*, 6> watch_words{"column", "driver",     "force",
                                                         "joint",  "soil force", "soil moment"};

@@ -3,6 +3,8 @@
 #include "apps/laboratory/tests.hpp"
 #include "apps/scenario/checks.hpp"
 #include "apps/scenario/reader.hpp"
+#include "libmbd/elements.hpp"
+#include "libmbd/measures.hpp"
 
 namespace subsoil::app {
 namespace {

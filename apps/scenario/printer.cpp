@@ -5,6 +5,8 @@
 #include <algorithm>
 
 #include "apps/scenario/units.hpp"
+#include "libmbd/elements.hpp"
+#include "libmbd/measures.hpp"
 
 namespace subsoil::app {
 

@@ -10,6 +10,8 @@
 #include "apps/scenario/declarations.hpp"
 #include "apps/scenario/document.hpp"
 #include "apps/scenario/families.hpp"
+#include "libmbd/characteristic.hpp"
+#include "libmbd/coordinate.hpp"
 
 /// The visitor of the declarations that prints: a struct's values as a document (the explicit copy, `new`), or a type's
 /// keys as rows (`explain`, docs). One class, because a default is a value printed; long, because it answers every word
@@ -231,9 +233,10 @@ class Printer {
       });
     } else {
       print_named(key, values, meaning,
-                  [](Printer& p, T& value) { std::visit([&](auto& e) { declare(p, e); }, value.element); });
+                  [](Printer& p, T& value) { visit([&](auto& e) { declare(p, e); }, value.element); });
     }
   }
+  void kind(const char* key, GivenLaw& value, const char* meaning);  // given_law.cpp
   template <class Variant>
   void kind(const char* key, Variant& value, const char* meaning) {
     if (!listing()) {

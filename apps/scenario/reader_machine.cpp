@@ -181,7 +181,7 @@ void Reader::optional_joint_point(int a, Vec2& p_a, int b, Vec2& p_b, const char
   const mbd::BodyState *pose_a = pose_of(a), *pose_b = pose_of(b);
   const bool posed = pose_a != nullptr && pose_b != nullptr;
   const auto place = [&](mbd::Vec2 world) {
-    if (posed) p_a = pose_a->local(world), p_b = pose_b->local(world);
+    if (posed) p_a = pose_a->point_in_body(world), p_b = pose_b->point_in_body(world);
   };
   if (posed) place(b != mbd::ground ? pose_b->r : pose_a->r);  // left out: the centre of mass of the moving body
   leaf("at", false, meaning, [&](const Node& node) {

@@ -8,6 +8,9 @@
 #include "apps/laboratory/tests.hpp"
 #include "apps/scenario/load.hpp"
 #include "apps/scenario/printer.hpp"
+#include "libdem/laws/wet.hpp"
+#include "libmbd/elements.hpp"
+#include "libmbd/measures.hpp"
 
 /// The explicit copy, `explain`, docs/scenario.md and `new`: all of them prints of the declarations.
 namespace subsoil::app {

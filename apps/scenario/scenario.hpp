@@ -6,12 +6,14 @@
 #include <variant>
 #include <vector>
 
+#include "apps/scenario/given_law.hpp"
 #include "libdem/base/vec3.hpp"
-#include "libdem/laws/laws.hpp"
 #include "libdem/particles/particles.hpp"
-#include "libmbd/elements.hpp"
+#include "libmbd/constraint.hpp"
+#include "libmbd/force.hpp"
+#include "libmbd/function.hpp"
 #include "libmbd/integrator.hpp"
-#include "libmbd/measures.hpp"
+#include "libmbd/measure.hpp"
 
 /// What a scenario file says, as plain structs in SI units, before anything is built from it. A section that the file
 /// leaves out is an empty optional or list: soil only and machine only are scenarios. Keys, units, ranges, defaults
@@ -23,7 +25,6 @@ using Vec2 = std::array<double, 2>;
 inline constexpr double required = std::numeric_limits<double>::quiet_NaN();  ///< the file must say it
 inline constexpr double unlimited = std::numeric_limits<double>::infinity();
 
-using Law = dem::GivenLaw;
 using Joint = mbd::AnyJoint;
 using Driver = mbd::AnyDriver;
 using Force = mbd::AnyForce;
@@ -49,7 +50,7 @@ struct Combination {
 /// The law between two materials; `between` holds names, in the file's order.
 struct Contact {
   std::array<std::string, 2> between;
-  Law law;
+  GivenLaw law;
   std::vector<Combination> combine{};  // done by the reader: the law holds the values
 };
 
@@ -203,6 +204,7 @@ struct Body {
   double angle = 0;
   Vec2 velocity{0, 0};
   double spin = 0;
+  mbd::StartMark pose_is = mbd::StartMark::given, velocity_is = mbd::StartMark::given;
   std::vector<Vec2> outline;  // body axes, for pictures; empty: drawn from its surfaces or its joints
 };
 /// Elements carry body indices: 0 is the ground, i > 0 is bodies[i - 1].
@@ -259,9 +261,10 @@ struct Machine {
 
 // ---- time, output, limits ------------------------------------------------------------------------------------------
 
-enum class IntegratorWord { adams_moulton, cvode, ida };
+/// automatic: see integrator_of() in build/machine.hpp.
+enum class IntegratorWord { automatic, adams_moulton, cvode, ida };
 struct MachineTime {
-  IntegratorWord integrator = IntegratorWord::adams_moulton;
+  IntegratorWord integrator = IntegratorWord::automatic;
   long order = 4;
   double rtol = 1e-8, atol = 1e-10;  // cvode, ida
   mbd::IdaFormulation formulation = mbd::IdaFormulation::stabilised_index_2;
@@ -318,6 +321,7 @@ struct Output {
 struct Limits {
   double overlap = 0.5;  // share of the radius
   double speed = 50;     // m/s
+  double energy = 0.1;   // share of the machine's energy by which its balance may be off
 };
 
 /// What is done with the machine; all but dynamics are for machines without soil.
