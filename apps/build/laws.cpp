@@ -23,7 +23,7 @@ dem::LawTable build_laws(const Loaded& loaded) {
     const Material &ma = s.materials[static_cast<std::size_t>(a)], &mb = s.materials[static_cast<std::size_t>(b)];
     const std::string where = loaded.where(fmt::format("contacts[{}].law", i));
     const auto resolve = [&](auto law) -> dem::Law {
-      if constexpr (requires { law.take_materials(1., 1., 1., 1.); }) {
+      if constexpr (TakesMaterials<decltype(law)>) {
         if (law.needs_materials()) {
           for (const Material* m : {&ma, &mb})
             if (!m->young || !m->poisson)
@@ -32,7 +32,7 @@ dem::LawTable build_laws(const Loaded& loaded) {
           law.take_materials(*ma.young, *ma.poisson, *mb.young, *mb.poisson);
         }
       }
-      if constexpr (requires { law.take_yield(1., 1.); }) {
+      if constexpr (TakesYield<decltype(law)>) {
         if (law.needs_yield()) {
           for (const Material* m : {&ma, &mb})
             if (!m->yield)

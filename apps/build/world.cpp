@@ -77,7 +77,7 @@ void add_body_surfaces(World& world, const Loaded& loaded) {
 void add_given_boundaries(World& world, const Loaded& loaded) {
   const Scenario& s = loaded.scenario;
   for (std::size_t i = 0; i < s.boundaries.size(); ++i) {
-    const Boundary& b = s.boundaries[i];
+    const BoundarySection& b = s.boundaries[i];
     dem::Boundary out;
     out.name = b.name;
     out.material = material_index(s, b.material);
@@ -107,7 +107,7 @@ void limit_step(StepReport& report, const dem::StableStep& limit, const std::str
 double expected_speed(const Scenario& s, const World& world) {
   double speed = 0.1;
   for (const dem::Sphere& sphere : world.bed->spheres()) speed = std::max(speed, 2 * dem::norm(sphere.v));
-  for (const Boundary& b : s.boundaries)
+  for (const BoundarySection& b : s.boundaries)
     for (const Move& m : b.moves) speed = std::max(speed, dem::norm(m.velocity));
   if (s.soil && s.soil->container)
     speed = std::max(speed, std::sqrt(2 * dem::norm(s.gravity) * s.soil->container->size.y));
@@ -173,7 +173,7 @@ double machine_step_alone(const Scenario& s) {
 
 }  // namespace
 
-std::function<dem::Pose(double)> motion_of(const Boundary& boundary) {
+std::function<dem::Pose(double)> motion_of(const BoundarySection& boundary) {
   const dem::Pose start = placement(boundary.at, boundary.rotation);
   // Several stretches add up, in the order of the file: each turns what the ones before have placed.
   return [start, moves = boundary.moves](double t) {

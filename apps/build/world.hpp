@@ -76,6 +76,6 @@ struct BuildOptions {
 World build_world(const Loaded& loaded, const BuildOptions& options);
 
 /// Pose of a boundary that follows its moves, as a function of time.
-std::function<dem::Pose(double)> motion_of(const Boundary& boundary);
+std::function<dem::Pose(double)> motion_of(const BoundarySection& boundary);
 
 }  // namespace subsoil::app

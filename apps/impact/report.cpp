@@ -11,7 +11,6 @@
 #include "apps/output/csv.hpp"
 #include "apps/output/series.hpp"
 #include "apps/plot/plot.hpp"
-#include "apps/scenario/printer.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -57,7 +56,7 @@ void write_course(const std::filesystem::path& path, const Event& e) {
 }
 
 std::string title_of(const ImpactStudy& study) {
-  return std::visit([](const auto& m) { return card_of<std::decay_t<decltype(m)>>().word; }, study.model);
+  return model_word(study);
 }
 
 }  // namespace

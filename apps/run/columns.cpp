@@ -9,7 +9,7 @@ dem::Wrench wrench_at_reference(const dem::Boundary& boundary, const Vec3& refer
   return dem::about(boundary.wrench, boundary.pose.position, boundary.pose.to_world(reference));
 }
 
-bool is_measure(const Machine& machine, const std::string& column) {
+bool is_measure(const MachineSection& machine, const std::string& column) {
   const std::string owner = column.substr(0, column.find('.'));
   return std::any_of(machine.measures.begin(), machine.measures.end(),
                      [&](const NamedMeasure& m) { return m.name == owner; });

@@ -72,7 +72,7 @@ class Columns {
 };
 
 /// Whether a column is one of the machine's measures: NAME or NAME.x ...
-bool is_measure(const Machine& machine, const std::string& column);
+bool is_measure(const MachineSection& machine, const std::string& column);
 
 /// Wrench of the spheres on a surface about its reference point.
 dem::Wrench wrench_at_reference(const dem::Boundary& boundary, const Vec3& reference);

@@ -1,0 +1,13 @@
+#pragma once
+#include "apps/scenario/fields/fields.hpp"
+
+namespace subsoil::app {
+
+/// Beyond these the run stops.
+struct Limits {
+  double overlap = 0.5;  // share of the radius
+  double speed = 50;     // m/s
+};
+void describe(Fields& v, Limits& l);
+
+}  // namespace subsoil::app
