@@ -43,9 +43,9 @@ mbd::BodyState Simulation::ahead(int body) const {
   const auto& a = acceleration_[static_cast<std::size_t>(body)];
   const double t = in_window_ * options_.soil_step, q = 0.5 * t * t;
   return {{now.r.x + now.v.x * t + a[0] * q, now.r.y + now.v.y * t + a[1] * q},
-          now.angle + now.spin * t + a[2] * q,
+          now.angle + now.omega * t + a[2] * q,
           {now.v.x + a[0] * t, now.v.y + a[1] * t},
-          now.spin + a[2] * t};
+          now.omega + a[2] * t};
 }
 
 void Simulation::place(dem::Boundary& boundary, const dem::Pose& pose, const dem::Vec3& velocity,
@@ -68,7 +68,7 @@ void Simulation::place_surfaces() {
   if (bed_ == nullptr) return;
   for (const BodySurface& s : surfaces_) {
     const mbd::BodyState body = ahead(s.body);
-    place(bed_->boundary(s.boundary), pose_of(body), {body.v.x, body.v.y, 0}, {0, 0, body.spin});
+    place(bed_->boundary(s.boundary), pose_of(body), {body.v.x, body.v.y, 0}, {0, 0, body.omega});
   }
   for (const GivenMotion& m : motions_) {
     dem::Boundary& b = bed_->boundary(m.boundary);

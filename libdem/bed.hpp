@@ -155,14 +155,14 @@ class Bed {
     std::vector<double> spheres;            ///< x v w r m, 11 numbers each
     std::vector<std::int64_t> ids;          ///< id and material, 2 each
     std::vector<std::int64_t> pair_ids;     ///< 2 each
-    std::vector<double> pairs;              ///< PairState, 18 each
+    std::vector<double> pairs;              ///< PairState, kPairRecord each
     std::vector<std::int64_t> bond_ids;     ///< 2 each
-    std::vector<double> bonds;              ///< BondMemory, 17 each
+    std::vector<double> bonds;              ///< BondMemory, kBondRecord each
     std::vector<std::int64_t> broken_ids;   ///< 2 each
     std::vector<double> broken;             ///< time, position, energy, 1 for tension, 6 each
     std::vector<double> bonding;            ///< of all bonds; empty when no law has any
     std::vector<std::int64_t> surface_ids;  ///< sphere id and boundary, 2 each
-    std::vector<double> surfaces;           ///< normal and PairState, 21 each
+    std::vector<double> surfaces;           ///< normal and PairState, 3 + kPairRecord each
     std::vector<double> scalars;
   };
   State save() const;

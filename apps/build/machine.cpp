@@ -7,19 +7,6 @@
 namespace subsoil::app {
 namespace {
 
-mbd::IntegratorKind integrator_of(const Scenario& s) {
-  if (s.analysis == Analysis::kinematics) return mbd::IntegratorKind::kinematic;
-  switch (s.time.machine.integrator) {
-    case IntegratorWord::cvode:
-      return mbd::IntegratorKind::cvode;
-    case IntegratorWord::ida:
-      return mbd::IntegratorKind::ida;
-    case IntegratorWord::adams_moulton:
-      break;
-  }
-  return mbd::IntegratorKind::adams_moulton;
-}
-
 bool starts_in_equilibrium(const Scenario& s) {
   if (s.analysis == Analysis::assembly) return false;
   return s.machine->start.kind == StartKind::towing_equilibrium || s.analysis == Analysis::equilibrium ||
@@ -56,6 +43,24 @@ void add_measures(mbd::Machine& machine, const Loaded& loaded) {
 
 }  // namespace
 
+mbd::IntegratorKind integrator_of(const Scenario& s) {
+  if (s.analysis == Analysis::kinematics) return mbd::IntegratorKind::kinematic;
+  const MachineTime& time = s.time.machine;
+  switch (time.integrator) {
+    case IntegratorWord::cvode:
+      return mbd::IntegratorKind::cvode;
+    case IntegratorWord::ida:
+      return mbd::IntegratorKind::ida;
+    case IntegratorWord::adams_moulton:
+      return mbd::IntegratorKind::adams_moulton;
+    case IntegratorWord::automatic:
+      break;
+  }
+  const bool alone = !s.soil && s.boundaries.empty();
+  const bool fixed = time.step || time.order != MachineTime{}.order;
+  return alone && !fixed ? mbd::IntegratorKind::cvode : mbd::IntegratorKind::adams_moulton;
+}
+
 std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
   const Scenario& s = loaded.scenario;
   if (!s.machine) return nullptr;
@@ -66,7 +71,9 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
                .mass = b.mass,
                .inertia = b.inertia,
                .pose = {b.at[0], b.at[1], b.angle},
-               .velocity = {b.velocity[0], b.velocity[1], b.spin}});
+               .velocity = {b.velocity[0], b.velocity[1], b.spin},
+               .pose_is = b.pose_is,
+               .velocity_is = b.velocity_is});
   model.redundancy = s.machine->redundant;
   for (const NamedJoint& j : s.machine->joints) model.add(j.name, j.element);
   for (const NamedDriver& d : s.machine->drivers) model.add(d.name, d.element);
@@ -79,6 +86,7 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
   options.cvode = {.rtol = time.rtol, .atol = time.atol};
   options.locate_events = time.locate_events;
   options.assemble = s.machine->assemble;
+  options.hold_start = s.runs_in_time();  // the other analyses are there to find a pose
   try {
     auto machine = std::make_unique<mbd::Machine>(std::move(model), options);
     add_measures(*machine, loaded);

@@ -14,6 +14,7 @@
 
 #include "apps/build/shapes.hpp"
 #include "libmbd/bodies_of.hpp"
+#include "libmbd/elements.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -92,10 +93,10 @@ class Draughtsman {
     sketch_.names = {"ground"};
     for (const BodySection& b : machine_.bodies) sketch_.names.push_back(b.name);
     sketch_.markers = machine_.markers;
-    for (const NamedJoint& j : machine_.joints) std::visit([&](const auto& joint) { take(joint); }, j.element);
-    for (const NamedForce& f : machine_.forces) std::visit([&](const auto& force) { take(force); }, f.element);
+    for (const NamedJoint& j : machine_.joints) visit([&](const auto& joint) { take(joint); }, j.element);
+    for (const NamedForce& f : machine_.forces) visit([&](const auto& force) { take(force); }, f.element);
     for (const NamedDriver& d : machine_.drivers)
-      if (const auto* ram = std::get_if<mbd::DistanceDriver>(&d.element))
+      if (const auto* ram = d.element.get_if<mbd::DistanceDriver>())
         add_link(Sketch::Link::Kind::rod, ram->first, ram->second, ram->p_a, ram->p_b);
     for (const mbd::Marker& m : machine_.markers) point(m.body, m.p);
     if (s.soil && s.soil->surface) sketch_.sides.push_back({mbd::ground, {0, *s.soil->surface}, 0});
@@ -283,7 +284,7 @@ class Draughtsman {
     double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
     const auto reach = [&](int body, const Vec2& p, double radius) {
       const mbd::BodyState& pose = poses_[static_cast<std::size_t>(body)];
-      const mbd::Vec2 w = pose.r + pose.world(p);
+      const mbd::Vec2 w = pose.point_in_world(p);
       low[0] = std::min(low[0], w.x - radius), high[0] = std::max(high[0], w.x + radius);
       low[1] = std::min(low[1], w.y - radius), high[1] = std::max(high[1], w.y + radius);
     };
@@ -352,7 +353,7 @@ double picture_factor(const Sketch& sketch, const Poses& rest, const std::vector
   double way = 0;
   const auto take = [&](int body, const Vec2& p) {
     const auto i = static_cast<std::size_t>(body);
-    way = std::max(way, mbd::length(moved[i].r + moved[i].world(p) - rest[i].r - rest[i].world(p)) / little);
+    way = std::max(way, mbd::length(moved[i].point_in_world(p) - rest[i].r - rest[i].vector_in_world(p)) / little);
   };
   for (const auto& o : sketch.outlines)
     for (const Vec2& p : o.points) take(o.body, p);

@@ -1,6 +1,7 @@
 #include "apps/build/world.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -20,30 +21,33 @@ double travelled(const Move& move, double t) {
   return move.profile.integral(begin) - move.profile.integral(move.from);
 }
 
-/// Surfaces of one body that touch soil, by material: meshes of one body and material act as one surface, so that faces
-/// that lie on each other are no contact twice.
+/// Surfaces of one body that touch soil, by material: meshes of one body and material are one boundary of the bed, so
+/// that faces that lie on each other are no contact twice. Each keeps its name and its share of the wrench.
 void add_body_surfaces(World& world, const Loaded& loaded) {
   const Scenario& s = loaded.scenario;
   if (!s.machine) return;
   struct Group {
     int body;
-    std::string material, name;
+    std::string material;
+    std::vector<std::string> names;
     std::vector<dem::TriangleMesh> meshes;
   };
   std::vector<Group> groups;
-  const auto add = [&](const Surface& surface, dem::Shape shape) {
+  const auto add = [&](int body, const std::string& material, const std::vector<std::string>& names, dem::Shape shape) {
     dem::Boundary boundary;
-    boundary.name = surface.name;
+    boundary.name = fmt::format("{}", fmt::join(names, ", "));
     boundary.shape = std::move(shape);
-    boundary.material = material_index(s, surface.material);
-    boundary.pose = coupling::pose_of(world.machine->body(surface.body_index));
+    boundary.material = material_index(s, material);
+    boundary.pose = coupling::pose_of(world.machine->body(body));
     const int index = world.bed->add(std::move(boundary));
-    world.surfaces.push_back({.name = surface.name,
-                              .owner = SurfaceRecord::Owner::machine,
-                              .boundary = index,
-                              .body = surface.body_index,
-                              .moves = true});
-    world.body_surfaces.push_back({surface.body_index, index});
+    for (std::size_t mesh = 0; mesh < names.size(); ++mesh)
+      world.surfaces.push_back({.name = names[mesh],
+                                .owner = SurfaceRecord::Owner::machine,
+                                .boundary = index,
+                                .mesh = mesh,
+                                .body = body,
+                                .moves = true});
+    world.body_surfaces.push_back({body, index});
   };
   for (std::size_t i = 0; i < s.machine->surfaces.size(); ++i) {
     const Surface& surface = s.machine->surfaces[i];
@@ -52,26 +56,20 @@ void add_body_surfaces(World& world, const Loaded& loaded) {
       if (!surface.touches_soil || world.bed == nullptr) {
         world.drawn.push_back({surface.name, surface.body_index, drawn_mesh(surface, *s.machine)});
       } else if (!is_mesh(surface.shape)) {
-        add(surface, contact_shape(surface.shape, place));
+        add(surface.body_index, surface.material, {surface.name}, contact_shape(surface.shape, place));
       } else {
         auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) {
           return g.body == surface.body_index && g.material == surface.material;
         });
-        if (group == groups.end())
-          group = groups.insert(groups.end(), {surface.body_index, surface.material, surface.name, {}});
+        if (group == groups.end()) group = groups.insert(groups.end(), {surface.body_index, surface.material, {}, {}});
         group->meshes.push_back(mesh_of(surface.shape, place));
+        group->names.push_back(surface.name);
       }
     } catch (const std::exception& error) {
       throw ScenarioError(loaded.where("machine.surfaces." + surface.name) + ": " + error.what());
     }
   }
-  for (const Group& g : groups) {
-    Surface one;
-    one.name = g.name;
-    one.body_index = g.body;
-    one.material = g.material;
-    add(one, dem::MeshSurface(g.meshes));
-  }
+  for (const Group& g : groups) add(g.body, g.material, g.names, dem::MeshSurface(g.meshes));
 }
 
 void add_given_boundaries(World& world, const Loaded& loaded) {
@@ -141,7 +139,7 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
                                         s.materials[a].name, s.materials[b].name));
       const std::string between = s.materials[a].name + " and " + s.materials[b].name;
       const dem::Law& l = world.laws.laws[static_cast<std::size_t>(law)];
-      if (dem::bond_of(l) != nullptr && !soil[b])
+      if (l->bond() != nullptr && !soil[b])
         throw ScenarioError(
             fmt::format("{}: bonds join spheres, and {} is of surfaces only; leave the bond out of this "
                         "entry",
@@ -165,9 +163,9 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
 /// A fixed step is 1 ms at most and a whole part of the series interval, so that rows fall on steps; other methods only
 /// hand out what they have at the rows.
 double machine_step_alone(const Scenario& s) {
-  if (s.time.machine.step) return *s.time.machine.step;
   const double every = s.output.series_every;
-  const bool fixed = s.analysis == Analysis::dynamics && s.time.machine.integrator == IntegratorWord::adams_moulton;
+  const bool fixed = s.analysis == Analysis::dynamics && integrator_of(s) == mbd::IntegratorKind::adams_moulton;
+  if (const auto& step = s.time.machine.step) return fixed ? *step : std::min(*step, every);
   return fixed ? every / std::ceil(every / 1e-3 - 1e-9) : every;
 }
 

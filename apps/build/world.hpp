@@ -18,8 +18,9 @@ struct SurfaceRecord {
   std::string name;
   Owner owner = Owner::given;
   int boundary = 0;
-  int body = 0;      ///< of the machine, for Owner::machine
-  Vec3 reference{};  ///< point of its wrench in the axes of its pose
+  std::size_t mesh = 0;  ///< of the boundary's shape: surfaces of one body and material share a boundary
+  int body = 0;          ///< of the machine, for Owner::machine
+  Vec3 reference{};      ///< point of its wrench in the axes of its pose
   bool moves = false;
 };
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "apps/build/machine.hpp"
 #include "apps/build/world.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/run/columns.hpp"
@@ -170,9 +171,14 @@ int check_command(const RunRequest& request) {
   }
   if (world.machine) {
     const mbd::AssemblyReport& a = world.machine->assembly();
-    line("machine", fmt::format("{} bodies, {} equations, {} degrees of freedom, assembled to {:.1e} m, step {:.4g} s",
-                                world.machine->system().bodies() - 1, a.equations, a.freedom, a.residual,
-                                world.step.machine_step));
+    const mbd::IntegratorKind kind = integrator_of(s);
+    const bool own = kind == mbd::IntegratorKind::cvode || kind == mbd::IntegratorKind::ida;
+    line("machine", fmt::format("{} bodies, {} equations, {} degrees of freedom, {} {:.4g} s",
+                                world.machine->system().bodies() - 1, a.equations, a.freedom,
+                                own ? "steps by their error, rows every" : "step", world.step.machine_step));
+    line("", a.moved > 0 ? fmt::format("joints closed to {:.1e} m; assembly moves '{}' by {:.2e} m", a.residual,
+                                       a.moved_body, a.moved)
+                         : fmt::format("joints closed to {:.1e} m; nothing is moved", a.residual));
     for (const std::string& r : a.redundant) line("", r);
   }
   if (!s.runs_in_time()) {

@@ -109,7 +109,7 @@ std::vector<mbd::Vec2> path_of(const mbd::Marker& m, const std::vector<Poses>& a
   std::vector<mbd::Vec2> path;
   for (const Poses& poses : all) {
     const mbd::BodyState& b = poses[static_cast<std::size_t>(m.body)];
-    path.push_back(b.r + b.world(m.p));
+    path.push_back(b.point_in_world(m.p));
   }
   return path;
 }

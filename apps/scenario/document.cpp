@@ -96,7 +96,7 @@ constexpr int deepest = 60;  // a document that nests further is a mistake (an a
 /// A scenario beyond these is a mistake or hostile; each is refused before it costs more than a second.
 constexpr std::size_t most_bytes = 2 << 20;  // of all files together; the largest of configs/ has 8 KiB
 constexpr std::size_t most_values = 100000;  // keys and values, aliases written out
-constexpr std::size_t most_keys = 5000;     // of one mapping: names are looked up one by one
+constexpr std::size_t most_keys = 5000;      // of one mapping: names are looked up one by one
 constexpr std::size_t most_files = 100;      // included
 
 /// Length of the UTF-8 character that `text` begins with; 0: none, or one that has no place in text.

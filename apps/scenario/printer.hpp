@@ -40,7 +40,7 @@ class Printer final : public Fields {
 
   Node& node_;
   bool comments_ = false;
-  std::string word_;  // of the last card
+  std::string word_;         // of the last card
   std::optional<double> n_;  // the exponent of this mapping
   std::vector<std::string> body_names_{"ground"};
   std::map<std::string, std::string> remarks_;

@@ -22,8 +22,8 @@ struct Reading {
   explicit Reading(Problems& list) : problems(list) {}
   Problems& problems;
   Places places{};
-  std::vector<std::string> body_names{"ground"};                // [0] is ground
-  std::vector<mbd::BodyState> body_poses{mbd::BodyState{}};     // start pose
+  std::vector<std::string> body_names{"ground"};             // [0] is ground
+  std::vector<mbd::BodyState> body_poses{mbd::BodyState{}};  // start pose
   std::vector<mbd::Marker> markers{};
   std::vector<Material> materials{};
 

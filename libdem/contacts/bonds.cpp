@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libdem/laws/bond.hpp"
 #include "libdem/step/bed_impl.hpp"
 
 /// Bonds between spheres: how they form, what is noted of those that break, who holds whom.
@@ -21,7 +22,7 @@ void Bed::Impl::each_bond(const std::function<void(std::uint32_t, std::uint32_t)
 /// Bonds of laws whose time has come; lists hold.
 void Bed::Impl::form_bonds(double until) {
   for (std::uint32_t law = 0; law < laws.laws.size(); ++law) {
-    const Bond* bond = bond_of(laws.laws[law]);
+    const Bond* bond = laws.laws[law]->bond();
     if (bond == nullptr || bonds_formed[law] != 0 || bond->time > until) continue;
     bonds_formed[law] = 1;
     for (std::uint32_t r = 0; r < runs.size(); ++r)
@@ -62,11 +63,11 @@ void Bed::Impl::note_broken_bonds() {
       const double distance = norm(apart);
       const bool tension = bond.state < kBrokeInShear;
       ++(tension ? bonds.broken_in_tension : bonds.broken_in_shear);
-      lost_before.breaking += bond.reference;
+      lost_before.breaking += bond.released;
       broken.push_back({.time = time,
                         .ids = {std::min(a.id, b.id), std::max(a.id, b.id)},
                         .position = b.x + (0.5 * (b.r + distance - a.r) / distance) * apart,
-                        .energy = bond.reference,
+                        .energy = bond.released,
                         .in_tension = tension});
     });
   }

@@ -44,10 +44,13 @@ void Bed::Impl::build_surfaces() {
   std::vector<Found> found(static_cast<std::size_t>(threads));
   std::vector<OnFace> faces;
   for (std::uint32_t b = 0; b < boundaries.size(); ++b) {
-    const Boundary& boundary = boundaries[b];
+    Boundary& boundary = boundaries[b];
     listed_pose[b] = boundary.pose;
     listed_active[b] = boundary.active;
     if (!boundary.active) continue;
+    const auto* mesh = std::get_if<MeshSurface>(&boundary.shape);
+    const std::size_t meshes = mesh != nullptr ? mesh->surfaces().size() : 1;
+    boundary.meshes.assign(meshes > 1 ? meshes : 0, {});
     const Bounds box = bounds(boundary.shape), in_world = world_box(box, boundary.pose);
     const std::size_t first = entries.size();
 #pragma omp parallel for num_threads(threads) schedule(static, 1)
@@ -93,6 +96,7 @@ void Bed::Impl::build_surfaces() {
                         .begin = static_cast<std::uint32_t>(begin),
                         .end = static_cast<std::uint32_t>(std::min<std::size_t>(begin + kTile, entries.size())),
                         .wrench = {},
+                        .meshes = std::vector<Wrench>(boundary.meshes.size()),
                         .lost = {}});
   }
   entry_order.resize(entries.size());
@@ -106,10 +110,12 @@ void Bed::Impl::build_surfaces() {
     t.entries_end = at;
   }
 
-  // Planes: by tile, then boundary, then law, then sphere.
+  // Planes: by tile, then boundary and its mesh, then law, then sphere.
   std::stable_sort(faces.begin(), faces.end(), [](const OnFace& a, const OnFace& b) {
-    const std::uint32_t x[3] = {a.sphere / kTile, a.boundary, a.law}, y[3] = {b.sphere / kTile, b.boundary, b.law};
-    return std::lexicographical_compare(x, x + 3, y, y + 3);
+    const auto key = [](const OnFace& f) {
+      return std::array{f.sphere / static_cast<std::uint32_t>(kTile), f.boundary, f.face.surface, f.law};
+    };
+    return key(a) < key(b);
   });
   plane_runs.clear(), plane_blocks.clear();
   std::size_t line = 0, k = 0;
@@ -118,15 +124,17 @@ void Bed::Impl::build_surfaces() {
     while (k < faces.size() && faces[k].sphere < t.end) {
       const OnFace& head = faces[k];
       PlaneRun run{.boundary = head.boundary,
+                   .mesh = head.face.surface,
                    .law = head.law,
                    .first = static_cast<std::uint32_t>(plane_blocks.size()),
                    .blocks = 0,
                    .contacts = 0,
                    .lines = line,
                    .wrench = {}};
-      for (;
-           k < faces.size() && faces[k].sphere < t.end && faces[k].boundary == run.boundary && faces[k].law == run.law;
-           ++k) {
+      const auto same_run = [&](const OnFace& f) {
+        return f.sphere < t.end && f.boundary == run.boundary && f.face.surface == run.mesh && f.law == run.law;
+      };
+      for (; k < faces.size() && same_run(faces[k]); ++k) {
         const std::uint32_t lane = run.contacts++ % kBlock;
         if (lane == 0) plane_blocks.emplace_back(), ++run.blocks;
         for (std::uint32_t l = lane; l < kBlock; ++l) {  // lanes beyond the last repeat it

@@ -20,6 +20,7 @@ class ChunkRun {
 
   void run() {
     chunk_.wrench = {};
+    std::fill(chunk_.meshes.begin(), chunk_.meshes.end(), Wrench{});
     chunk_.stored = 0;
     chunk_.contacts = 0;
     chunk_.max_overlap = 0;
@@ -31,6 +32,7 @@ class ChunkRun {
   struct Lane {
     SurfaceEntry* entry;
     int contact;  ///< -1: ended
+    std::uint32_t mesh;
     Vec3 point;
   };
 
@@ -57,7 +59,7 @@ class ChunkRun {
     for (std::size_t c = 0; c < n; ++c) {
       if (from[c] >= 0) continued[from[c]] = true;
       e.contact[c].normal = now[c].normal;
-      add_lane(s, now[c], from[c] >= 0 ? states[from[c]] : PairState{}, {&e, static_cast<int>(c), {}});
+      add_lane(s, now[c], from[c] >= 0 ? states[from[c]] : PairState{}, {&e, static_cast<int>(c), now[c].surface, {}});
     }
     for (std::uint32_t c = 0; c < were; ++c)
       if (!continued[c]) add_ended(s, normals[c], states[c], e);
@@ -82,7 +84,7 @@ class ChunkRun {
     const Vec3 n = boundary_.pose.attitude.rotate(normal);
     const double distance = (s.r + job_.reach) * (1 + 1e-9);
     fill(n, distance, boundary_.velocity + cross(boundary_.spin, s.x - n * distance - boundary_.pose.position), state,
-         {&e, -1, {}});
+         {&e, -1, 0, {}});
   }
 
   void fill(const Vec3& n, double distance, const Vec3& v, const PairState& state, const Lane& lane) {
@@ -115,7 +117,7 @@ class ChunkRun {
     }
     bed_.kernel.surface(bed_.law(law_), job_);
     for (std::uint32_t k = 0; k < job_.count; ++k) {
-      chunk_.lost += Losses{job_.sums[0][k], job_.sums[1][k], job_.sums[2][k]};
+      chunk_.lost += Losses{job_.sums.damped[k], job_.sums.slid[k], job_.sums.rolled[k]};
       if (lane_[k].contact < 0) continue;
       SurfaceEntry& e = *lane_[k].entry;
       e.contact[lane_[k].contact].state = read_lane(memory(), shape(), k);
@@ -123,12 +125,15 @@ class ChunkRun {
       const Vec3 f{job_.f[k][0], job_.f[k][1], job_.f[k][2]};
       e.force += f;
       e.torque += {t[0], t[1], t[2]};
+      const Vec3 moment = Vec3{roll[0], roll[1], roll[2]} - cross(lane_[k].point - boundary_.pose.position, f);
       chunk_.wrench.force -= f;
-      chunk_.wrench.moment += Vec3{roll[0], roll[1], roll[2]} - cross(lane_[k].point - boundary_.pose.position, f);
-      chunk_.stored += job_.sums[3][k];
+      chunk_.wrench.moment += moment;
+      if (!chunk_.meshes.empty()) chunk_.meshes[lane_[k].mesh] += {-f, moment};
+      chunk_.stored += job_.sums.stored[k];
       ++chunk_.contacts;
       if (t[3] > 0) ++e.touching;
-      if (exceeds(job_.sums[5][k], chunk_.max_overlap)) chunk_.max_overlap = job_.sums[5][k], chunk_.worst = e.sphere;
+      if (exceeds(job_.sums.overlap[k], chunk_.max_overlap))
+        chunk_.max_overlap = job_.sums.overlap[k], chunk_.worst = e.sphere;
     }
     job_.count = 0;
   }
@@ -165,14 +170,21 @@ PlaneJob Bed::Impl::plane_job(const Boundary& b, double elapsed) const {
 
 /// Wrench of each boundary in the order of its chunks, and the work that its motion since the last step did.
 void Bed::Impl::sum_surfaces(double elapsed) {
-  for (Boundary& b : boundaries) b.wrench_before = b.wrench, b.wrench = {}, b.contacts = 0;
+  for (Boundary& b : boundaries) {
+    b.wrench_before = b.wrench, b.wrench = {}, b.contacts = 0;
+    std::fill(b.meshes.begin(), b.meshes.end(), Wrench{});
+  }
   for (const PlaneRun& r : plane_runs) {
-    boundaries[r.boundary].wrench += r.wrench;
-    boundaries[r.boundary].contacts += static_cast<int>(r.in_reach);
+    Boundary& b = boundaries[r.boundary];
+    b.wrench += r.wrench;
+    if (!b.meshes.empty()) b.meshes[r.mesh] += r.wrench;
+    b.contacts += static_cast<int>(r.in_reach);
   }
   for (const SurfaceChunk& c : chunks) {
-    boundaries[c.boundary].wrench += c.wrench;
-    boundaries[c.boundary].contacts += c.contacts;
+    Boundary& b = boundaries[c.boundary];
+    b.wrench += c.wrench;
+    for (std::size_t m = 0; m < c.meshes.size(); ++m) b.meshes[m] += c.meshes[m];
+    b.contacts += c.contacts;
   }
   for (Boundary& b : boundaries) {
     if (elapsed > 0) {

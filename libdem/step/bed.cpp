@@ -29,8 +29,8 @@ void Bed::Impl::update_laws() {
 void Bed::Impl::update_reach(double largest_radius) {
   law_reach.clear(), surface_reach.clear();
   for (const Law& law : laws.laws) {
-    law_reach.push_back(reach_between(law, largest_radius));
-    surface_reach.push_back(reach_of(law, largest_radius));
+    law_reach.push_back(law->pair_cutoff(largest_radius));
+    surface_reach.push_back(law->cutoff(largest_radius));
   }
 }
 

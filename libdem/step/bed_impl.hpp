@@ -37,16 +37,17 @@ struct SurfaceEntry {
 struct SurfaceChunk {
   std::uint32_t boundary, begin, end;
   Wrench wrench;
-  Losses lost;  ///< running
+  std::vector<Wrench> meshes;  ///< as Boundary::meshes
+  Losses lost;                 ///< running
   double stored = 0;
   int contacts = 0;
   double max_overlap = 0;
   std::uint32_t worst = 0;  ///< sphere of max_overlap
 };
 
-/// Spheres of one tile on flat faces of one boundary, of one law.
+/// Spheres of one tile on flat faces of one mesh of a boundary, of one law.
 struct PlaneRun {
-  std::uint32_t boundary, law, first, blocks, contacts;  ///< `first` counts in PlaneBlock
+  std::uint32_t boundary, mesh, law, first, blocks, contacts;  ///< `first` counts in PlaneBlock
   std::size_t lines;
   Wrench wrench;
   double in_reach = 0, stored = 0;

@@ -7,47 +7,7 @@
 namespace subsoil::dem {
 namespace {
 
-constexpr std::size_t kPairNumbers = 16 + kOwnMemory;
-constexpr std::size_t kBondRecord = kBondNumbers + kBondNotes;
 constexpr std::size_t kBoundaryNumbers = 14, kScalars = 9;
-
-void put(std::vector<double>& out, const PairState& s) {
-  for (const double x : s.xi) out.push_back(x);
-  for (const double x : s.rho) out.push_back(x);
-  out.push_back(static_cast<double>(s.dash_n));
-  for (const float x : s.dash_t) out.push_back(static_cast<double>(x));
-  for (const float x : s.dash_r) out.push_back(static_cast<double>(x));
-  out.push_back(static_cast<double>(s.slipping));
-  out.push_back(s.twist), out.push_back(static_cast<double>(s.dash_w));
-  for (const double x : s.own) out.push_back(x);
-}
-
-PairState get(const double* in) {
-  PairState s;
-  std::copy(in, in + 3, s.xi);
-  std::copy(in + 3, in + 6, s.rho);
-  s.dash_n = static_cast<float>(in[6]);
-  for (int d = 0; d < 3; ++d) s.dash_t[d] = static_cast<float>(in[7 + d]), s.dash_r[d] = static_cast<float>(in[10 + d]);
-  s.slipping = static_cast<float>(in[13]);
-  s.twist = in[14], s.dash_w = static_cast<float>(in[15]);
-  std::copy(in + 16, in + kPairNumbers, s.own);
-  return s;
-}
-
-void put(std::vector<double>& out, const BondMemory<double>& b) {
-  const std::size_t at = out.size();
-  out.resize(at + kBondRecord);
-  const auto place = [&](int k) -> double& { return out[at + static_cast<std::size_t>(k)]; };
-  BondMemory<double>::each_number(b, [&](double x, int k) { place(k) = x; });
-  BondMemory<double>::each_note(b, [&](double x, int k) { place(kBondNumbers + k) = x; });
-}
-
-BondMemory<double> get_bond(const double* in) {
-  BondMemory<double> b;
-  BondMemory<double>::each_number(b, [&](double& x, int k) { x = in[k]; });
-  BondMemory<double>::each_note(b, [&](double& x, int k) { x = in[kBondNumbers + k]; });
-  return b;
-}
 
 void put(std::vector<double>& out, const Vec3& v) { out.insert(out.end(), {v.x, v.y, v.z}); }
 
@@ -117,18 +77,18 @@ Bed::State Bed::save() const {
   for (const PairHistories& part : d.tiles.empty() ? d.waiting : d.pair_histories()) {
     for (const PairHistory& p : part.pairs) {
       out.pair_ids.push_back(d.spheres[p.owner].id), out.pair_ids.push_back(d.spheres[p.other].id);
-      put(out.pairs, p.state);
+      append(out.pairs, p.state);
     }
     for (const BondHistory& b : part.bonds) {
       out.bond_ids.push_back(d.spheres[b.owner].id), out.bond_ids.push_back(d.spheres[b.other].id);
-      put(out.bonds, b.state);
+      append(out.bonds, b.state);
     }
   }
   if (d.any_bonds) d.save_bonding(out);
   for (const SurfaceHistory& c : d.tiles.empty() ? d.waiting_surfaces : d.surface_histories()) {
     out.surface_ids.push_back(d.spheres[c.sphere].id), out.surface_ids.push_back(c.boundary);
     put(out.surfaces, c.normal);
-    put(out.surfaces, c.state);
+    append(out.surfaces, c.state);
   }
   Losses lost = d.lost_before;
   for (const Tile& t : d.tiles) lost += t.lost;
@@ -158,8 +118,8 @@ void Bed::restore(const State& in) {
         "restart: the state has other surfaces than the scenario, or is of an older version; use the scenario and the "
         "version it was written from");
   const std::size_t count = in.ids.size() / 2;
-  if (in.spheres.size() != 11 * count || in.pairs.size() != kPairNumbers * (in.pair_ids.size() / 2) ||
-      in.surfaces.size() != (3 + kPairNumbers) * (in.surface_ids.size() / 2) ||
+  if (in.spheres.size() != 11 * count || in.pairs.size() != kPairRecord * (in.pair_ids.size() / 2) ||
+      in.surfaces.size() != (3 + kPairRecord) * (in.surface_ids.size() / 2) ||
       in.bonds.size() != kBondRecord * (in.bond_ids.size() / 2) || in.broken.size() != 3 * in.broken_ids.size())
     throw std::invalid_argument("restart: the arrays of the state do not belong together; the file is damaged");
   d.spheres.clear(), d.slot_of_id.clear(), d.spheres_behind = false;
@@ -184,16 +144,16 @@ void Bed::restore(const State& in) {
   const auto place = [&](std::int64_t id) { return index.at(static_cast<std::uint32_t>(id)); };
   for (std::size_t k = 0; k < in.pair_ids.size() / 2; ++k)
     waiting.pairs.push_back(
-        {place(in.pair_ids[2 * k]), place(in.pair_ids[2 * k + 1]), get(in.pairs.data() + kPairNumbers * k)});
+        {place(in.pair_ids[2 * k]), place(in.pair_ids[2 * k + 1]), pair_state_of(in.pairs.data() + kPairRecord * k)});
   for (std::size_t k = 0; k < in.bond_ids.size() / 2; ++k)
     waiting.bonds.push_back(
-        {place(in.bond_ids[2 * k]), place(in.bond_ids[2 * k + 1]), get_bond(in.bonds.data() + kBondRecord * k)});
+        {place(in.bond_ids[2 * k]), place(in.bond_ids[2 * k + 1]), bond_memory_of(in.bonds.data() + kBondRecord * k)});
   d.restore_bonding(in);
   for (std::size_t k = 0; k < in.surface_ids.size() / 2; ++k) {
-    Reader read{in.surfaces.data() + (3 + kPairNumbers) * k};
+    Reader read{in.surfaces.data() + (3 + kPairRecord) * k};
     SurfaceHistory c{
         place(in.surface_ids[2 * k]), static_cast<std::uint32_t>(in.surface_ids[2 * k + 1]), read.vector(), {}};
-    c.state = get(read.at);
+    c.state = pair_state_of(read.at);
     d.waiting_surfaces.push_back(c);
   }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "libdem/laws/friction.hpp"
 #include "libdem/step/bed_impl.hpp"
 
 /// One step of the bed: contacts with edges of boundaries and blocks of pairs across thread borders first, then one
@@ -46,10 +47,8 @@ PairJob Bed::Impl::pair_job(const PairRun& run, const Tile& tile, const Booking&
 
 namespace {
 
-/// Others are evaluated as in booked steps (law_kernel_body.hpp).
-bool is_usual(const Law& law) {
-  return std::visit([](const auto& l) { return l.friction.usual(); }, law);
-}
+/// Others are evaluated as in booked steps (plain_kernel_body.hpp).
+bool is_usual(const Law& law) { return law->friction().usual(); }
 
 /// The walk of one thread through its tiles.
 class Sweep {
@@ -177,7 +176,7 @@ class Sweep {
     if (run.near) run.wakes = *std::min_element(job.wake, job.wake + run.blocks);
     if (!booking_.sum) return;
     take(t, job.sums);
-    t.pairs += job.sums.in_reach;
+    t.pairs += job.sums.within_cutoff;
   }
 
   /// Into the cache while the pairs are worked on: runs are too short for the processor to see them coming.
@@ -187,7 +186,7 @@ class Sweep {
         __builtin_prefetch(reinterpret_cast<const char*>(from) + at, 0, 2);
     };
     all(bed_.plane_blocks.data() + run.first, run.blocks * sizeof(PlaneBlock));
-    all(bed_.plane_lines.data() + run.lines, run.blocks * bed_.surface_memory[run.law].number_bytes());
+    all(bed_.plane_lines.data() + run.lines, run.blocks * bed_.surface_memory[run.law].state_bytes());
   }
 
   void planes(Tile& t, PlaneRun& run) {
@@ -201,12 +200,12 @@ class Sweep {
     bed_.kernel.planes(bed_.law(run.law), job);
     if (booking_.sum) take(t, job.sums);
     run.wrench = {{job.force[0], job.force[1], job.force[2]}, {job.moment[0], job.moment[1], job.moment[2]}};
-    run.in_reach = job.sums.in_reach;
+    run.in_reach = job.sums.within_cutoff;
   }
 
   void take(Tile& t, const RunSums& s) const {
     const double weight = booking_.weight;
-    t.lost += Losses{weight * s.lost[0], weight * s.lost[1], weight * s.lost[2]};
+    t.lost += Losses{weight * s.damped, weight * s.slid, weight * s.rolled};
     t.stored += s.stored;
     t.overlap = std::max(t.overlap, s.overlap);
   }

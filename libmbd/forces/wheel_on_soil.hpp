@@ -24,6 +24,7 @@ namespace subsoil::mbd {
 /// gives the wheel energy that nobody put in, and the book says so instead of hiding it).
 /// Source: Bekker 1969, Introduction to Terrain-Vehicle Systems; rut rule of the rig 1S-300.
 struct WheelOnSoil {
+  static constexpr ForceMembers has{.check = true, .trace = true, .rut = true, .towing_spin = true};
   static constexpr std::array<ForceColumn, 4> columns{{{"N", "N"}, {"R_c", "N"}, {"sinkage", "m"}, {"rut", "m"}}};
   static constexpr double creep = 1e-3;  ///< speed below which R_c fades (m/s)
   int body = -1;

@@ -5,6 +5,7 @@
 #include "libdem/step/sampling.hpp"
 #include "libdem/step/stability.hpp"
 #include "tests/tools/dem_beds.hpp"
+#include "tests/tools/every_law.hpp"
 
 /// Kinetic + spin + gravity + stored + lost = start + work of boundaries, every term summed on its own. 1 % of what was
 /// turned over (lost + |work|) is the bound; the terms come from mid-step velocities and mean forces, so what

@@ -2,6 +2,7 @@
 
 #include "libdem/geometry/mesh_builders.hpp"
 #include "tests/tools/dem_beds.hpp"
+#include "tests/tools/every_law.hpp"
 
 /// Same bits for 1, 2, 3 and 8 threads: positions, velocities, spins, energies, wrenches. Beds of several thousand
 /// spheres so that many tiles of 256 exist; one long and thin, so that thread borders cross contacts everywhere, one
@@ -79,7 +80,7 @@ void same_bits(const Scene& scene) {
       }
       EXPECT_NE(one.lost, 0) << name;
       EXPECT_NE(one.wrench, 0) << name;
-      if (bond_of(table(law).laws[0]) != nullptr) {
+      if (law->bond() != nullptr) {
         EXPECT_GT(one.bonds, 5u) << name;
       }
       for (const int threads : {2, 3, 8})

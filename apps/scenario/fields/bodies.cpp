@@ -9,7 +9,7 @@
 #include "apps/scenario/reader.hpp"
 #include "apps/scenario/units.hpp"
 #include "libmbd/body.hpp"
-#include "libmbd/drivers/coordinate_driver.hpp"
+#include "libmbd/coordinate.hpp"
 #include "libmbd/marker.hpp"
 
 /// Bodies, markers, and points given in the world of the start pose or in body axes.
@@ -197,7 +197,7 @@ class CommonPoint final : public PairOfPoints {
     const mbd::BodyState *pose_a = reader.reading().pose_of(a_), *pose_b = reader.reading().pose_of(b_);
     const bool posed = pose_a != nullptr && pose_b != nullptr;
     const auto place = [&](mbd::Vec2 world) {
-      if (posed) p_a_ = pose_a->local(world), p_b_ = pose_b->local(world);
+      if (posed) p_a_ = pose_a->point_in_body(world), p_b_ = pose_b->point_in_body(world);
     };
     if (posed) place(b_ != mbd::ground ? pose_b->r : pose_a->r);  // left out: the centre of mass of the moving body
     reader.leaf({"at", field.meaning}, [&](const Node& node) {
@@ -222,8 +222,8 @@ class EndPoints final : public PairOfPoints {
     reader.leaf(ends, [&](const Node& node) {
       const std::vector<Vec2> both = two_points(node, reader);
       if (pose_a == nullptr || pose_b == nullptr) return;
-      p_a_ = pose_a->local({both[0][0], both[0][1]});
-      p_b_ = pose_b->local({both[1][0], both[1][1]});
+      p_a_ = pose_a->point_in_body({both[0][0], both[0][1]});
+      p_b_ = pose_b->point_in_body({both[1][0], both[1][1]});
     });
     read_points(reader, field);
   }
@@ -239,7 +239,7 @@ class OnePoint final : public Compound {
     const mbd::BodyState* pose = reader.reading().pose_of(index_);
     reader.leaf(field, [&](const Node& node) {
       const std::vector<double> w = numbers_of(node, "m", 2, reader.exponent());
-      if (pose != nullptr) p_ = pose->local({w[0], w[1]});
+      if (pose != nullptr) p_ = pose->point_in_body({w[0], w[1]});
     });
     reader.leaf({"point", field.meaning}, [&](const Node& node) {
       if (reader.holds(field.key))

@@ -31,7 +31,8 @@ namespace {
 void check_size(double value) {
   constexpr double largest = 1e30;
   if (std::abs(value) > largest) throw Refusal("is above 1e30 in SI units", "check number and unit");
-  if (value != 0 && std::abs(value) < 1 / largest) throw Refusal("is below 1e-30 in SI units", "write 0, or check the unit");
+  if (value != 0 && std::abs(value) < 1 / largest)
+    throw Refusal("is below 1e-30 in SI units", "write 0, or check the unit");
 }
 
 }  // namespace

@@ -86,7 +86,7 @@ void describe(Fields& v, Contact& c) {
                     "values of the law by a named rule from those of the two materials: {mu: minimum, restitution: "
                     "geometric-mean}; each may be restitution, mu, mu_d, mu_r, mu_t or work of adhesion"},
                    combine);
-  v.kind("law", c.law, "contact law; its parameters stand beside it");
+  declare_law(v, c.law, "law", "contact law; its parameters stand beside it");
 }
 
 namespace {
@@ -122,20 +122,13 @@ struct ContactChecks : Checks {
 
   /// A law that computes its stiffness needs the materials' elastic constants, one whose bodies yield their strength.
   void elastic(const std::string& path, const Contact& contact) {
-    std::visit(
-        [&]<class L>(const L& law) {
-          if constexpr (TakesMaterials<L>) {
-            if (law.needs_materials())
-              of_materials(path, contact, card_of<L>().word, L::in_place_of_materials,
-                           "young's modulus and poisson ratio", [](const Material& m) { return m.young && m.poisson; });
-          }
-          if constexpr (TakesYield<L>) {
-            if (law.needs_yield())
-              of_materials(path, contact, card_of<L>().word, L::in_place_of_yield, "yield strength",
-                           [](const Material& m) { return m.yield.has_value(); });
-          }
-        },
-        contact.law);
+    const MaterialNeeds needs = material_needs(contact.law);
+    if (needs.in_place_of_elastic != nullptr)
+      of_materials(path, contact, needs.law, needs.in_place_of_elastic, "young's modulus and poisson ratio",
+                   [](const Material& m) { return m.young && m.poisson; });
+    if (needs.in_place_of_yield != nullptr)
+      of_materials(path, contact, needs.law, needs.in_place_of_yield, "yield strength",
+                   [](const Material& m) { return m.yield.has_value(); });
   }
 
   template <class Has>

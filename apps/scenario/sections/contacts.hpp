@@ -3,13 +3,11 @@
 #include <string>
 #include <vector>
 
+#include "apps/scenario/given_law.hpp"
 #include "apps/scenario/sections/materials.hpp"
-#include "libdem/laws/laws.hpp"
 
 /// The law of each pair of materials that can meet.
 namespace subsoil::app {
-
-using Law = dem::GivenLaw;
 
 /// A value of a law, by the key of law and material, that follows from those of the two materials.
 struct Combination {
@@ -20,7 +18,7 @@ struct Combination {
 /// The law between two materials; `between` holds names, in the file's order.
 struct Contact {
   std::array<std::string, 2> between;
-  Law law;
+  GivenLaw law;
   std::vector<Combination> combine{};  // done by the reader: the law holds the values
 };
 void describe(Fields& v, Contact& c);

@@ -7,6 +7,7 @@ namespace subsoil::app {
 struct Limits {
   double overlap = 0.5;  // share of the radius
   double speed = 50;     // m/s
+  double energy = 0.1;   // share of the machine's energy by which its balance may be off
 };
 void describe(Fields& v, Limits& l);
 

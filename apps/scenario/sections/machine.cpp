@@ -12,8 +12,13 @@
 #include "apps/scenario/reader.hpp"
 #include "apps/scenario/scenario.hpp"
 #include "apps/scenario/units.hpp"
+#include "libmbd/elements.hpp"
+#include "libmbd/measures.hpp"
 
 namespace subsoil::app {
+
+template <class Family>
+struct TypesOf<mbd::AnyElement<Family>> : mbd::ListOf<Family> {};
 
 void describe(Fields& v, BodySection& b) {
   v.quantity("mass", b.mass, "kg", "(0, inf)", "mass");
@@ -22,6 +27,15 @@ void describe(Fields& v, BodySection& b) {
   v.quantity("angle", b.angle, "rad", "(-inf, inf)", "of the body's axes in the start pose, counter-clockwise");
   v.vector("velocity", b.velocity, "m/s", "of the centre of mass at the start");
   v.quantity("spin", b.spin, "rad/s", "(-inf, inf)", "at the start, counter-clockwise");
+  v.choice(
+      "pose is", b.pose_is,
+      {{"given", mbd::StartMark::given}, {"exact", mbd::StartMark::exact}, {"about", mbd::StartMark::about}},
+      "given: a run is refused where the joints move the body by more than 1 % of its size; exact: it is not moved "
+      "at all, others are; about: a guess, moved as far as need be");
+  v.choice("velocity is", b.velocity_is,
+           {{"given", mbd::StartMark::given}, {"exact", mbd::StartMark::exact}, {"about", mbd::StartMark::about}},
+           "given: what is not 0 stays and the rest follows, a run is refused where the joints change it by more than "
+           "1e-3; exact: zeros stay too; about: a guess, changed as far as need be");
   v.optional_outline(
       "outline", b.outline,
       "points `x y` of its outline in pictures, in its own axes, or a CSV file of them whose header names "
@@ -150,7 +164,7 @@ struct MachineChecks : Checks {
     }
     measures(m);
     for (const NamedForce& force : m.forces)
-      if (const auto* friction = std::get_if<mbd::JointFriction>(&force.element))
+      if (const auto* friction = force.element.get_if<mbd::JointFriction>())
         refer("machine.forces." + force.name + ".joint friction", friction->joint, names_of(m.joints), "joint");
     wheels(m);
   }
@@ -158,9 +172,9 @@ struct MachineChecks : Checks {
   void measures(const MachineSection& m) {
     for (const NamedMeasure& measure : m.measures) {
       const std::string path = "machine.measures." + measure.name;
-      if (const auto* reaction = std::get_if<mbd::ReactionMeasure>(&measure.element))
+      if (const auto* reaction = measure.element.get_if<mbd::ReactionMeasure>())
         refer(path + ".reaction", reaction->element, names_of(m.joints), "joint");
-      if (const auto* force = std::get_if<mbd::ForceMeasure>(&measure.element))
+      if (const auto* force = measure.element.get_if<mbd::ForceMeasure>())
         refer(path + ".force", force->element, names_of(m.forces), "force");
       for (const Watch& watch : s.output.watch)
         if (watch.name == measure.name)
@@ -193,8 +207,8 @@ struct MachineChecks : Checks {
   void wheels(const MachineSection& m) {
     if (!s.soil || !s.soil->bed) return;
     for (const NamedForce& force : m.forces) {
-      const auto* wheel = std::get_if<mbd::WheelOnSoil>(&force.element);
-      const auto* ground = std::get_if<mbd::GroundElement>(&force.element);
+      const auto* wheel = force.element.get_if<mbd::WheelOnSoil>();
+      const auto* ground = force.element.get_if<mbd::GroundElement>();
       if (wheel == nullptr && ground == nullptr) continue;
       for (const Surface& surface : m.surfaces) {
         if (surface.body_index != (wheel ? wheel->body : ground->body) || !surface.touches_soil) continue;

@@ -5,9 +5,11 @@
 
 #include "apps/scenario/sections/placement.hpp"
 #include "apps/scenario/shapes/shapes.hpp"
-#include "libmbd/elements.hpp"
+#include "libmbd/constraint.hpp"
+#include "libmbd/force.hpp"
 #include "libmbd/integrator.hpp"
-#include "libmbd/measures.hpp"
+#include "libmbd/marker.hpp"
+#include "libmbd/measure.hpp"
 
 /// The planar multibody system.
 namespace subsoil::app {
@@ -23,6 +25,7 @@ struct BodySection {
   double angle = 0;
   Vec2 velocity{0, 0};
   double spin = 0;
+  mbd::StartMark pose_is = mbd::StartMark::given, velocity_is = mbd::StartMark::given;
   std::vector<Vec2> outline;  // body axes, for pictures; empty: drawn from its surfaces or its joints
 };
 void describe(Fields& v, BodySection& b);

@@ -156,9 +156,10 @@ struct OutputChecks : Checks {
     constexpr double most_rows = 1e8, most_frames = 1e5;
     const double rows = s.time.end / o.series_every, frames = o.every ? s.time.end / *o.every : 0;
     if (rows > most_rows)
-      refuse("output.series every", fmt::format("{} s", o.series_every),
-             fmt::format("makes {:.3g} rows of series.csv until {} s; at most {:.0e}: make it longer, or the run shorter",
-                         rows, s.time.end, most_rows));
+      refuse(
+          "output.series every", fmt::format("{} s", o.series_every),
+          fmt::format("makes {:.3g} rows of series.csv until {} s; at most {:.0e}: make it longer, or the run shorter",
+                      rows, s.time.end, most_rows));
     if (frames > most_frames)
       refuse("output.every", fmt::format("{} s", *o.every),
              fmt::format("makes {:.3g} frames until {} s; at most {:.0e}: make it longer, or the run shorter", frames,
@@ -171,6 +172,8 @@ struct OutputChecks : Checks {
           forces = names_of(m.forces), measures = names_of(m.measures);
     Names touched = bodies;
     for (const BoundarySection& b : s.boundaries) touched.push_back(b.name);
+    for (const Surface& surface : m.surfaces)
+      if (surface.touches_soil) touched.push_back(surface.name);
     if (s.soil && s.soil->container) touched.push_back("container");
     switch (watch.kind) {
       case Watch::Kind::driver:

@@ -8,10 +8,13 @@ namespace subsoil::app {
 void describe(Fields& v, MachineTime& t) {
   v.choice(
       "integrator", t.integrator,
-      {{"adams-moulton", IntegratorWord::adams_moulton},
+      {{"auto", IntegratorWord::automatic},
+       {"adams-moulton", IntegratorWord::adams_moulton},
        {"cvode", IntegratorWord::cvode},
        {"ida", IntegratorWord::ida}},
-      "adams-moulton: fixed step on partitioned coordinates; cvode: SUNDIALS CVODE on the same, steps and orders of "
+      "auto: cvode for a machine alone, adams-moulton with soil and where `step` or `order` is given; adams-moulton: "
+      "fixed step on partitioned coordinates, its error watched; cvode: SUNDIALS CVODE on the same, steps and orders "
+      "of "
       "its own for smooth motion; ida: SUNDIALS IDA on the whole system, also for stiff forces");
   v.count("order", t.order, "[1, 6]", "of adams-moulton");
   v.quantity("rtol", t.rtol, "1", "(0, 0.1]", "relative tolerance of cvode and ida");
@@ -24,8 +27,8 @@ void describe(Fields& v, MachineTime& t) {
          "them");
   v.count("soil steps per machine step", t.soil_steps, "[1, 1000]", "the machine step with soil is so many soil steps");
   v.quantity("step", t.step, "s", "(0, inf)",
-             "machine step without soil, of cvode and ida their output interval; left out: the series interval, for "
-             "adams-moulton a whole part of it of 1 ms at most");
+             "machine step without soil, fixed, of cvode and ida their output interval; left out: steps of the "
+             "integrator's own, for adams-moulton a whole part of the series interval of 1 ms at most");
 }
 
 void describe(Fields& v, Time& t) {

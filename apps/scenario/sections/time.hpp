@@ -8,9 +8,10 @@
 /// End, steps, integrator.
 namespace subsoil::app {
 
-enum class IntegratorWord { adams_moulton, cvode, ida };
+/// automatic: see integrator_of() in build/machine.hpp.
+enum class IntegratorWord { automatic, adams_moulton, cvode, ida };
 struct MachineTime {
-  IntegratorWord integrator = IntegratorWord::adams_moulton;
+  IntegratorWord integrator = IntegratorWord::automatic;
   long order = 4;
   double rtol = 1e-8, atol = 1e-10;  // cvode, ida
   mbd::IdaFormulation formulation = mbd::IdaFormulation::stabilised_index_2;

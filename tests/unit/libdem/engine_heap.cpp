@@ -5,6 +5,7 @@
 #include "libdem/geometry/mesh_builders.hpp"
 #include "tests/tools/counted_heap.hpp"
 #include "tests/tools/dem_beds.hpp"
+#include "tests/tools/every_law.hpp"
 
 #if defined(SUBSOIL_COUNTS_HEAP)
 
