@@ -200,8 +200,8 @@ void Reader::end_points(int a, Vec2& p_a, int b, Vec2& p_b, const char* meaning)
   leaf("ends", node_.find("points") == nullptr, with_unit(meaning, "m"), [&](const Node& node) {
     const std::vector<Vec2> both = two_points(node);
     if (pose_a == nullptr || pose_b == nullptr) return;
-    p_a = pose_a->local({both[0][0], both[0][1]});
-    p_b = pose_b->local({both[1][0], both[1][1]});
+    p_a = pose_a->point_in_body({both[0][0], both[0][1]});
+    p_b = pose_b->point_in_body({both[1][0], both[1][1]});
   });
   leaf("points", false, meaning, [&](const Node& node) {
     if (node_.find("ends") != nullptr) throw UnitError("stands beside `ends`, which says the same; keep one of them");
@@ -214,7 +214,7 @@ void Reader::point(const char* key, int index, Vec2& p, const char* meaning) {
   const mbd::BodyState* pose = pose_of(index);
   leaf(key, false, meaning, [&](const Node& node) {
     const std::vector<double> w = numbers_of(node, "m", 2);
-    if (pose != nullptr) p = pose->local({w[0], w[1]});
+    if (pose != nullptr) p = pose->point_in_body({w[0], w[1]});
   });
   leaf("point", false, meaning, [&](const Node& node) {
     if (node_.find(key) != nullptr)
