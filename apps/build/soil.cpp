@@ -186,7 +186,7 @@ void SoilBuilder::assign_layers(std::vector<dem::SphereSpec>& spheres) {
 double SoilBuilder::rest_overlap(int a, int b) const {
   const int law = world_.laws.of(a, b);
   if (law < 0) return 0;
-  return std::visit([](const auto& l) { return l.rest_overlap(); }, world_.laws.laws[static_cast<std::size_t>(law)]);
+  return world_.laws.laws[static_cast<std::size_t>(law)]->rest_overlap();
 }
 
 dem::LatticePlan SoilBuilder::lattice_plan(double pitch) const {
@@ -438,14 +438,14 @@ void SoilBuilder::finish() {
     bed.surfaces_changed();
   }
   bed.set_time(0);
-  bed.reset_energy_book();
+  bed.reset_energy_balance();
 }
 
 void SoilBuilder::clear_machine() {
   if (!has_bed()) return;
   std::vector<int> tools;
   for (const SurfaceRecord& s : world_.surfaces)
-    if (s.owner == SurfaceRecord::Owner::machine) tools.push_back(s.boundary);
+    if (s.owner == SurfaceRecord::Owner::machine && s.mesh == 0) tools.push_back(s.boundary);
   if (tools.empty()) return;
   if (bed().inside_machine == Overlap::carve) {
     world_.soil.carved = dem::carve(*world_.bed, tools);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/build/shapes.hpp"
 #include "apps/run/columns.hpp"
 
 namespace subsoil::app {
@@ -71,7 +70,7 @@ void FrameOutput::list_surfaces(std::vector<OutputSurface>& surfaces) {
     const dem::Boundary& b = world_.bed->boundary(r.boundary);
     if (!b.active) continue;  // an opened wall is not there
     shown_.push_back(r.boundary);
-    add(r.name, drawing_of(b.shape, 1.0), r.moves, b.pose);
+    add(r.name, dem::drawing(b.shape, 1.0)[r.mesh], r.moves, b.pose);
   }
   for (const DrawnSurface& d : world_.drawn) add(d.name, d.mesh, true, {});
 }

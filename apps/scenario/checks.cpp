@@ -370,20 +370,13 @@ struct Checker {
 
   /// A law that computes its stiffness needs the materials' elastic constants, one whose bodies yield their strength.
   void elastic(const std::string& path, const Contact& contact) {
-    std::visit(
-        [&]<class L>(const L& law) {
-          if constexpr (requires { law.needs_materials(); }) {
-            if (law.needs_materials())
-              of_materials(path, contact, card_of<L>().word, L::in_place_of_materials,
-                           "young's modulus and poisson ratio", [](const Material& m) { return m.young && m.poisson; });
-          }
-          if constexpr (requires { law.needs_yield(); }) {
-            if (law.needs_yield())
-              of_materials(path, contact, card_of<L>().word, L::in_place_of_yield, "yield strength",
-                           [](const Material& m) { return m.yield.has_value(); });
-          }
-        },
-        contact.law);
+    const MaterialNeeds needs = material_needs(contact.law);
+    if (needs.in_place_of_elastic != nullptr)
+      of_materials(path, contact, needs.law, needs.in_place_of_elastic, "young's modulus and poisson ratio",
+                   [](const Material& m) { return m.young && m.poisson; });
+    if (needs.in_place_of_yield != nullptr)
+      of_materials(path, contact, needs.law, needs.in_place_of_yield, "yield strength",
+                   [](const Material& m) { return m.yield.has_value(); });
   }
   template <class Has>
   void of_materials(const std::string& path, const Contact& contact, const std::string& word, const char* instead,
@@ -460,6 +453,8 @@ struct Checker {
           forces = names_of(m.forces), measures = names_of(m.measures);
     Names touched = bodies;
     for (const Boundary& b : s.boundaries) touched.push_back(b.name);
+    for (const Surface& surface : m.surfaces)
+      if (surface.touches_soil) touched.push_back(surface.name);
     if (s.soil && s.soil->container) touched.push_back("container");
     switch (watch.kind) {
       case Watch::Kind::driver:

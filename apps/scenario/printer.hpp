@@ -236,6 +236,7 @@ class Printer {
                   [](Printer& p, T& value) { visit([&](auto& e) { declare(p, e); }, value.element); });
     }
   }
+  void kind(const char* key, GivenLaw& value, const char* meaning);  // given_law.cpp
   template <class Variant>
   void kind(const char* key, Variant& value, const char* meaning) {
     if (!listing()) {

@@ -220,6 +220,7 @@ class Reader {
       }
     });
   }
+  void kind(const char* key, GivenLaw& value, const char* meaning);  // given_law.cpp
   template <class Variant>
   void kind(const char* key, Variant& value, const char* meaning) {
     open_ = node_.find(key) == nullptr;

@@ -8,6 +8,7 @@
 #include "apps/laboratory/tests.hpp"
 #include "apps/scenario/load.hpp"
 #include "apps/scenario/printer.hpp"
+#include "libdem/laws/wet.hpp"
 #include "libmbd/elements.hpp"
 #include "libmbd/measures.hpp"
 

@@ -6,8 +6,8 @@
 #include <variant>
 #include <vector>
 
+#include "apps/scenario/given_law.hpp"
 #include "libdem/base/vec3.hpp"
-#include "libdem/laws/laws.hpp"
 #include "libdem/particles/particles.hpp"
 #include "libmbd/constraint.hpp"
 #include "libmbd/force.hpp"
@@ -25,7 +25,6 @@ using Vec2 = std::array<double, 2>;
 inline constexpr double required = std::numeric_limits<double>::quiet_NaN();  ///< the file must say it
 inline constexpr double unlimited = std::numeric_limits<double>::infinity();
 
-using Law = dem::GivenLaw;
 using Joint = mbd::AnyJoint;
 using Driver = mbd::AnyDriver;
 using Force = mbd::AnyForce;
@@ -51,7 +50,7 @@ struct Combination {
 /// The law between two materials; `between` holds names, in the file's order.
 struct Contact {
   std::array<std::string, 2> between;
-  Law law;
+  GivenLaw law;
   std::vector<Combination> combine{};  // done by the reader: the law holds the values
 };
 
@@ -278,6 +277,7 @@ struct Time {
   double end = required;            // of dynamics and kinematics
   std::optional<double> soil_step;  // empty: auto
   double safety = 0.8;              // auto step / stable step (a bound on the safe side)
+  double accuracy = 0.01;           // of the restitution, with the auto step
   MachineTime machine;
   long threads = 0;  // 0: all cores
 };

@@ -1,9 +1,14 @@
 #pragma once
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
 #include <stdexcept>
 
 #include "libdem/laws/adhesive_friction.hpp"
-#include "libdem/laws/hertz_mindlin.hpp"
+#include "libdem/laws/damping_ratio.hpp"
+#include "libdem/laws/elastic_pair.hpp"
+#include "libdem/laws/friction.hpp"
 
 /// Edinburgh elasto-plastic adhesion (Thakur et al. 2014, Morrissey 2013), as in EDEM, PFC, Rocky and LIGGGHTS.
 ///     loading:                                F = -f0 + k1 delta^n
@@ -33,6 +38,7 @@ namespace subsoil::dem {
 struct Eepa {
   static constexpr bool constant_stiffness = false;
   static constexpr int memory = 2;  ///< delta_c, m; A, N
+  static constexpr bool plastic = true;
   static constexpr double left_out = std::numeric_limits<double>::quiet_NaN();
   double n = 1.5;
   double k1 = left_out, E_eff = left_out;
@@ -88,7 +94,14 @@ struct Eepa {
   /// Takes a share of the constant pull, while a bed settles. The adhesion that a contact has stems from how it was
   /// loaded: taken away then, it would not come back.
   void weaken(double share) { f0 *= share; }
-  double reach() const { return 0; }
+  double cutoff() const { return 0; }
+  /// Numbers that suit spheres of some millimetres, for the property tests.
+  static Eepa example() {
+    Eepa law;
+    law.n = 1.5, law.k1 = 3e5, law.plasticity = 0.6, law.w = 20, law.restitution = 0.7;
+    law.friction.mu = 0.4, law.friction.mu_r = 0.05;
+    return law;
+  }
   double rest_overlap() const { return 0; }
 
   template <class T>

@@ -4,6 +4,7 @@
 
 #include "coupling/simulation.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
+#include "libdem/laws/wet.hpp"
 #include "libdem/packing/placement.hpp"
 #include "libdem/packing/settle.hpp"
 #include "libdem/step/stability.hpp"
@@ -102,7 +103,7 @@ class TinePass {
     soil.friction.mu = setup_.mu, soil.friction.mu_r = 0.1;
     dem::Wet steel = soil;
     steel.K_X = 24000, steel.K_Y = 12000, steel.K_B = 1000 * setup_.attraction;
-    return {.materials = 2, .index = {0, 1, 1, 1}, .laws = {soil.resolved(), steel.resolved()}};
+    return {.materials = 2, .index = {0, 1, 1, 1}, .laws = {soil, steel}};
   }
 
   static dem::BedOptions options() {

@@ -5,6 +5,7 @@
 
 #include "apps/scenario/load.hpp"
 #include "apps/scenario/printer.hpp"
+#include "libdem/laws/wet.hpp"
 #include "libmbd/joints/revolute.hpp"
 #include "libmbd/joints/translational.hpp"
 #include "scenario_samples.hpp"
@@ -25,7 +26,7 @@ TEST(ScenarioCopy, SoilReadsBackTheSame) {
   const Scenario scenario = load_scenario_text(sample_soil).scenario;
   expect_round_trip(scenario);
   const Scenario again = load_scenario_text(write_scenario(scenario)).scenario;
-  const auto &first = std::get<dem::Wet>(scenario.contacts[1].law), &second = std::get<dem::Wet>(again.contacts[1].law);
+  const auto &first = *scenario.contacts[1].law.get_if<dem::Wet>(), &second = *again.contacts[1].law.get_if<dem::Wet>();
   EXPECT_EQ(first.K_X, second.K_X);
   EXPECT_EQ(first.K_B, second.K_B);
   EXPECT_EQ(first.values, second.values);
