@@ -17,8 +17,10 @@ void describe(Fields& v, MachineTime& t) {
       "of "
       "its own for smooth motion; ida: SUNDIALS IDA on the whole system, also for stiff forces");
   v.count("order", t.order, "[1, 6]", "of adams-moulton");
-  v.quantity("rtol", t.rtol, "1", "(0, 0.1]", "relative tolerance of cvode and ida");
-  v.quantity("atol", t.atol, "1", "(0, 0.1]", "absolute tolerance of cvode and ida, in m, rad, m/s and rad/s");
+  v.quantity("rtol", t.rtol, "1", "(0, 0.1]",
+             "relative tolerance of cvode and ida; left out: 1e-12 of cvode, 1e-8 of ida");
+  v.quantity("atol", t.atol, "1", "(0, 0.1]",
+             "absolute tolerance of cvode and ida, in m, rad, m/s and rad/s; left out: 1e-12 of cvode, 1e-10 of ida");
   v.choice("formulation", t.formulation,
            {{"stabilised index 2", mbd::IdaFormulation::stabilised_index_2}, {"index 1", mbd::IdaFormulation::index_1}},
            "equations of ida: constraints on position and velocity level, or on the level of accelerations");
