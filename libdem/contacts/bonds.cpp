@@ -14,7 +14,7 @@ void Bed::Impl::each_bond(const std::function<void(std::uint32_t, std::uint32_t)
     each_lane(runs[r], [&](std::uint32_t block, std::uint32_t lane) {
       if (read_bond(memory(runs[r], block), shape, lane).state != kBonded) return;
       const PairBlock& b = blocks[runs[r].first + block];
-      use(b.owner[lane], b.other[lane]);
+      use(b.i[lane], b.j[lane]);
     });
   }
 }
@@ -34,7 +34,7 @@ void Bed::Impl::form_bonds_of(std::uint32_t r, double gap) {
   const PairRun& run = runs[r];
   each_lane(runs[r], [&](std::uint32_t block, std::uint32_t lane) {
     const PairBlock& pair = blocks[run.first + block];
-    const Sphere a = sphere(pair.owner[lane]), b = sphere(pair.other[lane]);
+    const Sphere a = sphere(pair.i[lane]), b = sphere(pair.j[lane]);
     const double overlap = a.r + b.r - norm(a.x - b.x);
     if (overlap < -gap) return;
     BondMemory<double> bond;
@@ -58,7 +58,7 @@ void Bed::Impl::note_broken_bonds() {
       if (bond.state < kBrokeInTension) return;
       write_bond(lines_of, pair_memory[run.law], lane, {});
       const PairBlock& pair = blocks[run.first + block];
-      const Sphere a = sphere(pair.owner[lane]), b = sphere(pair.other[lane]);
+      const Sphere a = sphere(pair.i[lane]), b = sphere(pair.j[lane]);
       const Vec3 apart = a.x - b.x;
       const double distance = norm(apart);
       const bool tension = bond.state < kBrokeInShear;

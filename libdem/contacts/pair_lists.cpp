@@ -38,15 +38,15 @@ struct Classes {
 class Slices {
  public:
   /// Partners of each sphere of the tile.
-  explicit Slices(const std::array<std::uint32_t, kTile>& pairs) {
+  explicit Slices(const std::array<std::uint32_t, kParticleBlock>& pairs) {
     // Counting sort, stable; those with many pairs share the first counter.
     constexpr std::uint32_t many = 63;
     std::array<std::uint32_t, many + 2> next{};
     const auto counter = [&](std::uint32_t k) { return many - std::min(pairs[k], many); };
-    for (std::uint32_t k = 0; k < kTile; ++k) ++next[counter(k) + 1];
-    owners_ = kTile - next[many + 1];
+    for (std::uint32_t k = 0; k < kParticleBlock; ++k) ++next[counter(k) + 1];
+    owners_ = kParticleBlock - next[many + 1];
     std::partial_sum(next.begin(), next.end(), next.begin());
-    for (std::uint32_t k = 0; k < kTile; ++k) place_[next[counter(k)]++] = k;
+    for (std::uint32_t k = 0; k < kParticleBlock; ++k) place_[next[counter(k)]++] = k;
     const auto shared = std::find_if(place_.begin(), place_.end(), [&](std::uint32_t k) { return pairs[k] < many; });
     std::stable_sort(place_.begin(), shared, [&](std::uint32_t a, std::uint32_t b) { return pairs[a] > pairs[b]; });
     for (std::uint32_t first = 0; first < owners_; first += kBlock) {
@@ -63,8 +63,8 @@ class Slices {
   }
 
  private:
-  std::array<std::uint32_t, kTile> place_;
-  std::array<std::uint32_t, kTile / kBlock> first_block_{};
+  std::array<std::uint32_t, kParticleBlock> place_;
+  std::array<std::uint32_t, kParticleBlock / kBlock> first_block_{};
   std::uint32_t owners_ = 0, blocks_ = 0;
 };
 
@@ -75,7 +75,7 @@ class TileLayout {
 
   void begin(std::uint32_t block, bool slice) { shapes_[block] = {.lanes = 0, .begins = slice}; }
   void put(std::uint32_t block, std::uint32_t lane, std::uint32_t owner, std::uint32_t other) {
-    blocks_[block].owner[lane] = owner, blocks_[block].other[lane] = other;
+    blocks_[block].i[lane] = owner, blocks_[block].j[lane] = other;
     shapes_[block].lanes = static_cast<std::uint8_t>(std::max<std::uint32_t>(shapes_[block].lanes, lane + 1));
   }
   /// Lanes without a pair: in a slice that of the block before, which has one; else the block's first.
@@ -84,7 +84,7 @@ class TileLayout {
     for (std::uint32_t l = shapes_[block].lanes; l < kBlock; ++l) {
       const PairBlock& from = shapes_[block].begins ? b : blocks_[block - 1];
       const std::uint32_t lane = shapes_[block].begins ? 0 : l;
-      b.owner[l] = from.owner[lane], b.other[l] = from.other[lane];
+      b.i[l] = from.i[lane], b.j[l] = from.j[lane];
     }
   }
 
@@ -98,14 +98,14 @@ class TileLayout {
 void Bed::Impl::build_runs(HalfList& list, const Grid& grid) {
   const auto count = static_cast<std::uint32_t>(spheres.size());
   const Classes classes{static_cast<std::uint32_t>(laws.laws.size())};
-  tiles.assign((count + kTile - 1) / kTile, {});
+  tiles.assign((count + kParticleBlock - 1) / kParticleBlock, {});
   const int tile_count = static_cast<int>(tiles.size());
   // By tile and class: of touching pairs blocks, of near pairs pairs; then where they begin.
   std::vector<std::uint32_t> sizes(tiles.size() * classes.count(), 0);
   Buffer<std::uint16_t> class_of;
   class_of.renew(list.other.size());
   const auto slices = [&](const Tile& t, std::uint32_t touching) {
-    std::array<std::uint32_t, kTile> pairs{};
+    std::array<std::uint32_t, kParticleBlock> pairs{};
     for (std::uint32_t i = t.begin; i < t.end; ++i)
       for (std::uint32_t p = list.start[i]; p < list.start[i + 1]; ++p) pairs[i - t.begin] += class_of[p] == touching;
     return Slices(pairs);
@@ -115,16 +115,16 @@ void Bed::Impl::build_runs(HalfList& list, const Grid& grid) {
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (int k = 0; k < tile_count; ++k) {
     Tile& t = tiles[static_cast<std::size_t>(k)];
-    const Sphere& first = spheres[static_cast<std::size_t>(k) * kTile];
+    const Sphere& first = spheres[static_cast<std::size_t>(k) * kParticleBlock];
     const auto as_first = [&](const Sphere& s) { return s.r == first.r && s.m == first.m; };
-    t.begin = static_cast<std::uint32_t>(k) * kTile, t.end = std::min(count, t.begin + kTile);
+    t.begin = static_cast<std::uint32_t>(k) * kParticleBlock, t.end = std::min(count, t.begin + kParticleBlock);
     t.last = static_cast<std::uint32_t>(k);
-    t.alike = true;
+    t.uniform = true;
     t.seam_first = t.last + 1, t.seam_last = t.last;
     auto part_end = std::upper_bound(part_ends.begin(), part_ends.end(), t.begin);
     std::uint32_t* size = sizes.data() + static_cast<std::size_t>(k) * classes.count();
     for (std::uint32_t i = t.begin; i < t.end; ++i) {
-      t.alike = t.alike && as_first(spheres[i]);
+      t.uniform = t.uniform && as_first(spheres[i]);
       while (i >= *part_end) ++part_end;
       for (std::uint32_t p = list.start[i]; p < list.start[i + 1]; ++p) {
         const Sphere &a = spheres[i], &b = spheres[list.other[p]];
@@ -133,8 +133,8 @@ void Bed::Impl::build_runs(HalfList& list, const Grid& grid) {
         const bool seam = list.other[p] >= *part_end;
         class_of[p] = static_cast<std::uint16_t>(classes.of(law, gap, skin, seam));
         ++size[class_of[p]];
-        t.alike = t.alike && as_first(b);
-        const std::uint32_t tile = list.other[p] / kTile;
+        t.uniform = t.uniform && as_first(b);
+        const std::uint32_t tile = list.other[p] / kParticleBlock;
         if (!seam)
           t.last = std::max(t.last, tile);
         else if (t.seam_first > t.seam_last)
@@ -154,7 +154,7 @@ void Bed::Impl::build_runs(HalfList& list, const Grid& grid) {
   const auto add_run = [&](const Tile& t, std::uint32_t law, std::uint32_t n, bool near, bool seam) {
     if (n == 0) return;
     runs.push_back(
-        {.law = law, .first = block, .blocks = n, .lines = line, .near = near, .alike = t.alike, .seam = seam});
+        {.law = law, .first = block, .blocks = n, .lines = line, .near = near, .uniform = t.uniform, .seam = seam});
     block += n;
     line += pair_memory[law].lines(n);
   };
@@ -229,10 +229,10 @@ void Bed::Impl::each_history(const PairRun& run, const Buffer<PairBlock>& of_blo
     const PairBlock& b = of_blocks[run.first + block];
     const BlockMemory memory = BlockMemory::at(first, run.blocks, shape, block);
     for (std::uint32_t lane = 0; lane < of_shapes[run.first + block].lanes; ++lane) {
-      if (const PairState s = read_lane(memory, shape, lane); !s.empty()) use_pair({b.owner[lane], b.other[lane], s});
+      if (const PairState s = read_lane(memory, shape, lane); !s.empty()) use_pair({b.i[lane], b.j[lane], s});
       if (!shape.bonds) continue;
       if (const BondMemory<double> s = read_bond(memory, shape, lane); s.state != kNoBond)
-        use_bond({b.owner[lane], b.other[lane], s});
+        use_bond({b.i[lane], b.j[lane], s});
     }
   }
 }

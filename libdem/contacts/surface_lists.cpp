@@ -88,10 +88,10 @@ void Bed::Impl::build_surfaces() {
       }
       faces.insert(faces.end(), mine.faces.begin(), mine.faces.end());
     }
-    for (std::size_t begin = first; begin < entries.size(); begin += kTile)
+    for (std::size_t begin = first; begin < entries.size(); begin += kParticleBlock)
       chunks.push_back({.boundary = b,
                         .begin = static_cast<std::uint32_t>(begin),
-                        .end = static_cast<std::uint32_t>(std::min<std::size_t>(begin + kTile, entries.size())),
+                        .end = static_cast<std::uint32_t>(std::min<std::size_t>(begin + kParticleBlock, entries.size())),
                         .wrench = {},
                         .lost = {}});
   }
@@ -108,7 +108,7 @@ void Bed::Impl::build_surfaces() {
 
   // Planes: by tile, then boundary, then law, then sphere.
   std::stable_sort(faces.begin(), faces.end(), [](const OnFace& a, const OnFace& b) {
-    const std::uint32_t x[3] = {a.sphere / kTile, a.boundary, a.law}, y[3] = {b.sphere / kTile, b.boundary, b.law};
+    const std::uint32_t x[3] = {a.sphere / kParticleBlock, a.boundary, a.law}, y[3] = {b.sphere / kParticleBlock, b.boundary, b.law};
     return std::lexicographical_compare(x, x + 3, y, y + 3);
   });
   plane_runs.clear(), plane_blocks.clear();

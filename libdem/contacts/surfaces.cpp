@@ -67,7 +67,7 @@ class ChunkRun {
   void use_law(std::uint32_t law) {
     if (law != law_) flush();
     law_ = law;
-    job_.reach = bed_.surface_reach[law];
+    job_.cutoff = bed_.surface_reach[law];
   }
 
   void add_lane(const Sphere& s, const SurfaceContact& c, const PairState& state, Lane lane) {
@@ -80,7 +80,7 @@ class ChunkRun {
     // Just out of the law's reach, where it drops its springs and books them; with the true velocity, since the
     // dashpots still worked over half of this step.
     const Vec3 n = boundary_.pose.attitude.rotate(normal);
-    const double distance = (s.r + job_.reach) * (1 + 1e-9);
+    const double distance = (s.r + job_.cutoff) * (1 + 1e-9);
     fill(n, distance, boundary_.velocity + cross(boundary_.spin, s.x - n * distance - boundary_.pose.position), state,
          {&e, -1, {}});
   }
@@ -155,7 +155,7 @@ PlaneJob Bed::Impl::plane_job(const Boundary& b, double elapsed) const {
     Vec3 axis{};
     axis[column] = 1;
     axis = b.pose.attitude.rotate(axis);
-    for (int row = 0; row < 3; ++row) job.turn[row][column] = axis[row];
+    for (int row = 0; row < 3; ++row) job.rotation[row][column] = axis[row];
     job.position[column] = b.pose.position[column];
     job.velocity[column] = b.velocity[column];
     job.spin[column] = b.spin[column];

@@ -4,8 +4,8 @@
 #include "libdem/laws/friction.hpp"
 #include "libdem/simd/vec_f.hpp"
 
-/// One contact, a pack at a time: geometry, slip and rolling velocities, which are common to all laws, around the law.
-/// P is the number type, VecD or VecF.
+/// One contact, a SIMD vector at a time: geometry, slip and rolling velocities, which are common to all laws, around
+/// the law. P is the number type, VecD or VecF.
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
@@ -30,11 +30,11 @@ inline VecD series_root(VecD a, VecD b) {
 /// Inertias of fine grains, 1e-17 kg m2, multiplied by each other are no floats any more.
 inline VecF series_root(VecF a, VecF b) { return sqrt(a * (b / (a + b))); }
 
-/// Contact partners; n from j to i.
+/// Spheres in contact; n from j to i.
 template <class P>
 struct Touch {
   P n[3], overlap, v[3];  ///< v of the centre (at a surface: of the sphere against the surface's point)
-  P w_i[3], w_j[3];       ///< of a surface only its spin
+  P w_i[3], w_j[3];       ///< of a surface only its angular velocity
   P r_i, r_j;
 };
 
@@ -87,8 +87,8 @@ template <bool Pair, bool Rolls, class L, class P>
 template <class P>
 struct Meeting {
   P n[3], overlap, v_n, v_t[3];
-  P w[3], twist;  ///< with rolling resistance: rolling velocity, spin about the normal
-  P l_i, l_j;     ///< levers of tangential forces
+  P w[3], twist;  ///< with rolling resistance: rolling velocity, angular velocity about the normal
+  P l_i, l_j;     ///< moment arms of tangential forces
   Effective<P> effective;
 };
 
@@ -108,14 +108,14 @@ struct Response {
 };
 
 /// `Pair`: two spheres, contact point in the middle of the overlap; else a sphere and a surface, contact point on the
-/// surface. `share` 1 for these levers, 0 for the radius.
+/// surface. `share` 1 for these moment arms, 0 for the radius.
 template <bool Pair, bool Rolls, class L, class P>
 [[gnu::always_inline]] inline void meet(double share, const Touch<P>& a, MeetingOf<Pair, L, P>& out) {
   const P sink = P(Pair ? 0.5 * share : share) * a.overlap;
   const P l_i = a.r_i - sink, l_j = Pair ? a.r_j - sink : P(0.0);
   P arm[3];
   for (int d = 0; d < 3; ++d) arm[d] = Pair ? l_i * a.w_i[d] + l_j * a.w_j[d] : l_i * a.w_i[d];
-  // Spins move the contact point across n only: what the centres do along it is known before the levers are.
+  // Spins move the contact point across n only: what the centres do along it is known before the moment arms are.
   const P v_n = dot3(a.v, a.n);
   for (int d = 0; d < 3; ++d) {
     const int e = (d + 1) % 3, f = (d + 2) % 3;
@@ -224,7 +224,7 @@ template <class L, class P>
   for (int d = 0; d < 3; ++d) m.n[d] = a.n[d], m.w[d] = a.w[d];
   mid_step_slip(a, P(elapsed), m.v_t);
   m.overlap = a.overlap, m.v_n = a.v_n, m.twist = a.twist, m.spin = a.spin;
-  m.smaller = a.effective.smaller, m.sum = a.l_i + a.l_j + a.overlap;  // levers to the middle of the overlap
+  m.smaller = a.effective.smaller, m.sum = a.l_i + a.l_j + a.overlap;  // moment arms to the middle of the overlap
   m.root_m = a.effective.root_m, m.root_i = P(std::sqrt(2.0 / 7.0)) * a.effective.root_i;
   m.dt = P(elapsed);
   const BondForce<P> b = law.bond.act(m, memory);

@@ -96,7 +96,7 @@ struct Tile {
   std::uint32_t seam_runs_begin;             ///< those at a seam are the last
   std::uint32_t seam_first, seam_last;       ///< tiles of partners in other strips; the latter smaller: none
   std::uint32_t seams_begin, seams_end;      ///< what its own spheres get across seams
-  bool alike;                                ///< it and all its partners have one radius and one mass
+  bool uniform;                                ///< it and all its partners have one radius and one mass
   Losses lost;                               ///< running
   double stored = 0, kinetic = 0, spin = 0, gravity = 0;
   double pairs = 0, overlap = 0, speed2 = 0, squares = 0;
@@ -128,11 +128,11 @@ struct Border {
   }
   /// Blocks begin to end, all of one run, for the kernel.
   void offer(PairJob& job, std::size_t begin, std::size_t end) {
-    job.border_block = block.data() + begin;
-    job.border_count = static_cast<std::uint32_t>(end - begin);
-    job.border_result = result.data() + begin;
-    job.border_rows = rows.data() + begin;
-    job.border_awake = awake.data() + begin;
+    job.halo_block = block.data() + begin;
+    job.halo_count = static_cast<std::uint32_t>(end - begin);
+    job.halo_result = result.data() + begin;
+    job.halo_rows = rows.data() + begin;
+    job.halo_active = awake.data() + begin;
   }
 };
 
@@ -221,8 +221,8 @@ struct Bed::Impl {
   Buffer<BlockShape> shapes;
   Buffer<double> wake;                   ///< per block
   Buffer<Line> lines;                    ///< memory of pairs
-  std::vector<BlockRows> seam_rows;      ///< by PairRun::rows
-  std::vector<std::uint8_t> seam_given;  ///< whether a block at a seam gives something in this step
+  std::vector<BlockRows> interface_rows;      ///< by PairRun::rows
+  std::vector<std::uint8_t> interface_given;  ///< whether a block at a seam gives something in this step
   std::vector<ForeignLane> seams;        ///< by tile of the partner
   OldPairs old;
   std::vector<PlaneRun> plane_runs;

@@ -29,19 +29,19 @@ namespace subsoil::dem {
 
 PairJob Bed::Impl::pair_job(const PairRun& run, const Tile& tile, const Booking& booking, double elapsed) {
   PairJob job{};
-  job.book = booking.book, job.sum = booking.sum;
+  job.record = booking.book, job.accumulate = booking.sum;
   job.spheres = spheres.data();
   job.mixed = is_mixed() ? mixed.data() : nullptr;
   job.blocks = blocks.data() + run.first;
   job.shapes = shapes.data() + run.first;
   job.lines = lines.data() + run.lines;
   job.count = run.blocks;
-  job.alike = run.alike;
-  if (run.seam) job.seam_rows = seam_rows.data() + run.rows, job.seam_given = seam_given.data() + run.rows;
+  job.uniform = run.uniform;
+  if (run.seam) job.interface_rows = interface_rows.data() + run.rows, job.interface_given = interface_given.data() + run.rows;
   job.elapsed = elapsed;
   job.path = tile.path;
-  job.wake = run.near ? wake.data() + run.first : nullptr;
-  job.reach = reach(run.law);
+  job.activation = run.near ? wake.data() + run.first : nullptr;
+  job.cutoff = reach(run.law);
   return job;
 }
 
@@ -130,8 +130,8 @@ class Sweep {
       job.ahead_count = to > from ? to - from : 0;
       if (t.seam_runs_begin < t.runs_end && !bed_.runs[t.seam_runs_begin].near) {
         const PairRun& seam = bed_.runs[t.seam_runs_begin];
-        job.seam_blocks = bed_.blocks.data() + seam.first, job.seam_count = seam.blocks;
-        job.seam_pushes = bed_.seam_rows[seam.rows].of, job.seam_lines = bed_.lines.data() + seam.lines;
+        job.interface_blocks = bed_.blocks.data() + seam.first, job.interface_count = seam.blocks;
+        job.interface_pushes = bed_.interface_rows[seam.rows].of, job.interface_lines = bed_.lines.data() + seam.lines;
       }
       const std::uint32_t next = (&t + 1)->runs_begin;
       if (next < (&t + 1)->runs_end && !bed_.runs[next].near) {
@@ -148,21 +148,21 @@ class Sweep {
   void seam_pairs(Tile& t, std::uint32_t r, std::size_t first) {
     PairRun& run = bed_.runs[r];
     const bool evaluated = first < border_;
-    if (!evaluated) std::fill_n(bed_.seam_given.begin() + run.rows, run.blocks, 0);
+    if (!evaluated) std::fill_n(bed_.interface_given.begin() + run.rows, run.blocks, 0);
     if (run.near && t.path < run.wakes) return;
     PairJob job = bed_.pair_job(run, t, booking_, bed_.dt_before);
     job.ring = ring_;
     if (evaluated) {
       w_.border.offer(job, first, border_);
-      job.book = job.book || !is_usual(bed_.law(run.law));
+      job.record = job.record || !is_usual(bed_.law(run.law));
     } else {
       w_.at_seam.offer(job, 0, run.blocks);
-      job.border = true;
+      job.halo = true;
       evaluate(t, r, job);
-      job.book = job.book || !is_usual(bed_.law(run.law));  // as it was evaluated
+      job.record = job.record || !is_usual(bed_.law(run.law));  // as it was evaluated
       bed_.kernel.keep(job);
     }
-    bed_.kernel.add_seam(job);
+    bed_.kernel.add_interface(job);
     book(t, run, job);
   }
 
@@ -173,7 +173,7 @@ class Sweep {
     (run.near ? t.near_blocks : t.touching_blocks) += job.evaluated;
   }
   void book(Tile& t, PairRun& run, const PairJob& job) const {
-    if (run.near) run.wakes = *std::min_element(job.wake, job.wake + run.blocks);
+    if (run.near) run.wakes = *std::min_element(job.activation, job.activation + run.blocks);
     if (!booking_.sum) return;
     take(t, job.sums);
     t.pairs += job.sums.within_cutoff;
@@ -191,10 +191,10 @@ class Sweep {
 
   void planes(Tile& t, PlaneRun& run) {
     PlaneJob job = bed_.plane_jobs[run.boundary];
-    job.book = booking_.book;
+    job.record = booking_.book;
     job.blocks = bed_.plane_blocks.data() + run.first;
     job.count = run.blocks, job.contacts = run.contacts;
-    job.reach = bed_.surface_reach[run.law];
+    job.cutoff = bed_.surface_reach[run.law];
     job.lines = bed_.plane_lines.data() + run.lines;
     job.ring = ring_;
     bed_.kernel.planes(bed_.law(run.law), job);
@@ -215,7 +215,7 @@ class Sweep {
         Four{e.torque.x, e.torque.y, e.torque.z, static_cast<double>(e.touching)});
   }
 
-  TileJob tile_job(const Tile& t) {
+  ParticleBlockJob tile_job(const Tile& t) {
     const Vec3& g = bed_.options.gravity;
     return {.spheres = bed_.spheres.data(),
             .mixed = bed_.is_mixed() ? bed_.mixed.data() : nullptr,
@@ -223,7 +223,7 @@ class Sweep {
             .end = t.end,
             .ring = ring_,
             .gravity = {g.x, g.y, g.z},
-            .alike = t.alike};
+            .uniform = t.uniform};
   }
 
   /// Energies and state at t_n, from complete sums and before the move.
@@ -290,16 +290,16 @@ void Bed::Impl::run_errands(Worker& w) {
     const auto [tile, r, evaluator] = border.place[errand.first];
     const PairRun& run = runs[r];
     if (run.seam)
-      for (std::uint32_t k = errand.first; k < errand.end; ++k) seam_given[run.rows + border.block[k]] = 0;
+      for (std::uint32_t k = errand.first; k < errand.end; ++k) interface_given[run.rows + border.block[k]] = 0;
     if (run.near && tiles[tile].path < run.wakes) {
       std::fill(border.awake.begin() + errand.first, border.awake.begin() + errand.end, 0);
       continue;
     }
     PairJob job = pair_job(run, tiles[tile], booking(tile), dt_before);
     border.offer(job, errand.first, errand.end);
-    job.border = true;
+    job.halo = true;
     kernel.pairs(law(run.law), job);
-    job.book = job.book || !is_usual(law(run.law));  // as they were evaluated
+    job.record = job.record || !is_usual(law(run.law));  // as they were evaluated
     kernel.keep(job);
     if (job.broke) note_break(r);
   }
@@ -415,8 +415,8 @@ std::uint32_t Bed::Impl::deepest_sphere() const {
   for (const SurfaceChunk& c : chunks) offer(c.max_overlap, c.worst);
   for (const PairBlock& block : blocks.all())
     for (std::uint32_t l = 0; l < kBlock; ++l) {
-      const Sphere &a = spheres[block.owner[l]], &b = spheres[block.other[l]];
-      offer((a.r + b.r - norm(a.x - b.x)) / std::min(a.r, b.r), block.owner[l]);
+      const Sphere &a = spheres[block.i[l]], &b = spheres[block.j[l]];
+      offer((a.r + b.r - norm(a.x - b.x)) / std::min(a.r, b.r), block.i[l]);
     }
   for (const PlaneRun& run : plane_runs)
     for (std::uint32_t k = 0; k < run.contacts; ++k) {

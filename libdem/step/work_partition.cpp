@@ -33,9 +33,9 @@ void Bed::Impl::divide_work() {
     until[k + 1] = until[k] + work;
   }
   std::uint32_t span = 0;
-  for (std::uint32_t k = 0; k < tiles.size(); ++k) span = std::max(span, (tiles[k].last + 1 - k) * kTile);
-  std::size_t ring = 2 * kTile;
-  while (ring < span + kTile) ring *= 2;
+  for (std::uint32_t k = 0; k < tiles.size(); ++k) span = std::max(span, (tiles[k].last + 1 - k) * kParticleBlock);
+  std::size_t ring = 2 * kParticleBlock;
+  while (ring < span + kParticleBlock) ring *= 2;
 
   workers.resize(static_cast<std::size_t>(threads));
   if (known)
@@ -106,7 +106,7 @@ void Bed::Impl::make_room_for_borders() {
       }
       if (t.last == k) continue;
       for (std::uint32_t n = run.first; n < run.first + run.blocks; ++n) {
-        const std::uint32_t last = *std::max_element(blocks[n].other, blocks[n].other + kBlock) / kTile;
+        const std::uint32_t last = *std::max_element(blocks[n].j, blocks[n].j + kBlock) / kParticleBlock;
         ++across[k + 1].in_strip, --across[last + 1].in_strip;
       }
     }
@@ -148,7 +148,7 @@ void Bed::Impl::find_borders() {
         if (!seam && tiles[k].last < w.tiles_end) continue;
         for (std::uint32_t n = 0; n < runs[r].blocks; ++n) {
           const PairBlock& block = blocks[runs[r].first + n];
-          const std::uint32_t last = *std::max_element(block.other, block.other + shapes[runs[r].first + n].lanes);
+          const std::uint32_t last = *std::max_element(block.j, block.j + shapes[runs[r].first + n].lanes);
           if (!seam && last < w.end) continue;
           const auto place = static_cast<std::uint32_t>(b.place.size());
           const std::uint32_t evaluator = worker_of(seam ? tiles[tiles[k].seam_last].begin : last);
@@ -187,7 +187,7 @@ void Bed::Impl::find_foreign_lanes() {
       const PairRun& run = runs[border.place[k].run];
       const std::uint32_t block = run.first + border.block[k];
       for (std::uint32_t l = 0; l < shapes[block].lanes; ++l) {
-        const std::uint32_t other = blocks[block].other[l];
+        const std::uint32_t other = blocks[block].j[l];
         if (other < from.end && !run.seam) continue;  // added in the sweep
         const std::uint32_t to = worker_of(other);
         waits[to * workers.size() + border.place[k].evaluator] = 1;
