@@ -26,6 +26,28 @@ struct Side {
   double r, m;
 };
 
+/// A spring x and a dashpot with a limit.
+struct Element {
+  double k, c;
+  double hold, slide;  ///< limit until it slips, and while it does
+  bool together;       ///< the limit caps spring and dashpot, else the spring alone
+  double kept;         ///< share of the dashpot beside a spring at its limit
+};
+
+/// Force against v after a step; `x` is what the spring was when the step began and becomes what it is now.
+inline Vec3 limited(const Element& of, Vec3& x, const Vec3& v, double dt, bool& slips) {
+  const Vec3 before = x;
+  x += dt * v;
+  const Vec3 all = of.together ? of.k * x + of.c * v : of.k * x;
+  const double size = norm(all), limit = slips ? of.slide : of.hold;
+  slips = size > limit;
+  if (!slips) return of.together ? all : all + of.c * v;
+  const Vec3 along = (1 / size) * all;
+  // Back by what exceeds the limit, but by no more than stood along the force before.
+  if (of.k > 0) x -= std::max(0.0, std::min((size - of.slide) / of.k, dot(before, along))) * along;
+  return of.together ? of.slide * along : of.slide * along + (of.kept * of.c) * v;
+}
+
 /// n from j to i, unit. j.r = 0: a surface whose point moves at j.v (already with its spin) and turns at j.w.
 inline ContactResult reference_contact(const Law& law, const Vec3& n, double distance, const Side& i, const Side& j,
                                        double dt, History& h) {
@@ -48,24 +70,28 @@ inline ContactResult reference_contact(const Law& law, const Vec3& n, double dis
     h.slipping = false;
     return out;
   }
-  // Tangential: spring and dashpot together under Coulomb's limit.
   const double keep = std::min(1.0, normal.stiffness_ratio);
-  const Vec3 xi = keep * (h.xi - dot(h.xi, n) * n) + dt * v_t;
   const double mu = law->friction().mu, mu_d = std::isnan(law->friction().mu_d) ? mu : law->friction().mu_d;
   const bool springs = law->friction().tangential == Tangential::spring;
-  Vec3 pull = normal.c_t * v_t;
-  if (springs) pull += normal.k_t * xi;
+  const FrictionRule rule = law->friction().rule;
+  Vec3 xi = keep * (h.xi - dot(h.xi, n) * n), pull;
   if (law->friction().tangential == Tangential::constant_direction)
     pull = (mu_d * normal.limiting_force / norm(v_t)) * v_t;
-  const bool slips = norm(pull) > (h.slipping ? mu_d : mu) * normal.limiting_force;
+  else
+    pull = limited({.k = springs ? normal.k_t : 0,
+                    .c = normal.c_t,
+                    .hold = mu * normal.limiting_force,
+                    .slide = mu_d * normal.limiting_force,
+                    .together = !springs || rule == FrictionRule::spring_and_dashpot,
+                    .kept = rule == FrictionRule::spring_only ? 1.0 : 0.0},
+                   xi, v_t, dt, h.slipping);
   h.xi = springs ? xi : Vec3{};
-  if (slips) {
-    pull = (mu_d * normal.limiting_force / norm(pull)) * pull;
-    if (springs) h.xi = normal.k_t > 0 ? (1 / normal.k_t) * pull : Vec3{};
-  }
-  h.slipping = slips;
   out.force -= pull;
-  // Rolling.
+  // Rolling and twist: Ai's type C.
+  const auto turning = [&](double k, double c, double cap) {
+    return Element{
+        .k = k, .c = c, .hold = cap, .slide = cap, .together = false, .kept = law->friction().rolling_damping_at_limit};
+  };
   const Vec3 w_all = i.w - j.w, w = w_all - dot(w_all, n) * n;
   const double cap = law->friction().mu_r * r_eff * normal.limiting_force;
   Vec3 moment;
@@ -75,23 +101,21 @@ inline ContactResult reference_contact(const Law& law, const Vec3& n, double dis
     const double k_r = 2.25 * normal.k_n * std::pow(law->friction().mu_r * r_eff, 2);
     const double own = 1.4 * i.m * i.r * i.r, other = 1.4 * j.m * j.r * j.r;
     const double i_r = wall ? own : own * other / (own + other);
-    const Vec3 rho = keep * (h.rho - dot(h.rho, n) * n) + dt * w;
-    moment = k_r * rho + (2 * law->friction().rolling_damping * std::sqrt(i_r * k_r)) * w;
-    h.rho = rho;
-    if (norm(moment) > cap) {
-      moment = (cap / norm(moment)) * moment;
-      h.rho = (1 / k_r) * moment;
-    }
+    h.rho = keep * (h.rho - dot(h.rho, n) * n);
+    bool slips = false;
+    moment =
+        limited(turning(k_r, 2 * law->friction().rolling_damping * std::sqrt(i_r * k_r), cap), h.rho, w, dt, slips);
   }
   if (law->friction().mu_t > 0) {
     const double k = normal.k_n * std::pow(1.5 * law->friction().mu_t * r_eff, 2),
                  most = law->friction().mu_t * r_eff * normal.limiting_force;
     const double own = 0.4 * i.m * i.r * i.r, other = 0.4 * j.m * j.r * j.r;
     const double inertia = wall ? own : own * other / (own + other), spin = dot(w_all, n);
-    h.twist = keep * h.twist + dt * spin;
-    double torque = k * h.twist + 2 * law->friction().rolling_damping * std::sqrt(inertia * k) * spin;
-    if (std::abs(torque) > most) torque = std::copysign(most, torque), h.twist = torque / k;
-    moment += torque * n;
+    Vec3 angle = keep * h.twist * n;
+    bool slips = false;
+    moment += limited(turning(k, 2 * law->friction().rolling_damping * std::sqrt(inertia * k), most), angle, spin * n,
+                      dt, slips);
+    h.twist = dot(angle, n);
   }
   out.torque_i = cross(-l_i * n, -pull) - moment;
   out.torque_j = cross(l_j * n, pull) + moment;

@@ -43,7 +43,11 @@ std::vector<NamedLaw> other_settings() {
   Cohesion by_area = cohesion_by_area(2e5, Cohesion::Area::sjkr2);
   by_area.limit = Cohesion::FrictionLimit::net_force;
   HertzMindlin twisting = hertz;
-  twisting.friction.mu_t = 0.1, twisting.friction.mu_r = 0;
+  twisting.friction.mu_t = 0.1, twisting.friction.mu_r = 0, twisting.friction.rolling_damping_at_limit = 0.5;
+  Linear beside = with(grains(), by_area);
+  beside.friction.rule = FrictionRule::spring_only, beside.friction.rolling_damping_at_limit = 1;
+  Hysteretic undamped = with(compactable(), cohesion_by_area(1e5));
+  undamped.friction.rule = FrictionRule::spring_only_undamped, undamped.damping_factor = 0.1;
   Cohesion from_afar = water(5e-9, 0.8);
   from_afar.forms = Cohesion::Forms::at_rupture_distance, from_afar.limit = Cohesion::FrictionLimit::thornton;
   Linear smooth = grains();
@@ -65,7 +69,7 @@ std::vector<NamedLaw> other_settings() {
           {"eepa, n = 1.5", hertzian},
           {"eepa, n = 1", powder(1, 1e4, 0.7, 50)},
           {"variable restitution, linear", yielding(VariableRestitution::Normal::linear)},
-          {"hysteretic, cohesion by area", with(compactable(), cohesion_by_area(1e5))},
+          {"hysteretic, cohesion by area", undamped},
           {"hunt-crossley, n = 1", viscoelastic(1, 2e4, 0.5, 0.4, 0.05)},
           {"hunt-crossley, n = 1.7", viscoelastic(1.7, 2e6, 0.2, 0.4)},
           {"wet, all bands", all_bands},
@@ -73,7 +77,7 @@ std::vector<NamedLaw> other_settings() {
           {"linear, constant torque", constant},
           {"linear, constant direction", opposing},
           {"jkr, pull-off", at_pull_off},
-          {"linear, cohesion by area", with(grains(), by_area)},
+          {"linear, cohesion by area", beside},
           {"hertz-mindlin, dmt, twist", with(twisting, dmt(5))},
           {"hunt-crossley, liquid bridge", with(spheres, water())},
           {"linear, liquid bridge from afar", with(smooth, from_afar)}};

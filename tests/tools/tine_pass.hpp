@@ -8,6 +8,9 @@
 #include "libdem/packing/placement.hpp"
 #include "libdem/packing/settle.hpp"
 #include "libdem/step/stability.hpp"
+#include "libmbd/drivers/coordinate_driver.hpp"
+#include "libmbd/forces/spring_damper.hpp"
+#include "libmbd/joints/translational.hpp"
 
 /// A small pass through the coupling: 780 spheres of wet soil, an 80 mm wide tine 40 mm deep, towed at 0.5 m/s.
 namespace subsoil::coupling::test {

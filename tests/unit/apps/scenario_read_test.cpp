@@ -12,6 +12,9 @@
 #include "libdem/laws/luding.hpp"
 #include "libdem/laws/variable_restitution.hpp"
 #include "libdem/laws/wet.hpp"
+#include "libmbd/drivers/coordinate_driver.hpp"
+#include "libmbd/forces/wheel_on_soil.hpp"
+#include "libmbd/joints/revolute.hpp"
 #include "scenario_samples.hpp"
 
 namespace subsoil::app {
@@ -51,7 +54,7 @@ TEST(ScenarioRead, SoilSection) {
 
 TEST(ScenarioRead, MachinePointsOfTheStartPoseComeIntoBodyAxes) {
   const Scenario s = load_scenario_text(sample_machine).scenario;
-  const auto& pin = std::get<mbd::Revolute>(s.machine->joints[1].element);
+  const auto& pin = s.machine->joints[1].element.get<mbd::Revolute>();
   EXPECT_EQ(pin.body_a, 1);
   EXPECT_EQ(pin.body_b, 2);
   // The arm stands at 90 deg with its centre at (1, 2): the world point (1, 1.5) is 0.5 m along its -x axis.
@@ -59,10 +62,10 @@ TEST(ScenarioRead, MachinePointsOfTheStartPoseComeIntoBodyAxes) {
   EXPECT_NEAR(pin.p_b[1], 0, 1e-15);
   EXPECT_NEAR(pin.p_a[0], 1, 1e-15);
   EXPECT_NEAR(pin.p_a[1], 1, 1e-15);
-  const auto& driver = std::get<mbd::CoordinateDriver>(s.machine->drivers[0].element);
+  const auto& driver = s.machine->drivers[0].element.get<mbd::CoordinateDriver>();
   EXPECT_EQ(driver.body, 1);
   EXPECT_EQ(driver.motion.velocity.value(3), 0.5);
-  const auto& wheel = std::get<mbd::WheelOnSoil>(s.machine->forces[0].element);
+  const auto& wheel = s.machine->forces[0].element.get<mbd::WheelOnSoil>();
   EXPECT_EQ(wheel.k_c, 1434810);
   EXPECT_EQ(s.machine->surfaces[0].body_index, 2);
   EXPECT_EQ(s.machine->start.kind, StartKind::towing_equilibrium);
@@ -75,7 +78,7 @@ TEST(ScenarioRead, FunctionsOfTime) {
       "  drivers: {d: {coordinate: a.x, position: ";
   const auto position = [&](const std::string& text, double t) {
     const Scenario s = load_scenario_text(head + text + "}}\n").scenario;
-    return std::get<mbd::CoordinateDriver>(s.machine->drivers[0].element).motion.position.value(t);
+    return s.machine->drivers[0].element.get<mbd::CoordinateDriver>().motion.position.value(t);
   };
   EXPECT_DOUBLE_EQ(position("20 mm", 5), 0.02);
   EXPECT_NEAR(position("{harmonic: {amplitude: 3 mm, frequency: 1 Hz}}", 0.25), 0.003, 1e-15);
