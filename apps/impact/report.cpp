@@ -87,7 +87,7 @@ const std::vector<ImpactQuantity>& impact_quantities(const ImpactStudy& study) {
 std::optional<dem::Law> law_of(const ImpactModel& model, const dem::impact::Pair& pair, double speed) {
   dem::HuntCrossley law;
   law.friction.mu = law.friction.mu_r = 0;
-  if (const auto* m = std::get_if<dem::impact::HuntCrossley>(&model)) {
+  if (const auto* m = std::get_if<dem::impact::HuntCrossleyModel>(&model)) {
     law.impact = *m;
   } else if (const auto* m = std::get_if<dem::impact::EnergyEquivalent>(&model)) {
     law.impact.restitution = m->restitution_at(pair, speed), law.impact.at_speed = speed;

@@ -18,10 +18,10 @@ void ContactStore::link_interfaces() {
   };
   std::vector<std::uint32_t> next(particle_blocks.size() + 1, 0);
   const auto second = [&](const PairRun& run, std::uint32_t block, std::uint32_t lane) {
-    return blocks[run.first + block].other[lane];
+    return blocks[run.first + block].j[lane];
   };
   each_pair([&](const PairRun& run, std::uint32_t block, std::uint32_t lane) {
-    ++next[second(run, block, lane) / kTile + 1];
+    ++next[second(run, block, lane) / kParticleBlock + 1];
   });
   std::partial_sum(next.begin(), next.end(), next.begin());
   for (std::size_t k = 0; k < particle_blocks.size(); ++k)
@@ -29,7 +29,7 @@ void ContactStore::link_interfaces() {
   remote.resize(next.back());
   each_pair([&](const PairRun& run, std::uint32_t block, std::uint32_t lane) {
     const std::uint32_t sphere = second(run, block, lane), row = run.rows + block;
-    remote[next[sphere / kTile]++] = {&interface_rows[row].of[lane], &interface_given[row], sphere};
+    remote[next[sphere / kParticleBlock]++] = {&interface_rows[row].of[lane], &interface_given[row], sphere};
   });
 }
 

@@ -16,7 +16,7 @@ void each_bond(const ContactStore& contacts, const ContactLaws& laws,
     contacts.each_lane(run, [&](std::uint32_t block, std::uint32_t lane) {
       if (read_bond(contacts.memory(run, block, shape), shape, lane).state != kBonded) return;
       const PairBlock& b = contacts.blocks[run.first + block];
-      use(b.owner[lane], b.other[lane]);
+      use(b.i[lane], b.j[lane]);
     });
   }
 }
@@ -43,7 +43,7 @@ void Bonds::form_in_run(const PairRun& run, double gap, ContactStore& contacts, 
                         const MemoryShape& shape) {
   contacts.each_lane(run, [&](std::uint32_t block, std::uint32_t lane) {
     const PairBlock& pair = contacts.blocks[run.first + block];
-    const Sphere a = particles.now(pair.owner[lane]), b = particles.now(pair.other[lane]);
+    const Sphere a = particles.now(pair.i[lane]), b = particles.now(pair.j[lane]);
     const double overlap = a.r + b.r - norm(a.x - b.x);
     if (overlap < -gap) return;
     BondMemory<double> bond;
@@ -74,7 +74,7 @@ void Bonds::record_run(const PairRun& run, double time, ContactStore& contacts, 
     if (bond.state < kBrokeInTension) return;
     write_bond(memory, shape, lane, {});
     const PairBlock& pair = contacts.blocks[run.first + block];
-    const Sphere a = particles.now(pair.owner[lane]), b = particles.now(pair.other[lane]);
+    const Sphere a = particles.now(pair.i[lane]), b = particles.now(pair.j[lane]);
     const Vec3 apart = a.x - b.x;
     const double distance = norm(apart);
     const bool tension = bond.state < kBrokeInShear;

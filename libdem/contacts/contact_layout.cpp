@@ -42,15 +42,15 @@ struct Classes {
 class Chunks {
  public:
   /// @param pairs of each sphere of the particle block
-  explicit Chunks(const std::array<std::uint32_t, kTile>& pairs) {
+  explicit Chunks(const std::array<std::uint32_t, kParticleBlock>& pairs) {
     // Counting sort, stable; those with many pairs share the first counter.
     constexpr std::uint32_t many = 63;
     std::array<std::uint32_t, many + 2> next{};
     const auto counter = [&](std::uint32_t k) { return many - std::min(pairs[k], many); };
-    for (std::uint32_t k = 0; k < kTile; ++k) ++next[counter(k) + 1];
-    count_ = kTile - next[many + 1];
+    for (std::uint32_t k = 0; k < kParticleBlock; ++k) ++next[counter(k) + 1];
+    count_ = kParticleBlock - next[many + 1];
     std::partial_sum(next.begin(), next.end(), next.begin());
-    for (std::uint32_t k = 0; k < kTile; ++k) place_[next[counter(k)]++] = k;
+    for (std::uint32_t k = 0; k < kParticleBlock; ++k) place_[next[counter(k)]++] = k;
     const auto shared = std::find_if(place_.begin(), place_.end(), [&](std::uint32_t k) { return pairs[k] < many; });
     std::stable_sort(place_.begin(), shared, [&](std::uint32_t a, std::uint32_t b) { return pairs[a] > pairs[b]; });
     for (std::uint32_t first = 0; first < count_; first += kBlock) {
@@ -67,8 +67,8 @@ class Chunks {
   }
 
  private:
-  std::array<std::uint32_t, kTile> place_;
-  std::array<std::uint32_t, kTile / kBlock> first_block_{};
+  std::array<std::uint32_t, kParticleBlock> place_;
+  std::array<std::uint32_t, kParticleBlock / kBlock> first_block_{};
   std::uint32_t count_ = 0, blocks_ = 0;
 };
 
@@ -79,7 +79,7 @@ class BlockWriter {
 
   void begin(std::uint32_t block, bool chunk) { shapes_[block] = {.lanes = 0, .begins = chunk}; }
   void put(std::uint32_t block, std::uint32_t lane, std::uint32_t i, std::uint32_t j) {
-    blocks_[block].owner[lane] = i, blocks_[block].other[lane] = j;
+    blocks_[block].i[lane] = i, blocks_[block].j[lane] = j;
     shapes_[block].lanes = static_cast<std::uint8_t>(std::max<std::uint32_t>(shapes_[block].lanes, lane + 1));
   }
   /// Lanes without a pair: in a chunk that of the block before, which has one; else the block's first.
@@ -88,7 +88,7 @@ class BlockWriter {
     for (std::uint32_t l = shapes_[block].lanes; l < kBlock; ++l) {
       const PairBlock& from = shapes_[block].begins ? b : blocks_[block - 1];
       const std::uint32_t lane = shapes_[block].begins ? 0 : l;
-      b.owner[l] = from.owner[lane], b.other[l] = from.other[lane];
+      b.i[l] = from.i[lane], b.j[l] = from.j[lane];
     }
   }
 
@@ -106,7 +106,7 @@ class Layout {
       : store_(store), spheres_(spheres), list_(list), laws_(laws), skin_(skin), threads_(threads) {
     const auto count = static_cast<std::uint32_t>(spheres.size());
     classes_.laws = laws.count();
-    store.particle_blocks.assign((count + kTile - 1) / kTile, {});
+    store.particle_blocks.assign((count + kParticleBlock - 1) / kParticleBlock, {});
     sizes_.assign(store.particle_blocks.size() * classes_.count(), 0);
     class_of_.renew(list.j.size());
     for (const std::size_t cells : grid.cache_block_ends()) cache_block_ends_.push_back(grid.start[cells]);
@@ -135,7 +135,7 @@ class Layout {
   std::uint32_t* sizes_of(std::size_t k) { return sizes_.data() + k * classes_.count(); }
 
   Chunks chunks(const ParticleBlock& b, std::uint32_t touching) const {
-    std::array<std::uint32_t, kTile> pairs{};
+    std::array<std::uint32_t, kParticleBlock> pairs{};
     for (std::uint32_t i = b.begin; i < b.end; ++i)
       for (std::uint32_t p = list_.start[i]; p < list_.start[i + 1]; ++p)
         pairs[i - b.begin] += class_of_[p] == touching;
@@ -153,10 +153,10 @@ class Layout {
 
   void classify(std::size_t k) {
     ParticleBlock& block = store_.particle_blocks[k];
-    const Sphere& first = spheres_[k * kTile];
+    const Sphere& first = spheres_[k * kParticleBlock];
     const auto as_first = [&](const Sphere& s) { return s.r == first.r && s.m == first.m; };
-    block.begin = static_cast<std::uint32_t>(k) * kTile;
-    block.end = std::min(static_cast<std::uint32_t>(spheres_.size()), block.begin + kTile);
+    block.begin = static_cast<std::uint32_t>(k) * kParticleBlock;
+    block.end = std::min(static_cast<std::uint32_t>(spheres_.size()), block.begin + kParticleBlock);
     block.last = static_cast<std::uint32_t>(k);
     block.uniform = true;
     block.interface_first = block.last + 1, block.interface_last = block.last;
@@ -173,7 +173,7 @@ class Layout {
         class_of_[p] = static_cast<std::uint16_t>(classes_.of(law, gap, skin_, across));
         ++size[class_of_[p]];
         block.uniform = block.uniform && as_first(b);
-        include_partner(block, list_.j[p] / kTile, across);
+        include_partner(block, list_.j[p] / kParticleBlock, across);
       }
     }
     for (const bool across : {false, true})
@@ -206,7 +206,7 @@ class Layout {
                            .blocks = blocks,
                            .lines = line_,
                            .near = candidates,
-                           .alike = b.uniform,
+                           .uniform = b.uniform,
                            .seam = across});
     block_ += blocks;
     line_ += laws_.pair_memory(law).lines(blocks);

@@ -22,10 +22,10 @@ void each_history(const PairRun& run, const Streams& in, const MemoryShape& shap
     const PairBlock& b = in.blocks[run.first + block];
     const BlockMemory memory = BlockMemory::at(first, run.blocks, shape, block);
     for (std::uint32_t lane = 0; lane < in.shapes[run.first + block].lanes; ++lane) {
-      if (const PairState s = read_lane(memory, shape, lane); !s.empty()) use_pair({b.owner[lane], b.other[lane], s});
+      if (const PairState s = read_lane(memory, shape, lane); !s.empty()) use_pair({b.i[lane], b.j[lane], s});
       if (!shape.bonds) continue;
       if (const BondMemory<double> s = read_bond(memory, shape, lane); s.state != kNoBond)
-        use_bond({b.owner[lane], b.other[lane], s});
+        use_bond({b.i[lane], b.j[lane], s});
     }
   }
 }

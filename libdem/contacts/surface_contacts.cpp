@@ -40,7 +40,7 @@ struct SurfaceContacts::Found {
 void SurfaceContacts::build(const ParticleStore& particles, std::vector<Boundary>& boundaries, const ContactLaws& laws,
                             double skin, int threads) {
   entries.clear(), candidates.clear(), chunks.clear();
-  of_block.assign((particles.size() + kTile - 1) / kTile, {});
+  of_block.assign((particles.size() + kParticleBlock - 1) / kParticleBlock, {});
   std::vector<Found> found(static_cast<std::size_t>(threads));
   std::vector<OnFace> faces;
   for (std::uint32_t b = 0; b < boundaries.size(); ++b) {
@@ -98,10 +98,10 @@ void SurfaceContacts::search(std::uint32_t b, const Boundary& boundary, const Pa
     }
     faces.insert(faces.end(), mine.faces.begin(), mine.faces.end());
   }
-  for (std::size_t begin = first; begin < entries.size(); begin += kTile)
+  for (std::size_t begin = first; begin < entries.size(); begin += kParticleBlock)
     chunks.push_back({.boundary = b,
                       .begin = static_cast<std::uint32_t>(begin),
-                      .end = static_cast<std::uint32_t>(std::min<std::size_t>(begin + kTile, entries.size())),
+                      .end = static_cast<std::uint32_t>(std::min<std::size_t>(begin + kParticleBlock, entries.size())),
                       .wrench = {},
                       .meshes = std::vector<Wrench>(boundary.meshes.size()),
                       .lost = {}});
@@ -115,20 +115,22 @@ void SurfaceContacts::order_entries() {
   std::uint32_t at = 0;
   for (std::size_t k = 0; k < of_block.size(); ++k) {
     of_block[k].entries_begin = at;
-    while (at < entries.size() && entries[entry_order[at]].sphere < (k + 1) * kTile) ++at;
+    while (at < entries.size() && entries[entry_order[at]].sphere < (k + 1) * kParticleBlock) ++at;
     of_block[k].entries_end = at;
   }
 }
 
 /// By particle block, then boundary and its mesh, then law, then sphere.
 void SurfaceContacts::lay_out_planes(std::vector<OnFace>& faces, const ContactLaws& laws) {
-  const auto key = [](const OnFace& f) { return std::array{f.sphere / kTile, f.boundary, f.face.surface, f.law}; };
+  const auto key = [](const OnFace& f) {
+    return std::array{f.sphere / kParticleBlock, f.boundary, f.face.surface, f.law};
+  };
   std::stable_sort(faces.begin(), faces.end(), [&](const OnFace& a, const OnFace& b) { return key(a) < key(b); });
   plane_runs.clear(), plane_blocks.clear();
   std::size_t line = 0, k = 0;
   for (std::size_t block = 0; block < of_block.size(); ++block) {
     of_block[block].planes_begin = static_cast<std::uint32_t>(plane_runs.size());
-    while (k < faces.size() && faces[k].sphere < (block + 1) * kTile) {
+    while (k < faces.size() && faces[k].sphere < (block + 1) * kParticleBlock) {
       const std::size_t head = k;
       PlaneRun run{.boundary = faces[k].boundary,
                    .mesh = faces[k].face.surface,

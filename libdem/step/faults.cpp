@@ -17,8 +17,8 @@ std::uint32_t Bed::Impl::deepest_sphere() const {
   for (const SurfaceChunk& c : surfaces.chunks) offer(c.max_overlap, c.worst);
   for (const PairBlock& block : contacts.blocks.all())
     for (std::uint32_t l = 0; l < kBlock; ++l) {
-      const Sphere &a = particles[block.owner[l]], &b = particles[block.other[l]];
-      offer((a.r + b.r - norm(a.x - b.x)) / std::min(a.r, b.r), block.owner[l]);
+      const Sphere &a = particles[block.i[l]], &b = particles[block.j[l]];
+      offer((a.r + b.r - norm(a.x - b.x)) / std::min(a.r, b.r), block.i[l]);
     }
   for (const PlaneRun& run : surfaces.plane_runs)
     for (std::uint32_t k = 0; k < run.contacts; ++k) {

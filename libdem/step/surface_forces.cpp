@@ -70,7 +70,7 @@ class ChunkRun {
   void use_law(std::uint32_t law) {
     if (law != law_) flush();
     law_ = law;
-    job_.reach = of_.laws.surface_cutoff(law);
+    job_.cutoff = of_.laws.surface_cutoff(law);
   }
 
   void add_lane(const Sphere& s, const SurfaceContact& c, const PairState& state, Lane lane) {
@@ -83,7 +83,7 @@ class ChunkRun {
     // Just out of the law's reach, where it drops its springs and accounts for them; with the true velocity, since the
     // dashpots still worked over half of this step.
     const Vec3 n = boundary_.pose.attitude.rotate(normal);
-    const double distance = (s.r + job_.reach) * (1 + 1e-9);
+    const double distance = (s.r + job_.cutoff) * (1 + 1e-9);
     fill(n, distance, boundary_.velocity + cross(boundary_.spin, s.x - n * distance - boundary_.pose.position), state,
          {&e, -1, 0, {}});
   }
@@ -160,7 +160,7 @@ PlaneJob plane_job(const Boundary& b, const ParticleStore& particles, double ela
     Vec3 axis{};
     axis[column] = 1;
     axis = b.pose.attitude.rotate(axis);
-    for (int row = 0; row < 3; ++row) job.turn[row][column] = axis[row];
+    for (int row = 0; row < 3; ++row) job.rotation[row][column] = axis[row];
     job.position[column] = b.pose.position[column];
     job.velocity[column] = b.velocity[column];
     job.spin[column] = b.spin[column];

@@ -35,22 +35,22 @@ void Bed::Impl::place_boundaries(double elapsed) {
 
 PairJob Bed::Impl::pair_job(const PairRun& run, std::size_t particle_block, const Sample& sample) {
   PairJob job{};
-  job.book = sample.record, job.sum = sample.accumulate;
+  job.record = sample.record, job.accumulate = sample.accumulate;
   job.spheres = particles.spheres().data();
   job.mixed = particles.mixed();
   job.blocks = contacts.blocks.data() + run.first;
   job.shapes = contacts.shapes.data() + run.first;
   job.lines = contacts.lines.data() + run.lines;
   job.count = run.blocks;
-  job.alike = run.alike;
+  job.uniform = run.uniform;
   if (run.seam) {
-    job.seam_rows = contacts.interface_rows.data() + run.rows;
-    job.seam_given = contacts.interface_given.data() + run.rows;
+    job.interface_rows = contacts.interface_rows.data() + run.rows;
+    job.interface_given = contacts.interface_given.data() + run.rows;
   }
   job.elapsed = now.dt_before;
   job.path = paths.of(particle_block);
-  job.wake = run.near ? contacts.activation.data() + run.first : nullptr;
-  job.reach = laws.cutoff(run.law);
+  job.activation = run.near ? contacts.activation.data() + run.first : nullptr;
+  job.cutoff = laws.cutoff(run.law);
   return job;
 }
 
@@ -166,9 +166,9 @@ class Sweep {
     job.ahead_count = to > from ? to - from : 0;
     if (block_->interface_runs_begin < block_->runs_end && !contacts_.runs[block_->interface_runs_begin].near) {
       const PairRun& across = contacts_.runs[block_->interface_runs_begin];
-      job.seam_blocks = contacts_.blocks.data() + across.first, job.seam_count = across.blocks;
-      job.seam_pushes = contacts_.interface_rows[across.rows].of,
-      job.seam_lines = contacts_.lines.data() + across.lines;
+      job.interface_blocks = contacts_.blocks.data() + across.first, job.interface_count = across.blocks;
+      job.interface_pushes = contacts_.interface_rows[across.rows].of,
+      job.interface_lines = contacts_.lines.data() + across.lines;
     }
     if (next.runs_begin < next.runs_end && !contacts_.runs[next.runs_begin].near) {
       job.next_blocks = contacts_.blocks.data() + contacts_.runs[next.runs_begin].first;
@@ -186,15 +186,15 @@ class Sweep {
     job.ring = ring_;
     if (evaluated) {
       w_.halo.hand_to(job, first, halo_);
-      job.book = job.book || !is_usual(bed_.laws[run.law]);
+      job.record = job.record || !is_usual(bed_.laws[run.law]);
     } else {
       w_.at_interface.hand_to(job, 0, run.blocks);
-      job.border = true;
+      job.halo = true;
       evaluate(r, job);
-      job.book = job.book || !is_usual(bed_.laws[run.law]);  // as it was evaluated
+      job.record = job.record || !is_usual(bed_.laws[run.law]);  // as it was evaluated
       bed_.kernel.keep(job);
     }
-    bed_.kernel.add_seam(job);
+    bed_.kernel.add_interface(job);
     accumulate(run, job);
   }
 
@@ -206,7 +206,7 @@ class Sweep {
     (run.near ? cost.candidates : cost.touching) += job.evaluated;
   }
   void accumulate(PairRun& run, const PairJob& job) const {
-    if (run.near) run.wakes = *std::min_element(job.wake, job.wake + run.blocks);
+    if (run.near) run.wakes = *std::min_element(job.activation, job.activation + run.blocks);
     if (!sample_.accumulate) return;
     take(job.sums);
     sums_->pairs += job.sums.within_cutoff;
@@ -224,10 +224,10 @@ class Sweep {
   }
   void plane(PlaneRun& run) {
     PlaneJob job = bed_.plane_jobs[run.boundary];
-    job.book = sample_.record;
+    job.record = sample_.record;
     job.blocks = surfaces_.plane_blocks.data() + run.first;
     job.count = run.blocks, job.contacts = run.contacts;
-    job.reach = bed_.laws.surface_cutoff(run.law);
+    job.cutoff = bed_.laws.surface_cutoff(run.law);
     job.lines = surfaces_.plane_lines.data() + run.lines;
     job.ring = ring_;
     bed_.kernel.planes(bed_.laws[run.law], job);
@@ -267,7 +267,7 @@ class Sweep {
 
   // Spheres of one particle block, whose forces are complete.
 
-  TileJob spheres_job() {
+  ParticleBlockJob spheres_job() {
     const Vec3& g = bed_.options.gravity;
     return {.spheres = bed_.particles.spheres().data(),
             .mixed = bed_.particles.mixed(),
@@ -275,7 +275,7 @@ class Sweep {
             .end = block_->end,
             .ring = ring_,
             .gravity = {g.x, g.y, g.z},
-            .alike = block_->uniform};
+            .uniform = block_->uniform};
   }
 
   /// Energies and state at t_n, before the move.
@@ -355,9 +355,9 @@ void Bed::Impl::evaluate_remote(Worker& w) {
     }
     PairJob job = pair_job(run, particle_block, balance.sample(particle_block));
     halo.hand_to(job, evaluation.first, evaluation.end);
-    job.border = true;
+    job.halo = true;
     kernel.pairs(laws[run.law], job);
-    job.book = job.book || !is_usual(laws[run.law]);  // as they were evaluated
+    job.record = job.record || !is_usual(laws[run.law]);  // as they were evaluated
     kernel.keep(job);
     if (job.broke) bonds.mark_broken(r);
   }

@@ -15,11 +15,11 @@ void HaloBlocks::resize() {
   active.resize(block.size());
 }
 void HaloBlocks::hand_to(PairJob& job, std::size_t begin, std::size_t end) {
-  job.border_block = block.data() + begin;
-  job.border_count = static_cast<std::uint32_t>(end - begin);
-  job.border_result = result.data() + begin;
-  job.border_rows = rows.data() + begin;
-  job.border_awake = active.data() + begin;
+  job.halo_block = block.data() + begin;
+  job.halo_count = static_cast<std::uint32_t>(end - begin);
+  job.halo_result = result.data() + begin;
+  job.halo_rows = rows.data() + begin;
+  job.halo_active = active.data() + begin;
 }
 
 void ForceRing::resize(std::size_t size, bool mixed) {
@@ -49,9 +49,9 @@ void WorkPartition::divide(const ContactStore& contacts, const SurfaceContacts& 
   estimate_work(contacts, surfaces);
   const std::vector<ParticleBlock>& blocks = contacts.particle_blocks;
   std::uint32_t span = 0;
-  for (std::uint32_t k = 0; k < blocks.size(); ++k) span = std::max(span, (blocks[k].last + 1 - k) * kTile);
-  std::size_t ring = 2 * kTile;
-  while (ring < span + kTile) ring *= 2;
+  for (std::uint32_t k = 0; k < blocks.size(); ++k) span = std::max(span, (blocks[k].last + 1 - k) * kParticleBlock);
+  std::size_t ring = 2 * kParticleBlock;
+  while (ring < span + kParticleBlock) ring *= 2;
 
   workers.resize(static_cast<std::size_t>(threads_));
   if (known)
@@ -149,7 +149,7 @@ void WorkPartition::reserve_halos(const ContactStore& contacts) {
       if (b.last == k) continue;
       for (std::uint32_t n = run.first; n < run.first + run.blocks; ++n) {
         const PairBlock& pairs = contacts.blocks[n];
-        const std::uint32_t last = *std::max_element(pairs.other, pairs.other + kBlock) / kTile;
+        const std::uint32_t last = *std::max_element(pairs.j, pairs.j + kBlock) / kParticleBlock;
         ++across[k + 1].within, --across[last + 1].within;
       }
     }
@@ -196,7 +196,7 @@ void WorkPartition::find_halos_of(std::uint32_t of, const ContactStore& contacts
       if (!across && particles.last < w.blocks_end) continue;
       for (std::uint32_t n = 0; n < run.blocks; ++n) {
         const PairBlock& block = contacts.blocks[run.first + n];
-        const std::uint32_t last = *std::max_element(block.other, block.other + contacts.shapes[run.first + n].lanes);
+        const std::uint32_t last = *std::max_element(block.j, block.j + contacts.shapes[run.first + n].lanes);
         if (!across && last < w.end) continue;
         const std::uint32_t evaluator =
             worker_of(across ? contacts.particle_blocks[particles.interface_last].begin : last);
@@ -240,7 +240,7 @@ void WorkPartition::link_remote(const ContactStore& contacts) {
       const PairRun& run = contacts.runs[halo.place[k].run];
       const std::uint32_t block = run.first + halo.block[k];
       for (std::uint32_t l = 0; l < contacts.shapes[block].lanes; ++l) {
-        const std::uint32_t second = contacts.blocks[block].other[l];
+        const std::uint32_t second = contacts.blocks[block].j[l];
         if (second < from.end && !run.seam) continue;  // added in the sweep
         const std::uint32_t to = worker_of(second);
         waits_[to * workers.size() + halo.place[k].evaluator] = 1;

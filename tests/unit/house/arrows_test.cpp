@@ -188,7 +188,7 @@ TEST(Arrows, ScannerFindsPlantedViolationsInsideLibdem) {
   EXPECT_EQ(broken("libdem/particles/statistics.cpp", "libdem/step/bed_impl.hpp"), 1u);
   EXPECT_EQ(broken("libdem/geometry/boundary.hpp", "libdem/particles/particles.hpp"), 1u);
   EXPECT_EQ(broken("libdem/impact/impact.hpp", "libdem/bed.hpp"), 1u);
-  EXPECT_EQ(broken("libdem/impact/hertz.cpp", "libdem/laws/laws.hpp"), 1u);
+  EXPECT_EQ(broken("libdem/impact/hertz.cpp", "libdem/laws/law.hpp"), 1u);
   EXPECT_EQ(broken("libdem/laws/wet.hpp", "libdem/kernel/pairs.hpp"), 1u);
   EXPECT_EQ(broken("libdem/kernel/pairs.hpp", "libdem/step/sampling.hpp"), 1u);
   EXPECT_EQ(broken("libdem/bed.hpp", "libdem/step/bed_impl.hpp"), 1u);
