@@ -117,7 +117,7 @@ TEST(Energy, ASampleIsTheLossOfItsStep) {
     full->step(dt, {.energy = true, .snapshot = nullptr});
     sampling.begin(every, n, full->rebuilds() > lists);
     const double lost = full->energy().lost.total();
-    if (const Booking b = sampling.of(0); b.sum) expected += b.weight * (lost - before), ++samples;
+    if (const Sample b = sampling.of(0); b.accumulate) expected += b.weight * (lost - before), ++samples;
     before = lost;
     if (n % 3 != 2) continue;  // a bed of its own for each reading, which books the step in which it is asked for
     const auto sampled = make(every);
