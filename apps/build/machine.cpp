@@ -16,7 +16,7 @@ bool starts_in_equilibrium(const Scenario& s) {
 /// Where the element stands that a refusal of libmbd names first ("joint 'H3'"), else the machine as a whole: libmbd
 /// knows names and no files.
 std::string place_of_fault(const Loaded& loaded, const std::string& text) {
-  const Machine& m = *loaded.scenario.machine;
+  const MachineSection& m = *loaded.scenario.machine;
   std::string path = "machine";
   std::size_t first = std::string::npos;
   const auto look = [&](const auto& list, const std::string& kind, const char* section) {
@@ -66,7 +66,7 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
   if (!s.machine) return nullptr;
   mbd::Model model;
   model.gravity = {s.gravity.x, s.gravity.y};
-  for (const Body& b : s.machine->bodies)
+  for (const BodySection& b : s.machine->bodies)
     model.add({.name = b.name,
                .mass = b.mass,
                .inertia = b.inertia,

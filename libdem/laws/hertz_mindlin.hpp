@@ -32,7 +32,8 @@ struct HertzMindlin : ElasticPair {
   void describe(V& v) {
     v.card("hertz-mindlin", "Hertz normal force, Mindlin tangential stiffness, Tsuji damping");
     describe_elasticity(v);
-    v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution; for no damping use 1");
+    v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution",
+               "for no damping use 1");
     v.flag("clip attraction", clip,
            "cut the normal force off at zero while separating (restitution then exceeds the given)");
     cohesion.describe(v);
