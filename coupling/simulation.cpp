@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "libdem/base/small_rotation.hpp"
 namespace subsoil::coupling {
 
 dem::Pose pose_of(const mbd::BodyState& body) {
@@ -54,8 +55,7 @@ void Simulation::place(dem::Boundary& boundary, const dem::Pose& pose, const dem
     // What the surface really did since the last step; its own velocity only tells the first step.
     const double dt = options_.soil_step;
     boundary.velocity = (pose.position - boundary.pose.position) * (1 / dt);
-    const dem::Quaternion turn = pose.attitude * boundary.pose.attitude.conjugate();
-    boundary.spin = dem::Vec3{turn.x, turn.y, turn.z} * ((turn.w < 0 ? -2.0 : 2.0) / dt);
+    boundary.spin = dem::small_rotation(boundary.pose.attitude, pose.attitude, dt);
   } else {
     boundary.velocity = velocity;
     boundary.spin = spin;
@@ -78,9 +78,8 @@ void Simulation::place_surfaces() {
     }
     const double dt = options_.soil_step;
     const dem::Pose before = m.pose(time_ - 0.5 * dt), after = m.pose(time_ + 0.5 * dt), now = m.pose(time_);
-    const dem::Quaternion turn = after.attitude * before.attitude.conjugate();
     place(b, now, (after.position - before.position) * (1 / dt),
-          dem::Vec3{turn.x, turn.y, turn.z} * ((turn.w < 0 ? -2.0 : 2.0) / dt));
+          dem::small_rotation(before.attitude, after.attitude, dt));
   }
 }
 

@@ -168,6 +168,7 @@ int check_command(const RunRequest& request) {
     line("soil step", fmt::format("{:.4g} s, {:.2f} of the stable step {:.4g} s", world.step.soil_step,
                                   world.step.soil_step / world.step.limit.step, world.step.limit.step));
     line("", "set by " + world.step.limit.cause);
+    line("", accuracy_words(world.step));
   }
   if (world.machine) {
     const mbd::AssemblyReport& a = world.machine->assembly();

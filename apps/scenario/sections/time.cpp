@@ -17,8 +17,10 @@ void describe(Fields& v, MachineTime& t) {
       "of "
       "its own for smooth motion; ida: SUNDIALS IDA on the whole system, also for stiff forces");
   v.count("order", t.order, "[1, 6]", "of adams-moulton");
-  v.quantity("rtol", t.rtol, "1", "(0, 0.1]", "relative tolerance of cvode and ida");
-  v.quantity("atol", t.atol, "1", "(0, 0.1]", "absolute tolerance of cvode and ida, in m, rad, m/s and rad/s");
+  v.quantity("rtol", t.rtol, "1", "(0, 0.1]",
+             "relative tolerance of cvode and ida; left out: 1e-12 of cvode, 1e-8 of ida");
+  v.quantity("atol", t.atol, "1", "(0, 0.1]",
+             "absolute tolerance of cvode and ida, in m, rad, m/s and rad/s; left out: 1e-12 of cvode, 1e-10 of ida");
   v.choice("formulation", t.formulation,
            {{"stabilised index 2", mbd::IdaFormulation::stabilised_index_2}, {"index 1", mbd::IdaFormulation::index_1}},
            "equations of ida: constraints on position and velocity level, or on the level of accelerations");
@@ -34,9 +36,12 @@ void describe(Fields& v, MachineTime& t) {
 void describe(Fields& v, Time& t) {
   v.derived("end", t.end, "s", "(0, inf)", "simulated time; needed by dynamics and kinematics");
   v.quantity_or("soil step", t.soil_step, "auto", "s", "(0, inf)",
-                "auto: from the stiffest contact; a step above the "
-                "stable limit is refused");
+                "auto: the smaller of `safety` times the stable step, from the stiffest contact, and the accurate one, "
+                "by `accuracy`; a step above the stable limit is refused");
   v.quantity("safety", t.safety, "1", "(0, 1)", "the automatic step over the stable limit");
+  v.quantity("accuracy", t.accuracy, "1", "(0, 1]",
+             "error of the restitution of an impact that the automatic step allows, at the speed at which bodies may "
+             "meet; a contact gets 0.4/accuracy steps at least. Large for beds that only creep: stability alone");
   v.section("machine", t.machine, "integration of the machine");
   v.count("threads", t.threads, "[0, 1024]", "0: as many as there are; results do not depend on it");
 }

@@ -13,7 +13,7 @@ enum class IntegratorWord { automatic, adams_moulton, cvode, ida };
 struct MachineTime {
   IntegratorWord integrator = IntegratorWord::automatic;
   long order = 4;
-  double rtol = 1e-8, atol = 1e-10;  // cvode, ida
+  std::optional<double> rtol, atol;  // cvode, ida
   mbd::IdaFormulation formulation = mbd::IdaFormulation::stabilised_index_2;
   bool locate_events = true;
   long soil_steps = 1;         // soil steps per machine step
@@ -25,6 +25,7 @@ struct Time {
   double end = required;            // of dynamics and kinematics
   std::optional<double> soil_step;  // empty: auto
   double safety = 0.8;              // auto step / stable step (a bound on the safe side)
+  double accuracy = 0.01;           // of the restitution, with the auto step
   MachineTime machine;
   long threads = 0;  // 0: all cores
 };

@@ -1,20 +1,21 @@
+#include "libdem/step/surface_forces.hpp"
+
 #include <algorithm>
 #include <cmath>
 
-#include "libdem/step/bed_impl.hpp"
+#include "libdem/base/small_rotation.hpp"
+#include "libdem/step/energy_balance.hpp"
 
-/// Contacts of spheres with edges, corners and curved surfaces: geometry one sphere at a time (geometry/), the law 8
-/// contacts at a time; and what all contacts of a boundary add up to.
 namespace subsoil::dem {
 namespace {
 
 class ChunkRun {
  public:
-  ChunkRun(Bed::Impl& bed, SurfaceChunk& chunk, double elapsed)
-      : bed_(bed), chunk_(chunk), boundary_(bed.boundaries[chunk.boundary]) {
-    job_.spheres = bed.spheres.data();
-    job_.mixed = bed.is_mixed() ? bed.mixed.data() : nullptr;
-    job_.elapsed = elapsed;
+  ChunkRun(const SurfaceForces& of, SurfaceChunk& chunk)
+      : of_(of), chunk_(chunk), boundary_(of.boundaries[chunk.boundary]) {
+    job_.spheres = of.particles.spheres().data();
+    job_.mixed = of.particles.mixed();
+    job_.elapsed = of.elapsed;
     job_.count = 0;
   }
 
@@ -24,7 +25,7 @@ class ChunkRun {
     chunk_.stored = 0;
     chunk_.contacts = 0;
     chunk_.max_overlap = 0;
-    for (std::uint32_t k = chunk_.begin; k < chunk_.end; ++k) touch(bed_.entries[k]);
+    for (std::uint32_t k = chunk_.begin; k < chunk_.end; ++k) touch(of_.contacts.entries[k]);
     flush();
   }
 
@@ -37,15 +38,15 @@ class ChunkRun {
   };
 
   void touch(SurfaceEntry& e) {
-    const Sphere s = bed_.sphere(e.sphere);
+    const Sphere s = of_.particles.now(e.sphere);
     e.force = e.torque = {};
     e.touching = 0;
-    use_law(static_cast<std::uint32_t>(bed_.laws.of(s.material, boundary_.material)));
+    use_law(static_cast<std::uint32_t>(of_.laws.between(s.material, boundary_.material)));
     SurfaceContact now[kMaxSurfaceContacts];
-    const std::span<const std::uint32_t> near(bed_.candidates.data() + e.candidates_begin,
+    const std::span<const std::uint32_t> near(of_.contacts.candidates.data() + e.candidates_begin,
                                               e.candidates_end - e.candidates_begin);
-    const std::size_t n = contacts(boundary_.shape, boundary_.pose.to_local(s.x), s.r + bed_.surface_reach[law_], near,
-                                   now, kMaxSurfaceContacts);
+    const std::size_t n = contacts(boundary_.shape, boundary_.pose.to_local(s.x), s.r + of_.laws.surface_cutoff(law_),
+                                   near, now, kMaxSurfaceContacts);
     if (n == 0 && e.live == 0) return;
 
     Vec3 normals[kMaxSurfaceContacts];
@@ -69,7 +70,7 @@ class ChunkRun {
   void use_law(std::uint32_t law) {
     if (law != law_) flush();
     law_ = law;
-    job_.reach = bed_.surface_reach[law];
+    job_.reach = of_.laws.surface_cutoff(law);
   }
 
   void add_lane(const Sphere& s, const SurfaceContact& c, const PairState& state, Lane lane) {
@@ -79,7 +80,7 @@ class ChunkRun {
   }
 
   void add_ended(const Sphere& s, const Vec3& normal, const PairState& state, SurfaceEntry& e) {
-    // Just out of the law's reach, where it drops its springs and books them; with the true velocity, since the
+    // Just out of the law's reach, where it drops its springs and accounts for them; with the true velocity, since the
     // dashpots still worked over half of this step.
     const Vec3 n = boundary_.pose.attitude.rotate(normal);
     const double distance = (s.r + job_.reach) * (1 + 1e-9);
@@ -101,7 +102,7 @@ class ChunkRun {
     if (job_.count == kBlock) flush();
   }
 
-  const MemoryShape& shape() const { return bed_.surface_memory[law_]; }
+  const MemoryShape& shape() const { return of_.laws.surface_memory(law_); }
   BlockMemory memory() { return BlockMemory::at(job_.lines, 1, shape(), 0); }
 
   void flush() {
@@ -115,7 +116,7 @@ class ChunkRun {
       }
       write_lane(memory(), shape(), k, PairState{});
     }
-    bed_.kernel.surface(bed_.law(law_), job_);
+    of_.kernel.surface(of_.laws[law_], job_);
     for (std::uint32_t k = 0; k < job_.count; ++k) {
       chunk_.lost += Losses{job_.sums.damped[k], job_.sums.slid[k], job_.sums.rolled[k]};
       if (lane_[k].contact < 0) continue;
@@ -138,7 +139,7 @@ class ChunkRun {
     job_.count = 0;
   }
 
-  Bed::Impl& bed_;
+  const SurfaceForces& of_;
   SurfaceChunk& chunk_;
   const Boundary& boundary_;
   SurfaceJob job_;
@@ -148,13 +149,12 @@ class ChunkRun {
 
 }  // namespace
 
-void Bed::Impl::surface_chunk(SurfaceChunk& chunk, double elapsed) { ChunkRun(*this, chunk, elapsed).run(); }
+void SurfaceForces::evaluate(SurfaceChunk& chunk) const { ChunkRun(*this, chunk).run(); }
 
-/// What the plane runs of a boundary have in common in this step.
-PlaneJob Bed::Impl::plane_job(const Boundary& b, double elapsed) const {
+PlaneJob plane_job(const Boundary& b, const ParticleStore& particles, double elapsed) {
   PlaneJob job{};
-  job.spheres = spheres.data();
-  job.mixed = is_mixed() ? mixed.data() : nullptr;
+  job.spheres = particles.spheres().data();
+  job.mixed = particles.mixed();
   job.elapsed = elapsed;
   for (int column = 0; column < 3; ++column) {
     Vec3 axis{};
@@ -168,19 +168,18 @@ PlaneJob Bed::Impl::plane_job(const Boundary& b, double elapsed) const {
   return job;
 }
 
-/// Wrench of each boundary in the order of its chunks, and the work that its motion since the last step did.
-void Bed::Impl::sum_surfaces(double elapsed) {
+void sum_wrenches(std::vector<Boundary>& boundaries, const SurfaceContacts& contacts, double elapsed) {
   for (Boundary& b : boundaries) {
     b.wrench_before = b.wrench, b.wrench = {}, b.contacts = 0;
     std::fill(b.meshes.begin(), b.meshes.end(), Wrench{});
   }
-  for (const PlaneRun& r : plane_runs) {
+  for (const PlaneRun& r : contacts.plane_runs) {
     Boundary& b = boundaries[r.boundary];
     b.wrench += r.wrench;
     if (!b.meshes.empty()) b.meshes[r.mesh] += r.wrench;
     b.contacts += static_cast<int>(r.in_reach);
   }
-  for (const SurfaceChunk& c : chunks) {
+  for (const SurfaceChunk& c : contacts.chunks) {
     Boundary& b = boundaries[c.boundary];
     b.wrench += c.wrench;
     for (std::size_t m = 0; m < c.meshes.size(); ++m) b.meshes[m] += c.meshes[m];
@@ -189,8 +188,7 @@ void Bed::Impl::sum_surfaces(double elapsed) {
   for (Boundary& b : boundaries) {
     if (elapsed > 0) {
       const Vec3 path = b.pose.position - b.pose_before.position;
-      const Quaternion turn = b.pose.attitude * b.pose_before.attitude.conjugate();
-      const Vec3 angle = Vec3{turn.x, turn.y, turn.z} * (turn.w < 0 ? -2.0 : 2.0);  // small: sin is the angle
+      const Vec3 angle = small_rotation(b.pose_before.attitude, b.pose.attitude);
       b.work -= 0.5 * (dot(b.wrench.force + b.wrench_before.force, path) +
                        dot(b.wrench.moment + b.wrench_before.moment, angle));
     }

@@ -15,7 +15,7 @@ constexpr double kEdge = 0.024, kSkin = 0.004;
 struct Cloud {
   Grid grid;
   std::vector<Vec3> at;
-  RelativeDisplacement drift;
+  RelativeDisplacement displacement;
 
   explicit Cloud(int count) {
     grid.low = {3, -1, 0.5}, grid.cell = kEdge;
@@ -31,8 +31,8 @@ struct Cloud {
   }
 
   RelativeDisplacement::Found measure(const std::vector<Vec3>& ways, const std::vector<Vec3>& boundaries, int threads) {
-    drift.begin(grid, kSkin, at.size(), boundaries.size(), threads, [&](std::size_t i) { return at[i]; });
-    return drift.measure(boundaries, threads, [&](std::size_t i) { return at[i] + ways[i]; });
+    displacement.begin(grid, kSkin, at.size(), boundaries.size(), threads, [&](std::size_t i) { return at[i]; });
+    return displacement.measure(boundaries, threads, [&](std::size_t i) { return at[i] + ways[i]; });
   }
 };
 
