@@ -6,8 +6,11 @@
 
 namespace subsoil::app {
 
-void save_run(const std::filesystem::path& directory, const World& world, const coupling::Simulation& simulation) {
+void save_run(const std::filesystem::path& directory, const Scenario& scenario, const World& world,
+              const coupling::Simulation& simulation) {
   StateWriter out(state_path(directory, simulation.time()));
+  out.put_text("scenario", write_scenario(scenario));
+  out.put("time", simulation.time());
   if (world.bed) {
     const dem::Bed::State bed = world.bed->save();
     out.put("bed/spheres", bed.spheres);
@@ -37,6 +40,7 @@ void save_run(const std::filesystem::path& directory, const World& world, const 
 SavedRun read_run(const std::filesystem::path& file) {
   const StateReader in(file);
   SavedRun saved;
+  if (in.has("scenario")) saved.scenario = in.text("scenario"), saved.time = in.value<double>("time");
   saved.has_bed = in.has("bed/spheres");
   if (saved.has_bed) {
     saved.bed.spheres = in.get<double>("bed/spheres");
