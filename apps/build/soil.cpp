@@ -193,6 +193,7 @@ dem::LatticePlan SoilBuilder::lattice_plan(double pitch) const {
   const dem::BedMaterial lowest = material_of(layered() ? bed().layers.back().material : bed().material);
   dem::LatticePlan plan;
   plan.region = region();
+  refuse_too_deep();
   if (!layered()) plan.radius = sizes_of(bed().radius);
   plan.shares = shares_of(bed().shares);
   plan.pitch = pitch;
@@ -330,9 +331,20 @@ dem::StepQuestion SoilBuilder::question() const {
   return q;
 }
 
+/// A bed deeper than its region would be cut at the rim in silence.
+void SoilBuilder::refuse_too_deep() const {
+  const double height = region().high.y - region().low.y;
+  if (bed().depth && *bed().depth > height * (1 + 1e-9))
+    throw ScenarioError(
+        fmt::format("{} = {:.4g} m: is more than the {:.4g} m that the container (or `region`) is high; "
+                    "make it higher, or the bed shallower",
+                    loaded_.where("soil.bed.depth"), *bed().depth, height));
+}
+
 dem::RandomFill SoilBuilder::random_fill() const {
   dem::RandomFill fill;
   fill.region = region();
+  refuse_too_deep();
   fill.seed = static_cast<std::uint64_t>(bed().seed);
   if (layered()) {
     fill.layers = layers();
@@ -441,14 +453,37 @@ void SoilBuilder::finish() {
   bed.reset_energy_balance();
 }
 
+/// Spheres inside given solids. What merely lies on a floor or a wall that a scenario places overlaps it, and may:
+/// only who overlaps by half a radius is in the way.
+void SoilBuilder::clear_given() {
+  for (const SurfaceRecord& r : world_.surfaces) {
+    const dem::Boundary& b = world_.bed->boundary(r.boundary);
+    const auto* mesh = std::get_if<dem::MeshSurface>(&b.shape);
+    if (r.owner != SurfaceRecord::Owner::given || std::holds_alternative<dem::Plane>(b.shape)) continue;
+    if (mesh != nullptr && !mesh->surfaces().front().closed()) continue;
+    const auto inside = [&](const dem::Sphere& s) { return dem::inside_or_overlapping(s, b, -0.5 * s.r); };
+    const auto spheres = world_.bed->spheres();
+    const auto first = std::find_if(spheres.begin(), spheres.end(), inside);
+    if (first == spheres.end()) continue;
+    if (bed().inside_machine == Overlap::refuse)
+      throw ScenarioError(fmt::format(
+          "{}: {} spheres (first: {}) lie inside `{}` at the start; start it outside the soil, or say `inside "
+          "machine: carve`",
+          loaded_.where("soil.bed"), std::count_if(spheres.begin(), spheres.end(), inside), first->id, r.name));
+    const int solid[] = {r.boundary};
+    world_.soil.carved += r.moves ? dem::carve(*world_.bed, solid) : world_.bed->remove_if(inside);
+  }
+}
+
 void SoilBuilder::clear_machine() {
   if (!has_bed()) return;
   std::vector<int> tools;
   for (const SurfaceRecord& s : world_.surfaces)
     if (s.owner == SurfaceRecord::Owner::machine && s.mesh == 0) tools.push_back(s.boundary);
+  clear_given();
   if (tools.empty()) return;
   if (bed().inside_machine == Overlap::carve) {
-    world_.soil.carved = dem::carve(*world_.bed, tools);
+    world_.soil.carved += dem::carve(*world_.bed, tools);
     return;
   }
   const std::vector<std::uint32_t> in_the_way = dem::spheres_in_the_way(*world_.bed, tools);

@@ -46,6 +46,8 @@ class SoilBuilder {
   void assign_layers(std::vector<dem::SphereSpec>& spheres);
   void place_stand_in();
   void place_made();
+  void refuse_too_deep() const;
+  void clear_given();
   dem::RandomFill random_fill() const;
   dem::LatticePlan lattice_plan(double pitch) const;
   double rest_overlap(int a, int b) const;

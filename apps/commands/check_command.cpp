@@ -12,6 +12,7 @@
 #include "apps/run/frames.hpp"
 #include "apps/run/live_line.hpp"
 #include "apps/run/process.hpp"
+#include "apps/run/surface_report.hpp"
 #include "apps/scenario/load.hpp"
 
 namespace subsoil::app {
@@ -182,6 +183,9 @@ int check_command(const RunRequest& request) {
                          : fmt::format("joints closed to {:.1e} m; nothing is moved", a.residual));
     for (const std::string& r : a.redundant) line("", r);
   }
+  const std::vector<SurfaceFacts> surfaces = surface_facts(world, s.time.end);
+  for (std::size_t i = 0; i < surfaces.size(); ++i) line(i == 0 ? "surfaces" : "", surface_text(surfaces[i], world));
+  for (const std::string& text : surface_warnings(surfaces, world)) line("warning", text);
   if (!s.runs_in_time()) {
     line("analysis", analysis_names[static_cast<std::size_t>(s.analysis)]);
     return exit_ok;

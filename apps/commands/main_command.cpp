@@ -4,7 +4,9 @@
 #include <iostream>
 
 #include "apps/commands/commands.hpp"
+#include "apps/commands/templates.hpp"
 #include "apps/laboratory/tests.hpp"
+#include "apps/output/atomic_file.hpp"
 #include "apps/plot/plot.hpp"
 #include "apps/plot/strip.hpp"
 #include "apps/run/column_table.hpp"
@@ -18,7 +20,8 @@ void add_scenario(CLI::App& command, RunRequest& request, std::string& simd) {
   command.add_option("scenario", request.scenario, "scenario file (YAML)")->required();
   command.add_option("--set", request.sets, "override a value of the scenario: path=value (may be repeated)")
       ->allow_extra_args(false);
-  command.add_option("--threads", request.threads, "threads of the bed; default: as the scenario says, else all cores");
+  command.add_option("--threads", request.threads, "threads of the bed; default: as the scenario says, else all cores")
+      ->check(CLI::Range(1, 1024));
   command.add_option("--simd", simd, "instruction set: auto, portable, avx2, avx512");
 }
 
@@ -35,6 +38,7 @@ void add_plot(CLI::App& command, PlotRequest& request) {
   command.add_option("--out", request.picture, "picture: .png, .svg or .pdf");
   CLI::Option* columns =
       command.add_option("--columns", request.curves.columns, "columns of series.csv to draw instead")->delimiter(',');
+  command.add_option("--over", request.curves.over, "column to draw over instead of time: blade.y, a travel ...");
   command
       .add_option("--strip", request.strip.count,
                   "draw the mechanism at so many instants instead; of modes: so many shapes")
@@ -108,6 +112,46 @@ CLI::App* add_calibrate(CLI::App& app, CalibrateRequest& request) {
   return word;
 }
 
+/// `subsoil new`: which scenario to start from.
+struct NewRequest {
+  std::string name;
+  bool list = false;
+  std::filesystem::path out;
+};
+
+CLI::App* add_new(CLI::App& app, NewRequest& request) {
+  CLI::App* word = app.add_subcommand("new", "print a scenario to start from: one that shows every key, or a template");
+  word->add_option("template", request.name, "tine, rotor, wheel, ...: see --list; left out: every key commented");
+  word->add_flag("--list", request.list, "list the templates");
+  word->add_option("--out", request.out, "file to write it to, with the STL file that it names; left out: print it");
+  return word;
+}
+
+void write_new(const std::filesystem::path& path, std::string_view text) {
+  if (std::filesystem::exists(path))
+    throw ScenarioError(path.string() + ": exists; choose another --out, or remove it");
+  write_atomically(path, std::string(text));
+  std::cout << path.string() << "\n";
+}
+
+void print_new(const NewRequest& request) {
+  if (request.list) {
+    std::cout << template_list();
+    return;
+  }
+  const std::string all_keys = request.name.empty() ? new_scenario() : "";
+  const Template chosen = request.name.empty() ? Template{"", all_keys, ""} : template_of(request.name);
+  if (request.out.empty()) {
+    std::cout << chosen.scenario;
+    if (!chosen.mesh.empty())
+      std::cerr << "it names " << chosen.name << ".stl: `subsoil new " << chosen.name << " --out " << chosen.name
+                << ".yaml` writes both\n";
+    return;
+  }
+  if (!chosen.mesh.empty()) write_new(request.out.parent_path() / (std::string(chosen.name) + ".stl"), chosen.mesh);
+  write_new(request.out, chosen.scenario);
+}
+
 /// Runs one command; faults become messages and exit codes here and nowhere else.
 template <class Command>
 int guarded(Command command) {
@@ -139,6 +183,10 @@ int main_command(int argc, char** argv) {
   add_scenario(*run_word, request, simd);
   run_word->add_option("--out", request.out, "directory for the results; default: ./<name of the scenario>");
   run_word->add_flag("--force", request.force, "write over an existing directory");
+  run_word->add_flag("--strict", request.strict, "a run that warns of something ends with exit code 3");
+  run_word
+      ->add_option("--change", request.changes, "with --from: a key that differs from the state's scenario on purpose")
+      ->allow_extra_args(false);
   run_word->add_option("--from", request.from, "start again from a state file of an earlier run");
 
   CLI::App* check_word =
@@ -150,7 +198,8 @@ int main_command(int argc, char** argv) {
       app.add_subcommand("explain", "unit, default, range and meaning of a key, e.g. soil.bed.radius");
   explain_word->add_option("key", path, "path of the key")->required();
 
-  CLI::App* new_word = app.add_subcommand("new", "print a commented scenario to start from");
+  NewRequest new_request;
+  CLI::App* new_word = add_new(app, new_request);
   CLI::App* reference_word =
       app.add_subcommand("reference", "print the reference of all scenario keys (docs/scenario.md)");
   bool of_columns = false;
@@ -158,7 +207,7 @@ int main_command(int argc, char** argv) {
 
   PlotRequest plot_request;
   CLI::App* plot_word = app.add_subcommand(
-      "plot", "draw pull, draft, spring force, pitch and height of one or more runs, or a mechanism's positions");
+      "plot", "draw the watches of one or more runs over time or --over a column, or a mechanism's positions");
   add_plot(*plot_word, plot_request);
 
   ImpactRequest impact_request;
@@ -183,7 +232,7 @@ int main_command(int argc, char** argv) {
     if (test_word->parsed()) return test_command(test_request);
     if (calibrate_word->parsed()) return calibrate_command(calibrate_request);
     if (explain_word->parsed()) std::cout << explain(path);
-    if (new_word->parsed()) std::cout << new_scenario();
+    if (new_word->parsed()) print_new(new_request);
     if (reference_word->parsed()) std::cout << (of_columns ? columns_markdown() : reference_markdown());
     if (plot_word->parsed()) draw(plot_request, plot_word->count("--strip") + plot_word->count("--times") > 0);
     return exit_ok;

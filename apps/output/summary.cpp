@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "apps/output/atomic_file.hpp"
@@ -28,16 +29,48 @@ void Extremes::take(double time, double value) {
   if (value > high) high = value, high_time = time;
 }
 
-Summary::Summary(std::vector<SeriesColumn> columns) {
+Summary::Summary(std::vector<SeriesColumn> columns)
+    : sections_(std::make_unique<nlohmann::ordered_json>(nlohmann::ordered_json::object())) {
   columns_.resize(columns.size());
   for (std::size_t i = 0; i < columns.size(); ++i) columns_[i].column = std::move(columns[i]);
 }
+Summary::~Summary() = default;
+Summary::Summary(Summary&&) noexcept = default;
+
+nlohmann::ordered_json& Summary::section(const std::string& name) { return (*sections_)[name]; }
+void Summary::warn(const std::string& text) { warnings_.push_back(text); }
 
 void Summary::set_window(double from, double until, std::string reason) {
   if (duration_ > 0) throw std::logic_error("the summary's window is open already and cannot be moved");
   from_ = from;
   until_ = until;
   reason_ = std::move(reason);
+}
+
+void Summary::take_whole_periods(double period) {
+  period_ = period;
+  for (Column& c : columns_) c.now.mean.take_blocks_of(period);
+}
+
+void Summary::close_window(double until) { until_ = std::min(until_, std::max(until, time_)); }
+
+double Summary::window_until() const {
+  if (!std::isfinite(from_)) return until_;
+  return period_ > 0 ? from_ + whole_duration_ : std::min(until_, time_);
+}
+
+void Summary::take(Column& c, double time, double duration, double inside, double value) const {
+  c.now.mean.add(inside, value);
+  if (inside > 0) c.now.steps.take(time, value);
+  const auto in_window = [&](double length) { return time - length >= from_ - 1e-9 * length && time <= until_; };
+  const auto follow = [&](MovingMean& mean, Extremes& run, Extremes& window) {
+    mean.add(time, duration, value);
+    if (!mean.full()) return;
+    run.take(time, mean.mean());
+    if (in_window(mean.length())) window.take(time, mean.mean());
+  };
+  follow(c.fine, c.fine_run, c.now.fine);
+  follow(c.coarse, c.coarse_run, c.now.coarse);
 }
 
 void Summary::sample(double time, double duration, std::span<const double> values) {
@@ -48,26 +81,12 @@ void Summary::sample(double time, double duration, std::span<const double> value
   // A step belongs to the window with the part of it that lies inside.
   const double inside = std::max(0.0, std::min(time, until_) - std::max(time - duration, from_));
   duration_ += inside;
-  const auto in_window = [&](double length) { return time - length >= from_ - 1e-9 * length && time <= until_; };
-  for (std::size_t i = 0; i < columns_.size(); ++i) {
-    auto& c = columns_[i];
-    const double value = values[i];
-    c.integral += value * inside;
-    if (inside > 0) c.steps.take(time, value);
-    const auto follow = [&](MovingMean& mean, Extremes& run, Extremes& window) {
-      mean.add(time, duration, value);
-      if (!mean.full()) return;
-      run.take(time, mean.mean());
-      if (in_window(mean.length())) window.take(time, mean.mean());
-    };
-    follow(c.fine, c.fine_run, c.fine_window);
-    follow(c.coarse, c.coarse_run, c.coarse_window);
-  }
-  for (auto& share : shares_) {
-    const double before = std::max(0.0, std::min(time, share.until) - std::max(time - duration, share.from));
-    share.integral += values[share.wall] * before;
-    share.duration += before;
-  }
+  for (std::size_t i = 0; i < columns_.size(); ++i) take(columns_[i], time, duration, inside, values[i]);
+  if (!(period_ > 0) || !(inside > 0)) return;
+  const double periods = std::floor((duration_ + 0.5 * duration) / period_);
+  if (periods < 1 || periods * period_ <= whole_duration_ + 0.5 * period_) return;
+  whole_duration_ = duration_;
+  for (Column& c : columns_) c.whole = c.now;
 }
 
 std::size_t Summary::index(const std::string& name) const {
@@ -76,51 +95,36 @@ std::size_t Summary::index(const std::string& name) const {
   throw std::invalid_argument("the summary has no column '" + name + "'");
 }
 
-void Summary::share_of(const std::string& wall, const std::string& draft, double baseline_from, double baseline_until) {
-  shares_.push_back({index(wall), index(draft), baseline_from, baseline_until});
+const BlockMean& Summary::over_window(const std::string& column) const {
+  return in_window(columns_[index(column)]).mean;
 }
 
-double Summary::Share::peak(const Extremes& e) const {
-  return e.low > e.high ? std::numeric_limits<double>::quiet_NaN()
-                        : std::max(std::abs(e.low - baseline()), std::abs(e.high - baseline()));
-}
+const std::string& Summary::unit(const std::string& column) const { return columns_[index(column)].column.unit; }
 
-double Summary::mean(const std::string& column) const {
-  return duration_ > 0 ? columns_[index(column)].integral / duration_ : std::numeric_limits<double>::quiet_NaN();
-}
+double Summary::mean(const std::string& column) const { return over_window(column).mean(); }
 
 nlohmann::ordered_json Summary::column_json(const Column& c) const {
-  nlohmann::ordered_json json{{"unit", c.column.unit}, {"mean in window", number(mean(c.column.name))}};
-  json["steps in window"] = json_of(c.steps);
-  json["1 ms means in window"] = json_of(c.fine_window);
-  json["50 ms means in window"] = json_of(c.coarse_window);
+  const InWindow& w = in_window(c);
+  nlohmann::ordered_json json{{"unit", c.column.unit}, {"mean in window", number(w.mean.mean())}};
+  json["interval of the mean, 95 %"] = number(w.mean.interval());
+  json["change over the window"] = number(w.mean.trend());
+  json["steady"] = w.mean.steady();
+  json["steps in window"] = json_of(w.steps);
+  json["1 ms means in window"] = json_of(w.fine);
+  json["50 ms means in window"] = json_of(w.coarse);
   json["1 ms means in run"] = json_of(c.fine_run);
   json["50 ms means in run"] = json_of(c.coarse_run);
   return json;
 }
 
-nlohmann::ordered_json Summary::to_json(double share_limit) const {
-  auto json = sections_;
-  auto warnings = warnings_;
-  json["window"] = {{"from [s]", number(from_)},
-                    {"until [s]", number(std::isfinite(from_) ? std::min(until_, time_) : until_)},
-                    {"covered [s]", duration_},
-                    {"rule", reason_}};
-  if (duration_ <= 0) warnings.push_back("the window of the means was never reached: means are null");
+nlohmann::ordered_json Summary::to_json() const {
+  auto json = *sections_;
+  const double covered = period_ > 0 ? whole_duration_ : duration_;
+  json["window"] = {
+      {"from [s]", number(from_)}, {"until [s]", number(window_until())}, {"covered [s]", covered}, {"rule", reason_}};
+  if (period_ > 0) json["window"]["whole periods of [s]"] = period_;
   for (const auto& c : columns_) json["columns"][c.column.name] = column_json(c);
-  for (const auto& share : shares_) {
-    const auto& wall = columns_[share.wall].column.name;
-    const auto& draft = columns_[share.draft].column.name;
-    const double peak = share.peak(columns_[share.wall].coarse_window) / std::abs(mean(draft));
-    json["wall shares"][wall] = {
-        {"of", draft}, {"peak share", number(peak)}, {"force before the tool [N]", number(share.baseline())}};
-    if (peak > share_limit)
-      warnings.push_back(
-          fmt::format("{} carries up to {:.1f} % of the {} (limit {:.0f} %): the domain is too small for "
-                      "the depth; make it larger in that direction",
-                      wall, 100 * peak, draft, 100 * share_limit));
-  }
-  json["warnings"] = warnings;
+  json["warnings"] = warnings_;
   return json;
 }
 

@@ -1,11 +1,13 @@
 #pragma once
 #include <filesystem>
 #include <limits>
-#include <nlohmann/json.hpp>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "apps/output/block_mean.hpp"
 #include "apps/output/moving_mean.hpp"
 #include "apps/output/series.hpp"
 
@@ -20,61 +22,64 @@ struct Extremes {
 };
 
 /// Takes every step of the run (samples would hide peaks) and keeps for each column
-///  - mean over the window, weighted with time, and plain extremes in it,
+///  - mean over the window, weighted with time, its interval (BlockMean), and plain extremes in it,
 ///  - extremes of the 1 ms and 50 ms moving means, over the whole run and over the window.
 /// A moving mean counts once its interval is full; for the window, once the interval lies in it.
 class Summary {
  public:
   explicit Summary(std::vector<SeriesColumn> columns);
+  ~Summary();
+  Summary(Summary&&) noexcept;
 
   /// Window of the means; by default it opens never. May be set or moved as long as the run is before `from`.
   void set_window(double from, double until, std::string reason = {});
+  /// Ends an open window now or later. What was taken stays.
+  void close_window(double until);
+  /// Means and what else is of the window end with its last whole period: with the step in which that ended.
+  void take_whole_periods(double period);
+  bool is_open() const { return time_ >= from_ && time_ < until_; }
   double window_from() const { return from_; }
-  double window_until() const { return until_; }
+  double window_until() const;
 
   /// Values over the step that ends at `time` and lasted `duration`.
   void sample(double time, double duration, std::span<const double> values);
 
-  /// Share of the draft that a wall carries: peak over the window of |50 ms mean of `wall` - baseline| over |window
-  /// mean of `draft`|. The baseline is what the wall carries before the tool comes (mean over [from, until]); the bed's
-  /// own weight leans on the end walls. Both are names of columns, forces along the draft.
-  void share_of(const std::string& wall, const std::string& draft, double baseline_from, double baseline_until);
-
   /// Free sections, in the order of first use: summary.section("run")["threads"] = 2.
-  nlohmann::ordered_json& section(const std::string& name) { return sections_[name]; }
-  void warn(const std::string& text) { warnings_.push_back(text); }
+  nlohmann::ordered_json& section(const std::string& name);
+  void warn(const std::string& text);
+  const std::vector<std::string>& warnings() const { return warnings_; }
 
-  double mean(const std::string& column) const;  ///< over the window; NaN before it opens
-  /// Shares by wall, with a warning for each above `limit`.
-  nlohmann::ordered_json to_json(double share_limit = 0.05) const;
+  /// Mean of a column over the window, which a whole number of periods of it may shorten.
+  const BlockMean& over_window(const std::string& column) const;
+  const std::string& unit(const std::string& column) const;
+  double mean(const std::string& column) const;  ///< NaN before the window opens
+  nlohmann::ordered_json to_json() const;
   /// Complete or not at all (temporary file and rename).
   void write(const std::filesystem::path& path) const;
 
  private:
+  /// What is of the window.
+  struct InWindow {
+    BlockMean mean;
+    Extremes steps, fine, coarse;
+  };
   struct Column {
     SeriesColumn column;
-    double integral = 0;
-    Extremes steps;
     MovingMean fine{1e-3}, coarse{50e-3};
-    Extremes fine_run, fine_window, coarse_run, coarse_window;
+    Extremes fine_run, coarse_run;
+    InWindow now, whole;  ///< up to now, and up to the last whole period
   };
-  struct Share {
-    std::size_t wall, draft;
-    double from, until;
-    double integral = 0, duration = 0;
-    double baseline() const { return duration > 0 ? integral / duration : 0; }
-    /// |x - b| peaks where x does, above or below: two extremes give it without a second pass.
-    double peak(const Extremes& e) const;
-  };
+  void take(Column& c, double time, double duration, double inside, double value) const;
+  const InWindow& in_window(const Column& c) const { return period_ > 0 ? c.whole : c.now; }
   std::size_t index(const std::string& name) const;
   nlohmann::ordered_json column_json(const Column& c) const;
 
   std::vector<Column> columns_;
-  std::vector<Share> shares_;
   double from_ = std::numeric_limits<double>::infinity(), until_ = from_;
   std::string reason_;
-  double duration_ = 0, time_ = 0;
-  nlohmann::ordered_json sections_ = nlohmann::ordered_json::object();
+  double duration_ = 0, whole_duration_ = 0, time_ = 0;
+  double period_ = 0;
+  std::unique_ptr<nlohmann::ordered_json> sections_;
   std::vector<std::string> warnings_;
 };
 

@@ -90,11 +90,9 @@ std::vector<std::string> choose_columns(const std::vector<NamedSeries>& runs, co
     if (some_run_has(name) && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   };
   for (const char* name : kFirst) add(name);
-  // The five make the usual sheet; watches of another kind of run are drawn all.
-  if (names.empty())
-    for (const auto& run : runs)
-      for (const auto& column : run.series.columns)
-        if (column.is_watch()) add(column.name);
+  for (const auto& run : runs)
+    for (const auto& column : run.series.columns)
+      if (column.is_watch()) add(column.name);
   if (names.empty())
     throw std::runtime_error("no run watches anything: name what to watch under output.watch, or columns to plot");
   return names;
@@ -232,7 +230,7 @@ class Sheet {
       const auto block = fmt::format("p{}r{}", panel, r);
       std::string drawn = block;
       add_block(block, thinned(line, bins), shown.factor);
-      if (const Line means = smoothed(line); is_rough(line, means)) {
+      if (const Line means = smoothed(line); x_name_ == "time" && is_rough(line, means)) {
         any_rough_ = true;
         faint += fmt::format("${} with lines linewidth 0.7 linecolor rgb '#60{}' notitle, ", block, colour + 1);
         drawn += "mean";
@@ -294,7 +292,8 @@ void plot(const std::vector<std::filesystem::path>& directories, const std::file
           const PlotOptions& options) {
   const auto runs = read_runs(directories);
   const auto columns = choose_columns(runs, options.columns);
-  plot_series(runs, "time", columns, out, options);
+  for (const NamedSeries& run : runs) run.series.at(options.over);
+  plot_series(runs, options.over, columns, out, options);
 }
 
 void plot_series(const std::vector<NamedSeries>& runs, const std::string& x, const std::vector<std::string>& columns,

@@ -33,6 +33,13 @@ void LiveLine::close() {
 
 double LiveLine::elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 
+double RecentRate::remaining(double wall, double simulated, double end) {
+  past_.emplace_back(wall, simulated);
+  while (past_.size() > 2 && past_[1].first < wall - 30) past_.pop_front();
+  const auto [then, was] = past_.size() > 1 ? past_.front() : std::pair{0.0, 0.0};
+  return (end - simulated) * (wall - then) / (simulated - was);
+}
+
 std::string clock_text(double seconds) {
   if (!std::isfinite(seconds)) return "?";
   const long s = std::lround(seconds);

@@ -1,6 +1,8 @@
 #pragma once
 #include <chrono>
+#include <deque>
 #include <string>
+#include <utility>
 
 namespace subsoil::app {
 
@@ -23,6 +25,16 @@ class LiveLine {
 };
 
 /// "1:02:03"
+/// How long a run will still take, from its rate over the last half minute: contacts grow and steps with them.
+class RecentRate {
+ public:
+  /// `wall` and `simulated` s so far.
+  double remaining(double wall, double simulated, double end);
+
+ private:
+  std::deque<std::pair<double, double>> past_;
+};
+
 std::string clock_text(double seconds);
 
 }  // namespace subsoil::app

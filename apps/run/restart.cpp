@@ -13,9 +13,12 @@ constexpr std::int64_t kStateFormat = 2;
 
 }  // namespace
 
-void save_run(const std::filesystem::path& directory, const World& world, const coupling::Simulation& simulation) {
+void save_run(const std::filesystem::path& directory, const Scenario& scenario, const World& world,
+              const coupling::Simulation& simulation) {
   StateWriter out(state_path(directory, simulation.time()));
   out.put_format(kStateFormat);
+  out.put_text("scenario", write_scenario(scenario));
+  out.put("time", simulation.time());
   if (world.bed) {
     const dem::Bed::State bed = world.bed->save();
     out.put("bed/spheres", bed.spheres);
@@ -46,8 +49,9 @@ SavedRun read_run(const std::filesystem::path& file) {
   const StateReader in(file);
   in.require_format(kStateFormat, {"bed/spheres", "bed/ids", "bed/pair ids", "bed/pairs", "bed/surface ids",
                                    "bed/surfaces", "bed/scalars", "bed/bonding", "bed/bond ids", "bed/bonds",
-                                   "bed/broken ids", "bed/broken", "soil", "machine", "coupling"});
+                                   "bed/broken ids", "bed/broken", "soil", "machine", "coupling", "scenario", "time"});
   SavedRun saved;
+  if (in.has("scenario")) saved.scenario = in.text("scenario"), saved.time = in.value<double>("time");
   saved.has_bed = in.has("bed/spheres");
   if (saved.has_bed) {
     saved.bed.spheres = in.get<double>("bed/spheres");

@@ -13,11 +13,14 @@ struct SavedRun {
   std::vector<double> machine, coupling;
   SoilReport soil;
   double container_shift = 0;
+  double time = 0;       ///< s
+  std::string scenario;  ///< explicit text of the one that wrote it; empty: of a version that did not keep it
   bool has_bed = false;
 };
 
 /// Writes DIR/state-<time>.h5, complete or not at all.
-void save_run(const std::filesystem::path& directory, const World& world, const coupling::Simulation& simulation);
+void save_run(const std::filesystem::path& directory, const Scenario& scenario, const World& world,
+              const coupling::Simulation& simulation);
 
 /// Throws std::runtime_error naming the file when it is no state.
 SavedRun read_run(const std::filesystem::path& file);

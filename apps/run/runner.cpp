@@ -4,6 +4,7 @@
 #include <omp.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <memory>
@@ -15,12 +16,15 @@
 #include "apps/output/summary.hpp"
 #include "apps/run/analysis.hpp"
 #include "apps/run/columns.hpp"
+#include "apps/run/continuation.hpp"
 #include "apps/run/frames.hpp"
 #include "apps/run/live_line.hpp"
-#include "apps/run/process.hpp"
+#include "apps/run/overlap_advice.hpp"
 #include "apps/run/restart.hpp"
+#include "apps/run/run_summary.hpp"
+#include "apps/run/surface_report.hpp"
 #include "apps/run/tool.hpp"
-#include "apps/version.hpp"
+#include "apps/run/wall_watch.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -86,17 +90,18 @@ class Runner {
                      .soil_steps = static_cast<int>(s_.time.machine.soil_steps),
                      .machine_step = world_.step.machine_step}) {
     if (saved) restore(*saved, world_, simulation_);
+    if (saved) refuse_jumps(world_, simulation_.time(), request_.from.string());
     columns_ = std::make_unique<Columns>(loaded_, world_, simulation_);
-    tool_ = std::make_unique<ToolProgress>(world_);
+    tool_ = std::make_unique<ToolProgress>(world_, simulation_, s_.time.end);
     start_time_ = simulation_.time();
-    if (world_.machine) machine_potential_start_ = world_.machine->energy().potential;
+    if (world_.machine) energy_start_.machine_potential = world_.machine->energy().potential;
   }
 
   int run() {
     open_output();
     const int code = loop();
     finish(code);
-    return code;
+    return code == exit_ok && request_.strict && !summary_->warnings().empty() ? exit_failed : code;
   }
 
  private:
@@ -114,8 +119,9 @@ class Runner {
     means_ = std::make_unique<IntervalMean>(row_.size());
     if (world_.machine)
       for (const std::string& group : world_.machine->assembly().redundant)
-        summary_->warn(group + ": of their reactions those of least norm are reported");
+        spdlog::info("{}: of their reactions those of least norm are reported", group);
     set_fixed_window();
+    for (const std::string& text : surface_warnings(surface_facts(world_, s_.time.end), world_)) warn(text);
     frames_ = std::make_unique<FrameOutput>(request_.out, s_, world_, simulation_);
   }
 
@@ -123,16 +129,20 @@ class Runner {
     const Window& w = s_.output.window;
     if (w.from || w.until)
       summary_->set_window(w.from.value_or(0), w.until.value_or(s_.time.end), "given in output.window");
-    else if (!tool_->exists())
+    else if (!tool_->any_passes())
       summary_->set_window(start_time_, s_.time.end, "no tool passes through soil: the whole run");
     else
-      window_pending_ = true;
-    if (!tool_->exists()) return;
-    const double entry = start_time_ + 0.9 * tool_->time_to_soil();
-    for (const SurfaceRecord& r : world_.surfaces)
-      if (r.owner == SurfaceRecord::Owner::container && world_.bed->boundary(r.boundary).active)
-        summary_->share_of(r.name + ".Fx", "soil.draft", start_time_,
-                           std::max(entry, start_time_ + world_.step.soil_step));
+      window_ = Opening::pending;
+    const double period = period_of(s_);
+    if (period > 0 && period < s_.time.end - start_time_) summary_->take_whole_periods(period);
+    if (std::isnan(period)) warn("the given motions have no period in common: means are over the whole window");
+  }
+
+  /// Says it now and at the end, and writes it down.
+  void warn(const std::string& text) {
+    live_.close();
+    spdlog::warn("warning: {}", text);
+    summary_->warn(text);
   }
 
   int loop() {
@@ -152,9 +162,9 @@ class Runner {
       const bool sample = sample_due.due(t, half) || last;
       // A bed on its way to rest is no state to go on from: a restart does not settle.
       if (!world_.soil.stopped && (state_due.due(t, half) || (last && (s_.output.state == State::full || signal != 0))))
-        save_run(request_.out, world_, simulation_);
+        save_run(request_.out, s_, world_, simulation_);
       if (sample || columns_->needs_every_step()) columns_->take_instant(values_);
-      open_window(t);
+      if (sample && world_.bed) follow_tools(t);
       dem::Snapshot* const snapshot = frame ? frames_->begin() : nullptr;
       if (!last || step_tells) {
         if (!step(sample, snapshot)) return exit_failed;
@@ -177,7 +187,7 @@ class Runner {
         if (columns_->is_mean(c)) row_[c] = mean[c];
     }
     series_->write(row_);
-    track_energy(steps_ == 0);
+    if (steps_ == 0) begin_energy();
   }
 
   /// Whether the machine's energy balance is off by more than it may; failure_ then says so.
@@ -213,30 +223,45 @@ class Runner {
       return true;
     } catch (const std::exception& error) {
       failure_ = error.what();
+      if (const std::string advice = overlap_advice(failure_, world_, s_); !advice.empty()) failure_ += "; " + advice;
       if (failure_.rfind("t = ", 0) != 0) failure_ = fmt::format("t = {:.9g} s: {}", reached_, failure_);
       return false;
     }
   }
 
-  void open_window(double t) {
-    if (!window_pending_) return;
-    const std::optional<double> lasts = tool_->window_opens();
-    if (!lasts) return;
-    window_pending_ = false;
-    summary_->set_window(
-        t, t + *lasts,
-        "from when the tool has travelled its length in soil plus its depth, until its tip is one depth "
-        "from the far face");
+  /// Opens and closes the window of the means where the tools' ways say so, and looks at the walls while it is open.
+  void follow_tools(double t) {
+    if (tool_->tools().empty()) return;
+    tool_->follow();
+    if (window_ == Opening::pending && tool_->steady() && !tool_->at_the_end()) {
+      window_ = Opening::open;
+      summary_->set_window(
+          t, s_.time.end,
+          "from when the tool has travelled, in soil, its length there plus its depth, until its foremost point is one "
+          "depth from the end of the soil");
+    } else if (window_ == Opening::open && tool_->at_the_end()) {
+      window_ = Opening::closed;
+      summary_->close_window(t);
+    }
+    if (!tool_->any_passes() || t < summary_->window_from() || t > summary_->window_until() + s_.output.series_every)
+      return;
+    if (!walls_.has_begun()) return walls_.begin(world_);
+    if (++looks_ % 20 != 0) return;  // a look goes through all spheres
+    for (const std::string& wall : walls_.look(world_))
+      warn(fmt::format(
+          "t = {:.4g} s: disturbed soil reaches {} ({:.0f} % of the spheres there have moved by half a radius "
+          "since the means began); make the bin larger there",
+          t, wall, 100 * WallWatch::share));
   }
 
-  std::string live_text(std::span<const double> row) const {
+  std::string live_text(std::span<const double> row) {
     const double t = simulation_.time(), share = (t - start_time_) / (s_.time.end - start_time_);
     const double wall = live_.elapsed();
     std::string text = fmt::format("t {:.4f} s  {:.1f} %", t, 100 * share);
     if (world_.bed)
       text += fmt::format("  {:.2f} M particle-steps/s", static_cast<double>(world_.bed->spheres().size()) *
                                                              static_cast<double>(steps_) / wall * 1e-6);
-    text += "  remaining " + clock_text(wall / share * (1 - share));
+    text += "  remaining " + clock_text(rate_.remaining(wall, t, s_.time.end));
     if (const int pull = columns_->find("pull"); pull >= 0)
       text += fmt::format("  pull {:.0f} N", row[static_cast<std::size_t>(pull)]);
     if (const int draft = columns_->find("soil.draft"); draft >= 0)
@@ -244,74 +269,20 @@ class Runner {
     return text;
   }
 
-  /// The parts of the energy book that the summary closes; bed terms are of the last sampled step.
-  void track_energy(bool first) {
-    if (world_.bed && first) bed_start_ = world_.bed->energy().total() - world_.bed->energy().boundary_work;
-    if (world_.bed && first) bed_gravity_start_ = world_.bed->energy().gravity;
-  }
-
-  void write_energy() {
-    auto& e = summary_->section("energy");
-    double error = 0, put_in = 0;
-    const auto take_in = [&](const char* name, double work) {
-      e[name] = work;
-      put_in += std::abs(work);
-    };
-    if (world_.bed) {
-      const dem::BedEnergy& b = world_.bed->energy();
-      const double closure = b.total() - b.boundary_work - bed_start_;
-      double given = 0;
-      for (const coupling::GivenMotion& m : world_.motions) given += world_.bed->boundary(m.boundary).work;
-      take_in("work of given motions [J]", given);
-      take_in("gravity on the soil [J]", bed_gravity_start_ - b.gravity);
-      e["damped [J]"] = b.lost.damping;
-      e["slid [J]"] = b.lost.sliding;
-      e["rolled [J]"] = b.lost.rolling;
-      if (world_.bed->has_bonding_laws()) e["broken bonds [J]"] = b.lost.breaking;
-      e["bed closure [J]"] = closure;
-      error += closure;
-    }
-    if (world_.machine) {
-      const mbd::EnergyBook m = world_.machine->energy();
-      take_in("work of drivers [J]", m.driver_work);
-      take_in("work of applied forces [J]", m.force_work);
-      take_in("gravity on the machine [J]", machine_potential_start_ - m.potential);
-      e["lost in the machine [J]"] = m.lost;
-      e["machine closure [J]"] = m.balance();
-      e["machine energy there or moved [J]"] = m.moved;
-      e["machine closure over energy there or moved"] = m.closure();
-      if (m.closure() > most_closure)
-        warn(
-            fmt::format("the machine's energy balance is off by {:.2g} of the energy there or moved: its motion is not "
-                        "resolved; shorten the machine step or its tolerance",
-                        m.closure()));
-      error += m.balance();
-    }
-    if (world_.bed && world_.machine) {
-      const coupling::InterfaceWork work = simulation_.interface_work();
-      e["interface, on the soil [J]"] = work.on_soil;
-      e["interface, on the machine [J]"] = work.on_machine;
-      e["interface error [J]"] = work.error();
-      error += work.error();
-    }
-    e["closure [J]"] = error;
-    e["work put in [J]"] = put_in;
-    e["closure over work put in"] = put_in > 0 ? error / put_in : 0.0;
-  }
-
-  /// Into the summary, and to the user's eye.
-  void warn(const std::string& text) {
-    summary_->warn(text);
-    spdlog::warn("{}", text);
+  /// What the summary's energy balance starts from; the bed's terms are of the first step.
+  void begin_energy() {
+    if (!world_.bed) return;
+    energy_start_.bed = world_.bed->energy().total() - world_.bed->energy().boundary_work;
+    energy_start_.bed_gravity = world_.bed->energy().gravity;
   }
 
   /// Of contacts at the speeds that were met.
   void warn_of_coarse_contacts() {
     const double speed = std::max(fastest_, world_.step.expected_speed), error = world_.step.error_at(speed);
-    summary_->section("run")["error of restitution"] = error;
+    write_restitution_error(*summary_, error);
     if (error <= 1.2 * s_.time.accuracy + 1e-3) return;
     const auto fine = world_.step.at_speed(speed, s_.time.accuracy, world_.step.soil_step);
-    warn(
+    summary_->warn(
         fmt::format("impacts at {:.3g} m/s, as met or expected, have a restitution wrong by up to {:.2g} "
                     "with the step of {:.3g} s; {:.3g} s would keep `time.accuracy: {:.3g}`",
                     speed, error, world_.step.soil_step, fine.step, s_.time.accuracy));
@@ -321,110 +292,46 @@ class Runner {
   void write_step_error() {
     const mbd::StepError& error = world_.machine->integrator().step_error();
     if (error.fastest == 0) return;
-    summary_->section("run")["machine step error"] = {{"largest of a step", error.largest}, {"sum", error.sum()}};
+    app::write_step_error(*summary_, error);
     if (error.sum() > most_step_error)
-      warn(
+      summary_->warn(
           fmt::format("machine steps of {:.3g} s are estimated to err by {:.2g} of the machine's length and speed over "
                       "the run; shorten them{}",
                       world_.step.machine_step, error.sum(),
                       world_.bed ? " by fewer soil steps per machine step" : ", or leave out time.machine.step"));
   }
 
-  void write_run_section(int code) {
-    auto& r = summary_->section("run");
-    r["version"] = version();
-    r["scenario"] = std::filesystem::absolute(request_.scenario).string();
-    r["title"] = s_.title;
-    if (!request_.sets.empty()) r["set"] = request_.sets;
-    r["end"] = code == exit_ok ? "reached" : code == exit_failed ? "failed" : "interrupted";
-    if (!failure_.empty()) r["failure"] = failure_;
-    r["simulated [s]"] = code == exit_failed ? simulation_.time() : reached_;
-    r["wall time [s]"] = live_.elapsed();
-    r["peak memory [bytes]"] = peak_memory();
-    r["steps"] = steps_;
-    r["frames"] = frames_->count();
-    if (world_.machine) r["machine step [s]"] = world_.step.machine_step;
-    if (s_.analysis != Analysis::dynamics) r["analysis"] = analysis_names[static_cast<std::size_t>(s_.analysis)];
-    if (!world_.bed) return;
-    r["instruction set"] = world_.bed->kernel_name();
-    r["precision"] = world_.bed->options().precision == dem::Precision::mixed ? "mixed" : "double";
-    r["threads"] = world_.bed->threads();
-    r["soil step [s]"] = world_.step.soil_step;
-    r["soil step over stable step"] = world_.step.soil_step / world_.step.limit.step;
-    r["stable step set by"] = world_.step.limit.cause;
-    warn_of_coarse_contacts();
-    r["neighbour builds"] = world_.bed->rebuilds();
-    r["largest overlap [share of a radius]"] = deepest_;
-    r["particle-steps per second"] =
-        static_cast<double>(world_.bed->spheres().size()) * static_cast<double>(steps_) / live_.elapsed();
-    auto& b = summary_->section("soil");
-    b["spheres"] = world_.soil.spheres;
-    b["mass [kg]"] = world_.soil.mass;
-    b["bulk density [kg/m3]"] = world_.soil.bulk_density;
-    b["mean surface [m]"] = world_.soil.surface_mean;
-    b["spread of the surface [m]"] = world_.soil.surface_spread;
-    b["contacts per sphere"] = world_.soil.coordination;
-    for (const auto& [material, layer] : world_.soil.layers)
-      b["layers"].push_back({{"material", material},
-                             {"spheres", layer.spheres},
-                             {"mass [kg]", layer.mass},
-                             {"top [m]", layer.top},
-                             {"spread of the top [m]", layer.spread},
-                             {"thickness [m]", layer.thickness}});
-    b["settled for [s]"] = world_.soil.settled_for;
-    b["carved for the machine"] = world_.soil.carved;
-    b["fallen out and removed"] = world_.bed->removed_count();
-    b["outside the container at the end"] = outside();
-    if (world_.bed->has_bonding_laws()) write_bonds();
-  }
-
-  void write_bonds() {
-    const dem::BondCount n = world_.bed->bonds();
-    summary_->section("bonds") = {{"formed", n.formed},
-                                  {"intact", n.intact()},
-                                  {"broken in tension", n.broken_in_tension},
-                                  {"broken in shear", n.broken_in_shear},
-                                  {"removed with spheres", n.removed}};
-    spdlog::info("bonds: {} formed, {} intact, {} broken in tension, {} in shear", n.formed, n.intact(),
-                 n.broken_in_tension, n.broken_in_shear);
-    if (n.formed == 0)
-      summary_->warn("a law has bonds but none formed: no spheres were within `bond gap` at `bond time`");
-  }
-
-  void write_events() {
-    const std::vector<mbd::Event>& events = world_.machine->events();
-    summary_->section("run")["events"] = events.size();
-    if (events.empty()) return;
-    spdlog::info("{} events, the first at {:.9g} s: {} {}", events.size(), events.front().t, events.front().name,
-                 events.front().word());
-    auto& list = summary_->section("events");
-    list = nlohmann::ordered_json::array();
-    for (const mbd::Event& e : events) list.push_back({{"time [s]", e.t}, {"of", e.name}, {"direction", e.word()}});
-  }
-
-  std::size_t outside() const {
-    if (!s_.soil || !s_.soil->container) return 0;
-    const Container& c = *s_.soil->container;
-    std::size_t count = 0;
-    for (const dem::Sphere& p : world_.bed->spheres()) {
-      const Vec3 d = p.x - (c.at + Vec3{0, world_.container_shift, 0});
-      if (d.x < 0 || d.x > c.size.x || d.z < 0 || d.z > c.size.z || d.y < 0) ++count;
-    }
-    return count;
+  void warn_of_machine_energy() {
+    if (!world_.machine) return;
+    const double closure = world_.machine->energy().closure();
+    if (closure > most_closure)
+      summary_->warn(
+          fmt::format("the machine's energy balance is off by {:.2g} of the energy there or moved: its motion is not "
+                      "resolved; shorten the machine step or its tolerance",
+                      closure));
   }
 
   void finish(int code) {
     live_.close();
     series_->flush();
     frames_->finish();
-    if (world_.soil.stopped)
-      summary_->warn("the run was interrupted while the bed settled: time 0 shows it on its way to rest");
-    if (window_pending_) summary_->warn("the tool never reached steady work: no means; set output.window to take some");
-    write_run_section(code);
-    if (world_.machine) write_events();
-    if (world_.machine) write_step_error();
-    write_energy();
+    last_warnings(code);
+    write_run_section(*summary_,
+                      {.code = code,
+                       .failure = failure_,
+                       .reached = code == exit_failed ? simulation_.time() : reached_,
+                       .wall_time = live_.elapsed(),
+                       .steps = steps_,
+                       .frames = frames_->count(),
+                       .deepest = deepest_},
+                      s_, request_, world_);
+    if (world_.machine) write_events(*summary_, *world_.machine);
+    write_energy(*summary_, energy_start_, world_, simulation_);
+    if (!tool_->tools().empty()) write_tools(*summary_, *tool_);
     summary_->write(request_.out / "summary.json");
+    if (const std::string means = means_text(*summary_, *tool_, s_); !means.empty() && world_.bed)
+      spdlog::info("{}", means.substr(0, means.size() - 1));
+    for (const std::string& text : summary_->warnings()) spdlog::warn("warning: {}", text);
     if (code == exit_failed) {
       spdlog::error("{}", failure_);
       spdlog::error("the run stops here; results up to then are in {}", request_.out.string());
@@ -432,6 +339,32 @@ class Runner {
       spdlog::info("{} in {}; results in {}", code == exit_ok ? "done" : "interrupted", clock_text(live_.elapsed()),
                    request_.out.string());
     }
+  }
+
+  /// What only the end of a run knows.
+  void last_warnings(int code) {
+    if (world_.bed) warn_of_coarse_contacts();
+    if (world_.machine) write_step_error();
+    warn_of_machine_energy();
+    if (world_.soil.stopped)
+      summary_->warn("the run was interrupted while the bed settled: time 0 shows it on its way to rest");
+    if (world_.bed && world_.bed->has_bonding_laws() && world_.bed->bonds().formed == 0)
+      summary_->warn("a law has bonds but none formed: no spheres were within `bond gap` at `bond time`");
+    if (code != exit_ok) return;
+    for (const Tool& tool : tool_->tools())
+      if (!tool.touched)
+        summary_->warn(
+            fmt::format("{} touched no soil in the whole run: see where it starts and how it moves; `subsoil "
+                        "check` says how far it is from the soil",
+                        tool.name));
+    if (window_ == Opening::pending)
+      summary_->warn(
+          "no tool came to steady work (its length in soil plus its depth of travel): no means; let it travel "
+          "farther, or set output.window");
+    else if (!std::isfinite(summary_->window_from()) || !(summary_->window_until() > summary_->window_from()))
+      summary_->warn(
+          "the window of the means was never reached, or is shorter than a period of the given motion: means "
+          "are null; let it run longer, or set output.window");
   }
 
   const Loaded& loaded_;
@@ -447,22 +380,45 @@ class Runner {
   std::unique_ptr<IntervalMean> means_;
   std::vector<double> values_, row_, summarised_;  // of the step, of the row written last, of the summary's columns
   LiveLine live_;
+  RecentRate rate_;
+  WallWatch walls_;
+  long looks_ = 0;
   std::string failure_;
   double start_time_ = 0, reached_ = 0;
-  double bed_start_ = 0, bed_gravity_start_ = 0, machine_potential_start_ = 0;
+  EnergyStart energy_start_;
   double deepest_ = 0, fastest_ = 0;
   long steps_ = 0;
-  bool window_pending_ = false;
+  enum class Opening { fixed, pending, open, closed } window_ = Opening::fixed;
 };
+
+/// Whether the directory can be made, before anything is computed; it does not stay, for bad input writes nothing.
+void refuse_unwritable(const std::filesystem::path& out) {
+  std::filesystem::path made = std::filesystem::absolute(out).lexically_normal(), above = made;
+  while (!above.empty() && !std::filesystem::exists(above)) made = above, above = above.parent_path();
+  std::error_code fault;
+  std::filesystem::create_directories(out, fault);
+  if (fault) throw ScenarioError(out.string() + ": cannot be made (" + fault.message() + "); choose another --out");
+  std::filesystem::remove_all(made, fault);
+}
 
 /// An existing directory that is not empty is not written over unless forced; then only a run's own files go.
 void prepare_directory(const std::filesystem::path& out, bool force) {
-  if (!std::filesystem::exists(out)) return;
+  if (!std::filesystem::exists(out)) return refuse_unwritable(out);
   if (!std::filesystem::is_directory(out))
     throw ScenarioError(out.string() + ": is a file, results need a directory; choose another --out");
   if (std::filesystem::is_empty(out)) return;
   if (!force)
     throw ScenarioError(out.string() + ": exists and is not empty; choose another --out, or --force to write over it");
+}
+
+/// More frames than steps would only be the same ones again.
+void refuse_dense_frames(const Loaded& loaded, const World& world) {
+  const double step = world.bed ? world.step.soil_step : 1e-9, every = frame_interval(loaded.scenario);
+  if (every > 0 && every < step)
+    throw ScenarioError(
+        fmt::format("{} = {:.3g} s: is shorter than the step of {:.3g} s; a frame per step would be "
+                    "{:.3g} s, a movie needs some 10 ms",
+                    loaded.where("output.every"), every, step, step));
 }
 
 void report_soil(const World& world) {
@@ -480,6 +436,21 @@ void report_soil(const World& world) {
   if (world.soil.carved > 0) spdlog::info("{} spheres carved out for the machine", world.soil.carved);
 }
 
+/// What the scenario says otherwise than the one that wrote the state: listed, and refused where it must be.
+void look_at_changes(const SavedRun& saved, const Loaded& loaded, const RunRequest& request) {
+  if (saved.scenario.empty()) {
+    spdlog::warn("warning: {} does not say which scenario wrote it: nothing was compared", request.from.string());
+    return;
+  }
+  const std::vector<Difference> found = differences(saved.scenario, write_scenario(loaded.scenario));
+  refuse_changes(found, request.changes, request.from.string());
+  if (loaded.scenario.time.end <= saved.time)
+    throw ScenarioError(fmt::format("{} = {:.6g} s: the state is of {:.6g} s; give a later end",
+                                    loaded.where("time.end"), loaded.scenario.time.end, saved.time));
+  for (const Difference& d : found)
+    if (d.kind != Difference::Kind::harmless) spdlog::info("changed: {} from {} to {}", d.key, d.before, d.now);
+}
+
 }  // namespace
 
 int run(const RunRequest& given) {
@@ -492,10 +463,12 @@ int run(const RunRequest& given) {
   if (!request.from.empty()) {
     saved = read_run(request.from);
     refuse_other(*saved, loaded.scenario, request.from);
+    look_at_changes(*saved, loaded, request);
   }
   BuildOptions options;
   options.threads = request.threads > 0 ? request.threads : static_cast<int>(loaded.scenario.time.threads);
-  if (options.threads > 0) omp_set_num_threads(options.threads);  // of output too
+  if (!loaded.scenario.has_bed() && options.threads == 0) options.threads = 1;  // a machine alone has no work for more
+  if (options.threads > 0) omp_set_num_threads(options.threads);                // of output too
   options.place_soil = !saved;
   if (saved) options.restored = spheres_of(*saved);
   LiveLine settling;
@@ -508,6 +481,7 @@ int run(const RunRequest& given) {
   World world = build_world(loaded, options);
   settling.close();
   report_soil(world);
+  refuse_dense_frames(loaded, world);
   if (world.bed)
     spdlog::info("soil step {:.4g} s = {:.2f} of the stable step {:.4g} s ({})", world.step.soil_step,
                  world.step.soil_step / world.step.limit.step, world.step.limit.step, world.step.limit.cause);

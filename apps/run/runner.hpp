@@ -11,7 +11,9 @@ struct RunRequest {
   std::vector<std::string> sets;  ///< path=value
   int threads = 0;                ///< 0: as the scenario says
   bool force = false;
-  std::filesystem::path from;  ///< a state file to start from; empty: from the beginning
+  bool strict = false;                 ///< a run with warnings ends with exit_failed
+  std::vector<std::string> changes{};  ///< keys that may differ from the scenario of `from`
+  std::filesystem::path from;          ///< a state file to start from; empty: from the beginning
 };
 
 /// Exit codes of a run.

@@ -1,62 +1,167 @@
 #include "apps/run/tool.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
 
 namespace subsoil::app {
+namespace {
 
-ToolProgress::ToolProgress(const World& world) : world_(world) {
-  if (!world.bed || !world.machine) return;
-  for (const SurfaceRecord& s : world.surfaces) {
-    const auto* mesh = std::get_if<dem::MeshSurface>(&world.bed->boundary(s.boundary).shape);
-    if (s.owner != SurfaceRecord::Owner::machine || mesh == nullptr) continue;
-    Part part{s.body, {}};
-    const dem::TriangleMesh& m = mesh->surfaces()[s.mesh];
-    part.vertices.insert(part.vertices.end(), m.vertices().begin(), m.vertices().end());
-    parts_.push_back(std::move(part));
-  }
-  if (parts_.empty() || world.bed->spheres().empty()) return;
-  if (world.machine->body(parts_.front().body).v.x < 0) direction_ = -1;
-  double low = 1e300, high = -1e300;
-  for (const dem::Sphere& s : world.bed->spheres()) {
-    low = std::min(low, s.x.x - s.r);
-    high = std::max(high, s.x.x + s.r);
-  }
-  near_face_ = direction_ > 0 ? low : -high;
-  far_face_ = direction_ > 0 ? high : -low;
-  surface_ = world.soil.surface_mean;
+/// Points that a surface consists of, in its axes; of a plane none.
+std::vector<Vec3> points_of(const World& world, const SurfaceRecord& s) {
+  const dem::Shape& shape = world.bed->boundary(s.boundary).shape;
+  if (std::holds_alternative<dem::Plane>(shape)) return {};
+  return dem::drawing(shape, 1.0)[s.mesh].vertices();
 }
 
-ToolProgress::Place ToolProgress::place() const {
-  Place out;
-  out.tip.y = 1e300;
-  double low = 1e300, high = -1e300;
-  for (const Part& part : parts_) {
-    const mbd::BodyState& body = world_.machine->body(part.body);
-    const dem::Pose pose = coupling::pose_of(body);
-    for (const Vec3& v : part.vertices) {
-      const Vec3 p = pose.to_world(v);
-      if (p.y < out.tip.y) out.tip = p, out.speed = direction_ * body.v.x;
-      if (p.y > surface_) continue;
-      low = std::min(low, direction_ * p.x);
-      high = std::max(high, direction_ * p.x);
+Vec3 level(const Vec3& v) { return {v.x, 0, v.z}; }
+
+/// Along x or z, whichever is longer.
+Vec3 main_direction(const Vec3& v) {
+  if (std::abs(v.x) >= std::abs(v.z)) return {v.x < 0 ? -1.0 : 1.0, 0, 0};
+  return {0, 0, v.z < 0 ? -1.0 : 1.0};
+}
+
+}  // namespace
+
+ToolProgress::ToolProgress(const World& world, const coupling::Simulation& simulation, double end)
+    : world_(world), simulation_(simulation) {
+  if (!world.bed || world.bed->spheres().empty()) return;
+  constexpr double far = std::numeric_limits<double>::infinity();
+  low_ = {far, far, far}, high_ = {-far, -far, -far};
+  for (const dem::Sphere& s : world.bed->spheres()) {
+    low_ = {std::min(low_.x, s.x.x - s.r), std::min(low_.y, s.x.y - s.r), std::min(low_.z, s.x.z - s.r)};
+    high_ = {std::max(high_.x, s.x.x + s.r), std::max(high_.y, s.x.y + s.r), std::max(high_.z, s.x.z + s.r)};
+    radius_ += s.r / static_cast<double>(world.bed->spheres().size());
+  }
+  for (std::size_t i = 0; i < world.surfaces.size(); ++i) {
+    const SurfaceRecord& s = world.surfaces[i];
+    if (s.owner == SurfaceRecord::Owner::machine) {
+      const std::string& body = world.machine->system().body_name(s.body);
+      add(body, body + ".soil", i);
+    } else if (s.owner == SurfaceRecord::Owner::given && s.moves) {
+      add(s.name, s.name, i);
+      if (!tools_.empty() && tools_.back().name == s.name) tools_.back().passes = length_of_path(s, end) > 2 * radius_;
     }
   }
-  out.depth = surface_ - out.tip.y;
-  out.length = std::max(0.0, high - low);
-  return out;
 }
 
-std::optional<double> ToolProgress::window_opens() const {
-  const Place p = place();
-  const double x = direction_ * p.tip.x;
-  if (!(p.depth > 0) || x - near_face_ < p.length + p.depth || !(p.speed > 0)) return {};
-  return std::max(0.0, far_face_ - p.depth - x) / p.speed;
+void ToolProgress::add(const std::string& name, const std::string& column, std::size_t surface) {
+  std::vector<Vec3> points = points_of(world_, world_.surfaces[surface]);
+  if (points.empty()) return;
+  auto tool = std::find_if(tools_.begin(), tools_.end(), [&](const Tool& t) { return t.column == column; });
+  if (tool == tools_.end()) {
+    tool = tools_.insert(tools_.end(), Tool{});
+    tool->name = name, tool->column = column;
+  }
+  tool->surfaces.push_back(surface);
+  tool->points.push_back(std::move(points));
 }
 
-double ToolProgress::time_to_soil() const {
-  const Place p = place();
-  const double way = near_face_ - direction_ * p.tip.x;
-  return way > 0 && p.speed > 0 ? way / p.speed : 0;
+/// Longest level distance from its start that a boundary reaches on its path.
+double ToolProgress::length_of_path(const SurfaceRecord& surface, double end) const {
+  for (const coupling::GivenMotion& m : world_.motions) {
+    if (m.boundary != surface.boundary) continue;
+    double longest = 0;
+    for (int k = 1; k <= 200; ++k)
+      longest = std::max(longest, dem::norm(level(m.pose(end * k / 200).position - m.pose(0).position)));
+    return longest;
+  }
+  return 0;
+}
+
+bool ToolProgress::any_passes() const {
+  return std::any_of(tools_.begin(), tools_.end(), [](const Tool& t) { return t.passes; });
+}
+
+void ToolProgress::follow() {
+  for (Tool& tool : tools_) follow(tool);
+}
+
+void ToolProgress::follow(Tool& tool) const {
+  const double surface = world_.soil.surface_mean;
+  const Vec3 place = simulation_.surface_pose(world_.surfaces[tool.surfaces.front()].boundary).position;
+  double deepest = std::numeric_limits<double>::infinity(), back = deepest, front = -deepest;
+  for (std::size_t k = 0; k < tool.surfaces.size(); ++k) {
+    const SurfaceRecord& s = world_.surfaces[tool.surfaces[k]];
+    if (world_.bed->boundary(s.boundary).contacts > 0) tool.touched = true;
+    const dem::Pose pose = simulation_.surface_pose(s.boundary);
+    for (const Vec3& v : tool.points[k]) {
+      const Vec3 p = pose.to_world(v);
+      if (p.y > surface) continue;
+      if (!tool.entry && (p.x < low_.x || p.x > high_.x || p.z < low_.z || p.z > high_.z)) continue;
+      deepest = std::min(deepest, p.y);
+      back = std::min(back, dem::dot(p, tool.along)), front = std::max(front, dem::dot(p, tool.along));
+    }
+  }
+  if (!(deepest < surface)) return;
+  if (!tool.entry) tool.entry = place;
+  tool.depth = std::max(tool.depth, surface - deepest);
+  const Vec3 gone = level(place - *tool.entry);
+  if (dem::norm(tool.along) == 0) {
+    if (dem::norm(gone) > radius_) tool.along = main_direction(gone);
+    return;  // the next look knows how long it is along its way
+  }
+  tool.travel = std::max(tool.travel, dem::dot(gone, tool.along));
+  tool.length = std::max(tool.length, front - back);
+  const Vec3 end{tool.along.x > 0 ? high_.x : -low_.x, 0, tool.along.z > 0 ? high_.z : -low_.z};
+  tool.room = (tool.along.x != 0 ? end.x : end.z) - front;
+}
+
+bool ToolProgress::steady() const {
+  bool any = false;
+  for (const Tool& t : tools_) {
+    if (!t.passes) continue;
+    if (!t.entry || dem::norm(t.along) == 0 || t.travel < t.length + t.depth) return false;
+    any = true;
+  }
+  return any;
+}
+
+bool ToolProgress::at_the_end() const {
+  return std::any_of(tools_.begin(), tools_.end(),
+                     [](const Tool& t) { return t.passes && t.entry && dem::norm(t.along) > 0 && t.room < t.depth; });
+}
+
+namespace {
+
+double period_of(const mbd::Function& f) {
+  if (const auto* harmonic = f.get_if<mbd::HarmonicFunction>())
+    return harmonic->amplitude != 0 ? 1 / harmonic->frequency : 0;
+  if (const auto* table = f.get_if<mbd::TableFunction>())
+    return table->periodic ? table->times.back() - table->times.front() : 0;
+  return 0;
+}
+
+double turn_of(double rate) { return rate != 0 ? 2 * std::numbers::pi / std::abs(rate) : 0; }
+
+}  // namespace
+
+double period_of(const Scenario& scenario) {
+  std::vector<double> periods;
+  for (const Boundary& b : scenario.boundaries)
+    for (const Move& m : b.moves) {
+      periods.push_back(period_of(m.profile));
+      if (const auto* steady = m.profile.get_if<mbd::ConstantFunction>())
+        periods.push_back(turn_of(dem::norm(m.spin) * steady->value_));
+    }
+  if (scenario.machine)
+    for (const NamedDriver& d : scenario.machine->drivers)
+      std::visit(
+          [&](const auto& driver) {
+            for (const mbd::Function* f :
+                 {&driver.motion.position, &driver.motion.velocity, &driver.motion.acceleration})
+              periods.push_back(period_of(*f));
+            const auto* steady = driver.motion.velocity.template get_if<mbd::ConstantFunction>();
+            if (driver.angular() && steady != nullptr) periods.push_back(turn_of(steady->value_));
+          },
+          d.element);
+  const double longest = periods.empty() ? 0 : *std::max_element(periods.begin(), periods.end());
+  for (const double p : periods)
+    if (p > 0 && std::abs(longest / p - std::round(longest / p)) > 0.01)
+      return std::numeric_limits<double>::quiet_NaN();
+  return longest;
 }
 
 }  // namespace subsoil::app

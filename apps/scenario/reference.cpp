@@ -124,11 +124,10 @@ std::string new_scenario() {
   s.title = "a plate sinks into a small bed";
   s.materials = {{.name = "soil", .density = 1800, .young = {}, .poisson = {}},
                  {.name = "steel", .density = 7850, .young = {}, .poisson = {}}};
-  dem::Wet soil;
-  soil.K_X = 10e3, soil.C_X = 20, soil.K_Y = 8e3, soil.C_Y = 20, soil.K_B = 7e3, soil.dc = soil.dB = 2e-3;
-  soil.friction.mu = 0.5, soil.friction.mu_r = 0.3;
-  dem::Wet steel = soil;
-  steel.K_X = 16e3, steel.K_Y = 12e3, steel.K_B = 3e3;
+  dem::Linear soil;
+  soil.k_n = 50e3, soil.restitution = 0.4, soil.friction.mu = 0.5, soil.friction.mu_r = 0.2;
+  dem::Linear steel = soil;
+  steel.friction.mu = 0.3;
   s.contacts = {{{"soil", "soil"}, soil}, {{"soil", "steel"}, steel}};
   Container container;
   container.size = {0.3, 0.3, 0.3}, container.at = {-0.15, -0.2, -0.15}, container.material = "steel";
@@ -151,7 +150,7 @@ std::string new_scenario() {
   s.time.end = 0.5;
   s.output.every = 0.02;
   s.output.watch = {{.name = "resistance", .kind = Watch::Kind::soil_force, .of = "plate", .along = {0, 1, 0}}};
-  return "# A subsoil scenario. `subsoil explain KEY` says more about a key, e.g. `subsoil explain contacts.wet.K_X`;\n"
+  return "# A subsoil scenario. `subsoil explain KEY` says more about a key, e.g. `subsoil explain contacts.linear.k_n`;\n"
          "# a `machine` section carries tools on a planar mechanism: `subsoil explain machine`.\n" +
          print(s, true);
 }

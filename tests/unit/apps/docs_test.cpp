@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <regex>
@@ -14,6 +15,7 @@
 #include "apps/run/column_table.hpp"
 #include "apps/scenario/load.hpp"
 #include "tests/tools/paths.hpp"
+#include "tests/tools/program_runs.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -87,6 +89,21 @@ TEST(Docs, ScenariosShownAreRead) {
     const std::vector<std::string> blocks = yaml_blocks(read(root / name));
     EXPECT_FALSE(blocks.empty()) << name;
     for (const std::string& block : blocks) EXPECT_NO_THROW(load_scenario_text(block, name)) << name << ":\n" << block;
+  }
+}
+
+/// The scenarios that a newcomer copies first: README's and the guide's.
+TEST(Docs, FirstScenariosRunToTheirEnd) {
+  for (const char* name : {"README.md", "docs/guide.md"}) {
+    const test::RunDirectory dir;
+    const std::string block = yaml_blocks(read(root / name)).front();
+    EXPECT_EQ(test::run_scenario(dir.scenario(block), dir / "out"), exit_ok) << name;
+    const Series series = read_series(dir / "out" / "series.csv");
+    const auto watch =
+        std::find_if(series.columns.begin(), series.columns.end(), [](const auto& c) { return c.is_watch(); });
+    ASSERT_NE(watch, series.columns.end()) << name << ": `plot` must have something to draw";
+    const std::vector<double>& values = series.at(watch->name);
+    EXPECT_GT(*std::max_element(values.begin(), values.end()), 0) << name << ": something must be met";
   }
 }
 

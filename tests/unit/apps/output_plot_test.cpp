@@ -54,6 +54,29 @@ TEST(Plot, AnyRunDrawsItsOwnWatchesOrWhatIsAskedFor) {
   EXPECT_EQ(test::text_of(scratch / "x.png").substr(1, 3), "PNG");
 }
 
+TEST(Plot, DrawsEveryWatchBesideTheUsualOnes) {
+  if (!gnuplot_found()) GTEST_SKIP() << "gnuplot is not installed";
+  test::Scratch scratch;
+  make_run(scratch / "run", {{"torque", "N m"}, {"draft", "N"}});
+  plot({scratch / "run"}, scratch / "p.svg");
+  EXPECT_TRUE(drawn(scratch / "p.svg", "draft [N]"));
+  EXPECT_TRUE(drawn(scratch / "p.svg", "torque [N m]")) << "one known name must not hide the others";
+}
+
+TEST(Plot, DrawsOverAnotherColumn) {
+  if (!gnuplot_found()) GTEST_SKIP() << "gnuplot is not installed";
+  test::Scratch scratch;
+  make_run(scratch / "run", {{"draft", "N"}});
+  PlotOptions options;
+  options.over = "shovel.x";
+  plot({scratch / "run"}, scratch / "p.svg", options);
+  EXPECT_TRUE(drawn(scratch / "p.svg", "shovel.x [mm]"));
+  EXPECT_FALSE(drawn(scratch / "p.svg", "time [s]"));
+  EXPECT_FALSE(drawn(scratch / "p.svg", "50 ms means")) << "means over time belong over time";
+  options.over = "depth";
+  EXPECT_THROW(plot({scratch / "run"}, scratch / "p.svg", options), std::runtime_error);
+}
+
 TEST(Plot, RefusalsNameTheCure) {
   test::Scratch scratch;
   make_run(scratch / "run", {{"draft", "N"}});

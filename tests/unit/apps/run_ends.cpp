@@ -43,6 +43,26 @@ TEST(RunEnds, AFaultExitsWithThreeSaysWhereAndKeepsWhatWasWritten) {
   EXPECT_NEAR(read_series(dir / "out" / "series.csv").at("time").back(), time, 0.0011);
 }
 
+TEST(RunEnds, AnOverlapNamesWhoPressesByWhichLawAndWhatWouldDo) {
+  const RunDirectory dir;
+  // A ball of 4.19e-3 m^3 x 2000 kg/m^3 = 8.4 kg falls 5 mm on a plate of 1 kN/m: 8.4 x 9.81 = 82 N press it in by more
+  // than the 50 mm that are half its radius.
+  const char* ball = R"(subsoil: 1
+materials: {stone: {density: 2000 kg/m^3}}
+contacts: [{between: [stone, stone], law: linear, k_n: 1 kN/m, restitution: 0.5, mu: 0.5}]
+soil: {bed: {fill: particles, material: stone, particles: [{position: 0 0.105 0 m, radius: 100 mm}]}}
+boundaries: [{name: anvil, material: stone, shape: {box: 1 1 1 m}, at: 0 -0.5 0 m}]
+time: {end: 1 s}
+)";
+  ASSERT_EQ(run_scenario(dir.scenario(ball), dir / "out"), exit_failed);
+  const std::string failure = summary_of(dir / "out")["run"]["failure"];
+  for (const char* part : {"into `anvil`", "contacts.stone-stone.k_n = 1 kN/m", "2 kN/m halve the overlap"})
+    EXPECT_NE(failure.find(part), std::string::npos) << failure;
+  const std::size_t force = failure.find(" with ");
+  ASSERT_NE(force, std::string::npos);
+  EXPECT_NEAR(std::stod(failure.substr(force + 6)), 50, 1) << "1 kN/m times half of 100 mm";
+}
+
 /// The built program, started beside this test; what it says goes to a file.
 pid_t start(std::vector<std::string> words, const std::string& said = "/dev/null") {
   words.insert(words.begin(), subsoil::test::program());

@@ -1,0 +1,23 @@
+#pragma once
+#include <span>
+#include <string>
+#include <string_view>
+
+/// The scenarios to start from: configs/templates, built into the program.
+namespace subsoil::app {
+
+struct Template {
+  std::string_view name;      ///< tine
+  std::string_view scenario;  ///< the YAML text
+  std::string_view mesh;      ///< text of the STL file that it names, NAME.stl; empty: it names none
+  /// The first line of its comment.
+  std::string_view about() const;
+};
+
+std::span<const Template> templates();
+/// `subsoil new --list`.
+std::string template_list();
+/// Throws std::invalid_argument with the names there are.
+const Template& template_of(std::string_view name);
+
+}  // namespace subsoil::app

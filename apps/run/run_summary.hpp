@@ -1,0 +1,42 @@
+#pragma once
+#include <string>
+
+#include "apps/build/world.hpp"
+#include "apps/output/summary.hpp"
+#include "apps/run/runner.hpp"
+#include "apps/run/tool.hpp"
+
+/// What summary.json says of a run beside its columns, and the means as they are printed at its end.
+namespace subsoil::app {
+
+/// How a run went.
+struct RunFacts {
+  int code = exit_ok;
+  std::string failure;  ///< of a failed one
+  double reached = 0;   ///< s, simulated
+  double wall_time = 0;
+  long steps = 0, frames = 0;
+  double deepest = 0;  ///< overlap, share of a radius
+};
+
+/// Terms of the energy balance when the run began, J.
+struct EnergyStart {
+  double bed = 0, bed_gravity = 0, machine_potential = 0;
+};
+
+void write_run_section(Summary& summary, const RunFacts& facts, const Scenario& scenario, const RunRequest& request,
+                       const World& world);
+void write_energy(Summary& summary, const EnergyStart& start, const World& world,
+                  const coupling::Simulation& simulation);
+/// Largest error of restitution at the speeds met or expected.
+void write_restitution_error(Summary& summary, double error);
+/// What fixed machine steps are estimated to err by.
+void write_step_error(Summary& summary, const mbd::StepError& error);
+void write_events(Summary& summary, const mbd::Machine& machine);
+/// Means of each tool: force on it forward, upward and sideways, with their intervals.
+void write_tools(Summary& summary, const ToolProgress& progress);
+
+/// The means of tools and watches, a line each: "draft 61.2 N +- 4.1 N".
+std::string means_text(const Summary& summary, const ToolProgress& progress, const Scenario& scenario);
+
+}  // namespace subsoil::app

@@ -1,0 +1,103 @@
+#include "apps/run/surface_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace subsoil::app {
+namespace {
+
+dem::Bounds soil_box(const World& world) {
+  dem::Bounds box;
+  for (const dem::Sphere& s : world.bed->spheres()) {
+    box.include(s.x - Vec3{s.r, s.r, s.r});
+    box.include(s.x + Vec3{s.r, s.r, s.r});
+  }
+  return box;
+}
+
+dem::Bounds box_at(const std::vector<Vec3>& points, const dem::Pose& pose) {
+  dem::Bounds box;
+  for (const Vec3& p : points) box.include(pose.to_world(p));
+  return box;
+}
+
+double between(const dem::Bounds& a, const dem::Bounds& b) {
+  Vec3 gap;
+  gap.x = std::max({0.0, a.low.x - b.high.x, b.low.x - a.high.x});
+  gap.y = std::max({0.0, a.low.y - b.high.y, b.low.y - a.high.y});
+  gap.z = std::max({0.0, a.low.z - b.high.z, b.low.z - a.high.z});
+  return dem::norm(gap);
+}
+
+double largest(const Vec3& v) { return std::max({v.x, v.y, v.z}); }
+
+}  // namespace
+
+std::vector<SurfaceFacts> surface_facts(const World& world, double end) {
+  std::vector<SurfaceFacts> out;
+  if (!world.bed) return out;
+  const bool soil = !world.bed->spheres().empty();
+  const dem::Bounds bed = soil ? soil_box(world) : dem::Bounds{};
+  for (const SurfaceRecord& r : world.surfaces) {
+    if (r.owner == SurfaceRecord::Owner::container) continue;
+    const dem::Boundary& b = world.bed->boundary(r.boundary);
+    SurfaceFacts facts{r.name, {}, {}};
+    if (std::holds_alternative<dem::Plane>(b.shape)) {
+      facts.low = Vec3{-INFINITY, -INFINITY, -INFINITY}, facts.high = -facts.low;
+      out.push_back(facts);
+      continue;
+    }
+    const dem::TriangleMesh mesh = dem::drawing(b.shape, 1.0)[r.mesh];
+    if (std::holds_alternative<dem::MeshSurface>(b.shape))
+      facts.triangles = mesh.triangles().size(), facts.closed = mesh.closed();
+    const dem::Bounds start = box_at(mesh.vertices(), b.pose);
+    facts.low = start.low, facts.high = start.high;
+    facts.path_known = r.owner == SurfaceRecord::Owner::given;
+    facts.from_soil = soil ? between(start, bed) : 0;
+    for (const coupling::GivenMotion& m : world.motions)
+      for (int k = 1; m.boundary == r.boundary && soil && k <= 100; ++k)
+        facts.from_soil = std::min(facts.from_soil, between(box_at(mesh.vertices(), m.pose(end * k / 100)), bed));
+    out.push_back(facts);
+  }
+  return out;
+}
+
+std::string surface_text(const SurfaceFacts& f, const World& world) {
+  if (!std::isfinite(f.low.x)) return f.name + ": a plane";
+  const Vec3 size = f.high - f.low;
+  std::string text = fmt::format("{}: {:.3g} x {:.3g} x {:.3g} m", f.name, size.x, size.y, size.z);
+  if (f.triangles > 0) text += fmt::format(", {} triangles, {}", f.triangles, f.closed ? "closed" : "open");
+  if (world.bed->spheres().empty()) return text;
+  const char* when = f.path_known ? "" : " at the start";
+  return text + (f.from_soil > 0 ? fmt::format(", {:.3g} m from the soil{}", f.from_soil, when)
+                                 : fmt::format(", in reach of the soil{}", when));
+}
+
+std::vector<std::string> surface_warnings(const std::vector<SurfaceFacts>& facts, const World& world) {
+  std::vector<std::string> out;
+  if (!world.bed || world.bed->spheres().empty()) return out;
+  const dem::Bounds bed = soil_box(world);
+  const double width = largest(bed.high - bed.low);
+  double radius = world.bed->spheres().front().r;
+  for (const dem::Sphere& s : world.bed->spheres()) radius = std::min(radius, s.r);
+  for (const SurfaceFacts& f : facts) {
+    if (!std::isfinite(f.low.x)) continue;
+    const double size = largest(f.high - f.low);
+    if (size > 30 * width || size < 0.5 * radius)
+      out.push_back(
+          fmt::format("{} is {:.3g} m large, the soil {:.3g} m, its smallest sphere {:.3g} m: is the unit of its "
+                      "numbers right? `unit: mm` takes them as a thousandth of `unit: m`",
+                      f.name, size, width, 2 * radius));
+    if (!f.closed)
+      out.push_back(f.name +
+                    ": its mesh is open: it has no inside, and both its sides act; close its holes if it is a "
+                    "solid");
+    if (f.path_known && f.from_soil > 0)
+      out.push_back(fmt::format("{} comes no nearer than {:.3g} m to the soil on its path", f.name, f.from_soil));
+  }
+  return out;
+}
+
+}  // namespace subsoil::app

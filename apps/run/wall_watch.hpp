@@ -1,0 +1,35 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "apps/build/world.hpp"
+
+namespace subsoil::app {
+
+/// Says when soil that a tool disturbs reaches a wall of the container: then the bin is too small for the tool.
+///
+/// Soil at a wall is disturbed when more than 5 % of the spheres that lay within one mean diameter of the wall when the
+/// means began have moved since by more than half a mean radius. What a wall carries says nothing of this: by momentum
+/// the walls carry the draft however large the bin is.
+class WallWatch {
+ public:
+  static constexpr double share = 0.05, moved = 0.5;
+
+  /// Where the spheres are now is where they lay.
+  void begin(const World& world);
+  bool has_begun() const { return !lay_.empty(); }
+  /// Walls that were reached since the last look, each once.
+  std::vector<std::string> look(const World& world);
+
+ private:
+  struct Wall {
+    std::string name;
+    std::vector<std::uint32_t> ids;  ///< of the spheres that lay at it, rising
+    bool reached = false;
+  };
+  std::vector<Wall> walls_;
+  std::vector<Vec3> lay_;  ///< by id
+  double radius_ = 0;      ///< mean, m
+};
+
+}  // namespace subsoil::app

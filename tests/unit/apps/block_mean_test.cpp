@@ -1,0 +1,61 @@
+#include "apps/output/block_mean.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace subsoil::app {
+namespace {
+
+/// x_{k+1} = phi x_k + noise of variance 1: the mean of n values has the standard error sqrt(1/n)/(1 - phi) for n >> 1.
+BlockMean autoregressive(double phi, double drift, unsigned seed, int count) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> noise;
+  BlockMean mean;
+  double x = noise(random) / std::sqrt(1 - phi * phi);
+  for (int k = 0; k < count; ++k) {
+    mean.add(1e-3, 5 + drift * k / count + x);
+    x = phi * x + noise(random);
+  }
+  return mean;
+}
+
+TEST(BlockMean, TheIntervalHoldsTheTrueMeanOfACorrelatedSignal) {
+  // 20,000 steps that remember 20: blocks of 1/16 remember nothing. 95 % of 400 is 380 with a deviation of 4.4; the
+  // largest of the levels is never too narrow by chance of one level alone, so more may hold it, but a few must not.
+  int held = 0, steady = 0;
+  double width = 0;
+  for (unsigned seed = 0; seed < 400; ++seed) {
+    const BlockMean m = autoregressive(0.95, 0, seed, 20000);
+    held += std::abs(m.mean() - 5) < m.interval();
+    steady += m.steady();
+    width += m.interval() / 400;
+  }
+  EXPECT_GT(held, 367) << "three deviations below 95 %";
+  EXPECT_LT(held, 400) << "an interval that is never missed says nothing";
+  const double true_width = 1.96 * std::sqrt(1.0 / 20000) / (1 - 0.95);
+  EXPECT_GT(width, 0.95 * true_width);
+  EXPECT_LT(width, 2.0 * true_width)
+      << "Student's t at 8 blocks is 1.2 times the normal's, the largest level adds to it";
+  EXPECT_GT(steady, 360) << "a trend in one of twenty by chance";
+}
+
+TEST(BlockMean, ADriftIsNotSteady) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const BlockMean m = autoregressive(0.9, 3, seed, 20000);  // the noise of its mean is 0.07
+    EXPECT_FALSE(m.steady());
+    EXPECT_NEAR(m.trend(), 3, 1.0) << "4 deviations of a slope: sqrt(12) times that of the mean";
+  }
+}
+
+TEST(BlockMean, IsWeightedWithTimeAndKnowsNothingOfAFewSteps) {
+  BlockMean m;
+  m.add(1, 2), m.add(3, 6);
+  EXPECT_DOUBLE_EQ(m.mean(), 5);
+  EXPECT_TRUE(std::isnan(m.interval()));
+  EXPECT_TRUE(m.steady());
+}
+
+}  // namespace
+}  // namespace subsoil::app

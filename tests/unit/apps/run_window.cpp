@@ -1,0 +1,157 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "apps/build/world.hpp"
+#include "apps/run/surface_report.hpp"
+#include "apps/run/wall_watch.hpp"
+#include "tests/tools/program_runs.hpp"
+#include "tests/unit/apps/trench.hpp"
+
+/// When the means are taken, and what a run says of itself.
+namespace subsoil::app {
+namespace {
+
+using namespace test;
+
+/// First time of a row at which the farthest travel so far has reached length + depth = 50 mm.
+template <class Path>
+double opens(Path path) {
+  double farthest = 0;
+  for (int k = 0;; ++k) {
+    farthest = std::max(farthest, path(k * 1e-3));
+    if (farthest >= 0.05) return k * 1e-3;
+  }
+}
+
+double soil_end(const std::filesystem::path& out) {
+  double end = 0;
+  for (const dem::Vec3& p : test::frame_positions(out, 0)) end = std::max(end, p.x + 0.01);
+  return end;
+}
+
+TEST(RunWindow, OfABoundaryThatStartsInSoilOpensByItsTravelAndClosesBeforeTheWall) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(trench), dir / "out"), exit_ok);
+  const nlohmann::json window = summary_of(dir / "out")["window"];
+  // Rows stand every ms, a step late at most.
+  EXPECT_NEAR(window["from [s]"].get<double>(), opens([](double t) { return 0.4 * t; }), 1.5e-3);
+  const double closes = (soil_end(dir / "out") - 0.03 - 0.07) / 0.4;  // its front starts at 70 mm and is one depth off
+  EXPECT_NEAR(window["until [s]"].get<double>(), closes, 1.5e-3);
+  const nlohmann::json tool = summary_of(dir / "out")["tools"]["tool"];
+  EXPECT_NEAR(tool["greatest depth [m]"].get<double>(), 0.03, 1e-9);
+  EXPECT_EQ(tool["touched soil"], true);
+  EXPECT_GT(tool["draft [N]"]["interval, 95 %"].get<double>(), 0);
+  EXPECT_DOUBLE_EQ(tool["draft [N]"]["mean"].get<double>(),
+                   summary_of(dir / "out")["columns"]["draft"]["mean in window"].get<double>());
+}
+
+TEST(RunWindow, OfAVibratingToolCountsItsWayOnceAndHoldsWholePeriods) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(trench), dir / "out",
+                         {"boundaries.tool.moves=[{velocity: 0.3 0 0 m/s}, {velocity: 0.5 0 0 m/s, profile: {harmonic: "
+                          "{amplitude: 1, frequency: 10 Hz}}}]"}),
+            exit_ok);
+  const nlohmann::json window = summary_of(dir / "out")["window"];
+  const double w = 2 * 3.141592653589793 * 10;
+  const double from = opens([&](double t) { return 0.3 * t + 0.5 / w * (1 - std::cos(w * t)); });
+  EXPECT_NEAR(window["from [s]"].get<double>(), from, 1.5e-3);
+  const double periods = window["covered [s]"].get<double>() / 0.1;
+  EXPECT_GE(std::lround(periods), 4);
+  EXPECT_NEAR(periods, std::round(periods), 2e-3) << "a step of 0.1 ms";
+}
+
+TEST(RunWindow, AToolAboveTheSoilIsSaidAndStrictFails) {
+  const RunDirectory dir;
+  const std::vector<std::string> high{"boundaries.tool.at=60 100 0 mm", "time.end=20 ms"};
+  ASSERT_EQ(run_scenario(dir.scenario(trench), dir / "out", high), exit_ok);
+  const std::string warnings = summary_of(dir / "out")["warnings"].dump();
+  EXPECT_NE(warnings.find("tool touched no soil in the whole run"), std::string::npos) << warnings;
+  EXPECT_NE(warnings.find("tool comes no nearer than"), std::string::npos) << warnings;
+  EXPECT_EQ(run({.scenario = dir.scenario(trench), .out = dir / "strict", .sets = high, .threads = 1, .strict = true}),
+            exit_failed);
+  EXPECT_EQ(summary_of(dir / "strict")["run"]["end"], "reached");
+}
+
+TEST(RunWindow, WarningsArePrintedWhenTheyAriseAndAtTheEnd) {
+  const RunDirectory dir;
+  const std::string command = subsoil::test::program() + " run " + dir.scenario(trench) + " --threads 1 --out " +
+                              (dir / "out").string() +
+                              " --set \"boundaries.tool.at=60 100 0 mm\" --set time.end=5ms 2>&1";
+  FILE* pipe = popen(command.c_str(), "r");
+  ASSERT_NE(pipe, nullptr);
+  std::string said;
+  for (int c; (c = fgetc(pipe)) != EOF;) said += static_cast<char>(c);
+  EXPECT_EQ(pclose(pipe), 0);
+  const std::string nearer = "warning: tool comes no nearer";
+  const std::size_t first = said.find(nearer), end = said.find("warning: tool touched no soil");
+  ASSERT_NE(first, std::string::npos) << said;
+  EXPECT_NE(said.find(nearer, first + 1), std::string::npos) << "again at the end\n" << said;
+  EXPECT_NE(end, std::string::npos) << said;
+}
+
+TEST(RunWindow, WallsAreReachedByWhatMovesAtThemAndNotByWhatMovesElsewhere) {
+  const World world = build_world(load_scenario_text(trench), {.threads = 1, .settle = false});
+  WallWatch watch;
+  watch.begin(world);
+  EXPECT_TRUE(watch.look(world).empty()) << "nothing has moved";
+  dem::Bed::State state = world.bed->save();
+  // Spheres of the first column, at wall -x, go up by 0.6 of a radius; they are below 5 % at the other walls.
+  for (std::size_t i = 0; i < state.ids.size() / 2; ++i)
+    if (state.spheres[11 * i] < 0.02) state.spheres[11 * i + 1] += 0.006;
+  world.bed->restore(state);
+  EXPECT_EQ(watch.look(world), std::vector<std::string>{"wall -x"});
+  EXPECT_TRUE(watch.look(world).empty()) << "each wall once";
+}
+
+std::string warnings_of(const std::string& text) {
+  const Loaded loaded = load_scenario_text(text, subsoil::test::source_dir() + "/configs/templates/x.yaml");
+  const World world = build_world(loaded, {.threads = 1, .settle = false});
+  std::string out;
+  for (const std::string& w : surface_warnings(surface_facts(world, 1), world)) out += w + "\n";
+  return out;
+}
+
+std::string with_mesh(const std::string& file, const std::string& unit) {
+  std::string text = trench;
+  const std::string box = "box: 20 80 20 mm}, at: 60 10 0 mm";
+  return text.replace(text.find(box), box.size(), "mesh: " + file + ", unit: " + unit + "}, at: 0.1 -0.02 0 m");
+}
+
+TEST(RunWindow, AMeshInTheWrongUnitOrOpenIsSaid) {
+  EXPECT_EQ(warnings_of(with_mesh("chisel.stl", "mm")), "");
+  EXPECT_NE(warnings_of(with_mesh("chisel.stl", "um")).find("is the unit of its numbers right?"), std::string::npos);
+  EXPECT_NE(warnings_of(with_mesh("chisel.stl", "m")).find("is the unit of its numbers right?"), std::string::npos);
+  const RunDirectory dir;
+  std::string stl = test::text_of(subsoil::test::source_dir() + "/configs/templates/chisel.stl");
+  const std::size_t from = stl.find(" facet"), to = stl.find("endfacet\n") + 9;
+  test::write_file(dir / "open.stl", stl.erase(from, to - from));
+  EXPECT_NE(warnings_of(with_mesh((dir / "open.stl").string(), "mm")).find("its mesh is open"), std::string::npos);
+}
+
+std::string refusal(const std::vector<std::string>& sets, const RunDirectory& dir) {
+  try {
+    run_scenario(dir.scenario(trench), dir / "out", sets);
+  } catch (const ScenarioError& error) {
+    EXPECT_FALSE(std::filesystem::exists(dir / "out")) << "a refused run writes nothing";
+    return error.what();
+  }
+  return "taken";
+}
+
+TEST(RunWindow, SpheresInsideAGivenSolidBedsBeyondTheBinAndDenseFramesAreRefused) {
+  const RunDirectory dir;
+  EXPECT_NE(refusal({"soil.bed.inside machine=refuse"}, dir).find("lie inside `tool` at the start"), std::string::npos);
+  EXPECT_NE(refusal({"soil.bed.depth=0.3 m"}, dir).find("is more than the 0.1 m that the container"),
+            std::string::npos);
+  EXPECT_NE(refusal({"output.every=1 ns"}, dir).find("is shorter than the step"), std::string::npos);
+  try {
+    run_scenario(dir.scenario(trench), "/proc/no/results");
+    FAIL() << "taken";
+  } catch (const ScenarioError& error) {
+    EXPECT_NE(std::string(error.what()).find("cannot be made"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace subsoil::app

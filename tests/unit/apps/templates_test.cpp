@@ -1,0 +1,59 @@
+#include "apps/commands/templates.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "apps/scenario/load.hpp"
+#include "tests/tools/program_runs.hpp"
+
+/// What the program offers to start from runs to its end, as it is printed, in a folder of its own.
+namespace subsoil::app {
+namespace {
+
+using namespace test;
+
+class TemplateRuns : public testing::TestWithParam<std::string> {};
+
+TEST_P(TemplateRuns, ToItsEnd) {
+  const RunDirectory dir;
+  const Template& t = template_of(GetParam());
+  const std::filesystem::path file = dir / (std::string(t.name) + ".yaml");
+  test::write_file(file, std::string(t.scenario));
+  if (!t.mesh.empty()) test::write_file(dir / (std::string(t.name) + ".stl"), std::string(t.mesh));
+  ASSERT_EQ(run_scenario(file.string(), dir / "out"), exit_ok) << summary_of(dir / "out")["run"]["failure"];
+  const nlohmann::json summary = summary_of(dir / "out");
+  EXPECT_EQ(summary["warnings"].dump().find("touched no soil"), std::string::npos) << summary["warnings"];
+  EXPECT_EQ(summary["warnings"].dump().find("means are null"), std::string::npos) << summary["warnings"];
+  // Draft or resistance, and no balance that is off: the run means something.
+  for (const auto& [name, tool] : summary["tools"].items()) EXPECT_EQ(tool["touched soil"], true) << name;
+  EXPECT_LT(std::abs(summary["energy"]["closure over work put in"].get<double>()), 0.05);
+}
+
+std::vector<std::string> names() {
+  std::vector<std::string> out;
+  for (const Template& t : templates()) out.emplace_back(t.name);
+  return out;
+}
+INSTANTIATE_TEST_SUITE_P(All, TemplateRuns, testing::ValuesIn(names()), [](const auto& info) {
+  std::string name = info.param;
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+});
+
+TEST(Templates, AreThoseOfTheListAndAreNamed) {
+  const std::vector<std::string> wanted{"tine", "chisel",  "rotor",           "wheel", "plate",
+                                        "cone", "linkage", "vibrating-shank", "heap",  "drum"};
+  EXPECT_EQ(names(), wanted);
+  for (const std::string& name : wanted) EXPECT_NE(template_list().find(name + " "), std::string::npos) << name;
+  EXPECT_NE(subsoil::test::message_of<std::invalid_argument>([] { template_of("tin"); }).find("did you mean `tine`?"),
+            std::string::npos);
+}
+
+TEST(Templates, TheScenarioOfEveryKeyRunsToItsEnd) {
+  const RunDirectory dir;
+  EXPECT_EQ(run_scenario(dir.scenario(new_scenario()), dir / "out"), exit_ok);
+}
+
+}  // namespace
+}  // namespace subsoil::app
