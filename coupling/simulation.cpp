@@ -76,10 +76,13 @@ void Simulation::place_surfaces() {
       place(b, m.pose(time_), {}, {});
       continue;
     }
+    // Velocity at the start itself, from what comes after: before it a motion may have stood still. With p at 0, dt/2
+    // and dt, p' = (4 p_1 - 3 p_0 - p_2)/dt to second order.
     const double dt = options_.soil_step;
-    const dem::Pose before = m.pose(time_ - 0.5 * dt), after = m.pose(time_ + 0.5 * dt), now = m.pose(time_);
-    place(b, now, (after.position - before.position) * (1 / dt),
-          dem::small_rotation(before.attitude, after.attitude, dt));
+    const dem::Pose now = m.pose(time_), half = m.pose(time_ + 0.5 * dt), whole = m.pose(time_ + dt);
+    const auto moved = [&](const dem::Pose& to) { return to.position - now.position; };
+    const auto turned = [&](const dem::Pose& to) { return dem::small_rotation(now.attitude, to.attitude, 1); };
+    place(b, now, (4.0 * moved(half) - moved(whole)) * (1 / dt), (4.0 * turned(half) - turned(whole)) * (1 / dt));
   }
 }
 

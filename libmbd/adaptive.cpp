@@ -16,7 +16,7 @@ constexpr long most_steps = 2'000'000;
 // From a singular pose, in rad, for the method to begin anew; and for its failure to have another reason.
 constexpr double far_enough = 0.15;
 // From a singular pose, where one step leads over it; and what that step may err by.
-constexpr double step_over = 0.012, most_of_crossing = 1e-9;
+constexpr double step_over = 0.03, most_of_crossing = 1e-9;
 }  // namespace
 
 Adaptive::Adaptive(System& system)

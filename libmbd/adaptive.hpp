@@ -23,7 +23,7 @@ inline constexpr int most_failures_of_a_step = 40;
 /// Beside a singular pose a Newton matrix loses its rank and an error control sees rounding grow as the cube of the
 /// nearness. Such a pose is passed by Runge-Kutta in steps held to the same tolerance, put on the constraints with
 /// least change of all coordinates, and the method begins anew behind it. The pose itself is located from the distance
-/// before and after a step, and one step leads over it from about 0.01 rad before to as far behind, whatever step and
+/// before and after a step, and one step leads over it from about 0.03 rad before to as far behind, whatever step and
 /// tolerance are: at a distance e rounding eps leaves eps/e^3 of the accelerations, a step 2 e an error (2 e)^6, and
 /// both are small there. Its stages stay 0.4 e away. Outputs inside are read from the quintic through q, q', q'' of its
 /// ends.

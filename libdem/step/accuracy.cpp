@@ -44,19 +44,13 @@ Impact impact_in_steps(const Law& law, double m_eff, double r_eff, double per_su
                        double phase, double longest) {
   const double cutoff = law->cutoff(r_eff), root_m = std::sqrt(m_eff);
   double own[kOwnMemory] = {}, overlap = -cutoff - phase * speed * dt, rate = speed;
-  bool met = false;
   long steps = 0;
   while (static_cast<double>(steps) * dt < longest) {
-    const NormalForce<double> n = law->normal(Approach<double>{overlap, rate, root_m, r_eff, dt, per_sum}, own);
+    const NormalForce<double> n = law->normal({overlap, rate, root_m, r_eff, dt, per_sum}, own);
     rate -= n.force / m_eff * dt;
     overlap += rate * dt;
-    steps += met ? 1 : 0;
-    if (overlap > -cutoff) {
-      met = true;
-    } else if (met) {
-      return {std::max(0.0, -rate / speed), static_cast<double>(steps) * dt};
-    }
-    if (!met) longest -= dt;
+    ++steps;
+    if (overlap <= -cutoff && rate < 0) return {-rate / speed, static_cast<double>(steps) * dt};
   }
   return {};
 }

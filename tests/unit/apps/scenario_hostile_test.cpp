@@ -69,20 +69,26 @@ TEST(HostileScenario, ChainsOfIncludes) {
 }
 
 TEST(HostileScenario, TextThatIsNoUtf8) {
-  EXPECT_EQ(refusal("subsoil: 1\ntitle: Gr\xF6\xDF" "e\n"),
+  EXPECT_EQ(refusal("subsoil: 1\ntitle: Gr\xF6\xDF"
+                    "e\n"),
             "bad.yaml:2:10: holds the byte 0xF6, which is no UTF-8 text; save the file as UTF-8");
-  EXPECT_TRUE(holds(refusal("subsoil: 1\ntitle: \xC0\xAF\n"), "0xC0"));          // overlong
-  EXPECT_TRUE(holds(refusal("subsoil: 1\ntitle: \xED\xA0\x80\n"), "0xED"));      // half of a surrogate pair
+  EXPECT_TRUE(holds(refusal("subsoil: 1\ntitle: \xC0\xAF\n"), "0xC0"));      // overlong
+  EXPECT_TRUE(holds(refusal("subsoil: 1\ntitle: \xED\xA0\x80\n"), "0xED"));  // half of a surrogate pair
   EXPECT_TRUE(holds(refusal("subsoil: 1\ntitle: \"a\\x01\"\n"), "title: holds the control character 0x01"));
-  const std::string marked = std::string("\xEF\xBB\xBF") + changed("title: till", "title: Gr\xC3\xB6\xC3\x9F" "e");
-  EXPECT_EQ(load_scenario_text(marked, "bom.yaml").scenario.title, "Gr\xC3\xB6\xC3\x9F" "e");
+  const std::string marked = std::string("\xEF\xBB\xBF") + changed("title: till",
+                                                                   "title: Gr\xC3\xB6\xC3\x9F"
+                                                                   "e");
+  EXPECT_EQ(load_scenario_text(marked, "bom.yaml").scenario.title,
+            "Gr\xC3\xB6\xC3\x9F"
+            "e");
 }
 
 TEST(HostileScenario, NumbersBeyondAnyMachine) {
   EXPECT_TRUE(holds(refusal(changed("density: 1800 kg/m^3", "density: 1e300 kg/m^3")),
                     "materials.soil.density = 1e300 kg/m^3: is above 1e30 in SI units; check number and unit"));
   EXPECT_TRUE(holds(refusal(changed("end: 4 s", "end: 1e30 s")), "makes 1e+33 rows of series.csv"));
-  EXPECT_TRUE(holds(refusal(changed("time:\n", "output: {series every: 1e-300 s}\ntime:\n")), "is below 1e-30 in SI units"));
+  EXPECT_TRUE(
+      holds(refusal(changed("time:\n", "output: {series every: 1e-300 s}\ntime:\n")), "is below 1e-30 in SI units"));
   EXPECT_TRUE(holds(refusal(changed("time:\n", "output: {every: 1e-6 s}\ntime:\n")), "makes 4e+06 frames until 4 s"));
   EXPECT_TRUE(holds(refusal(changed("fill: rest-lattice", "fill: random\n    count: 1000000000")),
                     "must be in [1, 100000000]"));
@@ -90,7 +96,8 @@ TEST(HostileScenario, NumbersBeyondAnyMachine) {
 
 TEST(HostileScenario, NestedUnits) {
   const std::string unit = std::string(50000, '(') + "m" + std::string(50000, ')');
-  EXPECT_TRUE(holds(test::message_of<UnitError>([&] { parse_quantity("1 " + unit, "m"); }), "nests more than 50 brackets"));
+  EXPECT_TRUE(
+      holds(test::message_of<UnitError>([&] { parse_quantity("1 " + unit, "m"); }), "nests more than 50 brackets"));
   EXPECT_TRUE(holds(test::message_of<UnitError>([&] { parse_quantity("1 m^" + std::string(400, '9'), "m"); }),
                     "has a power that is too large"));
 }
@@ -119,7 +126,8 @@ TEST(HostileFormula, Nesting) {
 }
 
 TEST(HostileFormula, PowersOfPowers) {
-  const char* digits = "holds powers that make numbers of more than 30,000 digits; write such a number with an exponent: 1e10";
+  const char* digits =
+      "holds powers that make numbers of more than 30,000 digits; write such a number with an exponent: 1e10";
   EXPECT_EQ(formula_refusal("10^(10^10)"), digits);
   EXPECT_EQ(formula_refusal("t*9^(9^9)"), digits);
   EXPECT_EQ(formula_refusal("((((2*t)^1000)^1000)^1000)^1000"), digits);

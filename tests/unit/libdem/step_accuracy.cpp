@@ -2,6 +2,7 @@
 
 #include "libdem/step/accuracy.hpp"
 #include "tests/tools/dem_beds.hpp"
+#include "tests/tools/every_law.hpp"
 
 /// The step that resolves a contact, judged by the engine: a sphere on a plane that comes back with the restitution
 /// that its law promises.
@@ -36,7 +37,7 @@ TEST(AccurateStep, TheBedKeepsWhatItPromises) {
     for (const double speed : {0.1, 3.0})
       for (const Law& given : {Law(grains(1e5, e, 0)), Law(elastic(1e7, 0.3, e, 0))})
         for (const double tolerance : {0.03, 0.01, 0.003}) {
-          const Law law = resolved(given);
+          const Law& law = given;
           const AccurateStep a = accurate_step(law, alone(speed), true, tolerance, stable(law, speed));
           EXPECT_LE(a.error, tolerance);
           EXPECT_LE(a.step, stable(law, speed));
@@ -48,19 +49,19 @@ TEST(AccurateStep, TheBedKeepsWhatItPromises) {
 
 /// What it is for: at the stable step a lone sphere comes back with anything.
 TEST(AccurateStep, TheStableStepIsNotAccurate) {
-  const Law given = grains(1e5, 0.6, 0.4), law = resolved(given);
+  const Law law = grains(1e5, 0.6, 0.4);
   const double step = stable(law, 1);
   EXPECT_GT(restitution_error(law, alone(1), true, step, step), 0.1);
   double worst = 0;
   for (const double phase : {0.05, 0.3, 0.55, 0.8})
-    worst = std::max(worst, std::abs(in_bed(given, 1, step, phase) - 0.6));
+    worst = std::max(worst, std::abs(in_bed(law, 1, step, phase) - 0.6));
   EXPECT_GT(worst, 0.05);
 }
 
 /// The impact of one body in numbers is that of the bed, step by step: the same restitution at any step and phase.
 TEST(AccurateStep, ImpactInStepsIsThatOfTheBed) {
   for (const Law& given : {Law(grains(1e5, 0.7, 0)), Law(elastic(1e7, 0.3, 0.7, 0))}) {
-    const Law law = resolved(given);
+    const Law& law = given;
     for (const double share : {1.0, 0.3, 0.05})
       for (const double phase : {0.1, 0.6}) {
         const double step = share * stable(law, 2), m = kDensity * 4 / 3 * pi * std::pow(kRadius, 3);
@@ -72,7 +73,7 @@ TEST(AccurateStep, ImpactInStepsIsThatOfTheBed) {
 
 /// Bodies that stick have no restitution to be wrong: the stable step stays.
 TEST(AccurateStep, StickingPairsKeepTheStableStep) {
-  const Law law = resolved(soil());
+  const Law law = soil();
   const AccurateStep a = accurate_step(law, alone(1), false, 0.01, 1e-5);
   EXPECT_EQ(a.step, 1e-5);
   EXPECT_EQ(a.error, 0);
@@ -81,7 +82,7 @@ TEST(AccurateStep, StickingPairsKeepTheStableStep) {
 
 TEST(AccurateStep, FinerToleranceFinerStep) {
   for (const auto& [name, given] : every_law()) {
-    const Law law = resolved(given);
+    const Law& law = given;
     const double longest = 0.8 * stable_step(law, alone(1)).step;
     double before = longest;
     for (const double tolerance : {1.0, 0.1, 0.03, 0.01}) {
