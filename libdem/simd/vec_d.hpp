@@ -1,72 +1,15 @@
 #pragma once
-#include <cstdint>
+#include "libdem/simd/vec.hpp"
 
-#if defined(__x86_64__)
-#include <immintrin.h>
-#endif
-
-/// A SIMD vector of doubles for the sweep: the number type that laws are instantiated with (in mixed precision:
-/// vec_f.hpp). GCC vector extensions carry the arithmetic, so one source serves SSE2, AVX2 and AVX-512 by the flags it
-/// is compiled with (kernel.cpp is compiled once per instruction set, each in its own inline namespace, so no two sets
-/// share a symbol).
+/// A SIMD vector of doubles (in mixed precision: vec_f.hpp).
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
-#if defined(__AVX512F__)
-inline constexpr int kLanesD = 8;
-#elif defined(__AVX2__)
-inline constexpr int kLanesD = 4;
-#else
-inline constexpr int kLanesD = 2;
-#endif
-
-using VecDData = double __attribute__((vector_size(8 * kLanesD)));
-using VecDBits = std::int64_t __attribute__((vector_size(8 * kLanesD)));
+using VecD = Vec<double, kLanesD>;
+using VecDMask = VecD::Mask;
+using VecDData = VecD::Data;
 using VecDFloats = float __attribute__((vector_size(4 * kLanesD)));
 
-#if defined(__AVX512F__)
-/// A mask register: GCC 12 keeps comparisons of its own vectors as vectors and pays for both conversions.
-struct VecDMask {
-  __mmask8 bits;
-};
-#else
-struct VecDMask {
-  VecDBits bits;
-};
-#endif
-
-struct VecD {
-  using Real = double;
-  static constexpr int kLanes = kLanesD;
-  VecDData v;
-
-  VecD() = default;
-  VecD(double s) : v(s - VecDData{}) {}  // s - 0 is s, which + 0 is not: the compiler leaves it out
-  explicit VecD(VecDData d) : v(d) {}
-
-  friend VecD operator+(VecD a, VecD b) { return VecD(a.v + b.v); }
-  friend VecD operator-(VecD a, VecD b) { return VecD(a.v - b.v); }
-  friend VecD operator*(VecD a, VecD b) { return VecD(a.v * b.v); }
-  friend VecD operator-(VecD a) { return VecD(-a.v); }
-#if defined(__AVX512F__)
-  friend VecDMask operator>(VecD a, VecD b) { return {_mm512_cmp_pd_mask(__m512d(a.v), __m512d(b.v), _CMP_GT_OQ)}; }
-  friend VecDMask operator>=(VecD a, VecD b) { return {_mm512_cmp_pd_mask(__m512d(a.v), __m512d(b.v), _CMP_GE_OQ)}; }
-#else
-  friend VecDMask operator>(VecD a, VecD b) { return {a.v > b.v}; }
-  friend VecDMask operator>=(VecD a, VecD b) { return {a.v >= b.v}; }
-#endif
-  VecD& operator+=(VecD b) { return *this = *this + b; }
-};
-
-template <class P>
-P load(const typename P::Real* from);
-template <>
-inline VecD load<VecD>(const double* from) {
-  VecD p;
-  __builtin_memcpy(&p.v, from, sizeof p.v);
-  return p;
-}
-inline void store(VecD p, double* to) { __builtin_memcpy(to, &p.v, sizeof p.v); }
 inline double sum_of(VecD p) {
 #if defined(__AVX512F__)
   return _mm512_reduce_add_pd(__m512d(p.v));  // in halves: three additions after each other in place of eight
@@ -81,8 +24,6 @@ inline double sum_of(VecD p) {
 inline VecD select(VecDMask m, VecD a, VecD b) {
   return VecD(VecDData(_mm512_mask_blend_pd(m.bits, __m512d(b.v), __m512d(a.v))));
 }
-inline VecDMask both(VecDMask a, VecDMask b) { return {static_cast<__mmask8>(a.bits & b.bits)}; }
-inline bool any(VecDMask m) { return m.bits != 0; }
 inline VecD max(VecD a, VecD b) { return VecD(VecDData(_mm512_maskz_max_pd(0xFF, __m512d(a.v), __m512d(b.v)))); }
 inline VecD min(VecD a, VecD b) { return VecD(VecDData(_mm512_maskz_min_pd(0xFF, __m512d(a.v), __m512d(b.v)))); }
 
@@ -113,16 +54,6 @@ inline VecD operator/(VecD a, VecD b) {
   return q + y * (a - b * q);
 }
 #else
-inline VecD select(VecDMask m, VecD a, VecD b) { return VecD(m.bits ? a.v : b.v); }
-inline VecDMask both(VecDMask a, VecDMask b) { return {a.bits & b.bits}; }
-inline bool any(VecDMask m) {
-  std::int64_t all = 0;
-  for (int l = 0; l < kLanesD; ++l) all |= m.bits[l];
-  return all != 0;
-}
-inline VecD max(VecD a, VecD b) { return VecD(a.v > b.v ? a.v : b.v); }
-inline VecD min(VecD a, VecD b) { return VecD(a.v < b.v ? a.v : b.v); }
-inline VecD operator/(VecD a, VecD b) { return VecD(a.v / b.v); }
 inline VecD sqrt(VecD a) {
 #if defined(__AVX2__)
   return VecD(reinterpret_cast<VecDData>(_mm256_sqrt_pd(reinterpret_cast<__m256d>(a.v))));
@@ -134,21 +65,7 @@ inline VecD sqrt(VecD a) {
   return r;
 #endif
 }
-inline VecD rsqrt(VecD a) { return VecD(1.0) / sqrt(a); }
-inline VecD over_root(VecD k, VecD a) { return k / sqrt(a); }
 #endif
-
-/// Lane by lane: see power() in laws/number.hpp.
-inline VecD pow(VecD a, double n) {
-  VecD r;
-  for (int i = 0; i < kLanesD; ++i) r.v[i] = __builtin_pow(a.v[i], n);
-  return r;
-}
-inline VecD log(VecD a) {
-  VecD r;
-  for (int i = 0; i < kLanesD; ++i) r.v[i] = __builtin_log(a.v[i]);
-  return r;
-}
 
 /// Four doubles from each of kLanesD rows, transposed: out[c] holds element c of every row.
 inline void load4(const double* const* row, VecD* out) {

@@ -5,58 +5,14 @@
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
-inline constexpr int kLanesF = 2 * kLanesD;
-
-using VecFData = float __attribute__((vector_size(4 * kLanesF)));
-using VecFBits = std::int32_t __attribute__((vector_size(4 * kLanesF)));
-
-#if defined(__AVX512F__)
-struct VecFMask {
-  __mmask16 bits;
-};
-#else
-struct VecFMask {
-  VecFBits bits;
-};
-#endif
-
-struct VecF {
-  using Real = float;
-  static constexpr int kLanes = kLanesF;
-  VecFData v;
-
-  VecF() = default;
-  VecF(double s) : v(static_cast<float>(s) - VecFData{}) {}
-  explicit VecF(VecFData d) : v(d) {}
-
-  friend VecF operator+(VecF a, VecF b) { return VecF(a.v + b.v); }
-  friend VecF operator-(VecF a, VecF b) { return VecF(a.v - b.v); }
-  friend VecF operator*(VecF a, VecF b) { return VecF(a.v * b.v); }
-  friend VecF operator-(VecF a) { return VecF(-a.v); }
-#if defined(__AVX512F__)
-  friend VecFMask operator>(VecF a, VecF b) { return {_mm512_cmp_ps_mask(__m512(a.v), __m512(b.v), _CMP_GT_OQ)}; }
-  friend VecFMask operator>=(VecF a, VecF b) { return {_mm512_cmp_ps_mask(__m512(a.v), __m512(b.v), _CMP_GE_OQ)}; }
-#else
-  friend VecFMask operator>(VecF a, VecF b) { return {a.v > b.v}; }
-  friend VecFMask operator>=(VecF a, VecF b) { return {a.v >= b.v}; }
-#endif
-  VecF& operator+=(VecF b) { return *this = *this + b; }
-};
-
-template <>
-inline VecF load<VecF>(const float* from) {
-  VecF p;
-  __builtin_memcpy(&p.v, from, sizeof p.v);
-  return p;
-}
-inline void store(VecF p, float* to) { __builtin_memcpy(to, &p.v, sizeof p.v); }
+using VecF = Vec<float, kLanesF>;
+using VecFMask = VecF::Mask;
+using VecFData = VecF::Data;
 
 #if defined(__AVX512F__)
 inline VecF select(VecFMask m, VecF a, VecF b) {
   return VecF(VecFData(_mm512_mask_blend_ps(m.bits, __m512(b.v), __m512(a.v))));
 }
-inline VecFMask both(VecFMask a, VecFMask b) { return {static_cast<__mmask16>(a.bits & b.bits)}; }
-inline bool any(VecFMask m) { return m.bits != 0; }
 inline VecF max(VecF a, VecF b) { return VecF(VecFData(_mm512_maskz_max_ps(0xFFFF, __m512(a.v), __m512(b.v)))); }
 inline VecF min(VecF a, VecF b) { return VecF(VecFData(_mm512_maskz_min_ps(0xFFFF, __m512(a.v), __m512(b.v)))); }
 /// 14 bits of it.
@@ -81,16 +37,6 @@ inline VecF quotient(VecF a, VecF b, VecF nearly_b) {
   return q + q * (VecF(1.0) - b * y);
 }
 #else
-inline VecF select(VecFMask m, VecF a, VecF b) { return VecF(m.bits ? a.v : b.v); }
-inline VecFMask both(VecFMask a, VecFMask b) { return {a.bits & b.bits}; }
-inline bool any(VecFMask m) {
-  std::int32_t all = 0;
-  for (int l = 0; l < kLanesF; ++l) all |= m.bits[l];
-  return all != 0;
-}
-inline VecF max(VecF a, VecF b) { return VecF(a.v > b.v ? a.v : b.v); }
-inline VecF min(VecF a, VecF b) { return VecF(a.v < b.v ? a.v : b.v); }
-inline VecF operator/(VecF a, VecF b) { return VecF(a.v / b.v); }
 inline VecF sqrt(VecF a) {
 #if defined(__AVX2__)
   return VecF(reinterpret_cast<VecFData>(_mm256_sqrt_ps(reinterpret_cast<__m256>(a.v))));
@@ -102,23 +48,10 @@ inline VecF sqrt(VecF a) {
   return r;
 #endif
 }
-inline VecF rsqrt(VecF a) { return VecF(1.0) / sqrt(a); }
 inline VecF rough_rsqrt(VecF a) { return rsqrt(a); }
 inline VecF refined_rsqrt(VecF, VecF rough) { return rough; }
 inline VecF quotient(VecF a, VecF b, VecF) { return a / b; }
-inline VecF over_root(VecF k, VecF a) { return k / sqrt(a); }
 #endif
-
-inline VecF pow(VecF a, double n) {
-  VecF r;
-  for (int i = 0; i < kLanesF; ++i) r.v[i] = static_cast<float>(__builtin_pow(static_cast<double>(a.v[i]), n));
-  return r;
-}
-inline VecF log(VecF a) {
-  VecF r;
-  for (int i = 0; i < kLanesF; ++i) r.v[i] = __builtin_logf(a.v[i]);
-  return r;
-}
 
 /// Two SIMD vectors of doubles, rounded, as one of floats.
 inline VecF join(VecD low, VecD high) {
