@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "libdem/base/small_rotation.hpp"
 namespace subsoil::coupling {
 
 dem::Pose pose_of(const mbd::BodyState& body) {
@@ -54,8 +55,7 @@ void Simulation::place(dem::Boundary& boundary, const dem::Pose& pose, const dem
     // What the surface really did since the last step; its own velocity only tells the first step.
     const double dt = options_.soil_step;
     boundary.velocity = (pose.position - boundary.pose.position) * (1 / dt);
-    const dem::Quaternion turn = pose.attitude * boundary.pose.attitude.conjugate();
-    boundary.spin = dem::Vec3{turn.x, turn.y, turn.z} * ((turn.w < 0 ? -2.0 : 2.0) / dt);
+    boundary.spin = dem::small_rotation(boundary.pose.attitude, pose.attitude, dt);
   } else {
     boundary.velocity = velocity;
     boundary.spin = spin;
@@ -76,11 +76,13 @@ void Simulation::place_surfaces() {
       place(b, m.pose(time_), {}, {});
       continue;
     }
+    // Velocity at the start itself, from what comes after: before it a motion may have stood still. With p at 0, dt/2
+    // and dt, p' = (4 p_1 - 3 p_0 - p_2)/dt to second order.
     const double dt = options_.soil_step;
-    const dem::Pose before = m.pose(time_ - 0.5 * dt), after = m.pose(time_ + 0.5 * dt), now = m.pose(time_);
-    const dem::Quaternion turn = after.attitude * before.attitude.conjugate();
-    place(b, now, (after.position - before.position) * (1 / dt),
-          dem::Vec3{turn.x, turn.y, turn.z} * ((turn.w < 0 ? -2.0 : 2.0) / dt));
+    const dem::Pose now = m.pose(time_), half = m.pose(time_ + 0.5 * dt), whole = m.pose(time_ + dt);
+    const auto moved = [&](const dem::Pose& to) { return to.position - now.position; };
+    const auto turned = [&](const dem::Pose& to) { return dem::small_rotation(now.attitude, to.attitude, 1); };
+    place(b, now, (4.0 * moved(half) - moved(whole)) * (1 / dt), (4.0 * turned(half) - turned(whole)) * (1 / dt));
   }
 }
 

@@ -61,7 +61,7 @@ FrameSize frame_size(const Scenario& s, const dem::Snapshot& shot) {
 /// bed, taken as twenty times the time a sphere needs to fall by its radius.
 double settling_time(const Scenario& s, const World& world) {
   if (!s.soil || !s.soil->bed) return 0;
-  const Bed& bed = *s.soil->bed;
+  const BedSection& bed = *s.soil->bed;
   if (!bed.settle && bed.fill != Fill::random) return 0;
   const Settle settle = bed.settle.value_or(Settle{});
   double time = settle.duration.value_or(0);
@@ -168,6 +168,7 @@ int check_command(const RunRequest& request) {
     line("soil step", fmt::format("{:.4g} s, {:.2f} of the stable step {:.4g} s", world.step.soil_step,
                                   world.step.soil_step / world.step.limit.step, world.step.limit.step));
     line("", "set by " + world.step.limit.cause);
+    line("", accuracy_words(world.step));
   }
   if (world.machine) {
     const mbd::AssemblyReport& a = world.machine->assembly();

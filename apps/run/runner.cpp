@@ -199,7 +199,10 @@ class Runner {
     if (columns_->has_means()) means_->add(taken, values_);
     for (std::size_t c = 0; c < summarised_.size(); ++c) summarised_[c] = values_[columns_->summarised()[c]];
     summary_->sample(t + taken, taken, summarised_);
-    if (world_.bed) deepest_ = std::max(deepest_, world_.bed->max_overlap());
+    if (world_.bed) {
+      deepest_ = std::max(deepest_, world_.bed->max_overlap());
+      fastest_ = std::max(fastest_, world_.bed->max_speed());
+    }
     ++steps_;
   }
 
@@ -302,6 +305,18 @@ class Runner {
     spdlog::warn("{}", text);
   }
 
+  /// Of contacts at the speeds that were met.
+  void warn_of_coarse_contacts() {
+    const double speed = std::max(fastest_, world_.step.expected_speed), error = world_.step.error_at(speed);
+    summary_->section("run")["error of restitution"] = error;
+    if (error <= 1.2 * s_.time.accuracy + 1e-3) return;
+    const auto fine = world_.step.at_speed(speed, s_.time.accuracy, world_.step.soil_step);
+    warn(
+        fmt::format("impacts at {:.3g} m/s, as met or expected, have a restitution wrong by up to {:.2g} "
+                    "with the step of {:.3g} s; {:.3g} s would keep `time.accuracy: {:.3g}`",
+                    speed, error, world_.step.soil_step, fine.step, s_.time.accuracy));
+  }
+
   /// What fixed machine steps are estimated to err by.
   void write_step_error() {
     const mbd::StepError& error = world_.machine->integrator().step_error();
@@ -337,6 +352,7 @@ class Runner {
     r["soil step [s]"] = world_.step.soil_step;
     r["soil step over stable step"] = world_.step.soil_step / world_.step.limit.step;
     r["stable step set by"] = world_.step.limit.cause;
+    warn_of_coarse_contacts();
     r["neighbour builds"] = world_.bed->rebuilds();
     r["largest overlap [share of a radius]"] = deepest_;
     r["particle-steps per second"] =
@@ -434,7 +450,7 @@ class Runner {
   std::string failure_;
   double start_time_ = 0, reached_ = 0;
   double bed_start_ = 0, bed_gravity_start_ = 0, machine_potential_start_ = 0;
-  double deepest_ = 0;
+  double deepest_ = 0, fastest_ = 0;
   long steps_ = 0;
   bool window_pending_ = false;
 };
@@ -495,6 +511,7 @@ int run(const RunRequest& given) {
   if (world.bed)
     spdlog::info("soil step {:.4g} s = {:.2f} of the stable step {:.4g} s ({})", world.step.soil_step,
                  world.step.soil_step / world.step.limit.step, world.step.limit.step, world.step.limit.cause);
+  if (world.bed) spdlog::info("{}", accuracy_words(world.step));
   return Runner(loaded, request, std::move(world), saved).run();
 }
 

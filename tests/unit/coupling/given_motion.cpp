@@ -91,5 +91,23 @@ TEST(GivenMotion, TurningDrumDragsASphereAndItsWorkIsBooked) {
   EXPECT_EQ(simulation.interface_work().on_soil, 0) << "a given motion is no machine's";
 }
 
+/// The first evaluation of forces has the velocity that the motion has at the start, also of one that begins there:
+/// half of it, the mean with the rest before, would be an error of first order.
+TEST(GivenMotion, BeginsWithItsVelocity) {
+  const double dt = 1e-4, U = 0.7, a = 30, w = 5;
+  dem::Bed bed(dem::test::table(dem::test::grains()), dem::test::quiet());
+  const int plate = dem::test::add_plane(bed, {}, {0, 1, 0});
+  const auto path = [=](double t) {
+    const double since = std::max(0.0, t);
+    return dem::Pose{{U * since + 0.5 * a * since * since, 0, 0},
+                     dem::Quaternion::from_rotation_vector({0, 0, w * since})};
+  };
+  Simulation simulation(&bed, nullptr, {}, {{plate, path}}, {.soil_step = dt});
+  simulation.step();
+  // A parabola is exact; the sine of half the angle of a step, 2.5e-4, leaves its cube.
+  EXPECT_NEAR(bed.boundary(plate).velocity.x, U, 1e-12);
+  EXPECT_NEAR(bed.boundary(plate).spin.z, w, 1e-6 * w);
+}
+
 }  // namespace
 }  // namespace subsoil::coupling::test
