@@ -7,23 +7,18 @@
 #include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 
-/// What `check` promises against what the run that follows takes.
+/// What `check` promises of memory and disk against what the run that follows takes. The promised time is held against
+/// the clock by `scripts/bench --promise`: it depends on what else the machine does.
 namespace subsoil::app {
 namespace {
 
 using test::RunDirectory;
 
 struct Costs {
-  double time = 0, memory = 0, disk = 0;
+  double memory = 0, disk = 0;
 };
 
-/// "0:01:12", "0.47 s" or "28.4 MB" as a number of seconds or bytes.
-double clock_seconds(const std::string& text) {
-  int h = 0, m = 0;
-  double s = 0;
-  if (std::sscanf(text.c_str(), "%d:%d:%lf", &h, &m, &s) == 3) return 3600 * h + 60 * m + s;
-  return std::sscanf(text.c_str(), "%lf s", &s) == 1 ? s : NAN;
-}
+/// "28.4 MB" in bytes.
 double byte_count(const std::string& text) {
   double value = 0;
   char unit[8] = {};
@@ -46,7 +41,6 @@ Costs promised(const std::string& file) {
   for (const std::string& text : lines_of_check(file)) {
     const std::size_t about = text.find("about ");
     if (about == std::string::npos) continue;
-    if (text.rfind("wall time", 0) == 0) costs.time = clock_seconds(text.substr(about + 6));
     if (text.rfind("memory", 0) == 0) costs.memory = byte_count(text.substr(about + 6));
     if (text.rfind("disk", 0) == 0) costs.disk = byte_count(text.substr(about + 6));
   }
@@ -58,7 +52,7 @@ Costs taken(const std::string& file, const std::filesystem::path& out) {
       subsoil::test::program() + " run --threads 1 --force --out " + out.string() + " " + file + " >/dev/null";
   EXPECT_EQ(std::system(command.c_str()), 0);
   const nlohmann::json run = test::summary_of(out)["run"];
-  Costs costs{.time = run["wall time [s]"], .memory = run["peak memory [bytes]"], .disk = 0};
+  Costs costs{.memory = run["peak memory [bytes]"], .disk = 0};
   for (const auto& entry : std::filesystem::directory_iterator(out))
     costs.disk += static_cast<double>(entry.file_size());
   return costs;
@@ -69,7 +63,7 @@ void expect_within(double promised, double taken, const char* what) {
   EXPECT_GT(promised / taken, 1 / 1.5) << what << ": promised " << promised << ", taken " << taken;
 }
 
-TEST(RunCosts, CheckHoldsTimeMemoryAndDiskWithinAFactorOfOneAndAHalf) {
+TEST(RunCosts, CheckHoldsMemoryAndDiskWithinAFactorOfOneAndAHalf) {
 #ifdef __SANITIZE_ADDRESS__
   GTEST_SKIP() << "check promises costs of the program that users run; the sanitizers triple its memory";
 #endif
@@ -81,16 +75,9 @@ TEST(RunCosts, CheckHoldsTimeMemoryAndDiskWithinAFactorOfOneAndAHalf) {
   text.replace(text.find("end: 0.15 s"), 11, "end: 0.20 s");
   text.replace(text.find("every: 25 ms"), 12, "every: 10 ms");
   const std::string file = dir.scenario(text + "limits: {overlap: 1.5}\n");
-  Costs before = promised(file), after = taken(file, dir / "out");
+  const Costs before = promised(file), after = taken(file, dir / "out");
   expect_within(before.memory, after.memory, "memory");
   expect_within(before.disk, after.disk, "disk");
-  // The machine may have been busy with others during one of the two: six attempts.
-  for (int attempt = 0; attempt < 5; ++attempt) {
-    const double ratio = before.time / after.time;
-    if (ratio < 1.5 && ratio > 1 / 1.5) return;
-    before = promised(file), after = taken(file, dir / "out");
-  }
-  expect_within(before.time, after.time, "time");
 }
 
 /// What follows `name` in the first line of `check` that has it.
