@@ -8,6 +8,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "bench/writable_file.hpp"
 #include "libdem/packing/settle.hpp"
 
 namespace subsoil::bench {
@@ -112,6 +113,7 @@ dem::LawTable with_mirror(const dem::GivenLaw& law) {
 
 Tile settled_tile(const std::string& file, double side, const dem::GivenLaw& law) {
   if (!std::filesystem::exists(file)) {
+    require_writable(file);
     std::fprintf(stderr, "settling %zu spheres once, into %s\n", kTileSpheres, file.c_str());
     write(file, settle(side, law));
   }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "libdem/base/small_rotation.hpp"
 namespace subsoil::coupling {
 
 dem::Pose pose_of(const mbd::BodyState& body) {
@@ -54,8 +55,7 @@ void Simulation::place(dem::Boundary& boundary, const dem::Pose& pose, const dem
     // What the surface really did since the last step; its own velocity only tells the first step.
     const double dt = options_.soil_step;
     boundary.velocity = (pose.position - boundary.pose.position) * (1 / dt);
-    const dem::Quaternion turn = pose.attitude * boundary.pose.attitude.conjugate();
-    boundary.spin = dem::Vec3{turn.x, turn.y, turn.z} * ((turn.w < 0 ? -2.0 : 2.0) / dt);
+    boundary.spin = dem::small_rotation(boundary.pose.attitude, pose.attitude, dt);
   } else {
     boundary.velocity = velocity;
     boundary.spin = spin;
@@ -81,10 +81,7 @@ void Simulation::place_surfaces() {
     const double dt = options_.soil_step;
     const dem::Pose now = m.pose(time_), half = m.pose(time_ + 0.5 * dt), whole = m.pose(time_ + dt);
     const auto moved = [&](const dem::Pose& to) { return to.position - now.position; };
-    const auto turned = [&](const dem::Pose& to) {
-      const dem::Quaternion turn = to.attitude * now.attitude.conjugate();
-      return dem::Vec3{turn.x, turn.y, turn.z} * (turn.w < 0 ? -2.0 : 2.0);
-    };
+    const auto turned = [&](const dem::Pose& to) { return dem::small_rotation(now.attitude, to.attitude, 1); };
     place(b, now, (4.0 * moved(half) - moved(whole)) * (1 / dt), (4.0 * turned(half) - turned(whole)) * (1 / dt));
   }
 }

@@ -8,6 +8,7 @@
 //   v.coordinate(key, body, coordinate, meaning)               `coordinate: trolley.x`: a body and x, y or angle of it
 //   v.optional_characteristic(key, characteristic, x unit, unit, meaning)
 //                                                              force over a measure; left out: is_set() stays false
+//   v.exponent(key, number, range, meaning)                   that units beside it hold as n: N/m^(n+1)
 //   v.joint(key, name, meaning)                                the name of a joint of the machine
 //   v.optional_function(key, function, unit, meaning)          may be left out: function.is_set() stays false
 //   v.optional_quantity(key, number, unit, range, meaning)     may be left out: the number stays NaN

@@ -189,7 +189,7 @@ void Partition::factor_schur(const MotionState& m) {
 }
 
 void Partition::refuse_singular(const MotionState& m) const {
-  refuse_blow_up(system_, m);
+  if (m.q.allFinite()) refuse_blow_up(system_, m);  // else it may be the singular matrix that was solved with
   throw SingularPose("singular pose at t = " + std::to_string(m.t) + " s: " + singular_owner() +
                      " adds nothing to the other constraints there (a dead point); the motion is not determined from "
                      "here");
@@ -223,7 +223,7 @@ double Partition::residual() const {
 }
 
 void Partition::refuse_open(const MotionState& m) const {
-  refuse_blow_up(system_, m);
+  if (m.q.allFinite()) refuse_blow_up(system_, m);  // else it may be the singular matrix that was solved with
   std::size_t worst = 0;
   for (std::size_t i = 0; i < c_.phi.size(); ++i) {
     const auto size = [&](std::size_t k) { return std::abs(c_.phi[k]) * row_scale_[static_cast<Eigen::Index>(k)]; };

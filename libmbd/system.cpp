@@ -435,9 +435,9 @@ void System::settle_constraints() {
 void System::settle_forces(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
   set_state(t, q, velocity);
   for (std::size_t i = 0; i < given_forces_.size(); ++i) {
-    model_.forces[i].element = given_forces_[i];
     visit(
         [&]<class Force>(Force& force) {
+          force = given_forces_[i].get<Force>();  // in its place: the lists by type point to it
           if constexpr (Force::has.initialise_from_pose) force.initialise_from_pose(scene());
         },
         model_.forces[i].element);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libmbd/elements.hpp"
+
 namespace subsoil::app {
 namespace {
 
@@ -15,7 +17,7 @@ double reach_from(const dem::Bounds& box, const Vec3& from) {
 }
 
 /// Moves of a boundary add up: at most the sum of what each gives its farthest point.
-double fastest(const Boundary& b, const dem::Boundary& made, double end) {
+double fastest(const BoundarySection& b, const dem::Boundary& made, double end) {
   double most = 0;
   for (int k = 0; k <= kSamples; ++k) {
     const double t = end * k / kSamples;
@@ -32,17 +34,17 @@ double fastest(const Boundary& b, const dem::Boundary& made, double end) {
 }
 
 /// The machine's surfaces as it starts, and what its drivers ask for at any time.
-double fastest(const Machine& machine, const World& world, double end) {
+double fastest(const MachineSection& machine, const World& world, double end) {
   double most = machine.start.speed, reach = 0;
   for (const SurfaceRecord& r : world.surfaces) {
     if (r.owner != SurfaceRecord::Owner::machine) continue;
     const double far = reach_from(dem::bounds(world.bed->boundary(r.boundary).shape), {});
     const mbd::BodyState& body = world.machine->body(r.body);
-    most = std::max(most, std::hypot(body.v.x, body.v.y) + std::abs(body.spin) * far);
+    most = std::max(most, std::hypot(body.v.x, body.v.y) + std::abs(body.omega) * far);
     reach = std::max(reach, far);
   }
   for (const NamedDriver& d : machine.drivers)
-    std::visit(
+    visit(
         [&](const auto& driver) {
           const double lever = driver.angular() ? reach : 1;
           for (int k = 0; k <= kSamples; ++k)
@@ -60,7 +62,7 @@ double expected_speed(const Scenario& s, const World& world) {
   for (const dem::Sphere& one : world.bed->spheres()) sphere = std::max(sphere, dem::norm(one.v));
   for (const SurfaceRecord& r : world.surfaces) {
     if (r.owner != SurfaceRecord::Owner::given) continue;
-    for (const Boundary& b : s.boundaries)
+    for (const BoundarySection& b : s.boundaries)
       if (b.name == r.name) surface = std::max(surface, fastest(b, world.bed->boundary(r.boundary), end));
   }
   if (s.machine && world.machine) surface = std::max(surface, fastest(*s.machine, world, end));

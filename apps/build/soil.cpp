@@ -438,7 +438,7 @@ void SoilBuilder::finish() {
     bed.surfaces_changed();
   }
   bed.set_time(0);
-  bed.reset_energy_book();
+  bed.reset_energy_balance();
 }
 
 void SoilBuilder::clear_machine() {

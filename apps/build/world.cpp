@@ -76,7 +76,7 @@ void add_body_surfaces(World& world, const Loaded& loaded) {
 void add_given_boundaries(World& world, const Loaded& loaded) {
   const Scenario& s = loaded.scenario;
   for (std::size_t i = 0; i < s.boundaries.size(); ++i) {
-    const Boundary& b = s.boundaries[i];
+    const BoundarySection& b = s.boundaries[i];
     dem::Boundary out;
     out.name = b.name;
     out.material = material_index(s, b.material);
@@ -201,7 +201,7 @@ std::string accuracy_words(const StepReport& step) {
          fmt::format(", restitution wrong by {:.2g} at most with the step used", step.error_at(step.expected_speed));
 }
 
-std::function<dem::Pose(double)> motion_of(const Boundary& boundary) {
+std::function<dem::Pose(double)> motion_of(const BoundarySection& boundary) {
   const dem::Pose start = placement(boundary.at, boundary.rotation);
   // Several stretches add up, in the order of the file: each turns what the ones before have placed.
   return [start, moves = boundary.moves](double t) {
@@ -230,7 +230,7 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
     bed.gravity = s.gravity;
     bed.threads = options.threads;
     bed.simd = s.simd, bed.precision = s.precision;
-    bed.book_every = static_cast<int>(s.output.book_every);
+    bed.sample_every = static_cast<int>(s.output.book_every);
     bed.speed_limit = s.limits.speed;
     bed.overlap_limit = s.limits.overlap;
     try {

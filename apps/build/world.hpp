@@ -96,6 +96,6 @@ World build_world(const Loaded& loaded, const BuildOptions& options);
 std::string accuracy_words(const StepReport& step);
 
 /// Pose of a boundary that follows its moves, as a function of time.
-std::function<dem::Pose(double)> motion_of(const Boundary& boundary);
+std::function<dem::Pose(double)> motion_of(const BoundarySection& boundary);
 
 }  // namespace subsoil::app

@@ -61,7 +61,7 @@ FrameSize frame_size(const Scenario& s, const dem::Snapshot& shot) {
 /// bed, taken as twenty times the time a sphere needs to fall by its radius.
 double settling_time(const Scenario& s, const World& world) {
   if (!s.soil || !s.soil->bed) return 0;
-  const Bed& bed = *s.soil->bed;
+  const BedSection& bed = *s.soil->bed;
   if (!bed.settle && bed.fill != Fill::random) return 0;
   const Settle settle = bed.settle.value_or(Settle{});
   double time = settle.duration.value_or(0);

@@ -54,7 +54,7 @@ struct Knob {
 };
 
 /// Knobs of each model, with a first guess where the study leaves one out.
-std::vector<Knob> knobs(dem::impact::HuntCrossley& m, const Pair& pair, const std::vector<Measured>& data) {
+std::vector<Knob> knobs(dem::impact::HuntCrossleyModel& m, const Pair& pair, const std::vector<Measured>& data) {
   const bool spring = tells_of_the_spring(data);
   m.b = std::isnan(m.b) && !std::isnan(m.restitution) ? m.completed().b : m.b;
   m.restitution = m.at_speed = not_measured;

@@ -11,7 +11,6 @@
 #include "apps/output/csv.hpp"
 #include "apps/output/series.hpp"
 #include "apps/plot/plot.hpp"
-#include "apps/scenario/printer.hpp"
 #include "libdem/laws/hertz_mindlin.hpp"
 #include "libdem/laws/hunt_crossley.hpp"
 #include "libdem/laws/hysteretic.hpp"
@@ -60,9 +59,7 @@ void write_course(const std::filesystem::path& path, const Event& e) {
   for (const dem::impact::Sample& s : e.course) writer.write(std::array{s.t, s.x, s.v, s.f});
 }
 
-std::string title_of(const ImpactStudy& study) {
-  return std::visit([](const auto& m) { return card_of<std::decay_t<decltype(m)>>().word; }, study.model);
-}
+std::string title_of(const ImpactStudy& study) { return model_word(study); }
 
 }  // namespace
 
@@ -90,7 +87,7 @@ const std::vector<ImpactQuantity>& impact_quantities(const ImpactStudy& study) {
 std::optional<dem::Law> law_of(const ImpactModel& model, const dem::impact::Pair& pair, double speed) {
   dem::HuntCrossley law;
   law.friction.mu = law.friction.mu_r = 0;
-  if (const auto* m = std::get_if<dem::impact::HuntCrossley>(&model)) {
+  if (const auto* m = std::get_if<dem::impact::HuntCrossleyModel>(&model)) {
     law.impact = *m;
   } else if (const auto* m = std::get_if<dem::impact::EnergyEquivalent>(&model)) {
     law.impact.restitution = m->restitution_at(pair, speed), law.impact.at_speed = speed;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "libmbd/elements.hpp"
+
 namespace subsoil::app {
 namespace {
 

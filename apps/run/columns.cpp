@@ -6,7 +6,7 @@
 
 namespace subsoil::app {
 
-bool is_measure(const Machine& machine, const std::string& column) {
+bool is_measure(const MachineSection& machine, const std::string& column) {
   const std::string owner = column.substr(0, column.find('.'));
   return std::any_of(machine.measures.begin(), machine.measures.end(),
                      [&](const NamedMeasure& m) { return m.name == owner; });

@@ -82,6 +82,6 @@ class Columns {
 };
 
 /// Whether a column is one of the machine's measures: NAME or NAME.x ...
-bool is_measure(const Machine& machine, const std::string& column);
+bool is_measure(const MachineSection& machine, const std::string& column);
 
 }  // namespace subsoil::app

@@ -9,7 +9,7 @@ namespace subsoil::app {
 
 RunOptions frame_options(const Scenario& s) {
   RunOptions options;
-  options.precision = s.output.precision == Precision::full ? FramePrecision::float64 : FramePrecision::rounded;
+  options.precision = s.output.precision == OutputPrecision::full ? FramePrecision::float64 : FramePrecision::rounded;
   options.columns.clear();
   for (const Column c : s.output.columns) options.columns.insert(column_names[static_cast<std::size_t>(c)]);
   if (s.output.region) options.region = FrameBox{s.output.region->at, s.output.region->at + s.output.region->size};

@@ -4,12 +4,18 @@
 #include <string>
 #include <variant>
 
-#include "apps/scenario/printer.hpp"
-#include "apps/scenario/reader.hpp"
+#include "apps/scenario/fields/fields.hpp"
+#include "apps/scenario/sections/materials.hpp"
 #include "libdem/law_list.hpp"
 
 /// The only file of the program that includes the contact laws.
 namespace subsoil::app {
+
+template <>
+struct TypesOf<GivenLaw> {
+  using type = dem::GivenLaw;
+};
+
 namespace {
 
 template <std::size_t type = 0>
@@ -22,17 +28,9 @@ dem::GivenLaw variant_of(const GivenLaw& law) {
     throw std::logic_error("a contact law that libdem/laws/list.cmake does not list");
 }
 
-/// Gives the law to a visitor as the variant that it is.
-template <class Use>
-void use_variant(GivenLaw& law, const Use& use) {
-  dem::GivenLaw variant = variant_of(law);
-  use(variant);
-  law = std::visit([](auto& held) { return GivenLaw(std::move(held)); }, variant);
-}
-
 template <class L>
 void take_from_materials(L& law, const Material& a, const Material& b) {
-  if constexpr (requires { law.take_materials(1., 1., 1., 1.); }) {
+  if constexpr (TakesMaterials<L>) {
     if (law.needs_materials()) {
       for (const Material* m : {&a, &b})
         if (!m->young || !m->poisson)
@@ -41,7 +39,7 @@ void take_from_materials(L& law, const Material& a, const Material& b) {
       law.take_materials(*a.young, *a.poisson, *b.young, *b.poisson);
     }
   }
-  if constexpr (requires { law.take_yield(1., 1.); }) {
+  if constexpr (TakesYield<L>) {
     if (law.needs_yield()) {
       for (const Material* m : {&a, &b})
         if (!m->yield)
@@ -56,20 +54,17 @@ void take_from_materials(L& law, const Material& a, const Material& b) {
 
 GivenLaw::GivenLaw() : law_(std::variant_alternative_t<0, dem::GivenLaw>{}) {}
 
-void Reader::kind(const char* key, GivenLaw& value, const char* meaning) {
-  use_variant(value, [&](dem::GivenLaw& law) { kind(key, law, meaning); });
-}
-void Printer::kind(const char* key, GivenLaw& value, const char* meaning) {
-  use_variant(value, [&](dem::GivenLaw& law) { kind(key, law, meaning); });
+void declare_law(Fields& fields, GivenLaw& law, const char* key, const char* meaning) {
+  fields.kind(key, law, meaning);
 }
 
 MaterialNeeds material_needs(const GivenLaw& given) {
   return std::visit(
       []<class L>(const L& law) {
         MaterialNeeds needs{.law = card_of<L>().word.c_str()};
-        if constexpr (requires { law.needs_materials(); })
+        if constexpr (TakesMaterials<L>)
           if (law.needs_materials()) needs.in_place_of_elastic = L::in_place_of_materials;
-        if constexpr (requires { law.needs_yield(); })
+        if constexpr (TakesYield<L>)
           if (law.needs_yield()) needs.in_place_of_yield = L::in_place_of_yield;
         return needs;
       },

@@ -7,6 +7,7 @@
 namespace subsoil::app {
 
 struct Material;
+class Fields;
 
 /// A contact law with its parameters as the file gives them, one of those that libdem lists (libdem/laws/list.cmake).
 /// Which these are only given_law.cpp knows: a change in a law compiles that file and none that holds a scenario.
@@ -22,10 +23,17 @@ class GivenLaw {
   const L* get_if() const {
     return std::any_cast<L>(&law_);
   }
+  template <class L>
+  L* get_if() {
+    return std::any_cast<L>(&law_);
+  }
 
  private:
   std::any law_;
 };
+
+/// The word of the law under `key`, its parameters beside it.
+void declare_law(Fields& fields, GivenLaw& law, const char* key, const char* meaning);
 
 /// What a law takes from both materials when its entry leaves it out.
 struct MaterialNeeds {

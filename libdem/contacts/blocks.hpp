@@ -10,17 +10,18 @@
 /// How contacts lie in memory, the same for every instruction set: blocks of 8, ready to be read by vector
 /// instructions without a shuffle.
 ///
-/// All contacts of one law between the spheres of a tile (as owners) and others form a run of blocks. Pairs that touch
-/// when the lists are built and pairs that may come to touch before the next build are in runs of their own.
+/// All contacts of one law between the spheres of a particle block (as spheres i) and others form a run of blocks.
+/// Pairs that touch when the lists are built and pairs that may come to touch before the next build are in runs of
+/// their own.
 ///
-/// Touching pairs lie in slices: eight owners, one per lane, and block k of a slice holds the k-th partner of each (the
-/// sliced ELLPACK format of sparse matrices; Monakov, Lokhmotov, Avetisyan 2010). The owners are then read once for a
-/// slice, and what its blocks give to them adds up in registers. Within the tile owners are sorted by their number of
-/// pairs, so that few lanes stay empty. A block of near pairs is a slice of its own, in any order, and sleeps until its
-/// spheres may have met.
+/// Touching pairs lie in SELL chunks: eight spheres i, one per lane, and block k of a SELL chunk holds the k-th sphere
+/// j of each (the sliced ELLPACK format of sparse matrices; Monakov, Lokhmotov, Avetisyan 2010). The spheres i are then
+/// read once for a SELL chunk, and what its blocks give to them adds up in registers. Within the particle block spheres
+/// i are sorted by their number of pairs, so that few lanes stay empty. A block of inactive candidates is a SELL chunk
+/// of its own, in any order, and is inactive until its spheres may have met.
 namespace subsoil::dem {
 
-inline constexpr std::uint32_t kTile = 256;  ///< spheres per tile; threads own whole tiles
+inline constexpr std::uint32_t kParticleBlock = 256;  ///< spheres per particle block; threads own whole particle blocks
 
 /// Index of a sphere, kept times eight: so scaled the address of its record or of its sum takes no shift (lanes.hpp).
 class SphereIndex {
@@ -41,24 +42,24 @@ class SphereIndex {
 };
 inline constexpr std::uint32_t kMostSpheres = 1u << 29;  ///< of which eightfold indices are 32 bits
 
-/// Lanes that hold no pair repeat one of the slice; what comes out there is not added.
+/// Lanes that hold no pair repeat one of the SELL chunk; what comes out there is not added.
 struct alignas(64) PairBlock {
-  SphereIndex owner[kBlock], other[kBlock];
+  SphereIndex i[kBlock], j[kBlock];
 };
 
 struct BlockShape {
   std::uint8_t lanes;  ///< in use, the first ones
-  bool begins;         ///< a slice; other blocks of it have the same owners
+  bool begins;         ///< a SELL chunk; other blocks of it have the same spheres i
 };
 
 struct PairRun {
   std::uint32_t law, first, blocks;  ///< `first` counts in PairBlock
   std::size_t lines;                 ///< where the memory of the first block begins
-  bool near;                         ///< its blocks sleep
+  bool near;                         ///< its blocks are inactive candidates
   double wakes = 0;                  ///< path at which the first of them does so no longer
-  bool alike;                        ///< all its spheres have one radius and one mass
-  bool seam = false;                 ///< partners lie in another strip of the bed (grid.hpp)
-  std::uint32_t rows = 0;            ///< where what they get begins, for runs at a seam
+  bool uniform;                      ///< all its spheres have one radius and one mass
+  bool seam = false;                 ///< spheres j lie in another strip of the bed (grid.hpp)
+  std::uint32_t rows = 0;            ///< where what they get begins, for runs at a block interface
 };
 
 /// Spheres near a flat face of a boundary, far from the face's edges: all that is left of it is a plane.
@@ -111,8 +112,8 @@ struct ContactSums {
 /// What one block of contacts does, before it is added up; columns of eight.
 struct alignas(64) BlockResult {
   static constexpr int kTouching = 9, kColumns = 10;
-  /// Force on the owner, which its partner gets turned round; torque on the owner, on the partner; 1 where they touch,
-  /// in booked steps only.
+  /// Force on sphere i, which its sphere j gets turned round; torque on sphere i, on sphere j; 1 where they touch,
+  /// in steps that accumulate only.
   union {
     double push[kColumns][kBlock];
     float push_single[kColumns][kBlock];  ///< mixed precision
@@ -121,7 +122,7 @@ struct alignas(64) BlockResult {
   double overlap[kBlock];  ///< m
 };
 
-/// What a block gives to its partners, lane by lane, to be taken off (force) and added (torque).
+/// What a block gives to its spheres j, lane by lane, to be taken off (force) and added (torque).
 struct BlockRows {
   Accumulator of[kBlock];
 };
@@ -131,58 +132,58 @@ using RunSums = ContactSums<double>;
 
 /// One run of pairs for the kernel.
 struct PairJob {
-  bool book;  ///< whether the step keeps what the losses of the next need
-  bool sum;   ///< and sums its own
+  bool record;      ///< whether the step keeps what the losses of the next need
+  bool accumulate;  ///< and sums its own
   const Sphere* spheres;
   const MixedSphere* mixed;  ///< in place of `spheres` in mixed precision
   const PairBlock* blocks;
   const BlockShape* shapes;
   Line* lines;
   std::uint32_t count;
-  bool alike;  ///< all spheres have one radius and one mass
+  bool uniform;  ///< all spheres have one radius and one mass
   double elapsed;
-  // How far any sphere of the neighbourhood may have gone since the lists were built, m, and for sleeping blocks where
-  // that ends their sleep; null where blocks do not sleep.
+  // How far any sphere of the neighbourhood may have gone since the lists were built, m, and for inactive blocks where
+  // that activates them; null where all blocks are active.
   double path;
-  double* wake;
-  double reach;  ///< m, of the law
+  double* activation;
+  double cutoff;  ///< m, of the law
   Ring ring;
-  // At a seam what partners get is kept for them, by block of the run; null elsewhere.
-  BlockRows* seam_rows;
-  std::uint8_t* seam_given;  ///< set where there is something
-  // Blocks whose partners belong to another thread, ascending. Before the sweep `border` is set: only these are
+  // At a block interface what spheres j get is kept for them, by block of the run; null elsewhere.
+  BlockRows* interface_rows;
+  std::uint8_t* interface_given;  ///< set where there is something
+  // Blocks whose spheres j belong to another thread, ascending. Before the sweep `halo` is set: only these are
   // evaluated, and what they give is kept. In the sweep it is added at its place.
-  bool border;
-  const std::uint32_t* border_block;
-  std::uint32_t border_count;
-  BlockResult* border_result;
-  BlockRows* border_rows;
-  std::uint8_t* border_awake;  ///< whether there is a result
-  // Fetched into the cache meanwhile, a few with each block: spheres that the next tile will meet first, then partners
-  // of a run at a seam, with its memory and what it keeps for them, and the blocks of the run after this and their
-  // memory; null where there is none.
+  bool halo;
+  const std::uint32_t* halo_block;
+  std::uint32_t halo_count;
+  BlockResult* halo_result;
+  BlockRows* halo_rows;
+  std::uint8_t* halo_active;  ///< whether there is a result
+  // Fetched into the cache meanwhile, a few with each block: spheres that the next particle block will meet first, then
+  // spheres j of a run at a block interface, with its memory and what it keeps for them, and the blocks of the run
+  // after this and their memory; null where there is none.
   std::uint32_t ahead, ahead_count;
-  const PairBlock* seam_blocks;
-  std::uint32_t seam_count;
-  const Accumulator* seam_pushes;
-  const Line* seam_lines;
+  const PairBlock* interface_blocks;
+  std::uint32_t interface_count;
+  const Accumulator* interface_pushes;
+  const Line* interface_lines;
   const PairBlock* next_blocks;
   const Line* next_lines;
   RunSums sums{};
-  std::uint32_t evaluated;  ///< blocks; in the sweep those at a border are among them
-  bool same_torque;         ///< set when results hold only that on the owner, which partners get, too
+  std::uint32_t evaluated;  ///< blocks; in the sweep those at a halo are among them
+  bool same_torque;         ///< set when results hold only that on sphere i, which spheres j get, too
   bool broke;               ///< set when a bond did
 };
 
 struct PlaneJob {
-  bool book;  ///< as of a PairJob
+  bool record;  ///< as of a PairJob
   const Sphere* spheres;
   const MixedSphere* mixed;
   const PlaneBlock* blocks;
   Line* lines;
   std::uint32_t count, contacts;
-  double elapsed, reach;
-  double turn[3][3], position[3], velocity[3], spin[3];  ///< pose and motion of the boundary
+  double elapsed, cutoff;
+  double rotation[3][3], position[3], velocity[3], spin[3];  ///< pose and motion of the boundary
   Ring ring;
   RunSums sums{};
   double force[3], moment[3];  ///< on the boundary, about `position`
@@ -198,28 +199,28 @@ struct SurfaceJob {
   double velocity[3][kBlock], spin[3][kBlock];  ///< of the surface at the contact point
   Line lines[MemoryShape::whole().lines(1)];
   std::uint32_t count;
-  double elapsed, reach;
+  double elapsed, cutoff;
   Four f[kBlock], t_i[kBlock], t_j[kBlock];  ///< on the sphere; on the surface only its rolling torque
   ContactSums<double[kBlock]> sums;
 };
 
 /// Spheres `begin` to `end` and the sums that wait for them.
-struct TileJob {
+struct ParticleBlockJob {
   Sphere* spheres;
   MixedSphere* mixed;  ///< in place of `spheres` in mixed precision
   std::uint32_t begin, end;
   Ring ring;
   double gravity[3];
-  bool alike;  ///< all of them have one radius and one mass
+  bool uniform;  ///< all of them have one radius and one mass
 };
 
-struct MoveJob : TileJob {
+struct MoveJob : ParticleBlockJob {
   double kick = 0, dt = 0;  ///< s: velocities advance by a kick, positions by v dt
   double speed2 = 0;        ///< largest v.v after the kick
-  double squares = 0;       ///< a sum over velocities and spins: NaN where one is
+  double squares = 0;       ///< a sum over velocities, linear and angular: NaN where one is
 };
 
-struct ObserveJob : TileJob {
+struct ObserveJob : ParticleBlockJob {
   double before = 0, dt = 0;                    ///< s: the step before this instant and the one after it
   double kinetic = 0, spin = 0, potential = 0;  ///< J
 };
@@ -228,9 +229,10 @@ struct ObserveJob : TileJob {
 struct Kernel {
   const char* name;  ///< for the record of a run
   InstructionSet set;
-  void (*keep)(PairJob&);  ///< what blocks of a border or seam give to partners; after `pairs`, which evaluated them
-  void (*add_seam)(PairJob&);    ///< and those of a seam to their owners, in the sweep
-  void (*observe)(ObserveJob&);  ///< energies of spheres whose sums are complete
+  void (*keep)(
+      PairJob&);  ///< what blocks of a halo or block interface give to spheres j; after `pairs`, which evaluated them
+  void (*add_interface)(PairJob&);  ///< and those of a block interface to their spheres i, in the sweep
+  void (*observe)(ObserveJob&);     ///< energies of spheres whose sums are complete
   void (*move)(MoveJob&);
 
   /// In mixed precision if the job has mixed spheres; likewise the others.

@@ -2,8 +2,8 @@
 #include <string>
 #include <vector>
 
+#include "libdem/base/vec3.hpp"
 #include "libdem/geometry/shapes.hpp"
-#include "libdem/particles/particles.hpp"
 
 namespace subsoil::dem {
 

@@ -36,7 +36,7 @@ double EnergyEquivalent::restitution_at(const Pair& pair, double speed) const {
 }
 
 Event EnergyEquivalent::strike(const Pair& pair, double speed, int samples) const {
-  HuntCrossley law;
+  HuntCrossleyModel law;
   law.c = pair.hertz();
   law.restitution = restitution_at(pair, speed), law.at_speed = speed;
   return law.strike(pair, speed, samples);

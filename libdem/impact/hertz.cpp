@@ -5,7 +5,7 @@
 namespace subsoil::dem::impact {
 
 Event Hertz::strike(const Pair& pair, double speed, int samples) const {
-  HuntCrossley law;
+  HuntCrossleyModel law;
   law.c = pair.hertz(), law.b = 0;
   return law.strike(pair, speed, samples);
 }

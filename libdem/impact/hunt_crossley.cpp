@@ -72,7 +72,7 @@ double hunt_crossley_nu(double restitution) {
   return 0.5 * (a + b);
 }
 
-HuntCrossley HuntCrossley::completed() const {
+HuntCrossleyModel HuntCrossleyModel::completed() const {
   const bool map = !std::isnan(restitution) || !std::isnan(at_speed);
   if (map && !std::isnan(b))
     throw std::invalid_argument("has b and a restitution: they say the same twice; keep one of them");
@@ -81,18 +81,18 @@ HuntCrossley HuntCrossley::completed() const {
     throw std::invalid_argument("restitution and at speed belong together: it falls as the speed grows");
   if (std::isnan(c) && n != 1.5)
     throw std::invalid_argument("needs c: Hertz's stiffness from the bodies holds for n = 1.5 only");
-  HuntCrossley out = *this;
+  HuntCrossleyModel out = *this;
   if (map) out.b = hunt_crossley_nu(restitution) / at_speed;
   out.restitution = out.at_speed = left_out;
   return out;
 }
 
-double HuntCrossley::restitution_at(const Pair&, double speed) const {
+double HuntCrossleyModel::restitution_at(const Pair&, double speed) const {
   return hunt_crossley_restitution(completed().b * speed);
 }
 
-Event HuntCrossley::strike(const Pair& pair, double speed, int samples) const {
-  const HuntCrossley law = completed();
+Event HuntCrossleyModel::strike(const Pair& pair, double speed, int samples) const {
+  const HuntCrossleyModel law = completed();
   const double n1 = n + 1, stiff = stiffness(pair), damp = law.b, nu = damp * speed;
   // Below this b^2 leaves the range of numbers, and 1 - k is 1e-100.
   const bool elastic = nu < 1e-100;

@@ -16,7 +16,7 @@ namespace subsoil::dem::impact {
 ///     peak force before x_max, at a w - ln(1 + w) = g0, a = (2n+1)/(n+1), w = b v, x_F = (n m w/(b^2 c))^(1/(n+1)).
 /// The separating bodies never reach 1/b, and F never pulls.
 /// Source: Hunt & Crossley 1975, J. Appl. Mech. 42, 440; solution: Borovin, Dyagel, Lapshin, KIAM preprint 53, 2008.
-struct HuntCrossley {
+struct HuntCrossleyModel {
   static constexpr double left_out = std::numeric_limits<double>::quiet_NaN();
   double n = 1.5;
   double c = left_out;  ///< left out: Hertz's 4/3 E* sqrt(R), for n = 3/2
@@ -31,7 +31,7 @@ struct HuntCrossley {
   /// The normal part alone: the contact law of the same name has it too.
   template <class V>
   void parameters(V& v) {
-    v.quantity("n", n, "1", "[1, 4]", "exponent of the indentation: 1.5 of spheres, 1 of flat bodies");
+    v.exponent("n", n, "[1, 4]", "exponent of the indentation: 1.5 of spheres, 1 of flat bodies");
     v.derived("c", c, "N/m^(n)", "(0, inf)", "stiffness; left out: Hertz's 4/3 E_eff sqrt(R), for n = 1.5");
     v.derived("b", b, "s/m", "[0, inf)", "damping; left out: from `restitution` and `at speed`; 0 is elastic");
     v.derived("restitution", restitution, "1", "(0, 1]",
@@ -40,7 +40,7 @@ struct HuntCrossley {
   }
 
   /// With b filled in. Throws std::invalid_argument when b is given twice or not at all, or c cannot be found.
-  HuntCrossley completed() const;
+  HuntCrossleyModel completed() const;
 
   /// c, or Hertz's from the pair.
   double stiffness(const Pair& pair) const { return std::isnan(c) ? pair.hertz() : c; }

@@ -15,6 +15,6 @@
 /// and throws std::invalid_argument with the cure when the pair lacks what it needs.
 namespace subsoil::dem::impact {
 
-using Model = std::variant<HuntCrossley, Hertz, Hysteretic, EnergyEquivalent, Thornton, JacksonGreen, Jkr>;
+using Model = std::variant<HuntCrossleyModel, Hertz, Hysteretic, EnergyEquivalent, Thornton, JacksonGreen, Jkr>;
 
 }  // namespace subsoil::dem::impact

@@ -9,7 +9,7 @@
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
-/// Some lanes of a block, as wide as the sums they are added to: packs of P, but floats of one block only.
+/// Some lanes of a block, as wide as the sums they are added to: SIMD vectors of P, but floats of one block only.
 #if defined(__AVX512F__)
 struct HalfVecF {
   static constexpr int kLanes = 8;
@@ -119,7 +119,7 @@ struct Row<VecFPart> {
   to.f = doubles_of(row.f), to.t = doubles_of(row.t);
 #endif
 }
-/// For the owner of a pair.
+/// For sphere i of a pair.
 [[gnu::always_inline]] inline void add(Accumulator& sum, const Row<VecD>& row) {
 #if defined(__AVX512F__)
   auto* of = reinterpret_cast<double*>(&sum);
@@ -136,7 +136,7 @@ struct Row<VecFPart> {
   sum.f += row.f, sum.t += row.t;
 #endif
 }
-/// For the partner: the force is taken off, the torque is its own.
+/// For sphere j: the force is taken off, the torque is its own.
 [[gnu::always_inline]] inline void react(Accumulator& sum, const Row<VecD>& row) {
 #if defined(__AVX512F__)
   auto* of = reinterpret_cast<double*>(&sum);
@@ -176,7 +176,7 @@ struct Push {
 };
 
 template <class P, bool Count>
-[[gnu::always_inline]] inline Push<P> push_on_owners(const BlockResult& r, std::uint32_t lanes, int first) {
+[[gnu::always_inline]] inline Push<P> push_on_i(const BlockResult& r, std::uint32_t lanes, int first) {
   const auto column = [&](int k) { return pushed<P>(r, lanes, k, first); };
   const Part<P> zero(0.0);
   return {{column(0), column(1), column(2), zero},
@@ -184,9 +184,9 @@ template <class P, bool Count>
 }
 /// The force still has to be turned round.
 template <class P>
-[[gnu::always_inline]] inline Push<P> push_on_partners(const Push<P>& on_owners, const BlockResult& r,
-                                                       std::uint32_t lanes, int first, bool same_torque) {
-  Push<P> on = on_owners;
+[[gnu::always_inline]] inline Push<P> push_on_j(const Push<P>& on_i, const BlockResult& r, std::uint32_t lanes,
+                                                int first, bool same_torque) {
+  Push<P> on = on_i;
   if (!same_torque)
     for (int d = 0; d < 3; ++d) on.t[d] = pushed<P>(r, lanes, 6 + d, first);
   return on;
@@ -201,31 +201,32 @@ template <class P, class Use>
   for (int l = 0; l < kPart<P>; ++l) use(first + l, row[l]);
 }
 
-/// What blocks that were evaluated before the sweep, or at a seam, give to their partners, who take it later.
+/// What blocks that were evaluated before the sweep, or at a block interface, give to their spheres j, who take it
+/// later.
 template <class P, bool Count>
-void keep_for_partners(const PairJob& job) {
-  for (std::uint32_t k = 0; k < job.border_count; ++k) {
-    if (job.border_awake[k] == 0) continue;
-    const std::uint32_t b = job.border_block[k];
-    BlockRows& rows = job.seam_rows != nullptr ? job.seam_rows[b] : job.border_rows[k];
-    const BlockResult& r = job.border_result[k];
+void keep_for_j(const PairJob& job) {
+  for (std::uint32_t k = 0; k < job.halo_count; ++k) {
+    if (job.halo_active[k] == 0) continue;
+    const std::uint32_t b = job.halo_block[k];
+    BlockRows& rows = job.interface_rows != nullptr ? job.interface_rows[b] : job.halo_rows[k];
+    const BlockResult& r = job.halo_result[k];
     const std::uint32_t lanes = job.shapes[b].lanes;
     for (int first = 0; first < static_cast<int>(kBlock); first += kPart<P>)
-      each_row(push_on_partners<P>(push_on_owners<P, Count>(r, lanes, first), r, lanes, first, job.same_torque), first,
+      each_row(push_on_j<P>(push_on_i<P, Count>(r, lanes, first), r, lanes, first, job.same_torque), first,
                [&](int l, const auto& of) { write(of, rows.of[l]); });
-    if (job.seam_rows != nullptr) job.seam_given[b] = 1;
+    if (job.interface_rows != nullptr) job.interface_given[b] = 1;
   }
 }
 
-/// What the blocks of the present slice give to its owners. Loops are unrolled for GCC to keep the sums in registers:
-/// 2 % of a step in mixed precision, 6 in double.
+/// What the blocks of the present SELL chunk give to its spheres i. Loops are unrolled for GCC to keep the sums in
+/// registers: 2 % of a step in mixed precision, 6 in double.
 template <class P, bool Count>
-struct OwnerSums {
+struct SumsOfI {
   static constexpr int kParts = static_cast<int>(kBlock) / kPart<P>, kColumns = Count ? 7 : 6;
   Part<P> column[kColumns][kParts];
-  const PairBlock* block = nullptr;  ///< that began the slice
+  const PairBlock* block = nullptr;  ///< that began the SELL chunk
 
-  OwnerSums() { clear(); }
+  SumsOfI() { clear(); }
   [[gnu::always_inline]] void clear() {
 #pragma GCC unroll 8
     for (auto& parts : column)
@@ -244,7 +245,7 @@ struct OwnerSums {
     for (int k = 0; k < kColumns; ++k) column[k][first / kPart<P>] += k < 3 ? push.f[k] : push.t[k - 3];
   }
 
-  /// To the ring; lane by lane, since a block of near pairs may have an owner twice.
+  /// To the ring; lane by lane, since a block of inactive candidates may have a sphere i twice.
   [[gnu::always_inline]] void give(Ring ring) {
     if (block == nullptr) return;
 #pragma GCC unroll 8
@@ -254,23 +255,23 @@ struct OwnerSums {
           {column[0][part], column[1][part], column[2][part], zero},
           {column[3][part], column[4][part], column[5][part], Count ? column[kColumns - 1][part] : zero}};
       each_row(push, part * kPart<P>, [&](int l, const auto& of) {
-        dem::SUBSOIL_ISA::add(*record(sums_of(ring, P{}), block->owner[l].masked(ring.mask)), of);
+        dem::SUBSOIL_ISA::add(*record(sums_of(ring, P{}), block->i[l].masked(ring.mask)), of);
       });
     }
     block = nullptr;
   }
 };
 
-/// What a block gives to its owners and to its partners.
+/// What a block gives to its spheres i and to its spheres j.
 template <class P, bool Count>
 [[gnu::always_inline]] inline void add_block(const BlockResult& r, const PairBlock& block, const BlockShape& shape,
-                                             bool same_torque, OwnerSums<P, Count>& owners, Ring ring) {
+                                             bool same_torque, SumsOfI<P, Count>& owners, Ring ring) {
   owners.come_to(block, shape, ring);
   for (int first = 0; first < static_cast<int>(kBlock); first += kPart<P>) {
-    const Push<P> push = push_on_owners<P, Count>(r, shape.lanes, first);
+    const Push<P> push = push_on_i<P, Count>(r, shape.lanes, first);
     owners.add(push, first);
-    each_row(push_on_partners<P>(push, r, shape.lanes, first, same_torque), first,
-             [&](int l, const auto& of) { react(*record(sums_of(ring, P{}), block.other[l].masked(ring.mask)), of); });
+    each_row(push_on_j<P>(push, r, shape.lanes, first, same_torque), first,
+             [&](int l, const auto& of) { react(*record(sums_of(ring, P{}), block.j[l].masked(ring.mask)), of); });
   }
 }
 
@@ -308,35 +309,35 @@ struct alignas(64) BlockSums {
   }
 };
 
-/// What the blocks of a run at a seam, which have been evaluated, give to their owners, and their sums.
+/// What the blocks of a run at a block interface, which have been evaluated, give to their spheres i, and their sums.
 template <class P, bool Count>
-void add_to_owners(PairJob& job) {
-  OwnerSums<P, Count> owner_sums;
+void add_to_i(PairJob& job) {
+  SumsOfI<P, Count> sums_of_i;
   BlockSums sums;
-  for (std::uint32_t k = 0; k < job.border_count; ++k) {
-    if (job.border_awake[k] == 0) continue;
-    const std::uint32_t b = job.border_block[k];
-    owner_sums.come_to(job.blocks[b], job.shapes[b], job.ring);
+  for (std::uint32_t k = 0; k < job.halo_count; ++k) {
+    if (job.halo_active[k] == 0) continue;
+    const std::uint32_t b = job.halo_block[k];
+    sums_of_i.come_to(job.blocks[b], job.shapes[b], job.ring);
     for (int first = 0; first < static_cast<int>(kBlock); first += kPart<P>)
-      owner_sums.add(push_on_owners<P, Count>(job.border_result[k], job.shapes[b].lanes, first), first);
+      sums_of_i.add(push_on_i<P, Count>(job.halo_result[k], job.shapes[b].lanes, first), first);
     if constexpr (Count)
-      if (job.sum) sums.add(job.border_result[k], job.shapes[b].lanes);
+      if (job.accumulate) sums.add(job.halo_result[k], job.shapes[b].lanes);
   }
-  owner_sums.give(job.ring);
+  sums_of_i.give(job.ring);
   if constexpr (Count) sums.give(job.sums);
 }
 
 /// In the precision of the job; `book` as it was when the blocks were evaluated.
 template <class Run>
 void in_precision(const PairJob& job, const Run& run) {
-  const auto with = [&]<class P>(P) { job.book ? run(P{}, std::true_type{}) : run(P{}, std::false_type{}); };
+  const auto with = [&]<class P>(P) { job.record ? run(P{}, std::true_type{}) : run(P{}, std::false_type{}); };
   job.mixed != nullptr ? with(VecF{}) : with(VecD{});
 }
 inline void keep(PairJob& job) {
-  in_precision(job, [&]<class P>(P, auto count) { keep_for_partners<P, count.value>(job); });
+  in_precision(job, [&]<class P>(P, auto count) { keep_for_j<P, count.value>(job); });
 }
-inline void add_seam(PairJob& job) {
-  in_precision(job, [&]<class P>(P, auto count) { add_to_owners<P, count.value>(job); });
+inline void add_interface(PairJob& job) {
+  in_precision(job, [&]<class P>(P, auto count) { add_to_i<P, count.value>(job); });
 }
 
 }  // namespace SUBSOIL_ISA

@@ -4,20 +4,20 @@
 #include "libdem/laws/friction.hpp"
 #include "libdem/simd/vec_f.hpp"
 
-/// One contact, a pack at a time: geometry, slip and rolling velocities, which are common to all laws, around the law.
-/// P is the number type, VecD or VecF.
+/// One contact, a SIMD vector at a time: geometry, slip and rolling velocities, which are common to all laws, around
+/// the law. P is the number type, VecD or VecF.
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
 template <class T>
-T dot3(const T (&a)[3], const T (&b)[3]) {
+[[gnu::always_inline]] inline T dot3(const T (&a)[3], const T (&b)[3]) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
 /// Turns a spring into the plane across n. Its length shrinks by half the square of the angle that n turned in the
 /// step, 1e-7 or less: a second square root and division to keep it exactly cost 5 % of the sweep and change nothing.
 template <class T>
-void turn(T (&s)[3], const T (&n)[3]) {
+[[gnu::always_inline]] inline void project_across(T (&s)[3], const T (&n)[3]) {
   const T along = dot3(s, n);
   for (int d = 0; d < 3; ++d) s[d] = s[d] - along * n[d];
 }
@@ -30,11 +30,11 @@ inline VecD series_root(VecD a, VecD b) {
 /// Inertias of fine grains, 1e-17 kg m2, multiplied by each other are no floats any more.
 inline VecF series_root(VecF a, VecF b) { return sqrt(a * (b / (a + b))); }
 
-/// Contact partners; n from j to i.
+/// Spheres in contact; n from j to i.
 template <class P>
 struct Touch {
   P n[3], overlap, v[3];  ///< v of the centre (at a surface: of the sphere against the surface's point)
-  P w_i[3], w_j[3];       ///< of a surface only its spin
+  P w_i[3], w_j[3];       ///< of a surface only its angular velocity
   P r_i, r_j;
 };
 
@@ -87,8 +87,8 @@ template <bool Pair, bool Rolls, class L, class P>
 template <class P>
 struct Meeting {
   P n[3], overlap, v_n, v_t[3];
-  P w[3], twist;  ///< with rolling resistance: rolling velocity, spin about the normal
-  P l_i, l_j;     ///< levers of tangential forces
+  P w[3], twist;  ///< with rolling resistance: rolling velocity, angular velocity about the normal
+  P l_i, l_j;     ///< moment arms of tangential forces
   Effective<P> effective;
 };
 
@@ -108,14 +108,14 @@ struct Response {
 };
 
 /// `Pair`: two spheres, contact point in the middle of the overlap; else a sphere and a surface, contact point on the
-/// surface. `share` 1 for these levers, 0 for the radius.
+/// surface. `share` 1 for these moment arms, 0 for the radius.
 template <bool Pair, bool Rolls, class L, class P>
 [[gnu::always_inline]] inline void meet(double share, const Touch<P>& a, MeetingOf<Pair, L, P>& out) {
   const P sink = P(Pair ? 0.5 * share : share) * a.overlap;
   const P l_i = a.r_i - sink, l_j = Pair ? a.r_j - sink : P(0.0);
   P arm[3];
   for (int d = 0; d < 3; ++d) arm[d] = Pair ? l_i * a.w_i[d] + l_j * a.w_j[d] : l_i * a.w_i[d];
-  // Spins move the contact point across n only: what the centres do along it is known before the levers are.
+  // Spins move the contact point across n only: what the centres do along it is known before the moment arms are.
   const P v_n = dot3(a.v, a.n);
   for (int d = 0; d < 3; ++d) {
     const int e = (d + 1) % 3, f = (d + 2) % 3;
@@ -161,7 +161,7 @@ template <bool Pair, bool Rolls, class P, class L>
   const Effective<P>& e = a.effective;
   const NormalForce<P> normal =
       normal_force(law, Approach<P>{a.overlap, -a.v_n, e.root_m, e.r_eff, dt, e.per_sum}, h.own);
-  turn(h.xi, a.n);
+  project_across(h.xi, a.n);
   const Slip<P> slide = law.friction.slide(normal, h.xi, a.v_t, h.dash_t, h.slipping, dt);
   Response<P> out;
   for (int d = 0; d < 3; ++d) {
@@ -177,7 +177,7 @@ template <bool Pair, bool Rolls, class P, class L>
   out.rolled = zero;
   out.stored = normal.stored + half * normal.k_t * dot3(slide.x, slide.x);
   if constexpr (Rolls) {
-    turn(h.rho, a.n);
+    project_across(h.rho, a.n);
     const Slip<P> roll = law.friction.roll(normal, h.rho, a.w, h.dash_r, e.r_eff, e.inverse_r, e.root_i, dt);
     const double share =
         law.friction.rolling == Rolling::elastic_plastic ? Friction::turning_share(law.friction.mu_r) : 0.0;
@@ -224,7 +224,7 @@ template <class L, class P>
   for (int d = 0; d < 3; ++d) m.n[d] = a.n[d], m.w[d] = a.w[d];
   mid_step_slip(a, P(elapsed), m.v_t);
   m.overlap = a.overlap, m.v_n = a.v_n, m.twist = a.twist, m.spin = a.spin;
-  m.smaller = a.effective.smaller, m.sum = a.l_i + a.l_j + a.overlap;  // levers to the middle of the overlap
+  m.smaller = a.effective.smaller, m.sum = a.l_i + a.l_j + a.overlap;  // moment arms to the middle of the overlap
   m.root_m = a.effective.root_m, m.root_i = P(std::sqrt(2.0 / 7.0)) * a.effective.root_i;
   m.dt = P(elapsed);
   const BondForce<P> b = law.bond.act(m, memory);

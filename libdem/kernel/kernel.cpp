@@ -7,7 +7,7 @@ inline namespace SUBSOIL_ISA {
 Kernel kernel() {
 #define SUBSOIL_NAME_(x) #x
 #define SUBSOIL_NAME(x) SUBSOIL_NAME_(x)
-  return {SUBSOIL_NAME(SUBSOIL_ISA), InstructionSet::SUBSOIL_ISA, keep, add_seam, observe, move};
+  return {SUBSOIL_NAME(SUBSOIL_ISA), InstructionSet::SUBSOIL_ISA, keep, add_interface, observe, move};
 }
 
 }  // namespace SUBSOIL_ISA

@@ -4,7 +4,7 @@
 #include "libdem/contacts/blocks.hpp"
 #include "libdem/kernel/contact_core.hpp"
 
-/// Records and contact memory to packs and back.
+/// Records and contact memory to SIMD vectors and back.
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
@@ -21,7 +21,7 @@ template <class Record>
   return reinterpret_cast<Record*>(reinterpret_cast<Byte*>(records) + eightfold * (sizeof(Record) / 8));
 }
 
-/// Blocks that a pack of P spans, and packs that a block needs.
+/// Blocks that a SIMD vector of P spans, and SIMD vectors that a block needs.
 template <class P>
 inline constexpr int kSpan = P::kLanes > 8 ? 2 : 1;
 template <class P>
@@ -49,7 +49,7 @@ struct SphereLanes {
   }
   return s;
 }
-/// Records of kLanesF lanes, as two packs of doubles.
+/// Records of kLanesF lanes, as two SIMD vectors of doubles.
 [[gnu::always_inline]] inline void load_spheres(const MixedSphere* const* sphere, SphereLanes (&out)[2]) {
   const float* motion[kLanesF];
   for (int l = 0; l < kLanesF; ++l) motion[l] = sphere[l]->v;
@@ -83,7 +83,7 @@ inline SphereLanes load_spheres(const Job& job, const std::uint32_t* index, int 
   return job.mixed != nullptr ? of(job.mixed) : of(job.spheres);
 }
 
-/// kLanes of P from the blocks that a pack spans: `at(k)` points into block k.
+/// kLanes of P from the blocks that a SIMD vector spans: `at(k)` points into block k.
 template <class P, class At>
 [[gnu::always_inline]] inline P load_each(const At& at) {
   if constexpr (kSpan<P> == 1)
@@ -213,7 +213,7 @@ template <class P, bool Record>
   }
 }
 
-/// 1 in lanes below `count`, where `first` is the block's lane that the pack begins with.
+/// 1 in lanes below `count`, where `first` is the block's lane that the SIMD vector begins with.
 inline VecDMask lanes_below(std::uint32_t count, int first) {
   double lane[kLanesD];
   for (int l = 0; l < kLanesD; ++l) lane[l] = first + l;

@@ -3,9 +3,9 @@
 
 #include "libdem/kernel/rows.hpp"
 
-/// Kick and drift of the spheres of a tile, whose sums are complete, and their energies. Sphere by sphere, in rows as
-/// records and sums lie in memory: columns, as pairs have them, take twice as long, since nothing here needs one
-/// coordinate with another. In mixed precision the new velocity is worked out in double from the stored float and
+/// Kick and drift of the spheres of a particle block, whose sums are complete, and their energies. Sphere by sphere, in
+/// rows as records and sums lie in memory: columns, as pairs have them, take twice as long, since nothing here needs
+/// one coordinate with another. In mixed precision the new velocity is worked out in double from the stored float and
 /// rounded once.
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
@@ -14,7 +14,7 @@ inline namespace SUBSOIL_ISA {
 using FourInRecord = double __attribute__((vector_size(32), may_alias));
 using FourFloatsInRecord = float __attribute__((vector_size(16), may_alias));
 
-/// Two rows of four: (v, m) and the spin, force and torque.
+/// Two rows of four: (v, m) and the angular velocity, force and torque.
 #if defined(__AVX512F__)
 using Eight = double __attribute__((vector_size(64)));
 [[gnu::always_inline]] inline Eight eight_of(const Four& low, const Four& high) {
@@ -51,7 +51,7 @@ struct Eight {
   return eight_at(reinterpret_cast<const float*>(&sum));
 }
 
-/// (x, r), and (v, m) with the spin. What the last number beside the spin is does not change.
+/// (x, r), and (v, m) with the angular velocity. What the last number beside the angular velocity is does not change.
 struct SphereRows {
   Four x;
   Eight motion;
@@ -81,7 +81,7 @@ struct SphereRows {
 /// Of the coordinates; what the rows have beside them is left out.
 [[gnu::always_inline]] inline double sum_of(const Four& f) { return f[0] + f[1] + f[2]; }
 
-/// Of some spheres: what makes velocities of forces in a time, s, and spins of torques.
+/// Of some spheres: what makes velocities of forces in a time, s, and angular velocities of torques.
 struct Gains {
   static constexpr std::uint32_t kRoom = 32;
   double push[kRoom], turn[kRoom];
@@ -99,14 +99,15 @@ struct Gains {
   }
 };
 
-/// What makes gains of (v, m) and spin of force and torque: none beside the spin, where the torque has a count.
+/// What makes gains of (v, m) and angular velocity of force and torque: none beside the angular velocity, where the
+/// torque has a count.
 [[gnu::always_inline]] inline Eight of_one(const Gains& some, std::uint32_t k) {
   return eight_of(all(some.push[k]), all(some.turn[k]) * Four{1, 1, 1, 0});
 }
 
 /// use(sphere, gain of a force, sum) for the spheres of a job, and two(a, b) on what it gave for each two of them, the
-/// last perhaps twice. A tile begins at a multiple of its length: the ring does not end within.
-template <bool Alike, class Record, class Job, class Use, class Two>
+/// last perhaps twice. A particle block begins at a multiple of its length: the ring does not end within.
+template <bool Uniform, class Record, class Job, class Use, class Two>
 [[gnu::always_inline]] inline void each_sphere(const Job& job, Record* spheres, double time, const Use& use,
                                                const Two& two) {
   auto* sum = sums_for(job.ring, spheres) + (job.begin & job.ring.mask);
@@ -115,9 +116,9 @@ template <bool Alike, class Record, class Job, class Use, class Two>
   Eight of = of_one(gains, 0);
   for (std::uint32_t first = job.begin; first < job.end; first += Gains::kRoom) {
     const std::uint32_t count = std::min(job.end - first, Gains::kRoom);
-    if constexpr (!Alike) gains.fill(spheres + first, count, time);
+    if constexpr (!Uniform) gains.fill(spheres + first, count, time);
     const auto next = [&](std::uint32_t k) {
-      if constexpr (!Alike) of = of_one(gains, k);
+      if constexpr (!Uniform) of = of_one(gains, k);
       return use(spheres[first + k], of, *sum++);
     };
     std::uint32_t k = 0;
@@ -132,7 +133,7 @@ template <bool Alike, class Record, class Job, class Use, class Two>
   }
 }
 
-template <bool Alike, class Record>
+template <bool Uniform, class Record>
 void move_spheres(MoveJob& job, Record* spheres) {
   // The last number of a row: mass and radius stay, for forces have a zero there, as have these.
   const Four dt{job.dt, job.dt, job.dt, 0};
@@ -149,7 +150,7 @@ void move_spheres(MoveJob& job, Record* spheres) {
     sum_of_squares += squares;
     return low_of(squares);
   };
-  each_sphere<Alike>(job, spheres, job.kick, step, [&](const Four& a, const Four& b) {
+  each_sphere<Uniform>(job, spheres, job.kick, step, [&](const Four& a, const Four& b) {
     const Four even = __builtin_shufflevector(a, b, 0, 4, 2, 6), odd = __builtin_shufflevector(a, b, 1, 5, 3, 7),
                third = __builtin_shufflevector(even, even, 2, 3, 0, 1);
     const Four speed2 = even + odd + third;  // of both, in the first two
@@ -160,8 +161,8 @@ void move_spheres(MoveJob& job, Record* spheres) {
 }
 
 /// With the mean velocity at t_n, v + a dt_before/2, the energy of translation is (m/2) (v_n . v_n - dt dt_before/4 a .
-/// a), for even steps (m/2) v_{n-1/2} . v_{n+1/2}; likewise the spin's.
-template <bool Alike, class Record>
+/// a), for even steps (m/2) v_{n-1/2} . v_{n+1/2}; likewise the angular velocity's.
+template <bool Uniform, class Record>
 void observe_spheres(ObserveJob& job, Record* spheres) {
   // Half the step before times accelerations is a gain in velocity; so dt dt_before/4 a . a is its square times this.
   const Four ratio = all(job.before > 0 ? job.dt / job.before : 0),
@@ -177,19 +178,19 @@ void observe_spheres(ObserveJob& job, Record* spheres) {
     fallen += all(mass) * (g * s.x);
     return Four{};
   };
-  each_sphere<Alike>(job, spheres, 0.5 * job.before, observe, [](const Four&, const Four&) {});
+  each_sphere<Uniform>(job, spheres, 0.5 * job.before, observe, [](const Four&, const Four&) {});
   job.kinetic = sum_of(low_of(kinetic)), job.spin = sum_of(high_of(kinetic)), job.potential = -sum_of(fallen);
 }
 
 inline void move(MoveJob& job) {
   const auto with = [&](auto* spheres) {
-    job.alike ? move_spheres<true>(job, spheres) : move_spheres<false>(job, spheres);
+    job.uniform ? move_spheres<true>(job, spheres) : move_spheres<false>(job, spheres);
   };
   job.mixed != nullptr ? with(job.mixed) : with(job.spheres);
 }
 inline void observe(ObserveJob& job) {
   const auto with = [&](auto* spheres) {
-    job.alike ? observe_spheres<true>(job, spheres) : observe_spheres<false>(job, spheres);
+    job.uniform ? observe_spheres<true>(job, spheres) : observe_spheres<false>(job, spheres);
   };
   job.mixed != nullptr ? with(job.mixed) : with(job.spheres);
 }

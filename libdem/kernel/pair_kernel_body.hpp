@@ -20,7 +20,7 @@ template <class P, class L>
 void run_law_on_pairs(const void* parameters, PairJob& job) {
   const L& law = *static_cast<const L*>(parameters);
   with_rolling(law, [&](auto rolls) {
-    if (job.book || !law.friction.usual())
+    if (job.record || !law.friction.usual())
       run_pairs<P, rolls.value, true>(law, job);
     else
       run_pairs<P, rolls.value, false>(law, job);

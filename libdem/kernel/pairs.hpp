@@ -3,16 +3,17 @@
 #include "libdem/kernel/contact_core.hpp"
 #include "libdem/kernel/reading.hpp"
 
-/// Pairs of spheres, block by block, in stages over a few packs at a time: read and meet, law, add. A stage is short
-/// enough for the processor to have several packs under way, so that none waits for the square roots of another.
+/// Pairs of spheres, block by block, in stages over a few SIMD vectors at a time: read and meet, law, add. A stage is
+/// short enough for the processor to have several SIMD vectors under way, so that none waits for the square roots of
+/// another.
 ///
-/// P is VecD with records Sphere, or VecF with MixedSphere: mixed precision. A pack of 16 floats spans two
+/// P is VecD with records Sphere, or VecF with MixedSphere: mixed precision. A SIMD vector of 16 floats spans two
 /// blocks.
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
-inline constexpr int kGroup = 6;  ///< packs per stage; more crowd the first-level cache
-inline constexpr int kAhead = 8;  ///< packs between one and that which is fetched with it
+inline constexpr int kGroup = 6;  ///< SIMD vectors per stage; more crowd the first-level cache
+inline constexpr int kAhead = 8;  ///< SIMD vectors between one and that which is fetched with it
 
 /// Overlap, and the inverse of the distance.
 inline VecD overlap_of(const Gap<VecD>& g, VecD& inverse) {
@@ -56,37 +57,37 @@ template <bool Count, class P>
   if constexpr (Count) column(BlockResult::kTouching, select(overlap > P(0.0), P(1.0), P(0.0)));
 }
 
-/// The law on one pack; the memory of its contacts is updated. What comes out in lanes that hold no pair must not be
-/// added. Returns whether a bond broke.
-template <bool Rolls, bool Book, class P, class L>
+/// The law on one SIMD vector; the memory of its contacts is updated. What comes out in lanes that hold no pair must
+/// not be added. Returns whether a bond broke.
+template <bool Rolls, bool Accumulate, class P, class L>
 [[gnu::always_inline]] inline bool evaluate(const L& law, const PairJob& job, double elapsed,
                                             const MeetingOf<true, L, P>& a, bool same_torque,
                                             const BlockMemory (&memory)[kSpan<P>], BlockResult* const (&out)[kSpan<P>],
                                             int first) {
   const Remembers<L, Rolls> has(law);
-  ContactMemory<P> h = load_memory<P, Book>(has, memory, first);
+  ContactMemory<P> h = load_memory<P, Accumulate>(has, memory, first);
   Response<P> c = respond<true, Rolls, P>(law, a, h, elapsed);
-  store_memory<P, Book>(has, h, memory, first);
+  store_memory<P, Accumulate>(has, h, memory, first);
   bool broke = false;
   if constexpr (kBonds<L>) {
-    BondMemory<P> bond = load_bond<P, Book>(memory, first);
+    BondMemory<P> bond = load_bond<P, Accumulate>(memory, first);
     broke = respond_bond(law, a, bond, job.elapsed, c);
-    store_bond<P, Book>(bond, broke, memory, first);
+    store_bond<P, Accumulate>(bond, broke, memory, first);
   }
-  store_pushes<Book>(c, a.overlap, same_torque, out, first);
-  if constexpr (Book) {
-    if (job.sum) {
+  store_pushes<Accumulate>(c, a.overlap, same_torque, out, first);
+  if constexpr (Accumulate) {
+    if (job.accumulate) {
       using Columns = decltype(BlockResult::sums);
       const auto put = [&](double(Columns::*column)[kBlock], P p) {
         store_doubles(p, [&](int b) { return out[b]->sums.*column + first; });
       };
       put(&Columns::damped, c.damped), put(&Columns::slid, c.slid), put(&Columns::rolled, c.rolled);
       put(&Columns::stored, c.stored);
-      put(&Columns::within_cutoff, select(a.overlap > P(-job.reach), P(1.0), P(0.0)));
+      put(&Columns::within_cutoff, select(a.overlap > P(-job.cutoff), P(1.0), P(0.0)));
       put(&Columns::overlap, a.overlap / a.effective.smaller);
     }
   }
-  if (job.wake != nullptr) store_doubles(a.overlap, [&](int b) { return out[b]->overlap + first; });
+  if (job.activation != nullptr) store_doubles(a.overlap, [&](int b) { return out[b]->overlap + first; });
   return broke;
 }
 
@@ -97,71 +98,71 @@ template <bool Rolls, bool Book, class P, class L>
     __builtin_prefetch(static_cast<const char*>(from) + at, 0, 3);
 }
 
-/// For some pairs of the run at a seam, from one on; `bytes` of memory in a block. Returns the next pair.
+/// For some pairs of the run at a block interface, from one on; `bytes` of memory in a block. Returns the next pair.
 template <class Record>
-[[gnu::noinline]] std::uint32_t fetch_for_seam(const PairJob& job, const Record* spheres, std::size_t bytes,
-                                               std::uint32_t pair, std::uint32_t pairs) {
-  const std::uint32_t end = std::min(pair + pairs, kBlock * job.seam_count);
+[[gnu::noinline]] std::uint32_t fetch_for_interface(const PairJob& job, const Record* spheres, std::size_t bytes,
+                                                    std::uint32_t pair, std::uint32_t pairs) {
+  const std::uint32_t end = std::min(pair + pairs, kBlock * job.interface_count);
   for (; pair < end; ++pair) {
-    fetch(record(spheres, job.seam_blocks[pair / kBlock].other[pair % kBlock]), sizeof *spheres);
-    fetch(job.seam_pushes + pair, sizeof *job.seam_pushes);
-    fetch(reinterpret_cast<const char*>(job.seam_lines) + pair * bytes / kBlock, bytes / kBlock);
+    fetch(record(spheres, job.interface_blocks[pair / kBlock].j[pair % kBlock]), sizeof *spheres);
+    fetch(job.interface_pushes + pair, sizeof *job.interface_pushes);
+    fetch(reinterpret_cast<const char*>(job.interface_lines) + pair * bytes / kBlock, bytes / kBlock);
   }
   return end;
 }
 
-/// Until when a block may sleep: each of two spheres may go half their gap before they can be in reach. In mixed
-/// precision the gap is known to a few 1e-7 of itself.
+/// Until when a block may stay inactive: each of two spheres may go half their gap before they can be within the
+/// cutoff. In mixed precision the gap is known to a few 1e-7 of itself.
 template <class P>
-double wakes_at(const PairJob& job, const BlockResult& r) {
+double activation_path(const PairJob& job, const BlockResult& r) {
   constexpr double margin = std::is_same_v<P, VecD> ? 0 : 1e-6;
   double largest = r.overlap[0];
   for (const double x : r.overlap) largest = largest > x ? largest : x;
-  return job.path + 0.5 * (-largest - margin * (largest > 0 ? largest : -largest) - job.reach);
+  return job.path + 0.5 * (-largest - margin * (largest > 0 ? largest : -largest) - job.cutoff);
 }
 
-/// All blocks of a run, or those at a border: then results are kept and not added. One loop for both, since two copies
+/// All blocks of a run, or those at a halo: then results are kept and not added. One loop for both, since two copies
 /// of the law might be fused differently by the compiler, and the last bits would follow the threads. Without
-/// `Book` the law's friction is the usual one (Friction::usual).
-template <class P, bool Rolls, bool Book, class L>
+/// `Accumulate` the law's friction is the usual one (Friction::usual).
+template <class P, bool Rolls, bool Accumulate, class L>
 void run_pairs(const L& by_reference, PairJob& job) {
   constexpr int span = kSpan<P>, room = kGroup * span, further = kAhead * span, lanes = P::kLanes;
   L law = by_reference;  // nothing can point to it: its constants stay in registers
-  if constexpr (!Book) law.friction = law.friction.as_usual();
+  if constexpr (!Accumulate) law.friction = law.friction.as_usual();
   const double share = lever_share(law);
   const MemoryShape shape = Remembers<L, Rolls>(law).shape(kBonds<L>, std::is_same_v<P, VecF>);
   const auto* const spheres = records(job, P{});
   const std::size_t bytes = shape.state_bytes();
   BlockSums sums;
-  OwnerSums<P, Book> owner_sums;
+  SumsOfI<P, Accumulate> sums_of_i;
   BlockResult results[room];
   MeetingOf<true, L, P> meeting[kGroup][kParts<P>];
-  Owners<P> owners[room + 1];  // of the slices of a group, the first of which may have begun in the group before
-  int slice = 0;
+  SpheresI<P> owners[room + 1];  // of the SELL chunks of a group, the first of which may have begun in the group before
+  int chunk = 0;
   BlockResult* result[room] = {};
-  const Owners<P>* own[room] = {};
+  const SpheresI<P>* own[room] = {};
   std::uint32_t which[room] = {}, todo[room] = {};  // blocks of the group; those of them that are to be evaluated
-  std::uint32_t next_border = 0;
-  const bool border = job.border, alike = job.alike;
+  std::uint32_t next_halo = 0;
+  const bool halo = job.halo, uniform = job.uniform;
   const Ring ring = job.ring;
   const double elapsed = job.elapsed;
-  // Tangential forces alone turn both spheres alike where their levers are the same.
-  const bool same_torque = !Rolls && !kBonds<L> && alike;
+  // Tangential forces alone turn both spheres alike where their moment arms are the same.
+  const bool same_torque = !Rolls && !kBonds<L> && uniform;
   job.same_torque = same_torque;
-  const std::uint32_t count = border ? job.border_count : job.count;
+  const std::uint32_t count = halo ? job.halo_count : job.count;
   using Record = std::remove_cvref_t<decltype(*spheres)>;
-  const OfAll<P> all(job.count > 0 ? spheres[job.blocks[0].owner[0]] : Record{});
-  if (alike) {
+  const OfAll<P> all(job.count > 0 ? spheres[job.blocks[0].i[0]] : Record{});
+  if (uniform) {
     Effective<P> e;
     effective<true, Rolls, L>(all.r, all.m, all.r, all.m, e);
-    for (auto& of_pack : meeting)
-      for (auto& m : of_pack) m.effective = e;
+    for (auto& of_vector : meeting)
+      for (auto& m : of_vector) m.effective = e;
   }
   const char* ahead = reinterpret_cast<const char*>(spheres + job.ahead);
   const char* const ahead_end = reinterpret_cast<const char*>(spheres + job.ahead + job.ahead_count);
   const std::size_t stride =
       count > 0 ? (static_cast<std::size_t>(ahead_end - ahead) / count / sizeof(Line) + 1) * sizeof(Line) : 0;
-  std::uint32_t seam_pair = 0;
+  std::uint32_t interface_pair = 0;
   for (std::uint32_t k = 0; k < count;) {
     // With each block of touching pairs one further on is fetched; here what the next run begins
     // with.
@@ -169,42 +170,44 @@ void run_pairs(const L& by_reference, PairJob& job) {
       fetch(job.next_blocks, further * sizeof(PairBlock));
       fetch(job.next_lines, further * bytes);
     }
-    if (seam_pair < kBlock * job.seam_count) seam_pair = fetch_for_seam(job, spheres, bytes, seam_pair, room);
-    const int begun = slice;
-    int next_slice = 0;  // the same few again and again stay in the first-level cache
+    if (interface_pair < kBlock * job.interface_count)
+      interface_pair = fetch_for_interface(job, spheres, bytes, interface_pair, room);
+    const int begun = chunk;
+    int next_chunk = 0;  // the same few again and again stay in the first-level cache
     std::uint32_t blocks = 0, fresh = 0;
     for (; blocks < room && k < count; ++k) {
-      const std::uint32_t b = border ? job.border_block[k] : k;
-      const bool at_border = next_border < job.border_count && job.border_block[next_border] == b;
-      const std::uint32_t place = next_border;
-      next_border += at_border;
-      // One at a border has been evaluated, and told anew how long to sleep, before the sweep comes to it.
-      const bool ready = at_border && !border;
-      const bool awake = ready ? job.border_awake[place] != 0 : job.wake == nullptr || !(job.path < job.wake[b]);
-      if (border) job.border_awake[place] = awake;
-      if (!awake) continue;
+      const std::uint32_t b = halo ? job.halo_block[k] : k;
+      const bool in_halo = next_halo < job.halo_count && job.halo_block[next_halo] == b;
+      const std::uint32_t place = next_halo;
+      next_halo += in_halo;
+      // One at a halo has been evaluated, and told anew how long to stay inactive, before the sweep comes to it.
+      const bool ready = in_halo && !halo;
+      const bool active =
+          ready ? job.halo_active[place] != 0 : job.activation == nullptr || !(job.path < job.activation[b]);
+      if (halo) job.halo_active[place] = active;
+      if (!active) continue;
       which[blocks] = b;
-      result[blocks] = at_border ? job.border_result + place : &results[blocks];
-      if (border || job.shapes[b].begins) {
-        next_slice += next_slice == begun;
-        slice = next_slice++;
-        read(spheres, job.blocks[b].owner, owners[slice]);
+      result[blocks] = in_halo ? job.halo_result + place : &results[blocks];
+      if (halo || job.shapes[b].begins) {
+        next_chunk += next_chunk == begun;
+        chunk = next_chunk++;
+        read(spheres, job.blocks[b].i, owners[chunk]);
       }
-      own[blocks] = &owners[slice];
+      own[blocks] = &owners[chunk];
       if (!ready) todo[fresh++] = blocks;
       ++blocks;
     }
     job.evaluated += blocks;
-    // A pack with only one block left computes it twice over.
+    // A SIMD vector with only one block left computes it twice over.
     if (span == 2 && fresh % 2 == 1) todo[fresh] = todo[fresh - 1];
-    const int packs = static_cast<int>((fresh + span - 1) / span);
+    const int vectors = static_cast<int>((fresh + span - 1) / span);
     const auto meet_all = [&](auto same) {
-      for (int g = 0; g < packs; ++g) {
-        const Owners<P>* i[span];
+      for (int g = 0; g < vectors; ++g) {
+        const SpheresI<P>* i[span];
         const SphereIndex* j[span];
         for (int s = 0; s < span; ++s) {
           const std::uint32_t at = todo[g * span + s];
-          i[s] = own[at], j[s] = job.blocks[which[at]].other;
+          i[s] = own[at], j[s] = job.blocks[which[at]].j;
           fetch(job.blocks + which[at] + further, sizeof(PairBlock));
           if (ahead < ahead_end) fetch(ahead, stride), ahead += stride;
         }
@@ -216,8 +219,8 @@ void run_pairs(const L& by_reference, PairJob& job) {
         }
       }
     };
-    alike ? meet_all(std::true_type()) : meet_all(std::false_type());
-    for (int g = 0; g < packs; ++g) {
+    uniform ? meet_all(std::true_type()) : meet_all(std::false_type());
+    for (int g = 0; g < vectors; ++g) {
       BlockMemory memory[span];
       BlockResult* out[span];
       for (int s = 0; s < span; ++s) {
@@ -225,31 +228,33 @@ void run_pairs(const L& by_reference, PairJob& job) {
         memory[s] = BlockMemory::at(job.lines, job.count, shape, which[at]);
         out[s] = result[at];
         fetch(memory[s].states + further * bytes, bytes);
-        if constexpr (Book) fetch(memory[s].diagnostics + further * shape.diagnostic_bytes(), shape.diagnostic_bytes());
+        if constexpr (Accumulate)
+          fetch(memory[s].diagnostics + further * shape.diagnostic_bytes(), shape.diagnostic_bytes());
       }
       for (int part = 0; part < kParts<P>; ++part)
-        if (evaluate<Rolls, Book, P>(law, job, elapsed, meeting[g][part], same_torque, memory, out, part * lanes))
+        if (evaluate<Rolls, Accumulate, P>(law, job, elapsed, meeting[g][part], same_torque, memory, out, part * lanes))
           job.broke = true;
     }
-    if (job.wake != nullptr)
-      for (std::uint32_t f = 0; f < fresh; ++f) job.wake[which[todo[f]]] = wakes_at<P>(job, *result[todo[f]]);
-    if (border) continue;
+    if (job.activation != nullptr)
+      for (std::uint32_t f = 0; f < fresh; ++f)
+        job.activation[which[todo[f]]] = activation_path<P>(job, *result[todo[f]]);
+    if (halo) continue;
     // In registers here, in memory elsewhere: held through the law as well they would crowd out its numbers (half as
     // much time again with rolling resistance).
-    OwnerSums<P, Book> in_registers = owner_sums;
+    SumsOfI<P, Accumulate> in_registers = sums_of_i;
     for (std::uint32_t n = 0; n < blocks; ++n) {
       const BlockResult& r = *result[n];
       const PairBlock& block = job.blocks[which[n]];
       const BlockShape& of = job.shapes[which[n]];
-      add_block<P, Book>(r, block, of, same_torque, in_registers, ring);
-      if constexpr (Book)
-        if (job.sum) sums.add(r, of.lanes);
+      add_block<P, Accumulate>(r, block, of, same_torque, in_registers, ring);
+      if constexpr (Accumulate)
+        if (job.accumulate) sums.add(r, of.lanes);
     }
-    owner_sums = in_registers;
-    asm volatile("" : "+m"(owner_sums));
+    sums_of_i = in_registers;
+    asm volatile("" : "+m"(sums_of_i));
   }
-  if (!border) owner_sums.give(ring);
-  if constexpr (!Book) return;
+  if (!halo) sums_of_i.give(ring);
+  if constexpr (!Accumulate) return;
   sums.give(job.sums);
 }
 

@@ -4,14 +4,14 @@
 #include "libdem/kernel/rows.hpp"
 
 /// Spheres on flat faces of boundaries; in double also in mixed precision, but for what the records hold in float.
-/// Without `Book` the law's friction is the usual one (Friction::usual).
+/// Without `Accumulate` the law's friction is the usual one (Friction::usual).
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
-template <bool Rolls, bool Book, class L>
+template <bool Rolls, bool Accumulate, class L>
 void run_planes(const L& by_reference, PlaneJob& job) {
   L law = by_reference;  // nothing can point to it: its constants stay in registers
-  if constexpr (!Book) law.friction = law.friction.as_usual();
+  if constexpr (!Accumulate) law.friction = law.friction.as_usual();
   const double share = lever_share(law);
   const Remembers<L, Rolls> has(law);
   const MemoryShape shape = has.shape(false, false);
@@ -28,7 +28,8 @@ void run_planes(const L& by_reference, PlaneJob& job) {
       for (int d = 0; d < 3; ++d) own[d] = load<VecD>(block.normal[d] + first), at[d] = i.x[d] - VecD(job.position[d]);
       Touch<VecD> a;
       for (int d = 0; d < 3; ++d)
-        a.n[d] = VecD(job.turn[d][0]) * own[0] + VecD(job.turn[d][1]) * own[1] + VecD(job.turn[d][2]) * own[2];
+        a.n[d] =
+            VecD(job.rotation[d][0]) * own[0] + VecD(job.rotation[d][1]) * own[1] + VecD(job.rotation[d][2]) * own[2];
       const VecD distance = dot3(a.n, at) - load<VecD>(block.offset + first);
       a.overlap = i.r - distance;
       VecD point[3];
@@ -43,13 +44,13 @@ void run_planes(const L& by_reference, PlaneJob& job) {
       Meeting<VecD> meeting;
       meet<false, Rolls, L>(share, a, meeting);
       effective<false, Rolls, L>(i.r, i.m, i.r, i.m, meeting.effective);
-      ContactMemory<VecD> h = load_memory<VecD, Book>(has, memory, first);
+      ContactMemory<VecD> h = load_memory<VecD, Accumulate>(has, memory, first);
       Response<VecD> c = respond<false, Rolls, VecD>(law, meeting, h, job.elapsed);
-      store_memory<VecD, Book>(has, h, memory, first);
+      store_memory<VecD, Accumulate>(has, h, memory, first);
       store_response(c, select(a.overlap > zero, one, zero), f + first, t + first, unused + first);
       const VecDMask used = lanes_below(count, first);
-      sums.within_cutoff += select(used, select(a.overlap >= VecD(-job.reach), one, zero), zero);
-      if constexpr (Book) {
+      sums.within_cutoff += select(used, select(a.overlap >= VecD(-job.cutoff), one, zero), zero);
+      if constexpr (Accumulate) {
         sums.damped += select(used, c.damped, zero), sums.slid += select(used, c.slid, zero);
         sums.rolled += select(used, c.rolled, zero), sums.stored += select(used, c.stored, zero);
         sums.overlap = max(sums.overlap, select(used, a.overlap / i.r, zero));
@@ -67,7 +68,7 @@ void run_planes(const L& by_reference, PlaneJob& job) {
   }
   job.sums.within_cutoff += sum_of(sums.within_cutoff);
   for (int d = 0; d < 3; ++d) job.force[d] += sum_of(force[d]), job.moment[d] += sum_of(moment[d]);
-  if constexpr (!Book) return;
+  if constexpr (!Accumulate) return;
   job.sums.damped += sum_of(sums.damped), job.sums.slid += sum_of(sums.slid);
   job.sums.rolled += sum_of(sums.rolled), job.sums.stored += sum_of(sums.stored);
   for (int l = 0; l < kLanesD; ++l) job.sums.overlap = std::max(job.sums.overlap, sums.overlap.v[l]);

@@ -1,11 +1,11 @@
 #pragma once
 #include "libdem/kernel/lanes.hpp"
 
-/// Spheres of the pairs of a pack, from their records to columns.
+/// Spheres of the pairs of a SIMD vector, from their records to columns.
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
-/// The spheres of a pack as they lie in memory, and the differences that must be taken in double.
+/// The spheres of a SIMD vector as they lie in memory, and the differences that must be taken in double.
 template <class P>
 struct Gap {
   P n[3], d2;  ///< from j to i, m; its square
@@ -14,20 +14,20 @@ struct Gap {
   P r_i, m_i, r_j, m_j;
 };
 
-/// The owners of a slice, each number of all eight side by side.
+/// The spheres i of a SELL chunk, each number of all eight side by side.
 template <class P>
-struct alignas(64) Owners;
+struct alignas(64) SpheresI;
 template <>
-struct alignas(64) Owners<VecD> {
+struct alignas(64) SpheresI<VecD> {
   double x[3][kBlock], r[kBlock], v[3][kBlock], m[kBlock], w[3][kBlock];
 };
 template <>
-struct alignas(64) Owners<VecF> {
+struct alignas(64) SpheresI<VecF> {
   double x[3][kBlock], r[kBlock];
   float motion[8][kBlock];  ///< v, m, w, r
 };
 
-[[gnu::always_inline]] inline void read(const Sphere* spheres, const SphereIndex* owner, Owners<VecD>& out) {
+[[gnu::always_inline]] inline void read(const Sphere* spheres, const SphereIndex* owner, SpheresI<VecD>& out) {
   for (int first = 0; first < static_cast<int>(kBlock); first += kLanesD) {
     const Sphere* i[kLanesD];
     for (int l = 0; l < kLanesD; ++l) i[l] = record(spheres, owner[first + l]);
@@ -37,7 +37,7 @@ struct alignas(64) Owners<VecF> {
     store(a.r, out.r + first), store(a.m, out.m + first);
   }
 }
-[[gnu::always_inline]] inline void read(const MixedSphere* spheres, const SphereIndex* owner, Owners<VecF>& out) {
+[[gnu::always_inline]] inline void read(const MixedSphere* spheres, const SphereIndex* owner, SpheresI<VecF>& out) {
   for (int first = 0; first < static_cast<int>(kBlock); first += kLanesD) {
     const double* x[kLanesD];
     for (int l = 0; l < kLanesD; ++l) x[l] = &record(spheres, owner[first + l])->x.x;
@@ -46,7 +46,7 @@ struct alignas(64) Owners<VecF> {
     for (int d = 0; d < 3; ++d) store(a[d], out.x[d] + first);
     store(a[3], out.r + first);
   }
-  float beyond[kLanesF];  // of a pack wider than a block
+  float beyond[kLanesF];  // of a SIMD vector wider than a block
   for (int first = 0; first < static_cast<int>(kBlock); first += kLanesF) {
     const float* motion[kLanesF];
     for (int l = 0; l < kLanesF; ++l) motion[l] = record(spheres, owner[(first + l) % static_cast<int>(kBlock)])->v;
@@ -56,7 +56,7 @@ struct alignas(64) Owners<VecF> {
   }
 }
 
-/// Radius and mass of all spheres of a run, where they are alike.
+/// Radius and mass of all spheres of a run, where they are uniform.
 template <class P>
 struct OfAll {
   P r, m;
@@ -66,8 +66,8 @@ struct OfAll {
   explicit OfAll(const Record& any) : r(any.r), m(any.m), reach2(4 * any.r * any.r) {}
 };
 
-template <bool Alike>
-[[gnu::always_inline]] inline void read(const Sphere* spheres, const Owners<VecD>* const (&own)[1],
+template <bool Uniform>
+[[gnu::always_inline]] inline void read(const Sphere* spheres, const SpheresI<VecD>* const (&own)[1],
                                         const SphereIndex* const (&other)[1], int first, const OfAll<VecD>& all,
                                         Gap<VecD>& out) {
   const Sphere* j[kLanesD];
@@ -80,14 +80,14 @@ template <bool Alike>
     out.w_i[d] = a(own[0]->w[d]), out.w_j[d] = b.w[d];
   }
   out.d2 = dot3(out.n, out.n);
-  if constexpr (Alike)
+  if constexpr (Uniform)
     out.r_i = out.r_j = all.r, out.m_i = out.m_j = all.m;
   else
     out.r_i = a(own[0]->r), out.m_i = a(own[0]->m), out.r_j = b.r, out.m_j = b.m;
 }
 
-template <bool Alike>
-[[gnu::always_inline]] inline void read(const MixedSphere* spheres, const Owners<VecF>* const (&own)[kSpan<VecF>],
+template <bool Uniform>
+[[gnu::always_inline]] inline void read(const MixedSphere* spheres, const SpheresI<VecF>* const (&own)[kSpan<VecF>],
                                         const SphereIndex* const (&other)[kSpan<VecF>], int first,
                                         const OfAll<VecF>& all, Gap<VecF>& out) {
   EightColumns motion;
@@ -106,7 +106,7 @@ template <bool Alike>
     motion.take(half, j);
     for (int d = 0; d < 3; ++d) n[half][d] = load<VecD>(own[block]->x[d] + from) - b[d];
     const VecD d2 = dot3(n[half], n[half]), reach = load<VecD>(own[block]->r + from) + b[3];
-    excess[half] = (Alike ? all.reach2 : reach * reach) - d2;
+    excess[half] = (Uniform ? all.reach2 : reach * reach) - d2;
   }
   const auto a = [&](int k) { return load_each<VecF>([&](int half) { return own[half]->motion[k] + first; }); };
   VecF b[8];
@@ -117,7 +117,7 @@ template <bool Alike>
     out.w_i[d] = a(4 + d), out.w_j[d] = b[4 + d];
   }
   out.d2 = dot3(out.n, out.n), out.excess = join(excess[0], excess[1]);
-  if constexpr (Alike)
+  if constexpr (Uniform)
     out.r_i = out.r_j = all.r, out.m_i = out.m_j = all.m;
   else
     out.m_i = a(3), out.r_i = a(7), out.m_j = b[3], out.r_j = b[7];

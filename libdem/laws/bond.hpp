@@ -22,7 +22,7 @@
 /// sums since then of v_t dt (m), w dt and w_n dt (rad); lambda radius multiplier, beta moment contribution; sigma_c,
 /// tau_c tensile and shear strength Pa, phi_c friction angle of the bond.
 /// Dashpots 2 zeta sqrt(m k) beside each of the four springs; strengths judge the springs alone. s and phi turn with
-/// the pair: with n, and about n by the mean spin of both spheres.
+/// the pair: with n, and about n by the mean angular velocity of both spheres.
 /// Energy: each spring's k x^2/2; what a bond holds when it breaks is lost in breaking.
 /// A row of equal spheres is a beam of modulus E, section A, I and shear stiffness E A/ratio (docs/theory.md).
 /// Source: Potyondy & Cundall 2004, Int. J. Rock Mech. Min. Sci. 41, 1329; beta: Potyondy 2011; tau_c with a friction
@@ -33,8 +33,8 @@ namespace subsoil::dem {
 template <class T>
 struct BondMotion {
   T n[3], overlap, v_n, v_t[3];  ///< v of i against j at the contact point
-  T w[3], twist;                 ///< rolling velocity and spin of i against j about n, rad/s
-  T spin;                        ///< mean spin of both about n, rad/s
+  T w[3], twist;                 ///< rolling velocity and angular velocity of i against j about n, rad/s
+  T spin;                        ///< mean angular velocity of both about n, rad/s
   T smaller, sum;                ///< radius of the smaller sphere, sum of both, m
   T root_m, root_i;              ///< square roots of the effective mass and of the series of 2/5 m r^2
   T dt;

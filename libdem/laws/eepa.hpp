@@ -54,7 +54,7 @@ struct Eepa {
   template <class V>
   void describe(V& v) {
     v.card("eepa", "Edinburgh elasto-plastic adhesion: hysteretic spring of power n with an adhesive branch");
-    v.quantity("n", n, "1", "[1, 4]", "exponent of the overlap: 1 linear, 1.5 Hertz");
+    v.exponent("n", n, "[1, 4]", "exponent of the overlap: 1 linear, 1.5 Hertz");
     v.derived("k1", k1, "N/m^(n)", "(0, inf)", "loading stiffness; left out: Hertz's 4/3 E_eff sqrt(R), for n = 1.5");
     v.derived("E_eff", E_eff, "Pa", "(0, inf)",
               "effective Young's modulus, when k1 is left out; left out: from both materials' young and poisson");
@@ -66,7 +66,8 @@ struct Eepa {
     v.derived("adhesive ratio", adhesive_ratio, "1", "[0, inf)",
               "adhesive over loading stiffness, k_adh/k1, in place of the surface energy; for chi = n");
     v.derived("chi", chi, "1", "[1, 20]", "exponent of the adhesive branch; left out: n");
-    v.quantity("restitution", restitution, "1", "(0, 1]", "of the dashpot with the spring alone; for no damping use 1");
+    v.quantity("restitution", restitution, "1", "(0, 1]", "of the dashpot with the spring alone",
+               "for no damping use 1");
     v.quantity("stiffness ratio", stiffness_ratio, "1", "[0, inf)", "tangential over normal loading stiffness");
     dem::describe(v, limit);
     friction.describe(v);

@@ -25,7 +25,7 @@
 ///         loses energy
 ///     keep-spring: xi, so that F_t = k_t xi (EDEM, LIGGGHTS, LAMMPS mindlin); a rising k_t makes energy
 ///     keep-force: k_t xi, so that dF_t = k_t dxi (incremental Mindlin without slip); a falling k_t makes energy
-///     What is made is booked as a negative loss in sliding.
+///     What is made is accumulated as a negative loss in sliding.
 /// Rolling, elastic-plastic (Ai, Chen, Rotter, Ooi 2011, type C): the angle rho (rad) in place of xi, the spring capped
 ///     alone, k_r = 2.25 k_n (mu_r r_eff)^2, cap mu_r r_eff N_f, dashpot c_r = 2 eta_r sqrt(I_r k_r) below the cap and
 ///     f c_r at it (f: `rolling damping at limit`), I_r the series sum of both bodies' 7/5 m r^2.
@@ -163,7 +163,7 @@ struct Friction {
   }
 
   /// What most beds have. Steps that book nothing are compiled for this alone; others take the longer
-  /// kernel of the booked ones in every step.
+  /// kernel of the accumulated ones in every step.
   bool usual() const {
     return tangential == Tangential::spring && changing == Changing::lossy && rolling != Rolling::constant_torque &&
            rule == FrictionRule::spring_and_dashpot && !(rolling_damping_at_limit > 0);
@@ -212,7 +212,7 @@ struct Friction {
     return turning(n, rho, w, dashpot_before, mu_r, rolling_damping, r_eff, inverse_r, root_i, dt);
   }
 
-  /// @param angle of the twisting spring, rad; @param w spin about the normal against the other body, rad/s
+  /// @param angle of the twisting spring, rad; @param w angular velocity about the normal against the other body, rad/s
   template <class T>
   [[gnu::always_inline]] Slip<T, 1> twist(const NormalForce<T>& n, const T& angle, const T& w, const T& dashpot_before,
                                           T r_eff, T inverse_r, T root_i, T dt) const {

@@ -15,8 +15,8 @@
 /// Symbols: E*, G* of the two materials (elastic_pair.hpp), Pa; R effective radius m; e restitution (exact for the
 /// unclipped force: Tsuji, Tanaka, Ishida 1992); beta as in damping_ratio.hpp. Tangential unloading: while the overlap
 /// falls the spring is kept and the force falls with k_t (Mindlin & Deresiewicz 1953 as simplified by Thornton,
-/// Cummins, Cleary 2013); while it grows the force is kept. Both lose energy, booked as sliding. Valid for overlap <<
-/// R.
+/// Cummins, Cleary 2013); while it grows the force is kept. Both lose energy, accumulated as sliding. Valid for overlap
+/// << R.
 namespace subsoil::dem {
 
 struct HertzMindlin : ElasticPair {
@@ -32,7 +32,8 @@ struct HertzMindlin : ElasticPair {
   void describe(V& v) {
     v.card("hertz-mindlin", "Hertz normal force, Mindlin tangential stiffness, Tsuji damping");
     describe_elasticity(v);
-    v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution; for no damping use 1");
+    v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution",
+               "for no damping use 1");
     v.flag("clip attraction", clip,
            "cut the normal force off at zero while separating (restitution then exceeds the given)");
     cohesion.describe(v);

@@ -21,7 +21,7 @@ namespace subsoil::dem {
 
 struct HuntCrossley {
   static constexpr bool constant_stiffness = false;
-  impact::HuntCrossley impact;
+  impact::HuntCrossleyModel impact;
   double E_eff = std::numeric_limits<double>::quiet_NaN();
   double stiffness_ratio = 2.0 / 7.0;
   Cohesion cohesion;

@@ -48,7 +48,7 @@ struct Jkr : ElasticPair {
     v.quantity("work of adhesion", work, "J/m^2", "(0, inf)",
                "to part a unit of surface: twice the surface energy of LAMMPS and EDEM");
     v.quantity("restitution", restitution, "1", "(0, 1]",
-               "coefficient of restitution without adhesion; for no damping use 1");
+               "coefficient of restitution without adhesion", "for no damping use 1");
     v.choice("separation", separation, {{"rupture", Separation::rupture}, {"pull-off", Separation::pull_off}},
              "the neck breaks at the end of its branch, or at the largest pull");
     friction.describe(v);

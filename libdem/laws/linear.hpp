@@ -32,7 +32,8 @@ struct Linear {
     v.card("linear", "linear spring-dashpot with restitution");
     v.quantity("k_n", k_n, "N/m", "(0, inf)", "normal stiffness");
     v.quantity("stiffness ratio", stiffness_ratio, "1", "[0, inf)", "tangential over normal stiffness");
-    v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution; for no damping use 1");
+    v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution",
+               "for no damping use 1");
     v.flag("clip attraction", clip,
            "cut the normal force off at zero while separating (restitution then exceeds the given)");
     cohesion.describe(v);

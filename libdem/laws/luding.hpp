@@ -49,7 +49,7 @@ struct Luding {
                "plastic depth over the effective diameter 2 r_eff at which unloading is stiffest");
     v.derived("damping", damping, "N s/m", "[0, inf)", "damping coefficient; left out: by the restitution");
     v.derived("restitution", restitution, "1", "(0, 1]",
-              "of the dashpot with the spring k1 alone, in place of damping; for no damping use 1");
+              "of the dashpot with the spring k1 alone, in place of damping", "for no damping use 1");
     v.quantity("stiffness ratio", stiffness_ratio, "1", "[0, inf)", "tangential stiffness over k1");
     v.choice("unloading stiffness", unloading, {{"grows", Unloading::grows}, {"constant", Unloading::constant}},
              "from k1 to k2 with the largest overlap (Luding), or k2 always");

@@ -64,7 +64,7 @@ class Settler {
   }
 
   SettleReport done() {
-    bed_.reset_energy_book();
+    bed_.reset_energy_balance();
     SettleReport out;
     static_cast<BedReport&>(out) = report(bed_.spheres(), region_);
     out.settled_time = elapsed();

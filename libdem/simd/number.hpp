@@ -3,8 +3,8 @@
 
 /// The number type of a contact law.
 ///
-/// A law is a plain function over a number type T. T is `double` in tests and in the scalar path and a pack of 2, 4 or
-/// 8 doubles in the sweep (kernel/doubles.hpp, in mixed precision floats: vec_f.hpp). A law therefore branches with
+/// A law is a plain function over a number type T. T is `double` in tests and in the scalar path and a SIMD vector of
+/// 2, 4 or 8 doubles in the sweep (simd/vec_d.hpp, in mixed precision floats: vec_f.hpp). A law therefore branches with
 /// `select(condition, a, b)`, never with `if`, and takes sqrt, rsqrt, min and max unqualified so that the overload of
 /// its number type is found.
 namespace subsoil::dem {
@@ -18,9 +18,9 @@ inline double rsqrt(double a) { return 1 / std::sqrt(a); }                ///< 1
 inline double over_root(double k, double a) { return k / std::sqrt(a); }  ///< k/sqrt(a), a > 0
 inline double log(double a) { return std::log(a); }
 inline bool both(bool a, bool b) { return a && b; }
-inline bool any(bool a) { return a; }  ///< in any lane: skips what no contact of a pack needs
+inline bool any(bool a) { return a; }  ///< in any lane: skips what no contact of a SIMD vector needs
 
-/// What a comparison of two T gives: bool for double, a lane mask for a pack.
+/// What a comparison of two T gives: bool for double, a lane mask for a SIMD vector.
 template <class T>
 using Mask = decltype(T(0.0) > T(0.0));
 

@@ -5,10 +5,10 @@
 #include <immintrin.h>
 #endif
 
-/// A pack of doubles for the sweep: the number type that laws are instantiated with (in mixed precision: singles.hpp).
-/// GCC vector extensions carry the arithmetic, so one source serves SSE2, AVX2 and AVX-512 by the flags it is compiled
-/// with (kernel.cpp is compiled once per instruction set, each in its own inline namespace, so no two sets share a
-/// symbol).
+/// A SIMD vector of doubles for the sweep: the number type that laws are instantiated with (in mixed precision:
+/// vec_f.hpp). GCC vector extensions carry the arithmetic, so one source serves SSE2, AVX2 and AVX-512 by the flags it
+/// is compiled with (kernel.cpp is compiled once per instruction set, each in its own inline namespace, so no two sets
+/// share a symbol).
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
@@ -222,7 +222,7 @@ inline void store4(const VecD* in, double* const* row) {
 #endif
 }
 
-/// kLanes floats as numbers of the pack, and back.
+/// kLanes floats as numbers of the SIMD vector, and back.
 template <class P>
 P load_floats(const float* from);
 template <>

@@ -1,7 +1,7 @@
 #pragma once
 #include "libdem/simd/vec_d.hpp"
 
-/// A pack of floats, twice as many as of doubles: what pairs of spheres are computed with in mixed precision.
+/// A SIMD vector of floats, twice as many as of doubles: what pairs of spheres are computed with in mixed precision.
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
@@ -61,7 +61,7 @@ inline VecF max(VecF a, VecF b) { return VecF(VecFData(_mm512_maskz_max_ps(0xFFF
 inline VecF min(VecF a, VecF b) { return VecF(VecFData(_mm512_maskz_min_ps(0xFFFF, __m512(a.v), __m512(b.v)))); }
 /// 14 bits of it.
 inline VecF rough_rsqrt(VecF a) { return VecF(VecFData(_mm512_maskz_rsqrt14_ps(0xFFFF, __m512(a.v)))); }
-/// One Newton step from those: an ulp or two, as in doubles.hpp.
+/// One Newton step from those: an ulp or two, as in vec_d.hpp.
 inline VecF refined_rsqrt(VecF a, VecF rough) { return rough * (VecF(-0.5) * a * rough * rough + VecF(1.5)); }
 inline VecF rsqrt(VecF a) { return refined_rsqrt(a, rough_rsqrt(a)); }
 inline VecF over_root(VecF k, VecF a) { return k * rsqrt(a); }
@@ -120,7 +120,7 @@ inline VecF log(VecF a) {
   return r;
 }
 
-/// Two packs of doubles, rounded, as one of floats.
+/// Two SIMD vectors of doubles, rounded, as one of floats.
 inline VecF join(VecD low, VecD high) {
 #if defined(__AVX512F__)
   const __m256 a = _mm512_maskz_cvtpd_ps(0xFF, __m512d(low.v)), b = _mm512_maskz_cvtpd_ps(0xFF, __m512d(high.v));
@@ -138,7 +138,7 @@ inline VecF join(VecD low, VecD high) {
 #endif
 }
 
-/// Halves of a pack, as doubles.
+/// Halves of a SIMD vector, as doubles.
 inline VecD half_of(VecF p, int half) {
 #if defined(__AVX512F__)
   const __m256 f = half == 0 ? _mm512_castps512_ps256(__m512(p.v)) : _mm512_maskz_extractf32x8_ps(0xFF, __m512(p.v), 1);
@@ -150,7 +150,7 @@ inline VecD half_of(VecF p, int half) {
 #endif
 }
 
-/// kLanesF floats of which the second half lies elsewhere when the pack is wider than a block.
+/// kLanesF floats of which the second half lies elsewhere when the SIMD vector is wider than a block.
 template <>
 inline VecF load_floats<VecF>(const float* from) {
   return load<VecF>(from);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "libdem/laws/contact.hpp"
 #include "libdem/particles/particles.hpp"

@@ -11,6 +11,7 @@
 #include "libmbd/drivers/angle_driver.hpp"
 #include "libmbd/drivers/coordinate_driver.hpp"
 #include "libmbd/drivers/distance_driver.hpp"
+#include "libmbd/elements.hpp"
 #include "libmbd/joints/cam_follower.hpp"
 #include "libmbd/joints/distance.hpp"
 #include "libmbd/joints/flat_faced_cam.hpp"
@@ -39,11 +40,11 @@ Scenario read(const std::string& list, const std::string& element) {
 }
 template <class Joint>
 Joint joint(const std::string& text) {
-  return std::get<Joint>(read("joints", text).machine->joints.at(0).element);
+  return read("joints", text).machine->joints.at(0).element.template get<Joint>();
 }
 template <class Driver>
 Driver driver(const std::string& text) {
-  return std::get<Driver>(read("drivers", text).machine->drivers.at(0).element);
+  return read("drivers", text).machine->drivers.at(0).element.template get<Driver>();
 }
 
 std::string refusal(const std::string& list, const std::string& element) {
@@ -77,7 +78,7 @@ TEST(ScenarioJoints, RollingAndGears) {
   for (const char* word : {"disk on line", "rolling on line", "rack and pinion"}) {
     const std::string text = std::string("{") + word + ": [ground, b], ends: [0 0 m, 3 1 m], along: 1 0, radius: 1 m}";
     const Scenario s = read("joints", text);
-    std::visit(
+    visit(
         [&](const auto& j) {
           if constexpr (requires { j.along(); }) {
             EXPECT_EQ(j.radius, 1);
@@ -92,7 +93,7 @@ TEST(ScenarioJoints, RollingAndGears) {
     const std::string text = std::string("{") + word +
                              ": [ground, b], ends: [0 1 m, 3 1 m], first radius: 4 m, second radius: 1 m, inside: yes}";
     const Scenario s = read("joints", text);
-    std::visit(
+    visit(
         [&](const auto& j) {
           if constexpr (requires { j.span(); }) {
             EXPECT_EQ(j.span(), 3);

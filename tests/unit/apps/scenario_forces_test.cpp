@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/scenario/load.hpp"
+#include "libmbd/elements.hpp"
 #include "libmbd/forces/bushing.hpp"
 #include "libmbd/forces/disk_contact.hpp"
 #include "libmbd/forces/distance_stop.hpp"
@@ -25,7 +26,7 @@ Scenario with(const std::string& force) {
 }
 template <class Force>
 Force read(const std::string& force) {
-  return std::get<Force>(with(force).machine->forces.back().element);
+  return with(force).machine->forces.back().element.template get<Force>();
 }
 /// The first refusal, or "".
 std::string refusal(const std::string& force) {

@@ -50,7 +50,7 @@ std::string refusal(const std::string& what, const std::string& by) {
 }
 
 TEST(ScenarioMeasures, AMarkerIsAPointOfTheStartPoseInItsBodysAxes) {
-  const Machine m = *load_scenario_text(pendulum(), "rod.yaml").scenario.machine;
+  const MachineSection m = *load_scenario_text(pendulum(), "rod.yaml").scenario.machine;
   ASSERT_EQ(m.markers.size(), 3U);
   EXPECT_EQ(m.markers[0].body, 1);
   EXPECT_NEAR(m.markers[0].p[0], 1, 1e-15);  // the rod stands upright

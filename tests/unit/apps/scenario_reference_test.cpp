@@ -4,7 +4,7 @@
 #include <string>
 
 #include "apps/scenario/load.hpp"
-#include "apps/scenario/printer.hpp"
+#include "apps/scenario/known_keys.hpp"
 #include "libdem/laws/wet.hpp"
 #include "libmbd/joints/revolute.hpp"
 #include "libmbd/joints/translational.hpp"
@@ -113,7 +113,7 @@ TEST(ScenarioExplain, UnknownPathGetsTheNearest) {
 TEST(ScenarioReference, EveryKeyOnceWithItsMeaningAndExplained) {
   const std::string page = reference_markdown();
   std::set<std::string> seen;
-  for (const Row& row : reference_rows()) {
+  for (const KnownKey& row : known_keys()) {
     EXPECT_FALSE(row.meaning.empty()) << row.path;
     EXPECT_FALSE(row.unit.empty()) << row.path;
     EXPECT_TRUE(seen.insert(row.path).second) << row.path << " stands twice";

@@ -10,7 +10,7 @@ namespace {
 
 Bed two_boxes() {
   LawTable laws;
-  laws.materials = 1, laws.index = {0}, laws.laws = {resolved(test::grains())};
+  laws.materials = 1, laws.index = {0}, laws.laws = {test::grains()};
   Bed bed(laws, {.gravity = {}, .threads = 1});
   Boundary tool;
   const std::vector<TriangleMesh> meshes{box_mesh({0.1, 0.02, 0.1}).placed({{-0.1, 0, 0}, {}}),

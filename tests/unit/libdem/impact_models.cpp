@@ -16,8 +16,8 @@ namespace {
 using subsoil::test::message_of;
 
 /// Steel ball of 0.1 kg on a steel plate as the preprint of Borovin, Dyagel, Lapshin has it.
-HuntCrossley steel() {
-  HuntCrossley law;
+HuntCrossleyModel steel() {
+  HuntCrossleyModel law;
   law.c = 1.7135e10, law.b = 0.1;
   return law;
 }
@@ -52,14 +52,14 @@ TEST(HuntCrossleyImpact, RestitutionAtPrintedPointsAndInBothLimits) {
 TEST(HuntCrossleyImpact, RestitutionAtASpeedGivesBack) {
   for (const double k : {0.05, 0.2, 0.5, 0.9, 0.999, 1.0})
     EXPECT_NEAR(hunt_crossley_restitution(hunt_crossley_nu(k)), k, 4e-16) << k;
-  HuntCrossley law;
+  HuntCrossleyModel law;
   law.c = 1e7, law.restitution = 0.7, law.at_speed = 1.5;
   EXPECT_NEAR(law.strike(ball, 1.5).restitution, 0.7, 1e-14);
   EXPECT_GT(law.strike(ball, 0.5).restitution, 0.8) << "it falls with the speed";
 }
 
 TEST(HuntCrossleyImpact, ElasticLimitIsHertz) {
-  HuntCrossley law = steel();
+  HuntCrossleyModel law = steel();
   law.b = 0;
   for (const double b : {0.0, 1e-120, 1e-14}) {
     law.b = b;
@@ -136,7 +136,7 @@ void expect_agree(const Event& e, const Measured& m, double share, double peak_s
 TEST(HuntCrossleyImpact, AgreesWithIntegrationInTimeForAnyExponent) {
   for (const double n : {1.0, 1.5, 1.7, 3.0})
     for (const double b : {0.0, 0.02, 0.5, 20.0}) {
-      HuntCrossley law;
+      HuntCrossleyModel law;
       law.n = n, law.c = 2e6, law.b = b;
       const Pair pair{.mass = 0.3};
       const Event e = law.strike(pair, 2);
@@ -329,7 +329,7 @@ TEST(Jkr, PullOffStickingSpeedAndIntegrationInTime) {
 }
 
 TEST(Impact, RefusesWithTheCure) {
-  HuntCrossley law;
+  HuntCrossleyModel law;
   const auto says = [](auto act) { return message_of(act); };
   EXPECT_NE(says([&] { static_cast<void>(law.completed()); }).find("needs b, or restitution and at speed"),
             std::string::npos);

@@ -89,7 +89,7 @@ std::vector<Answer> evaluate_pairs(const Kernel& kernel, const Law& law, const s
   const auto memory = [&](std::size_t k) { return BlockMemory::at(lines.data(), blocks_needed, shape, k / kBlock); };
   for (std::uint32_t k = 0; k < blocks_needed * kBlock; ++k) {
     const std::uint32_t from = k < cases.size() ? k : k / kBlock * kBlock;  // lanes beyond repeat the block's first
-    blocks[k / kBlock].owner[k % kBlock] = 2 * from, blocks[k / kBlock].other[k % kBlock] = 2 * from + 1;
+    blocks[k / kBlock].i[k % kBlock] = 2 * from, blocks[k / kBlock].j[k % kBlock] = 2 * from + 1;
     if (k >= cases.size()) continue;
     const Case& c = cases[k];
     spheres.push_back({c.distance * c.n, c.i.r, c.i.v, c.i.m, c.i.w, 0, 0, 0});
@@ -102,14 +102,14 @@ std::vector<Answer> evaluate_pairs(const Kernel& kernel, const Law& law, const s
   while (ring < spheres.size()) ring *= 2;
   Sums sums(ring);
   PairJob job{};
-  job.book = job.sum = book;
+  job.record = job.accumulate = book;
   job.spheres = spheres.data(), job.blocks = blocks.data(), job.lines = lines.data();
   job.mixed = mixed ? records.data() : nullptr;
   std::vector<BlockShape> shapes(blocks_needed, {.lanes = kBlock, .begins = true});
   if (cases.size() % kBlock != 0) shapes.back().lanes = cases.size() % kBlock;
   job.shapes = shapes.data();
   job.count = static_cast<std::uint32_t>(blocks_needed);
-  job.alike = std::all_of(spheres.begin(), spheres.end(),
+  job.uniform = std::all_of(spheres.begin(), spheres.end(),
                           [&](const Sphere& s) { return s.r == spheres[0].r && s.m == spheres[0].m; });
   job.elapsed = dt;
   job.ring = sums.ring();
@@ -166,7 +166,7 @@ TEST(Kernels, AgreeWithTheScalarContact) {
       for (int trial = 0; trial < 2000; ++trial) {
         const bool wall = trial % 3 == 0;
         Case c = random_case(dice, wall);
-        if (trial % 7 == 0 && !wall) {  // alike, which the kernel works out once for all
+        if (trial % 7 == 0 && !wall) {  // uniform, which the kernel works out once for all
           c.distance += c.i.r - c.j.r;
           c.j.r = c.i.r, c.j.m = c.i.m;
         }

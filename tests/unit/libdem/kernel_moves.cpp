@@ -22,12 +22,12 @@ struct Tile {
   std::vector<MixedSphere> mixed{kBegin};
   Sums sums{kRing};
 
-  Tile(std::uint32_t count, bool alike, std::uint32_t seed) {
+  Tile(std::uint32_t count, bool uniform, std::uint32_t seed) {
     Dice dice(seed);
     for (std::uint32_t k = 0; k < count; ++k) {
       Sphere s{};
       s.x = dice.ball(2), s.v = dice.ball(0.5), s.w = dice.ball(40);
-      s.r = alike ? 0.01 : dice.between(0.002, 0.02), s.m = 7500 * s.r * s.r * s.r;
+      s.r = uniform ? 0.01 : dice.between(0.002, 0.02), s.m = 7500 * s.r * s.r * s.r;
       s.id = 0xFFFFFFF0u + k, s.material = static_cast<std::uint16_t>(k % 3 == 0 ? 0x7FF8 : k);  // no number, or tiny
       spheres.push_back(s), mixed.push_back(rounded(s));
       const Vec3 force = dice.ball(3), torque = dice.ball(0.02);
@@ -37,11 +37,11 @@ struct Tile {
   }
   std::uint32_t end() const { return static_cast<std::uint32_t>(spheres.size()); }
   template <class Job>
-  Job job(bool in_mixed, bool alike) {
+  Job job(bool in_mixed, bool uniform) {
     Job j{};
     j.spheres = spheres.data(), j.mixed = in_mixed ? mixed.data() : nullptr;
     j.begin = kBegin, j.end = end();
-    j.ring = sums.ring(), j.alike = alike;
+    j.ring = sums.ring(), j.uniform = uniform;
     for (int d = 0; d < 3; ++d) j.gravity[d] = kGravity[d];
     return j;
   }
@@ -69,10 +69,10 @@ void each_case(const Run& run) {
   for (const Kernel& kernel : every_kernel())
     for (const std::uint32_t count : {1u, 7u, 32u, 33u, 250u, 256u})
       for (const bool mixed : {false, true})
-        for (const bool alike : {false, true}) {
+        for (const bool uniform : {false, true}) {
           SCOPED_TRACE(testing::Message()
-                       << kernel.name << ", " << count << (mixed ? ", mixed" : "") << (alike ? ", alike" : ""));
-          run(kernel, count, mixed, alike);
+                       << kernel.name << ", " << count << (mixed ? ", mixed" : "") << (uniform ? ", uniform" : ""));
+          run(kernel, count, mixed, uniform);
         }
 }
 
@@ -83,10 +83,10 @@ void expect_close(Real value, Real expected, Real largest, Real unit = 4 * kEps)
 }
 
 TEST(KernelMoves, KicksAndDrifts) {
-  each_case([](const Kernel& kernel, std::uint32_t count, bool mixed, bool alike) {
-    const Tile before(count, alike, 5);
+  each_case([](const Kernel& kernel, std::uint32_t count, bool mixed, bool uniform) {
+    const Tile before(count, uniform, 5);
     Tile after = before;
-    MoveJob job = after.job<MoveJob>(mixed, alike);
+    MoveJob job = after.job<MoveJob>(mixed, uniform);
     job.kick = 0.5 * (kBefore + kDt), job.dt = kDt;
     kernel.move(job);
     Real fastest = 0, squares = 0;
@@ -126,12 +126,12 @@ TEST(KernelMoves, KicksAndDrifts) {
 }
 
 TEST(KernelMoves, BrokenNumbersShowInTheSumOfSquares) {
-  each_case([](const Kernel& kernel, std::uint32_t count, bool mixed, bool alike) {
+  each_case([](const Kernel& kernel, std::uint32_t count, bool mixed, bool uniform) {
     const Four broken{0, std::numeric_limits<double>::quiet_NaN(), 0, 0};
     for (const bool turns : {false, true}) {
-      Tile t(count, alike, 6);
+      Tile t(count, uniform, 6);
       t.sums.add((kBegin + count / 2) & (kRing - 1), turns ? Four{} : broken, turns ? broken : Four{});
-      MoveJob job = t.job<MoveJob>(mixed, alike);
+      MoveJob job = t.job<MoveJob>(mixed, uniform);
       job.kick = job.dt = kDt;
       kernel.move(job);
       EXPECT_TRUE(std::isnan(job.squares));
@@ -140,10 +140,10 @@ TEST(KernelMoves, BrokenNumbersShowInTheSumOfSquares) {
 }
 
 TEST(KernelMoves, EnergiesAreThoseAtTheInstant) {
-  each_case([](const Kernel& kernel, std::uint32_t count, bool mixed, bool alike) {
+  each_case([](const Kernel& kernel, std::uint32_t count, bool mixed, bool uniform) {
     for (const double since : {kBefore, 0.0}) {
-      Tile t(count, alike, 7);
-      ObserveJob job = t.job<ObserveJob>(mixed, alike);
+      Tile t(count, uniform, 7);
+      ObserveJob job = t.job<ObserveJob>(mixed, uniform);
       job.before = since, job.dt = kDt;
       kernel.observe(job);
       Real kinetic = 0, spin = 0, potential = 0, moved = 0, turned = 0, high = 0;

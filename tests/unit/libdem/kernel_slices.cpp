@@ -25,7 +25,7 @@ struct Slice {
   std::vector<PairBlock> blocks{kLanes.size()};
   std::vector<BlockShape> shapes;
   std::vector<std::uint32_t> owner_of;  ///< by sphere
-  bool alike = false;                   ///< whether the kernel is told that they all are
+  bool uniform = false;                   ///< whether the kernel is told that they all are
 
   Slice() {
     Dice dice(11);
@@ -33,9 +33,9 @@ struct Slice {
     for (std::size_t b = 0; b < kLanes.size(); ++b) {
       shapes.push_back({.lanes = kLanes[b], .begins = b == 0});
       for (std::uint32_t l = 0; l < kBlock; ++l) {
-        blocks[b].owner[l] = l, blocks[b].other[l] = static_cast<std::uint32_t>(spheres.size());
+        blocks[b].i[l] = l, blocks[b].j[l] = static_cast<std::uint32_t>(spheres.size());
         if (l >= kLanes[b]) {
-          blocks[b].other[l] = blocks[b - 1].other[l];
+          blocks[b].j[l] = blocks[b - 1].j[l];
           continue;
         }
         const Vec3 d = normalized(dice.ball(1));
@@ -66,38 +66,38 @@ Result evaluate(const Kernel& kernel, const Law& law, const Slice& slice, bool m
   const bool counted = book || !law->friction().usual();
   Result out{.memory = std::vector<Line>(shape.lines(kLanes.size()), Line{})};
   std::vector<BlockResult> ready(before.size());
-  std::vector<BlockRows> rows(before.size()), seam_rows(kLanes.size());
+  std::vector<BlockRows> rows(before.size()), interface_rows(kLanes.size());
   std::vector<std::uint8_t> given(kLanes.size(), 0);
   std::vector<std::uint8_t> awake(before.size());
   PairJob job{};
-  job.book = job.sum = book;
+  job.record = job.accumulate = book;
   job.spheres = slice.spheres.data(), job.mixed = mixed ? slice.mixed.data() : nullptr;
   job.blocks = slice.blocks.data(), job.shapes = slice.shapes.data(), job.lines = out.memory.data();
   job.count = static_cast<std::uint32_t>(kLanes.size());
-  job.alike = slice.alike;
+  job.uniform = slice.uniform;
   job.elapsed = 1e-5;
-  job.border_block = before.data(), job.border_count = static_cast<std::uint32_t>(before.size());
-  job.border_result = ready.data(), job.border_rows = rows.data(), job.border_awake = awake.data();
-  if (seam) job.seam_rows = seam_rows.data(), job.seam_given = given.data();
+  job.halo_block = before.data(), job.halo_count = static_cast<std::uint32_t>(before.size());
+  job.halo_result = ready.data(), job.halo_rows = rows.data(), job.halo_active = awake.data();
+  if (seam) job.interface_rows = interface_rows.data(), job.interface_given = given.data();
   if (!before.empty()) {
-    job.border = true;
+    job.halo = true;
     kernel.pairs(law, job);
-    job.book = counted;
+    job.record = counted;
     kernel.keep(job);
-    job.book = book;
-    job.border = false;
+    job.record = book;
+    job.halo = false;
   }
   job.ring = out.sums.ring();
-  job.book = seam ? counted : book;
-  seam ? kernel.add_seam(job) : kernel.pairs(law, job);
+  job.record = seam ? counted : book;
+  seam ? kernel.add_interface(job) : kernel.pairs(law, job);
   if (!seam) return out;
   EXPECT_EQ(std::count(given.begin(), given.end(), 1), static_cast<long>(kLanes.size()));
   for (std::size_t b = 0; b < kLanes.size(); ++b)
     for (std::uint32_t l = 0; l < kLanes[b]; ++l) {
-      const std::uint32_t partner = slice.blocks[b].other[l];
+      const std::uint32_t partner = slice.blocks[b].j[l];
       const Accumulator before = out.sums.of(partner, mixed);
       EXPECT_EQ(before.f[0] + before.f[1] + before.f[2], 0);
-      out.sums.add(partner, -seam_rows[b].of[l].f, seam_rows[b].of[l].t);
+      out.sums.add(partner, -interface_rows[b].of[l].f, interface_rows[b].of[l].t);
     }
   return out;
 }
@@ -166,7 +166,7 @@ void compare_with_blocks_done_before(const Slice& slice) {
 TEST(KernelSlices, BlocksDoneBeforeChangeNoBit) {
   Slice slice;
   compare_with_blocks_done_before(slice);
-  slice.alike = true;
+  slice.uniform = true;
   compare_with_blocks_done_before(slice);
 }
 

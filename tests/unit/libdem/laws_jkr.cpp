@@ -2,7 +2,8 @@
 
 #include <boost/math/quadrature/gauss_kronrod.hpp>
 
-#include "tests/tools/laws.hpp"
+#include "libdem/laws/jkr.hpp"
+#include "tests/tools/attraction.hpp"
 
 /// JKR against its equations in the contact radius a, which the law never solves by itself: a is chosen here, overlap
 /// and force follow.

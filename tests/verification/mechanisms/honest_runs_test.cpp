@@ -94,8 +94,10 @@ TEST(HonestRuns, AMotionThatJumpsIsNamed) {
   Model m;
   m.add({.name = "rod", .mass = 3, .inertia = 0.25, .pose = {0.5, 0, 0}});
   m.add("pin", Revolute{.body_a = ground, .body_b = 1, .p_b = {-0.5, 0}});
-  m.add("motor", AngleDriver{.first = ground, .second = 1, .motion = {.position = RampFunction{
-                                                                          .from = 0, .to = 2, .begin = 0.5, .end = 0.5 + 1e-9}}});
+  m.add("motor",
+        AngleDriver{.first = ground,
+                    .second = 1,
+                    .motion = {.position = RampFunction{.from = 0, .to = 2, .begin = 0.5, .end = 0.5 + 1e-9}}});
   for (const IntegratorKind kind : {IntegratorKind::adams_moulton, IntegratorKind::cvode}) {
     Machine machine(m, {.integrator = kind});
     const std::string text = outcome(machine, 1e-2, 1);

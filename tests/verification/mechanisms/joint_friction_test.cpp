@@ -205,7 +205,7 @@ TEST(JointFriction, RefusesWhatItCannotActIn) {
     const int bar = m.add({.name = "bar", .mass = 1, .inertia = 1});
     m.add("pin", Revolute{.body_a = ground, .body_b = bar});
     m.add("friction", JointFriction{.joint = "pin", .radius = 0.01, .mu_s = 0.2, .mu_k = 0.1});
-    change(m, m.forces[0].element.get<JointFriction>());
+    change(m, *m.forces[0].element.get_if<JointFriction>());
     return test::message_of<std::invalid_argument>([&] { Machine(m).start_from_pose(); });
   };
   EXPECT_EQ(refusal([](Model&, JointFriction& f) { f.joint = "pn"; }),

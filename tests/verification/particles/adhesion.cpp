@@ -2,7 +2,8 @@
 
 #include <boost/math/tools/roots.hpp>
 
-#include "tests/tools/laws.hpp"
+#include "libdem/laws/jkr.hpp"
+#include "tests/tools/attraction.hpp"
 #include "tests/tools/verified.hpp"
 
 /// Adhesion through the engine: pulls and rebounds of one sphere at a plane, friction without memory, and twist.

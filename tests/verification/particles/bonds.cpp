@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "libdem/step/stability.hpp"
-#include "tests/tools/laws.hpp"
+#include "tests/tools/attraction.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/verified.hpp"
 

@@ -27,7 +27,7 @@ TEST(ImpactPublished, HuntCrossleyTableOfTheSteelBall) {
       {2, 5.8156728356e-5, 7709.8673681, 9.1181013535e-5, 0.8821899862, 4.4348165633e-2},
       {5, 1.1372585556e-4, 22315.267381, 7.7655384043e-5, 0.7484349316, 0.54980644146},
   };
-  HuntCrossley law;
+  HuntCrossleyModel law;
   law.c = 1.7135e10, law.b = 0.1;
   const Verified row(kField, "Hunt-Crossley: steel ball of 0.1 kg on a plate",
                      "first integrals of Borovin, Dyagel & Lapshin, KIAM preprint 53, 2008");

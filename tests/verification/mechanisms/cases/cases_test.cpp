@@ -120,6 +120,14 @@ TEST_P(Scenarios, SeriesOfTheProgramHoldsTheSameNumbers) {
   EXPECT_EQ(row, times.size());
 }
 
+// A machine alone without a step of its own: `auto` chooses the steps by their error, and its tolerances are what they
+// are by default. The bounds are those of the case. Its step is a row of the series.
+TEST_P(Cases, AgreeWithDefaultSettings) {
+  for (const Finding& f : compare(of(), {"time.machine.integrator=cvode", "time.machine.step=1 s"}))
+    EXPECT_LE(f.difference, f.bound) << f.kind << ": " << f.column << " at " << f.t << " s is " << f.ours << " "
+                                     << f.unit << ", reference " << f.reference;
+}
+
 // The other integrator of the same equations, at its own tolerance: rtol = atol = 1e-10 leaves some 1e3 steps of local
 // error, which a pendulum near its upper rest magnifies by up to 1e2; a wrong term would show in the third digit. Its
 // step is a row of the series.
