@@ -1,5 +1,5 @@
 #pragma once
-#include "libdem/simd/doubles.hpp"
+#include "libdem/simd/vec_d.hpp"
 
 /// A pack of floats, twice as many as of doubles: what pairs of spheres are computed with in mixed precision.
 namespace subsoil::dem {
