@@ -4,6 +4,7 @@
 #include <iostream>
 
 #include "apps/commands/commands.hpp"
+#include "apps/commands/report_command.hpp"
 #include "apps/laboratory/tests.hpp"
 #include "apps/plot/plot.hpp"
 #include "apps/plot/strip.hpp"
@@ -166,6 +167,9 @@ int main_command(int argc, char** argv) {
   CalibrateRequest calibrate_request;
   CLI::App* calibrate_word = add_calibrate(app, calibrate_request);
 
+  ReportWords report_words;
+  CLI::App* report_word = add_report(app, report_words);
+
   try {
     app.parse(argc, argv);
     impact_request.words = impact_word->remaining();
@@ -179,6 +183,7 @@ int main_command(int argc, char** argv) {
     if (impact_word->parsed()) return impact_command(impact_request);
     if (test_word->parsed()) return test_command(test_request);
     if (calibrate_word->parsed()) return calibrate_command(calibrate_request);
+    if (report_word->parsed()) return report_command(report_words);
     if (explain_word->parsed()) std::cout << explain(path);
     if (new_word->parsed()) std::cout << new_scenario();
     if (reference_word->parsed()) std::cout << reference_markdown();
