@@ -5,6 +5,7 @@
 
 #include "apps/commands/commands.hpp"
 #include "apps/commands/report_command.hpp"
+#include "apps/commands/sweep_command.hpp"
 #include "apps/laboratory/tests.hpp"
 #include "apps/plot/plot.hpp"
 #include "apps/plot/strip.hpp"
@@ -169,6 +170,10 @@ int main_command(int argc, char** argv) {
 
   ReportWords report_words;
   CLI::App* report_word = add_report(app, report_words);
+  SweepRequest sweep_request;
+  CLI::App* sweep_word = add_sweep(app, sweep_request);
+  CredibilityRequest credibility_request;
+  CLI::App* credibility_word = add_credibility(app, credibility_request);
 
   try {
     app.parse(argc, argv);
@@ -184,6 +189,8 @@ int main_command(int argc, char** argv) {
     if (test_word->parsed()) return test_command(test_request);
     if (calibrate_word->parsed()) return calibrate_command(calibrate_request);
     if (report_word->parsed()) return report_command(report_words);
+    if (sweep_word->parsed()) return sweep_command(sweep_request);
+    if (credibility_word->parsed()) return credibility_command(credibility_request);
     if (explain_word->parsed()) std::cout << explain(path);
     if (new_word->parsed()) std::cout << new_scenario();
     if (reference_word->parsed()) std::cout << reference_markdown();

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 constexpr std::size_t bytes_per_sphere = 9;
-constexpr std::size_t most_vertices = 4000;  // of a surface; a finer mesh is drawn by every so-many-th triangle
+constexpr std::size_t most_triangles = 3000;  // of a surface; a finer mesh is drawn by every so-many-th
 
 struct Bounds {
   double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -112,25 +112,42 @@ class FilmMaker {
   void surfaces() {
     for (const FrameSurface& s : file_.surfaces()) {
       if (s.vertices.empty()) continue;
-      Json shape{{"name", s.name}, {"moves", s.moves}, {"vertices", s.vertices.size() / 3}};
-      const std::size_t step = s.vertices.size() / 3 > most_vertices ? s.vertices.size() / 3 / most_vertices + 1 : 1;
-      Json triangles = Json::array(), segments = Json::array();
-      for (std::size_t k = 0; k < s.triangles.size(); k += step)
-        for (const int v : s.triangles[k]) triangles.push_back(v);
-      for (const auto& e : s.segments)
-        for (const int v : e) segments.push_back(v);
-      if (!triangles.empty()) shape["triangles"] = triangles;
-      if (!segments.empty()) shape["segments"] = segments;
-      if (step > 1) shape["thinned"] = step;
-      shapes_.push_back(shape);
-      shown_.push_back(&s);
+      const std::vector<std::size_t> kept = add_shape(s);
       Places places;
       for (std::size_t f = 0; f < (s.moves ? frames_.size() : 1); ++f) {
-        places.push_back(s.moves ? file_.surface(frames_[f], s) : s.vertices);
-        if (places.back().empty()) places.back() = s.vertices;
+        const std::vector<float> all = s.moves ? file_.surface(frames_[f], s) : s.vertices;
+        std::vector<float> some;
+        for (const std::size_t v : kept)
+          for (std::size_t axis = 0; axis < 3; ++axis) some.push_back((all.empty() ? s.vertices : all)[3 * v + axis]);
+        places.push_back(std::move(some));
       }
       places_.push_back(std::move(places));
     }
+  }
+
+  /// The shape of a surface, of a fine mesh every so-many-th triangle; returns the vertices that it uses.
+  std::vector<std::size_t> add_shape(const FrameSurface& s) {
+    const std::size_t count = s.vertices.size() / 3, step = s.triangles.size() / most_triangles + 1;
+    std::vector<int> place(count, -1);
+    std::vector<std::size_t> kept;
+    const auto take = [&](int v) {
+      int& p = place.at(static_cast<std::size_t>(v));
+      if (p < 0) p = static_cast<int>(kept.size()), kept.push_back(static_cast<std::size_t>(v));
+      return p;
+    };
+    Json triangles = Json::array(), segments = Json::array();
+    for (std::size_t k = 0; k < s.triangles.size(); k += step)
+      for (const int v : s.triangles[k]) triangles.push_back(take(v));
+    for (const auto& e : s.segments)
+      for (const int v : e) segments.push_back(take(v));
+    if (triangles.empty() && segments.empty())
+      for (std::size_t v = 0; v < count; ++v) take(static_cast<int>(v));
+    Json shape{{"name", s.name}, {"moves", s.moves}, {"vertices", kept.size()}};
+    if (!triangles.empty()) shape["triangles"] = triangles;
+    if (!segments.empty()) shape["segments"] = segments;
+    if (step > 1) shape["thinned"] = step;
+    shapes_.push_back(shape);
+    return kept;
   }
 
   void bound() {
@@ -241,7 +258,6 @@ class FilmMaker {
   std::vector<std::vector<Cut>> cuts_;
   std::vector<float> start_y_;  // by index; NaN: not in the first frame
   Bounds x_, y_, r_, start_;
-  std::vector<const FrameSurface*> shown_;
   std::vector<Places> places_;
   Json shapes_ = Json::array();
   double half_ = 0, v_max_ = 1e-6;

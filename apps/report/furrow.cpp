@@ -167,12 +167,16 @@ std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, doubl
   f.cell = diameter / static_cast<double>(d.before.index.size());
   const double depth = *std::max_element(tool.depth.begin(), tool.depth.end());
   const double near = tool.direction > 0 ? x.low : -x.high;
-  double start = near + 0.5 * depth;
-  if (std::isfinite(steady_from)) start = std::max(near, tool.direction * tool.tip_at(file.times(), steady_from));
   const double rear = tool.direction * tool.rear_x.back(), end = std::min(rear, tool.direction > 0 ? x.high : -x.low);
-  if (!(end - start >= std::max(2 * f.cell, 0.25 * depth))) {
-    why = fmt::format("the tool's rear has passed {:.0f} mm of steady work; a furrow needs {:.0f} mm",
-                      1e3 * std::max(0.0, end - start), 1e3 * std::max(2 * f.cell, 0.25 * depth));
+  const double enough = std::max(2 * f.cell, 0.25 * depth);
+  double start = none;
+  if (std::isfinite(steady_from)) start = std::max(near, tool.direction * tool.tip_at(file.times(), steady_from));
+  f.steady = end - start >= enough;
+  if (!f.steady) start = near + 0.5 * depth;
+  if (!(end - start >= enough)) {
+    why = fmt::format(
+        "the tool's rear has passed {:.0f} mm beyond half a depth from the soil's near face; a furrow needs {:.0f} mm",
+        1e3 * std::max(0.0, end - start), 1e3 * enough);
     return {};
   }
   f.from = tool.direction > 0 ? start : -end, f.until = tool.direction > 0 ? end : -start;

@@ -20,6 +20,7 @@ struct LayerMotion {
 /// Cross-section across the travel, mean over a stretch that the tool has passed: between the first frame and the last.
 struct Furrow {
   double from = 0, until = 0;            ///< m; the stretch along x
+  bool steady = false;                   ///< it lies in steady work; else it begins half a depth past the near face
   double cell = 0;                       ///< m; mean diameter of the spheres
   std::vector<double> z, before, after;  ///< middle of a column and height of the surface there, m; NaN: empty
   double furrow_area = 0;                ///< m^2 below the surface before
@@ -35,7 +36,8 @@ struct Furrow {
 };
 
 /// Empty with the reason in `why` where the tool has not passed far enough. `steady_from`: time at which steady work
-/// begins, NaN where that is not known (then half a depth past the soil's near face).
+/// begins, NaN where that is not known. Where too little of it is passed the stretch begins half a depth past the
+/// soil's near face.
 std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, double steady_from, std::string& why);
 
 }  // namespace subsoil::app

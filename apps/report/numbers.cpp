@@ -88,6 +88,14 @@ std::vector<ReportNumber> numbers_of(const RunFolder& run, const std::vector<Qua
     add("least", s.least, none, q.unit);
     add("largest", s.largest, none, q.unit);
     add("span", s.largest - s.least, none, q.unit);
+    const TimeWindow whole{time.front(), time.back(), "the whole record"};
+    const WindowStatistics record = statistics(time, values, whole);
+    const auto add_whole = [&](const char* what, double value) {
+      out.push_back({q.key, what, q.unit, value, none, whole});
+    };
+    add_whole("least of the record", record.least);
+    add_whole("largest of the record", record.largest);
+    add_whole("span of the record", record.largest - record.least);
     if (const SpectralLine line = strongest_line(time, values, run.window); std::isfinite(line.period)) {
       add("period of the strongest line", line.period, none, "s");
       add("amplitude of that line", line.amplitude, none, q.unit);
@@ -119,7 +127,8 @@ std::vector<ReportNumber> numbers_of_soil(const RunFolder& run, const ToolPath& 
   add("tool", "mean speed of the tip", "m/s", tool.speed, none, whole);
   if (!furrow) return out;
   TimeWindow ends = whole;
-  ends.rule = fmt::format("first frame to last, stretch x = {:.3f} ... {:.3f} m", furrow->from, furrow->until);
+  ends.rule = fmt::format("first frame to last, stretch x = {:.3f} ... {:.3f} m{}", furrow->from, furrow->until,
+                          furrow->steady ? "" : ", which is not of steady work");
   add("furrow", "area below the surface", "m^2", furrow->furrow_area, none, ends);
   add("furrow", "area of the heaps", "m^2", furrow->heap_area, none, ends);
   add("furrow", "largest heave", "m", furrow->heave, none, ends);
@@ -163,6 +172,7 @@ ModelBand mckyes(const RunFolder& run, const std::optional<ToolPath>& tool, cons
   if (!out.text.empty()) return out;
   const double depth = *std::max_element(tool->depth.begin(), tool->depth.end());
   Band band{std::numeric_limits<double>::infinity(), 0};
+  bool vertical = false;  // no wedge ahead
   for (const double rake : {tool->rake_low, 0.5 * (tool->rake_low + tool->rake_high), tool->rake_high})
     for (const double c : {-1.0, 1.0})
       for (const double f : {-1.0, 1.0}) {
@@ -171,6 +181,7 @@ ModelBand mckyes(const RunFolder& run, const std::optional<ToolPath>& tool, cons
                        .friction = std::max(0.0, given->friction + f * given->friction_error),
                        .adhesion = given->adhesion};
         soil.wall_friction = given->wall_friction.value_or(2.0 / 3 * soil.friction);
+        vertical = vertical || mckyes_ali_rupture(soil, tool->width, depth, rake) > 89 * degree;
         const double draft = mckyes_ali(soil, tool->width, depth, rake);
         if (!std::isfinite(draft)) continue;
         band.low = std::min(band.low, draft), band.high = std::max(band.high, draft);
@@ -186,6 +197,7 @@ ModelBand mckyes(const RunFolder& run, const std::optional<ToolPath>& tool, cons
       given->cohesion * 1e-3, given->cohesion_error * 1e-3, given->friction / degree, given->friction_error / degree,
       given->wall_friction ? fmt::format("{:.1f} deg", *given->wall_friction / degree) : "2/3 phi", density,
       1e3 * tool->width, 1e3 * depth, tool->rake_low / degree, tool->rake_high / degree);
+  if (vertical) out.text += "; at the least rake no wedge forms ahead: the lower end is a bound";
   return out;
 }
 

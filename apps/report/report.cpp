@@ -45,8 +45,9 @@ struct SourceNumber {
   double value;
 };
 constexpr SourceNumber source_numbers[] = {
-    {"pull", "largest", "N", 1493},        {"pull", "least", "N", -331},   {"spring force", "largest", "N", 2623},
-    {"spring force", "least", "N", -2231}, {"pitch", "span", "rad", 0.11}, {"height", "span", "m", 0.181}};
+    {"pull", "largest of the record", "N", 1493},         {"pull", "least of the record", "N", -331},
+    {"spring force", "largest of the record", "N", 2623}, {"spring force", "least of the record", "N", -2231},
+    {"pitch", "span of the record", "rad", 0.11},         {"height", "span of the record", "m", 0.181}};
 
 /// Rows of the series that the page draws: of a long one every so-many-th.
 std::size_t stride_of(const Series& series) { return (series.rows() + most_rows - 1) / most_rows; }
@@ -135,7 +136,8 @@ Json furrow_json(const Furrow& f) {
                       {"rise", number(l.rise)},
                       {"forward", number(l.forward)},
                       {"moved out", number(l.moved_out)}});
-  return {{"from", number(f.from)},
+  return {{"steady", f.steady},
+          {"from", number(f.from)},
           {"until", number(f.until)},
           {"cell", number(f.cell)},
           {"z", numbers(f.z)},
@@ -231,7 +233,10 @@ class RunReader {
     try {
       const FramesFile file(run.path / "run.h5");
       if (file.times().empty()) throw std::runtime_error("holds no complete frame");
-      std::optional<ToolPath> tool = tool_path(file, soil_surface(run, file));
+      std::map<std::string, std::string> body_of;
+      if (run.scenario && run.scenario->machine)
+        for (const Surface& s : run.scenario->machine->surfaces) body_of[s.name] = s.body;
+      std::optional<ToolPath> tool = tool_path(file, soil_surface(run, file), body_of);
       take_film(file, tool);
       take_furrow(file, tool);
       return tool;

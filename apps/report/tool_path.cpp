@@ -36,7 +36,7 @@ double front_at(const FramesFile& file, const ToolPath& tool, const Vertices& ve
 }
 
 /// Surfaces that come deep enough, by the deepest point of each over the record.
-void choose(const FramesFile& file, ToolPath& tool) {
+void choose(const FramesFile& file, const std::map<std::string, std::string>& body_of, ToolPath& tool) {
   std::vector<double> deepest(file.surfaces().size(), far);
   for (std::size_t s = 0; s < file.surfaces().size(); ++s) {
     if (!file.surfaces()[s].moves || file.surfaces()[s].triangles.empty()) continue;
@@ -44,13 +44,20 @@ void choose(const FramesFile& file, ToolPath& tool) {
       deepest[s] = std::min(deepest[s], lowest(file.surface(f, file.surfaces()[s])));
   }
   if (deepest.empty()) return;
-  const double depth = tool.soil_surface - *std::min_element(deepest.begin(), deepest.end());
+  const auto lowest_one = std::min_element(deepest.begin(), deepest.end());
+  const double depth = tool.soil_surface - *lowest_one;
   if (!(depth > 0)) return;
-  for (std::size_t s = 0; s < deepest.size(); ++s)
-    if (tool.soil_surface - deepest[s] >= 0.5 * depth) {
-      tool.surfaces.push_back(s);
-      tool.names.push_back(file.surfaces()[s].name);
-    }
+  const auto body = [&](std::size_t s) {
+    const auto found = body_of.find(file.surfaces()[s].name);
+    return found == body_of.end() ? std::string() : found->second;
+  };
+  const std::string carrier = body(static_cast<std::size_t>(lowest_one - deepest.begin()));
+  for (std::size_t s = 0; s < deepest.size(); ++s) {
+    const double reach = tool.soil_surface - deepest[s];
+    if (reach < 0.5 * depth && !(reach > 0 && !carrier.empty() && body(s) == carrier)) continue;
+    tool.surfaces.push_back(s);
+    tool.names.push_back(file.surfaces()[s].name);
+  }
 }
 
 void follow(const FramesFile& file, ToolPath& tool) {
@@ -106,11 +113,12 @@ double ToolPath::tip_at(const std::vector<double>& times, double time) const {
   return tip_x.back();
 }
 
-std::optional<ToolPath> tool_path(const FramesFile& file, double soil_surface) {
+std::optional<ToolPath> tool_path(const FramesFile& file, double soil_surface,
+                                  const std::map<std::string, std::string>& body_of) {
   ToolPath tool;
   tool.soil_surface = soil_surface;
   if (file.times().size() < 2 || file.particles() == 0) return {};
-  choose(file, tool);
+  choose(file, body_of, tool);
   if (tool.surfaces.empty()) return {};
   follow(file, tool);
   if (tool.tip_x.back() < tool.tip_x.front()) {

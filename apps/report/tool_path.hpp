@@ -1,4 +1,5 @@
 #pragma once
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,7 +9,7 @@
 namespace subsoil::app {
 
 /// What of a machine works in the soil, read off the surfaces in the frames: the surface that reaches deepest below the
-/// soil's mean surface, and those that reach at least half as deep.
+/// soil's mean surface, those of its body that reach below it too, and others that reach at least half as deep.
 struct ToolPath {
   std::vector<std::size_t> surfaces;  ///< of FramesFile::surfaces()
   std::vector<std::string> names;
@@ -27,7 +28,8 @@ struct ToolPath {
   double tip_at(const std::vector<double>& times, double time) const;
 };
 
-/// Empty where no moving surface comes below the soil's surface.
-std::optional<ToolPath> tool_path(const FramesFile& file, double soil_surface);
+/// Empty where no moving surface comes below the soil's surface. `body_of`: of a surface by its name, where known.
+std::optional<ToolPath> tool_path(const FramesFile& file, double soil_surface,
+                                  const std::map<std::string, std::string>& body_of = {});
 
 }  // namespace subsoil::app

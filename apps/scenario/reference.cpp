@@ -8,6 +8,7 @@
 #include "apps/laboratory/tests.hpp"
 #include "apps/scenario/load.hpp"
 #include "apps/scenario/printer.hpp"
+#include "apps/sweep/plan.hpp"
 
 /// The explicit copy, `explain`, docs/scenario.md and `new`: all of them prints of the declarations.
 namespace subsoil::app {
@@ -251,6 +252,8 @@ std::string reference_markdown() {
       "\n# The file of `subsoil calibrate`\n\nThe same rules hold; values of targets carry the unit of their number "
       "([laboratory-tests.md](laboratory-tests.md)).\n\n";
   text += key_table<Plan>();
+  text += "\n# The file of `subsoil sweep`\n\nThe same rules hold ([sweep.md](sweep.md)).\n\n";
+  text += key_table<SweepPlan>();
   return text;
 }
 

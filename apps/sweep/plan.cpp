@@ -34,7 +34,8 @@ void join_list(Node& mapping, const char* key) {
   if (entry == nullptr || entry->value.kind != Node::Kind::sequence) return;
   std::string text;
   for (const Node& item : entry->value.items)
-    text += (text.empty() ? "" : "; ") + (item.kind == Node::Kind::scalar ? item.scalar : item.one_line());
+    text +=
+        fmt::format("{}{}", text.empty() ? "" : "; ", item.kind == Node::Kind::scalar ? item.scalar : item.one_line());
   Node joined = Node::of(text);
   joined.place = entry->value.place;
   entry->value = joined;
@@ -52,8 +53,8 @@ struct PlanChecker {
     p.paths = pieces(p.keys);
     if (p.paths.empty())
       refuse(path + ".keys", "is missing: path of the value in the scenario, such as soil.bed.radius");
-    const int kinds = (p.values_text.empty() ? 0 : 1) + (p.factors.empty() ? 0 : 1) + (p.between.empty() ? 0 : 1) +
-                      (p.seeds ? 1 : 0);
+    const int kinds =
+        (p.values_text.empty() ? 0 : 1) + (p.factors.empty() ? 0 : 1) + (p.between.empty() ? 0 : 1) + (p.seeds ? 1 : 0);
     if (kinds != 1) return refuse(path, "needs one of `values`, `factors`, `between` and `seeds`");
     if (!p.between.empty() && (p.between.size() != 2 || !(p.between[0] < p.between[1])))
       return refuse(path + ".between", "must be two numbers, the least first");
@@ -80,7 +81,8 @@ struct PlanChecker {
     std::vector<std::string> names;
     for (const SweepNumber& n : plan.numbers) names.push_back(n.name);
     const std::size_t blank = plan.best.find(' ');
-    const std::string end = plan.best.substr(0, blank), name = blank == std::string::npos ? "" : plan.best.substr(blank + 1);
+    const std::string end = plan.best.substr(0, blank),
+                      name = blank == std::string::npos ? "" : plan.best.substr(blank + 1);
     if (end != "least" && end != "largest") return refuse("best", "must be `least NUMBER` or `largest NUMBER`");
     if (std::find(names.begin(), names.end(), name) == names.end())
       refuse("best", fmt::format("`{}` is no number of this plan{}", name, suggestion(name, names)));
@@ -190,7 +192,7 @@ std::string scaled_value(const Node& scenario, const std::string& path, double f
     const auto [stop, code] = std::from_chars(word.data(), word.data() + word.size(), value);
     const bool number = code == std::errc{} && stop == word.data() + word.size();
     any = any || number;
-    out += (out.empty() ? "" : " ") + (number ? fmt::format("{}", value * factor) : word);
+    out += fmt::format("{}{}", out.empty() ? "" : " ", number ? fmt::format("{}", value * factor) : word);
     i = end + 1;
   }
   if (!any) throw std::invalid_argument(fmt::format("{} = {}: is no number, which `factors` need", path, text));
@@ -264,7 +266,7 @@ class Points {
     } catch (const ScenarioError& error) {
       std::string words;
       for (std::size_t k = 0; k < p.values.size(); ++k)
-        words += (words.empty() ? "" : ", ") + plan_.parameters[k].name + " = " + p.values[k];
+        words += fmt::format("{}{} = {}", words.empty() ? "" : ", ", plan_.parameters[k].name, p.values[k]);
       throw ScenarioError(fmt::format("{}: the scenario refuses the point {}:\n{}", file_, words, error.what()));
     }
   }
@@ -277,6 +279,8 @@ class Points {
 
 }  // namespace
 
-std::vector<SweepPoint> sweep_points(const std::string& file, const SweepPlan& plan) { return Points(file, plan).all(); }
+std::vector<SweepPoint> sweep_points(const std::string& file, const SweepPlan& plan) {
+  return Points(file, plan).all();
+}
 
 }  // namespace subsoil::app

@@ -24,7 +24,8 @@ struct SweepParameter {
   void describe(V& v) {
     v.text("keys", keys, "path of the value in the scenario, several with ; between: contacts[0].mu; contacts[1].mu");
     v.text("values", values_text, "list of values as the scenario would write them: [8 mm, 10 mm], or with ; between");
-    v.quantities("factors", factors, "1", "(0, inf)", "in place of values: multiples of what the scenario has at the keys");
+    v.quantities("factors", factors, "1", "(0, inf)",
+                 "in place of values: multiples of what the scenario has at the keys");
     v.quantities("between", between, "1", "(-inf, inf)",
                  "least and largest, in `unit`: a range that Latin hypercube points fill, or with `levels` a list");
     v.count("levels", levels, "[2, 1000]", "so many values at equal distances in `between`, its ends among them");
@@ -79,7 +80,8 @@ struct SweepPlan {
     v.file("scenario", scenario, "scenario that every point changes, beside the plan");
     v.text("set", set, "path=value for all points, several with ; between, or a list");
     v.named("parameters", parameters, "what changes; every combination of the lists runs at every point of the ranges");
-    v.named("numbers", numbers, "what is wanted of every run; left out: means of draft and pull where they are watched");
+    v.named("numbers", numbers,
+            "what is wanted of every run; left out: means of draft and pull where they are watched");
     v.text("best", best, "`least NUMBER` or `largest NUMBER`: the point that the report puts first");
     v.count("points", points, "[1, 100000]", "of the Latin hypercube that fills the ranges");
     v.count("seed", seed, "[0, inf)", "of the Latin hypercube");
@@ -108,8 +110,8 @@ std::vector<SweepPoint> sweep_points(const std::string& file, const SweepPlan& p
 /// Conover, Technometrics 21 (1979) 239.
 std::vector<std::vector<double>> latin_hypercube(long points, std::size_t dimensions, long seed);
 
-/// The single value at a path of a scenario with its defaults, multiplied by a factor: `contacts.soil-soil.K_X` -> "20000
-/// N/m". Of several numbers each is multiplied. Throws std::invalid_argument where there is no number.
+/// The single value at a path of a scenario with its defaults, multiplied by a factor: `contacts.soil-soil.K_X` ->
+/// "20000 N/m". Of several numbers each is multiplied. Throws std::invalid_argument where there is no number.
 std::string scaled_value(const Node& scenario, const std::string& path, double factor);
 /// The tree that scaled_value looks at.
 Node explicit_tree(const Scenario& scenario);

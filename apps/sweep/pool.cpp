@@ -97,7 +97,9 @@ bool run_pool(const std::vector<PoolJob>& jobs, const PoolOptions& options,
   const Signals signals;
   std::vector<Running> running(places.size());
   std::size_t next = 0;
-  const auto any = [&] { return std::any_of(running.begin(), running.end(), [](const Running& r) { return r.process > 0; }); };
+  const auto any = [&] {
+    return std::any_of(running.begin(), running.end(), [](const Running& r) { return r.process > 0; });
+  };
   const auto start = [&](std::size_t place) {
     std::filesystem::create_directories(jobs[next].log.parent_path());
     const pid_t parent = getpid(), process = fork();

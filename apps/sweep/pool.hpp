@@ -14,13 +14,13 @@ struct PoolJob {
 
 /// How a process ended.
 struct PoolEnd {
-  int code = 0;             ///< exit code; 128 + the signal when one ended it
-  double wall_time = 0;     ///< s
+  int code = 0;          ///< exit code; 128 + the signal when one ended it
+  double wall_time = 0;  ///< s
 };
 
 struct PoolOptions {
-  int threads = 1;   ///< cores of each process
-  int at_once = 0;   ///< processes side by side at most; 0: as many as the cores allow
+  int threads = 1;  ///< cores of each process
+  int at_once = 0;  ///< processes side by side at most; 0: as many as the cores allow
 };
 
 /// Cores that this process may use, which a batch system or taskset may have cut down.

@@ -79,7 +79,8 @@ class Progress {
            std::size_t places)
       : folder_(folder), points_(points), all_(study.points.size()), places_(places) {
     done_ = all_ - points.size();
-    for (const std::size_t p : points) ends_.push_back(load_scenario(study.scenario, study.points[p].sets).scenario.time.end);
+    for (const std::size_t p : points)
+      ends_.push_back(load_scenario(study.scenario, study.points[p].sets).scenario.time.end);
   }
 
   void took(double wall_time, bool failed) {
@@ -139,7 +140,12 @@ double taken(const WindowStatistics& s, SweepNumber::Take take, double last) {
 void take_number(const RunFolder& run, const SweepNumber& n, double& value, double& half) {
   if (!n.summary.empty()) {
     std::vector<std::string> keys(1);
-    for (const char c : n.summary) c == '/' ? keys.emplace_back() : void(keys.back() += c);
+    for (const char c : n.summary) {
+      if (c == '/')
+        keys.emplace_back();
+      else
+        keys.back() += c;
+    }
     value = run.number(keys);
     return;
   }

@@ -23,7 +23,7 @@ struct Study {
 struct PointResult {
   enum class End { open, reached, failed };
   End end = End::open;
-  std::string cause;     ///< of a failure
+  std::string cause;  ///< of a failure
   double wall_time = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> value, half_width;  ///< per number, NaN where it could not be taken
 };
@@ -36,7 +36,7 @@ std::filesystem::path point_folder(const std::filesystem::path& folder, std::siz
 std::vector<std::size_t> open_points(const Study& study, const std::filesystem::path& folder, bool again);
 
 /// Runs these points and writes `point.json` of each when it ends, so that a kill loses only what runs. Progress with
-/// the remaining time goes to stderr. False when a signal came.
+/// the remaining time is shown as that of a run. False when a signal came.
 bool run_points(const Study& study, const std::filesystem::path& folder, const std::vector<std::size_t>& points,
                 const PoolOptions& options);
 

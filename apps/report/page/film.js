@@ -12,7 +12,7 @@ function h(tag, attributes, ...children) {
     else if (k === 'class') e.className = v;
     else if (v !== null && v !== undefined && v !== false) e.setAttribute(k, v);
   }
-  for (const c of children.flat()) if (c !== null && c !== undefined && c !== false) e.append(c);
+  for (const c of children.flat(Infinity)) if (c !== null && c !== undefined && c !== false) e.append(c);
   return e;
 }
 const colours = ['#0b62a4', '#d1500a', '#00875a', '#b0559a', '#8a6d00', '#3aa0d8', '#6b4b2a', '#444444'];
@@ -105,7 +105,21 @@ class Film {
       const x = this.x(i), y = this.y(i);
       if (x < b[0]) b[0] = x; if (x > b[2]) b[2] = x; if (y < b[1]) b[1] = y; if (y > b[3]) b[3] = y;
     }
-    this.soil = this.total ? [b[0] - 0.03, b[1] - 0.03, b[2] + 0.03, b[3] + 0.35 * (b[3] - b[1]) + 0.03] : this.box;
+    if (!this.total) { this.soil = this.box; return; }
+    const length = b[2] - b[0], height = b[3] - b[1], near = [b[0], b[2]];
+    // The tool on its way to the soil, as far as a third of the bed before it.
+    for (const s of this.surfaces) {
+      if (!s.moves || !(this.data.tool || []).includes(s.name)) continue;
+      for (let f = 0; f < this.times.length; ++f)
+        for (let v = 0; v < s.vertices; ++v) {
+          if (this.vertex(s, f, v, 1) > b[3]) continue;
+          near[0] = Math.max(b[0] - length / 3, Math.min(near[0], this.vertex(s, f, v, 0)));
+          near[1] = Math.min(b[2] + length / 3, Math.max(near[1], this.vertex(s, f, v, 0)));
+        }
+    }
+    this.soil = [near[0] - 0.02 * length, b[1] - 0.04 * height, near[1] + 0.02 * length, b[3] + 0.4 * height];
+    this.used = new Set();
+    for (let i = 0; i < this.total; ++i) this.used.add(this.material(i));
   }
   frame(time) {
     let best = 0;
@@ -187,6 +201,7 @@ class FilmView {
           c.moveTo(...p[0]); c.lineTo(...p[1]); c.lineTo(...p[2]); c.closePath();
         }
         c.fill();
+        if (s.thinned) { c.strokeStyle = c.fillStyle; c.lineWidth = 3; c.stroke(); }  // closes the gaps of a mesh of which a part is drawn
       } else if (s.triangles && !s.moves) {
         this.edges(c, v, frame, s);
       }

@@ -5,6 +5,8 @@ const data = JSON.parse(document.getElementById('data').textContent);
 const page = document.getElementById('page');
 const runs = data.runs, several = runs.length > 1;
 const charts = new Map();  // key of a curve -> uPlot
+const plots = [];           // all of them
+function plot(...arguments_) { const u = new uPlot(...arguments_); plots.push(u); return u; }
 const swatch = i => h('span', { class: 'swatch', style: 'background:' + colour(i) });
 const titles = { pull: 'Pull', draft: 'Draft of the soil', lift: 'Vertical force of the soil (up positive)', 'spring force': 'Spring force (compression positive)', pitch: 'Pitch', height: 'Height' };
 const sections = [];
@@ -38,7 +40,7 @@ function drawHead() {
 let views = [];
 function colourKey(film, mode) {
   if (mode === 'depth') return [h('span', {}, 'colour: depth before the pass, surface'), h('span', { class: 'scale', style: 'background:' + gradient('depth') }), 'floor'];
-  if (mode === 'material') return film.data.materials.map((m, i) => h('span', {}, swatch(i), m));
+  if (mode === 'material') return film.data.materials.map((m, i) => film.used.has(i) ? h('span', {}, swatch(i), m) : null).filter(x => x);
   if (mode === 'speed') return [h('span', {}, 'colour: speed in the plane, 0'), h('span', { class: 'scale', style: 'background:' + gradient('speed') }), text(view0().options.vmax, 2) + ' m/s and more'];
   return [];
 }
@@ -117,7 +119,7 @@ function drawSections(films, vmax) {
       h('figure', {}, still(f.film, last.frame, { vmax, arrows: true, colour: f.film.data['has velocity'] ? 'speed' : 'depth' }, w), caption('velocities, colour 0 \u2026 ' + text(vmax, 2) + ' m/s')),
       h('figure', {}, still(f.film, last.frame, { chains: true, colour: 'plain' }, w), caption('overlaps, widest ' + text(largest, 2) + ' of the smaller radius')),
       h('figure', {}, still(f.film, last.frame, { colour: 'depth' }, w), caption('layers by depth before the pass, surface light to floor dark')),
-      f.film.data.materials.length > 1 ? h('figure', {}, still(f.film, last.frame, { colour: 'material' }, w), h('figcaption', {}, f.film.data.materials.map((m, k) => h('span', {}, swatch(k), m + ' ')))) : null));
+      f.film.used.size > 1 ? h('figure', {}, still(f.film, last.frame, { colour: 'material' }, w), h('figcaption', {}, f.film.data.materials.map((m, k) => f.film.used.has(k) ? h('span', {}, swatch(k), m + ' ') : null))) : null));
   }
 }
 
@@ -135,14 +137,16 @@ function hooks(key) {
       c.fillStyle = i ? 'rgba(0,135,90,0.13)' : 'rgba(176,85,154,0.11)';
       c.fillRect(b.left, y(band.high), b.width, y(band.low) - y(band.high));
       c.fillStyle = i ? '#00875a' : '#8c3c7a'; c.font = 11 * devicePixelRatio + 'px sans-serif';
-      c.fillText(band.name, b.left + 6, Math.max(b.top + 13 * devicePixelRatio, y(band.high) + 13 * devicePixelRatio));
+      const inside = y(band.low) > b.top && y(band.high) < b.top + b.height, where = y(band.low) <= b.top ? ' (above this range)' : ' (below this range)';
+      c.fillText(band.name + (inside ? '' : where), b.left + 6 + i * 330 * devicePixelRatio, inside ? Math.max(b.top, y(band.high)) + 13 * devicePixelRatio : b.top + 13 * devicePixelRatio);
     });
     for (const n of data.source || []) {
-      if (n.quantity !== key || n.statistic === 'span') continue;
+      if (n.quantity !== key || n.statistic.startsWith('span')) continue;
       c.strokeStyle = '#9c1c1c'; c.fillStyle = '#9c1c1c'; c.setLineDash([7, 5]); c.lineWidth = 1.3 * devicePixelRatio;
       c.beginPath(); c.moveTo(b.left, y(n.value)); c.lineTo(b.left + b.width, y(n.value)); c.stroke();
       c.font = 11 * devicePixelRatio + 'px sans-serif';
-      c.fillText('source, ' + n.statistic + ' ' + n.value, b.left + 6, y(n.value) - 4);
+      const above = y(n.value) - 5 > b.top + 12 * devicePixelRatio;
+      c.fillText('source, ' + n.statistic.split(' ')[0] + ' ' + n.value, b.left + 6, y(n.value) + (above ? -5 : 13 * devicePixelRatio));
     }
     c.restore();
   }] };
@@ -151,7 +155,7 @@ function hooks(key) {
 function range(key, factor) {
   return (u, low, high) => {
     if (low === null || high === null) return [0, 1];
-    for (const n of data.source || []) if (n.quantity === key && n.statistic !== 'span') { low = Math.min(low, n.value * factor); high = Math.max(high, n.value * factor); }
+    for (const n of data.source || []) if (n.quantity === key && !n.statistic.startsWith('span')) { low = Math.min(low, n.value * factor); high = Math.max(high, n.value * factor); }
     const pad = 0.07 * (high - low) || 0.05 * Math.abs(high) || 1;
     return [low - pad, high + pad];
   };
@@ -171,7 +175,7 @@ function joined(pick) {
 function drawCurves() {
   const keys = [...new Set(runs.flatMap(r => r.curves ? r.curves.columns.map(c => c.key) : []))];
   if (!keys.length) return;
-  const s = section('curves', 'Curves', 'Hover for values; drag along the time axis to zoom, double click to see all. Shaded: the window of the numbers' + (several ? ' of the first run' : '') + '. Rows of the series' + (runs.some(r => r.curves && r.curves.every > 1) ? ', every ' + Math.max(...runs.map(r => r.curves ? r.curves.every : 1)) + 'th' : '') + '.');
+  const s = section('curves', 'Curves', 'Hover for values; drag along the time axis to zoom, double click to see all. Shaded: the window of the numbers' + (several ? ' of the first run' : '') + '. Drawn are the rows of series.csv' + (runs.some(r => r.curves && r.curves.every > 1) ? ', every ' + Math.max(...runs.map(r => r.curves ? r.curves.every : 1)) + 'th' : '') + '.');
   (runs[0].bands || []).forEach(b => s.append(h('p', { class: 'note' }, b.name + ': ' + (b.low === undefined ? 'not drawn; ' : text(b.low, 3) + ' \u2026 ' + text(b.high, 3) + ' N; ') + b.text + '.')));
   for (const key of keys) {
     const pick = r => r.curves.columns.find(c => c.key === key);
@@ -179,7 +183,7 @@ function drawCurves() {
     const place = h('div', { class: 'chart', id: 'chart-' + key.replace(/[^\w]+/g, '-') });
     s.append(place);
     const label = unit === '1' ? '' : ' [' + unit + ']';
-    charts.set(key, new uPlot({
+    charts.set(key, plot({
       width: width(), height: 210, title: (titles[key] || key) + label, cursor: { sync: { key: 'time' }, drag: { x: true, y: false } },
       scales: { x: { time: false }, y: { range: range(key, 1) } }, hooks: hooks(key), legend: { live: true },
       axes: [{ label: null, values: (u, v) => v.map(t => text(t, 4) + ' s'), grid: { stroke: '#e4e7ea' } }, { size: 64, values: (u, v) => v.map(x => text(x, 5)), grid: { stroke: '#e4e7ea' } }],
@@ -193,7 +197,7 @@ function drawCurves() {
 function drawFurrow() {
   const some = runs.map((r, i) => ({ r, i })).filter(x => x.r.furrow);
   if (!some.length) return;
-  const s = section('furrow', 'Furrow, disturbed soil, heave and mixing', 'Cross-section across the travel, mean over the stretch that the tool has passed in steady work, from the first frame to the last. Heights are of the highest sphere of a column one diameter wide.');
+  const s = section('furrow', 'Furrow, disturbed soil, heave and mixing', 'Cross-section across the travel, mean over the stretch that the tool has passed, from the first frame to the last. Heights are of the highest sphere of a column one diameter wide.');
   const place = h('div', { class: 'chart' });
   s.append(place);
   const tables = [], series = [];
@@ -204,12 +208,12 @@ function drawFurrow() {
       { label: (several ? r.name + ', ' : '') + 'after', stroke: colour(i), width: 2, spanGaps: true, points: { show: false } });
   });
   const value = (u, v) => v === null || v === undefined ? '\u2013' : text(v, 4) + ' mm';
-  new uPlot({ width: width(), height: 230, title: 'Surface across the travel [mm]', scales: { x: { time: false } },
+  plot({ width: width(), height: 230, title: 'Surface across the travel [mm]', scales: { x: { time: false } },
     axes: [{ label: null, values: (u, v) => v.map(z => 'z ' + z + ' mm'), grid: { stroke: '#e4e7ea' } }, { size: 64, grid: { stroke: '#e4e7ea' } }],
     series: [{ label: 'z', value }, ...series.map(x => ({ ...x, value }))] }, tables.length > 1 ? uPlot.join(tables) : tables[0], place);
   const grid = h('div', { class: 'grid2' });
   some.forEach(({ r, i }) => grid.append(h('figure', {}, movedCanvas(r.furrow), h('figcaption', {}, several ? swatch(i) : null, (several ? r.name + ': ' : '') +
-    'mean displacement by place before the pass, 0 \u2026 ' + text(movedLargest(r.furrow) * 1e3, 3) + ' mm; black line: disturbed, more than ' + text(1e3 * r.furrow.threshold, 3) + ' mm; x = ' + text(r.furrow.from) + ' \u2026 ' + text(r.furrow.until) + ' m.' +
+    'mean displacement by place before the pass, 0 \u2026 ' + text(movedLargest(r.furrow) * 1e3, 3) + ' mm; black line: disturbed, more than ' + text(1e3 * r.furrow.threshold, 3) + ' mm; x = ' + text(r.furrow.from) + ' \u2026 ' + text(r.furrow.until) + ' m' + (r.furrow.steady ? '.' : ' (the entry: too little steady work is passed).') +
     (r.furrow['reaches wall'] ? ' Disturbed soil reaches a wall: the bin is too small.' : ' Disturbed soil reaches no wall.')))));
   s.append(grid);
   some.forEach(({ r, i }) => s.append(h('h3', {}, several ? swatch(i) : null, (several ? r.name + ': ' : '') + 'Layers in the tool\u2019s way'), h('table', { class: 'zebra' },
@@ -253,10 +257,10 @@ function drawEnergy() {
     if (!e || (several && i > 0)) return;
     const place = h('div', { class: 'chart' });
     s.append(place);
-    new uPlot({ width: width(), height: 280, title: 'Energies [J]' + (several ? ' of ' + r.name : ''), scales: { x: { time: false } }, cursor: { sync: { key: 'time' } },
+    plot({ width: width(), height: 280, title: 'Change of the energies since the start [J]' + (several ? ' of ' + r.name : ''), scales: { x: { time: false } }, cursor: { sync: { key: 'time' } },
       axes: [{ label: null, values: (u, v) => v.map(t => text(t, 4) + ' s'), grid: { stroke: '#e4e7ea' } }, { size: 64, grid: { stroke: '#e4e7ea' } }],
       series: [{ label: 'time', value: (u, t) => t === null ? '\u2013' : t.toFixed(4) + ' s' }, ...e.columns.map((c, k) => ({ label: c.key, stroke: colour(k), dash: k >= colours.length ? [5, 4] : undefined, width: 1.3, points: { show: false }, value: (u, v) => v === null ? '\u2013' : text(v, 4) + ' J' }))]
-    }, [e.time, ...e.columns.map(c => c.values)], place);
+    }, [e.time, ...e.columns.map(c => c.values.map(v => v === null ? null : v - c.values[0]))], place);
   });
 }
 
@@ -264,7 +268,7 @@ function drawEnergy() {
 
 function drawSource() {
   if (!data.source) return;
-  const s = section('source', 'Beside the source', 'Yuan & Yu (2020), figures 5 and 6: ranges over its whole plot, beside the same numbers over the window of each run. The ratio is ours over the source\u2019s.');
+  const s = section('source', 'Beside the source', 'Yuan & Yu (2020), figures 5 and 6: ranges over its whole plot, beside the same numbers over the whole record of each run (rows of series.csv). The ratio is ours over the source\u2019s.');
   const rows = data.source.map(n => {
     const row = data.table.find(t => t.quantity === n.quantity && t.statistic === n.statistic);
     const [factor, unit] = handy(n.unit, Math.abs(n.value));
@@ -288,6 +292,8 @@ function drawNumbers() {
       i ? h('td', { class: 'n', style: clear ? 'font-weight:700' : '' }, d === undefined || d === null ? '\u2013' : (d > 0 ? '+' : '') + text(d * factor, 3) + (dpm === null ? '' : ' \u00b1 ' + text(dpm * factor, 2))) : null,
       h('td', { class: 'n' }, interval({ from: c['from [s]'], until: c['until [s]'] }))];
   };
+  if (several && runs.some(r => r.window.from !== runs[0].window.from || r.window.until !== runs[0].window.until))
+    s.append(h('ul', { class: 'box' }, h('li', {}, 'The windows of the runs differ: differences compare different times. --from and --until give all the same.')));
   s.append(h('div', { class: 'wide' }, h('table', { class: 'zebra', id: 'table' },
     h('tr', {}, h('th', {}, 'quantity'), h('th', {}, 'statistic'), h('th', {}, 'unit'), runs.map((r, i) => [h('th', { class: 'n' }, swatch(i), r.name), i ? h('th', { class: 'n' }, '\u0394') : null, h('th', { class: 'n' }, 'window')])),
     data.table.map(row => {
@@ -327,6 +333,8 @@ function probe() {
   drawNumbers();
   page.querySelector('nav').append(...sections.map(([id, t]) => h('a', { href: '#' + id }, t)));
   let last = width();
-  window.addEventListener('resize', () => { if (Math.abs(width() - last) < 20) return; last = width(); charts.forEach(u => u.setSize({ width: last, height: 210 })); });
+  window.addEventListener('resize', () => { if (Math.abs(width() - last) < 20) return; last = width(); plots.forEach(u => u.setSize({ width: last, height: u.height })); });
+  window.addEventListener('beforeprint', () => plots.forEach(u => u.setSize({ width: 670, height: u.height })));
+  window.addEventListener('afterprint', () => plots.forEach(u => u.setSize({ width: width(), height: u.height })));
   requestAnimationFrame(() => setTimeout(() => { probe(); document.documentElement.dataset.ready = problem ? 'with problems' : 'yes'; }, 0));
 })();
