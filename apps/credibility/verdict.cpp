@@ -34,9 +34,11 @@ Verdict verdict(const std::vector<PointResult>& results, std::size_t axis, std::
     return v;
   }
   v.change = (v.changed - v.base) / std::abs(v.base);
-  v.uncertainty = std::sqrt(std::pow(or_zero(base.half_width[number]), 2) +
-                            std::pow(or_zero(other.half_width[number]), 2) + 2 * std::pow(2 * or_zero(scatter), 2)) /
-                  std::abs(v.base);
+  // Packings scatter by what their records fluctuate, too; without them the record's own interval must do.
+  const double scattered = std::isfinite(scatter)
+                               ? 2 * std::sqrt(2.0) * scatter
+                               : std::hypot(or_zero(base.half_width[number]), or_zero(other.half_width[number]));
+  v.uncertainty = scattered / std::abs(v.base);
   v.kind = std::abs(v.change) + v.uncertainty <= tolerance  ? Verdict::Kind::converged
            : std::abs(v.change) - v.uncertainty > tolerance ? Verdict::Kind::not_converged
                                                             : Verdict::Kind::not_told;
@@ -78,7 +80,7 @@ Credibility judge(const Axes& axes, const Study& study, const std::vector<PointR
 std::vector<std::string> credibility_lines(const Axes& axes, const Study& study, const Credibility& c) {
   std::vector<std::string> lines;
   for (std::size_t n = 0; n < study.numbers.size(); ++n) {
-    std::string text = study.numbers[n].name, bad, index;
+    std::string text = study.numbers[n].name, bad, open, index;
     bool first = true;
     for (const Verdict& v : c.verdicts) {
       if (v.number != n) continue;
@@ -89,10 +91,13 @@ std::vector<std::string> credibility_lines(const Axes& axes, const Study& study,
       const std::string& name = axes.axes[v.axis].name;
       text += fmt::format(", {} {}", v.kind == Verdict::Kind::failed ? "failed" : percent(v.change), name);
       if (v.kind == Verdict::Kind::not_converged) bad += fmt::format("{}{}", bad.empty() ? "" : " and ", name);
+      if (v.kind == Verdict::Kind::not_told) open += fmt::format("{}{}", open.empty() ? "" : " and ", name);
       if (axes.axes[v.axis].refinement && std::isfinite(v.change))
         index += fmt::format("{}{} {:.1f} %", index.empty() ? "" : ", ", name, 300 * std::abs(v.change));
     }
-    text += bad.empty() ? ": no axis found that is not converged" : ": not converged in " + bad;
+    text += bad.empty() && open.empty() ? ": converged in every axis that ran" : "";
+    if (!bad.empty()) text += ": not converged in " + bad;
+    if (!open.empty()) text += (bad.empty() ? ": not told in " : ", not told in ") + open;
     if (!index.empty()) text += "; grid convergence index: " + index;
     lines.push_back(text);
   }
@@ -103,9 +108,9 @@ std::vector<std::string> credibility_lines(const Axes& axes, const Study& study,
 nlohmann::ordered_json credibility_json(const Axes& axes, const Study& study, const Credibility& c) {
   nlohmann::ordered_json out;
   out["note"] = fmt::format(
-      "Each axis changes one thing that is not physics. Uncertainty of a change: the 95 % intervals of both means and "
-      "twice "
-      "the standard deviation over the packings. Converged: change and uncertainty together within {:.1f} %.",
+      "Each axis changes one thing that is not physics. Uncertainty of a change: twice the standard deviation over the "
+      "packings, of both runs (without packings the 95 % intervals of both means). Converged: change and uncertainty "
+      "together within {:.1f} %.",
       c.tolerance.empty() ? 0.0 : 100 * c.tolerance.front());
   out["rows"] = nlohmann::ordered_json::array();
   for (const Verdict& v : c.verdicts)

@@ -13,7 +13,7 @@ struct Verdict {
   std::size_t axis = 0, number = 0;
   double base = 0, changed = 0;
   double change = 0;       ///< (changed - base) / |base|
-  double uncertainty = 0;  ///< of the change, share of |base|: means' intervals and packings together
+  double uncertainty = 0;  ///< of the change, share of |base|
   Kind kind = Kind::failed;
   std::string cause;  ///< of a failed run
 };
@@ -24,9 +24,10 @@ struct Credibility {
   std::vector<double> tolerance;        ///< share, per number
 };
 
-/// Change delta = (changed - base)/|base|, its uncertainty U = sqrt(h_b^2 + h_c^2 + 2 (2 s)^2)/|base| with the half
-/// widths h of the 95 % intervals of both means and the standard deviation s over the packings (coverage factor 2):
-/// converged where |delta| + U <= tolerance, not converged where |delta| - U > tolerance, else not told.
+/// Change delta = (changed - base)/|base|, its uncertainty U = sqrt(2) 2 s/|base| with the standard deviation s over the
+/// packings (coverage factor 2, both runs scatter alike); fewer than two packings: U = sqrt(h_b^2 + h_c^2)/|base| with the
+/// half widths of the 95 % intervals of both means. Converged where |delta| + U <= tolerance, not converged where
+/// |delta| - U > tolerance, else not told.
 Credibility judge(const Axes& axes, const Study& study, const std::vector<PointResult>& results, double tolerance);
 
 /// "draft 1402, +- 52 packing, +0.6 % step, +44 % stiffness: not converged in stiffness", a line per number, and the

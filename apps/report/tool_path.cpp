@@ -9,6 +9,7 @@ namespace subsoil::app {
 namespace {
 
 constexpr double far = std::numeric_limits<double>::infinity();
+constexpr double level_edge = 1e-5;                // m; frames round to some micrometres
 using Vertices = std::vector<std::vector<float>>;  // per surface of the tool
 
 double lowest(const std::vector<float>& vertices) {
@@ -66,7 +67,10 @@ void follow(const FramesFile& file, ToolPath& tool) {
     for (const std::size_t s : tool.surfaces) {
       const std::vector<float> v = file.surface(f, file.surfaces()[s]);
       for (std::size_t i = 0; i + 2 < v.size(); i += 3) {
-        if (v[i + 1] < low) low = v[i + 1], x = v[i];
+        // Of a level edge or face the foremost point is the tip.
+        const bool level = std::abs(v[i + 1] - low) < level_edge;
+        if (level ? tool.direction * v[i] > tool.direction * x : v[i + 1] < low) x = v[i];
+        low = std::min(low, static_cast<double>(v[i + 1]));
         if (v[i + 1] < tool.soil_surface) rear = std::min(rear, tool.direction * v[i]);
       }
     }

@@ -84,7 +84,7 @@ PointResult result(double value, double half) {
   return r;
 }
 
-/// 1000 +- 10 with packings 990, 1000, 1010 (s = 10): U = sqrt(10^2 + 10^2 + 2 20^2)/1000 = 3.2 %.
+/// 1000 with packings 990, 1000, 1010 (s = 10): U = 2 sqrt(2) 10/1000 = 2.8 %.
 TEST(CredibilityVerdict, FollowsTheRule) {
   Axes axes;
   for (const char* name : {"as given", "step", "stiffness", "bin across", "radius"})
@@ -105,15 +105,18 @@ TEST(CredibilityVerdict, FollowsTheRule) {
   const Credibility c = judge(axes, study, results, 0.05);
   ASSERT_EQ(c.verdicts.size(), 4U);
   EXPECT_NEAR(c.packing_scatter[0], 10, 1e-12);
-  EXPECT_NEAR(c.verdicts[0].uncertainty, std::sqrt(1000.0) / 1000, 1e-12);
-  EXPECT_EQ(c.verdicts[0].kind, Verdict::Kind::converged);      // 0.6 + 3.2 % within 5 %
-  EXPECT_EQ(c.verdicts[1].kind, Verdict::Kind::not_converged);  // 44 - 3.2 % above
-  EXPECT_EQ(c.verdicts[2].kind, Verdict::Kind::not_told);       // 4 +- 3.2 %
+  EXPECT_NEAR(c.verdicts[0].uncertainty, 2 * std::sqrt(2.0) * 0.01, 1e-12);
+  EXPECT_EQ(c.verdicts[0].kind, Verdict::Kind::converged);      // 0.6 + 2.8 % within 5 %
+  EXPECT_EQ(c.verdicts[1].kind, Verdict::Kind::not_converged);  // 44 - 2.8 % above
+  EXPECT_EQ(c.verdicts[2].kind, Verdict::Kind::not_told);       // 4 +- 2.8 %
   EXPECT_EQ(c.verdicts[3].kind, Verdict::Kind::failed);
   const std::string line = credibility_lines(axes, study, c).front();
   EXPECT_NE(line.find("draft 1000, +- 10 packing, +0.6 % step, +44.0 % stiffness"), std::string::npos) << line;
-  EXPECT_NE(line.find("not converged in stiffness"), std::string::npos) << line;
+  EXPECT_NE(line.find(": not converged in stiffness, not told in bin across"), std::string::npos) << line;
   EXPECT_NE(line.find("grid convergence index: step 1.8 %"), std::string::npos) << line;
+  // Without packings the records' own intervals: sqrt(10^2 + 10^2)/1000.
+  results.resize(5), axes.axes.resize(5);
+  EXPECT_NEAR(judge(axes, study, results, 0.05).verdicts[0].uncertainty, std::sqrt(200.0) / 1000, 1e-12);
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ parameters:
   stiffness: {keys: machine.forces.spring.stiffness, factors: [1, 2]}
 numbers:
   sag: {column: height, take: least}
-  wall: {summary: run/wall time [s]}
+  wall: {summary: "run/wall time [s]"}
 best: largest sag
 )";
 
@@ -175,7 +175,11 @@ TEST(Sweep, KilledGoesOnWhereItWasAndGivesTheSameTable) {
   const std::string plan = folder.plan(std::string(plan_text) + "set: [time.end=20 s]\n");
   const pid_t killed = start_sweep(plan, folder / "out");
   const auto patience = std::chrono::steady_clock::now() + std::chrono::minutes(3);
-  while (done_points(folder / "out").empty() && std::chrono::steady_clock::now() < patience)
+  const auto alive = [&] {
+    siginfo_t info = {};
+    return waitid(P_PID, static_cast<id_t>(killed), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == 0;
+  };
+  while (done_points(folder / "out").empty() && alive() && std::chrono::steady_clock::now() < patience)
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   kill(killed, SIGKILL);
   EXPECT_EQ(code_of(killed), 128 + SIGKILL) << "it was done before the kill came";
