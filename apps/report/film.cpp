@@ -32,11 +32,13 @@ struct Cut {
 
 class FilmMaker {
  public:
-  FilmMaker(const FramesFile& file, const FilmOptions& options) : file_(file), options_(options) {}
+  FilmMaker(const FramesFile& file, const FilmOptions& options)
+      : file_(file), options_(options), middle_(options.middle) {}
 
   Json make() {
     const FrameSpheres first = file_.spheres(0, false);
     take_start(first);
+    place_slab(first);
     choose_frames(first);
     for (const std::size_t frame : frames_) cuts_.push_back(cut(frame));
     surfaces();
@@ -45,7 +47,7 @@ class FilmMaker {
     for (const auto& c : cuts_) out["counts"].push_back(c.size());
     bound();
     out["box"] = {x_.low, y_.low, x_.high, y_.high};
-    out["slab"] = {options_.middle - half_, options_.middle + half_};
+    out["slab"] = {middle_ - half_, middle_ + half_};
     out["all frames"] = file_.times().size();
     out["v max"] = v_max_;
     out["has velocity"] = has_velocity_;
@@ -73,11 +75,26 @@ class FilmMaker {
     if (first.index.empty()) start_ = {0, 1}, r_ = {0, 1};
   }
 
+  /// A lattice has nothing between its planes: where a shift by up to a radius finds far more spheres, it is made.
+  void place_slab(const FrameSpheres& first) {
+    std::size_t most = 0, here = 0;
+    double best = middle_;
+    for (const int k : {0, 1, -1, 2, -2, 3, -3, 4, -4}) {
+      const double z = options_.middle + 0.25 * k * half_;
+      std::size_t count = 0;
+      for (std::size_t i = 0; i < first.index.size(); ++i)
+        count += std::abs(first.position[3 * i + 2] - z) <= half_ ? 1 : 0;
+      if (k == 0) here = count;
+      if (count > most) most = count, best = z;
+    }
+    if (3 * here < 2 * most) middle_ = best;
+  }
+
   /// Frames at equal distances, as many as the bytes allow, and the stills.
   void choose_frames(const FrameSpheres& first) {
     std::size_t in_slab = 0;
     for (std::size_t i = 0; i < first.index.size(); ++i)
-      in_slab += std::abs(first.position[3 * i + 2] - options_.middle) <= half_ ? 1 : 0;
+      in_slab += std::abs(first.position[3 * i + 2] - middle_) <= half_ ? 1 : 0;
     const double room = options_.bytes / static_cast<double>(bytes_per_sphere * std::max<std::size_t>(in_slab, 1));
     const double reading = options_.largest_reading / static_cast<double>(std::max<std::size_t>(file_.particles(), 1));
     const std::size_t all = file_.times().size();
@@ -102,7 +119,7 @@ class FilmMaker {
     std::vector<Cut> out;
     for (std::size_t i = 0; i < s.index.size(); ++i) {
       const float* p = &s.position[3 * i];
-      if (std::abs(p[2] - options_.middle) > half_) continue;
+      if (std::abs(p[2] - middle_) > half_) continue;
       out.push_back({p[0], p[1], p[2], moving ? s.velocity[3 * i] : 0, moving ? s.velocity[3 * i + 1] : 0,
                      file_.radius()[s.index[i]], s.index[i]});
     }
@@ -260,7 +277,7 @@ class FilmMaker {
   Bounds x_, y_, r_, start_;
   std::vector<Places> places_;
   Json shapes_ = Json::array();
-  double half_ = 0, v_max_ = 1e-6;
+  double middle_, half_ = 0, v_max_ = 1e-6;
   bool has_velocity_ = false;
 };
 
