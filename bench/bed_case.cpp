@@ -147,7 +147,7 @@ dem::TriangleMesh divided_box(const Vec3& size, int triangles) {
 
 }  // namespace
 
-dem::Law law_of(LawName name) {
+dem::GivenLaw law_of(LawName name) {
   switch (name) {
     case LawName::linear:
       return linear();
@@ -194,7 +194,7 @@ Case make_case(const CaseRequest& request) {
     for (dem::SphereSpec& s : c.spheres) s.velocity = 0.3 * random.in_unit_ball() - Vec3{0, 2, 0};
   } else {
     const Tile tile = settled_tile(request.tiles + (is_wet ? "/tile-wet.csv" : "/tile-linear.csv"), side,
-                                   is_wet ? dem::Law(wet()) : dem::Law(linear()));
+                                   is_wet ? dem::GivenLaw(wet()) : dem::GivenLaw(linear()));
     for (const Vec3& x : tile.mirrored(along, across))
       c.spheres.push_back({.position = x,
                            .velocity = 5e-3 * random.in_unit_ball(),

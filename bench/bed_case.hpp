@@ -12,7 +12,7 @@ enum class Kind { rest, plough, pour };
 enum class LawName { linear, hertz, rolling, cohesive, wet, hysteretic, luding, eepa, variable, jkr, bridge, bonded };
 
 /// The law between two spheres.
-dem::Law law_of(LawName name);
+dem::GivenLaw law_of(LawName name);
 
 struct CaseRequest {
   Kind kind = Kind::rest;

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "bench/bed_case.hpp"
+#include "libdem/laws/cohesive.hpp"
 
 namespace subsoil::bench {
 
@@ -35,20 +36,27 @@ struct Counted {
 };
 
 /// Operations of a touching, sliding and rolling contact.
-long operations(const dem::Law& law) {
-  using dem::both;
+template <class L>
+long operations_of(const L& l) {
+  const Counted r_eff(kRadius / 2), m_eff(4e-3), dt(2e-5), inverse_r(2 / kRadius), root_i(3e-4), none(0.0);
+  const Counted xi[3] = {Counted(1e-6), none, none}, v[3] = {Counted(1e-3), none, none};
+  const Counted zero[3] = {};
+  Counted::operations = 0;
+  Counted own[dem::kOwnMemory] = {};
+  const auto n = dem::normal_force(l, dem::Approach<Counted>{Counted(1e-5), Counted(1e-3), m_eff, r_eff, dt}, own);
+  l.friction.slide(n, xi, v, zero, none, dt);
+  if (l.friction.mu_r > 0) l.friction.roll(n, xi, v, zero, r_eff, inverse_r, root_i, dt);
+  return Counted::operations;
+}
+
+/// Of the given law, with its cohesion where it has any; bonds are not counted.
+long operations(const dem::GivenLaw& law) {
   return std::visit(
-      [](const auto& l) {
-        const Counted r_eff(kRadius / 2), m_eff(4e-3), dt(2e-5), inverse_r(2 / kRadius), root_i(3e-4), none(0.0);
-        const Counted xi[3] = {Counted(1e-6), none, none}, v[3] = {Counted(1e-3), none, none};
-        const Counted zero[3] = {};
-        Counted::operations = 0;
-        Counted own[dem::kOwnMemory] = {};
-        const auto n =
-            dem::normal_force(l, dem::Approach<Counted>{Counted(1e-5), Counted(1e-3), m_eff, r_eff, dt}, own);
-        l.friction.slide(n, xi, v, zero, none, dt);
-        if (l.friction.mu_r > 0) l.friction.roll(n, xi, v, zero, r_eff, inverse_r, root_i, dt);
-        return Counted::operations;
+      [](const auto& given) {
+        const auto ready = given.resolved();
+        if constexpr (requires { ready.cohesion; })
+          if (ready.cohesion.acts()) return operations_of(dem::Cohesive<std::decay_t<decltype(ready)>>{ready});
+        return operations_of(ready);
       },
       law);
 }
@@ -67,5 +75,5 @@ int main() {
                                   {LawName::variable, "variable restitution"},
                                   {LawName::jkr, "jkr"},
                                   {LawName::bridge, "hertz-mindlin, liquid bridge"}})
-    std::printf("%-28s %ld\n", law, operations(subsoil::dem::resolved(law_of(name))));
+    std::printf("%-28s %ld\n", law, operations(law_of(name)));
 }

@@ -9,6 +9,7 @@
 #include <ctime>
 #include <string>
 
+#include "libmbd/joints/revolute.hpp"
 #include "tests/tools/rig.hpp"
 
 namespace {

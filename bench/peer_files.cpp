@@ -63,9 +63,7 @@ void write_tool(const std::string& folder, const Tool& tool) {
 /// Stiffness (N/m) and damping per effective mass (1/s) along and across, as both programs take them, of spheres of one
 /// mass; `m_eff` half of it between spheres, all of it at a wall.
 void write_contact(File& out, const std::string& prefix, const dem::Law& law, double m_eff) {
-  const dem::StiffnessBound b = std::visit(
-      [&](const auto& l) { return l.bound({.m_eff = m_eff, .r_eff = kRadius / 2, .r_min = kRadius, .speed = 0}); },
-      law);
+  const dem::StiffnessBound b = law->bound({.m_eff = m_eff, .r_eff = kRadius / 2, .r_min = kRadius, .speed = 0});
   const auto named = [&](const char* name, double value) { out.variable((prefix + name).c_str(), value); };
   named("kn", b.k_n), named("kt", b.k_t), named("gn", b.c_n / m_eff), named("gt", b.c_t / m_eff);
 }
@@ -83,14 +81,15 @@ void write_rolling(File& out, const std::string& prefix, const dem::Friction& f,
 }  // namespace
 
 void write_peer_files(const std::string& folder, const Case& c, const dem::Bed& bed) {
-  if (std::holds_alternative<dem::HertzMindlin>(c.laws.laws[0]) || c.laws.laws[0].index() != c.laws.laws[1].index())
+  const std::string name = c.laws.laws[0]->name();
+  if (name == "hertz-mindlin" || name != c.laws.laws[1]->name())
     throw std::invalid_argument("files for other programs: of laws linear, rolling and cohesive only");
   std::filesystem::create_directories(folder);
   write_spheres(folder, c, bed);
   if (c.has_tool) write_tool(folder, c.tool);
   File out(folder, "case.in");
   const double m = kDensity * dem::sphere_volume(kRadius);
-  const dem::Friction& f = std::visit([](const auto& l) -> const dem::Friction& { return l.friction; }, c.laws.laws[0]);
+  const dem::Friction& f = c.laws.laws[0]->friction();
   out.variable("step", c.step);
   out.variable("length", c.length), out.variable("width", c.width);
   out.variable("mu", f.mu), out.variable("mur", f.mu_r);
@@ -99,8 +98,7 @@ void write_peer_files(const std::string& folder, const Case& c, const dem::Bed& 
     const double m_eff = wall ? m : m / 2;
     const std::string prefix = wall ? "w" : "";
     write_contact(out, prefix, law, m_eff);
-    const double k_n = std::visit(
-        [&](const auto& l) { return l.bound({.m_eff = m_eff, .r_eff = 1, .r_min = 1, .speed = 0}).k_n; }, law);
+    const double k_n = law->bound({.m_eff = m_eff, .r_eff = 1, .r_min = 1, .speed = 0}).k_n;
     write_rolling(out, prefix, f, k_n, m, wall);
   }
   out.variable("tool", c.has_tool);

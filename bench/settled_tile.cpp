@@ -8,6 +8,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "bench/writable_file.hpp"
 #include "libdem/packing/settle.hpp"
 
 namespace subsoil::bench {
@@ -19,7 +20,7 @@ using dem::Vec3;
 constexpr double kSofter = 0.1;
 constexpr double kSoftStep = 1e-4, kStep = 4e-5;  // s
 
-dem::LawTable smooth(dem::Law law) {
+dem::LawTable smooth(dem::GivenLaw law) {
   std::visit([](auto& l) { l.friction.mu = l.friction.mu_r = 0; }, law);
   return with_mirror(law);
 }
@@ -33,12 +34,12 @@ void quench(dem::Bed& bed) {
   }
 }
 
-dem::Law softer(dem::Law law) {
+dem::GivenLaw softer(dem::GivenLaw law) {
   if (auto* linear = std::get_if<dem::Linear>(&law)) linear->k_n *= kSofter;
   return law;
 }
 
-std::vector<Vec3> settle(double side, const dem::Law& law) {
+std::vector<Vec3> settle(double side, const dem::GivenLaw& law) {
   dem::Bed bed(smooth(softer(law)), {});
   for (const auto& [point, normal] : {std::pair<Vec3, Vec3>{{}, {0, 1, 0}},
                                       {{}, {1, 0, 0}},
@@ -77,10 +78,14 @@ void write(const std::string& file, const std::vector<Vec3>& centres) {
   std::filesystem::rename(draft, file);
 }
 
+dem::Law ready(const dem::GivenLaw& law) {
+  return std::visit([](const auto& given) { return dem::Law(given); }, law);
+}
+
 }  // namespace
 
-dem::LawTable with_mirror(const dem::Law& law) {
-  dem::Law mirror = law;
+dem::LawTable with_mirror(const dem::GivenLaw& law) {
+  dem::GivenLaw mirror = law;
   if (auto* linear = std::get_if<dem::Linear>(&mirror)) {
     linear->k_n *= 2;
     linear->bond = {};
@@ -103,11 +108,12 @@ dem::LawTable with_mirror(const dem::Law& law) {
   } else {
     throw std::invalid_argument("bench: no mirror is known for this law");
   }
-  return {.materials = 2, .index = {0, 1, 1, -1}, .laws = {dem::resolved(law), dem::resolved(mirror)}};
+  return {.materials = 2, .index = {0, 1, 1, -1}, .laws = {ready(law), ready(mirror)}};
 }
 
-Tile settled_tile(const std::string& file, double side, const dem::Law& law) {
+Tile settled_tile(const std::string& file, double side, const dem::GivenLaw& law) {
   if (!std::filesystem::exists(file)) {
+    require_writable(file);
     std::fprintf(stderr, "settling %zu spheres once, into %s\n", kTileSpheres, file.c_str());
     write(file, settle(side, law));
   }

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "libdem/base/vec3.hpp"
+#include "libdem/law_list.hpp"
 #include "libdem/laws/law_table.hpp"
 
 /// A settled bed for the benchmarks, of any length and width, without settling it anew.
@@ -30,11 +31,11 @@ struct Tile {
 
 /// Table of a law between spheres (material 0) and its like between a sphere and a mirror (material 1). Throws
 /// std::invalid_argument for a law that no benchmark uses.
-dem::LawTable with_mirror(const dem::Law& law);
+dem::LawTable with_mirror(const dem::GivenLaw& law);
 
 /// The block that rests under `law` (without its friction), read from `file`, a table as scenarios read it too
 /// (`bed: {fill: file}`): x [m],y [m],z [m],radius [m]. Where there is none it is settled and the file written. Throws
 /// std::runtime_error for a file that is no such table.
-Tile settled_tile(const std::string& file, double side, const dem::Law& law);
+Tile settled_tile(const std::string& file, double side, const dem::GivenLaw& law);
 
 }  // namespace subsoil::bench

@@ -17,6 +17,7 @@
 
 #include "libmbd/adaptive.hpp"
 #include "libmbd/assembly.hpp"
+#include "libmbd/forces/applied_force.hpp"
 #include "tests/tools/mechanisms.hpp"
 #include "tests/tools/rig.hpp"
 

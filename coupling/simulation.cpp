@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "libdem/base/small_rotation.hpp"
 namespace subsoil::coupling {
 
 dem::Pose pose_of(const mbd::BodyState& body) {
@@ -43,9 +44,9 @@ mbd::BodyState Simulation::ahead(int body) const {
   const auto& a = acceleration_[static_cast<std::size_t>(body)];
   const double t = in_window_ * options_.soil_step, q = 0.5 * t * t;
   return {{now.r.x + now.v.x * t + a[0] * q, now.r.y + now.v.y * t + a[1] * q},
-          now.angle + now.spin * t + a[2] * q,
+          now.angle + now.omega * t + a[2] * q,
           {now.v.x + a[0] * t, now.v.y + a[1] * t},
-          now.spin + a[2] * t};
+          now.omega + a[2] * t};
 }
 
 void Simulation::place(dem::Boundary& boundary, const dem::Pose& pose, const dem::Vec3& velocity,
@@ -54,8 +55,7 @@ void Simulation::place(dem::Boundary& boundary, const dem::Pose& pose, const dem
     // What the surface really did since the last step; its own velocity only tells the first step.
     const double dt = options_.soil_step;
     boundary.velocity = (pose.position - boundary.pose.position) * (1 / dt);
-    const dem::Quaternion turn = pose.attitude * boundary.pose.attitude.conjugate();
-    boundary.spin = dem::Vec3{turn.x, turn.y, turn.z} * ((turn.w < 0 ? -2.0 : 2.0) / dt);
+    boundary.spin = dem::small_rotation(boundary.pose.attitude, pose.attitude, dt);
   } else {
     boundary.velocity = velocity;
     boundary.spin = spin;
@@ -68,7 +68,7 @@ void Simulation::place_surfaces() {
   if (bed_ == nullptr) return;
   for (const BodySurface& s : surfaces_) {
     const mbd::BodyState body = ahead(s.body);
-    place(bed_->boundary(s.boundary), pose_of(body), {body.v.x, body.v.y, 0}, {0, 0, body.spin});
+    place(bed_->boundary(s.boundary), pose_of(body), {body.v.x, body.v.y, 0}, {0, 0, body.omega});
   }
   for (const GivenMotion& m : motions_) {
     dem::Boundary& b = bed_->boundary(m.boundary);
@@ -78,9 +78,8 @@ void Simulation::place_surfaces() {
     }
     const double dt = options_.soil_step;
     const dem::Pose before = m.pose(time_ - 0.5 * dt), after = m.pose(time_ + 0.5 * dt), now = m.pose(time_);
-    const dem::Quaternion turn = after.attitude * before.attitude.conjugate();
     place(b, now, (after.position - before.position) * (1 / dt),
-          dem::Vec3{turn.x, turn.y, turn.z} * ((turn.w < 0 ? -2.0 : 2.0) / dt));
+          dem::small_rotation(before.attitude, after.attitude, dt));
   }
 }
 

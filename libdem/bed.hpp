@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "libdem/base/fault.hpp"
+#include "libdem/contacts/bond_record.hpp"
 #include "libdem/geometry/boundary.hpp"
 #include "libdem/laws/law_table.hpp"
 #include "libdem/particles/particles.hpp"
@@ -18,18 +20,18 @@ struct BedOptions {
   int threads = 0;            ///< 0: all that OpenMP offers
   std::string simd = "auto";  ///< kernel by name
   Precision precision = Precision::doubles;
-  int strips = 0;              ///< into which a wide bed is cut for the caches; 0: by its size
-  double skin = 0;             ///< m by which neighbours are listed beyond reach; 0: 0.4 of the mean radius
+  int cache_blocks = 0;        ///< into which a wide bed is cut; 0: by its size
+  double skin = 0;             ///< m by which neighbours are listed beyond the cutoff; 0: 0.4 of the mean radius
   double speed_limit = 50;     ///< m/s; a faster sphere stops the run
   double overlap_limit = 0.5;  ///< share of the radius; a deeper contact stops the run
   /// Steps per sample of what contacts between spheres and on flat faces lose; 0: every step up to 5,000 spheres, else
-  /// every 32nd, each tile of spheres in steps of its own. A sample costs nearly a step more, twice, and stands for all
-  /// steps since the last one; edges, corners and curved surfaces are always summed.
-  int book_every = 0;
+  /// every 32nd, each block of 256 spheres in steps of its own. A sample costs nearly a step more, twice, and stands
+  /// for all steps since the last one; edges, corners and curved surfaces are always summed.
+  int sample_every = 0;
   double floor_drop = -1e300;  ///< y below which spheres are taken out, m
 };
 
-/// Energy book of the bed, J (BedOptions::book_every: losses may be sampled). Closure: kinetic + spin +
+/// Energy balance of the bed, J (BedOptions::sample_every: losses may be sampled). Closure: kinetic + spin +
 /// gravity + stored + lost = start + boundary work.
 struct BedEnergy {
   double kinetic = 0;        ///< of translation, (m/2) v_{n-1/2} . v_{n+1/2}: what leapfrog work sums to
@@ -43,23 +45,6 @@ struct BedEnergy {
   double total() const { return kinetic + spin + gravity + stored + lost.total() + removed; }
 };
 
-/// A bond between two spheres that broke.
-struct BrokenBond {
-  double time = 0;                     ///< s, of the step whose forces broke it
-  std::array<std::uint32_t, 2> ids{};  ///< of the spheres, the lower first
-  Vec3 position;                       ///< middle between the surfaces, m, at the end of that step
-  double energy = 0;                   ///< J that it held
-  bool in_tension = true;              ///< or in shear
-};
-
-/// Bonds since the start.
-struct BondCount {
-  std::size_t formed = 0, broken_in_tension = 0, broken_in_shear = 0;
-  std::size_t removed = 0;  ///< with a sphere that left the bed
-  std::size_t broken() const { return broken_in_tension + broken_in_shear; }
-  std::size_t intact() const { return formed - broken() - removed; }
-};
-
 /// Where the time of the steps went, s, summed over threads.
 struct Phases {
   double search = 0;    ///< building the lists
@@ -69,19 +54,15 @@ struct Phases {
   double rest = 0;  ///< waiting for other threads, sums of the step
 };
 
-/// A contact, sphere or state that no longer makes sense: the run stops, says where and keeps what it has.
-struct BedFault : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
 /// The bed of spheres and everything that touches it.
 ///
 /// One step from t_n to t_{n+1} (leapfrog): forces at t_n from positions x_n and velocities v_{n-1/2};
 /// v_{n+1/2} = v_{n-1/2} + a dt, x_{n+1} = x_n + v_{n+1/2} dt. The first step after a start or a change of dt kicks by
 /// the mean of both steps, so velocities given at t = 0 are velocities at t = 0.
 ///
-/// A step is one fused sweep (sweep.cpp): spheres sorted by cell and taken in tiles, each contact with the tile of its
-/// lower index, in blocks of eight of one law; a tile's spheres are complete, and moved, once its own contacts are
+/// A step: neighbours, boundaries, forces, motion, balance (step/bed.cpp). Forces and motion are one fused sweep:
+/// spheres sorted by cell and taken in particle blocks, each contact with the block of its lower index, in contact
+/// blocks of eight of one law; a particle block's spheres have all their forces, and move, once its own contacts are
 /// done. Every sum runs in an order that the lists alone fix, so results are the same bits for any number of threads.
 class Bed {
  public:
@@ -99,7 +80,7 @@ class Bed {
   int boundary_count() const;
   std::span<const Sphere> spheres() const;  ///< in the engine's own order
   std::size_t removed_count() const;        ///< fallen below the floor since the start
-  std::size_t touching_pairs() const;       ///< in reach of their law, of each tile when it was last booked
+  std::size_t touching_pairs() const;       ///< in reach of their law, of each particle block when last sampled
 
   struct Request {
     bool energy = false;           ///< fill energy() during this step (valid at t_n)
@@ -121,8 +102,8 @@ class Bed {
 
   double time() const;
   const BedEnergy& energy() const;  ///< of the last step that asked for it
-  /// Starts the book anew: losses and works are zero from here.
-  void reset_energy_book();
+  /// Starts the balance anew: losses and works are zero from here.
+  void reset_energy_balance();
 
   /// Exchanges the laws, e.g. while settling; histories stay.
   void set_laws(LawTable laws);
@@ -135,7 +116,7 @@ class Bed {
   void set_time(double time);
 
   double max_speed() const;       ///< m/s at the last step
-  double max_overlap() const;     ///< largest share of a radius, of each tile when it was last booked
+  double max_overlap() const;     ///< largest share of a radius, of each particle block when last sampled
   double kinetic_energy() const;  ///< of the half-step velocities, J; goes through all spheres
   long rebuilds() const;
   long steps() const;
@@ -155,20 +136,20 @@ class Bed {
     std::vector<double> spheres;            ///< x v w r m, 11 numbers each
     std::vector<std::int64_t> ids;          ///< id and material, 2 each
     std::vector<std::int64_t> pair_ids;     ///< 2 each
-    std::vector<double> pairs;              ///< PairState, 18 each
+    std::vector<double> pairs;              ///< PairState, kPairRecord each
     std::vector<std::int64_t> bond_ids;     ///< 2 each
-    std::vector<double> bonds;              ///< BondMemory, 17 each
+    std::vector<double> bonds;              ///< BondMemory, kBondRecord each
     std::vector<std::int64_t> broken_ids;   ///< 2 each
     std::vector<double> broken;             ///< time, position, energy, 1 for tension, 6 each
     std::vector<double> bonding;            ///< of all bonds; empty when no law has any
     std::vector<std::int64_t> surface_ids;  ///< sphere id and boundary, 2 each
-    std::vector<double> surfaces;           ///< normal and PairState, 21 each
+    std::vector<double> surfaces;           ///< normal and PairState, 3 + kPairRecord each
     std::vector<double> scalars;
   };
   State save() const;
   void restore(const State& state);
 
-  struct Impl;  ///< bed_impl.hpp
+  struct Impl;  ///< step/bed_impl.hpp
 
  private:
   std::unique_ptr<Impl> impl_;

@@ -10,7 +10,7 @@ namespace subsoil::dem::impact {
 namespace {
 
 Bed touching(const Law& law, const Strikers& bodies, double speed) {
-  const LawTable table{.materials = 1, .index = {0}, .laws = {resolved(law)}};
+  const LawTable table{.materials = 1, .index = {0}, .laws = {law}};
   BedOptions options;
   options.gravity = {}, options.threads = 1;
   options.speed_limit = options.overlap_limit = 1e300;

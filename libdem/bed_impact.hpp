@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "libdem/impact/impact.hpp"
-#include "libdem/laws/laws.hpp"
+#include "libdem/laws/law.hpp"
 
 namespace subsoil::dem::impact {
 

@@ -1,5 +1,7 @@
 #include "libmbd/adams_moulton.hpp"
 
+#include <cmath>
+#include <cstdio>
 #include <stdexcept>
 #include <utility>
 
@@ -27,6 +29,12 @@ constexpr double moulton[6][6] = {
     {475. / 1440, 1427. / 1440, -798. / 1440, 482. / 1440, -173. / 1440, 27. / 1440},
 };
 
+// Error constants of the two, of order k: what a step leaves is C h^(k+1) y^(k+1).
+constexpr double bashforth_error[6] = {1. / 2, 5. / 12, 3. / 8, 251. / 720, 95. / 288, 19087. / 60480};
+constexpr double moulton_error[6] = {1. / 2, 1. / 12, 1. / 24, 19. / 720, 3. / 160, 863. / 60480};
+// Of a step, over the machine's length: more is no solution.
+constexpr double most_error = 0.1;
+
 // Substeps of a starting step: the start's error is then far below that of the steps that follow.
 constexpr int substeps = 2;
 
@@ -40,6 +48,8 @@ AdamsMoulton::AdamsMoulton(System& system, const AdamsMoultonOptions& options)
   past_.setZero(size, order_max);
   weights_.setZero(order_max), sum_.setZero(size);
   trial_ = now_;
+  predicted_q_ = predicted_velocity_ = now_.q;
+  scale_ = coordinate_scale(system);
 }
 
 void AdamsMoulton::on_start() {
@@ -104,9 +114,11 @@ void AdamsMoulton::multistep(double h) {
   const auto put_on_constraints = [&] { nearest ? partition_.evaluate_nearest(trial_) : partition_.evaluate(trial_); };
   try {
     predict(h);
+    keep_predicted();
     put_on_constraints();
     check_branch();
     correct(h);
+    estimate_error(h);
     put_on_constraints();
     flows_.of_elements += sum_.tail(now_.rates.size()) + h * moulton[options_.order - 1][0] * trial_.rates;
   } catch (const SingularPose&) {
@@ -130,6 +142,36 @@ void AdamsMoulton::correct(double h) {
   sum_past(c + 1, options_.order - 1, h);
   trial_.q = now_.q + sum_.head(n) + h * c[0] * trial_.velocity;
   trial_.velocity = now_.velocity + sum_.segment(n, n) + h * c[0] * trial_.acceleration;
+}
+
+void AdamsMoulton::keep_predicted() {
+  predicted_q_ = trial_.q;
+  predicted_velocity_ = trial_.velocity;
+}
+
+void AdamsMoulton::estimate_error(double h) {
+  const int k = options_.order - 1;
+  const double share = moulton_error[k] / (bashforth_error[k] + moulton_error[k]);
+  double position = 0, velocity = 0, fastest = 0;
+  for (Eigen::Index i = 0; i < scale_.size(); ++i) {
+    position = std::max(position, std::abs(trial_.q[i] - predicted_q_[i]) * scale_[i]);
+    velocity = std::max(velocity, std::abs(trial_.velocity[i] - predicted_velocity_[i]) * scale_[i]);
+    fastest = std::max(fastest, std::abs(trial_.velocity[i]) * scale_[i]);
+  }
+  position *= share / system_.length_scale();
+  step_error_.largest = std::max(step_error_.largest, position);
+  step_error_.positions += position;
+  step_error_.velocities += share * velocity;
+  step_error_.fastest = std::max(step_error_.fastest, fastest);
+  if (position <= most_error) return;
+  refuse_blow_up(system_, trial_);
+  char text[320];
+  std::snprintf(
+      text, sizeof text,
+      "t = %.9g s: the step of %.3g s errs by %.2g of the machine's length; it is too long for the motion, or a "
+      "driver or force jumps. Leave out time.machine.step to have it chosen by its error",
+      trial_.t, h, position);
+  throw std::runtime_error(text);
 }
 
 void AdamsMoulton::bridge(double h) {

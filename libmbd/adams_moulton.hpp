@@ -15,6 +15,9 @@ namespace subsoil::mbd {
 /// independent set it serves as it is, and the dependent coordinates get a guess of the same order for free.
 /// Past values come from Dormand-Prince steps of order 5 in substeps, so the start costs no order (k starting values of
 /// local error h^6 each). A step of another length starts anew. Energy flows ride along with the same corrector.
+/// The difference of corrector and predictor, both before the joints are closed, tells the error of the step (Milne's
+/// device): |y - y*| C_M / (C_B + C_M) with the error constants of both; step_error() sums it. A step that errs by a
+/// tenth of the machine's length ends the run.
 /// A step that ends on a singular pose is bridged: q and q' by the predictor, closed with least change, q'' by
 /// extrapolation of the same order, reactions those of the step before. A step over one must continue smoothly: when
 /// the constraints answer with velocities that the predictor does not know, the run stops instead of changing its
@@ -38,6 +41,8 @@ class AdamsMoulton : public Integrator {
   void correct(double h);
   void bridge(double h);
   void check_branch();
+  void keep_predicted();
+  void estimate_error(double h);
   void one_step(double h);
   void sum_past(const double* weights, int count, double h);
 
@@ -46,6 +51,7 @@ class AdamsMoulton : public Integrator {
   // Columns (q', q'', rates) of the last steps, a ring: a predictor or corrector is then one product with its weights.
   Eigen::MatrixXd past_;
   Eigen::VectorXd weights_, sum_;
+  Eigen::VectorXd predicted_q_, predicted_velocity_, scale_;  // of the step, before the joints are closed
   int newest_ = 0, stored_ = 0;
   double step_ = 0;
   double origin_ = 0;  // time of the first step of this length: t = origin + steps * h does not gather rounding

@@ -15,12 +15,16 @@ namespace {
 constexpr long most_steps = 2'000'000;
 // From a singular pose, in rad, for the method to begin anew; and for its failure to have another reason.
 constexpr double far_enough = 0.15;
+// From a singular pose, where one step leads over it; and what that step may err by.
+constexpr double step_over = 0.012, most_of_crossing = 1e-9;
 }  // namespace
 
 Adaptive::Adaptive(System& system)
     : Integrator(system),
       directions_(switches_.count(), 0),
       walker_(system, partition_),
+      before_crossing_(now_),
+      after_crossing_(now_),
       next_(now_),
       gaps_(switches_.count(), 0),
       gaps_before_(gaps_) {}
@@ -35,6 +39,7 @@ void Adaptive::on_start() {
 
 void Adaptive::restart() {
   wrench_changes_ = system_.wrench_changes();
+  crossing_ = false;
   partition_.evaluate(now_);
   if (partition_.used_rows() != rows_) {  // redundant constraints: others carry the multipliers now
     rows_ = partition_.used_rows();
@@ -68,6 +73,7 @@ void Adaptive::on_advance(double h) {
   }
   const double stop = coupled_ ? end : std::numeric_limits<double>::infinity();
   for (long taken = 0; front_ < end; ++taken) {
+    if (crossing_) leave_crossing();
     if (taken == most_steps)
       throw std::runtime_error("t = " + std::to_string(front_) + " s: " + std::to_string(most_steps) +
                                " steps did not reach " + std::to_string(end) +
@@ -82,6 +88,7 @@ void Adaptive::on_advance(double h) {
       step_on(end, stop);
     }
   }
+  if (crossing_) read_crossing(end);
   if (walking_) return;
   if (now_.t != end) read_consistent(end);
   bool anew = has_drifted();
@@ -125,6 +132,7 @@ void Adaptive::step_on(double end, double stop) {
 void Adaptive::walk(double end) {
   if (now_.t != front_) read_consistent(front_);
   if (!walking_) begin_walk();
+  if (cross(end)) return;
   const double h = std::min(walk_step_, end - now_.t);
   if (!try_walk(h, end)) return;
   walk_failures_ = 0;
@@ -138,11 +146,74 @@ void Adaptive::walk(double end) {
   if (passed) take_event(event);
   // On the singular pose itself there is nothing to choose, and nothing to evaluate.
   if (!landed_ && (partition_.choose_again_if_needed(now_) || passed)) partition_.evaluate_nearest(now_);
-  beside_singular_ = partition_.distance_from_singular() < far_enough;
+  const double distance = partition_.distance_from_singular();
+  approach_ = distance_ > 0 ? (distance_ - distance) / h : 0;
+  distance_ = distance;
+  beside_singular_ = distance < far_enough;
+}
+
+// One step from this side of the singular pose to as far behind it; false where that is not due, or not good enough.
+bool Adaptive::cross(double end) {
+  if (!may_cross_ || landed_ || !(distance_ > 0) || !(distance_ < step_over) || !(approach_ > 0)) return false;
+  const double h = 2 * distance_ / approach_;
+  if (coupled_ && h > end - now_.t) return false;  // the future is not known
+  may_cross_ = false;
+  walk_flows_ = flows_.of_elements;
+  try {
+    walker_.step(now_, h, next_, walk_flows_);
+    partition_.refuse_other_branch(next_);
+  } catch (const std::runtime_error&) {
+    partition_.evaluate_nearest(now_);
+    return false;
+  }
+  if (walker_.error() > most_of_crossing || stop_at_event(h) < switches_.count()) {
+    partition_.evaluate_nearest(now_);
+    return false;
+  }
+  crossing_ = true;
+  before_crossing_ = now_, after_crossing_ = next_;
+  flows_before_ = flows_.of_elements, flows_after_ = walk_flows_;
+  front_ = after_crossing_.t;
+  distance_ = partition_.distance_from_singular(), approach_ = 0;
+  return true;
+}
+
+void Adaptive::leave_crossing() {
+  crossing_ = false;
+  now_ = after_crossing_;
+  flows_.of_elements = flows_after_;
+  partition_.evaluate_nearest(now_);
+  if (partition_.choose_again_if_needed(now_)) partition_.evaluate_nearest(now_);
+}
+
+// The quintic of each coordinate that has q, q', q'' of both ends; flows on a cubic, reactions on a line.
+void Adaptive::read_crossing(double t) {
+  const MotionState &a = before_crossing_, &b = after_crossing_;
+  const double h = b.t - a.t, s = (t - a.t) / h;
+  const double s2 = s * s, s3 = s2 * s;
+  // Of what b lies off the parabola of a: p(1), p'(1), p''(1) as powers of s from 3 on.
+  for (Eigen::Index i = 0; i < a.q.size(); ++i) {
+    const double v = h * a.velocity[i], w = h * h * a.acceleration[i];
+    const double p = b.q[i] - a.q[i] - v - w / 2, dp = h * b.velocity[i] - v - w, ddp = h * h * b.acceleration[i] - w;
+    const double c3 = 10 * p - 4 * dp + ddp / 2, c4 = -15 * p + 7 * dp - ddp, c5 = 6 * p - 3 * dp + ddp / 2;
+    now_.q[i] = a.q[i] + s * v + s2 * w / 2 + s3 * (c3 + s * (c4 + s * c5));
+    now_.velocity[i] = (v + s * w + s2 * (3 * c3 + s * (4 * c4 + s * 5 * c5))) / h;
+    now_.acceleration[i] = (w + s * (6 * c3 + s * (12 * c4 + s * 20 * c5))) / (h * h);
+  }
+  now_.t = t;
+  now_.lambda = (1 - s) * a.lambda + s * b.lambda;
+  now_.rates = (1 - s) * a.rates + s * b.rates;
+  flows_.of_elements = flows_before_ + s2 * (3 - 2 * s) * (flows_after_ - flows_before_) +
+                       h * s * (1 - s) * ((1 - s) * a.rates - s * b.rates);
+  system_.set_state(t, now_.q, now_.velocity);
+  system_.set_multipliers(now_.lambda);
+  Eigen::VectorXd loads(now_.q.size());
+  system_.loads(loads);  // for what forces report
 }
 
 void Adaptive::begin_walk() {
   walking_ = true, walk_controlled_ = true, walk_failures_ = 0;
+  distance_ = approach_ = 0, may_cross_ = true, crossing_ = false;
   const double rate = now_.velocity.cwiseProduct(coordinate_scale(system_)).cwiseAbs().maxCoeff();
   const double slowness = 1 / std::max(rate / system_.length_scale(), 1.0);
   walk_step_ = slowness * std::pow(step_tolerance(), 0.2), landing_step_ = slowness * std::pow(step_tolerance(), 0.25);
@@ -151,7 +222,7 @@ void Adaptive::begin_walk() {
 // Returns whether next_ may stand; else the step has been made shorter. Near the pose rounding is more than what the
 // estimate of the error means to see: there the step stays what it was.
 bool Adaptive::try_walk(double h, double end) {
-  const bool core = partition_.distance_from_singular() < 0.01;
+  const bool core = partition_.distance_from_singular() < 0.01;  // of now_
   walk_flows_ = flows_.of_elements;
   const bool from_singular = std::exchange(landed_, false);
   const auto shorten = [&](double factor) {
@@ -169,7 +240,10 @@ bool Adaptive::try_walk(double h, double end) {
     return landed_ = true;
   }
   if (core && !walk_controlled_) return true;
-  const double change = 0.9 * std::pow(step_tolerance() / std::max(walker_.error(), 1e-30), 0.2);
+  // Rounding leaves its share of the accelerations in a step, however short.
+  const double distance = partition_.distance_from_singular(), rounding = 1e-15 * h / (distance * distance * distance);
+  const double allowed = std::max(step_tolerance(), rounding);
+  const double change = 0.9 * std::pow(allowed / std::max(walker_.error(), 1e-30), 0.2);
   if (change < 0.9 && ++walk_failures_ <= (core ? 3 : most_failures_of_a_step)) return shorten(std::max(change, 0.2));
   walk_controlled_ = false;
   if (h >= walk_step_) walk_step_ *= std::clamp(change, 0.2, 2.0);

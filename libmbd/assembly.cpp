@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 #include <numeric>
 #include <stdexcept>
 
@@ -140,34 +141,58 @@ void refuse_open_joints(System& system, double t, const Eigen::VectorXd& q) {
                               " m (1e-9 of the machine's length). Correct the pose, or let the program assemble it.");
 }
 
-AssemblyReport assemble(System& system, double t, Eigen::VectorXd& q, Eigen::VectorXd& velocity) {
-  AssemblyReport report;
-  report.equations = system.equations();
-  report.freedom = system.coordinates();
-  system.set_state(t, q, velocity);
-  if (report.equations == 0) return report;
+namespace {
 
-  Constraints c;
-  const Eigen::VectorXd rows = row_scale(system), columns = coordinate_scale(system), start = q;
+using Mask = std::vector<bool>;  // of coordinates: those that stay
+
+/// Coordinates of poses that stay as they are.
+Mask held_positions(const System& system) {
+  Mask held(static_cast<std::size_t>(system.coordinates()), false);
+  const auto& bodies = system.model().bodies;
+  for (std::size_t i = 0; i < held.size(); ++i) held[i] = bodies[i / 3].pose_is == StartMark::exact;
+  return held;
+}
+
+/// Whether the model says anything of velocity k of a body: 0 is what is left out.
+bool gives_velocity(const Body& body, std::size_t k) {
+  return body.velocity_is == StartMark::exact || (body.velocity_is == StartMark::given && body.velocity[k] != 0);
+}
+
+Mask held_velocities(const System& system) {
+  Mask held(static_cast<std::size_t>(system.coordinates()), false);
+  const auto& bodies = system.model().bodies;
+  for (std::size_t i = 0; i < held.size(); ++i) held[i] = gives_velocity(bodies[i / 3], i % 3);
+  return held;
+}
+
+/// The least change of the coordinates that are not held which makes scaled_jacobian * change = right.
+Eigen::VectorXd least_change(const System& system, const Constraints& c, const Mask& held,
+                             const Eigen::VectorXd& right) {
+  Eigen::MatrixXd jacobian = scaled_jacobian(system, c);
+  for (std::size_t i = 0; i < held.size(); ++i)
+    if (held[i]) jacobian.col(static_cast<Eigen::Index>(i)).setZero();
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
+  solver.setThreshold(rank_share);
+  solver.compute(jacobian);
+  return coordinate_scale(system).cwiseInverse().cwiseProduct(Eigen::VectorXd(solver.solve(right)));
+}
+
+/// Newton with halving: full steps near the solution, and no step that opens the joints further. Returns the largest
+/// |Phi| that is left, angles times length; c holds the constraints there.
+double close_joints(System& system, double t, Eigen::VectorXd& q, Constraints& c, int& iterations) {
+  const Eigen::VectorXd rows = row_scale(system), columns = coordinate_scale(system);
+  const Mask held = held_positions(system);
   const auto residual = [&](const Eigen::VectorXd& at) {
     system.set_position(t, at);
     system.constraints(c);
     return Eigen::VectorXd(rows.cwiseProduct(c.phi));
   };
-  const auto least_change = [&](const Eigen::VectorXd& right) {
-    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
-    solver.setThreshold(rank_share);
-    solver.compute(scaled_jacobian(system, c));
-    return Eigen::VectorXd(columns.cwiseInverse().cwiseProduct(Eigen::VectorXd(solver.solve(right))));
-  };
-
-  // Newton with halving: full steps near the solution, and no step that opens the joints further.
   const double length = system.length_scale();
   const auto goal = [&] { return 1e-14 * std::max({length, q.cwiseAbs().maxCoeff()}); };
   Eigen::VectorXd phi = residual(q);
   double worst = phi.cwiseAbs().maxCoeff();
-  for (int idle = 0; worst > goal() && idle < 3 && report.iterations < most_iterations; ++report.iterations) {
-    Eigen::VectorXd step = -least_change(phi);
+  for (int idle = 0; worst > goal() && idle < 3 && iterations < most_iterations; ++iterations) {
+    Eigen::VectorXd step = -least_change(system, c, held, phi);
     step *= std::min(1.0, 0.5 * length / std::max(1e-300, columns.cwiseProduct(step).cwiseAbs().maxCoeff()));
     double share = 1;
     Eigen::VectorXd next = q + step, phi_next = residual(next);
@@ -181,23 +206,88 @@ AssemblyReport assemble(System& system, double t, Eigen::VectorXd& q, Eigen::Vec
     phi = residual(q);
     worst = phi.cwiseAbs().maxCoeff();
   }
+  return worst;
+}
 
-  const Dependencies dependent = find_dependencies(system, scaled_jacobian(system, c));
-  if (worst > 1e-11 * std::max(length, q.cwiseAbs().maxCoeff())) refuse_contradiction(system, c.phi, dependent, false);
-  const Eigen::VectorXd off = rows.cwiseProduct(c.jacobian * velocity + c.phi_t);
-  velocity -= least_change(off);
-  velocity -= least_change(rows.cwiseProduct(c.jacobian * velocity + c.phi_t));  // once more takes the rounding away
-  const Eigen::VectorXd left = c.jacobian * velocity + c.phi_t;
+/// Puts velocities on Phi_q q' = -Phi_t, those held as they are; false when that cannot be.
+bool put_on_velocities(const System& system, const Constraints& c, const Mask& held, Eigen::VectorXd& velocity,
+                       Eigen::VectorXd& left) {
+  const Eigen::VectorXd rows = row_scale(system);
+  const auto off = [&] { return Eigen::VectorXd(c.jacobian * velocity + c.phi_t); };
+  for (int pass = 0; pass < 2; ++pass)  // the second takes the rounding away
+    velocity -= least_change(system, c, held, rows.cwiseProduct(off()));
+  left = off();
   const double speed = std::max(c.phi_t.cwiseAbs().maxCoeff(), velocity.cwiseAbs().maxCoeff());
-  if (left.cwiseAbs().maxCoeff() > 1e-9 * std::max(1e-3, speed)) refuse_contradiction(system, left, dependent, true);
+  return left.cwiseAbs().maxCoeff() <= 1e-9 * std::max(1e-3, speed);
+}
+
+}  // namespace
+
+AssemblyReport assemble(System& system, double t, Eigen::VectorXd& q, Eigen::VectorXd& velocity) {
+  AssemblyReport report;
+  report.equations = system.equations();
+  report.freedom = system.coordinates();
+  system.set_state(t, q, velocity);
+  if (report.equations == 0) return report;
+
+  Constraints c;
+  const Eigen::VectorXd start = q;
+  const double worst = close_joints(system, t, q, c, report.iterations);
+  const Dependencies dependent = find_dependencies(system, scaled_jacobian(system, c));
+  if (worst > 1e-11 * std::max(system.length_scale(), q.cwiseAbs().maxCoeff()))
+    refuse_contradiction(system, c.phi, dependent, false);
+  const Eigen::VectorXd given = velocity;
+  Eigen::VectorXd left;
+  if (!put_on_velocities(system, c, held_velocities(system), velocity, left)) {
+    velocity = given;
+    const Mask none(static_cast<std::size_t>(system.coordinates()), false);
+    if (!put_on_velocities(system, c, none, velocity, left)) refuse_contradiction(system, left, dependent, true);
+  }
 
   report.rank = dependent.rank;
   report.freedom = system.coordinates() - dependent.rank;
   report.redundant = dependent.texts;
   report.residual = worst;
-  report.moved = columns.cwiseProduct(q - start).cwiseAbs().maxCoeff();
+  Eigen::Index farthest = 0;
+  report.moved = coordinate_scale(system).cwiseProduct(q - start).cwiseAbs().maxCoeff(&farthest);
+  report.moved_body = system.body_name(static_cast<int>(farthest / 3) + 1);
   system.set_state(t, q, velocity);
   return report;
+}
+
+void refuse_changed_start(const System& system, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
+  constexpr double pose_share = 0.01, velocity_share = 1e-3;
+  constexpr const char* names[2][3] = {{"x", "y", "angle"}, {"velocity x", "velocity y", "spin"}};
+  constexpr const char* units[2][3] = {{"m", "m", "rad"}, {"m/s", "m/s", "rad/s"}};
+  const auto& bodies = system.model().bodies;
+  const double fastest = velocity.cwiseProduct(coordinate_scale(system)).cwiseAbs().maxCoeff();
+  std::string text;
+  const auto list_change = [&](std::size_t body, int level, std::size_t k, double given, double assembled) {
+    text += (text.empty() ? "" : "; ") + std::string("body '") + bodies[body].name + "' " + names[level][k] +
+            ": given " + number(given) + ", assembled " + number(assembled) + ", difference " +
+            number(assembled - given) + " " + units[level][k];
+  };
+  bool moved = false;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const Body& b = bodies[i];
+    const double size = system.body_size(static_cast<int>(i) + 1);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto at = static_cast<Eigen::Index>(3 * i + k);
+      const double scale = k == 2 ? size : 1;
+      const double allowed = b.pose_is == StartMark::about   ? std::numeric_limits<double>::infinity()
+                             : b.pose_is == StartMark::exact ? 1e-9 * size
+                                                             : pose_share * size;
+      if (!(std::abs(q[at] - b.pose[k]) * scale <= allowed)) list_change(i, 0, k, b.pose[k], q[at]), moved = true;
+      const double change = std::abs(velocity[at] - b.velocity[k]) * (k == 2 ? system.length_scale() : 1);
+      const double share = b.velocity_is == StartMark::exact ? 1e-9 : velocity_share;
+      if (gives_velocity(b, k) && !(change <= share * std::max(fastest, std::abs(b.velocity[k]))))
+        list_change(i, 1, k, b.velocity[k], velocity[at]);
+    }
+  }
+  if (text.empty()) return;
+  throw std::invalid_argument("the joints do not allow the start that is given: " + text + ". Correct it, or write `" +
+                              (moved ? "pose is: about" : "velocity is: about") +
+                              "` at the body to let the program change it");
 }
 
 }  // namespace subsoil::mbd

@@ -58,7 +58,8 @@ struct Cvode::Solver {
   Solver(const Solver&) = delete;
   Solver& operator=(const Solver&) = delete;
 
-  Eigen::Index size() const { return 2 * f + e; }
+  /// A machine that nothing moves has no unknowns, and CVODE no use for a vector of none: one that stays 0.
+  Eigen::Index size() const { return std::max<Eigen::Index>(2 * f + e, 1); }
 
   /// v and v' from y, the rest carried on from the last good state.
   void unpack(double t, const double* from, MotionState& out) const {
@@ -86,6 +87,7 @@ struct Cvode::Solver {
     return sundials::guarded(s.thrown, 1, [&] {  // 1: a shorter step may do
       s.evaluate(t, y);
       double* out = N_VGetArrayPointer(dy);
+      out[s.size() - 1] = 0;
       for (Eigen::Index i = 0; i < s.f; ++i) {
         out[i] = s.trial.velocity[s.set[static_cast<std::size_t>(i)]];
         out[s.f + i] = s.trial.acceleration[s.set[static_cast<std::size_t>(i)]];
@@ -116,8 +118,8 @@ void Cvode::build() {
   auto& s = *solver_;
   s.steps_before = steps_before, s.evaluations_before = evaluations_before;
   const double rtol = local_tolerance(options_.rtol, 1e-14), atol = local_tolerance(options_.atol, 1e-15);
-  s.tolerance.map().head(2 * s.f).setConstant(atol);
-  s.tolerance.map().tail(s.e).setConstant(1e2 * atol);
+  s.tolerance.map().setConstant(atol);
+  s.tolerance.map().segment(2 * s.f, s.e).setConstant(1e2 * atol);
   s.memory = check(CVodeCreate(CV_ADAMS, s.context), "CVodeCreate");
   check(CVodeSetErrHandlerFn(s.memory, sundials::silence, nullptr), "CVodeSetErrHandlerFn");
   check(CVodeInit(s.memory, Solver::right_side, now_.t, s.y), "CVodeInit");
@@ -138,11 +140,12 @@ void Cvode::begin() {
   s.set = partition_.independent();
   s.trial = s.good = now_;
   Map y = s.y.map();
+  y.setZero();
   for (Eigen::Index i = 0; i < s.f; ++i) {
     y[i] = now_.q[s.set[static_cast<std::size_t>(i)]];
     y[s.f + i] = now_.velocity[s.set[static_cast<std::size_t>(i)]];
   }
-  y.tail(s.e) = flows_.of_elements;
+  y.segment(2 * s.f, s.e) = flows_.of_elements;
   check(CVodeReInit(s.memory, now_.t, s.y), "CVodeReInit");
 }
 
@@ -178,7 +181,7 @@ void Cvode::read(double t) {
   auto& s = *solver_;
   check(CVodeGetDky(s.memory, t, 0, s.dense), "CVodeGetDky");
   s.unpack(t, s.dense.map().data(), now_);
-  flows_.of_elements = s.dense.map().tail(s.e);
+  flows_.of_elements = s.dense.map().segment(2 * s.f, s.e);
 }
 
 void Cvode::root_directions(std::vector<int>& out) {

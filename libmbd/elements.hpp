@@ -1,23 +1,23 @@
 #pragma once
 
 // The lists of what a machine can be built of. A new joint, driver or force is its own file and one entry here: the
-// system, the scenario reader, the checker and the docs iterate over these tuples.
+// system, the scenario reader, the checker and the docs iterate over these tuples. Only sources that go through every
+// type include this file; a model needs the headers of the elements that it names.
 //
 // describe(V&) uses the common vocabulary and these words besides:
 //   v.coordinate(key, body, coordinate, meaning)               `coordinate: trolley.x`: a body and x, y or angle of it
 //   v.optional_characteristic(key, characteristic, x unit, unit, meaning)
 //                                                              force over a measure; left out: is_set() stays false
+//   v.exponent(key, number, range, meaning)                   that units beside it hold as n: N/m^(n+1)
 //   v.joint(key, name, meaning)                                the name of a joint of the machine
 //   v.optional_function(key, function, unit, meaning)          may be left out: function.is_set() stays false
 //   v.optional_quantity(key, number, unit, range, meaning)     may be left out: the number stays NaN
 //   v.point(key, body, point, meaning)                         a point in body axes; `at: x y m` is a world point of
-//                                                              the start pose; may be left out: the centre of gravity
-//   v.form(key, variant, meaning)                             one of several structs, chosen by the word that is
-//   present v.optional_body(key, body, meaning)                        a body or the ground; may be left out: the
-//   ground
+//                                                              the start pose; left out: the centre of gravity
+//   v.form(key, variant, meaning)                              one of several structs, chosen by the word that is there
+//   v.optional_body(key, body, meaning)                        a body or the ground; left out: the ground
 
 #include <tuple>
-#include <variant>
 
 #include "libmbd/drivers/angle_driver.hpp"
 #include "libmbd/drivers/coordinate_driver.hpp"
@@ -60,17 +60,17 @@ using Drivers = std::tuple<CoordinateDriver, AngleDriver, SlideDriver, DistanceD
 using Forces = std::tuple<SpringDamper, RotationalSpringDamper, Bushing, AppliedForce, Drag, LineContact, DiskContact,
                           RotationalStop, SlideStop, DistanceStop, WheelOnSoil, GroundElement, JointFriction>;
 
-namespace detail {
-template <class Tuple>
-struct AsVariant;
-template <class... Types>
-struct AsVariant<std::tuple<Types...>> {
-  using type = std::variant<Types...>;
+template <>
+struct ListOf<JointFamily> {
+  using type = Joints;
 };
-}  // namespace detail
-
-using AnyJoint = detail::AsVariant<Joints>::type;
-using AnyDriver = detail::AsVariant<Drivers>::type;
-using AnyForce = detail::AsVariant<Forces>::type;
+template <>
+struct ListOf<DriverFamily> {
+  using type = Drivers;
+};
+template <>
+struct ListOf<ForceFamily> {
+  using type = Forces;
+};
 
 }  // namespace subsoil::mbd

@@ -66,27 +66,10 @@ class Balance {
   Constraints c_;
 };
 
-Eigen::VectorXd towing_velocity(const System& system, double speed) {
-  Eigen::VectorXd velocity = Eigen::VectorXd::Zero(system.coordinates());
-  for (int i = 0; i < system.coordinates(); i += 3) velocity[i] = speed;
-  for (const auto& f : system.model().forces)
-    std::visit(
-        [&](const auto& force) {
-          if constexpr (requires { force.towing_spin(speed); })
-            velocity[3 * (force.body - 1) + 2] = force.towing_spin(speed);
-        },
-        f.element);
-  return velocity;
-}
-
-}  // namespace
-
-namespace {
-
 /// Newton with pseudo-transient continuation from a guess; true when the balance closes.
 bool solve_balance(System& system, Balance& balance, Equilibrium& found) {
   const auto n = system.coordinates(), m = system.equations();
-  // Force and length that decide what is small: the machine's weight (or 1 N without gravity) and its levers.
+  // Force and length that decide what is small: the machine's weight (or 1 N without gravity) and its moment arms.
   const double length = system.length_scale();
   const auto& g = system.model().gravity;
   double mass = 0;
@@ -148,7 +131,7 @@ void refuse_moving_drivers(const System& system, const Constraints& c, const Equ
 Equilibrium towing_equilibrium(System& system, double t, const Eigen::VectorXd& guess, double speed) {
   Equilibrium found;
   found.q = guess;
-  found.velocity = towing_velocity(system, speed);
+  found.velocity = system.towing_velocity(speed);
   Balance balance(system, t, found.velocity);
   bool closed = solve_balance(system, balance, found);
   if (!closed && speed == 0) {

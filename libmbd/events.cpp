@@ -1,31 +1,18 @@
 #include "libmbd/events.hpp"
 
 #include <algorithm>
-#include <type_traits>
+
+#include "libmbd/elements.hpp"
 
 namespace subsoil::mbd {
 
 namespace {
 
-template <class Force>
-concept Closing = requires(const Force& force, const Scene& scene) {
-  force.gap(scene);
-};
-template <class Force>
-concept Sticking = requires(const Force& force, const Scene& scene) {
-  force.hold(scene);
-};
-
-template <class Force>
-concept Tracing = requires(Force& force, const Scene& scene, std::vector<Rut>& ruts) {
-  force.commit(scene, ruts);
-};
-
 bool switches(const AnyForce& any) {
-  return std::visit(
+  return visit(
       []<class Force>(const Force& force) {
-        if constexpr (Sticking<Force>) return force.can_stick();
-        return Closing<Force>;
+        if constexpr (Force::has.stick) return force.can_stick();
+        return Force::has.gap;
       },
       any);
 }
@@ -43,17 +30,16 @@ Switches::Switches(const System& system) : system_(system) {
 const std::string& Switches::name(std::size_t i) const { return system_.model().forces[forces_[i]].name; }
 
 bool Switches::of_friction(std::size_t i) const {
-  return std::visit([]<class Force>(const Force&) { return Sticking<Force>; },
-                    system_.model().forces[forces_[i]].element);
+  return visit([]<class Force>(const Force&) { return Force::has.stick; }, system_.model().forces[forces_[i]].element);
 }
 
 void Switches::gaps(std::span<double> out) const {
   const Scene scene = system_.scene();
   for (std::size_t i = 0; i < count(); ++i)
-    std::visit(
+    visit(
         [&]<class Force>(const Force& force) {
-          if constexpr (Closing<Force>) out[i] = force.gap(scene);
-          if constexpr (Sticking<Force>) out[i] = force.hold(scene);
+          if constexpr (Force::has.gap) out[i] = force.gap(scene);
+          if constexpr (Force::has.stick) out[i] = force.hold(scene);
         },
         system_.model().forces[forces_[i]].element);
 }
@@ -64,14 +50,9 @@ void Switches::take_sides() {
 }
 
 bool remembers(const Model& model) {
-  bool any = false;
-  for (const auto& f : model.forces)
-    std::visit(
-        [&](const auto& force) {
-          if constexpr (Tracing<std::remove_cvref_t<decltype(force)>>) any = true;
-        },
-        f.element);
-  return any;
+  const auto leaves_ruts = []<class Force>(const Force&) { return Force::has.rut; };
+  return std::any_of(model.forces.begin(), model.forces.end(),
+                     [&](const auto& force) { return visit(leaves_ruts, force.element); });
 }
 
 double locate_crossing(const std::function<double(double)>& gap, int side, double gap_at_start, double gap_at_end) {

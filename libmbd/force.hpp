@@ -1,9 +1,11 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <span>
 #include <vector>
 
+#include "libmbd/any_element.hpp"
 #include "libmbd/body.hpp"
 #include "libmbd/rut.hpp"
 
@@ -23,7 +25,7 @@ struct Scene {
 class Loads {
  public:
   explicit Loads(std::span<std::array<double, 3>> wrenches) : wrenches_(wrenches) {}
-  /// Force `f` on the material point at world lever `arm` from the centre of gravity.
+  /// Force `f` on the material point whose moment arm about the centre of gravity is `arm`, world axes.
   void add(int body, Vec2 arm, Vec2 f) { add_wrench(body, f.x, f.y, cross(arm, f)); }
   void add_wrench(int body, double fx, double fy, double mz) {
     auto& w = wrenches_[static_cast<std::size_t>(body)];
@@ -55,5 +57,68 @@ struct ForceColumn {
 };
 inline constexpr std::size_t max_force_columns = 5;
 using ForceValues = std::array<double, max_force_columns>;
+
+/// What a force has beside evaluate(), as its `static constexpr ForceMembers has{...}`. The system calls what stands
+/// here and nothing else. IsForce compares it with the members that there are, so that a misspelt one is no silent
+/// loss.
+struct ForceMembers {
+  bool check = false;                 ///< check(): refuses parameters, by std::invalid_argument
+  bool initialise_from_pose = false;  ///< initialise_from_pose(scene): what the start pose decides
+  bool gap = false;                   ///< gap(scene): on whose sign the law depends, > 0 open, < 0 in contact
+  bool stick = false;                 ///< can_stick(), hold(scene), pass_event(scene): friction that comes to rest
+  bool trace = false;                 ///< begin_trace(scene), memory(), set_memory(m): what a restart needs
+  bool rut = false;                   ///< track, rut, commit(scene, ruts): accepted states change the ground
+  bool towing_spin = false;           ///< towing_spin(speed): angular velocity of its body in a tow
+  bool joint = false;                 ///< joint, attach(joint, row): its bodies are those of a joint
+};
+
+namespace detail {
+template <class F>
+concept Sticks = requires(F f, const Scene scene) {
+  { f.can_stick() } -> std::same_as<bool>;
+  { f.hold(scene) } -> std::same_as<double>;
+  { f.pass_event(scene) } -> std::same_as<Changeover>;
+};
+template <class F>
+concept Traces = requires(F f, const Scene scene) {
+  f.begin_trace(scene);
+  f.set_memory(f.memory());
+};
+template <class F>
+concept Ruts = requires(F f, const Scene scene, std::vector<Rut> ruts) {
+  f.track.empty();
+  f.rut = std::size_t{0};
+  f.commit(scene, ruts);
+};
+/// F::has is what F has.
+template <class F>
+concept ForceHas = F::has.check == requires(const F f) {
+  f.check();
+}
+&&F::has.initialise_from_pose == requires(F f, const Scene scene) { f.initialise_from_pose(scene); }
+&&F::has.gap == requires(const F f, const Scene scene) {
+  { f.gap(scene) } -> std::same_as<double>;
+}
+&&F::has.stick == Sticks<F>&& F::has.trace == Traces<F>&& F::has.rut == Ruts<F>&& F::has.towing_spin ==
+    requires(const F f) {
+  { f.towing_spin(1.0) } -> std::same_as<double>;
+}
+&&F::has.joint == requires(F f) { f.joint.empty(); };
+}  // namespace detail
+
+/// A force: wrenches on the bodies that it names, with its account of energy and its columns.
+template <class F>
+concept IsForce = requires(const F f, const Scene scene, Loads loads, ForceValues values) {
+  { F::has } -> std::same_as<const ForceMembers&>;
+  { F::columns.size() } -> std::same_as<std::size_t>;
+  { f.evaluate(scene, loads, values) } -> std::same_as<ForcePower>;
+}
+&&detail::ForceHas<F>;
+
+struct ForceFamily {
+  template <class F>
+  static constexpr bool takes = IsForce<F>;
+};
+using AnyForce = AnyElement<ForceFamily>;
 
 }  // namespace subsoil::mbd

@@ -9,15 +9,15 @@ namespace subsoil::mbd {
 
 inline const BodyState& body_of(const Scene& scene, int body) { return scene.bodies[static_cast<std::size_t>(body)]; }
 
-/// The line from a point of body a to a point of body b: world levers, unit vector, length and its rate (m, m/s).
-/// At length 0 there is no direction and `e` is zero.
+/// The line from a point of body a to a point of body b: moment arms in world axes, unit vector, length and its rate
+/// (m, m/s). At length 0 there is no direction and `e` is zero.
 struct LineOfAction {
   Vec2 arm_a, arm_b, e;
   double length = 0, rate = 0;
 
   LineOfAction(const BodyState& a, const std::array<double, 2>& p_a, const BodyState& b,
                const std::array<double, 2>& p_b)
-      : arm_a(a.world(p_a)), arm_b(b.world(p_b)) {
+      : arm_a(a.vector_in_world(p_a)), arm_b(b.vector_in_world(p_b)) {
     const Vec2 d = b.r + arm_b - a.r - arm_a;
     length = mbd::length(d);
     e = length > 0 ? (1 / length) * d : Vec2{};

@@ -24,7 +24,7 @@ struct HuntCrossley {
   /// Units of depth and force: "m" and "N", or "rad" and "N m".
   template <class V>
   void describe(V& v, const std::string& depth, const std::string& force) {
-    v.quantity("n", n, "1", "[1, inf)", "exponent of the depth: 1.5 of two spheres, 1 linear");
+    v.exponent("n", n, "[1, inf)", "exponent of the depth: 1.5 of two spheres, 1 linear");
     v.quantity("stiffness", stiffness, (force + "/" + depth + "^(n)").c_str(), "(0, inf)", "force per depth^n");
     v.quantity("damping", damping, ("s/" + depth).c_str(), "[0, inf)",
                "b in force = k depth^n (1 + b rate of depth); restitution is about 1 - 2/3 b speed; 0: elastic");

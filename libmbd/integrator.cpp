@@ -37,6 +37,7 @@ void Integrator::start(double t, const Eigen::VectorXd& q, const Eigen::VectorXd
   partition_.choose(now_);
   partition_.evaluate(now_);
   events_.clear();
+  step_error_ = {};
   switches_.take_sides();
   on_start();
 }
@@ -48,6 +49,7 @@ void Integrator::advance(double h) {
     advance_over_events(h);
   else
     on_advance(h);
+  refuse_blow_up(system_, now_);
   system_.set_state(now_.t, now_.q, now_.velocity);
   system_.commit();
   for (int i = 1; i < system_.bodies(); ++i)

@@ -28,28 +28,11 @@ enum class WrenchJump { shift, restart };
 struct AdamsMoultonOptions {
   int order = 4;
   WrenchJump wrench_jump = WrenchJump::shift;
-
-  template <class V>
-  void describe(V& v) {
-    v.card("adams-moulton",
-           "Adams-Bashforth predictor, Adams-Moulton corrector, fixed step, on partitioned coordinates");
-    v.count("order", order, "[1, 6]", "order of accuracy");
-    v.choice("after a jump of the wrench", wrench_jump,
-             {{"shift", WrenchJump::shift}, {"restart", WrenchJump::restart}},
-             "what the multistep past becomes when the soil's wrench changes between steps");
-  }
 };
 
 struct CvodeOptions {
   double rtol = 1e-8;
   double atol = 1e-10;
-
-  template <class V>
-  void describe(V& v) {
-    v.card("cvode", "SUNDIALS CVODE, Adams methods of variable order and step, on partitioned coordinates");
-    v.quantity("rtol", rtol, "1", "(0, 0.1]", "relative tolerance");
-    v.quantity("atol", atol, "1", "(0, 0.1]", "absolute tolerance, in m, rad, m/s and rad/s");
-  }
 };
 
 /// The equations that IDA solves; see ida.hpp.
@@ -59,22 +42,23 @@ struct IdaOptions {
   double rtol = 1e-8;
   double atol = 1e-10;
   IdaFormulation formulation = IdaFormulation::stabilised_index_2;
-
-  template <class V>
-  void describe(V& v) {
-    v.card("ida", "SUNDIALS IDA, backward differences of variable order and step, on the whole system");
-    v.quantity("rtol", rtol, "1", "(0, 0.1]", "relative tolerance");
-    v.quantity("atol", atol, "1", "(0, 0.1]", "absolute tolerance, in m, rad, m/s and rad/s");
-    v.choice("formulation", formulation,
-             {{"stabilised index 2", IdaFormulation::stabilised_index_2}, {"index 1", IdaFormulation::index_1}},
-             "the constraints on position and velocity level, or on the level of accelerations");
-  }
 };
 
 /// Energy that crossed the book since the start (J): integrals of powers, never remainders.
 struct EnergyFlows {
   Eigen::VectorXd of_elements;  ///< as MotionState::rates: lost of forces, work of forces, work of drivers
   double external_work = 0;  ///< of external wrenches: wrench times displacement, exact since it is constant per step
+};
+
+/// What fixed steps are estimated to err by: the difference of predictor and corrector by Milne's device. Positions
+/// over the machine's length, velocities over the largest one so far, angles times length.
+struct StepError {
+  double largest = 0;     ///< of a step, in position (1)
+  double positions = 0;   ///< sum over the steps (1)
+  double velocities = 0;  ///< sum over the steps, times `fastest` (m/s)
+  double fastest = 0;     ///< m/s
+  /// Of the whole run, where errors add up and the motion does not magnify them.
+  double sum() const { return positions + (fastest > 0 ? velocities / fastest : 0); }
 };
 
 /// Moves a consistent state forward in time. One step interface for a coupling loop: set wrenches on the system,
@@ -98,6 +82,8 @@ class Integrator {
 
   const MotionState& state() const { return now_; }
   const EnergyFlows& flows() const { return flows_; }
+  /// Zero for methods that hold their errors to a tolerance.
+  const StepError& step_error() const { return step_error_; }
   Partition& partition() { return partition_; }
   const Partition& partition() const { return partition_; }
   System& system() { return system_; }
@@ -129,6 +115,7 @@ class Integrator {
   MotionState now_;
   EnergyFlows flows_;
   Switches switches_;
+  StepError step_error_;
 
  private:
   void advance_over_events(double h);

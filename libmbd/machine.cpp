@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "libmbd/elements.hpp"
+#include "libmbd/measures.hpp"
 #include "libmbd/wrench.hpp"
 
 namespace subsoil::mbd {
@@ -26,6 +28,7 @@ void Machine::settle_pose(Eigen::VectorXd& q, Eigen::VectorXd& velocity) {
 const AssemblyReport& Machine::start_from_pose() {
   Eigen::VectorXd q, velocity;
   settle_pose(q, velocity);
+  if (options_.hold_start) refuse_changed_start(system_, q, velocity);
   begin(q, velocity);
   return report_;
 }
@@ -48,14 +51,33 @@ void Machine::refuse_redundant() const {
 void Machine::begin(const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
   integrator_->start(system_.model().start_time, q, velocity);
   energy_at_start_ = system_.kinetic() + system_.potential() + system_.stored();
+  watch_energy(true);
 }
 
-void Machine::advance(double h) { integrator_->advance(h); }
+void Machine::advance(double h) {
+  integrator_->advance(h);
+  watch_energy(false);
+}
+
+void Machine::watch_energy(bool first) {
+  const double energy = system_.kinetic() + system_.stored(), potential = system_.potential();
+  if (first) most_energy_ = 0, lowest_potential_ = highest_potential_ = potential;
+  most_energy_ = std::max(most_energy_, energy);
+  lowest_potential_ = std::min(lowest_potential_, potential);
+  highest_potential_ = std::max(highest_potential_, potential);
+}
+
+double EnergyBook::closure() const {
+  // Rounding of sums of this size is no energy of its own.
+  const double rounding = 1e-9 * (std::abs(potential) + std::abs(at_start));
+  const double size = moved + rounding;
+  return size > 0 ? std::abs(balance()) / size : 0;
+}
 
 void Machine::measure(const std::string& name, AnyMeasure measure) {
-  std::visit(
-      [&](auto& m) {
-        if constexpr (requires { m.attach(system_); }) m.attach(system_);
+  visit(
+      [&]<class Measure>(Measure& m) {
+        if constexpr (Measure::has.attach) m.attach(system_);
         const std::vector<MeasureColumn> columns = m.columns();
         for (const MeasureColumn& column : columns) {
           names_.push_back(column.suffix.empty() ? name : name + "." + column.suffix);
@@ -67,7 +89,7 @@ void Machine::measure(const std::string& name, AnyMeasure measure) {
 }
 
 Reaction Machine::reaction_of(std::size_t joint, const Eigen::VectorXd& lambda) const {
-  const int first = std::visit([](const auto& j) { return j.body_a; }, system_.model().joints[joint].element);
+  const int first = visit([](const auto& j) { return j.body_a; }, system_.model().joints[joint].element);
   const Wrench w = joint_wrench(system_, joint, lambda, first);
   return {w.force.x, w.force.y, w.moment};
 }
@@ -84,7 +106,7 @@ double Machine::driver_force(const std::string& name) const {
 
 double Machine::force_value(const std::string& name, const std::string& column) const {
   const std::size_t i = find_named(system_.model().forces, "force", name);
-  return std::visit(
+  return visit(
       [&](const auto& force) {
         std::string known;
         for (std::size_t k = 0; k < force.columns.size(); ++k) {
@@ -108,6 +130,8 @@ EnergyBook Machine::energy() const {
   book.driver_work = flows.of_elements.tail(flows.of_elements.size() - 2 * forces).sum();
   book.external_work = flows.external_work;
   book.at_start = energy_at_start_;
+  book.moved = most_energy_ + (highest_potential_ - lowest_potential_) + std::abs(book.lost) +
+               std::abs(book.driver_work) + std::abs(book.force_work) + std::abs(book.external_work);
   return book;
 }
 
@@ -123,11 +147,11 @@ void Machine::name_columns() {
   }
   for (const auto& j : model.joints) add(j.name + ".fx", "N"), add(j.name + ".fy", "N"), add(j.name + ".moment", "N m");
   for (const auto& d : model.drivers) {
-    const bool turns = std::visit([](const auto& driver) { return driver.angular(); }, d.element);
+    const bool turns = visit([](const auto& driver) { return driver.angular(); }, d.element);
     add(d.name + (turns ? ".torque" : ".force"), turns ? "N m" : "N");
   }
   for (const auto& f : model.forces)
-    std::visit(
+    visit(
         [&](const auto& force) {
           for (const auto& column : force.columns) add(f.name + "." + column.name, column.unit);
         },
@@ -146,7 +170,7 @@ void Machine::columns(std::span<double> out) const {
   const Model& model = system_.model();
   for (int i = 1; i < system_.bodies(); ++i) {
     const BodyState& b = body(i);
-    put(b.r.x, b.r.y, b.angle, b.v.x, b.v.y, b.spin);
+    put(b.r.x, b.r.y, b.angle, b.v.x, b.v.y, b.omega);
     const auto acceleration = integrator_->state().acceleration.segment<3>(3 * (i - 1));
     put(acceleration[0], acceleration[1], acceleration[2]);
   }
@@ -157,15 +181,14 @@ void Machine::columns(std::span<double> out) const {
   }
   for (std::size_t i = 0; i < model.drivers.size(); ++i) put(-lambda[system_.row_of_driver(i)]);
   for (std::size_t i = 0; i < model.forces.size(); ++i) {
-    const std::size_t count =
-        std::visit([](const auto& force) { return force.columns.size(); }, model.forces[i].element);
+    const std::size_t count = visit([](const auto& force) { return force.columns.size(); }, model.forces[i].element);
     for (std::size_t k = 0; k < count; ++k) put(system_.values()[i][k]);
   }
   const EnergyBook e = energy();
   put(e.kinetic, e.potential, e.stored, e.lost, e.driver_work, e.force_work, e.external_work, e.balance());
   const Observation seen{system_, integrator_->state().acceleration, lambda};
   for (const auto& [measure, count] : measures_) {
-    std::visit([&](const auto& m) { m.evaluate(seen, {next, count}); }, measure);
+    visit([&](const auto& m) { m.evaluate(seen, {next, count}); }, measure);
     next += static_cast<std::ptrdiff_t>(count);
   }
 }
@@ -182,6 +205,7 @@ void Machine::restore(std::span<const double> snapshot) {
   if (from == end) throw std::runtime_error("machine restart data are empty");
   energy_at_start_ = *from++;
   integrator_->restore(from, end);
+  watch_energy(true);
   if (from != end)
     throw std::runtime_error("machine restart data are longer than this machine; they belong to another machine");
 }

@@ -9,7 +9,7 @@
 //   machine.start_from_pose();                          // or start_from_towing_equilibrium(0.5)
 //   loop: machine.set_external_wrench(shovel, fx, fy, mz);   // about the centre of gravity, world axes, held over h
 //         machine.advance(h);
-//         machine.body(shovel)                          // BodyState: r, angle, v, spin
+//         machine.body(shovel)                          // BodyState: r, angle, v, omega
 //         machine.columns(values)                       // in the order of column_names()
 
 #include <memory>
@@ -21,7 +21,7 @@
 #include "libmbd/assembly.hpp"
 #include "libmbd/equilibrium.hpp"
 #include "libmbd/integrator.hpp"
-#include "libmbd/measures.hpp"
+#include "libmbd/measure.hpp"
 
 namespace subsoil::mbd {
 
@@ -32,6 +32,7 @@ struct MachineOptions {
   CvodeOptions cvode{};
   bool locate_events = true;  ///< zeros of switching functions are located, the integrator restarted there
   bool assemble = true;       ///< false: a start pose whose joints are open is refused, not closed
+  bool hold_start = false;    ///< a start that assembly has to change is refused: see refuse_changed_start()
 };
 
 /// The energy book since the start (J). balance() is 0 up to integration error: kinetic + potential + stored + lost
@@ -44,6 +45,11 @@ struct EnergyBook {
   double force_work = 0;     ///< done by applied forces
   double external_work = 0;  ///< done by external wrenches (soil)
   double at_start = 0;
+  /// Energy that was there or moved: the most of kinetic + stored, the range of potential, and what drivers, forces,
+  /// soil and dissipation exchanged.
+  double moved = 0;
+  /// |balance()| as a share of it: how far the book is from closing.
+  double closure() const;
   double balance() const {
     return kinetic + potential + stored + lost - driver_work - force_work - external_work - at_start;
   }
@@ -109,6 +115,7 @@ class Machine {
   void settle_pose(Eigen::VectorXd& q, Eigen::VectorXd& velocity);
   void refuse_redundant() const;
   void begin(const Eigen::VectorXd& q, const Eigen::VectorXd& velocity);
+  void watch_energy(bool first);
   void name_columns();
   Reaction reaction_of(std::size_t joint, const Eigen::VectorXd& lambda) const;
 
@@ -118,6 +125,7 @@ class Machine {
   AssemblyReport report_;
   std::optional<Equilibrium> equilibrium_;
   double energy_at_start_ = 0;
+  double most_energy_ = 0, lowest_potential_ = 0, highest_potential_ = 0;
   std::vector<std::string> names_, units_;
   struct Placed {
     AnyMeasure measure;

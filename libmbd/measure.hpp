@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <concepts>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,7 +20,7 @@ struct MeasureColumn {
 /// Where a marker is and how it moves (world axes; m, rad and their rates).
 struct MarkerState {
   Vec2 r, v, a;
-  double angle = 0, spin = 0, alpha = 0;
+  double angle = 0, omega = 0, alpha = 0;
 
   /// A world vector in the marker's axes.
   Vec2 seen(Vec2 w) const {
@@ -36,8 +37,8 @@ struct Observation {
 
   MarkerState at(const Marker& m) const {
     const BodyState& b = system.body(m.body);
-    const Vec2 arm = b.world(m.p);
-    MarkerState state{b.r + arm, b.velocity_at(arm), -b.spin * b.spin * arm, b.angle + m.angle, b.spin, 0};
+    const Vec2 arm = b.vector_in_world(m.p);
+    MarkerState state{b.r + arm, b.velocity_at(arm), -b.omega * b.omega * arm, b.angle + m.angle, b.omega, 0};
     if (m.body == ground) return state;
     const auto q2 = acceleration.segment<3>(3 * (m.body - 1));
     state.alpha = q2[2];
@@ -74,5 +75,26 @@ std::vector<MeasureColumn> columns_of(WrenchPart part);
 /// Writes what columns_of() announced.
 void put(VectorPart part, Vec2 value, std::span<double> out);
 void put(WrenchPart part, Vec2 force, double moment, std::span<double> out);
+
+/// What a measure has beside columns() and evaluate(), as its `static constexpr MeasureMembers has{...}`; see
+/// ForceMembers.
+struct MeasureMembers {
+  bool attach = false;  ///< attach(system): finds a joint or force by its name
+};
+
+/// A measure: numbers of a machine at an instant.
+template <class M>
+concept IsMeasure = requires(const M m, const Observation o, std::span<double> out) {
+  { M::has } -> std::same_as<const MeasureMembers&>;
+  { m.columns() } -> std::same_as<std::vector<MeasureColumn>>;
+  m.evaluate(o, out);
+}
+&&M::has.attach == requires(M m, const System& system) { m.attach(system); };
+
+struct MeasureFamily {
+  template <class M>
+  static constexpr bool takes = IsMeasure<M>;
+};
+using AnyMeasure = AnyElement<MeasureFamily>;
 
 }  // namespace subsoil::mbd

@@ -4,13 +4,12 @@
 // reader and the docs iterate over it.
 //
 // describe(V&) uses the words of libmbd/elements.hpp and these:
-//   v.marker(key, marker, meaning)            a marker of the machine, a body (its centre of gravity, its axes) or
-//   ground v.optional_marker(key, marker, meaning)   may be left out: the marker stays what it is v.markers(key, array,
-//   meaning)            as many markers as the array holds v.force(key, name, meaning)               the name of a
-//   force of the machine
+//   v.marker(key, marker, meaning)            a marker, a body (its centre of gravity, its axes) or the ground
+//   v.optional_marker(key, marker, meaning)   may be left out: the marker stays what it is
+//   v.markers(key, array, meaning)            as many markers as the array holds
+//   v.force(key, name, meaning)               the name of a force of the machine
 
 #include <tuple>
-#include <variant>
 
 #include "libmbd/measures/acceleration.hpp"
 #include "libmbd/measures/angle.hpp"
@@ -26,6 +25,10 @@ namespace subsoil::mbd {
 using Measures = std::tuple<PositionMeasure, VelocityMeasure, AccelerationMeasure, DistanceMeasure, DistanceRateMeasure,
                             AngleMeasure, AngularVelocityMeasure, AngularAccelerationMeasure, CornerMeasure,
                             ReactionMeasure, ForceMeasure, EnergyMeasure>;
-using AnyMeasure = detail::AsVariant<Measures>::type;
+
+template <>
+struct ListOf<MeasureFamily> {
+  using type = Measures;
+};
 
 }  // namespace subsoil::mbd

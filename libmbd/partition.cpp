@@ -1,6 +1,7 @@
 #include "libmbd/partition.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <limits>
 #include <stdexcept>
 
@@ -26,9 +27,29 @@ constexpr double trust = 1e-6;
 constexpr double rounding = 2e-16;
 // A predictor errs by a small share of the velocities; another branch turns or stops some of them.
 constexpr double most_turn = 0.3;
-// Contraction by friction is about mu times a ratio of levers; 0.95 still settles.
+constexpr double at_rest = 1e-8;  // lengths of the machine in a second
+// Contraction by friction is about mu times a ratio of moment arms; 0.95 still settles.
 constexpr int most_friction_iterations = 600;
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2e", value);
+  return text;
+}
 }  // namespace
+
+void refuse_blow_up(const System& system, const MotionState& m) {
+  const double length = std::max(system.length_scale(), 1.0);
+  for (Eigen::Index i = 0; i < m.q.size(); ++i) {
+    if (std::abs(m.q[i]) <= 1e6 * length && std::abs(m.velocity[i]) <= 1e7 * length) continue;
+    throw std::runtime_error("t = " + std::to_string(m.t) + " s: the motion blows up, body '" +
+                             system.body_name(static_cast<int>(i / 3) + 1) + "' is at " + number(m.q[i]) +
+                             (i % 3 == 2 ? " rad with " : " m with ") + number(m.velocity[i]) +
+                             (i % 3 == 2 ? " rad/s" : " m/s") +
+                             "; the step is too long for the stiffest spring, or a force feeds the motion without "
+                             "bound. Leave out time.machine.step to have it chosen by its error");
+  }
+}
 
 Partition::Partition(System& system)
     : system_(system),
@@ -168,6 +189,7 @@ void Partition::factor_schur(const MotionState& m) {
 }
 
 void Partition::refuse_singular(const MotionState& m) const {
+  refuse_blow_up(system_, m);
   throw SingularPose("singular pose at t = " + std::to_string(m.t) + " s: " + singular_owner() +
                      " adds nothing to the other constraints there (a dead point); the motion is not determined from "
                      "here");
@@ -201,6 +223,7 @@ double Partition::residual() const {
 }
 
 void Partition::refuse_open(const MotionState& m) const {
+  refuse_blow_up(system_, m);
   std::size_t worst = 0;
   for (std::size_t i = 0; i < c_.phi.size(); ++i) {
     const auto size = [&](std::size_t k) { return std::abs(c_.phi[k]) * row_scale_[static_cast<Eigen::Index>(k)]; };
@@ -208,7 +231,7 @@ void Partition::refuse_open(const MotionState& m) const {
   }
   const int row = static_cast<int>(worst);
   throw std::runtime_error("the joints cannot be kept closed at t = " + std::to_string(m.t) +
-                           " s: " + system_.owner(row) + " is open by " + std::to_string(std::abs(c_.phi[worst])) +
+                           " s: " + system_.owner(row) + " is open by " + number(std::abs(c_.phi[worst])) +
                            (system_.angular_row(row) ? " rad" : " m") +
                            "; the machine has reached the end of its travel, or the step is too long");
 }
@@ -297,7 +320,8 @@ void Partition::solve_velocities(MotionState& m) {
   for (Eigen::Index i = 0; i < guess.size(); ++i)
     if (!(m.velocity[i] * guess[i] > 0.5 * guess[i] * guess[i]))
       velocity_turn_ = std::max(velocity_turn_, std::abs(m.velocity[i] - guess[i]) * column_scale_[i]);
-  if (velocity_turn_ > 0) velocity_turn_ /= std::max(fastest, velocity_turn_);
+  // A machine at rest has velocities of rounding, which turn as they like.
+  if (velocity_turn_ > 0) velocity_turn_ /= std::max({fastest, velocity_turn_, at_rest * system_.length_scale()});
 }
 
 void Partition::evaluate(MotionState& m) {

@@ -23,6 +23,10 @@ struct SingularPose : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Throws std::runtime_error with time and body when a state is no motion of a machine any more: not a number, a
+/// million lengths of the machine away or faster than 1e7 of them in a second.
+void refuse_blow_up(const System& system, const MotionState& m);
+
 /// Generalised coordinate partitioning (Wehage & Haug 1982; model.md section 1): q -> (u dependent, v independent),
 /// det Phi_u != 0, M diagonal because q holds centres of gravity. The integrator moves v and v' alone;
 ///   u from Phi(u, v, t) = 0 by Newton        Phi_u u' = -Phi_t - Phi_v v'

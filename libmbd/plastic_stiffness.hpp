@@ -51,7 +51,7 @@ struct BekkerStiffness {
     v.card("bekker", "Bekker's pressure-sinkage curve under a stamp, growing with speed");
     v.quantity("bekker", area, "m^2", "(0, inf)", "area of the stamp");
     v.quantity("width", width, "m", "(0, inf)", "smaller side b of the stamp");
-    v.quantity("n", n, "1", "(0, 3)", "exponent of sinkage");
+    v.exponent("n", n, "(0, 3)", "exponent of sinkage");
     v.quantity("k_c", k_c, "N/m^(n+1)", "[0, inf)", "cohesive modulus of the soil");
     v.quantity("k_phi", k_phi, "N/m^(n+2)", "[0, inf)", "frictional modulus of the soil");
     v.quantity("speed", v0, "m/s", "(0, inf)", "speed of the plate test that gave the moduli");

@@ -7,6 +7,7 @@
 #include <type_traits>
 
 #include "libmbd/bodies_of.hpp"
+#include "libmbd/elements.hpp"
 
 namespace subsoil::mbd {
 
@@ -14,18 +15,30 @@ namespace {
 
 [[noreturn]] void refuse(const std::string& text) { throw std::invalid_argument(text); }
 
-/// Longest lever of a point from its body's centre of gravity, points on the ground do not count; or how far the
-/// element itself reaches (the length of a link, the radius of a disk) where it knows.
+/// Longest moment arm of a point about its body's centre of gravity, points on the ground do not count; or the
+/// element's own length (of a link, the radius of a disk) where it has one.
 template <class Element>
-double longest_lever(const Element& e) {
-  double lever = 0;
-  if constexpr (requires { e.p_a; }) {
+double characteristic_length(const Element& e) {
+  double length = 0;
+  if constexpr (Element::has.points) {
     const auto bodies = bodies_of(e);
-    if (bodies[0] != ground) lever = std::hypot(e.p_a[0], e.p_a[1]);
-    if (bodies[1] != ground) lever = std::max(lever, std::hypot(e.p_b[0], e.p_b[1]));
+    if (bodies[0] != ground) length = std::hypot(e.p_a[0], e.p_a[1]);
+    if (bodies[1] != ground) length = std::max(length, std::hypot(e.p_b[0], e.p_b[1]));
   }
-  if constexpr (requires { e.reach(); }) lever = std::max(lever, e.reach());
-  return lever;
+  if constexpr (Element::has.characteristic_length) length = std::max(length, e.characteristic_length());
+  return length;
+}
+
+/// Moment arms of a joint's points, the longest of each body.
+template <class Joint>
+void take_arms(const Joint& j, std::vector<double>& longest) {
+  if constexpr (Joint::has.points) {
+    const auto take = [&](int body, const std::array<double, 2>& p) {
+      double& arm = longest[static_cast<std::size_t>(body)];
+      arm = std::max(arm, std::hypot(p[0], p[1]));
+    };
+    take(j.body_a, j.p_a), take(j.body_b, j.p_b);
+  }
 }
 
 /// Tells whose fault it is: "joint 'slot': ..."
@@ -46,12 +59,36 @@ void check_finite_positive(const std::string& what, double value, const char* un
 
 }  // namespace
 
+// Elements of one type side by side: a loop over each list inlines the element's law, where a call without its type
+// costs a jump per element that is of the order of the law itself.
+struct System::Elements {
+  /// Where an element stands: its number (first row of a constraint, place in the list of a force) and its bodies.
+  template <class Element>
+  struct Placed {
+    const Element* element;
+    int number;
+    int a = ground, b = ground, c = ground;
+  };
+  template <class Tuple>
+  struct Lists;
+  template <class... Types>
+  struct Lists<std::tuple<Types...>> {
+    using type = std::tuple<std::vector<Placed<Types>>...>;
+  };
+  Lists<Joints>::type joints;
+  Lists<Drivers>::type drivers;
+  Lists<Forces>::type forces;
+
+  template <class Element>
+  static void evaluate(const System& system, const Placed<Element>& placed, SparseConstraints& out);
+};
+
 int Model::add(Body body) {
   bodies.push_back(std::move(body));
   return static_cast<int>(bodies.size());
 }
 
-System::System(Model model) : model_(std::move(model)) {
+System::System(Model model) : model_(std::move(model)), elements_(std::make_unique<Elements>()) {
   add_followers(model_);
   check_bodies();
   check_elements();
@@ -75,6 +112,8 @@ System::System(Model model) : model_(std::move(model)) {
   settle_forces(model_.start_time, start_position(), start_velocity());
 }
 
+System::~System() = default;
+
 void System::check_bodies() const {
   std::set<std::string> names{"ground"};
   if (model_.bodies.empty()) refuse("machine without bodies; give at least one body with mass and inertia");
@@ -93,10 +132,11 @@ void System::check_elements() const {
     const std::string what = kind + " '" + named.name + "'";
     if (!names.insert(named.name).second)
       refuse(what + ": the name is taken by another joint, driver or force; every one needs its own");
-    std::visit(
-        [&](const auto& element) {
+    visit(
+        [&]<class Element>(const Element& element) {
           auto list = bodies_of(element);
-          if constexpr (requires { element.joint; }) list.clear();  // its bodies are the joint's
+          if constexpr (IsForce<Element>)
+            if (Element::has.joint) list.clear();  // its bodies are the joint's
           for (const int body : list)
             if (body < 0 || body >= bodies())
               refuse(what + ": body index " + std::to_string(body) + " does not exist; there are " +
@@ -106,7 +146,7 @@ void System::check_elements() const {
           if (list.size() > 2 && list[2] != ground && (list[2] == list[0] || list[2] == list[1]))
             refuse(what + " names '" + body_name(list[2]) +
                    "' twice; its third body must be another one, or the ground");
-          if constexpr (requires { element.check(); }) naming(what, [&] { element.check(); });
+          if constexpr (Element::has.check) naming(what, [&] { element.check(); });
         },
         named.element);
   };
@@ -116,12 +156,14 @@ void System::check_elements() const {
 }
 
 void System::number_rows() {
-  double lever = 0;
+  double length = 0;
+  body_size_.assign(static_cast<std::size_t>(bodies()), 0.0);
   for (const auto& j : model_.joints) {
     joint_row_.push_back(equations());
-    std::visit(
+    visit(
         [&](const auto& joint) {
-          lever = std::max(lever, longest_lever(joint));
+          length = std::max(length, characteristic_length(joint));
+          take_arms(joint, body_size_);
           for (const bool angular : joint.angular) {
             row_owner_.push_back("joint '" + j.name + "'");
             row_angular_.push_back(angular);
@@ -132,15 +174,17 @@ void System::number_rows() {
   for (const auto& d : model_.drivers) {
     driver_row_.push_back(equations());
     row_owner_.push_back("driver '" + d.name + "'");
-    row_angular_.push_back(std::visit([](const auto& driver) { return driver.angular(); }, d.element));
+    row_angular_.push_back(visit([](const auto& driver) { return driver.angular(); }, d.element));
   }
-  if (lever > 0) length_scale_ = lever;
+  if (length > 0) length_scale_ = length;
+  for (double& size : body_size_)
+    if (!(size > 1e-3 * length_scale_)) size = length_scale_;  // its joints stand at its centre of gravity
 }
 
 void System::attach_friction() {
   multipliers_.assign(row_owner_.size(), 0.0);
   for (auto& f : model_.forces) {
-    auto* friction = std::get_if<JointFriction>(&f.element);
+    auto* friction = f.element.get_if<JointFriction>();
     if (!friction) continue;
     std::string known;
     std::size_t i = 0;
@@ -150,7 +194,7 @@ void System::attach_friction() {
       refuse("force '" + f.name + "': no joint '" + friction->joint + "'; there are " +
              (known.empty() ? "none" : known));
     try {
-      std::visit([&](const auto& joint) { friction->attach(joint, joint_row_[i]); }, model_.joints[i].element);
+      visit([&](const auto& joint) { friction->attach(joint, joint_row_[i]); }, model_.joints[i].element);
     } catch (const std::invalid_argument& error) {
       refuse("force '" + f.name + "': " + error.what());
     }
@@ -160,19 +204,19 @@ void System::attach_friction() {
 
 void System::place_elements() {
   const auto place = [](auto& lists, const auto& any, int number) {
-    std::visit(
+    visit(
         [&]<class Element>(const Element& element) {
-          Placed<Element> placed{&element, number};
+          Elements::Placed<Element> placed{&element, number};
           const auto bodies = bodies_of(element);
           placed.a = bodies[0];
           if (bodies.size() > 1) placed.b = bodies[1];
           if (bodies.size() > 2) placed.c = bodies[2];
-          std::get<std::vector<Placed<Element>>>(lists).push_back(placed);
+          std::get<std::vector<Elements::Placed<Element>>>(lists).push_back(placed);
         },
         any);
   };
   const auto block = [&](const auto& any, int first) {
-    std::visit(
+    visit(
         [&]<class Element>(const Element& element) {
           for (int row = first; row < first + static_cast<int>(Element::rows); ++row) {
             first_block_.push_back(blocks_.size());
@@ -183,23 +227,24 @@ void System::place_elements() {
         any);
   };
   for (std::size_t i = 0; i < model_.joints.size(); ++i) {
-    place(joints_, model_.joints[i].element, joint_row_[i]);
+    place(elements_->joints, model_.joints[i].element, joint_row_[i]);
     block(model_.joints[i].element, joint_row_[i]);
   }
   for (std::size_t i = 0; i < model_.drivers.size(); ++i) {
-    place(drivers_, model_.drivers[i].element, driver_row_[i]);
+    place(elements_->drivers, model_.drivers[i].element, driver_row_[i]);
     block(model_.drivers[i].element, driver_row_[i]);
   }
   first_block_.push_back(blocks_.size());
-  for (std::size_t i = 0; i < model_.forces.size(); ++i) place(forces_, model_.forces[i].element, static_cast<int>(i));
+  for (std::size_t i = 0; i < model_.forces.size(); ++i)
+    place(elements_->forces, model_.forces[i].element, static_cast<int>(i));
 }
 
 void System::assign_ruts() {
   std::map<std::string, std::size_t> tracks;
   for (auto& f : model_.forces)
-    std::visit(
-        [&](auto& force) {
-          if constexpr (requires { force.track; }) {
+    visit(
+        [&]<class Force>(Force& force) {
+          if constexpr (Force::has.rut) {
             const std::string key = force.track.empty() ? "wheel " + f.name : "track " + force.track;
             force.rut = tracks.emplace(key, tracks.size()).first->second;
           }
@@ -254,7 +299,7 @@ void System::set_velocity(const Eigen::VectorXd& velocity) {
     const auto k = 3 * (i - 1);
     auto& b = states_[static_cast<std::size_t>(i)];
     b.v = {velocity[k], velocity[k + 1]};
-    b.spin = velocity[k + 2];
+    b.omega = velocity[k + 2];
   }
 }
 
@@ -265,23 +310,23 @@ void System::set_state(double t, const Eigen::VectorXd& q, const Eigen::VectorXd
 
 // A block of Phi_q per body that is not the ground, in the order of place_elements().
 template <class Element>
-void System::evaluate(const Placed<Element>& placed, SparseConstraints& out) const {
+void System::Elements::evaluate(const System& system, const Placed<Element>& placed, SparseConstraints& out) {
   constexpr std::size_t count = Element::rows;
-  Rows<count> rows;
-  if constexpr (requires { placed.element->body_c; }) {
-    placed.element->evaluate(body(placed.a), body(placed.b), body(placed.c), t_, rows);
+  ConstraintRows<count> rows;
+  if constexpr (Element::has.third_body) {
+    placed.element->evaluate(system.body(placed.a), system.body(placed.b), system.body(placed.c), system.t_, rows);
   } else {
-    placed.element->evaluate(body(placed.a), body(placed.b), t_, rows);
+    placed.element->evaluate(system.body(placed.a), system.body(placed.b), system.t_, rows);
   }
   const auto first = static_cast<std::size_t>(placed.number);
-  auto* block = out.jacobian.data() + first_block_[first];
+  auto* block = out.jacobian.data() + system.first_block_[first];
   for (std::size_t i = 0; i < count; ++i) {
     out.phi[first + i] = rows[i].phi;
     out.gamma[first + i] = rows[i].gamma;
     out.phi_t[first + i] = rows[i].phi_t;
     if (placed.a != ground) *block++ = rows[i].on_a;
     if (placed.b != ground) *block++ = rows[i].on_b;
-    if constexpr (requires { placed.element->body_c; })
+    if constexpr (Element::has.third_body)
       if (placed.c != ground) *block++ = rows[i].on_c;
   }
 }
@@ -305,8 +350,8 @@ void System::constraints(SparseConstraints& out) const {
     for (auto* list : {&out.phi, &out.gamma, &out.phi_t}) list->resize(row_owner_.size());
     out.jacobian.resize(blocks_.size());
   }
-  for_each_placed(joints_, [&](const auto& placed) { evaluate(placed, out); });
-  for_each_placed(drivers_, [&](const auto& placed) { evaluate(placed, out); });
+  for_each_placed(elements_->joints, [&](const auto& placed) { Elements::evaluate(*this, placed, out); });
+  for_each_placed(elements_->drivers, [&](const auto& placed) { Elements::evaluate(*this, placed, out); });
 }
 
 void System::constraints(Constraints& out) const {
@@ -333,7 +378,7 @@ void System::loads(Eigen::VectorXd& out) {
   }
   Loads sink(wrenches_);
   const Scene now = scene();
-  for_each_placed(forces_, [&](const auto& placed) {
+  for_each_placed(elements_->forces, [&](const auto& placed) {
     const auto i = static_cast<std::size_t>(placed.number);
     powers_[i] = placed.element->evaluate(now, sink, values_[i]);
   });
@@ -345,7 +390,7 @@ double System::kinetic() const {
   double sum = 0;
   for (std::size_t i = 1; i < states_.size(); ++i) {
     const auto& b = model_.bodies[i - 1];
-    sum += 0.5 * b.mass * dot(states_[i].v, states_[i].v) + 0.5 * b.inertia * states_[i].spin * states_[i].spin;
+    sum += 0.5 * b.mass * dot(states_[i].v, states_[i].v) + 0.5 * b.inertia * states_[i].omega * states_[i].omega;
   }
   return sum;
 }
@@ -373,26 +418,27 @@ void System::set_external_wrench(int body, double fx, double fy, double mz) {
 
 void System::settle_constraints() {
   set_state(model_.start_time, start_position(), start_velocity());
-  const auto settle = [&](auto& element) {
-    if constexpr (requires { element.body_a(); }) {
-      element.initialise_from_pose(body(element.body_a()), body(element.body_b()), t_);
-    } else if constexpr (requires { element.initialise_from_pose(BodyState{}, BodyState{}, BodyState{}, t_); }) {
+  const auto settle = [&]<class Element>(Element& element) {
+    if constexpr (!Element::has.initialise_from_pose) {
+      return;
+    } else if constexpr (Element::has.third_body) {
       element.initialise_from_pose(body(element.body_a), body(element.body_b), body(element.body_c), t_);
-    } else if constexpr (requires { element.initialise_from_pose(BodyState{}, BodyState{}, t_); }) {
-      element.initialise_from_pose(body(element.body_a), body(element.body_b), t_);
+    } else {
+      const auto bodies = bodies_of(element);
+      element.initialise_from_pose(body(bodies[0]), body(bodies[1]), t_);
     }
   };
-  for (auto& j : model_.joints) naming("joint '" + j.name + "'", [&] { std::visit(settle, j.element); });
-  for (auto& d : model_.drivers) naming("driver '" + d.name + "'", [&] { std::visit(settle, d.element); });
+  for (auto& j : model_.joints) naming("joint '" + j.name + "'", [&] { visit(settle, j.element); });
+  for (auto& d : model_.drivers) naming("driver '" + d.name + "'", [&] { visit(settle, d.element); });
 }
 
 void System::settle_forces(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
   set_state(t, q, velocity);
   for (std::size_t i = 0; i < given_forces_.size(); ++i) {
-    model_.forces[i].element = given_forces_[i];
-    std::visit(
-        [&](auto& force) {
-          if constexpr (requires { force.initialise_from_pose(scene()); }) force.initialise_from_pose(scene());
+    visit(
+        [&]<class Force>(Force& force) {
+          force = given_forces_[i].get<Force>();  // in its place: the lists by type point to it
+          if constexpr (Force::has.initialise_from_pose) force.initialise_from_pose(scene());
         },
         model_.forces[i].element);
   }
@@ -400,17 +446,17 @@ void System::settle_forces(double t, const Eigen::VectorXd& q, const Eigen::Vect
 
 void System::restart_traces() {
   for (auto& f : model_.forces)
-    std::visit(
-        [&](auto& force) {
-          if constexpr (requires { force.begin_trace(scene()); }) force.begin_trace(scene());
+    visit(
+        [&]<class Force>(Force& force) {
+          if constexpr (Force::has.trace) force.begin_trace(scene());
         },
         f.element);
 }
 
 Changeover System::pass_event(std::size_t force) {
-  return std::visit(
-      [&](auto& f) {
-        if constexpr (requires { f.pass_event(scene()); }) {
+  return visit(
+      [&]<class Force>(Force& f) {
+        if constexpr (Force::has.stick) {
           return f.pass_event(scene());
         } else {
           return Changeover{};
@@ -419,26 +465,38 @@ Changeover System::pass_event(std::size_t force) {
       model_.forces[force].element);
 }
 
+Eigen::VectorXd System::towing_velocity(double speed) const {
+  Eigen::VectorXd velocity = Eigen::VectorXd::Zero(coordinates());
+  for (int i = 0; i < coordinates(); i += 3) velocity[i] = speed;
+  for (const auto& f : model_.forces)
+    visit(
+        [&]<class Force>(const Force& force) {
+          if constexpr (Force::has.towing_spin) velocity[3 * (force.body - 1) + 2] = force.towing_spin(speed);
+        },
+        f.element);
+  return velocity;
+}
+
 void System::commit() {
   for (auto& f : model_.forces)
-    std::visit(
-        [&](auto& force) {
-          if constexpr (requires { force.commit(scene(), ruts_); }) force.commit(scene(), ruts_);
+    visit(
+        [&]<class Force>(Force& force) {
+          if constexpr (Force::has.rut) force.commit(scene(), ruts_);
         },
         f.element);
 }
 
 void System::save(std::vector<double>& out) const {
   for (const auto& d : model_.drivers)
-    std::visit(
+    visit(
         [&](const auto& driver) {
           out.insert(out.end(), {driver.motion.start, driver.motion.start_rate, driver.motion.start_time});
         },
         d.element);
   for (const auto& f : model_.forces)
-    std::visit(
-        [&](const auto& force) {
-          if constexpr (requires { force.memory(); }) {
+    visit(
+        [&]<class Force>(const Force& force) {
+          if constexpr (Force::has.trace) {
             const auto m = force.memory();
             out.insert(out.end(), m.begin(), m.end());
           }
@@ -458,16 +516,16 @@ void System::restore(const double*& from, const double* end) {
     return *from++;
   };
   for (auto& d : model_.drivers)
-    std::visit(
+    visit(
         [&](auto& driver) {
           auto& m = driver.motion;
           m.start = next(), m.start_rate = next(), m.start_time = next();
         },
         d.element);
   for (auto& f : model_.forces)
-    std::visit(
-        [&](auto& force) {
-          if constexpr (requires { force.memory(); }) {
+    visit(
+        [&]<class Force>(Force& force) {
+          if constexpr (Force::has.trace) {
             auto m = force.memory();
             for (auto& value : m) value = next();
             force.set_memory(m);

@@ -3,10 +3,12 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "libmbd/elements.hpp"
+#include "libmbd/constraint.hpp"
+#include "libmbd/force.hpp"
 
 namespace subsoil::mbd {
 
@@ -62,6 +64,7 @@ class System {
  public:
   /// Checks the model; throws std::invalid_argument with name, value, rule and cure.
   explicit System(Model model);
+  ~System();
   System(const System&) = delete;  // the lists by type point into the model
   System& operator=(const System&) = delete;
 
@@ -80,8 +83,10 @@ class System {
   std::size_t first_block(int row) const { return first_block_[static_cast<std::size_t>(row)]; }
   int first_row_of_joint(std::size_t joint) const { return joint_row_[joint]; }
   int row_of_driver(std::size_t driver) const { return driver_row_[driver]; }
-  /// A length of the machine that makes angles and lengths comparable (m): the longest lever of a joint.
+  /// A length of the machine that makes angles and lengths comparable (m): the longest moment arm of a joint.
   double length_scale() const { return length_scale_; }
+  /// Longest moment arm of a joint's point on the body (m); the machine's length where it has none.
+  double body_size(int body) const { return body_size_[static_cast<std::size_t>(body)]; }
   const Eigen::VectorXd& mass() const { return mass_; }  ///< diagonal of M
   Eigen::VectorXd start_position() const;
   Eigen::VectorXd start_velocity() const;
@@ -123,6 +128,8 @@ class System {
   void settle_forces(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity);
   /// Starts traces of wheels anew from the current state, for a state that was set and not travelled to.
   void restart_traces();
+  /// q' of a tow: every body at `speed` along x, wheels on soil roll along.
+  Eigen::VectorXd towing_velocity(double speed) const;
   /// Tells a force that its event has come, at the state set last.
   Changeover pass_event(std::size_t force);
   /// The state set last is accepted: the ground takes its ruts.
@@ -143,28 +150,10 @@ class System {
   void assign_ruts();
   void settle_constraints();
 
-  /// Where an element stands: its number (first row of a constraint, place in the list of a force) and its bodies.
-  template <class Element>
-  struct Placed {
-    const Element* element;
-    int number;
-    int a = ground, b = ground, c = ground;
-  };
-  template <class Tuple>
-  struct Lists;
-  template <class... Types>
-  struct Lists<std::tuple<Types...>> {
-    using type = std::tuple<std::vector<Placed<Types>>...>;
-  };
-  template <class Element>
-  void evaluate(const Placed<Element>& placed, SparseConstraints& out) const;
+  struct Elements;  ///< joints, drivers and forces by type; the only part that knows the lists of elements
 
   Model model_;
-  // Elements of one type side by side: a loop over each list inlines the element's law, where a variant costs a jump
-  // per element that is of the order of the law itself.
-  Lists<Joints>::type joints_;
-  Lists<Drivers>::type drivers_;
-  Lists<Forces>::type forces_;
+  std::unique_ptr<Elements> elements_;
   std::vector<Block> blocks_;
   std::vector<std::size_t> first_block_;
   std::vector<AnyForce> given_forces_;  // as the model has them, before the start pose fills them
@@ -174,6 +163,7 @@ class System {
   std::vector<int> friction_rows_;
   std::vector<double> multipliers_;
   double length_scale_ = 1;
+  std::vector<double> body_size_;
   Eigen::VectorXd mass_;
 
   double t_ = 0;

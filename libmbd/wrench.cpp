@@ -1,15 +1,18 @@
 #include "libmbd/wrench.hpp"
 
+#include "libmbd/bodies_of.hpp"
+#include "libmbd/elements.hpp"
+
 namespace subsoil::mbd {
 
 namespace {
 
 /// The rows of a joint at the system's state, as the joint itself says them.
 template <class Joint>
-Rows<Joint::rows> rows_of(const Joint& j, const System& system) {
-  Rows<Joint::rows> rows;
+ConstraintRows<Joint::rows> rows_of(const Joint& j, const System& system) {
+  ConstraintRows<Joint::rows> rows;
   const BodyState &a = system.body(j.body_a), &b = system.body(j.body_b);
-  if constexpr (requires { j.body_c; }) {
+  if constexpr (Joint::has.third_body) {
     j.evaluate(a, b, system.body(j.body_c), system.time(), rows);
   } else {
     j.evaluate(a, b, system.time(), rows);
@@ -20,19 +23,19 @@ Rows<Joint::rows> rows_of(const Joint& j, const System& system) {
 /// Where a joint's reaction acts: its own point, or its point on the second body.
 template <class Joint>
 Vec2 reaction_point(const Joint& j, const BodyState& a, const BodyState& b) {
-  if constexpr (requires { j.reaction_point(a, b); }) {
+  if constexpr (Joint::has.reaction_point) {
     return j.reaction_point(a, b);
   } else {
-    return b.r + b.world(j.p_b);
+    return b.point_in_world(j.p_b);
   }
 }
 
 /// The part of a row that belongs to a body; the ground has one too.
 template <class Joint>
-std::array<double, 3> share_of(const Joint& j, const Row& row, int body) {
+std::array<double, 3> share_of(const Joint& j, const ConstraintRow& row, int body) {
   if (body == j.body_a) return row.on_a;
   if (body == j.body_b) return row.on_b;
-  if constexpr (requires { j.body_c; }) {
+  if constexpr (Joint::has.third_body) {
     if (body == j.body_c) return row.on_c;
   }
   return {};
@@ -40,9 +43,16 @@ std::array<double, 3> share_of(const Joint& j, const Row& row, int body) {
 
 }  // namespace
 
+std::vector<int> bodies_of_joint(const System& system, std::size_t i) {
+  return visit([](const auto& joint) { return bodies_of(joint); }, system.model().joints[i].element);
+}
+std::vector<int> bodies_of_force(const System& system, std::size_t i) {
+  return visit([](const auto& force) { return bodies_of(force); }, system.model().forces[i].element);
+}
+
 Wrench joint_wrench(const System& system, std::size_t joint, const Eigen::VectorXd& lambda, int body) {
   const int first = system.first_row_of_joint(joint);
-  return std::visit(
+  return visit(
       [&](const auto& j) {
         const auto rows = rows_of(j, system);
         double w[3] = {0, 0, 0};  // about the body's centre of gravity
@@ -63,7 +73,7 @@ Wrench force_wrench(const System& system, std::size_t force, const Eigen::Vector
   ForceValues values{};
   const Scene scene{std::span(&system.body(ground), bodies), system.time(), system.ruts(),
                     std::span(lambda.data(), static_cast<std::size_t>(lambda.size()))};
-  std::visit([&](const auto& f) { f.evaluate(scene, loads, values); }, system.model().forces[force].element);
+  visit([&](const auto& f) { f.evaluate(scene, loads, values); }, system.model().forces[force].element);
   const auto& w = wrenches[static_cast<std::size_t>(body)];
   return {{w[0], w[1]}, w[2], system.body(body).r};
 }

@@ -25,6 +25,10 @@ Wrench joint_wrench(const System& system, std::size_t joint, const Eigen::Vector
 /// What force number `force` puts on a body at the system's state, about the body's centre of gravity.
 Wrench force_wrench(const System& system, std::size_t force, const Eigen::VectorXd& lambda, int body);
 
+/// The bodies that joint or force number i names, in its own order.
+std::vector<int> bodies_of_joint(const System& system, std::size_t i);
+std::vector<int> bodies_of_force(const System& system, std::size_t i);
+
 /// Place of a joint, driver or force in the model's list; throws std::invalid_argument with the names there are.
 template <class List>
 std::size_t find_named(const List& list, const char* kind, const std::string& name) {

@@ -22,32 +22,11 @@ dem::LawTable build_laws(const Loaded& loaded) {
     const int a = material_index(s, contact.between[0]), b = material_index(s, contact.between[1]);
     const Material &ma = s.materials[static_cast<std::size_t>(a)], &mb = s.materials[static_cast<std::size_t>(b)];
     const std::string where = loaded.where(fmt::format("contacts[{}].law", i));
-    const auto resolve = [&](auto law) -> dem::Law {
-      if constexpr (requires { law.take_materials(1., 1., 1., 1.); }) {
-        if (law.needs_materials()) {
-          for (const Material* m : {&ma, &mb})
-            if (!m->young || !m->poisson)
-              throw ScenarioError(where + ": needs young and poisson of material '" + m->name + "', or " +
-                                  law.in_place_of_materials + " in this entry");
-          law.take_materials(*ma.young, *ma.poisson, *mb.young, *mb.poisson);
-        }
-      }
-      if constexpr (requires { law.take_yield(1., 1.); }) {
-        if (law.needs_yield()) {
-          for (const Material* m : {&ma, &mb})
-            if (!m->yield)
-              throw ScenarioError(where + ": needs yield strength of material '" + m->name + "', or " +
-                                  law.in_place_of_yield + " in this entry");
-          law.take_yield(*ma.yield, *mb.yield);
-        }
-      }
-      try {
-        return dem::resolved(law);
-      } catch (const std::invalid_argument& error) {
-        throw ScenarioError(where + ": " + error.what());
-      }
-    };
-    table.laws.push_back(std::visit(resolve, contact.law));
+    try {
+      table.laws.push_back(law_between(contact.law, ma, mb));
+    } catch (const std::invalid_argument& error) {
+      throw ScenarioError(where + ": " + error.what());
+    }
     const int n = table.materials, at = static_cast<int>(table.laws.size()) - 1;
     table.index[static_cast<std::size_t>(a * n + b)] = table.index[static_cast<std::size_t>(b * n + a)] = at;
   }

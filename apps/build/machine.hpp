@@ -10,4 +10,8 @@ namespace subsoil::app {
 /// when the scenario has none. Throws ScenarioError (place added) for what libmbd refuses.
 std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded);
 
+/// The integrator that the scenario asks for. `auto`: cvode, which chooses its steps by their error, for a machine
+/// alone; adams-moulton where the step is given, be it by the soil or by the user.
+mbd::IntegratorKind integrator_of(const Scenario& s);
+
 }  // namespace subsoil::app

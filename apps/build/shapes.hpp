@@ -1,30 +1,29 @@
 #pragma once
 #include <vector>
 
-#include "apps/scenario/scenario.hpp"
+#include "apps/scenario/sections/machine.hpp"
 #include "libdem/geometry/boundary.hpp"
 
-/// Scenario shapes as surfaces of the bed: the only place where mesh files are read.
+/// Scenario shapes as surfaces of the bed.
 namespace subsoil::app {
 
 /// Triangles of a shape in the axes of its owner after `at` and `rotation`; a plane and a cylinder have none.
 dem::TriangleMesh mesh_of(const Shape& shape, const dem::Pose& placement);
 
-/// Reads an STL file (binary or ASCII); `unit` metres per unit of the file. Throws std::runtime_error naming the file.
-dem::TriangleMesh read_stl(const std::string& file, double unit);
-
 /// A shape for contacts; planes and cylinders stay analytic.
 dem::Shape contact_shape(const Shape& shape, const dem::Pose& placement);
 
 bool is_mesh(const Shape& shape);
+/// Pictures show it by its own size; not a plane.
+bool is_bounded(const Shape& shape);
 
 /// Placement of something at `at`, turned by `rotation`.
 dem::Pose placement(const Vec3& at, const Rotation& rotation);
 
 /// Where a surface's shape is in the axes of the body that carries it.
-dem::Pose place_in_body(const Surface& surface, const Machine& machine);
+dem::Pose place_in_body(const Surface& surface, const MachineSection& machine);
 /// A surface as pictures show it, in the axes of its body.
-dem::TriangleMesh drawn_mesh(const Surface& surface, const Machine& machine);
+dem::TriangleMesh drawn_mesh(const Surface& surface, const MachineSection& machine);
 
 /// Triangles for pictures; a plane is a square of side `plane_size`.
 dem::TriangleMesh drawing_of(const dem::Shape& shape, double plane_size);

@@ -8,11 +8,13 @@
 #include <boost/geometry/strategies/agnostic/hull_graham_andrew.hpp>
 #include <boost/geometry/strategies/cartesian/side_by_triangle.hpp>
 #include <cmath>
+#include <concepts>
 #include <map>
 #include <numbers>
 
 #include "apps/build/shapes.hpp"
 #include "libmbd/bodies_of.hpp"
+#include "libmbd/elements.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -76,18 +78,25 @@ bool holds(const std::vector<Vec2>& polygon, const Vec2& p) {
   return odd;
 }
 
+/// A force that holds on to one point of a body.
+template <class Force>
+concept ActsAtPoint = requires(const Force& f) {
+  { f.body } -> std::convertible_to<int>;
+  { f.point } -> std::convertible_to<Vec2>;
+};
+
 class Draughtsman {
  public:
   explicit Draughtsman(const Scenario& s) : s_(s), machine_(*s.machine), poses_(start_poses(s)) {
     points_.resize(poses_.size());
     shaped_.resize(poses_.size());
     sketch_.names = {"ground"};
-    for (const Body& b : machine_.bodies) sketch_.names.push_back(b.name);
+    for (const BodySection& b : machine_.bodies) sketch_.names.push_back(b.name);
     sketch_.markers = machine_.markers;
-    for (const NamedJoint& j : machine_.joints) std::visit([&](const auto& joint) { take(joint); }, j.element);
-    for (const NamedForce& f : machine_.forces) std::visit([&](const auto& force) { take(force); }, f.element);
+    for (const NamedJoint& j : machine_.joints) visit([&](const auto& joint) { take(joint); }, j.element);
+    for (const NamedForce& f : machine_.forces) visit([&](const auto& force) { take(force); }, f.element);
     for (const NamedDriver& d : machine_.drivers)
-      if (const auto* ram = std::get_if<mbd::DistanceDriver>(&d.element))
+      if (const auto* ram = d.element.get_if<mbd::DistanceDriver>())
         add_link(Sketch::Link::Kind::rod, ram->first, ram->second, ram->p_a, ram->p_b);
     for (const mbd::Marker& m : machine_.markers) point(m.body, m.p);
     if (s.soil && s.soil->surface) sketch_.sides.push_back({mbd::ground, {0, *s.soil->surface}, 0});
@@ -166,18 +175,16 @@ class Draughtsman {
   void take(const Joint& j) { disk(j.body_a, j.p_a, j.radius_a), disk(j.body_b, j.p_b, j.radius_b); }
   void take(const mbd::GearRatio&) {}
   void take(const mbd::CamFollower& j) {
-    profile(j);
+    profile(j, j.closed);
     point(j.body_b, j.p_b);
     if (j.roller > 0) sketch_.disks.push_back({j.body_b, j.p_b, j.roller});
   }
   void take(const mbd::FlatFacedCam& j) {
-    profile(j);
+    profile(j, true);
     point(j.body_b, j.p_b);
   }
   template <class Cam>
-  void profile(const Cam& j) {
-    bool closed = true;
-    if constexpr (requires { j.closed; }) closed = j.closed;
+  void profile(const Cam& j, bool closed) {
     const double from = j.angles.front(), to = closed ? from + 2 * std::numbers::pi : j.angles.back();
     curve(j.body_a, j.p_a, mbd::Curve::polar(j.angles, j.radii, closed), from, to, closed);
   }
@@ -211,7 +218,7 @@ class Draughtsman {
   }
   template <class Force>
   void take(const Force& f) {  // a load, drag, friction, a stop: what it holds on to is a point of its body
-    if constexpr (requires { f.point; }) point(f.body, f.point);
+    if constexpr (ActsAtPoint<Force>) point(f.body, f.point);
   }
 
   void add_given_shapes() {
@@ -224,7 +231,7 @@ class Draughtsman {
         continue;
       }
       for (const Surface& surface : machine_.surfaces) {
-        if (surface.body_index != body || std::holds_alternative<PlaneShape>(surface.shape)) continue;
+        if (surface.body_index != body || !is_bounded(surface.shape)) continue;
         forget_disks(body);
         for (auto& loop : silhouette(drawn_mesh(surface, machine_)))
           sketch_.outlines.push_back({body, std::move(loop), true, true});
@@ -277,7 +284,7 @@ class Draughtsman {
     double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
     const auto reach = [&](int body, const Vec2& p, double radius) {
       const mbd::BodyState& pose = poses_[static_cast<std::size_t>(body)];
-      const mbd::Vec2 w = pose.r + pose.world(p);
+      const mbd::Vec2 w = pose.point_in_world(p);
       low[0] = std::min(low[0], w.x - radius), high[0] = std::max(high[0], w.x + radius);
       low[1] = std::min(low[1], w.y - radius), high[1] = std::max(high[1], w.y + radius);
     };
@@ -310,7 +317,7 @@ class Draughtsman {
   }
 
   const Scenario& s_;
-  const Machine& machine_;
+  const MachineSection& machine_;
   std::vector<mbd::BodyState> poses_;
   std::vector<std::vector<Vec2>> points_;  // by body, in its axes
   std::vector<char> shaped_;               // by body: it has a shape of its own
@@ -346,7 +353,7 @@ double picture_factor(const Sketch& sketch, const Poses& rest, const std::vector
   double way = 0;
   const auto take = [&](int body, const Vec2& p) {
     const auto i = static_cast<std::size_t>(body);
-    way = std::max(way, mbd::length(moved[i].r + moved[i].world(p) - rest[i].r - rest[i].world(p)) / little);
+    way = std::max(way, mbd::length(moved[i].point_in_world(p) - rest[i].r - rest[i].vector_in_world(p)) / little);
   };
   for (const auto& o : sketch.outlines)
     for (const Vec2& p : o.points) take(o.body, p);
@@ -359,7 +366,7 @@ double picture_factor(const Sketch& sketch, const Poses& rest, const std::vector
 
 Poses start_poses(const Scenario& scenario) {
   Poses poses{mbd::BodyState{}};
-  for (const Body& b : scenario.machine->bodies)
+  for (const BodySection& b : scenario.machine->bodies)
     poses.emplace_back(mbd::Vec2{b.at[0], b.at[1]}, b.angle, mbd::Vec2{}, 0.0);
   return poses;
 }

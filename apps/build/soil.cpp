@@ -11,6 +11,7 @@
 #include "apps/scenario/units.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
 #include "libdem/packing/carve.hpp"
+#include "libmbd/forces/wheel_on_soil.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -185,7 +186,7 @@ void SoilBuilder::assign_layers(std::vector<dem::SphereSpec>& spheres) {
 double SoilBuilder::rest_overlap(int a, int b) const {
   const int law = world_.laws.of(a, b);
   if (law < 0) return 0;
-  return std::visit([](const auto& l) { return l.rest_overlap(); }, world_.laws.laws[static_cast<std::size_t>(law)]);
+  return world_.laws.laws[static_cast<std::size_t>(law)]->rest_overlap();
 }
 
 dem::LatticePlan SoilBuilder::lattice_plan(double pitch) const {
@@ -437,14 +438,14 @@ void SoilBuilder::finish() {
     bed.surfaces_changed();
   }
   bed.set_time(0);
-  bed.reset_energy_book();
+  bed.reset_energy_balance();
 }
 
 void SoilBuilder::clear_machine() {
   if (!has_bed()) return;
   std::vector<int> tools;
   for (const SurfaceRecord& s : world_.surfaces)
-    if (s.owner == SurfaceRecord::Owner::machine) tools.push_back(s.boundary);
+    if (s.owner == SurfaceRecord::Owner::machine && s.mesh == 0) tools.push_back(s.boundary);
   if (tools.empty()) return;
   if (bed().inside_machine == Overlap::carve) {
     world_.soil.carved = dem::carve(*world_.bed, tools);
@@ -463,7 +464,7 @@ void SoilBuilder::check_wheel_datum() const {
   const Scenario& s = loaded_.scenario;
   if (!s.machine || !has_bed() || world_.bed->spheres().empty()) return;
   for (const NamedForce& f : s.machine->forces)
-    if (const auto* wheel = std::get_if<mbd::WheelOnSoil>(&f.element)) {
+    if (const auto* wheel = f.element.get_if<mbd::WheelOnSoil>()) {
       const double off = world_.soil.surface_mean - wheel->surface;
       const double radius = dem::mean_radius(world_.bed->spheres());
       if (options_.settle && std::abs(off) > radius)

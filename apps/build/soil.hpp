@@ -30,7 +30,7 @@ class SoilBuilder {
   dem::StepQuestion question() const;
 
  private:
-  const Bed& bed() const { return *loaded_.scenario.soil->bed; }
+  const BedSection& bed() const { return *loaded_.scenario.soil->bed; }
   bool has_bed() const { return loaded_.scenario.soil && loaded_.scenario.soil->bed; }
   bool rains() const { return has_bed() && bed().fill == Fill::random && options_.place_soil; }
   void add_walls();

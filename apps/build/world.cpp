@@ -1,10 +1,12 @@
 #include "apps/build/world.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "apps/build/approach_speed.hpp"
 #include "apps/build/laws.hpp"
 #include "apps/build/machine.hpp"
 #include "apps/build/shapes.hpp"
@@ -20,30 +22,33 @@ double travelled(const Move& move, double t) {
   return move.profile.integral(begin) - move.profile.integral(move.from);
 }
 
-/// Surfaces of one body that touch soil, by material: meshes of one body and material act as one surface, so that faces
-/// that lie on each other are no contact twice.
+/// Surfaces of one body that touch soil, by material: meshes of one body and material are one boundary of the bed, so
+/// that faces that lie on each other are no contact twice. Each keeps its name and its share of the wrench.
 void add_body_surfaces(World& world, const Loaded& loaded) {
   const Scenario& s = loaded.scenario;
   if (!s.machine) return;
   struct Group {
     int body;
-    std::string material, name;
+    std::string material;
+    std::vector<std::string> names;
     std::vector<dem::TriangleMesh> meshes;
   };
   std::vector<Group> groups;
-  const auto add = [&](const Surface& surface, dem::Shape shape) {
+  const auto add = [&](int body, const std::string& material, const std::vector<std::string>& names, dem::Shape shape) {
     dem::Boundary boundary;
-    boundary.name = surface.name;
+    boundary.name = fmt::format("{}", fmt::join(names, ", "));
     boundary.shape = std::move(shape);
-    boundary.material = material_index(s, surface.material);
-    boundary.pose = coupling::pose_of(world.machine->body(surface.body_index));
+    boundary.material = material_index(s, material);
+    boundary.pose = coupling::pose_of(world.machine->body(body));
     const int index = world.bed->add(std::move(boundary));
-    world.surfaces.push_back({.name = surface.name,
-                              .owner = SurfaceRecord::Owner::machine,
-                              .boundary = index,
-                              .body = surface.body_index,
-                              .moves = true});
-    world.body_surfaces.push_back({surface.body_index, index});
+    for (std::size_t mesh = 0; mesh < names.size(); ++mesh)
+      world.surfaces.push_back({.name = names[mesh],
+                                .owner = SurfaceRecord::Owner::machine,
+                                .boundary = index,
+                                .mesh = mesh,
+                                .body = body,
+                                .moves = true});
+    world.body_surfaces.push_back({body, index});
   };
   for (std::size_t i = 0; i < s.machine->surfaces.size(); ++i) {
     const Surface& surface = s.machine->surfaces[i];
@@ -52,32 +57,26 @@ void add_body_surfaces(World& world, const Loaded& loaded) {
       if (!surface.touches_soil || world.bed == nullptr) {
         world.drawn.push_back({surface.name, surface.body_index, drawn_mesh(surface, *s.machine)});
       } else if (!is_mesh(surface.shape)) {
-        add(surface, contact_shape(surface.shape, place));
+        add(surface.body_index, surface.material, {surface.name}, contact_shape(surface.shape, place));
       } else {
         auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) {
           return g.body == surface.body_index && g.material == surface.material;
         });
-        if (group == groups.end())
-          group = groups.insert(groups.end(), {surface.body_index, surface.material, surface.name, {}});
+        if (group == groups.end()) group = groups.insert(groups.end(), {surface.body_index, surface.material, {}, {}});
         group->meshes.push_back(mesh_of(surface.shape, place));
+        group->names.push_back(surface.name);
       }
     } catch (const std::exception& error) {
       throw ScenarioError(loaded.where("machine.surfaces." + surface.name) + ": " + error.what());
     }
   }
-  for (const Group& g : groups) {
-    Surface one;
-    one.name = g.name;
-    one.body_index = g.body;
-    one.material = g.material;
-    add(one, dem::MeshSurface(g.meshes));
-  }
+  for (const Group& g : groups) add(g.body, g.material, g.names, dem::MeshSurface(g.meshes));
 }
 
 void add_given_boundaries(World& world, const Loaded& loaded) {
   const Scenario& s = loaded.scenario;
   for (std::size_t i = 0; i < s.boundaries.size(); ++i) {
-    const Boundary& b = s.boundaries[i];
+    const BoundarySection& b = s.boundaries[i];
     dem::Boundary out;
     out.name = b.name;
     out.material = material_index(s, b.material);
@@ -103,22 +102,11 @@ void limit_step(StepReport& report, const dem::StableStep& limit, const std::str
     report.limit = {limit.step, limit.cause + ", law between " + between};
 }
 
-/// Largest speed that a nonlinear law's stiffness must be expected at, m/s.
-double expected_speed(const Scenario& s, const World& world) {
-  double speed = 0.1;
-  for (const dem::Sphere& sphere : world.bed->spheres()) speed = std::max(speed, 2 * dem::norm(sphere.v));
-  for (const Boundary& b : s.boundaries)
-    for (const Move& m : b.moves) speed = std::max(speed, dem::norm(m.velocity));
-  if (s.soil && s.soil->container)
-    speed = std::max(speed, std::sqrt(2 * dem::norm(s.gravity) * s.soil->container->size.y));
-  if (s.machine) speed = std::max(speed, s.machine->start.speed);
-  return speed;
-}
-
 /// The stable step over all laws, and the step of the run: given ones at or above the limit are refused.
 void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question) {
   const Scenario& s = loaded.scenario;
   StepReport& report = world.step;
+  report.impacts.clear();
   question.speed = expected_speed(s, world);
   std::vector<bool> soil(s.materials.size(), false), surface(s.materials.size(), false);
   for (const dem::Sphere& sphere : world.bed->spheres()) soil[sphere.material] = true;
@@ -141,20 +129,28 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
                                         s.materials[a].name, s.materials[b].name));
       const std::string between = s.materials[a].name + " and " + s.materials[b].name;
       const dem::Law& l = world.laws.laws[static_cast<std::size_t>(law)];
-      if (dem::bond_of(l) != nullptr && !soil[b])
+      if (l->bond() != nullptr && !soil[b])
         throw ScenarioError(
             fmt::format("{}: bonds join spheres, and {} is of surfaces only; leave the bond out of this "
                         "entry",
                         loaded.where(fmt::format("contacts[{}].law", law)), s.materials[b].name));
       try {
-        if (soil[b] && question.neighbours > 0) limit_step(report, dem::stable_step(l, question), between);
-        if (surface[b]) limit_step(report, dem::stable_step_at_surface(l, question), between);
+        if (soil[b] && question.neighbours > 0) {
+          limit_step(report, dem::stable_step(l, question), between);
+          report.impacts.push_back({l, question, false, between});
+        }
+        if (surface[b]) {
+          limit_step(report, dem::stable_step_at_surface(l, question), between);
+          report.impacts.push_back({l, question, true, between});
+        }
       } catch (const std::invalid_argument& error) {
         throw ScenarioError(fmt::format("{}: {}", loaded.where(fmt::format("contacts[{}].law", law)), error.what()));
       }
     }
   if (report.limit.cause.empty()) report.limit = {1e-4 / s.time.safety, "nothing touches: 0.1 ms taken"};
-  report.soil_step = s.time.soil_step ? *s.time.soil_step : s.time.safety * report.limit.step;
+  report.expected_speed = question.speed;
+  report.accurate = report.at_speed(question.speed, s.time.accuracy, s.time.safety * report.limit.step);
+  report.soil_step = s.time.soil_step ? *s.time.soil_step : report.accurate.step;
   if (report.soil_step >= report.limit.step)
     throw ScenarioError(
         fmt::format("{} = {:.4g} s: must be below the stable step {:.4g} s, set by {}; use `auto`, softer contacts or "
@@ -165,15 +161,47 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
 /// A fixed step is 1 ms at most and a whole part of the series interval, so that rows fall on steps; other methods only
 /// hand out what they have at the rows.
 double machine_step_alone(const Scenario& s) {
-  if (s.time.machine.step) return *s.time.machine.step;
   const double every = s.output.series_every;
-  const bool fixed = s.analysis == Analysis::dynamics && s.time.machine.integrator == IntegratorWord::adams_moulton;
+  const bool fixed = s.analysis == Analysis::dynamics && integrator_of(s) == mbd::IntegratorKind::adams_moulton;
+  if (const auto& step = s.time.machine.step) return fixed ? *step : std::min(*step, every);
   return fixed ? every / std::ceil(every / 1e-3 - 1e-9) : every;
 }
 
 }  // namespace
 
-std::function<dem::Pose(double)> motion_of(const Boundary& boundary) {
+dem::AccurateStep StepReport::at_speed(double speed, double tolerance, double longest) const {
+  dem::AccurateStep worst{.step = longest};
+  for (const PossibleImpact& i : impacts) {
+    dem::StepQuestion question = i.question;
+    question.speed = speed;
+    dem::AccurateStep one = dem::accurate_step(i.law, question, i.at_surface, tolerance, longest);
+    if (one.step > worst.step || (one.step == worst.step && one.error < worst.error)) continue;
+    one.cause += (i.at_surface ? ", a surface, law between " : ", law between ") + i.between;
+    worst = one;
+  }
+  return worst;
+}
+
+double StepReport::error_at(double speed) const {
+  double worst = 0;
+  for (const PossibleImpact& i : impacts) {
+    dem::StepQuestion question = i.question;
+    question.speed = speed;
+    worst = std::max(worst, dem::restitution_error(i.law, question, i.at_surface, soil_step, limit.step));
+  }
+  return worst;
+}
+
+std::string accuracy_words(const StepReport& step) {
+  std::string words =
+      fmt::format("accurate step {:.4g} s for impacts at {:.3g} m/s", step.accurate.step, step.expected_speed);
+  if (step.accurate.contact > 0)
+    words += fmt::format(": the shortest lasts {:.0f} steps", step.accurate.contact / step.soil_step);
+  return words +
+         fmt::format(", restitution wrong by {:.2g} at most with the step used", step.error_at(step.expected_speed));
+}
+
+std::function<dem::Pose(double)> motion_of(const BoundarySection& boundary) {
   const dem::Pose start = placement(boundary.at, boundary.rotation);
   // Several stretches add up, in the order of the file: each turns what the ones before have placed.
   return [start, moves = boundary.moves](double t) {
@@ -202,7 +230,7 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
     bed.gravity = s.gravity;
     bed.threads = options.threads;
     bed.simd = s.simd, bed.precision = s.precision;
-    bed.book_every = static_cast<int>(s.output.book_every);
+    bed.sample_every = static_cast<int>(s.output.book_every);
     bed.speed_limit = s.limits.speed;
     bed.overlap_limit = s.limits.overlap;
     try {
@@ -221,7 +249,8 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
       choose_step(world, loaded, soil.question());
     } else {
       choose_step(world, loaded, soil.question());
-      soil.settle(world.step.soil_step);
+      // On the way to rest only the stability of the step matters.
+      soil.settle(s.time.soil_step ? *s.time.soil_step : s.time.safety * world.step.limit.step);
       soil.finish();
       add_given_boundaries(world, loaded);
       add_body_surfaces(world, loaded);

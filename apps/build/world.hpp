@@ -7,7 +7,7 @@
 #include "apps/scenario/load.hpp"
 #include "coupling/simulation.hpp"
 #include "libdem/packing/layers.hpp"
-#include "libdem/step/stability.hpp"
+#include "libdem/step/accuracy.hpp"
 
 /// Everything a scenario describes, built and ready to step.
 namespace subsoil::app {
@@ -18,8 +18,9 @@ struct SurfaceRecord {
   std::string name;
   Owner owner = Owner::given;
   int boundary = 0;
-  int body = 0;      ///< of the machine, for Owner::machine
-  Vec3 reference{};  ///< point of its wrench in the axes of its pose
+  std::size_t mesh = 0;  ///< of the boundary's shape: surfaces of one body and material share a boundary
+  int body = 0;          ///< of the machine, for Owner::machine
+  Vec3 reference{};      ///< point of its wrench in the axes of its pose
   bool moves = false;
 };
 
@@ -43,10 +44,26 @@ struct SoilReport {
   bool stopped = false;  ///< a signal came while it was still settling
 };
 
+/// Bodies that may meet.
+struct PossibleImpact {
+  dem::Law law;
+  dem::StepQuestion question;
+  bool at_surface;
+  std::string between;
+};
+
 struct StepReport {
-  double soil_step = 0;     ///< s, used
-  dem::StableStep limit;    ///< smallest over all laws
-  double machine_step = 0;  ///< s
+  double soil_step = 0;        ///< s, used
+  dem::StableStep limit;       ///< smallest over all laws
+  dem::AccurateStep accurate;  ///< likewise, at the speed expected, `safety` of the stable step at most
+  double machine_step = 0;     ///< s
+  double expected_speed = 0;   ///< m/s, at which bodies may meet
+  std::vector<PossibleImpact> impacts;
+
+  /// Step that resolves every possible impact at a speed, m/s.
+  dem::AccurateStep at_speed(double speed, double tolerance, double longest) const;
+  /// Largest error of restitution at a speed with the step used.
+  double error_at(double speed) const;
 };
 
 /// Called while a bed settles: time settled, rms speed. False ends the settling.
@@ -75,7 +92,10 @@ struct BuildOptions {
 
 World build_world(const Loaded& loaded, const BuildOptions& options);
 
+/// What the step means for impacts, in words.
+std::string accuracy_words(const StepReport& step);
+
 /// Pose of a boundary that follows its moves, as a function of time.
-std::function<dem::Pose(double)> motion_of(const Boundary& boundary);
+std::function<dem::Pose(double)> motion_of(const BoundarySection& boundary);
 
 }  // namespace subsoil::app

@@ -7,7 +7,8 @@
 
 #include "apps/laboratory/tests.hpp"
 #include "apps/scenario/checks.hpp"
-#include "apps/scenario/reader.hpp"
+#include "apps/scenario/fields/fields.hpp"
+#include "apps/scenario/units.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -115,12 +116,8 @@ Plan load_plan(const std::string& file, const std::vector<std::string>& sets) {
   Problems problems;
   const Node document = read_document(file, sets, problems);
   Plan plan;
-  Reading reading{
-      .problems = problems, .places = {}, .body_names = {"ground"}, .body_poses = {mbd::BodyState{}}, .markers = {}};
-  reading.places[""] = document.place;
-  Reader reader(reading, document, "");
-  declare(reader, plan);
-  reader.finish();
+  Reading reading(problems);
+  read_all(document, reading, [&](Fields& fields) { declare(fields, plan); });
   if (problems.empty()) PlanChecker{plan, reading.places, problems}.all();
   if (!problems.empty()) throw ScenarioError(problems);
   return plan;

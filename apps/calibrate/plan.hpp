@@ -1,11 +1,12 @@
 #pragma once
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "apps/scenario/declarations.hpp"
 #include "apps/scenario/document.hpp"
+#include "apps/scenario/sections/defaults.hpp"
 
 /// What `subsoil calibrate` is asked: parameters with ranges, targets with tolerances.
 namespace subsoil::app {

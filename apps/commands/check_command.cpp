@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "apps/build/machine.hpp"
 #include "apps/build/world.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/run/columns.hpp"
@@ -60,7 +61,7 @@ FrameSize frame_size(const Scenario& s, const dem::Snapshot& shot) {
 /// bed, taken as twenty times the time a sphere needs to fall by its radius.
 double settling_time(const Scenario& s, const World& world) {
   if (!s.soil || !s.soil->bed) return 0;
-  const Bed& bed = *s.soil->bed;
+  const BedSection& bed = *s.soil->bed;
   if (!bed.settle && bed.fill != Fill::random) return 0;
   const Settle settle = bed.settle.value_or(Settle{});
   double time = settle.duration.value_or(0);
@@ -167,12 +168,18 @@ int check_command(const RunRequest& request) {
     line("soil step", fmt::format("{:.4g} s, {:.2f} of the stable step {:.4g} s", world.step.soil_step,
                                   world.step.soil_step / world.step.limit.step, world.step.limit.step));
     line("", "set by " + world.step.limit.cause);
+    line("", accuracy_words(world.step));
   }
   if (world.machine) {
     const mbd::AssemblyReport& a = world.machine->assembly();
-    line("machine", fmt::format("{} bodies, {} equations, {} degrees of freedom, assembled to {:.1e} m, step {:.4g} s",
-                                world.machine->system().bodies() - 1, a.equations, a.freedom, a.residual,
-                                world.step.machine_step));
+    const mbd::IntegratorKind kind = integrator_of(s);
+    const bool own = kind == mbd::IntegratorKind::cvode || kind == mbd::IntegratorKind::ida;
+    line("machine", fmt::format("{} bodies, {} equations, {} degrees of freedom, {} {:.4g} s",
+                                world.machine->system().bodies() - 1, a.equations, a.freedom,
+                                own ? "steps by their error, rows every" : "step", world.step.machine_step));
+    line("", a.moved > 0 ? fmt::format("joints closed to {:.1e} m; assembly moves '{}' by {:.2e} m", a.residual,
+                                       a.moved_body, a.moved)
+                         : fmt::format("joints closed to {:.1e} m; nothing is moved", a.residual));
     for (const std::string& r : a.redundant) line("", r);
   }
   if (!s.runs_in_time()) {

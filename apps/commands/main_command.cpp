@@ -9,6 +9,7 @@
 #include "apps/laboratory/tests.hpp"
 #include "apps/plot/plot.hpp"
 #include "apps/plot/strip.hpp"
+#include "apps/run/column_table.hpp"
 #include "apps/scenario/load.hpp"
 #include "apps/version.hpp"
 
@@ -154,6 +155,8 @@ int main_command(int argc, char** argv) {
   CLI::App* new_word = app.add_subcommand("new", "print a commented scenario to start from");
   CLI::App* reference_word =
       app.add_subcommand("reference", "print the reference of all scenario keys (docs/scenario.md)");
+  bool of_columns = false;
+  reference_word->add_flag("--columns", of_columns, "print what the columns of series.csv are instead");
 
   PlotRequest plot_request;
   CLI::App* plot_word = app.add_subcommand(
@@ -193,7 +196,7 @@ int main_command(int argc, char** argv) {
     if (credibility_word->parsed()) return credibility_command(credibility_request);
     if (explain_word->parsed()) std::cout << explain(path);
     if (new_word->parsed()) std::cout << new_scenario();
-    if (reference_word->parsed()) std::cout << reference_markdown();
+    if (reference_word->parsed()) std::cout << (of_columns ? columns_markdown() : reference_markdown());
     if (plot_word->parsed()) draw(plot_request, plot_word->count("--strip") + plot_word->count("--times") > 0);
     return exit_ok;
   });

@@ -11,7 +11,10 @@
 #include "apps/output/csv.hpp"
 #include "apps/output/series.hpp"
 #include "apps/plot/plot.hpp"
-#include "apps/scenario/printer.hpp"
+#include "libdem/laws/hertz_mindlin.hpp"
+#include "libdem/laws/hunt_crossley.hpp"
+#include "libdem/laws/hysteretic.hpp"
+#include "libdem/laws/jkr.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -32,7 +35,7 @@ dem::impact::Strikers shaped(dem::impact::Strikers bodies, double largest) {
 /// The bodies that the bed strikes: JKR's attraction goes with the radius of the pair, whatever bodies have it.
 dem::impact::Strikers bodies_for(const dem::Law& law, const ImpactStudy& study, const dem::impact::Pair& pair,
                                  double largest) {
-  if (std::holds_alternative<dem::Jkr>(law)) return {.mass_1 = pair.mass, .radius_1 = pair.radius};
+  if (law.get_if<dem::Jkr>() != nullptr) return {.mass_1 = pair.mass, .radius_1 = pair.radius};
   return shaped(strikers_of(study), largest);
 }
 
@@ -56,9 +59,7 @@ void write_course(const std::filesystem::path& path, const Event& e) {
   for (const dem::impact::Sample& s : e.course) writer.write(std::array{s.t, s.x, s.v, s.f});
 }
 
-std::string title_of(const ImpactStudy& study) {
-  return std::visit([](const auto& m) { return card_of<std::decay_t<decltype(m)>>().word; }, study.model);
-}
+std::string title_of(const ImpactStudy& study) { return model_word(study); }
 
 }  // namespace
 

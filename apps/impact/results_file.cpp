@@ -28,15 +28,19 @@ class Parameters {
   Parameters(hid_t group, std::string prefix) : group_(group), prefix_(std::move(prefix)) {}
 
   void card(const char*, const char*) {}
-  void quantity(const char* key, double value, const std::string& unit, const char*, const char*) {
+  void quantity(const char* key, double value, const std::string& unit, const char*, const char*, const char* = "") {
     if (!std::isnan(value)) write_numbers(group_, prefix_ + key, {value}, unit);
   }
   void quantity(const char* key, const std::optional<double>& value, const std::string& unit, const char* range,
                 const char* meaning) {
     if (value) quantity(key, *value, unit, range, meaning);
   }
-  void derived(const char* key, double value, const std::string& unit, const char* range, const char* meaning) {
+  void derived(const char* key, double value, const std::string& unit, const char* range, const char* meaning,
+               const char* = "") {
     quantity(key, value, unit, range, meaning);
+  }
+  void exponent(const char* key, double value, const char* range, const char* meaning) {
+    quantity(key, value, "1", range, meaning);
   }
   void table(const char* key, const std::vector<double>& xs, const std::vector<double>& ys, const std::string& x_unit,
              const std::string& y_unit, const char*) {
@@ -119,13 +123,9 @@ void write_impact_file(const ImpactStudy& study, const std::vector<ImpactRow>& r
   const h5::Handle file = h5::create_file(path);
   h5::set_attribute(file, "format", std::int64_t{1});
   h5::set_attribute(file, "title", study.title);
-  h5::set_attribute(file, "model",
-                    std::visit([](const auto& m) { return card_of<std::decay_t<decltype(m)>>().word; }, study.model));
+  h5::set_attribute(file, "model", model_word(study));
   ImpactStudy copy = study;
-  Node root = Node::mapping();
-  Printer printer(root, false);
-  declare(printer, copy);
-  h5::set_attribute(file, "study", emit(root));
+  h5::set_attribute(file, "study", emit(print_all([&](Fields& fields) { declare(fields, copy); }, false)));
   write_parameters(file, study);
   write_table(file, study, rows);
   const h5::Handle courses = h5::create_group(file, "courses");

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "apps/scenario/checks.hpp"
-#include "apps/scenario/reader.hpp"
+#include "apps/scenario/fields/fields.hpp"
 #include "libdem/particles/particles.hpp"
 
 namespace subsoil::app {
@@ -41,16 +41,16 @@ LoadedStudy load_study(const std::string& file, const std::vector<std::string>& 
   const Node document = file.empty() ? parse_document("subsoil: 1\n", "command line", sets, problems)
                                      : read_document(file, sets, problems);
   LoadedStudy loaded;
-  Reading reading{
-      .problems = problems, .places = {}, .body_names = {"ground"}, .body_poses = {mbd::BodyState{}}, .markers = {}};
-  reading.places[""] = document.place;
-  Reader reader(reading, document, "");
-  declare(reader, loaded.study);
-  reader.finish();
+  Reading reading(problems);
+  read_all(document, reading, [&](Fields& fields) { declare(fields, loaded.study); });
   loaded.places = std::move(reading.places);
   if (problems.empty()) check(loaded.study, loaded.places, problems);
   if (!problems.empty()) throw ScenarioError(problems);
   return loaded;
+}
+
+std::string model_word(const ImpactStudy& study) {
+  return std::visit([]<class Model>(const Model&) { return card_of<Model>().word; }, study.model);
 }
 
 dem::impact::Strikers strikers_of(const ImpactStudy& s) {

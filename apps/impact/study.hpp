@@ -84,6 +84,9 @@ struct LoadedStudy {
 /// Reads and checks a study: `file` (none: flags alone) with `path=value` overrides. Throws ScenarioError.
 LoadedStudy load_study(const std::string& file, const std::vector<std::string>& sets);
 
+/// The word of its model.
+std::string model_word(const ImpactStudy& study);
+
 /// The bodies as models and as the bed take them.
 dem::impact::Strikers strikers_of(const ImpactStudy& study);
 dem::impact::Pair pair_of(const ImpactStudy& study);

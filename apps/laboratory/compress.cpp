@@ -13,7 +13,7 @@ constexpr std::size_t fewest_rows = 4;
 
 /// Slope of stress over strain of the rows begin..end whose stress is at least `least`. Throws std::runtime_error for
 /// fewer rows than make a slope.
-double modulus(const Curve& curve, std::size_t begin, std::size_t end, double least) {
+double modulus(const SpecimenCurve& curve, std::size_t begin, std::size_t end, double least) {
   std::vector<double> strain, stress;
   for (std::size_t i = begin; i < end; ++i)
     if (curve.rows[i][1] >= least) strain.push_back(curve.rows[i][0]), stress.push_back(curve.rows[i][1]);
@@ -101,7 +101,7 @@ Findings Compress::findings(const Sample&, std::size_t packings, const std::vect
   chart.from_zero = true;
   for (std::size_t p = 0; p < packings; ++p) {
     for (std::size_t k = 0; k < found.numbers.size(); ++k) found.numbers[k].values.push_back(outcomes[p].values[k]);
-    const Curve& curve = outcomes[p].curve;
+    const SpecimenCurve& curve = outcomes[p].curve;
     found.curves.push_back(curve);
     found.curves.back().name = fmt::format("packing-{}", p + 1);
     chart.curves.push_back({fmt::format("packing {}", p + 1), curve.column(0, 1e2), curve.column(1, 1e-3),

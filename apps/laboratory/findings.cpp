@@ -11,7 +11,7 @@
 
 namespace subsoil::app {
 
-std::vector<double> Curve::column(std::size_t k, double factor) const {
+std::vector<double> SpecimenCurve::column(std::size_t k, double factor) const {
   std::vector<double> out;
   out.reserve(rows.size());
   for (const std::vector<double>& row : rows) out.push_back(row[k] * factor);

@@ -8,7 +8,7 @@
 namespace subsoil::app {
 
 /// Columns of numbers over each other, as a CSV file holds them.
-struct Curve {
+struct SpecimenCurve {
   std::string name;
   std::vector<SeriesColumn> columns;
   std::vector<std::vector<double>> rows;
@@ -19,7 +19,7 @@ struct Curve {
 /// What one specimen gave.
 struct Outcome {
   std::vector<double> values;
-  Curve curve;
+  SpecimenCurve curve;
 };
 
 /// A number of a test, once per packing, SI.
@@ -42,7 +42,7 @@ struct NamedChart {
 struct Findings {
   std::string test;
   std::vector<Number> numbers;
-  std::vector<Curve> curves;
+  std::vector<SpecimenCurve> curves;
   std::vector<NamedChart> charts;
   std::vector<std::string> notes;  ///< what a reader of the numbers must know
 

@@ -29,7 +29,7 @@ dem::TriangleMesh cone_mesh(double radius, double high) {
 }
 
 /// Slope of q, and k and n of its power law, over the rows from this depth on.
-std::vector<double> fits(const Curve& curve, double from) {
+std::vector<double> fits(const SpecimenCurve& curve, double from) {
   std::vector<double> z, q, log_z, log_q;
   double sum = 0;
   for (const auto& row : curve.rows) {

@@ -53,7 +53,7 @@ void write_findings(const Findings& found, const std::filesystem::path& folder, 
     for (const double v : n.values) table += fmt::format(",{}", csv_number(v));
   }
   write_atomically(folder / (found.test + ".csv"), table + "\n");
-  for (const Curve& curve : found.curves) {
+  for (const SpecimenCurve& curve : found.curves) {
     SeriesWriter writer(folder / (found.test + "-" + curve.name + ".csv"), curve.columns, csv::exact_digits);
     for (const auto& row : curve.rows) writer.write(row);
   }

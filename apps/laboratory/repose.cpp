@@ -226,7 +226,7 @@ Findings Repose::findings(const Sample&, std::size_t packings, const std::vector
     angle.values.push_back(outcomes[p].values[0]);
     found.curves.push_back(outcomes[p].curve);
     found.curves.back().name = fmt::format("packing-{}", p + 1);
-    const Curve& curve = outcomes[p].curve;
+    const SpecimenCurve& curve = outcomes[p].curve;
     const int colour = static_cast<int>(p);
     chart.curves.push_back({fmt::format("packing {}", p + 1), curve.column(0, 1e3), curve.column(1, 1e3),
                             ChartCurve::Style::dots, colour});

@@ -46,10 +46,10 @@ class Sets {
 };
 
 Pieces pieces_in(const dem::Bed& bed, const dem::Law& law) {
-  if (dem::bond_of(law) != nullptr) return pieces_of(bed.spheres(), bed.bonded_pairs());
+  if (law->bond() != nullptr) return pieces_of(bed.spheres(), bed.bonded_pairs());
   double largest = 0;
   for (const dem::Sphere& s : bed.spheres()) largest = std::max(largest, s.r);
-  return pieces_of(bed.spheres(), dem::reach_of(law, 0.5 * largest));
+  return pieces_of(bed.spheres(), law->cutoff(0.5 * largest));
 }
 
 }  // namespace

@@ -65,7 +65,7 @@ struct Rig {
 };
 
 /// Means of tau and sigma over rows begin..end.
-std::array<double, 2> mean(const Curve& curve, std::size_t begin, std::size_t end) {
+std::array<double, 2> mean(const SpecimenCurve& curve, std::size_t begin, std::size_t end) {
   std::array<double, 2> sum{};
   for (std::size_t i = begin; i < end; ++i) sum[0] += curve.rows[i][1], sum[1] += curve.rows[i][2];
   const auto n = static_cast<double>(end - begin);

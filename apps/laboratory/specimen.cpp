@@ -20,7 +20,7 @@ dem::BedOptions options_of(const Sample& sample) {
   options.simd = sample.simd;
   options.speed_limit = sample.speed_limit;
   options.overlap_limit = sample.overlap_limit;
-  options.book_every = 1000;  // a test reads no losses
+  options.sample_every = 1000;  // a test reads no losses
   return options;
 }
 

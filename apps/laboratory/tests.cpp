@@ -6,22 +6,10 @@
 
 #include "apps/laboratory/jobs.hpp"
 #include "apps/scenario/checks.hpp"
-#include "apps/scenario/reader.hpp"
+#include "apps/scenario/fields/fields.hpp"
 
 namespace subsoil::app {
 namespace {
-
-/// A scenario with its section `test`.
-struct TestFile {
-  Scenario& scenario;
-  ElementTests& tests;
-
-  template <class V>
-  void describe(V& v) {
-    declare(v, scenario);
-    v.section("test", tests, "laboratory tests of a material");
-  }
-};
 
 /// What the test leaves out comes from the scenario's bed; then the bed becomes the test's own.
 void take_bed(Scenario& s, SampleWords& words, const Places& places) {
@@ -106,13 +94,11 @@ LoadedTests load_tests(const std::string& file, const std::vector<std::string>& 
   Problems problems;
   const Node document = read_document(file, sets, problems);
   LoadedTests loaded;
-  Reading reading{
-      .problems = problems, .places = {}, .body_names = {"ground"}, .body_poses = {mbd::BodyState{}}, .markers = {}};
-  reading.places[""] = document.place;
-  Reader reader(reading, document, "");
-  TestFile whole{loaded.loaded.scenario, loaded.tests};
-  declare(reader, whole);
-  reader.finish();
+  Reading reading(problems);
+  read_all(document, reading, [&](Fields& fields) {
+    declare(fields, loaded.loaded.scenario);
+    fields.section("test", loaded.tests, "laboratory tests of a material");
+  });
   if (!problems.empty()) throw ScenarioError(problems);
   take_bed(loaded.loaded.scenario, loaded.tests.sample, reading.places);
   loaded.loaded.places = kept(reading.places);

@@ -11,7 +11,7 @@
 #include "apps/laboratory/shatter.hpp"
 #include "apps/laboratory/shear.hpp"
 #include "apps/laboratory/tilt.hpp"
-#include "apps/scenario/declarations.hpp"
+#include "apps/scenario/load.hpp"
 
 /// `subsoil test`: a material put through laboratory tests. A scenario of any kind names materials and contacts; its
 /// section `test` says what of them is tested and how.

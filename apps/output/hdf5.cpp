@@ -171,6 +171,18 @@ Handle create_unlinked_group(hid_t file) {
   return {H5Gcreate_anon(file, H5P_DEFAULT, H5P_DEFAULT), H5Gclose, "creating a group"};
 }
 
+std::vector<std::string> dataset_names(hid_t parent) {
+  std::vector<std::string> names;
+  const auto visit = [](hid_t group, const char* name, const H5L_info_t*, void* to) -> herr_t {
+    const hid_t object = H5Oopen(group, name, H5P_DEFAULT);
+    if (object < 0) return -1;
+    if (H5Iget_type(object) == H5I_DATASET) static_cast<std::vector<std::string>*>(to)->emplace_back(name);
+    return H5Oclose(object);
+  };
+  checked(H5Lvisit(parent, H5_INDEX_NAME, H5_ITER_INC, visit, &names), "listing what a file holds");
+  return names;
+}
+
 bool exists(hid_t parent, const std::string& path) {
   // HDF5 refuses to ask for a/b when there is no a, so ask link by link.
   for (std::size_t slash = path.find('/', 1); slash != std::string::npos; slash = path.find('/', slash + 1))

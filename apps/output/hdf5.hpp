@@ -52,6 +52,8 @@ Handle create_group(hid_t parent, const std::string& name, std::size_t name_byte
 /// A group that nothing leads to yet; it is gone when closed without a link().
 Handle create_unlinked_group(hid_t file);
 bool exists(hid_t parent, const std::string& path);
+/// Of all datasets below, with their groups: "bed/ids".
+std::vector<std::string> dataset_names(hid_t parent);
 
 /// A dataset with its data that nothing leads to yet; it is gone when closed without a link(). `name` is for messages.
 Handle write_unlinked(hid_t file, const std::string& name, const void* data, hid_t memory_type, const Layout& layout);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <stdexcept>
 
@@ -56,6 +57,23 @@ struct StateReader::Impl {
 
 StateReader::StateReader(const std::filesystem::path& path) : impl_(new Impl{path, h5::open_file(path)}) {}
 StateReader::~StateReader() = default;
+
+void StateReader::require_format(std::int64_t number, const std::vector<std::string>& known) const {
+  const std::string file = impl_->path.string();
+  const auto refuse = [&](const std::string& what) {
+    throw std::runtime_error(fmt::format(
+        "{}: {}; this version reads states of format {}: go on with the version that wrote it, or start the "
+        "run anew",
+        file, what, number));
+  };
+  if (!has("format")) refuse("is no state, or one from before states had a format number");
+  if (const auto its = value<std::int64_t>("format"); its != number) refuse(fmt::format("is of format {}", its));
+  for (const std::string& name : h5::dataset_names(impl_->file)) {
+    const auto covers = [&](const std::string& k) { return k.ends_with('/') ? name.starts_with(k) : name == k; };
+    if (name != "format" && std::none_of(known.begin(), known.end(), covers))
+      refuse("holds `" + name + "`, which this version does not know");
+  }
+}
 
 bool StateReader::has(const std::string& name) const { return h5::exists(impl_->file, name); }
 

@@ -40,6 +40,8 @@ class StateWriter {
   }
   void put_vectors(const std::string& name, std::span<const dem::Vec3> values);
   void put_text(const std::string& name, const std::string& text);
+  /// Says which arrays there are and what they hold; a change in either takes the next number.
+  void put_format(std::int64_t number) { put("format", number); }
   void commit();
 
  private:
@@ -54,6 +56,9 @@ class StateReader {
   StateReader(const StateReader&) = delete;
   StateReader& operator=(const StateReader&) = delete;
 
+  /// Throws std::runtime_error unless the file has this format, and for any array that is not among `known`, which may
+  /// end in a slash: all of that group.
+  void require_format(std::int64_t number, const std::vector<std::string>& known) const;
   bool has(const std::string& name) const;
   /// Throws std::runtime_error naming file and array when it is missing or of another type.
   template <StateNumber T>

@@ -14,7 +14,7 @@ double length(Spot a) { return std::hypot(a.x, a.y); }
 
 mbd::Vec2 world(const Poses& poses, int body, const Vec2& p) {
   const mbd::BodyState& pose = poses[static_cast<std::size_t>(body)];
-  return pose.r + pose.world(p);
+  return pose.point_in_world(p);
 }
 double angle(const Poses& poses, int body) { return poses[static_cast<std::size_t>(body)].angle; }
 

@@ -49,7 +49,7 @@ Run read_run(const std::filesystem::path& directory) {
 
 Poses poses_at(const Run& run, std::size_t row) {
   Poses poses{mbd::BodyState{}};
-  for (const Body& b : run.scenario.machine->bodies) {
+  for (const BodySection& b : run.scenario.machine->bodies) {
     const auto value = [&](const char* axis) { return run.series.at(b.name + axis)[row]; };
     poses.emplace_back(mbd::Vec2{value(".x"), value(".y")}, value(".angle"), mbd::Vec2{}, 0.0);
   }
@@ -91,7 +91,7 @@ std::vector<Panel> shapes(const Run& run, const std::filesystem::path& directory
   std::vector<Panel> panels;
   for (std::size_t k = 0; k < modes.rows() && panels.size() < static_cast<std::size_t>(count); ++k) {
     std::vector<double> shape;
-    for (const Body& b : run.scenario.machine->bodies)
+    for (const BodySection& b : run.scenario.machine->bodies)
       for (const char* axis : {".x.real", ".y.real", ".angle.real"}) shape.push_back(modes.at(b.name + axis)[k]);
     const double factor = picture_factor(sketch, rest, shape);
     if (factor == 0) continue;  // a coordinate that nothing holds has no shape
@@ -109,12 +109,12 @@ std::vector<mbd::Vec2> path_of(const mbd::Marker& m, const std::vector<Poses>& a
   std::vector<mbd::Vec2> path;
   for (const Poses& poses : all) {
     const mbd::BodyState& b = poses[static_cast<std::size_t>(m.body)];
-    path.push_back(b.r + b.world(m.p));
+    path.push_back(b.point_in_world(m.p));
   }
   return path;
 }
 
-std::vector<mbd::Marker> chosen_paths(const Machine& machine, const std::vector<std::string>& names) {
+std::vector<mbd::Marker> chosen_paths(const MachineSection& machine, const std::vector<std::string>& names) {
   std::vector<mbd::Marker> known, chosen;
   for (const mbd::Marker& m : machine.markers)
     if (m.body != mbd::ground) known.push_back(m);
@@ -134,10 +134,10 @@ std::vector<mbd::Marker> chosen_paths(const Machine& machine, const std::vector<
 }
 
 /// Takes a body's way out of all poses, so that it stays where it was in the first.
-void follow(std::vector<Poses*> all, const Machine& machine, const std::string& name) {
+void follow(std::vector<Poses*> all, const MachineSection& machine, const std::string& name) {
   if (name.empty()) return;
   std::vector<std::string> names;
-  for (const Body& b : machine.bodies) names.push_back(b.name);
+  for (const BodySection& b : machine.bodies) names.push_back(b.name);
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end())
     throw std::runtime_error("--follow " + name + ": there is no body of this name" + suggestion(name, names));

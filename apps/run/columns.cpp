@@ -1,24 +1,16 @@
 #include "apps/run/columns.hpp"
 
 #include <algorithm>
-#include <cmath>
+
+#include "apps/run/column_table.hpp"
 
 namespace subsoil::app {
 
-dem::Wrench wrench_at_reference(const dem::Boundary& boundary, const Vec3& reference) {
-  return dem::about(boundary.wrench, boundary.pose.position, boundary.pose.to_world(reference));
-}
-
-bool is_measure(const Machine& machine, const std::string& column) {
+bool is_measure(const MachineSection& machine, const std::string& column) {
   const std::string owner = column.substr(0, column.find('.'));
   return std::any_of(machine.measures.begin(), machine.measures.end(),
                      [&](const NamedMeasure& m) { return m.name == owner; });
 }
-
-namespace {
-/// A boundary that a given motion moves: its place stands in the series, as a body's does.
-bool on_path(const SurfaceRecord& s) { return s.owner == SurfaceRecord::Owner::given && s.moves; }
-}  // namespace
 
 std::size_t Columns::add(const std::string& name, const std::string& unit) {
   columns_.push_back({name, unit});
@@ -27,9 +19,14 @@ std::size_t Columns::add(const std::string& name, const std::string& unit) {
   return columns_.size() - 1;
 }
 
-void Columns::add_wrench(const std::string& name) {
-  for (const char* c : {".Fx", ".Fy", ".Fz"}) summarised_.push_back(add(name + c, "N"));
-  for (const char* c : {".Mx", ".My", ".Mz"}) add(name + c, "N m");
+template <class Owner>
+void Columns::add(const ColumnFamily<Owner>& family, const std::string& owner, const Owner& of) {
+  for (const ColumnOf<Owner>& c : family.columns) {
+    const std::size_t column = add(owner.empty() ? c.name : owner + "." + c.name, c.unit);
+    if (c.in_summary) summarised_.push_back(column);
+    sources_[static_cast<int>(family.taken)].push_back(
+        {column, [from = ColumnSources{world_, simulation_}, of, value = c.value] { return value(from, of); }});
+  }
 }
 
 Columns::Columns(const Loaded& loaded, World& world, coupling::Simulation& simulation)
@@ -44,38 +41,24 @@ Columns::Columns(const Loaded& loaded, World& world, coupling::Simulation& simul
     }
     machine_values_.resize(world.machine->column_names().size());
   }
-  if (world.bed) {
-    for (const coupling::BodySurface& s : world.body_surfaces)
-      if (std::find(tool_bodies_.begin(), tool_bodies_.end(), s.body) == tool_bodies_.end())
-        tool_bodies_.push_back(s.body);
-    body_first_ = columns_.size();
-    for (const int body : tool_bodies_) add_wrench(world.machine->system().body_name(body) + ".soil");
-    surface_first_ = columns_.size();
-    for (const SurfaceRecord& s : world.surfaces) add_wrench(s.name);
-    path_first_ = columns_.size();
-    for (const SurfaceRecord& s : world.surfaces)
-      if (on_path(s))
-        for (const char* c : {".x", ".y", ".z"}) add(s.name + c, "m");
-    if (world.machine) {
-      draft_ = static_cast<int>(add("soil.draft", "N"));
-      summarised_.push_back(static_cast<std::size_t>(draft_));
-      summarised_.push_back(add("soil.lift", "N"));
-    }
-    energy_first_ = columns_.size();
-    for (const char* term :
-         {"kinetic", "spin", "gravity", "stored", "damped", "slid", "rolled", "boundary work", "removed"})
-      add(std::string("soil.") + term, "J");
-    add("interface.on soil", "J");
-    add("interface.on machine", "J");
-    add("soil.fastest", "m/s");
-    if (world.bed->has_bonding_laws()) {
-      bonds_ = static_cast<int>(add("soil.bonds", "1"));
-      add("soil.bonds broken in tension", "1");
-      add("soil.bonds broken in shear", "1");
-      add("soil.broken", "J");
-    }
-  }
+  if (world.bed) add_soil();
   for (const Watch& watch : loaded.scenario.output.watch) add_watch(watch, loaded);
+}
+
+Columns::~Columns() = default;
+
+void Columns::add_soil() {
+  std::vector<int> bodies;
+  for (const coupling::BodySurface& s : world_.body_surfaces)
+    if (std::find(bodies.begin(), bodies.end(), s.body) == bodies.end()) bodies.push_back(s.body);
+  for (const int body : bodies)
+    add(soil_on_body_columns, world_.machine->system().body_name(body) + ".soil", SoilOnBody{body});
+  for (const SurfaceRecord& s : world_.surfaces) add(surface_columns, s.name, s);
+  for (const SurfaceRecord& s : world_.surfaces)
+    if (s.owner == SurfaceRecord::Owner::given && s.moves) add(path_columns, s.name, s);
+  if (world_.machine) add(draft_columns, draft_columns.owner, SoilAsWhole{});
+  add(bed_columns, bed_columns.owner, SoilAsWhole{});
+  if (world_.bed->has_bonding_laws()) add(bond_columns, bond_columns.owner, SoilAsWhole{});
 }
 
 int Columns::find(const std::string& name) const {
@@ -129,7 +112,7 @@ void Columns::add_watch(const Watch& watch, const Loaded& loaded) {
   watches_.push_back(std::move(source));
 }
 
-void Columns::take_watches(std::span<double> row) {
+void Columns::take_watches(std::span<double> row) const {
   for (const WatchSource& w : watches_) {
     if (w.column >= 0) {
       row[w.target] = row[static_cast<std::size_t>(w.column)];
@@ -149,57 +132,21 @@ void Columns::take_machine(std::span<double> row, bool means) {
     if (is_mean(machine_first_ + i) == means) row[machine_first_ + i] = machine_values_[i];
 }
 
+void Columns::take(Taken when, std::span<double> row) const {
+  for (const Source& s : sources_[static_cast<int>(when)]) row[s.column] = s.value();
+}
+
 void Columns::take_instant(std::span<double> row) {
   row[0] = simulation_.time();
   take_machine(row, false);
-  std::size_t at = path_first_;
-  for (const SurfaceRecord& s : world_.surfaces)
-    if (on_path(s)) {
-      const Vec3 place = simulation_.surface_pose(s.boundary).position;
-      for (int d = 0; d < 3; ++d) row[at++] = place[d];
-    }
+  take(Taken::instant, row);
   take_watches(row);
-}
-
-void Columns::take_bonds(std::span<double> row, double energy) {
-  const dem::BondCount b = world_.bed->bonds();
-  const double values[] = {static_cast<double>(b.intact()), static_cast<double>(b.broken_in_tension),
-                           static_cast<double>(b.broken_in_shear), energy};
-  std::copy(std::begin(values), std::end(values), row.begin() + bonds_);
 }
 
 void Columns::take_step(std::span<double> row, bool energies) {
   if (has_means_) take_machine(row, true);
-  if (world_.bed) {
-    const auto put = [&](std::size_t at, const dem::Wrench& w) {
-      for (int d = 0; d < 3; ++d) {
-        row[at + static_cast<std::size_t>(d)] = w.force[d];
-        row[at + 3 + static_cast<std::size_t>(d)] = w.moment[d];
-      }
-    };
-    Vec3 total;
-    for (std::size_t i = 0; i < tool_bodies_.size(); ++i) {
-      const dem::Wrench& w = simulation_.soil_on_body(tool_bodies_[i]);
-      put(body_first_ + 6 * i, w);
-      total += w.force;
-    }
-    for (std::size_t i = 0; i < world_.surfaces.size(); ++i)
-      put(surface_first_ + 6 * i,
-          wrench_at_reference(world_.bed->boundary(world_.surfaces[i].boundary), world_.surfaces[i].reference));
-    if (draft_ >= 0) {
-      row[static_cast<std::size_t>(draft_)] = -total.x;
-      row[static_cast<std::size_t>(draft_) + 1] = total.y;
-    }
-    if (energies) {
-      const dem::BedEnergy& e = world_.bed->energy();
-      const coupling::InterfaceWork work = simulation_.interface_work();
-      const double values[] = {e.kinetic,      e.spin,         e.gravity,       e.stored,
-                               e.lost.damping, e.lost.sliding, e.lost.rolling,  e.boundary_work,
-                               e.removed,      work.on_soil,   work.on_machine, world_.bed->max_speed()};
-      std::copy(std::begin(values), std::end(values), row.begin() + static_cast<std::ptrdiff_t>(energy_first_));
-      if (bonds_ >= 0) take_bonds(row, e.lost.breaking);
-    }
-  }
+  take(Taken::step, row);
+  if (energies) take(Taken::sample, row);
   take_watches(row);
 }
 

@@ -1,27 +1,37 @@
 #pragma once
+#include <cmath>
+#include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "apps/build/world.hpp"
 #include "apps/output/series.hpp"
+#include "libdem/base/vec3.hpp"
+
+namespace subsoil::coupling {
+class Simulation;
+}
 
 namespace subsoil::app {
 
-/// The columns of series.csv and where their numbers come from.
+struct Loaded;
+struct Machine;
+struct Watch;
+struct World;
+enum class Taken;
+template <class Owner>
+struct ColumnFamily;
+
+/// The columns of series.csv of one run. What they are and where their numbers come from stands in column_table.hpp;
+/// the machine names its own (mbd::Machine::column_names), and the scenario's watches come last.
 ///
 /// A row belongs to the instant t_n at which a step begins. Poses, velocities and energies are of t_n. Columns with the
 /// unit N or N m are means over the steps since the row before, or with `output.forces: instant` (without soil the
 /// default) of t_n too.
-/// Names: `<body>.x`, `<joint>.fx`, `<driver>.force` as the machine reports them; `<body>.soil.Fx` ... `.Mz` wrench of
-/// the soil on a body about its centre of mass; `<surface>.Fx` ... about the surface's reference point, world axes;
-/// `<boundary>.x` ... place of a boundary on a given path;
-/// `soil.draft`, `soil.lift` the soil's force on the whole machine, rearward and upward; `soil.kinetic` ... the bed's
-/// energy book; where a law has bonds `soil.bonds` intact ones,
-/// `soil.bonds broken in tension`, `soil.bonds broken in shear` since the start and `soil.broken` the energy that they
-/// held; `interface.on soil`, `interface.on machine` the work both sides book; then the scenario's watches.
 class Columns {
  public:
   Columns(const Loaded& loaded, World& world, coupling::Simulation& simulation);
+  ~Columns();
 
   const std::vector<SeriesColumn>& list() const { return columns_; }
   bool is_mean(std::size_t column) const { return mean_[column] != 0; }
@@ -37,25 +47,27 @@ class Columns {
   const std::vector<std::size_t>& summarised() const { return summarised_; }
   /// Index of a column or -1.
   int find(const std::string& name) const;
-  /// Value of a watch column in a row, or NaN.
-  double soil_draft(std::span<const double> row) const {
-    return draft_ >= 0 ? row[static_cast<std::size_t>(draft_)] : NAN;
-  }
 
  private:
+  struct Source {  ///< a column of the table
+    std::size_t column;
+    std::function<double()> value;
+  };
   struct WatchSource {
     std::size_t target;
     int column = -1;              ///< copied from this column, or
     std::vector<int> components;  ///< three columns projected on `along`
-    Vec3 along;
+    dem::Vec3 along;
   };
   std::size_t add(const std::string& name, const std::string& unit);
-  void add_wrench(const std::string& name);
+  template <class Owner>
+  void add(const ColumnFamily<Owner>& family, const std::string& owner, const Owner& of);
+  void add_soil();
   void add_watch(const Watch& watch, const Loaded& loaded);
   int find_or_throw(const std::string& name, const Watch& watch, const Loaded& loaded) const;
+  void take(Taken when, std::span<double> row) const;
   void take_machine(std::span<double> row, bool means);
-  void take_bonds(std::span<double> row, double energy);
-  void take_watches(std::span<double> row);
+  void take_watches(std::span<double> row) const;
 
   World& world_;
   coupling::Simulation& simulation_;
@@ -63,18 +75,13 @@ class Columns {
   std::vector<SeriesColumn> columns_;
   std::vector<char> mean_;
   std::vector<double> machine_values_;
-  std::vector<int> tool_bodies_;
-  std::size_t machine_first_ = 0, body_first_ = 0, surface_first_ = 0, path_first_ = 0, energy_first_ = 0;
-  int bonds_ = -1;
-  int draft_ = -1;
+  std::size_t machine_first_ = 0;
+  std::vector<Source> sources_[3];  ///< by Taken
   std::vector<WatchSource> watches_;
   std::vector<std::size_t> summarised_;
 };
 
 /// Whether a column is one of the machine's measures: NAME or NAME.x ...
-bool is_measure(const Machine& machine, const std::string& column);
-
-/// Wrench of the spheres on a surface about its reference point.
-dem::Wrench wrench_at_reference(const dem::Boundary& boundary, const Vec3& reference);
+bool is_measure(const MachineSection& machine, const std::string& column);
 
 }  // namespace subsoil::app

@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/build/shapes.hpp"
 #include "apps/run/columns.hpp"
 
 namespace subsoil::app {
 
 RunOptions frame_options(const Scenario& s) {
   RunOptions options;
-  options.precision = s.output.precision == Precision::full ? FramePrecision::float64 : FramePrecision::rounded;
+  options.precision = s.output.precision == OutputPrecision::full ? FramePrecision::float64 : FramePrecision::rounded;
   options.columns.clear();
   for (const Column c : s.output.columns) options.columns.insert(column_names[static_cast<std::size_t>(c)]);
   if (s.output.region) options.region = FrameBox{s.output.region->at, s.output.region->at + s.output.region->size};
@@ -71,7 +70,7 @@ void FrameOutput::list_surfaces(std::vector<OutputSurface>& surfaces) {
     const dem::Boundary& b = world_.bed->boundary(r.boundary);
     if (!b.active) continue;  // an opened wall is not there
     shown_.push_back(r.boundary);
-    add(r.name, drawing_of(b.shape, 1.0), r.moves, b.pose);
+    add(r.name, dem::drawing(b.shape, 1.0)[r.mesh], r.moves, b.pose);
   }
   for (const DrawnSurface& d : world_.drawn) add(d.name, d.mesh, true, {});
 }

@@ -66,7 +66,7 @@ void MechanismFrames::take(const Poses& poses, std::vector<dem::Pose>& placed,
     std::vector<Vec3>& points = deformed.emplace_back();
     for (const auto& [body, p] : cloud.points) {
       const mbd::BodyState& b = poses[static_cast<std::size_t>(body)];
-      const mbd::Vec2 w = b.r + b.world(p);
+      const mbd::Vec2 w = b.point_in_world(p);
       points.push_back({w.x, w.y, 0});
     }
   }

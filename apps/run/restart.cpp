@@ -5,9 +5,17 @@
 #include "apps/output/state_file.hpp"
 
 namespace subsoil::app {
+namespace {
+
+/// 2: memory of contacts in the order of libdem/contacts/contact_memory.hpp, bonds with what they released. (Before: no
+/// number.)
+constexpr std::int64_t kStateFormat = 2;
+
+}  // namespace
 
 void save_run(const std::filesystem::path& directory, const World& world, const coupling::Simulation& simulation) {
   StateWriter out(state_path(directory, simulation.time()));
+  out.put_format(kStateFormat);
   if (world.bed) {
     const dem::Bed::State bed = world.bed->save();
     out.put("bed/spheres", bed.spheres);
@@ -36,6 +44,9 @@ void save_run(const std::filesystem::path& directory, const World& world, const 
 
 SavedRun read_run(const std::filesystem::path& file) {
   const StateReader in(file);
+  in.require_format(kStateFormat, {"bed/spheres", "bed/ids", "bed/pair ids", "bed/pairs", "bed/surface ids",
+                                   "bed/surfaces", "bed/scalars", "bed/bonding", "bed/bond ids", "bed/bonds",
+                                   "bed/broken ids", "bed/broken", "soil", "machine", "coupling"});
   SavedRun saved;
   saved.has_bed = in.has("bed/spheres");
   if (saved.has_bed) {

@@ -49,6 +49,9 @@ class SignalGuard {
   }, old_term_{};
 };
 
+// Beyond these a run is no answer to trust: shares of the energy and of the machine's length and speed.
+constexpr double most_closure = 1e-3, most_step_error = 1e-3;
+
 /// Times at which something is due, a step early or late by no more than half a step.
 class Schedule {
  public:
@@ -158,6 +161,7 @@ class Runner {
         if (step_tells) columns_->take_step(values_, sample);
       }
       if (sample) write_row();
+      if (sample && energy_is_lost()) return exit_failed;
       if (frame) frames_->write(t, steps_);
       if (last) return signal == SIGINT ? exit_interrupted : signal == SIGTERM ? exit_terminated : exit_ok;
       count_step(t, world_.bed ? dt : simulation_.time() - t);
@@ -176,12 +180,29 @@ class Runner {
     track_energy(steps_ == 0);
   }
 
+  /// Whether the machine's energy balance is off by more than it may; failure_ then says so.
+  bool energy_is_lost() {
+    if (!world_.machine) return false;
+    const mbd::EnergyBook e = world_.machine->energy();
+    if (e.closure() <= s_.limits.energy) return false;
+    failure_ = fmt::format(
+        "t = {:.9g} s: the energy balance of the machine is off by {:.3g} J, {:.2g} of the {:.3g} J there or moved, "
+        "above "
+        "limits.energy = {:g}; the step is too long for the motion, or a driver or force jumps. Leave out "
+        "time.machine.step, shorten it, or raise the limit",
+        reached_, e.balance(), e.closure(), e.moved, s_.limits.energy);
+    return true;
+  }
+
   /// The step from t on of length `taken` enters the means and the summary.
   void count_step(double t, double taken) {
     if (columns_->has_means()) means_->add(taken, values_);
     for (std::size_t c = 0; c < summarised_.size(); ++c) summarised_[c] = values_[columns_->summarised()[c]];
     summary_->sample(t + taken, taken, summarised_);
-    if (world_.bed) deepest_ = std::max(deepest_, world_.bed->max_overlap());
+    if (world_.bed) {
+      deepest_ = std::max(deepest_, world_.bed->max_overlap());
+      fastest_ = std::max(fastest_, world_.bed->max_speed());
+    }
     ++steps_;
   }
 
@@ -218,8 +239,8 @@ class Runner {
     text += "  remaining " + clock_text(wall / share * (1 - share));
     if (const int pull = columns_->find("pull"); pull >= 0)
       text += fmt::format("  pull {:.0f} N", row[static_cast<std::size_t>(pull)]);
-    if (const double draft = columns_->soil_draft(row); std::isfinite(draft))
-      text += fmt::format("  draft {:.0f} N", draft);
+    if (const int draft = columns_->find("soil.draft"); draft >= 0)
+      text += fmt::format("  draft {:.0f} N", row[static_cast<std::size_t>(draft)]);
     return text;
   }
 
@@ -257,6 +278,13 @@ class Runner {
       take_in("gravity on the machine [J]", machine_potential_start_ - m.potential);
       e["lost in the machine [J]"] = m.lost;
       e["machine closure [J]"] = m.balance();
+      e["machine energy there or moved [J]"] = m.moved;
+      e["machine closure over energy there or moved"] = m.closure();
+      if (m.closure() > most_closure)
+        warn(
+            fmt::format("the machine's energy balance is off by {:.2g} of the energy there or moved: its motion is not "
+                        "resolved; shorten the machine step or its tolerance",
+                        m.closure()));
       error += m.balance();
     }
     if (world_.bed && world_.machine) {
@@ -269,6 +297,37 @@ class Runner {
     e["closure [J]"] = error;
     e["work put in [J]"] = put_in;
     e["closure over work put in"] = put_in > 0 ? error / put_in : 0.0;
+  }
+
+  /// Into the summary, and to the user's eye.
+  void warn(const std::string& text) {
+    summary_->warn(text);
+    spdlog::warn("{}", text);
+  }
+
+  /// Of contacts at the speeds that were met.
+  void warn_of_coarse_contacts() {
+    const double speed = std::max(fastest_, world_.step.expected_speed), error = world_.step.error_at(speed);
+    summary_->section("run")["error of restitution"] = error;
+    if (error <= 1.2 * s_.time.accuracy + 1e-3) return;
+    const auto fine = world_.step.at_speed(speed, s_.time.accuracy, world_.step.soil_step);
+    warn(
+        fmt::format("impacts at {:.3g} m/s, as met or expected, have a restitution wrong by up to {:.2g} "
+                    "with the step of {:.3g} s; {:.3g} s would keep `time.accuracy: {:.3g}`",
+                    speed, error, world_.step.soil_step, fine.step, s_.time.accuracy));
+  }
+
+  /// What fixed machine steps are estimated to err by.
+  void write_step_error() {
+    const mbd::StepError& error = world_.machine->integrator().step_error();
+    if (error.fastest == 0) return;
+    summary_->section("run")["machine step error"] = {{"largest of a step", error.largest}, {"sum", error.sum()}};
+    if (error.sum() > most_step_error)
+      warn(
+          fmt::format("machine steps of {:.3g} s are estimated to err by {:.2g} of the machine's length and speed over "
+                      "the run; shorten them{}",
+                      world_.step.machine_step, error.sum(),
+                      world_.bed ? " by fewer soil steps per machine step" : ", or leave out time.machine.step"));
   }
 
   void write_run_section(int code) {
@@ -293,6 +352,7 @@ class Runner {
     r["soil step [s]"] = world_.step.soil_step;
     r["soil step over stable step"] = world_.step.soil_step / world_.step.limit.step;
     r["stable step set by"] = world_.step.limit.cause;
+    warn_of_coarse_contacts();
     r["neighbour builds"] = world_.bed->rebuilds();
     r["largest overlap [share of a radius]"] = deepest_;
     r["particle-steps per second"] =
@@ -362,6 +422,7 @@ class Runner {
     if (window_pending_) summary_->warn("the tool never reached steady work: no means; set output.window to take some");
     write_run_section(code);
     if (world_.machine) write_events();
+    if (world_.machine) write_step_error();
     write_energy();
     summary_->write(request_.out / "summary.json");
     if (code == exit_failed) {
@@ -389,7 +450,7 @@ class Runner {
   std::string failure_;
   double start_time_ = 0, reached_ = 0;
   double bed_start_ = 0, bed_gravity_start_ = 0, machine_potential_start_ = 0;
-  double deepest_ = 0;
+  double deepest_ = 0, fastest_ = 0;
   long steps_ = 0;
   bool window_pending_ = false;
 };
@@ -450,6 +511,7 @@ int run(const RunRequest& given) {
   if (world.bed)
     spdlog::info("soil step {:.4g} s = {:.2f} of the stable step {:.4g} s ({})", world.step.soil_step,
                  world.step.soil_step / world.step.limit.step, world.step.limit.step, world.step.limit.cause);
+  if (world.bed) spdlog::info("{}", accuracy_words(world.step));
   return Runner(loaded, request, std::move(world), saved).run();
 }
 

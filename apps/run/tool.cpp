@@ -10,8 +10,8 @@ ToolProgress::ToolProgress(const World& world) : world_(world) {
     const auto* mesh = std::get_if<dem::MeshSurface>(&world.bed->boundary(s.boundary).shape);
     if (s.owner != SurfaceRecord::Owner::machine || mesh == nullptr) continue;
     Part part{s.body, {}};
-    for (const dem::TriangleMesh& m : mesh->surfaces())
-      part.vertices.insert(part.vertices.end(), m.vertices().begin(), m.vertices().end());
+    const dem::TriangleMesh& m = mesh->surfaces()[s.mesh];
+    part.vertices.insert(part.vertices.end(), m.vertices().begin(), m.vertices().end());
     parts_.push_back(std::move(part));
   }
   if (parts_.empty() || world.bed->spheres().empty()) return;

@@ -93,6 +93,45 @@ namespace {
 
 constexpr int deepest = 60;  // a document that nests further is a mistake (an anchor that holds itself)
 
+/// A scenario beyond these is a mistake or hostile; each is refused before it costs more than a second.
+constexpr std::size_t most_bytes = 2 << 20;  // of all files together; the largest of configs/ has 8 KiB
+constexpr std::size_t most_values = 100000;  // keys and values, aliases written out
+constexpr std::size_t most_keys = 5000;      // of one mapping: names are looked up one by one
+constexpr std::size_t most_files = 100;      // included
+
+/// Length of the UTF-8 character that `text` begins with; 0: none, or one that has no place in text.
+std::size_t character_length(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
+  const auto follows = [&](std::size_t i) { return (byte(i) & 0xC0u) == 0x80u; };
+  const unsigned a = byte(0), b = byte(1);
+  if (a < 0x80) return a >= 0x20 || a == '\t' || a == '\n' || a == '\r' ? 1 : 0;
+  if (a >= 0xC2 && a <= 0xDF) return follows(1) ? 2 : 0;
+  if (a >= 0xE0 && a <= 0xEF) {
+    const bool overlong = a == 0xE0 && b < 0xA0, surrogate = a == 0xED && b > 0x9F;
+    return !overlong && !surrogate && follows(1) && follows(2) ? 3 : 0;
+  }
+  if (a >= 0xF0 && a <= 0xF4) {
+    const bool overlong = a == 0xF0 && b < 0x90, beyond = a == 0xF4 && b > 0x8F;
+    return !overlong && !beyond && follows(1) && follows(2) && follows(3) ? 4 : 0;
+  }
+  return 0;
+}
+
+/// Names and titles go into results that others read: CSV, XDMF, HDF5.
+void check_text(std::string_view text, const std::string& name) {
+  int line = 1, column = 1;
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t length = character_length(text.substr(i));
+    if (length == 0)
+      throw ScenarioError(
+          fmt::format("{}:{}:{}: holds the byte 0x{:02X}, which is no UTF-8 text; save the file as UTF-8", name, line,
+                      column, static_cast<unsigned char>(text[i])));
+    line += text[i] == '\n' ? 1 : 0;
+    column = text[i] == '\n' ? 1 : column + 1;
+    i += length;
+  }
+}
+
 // ---- yaml-cpp -> Node ----------------------------------------------------------------------------------------------
 
 class Builder {
@@ -102,12 +141,16 @@ class Builder {
   Node build(const YAML::Node& yaml, const std::string& path, int depth) {
     Node node;
     node.place = place(yaml.Mark());
+    if (++values_ > most_values)
+      throw ScenarioError(fmt::format("{} {}: more than {} keys and values; are aliases nested in aliases?",
+                                      node.place.text(), path, most_values));
     if (depth > deepest) {
       throw ScenarioError(fmt::format("{} {}: nested too deep; does an anchor hold itself?", node.place.text(), path));
     }
     if (yaml.IsScalar()) {
       node.kind = Node::Kind::scalar;
       node.scalar = yaml.Scalar();
+      check_scalar(node, path);
     } else if (yaml.IsSequence()) {
       node.kind = Node::Kind::sequence;
       for (std::size_t i = 0; i < yaml.size(); ++i) {
@@ -123,10 +166,23 @@ class Builder {
   Node file(const std::string& name);
 
  private:
+  /// An escape such as "\x01" makes what the file itself may not hold.
+  static void check_scalar(const Node& node, const std::string& path) {
+    for (std::size_t i = 0; i < node.scalar.size();) {
+      const std::size_t length = character_length(std::string_view(node.scalar).substr(i));
+      if (length == 0)
+        throw ScenarioError(fmt::format("{} {}: holds the control character 0x{:02X}; leave it out", node.place.text(),
+                                        path, static_cast<unsigned char>(node.scalar[i])));
+      i += length;
+    }
+  }
   Place place(const YAML::Mark& mark) const { return {files_.back(), mark.line + 1, mark.column + 1}; }
 
   void build_mapping(const YAML::Node& yaml, const std::string& path, int depth, Node& node) {
     std::vector<Node> merged, included;
+    if (yaml.size() > most_keys)
+      throw ScenarioError(fmt::format("{} {}: holds {} keys; at most {} may stand in one mapping", node.place.text(),
+                                      path.empty() ? "(top)" : path, yaml.size(), most_keys));
     for (const auto& pair : yaml) {
       const Place at = place(pair.first.Mark());
       if (!pair.first.IsScalar()) {
@@ -211,7 +267,8 @@ class Builder {
   }
 
   Problems& problems_;
-  std::vector<std::string> files_;  // the chain of includes, the innermost last
+  std::vector<std::string> files_;                 // the chain of includes, the innermost last
+  std::size_t values_ = 0, bytes_ = 0, read_ = 0;  // so far: values built, bytes and files read
 };
 
 YAML::Node parse(const std::string& text, const std::string& name) {
@@ -222,16 +279,31 @@ YAML::Node parse(const std::string& text, const std::string& name) {
   }
 }
 
-std::string contents(const std::string& file) {
+/// @param most bytes that may still be read
+std::string contents(const std::string& file, std::size_t most) {
   if (fs::is_directory(file)) throw ScenarioError(fmt::format("{}: is a folder; name a scenario file", file));
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw ScenarioError(fmt::format("{}: cannot be opened; check the name and its permissions", file));
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
+  std::string text(most + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  if (text.size() > most)
+    throw ScenarioError(
+        fmt::format("{}: is too long: a scenario and what it includes may have {} bytes together; keep "
+                    "tables and meshes in files of their own",
+                    file, most_bytes));
+  check_text(text, file);
+  return text;
 }
 
-Node Builder::file(const std::string& name) { return build(parse(contents(name), name), "", 0); }
+Node Builder::file(const std::string& name) {
+  if (++read_ > most_files)
+    throw ScenarioError(
+        fmt::format("{}: is the {}th file of this scenario; at most {} may be included", name, read_, most_files));
+  const std::string text = contents(name, most_bytes - bytes_);
+  bytes_ += text.size();
+  return build(parse(text, name), "", 0);
+}
 
 // ---- --set path=value ----------------------------------------------------------------------------------------------
 
@@ -284,6 +356,7 @@ void apply_set(Node& root, const std::string& set, Problems& problems) {
     return;
   }
   const std::string path = set.substr(0, equals);
+  check_text(set, "--set");
   Node value;
   try {
     value = Builder(problems, {"--set"}).build(YAML::Load(set.substr(equals + 1)), path, 0);
@@ -414,6 +487,7 @@ Node read_document(const std::string& file, const std::vector<std::string>& sets
 
 Node parse_document(const std::string& text, const std::string& name, const std::vector<std::string>& sets,
                     Problems& problems) {
+  check_text(text, name);
   return finish(Builder(problems, {name}).build(parse(text, name), "", 0), name, sets, problems);
 }
 
@@ -429,17 +503,21 @@ std::string beside(const Place& place, const std::string& file) {
   return fs::weakly_canonical(fs::absolute(folder / file)).string();
 }
 
-std::string suggestion(std::string_view word, const std::vector<std::string>& known) {
-  const std::string* nearest = nullptr;
+const std::string* nearest(std::string_view word, const std::vector<std::string>& known) {
+  const std::string* found = nullptr;
   std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
   for (const std::string& candidate : known) {
     const std::size_t d = distance(word, candidate);
     if (d < least) {
       least = d;
-      nearest = &candidate;
+      found = &candidate;
     }
   }
-  if (nearest != nullptr) return fmt::format("; did you mean `{}`?", *nearest);
+  return found;
+}
+
+std::string suggestion(std::string_view word, const std::vector<std::string>& known) {
+  if (const std::string* near = nearest(word, known)) return fmt::format("; did you mean `{}`?", *near);
   if (known.empty()) return "; none are known here";
   return fmt::format("; known here: {}", fmt::join(known, ", "));
 }

@@ -77,6 +77,8 @@ std::string emit(const Node& node);
 /// Path of `file` as named in the file at `place`: beside it, absolute and normal.
 std::string beside(const Place& place, const std::string& file);
 
+/// The nearest of `known` within a third of the word's length; null: none.
+const std::string* nearest(std::string_view word, const std::vector<std::string>& known);
 /// "; did you mean `density`?" for the nearest of `known` within a third of the word's length, else "; known here:
 /// ...".
 std::string suggestion(std::string_view word, const std::vector<std::string>& known);

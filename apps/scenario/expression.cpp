@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "apps/scenario/document.hpp"
+#include "apps/scenario/formula_bounds.hpp"
 #include "apps/scenario/units.hpp"
 
 namespace subsoil::app {
@@ -139,6 +140,7 @@ std::string fault_of(const std::string& message) {
 }
 
 ex read_formula(const std::string& text, const Symbols& variables) {
+  check_formula_bounds(text);
   const std::string formula = in_words_of_ginac(text, variables);
   GiNaC::symtab names;
   for (const GiNaC::realsymbol& v : variables) names[v.get_name()] = v;

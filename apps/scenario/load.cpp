@@ -1,22 +1,19 @@
 #include "apps/scenario/load.hpp"
 
-#include "apps/laboratory/tests.hpp"
 #include "apps/scenario/checks.hpp"
-#include "apps/scenario/reader.hpp"
+#include "apps/scenario/fields/fields.hpp"
+#include "apps/scenario/registry.hpp"
 
 namespace subsoil::app {
 namespace {
 
 Loaded read_checked(const Node& document, Problems& problems) {
   Loaded loaded;
-  Reading reading{
-      .problems = problems, .places = {}, .body_names = {"ground"}, .body_poses = {mbd::BodyState{}}, .markers = {}};
-  reading.places[""] = document.place;
-  Reader reader(reading, document, "");
-  declare(reader, loaded.scenario);
-  std::optional<ElementTests> tests;  // of the same material; a run checks the section and leaves it
-  reader.section("test", tests, "laboratory tests");
-  reader.finish();
+  Reading reading(problems);
+  read_all(document, reading, [&](Fields& fields) {
+    declare(fields, loaded.scenario);
+    declare_command_sections(fields);
+  });
   loaded.places = std::move(reading.places);
   check(loaded.scenario, loaded.places, problems);
   if (!problems.empty()) throw ScenarioError(problems);
@@ -24,6 +21,13 @@ Loaded read_checked(const Node& document, Problems& problems) {
 }
 
 }  // namespace
+
+void declare_command_sections(Fields& fields) {
+  for (const CommandSection& section : command_sections()) {
+    SectionMember member{.when = SectionMember::When::given, .declare = section.declare, .prototype = section.declare};
+    fields.visit_section({section.key, section.meaning}, member);
+  }
+}
 
 std::string Loaded::where(const std::string& path) const { return place_of(places, path).text() + " " + path; }
 

@@ -3,53 +3,30 @@
 #include <algorithm>
 #include <set>
 
-#include "apps/calibrate/plan.hpp"
-#include "apps/impact/study.hpp"
-#include "apps/laboratory/tests.hpp"
+#include "apps/scenario/fields/functions.hpp"
+#include "apps/scenario/key_list.hpp"
 #include "apps/scenario/load.hpp"
 #include "apps/scenario/printer.hpp"
-#include "apps/sweep/plan.hpp"
+#include "apps/scenario/registry.hpp"
+#include "libdem/laws/wet.hpp"
 
 /// The explicit copy, `explain`, docs/scenario.md and `new`: all of them prints of the declarations.
 namespace subsoil::app {
 namespace {
 
 std::string print(Scenario scenario, bool comments) {
-  Node root = Node::mapping();
-  Printer printer(root, comments);
-  declare(printer, scenario);
-  return emit(root);
+  return emit(print_all([&](Fields& fields) { declare(fields, scenario); }, comments));
 }
 
-std::vector<Row> make_rows() {
-  std::vector<Row> rows;
-  Printer printer(rows, "");
+std::vector<KnownKey> make_keys() {
+  std::vector<KnownKey> keys;
+  KeyList list(keys, "");
   Scenario prototype;
-  declare(printer, prototype);
-  ElementTests tests;
-  printer.section("test", tests, "laboratory tests of the material, run by `subsoil test`; a run does not look at it");
+  declare(list, prototype);
+  declare_command_sections(list);
   // A function of time may stand wherever a key says so, and so may a characteristic; their forms are listed once.
-  const auto list_forms = [&rows]<class... Units>(const std::string& head, auto kinds, const Units&... units) {
-    ForEach<decltype(kinds)>::call([&]<class Kind>(std::type_identity<Kind>) {
-      Kind kind;
-      std::vector<Row> below;
-      Printer inner(below, "");
-      kind.describe(inner, units...);
-      const std::string path = head + "." + inner.word;
-      Row top{path, "type", "", "", inner.word_meaning};
-      if (!below.empty() && below.front().path == inner.word) {  // {expression: "sin(t)", unit: m}
-        top = below.front();
-        top.path = path, top.meaning = inner.word_meaning + ": " + top.meaning;
-        below.erase(below.begin());
-      }
-      rows.push_back(top);
-      for (const Row& row : below)
-        rows.push_back({path + "." + row.path, row.unit, row.fallback, row.range, row.meaning});
-    });
-  };
-  list_forms("function", mbd::FunctionKinds{}, std::string("U"));
-  list_forms("characteristic", mbd::CharacteristicKinds{}, std::string("X"), std::string("U"));
-  return rows;
+  list_function_forms(keys);
+  return keys;
 }
 
 std::vector<std::string> parts_of(const std::string& path) {
@@ -82,7 +59,7 @@ bool matches(const std::vector<std::string>& row, std::size_t from, const std::v
   return true;
 }
 
-std::string sentence(const Row& row) {
+std::string sentence(const KnownKey& row) {
   std::string text = row.path + "\n    " + row.meaning + "\n";
   if (!row.unit.empty()) text += fmt::format("    value:   {}\n", row.unit == "1" ? "number without unit" : row.unit);
   if (!row.fallback.empty()) text += fmt::format("    default: {}\n", row.fallback);
@@ -92,7 +69,7 @@ std::string sentence(const Row& row) {
 
 constexpr const char* table_head = "| key | value | default | range | meaning |\n|---|---|---|---|---|\n";
 
-std::string table_row(const Row& row) {
+std::string table_row(const KnownKey& row) {
   const auto cell = [](const std::string& raw) {
     std::string text;
     for (const char c : raw) {
@@ -105,25 +82,13 @@ std::string table_row(const Row& row) {
                      cell(row.fallback), cell(row.range), cell(row.meaning));
 }
 
-/// Every key of a file of its own.
-template <class File>
-std::string key_table() {
-  std::vector<Row> rows;
-  Printer printer(rows, "");
-  File prototype;
-  declare(printer, prototype);
-  std::string text = table_head;
-  for (const Row& row : rows) text += table_row(row);
-  return text;
-}
-
 /// Rows at or below a path. A path that starts too high (`soil.contacts.wet.K_X`) loses its head until something fits;
 /// then it may begin anywhere (`wet.K_X`, `K_X`).
-std::vector<const Row*> find_rows(const std::string& path) {
+std::vector<const KnownKey*> find_rows(const std::string& path) {
   std::vector<std::string> query = parts_of(without_indices(path));
   for (; !query.empty(); query.erase(query.begin())) {
-    std::vector<const Row*> exact, anywhere;
-    for (const Row& row : reference_rows()) {
+    std::vector<const KnownKey*> exact, anywhere;
+    for (const KnownKey& row : known_keys()) {
       const std::vector<std::string> parts = parts_of(row.path);
       if (matches(parts, 0, query)) exact.push_back(&row);
       for (std::size_t from = 1; from < parts.size(); ++from) {
@@ -140,9 +105,15 @@ std::vector<const Row*> find_rows(const std::string& path) {
 
 }  // namespace
 
-const std::vector<Row>& reference_rows() {
-  static const std::vector<Row> all = make_rows();
+const std::vector<KnownKey>& known_keys() {
+  static const std::vector<KnownKey> all = make_keys();
   return all;
+}
+
+std::string path_of_key(const std::string& key) {
+  for (const KnownKey& k : known_keys())
+    if (k.path == key || (k.path.ends_with("." + key) && k.unit != "type")) return k.path;
+  return {};
 }
 
 std::string write_scenario(const Scenario& scenario) { return print(scenario, false); }
@@ -161,7 +132,7 @@ std::string new_scenario() {
   s.contacts = {{{"soil", "soil"}, soil}, {{"soil", "steel"}, steel}};
   Container container;
   container.size = {0.3, 0.3, 0.3}, container.at = {-0.15, -0.2, -0.15}, container.material = "steel";
-  Bed bed;
+  BedSection bed;
   bed.material = "soil";
   bed.radius = EqualRadius{0.01};
   bed.depth = 0.2;
@@ -170,7 +141,7 @@ std::string new_scenario() {
   s.soil->container = container;
   s.soil->surface = 0;
   s.soil->bed = bed;
-  Boundary plate;
+  BoundarySection plate;
   plate.name = "plate", plate.material = "steel";
   plate.shape = BoxShape{{0.1, 0.01, 0.1}};
   plate.at = {0, 0.02, 0};
@@ -188,26 +159,25 @@ std::string new_scenario() {
 std::string explain(const std::string& path) {
   if (path.empty()) {
     std::string text = "Sections of a scenario; `subsoil explain PATH` says more.\n";
-    for (const Row& row : reference_rows()) {
+    for (const KnownKey& row : known_keys()) {
       if (row.path.find('.') == std::string::npos && !row.path.starts_with("function"))
         text += fmt::format("  {:<12} {}\n", row.path, row.meaning);
     }
     return text;
   }
-  const std::vector<const Row*> found = find_rows(path);
+  const std::vector<const KnownKey*> found = find_rows(path);
   if (found.empty()) {
     std::vector<std::string> keys, sections;
-    for (const Row& row : reference_rows()) {
+    for (const KnownKey& row : known_keys()) {
       keys.push_back(parts_of(row.path).back());
       if (row.path == keys.back()) sections.push_back(row.path);
     }
-    const std::string nearest = suggestion(parts_of(without_indices(path)).back(), keys);
-    const bool near = nearest.starts_with("; did you mean");
-    throw std::invalid_argument(
-        fmt::format("{}: no key of a scenario{}", path, near ? nearest : suggestion("", sections)));
+    const std::string last = parts_of(without_indices(path)).back();
+    throw std::invalid_argument(fmt::format("{}: no key of a scenario{}", path,
+                                            nearest(last, keys) ? suggestion(last, keys) : suggestion("", sections)));
   }
   std::string text;
-  for (const Row* row : found) text += sentence(*row);
+  for (const KnownKey* row : found) text += sentence(*row);
   return text;
 }
 
@@ -222,7 +192,7 @@ std::string reference_markdown() {
       "an included one away. YAML's anchors and `<<` work too. Files named inside are found beside the scenario.\n"
       "`<name>` is a name of your own.\n";
   std::string section;
-  for (const Row& row : reference_rows()) {
+  for (const KnownKey& row : known_keys()) {
     const std::string head = parts_of(row.path)[0];
     const bool leaf = row.path == head && row.unit != "section" && !row.unit.ends_with("mappings");
     const std::string heading = leaf ? "Top level" : head;
@@ -244,16 +214,13 @@ std::string reference_markdown() {
     section = heading;
     text += table_row(row);
   }
-  text +=
-      "\n# The file of `subsoil impact`\n\nThe same rules hold; a key may also stand as a flag, `--model jkr --w \"50 "
-      "mJ/m^2\"` ([impact.md](impact.md)).\n\n";
-  text += key_table<ImpactStudy>();
-  text +=
-      "\n# The file of `subsoil calibrate`\n\nThe same rules hold; values of targets carry the unit of their number "
-      "([laboratory-tests.md](laboratory-tests.md)).\n\n";
-  text += key_table<Plan>();
-  text += "\n# The file of `subsoil sweep`\n\nThe same rules hold ([sweep.md](sweep.md)).\n\n";
-  text += key_table<SweepPlan>();
+  for (const CommandFile& file : command_files()) {
+    text += fmt::format("\n# {}\n\n{}\n\n{}", file.heading, file.introduction, table_head);
+    std::vector<KnownKey> keys;
+    KeyList list(keys, "");
+    file.declare(list);
+    for (const KnownKey& key : keys) text += table_row(key);
+  }
   return text;
 }
 

@@ -5,6 +5,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <memory>
 
 namespace subsoil::app {
@@ -153,7 +154,9 @@ class Expression {
 
  private:
   [[noreturn]] void fail(const std::string& fault) const {
-    throw UnitError(fmt::format("the unit `{}` {}", whole_, fault));
+    throw UnitError(fmt::format("the unit `{}` {}",
+                                whole_.size() > 60 ? std::string(whole_.substr(0, 57)) + "..." : std::string(whole_),
+                                fault));
   }
   bool at(char c) const { return !rest_.empty() && rest_.front() == c; }
   void skip() {
@@ -172,7 +175,7 @@ class Expression {
     Unit unit;
     if (at('(')) {
       rest_.remove_prefix(1);
-      ++depth_;
+      if (++depth_ > 50) fail("nests more than 50 brackets; leave out those that change nothing");
       unit = parse();
       --depth_;
       if (!accept(")")) fail("lacks a `)`");
@@ -268,7 +271,8 @@ class Expression {
     if (size + 1 < rest_.size() && rest_[size] == '.' && is_digit(rest_[size + 1])) {
       for (++size; size < rest_.size() && is_digit(rest_[size]);) ++size;
     }
-    const double value = std::stod(std::string{rest_.substr(0, size)});
+    const double value = std::strtod(std::string{rest_.substr(0, size)}.c_str(), nullptr);
+    if (!std::isfinite(value)) fail("has a power that is too large");
     rest_.remove_prefix(size);
     return value;
   }

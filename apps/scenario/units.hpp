@@ -2,10 +2,11 @@
 #include <array>
 #include <map>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "apps/scenario/fields/refusal.hpp"
 
 /// Numbers with units as a scenario writes them: numbers first, then one unit expression (`1 2 3 mm`, `16 kN/m`).
 ///
@@ -15,8 +16,8 @@
 /// `m^1.5`, `m^(3/2)`, `m^(n+1)` with the law's own n. Logarithmic units and units with an offset (degC) are refused.
 namespace subsoil::app {
 
-struct UnitError : std::invalid_argument {
-  using std::invalid_argument::invalid_argument;
+struct UnitError : Refusal {
+  using Refusal::Refusal;
 };
 
 /// A unit as size and powers of the base units. The size is kept as a quotient so that 18 mm is exactly 0.018 m.

@@ -8,8 +8,9 @@
 #include <random>
 
 #include "apps/scenario/checks.hpp"
+#include "apps/scenario/fields/fields.hpp"
 #include "apps/scenario/load.hpp"
-#include "apps/scenario/reader.hpp"
+#include "apps/scenario/reading.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -137,12 +138,8 @@ SweepPlan load_sweep(const std::string& file, const std::vector<std::string>& se
   if (Node::Entry* parameters = document.find("parameters"))
     for (Node::Entry& p : parameters->value.entries) join_list(p.value, "values"), join_list(p.value, "keys");
   SweepPlan plan;
-  Reading reading{
-      .problems = problems, .places = {}, .body_names = {"ground"}, .body_poses = {mbd::BodyState{}}, .markers = {}};
-  reading.places[""] = document.place;
-  Reader reader(reading, document, "");
-  declare(reader, plan);
-  reader.finish();
+  Reading reading(problems);
+  read_all(document, reading, [&](Fields& fields) { declare(fields, plan); });
   if (problems.empty()) PlanChecker{plan, reading.places, problems}.all();
   if (!problems.empty()) throw ScenarioError(problems);
   return plan;

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/scenario/declarations.hpp"
 #include "apps/scenario/document.hpp"
+#include "apps/scenario/scenario.hpp"
 
 /// What `subsoil sweep` is asked: keys of a scenario with values, and the numbers that are wanted of every run.
 namespace subsoil::app {

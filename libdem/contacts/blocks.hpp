@@ -3,7 +3,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "libdem/laws/law_table.hpp"
+#include "libdem/contacts/contact_memory.hpp"
+#include "libdem/laws/law.hpp"
 #include "libdem/particles/particles.hpp"
 
 /// How contacts lie in memory, the same for every instruction set: blocks of 8, ready to be read by vector
@@ -19,88 +20,7 @@
 /// spheres may have met.
 namespace subsoil::dem {
 
-inline constexpr std::uint32_t kBlock = 8;
 inline constexpr std::uint32_t kTile = 256;  ///< spheres per tile; threads own whole tiles
-inline constexpr int kBondNumbers = BondMemory<double>::numbers, kBondNotes = BondMemory<double>::notes;
-
-/// A line of the cache.
-struct alignas(64) Line {
-  unsigned char bytes[64];
-};
-
-/// What each contact of a law keeps: numbers that steer the motion (tangential spring, rolling spring, the law's own,
-/// twisting spring, bond), and notes for the energy book.
-struct MemoryShape {
-  bool rolls = false;
-  bool twists = false;  ///< only of those that roll
-  bool bonds = false;   ///< likewise
-  int own = 0;          ///< the law's numbers, at most kOwnMemory
-  bool single = false;  ///< numbers are float: pairs in mixed precision
-
-  /// Between spheres; at surfaces, which have no bonds, in double.
-  static MemoryShape of(const Law& law, bool single);
-  static MemoryShape at_surface(const Law& law);
-  int first_own() const { return rolls ? 6 : 3; }
-  int twist() const { return first_own() + own; }
-  int first_bond() const { return twist() + (twists ? 1 : 0); }
-  int first_bond_note() const { return (rolls ? 8 : 5) + (twists ? 1 : 0); }
-  std::size_t numbers() const { return static_cast<std::size_t>(first_bond() + (bonds ? kBondNumbers : 0)); }
-  std::size_t notes() const { return static_cast<std::size_t>(first_bond_note() + (bonds ? kBondNotes : 0)); }
-  /// Bytes of the numbers, and of the notes, of one block.
-  std::size_t number_bytes() const { return numbers() * kBlock * (single ? sizeof(float) : sizeof(double)); }
-  std::size_t note_bytes() const { return notes() * kBlock * sizeof(float); }
-  /// Lines of a run of blocks.
-  std::size_t lines(std::size_t blocks) const {
-    return (blocks * (number_bytes() + note_bytes()) + sizeof(Line) - 1) / sizeof(Line);
-  }
-};
-
-/// Memory of one block, each number of its eight contacts side by side. A run has first the numbers of all its blocks,
-/// which every step reads and writes, then the notes, which only booked steps and laws with two friction coefficients
-/// touch.
-struct BlockMemory {
-  unsigned char* numbers;
-  unsigned char* notes;
-  int first_bond, first_bond_note;
-
-  /// @param lines of the run, which has so many blocks
-  static BlockMemory at(Line* lines, std::size_t blocks, const MemoryShape& shape, std::size_t block) {
-    auto* bytes = reinterpret_cast<unsigned char*>(lines);
-    return {bytes + shape.number_bytes() * block, bytes + shape.number_bytes() * blocks + shape.note_bytes() * block,
-            shape.first_bond(), shape.first_bond_note()};
-  }
-  /// Number k of 8 contacts, Real the shape's type: 0 to 2 xi, 3 to 5 rho; then as MemoryShape says.
-  template <class Real>
-  Real* number(int k) const {
-    return reinterpret_cast<Real*>(numbers) + static_cast<int>(kBlock) * k;
-  }
-  /// 0 slipping, 1 dash_n, 2 to 4 dash_t, 5 to 7 dash_r, 8 dash_w of those that twist; then the bond's.
-  float* note(int k) const { return reinterpret_cast<float*>(notes) + static_cast<int>(kBlock) * k; }
-};
-
-/// Springs and dashpots of one contact outside its block: at rebuilds, in restarts and for contacts with edges. Springs
-/// steer the motion and are double; what the dashpots pulled at the last step only feeds the energy book, where float's
-/// 1e-7 is far below its error.
-struct PairState {
-  double xi[3] = {};            ///< tangential spring, m, world axes, on the owner
-  double rho[3] = {};           ///< rolling spring, rad
-  double twist = 0;             ///< twisting spring, rad; the same from either side
-  double own[kOwnMemory] = {};  ///< of the law
-  float slipping = 0;
-  float dash_n = 0;  ///< normal damping force, N
-  float dash_t[3] = {};
-  float dash_r[3] = {};
-  float dash_w = 0;
-  PairState turned_over() const;  ///< with owner and partner exchanged
-  bool empty() const;             ///< nothing stored: the contact was out of reach at the last step
-};
-
-/// Springs and dashpots of one lane, taken out of its block or put into it.
-PairState read_lane(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane);
-void write_lane(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane, const PairState& state);
-/// Likewise the bond of a lane, of shapes that bond.
-BondMemory<double> read_bond(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane);
-void write_bond(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane, const BondMemory<double>& bond);
 
 /// Index of a sphere, kept times eight: so scaled the address of its record or of its sum takes no shift (lanes.hpp).
 class SphereIndex {
@@ -171,6 +91,23 @@ struct Ring {
   std::uint32_t mask;
 };
 
+/// What contacts add to the sums of a step. T: a number, a SIMD vector, a column of eight.
+template <class T>
+struct ContactSums {
+  T damped, slid, rolled;  ///< J lost in dashpots and plastically, in sliding, in rolling
+  T stored;                ///< J
+  T within_cutoff;         ///< contacts: 1 or 0
+  T overlap;               ///< over the smaller radius; of several the largest
+
+  /// use(a's, b's) for each; the overlap, of which the largest counts, goes to largest(a's, b's).
+  template <class A, class B, class Use, class Largest>
+  [[gnu::always_inline]] static void each(A& a, B& b, const Use& use, const Largest& largest) {
+    use(a.damped, b.damped), use(a.slid, b.slid), use(a.rolled, b.rolled), use(a.stored, b.stored);
+    use(a.within_cutoff, b.within_cutoff);
+    largest(a.overlap, b.overlap);
+  }
+};
+
 /// What one block of contacts does, before it is added up; columns of eight.
 struct alignas(64) BlockResult {
   static constexpr int kTouching = 9, kColumns = 10;
@@ -180,7 +117,7 @@ struct alignas(64) BlockResult {
     double push[kColumns][kBlock];
     float push_single[kColumns][kBlock];  ///< mixed precision
   };
-  double sums[6][kBlock];  ///< J: lost in damping, sliding, rolling, stored; in reach (1 or 0); overlap/smaller radius
+  ContactSums<double[kBlock]> sums;
   double overlap[kBlock];  ///< m
 };
 
@@ -190,11 +127,7 @@ struct BlockRows {
 };
 
 /// Sums over the contacts of a run, in the order of its blocks and lanes.
-struct RunSums {
-  double lost[3] = {}, stored = 0;  ///< J
-  double in_reach = 0;
-  double overlap = 0;  ///< largest share of a radius
-};
+using RunSums = ContactSums<double>;
 
 /// One run of pairs for the kernel.
 struct PairJob {
@@ -235,7 +168,7 @@ struct PairJob {
   const Line* seam_lines;
   const PairBlock* next_blocks;
   const Line* next_lines;
-  RunSums sums;
+  RunSums sums{};
   std::uint32_t evaluated;  ///< blocks; in the sweep those at a border are among them
   bool same_torque;         ///< set when results hold only that on the owner, which partners get, too
   bool broke;               ///< set when a bond did
@@ -251,7 +184,7 @@ struct PlaneJob {
   double elapsed, reach;
   double turn[3][3], position[3], velocity[3], spin[3];  ///< pose and motion of the boundary
   Ring ring;
-  RunSums sums;
+  RunSums sums{};
   double force[3], moment[3];  ///< on the boundary, about `position`
 };
 
@@ -263,11 +196,11 @@ struct SurfaceJob {
   double normal[3][kBlock];                     ///< world axes, from the surface to the centre
   double distance[kBlock];                      ///< of the centre from the surface; negative behind it
   double velocity[3][kBlock], spin[3][kBlock];  ///< of the surface at the contact point
-  Line lines[(7 + kOwnMemory) + 5];             ///< of the largest memory shape
+  Line lines[MemoryShape::whole().lines(1)];
   std::uint32_t count;
   double elapsed, reach;
   Four f[kBlock], t_i[kBlock], t_j[kBlock];  ///< on the sphere; on the surface only its rolling torque
-  double sums[6][kBlock];                    ///< as in BlockResult
+  ContactSums<double[kBlock]> sums;
 };
 
 /// Spheres `begin` to `end` and the sums that wait for them.
@@ -293,14 +226,20 @@ struct ObserveJob : TileJob {
 
 /// The step's work, compiled once per instruction set.
 struct Kernel {
-  const char* name;                     ///< instruction set, for the record of a run
-  void (*pairs)(const Law&, PairJob&);  ///< in mixed precision if the job has mixed spheres; likewise the others
-  void (*planes)(const Law&, PlaneJob&);
-  void (*surface)(const Law&, SurfaceJob&);
+  const char* name;  ///< for the record of a run
+  InstructionSet set;
   void (*keep)(PairJob&);  ///< what blocks of a border or seam give to partners; after `pairs`, which evaluated them
   void (*add_seam)(PairJob&);    ///< and those of a seam to their owners, in the sweep
   void (*observe)(ObserveJob&);  ///< energies of spheres whose sums are complete
   void (*move)(MoveJob&);
+
+  /// In mixed precision if the job has mixed spheres; likewise the others.
+  void pairs(const Law& law, PairJob& job) const {
+    const LawKernels& of = law->kernels(set);
+    (job.mixed != nullptr ? of.mixed_pairs : of.pairs)(law->parameters(), job);
+  }
+  void planes(const Law& law, PlaneJob& job) const { law->kernels(set).planes(law->parameters(), job); }
+  void surface(const Law& law, SurfaceJob& job) const { law->kernels(set).surface(law->parameters(), job); }
 };
 
 /// The kernel by name ("portable", "avx2", "avx512"), or the best this machine has ("auto"). Throws

@@ -1,111 +1,91 @@
+#include "libdem/contacts/bonds.hpp"
+
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
-#include "libdem/step/bed_impl.hpp"
+#include "libdem/laws/bond.hpp"
 
-/// Bonds between spheres: how they form, what is noted of those that break, who holds whom.
 namespace subsoil::dem {
 
-void Bed::Impl::each_bond(const std::function<void(std::uint32_t, std::uint32_t)>& use) const {
-  for (std::uint32_t r = 0; r < runs.size(); ++r) {
-    const MemoryShape& shape = pair_memory[runs[r].law];
+void each_bond(const ContactStore& contacts, const ContactLaws& laws,
+               const std::function<void(std::uint32_t, std::uint32_t)>& use) {
+  for (const PairRun& run : contacts.runs) {
+    const MemoryShape& shape = laws.pair_memory(run.law);
     if (!shape.bonds) continue;
-    each_lane(runs[r], [&](std::uint32_t block, std::uint32_t lane) {
-      if (read_bond(memory(runs[r], block), shape, lane).state != kBonded) return;
-      const PairBlock& b = blocks[runs[r].first + block];
+    contacts.each_lane(run, [&](std::uint32_t block, std::uint32_t lane) {
+      if (read_bond(contacts.memory(run, block, shape), shape, lane).state != kBonded) return;
+      const PairBlock& b = contacts.blocks[run.first + block];
       use(b.owner[lane], b.other[lane]);
     });
   }
 }
 
-/// Bonds of laws whose time has come; lists hold.
-void Bed::Impl::form_bonds(double until) {
-  for (std::uint32_t law = 0; law < laws.laws.size(); ++law) {
-    const Bond* bond = bond_of(laws.laws[law]);
-    if (bond == nullptr || bonds_formed[law] != 0 || bond->time > until) continue;
-    bonds_formed[law] = 1;
-    for (std::uint32_t r = 0; r < runs.size(); ++r)
-      if (runs[r].law == law) form_bonds_of(r, bond->gap);
+void count_bonds(const ContactStore& contacts, const ContactLaws& laws, const ParticleStore& particles, Snapshot& out) {
+  out.bonds.assign(particles.size(), 0);
+  each_bond(contacts, laws, [&](std::uint32_t i, std::uint32_t j) {
+    ++out.bonds[particles.slot_of(particles[i])];
+    ++out.bonds[particles.slot_of(particles[j])];
+  });
+}
+
+void Bonds::form_due(double until, ContactStore& contacts, const ParticleStore& particles, const ContactLaws& laws) {
+  for (std::uint32_t law = 0; law < laws.count(); ++law) {
+    const Bond* bond = laws[law]->bond();
+    if (bond == nullptr || formed[law] != 0 || bond->time > until) continue;
+    formed[law] = 1;
+    for (const PairRun& run : contacts.runs)
+      if (run.law == law) form_in_run(run, bond->gap, contacts, particles, laws.pair_memory(law));
   }
 }
 
-void Bed::Impl::form_bonds_of(std::uint32_t r, double gap) {
-  const PairRun& run = runs[r];
-  each_lane(runs[r], [&](std::uint32_t block, std::uint32_t lane) {
-    const PairBlock& pair = blocks[run.first + block];
-    const Sphere a = sphere(pair.owner[lane]), b = sphere(pair.other[lane]);
+void Bonds::form_in_run(const PairRun& run, double gap, ContactStore& contacts, const ParticleStore& particles,
+                        const MemoryShape& shape) {
+  contacts.each_lane(run, [&](std::uint32_t block, std::uint32_t lane) {
+    const PairBlock& pair = contacts.blocks[run.first + block];
+    const Sphere a = particles.now(pair.owner[lane]), b = particles.now(pair.other[lane]);
     const double overlap = a.r + b.r - norm(a.x - b.x);
     if (overlap < -gap) return;
     BondMemory<double> bond;
     bond.reference = overlap, bond.state = kBonded;
-    write_bond(memory(run, block), pair_memory[run.law], lane, bond);
-    ++bonds.formed;
-    if (run.near) wake[run.first + block] = 0;  // from now on in reach
+    write_bond(contacts.memory(run, block, shape), shape, lane, bond);
+    ++count.formed;
+    if (run.near) contacts.activation[run.first + block] = 0;  // from now on active
   });
 }
 
-/// Bonds that broke in this step, in the order of the lists; what they held is lost. Called after every sweep, so that
-/// no later build of the lists can drop one.
-void Bed::Impl::note_broken_bonds() {
-  for (std::uint32_t r = 0; r < runs.size(); ++r) {
-    if (run_broke[r] == 0) continue;
-    run_broke[r] = 0;
-    const PairRun& run = runs[r];
-    each_lane(runs[r], [&](std::uint32_t block, std::uint32_t lane) {
-      const BlockMemory lines_of = memory(run, block);
-      const BondMemory<double> bond = read_bond(lines_of, pair_memory[run.law], lane);
-      if (bond.state < kBrokeInTension) return;
-      write_bond(lines_of, pair_memory[run.law], lane, {});
-      const PairBlock& pair = blocks[run.first + block];
-      const Sphere a = sphere(pair.owner[lane]), b = sphere(pair.other[lane]);
-      const Vec3 apart = a.x - b.x;
-      const double distance = norm(apart);
-      const bool tension = bond.state < kBrokeInShear;
-      ++(tension ? bonds.broken_in_tension : bonds.broken_in_shear);
-      lost_before.breaking += bond.reference;
-      broken.push_back({.time = time,
-                        .ids = {std::min(a.id, b.id), std::max(a.id, b.id)},
-                        .position = b.x + (0.5 * (b.r + distance - a.r) / distance) * apart,
-                        .energy = bond.reference,
-                        .in_tension = tension});
-    });
+/// Blocks of a run may be of several threads.
+void Bonds::mark_broken(std::uint32_t run) { std::atomic_ref(broke_in_run_[run]).store(1, std::memory_order_relaxed); }
+
+void Bonds::record_broken(double time, ContactStore& contacts, const ParticleStore& particles, const ContactLaws& laws,
+                          double& lost) {
+  for (std::uint32_t r = 0; r < contacts.runs.size(); ++r) {
+    if (broke_in_run_[r] == 0) continue;
+    broke_in_run_[r] = 0;
+    record_run(contacts.runs[r], time, contacts, particles, laws.pair_memory(contacts.runs[r].law), lost);
   }
 }
 
-void Bed::Impl::count_bonds(Snapshot& out) const {
-  out.bonds.assign(spheres.size(), 0);
-  each_bond([&](std::uint32_t a, std::uint32_t b) {
-    ++out.bonds[slot_of_id[spheres[a].id]];
-    ++out.bonds[slot_of_id[spheres[b].id]];
+void Bonds::record_run(const PairRun& run, double time, ContactStore& contacts, const ParticleStore& particles,
+                       const MemoryShape& shape, double& lost) {
+  contacts.each_lane(run, [&](std::uint32_t block, std::uint32_t lane) {
+    const BlockMemory memory = contacts.memory(run, block, shape);
+    const BondMemory<double> bond = read_bond(memory, shape, lane);
+    if (bond.state < kBrokeInTension) return;
+    write_bond(memory, shape, lane, {});
+    const PairBlock& pair = contacts.blocks[run.first + block];
+    const Sphere a = particles.now(pair.owner[lane]), b = particles.now(pair.other[lane]);
+    const Vec3 apart = a.x - b.x;
+    const double distance = norm(apart);
+    const bool tension = bond.state < kBrokeInShear;
+    ++(tension ? count.broken_in_tension : count.broken_in_shear);
+    lost += bond.released;
+    broken.push_back({.time = time,
+                      .ids = {std::min(a.id, b.id), std::max(a.id, b.id)},
+                      .position = b.x + (0.5 * (b.r + distance - a.r) / distance) * apart,
+                      .energy = bond.released,
+                      .in_tension = tension});
   });
-}
-
-void Bed::let_bonds_form() { impl_->bonds_may_form = true; }
-
-void Bed::form_bonds() {
-  if (!impl_->lists_hold()) impl_->rebuild();
-  impl_->bonds_may_form = true;
-  impl_->form_bonds(std::numeric_limits<double>::infinity());
-}
-
-bool Bed::has_bonding_laws() const { return impl_->any_bonds; }
-BondCount Bed::bonds() const { return impl_->bonds; }
-std::span<const BrokenBond> Bed::broken_bonds() const { return impl_->broken; }
-
-std::vector<std::array<std::uint32_t, 2>> Bed::bonded_pairs() const {
-  std::vector<std::array<std::uint32_t, 2>> out;
-  const auto take = [&](std::uint32_t a, std::uint32_t b) {
-    const std::uint32_t i = impl_->spheres[a].id, j = impl_->spheres[b].id;
-    out.push_back({std::min(i, j), std::max(i, j)});
-  };
-  if (impl_->tiles.empty()) {
-    for (const auto& part : impl_->waiting)
-      for (const BondHistory& b : part.bonds) take(b.owner, b.other);
-  } else {
-    impl_->each_bond(take);
-  }
-  std::sort(out.begin(), out.end());
-  return out;
 }
 
 }  // namespace subsoil::dem

@@ -1,8 +1,9 @@
 #pragma once
 #include <string>
+#include <vector>
 
+#include "libdem/base/vec3.hpp"
 #include "libdem/geometry/shapes.hpp"
-#include "libdem/particles/particles.hpp"
 
 namespace subsoil::dem {
 
@@ -31,9 +32,13 @@ struct Boundary {
   bool active = true;  ///< an opened wall is kept but touches nothing
 
   // answers
-  Wrench wrench;     ///< of the spheres on the surface at t_n, about pose.position
-  double work = 0;   ///< J done by the surface on the spheres since the start, mean wrench times displacement
-  int contacts = 0;  ///< spheres in contact at t_n
+  Wrench wrench;               ///< of the spheres on the surface at t_n, about pose.position
+  std::vector<Wrench> meshes;  ///< its share on each mesh of a MeshSurface; empty where there is only one
+  double work = 0;             ///< J done by the surface on the spheres since the start, mean wrench times displacement
+  int contacts = 0;            ///< spheres in contact at t_n
+
+  /// Of the spheres on one mesh of its shape, or on the whole of another shape.
+  const Wrench& on_mesh(std::size_t index) const { return meshes.empty() ? wrench : meshes[index]; }
 
   // kept from the step before
   Wrench wrench_before;

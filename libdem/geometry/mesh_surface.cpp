@@ -175,7 +175,7 @@ std::optional<FlatFace> MeshSurface::flat_face(const Vec3& c, double margin,
   }
   if (!above) return std::nullopt;
   const Vec3 normal = height > 0 ? first.normal : -first.normal;
-  return FlatFace{normal, dot(normal, first.corner[0])};
+  return FlatFace{normal, dot(normal, first.corner[0]), first.surface};
 }
 
 }  // namespace subsoil::dem

@@ -52,6 +52,7 @@ class MeshSurface {
   size_t triangle_count() const { return facets_.size(); }
   const Bounds& bounds() const { return bounds_; }
   const std::vector<TriangleMesh>& surfaces() const { return surfaces_; }
+  std::vector<TriangleMesh> drawing(double) const { return surfaces_; }
 
  private:
   /// An edge or a vertex: the directions in which the surface leaves it, begin..end in cone_.

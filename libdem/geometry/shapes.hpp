@@ -1,4 +1,5 @@
 #pragma once
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -6,45 +7,30 @@
 #include <variant>
 #include <vector>
 
-#include "libdem/geometry/bounds.hpp"
+#include "libdem/geometry/cylinder.hpp"
 #include "libdem/geometry/mesh_surface.hpp"
-#include "libdem/geometry/surface_contact.hpp"
-#include "libdem/geometry/triangle_mesh.hpp"
+#include "libdem/geometry/plane.hpp"
 
+/// What a sphere may touch. A new shape is its own file, which has the members of `ContactShape`, and one word in the
+/// list at the end.
 namespace subsoil::dem {
 
-/// Solid half-space behind an infinite plane. One contact always within reach: distance = normal . (c - point),
-/// negative behind the plane at any depth.
-class Plane {
- public:
-  Plane(const Vec3& point, const Vec3& normal);  ///< the normal points to the free side; any length
-  size_t contacts(const Vec3& c, double reach, SurfaceContact* out, size_t max) const;
-  const Vec3& point() const { return point_; }
-  const Vec3& normal() const { return normal_; }
-
- private:
-  Vec3 point_, normal_;
+template <class S>
+concept ContactShape = requires(const S& s, const Vec3& c, double d, std::span<const uint32_t> candidates,
+                                std::vector<uint32_t>& found, SurfaceContact* out, size_t max) {
+  { s.contacts(c, d, candidates, out, max) } -> std::same_as<size_t>;
+  { s.candidates(c, d, found) } -> std::same_as<void>;
+  { s.flat_face(c, d, candidates) } -> std::same_as<std::optional<FlatFace>>;
+  { s.bounds() } -> std::convertible_to<Bounds>;
+  { s.drawing(d) } -> std::convertible_to<std::vector<TriangleMesh>>;
 };
 
-/// Solid circular cylinder of finite length: a wheel. Convex, so one contact: on the lateral surface (feature 0), a
-/// cap (1 at the +axis end, 2) or a rim (3, 4). Inside it the nearest of lateral surface and caps, distance negative.
-class Cylinder {
- public:
-  Cylinder(const Vec3& centre, const Vec3& axis, double radius, double length);
-  size_t contacts(const Vec3& c, double reach, SurfaceContact* out, size_t max) const;
-  const Vec3& centre() const { return centre_; }
-  const Vec3& axis() const { return axis_; }
-  double radius() const { return radius_; }
-  double length() const { return length_; }
+template <ContactShape... S>
+using ShapeOf = std::variant<S...>;
 
- private:
-  Vec3 centre_, axis_;
-  double radius_, length_;
-};
-
-/// What a sphere may touch. A body with several triangulated surfaces is one MeshSurface; different shapes on one body
-/// know nothing of each other (a cylinder let into a mesh gives a contact with each).
-using Shape = std::variant<Plane, Cylinder, MeshSurface>;
+/// A body with several triangulated surfaces is one MeshSurface; different shapes on one body know nothing of each other
+/// (a cylinder let into a mesh gives a contact with each).
+using Shape = ShapeOf<Plane, Cylinder, MeshSurface>;
 
 /// Contacts of a sphere centre in the axes of the shape; `candidates` as found by the function below.
 size_t contacts(const Shape& shape, const Vec3& c, double reach, std::span<const uint32_t> candidates,

@@ -19,8 +19,9 @@ struct SurfaceContact {
 
 /// A flat face that is all a sphere can touch of a body for a while; axes of the body.
 struct FlatFace {
-  Vec3 normal;        ///< unit, to the side of the sphere
-  double offset = 0;  ///< m: the face is normal . x = offset
+  Vec3 normal;           ///< unit, to the side of the sphere
+  double offset = 0;     ///< m: the face is normal . x = offset
+  uint32_t surface = 0;  ///< index of the body's surface that it belongs to
 };
 
 /// Pairs the contacts of now with those of the step before so that a history follows its contact across triangles,

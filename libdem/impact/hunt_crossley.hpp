@@ -31,7 +31,7 @@ struct HuntCrossley {
   /// The normal part alone: the contact law of the same name has it too.
   template <class V>
   void parameters(V& v) {
-    v.quantity("n", n, "1", "[1, 4]", "exponent of the indentation: 1.5 of spheres, 1 of flat bodies");
+    v.exponent("n", n, "[1, 4]", "exponent of the indentation: 1.5 of spheres, 1 of flat bodies");
     v.derived("c", c, "N/m^(n)", "(0, inf)", "stiffness; left out: Hertz's 4/3 E_eff sqrt(R), for n = 1.5");
     v.derived("b", b, "s/m", "[0, inf)", "damping; left out: from `restitution` and `at speed`; 0 is elastic");
     v.derived("restitution", restitution, "1", "(0, 1]",

@@ -22,7 +22,7 @@ struct Hysteretic {
     v.derived("S_y", S_y, "Pa", "(0, inf)",
               "yield strength of the softer body; left out: the smaller one of the two bodies");
     v.derived("K2", K2, "N/m", "(0, inf)", "unloading stiffness; left out: by the restitution");
-    v.derived("restitution", restitution, "1", "(0, 1]", "in place of K2; for no plastic loss use 1");
+    v.derived("restitution", restitution, "1", "(0, 1]", "in place of K2", "for no plastic loss use 1");
   }
   /// Throws std::invalid_argument when a stiffness is given twice, or the unloading not at all.
   void check() const;

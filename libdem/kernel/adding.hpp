@@ -276,33 +276,35 @@ template <class P, bool Count>
 
 /// BlockResult::sums of many blocks, lane by lane.
 struct alignas(64) BlockSums {
-  double of[6][kBlock] = {};
+  ContactSums<double[kBlock]> of = {};
 
   /// Lanes beyond `count` have repeated another pair.
   void add(const BlockResult& r, std::uint32_t count) {
     for (int first = 0; first < static_cast<int>(kBlock); first += kLanesD) {
       const VecDMask used = lanes_below(count, first);
-      const auto lanes = [&](int k) { return select(used, load<VecD>(r.sums[k] + first), VecD(0.0)); };
-      for (int k = 0; k < 5; ++k) store(load<VecD>(of[k] + first) + lanes(k), of[k] + first);
-      store(max(load<VecD>(of[5] + first), lanes(5)), of[5] + first);
+      const auto lanes = [&](const double* column) { return select(used, load<VecD>(column + first), VecD(0.0)); };
+      ContactSums<double>::each(
+          of, r.sums,
+          [&](double* sum, const double* column) { store(load<VecD>(sum + first) + lanes(column), sum + first); },
+          [&](double* most, const double* column) {
+            store(max(load<VecD>(most + first), lanes(column)), most + first);
+          });
     }
   }
-  double total(int k) const {
-    double t = 0;
-    for (const double x : of[k]) t += x;
-    return t;
-  }
-  double largest(int k) const {
-    double t = of[k][0];
-    for (const double x : of[k])
-      if (x > t) t = x;
-    return t;
-  }
   void give(RunSums& to) const {
-    for (int k = 0; k < 3; ++k) to.lost[k] += total(k);
-    to.stored += total(3);
-    to.in_reach += total(4);
-    to.overlap = std::max(to.overlap, largest(5));
+    RunSums::each(
+        to, of,
+        [](double& sum, const double* column) {
+          double total = 0;
+          for (std::uint32_t l = 0; l < kBlock; ++l) total += column[l];
+          sum += total;
+        },
+        [](double& most, const double* column) {
+          double largest = column[0];
+          for (std::uint32_t l = 1; l < kBlock; ++l)
+            if (column[l] > largest) largest = column[l];
+          most = std::max(most, largest);
+        });
   }
 };
 

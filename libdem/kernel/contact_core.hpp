@@ -1,5 +1,7 @@
 #pragma once
-#include "libdem/laws/law_table.hpp"
+#include "libdem/contacts/contact_memory.hpp"
+#include "libdem/laws/bonded.hpp"
+#include "libdem/laws/friction.hpp"
 #include "libdem/simd/vec_f.hpp"
 
 /// One contact, a pack at a time: geometry, slip and rolling velocities, which are common to all laws, around the law.
@@ -27,16 +29,6 @@ inline VecD series_root(VecD a, VecD b) {
 }
 /// Inertias of fine grains, 1e-17 kg m2, multiplied by each other are no floats any more.
 inline VecF series_root(VecF a, VecF b) { return sqrt(a * (b / (a + b))); }
-
-template <class P, int Own>
-struct History {
-  P xi[3], rho[3], dash_n, dash_t[3], dash_r[3], slipping;
-  P twist, dash_w;           ///< of laws that resist twist
-  P own[Own > 0 ? Own : 1];  ///< of the law
-};
-
-template <class L>
-inline constexpr int kOwn = own_memory<L>();
 
 /// Contact partners; n from j to i.
 template <class P>
@@ -146,9 +138,9 @@ template <bool Pair, bool Rolls, class L, class P>
 
 /// Resistance to twist. Its spring is a number of its own: the vector of rolling would turn a part of it into rolling
 /// wherever the normal turns.
-template <class L, class P, int Own>
+template <class L, class P>
 [[gnu::always_inline]] inline void resist_twist(const L& law, const Meeting<P>& a, const Effective<P>& e,
-                                                const NormalForce<P>& normal, P dt, History<P, Own>& h,
+                                                const NormalForce<P>& normal, P dt, ContactMemory<P>& h,
                                                 Response<P>& out) {
   const Slip<P, 1> s = law.friction.twist(normal, h.twist, a.twist, h.dash_w, e.r_eff, e.inverse_r, e.root_i, dt);
   for (int d = 0; d < 3; ++d) {
@@ -163,7 +155,7 @@ template <class L, class P, int Own>
 
 /// The law on what meets; h is the contact's memory, in and out.
 template <bool Pair, bool Rolls, class P, class L>
-[[gnu::always_inline]] inline Response<P> respond(const L& law, const Meeting<P>& a, History<P, kOwn<L>>& h,
+[[gnu::always_inline]] inline Response<P> respond(const L& law, const Meeting<P>& a, ContactMemory<P>& h,
                                                   double elapsed) {
   const P zero(0.0), half(0.5), dt(elapsed);
   const Effective<P>& e = a.effective;

@@ -92,7 +92,7 @@ template <class P, class At>
     return load_halves(at(0), at(1));
 }
 template <class P, class At>
-[[gnu::always_inline]] inline P load_notes(const At& at) {
+[[gnu::always_inline]] inline P load_diagnostics(const At& at) {
   if constexpr (kSpan<P> == 1)
     return load_floats<P>(at(0));
   else
@@ -106,7 +106,7 @@ template <class P, class At>
     store_halves(p, at(0), at(1));
 }
 template <class P, class At>
-[[gnu::always_inline]] inline void store_notes(P p, const At& at) {
+[[gnu::always_inline]] inline void store_diagnostics(P p, const At& at) {
   if constexpr (kSpan<P> == 1)
     store_floats(p, at(0));
   else
@@ -122,94 +122,80 @@ template <class At>
   for (int half = 0; half < 2; ++half) store(half_of(p, half), kSpan<VecF> == 2 ? at(half) : at(0) + half * kLanesD);
 }
 
-/// MemoryShape::of where what the law is made of is known.
-template <class L, bool Rolls, bool Bonds>
-MemoryShape shape_of(const L& law, bool single) {
-  return {.rolls = Rolls,
-          .twists = Rolls && law.friction.resists_twist(),
-          .bonds = Bonds,
-          .own = kOwn<L>,
-          .single = single};
-}
-
-/// What of a contact's memory only some laws have; the same for all contacts of a job.
+/// What contacts of a law remember, as far as it is known when the kernel is compiled, as MemoryShape for the rest.
+template <class L, bool Rolls>
 struct Remembers {
-  bool slip, twist;
-  template <class L>
-  explicit Remembers(const L& law) : slip(law.friction.remembers_slip()), twist(law.friction.resists_twist()) {}
+  static constexpr bool rolls = Rolls;
+  static constexpr int own = own_memory<L>();
+  bool twists, slip;  ///< slip: whether the law asks if a contact slipped
+
+  explicit Remembers(const L& law)
+      : twists(Rolls && law.friction.resists_twist()), slip(law.friction.remembers_slip()) {}
+  MemoryShape shape(bool bonds, bool single) const {
+    return {.rolls = rolls, .twists = twists, .bonds = bonds, .own = own, .single = single};
+  }
 };
 
-/// `first`: lane of the block that the pack begins with. Without `Book` what only the energy book needs stays behind,
-/// and whether a contact slipped is read only where the law asks for it.
-template <class P, int Own, bool Rolls, bool Book>
-[[gnu::always_inline]] inline History<P, Own> load_history(const BlockMemory (&block)[kSpan<P>], int first,
-                                                           const Remembers& what) {
-  using Real = typename P::Real;
-  const auto number = [&](int k) {
-    return load_each<P>([&](int b) { return block[b].template number<Real>(k) + first; });
-  };
-  const auto note = [&](int k) { return load_notes<P>([&](int b) { return block[b].note(k) + first; }); };
-  History<P, Own> h;
-  for (int k = 0; k < Own; ++k) h.own[k] = number((Rolls ? 6 : 3) + k);
-  for (int d = 0; d < 3; ++d) {
-    h.xi[d] = number(d);
-    if constexpr (Rolls) h.rho[d] = number(3 + d);
-    h.dash_t[d] = Book ? note(2 + d) : P(0.0);
-    h.dash_r[d] = Book && Rolls ? note(5 + d) : P(0.0);
-  }
-  h.dash_n = Book ? note(1) : P(0.0);
-  h.slipping = what.slip ? note(0) : P(0.0);
-  if (Rolls && what.twist) {
-    h.twist = number(6 + Own);
-    h.dash_w = Book ? note(8) : P(0.0);
-  }
-  return h;
+/// `first`: lane of the block that the SIMD vector begins with. Without `Record` what only the energy balance needs
+/// stays behind, and whether a contact slipped is read only where the law asks for it.
+template <class P, bool Record, class Has>
+[[gnu::always_inline]] inline ContactMemory<P> load_memory(const Has& has, const BlockMemory (&block)[kSpan<P>],
+                                                           int first) {
+  ContactMemory<P> m;
+  each_field(
+      has, m,
+      [&](P& field, int k) [[gnu::always_inline]] {
+        field = load_each<P>([&](int b) { return block[b].template state<typename P::Real>(k) + first; });
+      },
+      [&](P& field, int k) [[gnu::always_inline]] {
+        const bool wanted = k == kSlipping ? has.slip : Record;
+        field = wanted ? load_diagnostics<P>([&](int b) { return block[b].diagnostic(k) + first; }) : P(0.0);
+      });
+  return m;
 }
 
-template <class P, int Own, bool Rolls, bool Book>
-[[gnu::always_inline]] inline void store_history(const History<P, Own>& h, const BlockMemory (&block)[kSpan<P>],
-                                                 int first, const Remembers& what) {
-  using Real = typename P::Real;
-  const auto number = [&](int k, P p) {
-    store_each(p, [&](int b) { return block[b].template number<Real>(k) + first; });
-  };
-  const auto note = [&](int k, P p) { store_notes(p, [&](int b) { return block[b].note(k) + first; }); };
-  for (int k = 0; k < Own; ++k) number((Rolls ? 6 : 3) + k, h.own[k]);
-  for (int d = 0; d < 3; ++d) {
-    number(d, h.xi[d]);
-    if constexpr (Rolls) number(3 + d, h.rho[d]);
-    if constexpr (Book) note(2 + d, h.dash_t[d]);
-    if constexpr (Book && Rolls) note(5 + d, h.dash_r[d]);
-  }
-  if constexpr (Book) note(1, h.dash_n);
-  if (what.slip) note(0, h.slipping);
-  if (Rolls && what.twist) {
-    number(6 + Own, h.twist);
-    if constexpr (Book) note(8, h.dash_w);
-  }
+template <class P, bool Record, class Has>
+[[gnu::always_inline]] inline void store_memory(const Has& has, const ContactMemory<P>& m,
+                                                const BlockMemory (&block)[kSpan<P>], int first) {
+  each_field(
+      has, m,
+      [&](const P& field, int k) [[gnu::always_inline]] {
+        store_each(field, [&](int b) { return block[b].template state<typename P::Real>(k) + first; });
+      },
+      [&](const P& field, int k) [[gnu::always_inline]] {
+        if (k == kSlipping ? has.slip : Record)
+          store_diagnostics(field, [&](int b) { return block[b].diagnostic(k) + first; });
+      });
 }
 
-template <class P, bool Book>
+/// What a bond that broke released is written only.
+template <class P, bool Record>
 [[gnu::always_inline]] inline BondMemory<P> load_bond(const BlockMemory (&block)[kSpan<P>], int first) {
   BondMemory<P> b;
-  BondMemory<P>::each_number(b, [&](P& p, int k) {
-    p = load_each<P>(
-        [&](int s) { return block[s].template number<typename P::Real>(block[s].first_bond + k) + first; });
+  BondMemory<P>::each_state(b, [&](P& field, int k) {
+    if (k == BondMemory<P>::kReleased) return;
+    field = load_each<P>(
+        [&](int s) { return block[s].template state<typename P::Real>(block[s].first_bond_state + k) + first; });
   });
-  BondMemory<P>::each_note(b, [&](P& p, int k) {
-    p = Book ? load_notes<P>([&](int s) { return block[s].note(block[s].first_bond_note + k) + first; }) : P(0.0);
+  BondMemory<P>::each_diagnostic(b, [&](P& field, int k) {
+    field = Record ? load_diagnostics<P>(
+                         [&](int s) { return block[s].diagnostic(block[s].first_bond_diagnostic + k) + first; })
+                   : P(0.0);
   });
   return b;
 }
 
-template <class P, bool Book>
-[[gnu::always_inline]] inline void store_bond(const BondMemory<P>& b, const BlockMemory (&block)[kSpan<P>], int first) {
-  BondMemory<P>::each_number(b, [&](const P& p, int k) {
-    store_each(p, [&](int s) { return block[s].template number<typename P::Real>(block[s].first_bond + k) + first; });
+template <class P, bool Record>
+[[gnu::always_inline]] inline void store_bond(const BondMemory<P>& b, bool broke, const BlockMemory (&block)[kSpan<P>],
+                                              int first) {
+  BondMemory<P>::each_state(b, [&](const P& field, int k) {
+    if (k == BondMemory<P>::kReleased && !broke) return;
+    store_each(field,
+               [&](int s) { return block[s].template state<typename P::Real>(block[s].first_bond_state + k) + first; });
   });
-  if constexpr (Book)
-    BondMemory<P>::each_note(b, [&](const P& p, int k) {
-      store_notes(p, [&](int s) { return block[s].note(block[s].first_bond_note + k) + first; });
+  if constexpr (Record)
+    BondMemory<P>::each_diagnostic(b, [&](const P& field, int k) {
+      store_diagnostics(field, [&](int s) { return block[s].diagnostic(block[s].first_bond_diagnostic + k) + first; });
     });
 }
 

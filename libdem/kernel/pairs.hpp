@@ -63,26 +63,27 @@ template <bool Rolls, bool Book, class P, class L>
                                             const MeetingOf<true, L, P>& a, bool same_torque,
                                             const BlockMemory (&memory)[kSpan<P>], BlockResult* const (&out)[kSpan<P>],
                                             int first) {
-  const Remembers what(law);
-  auto h = load_history<P, kOwn<L>, Rolls, Book>(memory, first, what);
+  const Remembers<L, Rolls> has(law);
+  ContactMemory<P> h = load_memory<P, Book>(has, memory, first);
   Response<P> c = respond<true, Rolls, P>(law, a, h, elapsed);
-  store_history<P, kOwn<L>, Rolls, Book>(h, memory, first, what);
+  store_memory<P, Book>(has, h, memory, first);
   bool broke = false;
   if constexpr (kBonds<L>) {
     BondMemory<P> bond = load_bond<P, Book>(memory, first);
     broke = respond_bond(law, a, bond, job.elapsed, c);
-    store_bond<P, Book>(bond, memory, first);
+    store_bond<P, Book>(bond, broke, memory, first);
   }
   store_pushes<Book>(c, a.overlap, same_torque, out, first);
   if constexpr (Book) {
     if (job.sum) {
-      const P sums[6] = {c.damped,
-                         c.slid,
-                         c.rolled,
-                         c.stored,
-                         select(a.overlap > P(-job.reach), P(1.0), P(0.0)),
-                         a.overlap / a.effective.smaller};
-      for (int k = 0; k < 6; ++k) store_doubles(sums[k], [&](int b) { return out[b]->sums[k] + first; });
+      using Columns = decltype(BlockResult::sums);
+      const auto put = [&](double(Columns::*column)[kBlock], P p) {
+        store_doubles(p, [&](int b) { return out[b]->sums.*column + first; });
+      };
+      put(&Columns::damped, c.damped), put(&Columns::slid, c.slid), put(&Columns::rolled, c.rolled);
+      put(&Columns::stored, c.stored);
+      put(&Columns::within_cutoff, select(a.overlap > P(-job.reach), P(1.0), P(0.0)));
+      put(&Columns::overlap, a.overlap / a.effective.smaller);
     }
   }
   if (job.wake != nullptr) store_doubles(a.overlap, [&](int b) { return out[b]->overlap + first; });
@@ -128,9 +129,9 @@ void run_pairs(const L& by_reference, PairJob& job) {
   L law = by_reference;  // nothing can point to it: its constants stay in registers
   if constexpr (!Book) law.friction = law.friction.as_usual();
   const double share = lever_share(law);
-  const MemoryShape shape = shape_of<L, Rolls, kBonds<L>>(law, std::is_same_v<P, VecF>);
+  const MemoryShape shape = Remembers<L, Rolls>(law).shape(kBonds<L>, std::is_same_v<P, VecF>);
   const auto* const spheres = records(job, P{});
-  const std::size_t bytes = shape.number_bytes();
+  const std::size_t bytes = shape.state_bytes();
   BlockSums sums;
   OwnerSums<P, Book> owner_sums;
   BlockResult results[room];
@@ -223,8 +224,8 @@ void run_pairs(const L& by_reference, PairJob& job) {
         const std::uint32_t at = todo[g * span + s];
         memory[s] = BlockMemory::at(job.lines, job.count, shape, which[at]);
         out[s] = result[at];
-        fetch(memory[s].numbers + further * bytes, bytes);
-        if constexpr (Book) fetch(memory[s].notes + further * shape.note_bytes(), shape.note_bytes());
+        fetch(memory[s].states + further * bytes, bytes);
+        if constexpr (Book) fetch(memory[s].diagnostics + further * shape.diagnostic_bytes(), shape.diagnostic_bytes());
       }
       for (int part = 0; part < kParts<P>; ++part)
         if (evaluate<Rolls, Book, P>(law, job, elapsed, meeting[g][part], same_torque, memory, out, part * lanes))

@@ -13,11 +13,11 @@ void run_planes(const L& by_reference, PlaneJob& job) {
   L law = by_reference;  // nothing can point to it: its constants stay in registers
   if constexpr (!Book) law.friction = law.friction.as_usual();
   const double share = lever_share(law);
-  const Remembers what(law);
-  const MemoryShape shape = shape_of<L, Rolls, false>(law, false);
+  const Remembers<L, Rolls> has(law);
+  const MemoryShape shape = has.shape(false, false);
   const VecD zero(0.0), one(1.0);
-  VecD sums[4] = {zero, zero, zero, zero}, in_reach = zero, overlap = zero, force[3] = {zero, zero, zero},
-       moment[3] = {zero, zero, zero};
+  ContactSums<VecD> sums{zero, zero, zero, zero, zero, zero};
+  VecD force[3] = {zero, zero, zero}, moment[3] = {zero, zero, zero};
   for (std::uint32_t b = 0; b < job.count; ++b) {
     const PlaneBlock& block = job.blocks[b];
     const std::uint32_t count = b + 1 < job.count ? kBlock : job.contacts - b * kBlock;
@@ -43,16 +43,16 @@ void run_planes(const L& by_reference, PlaneJob& job) {
       Meeting<VecD> meeting;
       meet<false, Rolls, L>(share, a, meeting);
       effective<false, Rolls, L>(i.r, i.m, i.r, i.m, meeting.effective);
-      auto h = load_history<VecD, kOwn<L>, Rolls, Book>(memory, first, what);
+      ContactMemory<VecD> h = load_memory<VecD, Book>(has, memory, first);
       Response<VecD> c = respond<false, Rolls, VecD>(law, meeting, h, job.elapsed);
-      store_history<VecD, kOwn<L>, Rolls, Book>(h, memory, first, what);
+      store_memory<VecD, Book>(has, h, memory, first);
       store_response(c, select(a.overlap > zero, one, zero), f + first, t + first, unused + first);
       const VecDMask used = lanes_below(count, first);
-      in_reach += select(used, select(a.overlap >= VecD(-job.reach), one, zero), zero);
+      sums.within_cutoff += select(used, select(a.overlap >= VecD(-job.reach), one, zero), zero);
       if constexpr (Book) {
-        const VecD add[4] = {c.damped, c.slid, c.rolled, c.stored};
-        for (int k = 0; k < 4; ++k) sums[k] += select(used, add[k], zero);
-        overlap = max(overlap, select(used, a.overlap / i.r, zero));
+        sums.damped += select(used, c.damped, zero), sums.slid += select(used, c.slid, zero);
+        sums.rolled += select(used, c.rolled, zero), sums.stored += select(used, c.stored, zero);
+        sums.overlap = max(sums.overlap, select(used, a.overlap / i.r, zero));
       }
       for (int d = 0; d < 3; ++d) {
         const int e = (d + 1) % 3, g = (d + 2) % 3;
@@ -65,13 +65,12 @@ void run_planes(const L& by_reference, PlaneJob& job) {
       job.mixed != nullptr ? add(job.ring.singles[at], f[l], t[l]) : add(job.ring.doubles[at], f[l], t[l]);
     }
   }
-  job.sums.in_reach += sum_of(in_reach);
+  job.sums.within_cutoff += sum_of(sums.within_cutoff);
   for (int d = 0; d < 3; ++d) job.force[d] += sum_of(force[d]), job.moment[d] += sum_of(moment[d]);
   if constexpr (!Book) return;
-  for (int k = 0; k < 3; ++k) job.sums.lost[k] += sum_of(sums[k]);
-  job.sums.stored += sum_of(sums[3]);
-  for (int l = 0; l < kLanesD; ++l)
-    if (overlap.v[l] > job.sums.overlap) job.sums.overlap = overlap.v[l];
+  job.sums.damped += sum_of(sums.damped), job.sums.slid += sum_of(sums.slid);
+  job.sums.rolled += sum_of(sums.rolled), job.sums.stored += sum_of(sums.stored);
+  for (int l = 0; l < kLanesD; ++l) job.sums.overlap = std::max(job.sums.overlap, sums.overlap.v[l]);
 }
 
 }  // namespace SUBSOIL_ISA

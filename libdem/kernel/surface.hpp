@@ -9,8 +9,8 @@ inline namespace SUBSOIL_ISA {
 template <bool Rolls, class L>
 void run_surface(const L& law, SurfaceJob& job) {
   const VecD zero(0.0), one(1.0);
-  const Remembers what(law);
-  const MemoryShape shape = shape_of<L, Rolls, false>(law, false);
+  const Remembers<L, Rolls> has(law);
+  const MemoryShape shape = has.shape(false, false);
   const BlockMemory memory[1] = {BlockMemory::at(job.lines, 1, shape, 0)};
   for (int first = 0; first < static_cast<int>(kBlock); first += kLanesD) {
     const SphereLanes i = load_spheres(job, job.sphere, first);
@@ -25,13 +25,14 @@ void run_surface(const L& law, SurfaceJob& job) {
     Meeting<VecD> meeting;
     meet<false, Rolls, L>(lever_share(law), a, meeting);
     effective<false, Rolls, L>(i.r, i.m, i.r, i.m, meeting.effective);
-    auto h = load_history<VecD, kOwn<L>, Rolls, true>(memory, first, what);
+    ContactMemory<VecD> h = load_memory<VecD, true>(has, memory, first);
     const Response<VecD> c = respond<false, Rolls, VecD>(law, meeting, h, job.elapsed);
-    store_history<VecD, kOwn<L>, Rolls, true>(h, memory, first, what);
+    store_memory<VecD, true>(has, h, memory, first);
     store_response(c, select(a.overlap > zero, one, zero), job.f + first, job.t_i + first, job.t_j + first);
-    const VecD sums[6] = {c.damped,       c.slid, c.rolled, c.stored, select(a.overlap >= VecD(-job.reach), one, zero),
-                          a.overlap / i.r};
-    for (int k = 0; k < 6; ++k) store(sums[k], job.sums[k] + first);
+    const ContactSums<VecD> sums{
+        c.damped, c.slid, c.rolled, c.stored, select(a.overlap >= VecD(-job.reach), one, zero), a.overlap / i.r};
+    const auto put = [&](VecD p, double* column) { store(p, column + first); };
+    ContactSums<VecD>::each(sums, job.sums, put, put);
   }
 }
 

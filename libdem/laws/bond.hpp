@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "libdem/laws/bond_memory.hpp"
 #include "libdem/laws/contact.hpp"
 
 /// Parallel bond: a short elastic beam of cement between two spheres, which acts beside their contact.
@@ -27,38 +28,6 @@
 /// Source: Potyondy & Cundall 2004, Int. J. Rock Mech. Min. Sci. 41, 1329; beta: Potyondy 2011; tau_c with a friction
 /// angle: PFC. The contact goes on beside the bond with friction and rolling of its own, as there.
 namespace subsoil::dem {
-
-/// What a bonded pair remembers; scalars and vectors on the owner, world axes.
-template <class T>
-struct BondMemory {
-  T shear[3] = {}, bend[3] = {}, twist{};                ///< m, rad, rad
-  T reference{};                                         ///< delta_0, m; of one that broke the energy that it held, J
-  T state{};                                             ///< kNoBond ...
-  T dash_n{}, dash_t[3] = {}, dash_r[3] = {}, dash_w{};  ///< dashpots at the last booked step, N and N m
-  static constexpr int numbers = 9, notes = 8;
-
-  /// Visits what steers the motion, in order, then what only the energy book needs.
-  template <class Visit>
-  static void each_number(auto& b, const Visit& visit) {
-    for (int d = 0; d < 3; ++d) visit(b.shear[d], d), visit(b.bend[d], 3 + d);
-    visit(b.twist, 6), visit(b.reference, 7), visit(b.state, 8);
-  }
-  template <class Visit>
-  static void each_note(auto& b, const Visit& visit) {
-    visit(b.dash_n, 0), visit(b.dash_w, 1);
-    for (int d = 0; d < 3; ++d) visit(b.dash_t[d], 2 + d), visit(b.dash_r[d], 5 + d);
-  }
-  /// With owner and partner exchanged: angles about n and along it stay as they are.
-  BondMemory turned_over() const {
-    BondMemory b = *this;
-    for (int d = 0; d < 3; ++d)
-      b.shear[d] = -b.shear[d], b.bend[d] = -b.bend[d], b.dash_t[d] = -b.dash_t[d], b.dash_r[d] = -b.dash_r[d];
-    return b;
-  }
-};
-
-/// A number of the contact like the others. A bond that broke says so for one step, until the bed has taken note of it.
-inline constexpr double kNoBond = 0, kBonded = 1, kBrokeInTension = 2, kBrokeInShear = 3;
 
 /// A pair as its bond sees it.
 template <class T>
@@ -141,7 +110,7 @@ struct Bond {
 
   /// Largest gap of a pair that is still bonded: where it formed and the stretch that breaks it. The margin covers
   /// single precision.
-  double reach(double largest_radius) const { return gap + 2 * largest_radius * tensile / modulus * (1 + 1e-5); }
+  double cutoff(double largest_radius) const { return gap + 2 * largest_radius * tensile / modulus * (1 + 1e-5); }
 
   /// One step of a pair; lanes without a bond give nothing and stay so.
   template <class T>
@@ -175,7 +144,7 @@ struct Bond {
         half * (k.normal * stretch * stretch + k.shear * shear2 + k.bending * bend2 + k.twisting * b.twist * b.twist),
         zero);
     b.reference = select(holds, b.reference, zero);
-    if (any(broke)) b.reference = select(broke, released(a, b, k, stretch), b.reference);
+    if (any(broke)) b.released = select(broke, energy_held(a, b, k, stretch), zero);
     damp(a, k, holds, b, out);
     return out;
   }
@@ -221,8 +190,8 @@ struct Bond {
   /// What a bond held that breaks in this step, J. Its force acted at the start of the step and no more at the end, so
   /// that by (24) of docs/theory.md half of what it takes to bring it there from the middle was never done.
   template <class T>
-  [[gnu::always_inline]] static T released(const BondMotion<T>& a, const BondMemory<T>& b, const Section<T>& k,
-                                           T stretch) {
+  [[gnu::always_inline]] static T energy_held(const BondMotion<T>& a, const BondMemory<T>& b, const Section<T>& k,
+                                              T stretch) {
     const T half_dt = T(0.5) * a.dt, x = stretch, y = b.twist;
     T energy = k.normal * x * (T(0.5) * x - half_dt * a.v_n) + k.twisting * y * (T(0.5) * y - half_dt * a.twist);
     for (int d = 0; d < 3; ++d) {

@@ -1,7 +1,7 @@
 #pragma once
 #include "libdem/laws/bond.hpp"
 
-/// A law whose spheres may be bonded, as the sweep evaluates it. Users write the law and its `bond`; resolved() puts
+/// A law whose spheres may be bonded, as the sweep evaluates it. Users write the law and its `bond`; make_law() puts
 /// this around laws that have one, so that the others carry neither its arithmetic nor its memory. At surfaces it is
 /// the law alone: bonds join spheres with spheres.
 namespace subsoil::dem {
@@ -9,8 +9,8 @@ namespace subsoil::dem {
 template <class Normal>
 struct Bonded : Normal {
   static constexpr bool bonds = true;
-  double reach_between(double largest_radius) const {
-    return std::max(Normal::reach(), this->bond.reach(largest_radius));
+  double pair_cutoff(double largest_radius) const {
+    return std::max(Normal::cutoff(), this->bond.cutoff(largest_radius));
   }
 };
 

@@ -100,7 +100,7 @@ struct Cohesion {
 
   bool acts() const { return kind != Kind::none; }
   /// Gap at which a bridge ruptures, m; elsewhere attraction ends with the contact.
-  double reach() const { return end; }
+  double cutoff() const { return end; }
 
   /// Adds the attraction to what the normal law gives. @param bridge the contact's memory, 1 once wetted
   template <class T>

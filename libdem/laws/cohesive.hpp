@@ -1,8 +1,8 @@
 #pragma once
 #include "libdem/laws/cohesion.hpp"
 
-/// A normal law with cohesion, as the sweep evaluates it. Users write the law and its `cohesion`; engine_form() puts
-/// this around laws that have one, so that the others carry neither its arithmetic nor its memory.
+/// A normal law with cohesion, as the sweep evaluates it. Users write the law and its `cohesion`; make_law()
+/// puts this around laws that have one, so that the others carry neither its arithmetic nor its memory.
 namespace subsoil::dem {
 
 template <class Normal>
@@ -11,7 +11,7 @@ struct Cohesive : Normal {
   static constexpr int memory = own_memory<Normal>() + 1;  ///< the normal law's, and whether a bridge holds
 
   void weaken(double share) { this->cohesion.weaken(share); }
-  double reach() const { return std::max(Normal::reach(), this->cohesion.reach()); }
+  double cutoff() const { return std::max(Normal::cutoff(), this->cohesion.cutoff()); }
 
   template <class T>
   [[gnu::always_inline]] NormalForce<T> normal(const Approach<T>& a, T (&memory)[Cohesive::memory]) const {

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "libdem/laws/law.hpp"
 #include "libdem/simd/number.hpp"
 
 /// What passes between the sweep and a contact law. A law knows no particle, list or loop: numbers in, numbers out.
@@ -10,6 +11,9 @@
 /// `normal(const Approach<T>&, T (&memory)[M])`: numbers of the contact, 0 when it begins, kept from step to step, in
 /// restarts and when lists are built anew. Scalars only, the same from either body's side. The pair may stay in the
 /// lists while its surfaces are apart: the law sets its numbers back to 0 there.
+///
+/// What else a law may have, beside `describe`, `resolved()`, `cutoff()`, `rest_overlap()`, `normal`, `bound`,
+/// `example()` and a member `friction`, says docs/architecture.md.
 namespace subsoil::dem {
 
 /// One contact as a normal law sees it.
@@ -44,9 +48,6 @@ template <class T>
 inline T least_force(bool clip) {
   return T(clip ? 0.0 : -std::numeric_limits<double>::infinity());
 }
-
-/// Numbers that a contact may keep for its law at most.
-inline constexpr int kOwnMemory = 2;
 
 /// Numbers that each contact of a law keeps: `static constexpr int memory` of laws that need any.
 template <class L>

@@ -1,9 +1,14 @@
 #pragma once
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
 #include <stdexcept>
 
 #include "libdem/laws/adhesive_friction.hpp"
-#include "libdem/laws/hertz_mindlin.hpp"
+#include "libdem/laws/damping_ratio.hpp"
+#include "libdem/laws/elastic_pair.hpp"
+#include "libdem/laws/friction.hpp"
 
 /// Edinburgh elasto-plastic adhesion (Thakur et al. 2014, Morrissey 2013), as in EDEM, PFC, Rocky and LIGGGHTS.
 ///     loading:                                F = -f0 + k1 delta^n
@@ -33,6 +38,7 @@ namespace subsoil::dem {
 struct Eepa {
   static constexpr bool constant_stiffness = false;
   static constexpr int memory = 2;  ///< delta_c, m; A, N
+  static constexpr bool plastic = true;
   static constexpr double left_out = std::numeric_limits<double>::quiet_NaN();
   double n = 1.5;
   double k1 = left_out, E_eff = left_out;
@@ -48,7 +54,7 @@ struct Eepa {
   template <class V>
   void describe(V& v) {
     v.card("eepa", "Edinburgh elasto-plastic adhesion: hysteretic spring of power n with an adhesive branch");
-    v.quantity("n", n, "1", "[1, 4]", "exponent of the overlap: 1 linear, 1.5 Hertz");
+    v.exponent("n", n, "[1, 4]", "exponent of the overlap: 1 linear, 1.5 Hertz");
     v.derived("k1", k1, "N/m^(n)", "(0, inf)", "loading stiffness; left out: Hertz's 4/3 E_eff sqrt(R), for n = 1.5");
     v.derived("E_eff", E_eff, "Pa", "(0, inf)",
               "effective Young's modulus, when k1 is left out; left out: from both materials' young and poisson");
@@ -60,7 +66,8 @@ struct Eepa {
     v.derived("adhesive ratio", adhesive_ratio, "1", "[0, inf)",
               "adhesive over loading stiffness, k_adh/k1, in place of the surface energy; for chi = n");
     v.derived("chi", chi, "1", "[1, 20]", "exponent of the adhesive branch; left out: n");
-    v.quantity("restitution", restitution, "1", "(0, 1]", "of the dashpot with the spring alone; for no damping use 1");
+    v.quantity("restitution", restitution, "1", "(0, 1]", "of the dashpot with the spring alone",
+               "for no damping use 1");
     v.quantity("stiffness ratio", stiffness_ratio, "1", "[0, inf)", "tangential over normal loading stiffness");
     dem::describe(v, limit);
     friction.describe(v);
@@ -88,7 +95,14 @@ struct Eepa {
   /// Takes a share of the constant pull, while a bed settles. The adhesion that a contact has stems from how it was
   /// loaded: taken away then, it would not come back.
   void weaken(double share) { f0 *= share; }
-  double reach() const { return 0; }
+  double cutoff() const { return 0; }
+  /// Numbers that suit spheres of some millimetres, for the property tests.
+  static Eepa example() {
+    Eepa law;
+    law.n = 1.5, law.k1 = 3e5, law.plasticity = 0.6, law.w = 20, law.restitution = 0.7;
+    law.friction.mu = 0.4, law.friction.mu_r = 0.05;
+    return law;
+  }
   double rest_overlap() const { return 0; }
 
   template <class T>

@@ -6,11 +6,18 @@
 
 /// Tangential and rolling resistance, shared by every normal law.
 ///
-/// Tangential: spring xi (m) and dashpot, capped together by Coulomb's limit,
-///     xi* = xi + v_t dt,   g = k_t xi* + c_t v_t,   |g| <= mu N_f (sticking) or mu_d N_f
-///     (slipping); on slip F_t = mu_d N_f g/|g|, xi = F_t/k_t and the dashpot is off.
-/// `tangential` takes the spring away: dashpot, F_t = min(c_t |v_t|, mu N_f) against v_t (LAMMPS
-/// linear_nohistory,
+/// Tangential: spring xi (m) and dashpot, capped together by Coulomb's limit. With xi_0 the spring before the step,
+///     xi* = xi_0 + v_t dt,   g = k_t xi* + c_t v_t,   e = g/|g|,   L = mu N_f (sticking) or mu_d N_f (slipping)
+///     |g| <= L:  F_t = g,    xi = xi*
+///     else:      F_t = L e,  xi = xi* - a e,   a = min((|g| - L)/k_t, max(0, xi_0 . e))
+/// The spring slides back by what exceeds the limit: k_t xi = L e - c_t v_t, the limit less the dashpot's part (LAMMPS,
+/// MercuryDPM). It slides back no further than its part along e at the start of the step: where c_t v_t alone exceeds
+/// L, it would be wound up against the sliding and give that back later as motion. What sliding takes in a step,
+///     (k_t/2) a (xi_0 + xi) . e >= (k_t/2) a xi* . e >= 0,
+/// is never negative: a > 0 asks xi_0 . e > 0, and then k_t xi* . e is k_t (xi_0 . e + v_t . e dt) for v_t . e >= 0,
+/// else |g| - c_t v_t . e. `friction rule` caps the spring alone with the same words, g = k_t xi*: F_t = min(|g|, L) e
+/// + c_t v_t (`spring-only`), without c_t v_t at the limit (`spring-only-undamped`, LIGGGHTS). `tangential` takes the
+/// spring away: dashpot, F_t = min(c_t |v_t|, mu N_f) against v_t (LAMMPS linear_nohistory,
 ///     LIGGGHTS no_history), or constant-direction, F_t = mu_d N_f v_t/|v_t|, which jitters in a resting
 ///     bed.
 /// Where k_t changes with the overlap, `changing stiffness` says what is kept:
@@ -19,15 +26,16 @@
 ///     keep-spring: xi, so that F_t = k_t xi (EDEM, LIGGGHTS, LAMMPS mindlin); a rising k_t makes energy
 ///     keep-force: k_t xi, so that dF_t = k_t dxi (incremental Mindlin without slip); a falling k_t makes energy
 ///     What is made is booked as a negative loss in sliding.
-/// Rolling, elastic-plastic (Ai, Chen, Rotter, Ooi 2011, type C): the same element with the angle rho (rad),
-///     k_r = 2.25 k_n (mu_r r_eff)^2, cap mu_r r_eff N_f, dashpot 2 eta_r sqrt(I_r k_r), off at the cap,
-///     I_r the series sum of both bodies' 7/5 m r^2.
+/// Rolling, elastic-plastic (Ai, Chen, Rotter, Ooi 2011, type C): the angle rho (rad) in place of xi, the spring capped
+///     alone, k_r = 2.25 k_n (mu_r r_eff)^2, cap mu_r r_eff N_f, dashpot c_r = 2 eta_r sqrt(I_r k_r) below the cap and
+///     f c_r at it (f: `rolling damping at limit`), I_r the series sum of both bodies' 7/5 m r^2.
 /// Rolling, constant torque: -mu_r r_eff N_f w/|w|; it jitters in a resting bed.
 /// Twist (mu_t > 0): the same element with the angle about the normal,
 ///     k_w = 2.25 k_n (mu_t r_eff)^2, cap mu_t r_eff N_f, dashpot 2 eta_r sqrt(I_w k_w), I_w = (2/7) I_r.
 /// Symbols: v_t sliding velocity at the contact point (m/s), w relative rolling velocity (rad/s), N_f N.
-/// Energy over a step: spring force (mean of both ends) times slip -> sliding; dashpot force (mean) times velocity ->
-/// damping; a spring dropped at separation, or softened by a stiffness that changes, -> sliding.
+/// Energy over a step: spring force (mean of both ends) times sliding -> sliding; dashpot force (mean) times velocity
+/// -> damping, at a limit that caps both -> sliding; a spring dropped at separation, or softened by a stiffness that
+/// changes, -> sliding.
 namespace subsoil::dem {
 
 /// Where the contact point of two spheres lies: in the middle of the overlap (lever r - delta/2; r - delta at a
@@ -36,6 +44,9 @@ enum class Lever { mid_overlap, radius };
 enum class Tangential { spring, dashpot, constant_direction };
 enum class Changing { lossy, keep_spring, keep_force };
 enum class Rolling { none, elastic_plastic, constant_torque };
+
+/// What Coulomb's limit caps: spring and dashpot together, or the spring alone, beside which the dashpot stays or goes.
+enum class FrictionRule { spring_and_dashpot, spring_only, spring_only_undamped };
 
 /// Spring-and-dashpot element with a limit, after one step.
 template <class T, int D = 3>
@@ -48,11 +59,17 @@ struct Slip {
   T damped;      ///< energy lost in the dashpot, J
 };
 
+/// What the limit of an element caps.
+struct Cap {
+  bool together = true;  ///< spring and dashpot; else the spring alone
+  double kept = 0;       ///< share of the dashpot that stays beside a spring at its limit
+};
+
 /// @param stiffness_ratio stiffness before over stiffness now; @param soft 1/k, 0 without a spring
 template <class T, int D>
 [[gnu::always_inline]] inline Slip<T, D> stick_slip(const T (&x)[D], const T (&v)[D], const T (&dashpot_before)[D],
                                                     T slipping_before, T dt, T stiffness_ratio, T k, T soft, T c,
-                                                    T limit_static, T limit_kinetic, Mask<T> in_contact,
+                                                    T limit_static, T limit_kinetic, Mask<T> in_contact, Cap cap,
                                                     Changing changing = Changing::lossy) {
   Slip<T, D> out;
   const T zero(0.0), one(1.0), half(0.5);
@@ -60,30 +77,39 @@ template <class T, int D>
                  : changing == Changing::keep_force ? stiffness_ratio
                                                     : min(one, stiffness_ratio);
   const T keep = select(in_contact, kept, zero);
-  T x0[D], trial[D], viscous[D], g[D], g2 = zero, x2 = zero;
+  T x0[D], trial[D], viscous[D], g[D], g2 = zero, x2 = zero, along = zero, rate = zero;
   for (int d = 0; d < D; ++d) {
     x0[d] = x[d] * keep;
     trial[d] = select(in_contact, x0[d] + v[d] * dt, zero);
     viscous[d] = c * v[d];
-    g[d] = k * trial[d] + viscous[d];
+    g[d] = cap.together ? k * trial[d] + viscous[d] : k * trial[d];
     g2 = g2 + g[d] * g[d];
     x2 = x2 + x[d] * x[d];
+    along = along + x0[d] * g[d];
+    rate = rate + v[d] * g[d];
   }
   const T limit = select(slipping_before > half, limit_kinetic, limit_static);
   const auto slip = g2 > limit * limit;
-  const T scale = select(slip, over_root(limit_kinetic, max(g2, tiny<T>())), one);
+  const T inverse = rsqrt(max(g2, tiny<T>()));
+  const T scale = select(slip, limit_kinetic * inverse, one);
+  const T back = max(zero, min((one - scale) * soft, along * inverse * inverse));  // a/|g|; 0 while it sticks
+  const T share = cap.together ? zero : select(slip, T(cap.kept), one);
   out.slipping = select(both(in_contact, slip), one, zero);
-  out.slid = half * x2 * k * (stiffness_ratio - keep * keep);
-  out.damped = zero;
+  T power = zero;
   for (int d = 0; d < D; ++d) {
-    const T force = select(in_contact, g[d] * scale, zero);
-    out.force[d] = force;
-    // Without a spring the limited force is all there is: it counts as a dashpot.
-    out.dashpot[d] = select(in_contact, select(slip, select(k > zero, zero, force), viscous[d]), zero);
-    out.x[d] = select(slip, force * soft, trial[d]);
-    out.slid = out.slid + select(in_contact, half * k * (x0[d] + out.x[d]) * (trial[d] - out.x[d]), zero);
-    out.damped = out.damped + half * (dashpot_before[d] + out.dashpot[d]) * v[d] * dt;
+    const T force = cap.together ? g[d] * scale : g[d] * scale + viscous[d] * share;
+    out.force[d] = select(in_contact, force, zero);
+    out.x[d] = trial[d] - back * g[d];
+    out.dashpot[d] = select(in_contact, select(slip, force - k * out.x[d], viscous[d]), zero);
+    power = power + (dashpot_before[d] + out.dashpot[d]) * v[d];
   }
+  // (x_0 + x) . g with x = x_0 + v dt - back g; softening besides.
+  out.slid = half * k * (x2 * (stiffness_ratio - keep * keep) + back * (along + along + dt * rate - back * g2));
+  const T damped = half * dt * power;
+  // Without a spring the limited force is a dashpot's.
+  const T slides = cap.together ? select(both(both(in_contact, slip), k > zero), max(zero, damped), zero) : zero;
+  out.slid = out.slid + slides;
+  out.damped = damped - slides;
   return out;
 }
 
@@ -92,8 +118,9 @@ struct Friction {
   double mu_d = std::numeric_limits<double>::quiet_NaN();  ///< left out: the same as mu
   Tangential tangential = Tangential::spring;
   Changing changing = Changing::lossy;
+  FrictionRule rule = FrictionRule::spring_and_dashpot;
   double mu_r = 0, mu_t = 0;
-  double rolling_damping = 0.3;
+  double rolling_damping = 0.3, rolling_damping_at_limit = 0;
   Rolling rolling = Rolling::elastic_plastic;
   Lever lever = Lever::mid_overlap;
 
@@ -113,6 +140,12 @@ struct Friction {
         {{"lossy", Changing::lossy}, {"keep-spring", Changing::keep_spring}, {"keep-force", Changing::keep_force}},
         "laws whose tangential stiffness changes with the overlap, what is kept then: rising the force and falling "
         "the spring; always the spring (EDEM, LIGGGHTS, LAMMPS mindlin); or always the force");
+    v.choice("friction rule", rule,
+             {{"spring-and-dashpot", FrictionRule::spring_and_dashpot},
+              {"spring-only", FrictionRule::spring_only},
+              {"spring-only-undamped", FrictionRule::spring_only_undamped}},
+             "what Coulomb's limit caps: the tangential spring and dashpot together (LAMMPS, MercuryDPM), the spring "
+             "alone with the dashpot beside it, or the spring alone and no dashpot at the limit (LIGGGHTS)");
     v.quantity("mu_r", mu_r, "1", "[0, inf)", "rolling friction coefficient");
     v.quantity("mu_t", mu_t, "1", "[0, inf)", "twisting friction coefficient: about the contact normal");
     v.choice("rolling", rolling,
@@ -121,6 +154,9 @@ struct Friction {
               {"none", Rolling::none}},
              "rolling resistance: elastic-plastic spring-dashpot (Ai type C), or a constant torque against rolling");
     v.quantity("rolling damping", rolling_damping, "1", "[0, 1]", "damping ratio of the rolling and twisting springs");
+    v.quantity(
+        "rolling damping at limit", rolling_damping_at_limit, "1", "[0, 1]",
+        "share of the rolling and twisting dashpots that stays when their springs are fully mobilised (f of Ai)");
     v.choice("lever", lever, {{"mid-overlap", Lever::mid_overlap}, {"radius", Lever::radius}},
              "arm of tangential forces about the centre: to the middle of the overlap (a boundary's surface), or the "
              "radius");
@@ -129,12 +165,14 @@ struct Friction {
   /// What most beds have. Steps that book nothing are compiled for this alone; others take the longer
   /// kernel of the booked ones in every step.
   bool usual() const {
-    return tangential == Tangential::spring && changing == Changing::lossy && rolling != Rolling::constant_torque;
+    return tangential == Tangential::spring && changing == Changing::lossy && rolling != Rolling::constant_torque &&
+           rule == FrictionRule::spring_and_dashpot && !(rolling_damping_at_limit > 0);
   }
   /// The same when usual(), in words that the compiler can follow.
   Friction as_usual() const {
     Friction f = *this;
     f.tangential = Tangential::spring, f.changing = Changing::lossy, f.rolling = Rolling::elastic_plastic;
+    f.rule = FrictionRule::spring_and_dashpot, f.rolling_damping_at_limit = 0;
     if (rolling == Rolling::none) f.mu_r = 0;
     return f;
   }
@@ -149,11 +187,11 @@ struct Friction {
     const T limit = T(mu) * n.limiting_force, kinetic = T(mu_sliding()) * n.limiting_force;
     if (tangential == Tangential::spring)
       return stick_slip(xi, v_t, dashpot_before, slipping_before, dt, n.stiffness_ratio, n.k_t, n.tangential_compliance,
-                        n.c_t, limit, kinetic, n.in_contact, changing);
+                        n.c_t, limit, kinetic, n.in_contact, cap(), changing);
     const T zero(0.0), v2 = v_t[0] * v_t[0] + v_t[1] * v_t[1] + v_t[2] * v_t[2];
     const T c = tangential == Tangential::dashpot ? n.c_t : kinetic / max(sqrt(v2), T(1e-12));
-    Slip<T> s =
-        stick_slip(xi, v_t, dashpot_before, slipping_before, dt, T(1.0), zero, zero, c, limit, kinetic, n.in_contact);
+    Slip<T> s = stick_slip(xi, v_t, dashpot_before, slipping_before, dt, T(1.0), zero, zero, c, limit, kinetic,
+                           n.in_contact, {});
     for (T& x : s.x) x = zero;
     return s;
   }
@@ -169,7 +207,7 @@ struct Friction {
       const T speed = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
       const T c = cap / max(speed, T(1e-12));
       return stick_slip(rho, w, dashpot_before, zero, dt, T(1.0), zero, zero, c, T(2.0) * cap + tiny<T>(),
-                        T(2.0) * cap + tiny<T>(), n.in_contact);
+                        T(2.0) * cap + tiny<T>(), n.in_contact, {});
     }
     return turning(n, rho, w, dashpot_before, mu_r, rolling_damping, r_eff, inverse_r, root_i, dt);
   }
@@ -194,10 +232,15 @@ struct Friction {
   }
 
  private:
+  Cap cap() const {
+    return {.together = rule == FrictionRule::spring_and_dashpot,
+            .kept = rule == FrictionRule::spring_only ? 1.0 : 0.0};
+  }
+
   template <class T, int D>
-  [[gnu::always_inline]] static Slip<T, D> turning(const NormalForce<T>& n, const T (&x)[D], const T (&w)[D],
-                                                   const T (&dashpot_before)[D], double mu, double damping, T r_eff,
-                                                   T inverse_r, T root_i, T dt) {
+  [[gnu::always_inline]] Slip<T, D> turning(const NormalForce<T>& n, const T (&x)[D], const T (&w)[D],
+                                            const T (&dashpot_before)[D], double mu, double damping, T r_eff,
+                                            T inverse_r, T root_i, T dt) const {
     // k = 2.25 k_n (mu r_eff)^2 by way of its root, which the dashpot needs: what k_n alone gives is worked out once
     // for laws of constant stiffness.
     const T zero(0.0), cap = T(mu) * r_eff * n.limiting_force;
@@ -206,7 +249,7 @@ struct Friction {
     const T inverse_root = select(root_k_n > zero, T(1.0) / max(root_k_n, tiny<T>()), zero) * inverse_r;
     const T c = T(2.0 * damping) * root_i * root_k;
     return stick_slip(x, w, dashpot_before, zero, dt, n.stiffness_ratio, k, inverse_root * inverse_root, c, cap, cap,
-                      n.in_contact);
+                      n.in_contact, {.together = false, .kept = rolling_damping_at_limit});
   }
 };
 

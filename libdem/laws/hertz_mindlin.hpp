@@ -1,15 +1,22 @@
 #pragma once
+#include <cmath>
+#include <limits>
+
+#include "libdem/laws/bond.hpp"
+#include "libdem/laws/cohesion.hpp"
+#include "libdem/laws/damping_ratio.hpp"
 #include "libdem/laws/elastic_pair.hpp"
-#include "libdem/laws/linear.hpp"
+#include "libdem/laws/friction.hpp"
 
 /// Hertz-Mindlin with Tsuji's damping.
 ///     delta > 0:  F = (4/3) E* sqrt(R delta^3) + 2 sqrt(5/6) beta(e) sqrt(S_n m_eff) d delta/dt,  S_n = 2 E* sqrt(R
 ///     delta)
 ///                 k_t = 8 G* sqrt(R delta),  c_t = 2 sqrt(5/6) beta(e) sqrt(k_t m_eff)
 /// Symbols: E*, G* of the two materials (elastic_pair.hpp), Pa; R effective radius m; e restitution (exact for the
-/// unclipped force: Tsuji, Tanaka, Ishida 1992); beta as in linear.hpp. Tangential unloading: while the overlap falls
-/// the spring is kept and the force falls with k_t (Mindlin & Deresiewicz 1953 as simplified by Thornton, Cummins,
-/// Cleary 2013); while it grows the force is kept. Both lose energy, booked as sliding. Valid for overlap << R.
+/// unclipped force: Tsuji, Tanaka, Ishida 1992); beta as in damping_ratio.hpp. Tangential unloading: while the overlap
+/// falls the spring is kept and the force falls with k_t (Mindlin & Deresiewicz 1953 as simplified by Thornton,
+/// Cummins, Cleary 2013); while it grows the force is kept. Both lose energy, booked as sliding. Valid for overlap <<
+/// R.
 namespace subsoil::dem {
 
 struct HertzMindlin : ElasticPair {
@@ -25,7 +32,8 @@ struct HertzMindlin : ElasticPair {
   void describe(V& v) {
     v.card("hertz-mindlin", "Hertz normal force, Mindlin tangential stiffness, Tsuji damping");
     describe_elasticity(v);
-    v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution; for no damping use 1");
+    v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution",
+               "for no damping use 1");
     v.flag("clip attraction", clip,
            "cut the normal force off at zero while separating (restitution then exceeds the given)");
     cohesion.describe(v);
@@ -40,7 +48,15 @@ struct HertzMindlin : ElasticPair {
     law.damping = 2 * std::sqrt(5.0 / 6.0) * damping_ratio(restitution);
     return law;
   }
-  double reach() const { return 0; }
+  double cutoff() const { return 0; }
+  /// Numbers that suit spheres of some millimetres, for the property tests.
+  static HertzMindlin example() {
+    HertzMindlin law;
+    law.take_materials(1e7, 0.3, 1e7, 0.3);
+    law.restitution = 0.7;
+    law.friction.mu = 0.4, law.friction.mu_r = 0.05;
+    return law;
+  }
   double rest_overlap() const { return 0; }
 
   template <class T>

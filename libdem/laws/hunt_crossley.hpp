@@ -1,6 +1,11 @@
 #pragma once
+#include <cmath>
+#include <limits>
+
 #include "libdem/impact/hunt_crossley.hpp"
-#include "libdem/laws/hertz_mindlin.hpp"
+#include "libdem/laws/cohesion.hpp"
+#include "libdem/laws/elastic_pair.hpp"
+#include "libdem/laws/friction.hpp"
 
 /// Hunt-Crossley with Coulomb friction.
 ///     delta > 0:  F = max(0, c delta^n (1 + b d delta/dt)),   stored c delta^(n+1)/(n+1), all else is damping
@@ -46,7 +51,14 @@ struct HuntCrossley {
     law.impact = impact.completed();
     return law;
   }
-  double reach() const { return 0; }
+  double cutoff() const { return 0; }
+  /// Numbers that suit spheres of some millimetres, for the property tests.
+  static HuntCrossley example() {
+    HuntCrossley law;
+    law.impact.n = 1.5, law.impact.b = 0.3, law.E_eff = 5e6;
+    law.friction.mu = 0.4, law.friction.mu_r = 0.05;
+    return law;
+  }
   double rest_overlap() const { return 0; }
 
   template <class T>

@@ -1,8 +1,12 @@
 #pragma once
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 
-#include "libdem/laws/linear.hpp"
+#include "libdem/laws/cohesion.hpp"
+#include "libdem/laws/damping_ratio.hpp"
+#include "libdem/laws/friction.hpp"
 
 /// Hysteretic spring (Walton & Braun 1986), the HSCM of EDEM and of Ucgul, Fielke & Saunders 2014.
 ///     loading, K1 delta < K2 (delta - delta_0):  F_s = K1 delta,               delta_0 <- (1 - K1/K2) delta
@@ -11,21 +15,21 @@
 ///     K1 = 5 r_eff S_y,  K2 = K1/e^2;   F = F_s + n_c c d delta/dt,  c = 2 beta(e) sqrt(m_eff K1)
 ///     k_t = ratio K1,  c_t = 2 beta(e) sqrt(m_eff k_t);   friction limit mu max(0, F)
 /// Symbols: delta_0 residual overlap, what the contact remembers, m; S_y yield strength, the smaller of the two
-/// materials', Pa; e restitution; n_c damping factor; beta as in linear.hpp; ratio the tangential stiffness factor.
-/// Two bodies part with exactly e at any speed when n_c = 0; n_c > 0 takes more. `residual overlap: follows` (EDEM)
-/// lets delta_0 go back with the overlap once it is below it, and a contact that has opened is new; `kept` holds it
-/// until then. The dashpot acts while delta > 0 and may pull, `clip attraction` cuts that off.
-/// Energy: stored K2 (delta - delta_0)^2/2; loading loses K1 (1 - K1/K2) delta d delta, exactly
-/// K1/(2 (1 - K1/K2)) times the growth of delta_0^2.
-/// `cohesion: linear` with Hertz's contact area makes it the law of Ucgul, Fielke & Saunders 2015 for cohesive soil.
-/// Sources: Walton & Braun 1986, Acta Mech. 63, 73; Walton 2006; Ucgul, Fielke & Saunders 2014, Biosyst. Eng. 121, 105,
-/// whose n_c and n_k are `damping factor` and `stiffness ratio`, and whose attraction is `cohesion: linear`. Valid for
-/// overlaps up to some tenth of the radius.
+/// materials', Pa; e restitution; n_c damping factor; beta as in damping_ratio.hpp; ratio the tangential stiffness
+/// factor. Two bodies part with exactly e at any speed when n_c = 0; n_c > 0 takes more. `residual overlap: follows`
+/// (EDEM) lets delta_0 go back with the overlap once it is below it, and a contact that has opened is new; `kept` holds
+/// it until then. The dashpot acts while delta > 0 and may pull, `clip attraction` cuts that off. Energy: stored K2
+/// (delta - delta_0)^2/2; loading loses K1 (1 - K1/K2) delta d delta, exactly K1/(2 (1 - K1/K2)) times the growth of
+/// delta_0^2. `cohesion: linear` with Hertz's contact area makes it the law of Ucgul, Fielke & Saunders 2015 for
+/// cohesive soil. Sources: Walton & Braun 1986, Acta Mech. 63, 73; Walton 2006; Ucgul, Fielke & Saunders 2014, Biosyst.
+/// Eng. 121, 105, whose n_c and n_k are `damping factor` and `stiffness ratio`, and whose attraction is `cohesion:
+/// linear`. Valid for overlaps up to some tenth of the radius.
 namespace subsoil::dem {
 
 struct Hysteretic {
   static constexpr bool constant_stiffness = true;
   static constexpr int memory = 1;  ///< residual overlap, m
+  static constexpr bool plastic = true;
   enum class Residual { follows, kept };
   static constexpr double left_out = std::numeric_limits<double>::quiet_NaN();
   double K1 = left_out, yield = left_out;
@@ -45,7 +49,7 @@ struct Hysteretic {
         "yield strength", yield, "Pa", "(0, inf)",
         "when K1 is left out; left out too: the smaller of the two materials'; r_eff at a boundary is the radius");
     v.derived("restitution", restitution, "1", "(0, 1]",
-              "coefficient of restitution, K2 = K1/e^2; for no plastic loss use 1");
+              "coefficient of restitution, K2 = K1/e^2", "for no plastic loss use 1");
     v.derived("K2", K2, "N/m", "(0, inf)", "unloading stiffness, in place of the restitution, when K1 is given");
     v.quantity("damping factor", damping_factor, "1", "[0, 1]",
                "share of the linear dashpot of that restitution which acts besides; takes the restitution below it");
@@ -80,7 +84,14 @@ struct Hysteretic {
     law.K2 = left_out;
     return law;
   }
-  double reach() const { return 0; }
+  double cutoff() const { return 0; }
+  /// Numbers that suit spheres of some millimetres, for the property tests.
+  static Hysteretic example() {
+    Hysteretic law;
+    law.yield = 5.88e5, law.restitution = 0.6;
+    law.friction.mu = 0.4, law.friction.mu_r = 0.05;
+    return law;
+  }
   double rest_overlap() const { return 0; }
 
   template <class T>

@@ -1,17 +1,21 @@
 #pragma once
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 
+#include "libdem/laws/damping_ratio.hpp"
 #include "libdem/laws/elastic_pair.hpp"
-#include "libdem/laws/linear.hpp"
+#include "libdem/laws/friction.hpp"
 
 /// Adhesive elastic spheres after Johnson, Kendall and Roberts; Mindlin's tangential stiffness, Tsuji's damping.
 ///     F = 4 E* a^3/(3 R) - sqrt(8 pi w E* a^3),   delta = a^2/R - sqrt(2 pi w a/E*)
 ///     U = 8 E* a^5/(15 R^2) - (4 E*/(3 R)) sqrt(2 pi w/E*) a^(7/2) + pi w a^2          (dU = F d delta)
 ///     c_n = 2 sqrt(5/6) beta(e) sqrt(2 E* a m_eff),   k_t = 8 G* a,   c_t = 2 sqrt(5/6) beta(e) sqrt(k_t m_eff)
 /// Symbols: a contact radius m; R effective radius m; w work of adhesion J/m^2 (LAMMPS' and EDEM's surface energy is
-/// w/2); E*, G* as in elastic_pair.hpp; e restitution without adhesion, beta as in linear.hpp.
+/// w/2); E*, G* as in elastic_pair.hpp; e restitution without adhesion, beta as in damping_ratio.hpp.
 /// Attraction begins when the surfaces touch (delta = 0: a_0^3 = 2 pi w R^2/E*, F = -(4/3) pi w R) and holds across a
 /// gap. Largest pull (3/2) pi w R, at a^3 = (9/8) pi w R^2/E*. The neck breaks, by `separation`,
 ///     rupture   at a_f^3 = pi w R^2/(8 E*), the end of the branch at a given distance (F = -(5/6) pi w R)
@@ -44,7 +48,7 @@ struct Jkr : ElasticPair {
     v.quantity("work of adhesion", work, "J/m^2", "(0, inf)",
                "to part a unit of surface: twice the surface energy of LAMMPS and EDEM");
     v.quantity("restitution", restitution, "1", "(0, 1]",
-               "coefficient of restitution without adhesion; for no damping use 1");
+               "coefficient of restitution without adhesion", "for no damping use 1");
     v.choice("separation", separation, {{"rupture", Separation::rupture}, {"pull-off", Separation::pull_off}},
              "the neck breaks at the end of its branch, or at the largest pull");
     friction.describe(v);
@@ -64,7 +68,17 @@ struct Jkr : ElasticPair {
     *this = resolved();
   }
   /// Longest neck of spheres up to this r_eff, m: -delta_f = -end_x a_0^2/R, which grows with the cube root.
-  double reach(double r_eff) const { return -end_x * scale * scale * std::cbrt(r_eff); }
+  double cutoff(double r_eff) const { return -end_x * scale * scale * std::cbrt(r_eff); }
+  /// Numbers that suit spheres of some millimetres, for the property tests.
+  static Jkr example() {
+    Jkr law;
+    law.take_materials(1e7, 0.3, 1e7, 0.3);
+    law.work = 1, law.restitution = 0.7;
+    law.friction.mu = 0.4, law.friction.mu_r = 0.05;
+    return law;
+  }
+  /// At the largest pull part of the well is left unclimbed: by that convention it is given.
+  bool may_gain() const { return separation == Separation::pull_off; }
   double rest_overlap() const { return 0; }
 
   template <class T>

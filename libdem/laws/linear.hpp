@@ -1,19 +1,10 @@
 #pragma once
 #include <limits>
-#include <numbers>
 
 #include "libdem/laws/bond.hpp"
 #include "libdem/laws/cohesion.hpp"
+#include "libdem/laws/damping_ratio.hpp"
 #include "libdem/laws/friction.hpp"
-
-/// Normal damping ratio that a linear spring-dashpot needs for restitution e: beta = -ln e/sqrt(pi^2 + ln^2 e), F
-/// unclipped until the overlap is zero again; Hertz with Tsuji's damping needs the same number. e = 0 takes 1.
-namespace subsoil::dem {
-inline double damping_ratio(double restitution) {
-  if (restitution <= 0) return 1;
-  const double log_e = std::log(restitution);
-  return -log_e / std::sqrt(std::numbers::pi * std::numbers::pi + log_e * log_e);
-}
 
 /// Linear spring-dashpot.
 ///     delta > 0:  F = k_n delta + c_n d delta/dt,  c_n = 2 beta(e) sqrt(m_eff k_n)
@@ -22,6 +13,8 @@ inline double damping_ratio(double restitution) {
 /// The force is not clipped at zero by default, so that restitution out equals e exactly; with `clip attraction` the
 /// end of the rebound is cut off and restitution comes out larger than e.
 /// Source: Cundall & Strack 1979; damping map Schwager & Poeschel 2007, eq. (14).
+namespace subsoil::dem {
+
 struct Linear {
   static constexpr bool constant_stiffness = true;
   static constexpr bool needs_radius = false;
@@ -39,7 +32,8 @@ struct Linear {
     v.card("linear", "linear spring-dashpot with restitution");
     v.quantity("k_n", k_n, "N/m", "(0, inf)", "normal stiffness");
     v.quantity("stiffness ratio", stiffness_ratio, "1", "[0, inf)", "tangential over normal stiffness");
-    v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution; for no damping use 1");
+    v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution",
+               "for no damping use 1");
     v.flag("clip attraction", clip,
            "cut the normal force off at zero while separating (restitution then exceeds the given)");
     cohesion.describe(v);
@@ -54,7 +48,14 @@ struct Linear {
     law.beta = damping_ratio(restitution);
     return law;
   }
-  double reach() const { return 0; }
+  double cutoff() const { return 0; }
+  /// Numbers that suit spheres of some millimetres, for the property tests.
+  static Linear example() {
+    Linear law;
+    law.k_n = 1e5, law.restitution = 0.6;
+    law.friction.mu = 0.4, law.friction.mu_r = 0.05;
+    return law;
+  }
   double rest_overlap() const { return 0; }
 
   template <class T>

@@ -1,9 +1,12 @@
 #pragma once
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "libdem/laws/adhesive_friction.hpp"
-#include "libdem/laws/linear.hpp"
+#include "libdem/laws/damping_ratio.hpp"
+#include "libdem/laws/friction.hpp"
 
 /// Adhesive elasto-plastic contact (Luding 2008), MercuryDPM's linear plastic viscoelastic law and LIGGGHTS'
 /// hooke/hysteresis: linear branches between k1 delta and -k_c delta.
@@ -26,6 +29,7 @@ namespace subsoil::dem {
 struct Luding {
   static constexpr bool constant_stiffness = true;
   static constexpr int memory = 1;  ///< M, m
+  static constexpr bool plastic = true;
   enum class Unloading { grows, constant };
   static constexpr double required = std::numeric_limits<double>::quiet_NaN();
   double k1 = required, k2 = required, k_c = required, phi_f = required;
@@ -45,7 +49,7 @@ struct Luding {
                "plastic depth over the effective diameter 2 r_eff at which unloading is stiffest");
     v.derived("damping", damping, "N s/m", "[0, inf)", "damping coefficient; left out: by the restitution");
     v.derived("restitution", restitution, "1", "(0, 1]",
-              "of the dashpot with the spring k1 alone, in place of damping; for no damping use 1");
+              "of the dashpot with the spring k1 alone, in place of damping", "for no damping use 1");
     v.quantity("stiffness ratio", stiffness_ratio, "1", "[0, inf)", "tangential stiffness over k1");
     v.choice("unloading stiffness", unloading, {{"grows", Unloading::grows}, {"constant", Unloading::constant}},
              "from k1 to k2 with the largest overlap (Luding), or k2 always");
@@ -62,7 +66,14 @@ struct Luding {
   }
   /// Takes a share of the attraction, while a bed settles.
   void weaken(double share) { k_c *= share; }
-  double reach() const { return 0; }
+  double cutoff() const { return 0; }
+  /// Numbers that suit spheres of some millimetres, for the property tests.
+  static Luding example() {
+    Luding law;
+    law.k1 = 1e4, law.k2 = 5e4, law.k_c = 1e4, law.phi_f = 0.1, law.damping = 0.05;
+    law.friction.mu = 0.4, law.friction.mu_r = 0.05;
+    return law;
+  }
   double rest_overlap() const { return 0; }
 
   template <class T>

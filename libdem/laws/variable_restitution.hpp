@@ -1,22 +1,26 @@
 #pragma once
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
 #include <stdexcept>
 
 #include "libdem/impact/energy_equivalent.hpp"
-#include "libdem/laws/hertz_mindlin.hpp"
+#include "libdem/laws/elastic_pair.hpp"
+#include "libdem/laws/friction.hpp"
 
 /// Restitution that falls with the speed of each impact, by equivalence of energies (impact/energy_equivalent.hpp).
 ///     Ce(V) = (1 + 2 s)^(-1/2),  s = A ((rho V^2/(S_y lambda_c))^B - 1) where that is positive, else 0
 ///     linear:  F = k_n delta + 2 beta sqrt(m_eff k_n) d delta/dt
 ///     hertz:   F = (4/3) E* sqrt(R delta^3) + 2 sqrt(5/6) beta sqrt(S_n m_eff) d delta/dt,  S_n = 2 E* sqrt(R delta)
 ///     k_t = ratio k_n (S_n),  c_t = 2 beta sqrt(m_eff k_t) (with sqrt(5/6));   friction limit mu max(0, F)
-/// V approach speed when the surfaces first touch, m/s; beta = beta(Ce) as in linear.hpp, found at first touch and kept
-/// by the contact until it opens: two bodies part with exactly Ce(V) V, with more where `clip attraction` cuts the pull
-/// of the dashpot off. rho kg/m^3 density of the striking body, S_y Pa
-/// yield strength. Slow contacts, V below the speed at which lambda = lambda_c, are elastic; `largest restitution` caps
-/// Ce, so that a bed of them can come to rest. Contacts that begin at rest (a bed as placed) have the cap's damping.
-/// Valid for overlap << R; the map holds for V up to some 1000 times the speed at which yield begins.
-/// Source: energies after the patent of Changsha University of Science and Technology (2023); map and motion are ours.
+/// V approach speed when the surfaces first touch, m/s; beta = beta(Ce) as in damping_ratio.hpp, found at first touch
+/// and kept by the contact until it opens: two bodies part with exactly Ce(V) V, with more where `clip attraction` cuts
+/// the pull of the dashpot off. rho kg/m^3 density of the striking body, S_y Pa yield strength. Slow contacts, V below
+/// the speed at which lambda = lambda_c, are elastic; `largest restitution` caps Ce, so that a bed of them can come to
+/// rest. Contacts that begin at rest (a bed as placed) have the cap's damping. Valid for overlap << R; the map holds
+/// for V up to some 1000 times the speed at which yield begins. Source: energies after the patent of Changsha
+/// University of Science and Technology (2023); map and motion are ours.
 namespace subsoil::dem {
 
 struct VariableRestitution {
@@ -70,7 +74,14 @@ struct VariableRestitution {
     if (!needs_materials()) law.map.lambda_c = map.critical_lambda({.E_eff = E_eff});
     return law;
   }
-  double reach() const { return 0; }
+  double cutoff() const { return 0; }
+  /// Numbers that suit spheres of some millimetres, for the property tests.
+  static VariableRestitution example() {
+    VariableRestitution law;
+    law.E_eff = 1e7, law.map.S_y = 2e5, law.map.density = 1800, law.largest = 0.95;
+    law.friction.mu = 0.4, law.friction.mu_r = 0.05;
+    return law;
+  }
   double rest_overlap() const { return 0; }
 
   template <class T>

@@ -88,28 +88,35 @@ struct Wet {
   }
 
   /// Largest gap across which the law acts, m.
-  double reach() const { return K_B > 0 ? std::max(0.0, dB - D) : std::max(0.0, -D); }
+  double cutoff() const { return K_B > 0 ? std::max(0.0, dB - D) : std::max(0.0, -D); }
+  /// Numbers that suit spheres of some millimetres, for the property tests.
+  static Wet example() {
+    Wet law;
+    law.K_X = 10000, law.C_X = 20, law.K_Y = 8000, law.C_Y = 20, law.K_B = 7000, law.dc = law.dB = 2e-3;
+    law.friction.mu = 0.5, law.friction.mu_r = 0.3;
+    return law;
+  }
   /// Overlap of a pair at rest without load, m.
   double rest_overlap() const { return dc + D; }
 
   template <class T>
   [[gnu::always_inline]] NormalForce<T> normal(const Approach<T>& a) const {
     const T zero(0.0), rest(dc + D), half(0.5);
-    const T press = a.overlap - rest;       // > 0: repulsive band
-    const T reach = a.overlap - T(D - dB);  // > 0: attracted at least
+    const T press = a.overlap - rest;        // > 0: repulsive band
+    const T within = a.overlap - T(D - dB);  // > 0: attracted at least
     const auto repels = press > zero;
-    const auto attracts = reach >= zero;
+    const auto attracts = within >= zero;
     const auto holds = a.overlap >= T(D);
     NormalForce<T> n;
     const T spring =
-        select(repels, T(K_X) * press, select(holds, T(K_C) * press, select(attracts, T(-K_B) * reach, zero)));
+        select(repels, T(K_X) * press, select(holds, T(K_C) * press, select(attracts, T(-K_B) * within, zero)));
     const T viscous = T(C_X) * a.rate;
     n.damping = damping == Damping::repulsion ? select(repels, viscous, zero) : select(attracts, viscous, zero);
     n.force = spring + n.damping;
     const T deepest(-0.5 * (K_B * dB * dB + K_C * dc * dc));
-    n.stored = select(
-        repels, deepest + half * T(K_X) * press * press,
-        select(holds, deepest + half * T(K_C) * press * press, select(attracts, T(-0.5 * K_B) * reach * reach, zero)));
+    n.stored = select(repels, deepest + half * T(K_X) * press * press,
+                      select(holds, deepest + half * T(K_C) * press * press,
+                             select(attracts, T(-0.5 * K_B) * within * within, zero)));
     const T cohesion(K_C * dc);
     const T elastic = select(repels, T(K_X) * press, zero);
     n.limiting_force = limit == FrictionLimit::signed_force    ? max(zero, n.force + cohesion)

@@ -1,17 +1,9 @@
+#include "libdem/neighbours/rebuild_criterion.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "libdem/step/bed_impl.hpp"
-
-/// How long the lists hold: until two spheres that are no pair of theirs, or a sphere and a surface, may have come
-/// nearer by the skin. Two bounds, of which the smaller counts.
-///
-/// Paths: every step adds the longest path in the tiles that a tile's pairs reach into, which costs nothing and also
-/// wakes sleeping blocks; one fast corner of the bed wakes only its own. Two spheres part by both their paths.
-///
-/// RelativeDisplacement: how far spheres have really come apart, measured when the paths say no more, and since then by
-/// paths. Under a tool, which pushes many the same way, it is half as much.
 namespace subsoil::dem {
 namespace {
 
@@ -23,59 +15,80 @@ double angle_between(const Pose& was, const Pose& is) {
 
 }  // namespace
 
-void Bed::Impl::begin_validity(Grid grid, double largest_radius) {
-  stale = false;
-  path = 0;
-  drifted.known = false;
-  drifted.place.reserve(boundaries.size()), drifted.way.reserve(boundaries.size());
+void RebuildCriterion::begin(double skin, const ParticleStore& particles, std::span<const Boundary> boundaries,
+                             const ParticleStatistics& statistics, Grid grid, int threads) {
+  stale_ = false;
+  skin_ = skin;
+  path_ = 0;
+  listed_pose_.clear(), listed_active_.clear();
+  for (const Boundary& b : boundaries) listed_pose_.push_back(b.pose), listed_active_.push_back(b.active);
+  measure_boundaries(particles, boundaries, statistics);
+  measured_.known = false;
+  measured_.place.reserve(boundaries.size()), measured_.way.reserve(boundaries.size());
   // A sphere that is too large for the grid finds its neighbours beyond the next cell.
-  drift_counts = !spheres.empty() && largest_radius <= grid.fits;
-  if (drift_counts)
-    drift.begin(std::move(grid), skin, spheres.size(), boundaries.size(), threads,
-                [&](std::size_t i) { return spheres[i].x; });
+  displacement_counts_ = !particles.empty() && statistics.largest <= grid.fits;
+  if (displacement_counts_)
+    displacement_.begin(std::move(grid), skin, particles.size(), boundaries.size(), threads,
+                        [&](std::size_t i) { return particles[i].x; });
 }
 
-void Bed::Impl::measure_drift() {
-  drifted.place.clear(), drifted.way.clear();
+/// How far a boundary reaches from its origin, for the path of its points when it turns.
+void RebuildCriterion::measure_boundaries(const ParticleStore& particles, std::span<const Boundary> boundaries,
+                                          const ParticleStatistics& statistics) {
+  const double reaches = statistics.largest + skin_;  // while the lists hold
+  const Vec3 around{reaches, reaches, reaches};
+  const Bounds bed{statistics.box.low - around, statistics.box.high + around};
+  boundary_radius_.resize(boundaries.size());
   for (std::size_t b = 0; b < boundaries.size(); ++b) {
-    drifted.place.push_back(boundaries[b].pose.position);
-    drifted.way.push_back(drifted.place.back() - listed_pose[b].position);
+    const Bounds box = bounds(boundaries[b].shape);
+    boundary_radius_[b] = box.farthest(Vec3{});
+    if (std::isfinite(boundary_radius_[b])) continue;
+    // An infinite plane that turns: what counts is how far the bed reaches from its origin.
+    boundary_radius_[b] = particles.empty() ? 0 : bed.farthest(boundaries[b].pose.position);
   }
-  const auto measure = [&](const auto& of) {
-    return drift.measure(drifted.way, threads, [&](std::size_t i) { return of[i].x; });
-  };
-  drifted.found = is_mixed() ? measure(mixed) : measure(spheres);
-  drifted.path = path;
-  drifted.known = true;
 }
 
-bool Bed::Impl::lists_hold_within(double limit) const {
-  double moved = 0;
-  for (const Tile& t : tiles) moved = std::max(moved, t.path);
-  const double since = drifted.known ? path - drifted.path : 0;
+void RebuildCriterion::measure(const ParticleStore& particles, std::span<const Boundary> boundaries, int threads) {
+  measured_.place.clear(), measured_.way.clear();
+  for (std::size_t b = 0; b < boundaries.size(); ++b) {
+    measured_.place.push_back(boundaries[b].pose.position);
+    measured_.way.push_back(measured_.place.back() - listed_pose_[b].position);
+  }
+  const auto measure_centres = [&](const auto* records) {
+    return displacement_.measure(measured_.way, threads, [&](std::size_t i) { return records[i].x; });
+  };
+  measured_.found =
+      particles.is_mixed() ? measure_centres(particles.mixed()) : measure_centres(particles.spheres().data());
+  measured_.path = path_;
+  measured_.known = true;
+}
+
+bool RebuildCriterion::hold_within(double limit, std::span<const Boundary> boundaries, double longest_path) const {
+  const double since = measured_.known ? path_ - measured_.path : 0;
   // No sphere may be farther from its place than the skin: cells and boundaries are looked at as far as that.
-  const bool known = drifted.known && drifted.found.gone + since <= skin;
-  if (2 * moved > limit && !(known && drifted.found.parted + 2 * since <= limit)) return false;
+  const bool known = measured_.known && measured_.found.gone + since <= skin_;
+  if (2 * longest_path > limit && !(known && measured_.found.parted + 2 * since <= limit)) return false;
   for (std::size_t b = 0; b < boundaries.size(); ++b) {
     const Pose& is = boundaries[b].pose;
-    const Pose& was = listed_pose[b];
-    double nearer = moved + norm(is.position - was.position);
-    if (known) nearer = std::min(nearer, drifted.found.against[b] + since + norm(is.position - drifted.place[b]));
-    if (nearer + angle_between(was, is) * boundary_radius[b] > limit) return false;
+    const Pose& was = listed_pose_[b];
+    double nearer = longest_path + norm(is.position - was.position);
+    if (known) nearer = std::min(nearer, measured_.found.against[b] + since + norm(is.position - measured_.place[b]));
+    if (nearer + angle_between(was, is) * boundary_radius_[b] > limit) return false;
   }
   return true;
 }
 
-bool Bed::Impl::lists_hold() {
-  if (stale) return false;
+bool RebuildCriterion::lists_hold(const ParticleStore& particles, std::span<const Boundary> boundaries,
+                                  double longest_path, int threads) {
+  if (stale_) return false;
   for (std::size_t b = 0; b < boundaries.size(); ++b)
-    if (boundaries[b].active != (listed_active[b] != 0)) return false;
-  if (lists_hold_within(skin)) return true;
-  if (!drift_counts) return false;
-  measure_drift();
+    if (boundaries[b].active != (listed_active_[b] != 0)) return false;
+  if (hold_within(skin_, boundaries, longest_path)) return true;
+  if (!displacement_counts_) return false;
+  measure(particles, boundaries, threads);
   // Nearly used up they would be measured every other step, at half a step's cost.
   constexpr double worth_it = 0.9;
-  return lists_hold_within(worth_it * skin);
+  return hold_within(worth_it * skin_, boundaries, longest_path);
 }
 
 }  // namespace subsoil::dem

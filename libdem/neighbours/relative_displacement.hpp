@@ -11,8 +11,11 @@
 
 namespace subsoil::dem {
 
-/// How far spheres have come since the lists were built, measured. What steps add up is a bound on paths: two spheres
-/// that a tool pushes the same way are taken to have come apart by twice its path.
+/// How far spheres have moved against each other since the lists were built, measured. What steps add up is a bound on
+/// paths: two spheres that a tool pushes the same way are taken to have come apart by twice its path.
+///
+/// Written at rebuilds (`begin`: 12 bytes per sphere, in float, since only their differences of a skin's size count)
+/// and when paths say no more (`measure`); belongs to RebuildCriterion.
 class RelativeDisplacement {
  public:
   struct Found {

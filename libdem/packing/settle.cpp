@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "libdem/laws/friction.hpp"
+
 namespace subsoil::dem {
 namespace {
 
@@ -62,7 +64,7 @@ class Settler {
   }
 
   SettleReport done() {
-    bed_.reset_energy_book();
+    bed_.reset_energy_balance();
     SettleReport out;
     static_cast<BedReport&>(out) = report(bed_.spheres(), region_);
     out.settled_time = elapsed();
@@ -184,9 +186,7 @@ void rain_layer(Bed& bed, const LawTable& laws, const Bounds& region, const BedL
   const double area = size.x * size.z, floor = region.low.y;
   const double diameter = least_radius(layer.radius) + largest_radius(layer.radius);
   const int law = laws.of(layer.of.material, layer.of.material);
-  const double overlap =
-      law < 0 ? 0
-              : std::visit([](const auto& l) { return l.rest_overlap(); }, laws.laws[static_cast<std::size_t>(law)]);
+  const double overlap = law < 0 ? 0 : laws.laws[static_cast<std::size_t>(law)]->rest_overlap();
   // Loose random packing, 0.60 of solid; spheres that rest with an overlap stand as close as smaller ones.
   const double closer = diameter / (diameter - std::clamp(overlap, 0.0, 0.5 * diameter));
   double fraction = 0.60 * closer * closer * closer;
@@ -221,16 +221,12 @@ void check_layers(const std::vector<BedLayer>& layers) {
 }  // namespace
 
 Law softened(const Law& law, double attraction, double friction) {
-  return std::visit(
-      [&](auto l) -> Law {
-        if constexpr (requires { l.weaken(attraction); }) l.weaken(attraction);  // of laws that attract
-        l.friction.mu *= friction;
-        l.friction.mu_d *= friction;  // NaN, left out, stays NaN
-        l.friction.mu_r *= friction;
-        l.friction.mu_t *= friction;
-        return l;
-      },
-      law);
+  Friction f = law->friction();
+  f.mu *= friction;
+  f.mu_d *= friction;  // NaN, left out, stays NaN
+  f.mu_r *= friction;
+  f.mu_t *= friction;
+  return law->weakened(attraction)->with_friction(f);
 }
 
 LawTable softened(LawTable laws, double attraction, double friction) {

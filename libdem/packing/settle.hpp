@@ -60,7 +60,7 @@ double rest_speed(double mean_radius, double gravity);
 /// Runs the bed until it is still; boundaries stand. A speed must hold for sqrt(2 r/g), the time of a fall by one
 /// radius, in which no sphere may become faster than that fall makes it: otherwise a bed would be "at rest" when it is
 /// let go, or while a single sphere falls. Leaves the final laws in the bed, its velocities as they are, and starts its
-/// energy book anew, since exchanging laws is no work of anything. Throws std::invalid_argument for a plan without
+/// energy balance anew, since exchanging laws is no work of anything. Throws std::invalid_argument for a plan without
 /// sense and std::runtime_error when the bed is not still in time.
 SettleReport settle(Bed& bed, const LawTable& laws, const SettlePlan& plan, const Bounds& region);
 

@@ -5,6 +5,9 @@
 #include <limits>
 #include <string>
 
+#include "libdem/base/fault.hpp"
+#include "libdem/particles/particle_store.hpp"
+
 namespace subsoil::dem {
 namespace {
 
@@ -31,15 +34,14 @@ Count count_part(std::span<const Sphere> part, std::uint32_t first, int material
 
 }  // namespace
 
-ParticleStatistics particle_statistics(const Spheres& spheres, int materials, int threads, double time) {
+ParticleStatistics particle_statistics(std::span<const Sphere> spheres, int materials, int threads, double time) {
   constexpr std::size_t part = 4096;  // fixed, and not by thread: the sum of radii is rounded in its order
   std::vector<Count> counts((spheres.size() + part - 1) / part);
   const auto parts = static_cast<long>(counts.size());
-  const std::span<const Sphere> all(spheres);
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (long k = 0; k < parts; ++k) {
     const std::size_t first = part * static_cast<std::size_t>(k);
-    counts[static_cast<std::size_t>(k)] = count_part(all.subspan(first, std::min(part, all.size() - first)),
+    counts[static_cast<std::size_t>(k)] = count_part(spheres.subspan(first, std::min(part, spheres.size() - first)),
                                                      static_cast<std::uint32_t>(first), materials);
   }
   ParticleStatistics out;

@@ -1,5 +1,9 @@
 #pragma once
-#include "libdem/step/bed_impl.hpp"
+#include <span>
+#include <vector>
+
+#include "libdem/geometry/bounds.hpp"
+#include "libdem/particles/particles.hpp"
 
 namespace subsoil::dem {
 
@@ -11,6 +15,11 @@ struct ParticleStatistics {
 };
 
 /// Throws BedFault, at `time`, if a position is not finite.
-ParticleStatistics particle_statistics(const Spheres& spheres, int materials, int threads, double time);
+ParticleStatistics particle_statistics(std::span<const Sphere> spheres, int materials, int threads, double time);
+
+/// Kinetic energy of translation and rotation of one sphere, of its half-step velocities, J.
+inline double kinetic_energy_of(const Sphere& s) {
+  return 0.5 * s.m * dot(s.v, s.v) + 0.5 * inertia(s) * dot(s.w, s.w);
+}
 
 }  // namespace subsoil::dem

@@ -4,34 +4,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "libdem/step/bed_impl.hpp"
+#include "libdem/step/surface_forces.hpp"
 
 namespace subsoil::dem {
 
 Bed::Impl::Impl(LawTable laws_in, BedOptions options_in)
-    : laws(std::move(laws_in)), options(std::move(options_in)), kernel(choose_kernel(options.simd.c_str())) {
-  threads = options.threads > 0 ? options.threads : omp_get_max_threads();
-  update_laws();
-}
-
-void Bed::Impl::update_laws() {
-  if (laws.laws.size() > 255) throw std::invalid_argument("more than 255 contact laws in one bed");
-  pair_memory.clear(), surface_memory.clear();
-  for (const Law& law : laws.laws) {
-    pair_memory.push_back(MemoryShape::of(law, is_mixed()));
-    surface_memory.push_back(MemoryShape::at_surface(law));
-  }
-  bonds_formed.resize(laws.laws.size(), 0);
-  any_bonds = std::any_of(pair_memory.begin(), pair_memory.end(), [](const MemoryShape& m) { return m.bonds; });
-}
-
-void Bed::Impl::update_reach(double largest_radius) {
-  law_reach.clear(), surface_reach.clear();
-  for (const Law& law : laws.laws) {
-    law_reach.push_back(reach_between(law, largest_radius));
-    surface_reach.push_back(reach_of(law, largest_radius));
-  }
+    : options(std::move(options_in)),
+      kernel(choose_kernel(options.simd.c_str())),
+      threads(options.threads > 0 ? options.threads : omp_get_max_threads()),
+      laws(std::move(laws_in), options.precision == Precision::mixed),
+      particles(options.precision),
+      work(threads) {
+  bonds.resize(laws);
 }
 
 Bed::Bed(LawTable laws, BedOptions options) : impl_(std::make_unique<Impl>(std::move(laws), std::move(options))) {}
@@ -39,115 +26,135 @@ Bed::~Bed() = default;
 Bed::Bed(Bed&&) noexcept = default;
 
 void Bed::add(std::span<const SphereSpec> spheres) {
-  impl_->fold_losses();
-  impl_->sync_from_mixed();
-  if (impl_->spheres.size() + spheres.size() > kMostSpheres)
+  Impl& bed = *impl_;
+  bed.balance.fold(bed.surfaces.chunks);
+  bed.particles.sync_from_mixed(bed.threads);
+  if (bed.particles.size() + spheres.size() > kMostSpheres)
     throw std::invalid_argument("a bed holds " + std::to_string(kMostSpheres) + " spheres at most");
-  for (const SphereSpec& in : spheres) {
-    const double m = in.density * sphere_volume(in.radius);
-    if (!std::isfinite(dot(in.position, in.position) + dot(in.velocity, in.velocity) + dot(in.spin, in.spin)))
-      throw std::invalid_argument("sphere " + std::to_string(impl_->next_id) +
-                                  ": position, velocity and spin must be finite");
-    if (!(in.radius > 0) || !(m > 0))
-      throw std::invalid_argument("sphere " + std::to_string(impl_->next_id) + ": radius and density must be positive");
-    if (in.material < 0 || in.material >= impl_->laws.materials)
-      throw std::invalid_argument("sphere " + std::to_string(impl_->next_id) + ": no such material");
-    impl_->spheres.push_back({in.position, in.radius, in.velocity, m, in.spin, impl_->next_id++,
-                              static_cast<std::uint16_t>(in.material), 0});
-  }
-  impl_->stale = true;
+  for (const SphereSpec& in : spheres) bed.particles.add(in, bed.laws.table().materials);
+  bed.criterion.invalidate();
 }
 
 int Bed::add(Boundary boundary) {
   boundary.pose_before = boundary.pose;
   impl_->boundaries.push_back(std::move(boundary));
-  impl_->stale = true;
+  impl_->criterion.invalidate();
   return static_cast<int>(impl_->boundaries.size()) - 1;
 }
 
 std::size_t Bed::remove_if(const std::function<bool(const Sphere&)>& predicate) {
-  const std::size_t before = impl_->spheres.size();
+  const std::size_t before = impl_->particles.size();
   impl_->rebuild(predicate);
-  return before - impl_->spheres.size();
+  return before - impl_->particles.size();
 }
 
 Boundary& Bed::boundary(int index) { return impl_->boundaries.at(static_cast<std::size_t>(index)); }
 const Boundary& Bed::boundary(int index) const { return impl_->boundaries.at(static_cast<std::size_t>(index)); }
 int Bed::boundary_count() const { return static_cast<int>(impl_->boundaries.size()); }
 std::span<const Sphere> Bed::spheres() const {
-  impl_->sync_from_mixed();
-  return impl_->spheres;
+  impl_->particles.sync_from_mixed(impl_->threads);
+  return impl_->particles.spheres();
 }
-std::size_t Bed::removed_count() const { return impl_->removed; }
-std::size_t Bed::touching_pairs() const { return impl_->extremes.pairs; }
+std::size_t Bed::removed_count() const { return impl_->now.fallen; }
+std::size_t Bed::touching_pairs() const { return impl_->balance.extremes().pairs; }
 
 void Bed::step(double dt, const Request& request) {
-  Impl& d = *impl_;
   if (!(dt > 0)) throw std::invalid_argument("the step of the bed must be positive");
-  PhaseClock clock(d.measures_phases);
-  const bool new_lists = !d.lists_hold();
-  if (new_lists)
-    d.rebuild();
-  else
-    d.divide_work_again();
-  if (d.any_bonds && d.bonds_may_form) d.form_bonds(d.time + 0.5 * dt);
+  Impl& bed = *impl_;
+  StepCount& now = bed.now;
+  PhaseClock clock(bed.measures_phases);
   double search = 0, sweep = 0;
+
+  const bool new_lists = bed.update_neighbours();
+  bed.form_due_bonds(now.time + 0.5 * dt);
   clock.end(search);
-  d.plan_book(request, new_lists);
-  d.run_sweep(dt, request);
-  if (d.any_bonds) d.note_broken_bonds();
-  if (d.any_bonds && request.snapshot != nullptr) d.count_bonds(*request.snapshot);
-  d.sum_up(request);
+
+  const bool state_asked_for = request.energy || request.snapshot != nullptr;
+  bed.balance.plan(bed.options, bed.particles.size(), now.steps, new_lists, state_asked_for || now.steps == 0);
+  bed.place_boundaries(now.dt_before);
+  bed.sweep(dt, request);  // forces of boundaries, forces of pairs, integrate: fused, particle block by particle block
+  bed.record_broken_bonds(request.snapshot);
+  bed.sum_up(request.energy);
   clock.end(sweep);
-  if (d.measures_phases) d.sum_phases(search, sweep);
-  d.check_faults();
-  d.dt_before = dt;
-  d.time += dt;
-  ++d.steps;
+  bed.sum_phases(search, sweep);
+
+  bed.check_faults();
+  now.dt_before = dt;
+  now.time += dt;
+  ++now.steps;
 }
 
-double Bed::time() const { return impl_->time; }
-const BedEnergy& Bed::energy() const { return impl_->energy; }
+void Bed::Impl::form_due_bonds(double until) {
+  if (laws.any_bonds() && bonds.may_form) bonds.form_due(until, contacts, particles, laws);
+}
 
-void Bed::reset_energy_book() {
-  impl_->fold_losses();
-  impl_->lost_before = {};
-  impl_->removed_energy = 0;
+void Bed::Impl::record_broken_bonds(Snapshot* snapshot) {
+  if (!laws.any_bonds()) return;
+  bonds.record_broken(now.time, contacts, particles, laws, balance.lost_before.breaking);
+  if (snapshot != nullptr) count_bonds(contacts, laws, particles, *snapshot);
+}
+
+/// Sums over particle blocks and surfaces, in their order.
+void Bed::Impl::sum_up(bool energy) {
+  balance.sum_extremes(surfaces.chunks);
+  criterion.add_path(paths.add_step(contacts.particle_blocks));
+  sum_wrenches(boundaries, surfaces, now.dt_before);
+  if (energy) balance.sum_energy(surfaces.chunks, boundaries);
+}
+
+/// What the threads spent, and what of their time by the clock is left over.
+void Bed::Impl::sum_phases(double search, double sweep) {
+  if (!measures_phases) return;
+  phases.search += search * threads;
+  double spent = 0;
+  for (const Worker& w : work.workers) {
+    phases.pairs += w.spent.pairs, phases.surfaces += w.spent.surfaces, phases.move += w.spent.move;
+    spent += w.spent.pairs + w.spent.surfaces + w.spent.move;
+  }
+  phases.rest += sweep * threads - spent;
+}
+
+double Bed::time() const { return impl_->now.time; }
+const BedEnergy& Bed::energy() const { return impl_->balance.energy(); }
+
+void Bed::reset_energy_balance() {
+  impl_->balance.fold(impl_->surfaces.chunks);
+  impl_->balance.reset();
   for (Boundary& b : impl_->boundaries) b.work = 0;
 }
 
 void Bed::set_laws(LawTable laws) {
-  // The memory of contacts lies as the laws of now need it: take it out before they go.
-  impl_->put_aside();
-  impl_->laws = std::move(laws);
-  impl_->update_laws();
+  // Histories lie as the laws of now need it: take them out before these go.
+  impl_->set_histories_aside();
+  impl_->laws.replace(std::move(laws));
+  impl_->bonds.resize(impl_->laws);
 }
-const LawTable& Bed::laws() const { return impl_->laws; }
+const LawTable& Bed::laws() const { return impl_->laws.table(); }
 void Bed::set_gravity(const Vec3& gravity) { impl_->options.gravity = gravity; }
 
 void Bed::shift(const Vec3& offset) {
-  impl_->sync_from_mixed();
-  for (Sphere& s : impl_->spheres) s.x += offset;
-  impl_->stale = true;
+  impl_->particles.sync_from_mixed(impl_->threads);
+  for (Sphere& s : impl_->particles.spheres()) s.x += offset;
+  impl_->criterion.invalidate();
 }
 
 void Bed::freeze() {
-  impl_->sync_from_mixed();
-  for (Sphere& s : impl_->spheres) s.v = s.w = {};
-  impl_->sync_to_mixed();
-  impl_->dt_before = 0;
+  impl_->particles.sync_from_mixed(impl_->threads);
+  for (Sphere& s : impl_->particles.spheres()) s.v = s.w = {};
+  impl_->particles.sync_to_mixed(impl_->threads);
+  impl_->now.dt_before = 0;
 }
 
-void Bed::set_time(double time) { impl_->time = time; }
-double Bed::max_speed() const { return std::sqrt(impl_->extremes.speed2); }
-double Bed::max_overlap() const { return impl_->extremes.overlap; }
+void Bed::set_time(double time) { impl_->now.time = time; }
+double Bed::max_speed() const { return std::sqrt(impl_->balance.extremes().speed2); }
+double Bed::max_overlap() const { return impl_->balance.extremes().overlap; }
 double Bed::kinetic_energy() const {
   double sum = 0;
   for (const Sphere& s : spheres()) sum += kinetic_energy_of(s);
   return sum;
 }
-long Bed::rebuilds() const { return impl_->rebuilds; }
-long Bed::steps() const { return impl_->steps; }
+long Bed::rebuilds() const { return impl_->now.rebuilds; }
+long Bed::steps() const { return impl_->now.steps; }
 void Bed::measure_phases(bool on) {
   impl_->measures_phases = on;
   impl_->phases = {};
@@ -157,10 +164,38 @@ const char* Bed::kernel_name() const { return impl_->kernel.name; }
 int Bed::threads() const { return impl_->threads; }
 const BedOptions& Bed::options() const { return impl_->options; }
 void Bed::set_floor_drop(double y) { impl_->options.floor_drop = y; }
-void Bed::surfaces_changed() { impl_->stale = true; }
+void Bed::surfaces_changed() { impl_->criterion.invalidate(); }
 void Bed::set_limits(double speed, double overlap) {
   impl_->options.speed_limit = speed;
   impl_->options.overlap_limit = overlap;
+}
+
+void Bed::let_bonds_form() { impl_->bonds.may_form = true; }
+
+void Bed::form_bonds() {
+  if (!impl_->lists_hold()) impl_->rebuild();
+  impl_->bonds.may_form = true;
+  impl_->bonds.form_due(std::numeric_limits<double>::infinity(), impl_->contacts, impl_->particles, impl_->laws);
+}
+
+bool Bed::has_bonding_laws() const { return impl_->laws.any_bonds(); }
+BondCount Bed::bonds() const { return impl_->bonds.count; }
+std::span<const BrokenBond> Bed::broken_bonds() const { return impl_->bonds.broken; }
+
+std::vector<std::array<std::uint32_t, 2>> Bed::bonded_pairs() const {
+  std::vector<std::array<std::uint32_t, 2>> out;
+  const auto take = [&](std::uint32_t a, std::uint32_t b) {
+    const std::uint32_t i = impl_->particles[a].id, j = impl_->particles[b].id;
+    out.push_back({std::min(i, j), std::max(i, j)});
+  };
+  if (impl_->contacts.empty()) {
+    for (const auto& part : impl_->contacts.waiting())
+      for (const BondHistory& b : part.bonds) take(b.i, b.j);
+  } else {
+    each_bond(impl_->contacts, impl_->laws, take);
+  }
+  std::sort(out.begin(), out.end());
+  return out;
 }
 
 }  // namespace subsoil::dem

@@ -5,20 +5,20 @@
 
 namespace subsoil::dem {
 
-/// What a step does for the energy book on the contacts of a tile.
-struct Booking {
-  bool book = false;  ///< keeps what the losses of the next step need
-  bool sum = false;   ///< sums what is lost and stored; only with `book`
-  double weight = 0;  ///< steps for which the losses stand
+/// What a step does for the energy balance on the contacts of a particle block.
+struct Sample {
+  bool record = false;      ///< keeps the dashpot forces that the losses of the next step need
+  bool accumulate = false;  ///< adds up what is lost and stored; only with `record`
+  double weight = 0;        ///< steps for which the losses stand
 };
 
-/// In which steps a tile's losses are sampled: every tile once in so many steps, each in its own, spread evenly. A blow
-/// of a few steps is then seen by some of the tiles that it passes through, where it would be missed or counted over by
-/// all of them if they were looked at together.
+/// In which steps a particle block's losses are sampled: every block once in so many steps, each in its own, spread
+/// evenly. A blow of a few steps is then seen by some of the blocks that it passes through, where it would be missed or
+/// counted over by all of them if they were looked at together.
 ///
-/// The losses of a step need the forces of dashpots in the step before, which only a booked step keeps: two in a row
-/// are booked, of which the second counts. Where lists are new there are other tiles: the samples that are due come one
-/// step later.
+/// The losses of a step need the forces of dashpots in the step before, which only a recorded step keeps: two in a row
+/// are recorded, of which the second is accumulated. Where lists are new there are other blocks: the samples that are
+/// due come one step later.
 class Sampling {
  public:
   /// Before each step.
@@ -27,19 +27,19 @@ class Sampling {
     late_ = new_lists_ ? std::min(late_ + 1, every - 1) : 0;
     every_ = every, step_ = step, new_lists_ = new_lists;
   }
-  Booking of(std::size_t tile) const {
+  Sample of(std::size_t block) const {
     if (every_ == 1) return {true, true, 1};
-    const long due = overdue(tile);
-    if (due <= late_) return new_lists_ ? Booking{.book = true} : Booking{true, true, static_cast<double>(every_)};
-    return {.book = due == every_ - 1};
+    const long due = overdue(block);
+    if (due <= late_) return new_lists_ ? Sample{.record = true} : Sample{true, true, static_cast<double>(every_)};
+    return {.record = due == every_ - 1};
   }
 
  private:
-  /// Steps since the tile's last sample was due. Neighbours in the order of tiles are far apart in time, and so are
+  /// Steps since the block's last sample was due. Neighbours in the order of blocks are far apart in time, and so are
   /// those a slab away: the golden section.
-  long overdue(std::size_t tile) const {
+  long overdue(std::size_t block) const {
     constexpr double golden = 0.6180339887498949;
-    const double turns = golden * static_cast<double>(tile);
+    const double turns = golden * static_cast<double>(block);
     const long offset = static_cast<long>((turns - std::floor(turns)) * every_);
     return (step_ + offset) % every_;
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libdem/laws/bond.hpp"
+#include "libdem/laws/friction.hpp"
 #include "libdem/particles/particles.hpp"
 
 namespace subsoil::dem {
@@ -41,29 +43,20 @@ void add_bond(const Bond& bond, const WorstContact& worst, double i_roll, bool b
 /// Bounds of a law with the rolling part filled in.
 StiffnessBound bounds_of(const Law& law, const WorstContact& worst, double i_roll, bool between_spheres,
                          double& lever) {
-  return std::visit(
-      [&]<class L>(const L& l) {
-        StiffnessBound bound = l.bound(worst);
-        l.friction.bound(bound, worst.r_eff, i_roll);
-        // Rolling and sliding without friction have no spring to be unstable.
-        if (!(l.friction.mu > 0)) bound.k_t = bound.c_t = 0;
-        if (!l.friction.resists_rolling()) bound.k_r = bound.c_r = 0;
-        lever = l.friction.lever == Lever::radius ? worst.r_min : worst.r_min - 0.5 * l.rest_overlap();
-        if constexpr (kBonds<L>) add_bond(l.bond, worst, i_roll, between_spheres, bound, lever);
-        return bound;
-      },
-      law);
+  StiffnessBound bound = law->bound(worst);
+  const Friction& friction = law->friction();
+  friction.bound(bound, worst.r_eff, i_roll);
+  // Rolling and sliding without friction have no spring to be unstable.
+  if (!(friction.mu > 0)) bound.k_t = bound.c_t = 0;
+  if (!friction.resists_rolling()) bound.k_r = bound.c_r = 0;
+  lever = friction.lever == Lever::radius ? worst.r_min : worst.r_min - 0.5 * law->rest_overlap();
+  if (law->bond() != nullptr) add_bond(*law->bond(), worst, i_roll, between_spheres, bound, lever);
+  return bound;
 }
 
 /// Laws that attract say whether their contact can hold that off; the worst may be the smallest or the largest spheres.
 void refuse_collapse(const Law& law, std::initializer_list<double> r_eff) {
-  std::visit(
-      [&](const auto& l) {
-        if constexpr (requires { l.refuse_collapse(1.0); }) {
-          for (const double r : r_eff) l.refuse_collapse(r);
-        }
-      },
-      law);
+  for (const double r : r_eff) law->refuse_collapse(r);
 }
 
 StableStep smallest(std::initializer_list<Mode> modes, const char* where) {

@@ -7,47 +7,7 @@
 namespace subsoil::dem {
 namespace {
 
-constexpr std::size_t kPairNumbers = 16 + kOwnMemory;
-constexpr std::size_t kBondRecord = kBondNumbers + kBondNotes;
 constexpr std::size_t kBoundaryNumbers = 14, kScalars = 9;
-
-void put(std::vector<double>& out, const PairState& s) {
-  for (const double x : s.xi) out.push_back(x);
-  for (const double x : s.rho) out.push_back(x);
-  out.push_back(static_cast<double>(s.dash_n));
-  for (const float x : s.dash_t) out.push_back(static_cast<double>(x));
-  for (const float x : s.dash_r) out.push_back(static_cast<double>(x));
-  out.push_back(static_cast<double>(s.slipping));
-  out.push_back(s.twist), out.push_back(static_cast<double>(s.dash_w));
-  for (const double x : s.own) out.push_back(x);
-}
-
-PairState get(const double* in) {
-  PairState s;
-  std::copy(in, in + 3, s.xi);
-  std::copy(in + 3, in + 6, s.rho);
-  s.dash_n = static_cast<float>(in[6]);
-  for (int d = 0; d < 3; ++d) s.dash_t[d] = static_cast<float>(in[7 + d]), s.dash_r[d] = static_cast<float>(in[10 + d]);
-  s.slipping = static_cast<float>(in[13]);
-  s.twist = in[14], s.dash_w = static_cast<float>(in[15]);
-  std::copy(in + 16, in + kPairNumbers, s.own);
-  return s;
-}
-
-void put(std::vector<double>& out, const BondMemory<double>& b) {
-  const std::size_t at = out.size();
-  out.resize(at + kBondRecord);
-  const auto place = [&](int k) -> double& { return out[at + static_cast<std::size_t>(k)]; };
-  BondMemory<double>::each_number(b, [&](double x, int k) { place(k) = x; });
-  BondMemory<double>::each_note(b, [&](double x, int k) { place(kBondNumbers + k) = x; });
-}
-
-BondMemory<double> get_bond(const double* in) {
-  BondMemory<double> b;
-  BondMemory<double>::each_number(b, [&](double& x, int k) { x = in[k]; });
-  BondMemory<double>::each_note(b, [&](double& x, int k) { x = in[kBondNumbers + k]; });
-  return b;
-}
 
 void put(std::vector<double>& out, const Vec3& v) { out.insert(out.end(), {v.x, v.y, v.z}); }
 
@@ -67,10 +27,10 @@ struct Reader {
 /// Counts, what has formed, and what broke.
 void Bed::Impl::save_bonding(State& out) const {
   const auto number = [](std::size_t n) { return static_cast<double>(n); };
-  out.bonding = {bonds_may_form ? 1.0 : 0.0, number(bonds.formed), number(bonds.broken_in_tension),
-                 number(bonds.broken_in_shear), number(bonds.removed)};
-  for (const char formed : bonds_formed) out.bonding.push_back(formed);
-  for (const BrokenBond& b : broken) {
+  out.bonding = {bonds.may_form ? 1.0 : 0.0, number(bonds.count.formed), number(bonds.count.broken_in_tension),
+                 number(bonds.count.broken_in_shear), number(bonds.count.removed)};
+  for (const char formed : bonds.formed) out.bonding.push_back(formed);
+  for (const BrokenBond& b : bonds.broken) {
     out.broken_ids.insert(out.broken_ids.end(), {b.ids[0], b.ids[1]});
     out.broken.push_back(b.time);
     put(out.broken, b.position);
@@ -79,19 +39,20 @@ void Bed::Impl::save_bonding(State& out) const {
 }
 
 void Bed::Impl::restore_bonding(const State& in) {
-  bonds = {}, broken.clear(), bonds_may_form = false;
-  std::fill(bonds_formed.begin(), bonds_formed.end(), 0);
-  if (!any_bonds && in.bonding.empty()) return;
-  if (in.bonding.size() != 5 + bonds_formed.size())
+  bonds.count = {}, bonds.broken.clear(), bonds.may_form = false;
+  std::fill(bonds.formed.begin(), bonds.formed.end(), 0);
+  if (!laws.any_bonds() && in.bonding.empty()) return;
+  if (in.bonding.size() != 5 + bonds.formed.size())
     throw std::invalid_argument(
         "restart: the state has other bonds than the scenario; use the scenario it was written from");
   Reader read{in.bonding.data()};
   const auto count = [&] { return static_cast<std::size_t>(read.number()); };
-  bonds_may_form = read.number() > 0;
-  bonds.formed = count(), bonds.broken_in_tension = count(), bonds.broken_in_shear = count(), bonds.removed = count();
-  for (std::size_t law = 0; law < bonds_formed.size(); ++law) {
-    bonds_formed[law] = read.number() > 0 ? 1 : 0;
-    if (bonds_formed[law] != 0 && !pair_memory[law].bonds)
+  bonds.may_form = read.number() > 0;
+  BondCount& n = bonds.count;
+  n.formed = count(), n.broken_in_tension = count(), n.broken_in_shear = count(), n.removed = count();
+  for (std::uint32_t law = 0; law < bonds.formed.size(); ++law) {
+    bonds.formed[law] = read.number() > 0 ? 1 : 0;
+    if (bonds.formed[law] != 0 && !laws.pair_memory(law).bonds)
       throw std::invalid_argument(
           "restart: the state has bonds of a law that has none in the scenario; use the scenario it was written from");
   }
@@ -101,46 +62,45 @@ void Bed::Impl::restore_bonding(const State& in) {
     for (std::size_t d = 0; d < 2; ++d) b.ids[d] = static_cast<std::uint32_t>(in.broken_ids[2 * k + d]);
     b.time = event.number(), b.position = event.vector();
     b.energy = event.number(), b.in_tension = event.number() > 0;
-    broken.push_back(b);
+    bonds.broken.push_back(b);
   }
 }
 
 Bed::State Bed::save() const {
-  impl_->sync_from_mixed();
+  impl_->particles.sync_from_mixed(impl_->threads);
   const Impl& d = *impl_;
   State out;
-  for (const Sphere& s : d.spheres) {
+  for (const Sphere& s : d.particles.spheres()) {
     put(out.spheres, s.x), put(out.spheres, s.v), put(out.spheres, s.w);
     out.spheres.push_back(s.r), out.spheres.push_back(s.m);
     out.ids.push_back(s.id), out.ids.push_back(s.material);
   }
-  for (const PairHistories& part : d.tiles.empty() ? d.waiting : d.pair_histories()) {
+  for (const PairHistories& part :
+       d.contacts.empty() ? d.contacts.waiting() : d.contacts.histories(d.laws, d.threads)) {
     for (const PairHistory& p : part.pairs) {
-      out.pair_ids.push_back(d.spheres[p.owner].id), out.pair_ids.push_back(d.spheres[p.other].id);
-      put(out.pairs, p.state);
+      out.pair_ids.push_back(d.particles[p.i].id), out.pair_ids.push_back(d.particles[p.j].id);
+      append(out.pairs, p.state);
     }
     for (const BondHistory& b : part.bonds) {
-      out.bond_ids.push_back(d.spheres[b.owner].id), out.bond_ids.push_back(d.spheres[b.other].id);
-      put(out.bonds, b.state);
+      out.bond_ids.push_back(d.particles[b.i].id), out.bond_ids.push_back(d.particles[b.j].id);
+      append(out.bonds, b.state);
     }
   }
-  if (d.any_bonds) d.save_bonding(out);
-  for (const SurfaceHistory& c : d.tiles.empty() ? d.waiting_surfaces : d.surface_histories()) {
-    out.surface_ids.push_back(d.spheres[c.sphere].id), out.surface_ids.push_back(c.boundary);
+  if (d.laws.any_bonds()) d.save_bonding(out);
+  for (const SurfaceHistory& c : d.contacts.empty() ? d.surfaces.waiting : d.surfaces.histories(d.laws)) {
+    out.surface_ids.push_back(d.particles[c.sphere].id), out.surface_ids.push_back(c.boundary);
     put(out.surfaces, c.normal);
-    put(out.surfaces, c.state);
+    append(out.surfaces, c.state);
   }
-  Losses lost = d.lost_before;
-  for (const Tile& t : d.tiles) lost += t.lost;
-  for (const SurfaceChunk& c : d.chunks) lost += c.lost;
-  out.scalars = {d.time,
-                 d.dt_before,
-                 static_cast<double>(d.steps),
-                 static_cast<double>(d.removed),
+  const Losses lost = d.balance.lost(d.surfaces.chunks);
+  out.scalars = {d.now.time,
+                 d.now.dt_before,
+                 static_cast<double>(d.now.steps),
+                 static_cast<double>(d.now.fallen),
                  lost.damping,
                  lost.sliding,
                  lost.rolling,
-                 d.removed_energy,
+                 d.balance.removed,
                  lost.breaking};
   for (const Boundary& b : d.boundaries) {
     put(out.scalars, b.wrench.force), put(out.scalars, b.wrench.moment);
@@ -158,13 +118,12 @@ void Bed::restore(const State& in) {
         "restart: the state has other surfaces than the scenario, or is of an older version; use the scenario and the "
         "version it was written from");
   const std::size_t count = in.ids.size() / 2;
-  if (in.spheres.size() != 11 * count || in.pairs.size() != kPairNumbers * (in.pair_ids.size() / 2) ||
-      in.surfaces.size() != (3 + kPairNumbers) * (in.surface_ids.size() / 2) ||
+  if (in.spheres.size() != 11 * count || in.pairs.size() != kPairRecord * (in.pair_ids.size() / 2) ||
+      in.surfaces.size() != (3 + kPairRecord) * (in.surface_ids.size() / 2) ||
       in.bonds.size() != kBondRecord * (in.bond_ids.size() / 2) || in.broken.size() != 3 * in.broken_ids.size())
     throw std::invalid_argument("restart: the arrays of the state do not belong together; the file is damaged");
-  d.spheres.clear(), d.slot_of_id.clear(), d.spheres_behind = false;
+  d.particles.clear();
   std::map<std::uint32_t, std::uint32_t> index;
-  d.next_id = 0;
   for (std::size_t k = 0; k < count; ++k) {
     Reader read{in.spheres.data() + 11 * k};
     Sphere s{};
@@ -172,38 +131,38 @@ void Bed::restore(const State& in) {
     s.r = read.number(), s.m = read.number();
     s.id = static_cast<std::uint32_t>(in.ids[2 * k]);
     s.material = static_cast<std::uint16_t>(in.ids[2 * k + 1]);
-    if (s.material >= d.laws.materials)
+    if (s.material >= d.laws.table().materials)
       throw std::invalid_argument("restart: the state has more materials than the scenario");
     index[s.id] = static_cast<std::uint32_t>(k);
-    d.next_id = std::max(d.next_id, s.id + 1);
-    d.spheres.push_back(s);
+    d.particles.restore(s);
   }
   // Histories wait for the first lists, by place of the spheres.
   d.clear_lists();
-  PairHistories& waiting = d.waiting.emplace_back();
+  PairHistories& waiting = d.contacts.begin_waiting();
   const auto place = [&](std::int64_t id) { return index.at(static_cast<std::uint32_t>(id)); };
   for (std::size_t k = 0; k < in.pair_ids.size() / 2; ++k)
     waiting.pairs.push_back(
-        {place(in.pair_ids[2 * k]), place(in.pair_ids[2 * k + 1]), get(in.pairs.data() + kPairNumbers * k)});
+        {place(in.pair_ids[2 * k]), place(in.pair_ids[2 * k + 1]), pair_state_of(in.pairs.data() + kPairRecord * k)});
   for (std::size_t k = 0; k < in.bond_ids.size() / 2; ++k)
     waiting.bonds.push_back(
-        {place(in.bond_ids[2 * k]), place(in.bond_ids[2 * k + 1]), get_bond(in.bonds.data() + kBondRecord * k)});
+        {place(in.bond_ids[2 * k]), place(in.bond_ids[2 * k + 1]), bond_memory_of(in.bonds.data() + kBondRecord * k)});
   d.restore_bonding(in);
   for (std::size_t k = 0; k < in.surface_ids.size() / 2; ++k) {
-    Reader read{in.surfaces.data() + (3 + kPairNumbers) * k};
+    Reader read{in.surfaces.data() + (3 + kPairRecord) * k};
     SurfaceHistory c{
         place(in.surface_ids[2 * k]), static_cast<std::uint32_t>(in.surface_ids[2 * k + 1]), read.vector(), {}};
-    c.state = get(read.at);
-    d.waiting_surfaces.push_back(c);
+    c.state = pair_state_of(read.at);
+    d.surfaces.waiting.push_back(c);
   }
 
   Reader read{in.scalars.data()};
-  d.time = read.number(), d.dt_before = read.number();
-  d.steps = static_cast<long>(read.number());
-  d.removed = static_cast<std::size_t>(read.number());
-  d.lost_before = {read.number(), 0, 0};
-  d.lost_before.sliding = read.number(), d.lost_before.rolling = read.number();
-  d.removed_energy = read.number(), d.lost_before.breaking = read.number();
+  d.now.time = read.number(), d.now.dt_before = read.number();
+  d.now.steps = static_cast<long>(read.number());
+  d.now.fallen = static_cast<std::size_t>(read.number());
+  Losses& lost = d.balance.lost_before;
+  lost = {};
+  lost.damping = read.number(), lost.sliding = read.number(), lost.rolling = read.number();
+  d.balance.removed = read.number(), lost.breaking = read.number();
   for (Boundary& b : d.boundaries) {
     b.wrench = {read.vector(), {}};
     b.wrench.moment = read.vector();

@@ -9,6 +9,7 @@ namespace subsoil::mbd {
 ///   Phi = angle_b - angle_a - f(t) = 0,  Phi_t = -f',  gamma = f''                 (rad)
 /// The torque on b is -lambda (N m), its opposite acts on a; power -lambda f'. Source: Haug 1989, 3.5.
 struct AngleDriver {
+  static constexpr ConstraintMembers has{.check = true, .initialise_from_pose = true};
   static constexpr std::size_t rows = 1;
   int first = -1, second = -1;
   Motion motion{};
@@ -28,10 +29,10 @@ struct AngleDriver {
 
   double value(const BodyState& a, const BodyState& b) const { return b.angle - a.angle; }
   void initialise_from_pose(const BodyState& a, const BodyState& b, double t) {
-    motion.initialise_from_pose(value(a, b), b.spin - a.spin, t);
+    motion.initialise_from_pose(value(a, b), b.omega - a.omega, t);
   }
 
-  void evaluate(const BodyState& a, const BodyState& b, double t, Rows<rows>& out) const {
+  void evaluate(const BodyState& a, const BodyState& b, double t, ConstraintRows<rows>& out) const {
     out[0] = {value(a, b) - motion.value(t), {0, 0, -1}, {0, 0, 1}, motion.second(t), -motion.rate(t)};
   }
 };

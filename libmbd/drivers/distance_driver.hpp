@@ -11,6 +11,7 @@ namespace subsoil::mbd {
 /// w: p_b seen from p_a [m]. The force -lambda drives the points apart (N); power -lambda f'. At |w| = 0 the actuator
 /// has no direction and the run ends. Source: Haug 1989, 3.5 (distance driver).
 struct DistanceDriver {
+  static constexpr ConstraintMembers has{.check = true, .initialise_from_pose = true, .points = true};
   static constexpr std::size_t rows = 1;
   int first = -1, second = -1;
   std::array<double, 2> p_a{0, 0}, p_b{0, 0};
@@ -38,7 +39,7 @@ struct DistanceDriver {
     motion.initialise_from_pose(length, dot(p.w, p.rate) / length, t);
   }
 
-  void evaluate(const BodyState& a, const BodyState& b, double t, Rows<rows>& out) const {
+  void evaluate(const BodyState& a, const BodyState& b, double t, ConstraintRows<rows>& out) const {
     const RelativePoint p(a, p_a, b, p_b);
     const double length = mbd::length(p.w);
     if (length == 0)

@@ -11,6 +11,7 @@ namespace subsoil::mbd {
 /// e: unit vector at angle_a [rad] from body a's x axis, n = k x e. The force on b along e is -lambda (N), its opposite
 /// acts on a at the same point; power -lambda f'. Source: Haug 1989, 3.5, along a fixed line of body a.
 struct SlideDriver {
+  static constexpr ConstraintMembers has{.check = true, .initialise_from_pose = true, .points = true};
   static constexpr std::size_t rows = 1;
   int first = -1, second = -1;
   std::array<double, 2> p_a{0, 0}, p_b{0, 0};
@@ -34,16 +35,17 @@ struct SlideDriver {
 
   double value(const BodyState& a, const BodyState& b) const { return dot(direction(a), span(a, b)); }
   void initialise_from_pose(const BodyState& a, const BodyState& b, double t) {
-    const Vec2 d_rate = b.velocity_at(b.world(p_b)) - a.velocity_at(a.world(p_a));
-    const double rate = dot(direction(a), d_rate) + a.spin * dot(turned(direction(a)), span(a, b));
+    const Vec2 d_rate = b.velocity_at(b.vector_in_world(p_b)) - a.velocity_at(a.vector_in_world(p_a));
+    const double rate = dot(direction(a), d_rate) + a.omega * dot(turned(direction(a)), span(a, b));
     motion.initialise_from_pose(value(a, b), rate, t);
   }
 
-  void evaluate(const BodyState& a, const BodyState& b, double t, Rows<rows>& out) const {
-    const Vec2 arm_a = a.world(p_a), arm_b = b.world(p_b), e = direction(a), n = turned(e), d = span(a, b);
+  void evaluate(const BodyState& a, const BodyState& b, double t, ConstraintRows<rows>& out) const {
+    const Vec2 arm_a = a.vector_in_world(p_a), arm_b = b.vector_in_world(p_b), e = direction(a), n = turned(e),
+               d = span(a, b);
     const Vec2 d_rate = b.velocity_at(arm_b) - a.velocity_at(arm_a);
-    const double gamma = motion.second(t) - 2 * a.spin * dot(n, d_rate) + a.spin * a.spin * dot(e, d) +
-                         dot(e, b.spin * b.spin * arm_b - a.spin * a.spin * arm_a);
+    const double gamma = motion.second(t) - 2 * a.omega * dot(n, d_rate) + a.omega * a.omega * dot(e, d) +
+                         dot(e, b.omega * b.omega * arm_b - a.omega * a.omega * arm_a);
     out[0] = {dot(e, d) - motion.value(t),
               {-e.x, -e.y, dot(n, d) - dot(e, turned(arm_a))},
               {e.x, e.y, dot(e, turned(arm_b))},
@@ -53,7 +55,9 @@ struct SlideDriver {
 
  private:
   Vec2 direction(const BodyState& a) const { return {std::cos(a.angle + angle_a), std::sin(a.angle + angle_a)}; }
-  Vec2 span(const BodyState& a, const BodyState& b) const { return b.r + b.world(p_b) - a.r - a.world(p_a); }
+  Vec2 span(const BodyState& a, const BodyState& b) const {
+    return b.point_in_world(p_b) - a.r - a.vector_in_world(p_a);
+  }
 };
 
 }  // namespace subsoil::mbd

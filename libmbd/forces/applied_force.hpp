@@ -10,8 +10,9 @@ enum class Axes { world, body };
 
 /// Given force and moment on a material point of a body:
 ///   F = (f_x(t), f_y(t)) in world or body axes at r + A p,  M = m(t)              (N, N m)
-/// In world axes a dead load, in body axes a follower load. Energy: work rate = F . v_point + M spin.
+/// In world axes a dead load, in body axes a follower load. Energy: work rate = F . v_point + M omega.
 struct AppliedForce {
+  static constexpr ForceMembers has{};
   static constexpr std::array<ForceColumn, 3> columns{{{"fx", "N"}, {"fy", "N"}, {"moment", "N m"}}};
   int body = -1;
   std::array<double, 2> point{0, 0};
@@ -33,11 +34,11 @@ struct AppliedForce {
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
     const BodyState& b = scene.bodies[static_cast<std::size_t>(body)];
     const double x = fx.value(scene.t), y = fy.value(scene.t), m = moment.value(scene.t);
-    const Vec2 arm = b.world(point), f = axes == Axes::world ? Vec2{x, y} : b.world({x, y});
+    const Vec2 arm = b.vector_in_world(point), f = axes == Axes::world ? Vec2{x, y} : b.vector_in_world({x, y});
     loads.add(body, arm, f);
     loads.add_wrench(body, 0, 0, m);
     values = {f.x, f.y, m, 0};
-    return {0, 0, dot(f, b.velocity_at(arm)) + m * b.spin};
+    return {0, 0, dot(f, b.velocity_at(arm)) + m * b.omega};
   }
 };
 

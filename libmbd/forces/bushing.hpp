@@ -11,11 +11,12 @@ namespace subsoil::mbd {
 ///   F_i = preload_i - k_i d_i - c_i d_i'                 on b along axis i = x, y, at P_b; its opposite on a there (N)
 ///   T   = preload_t - k_t phi - c_t phi',  phi = angle_b - angle_a - phi_0            on b, its opposite on a   (N m)
 /// d' is the rate that an observer turning with body a sees. The force acts on both bodies at the place of b's point,
-/// so the lever of the offset d is in the balance of moments and the energy closes for offsets of any size.
+/// so the moment arm of the offset d is in the balance of moments and the energy closes for offsets of any size.
 /// k_i [N/m], c_i [N s/m], k_t [N m/rad], c_t [N m s/rad], all >= 0; turn [rad] from body a's axes. Without a free
 /// angle phi_0 is the angle in the start pose. Energy: stored = sum of k d^2 / 2 - preload d over the three, lost rate
 /// = sum of c d'^2. Source: the linear bushing of MSC Adams, uncoupled, restricted to the plane.
 struct Bushing {
+  static constexpr ForceMembers has{.check = true, .initialise_from_pose = true};
   static constexpr std::array<ForceColumn, 4> columns{
       {{"force x", "N"}, {"force y", "N"}, {"torque", "N m"}, {"offset", "m"}}};
   int body_a = -1, body_b = -1;
@@ -60,7 +61,7 @@ struct Bushing {
 
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
     const BodyState &a = body_of(scene, body_a), &b = body_of(scene, body_b);
-    const Vec2 at = b.r + b.world(p_b), d = at - a.r - a.world(p_a),
+    const Vec2 at = b.point_in_world(p_b), d = at - a.r - a.vector_in_world(p_a),
                d_rate = velocity_against(scene, body_a, body_b, at);
     const Vec2 ex{std::cos(a.angle + turn), std::sin(a.angle + turn)}, ey = turned(ex);
     ForcePower power;
@@ -72,7 +73,7 @@ struct Bushing {
     const double fx = spring(stiffness_x, damping_x, preload_x, dot(ex, d), dot(ex, d_rate));
     const double fy = spring(stiffness_y, damping_y, preload_y, dot(ey, d), dot(ey, d_rate));
     const double torque =
-        spring(stiffness_turn, damping_turn, preload_turn, b.angle - a.angle - free_angle, b.spin - a.spin);
+        spring(stiffness_turn, damping_turn, preload_turn, b.angle - a.angle - free_angle, b.omega - a.omega);
     add_pair(loads, scene, body_a, body_b, at, fx * ex + fy * ey);
     loads.add_wrench(body_b, 0, 0, torque);
     loads.add_wrench(body_a, 0, 0, -torque);

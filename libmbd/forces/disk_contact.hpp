@@ -13,6 +13,7 @@ enum class DiskSide { outside, inside };
 /// Outside the direction is lost at L = 0, where one disk has passed into the other's centre: the force refuses.
 /// Law and energy: see ContactLaw.
 struct DiskContact {
+  static constexpr ForceMembers has{.check = true, .gap = true};
   static constexpr auto columns = ContactLaw::columns;
   int body_a = -1, body_b = -1;
   std::array<double, 2> p_a{0, 0}, p_b{0, 0};

@@ -10,6 +10,7 @@ namespace subsoil::mbd {
 /// in line with the two points, pushing them apart (positive) below `least`, together above `largest`. k [N/m^n],
 /// b [s/m]. Refuses at L = 0 within `least`, where there is no direction. Law and energy: see HuntCrossley.
 struct DistanceStop {
+  static constexpr ForceMembers has{.check = true, .gap = true};
   static constexpr std::array<ForceColumn, 3> columns{{{"force", "N"}, {"distance", "m"}, {"gap", "m"}}};
   int body_a = -1, body_b = -1;
   std::array<double, 2> p_a{0, 0}, p_b{0, 0};

@@ -28,6 +28,7 @@ namespace subsoil::mbd {
 ///
 /// Source: Ye Min-zhen, Ground modeling in machinery-ground interaction system; unloading, contact and rut are ours.
 struct GroundElement {
+  static constexpr ForceMembers has{.check = true, .trace = true, .rut = true};
   static constexpr std::array<ForceColumn, 4> columns{
       {{"force", "N"}, {"soil force", "N"}, {"depth", "m"}, {"rut", "m"}}};
   static constexpr double lift = 1e-3;  ///< room to the ground beyond which the next touch is a new impact (m)
@@ -112,14 +113,14 @@ struct GroundElement {
   void set_memory(const std::array<double, 1>& m) { touch = m[0]; }
 
  private:
-  /// Lowest point of the body: x, y, vertical velocity, and its lever about the centre of gravity.
+  /// Lowest point of the body: x, y, vertical velocity, and its moment arm about the centre of gravity.
   struct Foot {
     double x, y, v;
     Vec2 arm;
   };
   Foot foot_of(const Scene& scene) const {
     const BodyState& b = body_of(scene, body);
-    const Vec2 arm = b.world(point);
+    const Vec2 arm = b.vector_in_world(point);
     return {b.r.x + arm.x, b.r.y + arm.y - radius, b.velocity_at(arm).y, arm};
   }
   double speed_of(double v) const { return touch > 0 ? touch : std::max(-v, least_speed); }

@@ -31,6 +31,8 @@ namespace subsoil::mbd {
 /// v^2. Source: Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083, eq. 6, with tanh for the sign;
 /// sticking: Karnopp 1985, J. Dyn. Sys. Meas. Control 107, 100, with a spring in place of his exact rest.
 struct JointFriction {
+  static constexpr ForceMembers has{
+      .check = true, .initialise_from_pose = true, .stick = true, .trace = true, .joint = true};
   static constexpr std::array<ForceColumn, 5> columns{
       {{"force", "N"}, {"torque", "N m"}, {"sliding speed", "m/s"}, {"normal force", "N"}, {"sticking", "1"}}};
   std::string joint{};  ///< its name; the bodies are the joint's
@@ -142,7 +144,7 @@ struct JointFriction {
   void set_memory(const std::array<double, 2>& m) { sliding = static_cast<int>(m[0]), stuck_at = m[1]; }
 
  private:
-  /// Of the surfaces: way and speed of b's on a's, force that presses them; of a slide also levers and direction.
+  /// Of the surfaces: way and speed of b's on a's, force that presses them; of a slide also moment arms and direction.
   struct Contact {
     double s, v, normal;
     Vec2 arm_a{}, arm_b{}, e{};
@@ -152,8 +154,8 @@ struct JointFriction {
                     &b = scene.bodies[static_cast<std::size_t>(body_b)];
     const double first = scene.lambda[static_cast<std::size_t>(row)],
                  second = scene.lambda[static_cast<std::size_t>(row) + 1];
-    if (!slides) return {radius * (b.angle - a.angle), radius * (b.spin - a.spin), std::hypot(first, second)};
-    const Vec2 arm_b = b.world(p_b), arm_a = b.r + arm_b - a.r;
+    if (!slides) return {radius * (b.angle - a.angle), radius * (b.omega - a.omega), std::hypot(first, second)};
+    const Vec2 arm_b = b.vector_in_world(p_b), arm_a = b.r + arm_b - a.r;
     const Vec2 e{std::cos(a.angle + angle_a), std::sin(a.angle + angle_a)};
     return {dot(e, arm_a),
             dot(e, b.velocity_at(arm_b) - a.velocity_at(arm_a)),

@@ -8,8 +8,9 @@ namespace subsoil::mbd {
 ///   gap = n . (C - Q) - R,  n = k x e                                                 (m)
 /// Q: a point of the line and e its direction at angle_a [rad] from body a's x axis; the free side is on the left of e.
 /// C: centre of the disk on b, R >= 0 its radius [m], 0 for a point. Forces act at C - R n, the disk's lowest point:
-/// the lever of friction is R exactly, at any depth. The line has no ends. Law and energy: see ContactLaw.
+/// the moment arm of friction is R exactly, at any depth. The line has no ends. Law and energy: see ContactLaw.
 struct LineContact {
+  static constexpr ForceMembers has{.check = true, .gap = true};
   static constexpr auto columns = ContactLaw::columns;
   int body_a = -1, body_b = -1;
   std::array<double, 2> p_a{0, 0}, p_b{0, 0};
@@ -41,8 +42,8 @@ struct LineContact {
  private:
   ContactPoint touch(const Scene& scene) const {
     const BodyState &a = body_of(scene, body_a), &b = body_of(scene, body_b);
-    const Vec2 normal{-std::sin(a.angle + angle_a), std::cos(a.angle + angle_a)}, centre = b.r + b.world(p_b);
-    return {dot(normal, centre - a.r - a.world(p_a)) - radius, normal, centre - radius * normal};
+    const Vec2 normal{-std::sin(a.angle + angle_a), std::cos(a.angle + angle_a)}, centre = b.point_in_world(p_b);
+    return {dot(normal, centre - a.r - a.vector_in_world(p_a)) - radius, normal, centre - radius * normal};
   }
 };
 

@@ -15,6 +15,7 @@ namespace subsoil::mbd {
 /// Energy: stored = preload d + k d^2 / 2 + integral of f_s from 0 to d, lost rate = (c d' + f_d(d')) d', work rate =
 /// -f d'. Source: Haug 1989, chapter 6, rotational spring-damper-actuator.
 struct RotationalSpringDamper {
+  static constexpr ForceMembers has{.check = true, .initialise_from_pose = true};
   static constexpr std::array<ForceColumn, 2> columns{{{"torque", "N m"}, {"angle", "rad"}}};
   int body_a = -1, body_b = -1;
   double stiffness = std::numeric_limits<double>::quiet_NaN();
@@ -49,7 +50,7 @@ struct RotationalSpringDamper {
   }
 
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
-    const double theta = angle(scene), rate = body_of(scene, body_b).spin - body_of(scene, body_a).spin;
+    const double theta = angle(scene), rate = body_of(scene, body_b).omega - body_of(scene, body_a).omega;
     const SpringLaw law = spring_law(*this, free_angle - theta, -rate, scene.t);
     loads.add_wrench(body_b, 0, 0, law.total());
     loads.add_wrench(body_a, 0, 0, -law.total());

@@ -9,6 +9,7 @@ namespace subsoil::mbd {
 ///   T = k d^n (1 + b d'), never below 0,  d = least - theta or theta - largest        (N m)
 /// on b, back towards the free range, its opposite on a. k [N m/rad^n], b [s/rad]. Law and energy: see HuntCrossley.
 struct RotationalStop {
+  static constexpr ForceMembers has{.check = true, .gap = true};
   static constexpr std::array<ForceColumn, 3> columns{{{"torque", "N m"}, {"angle", "rad"}, {"gap", "rad"}}};
   int body_a = -1, body_b = -1;
   Limits limits{};
@@ -25,7 +26,7 @@ struct RotationalStop {
   double gap(const Scene& scene) const { return limits.gap(angle(scene)); }
 
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
-    const double theta = angle(scene), rate = body_of(scene, body_b).spin - body_of(scene, body_a).spin;
+    const double theta = angle(scene), rate = body_of(scene, body_b).omega - body_of(scene, body_a).omega;
     const Limits::Push p = limits.at(theta, rate);
     loads.add_wrench(body_b, 0, 0, p.force);
     loads.add_wrench(body_a, 0, 0, -p.force);

@@ -11,6 +11,7 @@ namespace subsoil::mbd {
 /// e: unit vector at angle_a [rad] from body a's x axis; the force on b is along e at P_b, its opposite on a acts in
 /// the same place. k [N/m^n], b [s/m]. Law and energy: see HuntCrossley.
 struct SlideStop {
+  static constexpr ForceMembers has{.check = true, .gap = true};
   static constexpr std::array<ForceColumn, 3> columns{{{"force", "N"}, {"slide", "m"}, {"gap", "m"}}};
   int body_a = -1, body_b = -1;
   std::array<double, 2> p_a{0, 0}, p_b{0, 0};
@@ -34,7 +35,7 @@ struct SlideStop {
 
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
     const BodyState &a = body_of(scene, body_a), &b = body_of(scene, body_b);
-    const Vec2 e = direction(a), at = b.r + b.world(p_b);
+    const Vec2 e = direction(a), at = b.point_in_world(p_b);
     const double s = dot(e, span(a, b)), rate = dot(e, velocity_against(scene, body_a, body_b, at));
     const Limits::Push p = limits.at(s, rate);
     add_pair(loads, scene, body_a, body_b, at, p.force * e);
@@ -44,7 +45,9 @@ struct SlideStop {
 
  private:
   Vec2 direction(const BodyState& a) const { return {std::cos(a.angle + angle_a), std::sin(a.angle + angle_a)}; }
-  Vec2 span(const BodyState& a, const BodyState& b) const { return b.r + b.world(p_b) - a.r - a.world(p_a); }
+  Vec2 span(const BodyState& a, const BodyState& b) const {
+    return b.point_in_world(p_b) - a.r - a.vector_in_world(p_a);
+  }
 };
 
 }  // namespace subsoil::mbd

@@ -17,6 +17,7 @@ namespace subsoil::mbd {
 /// curve whose sign is not that of the rate gives energy, and the book says so), work rate = -f d'. Source: Haug 1989,
 /// chapter 6, translational spring-damper-actuator.
 struct SpringDamper {
+  static constexpr ForceMembers has{.check = true, .initialise_from_pose = true};
   static constexpr std::array<ForceColumn, 3> columns{{{"force", "N"}, {"length", "m"}, {"damper force", "N"}}};
   int body_a = -1, body_b = -1;
   std::array<double, 2> p_a{0, 0}, p_b{0, 0};

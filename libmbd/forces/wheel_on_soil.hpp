@@ -24,6 +24,7 @@ namespace subsoil::mbd {
 /// gives the wheel energy that nobody put in, and the book says so instead of hiding it).
 /// Source: Bekker 1969, Introduction to Terrain-Vehicle Systems; rut rule of the rig 1S-300.
 struct WheelOnSoil {
+  static constexpr ForceMembers has{.check = true, .trace = true, .rut = true, .towing_spin = true};
   static constexpr std::array<ForceColumn, 4> columns{{{"N", "N"}, {"R_c", "N"}, {"sinkage", "m"}, {"rut", "m"}}};
   static constexpr double creep = 1e-3;  ///< speed below which R_c fades (m/s)
   int body = -1;
@@ -45,7 +46,7 @@ struct WheelOnSoil {
     v.body("wheel on soil", body, "the wheel; its centre of gravity is its axle");
     v.quantity("radius", radius, "m", "(0, inf)", "radius of the wheel");
     v.quantity("width", width, "m", "(0, inf)", "width of its tyre");
-    v.quantity("n", n, "1", "(0, 3)", "exponent of sinkage");
+    v.exponent("n", n, "(0, 3)", "exponent of sinkage");
     v.quantity("k_c", k_c, "N/m^(n+1)", "[0, inf)", "cohesive modulus of the soil");
     v.quantity("k_phi", k_phi, "N/m^(n+2)", "[0, inf)", "frictional modulus of the soil");
     v.quantity("surface", surface, "m", "(-inf, inf)", "height y of the soil's surface");

@@ -22,6 +22,11 @@ namespace subsoil::mbd {
 /// profile the radius goes on linearly.
 /// Reaction: a force along the profile's normal at the contact point, no moment.
 struct CamFollower {
+  static constexpr ConstraintMembers has{.check = true,
+                                         .initialise_from_pose = true,
+                                         .points = true,
+                                         .reaction_point = true,
+                                         .characteristic_length = true};
   static constexpr std::size_t rows = 1;
   static constexpr std::array<bool, rows> angular{false};
   int body_a = -1, body_b = -1;
@@ -50,12 +55,12 @@ struct CamFollower {
           std::to_string(-1 / k.least) + " m at " + std::to_string(k.least_at * 180 / std::numbers::pi) +
           " deg; take a smaller roller, or widen the hollow");
   }
-  double reach() const { return radii.empty() ? 0 : *std::max_element(radii.begin(), radii.end()); }
+  double characteristic_length() const { return radii.empty() ? 0 : *std::max_element(radii.begin(), radii.end()); }
 
   void initialise_from_pose(const BodyState& /*a*/, const BodyState& /*b*/, double /*t*/) {
     curve = std::make_shared<const Curve>(Curve::polar(angles, radii, closed));
   }
-  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, Rows<rows>& out) const {
+  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, ConstraintRows<rows>& out) const {
     const RelativePoint p(a, p_a, b, p_b);
     const Curve::Nearest c = curve->nearest(p.w);
     const double slide = dot(c.tangent, p.rate);
@@ -63,7 +68,7 @@ struct CamFollower {
   }
   Vec2 reaction_point(const BodyState& a, const BodyState& b) const {
     const Vec2 at = curve->nearest(RelativePoint(a, p_a, b, p_b).w).point;
-    return a.r + a.world({p_a[0] + at.x, p_a[1] + at.y});
+    return a.point_in_world({p_a[0] + at.x, p_a[1] + at.y});
   }
 };
 

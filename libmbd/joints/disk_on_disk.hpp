@@ -27,7 +27,7 @@ struct TwoDisks {
 
   double signed_b() const { return inside ? -radius_b : radius_b; }
   double span() const { return std::abs(radius_a + signed_b()); }
-  double reach() const { return std::max(radius_a, radius_b); }
+  double characteristic_length() const { return std::max(radius_a, radius_b); }
   void check() const {
     if (!(radius_a > 0 && radius_b > 0)) throw std::invalid_argument("both radii must be given and above 0 m");
     if (span() == 0)
@@ -36,11 +36,11 @@ struct TwoDisks {
   }
   /// World point on the line of centres where the two circles touch: it divides the line in the ratio of the radii.
   Vec2 contact(const BodyState& a, const BodyState& b) const {
-    const Vec2 from = a.r + a.world(p_a), d = b.r + b.world(p_b) - from;
+    const Vec2 from = a.point_in_world(p_a), d = b.point_in_world(p_b) - from;
     return from + (radius_a / (radius_a + signed_b())) * d;
   }
-  Row rolling_row(const RelativePoint& p, double turn, double offset) const {
-    return pitch_row(p, turn, radius_a, signed_b(), offset);
+  ConstraintRow rolling_row(const RelativePoint& p, double relative_angle, double offset) const {
+    return pitch_row(p, relative_angle, radius_a, signed_b(), offset);
   }
   /// Phi of the start pose, which is where turns count from.
   double start_offset(const BodyState& a, const BodyState& b) const {
@@ -57,6 +57,8 @@ struct TwoDisks {
 /// w: centre p_b seen from centre p_a [m]; R_a, R_b radii [m] > 0. Contact is kept: it pulls where disks would part.
 /// Reaction: a force along the line of centres at the contact point, no moment.
 struct DiskOnDisk : TwoDisks {
+  static constexpr ConstraintMembers has{
+      .check = true, .points = true, .reaction_point = true, .characteristic_length = true};
   static constexpr std::size_t rows = 1;
   static constexpr std::array<bool, rows> angular{false};
 
@@ -66,7 +68,7 @@ struct DiskOnDisk : TwoDisks {
                 "the two bodies with the disks; the reaction is reported on the first, at the contact");
   }
 
-  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, Rows<rows>& out) const {
+  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, ConstraintRows<rows>& out) const {
     out[0] = distance_row(RelativePoint(a, p_a, b, p_b), span());
   }
   Vec2 reaction_point(const BodyState& a, const BodyState& b) const { return contact(a, b); }

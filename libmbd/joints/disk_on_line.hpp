@@ -25,7 +25,7 @@ struct DiskAndLine {
   }
 
   Vec2 along() const { return {std::cos(angle_a), std::sin(angle_a)}; }
-  double reach() const { return radius; }
+  double characteristic_length() const { return radius; }
   void check() const {
     if (!(radius > 0)) throw std::invalid_argument("radius must be given and above 0 m");
   }
@@ -39,14 +39,14 @@ struct DiskAndLine {
     side = height > 0 ? 1 : -1;
   }
   /// n . w - radius = 0, n to the disk's side.
-  Row contact_row(const RelativePoint& p) const {
+  ConstraintRow contact_row(const RelativePoint& p) const {
     const Vec2 n = side * turned(along());
     return p.row(dot(n, p.w) - radius, n, 0);
   }
   /// World point where the disk is nearest to the line.
   Vec2 contact(const BodyState& a, const BodyState& b) const {
     const Vec2 n = side * turned(along());
-    return b.r + b.world(p_b) - radius * a.world({n.x, n.y});
+    return b.point_in_world(p_b) - radius * a.vector_in_world({n.x, n.y});
   }
 };
 
@@ -56,6 +56,11 @@ struct DiskAndLine {
 /// n = k x e; side: see DiskAndLine. Contact is kept: it pulls where a disk would lift off.
 /// Reaction: a force across the line at the contact point, no moment.
 struct DiskOnLine : DiskAndLine {
+  static constexpr ConstraintMembers has{.check = true,
+                                         .initialise_from_pose = true,
+                                         .points = true,
+                                         .reaction_point = true,
+                                         .characteristic_length = true};
   static constexpr std::size_t rows = 1;
   static constexpr std::array<bool, rows> angular{false};
 
@@ -69,7 +74,7 @@ struct DiskOnLine : DiskAndLine {
   void initialise_from_pose(const BodyState& a, const BodyState& b, double /*t*/) {
     settle_side(RelativePoint(a, p_a, b, p_b));
   }
-  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, Rows<rows>& out) const {
+  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, ConstraintRows<rows>& out) const {
     out[0] = contact_row(RelativePoint(a, p_a, b, p_b));
   }
   Vec2 reaction_point(const BodyState& a, const BodyState& b) const { return contact(a, b); }

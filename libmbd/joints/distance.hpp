@@ -12,6 +12,8 @@ namespace subsoil::mbd {
 /// w: p_b seen from p_a [m]; L length [m] > 0, kept from the start pose when not set. Two points on each other (L = 0)
 /// are a revolute joint. Reaction: the force in the link, along it. Source: Haug 1989, 3.3 (distance constraint).
 struct Distance {
+  static constexpr ConstraintMembers has{
+      .check = true, .initialise_from_pose = true, .points = true, .characteristic_length = true};
   static constexpr std::size_t rows = 1;
   static constexpr std::array<bool, rows> angular{false};
   int body_a = -1, body_b = -1;
@@ -30,17 +32,17 @@ struct Distance {
       throw std::invalid_argument("length = " + std::to_string(length) +
                                   " m: must be in (0, inf); for two points on each other use a revolute joint");
   }
-  double reach() const { return length; }
+  double characteristic_length() const { return length; }
 
   void initialise_from_pose(const BodyState& a, const BodyState& b, double /*t*/) {
-    if (std::isnan(length)) length = mbd::length(b.r + b.world(p_b) - a.r - a.world(p_a));
+    if (std::isnan(length)) length = mbd::length(b.point_in_world(p_b) - a.r - a.vector_in_world(p_a));
     if (length == 0)
       throw std::invalid_argument(
           "the two points lie on each other in the start pose, so the link has no length; give `length`, or use a "
           "revolute joint");
   }
 
-  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, Rows<rows>& out) const {
+  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, ConstraintRows<rows>& out) const {
     out[0] = distance_row(RelativePoint(a, p_a, b, p_b), length);
   }
 };

@@ -10,6 +10,7 @@ namespace subsoil::mbd {
 /// p_a, p_b [m] in body axes; relative_angle [rad] keeps its start value when not set.
 /// Reaction: force at the point and a moment.
 struct Fixed {
+  static constexpr ConstraintMembers has{.initialise_from_pose = true, .points = true};
   static constexpr std::size_t rows = 3;
   static constexpr std::array<bool, rows> angular{false, false, true};
   int body_a = -1, body_b = -1;
@@ -28,10 +29,10 @@ struct Fixed {
     if (std::isnan(relative_angle)) relative_angle = b.angle - a.angle;
   }
 
-  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, Rows<rows>& out) const {
-    const Vec2 arm_a = a.world(p_a), arm_b = b.world(p_b);
+  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, ConstraintRows<rows>& out) const {
+    const Vec2 arm_a = a.vector_in_world(p_a), arm_b = b.vector_in_world(p_b);
     const Vec2 gap = a.r + arm_a - b.r - arm_b;
-    const Vec2 gamma = a.spin * a.spin * arm_a - b.spin * b.spin * arm_b;
+    const Vec2 gamma = a.omega * a.omega * arm_a - b.omega * b.omega * arm_b;
     out[0] = {gap.x, {1, 0, -arm_a.y}, {-1, 0, arm_b.y}, gamma.x, 0};
     out[1] = {gap.y, {0, 1, arm_a.x}, {0, -1, -arm_b.x}, gamma.y, 0};
     out[2] = {b.angle - a.angle - relative_angle, {0, 0, -1}, {0, 0, 1}, 0, 0};

@@ -21,6 +21,11 @@ namespace subsoil::mbd {
 /// Validity: the profile is convex (checked). The face has no end; contact is kept.
 /// Reaction: a force along m at the contact point, no moment. Source: Norton, Cam Design and Manufacturing Handbook, 7.
 struct FlatFacedCam {
+  static constexpr ConstraintMembers has{.check = true,
+                                         .initialise_from_pose = true,
+                                         .points = true,
+                                         .reaction_point = true,
+                                         .characteristic_length = true};
   static constexpr std::size_t rows = 1;
   static constexpr std::array<bool, rows> angular{false};
   int body_a = -1, body_b = -1;
@@ -48,7 +53,7 @@ struct FlatFacedCam {
           " deg, and a flat face cannot reach into a hollow; fill the hollow, or use a cam with "
           "a point or roller");
   }
-  double reach() const { return radii.empty() ? 0 : *std::max_element(radii.begin(), radii.end()); }
+  double characteristic_length() const { return radii.empty() ? 0 : *std::max_element(radii.begin(), radii.end()); }
 
   void initialise_from_pose(const BodyState& a, const BodyState& b, double /*t*/) {
     curve = std::make_shared<const Curve>(Curve::polar(angles, radii, true));
@@ -61,7 +66,7 @@ struct FlatFacedCam {
           "of the cam");
     side = height > 0 ? 1 : -1;
   }
-  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, Rows<rows>& out) const {
+  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, ConstraintRows<rows>& out) const {
     const RelativePoint p(a, p_a, b, p_b);
     const Vec2 m = normal(a, b, side), across = turned(m);
     const Curve::Support h = curve->support(std::atan2(m.y, m.x));
@@ -71,7 +76,7 @@ struct FlatFacedCam {
   }
   Vec2 reaction_point(const BodyState& a, const BodyState& b) const {
     const Vec2 m = normal(a, b, side), at = curve->support(std::atan2(m.y, m.x)).point;
-    return a.r + a.world({p_a[0] + at.x, p_a[1] + at.y});
+    return a.point_in_world({p_a[0] + at.x, p_a[1] + at.y});
   }
 
  private:

@@ -12,6 +12,11 @@ namespace subsoil::mbd {
 /// Reaction: the tooth force across the line of centres at the pitch point, no moment: the pins carry it. The
 /// separating share of the pressure angle does no work and is left out. Source: Haug 1989, 3.4 (gear set).
 struct GearPair : TwoDisks {
+  static constexpr ConstraintMembers has{.check = true,
+                                         .initialise_from_pose = true,
+                                         .points = true,
+                                         .reaction_point = true,
+                                         .characteristic_length = true};
   static constexpr std::size_t rows = 1;
   static constexpr std::array<bool, rows> angular{false};
   double offset = std::numeric_limits<double>::quiet_NaN();
@@ -26,7 +31,7 @@ struct GearPair : TwoDisks {
   void initialise_from_pose(const BodyState& a, const BodyState& b, double /*t*/) {
     if (std::isnan(offset)) offset = start_offset(a, b);
   }
-  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, Rows<rows>& out) const {
+  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, ConstraintRows<rows>& out) const {
     out[0] = rolling_row(RelativePoint(a, p_a, b, p_b), b.angle - a.angle, offset);
   }
   Vec2 reaction_point(const BodyState& a, const BodyState& b) const { return contact(a, b); }

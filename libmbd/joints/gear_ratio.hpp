@@ -9,11 +9,13 @@ namespace subsoil::mbd {
 /// Gear ratio: the turns of two bodies against a third one, the carrier, are in a fixed ratio, as through a gear train,
 /// a belt or a chain that is not drawn.
 ///   Phi = (angle_b - angle_c) - i (angle_a - angle_c) - offset = 0              (rad)
-/// i = (spin_b - spin_c) / (spin_a - spin_c), not 0: -R_a/R_b for outer gears, R_a/R_b for a ring gear or an open belt;
-/// offset is Phi of the start pose. Without a carrier c is the ground.
-/// Reaction: torques lambda i on a, -lambda on b and what balances them on the carrier; no forces (a gear pair has the
-/// tooth force). Source: Willis' equation; Norton, Design of Machinery, 9.
+/// i = (omega_b - omega_c) / (omega_a - omega_c), not 0: -R_a/R_b for outer gears, R_a/R_b for a ring gear or an open
+/// belt; offset is Phi of the start pose. Without a carrier c is the ground. Reaction: torques lambda i on a, -lambda
+/// on b and what balances them on the carrier; no forces (a gear pair has the tooth force). Source: Willis' equation;
+/// Norton, Design of Machinery, 9.
 struct GearRatio {
+  static constexpr ConstraintMembers has{
+      .check = true, .initialise_from_pose = true, .third_body = true, .reaction_point = true};
   static constexpr std::size_t rows = 1;
   static constexpr std::array<bool, rows> angular{true};
   int body_a = -1, body_b = -1, body_c = ground;
@@ -36,7 +38,8 @@ struct GearRatio {
   void initialise_from_pose(const BodyState& a, const BodyState& b, const BodyState& c, double /*t*/) {
     if (std::isnan(offset)) offset = b.angle - c.angle - ratio * (a.angle - c.angle);
   }
-  void evaluate(const BodyState& a, const BodyState& b, const BodyState& c, double /*t*/, Rows<rows>& out) const {
+  void evaluate(const BodyState& a, const BodyState& b, const BodyState& c, double /*t*/,
+                ConstraintRows<rows>& out) const {
     out[0] = {
         b.angle - c.angle - ratio * (a.angle - c.angle) - offset, {0, 0, -ratio}, {0, 0, 1}, 0, 0, {0, 0, ratio - 1}};
   }

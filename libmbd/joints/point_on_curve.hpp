@@ -19,6 +19,7 @@ namespace subsoil::mbd {
 /// point is on; and during assembly the point is closer to its own stretch of the curve than to another.
 /// Reaction: a force along the curve's normal at the point, no moment.
 struct PointOnCurve {
+  static constexpr ConstraintMembers has{.check = true, .initialise_from_pose = true};
   static constexpr std::size_t rows = 1;
   static constexpr std::array<bool, rows> angular{false};
   int body_a = -1, body_b = -1;
@@ -50,7 +51,7 @@ struct PointOnCurve {
   void initialise_from_pose(const BodyState& /*a*/, const BodyState& /*b*/, double /*t*/) {
     curve = std::make_shared<const Curve>(Curve::through(points, closed));
   }
-  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, Rows<rows>& out) const {
+  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, ConstraintRows<rows>& out) const {
     const RelativePoint p(a, {0, 0}, b, p_b);
     const Curve::Nearest c = curve->nearest(p.w);
     const double slide = dot(c.tangent, p.rate);

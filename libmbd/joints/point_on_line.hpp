@@ -10,6 +10,7 @@ namespace subsoil::mbd {
 /// Reaction: a force across the line at the point of b, no moment. The slot has no end.
 /// Source: Haug 1989, 3.3 (the first equation of a translational joint).
 struct PointOnLine {
+  static constexpr ConstraintMembers has{.points = true};
   static constexpr std::size_t rows = 1;
   static constexpr std::array<bool, rows> angular{false};
   int body_a = -1, body_b = -1;
@@ -25,7 +26,7 @@ struct PointOnLine {
     v.axis("along", body_a, angle_a, "direction of the line in the start pose");
   }
 
-  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, Rows<rows>& out) const {
+  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, ConstraintRows<rows>& out) const {
     const RelativePoint p(a, p_a, b, p_b);
     const Vec2 n{-std::sin(angle_a), std::cos(angle_a)};
     out[0] = p.row(dot(n, p.w), n, 0);

@@ -11,6 +11,11 @@ namespace subsoil::mbd {
 /// Reaction: the tooth force along the line at the pitch point, no moment; the separating share of the pressure angle
 /// does no work and belongs to the bearings, it is left out. Source: Haug 1989, 3.4.
 struct RackAndPinion : DiskAndLine {
+  static constexpr ConstraintMembers has{.check = true,
+                                         .initialise_from_pose = true,
+                                         .points = true,
+                                         .reaction_point = true,
+                                         .characteristic_length = true};
   static constexpr std::size_t rows = 1;
   static constexpr std::array<bool, rows> angular{false};
   double offset = std::numeric_limits<double>::quiet_NaN();
@@ -26,7 +31,7 @@ struct RackAndPinion : DiskAndLine {
     settle_side(p);
     if (std::isnan(offset)) offset = travel_row(p, along(), b.angle - a.angle, side * radius, 0).phi;
   }
-  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, Rows<rows>& out) const {
+  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, ConstraintRows<rows>& out) const {
     out[0] = travel_row(RelativePoint(a, p_a, b, p_b), along(), b.angle - a.angle, side * radius, offset);
   }
   Vec2 reaction_point(const BodyState& a, const BodyState& b) const { return contact(a, b); }

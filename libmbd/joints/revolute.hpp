@@ -6,10 +6,11 @@ namespace subsoil::mbd {
 
 /// Revolute joint (pin): a point of body a and a point of body b coincide, the bodies turn freely about it.
 ///   Phi = r_a + A_a p_a - r_b - A_b p_b = 0                         (2 equations, m)
-///   gamma = spin_a^2 A_a p_a - spin_b^2 A_b p_b
+///   gamma = omega_a^2 A_a p_a - omega_b^2 A_b p_b
 /// p_a, p_b [m] in the bodies' own axes. Reaction: (-lambda) at the pin on body a, (+lambda) on body b, no moment.
 /// Source: Haug, Computer Aided Kinematics and Dynamics, 1989, 3.3.
 struct Revolute {
+  static constexpr ConstraintMembers has{.points = true};
   static constexpr std::size_t rows = 2;
   static constexpr std::array<bool, rows> angular{false, false};
   int body_a = -1, body_b = -1;
@@ -22,10 +23,10 @@ struct Revolute {
     v.joint_point(body_a, p_a, body_b, p_b, "the pin");
   }
 
-  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, Rows<rows>& out) const {
-    const Vec2 arm_a = a.world(p_a), arm_b = b.world(p_b);
+  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, ConstraintRows<rows>& out) const {
+    const Vec2 arm_a = a.vector_in_world(p_a), arm_b = b.vector_in_world(p_b);
     const Vec2 gap = a.r + arm_a - b.r - arm_b;
-    const Vec2 gamma = a.spin * a.spin * arm_a - b.spin * b.spin * arm_b;
+    const Vec2 gamma = a.omega * a.omega * arm_a - b.omega * b.omega * arm_b;
     out[0] = {gap.x, {1, 0, -arm_a.y}, {-1, 0, arm_b.y}, gamma.x, 0};
     out[1] = {gap.y, {0, 1, arm_a.x}, {0, -1, -arm_b.x}, gamma.y, 0};
   }

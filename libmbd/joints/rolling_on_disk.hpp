@@ -11,6 +11,11 @@ namespace subsoil::mbd {
 /// inside; offset is Phi_2 of the start pose. Contact and grip are kept, whatever they need.
 /// Reaction: normal force and grip at the contact point, no moment. Source: Haug 1989, 3.4 (gear set).
 struct RollingOnDisk : TwoDisks {
+  static constexpr ConstraintMembers has{.check = true,
+                                         .initialise_from_pose = true,
+                                         .points = true,
+                                         .reaction_point = true,
+                                         .characteristic_length = true};
   static constexpr std::size_t rows = 2;
   static constexpr std::array<bool, rows> angular{false, false};
   double offset = std::numeric_limits<double>::quiet_NaN();
@@ -24,7 +29,7 @@ struct RollingOnDisk : TwoDisks {
   void initialise_from_pose(const BodyState& a, const BodyState& b, double /*t*/) {
     if (std::isnan(offset)) offset = start_offset(a, b);
   }
-  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, Rows<rows>& out) const {
+  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, ConstraintRows<rows>& out) const {
     const RelativePoint p(a, p_a, b, p_b);
     out[0] = distance_row(p, span());
     out[1] = rolling_row(p, b.angle - a.angle, offset);

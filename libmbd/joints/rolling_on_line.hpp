@@ -11,6 +11,11 @@ namespace subsoil::mbd {
 /// holonomic, so it holds at position level. Contact and grip are kept, whatever they need.
 /// Reaction: normal force and grip at the contact point, no moment. Source: Haug 1989, 3.4 (rack and pinion).
 struct RollingOnLine : DiskAndLine {
+  static constexpr ConstraintMembers has{.check = true,
+                                         .initialise_from_pose = true,
+                                         .points = true,
+                                         .reaction_point = true,
+                                         .characteristic_length = true};
   static constexpr std::size_t rows = 2;
   static constexpr std::array<bool, rows> angular{false, false};
   double offset = std::numeric_limits<double>::quiet_NaN();
@@ -27,7 +32,7 @@ struct RollingOnLine : DiskAndLine {
     settle_side(p);
     if (std::isnan(offset)) offset = travel_row(p, along(), b.angle - a.angle, side * radius, 0).phi;
   }
-  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, Rows<rows>& out) const {
+  void evaluate(const BodyState& a, const BodyState& b, double /*t*/, ConstraintRows<rows>& out) const {
     const RelativePoint p(a, p_a, b, p_b);
     out[0] = contact_row(p);
     out[1] = travel_row(p, along(), b.angle - a.angle, side * radius, offset);

@@ -8,6 +8,7 @@ namespace subsoil::mbd {
 ///   A_I^T (a_P - a_Q - alpha_Q k x d + spin_Q^2 d - 2 spin_Q k x v),  d = r_P - r_Q,  v the velocity that he sees
 /// Q and I are the world unless given. With I = Q it is the time derivative of the velocity measure with I = Q.
 struct AccelerationMeasure {
+  static constexpr MeasureMembers has{};
   Marker of{}, from{.name = "ground"}, in{.name = "ground"};
   VectorPart part = VectorPart::both;
 
@@ -23,7 +24,7 @@ struct AccelerationMeasure {
   void evaluate(const Observation& o, std::span<double> out) const {
     const MarkerState p = o.at(of), q = o.at(from);
     const Vec2 d = p.r - q.r, v = VelocityMeasure::seen_from(q, p);
-    const Vec2 a = p.a - q.a - q.alpha * turned(d) + q.spin * q.spin * d - 2 * q.spin * turned(v);
+    const Vec2 a = p.a - q.a - q.alpha * turned(d) + q.omega * q.omega * d - 2 * q.omega * turned(v);
     put(part, o.at(in).seen(a), out);
   }
 };

@@ -7,6 +7,7 @@ namespace subsoil::mbd {
 /// Angle of a marker's axes against those of another, counter-clockwise:   angle_P - angle_Q                   (rad)
 /// It counts turns, as the angles of bodies do.
 struct AngleMeasure {
+  static constexpr MeasureMembers has{};
   Marker of{}, from{.name = "ground"};
 
   template <class V>
@@ -21,6 +22,7 @@ struct AngleMeasure {
 
 /// Angular velocity of a marker against another:   spin_P - spin_Q                                           (rad/s)
 struct AngularVelocityMeasure {
+  static constexpr MeasureMembers has{};
   Marker of{}, from{.name = "ground"};
 
   template <class V>
@@ -30,11 +32,12 @@ struct AngularVelocityMeasure {
     v.optional_marker("from", from, "against which");
   }
   std::vector<MeasureColumn> columns() const { return {{"", "rad/s"}}; }
-  void evaluate(const Observation& o, std::span<double> out) const { out[0] = o.at(of).spin - o.at(from).spin; }
+  void evaluate(const Observation& o, std::span<double> out) const { out[0] = o.at(of).omega - o.at(from).omega; }
 };
 
 /// Angular acceleration of a marker against another:   alpha_P - alpha_Q                                   (rad/s^2)
 struct AngularAccelerationMeasure {
+  static constexpr MeasureMembers has{};
   Marker of{}, from{.name = "ground"};
 
   template <class V>
@@ -51,6 +54,7 @@ struct AngularAccelerationMeasure {
 ///   atan2(e x f, e . f),  e = r_1 - r_2,  f = r_3 - r_2;   counter-clockwise, in (-pi, pi]
 /// The transmission angle of a four-bar, with the two pins of its coupler's end and the far pin of the follower.
 struct CornerMeasure {
+  static constexpr MeasureMembers has{};
   std::array<Marker, 3> at{};
 
   template <class V>

@@ -6,6 +6,7 @@ namespace subsoil::mbd {
 
 /// Distance of two markers:   L = |d|,  d = r_2 - r_1                                                            (m)
 struct DistanceMeasure {
+  static constexpr MeasureMembers has{};
   std::array<Marker, 2> between{};
 
   template <class V>
@@ -22,6 +23,7 @@ struct DistanceMeasure {
 /// Rate at which two markers part:   L' = d . d' / L,  d = r_2 - r_1                                           (m/s)
 /// On each other, L = 0, they part at |d'|.
 struct DistanceRateMeasure {
+  static constexpr MeasureMembers has{};
   std::array<Marker, 2> between{};
 
   template <class V>

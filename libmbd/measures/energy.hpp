@@ -4,8 +4,9 @@
 
 namespace subsoil::mbd {
 
-/// Energy of one body:   kinetic  m |v|^2 / 2 + J spin^2 / 2,   potential  -m g . r, zero at the world's origin    (J)
+/// Energy of one body:   kinetic  m |v|^2 / 2 + J omega^2 / 2,   potential  -m g . r, zero at the world's origin    (J)
 struct EnergyMeasure {
+  static constexpr MeasureMembers has{};
   enum class Part { both, kinetic, potential, sum };
   int body = -1;
   Part part = Part::both;
@@ -26,7 +27,7 @@ struct EnergyMeasure {
     const Body& data = o.system.model().bodies[static_cast<std::size_t>(body - 1)];
     const BodyState& b = o.system.body(body);
     const auto& g = o.system.model().gravity;
-    const double kinetic = 0.5 * (data.mass * dot(b.v, b.v) + data.inertia * b.spin * b.spin),
+    const double kinetic = 0.5 * (data.mass * dot(b.v, b.v) + data.inertia * b.omega * b.omega),
                  potential = -data.mass * dot({g[0], g[1]}, b.r);
     out[0] = part == Part::potential ? potential : part == Part::sum ? kinetic + potential : kinetic;
     if (part == Part::both) out[1] = potential;

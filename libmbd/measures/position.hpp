@@ -7,6 +7,7 @@ namespace subsoil::mbd {
 /// Position of a marker P from a marker Q, in the axes of a marker I:   A_I^T (r_P - r_Q)                       (m)
 /// Q and I are the world unless given. With I = Q it is where an observer on Q's body sees P.
 struct PositionMeasure {
+  static constexpr MeasureMembers has{};
   Marker of{}, from{.name = "ground"}, in{.name = "ground"};
   VectorPart part = VectorPart::both;
 

@@ -5,9 +5,10 @@
 namespace subsoil::mbd {
 
 /// What a joint puts on one of its bodies:   A_I^T F  (N),   M about a marker's point  (N m)
-/// F, M: -Phi_q^T lambda of the joint's rows (see Row). Left out: on the first body, world axes, moment about the point
-/// at which the joint reports its reaction. A redundant joint's is the one of least norm.
+/// F, M: -Phi_q^T lambda of the joint's rows (see ConstraintRow). Left out: on the first body, world axes, moment about
+/// the point at which the joint reports its reaction. A redundant joint's is the one of least norm.
 struct ReactionMeasure : WrenchOf {
+  static constexpr MeasureMembers has{.attach = true};
   template <class V>
   void describe(V& v) {
     v.card("reaction", "force and moment that a joint puts on one of its bodies");
@@ -16,7 +17,9 @@ struct ReactionMeasure : WrenchOf {
                   "point of the moment; left out: the joint's own");
   }
   void attach(const System& system) {
-    find(system.model().joints, "joint", system, [](const auto& j) { return j.body_a; });
+    index = find_named(system.model().joints, "joint", element);
+    const std::vector<int> bodies = bodies_of_joint(system, index);
+    find("joint", system, bodies, bodies.front());
   }
   void evaluate(const Observation& o, std::span<double> out) const {
     report(o, joint_wrench(o.system, index, o.lambda, on), out);

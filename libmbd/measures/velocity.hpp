@@ -8,6 +8,7 @@ namespace subsoil::mbd {
 ///   A_I^T (v_P - v_Q - spin_Q k x d),  d = r_P - r_Q
 /// Q and I are the world unless given. With I = Q it is the time derivative of the position measure with I = Q.
 struct VelocityMeasure {
+  static constexpr MeasureMembers has{};
   Marker of{}, from{.name = "ground"}, in{.name = "ground"};
   VectorPart part = VectorPart::both;
 
@@ -22,7 +23,7 @@ struct VelocityMeasure {
   std::vector<MeasureColumn> columns() const { return columns_of(part, "m/s"); }
 
   /// The velocity that Q's observer sees, world axes.
-  static Vec2 seen_from(const MarkerState& q, const MarkerState& p) { return p.v - q.v - q.spin * turned(p.r - q.r); }
+  static Vec2 seen_from(const MarkerState& q, const MarkerState& p) { return p.v - q.v - q.omega * turned(p.r - q.r); }
   void evaluate(const Observation& o, std::span<double> out) const {
     put(part, o.at(in).seen(seen_from(o.at(from), o.at(of))), out);
   }

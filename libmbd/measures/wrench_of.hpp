@@ -4,7 +4,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "libmbd/bodies_of.hpp"
 #include "libmbd/measure.hpp"
 #include "libmbd/wrench.hpp"
 
@@ -31,20 +30,14 @@ struct WrenchOf {
     describe_part(v, part);
   }
 
-  template <class List, class Choose>
-  void find(const List& list, const char* kind, const System& system, Choose choose) {
-    index = find_named(list, kind, element);
-    std::visit(
-        [&](const auto& e) {
-          const std::vector<int> bodies = bodies_of(e);
-          if (on < 0) on = choose(e);
-          if (std::find(bodies.begin(), bodies.end(), on) != bodies.end()) return;
-          std::string names;
-          for (const int body : bodies) names += (names.empty() ? "" : ", ") + system.body_name(body);
-          throw std::invalid_argument(std::string(kind) + " '" + element + "' does not act on '" +
-                                      system.body_name(on) + "'; let `on` be one of " + names);
-        },
-        list[index].element);
+  /// `bodies`: those of the element; `own`: the one that the measure chooses where the user does not.
+  void find(const char* kind, const System& system, const std::vector<int>& bodies, int own) {
+    if (on < 0) on = own;
+    if (std::find(bodies.begin(), bodies.end(), on) != bodies.end()) return;
+    std::string names;
+    for (const int body : bodies) names += (names.empty() ? "" : ", ") + system.body_name(body);
+    throw std::invalid_argument(std::string(kind) + " '" + element + "' does not act on '" + system.body_name(on) +
+                                "'; let `on` be one of " + names);
   }
   void report(const Observation& o, const Wrench& w, std::span<double> out) const {
     const Wrench moved = about.name.empty() ? w : w.moved_to(o.at(about).r);

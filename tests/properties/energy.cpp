@@ -5,6 +5,7 @@
 #include "libdem/step/sampling.hpp"
 #include "libdem/step/stability.hpp"
 #include "tests/tools/dem_beds.hpp"
+#include "tests/tools/every_law.hpp"
 
 /// Kinetic + spin + gravity + stored + lost = start + work of boundaries, every term summed on its own. 1 % of what was
 /// turned over (lost + |work|) is the bound; the terms come from mid-step velocities and mean forces, so what
@@ -91,16 +92,16 @@ TEST(Energy, ClosesInMixedPrecision) {
   for (const auto& [name, law] : every_law()) closes(law, name + ", mixed", piston, Precision::mixed);
 }
 
-/// What a sampled book says is the sum of what the steps of its samples lost, each times the steps that it stands for:
-/// nothing of the step before is missing, none counts twice, also where lists are built anew. All spheres are of one
-/// tile; that samples stand for every step is Sampling's own test. Kernels round differently, hence 1e-6.
+/// What a sampled balance says is the sum of what the steps of its samples lost, each times the steps that it stands
+/// for: nothing of the step before is missing, none counts twice, also where lists are built anew. All spheres are of
+/// one particle block; that samples stand for every step is Sampling's own test. Kernels round differently, hence 1e-6.
 TEST(Energy, ASampleIsTheLossOfItsStep) {
   const Law law = grains(1e5, 0.6, 0.4, 0.05);
   const double dt = step_for(table(law).laws[0], 0.4);
   constexpr int every = 8, steps = 150;
-  const auto make = [&](int book_every) {
+  const auto make = [&](int sample_every) {
     BedOptions options = quiet({0, 0, 0});
-    options.book_every = book_every;
+    options.sample_every = sample_every;
     auto bed = std::make_unique<Bed>(table(law), options);
     Dice dice(31);
     bed->add(loose_lattice({}, 5, 5, 5, 0.0205, 0.01, 0.3, 3.0, dice));
@@ -116,7 +117,7 @@ TEST(Energy, ASampleIsTheLossOfItsStep) {
     full->step(dt, {.energy = true, .snapshot = nullptr});
     sampling.begin(every, n, full->rebuilds() > lists);
     const double lost = full->energy().lost.total();
-    if (const Booking b = sampling.of(0); b.sum) expected += b.weight * (lost - before), ++samples;
+    if (const Sample b = sampling.of(0); b.accumulate) expected += b.weight * (lost - before), ++samples;
     before = lost;
     if (n % 3 != 2) continue;  // a bed of its own for each reading, which books the step in which it is asked for
     const auto sampled = make(every);

@@ -2,6 +2,7 @@
 
 #include "libdem/geometry/mesh_builders.hpp"
 #include "tests/tools/dem_beds.hpp"
+#include "tests/tools/every_law.hpp"
 
 /// A run saved half way and continued in a fresh bed ends where the straight run ends. The lists are built anew, so
 /// sums run in another order: rounding, amplified by collisions of some hundred steps.

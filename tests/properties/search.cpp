@@ -1,9 +1,10 @@
 #include <gtest/gtest.h>
 
 #include "tests/tools/dem_reference.hpp"
+#include "tests/tools/every_law.hpp"
 
 /// The bed against the all-pairs engine of tools/dem_reference.hpp: same pairs, forces and motion, whatever the skin
-/// and into how many strips it is cut.
+/// and into how many cache blocks it is cut.
 namespace subsoil::dem::test {
 namespace {
 
@@ -40,7 +41,7 @@ Difference compare(const Law& law, double skin, double ratio, double speed, int 
   const auto specs = swarm(150, ratio, speed, seed);
   BedOptions options = quiet({0, -9.81, 0}, 1);
   options.skin = skin;
-  options.strips = static_cast<int>(ratio);
+  options.cache_blocks = static_cast<int>(ratio);
   options.overlap_limit = 10;  // a law's behaviour at depth is not the question here
   options.speed_limit = 1e3;
   Bed bed(table(law), options);
@@ -76,8 +77,7 @@ TEST(Search, MissesNoContactOfFastSpheresOfManySizes) {
       EXPECT_GT(d.contacts, 500u) << name;
       // Both sum the same doubles in another order; collisions amplify 1e-16 by about a decade each, and so does a slip
       // near zero whose direction alone decides on the force.
-      const bool by_direction =
-          std::visit([](const auto& l) { return l.friction.tangential == Tangential::constant_direction; }, law);
+      const bool by_direction = law->friction().tangential == Tangential::constant_direction;
       EXPECT_LT(d.force, by_direction ? 1e-6 : 1e-8) << name << ratio;
       EXPECT_LT(d.position, 1e-12) << name << ratio;
     }
@@ -107,7 +107,7 @@ TEST(Search, MissesNoContactOfAFewLargeSpheres) {
   }
   specs[1].position.y += 0.01;  // the three overlap by a little, in a row
   BedOptions options = quiet({0, -9.81, 0}, 2);
-  options.overlap_limit = 10, options.speed_limit = 1e3, options.strips = 2;
+  options.overlap_limit = 10, options.speed_limit = 1e3, options.cache_blocks = 2;
   Bed bed(table(grains(1e6)), options);
   ReferenceBed reference(table(grains(1e6)), {0, -9.81, 0});
   bed.add(specs), reference.add(specs);
@@ -141,7 +141,7 @@ TEST(Search, MissesNoContactOfASwarmThatDrifts) {
     for (SphereSpec& s : specs)
       if (s.position.x < 0.03) s.velocity += Vec3{3, 0, 0} + dice.ball(0.1);
     BedOptions options = quiet({}, 2);
-    options.overlap_limit = 10, options.speed_limit = 1e3, options.strips = static_cast<int>(seed) - 6;
+    options.overlap_limit = 10, options.speed_limit = 1e3, options.cache_blocks = static_cast<int>(seed) - 6;
     Bed bed(table(grains(1e6)), options);
     ReferenceBed reference(table(grains(1e6)), {});
     bed.add(specs), reference.add(specs);
@@ -170,7 +170,7 @@ TEST(Search, MissesNoContactOfASwarmThatDrifts) {
 TEST(Search, HistoriesSurviveRebuildsAndSorting) {
   const auto run = [](double skin) {
     BedOptions options = quiet({3, -9.81, 1}, 1);
-    options.skin = skin, options.strips = skin > 1e-3 ? 1 : 2;
+    options.skin = skin, options.cache_blocks = skin > 1e-3 ? 1 : 2;
     Bed bed(table(grains(1e4, 0.3, 0.6, 0.1)), options);
     Dice dice(3);
     bed.add(loose_lattice({0, 0, 0}, 5, 4, 5, 0.0199, 0.01, 0, 0.02, dice));

@@ -2,11 +2,12 @@
 
 #include "libdem/geometry/mesh_builders.hpp"
 #include "tests/tools/dem_beds.hpp"
+#include "tests/tools/every_law.hpp"
 
 /// Same bits for 1, 2, 3 and 8 threads: positions, velocities, spins, energies, wrenches. Beds of several thousand
-/// spheres so that many tiles of 256 exist; one long and thin, so that thread borders cross contacts everywhere, one
-/// with so few tiles that a thread's partners belong to threads further on, and some cut into strips, one of them into
-/// strips of a single tile.
+/// spheres so that many particle blocks of 256 exist; one long and thin, so that the ends of workers cross contacts
+/// everywhere, one with so few particle blocks that a worker's partners belong to workers further on, and some cut into
+/// cache blocks, one of them into cache blocks of a single particle block.
 namespace subsoil::dem::test {
 namespace {
 
@@ -22,8 +23,8 @@ struct Scene {
   int nx, ny, nz;
   double spread;  ///< of radii
   int steps;
-  double skin = 1e-3;  ///< m; several rebuilds within few steps
-  int strips = 1;      ///< into which the bed is cut
+  double skin = 1e-3;    ///< m; several rebuilds within few steps
+  int cache_blocks = 1;  ///< into which the bed is cut
 };
 
 LawTable three_materials(const Law& law) {
@@ -37,7 +38,7 @@ LawTable three_materials(const Law& law) {
 
 Fingerprint run(const Law& law, const Scene& scene, int threads, Precision precision) {
   BedOptions options = quiet({0.5, -9.81, 0}, threads);
-  options.skin = scene.skin, options.strips = scene.strips;
+  options.skin = scene.skin, options.cache_blocks = scene.cache_blocks;
   options.precision = precision;
   Bed bed(three_materials(law), options);
   Dice dice(17);
@@ -79,7 +80,7 @@ void same_bits(const Scene& scene) {
       }
       EXPECT_NE(one.lost, 0) << name;
       EXPECT_NE(one.wrench, 0) << name;
-      if (bond_of(table(law).laws[0]) != nullptr) {
+      if (law->bond() != nullptr) {
         EXPECT_GT(one.bonds, 5u) << name;
       }
       for (const int threads : {2, 3, 8})
@@ -89,8 +90,8 @@ void same_bits(const Scene& scene) {
 
 TEST(ThreadBits, Block) { same_bits({14, 8, 14, 0.3, 40, 1e-3, 3}); }
 TEST(ThreadBits, LongThinBed) { same_bits({250, 2, 3, 0.0, 40}); }
-TEST(ThreadBits, TilesFewerThanThreads) { same_bits({10, 6, 10, 0.8, 50}); }
-TEST(ThreadBits, StripsOfFewTiles) { same_bits({10, 3, 10, 0.3, 40, 1e-3, 4}); }
+TEST(ThreadBits, ParticleBlocksFewerThanThreads) { same_bits({10, 6, 10, 0.8, 50}); }
+TEST(ThreadBits, CacheBlocksOfFewParticleBlocks) { same_bits({10, 3, 10, 0.3, 40, 1e-3, 4}); }
 TEST(ThreadBits, WorkDividedAgain) { same_bits({40, 3, 9, 0.3, 70, 0.012, 2}); }
 
 TEST(ThreadBits, HashSeesOneBit) {

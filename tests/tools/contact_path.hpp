@@ -1,16 +1,15 @@
 #pragma once
 #include <cmath>
 
-#include "libdem/laws/law_table.hpp"
+#include "libdem/laws/contact.hpp"
 
 /// One contact led along a prescribed overlap: force, energies and memory at every step, without an engine.
 namespace subsoil::dem::test {
 
-template <class L>
 class ContactPath {
  public:
-  explicit ContactPath(const L& law, double r_eff = 5e-3, double m_eff = 1e-3)
-      : law_(law.resolved()), r_eff_(r_eff), root_m_(std::sqrt(m_eff)) {
+  explicit ContactPath(const Law& law, double r_eff = 5e-3, double m_eff = 1e-3)
+      : law_(law), r_eff_(r_eff), root_m_(std::sqrt(m_eff)) {
     last_ = evaluate(0, 0, 0);
   }
 
@@ -40,10 +39,10 @@ class ContactPath {
 
  private:
   NormalForce<double> evaluate(double overlap, double rate, double dt) {
-    return normal_force(law_, Approach<double>{overlap, rate, root_m_, r_eff_, dt}, memory_);
+    return law_->normal({overlap, rate, root_m_, r_eff_, dt}, memory_);
   }
 
-  L law_;
+  Law law_;
   double r_eff_, root_m_, at_ = 0;
   double memory_[kOwnMemory] = {};
   NormalForce<double> last_;

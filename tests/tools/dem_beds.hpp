@@ -7,8 +7,12 @@
 #include <vector>
 
 #include "libdem/bed.hpp"
+#include "libdem/laws/hertz_mindlin.hpp"
+#include "libdem/laws/linear.hpp"
+#include "libdem/laws/wet.hpp"
 
-/// What the tests of the bed share: laws with usual numbers, beds of one law, spheres by the user's number, hashes.
+/// What the tests of the bed share: the commonest laws with usual numbers (others: laws.hpp, all: every_law.hpp), beds
+/// of one law, spheres by the user's number, hashes.
 namespace subsoil::dem::test {
 
 inline constexpr double pi = std::numbers::pi;
@@ -46,154 +50,8 @@ inline HertzMindlin against_rigid(double young, double poisson, double restituti
   return h;
 }
 
-/// Hunt-Crossley with c of its own.
-inline HuntCrossley viscoelastic(double n, double c, double b, double mu, double mu_r = 0) {
-  HuntCrossley h;
-  h.impact.n = n, h.impact.c = c, h.impact.b = b;
-  h.friction.mu = mu, h.friction.mu_r = mu_r;
-  return h;
-}
-
-/// Soil after Ucgul, Fielke & Saunders: loading stiffness from the yield strength.
-inline Hysteretic compactable(double yield = 5.88e5, double restitution = 0.6, double mu = 0.4, double mu_r = 0.05) {
-  Hysteretic h;
-  h.yield = yield, h.restitution = restitution;
-  h.friction.mu = mu, h.friction.mu_r = mu_r;
-  return h;
-}
-
-inline Luding sticky(double k1 = 1e4, double k2 = 5e4, double k_c = 1e4, double phi_f = 0.1, double mu = 0.4) {
-  Luding l;
-  l.k1 = k1, l.k2 = k2, l.k_c = k_c, l.phi_f = phi_f, l.damping = 0.05;
-  l.friction.mu = mu, l.friction.mu_r = 0.05;
-  return l;
-}
-
-inline Eepa powder(double n, double k1, double plasticity, double surface_energy, double restitution = 0.7) {
-  Eepa e;
-  e.n = n, e.k1 = k1, e.plasticity = plasticity, e.w = surface_energy, e.restitution = restitution;
-  e.friction.mu = 0.4, e.friction.mu_r = 0.05;
-  return e;
-}
-
-/// Softer than the map's metals, so that it yields in a test's bed; what is placed in touch bounces less each time.
-inline VariableRestitution yielding(VariableRestitution::Normal part) {
-  VariableRestitution v;
-  v.part = part, v.E_eff = 1e7, v.map.S_y = 2e5, v.map.density = 1800, v.largest = 0.95;
-  if (part == VariableRestitution::Normal::linear) v.k_n = 1e5;
-  v.friction.mu = 0.4, v.friction.mu_r = 0.05;
-  return v;
-}
-
-/// Soft adhesive spheres, a contact radius of 0.3 mm without load.
-inline Jkr tacky(double work = 1, double restitution = 0.7, double mu = 0.4, double mu_r = 0.05) {
-  Jkr j;
-  j.take_materials(1e7, 0.3, 1e7, 0.3);
-  j.work = work, j.restitution = restitution;
-  j.friction.mu = mu, j.friction.mu_r = mu_r;
-  return j;
-}
-
-inline Cohesion cohesion_by_area(double density, Cohesion::Area area = Cohesion::Area::lens) {
-  Cohesion c;
-  c.kind = Cohesion::Kind::linear, c.density = density, c.area = area;
-  return c;
-}
-inline Cohesion dmt(double work) {
-  Cohesion c;
-  c.kind = Cohesion::Kind::dmt, c.work = work;
-  return c;
-}
-/// Water between spheres of some millimetres.
-inline Cohesion water(double volume = 1e-9, double angle = 0.3) {
-  Cohesion c;
-  c.kind = Cohesion::Kind::liquid_bridge;
-  c.tension = 0.072, c.angle = angle, c.volume = volume;
-  return c;
-}
-/// Cement between spheres of some millimetres that grains thrown about in a test break in part.
-inline Bond cement(double modulus = 1.5e7, double strength = 2e5) {
-  Bond b;
-  b.kind = Bond::Kind::parallel;
-  b.modulus = modulus, b.tensile = strength, b.shear = strength, b.gap = 1e-3;
-  return b;
-}
-template <class Normal>
-Normal with(Normal law, const Bond& bond) {
-  law.bond = bond;
-  return law;
-}
-template <class Normal>
-Normal with(Normal law, const Cohesion& cohesion) {
-  law.cohesion = cohesion;
-  return law;
-}
-
 /// One law for everything.
-inline LawTable table(const Law& law) { return {.materials = 1, .index = {0}, .laws = {resolved(law)}}; }
-
-/// Every law of the list with numbers that suit spheres of some millimetres: a property test runs over it.
-inline std::vector<std::pair<std::string, Law>> every_law() {
-  Wet all_bands = soil();
-  all_bands.damping = Wet::Damping::all_bands;
-  all_bands.limit = Wet::FrictionLimit::elastic_force;
-  Wet gap = soil();  // largest attraction across a gap: friction acts through the film
-  gap.D = -0.5e-3;
-  HertzMindlin hertz = elastic(1e7, 0.3, 0.7, 0.4, 0.05);
-  Linear constant = grains();
-  constant.friction.rolling = Rolling::constant_torque;
-  constant.friction.mu_d = 0.3;
-  HuntCrossley spheres = viscoelastic(1.5, NAN, 0.3, 0.4, 0.05);
-  spheres.E_eff = 5e6;
-  Jkr at_pull_off = tacky(10);
-  at_pull_off.separation = Jkr::Separation::pull_off;
-  Cohesion by_area = cohesion_by_area(2e5, Cohesion::Area::sjkr2);
-  by_area.limit = Cohesion::FrictionLimit::net_force;
-  HertzMindlin twisting = hertz;
-  twisting.friction.mu_t = 0.1, twisting.friction.mu_r = 0;
-  Cohesion from_afar = water(5e-9, 0.8);
-  from_afar.forms = Cohesion::Forms::at_rupture_distance, from_afar.limit = Cohesion::FrictionLimit::thornton;
-  Linear smooth = grains();
-  smooth.friction.tangential = Tangential::dashpot, smooth.friction.mu_t = 0.02;
-  Linear opposing = grains();
-  opposing.friction.tangential = Tangential::constant_direction;
-  Hysteretic kept = compactable();
-  kept.yield = NAN, kept.K1 = 1e4, kept.residual = Hysteretic::Residual::kept, kept.damping_factor = 0.1;
-  Luding steady = sticky();
-  steady.unloading = Luding::Unloading::constant, steady.damping = NAN, steady.restitution = 0.8;
-  Eepa hertzian = powder(1.5, 3e5, 0.6, 20);
-  hertzian.f0 = 0.01, hertzian.chi = 3.5;
-  Bond frictional = cement(1e7, 1.5e5);
-  frictional.ratio = 2, frictional.radius = 0.8, frictional.friction_angle = 0.5, frictional.moment_share = 0.5;
-  frictional.damping = 0.1;
-  return {{"linear, bonded", with(grains(), cement())},
-          {"hertz-mindlin, bonded, twist", with(twisting, frictional)},
-          {"hysteretic", compactable()},
-          {"hysteretic, kept", kept},
-          {"luding", sticky()},
-          {"luding, constant", steady},
-          {"eepa, n = 1.5", hertzian},
-          {"eepa, n = 1", powder(1, 1e4, 0.7, 50)},
-          {"variable restitution", yielding(VariableRestitution::Normal::hertz)},
-          {"variable restitution, linear", yielding(VariableRestitution::Normal::linear)},
-          {"hysteretic, cohesion by area", with(compactable(), cohesion_by_area(1e5))},
-          {"hunt-crossley", spheres},
-          {"hunt-crossley, n = 1", viscoelastic(1, 2e4, 0.5, 0.4, 0.05)},
-          {"hunt-crossley, n = 1.7", viscoelastic(1.7, 2e6, 0.2, 0.4)},
-          {"wet", soil()},
-          {"wet, all bands", all_bands},
-          {"wet, D < 0", gap},
-          {"linear", grains()},
-          {"linear, constant torque", constant},
-          {"linear, constant direction", opposing},
-          {"hertz-mindlin", hertz},
-          {"jkr", tacky()},
-          {"jkr, pull-off", at_pull_off},
-          {"linear, cohesion by area", with(grains(), by_area)},
-          {"hertz-mindlin, dmt, twist", with(twisting, dmt(5))},
-          {"hunt-crossley, liquid bridge", with(spheres, water())},
-          {"linear, liquid bridge from afar", with(smooth, from_afar)}};
-}
+inline LawTable table(const Law& law) { return {.materials = 1, .index = {0}, .laws = {law}}; }
 
 inline BedOptions quiet(const Vec3& gravity = {}, int threads = 1) {
   BedOptions o;

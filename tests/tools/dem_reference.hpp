@@ -26,13 +26,34 @@ struct Side {
   double r, m;
 };
 
+/// A spring x and a dashpot with a limit.
+struct Element {
+  double k, c;
+  double hold, slide;  ///< limit until it slips, and while it does
+  bool together;       ///< the limit caps spring and dashpot, else the spring alone
+  double kept;         ///< share of the dashpot beside a spring at its limit
+};
+
+/// Force against v after a step; `x` is what the spring was when the step began and becomes what it is now.
+inline Vec3 limited(const Element& of, Vec3& x, const Vec3& v, double dt, bool& slips) {
+  const Vec3 before = x;
+  x += dt * v;
+  const Vec3 all = of.together ? of.k * x + of.c * v : of.k * x;
+  const double size = norm(all), limit = slips ? of.slide : of.hold;
+  slips = size > limit;
+  if (!slips) return of.together ? all : all + of.c * v;
+  const Vec3 along = (1 / size) * all;
+  // Back by what exceeds the limit, but by no more than stood along the force before.
+  if (of.k > 0) x -= std::max(0.0, std::min((size - of.slide) / of.k, dot(before, along))) * along;
+  return of.together ? of.slide * along : of.slide * along + (of.kept * of.c) * v;
+}
+
 /// n from j to i, unit. j.r = 0: a surface whose point moves at j.v (already with its spin) and turns at j.w.
-template <class L>
-ContactResult reference_contact(const L& law, const Vec3& n, double distance, const Side& i, const Side& j, double dt,
-                                History& h) {
+inline ContactResult reference_contact(const Law& law, const Vec3& n, double distance, const Side& i, const Side& j,
+                                       double dt, History& h) {
   const bool wall = j.r == 0;
   const double overlap = i.r + j.r - distance;
-  const bool middle = law.friction.lever == Lever::mid_overlap;
+  const bool middle = law->friction().lever == Lever::mid_overlap;
   const double l_i = i.r - (middle ? (wall ? overlap : overlap / 2) : 0);
   const double l_j = wall ? 0 : j.r - (middle ? overlap / 2 : 0);
   const Vec3 slip_all = (i.v - cross(i.w, l_i * n)) - (j.v + cross(wall ? Vec3{} : j.w, l_j * n));
@@ -40,7 +61,7 @@ ContactResult reference_contact(const L& law, const Vec3& n, double distance, co
   const Vec3 v_t = slip_all - dot(slip_all, n) * n;
   const double m_eff = wall ? i.m : i.m * j.m / (i.m + j.m), r_eff = wall ? i.r : i.r * j.r / (i.r + j.r);
   const double per_sum = wall ? 0 : 1 / (i.r + j.r);
-  const auto normal = normal_force(law, Approach<double>{overlap, -v_n, std::sqrt(m_eff), r_eff, dt, per_sum}, h.own);
+  const auto normal = law->normal({overlap, -v_n, std::sqrt(m_eff), r_eff, dt, per_sum}, h.own);
   ContactResult out;
   out.force = normal.force * n;
   if (!normal.in_contact) {
@@ -49,50 +70,52 @@ ContactResult reference_contact(const L& law, const Vec3& n, double distance, co
     h.slipping = false;
     return out;
   }
-  // Tangential: spring and dashpot together under Coulomb's limit.
   const double keep = std::min(1.0, normal.stiffness_ratio);
-  const Vec3 xi = keep * (h.xi - dot(h.xi, n) * n) + dt * v_t;
-  const double mu = law.friction.mu, mu_d = std::isnan(law.friction.mu_d) ? mu : law.friction.mu_d;
-  const bool springs = law.friction.tangential == Tangential::spring;
-  Vec3 pull = normal.c_t * v_t;
-  if (springs) pull += normal.k_t * xi;
-  if (law.friction.tangential == Tangential::constant_direction)
+  const double mu = law->friction().mu, mu_d = std::isnan(law->friction().mu_d) ? mu : law->friction().mu_d;
+  const bool springs = law->friction().tangential == Tangential::spring;
+  const FrictionRule rule = law->friction().rule;
+  Vec3 xi = keep * (h.xi - dot(h.xi, n) * n), pull;
+  if (law->friction().tangential == Tangential::constant_direction)
     pull = (mu_d * normal.limiting_force / norm(v_t)) * v_t;
-  const bool slips = norm(pull) > (h.slipping ? mu_d : mu) * normal.limiting_force;
+  else
+    pull = limited({.k = springs ? normal.k_t : 0,
+                    .c = normal.c_t,
+                    .hold = mu * normal.limiting_force,
+                    .slide = mu_d * normal.limiting_force,
+                    .together = !springs || rule == FrictionRule::spring_and_dashpot,
+                    .kept = rule == FrictionRule::spring_only ? 1.0 : 0.0},
+                   xi, v_t, dt, h.slipping);
   h.xi = springs ? xi : Vec3{};
-  if (slips) {
-    pull = (mu_d * normal.limiting_force / norm(pull)) * pull;
-    if (springs) h.xi = normal.k_t > 0 ? (1 / normal.k_t) * pull : Vec3{};
-  }
-  h.slipping = slips;
   out.force -= pull;
-  // Rolling.
+  // Rolling and twist: Ai's type C.
+  const auto turning = [&](double k, double c, double cap) {
+    return Element{
+        .k = k, .c = c, .hold = cap, .slide = cap, .together = false, .kept = law->friction().rolling_damping_at_limit};
+  };
   const Vec3 w_all = i.w - j.w, w = w_all - dot(w_all, n) * n;
-  const double cap = law.friction.mu_r * r_eff * normal.limiting_force;
+  const double cap = law->friction().mu_r * r_eff * normal.limiting_force;
   Vec3 moment;
-  if (law.friction.rolling == Rolling::constant_torque) {
+  if (law->friction().rolling == Rolling::constant_torque) {
     if (norm(w) > 1e-12) moment = (cap / norm(w)) * w;
-  } else if (law.friction.rolling == Rolling::elastic_plastic && law.friction.mu_r > 0) {
-    const double k_r = 2.25 * normal.k_n * std::pow(law.friction.mu_r * r_eff, 2);
+  } else if (law->friction().rolling == Rolling::elastic_plastic && law->friction().mu_r > 0) {
+    const double k_r = 2.25 * normal.k_n * std::pow(law->friction().mu_r * r_eff, 2);
     const double own = 1.4 * i.m * i.r * i.r, other = 1.4 * j.m * j.r * j.r;
     const double i_r = wall ? own : own * other / (own + other);
-    const Vec3 rho = keep * (h.rho - dot(h.rho, n) * n) + dt * w;
-    moment = k_r * rho + (2 * law.friction.rolling_damping * std::sqrt(i_r * k_r)) * w;
-    h.rho = rho;
-    if (norm(moment) > cap) {
-      moment = (cap / norm(moment)) * moment;
-      h.rho = (1 / k_r) * moment;
-    }
+    h.rho = keep * (h.rho - dot(h.rho, n) * n);
+    bool slips = false;
+    moment =
+        limited(turning(k_r, 2 * law->friction().rolling_damping * std::sqrt(i_r * k_r), cap), h.rho, w, dt, slips);
   }
-  if (law.friction.mu_t > 0) {
-    const double k = normal.k_n * std::pow(1.5 * law.friction.mu_t * r_eff, 2),
-                 most = law.friction.mu_t * r_eff * normal.limiting_force;
+  if (law->friction().mu_t > 0) {
+    const double k = normal.k_n * std::pow(1.5 * law->friction().mu_t * r_eff, 2),
+                 most = law->friction().mu_t * r_eff * normal.limiting_force;
     const double own = 0.4 * i.m * i.r * i.r, other = 0.4 * j.m * j.r * j.r;
     const double inertia = wall ? own : own * other / (own + other), spin = dot(w_all, n);
-    h.twist = keep * h.twist + dt * spin;
-    double torque = k * h.twist + 2 * law.friction.rolling_damping * std::sqrt(inertia * k) * spin;
-    if (std::abs(torque) > most) torque = std::copysign(most, torque), h.twist = torque / k;
-    moment += torque * n;
+    Vec3 angle = keep * h.twist * n;
+    bool slips = false;
+    moment += limited(turning(k, 2 * law->friction().rolling_damping * std::sqrt(inertia * k), most), angle, spin * n,
+                      dt, slips);
+    h.twist = dot(angle, n);
   }
   out.torque_i = cross(-l_i * n, -pull) - moment;
   out.torque_j = cross(l_j * n, pull) + moment;
@@ -188,15 +211,14 @@ class ReferenceBed {
   const Law& law_of(int law) const { return laws_.laws[static_cast<std::size_t>(law)]; }
 
   ContactResult contact(int law, const Vec3& n, double distance, const Side& a, const Side& b, History& h) const {
-    return std::visit([&](const auto& l) { return reference_contact(l, n, distance, a, b, dt_before_, h); },
-                      laws_.laws[static_cast<std::size_t>(law)]);
+    return reference_contact(law_of(law), n, distance, a, b, dt_before_, h);
   }
 
   void touch(std::size_t i, std::size_t j) {
     const Sphere &a = spheres[i], &b = spheres[j];
     const double distance = norm(a.x - b.x);
     const int law = laws_.of(a.material, b.material);
-    if (distance >= a.r + b.r + reach_between(law_of(law), largest_)) {
+    if (distance >= a.r + b.r + law_of(law)->pair_cutoff(largest_)) {
       history_.erase({i, j});
       return;
     }
@@ -204,7 +226,7 @@ class ReferenceBed {
     const Vec3 n = (1 / distance) * (a.x - b.x);
     const Side here{a.v, a.w, a.r, a.m}, there{b.v, b.w, b.r, b.m};
     auto c = contact(law, n, distance, here, there, history_[{i, j}]);
-    if (const Bond* bond = bond_of(law_of(law))) {
+    if (const Bond* bond = law_of(law)->bond()) {
       ReferenceBond& state = bonds_[{i, j}];
       const double overlap = a.r + b.r - distance;
       if (first_ && overlap >= -bond->gap) state.intact = true, state.reference = overlap;
@@ -219,7 +241,7 @@ class ReferenceBed {
     const Sphere& a = spheres[i];
     const double distance = dot(a.x - planes[p].point(), planes[p].normal());
     const int law = laws_.of(a.material, 0);
-    if (distance > a.r + reach_of(law_of(law), largest_)) {
+    if (distance > a.r + law_of(law)->cutoff(largest_)) {
       wall_history_.erase({i, p});
       return;
     }

@@ -8,6 +8,11 @@
 #include <numbers>
 #include <string>
 
+#include "libmbd/forces/applied_force.hpp"
+#include "libmbd/forces/rotational_spring_damper.hpp"
+#include "libmbd/forces/spring_damper.hpp"
+#include "libmbd/joints/revolute.hpp"
+#include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
 
 namespace subsoil::test {
@@ -17,7 +22,7 @@ inline mbd::Revolute pin_at(const mbd::Model& model, int a, int b, mbd::Vec2 at)
   const auto local = [&](int body) -> std::array<double, 2> {
     if (body == mbd::ground) return {at.x, at.y};
     const auto& p = model.bodies[static_cast<std::size_t>(body - 1)].pose;
-    return mbd::BodyState({p[0], p[1]}, p[2], {}, 0).local(at);
+    return mbd::BodyState({p[0], p[1]}, p[2], {}, 0).point_in_body(at);
   };
   return {.body_a = a, .body_b = b, .p_a = local(a), .p_b = local(b)};
 }

@@ -9,6 +9,11 @@
 #include <utility>
 #include <vector>
 
+#include "libmbd/forces/rotational_spring_damper.hpp"
+#include "libmbd/forces/spring_damper.hpp"
+#include "libmbd/joints/fixed.hpp"
+#include "libmbd/joints/revolute.hpp"
+#include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
 
 namespace subsoil::test {
@@ -53,7 +58,7 @@ class MechanismBuilder {
     return body == mbd::ground ? 0 : out_.model.bodies[static_cast<std::size_t>(body - 1)].pose[2];
   }
   std::array<double, 2> local(int body, mbd::Vec2 world) const {
-    return mbd::BodyState(place(body), angle(body), {}, 0).local(world);
+    return mbd::BodyState(place(body), angle(body), {}, 0).point_in_body(world);
   }
   mbd::Vec2 near(mbd::Vec2 p) { return {p.x + dice_.in(-0.3, 0.3), p.y + dice_.in(-0.3, 0.3)}; }
 
@@ -119,7 +124,7 @@ class MechanismBuilder {
   /// A slide whose line points to the knee: across it the dyad is stiff, along it the slide gives way.
   void slide_along(int a, int b, mbd::Vec2 at, mbd::Vec2 along) {
     slide(a, b, at);
-    std::get<mbd::Translational>(out_.model.joints.back().element).angle_a = std::atan2(along.y, along.x) - angle(a);
+    out_.model.joints.back().element.get<mbd::Translational>().angle_a = std::atan2(along.y, along.x) - angle(a);
   }
 
   void springs() {

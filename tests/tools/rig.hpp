@@ -5,6 +5,12 @@
 #include <array>
 #include <string>
 
+#include "libmbd/drivers/coordinate_driver.hpp"
+#include "libmbd/forces/applied_force.hpp"
+#include "libmbd/forces/spring_damper.hpp"
+#include "libmbd/forces/wheel_on_soil.hpp"
+#include "libmbd/joints/revolute.hpp"
+#include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
 
 namespace subsoil::test {

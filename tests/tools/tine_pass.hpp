@@ -4,9 +4,13 @@
 
 #include "coupling/simulation.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
+#include "libdem/laws/wet.hpp"
 #include "libdem/packing/placement.hpp"
 #include "libdem/packing/settle.hpp"
 #include "libdem/step/stability.hpp"
+#include "libmbd/drivers/coordinate_driver.hpp"
+#include "libmbd/forces/spring_damper.hpp"
+#include "libmbd/joints/translational.hpp"
 
 /// A small pass through the coupling: 780 spheres of wet soil, an 80 mm wide tine 40 mm deep, towed at 0.5 m/s.
 namespace subsoil::coupling::test {
@@ -99,7 +103,7 @@ class TinePass {
     soil.friction.mu = setup_.mu, soil.friction.mu_r = 0.1;
     dem::Wet steel = soil;
     steel.K_X = 24000, steel.K_Y = 12000, steel.K_B = 1000 * setup_.attraction;
-    return {.materials = 2, .index = {0, 1, 1, 1}, .laws = {soil.resolved(), steel.resolved()}};
+    return {.materials = 2, .index = {0, 1, 1, 1}, .laws = {soil, steel}};
   }
 
   static dem::BedOptions options() {

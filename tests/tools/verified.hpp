@@ -19,7 +19,8 @@
 ///     g/omega_t");
 ///
 /// It expects |ours - reference| <= tolerance, hands the row to `scripts/verify`, which writes the report, and fails
-/// when the row of the committed report is missing or holds another figure.
+/// when the row of the committed report is missing or holds another figure: the page shows what the program finds. That
+/// second expectation keeps the page true and is no evidence of correctness; the reference is.
 namespace subsoil::test {
 
 /// A tolerance: a share of the reference, or absolute in the row's unit.
@@ -79,37 +80,47 @@ class Verified {
   /// @param because why the tolerance is what it is, some words; @param at of a sweep: where this was
   void near(const std::string& quantity, const std::string& unit, double ours, double reference, Tolerance tolerance,
             const std::string& because, const std::string& at = "") const {
-    expect(quantity, unit, ours, reference, tolerance.of(reference), because, at, true);
+    expect(quantity, unit, ours, reference, tolerance.of(reference), because, at, Kind::repeatable);
   }
   /// Of many bodies, whose last digits are a matter of chance: the committed figure only has to lie within the
   /// tolerance.
   void near_by_chance(const std::string& quantity, const std::string& unit, double ours, double reference,
                       Tolerance tolerance, const std::string& because) const {
-    expect(quantity, unit, ours, reference, tolerance.of(reference), because, "", false);
+    expect(quantity, unit, ours, reference, tolerance.of(reference), because, "", Kind::by_chance);
+  }
+  /// A published figure of another program, whose conventions may differ: no agreement is claimed. The row shows the
+  /// difference, and "not reproduced" where it exceeds `reading`, to which the figure is printed or was read.
+  void compare(const std::string& quantity, const std::string& unit, double ours, double published, double reading,
+               const std::string& remark, const std::string& at = "") const {
+    expect(quantity, unit, ours, published, reading, remark, at, Kind::comparison);
   }
 
  private:
+  enum class Kind { by_chance = 0, repeatable = 1, comparison = 2 };
+
   void expect(const std::string& quantity, const std::string& unit, double ours, double reference, double bound,
-              const std::string& because, const std::string& at, bool repeatable) const {
-    EXPECT_LE(std::abs(ours - reference), bound)
-        << name_ << ", " << quantity << ": " << ours << ' ' << unit << ", reference " << reference;
-    record(quantity, unit, ours, reference, bound, because, at, repeatable);
+              const std::string& because, const std::string& at, Kind kind) const {
+    if (kind != Kind::comparison) {
+      EXPECT_LE(std::abs(ours - reference), bound)
+          << name_ << ", " << quantity << ": " << ours << ' ' << unit << ", reference " << reference;
+    }
+    record(quantity, unit, ours, reference, bound, because, at, kind);
     if (std::getenv("SUBSOIL_VERIFY") != nullptr) return;  // the report is being written
     static const CommittedReport report(subsoil::test::source_dir() + "/docs/verification.md");
     const double printed = report.ours(name_, quantity);
     EXPECT_FALSE(std::isnan(printed)) << "docs/verification.md has no row `" << name_ << " | " << quantity
                                       << "`: run scripts/verify";
     if (!at.empty()) return;  // where a sweep is worst is a matter of last digits, and so which of its figures this is
-    EXPECT_TRUE(std::isnan(printed) || still_agrees(ours, printed, repeatable ? bound : 30 * bound))
+    EXPECT_TRUE(std::isnan(printed) || still_agrees(ours, printed, kind == Kind::by_chance ? 30 * bound : bound))
         << "docs/verification.md prints " << printed << " for `" << name_ << " | " << quantity
         << "`, the program now finds " << ours << ": run scripts/verify";
   }
   void record(const std::string& quantity, const std::string& unit, double ours, double reference, double bound,
-              const std::string& because, const std::string& at, bool repeatable) const {
+              const std::string& because, const std::string& at, Kind kind) const {
     static int rows = 0;
     char key[24], figures[128];
     std::snprintf(key, sizeof key, "row_%05d", rows++);
-    std::snprintf(figures, sizeof figures, "%.17g\t%.17g\t%.17g\t%d", ours, reference, bound, repeatable ? 1 : 0);
+    std::snprintf(figures, sizeof figures, "%.17g\t%.17g\t%.17g\t%d", ours, reference, bound, static_cast<int>(kind));
     testing::Test::RecordProperty(key, field_ + '\t' + name_ + '\t' + source_ + '\t' + quantity + '\t' + unit + '\t' +
                                            figures + '\t' + because + '\t' + at);
   }
@@ -124,6 +135,8 @@ class Curve {
     if (const char* const folder = std::getenv("SUBSOIL_VERIFY_CURVES"))
       file_.open(std::string(folder) + '/' + name + ".dat");
   }
+  /// Whether points are kept: a sweep for the picture alone is left out otherwise.
+  bool drawn() const { return file_.is_open(); }
   template <class... Numbers>
   void point(Numbers... numbers) {
     if (file_.is_open()) ((file_ << numbers << ' '), ...) << '\n';
@@ -147,6 +160,10 @@ class Worst {
   void near(const Verified& verified, const std::string& quantity, const std::string& unit, Tolerance tolerance,
             const std::string& because) const {
     verified.near(quantity, unit, ours_, reference_, tolerance, because, at_);
+  }
+  void compare(const Verified& verified, const std::string& quantity, const std::string& unit, double reading,
+               const std::string& remark) const {
+    verified.compare(quantity, unit, ours_, reference_, reading, remark, at_);
   }
 
  private:

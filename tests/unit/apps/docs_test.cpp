@@ -5,10 +5,13 @@
 #include <filesystem>
 #include <fstream>
 #include <regex>
+#include <set>
 #include <sstream>
 #include <string>
+#include <tuple>
 #include <vector>
 
+#include "apps/run/column_table.hpp"
 #include "apps/scenario/load.hpp"
 #include "tests/tools/paths.hpp"
 
@@ -45,6 +48,38 @@ std::vector<std::string> yaml_blocks(const std::string& text) {
 TEST(Docs, ScenarioReferenceIsWhatTheProgramPrints) {
   EXPECT_EQ(read(root / "docs/scenario.md"), reference_markdown())
       << "docs/scenario.md is old: build/release/apps/subsoil reference > docs/scenario.md";
+}
+
+TEST(Docs, ColumnsOfTheGuideAreThoseOfTheTable) {
+  EXPECT_NE(read(root / "docs/guide.md").find(columns_markdown()), std::string::npos)
+      << "docs/guide.md, section series.csv, is old; build/release/apps/subsoil reference --columns prints:\n"
+      << columns_markdown();
+}
+
+/// Every force of libmbd has its line; what libmbd calls its columns is what the table shows.
+TEST(Docs, ForcesAndTheMachinesOwnColumnsAreInTheTable) {
+  std::set<std::vector<std::pair<std::string, std::string>>> shown;
+  std::set<std::pair<std::string, std::string>> names;
+  for (const MachineColumns& m : machine_columns()) {
+    shown.insert(m.columns);
+    names.insert(m.columns.begin(), m.columns.end());
+  }
+  std::apply(
+      [&](const auto&... force) {
+        const auto look = [&](const auto& f) {
+          std::vector<std::pair<std::string, std::string>> columns;
+          for (const auto& c : f.columns) columns.emplace_back(c.name, c.unit);
+          EXPECT_TRUE(shown.count(columns)) << "a force whose first column is " << columns.front().first;
+        };
+        (look(force), ...);
+      },
+      mbd::Forces{});
+  const Loaded loaded = load_scenario((root / "configs/1s300-reduced.yaml").string(), {});
+  const World world = build_world(loaded, {.settle = false});
+  for (std::size_t i = 0; i < world.machine->column_names().size(); ++i) {
+    const std::string& name = world.machine->column_names()[i];
+    EXPECT_TRUE(names.count({name.substr(name.rfind('.') + 1), world.machine->column_units()[i]})) << name;
+  }
 }
 
 TEST(Docs, ScenariosShownAreRead) {

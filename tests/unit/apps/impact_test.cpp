@@ -7,6 +7,7 @@
 #include "apps/impact/ground_fit.hpp"
 #include "apps/impact/report.hpp"
 #include "apps/scenario/load.hpp"
+#include "libmbd/forces/ground_element.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
@@ -171,7 +172,7 @@ TEST(GroundImpact, ClosedFormsOfTheStamp) {
 TEST(GroundImpact, FormsOfStiffnessInAScenario) {
   const auto element = [](const std::string& stiffness) {
     const Loaded loaded = load_scenario(test::config("stamp"), {"machine.forces.clay.stiffness=" + stiffness});
-    return std::get<mbd::GroundElement>(loaded.scenario.machine->forces[0].element);
+    return loaded.scenario.machine->forces[0].element.get<mbd::GroundElement>();
   };
   const auto force = [&](const std::string& stiffness) {
     return mbd::plastic_force(element(stiffness).stiffness, 0.02, 2, 132);

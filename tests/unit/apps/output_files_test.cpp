@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 
 #include "apps/output/bed_file.hpp"
 #include "apps/output/state_file.hpp"
+#include "tests/tools/message_of.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace subsoil::app {
@@ -41,6 +43,29 @@ TEST(StateFile, ArraysComeBackAsTheyWere) {
             std::string::npos);
   EXPECT_NE(test::message_of<std::runtime_error>([&] { reader.get<std::int32_t>("time"); }).find("another kind"),
             std::string::npos);
+}
+
+TEST(StateFile, RefusesAFormatOrAnArrayThatItDoesNotKnow) {
+  test::Scratch scratch;
+  const auto refusal = [&](const char* name, const std::function<void(StateWriter&)>& fill) {
+    StateWriter writer(scratch / name);
+    fill(writer);
+    writer.commit();
+    const StateReader reader(scratch / name);
+    return test::message_of<std::runtime_error>([&] { reader.require_format(7, {"a", "group/"}); });
+  };
+  const auto expect = [](const std::string& said, const std::string& part) {
+    EXPECT_NE(said.find(part), std::string::npos) << said;
+    EXPECT_NE(said.find("this version reads states of format 7"), std::string::npos) << said;
+  };
+  expect(refusal("old.h5", [](StateWriter& w) { w.put("a", 1.0); }), "before states had a format number");
+  expect(refusal("new.h5", [](StateWriter& w) { w.put_format(8); }), "is of format 8");
+  expect(
+      refusal("other.h5",
+              [](StateWriter& w) { w.put_format(7), w.put("a", 1.0), w.put("group/b", 1.0), w.put("groups/c", 1.0); }),
+      "holds `groups/c`");
+  EXPECT_EQ(refusal("right.h5", [](StateWriter& w) { w.put_format(7), w.put("a", 1.0), w.put("group/b", 1.0); }),
+            "accepted");
 }
 
 TEST(StateFile, AnUnfinishedStateLeavesTheOldOne) {

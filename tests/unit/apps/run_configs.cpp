@@ -20,7 +20,7 @@ std::vector<std::string> all_configs() {
 /// What makes a scenario small enough to be built in a second: a short settling, a slice of a large bin, a low heap.
 std::vector<std::string> cuts(const Scenario& s) {
   if (!s.soil || !s.soil->bed) return {};
-  const Bed& bed = *s.soil->bed;
+  const BedSection& bed = *s.soil->bed;
   std::vector<std::string> sets;
   for (std::size_t i = 0; i < bed.layers.size(); ++i)
     sets.push_back("soil.bed.layers[" + std::to_string(i) + "].thickness=15 mm");

@@ -2,6 +2,10 @@
 
 #include "apps/build/laws.hpp"
 #include "apps/build/world.hpp"
+#include "libdem/laws/hysteretic.hpp"
+#include "libdem/laws/jkr.hpp"
+#include "libdem/laws/linear.hpp"
+#include "libdem/laws/variable_restitution.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
@@ -174,16 +178,18 @@ TEST_F(Layered, PairsCombineByTheRuleThatTheyName) {
                                                   {"minimum", 0.4},
                                                   {"maximum", 0.9}};
   for (const auto& [rule, value] : rules) {
-    const auto law = std::get<dem::Linear>(pair_law(
-        *this, std::string("law: linear, k_n: 1 kN/m, combine: {restitution: ") + rule + ", mu: " + rule + "}"));
+    const auto law = *pair_law(*this, std::string("law: linear, k_n: 1 kN/m, combine: {restitution: ") + rule +
+                                          ", mu: " + rule + "}")
+                          .get_if<dem::Linear>();
     EXPECT_DOUBLE_EQ(law.restitution, value) << rule;
     EXPECT_DOUBLE_EQ(law.friction.mu, value) << rule;
     EXPECT_EQ(law.friction.mu_r, 0);
   }
-  const auto jkr = std::get<dem::Jkr>(
-      pair_law(*this,
-               "law: jkr, E_eff: 5 MPa, G_eff: 2 MPa, restitution: 0.5, combine: {mu: minimum, mu_r: geometric-mean, "
-               "work of adhesion: geometric-mean}"));
+  const auto jkr =
+      *pair_law(*this,
+                "law: jkr, E_eff: 5 MPa, G_eff: 2 MPa, restitution: 0.5, combine: {mu: minimum, mu_r: geometric-mean, "
+                "work of adhesion: geometric-mean}")
+           .get_if<dem::Jkr>();
   EXPECT_DOUBLE_EQ(jkr.work, 2);
   EXPECT_DOUBLE_EQ(jkr.friction.mu_r, 0.04);
 }
@@ -218,20 +224,20 @@ TEST_F(Layered, ExplicitCopyHoldsWhatCameOut) {
   EXPECT_NE(copy.find("geometric-mean of the two materials'"), std::string::npos) << copy;
   EXPECT_EQ(copy.find("combine"), std::string::npos);
   const Loaded again = load_scenario(dir.scenario(copy), {});
-  EXPECT_DOUBLE_EQ(std::get<dem::Linear>(again.scenario.contacts[1].law).friction.mu, 0.6);
+  EXPECT_DOUBLE_EQ(again.scenario.contacts[1].law.get_if<dem::Linear>()->friction.mu, 0.6);
   EXPECT_EQ(again.scenario.soil->bed->layers.size(), 2U);
 }
 
 /// The body of less strength yields: K1 = 5 r_eff S_y with the smaller one.
 TEST_F(Layered, SofterMaterialYields) {
-  EXPECT_EQ(std::get<dem::Hysteretic>(pair_law(*this, "law: hysteretic, restitution: 0.5, mu: 0.5")).yield, 200e3);
-  const auto variable = std::get<dem::VariableRestitution>(
-      pair_law(*this, "law: variable-restitution, E_eff: 10 MPa, rho: 1800 kg/m^3, mu: 0.5"));
+  EXPECT_EQ(pair_law(*this, "law: hysteretic, restitution: 0.5, mu: 0.5").get_if<dem::Hysteretic>()->yield, 200e3);
+  const auto variable = *pair_law(*this, "law: variable-restitution, E_eff: 10 MPa, rho: 1800 kg/m^3, mu: 0.5")
+                             .get_if<dem::VariableRestitution>();
   EXPECT_EQ(variable.map.S_y, 200e3);
-  EXPECT_EQ(
-      std::get<dem::Hysteretic>(pair_law(*this, "law: hysteretic, yield strength: 50 kPa, restitution: 0.5, mu: 0.5"))
-          .yield,
-      50e3);
+  EXPECT_EQ(pair_law(*this, "law: hysteretic, yield strength: 50 kPa, restitution: 0.5, mu: 0.5")
+                .get_if<dem::Hysteretic>()
+                ->yield,
+            50e3);
   const std::string said =
       message_of<std::exception>([&] { pair_law(*this, "law: hysteretic, restitution: 0.5, K2: 5 kN/m, mu: 0.5"); });
   EXPECT_NE(said.find("either the restitution or K2"), std::string::npos) << said;

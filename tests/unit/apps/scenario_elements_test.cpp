@@ -8,6 +8,15 @@
 #include <vector>
 
 #include "apps/scenario/load.hpp"
+#include "libmbd/drivers/angle_driver.hpp"
+#include "libmbd/drivers/coordinate_driver.hpp"
+#include "libmbd/drivers/distance_driver.hpp"
+#include "libmbd/joints/cam_follower.hpp"
+#include "libmbd/joints/distance.hpp"
+#include "libmbd/joints/flat_faced_cam.hpp"
+#include "libmbd/joints/gear_ratio.hpp"
+#include "libmbd/joints/point_on_curve.hpp"
+#include "libmbd/joints/point_on_line.hpp"
 
 namespace subsoil::app {
 namespace {

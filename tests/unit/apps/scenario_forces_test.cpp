@@ -6,6 +6,15 @@
 #include <vector>
 
 #include "apps/scenario/load.hpp"
+#include "libmbd/forces/bushing.hpp"
+#include "libmbd/forces/disk_contact.hpp"
+#include "libmbd/forces/distance_stop.hpp"
+#include "libmbd/forces/drag.hpp"
+#include "libmbd/forces/line_contact.hpp"
+#include "libmbd/forces/rotational_spring_damper.hpp"
+#include "libmbd/forces/rotational_stop.hpp"
+#include "libmbd/forces/slide_stop.hpp"
+#include "libmbd/forces/spring_damper.hpp"
 #include "scenario_samples.hpp"
 
 namespace subsoil::app {

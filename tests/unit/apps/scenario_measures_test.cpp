@@ -5,6 +5,7 @@
 
 #include "apps/build/machine.hpp"
 #include "apps/scenario/load.hpp"
+#include "libmbd/measures/position.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -49,7 +50,7 @@ std::string refusal(const std::string& what, const std::string& by) {
 }
 
 TEST(ScenarioMeasures, AMarkerIsAPointOfTheStartPoseInItsBodysAxes) {
-  const Machine m = *load_scenario_text(pendulum(), "rod.yaml").scenario.machine;
+  const MachineSection m = *load_scenario_text(pendulum(), "rod.yaml").scenario.machine;
   ASSERT_EQ(m.markers.size(), 3U);
   EXPECT_EQ(m.markers[0].body, 1);
   EXPECT_NEAR(m.markers[0].p[0], 1, 1e-15);  // the rod stands upright
@@ -57,7 +58,7 @@ TEST(ScenarioMeasures, AMarkerIsAPointOfTheStartPoseInItsBodysAxes) {
   EXPECT_NEAR(m.markers[0].angle, 0.52359877559829887, 1e-15);
   EXPECT_EQ(m.markers[1].body, mbd::ground);
   EXPECT_EQ(m.markers[2].p[0], 0);
-  const auto& path = std::get<mbd::PositionMeasure>(m.measures[0].element);
+  const auto& path = m.measures[0].element.get<mbd::PositionMeasure>();
   EXPECT_EQ(path.from.p[0], 1);
   EXPECT_EQ(path.in.body, 1) << "a body stands for the marker of its own axes";
   EXPECT_EQ(m.bodies[0].outline.size(), 3U);

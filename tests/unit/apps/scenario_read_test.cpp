@@ -6,6 +6,15 @@
 #include <vector>
 
 #include "apps/scenario/load.hpp"
+#include "libdem/laws/eepa.hpp"
+#include "libdem/laws/hysteretic.hpp"
+#include "libdem/laws/linear.hpp"
+#include "libdem/laws/luding.hpp"
+#include "libdem/laws/variable_restitution.hpp"
+#include "libdem/laws/wet.hpp"
+#include "libmbd/drivers/coordinate_driver.hpp"
+#include "libmbd/forces/wheel_on_soil.hpp"
+#include "libmbd/joints/revolute.hpp"
 #include "scenario_samples.hpp"
 
 namespace subsoil::app {
@@ -28,7 +37,7 @@ TEST(ScenarioRead, SoilSection) {
   const Scenario s = load_scenario_text(sample_soil).scenario;
   EXPECT_EQ(s.gravity, (Vec3{0, -9.81, 0}));
   EXPECT_EQ(s.materials[0].density, 1800);
-  const auto& wet = std::get<dem::Wet>(s.contacts[0].law);
+  const auto& wet = *s.contacts[0].law.get_if<dem::Wet>();
   EXPECT_EQ(wet.K_X, 10e3);
   EXPECT_EQ(wet.dc, 0.002);
   EXPECT_EQ(wet.values, dem::Wet::Values::per_body);
@@ -45,7 +54,7 @@ TEST(ScenarioRead, SoilSection) {
 
 TEST(ScenarioRead, MachinePointsOfTheStartPoseComeIntoBodyAxes) {
   const Scenario s = load_scenario_text(sample_machine).scenario;
-  const auto& pin = std::get<mbd::Revolute>(s.machine->joints[1].element);
+  const auto& pin = s.machine->joints[1].element.get<mbd::Revolute>();
   EXPECT_EQ(pin.body_a, 1);
   EXPECT_EQ(pin.body_b, 2);
   // The arm stands at 90 deg with its centre at (1, 2): the world point (1, 1.5) is 0.5 m along its -x axis.
@@ -53,10 +62,10 @@ TEST(ScenarioRead, MachinePointsOfTheStartPoseComeIntoBodyAxes) {
   EXPECT_NEAR(pin.p_b[1], 0, 1e-15);
   EXPECT_NEAR(pin.p_a[0], 1, 1e-15);
   EXPECT_NEAR(pin.p_a[1], 1, 1e-15);
-  const auto& driver = std::get<mbd::CoordinateDriver>(s.machine->drivers[0].element);
+  const auto& driver = s.machine->drivers[0].element.get<mbd::CoordinateDriver>();
   EXPECT_EQ(driver.body, 1);
   EXPECT_EQ(driver.motion.velocity.value(3), 0.5);
-  const auto& wheel = std::get<mbd::WheelOnSoil>(s.machine->forces[0].element);
+  const auto& wheel = s.machine->forces[0].element.get<mbd::WheelOnSoil>();
   EXPECT_EQ(wheel.k_c, 1434810);
   EXPECT_EQ(s.machine->surfaces[0].body_index, 2);
   EXPECT_EQ(s.machine->start.kind, StartKind::towing_equilibrium);
@@ -69,7 +78,7 @@ TEST(ScenarioRead, FunctionsOfTime) {
       "  drivers: {d: {coordinate: a.x, position: ";
   const auto position = [&](const std::string& text, double t) {
     const Scenario s = load_scenario_text(head + text + "}}\n").scenario;
-    return std::get<mbd::CoordinateDriver>(s.machine->drivers[0].element).motion.position.value(t);
+    return s.machine->drivers[0].element.get<mbd::CoordinateDriver>().motion.position.value(t);
   };
   EXPECT_DOUBLE_EQ(position("20 mm", 5), 0.02);
   EXPECT_NEAR(position("{harmonic: {amplitude: 3 mm, frequency: 1 Hz}}", 0.25), 0.003, 1e-15);
@@ -197,8 +206,8 @@ TEST(ScenarioRead, SetOverridesAnyLeaf) {
                                          "boundaries.plate.at=1 2 3 m", "output.at=[1 s, 2 s]"})
                          .scenario;
   EXPECT_EQ(std::get<EqualRadius>(s.soil->bed->radius).radius, 0.012);
-  EXPECT_EQ(std::get<dem::Wet>(s.contacts[1].law).friction.mu, 0.4);
-  EXPECT_EQ(std::get<dem::Wet>(s.contacts[0].law).friction.mu, 0.1);
+  EXPECT_EQ(s.contacts[1].law.get_if<dem::Wet>()->friction.mu, 0.4);
+  EXPECT_EQ(s.contacts[0].law.get_if<dem::Wet>()->friction.mu, 0.1);
   EXPECT_EQ(s.boundaries[0].at, (Vec3{1, 2, 3}));
   EXPECT_EQ(s.output.at, (std::vector<double>{1, 2}));
 }
@@ -230,20 +239,20 @@ std::string with_law(const std::string& law) {
 
 TEST(ScenarioRead, LawsWithMemory) {
   const auto read = [](const char* law) { return load_scenario_text(with_law(law)).scenario.contacts[0].law; };
-  const dem::GivenLaw hscm = read("law: hysteretic, yield strength: 588 kPa, restitution: 0.6, residual overlap: kept");
-  EXPECT_EQ(std::get<dem::Hysteretic>(hscm).yield, 588e3);
-  EXPECT_EQ(std::get<dem::Hysteretic>(hscm).residual, dem::Hysteretic::Residual::kept);
-  const dem::GivenLaw luding = read("law: luding, k1: 10 kN/m, k2: 50 kN/m, k_c: 5 kN/m, phi_f: 0.1, damping: 1 N s/m");
-  EXPECT_EQ(std::get<dem::Luding>(luding).k_c, 5e3);
-  const dem::GivenLaw eepa = read(
+  const GivenLaw hscm = read("law: hysteretic, yield strength: 588 kPa, restitution: 0.6, residual overlap: kept");
+  EXPECT_EQ(hscm.get_if<dem::Hysteretic>()->yield, 588e3);
+  EXPECT_EQ(hscm.get_if<dem::Hysteretic>()->residual, dem::Hysteretic::Residual::kept);
+  const GivenLaw luding = read("law: luding, k1: 10 kN/m, k2: 50 kN/m, k_c: 5 kN/m, phi_f: 0.1, damping: 1 N s/m");
+  EXPECT_EQ(luding.get_if<dem::Luding>()->k_c, 5e3);
+  const GivenLaw eepa = read(
       "law: eepa, n: 1, k1: 10 kN/m^(n), plasticity ratio: 0.6, surface energy: 20 J/m^2, chi: 3, restitution: 0.5, "
       "friction limit: absolute-force");
-  EXPECT_EQ(std::get<dem::Eepa>(eepa).k1, 1e4);
-  EXPECT_EQ(std::get<dem::Eepa>(eepa).limit, dem::AdhesiveLimit::absolute_force);
-  const dem::GivenLaw variable = read(
+  EXPECT_EQ(eepa.get_if<dem::Eepa>()->k1, 1e4);
+  EXPECT_EQ(eepa.get_if<dem::Eepa>()->limit, dem::AdhesiveLimit::absolute_force);
+  const GivenLaw variable = read(
       "law: variable-restitution, normal: linear, k_n: 50 kN/m, E_eff: 10 MPa, S_y: 200 kPa, rho: 1800 kg/m^3, "
       "largest restitution: 0.95");
-  EXPECT_EQ(std::get<dem::VariableRestitution>(variable).largest, 0.95);
+  EXPECT_EQ(variable.get_if<dem::VariableRestitution>()->largest, 0.95);
 }
 
 TEST(ScenarioRefusals, LawsWithMemory) {
@@ -278,7 +287,7 @@ TEST(ScenarioRefusals, CohesionTakesTheQuantitiesOfItsKindOnly) {
       "     surface tension: 72 mN/m, contact angle: 20 deg, liquid volume: 1 mm^3}\n"
       "machine: {bodies: {b: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}}}\n";
   EXPECT_EQ(refusals(text), Lines{});
-  const auto linear = std::get<dem::Linear>(load_scenario_text(text).scenario.contacts[0].law);
+  const auto linear = *load_scenario_text(text).scenario.contacts[0].law.get_if<dem::Linear>();
   EXPECT_NEAR(linear.cohesion.volume, 1e-9, 1e-24);
   EXPECT_NEAR(linear.cohesion.angle, 20 * 3.14159265358979 / 180, 1e-12);
   EXPECT_EQ(refusals(text, {"contacts[0].cohesion=dmt"}),

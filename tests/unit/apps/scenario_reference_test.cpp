@@ -4,7 +4,10 @@
 #include <string>
 
 #include "apps/scenario/load.hpp"
-#include "apps/scenario/printer.hpp"
+#include "apps/scenario/known_keys.hpp"
+#include "libdem/laws/wet.hpp"
+#include "libmbd/joints/revolute.hpp"
+#include "libmbd/joints/translational.hpp"
 #include "scenario_samples.hpp"
 
 namespace subsoil::app {
@@ -23,7 +26,7 @@ TEST(ScenarioCopy, SoilReadsBackTheSame) {
   const Scenario scenario = load_scenario_text(sample_soil).scenario;
   expect_round_trip(scenario);
   const Scenario again = load_scenario_text(write_scenario(scenario)).scenario;
-  const auto &first = std::get<dem::Wet>(scenario.contacts[1].law), &second = std::get<dem::Wet>(again.contacts[1].law);
+  const auto &first = *scenario.contacts[1].law.get_if<dem::Wet>(), &second = *again.contacts[1].law.get_if<dem::Wet>();
   EXPECT_EQ(first.K_X, second.K_X);
   EXPECT_EQ(first.K_B, second.K_B);
   EXPECT_EQ(first.values, second.values);
@@ -34,10 +37,10 @@ TEST(ScenarioCopy, MachineReadsBackTheSameBits) {
   const Scenario scenario = load_scenario_text(sample_machine).scenario;
   expect_round_trip(scenario);
   const Scenario again = load_scenario_text(write_scenario(scenario)).scenario;
-  EXPECT_EQ(std::get<mbd::Revolute>(scenario.machine->joints[1].element).p_b,
-            std::get<mbd::Revolute>(again.machine->joints[1].element).p_b);
-  EXPECT_EQ(std::get<mbd::Translational>(scenario.machine->joints[0].element).angle_a,
-            std::get<mbd::Translational>(again.machine->joints[0].element).angle_a);
+  EXPECT_EQ(scenario.machine->joints[1].element.get<mbd::Revolute>().p_b,
+            again.machine->joints[1].element.get<mbd::Revolute>().p_b);
+  EXPECT_EQ(scenario.machine->joints[0].element.get<mbd::Translational>().angle_a,
+            again.machine->joints[0].element.get<mbd::Translational>().angle_a);
   EXPECT_EQ(scenario.machine->bodies[1].angle, again.machine->bodies[1].angle);
 }
 
@@ -110,7 +113,7 @@ TEST(ScenarioExplain, UnknownPathGetsTheNearest) {
 TEST(ScenarioReference, EveryKeyOnceWithItsMeaningAndExplained) {
   const std::string page = reference_markdown();
   std::set<std::string> seen;
-  for (const Row& row : reference_rows()) {
+  for (const KnownKey& row : known_keys()) {
     EXPECT_FALSE(row.meaning.empty()) << row.path;
     EXPECT_FALSE(row.unit.empty()) << row.path;
     EXPECT_TRUE(seen.insert(row.path).second) << row.path << " stands twice";

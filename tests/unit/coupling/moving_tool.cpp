@@ -62,7 +62,7 @@ TEST(CoupledRun, IdaAndAdamsMoultonAgree) {
   EXPECT_NEAR(x.r.x, y.r.x, 1e-8);
   EXPECT_NEAR(x.r.y, y.r.y, 1e-8);
   EXPECT_NEAR(x.angle, y.angle, 1e-8);
-  EXPECT_NEAR(x.spin, y.spin, 1e-4 * (1 + std::abs(x.spin)));
+  EXPECT_NEAR(x.omega, y.omega, 1e-4 * (1 + std::abs(x.omega)));
   const double force = a.simulation->soil_on_body(a.tool).force.x;
   EXPECT_NEAR(force, b.simulation->soil_on_body(b.tool).force.x, 1e-3 * std::abs(force));
 }

@@ -4,6 +4,10 @@
 
 #include "coupling/simulation.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
+#include "libmbd/drivers/coordinate_driver.hpp"
+#include "libmbd/forces/rotational_spring_damper.hpp"
+#include "libmbd/joints/revolute.hpp"
+#include "libmbd/joints/translational.hpp"
 #include "tests/tools/dem_beds.hpp"
 
 /// A tool on a sprung arm behind a trolley driven down a slope of 45 deg, through 320 spheres; beside it a boundary on

@@ -31,6 +31,34 @@ const std::vector<Room> house = {
     {"coupling", {"coupling/", "libdem/", "libmbd/"}, {}, {}},
 };
 
+/// A room inside libdem, or a header of its root: what its files are called and which of the rooms before it they may
+/// include; its own they always may.
+struct InnerRoom {
+  std::string start;               ///< of its files' names
+  std::vector<std::string> above;  ///< starts of rooms
+};
+
+/// From the foundations up: no room knows one below it in this list.
+const std::vector<InnerRoom> libdem_rooms = {
+    {"libdem/base/", {}},
+    {"libdem/geometry/", {"libdem/base/"}},
+    {"libdem/particles/", {"libdem/base/", "libdem/geometry/"}},
+    {"libdem/simd/", {"libdem/base/"}},
+    {"libdem/impact/", {"libdem/base/"}},
+    {"libdem/laws/", {"libdem/base/", "libdem/simd/", "libdem/impact/"}},
+    {"libdem/neighbours/", {"libdem/base/", "libdem/geometry/", "libdem/particles/"}},
+    {"libdem/contacts/",
+     {"libdem/base/", "libdem/geometry/", "libdem/particles/", "libdem/laws/", "libdem/neighbours/"}},
+    {"libdem/kernel/", {"libdem/base/", "libdem/particles/", "libdem/simd/", "libdem/laws/", "libdem/contacts/"}},
+    {"libdem/bed.hpp",
+     {"libdem/base/", "libdem/geometry/", "libdem/particles/", "libdem/laws/", "libdem/contacts/bond_record.hpp"}},
+    {"libdem/step/",
+     {"libdem/base/", "libdem/geometry/", "libdem/particles/", "libdem/laws/", "libdem/neighbours/", "libdem/contacts/",
+      "libdem/kernel/", "libdem/bed.hpp"}},
+    {"libdem/packing/", {"libdem/base/", "libdem/geometry/", "libdem/particles/", "libdem/laws/", "libdem/bed.hpp"}},
+    {"libdem/bed_impact.", {"libdem/particles/", "libdem/impact/", "libdem/laws/", "libdem/bed.hpp"}},
+};
+
 bool starts_with_any(const std::string& name, const std::vector<std::string>& starts) {
   return std::any_of(starts.begin(), starts.end(), [&](const std::string& s) { return name.rfind(s, 0) == 0; });
 }
@@ -38,14 +66,22 @@ bool starts_with_any(const std::string& name, const std::vector<std::string>& st
 /// Headers of the C++ standard library have neither a folder nor a suffix; everything else has.
 bool is_standard(const std::string& name) { return name.find_first_of("./") == std::string::npos; }
 
+/// The room of a file below libdem/, by its name; null for none.
+const InnerRoom* room_of(const std::string& name) {
+  const auto at = std::find_if(libdem_rooms.begin(), libdem_rooms.end(),
+                               [&](const InnerRoom& r) { return name.rfind(r.start, 0) == 0; });
+  return at == libdem_rooms.end() ? nullptr : &*at;
+}
+
 bool allowed(const Room& room, bool quoted, const std::string& name, bool in_source) {
   if (quoted) return starts_with_any(name, room.rooms);
   return is_standard(name) || starts_with_any(name, room.libraries) ||
          (in_source && starts_with_any(name, room.libraries_inside));
 }
 
-/// "file:line: includes NAME" for each include of a text that breaks the room's arrows.
-std::vector<std::string> violations(const Room& room, const std::string& file, const std::string& text) {
+/// "file:line: includes NAME" for each include of a text for which `keeps(quoted, name)` does not hold.
+template <class Keeps>
+std::vector<std::string> includes_against(const std::string& file, const std::string& text, const Keeps& keeps) {
   static const std::regex include(R"(^\s*#\s*include\s*(["<])([^">]+)[">].*)");
   std::vector<std::string> found;
   std::istringstream lines(text);
@@ -54,33 +90,73 @@ std::vector<std::string> violations(const Room& room, const std::string& file, c
     ++number;
     std::smatch match;
     if (!std::regex_match(line, match, include)) continue;
-    if (!allowed(room, match[1] == "\"", match[2], fs::path(file).extension() == ".cpp"))
+    if (!keeps(match[1] == "\"", match[2].str()))
       found.push_back(file + ":" + std::to_string(number) + ": includes " + match[2].str());
   }
   return found;
 }
 
-std::vector<std::string> violations_below(const Room& room, const fs::path& folder, int* files) {
-  std::vector<std::string> found;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+std::vector<std::string> violations(const Room& room, const std::string& file, const std::string& text) {
+  return includes_against(file, text, [&](bool quoted, const std::string& name) {
+    return allowed(room, quoted, name, fs::path(file).extension() == ".cpp");
+  });
+}
+
+/// Likewise inside libdem; `file` as it is included.
+std::vector<std::string> violations_inside(const std::string& file, const std::string& text) {
+  const InnerRoom* room = room_of(file);
+  if (room == nullptr) return {file + ": is in no room"};
+  return includes_against(file, text, [&](bool quoted, const std::string& name) {
+    return !quoted || name.rfind(room->start, 0) == 0 || starts_with_any(name, room->above);
+  });
+}
+
+/// use(name from the checkout's root, text) for each source below a folder; returns how many.
+template <class Use>
+int each_source(const std::string& folder, const Use& use) {
+  const fs::path root = subsoil::test::source_dir();
+  int files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
     const std::string suffix = entry.path().extension().string();
     if (suffix != ".cpp" && suffix != ".hpp" && suffix != ".h") continue;
     std::ifstream in(entry.path());
     std::stringstream text;
     text << in.rdbuf();
-    ++*files;
-    for (const std::string& v : violations(room, entry.path().string(), text.str())) found.push_back(v);
+    ++files;
+    use(fs::relative(entry.path(), root).generic_string(), text.str());
   }
-  return found;
+  return files;
 }
 
 TEST(Arrows, EveryRoomKeepsThem) {
   for (const Room& room : house) {
-    int files = 0;
-    for (const std::string& v : violations_below(room, fs::path(subsoil::test::source_dir()) / room.folder, &files))
-      ADD_FAILURE() << v << ", which " << room.folder << " may not know";
+    const int files = each_source(room.folder, [&](const std::string& name, const std::string& text) {
+      for (const std::string& v : violations(room, name, text))
+        ADD_FAILURE() << v << ", which " << room.folder << " may not know";
+    });
     EXPECT_GT(files, 1) << room.folder << ": nothing was looked at";
   }
+}
+
+TEST(Arrows, RoomsOfLibdemKeepThem) {
+  std::vector<int> files(libdem_rooms.size(), 0);
+  each_source("libdem", [&](const std::string& name, const std::string& text) {
+    for (const std::string& v : violations_inside(name, text)) ADD_FAILURE() << v << ", against the order of rooms";
+    if (const InnerRoom* room = room_of(name)) ++files[static_cast<std::size_t>(room - libdem_rooms.data())];
+  });
+  for (std::size_t k = 0; k < files.size(); ++k)
+    EXPECT_GT(files[k], 0) << libdem_rooms[k].start << ": nothing was looked at";
+}
+
+/// Each room knows only such as stand before it: then no chain of includes closes a circle of rooms.
+TEST(Arrows, RoomsOfLibdemHaveAnOrder) {
+  for (std::size_t k = 0; k < libdem_rooms.size(); ++k)
+    for (const std::string& name : libdem_rooms[k].above) {
+      const InnerRoom* known = room_of(name);
+      ASSERT_NE(known, nullptr) << name;
+      EXPECT_LT(known - libdem_rooms.data(), static_cast<std::ptrdiff_t>(k))
+          << libdem_rooms[k].start << " knows " << name;
+    }
 }
 
 TEST(Arrows, ScannerFindsPlantedViolations) {
@@ -100,6 +176,28 @@ TEST(Arrows, ScannerFindsPlantedViolations) {
   EXPECT_EQ(broken(coupling, "coupling/a.cpp", "#include \"apps/run/runner.hpp\""), 1u);
   EXPECT_EQ(broken(coupling, "coupling/a.cpp", "#include <fmt/format.h>"), 1u);
   EXPECT_EQ(broken(coupling, "coupling/a.cpp", "#include <CLI/CLI.hpp>"), 1u);
+}
+
+TEST(Arrows, ScannerFindsPlantedViolationsInsideLibdem) {
+  const auto broken = [](const std::string& file, const std::string& name) {
+    return violations_inside(file, "#pragma once\n#include <vector>\n#include \"" + name + "\"\n").size();
+  };
+  EXPECT_EQ(broken("libdem/contacts/bonds.hpp", "libdem/step/bed_impl.hpp"), 1u);
+  EXPECT_EQ(broken("libdem/contacts/bonds.cpp", "libdem/bed.hpp"), 1u);
+  EXPECT_EQ(broken("libdem/neighbours/grid.hpp", "libdem/contacts/blocks.hpp"), 1u);
+  EXPECT_EQ(broken("libdem/particles/statistics.cpp", "libdem/step/bed_impl.hpp"), 1u);
+  EXPECT_EQ(broken("libdem/geometry/boundary.hpp", "libdem/particles/particles.hpp"), 1u);
+  EXPECT_EQ(broken("libdem/impact/impact.hpp", "libdem/bed.hpp"), 1u);
+  EXPECT_EQ(broken("libdem/impact/hertz.cpp", "libdem/laws/laws.hpp"), 1u);
+  EXPECT_EQ(broken("libdem/laws/wet.hpp", "libdem/kernel/pairs.hpp"), 1u);
+  EXPECT_EQ(broken("libdem/kernel/pairs.hpp", "libdem/step/sampling.hpp"), 1u);
+  EXPECT_EQ(broken("libdem/bed.hpp", "libdem/step/bed_impl.hpp"), 1u);
+  EXPECT_EQ(broken("libdem/packing/settle.cpp", "libdem/step/bed_impl.hpp"), 1u);
+  EXPECT_EQ(broken("libdem/base/buffer.hpp", "libdem/geometry/bounds.hpp"), 1u);
+  EXPECT_EQ(broken("libdem/stray.hpp", "libdem/base/vec3.hpp"), 1u) << "in no room";
+  EXPECT_EQ(broken("libdem/step/sweep.cpp", "libdem/contacts/blocks.hpp"), 0u);
+  EXPECT_EQ(broken("libdem/packing/settle.cpp", "libdem/bed.hpp"), 0u);
+  EXPECT_EQ(broken("libdem/bed_impact.cpp", "libdem/bed.hpp"), 0u);
 }
 
 TEST(Arrows, ScannerLetsAllowedOnesPass) {

@@ -52,15 +52,15 @@ SettlePlan soft_plan(bool staged) {
 }
 
 TEST(BedSettle, SoftenedLawKeepsItsRestDistanceAndLosesItsAttraction) {
-  const Wet full = std::get<Wet>(table_3().laws[0]), soft = std::get<Wet>(softened(full, 0, 0.1));
-  EXPECT_EQ(soft.reach(), 0);
+  const Wet full = *table_3().laws[0].get_if<Wet>(), soft = *softened(full, 0, 0.1).get_if<Wet>();
+  EXPECT_EQ(soft.cutoff(), 0);
   EXPECT_EQ(soft.rest_overlap(), full.rest_overlap());
   EXPECT_DOUBLE_EQ(soft.friction.mu, 0.05);
   EXPECT_DOUBLE_EQ(soft.friction.mu_r, 0.03);
   for (const double overlap : {-1e-3, 0.5e-3, 1.5e-3}) {
     const Approach<double> a{.overlap = overlap, .rate = 0, .root_m = 1, .r_eff = 1, .elapsed = 0};
     EXPECT_EQ(soft.normal(a).force, 0);
-    const Wet half = std::get<Wet>(softened(full, 0.5, 1));
+    const Wet half = *softened(full, 0.5, 1).get_if<Wet>();
     EXPECT_DOUBLE_EQ(half.normal(a).force, 0.5 * full.normal(a).force);
   }
   const Approach<double> pressed{.overlap = 3e-3, .rate = 0, .root_m = 1, .r_eff = 1, .elapsed = 0};
@@ -84,8 +84,8 @@ TEST(BedSettle, StagesPackDenserThanRainingWithCohesion) {
   EXPECT_GT(soil_like.coordination, fluff.coordination);
   EXPECT_LT(soil_like.rms_speed, rest_speed(r, 9.81));
   // The run's own law is in force again.
-  EXPECT_DOUBLE_EQ(std::get<Wet>(staged.laws().laws[0]).friction.mu, 0.5);
-  EXPECT_GT(std::get<Wet>(staged.laws().laws[0]).K_B, 0);
+  EXPECT_DOUBLE_EQ(staged.laws().laws[0].get_if<Wet>()->friction.mu, 0.5);
+  EXPECT_GT(staged.laws().laws[0].get_if<Wet>()->K_B, 0);
 }
 
 // Levelling puts the mean surface on the target to one sphere's step in one of four columns; settling under the law it

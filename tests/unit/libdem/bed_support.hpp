@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "libdem/bed.hpp"
+#include "libdem/laws/wet.hpp"
 #include "libdem/packing/placement.hpp"
 #include "libdem/packing/settle.hpp"
 
@@ -18,7 +19,7 @@ inline LawTable table_3() {
   pair.friction.mu = 0.5, pair.friction.mu_r = 0.3;
   Wet wall{.K_X = 16e3, .C_X = 20, .K_Y = 12e3, .C_Y = 20, .K_B = 3e3, .dc = 2e-3, .dB = 2e-3, .friction = {}};
   wall.friction.mu = 0.5, wall.friction.mu_r = 0.3;
-  return {.materials = 2, .index = {0, 1, 1, -1}, .laws = {pair.resolved(), wall.resolved()}};
+  return {.materials = 2, .index = {0, 1, 1, -1}, .laws = {pair, wall}};
 }
 
 /// A softer wet soil for beds that must settle within a second of processor time: stable far beyond 0.1 ms (translation
@@ -28,7 +29,7 @@ inline constexpr double soft_step = 1e-4;
 inline LawTable soft_wet() {
   Wet law{.K_X = 4e3, .C_X = 2, .K_Y = 3e3, .C_Y = 2, .K_B = 1.5e3, .dc = 1e-3, .dB = 1e-3, .friction = {}};
   law.friction.mu = 0.5, law.friction.mu_r = 0.2;
-  return {.materials = 2, .index = {0, 0, 0, -1}, .laws = {law.resolved()}};
+  return {.materials = 2, .index = {0, 0, 0, -1}, .laws = {law}};
 }
 
 /// Bed in a box open at the top.

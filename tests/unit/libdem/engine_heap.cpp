@@ -5,6 +5,7 @@
 #include "libdem/geometry/mesh_builders.hpp"
 #include "tests/tools/counted_heap.hpp"
 #include "tests/tools/dem_beds.hpp"
+#include "tests/tools/every_law.hpp"
 
 #if defined(SUBSOIL_COUNTS_HEAP)
 
@@ -18,9 +19,9 @@ struct Counted {
 
 /// 1,000 spheres in touch that fly about in five walls, with a block of triangles pushed through them. Lists last for
 /// tens of steps: work is divided again, and how far spheres have come is measured in place of a rebuild.
-Counted count(const Law& law, int threads, Precision precision, int strips) {
+Counted count(const Law& law, int threads, Precision precision, int cache_blocks) {
   BedOptions options = quiet({0, -9.81, 0}, threads);
-  options.precision = precision, options.strips = strips;
+  options.precision = precision, options.cache_blocks = cache_blocks;
   Bed bed(table(law), options);
   Dice dice(4);
   add_bin(bed, 0.2, 0.2);
@@ -48,11 +49,11 @@ Counted count(const Law& law, int threads, Precision precision, int strips) {
 TEST(Heap, OnlyForNewLists) {
   for (const int threads : {1, 2, 3})
     for (const Precision precision : {Precision::doubles, Precision::mixed})
-      for (const int strips : {1, 3})
+      for (const int cache_blocks : {1, 3})
         for (const auto& [name, law] : every_law()) {
-          SCOPED_TRACE(testing::Message() << name << ", " << threads << " threads, " << strips << " strips, "
-                                          << (precision == Precision::mixed ? "mixed" : "double"));
-          const Counted found = count(law, threads, precision, strips);
+          SCOPED_TRACE(testing::Message() << name << ", " << threads << " threads, " << cache_blocks
+                                          << " cache blocks, " << (precision == Precision::mixed ? "mixed" : "double"));
+          const Counted found = count(law, threads, precision, cache_blocks);
           EXPECT_EQ(found.allocations, 0);
           EXPECT_GT(found.steps, 100);
           EXPECT_GT(found.longest_run, 32);  // work was divided again within

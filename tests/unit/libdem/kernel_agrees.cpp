@@ -4,6 +4,7 @@
 
 #include "tests/tools/dem_reference.hpp"
 #include "tests/tools/every_kernel.hpp"
+#include "tests/tools/every_law.hpp"
 
 /// The vector kernels against a scalar contact written independently (tools/dem_reference.hpp), and lane against lane.
 namespace subsoil::dem::test {
@@ -35,7 +36,7 @@ Case random_case(Dice& dice, bool wall) {
 
 /// Springs of a bond as far as its law lets them go, most of them.
 void load_bond(const Law& law, Case& c, Dice& dice) {
-  const Bond* bond = bond_of(law);
+  const Bond* bond = law->bond();
   if (bond == nullptr) return;
   const double r = bond->radius * std::min(c.i.r, c.j.r), area = pi * r * r;
   c.bond.shear = dice.ball(0.7 * bond->shear * area), c.bond.bending = dice.ball(0.3 * bond->tensile * area * r);
@@ -46,7 +47,7 @@ void load_bond(const Law& law, Case& c, Dice& dice) {
 /// As the engine keeps it: slips and angles in place of forces and moments.
 BondMemory<double> memory_of(const Law& law, const Case& c) {
   BondMemory<double> out;
-  const Bond& b = *bond_of(law);
+  const Bond& b = *law->bond();
   const double r = b.radius * std::min(c.i.r, c.j.r), area = pi * r * r, second = pi * std::pow(r, 4) / 4;
   const double k_n = b.modulus / (c.i.r + c.j.r), k_s = k_n / b.ratio;
   for (int d = 0; d < 3; ++d)
@@ -151,16 +152,10 @@ std::vector<Answer> evaluate_surface(const Kernel& kernel, const Law& law, const
 void touch(const Law& law, Case& c) {
   const bool wall = c.j.r == 0;
   const double m = wall ? c.i.m : c.i.m * c.j.m / (c.i.m + c.j.m), r = wall ? c.i.r : c.i.r * c.j.r / (c.i.r + c.j.r);
-  std::visit(
-      [&](const auto& l) {
-        normal_force(l, Approach<double>{1e-4, 0, std::sqrt(m), r, 0}, c.history.own);
-      },
-      law);
+  law->normal({1e-4, 0, std::sqrt(m), r, 0}, c.history.own);
 }
 
-bool law_twists(const Law& law) {
-  return std::visit([](const auto& l) { return l.friction.resists_twist(); }, law);
-}
+bool law_twists(const Law& law) { return law->friction().resists_twist(); }
 
 TEST(Kernels, AgreeWithTheScalarContact) {
   for (const Kernel& kernel : every_kernel())
@@ -181,9 +176,8 @@ TEST(Kernels, AgreeWithTheScalarContact) {
         const bool booked = trial % 2 == 0;
         const Answer got = wall ? evaluate_surface(kernel, resolved, {c}, dt)[0]
                                 : evaluate_pairs(kernel, resolved, {c}, dt, booked)[0];
-        ContactResult want = std::visit(
-            [&](const auto& l) { return reference_contact(l, c.n, c.distance, c.i, c.j, dt, c.history); }, resolved);
-        if (const Bond* bond = bond_of(resolved); bond != nullptr && !wall) {
+        ContactResult want = reference_contact(resolved, c.n, c.distance, c.i, c.j, dt, c.history);
+        if (const Bond* bond = resolved->bond(); bond != nullptr && !wall) {
           const bool was = c.bond.intact;
           reference_bond(*bond, c.n, c.distance, c.i, c.j, dt, c.bond, want);
           EXPECT_EQ(got.broke, was && !c.bond.intact) << kernel.name << name << trial;
@@ -204,12 +198,12 @@ TEST(Kernels, AgreeWithTheScalarContact) {
         if (wall || booked) {
           EXPECT_EQ(got.touching, overlap > 0 ? 1 : 0);
         }
-        const int numbers = std::visit([]<class L>(const L&) { return own_memory<L>(); }, resolved);
+        const int numbers = resolved->own_memory();
         for (int k = 0; k < numbers; ++k)
           EXPECT_NEAR(got.state.own[k], c.history.own[k], 1e-9 * (std::abs(c.history.own[k]) + 1e-6))
               << kernel.name << name;
       }
-      if (bond_of(resolved) != nullptr) {
+      if (resolved->bond() != nullptr) {
         EXPECT_GT(broken, 100) << name;
         EXPECT_GT(held, 100) << name;
       }
@@ -231,8 +225,7 @@ TEST(Kernels, MixedPrecisionAgreesWithTheScalarContact) {
         if (trial % 4 < 2) touch(resolved, c);
         c.bond.intact = false;  // floats may decide otherwise on breaking
         const Answer got = evaluate_pairs(kernel, resolved, {c}, 1e-5, trial % 2 == 0, true)[0];
-        const ContactResult want = std::visit(
-            [&](const auto& l) { return reference_contact(l, c.n, c.distance, c.i, c.j, 1e-5, c.history); }, resolved);
+        const ContactResult want = reference_contact(resolved, c.n, c.distance, c.i, c.j, 1e-5, c.history);
         const double error = norm(want.force - got.force);
         EXPECT_LT(error, 1e-3 * norm(want.force) + 1e-2) << kernel.name << name << trial;
         EXPECT_LT(norm(want.torque_i - got.torque_i), 1e-3 * norm(want.torque_i) + 1e-4)

@@ -6,6 +6,7 @@
 
 #include "tests/tools/dem_beds.hpp"
 #include "tests/tools/every_kernel.hpp"
+#include "tests/tools/every_law.hpp"
 
 /// A slice longer than the kernel's groups, whose lanes run out one after the other, by each instruction set: what its
 /// owners get is what their partners give, and neither blocks that were worked out before the sweep nor partners that
@@ -62,7 +63,7 @@ Result evaluate(const Kernel& kernel, const Law& law, const Slice& slice, bool m
                 std::vector<std::uint32_t> before, bool seam = false) {
   const MemoryShape shape = MemoryShape::of(law, mixed);
   // Unusual friction is evaluated as in booked steps.
-  const bool counted = book || !std::visit([](const auto& l) { return l.friction.usual(); }, law);
+  const bool counted = book || !law->friction().usual();
   Result out{.memory = std::vector<Line>(shape.lines(kLanes.size()), Line{})};
   std::vector<BlockResult> ready(before.size());
   std::vector<BlockRows> rows(before.size()), seam_rows(kLanes.size());

@@ -2,8 +2,9 @@
 
 #include <boost/math/tools/roots.hpp>
 
+#include "libdem/laws/cohesive.hpp"
 #include "libdem/step/stability.hpp"
-#include "tests/tools/dem_beds.hpp"
+#include "tests/tools/laws.hpp"
 #include "tests/tools/message_of.hpp"
 
 /// Cohesion beside a normal law: the attraction alone (with less without), each against its own source.
@@ -19,16 +20,12 @@ struct Contact {
   double per_sum = 0.25 / kRadius;  ///< two equal spheres
   double memory[kOwnMemory] = {};
   NormalForce<double> at(double overlap, double rate = 0) {
-    return std::visit(
-        [&](const auto& l) {
-          return normal_force(l, Approach<double>{overlap, rate, 0.1, kRadius, 1e-6, per_sum}, memory);
-        },
-        law);
+    return law->normal({overlap, rate, 0.1, kRadius, 1e-6, per_sum}, memory);
   }
 };
-Contact contact(const Cohesion& c) { return {resolved(with(grains(), c))}; }
+Contact contact(const Cohesion& c) { return {with(grains(), c)}; }
 /// Attraction: what the force lacks of the law's without cohesion.
-double pull(Contact& c, double overlap) { return Contact{resolved(grains())}.at(overlap).force - c.at(overlap).force; }
+double pull(Contact& c, double overlap) { return Contact{grains()}.at(overlap).force - c.at(overlap).force; }
 
 /// The lens of two equal spheres of radius 2 r_eff by the formula of LIGGGHTS's manual (sjkr), sjkr2's, and Hertz's a^2
 /// = R delta.
@@ -69,7 +66,7 @@ TEST(Cohesion, LensIsTheCircleOfBothSpheres) {
       double work = 0;
       for (int i = 0; i <= n; ++i)
         work += (i == 0 || i == n ? 1 : i % 2 == 1 ? 4 : 2) * pull(lens, overlap * i / n) * overlap / n / 3;
-      const double stored = Contact{resolved(grains())}.at(overlap).stored - lens.at(overlap).stored;
+      const double stored = Contact{grains()}.at(overlap).stored - lens.at(overlap).stored;
       EXPECT_NEAR(stored, work, 1e-9 * work) << ratio << ", " << overlap;
     }
   }
@@ -79,7 +76,7 @@ TEST(Cohesion, LensIsTheCircleOfBothSpheres) {
 /// unloading along K2 = K1/e^2 from the residual overlap.
 TEST(Cohesion, UcgulsSpringPullsBetweenResidualOverlapAndParting) {
   const double k = 2e5, k1 = 5 * kRadius * 5.88e5, k2 = k1 / 0.36;
-  Contact c{resolved(with(compactable(), cohesion_by_area(k, Cohesion::Area::hertz)))};
+  Contact c{with(compactable(), cohesion_by_area(k, Cohesion::Area::hertz))};
   const auto adhesion = [&](double overlap) { return k * pi * kRadius * overlap; };
   const double most = 1e-4, residual = (1 - k1 / k2) * most;
   for (const double x : {2e-5, 6e-5, most}) EXPECT_NEAR(c.at(x).force, k1 * x - adhesion(x), 1e-9);
@@ -155,7 +152,7 @@ TEST(Cohesion, AroundALoopTheBookCloses) {
                                        {with(hertz, water(1e-9, 1)), true},
                                        {with(compactable(), cohesion_by_area(1e5)), true}};
   for (const auto& [law, loses] : laws) {
-    Contact loop{resolved(law)};
+    Contact loop{law};
     const double far = 2e-3, deep = 2e-4;
     const int steps = 200000;
     double work = 0, lost = 0, before = 0;
@@ -185,10 +182,9 @@ TEST(Cohesion, GripFollowsItsOption) {
 }
 
 TEST(Cohesion, IsALawOfItsOwnOnlyWhereItActs) {
-  EXPECT_TRUE(std::holds_alternative<Linear>(resolved(grains())));
-  const Law sticky = resolved(with(grains(), dmt(1)));
-  EXPECT_TRUE(std::holds_alternative<CohesiveLinear>(sticky));
-  EXPECT_TRUE(std::holds_alternative<CohesiveLinear>(resolved(sticky))) << "resolving twice keeps it";
+  EXPECT_NE(Law(grains()).get_if<Linear>(), nullptr);
+  const Law sticky = with(grains(), dmt(1));
+  EXPECT_NE(sticky.get_if<Cohesive<Linear>>(), nullptr);
 }
 
 TEST(Cohesion, RefusesWhatItsKindDoesNotUseOrLacks) {
@@ -209,11 +205,11 @@ TEST(Cohesion, RefusesAttractionThatNoContactHolds) {
   const double limit = 1e5 / (2 * pi * kRadius);  // k_n = k 2 pi R
   const auto accepts = [&](const Law& law, double largest) {
     const std::string said = message_of([&] {
-      stable_step(resolved(law), {.smallest_radius = 0.1 * kRadius,
-                                  .largest_radius = largest,
-                                  .density = 2000,
-                                  .speed = 0.1,
-                                  .neighbours = 6});
+      stable_step(law, {.smallest_radius = 0.1 * kRadius,
+                        .largest_radius = largest,
+                        .density = 2000,
+                        .speed = 0.1,
+                        .neighbours = 6});
     });
     EXPECT_TRUE(said == "accepted" || said.find("stronger than the contact") != said.npos ||
                 said.find("contact radius without load") != said.npos)
@@ -232,15 +228,11 @@ TEST(Cohesion, RefusesAttractionThatNoContactHolds) {
 /// The stable step sees the stiffness of the overlap that attraction presses spheres to.
 TEST(Cohesion, StiffensTheBoundOfHertz) {
   const HertzMindlin plain = elastic(1e7, 0.3, 0.5, 0.3);
-  const Law pressed = resolved(with(plain, dmt(50)));
+  const Law pressed = with(plain, dmt(50));
   Contact c{pressed};
   double rest = 1e-7;
   while (c.at(rest).force < 0) rest *= 1.001;
-  const StiffnessBound b = std::visit(
-      [](const auto& l) {
-        return l.bound({1e-3, kRadius, 2 * kRadius, 1e-6});
-      },
-      pressed);
+  const StiffnessBound b = pressed->bound({1e-3, kRadius, 2 * kRadius, 1e-6});
   // Falling together from rest they go on to where U = 0: deeper than the rest, (5/2)^(2/3) of it for Hertz's spring
   // under a constant pull, and stiffer by the root of that.
   EXPECT_NEAR(b.k_n / c.at(rest).k_n, std::pow(2.5, 1.0 / 3), 2e-3);

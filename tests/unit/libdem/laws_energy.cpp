@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "tests/tools/dem_beds.hpp"
+#include "tests/tools/every_law.hpp"
+#include "tests/tools/laws.hpp"
 
 /// One property for every law of the list: the elastic force is the slope of the stored energy, and what a law calls
 /// damping is all of the force that the rate changes.
@@ -8,29 +9,15 @@ namespace subsoil::dem::test {
 namespace {
 
 NormalForce<double> at(const Law& law, double overlap, double rate) {
-  return std::visit(
-      [&](const auto& l) {
-        double own[kOwnMemory] = {};
-        return normal_force(l, Approach<double>{overlap, rate, 3.77e-3, 5e-3, 0.0}, own);
-      },
-      resolved(law));
-}
-
-/// Part of a force along which plastic laws lose energy is no slope of anything: laws_memory.cpp has theirs.
-bool plastic(const Law& law) {
-  return std::visit(
-      []<class L>(const L&) {
-        return std::is_base_of_v<Hysteretic, L> || std::is_same_v<L, Luding> || std::is_same_v<L, Eepa>;
-      },
-      resolved(law));
+  double own[kOwnMemory] = {};
+  return law->normal({overlap, rate, 3.77e-3, 5e-3, 0.0}, own);
 }
 
 TEST(EveryLaw, ElasticForceIsTheSlopeOfTheStoredEnergy) {
   for (const auto& [name, law] : every_law()) {
-    if (plastic(law)) continue;
+    if (law->plastic()) continue;  // laws_memory.cpp has theirs
     const double h = 1e-8;
-    const bool begins_at_touch =
-        std::visit([](const auto& l) { return own_memory<std::decay_t<decltype(l)>>() > 0; }, resolved(law));
+    const bool begins_at_touch = law->own_memory() > 0;
     for (int k = -300; k <= 400; ++k) {
       if (k == 0 && begins_at_touch) continue;  // attraction sets in: force and stored energy may jump
       const double overlap = k * 1.003e-5;
@@ -54,11 +41,11 @@ TEST(EveryLaw, DampingIsTheWholeEffectOfTheRateAndNeverFeedsEnergy) {
       }
 }
 
-TEST(EveryLaw, IsSilentBeyondItsReach) {
+TEST(EveryLaw, IsSilentBeyondItsCutoff) {
   for (const auto& [name, law] : every_law()) {
-    const double reach = reach_of(resolved(law), 5e-3);
+    const double cutoff = law->cutoff(5e-3);
     for (const double rate : {-1.0, 0.0, 1.0}) {
-      const auto n = at(law, -reach - 1e-9, rate);
+      const auto n = at(law, -cutoff - 1e-9, rate);
       EXPECT_EQ(n.force, 0) << name;
       EXPECT_EQ(n.stored, 0) << name;
       EXPECT_FALSE(n.in_contact) << name;

@@ -2,7 +2,7 @@
 
 #include <boost/math/quadrature/gauss_kronrod.hpp>
 
-#include "tests/tools/dem_beds.hpp"
+#include "tests/tools/laws.hpp"
 
 /// JKR against its equations in the contact radius a, which the law never solves by itself: a is chosen here, overlap
 /// and force follow.
@@ -82,7 +82,7 @@ TEST(Jkr, BeginsOnTouchAndEndsWhereItsOptionSays) {
       EXPECT_LT(c.at(last * (1 - 1e-9)).force, 0);
       EXPECT_EQ(c.at(last * (1 + 1e-9)).force, 0);
       EXPECT_EQ(c.at(0.5 * last).force, 0) << "a broken neck heals only by touching";
-      EXPECT_GE(c.law.reach(n.R), -last * (1 - 1e-12));
+      EXPECT_GE(c.law.cutoff(n.R), -last * (1 - 1e-12));
     }
   }
 }
@@ -112,8 +112,8 @@ TEST(Jkr, ReachIsTheNeckOfTheLargestSpheresAndStiffnessIsBounded) {
     for (const double r : {1e-6, 1e-3, 0.1, 0.25, 3.0}) {
       const Neck other{r, n.w, n.E};
       const double length = -other.overlap(other.radius(0.125));
-      EXPECT_NEAR(law.reach(r), length, 1e-9 * length) << r;
-      EXPECT_LT(law.reach(0.99 * r), law.reach(r));
+      EXPECT_NEAR(law.cutoff(r), length, 1e-9 * length) << r;
+      EXPECT_LT(law.cutoff(0.99 * r), law.cutoff(r));
     }
     for (const double speed : {0.0, 0.1, 3.0}) {
       const double m = 1e-3, k = law.bound({m, n.R, 2 * n.R, speed}).k_n;

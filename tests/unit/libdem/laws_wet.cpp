@@ -60,9 +60,9 @@ TEST(WetLaw, IsContinuousAtEveryThresholdAndOneUlpBeside) {
 
 TEST(WetLaw, ReachIsWhereTheAttractionEnds) {
   for (const Wet& w : variants()) {
-    EXPECT_EQ(at(w, -w.reach() - 1e-9).force, 0);
+    EXPECT_EQ(at(w, -w.cutoff() - 1e-9).force, 0);
     if (w.K_B > 0) {
-      EXPECT_LT(at(w, -w.reach() + 1e-9).force, 0);
+      EXPECT_LT(at(w, -w.cutoff() + 1e-9).force, 0);
     }
     EXPECT_NEAR(at(w, w.rest_overlap()).force, 0, 1e-12);
   }

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "libmbd/forces/joint_friction.hpp"
+#include "libmbd/joints/revolute.hpp"
 #include "tests/tools/counted_heap.hpp"
 #include "tests/tools/rig.hpp"
 

@@ -7,6 +7,10 @@
 #include <cmath>
 #include <string>
 
+#include "libmbd/drivers/coordinate_driver.hpp"
+#include "libmbd/joints/fixed.hpp"
+#include "libmbd/joints/revolute.hpp"
+#include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
 #include "tests/tools/message_of.hpp"
 
@@ -104,7 +108,7 @@ TEST(Assembly, VelocitiesBecomeConsistent) {
   machine.start_from_pose();
   EXPECT_NEAR(machine.body(1).v.x, 0, 1e-15);  // along the bar the pin allows nothing
   EXPECT_NEAR(machine.body(1).v.y, 2, 1e-14);
-  EXPECT_NEAR(machine.body(1).spin, 2, 1e-14);
+  EXPECT_NEAR(machine.body(1).omega, 2, 1e-14);
 }
 
 }  // namespace

@@ -1,11 +1,15 @@
-// Contacts and stops in given states: thresholds, the clip of Hunt-Crossley, friction and its lever, gaps.
+// Contacts and stops in given states: thresholds, the clip of Hunt-Crossley, friction and its moment arm, gaps.
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "force_support.hpp"
-#include "libmbd/elements.hpp"
+#include "libmbd/forces/disk_contact.hpp"
+#include "libmbd/forces/distance_stop.hpp"
+#include "libmbd/forces/line_contact.hpp"
+#include "libmbd/forces/rotational_stop.hpp"
+#include "libmbd/forces/slide_stop.hpp"
 
 namespace subsoil::mbd {
 namespace {

@@ -6,6 +6,10 @@
 
 #include <cmath>
 
+#include "libmbd/forces/applied_force.hpp"
+#include "libmbd/forces/line_contact.hpp"
+#include "libmbd/forces/wheel_on_soil.hpp"
+
 namespace subsoil::mbd {
 namespace {
 

@@ -1,5 +1,8 @@
+#include "libmbd/forces/ground_element.hpp"
+
 #include <gtest/gtest.h>
 
+#include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
 #include "tests/tools/message_of.hpp"
 

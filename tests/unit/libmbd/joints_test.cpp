@@ -7,6 +7,17 @@
 #include <stdexcept>
 #include <string>
 
+#include "libmbd/drivers/angle_driver.hpp"
+#include "libmbd/drivers/coordinate_driver.hpp"
+#include "libmbd/drivers/distance_driver.hpp"
+#include "libmbd/joints/cam_follower.hpp"
+#include "libmbd/joints/distance.hpp"
+#include "libmbd/joints/flat_faced_cam.hpp"
+#include "libmbd/joints/gear_pair.hpp"
+#include "libmbd/joints/gear_ratio.hpp"
+#include "libmbd/joints/point_on_curve.hpp"
+#include "libmbd/joints/rolling_on_line.hpp"
+#include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
 #include "tests/tools/message_of.hpp"
 

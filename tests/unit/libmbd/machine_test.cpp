@@ -6,6 +6,12 @@
 #include <cmath>
 #include <string>
 
+#include "libmbd/drivers/angle_driver.hpp"
+#include "libmbd/drivers/coordinate_driver.hpp"
+#include "libmbd/forces/spring_damper.hpp"
+#include "libmbd/forces/wheel_on_soil.hpp"
+#include "libmbd/joints/revolute.hpp"
+#include "libmbd/joints/translational.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/rig.hpp"
 
@@ -59,7 +65,7 @@ TEST_P(AnyIntegrator, KeepsLinearAndAngularMomentum) {
       const auto& data = m.bodies[static_cast<std::size_t>(i - 1)];
       const BodyState& b = machine.body(i);
       sum[0] += data.mass * b.v.x, sum[1] += data.mass * b.v.y;
-      sum[2] += data.mass * cross(b.r, b.v) + data.inertia * b.spin;
+      sum[2] += data.mass * cross(b.r, b.v) + data.inertia * b.omega;
     }
     return sum;
   };

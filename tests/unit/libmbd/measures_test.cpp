@@ -8,7 +8,18 @@
 #include <map>
 #include <string>
 
+#include "libmbd/forces/applied_force.hpp"
+#include "libmbd/forces/spring_damper.hpp"
+#include "libmbd/joints/revolute.hpp"
 #include "libmbd/machine.hpp"
+#include "libmbd/measures/acceleration.hpp"
+#include "libmbd/measures/angle.hpp"
+#include "libmbd/measures/distance.hpp"
+#include "libmbd/measures/energy.hpp"
+#include "libmbd/measures/force.hpp"
+#include "libmbd/measures/position.hpp"
+#include "libmbd/measures/reaction.hpp"
+#include "libmbd/measures/velocity.hpp"
 #include "tests/tools/message_of.hpp"
 
 namespace subsoil::mbd {
@@ -27,9 +38,9 @@ std::map<std::string, double> columns_of(const Machine& machine) {
 /// A body whose centre follows a parabola while it turns with a constant angular acceleration.
 struct Flight {
   Vec2 r, v, a;
-  double angle, spin, alpha;
+  double angle, omega, alpha;
   Vec2 centre(double t) const { return r + t * v + 0.5 * t * t * a; }
-  double angle_at(double t) const { return angle + t * spin + 0.5 * t * t * alpha; }
+  double angle_at(double t) const { return angle + t * omega + 0.5 * t * t * alpha; }
   Vec2 point(const Marker& m, double t) const {
     const double c = std::cos(angle_at(t)), s = std::sin(angle_at(t));
     return centre(t) + Vec2{c * m.p[0] - s * m.p[1], s * m.p[0] + c * m.p[1]};
@@ -52,7 +63,7 @@ Model two_flights() {
                             .mass = 2,
                             .inertia = 0.5,
                             .pose = {f->r.x, f->r.y, f->angle},
-                            .velocity = {f->v.x, f->v.y, f->spin}});
+                            .velocity = {f->v.x, f->v.y, f->omega}});
     m.add("load on " + name, AppliedForce{.body = body, .fx = 2 * f->a.x, .moment = 0.5 * f->alpha});
   }
   return m;

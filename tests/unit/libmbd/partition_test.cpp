@@ -8,6 +8,7 @@
 #include <string>
 
 #include "libmbd/assembly.hpp"
+#include "libmbd/joints/revolute.hpp"
 #include "tests/tools/rig.hpp"
 
 namespace subsoil::mbd {

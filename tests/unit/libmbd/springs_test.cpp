@@ -5,7 +5,10 @@
 #include <cmath>
 
 #include "force_support.hpp"
-#include "libmbd/elements.hpp"
+#include "libmbd/forces/bushing.hpp"
+#include "libmbd/forces/drag.hpp"
+#include "libmbd/forces/rotational_spring_damper.hpp"
+#include "libmbd/forces/spring_damper.hpp"
 
 namespace subsoil::mbd {
 namespace {

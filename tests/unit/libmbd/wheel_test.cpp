@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "libmbd/drivers/coordinate_driver.hpp"
 #include "libmbd/forces/wheel_on_soil.hpp"
 #include "libmbd/machine.hpp"
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "apps/credibility/verdict.hpp"
+#include "libdem/laws/wet.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// `subsoil credibility`: each axis changes what it says and nothing else, and verdicts are those of the rule.
@@ -34,7 +35,7 @@ TEST(CredibilityAxes, ChangeWhatTheySay) {
   const Changed c;
   EXPECT_EQ(c.axes().axes.front().sets.size(), 0U);
   EXPECT_DOUBLE_EQ(c.by("step").time.safety, 0.4);
-  const auto law = [](const Scenario& s, std::size_t k) { return std::get<dem::Wet>(s.contacts[k].law); };
+  const auto law = [](const Scenario& s, std::size_t k) { return *s.contacts[k].law.get_if<dem::Wet>(); };
   for (std::size_t k = 0; k < 2; ++k) {
     EXPECT_DOUBLE_EQ(law(c.by("stiffness"), k).K_X, 2 * law(c.given(), k).K_X);
     EXPECT_DOUBLE_EQ(law(c.by("stiffness"), k).K_Y, 2 * law(c.given(), k).K_Y);

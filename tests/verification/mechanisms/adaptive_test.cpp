@@ -206,7 +206,7 @@ TEST(Outputs, JumpsOfTheWrenchAreFollowedExactly) {
       machine.set_external_wrench(1, 0, 0, torque);
       machine.advance(0.05);
       ASSERT_NEAR(machine.body(1).angle, y[0], 3e-7);
-      ASSERT_NEAR(machine.body(1).spin, y[1], 3e-6);
+      ASSERT_NEAR(machine.body(1).omega, y[1], 3e-6);
     }
   }
 }

@@ -5,7 +5,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "libmbd/drivers/angle_driver.hpp"
 #include "libmbd/equilibrium.hpp"
+#include "libmbd/forces/spring_damper.hpp"
+#include "libmbd/joints/revolute.hpp"
+#include "libmbd/joints/translational.hpp"
 #include "tests/tools/mechanisms.hpp"
 #include "tests/tools/message_of.hpp"
 

@@ -5,6 +5,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "libmbd/drivers/angle_driver.hpp"
+#include "libmbd/joints/cam_follower.hpp"
+#include "libmbd/joints/flat_faced_cam.hpp"
+#include "libmbd/joints/point_on_curve.hpp"
+#include "libmbd/joints/revolute.hpp"
+#include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
 #include "tests/tools/reference_ode.hpp"
 

@@ -6,6 +6,13 @@
 #include <boost/math/special_functions/lambert_w.hpp>
 #include <cmath>
 
+#include "libmbd/forces/disk_contact.hpp"
+#include "libmbd/forces/distance_stop.hpp"
+#include "libmbd/forces/line_contact.hpp"
+#include "libmbd/forces/rotational_stop.hpp"
+#include "libmbd/forces/slide_stop.hpp"
+#include "libmbd/joints/revolute.hpp"
+#include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
 #include "tests/tools/reference_ode.hpp"
 
@@ -91,7 +98,7 @@ TEST_P(Contacts, StopsReboundAsTheBallDoes) {
   for (int i = 0; i < 8000; ++i) machine.advance(1e-5);
   for (const char* stop : {"turn", "end", "rope"}) EXPECT_GT(machine.force_value(stop, "gap"), 0) << stop;
   const double out = rebound(b, v);
-  EXPECT_NEAR(machine.body(1).spin, -out, 1e-6 * v);
+  EXPECT_NEAR(machine.body(1).omega, -out, 1e-6 * v);
   EXPECT_NEAR(machine.body(2).v.x, out, 1e-6 * v);
   EXPECT_NEAR(machine.body(3).v.y, out, 1e-6 * v);
 }
@@ -136,12 +143,12 @@ TEST_P(Contacts, SlidingDiskComesToRoll) {
     ASSERT_GE(over, -1e-6 * S::v);
     ASSERT_LE(over, S::slip_speed * std::asinh(0.5) + 1e-6 * S::v);
     const BodyState& d = machine.body(1);
-    ASSERT_NEAR(d.v.x - 0.5 * S::radius * d.spin, S::v, 1e-9) << "moment about the contact";
+    ASSERT_NEAR(d.v.x - 0.5 * S::radius * d.omega, S::v, 1e-9) << "moment about the contact";
   }
   ASSERT_GT(machine.time(), 1.5 * roll_at);
   const BodyState& d = machine.body(1);
   EXPECT_NEAR(d.v.x, 2.0 / 3 * S::v, 1e-6 * S::v);
-  EXPECT_NEAR(-d.spin * S::radius, d.v.x, 1e-6 * S::v);
+  EXPECT_NEAR(-d.omega * S::radius, d.v.x, 1e-6 * S::v);
   EXPECT_NEAR(machine.energy().lost, 0.5 * S::mass * S::v * S::v / 3, 1e-6);  // a third of the energy is rubbed away
   EXPECT_NEAR(machine.energy().balance(), 0, 1e-7);
 }
@@ -178,7 +185,7 @@ TEST_P(Contacts, DiskInABoreAgainstItsOwnEquations) {
     t = machine.time();
     EXPECT_NEAR(machine.body(1).r.x, s[0], 1e-6) << "t = " << t;
     EXPECT_NEAR(machine.body(1).r.y, s[1], 1e-6) << "t = " << t;
-    EXPECT_NEAR(machine.body(1).spin, s[5], 1e-5) << "t = " << t;
+    EXPECT_NEAR(machine.body(1).omega, s[5], 1e-5) << "t = " << t;
   }
   EXPECT_GT(std::abs(machine.body(1).angle), 0.5);
   EXPECT_NEAR(machine.energy().balance(), 0, 1e-5);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "libmbd/forces/line_contact.hpp"
 #include "libmbd/machine.hpp"
 
 namespace subsoil::mbd {

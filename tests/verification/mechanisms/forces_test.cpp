@@ -5,6 +5,11 @@
 #include <boost/math/special_functions/jacobi_elliptic.hpp>
 #include <cmath>
 
+#include "libmbd/forces/bushing.hpp"
+#include "libmbd/forces/drag.hpp"
+#include "libmbd/forces/spring_damper.hpp"
+#include "libmbd/joints/revolute.hpp"
+#include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
 
 namespace subsoil::mbd {
@@ -132,7 +137,7 @@ TEST_P(ForcesInMotion, FreePairOnABushingKeepsMomentaAndEnergy) {
   const auto momenta = [&] {
     const BodyState &a = machine.body(1), &b = machine.body(2);
     return std::array<double, 3>{2 * a.v.x + b.v.x, 2 * a.v.y + b.v.y,
-                                 0.5 * a.spin + 0.2 * b.spin + 2 * cross(a.r, a.v) + cross(b.r, b.v)};
+                                 0.5 * a.omega + 0.2 * b.omega + 2 * cross(a.r, a.v) + cross(b.r, b.v)};
   };
   const auto start = momenta();
   double farthest = 0;
@@ -181,9 +186,9 @@ TEST_P(ForcesInMotion, RotorRunsDown) {
   for (int i = 1; i <= 2000; ++i) {
     machine.advance(2e-3);
     const double exact = b_1 / ((b_1 / w_0 + b_2) * std::exp(b_1 * machine.time() / inertia) - b_2);
-    ASSERT_NEAR(machine.body(1).spin, exact, 1e-7) << "t = " << machine.time();
+    ASSERT_NEAR(machine.body(1).omega, exact, 1e-7) << "t = " << machine.time();
   }
-  const double w = machine.body(1).spin;
+  const double w = machine.body(1).omega;
   EXPECT_NEAR(machine.energy().lost, 0.5 * inertia * (w_0 * w_0 - w * w), 1e-6);
 }
 

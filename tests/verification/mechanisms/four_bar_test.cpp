@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "libmbd/drivers/angle_driver.hpp"
+#include "libmbd/joints/revolute.hpp"
 #include "libmbd/machine.hpp"
 
 namespace subsoil::mbd {
@@ -102,7 +104,7 @@ TEST(FourBar, AssemblesFromARoughGuess) {
   EXPECT_LT(report.residual, 1e-13);
   EXPECT_GT(report.moved, 0.05);
   EXPECT_NEAR(machine.body(3).angle, exact[2][2], 1e-12);
-  EXPECT_NEAR(machine.body(1).spin, speed, 1e-12);
+  EXPECT_NEAR(machine.body(1).omega, speed, 1e-12);
 }
 
 /// A triple rocker (shortest + longest link > the other two): no link turns through, each angle has turning points.
@@ -138,14 +140,14 @@ TEST(FourBar, PartitionSwitchesAtTurningPoints) {
   machine.start_from_pose();
   ASSERT_EQ(machine.assembly().freedom, 1);
   const int first = machine.integrator().partition().independent()[0];
-  double worst = 0, before = machine.body(1).spin;
+  double worst = 0, before = machine.body(1).omega;
   int turns = 0, others = 0;
   for (int i = 0; i < 30000; ++i) {
     machine.advance(1e-4);
     worst = std::max(worst, machine.integrator().partition().residual());
-    turns += machine.body(1).spin * before < 0;
+    turns += machine.body(1).omega * before < 0;
     others += machine.integrator().partition().independent()[0] != first;
-    before = machine.body(1).spin;
+    before = machine.body(1).omega;
   }
   EXPECT_GT(turns, 5);
   EXPECT_GT(machine.partition_choices(), turns / 2);

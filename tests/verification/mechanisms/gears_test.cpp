@@ -5,6 +5,13 @@
 #include <cmath>
 #include <string>
 
+#include "libmbd/drivers/angle_driver.hpp"
+#include "libmbd/forces/applied_force.hpp"
+#include "libmbd/joints/gear_pair.hpp"
+#include "libmbd/joints/gear_ratio.hpp"
+#include "libmbd/joints/rack_and_pinion.hpp"
+#include "libmbd/joints/revolute.hpp"
+#include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
 
 namespace subsoil::mbd {
@@ -46,7 +53,7 @@ TEST(Gears, PlanetaryTrainFollowsWillis) {
   EXPECT_NEAR(machine.body(1).angle, 50, 1e-11);
   EXPECT_NEAR(machine.body(3).angle, 10 * carrier_spin, 1e-11);
   EXPECT_NEAR(machine.body(2).angle, 0.7 + 10 * planet_spin, 1e-10);
-  EXPECT_NEAR(machine.body(2).spin, planet_spin, 1e-11);
+  EXPECT_NEAR(machine.body(2).omega, planet_spin, 1e-11);
 }
 
 // At constant speed the motor's power is the load's. The sun's teeth take its torque; the planet passes the force on to
@@ -99,8 +106,8 @@ TEST(Gears, RatioAgainstTheGround) {
   Machine machine(m);
   machine.start_from_pose();
   run(machine, 1, 1e-2);
-  EXPECT_NEAR(machine.body(1).spin, 4 / (0.2 + 9 * 0.2), 1e-12);
-  EXPECT_NEAR(machine.body(2).spin, 3 * 4 / (0.2 + 9 * 0.2), 1e-12);
+  EXPECT_NEAR(machine.body(1).omega, 4 / (0.2 + 9 * 0.2), 1e-12);
+  EXPECT_NEAR(machine.body(2).omega, 3 * 4 / (0.2 + 9 * 0.2), 1e-12);
 }
 
 // A pushed rack turns a pinion of 0.25 m above it: x'' = F / (m + I / R^2); the tooth force is what turns the pinion.

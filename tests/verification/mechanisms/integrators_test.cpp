@@ -5,6 +5,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "libmbd/forces/applied_force.hpp"
+#include "libmbd/forces/rotational_spring_damper.hpp"
+#include "libmbd/joints/revolute.hpp"
 #include "tests/tools/reference_ode.hpp"
 #include "tests/tools/rig.hpp"
 

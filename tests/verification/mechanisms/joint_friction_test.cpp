@@ -1,5 +1,7 @@
 // Friction in joints from their reaction: closed forms in full sliding, minimal coordinates in a pin, self-locking.
 
+#include "libmbd/forces/joint_friction.hpp"
+
 #include <gtest/gtest.h>
 
 #include <array>
@@ -7,6 +9,11 @@
 #include <string>
 #include <vector>
 
+#include "libmbd/forces/applied_force.hpp"
+#include "libmbd/forces/spring_damper.hpp"
+#include "libmbd/joints/fixed.hpp"
+#include "libmbd/joints/revolute.hpp"
+#include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/reference_ode.hpp"
@@ -112,7 +119,7 @@ TEST_P(JointFrictionBy, PinOfAPendulum) {
       },
       {half_pi, 0}, 0, 3, 1e-13);
   EXPECT_NEAR(machine.body(bar).angle + half_pi, y[0], 1e-7);
-  EXPECT_NEAR(machine.body(bar).spin, y[1], 1e-6);
+  EXPECT_NEAR(machine.body(bar).omega, y[1], 1e-6);
   EXPECT_GT(machine.energy().lost, 1);
   EXPECT_NEAR(machine.energy().balance(), 0, 1e-6);
 }
@@ -198,7 +205,7 @@ TEST(JointFriction, RefusesWhatItCannotActIn) {
     const int bar = m.add({.name = "bar", .mass = 1, .inertia = 1});
     m.add("pin", Revolute{.body_a = ground, .body_b = bar});
     m.add("friction", JointFriction{.joint = "pin", .radius = 0.01, .mu_s = 0.2, .mu_k = 0.1});
-    change(m, std::get<JointFriction>(m.forces[0].element));
+    change(m, m.forces[0].element.get<JointFriction>());
     return test::message_of<std::invalid_argument>([&] { Machine(m).start_from_pose(); });
   };
   EXPECT_EQ(refusal([](Model&, JointFriction& f) { f.joint = "pn"; }),

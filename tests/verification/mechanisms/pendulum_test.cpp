@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "libmbd/joints/revolute.hpp"
 #include "libmbd/machine.hpp"
 #include "tests/tools/reference_ode.hpp"
 
@@ -119,8 +120,8 @@ TEST_P(TwoBars, FollowMinimalCoordinates) {
   const auto y = test::solve_ode([&](const auto& s, auto& d, double) { p.right(s, d); }, {t1, t2, 0, 0}, 0, 3.0);
   EXPECT_NEAR(machine.body(1).angle, y[0], tolerance);
   EXPECT_NEAR(machine.body(2).angle, y[1], tolerance);
-  EXPECT_NEAR(machine.body(1).spin, y[2], 20 * tolerance);
-  EXPECT_NEAR(machine.body(2).spin, y[3], 20 * tolerance);
+  EXPECT_NEAR(machine.body(1).omega, y[2], 20 * tolerance);
+  EXPECT_NEAR(machine.body(2).omega, y[3], 20 * tolerance);
   EXPECT_NEAR(machine.energy().balance(), 0, 1e-9);
 }
 

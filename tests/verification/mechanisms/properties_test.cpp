@@ -9,6 +9,7 @@
 #include <map>
 #include <string>
 
+#include "libmbd/forces/applied_force.hpp"
 #include "tests/tools/random_mechanism.hpp"
 
 namespace subsoil::mbd {
@@ -37,7 +38,7 @@ struct States {
 
 double distance(const BodyState& a, const BodyState& b) {
   return std::max(
-      {length(a.r - b.r), std::abs(a.angle - b.angle), 0.1 * length(a.v - b.v), 0.1 * std::abs(a.spin - b.spin)});
+      {length(a.r - b.r), std::abs(a.angle - b.angle), 0.1 * length(a.v - b.v), 0.1 * std::abs(a.omega - b.omega)});
 }
 
 double largest_distance(const States& a, const States& b) {
@@ -117,15 +118,15 @@ TEST_P(AnyMechanism, PartitionSolvesTheAugmentedSystem) {
 Model carried(Model m, double turn, Vec2 shift) {
   const BodyState frame(shift, turn, {}, 0);
   const auto move = [&](std::array<double, 2>& p) {
-    const Vec2 w = frame.world(p);
+    const Vec2 w = frame.vector_in_world(p);
     p = {w.x + shift.x, w.y + shift.y};
   };
-  const Vec2 g = frame.world(m.gravity);
+  const Vec2 g = frame.vector_in_world(m.gravity);
   m.gravity = {g.x, g.y};
   for (Body& b : m.bodies) {
     std::array<double, 2> at{b.pose[0], b.pose[1]};
     move(at);
-    const Vec2 v = frame.world({b.velocity[0], b.velocity[1]});
+    const Vec2 v = frame.vector_in_world({b.velocity[0], b.velocity[1]});
     b.pose = {at[0], at[1], b.pose[2] + turn};
     b.velocity = {v.x, v.y, b.velocity[2]};
   }
@@ -154,8 +155,8 @@ TEST_P(AnyMechanism, RotatedAndShiftedMovesTheSame) {
   const BodyState frame(shift, turn, {}, 0);
   double most = 0;
   for (const auto& [name, s] : here.of) {
-    const Vec2 r = shift + frame.world({s.r.x, s.r.y}), v = frame.world({s.v.x, s.v.y});
-    most = std::max(most, distance(BodyState(r, s.angle + turn, v, s.spin), there.of.at(name)));
+    const Vec2 r = shift + frame.vector_in_world({s.r.x, s.r.y}), v = frame.vector_in_world({s.v.x, s.v.y});
+    most = std::max(most, distance(BodyState(r, s.angle + turn, v, s.omega), there.of.at(name)));
   }
   EXPECT_LT(most, 1e-9);
   EXPECT_GT(largest_distance(here, States(Machine(model))), 1e-3) << "nothing moved: the test says nothing";
@@ -189,7 +190,7 @@ TEST_P(AnyMechanism, ReversedInTimeItReturns) {
   for (std::size_t i = 0; i < back.bodies.size(); ++i) {
     const BodyState& s = out.body(static_cast<int>(i) + 1);
     back.bodies[i].pose = {s.r.x, s.r.y, s.angle};
-    back.bodies[i].velocity = {-s.v.x, -s.v.y, -s.spin};
+    back.bodies[i].velocity = {-s.v.x, -s.v.y, -s.omega};
   }
   // Free lengths and angles that the start pose decided stay those of the first start.
   for (std::size_t i = 0; i < back.forces.size(); ++i) back.forces[i] = out.system().model().forces[i];
@@ -197,7 +198,7 @@ TEST_P(AnyMechanism, ReversedInTimeItReturns) {
   returning.start_from_pose();
   for (int i = 0; i < 1000; ++i) returning.advance(step);
   States end(returning);
-  for (auto& [name, s] : end.of) s.v = -1.0 * s.v, s.spin = -s.spin;
+  for (auto& [name, s] : end.of) s.v = -1.0 * s.v, s.omega = -s.omega;
   EXPECT_LT(largest_distance(start, end), 1e-9);
   EXPECT_GT(largest_distance(start, States(out)), 1e-3) << "nothing moved: the test says nothing";
 }

@@ -46,7 +46,7 @@ TEST_P(RigTable, EquilibriumToThePrintedDigits) {
   near("pitch of the shovel", "rad", shovel.angle, row.phi1, 0.51e-5);
   near("pitch of the frame", "rad", machine.body(rig.frame).angle, row.phi7, 0.51e-5);
   near("height of the shovel's centre of mass", "m", shovel.r.y, row.cg, 0.51e-4);
-  near("height of the tip", "m", shovel.r.y + shovel.world({.244, -.495}).y, row.tip, 0.51e-4);
+  near("height of the tip", "m", shovel.r.y + shovel.vector_in_world({.244, -.495}).y, row.tip, 0.51e-4);
   near("force of the spring", "N", machine.force_value("H9", "force"), row.spring, 0.051);
   near("pull", "N", machine.driver_force("H10"), row.pull, 0.051);
   double resistance = 0;
@@ -130,7 +130,7 @@ TEST(Rig, RaisedVariantWorksAt18Centimetres) {
   Machine machine(rig.model);
   machine.start_from_towing_equilibrium(0.5);
   const BodyState& shovel = machine.body(rig.shovel);
-  EXPECT_NEAR(shovel.r.y + shovel.world({.244, -.495}).y, -0.18, 0.005);
+  EXPECT_NEAR(shovel.r.y + shovel.vector_in_world({.244, -.495}).y, -0.18, 0.005);
 }
 
 TEST(Rig, HoldsTheDriverToTheTowingSpeed) {

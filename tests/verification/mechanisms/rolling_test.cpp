@@ -5,6 +5,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "libmbd/joints/disk_on_disk.hpp"
+#include "libmbd/joints/disk_on_line.hpp"
+#include "libmbd/joints/rolling_on_disk.hpp"
+#include "libmbd/joints/rolling_on_line.hpp"
 #include "libmbd/machine.hpp"
 #include "tests/tools/reference_ode.hpp"
 

@@ -8,6 +8,9 @@
 #include <string>
 #include <tuple>
 
+#include "libmbd/drivers/angle_driver.hpp"
+#include "libmbd/joints/revolute.hpp"
+#include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
 #include "tests/tools/reference_ode.hpp"
 

@@ -6,6 +6,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "libmbd/drivers/angle_driver.hpp"
+#include "libmbd/drivers/distance_driver.hpp"
+#include "libmbd/joints/distance.hpp"
+#include "libmbd/joints/point_on_line.hpp"
+#include "libmbd/joints/revolute.hpp"
+#include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
 
 namespace subsoil::mbd {
@@ -92,7 +98,7 @@ TEST(DistanceDriver, CylinderLiftsABoom) {
     const double lever = ab * std::sin(psi) / length;  // dL/dq
     const double spin = speed / lever, turn = (speed * speed - ab * cosine * spin * spin) / (ab * std::sin(psi));
     EXPECT_NEAR(machine.body(boom).angle, psi - below, 1e-12);
-    EXPECT_NEAR(machine.body(boom).spin, spin, 1e-11);
+    EXPECT_NEAR(machine.body(boom).omega, spin, 1e-11);
     const double moment = (inertia + mass * centre * centre) * turn + mass * g * centre * std::cos(psi - below);
     EXPECT_NEAR(machine.driver_force("cylinder"), moment / lever, 1e-9);
   }

@@ -1,9 +1,14 @@
 // One degree of freedom each, closed form: the two acceptance cases of the source's authors for their solver.
 
+#include "libmbd/forces/spring_damper.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "libmbd/forces/rotational_spring_damper.hpp"
+#include "libmbd/joints/revolute.hpp"
+#include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
 #include "tests/tools/verified.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <boost/math/tools/roots.hpp>
 
-#include "tests/tools/dem_beds.hpp"
+#include "tests/tools/laws.hpp"
 #include "tests/tools/verified.hpp"
 
 /// Adhesion through the engine: pulls and rebounds of one sphere at a plane, friction without memory, and twist.
@@ -33,7 +33,7 @@ Bed above_plane(const Law& law, double overlap, const Vec3& velocity, const Vec3
 /// Speed after an impact, over the speed before; 0 when the bodies stay together.
 double rebound(const Law& law, double speed, double dt, long most_steps = 60000) {
   Bed bed = above_plane(law, -1e-9, {0, -speed, 0});
-  const double apart = kR + 1e-6 + reach_of(resolved(law), kR);
+  const double apart = kR + 1e-6 + law->cutoff(kR);
   for (long n = 0; n < most_steps; ++n) {
     bed.step(dt);
     const Sphere& s = bed.spheres()[0];
@@ -213,16 +213,10 @@ TEST(Adhesion, BridgeBesideWillettsFit) {
                      "Willett et al. 2000, Langmuir 16, 9396, in the form of MercuryDPM");
   for (const double share_of_r3 : {1e-3, 1e-2}) {
     const double volume = share_of_r3 * r * r * r, end = (1 + angle / 2) * std::cbrt(volume);
-    const Law law = resolved(with(grains(1e4, 1, 0), water(volume, angle)));
+    const Law law = with(grains(1e4, 1, 0), water(volume, angle));
     Curve curve(share_of_r3 > 5e-3 ? "bridge-2" : "bridge-3");
     double memory[kOwnMemory] = {};
-    const auto pull = [&](double gap) {
-      return std::visit(
-          [&](const auto& l) {
-            return -normal_force(l, Approach<double>{-gap, 0, 0.01, r / 2, 1e-6}, memory).force;
-          },
-          law);
-    };
+    const auto pull = [&](double gap) { return -law->normal({-gap, 0, 0.01, r / 2, 1e-6}, memory).force; };
     const auto willett = [&](double gap) {
       const double s = gap * std::sqrt(r / volume);
       return 2 * pi * r * 0.072 * std::cos(angle) / (1 + 1.05 * s + 2.5 * s * s);

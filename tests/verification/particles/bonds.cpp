@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "libdem/step/stability.hpp"
-#include "tests/tools/dem_beds.hpp"
+#include "tests/tools/laws.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/verified.hpp"
 
@@ -581,7 +581,7 @@ TEST(Bond, StableStepHoldsForARow) {
 
 TEST(Bond, RefusesWhatCannotBe) {
   const auto refusal = [](const Linear& law) {
-    return subsoil::test::message_of([&] { static_cast<void>(resolved(law)); });
+    return subsoil::test::message_of([&] { static_cast<void>(Law(law)); });
   };
   Linear law = cemented();
   law.bond.modulus = NAN;

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "libdem/bed_impact.hpp"
-#include "tests/tools/dem_beds.hpp"
+#include "tests/tools/laws.hpp"
 #include "tests/tools/verified.hpp"
 
 /// Two-body impacts in the engine by laws whose contacts remember, beside what their loops enclose: m (V^2 - V'^2)/2.

@@ -4,7 +4,7 @@
 #include "libdem/impact/hertz.hpp"
 #include "libdem/impact/hysteretic.hpp"
 #include "libdem/impact/jkr.hpp"
-#include "tests/tools/dem_beds.hpp"
+#include "tests/tools/laws.hpp"
 
 /// The engine's step beside the closed forms of impact: Hunt-Crossley, and Hertz by a law of its own.
 namespace subsoil::dem::test {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "tests/tools/dem_beds.hpp"
+#include "tests/tools/laws.hpp"
 #include "tests/tools/verified.hpp"
 
 /// Loading and unloading of the plastic laws through the engine: a plane presses a sphere that is too heavy to follow

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "tests/tools/dem_beds.hpp"
+#include "tests/tools/laws.hpp"
 #include "tests/tools/verified.hpp"
 
 /// Two-body results that other programs publish: their recorded numbers, with their conventions where ours differ.

@@ -3,7 +3,7 @@
 #include <boost/numeric/odeint.hpp>
 
 #include "libdem/bed_impact.hpp"
-#include "tests/tools/dem_beds.hpp"
+#include "tests/tools/laws.hpp"
 #include "tests/tools/verified.hpp"
 
 /// Restitution out = restitution in for every law that promises one, over e from 0.05 to 1 and three decades of speed;

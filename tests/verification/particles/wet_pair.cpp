@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/tools/dem_beds.hpp"
+#include "tests/tools/every_law.hpp"
 #include "tests/tools/verified.hpp"
 
 /// Two wet spheres of the source (r 10 mm, 1800 kg/m3): pull-apart curve, work of separation, period, creep; momentum.

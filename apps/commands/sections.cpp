@@ -1,0 +1,42 @@
+#include "apps/calibrate/plan.hpp"
+#include "apps/impact/study.hpp"
+#include "apps/laboratory/tests.hpp"
+#include "apps/scenario/fields/fields.hpp"
+#include "apps/scenario/registry.hpp"
+#include "apps/sweep/plan.hpp"
+
+/// What the commands add to scenarios and their reference: one entry each.
+namespace subsoil::app {
+namespace {
+
+template <class T>
+Declare prototype() {
+  return [](Fields& fields) {
+    T value;
+    declare(fields, value);
+  };
+}
+
+}  // namespace
+
+const std::vector<CommandSection>& command_sections() {
+  static const std::vector<CommandSection> sections{
+      {"test", "laboratory tests of the material, run by `subsoil test`; a run does not look at it",
+       prototype<ElementTests>()}};
+  return sections;
+}
+
+const std::vector<CommandFile>& command_files() {
+  static const std::vector<CommandFile> files{
+      {"The file of `subsoil impact`",
+       "The same rules hold; a key may also stand as a flag, `--model jkr --w \"50 mJ/m^2\"` ([impact.md](impact.md)).",
+       prototype<ImpactStudy>()},
+      {"The file of `subsoil calibrate`",
+       "The same rules hold; values of targets carry the unit of their number "
+       "([laboratory-tests.md](laboratory-tests.md)).",
+       prototype<Plan>()},
+      {"The file of `subsoil sweep`", "The same rules hold ([sweep.md](sweep.md)).", prototype<SweepPlan>()}};
+  return files;
+}
+
+}  // namespace subsoil::app

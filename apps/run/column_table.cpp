@@ -1,0 +1,199 @@
+#include "apps/run/column_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "libmbd/elements.hpp"
+
+namespace subsoil::app {
+namespace {
+
+dem::Wrench wrench_on(const ColumnSources& from, const SurfaceRecord& s) {
+  const dem::Boundary& b = from.world.bed->boundary(s.boundary);
+  return dem::about(b.on_mesh(s.mesh), b.pose.position, b.pose.to_world(s.reference));
+}
+const dem::Wrench& wrench_on(const ColumnSources& from, const SoilOnBody& b) {
+  return from.simulation.soil_on_body(b.body);
+}
+template <int Axis>
+double place(const ColumnSources& from, const SurfaceRecord& s) {
+  return from.simulation.surface_pose(s.boundary).position[Axis];
+}
+template <class Owner, int Axis>
+double force(const ColumnSources& from, const Owner& on) {
+  return wrench_on(from, on).force[Axis];
+}
+template <class Owner, int Axis>
+double moment(const ColumnSources& from, const Owner& on) {
+  return wrench_on(from, on).moment[Axis];
+}
+template <class Owner>
+constexpr ColumnOf<Owner> wrench_of[] = {
+    {"Fx", "N", force<Owner, 0>, true},     {"Fy", "N", force<Owner, 1>, true},
+    {"Fz", "N", force<Owner, 2>, true},     {"Mx", "N m", moment<Owner, 0>, false},
+    {"My", "N m", moment<Owner, 1>, false}, {"Mz", "N m", moment<Owner, 2>, false}};
+
+constexpr ColumnOf<SurfaceRecord> places[] = {{"x", "m", place<0>}, {"y", "m", place<1>}, {"z", "m", place<2>}};
+
+/// Sum over the bodies that touch soil; each may carry several surfaces.
+template <int Axis>
+double on_machine(const ColumnSources& from) {
+  double sum = 0;
+  std::vector<int> seen;
+  for (const coupling::BodySurface& s : from.world.body_surfaces) {
+    if (std::find(seen.begin(), seen.end(), s.body) != seen.end()) continue;
+    seen.push_back(s.body);
+    sum += from.simulation.soil_on_body(s.body).force[Axis];
+  }
+  return sum;
+}
+
+using Whole = const SoilAsWhole&;
+using From = const ColumnSources&;
+constexpr ColumnOf<SoilAsWhole> drafts[] = {{"draft", "N", [](From f, Whole) { return -on_machine<0>(f); }, true},
+                                            {"lift", "N", [](From f, Whole) { return on_machine<1>(f); }, true}};
+
+const dem::BedEnergy& book(From f) { return f.world.bed->energy(); }
+constexpr ColumnOf<SoilAsWhole> bed[] = {
+    {"soil.kinetic", "J", [](From f, Whole) { return book(f).kinetic; }},
+    {"soil.spin", "J", [](From f, Whole) { return book(f).spin; }},
+    {"soil.gravity", "J", [](From f, Whole) { return book(f).gravity; }},
+    {"soil.stored", "J", [](From f, Whole) { return book(f).stored; }},
+    {"soil.damped", "J", [](From f, Whole) { return book(f).lost.damping; }},
+    {"soil.slid", "J", [](From f, Whole) { return book(f).lost.sliding; }},
+    {"soil.rolled", "J", [](From f, Whole) { return book(f).lost.rolling; }},
+    {"soil.boundary work", "J", [](From f, Whole) { return book(f).boundary_work; }},
+    {"soil.removed", "J", [](From f, Whole) { return book(f).removed; }},
+    {"interface.on soil", "J", [](From f, Whole) { return f.simulation.interface_work().on_soil; }},
+    {"interface.on machine", "J", [](From f, Whole) { return f.simulation.interface_work().on_machine; }},
+    {"soil.fastest", "m/s", [](From f, Whole) { return f.world.bed->max_speed(); }}};
+
+double count(std::size_t n) { return static_cast<double>(n); }
+constexpr ColumnOf<SoilAsWhole> bonds[] = {
+    {"bonds", "1", [](From f, Whole) { return count(f.world.bed->bonds().intact()); }},
+    {"bonds broken in tension", "1", [](From f, Whole) { return count(f.world.bed->bonds().broken_in_tension); }},
+    {"bonds broken in shear", "1", [](From f, Whole) { return count(f.world.bed->bonds().broken_in_shear); }},
+    {"broken", "J", [](From f, Whole) { return book(f).lost.breaking; }}};
+
+}  // namespace
+
+const ColumnFamily<SoilOnBody> soil_on_body_columns{
+    "BODY.soil", Taken::step, wrench_of<SoilOnBody>,
+    "soil on the body, about its centre of mass, world axes. Fz, Mx, My do no work on a planar body: they are what its "
+    "guide takes"};
+const ColumnFamily<SurfaceRecord> surface_columns{
+    "SURFACE", Taken::step, wrench_of<SurfaceRecord>,
+    "soil on one surface (container walls, `boundaries`, every named surface of a body), world axes. Moments are "
+    "about: "
+    "the body's centre of mass for a body's surface; `reference`, else its place, for a boundary (both move along); "
+    "the world's origin for container walls"};
+const ColumnFamily<SurfaceRecord> path_columns{"BOUNDARY", Taken::instant, places,
+                                               "place of a boundary on a given path, world axes"};
+const ColumnFamily<SoilAsWhole> draft_columns{
+    "soil", Taken::step, drafts,
+    "with a machine: the soil's force on all its bodies, rearward (minus the sum of Fx) and upward (the sum of Fy)"};
+const ColumnFamily<SoilAsWhole> bed_columns{
+    "", Taken::sample, bed,
+    "the bed's energy balance: kinetic, of rotation (spin), potential (gravity), stored in contacts, damped, slid, "
+    "rolled, work of all surfaces on the spheres, removed with spheres; work at the machine's surfaces as either side "
+    "accumulates it, whose sum is what the staggered exchange made or lost; speed of the fastest sphere"};
+const ColumnFamily<SoilAsWhole> bond_columns{
+    "soil", Taken::sample, bonds,
+    "where a law has bonds: intact ones, broken ones since the start, energy that those held"};
+
+namespace {
+
+template <class Force>
+MachineColumns of_force(const char* owner, const char* meaning) {
+  MachineColumns out{owner, {}, meaning};
+  for (const auto& column : Force::columns) out.columns.emplace_back(column.name, column.unit);
+  return out;
+}
+
+}  // namespace
+
+std::vector<MachineColumns> machine_columns() {
+  return {
+      {"BODY", {{"x", "m"}, {"y", "m"}}, "centre of mass, world axes"},
+      {"BODY", {{"angle", "rad"}}, "counter-clockwise about +z; 0 is the body's own axes along the world's"},
+      {"BODY", {{"vx", "m/s"}, {"vy", "m/s"}, {"spin", "rad/s"}}, "velocity of the centre of mass, angular velocity"},
+      {"BODY",
+       {{"ax", "m/s^2"}, {"ay", "m/s^2"}, {"alpha", "rad/s^2"}},
+       "acceleration of the centre of mass, angular acceleration"},
+      {"JOINT",
+       {{"fx", "N"}, {"fy", "N"}, {"moment", "N m"}},
+       "what the joint puts on its *first* body, at the joint's point (of disks, cams: the contact; of gears: the "
+       "pitch "
+       "point), world axes; the second gets the opposite"},
+      {"DRIVER",
+       {{"force", "N"}},
+       "along the driven coordinate, on the driven (second) body. For a towed trolley: the pull"},
+      {"DRIVER", {{"torque", "N m"}}, "the same of a driven angle"},
+      of_force<mbd::SpringDamper>("SPRING", "compression positive, damper included"),
+      of_force<mbd::RotationalSpringDamper>("ROTATIONAL", "on the second body; angle of the second against the first"),
+      of_force<mbd::AppliedForce>("LOAD", "an applied force or drag, world axes"),
+      of_force<mbd::Bushing>("BUSHING",
+                             "on the second body, in the bushing's axes; how far its point is off the first's"),
+      of_force<mbd::LineContact>("CONTACT",
+                                 "on the second body; friction and slip positive along the side with its free side on "
+                                 "the left; gap below 0 is the depth"),
+      of_force<mbd::SlideStop>("STOP", "on the second body, along what is measured; room to the nearer stop"),
+      of_force<mbd::DistanceStop>("STOP", "the same of a distance"),
+      of_force<mbd::RotationalStop>("STOP", "the same of an angle"),
+      of_force<mbd::JointFriction>(
+          "FRICTION",
+          "on the joint's second body: force along a slide or torque in a pin, at the speed of "
+          "the sliding surfaces; 1 while it sticks"),
+      of_force<mbd::GroundElement>(
+          "GROUND",
+          "ground element: force on the body, of the plastic spring (differs by the follower), "
+          "depth of the lowest point, rut under it"),
+      of_force<mbd::WheelOnSoil>("WHEEL", "load, rolling resistance, sinkage and the rut under the front of the patch"),
+      {"energy",
+       {{"kinetic", "J"},
+        {"potential", "J"},
+        {"stored", "J"},
+        {"lost", "J"},
+        {"driver work", "J"},
+        {"force work", "J"},
+        {"external work", "J"},
+        {"balance", "J"}},
+       "the machine's energy balance; external work is the soil's, balance what does not close"},
+  };
+}
+
+namespace {
+
+/// One line of the table: names with their units, those of one unit together.
+std::string line(const std::string& owner, const std::vector<std::pair<std::string, std::string>>& columns,
+                 const std::string& meaning) {
+  std::string names;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const auto& [name, unit] = columns[i];
+    names += i == 0 && !owner.empty() ? "`" + owner + "." + name + "`"
+                                      : (i == 0 ? "`" : " `") + (owner.empty() ? "" : std::string(".")) + name + "`";
+    if (i + 1 == columns.size() || columns[i + 1].second != unit)
+      names += " [" + unit + "]" + (i + 1 == columns.size() ? "" : ",");
+  }
+  return fmt::format("| {} | {} |\n", names, meaning);
+}
+
+template <class Owner>
+std::string line(const ColumnFamily<Owner>& family) {
+  std::vector<std::pair<std::string, std::string>> columns;
+  for (const ColumnOf<Owner>& c : family.columns) columns.emplace_back(c.name, c.unit);
+  return line(family.owner, columns, family.meaning);
+}
+
+}  // namespace
+
+std::string columns_markdown() {
+  std::string out = "| columns | are |\n|---|---|\n| `time` [s] | of the row |\n";
+  for (const MachineColumns& m : machine_columns()) out += line(m.owner, m.columns, m.meaning);
+  out += line(soil_on_body_columns) + line(surface_columns) + line(path_columns) + line(draft_columns) +
+         line(bed_columns) + line(bond_columns);
+  return out + "| others | your own `machine.measures` and `output.watch` |\n";
+}
+
+}  // namespace subsoil::app

@@ -1,0 +1,54 @@
+#include "apps/scenario/scenario.hpp"
+
+#include "apps/scenario/key_list.hpp"
+#include "apps/scenario/printer.hpp"
+#include "apps/scenario/reader.hpp"
+
+namespace subsoil::app {
+
+namespace {
+
+class KnownMaterials final : public Compound {
+ public:
+  explicit KnownMaterials(const Scenario& scenario) : scenario_(scenario) {}
+  void read(Reader& reader, const Field&) override { reader.reading().materials = scenario_.materials; }
+  void print(Printer&, const Field&) const override {}
+  void list(KeyList&, const Field&) const override {}
+
+ private:
+  const Scenario& scenario_;
+};
+
+}  // namespace
+
+void describe(Fields& v, Scenario& s) {
+  v.version("subsoil", s.version, "version of the scenario format: 1");
+  v.text("title", s.title, "one line about what this is");
+  v.choice("analysis", s.analysis,
+           {{"dynamics", Analysis::dynamics},
+            {"kinematics", Analysis::kinematics},
+            {"equilibrium", Analysis::equilibrium},
+            {"modes", Analysis::modes},
+            {"assembly", Analysis::assembly}},
+           "dynamics: motion under forces; kinematics: motion and driving forces of a machine that is driven in every "
+           "coordinate; equilibrium: the state of rest (or of towing) and its stability; modes: small oscillations "
+           "about it; assembly: how the pose closes. All but dynamics: without soil");
+  v.downward("gravity", s.gravity, "m/s^2", "one number acts downward (-y); or a vector");
+  v.text("simd", s.simd, "instruction set of the soil kernel; auto: the best of this processor");
+  v.choice(
+      "precision", s.precision, {{"double", dem::Precision::doubles}, {"mixed", dem::Precision::mixed}},
+      "of the soil; mixed: positions and forces on surfaces in double; velocities, the force on a sphere, springs and "
+      "laws between spheres in float (docs/performance.md says what it changes)");
+  v.named("materials", s.materials, "what soil, tools and walls are made of");
+  KnownMaterials known_materials(s);
+  v.visit_compound({}, known_materials);  // what follows combines their values
+  v.list("contacts", s.contacts, "the law of each pair of materials that can meet");
+  v.section("soil", s.soil, "container and bed; left out: a machine only");
+  v.list("boundaries", s.boundaries, "surfaces that are no machine's: fixed or on a given path");
+  v.section("machine", s.machine, "planar multibody system; left out: soil only");
+  v.section("time", s.time, "end, steps, integrator");
+  v.section("output", s.output, "what is written, and how often");
+  v.section("limits", s.limits, "beyond these the run stops with exit 3");
+}
+
+}  // namespace subsoil::app

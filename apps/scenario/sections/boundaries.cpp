@@ -1,0 +1,57 @@
+#include "apps/scenario/sections/boundaries.hpp"
+
+#include <fmt/format.h>
+
+#include "apps/scenario/checks.hpp"
+#include "apps/scenario/scenario.hpp"
+
+namespace subsoil::app {
+
+void describe(Fields& v, Move& m) {
+  v.vector("velocity", m.velocity, "m/s", "of the boundary's place");
+  v.vector("spin", m.spin, "rad/s", "angular velocity, world axes");
+  v.vector("about", m.about, "m", "point of the spin at the start; moves along; left out: the boundary's place");
+  v.function("profile", m.profile, "1", "factor on velocity and spin over time");
+  v.quantity("from", m.from, "s", "[0, inf)", "time at which this motion begins");
+  v.quantity("until", m.until, "s", "(0, inf]", "time at which it ends");
+}
+
+void describe(Fields& v, BoundarySection& b) {
+  v.name("name", b.name, "appears in the results");
+  v.reference("material", b.material, Family::material, "of the surface");
+  v.form("shape", b.shape, "its shape");
+  v.vector("at", b.at, "m", "its place: origin of the shape");
+  v.section("rotation", b.rotation, "turns the shape about its place");
+  v.list("moves", b.moves, "given motion; several stretches add up; left out: fixed");
+  v.vector("reference", b.reference, "m", "point of the reported moment, moves along; left out: its place");
+}
+
+namespace {
+
+struct BoundaryChecks : Checks {
+  const Scenario& s;
+
+  void boundaries() {
+    Names names;
+    for (std::size_t i = 0; i < s.boundaries.size(); ++i) {
+      const BoundarySection& b = s.boundaries[i];
+      const std::string path = fmt::format("boundaries[{}]", i);
+      if (!b.name.empty() && holds(names, b.name)) refuse(path + ".name", b.name, "stands twice; names must differ");
+      names.push_back(b.name);
+      material(path + ".material", b.material);
+      check_shape(*this, path + ".shape", b.shape);
+      direction(path + ".rotation.axis", b.rotation.axis);
+      for (std::size_t k = 0; k < b.moves.size(); ++k) {
+        if (b.moves[k].from >= b.moves[k].until) {
+          refuse(fmt::format("{}.moves[{}].until", path, k), "must be later than `from`");
+        }
+      }
+    }
+  }
+};
+
+}  // namespace
+
+void check_boundaries(Checks& checks, const Scenario& s) { BoundaryChecks{checks, s}.boundaries(); }
+
+}  // namespace subsoil::app

@@ -1,0 +1,40 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/scenario/sections/placement.hpp"
+#include "apps/scenario/shapes/shapes.hpp"
+#include "libmbd/function.hpp"
+
+/// Surfaces that are no machine's: fixed or on a given path.
+namespace subsoil::app {
+
+using mbd::Function;
+
+/// One stretch of a given motion; several add up. v(t) = velocity * profile(t), likewise the spin about `about`.
+struct Move {
+  Vec3 velocity{};            // m/s
+  Vec3 spin{};                // rad/s
+  std::optional<Vec3> about;  // point of the spin at the start, carried along; the boundary's `at` unless given
+  Function profile{1.0};      // factor over time
+  double from = 0, until = unlimited;  // s
+};
+void describe(Fields& v, Move& m);
+
+struct BoundarySection {
+  std::string name;
+  std::string material;
+  Shape shape;
+  Vec3 at{};
+  Rotation rotation;
+  std::vector<Move> moves;
+  std::optional<Vec3> reference;  // point of its wrench, carried along; `at` unless given
+};
+void describe(Fields& v, BoundarySection& b);
+
+struct Checks;
+struct Scenario;
+void check_boundaries(Checks& checks, const Scenario& s);
+
+}  // namespace subsoil::app

@@ -1,0 +1,14 @@
+#pragma once
+#include "apps/scenario/fields/fields.hpp"
+
+namespace subsoil::app {
+
+/// Beyond these the run stops.
+struct Limits {
+  double overlap = 0.5;  // share of the radius
+  double speed = 50;     // m/s
+  double energy = 0.1;   // share of the machine's energy by which its balance may be off
+};
+void describe(Fields& v, Limits& l);
+
+}  // namespace subsoil::app

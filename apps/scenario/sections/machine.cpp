@@ -1,0 +1,228 @@
+#include "apps/scenario/sections/machine.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "apps/scenario/checks.hpp"
+#include "apps/scenario/fields/nodes.hpp"
+#include "apps/scenario/key_list.hpp"
+#include "apps/scenario/printer.hpp"
+#include "apps/scenario/reader.hpp"
+#include "apps/scenario/scenario.hpp"
+#include "apps/scenario/units.hpp"
+#include "libmbd/elements.hpp"
+#include "libmbd/measures.hpp"
+
+namespace subsoil::app {
+
+template <class Family>
+struct TypesOf<mbd::AnyElement<Family>> : mbd::ListOf<Family> {};
+
+void describe(Fields& v, BodySection& b) {
+  v.quantity("mass", b.mass, "kg", "(0, inf)", "mass");
+  v.quantity("inertia", b.inertia, "kg m^2", "(0, inf)", "moment of inertia about the centre of mass");
+  v.vector("at", b.at, "m", "centre of mass in the start pose, x y");
+  v.quantity("angle", b.angle, "rad", "(-inf, inf)", "of the body's axes in the start pose, counter-clockwise");
+  v.vector("velocity", b.velocity, "m/s", "of the centre of mass at the start");
+  v.quantity("spin", b.spin, "rad/s", "(-inf, inf)", "at the start, counter-clockwise");
+  v.choice(
+      "pose is", b.pose_is,
+      {{"given", mbd::StartMark::given}, {"exact", mbd::StartMark::exact}, {"about", mbd::StartMark::about}},
+      "given: a run is refused where the joints move the body by more than 1 % of its size; exact: it is not moved "
+      "at all, others are; about: a guess, moved as far as need be");
+  v.choice("velocity is", b.velocity_is,
+           {{"given", mbd::StartMark::given}, {"exact", mbd::StartMark::exact}, {"about", mbd::StartMark::about}},
+           "given: what is not 0 stays and the rest follows, a run is refused where the joints change it by more than "
+           "1e-3; exact: zeros stay too; about: a guess, changed as far as need be");
+  v.optional_outline(
+      "outline", b.outline,
+      "points `x y` of its outline in pictures, in its own axes, or a CSV file of them whose header names "
+      "the unit; left out: drawn from its surfaces, else from its joints");
+}
+
+void describe(Fields& v, Surface& s) {
+  v.reference("body", s.body, Family::body, "the body that carries it");
+  v.optional_reference("material", s.material, Family::material, "of the surface; left out when it touches no soil");
+  v.inline_form(s.shape);
+  v.choice("placed in", s.placed_in, {{"body", PlacedIn::body}, {"world", PlacedIn::world}},
+           "axes of `at` and `rotation`: the body's, about its centre of mass, or the world's in the start pose");
+  v.vector("at", s.at, "m", "origin of the shape");
+  v.section("rotation", s.rotation, "turns the shape about its origin");
+  v.flag("touches soil", s.touches_soil, "no: it is drawn only");
+}
+
+namespace {
+
+/// Hands the bodies to those who name them.
+class KnownBodies final : public Compound {
+ public:
+  explicit KnownBodies(const MachineSection& machine) : machine_(machine) {}
+  void read(Reader& reader, const Field&) override {
+    for (const BodySection& body : machine_.bodies) {
+      reader.reading().body_names.push_back(body.name);
+      reader.reading().body_poses.emplace_back(mbd::Vec2{body.at[0], body.at[1]}, body.angle, mbd::Vec2{}, 0.0);
+    }
+  }
+  void print(Printer& printer, const Field&) const override {
+    for (const BodySection& body : machine_.bodies) printer.know_body(body.name);
+  }
+  void list(KeyList&, const Field&) const override {}
+
+ private:
+  const MachineSection& machine_;
+};
+
+class KnownMarkers final : public Compound {
+ public:
+  explicit KnownMarkers(const MachineSection& machine) : machine_(machine) {}
+  void read(Reader& reader, const Field&) override { reader.reading().markers = machine_.markers; }
+  void print(Printer&, const Field&) const override {}
+  void list(KeyList&, const Field&) const override {}
+
+ private:
+  const MachineSection& machine_;
+};
+
+/// `pose`, or {towing equilibrium: speed}.
+class StartWord final : public Compound {
+ public:
+  explicit StartWord(Start& start) : start_(start) {}
+  void read(Reader& reader, const Field& field) override {
+    reader.leaf(field, [&](const Node& node) {
+      if (node.kind == Node::Kind::scalar) {
+        if (node.scalar != "pose") throw Refusal("must be `pose` or {towing equilibrium: 0.5 m/s}");
+        return;
+      }
+      Reader inner(reader.reading(), mapping_of(node), reader.child(field.key));
+      start_.kind = StartKind::towing_equilibrium;
+      start_.speed = required;
+      inner.quantity("towing equilibrium", start_.speed, "m/s", "(-inf, inf)", "speed along x of all bodies");
+      inner.finish();
+    });
+  }
+  void print(Printer& printer, const Field& field) const override { printer.leaf(field.key, node(), field.meaning); }
+  void list(KeyList& keys, const Field& field) const override {
+    keys.add(field.key, "word, or {towing equilibrium: m/s}", KeyList::fallback(node(), false), "", field.meaning);
+  }
+
+ private:
+  Node node() const {
+    if (start_.kind == StartKind::pose) return Node::of("pose");
+    Node node = Node::mapping(true);
+    node.add("towing equilibrium", Node::of(format_quantity(start_.speed, "m/s")));
+    return node;
+  }
+  Start& start_;
+};
+
+}  // namespace
+
+void describe(Fields& v, MachineSection& m) {
+  v.named("bodies", m.bodies, "rigid bodies in the x-y plane; `ground` is always there");
+  KnownBodies known_bodies(m);
+  v.visit_compound({}, known_bodies);  // what follows names them
+  v.named("markers", m.markers, "points with axes on bodies or the ground, for measures and pictures");
+  KnownMarkers known_markers(m);
+  v.visit_compound({}, known_markers);
+  v.elements("joints", m.joints, "constraints between bodies");
+  v.elements("drivers", m.drivers, "motions given as functions of time");
+  v.elements("forces", m.forces, "springs, dampers, loads, wheels");
+  v.elements("measures", m.measures, "columns of your own: what is measured of markers, joints, forces and bodies");
+  v.named("surfaces", m.surfaces, "what of the bodies meets the soil, or is drawn");
+  StartWord start(m.start);
+  v.visit_compound({"start", "`pose` as given, or {towing equilibrium: speed}: the steady state found by the program"},
+                   start);
+  v.choice("redundant", m.redundant,
+           {{"minimum-norm", mbd::Redundancy::minimum_norm}, {"refuse", mbd::Redundancy::refuse}},
+           "constraints that depend on each other: share their reaction with least norm, or stop and name them");
+  v.flag("assemble", m.assemble, "move the bodies until the joints close; no: refuse a pose that is off");
+}
+
+namespace {
+
+struct MachineChecks : Checks {
+  Scenario& s;
+
+  void machine() {
+    MachineSection& m = *s.machine;
+    if (m.bodies.empty()) refuse("machine.bodies", "is missing: a machine has at least one body");
+    unique_names(m);
+    const Names bodies = names_of(m.bodies);
+    for (Surface& surface : m.surfaces) {
+      const std::string path = "machine.surfaces." + surface.name;
+      refer(path + ".body", surface.body, bodies, "body");
+      const auto found = std::find(bodies.begin(), bodies.end(), surface.body);
+      surface.body_index = found == bodies.end() ? 0 : static_cast<int>(found - bodies.begin()) + 1;
+      material(path + ".material", surface.material);
+      check_shape(*this, path, surface.shape);
+      direction(path + ".rotation.axis", surface.rotation.axis);
+      if (s.soil && surface.touches_soil && surface.material.empty()) {
+        refuse(path + ".material", "is missing; a surface in soil needs a material, or `touches soil: no`");
+      }
+    }
+    measures(m);
+    for (const NamedForce& force : m.forces)
+      if (const auto* friction = force.element.get_if<mbd::JointFriction>())
+        refer("machine.forces." + force.name + ".joint friction", friction->joint, names_of(m.joints), "joint");
+    wheels(m);
+  }
+
+  void measures(const MachineSection& m) {
+    for (const NamedMeasure& measure : m.measures) {
+      const std::string path = "machine.measures." + measure.name;
+      if (const auto* reaction = measure.element.get_if<mbd::ReactionMeasure>())
+        refer(path + ".reaction", reaction->element, names_of(m.joints), "joint");
+      if (const auto* force = measure.element.get_if<mbd::ForceMeasure>())
+        refer(path + ".force", force->element, names_of(m.forces), "force");
+      for (const Watch& watch : s.output.watch)
+        if (watch.name == measure.name)
+          refuse("output.watch." + watch.name, "is a measure of the machine, which is a column by itself; drop one");
+      if (measure.name == "time") refuse(path, "the name is that of the first column; take another");
+    }
+  }
+
+  /// Names become columns: one thing per name, over bodies, markers, joints, drivers, forces, measures and boundaries.
+  void unique_names(const MachineSection& m) {
+    std::map<std::string, std::string> taken;
+    for (const BoundarySection& b : s.boundaries) taken.emplace(b.name, "boundaries");
+    const auto take = [&](const Names& names, const char* family) {
+      for (const std::string& name : names) {
+        const auto [there, fresh] = taken.emplace(name, family);
+        if (!fresh) {
+          refuse(fmt::format("machine.{}.{}", family, name),
+                 fmt::format("the name stands among the {} too; names in the results must differ", there->second));
+        }
+      }
+    };
+    take(names_of(m.bodies), "bodies");
+    take(names_of(m.markers), "markers");
+    take(names_of(m.joints), "joints");
+    take(names_of(m.drivers), "drivers");
+    take(names_of(m.forces), "forces");
+    take(names_of(m.measures), "measures");
+  }
+
+  void wheels(const MachineSection& m) {
+    if (!s.soil || !s.soil->bed) return;
+    for (const NamedForce& force : m.forces) {
+      const auto* wheel = force.element.get_if<mbd::WheelOnSoil>();
+      const auto* ground = force.element.get_if<mbd::GroundElement>();
+      if (wheel == nullptr && ground == nullptr) continue;
+      for (const Surface& surface : m.surfaces) {
+        if (surface.body_index != (wheel ? wheel->body : ground->body) || !surface.touches_soil) continue;
+        refuse("machine.forces." + force.name,
+               fmt::format("the {} carries `{}`, and so would the spheres under its surface `{}`; leave the law "
+                           "out, or give the surface `touches soil: no`",
+                           wheel ? "wheel law" : "ground element", surface.body, surface.name));
+      }
+    }
+  }
+};
+
+}  // namespace
+
+void check_machine(Checks& checks, Scenario& s) { MachineChecks{checks, s}.machine(); }
+
+}  // namespace subsoil::app

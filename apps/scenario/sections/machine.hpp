@@ -1,0 +1,92 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/scenario/sections/placement.hpp"
+#include "apps/scenario/shapes/shapes.hpp"
+#include "libmbd/constraint.hpp"
+#include "libmbd/force.hpp"
+#include "libmbd/integrator.hpp"
+#include "libmbd/marker.hpp"
+#include "libmbd/measure.hpp"
+
+/// The planar multibody system.
+namespace subsoil::app {
+
+using Joint = mbd::AnyJoint;
+using Driver = mbd::AnyDriver;
+using Force = mbd::AnyForce;
+
+struct BodySection {
+  std::string name;
+  double mass = required, inertia = required;  // about the centre of mass
+  Vec2 at{required, required};                 // centre of mass in the start pose
+  double angle = 0;
+  Vec2 velocity{0, 0};
+  double spin = 0;
+  mbd::StartMark pose_is = mbd::StartMark::given, velocity_is = mbd::StartMark::given;
+  std::vector<Vec2> outline;  // body axes, for pictures; empty: drawn from its surfaces or its joints
+};
+void describe(Fields& v, BodySection& b);
+
+/// Elements carry body indices: 0 is the ground, i > 0 is bodies[i - 1].
+struct NamedJoint {
+  std::string name;
+  Joint element;
+};
+struct NamedDriver {
+  std::string name;
+  Driver element;
+};
+struct NamedForce {
+  std::string name;
+  Force element;
+};
+struct NamedMeasure {
+  std::string name;
+  mbd::AnyMeasure element;
+};
+
+enum class PlacedIn { body, world };
+/// A surface that moves with a body. `at` and `rotation` place the shape in the body's axes about its centre of mass
+/// or, `placed in: world`, in the world axes of the start pose.
+struct Surface {
+  std::string name;
+  std::string body;
+  int body_index = 0;
+  std::string material;
+  Shape shape;
+  PlacedIn placed_in = PlacedIn::body;
+  Vec3 at{};
+  Rotation rotation;
+  bool touches_soil = true;  // no: drawn only
+};
+void describe(Fields& v, Surface& s);
+
+enum class StartKind { pose, towing_equilibrium };
+struct Start {
+  StartKind kind = StartKind::pose;
+  double speed = 0;  // m/s along +x, towing equilibrium
+};
+
+struct MachineSection {
+  std::vector<BodySection> bodies;
+  std::vector<mbd::Marker> markers;
+  std::vector<NamedJoint> joints;
+  std::vector<NamedDriver> drivers;
+  std::vector<NamedForce> forces;
+  std::vector<NamedMeasure> measures;
+  std::vector<Surface> surfaces;
+  Start start;
+  mbd::Redundancy redundant = mbd::Redundancy::minimum_norm;
+  bool assemble = true;  // Newton on the rough pose; no: the pose must already satisfy the joints
+};
+void describe(Fields& v, MachineSection& m);
+
+struct Checks;
+struct Scenario;
+/// Fills Surface::body_index.
+void check_machine(Checks& checks, Scenario& s);
+
+}  // namespace subsoil::app

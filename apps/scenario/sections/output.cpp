@@ -1,0 +1,212 @@
+#include "apps/scenario/sections/output.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "apps/scenario/checks.hpp"
+#include "apps/scenario/fields/nodes.hpp"
+#include "apps/scenario/key_list.hpp"
+#include "apps/scenario/printer.hpp"
+#include "apps/scenario/reader.hpp"
+#include "apps/scenario/scenario.hpp"
+#include "apps/scenario/units.hpp"
+
+namespace subsoil::app {
+
+void describe(Fields& v, Window& w) {
+  v.quantity("from", w.from, "s", "[0, inf)", "left out: the tool has travelled its length plus its depth in soil");
+  v.quantity("until", w.until, "s", "(0, inf)", "left out: the tool's tip is one depth from the end wall");
+}
+
+namespace {
+
+/// Words of `watch`, in the order of Watch::Kind.
+constexpr std::array<const char*, 6> watch_words{"column", "driver", "force", "joint", "soil force", "soil moment"};
+
+/// Columns of the series that the scenario names.
+class WatchList final : public Compound {
+ public:
+  explicit WatchList(std::vector<Watch>& watches) : watches_(watches) {}
+  void read(Reader& reader, const Field& field) override {
+    reader.leaf(field, [&](const Node& node) {
+      for (const Node::Entry& e : mapping_of(node).entries) {
+        watches_.emplace_back().name = e.key;
+        reader.check_name(e, reader.child(field.key));
+        read_watch(reader, e.value, reader.child(field.key) + "." + e.key);
+      }
+    });
+  }
+  void print(Printer& printer, const Field& field) const override {
+    if (!watches_.empty()) printer.leaf(field.key, node(), field.meaning, words());
+  }
+  void list(KeyList& keys, const Field& field) const override {
+    keys.add(field.key, "named columns", KeyList::fallback(watches_.empty() ? Node{} : node(), false), words(),
+             field.meaning);
+  }
+
+ private:
+  static std::string words() { return fmt::format("{}", fmt::join(watch_words, ", ")); }
+
+  void read_watch(Reader& reader, const Node& node, const std::string& path) {
+    Watch& watch = watches_.back();
+    reader.reading().places[path] = node.place;
+    if (node.kind == Node::Kind::scalar) {
+      watch.of = node.scalar;
+      return;
+    }
+    if (node.kind != Node::Kind::mapping) {
+      reader.fault(node, path, "must be a column such as shovel.angle, or {driver: H10}");
+      return;
+    }
+    Reader inner(reader.reading(), node, path);
+    for (std::size_t i = 0; i < watch_words.size(); ++i) {
+      inner.know(watch_words[i]);
+      if (!inner.holds(watch_words[i])) continue;
+      watch.kind = static_cast<Watch::Kind>(i);
+      inner.reference(watch_words[i], watch.of, Family::body, "what is watched");
+    }
+    inner.find_type(node, path, {watch_words.begin(), watch_words.end()});
+    inner.leaf({"along", "direction"}, [&](const Node& along) {
+      const std::vector<double> d = numbers_of(along, "1", 0);
+      if (d.size() != 2 && d.size() != 3) throw Refusal("must be two or three numbers");
+      watch.along = {d[0], d[1], d.size() == 3 ? d[2] : 0};
+      if (watch.along == Vec3{}) throw Refusal("a direction must not be the zero vector");
+    });
+    inner.finish();
+  }
+
+  Node node() const {
+    Node node = Node::mapping();
+    for (const Watch& watch : watches_) {
+      Node item = Node::of(watch.of);
+      if (watch.kind != Watch::Kind::column) {
+        item = Node::mapping(true);
+        item.add(watch_words[static_cast<std::size_t>(watch.kind)], Node::of(watch.of));
+        if (watch.kind == Watch::Kind::joint || watch.kind == Watch::Kind::soil_force) {
+          const double along[3]{watch.along.x, watch.along.y, watch.along.z};
+          item.add("along", Node::of(format_quantities(along, 3, "1")));
+        }
+      }
+      node.add(watch.name, std::move(item));
+    }
+    return node;
+  }
+  std::vector<Watch>& watches_;
+};
+
+}  // namespace
+
+void describe(Fields& v, Output& o) {
+  v.quantity("every", o.every, "s", "(0, inf)", "interval of frames; left out: a 200th of the end, or none with `at`");
+  v.quantities("at", o.at, "s", "[0, inf)", "further times of frames");
+  v.quantity("series every", o.series_every, "s", "(0, inf)", "interval of the rows of series.csv");
+  v.count("book every", o.book_every, "[0, 1000]",
+          "soil steps from one reading of what contacts between spheres and on flat faces lose to the next, which "
+          "stands for all between; 0: every step up to 5,000 spheres, else every 32nd, some of the bed in each");
+  v.choice(
+      "forces", o.forces,
+      {{"auto", ForceColumns::automatic}, {"mean", ForceColumns::mean}, {"instant", ForceColumns::instant}},
+      "columns of forces and moments in series.csv: means over the interval since the row before, or the values at "
+      "its instant; auto: mean with soil, instant without");
+  v.words("columns", o.columns,
+          {{"position", Column::position},
+           {"velocity", Column::velocity},
+           {"spin", Column::spin},
+           {"force", Column::force},
+           {"torque", Column::torque},
+           {"contacts", Column::contacts}},
+          "what a frame holds of each sphere");
+  v.choice("precision", o.precision, {{"single", OutputPrecision::single}, {"double", OutputPrecision::full}},
+           "of the frames");
+  v.count("compression", o.compression, "[0, 9]", "0: none, 9: smallest and slowest");
+  v.section("region", o.region, "only spheres in this box; left out: all");
+  v.quantity("state every", o.state_every, "s", "(0, inf)",
+             "interval of full states to start again from; left out: none");
+  v.choice("state", o.state, {{"full", State::full}, {"none", State::none}}, "full state at the end");
+  WatchList watches(o.watch);
+  v.visit_compound(
+      {"watch", "named columns of the series: shovel.angle, {driver: H10}, {soil force: shovel, along: -1 0}"},
+      watches);
+  v.section("window", o.window, "time over which the summary takes means");
+}
+
+namespace {
+
+struct OutputChecks : Checks {
+  const Scenario& s;
+
+  void output() {
+    const Output& o = s.output;
+    for (std::size_t i = 0; i < o.at.size(); ++i) {
+      if (o.at[i] > s.time.end) {
+        refuse("output.at", fmt::format("{} s", o.at[i]),
+               fmt::format("is after the end of the run at {} s", s.time.end));
+      }
+    }
+    if (s.runs_in_time() && s.time.end > 0) sizes(o);
+    if (o.region) positive("output.region.size", o.region->size);
+    if (o.window.from && o.window.until && *o.window.from >= *o.window.until) {
+      refuse("output.window.until", "must be later than `from`");
+    }
+    for (const Watch& watch : o.watch) this->watch("output.watch." + watch.name, watch);
+  }
+
+  /// What is written is counted before the first step.
+  void sizes(const Output& o) {
+    constexpr double most_rows = 1e8, most_frames = 1e5;
+    const double rows = s.time.end / o.series_every, frames = o.every ? s.time.end / *o.every : 0;
+    if (rows > most_rows)
+      refuse(
+          "output.series every", fmt::format("{} s", o.series_every),
+          fmt::format("makes {:.3g} rows of series.csv until {} s; at most {:.0e}: make it longer, or the run shorter",
+                      rows, s.time.end, most_rows));
+    if (frames > most_frames)
+      refuse("output.every", fmt::format("{} s", *o.every),
+             fmt::format("makes {:.3g} frames until {} s; at most {:.0e}: make it longer, or the run shorter", frames,
+                         s.time.end, most_frames));
+  }
+
+  void watch(const std::string& path, const Watch& watch) {
+    const MachineSection none, &m = s.machine ? *s.machine : none;
+    Names bodies = names_of(m.bodies), joints = names_of(m.joints), drivers = names_of(m.drivers),
+          forces = names_of(m.forces), measures = names_of(m.measures);
+    Names touched = bodies;
+    for (const BoundarySection& b : s.boundaries) touched.push_back(b.name);
+    for (const Surface& surface : m.surfaces)
+      if (surface.touches_soil) touched.push_back(surface.name);
+    if (s.soil && s.soil->container) touched.push_back("container");
+    switch (watch.kind) {
+      case Watch::Kind::driver:
+        refer(path, watch.of, drivers, "driver");
+        break;
+      case Watch::Kind::force:
+        refer(path, watch.of, forces, "force");
+        break;
+      case Watch::Kind::joint:
+        refer(path, watch.of, joints, "joint");
+        break;
+      case Watch::Kind::soil_force:
+      case Watch::Kind::soil_moment:
+        refer(path, watch.of, touched, "body or boundary");
+        break;
+      case Watch::Kind::column: {
+        const std::size_t dot = watch.of.find('.');
+        if (dot == std::string::npos) break;  // a column of the whole run, such as an energy
+        Names all = touched;
+        for (const Names* more : {&joints, &drivers, &forces, &measures})
+          all.insert(all.end(), more->begin(), more->end());
+        const std::string owner = watch.of.substr(0, dot);
+        if (!holds(all, owner)) {
+          refuse(path, watch.of, fmt::format("nothing is named `{}`{}", owner, suggestion(owner, all)));
+        }
+        break;
+      }
+    }
+  }
+};
+
+}  // namespace
+
+void check_output(Checks& checks, const Scenario& s) { OutputChecks{checks, s}.output(); }
+
+}  // namespace subsoil::app

@@ -1,0 +1,55 @@
+#pragma once
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/scenario/sections/placement.hpp"
+
+/// What is written, and how often.
+namespace subsoil::app {
+
+enum class Column { position, velocity, spin, force, torque, contacts };
+inline constexpr std::array<const char*, 6> column_names{"position", "velocity", "spin", "force", "torque", "contacts"};
+enum class OutputPrecision { single, full };
+enum class State { none, full };
+/// What the columns of forces hold: means over the interval of a row, or values at its instant.
+enum class ForceColumns { automatic, mean, instant };
+
+/// A named column of the series made for the reader's eye.
+struct Watch {
+  enum class Kind { column, driver, force, joint, soil_force, soil_moment };
+  std::string name;
+  Kind kind = Kind::column;
+  std::string of;       // column `shovel.angle`, or the driver, force, joint, body or boundary
+  Vec3 along{1, 0, 0};  // joint, soil force: direction of the component; need not be a unit vector
+};
+
+struct Window {  // of the summary's means
+  std::optional<double> from, until;
+};
+void describe(Fields& v, Window& w);
+
+struct Output {
+  std::optional<double> every;  // frames; end/200 unless given (unless `at` is)
+  std::vector<double> at;       // further frame times
+  double series_every = 1e-3;
+  long book_every = 0;  // soil steps; 0: the bed's own choice
+  ForceColumns forces = ForceColumns::automatic;
+  std::vector<Column> columns{Column::position, Column::velocity, Column::spin,
+                              Column::force,    Column::torque,   Column::contacts};
+  OutputPrecision precision = OutputPrecision::single;
+  long compression = 4;
+  std::optional<Box> region;  // only spheres in it
+  std::optional<double> state_every;
+  State state = State::full;  // at the end
+  std::vector<Watch> watch;
+  Window window;
+};
+void describe(Fields& v, Output& o);
+
+struct Checks;
+struct Scenario;
+void check_output(Checks& checks, const Scenario& s);
+
+}  // namespace subsoil::app

@@ -1,0 +1,38 @@
+#pragma once
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/scenario/sections/bed.hpp"
+#include "apps/scenario/sections/placement.hpp"
+
+/// Container and bed.
+namespace subsoil::app {
+
+/// Faces in the order -x, +x, -y, +y, -z, +z.
+using Faces = std::array<bool, 6>;
+inline constexpr std::array<const char*, 6> face_names{"-x", "+x", "-y", "+y", "-z", "+z"};
+
+struct Container {
+  Vec3 size{required, required, required};
+  Vec3 at{required, required, required};  // corner of least coordinates
+  Faces open{false, false, false, true, false, false};
+  Faces open_after_settling{};
+  std::string material;
+};
+void describe(Fields& v, Container& c);
+
+struct Soil {
+  std::optional<Container> container;
+  std::optional<double> surface;  // y of the mean surface after settling: bed and container are shifted
+  std::optional<BedSection> bed;
+  double removal_below = 0.5;  // m below the floor
+};
+void describe(Fields& v, Soil& s);
+
+struct Checks;
+struct Scenario;
+void check_soil(Checks& checks, const Scenario& s);
+
+}  // namespace subsoil::app

@@ -1,0 +1,38 @@
+#pragma once
+#include <optional>
+
+#include "apps/scenario/fields/fields.hpp"
+#include "apps/scenario/sections/defaults.hpp"
+#include "libmbd/integrator.hpp"
+
+/// End, steps, integrator.
+namespace subsoil::app {
+
+/// automatic: see integrator_of() in build/machine.hpp.
+enum class IntegratorWord { automatic, adams_moulton, cvode, ida };
+struct MachineTime {
+  IntegratorWord integrator = IntegratorWord::automatic;
+  long order = 4;
+  std::optional<double> rtol, atol;  // cvode, ida
+  mbd::IdaFormulation formulation = mbd::IdaFormulation::stabilised_index_2;
+  bool locate_events = true;
+  long soil_steps = 1;         // soil steps per machine step
+  std::optional<double> step;  // without soil; with soil it is soil_steps * soil step
+};
+void describe(Fields& v, MachineTime& t);
+
+struct Time {
+  double end = required;            // of dynamics and kinematics
+  std::optional<double> soil_step;  // empty: auto
+  double safety = 0.8;              // auto step / stable step (a bound on the safe side)
+  double accuracy = 0.01;           // of the restitution, with the auto step
+  MachineTime machine;
+  long threads = 0;  // 0: all cores
+};
+void describe(Fields& v, Time& t);
+
+struct Checks;
+struct Scenario;
+void check_time(Checks& checks, const Scenario& s);
+
+}  // namespace subsoil::app

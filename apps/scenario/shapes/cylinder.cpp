@@ -1,0 +1,20 @@
+#include "apps/scenario/shapes/cylinder.hpp"
+
+namespace subsoil::app {
+
+void CylinderShape::describe(Fields& v) {
+  v.card("cylinder", "circular cylinder");
+  v.group("cylinder", "circular cylinder, centred on its place", [&](auto& g) {
+    g.quantity("radius", radius, "m", "(0, inf)", "radius");
+    g.quantity("length", length, "m", "(0, inf)", "length along the axis");
+    g.vector("axis", axis, "1", "direction of the axis; any length");
+  });
+}
+
+ShapeFault CylinderShape::fault() const { return direction_fault("cylinder.axis", axis); }
+
+dem::Shape CylinderShape::surface(const dem::Pose& placed) const {
+  return dem::Cylinder(placed.position, placed.attitude.rotate(axis), radius, length);
+}
+
+}  // namespace subsoil::app

@@ -1,0 +1,276 @@
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "libdem/contacts/contact_store.hpp"
+
+/// From the neighbour list to streams of contact blocks: which contacts lie beside each other in memory.
+namespace subsoil::dem {
+namespace {
+
+/// Inactive candidates are laid down by gap, so that the blocks of wide gaps stay inactive long: each class is twice as
+/// wide as the one before, the last reaches from half the skin to all of it.
+constexpr std::uint32_t kGapClasses = 8;
+/// A gap of less than this share of the skin counts as touching: it would activate its block at once.
+constexpr double kTouchingShare = 0.01;
+
+/// Class of a pair within its particle block: all touching runs by law, then all candidates; after them those across a
+/// block interface.
+struct Classes {
+  std::uint32_t laws;
+  std::uint32_t of_cache_block() const { return laws * (1 + kGapClasses); }
+  std::uint32_t count() const { return 2 * of_cache_block(); }
+  std::uint32_t touching(std::uint32_t law, bool across) const { return law + (across ? of_cache_block() : 0); }
+  bool touches(std::uint32_t c) const { return c % of_cache_block() < laws; }
+  std::uint32_t candidates(std::uint32_t law, bool across) const {
+    return laws + law * kGapClasses + (across ? of_cache_block() : 0);
+  }
+  std::uint32_t of(std::uint32_t law, double gap, double skin, bool across) const {
+    if (gap < kTouchingShare * skin) return touching(law, across);
+    // gap/skin = f 2^doublings, f in [0.5, 1): the exponent of a float, whose bias is 126 for such f.
+    const int doublings = static_cast<int>(std::bit_cast<std::uint32_t>(static_cast<float>(gap / skin)) >> 23) - 126;
+    const int width = std::clamp(doublings + static_cast<int>(kGapClasses) - 1, 0, static_cast<int>(kGapClasses) - 1);
+    return candidates(law, across) + static_cast<std::uint32_t>(width);
+  }
+};
+
+/// The touching pairs of one law in one particle block as SELL chunks of eight first particles, those with most pairs
+/// first.
+class Chunks {
+ public:
+  /// @param pairs of each sphere of the particle block
+  explicit Chunks(const std::array<std::uint32_t, kTile>& pairs) {
+    // Counting sort, stable; those with many pairs share the first counter.
+    constexpr std::uint32_t many = 63;
+    std::array<std::uint32_t, many + 2> next{};
+    const auto counter = [&](std::uint32_t k) { return many - std::min(pairs[k], many); };
+    for (std::uint32_t k = 0; k < kTile; ++k) ++next[counter(k) + 1];
+    count_ = kTile - next[many + 1];
+    std::partial_sum(next.begin(), next.end(), next.begin());
+    for (std::uint32_t k = 0; k < kTile; ++k) place_[next[counter(k)]++] = k;
+    const auto shared = std::find_if(place_.begin(), place_.end(), [&](std::uint32_t k) { return pairs[k] < many; });
+    std::stable_sort(place_.begin(), shared, [&](std::uint32_t a, std::uint32_t b) { return pairs[a] > pairs[b]; });
+    for (std::uint32_t first = 0; first < count_; first += kBlock) {
+      first_block_[first / kBlock] = blocks_;
+      blocks_ += pairs[place_[first]];
+    }
+  }
+  std::uint32_t blocks() const { return blocks_; }
+
+  /// visit(sphere of the particle block, first block of its chunk, lane) for each first particle.
+  template <class Visit>
+  void each(const Visit& visit) const {
+    for (std::uint32_t k = 0; k < count_; ++k) visit(place_[k], first_block_[k / kBlock], k % kBlock);
+  }
+
+ private:
+  std::array<std::uint32_t, kTile> place_;
+  std::array<std::uint32_t, kTile / kBlock> first_block_{};
+  std::uint32_t count_ = 0, blocks_ = 0;
+};
+
+/// Lays the pairs of one particle block into their blocks.
+class BlockWriter {
+ public:
+  BlockWriter(PairBlock* blocks, BlockShape* shapes) : blocks_(blocks), shapes_(shapes) {}
+
+  void begin(std::uint32_t block, bool chunk) { shapes_[block] = {.lanes = 0, .begins = chunk}; }
+  void put(std::uint32_t block, std::uint32_t lane, std::uint32_t i, std::uint32_t j) {
+    blocks_[block].owner[lane] = i, blocks_[block].other[lane] = j;
+    shapes_[block].lanes = static_cast<std::uint8_t>(std::max<std::uint32_t>(shapes_[block].lanes, lane + 1));
+  }
+  /// Lanes without a pair: in a chunk that of the block before, which has one; else the block's first.
+  void fill(std::uint32_t block) {
+    PairBlock& b = blocks_[block];
+    for (std::uint32_t l = shapes_[block].lanes; l < kBlock; ++l) {
+      const PairBlock& from = shapes_[block].begins ? b : blocks_[block - 1];
+      const std::uint32_t lane = shapes_[block].begins ? 0 : l;
+      b.owner[l] = from.owner[lane], b.other[l] = from.other[lane];
+    }
+  }
+
+ private:
+  PairBlock* blocks_;
+  BlockShape* shapes_;
+};
+
+/// One layout: sizes by class, then runs, then the blocks themselves. Each particle block is laid out alone, so passes
+/// run in parallel and the result does not depend on the threads.
+class Layout {
+ public:
+  Layout(ContactStore& store, std::span<const Sphere> spheres, const NeighbourList& list, const Grid& grid,
+         const ContactLaws& laws, double skin, int threads)
+      : store_(store), spheres_(spheres), list_(list), laws_(laws), skin_(skin), threads_(threads) {
+    const auto count = static_cast<std::uint32_t>(spheres.size());
+    classes_.laws = laws.count();
+    store.particle_blocks.assign((count + kTile - 1) / kTile, {});
+    sizes_.assign(store.particle_blocks.size() * classes_.count(), 0);
+    class_of_.renew(list.j.size());
+    for (const std::size_t cells : grid.cache_block_ends()) cache_block_ends_.push_back(grid.start[cells]);
+  }
+
+  Buffer<std::uint32_t> run() {
+    each_block([&](std::size_t k) { classify(k); });
+    for (std::size_t k = 0; k < store_.particle_blocks.size(); ++k) place_runs(k);
+    store_.blocks.renew(block_);
+    store_.shapes.renew(block_);
+    store_.activation.renew(block_);
+    store_.lines.renew(line_);
+    place_.renew(list_.j.size());
+    each_block([&](std::size_t k) { write_blocks(k); });
+    return std::move(place_);
+  }
+
+ private:
+  template <class Work>
+  void each_block(const Work& work) {
+    const auto blocks = static_cast<long>(store_.particle_blocks.size());
+#pragma omp parallel for num_threads(threads_) schedule(static)
+    for (long k = 0; k < blocks; ++k) work(static_cast<std::size_t>(k));
+  }
+  /// By class: of touching pairs contact blocks, of candidates pairs; then where they begin.
+  std::uint32_t* sizes_of(std::size_t k) { return sizes_.data() + k * classes_.count(); }
+
+  Chunks chunks(const ParticleBlock& b, std::uint32_t touching) const {
+    std::array<std::uint32_t, kTile> pairs{};
+    for (std::uint32_t i = b.begin; i < b.end; ++i)
+      for (std::uint32_t p = list_.start[i]; p < list_.start[i + 1]; ++p)
+        pairs[i - b.begin] += class_of_[p] == touching;
+    return Chunks(pairs);
+  }
+
+  static void include_partner(ParticleBlock& b, std::uint32_t partner, bool across) {
+    if (!across)
+      b.last = std::max(b.last, partner);
+    else if (b.interface_first > b.interface_last)
+      b.interface_first = b.interface_last = partner;
+    else
+      b.interface_first = std::min(b.interface_first, partner), b.interface_last = std::max(b.interface_last, partner);
+  }
+
+  void classify(std::size_t k) {
+    ParticleBlock& block = store_.particle_blocks[k];
+    const Sphere& first = spheres_[k * kTile];
+    const auto as_first = [&](const Sphere& s) { return s.r == first.r && s.m == first.m; };
+    block.begin = static_cast<std::uint32_t>(k) * kTile;
+    block.end = std::min(static_cast<std::uint32_t>(spheres_.size()), block.begin + kTile);
+    block.last = static_cast<std::uint32_t>(k);
+    block.uniform = true;
+    block.interface_first = block.last + 1, block.interface_last = block.last;
+    auto end = std::upper_bound(cache_block_ends_.begin(), cache_block_ends_.end(), block.begin);
+    std::uint32_t* size = sizes_of(k);
+    for (std::uint32_t i = block.begin; i < block.end; ++i) {
+      block.uniform = block.uniform && as_first(spheres_[i]);
+      while (i >= *end) ++end;
+      for (std::uint32_t p = list_.start[i]; p < list_.start[i + 1]; ++p) {
+        const Sphere &a = spheres_[i], &b = spheres_[list_.j[p]];
+        const auto law = static_cast<std::uint32_t>(laws_.between(a.material, b.material));
+        const double gap = norm(a.x - b.x) - a.r - b.r - laws_.cutoff(law);
+        const bool across = list_.j[p] >= *end;
+        class_of_[p] = static_cast<std::uint16_t>(classes_.of(law, gap, skin_, across));
+        ++size[class_of_[p]];
+        block.uniform = block.uniform && as_first(b);
+        include_partner(block, list_.j[p] / kTile, across);
+      }
+    }
+    for (const bool across : {false, true})
+      for (std::uint32_t law = 0; law < classes_.laws; ++law)
+        if (const std::uint32_t c = classes_.touching(law, across); size[c] > 0) size[c] = chunks(block, c).blocks();
+  }
+
+  /// Runs in order; each class gets the place of its first block or pair.
+  void place_runs(std::size_t k) {
+    ParticleBlock& b = store_.particle_blocks[k];
+    std::uint32_t* size = sizes_of(k);
+    b.runs_begin = static_cast<std::uint32_t>(store_.runs.size());
+    for (const bool across : {false, true}) {
+      if (across) b.interface_runs_begin = static_cast<std::uint32_t>(store_.runs.size());
+      for (std::uint32_t law = 0; law < classes_.laws; ++law)
+        add_run(b, law, std::exchange(size[classes_.touching(law, across)], block_), false, across);
+      for (std::uint32_t law = 0; law < classes_.laws; ++law) {
+        std::uint32_t pairs = 0;
+        for (std::uint32_t c = 0; c < kGapClasses; ++c)
+          pairs += std::exchange(size[classes_.candidates(law, across) + c], block_ * kBlock + pairs);
+        add_run(b, law, (pairs + kBlock - 1) / kBlock, true, across);
+      }
+    }
+    b.runs_end = static_cast<std::uint32_t>(store_.runs.size());
+  }
+  void add_run(const ParticleBlock& b, std::uint32_t law, std::uint32_t blocks, bool candidates, bool across) {
+    if (blocks == 0) return;
+    store_.runs.push_back({.law = law,
+                           .first = block_,
+                           .blocks = blocks,
+                           .lines = line_,
+                           .near = candidates,
+                           .alike = b.uniform,
+                           .seam = across});
+    block_ += blocks;
+    line_ += laws_.pair_memory(law).lines(blocks);
+  }
+
+  void write_blocks(std::size_t k) {
+    const ParticleBlock& b = store_.particle_blocks[k];
+    BlockWriter writer(store_.blocks.data(), store_.shapes.data());
+    for (std::uint32_t r = b.runs_begin; r < b.runs_end; ++r) {
+      const PairRun& run = store_.runs[r];
+      for (std::uint32_t n = 0; n < run.blocks; ++n) writer.begin(run.first + n, run.near);
+    }
+    for (std::uint32_t r = b.runs_begin; r < b.runs_end; ++r)
+      if (!store_.runs[r].near) write_chunks(b, store_.runs[r], writer);
+    std::uint32_t* next = sizes_of(k);
+    for (std::uint32_t i = b.begin; i < b.end; ++i)
+      for (std::uint32_t p = list_.start[i]; p < list_.start[i + 1]; ++p) {
+        if (classes_.touches(class_of_[p])) continue;
+        const std::uint32_t lane = next[class_of_[p]]++;
+        place_[p] = lane;
+        writer.put(lane / kBlock, lane % kBlock, i, list_.j[p]);
+      }
+    for (std::uint32_t r = b.runs_begin; r < b.runs_end; ++r) {
+      const PairRun& run = store_.runs[r];
+      for (std::uint32_t n = 0; n < run.blocks; ++n) writer.fill(run.first + n);
+      std::fill_n(store_.activation.data() + run.first, run.blocks, 0.0);
+      std::fill_n(store_.lines.data() + run.lines, laws_.pair_memory(run.law).lines(run.blocks), Line{});
+    }
+  }
+  void write_chunks(const ParticleBlock& b, const PairRun& run, BlockWriter& writer) {
+    const std::uint32_t touching = classes_.touching(run.law, run.seam);
+    chunks(b, touching).each([&](std::uint32_t in_block, std::uint32_t first, std::uint32_t lane) {
+      std::uint32_t n = run.first + first;
+      store_.shapes[n].begins = true;
+      for (std::uint32_t p = list_.start[b.begin + in_block]; p < list_.start[b.begin + in_block + 1]; ++p) {
+        if (class_of_[p] != touching) continue;
+        place_[p] = n * kBlock + lane;
+        writer.put(n++, lane, b.begin + in_block, list_.j[p]);
+      }
+    });
+  }
+
+  ContactStore& store_;
+  std::span<const Sphere> spheres_;
+  const NeighbourList& list_;
+  const ContactLaws& laws_;
+  double skin_;
+  int threads_;
+  Classes classes_{};
+  std::vector<std::uint32_t> sizes_;
+  std::vector<std::uint32_t> cache_block_ends_;  ///< in spheres
+  Buffer<std::uint16_t> class_of_;               ///< by pair of the list
+  Buffer<std::uint32_t> place_;                  ///< likewise
+  std::uint32_t block_ = 0;                      ///< next free
+  std::size_t line_ = 0;
+};
+
+}  // namespace
+
+Buffer<std::uint32_t> ContactStore::build(std::span<const Sphere> spheres, const NeighbourList& list, const Grid& grid,
+                                          const ContactLaws& laws, double skin, int threads) {
+  Buffer<std::uint32_t> place = Layout(*this, spheres, list, grid, laws, skin, threads).run();
+  link_interfaces();
+  return place;
+}
+
+}  // namespace subsoil::dem

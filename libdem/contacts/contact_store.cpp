@@ -1,0 +1,139 @@
+#include "libdem/contacts/contact_store.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace subsoil::dem {
+namespace {
+
+/// Blocks of pairs wherever they lie, now or before a rebuild; only read.
+struct Streams {
+  const Buffer<PairBlock>& blocks;
+  const Buffer<BlockShape>& shapes;
+  const Buffer<Line>& lines;
+};
+
+/// use_pair(PairHistory), use_bond(BondHistory) for all lanes of a run that have one.
+template <class UsePair, class UseBond>
+void each_history(const PairRun& run, const Streams& in, const MemoryShape& shape, const UsePair& use_pair,
+                  const UseBond& use_bond) {
+  auto* const first = const_cast<Line*>(in.lines.data()) + run.lines;
+  for (std::uint32_t block = 0; block < run.blocks; ++block) {
+    const PairBlock& b = in.blocks[run.first + block];
+    const BlockMemory memory = BlockMemory::at(first, run.blocks, shape, block);
+    for (std::uint32_t lane = 0; lane < in.shapes[run.first + block].lanes; ++lane) {
+      if (const PairState s = read_lane(memory, shape, lane); !s.empty()) use_pair({b.owner[lane], b.other[lane], s});
+      if (!shape.bonds) continue;
+      if (const BondMemory<double> s = read_bond(memory, shape, lane); s.state != kNoBond)
+        use_bond({b.owner[lane], b.other[lane], s});
+    }
+  }
+}
+
+/// Puts one history after the other to its pair, wherever that lies now.
+class HistoryWriter {
+ public:
+  HistoryWriter(const ContactStore& store, const NeighbourList& list, const Buffer<std::uint32_t>& place,
+                const std::vector<std::uint32_t>& new_index, const ContactLaws& laws)
+      : store_(store), list_(list), place_(place), new_index_(new_index), laws_(laws) {
+    run_of_.renew(store.blocks.size());
+    for (std::uint32_t r = 0; r < store.runs.size(); ++r)
+      std::fill_n(run_of_.data() + store.runs[r].first, store.runs[r].blocks, r);
+  }
+
+  void put(const PairHistory& was) const { put(was, true, write_lane); }
+  /// False where the pair is gone or its law has no bonds any more.
+  bool put(const BondHistory& was) const { return put(was, false, write_bond); }
+
+ private:
+  template <class History, class Write>
+  bool put(const History& was, bool in_any_law, const Write& write) const {
+    const std::uint32_t a = new_index_[was.i], b = new_index_[was.j];
+    if (a == kGone || b == kGone) return false;
+    const std::uint32_t i = std::min(a, b), j = std::max(a, b);
+    for (std::uint32_t p = list_.start[i]; p < list_.start[i + 1]; ++p) {
+      if (list_.j[p] != j) continue;
+      const std::uint32_t block = place_[p] / kBlock;
+      const PairRun& run = store_.runs[run_of_[block]];
+      const MemoryShape& shape = laws_.pair_memory(run.law);
+      if (!in_any_law && !shape.bonds) return false;
+      write(store_.memory(run, block - run.first, shape), shape, place_[p] % kBlock,
+            a < b ? was.state : was.state.turned_over());
+      return true;
+    }
+    return false;
+  }
+
+  const ContactStore& store_;
+  const NeighbourList& list_;
+  const Buffer<std::uint32_t>& place_;
+  const std::vector<std::uint32_t>& new_index_;
+  const ContactLaws& laws_;
+  Buffer<std::uint32_t> run_of_;  ///< by block
+};
+
+}  // namespace
+
+std::size_t ContactStore::restore_histories(const NeighbourList& list, const Buffer<std::uint32_t>& place,
+                                            const std::vector<std::uint32_t>& new_index, const ContactLaws& laws,
+                                            int threads) {
+  const HistoryWriter writer(*this, list, place, new_index, laws);
+  const Streams before{retired_.blocks, retired_.shapes, retired_.lines};
+  std::size_t gone = 0;  // bonds
+  const auto old_runs = static_cast<long>(retired_.runs.size());
+#pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : gone)
+  for (long r = 0; r < old_runs; ++r) {
+    const PairRun& run = retired_.runs[static_cast<std::size_t>(r)];
+    each_history(
+        run, before, laws.pair_memory(run.law), [&](const PairHistory& was) { writer.put(was); },
+        [&](const BondHistory& was) { gone += writer.put(was) ? 0 : 1; });
+  }
+  for (const PairHistories& part : waiting_) {
+    const auto number = static_cast<long>(part.pairs.size()), bonded = static_cast<long>(part.bonds.size());
+#pragma omp parallel for num_threads(threads) schedule(static)
+    for (long k = 0; k < number; ++k) writer.put(part.pairs[static_cast<std::size_t>(k)]);
+#pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : gone)
+    for (long k = 0; k < bonded; ++k) gone += writer.put(part.bonds[static_cast<std::size_t>(k)]) ? 0 : 1;
+  }
+  retired_.runs.clear();
+  waiting_ = {};
+  return gone;
+}
+
+void ContactStore::clear() {
+  particle_blocks.clear(), runs.clear(), blocks.clear(), shapes.clear(), activation.clear(), lines.clear();
+  waiting_.clear();
+}
+
+void ContactStore::retire() {
+  std::swap(runs, retired_.runs), std::swap(blocks, retired_.blocks);
+  std::swap(shapes, retired_.shapes), std::swap(lines, retired_.lines);
+  clear();
+}
+
+void ContactStore::set_aside(const ContactLaws& laws, int threads) {
+  std::vector<PairHistories> kept = histories(laws, threads);
+  clear();
+  waiting_ = std::move(kept);
+}
+
+std::vector<PairHistories> ContactStore::histories(const ContactLaws& laws, int threads) const {
+  std::vector<PairHistories> found(static_cast<std::size_t>(threads));
+#pragma omp parallel for num_threads(threads) schedule(static, 1)
+  for (int t = 0; t < threads; ++t) {
+    const std::size_t n = runs.size(), share = static_cast<std::size_t>(t), all = static_cast<std::size_t>(threads);
+    const std::size_t begin = n * share / all, end = n * (share + 1) / all;
+    std::size_t touching = 0;
+    for (std::size_t r = begin; r < end; ++r) touching += runs[r].near ? 0 : runs[r].blocks * kBlock;
+    found[share].pairs.reserve(touching + touching / 32);
+    for (std::size_t r = begin; r < end; ++r) {
+      each_history(
+          runs[r], {blocks, shapes, lines}, laws.pair_memory(runs[r].law),
+          [&](const PairHistory& was) { found[share].pairs.push_back(was); },
+          [&](const BondHistory& was) { found[share].bonds.push_back(was); });
+    }
+  }
+  return found;
+}
+
+}  // namespace subsoil::dem

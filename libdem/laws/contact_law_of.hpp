@@ -1,0 +1,156 @@
+#pragma once
+#include <initializer_list>
+#include <stdexcept>
+#include <utility>
+
+#include "libdem/laws/bonded.hpp"
+#include "libdem/laws/cohesive.hpp"
+#include "libdem/laws/friction.hpp"
+#include "libdem/laws/law.hpp"
+
+/// ContactLaw of one law. Included by the file that CMake writes for each law of laws/list.cmake, and by nothing else.
+namespace subsoil::dem {
+
+// Defined in the law's kernels of each instruction set (kernel/law_kernel.hpp).
+namespace portable {
+template <class L>
+const LawKernels& law_kernels();
+}
+namespace avx2 {
+template <class L>
+const LawKernels& law_kernels();
+}
+namespace avx512 {
+template <class L>
+const LawKernels& law_kernels();
+}
+
+/// What a law's describe() says of itself first.
+struct LawWord {
+  const char* word = "";
+  void card(const char* its, const char*) { word = its; }
+  void quantity(auto&&...) {}
+  void derived(auto&&...) {}
+  void exponent(auto&&...) {}
+  void flag(auto&&...) {}
+  template <class E>
+  void choice(const char*, E&, std::initializer_list<std::pair<const char*, std::type_identity_t<E>>>, const char*) {}
+};
+
+/// Throws std::invalid_argument for what a bond cannot have beside it.
+template <class Normal>
+void refuse_beside_bond(const Normal& law) {
+  if (law.cohesion.acts())
+    throw std::invalid_argument("a bond and cohesion in one law: not offered; leave one of them out");
+  // Of a stretched pair moment arms of the radius would not reach the bond: torques would not balance.
+  if (law.friction.lever != Lever::mid_overlap)
+    throw std::invalid_argument("lever: a bond needs mid-overlap, else angular momentum is not kept");
+}
+
+template <class L>
+class ContactLawOf final : public ContactLaw {
+ public:
+  explicit ContactLawOf(const L& resolved) : law_(resolved) {}
+
+  const char* name() const override {
+    LawWord visitor;
+    L prototype;
+    prototype.describe(visitor);
+    return visitor.word;
+  }
+  double cutoff(double r_eff) const override {
+    if constexpr (requires { law_.cutoff(r_eff); })
+      return law_.cutoff(r_eff);
+    else
+      return law_.cutoff();
+  }
+  double pair_cutoff(double largest_radius) const override {
+    if constexpr (kBonds<L>)
+      return law_.pair_cutoff(largest_radius);
+    else
+      return cutoff(0.5 * largest_radius);
+  }
+  double rest_overlap() const override { return law_.rest_overlap(); }
+  const Friction& friction() const override { return law_.friction; }
+  const Bond* bond() const override {
+    if constexpr (kBonds<L>)
+      return &law_.bond;
+    else
+      return nullptr;
+  }
+  int own_memory() const override { return dem::own_memory<L>(); }
+  bool plastic() const override {
+    if constexpr (requires { L::plastic; })
+      return L::plastic;
+    else
+      return false;
+  }
+  bool may_gain() const override {
+    if constexpr (requires { law_.may_gain(); })
+      return law_.may_gain();
+    else
+      return false;
+  }
+  NormalForce<double> normal(const Approach<double>& a, double (&memory)[kOwnMemory]) const override {
+    return normal_force(law_, a, memory);
+  }
+  StiffnessBound bound(const WorstContact& worst) const override { return law_.bound(worst); }
+  void refuse_collapse(double r_eff) const override {
+    if constexpr (requires { law_.refuse_collapse(r_eff); }) law_.refuse_collapse(r_eff);
+  }
+  Law weakened(double share) const override {
+    L law = law_;
+    if constexpr (requires { law.weaken(share); }) law.weaken(share);  // of laws that attract
+    return Law(std::make_shared<ContactLawOf>(law));
+  }
+  Law with_friction(const Friction& friction) const override {
+    L law = law_;
+    law.friction = friction;
+    return Law(std::make_shared<ContactLawOf>(law));
+  }
+  const LawKernels& kernels([[maybe_unused]] InstructionSet set) const override {
+#if defined(SUBSOIL_HAS_avx512)
+    if (set == InstructionSet::avx512) return avx512::law_kernels<L>();
+#endif
+#if defined(SUBSOIL_HAS_avx2)
+    if (set == InstructionSet::avx2) return avx2::law_kernels<L>();
+#endif
+    return portable::law_kernels<L>();
+  }
+  const void* parameters() const override { return &law_; }
+  const void* parameters_of(const std::type_info& type) const override { return type == typeid(L) ? &law_ : nullptr; }
+
+ private:
+  L law_;
+};
+
+template <class L>
+std::shared_ptr<const ContactLaw> make_law(const L& given) {
+  const L ready = given.resolved();
+  if constexpr (requires { ready.bond; }) {
+    if (ready.bond.acts()) {
+      refuse_beside_bond(ready);
+      return std::make_shared<ContactLawOf<Bonded<L>>>(Bonded<L>{ready});
+    }
+  }
+  if constexpr (requires { ready.cohesion; }) {
+    if (ready.cohesion.acts()) return std::make_shared<ContactLawOf<Cohesive<L>>>(Cohesive<L>{ready});
+  }
+  return std::make_shared<ContactLawOf<L>>(ready);
+}
+
+/// That the list says of a law what its header says.
+template <class L, bool ListsCohesion, bool ListsBond>
+constexpr void check_listing() {
+  static_assert(
+      ListsCohesion == requires(L law) { law.cohesion; },
+      "laws/list.cmake: a law says COHESION if and only if it has a member `cohesion`");
+  static_assert(
+      ListsBond == requires(L law) { law.bond; },
+      "laws/list.cmake: a law says BOND if and only if it has a member `bond`");
+  static_assert(
+      requires { L::example(); },
+      "a contact law has `static L example()`, numbers with which the property tests run it");
+}
+
+}  // namespace subsoil::dem

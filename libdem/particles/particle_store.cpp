@@ -1,0 +1,100 @@
+#include "libdem/particles/particle_store.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+namespace subsoil::dem {
+namespace {
+
+void copy_motion(const MixedSphere& from, Sphere& to) {
+  to.x = from.x;
+  for (int d = 0; d < 3; ++d) to.v[d] = static_cast<double>(from.v[d]), to.w[d] = static_cast<double>(from.w[d]);
+}
+
+}  // namespace
+
+Sphere ParticleStore::now(std::uint32_t i) const {
+  Sphere s = spheres_[i];
+  if (spheres_behind_) copy_motion(mixed_[i], s);
+  return s;
+}
+
+void ParticleStore::sync_to_mixed(int threads) {
+  if (!is_mixed()) return;
+  mixed_.resize(spheres_.size());
+  const auto count = static_cast<long>(spheres_.size());
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (long k = 0; k < count; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    mixed_[i] = rounded(spheres_[i]);
+  }
+}
+
+void ParticleStore::sync_from_mixed(int threads) {
+  if (!spheres_behind_) return;
+  spheres_behind_ = false;
+  const auto count = static_cast<long>(spheres_.size());
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (long i = 0; i < count; ++i)
+    copy_motion(mixed_[static_cast<std::size_t>(i)], spheres_[static_cast<std::size_t>(i)]);
+}
+
+void ParticleStore::add(const SphereSpec& in, int materials) {
+  const double m = in.density * sphere_volume(in.radius);
+  const auto refuse = [&](const char* rule) {
+    throw std::invalid_argument("sphere " + std::to_string(next_id_) + ": " + rule);
+  };
+  if (!std::isfinite(dot(in.position, in.position) + dot(in.velocity, in.velocity) + dot(in.spin, in.spin)))
+    refuse("position, velocity and spin must be finite");
+  if (!(in.radius > 0) || !(m > 0)) refuse("radius and density must be positive");
+  if (in.material < 0 || in.material >= materials) refuse("no such material");
+  spheres_.push_back(
+      {in.position, in.radius, in.velocity, m, in.spin, next_id_++, static_cast<std::uint16_t>(in.material), 0});
+}
+
+void ParticleStore::clear() {
+  spheres_.clear(), slot_of_id_.clear();
+  spheres_behind_ = false;
+  next_id_ = 0;
+}
+
+void ParticleStore::restore(const Sphere& s) {
+  next_id_ = std::max(next_id_, s.id + 1);
+  spheres_.push_back(s);
+}
+
+std::vector<std::uint32_t> ParticleStore::take_out(double floor, const std::function<bool(const Sphere&)>& gone,
+                                                   const std::function<void(const Sphere&, bool fell)>& leave,
+                                                   int threads) {
+  std::vector<std::uint32_t> kept;
+  const auto count = static_cast<long>(spheres_.size());
+  bool any = static_cast<bool>(gone);
+#pragma omp parallel for num_threads(threads) schedule(static) reduction(|| : any)
+  for (long i = 0; i < count; ++i) any = any || spheres_[static_cast<std::size_t>(i)].x.y < floor;
+  if (!any) return kept;
+  slot_of_id_.clear();
+  kept.reserve(spheres_.size());
+  for (std::uint32_t i = 0; i < spheres_.size(); ++i) {
+    const Sphere& s = spheres_[i];
+    const bool fell = s.x.y < floor;
+    if (!fell && !(gone && gone(s))) {
+      if (kept.size() < i) spheres_[kept.size()] = s;
+      kept.push_back(i);
+      continue;
+    }
+    leave(s, fell);
+  }
+  spheres_.resize(kept.size());
+  return kept;
+}
+
+void ParticleStore::number_slots() {
+  if (slot_of_id_.size() == next_id_) return;
+  std::uint32_t slot = 0;
+  slot_of_id_.assign(next_id_, 0);
+  for (const Sphere& s : spheres_) slot_of_id_[s.id] = 1;
+  for (std::uint32_t& s : slot_of_id_) s = s != 0 ? slot++ : 0;
+}
+
+}  // namespace subsoil::dem

@@ -1,0 +1,75 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "libdem/base/large_pages.hpp"
+#include "libdem/particles/particles.hpp"
+
+namespace subsoil::dem {
+
+using Spheres = std::vector<Sphere, LargePages<Sphere>>;
+
+inline constexpr std::uint32_t kGone = ~std::uint32_t{0};  ///< new index of a sphere that left
+
+/// Records of all spheres of a bed, in the order of the cells that they were last sorted by.
+///
+/// | data             | written by                                                | read by                       |
+/// |---|---|---|
+/// | records, double  | users (add, restore, shift, freeze), the sort of a        | every contact, for both       |
+/// |                  | rebuild; in double precision the move at a step's end     | particles; rebuilds, results  |
+/// | records, mixed   | `sync_to_mixed`, the move at a step's end                 | every contact                 |
+/// | numbers, slots   | users; rebuilds                                           | snapshots                     |
+///
+/// The move is the only writer within a step: each worker moves the spheres of its own particle blocks, once their
+/// forces are complete.
+///
+/// Layout: one array of records. A contact reads its second particle whole, at a place that the sort keeps near but
+/// that no prefetcher predicts; structure-of-arrays lost there (particles.hpp). Mixed precision has a second array in
+/// place of conversions in the contact: 64 instead of 96 bytes per particle and contact.
+class ParticleStore {
+ public:
+  explicit ParticleStore(Precision precision) : precision_(precision) {}
+
+  bool is_mixed() const { return precision_ == Precision::mixed; }
+  std::size_t size() const { return spheres_.size(); }
+  bool empty() const { return spheres_.empty(); }
+  /// Records in double: as they are now where `sync_from_mixed` was called since the last step.
+  Spheres& spheres() { return spheres_; }
+  const Spheres& spheres() const { return spheres_; }
+  const Sphere& operator[](std::size_t i) const { return spheres_[i]; }
+  /// What kernels work on in mixed precision; null in double.
+  MixedSphere* mixed() { return is_mixed() ? mixed_.data() : nullptr; }
+  const MixedSphere* mixed() const { return is_mixed() ? mixed_.data() : nullptr; }
+  Sphere now(std::uint32_t i) const;  ///< record in double of one sphere as it is now
+
+  /// Positions and motions of the records in double to those of mixed precision, if that is asked for.
+  void sync_to_mixed(int threads);
+  void sync_from_mixed(int threads);  ///< and back, where steps have run since
+  /// Before each step: what it moves are the records of mixed precision, if there are any.
+  void begin_step() { spheres_behind_ = is_mixed(); }
+
+  /// Adds a sphere with the next number. Throws std::invalid_argument for one without sense.
+  void add(const SphereSpec& in, int materials);
+  void clear();
+  void restore(const Sphere& s);  ///< with the number that it has
+  /// Takes out the spheres whose centres lie below `floor`, m, and those for which `gone` holds; each is given to
+  /// `leave` before. Returns for each that stays its index before; nothing if all do.
+  std::vector<std::uint32_t> take_out(double floor, const std::function<bool(const Sphere&)>& gone,
+                                      const std::function<void(const Sphere&, bool fell)>& leave, int threads);
+
+  void number_slots();                                                        ///< after spheres came or left
+  std::uint32_t slot_of(const Sphere& s) const { return slot_of_id_[s.id]; }  ///< place in a snapshot
+
+ private:
+  Precision precision_;
+  Spheres spheres_;
+  std::vector<MixedSphere, LargePages<MixedSphere>> mixed_;
+  bool spheres_behind_ = false;  ///< steps have moved the records of mixed precision only
+  std::uint32_t next_id_ = 0;
+  std::vector<std::uint32_t> slot_of_id_;  ///< empty once spheres were taken out
+};
+
+}  // namespace subsoil::dem

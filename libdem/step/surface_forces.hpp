@@ -1,0 +1,30 @@
+#pragma once
+#include <span>
+#include <vector>
+
+#include "libdem/contacts/surface_contacts.hpp"
+
+/// Forces on spheres at edges, corners and curved surfaces, and what all contacts of a boundary add up to. Flat faces
+/// are part of the sweep.
+namespace subsoil::dem {
+
+/// What forces at boundaries are made of. Written meanwhile: the chunk and its entries.
+struct SurfaceForces {
+  const Kernel& kernel;
+  const ContactLaws& laws;
+  const ParticleStore& particles;
+  std::span<const Boundary> boundaries;
+  SurfaceContacts& contacts;
+  double elapsed;  ///< s since the last step
+
+  /// Contacts of a chunk's entries: geometry one sphere at a time (geometry/), the law eight contacts at a time.
+  void evaluate(SurfaceChunk& chunk) const;
+};
+
+/// What the plane runs of a boundary have in common in a step.
+PlaneJob plane_job(const Boundary& b, const ParticleStore& particles, double elapsed);
+
+/// Wrench of each boundary in the order of its contacts, and the work that its motion since the last step did.
+void sum_wrenches(std::vector<Boundary>& boundaries, const SurfaceContacts& contacts, double elapsed);
+
+}  // namespace subsoil::dem
