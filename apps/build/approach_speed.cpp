@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libmbd/elements.hpp"
+
 namespace subsoil::app {
 namespace {
 
@@ -38,11 +40,11 @@ double fastest(const MachineSection& machine, const World& world, double end) {
     if (r.owner != SurfaceRecord::Owner::machine) continue;
     const double far = reach_from(dem::bounds(world.bed->boundary(r.boundary).shape), {});
     const mbd::BodyState& body = world.machine->body(r.body);
-    most = std::max(most, std::hypot(body.v.x, body.v.y) + std::abs(body.spin) * far);
+    most = std::max(most, std::hypot(body.v.x, body.v.y) + std::abs(body.omega) * far);
     reach = std::max(reach, far);
   }
   for (const NamedDriver& d : machine.drivers)
-    std::visit(
+    visit(
         [&](const auto& driver) {
           const double lever = driver.angular() ? reach : 1;
           for (int k = 0; k <= kSamples; ++k)

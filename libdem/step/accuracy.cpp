@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
+#include "libdem/laws/contact.hpp"
 #include "libdem/particles/particles.hpp"
 
 namespace subsoil::dem {
@@ -40,28 +42,23 @@ double error_of(const Law& law, const Bodies& b, double speed, double step, doub
 
 Impact impact_in_steps(const Law& law, double m_eff, double r_eff, double per_sum, double speed, double dt,
                        double phase, double longest) {
-  return std::visit(
-      [&]<class L>(const L& l) {
-        const double reach = reach_of(law, r_eff), root_m = std::sqrt(m_eff);
-        double own[kOwnMemory] = {}, overlap = -reach - phase * speed * dt, rate = speed;
-        bool met = false;
-        long steps = 0;
-        while (static_cast<double>(steps) * dt < longest) {
-          const NormalForce<double> n =
-              normal_force(l, Approach<double>{overlap, rate, root_m, r_eff, dt, per_sum}, own);
-          rate -= n.force / m_eff * dt;
-          overlap += rate * dt;
-          steps += met ? 1 : 0;
-          if (overlap > -reach) {
-            met = true;
-          } else if (met) {
-            return Impact{std::max(0.0, -rate / speed), static_cast<double>(steps) * dt};
-          }
-          if (!met) longest -= dt;
-        }
-        return Impact{};
-      },
-      law);
+  const double cutoff = law->cutoff(r_eff), root_m = std::sqrt(m_eff);
+  double own[kOwnMemory] = {}, overlap = -cutoff - phase * speed * dt, rate = speed;
+  bool met = false;
+  long steps = 0;
+  while (static_cast<double>(steps) * dt < longest) {
+    const NormalForce<double> n = law->normal(Approach<double>{overlap, rate, root_m, r_eff, dt, per_sum}, own);
+    rate -= n.force / m_eff * dt;
+    overlap += rate * dt;
+    steps += met ? 1 : 0;
+    if (overlap > -cutoff) {
+      met = true;
+    } else if (met) {
+      return {std::max(0.0, -rate / speed), static_cast<double>(steps) * dt};
+    }
+    if (!met) longest -= dt;
+  }
+  return {};
 }
 
 double restitution_error(const Law& law, const StepQuestion& question, bool at_surface, double step, double stable) {
