@@ -58,7 +58,7 @@ async function drawFilm() {
   const slider = h('input', { type: 'range', min: 0, max: 1000, value: 0, 'aria-label': 'time' }), clock = h('b', {}, '');
   const key = h('div', { class: 'key' });
   const time = () => low + (high - low) * slider.value / 1000;
-  const show = () => { views.forEach(v => v.draw(v.film.frame(time()))); clock.textContent = 't = ' + time().toFixed(3) + ' s'; };
+  const show = () => { views.forEach(v => v.draw(v.film.frame(time()))); clock.textContent = 't = ' + text(time(), 4) + ' s'; };
   const all_views = f => () => { views.forEach(f); keys(); show(); };
   const keys = () => key.replaceChildren(...colourKey(films[0].film, views[0].options.colour));
   let playing = null;
