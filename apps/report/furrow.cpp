@@ -39,10 +39,10 @@ std::vector<double> heights(const FramesFile& file, const FrameSpheres& s, const
   for (std::size_t i = 0; i < s.index.size(); ++i) {
     const double x = s.position[3 * i], z = s.position[3 * i + 2];
     if (x < f.from || x >= f.until) continue;
-    const auto column = static_cast<std::ptrdiff_t>(std::floor((z - f.z0) / f.cell));
-    if (column < 0 || column >= static_cast<std::ptrdiff_t>(f.columns)) continue;
+    if (z < f.z0) continue;
+    const auto column = std::min(f.columns - 1, static_cast<std::size_t>((z - f.z0) / f.cell));
     const auto ix = std::min(nx - 1, static_cast<std::size_t>((x - f.from) / dx));
-    double& t = top[ix * f.columns + static_cast<std::size_t>(column)];
+    double& t = top[ix * f.columns + column];
     t = std::max(t, static_cast<double>(s.position[3 * i + 1]) + file.radius()[s.index[i]]);
   }
   std::vector<double> mean(f.columns, none);
@@ -72,9 +72,8 @@ void take_disturbed(const Displaced& d, Furrow& f) {
   for (std::size_t i = 0; i < d.before.index.size(); ++i) {
     const float* p = &d.before.position[3 * i];
     if (p[0] < f.from || p[0] >= f.until || d.row_after[i] < 0) continue;
-    const auto row = static_cast<std::size_t>(std::max(0.0, (p[1] - f.y0) / f.cell)),
-               column = static_cast<std::size_t>(std::max(0.0, (p[2] - f.z0) / f.cell));
-    if (row >= f.rows || column >= f.columns) continue;
+    const auto row = std::min(f.rows - 1, static_cast<std::size_t>(std::max(0.0, (p[1] - f.y0) / f.cell))),
+               column = std::min(f.columns - 1, static_cast<std::size_t>(std::max(0.0, (p[2] - f.z0) / f.cell)));
     const float* q = &d.after.position[3 * static_cast<std::size_t>(d.row_after[i])];
     sum[row * f.columns + column] += std::hypot(q[0] - p[0], q[1] - p[1], q[2] - p[2]);
     ++count[row * f.columns + column];
@@ -181,8 +180,9 @@ std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, doubl
   }
   f.from = tool.direction > 0 ? start : -end, f.until = tool.direction > 0 ? end : -start;
   f.y0 = y.low - 0.5 * f.cell, f.z0 = z.low - 0.5 * f.cell;
-  f.rows = static_cast<std::size_t>(std::ceil((y.high + 0.5 * f.cell - f.y0) / f.cell));
-  f.columns = static_cast<std::size_t>(std::ceil((z.high + 0.5 * f.cell - f.z0) / f.cell));
+  // Whole cells, the outermost of which take what is left: disturbed soil at a wall must lie in one of them.
+  f.rows = static_cast<std::size_t>(std::max(1.0, std::round((y.high - y.low) / f.cell + 1)));
+  f.columns = static_cast<std::size_t>(std::max(1.0, std::round((z.high - z.low) / f.cell + 1)));
   f.threshold = 0.5 * f.cell;
   f.before = heights(file, d.before, f);
   f.after = heights(file, d.after, f);

@@ -32,7 +32,7 @@ constexpr const char* oscillator = R"(subsoil: 1
 gravity: 9.81 m/s^2
 machine:
   bodies: {mass: {mass: 2 kg, inertia: 1 kg m^2, at: 0 0 m}}
-  joints: {rail: {translational: [ground, mass], at: 0 0 m, along: 0 1}}
+  joints: {rail: {translational: [ground, mass], points: [0 0 m, 0 0 m], along: 0 1}}
   forces: {spring: {spring-damper: [ground, mass], ends: [0 1 m, 0 0 m], stiffness: 400 N/m, free length: 1 m, damping: 0 N s/m}}
 time: {end: 2 s}
 output: {every: 1 s, series every: 2 ms, watch: {height: mass.y}}
@@ -99,7 +99,7 @@ TEST(SweepPlan, RefusesWithPlaceAndCureBeforeAnythingRuns) {
   refuses("largest sag", "most sag", "must be `least NUMBER` or `largest NUMBER`");
   refuses("machine.forces.spring.stiffness", "machine.forces.spring", "no single value");
   const std::string message = folder.refusal(std::string(plan_text) + "points: 0\n");
-  EXPECT_NE(message.find("plan.yaml:12:9"), std::string::npos) << message;
+  EXPECT_NE(message.find("plan.yaml:11:9"), std::string::npos) << message;
 }
 
 TEST(SweepPlan, RangesAreFilledByALatinHypercube) {
