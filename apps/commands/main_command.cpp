@@ -5,6 +5,8 @@
 
 #include "apps/commands/commands.hpp"
 #include "apps/commands/templates.hpp"
+#include "apps/commands/report_command.hpp"
+#include "apps/commands/sweep_command.hpp"
 #include "apps/laboratory/tests.hpp"
 #include "apps/output/atomic_file.hpp"
 #include "apps/plot/plot.hpp"
@@ -218,6 +220,13 @@ int main_command(int argc, char** argv) {
   CalibrateRequest calibrate_request;
   CLI::App* calibrate_word = add_calibrate(app, calibrate_request);
 
+  ReportWords report_words;
+  CLI::App* report_word = add_report(app, report_words);
+  SweepRequest sweep_request;
+  CLI::App* sweep_word = add_sweep(app, sweep_request);
+  CredibilityRequest credibility_request;
+  CLI::App* credibility_word = add_credibility(app, credibility_request);
+
   try {
     app.parse(argc, argv);
     impact_request.words = impact_word->remaining();
@@ -231,6 +240,9 @@ int main_command(int argc, char** argv) {
     if (impact_word->parsed()) return impact_command(impact_request);
     if (test_word->parsed()) return test_command(test_request);
     if (calibrate_word->parsed()) return calibrate_command(calibrate_request);
+    if (report_word->parsed()) return report_command(report_words);
+    if (sweep_word->parsed()) return sweep_command(sweep_request);
+    if (credibility_word->parsed()) return credibility_command(credibility_request);
     if (explain_word->parsed()) std::cout << explain(path);
     if (new_word->parsed()) print_new(new_request);
     if (reference_word->parsed()) std::cout << (of_columns ? columns_markdown() : reference_markdown());

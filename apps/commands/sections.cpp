@@ -3,6 +3,7 @@
 #include "apps/laboratory/tests.hpp"
 #include "apps/scenario/fields/fields.hpp"
 #include "apps/scenario/registry.hpp"
+#include "apps/sweep/plan.hpp"
 
 /// What the commands add to scenarios and their reference: one entry each.
 namespace subsoil::app {
@@ -33,7 +34,8 @@ const std::vector<CommandFile>& command_files() {
       {"The file of `subsoil calibrate`",
        "The same rules hold; values of targets carry the unit of their number "
        "([laboratory-tests.md](laboratory-tests.md)).",
-       prototype<Plan>()}};
+       prototype<Plan>()},
+      {"The file of `subsoil sweep`", "The same rules hold ([sweep.md](sweep.md)).", prototype<SweepPlan>()}};
   return files;
 }
 

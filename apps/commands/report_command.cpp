@@ -1,0 +1,70 @@
+#include "apps/commands/report_command.hpp"
+
+#include <fmt/format.h>
+
+#include "apps/scenario/units.hpp"
+
+namespace subsoil::app {
+namespace {
+
+/// Values of flags with their unit; a fault names the flag.
+double value_of(const char* flag, const std::string& text, const char* unit) {
+  try {
+    return parse_quantity(text, unit);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(fmt::format("{} {}: {}", flag, text, error.what()));
+  }
+}
+
+}  // namespace
+
+CLI::App* add_report(CLI::App& app, ReportWords& words) {
+  CLI::App* word = app.add_subcommand("report", "one or several runs as one HTML file that opens without network");
+  word->footer(
+      "The first run is what the others are compared with. Parts that a result directory lacks are named on the\n"
+      "page and on stderr. What the page shows and how it is found: docs/report.md");
+  word->add_option("runs", words.runs, "result directories")->required();
+  word->add_option("--out", words.out, "the page; default: report.html");
+  word->add_option("--from", words.from,
+                   "window of the numbers begins here, such as \"1.2 s\"; default: the run's own");
+  word->add_option("--until", words.until, "and ends here");
+  word->add_option("--slice", words.slice, "z of the section; default: the middle of the tool");
+  word->add_flag("--source", words.source, "set the numbers of the 1S-300's source beside the runs'");
+  CLI::Option* shear = word->add_option("--shear", words.shear,
+                                        "folder of `subsoil test shear`: cohesion and friction angle for McKyes-Ali");
+  word->add_option("--cohesion", words.cohesion, "of the soil, such as \"18 kPa\"")->excludes(shear);
+  word->add_option("--friction-angle", words.friction, "of the soil, such as \"19.5 deg\"")->excludes(shear);
+  word->add_option("--wall-friction", words.wall_friction,
+                   "angle between soil and tool; default: 2/3 of the friction angle");
+  word->add_option("--adhesion", words.adhesion, "between soil and tool; default: none");
+  return word;
+}
+
+int report_command(const ReportWords& words) {
+  ReportRequest request;
+  request.runs.assign(words.runs.begin(), words.runs.end());
+  request.out = words.out;
+  request.source = words.source;
+  if (!words.from.empty()) request.from = value_of("--from", words.from, "s");
+  if (!words.until.empty()) request.until = value_of("--until", words.until, "s");
+  if (!words.slice.empty()) request.slice = value_of("--slice", words.slice, "m"), request.slice_given = true;
+  if (words.cohesion.empty() != words.friction.empty())
+    throw std::invalid_argument("--cohesion and --friction-angle belong together; give both, or --shear FOLDER");
+  if (!words.shear.empty()) request.soil = read_strength(words.shear);
+  if (!words.cohesion.empty())
+    request.soil = SoilStrength{.cohesion = value_of("--cohesion", words.cohesion, "Pa"),
+                                .friction = value_of("--friction-angle", words.friction, "rad"),
+                                .wall_friction = {}};
+  if (!request.soil && !(words.wall_friction.empty() && words.adhesion.empty()))
+    throw std::invalid_argument(
+        "--wall-friction and --adhesion need the soil's strength; give --shear FOLDER, or --cohesion and "
+        "--friction-angle");
+  if (!words.wall_friction.empty())
+    request.soil->wall_friction = value_of("--wall-friction", words.wall_friction, "rad");
+  if (!words.adhesion.empty()) request.soil->adhesion = value_of("--adhesion", words.adhesion, "Pa");
+  write_report(request);
+  fmt::print("{}\n", request.out.string());
+  return exit_ok;
+}
+
+}  // namespace subsoil::app

@@ -1,0 +1,156 @@
+#include "apps/credibility/axes.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace subsoil::app {
+namespace {
+
+constexpr double packing_jitter = 0.05;  // of the radius: a lattice is one packing, shaken ones are others
+
+std::string lengths(const Vec3& v) { return fmt::format("{} {} {} m", v.x, v.y, v.z); }
+
+class AxisList {
+ public:
+  explicit AxisList(const Loaded& loaded) : s_(loaded.scenario), tree_(explicit_tree(loaded.scenario)) {}
+
+  Axes all() {
+    out_.axes.push_back({"as given", "nothing", {}});
+    step();
+    stiffness();
+    radius();
+    bins();
+    packings();
+    coupling();
+    return std::move(out_);
+  }
+
+ private:
+  const Bed& bed() const { return *s_.soil->bed; }
+  void absent(const std::string& name, const std::string& why) { out_.absent.push_back({name, why}); }
+
+  void step() {
+    Axis a{"step", "half the step", {}, 1, 2};
+    a.refinement = true;
+    a.sets.push_back(s_.time.soil_step ? fmt::format("time.soil step={} s", 0.5 * *s_.time.soil_step)
+                                       : fmt::format("time.safety={}", 0.5 * s_.time.safety));
+    out_.axes.push_back(a);
+  }
+
+  void stiffness() {
+    Axis a{"stiffness", "twice the stiffness of every contact, attraction as before", {}, 1, std::sqrt(2.0)};
+    for (const Contact& c : s_.contacts) {
+      const std::string path = "contacts." + c.between[0] + "-" + c.between[1];
+      for (const char* key : {"K_X", "K_Y", "k_n", "k1", "k2", "K1", "K2", "E_eff", "G_eff"})
+        take_scaled(a, path + "." + key, 2);
+    }
+    for (const Material& m : s_.materials)
+      if (m.young) take_scaled(a, "materials." + m.name + ".young", 2);
+    a.sets.empty() ? absent(a.name, "no contact states a stiffness") : out_.axes.push_back(a);
+  }
+
+  /// Adds path=factor x value where the scenario has one there.
+  bool take_scaled(Axis& a, const std::string& path, double factor) const {
+    try {
+      a.sets.push_back(path + "=" + scaled_value(tree_, path, factor));
+      return true;
+    } catch (const std::invalid_argument&) {
+      return false;
+    }
+  }
+
+  void radius() {
+    Axis a{"radius", "half the radius of the spheres, values of contacts as given", {}, 8, std::sqrt(8.0)};
+    a.refinement = true;
+    if (bed().fill == Fill::particles || bed().fill == Fill::file)
+      return absent(a.name, "the spheres of the bed are listed one by one");
+    for (const Layer& l : bed().layers)
+      if (const auto* equal = std::get_if<EqualRadius>(&l.radius); equal == nullptr || std::isfinite(equal->radius))
+        return absent(a.name, "layers have radii of their own");
+    bool any = take_scaled(a, "soil.bed.radius", 0.5);
+    for (const char* key : {"normal", "deviation", "least", "largest", "uniform"})
+      any = take_scaled(a, std::string("soil.bed.radius.") + key, 0.5) || any;
+    if (!any) return absent(a.name, "a table of radii is not halved");
+    if (bed().pitch) a.sets.push_back(fmt::format("soil.bed.pitch={} m", 0.5 * *bed().pitch));
+    if (bed().count) a.sets.push_back(fmt::format("soil.bed.count={}", 8 * *bed().count));
+    out_.axes.push_back(a);
+  }
+
+  /// Where the tool comes from: mean place of what touches the soil against the middle of the bin.
+  double travel() const {
+    double sum = 0;
+    int count = 0;
+    if (s_.machine)
+      for (const Surface& surface : s_.machine->surfaces)
+        if (surface.touches_soil)
+          sum += s_.machine->bodies[static_cast<std::size_t>(surface.body_index - 1)].at[0], ++count;
+    for (const Boundary& b : s_.boundaries)
+      if (!b.moves.empty()) sum += b.at.x, ++count;
+    if (count == 0) return 0;
+    return sum / count < s_.soil->container->at.x + 0.5 * s_.soil->container->size.x ? 1 : -1;
+  }
+
+  void bins() {
+    if (!s_.soil->container) return absent("bin", "the soil has no container");
+    if (bed().fill == Fill::particles || bed().fill == Fill::file)
+      return absent("bin", "the spheres of the bed are listed one by one");
+    const double way = travel();
+    bin("bin along the travel", "twice the length of the bin", 0, way > 0 ? 0 : way < 0 ? 1 : 0.5);
+    bin("bin below", "twice the depth of the bin", 1, 1);
+    bin("bin across", "twice the width of the bin", 2, 0.5);
+  }
+
+  /// Doubles one size; `before`: the share of the added size that lies on the side of least coordinates.
+  void bin(const char* name, const char* change, int axis, double before) {
+    Axis a{name, change, {}, 2, 1};
+    const auto grown = [&](Vec3 size, Vec3 at, const std::string& path) {
+      at[axis] -= before * size[axis], size[axis] *= 2;
+      a.sets.push_back(path + ".size=" + lengths(size));
+      a.sets.push_back(path + ".at=" + lengths(at));
+    };
+    grown(s_.soil->container->size, s_.soil->container->at, "soil.container");
+    if (bed().region) grown(bed().region->size, bed().region->at, "soil.bed.region");
+    if (bed().count) a.sets.push_back(fmt::format("soil.bed.count={}", 2 * *bed().count));
+    if (bed().depth && axis == 1) a.sets.push_back(fmt::format("soil.bed.depth={} m", 2 * *bed().depth));
+    out_.axes.push_back(a);
+  }
+
+  void packings() {
+    if (bed().fill == Fill::particles || bed().fill == Fill::file)
+      return absent("packing", "the spheres of the bed are listed one by one");
+    const bool lattice = bed().fill != Fill::random && bed().jitter == 0;
+    for (long k = 1; k <= 3; ++k) {
+      Axis a{fmt::format("packing {}", k),
+             lattice ? fmt::format("the lattice shaken by {} of a radius, seed {}", packing_jitter, bed().seed + k)
+                     : fmt::format("seed {}", bed().seed + k),
+             {fmt::format("soil.bed.seed={}", bed().seed + k)}};
+      if (lattice) a.sets.push_back(fmt::format("soil.bed.jitter={}", packing_jitter));
+      a.packing = true;
+      out_.axes.push_back(a);
+    }
+  }
+
+  void coupling() {
+    if (!s_.machine) return absent("coupling step", "there is no machine");
+    out_.axes.push_back({"coupling step",
+                         "machine and soil exchange half as often",
+                         {fmt::format("time.machine.soil steps per machine step={}", 2 * s_.time.machine.soil_steps)}});
+    absent("iterated coupling", "machine and soil exchange once per step in this version");
+  }
+
+  const Scenario& s_;
+  Node tree_;
+  Axes out_;
+};
+
+}  // namespace
+
+Axes credibility_axes(const Loaded& loaded) {
+  if (!loaded.scenario.soil || !loaded.scenario.soil->bed)
+    throw ScenarioError(loaded.where("soil.bed") +
+                        ": is missing: step, stiffness, radius, bin and packing are those of a bed of spheres");
+  return AxisList(loaded).all();
+}
+
+}  // namespace subsoil::app

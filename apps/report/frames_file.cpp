@@ -1,0 +1,108 @@
+#include "apps/report/frames_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace subsoil::app {
+namespace {
+
+/// Names of the links of a group.
+std::vector<std::string> names_in(hid_t file, const std::string& group) {
+  std::vector<std::string> names;
+  const h5::Handle handle(H5Gopen2(file, group.c_str(), H5P_DEFAULT), H5Gclose, "opening " + group);
+  H5G_info_t info;
+  h5::checked(H5Gget_info(handle, &info), "listing " + group);
+  for (hsize_t i = 0; i < info.nlinks; ++i) {
+    char name[512];
+    h5::checked(H5Lget_name_by_idx(handle, ".", H5_INDEX_NAME, H5_ITER_INC, i, name, sizeof name, H5P_DEFAULT),
+                "listing " + group);
+    names.emplace_back(name);
+  }
+  return names;
+}
+
+}  // namespace
+
+FramesFile::FramesFile(const std::filesystem::path& path) : file_(h5::open_file(path)) {
+  if (!h5::exists(file_, "/frames")) throw std::runtime_error("has no group /frames: no output of a run");
+  for (std::size_t k = 0; h5::exists(file_, group(k)); ++k) {
+    if (h5::exists(file_, group(k) + "/written") && h5::read<std::uint8_t>(file_, group(k) + "/written").at(0) == 0)
+      break;  // a place that the run did not come to
+    const h5::Handle place(H5Gopen2(file_, group(k).c_str(), H5P_DEFAULT), H5Gclose, "opening " + group(k));
+    times_.push_back(h5::number_attribute(place, "time"));
+  }
+  read_particles();
+  read_surfaces();
+}
+
+std::string FramesFile::group(std::size_t frame) const { return fmt::format("/frames/{:06}", frame); }
+
+void FramesFile::read_particles() {
+  if (!h5::exists(file_, "/particles/id")) return;
+  id_ = h5::read<std::int64_t>(file_, "/particles/id");
+  radius_ = h5::read<float>(file_, "/particles/radius");
+  material_ = h5::read<std::int32_t>(file_, "/particles/material");
+  if (h5::exists(file_, "/particles/material names")) materials_ = h5::read_text(file_, "/particles/material names");
+  if (radius_.size() != id_.size() || material_.size() != id_.size())
+    throw std::runtime_error("/particles: id, radius and material differ in length");
+}
+
+void FramesFile::read_surfaces() {
+  if (!h5::exists(file_, "/surfaces")) return;
+  for (const std::string& name : names_in(file_, "/surfaces")) {
+    FrameSurface s;
+    s.name = name;
+    const std::string folder = "/surfaces/" + name;
+    if (!h5::exists(file_, folder + "/vertices")) continue;
+    s.vertices = h5::read<float>(file_, folder + "/vertices");
+    if (h5::exists(file_, folder + "/triangles")) {
+      const std::vector<std::int32_t> flat = h5::read<std::int32_t>(file_, folder + "/triangles");
+      for (std::size_t i = 0; i + 2 < flat.size(); i += 3) s.triangles.push_back({flat[i], flat[i + 1], flat[i + 2]});
+    }
+    if (h5::exists(file_, folder + "/segments")) {
+      const std::vector<std::int32_t> flat = h5::read<std::int32_t>(file_, folder + "/segments");
+      for (std::size_t i = 0; i + 1 < flat.size(); i += 2) s.segments.push_back({flat[i], flat[i + 1]});
+    }
+    s.moves = !times_.empty() && holds(0, "surfaces/" + name);
+    surfaces_.push_back(std::move(s));
+  }
+}
+
+bool FramesFile::holds(std::size_t frame, const std::string& name) const {
+  return h5::exists(file_, group(frame) + "/" + name);
+}
+
+FrameSpheres FramesFile::spheres(std::size_t frame, bool with_velocity) const {
+  FrameSpheres out;
+  if (!holds(frame, "position")) return out;
+  const std::string folder = group(frame);
+  out.position = h5::read<float>(file_, folder + "/position");
+  if (with_velocity && holds(frame, "velocity")) out.velocity = h5::read<float>(file_, folder + "/velocity");
+  const std::size_t n = out.position.size() / 3;
+  out.index.reserve(n);
+  if (!holds(frame, "id")) {
+    if (n != id_.size()) throw std::runtime_error(folder + " has other spheres than /particles and no ids");
+    for (std::size_t i = 0; i < n; ++i) out.index.push_back(static_cast<std::uint32_t>(i));
+    return out;
+  }
+  for (const std::int64_t id : h5::read<std::int64_t>(file_, folder + "/id")) {
+    const auto found = std::lower_bound(id_.begin(), id_.end(), id);
+    if (found == id_.end() || *found != id) throw std::runtime_error(folder + ": an id is not in /particles");
+    out.index.push_back(static_cast<std::uint32_t>(found - id_.begin()));
+  }
+  if (out.index.size() != n) throw std::runtime_error(folder + ": ids and positions differ in length");
+  return out;
+}
+
+std::vector<float> FramesFile::surface(std::size_t frame, const FrameSurface& s) const {
+  const std::string path = "surfaces/" + s.name;
+  if (!holds(frame, path)) return {};
+  std::vector<float> vertices = h5::read<float>(file_, group(frame) + "/" + path);
+  if (vertices.size() != s.vertices.size()) throw std::runtime_error(group(frame) + "/" + path + " has lost vertices");
+  return vertices;
+}
+
+}  // namespace subsoil::app

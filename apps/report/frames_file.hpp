@@ -1,0 +1,60 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "apps/output/hdf5.hpp"
+
+namespace subsoil::app {
+
+/// A surface of run.h5 as pictures need it.
+struct FrameSurface {
+  std::string name;
+  std::vector<std::array<int, 3>> triangles;
+  std::vector<std::array<int, 2>> segments;
+  std::vector<float> vertices;  ///< x y z, m; world axes where it stands still, else in its own
+  bool moves = false;
+};
+
+/// The spheres of a frame, in rising id.
+struct FrameSpheres {
+  std::vector<std::uint32_t> index;  ///< into the particle table
+  std::vector<float> position;       ///< x y z, m
+  std::vector<float> velocity;       ///< m/s; empty where the run did not keep it
+};
+
+/// Reads run.h5 frame by frame: memory holds one frame. A file that a killed run left is read up to its last frame.
+class FramesFile {
+ public:
+  /// Throws std::runtime_error when the file cannot be opened or is no output of a run.
+  explicit FramesFile(const std::filesystem::path& path);
+
+  const std::vector<double>& times() const { return times_; }  ///< s, of the complete frames
+  std::size_t particles() const { return radius_.size(); }
+  const std::vector<float>& radius() const { return radius_; }  ///< m, by index
+  const std::vector<std::int32_t>& material() const { return material_; }
+  const std::vector<std::string>& materials() const { return materials_; }
+  const std::vector<FrameSurface>& surfaces() const { return surfaces_; }
+
+  FrameSpheres spheres(std::size_t frame, bool with_velocity) const;
+  /// World vertices of a surface that moves; empty where the frame has none.
+  std::vector<float> surface(std::size_t frame, const FrameSurface& s) const;
+  /// What a frame holds under this name.
+  bool holds(std::size_t frame, const std::string& name) const;
+
+ private:
+  std::string group(std::size_t frame) const;
+  void read_particles();
+  void read_surfaces();
+  h5::Handle file_;
+  std::vector<double> times_;
+  std::vector<std::int64_t> id_;
+  std::vector<float> radius_;
+  std::vector<std::int32_t> material_;
+  std::vector<std::string> materials_;
+  std::vector<FrameSurface> surfaces_;
+};
+
+}  // namespace subsoil::app

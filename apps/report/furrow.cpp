@@ -1,0 +1,195 @@
+#include "apps/report/furrow.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+namespace subsoil::app {
+namespace {
+
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+/// Spheres before and after, by their row before.
+struct Displaced {
+  FrameSpheres before, after;
+  std::vector<std::ptrdiff_t> row_after;  ///< -1: gone
+};
+
+Displaced displaced(const FramesFile& file) {
+  Displaced d{file.spheres(0, false), file.spheres(file.times().size() - 1, false), {}};
+  std::vector<std::ptrdiff_t> row(file.particles(), -1);
+  for (std::size_t i = 0; i < d.after.index.size(); ++i) row[d.after.index[i]] = static_cast<std::ptrdiff_t>(i);
+  for (const std::uint32_t index : d.before.index) d.row_after.push_back(row[index]);
+  return d;
+}
+
+struct Extent {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  void take(double v) { low = std::min(low, v), high = std::max(high, v); }
+};
+
+/// Height of the surface per column of z, mean over columns of x.
+std::vector<double> heights(const FramesFile& file, const FrameSpheres& s, const Furrow& f) {
+  const auto nx = static_cast<std::size_t>(std::max(1.0, std::floor((f.until - f.from) / f.cell)));
+  const double dx = (f.until - f.from) / static_cast<double>(nx);
+  std::vector<double> top(nx * f.columns, -std::numeric_limits<double>::infinity());
+  for (std::size_t i = 0; i < s.index.size(); ++i) {
+    const double x = s.position[3 * i], z = s.position[3 * i + 2];
+    if (x < f.from || x >= f.until) continue;
+    if (z < f.z0) continue;
+    const auto column = std::min(f.columns - 1, static_cast<std::size_t>((z - f.z0) / f.cell));
+    const auto ix = std::min(nx - 1, static_cast<std::size_t>((x - f.from) / dx));
+    double& t = top[ix * f.columns + column];
+    t = std::max(t, static_cast<double>(s.position[3 * i + 1]) + file.radius()[s.index[i]]);
+  }
+  std::vector<double> mean(f.columns, none);
+  for (std::size_t c = 0; c < f.columns; ++c) {
+    double sum = 0;
+    int count = 0;
+    for (std::size_t ix = 0; ix < nx; ++ix)
+      if (const double t = top[ix * f.columns + c]; std::isfinite(t)) sum += t, ++count;
+    if (count > 0) mean[c] = sum / count;
+  }
+  return mean;
+}
+
+void take_profile(Furrow& f) {
+  for (std::size_t c = 0; c < f.columns; ++c) {
+    f.z.push_back(f.z0 + (static_cast<double>(c) + 0.5) * f.cell);
+    const double rise = f.after[c] - f.before[c];
+    if (!std::isfinite(rise)) continue;
+    (rise < 0 ? f.furrow_area : f.heap_area) += std::abs(rise) * f.cell;
+    f.heave = std::max(f.heave, rise);
+  }
+}
+
+void take_disturbed(const Displaced& d, Furrow& f) {
+  std::vector<double> sum(f.rows * f.columns, 0.0);
+  std::vector<int> count(f.rows * f.columns, 0);
+  for (std::size_t i = 0; i < d.before.index.size(); ++i) {
+    const float* p = &d.before.position[3 * i];
+    if (p[0] < f.from || p[0] >= f.until || d.row_after[i] < 0) continue;
+    const auto row = std::min(f.rows - 1, static_cast<std::size_t>(std::max(0.0, (p[1] - f.y0) / f.cell))),
+               column = std::min(f.columns - 1, static_cast<std::size_t>(std::max(0.0, (p[2] - f.z0) / f.cell)));
+    const float* q = &d.after.position[3 * static_cast<std::size_t>(d.row_after[i])];
+    sum[row * f.columns + column] += std::hypot(q[0] - p[0], q[1] - p[1], q[2] - p[2]);
+    ++count[row * f.columns + column];
+  }
+  f.moved.assign(sum.size(), none);
+  for (std::size_t k = 0; k < sum.size(); ++k) {
+    if (count[k] == 0) continue;
+    f.moved[k] = sum[k] / count[k];
+    if (f.moved[k] <= f.threshold) continue;
+    f.disturbed_area += f.cell * f.cell;
+    const std::size_t row = k / f.columns, column = k % f.columns;
+    f.reaches_wall = f.reaches_wall || row == 0 || column == 0 || column + 1 == f.columns;
+  }
+}
+
+/// A layer: its name and the heights it spans before the pass.
+struct Layer {
+  std::string name;
+  double low = 0, high = 0;
+};
+
+/// Materials where there are several, else five equal ranges of depth; from above.
+std::vector<Layer> layers_of(const FramesFile& file, const FrameSpheres& before, const Extent& y, double surface) {
+  std::map<std::int32_t, std::vector<float>> by_material;
+  for (std::size_t i = 0; i < before.index.size(); ++i)
+    by_material[file.material()[before.index[i]]].push_back(before.position[3 * i + 1]);
+  std::vector<Layer> layers;
+  if (by_material.size() < 2) {
+    for (int k = 0; k < 5; ++k) {
+      const double high = y.high - (y.high - y.low) * k / 5, low = y.high - (y.high - y.low) * (k + 1) / 5;
+      layers.push_back(
+          {fmt::format("{:.0f} to {:.0f} mm deep", 1e3 * std::max(0.0, surface - high), 1e3 * (surface - low)), low,
+           high});
+    }
+    return layers;
+  }
+  for (auto& [material, heights] : by_material) {
+    std::sort(heights.begin(), heights.end());
+    const auto m = static_cast<std::size_t>(material);
+    layers.push_back({m < file.materials().size() ? file.materials()[m] : fmt::format("material {}", material),
+                      heights[heights.size() / 50], heights[heights.size() - 1 - heights.size() / 50]});
+  }
+  std::sort(layers.begin(), layers.end(), [](const Layer& a, const Layer& b) { return a.high > b.high; });
+  for (std::size_t k = 0; k + 1 < layers.size(); ++k)
+    layers[k].low = layers[k + 1].high = 0.5 * (layers[k].low + layers[k + 1].high);
+  layers.front().high = y.high, layers.back().low = y.low;
+  return layers;
+}
+
+void take_layers(const FramesFile& file, const ToolPath& tool, const Displaced& d, const Extent& y, Furrow& f) {
+  const double deepest = *std::max_element(tool.depth.begin(), tool.depth.end());
+  const double reach = 0.5 * tool.width + deepest;
+  for (const Layer& layer : layers_of(file, d.before, y, tool.soil_surface)) {
+    LayerMotion motion{layer.name};
+    for (std::size_t i = 0; i < d.before.index.size(); ++i) {
+      const float* p = &d.before.position[3 * i];
+      if (p[1] < layer.low || p[1] > layer.high || p[0] < f.from || p[0] >= f.until || d.row_after[i] < 0) continue;
+      if (std::abs(p[2] - tool.z) > reach) continue;
+      const float* q = &d.after.position[3 * static_cast<std::size_t>(d.row_after[i])];
+      ++motion.spheres;
+      motion.rise += q[1] - p[1];
+      motion.forward += tool.direction * (q[0] - p[0]);
+      // The surface has no layer above it: heaved soil of the top layer stays its own.
+      const bool above = q[1] > layer.high && layer.high < y.high, below = q[1] < layer.low && layer.low > y.low;
+      motion.moved_out += above || below ? 1 : 0;
+    }
+    if (motion.spheres > 0) {
+      const auto n = static_cast<double>(motion.spheres);
+      motion.rise /= n, motion.forward /= n, motion.moved_out /= n;
+    }
+    f.layers.push_back(motion);
+  }
+}
+
+}  // namespace
+
+std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, double steady_from, std::string& why) {
+  Furrow f;
+  const Displaced d = displaced(file);
+  Extent x, y, z;
+  double diameter = 0;
+  for (std::size_t i = 0; i < d.before.index.size(); ++i) {
+    x.take(d.before.position[3 * i]), y.take(d.before.position[3 * i + 1]), z.take(d.before.position[3 * i + 2]);
+    diameter += 2 * static_cast<double>(file.radius()[d.before.index[i]]);
+  }
+  if (d.before.index.empty()) {
+    why = "the first frame holds no spheres";
+    return {};
+  }
+  f.cell = diameter / static_cast<double>(d.before.index.size());
+  const double depth = *std::max_element(tool.depth.begin(), tool.depth.end());
+  const double near = tool.direction > 0 ? x.low : -x.high;
+  const double rear = tool.direction * tool.rear_x.back(), end = std::min(rear, tool.direction > 0 ? x.high : -x.low);
+  const double enough = std::max(2 * f.cell, 0.25 * depth);
+  double start = none;
+  if (std::isfinite(steady_from)) start = std::max(near, tool.direction * tool.tip_at(file.times(), steady_from));
+  f.steady = end - start >= enough;
+  if (!f.steady) start = near + 0.5 * depth;
+  if (!(end - start >= enough)) {
+    why = fmt::format(
+        "the tool's rear has passed {:.0f} mm beyond half a depth from the soil's near face; a furrow needs {:.0f} mm",
+        1e3 * std::max(0.0, end - start), 1e3 * enough);
+    return {};
+  }
+  f.from = tool.direction > 0 ? start : -end, f.until = tool.direction > 0 ? end : -start;
+  f.y0 = y.low - 0.5 * f.cell, f.z0 = z.low - 0.5 * f.cell;
+  // Whole cells, the outermost of which take what is left: disturbed soil at a wall must lie in one of them.
+  f.rows = static_cast<std::size_t>(std::max(1.0, std::round((y.high - y.low) / f.cell + 1)));
+  f.columns = static_cast<std::size_t>(std::max(1.0, std::round((z.high - z.low) / f.cell + 1)));
+  f.threshold = 0.5 * f.cell;
+  f.before = heights(file, d.before, f);
+  f.after = heights(file, d.after, f);
+  take_profile(f);
+  take_disturbed(d, f);
+  take_layers(file, tool, d, y, f);
+  return f;
+}
+
+}  // namespace subsoil::app

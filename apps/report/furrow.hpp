@@ -1,0 +1,43 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/report/frames_file.hpp"
+#include "apps/report/tool_path.hpp"
+
+namespace subsoil::app {
+
+/// What became of a layer of soil in the stretch that the tool has passed.
+struct LayerMotion {
+  std::string name;  ///< material, or range of depth before the pass
+  std::size_t spheres = 0;
+  double rise = 0;       ///< mean, m, up
+  double forward = 0;    ///< mean, m, along the travel
+  double moved_out = 0;  ///< share that lies in another layer's depth afterwards
+};
+
+/// Cross-section across the travel, mean over a stretch that the tool has passed: between the first frame and the last.
+struct Furrow {
+  double from = 0, until = 0;            ///< m; the stretch along x
+  bool steady = false;                   ///< it lies in steady work; else it begins half a depth past the near face
+  double cell = 0;                       ///< m; mean diameter of the spheres
+  std::vector<double> z, before, after;  ///< middle of a column and height of the surface there, m; NaN: empty
+  double furrow_area = 0;                ///< m^2 below the surface before
+  double heap_area = 0;                  ///< m^2 above it
+  double heave = 0;                      ///< m; largest rise of a column's surface
+  double threshold = 0;                  ///< m; disturbed is a cell whose spheres have moved by more on average
+  double disturbed_area = 0;             ///< m^2
+  bool reaches_wall = false;             ///< a disturbed cell lies at a side or at the floor
+  std::size_t rows = 0, columns = 0;
+  double y0 = 0, z0 = 0;            ///< lower corner of the grid, m
+  std::vector<double> moved;        ///< per cell (row by row from below): mean displacement, m; NaN: empty
+  std::vector<LayerMotion> layers;  ///< from above
+};
+
+/// Empty with the reason in `why` where the tool has not passed far enough. `steady_from`: time at which steady work
+/// begins, NaN where that is not known. Where too little of it is passed the stretch begins half a depth past the
+/// soil's near face.
+std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, double steady_from, std::string& why);
+
+}  // namespace subsoil::app

@@ -1,0 +1,103 @@
+#include "apps/report/statistics.hpp"
+
+#include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+namespace subsoil::app {
+namespace {
+
+/// Rows whose time lies in the window.
+struct Rows {
+  std::size_t begin = 0, end = 0;
+  std::size_t count() const { return end - begin; }
+};
+
+Rows rows_of(std::span<const double> time, const TimeWindow& window) {
+  const auto first = std::lower_bound(time.begin(), time.end(), window.from - 1e-9);
+  const auto last = std::upper_bound(time.begin(), time.end(), window.until + 1e-9);
+  Rows rows{static_cast<std::size_t>(first - time.begin()), static_cast<std::size_t>(last - time.begin())};
+  rows.end = std::max(rows.begin, rows.end);
+  return rows;
+}
+
+/// tau in rows, by the initial positive sequence.
+double correlation_time(std::span<const double> x, double mean, double variance) {
+  double tau = 1;
+  const auto n = static_cast<double>(x.size());
+  for (std::size_t lag = 1; lag < x.size() / 2; ++lag) {
+    double sum = 0;
+    for (std::size_t i = 0; i + lag < x.size(); ++i) sum += (x[i] - mean) * (x[i + lag] - mean);
+    const double rho = sum / n / variance;
+    if (rho <= 0) break;
+    tau += 2 * rho;
+  }
+  return tau;
+}
+
+}  // namespace
+
+double student_95(double freedom) {
+  return boost::math::quantile(boost::math::complement(boost::math::students_t(freedom), 0.025));
+}
+
+WindowStatistics statistics(std::span<const double> time, std::span<const double> values, const TimeWindow& window) {
+  WindowStatistics out;
+  const Rows rows = rows_of(time, window);
+  const std::span<const double> x = values.subspan(rows.begin, rows.count());
+  out.rows = x.size();
+  if (x.empty()) return out;
+  const auto n = static_cast<double>(x.size());
+  double sum = 0, squares = 0;
+  out.least = out.largest = x[0];
+  out.least_time = out.largest_time = time[rows.begin];
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    sum += x[i];
+    if (x[i] < out.least) out.least = x[i], out.least_time = time[rows.begin + i];
+    if (x[i] > out.largest) out.largest = x[i], out.largest_time = time[rows.begin + i];
+  }
+  out.mean = sum / n;
+  for (const double v : x) squares += (v - out.mean) * (v - out.mean);
+  out.deviation = x.size() > 1 ? std::sqrt(squares / (n - 1)) : 0;
+  const double variance = squares / n;
+  if (variance <= 1e-24 * out.mean * out.mean) {  // a constant
+    out.half_width = x.size() > 1 ? 0 : out.half_width;
+    return out;
+  }
+  const double independent = n / correlation_time(x, out.mean, variance);
+  if (independent >= 2) out.half_width = student_95(independent - 1) * out.deviation / std::sqrt(independent);
+  return out;
+}
+
+SpectralLine strongest_line(std::span<const double> time, std::span<const double> values, const TimeWindow& window) {
+  SpectralLine line;
+  const Rows rows = rows_of(time, window);
+  const std::size_t n = rows.count();
+  if (n < 16) return line;
+  // Trend by least squares over the row number.
+  const double middle = 0.5 * static_cast<double>(n - 1);
+  double mean = 0, slope = 0, weight = 0;
+  for (std::size_t i = 0; i < n; ++i) mean += values[rows.begin + i] / static_cast<double>(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double u = static_cast<double>(i) - middle;
+    slope += u * values[rows.begin + i], weight += u * u;
+  }
+  slope /= weight;
+  std::vector<double> x(n);
+  for (std::size_t i = 0; i < n; ++i) x[i] = values[rows.begin + i] - mean - slope * (static_cast<double>(i) - middle);
+  const double length = (time[rows.end - 1] - time[rows.begin]) * static_cast<double>(n) / static_cast<double>(n - 1);
+  const std::size_t highest = std::min<std::size_t>(n / 2, 400);  // above 400 lines nothing of a machine is found
+  for (std::size_t k = 2; k <= highest; ++k) {
+    const std::complex<double> turn =
+        std::polar(1.0, -2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(n));
+    std::complex<double> sum = 0, phase = 1;
+    for (const double v : x) sum += v * phase, phase *= turn;
+    const double amplitude = 2 * std::abs(sum) / static_cast<double>(n);
+    if (amplitude > line.amplitude) line = {length / static_cast<double>(k), amplitude};
+  }
+  return line;
+}
+
+}  // namespace subsoil::app

@@ -1,0 +1,124 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/credibility/verdict.hpp"
+#include "libdem/laws/wet.hpp"
+#include "tests/tools/program_runs.hpp"
+
+/// `subsoil credibility`: each axis changes what it says and nothing else, and verdicts are those of the rule.
+namespace subsoil::app {
+namespace {
+
+const Axis& axis(const Axes& axes, const std::string& name) {
+  const auto found = std::find_if(axes.axes.begin(), axes.axes.end(), [&](const Axis& a) { return a.name == name; });
+  if (found == axes.axes.end()) throw std::runtime_error("no axis " + name);
+  return *found;
+}
+
+class Changed {
+ public:
+  Changed() : axes_(credibility_axes(loaded_)) {}
+  const Scenario& given() const { return loaded_.scenario; }
+  const Axes& axes() const { return axes_; }
+  Scenario by(const std::string& name) const {
+    return load_scenario_text(test::small_pass, "pass.yaml", axis(axes_, name).sets).scenario;
+  }
+
+ private:
+  Loaded loaded_ = load_scenario_text(test::small_pass, "pass.yaml");
+  Axes axes_;
+};
+
+TEST(CredibilityAxes, ChangeWhatTheySay) {
+  const Changed c;
+  EXPECT_EQ(c.axes().axes.front().sets.size(), 0U);
+  EXPECT_DOUBLE_EQ(c.by("step").time.safety, 0.4);
+  const auto law = [](const Scenario& s, std::size_t k) { return *s.contacts[k].law.get_if<dem::Wet>(); };
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_DOUBLE_EQ(law(c.by("stiffness"), k).K_X, 2 * law(c.given(), k).K_X);
+    EXPECT_DOUBLE_EQ(law(c.by("stiffness"), k).K_Y, 2 * law(c.given(), k).K_Y);
+    EXPECT_DOUBLE_EQ(law(c.by("stiffness"), k).K_B, law(c.given(), k).K_B) << "attraction as before";
+  }
+  EXPECT_DOUBLE_EQ(std::get<EqualRadius>(c.by("radius").soil->bed->radius).radius, 0.005);
+}
+
+/// The tool comes from -x: the near face, the surface and the middle must stay where they are.
+TEST(CredibilityAxes, BinGrowsAwayFromTheTool) {
+  const Changed c;
+  const Container given = *c.given().soil->container, along = *c.by("bin along the travel").soil->container,
+                  below = *c.by("bin below").soil->container, across = *c.by("bin across").soil->container;
+  EXPECT_DOUBLE_EQ(along.size.x, 2 * given.size.x);
+  EXPECT_DOUBLE_EQ(along.at.x, given.at.x);
+  EXPECT_DOUBLE_EQ(below.size.y, 2 * given.size.y);
+  EXPECT_DOUBLE_EQ(below.at.y + below.size.y, given.at.y + given.size.y);
+  EXPECT_DOUBLE_EQ(across.size.z, 2 * given.size.z);
+  EXPECT_DOUBLE_EQ(across.at.z + 0.5 * across.size.z, given.at.z + 0.5 * given.size.z);
+  EXPECT_DOUBLE_EQ(across.size.x, given.size.x);
+}
+
+TEST(CredibilityAxes, ThreePackingsDifferAndWhatIsAbsentIsNamed) {
+  const Changed c;
+  long seeds[3];
+  for (int k = 1; k <= 3; ++k) {
+    const Scenario s = c.by("packing " + std::to_string(k));
+    seeds[k - 1] = s.soil->bed->seed;
+    EXPECT_GT(s.soil->bed->jitter, 0) << "a lattice is one packing";
+  }
+  EXPECT_TRUE(seeds[0] != seeds[1] && seeds[1] != seeds[2] && seeds[0] != seeds[2]);
+  EXPECT_EQ(c.by("coupling step").time.machine.soil_steps, 2);
+  ASSERT_EQ(c.axes().absent.size(), 1U);
+  EXPECT_EQ(c.axes().absent[0].name, "iterated coupling");
+}
+
+TEST(CredibilityAxes, NeedABed) {
+  EXPECT_NE(
+      test::message_of([] { credibility_axes(load_scenario(test::config("pendulum"))); }).find("soil.bed: is missing"),
+      std::string::npos);
+}
+
+PointResult result(double value, double half) {
+  PointResult r;
+  r.end = PointResult::End::reached;
+  r.value = {value}, r.half_width = {half};
+  return r;
+}
+
+/// 1000 with packings 990, 1000, 1010 (s = 10): U = 2 sqrt(2) 10/1000 = 2.8 %.
+TEST(CredibilityVerdict, FollowsTheRule) {
+  Axes axes;
+  for (const char* name : {"as given", "step", "stiffness", "bin across", "radius"})
+    axes.axes.push_back({name, "", {}});
+  axes.axes[1].refinement = true;
+  for (int k = 1; k <= 3; ++k) {
+    axes.axes.push_back({"packing " + std::to_string(k), "", {}});
+    axes.axes.back().packing = true;
+  }
+  Study study;
+  study.numbers.resize(1);
+  study.numbers[0].name = "draft";
+  std::vector<PointResult> results{result(1000, 10), result(1006, 10), result(1440, 10), result(1040, 10),
+                                   PointResult{}};
+  results[4].end = PointResult::End::failed, results[4].cause = "overlap", results[4].value = {std::nan("")};
+  results[4].half_width = {std::nan("")};
+  for (const double v : {990.0, 1000.0, 1010.0}) results.push_back(result(v, 10));
+  const Credibility c = judge(axes, study, results, 0.05);
+  ASSERT_EQ(c.verdicts.size(), 4U);
+  EXPECT_NEAR(c.packing_scatter[0], 10, 1e-12);
+  EXPECT_NEAR(c.verdicts[0].uncertainty, 2 * std::sqrt(2.0) * 0.01, 1e-12);
+  EXPECT_EQ(c.verdicts[0].kind, Verdict::Kind::converged);      // 0.6 + 2.8 % within 5 %
+  EXPECT_EQ(c.verdicts[1].kind, Verdict::Kind::not_converged);  // 44 - 2.8 % above
+  EXPECT_EQ(c.verdicts[2].kind, Verdict::Kind::not_told);       // 4 +- 2.8 %
+  EXPECT_EQ(c.verdicts[3].kind, Verdict::Kind::failed);
+  const std::string line = credibility_lines(axes, study, c).front();
+  EXPECT_NE(line.find("draft 1000, +- 10 packing, +0.6 % step, +44.0 % stiffness"), std::string::npos) << line;
+  EXPECT_NE(line.find(": not converged in stiffness, not told in bin across"), std::string::npos) << line;
+  EXPECT_NE(line.find("grid convergence index: step 1.8 %"), std::string::npos) << line;
+  // Without packings the records' own intervals: sqrt(10^2 + 10^2)/1000.
+  results.resize(5), axes.axes.resize(5);
+  EXPECT_NEAR(judge(axes, study, results, 0.05).verdicts[0].uncertainty, std::sqrt(200.0) / 1000, 1e-12);
+}
+
+}  // namespace
+}  // namespace subsoil::app

@@ -1,0 +1,113 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "apps/report/draft_models.hpp"
+#include "apps/report/statistics.hpp"
+
+/// The numbers of a report against what is known of made-up records and of the wedge models' limits.
+namespace subsoil::app {
+namespace {
+
+struct Record {
+  std::vector<double> time, values;
+};
+
+/// x_{i+1} = a x_i + noise of unit variance: correlation time (1 + a)/(1 - a) rows.
+Record correlated(double a, std::size_t rows, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise(0, 1);
+  Record r;
+  double x = noise(random) / std::sqrt(1 - a * a);
+  for (std::size_t i = 0; i < rows; ++i) {
+    r.time.push_back(1e-3 * static_cast<double>(i));
+    r.values.push_back(x);
+    x = a * x + noise(random);
+  }
+  return r;
+}
+
+TEST(Statistics, AreThoseOfTheWindowAlone) {
+  Record r;
+  for (int i = 0; i <= 10; ++i) r.time.push_back(0.1 * i), r.values.push_back(i);
+  const WindowStatistics s = statistics(r.time, r.values, {0.3, 0.6, ""});
+  EXPECT_EQ(s.rows, 4U);
+  EXPECT_DOUBLE_EQ(s.mean, 4.5);
+  EXPECT_DOUBLE_EQ(s.least, 3);
+  EXPECT_DOUBLE_EQ(s.largest, 6);
+  EXPECT_DOUBLE_EQ(s.largest_time, 0.6);
+  EXPECT_NEAR(s.deviation, std::sqrt(5.0 / 3), 1e-12);  // of 3, 4, 5, 6
+  EXPECT_EQ(statistics(r.time, r.values, {2, 3, ""}).rows, 0U);
+  EXPECT_TRUE(std::isnan(statistics(r.time, r.values, {2, 3, ""}).mean));
+}
+
+/// The interval must hold the true mean 0 in about 95 % of records, also where rows are correlated; one that took rows
+/// as independent would hold it in less than half of these.
+TEST(Statistics, IntervalHoldsTheMeanOfCorrelatedRows) {
+  int held = 0;
+  constexpr int records = 300;
+  for (unsigned seed = 1; seed <= records; ++seed) {
+    const Record r = correlated(0.9, 2000, seed);
+    const WindowStatistics s = statistics(r.time, r.values, {});
+    held += std::abs(s.mean) <= s.half_width ? 1 : 0;
+  }
+  // 285 expected; the estimate of the correlation time costs a few per cent, chance 4 records.
+  EXPECT_GT(held, 265);
+  EXPECT_LT(held, 299);
+}
+
+TEST(Statistics, ConstantHasNoWidthAndOneRowNoInterval) {
+  const std::vector<double> time{0, 1, 2}, seven{7, 7, 7};
+  EXPECT_EQ(statistics(time, seven, {}).half_width, 0);
+  EXPECT_TRUE(std::isnan(statistics(time, seven, {0.5, 1.5, ""}).half_width));
+}
+
+TEST(Spectrum, FindsTheLineUnderATrend) {
+  Record r;
+  for (int i = 0; i < 2000; ++i) {
+    const double t = 1e-3 * i;
+    r.time.push_back(t);
+    r.values.push_back(100 * t + 3 * std::sin(2 * std::numbers::pi * 8 * t) + std::sin(2 * std::numbers::pi * 31 * t));
+  }
+  const SpectralLine line = strongest_line(r.time, r.values, {});
+  EXPECT_NEAR(line.period, 0.125, 1e-6);  // 16 periods in the record: a line of its own
+  EXPECT_NEAR(line.amplitude, 3, 0.05);
+  EXPECT_TRUE(std::isnan(strongest_line(r.time, r.values, {0, 0.01, ""}).period)) << "ten rows tell no period";
+}
+
+TEST(Student, HasTheTablesValues) {
+  EXPECT_NEAR(student_95(2), 4.302652730, 1e-8);
+  EXPECT_NEAR(student_95(1e6), 1.959966, 1e-5);
+}
+
+/// A wide, smooth, vertical plate: Rankine's passive pressure, Kp = tan^2(45 deg + phi/2), rupture at 45 deg - phi/2.
+TEST(McKyesAli, IsRankineForAWideSmoothPlate) {
+  const double phi = 30 * std::numbers::pi / 180, kp = std::pow(std::tan(std::numbers::pi / 4 + phi / 2), 2);
+  const double width = 1e6, depth = 0.3, up = std::numbers::pi / 2;
+  const WedgeSoil heavy{.density = 1500, .friction = phi};
+  // The rupture angle is sought in steps of 0.045 deg, and the force is flat about its minimum.
+  EXPECT_NEAR(mckyes_ali(heavy, width, depth, up) / width, 0.5 * kp * 1500 * 9.81 * depth * depth, 0.01);
+  EXPECT_NEAR(mckyes_ali_rupture(heavy, width, depth, up), std::numbers::pi / 4 - phi / 2, 1e-3);
+  const WedgeSoil sticky{.density = 1e-9, .cohesion = 1000, .friction = phi};
+  EXPECT_NEAR(mckyes_ali(sticky, width, depth, up) / width, 2 * 1000 * depth * std::sqrt(kp), 0.1);
+}
+
+TEST(McKyesAli, CrescentsMakeANarrowToolHeavierPerWidth) {
+  const WedgeSoil soil{.density = 1500, .cohesion = 5e3, .friction = 0.5, .wall_friction = 0.3};
+  EXPECT_GT(mckyes_ali(soil, 0.05, 0.3, 1.0) / 0.05, 2 * mckyes_ali(soil, 5, 0.3, 1.0) / 5);
+  WedgeSoil stronger = soil;
+  stronger.cohesion *= 2;
+  EXPECT_GT(mckyes_ali(stronger, 0.05, 0.3, 1.0), mckyes_ali(soil, 0.05, 0.3, 1.0));
+}
+
+/// D497 for a depth of 30 cm at 5 km/h: 30 (226 + 1.8 25) = 8130 N in fine soil.
+TEST(Asabe, SpansItsSoilsAndItsScatter) {
+  const Band band = asabe_subsoiler(0.30, 5 / 3.6);
+  EXPECT_NEAR(band.high, 1.5 * 8130, 1e-6);
+  EXPECT_NEAR(band.low, 0.5 * 0.45 * 8130, 1e-6);
+}
+
+}  // namespace
+}  // namespace subsoil::app

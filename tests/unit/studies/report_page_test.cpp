@@ -1,0 +1,179 @@
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/report/page.hpp"
+#include "apps/report/report.hpp"
+#include "tests/tools/program_runs.hpp"
+
+/// `subsoil report`: the data of a page against the run's own files, and pages of broken result directories. A browser
+/// opens pages in tests/optional.
+namespace subsoil::app {
+namespace {
+
+using test::message_of;
+using test::RunDirectory;
+using Json = nlohmann::ordered_json;
+
+/// One small pass for all tests of this file.
+const RunDirectory& pass() {
+  static const RunDirectory* directory = [] {
+    auto* d = new RunDirectory;
+    const std::string sets[] = {"output.window={from: 50 ms, until: 150 ms}"};
+    EXPECT_EQ(test::run_scenario(d->scenario(test::small_pass), *d / "run", {sets[0]}), exit_ok);
+    return d;
+  }();
+  return *directory;
+}
+
+Json data_of(const std::vector<std::filesystem::path>& runs) {
+  ReportRequest request;
+  request.runs = runs;
+  return report_data(request);
+}
+
+const Json* row(const Json& data, const std::string& quantity, const std::string& statistic) {
+  for (const Json& r : data["table"])
+    if (r["quantity"] == quantity && r["statistic"] == statistic) return &r;
+  return nullptr;
+}
+
+bool names(const Json& list, const std::string& word) {
+  for (const Json& line : list)
+    if (line.get<std::string>().find(word) != std::string::npos) return true;
+  return false;
+}
+
+TEST(Report, TableHoldsTheMeansOfTheSummaryAndTheirWindow) {
+  const Json data = data_of({pass() / "run"});
+  const nlohmann::json summary = test::summary_of(pass() / "run");
+  const Json* draft = row(data, "draft", "mean");
+  ASSERT_NE(draft, nullptr);
+  const Json& cell = (*draft)["runs"][0];
+  // The summary weighs steps, the page rows of 1 ms; the window's ends cut rows: one of 100 at either.
+  const double mean = summary["columns"]["soil.draft"]["mean in window"], value = cell["value"];
+  EXPECT_NEAR(value, mean, 0.02 * std::abs(mean) + 1e-3);
+  EXPECT_EQ(cell["from [s]"], 0.05);
+  EXPECT_EQ(cell["until [s]"], 0.15);
+  for (const Json& r : data["table"])
+    for (const Json& c : r["runs"]) EXPECT_TRUE(c.contains("from [s]") && c.contains("until [s]")) << r;
+  EXPECT_EQ(nlohmann::json::parse(data["runs"][0]["energy"].dump()), summary["energy"]);
+}
+
+TEST(Report, FilmHoldsEveryFrameAndTheMachine) {
+  const Json data = data_of({pass() / "run"});
+  const Json& film = data["runs"][0]["film"];
+  const std::vector<double> times = test::frame_times(pass() / "run");
+  ASSERT_EQ(film["times"].size(), times.size());
+  for (std::size_t k = 0; k < times.size(); ++k) EXPECT_DOUBLE_EQ(film["times"][k], times[k]);
+  // The section: as many spheres as lie within a radius of the middle of the blade.
+  const std::vector<dem::Vec3> first = test::frame_positions(pass() / "run", 0);
+  const double middle = 0.5 * (film["slab"][0].get<double>() + film["slab"][1].get<double>());
+  std::size_t inside = 0;
+  for (const dem::Vec3& p : first) inside += std::abs(p.z - middle) <= 0.01 + 1e-7 ? 1 : 0;
+  EXPECT_EQ(film["counts"][0], inside);
+  EXPECT_GT(inside, 20U);
+  bool blade = false;
+  for (const Json& s : film["surfaces"]) blade = blade || s["name"] == "blade";
+  EXPECT_TRUE(blade);
+  EXPECT_EQ(film["tool"], Json({"blade"}));
+}
+
+TEST(Report, ToolIsMeasuredInTheFrames) {
+  const Json data = data_of({pass() / "run"});
+  const Json *width = row(data, "tool", "width in the soil"), *depth = row(data, "tool", "greatest depth of the tip"),
+             *speed = row(data, "tool", "mean speed of the tip");
+  ASSERT_TRUE(width && depth && speed);
+  // The blade is a box of 20 x 90 x 30 mm whose middle stays at y = 0; coordinates are rounded to some micrometres.
+  EXPECT_NEAR((*width)["runs"][0]["value"].get<double>(), 0.030, 1e-5);
+  EXPECT_NEAR((*depth)["runs"][0]["value"].get<double>(), 0.045, 1e-5);
+  const Series series = read_series(pass() / "run" / "series.csv");
+  const std::vector<double>&x = series.at("tine.x"), &t = series.at("time");
+  // The blade does not turn, so its tip goes as its middle does.
+  EXPECT_NEAR((*speed)["runs"][0]["value"].get<double>(), (x.back() - x.front()) / (t.back() - t.front()), 1e-3);
+}
+
+TEST(Report, RunsSideBySideHaveDifferences) {
+  const Json data = data_of({pass() / "run", pass() / "run"});
+  ASSERT_EQ(data["runs"].size(), 2U);
+  EXPECT_NE(data["runs"][0]["name"], data["runs"][1]["name"]);
+  const Json* draft = row(data, "draft", "mean");
+  ASSERT_NE(draft, nullptr);
+  EXPECT_EQ((*draft)["runs"][1]["difference"], 0);
+  const double half = (*draft)["runs"][0]["half width"], both = (*draft)["runs"][1]["difference half width"];
+  EXPECT_NEAR(both, std::sqrt(2.0) * half, 1e-4 * both);
+}
+
+TEST(Report, BrokenFoldersSayWhatIsMissingAndGiveTheRest) {
+  const test::Scratch scratch;
+  const auto copy = scratch / "run";
+  std::filesystem::copy(pass() / "run", copy);
+  std::filesystem::remove(copy / "summary.json");
+  std::filesystem::resize_file(copy / "run.h5", std::filesystem::file_size(copy / "run.h5") / 3);
+  Json data = data_of({copy});
+  EXPECT_TRUE(names(data["runs"][0]["missing"], "summary.json"));
+  EXPECT_TRUE(names(data["runs"][0]["missing"], "run.h5"));
+  EXPECT_NE(row(data, "draft", "mean"), nullptr) << "the series is whole";
+  EXPECT_FALSE(data["runs"][0].contains("film"));
+
+  test::write_file(copy / "series.csv", "name,colour\napple,red\n");
+  data = data_of({copy});
+  EXPECT_TRUE(names(data["runs"][0]["missing"], "series.csv"));
+  EXPECT_TRUE(data["table"].empty());
+
+  std::filesystem::copy_file(pass() / "run" / "run.h5", copy / "run.h5",
+                             std::filesystem::copy_options::overwrite_existing);
+  EXPECT_TRUE(data_of({copy})["runs"][0].contains("film")) << "frames are drawn without a series";
+}
+
+TEST(Report, CutShortSeriesIsReadToItsLastWholeRow) {
+  const test::Scratch scratch;
+  const auto copy = scratch / "run";
+  std::filesystem::copy(pass() / "run", copy);
+  std::filesystem::resize_file(copy / "series.csv", std::filesystem::file_size(copy / "series.csv") / 2);
+  const Json data = data_of({copy});
+  const Json& time = data["runs"][0]["curves"]["time"];
+  EXPECT_GT(time.size(), 20U);
+  EXPECT_LT(time.back().get<double>(), 0.1);
+}
+
+TEST(Report, RefusesWhatIsNoResult) {
+  const test::Scratch scratch;
+  EXPECT_NE(message_of([&] { data_of({scratch / "none"}); }).find("is no directory; name the result directory"),
+            std::string::npos);
+  EXPECT_NE(message_of([&] { data_of({scratch.path()}); }).find("holds none of scenario.yaml"), std::string::npos);
+  ReportRequest backwards;
+  backwards.runs = {pass() / "run"};
+  backwards.from = 0.1, backwards.until = 0.05;
+  EXPECT_NE(message_of([&] { report_data(backwards); }).find("the window ends before it begins"), std::string::npos);
+  EXPECT_NE(message_of([&] { read_strength(scratch.path()); }).find("subsoil test shear"), std::string::npos);
+}
+
+TEST(Report, PageIsOneFileThatAsksForNothing) {
+  const test::Scratch scratch;
+  ReportRequest request;
+  request.runs = {pass() / "run"};
+  request.out = scratch / "page.html";
+  request.source = true;
+  write_report(request);
+  const std::string page = test::text_of(request.out);
+  for (const char* outside : {"src=", "@import", "url(", "fetch(", "XMLHttpRequest", "<link"})
+    EXPECT_EQ(page.find(outside), std::string::npos) << outside;
+  // The data come back from the page as they went in.
+  const std::string open = "<script type=\"application/json\" id=\"data\">";
+  const std::size_t begin = page.find(open) + open.size(), end = page.find("</script>", begin);
+  const Json data = Json::parse(page.substr(begin, end - begin));
+  EXPECT_EQ(data, report_data(request));
+  EXPECT_EQ(data["source"].size(), 6U);
+  EXPECT_LT(page.size(), 15'000'000U);
+}
+
+TEST(Page, TextOfUsersCannotLeaveItsPlace) {
+  const Json data{{"title", "</script><script>alert(1)</script>"}};
+  const std::string page = page_text("<b>", data, "");
+  EXPECT_EQ(page.find("alert(1)</script>"), std::string::npos);
+  EXPECT_NE(page.find("<title>&lt;b&gt;</title>"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace subsoil::app

@@ -1,0 +1,299 @@
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <set>
+#include <thread>
+
+#include "apps/output/csv.hpp"
+#include "apps/output/hdf5.hpp"
+#include "apps/scenario/load.hpp"
+#include "apps/sweep/effects.hpp"
+#include "apps/sweep/slurm.hpp"
+#include "apps/sweep/tables.hpp"
+#include "tests/tools/message_of.hpp"
+#include "tests/tools/paths.hpp"
+#include "tests/tools/scratch.hpp"
+
+/// `subsoil sweep`: the points of a plan, what is refused before anything runs, a sweep that is killed and goes on, and
+/// effects of numbers that are known.
+namespace subsoil::app {
+namespace {
+
+using test::message_of;
+using test::Scratch;
+
+/// A mass on a spring, a tenth of a second of wall time. `slack` tells the scenario not to assemble itself: with the
+/// mass off its rail such a run fails.
+constexpr const char* oscillator = R"(subsoil: 1
+gravity: 9.81 m/s^2
+machine:
+  bodies: {mass: {mass: 2 kg, inertia: 1 kg m^2, at: 0 0 m}}
+  joints: {rail: {translational: [ground, mass], points: [0 0 m, 0 0 m], along: 0 1}}
+  forces: {spring: {spring-damper: [ground, mass], ends: [0 1 m, 0 0 m], stiffness: 400 N/m, free length: 1 m, damping: 0 N s/m}}
+time: {end: 2 s}
+output: {every: 1 s, series every: 2 ms, watch: {height: mass.y}}
+)";
+
+constexpr const char* plan_text = R"(subsoil: 1
+title: sag of a mass on a spring
+scenario: mass.yaml
+parameters:
+  mass: {keys: machine.bodies.mass.mass, values: [1 kg, 2 kg, 4 kg]}
+  stiffness: {keys: machine.forces.spring.stiffness, factors: [1, 2]}
+numbers:
+  sag: {column: height, take: least}
+  wall: {summary: "run/wall time [s]"}
+best: largest sag
+)";
+
+struct SweepFolder : Scratch {
+  SweepFolder() { test::write_file(*this / "mass.yaml", oscillator); }
+  std::string plan(const std::string& text) const {
+    test::write_file(*this / "plan.yaml", text);
+    return (*this / "plan.yaml").string();
+  }
+  std::string refusal(const std::string& text) const {
+    const std::string file = plan(text);
+    return message_of([&] { sweep_points(file, load_sweep(file)); });
+  }
+};
+
+std::string changed(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+TEST(SweepPlan, EveryCombinationRunsOnce) {
+  const SweepFolder folder;
+  const std::string file = folder.plan(plan_text);
+  const std::vector<SweepPoint> points = sweep_points(file, load_sweep(file));
+  ASSERT_EQ(points.size(), 6U);
+  std::set<std::vector<std::string>> seen;
+  for (const SweepPoint& p : points) seen.insert(p.values);
+  EXPECT_EQ(seen.size(), 6U);
+  // A factor multiplies what the scenario has, and the scenario takes it.
+  const Scenario s = load_scenario((folder / "mass.yaml").string(), points.back().sets).scenario;
+  EXPECT_EQ(s.machine->bodies[0].mass, 4);
+  EXPECT_NE(points.back().sets.back().find("=800"), std::string::npos) << points.back().sets.back();
+}
+
+TEST(SweepPlan, RefusesWithPlaceAndCureBeforeAnythingRuns) {
+  const SweepFolder folder;
+  const auto refuses = [&](const std::string& from, const std::string& to, const std::string& words) {
+    const std::string message = folder.refusal(changed(plan_text, from, to));
+    EXPECT_NE(message.find(words), std::string::npos) << message;
+    EXPECT_NE(message.find("plan.yaml"), std::string::npos) << message;
+  };
+  refuses("machine.bodies.mass.mass", "machine.bodies.mass.mess", "did you mean `mass`");
+  refuses("4 kg", "-4 kg", "mass = -4 kg");
+  refuses("values: [1 kg, 2 kg, 4 kg]", "vallues: [1 kg]", "did you mean `values`");
+  refuses("values: [1 kg, 2 kg, 4 kg]", "between: 4 1", "the least first");
+  refuses("values: [1 kg, 2 kg, 4 kg]", "", "needs one of `values`, `factors`, `between` and `seeds`");
+  refuses("column: height, ", "", "needs one of `column`");
+  refuses("largest sag", "largest sack", "did you mean `sag`");
+  refuses("largest sag", "most sag", "must be `least NUMBER` or `largest NUMBER`");
+  refuses("machine.forces.spring.stiffness", "machine.forces.spring", "no single value");
+  const std::string message = folder.refusal(std::string(plan_text) + "points: 0\n");
+  EXPECT_NE(message.find("plan.yaml:11:9"), std::string::npos) << message;
+}
+
+TEST(SweepPlan, RangesAreFilledByALatinHypercube) {
+  const auto u = latin_hypercube(10, 3, 7);
+  for (std::size_t d = 0; d < 3; ++d) {
+    std::set<int> strata;
+    for (const auto& point : u) strata.insert(static_cast<int>(10 * point[d]));
+    EXPECT_EQ(strata.size(), 10U) << "each tenth of dimension " << d << " holds one point";
+  }
+  EXPECT_EQ(u, latin_hypercube(10, 3, 7));
+  EXPECT_NE(u, latin_hypercube(10, 3, 8));
+  const SweepFolder folder;
+  const std::string file =
+      folder.plan(changed(plan_text, "values: [1 kg, 2 kg, 4 kg]", "between: 1 100, unit: kg, scale: log"));
+  SweepPlan plan = load_sweep(file);
+  plan.points = 4;
+  const std::vector<SweepPoint> points = sweep_points(file, plan);
+  EXPECT_EQ(points.size(), 8U);
+  int below_ten = 0;
+  for (const SweepPoint& p : points) below_ten += p.places[0] < 10 ? 1 : 0;
+  EXPECT_EQ(below_ten, 4) << "half of a logarithmic range lies below its geometric mean";
+}
+
+TEST(Pool, PlacesShareNoCore) {
+  const std::vector<int> cores{0, 1, 2, 3, 8, 9, 10};
+  const auto places = pool_places(cores, {.threads = 3});
+  ASSERT_EQ(places.size(), 2U);
+  EXPECT_EQ(places[0], (std::vector<int>{0, 1, 2}));
+  EXPECT_EQ(places[1], (std::vector<int>{3, 8, 9}));
+  EXPECT_EQ(pool_places(cores, {.threads = 1, .at_once = 4}).size(), 4U);
+  EXPECT_EQ(pool_places(cores, {.threads = 16}), std::vector<std::vector<int>>{cores});
+}
+
+pid_t start_sweep(const std::string& plan, const std::filesystem::path& out) {
+  const pid_t process = fork();
+  if (process != 0) return process;
+  const int nothing = open("/dev/null", O_WRONLY);
+  dup2(nothing, STDOUT_FILENO), dup2(nothing, STDERR_FILENO);
+  execl(subsoil::test::program().c_str(), "subsoil", "sweep", plan.c_str(), "--out", out.c_str(), nullptr);
+  _exit(127);
+}
+
+int code_of(pid_t process) {
+  int status = 0;
+  waitpid(process, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+std::vector<std::filesystem::path> done_points(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> done;
+  for (int k = 1; k <= 6; ++k)
+    if (const auto p = folder / "points" / ("000" + std::to_string(k)) / "point.json"; std::filesystem::exists(p))
+      done.push_back(p);
+  return done;
+}
+
+/// Everything in a table but the wall times.
+std::string without_times(const std::filesystem::path& table) {
+  std::istringstream lines(test::text_of(table));
+  std::string out;
+  for (std::string line; std::getline(lines, line);) {
+    std::vector<std::string> fields = csv::split(line);
+    // point, mass, stiffness, sag, sag half width, wall, wall half width, end, wall time, cause
+    EXPECT_EQ(fields.size(), 10U) << line;
+    out += fields[0] + "," + fields[1] + "," + fields[2] + "," + fields[3] + "," + fields[7] + "\n";
+  }
+  return out;
+}
+
+TEST(Sweep, KilledGoesOnWhereItWasAndGivesTheSameTable) {
+  const SweepFolder folder;
+  // Long enough that a kill after the first point finds others at work.
+  const std::string plan = folder.plan(std::string(plan_text) + "set: [time.end=20 s]\n");
+  const pid_t killed = start_sweep(plan, folder / "out");
+  const auto patience = std::chrono::steady_clock::now() + std::chrono::minutes(3);
+  const auto alive = [&] {
+    siginfo_t info = {};
+    return waitid(P_PID, static_cast<id_t>(killed), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == 0;
+  };
+  while (done_points(folder / "out").empty() && alive() && std::chrono::steady_clock::now() < patience)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  kill(killed, SIGKILL);
+  EXPECT_EQ(code_of(killed), 128 + SIGKILL) << "it was done before the kill came";
+  const std::vector<std::filesystem::path> before = done_points(folder / "out");
+  ASSERT_FALSE(before.empty());
+  ASSERT_LT(before.size(), 6U);
+  std::vector<std::filesystem::file_time_type> written;
+  for (const auto& p : before) written.push_back(std::filesystem::last_write_time(p));
+
+  EXPECT_EQ(code_of(start_sweep(plan, folder / "out")), 0);
+  EXPECT_EQ(done_points(folder / "out").size(), 6U);
+  for (std::size_t k = 0; k < before.size(); ++k)
+    EXPECT_EQ(std::filesystem::last_write_time(before[k]), written[k]) << before[k] << " was run again";
+  EXPECT_EQ(code_of(start_sweep(plan, folder / "whole")), 0);
+  EXPECT_EQ(without_times(folder / "out" / "sweep.csv"), without_times(folder / "whole" / "sweep.csv"));
+
+  // What the mass sags by: released at the spring's free length it swings between 0 and -2 m g/k.
+  const SweepPlan read = load_sweep(plan);
+  const h5::Handle table = h5::open_file(folder / "out" / "sweep.h5");
+  const std::vector<double> sag = h5::read<double>(table, "numbers/sag"),
+                            mass = h5::read<double>(table, "parameters/mass"),
+                            factor = h5::read<double>(table, "parameters/stiffness");
+  ASSERT_EQ(sag.size(), 6U);
+  for (std::size_t k = 0; k < 6; ++k)  // rows every 2 ms of a period of 0.2 s and more miss the turn by 2e-4 of it
+    EXPECT_NEAR(sag[k], -2 * mass[k] * 9.81 / (400 * factor[k]), 1e-3 * std::abs(sag[k]));
+  EXPECT_TRUE(std::filesystem::exists(folder / "out" / "sweep.html"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "out" / "points" / "0001" / "run.h5")) << "only numbers are kept";
+}
+
+TEST(Sweep, FailedPointsStayVisibleWithTheirCause) {
+  const SweepFolder folder;
+  const std::string plan =
+      folder.plan(changed(changed(plan_text, "machine.bodies.mass.mass, values: [1 kg, 2 kg, 4 kg]",
+                                  "machine.bodies.mass.at, values: [0 0 m, 0.5 0 m]"),
+                          "scenario: mass.yaml", "scenario: mass.yaml\nset: [machine.assemble=no]"));
+  EXPECT_EQ(code_of(start_sweep(plan, folder / "out")), 0);
+  const SweepPlan read = load_sweep(plan);
+  Study study{.title = "",
+              .scenario = read.scenario,
+              .parameters = {"mass", "stiffness"},
+              .points = sweep_points(plan, read),
+              .numbers = read.numbers};
+  const std::vector<PointResult> results = read_results(study, folder / "out");
+  ASSERT_EQ(results.size(), 4U);
+  EXPECT_EQ(results[0].end, PointResult::End::reached);
+  EXPECT_EQ(results[2].end, PointResult::End::failed);
+  EXPECT_NE(results[2].cause.find("rail"), std::string::npos) << results[2].cause;
+  EXPECT_TRUE(std::isnan(results[2].value[0]));
+  EXPECT_NE(sweep_text(study, results, {}).find("2 failed"), std::string::npos);
+  EXPECT_NE(test::text_of(folder / "out" / "sweep.html").find("rail"), std::string::npos);
+  // Nothing is open; asked to, failed points run again.
+  EXPECT_TRUE(open_points(study, folder / "out", false).empty());
+  EXPECT_EQ(open_points(study, folder / "out", true), (std::vector<std::size_t>{2, 3}));
+}
+
+TEST(Sweep, AnotherPlanMayNotUseTheFolder) {
+  const SweepFolder folder;
+  const std::string plan = folder.plan(changed(plan_text, "values: [1 kg, 2 kg, 4 kg]", "values: [1 kg]"));
+  EXPECT_EQ(code_of(start_sweep(plan, folder / "out")), 0);
+  folder.plan(changed(plan_text, "values: [1 kg, 2 kg, 4 kg]", "values: [3 kg]"));
+  EXPECT_EQ(code_of(start_sweep(plan, folder / "out")), 2);
+  const FolderLock lock(folder / "out");
+  EXPECT_NE(message_of([&] { const FolderLock second(folder / "out"); }).find("another subsoil works in it"),
+            std::string::npos);
+}
+
+/// y = 5 + 3 a - 2 b over a grid: level means and the plane give back 3 times the range of a and -2 times that of b.
+TEST(Effects, GiveBackAPlane) {
+  Study study;
+  study.parameters = {"a", "b"};
+  study.numbers.resize(1);
+  std::vector<PointResult> results;
+  for (const double a : {0.0, 1.0, 4.0})
+    for (const double b : {10.0, 20.0}) {
+      study.points.push_back({{std::to_string(a), std::to_string(b)}, {a, b}, {}});
+      PointResult r;
+      r.end = PointResult::End::reached;
+      r.value = {5 + 3 * a - 2 * b}, r.half_width = {0};
+      results.push_back(r);
+    }
+  results.push_back({}), study.points.push_back({{"9", "9"}, {9, 9}, {}});
+  results.back().end = PointResult::End::failed;
+  results.back().value = {std::nan("")};
+  const std::vector<Effect> found = effects(study, results);
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_NEAR(found[0].slope, 12, 1e-9);
+  EXPECT_NEAR(found[1].slope, -20, 1e-9);
+  EXPECT_NEAR(found[0].slope_half, 0, 1e-6);
+  ASSERT_EQ(found[0].levels.size(), 3U);
+  EXPECT_NEAR(found[0].levels[1].mean, 5 + 3 - 30, 1e-9);
+  EXPECT_EQ(found[0].levels[1].count, 2U);
+  // Two values 20 apart: mean +- t_1 20/2, t_1 = 12.706.
+  EXPECT_NEAR(found[0].levels[1].half_width, 12.7062 * 10, 1e-2);
+  EXPECT_EQ(best_point(results, 0, true), 4U);
+  EXPECT_EQ(best_point(results, 0, false), 1U);
+}
+
+TEST(Slurm, ArrayHoldsTheOpenPointsAndTheirCommand) {
+  EXPECT_EQ(task_list({0, 1, 2, 5, 7, 8}), "0-2,5,7-8");
+  const Scratch folder;
+  const auto scripts = write_slurm({.name = "it's",
+                                    .plan = "/tmp/a plan.yaml",
+                                    .sets = {"points=3"},
+                                    .folder = folder.path(),
+                                    .points = {0, 2},
+                                    .threads = 4,
+                                    .at_once = 2});
+  const std::string array = test::text_of(scripts[0]), gather = test::text_of(scripts[1]);
+  EXPECT_NE(array.find("#SBATCH --array=0,2%2\n"), std::string::npos) << array;
+  EXPECT_NE(array.find("#SBATCH --cpus-per-task=4\n"), std::string::npos);
+  EXPECT_NE(array.find("sweep '/tmp/a plan.yaml' --out"), std::string::npos);
+  EXPECT_NE(array.find("--set 'points=3' --point \"$SLURM_ARRAY_TASK_ID\""), std::string::npos);
+  EXPECT_NE(gather.find("--gather"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace subsoil::app
