@@ -1,0 +1,204 @@
+#!/usr/bin/env python3
+"""Builds and tests: the gate that every change passes, the daily suite, or everything. The last line is the number of
+test cases: `N passed, N failed`; any failure makes the exit code 1.
+
+  scripts/test              the gate: builds, runs every test case, and unit tests under the address and
+                            undefined-behaviour sanitizers: of one library in turn and of those that the change touches
+  scripts/test --quick      the daily suite: builds, runs all but the cases that take a second or more (`long`)
+  scripts/test --all        every test case, and all unit tests under the sanitizers with all kernels of this machine
+  scripts/test -R PATTERN   only cases whose name has PATTERN (`Heaps`, `Search.Misses*`, `*/4`), no sanitizers
+
+Turns: libdem, libmbd, coupling by the number of commits modulo 3 (`git rev-list --count HEAD`; without git or in a shallow
+clone, by the day), so three commits in a row sanitize all three. A change touches files that differ from the merge base
+with main (on main itself: from the commit before) or are not committed.
+Which cases are long: tests/CMakeLists.txt. Packages that are missing are installed first, by scripts/setup."""
+import argparse
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+# Libraries whose unit tests the gate runs under the sanitizers: those that lay out memory by hand and work on it in
+# parallel. `apps`, which has more to compile than all others, is sanitized by --all.
+SANITIZED = ["libdem", "libmbd", "coupling"]
+# The portable kernel alone in the gate: of wider sets the sanitizer sees plain loads and stores only, no gather.
+SANITIZED_SETS, ALL_SANITIZED_SETS = "portable", "native"
+
+
+def fail(text):
+    sys.exit(f"test: {text}")
+
+
+def output_of(*command):
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    return done.stdout if done.returncode == 0 else None
+
+
+def commit_number():
+    if (output_of("git", "rev-parse", "--is-shallow-repository") or "").strip() == "false":
+        count = output_of("git", "rev-list", "--count", "HEAD")
+        if count:
+            return int(count)
+    return int(time.time() // 86400)
+
+
+def changed_files():
+    """Relative to the merge base with main, or to the commit before; with what is not committed."""
+    head = (output_of("git", "rev-parse", "HEAD") or "").strip()
+    for other in "origin/main", "main":
+        base = (output_of("git", "merge-base", "HEAD", other) or "").strip()
+        if base and base != head:
+            break
+    else:
+        base = "HEAD~1"
+    differing = output_of("git", "diff", "--name-only", base)
+    if differing is None:
+        return []
+    return (differing + (output_of("git", "ls-files", "--others", "--exclude-standard") or "")).split()
+
+
+def listed(preset):
+    """Tests that ctest knows: name, labels, command."""
+    answer = subprocess.run(["ctest", "--preset", preset, "--show-only=json-v1"], cwd=ROOT, capture_output=True, text=True)
+    if answer.returncode:
+        fail(f"ctest lists no tests:\n{answer.stdout}{answer.stderr}")
+    tests = []
+    for test in json.loads(answer.stdout)["tests"]:
+        properties = {one["name"]: one["value"] for one in test.get("properties", [])}
+        tests.append({"name": test["name"], "labels": properties.get("LABELS", []),
+                      "command": test.get("command", [])})
+    return tests
+
+
+class Session:
+    def __init__(self):
+        self.start = time.monotonic()
+        self.cores = str(os.cpu_count() or 1)
+        self.passed = self.failed = self.skipped = 0
+        # Tests that are about threads ask for their number; the others take one each, so that `ctest -j` fills the
+        # cores. Waiting threads sleep: some tests ask for more threads than there are cores.
+        self.environment = dict(os.environ, OMP_NUM_THREADS="1", OMP_WAIT_POLICY="passive",
+                                UBSAN_OPTIONS="print_stacktrace=1")
+
+    def say(self, text):
+        print(f"== {text} ({time.monotonic() - self.start:.0f} s so far)", flush=True)
+
+    def build(self, preset, targets=(), options=()):
+        """Configures and builds; a build that breaks is a failure too."""
+        self.say(f"{preset}: configure and build")
+        steps = [["cmake", "--preset", preset, *options],
+                 ["cmake", "--build", "--preset", preset, "-j", self.cores, *(["--target", *targets] if targets else [])]]
+        for command in steps:
+            done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            lines = done.stdout.splitlines()
+            if done.returncode:
+                print(done.stdout, file=sys.stderr)
+                self.failed += 1
+                return False
+            for k in (k for k, line in enumerate(lines) if "warning:" in line):
+                print("\n".join(lines[k:k + 6]))
+        return True
+
+    def count(self, preset, test):
+        """Cases of one ctest from the results that it left; without them it crashed and counts as one failure."""
+        try:
+            results = json.loads((ROOT / "build" / preset / "results" / f"{test['name']}.json").read_text())
+        except (OSError, ValueError):
+            print(f"test: {test['name']} left no results", file=sys.stderr)
+            self.failed += 1
+            return
+        cases = [case for suite in results["testsuites"] for case in suite["testsuite"] if case["status"] == "RUN"]
+        failed = sum("failures" in case for case in cases)
+        skipped = sum(case["result"] == "SKIPPED" for case in cases)
+        self.passed += len(cases) - failed - skipped
+        self.skipped += skipped
+        self.failed += failed
+
+    def run(self, preset, tests):
+        if not tests:
+            print(f"test: preset {preset} knows no tests to run", file=sys.stderr)
+            self.failed += 1
+            return
+        for test in tests:
+            (ROOT / "build" / preset / "results" / f"{test['name']}.json").unlink(missing_ok=True)
+        names = "^(" + "|".join(re.escape(test["name"]) for test in tests) + ")$"
+        command = ["ctest", "--preset", preset, "-j", self.cores, "-R", names]
+        before = self.failed
+        code = subprocess.run(command, cwd=ROOT, env=self.environment).returncode
+        for test in tests:
+            self.count(preset, test)
+        if code and self.failed == before:
+            self.failed += 1  # a ctest failed although each of its cases passed
+
+    def run_pattern(self, pattern):
+        """The cases of each executable by its own filter; the others' results are not asked for."""
+        wide = pattern if "*" in pattern else f"*{pattern}*"
+        executables = sorted({test["command"][0] for test in listed("release") if test["command"]})
+        ran = 0
+        for executable in executables:
+            answer = ROOT / "build" / "release" / "results" / "pattern.json"
+            answer.unlink(missing_ok=True)
+            listing = subprocess.run([executable, "--gtest_list_tests", f"--gtest_filter={wide}"], capture_output=True, text=True)
+            if not re.search(r"^  \S", listing.stdout, re.M):
+                continue
+            ran += 1
+            subprocess.run([executable, f"--gtest_filter={wide}", "--gtest_output=json:" + str(answer)],
+                           cwd=ROOT, env=self.environment)
+            self.count("release", {"name": "pattern"})
+        if ran == 0:
+            print(f"test: no case has {pattern} in its name", file=sys.stderr)
+            self.failed += 1
+
+    def sanitize(self, libraries, sets):
+        targets = [f"unit_{library}" for library in libraries]
+        if self.build("sanitize", targets, [f"-DSUBSOIL_SIMD={sets}"]):
+            tests = [test for test in listed("sanitize") if set(targets) & set(test["labels"])]
+            self.say(f"sanitize: {', '.join(targets)}")
+            self.run("sanitize", tests)
+
+    def end(self):
+        took = time.monotonic() - self.start
+        print(f"took {took:.0f} s" + (f"; {self.skipped} cases say that they have nothing to test here" if self.skipped else ""))
+        print(f"{self.passed} passed, {self.failed} failed")
+        return 1 if self.failed else 0
+
+
+def sanitized(changed, number):
+    """The library whose turn it is and those that the change touches."""
+    turn = SANITIZED[number % len(SANITIZED)]
+    return [one for one in SANITIZED
+            if one == turn or any(file.startswith((one + "/", f"tests/unit/{one}/")) for file in changed)]
+
+
+def options():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument("--quick", action="store_true", help="the daily suite")
+    group.add_argument("--all", action="store_true", help="every case, all unit tests under the sanitizers")
+    group.add_argument("-R", metavar="PATTERN", help="only cases of this name")
+    return parser.parse_args()
+
+
+def main():
+    o = options()
+    session = Session()
+    built = session.build("release")
+    if built and o.R:
+        session.run_pattern(o.R)
+    elif built:
+        tests = [test for test in listed("release") if "quick" in test["labels"] or not o.quick]
+        session.say(f"release: {'the quick' if o.quick else 'all'} test cases")
+        session.run("release", tests)
+    if o.all:
+        session.sanitize([*SANITIZED, "apps"], ALL_SANITIZED_SETS)
+    elif not o.quick and not o.R:
+        session.sanitize(sanitized(changed_files(), commit_number()), SANITIZED_SETS)
+    return session.end()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
