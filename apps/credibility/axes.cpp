@@ -27,7 +27,7 @@ class AxisList {
   }
 
  private:
-  const Bed& bed() const { return *s_.soil->bed; }
+  const BedSection& bed() const { return *s_.soil->bed; }
   void absent(const std::string& name, const std::string& why) { out_.absent.push_back({name, why}); }
 
   void step() {
@@ -85,7 +85,7 @@ class AxisList {
       for (const Surface& surface : s_.machine->surfaces)
         if (surface.touches_soil)
           sum += s_.machine->bodies[static_cast<std::size_t>(surface.body_index - 1)].at[0], ++count;
-    for (const Boundary& b : s_.boundaries)
+    for (const BoundarySection& b : s_.boundaries)
       if (!b.moves.empty()) sum += b.at.x, ++count;
     if (count == 0) return 0;
     return sum / count < s_.soil->container->at.x + 0.5 * s_.soil->container->size.x ? 1 : -1;

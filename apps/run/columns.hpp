@@ -15,7 +15,7 @@ class Simulation;
 namespace subsoil::app {
 
 struct Loaded;
-struct Machine;
+struct MachineSection;
 struct Watch;
 struct World;
 enum class Taken;

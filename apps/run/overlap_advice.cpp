@@ -7,6 +7,10 @@
 #include <cstdio>
 #include <optional>
 
+#include "apps/scenario/given_law.hpp"
+#include "libdem/laws/linear.hpp"
+#include "libdem/laws/wet.hpp"
+
 namespace subsoil::app {
 namespace {
 
@@ -40,9 +44,9 @@ struct Stiffness {
   double value;  ///< N/m
 };
 
-std::optional<Stiffness> stiffness_of(const Law& law) {
-  if (const auto* linear = std::get_if<dem::Linear>(&law)) return Stiffness{"k_n", linear->k_n};
-  if (const auto* wet = std::get_if<dem::Wet>(&law)) return Stiffness{"K_X", wet->K_X};
+std::optional<Stiffness> stiffness_of(const GivenLaw& law) {
+  if (const auto* linear = law.get_if<dem::Linear>()) return Stiffness{"k_n", linear->k_n};
+  if (const auto* wet = law.get_if<dem::Wet>()) return Stiffness{"K_X", wet->K_X};
   return {};
 }
 

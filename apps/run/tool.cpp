@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "libmbd/elements.hpp"
+
 namespace subsoil::app {
 namespace {
 
@@ -140,7 +142,7 @@ double turn_of(double rate) { return rate != 0 ? 2 * std::numbers::pi / std::abs
 
 double period_of(const Scenario& scenario) {
   std::vector<double> periods;
-  for (const Boundary& b : scenario.boundaries)
+  for (const BoundarySection& b : scenario.boundaries)
     for (const Move& m : b.moves) {
       periods.push_back(period_of(m.profile));
       if (const auto* steady = m.profile.get_if<mbd::ConstantFunction>())
@@ -148,7 +150,7 @@ double period_of(const Scenario& scenario) {
     }
   if (scenario.machine)
     for (const NamedDriver& d : scenario.machine->drivers)
-      std::visit(
+      visit(
           [&](const auto& driver) {
             for (const mbd::Function* f :
                  {&driver.motion.position, &driver.motion.velocity, &driver.motion.acceleration})

@@ -8,7 +8,7 @@
 #include "apps/scenario/load.hpp"
 #include "apps/scenario/printer.hpp"
 #include "apps/scenario/registry.hpp"
-#include "libdem/laws/wet.hpp"
+#include "libdem/laws/linear.hpp"
 
 /// The explicit copy, `explain`, docs/scenario.md and `new`: all of them prints of the declarations.
 namespace subsoil::app {
