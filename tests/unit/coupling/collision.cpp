@@ -44,7 +44,7 @@ struct Collision {
       return Totals{s.m * s.v.x + m * b.v.x, s.m * s.v.y + m * b.v.y, s.m * s.v.z,
                     l.z + m * mbd::cross(b.r, b.v) + j * b.omega,
                     0.5 * s.m * dot(s.v, s.v) + 0.5 * inertia(s) * dot(s.w, s.w) + 0.5 * m * mbd::dot(b.v, b.v) +
-                        0.5 * j * b.omega * b.spin};
+                        0.5 * j * b.omega * b.omega};
     };
     start = totals();
     for (double t = 0; t < 0.015; t += step) {

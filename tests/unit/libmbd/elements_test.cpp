@@ -49,7 +49,9 @@ struct Filler {
     if (std::string(k) == "mu_k") value = 0.1;  // at most mu_s
     if (std::string(k) == "length") value = 0;  // beside a radius
   }
-  void exponent(const char*, double& value, const char*, const char*) { value = number(); }
+  void exponent(const char*, double& value, const char*, const char*) {
+    value = 1 + number();
+  }  // contacts ask for 1 or more
   void optional_quantity(const char*, double& value, const char*, const char*, const char*) { value = number(); }
   void text(const char*, std::string&, const char*) {}
   void optional_body(const char*, int& b, const char*) { b = 3; }
