@@ -94,6 +94,9 @@ CLI::App* add_credibility(CLI::App& app, CredibilityRequest& request) {
       ->allow_extra_args(false);
   word->add_option("--numbers", request.numbers, "columns whose means are judged; default: draft and pull")
       ->delimiter(',');
+  word->add_option("--axes", request.axes,
+                   "only these: step, stiffness, radius, bin, packing, coupling step; default: all")
+      ->delimiter(',');
   word->add_option("--tolerance", request.tolerance, "share within which a number counts as converged")
       ->check(CLI::Range(1e-6, 1.0));
   word->add_option("--out", request.out, "folder; default: ./<name of the scenario>-credibility");
@@ -107,7 +110,8 @@ CLI::App* add_credibility(CLI::App& app, CredibilityRequest& request) {
 
 int credibility_command(const CredibilityRequest& request) {
   const Loaded loaded = load_scenario(request.scenario, request.sets);
-  const Axes axes = credibility_axes(loaded);
+  Axes axes = credibility_axes(loaded);
+  keep_axes(axes, request.axes);
   const Study study = study_of(request, loaded, axes);
   check_points(study, axes);
   const PoolOptions pool{request.threads, request.at_once};

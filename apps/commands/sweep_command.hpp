@@ -25,6 +25,7 @@ struct CredibilityRequest {
   int threads = 1, at_once = 0;
   double tolerance = 0.05;
   std::vector<std::string> numbers;  ///< columns whose means are judged
+  std::vector<std::string> axes;     ///< words that axes to run begin with; empty: all
 };
 CLI::App* add_credibility(CLI::App& app, CredibilityRequest& request);
 int credibility_command(const CredibilityRequest& request);

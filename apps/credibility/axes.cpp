@@ -1,7 +1,9 @@
 #include "apps/credibility/axes.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace subsoil::app {
@@ -38,15 +40,17 @@ class AxisList {
     out_.axes.push_back(a);
   }
 
+  /// All that the laws call a stiffness, of cement too; what is given as a share of a stiffness is halved, so that the
+  /// attraction itself stays. Elastic constants of materials stand in the explicit scenario as E_eff and G_eff of
+  /// pairs.
   void stiffness() {
     Axis a{"stiffness", "twice the stiffness of every contact, attraction as before", {}, 1, std::sqrt(2.0)};
     for (const Contact& c : s_.contacts) {
-      const std::string path = "contacts." + c.between[0] + "-" + c.between[1];
-      for (const char* key : {"K_X", "K_Y", "k_n", "k1", "k2", "K1", "K2", "E_eff", "G_eff"})
-        take_scaled(a, path + "." + key, 2);
+      const std::string path = "contacts." + c.between[0] + "-" + c.between[1] + ".";
+      for (const char* key : {"K_X", "K_Y", "k_n", "c", "k1", "k2", "K1", "K2", "E_eff", "G_eff", "bond modulus"})
+        take_scaled(a, path + key, 2);
+      take_scaled(a, path + "adhesive ratio", 0.5);
     }
-    for (const Material& m : s_.materials)
-      if (m.young) take_scaled(a, "materials." + m.name + ".young", 2);
     a.sets.empty() ? absent(a.name, "no contact states a stiffness") : out_.axes.push_back(a);
   }
 
@@ -151,6 +155,28 @@ Axes credibility_axes(const Loaded& loaded) {
     throw ScenarioError(loaded.where("soil.bed") +
                         ": is missing: step, stiffness, radius, bin and packing are those of a bed of spheres");
   return AxisList(loaded).all();
+}
+
+void keep_axes(Axes& axes, const std::vector<std::string>& words) {
+  if (words.empty()) return;
+  const auto begins = [](const std::string& name, const std::string& word) {
+    return name == word || name.rfind(word + " ", 0) == 0;
+  };
+  std::vector<std::string> known;
+  for (std::size_t k = 1; k < axes.axes.size(); ++k) known.push_back(axes.axes[k].name);
+  for (const std::string& word : words)
+    if (std::none_of(known.begin(), known.end(), [&](const std::string& name) { return begins(name, word); }))
+      throw std::invalid_argument(
+          fmt::format("{}: no axis of this scenario; there are {}", word, fmt::join(known, ", ")));
+  std::vector<Axis> kept{axes.axes.front()};
+  for (std::size_t k = 1; k < axes.axes.size(); ++k) {
+    const std::string& name = axes.axes[k].name;
+    if (std::any_of(words.begin(), words.end(), [&](const std::string& word) { return begins(name, word); }))
+      kept.push_back(axes.axes[k]);
+    else
+      axes.absent.push_back({name, "left out by --axes"});
+  }
+  axes.axes = std::move(kept);
 }
 
 }  // namespace subsoil::app

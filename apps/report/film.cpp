@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <stdexcept>
 
 namespace subsoil::app {
@@ -13,6 +12,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 constexpr std::size_t bytes_per_sphere = 9;
+constexpr double rounding = 1e-4;             // of the smallest radius: positions in frames (docs/guide.md, run.h5)
 constexpr std::size_t most_triangles = 3000;  // of a surface; a finer mesh is drawn by every so-many-th
 
 struct Bounds {
@@ -225,47 +225,37 @@ class FilmMaker {
     out["surface places"] = packed(low);
   }
 
-  /// Overlaps of the spheres of a cut, found on a grid of the largest diameter.
   Json stills() const {
     Json list = Json::array();
     for (const std::size_t frame : still_frames_) {
       const auto at =
           static_cast<std::size_t>(std::lower_bound(frames_.begin(), frames_.end(), frame) - frames_.begin());
-      const std::vector<Cut>& cut = cuts_[at];
-      std::map<std::pair<long, long>, std::vector<std::uint32_t>> grid;
-      const double cell = 2 * std::max(r_.high, 1e-9);
-      const auto place = [&](const Cut& s) {
-        return std::pair{std::lround(std::floor(s.x / cell)), std::lround(std::floor(s.y / cell))};
-      };
-      for (std::size_t i = 0; i < cut.size(); ++i) grid[place(cut[i])].push_back(static_cast<std::uint32_t>(i));
-      std::vector<std::uint32_t> a, b;
-      std::vector<double> overlap;
-      double largest = 0;
-      for (std::uint32_t i = 0; i < cut.size(); ++i) {
-        const auto [cx, cy] = place(cut[i]);
-        for (long ix = cx - 1; ix <= cx + 1; ++ix)
-          for (long iy = cy - 1; iy <= cy + 1; ++iy) {
-            const auto found = grid.find({ix, iy});
-            if (found == grid.end()) continue;
-            for (const std::uint32_t j : found->second) {
-              if (j <= i) continue;
-              const double d = std::hypot(cut[i].x - cut[j].x, cut[i].y - cut[j].y, cut[i].z - cut[j].z);
-              const double share = (cut[i].r + cut[j].r - d) / std::min(cut[i].r, cut[j].r);
-              if (share <= 0) continue;
-              a.push_back(i), b.push_back(j), overlap.push_back(share);
-              largest = std::max(largest, share);
-            }
-          }
-      }
-      std::vector<unsigned char> bytes;
-      for (const auto* row : {&a, &b})
-        for (int shift = 0; shift < 32; shift += 8)
-          for (const std::uint32_t v : *row)
-            bytes.push_back(static_cast<unsigned char>((v >> static_cast<unsigned>(shift)) & 255U));
-      for (const double o : overlap) bytes.push_back(static_cast<unsigned char>(std::lround(255 * o / largest)));
-      list.push_back({{"frame", at}, {"pairs", a.size()}, {"largest", largest}, {"bytes", packed(bytes)}});
+      std::vector<ChainSphere> spheres;
+      for (const Cut& c : cuts_[at]) spheres.push_back({c.x, c.y, c.z, c.r, file_.material()[c.index]});
+      list.push_back(still(at, spheres, chains(spheres, options_.force)));
     }
     return list;
+  }
+
+  Json still(std::size_t at, const std::vector<ChainSphere>& spheres, const std::vector<Chain>& found) const {
+    double largest = 0, mean = 0, moved = 0;
+    for (const Chain& c : found) largest = std::max(largest, std::abs(c.size));
+    std::vector<unsigned char> bytes;
+    for (std::uint32_t Chain::*row : {&Chain::a, &Chain::b})
+      for (unsigned shift = 0; shift < 32; shift += 8)
+        for (const Chain& c : found) bytes.push_back(static_cast<unsigned char>((c.*row >> shift) & 255U));
+    for (const Chain& c : found) bytes.push_back(static_cast<unsigned char>(128 + std::lround(127 * c.size / largest)));
+    // What a shift by the rounding of the frames does to the chains, in the mean.
+    for (const Chain& c : found) {
+      const ChainSphere &a = spheres[c.a], &b = spheres[c.b];
+      const double overlap = a.r + b.r - std::hypot(a.x - b.x, a.y - b.y, a.z - b.z), shift = rounding * r_.low;
+      mean += std::abs(c.size);
+      moved += std::abs(options_.force.known() ? options_.force(a, b, overlap + shift) - c.size : rounding);
+    }
+    const double count = static_cast<double>(std::max<std::size_t>(found.size(), 1));
+    return {{"frame", at},           {"pairs", found.size()},       {"largest", largest},
+            {"mean", mean / count},  {"resolution", moved / count}, {"unit", options_.force.known() ? "N" : "1"},
+            {"bytes", packed(bytes)}};
   }
 
   using Places = std::vector<std::vector<float>>;  // per frame

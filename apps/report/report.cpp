@@ -251,13 +251,14 @@ class RunReader {
     options.middle = request_.slice_given ? request_.slice : tool ? tool->z : 0;
     options.bytes = film_bytes / static_cast<double>(request_.runs.size());
     options.stills = still_times(part_.folder, file);
+    if (part_.folder.scenario) options.force = RestForce(*part_.folder.scenario, file.materials());
     part_.json["film"] = film(file, options);
     if (tool) part_.json["film"]["surface"] = number(tool->soil_surface), part_.json["film"]["tool"] = tool->names;
     if (file.particles() > 0 && !file.holds(0, "velocity"))
       part_.folder.missing.push_back("velocities of the spheres: output.columns leaves them out; no speed field");
-    if (file.particles() > 0)
+    if (file.particles() > 0 && !options.force.known())
       part_.folder.missing.push_back(
-          "forces of contacts: frames hold none; chains are drawn from the overlaps of the spheres");
+          "laws of the contacts: scenario.yaml has them; chains show overlaps in place of forces");
   }
 
   void take_furrow(const FramesFile& file, const std::optional<ToolPath>& tool) {

@@ -79,7 +79,7 @@ class Film {
     film.bytes = await unpack(data.spheres);
     film.places = await unpack(data['surface places']);
     film.chains = new Map();
-    for (const s of data.stills) film.chains.set(s.frame, { pairs: s.pairs, largest: s.largest, bytes: await unpack(s.bytes) });
+    for (const s of data.stills) film.chains.set(s.frame, { pairs: s.pairs, bytes: await unpack(s.bytes) });
     let at = 0;
     film.surfaces = data.surfaces.map(s => { const first = at; at += s.vertices * 2 * (s.moves ? film.times.length : 1); return { ...s, first }; });
     film.half = at;
@@ -237,17 +237,19 @@ class FilmView {
   drawChains(c, v, frame, chains) {
     const f = this.film, n = chains.pairs, b = chains.bytes, first = f.first[frame];
     const index = (k, end) => first + b[4 * n * end + k] + 256 * b[4 * n * end + n + k] + 65536 * b[4 * n * end + 2 * n + k];
-    for (let level = 1; level <= 6; ++level) {
+    for (let level = -6; level <= 6; ++level) {  // pulled ones below, pressed ones above
+      if (!level) continue;
       c.beginPath();
       for (let k = 0; k < n; ++k) {
-        const share = b[8 * n + k] / 255;
-        if (Math.ceil(share * 6) !== level) continue;
+        const share = (b[8 * n + k] - 128) / 127;
+        if (Math.sign(share) * Math.ceil(Math.abs(share) * 6) !== level) continue;
         const i = index(k, 0), j = index(k, 1);
         c.moveTo(v.x(f.x(i)), v.y(f.y(i)));
         c.lineTo(v.x(f.x(j)), v.y(f.y(j)));
       }
-      c.strokeStyle = 'rgba(140,20,30,' + (0.25 + 0.125 * level) + ')';
-      c.lineWidth = Math.max(0.8, level / 6 * 1.1 * f.data.radius[1] * v.k);
+      const a = Math.abs(level);
+      c.strokeStyle = 'rgba(' + (level > 0 ? '140,20,30,' : '20,70,150,') + (0.25 + 0.125 * a) + ')';
+      c.lineWidth = Math.max(0.8, a / 6 * 1.1 * f.data.radius[1] * v.k);
       c.stroke();
     }
   }

@@ -110,14 +110,16 @@ function drawSections(films, vmax) {
   const with_soil = films.filter(f => f.film.total);
   if (!with_soil.length) return;
   const s = section('section', 'Speed field and force chains in the section',
-    'Left: mean velocity of the spheres of a cell, at the end of the window. Right: contacts between spheres, as wide and dark as their overlap (repulsion grows with it by the law); the frames of these runs hold no forces of contacts. Below: the same section by depth before the pass.');
+    'Left: mean velocity of the spheres of a cell, at the end of the window. Right: normal forces between spheres of the section, as wide and dark as they are large, red where they press and blue where they pull: the law\u2019s at rest for the spheres\u2019 places, without damping, friction and cement (frames hold no forces of contacts). Below: the same section by depth before the pass.');
   for (const f of with_soil) {
     if (several) s.append(h('h3', {}, swatch(f.i), f.run.name));
-    const last = f.film.data.stills[f.film.data.stills.length - 1], w = width() / 2, largest = last.largest;
+    const last = f.film.data.stills[f.film.data.stills.length - 1], w = width() / 2;
+    const chains = last.unit === 'N' ? 'largest force ' + text(last.largest, 2) + ' N, mean ' + text(last.mean, 2) + ' N, each known to about ' + text(last.resolution, 1) + ' N'
+      : 'overlaps (no law is known), widest ' + text(last.largest, 2) + ' of the smaller radius';
     const caption = t => h('figcaption', {}, 't = ' + text(f.film.times[last.frame]) + ' s: ' + t);
     s.append(h('div', { class: 'grid2' },
       h('figure', {}, still(f.film, last.frame, { vmax, arrows: true, colour: f.film.data['has velocity'] ? 'speed' : 'depth' }, w), caption('velocities, colour 0 \u2026 ' + text(vmax, 2) + ' m/s')),
-      h('figure', {}, still(f.film, last.frame, { chains: true, colour: 'plain' }, w), caption('overlaps, widest ' + text(largest, 2) + ' of the smaller radius')),
+      h('figure', {}, still(f.film, last.frame, { chains: true, colour: 'plain' }, w), caption(chains)),
       h('figure', {}, still(f.film, last.frame, { colour: 'depth' }, w), caption('layers by depth before the pass, surface light to floor dark')),
       f.film.used.size > 1 ? h('figure', {}, still(f.film, last.frame, { colour: 'material' }, w), h('figcaption', {}, f.film.data.materials.map((m, k) => f.film.used.has(k) ? h('span', {}, swatch(k), m + ' ') : null))) : null));
   }
@@ -125,31 +127,41 @@ function drawSections(films, vmax) {
 
 // ---- curves --------------------------------------------------------------------------------------------------------
 
+/// Window, bands and the source's values under a curve, their names over the grid.
 function hooks(key) {
-  const w = runs[0].window;
-  return { drawClear: [u => {
-    const c = u.ctx, b = u.bbox, x = t => Math.min(b.left + b.width, Math.max(b.left, u.valToPos(t, 'x', true))), y = v => u.valToPos(v, 'y', true);
+  const w = runs[0].window, bands = key === 'draft' ? (runs[0].bands || []).filter(band => band.low !== undefined) : [];
+  const marks = (data.source || []).filter(n => n.quantity === key && !n.statistic.startsWith('span'));
+  const inPlot = (u, paint) => {
+    const c = u.ctx, b = u.bbox;
     c.save();
     c.beginPath(); c.rect(b.left, b.top, b.width, b.height); c.clip();
+    c.font = 11 * devicePixelRatio + 'px sans-serif';
+    paint(c, b, t => Math.min(b.left + b.width, Math.max(b.left, u.valToPos(t, 'x', true))), v => u.valToPos(v, 'y', true));
+    c.restore();
+  };
+  const areas = (c, b, x, y) => {
     if (w.from !== null && w.until !== null) { c.fillStyle = 'rgba(30,60,90,0.055)'; c.fillRect(x(w.from), b.top, x(w.until) - x(w.from), b.height); }
-    if (key === 'draft') (runs[0].bands || []).forEach((band, i) => {
-      if (band.low === undefined) return;
+    bands.forEach((band, i) => {
       c.fillStyle = i ? 'rgba(0,135,90,0.13)' : 'rgba(176,85,154,0.11)';
       c.fillRect(b.left, y(band.high), b.width, y(band.low) - y(band.high));
-      c.fillStyle = i ? '#00875a' : '#8c3c7a'; c.font = 11 * devicePixelRatio + 'px sans-serif';
-      const inside = y(band.low) > b.top && y(band.high) < b.top + b.height, where = y(band.low) <= b.top ? ' (above this range)' : ' (below this range)';
-      c.fillText(band.name + (inside ? '' : where), b.left + 6 + i * 330 * devicePixelRatio, inside ? Math.max(b.top, y(band.high)) + 13 * devicePixelRatio : b.top + 13 * devicePixelRatio);
     });
-    for (const n of data.source || []) {
-      if (n.quantity !== key || n.statistic.startsWith('span')) continue;
-      c.strokeStyle = '#9c1c1c'; c.fillStyle = '#9c1c1c'; c.setLineDash([7, 5]); c.lineWidth = 1.3 * devicePixelRatio;
-      c.beginPath(); c.moveTo(b.left, y(n.value)); c.lineTo(b.left + b.width, y(n.value)); c.stroke();
-      c.font = 11 * devicePixelRatio + 'px sans-serif';
+    c.strokeStyle = '#9c1c1c'; c.setLineDash([7, 5]); c.lineWidth = 1.3 * devicePixelRatio;
+    for (const n of marks) { c.beginPath(); c.moveTo(b.left, y(n.value)); c.lineTo(b.left + b.width, y(n.value)); c.stroke(); }
+  };
+  const names = (c, b, x, y) => {
+    const low = 13 * devicePixelRatio;
+    bands.forEach((band, i) => {
+      c.fillStyle = i ? '#00875a' : '#8c3c7a';
+      const inside = y(band.low) > b.top && y(band.high) < b.top + b.height, where = y(band.low) <= b.top ? ' (above this range)' : ' (below this range)';
+      c.fillText(band.name + (inside ? '' : where), b.left + 6 + i * 330 * devicePixelRatio, (inside ? Math.max(b.top, y(band.high)) : b.top) + low);
+    });
+    c.fillStyle = '#9c1c1c';
+    for (const n of marks) {
       const above = y(n.value) - 5 > b.top + 12 * devicePixelRatio;
-      c.fillText('source, ' + n.statistic.split(' ')[0] + ' ' + n.value, b.left + 6, y(n.value) + (above ? -5 : 13 * devicePixelRatio));
+      c.fillText('source, ' + n.statistic.split(' ')[0] + ' ' + n.value, b.left + 6, y(n.value) + (above ? -5 : low));
     }
-    c.restore();
-  }] };
+  };
+  return { drawClear: [u => inPlot(u, areas)], draw: [u => inPlot(u, names)] };
 }
 
 function range(key, factor) {

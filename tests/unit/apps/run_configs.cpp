@@ -2,7 +2,7 @@
 #include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 
-/// Every file in configs/ is read, built and stepped 200 times; whoever adds one need not add a test. What the short
+/// Every file in configs/ and configs/validation is read, built and stepped 200 times; whoever adds one need not add a test. What the short
 /// ones show is asserted where they run to their end: tests/verification/scenarios.
 namespace subsoil::app {
 namespace {
@@ -11,8 +11,9 @@ using test::config;
 
 std::vector<std::string> all_configs() {
   std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(subsoil::test::source_dir() + "/configs"))
-    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem());
+  for (const std::string folder : {"", "validation/"})
+    for (const auto& entry : std::filesystem::directory_iterator(subsoil::test::source_dir() + "/configs/" + folder))
+      if (entry.path().extension() == ".yaml") names.push_back(folder + entry.path().stem().string());
   std::sort(names.begin(), names.end());
   return names;
 }

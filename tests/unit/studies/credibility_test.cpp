@@ -44,6 +44,45 @@ TEST(CredibilityAxes, ChangeWhatTheySay) {
   EXPECT_DOUBLE_EQ(std::get<EqualRadius>(c.by("radius").soil->bed->radius).radius, 0.005);
 }
 
+/// Every way in which a law is given its stiffness; what attracts stays, also where it is given as a share of a
+/// stiffness.
+TEST(CredibilityAxes, StiffnessIsDoubledHoweverItIsGiven) {
+  struct Case {
+    std::string law;
+    std::vector<std::string> sets;  // wanted, of the pair grain-grain
+  };
+  const Case cases[] = {
+      {"law: linear, k_n: 10 kN/m, restitution: 0.5, mu: 0.5", {"k_n=20000 N/m"}},
+      {"law: linear, k_n: 10 kN/m, restitution: 0.5, mu: 0.5, bond: parallel, bond modulus: 20 MPa, bond tensile "
+       "strength: "
+       "200 kPa, bond shear strength: 200 kPa",
+       {"k_n=20000 N/m", "bond modulus=40000000 Pa"}},
+      {"law: hertz-mindlin, E_eff: 3 MPa, G_eff: 1 MPa, restitution: 0.5, mu: 0.5",
+       {"E_eff=6000000 Pa", "G_eff=2000000 Pa"}},
+      {"law: hertz-mindlin, restitution: 0.5, mu: 0.5", {"E_eff=", "G_eff="}},  // from the materials
+      {"law: hunt-crossley, n: 1, c: 10 kN/m, b: 0.5 s/m, mu: 0.5", {"c=20000 N/m"}},
+      {"law: eepa, n: 1, k1: 5 kN/m, plasticity ratio: 0.75, adhesive ratio: 0.2, restitution: 0.5, mu: 0.5",
+       {"k1=10000 N/m", "adhesive ratio=0.1"}},
+      {"law: luding, k1: 5 kN/m, k2: 20 kN/m, k_c: 1 kN/m, phi_f: 0.05, restitution: 0.5, mu: 0.5",
+       {"k1=10000 N/m", "k2=40000 N/m"}},
+      {"law: hysteretic, K1: 5 kN/m, K2: 20 kN/m, damping factor: 0.2, mu: 0.5", {"K1=10000 N/m", "K2=40000 N/m"}}};
+  for (const Case& c : cases) {
+    const std::string text =
+        "subsoil: 1\nmaterials: {grain: {density: 2000 kg/m^3, young's modulus: 10 MPa, poisson ratio: 0.3}}\n"
+        "contacts: [{between: [grain, grain], " +
+        c.law +
+        "}]\nsoil: {container: {size: 0.2 0.2 0.2 m, at: 0 0 0 m, material: grain}, bed: {fill: random, material: "
+        "grain, "
+        "radius: 10 mm}}\ntime: {end: 1 s}\n";
+    const Axes axes = credibility_axes(load_scenario_text(text, "law.yaml"));
+    const std::vector<std::string>& sets = axis(axes, "stiffness").sets;
+    ASSERT_EQ(sets.size(), c.sets.size()) << c.law << testing::PrintToString(sets);
+    for (std::size_t k = 0; k < sets.size(); ++k)
+      EXPECT_EQ(sets[k].rfind("contacts.grain-grain." + c.sets[k], 0), 0U) << sets[k] << " for " << c.law;
+    EXPECT_NO_THROW(load_scenario_text(text, "law.yaml", sets)) << c.law;
+  }
+}
+
 /// The tool comes from -x: the near face, the surface and the middle must stay where they are.
 TEST(CredibilityAxes, BinGrowsAwayFromTheTool) {
   const Changed c;
@@ -70,6 +109,18 @@ TEST(CredibilityAxes, ThreePackingsDifferAndWhatIsAbsentIsNamed) {
   EXPECT_EQ(c.by("coupling step").time.machine.soil_steps, 2);
   ASSERT_EQ(c.axes().absent.size(), 1U);
   EXPECT_EQ(c.axes().absent[0].name, "iterated coupling");
+}
+
+TEST(CredibilityAxes, AreChosenByTheWordTheyBeginWith) {
+  const Changed c;
+  Axes some = c.axes();
+  keep_axes(some, {"bin", "step"});
+  std::vector<std::string> names;
+  for (const Axis& a : some.axes) names.push_back(a.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"as given", "step", "bin along the travel", "bin below", "bin across"}));
+  EXPECT_EQ(some.axes.size() + some.absent.size(), c.axes().axes.size() + c.axes().absent.size());
+  const std::string words = test::message_of([&] { keep_axes(some, {"size"}); });
+  EXPECT_NE(words.find("size: no axis of this scenario; there are step, bin along"), std::string::npos) << words;
 }
 
 TEST(CredibilityAxes, NeedABed) {

@@ -2,8 +2,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include "apps/report/chains.hpp"
 #include "apps/report/page.hpp"
 #include "apps/report/report.hpp"
+#include "apps/scenario/load.hpp"
+#include "libdem/laws/wet.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// `subsoil report`: the data of a page against the run's own files, and pages of broken result directories. A browser
@@ -77,6 +80,43 @@ TEST(Report, FilmHoldsEveryFrameAndTheMachine) {
   for (const Json& s : film["surfaces"]) blade = blade || s["name"] == "blade";
   EXPECT_TRUE(blade);
   EXPECT_EQ(film["tool"], Json({"blade"}));
+}
+
+/// Chains are the law's forces in newtons: a spring of 10 kN/m pressed by 0.1 mm gives 1 N, and the wet law pulls
+/// across a gap by its film. Without the scenario they are overlaps, and the page says so.
+TEST(Report, ForceChainsAreTheLawsForces) {
+  const Loaded dry = load_scenario_text(
+      "subsoil: 1\nmaterials: {a: {density: 2000 kg/m^3}, b: {density: 2000 kg/m^3}}\ncontacts: [{between: [b, a], "
+      "law: "
+      "linear, k_n: 10 kN/m, restitution: 0.5, mu: 0.5}]\n",
+      "dry.yaml");
+  const RestForce force(dry.scenario, {"a", "b"});
+  const std::vector<ChainSphere> three{{0, 0, 0, 0.01F, 0}, {0.0199F, 0, 0, 0.01F, 1}, {0, 0.0199F, 0, 0.01F, 0}};
+  const std::vector<Chain> found = chains(three, force);
+  ASSERT_EQ(found.size(), 1U) << "a and a have no law, the others are apart";
+  EXPECT_EQ(found[0].a + found[0].b, 1U);
+  EXPECT_NEAR(found[0].size, 1, 1e-3);  // coordinates are floats
+  ASSERT_EQ(chains(three, RestForce()).size(), 2U);
+  EXPECT_NEAR(chains(three, RestForce())[0].size, 0.01, 1e-5);
+
+  const Loaded wet = load_scenario_text(test::small_pass, "pass.yaml");
+  const dem::Wet law = *wet.scenario.contacts[0].law.get_if<dem::Wet>();
+  const RestForce film(wet.scenario, {"soil", "steel"});
+  const auto gap = static_cast<float>(0.5 * law.dB);
+  const std::vector<Chain> pulled = chains({{0, 0, 0, 0.01F, 0}, {0.02F + gap, 0, 0, 0.01F, 0}}, film);
+  ASSERT_EQ(pulled.size(), 1U);
+  EXPECT_NEAR(pulled[0].size, -0.5 * law.K_B * law.dB, 0.02 * law.K_B * law.dB);  // half of its largest pull
+
+  const Json data = data_of({pass() / "run"});
+  const Json& still = data["runs"][0]["film"]["stills"].back();
+  EXPECT_EQ(still["unit"], "N");
+  EXPECT_GT(still["largest"], 10 * still["resolution"].get<double>());
+  const test::Scratch scratch;
+  std::filesystem::copy(pass() / "run", scratch / "run");
+  std::filesystem::remove(scratch / "run/scenario.yaml");
+  const Json without = data_of({scratch / "run"});
+  EXPECT_EQ(without["runs"][0]["film"]["stills"].back()["unit"], "1");
+  EXPECT_TRUE(names(without["runs"][0]["missing"], "laws of the contacts"));
 }
 
 TEST(Report, ToolIsMeasuredInTheFrames) {

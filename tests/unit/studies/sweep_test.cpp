@@ -102,6 +102,15 @@ TEST(SweepPlan, RefusesWithPlaceAndCureBeforeAnythingRuns) {
   EXPECT_NE(message.find("plan.yaml:11:9"), std::string::npos) << message;
 }
 
+TEST(SweepPlan, ConfigsHavePointsThatTheirScenariosTake) {
+  int plans = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(subsoil::test::source_dir() + "/configs/sweep")) {
+    EXPECT_GE(sweep_points(entry.path(), load_sweep(entry.path())).size(), 6U) << entry.path();
+    ++plans;
+  }
+  EXPECT_GE(plans, 3);
+}
+
 TEST(SweepPlan, RangesAreFilledByALatinHypercube) {
   const auto u = latin_hypercube(10, 3, 7);
   for (std::size_t d = 0; d < 3; ++d) {
