@@ -40,9 +40,8 @@ class AxisList {
     out_.axes.push_back(a);
   }
 
-  /// All that the laws call a stiffness, of cement too; what is given as a share of a stiffness is halved, so that the
-  /// attraction itself stays. Elastic constants of materials stand in the explicit scenario as E_eff and G_eff of
-  /// pairs.
+  /// All that the laws call a stiffness, of cement and of materials too; what is given as a share of a stiffness is
+  /// halved, so that the attraction itself stays.
   void stiffness() {
     Axis a{"stiffness", "twice the stiffness of every contact, attraction as before", {}, 1, std::sqrt(2.0)};
     for (const Contact& c : s_.contacts) {
@@ -51,6 +50,7 @@ class AxisList {
         take_scaled(a, path + key, 2);
       take_scaled(a, path + "adhesive ratio", 0.5);
     }
+    for (const Material& m : s_.materials) take_scaled(a, "materials." + m.name + ".young's modulus", 2);
     a.sets.empty() ? absent(a.name, "no contact states a stiffness") : out_.axes.push_back(a);
   }
 

@@ -85,11 +85,15 @@ TEST(Report, FilmHoldsEveryFrameAndTheMachine) {
 /// Chains are the law's forces in newtons: a spring of 10 kN/m pressed by 0.1 mm gives 1 N, and the wet law pulls
 /// across a gap by its film. Without the scenario they are overlaps, and the page says so.
 TEST(Report, ForceChainsAreTheLawsForces) {
-  const Loaded dry = load_scenario_text(
-      "subsoil: 1\nmaterials: {a: {density: 2000 kg/m^3}, b: {density: 2000 kg/m^3}}\ncontacts: [{between: [b, a], "
-      "law: "
-      "linear, k_n: 10 kN/m, restitution: 0.5, mu: 0.5}]\n",
-      "dry.yaml");
+  const Loaded dry = load_scenario_text(R"(subsoil: 1
+materials: {a: {density: 2000 kg/m^3}, b: {density: 2000 kg/m^3}}
+contacts:
+  - &dry {between: [b, a], law: linear, k_n: 10 kN/m, restitution: 0.5, mu: 0.5}
+  - {<<: *dry, between: [b, b]}
+soil: {container: {size: 1 1 1 m, at: 0 0 0 m, material: a}, bed: {fill: random, material: b, radius: 10 mm}}
+time: {end: 1 s}
+)",
+                                        "dry.yaml");
   const RestForce force(dry.scenario, {"a", "b"});
   const std::vector<ChainSphere> three{{0, 0, 0, 0.01F, 0}, {0.0199F, 0, 0, 0.01F, 1}, {0, 0.0199F, 0, 0.01F, 0}};
   const std::vector<Chain> found = chains(three, force);
