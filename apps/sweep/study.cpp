@@ -7,9 +7,11 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "apps/output/atomic_file.hpp"
 #include "apps/output/csv.hpp"
@@ -247,7 +249,13 @@ FolderLock::FolderLock(const std::filesystem::path& folder) {
   const std::filesystem::path path = folder / "lock";
   file_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   if (file_ < 0) throw std::runtime_error("cannot write " + path.string() + ": is the folder writable, the disk full?");
-  if (flock(file_, LOCK_EX | LOCK_NB) != 0) {
+  // A run that a killed sweep was just starting holds the lock until it has died, too: a moment, on a busy computer.
+  bool locked = false;
+  for (int tries = 0; !locked && tries < 100; ++tries) {
+    if (tries > 0) std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    locked = flock(file_, LOCK_EX | LOCK_NB) == 0;
+  }
+  if (!locked) {
     close(file_);
     throw ScenarioError(folder.string() + ": another subsoil works in it; wait for it, or name another --out");
   }

@@ -60,9 +60,9 @@ TEST(CredibilityAxes, StiffnessIsDoubledHoweverItIsGiven) {
       {"law: hertz-mindlin, E_eff: 3 MPa, G_eff: 1 MPa, restitution: 0.5, mu: 0.5",
        {"E_eff=6000000 Pa", "G_eff=2000000 Pa"}},
       {"law: hertz-mindlin, restitution: 0.5, mu: 0.5", {}},  // from the materials
-      {"law: hunt-crossley, n: 1, c: 10 kN/m, b: 0.5 s/m, mu: 0.5", {"c=20000 N/m"}},
+      {"law: hunt-crossley, n: 1, c: 10 kN/m, b: 0.5 s/m, mu: 0.5", {"c=20000 N/m^(n)"}},
       {"law: eepa, n: 1, k1: 5 kN/m, plasticity ratio: 0.75, adhesive ratio: 0.2, restitution: 0.5, mu: 0.5",
-       {"k1=10000 N/m", "adhesive ratio=0.1"}},
+       {"k1=10000 N/m^(n)", "adhesive ratio=0.1"}},
       {"law: luding, k1: 5 kN/m, k2: 20 kN/m, k_c: 1 kN/m, phi_f: 0.05, restitution: 0.5, mu: 0.5",
        {"k1=10000 N/m", "k2=40000 N/m"}},
       {"law: hysteretic, K1: 5 kN/m, K2: 20 kN/m, damping factor: 0.2, mu: 0.5", {"K1=10000 N/m", "K2=40000 N/m"}}};
