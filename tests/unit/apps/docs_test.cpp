@@ -76,7 +76,7 @@ TEST(Docs, ForcesAndTheMachinesOwnColumnsAreInTheTable) {
         (look(force), ...);
       },
       mbd::Forces{});
-  const Loaded loaded = load_scenario((root / "configs/1s300-reduced.yaml").string(), {});
+  const Loaded loaded = load_scenario((root / "configs/1s300-towed-reduced.yaml").string(), {});
   const World world = build_world(loaded, {.settle = false});
   for (std::size_t i = 0; i < world.machine->column_names().size(); ++i) {
     const std::string& name = world.machine->column_names()[i];
