@@ -3,7 +3,8 @@
 #include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 
-/// The first 0.42 s of configs/1s300-towed-reduced.yaml, 0.15 m of the shovel's way in soil, and the landing of the source's pass.
+/// The first 0.42 s of configs/1s300-towed-reduced.yaml, 0.15 m of the shovel's way in soil, and the landing of the
+/// source's pass.
 namespace subsoil::app {
 namespace {
 
@@ -31,10 +32,11 @@ TEST(ReducedPass, SoilSwingsTheSpringAndThePitch) {
 double least(const std::vector<double>& v) { return *std::min_element(v.begin(), v.end()); }
 double largest(const std::vector<double>& v) { return *std::max_element(v.begin(), v.end()); }
 
-/// The first 0.3 s of configs/1s300-reduced.yaml: wheels and tip have landed at 0.25 s. Yuan & Yu (2020), figures 5 and 6, print
-/// least pull, largest tension of the spring and span of height, which the landing gives; the bound is the 20 % that
-/// docs/1s300.md claims. The pitch's span is reached later; where the tension is largest the swing is at rest, so that the damper is
-/// idle and the angle between shovel and frame is that of the spring alone, F = k a dphi with a = 0.27 m (cosine: 0.1 %).
+/// The first 0.3 s of configs/1s300-reduced.yaml: wheels and tip have landed at 0.25 s. Yuan & Yu (2020), figures 5 and
+/// 6, print least pull, largest tension of the spring and span of height, which the landing gives; the bound is the 20
+/// % that docs/1s300.md claims. The pitch's span is reached later; where the tension is largest the swing is at rest,
+/// so that the damper is idle and the angle between shovel and frame is that of the spring alone, F = k a dphi with a =
+/// 0.27 m (cosine: 0.1 %).
 TEST(SourcePass, LandingGivesTheSourcesLeastPullTensionAndHeight) {
   const test::RunDirectory dir;
   ASSERT_EQ(test::run_scenario(test::config("1s300-reduced"), dir / "out", {"time.end=0.3 s", "output.every=0.3 s"}),
