@@ -1,62 +1,176 @@
 #!/usr/bin/env python3
-"""Runs the reduced 1S-300 pass with one cause changed at a time and prints the tables of docs/1s300.md.
+"""Runs the studies of docs/1s300.md and prints their tables.
 
-    scripts/study_1s300.py --program build/release/apps/subsoil --out out/study            # run what is missing
-    scripts/study_1s300.py --out out/study --report                                        # print the tables
-    scripts/study_1s300.py ... --only base per-body                                        # some of them
-    scripts/study_1s300.py ... --only full --threads 2                                     # the full pass: an hour or more
-    scripts/study_1s300.py ... --jobs 2                                                    # two at a time, a thread each
+    scripts/study_1s300.py unprinted                 # a slice of the source's pass, one unprinted value changed at a time
+    scripts/study_1s300.py stiffness                 # a rigid shovel in five beds: step and stiffness
+    scripts/study_1s300.py spring                    # spring free, locked and absent in five beds, half a metre of steady work
+    scripts/study_1s300.py pass                      # the full pass: half an hour of a core and more
+    scripts/study_1s300.py spring --only free-1      # some of the runs
+    scripts/study_1s300.py spring --report           # only the tables, of what has been run
+
+What has been run is kept in --out and not run again. One process and one thread per run; --jobs: how many at a time.
 """
 import argparse
 import concurrent.futures
 import csv
 import json
+import math
 import pathlib
 import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-REDUCED = ROOT / "configs" / "1s300-reduced.yaml"
-LOCKED = ROOT / "configs" / "1s300-reduced-locked.yaml"
-FULL = ROOT / "configs" / "1s300.yaml"
-PER_BODY = ["contacts.soil-soil.values=per-body", "contacts.soil-steel.values=per-body"]
-# Variants of the per-body reading stop at 1 s. What is compared is a window that every run reaches: a locked tip stopped at
-# 0.853 s at the limit of the overlap.
-WINDOW = (0.6, 0.85)
-SHORT = PER_BODY + ["time.end=1 s"]
-RANDOM = ["soil.bed.fill=random", "soil.bed.depth=0.234 m", "soil.bed.settle.at most=10 s"]
-SHALLOW = [  # shovel, hinge and spring 50 mm higher: 0.13 m under load
-    "machine.bodies.shovel.at=-1.224 0.415 m",
-    "machine.joints.H8.at=-1.240 0.620 m",
-    "machine.forces.H9.ends=[-1.240 0.890 m, -0.900 0.890 m]",
-]
-VARIANTS = {
-    "base": (REDUCED, [], "as in configs/1s300-reduced.yaml: pair values, rest lattice, 0.18 m"),
-    "per-body": (REDUCED, PER_BODY, "Table 3's values taken as each body's: stiffness, damping and attraction halved"),
-    "shallow": (REDUCED, SHORT + SHALLOW, "per-body, depth 0.13 m under load"),
-    "no-damper": (REDUCED, SHORT + ["machine.forces.H9.damping=0 N s/m"], "per-body, H9 without its damper"),
-    "locked": (LOCKED, SHORT, "per-body, H9 replaced by a weld of shovel and frame"),
+CONFIGS = ROOT / "configs"
+SEEDS = (1, 2, 3, 4, 5)
+# Yuan & Yu (2020), figures 5 and 6: column, statistic of the record, value.
+SOURCE = (("pull", "largest", 1493), ("pull", "least", -331), ("spring force", "largest", 2623),
+          ("spring force", "least", -2231), ("pitch", "span", 0.11), ("height", "span", 0.181))
+# Student's t, two-sided, 95 %, by degrees of freedom.
+STUDENT = {1: 12.706, 2: 4.303, 3: 3.182, 4: 2.776, 5: 2.571, 6: 2.447, 7: 2.365, 8: 2.306, 9: 2.262}
+
+
+# Runs ---------------------------------------------------------------------------------------------------------------
+
+class Run:
+    """A scenario with changes. `text` is YAML that goes over it; `sets` are of `subsoil run --set`."""
+
+    def __init__(self, name, base, meaning, sets=(), text="", bed=None):
+        self.name, self.base, self.meaning, self.sets, self.text, self.bed = name, base, meaning, list(sets), text, bed
+
+
+def hinge(height=0.565, x=-0.830):
+    """Sets of the shovel's hinge H8 and the spring 0.27 m above it, 0.34 m long."""
+    return [f"machine.joints.H8.at={x} {height} m",
+            f"machine.forces.H9.ends=[{x} {height + 0.27:.4f} m, {x + 0.34:.4f} {height + 0.27:.4f} m]"]
+
+
+def hitch(lower):
+    """Sets of H2, H3 and the links' centres for a hitch that is lower than 0.40 m by so much."""
+    return [f"machine.joints.H2.at=0 {0.40 - lower:.4f} m", f"machine.joints.H3.at=-0.150 {0.78 - lower:.4f} m",
+            f"machine.bodies.lower link.at=-0.345 {0.40 - lower / 2:.4f} m",
+            f"machine.bodies.upper link.at=-0.3875 {0.79 - lower / 2:.4f} m"]
+
+
+def depth(deeper):
+    """Sets of a shovel, hinge and spring that sit lower in the frame by so much."""
+    return [f"machine.bodies.shovel.at=-1.224 {0.360 - deeper:.4f} m"] + hinge(0.565 - deeper)
+
+
+def unprinted():
+    slice_ = CONFIGS / "1s300-reduced.yaml"
+    changes = {
+        "slice": ([], "as configs/1s300-reduced.yaml"),
+        "hinge-0.29": (hinge(x=-0.930), "H8 0.29 m ahead of the shank's centre instead of 0.39 m"),
+        "hinge-0.49": (hinge(x=-0.730), "H8 0.49 m ahead"),
+        "hitch-0.07": (hitch(0.07), "hitch 0.07 m lower than in rig-1s300.yaml instead of 0.105 m"),
+        "hitch-0.12": (hitch(0.12), "hitch 0.12 m lower"),
+        "preload-1.1": (["machine.forces.H9.free length=0.3467 m"], "spring pressed by 1.1 kN at assembly"),
+        "tension-1.1": (["machine.forces.H9.free length=0.3333 m"], "spring drawn by 1.1 kN at assembly"),
+        "damper-300": (["machine.forces.H9.damping=300 N s/m"], "damper 300 N s/m instead of 611"),
+        "damper-1200": (["machine.forces.H9.damping=1200 N s/m"], "damper 1200 N s/m"),
+        "start-lower": (["soil.container.at=-0.92 -0.39 -0.21 m"], "start 20 mm lower over the bed"),
+        "start-higher": (["soil.container.at=-0.92 -0.45 -0.21 m"], "start 40 mm higher over the bed"),
+        "depth-shallow": (depth(-0.04), "shovel 40 mm higher in the frame"),
+        "depth-deep": (depth(0.04), "shovel 40 mm lower in the frame"),
+        "double": (["precision=double"], "double instead of mixed precision"),
+    }
+    return [Run(n, slice_, meaning, sets + ["output.every=500 ms"]) for n, (sets, meaning) in changes.items()]
+
+
+STIFFNESS = {
+    "printed": ([], "as printed, N/m, per body"),
+    "all-x4": ([(c, k, 4) for c in ("soil-soil", "soil-steel") for k in ("K_X", "K_Y")],
+               "all K_X, K_Y x 4, attraction as before"),
+    "K_B-x2": ([("soil-soil", "K_B", 2), ("soil-steel", "K_B", 2)], "K_B x 2"),
+    "steel-x4": ([("soil-steel", "K_X", 4), ("soil-steel", "K_Y", 4)], "soil-steel K_X, K_Y x 4"),
+    "all-x16": ([(c, k, 16) for c in ("soil-soil", "soil-steel") for k in ("K_X", "K_Y")] + ["time.accuracy=1"],
+                "all K_X, K_Y x 16, attraction as before"),
+    "half-step": (["time.safety=0.45"], "half the step"),
 }
-for seed in (1, 2, 3):
-    VARIANTS[f"random-{seed}"] = (REDUCED, SHORT + RANDOM + [f"soil.bed.seed={seed}"], f"per-body, random bed, seed {seed}")
-    VARIANTS[f"random-{seed}-locked"] = (LOCKED, SHORT + RANDOM + [f"soil.bed.seed={seed}"],
-                                         f"per-body, random bed, seed {seed}, H9 welded")
-VARIANTS["full"] = (FULL, [], "the source's bin at rest pitch, pair values; only when named")
+PRINTED = {"soil-soil": {"K_X": 10000, "K_Y": 8000, "K_B": 7000}, "soil-steel": {"K_X": 16000, "K_Y": 12000, "K_B": 3000}}
+SHORT = ["soil.container.size=1.0 0.22 0.24 m", "time.end=1.5 s"]
 
 
-def run(program, out, name, threads):
-    config, sets, _ = VARIANTS[name]
-    directory = out / name
-    if (directory / "summary.json").exists():
+def stiffness():
+    runs = []
+    for name, (changes, meaning) in STIFFNESS.items():
+        for seed in SEEDS:
+            bed = Run(f"short-bed-{seed}", CONFIGS / "1s300-shovel.yaml", "", SHORT + [f"soil.bed.seed={seed}"])
+            sets = [c if isinstance(c, str) else f"contacts.{c[0]}.{c[1]}={PRINTED[c[0]][c[1]] * c[2]} N/m" for c in changes]
+            runs.append(Run(f"{name}-{seed}", CONFIGS / "1s300-shovel.yaml", meaning, SHORT + sets, bed=bed))
+    return runs
+
+
+def locked(angle):
+    """The shovel welded to the frame, turned by `angle` about H8 (-1.240, 0.570)."""
+    c, s = math.cos(angle), math.sin(angle)
+    x, y = 0.016, 0.365 - 0.570
+    return (f"machine:\n  bodies:\n    shovel: {{at: {-1.240 + c * x - s * y:.6f} {0.570 + s * x + c * y:.6f} m, "
+            f"angle: {angle:.6f} rad}}\n  joints:\n    H9: {{fixed: [frame, shovel], at: -1.240 0.840 m}}\n"
+            "  forces:\n    H9:\noutput:\n  watch:\n    spring force:\n")
+
+
+def driven(angle, height):
+    """The shovel on a straight path at this pose; its tip starts where the rig's does."""
+    x = -0.98 - (math.cos(angle) * 0.244 + math.sin(angle) * 0.495)
+    return [f"boundaries[0].at={x:.6f} {height:.6f} 0 m", f"boundaries[0].rotation.angle={angle:.6f} rad",
+            f"boundaries[1].at={x:.6f} {height:.6f} 0 m", f"boundaries[1].rotation.angle={angle:.6f} rad"]
+
+
+TOWED = -0.05058  # shovel against frame where the rig is towed clear of soil
+
+
+def spring(out):
+    long = CONFIGS / "1s300-towed-random.yaml"
+    shovel = CONFIGS / "1s300-shovel.yaml"
+    beds = {s: Run(f"long-bed-{s}", shovel, "", [f"soil.bed.seed={s}"]) for s in SEEDS}
+    runs = []
+    for seed in SEEDS:
+        runs.append(Run(f"free-{seed}", long, "spring free", bed=beds[seed]))
+        runs.append(Run(f"locked-towed-{seed}", long, "H9 welded at the angle it has when towed clear of soil",
+                        text=locked(TOWED), bed=beds[seed]))
+        pose = loaded_pose(out)
+        if pose:
+            runs.append(Run(f"locked-loaded-{seed}", long, f"H9 welded at its mean angle under load, {pose[0]:.3f} rad",
+                            text=locked(pose[0]), bed=beds[seed]))
+            runs.append(Run(f"driven-{seed}", shovel, "shovel alone on a straight path at its mean pose and height under load",
+                            driven(pose[1], pose[2]), bed=beds[seed]))
+    return runs
+
+
+def loaded_pose(out):
+    """Angle against the frame, angle and height of the shovel, means of the first bed's steady work."""
+    if not (out / "free-1" / "summary.json").exists():
+        return None
+    s = series(out / "free-1")
+    rows = steady_rows(s)
+    mean = lambda f: sum(f(i) for i in rows) / len(rows)
+    return (mean(lambda i: s["shovel.angle"][i] - s["frame.angle"][i]), mean(lambda i: s["shovel.angle"][i]),
+            mean(lambda i: s["shovel.y"][i]))
+
+
+def execute(arguments, run):
+    out = arguments.out
+    if done(out, run):
         return
-    command = [program, "run", str(config), "--out", str(directory), "--force", "--threads", str(threads)]
+    scenario, sets = run.base, list(run.sets)
+    if run.bed:
+        file = out / f"{run.bed.name}.h5"
+        if not file.exists():
+            execute(arguments, Run(run.bed.name, run.bed.base, "", run.bed.sets + ["time.end=1 ms", f"soil.bed.save={file}"]))
+        scenario = out / f"{run.name}.yaml"
+        scenario.write_text(f"include: {run.base}\n{run.text}")
+        sets.append(f"soil.bed={{fill: file, material: soil, file: {file}, settle: {{for: 20 ms}}}}")
+    command = [arguments.program, "run", str(scenario), "--out", str(out / run.name), "--force", "--threads", "1"]
     for s in sets:
         command += ["--set", s]
     print(" ".join(command), flush=True)
     code = subprocess.run(command, stdout=subprocess.DEVNULL).returncode
     if code != 0:
-        print(f"{name}: exit {code}", file=sys.stderr)
+        print(f"{run.name}: exit {code}", file=sys.stderr)
 
+
+# Numbers ------------------------------------------------------------------------------------------------------------
 
 def series(directory):
     with open(directory / "series.csv", newline="") as file:
@@ -65,65 +179,231 @@ def series(directory):
     return {n: [float(r[i]) for r in rows[1:]] for i, n in enumerate(names)}
 
 
-def within(s, name, window):
-    return [v for t, v in zip(s["time"], s[name]) if window[0] <= t <= window[1]]
+def tip(s, i):
+    """x of the shovel's tip."""
+    a = s["shovel.angle"][i]
+    return s["shovel.x"][i] + math.cos(a) * 0.244 + math.sin(a) * 0.495
 
 
-def report(out):
-    print("| run | draft, mean (N) | pull, mean (N) | draft, range (N) | spring force, range (N) | pitch (rad) "
-          "| height span (mm) | spheres | density (kg/m3) | largest overlap (r) | closure |")
-    print("|---|---|---|---|---|---|---|---|---|---|---|")
-    for name in VARIANTS:
-        directory = out / name
-        if not (directory / "summary.json").exists():
+def steady_rows(s):
+    """Rows in which the tip is 0.45 to 0.95 m behind the bin's near face: from the tool's length plus its depth to a depth from
+    the end wall. Weights of equal travel are taken by `over_travel`."""
+    return [i for i in range(len(s["time"])) if -0.92 + 0.45 <= tip(s, i) <= -0.92 + 0.95]
+
+
+def over_travel(s, value):
+    """Mean of value(i) over the steady stretch, weighted by the tip's travel."""
+    rows = steady_rows(s)
+    weight = [tip(s, i) - tip(s, i - 1) for i in rows]
+    return sum(w * value(i) for w, i in zip(weight, rows)) / sum(weight)
+
+
+def statistic(values, kind):
+    return {"largest": max(values), "least": min(values), "span": max(values) - min(values)}[kind]
+
+
+def interval(values):
+    """Mean and half width of its 95 % interval."""
+    n = len(values)
+    mean = sum(values) / n
+    if n < 2:
+        return mean, float("nan")
+    deviation = math.sqrt(sum((v - mean) ** 2 for v in values) / (n - 1))
+    return mean, STUDENT[n - 1] * deviation / math.sqrt(n)
+
+
+def done(out, run):
+    return (out / run.name / "summary.json").exists() and summary(out, run)["run"]["end"] != "interrupted"
+
+
+def summary(out, run):
+    return json.loads((out / run.name / "summary.json").read_text())
+
+
+def note(out, run):
+    s = summary(out, run)
+    return "" if s["run"]["end"] == "reached" else f" (stopped at {s['run']['simulated [s]']:.3f} s)"
+
+
+def six(s):
+    return [(y, y / source) for column, kind, source in SOURCE for y in [statistic(s[column], kind)]]
+
+
+def report_six(out, runs):
+    print("| run | " + " | ".join(f"{c}, {k}" for c, k, _ in SOURCE) + " | within 20 % | what |")
+    print("|---" * (len(SOURCE) + 3) + "|")
+    print("| source | " + " | ".join(f"{v:g}" for _, _, v in SOURCE) + " | | |")
+    for run in runs:
+        if not done(out, run):
             continue
-        summary = json.loads((directory / "summary.json").read_text())
-        s = series(directory)
-        end = summary["run"]["simulated [s]"]
-        if end < WINDOW[1]:
-            print(f"| {name} | {summary['run'].get('failure', 'stopped')} |" + " |" * 9)
+        numbers = six(series(out / run.name))
+        cells = [f"{y:.0f} ({r:.2f})" if abs(y) > 10 else f"{y:.3f} ({r:.2f})" for y, r in numbers]
+        within = sum(0.8 <= r <= 1.2 for _, r in numbers)
+        print(f"| {run.name}{note(out, run)} | " + " | ".join(cells) + f" | {within} | {run.meaning} |")
+
+
+def report_stiffness(out, runs):
+    print("| change | beds | draft, mean (N) | 95 % interval | ratio, same beds | largest overlap (radii) | wall time (s) |")
+    print("|---|---|---|---|---|---|---|")
+
+    def draft(run):
+        s = series(out / run.name)
+        rows = [i for i, t in enumerate(s["time"]) if 1.02 <= t <= 1.5]
+        return sum(s["share draft"][i] + s["shank draft"][i] for i in rows) / len(rows)
+
+    runs = {r.name: r for r in runs if done(out, r) and not note(out, r)}
+    for name, (_, meaning) in STIFFNESS.items():
+        beds = [s for s in SEEDS if f"{name}-{s}" in runs]
+        if not beds:
             continue
-        label = name if summary["run"]["end"] == "reached" else f"{name} (stopped at {end:.3f} s)"
-        window = (summary["window"]["from [s]"], summary["window"]["until [s]"]) if name == "full" else WINDOW
-        mean = lambda n: sum(within(s, n, window)) / len(within(s, n, window))
-        span = lambda n, f: "-" if n not in s else (f + " ... " + f).format(min(within(s, n, (0, 9))), max(within(s, n, (0, 9))))
-        height = within(s, "height", (0, 9))
-        print(f"| {label} | {mean('draft'):.0f} | {mean('pull'):.0f} | {span('draft', '{:.0f}')} | "
-              f"{span('spring force', '{:.0f}')} | {span('pitch', '{:.3f}')} | {1e3 * (max(height) - min(height)):.1f} | "
-              f"{summary['soil']['spheres']} | {summary['soil']['bulk density [kg/m3]']:.0f} | "
-              f"{summary['run']['largest overlap [share of a radius]']:.2f} | "
-              f"{100 * summary['energy']['closure over work put in']:.3f} % |")
-    print(f"\nMeans are over {WINDOW[0]} ... {WINDOW[1]} s (full: over its summary's window), ranges over the whole run, of "
-          "1 ms means.")
-    for kind in ("", "-locked"):
-        runs = [out / f"random-{seed}{kind}" for seed in (1, 2, 3)]
-        runs = [r for r in runs if (r / "summary.json").exists()]
-        means = [sum(within(series(r), "draft", WINDOW)) / len(within(series(r), "draft", WINDOW)) for r in runs]
-        if len(means) > 1:
-            mean = sum(means) / len(means)
-            spread = (sum((m - mean) ** 2 for m in means) / (len(means) - 1)) ** 0.5
-            print(f"\nRandom beds, {'H9 welded' if kind else 'spring free'}: draft {mean:.0f} N, standard deviation "
-                  f"{spread:.0f} N over {len(means)} beds.")
-    print()
-    for name, (config, sets, meaning) in VARIANTS.items():
-        print(f"- `{name}`: {meaning}: `{config.name}`" + "".join(f" `--set \"{s}\"`" for s in sets))
+        of = {s: draft(runs[f"{name}-{s}"]) for s in beds}
+        ratios = [of[s] / draft(runs[f"printed-{s}"]) for s in beds if f"printed-{s}" in runs]
+        mean, half = interval(list(of.values()))
+        ratio, half_ratio = interval(ratios)
+        overlap = max(summary(out, runs[f"{name}-{s}"])["run"]["largest overlap [share of a radius]"] for s in beds)
+        cost = sum(summary(out, runs[f"{name}-{s}"])["run"]["wall time [s]"] for s in beds) / len(beds)
+        print(f"| {meaning} | {len(beds)} | {mean:.0f} | +- {half:.0f} | {ratio:.3f} +- {half_ratio:.3f} | {overlap:.2f} | {cost:.0f} |")
+
+
+def report_spring(out, runs):
+    kinds = {}
+    for run in runs:
+        kinds.setdefault(run.name.rsplit("-", 1)[0], []).append(run)
+
+    def numbers(run):
+        s = series(out / run.name)
+        if "shovel.x" in s:
+            return {"draft": over_travel(s, lambda i: s["draft"][i]), "pull": over_travel(s, lambda i: s["pull"][i]),
+                    "depth": over_travel(s, lambda i: tip_depth(s, i))}
+        rows = [i for i, t in enumerate(s["time"]) if 0.51 / 0.5 <= t <= 1.01 / 0.5]
+        return {"draft": sum(s["share draft"][i] + s["shank draft"][i] for i in rows) / len(rows)}
+
+    found = {k: {int(r.name.rsplit("-", 1)[1]): numbers(r) for r in of if done(out, r) and not note(out, r)} for k, of in kinds.items()}
+    print("| shovel | beds | draft, mean (N) | 95 % interval | free over this, same beds | tip depth (mm) | what |")
+    print("|---|---|---|---|---|---|---|")
+    for kind, of in kinds.items():
+        if not found[kind]:
+            continue
+        mean, half = interval([v["draft"] for v in found[kind].values()])
+        common = [s for s in found[kind] if s in found["free"]]
+        ratio, half_ratio = interval([found["free"][s]["draft"] / found[kind][s]["draft"] for s in common]) if common else (float("nan"),) * 2
+        depths = [v["depth"] for v in found[kind].values() if "depth" in v]
+        depth_cell = f"{1e3 * sum(depths) / len(depths):.0f}" if depths else "-"
+        print(f"| {kind} | {len(found[kind])} | {mean:.0f} | +- {half:.0f} | {ratio:.3f} +- {half_ratio:.3f} | {depth_cell} | {of[0].meaning} |")
+        print("<!-- " + ", ".join(f"bed {s}: {v['draft']:.0f}" for s, v in sorted(found[kind].items())) + " -->")
+
+
+def tip_depth(s, i):
+    a = s["shovel.angle"][i]
+    return -(s["shovel.y"][i] + math.sin(a) * 0.244 - math.cos(a) * 0.495)
+
+
+# The pass: figures 5 and 6 and conclusion 3 of the source -------------------------------------------------------------
+
+def window(s, begin, end):
+    return [i for i, t in enumerate(s["time"]) if begin <= t <= end]
+
+
+def without_trend(times, values):
+    n, mt, mv = len(values), sum(times) / len(times), sum(values) / len(values)
+    slope = sum((t - mt) * (v - mv) for t, v in zip(times, values)) / sum((t - mt) ** 2 for t in times)
+    return [v - mv - slope * (t - mt) for t, v in zip(times, values)]
+
+
+def line(times, values, frequency):
+    """Complex amplitude of a Hann-weighted record at a frequency: |a| is that of a pure line."""
+    n = len(values)
+    weights = [0.5 - 0.5 * math.cos(2 * math.pi * (i + 0.5) / n) for i in range(n)]
+    total = sum(w * v * complex(math.cos(2 * math.pi * frequency * t), -math.sin(2 * math.pi * frequency * t))
+                for w, t, v in zip(weights, times, values))
+    return 2 * total / sum(weights)
+
+
+def lines(times, values, highest=12.0, count=5):
+    """The largest local maxima of the amplitude spectrum, from two periods in the record up."""
+    step = 0.25 / (times[-1] - times[0])
+    frequencies = [2 / (times[-1] - times[0]) + k * step for k in range(int(highest / step))]
+    amplitude = [abs(line(times, values, f)) for f in frequencies]
+    peaks = [(a, f) for k, (f, a) in enumerate(zip(frequencies, amplitude))
+             if (k == 0 or a > amplitude[k - 1]) and (k + 1 == len(amplitude) or a >= amplitude[k + 1])]
+    return sorted(peaks, reverse=True)[:count]
+
+
+def blocks(s, name, rows, length=50):
+    """Means over `length` rows."""
+    values = [s[name][i] for i in rows]
+    return [sum(values[k:k + length]) / length for k in range(0, len(values) - length + 1, length)]
+
+
+def correlation(a, b):
+    ma, mb = sum(a) / len(a), sum(b) / len(b)
+    return (sum((x - ma) * (y - mb) for x, y in zip(a, b))
+            / math.sqrt(sum((x - ma) ** 2 for x in a) * sum((y - mb) ** 2 for y in b)))
+
+
+def report_pass(out, runs, stiffness=164e3, begin=0.6):
+    report_six(out, runs)
+    for run in runs:
+        if not done(out, run):
+            continue
+        s = series(out / run.name)
+        rows = window(s, begin, 1e9)
+        times = [s["time"][i] for i in rows][::5]
+        print(f"\n{run.name}, {s['time'][rows[0]]:.2f} ... {s['time'][rows[-1]]:.2f} s")
+        for name in ("spring force", "pull", "height"):
+            values = without_trend(times, [s[name][i] for i in rows][::5])
+            print(f"- {name}: " + ", ".join(f"{f:.2f} Hz {a:.3g}" for a, f in lines(times, values)))
+        s["spring energy"] = [f * f / 2 / stiffness for f in s["spring force"]]
+        energy, pull, pitch = (blocks(s, n, rows) for n in ("spring energy", "pull", "pitch"))
+        rises = lambda v: [b - a for a, b in zip(v, v[1:])]
+        against = sum(e * p < 0 for e, p in zip(rises(energy), rises(pull))) / (len(energy) - 1)
+        print(f"- 50 ms means: correlation of spring energy and pull {correlation(energy, pull):.2f}, of pitch and pull "
+              f"{correlation(pitch, pull):.2f}; pull falls while the spring stores or rises while it releases in {100 * against:.0f} % of "
+              "the time")
+        f = lines(times, without_trend(times, [s["spring force"][i] for i in rows][::5]), count=1)[0][1]
+        e, p = (line(times, without_trend(times, [s[n][i] for i in rows][::5]), f) for n in ("spring energy", "pull"))
+        degrees = math.degrees(math.atan2((e * p.conjugate()).imag, (e * p.conjugate()).real))
+        print(f"- at {f:.2f} Hz spring energy leads pull by {degrees:.0f} deg")
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+
+def runs_of(study, out):
+    if study == "pass":
+        return [Run("pass", CONFIGS / "1s300.yaml", "the full bin")]
+    return {"unprinted": unprinted, "stiffness": stiffness, "spring": lambda: spring(out)}[study]()
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("study", choices=["unprinted", "stiffness", "spring", "pass"])
     parser.add_argument("--program", default=str(ROOT / "build" / "release" / "apps" / "subsoil"))
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "out" / "study")
-    parser.add_argument("--only", nargs="*", choices=list(VARIANTS))
+    parser.add_argument("--only", nargs="*", help="names of runs")
     parser.add_argument("--report", action="store_true")
-    parser.add_argument("--jobs", type=int, default=1, help="variants run side by side (default 1)")
-    parser.add_argument("--threads", type=int, default=1, help="threads of each (default 1: small beds gain little from two)")
+    parser.add_argument("--jobs", type=int, default=1, help="runs side by side")
     arguments = parser.parse_args()
+    arguments.out = arguments.out.resolve()
     if not arguments.report:
         arguments.out.mkdir(parents=True, exist_ok=True)
-        names = arguments.only or [name for name in VARIANTS if name != "full"]
+        run_all(arguments)
+    runs = runs_of(arguments.study, arguments.out)
+    {"stiffness": report_stiffness, "spring": report_spring, "pass": report_pass}.get(arguments.study, report_six)(arguments.out, runs)
+
+
+def run_all(arguments):
+    """In rounds, since the loaded pose of the study of the spring is known only after its first run."""
+    tried = set()
+    while True:
+        runs = [r for r in runs_of(arguments.study, arguments.out) if not arguments.only or r.name in arguments.only]
+        runs = [r for r in runs if r.name not in tried]
+        if not runs:
+            return
+        if arguments.study == "spring" and not tried:
+            runs = runs[:1]
+        tried.update(r.name for r in runs)
         with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
-            list(pool.map(lambda name: run(arguments.program, arguments.out, name, arguments.threads), names))
-    report(arguments.out)
+            list(pool.map(lambda run: execute(arguments, run), runs))
 
 
 if __name__ == "__main__":

@@ -77,7 +77,7 @@ TEST(Docs, ForcesAndTheMachinesOwnColumnsAreInTheTable) {
         (look(force), ...);
       },
       mbd::Forces{});
-  const Loaded loaded = load_scenario((root / "configs/1s300-reduced.yaml").string(), {});
+  const Loaded loaded = load_scenario((root / "configs/1s300-towed-reduced.yaml").string(), {});
   BuildOptions options;
   options.settle = false;
   const World world = build_world(loaded, options);
