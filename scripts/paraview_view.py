@@ -15,7 +15,9 @@ bodies without surfaces as outlines, joints as dots.
     --walls                   draw the container's floor and walls too
     --from X Y Z              direction from which to look (default: 0.75 0.55 1.2, from ahead, above and aside; without
                               soil 0.3 0.25 1, of outlines alone 0 0 1)
-    --movie FILE              all frames: film.png becomes film.0000.png ... (modes go once around, one after another)
+    --movie FILE              all frames: film.mp4 or film.webm (by ffmpeg), or film.png, which becomes film.0000.png ...
+                              (modes go once around, one after another)
+    --rate N                  frames of the film per second (default: 25)
     --zoom FACTOR             nearer (default: 1)
     --size WIDTHxHEIGHT       pixels (default: 1600x900)
 """
@@ -23,7 +25,9 @@ import argparse
 import math
 import os
 import shutil
+import subprocess
 import sys
+import tempfile
 
 from paraview import servermanager, simple
 from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -31,6 +35,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 # A programmable filter puts numpy-like functions over the built-in ones of this file while it runs.
 lowest, highest, rising = min, max, sorted
 SURROUNDINGS = ("container", "floor", "wall", "bin", "box")
+LEGEND = 0.13  # of the picture's width, at the right, that the scene is kept out of
 
 # Blocks are told by their name; the reader appends the frame's number to it ("soil[12]"). As a filter of the pipeline it
 # follows the time slider.
@@ -94,13 +99,21 @@ def read_arguments():
     parser.add_argument("--walls", action="store_true")
     parser.add_argument("--from", dest="direction", type=float, nargs=3)
     parser.add_argument("--movie")
+    parser.add_argument("--rate", type=float, default=25)
     parser.add_argument("--zoom", type=float, default=1.0)
     parser.add_argument("--size", default="1600x900")
     parser.add_argument("--out")
     arguments = parser.parse_args()
     arguments.size = [int(n) for n in arguments.size.split("x")]
     arguments.hide = arguments.hide if arguments.hide is not None else ["container"]
+    if is_film(arguments.movie) and not shutil.which("ffmpeg"):
+        sys.exit(f"--movie {arguments.movie}: ffmpeg makes it, and is not installed: scripts/setup --pictures; "
+                 "--movie film.png leaves a picture of every frame")
     return arguments
+
+
+def is_film(path):
+    return path is not None and path.lower().endswith((".mp4", ".webm"))
 
 
 def need_a_screen():
@@ -192,7 +205,7 @@ def show_soil(soil, view, by, top):
     bar.TitleFontSize, bar.LabelFontSize = 18, 16
     bar.ScalarBarLength, bar.ScalarBarThickness = 0.35, 16
     bar.WindowLocation = "Any Location"
-    bar.Position = [0.91, 0.58]
+    bar.Position = [1 - LEGEND + 0.015, 0.325]
     bar.LabelFormat = bar.RangeLabelFormat = "%.2g"
     bar.AutomaticLabelFormat = 0
     display.SetScalarBarVisibility(view, True)
@@ -238,12 +251,6 @@ def upper_end(soil, by):
     return highest(float(values[int(0.995 * (len(values) - 1))]), 1e-6)
 
 
-def joined_bounds(parts):
-    bounds = [p.GetDataInformation().GetBounds() for p in parts]
-    bounds = [b for b in bounds if b[0] <= b[1]]
-    return [(lowest if i % 2 == 0 else highest)(b[i] for b in bounds) for i in range(6)]
-
-
 def deepest(reader, names, time):
     """The surface that reaches lowest: of a machine, what works in the soil."""
     parts = [pick_blocks(reader, [name]) for name in names]
@@ -273,14 +280,61 @@ def swept_bounds(part, times):
     return [(lowest if i % 2 == 0 else highest)(b[i] for b in swept) for i in range(6)]
 
 
-def place_camera(view, focus, scene, direction, zoom):
-    """Looks at the part of `focus` that is in the scene's soil, from so far that all of it is seen."""
-    inside = [lowest(highest(f, scene[i // 2 * 2]), scene[i // 2 * 2 + 1]) for i, f in enumerate(focus)]
-    at = [(2 * (inside[2 * i] + inside[2 * i + 1]) + focus[2 * i] + focus[2 * i + 1]) / 6 for i in range(3)]
-    distance = 2.7 * math.dist(focus[0::2], focus[1::2]) / zoom
-    length = math.hypot(*direction)
-    view.CameraFocalPoint = at
-    view.CameraPosition = [a + distance * d / length for a, d in zip(at, direction)]
+def box_of_most(soil):
+    """The soil without what has flown off: per axis from where 1 % of the spheres lie below to where 1 % lie above."""
+    data = servermanager.Fetch(soil)
+    count = data.GetNumberOfPoints()
+    if count == 0:
+        return None
+    x = vtk_to_numpy(data.GetPoints().GetData())
+    bounds = []
+    for axis in range(3):
+        values = rising(x[:, axis])
+        bounds += [float(values[int(0.01 * (count - 1))]), float(values[int(0.99 * (count - 1))])]
+    return bounds
+
+
+def scene_of(tool, soil):
+    """Tool and the soil around it: as far as the tool is long, not the whole bin."""
+    if soil is None or tool is None:
+        return tool or soil
+    reach = math.dist(tool[0::2], tool[1::2])
+    near = [highest(soil[2 * i], tool[2 * i] - reach) if k == 0 else lowest(soil[2 * i + 1], tool[2 * i + 1] + reach)
+            for i in range(3) for k in range(2)]
+    near = [n if near[2 * (i // 2)] <= near[2 * (i // 2) + 1] else s for i, (n, s) in enumerate(zip(near, soil))]
+    return [(lowest if i % 2 == 0 else highest)(n, t) for i, (n, t) in enumerate(zip(near, tool))]
+
+
+def vector_product(a, b):
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def unit_vector(a):
+    length = math.hypot(*a)
+    return [c / length for c in a]
+
+
+def place_camera(view, box, direction, zoom):
+    """Fits the box into the picture left of the legend, seen from `direction` with y up."""
+    back = unit_vector(direction)
+    right = unit_vector(vector_product([0, 1, 0], back))
+    up = vector_product(back, right)
+    corners = [[box[i], box[2 + j], box[4 + k]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+    at = [math.fsum(c[i] for c in corners) / 8 for i in range(3)]
+
+    def dot(a, b):
+        return math.fsum(p * q for p, q in zip(a, b))
+
+    tall = 0.92 * math.tan(math.radians(15))  # half the picture at distance 1, with a margin
+    wide = tall * view.ViewSize[0] / view.ViewSize[1] * (1 - LEGEND)
+    distance = 0
+    for corner in corners:
+        d = [p - q for p, q in zip(corner, at)]
+        distance = highest(distance, math.fabs(dot(d, right)) / wide + dot(d, back), math.fabs(dot(d, up)) / tall + dot(d, back))
+    distance /= zoom
+    aside = LEGEND * distance * math.tan(math.radians(15)) * view.ViewSize[0] / view.ViewSize[1]
+    view.CameraFocalPoint = [a + aside * r for a, r in zip(at, right)]
+    view.CameraPosition = [f + distance * b for f, b in zip(view.CameraFocalPoint, back)]
     view.CameraViewUp = [0, 1, 0]
     view.CameraViewAngle = 30
 
@@ -337,9 +391,21 @@ def aim(view, reader, kinds, soil, times, arguments):
         return
     tools = [arguments.focus] if arguments.focus else [
         n for n in kinds.solids if not any(word in n.lower() for word in SURROUNDINGS)]
-    bed = joined_bounds([soil])
-    focus = joined_bounds([deepest(reader, tools, view.ViewTime)]) if tools else bed
-    place_camera(view, focus, bed, arguments.direction or (0.75, 0.55, 1.2), arguments.zoom)
+    focus = None
+    if tools:
+        tool = deepest(reader, tools, view.ViewTime)
+        focus = swept_bounds(tool, times) if arguments.movie else tool.GetDataInformation().GetBounds()
+    box = scene_of(focus, box_of_most(soil))
+    place_camera(view, box, arguments.direction or (0.75, 0.55, 1.2), arguments.zoom)
+
+
+def save_film(path, view, size, rate):
+    """ffmpeg joins a picture of every frame; libx264 and libvpx want even sizes, players the pixel format."""
+    codec = ["-c:v", "libx264", "-crf", "20"] if path.lower().endswith(".mp4") else ["-c:v", "libvpx-vp9", "-crf", "32", "-b:v", "0"]
+    with tempfile.TemporaryDirectory() as folder:
+        simple.SaveAnimation(os.path.join(folder, "f.png"), view, ImageResolution=[n - n % 2 for n in size])
+        subprocess.run(["ffmpeg", "-loglevel", "error", "-y", "-framerate", str(rate), "-i", os.path.join(folder, "f.%04d.png"),
+                        *codec, "-pix_fmt", "yuv420p", path], check=True)
 
 
 def main():
@@ -362,7 +428,10 @@ def main():
         print(f"{arguments.out}: t = {time:.6g} s, {len(times)} frames in the run")
     if arguments.movie:
         simple.GetAnimationScene().UpdateAnimationUsingDataTimeSteps()
-        simple.SaveAnimation(arguments.movie, view, ImageResolution=arguments.size)
+        if is_film(arguments.movie):
+            save_film(arguments.movie, view, arguments.size, arguments.rate)
+        else:
+            simple.SaveAnimation(arguments.movie, view, ImageResolution=arguments.size)
         print(f"{arguments.movie}: {len(times)} frames")
 
 

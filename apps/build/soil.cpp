@@ -30,6 +30,16 @@ dem::TriangleMesh face_mesh(const Vec3& at, const Vec3& size, int f) {
   return upper ? dem::rectangle_mesh(corner, along(v), along(u)) : dem::rectangle_mesh(corner, along(u), along(v));
 }
 
+/// A guess where a solid with spheres inside is far larger than the soil: numbers in mm that were taken as m.
+std::string unit_guess(const dem::Boundary& b, std::span<const dem::Sphere> spheres) {
+  dem::Bounds soil;
+  for (const dem::Sphere& s : spheres) soil.include(s.x);
+  const dem::Bounds own = dem::bounds(b.shape);
+  if (!std::isfinite(own.diagonal()) || own.diagonal() < 10 * soil.diagonal()) return {};
+  return fmt::format("; {} is {:.3g} m large and the soil {:.3g} m: is the unit of its numbers right?", b.name,
+                     own.diagonal(), soil.diagonal());
+}
+
 }  // namespace
 
 dem::RadiusDistribution sizes_of(const RadiusDistribution& d) {
@@ -268,6 +278,7 @@ void SoilBuilder::place() {
 
 void SoilBuilder::place_made() {
   const Fill fill = bed().fill;
+  refuse_too_many();
   if (fill == Fill::random) {
     if (!options_.settle) place_stand_in();
   } else if (fill == Fill::particles || fill == Fill::file) {
@@ -286,6 +297,57 @@ void SoilBuilder::place_made() {
   }
 }
 
+/// Spheres in a box at the density of poured beds.
+double poured(const dem::Bounds& box, double height, double radius, double overlap) {
+  const double wall = 2 * radius / 6;  // less dense there
+  const double closer = 2 * radius / (2 * radius - std::clamp(overlap, 0.0, radius));
+  const Vec3 size = box.high - box.low;
+  const auto less = [&](double length) { return std::max(length - 2 * wall, 0.0); };
+  return 0.61 * closer * closer * closer * less(size.x) * less(size.z) * less(height) / dem::sphere_volume(radius);
+}
+
+double SoilBuilder::expected_spheres() const {
+  if (!has_bed() || bed().fill != Fill::random) return static_cast<double>(world_.bed->spheres().size());
+  if (bed().count) return static_cast<double>(*bed().count);
+  const dem::Bounds box = region();
+  if (!layered())
+    return poured(box, bed().depth.value_or(box.high.y - box.low.y),
+                  dem::radius_of_mean_volume(sizes_of(bed().radius), shares_of(bed().shares)),
+                  rest_overlap(material().material, material().material));
+  double sum = 0, below = 0;
+  for (const dem::BedLayer& l : layers()) {
+    sum += poured(box, l.top - below, dem::radius_of_mean_volume(l.radius, l.shares),
+                  rest_overlap(l.of.material, l.of.material));
+    below = l.top;
+  }
+  return sum;
+}
+
+/// Lengths of which one has the wrong unit ask for more spheres than a computer holds.
+void SoilBuilder::refuse_too_many() const {
+  if (layered() || bed().fill > Fill::random) return;
+  constexpr double most = 1e8;
+  const double radius = dem::radius_of_mean_volume(sizes_of(bed().radius), shares_of(bed().shares));
+  const dem::Bounds box = region();
+  const Vec3 size = box.high - box.low;
+  const double height = bed().depth.value_or(size.y), volume = size.x * height * size.z;
+  const double count = bed().count ? static_cast<double>(*bed().count) : 0.6 * volume / dem::sphere_volume(radius);
+  const std::string numbers = fmt::format("{:.2g} spheres of {:.4g} m radius in {:.4g} x {:.4g} x {:.4g} m", count,
+                                          radius, size.x, height, size.z);
+  if (count > most)
+    throw ScenarioError(fmt::format(
+        "{}: makes {}, {:.2g} bytes; at most {:g} spheres: is the unit of the radius or of the container's size "
+        "right (a thousandth of it, mm for m, makes 1e9 times as many)?",
+        loaded_.where("soil.bed.radius"), numbers, 520 * count, most));
+  // While it rains walls stand four times as high; what is above the rim in the end lies outside.
+  if (bed().count && count * dem::sphere_volume(radius) > 1.2 * volume)
+    throw ScenarioError(
+        fmt::format("{}: {} take {:.3g} m^3, {:.2g} times what there is; fewer, smaller, or a larger "
+                    "container",
+                    loaded_.where("soil.bed.count"), numbers, count * dem::sphere_volume(radius),
+                    count * dem::sphere_volume(radius) / volume));
+}
+
 /// `check` only looks: a lattice at rest distance of spheres of mean volume has about the spheres and contacts of a
 /// random bed.
 void SoilBuilder::place_stand_in() {
@@ -299,6 +361,20 @@ void SoilBuilder::place_stand_in() {
   const double mean = dem::radius_of_mean_volume(sizes_of(bed().radius), shares_of(bed().shares));
   dem::LatticePlan plan = lattice_plan(2 * mean - rest_overlap(material().material, material().material));
   plan.radius = dem::EqualRadius{mean};
+  if (bed().count) {  // no more columns and layers than they need
+    const auto columns = [&](double length) { return std::max(1.0, std::floor(length / plan.pitch)); };
+    const double count = static_cast<double>(*bed().count);
+    const Vec3 size = plan.region.high - plan.region.low;
+    const double along = std::min(columns(size.x), count), across = std::min(columns(size.z), std::ceil(count / along));
+    const Vec3 middle = 0.5 * (plan.region.low + plan.region.high);
+    const auto shrink = [&](double Vec3::*axis, double count_there) {
+      const double half = 0.5 * (count_there + 0.5) * plan.pitch;
+      plan.region.low.*axis = middle.*axis - half, plan.region.high.*axis = middle.*axis + half;
+    };
+    if (along < columns(size.x)) shrink(&Vec3::x, along);
+    if (across < columns(size.z)) shrink(&Vec3::z, across);
+    plan.depth = std::min(size.y, (std::ceil(count / (along * across)) + 0.5) * plan.pitch);
+  }
   std::vector<dem::SphereSpec> spheres = dem::lattice(plan, material());
   if (bed().count && spheres.size() > static_cast<std::size_t>(*bed().count))
     spheres.resize(static_cast<std::size_t>(*bed().count));
@@ -468,8 +544,9 @@ void SoilBuilder::clear_given() {
     if (bed().inside_machine == Overlap::refuse)
       throw ScenarioError(fmt::format(
           "{}: {} spheres (first: {}) lie inside `{}` at the start; start it outside the soil, or say `inside "
-          "machine: carve`",
-          loaded_.where("soil.bed"), std::count_if(spheres.begin(), spheres.end(), inside), first->id, r.name));
+          "machine: carve`{}",
+          loaded_.where("soil.bed"), std::count_if(spheres.begin(), spheres.end(), inside), first->id, r.name,
+          unit_guess(b, spheres)));
     const int solid[] = {r.boundary};
     world_.soil.carved += r.moves ? dem::carve(*world_.bed, solid) : world_.bed->remove_if(inside);
   }
@@ -487,12 +564,14 @@ void SoilBuilder::clear_machine() {
     return;
   }
   const std::vector<std::uint32_t> in_the_way = dem::spheres_in_the_way(*world_.bed, tools);
-  if (!in_the_way.empty())
-    throw ScenarioError(
-        fmt::format("{}: {} spheres (first: {}) lie inside or overlap the machine's surfaces at the start; start the "
-                    "machine outside "
-                    "the soil, or say `inside machine: carve`",
-                    loaded_.where("soil.bed"), in_the_way.size(), in_the_way.front()));
+  if (in_the_way.empty()) return;
+  std::string guess;
+  for (const int tool : tools)
+    if (guess.empty()) guess = unit_guess(world_.bed->boundary(tool), world_.bed->spheres());
+  throw ScenarioError(
+      fmt::format("{}: {} spheres (first: {}) lie inside or overlap the machine's surfaces at the start; start the "
+                  "machine outside the soil, or say `inside machine: carve`{}",
+                  loaded_.where("soil.bed"), in_the_way.size(), in_the_way.front(), guess));
 }
 
 void SoilBuilder::check_wheel_datum() const {

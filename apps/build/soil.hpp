@@ -26,6 +26,9 @@ class SoilBuilder {
   void clear_machine();
   /// A bed whose surface lies more than a radius from the datum of a wheel's law is refused.
   void check_wheel_datum() const;
+  /// How many spheres a random bed will have, about: what fills its depth at a solid fraction of 0.61, less a sixth of
+  /// a diameter at walls, floor and surface, where spheres stand less dense. Within some percent (docs/guide.md).
+  double expected_spheres() const;
   /// What the stable step must be asked for while there are no spheres yet.
   dem::StepQuestion question() const;
 
@@ -47,6 +50,7 @@ class SoilBuilder {
   void place_stand_in();
   void place_made();
   void refuse_too_deep() const;
+  void refuse_too_many() const;
   void clear_given();
   dem::RandomFill random_fill() const;
   dem::LatticePlan lattice_plan(double pitch) const;

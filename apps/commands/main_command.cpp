@@ -4,14 +4,15 @@
 #include <iostream>
 
 #include "apps/commands/commands.hpp"
-#include "apps/commands/templates.hpp"
 #include "apps/commands/report_command.hpp"
 #include "apps/commands/sweep_command.hpp"
+#include "apps/commands/templates.hpp"
 #include "apps/laboratory/tests.hpp"
 #include "apps/output/atomic_file.hpp"
 #include "apps/plot/plot.hpp"
 #include "apps/plot/strip.hpp"
 #include "apps/run/column_table.hpp"
+#include "apps/scenario/library.hpp"
 #include "apps/scenario/load.hpp"
 #include "apps/version.hpp"
 
@@ -200,6 +201,11 @@ int main_command(int argc, char** argv) {
       app.add_subcommand("explain", "unit, default, range and meaning of a key, e.g. soil.bed.radius");
   explain_word->add_option("key", path, "path of the key")->required();
 
+  std::string material;
+  CLI::App* materials_word = app.add_subcommand(
+      "materials", "the library of soils and other materials: where they are from, what laboratory tests give");
+  materials_word->add_option("name", material, "material to tell all about; left out: list them");
+
   NewRequest new_request;
   CLI::App* new_word = add_new(app, new_request);
   CLI::App* reference_word =
@@ -244,6 +250,8 @@ int main_command(int argc, char** argv) {
     if (sweep_word->parsed()) return sweep_command(sweep_request);
     if (credibility_word->parsed()) return credibility_command(credibility_request);
     if (explain_word->parsed()) std::cout << explain(path);
+    if (materials_word->parsed())
+      std::cout << (material.empty() ? library_table() : library_text(library_material(material)));
     if (new_word->parsed()) print_new(new_request);
     if (reference_word->parsed()) std::cout << (of_columns ? columns_markdown() : reference_markdown());
     if (plot_word->parsed()) draw(plot_request, plot_word->count("--strip") + plot_word->count("--times") > 0);

@@ -18,6 +18,7 @@
 #include "apps/run/columns.hpp"
 #include "apps/run/continuation.hpp"
 #include "apps/run/frames.hpp"
+#include "apps/run/input_report.hpp"
 #include "apps/run/live_line.hpp"
 #include "apps/run/overlap_advice.hpp"
 #include "apps/run/restart.hpp"
@@ -122,6 +123,7 @@ class Runner {
         spdlog::info("{}: of their reactions those of least norm are reported", group);
     set_fixed_window();
     for (const std::string& text : surface_warnings(surface_facts(world_, s_.time.end), world_)) warn(text);
+    for (const std::string& text : input_warnings(loaded_, world_, request_.scenario, request_.sets)) warn(text);
     frames_ = std::make_unique<FrameOutput>(request_.out, s_, world_, simulation_);
   }
 

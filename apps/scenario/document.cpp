@@ -13,6 +13,8 @@
 #include <sstream>
 #include <tuple>
 
+#include "apps/scenario/library.hpp"
+
 namespace subsoil::app {
 namespace fs = std::filesystem;
 
@@ -271,11 +273,28 @@ class Builder {
   std::size_t values_ = 0, bytes_ = 0, read_ = 0;  // so far: values built, bytes and files read
 };
 
+/// What is probably meant where a line is no YAML.
+std::string cure_of_line(const std::string& text, int line) {
+  std::istringstream lines(text);
+  std::string here;
+  for (int k = 0; k <= line && std::getline(lines, here); ++k) {
+  }
+  const std::size_t indent = here.find_first_not_of(" \t");
+  if (indent != std::string::npos && here.substr(0, indent).find('\t') != std::string::npos)
+    return "; the line is indented with a tab, YAML takes blanks only";
+  const std::size_t colon = here.find(": ");
+  if (colon != std::string::npos && here.find(": ", colon + 2) != std::string::npos &&
+      here.find_first_of("{[\"'", 0) == std::string::npos)
+    return fmt::format("; put text with a colon in quotes: {}: \"{}\"", here.substr(0, colon), here.substr(colon + 2));
+  return {};
+}
+
 YAML::Node parse(const std::string& text, const std::string& name) {
   try {
     return YAML::Load(text);
   } catch (const YAML::Exception& e) {
-    throw ScenarioError(fmt::format("{}:{}:{}: no YAML: {}", name, e.mark.line + 1, e.mark.column + 1, e.msg));
+    throw ScenarioError(fmt::format("{}:{}:{}: no YAML: {}{}", name, e.mark.line + 1, e.mark.column + 1, e.msg,
+                                    cure_of_line(text, e.mark.line)));
   }
 }
 
@@ -399,7 +418,10 @@ Node finish(Node root, const std::string& name, const std::vector<std::string>& 
     throw ScenarioError(fmt::format("{}: is no scenario; a scenario is a mapping that starts with `subsoil: 1`", name));
   }
   if (root.place.line == 0) root.place = {name, 1, 1};
+  // Before, so that a path may lead to what is taken from the library; after, for what a path takes from it.
+  take_from_library(root, problems);
   for (const std::string& set : sets) apply_set(root, set, problems);
+  if (!sets.empty()) take_from_library(root, problems);
   return root;
 }
 

@@ -51,8 +51,29 @@ void Reader::missing(const Field& field) {
   reading_.problems.add(node_.place, child(field.key), fmt::format("is missing: {}", what));
 }
 
+namespace {
+
+/// What other programs call a key of ours, where `known` has it: {theirs, ours, what is to be said}.
+struct OtherWord {
+  const char *theirs, *ours, *cure;
+};
+constexpr OtherWord other_words[] = {
+    {"diameter", "radius", "; give the `radius`, half of it"},
+    {"position", "velocity", "; a move is a `velocity` times a `profile` over time, its start is the boundary's `at`"},
+    {"angle", "spin", "; a turn is a `spin` times a `profile` over time"},
+    {"speed", "velocity", "; give the `velocity`, a vector"},
+    {"friction", "mu", "; friction is `mu`"},
+    {"rolling friction", "mu_r", "; rolling friction is `mu_r`"},
+    {"stiffness", "k_n", "; the normal stiffness is `k_n`"},
+    {"duration", "end", "; the run lasts until `end`"},
+};
+
+}  // namespace
+
 /// The nearest key of this mapping, else where else the key is known, else what is known here.
 std::string Reader::cure_for(const std::string& key) const {
+  for (const OtherWord& word : other_words)
+    if (key == word.theirs && std::find(known_.begin(), known_.end(), word.ours) != known_.end()) return word.cure;
   if (!nearest(key, known_)) {
     const std::string elsewhere = path_of_key(key);
     if (!elsewhere.empty()) return fmt::format("; it belongs at `{}`", elsewhere);

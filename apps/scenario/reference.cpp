@@ -112,7 +112,8 @@ const std::vector<KnownKey>& known_keys() {
 
 std::string path_of_key(const std::string& key) {
   for (const KnownKey& k : known_keys())
-    if (k.path == key || (k.path.ends_with("." + key) && k.unit != "type")) return k.path;
+    if (k.path == key || (k.path.ends_with("." + key) && k.unit != "type" && !k.path.starts_with("test.")))
+      return k.path;
   return {};
 }
 
@@ -150,7 +151,8 @@ std::string new_scenario() {
   s.time.end = 0.5;
   s.output.every = 0.02;
   s.output.watch = {{.name = "resistance", .kind = Watch::Kind::soil_force, .of = "plate", .along = {0, 1, 0}}};
-  return "# A subsoil scenario. `subsoil explain KEY` says more about a key, e.g. `subsoil explain contacts.linear.k_n`;\n"
+  return "# A subsoil scenario. `subsoil explain KEY` says more about a key, e.g. `subsoil explain "
+         "contacts.linear.k_n`;\n"
          "# a `machine` section carries tools on a planar mechanism: `subsoil explain machine`.\n" +
          print(s, true);
 }

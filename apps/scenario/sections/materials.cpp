@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/scenario/key_list.hpp"
+#include "apps/scenario/reader.hpp"
+
 namespace subsoil::app {
 
 double combined(CombinationRule rule, double a, double b) {
@@ -21,7 +24,27 @@ double combined(CombinationRule rule, double a, double b) {
   return a;
 }
 
+namespace {
+
+/// Says where values came from; they stand beside it when the reader sees them (library.hpp).
+class LibraryName final : public Compound {
+ public:
+  void read(Reader& reader, const Field& field) override { reader.know(field.key); }
+  void print(Printer&, const Field&) const override {}
+  void list(KeyList& keys, const Field& field) const override {
+    keys.add(field.key, "name", "left out", "", field.meaning);
+  }
+};
+
+}  // namespace
+
 void describe(Fields& v, Material& m) {
+  LibraryName library;
+  v.visit_compound({"library",
+                    "material of the program's library (`subsoil materials`) that gives what is left out here, and the "
+                    "contact laws with itself and with the library's steel; `NAME: library sandy-loam-10mm` says no "
+                    "more than this"},
+                   library);
   v.quantity("density", m.density, "kg/m^3", "(0, inf)", "density of the material itself, not of the bulk");
   v.quantity("young's modulus", m.young, "Pa", "(0, inf)", "needed by laws that compute their stiffness from it");
   v.quantity("poisson ratio", m.poisson, "1", "(-1, 0.5]", "needed by laws that compute their stiffness from it");

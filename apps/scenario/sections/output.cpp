@@ -148,7 +148,18 @@ struct OutputChecks : Checks {
     if (o.window.from && o.window.until && *o.window.from >= *o.window.until) {
       refuse("output.window.until", "must be later than `from`");
     }
+    if (s.runs_in_time() && s.time.end > 0) window(o.window);
     for (const Watch& watch : o.watch) this->watch("output.watch." + watch.name, watch);
+  }
+
+  /// A window beyond the end would be cut, or never open, in silence.
+  void window(const Window& w) {
+    if (w.from && *w.from >= s.time.end)
+      refuse("output.window.from", fmt::format("{} s", *w.from),
+             fmt::format("is not before the end of the run at {} s: there would be no means", s.time.end));
+    else if (w.until && *w.until > s.time.end * (1 + 1e-9))
+      refuse("output.window.until", fmt::format("{} s", *w.until),
+             fmt::format("is after the end of the run at {} s; leave it out for a window up to the end", s.time.end));
   }
 
   /// What is written is counted before the first step.

@@ -9,18 +9,23 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <stdexcept>
 #include <vector>
 
+#include "apps/scenario/shapes/stl_file.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
 
 namespace subsoil::app {
 namespace {
 
 using Point = CGAL::Simple_cartesian<double>::Point_3;
+using Facet = std::array<Vec3, 3>;
 using Faces = std::vector<std::vector<std::size_t>>;
 
 bool is_ply(const std::string& file) {
@@ -42,7 +47,7 @@ bool read_file(const std::string& file, const std::string& kind, std::vector<Poi
 
 /// A fan of triangles from the first corner. Throws std::runtime_error for a face that a fan does not cover: bent, or
 /// with a corner that points inward.
-void add_fan(const std::vector<Vec3>& face, const std::string& what, std::vector<std::array<Vec3, 3>>& soup) {
+void add_fan(const std::vector<Vec3>& face, const std::string& what, std::vector<Facet>& soup) {
   const auto area = [&](std::size_t k) { return cross(face[k] - face[0], face[k + 1] - face[0]); };
   Vec3 sum;
   for (std::size_t k = 1; k + 1 < face.size(); ++k) sum += area(k);
@@ -53,6 +58,68 @@ void add_fan(const std::vector<Vec3>& face, const std::string& what, std::vector
           fmt::format("{} has {} corners and is not flat and convex; cut it into triangles", what, face.size()));
     soup.push_back({face[0], face[k], face[k + 1]});
   }
+}
+
+/// Binary files say how many triangles they have, text ends with a word: what is cut off is not taken for all of it.
+void refuse_cut_off(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  std::uint32_t count = 0;
+  if (text.size() >= 84) std::memcpy(&count, text.data() + 80, 4);
+  const std::size_t wanted = 84 + 50 * static_cast<std::size_t>(count);
+  const std::size_t begin = text.find_first_not_of(" \t\r\n");
+  const bool is_text = begin != std::string::npos && text.compare(begin, 5, "solid") == 0 &&
+                       text.find("facet") != std::string::npos && wanted != text.size();
+  if (is_text) {
+    const std::size_t vertices = text.rfind("endfacet"), end = text.rfind("endsolid");
+    if (end == std::string::npos || (vertices != std::string::npos && end < vertices))
+      throw std::runtime_error(file + ": is cut off: the text ends without `endsolid`; export it again");
+  } else if (text.size() > 84 && text.size() < wanted && wanted < 100 * text.size()) {
+    throw std::runtime_error(
+        fmt::format("{}: is cut off: it says {} triangles, which take {} bytes, and has {}; export "
+                    "it again",
+                    file, count, wanted, text.size()));
+  }
+}
+
+std::vector<Facet> facets_of(const std::string& file, double unit) {
+  std::string ending = std::filesystem::path(file).extension();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string kind = is_ply(file) ? "PLY" : ending == ".obj" ? "OBJ" : "STL";
+  if (kind == "STL") refuse_cut_off(file);
+  std::vector<Point> points;
+  Faces faces;
+  if (!read_file(file, kind, points, faces) || faces.empty())
+    throw std::runtime_error(
+        fmt::format("{}: no {} file that can be read (STL, binary or text, OBJ and PLY are)", file, kind));
+  std::vector<Facet> soup;
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const std::string what = fmt::format("{}: face {}", file, f + 1);
+    if (faces[f].size() < 3) throw std::runtime_error(what + " has fewer than three corners");
+    std::vector<Vec3> corners;
+    for (const std::size_t k : faces[f]) {
+      if (k >= points.size())
+        throw std::runtime_error(fmt::format("{} names vertex {} of {}", what, k + 1, points.size()));
+      corners.push_back(Vec3{points[k].x(), points[k].y(), points[k].z()} * unit);
+    }
+    add_fan(corners, what, soup);
+  }
+  return soup;
+}
+
+/// Facets whose corners weld to less than three, or lie on a line. Without them the others still fit together: the two
+/// sides that are left of one lie on each other.
+std::size_t drop_flat(std::vector<Facet>& soup) {
+  dem::Bounds box;
+  for (const Facet& t : soup)
+    for (const Vec3& p : t) box.include(p);
+  const double weld = 1e-6 * box.diagonal();
+  return std::erase_if(soup, [&](const Facet& t) {
+    const double ab = dem::norm(t[1] - t[0]), bc = dem::norm(t[2] - t[1]), ca = dem::norm(t[0] - t[2]);
+    const double longest = std::max({ab, bc, ca});
+    return std::min({ab, bc, ca}) <= weld ||
+           dem::norm(dem::area_vector(t[0], t[1], t[2])) <= dem::TriangleMesh::flatness * longest * longest;
+  });
 }
 
 }  // namespace
@@ -68,29 +135,17 @@ void MeshShape::describe(Fields& v) {
 
 dem::TriangleMesh MeshShape::mesh() const { return read_stl(file, unit); }
 
-dem::TriangleMesh read_stl(const std::string& file, double unit) {
+StlFile load_stl(const std::string& file, double unit) {
   if (!std::filesystem::exists(file)) throw std::runtime_error(file + ": no such file");
-  std::string ending = std::filesystem::path(file).extension();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  const std::string kind = is_ply(file) ? "PLY" : ending == ".obj" ? "OBJ" : "STL";
-  std::vector<Point> points;
-  Faces faces;
-  if (!read_file(file, kind, points, faces) || faces.empty())
-    throw std::runtime_error(
-        fmt::format("{}: no {} file that can be read (STL, binary or text, OBJ and PLY are)", file, kind));
-  std::vector<std::array<Vec3, 3>> soup;
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    const std::string what = fmt::format("{}: face {}", file, f + 1);
-    if (faces[f].size() < 3) throw std::runtime_error(what + " has fewer than three corners");
-    std::vector<Vec3> corners;
-    for (const std::size_t k : faces[f]) {
-      if (k >= points.size())
-        throw std::runtime_error(fmt::format("{} names vertex {} of {}", what, k + 1, points.size()));
-      corners.push_back(Vec3{points[k].x(), points[k].y(), points[k].z()} * unit);
-    }
-    add_fan(corners, what, soup);
-  }
-  return dem::welded_mesh(soup);
+  std::vector<Facet> soup = facets_of(file, unit);
+  const std::size_t flat = drop_flat(soup);
+  if (soup.empty()) throw std::runtime_error(file + ": no triangle has an area");
+  StlFile out{dem::welded_mesh(soup), flat, 0};
+  for (std::size_t i = 0; i < soup.size(); ++i)
+    if (dem::dot(dem::area_vector(soup[i][0], soup[i][1], soup[i][2]), out.mesh.normal(i)) < 0) ++out.turned;
+  return out;
 }
+
+dem::TriangleMesh read_stl(const std::string& file, double unit) { return load_stl(file, unit).mesh; }
 
 }  // namespace subsoil::app

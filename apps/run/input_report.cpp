@@ -1,0 +1,106 @@
+#include "apps/run/input_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/build/laws.hpp"
+#include "apps/scenario/library.hpp"
+#include "apps/scenario/shapes/stl_file.hpp"
+#include "apps/scenario/units.hpp"
+
+namespace subsoil::app {
+namespace {
+
+using Texts = std::vector<std::string>;
+
+void look_at_mesh(const std::string& name, const Shape& shape, Texts& out) {
+  const auto* mesh = std::get_if<MeshShape>(&shape);
+  if (mesh == nullptr) return;
+  const StlFile stl = load_stl(mesh->file, mesh->unit);
+  const std::size_t count = stl.mesh.triangles().size();
+  if (stl.flat > 0)
+    out.push_back(fmt::format("{}: {} of the {} triangles of its file have no area and were dropped", name, stl.flat,
+                              count + stl.flat));
+  if (stl.mesh.closed() && stl.turned > 0)
+    out.push_back(
+        stl.turned == count
+            ? fmt::format("{}: its file is inside out (all {} normals point inward); it was turned", name, count)
+            : fmt::format("{}: {} of {} triangles of its file are wound the other way than their neighbours; "
+                          "they were turned",
+                          name, stl.turned, count));
+}
+
+void look_at_meshes(const Scenario& s, Texts& out) {
+  for (const BoundarySection& b : s.boundaries) look_at_mesh(b.name, b.shape, out);
+  if (!s.machine) return;
+  for (const Surface& surface : s.machine->surfaces) look_at_mesh(surface.name, surface.shape, out);
+}
+
+/// From snow to steel.
+void look_at_densities(const Loaded& loaded, Texts& out) {
+  constexpr double light = 100, heavy = 25000;
+  for (const Material& m : loaded.scenario.materials)
+    if (m.density < light || m.density > heavy)
+      out.push_back(fmt::format("{} = {:.3g} kg/m^3: no soil or tool is so {}; 1.8 g/cm^3 are 1800 kg/m^3",
+                                loaded.where("materials." + m.name + ".density"), m.density,
+                                m.density < light ? "light" : "heavy"));
+}
+
+void look_at_container(const Loaded& loaded, const World& world, Texts& out) {
+  const Scenario& s = loaded.scenario;
+  if (!s.soil || !s.soil->container || !s.soil->bed || world.bed->spheres().empty()) return;
+  const Vec3& size = s.soil->container->size;
+  double volume = 0;
+  for (const dem::Sphere& one : world.bed->spheres()) volume += dem::sphere_volume(one.r);
+  const double layer = size.x * size.z * 2 * world.bed->spheres().front().r;
+  if (volume < 0.05 * layer)
+    out.push_back(
+        fmt::format("{}: the bed covers {:.2g} of the container's floor of {:.4g} by {:.4g} m; is the unit right?",
+                    loaded.where("soil.container.size"), volume / layer, size.x, size.z));
+}
+
+/// Names of the scenario's materials with those of the library that they are.
+std::vector<std::pair<std::string, std::string>> library_names(const std::string& file, const Texts& sets) {
+  Problems problems;
+  const Node document = read_document(file, sets, problems);
+  std::vector<std::pair<std::string, std::string>> out;
+  const Node::Entry* materials = document.find("materials");
+  if (materials == nullptr) return out;
+  for (const Node::Entry& e : materials->value.entries)
+    if (const Node::Entry* library = e.value.find("library")) out.emplace_back(e.key, library->value.scalar);
+  return out;
+}
+
+void look_at_library(const Loaded& loaded, const World& world, const std::string& file, const Texts& sets, Texts& out) {
+  for (const auto& [name, of] : library_names(file, sets)) {
+    const LibraryMaterial& material = library_material(of);
+    if (material.radius.empty()) continue;
+    const int index = material_index(loaded.scenario, name);
+    double sum = 0, count = 0;
+    for (const dem::Sphere& s : world.bed->spheres())
+      if (s.material == index) sum += s.r, ++count;
+    const double wanted = parse_quantity(material.radius, "m"), mean = count > 0 ? sum / count : wanted;
+    if (std::abs(mean / wanted - 1) < 0.1) continue;
+    out.push_back(
+        fmt::format("{}: `{}` of the library was measured with spheres of {}, these have {:.3g} mm: their bed is "
+                    "of another strength; measure it (`subsoil test shear`), or calibrate it anew",
+                    name, of, material.radius, mean * 1e3));
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> input_warnings(const Loaded& loaded, const World& world, const std::string& file,
+                                        const std::vector<std::string>& sets) {
+  Texts out;
+  look_at_meshes(loaded.scenario, out);
+  if (!world.bed) return out;
+  look_at_densities(loaded, out);
+  look_at_container(loaded, world, out);
+  look_at_library(loaded, world, file, sets, out);
+  return out;
+}
+
+}  // namespace subsoil::app

@@ -1,0 +1,19 @@
+#pragma once
+#include <string>
+
+#include "libdem/geometry/triangle_mesh.hpp"
+
+namespace subsoil::app {
+
+/// An STL file as it is used, and what was wrong with it and could be mended.
+struct StlFile {
+  dem::TriangleMesh mesh;
+  std::size_t flat = 0;    ///< triangles without area, dropped
+  std::size_t turned = 0;  ///< of a closed mesh: triangles whose corners ran the wrong way round
+};
+
+/// `unit` metres per unit of the file's numbers. Throws std::runtime_error naming the file where it cannot be used:
+/// missing, no STL, cut off, nothing but triangles without area.
+StlFile load_stl(const std::string& file, double unit);
+
+}  // namespace subsoil::app
