@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,6 +15,13 @@
 #include "libdem/particles/particles.hpp"
 
 namespace subsoil::dem {
+
+/// Which spheres may be frozen: those of particle blocks that are farther than `within` from every moving surface and
+/// that stay slower than `below`, with all blocks around them (docs/theory.md, section 8.1).
+struct ActiveRule {
+  double within = 0;  ///< m, from the box around a moving surface (a plane: from itself)
+  double below = 0;   ///< m/s, of the centre and of points on the surface by the spin
+};
 
 struct BedOptions {
   Vec3 gravity{0, -9.81, 0};  ///< m/s2
@@ -32,7 +40,7 @@ struct BedOptions {
 };
 
 /// Energy balance of the bed, J (BedOptions::sample_every: losses may be sampled). Closure: kinetic + spin +
-/// gravity + stored + lost = start + boundary work.
+/// gravity + stored + lost + frozen = start + boundary work.
 struct BedEnergy {
   double kinetic = 0;        ///< of translation, (m/2) v_{n-1/2} . v_{n+1/2}: what leapfrog work sums to
   double spin = 0;           ///< of rotation, same form
@@ -41,8 +49,9 @@ struct BedEnergy {
   Losses lost;               ///< since the start
   double boundary_work = 0;  ///< done by the surfaces on the spheres since the start
   double removed = 0;        ///< kinetic and potential energy that left with removed spheres
+  double frozen = 0;         ///< kinetic energy that spheres had when they were frozen, since the start
 
-  double total() const { return kinetic + spin + gravity + stored + lost.total() + removed; }
+  double total() const { return kinetic + spin + gravity + stored + lost.total() + removed + frozen; }
 };
 
 /// Where the time of the steps went, s, summed over threads.
@@ -100,6 +109,11 @@ class Bed {
   std::span<const BrokenBond> broken_bonds() const;  ///< since the start, in the order in which they broke
   std::vector<std::array<std::uint32_t, 2>> bonded_pairs() const;  ///< ids, sorted
 
+  /// Spheres that rest far from all moving surfaces are frozen from now on, or none; those that are go on from rest.
+  void set_active(const std::optional<ActiveRule>& rule);
+  bool freezes() const;  ///< whether there is such a rule
+  std::size_t frozen_count() const;
+
   double time() const;
   const BedEnergy& energy() const;  ///< of the last step that asked for it
   /// Starts the balance anew: losses and works are zero from here.
@@ -145,6 +159,8 @@ class Bed {
     std::vector<std::int64_t> surface_ids;  ///< sphere id and boundary, 2 each
     std::vector<double> surfaces;           ///< normal and PairState, 3 + kPairRecord each
     std::vector<double> scalars;
+    std::vector<std::int64_t> calm;  ///< of each sphere for the active region; empty without
+    std::vector<double> frozen;      ///< BedEnergy::frozen; empty without
   };
   State save() const;
   void restore(const State& state);

@@ -265,6 +265,8 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
     if (!world.soil.stopped) {
       if (options.place_soil) soil.clear_machine();
       soil.check_wheel_datum();
+      if (s.soil && s.soil->active)
+        world.bed->set_active(dem::ActiveRule{s.soil->active->within, s.soil->active->below});
       world.bed->let_bonds_form();  // a restart puts in place of it what the state says
     }
   } else {

@@ -76,6 +76,10 @@ constexpr ColumnOf<SoilAsWhole> bonds[] = {
     {"bonds broken in shear", "1", [](From f, Whole) { return count(f.world.bed->bonds().broken_in_shear); }},
     {"broken", "J", [](From f, Whole) { return book(f).lost.breaking; }}};
 
+constexpr ColumnOf<SoilAsWhole> frozen[] = {
+    {"frozen", "J", [](From f, Whole) { return book(f).frozen; }},
+    {"frozen spheres", "1", [](From f, Whole) { return count(f.world.bed->frozen_count()); }}};
+
 }  // namespace
 
 const ColumnFamily<SoilOnBody> soil_on_body_columns{
@@ -101,6 +105,9 @@ const ColumnFamily<SoilAsWhole> bed_columns{
 const ColumnFamily<SoilAsWhole> bond_columns{
     "soil", Taken::sample, bonds,
     "where a law has bonds: intact ones, broken ones since the start, energy that those held"};
+const ColumnFamily<SoilAsWhole> frozen_columns{
+    "soil", Taken::sample, frozen,
+    "with `soil.active`: kinetic energy that spheres had when they were frozen, since the start; how many are"};
 
 namespace {
 
@@ -192,7 +199,7 @@ std::string columns_markdown() {
   std::string out = "| columns | are |\n|---|---|\n| `time` [s] | of the row |\n";
   for (const MachineColumns& m : machine_columns()) out += line(m.owner, m.columns, m.meaning);
   out += line(soil_on_body_columns) + line(surface_columns) + line(path_columns) + line(draft_columns) +
-         line(bed_columns) + line(bond_columns);
+         line(bed_columns) + line(bond_columns) + line(frozen_columns);
   return out + "| others | your own `machine.measures` and `output.watch` |\n";
 }
 

@@ -48,7 +48,8 @@ extern const ColumnFamily<SurfaceRecord> surface_columns;
 extern const ColumnFamily<SurfaceRecord> path_columns;  ///< of boundaries that a given motion moves
 extern const ColumnFamily<SoilAsWhole> draft_columns;   ///< with a machine
 extern const ColumnFamily<SoilAsWhole> bed_columns;
-extern const ColumnFamily<SoilAsWhole> bond_columns;  ///< where a law has bonds
+extern const ColumnFamily<SoilAsWhole> bond_columns;    ///< where a law has bonds
+extern const ColumnFamily<SoilAsWhole> frozen_columns;  ///< with an active region
 
 /// A group of the machine's columns as libmbd names them: OWNER.name, or OWNER's own where it is a fixed word.
 struct MachineColumns {

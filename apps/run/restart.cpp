@@ -28,6 +28,7 @@ void save_run(const std::filesystem::path& directory, const Scenario& scenario, 
     out.put("bed/surface ids", bed.surface_ids);
     out.put("bed/surfaces", bed.surfaces);
     out.put("bed/scalars", bed.scalars);
+    if (!bed.calm.empty()) out.put("bed/calm", bed.calm), out.put("bed/frozen", bed.frozen);
     if (!bed.bonding.empty()) {
       out.put("bed/bonding", bed.bonding);
       out.put("bed/bond ids", bed.bond_ids);
@@ -47,9 +48,10 @@ void save_run(const std::filesystem::path& directory, const Scenario& scenario, 
 
 SavedRun read_run(const std::filesystem::path& file) {
   const StateReader in(file);
-  in.require_format(kStateFormat, {"bed/spheres", "bed/ids", "bed/pair ids", "bed/pairs", "bed/surface ids",
-                                   "bed/surfaces", "bed/scalars", "bed/bonding", "bed/bond ids", "bed/bonds",
-                                   "bed/broken ids", "bed/broken", "soil", "machine", "coupling", "scenario", "time"});
+  in.require_format(kStateFormat,
+                    {"bed/spheres", "bed/ids", "bed/pair ids", "bed/pairs", "bed/surface ids", "bed/surfaces",
+                     "bed/scalars", "bed/bonding", "bed/bond ids", "bed/bonds", "bed/broken ids", "bed/broken",
+                     "bed/calm", "bed/frozen", "soil", "machine", "coupling", "scenario", "time"});
   SavedRun saved;
   if (in.has("scenario")) saved.scenario = in.text("scenario"), saved.time = in.value<double>("time");
   saved.has_bed = in.has("bed/spheres");
@@ -61,6 +63,10 @@ SavedRun read_run(const std::filesystem::path& file) {
     saved.bed.surface_ids = in.get<std::int64_t>("bed/surface ids");
     saved.bed.surfaces = in.get<double>("bed/surfaces");
     saved.bed.scalars = in.get<double>("bed/scalars");
+    if (in.has("bed/calm")) {
+      saved.bed.calm = in.get<std::int64_t>("bed/calm");
+      saved.bed.frozen = in.get<double>("bed/frozen");
+    }
     if (in.has("bed/bonding")) {
       saved.bed.bonding = in.get<double>("bed/bonding");
       saved.bed.bond_ids = in.get<std::int64_t>("bed/bond ids");

@@ -31,6 +31,7 @@ void write_energy(Summary& summary, const EnergyStart& start, const World& world
     e["slid [J]"] = b.lost.sliding;
     e["rolled [J]"] = b.lost.rolling;
     if (world.bed->has_bonding_laws()) e["broken bonds [J]"] = b.lost.breaking;
+    if (world.bed->freezes()) e["frozen [J]"] = b.frozen;
     e["bed closure [J]"] = closure;
     error += closure;
   }

@@ -20,6 +20,14 @@ Sphere ParticleStore::now(std::uint32_t i) const {
   return s;
 }
 
+void ParticleStore::stop(std::uint32_t i) {
+  if (!is_mixed()) {
+    spheres_[i].v = spheres_[i].w = {};
+    return;
+  }
+  for (int d = 0; d < 3; ++d) mixed_[i].v[d] = mixed_[i].w[d] = 0;
+}
+
 void ParticleStore::sync_to_mixed(int threads) {
   if (!is_mixed()) return;
   mixed_.resize(spheres_.size());

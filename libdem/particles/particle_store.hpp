@@ -44,6 +44,7 @@ class ParticleStore {
   MixedSphere* mixed() { return is_mixed() ? mixed_.data() : nullptr; }
   const MixedSphere* mixed() const { return is_mixed() ? mixed_.data() : nullptr; }
   Sphere now(std::uint32_t i) const;  ///< record in double of one sphere as it is now
+  void stop(std::uint32_t i);         ///< within a step: neither velocity nor spin any more
 
   /// Positions and motions of the records in double to those of mixed precision, if that is asked for.
   void sync_to_mixed(int threads);

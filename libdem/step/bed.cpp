@@ -71,6 +71,8 @@ void Bed::step(double dt, const Request& request) {
 
   const bool state_asked_for = request.energy || request.snapshot != nullptr;
   bed.balance.plan(bed.options, bed.particles.size(), now.steps, new_lists, state_asked_for || now.steps == 0);
+  bed.region.plan(now.steps, dt, new_lists, request.energy, request.snapshot != nullptr, bed.boundaries, bed.particles,
+                  bed.balance.of_block, bed.contacts);
   bed.place_boundaries(now.dt_before);
   bed.sweep(dt, request);  // forces of boundaries, forces of pairs, integrate: fused, particle block by particle block
   bed.record_broken_bonds(request.snapshot);
@@ -130,7 +132,19 @@ void Bed::set_laws(LawTable laws) {
   impl_->bonds.resize(impl_->laws);
 }
 const LawTable& Bed::laws() const { return impl_->laws.table(); }
-void Bed::set_gravity(const Vec3& gravity) { impl_->options.gravity = gravity; }
+void Bed::set_gravity(const Vec3& gravity) {
+  impl_->options.gravity = gravity;
+  impl_->region.check_all();
+}
+
+void Bed::set_active(const std::optional<ActiveRule>& rule) {
+  if (rule && !(rule->within >= 0 && rule->below > 0))
+    throw std::invalid_argument("active bed: `within` must be 0 or more, `below` positive");
+  impl_->region.set_rule(rule);
+  impl_->criterion.invalidate();  // what is known of blocks comes with new lists
+}
+bool Bed::freezes() const { return impl_->region.on(); }
+std::size_t Bed::frozen_count() const { return impl_->region.frozen_spheres(); }
 
 void Bed::shift(const Vec3& offset) {
   impl_->particles.sync_from_mixed(impl_->threads);

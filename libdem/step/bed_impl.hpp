@@ -9,6 +9,7 @@
 #include "libdem/contacts/surface_contacts.hpp"
 #include "libdem/neighbours/rebuild_criterion.hpp"
 #include "libdem/particles/particle_store.hpp"
+#include "libdem/step/active_region.hpp"
 #include "libdem/step/energy_balance.hpp"
 #include "libdem/step/work_partition.hpp"
 
@@ -56,6 +57,7 @@ struct Bed::Impl {
   Bonds bonds;
   WorkPartition work;
   EnergyBalance balance;
+  ActiveRegion region;
   StepCount now;
 
   std::vector<PlaneJob> plane_jobs;  ///< by boundary, of this step

@@ -5,7 +5,10 @@
 namespace subsoil::dem {
 
 void EnergyBalance::fold(std::vector<SurfaceChunk>& chunks) {
-  for (BlockSums& b : of_block) lost_before += b.lost, b.lost = {};
+  for (BlockSums& b : of_block) {
+    lost_before += b.lost, b.lost = {};
+    frozen_before += b.frozen, b.frozen = 0;
+  }
   for (SurfaceChunk& c : chunks) lost_before += c.lost, c.lost = {};
 }
 
@@ -38,7 +41,7 @@ void EnergyBalance::sum_extremes(std::span<const SurfaceChunk> chunks) {
 }
 
 void EnergyBalance::sum_energy(std::span<const SurfaceChunk> chunks, std::span<const Boundary> boundaries) {
-  energy_ = {.lost = lost_before, .removed = removed};
+  energy_ = {.lost = lost_before, .removed = removed, .frozen = frozen()};
   for (const BlockSums& b : of_block) {
     energy_.kinetic += b.kinetic;
     energy_.spin += b.rotational;
@@ -55,6 +58,12 @@ Losses EnergyBalance::lost(std::span<const SurfaceChunk> chunks) const {
   for (const BlockSums& b : of_block) lost += b.lost;
   for (const SurfaceChunk& c : chunks) lost += c.lost;
   return lost;
+}
+
+double EnergyBalance::frozen() const {
+  double sum = frozen_before;
+  for (const BlockSums& b : of_block) sum += b.frozen;
+  return sum;
 }
 
 }  // namespace subsoil::dem

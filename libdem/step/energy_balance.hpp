@@ -18,6 +18,7 @@ struct BlockSums {
   double stored = 0;                                  ///< in contacts, in this step
   double kinetic = 0, rotational = 0, potential = 0;  ///< of the spheres, when asked for
   double pairs = 0, overlap = 0;                      ///< in reach; largest share of a radius: of its last sample
+  double frozen = 0;                                  ///< running: taken from spheres that were frozen
   double speed2 = 0;                                  ///< largest v.v after the move, m2/s2
   double squares = 0;                                 ///< a sum over velocities: NaN where one is
 };
@@ -38,8 +39,9 @@ struct BlockSums {
 class EnergyBalance {
  public:
   std::vector<BlockSums> of_block;
-  Losses lost_before;  ///< accumulated in lists that are gone, and by bonds that broke
-  double removed = 0;  ///< kinetic and potential energy that left with spheres
+  Losses lost_before;        ///< accumulated in lists that are gone, and by bonds that broke
+  double removed = 0;        ///< kinetic and potential energy that left with spheres
+  double frozen_before = 0;  ///< taken from spheres that were frozen, in lists that are gone
   struct Extremes {
     double speed2 = 0, overlap = 0;
     double squares = 0;  ///< of velocities
@@ -49,7 +51,7 @@ class EnergyBalance {
   void begin_lists(std::size_t blocks) { of_block.assign(blocks, {}); }
   /// Losses out of lists that are about to go.
   void fold(std::vector<SurfaceChunk>& chunks);
-  void reset() { lost_before = {}, removed = 0; }  ///< after `fold`
+  void reset() { lost_before = {}, removed = frozen_before = 0; }  ///< after `fold`
 
   /// Which particle blocks this step samples. @param all energies or a snapshot are asked for, or it is the first step:
   /// spheres placed into each other are found at once
@@ -59,6 +61,7 @@ class EnergyBalance {
   void sum_extremes(std::span<const SurfaceChunk> chunks);
   void sum_energy(std::span<const SurfaceChunk> chunks, std::span<const Boundary> boundaries);
   Losses lost(std::span<const SurfaceChunk> chunks) const;  ///< since the start
+  double frozen() const;                                    ///< since the start
   const BedEnergy& energy() const { return energy_; }       ///< of the last step that asked for it
   const Extremes& extremes() const { return extremes_; }
 

@@ -15,12 +15,12 @@ bool Bed::Impl::update_neighbours() {
     rebuild();
     return true;
   }
-  work.divide_again(contacts, surfaces, particles.is_mixed());
+  work.divide_again(contacts, surfaces, region, particles.is_mixed());
   return false;
 }
 
 void Bed::Impl::clear_lists() {
-  contacts.clear(), surfaces.clear();
+  contacts.clear(), surfaces.clear(), region.forget();
   balance.begin_lists(0);
   criterion.invalidate();
 }
@@ -54,6 +54,7 @@ std::vector<std::uint32_t> invert(const std::vector<std::uint32_t>& old_index,
 void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   balance.fold(surfaces.chunks);
   particles.sync_from_mixed(threads);
+  region.keep(particles.spheres(), balance.of_block);
   // Spheres leave before the sort; histories still count them, so they are found by the numbering before.
   const std::size_t count_before = particles.size();
   const auto leave = [&](const Sphere& s, bool fell) {
@@ -90,7 +91,8 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   bonds.begin_lists(contacts);
   balance.begin_lists(contacts.particle_blocks.size());
   paths.begin(contacts.particle_blocks.size());
-  work.begin_lists(contacts, surfaces, particles.is_mixed());
+  region.begin_lists(contacts, particles, cutoff, threads);
+  work.begin_lists(contacts, surfaces, region, particles.is_mixed());
   criterion.begin(skin, particles, boundaries, statistics, std::move(grid), threads);
   particles.number_slots();
   particles.sync_to_mixed(threads);

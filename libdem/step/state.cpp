@@ -68,13 +68,16 @@ void Bed::Impl::restore_bonding(const State& in) {
 
 Bed::State Bed::save() const {
   impl_->particles.sync_from_mixed(impl_->threads);
+  impl_->region.keep(impl_->particles.spheres(), impl_->balance.of_block);
   const Impl& d = *impl_;
   State out;
   for (const Sphere& s : d.particles.spheres()) {
     put(out.spheres, s.x), put(out.spheres, s.v), put(out.spheres, s.w);
     out.spheres.push_back(s.r), out.spheres.push_back(s.m);
     out.ids.push_back(s.id), out.ids.push_back(s.material);
+    if (d.region.on()) out.calm.push_back(s.spare);
   }
+  if (d.region.on()) out.frozen = {d.balance.frozen()};
   for (const PairHistories& part :
        d.contacts.empty() ? d.contacts.waiting() : d.contacts.histories(d.laws, d.threads)) {
     for (const PairHistory& p : part.pairs) {
@@ -120,7 +123,8 @@ void Bed::restore(const State& in) {
   const std::size_t count = in.ids.size() / 2;
   if (in.spheres.size() != 11 * count || in.pairs.size() != kPairRecord * (in.pair_ids.size() / 2) ||
       in.surfaces.size() != (3 + kPairRecord) * (in.surface_ids.size() / 2) ||
-      in.bonds.size() != kBondRecord * (in.bond_ids.size() / 2) || in.broken.size() != 3 * in.broken_ids.size())
+      in.bonds.size() != kBondRecord * (in.bond_ids.size() / 2) || in.broken.size() != 3 * in.broken_ids.size() ||
+      (!in.calm.empty() && in.calm.size() != count))
     throw std::invalid_argument("restart: the arrays of the state do not belong together; the file is damaged");
   d.particles.clear();
   std::map<std::uint32_t, std::uint32_t> index;
@@ -131,6 +135,7 @@ void Bed::restore(const State& in) {
     s.r = read.number(), s.m = read.number();
     s.id = static_cast<std::uint32_t>(in.ids[2 * k]);
     s.material = static_cast<std::uint16_t>(in.ids[2 * k + 1]);
+    if (!in.calm.empty()) s.spare = static_cast<std::uint16_t>(in.calm[k]);
     if (s.material >= d.laws.table().materials)
       throw std::invalid_argument("restart: the state has more materials than the scenario");
     index[s.id] = static_cast<std::uint32_t>(k);
@@ -163,6 +168,7 @@ void Bed::restore(const State& in) {
   lost = {};
   lost.damping = read.number(), lost.sliding = read.number(), lost.rolling = read.number();
   d.balance.removed = read.number(), lost.breaking = read.number();
+  d.balance.frozen_before = in.frozen.empty() ? 0 : in.frozen.front();
   for (Boundary& b : d.boundaries) {
     b.wrench = {read.vector(), {}};
     b.wrench.moment = read.vector();

@@ -76,6 +76,10 @@ class Sweep {
     PhaseClock clock(bed_.measures_phases);
     await_remote();
     for (std::uint32_t k = w_.blocks_begin; k < w_.blocks_end; ++k) {
+      if (!bed_.region.evaluates(k)) {
+        pass(k);
+        continue;
+      }
       begin_block(k);
       pair_forces();
       clock.end(w_.spent.pairs);
@@ -83,7 +87,7 @@ class Sweep {
       surface_forces();
       clock.end(w_.spent.surfaces);
       if (request_.energy || request_.snapshot != nullptr) observe();
-      integrate();
+      bed_.region.freezes(k) ? freeze() : bed_.region.moves(k) ? integrate() : rest();
       clock.end(w_.spent.move);
     }
     clear_ring();
@@ -106,12 +110,21 @@ class Sweep {
   void receive_across_interfaces(std::uint32_t block) {
     constexpr std::uint32_t soon = 64;  // pairs: two or three particle blocks at an interface
     const std::vector<RemoteContribution>& remote = contacts_.remote;
-    for (; reached_ <= block && reached_ < w_.blocks_end; ++reached_)
+    for (; reached_ <= block && reached_ < w_.blocks_end; ++reached_) {
+      if (!bed_.region.evaluates(reached_)) continue;
       for (std::uint32_t k = contacts_.particle_blocks[reached_].remote_begin;
            k < contacts_.particle_blocks[reached_].remote_end; ++k) {
         if (k + soon < remote.size()) prefetch(remote[k + soon].sum);
         receive(remote[k]);
       }
+    }
+  }
+
+  /// A particle block of which nothing is evaluated in this step.
+  void pass(std::uint32_t k) {
+    block_ = &contacts_.particle_blocks[k];
+    while (halo_ < w_.halo.place.size() && w_.halo.place[halo_].particle_block == k) ++halo_;
+    if (bed_.region.receives(k)) drop_forces();
   }
 
   // Forces of one particle block.
@@ -124,8 +137,8 @@ class Sweep {
       bed_.work.workers[w_.halo.place[p].evaluator].remote_done.await(bed_.now.sweeps);
     receive_across_interfaces(block_->last);
     sample_ = bed_.balance.sample(k);
-    sums_->stored = 0;
-    if (sample_.accumulate) sums_->pairs = sums_->overlap = 0;
+    if (sample_.accumulate) sums_->stored = sums_->pairs = sums_->overlap = 0;
+    ++bed_.work.cost[k].steps;
     // Into the cache while the pairs are worked on.
     const SurfaceContacts::OfBlock& at = surfaces_.of_block[k];
     for (std::uint32_t r = at.planes_begin; r < at.planes_end; ++r) {
@@ -283,18 +296,16 @@ class Sweep {
     ObserveJob job{spheres_job()};
     job.before = bed_.now.dt_before, job.dt = dt_;
     bed_.kernel.observe(job);
-    sums_->kinetic = job.kinetic, sums_->rotational = job.spin, sums_->potential = job.potential;
+    const double moving = bed_.region.moves(own_) ? 1 : 0;
+    sums_->kinetic = moving * job.kinetic, sums_->rotational = moving * job.spin, sums_->potential = job.potential;
     if (request_.snapshot == nullptr) return;
     for (std::uint32_t i = block_->begin; i < block_->end; ++i)
       at(i, [&](const auto& sum) { write(bed_.particles.now(i), sum, *request_.snapshot); });
   }
   template <class Sum>
   void write(const Sphere& s, const Sum& a, Snapshot& out) const {
-    const auto vector = [](const auto& x) {
-      return Vec3{static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])};
-    };
-    const Vec3 force = vector(a.f) + s.m * bed_.options.gravity, torque = vector(a.t);
-    const double back = 0.5 * bed_.now.dt_before;
+    const Vec3 force = vector_of(a.f) + s.m * bed_.options.gravity, torque = vector_of(a.t);
+    const double back = bed_.region.moves(own_) ? 0.5 * bed_.now.dt_before : 0;
     const std::size_t k = bed_.particles.slot_of(s);
     out.id[k] = s.id;
     out.radius[k] = s.r;
@@ -315,6 +326,46 @@ class Sweep {
     sums_->speed2 = job.speed2;
     sums_->squares = job.squares;
     bed_.paths.moved(own_, std::sqrt(job.speed2) * dt_);
+  }
+
+  /// Spheres that were moving stay where they are at t_n, if their forces allow; the balance gets what they had then.
+  void freeze() {
+    const bool balanced = is_balanced();
+    bed_.region.found(own_, balanced);
+    if (!balanced) return integrate();
+    ObserveJob job{spheres_job()};
+    job.before = bed_.now.dt_before, job.dt = dt_;
+    bed_.kernel.observe(job);
+    sums_->frozen += job.kinetic + job.spin;
+    sums_->kinetic = sums_->rotational = sums_->speed2 = sums_->squares = 0;
+    sums_->potential = job.potential;
+    bed_.paths.moved(own_, 0);
+    for (std::uint32_t i = block_->begin; i < block_->end; ++i) bed_.particles.stop(i);
+    drop_forces();
+  }
+  /// Frozen ones stay: their forces are looked at now and then.
+  void rest() {
+    if (bed_.region.checks(own_)) bed_.region.found(own_, is_balanced());
+    drop_forces();
+  }
+  void drop_forces() {
+    for (std::uint32_t i = block_->begin; i < block_->end; ++i) at(i, []<class Sum>(Sum& sum) { sum = Sum{}; });
+  }
+  bool is_balanced() {
+    double largest2 = 0;
+    for (std::uint32_t i = block_->begin; i < block_->end; ++i) {
+      const Sphere s = bed_.particles.now(i);
+      at(i, [&](const auto& sum) {
+        const Vec3 a = (1 / s.m) * vector_of(sum.f) + bed_.options.gravity,
+                   turn = (s.r / inertia(s)) * vector_of(sum.t);
+        largest2 = std::max({largest2, dot(a, a), dot(turn, turn)});
+      });
+    }
+    return bed_.region.is_balanced(std::sqrt(largest2), bed_.region.freezes(own_));
+  }
+  template <class Row>
+  static Vec3 vector_of(const Row& x) {
+    return {static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])};
   }
 
   Bed::Impl& bed_;
@@ -349,7 +400,7 @@ void Bed::Impl::evaluate_remote(Worker& w) {
     if (run.seam)
       for (std::uint32_t k = evaluation.first; k < evaluation.end; ++k)
         contacts.interface_given[run.rows + halo.block[k]] = 0;
-    if (run.near && paths.of(particle_block) < run.wakes) {
+    if (!region.evaluates(particle_block) || (run.near && paths.of(particle_block) < run.wakes)) {
       std::fill(halo.active.begin() + evaluation.first, halo.active.begin() + evaluation.end, 0);
       continue;
     }

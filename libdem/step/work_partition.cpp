@@ -30,23 +30,26 @@ void ForceRing::resize(std::size_t size, bool mixed) {
   mask_ = static_cast<std::uint32_t>(size - 1);
 }
 
-void WorkPartition::begin_lists(const ContactStore& contacts, const SurfaceContacts& surfaces, bool mixed) {
+void WorkPartition::begin_lists(const ContactStore& contacts, const SurfaceContacts& surfaces,
+                                const ActiveRegion& region, bool mixed) {
   cost.assign(contacts.particle_blocks.size(), {});
   steps_divided_ = 0;
-  divide(contacts, surfaces, mixed);
+  divide(contacts, surfaces, region, mixed);
 }
 
-void WorkPartition::divide_again(const ContactStore& contacts, const SurfaceContacts& surfaces, bool mixed) {
+void WorkPartition::divide_again(const ContactStore& contacts, const SurfaceContacts& surfaces,
+                                 const ActiveRegion& region, bool mixed) {
   constexpr int soon = 16, later = 256;
-  if (++steps_divided_ >= (guessed_ ? soon : later) && threads_ > 1) divide(contacts, surfaces, mixed);
+  if (++steps_divided_ >= (guessed_ ? soon : later) && threads_ > 1) divide(contacts, surfaces, region, mixed);
 }
 
 /// Contiguous ranges of whole particle blocks that take equally long, and rings long enough for the farthest partner.
 /// What a worker takes longer than its work says, for halo blocks and for spheres that the other core has last written,
 /// is measured.
-void WorkPartition::divide(const ContactStore& contacts, const SurfaceContacts& surfaces, bool mixed) {
+void WorkPartition::divide(const ContactStore& contacts, const SurfaceContacts& surfaces, const ActiveRegion& region,
+                           bool mixed) {
   const bool known = steps_divided_ > 0;
-  estimate_work(contacts, surfaces);
+  estimate_work(contacts, surfaces, region);
   const std::vector<ParticleBlock>& blocks = contacts.particle_blocks;
   std::uint32_t span = 0;
   for (std::uint32_t k = 0; k < blocks.size(); ++k) span = std::max(span, (blocks[k].last + 1 - k) * kParticleBlock);
@@ -67,10 +70,13 @@ void WorkPartition::divide(const ContactStore& contacts, const SurfaceContacts& 
 
 /// The work of pairs is what their blocks were evaluated since the last division; of new lists it is a guess: most
 /// candidates are inactive.
-void WorkPartition::estimate_work(const ContactStore& contacts, const SurfaceContacts& surfaces) {
+void WorkPartition::estimate_work(const ContactStore& contacts, const SurfaceContacts& surfaces,
+                                  const ActiveRegion& region) {
   // In units of a block of touching pairs: what one of candidates, whose first particles are read for it alone, one of
-  // planes, a contact that is looked at by itself, and a sphere cost beside it.
-  constexpr double candidates = 1.3, plane_block = 1.5, entry = 0.15, sphere = 0.06, guess_candidates = 0.05;
+  // planes, a contact that is looked at by itself, and a sphere cost beside it. A frozen block is looked at in a check,
+  // and when its neighbours move.
+  constexpr double candidates = 1.3, plane_block = 1.5, entry = 0.15, sphere = 0.06, guess_candidates = 0.05,
+                   guess_frozen = 0.1;
   const bool known = steps_divided_ > 0;
   std::vector<double>& until = work_until_;
   until.assign(contacts.particle_blocks.size() + 1, 0);
@@ -79,12 +85,14 @@ void WorkPartition::estimate_work(const ContactStore& contacts, const SurfaceCon
     const SurfaceContacts::OfBlock& at = surfaces.of_block[k];
     double work = sphere * (b.end - b.begin) + entry * (at.entries_end - at.entries_begin);
     for (std::uint32_t r = at.planes_begin; r < at.planes_end; ++r) work += plane_block * surfaces.plane_runs[r].blocks;
+    work *= known ? static_cast<double>(cost[k].steps) / steps_divided_ : 1;
     if (known)
       work += (static_cast<double>(cost[k].touching) + candidates * static_cast<double>(cost[k].candidates)) /
               steps_divided_;
     else
       for (std::uint32_t r = b.runs_begin; r < b.runs_end; ++r)
         work += (contacts.runs[r].near ? guess_candidates : 1.0) * contacts.runs[r].blocks;
+    if (!known && !region.moves(k)) work *= guess_frozen;
     cost[k] = {};
     until[k + 1] = until[k] + work;
   }

@@ -7,6 +7,7 @@
 #include "libdem/bed.hpp"
 #include "libdem/contacts/contact_store.hpp"
 #include "libdem/contacts/surface_contacts.hpp"
+#include "libdem/step/active_region.hpp"
 
 namespace subsoil::dem {
 
@@ -67,9 +68,10 @@ struct Worker {
   Phases spent;        ///< in the step
 };
 
-/// What the contacts of one particle block cost: contact blocks evaluated since the work was divided.
+/// What the contacts of one particle block cost: contact blocks evaluated since the work was divided, and the steps in
+/// which any were.
 struct BlockCost {
-  std::uint64_t touching = 0, candidates = 0;
+  std::uint64_t touching = 0, candidates = 0, steps = 0;
 };
 
 /// Who works on what: each worker, one per thread, owns a range of particle blocks. No result depends on where it ends.
@@ -93,13 +95,15 @@ class WorkPartition {
   std::vector<BlockCost> cost;  ///< by particle block
 
   /// For new lists.
-  void begin_lists(const ContactStore& contacts, const SurfaceContacts& surfaces, bool mixed);
+  void begin_lists(const ContactStore& contacts, const SurfaceContacts& surfaces, const ActiveRegion& region,
+                   bool mixed);
   /// Once what the first steps with new lists did is known, and now and then: sums are the same for any division.
-  void divide_again(const ContactStore& contacts, const SurfaceContacts& surfaces, bool mixed);
+  void divide_again(const ContactStore& contacts, const SurfaceContacts& surfaces, const ActiveRegion& region,
+                    bool mixed);
 
  private:
-  void divide(const ContactStore& contacts, const SurfaceContacts& surfaces, bool mixed);
-  void estimate_work(const ContactStore& contacts, const SurfaceContacts& surfaces);
+  void divide(const ContactStore& contacts, const SurfaceContacts& surfaces, const ActiveRegion& region, bool mixed);
+  void estimate_work(const ContactStore& contacts, const SurfaceContacts& surfaces, const ActiveRegion& region);
   void cut_ranges(const ContactStore& contacts, std::size_t ring, bool mixed);
   void measure_overheads();
   void reserve_halos(const ContactStore& contacts);

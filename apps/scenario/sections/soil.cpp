@@ -49,11 +49,21 @@ void describe(Fields& v, Container& c) {
   v.reference("material", c.material, Family::material, "of the walls");
 }
 
+void describe(Fields& v, Active& a) {
+  v.quantity("within", a.within, "m", "[0, inf)", "nothing is frozen this near to the box around a moving surface");
+  v.quantity("below", a.below, "m/s", "(0, inf)",
+             "what stays slower than this, with all that is around it, is frozen until something beside it moves "
+             "faster or its forces would make it");
+}
+
 void describe(Fields& v, Soil& s) {
   v.section("container", s.container, "box of flat walls that act on spheres only");
   v.quantity("surface", s.surface, "m", "(-inf, inf)",
              "height y of the mean surface after settling: bed and container are shifted to it; left out: no shift");
   v.section("bed", s.bed, "the spheres");
+  v.section("active", s.active,
+            "spheres that rest far from every moving surface are frozen, which saves most of the time in a large bin; "
+            "left out: all move");
   v.quantity("remove below", s.removal_below, "m", "(0, inf)",
              "spheres this far below the container's floor are taken out and counted");
 }

@@ -23,11 +23,19 @@ struct Container {
 };
 void describe(Fields& v, Container& c);
 
+/// Spheres that rest far from every moving surface are frozen until something comes near (docs/theory.md, section 8.1).
+struct Active {
+  double within = 0.2;  // m
+  double below = 1e-3;  // m/s
+};
+void describe(Fields& v, Active& a);
+
 struct Soil {
   std::optional<Container> container;
   std::optional<double> surface;  // y of the mean surface after settling: bed and container are shifted
   std::optional<BedSection> bed;
-  double removal_below = 0.5;  // m below the floor
+  std::optional<Active> active;  // all spheres move unless given
+  double removal_below = 0.5;    // m below the floor
 };
 void describe(Fields& v, Soil& s);
 

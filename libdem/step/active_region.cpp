@@ -1,0 +1,240 @@
+#include "libdem/step/active_region.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "libdem/geometry/world_box.hpp"
+
+namespace subsoil::dem {
+namespace {
+
+/// In `Sphere::spare`: frozen; else how calm.
+constexpr std::uint16_t kFrozen = 0xffff;
+
+bool moves_now(const Boundary& b) {
+  const Quaternion &was = b.pose_before.attitude, &is = b.pose.attitude;
+  return b.active && !(b.pose.position == b.pose_before.position && b.velocity == Vec3{} && b.spin == Vec3{} &&
+                       was.w == is.w && was.x == is.x && was.y == is.y && was.z == is.z);
+}
+
+/// Shortest distance of two boxes, 0 where they overlap.
+double distance(const Bounds& a, const Bounds& b) {
+  Vec3 apart;
+  for (int d = 0; d < 3; ++d) apart[d] = std::max({0.0, b.low[d] - a.high[d], a.low[d] - b.high[d]});
+  return norm(apart);
+}
+
+/// Distance of a box from the free side of a plane's surface; of other shapes, from their box.
+double distance(const Bounds& box, const Boundary& b) {
+  if (const auto* plane = std::get_if<Plane>(&b.shape)) {
+    const Vec3 n = b.pose.attitude.rotate(plane->normal());
+    Vec3 nearest;
+    for (int d = 0; d < 3; ++d) nearest[d] = n[d] > 0 ? box.low[d] : box.high[d];
+    return std::max(0.0, dot(n, nearest - b.pose.to_world(plane->point())));
+  }
+  return distance(box, world_box(bounds(b.shape), b.pose));
+}
+
+}  // namespace
+
+void ActiveRegion::set_rule(const std::optional<ActiveRule>& rule) {
+  rule_ = rule;
+  states_.clear(), count_ = 0;
+}
+
+void ActiveRegion::keep(Spheres& spheres, std::span<const BlockSums> sums) const {
+  for (std::size_t k = 0; k < states_.size(); ++k) {
+    const State& s = states_[k];
+    const bool frozen = (s.frozen && outcomes_[k] != Outcome::moves) || (s.freezes && outcomes_[k] == Outcome::rests);
+    const bool slow = std::max(s.speed2, sums[k].speed2) < limit2();
+    const std::size_t begin = k * kParticleBlock, end = std::min<std::size_t>(begin + kParticleBlock, count_);
+    for (std::size_t i = begin; i < end; ++i) spheres[i].spare = frozen ? kFrozen : slow ? s.calm : std::uint16_t{0};
+  }
+}
+
+void ActiveRegion::begin_lists(const ContactStore& contacts, const ParticleStore& particles, double reach,
+                               int threads) {
+  if (!on()) return;
+  const std::size_t blocks = contacts.particle_blocks.size();
+  count_ = particles.size();
+  states_.assign(blocks, {}), outcomes_.assign(blocks, Outcome::none), boxes_.assign(blocks, {}),
+      was_evaluated_.assign(blocks, 0);
+  for (std::size_t k = 0; k < blocks; ++k) {
+    const ParticleBlock& b = contacts.particle_blocks[k];
+    std::uint16_t calm = kFrozen;
+    for (std::uint32_t i = b.begin; i < b.end; ++i) {
+      const Sphere& s = particles[i];
+      const double around = s.r + reach;
+      calm = std::min(calm, s.spare);
+      boxes_[k].include(s.x - Vec3{around, around, around}), boxes_[k].include(s.x + Vec3{around, around, around});
+    }
+    states_[k].frozen = calm == kFrozen;
+    states_[k].calm = std::min(calm, kCalm);
+  }
+  find_partners(contacts, threads);
+  changed_ = true;
+}
+
+/// Blocks that share a pair of the lists, from both sides.
+void ActiveRegion::find_partners(const ContactStore& contacts, int threads) {
+  const std::size_t blocks = contacts.particle_blocks.size();
+  std::vector<std::vector<std::uint32_t>> of(blocks);
+#pragma omp parallel num_threads(threads)
+  {
+    std::vector<std::uint32_t> seen(blocks, kGone);
+#pragma omp for schedule(static)
+    for (long n = 0; n < static_cast<long>(blocks); ++n) {
+      const auto own = static_cast<std::uint32_t>(n);
+      const ParticleBlock& block = contacts.particle_blocks[own];
+      seen[own] = own;
+      for (std::uint32_t r = block.runs_begin; r < block.runs_end; ++r)
+        contacts.each_lane(contacts.runs[r], [&](std::uint32_t b, std::uint32_t lane) {
+          const std::uint32_t partner = contacts.blocks[contacts.runs[r].first + b].j[lane] / kParticleBlock;
+          if (std::exchange(seen[partner], own) != own) of[own].push_back(partner);
+        });
+      std::sort(of[own].begin(), of[own].end());
+    }
+  }
+  std::vector<std::uint32_t> before(blocks, 0);  // partners that come before each block
+  for (const auto& later_ones : of)
+    for (const std::uint32_t k : later_ones) ++before[k];
+  begin_.assign(blocks + 1, 0), middle_.assign(blocks, 0);
+  for (std::size_t k = 0; k < blocks; ++k) {
+    middle_[k] = begin_[k] + static_cast<std::uint32_t>(of[k].size());
+    begin_[k + 1] = middle_[k] + before[k];
+  }
+  partners_.resize(begin_.back());
+  std::vector<std::uint32_t> next = middle_;
+  for (std::uint32_t k = 0; k < blocks; ++k) {
+    std::copy(of[k].begin(), of[k].end(), partners_.begin() + begin_[k]);
+    for (const std::uint32_t later_one : of[k]) partners_[next[later_one]++] = k;
+  }
+}
+
+void ActiveRegion::plan(long step, double dt, bool new_lists, bool all_energies, bool snapshot,
+                        std::span<const Boundary> boundaries, const ParticleStore& particles,
+                        std::span<const BlockSums> sums, ContactStore& contacts) {
+  if (states_.empty()) return;
+  const bool check = step % kCheck == 0, all = new_lists || std::exchange(check_all_, false);
+  calm_time_ = static_cast<double>(kCheck * kCalm) * dt;
+  take_outcomes();
+  watch_speeds(sums);
+  const auto moving = static_cast<std::size_t>(std::count_if(boundaries.begin(), boundaries.end(), moves_now));
+  if (check) count_calm();
+  if (check || all || moving != moving_) find_near(boundaries);
+  moving_ = moving;
+  if (check && !new_lists) choose_freezing(particles);
+  mark(check, all || snapshot, all_energies || snapshot, contacts);
+}
+
+void ActiveRegion::take_outcomes() {
+  for (std::size_t k = 0; k < states_.size(); ++k) {
+    const Outcome outcome = std::exchange(outcomes_[k], Outcome::none);
+    if (std::exchange(states_[k].freezes, false)) {
+      states_[k].frozen = outcome == Outcome::rests;
+      changed_ = true;
+    } else if (outcome == Outcome::moves) {
+      wake(k);
+    }
+  }
+}
+
+void ActiveRegion::wake(std::size_t block) {
+  states_[block].frozen = false, states_[block].calm = 0;
+  changed_ = true;
+}
+
+void ActiveRegion::watch_speeds(std::span<const BlockSums> sums) {
+  for (std::size_t k = 0; k < states_.size(); ++k) {
+    if (states_[k].frozen) continue;
+    states_[k].speed2 = std::max(states_[k].speed2, sums[k].speed2);
+    if (sums[k].speed2 < limit2()) continue;
+    for (const std::uint32_t n : neighbours(k))
+      if (states_[n].frozen) wake(n);
+  }
+}
+
+void ActiveRegion::count_calm() {
+  for (State& s : states_) {
+    if (s.frozen) continue;
+    s.calm = s.speed2 < limit2() ? std::min<std::uint16_t>(s.calm + 1, kCalm) : std::uint16_t{0};
+    s.speed2 = 0;
+  }
+}
+
+void ActiveRegion::find_near(std::span<const Boundary> boundaries) {
+  for (State& s : states_) s.near = false;
+  for (const Boundary& b : boundaries) {
+    if (!moves_now(b)) continue;
+    for (std::size_t k = 0; k < states_.size(); ++k)
+      if (distance(boxes_[k], b) <= rule_->within) {
+        states_[k].near = true;
+        if (states_[k].frozen) wake(k);
+      }
+  }
+}
+
+bool ActiveRegion::may_freeze(std::size_t block) const {
+  const auto calm = [&](std::uint32_t k) { return states_[k].frozen || states_[k].calm >= kCalm; };
+  const State& s = states_[block];
+  const auto around = neighbours(block);
+  return !s.frozen && !s.near && s.calm >= kCalm && std::all_of(around.begin(), around.end(), calm);
+}
+
+/// Speeds have been watched; what is left are spheres that turn on the spot.
+void ActiveRegion::choose_freezing(const ParticleStore& particles) {
+  for (std::size_t k = 0; k < states_.size(); ++k) {
+    if (!may_freeze(k)) continue;
+    const std::size_t begin = k * kParticleBlock, end = std::min<std::size_t>(begin + kParticleBlock, count_);
+    double turning2 = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Sphere s = particles.now(static_cast<std::uint32_t>(i));
+      turning2 = std::max(turning2, s.r * s.r * dot(s.w, s.w));
+    }
+    states_[k].freezes = turning2 < limit2();
+  }
+}
+
+void ActiveRegion::mark(bool check, bool all, bool all_energies, ContactStore& contacts) {
+  const bool plain = !check && !all && !all_energies;
+  if (plain && plain_ && !changed_) return;
+  changed_ = false, plain_ = plain;
+  const auto moving = [&](std::uint32_t k) { return !states_[k].frozen; };
+  const auto any = [](std::span<const std::uint32_t> blocks, const auto& holds) {
+    return std::any_of(blocks.begin(), blocks.end(), holds);
+  };
+  for (std::size_t k = 0; k < states_.size(); ++k) {
+    State& s = states_[k];
+    const bool needed = !s.frozen || any(later(k), moving);
+    was_evaluated_[k] = s.evaluated;
+    s.evaluated = needed || all || (all_energies && s.outdated);
+    s.outdated = needed || (s.outdated && !all_energies);
+    s.checked = s.frozen && (all || (check && (needed || any(earlier(k), moving))));
+  }
+  for (std::size_t k = 0; k < states_.size(); ++k) {
+    if (!states_[k].checked) continue;
+    states_[k].evaluated = true;
+    for (const std::uint32_t n : earlier(k)) states_[n].evaluated = true;
+  }
+  for (std::size_t k = 0; k < states_.size(); ++k) {
+    State& s = states_[k];
+    s.receives = s.frozen && (s.evaluated || any(earlier(k), [&](std::uint32_t n) { return states_[n].evaluated; }));
+    if (was_evaluated_[k] == 0 || s.evaluated) continue;
+    // What its contacts gave across interfaces is not given again.
+    const ParticleBlock& block = contacts.particle_blocks[k];
+    for (std::uint32_t r = block.runs_begin; r < block.runs_end; ++r)
+      if (const PairRun& run = contacts.runs[r]; run.seam)
+        std::fill_n(contacts.interface_given.begin() + run.rows, run.blocks, std::uint8_t{0});
+  }
+}
+
+std::size_t ActiveRegion::frozen_spheres() const {
+  std::size_t frozen = 0;
+  for (std::size_t k = 0; k < states_.size(); ++k)
+    if (states_[k].frozen) frozen += std::min<std::size_t>(kParticleBlock, count_ - k * kParticleBlock);
+  return frozen;
+}
+
+}  // namespace subsoil::dem

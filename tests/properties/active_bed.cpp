@@ -1,0 +1,294 @@
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "libdem/geometry/mesh_builders.hpp"
+#include "tests/tools/dem_beds.hpp"
+#include "tests/tools/every_law.hpp"
+
+/// Spheres at rest far from all moving surfaces are frozen: what is frozen acts as a sphere at rest, nothing of the
+/// energy gets lost, what moves wakes it, and threads, precision and restart are no matter. A trough of 1,882 spheres,
+/// eight particle blocks along it, brought to rest once; a blade enters at one end.
+namespace subsoil::dem::test {
+namespace {
+
+constexpr double kStep = 2e-5, kBelow = 2e-3, kWithin = 0.05, kCalmTime = 256 * kStep;
+constexpr int kLong = 105, kHigh = 4, kWide = 5;
+
+struct Scene {
+  std::unique_ptr<Bed> bed;
+  Motion blade;
+
+  void step(int n, bool moves, bool energy = false) {
+    for (int k = 0; k < n; ++k) {
+      if (moves) blade.place(*bed);
+      bed->step(kStep, {.energy = energy, .snapshot = nullptr});
+    }
+  }
+};
+
+struct Kind {
+  int threads = 1;
+  Precision precision = Precision::doubles;
+  int cache_blocks = 1;
+  int sample_every = 1;
+};
+
+Scene scene(const Law& law, const Kind& kind = {}) {
+  BedOptions options = quiet({0, -9.81, 0}, kind.threads);
+  options.precision = kind.precision, options.cache_blocks = kind.cache_blocks;
+  options.sample_every = kind.sample_every;
+  options.skin = 4e-3;
+  Scene s{std::make_unique<Bed>(table(law), options), {}};
+  add_bin(*s.bed, kLong * 0.0201, kWide * 0.0201);
+  Boundary b;
+  b.shape = MeshSurface(box_mesh({0.02, 0.1, 0.06}));
+  s.blade = {s.bed->add(std::move(b)), {{0.1, 0.119, 0.05}, {}}, {0.4, -0.6, 0}, {}};
+  s.blade.place(*s.bed);
+  s.bed->boundary(s.blade.boundary).velocity = {};
+  return s;
+}
+
+/// Layers of which each lies in the hollows of the one below: no column that might fall over.
+std::vector<SphereSpec> stacked_layers() {
+  constexpr double pitch = 0.0201, rise = 0.0141;
+  Dice dice(5);
+  std::vector<SphereSpec> out;
+  for (int j = 0; j < kHigh; ++j) {
+    const int shifted = j % 2;
+    for (int i = 0; i < kLong - shifted; ++i)
+      for (int k = 0; k < kWide - shifted; ++k) {
+        const Vec3 site{(i + 0.5 * (1 + shifted)) * pitch, 0.01 + j * rise, (k + 0.5 * (1 + shifted)) * pitch};
+        out.push_back(
+            {.position = site + dice.ball(1e-4), .velocity = {}, .spin = {}, .radius = 0.01, .density = 1800});
+      }
+  }
+  return out;
+}
+
+/// The trough at rest under the law, made once for each.
+const Bed::State& rest_of(const Law& law, const std::string& name) {
+  static std::map<std::string, Bed::State> made;
+  if (const auto at = made.find(name); at != made.end()) return at->second;
+  Scene s = scene(law);
+  s.bed->add(stacked_layers());
+  for (int n = 0; n < 20; ++n) s.step(400, false), s.bed->freeze();
+  s.step(4000, false);
+  return made[name] = s.bed->save();
+}
+
+Scene at_rest(const Law& law, const std::string& name, const Kind& kind = {}) {
+  Scene s = scene(law, kind);
+  s.bed->restore(rest_of(law, name));
+  s.bed->reset_energy_balance();
+  s.bed->set_time(0);
+  s.bed->set_active(ActiveRule{kWithin, kBelow});
+  return s;
+}
+
+const Law kGrains = grains(1e4, 0.3, 0.5, 0.1);
+
+TEST(ActiveBed, FreezesWhatRestsAndWakesAtTheBlade) {
+  Scene s = at_rest(kGrains, "grains");
+  EXPECT_EQ(s.bed->frozen_count(), 0u);
+  s.step(600, false);
+  EXPECT_EQ(s.bed->frozen_count(), s.bed->spheres().size());
+  EXPECT_EQ(s.bed->max_speed(), 0);
+  // The blade comes down: what is near it wakes, the far end does not.
+  s.bed->set_time(0);
+  s.step(100, true);
+  const std::size_t near_blade = s.bed->spheres().size() - s.bed->frozen_count();
+  EXPECT_GT(near_blade, 200u);
+  EXPECT_LT(near_blade, s.bed->spheres().size() / 2);
+  s.step(2500, true);
+  EXPECT_GT(s.bed->max_speed(), 0.1);
+  EXPECT_GT(norm(s.bed->boundary(s.blade.boundary).wrench.force), 1);
+  EXPECT_GT(s.bed->frozen_count(), 0u);
+}
+
+/// The floor carries the weight before and after; no sphere moves by freezing.
+TEST(ActiveBed, FrozenSpheresActAsResting) {
+  for (const Precision precision : {Precision::doubles, Precision::mixed}) {
+    Scene s = at_rest(kGrains, "grains", {.precision = precision});
+    double weight = 0;
+    for (const Sphere& p : s.bed->spheres()) weight += 9.81 * p.m;
+    s.step(600, false);
+    ASSERT_EQ(s.bed->frozen_count(), s.bed->spheres().size());
+    const std::uint64_t before = hash(*s.bed);
+    s.step(500, false);
+    EXPECT_EQ(hash(*s.bed), before);
+    double carried = 0;
+    for (int b = 0; b < 5; ++b) carried -= s.bed->boundary(b).wrench.force.y;
+    // Spheres are frozen with forces out of balance by half of below/(256 steps) of acceleration at most.
+    EXPECT_NEAR(carried, weight, 0.5 * kBelow / kCalmTime / 9.81 * weight);
+    // What a snapshot says of them: at rest, in balance.
+    const Snapshot now = observe(*s.bed, kStep);
+    for (std::size_t k = 0; k < now.id.size(); ++k) {
+      EXPECT_EQ(now.velocity[k], Vec3{});
+      const double m = 1800 * sphere_volume(now.radius[k]);
+      EXPECT_LT(norm(now.force[k]), 1.001 * m * kBelow / kCalmTime);
+    }
+  }
+}
+
+/// In the step in which spheres are frozen the balance changes by rounding alone: K_n goes to `frozen`.
+TEST(ActiveBed, NoEnergyGetsLostInFreezing) {
+  for (const Precision precision : {Precision::doubles, Precision::mixed}) {
+    Scene s = at_rest(kGrains, "grains", {.precision = precision});
+    s.bed->set_gravity({0.3, -9.81, 0});  // it sways
+    s.step(100, false, true);
+    ASSERT_GT(s.bed->max_speed(), 0.01 * kBelow);
+    double total = s.bed->energy().total(), frozen = 0, scale = 0;
+    bool none_moved = false;
+    int freezings = 0;
+    for (int n = 0; n < 1500; ++n) {
+      const double moved = s.bed->energy().kinetic + s.bed->energy().spin;
+      const std::size_t before = s.bed->frozen_count();
+      s.step(1, false, true);
+      const BedEnergy& e = s.bed->energy();
+      scale = std::max(scale, moved);
+      if (e.frozen > frozen) ++freezings;
+      EXPECT_GE(e.frozen, frozen);
+      frozen = e.frozen;
+      none_moved = before == s.bed->spheres().size();
+      if (none_moved) {
+        EXPECT_EQ(e.kinetic + e.spin, 0);
+        EXPECT_EQ(e.total(), total);
+      }
+      // What the integrator makes of turning normals in a step, of second order, stays far below what moves.
+      EXPECT_NEAR(e.total(), total, 0.02 * scale);
+      total = e.total();
+    }
+    EXPECT_TRUE(none_moved);
+    EXPECT_GT(freezings, 0);
+    EXPECT_GT(frozen, 0);
+  }
+}
+
+/// Under the blade: kinetic + spin + gravity + stored + lost + frozen = start + work, within the 1 % of the energy
+/// test.
+TEST(ActiveBed, BalanceClosesUnderTheBlade) {
+  for (const int every : {1, 16}) {
+    Scene s = at_rest(kGrains, "grains", {.sample_every = every});
+    s.step(600, false, true);
+    const BedEnergy start = s.bed->energy();
+    s.bed->set_time(0);
+    s.step(3000, true);
+    s.step(1, true, true);
+    const BedEnergy& end = s.bed->energy();
+    EXPECT_GT(s.bed->frozen_count(), 0u);
+    const double work = end.boundary_work - start.boundary_work;
+    EXPECT_GT(work, 1e-2);
+    EXPECT_NEAR(end.total() - start.total(), work, (every == 1 ? 0.01 : 0.03) * (work + end.lost.total()));
+  }
+}
+
+struct Trace {
+  std::uint64_t spheres = 0;
+  std::vector<std::size_t> frozen;
+  double total = 0, taken = 0, wrench = 0;
+  bool operator==(const Trace&) const = default;
+};
+
+/// At rest, then the blade, then at rest again: blocks freeze and wake.
+Trace trace(const Law& law, const std::string& name, const Kind& kind) {
+  Scene s = at_rest(law, name, kind);
+  Trace t;
+  const auto go = [&](int steps, bool moves) {
+    for (int n = 0; n < steps; n += 50) {
+      s.step(49, moves), s.step(1, moves, true);
+      t.frozen.push_back(s.bed->frozen_count());
+      t.wrench += norm(s.bed->boundary(s.blade.boundary).wrench.force);
+    }
+  };
+  go(350, false);
+  s.bed->set_time(0);
+  go(400, true);
+  s.bed->boundary(s.blade.boundary).velocity = {};
+  go(350, false);
+  t.spheres = hash(*s.bed);
+  t.total = s.bed->energy().total(), t.taken = s.bed->energy().frozen;
+  return t;
+}
+
+void same_bits(const Law& law, const std::string& name, Kind kind, std::initializer_list<int> threads) {
+  kind.sample_every = 8;
+  const Trace one = trace(law, name, kind);
+  const auto most = std::max_element(one.frozen.begin(), one.frozen.end());
+  EXPECT_EQ(one.frozen.front(), 0u) << name;
+  EXPECT_GT(*most, 1000u) << name;
+  EXPECT_LT(*std::min_element(most, one.frozen.end()), *most) << name << ": none wakes";
+  for (const int n : threads) {
+    kind.threads = n;
+    EXPECT_TRUE(trace(law, name, kind) == one) << name << ", " << n << " threads";
+  }
+}
+
+TEST(ActiveBed, SameBitsOnAnyNumberOfThreads) {
+  same_bits(kGrains, "grains", {}, {2, 3, 8});
+  same_bits(kGrains, "grains", {.precision = Precision::mixed, .cache_blocks = 3}, {2, 3});
+}
+TEST(ActiveBed, SameBitsWithBonds) {
+  for (const auto& [name, law] : every_law())
+    if (law->bond() != nullptr) return same_bits(law, name, {.cache_blocks = 3}, {2, 3});
+}
+
+/// What neighbours and surfaces do not tell is found by the forces: a wall that is taken away, another gravity.
+TEST(ActiveBed, ForcesOutOfBalanceWake) {
+  Scene s = at_rest(kGrains, "grains");
+  s.step(600, false);
+  ASSERT_EQ(s.bed->frozen_count(), s.bed->spheres().size());
+  s.bed->boundary(2).active = false;  // the wall at the far end
+  s.bed->surfaces_changed();
+  s.step(2, false);
+  EXPECT_LT(s.bed->frozen_count(), s.bed->spheres().size());
+  EXPECT_GT(s.bed->frozen_count(), s.bed->spheres().size() / 2);
+  s.step(1000, false);
+  EXPECT_GT(s.bed->max_speed(), 0.01);
+
+  Scene tilted = at_rest(kGrains, "grains");
+  tilted.step(600, false);
+  ASSERT_EQ(tilted.bed->frozen_count(), tilted.bed->spheres().size());
+  tilted.bed->set_gravity({9.81, -2, 0});
+  tilted.step(2, false);
+  EXPECT_EQ(tilted.bed->frozen_count(), 0u);
+}
+
+/// Frozen ones stay frozen through a restart, and what goes on goes on.
+TEST(ActiveBed, RestartCarriesIt) {
+  for (const Precision precision : {Precision::doubles, Precision::mixed}) {
+    Scene s = at_rest(kGrains, "grains", {.precision = precision});
+    s.step(600, false);
+    s.bed->set_time(0);
+    s.step(400, true);
+    const std::size_t frozen = s.bed->frozen_count();
+    ASSERT_GT(frozen, 500u);
+    ASSERT_LT(frozen, s.bed->spheres().size());
+    Scene other = scene(kGrains, {.precision = precision});
+    other.bed->set_active(ActiveRule{kWithin, kBelow});
+    other.bed->restore(s.bed->save());
+    s.step(1, true, true), other.step(1, true, true);
+    // Blocks of new lists hold other spheres: one at the edge may be mixed now.
+    EXPECT_NEAR(static_cast<double>(other.bed->frozen_count()), static_cast<double>(frozen), 2 * 256.0);
+    EXPECT_GT(other.bed->frozen_count(), 500u);
+    EXPECT_NEAR(other.bed->energy().frozen, s.bed->energy().frozen, 1e-12 * s.bed->energy().frozen);
+    s.step(200, true), other.step(200, true);
+    double apart = 0;
+    for (std::uint32_t id = 0; id < s.bed->spheres().size(); id += 7)
+      apart = std::max(apart, norm(sphere(*s.bed, id).x - sphere(*other.bed, id).x));
+    EXPECT_LT(apart, 201 * kStep * kBelow);  // what a sphere at the edge may move that is frozen in one of them
+  }
+}
+
+TEST(ActiveBed, RefusesRulesWithoutSense) {
+  Bed bed(table(kGrains), quiet());
+  EXPECT_THROW(bed.set_active(ActiveRule{-1, 1e-3}), std::invalid_argument);
+  EXPECT_THROW(bed.set_active(ActiveRule{0.1, 0}), std::invalid_argument);
+  bed.set_active(ActiveRule{0, 1e-3});
+  EXPECT_TRUE(bed.freezes());
+  bed.set_active({});
+  EXPECT_FALSE(bed.freezes());
+}
+
+}  // namespace
+}  // namespace subsoil::dem::test
