@@ -139,7 +139,7 @@ StlFile load_stl(const std::string& file, double unit) {
   if (!std::filesystem::exists(file)) throw std::runtime_error(file + ": no such file");
   std::vector<Facet> soup = facets_of(file, unit);
   const std::size_t flat = drop_flat(soup);
-  if (soup.empty()) throw std::runtime_error(file + ": no triangle has an area");
+  if (soup.empty()) throw std::runtime_error(file + ": no face has an area");
   StlFile out{dem::welded_mesh(soup), flat, 0};
   for (std::size_t i = 0; i < soup.size(); ++i)
     if (dem::dot(dem::area_vector(soup[i][0], soup[i][1], soup[i][2]), out.mesh.normal(i)) < 0) ++out.turned;

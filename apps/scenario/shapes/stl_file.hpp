@@ -5,7 +5,7 @@
 
 namespace subsoil::app {
 
-/// An STL file as it is used, and what was wrong with it and could be mended.
+/// A mesh file (STL, OBJ, PLY) as it is used, and what was wrong with it and could be mended.
 struct StlFile {
   dem::TriangleMesh mesh;
   std::size_t flat = 0;    ///< triangles without area, dropped

@@ -166,8 +166,8 @@ TEST_F(MeshFiles, BadFilesAreRefused) {
   const TriangleMesh box = askew();
   refused("hello.stl", "hello", "no STL file that can be read");
   refused("empty.stl", "", "no STL file that can be read");
-  refused("cut.stl", binary_stl(box).substr(0, 300), "no STL file that can be read");
-  refused("word.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 abc\n", "no STL file that can be read");
+  refused("cut.stl", binary_stl(box).substr(0, 300), "is cut off");
+  refused("word.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 abc\n", "is cut off");
   refused("index.obj", "v 0 0 0\nv 1 0 0\nf 1 2 9\n", "that can be read");
   refused("index.ply",
           "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
