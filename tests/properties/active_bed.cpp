@@ -135,13 +135,13 @@ TEST(ActiveBed, FrozenSpheresActAsResting) {
 TEST(ActiveBed, NoEnergyGetsLostInFreezing) {
   for (const Precision precision : {Precision::doubles, Precision::mixed}) {
     Scene s = at_rest(kGrains, "grains", {.precision = precision});
-    s.bed->set_gravity({0.3, -9.81, 0});  // it sways
+    s.bed->set_gravity({0.05, -9.81, 0});  // it sways
     s.step(100, false, true);
-    ASSERT_GT(s.bed->max_speed(), 0.01 * kBelow);
+    ASSERT_GT(s.bed->max_speed(), 0.005 * kBelow);
     double total = s.bed->energy().total(), frozen = 0, scale = 0;
     bool none_moved = false;
     int freezings = 0;
-    for (int n = 0; n < 1500; ++n) {
+    for (int n = 0; n < 2000; ++n) {
       const double moved = s.bed->energy().kinetic + s.bed->energy().spin;
       const std::size_t before = s.bed->frozen_count();
       s.step(1, false, true);
