@@ -35,6 +35,9 @@ constexpr double moulton_error[6] = {1. / 2, 1. / 12, 1. / 24, 19. / 720, 3. / 1
 // Of a step, over the machine's length: more is no solution.
 constexpr double most_error = 0.1;
 
+// Lengths of the machine in a second.
+constexpr double at_rest = 1e-6;
+
 // Substeps of a starting step: the start's error is then far below that of the steps that follow.
 constexpr int substeps = 2;
 
@@ -152,7 +155,7 @@ void AdamsMoulton::keep_predicted() {
 void AdamsMoulton::estimate_error(double h) {
   const int k = options_.order - 1;
   const double share = moulton_error[k] / (bashforth_error[k] + moulton_error[k]);
-  double position = 0, velocity = 0, fastest = 0;
+  double position = 0, velocity = 0, fastest = at_rest * system_.length_scale();  // slower is rounding
   for (Eigen::Index i = 0; i < scale_.size(); ++i) {
     position = std::max(position, std::abs(trial_.q[i] - predicted_q_[i]) * scale_[i]);
     velocity = std::max(velocity, std::abs(trial_.velocity[i] - predicted_velocity_[i]) * scale_[i]);

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "libmbd/assembly.hpp"
@@ -17,6 +19,21 @@ constexpr long most_steps = 2'000'000;
 constexpr double far_enough = 0.15;
 // From a singular pose, where one step leads over it; and what that step may err by.
 constexpr double step_over = 0.03, most_of_crossing = 1e-9;
+// Of a state at which a method gave up: the body most accelerated, the constraint nearest to losing its rank.
+std::string standing_out(const System& system, const Partition& partition, const MotionState& m) {
+  Eigen::Index most = 0;
+  const double largest = m.acceleration.cwiseProduct(coordinate_scale(system)).cwiseAbs().maxCoeff(&most);
+  char text[160];
+  std::snprintf(text, sizeof text, "; at t = %.9g s body '%.60s' is the most accelerated, %.2e m/s^2", m.t,
+                system.body_name(static_cast<int>(most / 3) + 1).c_str(), largest);
+  std::string all = text;
+  const double distance = partition.distance_from_singular();
+  if (distance > 0.5) return all;
+  std::snprintf(text, sizeof text, ", and %.80s is some %.2g rad from a dead point", partition.singular_owner().c_str(),
+                distance);
+  return all + text;
+}
+
 }  // namespace
 
 Adaptive::Adaptive(System& system)
@@ -104,9 +121,10 @@ bool Adaptive::try_step(double end, double stop, Reached& reached) {
   try {
     reached = take_step(end, stop);
     return true;
-  } catch (const std::runtime_error&) {
+  } catch (const std::runtime_error& error) {
     if (now_.t != front_) read_consistent(front_);
-    if (partition_.distance_from_singular() > far_enough) throw;
+    if (partition_.distance_from_singular() > far_enough)
+      throw std::runtime_error(error.what() + standing_out(system_, partition_, now_));
     return false;
   }
 }

@@ -94,6 +94,27 @@ Dependencies find_dependencies(const System& system, const Eigen::MatrixXd& jaco
   return found;
 }
 
+/// Whether the constraints depend on each other in this pose alone: out of it, moved by some 1e-2 of the machine's
+/// length in no particular direction, they have full rank.
+bool dependent_here_only(System& system, double t, const Eigen::VectorXd& q, const Dependencies& dependent) {
+  if (dependent.rank == system.equations() || system.equations() > system.coordinates()) return false;
+  Eigen::VectorXd beside = q;
+  for (Eigen::Index i = 0; i < q.size(); ++i)
+    beside[i] += 1e-2 * std::sin(1.0 + 2.4 * static_cast<double>(i)) * (i % 3 == 2 ? 1 : system.length_scale());
+  Constraints c;
+  system.set_position(t, beside);
+  system.constraints(c);
+  const bool full = find_dependencies(system, scaled_jacobian(system, c)).rank == system.equations();
+  system.set_position(t, q);
+  return full;
+}
+
+[[noreturn]] void refuse_dead_point(const System& system, const Eigen::VectorXd& left, const Dependencies& dependent) {
+  throw std::invalid_argument("the start pose is a dead point: " + residual_list(system, left, true) +
+                              " off, since there " + list(dependent.members) +
+                              " depend on each other. Start beside it, or drive another coordinate.");
+}
+
 [[noreturn]] void refuse_contradiction(const System& system, const Eigen::VectorXd& phi, const Dependencies& dependent,
                                        bool rates) {
   std::string text =
@@ -241,7 +262,10 @@ AssemblyReport assemble(System& system, double t, Eigen::VectorXd& q, Eigen::Vec
   if (!put_on_velocities(system, c, held_velocities(system), velocity, left)) {
     velocity = given;
     const Mask none(static_cast<std::size_t>(system.coordinates()), false);
-    if (!put_on_velocities(system, c, none, velocity, left)) refuse_contradiction(system, left, dependent, true);
+    if (!put_on_velocities(system, c, none, velocity, left)) {
+      if (dependent_here_only(system, t, q, dependent)) refuse_dead_point(system, left, dependent);
+      refuse_contradiction(system, left, dependent, true);
+    }
   }
 
   report.rank = dependent.rank;

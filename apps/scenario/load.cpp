@@ -1,5 +1,6 @@
 #include "apps/scenario/load.hpp"
 
+#include "apps/scenario/arithmetic.hpp"
 #include "apps/scenario/checks.hpp"
 #include "apps/scenario/fields/fields.hpp"
 #include "apps/scenario/registry.hpp"
@@ -7,13 +8,24 @@
 namespace subsoil::app {
 namespace {
 
+/// A parameter that the command line sets and nothing names is a slip of the pen.
+void refuse_unused_sets(const Node& document, Problems& problems) {
+  const Node::Entry* const list = document.find("parameters");
+  if (list == nullptr) return;
+  for (const Node::Entry& e : list->value.entries)
+    if (e.value.place.line == 0 && !parameter_is_used(e.key))
+      problems.add(e.value.place, "parameters." + e.key, e.value.one_line(), "no value names this parameter");
+}
+
 Loaded read_checked(const Node& document, Problems& problems) {
   Loaded loaded;
+  const ParametersInScope parameters;
   Reading reading(problems);
   read_all(document, reading, [&](Fields& fields) {
     declare(fields, loaded.scenario);
     declare_command_sections(fields);
   });
+  refuse_unused_sets(document, problems);
   loaded.places = std::move(reading.places);
   check(loaded.scenario, loaded.places, problems);
   if (!problems.empty()) throw ScenarioError(problems);

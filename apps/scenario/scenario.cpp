@@ -1,5 +1,7 @@
 #include "apps/scenario/scenario.hpp"
 
+#include "apps/scenario/arithmetic.hpp"
+#include "apps/scenario/fields/nodes.hpp"
 #include "apps/scenario/key_list.hpp"
 #include "apps/scenario/printer.hpp"
 #include "apps/scenario/reader.hpp"
@@ -19,9 +21,37 @@ class KnownMaterials final : public Compound {
   const Scenario& scenario_;
 };
 
+/// Names for amounts, which the values that follow may hold. The explicit copy of a run holds what became of them.
+class ParameterList final : public Compound {
+ public:
+  void read(Reader& reader, const Field& field) override {
+    reader.leaf(field, [&](const Node& node) {
+      for (const Node::Entry& e : mapping_of(node).entries) {
+        const std::string path = reader.child(field.key) + "." + e.key;
+        reader.reading().places[path] = e.value.place;
+        try {
+          add_parameter(e.key, evaluate_arithmetic(scalar_of(e.value)));
+        } catch (const std::invalid_argument& fault) {
+          reader.fault(e.value, path, fault.what());
+        }
+      }
+    });
+  }
+  void print(Printer&, const Field&) const override {}
+  void list(KeyList& keys, const Field& field) const override {
+    keys.add(field.key, "named values with units", "none", "", field.meaning);
+  }
+};
+
 }  // namespace
 
 void describe(Fields& v, Scenario& s) {
+  ParameterList parameters;
+  v.visit_compound({"parameters",
+                    "names that stand for values in all others: {a: 200 mm, b: 2*a + 30 mm}, then `length: b/2`; each "
+                    "may hold those above it; + - * / ^, brackets, pi, sqrt abs min max hypot sin cos tan asin acos "
+                    "atan atan2 exp log"},
+                   parameters);
   v.version("subsoil", s.version, "version of the scenario format: 1");
   v.text("title", s.title, "one line about what this is");
   v.choice("analysis", s.analysis,

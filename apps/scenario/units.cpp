@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <memory>
 
+#include "apps/scenario/arithmetic.hpp"
+
 namespace subsoil::app {
 namespace {
 
@@ -424,8 +426,21 @@ std::string dimension_text(const Unit& unit) {
   return text.empty() ? "1" : text;
 }
 
-std::vector<double> parse_quantities(std::string_view text, std::string_view expected, std::size_t count,
-                                     std::optional<double> n) {
+namespace {
+
+/// One number by arithmetic, of the dimension wanted.
+std::vector<double> calculated(std::string_view text, std::string_view expected, std::size_t count,
+                               std::optional<double> n) {
+  const Amount amount = evaluate_arithmetic(text, n);
+  check_dimension(Unit{1, 1, amount.powers}, text, parse_unit(expected, n), expected);
+  if (count > 1)
+    throw UnitError(fmt::format("is one number; needed are {}, each in a list of its own: [2*a, 30 mm]", count));
+  return {amount.value};
+}
+
+/// Numbers and one unit.
+std::vector<double> written(std::string_view text, std::string_view expected, std::size_t count,
+                            std::optional<double> n) {
   Sentence sentence = split(text);
   const Unit wanted = parse_unit(expected, n);
   if (sentence.unit.empty()) {
@@ -445,6 +460,28 @@ std::vector<double> parse_quantities(std::string_view text, std::string_view exp
                                : fmt::format("holds {} numbers; needed are {}", sentence.numbers.size(), count));
   }
   return sentence.numbers;
+}
+
+}  // namespace
+
+std::vector<double> parse_quantities(std::string_view text, std::string_view expected, std::size_t count,
+                                     std::optional<double> n) {
+  const std::string_view clean = trimmed(text);
+  if (is_arithmetic(clean)) return calculated(clean, expected, count, n);
+  if (has_parameters() && !clean.empty() && std::isalpha(static_cast<unsigned char>(clean[0])) != 0)
+    return calculated(clean, expected, count, n);  // refused by the name that it misses
+  try {
+    return written(text, expected, count, n);
+  } catch (const UnitError&) {
+    // It may still be a quotient or difference, such as 1/3 or 50 mm - 3 mm; the refusal is that of the plain value.
+    try {
+      if (clean.find_first_of("/*+-") != std::string_view::npos) return calculated(clean, expected, count, n);
+    } catch (const UnitError& fault) {
+      if (has_parameters() && std::string_view(fault.what()).find("is no parameter") != std::string_view::npos)
+        throw UnitError(fault.what());
+    }
+    throw;
+  }
 }
 
 double parse_quantity(std::string_view text, std::string_view expected, std::optional<double> n) {

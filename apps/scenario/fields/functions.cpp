@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/scenario/arithmetic.hpp"
 #include "apps/scenario/expression.hpp"
 #include "apps/scenario/fields/nodes.hpp"
 #include "apps/scenario/key_list.hpp"
@@ -161,7 +162,9 @@ class ExpressionOfTime final : public Compound {
                   given = scalar_of(node);
                   size = parse_quantity("1 " + given, unit_);
                 });
-    reader.leaf(field, [&](const Node& node) { value_ = make_expression(scalar_of(node), given, size); });
+    reader.leaf(field, [&](const Node& node) {
+      value_ = make_expression(with_numbers(scalar_of(node), {"t"}, size == 1), given, size);
+    });
   }
   void print(Printer& printer, const Field& field) const override {
     if (!value_.text.empty()) printer.leaf(field.key, Node::of(value_.text), field.meaning);
@@ -186,7 +189,7 @@ class Formula final : public Value {
  public:
   Formula(std::string& text, std::function<double(double, double, double)>& call) : text_(text), call_(call) {}
   void read(const Node& node, const ReadScope&) override {
-    text_ = scalar_of(node);
+    text_ = with_numbers(scalar_of(node), {"z", "v", "m"}, true);
     call_ = make_formula(text_, {"z", "v", "m"});
   }
   Node print(const PrintScope&) const override { return text_.empty() ? Node{} : Node::of(text_); }

@@ -6,7 +6,9 @@
 #include <string>
 
 #include "libmbd/drivers/angle_driver.hpp"
+#include "libmbd/drivers/coordinate_driver.hpp"
 #include "libmbd/joints/revolute.hpp"
+#include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
 #include "tests/tools/message_of.hpp"
 
@@ -100,6 +102,40 @@ TEST(Start, AnExactPoseIsNotMoved) {
   Machine other(m);
   other.start_from_pose();
   EXPECT_EQ(other.body(2).r.x, 1.53);
+}
+
+/// Crank 100 mm and rod 200 mm, stretched along x; the slider is driven.
+Model stretched_slider_crank(double angle) {
+  Model m;
+  const double x = 0.1 * std::cos(angle), y = 0.1 * std::sin(angle), fall = std::asin(y / 0.2),
+               slider = x + 0.2 * std::cos(fall);
+  m.add({.name = "crank", .mass = 1, .inertia = 0.01, .pose = {x / 2, y / 2, angle}});
+  m.add({.name = "rod", .mass = 1, .inertia = 0.02, .pose = {(x + slider) / 2, y / 2, -fall}});
+  m.add({.name = "slider", .mass = 1, .inertia = 0.01, .pose = {slider, 0, 0}});
+  m.add("main", Revolute{.body_a = ground, .body_b = 1, .p_b = {-0.05, 0}});
+  m.add("crankpin", Revolute{.body_a = 1, .body_b = 2, .p_a = {0.05, 0}, .p_b = {-0.1, 0}});
+  m.add("wrist", Revolute{.body_a = 2, .body_b = 3, .p_a = {0.1, 0}});
+  m.add("guide", Translational{.body_a = ground, .body_b = 3});
+  m.add("push", CoordinateDriver{.body = 3, .coordinate = Coordinate::x, .motion = {.velocity = -0.1}});
+  return m;
+}
+
+// At dead centre the slider cannot move; beside it, it can. Nothing is over-determined: 9 equations, 9 coordinates.
+TEST(Start, ADeadPointIsNamedSo) {
+  const std::string text = refusal(stretched_slider_crank(0));
+  EXPECT_NE(text.find("the start pose is a dead point"), std::string::npos) << text;
+  EXPECT_NE(text.find("driver 'push'"), std::string::npos) << text;
+  EXPECT_EQ(text.find("Over-determined"), std::string::npos) << text;
+  EXPECT_EQ(refusal(stretched_slider_crank(0.1)), "accepted");
+}
+
+// Two drivers of one freedom contradict each other in every pose.
+TEST(Start, TwoDriversOfOneFreedomAreOverDetermined) {
+  Model m = stretched_slider_crank(0.5);
+  m.add("turn", AngleDriver{.first = ground, .second = 1, .motion = {.velocity = 3.0}});
+  const std::string text = refusal(m);
+  EXPECT_NE(text.find("Over-determined"), std::string::npos) << text;
+  EXPECT_EQ(text.find("dead point"), std::string::npos) << text;
 }
 
 }  // namespace

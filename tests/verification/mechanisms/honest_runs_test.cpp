@@ -124,6 +124,42 @@ TEST(HonestRuns, AMachineThatNothingMovesStands) {
   }
 }
 
+// A machine that a driver holds at rest moves no energy, and what rounding leaves of its balance is no share of it.
+TEST(HonestRuns, AMachineHeldAtRestKeepsItsBalance) {
+  Model m;
+  m.add({.name = "rod", .mass = 3, .inertia = 0.25, .pose = {0.5, 0, 0}});
+  m.add("pin", Revolute{.body_a = ground, .body_b = 1, .p_b = {-0.5, 0}});
+  m.add("brake", AngleDriver{.first = ground, .second = 1, .motion = {.position = 0.0}});
+  for (const IntegratorKind kind : {IntegratorKind::adams_moulton, IntegratorKind::cvode, IntegratorKind::ida}) {
+    Machine machine(m, {.integrator = kind});
+    machine.start_from_pose();
+    for (int i = 0; i < 500; ++i) {
+      machine.advance(1e-3);
+      ASSERT_LT(machine.energy().closure(), 1e-3) << machine.time() << " s by " << static_cast<int>(kind);
+    }
+    const StepError& e = machine.integrator().step_error();
+    EXPECT_LT(e.sum(), 1e-6) << "of steps that move nothing";
+  }
+}
+
+// Where a method gives up it says which body and which constraint stand out: here the cart, which is all but without
+// mass, as the point mass on its pole swings through its lowest place and turns it round within nanoseconds.
+TEST(HonestRuns, AMethodThatGivesUpNamesWhatStandsOut) {
+  Model m;
+  const double angle = 0.7;
+  m.add({.name = "cart", .mass = 1e-9, .inertia = 0.1});
+  m.add({.name = "pole", .mass = 1, .inertia = 1e-12, .pose = {0.5 * std::cos(angle), 0.5 * std::sin(angle), angle}});
+  m.add("rail", Translational{.body_a = ground, .body_b = 1});
+  m.add("pin", Revolute{.body_a = 1, .body_b = 2, .p_b = {-0.5, 0}});
+  Machine machine(m, {.integrator = IntegratorKind::ida});
+  const std::string text = outcome(machine, 1e-2, 1);
+  if (text.empty()) {
+    EXPECT_LT(machine.energy().closure(), 1e-3);
+  } else {
+    EXPECT_NE(text.find("body 'cart' is the most accelerated"), std::string::npos) << text;
+  }
+}
+
 /// Two bars of 1 m from the ground to a common pin `height` above the line of their feet: a frame that stands, singular
 /// where the bars lie flat.
 Model braced_frame(double height) {
