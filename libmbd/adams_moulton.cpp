@@ -227,13 +227,17 @@ void AdamsMoulton::on_restore(const double*& from, const double* end) {
   if (count < 0 || count > order_max)
     throw std::runtime_error("machine restart data are damaged: stored steps of the integrator");
   step_ = take(from, end), origin_ = take(from, end), steps_ = static_cast<long>(take(from, end));
-  stored_ = 0;
+  // From the same place of the ring, since sums run over it by place, and from the same guess.
+  stored_ = 0, newest_ = 0;
+  past_.setZero();
   for (int i = 0; i < count; ++i) {
     newest_ = (newest_ + 1) % order_max;
     ++stored_;
     take(from, end, sum_);
     past_.col(slot(0)) = sum_;
   }
+  trial_ = now_;
+  was_near_singular_ = partition_.near_singular(), bridged_ = false;
   // The wrench came back with the system and is the one that the past was stored under.
   wrench_changes_ = system_.wrench_changes();
 }

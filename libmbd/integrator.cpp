@@ -151,9 +151,22 @@ void Integrator::save(std::vector<double>& out) const {
   put(out, flows_.of_elements);
   out.push_back(flows_.external_work);
   system_.save(out);
+  out.insert(out.end(), {step_error_.largest, step_error_.positions, step_error_.velocities, step_error_.fastest});
+  out.push_back(static_cast<double>(switches_.count()));
+  for (std::size_t i = 0; i < switches_.count(); ++i) out.push_back(switches_.side(i));
+  out.push_back(static_cast<double>(events_.size()));
+  for (const Event& e : events_) {
+    std::size_t which = 0;
+    while (which + 1 < switches_.count() &&
+           (switches_.name(which) != e.name || switches_.of_friction(which) != e.of_friction))
+      ++which;
+    out.insert(out.end(), {e.t, static_cast<double>(e.direction), static_cast<double>(which)});
+  }
   on_save(out);
 }
 
+// What follows depends on the numbers alone, not on what the machine did before: one that is restored from its own
+// state goes on as another one does.
 void Integrator::restore(const double*& from, const double* end) {
   now_.t = take(from, end);
   take(from, end, now_.q);
@@ -161,9 +174,23 @@ void Integrator::restore(const double*& from, const double* end) {
   take(from, end, flows_.of_elements);
   flows_.external_work = take(from, end);
   system_.restore(from, end);
+  step_error_.largest = take(from, end), step_error_.positions = take(from, end);
+  step_error_.velocities = take(from, end), step_error_.fastest = take(from, end);
+  const auto refuse = [] { throw std::runtime_error("machine restart data are those of another machine"); };
+  if (take(from, end) != static_cast<double>(switches_.count())) refuse();
+  std::vector<int> sides;
+  for (std::size_t i = 0; i < switches_.count(); ++i) sides.push_back(static_cast<int>(take(from, end)));
+  events_.clear();
+  for (double left = take(from, end); left > 0; --left) {
+    const double t = take(from, end), direction = take(from, end), which = take(from, end);
+    if (!(which >= 0 && which < static_cast<double>(switches_.count()))) refuse();
+    const auto at = static_cast<std::size_t>(which);
+    events_.push_back({t, switches_.name(at), static_cast<int>(direction), switches_.of_friction(at)});
+  }
+  now_.lambda.setZero();  // a guess
   partition_.choose(now_);
   partition_.evaluate(now_);
-  switches_.take_sides();
+  for (std::size_t i = 0; i < sides.size(); ++i) switches_.set_side(i, sides[i]);
   on_restore(from, end);
 }
 

@@ -206,7 +206,7 @@ void Machine::columns(std::span<double> out) const {
 }
 
 std::vector<double> Machine::snapshot() const {
-  std::vector<double> out{energy_at_start_};
+  std::vector<double> out{energy_at_start_, most_energy_, lowest_potential_, highest_potential_};
   integrator_->save(out);
   return out;
 }
@@ -214,10 +214,9 @@ std::vector<double> Machine::snapshot() const {
 void Machine::restore(std::span<const double> snapshot) {
   if (report_.equations != system_.equations()) start_from_pose();  // fills what the start pose decides
   const double *from = snapshot.data(), *end = from + snapshot.size();
-  if (from == end) throw std::runtime_error("machine restart data are empty");
-  energy_at_start_ = *from++;
+  if (end - from < 4) throw std::runtime_error("machine restart data end too early; they belong to another machine");
+  for (double* value : {&energy_at_start_, &most_energy_, &lowest_potential_, &highest_potential_}) *value = *from++;
   integrator_->restore(from, end);
-  watch_energy(true);
   if (from != end)
     throw std::runtime_error("machine restart data are longer than this machine; they belong to another machine");
 }

@@ -22,6 +22,21 @@
 namespace subsoil::app {
 namespace {
 
+/// A folder that is gone afterwards, also when something is thrown.
+struct ScratchFolder {
+  ScratchFolder()
+      : path(std::filesystem::temp_directory_path() / fmt::format("subsoil-check-{}", static_cast<long>(getpid()))) {
+    std::filesystem::create_directories(path);
+  }
+  ~ScratchFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path, ignored);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  std::filesystem::path path;
+};
+
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
 
@@ -32,9 +47,8 @@ struct FrameSize {
 };
 FrameSize frame_size(const Scenario& s, const dem::Snapshot& shot) {
   if (shot.id.empty()) return {4e5, 1e4};
-  const std::filesystem::path dir =
-      std::filesystem::temp_directory_path() / fmt::format("subsoil-check-{}", static_cast<long>(getpid()));
-  std::filesystem::create_directories(dir);
+  const ScratchFolder scratch;
+  const std::filesystem::path& dir = scratch.path;
   double size[2] = {};
   for (int count = 1; count <= 2; ++count) {
     ParticleTable table;
@@ -56,9 +70,9 @@ FrameSize frame_size(const Scenario& s, const dem::Snapshot& shot) {
       }
       writer.finish();
     }
-    size[count - 1] = static_cast<double>(std::filesystem::file_size(dir / "run.h5"));
+    for (const auto& file : std::filesystem::directory_iterator(dir / "frames"))
+      size[count - 1] += static_cast<double>(file.file_size());
   }
-  std::filesystem::remove_all(dir);
   return {2 * size[0] - size[1], size[1] - size[0]};
 }
 

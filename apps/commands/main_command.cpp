@@ -1,6 +1,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <iostream>
 
 #include "apps/commands/commands.hpp"
@@ -12,6 +13,7 @@
 #include "apps/plot/plot.hpp"
 #include "apps/plot/strip.hpp"
 #include "apps/run/column_table.hpp"
+#include "apps/run/resume.hpp"
 #include "apps/scenario/library.hpp"
 #include "apps/scenario/load.hpp"
 #include "apps/version.hpp"
@@ -176,6 +178,7 @@ int guarded(Command command) {
 
 int main_command(int argc, char** argv) {
   spdlog::set_pattern("%v");
+  std::signal(SIGXFSZ, SIG_IGN);  // a limit on the size of files is said by the write that meets it
   CLI::App app{"subsoil: machines working in soil"};
   app.set_version_flag("--version", version_text());
   app.require_subcommand(1);
@@ -191,6 +194,21 @@ int main_command(int argc, char** argv) {
       ->add_option("--change", request.changes, "with --from: a key that differs from the state's scenario on purpose")
       ->allow_extra_args(false);
   run_word->add_option("--from", request.from, "start again from a state file of an earlier run");
+
+  CLI::App* resume_word = app.add_subcommand("resume", "go on with a run that was stopped, killed or cut off");
+  std::filesystem::path resumed;
+  resume_word->add_option("folder", resumed, "its results")->required();
+  resume_word->add_option("--threads", request.threads, "threads of the bed; default: as the scenario says")
+      ->check(CLI::Range(1, 1024));
+  resume_word->add_option("--simd", simd, "instruction set: auto, portable, avx2, avx512");
+  resume_word->add_flag("--strict", request.strict, "a run that warns of something ends with exit code 3");
+
+  double checkpoint_minutes = 10;
+  for (CLI::App* word : {run_word, resume_word})
+    word->add_option(
+            "--checkpoint-every", checkpoint_minutes,
+            "minutes by the clock from one checkpoint, from which `subsoil resume` goes on, to the next; 0: none")
+        ->check(CLI::NonNegativeNumber);
 
   CLI::App* check_word =
       app.add_subcommand("check", "read and try a scenario, say what it would do and cost; writes nothing");
@@ -240,8 +258,10 @@ int main_command(int argc, char** argv) {
     return app.exit(error) == 0 ? exit_ok : exit_bad_input;
   }
   if (!simd.empty()) request.sets.push_back("simd=" + simd);
+  set_checkpoint_interval(60 * checkpoint_minutes);
   return guarded([&]() -> int {
     if (run_word->parsed()) return run(request);
+    if (resume_word->parsed()) return resume(resumed, request);
     if (check_word->parsed()) return check_command(request);
     if (impact_word->parsed()) return impact_command(impact_request);
     if (test_word->parsed()) return test_command(test_request);

@@ -10,7 +10,9 @@
 #include <type_traits>
 #include <utility>
 
+#include "apps/output/atomic_file.hpp"
 #include "apps/output/hdf5.hpp"
+#include "apps/output/hdf5_driver.hpp"
 #include "apps/scenario/printer.hpp"
 
 namespace subsoil::app {
@@ -120,7 +122,7 @@ void write_table(hid_t file, const ImpactStudy& study, const std::vector<ImpactR
 
 void write_impact_file(const ImpactStudy& study, const std::vector<ImpactRow>& rows,
                        const std::filesystem::path& path) {
-  const h5::Handle file = h5::create_file(path);
+  h5::Handle file = h5::create_file(temporary_name(path));
   h5::set_attribute(file, "format", std::int64_t{1});
   h5::set_attribute(file, "title", study.title);
   h5::set_attribute(file, "model", model_word(study));
@@ -128,14 +130,15 @@ void write_impact_file(const ImpactStudy& study, const std::vector<ImpactRow>& r
   h5::set_attribute(file, "study", emit(print_all([&](Fields& fields) { declare(fields, copy); }, false)));
   write_parameters(file, study);
   write_table(file, study, rows);
-  const h5::Handle courses = h5::create_group(file, "courses");
+  h5::create_group(file, "courses");
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    const h5::Handle course = h5::create_group(courses, fmt::format("{:03}", k));
+    const h5::Handle course = h5::create_group(file, fmt::format("courses/{:03}", k));
     h5::set_attribute(course, "speed [m/s]", rows[k].closed.speed);
     write_course(course, rows[k].closed);
     if (rows[k].stepped) write_course(h5::create_group(course, "stepped"), *rows[k].stepped);
   }
-  h5::flush_to_disk(file);
+  h5::close_file(file);
+  put_in_place(path);
 }
 
 }  // namespace subsoil::app

@@ -1,12 +1,8 @@
 #include "apps/output/atomic_file.hpp"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <cerrno>
-#include <cstring>
-#include <fstream>
-#include <stdexcept>
+
+#include "apps/output/disk.hpp"
 
 namespace subsoil::app {
 
@@ -15,23 +11,22 @@ std::filesystem::path temporary_name(const std::filesystem::path& path) {
   return name += ".part";
 }
 
+void rename_into_place(const std::filesystem::path& path) {
+  std::error_code fault;
+  std::filesystem::rename(temporary_name(path), path, fault);
+  if (fault) refuse_write(path, fault.value());
+}
+
 void put_in_place(const std::filesystem::path& path, bool durable) {
-  const auto part = temporary_name(path);
-  if (durable) {
-    const int descriptor = ::open(part.c_str(), O_RDONLY | O_CLOEXEC);
-    const bool kept = descriptor >= 0 && ::fsync(descriptor) == 0;
-    const int error = errno;
-    if (descriptor >= 0) ::close(descriptor);
-    if (!kept) throw std::runtime_error("writing " + path.string() + ": " + std::strerror(error));
-  }
-  std::filesystem::rename(part, path);
+  if (durable) sync_file(temporary_name(path));
+  rename_into_place(path);
+  if (durable) sync_folder(path.parent_path());
 }
 
 void write_atomically(const std::filesystem::path& path, const std::string& text) {
-  std::ofstream file(temporary_name(path), std::ios::binary | std::ios::trunc);
-  file << text;
+  OutFile file(temporary_name(path));
+  file.write(text);
   file.close();
-  if (!file) throw std::runtime_error("cannot write " + path.string() + ": is the directory writable, the disk full?");
   put_in_place(path);
 }
 

@@ -2,6 +2,8 @@
 #include <limits>
 #include <vector>
 
+#include "apps/output/archive.hpp"
+
 namespace subsoil::app {
 
 /// Mean of a correlated signal over time with an interval, by block averaging (Flyvbjerg & Petersen 1989).
@@ -27,10 +29,13 @@ class BlockMean {
   double trend() const;     ///< change over duration(); NaN below 6 blocks
   bool steady() const;      ///< true below 6 blocks: nothing is known
 
+  void archive(Archive& a) { a(blocks_, open_, length_, duration_, integral_); }
+
  private:
   struct Block {
     double duration = 0, integral = 0;
     double mean() const { return integral / duration; }
+    void archive(Archive& a) { a(duration, integral); }
   };
   struct Line {
     double change, interval;

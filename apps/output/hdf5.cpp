@@ -1,13 +1,16 @@
 #include "apps/output/hdf5.hpp"
 
 #include <omp.h>
-#include <unistd.h>
 #include <zlib.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstring>
 #include <new>
 #include <stdexcept>
+
+#include "apps/output/disk.hpp"
+#include "apps/output/hdf5_driver.hpp"
 
 namespace subsoil::app::h5 {
 namespace {
@@ -147,11 +150,11 @@ hid_t type_of<std::uint64_t>() {
 Handle create_file(const std::filesystem::path& path) {
   be_quiet();
   Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "preparing " + path.string());
-  checked(H5Pset_file_locking(access, false, true), "preparing " + path.string());
-  Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose, "preparing " + path.string());
-  // Up to 32 names of a group in one node: what a frame holds appears by one write, not by several.
-  checked(H5Pset_sym_k(creation, 16, 16), "preparing " + path.string());
-  return {H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation, access), H5Fclose, "creating " + path.string()};
+  checked(H5Pset_driver(access, checked_driver(), nullptr), "preparing " + path.string());
+  errno = 0;
+  const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
+  if (file < 0 && errno != 0) refuse_write(path, errno);
+  return {file, H5Fclose, "creating " + path.string()};
 }
 
 Handle open_file(const std::filesystem::path& path) {
@@ -165,10 +168,6 @@ Handle create_group(hid_t parent, const std::string& name, std::size_t name_byte
   Handle properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, "preparing group " + name);
   if (name_bytes > 0) checked(H5Pset_local_heap_size_hint(properties, name_bytes), "preparing group " + name);
   return {H5Gcreate2(parent, name.c_str(), H5P_DEFAULT, properties, H5P_DEFAULT), H5Gclose, "creating group " + name};
-}
-
-Handle create_unlinked_group(hid_t file) {
-  return {H5Gcreate_anon(file, H5P_DEFAULT, H5P_DEFAULT), H5Gclose, "creating a group"};
 }
 
 std::vector<std::string> dataset_names(hid_t parent) {
@@ -287,11 +286,6 @@ void set_attribute(hid_t object, const char* name, std::int64_t value) {
   set_attribute(object, name, H5T_NATIVE_INT64, &value);
 }
 
-void change_attribute(hid_t object, const char* name, double value) {
-  const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose, std::string("opening attribute ") + name);
-  checked(H5Awrite(attribute, H5T_NATIVE_DOUBLE, &value), std::string("writing attribute ") + name);
-}
-
 double number_attribute(hid_t object, const char* name) {
   const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose, std::string("opening attribute ") + name);
   double value = 0;
@@ -299,14 +293,16 @@ double number_attribute(hid_t object, const char* name) {
   return value;
 }
 
-void flush(hid_t file) { checked(H5Fflush(file, H5F_SCOPE_GLOBAL), "flushing"); }
+void flush(hid_t file) {
+  const std::shared_ptr<WriteStatus> status = status_of(file);
+  const std::int64_t flushed = H5Fflush(file, H5F_SCOPE_GLOBAL);
+  status->check();
+  checked(flushed, "writing " + status->path.string());
+}
 
 void flush_to_disk(hid_t file) {
   flush(file);
-  int* descriptor = nullptr;
-  checked(H5Fget_vfd_handle(file, H5P_DEFAULT, reinterpret_cast<void**>(&descriptor)), "flushing");
-  if (::fdatasync(*descriptor) != 0)
-    throw std::runtime_error(std::string("writing to disk: ") + std::strerror(errno) + "; is the disk full?");
+  sync_file(status_of(file)->path);
 }
 
 }  // namespace subsoil::app::h5

@@ -4,7 +4,13 @@ namespace subsoil::app {
 
 void MovingMean::add(double time, double duration, double value) {
   if (knots_.empty()) knots_.push_back({time - duration, 0.0});
-  knots_.push_back({time, knots_.back().integral + value * duration});
+  const double integral = knots_.back().integral + value * duration;
+  constexpr double most = 16384;
+  const std::size_t n = knots_.size();
+  if (n > 2 && knots_[n - 1].time - knots_[n - 2].time < length_ / most)
+    knots_.back() = {time, integral};
+  else
+    knots_.push_back({time, integral});
   // A step's end that sums up to the length but for rounding still counts as full.
   const double start = time - length_ * (1 - 1e-9);
   full_ = full_ || knots_.front().time <= start;

@@ -3,10 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
+#include <chrono>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <stdexcept>
+#include <utility>
 
+#include "apps/output/atomic_file.hpp"
+#include "apps/output/disk.hpp"
 #include "apps/output/hdf5.hpp"
+#include "apps/output/hdf5_driver.hpp"
 #include "apps/output/rounding.hpp"
 #include "apps/output/xdmf.hpp"
 
@@ -26,12 +34,25 @@ constexpr VectorColumn kVectorColumns[] = {{"velocity", "m/s", &Frame::velocity}
                                            {"force", "N", &Frame::force},
                                            {"torque", "N m", &Frame::torque}};
 
+constexpr double kWaitingShare = 0.05;        // of the time, for the disk
+constexpr std::chrono::seconds kLongest{10};  // that a frame waits for others to share its file
+
+using Clock = std::chrono::steady_clock;
+
 std::string group_name(long frame) { return fmt::format("/frames/{:06}", frame); }
+std::string frames_file(long first) { return fmt::format("frames/{:06}.h5", first); }
+constexpr const char* kStaticFile = "frames/static.h5";
+constexpr const char* kBondsFile = "frames/broken-bonds.h5";
 
 /// HDF5 takes a slash in a name for a level.
 std::string file_name_of(std::string name) {
   std::replace(name.begin(), name.end(), '/', '_');
   return name;
+}
+
+std::string text_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
 }
 
 bool inside(const FrameBox& box, const dem::Vec3& p) {
@@ -46,24 +67,22 @@ std::set<std::string> RunOptions::all_columns() {
 }
 
 struct RunWriter::Impl {
-  Impl(const std::filesystem::path& directory, ParticleTable particles_, std::vector<OutputSurface> surfaces_,
-       RunOptions options_)
-      : particles(std::move(particles_)),
+  Impl(const std::filesystem::path& directory_, ParticleTable particles_, std::vector<OutputSurface> surfaces_,
+       RunOptions options_, const WrittenFrames& go_on)
+      : directory(directory_),
+        particles(std::move(particles_)),
         surfaces(std::move(surfaces_)),
         options(std::move(options_)),
-        xdmf_path(directory / "run.xdmf"),
-        xdmf(options.title) {
+        xdmf(options.title),
+        file_of(go_on.file_of),
+        count(static_cast<long>(file_of.size())),
+        published(count) {
     check_input();
-    file = h5::create_file(directory / "run.h5");
-    h5::set_attribute(file, "subsoil output", std::int64_t{1});
-    h5::set_attribute(file, "title", options.title);
-    write_particles();
-    write_surfaces();
-    if (!options.values.empty()) write_value_names();
-    name_all();
-    h5::create_group(file, "/frames");
-    add_places(options.expected_frames + 64);
-    h5::flush_to_disk(file);
+    std::error_code fault;
+    std::filesystem::create_directory(directory / "frames", fault);
+    if (fault) refuse_write(directory / "frames", fault.value());
+    write_static();
+    if (count > 0) xdmf.keep(text_of(directory / "run.xdmf"), count);
     if (!particles.radius.empty())
       quantum =
           power_of_two_below(kPositionShare * *std::min_element(particles.radius.begin(), particles.radius.end()));
@@ -74,10 +93,17 @@ struct RunWriter::Impl {
   void write_surfaces();
   XdmfArray write_cells(const OutputSurface& s, const std::string& group);
   void write_value_names();
-  void add_places(long count);
+  void write_static();
+  void begin_file(const std::string& name);
+  void end_file();
   void name_all();
   void name_frame(const Frame& frame, const std::string& group);
   void write(const Frame& frame);
+  void publish();
+  void write_index() const;
+  void remove_later_frames() const;
+  template <class Action>
+  void or_fail(const Action& action);
   std::vector<std::size_t> select(const Frame& frame) const;
   XdmfGrid write_soil(const Frame& frame, const std::string& group);
   XdmfGrid write_surface(std::size_t i, const Frame& frame, const std::string& group);
@@ -95,18 +121,26 @@ struct RunWriter::Impl {
   XdmfArray put_vectors(const std::string& path, std::span<const dem::Vec3> all, std::span<const std::size_t> rows,
                         const std::string& unit);
 
+  std::filesystem::path directory;
   ParticleTable particles;
   std::vector<OutputSurface> surfaces;
   RunOptions options;
-  std::filesystem::path xdmf_path;
   Xdmf xdmf;
-  h5::Handle file;
+  h5::Handle file;                               // that is being written, under its temporary name
+  std::string file_name;                         // from the directory
+  std::vector<std::int64_t> file_of;             // by frame, the first frame of its file
   std::vector<XdmfArray> cells, fixed_vertices;  // by surface
   std::vector<std::pair<std::string, XdmfArray>> particle_arrays;
   XdmfArray point_numbers;
   std::vector<std::pair<std::string, h5::Handle>> unnamed;  // datasets written, and the path each shall get
-  long places = 0, count = 0;
-  double quantum = 0;  // m; a power of two, so that rounded coordinates are exact floats
+  long count = 0, published = 0;
+  bool has_broken_bonds = false, finished = false;
+  bool failed = false;            // what is published stands, and nothing comes after it
+  bool index_is_old = true;       // run.h5 and run.xdmf do not name all that there is
+  std::uint64_t frame_bytes = 0;  // of the largest file of a frame so far
+  Clock::time_point published_at{};
+  Clock::duration publishing{};  // what the last one took
+  double quantum = 0;            // m; a power of two, so that rounded coordinates are exact floats
 };
 
 void RunWriter::Impl::check_input() const {
@@ -132,7 +166,7 @@ XdmfArray RunWriter::Impl::put(const std::string& path, std::size_t rows, hsize_
   auto set = h5::write_unlinked(file, path, values.data(), type, {rows, columns, type, options.compression});
   if (!unit.empty()) h5::set_attribute(set, "unit", unit);
   unnamed.emplace_back(path, std::move(set));
-  XdmfArray array{"run.h5:" + path, {rows}, std::is_floating_point_v<T>, static_cast<int>(sizeof(T))};
+  XdmfArray array{file_name + ":" + path, {rows}, std::is_floating_point_v<T>, static_cast<int>(sizeof(T))};
   if (columns > 1) array.dimensions.push_back(columns);
   return array;
 }
@@ -200,17 +234,23 @@ void RunWriter::Impl::write_value_names() {
   h5::write_text(file, "/values/units", units);
 }
 
-void RunWriter::Impl::add_places(long more) {
-  // All that naming a frame's datasets will change is made here: names go into the group's heap first (it lies lower in
-  // the file, and HDF5 flushes by address), then they appear by one write of the group's node. "written" comes behind
-  // all other names, so that no key of the tree above the node changes.
-  const std::uint8_t no = 0;
-  for (long end = places + more; places < end; ++places) {
-    const auto place = h5::create_group(file, group_name(places), 1024);
-    h5::set_attribute(place, "time", std::nan(""));
-    h5::set_attribute(place, "step", -1.0);
-    h5::write(place, "written", std::span(&no, 1));
-  }
+void RunWriter::Impl::begin_file(const std::string& name) {
+  file_name = name;
+  file = h5::create_file(temporary_name(directory / name));
+}
+
+void RunWriter::Impl::end_file() {
+  h5::close_file(file);
+  put_in_place(directory / file_name);
+}
+
+void RunWriter::Impl::write_static() {
+  begin_file(kStaticFile);
+  write_particles();
+  write_surfaces();
+  if (!options.values.empty()) write_value_names();
+  name_all();
+  end_file();
 }
 
 void RunWriter::Impl::name_all() {
@@ -218,31 +258,65 @@ void RunWriter::Impl::name_all() {
   unnamed.clear();
 }
 
-/// Lets the frame appear in the file: what it consists of is on its way to the disk before anything leads there.
+/// Lets the frame appear in its file: one that is refused half-way leaves its place free.
 void RunWriter::Impl::name_frame(const Frame& frame, const std::string& group) {
-  const std::string folder = group + "/surfaces";
-  const bool any_surface =
-      std::any_of(unnamed.begin(), unnamed.end(), [&](const auto& object) { return object.first.starts_with(folder); });
-  if (any_surface) {
-    auto surfaces_group = h5::create_unlinked_group(file);
-    std::erase_if(unnamed, [&](const auto& object) {
-      if (!object.first.starts_with(folder)) return false;
-      h5::link(object.second, surfaces_group, object.first.substr(folder.size() + 1));
-      return true;
-    });
-    unnamed.emplace_back(folder, std::move(surfaces_group));
-  }
-  h5::flush(file);
+  const h5::Handle place = h5::create_group(file, group);
+  h5::set_attribute(place, "time", frame.time);
+  h5::set_attribute(place, "step", static_cast<double>(frame.step));
   name_all();
-  const h5::Handle place(H5Gopen2(file, group.c_str(), H5P_DEFAULT), H5Gclose, "opening " + group);
-  h5::change_attribute(place, "time", frame.time);
-  h5::change_attribute(place, "step", static_cast<double>(frame.step));
-  h5::flush(file);
-  const h5::Handle written(H5Dopen2(place, "written", H5P_DEFAULT), H5Dclose, "opening written of " + group);
   const std::uint8_t yes = 1;
-  h5::checked(H5Dwrite(written, H5T_NATIVE_UINT8, H5S_ALL, H5S_ALL, H5P_DEFAULT, &yes), "marking " + group);
-  // A machine alone is run again in a second: waiting for the disk at every frame would be most of its time.
-  particles.id.empty() ? h5::flush(file) : h5::flush_to_disk(file);
+  h5::write(place, "written", std::span(&yes, 1));
+}
+
+/// run.h5: links to what lies in the files of frames, and nothing else.
+void RunWriter::Impl::write_index() const {
+  h5::Handle index = h5::create_file(temporary_name(directory / "run.h5"));
+  h5::set_attribute(index, "subsoil output", std::int64_t{2});
+  h5::set_attribute(index, "title", options.title);
+  if (!particles.id.empty()) h5::link_external(index, "/particles", kStaticFile, "/particles");
+  if (!surfaces.empty()) h5::link_external(index, "/surfaces", kStaticFile, "/surfaces");
+  if (!options.values.empty()) h5::link_external(index, "/values", kStaticFile, "/values");
+  if (has_broken_bonds) h5::link_external(index, "/broken bonds", kBondsFile, "/broken bonds");
+  h5::create_group(index, "/frames");
+  for (long k = 0; k < count; ++k) {
+    const std::string group = group_name(k);
+    h5::link_external(index, group, frames_file(file_of[static_cast<std::size_t>(k)]), group);
+  }
+  h5::close_file(index);
+}
+
+/// Of a run that went on beyond the state from which this one goes on.
+void RunWriter::Impl::remove_later_frames() const {
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(directory / "frames", ignored)) {
+    const std::string name = entry.path().stem().string();
+    long first = 0;
+    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), first);
+    if (error == std::errc{} && end == name.data() + name.size() && first >= count)
+      std::filesystem::remove(entry.path(), ignored);
+  }
+}
+
+/// First the frames, then what names them.
+void RunWriter::Impl::publish() {
+  if (failed || (!index_is_old && published == count)) return;
+  const Clock::time_point begin = Clock::now();
+  if (file >= 0) {
+    end_file();
+    std::error_code unknown;
+    const auto bytes = std::filesystem::file_size(directory / file_name, unknown);
+    if (!unknown) frame_bytes = std::max<std::uint64_t>(frame_bytes, bytes);
+  }
+  write_index();
+  OutFile text(temporary_name(directory / "run.xdmf"));
+  text.write(xdmf.text());
+  text.close();
+  for (const char* name : {"run.h5", "run.xdmf"}) sync_file(temporary_name(directory / name));
+  for (const char* name : {"run.h5", "run.xdmf"}) rename_into_place(directory / name);
+  sync_folder(directory);
+  published = count, index_is_old = false;
+  published_at = Clock::now();
+  publishing = published_at - begin;
 }
 
 void RunWriter::Impl::check_frame(const Frame& frame) const {
@@ -348,7 +422,11 @@ XdmfGrid RunWriter::Impl::write_surface(std::size_t i, const Frame& frame, const
 void RunWriter::Impl::write(const Frame& frame) {
   check_frame(frame);
   unnamed.clear();  // of a frame that was refused half-way
-  if (count == places) add_places(places);
+  if (file < 0) {
+    require_space(directory / frames_file(count), frame_bytes + frame_bytes / 8);
+    begin_file(frames_file(count));
+    h5::create_group(file, "/frames");
+  }
   const std::string group = group_name(count);
   std::vector<XdmfGrid> grids;
   if (!frame.position.empty()) grids.push_back(write_soil(frame, group));
@@ -356,26 +434,35 @@ void RunWriter::Impl::write(const Frame& frame) {
   if (!frame.values.empty())
     put<double>(group + "/values", frame.values.size(), 1, "", [&](std::size_t i) { return frame.values[i]; });
   name_frame(frame, group);
+  h5::status_of(file)->check();
+  file_of.push_back(published);
   ++count;
   xdmf.add_frame(frame.time, grids);
-  xdmf.save(xdmf_path);
+  const Clock::duration since = Clock::now() - published_at;
+  if (since >= kLongest || kWaitingShare * since >= publishing) publish();
 }
 
 RunWriter::RunWriter(const std::filesystem::path& directory, ParticleTable particles,
-                     std::vector<OutputSurface> surfaces, RunOptions options)
-    : impl_(new Impl(directory, std::move(particles), std::move(surfaces), std::move(options))) {}
+                     std::vector<OutputSurface> surfaces, RunOptions options, const WrittenFrames& go_on)
+    : impl_(new Impl(directory, std::move(particles), std::move(surfaces), std::move(options), go_on)) {
+  if (impl_->count == 0 && !std::filesystem::exists(directory / "run.h5")) return;
+  // Of an earlier run in this folder: what is left of it must be named before the rest goes.
+  if (impl_->count > 0) impl_->publish();
+  impl_->remove_later_frames();
+}
 
 RunWriter::~RunWriter() {
   try {
     finish();
   } catch (const std::exception&) {
-    // Nothing is lost: what is written is on the disk, only empty places are left over.
+    // What was published before is on the disk.
   }
 }
 
 void RunWriter::Impl::write_broken_bonds(std::span<const dem::BrokenBond> broken) {
   if (broken.empty()) return;
-  unnamed.clear();
+  publish();
+  begin_file(kBondsFile);
   const std::string group = "/broken bonds";
   h5::create_group(file, group);
   const std::size_t n = broken.size();
@@ -387,19 +474,47 @@ void RunWriter::Impl::write_broken_bonds(std::span<const dem::BrokenBond> broken
   put<std::int32_t>(group + "/mode", n, 1, "", [&](std::size_t i) { return broken[i].in_tension ? 0 : 1; });
   name_all();
   h5::write_text(file, group + "/modes", {"tension", "shear"});
+  end_file();
+  has_broken_bonds = index_is_old = true;
 }
 
-void RunWriter::write(const Frame& frame) { impl_->write(frame); }
-void RunWriter::write_broken_bonds(std::span<const dem::BrokenBond> broken) { impl_->write_broken_bonds(broken); }
-long RunWriter::frames() const { return impl_->count; }
+/// Does it; after a failure of the disk what was about to be written is thrown away, which also makes room.
+template <class Action>
+void RunWriter::Impl::or_fail(const Action& action) {
+  try {
+    action();
+  } catch (const DiskFault&) {
+    failed = true;
+    unnamed.clear();
+    file = {};
+    std::error_code ignored;
+    for (const std::string& name : {file_name, std::string("run.h5"), std::string("run.xdmf")})
+      std::filesystem::remove(temporary_name(directory / name), ignored);
+    throw;
+  }
+}
+
+void RunWriter::write(const Frame& frame) {
+  if (impl_->failed) return;
+  impl_->or_fail([&] { impl_->write(frame); });
+}
+void RunWriter::write_broken_bonds(std::span<const dem::BrokenBond> broken) {
+  if (impl_->failed) return;
+  impl_->or_fail([&] { impl_->write_broken_bonds(broken); });
+}
+long RunWriter::frames() const { return impl_->failed ? impl_->published : impl_->count; }
+
+const ParticleTable& RunWriter::particles() const { return impl_->particles; }
+
+WrittenFrames RunWriter::publish() {
+  impl_->or_fail([&] { impl_->publish(); });
+  return {impl_->file_of};
+}
 
 void RunWriter::finish() {
-  if (impl_->file < 0) return;
+  if (std::exchange(impl_->finished, true)) return;
   impl_->unnamed.clear();
-  const h5::Handle file = std::move(impl_->file);
-  for (long i = impl_->count; i < impl_->places; ++i)
-    h5::checked(H5Ldelete(file, group_name(i).c_str(), H5P_DEFAULT), "dropping an empty place");
-  h5::flush_to_disk(file);
+  impl_->or_fail([&] { impl_->publish(); });
 }
 
 }  // namespace subsoil::app

@@ -67,27 +67,36 @@ struct RunOptions {
   FramePrecision precision = FramePrecision::rounded;
   std::set<std::string> columns = all_columns();  ///< position always stands
   std::optional<FrameBox> region;
-  long expected_frames = 256;  ///< places made in advance; more frames are possible, see RunWriter
-  int compression = 1;         ///< gzip level 0..9
+  int compression = 1;  ///< gzip level 0..9
   std::string title;
   std::vector<FrameValue> values{};
 
   static std::set<std::string> all_columns();  ///< position velocity spin force torque contacts
 };
 
-/// Writes DIR/run.h5 and DIR/run.xdmf.
+/// Which frames are on the disk: of each the number of the first frame in its file.
+struct WrittenFrames {
+  std::vector<std::int64_t> file_of;
+};
+
+/// Writes DIR/frames/000000.h5, 000001.h5, ..., DIR/run.h5 and DIR/run.xdmf.
 ///
-/// A killed run keeps its frames, and its file can be walked by any reader. HDF5 has no journal, so nothing that an
-/// earlier frame needs is touched again: the groups /frames/000000, 000001, ... are made when the file is made; a frame
-/// goes to new space at the end of the file without a name, is flushed, and then appears in its group by one small
-/// write; its `written` turns from 0 to 1, and last a rename puts the XDMF in place that names it. (One file per frame
-/// would be as safe but litters; SWMR mode leaves a mark in a killed file that readers refuse.) Only beyond
-/// `expected_frames` + 64 are more groups added, at a moment's risk. The file is not locked: a run can be looked at
-/// while it goes on.
+/// HDF5 has no journal: whoever writes into a file can lose all of it when the power goes. So a file that is complete
+/// is never opened again. Frames go into files of their own, which are written under another name, forced to the disk
+/// and renamed; what frames share lies in frames/static.h5. run.h5 holds links only, /frames/000000 and so on, so that
+/// any reader of HDF5 finds all of a run under one name, and is written anew for each frame in the same way, as is the
+/// XDMF. A frame that either of them names is on the disk. Alternatives that lost: one file with ordered writes stands
+/// a kill but no cut of the power (1 of 10 then does not open); SWMR mode leaves a mark that readers refuse after a
+/// kill, and forces nothing to the disk (docs/reliability.md has the cost of each).
+///
+/// Waiting for the disk takes a twentieth of the time at most: frames that come faster share a file, named by its
+/// first frame, and appear together, some ten times as late as the disk is slow. publish() makes them appear now.
 class RunWriter {
  public:
+  /// Throws DiskFault, as do all that write.
+  /// @param go_on what an earlier writer into this directory kept: its frames stay, later ones go
   RunWriter(const std::filesystem::path& directory, ParticleTable particles, std::vector<OutputSurface> surfaces,
-            RunOptions options);
+            RunOptions options, const WrittenFrames& go_on = {});
   ~RunWriter();
   RunWriter(const RunWriter&) = delete;
   RunWriter& operator=(const RunWriter&) = delete;
@@ -97,7 +106,10 @@ class RunWriter {
   /// To be called once, at the end; nothing is written for none.
   void write_broken_bonds(std::span<const dem::BrokenBond> broken);
   long frames() const;
-  /// Closes the file and drops the places not used. The destructor does so too, but cannot report.
+  const ParticleTable& particles() const;
+  /// All frames so far are on the disk and named when this returns. Returns what a later writer can go on from.
+  WrittenFrames publish();
+  /// The same, for the last time. The destructor does so too, but cannot report.
   void finish();
 
  private:

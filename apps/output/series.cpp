@@ -80,6 +80,7 @@ Series read_series(const std::filesystem::path& path) {
   for (long number = 2; std::getline(file, line); ++number) {
     const bool cut_short = file.eof();  // no line end: the writer was killed in the middle of it
     if (cut_short || line.empty()) break;
+    if (line.find('\0') != std::string::npos) break;  // a cut of the power lost what was written there
     const auto fields = csv::split(line);
     if (fields.size() != series.columns.size())
       throw std::runtime_error(fmt::format("{}:{}: {} fields under {} columns", path.string(), number, fields.size(),

@@ -1,13 +1,17 @@
 #include "apps/output/state_file.hpp"
 
 #include <fmt/format.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <charconv>
 #include <stdexcept>
+#include <string_view>
+#include <utility>
 
 #include "apps/output/atomic_file.hpp"
 #include "apps/output/hdf5.hpp"
+#include "apps/output/hdf5_driver.hpp"
 
 namespace subsoil::app {
 
@@ -27,25 +31,45 @@ StateWriter::~StateWriter() {
   }
 }
 
+namespace {
+
+constexpr const char* checksum_name = "crc32";
+
+/// CRC-32 of an array's bytes as they are in memory.
+std::int64_t checksum_of(const void* data, std::size_t bytes) {
+  return static_cast<std::int64_t>(crc32_z(0, static_cast<const Bytef*>(data), bytes));
+}
+
+/// With a checksum of its own: what a disk or a cable changed afterwards is refused when it is read.
+template <class T>
+void write_checked(hid_t file, const std::string& name, const void* data, hsize_t rows, hsize_t columns) {
+  // Short arrays stay as they are; gzip on noise of long ones costs time and gains little, but ids and flags shrink.
+  const h5::Handle set =
+      h5::write_unlinked(file, name, data, h5::type_of<T>(), {rows, columns, h5::type_of<T>(), rows > 1024 ? 1 : -1});
+  h5::set_attribute(set, checksum_name, checksum_of(data, rows * columns * sizeof(T)));
+  h5::link(set, file, name);
+  h5::status_of(file)->check();
+}
+
+}  // namespace
+
 template <StateNumber T>
 void StateWriter::put(const std::string& name, std::span<const T> values) {
-  // Short arrays stay as they are; gzip on noise of long ones costs time and gains little, but ids and flags shrink.
-  h5::write(impl_->file, name, values, 1, values.size() > 1024 ? 1 : -1);
+  write_checked<T>(impl_->file, name, values.data(), values.size(), 1);
 }
 
 void StateWriter::put_vectors(const std::string& name, std::span<const dem::Vec3> values) {
   static_assert(sizeof(dem::Vec3) == 3 * sizeof(double));
-  h5::write(impl_->file, name, values.data(), h5::type_of<double>(),
-            {values.size(), 3, h5::type_of<double>(), values.size() > 1024 ? 1 : -1});
+  write_checked<double>(impl_->file, name, values.data(), values.size(), 3);
 }
 
-void StateWriter::put_text(const std::string& name, const std::string& text) {
-  h5::write_text(impl_->file, name, {text});
+void StateWriter::put_texts(const std::string& name, const std::vector<std::string>& texts) {
+  h5::write_text(impl_->file, name, texts);
+  h5::status_of(impl_->file)->check();
 }
 
 void StateWriter::commit() {
-  h5::flush_to_disk(impl_->file);
-  impl_->file = {};
+  h5::close_file(impl_->file);
   put_in_place(impl_->path);
   impl_->path.clear();
 }
@@ -80,7 +104,12 @@ bool StateReader::has(const std::string& name) const { return h5::exists(impl_->
 template <StateNumber T>
 std::vector<T> StateReader::get(const std::string& name) const {
   if (!has(name)) throw std::runtime_error(impl_->path.string() + " is no full state: it holds no " + name);
-  return h5::read<T>(impl_->file, name);
+  std::vector<T> values = h5::read<T>(impl_->file, name);
+  const auto sum = h5::whole_attribute(impl_->file, name, checksum_name);
+  if (sum && *sum != checksum_of(values.data(), values.size() * sizeof(T)))
+    throw std::runtime_error(
+        fmt::format("{}: `{}` is not what was written: the file is damaged", impl_->path.string(), name));
+  return values;
 }
 
 template <StateNumber T>
@@ -99,10 +128,12 @@ std::vector<dem::Vec3> StateReader::get_vectors(const std::string& name) const {
   return values;
 }
 
-std::string StateReader::text(const std::string& name) const {
+std::vector<std::string> StateReader::texts(const std::string& name) const {
   if (!has(name)) throw std::runtime_error(impl_->path.string() + " is no full state: it holds no " + name);
-  return h5::read_text(impl_->file, name).at(0);
+  return h5::read_text(impl_->file, name);
 }
+
+std::string StateReader::text(const std::string& name) const { return texts(name).at(0); }
 
 #define SUBSOIL_STATE_NUMBER(T)                                              \
   template void StateWriter::put<T>(const std::string&, std::span<const T>); \
@@ -121,18 +152,38 @@ std::filesystem::path state_path(const std::filesystem::path& directory, double 
   return directory / fmt::format("state-{:.9g}.h5", time);
 }
 
+std::filesystem::path checkpoint_path(const std::filesystem::path& directory, double time) {
+  return directory / fmt::format("checkpoint-{:.9g}.h5", time);
+}
+
+namespace {
+
+/// The time in state-0.25.h5 or checkpoint-0.25.h5.
+std::optional<double> time_in(const std::string& name, std::string_view head) {
+  if (!name.starts_with(head) || !name.ends_with(".h5")) return std::nullopt;
+  double time = 0;
+  const char* end = name.data() + name.size() - 3;
+  if (std::from_chars(name.data() + head.size(), end, time).ptr != end) return std::nullopt;
+  return time;
+}
+
+}  // namespace
+
+std::vector<std::filesystem::path> states_in(const std::filesystem::path& directory) {
+  std::vector<std::pair<double, std::filesystem::path>> found;
+  for (const auto& entry : std::filesystem::directory_iterator(directory))
+    for (const char* head : {"state-", "checkpoint-"})
+      if (const auto time = time_in(entry.path().filename().string(), head)) found.push_back({*time, entry.path()});
+  std::sort(found.rbegin(), found.rend());
+  std::vector<std::filesystem::path> paths;
+  for (auto& [time, path] : found) paths.push_back(std::move(path));
+  return paths;
+}
+
 std::optional<std::filesystem::path> latest_state(const std::filesystem::path& directory) {
-  std::optional<std::filesystem::path> latest;
-  double latest_time = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(directory)) {
-    const std::string name = entry.path().filename().string();
-    if (!name.starts_with("state-") || !name.ends_with(".h5")) continue;
-    double time = 0;
-    const char* end = name.data() + name.size() - 3;
-    if (std::from_chars(name.data() + 6, end, time).ptr != end) continue;
-    if (!latest || time > latest_time) latest = entry.path(), latest_time = time;
-  }
-  return latest;
+  for (const std::filesystem::path& path : states_in(directory))
+    if (path.filename().string().starts_with("state-")) return path;
+  return std::nullopt;
 }
 
 }  // namespace subsoil::app

@@ -39,7 +39,8 @@ class StateWriter {
     put(name, std::span<const T>(&value, 1));
   }
   void put_vectors(const std::string& name, std::span<const dem::Vec3> values);
-  void put_text(const std::string& name, const std::string& text);
+  void put_text(const std::string& name, const std::string& text) { put_texts(name, {text}); }
+  void put_texts(const std::string& name, const std::vector<std::string>& texts);
   /// Says which arrays there are and what they hold; a change in either takes the next number.
   void put_format(std::int64_t number) { put("format", number); }
   void commit();
@@ -68,6 +69,7 @@ class StateReader {
   T value(const std::string& name) const;
   std::vector<dem::Vec3> get_vectors(const std::string& name) const;
   std::string text(const std::string& name) const;
+  std::vector<std::string> texts(const std::string& name) const;
 
  private:
   struct Impl;
@@ -76,7 +78,11 @@ class StateReader {
 
 /// DIR/state-0.25.h5 for 0.25 s.
 std::filesystem::path state_path(const std::filesystem::path& directory, double time);
-/// The state of the latest time in a directory.
+/// DIR/checkpoint-0.25.h5: one that the run makes by itself, and takes away again.
+std::filesystem::path checkpoint_path(const std::filesystem::path& directory, double time);
+/// States and checkpoints in a directory, the latest time first.
+std::vector<std::filesystem::path> states_in(const std::filesystem::path& directory);
+/// The state of the latest time in a directory, checkpoints left out.
 std::optional<std::filesystem::path> latest_state(const std::filesystem::path& directory);
 
 }  // namespace subsoil::app

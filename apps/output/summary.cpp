@@ -128,6 +128,11 @@ nlohmann::ordered_json Summary::to_json() const {
   return json;
 }
 
+void Summary::archive(Archive& a) {
+  for (Column& c : columns_) a(c);
+  a(from_, until_, reason_, duration_, whole_duration_, time_, period_, warnings_);
+}
+
 void Summary::write(const std::filesystem::path& path) const {
   write_atomically(path, to_json().dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }

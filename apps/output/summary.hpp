@@ -19,6 +19,7 @@ struct Extremes {
   double low = std::numeric_limits<double>::infinity(), low_time = 0;
   double high = -std::numeric_limits<double>::infinity(), high_time = 0;
   void take(double time, double value);
+  void archive(Archive& a) { a(low, low_time, high, high_time); }
 };
 
 /// Takes every step of the run (samples would hide peaks) and keeps for each column
@@ -54,6 +55,8 @@ class Summary {
   const std::string& unit(const std::string& column) const;
   double mean(const std::string& column) const;  ///< NaN before the window opens
   nlohmann::ordered_json to_json() const;
+  /// All that was taken, with the window and the warnings; not the sections.
+  void archive(Archive& a);
   /// Complete or not at all (temporary file and rename).
   void write(const std::filesystem::path& path) const;
 
@@ -62,12 +65,14 @@ class Summary {
   struct InWindow {
     BlockMean mean;
     Extremes steps, fine, coarse;
+    void archive(Archive& a) { a(mean, steps, fine, coarse); }
   };
   struct Column {
     SeriesColumn column;
     MovingMean fine{1e-3}, coarse{50e-3};
     Extremes fine_run, coarse_run;
     InWindow now, whole;  ///< up to now, and up to the last whole period
+    void archive(Archive& a) { a(fine, coarse, fine_run, coarse_run, now, whole); }
   };
   void take(Column& c, double time, double duration, double inside, double value) const;
   const InWindow& in_window(const Column& c) const { return period_ > 0 ? c.whole : c.now; }

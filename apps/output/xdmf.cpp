@@ -3,10 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <fstream>
 #include <stdexcept>
-
-#include "apps/output/atomic_file.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -73,13 +70,18 @@ void Xdmf::add_frame(double time, const std::vector<XdmfGrid>& grids) {
   text_ += "  </Grid>\n";
 }
 
-void Xdmf::save(const std::filesystem::path& path) const {
-  std::ofstream file(temporary_name(path), std::ios::binary | std::ios::trunc);
-  file << text_ << " </Grid>\n </Domain>\n</Xdmf>\n";
-  file.close();
-  if (!file) throw std::runtime_error("cannot write " + path.string() + ": is the directory writable, the disk full?");
-  // Not forced to the disk: it can be remade from the HDF5 file, and an fsync per frame would double the waiting.
-  put_in_place(path, false);
+void Xdmf::keep(const std::string& text, long frames) {
+  // Frames follow each other; the first that goes, or what closes them all, ends what stays.
+  const std::string next = fmt::format("  <Grid Name=\"frame {}\"", frames);
+  std::size_t end = text.find(next);
+  if (end == std::string::npos) end = text.find("\n </Grid>\n </Domain>") + 1;
+  if (end == 0 || text.compare(0, text_.size(), text_) != 0 ||
+      (frames > 0 && text.find(fmt::format("  <Grid Name=\"frame {}\"", frames - 1)) == std::string::npos))
+    throw std::runtime_error(fmt::format("run.xdmf does not hold the {} frames that the state counts", frames));
+  text_ = text.substr(0, end);
+  count_ = frames;
 }
+
+std::string Xdmf::text() const { return text_ + " </Grid>\n </Domain>\n</Xdmf>\n"; }
 
 }  // namespace subsoil::app

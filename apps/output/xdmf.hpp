@@ -1,6 +1,5 @@
 #pragma once
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -8,7 +7,7 @@ namespace subsoil::app {
 
 /// A dataset that the XDMF names: file:path, its shape and its numbers.
 struct XdmfArray {
-  std::string location;  ///< run.h5:/frames/000000/position
+  std::string location;  ///< frames/000000.h5:/frames/000000/position
   std::vector<std::uint64_t> dimensions;
   bool real = true;
   int bytes = 4;
@@ -32,8 +31,10 @@ class Xdmf {
  public:
   explicit Xdmf(const std::string& title);
   void add_frame(double time, const std::vector<XdmfGrid>& grids);
-  /// Puts the text in place by rename.
-  void save(const std::filesystem::path& path) const;
+  /// Takes over the first frames of an earlier text of the same title. Throws std::runtime_error when it has fewer.
+  void keep(const std::string& text, long frames);
+  /// The whole document as far as it goes.
+  std::string text() const;
 
  private:
   std::string text_;  ///< without the closing tags

@@ -15,11 +15,6 @@ RunOptions frame_options(const Scenario& s) {
   if (s.output.region) options.region = FrameBox{s.output.region->at, s.output.region->at + s.output.region->size};
   options.compression = static_cast<int>(s.output.compression);
   options.title = s.title;
-  if (!s.runs_in_time()) return options;
-  const double every = frame_interval(s);
-  // Places are made in advance: of very many only some, the rest as they come.
-  options.expected_frames = static_cast<long>(std::min(every > 0 ? s.time.end / every : 0, 10000.0)) +
-                            static_cast<long>(s.output.at.size()) + 3;
   return options;
 }
 
@@ -29,18 +24,22 @@ double frame_interval(const Scenario& s) {
 }
 
 FrameOutput::FrameOutput(const std::filesystem::path& directory, const Scenario& scenario, const World& world,
-                         const coupling::Simulation& simulation)
+                         const coupling::Simulation& simulation, const RunProgress* go_on)
     : world_(world), simulation_(simulation) {
-  ParticleTable table;
+  ParticleTable table;  // of the run's first instant
   std::vector<OutputSurface> surfaces;
-  list_particles(table, scenario);
+  if (go_on != nullptr)
+    table = go_on->particles;
+  else
+    list_particles(table, scenario);
   list_surfaces(surfaces);
   if (scenario.machine) mechanism_.emplace(scenario);
   if (mechanism_) mechanism_->list(surfaces);
   if (table.id.empty() && surfaces.empty()) return;
   RunOptions options = frame_options(scenario);
   options.values = list_measures(scenario);
-  writer_ = std::make_unique<RunWriter>(directory, std::move(table), std::move(surfaces), std::move(options));
+  writer_ = std::make_unique<RunWriter>(directory, std::move(table), std::move(surfaces), std::move(options),
+                                        go_on != nullptr ? go_on->frames : WrittenFrames{});
 }
 
 void FrameOutput::list_particles(ParticleTable& table, const Scenario& scenario) {
@@ -55,7 +54,6 @@ void FrameOutput::list_particles(ParticleTable& table, const Scenario& scenario)
     table.density.push_back(dem::density(*sphere));
     table.material.push_back(sphere->material);
   }
-  particles_ = table.id.size();
 }
 
 void FrameOutput::list_surfaces(std::vector<OutputSurface>& surfaces) {
@@ -124,7 +122,7 @@ void FrameOutput::write(double time, long step) {
   frame.time = time;
   frame.step = step;
   const std::vector<std::int64_t> ids(snapshot_.id.begin(), snapshot_.id.end());
-  if (ids.size() != particles_) frame.id = ids;
+  if (ids.size() != writer_->particles().id.size()) frame.id = ids;
   frame.position = snapshot_.position;
   frame.velocity = snapshot_.velocity;
   frame.spin = snapshot_.spin;
@@ -136,6 +134,12 @@ void FrameOutput::write(double time, long step) {
   frame.deformed = deformed_;
   frame.values = values_;
   writer_->write(frame);
+}
+
+void FrameOutput::publish(RunProgress& progress) {
+  if (!writer_) return;
+  progress.frames = writer_->publish();
+  progress.particles = writer_->particles();
 }
 
 void FrameOutput::finish() {

@@ -7,6 +7,7 @@
 #include "apps/build/world.hpp"
 #include "apps/output/run_writer.hpp"
 #include "apps/run/mechanism_frames.hpp"
+#include "apps/run/restart.hpp"
 
 namespace subsoil::app {
 
@@ -18,8 +19,9 @@ double frame_interval(const Scenario& scenario);
 /// Frames of a run: who is drawn, and the state at the instant at which a step begins.
 class FrameOutput {
  public:
+  /// @param go_on what an earlier run into this directory has written, to go on behind; null: from the start
   FrameOutput(const std::filesystem::path& directory, const Scenario& scenario, const World& world,
-              const coupling::Simulation& simulation);
+              const coupling::Simulation& simulation, const RunProgress* go_on = nullptr);
 
   /// Before the step: where surfaces stand. Returns what the step is to fill (null without a bed).
   dem::Snapshot* begin();
@@ -31,6 +33,8 @@ class FrameOutput {
   const Sketch* sketch() const { return mechanism_ ? &mechanism_->sketch() : nullptr; }
   long count() const { return writer_ ? writer_->frames() : 0; }
   void finish();
+  /// All frames so far are on the disk; fills what a later run goes on from.
+  void publish(RunProgress& progress);
 
  private:
   void list_particles(ParticleTable& table, const Scenario& scenario);
@@ -48,7 +52,6 @@ class FrameOutput {
   std::vector<std::size_t> measures_;  ///< columns of the machine
   std::vector<double> values_;         ///< of them
   dem::Snapshot snapshot_;
-  std::size_t particles_ = 0;
 };
 
 }  // namespace subsoil::app

@@ -1,21 +1,51 @@
 #include "apps/run/restart.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 
 #include "apps/output/state_file.hpp"
+#include "apps/version.hpp"
 
 namespace subsoil::app {
 namespace {
 
 /// 2: memory of contacts in the order of libdem/contacts/contact_memory.hpp, bonds with what they released. (Before: no
-/// number.)
-constexpr std::int64_t kStateFormat = 2;
+/// number.) 3: neighbour lists, what the run has added up, steps; checksums.
+constexpr std::int64_t kStateFormat = 3;
+
+void put_progress(StateWriter& out, const RunProgress& p) {
+  out.put("run/exact", static_cast<std::uint8_t>(p.exact ? 1 : 0));
+  out.put("run/sums", p.sums.numbers());
+  out.put_texts("run/texts", p.sums.texts());
+  out.put("run/series bytes", p.series_bytes);
+  out.put("run/frames", p.frames.file_of);
+  out.put("run/particles/id", p.particles.id);
+  out.put("run/particles/radius", p.particles.radius);
+  out.put("run/particles/density", p.particles.density);
+  out.put("run/particles/material", p.particles.material);
+  out.put_texts("run/particles/material names", p.particles.material_names);
+}
+
+RunProgress progress_of(const StateReader& in) {
+  RunProgress p;
+  p.sums = Archive(in.get<double>("run/sums"), in.texts("run/texts"));
+  p.series_bytes = in.value<std::uint64_t>("run/series bytes");
+  p.frames.file_of = in.get<std::int64_t>("run/frames");
+  p.particles = {.id = in.get<std::int64_t>("run/particles/id"),
+                 .radius = in.get<double>("run/particles/radius"),
+                 .density = in.get<double>("run/particles/density"),
+                 .material = in.get<std::int32_t>("run/particles/material"),
+                 .material_names = in.texts("run/particles/material names")};
+  return p;
+}
 
 }  // namespace
 
-void save_run(const std::filesystem::path& directory, const Scenario& scenario, const World& world,
-              const coupling::Simulation& simulation) {
-  StateWriter out(state_path(directory, simulation.time()));
+void save_run(const std::filesystem::path& path, const Scenario& scenario, const World& world,
+              const coupling::Simulation& simulation, const RunProgress& progress) {
+  StateWriter out(path);
   out.put_format(kStateFormat);
   out.put_text("scenario", write_scenario(scenario));
   out.put("time", simulation.time());
@@ -29,6 +59,8 @@ void save_run(const std::filesystem::path& directory, const Scenario& scenario, 
     out.put("bed/surfaces", bed.surfaces);
     out.put("bed/scalars", bed.scalars);
     if (!bed.calm.empty()) out.put("bed/calm", bed.calm), out.put("bed/frozen", bed.frozen);
+    out.put("soil step", world.step.soil_step);
+    out.put_text("instruction set", world.bed->kernel_name());
     if (!bed.bonding.empty()) {
       out.put("bed/bonding", bed.bonding);
       out.put("bed/bond ids", bed.bond_ids);
@@ -40,19 +72,66 @@ void save_run(const std::filesystem::path& directory, const Scenario& scenario, 
     out.put("soil", std::vector<double>{static_cast<double>(s.spheres), s.mass, s.settled_for, s.rms_speed,
                                         s.bulk_density, s.surface_mean, s.surface_spread, s.coordination,
                                         static_cast<double>(s.carved), world.container_shift});
+    std::vector<std::string> names;
+    std::vector<double> layers;
+    for (const auto& [material, l] : s.layers) {
+      names.push_back(material);
+      layers.insert(layers.end(), {static_cast<double>(l.spheres), l.mass, l.top, l.spread, l.thickness});
+    }
+    out.put_texts("layers/materials", names);
+    out.put("layers/numbers", layers);
   }
   if (world.machine) out.put("machine", world.machine->snapshot());
   out.put("coupling", simulation.save());
+  out.put_text("version", version());
+  put_progress(out, progress);
   out.commit();
 }
 
+namespace {
+
+[[noreturn]] void refuse_arrays(const std::filesystem::path& file) {
+  throw std::runtime_error(file.string() + ": its arrays do not belong together; the file is damaged");
+}
+
+/// Everything that spheres are made of, before anything is built from it.
+void check_numbers(const SavedRun& saved, const std::filesystem::path& file) {
+  const auto finite = [](const std::vector<double>& values) {
+    return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x) && std::abs(x) < 1e30; });
+  };
+  if (!std::isfinite(saved.time) || std::abs(saved.time) > 1e12 || !finite(saved.coupling) || !finite(saved.machine) ||
+      !finite(saved.bed.spheres) || !finite(saved.bed.pairs) || !finite(saved.bed.bonds) ||
+      !finite(saved.bed.surfaces) || !finite(saved.bed.scalars) || !(saved.soil_step >= 0 && saved.soil_step < 1e6))
+    throw std::runtime_error(file.string() + ": holds numbers that are not finite or beyond 1e30; the file is damaged");
+  if (!saved.has_bed) return;
+  const std::size_t count = saved.bed.ids.size() / 2;
+  if (saved.bed.spheres.size() != 11 * count || saved.bed.ids.size() != 2 * count) refuse_arrays(file);
+  for (std::size_t k = 0; k < count; ++k) {
+    const double radius = saved.bed.spheres[11 * k + 9], mass = saved.bed.spheres[11 * k + 10];
+    const std::int64_t id = saved.bed.ids[2 * k], material = saved.bed.ids[2 * k + 1];
+    if (!(radius > 0) || !(mass > 0) || id < 0 || id >= 1000000000 || material < 0 || material > 65535)
+      throw std::runtime_error(
+          fmt::format("{}: sphere {} has radius {:.3g} m, mass {:.3g} kg, number {}, material {}; the file is damaged",
+                      file.string(), k, radius, mass, id, material));
+  }
+}
+
+}  // namespace
+
 SavedRun read_run(const std::filesystem::path& file) {
   const StateReader in(file);
-  in.require_format(kStateFormat,
-                    {"bed/spheres", "bed/ids", "bed/pair ids", "bed/pairs", "bed/surface ids", "bed/surfaces",
-                     "bed/scalars", "bed/bonding", "bed/bond ids", "bed/bonds", "bed/broken ids", "bed/broken",
-                     "bed/calm", "bed/frozen", "soil", "machine", "coupling", "scenario", "time"});
+  in.require_format(kStateFormat, {"bed/spheres",     "bed/ids",         "bed/pair ids",   "bed/pairs",
+                                   "bed/surface ids", "bed/surfaces",    "bed/scalars",    "bed/bonding",
+                                   "bed/bond ids",    "bed/bonds",       "bed/broken ids", "bed/broken",
+                                   "bed/calm",        "bed/frozen",      "soil",           "soil step",
+                                   "layers/",         "instruction set", "version",        "machine",
+                                   "coupling",        "scenario",        "time",           "run/"});
   SavedRun saved;
+  saved.version = in.text("version");
+  if (in.has("run/sums")) {
+    saved.progress = progress_of(in);
+    saved.exact = saved.progress->exact = in.value<std::uint8_t>("run/exact") != 0;
+  }
   if (in.has("scenario")) saved.scenario = in.text("scenario"), saved.time = in.value<double>("time");
   saved.has_bed = in.has("bed/spheres");
   if (saved.has_bed) {
@@ -67,6 +146,8 @@ SavedRun read_run(const std::filesystem::path& file) {
       saved.bed.calm = in.get<std::int64_t>("bed/calm");
       saved.bed.frozen = in.get<double>("bed/frozen");
     }
+    saved.soil_step = in.value<double>("soil step");
+    saved.kernel = in.text("instruction set");
     if (in.has("bed/bonding")) {
       saved.bed.bonding = in.get<double>("bed/bonding");
       saved.bed.bond_ids = in.get<std::int64_t>("bed/bond ids");
@@ -74,7 +155,8 @@ SavedRun read_run(const std::filesystem::path& file) {
       saved.bed.broken_ids = in.get<std::int64_t>("bed/broken ids");
       saved.bed.broken = in.get<double>("bed/broken");
     }
-    const std::vector<double> s = in.get<double>("soil");
+    const std::vector<double> s = in.get<double>("soil"), layers = in.get<double>("layers/numbers");
+    if (s.size() != 10) refuse_arrays(file);
     saved.soil = {.spheres = static_cast<std::size_t>(s.at(0)),
                   .mass = s.at(1),
                   .settled_for = s.at(2),
@@ -85,9 +167,19 @@ SavedRun read_run(const std::filesystem::path& file) {
                   .coordination = s.at(7),
                   .carved = static_cast<std::size_t>(s.at(8))};
     saved.container_shift = s.at(9);
+    const std::vector<std::string> names = in.texts("layers/materials");
+    if (layers.size() != 5 * names.size()) refuse_arrays(file);
+    for (std::size_t k = 0; k < names.size(); ++k)
+      saved.soil.layers.push_back({names[k],
+                                   {.spheres = static_cast<std::size_t>(layers[5 * k]),
+                                    .mass = layers[5 * k + 1],
+                                    .top = layers[5 * k + 2],
+                                    .spread = layers[5 * k + 3],
+                                    .thickness = layers[5 * k + 4]}});
   }
   if (in.has("machine")) saved.machine = in.get<double>("machine");
   saved.coupling = in.get<double>("coupling");
+  check_numbers(saved, file);
   return saved;
 }
 

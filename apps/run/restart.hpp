@@ -4,8 +4,19 @@
 #include <vector>
 
 #include "apps/build/world.hpp"
+#include "apps/output/archive.hpp"
+#include "apps/output/run_writer.hpp"
 
 namespace subsoil::app {
+
+/// What the results in the folder had come to when a state was written: what a run that goes on there appends to.
+struct RunProgress {
+  Archive sums;                    ///< means, extremes, windows, schedules (Runner)
+  std::uint64_t series_bytes = 0;  ///< of series.csv
+  WrittenFrames frames;
+  ParticleTable particles;  ///< of the frames
+  bool exact = true;        ///< a run that goes on from here has the same bits
+};
 
 /// A run's full state: bed with contact histories, machine with its past and ruts, coupling, datum of the container.
 struct SavedRun {
@@ -16,11 +27,15 @@ struct SavedRun {
   double time = 0;       ///< s
   std::string scenario;  ///< explicit text of the one that wrote it; empty: of a version that did not keep it
   bool has_bed = false;
+  double soil_step = 0;         ///< s; 0 without a bed
+  std::string version, kernel;  ///< of the program, and its instruction set
+  bool exact = true;
+  std::optional<RunProgress> progress;
 };
 
-/// Writes DIR/state-<time>.h5, complete or not at all.
-void save_run(const std::filesystem::path& directory, const Scenario& scenario, const World& world,
-              const coupling::Simulation& simulation);
+/// Writes a state, complete or not at all. Throws DiskFault.
+void save_run(const std::filesystem::path& path, const Scenario& scenario, const World& world,
+              const coupling::Simulation& simulation, const RunProgress& progress);
 
 /// Throws std::runtime_error naming the file when it is no state.
 SavedRun read_run(const std::filesystem::path& file);

@@ -5,14 +5,21 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <csignal>
+#include <fstream>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "apps/build/world.hpp"
 #include "apps/output/atomic_file.hpp"
 #include "apps/output/csv.hpp"
+#include "apps/output/disk.hpp"
+#include "apps/output/series_file.hpp"
+#include "apps/output/state_file.hpp"
 #include "apps/output/summary.hpp"
 #include "apps/run/analysis.hpp"
 #include "apps/run/columns.hpp"
@@ -20,15 +27,20 @@
 #include "apps/run/frames.hpp"
 #include "apps/run/input_report.hpp"
 #include "apps/run/live_line.hpp"
+#include "apps/run/output_folder.hpp"
 #include "apps/run/overlap_advice.hpp"
 #include "apps/run/restart.hpp"
+#include "apps/run/resume.hpp"
 #include "apps/run/run_summary.hpp"
 #include "apps/run/surface_report.hpp"
 #include "apps/run/tool.hpp"
 #include "apps/run/wall_watch.hpp"
+#include "apps/version.hpp"
 
 namespace subsoil::app {
 namespace {
+
+double checkpoint_interval = 600;  // s
 
 volatile std::sig_atomic_t caught_signal = 0;
 void on_signal(int signal) { caught_signal = signal; }
@@ -60,6 +72,7 @@ constexpr double most_closure = 1e-3, most_step_error = 1e-3;
 /// Times at which something is due, a step early or late by no more than half a step.
 class Schedule {
  public:
+  Schedule() = default;
   Schedule(double every, std::vector<double> at, double from) : every_(every), at_(std::move(at)) {
     std::sort(at_.begin(), at_.end());
     while (next_at_ < at_.size() && at_[next_at_] < from) ++next_at_;
@@ -71,9 +84,10 @@ class Schedule {
     while (every_ > 0 && time >= static_cast<double>(count_) * every_ - half_step) ++count_, is = true;
     return is;
   }
+  void archive(Archive& a) { a(next_at_, count_); }
 
  private:
-  double every_;
+  double every_ = 0;
   std::vector<double> at_;
   std::size_t next_at_ = 0;
   long count_ = 0;
@@ -81,10 +95,12 @@ class Schedule {
 
 class Runner {
  public:
-  Runner(const Loaded& loaded, const RunRequest& request, World world, const std::optional<SavedRun>& saved)
+  Runner(const Loaded& loaded, const RunRequest& request, World world, const std::optional<SavedRun>& saved,
+         FolderLock& lock, bool goes_on)
       : loaded_(loaded),
         s_(loaded.scenario),
         request_(request),
+        lock_(lock),
         world_(std::move(world)),
         simulation_(world_.bed.get(), world_.machine.get(), world_.body_surfaces, world_.motions,
                     {.soil_step = world_.step.soil_step,
@@ -96,35 +112,118 @@ class Runner {
     tool_ = std::make_unique<ToolProgress>(world_, simulation_, s_.time.end);
     start_time_ = simulation_.time();
     if (world_.machine) energy_start_.machine_potential = world_.machine->energy().potential;
+    restores_ = world_.bed != nullptr;
+    if (goes_on) go_on_ = &*saved->progress;
   }
 
   int run() {
     open_output();
-    const int code = loop();
+    int code = exit_failed;
+    try {
+      code = loop();
+    } catch (const std::exception& error) {  // of what is written: steps say themselves why they fail
+      failure_ = fmt::format("t = {:.9g} s: {}", reached_, error.what());
+    }
     finish(code);
     return code == exit_ok && request_.strict && !summary_->warnings().empty() ? exit_failed : code;
   }
 
  private:
   void open_output() {
-    std::filesystem::create_directories(request_.out);
-    write_atomically(request_.out / "scenario.yaml", write_scenario(s_));
-    series_ = std::make_unique<SeriesWriter>(request_.out / "series.csv", columns_->list(),
-                                             world_.bed ? 9 : csv::exact_digits);
+    if (go_on_ == nullptr) {
+      remove_results(request_.out, request_.from);
+      write_atomically(request_.out / "scenario.yaml", write_scenario(s_));
+    }
+    series_ = std::make_unique<SeriesFile>(request_.out / "series.csv", columns_->list(),
+                                           world_.bed ? 9 : csv::exact_digits, kept_bytes());
     std::vector<SeriesColumn> summarised;
     for (const std::size_t c : columns_->summarised()) summarised.push_back(columns_->list()[c]);
     summary_ = std::make_unique<Summary>(summarised);
     summarised_.resize(summarised.size());
     row_.assign(columns_->list().size(), 0.0);
     values_ = row_;
-    means_ = std::make_unique<IntervalMean>(row_.size());
+    means_ = std::make_unique<RowMean>(row_.size());
     if (world_.machine)
       for (const std::string& group : world_.machine->assembly().redundant)
         spdlog::info("{}: of their reactions those of least norm are reported", group);
     set_fixed_window();
     for (const std::string& text : surface_warnings(surface_facts(world_, s_.time.end), world_)) warn(text);
     for (const std::string& text : input_warnings(loaded_, world_, request_.scenario, request_.sets)) warn(text);
-    frames_ = std::make_unique<FrameOutput>(request_.out, s_, world_, simulation_);
+    frames_ = std::make_unique<FrameOutput>(request_.out, s_, world_, simulation_, go_on_);
+    const double half = 0.5 * simulation_.step_length();
+    frame_due_ = Schedule(frame_interval(s_), s_.output.at, start_time_);
+    sample_due_ = Schedule(s_.output.series_every, {}, start_time_);
+    state_due_ = Schedule(s_.output.state_every.value_or(0), {}, start_time_ + half);
+    if (go_on_ == nullptr) return;
+    Archive sums = go_on_->sums;
+    archive(sums);
+    sums.end();
+  }
+
+  /// Of series.csv, where the run goes on in its folder.
+  std::optional<std::uint64_t> kept_bytes() const {
+    if (go_on_ == nullptr) return std::nullopt;
+    std::error_code fault;
+    const auto size = std::filesystem::file_size(request_.out / "series.csv", fault);
+    if (fault || size < go_on_->series_bytes)
+      throw ScenarioError(fmt::format("{}: series.csv has lost rows that {} counts; start anew", request_.out.string(),
+                                      request_.from.filename().string()));
+    return go_on_->series_bytes;
+  }
+
+  /// All that the run has added up beside bed, machine and coupling.
+  void archive(Archive& a) {
+    a(frame_due_, sample_due_, state_due_, *summary_, *means_, *tool_, walls_);
+    a(values_, row_, looks_, start_time_, deepest_, fastest_, steps_, window_);
+    a(energy_start_.bed, energy_start_.bed_gravity, energy_start_.machine_potential);
+    StepReport& step = world_.step;
+    a(step.limit.step, step.limit.cause, step.expected_speed);
+    a(step.accurate.step, step.accurate.error, step.accurate.contact, step.accurate.cause);
+    archive_origin(a);
+  }
+  /// What the summary says of where the run came from.
+  void archive_origin(Archive& a) {
+    a(request_.scenario, request_.sets);
+    bool strict = request_.strict;
+    a(strict);
+    request_.strict = request_.strict || strict;
+  }
+
+  void save(const std::filesystem::path& path) {
+    RunProgress progress;
+    archive(progress.sums);
+    frames_->publish(progress);
+    progress.series_bytes = series_->sync();
+    require_space(path, state_bytes_ + state_bytes_ / 8);
+    progress.exact = machine_is_fresh_ && restores_;
+    save_run(path, s_, world_, simulation_, progress);
+    std::error_code unknown;
+    const auto bytes = std::filesystem::file_size(path, unknown);
+    if (!unknown) state_bytes_ = std::max<std::uint64_t>(state_bytes_, bytes);
+  }
+
+  /// The two last ones stay: the one before in case that the disk damages the last.
+  void save_checkpoint() {
+    const std::filesystem::path path = checkpoint_path(request_.out, simulation_.time());
+    save(path);
+    checkpoint_at_ = Clock::now();
+    std::vector<std::filesystem::path> kept;
+    for (const std::filesystem::path& file : states_in(request_.out))
+      if (file.filename().string().starts_with("checkpoint-")) kept.push_back(file);
+    std::error_code ignored;
+    for (std::size_t k = 2; k < kept.size(); ++k) std::filesystem::remove(kept[k], ignored);
+  }
+
+  /// Of a machine alone there is none: it is run again.
+  bool checkpoint_is_due() const {
+    return checkpoint_interval > 0 && restores_ && machine_is_fresh_ &&
+           std::chrono::duration<double>(Clock::now() - checkpoint_at_).count() >= checkpoint_interval;
+  }
+
+  void remove_checkpoints() {
+    std::error_code ignored;
+    for (const std::filesystem::path& file : states_in(request_.out))
+      if (file.filename().string().starts_with("checkpoint-")) std::filesystem::remove(file, ignored);
   }
 
   void set_fixed_window() {
@@ -153,23 +252,29 @@ class Runner {
     const double dt = simulation_.step_length(), end = s_.time.end, half = 0.5 * dt;
     const double close = world_.bed ? half : 1e-6 * dt;
     if (!world_.bed) simulation_.end_at(end);
-    Schedule frame_due(frame_interval(s_), s_.output.at, start_time_),
-        sample_due(s_.output.series_every, {}, start_time_),
-        state_due(s_.output.state_every.value_or(0), {}, start_time_ + half);
     while (true) {
       const double t = reached_ = simulation_.time();
-      const int signal = caught_signal;
+      const bool save_due = state_due_.due(t, half);
+      refresh_machine(save_due);
+      const int signal = signal_to_obey();
       const bool last = t >= end - close || signal != 0;
-      const bool frame = frame_due.due(t, half) || last;
-      const bool sample = sample_due.due(t, half) || last;
-      // A bed on its way to rest is no state to go on from: a restart does not settle.
-      if (!world_.soil.stopped && (state_due.due(t, half) || (last && (s_.output.state == State::full || signal != 0))))
-        save_run(request_.out, s_, world_, simulation_);
+      // A bed on its way to rest is no state to go on from: a restart does not settle. Saved before anything else is
+      // decided here: whoever goes on from the state begins with this line.
+      if (!world_.soil.stopped) {
+        if (save_due || (last && (s_.output.state == State::full || signal != 0)))
+          save(state_path(request_.out, t));
+        else if (!last && checkpoint_is_due())
+          save_checkpoint();
+      }
+      const bool frame = frame_due_.due(t, half) || last;
+      const bool sample = sample_due_.due(t, half) || last;
       if (sample || columns_->needs_every_step()) columns_->take_instant(values_);
       if (sample && world_.bed) follow_tools(t);
       dem::Snapshot* const snapshot = frame ? frames_->begin() : nullptr;
       if (!last || step_tells) {
-        if (!step(sample, snapshot)) return exit_failed;
+        const bool first = steps_ == 0 && !energy_begun_;
+        if (!step(sample || first, snapshot)) return exit_failed;
+        if (first) begin_energy();
         if (step_tells) columns_->take_step(values_, sample);
       }
       if (sample) write_row();
@@ -181,6 +286,34 @@ class Runner {
     }
   }
 
+  /// A machine that is taken up from a state chooses its coordinates anew and factors its matrices where it stands,
+  /// which moves the last digits. So the one that runs in soil does the same every so many steps, and wherever a state
+  /// is due: a run that goes on from there has the same bits. Beside a singular pose it is left alone.
+  void refresh_machine(bool state_due) {
+    constexpr long every = 64;
+    machine_is_fresh_ = world_.machine == nullptr;
+    if (world_.machine == nullptr || !restores_ || !(state_due || steps_ % every == 0)) return;
+    if (world_.machine->integrator().partition().near_singular()) return;
+    // To a state that is its own restoration: joints are closed to rounding after one or two.
+    constexpr int most = 4;
+    std::vector<double> state = world_.machine->snapshot();
+    for (int k = 0; k < most && !machine_is_fresh_; ++k) {
+      world_.machine->restore(state);
+      std::vector<double> again = world_.machine->snapshot();
+      machine_is_fresh_ = again == state;
+      state = std::move(again);
+    }
+  }
+
+  /// A signal waits for an instant at which a state is exact, but not for long.
+  int signal_to_obey() {
+    const int signal = caught_signal;
+    if (signal == 0) return 0;
+    if (!signal_at_) signal_at_ = Clock::now();
+    const bool waits = restores_ && !machine_is_fresh_ && Clock::now() - *signal_at_ < std::chrono::seconds(3);
+    return waits ? 0 : signal;
+  }
+
   void write_row() {
     row_ = values_;
     if (steps_ > 0) {
@@ -189,7 +322,6 @@ class Runner {
         if (columns_->is_mean(c)) row_[c] = mean[c];
     }
     series_->write(row_);
-    if (steps_ == 0) begin_energy();
   }
 
   /// Whether the machine's energy balance is off by more than it may; failure_ then says so.
@@ -273,6 +405,7 @@ class Runner {
 
   /// What the summary's energy balance starts from; the bed's terms are of the first step.
   void begin_energy() {
+    energy_begun_ = true;
     if (!world_.bed) return;
     energy_start_.bed = world_.bed->energy().total() - world_.bed->energy().boundary_work;
     energy_start_.bed_gravity = world_.bed->energy().gravity;
@@ -313,10 +446,23 @@ class Runner {
                       closure));
   }
 
-  void finish(int code) {
+  /// What is left to be written after a failure of the disk is tried, each on its own.
+  template <class Action>
+  void attempt(int& code, const Action& action) {
+    try {
+      action();
+    } catch (const std::exception& error) {
+      if (code != exit_failed) failure_ = fmt::format("t = {:.9g} s: {}", reached_, error.what());
+      code = exit_failed;
+      lock_.free_reserve();
+    }
+  }
+
+  void finish(int& code) {
     live_.close();
-    series_->flush();
-    frames_->finish();
+    if (code == exit_failed) lock_.free_reserve();
+    attempt(code, [&] { series_->sync(); });
+    attempt(code, [&] { frames_->finish(); });
     last_warnings(code);
     write_run_section(*summary_,
                       {.code = code,
@@ -330,7 +476,8 @@ class Runner {
     if (world_.machine) write_events(*summary_, *world_.machine);
     write_energy(*summary_, energy_start_, world_, simulation_);
     if (!tool_->tools().empty()) write_tools(*summary_, *tool_);
-    summary_->write(request_.out / "summary.json");
+    attempt(code, [&] { summary_->write(request_.out / "summary.json"); });
+    if (code == exit_ok) remove_checkpoints();
     if (const std::string means = means_text(*summary_, *tool_, s_); !means.empty() && world_.bed)
       spdlog::info("{}", means.substr(0, means.size() - 1));
     for (const std::string& text : summary_->warnings()) spdlog::warn("warning: {}", text);
@@ -370,20 +517,31 @@ class Runner {
   }
 
   const Loaded& loaded_;
+  using Clock = std::chrono::steady_clock;  // a clock on the wall may be set back
+
   const Scenario& s_;
   RunRequest request_;
+  FolderLock& lock_;
+  const RunProgress* go_on_ = nullptr;  ///< what stands in the folder, to go on behind; null: from the start
   World world_;
   coupling::Simulation simulation_;
   std::unique_ptr<Columns> columns_;
   std::unique_ptr<ToolProgress> tool_;
-  std::unique_ptr<SeriesWriter> series_;
+  std::unique_ptr<SeriesFile> series_;
   std::unique_ptr<Summary> summary_;
   std::unique_ptr<FrameOutput> frames_;
-  std::unique_ptr<IntervalMean> means_;
+  std::unique_ptr<RowMean> means_;
   std::vector<double> values_, row_, summarised_;  // of the step, of the row written last, of the summary's columns
   LiveLine live_;
   RecentRate rate_;
   WallWatch walls_;
+  Schedule frame_due_, sample_due_, state_due_;
+  Clock::time_point checkpoint_at_ = Clock::now();
+  std::uint64_t state_bytes_ = 0;  ///< of the largest state so far
+  bool energy_begun_ = false;
+  bool restores_ = true;          ///< a run may go on from its states with the same bits
+  bool machine_is_fresh_ = true;  ///< at this instant
+  std::optional<Clock::time_point> signal_at_;
   long looks_ = 0;
   std::string failure_;
   double start_time_ = 0, reached_ = 0;
@@ -392,26 +550,6 @@ class Runner {
   long steps_ = 0;
   enum class Opening { fixed, pending, open, closed } window_ = Opening::fixed;
 };
-
-/// Whether the directory can be made, before anything is computed; it does not stay, for bad input writes nothing.
-void refuse_unwritable(const std::filesystem::path& out) {
-  std::filesystem::path made = std::filesystem::absolute(out).lexically_normal(), above = made;
-  while (!above.empty() && !std::filesystem::exists(above)) made = above, above = above.parent_path();
-  std::error_code fault;
-  std::filesystem::create_directories(out, fault);
-  if (fault) throw ScenarioError(out.string() + ": cannot be made (" + fault.message() + "); choose another --out");
-  std::filesystem::remove_all(made, fault);
-}
-
-/// An existing directory that is not empty is not written over unless forced; then only a run's own files go.
-void prepare_directory(const std::filesystem::path& out, bool force) {
-  if (!std::filesystem::exists(out)) return refuse_unwritable(out);
-  if (!std::filesystem::is_directory(out))
-    throw ScenarioError(out.string() + ": is a file, results need a directory; choose another --out");
-  if (std::filesystem::is_empty(out)) return;
-  if (!force)
-    throw ScenarioError(out.string() + ": exists and is not empty; choose another --out, or --force to write over it");
-}
 
 /// More frames than steps would only be the same ones again.
 void refuse_dense_frames(const Loaded& loaded, const World& world) {
@@ -453,20 +591,44 @@ void look_at_changes(const SavedRun& saved, const Loaded& loaded, const RunReque
     if (d.kind != Difference::Kind::harmless) spdlog::info("changed: {} from {} to {}", d.key, d.before, d.now);
 }
 
-}  // namespace
-
-int run(const RunRequest& given) {
-  RunRequest request = given;
-  if (request.out.empty()) request.out = std::filesystem::path(request.scenario).stem();
-  Loaded loaded = load_scenario(request.scenario, request.sets);
-  prepare_directory(request.out, request.force);
-  if (!loaded.scenario.runs_in_time()) return run_analysis(loaded, request);
-  std::optional<SavedRun> saved;
-  if (!request.from.empty()) {
-    saved = read_run(request.from);
-    refuse_other(*saved, loaded.scenario, request.from);
-    look_at_changes(*saved, loaded, request);
+/// Throws ScenarioError for a file that is no state, or a damaged one.
+SavedRun read_state(const std::filesystem::path& file) {
+  try {
+    return read_run(file);
+  } catch (const std::exception& error) {
+    const std::string text = error.what();
+    throw ScenarioError(text.find(file.string()) != std::string::npos ? text : file.string() + ": " + text);
   }
+}
+
+/// What keeps the end from being the same bits, said and no reason to stop.
+void look_at_program(const SavedRun& saved, const World& world, const std::filesystem::path& from) {
+  if (saved.version != version())
+    spdlog::warn("warning: {} was written by version {}, this is {}: the end may differ in its last digits",
+                 from.string(), saved.version, version());
+  if (world.bed && saved.kernel != world.bed->kernel_name())
+    spdlog::warn(
+        "warning: {} was written with the instruction set {}, this run uses {}: the end may differ in its last "
+        "digits; --simd {} keeps them",
+        from.string(), saved.kernel, world.bed->kernel_name(), saved.kernel);
+  if (!saved.exact)
+    spdlog::warn(
+        "warning: {} was written in a hurry, between two instants at which the machine can be taken up with its "
+        "last digits",
+        from.string());
+}
+
+/// The step of the run that is gone on with: chosen anew it would come out otherwise, of spheres that have moved.
+void keep_step(World& world, const Loaded& loaded, const SavedRun& saved, const RunRequest& request) {
+  if (!world.bed || !(saved.soil_step > 0) || loaded.scenario.time.soil_step || !request.changes.empty()) return;
+  if (!(saved.soil_step < world.step.limit.step)) return;
+  world.step.soil_step = saved.soil_step;
+  world.step.machine_step = saved.soil_step * static_cast<double>(loaded.scenario.time.machine.soil_steps);
+}
+
+/// The run as asked for, in a folder that is locked.
+int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<SavedRun>& saved, bool goes_on,
+               FolderLock& lock) {
   BuildOptions options;
   options.threads = request.threads > 0 ? request.threads : static_cast<int>(loaded.scenario.time.threads);
   if (!loaded.scenario.has_bed() && options.threads == 0) options.threads = 1;  // a machine alone has no work for more
@@ -481,6 +643,7 @@ int run(const RunRequest& given) {
     return caught_signal == 0;
   };
   World world = build_world(loaded, options);
+  if (saved) keep_step(world, loaded, *saved, request);
   settling.close();
   report_soil(world);
   refuse_dense_frames(loaded, world);
@@ -488,7 +651,76 @@ int run(const RunRequest& given) {
     spdlog::info("soil step {:.4g} s = {:.2f} of the stable step {:.4g} s ({})", world.step.soil_step,
                  world.step.soil_step / world.step.limit.step, world.step.limit.step, world.step.limit.cause);
   if (world.bed) spdlog::info("{}", accuracy_words(world.step));
-  return Runner(loaded, request, std::move(world), saved).run();
+  if (goes_on) look_at_program(*saved, world, request.from);
+  return Runner(loaded, request, std::move(world), saved, lock, goes_on).run();
+}
+
+/// Whether a folder's run has reached its end, as its summary says.
+bool has_ended(const std::filesystem::path& folder) {
+  std::ifstream file(folder / "summary.json");
+  const auto json = nlohmann::json::parse(file, nullptr, false);
+  return json.is_object() && json.contains("run") && json["run"].is_object() &&
+         json["run"].value("end", "") == "reached";
+}
+
+/// The latest state of a folder that is whole, with its path; none: {}.
+std::optional<SavedRun> latest_whole_state(const std::filesystem::path& folder, std::filesystem::path& path) {
+  for (const std::filesystem::path& file : states_in(folder)) {
+    try {
+      SavedRun saved = read_run(file);
+      if (!saved.progress) continue;
+      path = file;
+      return saved;
+    } catch (const std::exception& error) {
+      spdlog::warn("warning: {}; the one before is taken", error.what());
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+int run(const RunRequest& given) {
+  RunRequest request = given;
+  if (request.out.empty()) request.out = std::filesystem::path(request.scenario).stem();
+  Loaded loaded = load_scenario(request.scenario, request.sets);
+  refuse_folder(request.out, request.force);
+  FolderLock lock(request.out);
+  if (!loaded.scenario.runs_in_time()) return run_analysis(loaded, request);
+  std::optional<SavedRun> saved;
+  if (!request.from.empty()) {
+    saved = read_state(request.from);
+    refuse_other(*saved, loaded.scenario, request.from);
+    look_at_changes(*saved, loaded, request);
+  }
+  return run_locked(request, loaded, saved, false, lock);
+}
+
+void set_checkpoint_interval(double seconds) { checkpoint_interval = seconds; }
+
+int resume(const std::filesystem::path& folder, const RunRequest& given) {
+  const std::filesystem::path scenario = folder / "scenario.yaml";
+  if (!std::filesystem::exists(scenario))
+    throw ScenarioError(folder.string() + ": holds no scenario.yaml, so no run to go on with; name the folder of one");
+  if (has_ended(folder)) {
+    spdlog::info("{}: the run has reached its end", folder.string());
+    return exit_ok;
+  }
+  FolderLock lock(folder);
+  RunRequest request = given;
+  request.scenario = scenario.string(), request.out = folder;
+  Loaded loaded = load_scenario(request.scenario, request.sets);
+  std::optional<SavedRun> saved;
+  // A machine alone is run again from its start: that takes seconds, and its integrators have more past than a state.
+  if (loaded.scenario.has_bed()) saved = latest_whole_state(folder, request.from);
+  if (saved) {
+    refuse_other(*saved, loaded.scenario, request.from);
+    look_at_changes(*saved, loaded, request);
+    spdlog::info("going on from {} at {:.6g} s", request.from.filename().string(), saved->time);
+  } else {
+    spdlog::info("no state to go on from in {}: from the start", folder.string());
+  }
+  return run_locked(request, loaded, saved, saved.has_value(), lock);
 }
 
 }  // namespace subsoil::app

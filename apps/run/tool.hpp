@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "apps/build/world.hpp"
+#include "apps/output/archive.hpp"
 
 namespace subsoil::app {
 
@@ -23,6 +24,8 @@ struct Tool {
   double depth = 0;           ///< m below the soil's mean surface, the greatest so far
   double length = 0;          ///< m along the travel of what is below the surface, the longest so far
   double room = 0;            ///< m from its foremost point below the surface to the end of the soil
+
+  void archive(Archive& a) { a(touched, entry, along, travel, depth, length, room); }
 };
 
 /// Follows the tools and says when their work is steady.
@@ -41,6 +44,10 @@ class ToolProgress {
   void follow();
   bool steady() const;      ///< all have travelled far enough
   bool at_the_end() const;  ///< one has come to the end of the soil
+  void archive(Archive& a) {
+    for (Tool& tool : tools_) a(tool);
+    a(low_, high_, radius_);
+  }
 
  private:
   void add(const std::string& name, const std::string& column, std::size_t surface);

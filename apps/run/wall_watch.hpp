@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "apps/build/world.hpp"
+#include "apps/output/archive.hpp"
 
 namespace subsoil::app {
 
@@ -20,12 +21,14 @@ class WallWatch {
   bool has_begun() const { return !lay_.empty(); }
   /// Walls that were reached since the last look, each once.
   std::vector<std::string> look(const World& world);
+  void archive(Archive& a) { a(walls_, lay_, radius_); }
 
  private:
   struct Wall {
     std::string name;
     std::vector<std::uint32_t> ids;  ///< of the spheres that lay at it, rising
     bool reached = false;
+    void archive(Archive& a) { a(name, ids, reached); }
   };
   std::vector<Wall> walls_;
   std::vector<Vec3> lay_;  ///< by id

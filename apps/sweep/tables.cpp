@@ -8,6 +8,7 @@
 #include "apps/output/atomic_file.hpp"
 #include "apps/output/csv.hpp"
 #include "apps/output/hdf5.hpp"
+#include "apps/output/hdf5_driver.hpp"
 #include "apps/report/page.hpp"
 #include "apps/version.hpp"
 
@@ -55,7 +56,7 @@ std::string csv_text(const Study& study, const std::vector<PointResult>& results
 
 void write_hdf5(const Study& study, const std::vector<PointResult>& results, const std::filesystem::path& path) {
   {
-    const h5::Handle file = h5::create_file(temporary_name(path));
+    h5::Handle file = h5::create_file(temporary_name(path));
     h5::set_attribute(file, "subsoil sweep", std::int64_t{1});
     h5::set_attribute(file, "title", study.title);
     std::vector<std::string> ends, causes;
@@ -82,6 +83,7 @@ void write_hdf5(const Study& study, const std::vector<PointResult>& results, con
     h5::write<double>(file, "wall time", wall);
     h5::write_text(file, "end", ends);
     h5::write_text(file, "cause", causes);
+    h5::close_file(file);
   }
   put_in_place(path);
 }

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "libdem/contacts/blocks.hpp"
@@ -39,6 +40,8 @@ class PathBounds {
   /// After a step; returns the longest path of any sphere in it.
   double add_step(const std::vector<ParticleBlock>& blocks);
   double longest() const;
+  void save(std::vector<double>& out) const;
+  void restore(const std::function<double()>& next);
 
  private:
   struct Bound {

@@ -17,6 +17,14 @@ double PathBounds::add_step(const std::vector<ParticleBlock>& blocks) {
   return farthest;
 }
 
+void PathBounds::save(std::vector<double>& out) const {
+  for (const Bound& b : of_block_) out.push_back(b.path);
+}
+
+void PathBounds::restore(const std::function<double()>& next) {
+  for (Bound& b : of_block_) b = {.step = 0, .path = next()};
+}
+
 double PathBounds::longest() const {
   double longest = 0;
   for (const Bound& b : of_block_) longest = std::max(longest, b.path);

@@ -27,9 +27,8 @@ void RebuildCriterion::begin(double skin, const ParticleStore& particles, std::s
   measured_.place.reserve(boundaries.size()), measured_.way.reserve(boundaries.size());
   // A sphere that is too large for the grid finds its neighbours beyond the next cell.
   displacement_counts_ = !particles.empty() && statistics.largest <= grid.fits;
-  if (displacement_counts_)
-    displacement_.begin(std::move(grid), skin, particles.size(), boundaries.size(), threads,
-                        [&](std::size_t i) { return particles[i].x; });
+  displacement_.begin(std::move(grid), skin, particles.size(), boundaries.size(), threads,
+                      [&](std::size_t i) { return particles[i].x; });
 }
 
 /// How far a boundary reaches from its origin, for the path of its points when it turns.
@@ -61,6 +60,29 @@ void RebuildCriterion::measure(const ParticleStore& particles, std::span<const B
       particles.is_mixed() ? measure_centres(particles.mixed()) : measure_centres(particles.spheres().data());
   measured_.path = path_;
   measured_.known = true;
+}
+
+void RebuildCriterion::save(std::vector<double>& out) const {
+  out.insert(out.end(), {path_, measured_.known ? 1.0 : 0.0});
+  if (!measured_.known) return;
+  out.insert(out.end(), {measured_.found.parted, measured_.found.gone, measured_.path});
+  out.insert(out.end(), measured_.found.against.begin(), measured_.found.against.end());
+  for (const Vec3& place : measured_.place) out.insert(out.end(), {place.x, place.y, place.z});
+}
+
+void RebuildCriterion::restore(const std::function<double()>& next) {
+  path_ = next();
+  measured_.known = next() != 0;
+  if (!measured_.known) return;
+  const double parted = next(), gone = next();
+  measured_.path = next();
+  const std::size_t boundaries = listed_pose_.size();
+  measured_.found = displacement_.found_again(parted, gone, boundaries, next);
+  measured_.place.clear();
+  for (std::size_t b = 0; b < boundaries; ++b) {
+    const double x = next(), y = next(), z = next();
+    measured_.place.push_back({x, y, z});
+  }
 }
 
 bool RebuildCriterion::hold_within(double limit, std::span<const Boundary> boundaries, double longest_path) const {

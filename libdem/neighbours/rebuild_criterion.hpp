@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -35,6 +36,15 @@ class RebuildCriterion {
              const ParticleStatistics& statistics, Grid grid, int threads);
   /// @param longest path of any sphere in the last step, m
   void add_path(double longest) { path_ += longest; }
+  bool is_stale() const { return stale_; }
+  double skin() const { return skin_; }
+  /// Where things were when the lists were built, and what was measured since: what a restart needs to judge the same
+  /// lists alike. `poses` and `active` are those of the boundaries then.
+  Vec3 listed_place(std::size_t sphere) const { return displacement_.was(sphere); }
+  const std::vector<Pose>& listed_poses() const { return listed_pose_; }
+  const std::vector<char>& listed_active() const { return listed_active_; }
+  void save(std::vector<double>& out) const;
+  void restore(const std::function<double()>& next);
   /// May measure relative displacements. @param longest_path bound on the path of any sphere since the lists were
   /// built, by particle block, m: at most what `add_path` got
   bool lists_hold(const ParticleStore& particles, std::span<const Boundary> boundaries, double longest_path,

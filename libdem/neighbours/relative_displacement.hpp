@@ -14,8 +14,9 @@ namespace subsoil::dem {
 /// How far spheres have moved against each other since the lists were built, measured. What steps add up is a bound on
 /// paths: two spheres that a tool pushes the same way are taken to have come apart by twice its path.
 ///
-/// Written at rebuilds (`begin`: 12 bytes per sphere, in float, since only their differences of a skin's size count)
-/// and when paths say no more (`measure`); belongs to RebuildCriterion.
+/// Written at rebuilds (`begin`: 24 bytes per sphere; floats would do for measuring, but a restart builds the lists
+/// again from these places and needs them to the last bit) and when paths say no more (`measure`); belongs to
+/// RebuildCriterion.
 class RelativeDisplacement {
  public:
   struct Found {
@@ -37,9 +38,19 @@ class RelativeDisplacement {
 #pragma omp parallel for num_threads(threads) schedule(static)
     for (long k = 0; k < number; ++k) {
       const auto i = static_cast<std::size_t>(k);
-      const Vec3 x = centre(i) - grid_.low;
-      was_[i] = {static_cast<float>(x.x), static_cast<float>(x.y), static_cast<float>(x.z)};
+      const Vec3 x = centre(i);
+      was_[i] = {x.x, x.y, x.z};
     }
+  }
+  /// Centres when the lists were built.
+  Vec3 was(std::size_t i) const { return {was_[i][0], was_[i][1], was_[i][2]}; }
+  std::size_t size() const { return was_.size(); }
+  /// What was measured before a restart. @param next reads one number
+  template <class Next>
+  Found found_again(double parted, double gone, std::size_t boundaries, const Next& next) {
+    const std::span<double> against = of_slab(slabs_.size(), boundaries);
+    for (double& x : against) x = next();
+    return {.parted = parted, .gone = gone, .against = against};
   }
 
   /// @param boundaries their ways since the lists were built
@@ -78,8 +89,11 @@ class RelativeDisplacement {
   template <class Centre>
   Bounds ways(std::size_t cell, const Centre& centre) const {
     Bounds out;
-    for (std::size_t i = grid_.start[cell]; i < grid_.start[cell + 1]; ++i)
-      out.include(centre(i) - grid_.low - Vec3{was_[i][0], was_[i][1], was_[i][2]});
+    for (std::size_t i = grid_.start[cell]; i < grid_.start[cell + 1]; ++i) {
+      const Vec3 then = was(i) - grid_.low;
+      out.include(centre(i) - grid_.low -
+                  Vec3{static_cast<float>(then.x), static_cast<float>(then.y), static_cast<float>(then.z)});
+    }
     return out;
   }
 
@@ -105,9 +119,9 @@ class RelativeDisplacement {
 
   Grid grid_;
   double skin_ = 0;
-  Buffer<std::array<float, 3>> was_;  ///< centres when the lists were built, from the grid's low corner
-  std::vector<Slab> slabs_;           ///< cells across the longest side of the grid
-  std::vector<double> against_;       ///< of each slab, then of all together, by boundary
+  Buffer<std::array<double, 3>> was_;  ///< centres when the lists were built
+  std::vector<Slab> slabs_;            ///< cells across the longest side of the grid
+  std::vector<double> against_;        ///< of each slab, then of all together, by boundary
 };
 
 }  // namespace subsoil::dem

@@ -1,5 +1,6 @@
 #pragma once
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "libdem/bed.hpp"
@@ -89,6 +90,10 @@ struct Bed::Impl {
   // faults.cpp
   void check_faults();
   std::uint32_t deepest_sphere() const;
+
+  // list_state.cpp
+  void save_lists(std::vector<double>& to) const;
+  void restore_lists(std::span<const double> from);
 
   // state.cpp
   void save_bonding(State& out) const;

@@ -57,6 +57,8 @@ class EnergyBalance {
   /// spheres placed into each other are found at once
   void plan(const BedOptions& options, std::size_t spheres, long step, bool new_lists, bool all);
   Sample sample(std::size_t block) const;
+  Sampling& sampling() { return sampling_; }
+  const Sampling& sampling() const { return sampling_; }
 
   void sum_extremes(std::span<const SurfaceChunk> chunks);
   void sum_energy(std::span<const SurfaceChunk> chunks, std::span<const Boundary> boundaries);

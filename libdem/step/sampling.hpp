@@ -27,6 +27,10 @@ class Sampling {
     late_ = new_lists_ ? std::min(late_ + 1, every - 1) : 0;
     every_ = every, step_ = step, new_lists_ = new_lists;
   }
+  /// What the next `begin` looks at, for a restart: steps by which samples are late, whether lists were new.
+  int late() const { return late_; }
+  bool lists_were_new() const { return new_lists_; }
+  void go_on(int late, bool lists_were_new) { late_ = late, new_lists_ = lists_were_new; }
   Sample of(std::size_t block) const {
     if (every_ == 1) return {true, true, 1};
     const long due = overdue(block);

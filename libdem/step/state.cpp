@@ -3,7 +3,8 @@
 
 #include "libdem/step/bed_impl.hpp"
 
-/// Full state of a bed for a restart. Histories travel by sphere ids, so the lists may be built anew in any order.
+/// Full state of a bed for a restart. Histories travel by sphere ids, so the lists may be built anew in any order; how
+/// far they had come stands beside (list_state.cpp).
 namespace subsoil::dem {
 namespace {
 
@@ -111,12 +112,14 @@ Bed::State Bed::save() const {
     out.scalars.insert(out.scalars.end(), {b.pose_before.attitude.w, b.pose_before.attitude.x, b.pose_before.attitude.y,
                                            b.pose_before.attitude.z, b.work});
   }
+  d.save_lists(out.scalars);
   return out;
 }
 
 void Bed::restore(const State& in) {
   Impl& d = *impl_;
-  if (in.scalars.size() != kScalars + kBoundaryNumbers * d.boundaries.size())
+  // Behind them, how far the lists had come.
+  if (in.scalars.size() < kScalars + kBoundaryNumbers * d.boundaries.size())
     throw std::invalid_argument(
         "restart: the state has other surfaces than the scenario, or is of an older version; use the scenario and the "
         "version it was written from");
@@ -124,7 +127,8 @@ void Bed::restore(const State& in) {
   if (in.spheres.size() != 11 * count || in.pairs.size() != kPairRecord * (in.pair_ids.size() / 2) ||
       in.surfaces.size() != (3 + kPairRecord) * (in.surface_ids.size() / 2) ||
       in.bonds.size() != kBondRecord * (in.bond_ids.size() / 2) || in.broken.size() != 3 * in.broken_ids.size() ||
-      (!in.calm.empty() && in.calm.size() != count))
+      (!in.calm.empty() && in.calm.size() != count) ||
+      (in.ids.size() | in.pair_ids.size() | in.surface_ids.size() | in.bond_ids.size() | in.broken_ids.size()) % 2 != 0)
     throw std::invalid_argument("restart: the arrays of the state do not belong together; the file is damaged");
   d.particles.clear();
   std::map<std::uint32_t, std::uint32_t> index;
@@ -144,7 +148,14 @@ void Bed::restore(const State& in) {
   // Histories wait for the first lists, by place of the spheres.
   d.clear_lists();
   PairHistories& waiting = d.contacts.begin_waiting();
-  const auto place = [&](std::int64_t id) { return index.at(static_cast<std::uint32_t>(id)); };
+  const auto place = [&](std::int64_t id) {
+    const auto found = index.find(static_cast<std::uint32_t>(id));
+    if (found == index.end())
+      throw std::invalid_argument(
+          "restart: a contact of the state names a sphere that it does not hold; the file is "
+          "damaged");
+    return found->second;
+  };
   for (std::size_t k = 0; k < in.pair_ids.size() / 2; ++k)
     waiting.pairs.push_back(
         {place(in.pair_ids[2 * k]), place(in.pair_ids[2 * k + 1]), pair_state_of(in.pairs.data() + kPairRecord * k)});
@@ -153,6 +164,10 @@ void Bed::restore(const State& in) {
         {place(in.bond_ids[2 * k]), place(in.bond_ids[2 * k + 1]), bond_memory_of(in.bonds.data() + kBondRecord * k)});
   d.restore_bonding(in);
   for (std::size_t k = 0; k < in.surface_ids.size() / 2; ++k) {
+    if (in.surface_ids[2 * k + 1] < 0 || in.surface_ids[2 * k + 1] >= static_cast<std::int64_t>(d.boundaries.size()))
+      throw std::invalid_argument(
+          "restart: a contact of the state names a surface that is not there; the file is "
+          "damaged");
     Reader read{in.surfaces.data() + (3 + kPairRecord) * k};
     SurfaceHistory c{
         place(in.surface_ids[2 * k]), static_cast<std::uint32_t>(in.surface_ids[2 * k + 1]), read.vector(), {}};
@@ -179,6 +194,8 @@ void Bed::restore(const State& in) {
     b.work = read.number();
     b.pose = b.pose_before = stood;
   }
+  const std::span<const double> lists(read.at, in.scalars.data() + in.scalars.size());
+  if (!lists.empty()) d.restore_lists(lists);
 }
 
 }  // namespace subsoil::dem

@@ -151,7 +151,7 @@ TEST(Report, RunsSideBySideHaveDifferences) {
 TEST(Report, BrokenFoldersSayWhatIsMissingAndGiveTheRest) {
   const test::Scratch scratch;
   const auto copy = scratch / "run";
-  std::filesystem::copy(pass() / "run", copy);
+  std::filesystem::copy(pass() / "run", copy, std::filesystem::copy_options::recursive);
   std::filesystem::remove(copy / "summary.json");
   std::filesystem::resize_file(copy / "run.h5", std::filesystem::file_size(copy / "run.h5") / 3);
   Json data = data_of({copy});

@@ -1,0 +1,200 @@
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <thread>
+
+#include "apps/output/state_file.hpp"
+#include "apps/run/output_folder.hpp"
+#include "apps/run/resume.hpp"
+#include "tests/tools/program_runs.hpp"
+#include "tests/unit/apps/trench.hpp"
+
+/// A run that is killed goes on where its folder stands and ends as if nothing had been: series to the last byte, every
+/// number of every frame, the summary but for clock and memory.
+namespace subsoil::app {
+namespace {
+
+using namespace test;
+
+constexpr const char* grains = R"(subsoil: 1
+materials: {soil: {density: 2600 kg/m^3}, pan: {density: 2600 kg/m^3}, steel: {density: 7850 kg/m^3}}
+contacts:
+  - &dry {between: [soil, soil], law: linear, k_n: 20 kN/m, restitution: 0.4, mu: 0.5, mu_r: 0.2}
+  - {<<: *dry, between: [soil, pan]}
+  - {<<: *dry, between: [pan, pan]}
+  - {<<: *dry, between: [soil, steel]}
+  - {<<: *dry, between: [pan, steel]}
+soil:
+  container: {size: 100 120 80 mm, at: 0 0 0 m, material: steel}
+  bed: {BED}
+boundaries:
+  - {name: tool, material: steel, shape: {box: 20 20 20 mm}, at: 50 75 40 mm, moves: [{velocity: 0 -0.3 0 m/s}]}
+time: {end: 60 ms}
+output: {every: 5 ms, series every: 1 ms, watch: {force: {soil force: tool, along: 0 1}}}
+)";
+
+std::string with_bed(const std::string& bed) {
+  std::string text = grains;
+  return text.replace(text.find("{BED}"), 5, "{" + bed + "}");
+}
+
+std::string text_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// Runs in a process of its own until it has left a checkpoint and some ms more, then kills it. False if it was faster.
+bool run_and_kill(const std::string& scenario, const std::filesystem::path& out, int more,
+                  const std::vector<std::string>& sets) {
+  const pid_t child = fork();
+  if (child == 0) {
+    set_checkpoint_interval(0.02);
+    run_scenario(scenario, out, sets);
+    _exit(0);
+  }
+  const auto has_checkpoint = [&] {
+    std::error_code none;
+    for (const auto& file : std::filesystem::directory_iterator(out, none))
+      if (file.path().filename().string().starts_with("checkpoint-") && file.path().extension() == ".h5") return true;
+    return false;
+  };
+  int status = 0;
+  while (waitpid(child, &status, WNOHANG) == 0 && !has_checkpoint())
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  std::this_thread::sleep_for(std::chrono::milliseconds(more));
+  kill(child, SIGKILL);
+  waitpid(child, &status, 0);
+  return std::filesystem::exists(out / "scenario.yaml") && !std::filesystem::exists(out / "summary.json");
+}
+
+nlohmann::json lasting(const std::filesystem::path& out) {
+  nlohmann::json summary = summary_of(out);
+  for (const char* key : {"wall time [s]", "peak memory [bytes]", "particle-steps per second", "threads"})
+    summary["run"].erase(key);
+  return summary;
+}
+
+void expect_same(const std::filesystem::path& whole, const std::filesystem::path& out) {
+  EXPECT_EQ(text_of(whole / "series.csv"), text_of(out / "series.csv"));
+  EXPECT_EQ(lasting(whole), lasting(out));
+  const std::vector<double> times = frame_times(whole);
+  ASSERT_EQ(times, frame_times(out));
+  const auto a = h5::open_file(whole / "run.h5"), b = h5::open_file(out / "run.h5");
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    const std::string group = fmt::format("/frames/{:06}", k);
+    for (const std::string column : {"/position", "/velocity", "/force", "/spin", "/torque"})
+      if (h5::exists(a, group + column)) {
+        EXPECT_EQ(h5::read<double>(a, group + column), h5::read<double>(b, group + column)) << group << column;
+      }
+  }
+  EXPECT_EQ(states_in(out).size(), states_in(whole).size()) << "checkpoints go when the end is reached";
+}
+
+void expect_no_seam(const std::string& scenario, const std::vector<std::string>& sets = {}) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(scenario);
+  ASSERT_EQ(run_scenario(file, dir / "whole", sets), exit_ok);
+  int stopped = 0;
+  for (const int more : {0, 30}) {
+    const auto out = dir / ("out" + std::to_string(more));
+    stopped += run_and_kill(file, out, more, sets) ? 1 : 0;
+    RunRequest request;
+    request.threads = 2;
+    spdlog::set_level(spdlog::level::off);
+    EXPECT_EQ(resume(out, request), exit_ok);
+    expect_same(dir / "whole", out);
+  }
+  EXPECT_GT(stopped, 0) << "nothing was tried";
+}
+
+TEST(Resume, CoupledRunEndsWithTheSameBits) { expect_no_seam(small_pass); }
+TEST(Resume, CoupledRunInMixedPrecision) { expect_no_seam(small_pass, {"precision=mixed"}); }
+TEST(Resume, SettledBed) { expect_no_seam(with_bed("fill: random, material: soil, radius: 8 mm, count: 120")); }
+TEST(Resume, LayeredBedOfManySizes) {
+  expect_no_seam(
+      with_bed("fill: lattice, layers: [{thickness: 40 mm, material: soil, radius: 8 mm}, {thickness: 36 mm, "
+               "material: pan, radius: 6 mm}]"));
+}
+
+TEST(Resume, BondedBed) {
+  std::string text = with_bed("fill: lattice, material: soil, radius: 8 mm, depth: 60 mm");
+  text.replace(text.find("law: linear, k_n"), 16,
+               "law: linear, bond: parallel, bond modulus: 20 MPa, bond tensile strength: 20 kPa, bond shear strength: "
+               "20 kPa, bond friction angle: 20 deg, bond damping: 0.1, k_n");
+  // Surfaces have none: they get a law without.
+  text.replace(text.find("{<<: *dry, between: [soil, steel]}"), 34,
+               "{between: [soil, steel], law: linear, k_n: 20 kN/m, restitution: 0.4, mu: 0.5, mu_r: 0.2}");
+  text.replace(text.find("{<<: *dry, between: [pan, steel]}"), 33,
+               "{between: [pan, steel], law: linear, k_n: 20 kN/m, restitution: 0.4, mu: 0.5, mu_r: 0.2}");
+  expect_no_seam(text);
+}
+
+TEST(Resume, AMachineAloneIsRunAgain) {
+  const RunDirectory dir;
+  const std::string file = config("pendulum");
+  ASSERT_EQ(run_scenario(file, dir / "whole"), exit_ok);
+  std::filesystem::create_directories(dir / "out");
+  std::filesystem::copy_file(dir / "whole/scenario.yaml", dir / "out/scenario.yaml");
+  write_file(dir / "out/series.csv", "time [s]\n0.0\n0.1");
+  EXPECT_EQ(resume(dir / "out", {}), exit_ok);
+  EXPECT_EQ(text_of(dir / "whole" / "series.csv"), text_of(dir / "out" / "series.csv"));
+}
+
+TEST(Resume, ADamagedCheckpointIsPassedOver) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(small_pass);
+  ASSERT_EQ(run_scenario(file, dir / "whole"), exit_ok);
+  if (!run_and_kill(file, dir / "out", 60, {})) GTEST_SKIP() << "the machine was faster than the kill";
+  const std::filesystem::path last = states_in(dir / "out").at(0);
+  std::string bytes = text_of(last);
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 0x10);
+  for (std::size_t k = bytes.size() / 2; k < bytes.size() / 2 + 4000 && k < bytes.size(); ++k) bytes[k] = 7;
+  write_file(last, bytes);
+  EXPECT_EQ(resume(dir / "out", {}), exit_ok);
+  expect_same(dir / "whole", dir / "out");
+}
+
+TEST(Resume, WhatIsNoRunIsRefused) {
+  const RunDirectory dir;
+  std::filesystem::create_directories(dir / "empty");
+  EXPECT_THROW(resume(dir / "empty", {}), ScenarioError);
+  EXPECT_THROW(resume(dir / "nowhere", {}), ScenarioError);
+}
+
+TEST(FolderLock, KeepsASecondRunOut) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(small_pass);
+  {
+    const FolderLock lock(dir / "out");
+    try {
+      run({.scenario = file, .out = dir / "out", .threads = 1, .force = true});
+      FAIL() << "two runs in one folder";
+    } catch (const ScenarioError& error) {
+      EXPECT_NE(std::string(error.what()).find("another run writes into it (process " + std::to_string(getpid())),
+                std::string::npos)
+          << error.what();
+    }
+  }
+  EXPECT_FALSE(std::filesystem::exists(dir / "out")) << "nothing was put into it";
+}
+
+TEST(FolderLock, ForceLeavesNothingOfAnotherRun) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(small_pass);
+  ASSERT_EQ(run_scenario(file, dir / "out", {"time.end=4 ms", "output.state every=1 ms"}), exit_ok);
+  ASSERT_GT(states_in(dir / "out").size(), 2u);
+  write_file(dir / "out/notes.txt", "mine");
+  ASSERT_EQ(run({.scenario = file, .out = dir / "out", .sets = {"time.end=2 ms"}, .threads = 1, .force = true}),
+            exit_ok);
+  EXPECT_EQ(states_in(dir / "out").size(), 1u);
+  EXPECT_TRUE(std::filesystem::exists(dir / "out/notes.txt"));
+}
+
+}  // namespace
+}  // namespace subsoil::app
