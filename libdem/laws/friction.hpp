@@ -112,13 +112,14 @@ struct Friction {
     else if (damping_factor != 1)
       n.c_t = T(damping_factor) * n.c_t;
     if (limiting == LimitingForce::of_law) return;
-    const bool attracted =
-        limiting == LimitingForce::plus_attraction || limiting == LimitingForce::absolute_plus_attraction;
-    const bool absolute = limiting == LimitingForce::absolute || limiting == LimitingForce::absolute_plus_attraction;
-    const T force = attracted                            ? n.force + n.attraction
-                    : limiting == LimitingForce::elastic ? n.force - n.damping
-                                                         : n.force;
-    n.limiting_force = select(n.in_contact, max(force, absolute ? -force : T(0.0)), T(0.0));
+    T force = n.force;
+    if (limiting == LimitingForce::elastic) force = n.force - n.damping;
+    if (limiting == LimitingForce::plus_attraction || limiting == LimitingForce::absolute_plus_attraction)
+      force = n.force + n.attraction;
+    const T positive = max(force, T(0.0));
+    n.limiting_force = select(n.in_contact, positive, T(0.0));
+    if (limiting == LimitingForce::absolute || limiting == LimitingForce::absolute_plus_attraction)
+      n.limiting_force = select(n.in_contact, max(force, -force), T(0.0));
   }
 
   template <class T>
@@ -152,8 +153,7 @@ struct Friction {
     if (std::isnan(k_r) && std::isnan(c_r))
       return turning(n, rho, w, dashpot_before, mu_r, rolling_damping, r_eff, inverse_r, root_i, dt,
                      cap(rolling_rule, rolling_damping_at_limit));
-    const T k = rolling_stiffness(n, r_eff);
-    const T soft = select(k > zero, T(1.0) / max(k, tiny<T>()), zero);
+    const T k = rolling_stiffness(n, r_eff), soft = T(1.0) / max(k, tiny<T>());
     const T c = std::isnan(c_r) ? T(2.0 * rolling_damping) * root_i * sqrt(k) : T(c_r);
     return stick_slip(rho, w, dashpot_before, zero, dt, std::isnan(k_r) ? n.stiffness_ratio : T(1.0), k, soft, c, most,
                       most, n.in_contact, cap(rolling_rule, rolling_damping_at_limit));

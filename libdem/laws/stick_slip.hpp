@@ -80,7 +80,11 @@ template <class T, int D>
   const T inverse = rsqrt(max(g2, tiny<T>()));
   const T scale = select(slip, limit_kinetic * inverse, one);
   const T over = (one - scale) * soft;
-  const T back = max(zero, cap.set_back ? over : min(over, along * inverse * inverse));  // a/|g|; 0 while it sticks
+  T back;  // a/|g|; 0 while it sticks
+  if (cap.set_back)
+    back = select(in_contact, max(zero, over), zero);
+  else
+    back = max(zero, min(over, along * inverse * inverse));
   const T share = cap.together ? zero : select(slip, T(cap.kept), one);
   out.slipping = select(both(in_contact, slip), one, zero);
   T power = zero;
