@@ -5,6 +5,7 @@
 #include "tests/tools/dem_reference.hpp"
 #include "tests/tools/every_kernel.hpp"
 #include "tests/tools/every_law.hpp"
+#include "tests/tools/laws.hpp"
 
 /// The vector kernels against a scalar contact written independently (tools/dem_reference.hpp), and lane against lane.
 namespace subsoil::dem::test {
