@@ -108,9 +108,8 @@ class Runner {
   void open_output() {
     std::filesystem::create_directories(request_.out);
     write_atomically(request_.out / "scenario.yaml", write_scenario(s_));
-    series_ = std::make_unique<SeriesWriter>(
-        request_.out / "series.csv", columns_->list(),
-        world_.bed && s_.output.series_digits == SeriesDigits::automatic ? 9 : csv::exact_digits);
+    series_ = std::make_unique<SeriesWriter>(request_.out / "series.csv", columns_->list(),
+                                             world_.bed ? 9 : csv::exact_digits);
     std::vector<SeriesColumn> summarised;
     for (const std::size_t c : columns_->summarised()) summarised.push_back(columns_->list()[c]);
     summary_ = std::make_unique<Summary>(summarised);

@@ -15,7 +15,6 @@ enum class OutputPrecision { single, full };
 enum class State { none, full };
 /// What the columns of forces hold: means over the interval of a row, or values at its instant.
 enum class ForceColumns { automatic, mean, instant };
-enum class SeriesDigits { automatic, full };
 
 /// A named column of the series made for the reader's eye.
 struct Watch {
@@ -35,7 +34,6 @@ struct Output {
   std::optional<double> every;  // frames; end/200 unless given (unless `at` is)
   std::vector<double> at;       // further frame times
   double series_every = 1e-3;
-  SeriesDigits series_digits = SeriesDigits::automatic;
   long book_every = 0;  // soil steps; 0: the bed's own choice
   ForceColumns forces = ForceColumns::automatic;
   std::vector<Column> columns{Column::position, Column::velocity, Column::spin,

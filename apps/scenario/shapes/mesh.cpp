@@ -66,9 +66,9 @@ void MeshShape::describe(Fields& v) {
   v.unit("unit", unit, "m", "unit of the file's numbers");
 }
 
-dem::TriangleMesh MeshShape::mesh() const { return read_mesh(file, unit); }
+dem::TriangleMesh MeshShape::mesh() const { return read_stl(file, unit); }
 
-dem::TriangleMesh read_mesh(const std::string& file, double unit) {
+dem::TriangleMesh read_stl(const std::string& file, double unit) {
   if (!std::filesystem::exists(file)) throw std::runtime_error(file + ": no such file");
   std::string ending = std::filesystem::path(file).extension();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });

@@ -16,9 +16,7 @@ struct MeshShape {
   dem::TriangleMesh mesh() const;
 };
 
-/// Reads an STL (binary or text), OBJ or PLY file in double precision; `unit` metres per unit of the file. Corners
-/// nearer than 1e-6 of the mesh's diagonal are one vertex; faces of more than three corners, flat and convex, are cut
-/// into triangles. Throws std::runtime_error naming the file.
-dem::TriangleMesh read_mesh(const std::string& file, double unit);
+/// Reads an STL, OBJ or PLY file in double; `unit` metres per unit of the file. Throws std::runtime_error naming it.
+dem::TriangleMesh read_stl(const std::string& file, double unit);
 
 }  // namespace subsoil::app
