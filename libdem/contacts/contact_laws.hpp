@@ -30,8 +30,7 @@ class ContactLaws {
   const MemoryShape& surface_memory(std::uint32_t law) const { return surface_memory_[law]; }
   bool any_bonds() const { return any_bonds_; }
 
-  /// Throws std::invalid_argument when spheres of two materials, or two of one, are in the bed and have no law with
-  /// each other. @param present by material: none, 1, or 2 for more
+  /// Throws std::invalid_argument when spheres of two materials are in the bed and have no law with each other.
   void require(const std::vector<char>& present) const;
 
  private:

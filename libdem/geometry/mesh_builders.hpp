@@ -24,7 +24,7 @@ TriangleMesh cylinder_mesh(const Vec3& centre, const Vec3& axis, double radius, 
 /// Icosahedron divided `subdivisions` times, corners on the radius, closed.
 TriangleMesh icosphere_mesh(double radius, int subdivisions);
 
-/// Mesh from loose triangles (what a mesh file holds): corners nearer than `weld` metres become one vertex;
+/// Mesh from loose triangles (what an STL file holds): corners nearer than `weld` metres become one vertex;
 /// weld <= 0: 1e-6 of the bounding box' diagonal, some ten times the rounding of a float32 file.
 TriangleMesh welded_mesh(std::span<const std::array<Vec3, 3>> soup, double weld = 0);
 
