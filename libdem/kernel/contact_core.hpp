@@ -107,14 +107,19 @@ struct Response {
   P damped, slid, rolled, stored;  ///< J
 };
 
-/// `Pair`: two spheres, contact point in the middle of the overlap; else a sphere and a surface, contact point on the
-/// surface. `share` 1 for these moment arms, 0 for the radius.
-template <bool Pair, bool Rolls, class L, class P>
-[[gnu::always_inline]] inline void meet(double share, const Touch<P>& a, MeetingOf<Pair, L, P>& out) {
-  const P sink = P(Pair ? 0.5 * share : share) * a.overlap;
+/// `Pair`: two spheres; else a sphere and a surface. `Usual`: slip has the moment arms of the force.
+template <bool Pair, bool Rolls, bool Usual, class L, class P>
+[[gnu::always_inline]] inline void meet(const LeverShares& share, const Touch<P>& a, MeetingOf<Pair, L, P>& out) {
+  const P sink = P(share.force) * a.overlap;
   const P l_i = a.r_i - sink, l_j = Pair ? a.r_j - sink : P(0.0);
+  P slip_i = l_i, slip_j = l_j;
+  if constexpr (!Usual) {
+    const P slip_sink = P(share.slip) * a.overlap;
+    slip_i = a.r_i - slip_sink;
+    if (Pair) slip_j = a.r_j - slip_sink;
+  }
   P arm[3];
-  for (int d = 0; d < 3; ++d) arm[d] = Pair ? l_i * a.w_i[d] + l_j * a.w_j[d] : l_i * a.w_i[d];
+  for (int d = 0; d < 3; ++d) arm[d] = Pair ? slip_i * a.w_i[d] + slip_j * a.w_j[d] : slip_i * a.w_i[d];
   // Spins move the contact point across n only: what the centres do along it is known before the moment arms are.
   const P v_n = dot3(a.v, a.n);
   for (int d = 0; d < 3; ++d) {
@@ -159,8 +164,8 @@ template <bool Pair, bool Rolls, class P, class L>
                                                   double elapsed) {
   const P zero(0.0), half(0.5), dt(elapsed);
   const Effective<P>& e = a.effective;
-  const NormalForce<P> normal =
-      normal_force(law, Approach<P>{a.overlap, -a.v_n, e.root_m, e.r_eff, dt, e.per_sum}, h.own);
+  NormalForce<P> normal = normal_force(law, Approach<P>{a.overlap, -a.v_n, e.root_m, e.r_eff, dt, e.per_sum}, h.own);
+  law.friction.adjust(normal, e.root_m);
   project_across(h.xi, a.n);
   const Slip<P> slide = law.friction.slide(normal, h.xi, a.v_t, h.dash_t, h.slipping, dt);
   Response<P> out;
@@ -179,9 +184,7 @@ template <bool Pair, bool Rolls, class P, class L>
   if constexpr (Rolls) {
     project_across(h.rho, a.n);
     const Slip<P> roll = law.friction.roll(normal, h.rho, a.w, h.dash_r, e.r_eff, e.inverse_r, e.root_i, dt);
-    const double share =
-        law.friction.rolling == Rolling::elastic_plastic ? Friction::turning_share(law.friction.mu_r) : 0.0;
-    const P k_r = P(share) * normal.k_n * e.r_eff * e.r_eff;
+    const P k_r = law.friction.rolling_stiffness(normal, e.r_eff);
     for (int d = 0; d < 3; ++d) {
       out.t_i[d] = out.t_i[d] - roll.force[d];
       out.t_j[d] = out.t_j[d] + roll.force[d];
@@ -238,11 +241,6 @@ template <class L, class P>
   out.damped = out.damped + b.damped;
   out.stored = out.stored + b.stored;
   return any(b.broke);
-}
-
-template <class L>
-double lever_share(const L& law) {
-  return law.friction.lever == Lever::mid_overlap ? 1.0 : 0.0;
 }
 
 }  // namespace SUBSOIL_ISA

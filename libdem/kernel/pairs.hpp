@@ -26,8 +26,8 @@ inline VecF overlap_of(const Gap<VecF>& g, VecF& inverse) {
   return quotient(g.excess, sum + g.d2 * inverse, sum + g.d2 * rough);
 }
 
-template <bool Rolls, class L, class P>
-[[gnu::always_inline]] inline void meet_pair(double share, const Gap<P>& g, MeetingOf<true, L, P>& out) {
+template <bool Rolls, bool Usual, class L, class P>
+[[gnu::always_inline]] inline void meet_pair(const LeverShares& share, const Gap<P>& g, MeetingOf<true, L, P>& out) {
   P inverse;
   Touch<P> a;
   a.overlap = overlap_of(g, inverse);
@@ -36,7 +36,7 @@ template <bool Rolls, class L, class P>
     a.v[d] = g.v[d], a.w_i[d] = g.w_i[d], a.w_j[d] = g.w_j[d];
   }
   a.r_i = g.r_i, a.r_j = g.r_j;
-  meet<true, Rolls, L>(share, a, out);
+  meet<true, Rolls, Usual, L>(share, a, out);
 }
 
 /// What a contact gives to both spheres, as columns.
@@ -129,7 +129,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
   constexpr int span = kSpan<P>, room = kGroup * span, further = kAhead * span, lanes = P::kLanes;
   L law = by_reference;  // nothing can point to it: its constants stay in registers
   if constexpr (!Accumulate) law.friction = law.friction.as_usual();
-  const double share = lever_share(law);
+  const LeverShares share = by_reference.friction.shares(true);
   const MemoryShape shape = Remembers<L, Rolls>(law).shape(kBonds<L>, std::is_same_v<P, VecF>);
   const auto* const spheres = records(job, P{});
   const std::size_t bytes = shape.state_bytes();
@@ -214,7 +214,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
         for (int part = 0; part < kParts<P>; ++part) {
           Gap<P> gap;
           read<same.value>(spheres, i, j, part * lanes, all, gap);
-          meet_pair<Rolls, L>(share, gap, meeting[g][part]);
+          meet_pair<Rolls, !Accumulate, L>(share, gap, meeting[g][part]);
           if (!same.value) effective<true, Rolls, L>(gap.r_i, gap.m_i, gap.r_j, gap.m_j, meeting[g][part].effective);
         }
       }

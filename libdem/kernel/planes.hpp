@@ -12,7 +12,7 @@ template <bool Rolls, bool Accumulate, class L>
 void run_planes(const L& by_reference, PlaneJob& job) {
   L law = by_reference;  // nothing can point to it: its constants stay in registers
   if constexpr (!Accumulate) law.friction = law.friction.as_usual();
-  const double share = lever_share(law);
+  const LeverShares share = by_reference.friction.shares(false);
   const Remembers<L, Rolls> has(law);
   const MemoryShape shape = has.shape(false, false);
   const VecD zero(0.0), one(1.0);
@@ -42,7 +42,7 @@ void run_planes(const L& by_reference, PlaneJob& job) {
       a.r_i = a.r_j = i.r;
       const BlockMemory memory[1] = {BlockMemory::at(job.lines, job.count, shape, b)};
       Meeting<VecD> meeting;
-      meet<false, Rolls, L>(share, a, meeting);
+      meet<false, Rolls, !Accumulate, L>(share, a, meeting);
       effective<false, Rolls, L>(i.r, i.m, i.r, i.m, meeting.effective);
       ContactMemory<VecD> h = load_memory<VecD, Accumulate>(has, memory, first);
       Response<VecD> c = respond<false, Rolls, VecD>(law, meeting, h, job.elapsed);

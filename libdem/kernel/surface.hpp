@@ -9,6 +9,7 @@ inline namespace SUBSOIL_ISA {
 template <bool Rolls, class L>
 void run_surface(const L& law, SurfaceJob& job) {
   const VecD zero(0.0), one(1.0);
+  const LeverShares share = law.friction.shares(false);
   const Remembers<L, Rolls> has(law);
   const MemoryShape shape = has.shape(false, false);
   const BlockMemory memory[1] = {BlockMemory::at(job.lines, 1, shape, 0)};
@@ -23,7 +24,7 @@ void run_surface(const L& law, SurfaceJob& job) {
     a.overlap = i.r - load<VecD>(job.distance + first);
     a.r_i = a.r_j = i.r;
     Meeting<VecD> meeting;
-    meet<false, Rolls, L>(lever_share(law), a, meeting);
+    meet<false, Rolls, false, L>(share, a, meeting);
     effective<false, Rolls, L>(i.r, i.m, i.r, i.m, meeting.effective);
     ContactMemory<VecD> h = load_memory<VecD, true>(has, memory, first);
     const Response<VecD> c = respond<false, Rolls, VecD>(law, meeting, h, job.elapsed);

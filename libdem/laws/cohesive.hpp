@@ -36,7 +36,7 @@ struct Cohesive : Normal {
     WorstContact harder = w;
     if constexpr (!Normal::constant_stiffness) harder.speed = speed_of(overlap_at(w), w);
     StiffnessBound b = Normal::bound(harder);
-    b.k_n = std::max(b.k_n, this->cohesion.stiffness(w));
+    b.k_n = std::max(b.k_n, this->cohesion.steepest(w));
     return b;
   }
 

@@ -40,6 +40,8 @@ struct NormalForce {
   T tangential_compliance;  ///< 1/k_t, m/N, 0 where k_t = 0
   T c_t;                    ///< tangential damping coefficient, N s/m
   Mask<T> in_contact;       ///< surfaces touch: tangential and rolling resistance act
+  T c_n = T(0.0);           ///< normal damping coefficient, N s/m; where it acts
+  T attraction = T(0.0);    ///< the part of `force` that pulls, N >= 0
   T lost = T(0.0);  ///< J lost in this step other than by `damping`: plastic work, and what tears; 0 for elastic laws
 };
 

@@ -43,8 +43,9 @@ void refuse_beside_bond(const Normal& law) {
   if (law.cohesion.acts())
     throw std::invalid_argument("a bond and cohesion in one law: not offered; leave one of them out");
   // Of a stretched pair moment arms of the radius would not reach the bond: torques would not balance.
-  if (law.friction.lever != Lever::mid_overlap)
-    throw std::invalid_argument("lever: a bond needs mid-overlap, else angular momentum is not kept");
+  if (law.friction.lever != Lever::mid_overlap || law.friction.slip_lever != SlipLever::as_force)
+    throw std::invalid_argument(
+        "lever: a bond needs mid-overlap (and `slip lever: as-force`), else angular momentum is not kept");
 }
 
 template <class L>
@@ -127,6 +128,7 @@ class ContactLawOf final : public ContactLaw {
 template <class L>
 std::shared_ptr<const ContactLaw> make_law(const L& given) {
   const L ready = given.resolved();
+  ready.friction.check();
   if constexpr (requires { ready.bond; }) {
     if (ready.bond.acts()) {
       refuse_beside_bond(ready);

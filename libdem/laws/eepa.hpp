@@ -137,14 +137,16 @@ struct Eepa {
     out.lost = yields * (work - (stored - stored_then));
     out.k_n = T(n) * load * slope;
     const T root = sqrt(out.k_n) * a.root_m, damp(2 * damping_ratio(restitution) * std::sqrt((n + 1) / (2 * n)));
-    out.damping = select(touches, damp * root * a.rate, zero);
+    out.c_n = damp * root;
+    out.damping = select(touches, out.c_n * a.rate, zero);
     out.force = select(touches, spring + out.damping - T(f0), zero);
     out.stored = stored - select(touches, T(f0) * depth, zero);
+    out.attraction = select(touches, T(f0) + adhesion, zero);
     out.limiting_force = limiting_force_of(limit, out.force + T(f0), adhesion);
     out.k_t = T(stiffness_ratio) * out.k_n;
     out.stiffness_ratio = n > 1 ? earlier_slope / slope : one;
     out.tangential_compliance = stiffness_ratio > 0 ? select(touches, one / max(out.k_t, tiny<T>()), zero) : zero;
-    out.c_t = T(std::sqrt(stiffness_ratio)) * damp * root;
+    out.c_t = T(std::sqrt(stiffness_ratio)) * out.c_n;
     return out;
   }
 

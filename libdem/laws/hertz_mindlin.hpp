@@ -32,8 +32,7 @@ struct HertzMindlin : ElasticPair {
   void describe(V& v) {
     v.card("hertz-mindlin", "Hertz normal force, Mindlin tangential stiffness, Tsuji damping");
     describe_elasticity(v);
-    v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution",
-               "for no damping use 1");
+    v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution", "for no damping use 1");
     v.flag("clip attraction", clip,
            "cut the normal force off at zero while separating (restitution then exceeds the given)");
     cohesion.describe(v);
@@ -72,9 +71,9 @@ struct HertzMindlin : ElasticPair {
     n.k_t = T(8 * G_eff) * root;
     n.stiffness_ratio = root_before / root;
     n.tangential_compliance = select(n.in_contact, T(1.0) / max(n.k_t, tiny<T>()), zero);
-    const T c_n = damp * sqrt(n.k_n) * a.root_m;
-    n.c_t = T(std::sqrt(4 * G_eff / E_eff)) * c_n;
-    const T viscous = c_n * a.rate;
+    n.c_n = damp * sqrt(n.k_n) * a.root_m;
+    n.c_t = T(std::sqrt(4 * G_eff / E_eff)) * n.c_n;
+    const T viscous = n.c_n * a.rate;
     const T total = max(least_force<T>(clip), spring + viscous);
     n.force = select(n.in_contact, total, zero);
     n.damping = select(n.in_contact, total - spring, zero);

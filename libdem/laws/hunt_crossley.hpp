@@ -82,6 +82,7 @@ struct HuntCrossley {
     n.k_t = T(stiffness_ratio) * n.k_n;
     n.stiffness_ratio = impact.n > 1 ? before / stiff : one;
     n.tangential_compliance = select(n.k_t > zero, one / max(n.k_t, tiny<T>()), zero);
+    n.c_n = T(impact.b) * spring;
     n.c_t = T(stiffness_ratio * impact.b) * spring;
     return n;
   }

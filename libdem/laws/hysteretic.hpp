@@ -48,8 +48,8 @@ struct Hysteretic {
     v.derived(
         "yield strength", yield, "Pa", "(0, inf)",
         "when K1 is left out; left out too: the smaller of the two materials'; r_eff at a boundary is the radius");
-    v.derived("restitution", restitution, "1", "(0, 1]",
-              "coefficient of restitution, K2 = K1/e^2", "for no plastic loss use 1");
+    v.derived("restitution", restitution, "1", "(0, 1]", "coefficient of restitution, K2 = K1/e^2",
+              "for no plastic loss use 1");
     v.derived("K2", K2, "N/m", "(0, inf)", "unloading stiffness, in place of the restitution, when K1 is given");
     v.quantity("damping factor", damping_factor, "1", "[0, 1]",
                "share of the linear dashpot of that restitution which acts besides; takes the restitution below it");
@@ -106,8 +106,8 @@ struct Hysteretic {
     n.in_contact = a.overlap > zero;
     memory[0] = residual == Residual::follows ? min(reached, depth) : select(n.in_contact, reached, zero);
     const T spring = select(loads, k1 * depth, k2 * max(depth - reached, zero));
-    const T viscous =
-        damping_factor > 0 ? T(2 * damping_factor * damping_ratio(restitution)) * sqrt(k1) * a.root_m * a.rate : zero;
+    n.c_n = damping_factor > 0 ? T(2 * damping_factor * damping_ratio(restitution)) * sqrt(k1) * a.root_m : zero;
+    const T viscous = damping_factor > 0 ? n.c_n * a.rate : zero;
     const T total = max(least_force<T>(clip), spring + viscous);
     n.force = select(n.in_contact, total, zero);
     n.damping = n.force - spring;

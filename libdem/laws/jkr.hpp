@@ -47,8 +47,8 @@ struct Jkr : ElasticPair {
     describe_elasticity(v);
     v.quantity("work of adhesion", work, "J/m^2", "(0, inf)",
                "to part a unit of surface: twice the surface energy of LAMMPS and EDEM");
-    v.quantity("restitution", restitution, "1", "(0, 1]",
-               "coefficient of restitution without adhesion", "for no damping use 1");
+    v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution without adhesion",
+               "for no damping use 1");
     v.choice("separation", separation, {{"rupture", Separation::rupture}, {"pull-off", Separation::pull_off}},
              "the neck breaks at the end of its branch, or at the largest pull");
     friction.describe(v);
@@ -100,9 +100,10 @@ struct Jkr : ElasticPair {
     n.k_t = T(8 * G_eff) * radius;
     n.stiffness_ratio = memory[1] / radius;
     n.tangential_compliance = select(held, one / n.k_t, zero);
-    const T c_n = T(damping) * sqrt(n.k_n) * a.root_m;
-    n.c_t = T(std::sqrt(4 * G_eff / E_eff)) * c_n;
-    n.damping = select(held, c_n * a.rate, zero);
+    n.c_n = T(damping) * sqrt(n.k_n) * a.root_m;
+    n.c_t = T(std::sqrt(4 * G_eff / E_eff)) * n.c_n;
+    n.damping = select(held, n.c_n * a.rate, zero);
+    n.attraction = select(held, T(2.0) * pull * y3, zero);
     n.force = select(held, elastic, zero) + n.damping;
     n.limiting_force = elastic + T(1.5) * pull;
     const T energy = pull / r * a0 * a0;

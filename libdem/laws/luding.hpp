@@ -48,8 +48,8 @@ struct Luding {
     v.quantity("phi_f", phi_f, "1", "(0, 1]",
                "plastic depth over the effective diameter 2 r_eff at which unloading is stiffest");
     v.derived("damping", damping, "N s/m", "[0, inf)", "damping coefficient; left out: by the restitution");
-    v.derived("restitution", restitution, "1", "(0, 1]",
-              "of the dashpot with the spring k1 alone, in place of damping", "for no damping use 1");
+    v.derived("restitution", restitution, "1", "(0, 1]", "of the dashpot with the spring k1 alone, in place of damping",
+              "for no damping use 1");
     v.quantity("stiffness ratio", stiffness_ratio, "1", "[0, inf)", "tangential stiffness over k1");
     v.choice("unloading stiffness", unloading, {{"grows", Unloading::grows}, {"constant", Unloading::constant}},
              "from k1 to k2 with the largest overlap (Luding), or k2 always");
@@ -96,7 +96,8 @@ struct Luding {
     NormalForce<T> n;
     n.in_contact = a.overlap > zero;
     const T spring = select(tears, -pull, on_line);
-    const T viscous = coefficient(T(k1), T(1.0), a.root_m) * a.rate;
+    n.c_n = coefficient(T(k1), T(1.0), a.root_m);
+    const T viscous = n.c_n * a.rate;
     n.force = select(n.in_contact, spring + viscous, zero);
     n.damping = select(n.in_contact, viscous, zero);
     n.stored = half * (spring - at.tear) * (spring + at.tear) / at.stiffness;
@@ -106,6 +107,7 @@ struct Luding {
                         half * T(k_c) * (tear_overlap(loaded, reached) - tear_overlap(at, now)) *
                             (tear_overlap(loaded, reached) + tear_overlap(at, now)),
                     zero);
+    n.attraction = select(n.in_contact, pull, zero);
     n.limiting_force = limiting_force_of(limit, n.force, pull);
     n.k_n = T(k1);
     n.k_t = T(stiffness_ratio * k1);

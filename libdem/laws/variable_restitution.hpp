@@ -100,6 +100,7 @@ struct VariableRestitution {
     n.k_n = (linear ? T(k_n) : T(2 * E_eff)) * root;
     const T spring = T(linear ? 1 : 2.0 / 3.0) * n.k_n * depth;
     const T damp = T(factor()) * beta * sqrt(n.k_n) * a.root_m;
+    n.c_n = damp;
     const T viscous = select(n.in_contact, damp * a.rate, zero);
     n.force = max(least_force<T>(clip), spring + viscous);
     n.damping = clip ? n.force - spring : viscous;

@@ -128,6 +128,8 @@ struct Wet {
     n.stiffness_ratio = T(1.0);
     n.tangential_compliance = T(K_Y > 0 ? 1 / K_Y : 0.0);
     n.c_t = T(C_Y);
+    n.c_n = T(C_X);
+    n.attraction = select(n.in_contact, cohesion, zero);
     return n;
   }
 

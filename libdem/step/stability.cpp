@@ -45,11 +45,12 @@ StiffnessBound bounds_of(const Law& law, const WorstContact& worst, double i_rol
                          double& lever) {
   StiffnessBound bound = law->bound(worst);
   const Friction& friction = law->friction();
-  friction.bound(bound, worst.r_eff, i_roll);
+  friction.bound(bound, worst.m_eff, worst.r_eff, i_roll);
   // Rolling and sliding without friction have no spring to be unstable.
   if (!(friction.mu > 0)) bound.k_t = bound.c_t = 0;
   if (!friction.resists_rolling()) bound.k_r = bound.c_r = 0;
-  lever = friction.lever == Lever::radius ? worst.r_min : worst.r_min - 0.5 * law->rest_overlap();
+  lever = worst.r_min - std::min(0.5, friction.shares(between_spheres).force) * law->rest_overlap();
+  if (friction.slip_lever == SlipLever::radius) lever = worst.r_min;
   if (law->bond() != nullptr) add_bond(*law->bond(), worst, i_roll, between_spheres, bound, lever);
   return bound;
 }

@@ -14,6 +14,12 @@ inline Cohesion dmt(double work) {
   c.kind = Cohesion::Kind::dmt, c.work = work;
   return c;
 }
+/// Pull that is constant while touching and falls across a gap.
+inline Cohesion adhesion(double force, double stiffness, Cohesion::Forms forms = Cohesion::Forms::on_contact) {
+  Cohesion c;
+  c.kind = Cohesion::Kind::linear_adhesion, c.force = force, c.stiffness = stiffness, c.forms = forms;
+  return c;
+}
 /// Water between spheres of some millimetres.
 inline Cohesion water(double volume = 1e-9, double angle = 0.3) {
   Cohesion c;

@@ -29,9 +29,10 @@ struct Side {
 /// A spring x and a dashpot with a limit.
 struct Element {
   double k, c;
-  double hold, slide;  ///< limit until it slips, and while it does
-  bool together;       ///< the limit caps spring and dashpot, else the spring alone
-  double kept;         ///< share of the dashpot beside a spring at its limit
+  double hold, slide;     ///< limit until it slips, and while it does
+  bool together;          ///< the limit caps spring and dashpot, else the spring alone
+  double kept;            ///< share of the dashpot beside a spring at its limit
+  bool set_back = false;  ///< the spring goes back to the limit less the dashpot's part, wherever that is
 };
 
 /// Force against v after a step; `x` is what the spring was when the step began and becomes what it is now.
@@ -43,9 +44,55 @@ inline Vec3 limited(const Element& of, Vec3& x, const Vec3& v, double dt, bool& 
   slips = size > limit;
   if (!slips) return of.together ? all : all + of.c * v;
   const Vec3 along = (1 / size) * all;
+  if (of.k > 0 && of.set_back) {
+    x = (1 / of.k) * (of.slide * along - of.c * v);
+    return of.slide * along;
+  }
   // Back by what exceeds the limit, but by no more than stood along the force before.
   if (of.k > 0) x -= std::max(0.0, std::min((size - of.slide) / of.k, dot(before, along))) * along;
   return of.together ? of.slide * along : of.slide * along + (of.kept * of.c) * v;
+}
+
+inline bool together(FrictionRule rule) {
+  return rule == FrictionRule::spring_and_dashpot || rule == FrictionRule::spring_set_back;
+}
+
+/// Arm about the centre of a sphere of radius r.
+inline double arm_of(const Friction& friction, bool wall, double r, double overlap) {
+  const bool own = wall && friction.surface_lever != SurfaceLever::by_lever;
+  if (own ? friction.surface_lever == SurfaceLever::radius : friction.lever == Lever::radius) return r;
+  if (own ? friction.surface_lever == SurfaceLever::mid_overlap : friction.lever == Lever::mid_overlap && !wall)
+    return r - overlap / 2;
+  return r - overlap;
+}
+
+/// Normal force that friction is limited by.
+inline double limiting_of(LimitingForce rule, const NormalForce<double>& n) {
+  switch (rule) {
+    case LimitingForce::absolute:
+      return std::abs(n.force);
+    case LimitingForce::positive:
+      return std::max(0.0, n.force);
+    case LimitingForce::elastic:
+      return std::max(0.0, n.force - n.damping);
+    case LimitingForce::plus_attraction:
+      return std::max(0.0, n.force + n.attraction);
+    case LimitingForce::absolute_plus_attraction:
+      return std::abs(n.force + n.attraction);
+    default:
+      return n.limiting_force;
+  }
+}
+
+inline double tangential_damping_of(const Friction& friction, const NormalForce<double>& n, double m_eff) {
+  if (!std::isnan(friction.c_t)) return friction.c_t;
+  if (!std::isnan(friction.e_t)) {
+    const double log_e = std::log(friction.e_t);  // of the oscillator (2/7) m x'' + c x' + k x = 0
+    return -2 * log_e / std::hypot(pi, log_e) * std::sqrt(2.0 / 7.0 * m_eff * n.k_t);
+  }
+  return friction.damping == TangentialDamping::none
+             ? 0
+             : friction.damping_factor * (friction.damping == TangentialDamping::of_law ? n.c_t : n.c_n);
 }
 
 /// n from j to i, unit. j.r = 0: a surface whose point moves at j.v (already with its spin) and turns at j.w.
@@ -53,15 +100,18 @@ inline ContactResult reference_contact(const Law& law, const Vec3& n, double dis
                                        double dt, History& h) {
   const bool wall = j.r == 0;
   const double overlap = i.r + j.r - distance;
-  const bool middle = law->friction().lever == Lever::mid_overlap;
-  const double l_i = i.r - (middle ? (wall ? overlap : overlap / 2) : 0);
-  const double l_j = wall ? 0 : j.r - (middle ? overlap / 2 : 0);
-  const Vec3 slip_all = (i.v - cross(i.w, l_i * n)) - (j.v + cross(wall ? Vec3{} : j.w, l_j * n));
+  const Friction& friction = law->friction();
+  const bool at_radius = friction.slip_lever == SlipLever::radius;
+  const double l_i = arm_of(friction, wall, i.r, overlap), l_j = wall ? 0 : arm_of(friction, wall, j.r, overlap);
+  const Vec3 slip_all =
+      (i.v - cross(i.w, (at_radius ? i.r : l_i) * n)) - (j.v + cross(wall ? Vec3{} : j.w, (at_radius ? j.r : l_j) * n));
   const double v_n = dot(i.v - j.v, n);
   const Vec3 v_t = slip_all - dot(slip_all, n) * n;
   const double m_eff = wall ? i.m : i.m * j.m / (i.m + j.m), r_eff = wall ? i.r : i.r * j.r / (i.r + j.r);
   const double per_sum = wall ? 0 : 1 / (i.r + j.r);
-  const auto normal = law->normal({overlap, -v_n, std::sqrt(m_eff), r_eff, dt, per_sum}, h.own);
+  auto normal = law->normal({overlap, -v_n, std::sqrt(m_eff), r_eff, dt, per_sum}, h.own);
+  normal.limiting_force = limiting_of(friction.limiting, normal);
+  normal.c_t = tangential_damping_of(friction, normal, m_eff);
   ContactResult out;
   out.force = normal.force * n;
   if (!normal.in_contact) {
@@ -70,11 +120,15 @@ inline ContactResult reference_contact(const Law& law, const Vec3& n, double dis
     h.slipping = false;
     return out;
   }
-  const double keep = std::min(1.0, normal.stiffness_ratio);
+  const double ratio = normal.stiffness_ratio, keep = std::min(1.0, ratio);
+  const double kept = friction.changing == Changing::keep_spring  ? 1
+                      : friction.changing == Changing::keep_force ? ratio
+                      : friction.changing == Changing::rescale    ? std::min(1.0, 1 / ratio)
+                                                                  : keep;
   const double mu = law->friction().mu, mu_d = std::isnan(law->friction().mu_d) ? mu : law->friction().mu_d;
   const bool springs = law->friction().tangential == Tangential::spring;
   const FrictionRule rule = law->friction().rule;
-  Vec3 xi = keep * (h.xi - dot(h.xi, n) * n), pull;
+  Vec3 xi = kept * (h.xi - dot(h.xi, n) * n), pull;
   if (law->friction().tangential == Tangential::constant_direction)
     pull = (mu_d * normal.limiting_force / norm(v_t)) * v_t;
   else
@@ -82,8 +136,9 @@ inline ContactResult reference_contact(const Law& law, const Vec3& n, double dis
                     .c = normal.c_t,
                     .hold = mu * normal.limiting_force,
                     .slide = mu_d * normal.limiting_force,
-                    .together = !springs || rule == FrictionRule::spring_and_dashpot,
-                    .kept = rule == FrictionRule::spring_only ? 1.0 : 0.0},
+                    .together = !springs || together(rule),
+                    .kept = rule == FrictionRule::spring_only ? 1.0 : 0.0,
+                    .set_back = rule == FrictionRule::spring_set_back},
                    xi, v_t, dt, h.slipping);
   h.xi = springs ? xi : Vec3{};
   out.force -= pull;
@@ -98,13 +153,17 @@ inline ContactResult reference_contact(const Law& law, const Vec3& n, double dis
   if (law->friction().rolling == Rolling::constant_torque) {
     if (norm(w) > 1e-12) moment = (cap / norm(w)) * w;
   } else if (law->friction().rolling == Rolling::elastic_plastic && law->friction().mu_r > 0) {
-    const double k_r = 2.25 * normal.k_n * std::pow(law->friction().mu_r * r_eff, 2);
+    const bool own_stiffness = !std::isnan(friction.k_r);
+    const double k_r = own_stiffness ? friction.k_r : 2.25 * normal.k_n * std::pow(friction.mu_r * r_eff, 2);
     const double own = 1.4 * i.m * i.r * i.r, other = 1.4 * j.m * j.r * j.r;
     const double i_r = wall ? own : own * other / (own + other);
-    h.rho = keep * (h.rho - dot(h.rho, n) * n);
+    h.rho = (own_stiffness ? 1 : keep) * (h.rho - dot(h.rho, n) * n);
     bool slips = false;
-    moment =
-        limited(turning(k_r, 2 * law->friction().rolling_damping * std::sqrt(i_r * k_r), cap), h.rho, w, dt, slips);
+    Element spring = turning(
+        k_r, std::isnan(friction.c_r) ? 2 * friction.rolling_damping * std::sqrt(i_r * k_r) : friction.c_r, cap);
+    spring.together = together(friction.rolling_rule);
+    spring.set_back = friction.rolling_rule == FrictionRule::spring_set_back;
+    moment = limited(spring, h.rho, w, dt, slips);
   }
   if (law->friction().mu_t > 0) {
     const double k = normal.k_n * std::pow(1.5 * law->friction().mu_t * r_eff, 2),

@@ -54,6 +54,20 @@ std::vector<NamedLaw> other_settings() {
   smooth.friction.tangential = Tangential::dashpot, smooth.friction.mu_t = 0.02;
   Linear opposing = grains();
   opposing.friction.tangential = Tangential::constant_direction;
+  // What other programs do (friction.hpp), as far as it makes no energy.
+  Linear dashpots = grains();
+  dashpots.restitution = NAN, dashpots.damping = 3, dashpots.clip = true;
+  dashpots.friction.c_t = 1, dashpots.friction.limiting = LimitingForce::absolute;
+  dashpots.friction.lever = Lever::full_overlap, dashpots.friction.surface_lever = SurfaceLever::mid_overlap;
+  dashpots.friction.mu_r = 0.05, dashpots.friction.k_r = 0.5, dashpots.friction.c_r = 1e-4;
+  HertzMindlin elastic_limit = hertz;
+  elastic_limit.friction.e_t = 0.6, elastic_limit.friction.limiting = LimitingForce::elastic;
+  elastic_limit.friction.rolling_rule = FrictionRule::spring_and_dashpot;
+  Linear reaching = with(grains(), adhesion(0.2, 1e3));
+  reaching.friction.limiting = LimitingForce::plus_attraction, reaching.friction.damping = TangentialDamping::none;
+  HertzMindlin reversible = with(hertz, adhesion(0.2, 1e3, Cohesion::Forms::at_rupture_distance));
+  reversible.friction.damping = TangentialDamping::of_normal, reversible.friction.damping_factor = 0.5;
+  reversible.friction.limiting = LimitingForce::absolute_plus_attraction;
   Hysteretic kept = compactable();
   kept.yield = NAN, kept.K1 = 1e4, kept.residual = Hysteretic::Residual::kept, kept.damping_factor = 0.1;
   Luding steady = sticky();
@@ -65,6 +79,10 @@ std::vector<NamedLaw> other_settings() {
   frictional.damping = 0.1;
   return {{"hertz-mindlin, bonded, twist", with(twisting, frictional)},
           {"hysteretic, kept", kept},
+          {"linear, dashpots of their own", dashpots},
+          {"hertz-mindlin, elastic limit", elastic_limit},
+          {"linear, adhesion across a gap", reaching},
+          {"hertz-mindlin, reversible adhesion", reversible},
           {"luding, constant", steady},
           {"eepa, n = 1.5", hertzian},
           {"eepa, n = 1", powder(1, 1e4, 0.7, 50)},

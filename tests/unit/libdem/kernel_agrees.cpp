@@ -5,6 +5,7 @@
 #include "tests/tools/dem_reference.hpp"
 #include "tests/tools/every_kernel.hpp"
 #include "tests/tools/every_law.hpp"
+#include "tests/tools/laws.hpp"
 
 /// The vector kernels against a scalar contact written independently (tools/dem_reference.hpp), and lane against lane.
 namespace subsoil::dem::test {
@@ -110,7 +111,7 @@ std::vector<Answer> evaluate_pairs(const Kernel& kernel, const Law& law, const s
   job.shapes = shapes.data();
   job.count = static_cast<std::uint32_t>(blocks_needed);
   job.uniform = std::all_of(spheres.begin(), spheres.end(),
-                          [&](const Sphere& s) { return s.r == spheres[0].r && s.m == spheres[0].m; });
+                            [&](const Sphere& s) { return s.r == spheres[0].r && s.m == spheres[0].m; });
   job.elapsed = dt;
   job.ring = sums.ring();
   kernel.pairs(law, job);
@@ -155,11 +156,29 @@ void touch(const Law& law, Case& c) {
   law->normal({1e-4, 0, std::sqrt(m), r, 0}, c.history.own);
 }
 
+/// Every law, and friction by the conventions of other programs, some of which make energy.
+std::vector<NamedLaw> laws_and_conventions() {
+  std::vector<NamedLaw> laws = every_law();
+  for (const Conventions program :
+       {Conventions::lammps, Conventions::liggghts, Conventions::mercury, Conventions::edem}) {
+    const std::string name = "conventions " + std::to_string(static_cast<int>(program));
+    Linear springs = with(grains(), adhesion(0.2, 1e3));
+    HertzMindlin hertz = elastic(1e7, 0.3, 0.7, 0.4, 0.05);
+    springs.friction.take(program), hertz.friction.take(program);
+    springs.friction.mu_r = 0.05, springs.friction.c_r = 1e-4;
+    laws.push_back({"linear, " + name, springs});
+    laws.push_back({"hertz-mindlin, " + name, hertz});
+    hertz.friction.changing = Changing::rescale, hertz.friction.mu_d = 0.3, hertz.friction.k_r = 0.5;
+    laws.push_back({"hertz-mindlin rescaled, " + name, hertz});
+  }
+  return laws;
+}
+
 bool law_twists(const Law& law) { return law->friction().resists_twist(); }
 
 TEST(Kernels, AgreeWithTheScalarContact) {
   for (const Kernel& kernel : every_kernel())
-    for (const auto& [name, law] : every_law()) {
+    for (const auto& [name, law] : laws_and_conventions()) {
       const Law resolved = table(law).laws[0];
       Dice dice(7);
       int broken = 0, held = 0;

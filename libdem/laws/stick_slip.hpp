@@ -1,0 +1,108 @@
+#pragma once
+#include "libdem/laws/contact.hpp"
+
+/// A spring and a dashpot in parallel under a limit: the element of sliding, rolling and twisting resistance.
+///
+/// With x_0 the spring before the step, v its rate, L = the limit while it sticks or while it slips,
+///     x* = x_0 + v dt,   g = k x* + c v,   e = g/|g|
+///     |g| <= L:  F = g,    x = x*
+///     else:      F = L e,  x = x* - a e,   a = min((|g| - L)/k, max(0, x_0 . e))
+/// The spring slides back by what exceeds the limit: k x = L e - c v, the limit less the dashpot's part. It slides back
+/// no further than its part along e at the start of the step: where c v alone exceeds L, it would be wound up against
+/// the sliding and give that back later as motion. What sliding takes in a step,
+///     (k/2) a (x_0 + x) . e >= (k/2) a x* . e >= 0,
+/// is never negative: a > 0 asks x_0 . e > 0, and then k x* . e is k (x_0 . e + v . e dt) for v . e >= 0, else
+/// |g| - c v . e. A limit of the spring alone takes the same words with g = k x*: F = min(|g|, L) e + c v. `set_back`
+/// leaves out the second bound of a, as LAMMPS and MercuryDPM do; that may make energy, booked as a negative loss.
+/// Energy over a step: spring force (mean of both ends) times sliding -> slid; dashpot force (mean) times velocity ->
+/// damped, at a limit that caps both -> slid; a spring dropped at separation, or softened by a stiffness that changes,
+/// -> slid.
+namespace subsoil::dem {
+
+enum class Changing { lossy, keep_spring, keep_force, rescale };
+
+/// Element after one step.
+template <class T, int D = 3>
+struct Slip {
+  T x[D];        ///< spring, m or rad
+  T force[D];    ///< resisting force or torque on the first body is -force
+  T dashpot[D];  ///< viscous part of `force`
+  T slipping;    ///< 1 at the limit, else 0
+  T slid;        ///< energy lost in the limit, J
+  T damped;      ///< energy lost in the dashpot, J
+};
+
+/// What the limit of an element caps.
+struct Cap {
+  bool together = true;   ///< spring and dashpot; else the spring alone
+  double kept = 0;        ///< share of the dashpot that stays beside a spring at its limit
+  bool set_back = false;  ///< the spring goes back to L e - c v also where that winds it up
+};
+
+/// Share of the spring that is kept where its stiffness changes. @param ratio stiffness before over stiffness now
+template <class T>
+[[gnu::always_inline]] inline T kept_share(Changing changing, T ratio) {
+  const T one(1.0);
+  switch (changing) {
+    case Changing::keep_spring:
+      return one;
+    case Changing::keep_force:
+      return ratio;
+    case Changing::rescale:
+      return min(one, one / max(ratio, tiny<T>()));
+    default:
+      return min(one, ratio);
+  }
+}
+
+/// @param stiffness_ratio stiffness before over stiffness now; @param soft 1/k, 0 without a spring
+template <class T, int D>
+[[gnu::always_inline]] inline Slip<T, D> stick_slip(const T (&x)[D], const T (&v)[D], const T (&dashpot_before)[D],
+                                                    T slipping_before, T dt, T stiffness_ratio, T k, T soft, T c,
+                                                    T limit_static, T limit_kinetic, Mask<T> in_contact, Cap cap,
+                                                    Changing changing = Changing::lossy) {
+  Slip<T, D> out;
+  const T zero(0.0), one(1.0), half(0.5);
+  const T keep = select(in_contact, kept_share(changing, stiffness_ratio), zero);
+  T x0[D], trial[D], viscous[D], g[D], g2 = zero, x2 = zero, along = zero, rate = zero;
+  for (int d = 0; d < D; ++d) {
+    x0[d] = x[d] * keep;
+    trial[d] = select(in_contact, x0[d] + v[d] * dt, zero);
+    viscous[d] = c * v[d];
+    g[d] = cap.together ? k * trial[d] + viscous[d] : k * trial[d];
+    g2 = g2 + g[d] * g[d];
+    x2 = x2 + x[d] * x[d];
+    along = along + x0[d] * g[d];
+    rate = rate + v[d] * g[d];
+  }
+  const T limit = select(slipping_before > half, limit_kinetic, limit_static);
+  const auto slip = g2 > limit * limit;
+  const T inverse = rsqrt(max(g2, tiny<T>()));
+  const T scale = select(slip, limit_kinetic * inverse, one);
+  const T over = (one - scale) * soft;
+  T back;  // a/|g|; 0 while it sticks
+  if (cap.set_back)
+    back = select(in_contact, max(zero, over), zero);
+  else
+    back = max(zero, min(over, along * inverse * inverse));
+  const T share = cap.together ? zero : select(slip, T(cap.kept), one);
+  out.slipping = select(both(in_contact, slip), one, zero);
+  T power = zero;
+  for (int d = 0; d < D; ++d) {
+    const T force = cap.together ? g[d] * scale : g[d] * scale + viscous[d] * share;
+    out.force[d] = select(in_contact, force, zero);
+    out.x[d] = trial[d] - back * g[d];
+    out.dashpot[d] = select(in_contact, select(slip, force - k * out.x[d], viscous[d]), zero);
+    power = power + (dashpot_before[d] + out.dashpot[d]) * v[d];
+  }
+  // (x_0 + x) . g with x = x_0 + v dt - back g; softening besides.
+  out.slid = half * k * (x2 * (stiffness_ratio - keep * keep) + back * (along + along + dt * rate - back * g2));
+  const T damped = half * dt * power;
+  // Without a spring the limited force is a dashpot's.
+  const T slides = cap.together ? select(both(both(in_contact, slip), k > zero), max(zero, damped), zero) : zero;
+  out.slid = out.slid + slides;
+  out.damped = damped - slides;
+  return out;
+}
+
+}  // namespace subsoil::dem
