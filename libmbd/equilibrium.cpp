@@ -135,8 +135,12 @@ Equilibrium towing_equilibrium(System& system, double t, const Eigen::VectorXd& 
   Balance balance(system, t, found.velocity);
   bool closed = solve_balance(system, balance, found);
   if (!closed && speed == 0) {
-    found.q = fall_to_rest(system, t, guess);
-    closed = solve_balance(system, balance, found);
+    try {
+      found.q = fall_to_rest(system, t, guess);
+      closed = solve_balance(system, balance, found);
+    } catch (const BlowUp&) {  // nothing holds it
+      found.q = guess;
+    }
   }
   if (!closed)
     throw std::runtime_error(std::string(speed == 0 ? "no static" : "no steady") +

@@ -42,7 +42,7 @@ void refuse_blow_up(const System& system, const MotionState& m) {
   const double length = std::max(system.length_scale(), 1.0);
   for (Eigen::Index i = 0; i < m.q.size(); ++i) {
     if (std::abs(m.q[i]) <= 1e6 * length && std::abs(m.velocity[i]) <= 1e7 * length) continue;
-    throw std::runtime_error("t = " + std::to_string(m.t) + " s: the motion blows up, body '" +
+    throw BlowUp("t = " + std::to_string(m.t) + " s: the motion blows up, body '" +
                              system.body_name(static_cast<int>(i / 3) + 1) + "' is at " + number(m.q[i]) +
                              (i % 3 == 2 ? " rad with " : " m with ") + number(m.velocity[i]) +
                              (i % 3 == 2 ? " rad/s" : " m/s") +

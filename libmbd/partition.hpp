@@ -23,7 +23,12 @@ struct SingularPose : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Throws std::runtime_error with time and body when a state is no motion of a machine any more: not a number, a
+/// A motion that is none any more.
+struct BlowUp : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Throws BlowUp with time and body when a state is no motion of a machine any more: not a number, a
 /// million lengths of the machine away or faster than 1e7 of them in a second.
 void refuse_blow_up(const System& system, const MotionState& m);
 

@@ -33,8 +33,8 @@ struct Axes {
 /// without a bed: it has none of these.
 Axes credibility_axes(const Loaded& loaded);
 
-/// Of the axes those that begin with one of these words (`bin` for all three, `packing`); the scenario as given stays, the
-/// others are named as left out. All without words. Throws std::invalid_argument for a word that is no axis.
+/// Of the axes those that begin with one of these words (`bin` for all three, `packing`); the scenario as given stays,
+/// the others are named as left out. All without words. Throws std::invalid_argument for a word that is no axis.
 void keep_axes(Axes& axes, const std::vector<std::string>& words);
 
 }  // namespace subsoil::app

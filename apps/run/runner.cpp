@@ -551,8 +551,10 @@ class Runner {
   enum class Opening { fixed, pending, open, closed } window_ = Opening::fixed;
 };
 
-/// More frames than steps would only be the same ones again.
+/// More frames than steps would only be the same ones again. (Where nothing is said, there are as many as there can
+/// be.)
 void refuse_dense_frames(const Loaded& loaded, const World& world) {
+  if (!loaded.scenario.output.every) return;
   const double step = world.bed ? world.step.soil_step : 1e-9, every = frame_interval(loaded.scenario);
   if (every > 0 && every < step)
     throw ScenarioError(

@@ -125,6 +125,7 @@ struct Friction {
   template <class T>
   [[gnu::always_inline]] Slip<T> slide(const NormalForce<T>& n, const T (&xi)[3], const T (&v_t)[3],
                                        const T (&dashpot_before)[3], T slipping_before, T dt) const {
+    if (!(mu > 0) && !(mu_sliding() > 0)) return {};  // no limit to load a spring to
     const T limit = T(mu) * n.limiting_force, kinetic = T(mu_sliding()) * n.limiting_force;
     if (tangential == Tangential::spring)
       return stick_slip(xi, v_t, dashpot_before, slipping_before, dt, n.stiffness_ratio, n.k_t, n.tangential_compliance,

@@ -2,8 +2,8 @@
 #include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 
-/// Every file in configs/ and configs/validation is read, built and stepped 200 times; whoever adds one need not add a test. What the short
-/// ones show is asserted where they run to their end: tests/verification/scenarios.
+/// Every file in configs/ and configs/validation is read, built and stepped 200 times; whoever adds one need not add a
+/// test. What the short ones show is asserted where they run to their end: tests/verification/scenarios.
 namespace subsoil::app {
 namespace {
 

@@ -6,7 +6,7 @@ namespace subsoil::app::test {
 inline constexpr const char* trench = R"(subsoil: 1
 materials: {soil: {density: 2600 kg/m^3}, steel: {density: 7850 kg/m^3}}
 contacts:
-  - &dry {between: [soil, soil], law: linear, k_n: 20 kN/m, restitution: 0.4, mu: 0.5, mu_r: 0.2}
+  - &dry {between: [soil, soil], law: linear, k_n: 40 kN/m, restitution: 0.4, mu: 0.5, mu_r: 0.2}
   - {<<: *dry, between: [soil, steel]}
 soil:
   container: {size: 0.4 0.1 0.08 m, at: 0 -0.1 -0.04 m, material: steel}

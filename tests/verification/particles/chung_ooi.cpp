@@ -135,16 +135,23 @@ TEST(ChungOoi, Test4ObliqueImpactOnRigidWall) {
   for (const auto& c : cases) {
     const Rebound got = oxide(c.angle, Changing::lossy);
     const double v_t = kOxideSpeed * std::sin(c.angle * pi / 180);
-    // At 10 deg the contact sticks nearly all the time, where the paper's programs keep the spring while it grows;
-    // omega follows from e_t by the impulse's moment about the centre.
-    const double part = c.angle < 15 ? 0.03 : 0.02;
-    const char* const why =
-        c.angle < 15 ? "sticks: the paper's programs keep the spring" : "published codes lie within 2 % of each other";
+    EXPECT_NEAR(got.spin, -2.5 * (v_t - got.v_t) / kOxideRadius, 4e-3 * std::abs(got.spin)) << "lever r - delta";
     const std::string at = " at " + std::to_string(c.angle) + " deg";
+    if (c.angle < 15) {
+      // The contact sticks nearly all the time, where the paper's programs keep the spring while it grows: another
+      // convention, which Test4WithTheSpringKept holds against these points.
+      const char* const sticks = "sticks: the paper's programs keep the spring";
+      row.compare("tangential restitution" + at, "1", got.v_t / v_t, c.e_t, 0.02 * c.e_t, sticks);
+      row.compare("spin" + at, "rad/s", got.spin, c.omega, 0.05 * c.e_t * v_t / kOxideRadius, sticks);
+      row.compare("rebound angle of the contact point" + at, "deg", rebound_angle(got), c.rebound, 0.5, sticks);
+      continue;
+    }
+    // omega follows from e_t by the impulse's moment about the centre.
+    const double part = 0.02;
+    const char* const why = "published codes lie within 2 % of each other";
     row.near("tangential restitution" + at, "1", got.v_t / v_t, c.e_t, share(part), why);
     row.near("spin" + at, "rad/s", got.spin, c.omega, absolute(2.5 * part * c.e_t * v_t / kOxideRadius),
              "of the tangential restitution's tolerance");
-    EXPECT_NEAR(got.spin, -2.5 * (v_t - got.v_t) / kOxideRadius, 4e-3 * std::abs(got.spin)) << "lever r - delta";
     row.near("rebound angle of the contact point" + at, "deg", rebound_angle(got), c.rebound, absolute(1.5),
              "2 % of e_t at the patch; half a degree of reading");
   }
