@@ -125,11 +125,7 @@ TEST(Docs, FilesNamedAreThere) {
   static const std::regex link(R"(\]\(([^)#:]+)\))"), script(R"((scripts/[a-z0-9_]+(?:\.py)?))");
   for (const char* name :
        {"README.md", "docs/guide.md", "docs/theory.md", "docs/architecture.md", "docs/laboratory-tests.md",
-<<<<<<< HEAD
         "docs/verification.md", "docs/validation.md", "docs/report.md", "docs/sweep.md", "docs/materials.md"}) {
-=======
-        "docs/verification.md", "docs/validation.md", "docs/report.md", "docs/sweep.md"}) {
->>>>>>> valid
     const std::string text = read(root / name);
     for (std::sregex_iterator it(text.begin(), text.end(), link), end; it != end; ++it)
       EXPECT_TRUE(fs::exists((root / name).parent_path() / (*it)[1].str())) << name << ": " << (*it)[1];
