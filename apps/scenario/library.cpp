@@ -73,6 +73,14 @@ struct Taken {
   Place place;
 };
 
+/// The one that was probably meant, else the first.
+const LibraryMaterial& nearest_material(const std::string& name) {
+  std::vector<std::string> known;
+  for (const LibraryMaterial& m : library()) known.push_back(m.name);
+  const std::string* near = nearest(name, known);
+  return near == nullptr ? library().front() : library_material(*near);
+}
+
 void fill(Node& value, const LibraryMaterial& material) {
   const Place place = value.place;
   if (value.kind == Node::Kind::scalar) {
@@ -152,8 +160,11 @@ void take_from_library(Node& scenario, Problems& problems) {
     } catch (const std::invalid_argument& error) {
       problems.add(e.value.place, "materials." + e.key, e.value.one_line(),
                    std::string(error.what()) + "; `subsoil materials` lists them");
-      e.value = Node::mapping();  // said once: what is missing in it is no fault of its own
-      e.value.add("density", Node::of("1 kg/m^3"));
+      // Said once: what the name would bring is no fault of its own.
+      const LibraryMaterial& meant = nearest_material(*wish);
+      e.value = placed(Node::of(meant.name), e.value.place);
+      fill(e.value, meant);
+      taken.push_back({e.key, &meant, e.value.place});
     }
   }
   if (taken.empty()) return;

@@ -164,7 +164,7 @@ class Stl : public testing::Test {
     const World world = build_world(loaded, look());
     std::string text;
     for (const std::string& w : surface_warnings(surface_facts(world, 0.2), world)) text += w + "\n";
-    for (const std::string& w : input_warnings(loaded, world, (dir_ / "none").string(), {})) text += w + "\n";
+    for (const std::string& w : input_warnings(loaded, world, dir_.scenario(plate), {})) text += w + "\n";
     return text;
   }
   const RunDirectory dir_;
