@@ -109,7 +109,11 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
   report.impacts.clear();
   question.speed = expected_speed(s, world);
   std::vector<bool> soil(s.materials.size(), false), surface(s.materials.size(), false);
-  for (const dem::Sphere& sphere : world.bed->spheres()) soil[sphere.material] = true;
+  std::vector<bool> several(s.materials.size(), world.bed->spheres().empty());
+  for (const dem::Sphere& sphere : world.bed->spheres()) {
+    several[sphere.material] = several[sphere.material] || soil[sphere.material];
+    soil[sphere.material] = true;
+  }
   if (world.bed->spheres().empty() && s.soil && s.soil->bed) {
     const auto expect = [&](const std::string& name) {
       if (!name.empty()) soil[static_cast<std::size_t>(material_index(s, name))] = true;
@@ -123,6 +127,7 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
     for (std::size_t b = 0; b < soil.size(); ++b) {
       const int law = world.laws.of(static_cast<int>(a), static_cast<int>(b));
       if (!soil[a] || !(soil[b] || surface[b])) continue;
+      if (a == b && !several[a] && !surface[a] && law < 0) continue;  // a sphere of its material alone meets no other
       if (law < 0)  // materials that only a bed's file names; the others are checked with the scenario
         throw ScenarioError(fmt::format("{}: spheres of {} can meet {}, but there is no law; add `- between: [{}, {}]`",
                                         loaded.where("contacts"), s.materials[a].name, s.materials[b].name,

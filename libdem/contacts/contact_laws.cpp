@@ -41,7 +41,8 @@ double ContactLaws::largest_cutoff() const {
 void ContactLaws::require(const std::vector<char>& present) const {
   for (int a = 0; a < table_.materials; ++a)
     for (int b = a; b < table_.materials; ++b)
-      if (present[static_cast<std::size_t>(a)] && present[static_cast<std::size_t>(b)] && between(a, b) < 0)
+      if (present[static_cast<std::size_t>(a)] > (a == b ? 1 : 0) && present[static_cast<std::size_t>(b)] > 0 &&
+          between(a, b) < 0)
         throw std::invalid_argument("no contact law between materials " + std::to_string(a) + " and " +
                                     std::to_string(b) + ", and spheres of both are in the bed");
 }

@@ -27,7 +27,8 @@ Count count_part(std::span<const Sphere> part, std::uint32_t first, int material
       c.not_finite = std::min(c.not_finite, first + static_cast<std::uint32_t>(i));
     c.box.include(s.x);
     c.smallest = std::min(c.smallest, s.r), c.largest = std::max(c.largest, s.r), c.sum += s.r;
-    c.present[s.material] = 1;
+    char& present = c.present[s.material];
+    present = present == 0 ? 1 : 2;
   }
   return c;
 }
@@ -53,7 +54,10 @@ ParticleStatistics particle_statistics(std::span<const Sphere> spheres, int mate
                      ": position is not finite");
     out.box.include(c.box.low), out.box.include(c.box.high);
     smallest = std::min(smallest, c.smallest), out.largest = std::max(out.largest, c.largest), sum += c.sum;
-    for (std::size_t m = 0; m < out.present.size(); ++m) out.present[m] |= c.present[m];
+    for (std::size_t m = 0; m < out.present.size(); ++m) {
+      const int both = out.present[m] + c.present[m];
+      out.present[m] = static_cast<char>(std::min(both, 2));
+    }
   }
   if (spheres.empty()) return out;
   out.smallest = smallest, out.mean = sum / static_cast<double>(spheres.size());

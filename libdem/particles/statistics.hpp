@@ -11,7 +11,7 @@ namespace subsoil::dem {
 struct ParticleStatistics {
   Bounds box;                                  ///< of the centres
   double smallest = 0, largest = 0, mean = 1;  ///< radius, m
-  std::vector<char> present;                   ///< by material
+  std::vector<char> present;                   ///< by material: none, 1, or 2 for more
 };
 
 /// Throws BedFault, at `time`, if a position is not finite.

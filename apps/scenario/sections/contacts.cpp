@@ -144,6 +144,15 @@ struct ContactChecks : Checks {
     }
   }
 
+  /// Spheres of a material, 2 for more: one that is alone meets none of its own.
+  int count_of(const std::string& material) const {
+    const BedSection& bed = *s.soil->bed;
+    if (bed.fill == Fill::random && bed.count == 1) return 1;
+    if (bed.fill != Fill::particles || !bed.layers.empty()) return 2;
+    const auto is = [&](const Particle& p) { return (p.material.empty() ? bed.material : p.material) == material; };
+    return static_cast<int>(std::min<std::ptrdiff_t>(2, std::count_if(bed.particles.begin(), bed.particles.end(), is)));
+  }
+
   /// Pairs of materials that can touch, and how; only of names that exist.
   std::map<std::pair<std::string, std::string>, std::string> meetings() {
     std::map<std::pair<std::string, std::string>, std::string> pairs;
@@ -159,7 +168,11 @@ struct ContactChecks : Checks {
         if (holds(known, sphere) && holds(known, other)) pairs.emplace(ordered(sphere, other), how);
       }
     };
-    for (const std::string& sphere : spheres) meet(sphere, "spheres with each other");
+    for (const std::string& sphere : spheres)
+      for (const std::string& other : spheres)
+        if (sphere != other || count_of(sphere) > 1)
+          if (holds(known, sphere) && holds(known, other))
+            pairs.emplace(ordered(sphere, other), "spheres with each other");
     if (s.soil->container) meet(s.soil->container->material, "spheres and the container's walls");
     for (const BoundarySection& b : s.boundaries)
       meet(b.material, fmt::format("spheres and the boundary `{}`", b.name));

@@ -115,7 +115,7 @@ void describe(Fields& v, Output& o) {
            {"force", Column::force},
            {"torque", Column::torque},
            {"contacts", Column::contacts}},
-          "what a frame holds of each sphere");
+          "what a frame holds of each sphere; force: of contacts and gravity");
   v.choice("precision", o.precision, {{"single", OutputPrecision::single}, {"double", OutputPrecision::full}},
            "of the frames");
   v.count("compression", o.compression, "[0, 9]", "0: none, 9: smallest and slowest");

@@ -5,7 +5,7 @@
 
 namespace subsoil::app {
 
-/// Triangles of an STL file.
+/// Triangles of an STL, OBJ or PLY file.
 struct MeshShape {
   std::string file;        // absolute path
   double unit = required;  // metres per unit of the file's numbers
@@ -16,7 +16,7 @@ struct MeshShape {
   dem::TriangleMesh mesh() const;
 };
 
-/// Reads an STL file (binary or ASCII); `unit` metres per unit of the file. Throws std::runtime_error naming the file.
+/// Reads an STL, OBJ or PLY file in double; `unit` metres per unit of the file. Throws std::runtime_error naming it.
 dem::TriangleMesh read_stl(const std::string& file, double unit);
 
 }  // namespace subsoil::app

@@ -81,5 +81,29 @@ TEST_F(FromTable, RefusalsNameScenarioFileAndCure) {
          {"case.yaml:", "spheres of steel can meet steel", "add `- between: [steel, steel]`"});
 }
 
+/// One sphere of its material meets no other of it: the pair needs no law. With two it does.
+TEST(LoneSphere, NeedsNoLawWithItself) {
+  const RunDirectory dir;
+  const std::string scenario = R"(subsoil: 1
+materials: {ball: {density: 2500 kg/m^3}, floor: {density: 2500 kg/m^3}}
+contacts: [{between: [ball, floor], law: linear, k_n: 100 kN/m, restitution: 0.5, mu: 0.5}]
+soil: {bed: {fill: particles, material: ball, particles: [{position: 0 11 0 mm, radius: 10 mm}]}}
+boundaries: [{name: floor, material: floor, shape: {plane: {}}}]
+time: {end: 50 ms}
+output: {state: none}
+)";
+  ASSERT_EQ(run_scenario(dir.scenario(scenario), dir / "one"), exit_ok);
+  // Down by 1 mm and bounced off: it has lost energy, and none of it to a law that is not there.
+  const Series series = read_series(dir / "one/series.csv");
+  EXPECT_GT(series.at("soil.damped").back(), 0.0);
+  std::string two = scenario;
+  const std::string ball = "{position: 0 11 0 mm, radius: 10 mm}";
+  two.replace(two.find(ball), ball.size(), ball + ", {position: 50 11 0 mm, radius: 10 mm}");
+  EXPECT_NE(message_of<std::exception>([&] {
+              load_scenario(dir.scenario(two), {});
+            }).find("ball and ball can meet (spheres with each other) but have no law"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace subsoil::app

@@ -26,7 +26,8 @@ TEST_P(TemplateRuns, ToItsEnd) {
   EXPECT_EQ(summary["warnings"].dump().find("touched no soil"), std::string::npos) << summary["warnings"];
   EXPECT_EQ(summary["warnings"].dump().find("means are null"), std::string::npos) << summary["warnings"];
   // Draft or resistance, and no balance that is off: the run means something.
-  for (const auto& [name, tool] : summary["tools"].items()) EXPECT_EQ(tool["touched soil"], true) << name;
+  const nlohmann::json tools = summary.value("tools", nlohmann::json::object());  // a heap has none
+  for (const auto& [name, tool] : tools.items()) EXPECT_EQ(tool["touched soil"], true) << name;
   EXPECT_LT(std::abs(summary["energy"]["closure over work put in"].get<double>()), 0.05);
 }
 

@@ -113,7 +113,7 @@ TEST(BedLayers, RainOneAfterTheOther) {
     EXPECT_EQ(s.material, layer[s.id] == 0 ? 0 : 2);
     EXPECT_NEAR(dem::density(s), layer[s.id] == 0 ? density : 1700, 1e-9);
     if (layer[s.id] == 1) {
-      EXPECT_GT(s.x.y, 0.05 - 0.02);
+      EXPECT_GT(s.x.y, 0.05 - 2 * 0.011) << "a pit in the layer below is as deep as its largest sphere is wide";
     }
     if (layer[s.id] == 0) {
       EXPECT_LT(s.x.y, 0.05 + 0.01);

@@ -41,12 +41,24 @@ TEST(MemoryOfAContact, WorkIsStoredOrLostOnAnyPath) {
   });
 }
 
+/// A law may have room for what its cohesion keeps (a wetted bridge) and a cohesion that keeps nothing. Then its force
+/// is that of a fresh contact at every overlap, and at every gap across which it acts.
+void expect_no_trace_of_the_path(const std::string& name, const Law& law) {
+  for (const double end : {3e-4, -0.5 * law->cutoff(5e-3)}) {
+    ContactPath there_and_back(law), fresh(law);
+    fresh.to(-law->cutoff(5e-3) - 1e-6, 1), fresh.to(end, 100);
+    there_and_back.to(1e-3, 100), there_and_back.to(end, 100);
+    fresh.to(end, 1), there_and_back.to(end, 1);  // at rest, so that no dashpot takes part
+    EXPECT_NEAR(there_and_back.force(), fresh.force(), kRounding * std::abs(fresh.force())) << name << " at " << end;
+  }
+}
+
 TEST(MemoryOfAContact, EndsWhereSurfacesPart) {
   each_with_memory([](const std::string& name, const Law& law) {
     ContactPath path(law), fresh(law);
     const double apart = -law->cutoff(5e-3) - 1e-6;
     path.to(1e-3, 100), path.to(3e-4, 100);
-    EXPECT_NE(path.memory()[0], 0) << name;
+    if (path.memory()[0] == 0) expect_no_trace_of_the_path(name, law);
     path.to(apart, 1000);
     for (int k = 0; k < kOwnMemory; ++k) EXPECT_EQ(path.memory()[k], 0) << name;
     EXPECT_EQ(path.stored(), 0) << name;

@@ -1,0 +1,181 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+
+#include "apps/scenario/shapes/mesh.hpp"
+#include "libdem/geometry/mesh_builders.hpp"
+#include "tests/tools/message_of.hpp"
+#include "tests/tools/scratch.hpp"
+
+/// Mesh files: what is read is what was written, in double where the format holds it.
+namespace subsoil::app {
+namespace {
+
+using dem::TriangleMesh;
+using subsoil::test::message_of;
+
+/// A box that stands askew, so that no coordinate is a short number.
+TriangleMesh askew() {
+  const double angle = 0.7123456789;
+  const dem::Pose pose{{0.11, -0.03, 0.27}, {std::cos(angle / 2), 0, std::sin(angle / 2), 0}};
+  return dem::box_mesh({0.2, 0.05, 0.13}).placed(pose);
+}
+
+std::string text_stl(const TriangleMesh& mesh, const char* number) {
+  std::string out = "solid box\n";
+  char line[200];
+  const std::string format = std::string("vertex ") + number + " " + number + " " + number + "\n";
+  for (std::size_t t = 0; t < mesh.triangles().size(); ++t) {
+    out += "facet normal 0 0 0\nouter loop\n";
+    for (int k = 0; k < 3; ++k) {
+      const Vec3& p = mesh.corner(t, k);
+      std::snprintf(line, sizeof line, format.c_str(), p.x, p.y, p.z);
+      out += line;
+    }
+    out += "endloop\nendfacet\n";
+  }
+  return out + "endsolid box\n";
+}
+
+std::string binary_stl(const TriangleMesh& mesh) {
+  std::string out(80, ' ');
+  const auto put = [&](auto value) { out.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  put(static_cast<std::uint32_t>(mesh.triangles().size()));
+  for (std::size_t t = 0; t < mesh.triangles().size(); ++t) {
+    for (int d = 0; d < 3; ++d) put(0.0F);
+    for (int k = 0; k < 3; ++k)
+      for (int d = 0; d < 3; ++d) put(static_cast<float>(mesh.corner(t, k)[d]));
+    put(std::uint16_t{0});
+  }
+  return out;
+}
+
+std::string obj(const TriangleMesh& mesh) {
+  std::string out = "# a box\no box\n";
+  char line[200];
+  for (const Vec3& p : mesh.vertices()) {
+    std::snprintf(line, sizeof line, "v %.17g %.17g %.17g\n", p.x, p.y, p.z);
+    out += line;
+  }
+  for (const auto& t : mesh.triangles())
+    out += "f " + std::to_string(t[0] + 1) + " " + std::to_string(t[1] + 1) + " " + std::to_string(t[2] + 1) + "\n";
+  return out;
+}
+
+std::string ply(const TriangleMesh& mesh, bool binary) {
+  std::string out = std::string("ply\nformat ") + (binary ? "binary_little_endian" : "ascii") +
+                    " 1.0\nelement vertex " + std::to_string(mesh.vertices().size()) +
+                    "\nproperty double x\nproperty double y\nproperty double z\nelement face " +
+                    std::to_string(mesh.triangles().size()) + "\nproperty list uchar int vertex_indices\nend_header\n";
+  const auto put = [&](auto value) { out.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  char line[200];
+  for (const Vec3& p : mesh.vertices()) {
+    std::snprintf(line, sizeof line, "%.17g %.17g %.17g\n", p.x, p.y, p.z);
+    if (binary)
+      put(p.x), put(p.y), put(p.z);
+    else
+      out += line;
+  }
+  for (const auto& t : mesh.triangles()) {
+    if (binary) {
+      put(std::uint8_t{3});
+      for (const std::uint32_t k : t) put(static_cast<std::int32_t>(k));
+    } else {
+      out += "3 " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]) + "\n";
+    }
+  }
+  return out;
+}
+
+class MeshFiles : public testing::Test {
+ protected:
+  std::string write(const std::string& name, const std::string& text) {
+    std::ofstream((scratch_ / name).string(), std::ios::binary) << text;
+    return (scratch_ / name).string();
+  }
+  test::Scratch scratch_;
+};
+
+/// Largest distance of corresponding corners.
+double apart(const TriangleMesh& a, const TriangleMesh& b) {
+  EXPECT_EQ(a.triangles().size(), b.triangles().size());
+  double most = 0;
+  for (std::size_t t = 0; t < a.triangles().size(); ++t)
+    for (int k = 0; k < 3; ++k) most = std::max(most, norm(a.corner(t, k) - b.corner(t, k)));
+  return most;
+}
+
+TEST_F(MeshFiles, TextIsReadInDouble) {
+  const TriangleMesh box = askew();
+  for (const std::string& file :
+       {write("a.stl", text_stl(box, "%.17g")), write("a.obj", obj(box)), write("text.ply", ply(box, false)),
+        write("binary.ply", ply(box, true)), write("named-otherwise.dat", ply(box, true))}) {
+    const TriangleMesh read = read_stl(file, 1);
+    EXPECT_EQ(apart(read, box), 0) << file;
+    EXPECT_EQ(read.vertices().size(), 8U) << file;
+    EXPECT_TRUE(read.closed()) << file;
+    EXPECT_NEAR(read.volume(), 0.2 * 0.05 * 0.13, 1e-17) << file;
+  }
+}
+
+/// Half the spacing of floats below 0.5, in each of three coordinates; and seven digits of a text.
+TEST_F(MeshFiles, BinaryStlIsRoundedToFloat) {
+  const TriangleMesh box = askew();
+  const double error = apart(read_stl(write("b.stl", binary_stl(box)), 1), box);
+  EXPECT_LE(error, std::sqrt(3.0) * std::ldexp(1.0, -26));
+  EXPECT_GT(error, std::ldexp(1.0, -28));
+  EXPECT_LE(apart(read_stl(write("seven.stl", text_stl(box, "%.7e")), 1), box), std::sqrt(3.0) * 0.5e-8);
+}
+
+/// Corners that differ by the rounding of the file are one vertex: the box stays closed.
+TEST_F(MeshFiles, CornersWithinRoundingAreOneVertex) {
+  const TriangleMesh box = askew();
+  std::string text = text_stl(box, "%.17g");
+  const std::size_t at = text.find("vertex ");
+  text.replace(at + 7, text.find(' ', at + 7) - at - 7, [&] {
+    char number[40];
+    std::snprintf(number, sizeof number, "%.17g", box.corner(0, 0).x + 1e-8);
+    return std::string(number);
+  }());
+  const TriangleMesh read = read_stl(write("cracked.stl", text), 1);
+  EXPECT_EQ(read.vertices().size(), 8U);
+  EXPECT_TRUE(read.closed());
+}
+
+TEST_F(MeshFiles, FacesOfMoreCornersAreCut) {
+  const std::string corners = "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\n";
+  EXPECT_NEAR(read_stl(write("quad.obj", corners + "f 1 2 3 4\n"), 1e-3).area(), 2e-6, 1e-20);
+  EXPECT_NE(message_of([&] {
+              read_stl(write("bent.obj", "v 0 0 0\nv 2 0 0\nv 2 1 1\nv 0 1 0\nf 1 2 3 4\n"), 1);
+            }).find("face 1 has 4 corners and is not flat and convex"),
+            std::string::npos);
+  EXPECT_NE(message_of([&] {
+              read_stl(write("dart.obj", "v 0 0 0\nv 2 0 0\nv 0.1 0.1 0\nv 0 2 0\nf 2 3 4 1\n"), 1);
+            }).find("not flat and convex"),
+            std::string::npos);
+}
+
+TEST_F(MeshFiles, BadFilesAreRefused) {
+  const auto refused = [&](const std::string& name, const std::string& text, const std::string& why) {
+    const std::string message = message_of([&] { read_stl(write(name, text), 1); });
+    EXPECT_NE(message.find(why), std::string::npos) << name << ": " << message;
+  };
+  const TriangleMesh box = askew();
+  refused("hello.stl", "hello", "no STL file that can be read");
+  refused("empty.stl", "", "no STL file that can be read");
+  refused("cut.stl", binary_stl(box).substr(0, 300), "no STL file that can be read");
+  refused("word.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 abc\n", "no STL file that can be read");
+  refused("index.obj", "v 0 0 0\nv 1 0 0\nf 1 2 9\n", "that can be read");
+  refused("index.ply",
+          "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+          "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n",
+          "names vertex 8 of 3");
+  refused("cut.ply", ply(box, true).substr(0, 300), "no PLY file that can be read");
+  EXPECT_NE(message_of([&] { read_stl("/nowhere.stl", 1); }).find("no such file"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace subsoil::app
