@@ -52,8 +52,8 @@ class ActiveRegion {
   bool freezes(std::size_t block) const { return !states_.empty() && states_[block].freezes; }
   bool checks(std::size_t block) const { return !states_.empty() && states_[block].checked; }
   bool receives(std::size_t block) const { return states_[block].receives; }
-  /// Whether no sphere would get too fast within the time for which it has to be calm. @param acceleration the largest of a
-  /// block's spheres, of the centre or by the torque of a point on the surface, m/s2
+  /// Whether no sphere would get too fast within the time for which it has to be calm. @param acceleration the largest
+  /// of a block's spheres, of the centre or by the torque of a point on the surface, m/s2
   bool is_balanced(double acceleration, bool freezes) const {
     return acceleration * calm_time_ < (freezes ? kFreezingShare : 1.0) * rule_->below;
   }
@@ -104,7 +104,7 @@ class ActiveRegion {
 
   std::optional<ActiveRule> rule_;
   bool check_all_ = false, changed_ = true, plain_ = false;
-  double calm_time_ = 0;   ///< s
+  double calm_time_ = 0;    ///< s
   std::size_t count_ = 0;   ///< spheres in the lists
   std::size_t moving_ = 0;  ///< boundaries that moved before the last step
   std::vector<State> states_;

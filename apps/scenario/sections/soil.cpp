@@ -62,7 +62,7 @@ void describe(Fields& v, Soil& s) {
              "height y of the mean surface after settling: bed and container are shifted to it; left out: no shift");
   v.section("bed", s.bed, "the spheres");
   v.section("active", s.active,
-            "spheres that rest far from every moving surface are frozen, which saves most of the time in a large bin; "
+            "spheres that rest far from every moving surface are frozen and skipped until something beside them moves; "
             "left out: all move");
   v.quantity("remove below", s.removal_below, "m", "(0, inf)",
              "spheres this far below the container's floor are taken out and counted");
