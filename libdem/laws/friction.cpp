@@ -13,7 +13,7 @@ void Friction::take(Conventions program) {
       rule = rolling_rule = FrictionRule::spring_set_back;
       changing = Changing::keep_spring, damping = TangentialDamping::of_normal;
       limiting = LimitingForce::absolute;
-      surface_lever = SurfaceLever::mid_overlap, slip_lever = SlipLever::radius;
+      surface_lever = SurfaceLever::radius, slip_lever = SlipLever::radius;
       break;
     case Conventions::liggghts:  // tangential history, rolling_friction epsd
       rule = FrictionRule::spring_only_undamped, changing = Changing::keep_spring;
