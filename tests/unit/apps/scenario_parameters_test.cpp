@@ -99,10 +99,10 @@ TEST(Parameters, AMachineScalesWithThem) {
 }
 
 TEST(Parameters, StandInFormulasForTheirNumbers) {
-  const std::string load = "  forces: {load: {force: rod, x: {expression: F_0*sin(w*t), unit: %}}}\n";
+  const std::string load = "  forces: {load: {force: rod, moment: {expression: F_0*sin(w*t), unit: % m}}}\n";
   const auto filled = [&](const std::string& unit) {
     std::string text = load;
-    return with("F_0: 2 kN, w: 3", "mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m", text.replace(text.find('%'), 1, unit));
+    return with("F_0: 2 kN m, w: 3", "mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m", text.replace(text.find('%'), 1, unit));
   };
   EXPECT_NO_THROW(load_scenario_text(filled("N"), "f.yaml", {}));
   const std::string text = test::message_of<ScenarioError>([&] { load_scenario_text(filled("kN"), "f.yaml", {}); });
