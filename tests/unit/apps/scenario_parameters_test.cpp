@@ -42,7 +42,6 @@ TEST(Arithmetic, TakesParametersNumbersAndUnits) {
   EXPECT_DOUBLE_EQ(parse_quantity("2*pi rad", "rad"), 2 * std::numbers::pi);
   EXPECT_DOUBLE_EQ(parse_quantity("w*2 s", "rad"), std::numbers::pi / 3);
   EXPECT_DOUBLE_EQ(parse_quantity("1/3", "1"), 1. / 3);
-  EXPECT_DOUBLE_EQ(parse_quantity("2^-1 m", "m"), 0.5);
   EXPECT_EQ(parse_quantity("(18 mm)", "m"), 0.018) << "to the last bit, as without brackets";
 }
 
@@ -99,10 +98,10 @@ TEST(Parameters, AMachineScalesWithThem) {
 }
 
 TEST(Parameters, StandInFormulasForTheirNumbers) {
-  const std::string load = "  forces: {load: {force: rod, x: {expression: F_0*sin(w*t), unit: %}}}\n";
+  const std::string load = "  forces: {load: {force: rod, moment: {expression: F_0*sin(w*t), unit: % m}}}\n";
   const auto filled = [&](const std::string& unit) {
     std::string text = load;
-    return with("F_0: 2 kN, w: 3", "mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m", text.replace(text.find('%'), 1, unit));
+    return with("F_0: 2 kN m, w: 3", "mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m", text.replace(text.find('%'), 1, unit));
   };
   EXPECT_NO_THROW(load_scenario_text(filled("N"), "f.yaml", {}));
   const std::string text = test::message_of<ScenarioError>([&] { load_scenario_text(filled("kN"), "f.yaml", {}); });
