@@ -246,7 +246,7 @@ std::vector<PointResult> read_results(const Study& study, const std::filesystem:
   return results;
 }
 
-FolderLock::FolderLock(const std::filesystem::path& folder) {
+StudyLock::StudyLock(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
   const std::filesystem::path path = folder / "lock";
   file_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
@@ -263,7 +263,7 @@ FolderLock::FolderLock(const std::filesystem::path& folder) {
   }
 }
 
-FolderLock::~FolderLock() {
+StudyLock::~StudyLock() {
   if (file_ >= 0) close(file_);
 }
 

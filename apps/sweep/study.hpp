@@ -44,12 +44,12 @@ bool run_points(const Study& study, const std::filesystem::path& folder, const s
 std::vector<PointResult> read_results(const Study& study, const std::filesystem::path& folder);
 
 /// Keeps a second program out of the folder while it lives: throws ScenarioError when there is one.
-class FolderLock {
+class StudyLock {
  public:
-  explicit FolderLock(const std::filesystem::path& folder);
-  ~FolderLock();
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
+  explicit StudyLock(const std::filesystem::path& folder);
+  ~StudyLock();
+  StudyLock(const StudyLock&) = delete;
+  StudyLock& operator=(const StudyLock&) = delete;
 
  private:
   int file_ = -1;
