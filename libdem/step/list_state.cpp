@@ -1,4 +1,5 @@
 #include <functional>
+#include <map>
 #include <span>
 #include <stdexcept>
 
@@ -98,24 +99,28 @@ void Bed::Impl::restore_lists(std::span<const double> from) {
   }
   const BedOptions given = options;
   options.skin = skin, options.floor_drop = -1e300;
-  std::vector<std::uint32_t> ids;
-  for (const Sphere& s : particles.spheres()) ids.push_back(s.id);
+  std::map<std::uint32_t, std::size_t> index;
+  for (std::size_t k = 0; k < particles.size(); ++k) index[particles[k].id] = k;
   const BondCount bonded = bonds.count;
   const Losses lost = balance.lost_before;
   rebuild();
   options = given;
-  for (std::size_t k = 0; k < ids.size(); ++k) {
-    if (particles[k].id != ids[k]) refuse();  // they were sorted already
-    particles.spheres()[k].x = place[k];
+  bool same = true;  // lists: the spheres were sorted already
+  for (std::size_t k = 0; k < particles.size(); ++k) {
+    const std::size_t was = index.at(particles[k].id);
+    same = same && was == k;
+    particles.spheres()[k].x = place[was];
   }
   particles.sync_to_mixed(threads);
   for (std::size_t b = 0; b < boundaries.size(); ++b)
     boundaries[b].pose = pose[b], boundaries[b].active = active[b] != 0;
-  if (blocks != static_cast<double>(contacts.particle_blocks.size()) ||
-      runs != static_cast<double>(contacts.runs.size()) || chunks != static_cast<double>(surfaces.chunks.size()))
-    refuse();
   bonds.count = bonded, balance.lost_before = lost;
   now.rebuilds = rebuilds;
+  if (!same || blocks != static_cast<double>(contacts.particle_blocks.size()) ||
+      runs != static_cast<double>(contacts.runs.size()) || chunks != static_cast<double>(surfaces.chunks.size())) {
+    criterion.invalidate();  // laws of another reach: nothing of the old lists holds, the next step builds new ones
+    return;
+  }
 
   criterion.restore(std::ref(next));
   paths.restore(std::ref(next));
