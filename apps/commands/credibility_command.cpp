@@ -120,7 +120,7 @@ int credibility_command(const CredibilityRequest& request) {
   const bool fresh = request.cost || !std::filesystem::exists(folder / "points");
   if (fresh) print_cost(request, axes, pool_places(usable_cores(), pool).size());
   if (request.cost) return exit_ok;
-  const FolderLock lock(folder);
+  const StudyLock lock(folder);
   if (!run_points(study, folder, open_points(study, folder, request.again), pool)) {
     fmt::print(stderr, "stopped; the same command goes on from here\n");
     return exit_interrupted;

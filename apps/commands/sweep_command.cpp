@@ -97,7 +97,7 @@ int sweep_command(const SweepRequest& request) {
           fmt::format("--point {}: the plan has {} points, counted from 0", request.point, study.points.size()));
     return run_points(study, folder, {static_cast<std::size_t>(request.point)}, pool) ? exit_ok : exit_terminated;
   }
-  const FolderLock lock(folder);
+  const StudyLock lock(folder);
   if (request.slurm) return submit(request, plan, study, folder);
   const std::vector<std::size_t> open =
       request.gather ? std::vector<std::size_t>{} : open_points(study, folder, request.again);

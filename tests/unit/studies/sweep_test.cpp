@@ -250,8 +250,8 @@ TEST(Sweep, AnotherPlanMayNotUseTheFolder) {
   EXPECT_EQ(code_of(start_sweep(plan, folder / "out")), 0);
   folder.plan(changed(plan_text, "values: [1 kg, 2 kg, 4 kg]", "values: [3 kg]"));
   EXPECT_EQ(code_of(start_sweep(plan, folder / "out")), 2);
-  const FolderLock lock(folder / "out");
-  EXPECT_NE(message_of([&] { const FolderLock second(folder / "out"); }).find("another subsoil works in it"),
+  const StudyLock lock(folder / "out");
+  EXPECT_NE(message_of([&] { const StudyLock second(folder / "out"); }).find("another subsoil works in it"),
             std::string::npos);
 }
 
