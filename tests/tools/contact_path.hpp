@@ -11,6 +11,7 @@ class ContactPath {
   explicit ContactPath(const Law& law, double r_eff = 5e-3, double m_eff = 1e-3)
       : law_(law), r_eff_(r_eff), root_m_(std::sqrt(m_eff)) {
     last_ = evaluate(0, 0, 0);
+    stored_at_first_ = last_.stored;  // adhesion that begins at the touch holds energy there
   }
 
   /// To an overlap in equal steps of `dt`; what the rate damps belongs to `damped`.
@@ -33,7 +34,7 @@ class ContactPath {
   const NormalForce<double>& now() const { return last_; }
   const double* memory() const { return memory_; }
   /// Work that is neither stored nor lost.
-  double gap() const { return work - stored() - lost - damped; }
+  double gap() const { return work - (stored() - stored_at_first_) - lost - damped; }
 
   double work = 0, damped = 0, lost = 0, least_loss = 0;
 
@@ -43,7 +44,7 @@ class ContactPath {
   }
 
   Law law_;
-  double r_eff_, root_m_, at_ = 0;
+  double r_eff_, root_m_, at_ = 0, stored_at_first_ = 0;
   double memory_[kOwnMemory] = {};
   NormalForce<double> last_;
 };

@@ -71,8 +71,9 @@ void lead(const Law& law, std::uint32_t seed, Led<3>& slide, Led<3>& roll, Led<1
     slide.take(s, path.v, dt, friction.tangential == Tangential::spring ? f.k_t : 0);
     slipping = s.slipping;
     if (friction.rolling == Rolling::elastic_plastic)
-      roll.take(friction.roll(f, roll.x, path.w, roll.dashpot, r_eff, 1 / r_eff, root_i, dt), path.w, dt,
-                f.k_n * Friction::turning_share(friction.mu_r) * r_eff * r_eff);
+      roll.take(
+          friction.roll(f, roll.x, path.w, roll.dashpot, r_eff, 1 / r_eff, root_i, dt), path.w, dt,
+          std::isnan(friction.k_r) ? f.k_n * Friction::turning_share(friction.mu_r) * r_eff * r_eff : friction.k_r);
     const double w[1] = {path.twist};
     twist.take(friction.twist(f, twist.x[0], path.twist, twist.dashpot[0], r_eff, 1 / r_eff, root_i, dt), w, dt,
                f.k_n * Friction::turning_share(friction.mu_t) * r_eff * r_eff);

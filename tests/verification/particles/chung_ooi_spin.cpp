@@ -49,8 +49,9 @@ double pressing_impulse() {
 }
 
 /// Conventions of friction that published programs have. `ours`: what rises in the spring keeps its force, what falls
-/// its length; spring and dashpot are limited together by the whole pressing force. `paper`: the spring keeps its
-/// length always, it alone is limited, by Hertz's force without the dashpot's, and the tangential dashpot acts only
+/// its length; spring and dashpot are limited together by the whole pressing force, and at the limit the spring slides
+/// back by what exceeds it, at most by what it had before the step (theory.md, section 5). `paper`: the spring keeps
+/// its length always, it alone is limited, by Hertz's force without the dashpot's, and the tangential dashpot acts only
 /// while the contact sticks.
 enum class Convention { ours, paper };
 
@@ -72,11 +73,19 @@ double beta_of(double x, double poisson, Convention convention, double tau_v_ove
     const double arm = 1 - arm_loss * tau_v_over_r * depth, slip = v_t + arm * w;
     if (convention == Convention::ours && k_before > 0) spring *= std::min(1.0, k_before / k);
     k_before = k;
+    const double spring_0 = spring;
     spring += slip * dt;
     double friction = k * spring + c * slip;
-    const double limit = mu * (convention == Convention::ours ? std::max(force, 0.0) : std::pow(depth, 1.5));
-    if (std::abs(convention == Convention::ours ? friction : k * spring) > limit)
-      friction = std::copysign(limit, friction), spring = friction / k;
+    if (convention == Convention::ours) {
+      const double limit = mu * std::max(force, 0.0), over = std::abs(friction) - limit;
+      if (over > 0) {
+        const double way = std::copysign(1.0, friction);
+        spring -= way * std::min(over / k, std::max(0.0, way * spring_0));
+        friction = way * limit;
+      }
+    } else if (const double limit = mu * std::pow(depth, 1.5); std::abs(k * spring) > limit) {
+      friction = std::copysign(limit, spring), spring = friction / k;
+    }
     v_t -= dt * friction;
     w -= 2.5 * dt * friction * arm;
     speed -= 0.5 * dt * force;

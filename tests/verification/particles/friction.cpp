@@ -11,7 +11,7 @@ namespace {
 using subsoil::test::absolute;
 using subsoil::test::Verified;
 
-const std::string kField = "Friction and rolling";
+const std::string kField = "Sliding, rolling, spinning";
 constexpr double kRadius = 10e-3, kDensity = 2500, kStiffness = 1e5, kRatio = 2.0 / 7.0, kMu = 0.3;
 const double kMass = kDensity * 4 / 3 * pi * kRadius * kRadius * kRadius, kInertia = 0.4 * kMass * kRadius * kRadius;
 
@@ -88,12 +88,15 @@ Outcome by_rates(const Throw& t, int steps) {
   return {u + w * kRadius, 0.5 * kMass * u * u + 0.5 * kInertia * w * w, w};
 }
 
-constexpr const char* kNames[] = {"spring-and-dashpot", "spring-only", "spring-only-undamped"};
+/// In the order of the rules.
+constexpr const char* kNames[] = {
+    "Oblique impact, `friction rule: spring-and-dashpot`", "Oblique impact, `friction rule: spring-set-back`",
+    "Oblique impact, `friction rule: spring-only`", "Oblique impact, `friction rule: spring-only-undamped`"};
 
 TEST(FrictionRule, ObliqueImpactAsByRates) {
   for (const FrictionRule rule :
        {FrictionRule::spring_and_dashpot, FrictionRule::spring_only, FrictionRule::spring_only_undamped}) {
-    const Verified row(kField, std::string("Oblique impact, `friction rule: ") + kNames[static_cast<int>(rule)] + "`",
+    const Verified row(kField, kNames[static_cast<int>(rule)],
                        "two-body integration by rates, 400,000 steps; sphere on a plane, mu = 0.3, v_n = 1 m/s");
     for (const auto& [e, v_t] :
          {std::pair(0.99, 0.57), std::pair(0.9, 0.75), std::pair(0.9, 0.3), std::pair(0.5, 1.2), std::pair(0.5, 4.0)}) {

@@ -142,7 +142,8 @@ TEST(Momentum, ClusterWithEveryLaw) {
     const auto [p1, l1, unused_p, unused_l] = sums();
     EXPECT_GT(touched, 100u) << name;
     linear.take(name, norm(p1 - p0) / scale_p, 0);
-    angular.take(name, norm(l1 - l0) / scale_l, 0);
+    // Arms that do not meet at one point let the pair's torques differ; other programs have such conventions.
+    if (law->friction().lever == Lever::mid_overlap) angular.take(name, norm(l1 - l0) / scale_l, 0);
   }
   const char* const rounding = "rounding of 3000 steps";
   linear.near(row, "change of momentum, over the sum of its parts", "1", absolute(1e-12), rounding);
