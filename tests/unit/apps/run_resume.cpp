@@ -12,6 +12,7 @@
 #include "apps/output/state_file.hpp"
 #include "apps/run/output_folder.hpp"
 #include "apps/run/resume.hpp"
+#include "apps/scenario/document.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/unit/apps/trench.hpp"
 
@@ -173,7 +174,9 @@ TEST(FolderLock, KeepsASecondRunOut) {
   {
     const FolderLock lock(dir / "out");
     try {
-      run({.scenario = file, .out = dir / "out", .threads = 1, .force = true});
+      RunRequest second;
+      second.scenario = file, second.out = dir / "out", second.threads = 1, second.force = true;
+      run(second);
       FAIL() << "two runs in one folder";
     } catch (const ScenarioError& error) {
       EXPECT_NE(std::string(error.what()).find("another run writes into it (process " + std::to_string(getpid())),

@@ -116,7 +116,7 @@ time: {end: 1 s}
   EXPECT_EQ(still["unit"], "N");
   EXPECT_GT(still["largest"], 10 * still["resolution"].get<double>());
   const test::Scratch scratch;
-  std::filesystem::copy(pass() / "run", scratch / "run");
+  std::filesystem::copy(pass() / "run", scratch / "run", std::filesystem::copy_options::recursive);
   std::filesystem::remove(scratch / "run/scenario.yaml");
   const Json without = data_of({scratch / "run"});
   EXPECT_EQ(without["runs"][0]["film"]["stills"].back()["unit"], "1");
