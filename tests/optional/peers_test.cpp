@@ -11,8 +11,8 @@
 /// --bench; left out where they are not installed). All three step as leapfrog does with forces from the velocities of
 /// half a step before, so with one step their curves are the same but for rounding and for how springs turn with the
 /// normal: LAMMPS keeps their length, this program projects them, LIGGGHTS projects them after the step's slip. A
-/// normal that turns by 0.1 rad in 4000 steps makes less than 1e-6 of that. Where the dashpot pulls at the end of a contact
-/// with a wall, rounding decides the step in which it parts: one step of friction more or less, 1.1e-6.
+/// normal that turns by 0.1 rad in 4000 steps makes less than 1e-6 of that. Where the dashpot pulls at the end of a
+/// contact with a wall, rounding decides the step in which it parts: one step of friction more or less, 1.1e-6.
 namespace subsoil::dem::test {
 namespace {
 

@@ -1,7 +1,9 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "apps/output/state_file.hpp"
 #include "apps/run/continuation.hpp"
+#include "apps/run/restart.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/unit/apps/trench.hpp"
 
@@ -70,7 +72,12 @@ TEST_F(RunContinue, AToolThatWouldJumpIsRefused) {
 }
 
 TEST_F(RunContinue, AnEndBeforeTheStateIsRefused) {
-  EXPECT_NE(refusal({"time.end=10 ms"}).find("the state is of 0.02"), std::string::npos);
+  const double time = read_run(state_).time;
+  EXPECT_NEAR(time, 0.02, 1e-4) << "the step nearest to the end";
+  const std::string said = refusal({"time.end=10 ms"});
+  EXPECT_NE(said.find(fmt::format("time.end = 0.01 s: the state is of {:.6g} s; give a later end", time)),
+            std::string::npos)
+      << said;
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ double soil_end(const std::filesystem::path& out) {
   return end;
 }
 
-TEST(RunWindow, OfABoundaryThatStartsInSoilOpensByItsTravelAndClosesBeforeTheWall) {
+TEST(RunWindow, OfABoundaryThatStartsInSoilOpensByItsTravelAndClosesBeforeTheSoilEnds) {
   const RunDirectory dir;
   ASSERT_EQ(run_scenario(dir.scenario(trench), dir / "out"), exit_ok);
   const nlohmann::json window = summary_of(dir / "out")["window"];

@@ -55,7 +55,10 @@ TEST(Cure, FollowsTheRuleAndTheMeaning) {
       "contacts:\n  - {between: [a, a], law: linear, k_n: 1 N/m, restitution: 1.5}\n";
   const std::string refused = test::message_of<ScenarioError>([&] { load_scenario_text(text, "a.yaml"); });
   EXPECT_NE(refused.find("restitution = 1.5: must be in (0, 1]; for no damping use 1"), std::string::npos) << refused;
-  EXPECT_NE(explain("contacts.linear.restitution").find("coefficient of restitution; for no damping use 1"),
+  EXPECT_NE(explain("contacts.hertz-mindlin.restitution").find("coefficient of restitution; for no damping use 1"),
+            std::string::npos);
+  EXPECT_NE(explain("contacts.linear.restitution")
+                .find("coefficient of restitution; or give damping; for no damping use 1"),
             std::string::npos);
 }
 
