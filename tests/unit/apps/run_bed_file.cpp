@@ -57,7 +57,8 @@ TEST_F(FromTable, SpheresAreTheTables) {
 
 TEST_F(FromTable, ASavedBedKeepsItsNumbersAndEveryBit) {
   table("x [m],y [m],z [m],radius [m]\n0.2,0.1,0.5,0.01\n0.8,0.3,0.5,0.02\n0.5,0.2,0.5,0.01\n");
-  const World first = world({"soil.bed.save=kept.h5"}), second = world({"soil.bed.file=kept.h5"});
+  const std::string kept = (dir / "kept.h5").string();
+  const World first = world({"soil.bed.save=" + kept}), second = world({"soil.bed.file=" + kept});
   ASSERT_EQ(second.bed->spheres().size(), 3U);
   for (const dem::Sphere& a : first.bed->spheres())
     for (const dem::Sphere& b : second.bed->spheres())
