@@ -9,8 +9,8 @@
 /// from where spheres and boundaries were when they were built. So a restart builds them from there, puts the spheres
 /// where they are, and takes over what has been added up since.
 ///
-/// The numbers are the last of State::scalars. There are none where the next step builds new lists anyway; taken away
-/// by hand, lists are built where the spheres are now, which is right but for rounding.
+/// The numbers are the last of State::scalars. Where the next step builds new lists anyway their count stands alone;
+/// taken away by hand, lists are built where the spheres are now, which is right but for rounding.
 namespace subsoil::dem {
 namespace {
 
@@ -42,7 +42,10 @@ Losses losses(Reader& next) {
 }  // namespace
 
 void Bed::Impl::save_lists(std::vector<double>& to) const {
-  if (contacts.empty() || criterion.is_stale()) return;  // the next step builds new ones
+  if (contacts.empty() || criterion.is_stale()) {  // the next step builds new ones: their number alone
+    to.push_back(static_cast<double>(now.rebuilds));
+    return;
+  }
   to.insert(to.end(), {static_cast<double>(particles.size()), static_cast<double>(contacts.particle_blocks.size()),
                        static_cast<double>(contacts.runs.size()), static_cast<double>(surfaces.chunks.size()),
                        criterion.skin(), static_cast<double>(now.rebuilds)});
@@ -72,6 +75,10 @@ void Bed::Impl::save_lists(std::vector<double>& to) const {
 
 void Bed::Impl::restore_lists(std::span<const double> from) {
   Reader next{from};
+  if (from.size() == 1) {
+    now.rebuilds = static_cast<long>(next());
+    return;
+  }
   const double spheres = next(), blocks = next(), runs = next(), chunks = next(), skin = next();
   const auto rebuilds = static_cast<long>(next());
   const auto refuse = [] {

@@ -57,9 +57,9 @@ TEST(Cure, FollowsTheRuleAndTheMeaning) {
   EXPECT_NE(refused.find("restitution = 1.5: must be in (0, 1]; for no damping use 1"), std::string::npos) << refused;
   EXPECT_NE(explain("contacts.hertz-mindlin.restitution").find("coefficient of restitution; for no damping use 1"),
             std::string::npos);
-  EXPECT_NE(explain("contacts.linear.restitution")
-                .find("coefficient of restitution; or give damping; for no damping use 1"),
-            std::string::npos);
+  EXPECT_NE(
+      explain("contacts.linear.restitution").find("coefficient of restitution; or give damping; for no damping use 1"),
+      std::string::npos);
 }
 
 }  // namespace
