@@ -43,11 +43,10 @@ void refuse_blow_up(const System& system, const MotionState& m) {
   for (Eigen::Index i = 0; i < m.q.size(); ++i) {
     if (std::abs(m.q[i]) <= 1e6 * length && std::abs(m.velocity[i]) <= 1e7 * length) continue;
     throw BlowUp("t = " + std::to_string(m.t) + " s: the motion blows up, body '" +
-                             system.body_name(static_cast<int>(i / 3) + 1) + "' is at " + number(m.q[i]) +
-                             (i % 3 == 2 ? " rad with " : " m with ") + number(m.velocity[i]) +
-                             (i % 3 == 2 ? " rad/s" : " m/s") +
-                             "; the step is too long for the stiffest spring, or a force feeds the motion without "
-                             "bound. Leave out time.machine.step to have it chosen by its error");
+                 system.body_name(static_cast<int>(i / 3) + 1) + "' is at " + number(m.q[i]) +
+                 (i % 3 == 2 ? " rad with " : " m with ") + number(m.velocity[i]) + (i % 3 == 2 ? " rad/s" : " m/s") +
+                 "; the step is too long for the stiffest spring, or a force feeds the motion without "
+                 "bound. Leave out time.machine.step to have it chosen by its error");
   }
 }
 

@@ -7,8 +7,8 @@
 namespace subsoil::app {
 namespace {
 
-/// A sample of what scripts/abuse does to a run; docs/reliability.md has the table of all. Its oracle is a reader of HDF5
-/// and XML that is not ours, and the run that nothing happened to.
+/// A sample of what scripts/abuse does to a run; docs/reliability.md has the table of all. Its oracle is a reader of
+/// HDF5 and XML that is not ours, and the run that nothing happened to.
 TEST(Abuse, ShortFormLosesNothing) {
   const std::string command =
       subsoil::test::source_dir() + "/scripts/abuse --short --program " + subsoil::test::program();
