@@ -265,11 +265,11 @@ struct SumsOfI {
 /// What a block gives to its spheres i and to its spheres j.
 template <class P, bool Count>
 [[gnu::always_inline]] inline void add_block(const BlockResult& r, const PairBlock& block, const BlockShape& shape,
-                                             bool same_torque, SumsOfI<P, Count>& owners, Ring ring) {
-  owners.come_to(block, shape, ring);
+                                             bool same_torque, SumsOfI<P, Count>& sums_of_i, Ring ring) {
+  sums_of_i.come_to(block, shape, ring);
   for (int first = 0; first < static_cast<int>(kBlock); first += kPart<P>) {
     const Push<P> push = push_on_i<P, Count>(r, shape.lanes, first);
-    owners.add(push, first);
+    sums_of_i.add(push, first);
     each_row(push_on_j<P>(push, r, shape.lanes, first, same_torque), first,
              [&](int l, const auto& of) { react(*record(sums_of(ring, P{}), block.j[l].masked(ring.mask)), of); });
   }
@@ -327,7 +327,7 @@ void add_to_i(PairJob& job) {
   if constexpr (Count) sums.give(job.sums);
 }
 
-/// In the precision of the job; `book` as it was when the blocks were evaluated.
+/// In the precision of the job; `record` as it was when the blocks were evaluated.
 template <class Run>
 void in_precision(const PairJob& job, const Run& run) {
   const auto with = [&]<class P>(P) { job.record ? run(P{}, std::true_type{}) : run(P{}, std::false_type{}); };

@@ -43,7 +43,7 @@ void refuse_beside_bond(const Normal& law) {
   if (law.cohesion.acts())
     throw std::invalid_argument("a bond and cohesion in one law: not offered; leave one of them out");
   // Of a stretched pair moment arms of the radius would not reach the bond: torques would not balance.
-  if (law.friction.lever != Lever::mid_overlap)
+  if (law.friction.moment_arm != MomentArm::mid_overlap)
     throw std::invalid_argument("lever: a bond needs mid-overlap, else angular momentum is not kept");
 }
 
