@@ -1,7 +1,7 @@
 #pragma once
 #include <algorithm>
 
-#include "libdem/kernel/rows.hpp"
+#include "libdem/kernel/accumulators.hpp"
 
 /// Kick and drift of the spheres of a particle block, whose sums are complete, and their energies. Sphere by sphere, in
 /// rows as records and sums lie in memory: columns, as pairs have them, take twice as long, since nothing here needs

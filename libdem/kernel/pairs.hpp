@@ -1,7 +1,7 @@
 #pragma once
-#include "libdem/kernel/adding.hpp"
+#include "libdem/kernel/accumulation.hpp"
 #include "libdem/kernel/contact_core.hpp"
-#include "libdem/kernel/reading.hpp"
+#include "libdem/kernel/loading.hpp"
 
 /// Pairs of spheres, block by block, in stages over a few SIMD vectors at a time: read and meet, law, add. A stage is
 /// short enough for the processor to have several SIMD vectors under way, so that none waits for the square roots of

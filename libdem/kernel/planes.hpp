@@ -1,7 +1,7 @@
 #pragma once
+#include "libdem/kernel/accumulators.hpp"
 #include "libdem/kernel/contact_core.hpp"
 #include "libdem/kernel/lanes.hpp"
-#include "libdem/kernel/rows.hpp"
 
 /// Spheres on flat faces of boundaries; in double also in mixed precision, but for what the records hold in float.
 /// Without `Accumulate` the law's friction is the usual one (Friction::usual).

@@ -258,8 +258,8 @@ TEST(LaboratoryTest, DryGrainsBearNoTension) {
   const Findings found = run_test(loaded, "pull", 0);
   EXPECT_EQ(found.number("strength").mean(), 0);
   EXPECT_EQ(found.number("work").mean(), 0);
-  ASSERT_EQ(found.notes.size(), 1U);
-  EXPECT_EQ(found.notes[0], "1 of 1 packings bear no tension at all");
+  ASSERT_EQ(found.diagnostics.size(), 1U);
+  EXPECT_EQ(found.diagnostics[0], "1 of 1 packings bear no tension at all");
 }
 
 /// A scenario that is run brings its bed's material, radius and walls.

@@ -60,10 +60,10 @@ struct alignas(64) SpheresI<VecF> {
 template <class P>
 struct OfAll {
   P r, m;
-  VecD reach2;  ///< (2 r)^2
+  VecD radii2;  ///< (2 r)^2
 
   template <class Record>
-  explicit OfAll(const Record& any) : r(any.r), m(any.m), reach2(4 * any.r * any.r) {}
+  explicit OfAll(const Record& any) : r(any.r), m(any.m), radii2(4 * any.r * any.r) {}
 };
 
 template <bool Uniform>
@@ -105,8 +105,8 @@ template <bool Uniform>
     load4(x_j, b);
     motion.take(half, j);
     for (int d = 0; d < 3; ++d) n[half][d] = load<VecD>(own[block]->x[d] + from) - b[d];
-    const VecD d2 = dot3(n[half], n[half]), reach = load<VecD>(own[block]->r + from) + b[3];
-    excess[half] = (Uniform ? all.reach2 : reach * reach) - d2;
+    const VecD d2 = dot3(n[half], n[half]), radii = load<VecD>(own[block]->r + from) + b[3];
+    excess[half] = (Uniform ? all.radii2 : radii * radii) - d2;
   }
   const auto a = [&](int k) { return load_each<VecF>([&](int half) { return own[half]->motion[k] + first; }); };
   VecF b[8];
