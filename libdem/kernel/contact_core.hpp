@@ -45,25 +45,10 @@ struct Effective {
   P smaller;  ///< radius of the smaller sphere, of pairs only
 };
 
-/// Whether the law or rolling resistance needs r_eff: a law that does not says `needs_radius = false`.
-template <class L, bool Rolls>
-constexpr bool needs_radius() {
-  if constexpr (requires { L::needs_radius; })
-    return L::needs_radius || Rolls;
-  else
-    return true;
-}
-
-/// Whether the law needs 1/(r1 + r2).
-template <class L>
-constexpr bool needs_sum() {
-  return requires { L::needs_sum; };
-}
-
 /// Fills what the law needs of `e`.
 template <bool Pair, bool Rolls, class L, class P>
 [[gnu::always_inline]] inline void effective(P r_i, P m_i, P r_j, P m_j, Effective<P>& e) {
-  constexpr bool Radius = needs_radius<L, Rolls>(), Sum = needs_sum<L>();
+  constexpr bool Radius = L::has.needs_radius || Rolls, Sum = L::has.needs_sum;
   e.root_m = Pair ? series_root(m_i, m_j) : sqrt(m_i);
   if constexpr (Radius && Pair) {
     // r_eff = r1 r2/(r1 + r2) and its inverse from one division.
