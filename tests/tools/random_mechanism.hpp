@@ -124,7 +124,7 @@ class MechanismBuilder {
   /// A slide whose line points to the knee: across it the dyad is stiff, along it the slide gives way.
   void slide_along(int a, int b, mbd::Vec2 at, mbd::Vec2 along) {
     slide(a, b, at);
-    out_.model.joints.back().element.get<mbd::Translational>().angle_a = std::atan2(along.y, along.x) - angle(a);
+    out_.model.joints.back().element.get_if<mbd::Translational>()->angle_a = std::atan2(along.y, along.x) - angle(a);
   }
 
   void springs() {

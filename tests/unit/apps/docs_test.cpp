@@ -14,6 +14,7 @@
 
 #include "apps/run/column_table.hpp"
 #include "apps/scenario/load.hpp"
+#include "libmbd/elements.hpp"
 #include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 
@@ -77,7 +78,9 @@ TEST(Docs, ForcesAndTheMachinesOwnColumnsAreInTheTable) {
       },
       mbd::Forces{});
   const Loaded loaded = load_scenario((root / "configs/1s300-reduced.yaml").string(), {});
-  const World world = build_world(loaded, {.settle = false});
+  BuildOptions options;
+  options.settle = false;
+  const World world = build_world(loaded, options);
   for (std::size_t i = 0; i < world.machine->column_names().size(); ++i) {
     const std::string& name = world.machine->column_names()[i];
     EXPECT_TRUE(names.count({name.substr(name.rfind('.') + 1), world.machine->column_units()[i]})) << name;

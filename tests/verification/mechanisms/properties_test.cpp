@@ -9,6 +9,7 @@
 #include <map>
 #include <string>
 
+#include "libmbd/elements.hpp"
 #include "libmbd/forces/applied_force.hpp"
 #include "tests/tools/random_mechanism.hpp"
 
@@ -140,8 +141,8 @@ Model carried(Model m, double turn, Vec2 shift) {
       if constexpr (requires { e.relative_angle; }) e.relative_angle += turn;
     }
   };
-  for (auto& j : m.joints) std::visit(carry, j.element);
-  for (auto& f : m.forces) std::visit(carry, f.element);
+  for (auto& j : m.joints) visit(carry, j.element);
+  for (auto& f : m.forces) visit(carry, f.element);
   return m;
 }
 
@@ -174,8 +175,8 @@ TEST_P(AnyMechanism, OrderOfBodiesAndJointsDoesNotMatter) {
       if (body != ground) body = static_cast<int>(n) + 1 - body;
     });
   };
-  for (auto& j : other.joints) std::visit(renumber, j.element);
-  for (auto& f : other.forces) std::visit(renumber, f.element);
+  for (auto& j : other.joints) visit(renumber, j.element);
+  for (auto& f : other.forces) visit(renumber, f.element);
   EXPECT_LT(largest_distance(moved(model, 0.25), moved(other, 0.25)), 1e-9);
 }
 
@@ -206,7 +207,7 @@ TEST_P(AnyMechanism, ReversedInTimeItReturns) {
 TEST_P(AnyMechanism, EnergyBalanceClosesWithDampersAndADriver) {
   Model model = mechanism().model;
   for (auto& f : model.forces)
-    std::visit(
+    visit(
         [](auto& force) {
           if constexpr (requires { force.damping; }) force.damping = 0.3;
         },
