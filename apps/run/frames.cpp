@@ -127,7 +127,7 @@ void FrameOutput::write(double time, long step) {
   if (ids.size() != particles_) frame.id = ids;
   frame.position = snapshot_.position;
   frame.velocity = snapshot_.velocity;
-  frame.spin = snapshot_.spin;
+  frame.spin = snapshot_.angular_velocity;
   frame.force = snapshot_.force;
   frame.torque = snapshot_.torque;
   frame.contacts = snapshot_.contacts;

@@ -51,8 +51,15 @@ void Reader::missing(const Field& field) {
   reading_.problems.add(node_.place, child(field.key), fmt::format("is missing: {}", what));
 }
 
-/// The nearest key of this mapping, else where else the key is known, else what is known here.
+/// Keys of earlier versions and what they are called now.
+constexpr std::pair<const char*, const char*> former_keys[] = {{"book every", "sample losses every"}};
+
+/// The present name of a former key, else the nearest key of this mapping, else where else the key is known, else what
+/// is known here.
 std::string Reader::cure_for(const std::string& key) const {
+  for (const auto& [former, present] : former_keys)
+    if (key == former && std::find(known_.begin(), known_.end(), present) != known_.end())
+      return fmt::format("; its name is `{}` now", present);
   if (!nearest(key, known_)) {
     const std::string elsewhere = path_of_key(key);
     if (!elsewhere.empty()) return fmt::format("; it belongs at `{}`", elsewhere);

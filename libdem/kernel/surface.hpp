@@ -18,12 +18,12 @@ void run_surface(const L& law, SurfaceJob& job) {
     for (int d = 0; d < 3; ++d) {
       a.n[d] = load<VecD>(job.normal[d] + first);
       a.v[d] = i.v[d] - load<VecD>(job.velocity[d] + first);
-      a.w_i[d] = i.w[d], a.w_j[d] = load<VecD>(job.spin[d] + first);
+      a.w_i[d] = i.w[d], a.w_j[d] = load<VecD>(job.angular_velocity[d] + first);
     }
     a.overlap = i.r - load<VecD>(job.distance + first);
     a.r_i = a.r_j = i.r;
     Meeting<VecD> meeting;
-    meet<false, Rolls, L>(lever_share(law), a, meeting);
+    meet<false, Rolls, L>(overlap_in_arm(law), a, meeting);
     effective<false, Rolls, L>(i.r, i.m, i.r, i.m, meeting.effective);
     ContactMemory<VecD> h = load_memory<VecD, true>(has, memory, first);
     const Response<VecD> c = respond<false, Rolls, VecD>(law, meeting, h, job.elapsed);

@@ -38,9 +38,9 @@
 /// changes, -> sliding.
 namespace subsoil::dem {
 
-/// Where the contact point of two spheres lies: in the middle of the overlap (lever r - delta/2; r - delta at a
-/// boundary, angular momentum is kept), or on each sphere's surface (lever r).
-enum class Lever { mid_overlap, radius };
+/// Where the contact point of two spheres lies: in the middle of the overlap (moment arm r - delta/2; r - delta at a
+/// boundary, angular momentum is kept), or on each sphere's surface (moment arm r).
+enum class MomentArm { mid_overlap, radius };
 enum class Tangential { spring, dashpot, constant_direction };
 enum class Changing { lossy, keep_spring, keep_force };
 enum class Rolling { none, elastic_plastic, constant_torque };
@@ -122,7 +122,7 @@ struct Friction {
   double mu_r = 0, mu_t = 0;
   double rolling_damping = 0.3, rolling_damping_at_limit = 0;
   Rolling rolling = Rolling::elastic_plastic;
-  Lever lever = Lever::mid_overlap;
+  MomentArm moment_arm = MomentArm::mid_overlap;
 
   template <class V>
   void describe(V& v) {
@@ -157,13 +157,13 @@ struct Friction {
     v.quantity(
         "rolling damping at limit", rolling_damping_at_limit, "1", "[0, 1]",
         "share of the rolling and twisting dashpots that stays when their springs are fully mobilised (f of Ai)");
-    v.choice("lever", lever, {{"mid-overlap", Lever::mid_overlap}, {"radius", Lever::radius}},
+    v.choice("lever", moment_arm, {{"mid-overlap", MomentArm::mid_overlap}, {"radius", MomentArm::radius}},
              "arm of tangential forces about the centre: to the middle of the overlap (a boundary's surface), or the "
              "radius");
   }
 
-  /// What most beds have. Steps that book nothing are compiled for this alone; others take the longer
-  /// kernel of the accumulated ones in every step.
+  /// What most beds have. Steps that accumulate nothing are compiled for this alone; others take the
+  /// longer kernel of those that do in every step.
   bool usual() const {
     return tangential == Tangential::spring && changing == Changing::lossy && rolling != Rolling::constant_torque &&
            rule == FrictionRule::spring_and_dashpot && !(rolling_damping_at_limit > 0);

@@ -21,6 +21,7 @@ namespace subsoil::dem {
 
 struct HertzMindlin : ElasticPair {
   static constexpr bool constant_stiffness = false;
+  static constexpr LawMembers has{};
   double restitution = std::numeric_limits<double>::quiet_NaN();
   bool clip = false;
   Cohesion cohesion;
@@ -32,8 +33,7 @@ struct HertzMindlin : ElasticPair {
   void describe(V& v) {
     v.card("hertz-mindlin", "Hertz normal force, Mindlin tangential stiffness, Tsuji damping");
     describe_elasticity(v);
-    v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution",
-               "for no damping use 1");
+    v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution", "for no damping use 1");
     v.flag("clip attraction", clip,
            "cut the normal force off at zero while separating (restitution then exceeds the given)");
     cohesion.describe(v);

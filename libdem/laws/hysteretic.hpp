@@ -28,8 +28,7 @@ namespace subsoil::dem {
 
 struct Hysteretic {
   static constexpr bool constant_stiffness = true;
-  static constexpr int memory = 1;  ///< residual overlap, m
-  static constexpr bool plastic = true;
+  static constexpr LawMembers has{.memory = 1, .plastic = true};  ///< memory: residual overlap, m
   enum class Residual { follows, kept };
   static constexpr double left_out = std::numeric_limits<double>::quiet_NaN();
   double K1 = left_out, yield = left_out;
@@ -48,8 +47,8 @@ struct Hysteretic {
     v.derived(
         "yield strength", yield, "Pa", "(0, inf)",
         "when K1 is left out; left out too: the smaller of the two materials'; r_eff at a boundary is the radius");
-    v.derived("restitution", restitution, "1", "(0, 1]",
-              "coefficient of restitution, K2 = K1/e^2", "for no plastic loss use 1");
+    v.derived("restitution", restitution, "1", "(0, 1]", "coefficient of restitution, K2 = K1/e^2",
+              "for no plastic loss use 1");
     v.derived("K2", K2, "N/m", "(0, inf)", "unloading stiffness, in place of the restitution, when K1 is given");
     v.quantity("damping factor", damping_factor, "1", "[0, 1]",
                "share of the linear dashpot of that restitution which acts besides; takes the restitution below it");

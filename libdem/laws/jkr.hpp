@@ -31,7 +31,9 @@ namespace subsoil::dem {
 
 struct Jkr : ElasticPair {
   static constexpr bool constant_stiffness = false;
-  static constexpr int memory = 2;  ///< cube root of R while the neck holds, else 0; a at the last evaluation, m
+  /// Memory: cube root of R while the neck holds, else 0; a at the last evaluation, m.
+  static constexpr LawMembers has{
+      .memory = 2, .cutoff_by_radius = true, .weaken = true, .may_gain = true, .refuse_collapse = true};
   enum class Separation { rupture, pull_off };
   double work = std::numeric_limits<double>::quiet_NaN();
   double restitution = std::numeric_limits<double>::quiet_NaN();
@@ -47,8 +49,8 @@ struct Jkr : ElasticPair {
     describe_elasticity(v);
     v.quantity("work of adhesion", work, "J/m^2", "(0, inf)",
                "to part a unit of surface: twice the surface energy of LAMMPS and EDEM");
-    v.quantity("restitution", restitution, "1", "(0, 1]",
-               "coefficient of restitution without adhesion", "for no damping use 1");
+    v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution without adhesion",
+               "for no damping use 1");
     v.choice("separation", separation, {{"rupture", Separation::rupture}, {"pull-off", Separation::pull_off}},
              "the neck breaks at the end of its branch, or at the largest pull");
     friction.describe(v);

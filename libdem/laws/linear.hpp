@@ -17,7 +17,7 @@ namespace subsoil::dem {
 
 struct Linear {
   static constexpr bool constant_stiffness = true;
-  static constexpr bool needs_radius = false;
+  static constexpr LawMembers has{.needs_radius = false};
   double k_n = std::numeric_limits<double>::quiet_NaN();
   double stiffness_ratio = 2.0 / 7.0;
   double restitution = std::numeric_limits<double>::quiet_NaN();
@@ -32,8 +32,7 @@ struct Linear {
     v.card("linear", "linear spring-dashpot with restitution");
     v.quantity("k_n", k_n, "N/m", "(0, inf)", "normal stiffness");
     v.quantity("stiffness ratio", stiffness_ratio, "1", "[0, inf)", "tangential over normal stiffness");
-    v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution",
-               "for no damping use 1");
+    v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution", "for no damping use 1");
     v.flag("clip attraction", clip,
            "cut the normal force off at zero while separating (restitution then exceeds the given)");
     cohesion.describe(v);

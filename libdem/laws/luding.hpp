@@ -28,8 +28,7 @@ namespace subsoil::dem {
 
 struct Luding {
   static constexpr bool constant_stiffness = true;
-  static constexpr int memory = 1;  ///< M, m
-  static constexpr bool plastic = true;
+  static constexpr LawMembers has{.memory = 1, .plastic = true, .weaken = true};  ///< memory: M, m
   enum class Unloading { grows, constant };
   static constexpr double required = std::numeric_limits<double>::quiet_NaN();
   double k1 = required, k2 = required, k_c = required, phi_f = required;
@@ -48,8 +47,8 @@ struct Luding {
     v.quantity("phi_f", phi_f, "1", "(0, 1]",
                "plastic depth over the effective diameter 2 r_eff at which unloading is stiffest");
     v.derived("damping", damping, "N s/m", "[0, inf)", "damping coefficient; left out: by the restitution");
-    v.derived("restitution", restitution, "1", "(0, 1]",
-              "of the dashpot with the spring k1 alone, in place of damping", "for no damping use 1");
+    v.derived("restitution", restitution, "1", "(0, 1]", "of the dashpot with the spring k1 alone, in place of damping",
+              "for no damping use 1");
     v.quantity("stiffness ratio", stiffness_ratio, "1", "[0, inf)", "tangential stiffness over k1");
     v.choice("unloading stiffness", unloading, {{"grows", Unloading::grows}, {"constant", Unloading::constant}},
              "from k1 to k2 with the largest overlap (Luding), or k2 always");

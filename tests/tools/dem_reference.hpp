@@ -4,8 +4,8 @@
 #include "tests/tools/dem_beds.hpp"
 
 /// A second engine, as plain as can be: every pair of spheres every step, Vec3 and double, histories in a map by id.
-/// It takes only the normal laws from the product (they have their own tests); geometry, friction, rolling, levers,
-/// time stepping are written here anew from the theory. Planes only.
+/// It takes only the normal laws from the product (they have their own tests); geometry, friction, rolling, moment
+/// arms, time stepping are written here anew from the theory. Planes only.
 namespace subsoil::dem::test {
 
 struct History {
@@ -53,7 +53,7 @@ inline ContactResult reference_contact(const Law& law, const Vec3& n, double dis
                                        double dt, History& h) {
   const bool wall = j.r == 0;
   const double overlap = i.r + j.r - distance;
-  const bool middle = law->friction().lever == Lever::mid_overlap;
+  const bool middle = law->friction().moment_arm == MomentArm::mid_overlap;
   const double l_i = i.r - (middle ? (wall ? overlap : overlap / 2) : 0);
   const double l_j = wall ? 0 : j.r - (middle ? overlap / 2 : 0);
   const Vec3 slip_all = (i.v - cross(i.w, l_i * n)) - (j.v + cross(wall ? Vec3{} : j.w, l_j * n));
@@ -181,8 +181,9 @@ class ReferenceBed {
 
   void add(std::span<const SphereSpec> specs) {
     for (const SphereSpec& s : specs)
-      spheres.push_back({s.position, s.radius, s.velocity, s.density * 4 / 3 * pi * std::pow(s.radius, 3), s.spin,
-                         static_cast<std::uint32_t>(spheres.size()), static_cast<std::uint16_t>(s.material), 0});
+      spheres.push_back({s.position, s.radius, s.velocity, s.density * 4 / 3 * pi * std::pow(s.radius, 3),
+                         s.angular_velocity, static_cast<std::uint32_t>(spheres.size()),
+                         static_cast<std::uint16_t>(s.material), 0});
   }
 
   void step(double dt) {

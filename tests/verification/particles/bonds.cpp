@@ -495,8 +495,8 @@ TEST(BondedClod, EnergyClosesAcrossBreaking) {
   EXPECT_LT(gap(2e-5, Precision::mixed), 0.01);
 }
 
-/// Without the term the book does not close: the tester.
-TEST(BondedClod, BreakingIsSeenInTheBook) {
+/// Without the term the balance does not close: the tester.
+TEST(BondedClod, BreakingIsSeenInTheBalance) {
   Bed bed = clod(brittle(), 1, 0, 0.8);
   bed.step(1e-5, {.energy = true, .snapshot = nullptr});
   const double start = bed.energy().total();
@@ -593,7 +593,7 @@ TEST(Bond, RefusesWhatCannotBe) {
   law.cohesion = dmt(1);
   EXPECT_NE(refusal(law).find("a bond and cohesion"), std::string::npos) << refusal(law);
   law = cemented();
-  law.friction.lever = Lever::radius;
+  law.friction.moment_arm = MomentArm::radius;
   EXPECT_NE(refusal(law).find("mid-overlap"), std::string::npos) << refusal(law);
   law = cemented();
   law.bond.gap = kR;

@@ -13,9 +13,9 @@ namespace subsoil::dem::test {
 namespace {
 
 using subsoil::test::absolute;
-using subsoil::test::Curve;
 using subsoil::test::share;
 using subsoil::test::Verified;
+using subsoil::test::VerifiedCurve;
 using subsoil::test::Worst;
 
 constexpr double r = 0.1, v_n = 0.2, mu = 0.4, e = 0.5;
@@ -124,7 +124,7 @@ TEST(ChungOoi, Test6ConstantNormalVelocityAndSpin) {
     const double unit = unit_of_overlap(m.density * 4 / 3 * pi * r * r * r, m.young / (1 - m.poisson * m.poisson), r);
     hold(engine, paper, m.name, points, run,
          [&](double x) { return beta_of(x, m.poisson, Convention::ours, unit, 1); });
-    Curve curve(std::string("chung-ooi-6-") + m.name);
+    VerifiedCurve curve(std::string("chung-ooi-6-") + m.name);
     for (double x = 0.1; curve.drawn() && x < 25; x *= 1.05) curve.point(x, run(x));
   }
 }

@@ -182,7 +182,7 @@ TEST(Sliding, SlipToRollTable) {
     // The lever is r - delta: r m g/k = 7e-5 of omega; 1e-4 in u from the first kick on the flat contact.
     row.near(of("speed at %g s", at[0]), "m/s", now.velocity[0].x, at[1], absolute(2e-4),
              "first kick on the flat contact");
-    row.near(of("spin at %g s", at[0]), "rad/s", -now.spin[0].z, at[2], absolute(0.1),
+    row.near(of("spin at %g s", at[0]), "rad/s", -now.angular_velocity[0].z, at[2], absolute(0.1),
              "lever r - delta, 7e-5 of omega");
   }
 }
