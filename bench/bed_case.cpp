@@ -198,7 +198,7 @@ Case make_case(const CaseRequest& request) {
     for (const Vec3& x : tile.mirrored(along, across))
       c.spheres.push_back({.position = x,
                            .velocity = 5e-3 * random.in_unit_ball(),
-                           .spin = {},
+                           .angular_velocity = {},
                            .radius = kRadius,
                            .density = kDensity,
                            .material = 0});

@@ -24,7 +24,7 @@ using namespace subsoil;
 struct Request : bench::CaseRequest {
   int threads = 1;
   long steps = 500;
-  long energy_every = 50;  ///< steps between readings of the energy book: one a millisecond
+  long energy_every = 50;  ///< steps between readings of the energy balance: one a millisecond
   double skin = 0;         ///< m; 0: the engine's own
   std::string simd = "auto";
   dem::Precision precision = dem::Precision::doubles;
@@ -129,7 +129,7 @@ nlohmann::ordered_json report(const dem::Bed& bed, const Times& t, const Request
           {"share of rebuilds", rebuilds * rebuild / t.total},
           {"bytes per particle", (peak_memory() - small_bed) / spheres},
           {"kinetic energy", bed.energy().kinetic},
-          {"spin energy", bed.energy().spin},
+          {"spin energy", bed.energy().rotational},
           {"pairs", pairs},
           {"largest overlap", bed.max_overlap()}};
 }
@@ -182,7 +182,7 @@ int main(int argc, char** argv) {
   app.add_option("--triangles", r.triangles, "of the plough's tool: 740, 20000, or 0 for none");
   app.add_option("--threads", r.threads);
   app.add_option("--steps", r.steps)->check(CLI::Range(2L, 1000000000L));
-  app.add_option("--energy-every", r.energy_every, "steps between readings of the energy book");
+  app.add_option("--energy-every", r.energy_every, "steps between readings of the energy balance");
   app.add_option("--skin", r.skin, "m; 0: the engine's own");
   app.add_option("--simd", r.simd);
   app.add_option("--precision", r.precision, "double, mixed")

@@ -50,15 +50,15 @@ mbd::BodyState Simulation::ahead(int body) const {
 }
 
 void Simulation::place(dem::Boundary& boundary, const dem::Pose& pose, const dem::Vec3& velocity,
-                       const dem::Vec3& spin) {
+                       const dem::Vec3& angular_velocity) {
   if (stepped_) {
     // What the surface really did since the last step; its own velocity only tells the first step.
     const double dt = options_.soil_step;
     boundary.velocity = (pose.position - boundary.pose.position) * (1 / dt);
-    boundary.spin = dem::small_rotation(boundary.pose.attitude, pose.attitude, dt);
+    boundary.angular_velocity = dem::small_rotation(boundary.pose.attitude, pose.attitude, dt);
   } else {
     boundary.velocity = velocity;
-    boundary.spin = spin;
+    boundary.angular_velocity = angular_velocity;
     boundary.pose_before = pose;
   }
   boundary.pose = pose;

@@ -26,8 +26,8 @@ struct GivenMotion {
 
 /// What soil and machine did to each other through the machine's surfaces since the start, J.
 struct InterfaceWork {
-  double on_soil = 0;     ///< as the bed books it: mean wrench of two instants times the displacement between
-  double on_machine = 0;  ///< as the machine books it: wrench held over the step times displacement
+  double on_soil = 0;     ///< as the bed accumulates it: mean wrench of two instants times the displacement between
+  double on_machine = 0;  ///< as the machine accumulates it: wrench held over the step times displacement
   /// What the explicit exchange created (> 0) or lost: both sides together; of first order in the step.
   double error() const { return on_soil + on_machine; }
 };
@@ -44,7 +44,7 @@ struct SimulationOptions {
 ///   machine over the window. Inside a window of several soil steps the surfaces run ahead with the machine's velocity
 ///   and acceleration at the window's start.
 /// Velocities handed over are those of the middle of the step that ends at t_n (displacement over step), as the bed's
-/// own leapfrog velocities are; that makes both energy books exact for the motion that was made. A simulation may be
+/// own leapfrog velocities are; that makes both energy balances exact for the motion that was made. A simulation may be
 /// without bed (the machine runs alone) or without machine.
 class Simulation {
  public:
@@ -73,7 +73,8 @@ class Simulation {
 
  private:
   mbd::BodyState ahead(int body) const;
-  void place(dem::Boundary& boundary, const dem::Pose& pose, const dem::Vec3& velocity, const dem::Vec3& spin);
+  void place(dem::Boundary& boundary, const dem::Pose& pose, const dem::Vec3& velocity,
+             const dem::Vec3& angular_velocity);
   void place_surfaces();
   void gather(double share);
   void take_accelerations();

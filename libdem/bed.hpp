@@ -39,11 +39,11 @@ struct BedOptions {
   double floor_drop = -1e300;  ///< y below which spheres are taken out, m
 };
 
-/// Energy balance of the bed, J (BedOptions::sample_every: losses may be sampled). Closure: kinetic + spin +
+/// Energy balance of the bed, J (BedOptions::sample_every: losses may be sampled). Closure: kinetic + rotational +
 /// gravity + stored + lost + frozen = start + boundary work.
 struct BedEnergy {
   double kinetic = 0;        ///< of translation, (m/2) v_{n-1/2} . v_{n+1/2}: what leapfrog work sums to
-  double spin = 0;           ///< of rotation, same form
+  double rotational = 0;     ///< of rotation, same form
   double gravity = 0;        ///< -m g . x
   double stored = 0;         ///< in contact springs and attraction (negative)
   Losses lost;               ///< since the start
@@ -51,7 +51,7 @@ struct BedEnergy {
   double removed = 0;        ///< kinetic and potential energy that left with removed spheres
   double frozen = 0;         ///< kinetic energy that spheres had when they were frozen, since the start
 
-  double total() const { return kinetic + spin + gravity + stored + lost.total() + removed + frozen; }
+  double total() const { return kinetic + rotational + gravity + stored + lost.total() + removed + frozen; }
 };
 
 /// Where the time of the steps went, s, summed over threads.
@@ -89,7 +89,7 @@ class Bed {
   int boundary_count() const;
   std::span<const Sphere> spheres() const;  ///< in the engine's own order
   std::size_t removed_count() const;        ///< fallen below the floor since the start
-  std::size_t touching_pairs() const;       ///< in reach of their law, of each particle block when last sampled
+  std::size_t touching_pairs() const;  ///< within the cutoff of their law, of each particle block when last sampled
 
   struct Request {
     bool energy = false;           ///< fill energy() during this step (valid at t_n)
@@ -125,7 +125,7 @@ class Bed {
   void set_gravity(const Vec3& gravity);
   /// Moves all spheres by an offset (a settled bed to its datum); boundaries are the caller's.
   void shift(const Vec3& offset);
-  /// Sets all velocities and spins to zero and forgets the leapfrog phase.
+  /// Sets all linear and angular velocities to zero and forgets the leapfrog phase.
   void freeze();
   void set_time(double time);
 

@@ -22,7 +22,7 @@ struct ContactPoint {
 struct ContactLaw {
   static constexpr std::array<ForceColumn, 4> columns{
       {{"normal force", "N"}, {"friction", "N"}, {"gap", "m"}, {"slip", "m/s"}}};
-  HuntCrossley normal{};
+  HuntCrossleyForce normal{};
   double friction = 0;
   double slip_speed = 1e-3;
 
@@ -44,7 +44,7 @@ struct ContactLaw {
     values = {0, 0, c.gap, 0};
     if (!(c.gap < 0)) return {};
     const Vec2 tangent{c.normal.y, -c.normal.x}, rate = velocity_against(scene, body_a, body_b, c.at);
-    const HuntCrossley::Push p = normal.at(-c.gap, -dot(c.normal, rate));
+    const HuntCrossleyForce::Push p = normal.at(-c.gap, -dot(c.normal, rate));
     const double slip = dot(tangent, rate);
     const double drag = friction > 0 ? -friction * p.force * std::tanh(slip / slip_speed) : 0.0;
     add_pair(loads, scene, body_a, body_b, c.at, p.force * c.normal + drag * tangent);

@@ -152,7 +152,7 @@ bool Curve::crosses_itself(Vec2& where) const {
   const auto end = [&](std::size_t i) { return samples_[(i + 1) % n].point; };
   for (std::size_t i = 0; i < stretches; ++i)
     for (std::size_t j = i + 2; j < stretches; ++j) {
-      if (closed_ && i == 0 && j == stretches - 1) continue;  // neighbours across the seam
+      if (closed_ && i == 0 && j == stretches - 1) continue;  // neighbours across the end point
       const Vec2 p = begin(i), r = end(i) - p, q = begin(j), s = end(j) - q;
       const double parallel = cross(r, s);
       if (parallel == 0) continue;

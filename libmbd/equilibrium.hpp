@@ -16,7 +16,7 @@ struct Equilibrium {
 
 /// Finds the steady towing equilibrium (at speed 0: the static one) near the guess q at time t:
 ///   F(q, q', t) - Phi_q^T lambda = 0 for all coordinates,  Phi(q, t) = 0
-/// with every body at (speed, 0) and no spin, except wheels on soil, which are held at the spin -speed/R and take no
+/// with every body at (speed, 0) and no angular velocity, except wheels on soil, which are held at -speed/R and take no
 /// part in the balance of moments (they are neutral: no moment acts on them and their angle stays as guessed).
 /// Newton on all coordinates and multipliers together, made globally safe by pseudo-transient continuation: M/tau^2
 /// stands beside the stiffness and fades as the residual falls, so a wheel that just touches the ground, where the

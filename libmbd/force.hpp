@@ -36,7 +36,7 @@ class Loads {
   std::span<std::array<double, 3>> wrenches_;
 };
 
-/// The energy account of a force, of which the book of the whole system is made:
+/// The energy account of a force, of which the energy balance of the whole system is made:
 ///   power on the bodies = work - lost - d(stored)/dt
 struct ForcePower {
   double stored = 0;  ///< energy that it can give back (J)

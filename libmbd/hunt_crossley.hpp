@@ -16,7 +16,7 @@ namespace subsoil::mbd {
 /// whatever k, n and the mass are: the restitution is a result and cannot be given, since it falls with the speed.
 /// Energy: stored = k d^(n+1)/(n+1), lost rate = (F - k d^n) d'.
 /// Source: Hunt & Crossley 1975, J. Appl. Mech. 42, 440, with n = 3/2 there.
-struct HuntCrossley {
+struct HuntCrossleyForce {
   double n = 1.5;
   double stiffness = std::numeric_limits<double>::quiet_NaN();
   double damping = 0;

@@ -44,7 +44,7 @@ struct IdaOptions {
   IdaFormulation formulation = IdaFormulation::stabilised_index_2;
 };
 
-/// Energy that crossed the book since the start (J): integrals of powers, never remainders.
+/// Energy that entered or left since the start (J): integrals of powers, never remainders.
 struct EnergyFlows {
   Eigen::VectorXd of_elements;  ///< as MotionState::rates: lost of forces, work of forces, work of drivers
   double external_work = 0;  ///< of external wrenches: wrench times displacement, exact since it is constant per step
@@ -100,7 +100,7 @@ class Integrator {
   bool watches_switches() const { return locate_ && switches_.count() > 0; }
   /// All switching functions at a state that the partition has evaluated.
   void look(const MotionState& m, std::vector<double>& gaps);
-  /// Books the event and puts the switch on its other side, at the present state.
+  /// Records the event and puts the switch on its other side, at the present state.
   void take_event(std::size_t which);
   virtual void on_save(std::vector<double>&) const {}
   virtual void on_restore(const double*&, const double*) {}

@@ -10,7 +10,7 @@ namespace subsoil::mbd {
 struct Limits {
   double least = std::numeric_limits<double>::quiet_NaN();
   double largest = std::numeric_limits<double>::quiet_NaN();
-  HuntCrossley law{};
+  HuntCrossleyForce law{};
 
   /// Units of the measure and its force: "m" and "N", or "rad" and "N m".
   template <class V>
@@ -37,7 +37,7 @@ struct Limits {
     ForcePower power{};
   };
   Push at(double x, double rate) const {
-    const HuntCrossley::Push low = law.at(least - x, -rate), high = law.at(x - largest, rate);
+    const HuntCrossleyForce::Push low = law.at(least - x, -rate), high = law.at(x - largest, rate);
     return {low.force - high.force, {low.stored + high.stored, low.lost + high.lost, 0}};
   }
 };

@@ -78,7 +78,7 @@ void Machine::watch_energy(bool first) {
   highest_potential_ = std::max(highest_potential_, potential);
 }
 
-double EnergyBook::closure() const {
+double MachineEnergy::closure() const {
   // Rounding of sums of this size is no energy of its own.
   const double rounding = 1e-9 * (std::abs(potential) + std::abs(at_start));
   const double size = moved + rounding;
@@ -129,22 +129,22 @@ double Machine::force_value(const std::string& name, const std::string& column) 
       system_.model().forces[i].element);
 }
 
-EnergyBook Machine::energy() const {
-  EnergyBook book;
-  book.kinetic = system_.kinetic();
-  book.potential = system_.potential();
-  book.stored = system_.stored();
+MachineEnergy Machine::energy() const {
+  MachineEnergy energy;
+  energy.kinetic = system_.kinetic();
+  energy.potential = system_.potential();
+  energy.stored = system_.stored();
   const auto& flows = integrator_->flows();
   const auto forces = static_cast<Eigen::Index>(system_.model().forces.size());
-  book.lost = flows.of_elements.head(forces).sum();
-  book.force_work = flows.of_elements.segment(forces, forces).sum();
-  book.driver_work = flows.of_elements.tail(flows.of_elements.size() - 2 * forces).sum();
-  book.external_work = flows.external_work;
-  book.at_start = energy_at_start_;
-  book.moved = most_energy_ + (highest_potential_ - lowest_potential_) + std::abs(book.lost) +
-               std::abs(book.driver_work) + std::abs(book.force_work) + std::abs(book.external_work) +
-               energy_at_rest(system_);
-  return book;
+  energy.lost = flows.of_elements.head(forces).sum();
+  energy.force_work = flows.of_elements.segment(forces, forces).sum();
+  energy.driver_work = flows.of_elements.tail(flows.of_elements.size() - 2 * forces).sum();
+  energy.external_work = flows.external_work;
+  energy.at_start = energy_at_start_;
+  energy.moved = most_energy_ + (highest_potential_ - lowest_potential_) + std::abs(energy.lost) +
+                 std::abs(energy.driver_work) + std::abs(energy.force_work) + std::abs(energy.external_work) +
+                 energy_at_rest(system_);
+  return energy;
 }
 
 void Machine::name_columns() {
@@ -196,7 +196,7 @@ void Machine::columns(std::span<double> out) const {
     const std::size_t count = visit([](const auto& force) { return force.columns.size(); }, model.forces[i].element);
     for (std::size_t k = 0; k < count; ++k) put(system_.values()[i][k]);
   }
-  const EnergyBook e = energy();
+  const MachineEnergy e = energy();
   put(e.kinetic, e.potential, e.stored, e.lost, e.driver_work, e.force_work, e.external_work, e.balance());
   const Observation seen{system_, integrator_->state().acceleration, lambda};
   for (const auto& [measure, count] : measures_) {

@@ -35,10 +35,11 @@ struct MachineOptions {
   bool hold_start = false;    ///< a start that assembly has to change is refused: see refuse_changed_start()
 };
 
-/// The energy book since the start (J). balance() is 0 up to integration error: kinetic + potential + stored + lost
+/// Energy balance of the machine since the start (J). balance() is 0 up to integration error: kinetic + potential +
+/// stored + lost
 /// - work minus its value at the start. No term is a remainder: kinetic, potential and stored are functions of the
 /// state, lost and work are integrals of force times velocity.
-struct EnergyBook {
+struct MachineEnergy {
   double kinetic = 0, potential = 0, stored = 0;
   double lost = 0;           ///< dissipated by forces
   double driver_work = 0;    ///< done on the machine by drivers
@@ -48,7 +49,7 @@ struct EnergyBook {
   /// Energy that was there or moved: the most of kinetic + stored, the range of potential, and what drivers, forces,
   /// soil and dissipation exchanged.
   double moved = 0;
-  /// |balance()| as a share of it: how far the book is from closing.
+  /// |balance()| as a share of it: how far the balance is from closing.
   double closure() const;
   double balance() const {
     return kinetic + potential + stored + lost - driver_work - force_work - external_work - at_start;
@@ -87,7 +88,7 @@ class Machine {
   double driver_force(const std::string& name) const;
   /// A reported value of a force, e.g. ("H9", "force"), ("left wheel", "sinkage").
   double force_value(const std::string& name, const std::string& column) const;
-  EnergyBook energy() const;
+  MachineEnergy energy() const;
   /// Adds the columns NAME or NAME.x ... of a measure at the end. Throws std::invalid_argument when it names a joint,
   /// force or body that is not there.
   void measure(const std::string& name, AnyMeasure measure);

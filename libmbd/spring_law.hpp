@@ -15,7 +15,7 @@ struct SpringLaw {
 
 /// The law of a struct S with the fields stiffness, preload, damping, spring_curve, damper_curve and actuator, shared
 /// by the springs in line and about a pin. Stored is the exact integral of the elastic part over d; the actuator's work
-/// leaves the book through `work`.
+/// leaves the balance through `work`.
 template <class S>
 SpringLaw spring_law(const S& s, double shortening, double rate, double t) {
   SpringLaw law;

@@ -236,7 +236,7 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
     bed.gravity = s.gravity;
     bed.threads = options.threads;
     bed.simd = s.simd, bed.precision = s.precision;
-    bed.sample_every = static_cast<int>(s.output.book_every);
+    bed.sample_every = static_cast<int>(s.output.sample_losses_every);
     bed.speed_limit = s.limits.speed;
     bed.overlap_limit = s.limits.overlap;
     try {

@@ -13,20 +13,6 @@
 namespace subsoil::app {
 namespace {
 
-/// The pieces between semicolons, without blanks around them.
-std::vector<std::string> split(const std::string& keys) {
-  std::vector<std::string> out(1);
-  for (const char c : keys) {
-    if (c == ';')
-      out.emplace_back();
-    else if (c != ' ' || !out.back().empty())
-      out.back() += c;
-  }
-  for (std::string& s : out) s.erase(s.find_last_not_of(' ') + 1);
-  std::erase(out, "");
-  return out;
-}
-
 struct PlanChecker {
   Plan& plan;
   const Places& places;
@@ -36,11 +22,10 @@ struct PlanChecker {
 
   void parameter(PlanParameter& p) {
     const std::string path = "parameters." + p.name;
-    p.paths = split(p.keys);
+    p.paths = split_at_semicolons(p.keys);
     if (p.paths.empty())
       refuse(path + ".keys", "is missing: path of the value in the scenario, such as contacts[0].mu");
-    if (p.scale == PlanParameter::Scale::log && !(p.least > 0))
-      refuse(path + ".between", "must be above zero for `scale: log`");
+    if (p.scale == Scale::log && !(p.least > 0)) refuse(path + ".between", "must be above zero for `scale: log`");
     if (p.truth && !(*p.truth >= p.least && *p.truth <= p.largest)) refuse(path + ".truth", "must lie in the range");
   }
 
@@ -87,9 +72,7 @@ struct PlanChecker {
 
 }  // namespace
 
-double PlanParameter::value(double u) const {
-  return scale == Scale::log ? least * std::pow(largest / least, u) : least + (largest - least) * u;
-}
+double PlanParameter::value(double u) const { return value_in_range(scale, least, largest, u); }
 
 double PlanParameter::place(double value) const {
   return scale == Scale::log ? std::log(value / least) / std::log(largest / least)

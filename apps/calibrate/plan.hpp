@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "apps/scenario/document.hpp"
+#include "apps/scenario/ranges.hpp"
 #include "apps/scenario/sections/defaults.hpp"
 
 /// What `subsoil calibrate` is asked: parameters with ranges, targets with tolerances.
 namespace subsoil::app {
 
 struct PlanParameter {
-  enum class Scale { linear, log };
   std::string name, keys, unit;
   double least = required, largest = required;
   Scale scale = Scale::linear;

@@ -64,7 +64,7 @@ FrameSize frame_size(const Scenario& s, const dem::Snapshot& shot) {
       for (int k = 0; k < count; ++k) {
         Frame frame;
         frame.time = k;
-        frame.position = shot.position, frame.velocity = shot.velocity, frame.spin = shot.spin;
+        frame.position = shot.position, frame.velocity = shot.velocity, frame.spin = shot.angular_velocity;
         frame.force = shot.force, frame.torque = shot.torque, frame.contacts = shot.contacts;
         writer.write(frame);
       }

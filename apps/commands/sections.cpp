@@ -22,7 +22,7 @@ Declare prototype() {
 const std::vector<CommandSection>& command_sections() {
   static const std::vector<CommandSection> sections{
       {"test", "laboratory tests of the material, run by `subsoil test`; a run does not look at it",
-       prototype<ElementTests>()}};
+       prototype<LaboratoryTests>()}};
   return sections;
 }
 

@@ -24,8 +24,8 @@ using Quantity = ImpactQuantity;
 
 std::string label(const Quantity& q) { return fmt::format("{} [{}]", q.name, q.unit); }
 
-/// A sphere for the bed when the model needs no shape: its radius is only the lever of a friction that is not there,
-/// and large beside the indentation.
+/// A sphere for the bed when the model needs no shape: its radius is only the moment arm of a friction that is not
+/// there, and large beside the indentation.
 dem::impact::Strikers shaped(dem::impact::Strikers bodies, double largest) {
   if (std::isfinite(bodies.radius())) return bodies;
   bodies.radius_1 = 1e3 * largest;

@@ -44,7 +44,7 @@ struct Findings {
   std::vector<Number> numbers;
   std::vector<SpecimenCurve> curves;
   std::vector<NamedChart> charts;
-  std::vector<std::string> notes;  ///< what a reader of the numbers must know
+  std::vector<std::string> diagnostics;  ///< what a reader of the numbers must know
 
   /// Throws std::invalid_argument with the names there are.
   const Number& number(const std::string& name) const;

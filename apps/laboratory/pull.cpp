@@ -100,7 +100,7 @@ Findings Pull::findings(const Sample&, std::size_t packings, const std::vector<O
   found.charts = {{"path", std::move(chart)}};
   const auto& strengths = found.numbers[0].values;
   if (const auto none = std::count(strengths.begin(), strengths.end(), 0.0); none > 0)
-    found.notes.push_back(fmt::format("{} of {} packings bear no tension at all", none, packings));
+    found.diagnostics.push_back(fmt::format("{} of {} packings bear no tension at all", none, packings));
   return found;
 }
 

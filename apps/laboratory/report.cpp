@@ -38,7 +38,7 @@ std::string findings_table(const Findings& found) {
     for (const double v : n.values) text += fmt::format(" {:.4g}", v * handy.factor);
     text += '\n';
   }
-  for (const std::string& note : found.notes) text += note + '\n';
+  for (const std::string& note : found.diagnostics) text += note + '\n';
   return text;
 }
 

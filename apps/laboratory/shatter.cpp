@@ -130,7 +130,7 @@ Findings Shatter::findings(const Sample&, std::size_t packings, const std::vecto
                             static_cast<int>(p)});
   }
   if (found.numbers[3].mean() < 0.9)
-    found.notes.push_back("the clod falls apart before it is struck: the material does not hold together");
+    found.diagnostics.push_back("the clod falls apart before it is struck: the material does not hold together");
   found.charts = {{"force", std::move(chart)}};
   return found;
 }

@@ -105,10 +105,10 @@ void Specimen::move(int boundary, const Vec3& velocity) {
   b.pose.position += velocity * dt_;
 }
 
-void Specimen::turn(int boundary, const Vec3& spin) {
+void Specimen::turn(int boundary, const Vec3& angular_velocity) {
   dem::Boundary& b = bed_.boundary(boundary);
-  b.spin = spin;
-  b.pose.attitude = (dem::Quaternion::from_rotation_vector(spin * dt_) * b.pose.attitude).normalized();
+  b.angular_velocity = angular_velocity;
+  b.pose.attitude = (dem::Quaternion::from_rotation_vector(angular_velocity * dt_) * b.pose.attitude).normalized();
 }
 
 double Specimen::mass() const {

@@ -39,7 +39,7 @@ class Specimen {
   void step() { bed_.step(dt_); }
   void move(int boundary, const Vec3& velocity);
   /// About the boundary's own place.
-  void turn(int boundary, const Vec3& spin);
+  void turn(int boundary, const Vec3& angular_velocity);
 
   double dt() const { return dt_; }
   dem::Bed& bed() { return bed_; }

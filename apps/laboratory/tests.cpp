@@ -74,15 +74,15 @@ void check_tests(const LoadedTests& loaded, Problems& problems) {
 
 std::vector<std::string> test_words() {
   std::vector<std::string> words;
-  ElementTests tests;
-  ElementTests::each(tests, [&](const char* word, auto&, const char*) { words.emplace_back(word); });
+  LaboratoryTests tests;
+  LaboratoryTests::each(tests, [&](const char* word, auto&, const char*) { words.emplace_back(word); });
   return words;
 }
 
 std::vector<Number> test_numbers(const std::string& word) {
   std::vector<Number> numbers;
-  ElementTests tests;
-  ElementTests::each(tests, [&](const char* name, auto& test, const char*) {
+  LaboratoryTests tests;
+  LaboratoryTests::each(tests, [&](const char* name, auto& test, const char*) {
     if (word == name) numbers = test.numbers();
   });
   if (numbers.empty())
@@ -113,7 +113,7 @@ Findings run_test(const LoadedTests& loaded, const std::string& word, int thread
   const Sample sample = make_sample(loaded.loaded, loaded.tests.sample);
   const auto packings = static_cast<std::size_t>(loaded.tests.sample.packings);
   Findings found;
-  ElementTests::each(loaded.tests, [&](const char* name, const auto& test, const char*) {
+  LaboratoryTests::each(loaded.tests, [&](const char* name, const auto& test, const char*) {
     if (word != name) return;
     std::vector<Outcome> outcomes(test.specimens(packings));
     const auto run = [&](std::size_t i) {

@@ -40,7 +40,7 @@ struct SampleWords {
 };
 
 /// The section `test`.
-struct ElementTests {
+struct LaboratoryTests {
   SampleWords sample;
   Repose repose;
   Shear shear;
@@ -73,7 +73,7 @@ std::vector<Number> test_numbers(const std::string& word);
 
 struct LoadedTests {
   Loaded loaded;  ///< the scenario, cut down to what tests use
-  ElementTests tests;
+  LaboratoryTests tests;
 };
 
 /// Reads and checks a scenario with `path=value` overrides. Throws ScenarioError with all faults.

@@ -54,17 +54,17 @@ using From = const ColumnSources&;
 constexpr ColumnOf<SoilAsWhole> drafts[] = {{"draft", "N", [](From f, Whole) { return -on_machine<0>(f); }, true},
                                             {"lift", "N", [](From f, Whole) { return on_machine<1>(f); }, true}};
 
-const dem::BedEnergy& book(From f) { return f.world.bed->energy(); }
+const dem::BedEnergy& energy(From f) { return f.world.bed->energy(); }
 constexpr ColumnOf<SoilAsWhole> bed[] = {
-    {"soil.kinetic", "J", [](From f, Whole) { return book(f).kinetic; }},
-    {"soil.spin", "J", [](From f, Whole) { return book(f).spin; }},
-    {"soil.gravity", "J", [](From f, Whole) { return book(f).gravity; }},
-    {"soil.stored", "J", [](From f, Whole) { return book(f).stored; }},
-    {"soil.damped", "J", [](From f, Whole) { return book(f).lost.damping; }},
-    {"soil.slid", "J", [](From f, Whole) { return book(f).lost.sliding; }},
-    {"soil.rolled", "J", [](From f, Whole) { return book(f).lost.rolling; }},
-    {"soil.boundary work", "J", [](From f, Whole) { return book(f).boundary_work; }},
-    {"soil.removed", "J", [](From f, Whole) { return book(f).removed; }},
+    {"soil.kinetic", "J", [](From f, Whole) { return energy(f).kinetic; }},
+    {"soil.spin", "J", [](From f, Whole) { return energy(f).rotational; }},
+    {"soil.gravity", "J", [](From f, Whole) { return energy(f).gravity; }},
+    {"soil.stored", "J", [](From f, Whole) { return energy(f).stored; }},
+    {"soil.damped", "J", [](From f, Whole) { return energy(f).lost.damping; }},
+    {"soil.slid", "J", [](From f, Whole) { return energy(f).lost.sliding; }},
+    {"soil.rolled", "J", [](From f, Whole) { return energy(f).lost.rolling; }},
+    {"soil.boundary work", "J", [](From f, Whole) { return energy(f).boundary_work; }},
+    {"soil.removed", "J", [](From f, Whole) { return energy(f).removed; }},
     {"interface.on soil", "J", [](From f, Whole) { return f.simulation.interface_work().on_soil; }},
     {"interface.on machine", "J", [](From f, Whole) { return f.simulation.interface_work().on_machine; }},
     {"soil.fastest", "m/s", [](From f, Whole) { return f.world.bed->max_speed(); }}};
@@ -74,10 +74,10 @@ constexpr ColumnOf<SoilAsWhole> bonds[] = {
     {"bonds", "1", [](From f, Whole) { return count(f.world.bed->bonds().intact()); }},
     {"bonds broken in tension", "1", [](From f, Whole) { return count(f.world.bed->bonds().broken_in_tension); }},
     {"bonds broken in shear", "1", [](From f, Whole) { return count(f.world.bed->bonds().broken_in_shear); }},
-    {"broken", "J", [](From f, Whole) { return book(f).lost.breaking; }}};
+    {"broken", "J", [](From f, Whole) { return energy(f).lost.breaking; }}};
 
 constexpr ColumnOf<SoilAsWhole> frozen[] = {
-    {"frozen", "J", [](From f, Whole) { return book(f).frozen; }},
+    {"frozen", "J", [](From f, Whole) { return energy(f).frozen; }},
     {"frozen spheres", "1", [](From f, Whole) { return count(f.world.bed->frozen_count()); }}};
 
 }  // namespace

@@ -125,7 +125,7 @@ void FrameOutput::write(double time, long step) {
   if (ids.size() != writer_->particles().id.size()) frame.id = ids;
   frame.position = snapshot_.position;
   frame.velocity = snapshot_.velocity;
-  frame.spin = snapshot_.spin;
+  frame.spin = snapshot_.angular_velocity;
   frame.force = snapshot_.force;
   frame.torque = snapshot_.torque;
   frame.contacts = snapshot_.contacts;

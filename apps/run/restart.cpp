@@ -201,7 +201,7 @@ std::vector<dem::SphereSpec> spheres_of(const SavedRun& saved) {
     const double r = s[9];
     out.push_back({.position = {s[0], s[1], s[2]},
                    .velocity = {s[3], s[4], s[5]},
-                   .spin = {},
+                   .angular_velocity = {},
                    .radius = r,
                    .density = s[10] / dem::sphere_volume(r),
                    .material = static_cast<int>(saved.bed.ids[2 * i + 1])});

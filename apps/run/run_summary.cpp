@@ -36,7 +36,7 @@ void write_energy(Summary& summary, const EnergyStart& start, const World& world
     error += closure;
   }
   if (world.machine) {
-    const mbd::EnergyBook m = world.machine->energy();
+    const mbd::MachineEnergy m = world.machine->energy();
     take_in("work of drivers [J]", m.driver_work);
     take_in("work of applied forces [J]", m.force_work);
     take_in("gravity on the machine [J]", start.machine_potential - m.potential);

@@ -327,7 +327,7 @@ class Runner {
   /// Whether the machine's energy balance is off by more than it may; failure_ then says so.
   bool energy_is_lost() {
     if (!world_.machine) return false;
-    const mbd::EnergyBook e = world_.machine->energy();
+    const mbd::MachineEnergy e = world_.machine->energy();
     if (e.closure() <= s_.limits.energy) return false;
     failure_ = fmt::format(
         "t = {:.9g} s: the energy balance of the machine is off by {:.3g} J, {:.2g} of the {:.3g} J there or moved, "

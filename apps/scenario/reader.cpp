@@ -53,11 +53,13 @@ void Reader::missing(const Field& field) {
 
 namespace {
 
-/// What other programs call a key of ours, where `known` has it: {theirs, ours, what is to be said}.
+/// What other programs, or earlier versions of this one, call a key of ours, where `known` has it:
+/// {theirs, ours, what is to be said}.
 struct OtherWord {
   const char *theirs, *ours, *cure;
 };
 constexpr OtherWord other_words[] = {
+    {"book every", "sample losses every", "; its name is `sample losses every` now"},
     {"diameter", "radius", "; give the `radius`, half of it"},
     {"position", "velocity", "; a move is a `velocity` times a `profile` over time, its start is the boundary's `at`"},
     {"angle", "spin", "; a turn is a `spin` times a `profile` over time"},

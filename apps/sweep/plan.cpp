@@ -15,20 +15,6 @@
 namespace subsoil::app {
 namespace {
 
-/// The pieces between semicolons, without blanks around them.
-std::vector<std::string> pieces(const std::string& text) {
-  std::vector<std::string> out(1);
-  for (const char c : text) {
-    if (c == ';')
-      out.emplace_back();
-    else if (c != ' ' || !out.back().empty())
-      out.back() += c;
-  }
-  for (std::string& s : out) s.erase(s.find_last_not_of(' ') + 1);
-  std::erase(out, "");
-  return out;
-}
-
 /// A list under a key that is read as text becomes pieces with semicolons between.
 void join_list(Node& mapping, const char* key) {
   Node::Entry* entry = mapping.find(key);
@@ -51,7 +37,7 @@ struct PlanChecker {
 
   void parameter(SweepParameter& p) {
     const std::string path = "parameters." + p.name;
-    p.paths = pieces(p.keys);
+    p.paths = split_at_semicolons(p.keys);
     if (p.paths.empty())
       refuse(path + ".keys", "is missing: path of the value in the scenario, such as soil.bed.radius");
     const int kinds =
@@ -59,10 +45,10 @@ struct PlanChecker {
     if (kinds != 1) return refuse(path, "needs one of `values`, `factors`, `between` and `seeds`");
     if (!p.between.empty() && (p.between.size() != 2 || !(p.between[0] < p.between[1])))
       return refuse(path + ".between", "must be two numbers, the least first");
-    if (!p.between.empty() && p.scale == SweepParameter::Scale::log && !(p.between[0] > 0))
+    if (!p.between.empty() && p.scale == Scale::log && !(p.between[0] > 0))
       refuse(path + ".between", "must be above zero for `scale: log`");
     if (p.levels && p.between.empty()) refuse(path + ".levels", "divide `between`, which is missing");
-    p.values = pieces(p.values_text);
+    p.values = split_at_semicolons(p.values_text);
     for (const double f : p.factors) p.values.push_back(fmt::format("{}", f));
     for (long k = 1; p.seeds && k <= *p.seeds; ++k) p.values.push_back(std::to_string(k));
     for (long k = 0; p.levels && p.between.size() == 2 && k < *p.levels; ++k)
@@ -126,10 +112,7 @@ double first_number(const std::string& text) {
 
 }  // namespace
 
-double SweepParameter::at(double u) const {
-  return scale == Scale::log ? between[0] * std::pow(between[1] / between[0], u)
-                             : between[0] + (between[1] - between[0]) * u;
-}
+double SweepParameter::at(double u) const { return value_in_range(scale, between[0], between[1], u); }
 
 SweepPlan load_sweep(const std::string& file, const std::vector<std::string>& sets) {
   Problems problems;
@@ -201,7 +184,8 @@ namespace {
 /// Builds the list of points.
 class Points {
  public:
-  Points(const std::string& file, const SweepPlan& plan) : file_(file), plan_(plan), common_(pieces(plan.set)) {
+  Points(const std::string& file, const SweepPlan& plan)
+      : file_(file), plan_(plan), common_(split_at_semicolons(plan.set)) {
     const bool scaled = std::any_of(plan.parameters.begin(), plan.parameters.end(),
                                     [](const SweepParameter& p) { return !p.factors.empty(); });
     try {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "apps/scenario/document.hpp"
+#include "apps/scenario/ranges.hpp"
 #include "apps/scenario/scenario.hpp"
 
 /// What `subsoil sweep` is asked: keys of a scenario with values, and the numbers that are wanted of every run.
@@ -12,7 +13,6 @@ namespace subsoil::app {
 
 /// One thing that changes. Values, factors, levels and seeds are lists; `between` alone is a range.
 struct SweepParameter {
-  enum class Scale { linear, log };
   std::string name, keys, values_text, unit;
   std::vector<double> factors, between;
   std::optional<long> levels, seeds;

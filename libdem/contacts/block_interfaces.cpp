@@ -10,11 +10,11 @@ namespace subsoil::dem {
 void ContactStore::link_interfaces() {
   std::uint32_t blocks_at_interfaces = 0;
   for (PairRun& run : runs)
-    if (run.seam) run.rows = std::exchange(blocks_at_interfaces, blocks_at_interfaces + run.blocks);
+    if (run.across_interface) run.rows = std::exchange(blocks_at_interfaces, blocks_at_interfaces + run.blocks);
   interface_rows.resize(blocks_at_interfaces), interface_given.assign(blocks_at_interfaces, 0);
   const auto each_pair = [&](const auto& use) {
     for (const PairRun& run : runs)
-      if (run.seam) each_lane(run, [&](std::uint32_t block, std::uint32_t lane) { use(run, block, lane); });
+      if (run.across_interface) each_lane(run, [&](std::uint32_t block, std::uint32_t lane) { use(run, block, lane); });
   };
   std::vector<std::uint32_t> next(particle_blocks.size() + 1, 0);
   const auto second = [&](const PairRun& run, std::uint32_t block, std::uint32_t lane) {

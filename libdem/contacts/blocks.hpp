@@ -55,10 +55,10 @@ struct BlockShape {
 struct PairRun {
   std::uint32_t law, first, blocks;  ///< `first` counts in PairBlock
   std::size_t lines;                 ///< where the memory of the first block begins
-  bool near;                         ///< its blocks are inactive candidates
-  double wakes = 0;                  ///< path at which the first of them does so no longer
+  bool candidates;                   ///< pairs that may come to touch before the next build; inactive at first
+  double activation = 0;             ///< of candidates: path at which the first of them is activated
   bool uniform;                      ///< all its spheres have one radius and one mass
-  bool seam = false;                 ///< spheres j lie in another strip of the bed (grid.hpp)
+  bool across_interface = false;     ///< spheres j lie in another cache block (grid.hpp)
   std::uint32_t rows = 0;            ///< where what they get begins, for runs at a block interface
 };
 
@@ -183,7 +183,7 @@ struct PlaneJob {
   Line* lines;
   std::uint32_t count, contacts;
   double elapsed, cutoff;
-  double rotation[3][3], position[3], velocity[3], spin[3];  ///< pose and motion of the boundary
+  double rotation[3][3], position[3], velocity[3], angular_velocity[3];  ///< pose and motion of the boundary
   Ring ring;
   RunSums sums{};
   double force[3], moment[3];  ///< on the boundary, about `position`
@@ -194,9 +194,9 @@ struct SurfaceJob {
   const Sphere* spheres;
   const MixedSphere* mixed;
   std::uint32_t sphere[kBlock];
-  double normal[3][kBlock];                     ///< world axes, from the surface to the centre
-  double distance[kBlock];                      ///< of the centre from the surface; negative behind it
-  double velocity[3][kBlock], spin[3][kBlock];  ///< of the surface at the contact point
+  double normal[3][kBlock];                                 ///< world axes, from the surface to the centre
+  double distance[kBlock];                                  ///< of the centre from the surface; negative behind it
+  double velocity[3][kBlock], angular_velocity[3][kBlock];  ///< of the surface at the contact point
   Line lines[MemoryShape::whole().lines(1)];
   std::uint32_t count;
   double elapsed, cutoff;
@@ -221,8 +221,8 @@ struct MoveJob : ParticleBlockJob {
 };
 
 struct ObserveJob : ParticleBlockJob {
-  double before = 0, dt = 0;                    ///< s: the step before this instant and the one after it
-  double kinetic = 0, spin = 0, potential = 0;  ///< J
+  double before = 0, dt = 0;                          ///< s: the step before this instant and the one after it
+  double kinetic = 0, rotational = 0, potential = 0;  ///< J
 };
 
 /// The step's work, compiled once per instruction set.

@@ -50,7 +50,7 @@ void Bonds::form_in_run(const PairRun& run, double gap, ContactStore& contacts, 
     bond.reference = overlap, bond.state = kBonded;
     write_bond(contacts.memory(run, block, shape), shape, lane, bond);
     ++count.formed;
-    if (run.near) contacts.activation[run.first + block] = 0;  // from now on active
+    if (run.candidates) contacts.activation[run.first + block] = 0;  // from now on active
   });
 }
 

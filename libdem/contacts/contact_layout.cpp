@@ -205,9 +205,9 @@ class Layout {
                            .first = block_,
                            .blocks = blocks,
                            .lines = line_,
-                           .near = candidates,
+                           .candidates = candidates,
                            .uniform = b.uniform,
-                           .seam = across});
+                           .across_interface = across});
     block_ += blocks;
     line_ += laws_.pair_memory(law).lines(blocks);
   }
@@ -217,10 +217,10 @@ class Layout {
     BlockWriter writer(store_.blocks.data(), store_.shapes.data());
     for (std::uint32_t r = b.runs_begin; r < b.runs_end; ++r) {
       const PairRun& run = store_.runs[r];
-      for (std::uint32_t n = 0; n < run.blocks; ++n) writer.begin(run.first + n, run.near);
+      for (std::uint32_t n = 0; n < run.blocks; ++n) writer.begin(run.first + n, run.candidates);
     }
     for (std::uint32_t r = b.runs_begin; r < b.runs_end; ++r)
-      if (!store_.runs[r].near) write_chunks(b, store_.runs[r], writer);
+      if (!store_.runs[r].candidates) write_chunks(b, store_.runs[r], writer);
     std::uint32_t* next = sizes_of(k);
     for (std::uint32_t i = b.begin; i < b.end; ++i)
       for (std::uint32_t p = list_.start[i]; p < list_.start[i + 1]; ++p) {
@@ -237,7 +237,7 @@ class Layout {
     }
   }
   void write_chunks(const ParticleBlock& b, const PairRun& run, BlockWriter& writer) {
-    const std::uint32_t touching = classes_.touching(run.law, run.seam);
+    const std::uint32_t touching = classes_.touching(run.law, run.across_interface);
     chunks(b, touching).each([&](std::uint32_t in_block, std::uint32_t first, std::uint32_t lane) {
       std::uint32_t n = run.first + first;
       store_.shapes[n].begins = true;

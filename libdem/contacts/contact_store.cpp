@@ -124,7 +124,7 @@ std::vector<PairHistories> ContactStore::histories(const ContactLaws& laws, int 
     const std::size_t n = runs.size(), share = static_cast<std::size_t>(t), all = static_cast<std::size_t>(threads);
     const std::size_t begin = n * share / all, end = n * (share + 1) / all;
     std::size_t touching = 0;
-    for (std::size_t r = begin; r < end; ++r) touching += runs[r].near ? 0 : runs[r].blocks * kBlock;
+    for (std::size_t r = begin; r < end; ++r) touching += runs[r].candidates ? 0 : runs[r].blocks * kBlock;
     found[share].pairs.reserve(touching + touching / 32);
     for (std::size_t r = begin; r < end; ++r) {
       each_history(

@@ -43,7 +43,7 @@ struct RemoteContribution {
 /// | data                   | written by                                              | read by                  |
 /// |---|---|---|
 /// | particle_blocks        | rebuilds                                                | every worker             |
-/// | runs                   | rebuilds; `wakes` by the worker that evaluates the run  | every worker             |
+/// | runs                   | rebuilds; `activation` by the worker that evaluates it | every worker             |
 /// | blocks, shapes         | rebuilds                                                | kernels, in order        |
 /// | lines (histories)      | kernels, each block by the worker that evaluates it     | the same; rebuilds       |
 /// | activation             | kernels, of inactive candidates; bonds that form        | kernels                  |
@@ -89,7 +89,7 @@ class ContactStore {
   /// All that are not empty, by index of the spheres; in parts, since a single array would double the memory.
   std::vector<PairHistories> histories(const ContactLaws& laws, int threads) const;
 
-  /// Histories of one block, for reading and writing alike.
+  /// Histories of one block, for reading and writing.
   BlockMemory memory(const PairRun& run, std::size_t block, const MemoryShape& shape) const {
     return BlockMemory::at(const_cast<Line*>(lines.data()) + run.lines, run.blocks, shape, block);
   }

@@ -11,7 +11,7 @@ namespace subsoil::dem {
 /// worker's walk, of sums in a fixed order and of sampling.
 ///
 /// Written by rebuilds (ContactStore), read by every worker in every step. What steps write by particle block lies in
-/// arrays of its owners: path bounds (below), energies (step/energy_balance.hpp), costs (step/work_partition.hpp). Then
+/// arrays of the parts: path bounds (below), energies (step/energy_balance.hpp), costs (step/work_partition.hpp). Then
 /// lines that one worker reads are never written by another.
 struct ParticleBlock {
   std::uint32_t begin, end;                       ///< spheres

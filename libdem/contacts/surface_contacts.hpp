@@ -98,7 +98,7 @@ class SurfaceContacts {
   void clear();                                                          ///< lists and what waits
   void set_aside(const ContactLaws& laws);  ///< takes all histories out of the lists and ends these
 
-  /// Histories of one block of a plane, for reading and writing alike.
+  /// Histories of one block of a plane, for reading and writing.
   BlockMemory memory(const PlaneRun& run, std::size_t block, const MemoryShape& shape) const {
     return BlockMemory::at(const_cast<Line*>(plane_lines.data()) + run.lines, run.blocks, shape, block);
   }

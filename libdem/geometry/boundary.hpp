@@ -26,10 +26,10 @@ struct Boundary {
   std::string name;
   Shape shape = Plane({}, {0, 1, 0});
   int material = 0;
-  Pose pose;           ///< of the shape's axes in the world, at t_n
-  Vec3 velocity;       ///< of pose.position, m/s, at t_n - dt/2 like the spheres'
-  Vec3 spin;           ///< rad/s
-  bool active = true;  ///< an opened wall is kept but touches nothing
+  Pose pose;              ///< of the shape's axes in the world, at t_n
+  Vec3 velocity;          ///< of pose.position, m/s, at t_n - dt/2 like the spheres'
+  Vec3 angular_velocity;  ///< rad/s
+  bool active = true;     ///< an opened wall is kept but touches nothing
 
   // answers
   Wrench wrench;               ///< of the spheres on the surface at t_n, about pose.position

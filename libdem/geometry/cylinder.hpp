@@ -9,7 +9,7 @@ class Cylinder : public OneContact<Cylinder> {
  public:
   Cylinder(const Vec3& centre, const Vec3& axis, double radius, double length);
   using OneContact::contacts;
-  size_t contacts(const Vec3& c, double reach, SurfaceContact* out, size_t max) const;
+  size_t contacts(const Vec3& c, double cutoff, SurfaceContact* out, size_t max) const;
   Bounds bounds() const;
   std::vector<TriangleMesh> drawing(double plane_size) const;
   const Vec3& centre() const { return centre_; }

@@ -5,15 +5,15 @@
 
 namespace subsoil::dem {
 
-/// Lengths below which two places are one, for a query that reaches `reach`. A sphere cannot feel details much finer
-/// than itself, so they are relative to the reach, and never below the rounding of the coordinates.
+/// Lengths below which two places are one, for a query within `cutoff`. A sphere cannot feel details much finer
+/// than itself, so they are relative to the cutoff, and never below the rounding of the coordinates.
 struct MeshSurface::Tolerance {
   // A direction that leaves the point p by falling distance must point to the centre by more than this sine. Near the
   // border between two features both then survive and fall under same_direction.
   static constexpr double descent = 1e-9;
 
-  Tolerance(double reach, double rounding_of_mesh)
-      : rounding(rounding_of_mesh), contains(1e-5 * reach + rounding), nearer(1e-12 * reach + rounding) {}
+  Tolerance(double cutoff, double rounding_of_mesh)
+      : rounding(rounding_of_mesh), contains(1e-5 * cutoff + rounding), nearer(1e-12 * cutoff + rounding) {}
   bool same_place(const Minimum& a, const Minimum& b) const {
     const Vec3 apart = a.point() - b.point();
     const double limit = std::max(same_direction * a.distance, contains);
@@ -46,9 +46,9 @@ bool cuts(const Facet& f, const Vec3& c, const Vec3& p, double tolerance) {
 
 }  // namespace
 
-void MeshSurface::candidates(const Vec3& c, double reach, std::vector<uint32_t>& out) const {
+void MeshSurface::candidates(const Vec3& c, double cutoff, std::vector<uint32_t>& out) const {
   const auto first = static_cast<std::ptrdiff_t>(out.size());
-  const double limit = reach * (1 + 1e-9) + rounding_;
+  const double limit = cutoff * (1 + 1e-9) + rounding_;
   tree_.visit_near(c, limit, [&](uint32_t t) {
     if (nearest_point(facets_[t], c).distance_squared <= limit * limit) out.push_back(t);
   });
@@ -101,12 +101,12 @@ SurfaceContact MeshSurface::contact_at(const Minimum& m, const Vec3& c, const To
   return {m.point(), normal, sign * m.distance, feature(m), facet.surface};
 }
 
-size_t MeshSurface::find_minima(const Vec3& c, double reach, std::span<const uint32_t> candidates,
+size_t MeshSurface::find_minima(const Vec3& c, double cutoff, std::span<const uint32_t> candidates,
                                 const Tolerance& tolerance, Minimum* minima) const {
   size_t count = 0;
   for (const uint32_t t : candidates) {
     const Nearest nearest = nearest_point(facets_[t], c);
-    if (nearest.distance_squared > reach * reach) continue;
+    if (nearest.distance_squared > cutoff * cutoff) continue;
     const Vec3& p = nearest.point;
     const double distance = std::sqrt(nearest.distance_squared);
     const bool on_face = nearest.part == Part::face;
@@ -129,11 +129,11 @@ size_t MeshSurface::find_minima(const Vec3& c, double reach, std::span<const uin
   return count;
 }
 
-size_t MeshSurface::contacts(const Vec3& c, double reach, std::span<const uint32_t> candidates, SurfaceContact* out,
+size_t MeshSurface::contacts(const Vec3& c, double cutoff, std::span<const uint32_t> candidates, SurfaceContact* out,
                              size_t max) const {
-  const Tolerance tolerance(reach, rounding_);
+  const Tolerance tolerance(cutoff, rounding_);
   Minimum minima[max_minima];
-  const size_t count = find_minima(c, reach, candidates, tolerance, minima);
+  const size_t count = find_minima(c, cutoff, candidates, tolerance, minima);
   if (count == 0 || max == 0) return 0;
 
   // The nearest minimum is the nearest point of the whole surface: always a contact, and it tells inside from outside.

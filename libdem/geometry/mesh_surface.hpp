@@ -20,7 +20,7 @@ namespace subsoil::dem {
 /// that contains it: triangles are convex, so a nearer point of one of them could be approached along a straight line
 /// of falling distance. Each triangle has one nearest point, hence no feature can be counted twice: on a flat floor one
 /// contact wherever triangle sides run, at a convex edge one, in a concave corner two or three. Nothing in the rule
-/// knows the radius, so it holds across a gap as well (reach > radius).
+/// knows the radius, so it holds across a gap as well (cutoff > radius).
 ///
 /// Two ways to find "every triangle that contains p": the neighbours by shared vertices (fast, settles nearly all), and
 /// by position, which also covers surfaces that merely lie against each other and sides that meet between vertices.
@@ -34,18 +34,19 @@ class MeshSurface {
   explicit MeshSurface(std::span<const TriangleMesh> surfaces);
   explicit MeshSurface(const TriangleMesh& surface) : MeshSurface(std::span(&surface, 1)) {}
 
-  /// Appends to `out`, in ascending order, the triangles within `reach` of c (a safe superset by rounding).
-  void candidates(const Vec3& c, double reach, std::vector<uint32_t>& out) const;
+  /// Appends to `out`, in ascending order, the triangles within `cutoff` of c (a safe superset by rounding).
+  void candidates(const Vec3& c, double cutoff, std::vector<uint32_t>& out) const;
 
-  /// Contacts within `reach` of the centre c (axes of the mesh), nearest first, at most `max`; returns their number.
-  /// `candidates` in ascending order, holding at least every triangle within reach: result does not depend on others.
-  /// At most `max_minima` minima before the test of sight are kept, the nearest ones. Allocates nothing; thread-safe.
-  size_t contacts(const Vec3& c, double reach, std::span<const uint32_t> candidates, SurfaceContact* out,
+  /// Contacts within `cutoff` of the centre c (axes of the mesh), nearest first, at most `max`; returns their number.
+  /// `candidates` in ascending order, holding at least every triangle within the cutoff: result does not depend on
+  /// others. At most `max_minima` minima before the test of sight are kept, the nearest ones. Allocates nothing;
+  /// thread-safe.
+  size_t contacts(const Vec3& c, double cutoff, std::span<const uint32_t> candidates, SurfaceContact* out,
                   size_t max) const;
   static constexpr size_t max_minima = 32;
 
   /// The flat face that alone can be touched by a sphere whose centre stays within `margin` of c, if it is one face and
-  /// the centre stays on its side, above its inside and away from its rim. `candidates` as above, for a reach of the
+  /// the centre stays on its side, above its inside and away from its rim. `candidates` as above, for a cutoff of the
   /// sphere's own plus the margin.
   std::optional<FlatFace> flat_face(const Vec3& c, double margin, std::span<const uint32_t> candidates) const;
 
@@ -78,7 +79,7 @@ class MeshSurface {
   static constexpr double same_direction = 1e-3;
 
   /// Minima as far as shared vertices tell, nearest first, equals in the order of triangles; returns their number.
-  size_t find_minima(const Vec3& c, double reach, std::span<const uint32_t> candidates, const Tolerance& tolerance,
+  size_t find_minima(const Vec3& c, double cutoff, std::span<const uint32_t> candidates, const Tolerance& tolerance,
                      Minimum* minima) const;
   bool leaves_nearer(uint32_t corner, const Vec3& u, double distance, const Tolerance& tolerance) const;
   bool is_minimum_by_position(const Minimum& m, const Vec3& c, std::span<const uint32_t> candidates,

@@ -15,18 +15,18 @@
 /// What shapes of a formula share.
 namespace subsoil::dem {
 
-/// A shape that a sphere touches in one point at most: it has contacts(c, reach, out, max), and is its own only
+/// A shape that a sphere touches in one point at most: it has contacts(c, cutoff, out, max), and is its own only
 /// candidate, 0.
 template <class S>
 class OneContact {
  public:
-  size_t contacts(const Vec3& c, double reach, std::span<const uint32_t> candidates, SurfaceContact* out,
+  size_t contacts(const Vec3& c, double cutoff, std::span<const uint32_t> candidates, SurfaceContact* out,
                   size_t max) const {
-    return candidates.empty() ? 0 : self().contacts(c, reach, out, max);
+    return candidates.empty() ? 0 : self().contacts(c, cutoff, out, max);
   }
-  void candidates(const Vec3& c, double reach, std::vector<uint32_t>& out) const {
+  void candidates(const Vec3& c, double cutoff, std::vector<uint32_t>& out) const {
     SurfaceContact any;
-    if (self().contacts(c, reach, &any, 1) > 0) out.push_back(0);
+    if (self().contacts(c, cutoff, &any, 1) > 0) out.push_back(0);
   }
   std::optional<FlatFace> flat_face(const Vec3&, double, std::span<const uint32_t>) const { return {}; }
 

@@ -8,9 +8,9 @@ namespace subsoil::dem {
 
 Plane::Plane(const Vec3& point, const Vec3& normal) : point_(point), normal_(unit_vector(normal, "plane: normal")) {}
 
-size_t Plane::contacts(const Vec3& c, double reach, SurfaceContact* out, size_t max) const {
+size_t Plane::contacts(const Vec3& c, double cutoff, SurfaceContact* out, size_t max) const {
   const double distance = dot(c - point_, normal_);
-  if (distance > reach || max == 0) return 0;
+  if (distance > cutoff || max == 0) return 0;
   out[0] = {c - distance * normal_, normal_, distance, 0, 0};
   return 1;
 }

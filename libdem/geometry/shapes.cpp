@@ -2,13 +2,13 @@
 
 namespace subsoil::dem {
 
-size_t contacts(const Shape& shape, const Vec3& c, double reach, std::span<const uint32_t> candidates,
+size_t contacts(const Shape& shape, const Vec3& c, double cutoff, std::span<const uint32_t> candidates,
                 SurfaceContact* out, size_t max) {
-  return std::visit([&](const auto& s) { return s.contacts(c, reach, candidates, out, max); }, shape);
+  return std::visit([&](const auto& s) { return s.contacts(c, cutoff, candidates, out, max); }, shape);
 }
 
-void candidates(const Shape& shape, const Vec3& c, double reach, std::vector<uint32_t>& out) {
-  std::visit([&](const auto& s) { s.candidates(c, reach, out); }, shape);
+void candidates(const Shape& shape, const Vec3& c, double cutoff, std::vector<uint32_t>& out) {
+  std::visit([&](const auto& s) { s.candidates(c, cutoff, out); }, shape);
 }
 
 std::optional<FlatFace> flat_face(const Shape& shape, const Vec3& c, double margin,

@@ -28,16 +28,17 @@ concept ContactShape = requires(const S& s, const Vec3& c, double d, std::span<c
 template <ContactShape... S>
 using ShapeOf = std::variant<S...>;
 
-/// A body with several triangulated surfaces is one MeshSurface; different shapes on one body know nothing of each other
-/// (a cylinder let into a mesh gives a contact with each).
+/// A body with several triangulated surfaces is one MeshSurface; different shapes on one body know nothing of each
+/// other (a cylinder let into a mesh gives a contact with each).
 using Shape = ShapeOf<Plane, Cylinder, MeshSurface>;
 
 /// Contacts of a sphere centre in the axes of the shape; `candidates` as found by the function below.
-size_t contacts(const Shape& shape, const Vec3& c, double reach, std::span<const uint32_t> candidates,
+size_t contacts(const Shape& shape, const Vec3& c, double cutoff, std::span<const uint32_t> candidates,
                 SurfaceContact* out, size_t max);
 
-/// Appends what can be touched within reach of c: triangles of a mesh in ascending order, a single 0 for the others.
-void candidates(const Shape& shape, const Vec3& c, double reach, std::vector<uint32_t>& out);
+/// Appends what can be touched within the cutoff of c: triangles of a mesh in ascending order, a single 0 for the
+/// others.
+void candidates(const Shape& shape, const Vec3& c, double cutoff, std::vector<uint32_t>& out);
 
 /// The flat face that alone can be touched while the centre stays within `margin` of c (MeshSurface::flat_face).
 std::optional<FlatFace> flat_face(const Shape& shape, const Vec3& c, double margin,

@@ -15,17 +15,17 @@ class TriangleTree {
   TriangleTree() = default;
   explicit TriangleTree(std::span<const Facet> facets);
 
-  /// Calls visit(triangle) for each triangle whose box is within `reach` of c, in no particular order.
+  /// Calls visit(triangle) for each triangle whose box is within `cutoff` of c, in no particular order.
   template <class Visit>
-  void visit_near(const Vec3& c, double reach, Visit&& visit) const {
+  void visit_near(const Vec3& c, double cutoff, Visit&& visit) const {
     if (nodes_.empty()) return;
-    const double reach2 = reach * reach;
+    const double cutoff2 = cutoff * cutoff;
     uint32_t stack[64];  // one entry per level; median splits of 2^32 triangles are 32 deep
     int top = 0;
     stack[top++] = 0;
     while (top > 0) {
       const Node& node = nodes_[stack[--top]];
-      if (node.bounds.distance_squared(c) > reach2) continue;
+      if (node.bounds.distance_squared(c) > cutoff2) continue;
       if (node.count == 0) {
         stack[top++] = node.first;  // children stand side by side
         stack[top++] = node.first + 1;

@@ -45,25 +45,10 @@ struct Effective {
   P smaller;  ///< radius of the smaller sphere, of pairs only
 };
 
-/// Whether the law or rolling resistance needs r_eff: a law that does not says `needs_radius = false`.
-template <class L, bool Rolls>
-constexpr bool needs_radius() {
-  if constexpr (requires { L::needs_radius; })
-    return L::needs_radius || Rolls;
-  else
-    return true;
-}
-
-/// Whether the law needs 1/(r1 + r2).
-template <class L>
-constexpr bool needs_sum() {
-  return requires { L::needs_sum; };
-}
-
 /// Fills what the law needs of `e`.
 template <bool Pair, bool Rolls, class L, class P>
 [[gnu::always_inline]] inline void effective(P r_i, P m_i, P r_j, P m_j, Effective<P>& e) {
-  constexpr bool Radius = needs_radius<L, Rolls>(), Sum = needs_sum<L>();
+  constexpr bool Radius = L::has.needs_radius || Rolls, Sum = L::has.needs_sum;
   e.root_m = Pair ? series_root(m_i, m_j) : sqrt(m_i);
   if constexpr (Radius && Pair) {
     // r_eff = r1 r2/(r1 + r2) and its inverse from one division.
@@ -95,7 +80,7 @@ struct Meeting {
 /// Of spheres that may be bonded.
 template <class P>
 struct BondedMeeting : Meeting<P> {
-  P spin;          ///< mean of both about the normal
+  P w_n;           ///< mean angular velocity of both about the normal
   P v[3], arm[3];  ///< of the centres; l_i w_i + l_j w_j
 };
 template <bool Pair, class L, class P>
@@ -109,7 +94,7 @@ struct Response {
 
 /// `Pair`: two spheres; else a sphere and a surface. `Usual`: slip has the moment arms of the force.
 template <bool Pair, bool Rolls, bool Usual, class L, class P>
-[[gnu::always_inline]] inline void meet(const LeverShares& share, const Touch<P>& a, MeetingOf<Pair, L, P>& out) {
+[[gnu::always_inline]] inline void meet(const MomentArmShares& share, const Touch<P>& a, MeetingOf<Pair, L, P>& out) {
   const P sink = P(share.force) * a.overlap;
   const P l_i = a.r_i - sink, l_j = Pair ? a.r_j - sink : P(0.0);
   P slip_i = l_i, slip_j = l_j;
@@ -135,7 +120,7 @@ template <bool Pair, bool Rolls, bool Usual, class L, class P>
     out.twist = twist;
   }
   if constexpr (Pair && kBonds<L>) {
-    out.spin = P(0.5) * (dot3(a.w_i, a.n) + dot3(a.w_j, a.n));
+    out.w_n = P(0.5) * (dot3(a.w_i, a.n) + dot3(a.w_j, a.n));
     for (int d = 0; d < 3; ++d) out.v[d] = a.v[d], out.arm[d] = arm[d];
   }
   out.overlap = a.overlap, out.v_n = v_n, out.l_i = l_i, out.l_j = l_j;
@@ -226,7 +211,7 @@ template <class L, class P>
   BondMotion<P> m;
   for (int d = 0; d < 3; ++d) m.n[d] = a.n[d], m.w[d] = a.w[d];
   mid_step_slip(a, P(elapsed), m.v_t);
-  m.overlap = a.overlap, m.v_n = a.v_n, m.twist = a.twist, m.spin = a.spin;
+  m.overlap = a.overlap, m.v_n = a.v_n, m.twist = a.twist, m.w_n = a.w_n;
   m.smaller = a.effective.smaller, m.sum = a.l_i + a.l_j + a.overlap;  // moment arms to the middle of the overlap
   m.root_m = a.effective.root_m, m.root_i = P(std::sqrt(2.0 / 7.0)) * a.effective.root_i;
   m.dt = P(elapsed);

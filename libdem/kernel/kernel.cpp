@@ -1,5 +1,5 @@
 // Compiled once per instruction set with SUBSOIL_ISA naming it (libdem/CMakeLists.txt).
-#include "libdem/kernel/adding.hpp"
+#include "libdem/kernel/accumulation.hpp"
 #include "libdem/kernel/move.hpp"
 
 namespace subsoil::dem {

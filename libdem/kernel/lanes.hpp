@@ -126,7 +126,7 @@ template <class At>
 template <class L, bool Rolls>
 struct Remembers {
   static constexpr bool rolls = Rolls;
-  static constexpr int own = own_memory<L>();
+  static constexpr int own = L::has.memory;
   bool twists, slip;  ///< slip: whether the law asks if a contact slipped
 
   explicit Remembers(const L& law)

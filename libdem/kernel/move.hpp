@@ -1,7 +1,7 @@
 #pragma once
 #include <algorithm>
 
-#include "libdem/kernel/rows.hpp"
+#include "libdem/kernel/accumulators.hpp"
 
 /// Kick and drift of the spheres of a particle block, whose sums are complete, and their energies. Sphere by sphere, in
 /// rows as records and sums lie in memory: columns, as pairs have them, take twice as long, since nothing here needs
@@ -179,7 +179,7 @@ void observe_spheres(ObserveJob& job, Record* spheres) {
     return Four{};
   };
   each_sphere<Uniform>(job, spheres, 0.5 * job.before, observe, [](const Four&, const Four&) {});
-  job.kinetic = sum_of(low_of(kinetic)), job.spin = sum_of(high_of(kinetic)), job.potential = -sum_of(fallen);
+  job.kinetic = sum_of(low_of(kinetic)), job.rotational = sum_of(high_of(kinetic)), job.potential = -sum_of(fallen);
 }
 
 inline void move(MoveJob& job) {

@@ -1,7 +1,7 @@
 #pragma once
-#include "libdem/kernel/adding.hpp"
+#include "libdem/kernel/accumulation.hpp"
 #include "libdem/kernel/contact_core.hpp"
-#include "libdem/kernel/reading.hpp"
+#include "libdem/kernel/loading.hpp"
 
 /// Pairs of spheres, block by block, in stages over a few SIMD vectors at a time: read and meet, law, add. A stage is
 /// short enough for the processor to have several SIMD vectors under way, so that none waits for the square roots of
@@ -27,7 +27,8 @@ inline VecF overlap_of(const Gap<VecF>& g, VecF& inverse) {
 }
 
 template <bool Rolls, bool Usual, class L, class P>
-[[gnu::always_inline]] inline void meet_pair(const LeverShares& share, const Gap<P>& g, MeetingOf<true, L, P>& out) {
+[[gnu::always_inline]] inline void meet_pair(const MomentArmShares& share, const Gap<P>& g,
+                                             MeetingOf<true, L, P>& out) {
   P inverse;
   Touch<P> a;
   a.overlap = overlap_of(g, inverse);
@@ -129,7 +130,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
   constexpr int span = kSpan<P>, room = kGroup * span, further = kAhead * span, lanes = P::kLanes;
   L law = by_reference;  // nothing can point to it: its constants stay in registers
   if constexpr (!Accumulate) law.friction = law.friction.as_usual();
-  const LeverShares share = by_reference.friction.shares(true);
+  const MomentArmShares share = by_reference.friction.shares(true);
   const MemoryShape shape = Remembers<L, Rolls>(law).shape(kBonds<L>, std::is_same_v<P, VecF>);
   const auto* const spheres = records(job, P{});
   const std::size_t bytes = shape.state_bytes();
@@ -137,7 +138,8 @@ void run_pairs(const L& by_reference, PairJob& job) {
   SumsOfI<P, Accumulate> sums_of_i;
   BlockResult results[room];
   MeetingOf<true, L, P> meeting[kGroup][kParts<P>];
-  SpheresI<P> owners[room + 1];  // of the SELL chunks of a group, the first of which may have begun in the group before
+  SpheresI<P>
+      spheres_i[room + 1];  // of the SELL chunks of a group, the first of which may have begun in the group before
   int chunk = 0;
   BlockResult* result[room] = {};
   const SpheresI<P>* own[room] = {};
@@ -146,7 +148,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
   const bool halo = job.halo, uniform = job.uniform;
   const Ring ring = job.ring;
   const double elapsed = job.elapsed;
-  // Tangential forces alone turn both spheres alike where their moment arms are the same.
+  // Tangential forces alone turn both spheres equally where their moment arms are the same.
   const bool same_torque = !Rolls && !kBonds<L> && uniform;
   job.same_torque = same_torque;
   const std::uint32_t count = halo ? job.halo_count : job.count;
@@ -191,9 +193,9 @@ void run_pairs(const L& by_reference, PairJob& job) {
       if (halo || job.shapes[b].begins) {
         next_chunk += next_chunk == begun;
         chunk = next_chunk++;
-        read(spheres, job.blocks[b].i, owners[chunk]);
+        read(spheres, job.blocks[b].i, spheres_i[chunk]);
       }
-      own[blocks] = &owners[chunk];
+      own[blocks] = &spheres_i[chunk];
       if (!ready) todo[fresh++] = blocks;
       ++blocks;
     }

@@ -1,7 +1,7 @@
 #pragma once
+#include "libdem/kernel/accumulators.hpp"
 #include "libdem/kernel/contact_core.hpp"
 #include "libdem/kernel/lanes.hpp"
-#include "libdem/kernel/rows.hpp"
 
 /// Spheres on flat faces of boundaries; in double also in mixed precision, but for what the records hold in float.
 /// Without `Accumulate` the law's friction is the usual one (Friction::usual).
@@ -12,7 +12,7 @@ template <bool Rolls, bool Accumulate, class L>
 void run_planes(const L& by_reference, PlaneJob& job) {
   L law = by_reference;  // nothing can point to it: its constants stay in registers
   if constexpr (!Accumulate) law.friction = law.friction.as_usual();
-  const LeverShares share = by_reference.friction.shares(false);
+  const MomentArmShares share = by_reference.friction.shares(false);
   const Remembers<L, Rolls> has(law);
   const MemoryShape shape = has.shape(false, false);
   const VecD zero(0.0), one(1.0);
@@ -36,8 +36,9 @@ void run_planes(const L& by_reference, PlaneJob& job) {
       for (int d = 0; d < 3; ++d) point[d] = at[d] - distance * a.n[d];
       for (int d = 0; d < 3; ++d) {
         const int e = (d + 1) % 3, g = (d + 2) % 3;
-        a.v[d] = i.v[d] - (VecD(job.velocity[d]) + VecD(job.spin[e]) * point[g] - VecD(job.spin[g]) * point[e]);
-        a.w_i[d] = i.w[d], a.w_j[d] = VecD(job.spin[d]);
+        a.v[d] = i.v[d] - (VecD(job.velocity[d]) + VecD(job.angular_velocity[e]) * point[g] -
+                           VecD(job.angular_velocity[g]) * point[e]);
+        a.w_i[d] = i.w[d], a.w_j[d] = VecD(job.angular_velocity[d]);
       }
       a.r_i = a.r_j = i.r;
       const BlockMemory memory[1] = {BlockMemory::at(job.lines, job.count, shape, b)};

@@ -9,7 +9,7 @@ inline namespace SUBSOIL_ISA {
 template <bool Rolls, class L>
 void run_surface(const L& law, SurfaceJob& job) {
   const VecD zero(0.0), one(1.0);
-  const LeverShares share = law.friction.shares(false);
+  const MomentArmShares share = law.friction.shares(false);
   const Remembers<L, Rolls> has(law);
   const MemoryShape shape = has.shape(false, false);
   const BlockMemory memory[1] = {BlockMemory::at(job.lines, 1, shape, 0)};
@@ -19,7 +19,7 @@ void run_surface(const L& law, SurfaceJob& job) {
     for (int d = 0; d < 3; ++d) {
       a.n[d] = load<VecD>(job.normal[d] + first);
       a.v[d] = i.v[d] - load<VecD>(job.velocity[d] + first);
-      a.w_i[d] = i.w[d], a.w_j[d] = load<VecD>(job.spin[d] + first);
+      a.w_i[d] = i.w[d], a.w_j[d] = load<VecD>(job.angular_velocity[d] + first);
     }
     a.overlap = i.r - load<VecD>(job.distance + first);
     a.r_i = a.r_j = i.r;

@@ -34,7 +34,7 @@ template <class T>
 struct BondMotion {
   T n[3], overlap, v_n, v_t[3];  ///< v of i against j at the contact point
   T w[3], twist;                 ///< rolling velocity and angular velocity of i against j about n, rad/s
-  T spin;                        ///< mean angular velocity of both about n, rad/s
+  T w_n;                         ///< mean angular velocity of both about n, rad/s
   T smaller, sum;                ///< radius of the smaller sphere, sum of both, m
   T root_m, root_i;              ///< square roots of the effective mass and of the series of 2/5 m r^2
   T dt;
@@ -123,9 +123,9 @@ struct Bond {
     b.twist = select(intact, b.twist + a.twist * a.dt, zero);
     const T stretch = b.reference - a.overlap;
     const T shear2 = dot(b.shear, b.shear), bend2 = dot(b.bend, b.bend);
-    const T lever = T(moment_share) * k.radius;
-    const T sigma = k.k_n * (stretch + lever * sqrt(bend2));
-    const T tau = k.k_s * (sqrt(shear2) + lever * max(b.twist, -b.twist));
+    const T arm = T(moment_share) * k.radius;
+    const T sigma = k.k_n * (stretch + arm * sqrt(bend2));
+    const T tau = k.k_s * (sqrt(shear2) + arm * max(b.twist, -b.twist));
     const T most = T(shear) - T(tan_friction) * k.k_n * stretch;
     b.state = select(intact,
                      select(sigma >= T(tensile), T(kBrokeInTension), select(tau >= most, T(kBrokeInShear), one)), zero);
@@ -206,7 +206,7 @@ struct Bond {
   /// friction spring need not be: a bond lives for the whole run, and a clod may turn over many times.
   template <class T>
   [[gnu::always_inline]] static void advance(const BondMotion<T>& a, const T (&rate)[3], T (&x)[3], Mask<T> intact) {
-    const T along = dot(x, a.n), length2 = dot(x, x), angle = a.spin * a.dt;
+    const T along = dot(x, a.n), length2 = dot(x, x), angle = a.w_n * a.dt;
     T flat[3], turned[3];
     for (int d = 0; d < 3; ++d) flat[d] = x[d] - along * a.n[d];
     for (int d = 0; d < 3; ++d) {

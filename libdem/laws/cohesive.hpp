@@ -7,23 +7,27 @@ namespace subsoil::dem {
 
 template <class Normal>
 struct Cohesive : Normal {
-  static constexpr bool needs_radius = true, needs_sum = true;
-  static constexpr int memory = own_memory<Normal>() + 1;  ///< the normal law's, and whether a bridge holds
+  static constexpr LawMembers has{.memory = Normal::has.memory + 1,  // the normal law's, and whether a bridge holds
+                                  .plastic = Normal::has.plastic,
+                                  .needs_sum = true,
+                                  .weaken = true,
+                                  .may_gain = Normal::has.may_gain,
+                                  .refuse_collapse = true};
 
   void weaken(double share) { this->cohesion.weaken(share); }
   double cutoff() const { return std::max(Normal::cutoff(), this->cohesion.cutoff()); }
 
   template <class T>
-  [[gnu::always_inline]] NormalForce<T> normal(const Approach<T>& a, T (&memory)[Cohesive::memory]) const {
+  [[gnu::always_inline]] NormalForce<T> normal(const Approach<T>& a, T (&memory)[Cohesive::has.memory]) const {
     NormalForce<T> n = normal_force(static_cast<const Normal&>(*this), a, memory);
-    this->cohesion.add(a, n, memory[Cohesive::memory - 1]);
+    this->cohesion.add(a, n, memory[Cohesive::has.memory - 1]);
     return n;
   }
 
   /// Throws std::invalid_argument when attraction is stronger than the contact: spheres would rest half a radius and
   /// more in each other.
   void refuse_collapse(double r_eff) const {
-    double memory[Cohesive::memory] = {};
+    double memory[Cohesive::has.memory] = {};
     // Of all pairs of this r_eff two equal spheres have the largest circle in common, and so the strongest pull.
     if (normal(Approach<double>{r_eff, 0, 1, r_eff, 0, 0.25 / r_eff}, memory).force > 0) return;
     throw std::invalid_argument("at r_eff = " + std::to_string(1e3 * r_eff) +
@@ -44,7 +48,7 @@ struct Cohesive : Normal {
   /// Work that it takes to load the spring to an overlap, J; of the normal law alone, or with the attraction.
   double stored(double overlap, const WorstContact& w, bool attracted) const {
     const Approach<double> a{overlap, 0, std::sqrt(w.m_eff), w.r_eff, 1, 0.25 / w.r_eff};
-    double memory[Cohesive::memory] = {};
+    double memory[Cohesive::has.memory] = {};
     const NormalForce<double> n = normal_force(static_cast<const Normal&>(*this), a, memory);
     const double work = n.stored + n.lost;  // what plasticity takes is work too
     if (!attracted) return work;

@@ -7,14 +7,28 @@
 
 /// What passes between the sweep and a contact law. A law knows no particle, list or loop: numbers in, numbers out.
 ///
-/// A law whose force depends on what happened before says `static constexpr int memory = M` and takes
+/// A law whose force depends on what happened before says `has.memory = M` (LawMembers) and takes
 /// `normal(const Approach<T>&, T (&memory)[M])`: numbers of the contact, 0 when it begins, kept from step to step, in
 /// restarts and when lists are built anew. Scalars only, the same from either body's side. The pair may stay in the
 /// lists while its surfaces are apart: the law sets its numbers back to 0 there.
 ///
 /// What else a law may have, beside `describe`, `resolved()`, `cutoff()`, `rest_overlap()`, `normal`, `bound`,
-/// `example()` and a member `friction`, says docs/architecture.md.
+/// `example()` and a member `friction`, says LawMembers.
 namespace subsoil::dem {
+
+/// What a law has beside the members that all have, as its `static constexpr LawMembers has{...}`. The engine asks for
+/// what stands here and nothing else. IsLaw compares it with the members that there are, so that a misspelt one is no
+/// silent loss: the law's interface does not compile.
+struct LawMembers {
+  int memory = 0;                 ///< numbers that a contact keeps, at most kOwnMemory: normal() gets them
+  bool plastic = false;           ///< part of the force loses energy along its path
+  bool needs_radius = true;       ///< Approach::r_eff is read
+  bool needs_sum = false;         ///< Approach::per_sum is read
+  bool cutoff_by_radius = false;  ///< cutoff(r_eff) in place of cutoff()
+  bool weaken = false;            ///< weaken(share): leaves a share of the attraction
+  bool may_gain = false;          ///< may_gain(): whether a contact that parts may free what it never stored
+  bool refuse_collapse = false;   ///< refuse_collapse(r_eff): throws where attraction wins over the contact
+};
 
 /// One contact as a normal law sees it.
 template <class T>
@@ -24,7 +38,7 @@ struct Approach {
   T root_m;   ///< sqrt(m_eff), kg^1/2, m_eff = m1 m2/(m1 + m2), the sphere's mass at a boundary: damping needs the root
   T r_eff;    ///< r1 r2/(r1 + r2), m; the sphere's radius at a boundary
   T elapsed;  ///< time since the contact was last evaluated, s (0 at the first step of a run)
-  T per_sum = T(0.0);  ///< 1/(r1 + r2), 1/m; 0 at a boundary; filled for laws that say `needs_sum` only
+  T per_sum = T(0.0);  ///< 1/(r1 + r2), 1/m; 0 at a boundary; filled where has.needs_sum only
 };
 
 /// What a normal law answers. Forces along the contact normal, compression positive.
@@ -51,30 +65,20 @@ inline T least_force(bool clip) {
   return T(clip ? 0.0 : -std::numeric_limits<double>::infinity());
 }
 
-/// Numbers that each contact of a law keeps: `static constexpr int memory` of laws that need any.
-template <class L>
-constexpr int own_memory() {
-  if constexpr (requires { L::memory; }) {
-    static_assert(L::memory <= kOwnMemory);
-    return L::memory;
-  } else {
-    return 0;
-  }
-}
-
 /// The law's normal force; `own` holds the contact's numbers, in and out (one that is not used where there are none).
 template <class L, class T, int Numbers>
 [[gnu::always_inline]] inline NormalForce<T> normal_force(const L& law, const Approach<T>& a, T (&own)[Numbers]) {
-  static_assert(Numbers >= own_memory<L>());
-  if constexpr (own_memory<L>() == 0) {
+  constexpr int memory = L::has.memory;
+  static_assert(Numbers >= memory && memory <= kOwnMemory);
+  if constexpr (memory == 0) {
     return law.normal(a);
-  } else if constexpr (own_memory<L>() == Numbers) {
+  } else if constexpr (memory == Numbers) {
     return law.normal(a, own);
   } else {
-    T mine[own_memory<L>()];
-    std::copy_n(own, own_memory<L>(), mine);
+    T mine[memory];
+    std::copy_n(own, memory, mine);
     const NormalForce<T> out = law.normal(a, mine);
-    std::copy_n(mine, own_memory<L>(), own);
+    std::copy_n(mine, memory, own);
     return out;
   }
 }

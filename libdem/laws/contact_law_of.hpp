@@ -1,4 +1,5 @@
 #pragma once
+#include <concepts>
 #include <initializer_list>
 #include <stdexcept>
 #include <utility>
@@ -43,12 +44,35 @@ void refuse_beside_bond(const Normal& law) {
   if (law.cohesion.acts())
     throw std::invalid_argument("a bond and cohesion in one law: not offered; leave one of them out");
   // Of a stretched pair moment arms of the radius would not reach the bond: torques would not balance.
-  if (law.friction.lever != Lever::mid_overlap || law.friction.slip_lever != SlipLever::as_force)
+  if (law.friction.moment_arm != MomentArm::mid_overlap || law.friction.slip_moment_arm != SlipMomentArm::as_force)
     throw std::invalid_argument(
         "lever: a bond needs mid-overlap (and `slip lever: as-force`), else angular momentum is not kept");
 }
 
+namespace detail {
+/// L::has is what L has.
 template <class L>
+concept LawHas = L::has.cutoff_by_radius == requires(const L law) {
+  law.cutoff(1.0);
+}
+&&L::has.weaken == requires(L law) { law.weaken(1.0); }
+&&L::has.may_gain == requires(const L law) { law.may_gain(); }
+&&L::has.refuse_collapse == requires(const L law) { law.refuse_collapse(1.0); };
+}  // namespace detail
+
+/// A contact law, with or without cohesion or bonds.
+template <class L>
+concept IsLaw = requires(L law, LawWord visitor, const WorstContact worst) {
+  law.describe(visitor);
+  law.resolved();
+  { law.rest_overlap() } -> std::convertible_to<double>;
+  { law.bound(worst) } -> std::same_as<StiffnessBound>;
+  { law.friction } -> std::same_as<Friction&>;
+  L::has;
+}
+&&detail::LawHas<L>;
+
+template <IsLaw L>
 class ContactLawOf final : public ContactLaw {
  public:
   explicit ContactLawOf(const L& resolved) : law_(resolved) {}
@@ -60,7 +84,7 @@ class ContactLawOf final : public ContactLaw {
     return visitor.word;
   }
   double cutoff(double r_eff) const override {
-    if constexpr (requires { law_.cutoff(r_eff); })
+    if constexpr (L::has.cutoff_by_radius)
       return law_.cutoff(r_eff);
     else
       return law_.cutoff();
@@ -79,15 +103,10 @@ class ContactLawOf final : public ContactLaw {
     else
       return nullptr;
   }
-  int own_memory() const override { return dem::own_memory<L>(); }
-  bool plastic() const override {
-    if constexpr (requires { L::plastic; })
-      return L::plastic;
-    else
-      return false;
-  }
+  int own_memory() const override { return L::has.memory; }
+  bool plastic() const override { return L::has.plastic; }
   bool may_gain() const override {
-    if constexpr (requires { law_.may_gain(); })
+    if constexpr (L::has.may_gain)
       return law_.may_gain();
     else
       return false;
@@ -97,11 +116,11 @@ class ContactLawOf final : public ContactLaw {
   }
   StiffnessBound bound(const WorstContact& worst) const override { return law_.bound(worst); }
   void refuse_collapse(double r_eff) const override {
-    if constexpr (requires { law_.refuse_collapse(r_eff); }) law_.refuse_collapse(r_eff);
+    if constexpr (L::has.refuse_collapse) law_.refuse_collapse(r_eff);
   }
   Law weakened(double share) const override {
     L law = law_;
-    if constexpr (requires { law.weaken(share); }) law.weaken(share);  // of laws that attract
+    if constexpr (L::has.weaken) law.weaken(share);  // of laws that attract
     return Law(std::make_shared<ContactLawOf>(law));
   }
   Law with_friction(const Friction& friction) const override {

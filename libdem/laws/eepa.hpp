@@ -37,8 +37,7 @@ namespace subsoil::dem {
 
 struct Eepa {
   static constexpr bool constant_stiffness = false;
-  static constexpr int memory = 2;  ///< delta_c, m; A, N
-  static constexpr bool plastic = true;
+  static constexpr LawMembers has{.memory = 2, .plastic = true, .weaken = true};  ///< memory: delta_c, m; A, N
   static constexpr double left_out = std::numeric_limits<double>::quiet_NaN();
   double n = 1.5;
   double k1 = left_out, E_eff = left_out;

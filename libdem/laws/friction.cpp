@@ -13,16 +13,16 @@ void Friction::take(Conventions program) {
       rule = rolling_rule = FrictionRule::spring_set_back;
       changing = Changing::keep_spring, damping = TangentialDamping::of_normal;
       limiting = LimitingForce::absolute;
-      surface_lever = SurfaceLever::radius, slip_lever = SlipLever::radius;
+      surface_moment_arm = SurfaceMomentArm::radius, slip_moment_arm = SlipMomentArm::radius;
       break;
     case Conventions::liggghts:  // tangential history, rolling_friction epsd
       rule = FrictionRule::spring_only_undamped, changing = Changing::keep_spring;
-      limiting = LimitingForce::absolute, surface_lever = SurfaceLever::mid_overlap;
+      limiting = LimitingForce::absolute, surface_moment_arm = SurfaceMomentArm::mid_overlap;
       break;
     case Conventions::mercury:  // Friction species
       rule = rolling_rule = FrictionRule::spring_set_back;
       changing = Changing::keep_spring, damping = TangentialDamping::none;
-      limiting = LimitingForce::absolute_plus_attraction, surface_lever = SurfaceLever::mid_overlap;
+      limiting = LimitingForce::absolute_plus_attraction, surface_moment_arm = SurfaceMomentArm::mid_overlap;
       break;
     case Conventions::edem:  // Hertz-Mindlin (no slip), standard rolling friction
       changing = Changing::keep_spring, rolling = Rolling::constant_torque;
@@ -42,14 +42,18 @@ bool Friction::usual() const {
          rule == FrictionRule::spring_and_dashpot && damping == TangentialDamping::of_law && damping_factor == 1 &&
          std::isnan(c_t) && std::isnan(e_t) && limiting == LimitingForce::of_law && !(rolling_damping_at_limit > 0) &&
          std::isnan(k_r) && std::isnan(c_r) && rolling_rule == FrictionRule::spring_only &&
-         slip_lever == SlipLever::as_force;
+         slip_moment_arm == SlipMomentArm::as_force;
 }
 
-LeverShares Friction::shares(bool pair) const {
-  double force = lever == Lever::mid_overlap ? (pair ? 0.5 : 1.0) : lever == Lever::full_overlap ? 1.0 : 0.0;
-  if (!pair && surface_lever != SurfaceLever::by_lever)
-    force = surface_lever == SurfaceLever::mid_overlap ? 0.5 : surface_lever == SurfaceLever::full_overlap ? 1.0 : 0.0;
-  return {.force = force, .slip = slip_lever == SlipLever::radius ? 0.0 : force};
+MomentArmShares Friction::shares(bool pair) const {
+  double force = moment_arm == MomentArm::mid_overlap    ? (pair ? 0.5 : 1.0)
+                 : moment_arm == MomentArm::full_overlap ? 1.0
+                                                         : 0.0;
+  if (!pair && surface_moment_arm != SurfaceMomentArm::by_moment_arm)
+    force = surface_moment_arm == SurfaceMomentArm::mid_overlap    ? 0.5
+            : surface_moment_arm == SurfaceMomentArm::full_overlap ? 1.0
+                                                                   : 0.0;
+  return {.force = force, .slip = slip_moment_arm == SlipMomentArm::radius ? 0.0 : force};
 }
 
 void Friction::bound(StiffnessBound& b, double m_eff, double r_eff, double i_roll) const {

@@ -33,16 +33,16 @@
 /// Rolling, constant torque: -mu_r r_eff N_f w/|w|; it jitters in a resting bed.
 /// Twist (mu_t > 0): the same element with the angle about the normal,
 ///     k_w = 2.25 k_n (mu_t r_eff)^2, cap mu_t r_eff N_f, dashpot 2 eta_r sqrt(I_w k_w), I_w = (2/7) I_r.
-/// Moment arms of F_t about the centres: Lever. Symbols: v_t sliding velocity at the contact point (m/s), w relative
-/// rolling velocity (rad/s), N_f N. How other programs set these: docs/conventions.md.
+/// Moment arms of F_t about the centres: MomentArm. Symbols: v_t sliding velocity at the contact point (m/s), w
+/// relative rolling velocity (rad/s), N_f N. How other programs set these: docs/conventions.md.
 namespace subsoil::dem {
 
 /// Moment arm of tangential forces: to the middle of the overlap, r - delta/2; on the sphere's own surface, r; or on
 /// the partner's, r - delta. Between spheres angular momentum is kept with the first alone.
-enum class Lever { mid_overlap, radius, full_overlap };
-/// At boundaries: `by_lever` is the boundary's surface, r - delta, for mid_overlap, else the same.
-enum class SurfaceLever { by_lever, mid_overlap, radius, full_overlap };
-enum class SlipLever { as_force, radius };
+enum class MomentArm { mid_overlap, radius, full_overlap };
+/// At boundaries: `by_moment_arm` is the boundary's surface, r - delta, for mid_overlap, else the same.
+enum class SurfaceMomentArm { by_moment_arm, mid_overlap, radius, full_overlap };
+enum class SlipMomentArm { as_force, radius };
 enum class Tangential { spring, dashpot, constant_direction };
 enum class TangentialDamping { of_law, of_normal, none };
 enum class LimitingForce { of_law, absolute, positive, elastic, plus_attraction, absolute_plus_attraction };
@@ -51,7 +51,7 @@ enum class FrictionRule { spring_and_dashpot, spring_set_back, spring_only, spri
 enum class Conventions { own, lammps, liggghts, mercury, edem };
 
 /// Shares of the overlap by which moment arms are shorter than the radius: of the force, and of the slip velocity.
-struct LeverShares {
+struct MomentArmShares {
   double force, slip;
 };
 
@@ -71,9 +71,9 @@ struct Friction {
   double k_r = left_out, c_r = left_out;
   Rolling rolling = Rolling::elastic_plastic;
   FrictionRule rolling_rule = FrictionRule::spring_only;
-  Lever lever = Lever::mid_overlap;
-  SurfaceLever surface_lever = SurfaceLever::by_lever;
-  SlipLever slip_lever = SlipLever::as_force;
+  MomentArm moment_arm = MomentArm::mid_overlap;
+  SurfaceMomentArm surface_moment_arm = SurfaceMomentArm::by_moment_arm;
+  SlipMomentArm slip_moment_arm = SlipMomentArm::as_force;
 
   template <class V>
   void describe(V& v);  ///< friction_keys.hpp
@@ -82,7 +82,7 @@ struct Friction {
   /// Throws std::invalid_argument for a dashpot that is given twice.
   void check() const;
 
-  /// What most beds have. Steps that book nothing are compiled for this alone; others take the longer
+  /// What most beds have. Steps that accumulate no losses are compiled for this alone; others take the longer
   /// kernel of the accumulated ones in every step.
   bool usual() const;
   /// The same when usual(), in words that the compiler can follow.
@@ -90,7 +90,7 @@ struct Friction {
     Friction f;
     f.mu = mu, f.mu_d = mu_d, f.mu_t = mu_t, f.rolling_damping = rolling_damping;
     f.mu_r = rolling == Rolling::none ? 0 : mu_r;
-    f.lever = lever, f.surface_lever = surface_lever;
+    f.moment_arm = moment_arm, f.surface_moment_arm = surface_moment_arm;
     return f;
   }
   bool resists_rolling() const { return (rolling != Rolling::none && mu_r > 0) || resists_twist(); }
@@ -98,7 +98,7 @@ struct Friction {
   bool remembers_slip() const { return !std::isnan(mu_d) && mu_d != mu; }
   double mu_sliding() const { return std::isnan(mu_d) ? mu : mu_d; }
   /// Between two spheres, or of one at a boundary.
-  LeverShares shares(bool pair) const;
+  MomentArmShares shares(bool pair) const;
 
   /// Brings what a normal law answers to `tangential damping` and `limiting force`.
   template <class T>

@@ -14,7 +14,7 @@ void Friction::describe(V& v) {
             {"mercury", Conventions::mercury},
             {"edem", Conventions::edem}},
            "whose conventions hold for what this entry leaves out: friction rule, limiting force, tangential damping, "
-           "changing stiffness, levers, rolling (docs/conventions.md)");
+           "changing stiffness, moment arms, rolling (docs/conventions.md)");
   if (conventions != before) take(conventions);  // while it is read; what stands beside it is read after it
   v.quantity("mu", mu, "1", "[0, inf)", "static friction coefficient, holds until slip");
   v.derived("mu_d", mu_d, "1", "[0, inf)", "friction coefficient while slipping; left out: mu");
@@ -75,18 +75,20 @@ void Friction::describe(V& v) {
   v.quantity("rolling damping", rolling_damping, "1", "[0, 1]", "damping ratio of the rolling and twisting springs");
   v.quantity("rolling damping at limit", rolling_damping_at_limit, "1", "[0, 1]",
              "share of the rolling and twisting dashpots that stays when their springs are fully mobilised (f of Ai)");
-  v.choice("lever", lever,
-           {{"mid-overlap", Lever::mid_overlap}, {"radius", Lever::radius}, {"full-overlap", Lever::full_overlap}},
+  v.choice("lever", moment_arm,
+           {{"mid-overlap", MomentArm::mid_overlap},
+            {"radius", MomentArm::radius},
+            {"full-overlap", MomentArm::full_overlap}},
            "arm of tangential forces about the centre of a sphere: r - delta/2, to the middle of the overlap (a "
            "boundary's surface), r, or r - delta");
-  v.choice("lever at surfaces", surface_lever,
-           {{"by-lever", SurfaceLever::by_lever},
-            {"mid-overlap", SurfaceLever::mid_overlap},
-            {"radius", SurfaceLever::radius},
-            {"full-overlap", SurfaceLever::full_overlap}},
+  v.choice("lever at surfaces", surface_moment_arm,
+           {{"by-lever", SurfaceMomentArm::by_moment_arm},
+            {"mid-overlap", SurfaceMomentArm::mid_overlap},
+            {"radius", SurfaceMomentArm::radius},
+            {"full-overlap", SurfaceMomentArm::full_overlap}},
            "likewise at boundaries; by-lever: r - delta, the boundary's surface, for mid-overlap, else as lever "
            "(LIGGGHTS: mid-overlap)");
-  v.choice("slip lever", slip_lever, {{"as-force", SlipLever::as_force}, {"radius", SlipLever::radius}},
+  v.choice("slip lever", slip_moment_arm, {{"as-force", SlipMomentArm::as_force}, {"radius", SlipMomentArm::radius}},
            "arm by which spins add to the slip velocity: that of the force, or r (LAMMPS granular)");
 }
 

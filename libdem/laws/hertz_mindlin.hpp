@@ -21,6 +21,7 @@ namespace subsoil::dem {
 
 struct HertzMindlin : ElasticPair {
   static constexpr bool constant_stiffness = false;
+  static constexpr LawMembers has{};
   double restitution = std::numeric_limits<double>::quiet_NaN();
   bool clip = false;
   Cohesion cohesion;

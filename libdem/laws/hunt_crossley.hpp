@@ -21,6 +21,7 @@ namespace subsoil::dem {
 
 struct HuntCrossley {
   static constexpr bool constant_stiffness = false;
+  static constexpr LawMembers has{};
   impact::HuntCrossleyModel impact;
   double E_eff = std::numeric_limits<double>::quiet_NaN();
   double stiffness_ratio = 2.0 / 7.0;

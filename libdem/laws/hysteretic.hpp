@@ -28,8 +28,7 @@ namespace subsoil::dem {
 
 struct Hysteretic {
   static constexpr bool constant_stiffness = true;
-  static constexpr int memory = 1;  ///< residual overlap, m
-  static constexpr bool plastic = true;
+  static constexpr LawMembers has{.memory = 1, .plastic = true};  ///< memory: residual overlap, m
   enum class Residual { follows, kept };
   static constexpr double left_out = std::numeric_limits<double>::quiet_NaN();
   double K1 = left_out, yield = left_out;

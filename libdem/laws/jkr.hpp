@@ -31,7 +31,9 @@ namespace subsoil::dem {
 
 struct Jkr : ElasticPair {
   static constexpr bool constant_stiffness = false;
-  static constexpr int memory = 2;  ///< cube root of R while the neck holds, else 0; a at the last evaluation, m
+  /// Memory: cube root of R while the neck holds, else 0; a at the last evaluation, m.
+  static constexpr LawMembers has{
+      .memory = 2, .cutoff_by_radius = true, .weaken = true, .may_gain = true, .refuse_collapse = true};
   enum class Separation { rupture, pull_off };
   double work = std::numeric_limits<double>::quiet_NaN();
   double restitution = std::numeric_limits<double>::quiet_NaN();

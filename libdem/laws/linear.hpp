@@ -19,7 +19,7 @@ namespace subsoil::dem {
 
 struct Linear {
   static constexpr bool constant_stiffness = true;
-  static constexpr bool needs_radius = false;
+  static constexpr LawMembers has{.needs_radius = false};
   double k_n = std::numeric_limits<double>::quiet_NaN();
   double stiffness_ratio = 2.0 / 7.0;
   double restitution = std::numeric_limits<double>::quiet_NaN();

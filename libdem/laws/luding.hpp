@@ -28,8 +28,7 @@ namespace subsoil::dem {
 
 struct Luding {
   static constexpr bool constant_stiffness = true;
-  static constexpr int memory = 1;  ///< M, m
-  static constexpr bool plastic = true;
+  static constexpr LawMembers has{.memory = 1, .plastic = true, .weaken = true};  ///< memory: M, m
   enum class Unloading { grows, constant };
   static constexpr double required = std::numeric_limits<double>::quiet_NaN();
   double k1 = required, k2 = required, k_c = required, phi_f = required;

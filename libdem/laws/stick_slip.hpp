@@ -13,9 +13,10 @@
 ///     (k/2) a (x_0 + x) . e >= (k/2) a x* . e >= 0,
 /// is never negative: a > 0 asks x_0 . e > 0, and then k x* . e is k (x_0 . e + v . e dt) for v . e >= 0, else
 /// |g| - c v . e. A limit of the spring alone takes the same words with g = k x*: F = min(|g|, L) e + c v. `set_back`
-/// leaves out the second bound of a, as LAMMPS and MercuryDPM do; that may make energy, booked as a negative loss.
-/// Energy over a step: spring force (mean of both ends) times sliding -> slid; dashpot force (mean) times velocity ->
-/// damped, at a limit that caps both -> slid; a spring dropped at separation, or softened by a stiffness that changes,
+/// leaves out the second bound of a, as LAMMPS and MercuryDPM do; that may make energy, which is accumulated as a
+/// negative loss. Energy over a step: spring force (mean of both ends) times sliding -> slid; dashpot force (mean)
+/// times velocity -> damped, at a limit that caps both -> slid; a spring dropped at separation, or softened by a
+/// stiffness that changes,
 /// -> slid.
 namespace subsoil::dem {
 

@@ -25,7 +25,7 @@ namespace subsoil::dem {
 
 struct VariableRestitution {
   static constexpr bool constant_stiffness = false;
-  static constexpr int memory = 1;  ///< 1 + beta while in touch
+  static constexpr LawMembers has{.memory = 1};  ///< memory: 1 + beta while in touch
   enum class Normal { hertz, linear };
   static constexpr double left_out = std::numeric_limits<double>::quiet_NaN();
   Normal part = Normal::hertz;

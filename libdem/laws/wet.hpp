@@ -28,7 +28,7 @@ namespace subsoil::dem {
 
 struct Wet {
   static constexpr bool constant_stiffness = true;
-  static constexpr bool needs_radius = false;
+  static constexpr LawMembers has{.needs_radius = false, .weaken = true};
   enum class Values { pair, per_body };
   enum class FrictionLimit { signed_force, elastic_force, repulsion_only };
   enum class Damping { repulsion, all_bands };

@@ -9,8 +9,8 @@ namespace {
 
 /// Largest angle by which a boundary turned, rad.
 double angle_between(const Pose& was, const Pose& is) {
-  const Quaternion turn = is.attitude * was.attitude.conjugate();
-  return 2 * std::atan2(norm(Vec3{turn.x, turn.y, turn.z}), std::abs(turn.w));
+  const Quaternion rotation = is.attitude * was.attitude.conjugate();
+  return 2 * std::atan2(norm(Vec3{rotation.x, rotation.y, rotation.z}), std::abs(rotation.w));
 }
 
 }  // namespace

@@ -5,30 +5,31 @@
 namespace subsoil::dem {
 namespace {
 
-bool touches_within(const Shape& shape, const Vec3& c, double reach) {
+bool touches_within(const Shape& shape, const Vec3& c, double cutoff) {
   std::vector<std::uint32_t> near;
-  candidates(shape, c, reach, near);
+  candidates(shape, c, cutoff, near);
   SurfaceContact nearest;  // contacts come nearest first, so one is enough
-  return contacts(shape, c, reach, near, &nearest, 1) > 0 && nearest.distance < reach;
+  return contacts(shape, c, cutoff, near, &nearest, 1) > 0 && nearest.distance < cutoff;
 }
 
-/// A centre deeper inside a mesh than its sphere's radius is out of reach of the surface: look as far as the mesh goes.
+/// A centre deeper inside a mesh than its sphere's radius is beyond the cutoff of the surface: look as far as the mesh
+/// goes.
 bool deep_inside(const MeshSurface& mesh, const Vec3& c) {
-  const double reach = mesh.bounds().diagonal();
+  const double cutoff = mesh.bounds().diagonal();
   std::vector<std::uint32_t> near;
-  mesh.candidates(c, reach, near);
+  mesh.candidates(c, cutoff, near);
   SurfaceContact nearest;
-  return mesh.contacts(c, reach, near, &nearest, 1) > 0 && nearest.distance < 0;
+  return mesh.contacts(c, cutoff, near, &nearest, 1) > 0 && nearest.distance < 0;
 }
 
 }  // namespace
 
 bool inside_or_overlapping(const Sphere& sphere, const Boundary& boundary, double clearance) {
   const Vec3 c = boundary.pose.to_local(sphere.x);
-  const double reach = sphere.r + clearance;
+  const double cutoff = sphere.r + clearance;
   const double away = bounds(boundary.shape).distance_squared(c);
-  if (away >= reach * reach) return false;
-  if (touches_within(boundary.shape, c, reach)) return true;
+  if (away >= cutoff * cutoff) return false;
+  if (touches_within(boundary.shape, c, cutoff)) return true;
   const auto* mesh = std::get_if<MeshSurface>(&boundary.shape);  // planes and cylinders know any depth
   return mesh != nullptr && away == 0 && deep_inside(*mesh, c);
 }

@@ -131,8 +131,8 @@ double coordination_number(std::span<const Sphere> spheres) {
   for (std::uint32_t i = 0; i < spheres.size(); ++i)
     cells.around(spheres[i].x, [&](std::uint32_t j) {
       const Vec3 between = spheres[i].x - spheres[j].x;
-      const double reach = spheres[i].r + spheres[j].r;
-      if (j != i && dot(between, between) < reach * reach) ++touching;
+      const double touching_distance = spheres[i].r + spheres[j].r;
+      if (j != i && dot(between, between) < touching_distance * touching_distance) ++touching;
     });
   return static_cast<double>(touching) / static_cast<double>(spheres.size());
 }

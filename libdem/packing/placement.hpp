@@ -42,8 +42,8 @@ LatticeCount lattice_count(const LatticePlan& plan);
 std::vector<SphereSpec> lattice(const LatticePlan& plan, const BedMaterial& of);
 
 /// Lattice whose pitch is the distance at which two spheres rest, 2r - rest overlap of their law: free of stress,
-/// except that a row's last sphere may be in reach of a wall's attraction. Equal spheres only: others have no common
-/// distance.
+/// except that a row's last sphere may be within the cutoff of a wall's attraction. Equal spheres only: others have no
+/// common distance.
 std::vector<SphereSpec> rest_lattice(LatticePlan plan, double rest_overlap, const BedMaterial& of);
 
 /// Spheres loosely in the air over the region's floor, ready to rain: one per cell of a grid, anywhere in its cell that

@@ -53,12 +53,13 @@ void ParticleStore::add(const SphereSpec& in, int materials) {
   const auto refuse = [&](const char* rule) {
     throw std::invalid_argument("sphere " + std::to_string(next_id_) + ": " + rule);
   };
-  if (!std::isfinite(dot(in.position, in.position) + dot(in.velocity, in.velocity) + dot(in.spin, in.spin)))
-    refuse("position, velocity and spin must be finite");
+  if (!std::isfinite(dot(in.position, in.position) + dot(in.velocity, in.velocity) +
+                     dot(in.angular_velocity, in.angular_velocity)))
+    refuse("position, velocity and angular velocity must be finite");
   if (!(in.radius > 0) || !(m > 0)) refuse("radius and density must be positive");
   if (in.material < 0 || in.material >= materials) refuse("no such material");
-  spheres_.push_back(
-      {in.position, in.radius, in.velocity, m, in.spin, next_id_++, static_cast<std::uint16_t>(in.material), 0});
+  spheres_.push_back({in.position, in.radius, in.velocity, m, in.angular_velocity, next_id_++,
+                      static_cast<std::uint16_t>(in.material), 0});
 }
 
 void ParticleStore::clear() {

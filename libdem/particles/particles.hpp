@@ -15,15 +15,15 @@ struct alignas(32) Sphere {
   double r;                ///< radius, m
   Vec3 v;                  ///< velocity, m/s, at t_n - dt/2 (leapfrog)
   double m;                ///< mass, kg
-  Vec3 w;                  ///< spin, rad/s, at t_n - dt/2
+  Vec3 w;                  ///< angular velocity, rad/s, at t_n - dt/2
   std::uint32_t id;        ///< the user's number, kept for life
   std::uint16_t material;  ///< index into the table of laws
   std::uint16_t spare;
 };
 static_assert(sizeof(Sphere) == 96);
 
-/// Of what passes between pairs of spheres. Mixed: positions and forces on surfaces in double, velocities, spins,
-/// springs, laws and the sum of the forces on a sphere in float.
+/// Of what passes between pairs of spheres. Mixed: positions and forces on surfaces in double, linear and angular
+/// velocities, springs, laws and the sum of the forces on a sphere in float.
 enum class Precision { doubles, mixed };
 
 /// What a step of mixed precision reads and writes of a sphere, one cache line: position in double, for contacts live
@@ -48,11 +48,11 @@ inline double density(const Sphere& s) { return s.m / sphere_volume(s.r); }  ///
 
 /// A sphere as the user gives it.
 struct SphereSpec {
-  Vec3 position;       ///< m
-  Vec3 velocity;       ///< m/s, at t = 0
-  Vec3 spin;           ///< rad/s
-  double radius = 0;   ///< m
-  double density = 0;  ///< kg/m3
+  Vec3 position;          ///< m
+  Vec3 velocity;          ///< m/s, at t = 0
+  Vec3 angular_velocity;  ///< rad/s
+  double radius = 0;      ///< m
+  double density = 0;     ///< kg/m3
   int material = 0;
 };
 
@@ -61,10 +61,10 @@ struct Snapshot {
   std::vector<std::uint32_t> id;
   std::vector<double> radius;
   std::vector<int> material;
-  std::vector<Vec3> position, velocity, spin;  ///< m, m/s, rad/s, all at t_n
-  std::vector<Vec3> force, torque;             ///< N, N m: contacts and gravity
-  std::vector<int> contacts;                   ///< touching neighbours and surfaces
-  std::vector<int> bonds;                      ///< intact ones; empty when no law has any
+  std::vector<Vec3> position, velocity, angular_velocity;  ///< m, m/s, rad/s, all at t_n
+  std::vector<Vec3> force, torque;                         ///< N, N m: contacts and gravity
+  std::vector<int> contacts;                               ///< touching neighbours and surfaces
+  std::vector<int> bonds;                                  ///< intact ones; empty when no law has any
 };
 
 }  // namespace subsoil::dem

@@ -15,8 +15,9 @@ constexpr std::uint16_t kFrozen = 0xffff;
 
 bool moves_now(const Boundary& b) {
   const Quaternion &was = b.pose_before.attitude, &is = b.pose.attitude;
-  return b.active && !(b.pose.position == b.pose_before.position && b.velocity == Vec3{} && b.spin == Vec3{} &&
-                       was.w == is.w && was.x == is.x && was.y == is.y && was.z == is.z);
+  return b.active &&
+         !(b.pose.position == b.pose_before.position && b.velocity == Vec3{} && b.angular_velocity == Vec3{} &&
+           was.w == is.w && was.x == is.x && was.y == is.y && was.z == is.z);
 }
 
 /// Shortest distance of two boxes, 0 where they overlap.
@@ -54,7 +55,7 @@ void ActiveRegion::keep(Spheres& spheres, std::span<const BlockSums> sums) const
   }
 }
 
-void ActiveRegion::begin_lists(const ContactStore& contacts, const ParticleStore& particles, double reach,
+void ActiveRegion::begin_lists(const ContactStore& contacts, const ParticleStore& particles, double cutoff,
                                int threads) {
   if (!on()) return;
   const std::size_t blocks = contacts.particle_blocks.size();
@@ -66,7 +67,7 @@ void ActiveRegion::begin_lists(const ContactStore& contacts, const ParticleStore
     std::uint16_t calm = kFrozen;
     for (std::uint32_t i = b.begin; i < b.end; ++i) {
       const Sphere& s = particles[i];
-      const double around = s.r + reach;
+      const double around = s.r + cutoff;
       calm = std::min(calm, s.spare);
       boxes_[k].include(s.x - Vec3{around, around, around}), boxes_[k].include(s.x + Vec3{around, around, around});
     }
@@ -225,7 +226,7 @@ void ActiveRegion::mark(bool check, bool all, bool all_energies, ContactStore& c
     // What its contacts gave across interfaces is not given again.
     const ParticleBlock& block = contacts.particle_blocks[k];
     for (std::uint32_t r = block.runs_begin; r < block.runs_end; ++r)
-      if (const PairRun& run = contacts.runs[r]; run.seam)
+      if (const PairRun& run = contacts.runs[r]; run.across_interface)
         std::fill_n(contacts.interface_given.begin() + run.rows, run.blocks, std::uint8_t{0});
   }
 }

@@ -44,7 +44,7 @@ void EnergyBalance::sum_energy(std::span<const SurfaceChunk> chunks, std::span<c
   energy_ = {.lost = lost_before, .removed = removed, .frozen = frozen()};
   for (const BlockSums& b : of_block) {
     energy_.kinetic += b.kinetic;
-    energy_.spin += b.rotational;
+    energy_.rotational += b.rotational;
     energy_.gravity += b.potential;
     energy_.stored += b.stored;
     energy_.lost += b.lost;

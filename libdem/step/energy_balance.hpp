@@ -17,10 +17,10 @@ struct BlockSums {
   Losses lost;                                        ///< running, since the lists were built
   double stored = 0;                                  ///< in contacts, in this step
   double kinetic = 0, rotational = 0, potential = 0;  ///< of the spheres, when asked for
-  double pairs = 0, overlap = 0;                      ///< in reach; largest share of a radius: of its last sample
-  double frozen = 0;                                  ///< running: taken from spheres that were frozen
-  double speed2 = 0;                                  ///< largest v.v after the move, m2/s2
-  double squares = 0;                                 ///< a sum over velocities: NaN where one is
+  double pairs = 0, overlap = 0;  ///< within the cutoff; largest share of a radius: of its last sample
+  double frozen = 0;              ///< running: taken from spheres that were frozen
+  double speed2 = 0;              ///< largest v.v after the move, m2/s2
+  double squares = 0;             ///< a sum over velocities: NaN where one is
 };
 
 /// Energy balance of the bed, and the extremes by which a step is judged.

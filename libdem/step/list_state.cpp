@@ -59,8 +59,8 @@ void Bed::Impl::save_lists(std::vector<double>& to) const {
   criterion.save(to);
   paths.save(to);
   for (const PairRun& run : contacts.runs) {
-    if (!run.near) continue;
-    to.push_back(run.wakes);
+    if (!run.candidates) continue;
+    to.push_back(run.activation);
     to.insert(to.end(), contacts.activation.data() + run.first, contacts.activation.data() + run.first + run.blocks);
   }
   to.insert(to.end(),
@@ -125,15 +125,15 @@ void Bed::Impl::restore_lists(std::span<const double> from) {
   now.rebuilds = rebuilds;
   if (!same || blocks != static_cast<double>(contacts.particle_blocks.size()) ||
       runs != static_cast<double>(contacts.runs.size()) || chunks != static_cast<double>(surfaces.chunks.size())) {
-    criterion.invalidate();  // laws of another reach: nothing of the old lists holds, the next step builds new ones
+    criterion.invalidate();  // laws of another cutoff: nothing of the old lists holds, the next step builds new ones
     return;
   }
 
   criterion.restore(std::ref(next));
   paths.restore(std::ref(next));
   for (PairRun& run : contacts.runs) {
-    if (!run.near) continue;
-    run.wakes = next();
+    if (!run.candidates) continue;
+    run.activation = next();
     for (std::uint32_t k = 0; k < run.blocks; ++k) contacts.activation[run.first + k] = next();
   }
   const int late = static_cast<int>(next());

@@ -28,7 +28,7 @@ struct Mode {
 /// What a bond adds between spheres. Throws std::invalid_argument when its gap would bond spheres with others behind
 /// their neighbours, which the count of neighbours does not cover.
 void add_bond(const Bond& bond, const WorstContact& worst, double i_roll, bool between_spheres, StiffnessBound& bound,
-              double& lever) {
+              double& arm) {
   if (!between_spheres) return;
   if (bond.gap > 0.5 * worst.r_min)
     throw std::invalid_argument("`bond gap` = " + std::to_string(1e3 * bond.gap) +
@@ -37,21 +37,20 @@ void add_bond(const Bond& bond, const WorstContact& worst, double i_roll, bool b
   const StiffnessBound b = bond.bound(worst, 2.0 / 7.0 * i_roll);
   bound.k_n += b.k_n, bound.k_t += b.k_t, bound.k_r += b.k_r;
   bound.c_n += b.c_n, bound.c_t += b.c_t, bound.c_r += b.c_r;
-  lever = std::max(lever, worst.r_min + 0.5 * bond.gap);
+  arm = std::max(arm, worst.r_min + 0.5 * bond.gap);
 }
 
 /// Bounds of a law with the rolling part filled in.
-StiffnessBound bounds_of(const Law& law, const WorstContact& worst, double i_roll, bool between_spheres,
-                         double& lever) {
+StiffnessBound bounds_of(const Law& law, const WorstContact& worst, double i_roll, bool between_spheres, double& arm) {
   StiffnessBound bound = law->bound(worst);
   const Friction& friction = law->friction();
   friction.bound(bound, worst.m_eff, worst.r_eff, i_roll);
   // Rolling and sliding without friction have no spring to be unstable.
   if (!(friction.mu > 0)) bound.k_t = bound.c_t = 0;
   if (!friction.resists_rolling()) bound.k_r = bound.c_r = 0;
-  lever = worst.r_min - std::min(0.5, friction.shares(between_spheres).force) * law->rest_overlap();
-  if (friction.slip_lever == SlipLever::radius) lever = worst.r_min;
-  if (law->bond() != nullptr) add_bond(*law->bond(), worst, i_roll, between_spheres, bound, lever);
+  arm = worst.r_min - std::min(0.5, friction.shares(between_spheres).force) * law->rest_overlap();
+  if (friction.slip_moment_arm == SlipMomentArm::radius) arm = worst.r_min;
+  if (law->bond() != nullptr) add_bond(*law->bond(), worst, i_roll, between_spheres, bound, arm);
   return bound;
 }
 
@@ -78,9 +77,9 @@ StableStep smallest(std::initializer_list<Mode> modes, const char* where) {
 StableStep stable_step(const Law& law, const StepQuestion& q) {
   const double r = q.smallest_radius, m = q.density * sphere_volume(r);
   const double inertia = 0.4 * m * r * r;
-  double lever = r;
+  double arm = r;
   const StiffnessBound k =
-      bounds_of(law, {.m_eff = m / 2, .r_eff = r / 2, .r_min = r, .speed = q.speed}, 0.7 * m * r * r, true, lever);
+      bounds_of(law, {.m_eff = m / 2, .r_eff = r / 2, .r_min = r, .speed = q.speed}, 0.7 * m * r * r, true, arm);
   refuse_collapse(law, {r / 2, q.largest_radius / 2});
   if (q.neighbours <= 0) return {.step = std::numeric_limits<double>::infinity(), .cause = "nothing to touch"};
   const double z = q.neighbours;
@@ -88,13 +87,13 @@ StableStep stable_step(const Law& law, const StepQuestion& q) {
   const auto along = [&](double n, double t) {
     return std::max(std::min(z, 2.0) * n, z * (n / 3 + 2 * t / 3)) * 2 / m;
   };
-  // A lone contact turns a sphere about two axes with its full lever.
+  // A lone contact turns a sphere about two axes with its full arm.
   const auto about = [&](double t, double roll) {
-    return std::max(1.0, z * 2 / 3) * 2 * (t * lever * lever + roll) / inertia;
+    return std::max(1.0, z * 2 / 3) * 2 * (t * arm * arm + roll) / inertia;
   };
   // A lone contact slides by translation and rotation of both spheres at once: their mobilities add. Among many
   // contacts the fastest translation and the fastest rotation are different modes.
-  const auto slide = [&](double t) { return 2 * t / m + 2 * t * lever * lever / inertia; };
+  const auto slide = [&](double t) { return 2 * t / m + 2 * t * arm * arm / inertia; };
   const std::string where =
       "with " + std::to_string(q.neighbours) + " contacts on a sphere of radius " + std::to_string(r * 1e3) + " mm";
   return smallest({{along(k.k_n, k.k_t), along(k.c_n, k.c_t), "translation"},
@@ -107,15 +106,15 @@ StableStep stable_step_at_surface(const Law& law, const StepQuestion& q) {
   const double r = q.smallest_radius, m = q.density * sphere_volume(r);
   const double inertia = 0.4 * m * r * r;
   refuse_collapse(law, {r, q.largest_radius});
-  double lever = r;
+  double arm = r;
   const StiffnessBound k =
-      bounds_of(law, {.m_eff = m, .r_eff = r, .r_min = r, .speed = q.speed}, 1.4 * m * r * r, false, lever);
+      bounds_of(law, {.m_eff = m, .r_eff = r, .r_min = r, .speed = q.speed}, 1.4 * m * r * r, false, arm);
   // Three surfaces at right angles: along each normal one contact pushes and two drag.
   const auto along = [&](double n, double t) { return (n + 2 * t) / m; };
-  const auto about = [&](double t, double roll) { return 2 * (t * lever * lever + roll) / inertia; };
+  const auto about = [&](double t, double roll) { return 2 * (t * arm * arm + roll) / inertia; };
   // Sliding at all three couples both: slip is v + l w x n, so the block between them is k_t l |n1 + n2 + n3|.
   const auto coupled = [&](double n, double t, double roll) {
-    const double a = along(n, t), b = about(t, roll), c = std::sqrt(3.0) * t * lever / std::sqrt(m * inertia);
+    const double a = along(n, t), b = about(t, roll), c = std::sqrt(3.0) * t * arm / std::sqrt(m * inertia);
     return 0.5 * (a + b) + std::sqrt(0.25 * (a - b) * (a - b) + c * c);
   };
   return smallest({{coupled(k.k_n, k.k_t, k.k_r), coupled(k.c_n, k.c_t, k.c_r), "translation and rotation"}},

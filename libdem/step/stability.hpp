@@ -13,7 +13,7 @@
 /// The stiffest mode of a sphere among Z equal neighbours is the one in which every neighbour moves against it, so each
 /// contact counts twice. Of Z contacts spread evenly, a third acts along and two thirds across any direction:
 ///     translation  a = 2 Z (k_n/3 + 2 k_t/3)/m                       (likewise b from c_n, c_t)
-///     rotation     a = 2 Z ((2/3) k_t l^2 + k_r)/(0.4 m r^2)         l the lever of tangential forces
+///     rotation     a = 2 Z ((2/3) k_t l^2 + k_r)/(0.4 m r^2)         l the moment arm of tangential forces
 ///     a pair       a = 2 k_n/m along, 2 k_t/m + 2 k_t l^2/(0.4 m r^2) across: one contact slides by both motions
 ///     a corner     of three surfaces: translation (k_n + 2 k_t)/m and rotation (2 k_t l^2 + 2 k_r)/(0.4 m r^2),
 ///     coupled

@@ -76,15 +76,17 @@ class ChunkRun {
   void add_lane(const Sphere& s, const SurfaceContact& c, const PairState& state, Lane lane) {
     const Vec3 n = boundary_.pose.attitude.rotate(c.normal);
     lane.point = s.x - n * c.distance;
-    fill(n, c.distance, boundary_.velocity + cross(boundary_.spin, lane.point - boundary_.pose.position), state, lane);
+    fill(n, c.distance, boundary_.velocity + cross(boundary_.angular_velocity, lane.point - boundary_.pose.position),
+         state, lane);
   }
 
   void add_ended(const Sphere& s, const Vec3& normal, const PairState& state, SurfaceEntry& e) {
-    // Just out of the law's reach, where it drops its springs and accounts for them; with the true velocity, since the
+    // Just beyond the law's cutoff, where it drops its springs and accounts for them; with the true velocity, since the
     // dashpots still worked over half of this step.
     const Vec3 n = boundary_.pose.attitude.rotate(normal);
     const double distance = (s.r + job_.cutoff) * (1 + 1e-9);
-    fill(n, distance, boundary_.velocity + cross(boundary_.spin, s.x - n * distance - boundary_.pose.position), state,
+    fill(n, distance,
+         boundary_.velocity + cross(boundary_.angular_velocity, s.x - n * distance - boundary_.pose.position), state,
          {&e, -1, 0, {}});
   }
 
@@ -94,7 +96,7 @@ class ChunkRun {
     for (int d = 0; d < 3; ++d) {
       job_.normal[d][k] = n[d];
       job_.velocity[d][k] = v[d];
-      job_.spin[d][k] = boundary_.spin[d];
+      job_.angular_velocity[d][k] = boundary_.angular_velocity[d];
     }
     job_.distance[k] = distance;
     write_lane(memory(), shape(), k, state);
@@ -112,7 +114,7 @@ class ChunkRun {
       job_.distance[k] = job_.distance[0];
       for (int d = 0; d < 3; ++d) {
         job_.normal[d][k] = job_.normal[d][0], job_.velocity[d][k] = job_.velocity[d][0];
-        job_.spin[d][k] = job_.spin[d][0];
+        job_.angular_velocity[d][k] = job_.angular_velocity[d][0];
       }
       write_lane(memory(), shape(), k, PairState{});
     }
@@ -163,7 +165,7 @@ PlaneJob plane_job(const Boundary& b, const ParticleStore& particles, double ela
     for (int row = 0; row < 3; ++row) job.rotation[row][column] = axis[row];
     job.position[column] = b.pose.position[column];
     job.velocity[column] = b.velocity[column];
-    job.spin[column] = b.spin[column];
+    job.angular_velocity[column] = b.angular_velocity[column];
   }
   return job;
 }

@@ -43,13 +43,13 @@ PairJob Bed::Impl::pair_job(const PairRun& run, std::size_t particle_block, cons
   job.lines = contacts.lines.data() + run.lines;
   job.count = run.blocks;
   job.uniform = run.uniform;
-  if (run.seam) {
+  if (run.across_interface) {
     job.interface_rows = contacts.interface_rows.data() + run.rows;
     job.interface_given = contacts.interface_given.data() + run.rows;
   }
   job.elapsed = now.dt_before;
   job.path = paths.of(particle_block);
-  job.activation = run.near ? contacts.activation.data() + run.first : nullptr;
+  job.activation = run.candidates ? contacts.activation.data() + run.first : nullptr;
   job.cutoff = laws.cutoff(run.law);
   return job;
 }
@@ -152,17 +152,17 @@ class Sweep {
     for (std::uint32_t r = block_->runs_begin; r < block_->runs_end; ++r) {
       const std::size_t first = halo_;
       while (halo_ < w_.halo.place.size() && w_.halo.place[halo_].run == r) ++halo_;
-      contacts_.runs[r].seam ? pairs_across_interface(r, first) : pairs(r, first);
+      contacts_.runs[r].across_interface ? pairs_across_interface(r, first) : pairs(r, first);
     }
   }
 
   /// Halo blocks `first` to `halo_` of the run have been evaluated.
   void pairs(std::uint32_t r, std::size_t first) {
     PairRun& run = contacts_.runs[r];
-    if (run.near && bed_.paths.of(own_) < run.wakes) return;
+    if (run.candidates && bed_.paths.of(own_) < run.activation) return;
     PairJob job = bed_.pair_job(run, own_, sample_);
     job.ring = ring_;
-    if (!run.near) look_ahead(job);
+    if (!run.candidates) look_ahead(job);
     w_.halo.hand_to(job, first, halo_);
     evaluate(r, job);
     accumulate(run, job);
@@ -177,13 +177,13 @@ class Sweep {
     const std::uint32_t to = std::min(contacts_.particle_blocks[next.last].end, w_.end);
     job.ahead = from;
     job.ahead_count = to > from ? to - from : 0;
-    if (block_->interface_runs_begin < block_->runs_end && !contacts_.runs[block_->interface_runs_begin].near) {
+    if (block_->interface_runs_begin < block_->runs_end && !contacts_.runs[block_->interface_runs_begin].candidates) {
       const PairRun& across = contacts_.runs[block_->interface_runs_begin];
       job.interface_blocks = contacts_.blocks.data() + across.first, job.interface_count = across.blocks;
       job.interface_pushes = contacts_.interface_rows[across.rows].of,
       job.interface_lines = contacts_.lines.data() + across.lines;
     }
-    if (next.runs_begin < next.runs_end && !contacts_.runs[next.runs_begin].near) {
+    if (next.runs_begin < next.runs_end && !contacts_.runs[next.runs_begin].candidates) {
       job.next_blocks = contacts_.blocks.data() + contacts_.runs[next.runs_begin].first;
       job.next_lines = contacts_.lines.data() + contacts_.runs[next.runs_begin].lines;
     }
@@ -194,7 +194,7 @@ class Sweep {
     PairRun& run = contacts_.runs[r];
     const bool evaluated = first < halo_;
     if (!evaluated) std::fill_n(contacts_.interface_given.begin() + run.rows, run.blocks, 0);
-    if (run.near && bed_.paths.of(own_) < run.wakes) return;
+    if (run.candidates && bed_.paths.of(own_) < run.activation) return;
     PairJob job = bed_.pair_job(run, own_, sample_);
     job.ring = ring_;
     if (evaluated) {
@@ -216,10 +216,10 @@ class Sweep {
     bed_.kernel.pairs(bed_.laws[run.law], job);
     if (job.broke) bed_.bonds.mark_broken(r);
     BlockCost& cost = bed_.work.cost[own_];
-    (run.near ? cost.candidates : cost.touching) += job.evaluated;
+    (run.candidates ? cost.candidates : cost.touching) += job.evaluated;
   }
   void accumulate(PairRun& run, const PairJob& job) const {
-    if (run.near) run.wakes = *std::min_element(job.activation, job.activation + run.blocks);
+    if (run.candidates) run.activation = *std::min_element(job.activation, job.activation + run.blocks);
     if (!sample_.accumulate) return;
     take(job.sums);
     sums_->pairs += job.sums.within_cutoff;
@@ -297,7 +297,8 @@ class Sweep {
     job.before = bed_.now.dt_before, job.dt = dt_;
     bed_.kernel.observe(job);
     const double moving = bed_.region.moves(own_) ? 1 : 0;
-    sums_->kinetic = moving * job.kinetic, sums_->rotational = moving * job.spin, sums_->potential = job.potential;
+    sums_->kinetic = moving * job.kinetic, sums_->rotational = moving * job.rotational,
+    sums_->potential = job.potential;
     if (request_.snapshot == nullptr) return;
     for (std::uint32_t i = block_->begin; i < block_->end; ++i)
       at(i, [&](const auto& sum) { write(bed_.particles.now(i), sum, *request_.snapshot); });
@@ -312,7 +313,7 @@ class Sweep {
     out.material[k] = s.material;
     out.position[k] = s.x;
     out.velocity[k] = s.v + force * (back / s.m);
-    out.spin[k] = s.w + torque * (back / inertia(s));
+    out.angular_velocity[k] = s.w + torque * (back / inertia(s));
     out.force[k] = force;
     out.torque[k] = torque;
     out.contacts[k] = static_cast<int>(a.t[3]);
@@ -336,7 +337,7 @@ class Sweep {
     ObserveJob job{spheres_job()};
     job.before = bed_.now.dt_before, job.dt = dt_;
     bed_.kernel.observe(job);
-    sums_->frozen += job.kinetic + job.spin;
+    sums_->frozen += job.kinetic + job.rotational;
     sums_->kinetic = sums_->rotational = sums_->speed2 = sums_->squares = 0;
     sums_->potential = job.potential;
     bed_.paths.moved(own_, 0);
@@ -386,7 +387,7 @@ class Sweep {
 
 void resize(Snapshot& s, std::size_t n) {
   s.id.resize(n), s.radius.resize(n), s.material.resize(n), s.contacts.resize(n);
-  for (auto* column : {&s.position, &s.velocity, &s.spin, &s.force, &s.torque}) column->resize(n);
+  for (auto* column : {&s.position, &s.velocity, &s.angular_velocity, &s.force, &s.torque}) column->resize(n);
 }
 
 }  // namespace
@@ -397,10 +398,10 @@ void Bed::Impl::evaluate_remote(Worker& w) {
     HaloBlocks& halo = work.workers[evaluation.worker].halo;
     const auto [particle_block, r, evaluator] = halo.place[evaluation.first];
     const PairRun& run = contacts.runs[r];
-    if (run.seam)
+    if (run.across_interface)
       for (std::uint32_t k = evaluation.first; k < evaluation.end; ++k)
         contacts.interface_given[run.rows + halo.block[k]] = 0;
-    if (!region.evaluates(particle_block) || (run.near && paths.of(particle_block) < run.wakes)) {
+    if (!region.evaluates(particle_block) || (run.candidates && paths.of(particle_block) < run.activation)) {
       std::fill(halo.active.begin() + evaluation.first, halo.active.begin() + evaluation.end, 0);
       continue;
     }

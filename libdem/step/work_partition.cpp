@@ -91,7 +91,7 @@ void WorkPartition::estimate_work(const ContactStore& contacts, const SurfaceCon
               steps_divided_;
     else
       for (std::uint32_t r = b.runs_begin; r < b.runs_end; ++r)
-        work += (contacts.runs[r].near ? guess_candidates : 1.0) * contacts.runs[r].blocks;
+        work += (contacts.runs[r].candidates ? guess_candidates : 1.0) * contacts.runs[r].blocks;
     if (!known && !region.moves(k)) work *= guess_frozen;
     cost[k] = {};
     until[k + 1] = until[k] + work;
@@ -148,7 +148,7 @@ void WorkPartition::reserve_halos(const ContactStore& contacts) {
     reached = std::max(reached, b.last);
     for (std::uint32_t r = b.runs_begin; r < b.runs_end; ++r) {
       const PairRun& run = contacts.runs[r];
-      if (run.seam) {
+      if (run.across_interface) {
         longest = std::max<std::size_t>(longest, run.blocks);
         if (b.interface_first <= reached) anywhere += run.blocks;
         across[k + 1].at_interfaces += run.blocks, across[b.interface_last + 1].at_interfaces -= run.blocks;
@@ -196,7 +196,7 @@ void WorkPartition::find_halos_of(std::uint32_t of, const ContactStore& contacts
     reached = std::max(reached, particles.last);
     for (std::uint32_t r = particles.runs_begin; r < particles.runs_end; ++r) {
       const PairRun& run = contacts.runs[r];
-      const bool across = run.seam;
+      const bool across = run.across_interface;
       if (across && particles.interface_last < w.blocks_end && particles.interface_first > reached) {
         at_interface = std::max(at_interface, run.blocks);
         continue;
@@ -249,10 +249,10 @@ void WorkPartition::link_remote(const ContactStore& contacts) {
       const std::uint32_t block = run.first + halo.block[k];
       for (std::uint32_t l = 0; l < contacts.shapes[block].lanes; ++l) {
         const std::uint32_t second = contacts.blocks[block].j[l];
-        if (second < from.end && !run.seam) continue;  // added in the sweep
+        if (second < from.end && !run.across_interface) continue;  // added in the sweep
         const std::uint32_t to = worker_of(second);
         waits_[to * workers.size() + halo.place[k].evaluator] = 1;
-        if (!run.seam) workers[to].remote.push_back({&halo.rows[k].of[l], &halo.active[k], second});
+        if (!run.across_interface) workers[to].remote.push_back({&halo.rows[k].of[l], &halo.active[k], second});
       }
     }
   }

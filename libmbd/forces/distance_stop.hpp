@@ -8,7 +8,7 @@ namespace subsoil::mbd {
 /// Stops on the distance L between a point of body a and a point of body b; with `largest` alone a rope or chain:
 ///   F = k d^n (1 + b d'), never below 0,  d = least - L or L - largest                (N)
 /// in line with the two points, pushing them apart (positive) below `least`, together above `largest`. k [N/m^n],
-/// b [s/m]. Refuses at L = 0 within `least`, where there is no direction. Law and energy: see HuntCrossley.
+/// b [s/m]. Refuses at L = 0 within `least`, where there is no direction. Law and energy: see HuntCrossleyForce.
 struct DistanceStop {
   static constexpr ForceMembers has{.check = true, .gap = true};
   static constexpr std::array<ForceColumn, 3> columns{{{"force", "N"}, {"distance", "m"}, {"gap", "m"}}};

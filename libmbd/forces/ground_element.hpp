@@ -83,7 +83,7 @@ struct GroundElement {
       return {0, soil * rate, 0};
     }
     const double depth = base.r.y - foot.y, closing = base.v.y - foot.v;
-    const HuntCrossley::Push push = contact(speed_of(foot.v)).at(depth, closing);
+    const HuntCrossleyForce::Push push = contact(speed_of(foot.v)).at(depth, closing);
     loads.add(body, foot.arm, {0, push.force});
     loads.add_wrench(follower, 0, soil - push.force + weight, 0);
     values[0] = push.force;
@@ -126,7 +126,7 @@ struct GroundElement {
   double speed_of(double v) const { return touch > 0 ? touch : std::max(-v, least_speed); }
   /// Between body and follower: as stiff as a swing of the two in the contact time, and damped to a restitution of 1/50
   /// (b v = 50), from a force of 0 on, so that a fixed step sees it come.
-  HuntCrossley contact(double v) const {
+  HuntCrossleyForce contact(double v) const {
     const double omega = 6.283185307179586 / contact_time;
     return {.n = 1, .stiffness = mass * share / (1 + share) * omega * omega, .damping = 50 / v};
   }

@@ -7,7 +7,8 @@ namespace subsoil::mbd {
 
 /// Stops on the angle between two bodies, theta = angle_b - angle_a [rad], counted over full turns:
 ///   T = k d^n (1 + b d'), never below 0,  d = least - theta or theta - largest        (N m)
-/// on b, back towards the free range, its opposite on a. k [N m/rad^n], b [s/rad]. Law and energy: see HuntCrossley.
+/// on b, back towards the free range, its opposite on a. k [N m/rad^n], b [s/rad]. Law and energy: see
+/// HuntCrossleyForce.
 struct RotationalStop {
   static constexpr ForceMembers has{.check = true, .gap = true};
   static constexpr std::array<ForceColumn, 3> columns{{{"torque", "N m"}, {"angle", "rad"}, {"gap", "rad"}}};

@@ -21,7 +21,7 @@ namespace subsoil::mbd {
 /// R radius, b width, y_soil surface [m]; k_c [N/m^(n+1)], k_phi [N/m^(n+2)], n [1] in (0, 3).
 /// Energy: stored = U(z) - U(z_p) for z > z_p, U = N z/(n + 3/2): what N gives back on the way up; lost rate =
 /// R_c |v| + N(z_p) dz_p/dt: what running over a rut's edge swallows (negative where it is left again: the law then
-/// gives the wheel energy that nobody put in, and the book says so instead of hiding it).
+/// gives the wheel energy that nobody put in, and the balance says so instead of hiding it).
 /// Source: Bekker 1969, Introduction to Terrain-Vehicle Systems; rut rule of the rig 1S-300.
 struct WheelOnSoil {
   static constexpr ForceMembers has{.check = true, .trace = true, .rut = true, .towing_spin = true};

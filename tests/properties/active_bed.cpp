@@ -60,8 +60,11 @@ std::vector<SphereSpec> stacked_layers() {
     for (int i = 0; i < kLong - shifted; ++i)
       for (int k = 0; k < kWide - shifted; ++k) {
         const Vec3 site{(i + 0.5 * (1 + shifted)) * pitch, 0.01 + j * rise, (k + 0.5 * (1 + shifted)) * pitch};
-        out.push_back(
-            {.position = site + dice.ball(1e-4), .velocity = {}, .spin = {}, .radius = 0.01, .density = 1800});
+        out.push_back({.position = site + dice.ball(1e-4),
+                       .velocity = {},
+                       .angular_velocity = {},
+                       .radius = 0.01,
+                       .density = 1800});
       }
   }
   return out;
@@ -143,7 +146,7 @@ TEST(ActiveBed, NoEnergyGetsLostInFreezing) {
     bool none_moved = false;
     int freezings = 0;
     for (int n = 0; n < 2000; ++n) {
-      const double moved = s.bed->energy().kinetic + s.bed->energy().spin;
+      const double moved = s.bed->energy().kinetic + s.bed->energy().rotational;
       const std::size_t before = s.bed->frozen_count();
       s.step(1, false, true);
       const BedEnergy& e = s.bed->energy();
@@ -153,7 +156,7 @@ TEST(ActiveBed, NoEnergyGetsLostInFreezing) {
       frozen = e.frozen;
       none_moved = before == s.bed->spheres().size();
       if (none_moved) {
-        EXPECT_EQ(e.kinetic + e.spin, 0);
+        EXPECT_EQ(e.kinetic + e.rotational, 0);
         EXPECT_EQ(e.total(), total);
       }
       // What the integrator makes of turning normals in a step, of second order, stays far below what moves.

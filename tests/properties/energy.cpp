@@ -13,7 +13,7 @@
 namespace subsoil::dem::test {
 namespace {
 
-struct Book {
+struct EnergyRecord {
   BedEnergy start, end;
   double turned_over() const { return lost() + std::abs(end.boundary_work - start.boundary_work); }
   double lost() const { return end.lost.total() - start.lost.total(); }
@@ -26,12 +26,12 @@ double step_for(const Law& law, double share) {
 }
 
 /// A column of 80 spheres dropped into a bin; then `motions` act.
-Book run(const Law& law, const std::function<std::vector<Motion>(Bed&)>& surfaces, double time, double share = 0.4,
-         Precision precision = Precision::doubles) {
+EnergyRecord run(const Law& law, const std::function<std::vector<Motion>(Bed&)>& surfaces, double time,
+                 double share = 0.4, Precision precision = Precision::doubles) {
   const Law resolved = table(law).laws[0];
   BedOptions options = quiet({0, -9.81, 0});
   options.precision = precision;
-  options.overlap_limit = 0.95;  // soft laws under a fast piston; the book does not mind
+  options.overlap_limit = 0.95;  // soft laws under a fast piston; the balance does not mind
   Bed bed(table(law), options);
   Dice dice(29);
   bed.add(loose_lattice({0.001, 0.002, 0.001}, 4, 5, 4, 0.0205, 0.01, 0.3, 1.0, dice));
@@ -39,15 +39,15 @@ Book run(const Law& law, const std::function<std::vector<Motion>(Bed&)>& surface
   const std::vector<Motion> motions = surfaces(bed);
   bed.let_bonds_form();
   const double dt = step_for(resolved, share);
-  Book book;
+  EnergyRecord record;
   const int steps = static_cast<int>(time / dt);
   for (int n = 0; n <= steps; ++n) {
     for (const Motion& m : motions) m.place(bed);
     bed.step(dt, {.energy = n == 0 || n == steps, .snapshot = nullptr});
-    if (n == 0) book.start = bed.energy();
+    if (n == 0) record.start = bed.energy();
   }
-  book.end = bed.energy();
-  return book;
+  record.end = bed.energy();
+  return record;
 }
 
 std::vector<Motion> none(Bed&) { return {}; }
@@ -67,12 +67,12 @@ std::vector<Motion> drum(Bed& bed) {
 
 void closes(const Law& law, const std::string& name, const std::function<std::vector<Motion>(Bed&)>& surfaces,
             Precision precision = Precision::doubles) {
-  const Book book = run(law, surfaces, 0.06, 0.4, precision);
-  EXPECT_LT(std::abs(book.gap()), 0.01 * book.turned_over())
-      << name << ": gap " << book.gap() << " J of " << book.turned_over() << " J turned over, damping "
-      << book.end.lost.damping << " sliding " << book.end.lost.sliding << " rolling " << book.end.lost.rolling
-      << " work " << book.end.boundary_work;
-  EXPECT_GT(book.turned_over(), 1e-2) << name;
+  const EnergyRecord record = run(law, surfaces, 0.06, 0.4, precision);
+  EXPECT_LT(std::abs(record.gap()), 0.01 * record.turned_over())
+      << name << ": gap " << record.gap() << " J of " << record.turned_over() << " J turned over, damping "
+      << record.end.lost.damping << " sliding " << record.end.lost.sliding << " rolling " << record.end.lost.rolling
+      << " work " << record.end.boundary_work;
+  EXPECT_GT(record.turned_over(), 1e-2) << name;
 }
 
 TEST(Energy, ClosesForADroppedHeap) {
@@ -119,7 +119,7 @@ TEST(Energy, ASampleIsTheLossOfItsStep) {
     const double lost = full->energy().lost.total();
     if (const Sample b = sampling.of(0); b.accumulate) expected += b.weight * (lost - before), ++samples;
     before = lost;
-    if (n % 3 != 2) continue;  // a bed of its own for each reading, which books the step in which it is asked for
+    if (n % 3 != 2) continue;  // a bed of its own for each reading, which samples the step in which it is asked for
     const auto sampled = make(every);
     for (int k = 0; k <= n; ++k) sampled->step(dt, {.energy = k == n, .snapshot = nullptr});
     ASSERT_NEAR(sampled->energy().lost.total(), expected, 1e-6 * (std::abs(expected) + std::abs(lost)))
@@ -127,38 +127,38 @@ TEST(Energy, ASampleIsTheLossOfItsStep) {
   }
   EXPECT_GT(full->rebuilds(), 5);
   EXPECT_GT(samples, 15);
-  EXPECT_GT(before, 0.1 * (full->energy().kinetic + full->energy().spin));
+  EXPECT_GT(before, 0.1 * (full->energy().kinetic + full->energy().rotational));
 }
 
 /// The gap falls with the step: it is the integrator's, no missing term.
 TEST(Energy, GapFallsWithTheStep) {
   const Law law = grains(1e5, 0.6, 0.4, 0.05);
-  const Book coarse = run(law, sliding_floor, 0.06, 0.2), fine = run(law, sliding_floor, 0.06, 0.025);
+  const EnergyRecord coarse = run(law, sliding_floor, 0.06, 0.2), fine = run(law, sliding_floor, 0.06, 0.025);
   const double rough = std::abs(coarse.gap()) / coarse.turned_over(),
                smooth = std::abs(fine.gap()) / fine.turned_over();
   EXPECT_LT(smooth, 0.5 * rough + 2e-4);
 }
 
-/// Elastic and smooth: nothing may be lost, and the book must say so at every step.
+/// Elastic and smooth: nothing may be lost, and the balance must say so at every step.
 TEST(Energy, ElasticBedLosesNothing) {
   Linear law = grains(1e5, 1.0, 0, 0);
-  const Book book = run(law, none, 0.1, 0.1);
-  EXPECT_EQ(book.lost(), 0);
-  EXPECT_LT(std::abs(book.gap()), 1e-3 * (book.start.kinetic + book.start.spin));
+  const EnergyRecord record = run(law, none, 0.1, 0.1);
+  EXPECT_EQ(record.lost(), 0);
+  EXPECT_LT(std::abs(record.gap()), 1e-3 * (record.start.kinetic + record.start.rotational));
 }
 
 /// The tester: each dissipation term is large enough in this scene that its absence breaks the 1 %.
-TEST(Energy, ADroppedTermBreaksTheBook) {
+TEST(Energy, ADroppedTermBreaksTheBalance) {
   Linear law = grains(1e5, 0.6, 0.4, 0.3);
-  Book book = run(law, sliding_floor, 0.1);
-  ASSERT_LT(std::abs(book.gap()), 0.01 * book.turned_over());
+  EnergyRecord record = run(law, sliding_floor, 0.1);
+  ASSERT_LT(std::abs(record.gap()), 0.01 * record.turned_over());
   for (double Losses::*term : {&Losses::damping, &Losses::sliding, &Losses::rolling}) {
-    Book without = book;
+    EnergyRecord without = record;
     without.end.lost.*term = 0;
     without.start.lost.*term = 0;
     EXPECT_GT(std::abs(without.gap()), 0.01 * without.turned_over());
   }
-  Book without_work = book;
+  EnergyRecord without_work = record;
   without_work.end.boundary_work = without_work.start.boundary_work;
   EXPECT_GT(std::abs(without_work.gap()), 0.01 * without_work.turned_over());
 }

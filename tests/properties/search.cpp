@@ -20,7 +20,7 @@ std::vector<SphereSpec> swarm(int count, double ratio, double speed, std::uint32
     SphereSpec s;
     s.radius = 4e-3 * std::pow(ratio, dice.between(0, 1));
     s.position = dice.in_box({0, 0, 0}, {box, box / 2, box});
-    s.velocity = dice.ball(speed), s.spin = dice.ball(100);
+    s.velocity = dice.ball(speed), s.angular_velocity = dice.ball(100);
     s.density = 5e4;
     bool free = true;
     for (const Plane& p : walls()) free = free && dot(s.position - p.point(), p.normal()) > s.radius - 2e-4;
@@ -90,13 +90,13 @@ TEST(Search, MissesNoContactOfAFewLargeSpheres) {
   for (const double x : {0.0, 0.05, 0.095})
     specs.push_back({.position = {x, 0.06, 0.05},
                      .velocity = {dice.between(-1, 1), -2, 0},
-                     .spin = {},
+                     .angular_velocity = {},
                      .radius = 0.03,
                      .density = 5e4});
   while (specs.size() < 303) {
     SphereSpec s{.position = dice.in_box({-0.04, 0.02, 0}, {0.14, 0.12, 0.1}),
                  .velocity = dice.ball(2),
-                 .spin = {},
+                 .angular_velocity = {},
                  .radius = 3e-3,
                  .density = 5e4};
     bool free = true;

@@ -64,7 +64,7 @@ Fingerprint run(const Law& law, const Scene& scene, int threads, Precision preci
   std::uint64_t bonds = bed.bonds().formed;
   for (const BrokenBond& b : bed.broken_bonds()) bonds = 31 * bonds + b.ids[0] + 7 * b.ids[1] + b.in_tension;
   return {hash(bed),       e.lost.damping + 3 * e.lost.sliding + 7 * e.lost.rolling + 11 * e.lost.breaking,
-          e.stored,        e.kinetic + e.spin,
+          e.stored,        e.kinetic + e.rotational,
           e.boundary_work, bed.boundary(pull.boundary).wrench.force.x + bed.boundary(turn.boundary).wrench.moment.z,
           bed.rebuilds(),  bonds};
 }
@@ -96,7 +96,7 @@ TEST(ThreadBits, WorkDividedAgain) { same_bits({40, 3, 9, 0.3, 70, 0.012, 2}); }
 
 TEST(ThreadBits, HashSeesOneBit) {
   Bed a(table(grains()), quiet()), b(table(grains()), quiet());
-  SphereSpec s{.position = {1, 0, 0}, .velocity = {}, .spin = {}, .radius = 0.01, .density = 1000};
+  SphereSpec s{.position = {1, 0, 0}, .velocity = {}, .angular_velocity = {}, .radius = 0.01, .density = 1000};
   a.add(std::span(&s, 1));
   s.position.x = std::nextafter(1.0, 2.0);
   b.add(std::span(&s, 1));

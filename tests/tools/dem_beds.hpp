@@ -116,7 +116,7 @@ inline std::vector<SphereSpec> loose_lattice(const Vec3& low, int nx, int ny, in
         s.radius = radius * (1 - dice.between(0, radius_spread));
         s.position = low + Vec3{(i + 0.5) * pitch, (j + 0.5) * pitch, (k + 0.5) * pitch} + dice.ball(0.02 * pitch);
         s.velocity = dice.ball(speed);
-        s.spin = dice.ball(speed / radius);
+        s.angular_velocity = dice.ball(speed / radius);
         s.density = 1800;
         out.push_back(s);
       }
@@ -150,7 +150,7 @@ struct Motion {
     const double t = bed.time();
     b.pose = {start.position + velocity * t, Quaternion::from_rotation_vector(spin * t) * start.attitude};
     b.velocity = velocity;
-    b.spin = spin;
+    b.angular_velocity = spin;
   }
 };
 

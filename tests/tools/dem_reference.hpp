@@ -4,8 +4,8 @@
 #include "tests/tools/dem_beds.hpp"
 
 /// A second engine, as plain as can be: every pair of spheres every step, Vec3 and double, histories in a map by id.
-/// It takes only the normal laws from the product (they have their own tests); geometry, friction, rolling, levers,
-/// time stepping are written here anew from the theory. Planes only.
+/// It takes only the normal laws from the product (they have their own tests); geometry, friction, rolling, moment
+/// arms, time stepping are written here anew from the theory. Planes only.
 namespace subsoil::dem::test {
 
 struct History {
@@ -59,9 +59,11 @@ inline bool together(FrictionRule rule) {
 
 /// Arm about the centre of a sphere of radius r.
 inline double arm_of(const Friction& friction, bool wall, double r, double overlap) {
-  const bool own = wall && friction.surface_lever != SurfaceLever::by_lever;
-  if (own ? friction.surface_lever == SurfaceLever::radius : friction.lever == Lever::radius) return r;
-  if (own ? friction.surface_lever == SurfaceLever::mid_overlap : friction.lever == Lever::mid_overlap && !wall)
+  const bool own = wall && friction.surface_moment_arm != SurfaceMomentArm::by_moment_arm;
+  if (own ? friction.surface_moment_arm == SurfaceMomentArm::radius : friction.moment_arm == MomentArm::radius)
+    return r;
+  if (own ? friction.surface_moment_arm == SurfaceMomentArm::mid_overlap
+          : friction.moment_arm == MomentArm::mid_overlap && !wall)
     return r - overlap / 2;
   return r - overlap;
 }
@@ -101,7 +103,7 @@ inline ContactResult reference_contact(const Law& law, const Vec3& n, double dis
   const bool wall = j.r == 0;
   const double overlap = i.r + j.r - distance;
   const Friction& friction = law->friction();
-  const bool at_radius = friction.slip_lever == SlipLever::radius;
+  const bool at_radius = friction.slip_moment_arm == SlipMomentArm::radius;
   const double l_i = arm_of(friction, wall, i.r, overlap), l_j = wall ? 0 : arm_of(friction, wall, j.r, overlap);
   const Vec3 slip_all =
       (i.v - cross(i.w, (at_radius ? i.r : l_i) * n)) - (j.v + cross(wall ? Vec3{} : j.w, (at_radius ? j.r : l_j) * n));
@@ -240,8 +242,9 @@ class ReferenceBed {
 
   void add(std::span<const SphereSpec> specs) {
     for (const SphereSpec& s : specs)
-      spheres.push_back({s.position, s.radius, s.velocity, s.density * 4 / 3 * pi * std::pow(s.radius, 3), s.spin,
-                         static_cast<std::uint32_t>(spheres.size()), static_cast<std::uint16_t>(s.material), 0});
+      spheres.push_back({s.position, s.radius, s.velocity, s.density * 4 / 3 * pi * std::pow(s.radius, 3),
+                         s.angular_velocity, static_cast<std::uint32_t>(spheres.size()),
+                         static_cast<std::uint16_t>(s.material), 0});
   }
 
   void step(double dt) {

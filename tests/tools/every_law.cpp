@@ -58,7 +58,8 @@ std::vector<NamedLaw> other_settings() {
   Linear dashpots = grains();
   dashpots.restitution = NAN, dashpots.damping = 3, dashpots.clip = true;
   dashpots.friction.c_t = 1, dashpots.friction.limiting = LimitingForce::absolute;
-  dashpots.friction.lever = Lever::full_overlap, dashpots.friction.surface_lever = SurfaceLever::mid_overlap;
+  dashpots.friction.moment_arm = MomentArm::full_overlap,
+  dashpots.friction.surface_moment_arm = SurfaceMomentArm::mid_overlap;
   dashpots.friction.mu_r = 0.05, dashpots.friction.k_r = 0.5, dashpots.friction.c_r = 1e-4;
   HertzMindlin elastic_limit = hertz;
   elastic_limit.friction.e_t = 0.6, elastic_limit.friction.limiting = LimitingForce::elastic;

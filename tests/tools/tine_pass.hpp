@@ -25,7 +25,7 @@ struct TineSetup {
 
 /// Energy of bed, machine and what is between them, J, since the pass began.
 struct TineEnergy {
-  double bed = 0, machine = 0, interface = 0;  ///< closures, each 0 in a perfect book
+  double bed = 0, machine = 0, interface = 0;  ///< closures, each 0 in a perfect balance
   double driver_work = 0;
   double put_in = 0;  ///< sizes of the driver's work and of gravity's on the soil
   dem::Losses lost;
@@ -73,7 +73,7 @@ class TinePass {
 
   TineEnergy energy() const {
     const dem::BedEnergy& b = bed_.energy();
-    const mbd::EnergyBook m = machine_->energy();
+    const mbd::MachineEnergy m = machine_->energy();
     TineEnergy e;
     e.bed = (b.total() - b.boundary_work) - bed_start_;
     e.machine = m.balance();

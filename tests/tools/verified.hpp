@@ -129,9 +129,9 @@ class Verified {
 
 /// A curve for the pictures of the report: columns of numbers in FOLDER/NAME.dat, where $SUBSOIL_VERIFY_CURVES names
 /// the folder; nothing is written without it.
-class Curve {
+class VerifiedCurve {
  public:
-  explicit Curve(const std::string& name) {
+  explicit VerifiedCurve(const std::string& name) {
     if (const char* const folder = std::getenv("SUBSOIL_VERIFY_CURVES"))
       file_.open(std::string(folder) + '/' + name + ".dat");
   }

@@ -100,8 +100,8 @@ void describe(Fields& v, Output& o) {
   v.quantity("every", o.every, "s", "(0, inf)", "interval of frames; left out: a 200th of the end, or none with `at`");
   v.quantities("at", o.at, "s", "[0, inf)", "further times of frames");
   v.quantity("series every", o.series_every, "s", "(0, inf)", "interval of the rows of series.csv");
-  v.count("book every", o.book_every, "[0, 1000]",
-          "soil steps from one reading of what contacts between spheres and on flat faces lose to the next, which "
+  v.count("sample losses every", o.sample_losses_every, "[0, 1000]",
+          "soil steps from one sample of what contacts between spheres and on flat faces lose to the next, which "
           "stands for all between; 0: every step up to 5,000 spheres, else every 32nd, some of the bed in each");
   v.choice(
       "forces", o.forces,

@@ -34,7 +34,7 @@ struct Output {
   std::optional<double> every;  // frames; end/200 unless given (unless `at` is)
   std::vector<double> at;       // further frame times
   double series_every = 1e-3;
-  long book_every = 0;  // soil steps; 0: the bed's own choice
+  long sample_losses_every = 0;  // soil steps; 0: the bed's own choice
   ForceColumns forces = ForceColumns::automatic;
   std::vector<Column> columns{Column::position, Column::velocity, Column::spin,
                               Column::force,    Column::torque,   Column::contacts};

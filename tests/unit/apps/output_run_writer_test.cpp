@@ -20,8 +20,8 @@ namespace {
 using dem::Vec3;
 
 /// A bed whose every number is a known function of particle, frame and column.
-struct Bed {
-  explicit Bed(std::size_t n) : position(n), velocity(n), spin(n), force(n), torque(n), contacts(n) {
+struct WrittenBed {
+  explicit WrittenBed(std::size_t n) : position(n), velocity(n), spin(n), force(n), torque(n), contacts(n) {
     for (std::size_t i = 0; i < n; ++i) {
       table.id.push_back(static_cast<std::int64_t>(10 + 3 * i));
       table.radius.push_back(0.010 + 1e-5 * static_cast<double>(i % 7));
@@ -105,7 +105,7 @@ int check_xdmf(const std::filesystem::path& path) {
 }
 
 /// Frame `number` of a file is there in every digit that its precision promises.
-void expect_frame(hid_t file, int number, Bed& bed, double relative) {
+void expect_frame(hid_t file, int number, WrittenBed& bed, double relative) {
   bed.at(number);
   const std::string group = "/frames/00000" + std::to_string(number);
   const h5::Handle place(H5Gopen2(file, group.c_str(), H5P_DEFAULT), H5Gclose, group);
@@ -136,7 +136,7 @@ TEST(RunWriter, EveryNumberComesBackToItsPrecision) {
                                                      {FramePrecision::float64, 0}};
   for (const auto& [precision, relative] : cases) {
     test::Scratch scratch;
-    Bed bed(500);
+    WrittenBed bed(500);
     RunOptions options;
     options.precision = precision;
     RunWriter writer(scratch.path(), bed.table, tool_and_floor(), options);
@@ -155,7 +155,7 @@ TEST(RunWriter, EveryNumberComesBackToItsPrecision) {
 
 TEST(RunWriter, SeveralChunksOfUnevenLengthComeBack) {
   test::Scratch scratch;
-  Bed bed(150001);  // three chunks of 50001, 50001 and 49999 rows
+  WrittenBed bed(150001);  // three chunks of 50001, 50001 and 49999 rows
   RunWriter writer(scratch.path(), bed.table, {}, {});
   writer.write(bed.frame(0, {}));
   writer.finish();
@@ -192,7 +192,7 @@ TEST(RunWriter, SurfacesStandWhereTheirPoseSays) {
 
 TEST(RunWriter, AFrameWithFewerSpheresCarriesItsOwnIds) {
   test::Scratch scratch;
-  Bed bed(6);
+  WrittenBed bed(6);
   RunWriter writer(scratch.path(), bed.table, {}, {});
   writer.write(bed.frame(0, {}));
   auto frame = bed.frame(1, {});
@@ -222,7 +222,7 @@ TEST(RunWriter, AFrameWithFewerSpheresCarriesItsOwnIds) {
 
 TEST(RunWriter, RegionAndColumnsLimitWhatIsWritten) {
   test::Scratch scratch;
-  Bed bed(100);
+  WrittenBed bed(100);
   RunOptions options;
   options.columns = {"velocity"};
   options.region = FrameBox{{0.5, -1, -1}, {1.0, 1, 1}};
@@ -243,7 +243,7 @@ TEST(RunWriter, RegionAndColumnsLimitWhatIsWritten) {
 /// Faster than the disk: they share files, and all are there.
 TEST(RunWriter, ManyFramesAreWritten) {
   test::Scratch scratch;
-  Bed bed(3);
+  WrittenBed bed(3);
   RunWriter writer(scratch.path(), bed.table, {}, {});
   for (int k = 0; k < 70; ++k) writer.write(bed.frame(k, {}));
   EXPECT_EQ(writer.frames(), 70);
@@ -255,7 +255,7 @@ TEST(RunWriter, ManyFramesAreWritten) {
 
 TEST(RunWriter, RefusesWhatDoesNotFit) {
   test::Scratch scratch;
-  Bed bed(4);
+  WrittenBed bed(4);
   RunOptions options;
   options.columns = {"speed"};
   EXPECT_NE(test::message_of<std::invalid_argument>([&] {
@@ -276,7 +276,7 @@ TEST(RunWriter, RefusesWhatDoesNotFit) {
 
 /// Writes frames for ever; a test kills it.
 [[noreturn]] void write_until_killed(const std::filesystem::path& directory) {
-  Bed bed(2000);
+  WrittenBed bed(2000);
   RunWriter writer(directory, bed.table, tool_and_floor(), {});
   for (int k = 0;; ++k) writer.write(bed.frame(k % 10, poses_at(0.02 * k)));
 }
@@ -300,7 +300,7 @@ TEST(RunWriter, AKilledRunKeepsItsFrames) {
     const auto frames = test::Xml(test::text_of(scratch / "run.xdmf")).all("Time").size();
     EXPECT_GE(frames, 3u);
     const auto file = h5::open_file(scratch / "run.h5");
-    Bed bed(2000);
+    WrittenBed bed(2000);
     for (int k = 0; k < static_cast<int>(std::min<std::size_t>(frames, 10)); ++k)
       expect_frame(file, k, bed, std::exp2(-15));
     // The file takes a stranger's reader too: every group can be walked, unfinished ones included.
@@ -327,7 +327,7 @@ TEST(Xdmf, NamesOfTheUserAreEscaped) {
   RunOptions options;
   options.title = "a & b";
   RunWriter writer(scratch.path(), {}, surfaces, options);
-  Bed none(0);
+  WrittenBed none(0);
   writer.write(none.frame(0, poses_at(0)));
   writer.finish();
   EXPECT_EQ(check_xdmf(scratch / "run.xdmf"), 4);

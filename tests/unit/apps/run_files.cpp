@@ -127,7 +127,7 @@ TEST(RunFiles, EnergyClosesWithinOnePercentOfTheWorkPutIn) {
   const nlohmann::json energy = summary_of(dir / "out")["energy"];
   EXPECT_GT(energy["work of drivers [J]"].get<double>(), 0.1) << "nothing was done: the test tests nothing";
   EXPECT_LT(std::abs(energy["closure over work put in"].get<double>()), 0.01);
-  // Each book by itself, and their difference at the interface: none is the remainder of the others.
+  // Each balance by itself, and their difference at the interface: none is the remainder of the others.
   const double put_in = energy["work put in [J]"].get<double>();
   for (const char* part : {"bed closure [J]", "machine closure [J]", "interface error [J]"})
     EXPECT_LT(std::abs(energy[part].get<double>()), 0.01 * put_in) << part;

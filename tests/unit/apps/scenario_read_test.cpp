@@ -376,6 +376,7 @@ TEST(ScenarioRefusals, CrossChecksOfSoil) {
            {"soil.container.size=1 0 1 m", "--set soil.container.size: all lengths must be above zero"},
            {"soil.density=1 kg/m^3",
             "--set soil.density = 1 kg/m^3: unknown key; it belongs at `materials.<name>.density`"},
+           {"output.book every=16", "--set output.book every = 16: unknown key; its name is `sample losses every` now"},
            {"output.at=[9 s]", "--set output.at = 9 s: is after the end of the run at 4 s"},
            {"output.watch={f: {soil force: plat}}",
             "--set output.watch.f = plat: there is no body or boundary of this name; did you mean `plate`?"},

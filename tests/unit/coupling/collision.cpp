@@ -18,7 +18,7 @@ struct Collision {
   Totals start{}, end{};
   dem::Wrench impulse{};  ///< of the sphere on the body as reported, N s, N m s
   double error = 0;       ///< of the interface, J
-  double balance = 0;     ///< of the machine's book, J
+  double balance = 0;     ///< of the machine's balance, J
   int touched = 0;        ///< steps in contact
 
   void run(double step) {
@@ -90,8 +90,8 @@ TEST(Collision, ElasticOneKeepsEnergyUpToTheInterfaceError) {
   Collision c{.mu = 0};
   c.run(2e-6);
   EXPECT_NEAR(c.end.energy, c.start.energy, 1e-3 * c.start.energy);
-  // What was made or lost is what the two books say that it is. The contact opens and closes within a step: a spring of
-  // overlap v h each, (k/2) (v h)^2 = 1e-7 J at most.
+  // What was made or lost is what the two balances say that it is. The contact opens and closes within a step: a spring
+  // of overlap v h each, (k/2) (v h)^2 = 1e-7 J at most.
   EXPECT_NEAR(c.end.energy - c.start.energy, c.error, 2e-7);
   EXPECT_NEAR(c.balance, 0, 1e-12);
 }

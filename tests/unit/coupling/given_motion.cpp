@@ -3,7 +3,7 @@
 #include "coupling/simulation.hpp"
 #include "tests/tools/dem_beds.hpp"
 
-/// Boundaries on given paths: velocity and pose belong together, and what they do to spheres is booked as work.
+/// Boundaries on given paths: velocity and pose belong together, and what they do to spheres is counted as work.
 namespace subsoil::coupling::test {
 namespace {
 
@@ -27,7 +27,7 @@ TEST(GivenMotion, VelocityIsTheDisplacementOverTheStep) {
     EXPECT_NEAR(b.velocity.x, 6 * std::cos(30 * middle), 5e-6) << n;
     EXPECT_NEAR(b.velocity.y, -0.1, 1e-12) << n;
     EXPECT_NEAR(b.velocity.z, 0.05, 1e-12) << n;
-    EXPECT_NEAR(b.spin.y, 4, 1e-6) << n;
+    EXPECT_NEAR(b.angular_velocity.y, 4, 1e-6) << n;
   }
 }
 
@@ -45,7 +45,7 @@ TEST(BodySurface, MovesWithTheBodyFromTheFirstStepOn) {
     const dem::Boundary& b = bed.boundary(face);
     EXPECT_NEAR(b.velocity.x, 0.5, 1e-9) << n;
     EXPECT_NEAR(b.velocity.y, -1, 1e-9) << n;
-    EXPECT_NEAR(b.spin.z, 2, 1e-6) << n;
+    EXPECT_NEAR(b.angular_velocity.z, 2, 1e-6) << n;
     EXPECT_NEAR(b.pose.position.y, 5 - n * 1e-4, 1e-12) << n;
   }
 }
@@ -53,7 +53,7 @@ TEST(BodySurface, MovesWithTheBodyFromTheFirstStepOn) {
 /// A sphere at rest on a turning drum, large enough to be flat for it: Coulomb friction brings it to rolling at
 /// t = 2 U/(7 mu g) with 2/7 of the surface speed U (MFiX DEM04 seen from the belt). The drum's work is
 /// mu m g U t = (2/7) m U^2; one half is the sphere's motion, the other half slid away.
-TEST(GivenMotion, TurningDrumDragsASphereAndItsWorkIsBooked) {
+TEST(GivenMotion, TurningDrumDragsASphereAndItsWorkIsAccumulated) {
   const double radius = 0.01, drum = 0.5, speed = 0.1, mu = 0.4, step = 2e-6;
   dem::Bed bed(dem::test::table(dem::test::grains(1e5, 0.5, mu, 0)), dem::test::quiet({0, -9.81, 0}));
   const double mass = 2500 * 4.0 / 3.0 * M_PI * std::pow(radius, 3);
@@ -85,7 +85,7 @@ TEST(GivenMotion, TurningDrumDragsASphereAndItsWorkIsBooked) {
   const dem::BedEnergy& e = bed.energy();
   const double work = 2.0 / 7.0 * mass * speed * speed;
   EXPECT_NEAR(e.boundary_work, work, 0.01 * work);
-  EXPECT_NEAR(e.kinetic + e.spin, work / 2, 0.01 * work);
+  EXPECT_NEAR(e.kinetic + e.rotational, work / 2, 0.01 * work);
   EXPECT_NEAR(e.lost.sliding + e.lost.damping, work / 2, 0.01 * work);
   EXPECT_NEAR(e.total() - start, e.boundary_work, 1e-3 * work);
   EXPECT_EQ(simulation.interface_work().on_soil, 0) << "a given motion is no machine's";
@@ -106,7 +106,7 @@ TEST(GivenMotion, BeginsWithItsVelocity) {
   simulation.step();
   // A parabola is exact; the sine of half the angle of a step, 2.5e-4, leaves its cube.
   EXPECT_NEAR(bed.boundary(plate).velocity.x, U, 1e-12);
-  EXPECT_NEAR(bed.boundary(plate).spin.z, w, 1e-6 * w);
+  EXPECT_NEAR(bed.boundary(plate).angular_velocity.z, w, 1e-6 * w);
 }
 
 }  // namespace

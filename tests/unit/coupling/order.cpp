@@ -64,7 +64,7 @@ TEST(InterfaceWork, IsAllThatTheExchangeAddsToTheEnergy) {
     const Stack s{.restitution = restitution};
     for (const double step : {2e-5, 1e-5}) {
       const StackRun r = run(s, step);
-      // Each side's own book closes in order 2, so that the energy which both made together is the interface error.
+      // Each side's own balance closes in order 2, so that the energy which both made together is the interface error.
       EXPECT_LT(std::abs(r.closure - r.work.error()), 2e3 * step * step * std::abs(r.work.on_machine)) << restitution;
       EXPECT_GT(std::abs(r.work.error()), 1e-4 * std::abs(r.work.on_machine)) << "too small to say anything";
     }

@@ -23,7 +23,7 @@ TEST(TineEnergy, ClosesWithinOnePercentOfTheWorkPutIn) {
   const TineEnergy& e = energy_of_a_pass();
   EXPECT_GT(e.put_in, 2) << "J: the tine must have worked";
   EXPECT_TRUE(closes(e)) << e.closure() << " of " << e.put_in;
-  // Not by luck of signs: each book closes on its own.
+  // Not by luck of signs: each balance closes on its own.
   EXPECT_LT(std::abs(e.bed), 0.005 * e.put_in);
   EXPECT_LT(std::abs(e.machine), 1e-6 * e.put_in);
   EXPECT_LT(std::abs(e.interface), 0.005 * e.put_in);

@@ -51,7 +51,7 @@ TEST(Faults, TooDeepAtASurface) {
 }
 
 /// A NaN anywhere in the order must be found in the very step, not only in the last sphere, and by any thread. Spheres
-/// are checked when they enter, so it comes in by a surface whose velocity or spin a caller got wrong.
+/// are checked when they enter, so it comes in by a surface whose velocity a caller got wrong.
 TEST(Faults, NotANumber) {
   for (const int threads : {1, 2})
     for (const std::size_t where : {0u, 20u, 599u})
@@ -61,7 +61,7 @@ TEST(Faults, NotANumber) {
         Boundary roller;
         roller.shape = Cylinder({0, 0, 0}, {0, 0, 1}, 0.02, 0.02);
         roller.pose.position = {0.05 * static_cast<double>(where), 0.5 - 0.0295, 0.25};
-        (spins ? roller.spin.z : roller.velocity.y) = NAN;
+        (spins ? roller.angular_velocity.z : roller.velocity.y) = NAN;
         bed.add(roller);
         expect_parts(fault_of(bed, 1), {"t = 0 s", ("sphere " + std::to_string(where) + " ").c_str(), "nan"});
       }
@@ -73,7 +73,7 @@ TEST(Faults, StateThatIsNoNumberIsRefusedOnEntry) {
     auto specs = row(5);
     (which == 0   ? specs[3].position.y
      : which == 1 ? specs[3].velocity.x
-                  : specs[3].spin.z) = which == 2 ? INFINITY : NAN;
+                  : specs[3].angular_velocity.z) = which == 2 ? INFINITY : NAN;
     try {
       bed.add(specs);
       ADD_FAILURE() << "taken";

@@ -21,7 +21,8 @@ Bed two_boxes() {
 }
 
 void expect_alone_on(Bed& bed, const Vec3& centre, std::size_t mesh) {
-  bed.add(std::vector<SphereSpec>{{.position = centre, .velocity = {}, .spin = {}, .radius = 0.01, .density = 2000}});
+  bed.add(std::vector<SphereSpec>{
+      {.position = centre, .velocity = {}, .angular_velocity = {}, .radius = 0.01, .density = 2000}});
   bed.step(1e-6);
   const Boundary& tool = bed.boundary(0);
   EXPECT_GT(norm(tool.wrench.force), 1.0) << "it must touch";
@@ -47,9 +48,13 @@ TEST(MeshShares, OnAnEdge) {
 TEST(MeshShares, AddUpToTheWholeWhereBothAreTouched) {
   Bed bed = two_boxes();
   bed.add(std::vector<SphereSpec>{
-      {.position = {-0.12, 0.0199, 0.01}, .velocity = {0.3, 0, 0}, .spin = {}, .radius = 0.01, .density = 2000},
-      {.position = {0.08, 0.0195, 0}, .velocity = {}, .spin = {0, 0, 9}, .radius = 0.01, .density = 2000},
-      {.position = {0.157, 0.017, 0}, .velocity = {}, .spin = {}, .radius = 0.01, .density = 2000}});
+      {.position = {-0.12, 0.0199, 0.01},
+       .velocity = {0.3, 0, 0},
+       .angular_velocity = {},
+       .radius = 0.01,
+       .density = 2000},
+      {.position = {0.08, 0.0195, 0}, .velocity = {}, .angular_velocity = {0, 0, 9}, .radius = 0.01, .density = 2000},
+      {.position = {0.157, 0.017, 0}, .velocity = {}, .angular_velocity = {}, .radius = 0.01, .density = 2000}});
   for (int k = 0; k < 20; ++k) bed.step(1e-6);
   const Boundary& tool = bed.boundary(0);
   const Vec3 force = tool.meshes.at(0).force + tool.meshes.at(1).force;

@@ -78,9 +78,9 @@ PairState state_of(const History& h) {
   return s;
 }
 
-/// Pairs in one run of blocks, each with spheres of its own: lane k has owner 2 k and partner 2 k + 1.
+/// Pairs in one run of blocks, each with spheres of its own: lane k has sphere i 2 k and sphere j 2 k + 1.
 std::vector<Answer> evaluate_pairs(const Kernel& kernel, const Law& law, const std::vector<Case>& cases, double dt,
-                                   bool book = true, bool mixed = false) {
+                                   bool sampled = true, bool mixed = false) {
   std::vector<Sphere> spheres;
   std::vector<MixedSphere> records;
   const std::size_t blocks_needed = (cases.size() + kBlock - 1) / kBlock;
@@ -103,7 +103,7 @@ std::vector<Answer> evaluate_pairs(const Kernel& kernel, const Law& law, const s
   while (ring < spheres.size()) ring *= 2;
   Sums sums(ring);
   PairJob job{};
-  job.record = job.accumulate = book;
+  job.record = job.accumulate = sampled;
   job.spheres = spheres.data(), job.blocks = blocks.data(), job.lines = lines.data();
   job.mixed = mixed ? records.data() : nullptr;
   std::vector<BlockShape> shapes(blocks_needed, {.lanes = kBlock, .begins = true});
@@ -137,7 +137,8 @@ std::vector<Answer> evaluate_surface(const Kernel& kernel, const Law& law, const
   for (std::uint32_t k = 0; k < kBlock; ++k) {
     const Case& c = cases[k < cases.size() ? k : 0];
     job.sphere[k] = k < cases.size() ? k : 0;
-    for (int d = 0; d < 3; ++d) job.normal[d][k] = c.n[d], job.velocity[d][k] = c.j.v[d], job.spin[d][k] = c.j.w[d];
+    for (int d = 0; d < 3; ++d)
+      job.normal[d][k] = c.n[d], job.velocity[d][k] = c.j.v[d], job.angular_velocity[d][k] = c.j.w[d];
     job.distance[k] = c.distance;
     write_lane(BlockMemory::at(job.lines, 1, shape, 0), shape, k, state_of(c.history));
   }
@@ -192,9 +193,9 @@ TEST(Kernels, AgreeWithTheScalarContact) {
         if (trial % 4 < 2) touch(resolved, c);
         load_bond(resolved, c, dice);
         const double dt = trial % 5 == 0 ? 0 : 1e-5;
-        const bool booked = trial % 2 == 0;
+        const bool sampled = trial % 2 == 0;
         const Answer got = wall ? evaluate_surface(kernel, resolved, {c}, dt)[0]
-                                : evaluate_pairs(kernel, resolved, {c}, dt, booked)[0];
+                                : evaluate_pairs(kernel, resolved, {c}, dt, sampled)[0];
         ContactResult want = reference_contact(resolved, c.n, c.distance, c.i, c.j, dt, c.history);
         if (const Bond* bond = resolved->bond(); bond != nullptr && !wall) {
           const bool was = c.bond.intact;
@@ -213,8 +214,8 @@ TEST(Kernels, AgreeWithTheScalarContact) {
         if (law_twists(resolved)) {
           EXPECT_NEAR(got.state.twist, c.history.twist, 1e-9 * 1e-2) << kernel.name << name;
         }
-        // Unbooked steps do not count what touches.
-        if (wall || booked) {
+        // Steps that are not sampled do not count what touches.
+        if (wall || sampled) {
           EXPECT_EQ(got.touching, overlap > 0 ? 1 : 0);
         }
         const int numbers = resolved->own_memory();
@@ -255,7 +256,7 @@ TEST(Kernels, MixedPrecisionAgreesWithTheScalarContact) {
     }
 }
 
-/// Any lane of any block, whatever is beside it. (A booked step may differ from one that is not in the last bit: the
+/// Any lane of any block, whatever is beside it. (A sampled step may differ from one that is not in the last bit: the
 /// compiler fuses other multiplications and additions.)
 TEST(Kernels, EveryLaneGivesTheSameBits) {
   for (const Kernel& kernel : every_kernel())
@@ -265,13 +266,13 @@ TEST(Kernels, EveryLaneGivesTheSameBits) {
       for (int trial = 0; trial < 20; ++trial) {
         Case c = random_case(dice, false);
         load_bond(resolved, c, dice);
-        const bool book = trial % 2 == 0, mixed = trial % 4 < 2;
-        const Answer alone = evaluate_pairs(kernel, resolved, {c}, 1e-5, book, mixed)[0];
+        const bool sampled = trial % 2 == 0, mixed = trial % 4 < 2;
+        const Answer alone = evaluate_pairs(kernel, resolved, {c}, 1e-5, sampled, mixed)[0];
         for (std::size_t lane = 0; lane < 43; ++lane) {
           std::vector<Case> cases(trial % 3 == 0 ? lane + 1 : 43);
           for (Case& other : cases) other = random_case(dice, false);
           cases[lane] = c;
-          const Answer a = evaluate_pairs(kernel, resolved, cases, 1e-5, book, mixed)[lane];
+          const Answer a = evaluate_pairs(kernel, resolved, cases, 1e-5, sampled, mixed)[lane];
           EXPECT_EQ(a.force, alone.force) << kernel.name << name << lane;
           EXPECT_EQ(a.torque_i, alone.torque_i) << kernel.name << name << lane;
           EXPECT_EQ(a.torque_j, alone.torque_j) << kernel.name << name << lane;

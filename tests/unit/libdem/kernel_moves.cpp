@@ -161,7 +161,7 @@ TEST(KernelMoves, EnergiesAreThoseAtTheInstant) {
         }
       }
       expect_close(job.kinetic, kinetic, moved, (count + 16) * kEps);
-      expect_close(job.spin, spin, turned, (count + 16) * kEps);
+      expect_close(job.rotational, spin, turned, (count + 16) * kEps);
       expect_close(job.potential, potential, high, (count + 16) * kEps);
     }
   });

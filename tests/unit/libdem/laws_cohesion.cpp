@@ -143,8 +143,8 @@ TEST(Cohesion, BridgeMayFormFromAfar) {
   EXPECT_EQ(near.at(-0.5 * end).lost + near.at(1e-6).lost + near.at(-0.5 * end).lost, 0);
 }
 
-/// Around a loop in and out: the work put in is what is booked as lost, by a fine trapezoidal path.
-TEST(Cohesion, AroundALoopTheBookCloses) {
+/// Around a loop in and out: the work put in is what is counted as lost, by a fine trapezoidal path.
+TEST(Cohesion, AroundALoopTheBalanceCloses) {
   HertzMindlin hertz = elastic(1e7, 0.3, 1, 0.4);
   const std::pair<Law, bool> laws[] = {{with(hertz, cohesion_by_area(1e5)), false},
                                        {with(hertz, dmt(1)), false},

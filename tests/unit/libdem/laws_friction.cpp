@@ -18,7 +18,7 @@ Law with_rule(const Law& law, FrictionRule rule, double kept) {
   return law->with_friction(friction);
 }
 
-/// One element led along a path, with its energy book.
+/// One element led along a path, with its energy balance.
 template <int D>
 struct Led {
   double x[D] = {}, dashpot[D] = {}, force[D] = {}, stored = 0, slid = 0, damped = 0, work = 0, least = 0, scale = 0;
@@ -123,7 +123,7 @@ TEST(Friction, SlidingNeverGainsInTheEngine) {
         a.radius = 5e-3, b.radius = dice.between(3e-3, 8e-3), a.density = b.density = 1800;
         b.position = {0, a.radius + b.radius + 5e-5, 0};
         a.velocity = dice.ball(0.5), b.velocity = dice.ball(0.5) + Vec3{0, -0.6, 0};
-        a.spin = dice.ball(200), b.spin = dice.ball(200);
+        a.angular_velocity = dice.ball(200), b.angular_velocity = dice.ball(200);
         bed.add(std::vector<SphereSpec>{a, b});
         double before = 0, least = 0;
         for (int n = 0; n < 1000; ++n) {

@@ -33,7 +33,7 @@ Jkr law_of(const Neck& n, Jkr::Separation separation = Jkr::Separation::rupture)
 struct Contact {
   Jkr law;
   double r_eff;
-  double memory[Jkr::memory] = {};
+  double memory[Jkr::has.memory] = {};
   NormalForce<double> at(double overlap, double rate = 0) {
     return law.normal(Approach<double>{overlap, rate, 0.1, r_eff, 1e-6}, memory);
   }

@@ -23,8 +23,8 @@ double gap_of(const Force& force, const BodyState& first, const BodyState& secon
   return force.gap({bodies, 0, {}});
 }
 
-TEST(HuntCrossley, PushesFromTheFirstOverlapOnAndNeverPulls) {
-  const HuntCrossley h{.n = 1.5, .stiffness = k, .damping = b};
+TEST(HuntCrossleyForce, PushesFromTheFirstOverlapOnAndNeverPulls) {
+  const HuntCrossleyForce h{.n = 1.5, .stiffness = k, .damping = b};
   EXPECT_EQ(h.at(0, 1).force, 0);
   EXPECT_EQ(h.at(-1e-300, 1).force, 0);
   EXPECT_GT(h.at(1e-12, 0).force, 0);

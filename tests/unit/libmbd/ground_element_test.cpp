@@ -34,7 +34,7 @@ Model stamp(GroundElement e, double v, double g) {
 
 struct Drop {
   double depth = 0, time = 0, last = 0;
-  EnergyBook energy;
+  MachineEnergy energy;
 };
 /// Follows a drop; depth and time of the deepest point by a parabola through three steps.
 Drop follow(Machine& machine, double end, double h) {
@@ -81,7 +81,7 @@ TEST(GroundElement, StampWithFollowerSinksAsTheClosedFormSays) {
         if (g == 0) {
           EXPECT_NEAR(d.time, pi / 2 * std::sqrt(both / K), 0.3 * contact_time);
         }
-        // The book closes to the integration of the first touch, which a hundredth of the contact's time resolves to
+        // The balance closes to the integration of the first touch, which a hundredth of the contact's time resolves to
         // 1e-3.
         const double start = 0.5 * m * v * v, steps = contact_time / 1e-5;
         EXPECT_NEAR(d.energy.balance(), 0, (10 / (steps * steps) + 5e-5) * start);

@@ -82,25 +82,25 @@ TEST_P(AnyIntegrator, KeepsLinearAndAngularMomentum) {
 }
 
 // The rig dropped from its printed pose onto the ground and driven: every kind of energy flows. With one dissipation
-// left out the book must not close.
-TEST_P(AnyIntegrator, EnergyBookOfTheDroppedRigCloses) {
+// left out the balance must not close.
+TEST_P(AnyIntegrator, EnergyBalanceOfTheDroppedRigCloses) {
   const auto rig = test::make_rig({.raise = 0.125, .rearward = 500, .downward = 100});
   Machine machine(rig.model, options());
   machine.start_from_pose();
   machine.set_external_wrench(rig.shovel, -80, 40, 15);
   for (int i = 0; i < 2000; ++i) machine.advance(2e-4);
-  const EnergyBook e = machine.energy();
+  const MachineEnergy e = machine.energy();
   EXPECT_GT(e.driver_work, 50);
   EXPECT_LT(e.force_work, -50);
   EXPECT_NE(e.external_work, 0);
   EXPECT_NEAR(e.balance(), 0, 1e-6 * e.driver_work);
-  EnergyBook dropped = e;
+  MachineEnergy dropped = e;
   dropped.lost -= machine.integrator().flows().of_elements[0];  // the damper of H9
   EXPECT_GT(std::abs(dropped.balance()), 1e-3);
 }
 
 // Work of an external wrench: constant force times displacement.
-TEST_P(AnyIntegrator, ExternalWrenchActsAtTheCentreAndItsWorkIsBooked) {
+TEST_P(AnyIntegrator, ExternalWrenchActsAtTheCentreAndItsWorkIsAccumulated) {
   Model m;
   m.gravity = {0, 0};
   m.add({.name = "sled", .mass = 4, .inertia = 0.5});

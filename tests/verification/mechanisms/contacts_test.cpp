@@ -82,7 +82,7 @@ TEST_P(Contacts, BallLeavesAWallAsLambertSays) {
 // rope: each is the same impact with its own inertia.
 TEST_P(Contacts, StopsReboundAsTheBallDoes) {
   constexpr double k = 3e4, b = 0.3, v = 2;
-  const HuntCrossley law{.n = 1.5, .stiffness = k, .damping = b};
+  const HuntCrossleyForce law{.n = 1.5, .stiffness = k, .damping = b};
   Model m;
   m.gravity = {0, 0};
   m.add({.name = "bar", .mass = 3, .inertia = 0.2, .pose = {0.4, 0, 0}, .velocity = {0, 0.4 * v, v}});

@@ -74,7 +74,7 @@ TEST_P(ForcesInMotion, TableOfTheCubicMovesTheSame) {
 
 // An actuator moves a free block: x'' = (f_0 + f_1 t)/m. A fourth-order method is exact for this cubic but for
 // rounding; IDA keeps its tolerance.
-TEST_P(ForcesInMotion, ActuatorAcceleratesAndIsBooked) {
+TEST_P(ForcesInMotion, ActuatorAcceleratesAndIsAccumulated) {
   Machine machine(block_on_spring({.stiffness = 0, .actuator = PolynomialFunction{{3, 5}}}, 1), options());
   machine.start_from_pose();
   for (int i = 0; i < 500; ++i) machine.advance(2e-3);
@@ -114,7 +114,7 @@ TEST(Bushing, FrequenciesOfAPendulumOnIt) {
 }
 
 // Two free bodies on a soft bushing, far from small motion: what no force between them can change stays, and the energy
-// book closes. 1e-7 of the momenta and energies of order 1 to 100: the error of the fixed step, (w h)^4 with w h =
+// balance closes. 1e-7 of the momenta and energies of order 1 to 100: the error of the fixed step, (w h)^4 with w h =
 // 0.02.
 TEST_P(ForcesInMotion, FreePairOnABushingKeepsMomentaAndEnergy) {
   Model m;

@@ -62,7 +62,7 @@ TEST(HonestRuns, StepsOfTheirOwnFollowTheSameSpring) {
 TEST(HonestRuns, ClosureRelatesToTheEnergyThatIsThere) {
   Machine machine(oscillator(1, 810e3), {});
   outcome(machine, 1e-3, 0.2);
-  const EnergyBook e = machine.energy();
+  const MachineEnergy e = machine.energy();
   const double at_start = 0.5 * 810e3 * 1e-6;
   EXPECT_NEAR(e.at_start, at_start, 1e-9 * at_start);
   EXPECT_GT(std::abs(e.balance()), 1e-3 * at_start);

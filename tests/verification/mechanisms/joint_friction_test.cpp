@@ -136,8 +136,8 @@ Model sprung_sledge(std::array<double, 2> gravity) {
                                   .guide = 0.4,
                                   .mu_s = Sledge::mu,
                                   .mu_k = Sledge::mu,
-                                  .stick_stiffness = Sledge::grip,
-                                  .stick_damping = Sledge::grip_damping});
+                                  .stick_stiffness = Sledge::stick_stiffness,
+                                  .stick_damping = Sledge::stick_damping});
   return m;
 }
 
@@ -154,7 +154,7 @@ INSTANTIATE_TEST_SUITE_P(All, Stick,
                          testing::Values(IntegratorKind::adams_moulton, IntegratorKind::cvode, IntegratorKind::ida));
 
 // Amplitudes fall by 2 mu m g/k each half swing until the spring no longer moves the block. Order 6 at 0.2 ms resolves
-// the grip's 70 rad/s to (w h)^6 = 1e-11; the tolerances are of that size and gather over twelve changes.
+// the sticking spring's 70 rad/s to (w h)^6 = 1e-11; the tolerances are of that size and gather over twelve changes.
 TEST_P(Stick, SledgeSticksWhereItTurnsAndSlidesWhereTheGripEnds) {
   Model m = sprung_sledge({0, -g});
   SpringDamper pull{.body_a = ground, .body_b = 1, .p_a = {-10, 0}};
@@ -178,13 +178,14 @@ TEST_P(Stick, SledgeSticksWhereItTurnsAndSlidesWhereTheGripEnds) {
   EXPECT_NEAR(machine.energy().balance(), 0, 1e-8);
 }
 
-// On a slope below the angle of friction it does not creep: at rest where the grip carries the weight's share.
+// On a slope below the angle of friction it does not creep: at rest where the sticking spring carries the weight's
+// share.
 TEST_P(Stick, StaysOnASlope) {
   Model m = sprung_sledge({1, -g});
   Machine machine(m, options());
   machine.start_from_pose();
   for (int i = 0; i < 5000; ++i) machine.advance(2e-3);
-  EXPECT_NEAR(machine.body(1).r.x, 0.3 + Sledge::mass / Sledge::grip, 1e-12);
+  EXPECT_NEAR(machine.body(1).r.x, 0.3 + Sledge::mass / Sledge::stick_stiffness, 1e-12);
   EXPECT_TRUE(machine.events().empty());
 }
 

@@ -1,5 +1,5 @@
 // What must hold for every mechanism, shown on random ones of known freedom: assembly, partitioning against the dense
-// augmented system, symmetry under rotation, shift, reordering and reversal of time, and the energy book.
+// augmented system, symmetry under rotation, shift, reordering and reversal of time, and the energy balance.
 
 #include <gtest/gtest.h>
 
@@ -204,7 +204,7 @@ TEST_P(AnyMechanism, ReversedInTimeItReturns) {
   EXPECT_GT(largest_distance(start, States(out)), 1e-3) << "nothing moved: the test says nothing";
 }
 
-TEST_P(AnyMechanism, EnergyBookClosesWithDampersAndADriver) {
+TEST_P(AnyMechanism, EnergyBalanceClosesWithDampersAndADriver) {
   Model model = mechanism().model;
   for (auto& f : model.forces)
     visit(

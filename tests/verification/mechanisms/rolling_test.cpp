@@ -35,19 +35,19 @@ Model on_slope(AnyJoint joint, double spin) {
 const DiskAndLine contact{.body_a = ground, .body_b = 1, .angle_a = -slope, .radius = 0.1};
 
 // Constant acceleration is exact for the integrator: rounding over 1000 steps remains. On the ground the disk leaves
-// its weight's normal share and the grip that turns it.
+// its weight's normal share and the friction_force that turns it.
 TEST(Rolling, DownASlope) {
   Machine machine(on_slope(RollingOnLine{contact}, 0));
   machine.start_from_pose();
   run(machine, 1, 1e-3);
   const double k = inertia / (mass * 0.1 * 0.1), acceleration = g * std::sin(slope) / (1 + k), s = acceleration / 2;
-  const double grip = mass * g * std::sin(slope) - mass * acceleration, normal = mass * g * std::cos(slope);
+  const double friction_force = mass * g * std::sin(slope) - mass * acceleration, normal = mass * g * std::cos(slope);
   EXPECT_NEAR(machine.body(1).r.x, 0.1 * std::sin(slope) + s * std::cos(slope), 1e-11);
   EXPECT_NEAR(machine.body(1).r.y, 0.1 * std::cos(slope) - s * std::sin(slope), 1e-11);
   EXPECT_NEAR(machine.body(1).angle, 0.4 - s / 0.1, 1e-10);
   const Reaction on_ground = machine.joint_reaction("contact");
-  EXPECT_NEAR(on_ground.fx, -normal * std::sin(slope) + grip * std::cos(slope), 1e-9);
-  EXPECT_NEAR(on_ground.fy, -normal * std::cos(slope) - grip * std::sin(slope), 1e-9);
+  EXPECT_NEAR(on_ground.fx, -normal * std::sin(slope) + friction_force * std::cos(slope), 1e-9);
+  EXPECT_NEAR(on_ground.fy, -normal * std::cos(slope) - friction_force * std::sin(slope), 1e-9);
   EXPECT_NEAR(on_ground.moment, 0, 1e-10);  // at the contact point
   EXPECT_NEAR(machine.energy().balance(), 0, 1e-10);
 }

@@ -8,9 +8,9 @@ namespace subsoil::test {
 
 /// A block on a level slide between a spring and dry friction, let go at 0.3 m.
 /// The block by its linear equations from one change to the next, m x'' + d x' + K (x - x_0) = 0 in each, and the times
-/// of the changes: it sticks where v = 0, it slides where the grip's k (x - s) + d v = mu m g.
+/// of the changes: it sticks where v = 0, it slides where the sticking spring's k (x - s) + d v = mu m g.
 struct Sledge {
-  static constexpr double mass = 4, g = 9.81, spring = 200, grip = 2e4, grip_damping = 170, mu = 0.15;
+  static constexpr double mass = 4, g = 9.81, spring = 200, stick_stiffness = 2e4, stick_damping = 170, mu = 0.15;
   double t = 0, x = 0.3, v = 0, stuck_at = 0.3;
   int sliding = 0;
   std::vector<double> changes{};
@@ -18,8 +18,8 @@ struct Sledge {
   /// x and v after a time in the present phase.
   std::array<double, 2> after(double dt) const {
     const bool sticks = sliding == 0;
-    const double stiffness = spring + (sticks ? grip : 0), decay = sticks ? grip_damping / (2 * mass) : 0;
-    const double rest = ((sticks ? grip * stuck_at : -sliding * mu * mass * g)) / stiffness;
+    const double stiffness = spring + (sticks ? stick_stiffness : 0), decay = sticks ? stick_damping / (2 * mass) : 0;
+    const double rest = ((sticks ? stick_stiffness * stuck_at : -sliding * mu * mass * g)) / stiffness;
     const double w = std::sqrt(stiffness / mass - decay * decay), a = x - rest, b = (v + decay * a) / w;
     const double c = std::cos(w * dt), s = std::sin(w * dt), fade = std::exp(-decay * dt);
     const double now = fade * (a * c + b * s);
@@ -28,7 +28,7 @@ struct Sledge {
   /// Positive within the phase; at its very beginning a sliding block has no speed.
   double left(double dt) const {
     const auto [y, u] = after(dt);
-    return sliding ? sliding * u : mu * mass * g - std::abs(grip * (y - stuck_at) + grip_damping * u);
+    return sliding ? sliding * u : mu * mass * g - std::abs(stick_stiffness * (y - stuck_at) + stick_damping * u);
   }
   void run(double end) {
     constexpr double look = 1e-3;

@@ -11,9 +11,9 @@ namespace subsoil::dem::test {
 namespace {
 
 using subsoil::test::absolute;
-using subsoil::test::Curve;
 using subsoil::test::share;
 using subsoil::test::Verified;
+using subsoil::test::VerifiedCurve;
 
 const std::string kField = "Adhesion and liquid bridges", kTurning = "Sliding, rolling, spinning";
 constexpr double kR = 2e-3, kDensity = 2000;
@@ -53,7 +53,7 @@ Pulled pull_apart(const Law& law, double overlap, double distance, const std::st
   const double dt = 1e-6;
   const Motion away{0, {}, {0, -distance / (steps * dt), 0}, {}};
   double most = 0;
-  Curve curve("pull-" + name);
+  VerifiedCurve curve("pull-" + name);
   for (int n = 0; n < steps; ++n) {
     away.place(bed);
     bed.step(dt);
@@ -215,7 +215,7 @@ TEST(Adhesion, BridgeBesideWillettsFit) {
   for (const double share_of_r3 : {1e-3, 1e-2}) {
     const double volume = share_of_r3 * r * r * r, end = (1 + angle / 2) * std::cbrt(volume);
     const Law law = with(grains(1e4, 1, 0), water(volume, angle));
-    Curve curve(share_of_r3 > 5e-3 ? "bridge-2" : "bridge-3");
+    VerifiedCurve curve(share_of_r3 > 5e-3 ? "bridge-2" : "bridge-3");
     double memory[kOwnMemory] = {};
     const auto pull = [&](double gap) { return -law->normal({-gap, 0, 0.01, r / 2, 1e-6}, memory).force; };
     const auto willett = [&](double gap) {
@@ -284,7 +284,7 @@ TEST(Tangential, WithoutASpringSlidesAndRollsAsCoulombSays) {
     const std::string which = kind == Tangential::dashpot ? ", dashpot" : ", constant-direction";
     row.near("speed while it slides" + which, "m/s", bed.spheres()[0].v.x, speed - 0.3 * g * t, absolute(1e-5),
              "velocity of half a step before");
-    EXPECT_NEAR(-kR * bed.spheres()[0].w.z, 2.5 * 0.3 * g * t, 1e-4);  // the lever is shorter by the overlap
+    EXPECT_NEAR(-kR * bed.spheres()[0].w.z, 2.5 * 0.3 * g * t, 1e-4);  // the arm is shorter by the overlap
     for (int n = 0; n < 2 * steps; ++n) bed.step(dt);
     row.near("speed when it rolls" + which, "m/s", bed.spheres()[0].v.x, 5.0 / 7 * speed, absolute(1e-3),
              "lever r - delta, and creep of the dashpot");

@@ -115,7 +115,7 @@ TEST(Bond, ShearsByItsStiffnessAndBreaksAtItsStrength) {
   const Verified row(kField, "Two spheres sheared, k_n/k_s 2.5", kSource);
   row.near("force across, k_s A s", "N", -m.now.force[1].z, kShear * kArea * gone, absolute(1e-6 * strength * kArea),
            "the normal turns by 1e-4, whose square is off");
-  // Forces across do not turn a free pair: the two torques hold F_s at the lever of half the distance each.
+  // Forces across do not turn a free pair: the two torques hold F_s at the moment arm of half the distance each.
   EXPECT_NEAR(norm(m.now.torque[1]), kR * kShear * kArea * gone, 1e-6 * kR * strength * kArea);
   EXPECT_LT(norm(m.now.torque[0] - m.now.torque[1]), 1e-12);
   Machine quick(cemented(1e30, strength), 1e-4);
@@ -495,8 +495,8 @@ TEST(BondedClod, EnergyClosesAcrossBreaking) {
   EXPECT_LT(gap(2e-5, Precision::mixed), 0.01);
 }
 
-/// Without the term the book does not close: the tester.
-TEST(BondedClod, BreakingIsSeenInTheBook) {
+/// Without the term the balance does not close: the tester.
+TEST(BondedClod, BreakingIsSeenInTheBalance) {
   Bed bed = clod(brittle(), 1, 0, 0.8);
   bed.step(1e-5, {.energy = true, .snapshot = nullptr});
   const double start = bed.energy().total();
@@ -593,7 +593,7 @@ TEST(Bond, RefusesWhatCannotBe) {
   law.cohesion = dmt(1);
   EXPECT_NE(refusal(law).find("a bond and cohesion"), std::string::npos) << refusal(law);
   law = cemented();
-  law.friction.lever = Lever::radius;
+  law.friction.moment_arm = MomentArm::radius;
   EXPECT_NE(refusal(law).find("mid-overlap"), std::string::npos) << refusal(law);
   law = cemented();
   law.bond.gap = kR;

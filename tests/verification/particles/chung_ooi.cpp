@@ -12,9 +12,9 @@ namespace subsoil::dem::test {
 namespace {
 
 using subsoil::test::absolute;
-using subsoil::test::Curve;
 using subsoil::test::share;
 using subsoil::test::Verified;
+using subsoil::test::VerifiedCurve;
 using subsoil::test::Worst;
 
 /// Steps until sphere 0 is free again; duration between the interpolated ends of touch.
@@ -116,7 +116,8 @@ Rebound oxide(double degrees, Changing changing) {
   const double a = degrees * pi / 180;
   HertzMindlin law = against_rigid(380e9, .23, .98, .092);
   law.friction.changing = changing;
-  if (changing != Changing::lossy) law.friction.lever = Lever::radius;  // as the programs that have the other rules
+  if (changing != Changing::lossy)
+    law.friction.moment_arm = MomentArm::radius;  // as the programs that have the other rules
   return strike(law, kOxideRadius, 4000, kOxideSpeed * std::sin(a), kOxideSpeed * std::cos(a), 0, 2e-9);
 }
 double tangential_of(const Rebound& got, double degrees) {
@@ -155,7 +156,7 @@ TEST(ChungOoi, Test4ObliqueImpactOnRigidWall) {
     row.near("rebound angle of the contact point" + at, "deg", rebound_angle(got), c.rebound, absolute(1.5),
              "2 % of e_t at the patch; half a degree of reading");
   }
-  Curve curve("chung-ooi-4");
+  VerifiedCurve curve("chung-ooi-4");
   for (double a = 1; curve.drawn() && a < 90; a += 0.5) {
     const Rebound got = oxide(a, Changing::lossy), kept = oxide(a, Changing::keep_spring);
     curve.point(a, tangential_of(got, a), got.spin, rebound_angle(got), tangential_of(kept, a), kept.spin,
@@ -200,9 +201,9 @@ TEST(ChungOoi, Test4WithTheSpringKept) {
              "read to 4 rad/s; 0.02 of e_t at 10 deg");
 }
 
-/// What a stiffness that changes takes from the tangential spring, or gives it, stands in the book.
-TEST(ChungOoi, BookClosesWithEveryRuleOfChangingStiffness) {
-  const Verified row(kImpactField, "Energy book of oblique impacts with `changing stiffness`", "conservation");
+/// What a stiffness that changes takes from the tangential spring, or gives it, stands in the balance.
+TEST(ChungOoi, BalanceClosesWithEveryRuleOfChangingStiffness) {
+  const Verified row(kImpactField, "Energy balance of oblique impacts with `changing stiffness`", "conservation");
   for (const auto& [name, changing] : {std::pair{"lossy", Changing::lossy},
                                        {"keep-spring", Changing::keep_spring},
                                        {"keep-force", Changing::keep_force}}) {
@@ -264,10 +265,10 @@ TEST(ChungOoi, Test5ConstantNormalVelocity) {
     const auto run = [&](double psi, double stiff, Changing changing) {
       HertzMindlin law = against_wall(c.material, 1, mu);
       law.G_eff *= stiff, law.friction.changing = changing;
-      if (changing != Changing::lossy) law.friction.lever = Lever::radius;
+      if (changing != Changing::lossy) law.friction.moment_arm = MomentArm::radius;
       return strike(law, r, c.material.density, psi * mu * v_n, v_n, 0, fine_step(c.material, r, v_n));
     };
-    Curve curve(std::string("chung-ooi-5-") + c.material.name);
+    VerifiedCurve curve(std::string("chung-ooi-5-") + c.material.name);
     for (double psi = 0.1; curve.drawn() && psi < 14; psi += 0.1) {
       const Rebound half = run(psi, 0.5, Changing::keep_force), full = run(psi, 1, Changing::lossy);
       curve.point(psi, half.patch / (mu * half.v_n), r * half.spin / (mu * v_n), full.patch / (mu * full.v_n),

@@ -13,9 +13,9 @@ namespace subsoil::dem::test {
 namespace {
 
 using subsoil::test::absolute;
-using subsoil::test::Curve;
 using subsoil::test::share;
 using subsoil::test::Verified;
+using subsoil::test::VerifiedCurve;
 using subsoil::test::Worst;
 
 constexpr double r = 0.1, v_n = 0.2, mu = 0.4, e = 0.5;
@@ -57,7 +57,7 @@ enum class Convention { ours, paper };
 
 /// Tangential velocity of the contact point after the impact over that before, reversed: beta. A sphere without
 /// tangential velocity of its centre strikes with a spin of V_st/R.
-/// @param x 3.5 mu (1 + e) V_n/V_st; @param arm_loss how much shorter the lever is than R, over the overlap
+/// @param x 3.5 mu (1 + e) V_n/V_st; @param arm_loss how much shorter the moment arm is than R, over the overlap
 double beta_of(double x, double poisson, Convention convention, double tau_v_over_r, double arm_loss) {
   const double k_t_over_k_n = 2 * (1 - poisson) / (2 - poisson);  // 4 G*/E* of Mindlin
   const double damp = damping_of(e), dt = 3.2 / 40000;            // a contact lasts 3.2
@@ -133,7 +133,7 @@ TEST(ChungOoi, Test6ConstantNormalVelocityAndSpin) {
     const double unit = unit_of_overlap(m.density * 4 / 3 * pi * r * r * r, m.young / (1 - m.poisson * m.poisson), r);
     hold(engine, paper, m.name, points, run,
          [&](double x) { return beta_of(x, m.poisson, Convention::ours, unit, 1); });
-    Curve curve(std::string("chung-ooi-6-") + m.name);
+    VerifiedCurve curve(std::string("chung-ooi-6-") + m.name);
     for (double x = 0.1; curve.drawn() && x < 25; x *= 1.05) curve.point(x, run(x));
   }
 }
@@ -161,7 +161,7 @@ TEST(ChungOoi, ConventionOfThePaper) {
     const Material& m = material;
     HertzMindlin law = against_wall(m, e, mu);
     law.friction.changing = Changing::keep_spring, law.friction.rule = FrictionRule::spring_only_undamped;
-    law.friction.limiting = LimitingForce::elastic, law.friction.lever = Lever::radius;
+    law.friction.limiting = LimitingForce::elastic, law.friction.moment_arm = MomentArm::radius;
     Worst from_points, from_integration;
     for (const Point& p : points) {
       char at[32];

@@ -9,9 +9,9 @@ namespace subsoil::dem::test {
 namespace {
 
 using subsoil::test::absolute;
-using subsoil::test::Curve;
 using subsoil::test::share;
 using subsoil::test::Verified;
+using subsoil::test::VerifiedCurve;
 
 const std::string kField = "Plastic laws";
 constexpr double kR = 5e-3, kDeepest = 1e-3;
@@ -53,7 +53,7 @@ Loop press(const std::string& name, const Law& law) {
   const SphereSpec s{{0, kR, 0}, {}, {}, kR, 1e18, 0};
   bed.add(std::span(&s, 1));
   const int plane = add_plane(bed, {}, {0, 1, 0});
-  Curve curve("loop-" + name);
+  VerifiedCurve curve("loop-" + name);
   Loop loop;
   const double dt = 1e-6, step = kDeepest / kSteps;
   for (int n = 0; n <= 2 * kSteps; ++n) {

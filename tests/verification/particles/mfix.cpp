@@ -179,10 +179,10 @@ TEST(Sliding, SlipToRollTable) {
   for (const auto& at : table_) {
     while (bed.time() < at[0] - dt / 2) bed.step(dt);
     const Snapshot now = observe(bed, dt);
-    // The lever is r - delta: r m g/k = 7e-5 of omega; 1e-4 in u from the first kick on the flat contact.
+    // The moment arm is r - delta: r m g/k = 7e-5 of omega; 1e-4 in u from the first kick on the flat contact.
     row.near(of("speed at %g s", at[0]), "m/s", now.velocity[0].x, at[1], absolute(2e-4),
              "first kick on the flat contact");
-    row.near(of("spin at %g s", at[0]), "rad/s", -now.spin[0].z, at[2], absolute(0.1),
+    row.near(of("spin at %g s", at[0]), "rad/s", -now.angular_velocity[0].z, at[2], absolute(0.1),
              "lever r - delta, 7e-5 of omega");
   }
 }
@@ -204,7 +204,7 @@ Bed one_on_plane(const Linear& law, const Vec3& gravity, const Vec3& v, const Ve
   return bed;
 }
 
-/// The lever is r minus the overlap of 1.3 um (3e-4 of r), and the onset of friction leaves a vibration that
+/// The moment arm is r minus the overlap of 1.3 um (3e-4 of r), and the onset of friction leaves a vibration that
 /// decays.
 TEST(RollingResistance, RollingWithoutSlipSlowsDown) {
   const double mu_r = 0.05, w0 = 100, dt = 1e-5;

@@ -72,7 +72,7 @@ TEST(Peers, LammpsObliqueImpact) {
                       "tangential dashpot: there half of the normal one, here sqrt(k_t/k_n) of it"}};
   for (const auto& c : cases) {
     HertzMindlin law = lammps_material(70e9, 0.33, 0.98, 0.092);
-    law.friction.lever = Lever::radius, law.friction.changing = Changing::keep_spring;  // LAMMPS's
+    law.friction.moment_arm = MomentArm::radius, law.friction.changing = Changing::keep_spring;  // LAMMPS's
     Bed bed(table(law), quiet());
     const SphereSpec s{{0, 0.00255, 0}, {c.v_t, -2.9876, 0}, {}, r, 2700, 0};
     bed.add(std::span(&s, 1));
@@ -94,7 +94,7 @@ TEST(Peers, LammpsSpinImpact) {
   const auto run = [&](bool net_force) {
     Linear law = grains(k, 0.5, 0.4, 0);
     law.stiffness_ratio = 3.4e7 / k;
-    law.friction.lever = Lever::radius;
+    law.friction.moment_arm = MomentArm::radius;
     if (net_force) {
       law.cohesion = cohesion_by_area(1e-9);
       law.cohesion.limit = Cohesion::FrictionLimit::net_force;
@@ -130,7 +130,7 @@ TEST(Peers, LammpsSpinImpact) {
 TEST(Peers, LammpsSlip) {
   const double dt = 1e-5;
   HertzMindlin law = lammps_material(1e4, 0.33, 1, 0.4);
-  law.friction.lever = Lever::radius;
+  law.friction.moment_arm = MomentArm::radius;
   Bed bed(table(law), quiet({0, -1, 0}));
   const SphereSpec s{{0, 0.0024393, 0}, {1, 0, 0}, {}, 2.5e-3, 2700, 0};
   bed.add(std::span(&s, 1));

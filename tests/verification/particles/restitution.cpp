@@ -13,8 +13,8 @@ namespace {
 
 using impact::Strikers;
 using subsoil::test::absolute;
-using subsoil::test::Curve;
 using subsoil::test::Verified;
+using subsoil::test::VerifiedCurve;
 using subsoil::test::Worst;
 
 const std::string kField = "Restitution";
@@ -146,7 +146,7 @@ TEST(Restitution, ClippedAttraction) {
   const Verified flat(kField, "Linear spring with `clip attraction`",
                       "Schwager & Poeschel 2007, doi:10.1007/s10035-007-0065-z");
   const Verified round(kField, "Hertz-Mindlin with `clip attraction`", "the same equation of motion by RKF78");
-  Curve curve("clip");
+  VerifiedCurve curve("clip");
   for (const double e : {0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95}) {
     Linear linear = grains(1e6, e, 0);
     linear.clip = true;

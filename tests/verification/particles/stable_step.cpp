@@ -19,7 +19,7 @@ double growth(const Law& law, const std::vector<SphereSpec>& rest, double dt) {
   std::vector<SphereSpec> specs = rest;
   still.add(specs);
   Dice dice(51);
-  for (SphereSpec& s : specs) s.velocity = dice.ball(1e-7), s.spin = dice.ball(1e-5);
+  for (SphereSpec& s : specs) s.velocity = dice.ball(1e-7), s.angular_velocity = dice.ball(1e-5);
   disturbed.add(specs);
   const auto apart = [&] {
     double sum = 0;
@@ -174,7 +174,7 @@ TEST(StableStep, OneModeIsMarginalAtTheLimit) {
 /// dense packing 1.9e-5 and 2.3e-5 s.
 TEST(StableStep, Table3InTheSourcesUnits) {
   Wet at_radius = soil();
-  at_radius.friction.lever = Lever::radius;
+  at_radius.friction.moment_arm = MomentArm::radius;
   at_radius.friction.mu_r = 0;
   Wet middle = soil();
   middle.friction.mu_r = 0;

@@ -108,7 +108,7 @@ TEST(WetPair, CreepsBackWithoutOvershoot) {
 
 /// A cluster of five unequal spheres thrown together, no gravity: momentum and angular momentum to rounding. The force
 /// at the middle of the overlap acts on both at one point, so angular momentum is kept exactly at every step:
-/// x += v dt adds dt v x m v = 0, and force pairs share their line but for the tangential lever.
+/// x += v dt adds dt v x m v = 0, and force pairs share their line but for the tangential moment arm.
 TEST(Momentum, ClusterWithEveryLaw) {
   const Verified row("Momentum", "Cluster of five unequal spheres, every law, 3000 steps", "conservation");
   Worst linear, angular;
@@ -143,7 +143,7 @@ TEST(Momentum, ClusterWithEveryLaw) {
     EXPECT_GT(touched, 100u) << name;
     linear.take(name, norm(p1 - p0) / scale_p, 0);
     // Arms that do not meet at one point let the pair's torques differ; other programs have such conventions.
-    if (law->friction().lever == Lever::mid_overlap) angular.take(name, norm(l1 - l0) / scale_l, 0);
+    if (law->friction().moment_arm == MomentArm::mid_overlap) angular.take(name, norm(l1 - l0) / scale_l, 0);
   }
   const char* const rounding = "rounding of 3000 steps";
   linear.near(row, "change of momentum, over the sum of its parts", "1", absolute(1e-12), rounding);

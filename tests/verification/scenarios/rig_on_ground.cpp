@@ -60,7 +60,7 @@ TEST(RigOnGround, WheelsSinkCarryAndRememberTheirRut) {
   for (const double z : pass.series.at("left ground.depth")) deepest = std::max(deepest, z);
   EXPECT_GT(deepest, depth + 1e-3);
 
-  // The book closes to the events that a step of 0.1 ms passes over, beside the 6 J that the ground takes.
+  // The balance closes to the events that a step of 0.1 ms passes over, beside the 6 J that the ground takes.
   EXPECT_LT(std::abs(pass.at("energy.balance", 5)), 1e-3);
 
   // Back over the same ground the rut is what the way out left: the wheel runs in it and cuts no deeper. Between two

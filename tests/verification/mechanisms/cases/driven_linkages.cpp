@@ -262,7 +262,7 @@ Reference cylinder_boom() {
 
 std::vector<Case> driven_linkages() {
   // Positions are solved to 1e-13 of the length in every step; singular values of a linkage magnify that by up to 1e2,
-  // and each derivative by the rates of its links, up to 20 rad/s. The energy book has the driver's work of order 6.
+  // and each derivative by the rates of its links, up to 20 rad/s. The energy balance has the driver's work of order 6.
   const Bounds kinematic{1e-11, 1e-10, 1e-9, 1e-8, 1e-7};
   const std::string closed = "closed-form positions, free-body diagrams";
   return {

@@ -35,16 +35,17 @@ Reference gears_and_rack() {
   };
 }
 
-/// Down the slope a = g sin/(1 + I/(m R^2)); the ground takes the normal force and m (g sin - a) of grip.
+/// Down the slope a = g sin/(1 + I/(m R^2)); the ground takes the normal force and m (g sin - a) of friction_force.
 Reference rolling_disk() {
   return [](double t) {
-    const double m = 2, r = 0.2, a = g * 0.6 / 1.5, s = a * t * t / 2, normal = m * g * 0.8, grip = m * (g * 0.6 - a);
+    const double m = 2, r = 0.2, a = g * 0.6 / 1.5, s = a * t * t / 2, normal = m * g * 0.8,
+                 friction_force = m * (g * 0.6 - a);
     Expected out;
     add(out, "disk", "x", 0.12, {0.8 * s, 0.8 * a * t, 0.8 * a});
     add(out, "disk", "y", 0.16, {-0.6 * s, -0.6 * a * t, -0.6 * a});
     add(out, "disk", "angle", 0, {-s / r, -a * t / r, -a / r});
-    out.push_back({"slope.fx", -(0.6 * normal - 0.8 * grip)});
-    out.push_back({"slope.fy", -(0.8 * normal + 0.6 * grip)});
+    out.push_back({"slope.fx", -(0.6 * normal - 0.8 * friction_force)});
+    out.push_back({"slope.fy", -(0.8 * normal + 0.6 * friction_force)});
     out.push_back({"energy.balance", 0});
     return out;
   };

@@ -1,160 +1,12 @@
 #pragma once
 #include <algorithm>
 
-#include "libdem/kernel/lanes.hpp"
-#include "libdem/kernel/rows.hpp"
+#include "libdem/kernel/contact_rows.hpp"
 
 /// What blocks of pairs give to the sums of their spheres: in the precision of the pairs, in the order of blocks and
 /// lanes.
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
-
-/// Some lanes of a block, as wide as the sums they are added to: SIMD vectors of P, but floats of one block only.
-#if defined(__AVX512F__)
-struct HalfVecF {
-  static constexpr int kLanes = 8;
-  __m256 v;
-
-  HalfVecF() = default;
-  HalfVecF(double s) : v(_mm256_set1_ps(static_cast<float>(s))) {}
-  explicit HalfVecF(__m256 f) : v(f) {}
-  HalfVecF& operator+=(HalfVecF b) { return v = _mm256_add_ps(v, b.v), *this; }
-};
-using VecFPart = HalfVecF;
-/// With zeros from lane `count` of the block on, in which `from` is lane `first`.
-inline HalfVecF load_part(const float* from, std::uint32_t count, int) {
-  return HalfVecF(_mm256_maskz_loadu_ps(static_cast<__mmask8>((1u << count) - 1), from));
-}
-inline VecD load_part(const double* from, std::uint32_t count, int) {
-  return VecD(VecDData(_mm512_maskz_loadu_pd(static_cast<__mmask8>((1u << count) - 1), from)));
-}
-#else
-using VecFPart = VecF;
-inline VecF load_part(const float* from, std::uint32_t count, int first) {
-  if (count == kBlock) return load<VecF>(from);
-  float lane[kLanesF];
-  for (int l = 0; l < kLanesF; ++l) lane[l] = static_cast<float>(first + l);
-  return select(VecF(static_cast<double>(count)) > load<VecF>(lane), load<VecF>(from), VecF(0.0));
-}
-inline VecD load_part(const double* from, std::uint32_t count, int first) {
-  if (count == kBlock) return load<VecD>(from);
-  return select(lanes_below(count, first), load<VecD>(from), VecD(0.0));
-}
-#endif
-template <class P>
-using Part = std::conditional_t<std::is_same_v<P, VecD>, VecD, VecFPart>;
-template <class P>
-inline constexpr int kPart = Part<P>::kLanes;
-
-/// Force and torque of one lane.
-template <class Part>
-struct Row;
-template <>
-struct Row<VecD> {
-#if defined(__AVX512F__)
-  __m512d all;
-#else
-  Four f, t;
-#endif
-};
-template <>
-struct Row<VecFPart> {
-#if defined(__AVX2__)
-  __m256 all;
-#else
-  FourFloats f, t;
-#endif
-};
-
-/// Rows from the columns of force and torque.
-[[gnu::always_inline]] inline void make_rows(const VecD (&f)[4], const VecD (&t)[4], Row<VecD> (&row)[kLanesD]) {
-#if defined(__AVX512F__)
-  __m512d rows_f[4], rows_t[4];
-  transpose4(f, rows_f), transpose4(t, rows_t);
-  for (int l = 0; l < 4; ++l) {
-    row[l].all = _mm512_maskz_shuffle_f64x2(0xFF, rows_f[l], rows_t[l], 0x44);
-    row[l + 4].all = _mm512_maskz_shuffle_f64x2(0xFF, rows_f[l], rows_t[l], 0xEE);
-  }
-#else
-  double* rows_f[kLanesD];
-  double* rows_t[kLanesD];
-  for (int l = 0; l < kLanesD; ++l)
-    rows_f[l] = reinterpret_cast<double*>(&row[l].f), rows_t[l] = reinterpret_cast<double*>(&row[l].t);
-  store4(f, rows_f), store4(t, rows_t);
-#endif
-}
-[[gnu::always_inline]] inline void make_rows(const VecFPart (&f)[4], const VecFPart (&t)[4],
-                                             Row<VecFPart> (&row)[VecFPart::kLanes]) {
-#if defined(__AVX2__)
-  const auto across = [](const VecFPart* in, __m256* out) {
-    const __m256 columns[4] = {__m256(in[0].v), __m256(in[1].v), __m256(in[2].v), __m256(in[3].v)};
-    transpose4(columns, out);  // rows k and k + 4
-  };
-  __m256 rows_f[4], rows_t[4];
-  across(f, rows_f), across(t, rows_t);
-  for (int l = 0; l < 4; ++l) {
-    row[l].all = _mm256_insertf128_ps(rows_f[l], _mm256_castps256_ps128(rows_t[l]), 1);
-    row[l + 4].all = _mm256_permute2f128_ps(rows_f[l], rows_t[l], 0x31);
-  }
-#else
-  for (int l = 0; l < VecFPart::kLanes; ++l) {
-    row[l].f = FourFloats{f[0].v[l], f[1].v[l], f[2].v[l], f[3].v[l]};
-    row[l].t = FourFloats{t[0].v[l], t[1].v[l], t[2].v[l], t[3].v[l]};
-  }
-#endif
-}
-
-/// For those who take it later: in double in either precision.
-[[gnu::always_inline]] inline void write(const Row<VecD>& row, Accumulator& to) {
-#if defined(__AVX512F__)
-  _mm512_store_pd(reinterpret_cast<double*>(&to), row.all);
-#else
-  to.f = row.f, to.t = row.t;
-#endif
-}
-[[gnu::always_inline]] inline void write(const Row<VecFPart>& row, Accumulator& to) {
-#if defined(__AVX2__)
-  to.f = doubles_of(_mm256_castps256_ps128(row.all)), to.t = doubles_of(_mm256_extractf128_ps(row.all, 1));
-#else
-  to.f = doubles_of(row.f), to.t = doubles_of(row.t);
-#endif
-}
-/// For sphere i of a pair.
-[[gnu::always_inline]] inline void add(Accumulator& sum, const Row<VecD>& row) {
-#if defined(__AVX512F__)
-  auto* of = reinterpret_cast<double*>(&sum);
-  _mm512_store_pd(of, _mm512_add_pd(_mm512_load_pd(of), row.all));
-#else
-  sum.f += row.f, sum.t += row.t;
-#endif
-}
-[[gnu::always_inline]] inline void add(MixedAccumulator& sum, const Row<VecFPart>& row) {
-#if defined(__AVX2__)
-  auto* of = reinterpret_cast<float*>(&sum);
-  _mm256_store_ps(of, _mm256_add_ps(_mm256_load_ps(of), row.all));
-#else
-  sum.f += row.f, sum.t += row.t;
-#endif
-}
-/// For sphere j: the force is taken off, the torque is its own.
-[[gnu::always_inline]] inline void react(Accumulator& sum, const Row<VecD>& row) {
-#if defined(__AVX512F__)
-  auto* of = reinterpret_cast<double*>(&sum);
-  const __m512d sign = _mm512_set_pd(1, 1, 1, 1, -1, -1, -1, -1);
-  _mm512_store_pd(of, _mm512_fmadd_pd(sign, row.all, _mm512_load_pd(of)));
-#else
-  sum.f -= row.f, sum.t += row.t;
-#endif
-}
-[[gnu::always_inline]] inline void react(MixedAccumulator& sum, const Row<VecFPart>& row) {
-#if defined(__AVX2__)
-  auto* of = reinterpret_cast<float*>(&sum);
-  const __m256 sign = _mm256_set_ps(1, 1, 1, 1, -1, -1, -1, -1);
-  _mm256_store_ps(of, _mm256_fmadd_ps(sign, row.all, _mm256_load_ps(of)));
-#else
-  sum.f -= row.f, sum.t += row.t;
-#endif
-}
 
 inline Accumulator* sums_of(Ring ring, VecD) { return ring.doubles; }
 inline MixedAccumulator* sums_of(Ring ring, VecF) { return ring.singles; }
@@ -265,11 +117,11 @@ struct SumsOfI {
 /// What a block gives to its spheres i and to its spheres j.
 template <class P, bool Count>
 [[gnu::always_inline]] inline void add_block(const BlockResult& r, const PairBlock& block, const BlockShape& shape,
-                                             bool same_torque, SumsOfI<P, Count>& owners, Ring ring) {
-  owners.come_to(block, shape, ring);
+                                             bool same_torque, SumsOfI<P, Count>& sums_of_i, Ring ring) {
+  sums_of_i.come_to(block, shape, ring);
   for (int first = 0; first < static_cast<int>(kBlock); first += kPart<P>) {
     const Push<P> push = push_on_i<P, Count>(r, shape.lanes, first);
-    owners.add(push, first);
+    sums_of_i.add(push, first);
     each_row(push_on_j<P>(push, r, shape.lanes, first, same_torque), first,
              [&](int l, const auto& of) { react(*record(sums_of(ring, P{}), block.j[l].masked(ring.mask)), of); });
   }
@@ -327,7 +179,7 @@ void add_to_i(PairJob& job) {
   if constexpr (Count) sums.give(job.sums);
 }
 
-/// In the precision of the job; `book` as it was when the blocks were evaluated.
+/// In the precision of the job; `record` as it was when the blocks were evaluated.
 template <class Run>
 void in_precision(const PairJob& job, const Run& run) {
   const auto with = [&]<class P>(P) { job.record ? run(P{}, std::true_type{}) : run(P{}, std::false_type{}); };

@@ -8,9 +8,9 @@
 #include "tests/tools/every_kernel.hpp"
 #include "tests/tools/every_law.hpp"
 
-/// A slice longer than the kernel's groups, whose lanes run out one after the other, by each instruction set: what its
-/// owners get is what their partners give, and neither blocks that were worked out before the sweep nor partners that
-/// take theirs later change a bit of it.
+/// A SELL chunk longer than the kernel's groups, whose lanes run out one after the other, by each instruction set: what
+/// its spheres i get is what their spheres j give, and neither blocks that were evaluated before the sweep nor spheres
+/// j that take theirs later change a bit of it.
 namespace subsoil::dem::test {
 namespace {
 
@@ -18,16 +18,16 @@ constexpr std::array<std::uint8_t, 11> kLanes{8, 8, 7, 7, 6, 5, 4, 3, 2, 1, 1};
 
 constexpr std::size_t kSums = 64;  ///< a power of two, no less than the spheres
 
-/// Owners 0 to 7, and one partner of its own for every pair.
-struct Slice {
+/// Spheres i 0 to 7, and one sphere j of its own for every pair.
+struct Chunk {
   std::vector<Sphere> spheres;
   std::vector<MixedSphere> mixed;
   std::vector<PairBlock> blocks{kLanes.size()};
   std::vector<BlockShape> shapes;
-  std::vector<std::uint32_t> owner_of;  ///< by sphere
-  bool uniform = false;                   ///< whether the kernel is told that they all are
+  std::vector<std::uint32_t> i_of;  ///< by sphere
+  bool uniform = false;             ///< whether the kernel is told that they all are
 
-  Slice() {
+  Chunk() {
     Dice dice(11);
     for (std::uint32_t i = 0; i < kBlock; ++i) take({0.1 * i, 0.3, -0.2}, dice, i);
     for (std::size_t b = 0; b < kLanes.size(); ++b) {
@@ -44,11 +44,11 @@ struct Slice {
     }
     for (const Sphere& s : spheres) mixed.push_back(rounded(s));
   }
-  void take(const Vec3& x, Dice& dice, std::uint32_t owner) {
+  void take(const Vec3& x, Dice& dice, std::uint32_t i) {
     const auto id = static_cast<std::uint32_t>(spheres.size());
     spheres.push_back(
         {x, 0.01, dice.between(0, 0.3) * normalized(dice.ball(1)), 0.0075, 9.0 * normalized(dice.ball(1)), id, 0, 0});
-    owner_of.push_back(owner);
+    i_of.push_back(i);
   }
 };
 
@@ -57,44 +57,44 @@ struct Result {
   std::vector<Line> memory;
 };
 
-/// @param before blocks that are worked out before the sweep, as those at the borders of threads are
-/// @param seam all are; what partners get is kept and added afterwards
-Result evaluate(const Kernel& kernel, const Law& law, const Slice& slice, bool mixed, bool book,
-                std::vector<std::uint32_t> before, bool seam = false) {
+/// @param before blocks that are worked out before the sweep, as those at a halo are
+/// @param across_interface all are; what spheres j get is kept and added afterwards
+Result evaluate(const Kernel& kernel, const Law& law, const Chunk& chunk, bool mixed, bool sampled,
+                std::vector<std::uint32_t> before, bool across_interface = false) {
   const MemoryShape shape = MemoryShape::of(law, mixed);
-  // Unusual friction is evaluated as in booked steps.
-  const bool counted = book || !law->friction().usual();
+  // Unusual friction is evaluated as in sampled steps.
+  const bool counted = sampled || !law->friction().usual();
   Result out{.memory = std::vector<Line>(shape.lines(kLanes.size()), Line{})};
   std::vector<BlockResult> ready(before.size());
   std::vector<BlockRows> rows(before.size()), interface_rows(kLanes.size());
   std::vector<std::uint8_t> given(kLanes.size(), 0);
   std::vector<std::uint8_t> awake(before.size());
   PairJob job{};
-  job.record = job.accumulate = book;
-  job.spheres = slice.spheres.data(), job.mixed = mixed ? slice.mixed.data() : nullptr;
-  job.blocks = slice.blocks.data(), job.shapes = slice.shapes.data(), job.lines = out.memory.data();
+  job.record = job.accumulate = sampled;
+  job.spheres = chunk.spheres.data(), job.mixed = mixed ? chunk.mixed.data() : nullptr;
+  job.blocks = chunk.blocks.data(), job.shapes = chunk.shapes.data(), job.lines = out.memory.data();
   job.count = static_cast<std::uint32_t>(kLanes.size());
-  job.uniform = slice.uniform;
+  job.uniform = chunk.uniform;
   job.elapsed = 1e-5;
   job.halo_block = before.data(), job.halo_count = static_cast<std::uint32_t>(before.size());
   job.halo_result = ready.data(), job.halo_rows = rows.data(), job.halo_active = awake.data();
-  if (seam) job.interface_rows = interface_rows.data(), job.interface_given = given.data();
+  if (across_interface) job.interface_rows = interface_rows.data(), job.interface_given = given.data();
   if (!before.empty()) {
     job.halo = true;
     kernel.pairs(law, job);
     job.record = counted;
     kernel.keep(job);
-    job.record = book;
+    job.record = sampled;
     job.halo = false;
   }
   job.ring = out.sums.ring();
-  job.record = seam ? counted : book;
-  seam ? kernel.add_interface(job) : kernel.pairs(law, job);
-  if (!seam) return out;
+  job.record = across_interface ? counted : sampled;
+  across_interface ? kernel.add_interface(job) : kernel.pairs(law, job);
+  if (!across_interface) return out;
   EXPECT_EQ(std::count(given.begin(), given.end(), 1), static_cast<long>(kLanes.size()));
   for (std::size_t b = 0; b < kLanes.size(); ++b)
     for (std::uint32_t l = 0; l < kLanes[b]; ++l) {
-      const std::uint32_t partner = slice.blocks[b].j[l];
+      const std::uint32_t partner = chunk.blocks[b].j[l];
       const Accumulator before = out.sums.of(partner, mixed);
       EXPECT_EQ(before.f[0] + before.f[1] + before.f[2], 0);
       out.sums.add(partner, -interface_rows[b].of[l].f, interface_rows[b].of[l].t);
@@ -112,19 +112,19 @@ void each_kernel_and_law(const Run& run) {
       }
 }
 
-TEST(KernelSlices, OwnersGetWhatPartnersGive) {
-  const Slice slice;
-  ASSERT_EQ(slice.spheres.size(), kBlock + std::accumulate(kLanes.begin(), kLanes.end(), 0u));
+TEST(KernelChunks, SpheresIGetWhatSpheresJGive) {
+  const Chunk chunk;
+  ASSERT_EQ(chunk.spheres.size(), kBlock + std::accumulate(kLanes.begin(), kLanes.end(), 0u));
   each_kernel_and_law([&](const Kernel& kernel, const Law& law, bool mixed) {
-    const Result r = evaluate(kernel, law, slice, mixed, true, {});
+    const Result r = evaluate(kernel, law, chunk, mixed, true, {});
     Vec3 sum[kBlock] = {};
     double scale = 0, touching[kBlock] = {};
-    for (std::uint32_t p = kBlock; p < slice.spheres.size(); ++p) {
+    for (std::uint32_t p = kBlock; p < chunk.spheres.size(); ++p) {
       const Accumulator a = r.sums.of(p, mixed);
       const Vec3 force{a.f[0], a.f[1], a.f[2]};
       ASSERT_TRUE(std::isfinite(norm(force)));
       EXPECT_EQ(a.t[3], 1);  // a contact each
-      sum[slice.owner_of[p]] += force, touching[slice.owner_of[p]] += a.t[3];
+      sum[chunk.i_of[p]] += force, touching[chunk.i_of[p]] += a.t[3];
       scale = std::max(scale, norm(force));
     }
     EXPECT_GT(scale, 0);
@@ -138,15 +138,15 @@ TEST(KernelSlices, OwnersGetWhatPartnersGive) {
   });
 }
 
-void compare_with_blocks_done_before(const Slice& slice) {
+void compare_with_blocks_done_before(const Chunk& chunk) {
   const std::vector<std::uint32_t> sets[] = {{0}, {5}, {10}, {0, 3}, {1, 2, 6, 9}, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10}};
   each_kernel_and_law([&](const Kernel& kernel, const Law& law, bool mixed) {
-    for (const bool book : {false, true}) {
-      const Result whole = evaluate(kernel, law, slice, mixed, book, {});
+    for (const bool sampled : {false, true}) {
+      const Result whole = evaluate(kernel, law, chunk, mixed, sampled, {});
       const auto same_sums = [&](const Result& other) { return other.sums.same_bits(whole.sums, mixed, kSums); };
-      EXPECT_TRUE(same_sums(evaluate(kernel, law, slice, mixed, book, sets[5], true)));
+      EXPECT_TRUE(same_sums(evaluate(kernel, law, chunk, mixed, sampled, sets[5], true)));
       for (const auto& before : sets) {
-        const Result parted = evaluate(kernel, law, slice, mixed, book, before);
+        const Result parted = evaluate(kernel, law, chunk, mixed, sampled, before);
         EXPECT_TRUE(same_sums(parted)) << before.size() << " from " << before[0];
         for (std::uint32_t b = 0; b < kLanes.size(); ++b)
           for (std::uint32_t l = 0; l < kLanes[b]; ++l) {
@@ -163,11 +163,11 @@ void compare_with_blocks_done_before(const Slice& slice) {
   });
 }
 
-TEST(KernelSlices, BlocksDoneBeforeChangeNoBit) {
-  Slice slice;
-  compare_with_blocks_done_before(slice);
-  slice.uniform = true;
-  compare_with_blocks_done_before(slice);
+TEST(KernelChunks, BlocksDoneBeforeChangeNoBit) {
+  Chunk chunk;
+  compare_with_blocks_done_before(chunk);
+  chunk.uniform = true;
+  compare_with_blocks_done_before(chunk);
 }
 
 }  // namespace

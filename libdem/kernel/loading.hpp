@@ -27,20 +27,20 @@ struct alignas(64) SpheresI<VecF> {
   float motion[8][kBlock];  ///< v, m, w, r
 };
 
-[[gnu::always_inline]] inline void read(const Sphere* spheres, const SphereIndex* owner, SpheresI<VecD>& out) {
+[[gnu::always_inline]] inline void read(const Sphere* spheres, const SphereIndex* index_i, SpheresI<VecD>& out) {
   for (int first = 0; first < static_cast<int>(kBlock); first += kLanesD) {
     const Sphere* i[kLanesD];
-    for (int l = 0; l < kLanesD; ++l) i[l] = record(spheres, owner[first + l]);
+    for (int l = 0; l < kLanesD; ++l) i[l] = record(spheres, index_i[first + l]);
     const SphereLanes a = load_spheres(i);
     for (int d = 0; d < 3; ++d) store(a.x[d], out.x[d] + first), store(a.v[d], out.v[d] + first);
     for (int d = 0; d < 3; ++d) store(a.w[d], out.w[d] + first);
     store(a.r, out.r + first), store(a.m, out.m + first);
   }
 }
-[[gnu::always_inline]] inline void read(const MixedSphere* spheres, const SphereIndex* owner, SpheresI<VecF>& out) {
+[[gnu::always_inline]] inline void read(const MixedSphere* spheres, const SphereIndex* index_i, SpheresI<VecF>& out) {
   for (int first = 0; first < static_cast<int>(kBlock); first += kLanesD) {
     const double* x[kLanesD];
-    for (int l = 0; l < kLanesD; ++l) x[l] = &record(spheres, owner[first + l])->x.x;
+    for (int l = 0; l < kLanesD; ++l) x[l] = &record(spheres, index_i[first + l])->x.x;
     VecD a[4];
     load4(x, a);
     for (int d = 0; d < 3; ++d) store(a[d], out.x[d] + first);
@@ -49,7 +49,7 @@ struct alignas(64) SpheresI<VecF> {
   float beyond[kLanesF];  // of a SIMD vector wider than a block
   for (int first = 0; first < static_cast<int>(kBlock); first += kLanesF) {
     const float* motion[kLanesF];
-    for (int l = 0; l < kLanesF; ++l) motion[l] = record(spheres, owner[(first + l) % static_cast<int>(kBlock)])->v;
+    for (int l = 0; l < kLanesF; ++l) motion[l] = record(spheres, index_i[(first + l) % static_cast<int>(kBlock)])->v;
     VecF a[8];
     load8(motion, a);
     for (int k = 0; k < 8; ++k) store_each(a[k], [&](int half) { return half == 0 ? out.motion[k] + first : beyond; });
@@ -60,10 +60,10 @@ struct alignas(64) SpheresI<VecF> {
 template <class P>
 struct OfAll {
   P r, m;
-  VecD reach2;  ///< (2 r)^2
+  VecD radii2;  ///< (2 r)^2
 
   template <class Record>
-  explicit OfAll(const Record& any) : r(any.r), m(any.m), reach2(4 * any.r * any.r) {}
+  explicit OfAll(const Record& any) : r(any.r), m(any.m), radii2(4 * any.r * any.r) {}
 };
 
 template <bool Uniform>
@@ -105,8 +105,8 @@ template <bool Uniform>
     load4(x_j, b);
     motion.take(half, j);
     for (int d = 0; d < 3; ++d) n[half][d] = load<VecD>(own[block]->x[d] + from) - b[d];
-    const VecD d2 = dot3(n[half], n[half]), reach = load<VecD>(own[block]->r + from) + b[3];
-    excess[half] = (Uniform ? all.reach2 : reach * reach) - d2;
+    const VecD d2 = dot3(n[half], n[half]), radii = load<VecD>(own[block]->r + from) + b[3];
+    excess[half] = (Uniform ? all.radii2 : radii * radii) - d2;
   }
   const auto a = [&](int k) { return load_each<VecF>([&](int half) { return own[half]->motion[k] + first; }); };
   VecF b[8];
