@@ -1,0 +1,43 @@
+#include "apps/run/checkpoints.hpp"
+
+#include <vector>
+
+#include "apps/output/state_file.hpp"
+#include "apps/run/resume.hpp"
+
+namespace subsoil::app {
+namespace {
+
+double interval = 600;  // s
+
+/// Of a folder, the latest first.
+std::vector<std::filesystem::path> checkpoints_in(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> out;
+  for (const std::filesystem::path& file : states_in(folder))
+    if (file.filename().string().starts_with("checkpoint-")) out.push_back(file);
+  return out;
+}
+
+}  // namespace
+
+void set_checkpoint_interval(double seconds) { interval = seconds; }
+
+bool Checkpoints::due() const {
+  return interval > 0 && std::chrono::duration<double>(Clock::now() - last_).count() >= interval;
+}
+
+std::filesystem::path Checkpoints::next(double time) const { return checkpoint_path(folder_, time); }
+
+void Checkpoints::keep_two() {
+  last_ = Clock::now();
+  const std::vector<std::filesystem::path> found = checkpoints_in(folder_);
+  std::error_code ignored;
+  for (std::size_t k = 2; k < found.size(); ++k) std::filesystem::remove(found[k], ignored);
+}
+
+void Checkpoints::remove() const {
+  std::error_code ignored;
+  for (const std::filesystem::path& file : checkpoints_in(folder_)) std::filesystem::remove(file, ignored);
+}
+
+}  // namespace subsoil::app

@@ -1,0 +1,304 @@
+#include "apps/run/run_loop.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <utility>
+
+#include "apps/output/atomic_file.hpp"
+#include "apps/output/csv.hpp"
+#include "apps/output/disk.hpp"
+#include "apps/output/state_file.hpp"
+#include "apps/run/continuation.hpp"
+#include "apps/run/input_report.hpp"
+#include "apps/run/overlap_advice.hpp"
+#include "apps/run/signals.hpp"
+#include "apps/run/surface_report.hpp"
+
+namespace subsoil::app {
+
+RunLoop::RunLoop(const Loaded& loaded, const RunRequest& request, World world, const std::optional<SavedRun>& saved,
+                 FolderLock& lock, bool goes_on)
+    : loaded_(loaded),
+      s_(loaded.scenario),
+      request_(request),
+      lock_(lock),
+      world_(std::move(world)),
+      simulation_(world_.bed.get(), world_.machine.get(), world_.body_surfaces, world_.motions,
+                  {.soil_step = world_.step.soil_step,
+                   .soil_steps = static_cast<int>(s_.time.machine.soil_steps),
+                   .machine_step = world_.step.machine_step}) {
+  if (saved) restore(*saved, world_, simulation_);
+  if (saved) refuse_jumps(world_, simulation_.time(), request_.from.string());
+  columns_ = std::make_unique<Columns>(loaded_, world_, simulation_);
+  tool_ = std::make_unique<ToolProgress>(world_, simulation_, s_.time.end);
+  start_time_ = simulation_.time();
+  if (world_.machine) energy_start_.machine_potential = world_.machine->energy().potential;
+  restores_ = world_.bed != nullptr;
+  if (goes_on) go_on_ = &*saved->progress;
+}
+
+int RunLoop::run() {
+  open_output();
+  int code = exit_failed;
+  try {
+    code = loop();
+  } catch (const std::exception& error) {  // of what is written: steps say themselves why they fail
+    failure_ = fmt::format("t = {:.9g} s: {}", reached_, error.what());
+  }
+  finish(code);
+  return code == exit_ok && request_.strict && !summary_->warnings().empty() ? exit_failed : code;
+}
+
+void RunLoop::open_output() {
+  if (go_on_ == nullptr) {
+    remove_results(request_.out, request_.from);
+    write_atomically(request_.out / "scenario.yaml", write_scenario(s_));
+  }
+  series_ = std::make_unique<SeriesFile>(request_.out / "series.csv", columns_->list(),
+                                         world_.bed ? 9 : csv::exact_digits, kept_bytes());
+  std::vector<SeriesColumn> summarised;
+  for (const std::size_t c : columns_->summarised()) summarised.push_back(columns_->list()[c]);
+  summary_ = std::make_unique<Summary>(summarised);
+  summarised_.resize(summarised.size());
+  row_.assign(columns_->list().size(), 0.0);
+  values_ = row_;
+  means_ = std::make_unique<RowMean>(row_.size());
+  if (world_.machine)
+    for (const std::string& group : world_.machine->assembly().redundant)
+      spdlog::info("{}: of their reactions those of least norm are reported", group);
+  set_fixed_window();
+  for (const std::string& text : surface_warnings(surface_facts(world_, s_.time.end), world_)) warn(text);
+  for (const std::string& text : input_warnings(loaded_, world_, request_.scenario, request_.sets)) warn(text);
+  frames_ = std::make_unique<FrameOutput>(request_.out, s_, world_, simulation_, go_on_);
+  const double half = 0.5 * simulation_.step_length();
+  frame_due_ = Schedule(frame_interval(s_), s_.output.at, start_time_);
+  sample_due_ = Schedule(s_.output.series_every, {}, start_time_);
+  state_due_ = Schedule(s_.output.state_every.value_or(0), {}, start_time_ + half);
+  if (go_on_ == nullptr) return;
+  Archive sums = go_on_->sums;
+  archive(sums);
+  sums.end();
+}
+
+std::optional<std::uint64_t> RunLoop::kept_bytes() const {
+  if (go_on_ == nullptr) return std::nullopt;
+  std::error_code fault;
+  const auto size = std::filesystem::file_size(request_.out / "series.csv", fault);
+  if (fault || size < go_on_->series_bytes)
+    throw ScenarioError(fmt::format("{}: series.csv has lost rows that {} counts; start anew", request_.out.string(),
+                                    request_.from.filename().string()));
+  return go_on_->series_bytes;
+}
+
+void RunLoop::archive(Archive& a) {
+  a(frame_due_, sample_due_, state_due_, *summary_, *means_, *tool_, walls_);
+  a(values_, row_, looks_, start_time_, deepest_, fastest_, steps_, window_);
+  a(energy_start_.bed, energy_start_.bed_gravity, energy_start_.machine_potential);
+  StepReport& step = world_.step;
+  a(step.limit.step, step.limit.cause, step.expected_speed);
+  a(step.accurate.step, step.accurate.error, step.accurate.contact, step.accurate.cause);
+  archive_origin(a);
+}
+
+void RunLoop::archive_origin(Archive& a) {
+  a(request_.scenario, request_.sets);
+  bool strict = request_.strict;
+  a(strict);
+  request_.strict = request_.strict || strict;
+}
+
+void RunLoop::save(const std::filesystem::path& path) {
+  RunProgress progress;
+  archive(progress.sums);
+  frames_->publish(progress);
+  progress.series_bytes = series_->sync();
+  require_space(path, state_bytes_ + state_bytes_ / 8);
+  progress.exact = machine_is_fresh_ && restores_;
+  save_run(path, s_, world_, simulation_, progress);
+  std::error_code unknown;
+  const auto bytes = std::filesystem::file_size(path, unknown);
+  if (!unknown) state_bytes_ = std::max<std::uint64_t>(state_bytes_, bytes);
+}
+
+bool RunLoop::checkpoint_is_due() const { return restores_ && machine_is_fresh_ && checkpoints_.due(); }
+
+void RunLoop::set_fixed_window() {
+  const Window& w = s_.output.window;
+  if (w.from || w.until)
+    summary_->set_window(w.from.value_or(0), w.until.value_or(s_.time.end), "given in output.window");
+  else if (!tool_->any_passes())
+    summary_->set_window(start_time_, s_.time.end, "no tool passes through soil: the whole run");
+  else
+    window_ = Opening::pending;
+  const double period = period_of(s_);
+  if (period > 0 && period < s_.time.end - start_time_) summary_->take_whole_periods(period);
+  if (std::isnan(period)) warn("the given motions have no period in common: means are over the whole window");
+}
+
+void RunLoop::warn(const std::string& text) {
+  live_.close();
+  spdlog::warn("warning: {}", text);
+  summary_->warn(text);
+}
+
+int RunLoop::loop() {
+  // Without soil nothing is learnt of an instant by the step that leaves it: the last row needs no step.
+  const bool step_tells = world_.bed != nullptr || columns_->has_means();
+  const double dt = simulation_.step_length(), end = s_.time.end, half = 0.5 * dt;
+  const double close = world_.bed ? half : 1e-6 * dt;
+  if (!world_.bed) simulation_.end_at(end);
+  while (true) {
+    const double t = reached_ = simulation_.time();
+    const bool save_due = state_due_.due(t, half);
+    refresh_machine(save_due);
+    const int signal = signal_to_obey();
+    const bool last = t >= end - close || signal != 0;
+    // A bed on its way to rest is no state to go on from: a restart does not settle. Saved before anything else is
+    // decided here: whoever goes on from the state begins with this line.
+    if (!world_.soil.stopped) {
+      if (save_due || (last && (s_.output.state == State::full || signal != 0)))
+        save(state_path(request_.out, t));
+      else if (!last && checkpoint_is_due())
+        save(checkpoints_.next(t)), checkpoints_.keep_two();
+    }
+    const bool frame = frame_due_.due(t, half) || last;
+    const bool sample = sample_due_.due(t, half) || last;
+    if (sample || columns_->needs_every_step()) columns_->take_instant(values_);
+    if (sample && world_.bed) follow_tools(t);
+    dem::Snapshot* const snapshot = frame ? frames_->begin() : nullptr;
+    if (!last || step_tells) {
+      const bool first = steps_ == 0 && !energy_begun_;
+      if (!step(sample || first, snapshot)) return exit_failed;
+      if (first) begin_energy();
+      if (step_tells) columns_->take_step(values_, sample);
+    }
+    if (sample) write_row();
+    if (sample && energy_is_lost()) return exit_failed;
+    if (frame) frames_->write(t, steps_);
+    if (last) return signal == SIGINT ? exit_interrupted : signal == SIGTERM ? exit_terminated : exit_ok;
+    count_step(t, world_.bed ? dt : simulation_.time() - t);
+    if (live_.due()) live_.show(live_text(row_));
+  }
+}
+
+void RunLoop::refresh_machine(bool state_due) {
+  constexpr long every = 64;
+  machine_is_fresh_ = world_.machine == nullptr;
+  if (world_.machine == nullptr || !restores_ || !(state_due || steps_ % every == 0)) return;
+  if (world_.machine->integrator().partition().near_singular()) return;
+  // To a state that is its own restoration: joints are closed to rounding after one or two.
+  constexpr int most = 4;
+  std::vector<double> state = world_.machine->snapshot();
+  for (int k = 0; k < most && !machine_is_fresh_; ++k) {
+    world_.machine->restore(state);
+    std::vector<double> again = world_.machine->snapshot();
+    machine_is_fresh_ = again == state;
+    state = std::move(again);
+  }
+}
+
+int RunLoop::signal_to_obey() {
+  const int signal = caught_signal();
+  if (signal == 0) return 0;
+  if (!signal_at_) signal_at_ = Clock::now();
+  const bool waits = restores_ && !machine_is_fresh_ && Clock::now() - *signal_at_ < std::chrono::seconds(3);
+  return waits ? 0 : signal;
+}
+
+void RunLoop::write_row() {
+  row_ = values_;
+  if (steps_ > 0) {
+    const std::vector<double>& mean = means_->take();
+    for (std::size_t c = 0; c < row_.size(); ++c)
+      if (columns_->is_mean(c)) row_[c] = mean[c];
+  }
+  series_->write(row_);
+}
+
+bool RunLoop::energy_is_lost() {
+  if (!world_.machine) return false;
+  const mbd::MachineEnergy e = world_.machine->energy();
+  if (e.closure() <= s_.limits.energy) return false;
+  failure_ = fmt::format(
+      "t = {:.9g} s: the energy balance of the machine is off by {:.3g} J, {:.2g} of the {:.3g} J there or moved, "
+      "above "
+      "limits.energy = {:g}; the step is too long for the motion, or a driver or force jumps. Leave out "
+      "time.machine.step, shorten it, or raise the limit",
+      reached_, e.balance(), e.closure(), e.moved, s_.limits.energy);
+  return true;
+}
+
+void RunLoop::count_step(double t, double taken) {
+  if (columns_->has_means()) means_->add(taken, values_);
+  for (std::size_t c = 0; c < summarised_.size(); ++c) summarised_[c] = values_[columns_->summarised()[c]];
+  summary_->sample(t + taken, taken, summarised_);
+  if (world_.bed) {
+    deepest_ = std::max(deepest_, world_.bed->max_overlap());
+    fastest_ = std::max(fastest_, world_.bed->max_speed());
+  }
+  ++steps_;
+}
+
+bool RunLoop::step(bool energy, dem::Snapshot* snapshot) {
+  try {
+    simulation_.step({.energy = energy, .snapshot = snapshot});
+    return true;
+  } catch (const std::exception& error) {
+    failure_ = error.what();
+    if (const std::string advice = overlap_advice(failure_, world_, s_); !advice.empty()) failure_ += "; " + advice;
+    if (failure_.rfind("t = ", 0) != 0) failure_ = fmt::format("t = {:.9g} s: {}", reached_, failure_);
+    return false;
+  }
+}
+
+void RunLoop::follow_tools(double t) {
+  if (tool_->tools().empty()) return;
+  tool_->follow();
+  if (window_ == Opening::pending && tool_->steady() && !tool_->at_the_end()) {
+    window_ = Opening::open;
+    summary_->set_window(
+        t, s_.time.end,
+        "from when the tool has travelled, in soil, its length there plus its depth, until its foremost point is one "
+        "depth from the end of the soil");
+  } else if (window_ == Opening::open && tool_->at_the_end()) {
+    window_ = Opening::closed;
+    summary_->close_window(t);
+  }
+  if (!tool_->any_passes() || t < summary_->window_from() || t > summary_->window_until() + s_.output.series_every)
+    return;
+  if (!walls_.has_begun()) return walls_.begin(world_);
+  if (++looks_ % 20 != 0) return;  // a look goes through all spheres
+  for (const std::string& wall : walls_.look(world_))
+    warn(fmt::format(
+        "t = {:.4g} s: disturbed soil reaches {} ({:.0f} % of the spheres there have moved by half a radius "
+        "since the means began); make the bin larger there",
+        t, wall, 100 * WallWatch::share));
+}
+
+std::string RunLoop::live_text(std::span<const double> row) {
+  const double t = simulation_.time(), share = (t - start_time_) / (s_.time.end - start_time_);
+  const double wall = live_.elapsed();
+  std::string text = fmt::format("t {:.4f} s  {:.1f} %", t, 100 * share);
+  if (world_.bed)
+    text += fmt::format("  {:.2f} M particle-steps/s",
+                        static_cast<double>(world_.bed->spheres().size()) * static_cast<double>(steps_) / wall * 1e-6);
+  text += "  remaining " + clock_text(rate_.remaining(wall, t, s_.time.end));
+  if (const int pull = columns_->find("pull"); pull >= 0)
+    text += fmt::format("  pull {:.0f} N", row[static_cast<std::size_t>(pull)]);
+  if (const int draft = columns_->find("soil.draft"); draft >= 0)
+    text += fmt::format("  draft {:.0f} N", row[static_cast<std::size_t>(draft)]);
+  return text;
+}
+
+void RunLoop::begin_energy() {
+  energy_begun_ = true;
+  if (!world_.bed) return;
+  energy_start_.bed = world_.bed->energy().total() - world_.bed->energy().boundary_work;
+  energy_start_.bed_gravity = world_.bed->energy().gravity;
+}
+
+}  // namespace subsoil::app

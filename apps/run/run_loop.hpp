@@ -1,0 +1,139 @@
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "apps/build/world.hpp"
+#include "apps/output/series_file.hpp"
+#include "apps/output/summary.hpp"
+#include "apps/run/checkpoints.hpp"
+#include "apps/run/columns.hpp"
+#include "apps/run/frames.hpp"
+#include "apps/run/live_line.hpp"
+#include "apps/run/output_folder.hpp"
+#include "apps/run/restart.hpp"
+#include "apps/run/run_summary.hpp"
+#include "apps/run/runner.hpp"
+#include "apps/run/schedule.hpp"
+#include "apps/run/tool.hpp"
+#include "apps/run/wall_watch.hpp"
+
+namespace subsoil::app {
+
+/// A run through time in a folder that is locked: steps the coupled simulation to its end and writes series, frames,
+/// states and summary on the way. run_loop.cpp steps; run_loop_end.cpp writes what only the end of a run knows.
+class RunLoop {
+ public:
+  RunLoop(const Loaded& loaded, const RunRequest& request, World world, const std::optional<SavedRun>& saved,
+          FolderLock& lock, bool goes_on);
+
+  int run();
+
+ private:
+  using Clock = std::chrono::steady_clock;  // a clock on the wall may be set back
+
+  void open_output();
+
+  /// Of series.csv, where the run goes on in its folder.
+  std::optional<std::uint64_t> kept_bytes() const;
+
+  /// All that the run has added up beside bed, machine and coupling.
+  void archive(Archive& a);
+  /// What the summary says of where the run came from.
+  void archive_origin(Archive& a);
+
+  void save(const std::filesystem::path& path);
+
+  /// Of a machine alone there is none: it is run again.
+  bool checkpoint_is_due() const;
+
+  void set_fixed_window();
+
+  /// Says it now and at the end, and writes it down.
+  void warn(const std::string& text);
+
+  int loop();
+
+  /// A machine that is taken up from a state chooses its coordinates anew and factors its matrices where it stands,
+  /// which moves the last digits. So the one that runs in soil does the same every so many steps, and wherever a state
+  /// is due: a run that goes on from there has the same bits. Beside a singular pose it is left alone.
+  void refresh_machine(bool state_due);
+
+  /// A signal waits for an instant at which a state is exact, but not for long.
+  int signal_to_obey();
+
+  void write_row();
+
+  /// Whether the machine's energy balance is off by more than it may; failure_ then says so.
+  bool energy_is_lost();
+
+  /// The step from t on of length `taken` enters the means and the summary.
+  void count_step(double t, double taken);
+
+  /// False when the step cannot be taken; failure_ then says why.
+  bool step(bool energy, dem::Snapshot* snapshot);
+
+  /// Opens and closes the window of the means where the tools' ways say so, and looks at the walls while it is open.
+  void follow_tools(double t);
+
+  std::string live_text(std::span<const double> row);
+
+  /// What the summary's energy balance starts from; the bed's terms are of the first step.
+  void begin_energy();
+
+  /// Of contacts at the speeds that were met.
+  void warn_of_coarse_contacts();
+
+  /// What fixed machine steps are estimated to err by.
+  void write_step_error();
+
+  void warn_of_machine_energy();
+
+  /// What is left to be written after a failure of the disk is tried, each on its own.
+  void attempt(int& code, const std::function<void()>& action);
+
+  void finish(int& code);
+
+  /// What only the end of a run knows.
+  void last_warnings(int code);
+
+  const Loaded& loaded_;
+  const Scenario& s_;
+  RunRequest request_;
+  FolderLock& lock_;
+  const RunProgress* go_on_ = nullptr;  ///< what stands in the folder, to go on behind; null: from the start
+  World world_;
+  coupling::Simulation simulation_;
+  std::unique_ptr<Columns> columns_;
+  std::unique_ptr<ToolProgress> tool_;
+  std::unique_ptr<SeriesFile> series_;
+  std::unique_ptr<Summary> summary_;
+  std::unique_ptr<FrameOutput> frames_;
+  std::unique_ptr<RowMean> means_;
+  std::vector<double> values_, row_, summarised_;  // of the step, of the row written last, of the summary's columns
+  LiveLine live_;
+  RecentRate rate_;
+  WallWatch walls_;
+  Schedule frame_due_, sample_due_, state_due_;
+  Checkpoints checkpoints_{request_.out};
+  std::uint64_t state_bytes_ = 0;  ///< of the largest state so far
+  bool energy_begun_ = false;
+  bool restores_ = true;          ///< a run may go on from its states with the same bits
+  bool machine_is_fresh_ = true;  ///< at this instant
+  std::optional<Clock::time_point> signal_at_;
+  long looks_ = 0;
+  std::string failure_;
+  double start_time_ = 0, reached_ = 0;
+  EnergyStart energy_start_;
+  double deepest_ = 0, fastest_ = 0;
+  long steps_ = 0;
+  enum class Opening { fixed, pending, open, closed } window_ = Opening::fixed;
+};
+
+}  // namespace subsoil::app

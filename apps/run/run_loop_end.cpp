@@ -1,0 +1,117 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/run/run_loop.hpp"
+
+namespace subsoil::app {
+namespace {
+
+// Beyond these a run is no answer to trust: shares of the energy and of the machine's length and speed.
+constexpr double most_closure = 1e-3, most_step_error = 1e-3;
+
+}  // namespace
+
+void RunLoop::warn_of_coarse_contacts() {
+  const double speed = std::max(fastest_, world_.step.expected_speed), error = world_.step.error_at(speed);
+  write_restitution_error(*summary_, error);
+  if (error <= 1.2 * s_.time.accuracy + 1e-3) return;
+  const auto fine = world_.step.at_speed(speed, s_.time.accuracy, world_.step.soil_step);
+  summary_->warn(
+      fmt::format("impacts at {:.3g} m/s, as met or expected, have a restitution wrong by up to {:.2g} "
+                  "with the step of {:.3g} s; {:.3g} s would keep `time.accuracy: {:.3g}`",
+                  speed, error, world_.step.soil_step, fine.step, s_.time.accuracy));
+}
+
+void RunLoop::write_step_error() {
+  const mbd::StepError& error = world_.machine->integrator().step_error();
+  if (error.fastest == 0) return;
+  app::write_step_error(*summary_, error);
+  if (error.sum() > most_step_error)
+    summary_->warn(
+        fmt::format("machine steps of {:.3g} s are estimated to err by {:.2g} of the machine's length and speed over "
+                    "the run; shorten them{}",
+                    world_.step.machine_step, error.sum(),
+                    world_.bed ? " by fewer soil steps per machine step" : ", or leave out time.machine.step"));
+}
+
+void RunLoop::warn_of_machine_energy() {
+  if (!world_.machine) return;
+  const double closure = world_.machine->energy().closure();
+  if (closure > most_closure)
+    summary_->warn(
+        fmt::format("the machine's energy balance is off by {:.2g} of the energy there or moved: its motion is not "
+                    "resolved; shorten the machine step or its tolerance",
+                    closure));
+}
+
+void RunLoop::attempt(int& code, const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const std::exception& error) {
+    if (code != exit_failed) failure_ = fmt::format("t = {:.9g} s: {}", reached_, error.what());
+    code = exit_failed;
+    lock_.free_reserve();
+  }
+}
+
+void RunLoop::finish(int& code) {
+  live_.close();
+  if (code == exit_failed) lock_.free_reserve();
+  attempt(code, [&] { series_->sync(); });
+  attempt(code, [&] { frames_->finish(); });
+  last_warnings(code);
+  write_run_section(*summary_,
+                    {.code = code,
+                     .failure = failure_,
+                     .reached = code == exit_failed ? simulation_.time() : reached_,
+                     .wall_time = live_.elapsed(),
+                     .steps = steps_,
+                     .frames = frames_->count(),
+                     .deepest = deepest_},
+                    s_, request_, world_);
+  if (world_.machine) write_events(*summary_, *world_.machine);
+  write_energy(*summary_, energy_start_, world_, simulation_);
+  if (!tool_->tools().empty()) write_tools(*summary_, *tool_);
+  attempt(code, [&] { summary_->write(request_.out / "summary.json"); });
+  if (code == exit_ok) checkpoints_.remove();
+  if (const std::string means = means_text(*summary_, *tool_, s_); !means.empty() && world_.bed)
+    spdlog::info("{}", means.substr(0, means.size() - 1));
+  for (const std::string& text : summary_->warnings()) spdlog::warn("warning: {}", text);
+  if (code == exit_failed) {
+    spdlog::error("{}", failure_);
+    spdlog::error("the run stops here; results up to then are in {}", request_.out.string());
+  } else {
+    spdlog::info("{} in {}; results in {}", code == exit_ok ? "done" : "interrupted", clock_text(live_.elapsed()),
+                 request_.out.string());
+  }
+}
+
+void RunLoop::last_warnings(int code) {
+  if (world_.bed) warn_of_coarse_contacts();
+  if (world_.machine) write_step_error();
+  warn_of_machine_energy();
+  if (world_.soil.stopped)
+    summary_->warn("the run was interrupted while the bed settled: time 0 shows it on its way to rest");
+  if (world_.bed && world_.bed->has_bonding_laws() && world_.bed->bonds().formed == 0)
+    summary_->warn("a law has bonds but none formed: no spheres were within `bond gap` at `bond time`");
+  if (code != exit_ok) return;
+  for (const Tool& tool : tool_->tools())
+    if (!tool.touched)
+      summary_->warn(
+          fmt::format("{} touched no soil in the whole run: see where it starts and how it moves; `subsoil "
+                      "check` says how far it is from the soil",
+                      tool.name));
+  if (window_ == Opening::pending)
+    summary_->warn(
+        "no tool came to steady work (its length in soil plus its depth of travel): no means; let it travel "
+        "farther, or set output.window");
+  else if (!std::isfinite(summary_->window_from()) || !(summary_->window_until() > summary_->window_from()))
+    summary_->warn(
+        "the window of the means was never reached, or is shorter than a period of the given motion: means "
+        "are null; let it run longer, or set output.window");
+}
+
+}  // namespace subsoil::app
