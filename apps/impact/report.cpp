@@ -10,6 +10,7 @@
 #include "apps/impact/results_file.hpp"
 #include "apps/output/csv.hpp"
 #include "apps/output/series.hpp"
+#include "apps/output/series_writer.hpp"
 #include "apps/plot/plot.hpp"
 #include "libdem/laws/hertz_mindlin.hpp"
 #include "libdem/laws/hunt_crossley.hpp"

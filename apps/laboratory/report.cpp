@@ -7,6 +7,7 @@
 
 #include "apps/output/atomic_file.hpp"
 #include "apps/output/csv.hpp"
+#include "apps/output/series_writer.hpp"
 #include "apps/plot/plot.hpp"
 
 namespace subsoil::app {

@@ -49,8 +49,6 @@ Handle create_file(const std::filesystem::path& path);
 Handle open_file(const std::filesystem::path& path);
 /// `name_bytes`: room for the names of what will be linked in it; 0: HDF5's own guess.
 Handle create_group(hid_t parent, const std::string& name, std::size_t name_bytes = 0);
-/// A group that nothing leads to yet; it is gone when closed without a link().
-Handle create_unlinked_group(hid_t file);
 bool exists(hid_t parent, const std::string& path);
 /// Of all datasets below, with their groups: "bed/ids".
 std::vector<std::string> dataset_names(hid_t parent);
@@ -79,8 +77,6 @@ std::vector<std::string> read_text(hid_t parent, const std::string& name);
 void set_attribute(hid_t object, const char* name, const std::string& text);
 void set_attribute(hid_t object, const char* name, double value);
 void set_attribute(hid_t object, const char* name, std::int64_t value);
-/// Writes over the value of an attribute that exists; no other byte of the file changes.
-void change_attribute(hid_t object, const char* name, double value);
 double number_attribute(hid_t object, const char* name);
 
 /// Hands everything written so far to the system, where a kill of this process cannot reach it.

@@ -4,55 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <fstream>
 #include <stdexcept>
 
 #include "apps/output/csv.hpp"
 
 namespace subsoil::app {
-
-SeriesWriter::SeriesWriter(const std::filesystem::path& path, std::vector<SeriesColumn> columns, int digits)
-    : path_(path), columns_(std::move(columns)), digits_(digits), file_(path, std::ios::trunc) {
-  for (const auto& column : columns_) {
-    if (!row_.empty()) row_ += ',';
-    row_ += csv::quoted(column.label());
-  }
-  row_ += '\n';
-  file_ << row_;
-  flush();
-}
-
-void SeriesWriter::write(std::span<const double> values) {
-  if (values.size() != columns_.size())
-    throw std::invalid_argument(fmt::format("series row: {} values for {} columns", values.size(), columns_.size()));
-  row_.clear();
-  for (const double value : values) {
-    if (!row_.empty()) row_ += ',';
-    csv::append_number(row_, value, digits_);
-  }
-  row_ += '\n';
-  file_ << row_;
-  if (std::chrono::steady_clock::now() - flushed_ > std::chrono::seconds(1)) flush();
-}
-
-void SeriesWriter::flush() {
-  file_.flush();
-  if (!file_)
-    throw std::runtime_error("cannot write " + path_.string() + ": is the directory writable, the disk full?");
-  flushed_ = std::chrono::steady_clock::now();
-}
-
-void IntervalMean::add(double duration, std::span<const double> values) {
-  duration_ += duration;
-  for (std::size_t i = 0; i < sum_.size(); ++i) sum_[i] += duration * values[i];
-}
-
-const std::vector<double>& IntervalMean::take() {
-  if (duration_ > 0)
-    for (std::size_t i = 0; i < sum_.size(); ++i) mean_[i] = sum_[i] / duration_;
-  std::fill(sum_.begin(), sum_.end(), 0.0);
-  duration_ = 0;
-  return mean_;
-}
 
 int Series::find(std::string_view name) const {
   const auto found = std::find_if(columns.begin(), columns.end(), [&](const auto& c) { return c.name == name; });

@@ -12,6 +12,7 @@
 #include "apps/output/atomic_file.hpp"
 #include "apps/output/csv.hpp"
 #include "apps/output/series.hpp"
+#include "apps/output/series_writer.hpp"
 #include "apps/run/columns.hpp"
 #include "apps/run/frames.hpp"
 #include "apps/version.hpp"

@@ -7,7 +7,7 @@
 
 #include "apps/build/laws.hpp"
 #include "apps/scenario/library.hpp"
-#include "apps/scenario/shapes/stl_file.hpp"
+#include "apps/scenario/shapes/mesh_file.hpp"
 #include "apps/scenario/units.hpp"
 
 namespace subsoil::app {
@@ -18,18 +18,18 @@ using Texts = std::vector<std::string>;
 void look_at_mesh(const std::string& name, const Shape& shape, Texts& out) {
   const auto* mesh = std::get_if<MeshShape>(&shape);
   if (mesh == nullptr) return;
-  const StlFile stl = load_stl(mesh->file, mesh->unit);
-  const std::size_t count = stl.mesh.triangles().size();
-  if (stl.flat > 0)
-    out.push_back(fmt::format("{}: {} of the {} triangles of its file have no area and were dropped", name, stl.flat,
-                              count + stl.flat));
-  if (stl.mesh.closed() && stl.turned > 0)
+  const MeshFile file = load_mesh(mesh->file, mesh->unit);
+  const std::size_t count = file.mesh.triangles().size();
+  if (file.flat > 0)
+    out.push_back(fmt::format("{}: {} of the {} triangles of its file have no area and were dropped", name, file.flat,
+                              count + file.flat));
+  if (file.mesh.closed() && file.turned > 0)
     out.push_back(
-        stl.turned == count
+        file.turned == count
             ? fmt::format("{}: its file is inside out (all {} normals point inward); it was turned", name, count)
             : fmt::format("{}: {} of {} triangles of its file are wound the other way than their neighbours; "
                           "they were turned",
-                          name, stl.turned, count));
+                          name, file.turned, count));
 }
 
 void look_at_meshes(const Scenario& s, Texts& out) {

@@ -58,15 +58,15 @@ void RunLoop::open_output() {
     remove_results(request_.out, request_.from);
     write_atomically(request_.out / "scenario.yaml", write_scenario(s_));
   }
-  series_ = std::make_unique<SeriesFile>(request_.out / "series.csv", columns_->list(),
-                                         world_.bed ? 9 : csv::exact_digits, kept_bytes());
+  series_ = std::make_unique<SeriesWriter>(request_.out / "series.csv", columns_->list(),
+                                           world_.bed ? 9 : csv::exact_digits, kept_bytes());
   std::vector<SeriesColumn> summarised;
   for (const std::size_t c : columns_->summarised()) summarised.push_back(columns_->list()[c]);
   summary_ = std::make_unique<Summary>(summarised);
   summarised_.resize(summarised.size());
   row_.assign(columns_->list().size(), 0.0);
   values_ = row_;
-  means_ = std::make_unique<RowMean>(row_.size());
+  means_ = std::make_unique<IntervalMean>(row_.size());
   if (world_.machine)
     for (const std::string& group : world_.machine->assembly().redundant)
       spdlog::info("{}: of their reactions those of least norm are reported", group);

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "apps/build/world.hpp"
-#include "apps/output/series_file.hpp"
+#include "apps/output/series_writer.hpp"
 #include "apps/output/summary.hpp"
 #include "apps/run/checkpoints.hpp"
 #include "apps/run/columns.hpp"
@@ -112,10 +112,10 @@ class RunLoop {
   coupling::Simulation simulation_;
   std::unique_ptr<Columns> columns_;
   std::unique_ptr<ToolProgress> tool_;
-  std::unique_ptr<SeriesFile> series_;
+  std::unique_ptr<SeriesWriter> series_;
   std::unique_ptr<Summary> summary_;
   std::unique_ptr<FrameOutput> frames_;
-  std::unique_ptr<RowMean> means_;
+  std::unique_ptr<IntervalMean> means_;
   std::vector<double> values_, row_, summarised_;  // of the step, of the row written last, of the summary's columns
   LiveLine live_;
   RecentRate rate_;

@@ -18,7 +18,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "apps/scenario/shapes/stl_file.hpp"
+#include "apps/scenario/shapes/mesh_file.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
 
 namespace subsoil::app {
@@ -133,19 +133,19 @@ void MeshShape::describe(Fields& v) {
   v.unit("unit", unit, "m", "unit of the file's numbers");
 }
 
-dem::TriangleMesh MeshShape::mesh() const { return read_stl(file, unit); }
+dem::TriangleMesh MeshShape::mesh() const { return read_mesh(file, unit); }
 
-StlFile load_stl(const std::string& file, double unit) {
+MeshFile load_mesh(const std::string& file, double unit) {
   if (!std::filesystem::exists(file)) throw std::runtime_error(file + ": no such file");
   std::vector<Facet> soup = facets_of(file, unit);
   const std::size_t flat = drop_flat(soup);
   if (soup.empty()) throw std::runtime_error(file + ": no face has an area");
-  StlFile out{dem::welded_mesh(soup), flat, 0};
+  MeshFile out{dem::welded_mesh(soup), flat, 0};
   for (std::size_t i = 0; i < soup.size(); ++i)
     if (dem::dot(dem::area_vector(soup[i][0], soup[i][1], soup[i][2]), out.mesh.normal(i)) < 0) ++out.turned;
   return out;
 }
 
-dem::TriangleMesh read_stl(const std::string& file, double unit) { return load_stl(file, unit).mesh; }
+dem::TriangleMesh read_mesh(const std::string& file, double unit) { return load_mesh(file, unit).mesh; }
 
 }  // namespace subsoil::app

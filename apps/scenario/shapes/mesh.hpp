@@ -17,6 +17,6 @@ struct MeshShape {
 };
 
 /// Reads an STL, OBJ or PLY file in double; `unit` metres per unit of the file. Throws std::runtime_error naming it.
-dem::TriangleMesh read_stl(const std::string& file, double unit);
+dem::TriangleMesh read_mesh(const std::string& file, double unit);
 
 }  // namespace subsoil::app

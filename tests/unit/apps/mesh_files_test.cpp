@@ -113,7 +113,7 @@ TEST_F(MeshFiles, TextIsReadInDouble) {
   for (const std::string& file :
        {write("a.stl", text_stl(box, "%.17g")), write("a.obj", obj(box)), write("text.ply", ply(box, false)),
         write("binary.ply", ply(box, true)), write("named-otherwise.dat", ply(box, true))}) {
-    const TriangleMesh read = read_stl(file, 1);
+    const TriangleMesh read = read_mesh(file, 1);
     EXPECT_EQ(apart(read, box), 0) << file;
     EXPECT_EQ(read.vertices().size(), 8U) << file;
     EXPECT_TRUE(read.closed()) << file;
@@ -124,10 +124,10 @@ TEST_F(MeshFiles, TextIsReadInDouble) {
 /// Half the spacing of floats below 0.5, in each of three coordinates; and seven digits of a text.
 TEST_F(MeshFiles, BinaryStlIsRoundedToFloat) {
   const TriangleMesh box = askew();
-  const double error = apart(read_stl(write("b.stl", binary_stl(box)), 1), box);
+  const double error = apart(read_mesh(write("b.stl", binary_stl(box)), 1), box);
   EXPECT_LE(error, std::sqrt(3.0) * std::ldexp(1.0, -26));
   EXPECT_GT(error, std::ldexp(1.0, -28));
-  EXPECT_LE(apart(read_stl(write("seven.stl", text_stl(box, "%.7e")), 1), box), std::sqrt(3.0) * 0.5e-8);
+  EXPECT_LE(apart(read_mesh(write("seven.stl", text_stl(box, "%.7e")), 1), box), std::sqrt(3.0) * 0.5e-8);
 }
 
 /// Corners that differ by the rounding of the file are one vertex: the box stays closed.
@@ -140,27 +140,27 @@ TEST_F(MeshFiles, CornersWithinRoundingAreOneVertex) {
     std::snprintf(number, sizeof number, "%.17g", box.corner(0, 0).x + 1e-8);
     return std::string(number);
   }());
-  const TriangleMesh read = read_stl(write("cracked.stl", text), 1);
+  const TriangleMesh read = read_mesh(write("cracked.stl", text), 1);
   EXPECT_EQ(read.vertices().size(), 8U);
   EXPECT_TRUE(read.closed());
 }
 
 TEST_F(MeshFiles, FacesOfMoreCornersAreCut) {
   const std::string corners = "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\n";
-  EXPECT_NEAR(read_stl(write("quad.obj", corners + "f 1 2 3 4\n"), 1e-3).area(), 2e-6, 1e-20);
+  EXPECT_NEAR(read_mesh(write("quad.obj", corners + "f 1 2 3 4\n"), 1e-3).area(), 2e-6, 1e-20);
   EXPECT_NE(message_of([&] {
-              read_stl(write("bent.obj", "v 0 0 0\nv 2 0 0\nv 2 1 1\nv 0 1 0\nf 1 2 3 4\n"), 1);
+              read_mesh(write("bent.obj", "v 0 0 0\nv 2 0 0\nv 2 1 1\nv 0 1 0\nf 1 2 3 4\n"), 1);
             }).find("face 1 has 4 corners and is not flat and convex"),
             std::string::npos);
   EXPECT_NE(message_of([&] {
-              read_stl(write("dart.obj", "v 0 0 0\nv 2 0 0\nv 0.1 0.1 0\nv 0 2 0\nf 2 3 4 1\n"), 1);
+              read_mesh(write("dart.obj", "v 0 0 0\nv 2 0 0\nv 0.1 0.1 0\nv 0 2 0\nf 2 3 4 1\n"), 1);
             }).find("not flat and convex"),
             std::string::npos);
 }
 
 TEST_F(MeshFiles, BadFilesAreRefused) {
   const auto refused = [&](const std::string& name, const std::string& text, const std::string& why) {
-    const std::string message = message_of([&] { read_stl(write(name, text), 1); });
+    const std::string message = message_of([&] { read_mesh(write(name, text), 1); });
     EXPECT_NE(message.find(why), std::string::npos) << name << ": " << message;
   };
   const TriangleMesh box = askew();
@@ -174,7 +174,7 @@ TEST_F(MeshFiles, BadFilesAreRefused) {
           "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n",
           "names vertex 8 of 3");
   refused("cut.ply", ply(box, true).substr(0, 300), "no PLY file that can be read");
-  EXPECT_NE(message_of([&] { read_stl("/nowhere.stl", 1); }).find("no such file"), std::string::npos);
+  EXPECT_NE(message_of([&] { read_mesh("/nowhere.stl", 1); }).find("no such file"), std::string::npos);
 }
 
 }  // namespace

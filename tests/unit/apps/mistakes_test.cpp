@@ -11,7 +11,7 @@
 #include "apps/run/overlap_advice.hpp"
 #include "apps/run/surface_report.hpp"
 #include "apps/scenario/load.hpp"
-#include "apps/scenario/shapes/stl_file.hpp"
+#include "apps/scenario/shapes/mesh_file.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
@@ -174,7 +174,7 @@ TEST_F(Stl, TrianglesWithoutAreaAreDroppedAndCounted) {
   Facets facets = box();
   facets.push_back({facets[0][0], facets[0][0], facets[0][1]});     // two corners at one place
   facets.push_back({Vec3{0, 0, 0}, Vec3{1, 0, 0}, Vec3{2, 0, 0}});  // three on a line
-  const StlFile stl = load_stl(file(stl_text(facets)), 1e-3);
+  const MeshFile stl = load_mesh(file(stl_text(facets)), 1e-3);
   EXPECT_EQ(stl.flat, 2u);
   EXPECT_EQ(stl.mesh.triangles().size(), 12u);
   EXPECT_TRUE(stl.mesh.closed());
@@ -183,24 +183,24 @@ TEST_F(Stl, TrianglesWithoutAreaAreDroppedAndCounted) {
 
 TEST_F(Stl, InsideOutAndMixedWindingsAreTurnedAndSaid) {
   Facets facets = box();
-  EXPECT_EQ(load_stl(file(stl_text(facets)), 1e-3).turned, 0u);
+  EXPECT_EQ(load_mesh(file(stl_text(facets)), 1e-3).turned, 0u);
   std::swap(facets[3][0], facets[3][1]);
-  EXPECT_EQ(load_stl(file(stl_bytes(facets)), 1e-3).turned, 1u);
+  EXPECT_EQ(load_mesh(file(stl_bytes(facets)), 1e-3).turned, 1u);
   facets = box();
   for (auto& t : facets) std::swap(t[0], t[1]);
-  const StlFile stl = load_stl(file(stl_bytes(facets)), 1e-3);
+  const MeshFile stl = load_mesh(file(stl_bytes(facets)), 1e-3);
   EXPECT_EQ(stl.turned, 12u);
   EXPECT_NEAR(stl.mesh.volume(), 60e-3 * 10e-3 * 60e-3, 1e-11) << "acts outward all the same";
 }
 
 TEST_F(Stl, FilesThatAreCutOffAreRefused) {
   const std::string text = stl_text(box()), bytes = stl_bytes(box());
-  EXPECT_NE(message_of([&] { load_stl(file(text.substr(0, text.size() * 2 / 3)), 1e-3); }).find("is cut off"),
+  EXPECT_NE(message_of([&] { load_mesh(file(text.substr(0, text.size() * 2 / 3)), 1e-3); }).find("is cut off"),
             std::string::npos);
   EXPECT_NE(
-      message_of([&] { load_stl(file(bytes.substr(0, 400)), 1e-3); }).find("says 12 triangles, which take 684 bytes"),
+      message_of([&] { load_mesh(file(bytes.substr(0, 400)), 1e-3); }).find("says 12 triangles, which take 684 bytes"),
       std::string::npos);
-  EXPECT_NE(message_of([&] { load_stl(file(std::string("hello, this is no STL file\n")), 1e-3); }).find("no STL file"),
+  EXPECT_NE(message_of([&] { load_mesh(file(std::string("hello, this is no STL file\n")), 1e-3); }).find("no STL file"),
             std::string::npos);
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "apps/output/series.hpp"
+#include "apps/output/series_writer.hpp"
 #include "apps/plot/plot.hpp"
 #include "tests/tools/scratch.hpp"
 

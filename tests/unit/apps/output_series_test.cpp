@@ -5,6 +5,7 @@
 
 #include "apps/output/csv.hpp"
 #include "apps/output/series.hpp"
+#include "apps/output/series_writer.hpp"
 #include "apps/output/summary.hpp"
 #include "tests/tools/scratch.hpp"
 

@@ -12,14 +12,14 @@
 
 namespace subsoil::app {
 
-/// series.csv of a run that may be killed, cut off and taken up again: as SeriesWriter writes it.
-class SeriesFile {
+/// Writes a series.csv that may be killed, cut off and taken up again.
+class SeriesWriter {
  public:
   /// `digits` of a number, or csv::exact_digits. Throws DiskFault, as do all that write.
   /// @param keep bytes of the file that is there, of the same columns, to go on behind
-  SeriesFile(const std::filesystem::path& path, const std::vector<SeriesColumn>& columns, int digits,
-             std::optional<std::uint64_t> keep);
-  ~SeriesFile();
+  SeriesWriter(const std::filesystem::path& path, const std::vector<SeriesColumn>& columns, int digits = 9,
+               std::optional<std::uint64_t> keep = std::nullopt);
+  ~SeriesWriter();
   /// One sample, a value per column. Handed to the system at least once per second of wall time.
   void write(std::span<const double> values);
   void flush();
@@ -34,10 +34,10 @@ class SeriesFile {
   std::chrono::steady_clock::time_point flushed_;
 };
 
-/// Means over a sample interval, as IntervalMean, that a state can hold.
-class RowMean {
+/// Means over a sample interval, weighted with the length of each step: add() every step, take() every sample.
+class IntervalMean {
  public:
-  explicit RowMean(std::size_t columns) : sum_(columns, 0.0), mean_(columns, 0.0) {}
+  explicit IntervalMean(std::size_t columns) : sum_(columns, 0.0), mean_(columns, 0.0) {}
   void add(double duration, std::span<const double> values);
   /// The means since the last take(); before any add() the values of the last sample again.
   const std::vector<double>& take();

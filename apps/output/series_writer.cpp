@@ -1,4 +1,4 @@
-#include "apps/output/series_file.hpp"
+#include "apps/output/series_writer.hpp"
 
 #include <fmt/format.h>
 
@@ -10,8 +10,8 @@
 
 namespace subsoil::app {
 
-SeriesFile::SeriesFile(const std::filesystem::path& path, const std::vector<SeriesColumn>& columns, int digits,
-                       std::optional<std::uint64_t> keep)
+SeriesWriter::SeriesWriter(const std::filesystem::path& path, const std::vector<SeriesColumn>& columns, int digits,
+                           std::optional<std::uint64_t> keep)
     : columns_(columns.size()), digits_(digits), file_(path, keep), flushed_(std::chrono::steady_clock::now()) {
   if (keep) return;
   for (const auto& column : columns) {
@@ -22,7 +22,7 @@ SeriesFile::SeriesFile(const std::filesystem::path& path, const std::vector<Seri
   flush();
 }
 
-SeriesFile::~SeriesFile() {
+SeriesWriter::~SeriesWriter() {
   try {
     flush();
   } catch (const DiskFault&) {
@@ -30,7 +30,7 @@ SeriesFile::~SeriesFile() {
   }
 }
 
-void SeriesFile::write(std::span<const double> values) {
+void SeriesWriter::write(std::span<const double> values) {
   if (values.size() != columns_)
     throw std::invalid_argument(fmt::format("series row: {} values for {} columns", values.size(), columns_));
   bool first = true;
@@ -43,25 +43,25 @@ void SeriesFile::write(std::span<const double> values) {
   if (rows_.size() > many || std::chrono::steady_clock::now() - flushed_ > std::chrono::seconds(1)) flush();
 }
 
-void SeriesFile::flush() {
+void SeriesWriter::flush() {
   // What cannot be written is not tried again: half of it may be there.
   const std::string rows = std::exchange(rows_, {});
   file_.write(rows);
   flushed_ = std::chrono::steady_clock::now();
 }
 
-std::uint64_t SeriesFile::sync() {
+std::uint64_t SeriesWriter::sync() {
   flush();
   file_.sync();
   return file_.size();
 }
 
-void RowMean::add(double duration, std::span<const double> values) {
+void IntervalMean::add(double duration, std::span<const double> values) {
   duration_ += duration;
   for (std::size_t i = 0; i < sum_.size(); ++i) sum_[i] += duration * values[i];
 }
 
-const std::vector<double>& RowMean::take() {
+const std::vector<double>& IntervalMean::take() {
   if (duration_ > 0)
     for (std::size_t i = 0; i < sum_.size(); ++i) mean_[i] = sum_[i] / duration_;
   std::fill(sum_.begin(), sum_.end(), 0.0);
