@@ -84,10 +84,10 @@ struct World {
 
 struct BuildOptions {
   int threads = 0;
-  bool settle = true;                     ///< no: `check` looks at the bed as placed
-  bool place_soil = true;                 ///< no: the spheres come from a restart, and
-  std::vector<dem::SphereSpec> restored;  ///< these stand for them while the stable step is found
-  SettleProgress progress;
+  bool settle = true;                       ///< no: `check` looks at the bed as placed
+  bool place_soil = true;                   ///< no: the spheres come from a restart, and
+  std::vector<dem::SphereSpec> restored{};  ///< these stand for them while the stable step is found
+  SettleProgress progress{};
 };
 
 World build_world(const Loaded& loaded, const BuildOptions& options);

@@ -13,7 +13,7 @@ struct RunRequest {
   bool force = false;
   bool strict = false;                 ///< a run with warnings ends with exit_failed
   std::vector<std::string> changes{};  ///< keys that may differ from the scenario of `from`
-  std::filesystem::path from;          ///< a state file to start from; empty: from the beginning
+  std::filesystem::path from{};        ///< a state file to start from; empty: from the beginning
 };
 
 /// Exit codes of a run.

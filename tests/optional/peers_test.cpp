@@ -53,7 +53,7 @@ std::string input(const Peer& peer, const std::string& contacts, bool wall) {
                      "boundary f f f\nnewton off\nregion box block -0.2 0.2 -0.2 0.2 -0.2 0.2\ncreate_box 1 box\n";
   int id = 0;
   for (const SphereSpec& s : spheres(wall)) {
-    const Vec3 &x = s.position, &v = s.velocity, &w = s.spin;
+    const Vec3 &x = s.position, &v = s.velocity, &w = s.angular_velocity;
     text += filled("create_atoms 1 single {} {} {}\n", {x.x, x.y, x.z}) + "set atom " + std::to_string(++id) +
             filled(" diameter {} density {} vx {} vy {} vz {} " + peer.spin + "\n",
                    {2 * s.radius, s.density, v.x, v.y, v.z, w.x, w.y, w.z});
@@ -100,7 +100,7 @@ std::vector<Vec3> by_engine(const Law& law, bool wall) {
   for (int n = 0; n <= kSteps; ++n) {
     const Snapshot s = observe(bed, kStep);
     if (n % kEvery == 0)
-      for (std::size_t i = 0; i < s.id.size(); ++i) out.insert(out.end(), {s.velocity[i], s.spin[i]});
+      for (std::size_t i = 0; i < s.id.size(); ++i) out.insert(out.end(), {s.velocity[i], s.angular_velocity[i]});
   }
   return out;
 }

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "apps/output/series_writer.hpp"
 #include "apps/scenario/document.hpp"
 #include "tests/tools/program_runs.hpp"
 
