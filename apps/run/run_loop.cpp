@@ -95,7 +95,7 @@ std::optional<std::uint64_t> RunLoop::kept_bytes() const {
 }
 
 void RunLoop::archive(Archive& a) {
-  a(frame_due_, sample_due_, state_due_, *summary_, *means_, *tool_, walls_);
+  a(frame_due_, sample_due_, state_due_, *summary_, *means_, *tool_, walls_, physics_);
   a(values_, row_, looks_, start_time_, deepest_, fastest_, steps_, window_);
   a(energy_start_.bed, energy_start_.bed_gravity, energy_start_.machine_potential);
   StepReport& step = world_.step;
@@ -177,7 +177,7 @@ int RunLoop::loop() {
       if (step_tells) columns_->take_step(values_, sample);
     }
     if (sample) write_row();
-    if (sample && energy_is_lost()) return exit_failed;
+    if (sample && (energy_is_lost() || physics_fails())) return exit_failed;
     if (frame) frames_->write(t, steps_);
     if (last) return signal == SIGINT ? exit_interrupted : signal == SIGTERM ? exit_terminated : exit_ok;
     count_step(t, world_.bed ? dt : simulation_.time() - t);
@@ -217,6 +217,16 @@ void RunLoop::write_row() {
       if (columns_->is_mean(c)) row_[c] = mean[c];
   }
   series_->write(row_);
+}
+
+bool RunLoop::physics_fails() {
+  if (!world_.bed || !energy_begun_) return false;
+  for (const PhysicsWatch::Finding& finding : physics_.look(world_, energy_start_, fastest_)) {
+    const std::string text = fmt::format("t = {:.9g} s: {}", reached_, finding.text);
+    if (finding.stops) return failure_ = text, true;
+    warn(text);
+  }
+  return false;
 }
 
 bool RunLoop::energy_is_lost() {
