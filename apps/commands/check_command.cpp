@@ -160,8 +160,9 @@ Trial try_out(const Loaded& loaded, World& world, double spheres) {
   trial.cost.wall_time =
       trial.cost.seconds_per_step * (static_cast<double>(trial.cost.steps) + trial.settling / settling_step) +
       seconds_per_frame * static_cast<double>(trial.cost.frames);
-  const double series =
-      s.time.end / s.output.series_every * (world.bed ? 11.0 : 20.0) * static_cast<double>(row.size());
+  const double interval = s.output.row_interval();
+  const double rows = (interval > 0 ? s.time.end / interval : 0) + static_cast<double>(s.output.series_at.size()) + 1;
+  const double series = rows * (world.bed ? 11.0 : 20.0) * static_cast<double>(row.size());
   double state = 0;
   if (world.bed && (s.output.state == State::full || s.output.state_every)) {
     const double states = 1 + (s.output.state_every ? s.time.end / *s.output.state_every : 0);
