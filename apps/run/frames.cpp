@@ -22,7 +22,12 @@ RunOptions frame_options(const Scenario& s) {
 
 double frame_interval(const Scenario& s) {
   if (s.output.every) return *s.output.every;
-  return s.output.at.empty() ? s.time.end / 200 : 0;
+  if (!s.output.at.empty()) return 0;
+  const double film = s.time.end / 200;
+  if (s.has_bed()) return film;
+  // Of a machine alone a step costs less than a frame.
+  constexpr double usual = 5e-3, least = 20;
+  return std::max(film, std::min(usual, s.time.end / least));
 }
 
 FrameOutput::FrameOutput(const std::filesystem::path& directory, const Scenario& scenario, const World& world,

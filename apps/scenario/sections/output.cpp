@@ -97,7 +97,10 @@ class WatchList final : public Compound {
 }  // namespace
 
 void describe(Fields& v, Output& o) {
-  v.quantity("every", o.every, "s", "(0, inf)", "interval of frames; left out: a 200th of the end, or none with `at`");
+  v.quantity(
+      "every", o.every, "s", "(0, inf)",
+      "interval of frames; left out: a 200th of the end (of a machine alone 5 ms if that is longer, a 20th of the end "
+      "at most), or none with `at`");
   v.quantities("at", o.at, "s", "[0, inf)",
                "further times of frames, which are of these times exactly, between steps too");
   v.quantity(
