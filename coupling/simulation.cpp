@@ -30,15 +30,13 @@ double Simulation::time() const { return time_; }
 
 dem::Pose Simulation::surface_pose(int boundary) const {
   for (const BodySurface& s : surfaces_)
-    if (s.boundary == boundary) return pose_of(ahead(s.body));
+    if (s.boundary == boundary) return pose_of(body(s.body));
   for (const GivenMotion& m : motions_)
     if (m.boundary == boundary) return m.pose(time_);
   return bed_->boundary(boundary).pose;
 }
 
-/// Where a body is at t_{n+1}: as the machine has it at a window's end, carried on with its velocity and acceleration
-/// of the window's start inside.
-mbd::BodyState Simulation::ahead(int body) const {
+mbd::BodyState Simulation::body(int body) const {
   const mbd::BodyState& now = machine_->body(body);
   if (in_window_ == 0) return now;
   const auto& a = acceleration_[static_cast<std::size_t>(body)];
@@ -67,8 +65,8 @@ void Simulation::place(dem::Boundary& boundary, const dem::Pose& pose, const dem
 void Simulation::place_surfaces() {
   if (bed_ == nullptr) return;
   for (const BodySurface& s : surfaces_) {
-    const mbd::BodyState body = ahead(s.body);
-    place(bed_->boundary(s.boundary), pose_of(body), {body.v.x, body.v.y, 0}, {0, 0, body.omega});
+    const mbd::BodyState on = body(s.body);
+    place(bed_->boundary(s.boundary), pose_of(on), {on.v.x, on.v.y, 0}, {0, 0, on.omega});
   }
   for (const GivenMotion& m : motions_) {
     dem::Boundary& b = bed_->boundary(m.boundary);
@@ -133,6 +131,13 @@ void Simulation::step(const dem::Bed::Request& request) {
   if (++in_window_ < options_.soil_steps) return;
   in_window_ = 0;
   if (machine_ != nullptr) advance_machine();
+}
+
+void Simulation::step_to(double time) {
+  const double rest = time - machine_->time(), h = options_.machine_step;
+  machine_->advance(rest < h * (1 + 1e-9) ? rest : h);
+  take_accelerations();
+  time_ = machine_->time();
 }
 
 InterfaceWork Simulation::interface_work() const {

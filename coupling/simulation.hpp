@@ -56,6 +56,11 @@ class Simulation {
   void end_at(double end) { end_ = end; }
   /// One soil step (or one machine step without a bed). After it, wrenches are those of t_n, poses those of t_{n+1}.
   void step(const dem::Bed::Request& request = {});
+  /// A machine alone whose method ends anywhere: moves on to `time`, at most by its step.
+  void step_to(double time);
+  /// Whether the machine stands at this instant, and not at the start of a window of several soil steps.
+  bool window_begins() const { return machine_ == nullptr || in_window_ == 0; }
+  double window_length() const { return step_length() * (bed_ != nullptr ? options_.soil_steps : 1); }
   double time() const;  ///< t_{n+1}
   double step_length() const { return bed_ != nullptr ? options_.soil_step : options_.machine_step; }
 
@@ -66,13 +71,15 @@ class Simulation {
   const std::vector<BodySurface>& surfaces() const { return surfaces_; }
   /// Where a boundary's surface stands now (t_{n+1}), for drawing.
   dem::Pose surface_pose(int boundary) const;
+  /// A body of the machine at t_{n+1}: as the machine has it at a window's end, carried on with its velocity and
+  /// acceleration of the window's start inside.
+  mbd::BodyState body(int body) const;
 
   /// State beside those of bed and machine, for a restart.
   std::vector<double> save() const;
   void restore(const std::vector<double>& state);
 
  private:
-  mbd::BodyState ahead(int body) const;
   void place(dem::Boundary& boundary, const dem::Pose& pose, const dem::Vec3& velocity,
              const dem::Vec3& angular_velocity);
   void place_surfaces();

@@ -25,6 +25,7 @@ namespace subsoil::mbd {
 class AdamsMoulton : public Integrator {
  public:
   AdamsMoulton(System& system, const AdamsMoultonOptions& options);
+  bool ends_anywhere() const override { return false; }
 
  protected:
   void on_start() override;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "libmbd/assembly.hpp"
+#include "libmbd/between.hpp"
 
 namespace subsoil::mbd {
 
@@ -204,25 +205,9 @@ void Adaptive::leave_crossing() {
   if (partition_.choose_again_if_needed(now_)) partition_.evaluate_nearest(now_);
 }
 
-// The quintic of each coordinate that has q, q', q'' of both ends; flows on a cubic, reactions on a line.
 void Adaptive::read_crossing(double t) {
-  const MotionState &a = before_crossing_, &b = after_crossing_;
-  const double h = b.t - a.t, s = (t - a.t) / h;
-  const double s2 = s * s, s3 = s2 * s;
-  // Of what b lies off the parabola of a: p(1), p'(1), p''(1) as powers of s from 3 on.
-  for (Eigen::Index i = 0; i < a.q.size(); ++i) {
-    const double v = h * a.velocity[i], w = h * h * a.acceleration[i];
-    const double p = b.q[i] - a.q[i] - v - w / 2, dp = h * b.velocity[i] - v - w, ddp = h * h * b.acceleration[i] - w;
-    const double c3 = 10 * p - 4 * dp + ddp / 2, c4 = -15 * p + 7 * dp - ddp, c5 = 6 * p - 3 * dp + ddp / 2;
-    now_.q[i] = a.q[i] + s * v + s2 * w / 2 + s3 * (c3 + s * (c4 + s * c5));
-    now_.velocity[i] = (v + s * w + s2 * (3 * c3 + s * (4 * c4 + s * 5 * c5))) / h;
-    now_.acceleration[i] = (w + s * (6 * c3 + s * (12 * c4 + s * 20 * c5))) / (h * h);
-  }
-  now_.t = t;
-  now_.lambda = (1 - s) * a.lambda + s * b.lambda;
-  now_.rates = (1 - s) * a.rates + s * b.rates;
-  flows_.of_elements = flows_before_ + s2 * (3 - 2 * s) * (flows_after_ - flows_before_) +
-                       h * s * (1 - s) * ((1 - s) * a.rates - s * b.rates);
+  interpolate(before_crossing_, after_crossing_, t, now_);
+  interpolate_flows(before_crossing_, after_crossing_, flows_before_, flows_after_, t, flows_.of_elements);
   system_.set_state(t, now_.q, now_.velocity);
   system_.set_multipliers(now_.lambda);
   Eigen::VectorXd loads(now_.q.size());

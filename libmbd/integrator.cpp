@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "libmbd/adams_moulton.hpp"
+#include "libmbd/between.hpp"
 #include "libmbd/cvode.hpp"
 #include "libmbd/ida.hpp"
 #include "libmbd/kinematic.hpp"
@@ -44,19 +45,76 @@ void Integrator::start(double t, const Eigen::VectorXd& q, const Eigen::VectorXd
 
 void Integrator::advance(double h) {
   if (!(h > 0)) throw std::invalid_argument("machine step = " + std::to_string(h) + " s: must be above 0");
+  look_ahead();
   q_before_ = now_.q;
+  pieces_.clear();
+  keep_begin();
   if (watches_switches() && !finds_events())
     advance_over_events(h);
   else
     on_advance(h);
+  keep_end();
   refuse_blow_up(system_, now_);
   system_.set_state(now_.t, now_.q, now_.velocity);
   system_.commit();
+  flows_.external_work += external_work_since(now_.q);
+}
+
+double Integrator::external_work_since(const Eigen::VectorXd& q) const {
+  double work = 0;
   for (int i = 1; i < system_.bodies(); ++i)
     for (int k = 0; k < 3; ++k) {
       const auto c = 3 * (i - 1) + k;
-      flows_.external_work += system_.external_wrench(i)[static_cast<std::size_t>(k)] * (now_.q[c] - q_before_[c]);
+      work += system_.external_wrench(i)[static_cast<std::size_t>(k)] * (q[c] - q_before_[c]);
     }
+  return work;
+}
+
+void Integrator::keep_begin() {
+  if (keeps_) pieces_.push_back({now_, now_, flows_, flows_});
+}
+
+void Integrator::keep_end() {
+  if (keeps_) pieces_.back().end = now_, pieces_.back().flows_end = flows_;
+}
+
+void Integrator::look_back(double t) {
+  const auto piece = std::find_if(pieces_.begin(), pieces_.end(), [&](const Piece& p) { return t <= p.end.t; });
+  if (piece == pieces_.end() || !(piece->begin.t < piece->end.t) || t < piece->begin.t)
+    throw std::logic_error("look_back: t = " + std::to_string(t) + " s is not inside a step that is kept");
+  if (!viewer_) viewer_ = idle_viewer_ ? std::move(idle_viewer_) : std::make_unique<Viewer>(system_);
+  Viewer& v = *viewer_;
+  v.state = piece->end, v.flows = piece->flows_end;
+  v.state.t = t;
+  const double step = pieces_.back().end.t - pieces_.front().begin.t;
+  if (piece->end.t - piece->begin.t > 1e-9 * step) {  // else what is left behind an event at the step's end
+    interpolate(piece->begin, piece->end, t, v.state);
+    interpolate_flows(piece->begin, piece->end, piece->flows_begin.of_elements, piece->flows_end.of_elements, t,
+                      v.flows.of_elements);
+  }
+  const MotionState read = v.state;
+  try {
+    v.partition.choose(piece->end);
+    v.partition.evaluate(v.state);
+  } catch (const SingularPose&) {  // there the interpolation stands as it is
+    v.state = read;
+    set_seen(read);
+  }
+  v.flows.external_work = pieces_.front().flows_begin.external_work + external_work_since(v.state.q);
+}
+
+// What forces report and store follows the state.
+void Integrator::set_seen(const MotionState& m) {
+  system_.set_state(m.t, m.q, m.velocity);
+  system_.set_multipliers(m.lambda);
+  Eigen::VectorXd loads(m.q.size());
+  system_.loads(loads);
+}
+
+void Integrator::look_ahead() {
+  if (!viewer_) return;
+  idle_viewer_ = std::move(viewer_);
+  set_seen(now_);
 }
 
 void Integrator::look(const MotionState& m, std::vector<double>& gaps) {
@@ -121,8 +179,10 @@ void Integrator::advance_over_events(double h) {
       if (at < share) share = at, first = i;
     }
     try_part(share * rest);
+    keep_end();
     take_event(first);
     partition_.evaluate(now_);  // friction that has changed over
+    keep_begin();
     before_ = now_;
     flows_before_ = flows_;
     if (end - now_.t <= 1e-12 * h) break;

@@ -80,12 +80,22 @@ class Integrator {
   /// Events since the start, in time.
   const std::vector<Event>& events() const { return events_; }
 
-  const MotionState& state() const { return now_; }
-  const EnergyFlows& flows() const { return flows_; }
+  /// Whether advance() ends at any time at no cost, by a dense output of the method's own.
+  virtual bool ends_anywhere() const { return true; }
+  /// Keeps from now on what look_back() needs of the step before.
+  void keep_steps() { keeps_ = true; }
+  /// Shows state(), flows(), partition() and the system at a time inside the last step: interpolated between its ends,
+  /// or between events in it, then put on the constraints. The motion itself stays at the step's end, to which
+  /// look_ahead() returns. Throws std::logic_error for a time outside the step.
+  void look_back(double t);
+  void look_ahead();
+
+  const MotionState& state() const { return viewer_ ? viewer_->state : now_; }
+  const EnergyFlows& flows() const { return viewer_ ? viewer_->flows : flows_; }
   /// Zero for methods that hold their errors to a tolerance.
   const StepError& step_error() const { return step_error_; }
   Partition& partition() { return partition_; }
-  const Partition& partition() const { return partition_; }
+  const Partition& partition() const { return viewer_ ? viewer_->partition : partition_; }
   System& system() { return system_; }
 
   /// Everything a restart needs, as plain numbers, and back.
@@ -121,6 +131,27 @@ class Integrator {
   void advance_over_events(double h);
   bool crossed();
   void try_part(double h);
+
+  /// Where one looks between steps: a partition of its own, since the factors of the motion's must not depend on it.
+  struct Viewer {
+    explicit Viewer(System& system) : partition(system) {}
+    Partition partition;
+    MotionState state;
+    EnergyFlows flows;
+  };
+  /// Of the last step: what lies between two events.
+  struct Piece {
+    MotionState begin, end;
+    EnergyFlows flows_begin, flows_end;
+  };
+  void set_seen(const MotionState& m);
+  void keep_begin();
+  void keep_end();
+  double external_work_since(const Eigen::VectorXd& q) const;
+
+  std::unique_ptr<Viewer> viewer_, idle_viewer_;
+  bool keeps_ = false;
+  std::vector<Piece> pieces_;
 
   Eigen::VectorXd q_before_;
   bool locate_ = true;

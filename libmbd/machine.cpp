@@ -99,6 +99,11 @@ void Machine::measure(const std::string& name, AnyMeasure measure) {
       measure);
 }
 
+Eigen::VectorXd Machine::reactions() const {
+  const Integrator& seen = *integrator_;
+  return seen.partition().reactions(seen.state());
+}
+
 Reaction Machine::reaction_of(std::size_t joint, const Eigen::VectorXd& lambda) const {
   const int first = visit([](const auto& j) { return j.body_a; }, system_.model().joints[joint].element);
   const Wrench w = joint_wrench(system_, joint, lambda, first);
@@ -106,13 +111,11 @@ Reaction Machine::reaction_of(std::size_t joint, const Eigen::VectorXd& lambda) 
 }
 
 Reaction Machine::joint_reaction(const std::string& name) const {
-  return reaction_of(find_named(system_.model().joints, "joint", name),
-                     integrator_->partition().reactions(integrator_->state()));
+  return reaction_of(find_named(system_.model().joints, "joint", name), reactions());
 }
 
 double Machine::driver_force(const std::string& name) const {
-  return -integrator_->partition().reactions(
-      integrator_->state())[system_.row_of_driver(find_named(system_.model().drivers, "driver", name))];
+  return -reactions()[system_.row_of_driver(find_named(system_.model().drivers, "driver", name))];
 }
 
 double Machine::force_value(const std::string& name, const std::string& column) const {
@@ -186,7 +189,7 @@ void Machine::columns(std::span<double> out) const {
     const auto acceleration = integrator_->state().acceleration.segment<3>(3 * (i - 1));
     put(acceleration[0], acceleration[1], acceleration[2]);
   }
-  const Eigen::VectorXd lambda = integrator_->partition().reactions(integrator_->state());
+  const Eigen::VectorXd lambda = reactions();
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
     const Reaction r = reaction_of(i, lambda);
     put(r.fx, r.fy, r.moment);

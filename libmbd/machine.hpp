@@ -82,6 +82,10 @@ class Machine {
   /// One machine step with the wrenches held.
   void advance(double h);
   double time() const { return integrator_->state().t; }
+  /// Everything below is of a time inside the last step until look_ahead() or the next step; keep_steps() beforehand.
+  void keep_steps() { integrator_->keep_steps(); }
+  void look_back(double t) { integrator_->look_back(t); }
+  void look_ahead() { integrator_->look_ahead(); }
 
   Reaction joint_reaction(const std::string& name) const;
   /// Force (N) or torque (N m) of a driver along its coordinate: for the towed trolley the pull.
@@ -118,6 +122,7 @@ class Machine {
   void begin(const Eigen::VectorXd& q, const Eigen::VectorXd& velocity);
   void watch_energy(bool first);
   void name_columns();
+  Eigen::VectorXd reactions() const;
   Reaction reaction_of(std::size_t joint, const Eigen::VectorXd& lambda) const;
 
   MachineOptions options_;

@@ -163,11 +163,11 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
                     loaded.where("time.soil step"), report.soil_step, report.limit.step, report.limit.cause));
 }
 
-/// A fixed step is 1 ms at most and a whole part of the series interval, so that rows fall on steps; so are the
+/// A fixed step is 1 ms at most and a whole part of the series interval, so that most rows fall on steps; so are the
 /// instants of which rows of means take the mean. Otherwise methods of variable step only hand out what they have at
 /// the rows.
 double machine_step_alone(const Scenario& s) {
-  const double every = s.output.series_every;
+  const double every = s.output.row_interval() > 0 ? s.output.row_interval() : 1e-3;
   const bool fixed = s.analysis == Analysis::dynamics && integrator_of(s) == mbd::IntegratorKind::adams_moulton;
   if (const auto& step = s.time.machine.step) return fixed ? *step : std::min(*step, every);
   return fixed || s.output.forces == ForceColumns::mean ? every / std::ceil(every / 1e-3 - 1e-9) : every;

@@ -47,10 +47,21 @@ hsize_t rows_per_chunk(const Layout& layout) {
   return (layout.rows + pieces - 1) / pieces;
 }
 
+/// Numbers so few that the index of their chunks (2.6 kB in HDF5's B-tree) would be more than they are: they lie in the
+/// dataset's header, as they are.
+bool is_small(const Layout& layout) {
+  constexpr hsize_t most = 4096;  // bytes
+  return layout.rows > 0 && layout.rows * layout.columns * H5Tget_size(layout.file_type) <= most;
+}
+
 Handle creation_properties(const Layout& layout) {
   Handle list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "preparing a dataset");
   checked(H5Pset_obj_track_times(list, false), "preparing a dataset");  // the same run writes the same bytes
   if (layout.compression < 0 || layout.rows == 0) return list;
+  if (is_small(layout)) {
+    checked(H5Pset_layout(list, H5D_COMPACT), "choosing a layout");
+    return list;
+  }
   const hsize_t chunk[2] = {rows_per_chunk(layout), layout.columns};
   checked(H5Pset_chunk(list, layout.columns > 1 ? 2 : 1, chunk), "choosing chunks");
   checked(H5Pset_shuffle(list), "choosing byte shuffle");
@@ -153,6 +164,8 @@ Handle create_file(const std::filesystem::path& path) {
   be_quiet();
   Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "preparing " + path.string());
   checked(H5Pset_driver(access, checked_driver(), nullptr), "preparing " + path.string());
+  // Groups and headers as of HDF5 1.8 (2008) are a third of the older ones.
+  checked(H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18), "preparing " + path.string());
   errno = 0;
   const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
   if (file < 0 && errno != 0) refuse_write(path, errno);
@@ -198,7 +211,7 @@ Handle write_unlinked(hid_t file, const std::string& name, const void* data, hid
              "creating dataset " + name);
   if (layout.rows == 0) return set;
   const bool real = H5Tget_class(layout.file_type) == H5T_FLOAT && H5Tequal(memory_type, layout.file_type) > 0;
-  if (real && layout.compression >= 0)
+  if (real && layout.compression >= 0 && !is_small(layout))
     write_real_chunks(set, name, data, layout);
   else
     checked(H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data), "writing " + name);

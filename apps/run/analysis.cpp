@@ -157,7 +157,7 @@ void write_state(const std::filesystem::path& path, const Loaded& loaded, World&
 /// The pose as given at time 0, the one that was found at time 1.
 void write_frames(FrameOutput& frames, const Scenario& s) {
   frames.write_poses(0, start_poses(s));
-  frames.begin();
+  frames.begin(1);
   frames.write(1, 0);
 }
 

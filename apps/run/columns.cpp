@@ -38,6 +38,7 @@ Columns::Columns(const Loaded& loaded, World& world, coupling::Simulation& simul
       const std::string& name = world.machine->column_names()[i];
       const std::size_t column = add(name, world.machine->column_units()[i]);
       if (is_measure(*loaded.scenario.machine, name)) summarised_.push_back(column);
+      if (!is_mean(column)) of_machine_instant_.push_back(column);
     }
     machine_values_.resize(world.machine->column_names().size());
   }

@@ -25,9 +25,9 @@ struct ColumnFamily;
 /// The columns of series.csv of one run. What they are and where their numbers come from stands in column_table.hpp;
 /// the machine names its own (mbd::Machine::column_names), and the scenario's watches come last.
 ///
-/// A row belongs to the instant t_n at which a step begins. Poses, velocities and energies are of t_n. Columns with the
+/// Values belong to the instant t_n at which a step begins: poses, velocities and energies are of t_n. Columns with the
 /// unit N or N m are means over the steps since the row before, or with `output.forces: instant` (without soil the
-/// default) of t_n too.
+/// default) of t_n too. Rows lie between instants (rows.hpp).
 class Columns {
  public:
   Columns(const Loaded& loaded, World& world, coupling::Simulation& simulation);
@@ -42,6 +42,10 @@ class Columns {
   void take_instant(std::span<double> row);
   /// After the step: forces that acted from t_n on (means over a sample are made of these), and the bed's energies.
   void take_step(std::span<double> row, bool energies);
+  /// The scenario's watches, from the other columns of the row.
+  void take_watches(std::span<double> row) const;
+  /// Columns that the machine has of an instant; with soil it stands at the ends of windows only.
+  const std::vector<std::size_t>& of_machine_instant() const { return of_machine_instant_; }
 
   /// Columns worth a line in the summary: watches, draft and lift, forces of surfaces.
   const std::vector<std::size_t>& summarised() const { return summarised_; }
@@ -67,7 +71,6 @@ class Columns {
   int find_or_throw(const std::string& name, const Watch& watch, const Loaded& loaded) const;
   void take(Taken when, std::span<double> row) const;
   void take_machine(std::span<double> row, bool means);
-  void take_watches(std::span<double> row) const;
 
   World& world_;
   coupling::Simulation& simulation_;
@@ -78,7 +81,7 @@ class Columns {
   std::size_t machine_first_ = 0;
   std::vector<Source> sources_[3];  ///< by Taken
   std::vector<WatchSource> watches_;
-  std::vector<std::size_t> summarised_;
+  std::vector<std::size_t> summarised_, of_machine_instant_;
 };
 
 /// Whether a column is one of the machine's measures: NAME or NAME.x ...

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "apps/run/between.hpp"
 #include "apps/run/columns.hpp"
 
 namespace subsoil::app {
@@ -20,7 +22,12 @@ RunOptions frame_options(const Scenario& s) {
 
 double frame_interval(const Scenario& s) {
   if (s.output.every) return *s.output.every;
-  return s.output.at.empty() ? s.time.end / 200 : 0;
+  if (!s.output.at.empty()) return 0;
+  const double film = s.time.end / 200;
+  if (s.has_bed()) return film;
+  // Of a machine alone a step costs less than a frame.
+  constexpr double usual = 5e-3, least = 20;
+  return std::max(film, std::min(usual, s.time.end / least));
 }
 
 FrameOutput::FrameOutput(const std::filesystem::path& directory, const Scenario& scenario, const World& world,
@@ -93,47 +100,80 @@ void FrameOutput::take_poses(const Poses& poses) {
   if (mechanism_) mechanism_->take(poses, poses_, deformed_);
 }
 
-dem::Snapshot* FrameOutput::begin() {
-  poses_.clear();
-  for (const int boundary : shown_) poses_.push_back(simulation_.surface_pose(boundary));
-  if (world_.machine) {
-    Poses now;
-    for (int body = 0; body < world_.machine->system().bodies(); ++body) now.push_back(world_.machine->body(body));
-    take_poses(now);
-  }
-  values_.clear();
+dem::Snapshot* FrameOutput::begin(double t) {
+  std::swap(before_, now_);
+  now_.t = t;
+  now_.surfaces.clear(), now_.bodies.clear(), now_.values.clear();
+  for (const int boundary : shown_) now_.surfaces.push_back(simulation_.surface_pose(boundary));
+  if (world_.machine)
+    for (int body = 0; body < world_.machine->system().bodies(); ++body) now_.bodies.push_back(simulation_.body(body));
   if (!measures_.empty()) {
     std::vector<double> columns(world_.machine->column_names().size());
     world_.machine->columns(columns);
-    for (const std::size_t i : measures_) values_.push_back(columns[i]);
+    for (const std::size_t i : measures_) now_.values.push_back(columns[i]);
   }
-  return world_.bed ? &snapshot_ : nullptr;
+  return world_.bed ? &now_.spheres : nullptr;
 }
 
 void FrameOutput::write_poses(double time, const Poses& poses) {
-  poses_.clear(), values_.clear();
-  take_poses(poses);
-  write(time, 0);
+  Instant given;
+  given.bodies = poses;
+  write_instant(given, time, 0);
 }
 
-void FrameOutput::write(double time, long step) {
+void FrameOutput::write(double time, long step) { write_instant(at(time), time, step); }
+
+void FrameOutput::write_instant(const Instant& now, double time, long step) {
   if (!writer_) return;
+  poses_ = now.surfaces;
+  if (!now.bodies.empty()) take_poses(now.bodies);
+  const dem::Snapshot& spheres = now.spheres;
   Frame frame;
   frame.time = time;
   frame.step = step;
-  const std::vector<std::int64_t> ids(snapshot_.id.begin(), snapshot_.id.end());
+  const std::vector<std::int64_t> ids(spheres.id.begin(), spheres.id.end());
   if (ids.size() != writer_->particles().id.size()) frame.id = ids;
-  frame.position = snapshot_.position;
-  frame.velocity = snapshot_.velocity;
-  frame.spin = snapshot_.angular_velocity;
-  frame.force = snapshot_.force;
-  frame.torque = snapshot_.torque;
-  frame.contacts = snapshot_.contacts;
-  frame.bonds = snapshot_.bonds;
+  frame.position = spheres.position;
+  frame.velocity = spheres.velocity;
+  frame.spin = spheres.angular_velocity;
+  frame.force = spheres.force;
+  frame.torque = spheres.torque;
+  frame.contacts = spheres.contacts;
+  frame.bonds = spheres.bonds;
   frame.surfaces = poses_;
   frame.deformed = deformed_;
-  frame.values = values_;
+  frame.values = now.values;
   writer_->write(frame);
+}
+
+const FrameOutput::Instant& FrameOutput::at(double time) {
+  const double step = now_.t - before_.t, w = step > 0 ? (now_.t - time) / step : 0;
+  if (!(w > 1e-6)) return now_;
+  if (w > 1 - 1e-6) return before_;
+  between_.spheres = interpolate(before_.spheres, now_.spheres, step, w);
+  between_.surfaces.clear(), between_.bodies.clear(), between_.values.clear();
+  for (std::size_t i = 0; i < now_.surfaces.size(); ++i)
+    between_.surfaces.push_back(interpolate(before_.surfaces[i], now_.surfaces[i], w));
+  for (std::size_t i = 0; i < now_.bodies.size(); ++i)
+    between_.bodies.push_back(interpolate(before_.bodies[i], now_.bodies[i], w));
+  for (std::size_t i = 0; i < now_.values.size(); ++i)
+    between_.values.push_back(w * before_.values[i] + (1 - w) * now_.values[i]);
+  return between_;
+}
+
+void FrameOutput::archive(Archive& a, bool needed) {
+  a(needed);
+  if (needed) now_.archive(a);
+}
+
+void FrameOutput::Instant::archive(Archive& a) {
+  a(t, spheres.id, spheres.radius, spheres.material, spheres.position, spheres.velocity, spheres.angular_velocity);
+  a(spheres.force, spheres.torque, spheres.contacts, spheres.bonds, values);
+  std::size_t poses = surfaces.size(), states = bodies.size();
+  a(poses, states);
+  surfaces.resize(poses), bodies.resize(states);
+  for (dem::Pose& p : surfaces) a(p.position, p.attitude.w, p.attitude.x, p.attitude.y, p.attitude.z);
+  for (mbd::BodyState& b : bodies) a(b.r.x, b.r.y, b.angle, b.v.x, b.v.y, b.omega);
 }
 
 void FrameOutput::publish(RunProgress& progress) {

@@ -23,9 +23,11 @@ class FrameOutput {
   FrameOutput(const std::filesystem::path& directory, const Scenario& scenario, const World& world,
               const coupling::Simulation& simulation, const RunProgress* go_on = nullptr);
 
-  /// Before the step: where surfaces stand. Returns what the step is to fill (null without a bed).
-  dem::Snapshot* begin();
-  /// After the step that filled the snapshot.
+  /// Before the step that begins at t: where surfaces stand. Returns what the step is to fill (null without a bed).
+  dem::Snapshot* begin(double t);
+  /// After the step: a frame at its beginning or between that and the instant of the begin() before. In between,
+  /// positions lie on the cubic through x and v of both, the rest on a line (poses turn about one axis), which is
+  /// of second order in the step; counts are those of the nearer instant, spheres those of both.
   void write(double time, long step);
   /// A frame of a machine without soil at other poses than its own: the shape of a mode, the pose as given.
   void write_poses(double time, const Poses& poses);
@@ -33,6 +35,8 @@ class FrameOutput {
   const Sketch* sketch() const { return mechanism_ ? &mechanism_->sketch() : nullptr; }
   long count() const { return writer_ ? writer_->frames() : 0; }
   void finish();
+  /// The instant that a frame between the steps still needs (`needed`), to or from a state.
+  void archive(Archive& a, bool needed);
   /// All frames so far are on the disk; fills what a later run goes on from.
   void publish(RunProgress& progress);
 
@@ -40,7 +44,17 @@ class FrameOutput {
   void list_particles(ParticleTable& table, const Scenario& scenario);
   void list_surfaces(std::vector<OutputSurface>& surfaces);
   std::vector<FrameValue> list_measures(const Scenario& scenario);
+  struct Instant {
+    double t = 0;
+    dem::Snapshot spheres;
+    std::vector<dem::Pose> surfaces;  ///< of the boundaries that are shown
+    Poses bodies;                     ///< of the machine
+    std::vector<double> values;       ///< measures
+    void archive(Archive& a);
+  };
+  const Instant& at(double time);
   void take_poses(const Poses& poses);
+  void write_instant(const Instant& now, double time, long step);
 
   const World& world_;
   const coupling::Simulation& simulation_;
@@ -50,8 +64,7 @@ class FrameOutput {
   std::vector<dem::Pose> poses_;
   std::vector<std::vector<Vec3>> deformed_;
   std::vector<std::size_t> measures_;  ///< columns of the machine
-  std::vector<double> values_;         ///< of them
-  dem::Snapshot snapshot_;
+  Instant before_, now_, between_;
 };
 
 }  // namespace subsoil::app

@@ -6,4 +6,7 @@ namespace subsoil::app {
 /// started by a large parent would report the parent's.
 double peak_memory();
 
+/// Time that processors have spent on this process since its start, s: its loading included.
+double processor_time();
+
 }  // namespace subsoil::app

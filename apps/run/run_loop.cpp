@@ -19,6 +19,12 @@
 #include "apps/run/surface_report.hpp"
 
 namespace subsoil::app {
+namespace {
+
+// Of a step: what is due so near to an instant is of that instant.
+constexpr double close_share = 1e-6;
+
+}  // namespace
 
 RunLoop::RunLoop(const Loaded& loaded, const RunRequest& request, World world, const std::optional<SavedRun>& saved,
                  FolderLock& lock, bool goes_on)
@@ -45,7 +51,8 @@ int RunLoop::run() {
   open_output();
   int code = exit_failed;
   try {
-    code = loop();
+    // Without soil and means nothing is learnt of an instant by the step that leaves it.
+    code = world_.bed || columns_->has_means() ? loop() : loop_alone();
   } catch (const std::exception& error) {  // of what is written: steps say themselves why they fail
     failure_ = fmt::format("t = {:.9g} s: {}", reached_, error.what());
   }
@@ -58,15 +65,15 @@ void RunLoop::open_output() {
     remove_results(request_.out, request_.from);
     write_atomically(request_.out / "scenario.yaml", write_scenario(s_));
   }
+  const bool shortened = world_.bed && s_.output.digits == SeriesDigits::nine;
   series_ = std::make_unique<SeriesWriter>(request_.out / "series.csv", columns_->list(),
-                                           world_.bed ? 9 : csv::exact_digits, kept_bytes());
+                                           shortened ? 9 : csv::exact_digits, kept_bytes());
   std::vector<SeriesColumn> summarised;
   for (const std::size_t c : columns_->summarised()) summarised.push_back(columns_->list()[c]);
   summary_ = std::make_unique<Summary>(summarised);
   summarised_.resize(summarised.size());
-  row_.assign(columns_->list().size(), 0.0);
-  values_ = row_;
-  means_ = std::make_unique<IntervalMean>(row_.size());
+  values_.assign(columns_->list().size(), 0.0);
+  rows_ = std::make_unique<Rows>(*columns_, *series_, close_share * simulation_.step_length());
   if (world_.machine)
     for (const std::string& group : world_.machine->assembly().redundant)
       spdlog::info("{}: of their reactions those of least norm are reported", group);
@@ -75,12 +82,16 @@ void RunLoop::open_output() {
   for (const std::string& text : input_warnings(loaded_, world_, request_.scenario, request_.sets)) warn(text);
   frames_ = std::make_unique<FrameOutput>(request_.out, s_, world_, simulation_, go_on_);
   const double half = 0.5 * simulation_.step_length();
-  frame_due_ = Schedule(frame_interval(s_), s_.output.at, start_time_);
-  sample_due_ = Schedule(s_.output.series_every, {}, start_time_);
+  const double end = s_.time.end;
+  std::vector<double> frames = s_.output.at, rows = s_.output.series_at;
+  frames.push_back(end), rows.push_back(end);
+  frame_due_ = Schedule(frame_interval(s_), std::move(frames), start_time_, end);
+  sample_due_ = Schedule(s_.output.row_interval(), std::move(rows), start_time_, end);
   state_due_ = Schedule(s_.output.state_every.value_or(0), {}, start_time_ + half);
   if (go_on_ == nullptr) return;
   Archive sums = go_on_->sums;
   archive(sums);
+  frames_->archive(sums, false);
   sums.end();
 }
 
@@ -95,8 +106,8 @@ std::optional<std::uint64_t> RunLoop::kept_bytes() const {
 }
 
 void RunLoop::archive(Archive& a) {
-  a(frame_due_, sample_due_, state_due_, *summary_, *means_, *tool_, walls_);
-  a(values_, row_, looks_, start_time_, deepest_, fastest_, steps_, window_);
+  a(frame_due_, sample_due_, state_due_, *summary_, *rows_, *tool_, walls_);
+  a(values_, looks_, start_time_, deepest_, fastest_, steps_, window_);
   a(energy_start_.bed, energy_start_.bed_gravity, energy_start_.machine_potential);
   StepReport& step = world_.step;
   a(step.limit.step, step.limit.cause, step.expected_speed);
@@ -114,6 +125,7 @@ void RunLoop::archive_origin(Archive& a) {
 void RunLoop::save(const std::filesystem::path& path) {
   RunProgress progress;
   archive(progress.sums);
+  frames_->archive(progress.sums, frame_due_.next() < simulation_.time());
   frames_->publish(progress);
   progress.series_bytes = series_->sync();
   require_space(path, state_bytes_ + state_bytes_ / 8);
@@ -146,17 +158,15 @@ void RunLoop::warn(const std::string& text) {
 }
 
 int RunLoop::loop() {
-  // Without soil nothing is learnt of an instant by the step that leaves it: the last row needs no step.
-  const bool step_tells = world_.bed != nullptr || columns_->has_means();
-  const double dt = simulation_.step_length(), end = s_.time.end, half = 0.5 * dt;
-  const double close = world_.bed ? half : 1e-6 * dt;
+  const double dt = simulation_.step_length(), end = s_.time.end, half = 0.5 * dt, close = close_share * dt;
   if (!world_.bed) simulation_.end_at(end);
   while (true) {
-    const double t = reached_ = simulation_.time();
+    const double t = simulation_.time();
+    reached_ = std::min(t, end);
     const bool save_due = state_due_.due(t, half);
     refresh_machine(save_due);
     const int signal = signal_to_obey();
-    const bool last = t >= end - close || signal != 0;
+    const bool last = (t >= end - close && simulation_.window_begins()) || signal != 0;
     // A bed on its way to rest is no state to go on from: a restart does not settle. Saved before anything else is
     // decided here: whoever goes on from the state begins with this line.
     if (!world_.soil.stopped) {
@@ -165,24 +175,82 @@ int RunLoop::loop() {
       else if (!last && checkpoint_is_due())
         save(checkpoints_.next(t)), checkpoints_.keep_two();
     }
-    const bool frame = frame_due_.due(t, half) || last;
-    const bool sample = sample_due_.due(t, half) || last;
-    if (sample || columns_->needs_every_step()) columns_->take_instant(values_);
-    if (sample && world_.bed) follow_tools(t);
-    dem::Snapshot* const snapshot = frame ? frames_->begin() : nullptr;
-    if (!last || step_tells) {
-      const bool first = steps_ == 0 && !energy_begun_;
-      if (!step(sample || first, snapshot)) return exit_failed;
-      if (first) begin_energy();
-      if (step_tells) columns_->take_step(values_, sample);
-    }
-    if (sample) write_row();
-    if (sample && energy_is_lost()) return exit_failed;
-    if (frame) frames_->write(t, steps_);
-    if (last) return signal == SIGINT ? exit_interrupted : signal == SIGTERM ? exit_terminated : exit_ok;
+    // What is due before the next instant is interpolated between this one and that.
+    const bool frame = last || frame_due_.next() < t + dt - close, sample = last || sample_due_.next() < t + dt - close;
+    const bool row = last || sample_due_.next() <= t + close;
+    const bool window = simulation_.window_begins() && sample_due_.next() < t + simulation_.window_length();
+    if (sample || window || columns_->needs_every_step()) columns_->take_instant(values_);
+    if (row && world_.bed) follow_tools(t);
+    stood_ = simulation_.window_begins();
+    dem::Snapshot* const snapshot = frame ? frames_->begin(t) : nullptr;
+    const bool first = steps_ == 0 && !energy_begun_;
+    if (!guarded([&] { simulation_.step({.energy = sample || first, .snapshot = snapshot}); })) return exit_failed;
+    if (first) begin_energy();
+    columns_->take_step(values_, sample);
+    write_due(t, close, last);
+    if (row && energy_is_lost()) return exit_failed;
+    if (last) return code_of(signal);
     count_step(t, world_.bed ? dt : simulation_.time() - t);
-    if (live_.due()) live_.show(live_text(row_));
+    if (live_.due()) live_.show(live_text(rows_->last()));
   }
+}
+
+void RunLoop::write_due(double t, double close, bool last) {
+  const bool signalled = last && t < s_.time.end - close;
+  rows_->begin_instant(t, values_);
+  double row = -Schedule::never, frame = row;
+  for (; sample_due_.next() <= t + close; sample_due_.due(row, close)) rows_->add(row = sample_due_.next());
+  if (signalled && row < t - close) rows_->add(t);
+  rows_->end_instant(stood_ || last);
+  for (; frame_due_.next() <= t + close; frame_due_.due(frame, close))
+    frames_->write(frame = frame_due_.next(), steps_);
+  if (signalled && frame < t - close) frames_->write(t, steps_);
+}
+
+int RunLoop::code_of(int signal) const {
+  return signal == SIGINT ? exit_interrupted : signal == SIGTERM ? exit_terminated : exit_ok;
+}
+
+int RunLoop::loop_alone() {
+  mbd::Machine& machine = *world_.machine;
+  const double end = s_.time.end, close = std::max(1e-9 * simulation_.step_length(), 1e-15 * end);
+  const bool fixed = !machine.integrator().ends_anywhere();
+  if (fixed) machine.keep_steps();
+  simulation_.end_at(end);
+  for (double t = start_time_;;) {
+    reached_ = t;
+    const int signal = signal_to_obey();
+    const bool last = t >= end - close || signal != 0;
+    const bool frame = frame_due_.due(t, close) || last, row = sample_due_.due(t, close) || last;
+    const bool save_due = state_due_.due(simulation_.time(), close);
+    if (save_due || (last && (s_.output.state == State::full || signal != 0)))
+      save(state_path(request_.out, simulation_.time()));
+    if (machine.time() > t + close) machine.look_back(t);
+    if (row || columns_->needs_every_step()) columns_->take_instant(values_), values_[0] = t;
+    if (row) series_->write(values_);
+    if (row && energy_is_lost()) return exit_failed;
+    if (frame) frames_->begin(t), frames_->write(t, steps_);
+    machine.look_ahead();
+    if (last) return code_of(signal);
+    // Fixed steps are looked at each, for the summary's means.
+    const double before = t, due = std::min({sample_due_.next(), frame_due_.next(), state_due_.next(), end}),
+                 step_end = machine.time() > t + close ? machine.time() : t + simulation_.step_length();
+    t = step_end < due - close ? step_end : due;
+    if (!reach(t, close, fixed)) return exit_failed;
+    count_step(before, t - before);
+    if (live_.due()) live_.show(live_text(values_));
+  }
+}
+
+bool RunLoop::reach(double t, double close, bool fixed) {
+  return guarded([&] {
+    while (world_.machine->time() < t - close) {
+      if (fixed)
+        simulation_.step();
+      else
+        simulation_.step_to(t);
+    }
+  });
 }
 
 void RunLoop::refresh_machine(bool state_due) {
@@ -209,16 +277,6 @@ int RunLoop::signal_to_obey() {
   return waits ? 0 : signal;
 }
 
-void RunLoop::write_row() {
-  row_ = values_;
-  if (steps_ > 0) {
-    const std::vector<double>& mean = means_->take();
-    for (std::size_t c = 0; c < row_.size(); ++c)
-      if (columns_->is_mean(c)) row_[c] = mean[c];
-  }
-  series_->write(row_);
-}
-
 bool RunLoop::energy_is_lost() {
   if (!world_.machine) return false;
   const mbd::MachineEnergy e = world_.machine->energy();
@@ -233,7 +291,6 @@ bool RunLoop::energy_is_lost() {
 }
 
 void RunLoop::count_step(double t, double taken) {
-  if (columns_->has_means()) means_->add(taken, values_);
   for (std::size_t c = 0; c < summarised_.size(); ++c) summarised_[c] = values_[columns_->summarised()[c]];
   summary_->sample(t + taken, taken, summarised_);
   if (world_.bed) {
@@ -243,9 +300,9 @@ void RunLoop::count_step(double t, double taken) {
   ++steps_;
 }
 
-bool RunLoop::step(bool energy, dem::Snapshot* snapshot) {
+bool RunLoop::guarded(const std::function<void()>& take_step) {
   try {
-    simulation_.step({.energy = energy, .snapshot = snapshot});
+    take_step();
     return true;
   } catch (const std::exception& error) {
     failure_ = error.what();
@@ -268,7 +325,7 @@ void RunLoop::follow_tools(double t) {
     window_ = Opening::closed;
     summary_->close_window(t);
   }
-  if (!tool_->any_passes() || t < summary_->window_from() || t > summary_->window_until() + s_.output.series_every)
+  if (!tool_->any_passes() || t < summary_->window_from() || t > summary_->window_until() + s_.output.row_interval())
     return;
   if (!walls_.has_begun()) return walls_.begin(world_);
   if (++looks_ % 20 != 0) return;  // a look goes through all spheres

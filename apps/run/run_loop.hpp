@@ -18,6 +18,7 @@
 #include "apps/run/live_line.hpp"
 #include "apps/run/output_folder.hpp"
 #include "apps/run/restart.hpp"
+#include "apps/run/rows.hpp"
 #include "apps/run/run_summary.hpp"
 #include "apps/run/runner.hpp"
 #include "apps/run/schedule.hpp"
@@ -59,6 +60,12 @@ class RunLoop {
   void warn(const std::string& text);
 
   int loop();
+  /// A machine alone without columns of means: rows and frames are of their times exactly. Methods with a dense output
+  /// end there; with fixed steps what lies between is read from the step that leads past it.
+  int loop_alone();
+  /// Moves a machine alone to `t`, with fixed steps to the first end at or behind it; false as step().
+  bool reach(double t, double close, bool fixed);
+  int code_of(int signal) const;
 
   /// A machine that is taken up from a state chooses its coordinates anew and factors its matrices where it stands,
   /// which moves the last digits. So the one that runs in soil does the same every so many steps, and wherever a state
@@ -68,7 +75,8 @@ class RunLoop {
   /// A signal waits for an instant at which a state is exact, but not for long.
   int signal_to_obey();
 
-  void write_row();
+  /// Rows and frames that are due up to the instant t, whose values are known; at t too if it is the last.
+  void write_due(double t, double close, bool last);
 
   /// Whether the machine's energy balance is off by more than it may; failure_ then says so.
   bool energy_is_lost();
@@ -77,7 +85,7 @@ class RunLoop {
   void count_step(double t, double taken);
 
   /// False when the step cannot be taken; failure_ then says why.
-  bool step(bool energy, dem::Snapshot* snapshot);
+  bool guarded(const std::function<void()>& take_step);
 
   /// Opens and closes the window of the means where the tools' ways say so, and looks at the walls while it is open.
   void follow_tools(double t);
@@ -115,8 +123,8 @@ class RunLoop {
   std::unique_ptr<SeriesWriter> series_;
   std::unique_ptr<Summary> summary_;
   std::unique_ptr<FrameOutput> frames_;
-  std::unique_ptr<IntervalMean> means_;
-  std::vector<double> values_, row_, summarised_;  // of the step, of the row written last, of the summary's columns
+  std::unique_ptr<Rows> rows_;
+  std::vector<double> values_, summarised_;  // of the step, of the summary's columns
   LiveLine live_;
   RecentRate rate_;
   WallWatch walls_;
@@ -126,6 +134,7 @@ class RunLoop {
   bool energy_begun_ = false;
   bool restores_ = true;          ///< a run may go on from its states with the same bits
   bool machine_is_fresh_ = true;  ///< at this instant
+  bool stood_ = true;             ///< the machine at this instant, and not at the start of a window
   std::optional<Clock::time_point> signal_at_;
   long looks_ = 0;
   std::string failure_;

@@ -25,16 +25,16 @@
 namespace subsoil::app {
 namespace {
 
-/// More frames than steps would only be the same ones again. (Where nothing is said, there are as many as there can
-/// be.)
-void refuse_dense_frames(const Loaded& loaded, const World& world) {
-  if (!loaded.scenario.output.every) return;
-  const double step = world.bed ? world.step.soil_step : 1e-9, every = frame_interval(loaded.scenario);
-  if (every > 0 && every < step)
-    throw ScenarioError(
-        fmt::format("{} = {:.3g} s: is shorter than the step of {:.3g} s; a frame per step would be "
-                    "{:.3g} s, a movie needs some 10 ms",
-                    loaded.where("output.every"), every, step, step));
+/// Between two steps there is nothing to see but the interpolation. (Where nothing is said, there are as many as there
+/// can be.)
+void say_dense_frames(const Loaded& loaded, const World& world) {
+  if (!loaded.scenario.output.every || !world.bed) return;
+  const double every = frame_interval(loaded.scenario);
+  if (every < world.step.soil_step)
+    spdlog::warn(
+        "warning: output.every = {:.3g} s: is shorter than the step of {:.3g} s; frames between steps are interpolated "
+        "(a movie needs some 10 ms)",
+        every, world.step.soil_step);
 }
 
 void report_soil(const World& world) {
@@ -122,7 +122,7 @@ int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<Sa
   if (saved) keep_step(world, loaded, *saved, request);
   settling.close();
   report_soil(world);
-  refuse_dense_frames(loaded, world);
+  say_dense_frames(loaded, world);
   if (world.bed)
     spdlog::info("soil step {:.4g} s = {:.2f} of the stable step {:.4g} s ({})", world.step.soil_step,
                  world.step.soil_step / world.step.limit.step, world.step.limit.step, world.step.limit.cause);

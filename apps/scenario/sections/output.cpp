@@ -98,9 +98,19 @@ class WatchList final : public Compound {
 }  // namespace
 
 void describe(Fields& v, Output& o) {
-  v.quantity("every", o.every, "s", "(0, inf)", "interval of frames; left out: a 200th of the end, or none with `at`");
-  v.quantities("at", o.at, "s", "[0, inf)", "further times of frames");
-  v.quantity("series every", o.series_every, "s", "(0, inf)", "interval of the rows of series.csv");
+  v.quantity(
+      "every", o.every, "s", "(0, inf)",
+      "interval of frames; left out: a 200th of the end (of a machine alone 5 ms if that is longer, a 20th of the end "
+      "at most), or none with `at`");
+  v.quantities("at", o.at, "s", "[0, inf)",
+               "further times of frames, which are of these times exactly, between steps too");
+  v.quantity(
+      "series every", o.series_every, "s", "(0, inf)",
+      "interval of the rows of series.csv, which stand at its multiples exactly, shorter than the step too; left "
+      "out: 1 ms, or none with `series at`");
+  v.quantities("series at", o.series_at, "s", "[0, inf)", "further times of rows; the last row is of the end always");
+  v.choice("series digits", o.digits, {{"9", SeriesDigits::nine}, {"all", SeriesDigits::all}},
+           "digits of the series with soil; all: numbers that read back to their last bit, as without soil always");
   v.count("sample losses every", o.sample_losses_every, "[0, 1000]",
           "soil steps from one sample of what contacts between spheres and on flat faces lose to the next, which "
           "stands for all between; 0: every step up to 5,000 spheres, else every 32nd, some of the bed in each");
@@ -138,12 +148,10 @@ struct OutputChecks : Checks {
 
   void output() {
     const Output& o = s.output;
-    for (std::size_t i = 0; i < o.at.size(); ++i) {
-      if (o.at[i] > s.time.end) {
-        refuse("output.at", fmt::format("{} s", o.at[i]),
-               fmt::format("is after the end of the run at {} s", s.time.end));
-      }
-    }
+    for (const auto& [path, times] : {std::pair("output.at", &o.at), std::pair("output.series at", &o.series_at)})
+      for (const double time : *times)
+        if (time > s.time.end)
+          refuse(path, fmt::format("{} s", time), fmt::format("is after the end of the run at {} s", s.time.end));
     if (s.runs_in_time() && s.time.end > 0) sizes(o);
     if (o.region) positive("output.region.size", o.region->size);
     if (o.window.from && o.window.until && *o.window.from >= *o.window.until) {
@@ -167,9 +175,10 @@ struct OutputChecks : Checks {
   void sizes(const Output& o) {
     const auto most_rows = static_cast<double>(input_limits().rows);
     const auto most_frames = static_cast<double>(input_limits().frames);
-    const double rows = s.time.end / o.series_every, frames = o.every ? s.time.end / *o.every : 0;
+    const double rows = o.row_interval() > 0 ? s.time.end / o.row_interval() : 0,
+                 frames = o.every ? s.time.end / *o.every : 0;
     if (rows > most_rows)
-      refuse("output.series every", fmt::format("{} s", o.series_every),
+      refuse("output.series every", fmt::format("{} s", o.row_interval()),
              fmt::format(
                  "makes {:.3g} rows of series.csv until {} s; at most {:.0e}: make it longer, or the run shorter{}",
                  rows, s.time.end, most_rows, allow_more("rows")));

@@ -13,6 +13,7 @@ enum class Column { position, velocity, spin, force, torque, contacts };
 inline constexpr std::array<const char*, 6> column_names{"position", "velocity", "spin", "force", "torque", "contacts"};
 enum class OutputPrecision { single, full };
 enum class State { none, full };
+enum class SeriesDigits { nine, all };
 /// What the columns of forces hold: means over the interval of a row, or values at its instant.
 enum class ForceColumns { automatic, mean, instant };
 
@@ -31,10 +32,12 @@ struct Window {  // of the summary's means
 void describe(Fields& v, Window& w);
 
 struct Output {
-  std::optional<double> every;  // frames; end/200 unless given (unless `at` is)
-  std::vector<double> at;       // further frame times
-  double series_every = 1e-3;
-  long sample_losses_every = 0;  // soil steps; 0: the bed's own choice
+  std::optional<double> every;               // frames; end/200 unless given (unless `at` is)
+  std::vector<double> at;                    // further frame times
+  std::optional<double> series_every;        // rows; 1 ms unless given (unless `series at` is)
+  std::vector<double> series_at;             // further times of rows
+  SeriesDigits digits = SeriesDigits::nine;  // with soil; without always all
+  long sample_losses_every = 0;              // soil steps; 0: the bed's own choice
   ForceColumns forces = ForceColumns::automatic;
   std::vector<Column> columns{Column::position, Column::velocity, Column::spin,
                               Column::force,    Column::torque,   Column::contacts};
@@ -45,6 +48,9 @@ struct Output {
   State state = State::full;  // at the end
   std::vector<Watch> watch;
   Window window;
+
+  /// Interval of rows, s; 0: only at listed times.
+  double row_interval() const { return series_every.value_or(series_at.empty() ? 1e-3 : 0); }
 };
 void describe(Fields& v, Output& o);
 

@@ -17,7 +17,7 @@ std::string file_of(const Case& c) {
 Replay::Replay(const Case& of, const std::vector<std::string>& sets)
     : loaded_(app::load_scenario(file_of(of), sets)), machine_(app::build_machine(loaded_)) {
   const app::Scenario& s = loaded_.scenario;
-  const double every = s.output.series_every;
+  const double every = s.output.row_interval();
   step_ = std::min(every, s.time.machine.step.value_or(every));
   steps_per_row_ = std::max(1L, std::lround(every / step_));
   rows_ = std::lround(s.time.end / every);

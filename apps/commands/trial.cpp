@@ -1,0 +1,216 @@
+#include "apps/commands/trial.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <vector>
+
+#include "apps/output/csv.hpp"
+#include "apps/output/series_writer.hpp"
+#include "apps/run/columns.hpp"
+#include "apps/run/frames.hpp"
+#include "apps/run/process.hpp"
+#include "apps/run/schedule.hpp"
+
+namespace subsoil::app {
+namespace {
+
+/// A folder that is gone afterwards, also when something is thrown.
+struct ScratchFolder {
+  ScratchFolder()
+      : path(std::filesystem::temp_directory_path() / fmt::format("subsoil-check-{}", static_cast<long>(getpid()))) {
+    std::filesystem::create_directories(path);
+  }
+  ~ScratchFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path, ignored);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  std::filesystem::path path;
+};
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Longest settling that is likely: fall of the loose column, the ramp of the staged laws, and the relaxation of the
+/// bed, taken as twenty times the time a sphere needs to fall by its radius.
+double settling_time(const Scenario& s, const World& world) {
+  if (!s.soil || !s.soil->bed) return 0;
+  const BedSection& bed = *s.soil->bed;
+  if (!bed.settle && bed.fill != Fill::random) return 0;
+  const Settle settle = bed.settle.value_or(Settle{});
+  double time = settle.duration.value_or(0);
+  const double g = dem::norm(s.gravity);
+  if (time == 0 && g > 0 && !world.bed->spheres().empty()) time = 20 * std::sqrt(2 * world.bed->spheres()[0].r / g);
+  if (bed.fill == Fill::random && g > 0 && s.soil->container) time += std::sqrt(8 * s.soil->container->size.y / g);
+  if (settle.staged(bed.fill)) time += settle.ramp;
+  return std::min(time, settle.at_most);
+}
+
+/// Times at which something is written over the run.
+double count_of(double end, double interval, std::size_t listed) {
+  return 1 + (interval > 0 ? std::floor(end / interval) : 0) + static_cast<double>(listed);
+}
+
+/// Steps, rows and frames of the run, as far as its end.
+class Rehearsal {
+ public:
+  Rehearsal(const Loaded& loaded, World& world)
+      : s_(loaded.scenario),
+        world_(world),
+        simulation_(world.bed.get(), world.machine.get(), world.body_surfaces, world.motions,
+                    {.soil_step = world.step.soil_step,
+                     .soil_steps = static_cast<int>(s_.time.machine.soil_steps),
+                     .machine_step = world.step.machine_step}),
+        columns_(loaded, world, simulation_),
+        row_(columns_.list().size(), 0.0),
+        series_(scratch_.path / "series.csv", columns_.list(), world.bed ? 9 : csv::exact_digits),
+        rows_due_(s_.output.row_interval(), s_.output.series_at, 0),
+        steps_(std::max(1L, static_cast<long>(std::ceil(s_.time.end / simulation_.step_length() - 1e-6)))),
+        frames_once_(Clock::now()),
+        frames_(scratch_.path, s_, world_, simulation_) {
+    if (!world.bed) simulation_.end_at(s_.time.end);
+  }
+
+  long steps() const { return steps_; }
+  std::size_t columns() const { return row_.size(); }
+
+  /// s of all steps, with the rows of a machine alone: of all of them where that takes no longer than 2 s or the run is
+  /// short, else from a middle batch (so that a spell of other work is not taken for the run's own) or the mean.
+  double time_of_steps() {
+    std::vector<double> batches;
+    const Clock::time_point start = Clock::now();
+    while (taken_ < steps_ - 1 && (taken_ < 8 || (seconds_since(start) < 2 && taken_ < 2000))) {
+      const Clock::time_point begin = Clock::now();
+      const long size = std::min(taken_ < 8 ? 4L : 20L, steps_ - 1 - taken_);
+      for (long k = 0; k < size; ++k) step({});
+      batches.push_back(seconds_since(begin) / static_cast<double>(size));
+    }
+    const double all = seconds_since(start);
+    if (batches.empty()) return 0;
+    const bool uneven = world_.bed == nullptr || taken_ >= steps_ - 1;
+    per_step_ = uneven ? all / static_cast<double>(taken_) : median(batches);
+    return per_step_ * static_cast<double>(steps_);
+  }
+  double per_step() const { return per_step_; }
+
+  /// s of a row of a bed: its sums over all spheres, of the instants before and after it, and its numbers.
+  double time_of_row() {
+    if (!world_.bed) return 0;
+    columns_.take_instant(row_);
+    const Clock::time_point begin = Clock::now();
+    for (int k = 0; k < 8; ++k) series_.write(row_);
+    return seconds_since(begin) / 8 + per_step_;
+  }
+
+  struct Frames {
+    double once = 0, each = 0;              // s
+    double bytes_once = 0, bytes_each = 0;  // on the disk
+  };
+  /// The first frame is put on the disk at once, the others come behind it.
+  Frames frames() {
+    constexpr int behind = 3;
+    dem::Snapshot* const shot = frames_.begin(0);
+    if (world_.bed) {
+      // Lists are built while the memory of the contacts before stands beside them: that is when a run needs most.
+      world_.bed->surfaces_changed();
+      step({.energy = true, .snapshot = shot});
+    }
+    frames_.write(0, 0);
+    Frames out;
+    out.once = seconds_since(frames_once_) - seconds_of_steps_;
+    const Clock::time_point begin = Clock::now();
+    for (int k = 1; k <= behind; ++k) frames_.write(k, k);
+    out.each = seconds_since(begin) / behind;
+    frames_.finish();
+    const auto bytes = [&](const char* name) {
+      std::error_code none;
+      const auto size = std::filesystem::file_size(scratch_.path / name, none);
+      return none ? 0.0 : static_cast<double>(size);
+    };
+    out.bytes_once = bytes("frames/static.h5");
+    out.bytes_each = bytes("frames/000001.h5") / behind + (bytes("run.xdmf") + bytes("run.h5")) / (1 + behind);
+    if (bytes("frames/000001.h5") == 0) out.bytes_each += bytes("frames/000000.h5") / (1 + behind);
+    return out;
+  }
+
+ private:
+  void step(const dem::Bed::Request& request) {
+    const Clock::time_point begin = Clock::now();
+    if (columns_.needs_every_step()) columns_.take_instant(row_);
+    simulation_.step(request);
+    if (columns_.has_means()) columns_.take_step(row_, false);
+    if (!world_.bed && rows_due_.due(simulation_.time(), 0.5 * simulation_.step_length())) {
+      columns_.take_instant(row_);
+      series_.write(row_);
+    }
+    ++taken_;
+    seconds_of_steps_ += seconds_since(begin);
+  }
+
+  const Scenario& s_;
+  World& world_;
+  ScratchFolder scratch_;
+  coupling::Simulation simulation_;
+  Columns columns_;
+  std::vector<double> row_;
+  SeriesWriter series_;
+  Schedule rows_due_;
+  long steps_, taken_ = 0;
+  double per_step_ = 0, seconds_of_steps_ = 0;
+  Clock::time_point frames_once_;
+  FrameOutput frames_;
+};
+
+double state_bytes(const Scenario& s, const World& world) {
+  if (!world.bed || (s.output.state != State::full && !s.output.state_every)) return 0;
+  const double states = 1 + (s.output.state_every ? s.time.end / *s.output.state_every : 0);
+  return states * (104.0 * static_cast<double>(world.bed->spheres().size()) +
+                   128.0 * static_cast<double>(world.bed->touching_pairs()));
+}
+
+}  // namespace
+
+Trial try_out(const Loaded& loaded, World& world, double spheres, double until_now) {
+  const Scenario& s = loaded.scenario;
+  const double there = world.bed ? static_cast<double>(world.bed->spheres().size()) : 0;
+  const double more = there > 0 ? spheres / there : 1;
+  Trial trial;
+  trial.spheres = spheres;
+  trial.settling = settling_time(s, world);
+  Rehearsal rehearsal(loaded, world);
+  Estimate& cost = trial.cost;
+  cost.steps = rehearsal.steps();
+  cost.frames = std::lround(count_of(s.time.end, frame_interval(s), s.output.at.size()));
+  const double rows = count_of(s.time.end, s.output.row_interval(), s.output.series_at.size());
+  const double stepping = more * rehearsal.time_of_steps(), row = more * rehearsal.time_of_row();
+  cost.seconds_per_step = more * rehearsal.per_step();
+  const Rehearsal::Frames frame = rehearsal.frames();
+  // A bed settles with the stable step, however fine the run's own is for its impacts.
+  const double settling_step =
+      world.bed ? s.time.soil_step ? world.step.soil_step : s.time.safety * world.step.limit.step : 1;
+  cost.wall_time = until_now + stepping + cost.seconds_per_step * trial.settling / settling_step + rows * row +
+                   more * (frame.once + frame.each * static_cast<double>(cost.frames));
+  cost.disk = more * (frame.bytes_once + frame.bytes_each * static_cast<double>(cost.frames) + state_bytes(s, world)) +
+              rows * (world.bed && s.output.digits == SeriesDigits::nine ? 11.0 : 20.0) *
+                  static_cast<double>(rehearsal.columns());
+  cost.memory = peak_memory();
+  if (world.bed) {
+    constexpr double bytes = 520;  // of a sphere in a bed that is stepped (docs/performance.md)
+    cost.memory += std::max(0.0, spheres - there) * bytes;
+    trial.particle_rate = cost.seconds_per_step > 0 ? spheres / cost.seconds_per_step : 0;
+  }
+  return trial;
+}
+
+}  // namespace subsoil::app

@@ -1,0 +1,64 @@
+#include "apps/run/between.hpp"
+
+#include <cstddef>
+
+#include "libdem/base/small_rotation.hpp"
+
+namespace subsoil::app {
+namespace {
+
+using dem::Vec3;
+
+Vec3 mean(const Vec3& before, const Vec3& now, double share) { return share * before + (1 - share) * now; }
+
+/// Hermite's cubic at s = 1 - share of the step.
+Vec3 on_cubic(const Vec3& x0, const Vec3& v0, const Vec3& x1, const Vec3& v1, double step, double share) {
+  const double s = 1 - share;
+  return x0 + (s * s * (3 - 2 * s)) * (x1 - x0) + (step * s * share) * (share * v0 - s * v1);
+}
+
+/// Of one sphere that is `a` in `before` and `b` in `now`.
+void add(dem::Snapshot& out, const dem::Snapshot& before, std::size_t a, const dem::Snapshot& now, std::size_t b,
+         double step, double share) {
+  out.id.push_back(now.id[b]);
+  out.radius.push_back(now.radius[b]);
+  out.material.push_back(now.material[b]);
+  out.position.push_back(
+      on_cubic(before.position[a], before.velocity[a], now.position[b], now.velocity[b], step, share));
+  out.velocity.push_back(mean(before.velocity[a], now.velocity[b], share));
+  out.angular_velocity.push_back(mean(before.angular_velocity[a], now.angular_velocity[b], share));
+  out.force.push_back(mean(before.force[a], now.force[b], share));
+  out.torque.push_back(mean(before.torque[a], now.torque[b], share));
+  out.contacts.push_back(share > 0.5 ? before.contacts[a] : now.contacts[b]);
+  if (!now.bonds.empty() && !before.bonds.empty()) out.bonds.push_back(share > 0.5 ? before.bonds[a] : now.bonds[b]);
+}
+
+}  // namespace
+
+dem::Snapshot interpolate(const dem::Snapshot& before, const dem::Snapshot& now, double step, double share) {
+  dem::Snapshot out;
+  for (std::size_t a = 0, b = 0; a < before.id.size() && b < now.id.size();) {  // both in rising id
+    if (before.id[a] == now.id[b]) {
+      add(out, before, a++, now, b++, step, share);
+    } else {
+      before.id[a] < now.id[b] ? ++a : ++b;
+    }
+  }
+  return out;
+}
+
+dem::Pose interpolate(const dem::Pose& before, const dem::Pose& now, double share) {
+  const Vec3 turn = dem::small_rotation(before.attitude, now.attitude);
+  return {mean(before.position, now.position, share),
+          (dem::Quaternion::from_rotation_vector((1 - share) * turn) * before.attitude).normalized()};
+}
+
+mbd::BodyState interpolate(const mbd::BodyState& before, const mbd::BodyState& now, double share) {
+  const auto on_line = [&](double a, double b) { return share * a + (1 - share) * b; };
+  return {{on_line(before.r.x, now.r.x), on_line(before.r.y, now.r.y)},
+          on_line(before.angle, now.angle),
+          {on_line(before.v.x, now.v.x), on_line(before.v.y, now.v.y)},
+          on_line(before.omega, now.omega)};
+}
+
+}  // namespace subsoil::app

@@ -1,0 +1,88 @@
+// What is read between fixed steps: as good as the steps, on the constraints, and without a trace in the motion.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "libmbd/forces/line_contact.hpp"
+#include "libmbd/machine.hpp"
+#include "tests/tools/mechanisms.hpp"
+
+namespace subsoil::mbd {
+namespace {
+
+MachineOptions order(int k) { return {.adams_moulton = {.order = k}}; }
+
+/// Largest difference of angle and spin, looked at in the thirds of steps of `h`, from steps twelve times as short.
+double error_between(double h) {
+  Machine coarse(test::make_chain(2), order(6)), fine(test::make_chain(2), order(6));
+  coarse.start_from_pose(), fine.start_from_pose();
+  coarse.keep_steps();
+  double worst = 0;
+  for (int i = 0; i < std::lround(0.5 / h); ++i) {
+    const double begin = coarse.time();
+    coarse.advance(h);
+    for (int part = 1; part < 3; ++part) {
+      for (int k = 0; k < 4; ++k) fine.advance(h / 12);
+      coarse.look_back(begin + part * h / 3);
+      worst = std::max(worst, std::abs(coarse.body(2).angle - fine.body(2).angle));
+      worst = std::max(worst, std::abs(coarse.body(2).omega - fine.body(2).omega));
+      EXPECT_LT(std::as_const(coarse).integrator().partition().residual(), 1e-12);
+      EXPECT_NEAR(coarse.energy().balance(), 0, 1e-3 * h);
+    }
+    coarse.look_ahead();
+    for (int k = 0; k < 4; ++k) fine.advance(h / 12);
+  }
+  return worst;
+}
+
+// The spin is the derivative of a quintic: order 5 in the step, beside order 6 of the method. Half the step, a
+// twentieth of the error at least.
+TEST(BetweenSteps, IsReadToTheOrderOfTheSteps) {
+  const double coarse = error_between(4e-3), fine = error_between(2e-3);
+  EXPECT_LT(coarse, 1e-5);
+  EXPECT_LT(fine, coarse / 20);
+}
+
+TEST(BetweenSteps, LookingLeavesTheMotionAsItIs) {
+  Machine looked(test::make_slider_crank(), order(4)), alone(test::make_slider_crank(), order(4));
+  looked.start_from_pose(), alone.start_from_pose();
+  looked.keep_steps();
+  for (int i = 0; i < 200; ++i) {
+    looked.advance(1e-3), alone.advance(1e-3);
+    looked.look_back(looked.time() - 3e-4);
+    looked.look_ahead();
+    ASSERT_EQ(looked.body(1).angle, alone.body(1).angle);
+    ASSERT_EQ(looked.body(2).omega, alone.body(2).omega);
+    ASSERT_EQ(looked.energy().balance(), alone.energy().balance());
+  }
+}
+
+// A step in which a ball touches is read in two pieces: before the touch the ball flies on its parabola.
+TEST(BetweenSteps, DoesNotSmoothOverAnEvent) {
+  Model m;
+  m.add({.name = "ball", .mass = 1, .inertia = 0.1, .pose = {0, 0.2, 0}});
+  m.add("floor", LineContact{.body_a = ground, .body_b = 1, .law = {.normal = {.stiffness = 1e6}}});
+  Machine machine(m, order(4));
+  machine.start_from_pose();
+  machine.keep_steps();
+  const double touch = std::sqrt(2 * 0.2 / 9.81), h = 0.01;
+  while (machine.time() + h < touch) machine.advance(h);
+  machine.advance(h);
+  const double before = touch - 1e-3;
+  machine.look_back(before);
+  EXPECT_NEAR(machine.body(1).r.y, 0.2 - 0.5 * 9.81 * before * before, 1e-9);
+  EXPECT_NEAR(machine.body(1).v.y, -9.81 * before, 1e-7);
+}
+
+TEST(BetweenSteps, RefusesATimeThatIsNotKept) {
+  Machine machine(test::make_chain(1), order(4));
+  machine.start_from_pose();
+  machine.advance(1e-3);
+  EXPECT_THROW(machine.look_back(5e-4), std::logic_error);
+}
+
+}  // namespace
+}  // namespace subsoil::mbd
