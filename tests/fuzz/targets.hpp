@@ -104,8 +104,8 @@ struct Target {
   const char* name;
   void (*run)(const std::string&);
 };
-inline constexpr Target targets[] = {{"scenario", scenario}, {"unit", unit},     {"value", value},
-                                     {"formula", formula},   {"mesh", mesh},     {"bed", bed},
-                                     {"series", series},     {"state", state},   {"frames", frames}};
+inline constexpr Target targets[] = {{"scenario", scenario}, {"unit", unit},   {"value", value},
+                                     {"formula", formula},   {"mesh", mesh},   {"bed", bed},
+                                     {"series", series},     {"state", state}, {"frames", frames}};
 
 }  // namespace subsoil::app::fuzz

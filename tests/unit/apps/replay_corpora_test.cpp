@@ -1,5 +1,5 @@
-// What the fuzzers (scripts/fuzz) have found and what they start from: each input of tests/fuzz/corpus is read again, and
-// read or refused, never more. Where apps/ changes the gate runs this under the sanitizers too.
+// What the fuzzers (scripts/fuzz) have found and what they start from: each input of tests/fuzz/corpus is read again,
+// and read or refused, never more. Where apps/ changes the gate runs this under the sanitizers too.
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,8 @@ namespace {
 class Corpus : public testing::TestWithParam<fuzz::Target> {};
 
 TEST_P(Corpus, IsReadOrRefused) {
-  const std::filesystem::path folder = std::filesystem::path(test::source_dir()) / "tests/fuzz/corpus" / GetParam().name;
+  const std::filesystem::path folder =
+      std::filesystem::path(test::source_dir()) / "tests/fuzz/corpus" / GetParam().name;
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     std::ifstream in(entry.path(), std::ios::binary);
