@@ -40,7 +40,7 @@ void read_one(std::string_view part, InputLimits& limits) {
     std::vector<const char*> names;
     for (const Named& n : all) names.push_back(n.name);
     throw ScenarioError(
-        fmt::format("SUBSOIL_LIMITS: `{}` is no limit; there are {}", part.substr(0, 60), fmt::join(names, ", ")));
+        fmt::format("SUBSOIL_LIMITS: `{}` is no limit; there are {}", name.substr(0, 60), fmt::join(names, ", ")));
   }
   double value = 0;
   const auto [end, code] = std::from_chars(number.data(), number.data() + number.size(), value);

@@ -73,6 +73,13 @@ void refuse_long(const std::string& file) {
   if (bytes > most)
     throw std::runtime_error(fmt::format("{}: has {} bytes; with {} triangles at most it may have {}{}", file, bytes,
                                          input_limits().triangles, most, allow_more("triangles")));
+  std::array<char, 84> head{};
+  std::ifstream in(file, std::ios::binary);
+  std::uint32_t count = 0;
+  if (!in.read(head.data(), head.size())) return;
+  std::memcpy(&count, head.data() + 80, 4);
+  const bool binary_stl = bytes == 84 + 50 * static_cast<std::uintmax_t>(count);
+  if (binary_stl && count > input_limits().triangles) refuse_many(file, count);
 }
 
 /// Triangles that share one edge: two of a solid, some more where bodies touch. What holds a crowd of them at one edge
@@ -99,7 +106,6 @@ void refuse_cut_off(const std::string& file) {
   const std::size_t begin = text.find_first_not_of(" \t\r\n");
   const bool is_text = begin != std::string::npos && text.compare(begin, 5, "solid") == 0 &&
                        text.find("facet") != std::string::npos && wanted != text.size();
-  if (!is_text && wanted == text.size() && count > input_limits().triangles) refuse_many(file, count);
   if (is_text) {
     const std::size_t vertices = text.rfind("endfacet"), end = text.rfind("endsolid");
     if (end == std::string::npos || (vertices != std::string::npos && end < vertices))

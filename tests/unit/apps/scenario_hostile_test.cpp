@@ -55,7 +55,7 @@ TEST(HostileScenario, ManyKeys) {
 /// What no line of the text is long for, and yaml-cpp would take many seconds to keep.
 TEST(HostileScenario, ManyValuesAnchorsAndLevels) {
   EXPECT_EQ(refusal(repeated("-\n", 200000)),
-            "bad.yaml:100000:1: more than 100000 keys and values; SUBSOIL_LIMITS=values=N in the environment allows "
+            "bad.yaml:100001:1: more than 100000 keys and values; SUBSOIL_LIMITS=values=N in the environment allows "
             "more");
   std::string anchors = "a: [";
   for (int i = 0; i < 50000; ++i) anchors += "&a" + std::to_string(i) + " 1, ";
@@ -67,7 +67,7 @@ TEST(HostileScenario, ManyValuesAnchorsAndLevels) {
 
 TEST(HostileScenario, LongNamesValuesAndDirectives) {
   const std::string many(20001, 'x');
-  EXPECT_TRUE(holds(refusal(many + ": 1\n"), "a name of 20001 bytes; it may have 200"));
+  EXPECT_TRUE(holds(refusal(std::string(300, 'x') + ": 1\n"), "a name of 300 bytes; it may have 200"));
   EXPECT_TRUE(holds(refusal("title: " + many + "\n"), "a value of 20001 bytes; it may have 20000"));
   EXPECT_TRUE(holds(refusal("title: !<" + many + "> x\n"), "a tag of"));
   EXPECT_TRUE(holds(refusal(std::string(1000000, '%')), "bad.yaml:1:1: a directive of 1000000 bytes; leave it out"));
