@@ -7,19 +7,19 @@
 namespace subsoil::app {
 namespace {
 
-using Function = std::function<double(const Eigen::VectorXd&)>;
+using Objective = std::function<double(const Eigen::VectorXd&)>;
 
 double call(const std::vector<double>& x, std::vector<double>&, void* data) {
-  const auto& f = *static_cast<const Function*>(data);
+  const auto& f = *static_cast<const Objective*>(data);
   return f(Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size())));
 }
 
 /// One search; stops by itself when rounding ends it, with the best place so far.
-void search(nlopt::algorithm method, const Function& f, const Eigen::VectorXd& low, const Eigen::VectorXd& high,
+void search(nlopt::algorithm method, const Objective& f, const Eigen::VectorXd& low, const Eigen::VectorXd& high,
             int calls, Eigen::VectorXd& x) {
   const auto n = static_cast<std::size_t>(x.size());
   nlopt::opt search(method, static_cast<unsigned>(n));
-  search.set_min_objective(call, const_cast<Function*>(&f));
+  search.set_min_objective(call, const_cast<Objective*>(&f));
   search.set_lower_bounds(std::vector<double>(low.data(), low.data() + n));
   search.set_upper_bounds(std::vector<double>(high.data(), high.data() + n));
   search.set_maxeval(calls);
@@ -35,7 +35,7 @@ void search(nlopt::algorithm method, const Function& f, const Eigen::VectorXd& l
 
 }  // namespace
 
-Eigen::VectorXd minimise(int parameters, const Function& f) {
+Eigen::VectorXd minimise(int parameters, const Objective& f) {
   const Eigen::VectorXd low = Eigen::VectorXd::Zero(parameters), high = Eigen::VectorXd::Ones(parameters);
   Eigen::VectorXd x = 0.5 * (low + high);
   search(nlopt::GN_DIRECT_L, f, low, high, 1500 * parameters, x);
@@ -60,7 +60,7 @@ Surrogate::Surrogate(Eigen::MatrixXd points, Eigen::VectorXd values, double nois
                   high = Eigen::VectorXd::Constant(p + 1, std::log(4.0));
   low[0] = std::log(1e-2), high[0] = std::log(10.0);
   Eigen::VectorXd q = 0.5 * (low + high);
-  const Function badness = [this](const Eigen::VectorXd& at) { return fit(at); };
+  const Objective badness = [this](const Eigen::VectorXd& at) { return fit(at); };
   search(nlopt::LN_SBPLX, badness, low, high, 300 * static_cast<int>(p + 1), q);
   fit(q);
 }

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 constexpr int sides = 32;
-constexpr int rows_of_path = 300;
+constexpr int rows_of_penetration = 300;
 
 /// Closed cone, tip down at the origin's height less `high`; base at the origin.
 dem::TriangleMesh cone_mesh(double radius, double high) {
@@ -70,7 +70,7 @@ Outcome Penetrate::run(const Sample& sample, std::size_t packing) const {
   Outcome out;
   out.curve.columns = {{"depth", "m"}, {"force", "N"}, {"resistance", "Pa"}};
   const double area = 0.25 * pi * wide * wide;
-  const long steps = std::max(1L, std::lround(way / rows_of_path / (v * specimen.dt())));
+  const long steps = std::max(1L, std::lround(way / rows_of_penetration / (v * specimen.dt())));
   for (double z = surface - start; z < way;) {
     double force = 0;
     for (long k = 0; k < steps; ++k) {

@@ -10,8 +10,8 @@
 namespace subsoil::app {
 namespace {
 
-constexpr int rows_of_path = 250;
-constexpr std::size_t window = rows_of_path / 50;
+constexpr int rows_of_pull = 250;
+constexpr std::size_t window = rows_of_pull / 50;
 constexpr double flare = 0.25;  // of the neck, on each side
 
 /// Two walls that stand across x, symmetric about the neck's middle, from (x1, y1) to (x2, y2) and its mirror image.
@@ -59,9 +59,9 @@ Outcome Pull::run(const Sample& sample, std::size_t packing) const {
     if (s.x.y > split) weight += s.m * sample.gravity;
   Outcome out;
   out.curve.columns = {{"path", "m"}, {"tension", "Pa"}};
-  const long steps = std::max(1L, std::lround(way / rows_of_path / (v * specimen.dt())));
+  const long steps = std::max(1L, std::lround(way / rows_of_pull / (v * specimen.dt())));
   double work = 0, gone = 0;
-  for (int row = 0; row < rows_of_path; ++row) {
+  for (int row = 0; row < rows_of_pull; ++row) {
     double force = 0;
     for (long k = 0; k < steps; ++k) {
       specimen.step();

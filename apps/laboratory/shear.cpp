@@ -13,7 +13,7 @@ namespace subsoil::app {
 namespace {
 
 constexpr double degrees = 180 / std::numbers::pi;
-constexpr int rows_of_path = 200;
+constexpr int rows_of_shear = 200;
 
 /// The halves of the box as they stand before the path is gone.
 struct Halves {
@@ -95,20 +95,20 @@ Outcome Shear::run(const Sample& sample, std::size_t index) const {
   Outcome out;
   out.curve.columns = {{"path", "m"}, {"shear stress", "Pa"}, {"normal stress", "Pa"}, {"rise of the lid", "m"}};
   const double start = lid.height();
-  const long steps = std::max(1L, std::lround(way / rows_of_path / (v * specimen.dt())));
+  const long steps = std::max(1L, std::lround(way / rows_of_shear / (v * specimen.dt())));
   double gone = 0;
-  for (int k = 0; k < rows_of_path; ++k) {
+  for (int k = 0; k < rows_of_shear; ++k) {
     const double before = gone;
     const auto [tau, sigma] = rig.over(steps, v, gone);
     out.curve.rows.push_back({0.5 * (before + gone), tau, sigma, lid.height() - start});
   }
   std::array<double, 2> peak{0, 1};
-  constexpr std::size_t window = rows_of_path / 20;
-  for (std::size_t i = 0; i + window <= rows_of_path; ++i) {
+  constexpr std::size_t window = rows_of_shear / 20;
+  for (std::size_t i = 0; i + window <= rows_of_shear; ++i) {
     const auto now = mean(out.curve, i, i + window);
     if (now[0] * peak[1] > peak[0] * now[1]) peak = now;
   }
-  const auto final = mean(out.curve, rows_of_path * 4 / 5, rows_of_path);
+  const auto final = mean(out.curve, rows_of_shear * 4 / 5, rows_of_shear);
   out.values = {peak[0], peak[1], final[0], final[1]};
   return out;
 }

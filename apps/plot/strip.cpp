@@ -160,9 +160,9 @@ std::string length_text(double metres) {
 }
 
 /// Panels in rows and columns on one scale, so many beside each other that the sheet is about 5 by 3.
-class Sheet {
+class StripSheet {
  public:
-  Sheet(const Extent& seen, std::size_t panels, int width) : seen_(seen) {
+  StripSheet(const Extent& seen, std::size_t panels, int width) : seen_(seen) {
     double best = INFINITY;
     for (std::size_t columns = 1; columns <= panels; ++columns) {
       const double scale = (width - 2 * kMargin - static_cast<double>(columns - 1) * kMargin) /
@@ -206,7 +206,7 @@ class Strip {
     for (const auto& path : paths_)
       for (const mbd::Vec2 p : path) seen.take(p);
     widen(seen);
-    const Sheet sheet(seen, panels_.size(), options.width);
+    const StripSheet sheet(seen, panels_.size(), options.width);
     const double foot = kFoot + 20.0 * legend(nullptr, 0, options.width);
     Canvas canvas(options.width, sheet.pixels_high(foot));
     canvas.words({kMargin, canvas.height() - 22.0}, title(), Canvas::Align::left, 13);

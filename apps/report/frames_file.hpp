@@ -2,12 +2,16 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include "apps/output/hdf5.hpp"
 
 namespace subsoil::app {
+
+/// What is not known of a run: NaN.
+inline constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 /// A surface of run.h5 as pictures need it.
 struct FrameSurface {

@@ -10,8 +10,6 @@
 namespace subsoil::app {
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
-
 /// Spheres before and after, by their row before.
 struct Displaced {
   FrameSpheres before, after;

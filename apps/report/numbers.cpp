@@ -10,7 +10,6 @@
 namespace subsoil::app {
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr double degree = std::numbers::pi / 180;
 
 class QuantityList {

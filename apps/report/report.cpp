@@ -18,7 +18,6 @@ namespace subsoil::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t most_rows = 6000;  // of a curve on the page
 constexpr double film_bytes = 9e6;       // of all films, before compression
 

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <vector>
 
+#include "apps/scenario/characters.hpp"
 #include "apps/scenario/document.hpp"
 
 namespace subsoil::app {
@@ -30,10 +31,6 @@ constexpr std::array<std::string_view, 44> common_units{
     "m",   "mm",  "cm",   "dm",  "km",  "um",  "nm", "in",  "ft", "kg", "g",  "mg",      "t",   "s",   "ms",
     "us",  "min", "h",    "N",   "mN",  "kN",  "MN", "J",   "kJ", "W",  "kW", "Pa",      "kPa", "MPa", "GPa",
     "bar", "rad", "mrad", "deg", "rev", "rpm", "Hz", "kHz", "K",  "L",  "l",  "percent", "n",   "e"};
-
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) || c == '_'; }
-bool is_blank(char c) { return c == ' ' || c == '\t'; }
 
 /// The word at the front: a letter, then letters, digits and _.
 std::string_view word_at(std::string_view text) {

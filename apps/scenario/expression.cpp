@@ -11,6 +11,7 @@
 #include <memory>
 #include <vector>
 
+#include "apps/scenario/characters.hpp"
 #include "apps/scenario/document.hpp"
 #include "apps/scenario/formula_bounds.hpp"
 #include "apps/scenario/units.hpp"
@@ -51,7 +52,7 @@ struct Known {
   double (*one)(double);
   double (*two)(double, double);
 };
-const std::array<Known, 18> functions{{
+const std::array<Known, 18> known_functions{{
     {"sin", "sin", [](double x) { return std::sin(x); }, nullptr},
     {"cos", "cos", [](double x) { return std::cos(x); }, nullptr},
     {"tan", "tan", [](double x) { return std::tan(x); }, nullptr},
@@ -74,13 +75,12 @@ const std::array<Known, 18> functions{{
 
 // ---- reading -------------------------------------------------------------------------------------------------------
 
-bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) || c == '_'; }
-bool is_digit(char c) { return (c >= '0' && c <= '9') || c == '.'; }
+bool is_digit_or_point(char c) { return is_digit(c) || c == '.'; }
 
 /// Length of the number that `text` begins with: digits and an exponent.
 std::size_t number_length(std::string_view text) {
   const auto digits_from = [&](std::size_t i) {
-    while (i < text.size() && is_digit(text[i])) ++i;
+    while (i < text.size() && is_digit_or_point(text[i])) ++i;
     return i;
   };
   const std::size_t mantissa = digits_from(0);
@@ -100,9 +100,9 @@ std::string name_in_tree(const std::string& name, const Symbols& variables) {
   const std::string arguments = fmt::format("{}", fmt::join(known, ", "));
   known.insert(known.end(), {"pi", "e"});
   if (std::find(known.begin(), known.end(), name) != known.end()) return name;
-  for (const Known& f : functions)
+  for (const Known& f : known_functions)
     if (name == f.word) return f.in_tree;
-  for (const Known& f : functions) known.emplace_back(f.word);
+  for (const Known& f : known_functions) known.emplace_back(f.word);
   throw UnitError(fmt::format("`{}` is no name of a formula in {}{}", name, arguments, suggestion(name, known)));
 }
 
@@ -112,11 +112,11 @@ std::string in_words_of_ginac(const std::string& text, const Symbols& variables)
   std::string out;
   for (std::size_t i = 0; i < text.size();) {
     std::size_t end = i + 1;
-    if (is_digit(text[i])) {
+    if (is_digit_or_point(text[i])) {
       end = i + number_length(std::string_view(text).substr(i));
       out += text.substr(i, end - i);
     } else if (is_letter(text[i])) {
-      while (end < text.size() && (is_letter(text[end]) || is_digit(text[end]))) ++end;
+      while (end < text.size() && (is_letter(text[end]) || is_digit_or_point(text[end]))) ++end;
       out += name_in_tree(text.substr(i, end - i), variables);
     } else if (std::string_view(" \t+-*/^(),").find(text[i]) != std::string_view::npos) {
       out += text[i];
@@ -215,10 +215,10 @@ class Program {
           stack[top - 1] = 1 / stack[top - 1];
           break;
         case Do::one:
-          stack[top - 1] = functions[s.function].one(stack[top - 1]);
+          stack[top - 1] = known_functions[s.function].one(stack[top - 1]);
           break;
         case Do::two:
-          stack[top - 1] = functions[s.function].two(stack[top - 1], stack[top]);
+          stack[top - 1] = known_functions[s.function].two(stack[top - 1], stack[top]);
           break;
       }
     }
@@ -272,8 +272,8 @@ class Program {
   static Steps call(const GiNaC::function& f, const Symbols& variables) {
     Steps steps;
     for (std::size_t i = 0; i < f.nops(); ++i) append(steps, flatten(f.op(i), variables));
-    for (std::size_t i = 0; i < functions.size(); ++i)
-      if (f.get_name() == functions[i].in_tree) {
+    for (std::size_t i = 0; i < known_functions.size(); ++i)
+      if (f.get_name() == known_functions[i].in_tree) {
         steps.push_back({.what = f.nops() == 1 ? Do::one : Do::two, .function = i});
         return steps;
       }

@@ -12,7 +12,7 @@
 namespace subsoil::app {
 namespace {
 
-constexpr int deepest = 100;
+constexpr int deepest_nesting = 100;
 constexpr std::size_t longest = 10000;  // characters
 constexpr double most_bits = 1e5;       // of a whole number, worked out exactly
 constexpr double most_terms = 2e5;      // of the second derivative
@@ -102,7 +102,8 @@ class Bounds {
     bool negative = false;
     for (char sign; (sign = next()) == '+' || sign == '-'; ++at_) {
       negative = negative != (sign == '-');
-      if (++signs_ > deepest) throw UnitError("holds too many signs", "one in front of a number or bracket is enough");
+      if (++signs_ > deepest_nesting)
+        throw UnitError("holds too many signs", "one in front of a number or bracket is enough");
     }
     signs_ = 0;
     Cost cost = power();
@@ -134,7 +135,8 @@ class Bounds {
     throw NoFormula{};
   }
   Cost bracket() {
-    if (++depth_ > deepest) throw UnitError("nests more than 100 brackets", "leave out those that change nothing");
+    if (++depth_ > deepest_nesting)
+      throw UnitError("nests more than 100 brackets", "leave out those that change nothing");
     take('(');
     if (next() == ')') throw UnitError("holds empty brackets", "write what belongs between them");
     const Cost inside = sum();
@@ -174,7 +176,8 @@ class Bounds {
     return call(word);
   }
   Cost call(const std::string& word) {
-    if (++depth_ > deepest) throw UnitError("nests more than 100 brackets", "leave out those that change nothing");
+    if (++depth_ > deepest_nesting)
+      throw UnitError("nests more than 100 brackets", "leave out those that change nothing");
     take('(');
     if (next() == ')')
       throw UnitError(word + "() has empty brackets", "write what it is the function of: " + word + "(t)");

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "apps/scenario/arithmetic.hpp"
+#include "apps/scenario/characters.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -133,9 +134,6 @@ void multiply(Unit& unit, const Unit& by) {
     if (std::abs(sum) < 1e-9) unit.powers.erase(name);
   }
 }
-
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-bool is_blank(char c) { return c == ' ' || c == '\t'; }
 
 /// Recursive descent over one unit expression.
 class Expression {
