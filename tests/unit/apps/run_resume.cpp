@@ -166,7 +166,7 @@ TEST(Resume, ADamagedCheckpointIsPassedOver) {
 TEST(Resume, ACutBetweenTheLastStateAndTheSummary) {
   const RunDirectory dir;
   const std::string file = dir.scenario(small_pass);
-  ASSERT_EQ(run_scenario(file, dir / "whole", {"output.state=yes", "output.state every=10 ms"}), exit_ok);
+  ASSERT_EQ(run_scenario(file, dir / "whole", {"output.state every=10 ms"}), exit_ok);
   std::filesystem::copy(dir / "whole", dir / "out", std::filesystem::copy_options::recursive);
   std::filesystem::remove(dir / "out" / "summary.json");
   ASSERT_GT(states_in(dir / "out").size(), 1u);
