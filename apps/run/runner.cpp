@@ -139,12 +139,14 @@ bool has_ended(const std::filesystem::path& folder) {
          json["run"].value("end", "") == "reached";
 }
 
-/// The latest state of a folder that is whole, with its path; none: {}.
-std::optional<SavedRun> latest_whole_state(const std::filesystem::path& folder, std::filesystem::path& path) {
+/// The latest state of a folder that is whole and of a time before `end`, with its path; none: {}. A run that was cut
+/// off between its last state and its summary is taken up before that state, and ends with the same bits.
+std::optional<SavedRun> latest_whole_state(const std::filesystem::path& folder, double end,
+                                           std::filesystem::path& path) {
   for (const std::filesystem::path& file : states_in(folder)) {
     try {
       SavedRun saved = read_run(file);
-      if (!saved.progress) continue;
+      if (!saved.progress || saved.time >= end) continue;
       path = file;
       return saved;
     } catch (const std::exception& error) {
@@ -186,7 +188,7 @@ int resume(const std::filesystem::path& folder, const RunRequest& given) {
   Loaded loaded = load_scenario(request.scenario, request.sets);
   std::optional<SavedRun> saved;
   // A machine alone is run again from its start: that takes seconds, and its integrators have more past than a state.
-  if (loaded.scenario.has_bed()) saved = latest_whole_state(folder, request.from);
+  if (loaded.scenario.has_bed()) saved = latest_whole_state(folder, loaded.scenario.time.end, request.from);
   if (saved) {
     refuse_other(*saved, loaded.scenario, request.from);
     look_at_changes(*saved, loaded, request);

@@ -162,6 +162,18 @@ TEST(Resume, ADamagedCheckpointIsPassedOver) {
   expect_same(dir / "whole", dir / "out");
 }
 
+/// Its last state is of the end, where there is nothing to go on with: the one before is taken.
+TEST(Resume, ACutBetweenTheLastStateAndTheSummary) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(small_pass);
+  ASSERT_EQ(run_scenario(file, dir / "whole", {"output.state every=10 ms"}), exit_ok);
+  std::filesystem::copy(dir / "whole", dir / "out", std::filesystem::copy_options::recursive);
+  std::filesystem::remove(dir / "out" / "summary.json");
+  ASSERT_GT(states_in(dir / "out").size(), 1u);
+  EXPECT_EQ(resume(dir / "out", {}), exit_ok);
+  expect_same(dir / "whole", dir / "out");
+}
+
 TEST(Resume, WhatIsNoRunIsRefused) {
   const RunDirectory dir;
   std::filesystem::create_directories(dir / "empty");

@@ -60,7 +60,7 @@ TEST(HostileScenario, ManyValuesAnchorsAndLevels) {
   std::string anchors = "a: [";
   for (int i = 0; i < 50000; ++i) anchors += "&a" + std::to_string(i) + " 1, ";
   EXPECT_TRUE(holds(refusal(anchors + "1]\n"), "more than 1000 anchors and aliases; SUBSOIL_LIMITS=anchors=N"));
-  for (const std::string& open : {"[", "{a: ", "- ", "? "})
+  for (const char* open : {"[", "{a: ", "- ", "? "})
     EXPECT_TRUE(holds(refusal(repeated(open, 100000)), "more than 60 mappings and lists within each other")) << open;
   EXPECT_TRUE(holds(refusal("a: &a [*a]\n"), "nested deeper than 60; does an anchor hold itself?"));
 }
