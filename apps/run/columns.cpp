@@ -55,6 +55,7 @@ void Columns::add_soil() {
   for (const int body : bodies)
     add(soil_on_body_columns, world_.machine->system().body_name(body) + ".soil", SoilOnBody{body});
   for (const SurfaceRecord& s : world_.surfaces) add(surface_columns, s.name, s);
+  for (const FixedBody& f : world_.fixed) add(fixed_columns, f.name, f);
   for (const SurfaceRecord& s : world_.surfaces)
     if (s.owner == SurfaceRecord::Owner::given && s.moves) add(path_columns, s.name, s);
   if (world_.machine) add(draft_columns, draft_columns.owner, SoilAsWhole{});

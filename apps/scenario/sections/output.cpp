@@ -194,6 +194,9 @@ struct OutputChecks : Checks {
     for (const Surface& surface : m.surfaces)
       if (surface.touches_soil) touched.push_back(surface.name);
     if (s.soil && s.soil->container) touched.push_back("container");
+    if (s.soil && s.soil->bed)
+      for (const Particle& p : s.soil->bed->particles)
+        if (!p.fixed.empty()) touched.push_back(p.fixed);
     switch (watch.kind) {
       case Watch::Kind::driver:
         refer(path, watch.of, drivers, "driver");
