@@ -18,6 +18,17 @@ void describe(Fields& v, Window& w) {
   v.quantity("until", w.until, "s", "(0, inf)", "left out: the tool's tip is one depth from the end wall");
 }
 
+void describe(Fields& v, CrossingSection& c) {
+  v.text("column", c.column, "a column of the series, a watch or a measure");
+  v.text("at", c.at, "the value, with the column's unit: 30 deg; left out: 0");
+  v.choice("direction", c.direction,
+           {{"both", CrossingDirection::both},
+            {"rising", CrossingDirection::rising},
+            {"falling", CrossingDirection::falling}},
+           "which passages count");
+  v.count("stop after", c.stop_after, "[0, 1000000]", "ends the run at so many passages; 0: never");
+}
+
 namespace {
 
 /// Words of `watch`, in the order of Watch::Kind.
@@ -137,6 +148,9 @@ void describe(Fields& v, Output& o) {
   v.visit_compound(
       {"watch", "named columns of the series: shovel.angle, {driver: H10}, {soil force: shovel, along: -1 0}"},
       watches);
+  v.named("crossings", o.crossings,
+          "instants at which columns pass values, counted in the summary with their times and mean interval, by name: "
+          "{bottom: {column: rod.angle, at: -90 deg, direction: falling}}");
   v.section("window", o.window, "time over which the summary takes means");
 }
 
