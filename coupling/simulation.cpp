@@ -135,7 +135,7 @@ void Simulation::step(const dem::Bed::Request& request) {
 
 void Simulation::step_to(double time) {
   const double rest = time - machine_->time(), h = options_.machine_step;
-  machine_->advance(rest < h * (1 - 1e-9) ? rest : h);  // else the very step, so that equal ones stay equal
+  machine_->advance(rest < h * (1 + 1e-9) ? rest : h);
   take_accelerations();
   time_ = machine_->time();
 }

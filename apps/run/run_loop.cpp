@@ -240,8 +240,9 @@ int RunLoop::loop_alone() {
     machine.look_ahead();
     if (last) return code_of(signal);
     // Fixed steps are looked at each, for the summary's means.
-    const double before = t, step_end = machine.time() > t + close ? machine.time() : t + simulation_.step_length();
-    t = std::min({sample_due_.next(), frame_due_.next(), state_due_.next(), end, step_end});
+    const double before = t, due = std::min({sample_due_.next(), frame_due_.next(), state_due_.next(), end}),
+                 step_end = machine.time() > t + close ? machine.time() : t + simulation_.step_length();
+    t = step_end < due - close ? step_end : due;
     if (!reach(t, close, fixed)) return exit_failed;
     count_step(before, t - before);
     if (live_.due()) live_.show(live_text(values_));

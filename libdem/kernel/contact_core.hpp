@@ -128,11 +128,12 @@ template <bool Pair, bool Rolls, bool Usual, class L, class P>
 
 /// Resistance to twist. Its spring is a number of its own: the vector of rolling would turn a part of it into rolling
 /// wherever the normal turns.
-template <class L, class P>
+template <bool Usual, class L, class P>
 [[gnu::always_inline]] inline void resist_twist(const L& law, const Meeting<P>& a, const Effective<P>& e,
                                                 const NormalForce<P>& normal, P dt, ContactMemory<P>& h,
                                                 Response<P>& out) {
-  const Slip<P, 1> s = law.friction.twist(normal, h.twist, a.twist, h.dash_w, e.r_eff, e.inverse_r, e.root_i, dt);
+  const Slip<P, 1> s =
+      law.friction.template twist<Usual>(normal, h.twist, a.twist, h.dash_w, e.r_eff, e.inverse_r, e.root_i, dt);
   for (int d = 0; d < 3; ++d) {
     out.t_i[d] = out.t_i[d] - s.force[0] * a.n[d];
     out.t_j[d] = out.t_j[d] + s.force[0] * a.n[d];
@@ -143,16 +144,16 @@ template <class L, class P>
   out.stored += P(0.5) * k * s.x[0] * s.x[0];
 }
 
-/// The law on what meets; h is the contact's memory, in and out.
-template <bool Pair, bool Rolls, class P, class L>
+/// The law on what meets; h is the contact's memory, in and out. `Usual`: law.friction.usual() holds.
+template <bool Pair, bool Rolls, bool Usual, class P, class L>
 [[gnu::always_inline]] inline Response<P> respond(const L& law, const Meeting<P>& a, ContactMemory<P>& h,
                                                   double elapsed) {
   const P zero(0.0), half(0.5), dt(elapsed);
   const Effective<P>& e = a.effective;
   NormalForce<P> normal = normal_force(law, Approach<P>{a.overlap, -a.v_n, e.root_m, e.r_eff, dt, e.per_sum}, h.own);
-  law.friction.adjust(normal, e.root_m);
+  if constexpr (!Usual) law.friction.adjust(normal, e.root_m);
   project_across(h.xi, a.n);
-  const Slip<P> slide = law.friction.slide(normal, h.xi, a.v_t, h.dash_t, h.slipping, dt);
+  const Slip<P> slide = law.friction.template slide<Usual>(normal, h.xi, a.v_t, h.dash_t, h.slipping, dt);
   Response<P> out;
   for (int d = 0; d < 3; ++d) {
     const int f = (d + 1) % 3, g = (d + 2) % 3;
@@ -168,7 +169,8 @@ template <bool Pair, bool Rolls, class P, class L>
   out.stored = normal.stored + half * normal.k_t * dot3(slide.x, slide.x);
   if constexpr (Rolls) {
     project_across(h.rho, a.n);
-    const Slip<P> roll = law.friction.roll(normal, h.rho, a.w, h.dash_r, e.r_eff, e.inverse_r, e.root_i, dt);
+    const Slip<P> roll =
+        law.friction.template roll<Usual>(normal, h.rho, a.w, h.dash_r, e.r_eff, e.inverse_r, e.root_i, dt);
     const P k_r = law.friction.rolling_stiffness(normal, e.r_eff);
     for (int d = 0; d < 3; ++d) {
       out.t_i[d] = out.t_i[d] - roll.force[d];
@@ -178,7 +180,7 @@ template <bool Pair, bool Rolls, class P, class L>
     }
     out.rolled = roll.slid + roll.damped;
     out.stored += half * k_r * dot3(roll.x, roll.x);
-    if (law.friction.resists_twist()) resist_twist(law, a, e, normal, dt, h, out);
+    if (law.friction.resists_twist()) resist_twist<Usual>(law, a, e, normal, dt, h, out);
   }
   for (int d = 0; d < 3; ++d) h.dash_t[d] = slide.dashpot[d];
   h.dash_n = normal.damping;

@@ -67,7 +67,7 @@ template <bool Rolls, bool Accumulate, class P, class L>
                                             int first) {
   const Remembers<L, Rolls> has(law);
   ContactMemory<P> h = load_memory<P, Accumulate>(has, memory, first);
-  Response<P> c = respond<true, Rolls, P>(law, a, h, elapsed);
+  Response<P> c = respond<true, Rolls, !Accumulate, P>(law, a, h, elapsed);
   store_memory<P, Accumulate>(has, h, memory, first);
   bool broke = false;
   if constexpr (kBonds<L>) {

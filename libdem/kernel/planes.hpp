@@ -46,7 +46,7 @@ void run_planes(const L& by_reference, PlaneJob& job) {
       meet<false, Rolls, !Accumulate, L>(share, a, meeting);
       effective<false, Rolls, L>(i.r, i.m, i.r, i.m, meeting.effective);
       ContactMemory<VecD> h = load_memory<VecD, Accumulate>(has, memory, first);
-      Response<VecD> c = respond<false, Rolls, VecD>(law, meeting, h, job.elapsed);
+      Response<VecD> c = respond<false, Rolls, !Accumulate, VecD>(law, meeting, h, job.elapsed);
       store_memory<VecD, Accumulate>(has, h, memory, first);
       store_response(c, select(a.overlap > zero, one, zero), f + first, t + first, unused + first);
       const VecDMask used = lanes_below(count, first);

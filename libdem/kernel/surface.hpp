@@ -27,7 +27,7 @@ void run_surface(const L& law, SurfaceJob& job) {
     meet<false, Rolls, false, L>(share, a, meeting);
     effective<false, Rolls, L>(i.r, i.m, i.r, i.m, meeting.effective);
     ContactMemory<VecD> h = load_memory<VecD, true>(has, memory, first);
-    const Response<VecD> c = respond<false, Rolls, VecD>(law, meeting, h, job.elapsed);
+    const Response<VecD> c = respond<false, Rolls, false, VecD>(law, meeting, h, job.elapsed);
     store_memory<VecD, true>(has, h, memory, first);
     store_response(c, select(a.overlap > zero, one, zero), job.f + first, job.t_i + first, job.t_j + first);
     const ContactSums<VecD> sums{

@@ -122,38 +122,41 @@ struct Friction {
       n.limiting_force = select(n.in_contact, max(force, -force), T(0.0));
   }
 
-  template <class T>
+  /// `Usual`: usual() is known to hold, so that what it excludes costs nothing.
+  template <bool Usual = false, class T>
   [[gnu::always_inline]] Slip<T> slide(const NormalForce<T>& n, const T (&xi)[3], const T (&v_t)[3],
                                        const T (&dashpot_before)[3], T slipping_before, T dt) const {
-    if (!(mu > 0) && !(mu_sliding() > 0)) return {};  // no limit to load a spring to
+    // Without a limit there is nothing to load a spring to: no slip enters. Invariant in the loop over contacts.
+    const T slip_time = mu > 0 || mu_sliding() > 0 ? dt : T(0.0);
     const T limit = T(mu) * n.limiting_force, kinetic = T(mu_sliding()) * n.limiting_force;
-    if (tangential == Tangential::spring)
-      return stick_slip(xi, v_t, dashpot_before, slipping_before, dt, n.stiffness_ratio, n.k_t, n.tangential_compliance,
-                        n.c_t, limit, kinetic, n.in_contact, cap(rule, 1), changing);
+    if (Usual || tangential == Tangential::spring)
+      return stick_slip(xi, v_t, dashpot_before, slipping_before, slip_time, n.stiffness_ratio, n.k_t,
+                        n.tangential_compliance, n.c_t, limit, kinetic, n.in_contact, Usual ? Cap{} : cap(rule, 1),
+                        Usual ? Changing::lossy : changing);
     const T zero(0.0), v2 = v_t[0] * v_t[0] + v_t[1] * v_t[1] + v_t[2] * v_t[2];
     const T c = tangential == Tangential::dashpot ? n.c_t : kinetic / max(sqrt(v2), T(1e-12));
-    Slip<T> s = stick_slip(xi, v_t, dashpot_before, slipping_before, dt, T(1.0), zero, zero, c, limit, kinetic,
+    Slip<T> s = stick_slip(xi, v_t, dashpot_before, slipping_before, slip_time, T(1.0), zero, zero, c, limit, kinetic,
                            n.in_contact, {});
     for (T& x : s.x) x = zero;
     return s;
   }
 
   /// @param inverse_r 1/r_eff, 1/m; @param root_i square root of the series sum of both bodies' 7/5 m r^2, kg^1/2 m
-  template <class T>
+  template <bool Usual = false, class T>
   [[gnu::always_inline]] Slip<T> roll(const NormalForce<T>& n, const T (&rho)[3], const T (&w)[3],
                                       const T (&dashpot_before)[3], T r_eff, T inverse_r, T root_i, T dt) const {
     if (rolling == Rolling::none || !(mu_r > 0)) return {};  // twist alone
     const T arm = T(mu_r) * r_eff, most = arm * n.limiting_force, zero(0.0);
-    if (rolling == Rolling::constant_torque) {
+    if (!Usual && rolling == Rolling::constant_torque) {
       // A dashpot whose coefficient makes the torque cap w/|w|: no spring, no state.
       const T speed = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
       const T c = most / max(speed, T(1e-12));
       return stick_slip(rho, w, dashpot_before, zero, dt, T(1.0), zero, zero, c, T(2.0) * most + tiny<T>(),
                         T(2.0) * most + tiny<T>(), n.in_contact, {});
     }
-    if (std::isnan(k_r) && std::isnan(c_r))
+    if (Usual || (std::isnan(k_r) && std::isnan(c_r)))
       return turning(n, rho, w, dashpot_before, mu_r, rolling_damping, r_eff, inverse_r, root_i, dt,
-                     cap(rolling_rule, rolling_damping_at_limit));
+                     Usual ? cap(FrictionRule::spring_only, 0) : cap(rolling_rule, rolling_damping_at_limit));
     const T k = rolling_stiffness(n, r_eff), soft = T(1.0) / max(k, tiny<T>());
     const T c = std::isnan(c_r) ? T(2.0 * rolling_damping) * root_i * sqrt(k) : T(c_r);
     return stick_slip(rho, w, dashpot_before, zero, dt, std::isnan(k_r) ? n.stiffness_ratio : T(1.0), k, soft, c, most,
@@ -161,12 +164,12 @@ struct Friction {
   }
 
   /// @param angle of the twisting spring, rad; @param w angular velocity about the normal against the other body, rad/s
-  template <class T>
+  template <bool Usual = false, class T>
   [[gnu::always_inline]] Slip<T, 1> twist(const NormalForce<T>& n, const T& angle, const T& w, const T& dashpot_before,
                                           T r_eff, T inverse_r, T root_i, T dt) const {
     const T x[1] = {angle}, v[1] = {w}, before[1] = {dashpot_before};
     return turning(n, x, v, before, mu_t, std::sqrt(2.0 / 7.0) * rolling_damping, r_eff, inverse_r, root_i, dt,
-                   cap(FrictionRule::spring_only, rolling_damping_at_limit));
+                   cap(FrictionRule::spring_only, Usual ? 0 : rolling_damping_at_limit));
   }
   /// Stiffness of the rolling or twisting spring over k_n r_eff^2.
   static double turning_share(double mu) { return 2.25 * mu * mu; }

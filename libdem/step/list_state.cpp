@@ -15,7 +15,7 @@ namespace subsoil::dem {
 namespace {
 
 /// Reads numbers one after the other; throws for a state that is too short.
-struct Reader {
+struct ListReader {
   std::span<const double> from;
   std::size_t at = 0;
   double operator()() {
@@ -33,7 +33,7 @@ void put(std::vector<double>& out, const Vec3& v) { out.insert(out.end(), {v.x, 
 void put(std::vector<double>& out, const Losses& l) {
   out.insert(out.end(), {l.damping, l.sliding, l.rolling, l.breaking});
 }
-Losses losses(Reader& next) {
+Losses losses(ListReader& next) {
   Losses l;
   l.damping = next(), l.sliding = next(), l.rolling = next(), l.breaking = next();
   return l;
@@ -74,7 +74,7 @@ void Bed::Impl::save_lists(std::vector<double>& to) const {
 }
 
 void Bed::Impl::restore_lists(std::span<const double> from) {
-  Reader next{from};
+  ListReader next{from};
   if (from.size() == 1) {
     now.rebuilds = static_cast<long>(next());
     return;

@@ -187,10 +187,11 @@ struct OutputChecks : Checks {
   /// What is written is counted before the first step.
   void sizes(const Output& o) {
     constexpr double most_rows = 1e8, most_frames = 1e5;
-    const double rows = o.series_every ? s.time.end / *o.series_every : 0, frames = o.every ? s.time.end / *o.every : 0;
+    const double rows = o.row_interval() > 0 ? s.time.end / o.row_interval() : 0,
+                 frames = o.every ? s.time.end / *o.every : 0;
     if (rows > most_rows)
       refuse(
-          "output.series every", fmt::format("{} s", *o.series_every),
+          "output.series every", fmt::format("{} s", o.row_interval()),
           fmt::format("makes {:.3g} rows of series.csv until {} s; at most {:.0e}: make it longer, or the run shorter",
                       rows, s.time.end, most_rows));
     if (frames > most_frames)
