@@ -240,8 +240,9 @@ int RunLoop::loop_alone() {
     machine.look_ahead();
     if (last) return code_of(signal);
     // Fixed steps are looked at each, for the summary's means.
-    const double before = t, due = std::min({sample_due_.next(), frame_due_.next(), state_due_.next(), end}),
-                 step_end = machine.time() > t + close ? machine.time() : t + simulation_.step_length();
+    before = t;
+    const double due = std::min({sample_due_.next(), frame_due_.next(), state_due_.next(), end}),
+                 step_end = machine.time() > t + close ? machine.time() : t + longest;
     t = step_end < due - close ? step_end : due;
     if (!reach(t, close, fixed)) return exit_failed;
     count_step(before, t - before);
