@@ -72,7 +72,7 @@ Bed stirring(int threads, Precision precision = Precision::doubles) {
   BedOptions options = quiet({0, -9.81, 0}, threads);
   options.precision = precision;
   Bed bed(table(Law(grains(2e4, 0.5, 0.4, 0.05))), options);
-  bed.add({.name = "floor", .shape = Plane({}, {0, 1, 0})});
+  add_plane(bed, {}, {0, 1, 0});
   add(bed, stirred());
   return bed;
 }
@@ -123,7 +123,7 @@ TEST(FixedSpheres, SameBitsOnAnyNumberOfThreadsAndThroughARestart) {
 // A rough floor of spheres laid into each other and into a plane is nobody's load.
 TEST(FixedSpheres, DoNotMeetEachOtherNorSurfaces) {
   Bed bed(table(Law(grains())), quiet({0, -9.81, 0}));
-  const int floor = bed.add({.name = "floor", .shape = Plane({}, {0, 1, 0})});
+  const int floor = add_plane(bed, {}, {0, 1, 0});
   add(bed, {fixed(at({0, 0, 0})), fixed(at({0.012, 0.001, 0})), at({0.3, 0.0099, 0})});
   for (int i = 0; i < 100; ++i) bed.step(1e-5);
   const Snapshot s = observe(bed, 1e-5);
