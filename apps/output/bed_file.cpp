@@ -10,6 +10,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "apps/input_limits.hpp"
 #include "apps/output/atomic_file.hpp"
 #include "apps/output/csv.hpp"
 #include "apps/output/state_file.hpp"
@@ -18,6 +19,8 @@ namespace subsoil::app {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+constexpr double kBeyond = 1e30;  // no bed has such numbers, and their squares are still finite
 
 struct Column {
   const char* name;
@@ -123,15 +126,18 @@ class CsvBed {
     const auto& text = fields_[place->second.field];
     double value = 0;
     if (text.empty()) return missing;
-    if (!csv::to_number(text, value) || !std::isfinite(value))
-      refuse(line_, fmt::format("{} = '{}': must be a finite number", name, text));
+    if (!csv::to_number(text, value) || !(std::abs(value) < kBeyond))
+      refuse(line_, fmt::format("{} = '{}': must be a finite number below 1e30", name, text));
     return value * place->second.factor;
   }
 
   void add_row(BedTable& bed) {
     const double id = number("id", static_cast<double>(bed.size() + 1));
     const double radius = number("radius", kNaN), density = number("density", kNaN);
-    if (id != std::floor(id)) refuse(line_, fmt::format("id = {}: must be a whole number", id));
+    if (id != std::floor(id) || !(std::abs(id) < 1e15))
+      refuse(line_, fmt::format("id = {}: must be a whole number below 1e15", id));
+    if (bed.size() >= input_limits().bed_rows)
+      refuse(line_, fmt::format("more than {} spheres{}", input_limits().bed_rows, allow_more("bed-rows")));
     if (!(radius > 0)) refuse(line_, fmt::format("radius = {} m: must be in (0, inf)", radius));
     if (density <= 0) refuse(line_, fmt::format("density = {} kg/m^3: must be in (0, inf)", density));
     const dem::Vec3 position{number("x", kNaN), number("y", kNaN), number("z", kNaN)};
@@ -191,8 +197,12 @@ BedTable load_hdf5(const std::filesystem::path& path) {
       names.emplace_back();
     else
       names.back() += c;
-  for (const auto m : file.get<std::int32_t>("bed/material"))
-    bed.material.push_back(names.at(static_cast<std::size_t>(m)));
+  for (const auto m : file.get<std::int32_t>("bed/material")) {
+    if (m < 0 || static_cast<std::size_t>(m) >= names.size())
+      throw std::invalid_argument(
+          fmt::format("{}: names material {} of {}; the file is damaged", path.string(), m, names.size()));
+    bed.material.push_back(names[static_cast<std::size_t>(m)]);
+  }
   return bed;
 }
 
@@ -210,6 +220,21 @@ void check_sizes(const std::filesystem::path& path, const BedTable& bed) {
     throw std::invalid_argument("bed file " + path.string() + ": its columns are not of one length");
 }
 
+/// What tables of text are asked line by line.
+void check_numbers(const std::filesystem::path& path, const BedTable& bed) {
+  const auto finite = [](const dem::Vec3& v) { return dem::norm(v) < kBeyond; };
+  for (std::size_t i = 0; i < bed.size(); ++i) {
+    const bool density = std::isnan(bed.density[i]) || (bed.density[i] > 0 && bed.density[i] < kBeyond);
+    if (!(bed.radius[i] > 0 && bed.radius[i] < kBeyond) || !density || !finite(bed.position[i]) ||
+        !finite(bed.velocity[i]) || !finite(bed.spin[i]))
+      throw std::invalid_argument(fmt::format(
+          "{}: sphere {} has radius {:g} m, density {:g} kg/m^3, place ({:g}, {:g}, {:g}) m, speed {:g} m/s, spin {:g} "
+          "rad/s: radius and density must be above 0, all finite",
+          path.string(), i + 1, bed.radius[i], bed.density[i], bed.position[i].x, bed.position[i].y, bed.position[i].z,
+          dem::norm(bed.velocity[i]), dem::norm(bed.spin[i])));
+  }
+}
+
 }  // namespace
 
 void save_bed(const std::filesystem::path& path, const BedTable& bed) {
@@ -223,6 +248,7 @@ void save_bed(const std::filesystem::path& path, const BedTable& bed) {
 BedTable load_bed(const std::filesystem::path& path, const UnitFactor& factor) {
   auto bed = is_csv(path) ? CsvBed(path, factor).read() : load_hdf5(path);
   check_sizes(path, bed);
+  check_numbers(path, bed);
   auto ids = bed.id;
   std::sort(ids.begin(), ids.end());
   if (const auto twice = std::adjacent_find(ids.begin(), ids.end()); twice != ids.end())

@@ -1,5 +1,6 @@
 #include "apps/output/hdf5.hpp"
 
+#include <fmt/format.h>
 #include <omp.h>
 #include <zlib.h>
 
@@ -9,6 +10,7 @@
 #include <new>
 #include <stdexcept>
 
+#include "apps/input_limits.hpp"
 #include "apps/output/disk.hpp"
 #include "apps/output/hdf5_driver.hpp"
 
@@ -242,11 +244,39 @@ std::vector<hsize_t> shape(hid_t parent, const std::string& name) {
   return dimensions;
 }
 
+namespace {
+
+/// Number of values of a dataset, whose shape is only what the file says: refused where it holds no such number of
+/// bytes (gzip packs 1032 into one at best) or more than one array may have.
+std::size_t count_of(hid_t set, const std::string& name, const std::vector<hsize_t>& shape, std::size_t width) {
+  double count = 1;
+  for (const hsize_t n : shape) count *= static_cast<double>(n);
+  const double bytes = count * static_cast<double>(width), held = static_cast<double>(H5Dget_storage_size(set));
+  if (bytes > 1100 * held + 64)
+    throw std::runtime_error(
+        fmt::format("HDF5: dataset {} says it holds {:.4g} values and takes {:g} bytes of the file: it is damaged",
+                    name, count, held));
+  if (bytes > static_cast<double>(input_limits().array_bytes))
+    throw std::runtime_error(fmt::format("HDF5: dataset {} holds {:.4g} bytes; an array may have {}{}", name, bytes,
+                                         input_limits().array_bytes, allow_more("array-bytes")));
+  return static_cast<std::size_t>(count);
+}
+
+/// One value alone is read into one number, whatever shape the file gives it.
+Handle open_scalar_attribute(hid_t object, const char* name) {
+  Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose, std::string("opening attribute ") + name);
+  const Handle space(H5Aget_space(attribute), H5Sclose, std::string("shape of attribute ") + name);
+  if (H5Sget_simple_extent_npoints(space) != 1)
+    throw std::runtime_error(std::string("HDF5: attribute ") + name + " is no single number: the file is damaged");
+  return attribute;
+}
+
+}  // namespace
+
 template <class T>
 std::vector<T> read(hid_t parent, const std::string& name) {
-  std::size_t count = 1;
-  for (const hsize_t n : shape(parent, name)) count *= n;
   const Handle set = open_dataset(parent, name);
+  const std::size_t count = count_of(set, name, shape(parent, name), sizeof(T));
   const Handle type(H5Dget_type(set), H5Tclose, "type of " + name);
   if (H5Tget_class(type) != H5Tget_class(type_of<T>()))
     throw std::runtime_error("HDF5: dataset " + name + " holds another kind of number than the one asked for");
@@ -266,11 +296,14 @@ template std::vector<std::uint64_t> read(hid_t, const std::string&);
 std::vector<std::string> read_text(hid_t parent, const std::string& name) {
   const Handle set = open_dataset(parent, name);
   const Handle space(H5Dget_space(set), H5Sclose, "shape of " + name);
-  const auto count = static_cast<std::size_t>(checked(H5Sget_simple_extent_npoints(space), "shape of " + name));
+  const Handle held(H5Dget_type(set), H5Tclose, "type of " + name);
+  if (H5Tis_variable_str(held) <= 0) throw std::runtime_error("HDF5: dataset " + name + " holds no text");
+  const std::size_t count = count_of(set, name, shape(parent, name), H5Tget_size(held));
   const Handle type = string_type();
   std::vector<char*> pointers(count, nullptr);
   if (count > 0) checked(H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, pointers.data()), "reading " + name);
-  std::vector<std::string> lines(pointers.begin(), pointers.end());
+  std::vector<std::string> lines;
+  for (const char* line : pointers) lines.emplace_back(line != nullptr ? line : "");  // null: nothing was written there
   if (count > 0) checked(H5Dvlen_reclaim(type, space, H5P_DEFAULT, pointers.data()), "reading " + name);
   return lines;
 }
@@ -300,7 +333,7 @@ void set_attribute(hid_t object, const char* name, std::int64_t value) {
 }
 
 double number_attribute(hid_t object, const char* name) {
-  const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose, std::string("opening attribute ") + name);
+  const Handle attribute = open_scalar_attribute(object, name);
   double value = 0;
   checked(H5Aread(attribute, H5T_NATIVE_DOUBLE, &value), std::string("reading attribute ") + name);
   return value;

@@ -40,6 +40,21 @@ std::int64_t checksum_of(const void* data, std::size_t bytes) {
   return static_cast<std::int64_t>(crc32_z(0, static_cast<const Bytef*>(data), bytes));
 }
 
+/// Likewise of texts, each with the zero at its end.
+std::int64_t checksum_of(const std::vector<std::string>& texts) {
+  uLong sum = 0;
+  for (const std::string& text : texts)
+    sum = crc32_z(sum, reinterpret_cast<const Bytef*>(text.c_str()), text.size() + 1);
+  return static_cast<std::int64_t>(sum);
+}
+
+/// Throws std::runtime_error where a dataset has another checksum than the one that it was written with.
+void compare(const std::filesystem::path& path, hid_t file, const std::string& name, std::int64_t sum) {
+  const auto kept = h5::whole_attribute(file, name, checksum_name);
+  if (kept && *kept != sum)
+    throw std::runtime_error(fmt::format("{}: `{}` is not what was written: the file is damaged", path.string(), name));
+}
+
 /// With a checksum of its own: what a disk or a cable changed afterwards is refused when it is read.
 template <class T>
 void write_checked(hid_t file, const std::string& name, const void* data, hsize_t rows, hsize_t columns) {
@@ -65,6 +80,8 @@ void StateWriter::put_vectors(const std::string& name, std::span<const dem::Vec3
 
 void StateWriter::put_texts(const std::string& name, const std::vector<std::string>& texts) {
   h5::write_text(impl_->file, name, texts);
+  const h5::Handle set(H5Dopen2(impl_->file, name.c_str(), H5P_DEFAULT), H5Dclose, "opening dataset " + name);
+  h5::set_attribute(set, checksum_name, checksum_of(texts));
   h5::status_of(impl_->file)->check();
 }
 
@@ -105,10 +122,7 @@ template <StateNumber T>
 std::vector<T> StateReader::get(const std::string& name) const {
   if (!has(name)) throw std::runtime_error(impl_->path.string() + " is no full state: it holds no " + name);
   std::vector<T> values = h5::read<T>(impl_->file, name);
-  const auto sum = h5::whole_attribute(impl_->file, name, checksum_name);
-  if (sum && *sum != checksum_of(values.data(), values.size() * sizeof(T)))
-    throw std::runtime_error(
-        fmt::format("{}: `{}` is not what was written: the file is damaged", impl_->path.string(), name));
+  compare(impl_->path, impl_->file, name, checksum_of(values.data(), values.size() * sizeof(T)));
   return values;
 }
 
@@ -130,10 +144,16 @@ std::vector<dem::Vec3> StateReader::get_vectors(const std::string& name) const {
 
 std::vector<std::string> StateReader::texts(const std::string& name) const {
   if (!has(name)) throw std::runtime_error(impl_->path.string() + " is no full state: it holds no " + name);
-  return h5::read_text(impl_->file, name);
+  std::vector<std::string> values = h5::read_text(impl_->file, name);
+  compare(impl_->path, impl_->file, name, checksum_of(values));
+  return values;
 }
 
-std::string StateReader::text(const std::string& name) const { return texts(name).at(0); }
+std::string StateReader::text(const std::string& name) const {
+  const std::vector<std::string> values = texts(name);
+  if (values.empty()) throw std::runtime_error(impl_->path.string() + ": " + name + " is empty: the file is damaged");
+  return values.front();
+}
 
 #define SUBSOIL_STATE_NUMBER(T)                                              \
   template void StateWriter::put<T>(const std::string&, std::span<const T>); \

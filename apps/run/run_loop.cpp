@@ -107,7 +107,7 @@ std::optional<std::uint64_t> RunLoop::kept_bytes() const {
 }
 
 void RunLoop::archive(Archive& a) {
-  a(frame_due_, sample_due_, state_due_, *summary_, *rows_, *tool_, walls_, *crossings_);
+  a(frame_due_, sample_due_, state_due_, *summary_, *rows_, *tool_, walls_, *crossings_, physics_);
   a(values_, looks_, start_time_, deepest_, fastest_, steps_, window_);
   a(energy_start_.bed, energy_start_.bed_gravity, energy_start_.machine_potential);
   StepReport& step = world_.step;
@@ -191,7 +191,7 @@ int RunLoop::loop() {
     columns_->take_step(values_, sample);
     if (crossings_->any()) stops = crossings_->look(t, values_, Crossings::on_a_line);
     write_due(t, close, last);
-    if (row && energy_is_lost()) return exit_failed;
+    if (row && (energy_is_lost() || physics_fails())) return exit_failed;
     if (last) return code_of(signal);
     count_step(t, world_.bed ? dt : simulation_.time() - t);
     if (live_.due()) live_.show(live_text(rows_->last()));

@@ -18,6 +18,7 @@
 #include "apps/run/frames.hpp"
 #include "apps/run/live_line.hpp"
 #include "apps/run/output_folder.hpp"
+#include "apps/run/physics_watch.hpp"
 #include "apps/run/restart.hpp"
 #include "apps/run/rows.hpp"
 #include "apps/run/run_summary.hpp"
@@ -81,6 +82,9 @@ class RunLoop {
   /// Rows and frames that are due up to the instant t, whose values are known; at t too if it is the last.
   void write_due(double t, double close, bool last);
 
+  /// Whether the soil does what no physics does, beyond repair; failure_ then says so.
+  bool physics_fails();
+
   /// Whether the machine's energy balance is off by more than it may; failure_ then says so.
   bool energy_is_lost();
 
@@ -132,6 +136,7 @@ class RunLoop {
   LiveLine live_;
   RecentRate rate_;
   WallWatch walls_;
+  PhysicsWatch physics_{s_, world_};
   Schedule frame_due_, sample_due_, state_due_;
   Checkpoints checkpoints_{request_.out};
   std::uint64_t state_bytes_ = 0;  ///< of the largest state so far

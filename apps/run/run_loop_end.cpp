@@ -14,6 +14,16 @@ constexpr double most_closure = 1e-3, most_step_error = 1e-3;
 
 }  // namespace
 
+bool RunLoop::physics_fails() {
+  if (!world_.bed || !energy_begun_) return false;
+  for (const PhysicsWatch::Finding& finding : physics_.look(world_, energy_start_, fastest_)) {
+    const std::string text = fmt::format("t = {:.9g} s: {}", reached_, finding.text);
+    if (finding.stops) return failure_ = text, true;
+    warn(text);
+  }
+  return false;
+}
+
 void RunLoop::warn_of_coarse_contacts() {
   const double speed = std::max(fastest_, world_.step.expected_speed), error = world_.step.error_at(speed);
   write_restitution_error(*summary_, error);

@@ -108,7 +108,17 @@ class Calculation {
       }
     }
   }
+  /// Each sign and each power calls for a factor within the factor.
+  void deeper() {
+    if (++depth_ > 100) fail("nests more than 100 brackets, signs and powers; leave out those that change nothing");
+  }
   Amount factor() {
+    deeper();
+    const Amount value = signed_factor();
+    --depth_;
+    return value;
+  }
+  Amount signed_factor() {
     if (accept('-')) {
       Amount value = factor();
       value.value = -value.value;
@@ -126,7 +136,6 @@ class Calculation {
   Amount primary() {
     skip();
     if (rest_.empty()) fail("ends where a number or parameter should follow");
-    if (++depth_ > 100) fail("nests more than 100 brackets; leave out those that change nothing");
     Amount value;
     if (accept('(')) {
       value = sum();
@@ -139,7 +148,6 @@ class Calculation {
     } else {
       fail(fmt::format("cannot be read at `{}`", rest_));
     }
-    --depth_;
     return value;
   }
   double number() {

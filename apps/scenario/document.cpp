@@ -13,7 +13,9 @@
 #include <sstream>
 #include <tuple>
 
+#include "apps/input_limits.hpp"
 #include "apps/scenario/library.hpp"
+#include "apps/scenario/yaml_bounds.hpp"
 
 namespace subsoil::app {
 namespace fs = std::filesystem;
@@ -93,14 +95,6 @@ ScenarioError::ScenarioError(const Problems& problems)
 
 namespace {
 
-constexpr int deepest = 60;  // a document that nests further is a mistake (an anchor that holds itself)
-
-/// A scenario beyond these is a mistake or hostile; each is refused before it costs more than a second.
-constexpr std::size_t most_bytes = 2 << 20;  // of all files together; the largest of configs/ has 8 KiB
-constexpr std::size_t most_values = 100000;  // keys and values, aliases written out
-constexpr std::size_t most_keys = 5000;      // of one mapping: names are looked up one by one
-constexpr std::size_t most_files = 100;      // included
-
 /// Length of the UTF-8 character that `text` begins with; 0: none, or one that has no place in text.
 std::size_t character_length(std::string_view text) {
   const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
@@ -140,15 +134,15 @@ class Builder {
  public:
   Builder(Problems& problems, std::vector<std::string> files) : problems_(problems), files_(std::move(files)) {}
 
-  Node build(const YAML::Node& yaml, const std::string& path, int depth) {
+  Node build(const YAML::Node& yaml, const std::string& path, std::size_t depth) {
     Node node;
     node.place = place(yaml.Mark());
-    if (++values_ > most_values)
+    if (++values_ > limits_.values)
       throw ScenarioError(fmt::format("{} {}: more than {} keys and values; are aliases nested in aliases?",
-                                      node.place.text(), path, most_values));
-    if (depth > deepest) {
-      throw ScenarioError(fmt::format("{} {}: nested too deep; does an anchor hold itself?", node.place.text(), path));
-    }
+                                      node.place.text(), path, limits_.values));
+    if (depth > limits_.depth)
+      throw ScenarioError(
+          fmt::format("{}: nested deeper than {}; does an anchor hold itself?", node.place.text(), limits_.depth));
     if (yaml.IsScalar()) {
       node.kind = Node::Kind::scalar;
       node.scalar = yaml.Scalar();
@@ -180,11 +174,8 @@ class Builder {
   }
   Place place(const YAML::Mark& mark) const { return {files_.back(), mark.line + 1, mark.column + 1}; }
 
-  void build_mapping(const YAML::Node& yaml, const std::string& path, int depth, Node& node) {
+  void build_mapping(const YAML::Node& yaml, const std::string& path, std::size_t depth, Node& node) {
     std::vector<Node> merged, included;
-    if (yaml.size() > most_keys)
-      throw ScenarioError(fmt::format("{} {}: holds {} keys; at most {} may stand in one mapping", node.place.text(),
-                                      path.empty() ? "(top)" : path, yaml.size(), most_keys));
     for (const auto& pair : yaml) {
       const Place at = place(pair.first.Mark());
       if (!pair.first.IsScalar()) {
@@ -269,6 +260,7 @@ class Builder {
   }
 
   Problems& problems_;
+  const InputLimits& limits_ = input_limits();
   std::vector<std::string> files_;                 // the chain of includes, the innermost last
   std::size_t values_ = 0, bytes_ = 0, read_ = 0;  // so far: values built, bytes and files read
 };
@@ -291,6 +283,7 @@ std::string cure_of_line(const std::string& text, int line) {
 
 YAML::Node parse(const std::string& text, const std::string& name) {
   try {
+    check_yaml_bounds(text, name);
     return YAML::Load(text);
   } catch (const YAML::Exception& e) {
     throw ScenarioError(fmt::format("{}:{}:{}: no YAML: {}{}", name, e.mark.line + 1, e.mark.column + 1, e.msg,
@@ -309,17 +302,17 @@ std::string contents(const std::string& file, std::size_t most) {
   if (text.size() > most)
     throw ScenarioError(
         fmt::format("{}: is too long: a scenario and what it includes may have {} bytes together; keep "
-                    "tables and meshes in files of their own",
-                    file, most_bytes));
+                    "tables and meshes in files of their own{}",
+                    file, input_limits().scenario_bytes, allow_more("scenario-bytes")));
   check_text(text, file);
   return text;
 }
 
 Node Builder::file(const std::string& name) {
-  if (++read_ > most_files)
-    throw ScenarioError(
-        fmt::format("{}: is the {}th file of this scenario; at most {} may be included", name, read_, most_files));
-  const std::string text = contents(name, most_bytes - bytes_);
+  if (++read_ > limits_.files)
+    throw ScenarioError(fmt::format("{}: is the {}th file of this scenario; at most {} may be included{}", name, read_,
+                                    limits_.files, allow_more("files")));
+  const std::string text = contents(name, limits_.scenario_bytes - bytes_);
   bytes_ += text.size();
   return build(parse(text, name), "", 0);
 }
@@ -378,6 +371,7 @@ void apply_set(Node& root, const std::string& set, Problems& problems) {
   check_text(set, "--set");
   Node value;
   try {
+    check_yaml_bounds(set.substr(equals + 1), "--set");
     value = Builder(problems, {"--set"}).build(YAML::Load(set.substr(equals + 1)), path, 0);
   } catch (const YAML::Exception& e) {
     problems.add(place, path, set.substr(equals + 1), "no YAML: " + e.msg);

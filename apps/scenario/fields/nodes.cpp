@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "apps/input_limits.hpp"
 #include "apps/scenario/units.hpp"
 
 namespace subsoil::app {
@@ -65,6 +66,8 @@ long whole_number(const Node& node, const Range& range, const std::string& cure)
 
 const char* name_fault(const std::string& name) {
   if (name.empty()) return "a name must not be empty";
+  if (name.size() > input_limits().name_bytes)
+    return "a name is too long: it may have 200 bytes; SUBSOIL_LIMITS=name-bytes=N in the environment allows more";
   if (name.find_first_of("./,[]\"\n\t") != std::string::npos) return "a name must not hold . / , [ ] or quotes";
   return nullptr;
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "apps/input_limits.hpp"
 #include "apps/scenario/checks.hpp"
 #include "apps/scenario/fields/nodes.hpp"
 #include "apps/scenario/key_list.hpp"
@@ -186,18 +187,19 @@ struct OutputChecks : Checks {
 
   /// What is written is counted before the first step.
   void sizes(const Output& o) {
-    constexpr double most_rows = 1e8, most_frames = 1e5;
+    const auto most_rows = static_cast<double>(input_limits().rows);
+    const auto most_frames = static_cast<double>(input_limits().frames);
     const double rows = o.row_interval() > 0 ? s.time.end / o.row_interval() : 0,
                  frames = o.every ? s.time.end / *o.every : 0;
     if (rows > most_rows)
-      refuse(
-          "output.series every", fmt::format("{} s", o.row_interval()),
-          fmt::format("makes {:.3g} rows of series.csv until {} s; at most {:.0e}: make it longer, or the run shorter",
-                      rows, s.time.end, most_rows));
+      refuse("output.series every", fmt::format("{} s", o.row_interval()),
+             fmt::format(
+                 "makes {:.3g} rows of series.csv until {} s; at most {:.0e}: make it longer, or the run shorter{}",
+                 rows, s.time.end, most_rows, allow_more("rows")));
     if (frames > most_frames)
       refuse("output.every", fmt::format("{} s", *o.every),
-             fmt::format("makes {:.3g} frames until {} s; at most {:.0e}: make it longer, or the run shorter", frames,
-                         s.time.end, most_frames));
+             fmt::format("makes {:.3g} frames until {} s; at most {:.0e}: make it longer, or the run shorter{}", frames,
+                         s.time.end, most_frames, allow_more("frames")));
   }
 
   void watch(const std::string& path, const Watch& watch) {

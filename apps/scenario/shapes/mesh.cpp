@@ -18,8 +18,10 @@
 #include <stdexcept>
 #include <vector>
 
+#include "apps/input_limits.hpp"
 #include "apps/scenario/shapes/mesh_file.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
+#include "libdem/geometry/mesh_edges.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -60,6 +62,40 @@ void add_fan(const std::vector<Vec3>& face, const std::string& what, std::vector
   }
 }
 
+[[noreturn]] void refuse_many(const std::string& file, std::size_t count) {
+  throw std::runtime_error(fmt::format("{}: has {} triangles; a mesh may have {}: mesh the surface more coarsely{}",
+                                       file, count, input_limits().triangles, allow_more("triangles")));
+}
+
+/// Before anything is read: a triangle takes 50 bytes of a binary file, some 250 of text.
+void refuse_long(const std::string& file) {
+  const std::uintmax_t bytes = std::filesystem::file_size(file), most = 400 * input_limits().triangles;
+  if (bytes > most)
+    throw std::runtime_error(fmt::format("{}: has {} bytes; with {} triangles at most it may have {}{}", file, bytes,
+                                         input_limits().triangles, most, allow_more("triangles")));
+  std::array<char, 84> head{};
+  std::ifstream in(file, std::ios::binary);
+  std::uint32_t count = 0;
+  if (!in.read(head.data(), head.size())) return;
+  std::memcpy(&count, head.data() + 80, 4);
+  const bool binary_stl = bytes == 84 + 50 * static_cast<std::uintmax_t>(count);
+  if (binary_stl && count > input_limits().triangles) refuse_many(file, count);
+}
+
+/// Triangles that share one edge: two of a solid, some more where bodies touch. What holds a crowd of them at one edge
+/// holds the same triangle over and over, and costs the square of their number.
+void refuse_crowded_edges(const std::string& file, const dem::TriangleMesh& mesh) {
+  constexpr std::size_t most = 64;
+  for (const dem::MeshEdge& edge : dem::MeshEdges(mesh.triangles()).edges) {
+    if (edge.end - edge.begin <= most) continue;
+    const Vec3 &a = mesh.vertices()[edge.low], &b = mesh.vertices()[edge.high];
+    throw std::runtime_error(
+        fmt::format("{}: {} triangles meet at the edge from ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g}) m; at "
+                    "most {} may: remove those that stand several times",
+                    file, edge.end - edge.begin, a.x, a.y, a.z, b.x, b.y, b.z, most));
+  }
+}
+
 /// Binary files say how many triangles they have, text ends with a word: what is cut off is not taken for all of it.
 void refuse_cut_off(const std::string& file) {
   std::ifstream in(file, std::ios::binary);
@@ -86,12 +122,16 @@ std::vector<Facet> facets_of(const std::string& file, double unit) {
   std::string ending = std::filesystem::path(file).extension();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
   const std::string kind = is_ply(file) ? "PLY" : ending == ".obj" ? "OBJ" : "STL";
+  refuse_long(file);
   if (kind == "STL") refuse_cut_off(file);
   std::vector<Point> points;
   Faces faces;
   if (!read_file(file, kind, points, faces) || faces.empty())
     throw std::runtime_error(
         fmt::format("{}: no {} file that can be read (STL, binary or text, OBJ and PLY are)", file, kind));
+  std::size_t triangles = 0;
+  for (const auto& face : faces) triangles += face.size() - std::min<std::size_t>(face.size(), 2);
+  if (triangles > input_limits().triangles) refuse_many(file, triangles);
   std::vector<Facet> soup;
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const std::string what = fmt::format("{}: face {}", file, f + 1);
@@ -101,6 +141,10 @@ std::vector<Facet> facets_of(const std::string& file, double unit) {
       if (k >= points.size())
         throw std::runtime_error(fmt::format("{} names vertex {} of {}", what, k + 1, points.size()));
       corners.push_back(Vec3{points[k].x(), points[k].y(), points[k].z()} * unit);
+      if (!(dem::norm(corners.back()) < 1e30))
+        throw std::runtime_error(
+            fmt::format("{} has the vertex {} at ({:g}, {:g}, {:g}), which no metre reaches; export the mesh again",
+                        what, k + 1, points[k].x(), points[k].y(), points[k].z()));
     }
     add_fan(corners, what, soup);
   }
@@ -141,6 +185,7 @@ MeshFile load_mesh(const std::string& file, double unit) {
   const std::size_t flat = drop_flat(soup);
   if (soup.empty()) throw std::runtime_error(file + ": no face has an area");
   MeshFile out{dem::welded_mesh(soup), flat, 0};
+  refuse_crowded_edges(file, out.mesh);
   for (std::size_t i = 0; i < soup.size(); ++i)
     if (dem::dot(dem::area_vector(soup[i][0], soup[i][1], soup[i][2]), out.mesh.normal(i)) < 0) ++out.turned;
   return out;

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 
 #include "apps/build/soil.hpp"
 #include "apps/run/input_report.hpp"
@@ -202,6 +203,37 @@ TEST_F(Stl, FilesThatAreCutOffAreRefused) {
       std::string::npos);
   EXPECT_NE(message_of([&] { load_mesh(file(std::string("hello, this is no STL file\n")), 1e-3); }).find("no STL file"),
             std::string::npos);
+}
+
+TEST_F(Stl, WhatCostsTooMuchOrReachesTooFarIsRefused) {
+  const auto refusal = [&](const std::string& bytes) { return message_of([&] { load_mesh(file(bytes), 1e-3); }); };
+  // The same triangle 100,000 times: each edge would be compared with each.
+  Facets many(100000, box()[0]);
+  EXPECT_NE(refusal(stl_bytes(many)).find("100000 triangles meet at the edge from (-0.03, "), std::string::npos);
+  std::string bytes = stl_bytes(box());
+  bytes.resize(84 + std::size_t{50} * 1000001, '\1');
+  const std::uint32_t count = 1000001;
+  std::memcpy(bytes.data() + 80, &count, 4);
+  EXPECT_NE(refusal(bytes).find("has 1000001 triangles; a mesh may have 1000000"), std::string::npos);
+  std::string far = stl_text(box());
+  far.replace(far.find("vertex -30"), 10, "vertex 1e200");
+  EXPECT_NE(refusal(far).find("face 1 has the vertex 1 at (1e+200, -5, -30), which no metre reaches"),
+            std::string::npos)
+      << refusal(far);
+  // A face of 30,000 corners on three points.
+  std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf";
+  for (int i = 0; i < 10000; ++i) corners += " 1 2 3";
+  write_file(dir_ / "a.obj", corners + "\n");
+  EXPECT_NE(message_of([&] { load_mesh((dir_ / "a.obj").string(), 1); }), "accepted");
+}
+
+/// What is no STL file at all hung an earlier reader.
+TEST_F(Stl, OtherFilesAreNoMeshes) {
+  for (const std::string& bytes :
+       {std::string(400, '4'), "<html><body>" + std::string(1000, 'x'), std::string("{\"a\": [1, 2, 3]}"),
+        std::string(1000, '\0'), std::string(84, '\0'), std::string(), "solid " + std::string(400, '9')})
+    EXPECT_NE(message_of([&] { load_mesh(file(bytes), 1e-3); }).find("no STL file"), std::string::npos)
+        << bytes.substr(0, 20);
 }
 
 TEST_F(Stl, WhatIsOddAboutAMeshIsWarnedOf) {

@@ -1,9 +1,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <functional>
+#include <iterator>
+#include <limits>
 
 #include "apps/output/bed_file.hpp"
+#include "apps/output/hdf5.hpp"
 #include "apps/output/state_file.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/scratch.hpp"
@@ -84,6 +88,55 @@ TEST(StateFile, AnUnfinishedStateLeavesTheOldOne) {
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(scratch.path()), {}), 1) << "no litter";
 }
 
+TEST(StateFile, AChangedByteOfAnArrayOrTextIsFound) {
+  const test::Scratch scratch;
+  const auto path = scratch / "state-1.h5";
+  StateWriter writer(path);
+  writer.put("a", std::vector<std::int64_t>{0x1122334455667788, 2});
+  writer.put_texts("scenario", {"title: an unmistakable line", "more"});
+  writer.commit();
+  std::ifstream in(path, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  const auto refusal = [&](const std::string& changed) {
+    std::string other = bytes;
+    const std::size_t at = other.find(changed);
+    EXPECT_NE(at, std::string::npos);
+    other[at] ^= 1;
+    test::write_file(path, other);
+    const StateReader reader(path);
+    return test::message_of<std::runtime_error>([&] { reader.get<std::int64_t>("a"), reader.texts("scenario"); });
+  };
+  EXPECT_NE(refusal("\x88\x77\x66\x55\x44").find("`a` is not what was written: the file is damaged"),
+            std::string::npos);
+  EXPECT_NE(refusal("unmistakable").find("`scenario` is not what was written: the file is damaged"), std::string::npos);
+}
+
+/// A length is only what the file says: nothing is asked for that it cannot hold.
+TEST(StateFile, ALengthWithoutItsBytesIsRefused) {
+  const test::Scratch scratch;
+  const auto path = scratch / "state-1.h5";
+  {
+    const h5::Handle file = h5::create_file(path);
+    const hsize_t length = hsize_t{1} << 50, chunk = 1024;
+    const h5::Handle space(H5Screate_simple(1, &length, nullptr), H5Sclose, "space");
+    const h5::Handle list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "list");
+    h5::checked(H5Pset_chunk(list, 1, &chunk), "chunk");
+    const h5::Handle set(H5Dcreate2(file, "a", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, list, H5P_DEFAULT), H5Dclose,
+                         "set");
+    const h5::Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "type");
+    h5::checked(H5Tset_size(type, H5T_VARIABLE), "type");
+    const h5::Handle text(H5Dcreate2(file, "text", type, space, H5P_DEFAULT, list, H5P_DEFAULT), H5Dclose, "text");
+    const h5::Handle number(H5Dcreate2(file, "number", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, list, H5P_DEFAULT),
+                            H5Dclose, "number");
+  }
+  const StateReader reader(path);
+  const auto said = [&](auto read) { return test::message_of<std::runtime_error>(read); };
+  EXPECT_NE(said([&] { reader.get<double>("a"); }).find("dataset a says it holds 1.126e+15 values and takes 0 bytes"),
+            std::string::npos);
+  EXPECT_NE(said([&] { reader.texts("text"); }).find("dataset text says it holds"), std::string::npos);
+  EXPECT_NE(said([&] { reader.texts("number"); }).find("dataset number holds no text"), std::string::npos);
+}
+
 TEST(StateFile, LatestIsByTimeNotByName) {
   test::Scratch scratch;
   EXPECT_FALSE(latest_state(scratch.path()));
@@ -103,7 +156,7 @@ BedTable three_spheres() {
           {1800, 1800, std::nan("")},
           {"soil", "a, \"b\"", ""},
           {{1, 0, 0}, {0, 0, 0}, {0, 0.1, 0}},
-          {{0, 0, 1}, {0, 0, 0}, {0, 0, 1e300}}};
+          {{0, 0, 1}, {0, 0, 0}, {0, 0, 1e29}}};
 }
 
 TEST(BedFile, BothFormatsKeepEveryBit) {
@@ -156,6 +209,15 @@ TEST(BedFile, RefusalsNamePlaceValueAndRule) {
   expect("x [m],y [m],z [m],radius [m]\n0,0,oops,0.1\n", "b.csv:2: z = 'oops': must be a finite number");
   expect("x [m],y [m],z [m],radius [m]\n0,0,0.1\n", "b.csv:2: 3 fields under 4 columns");
   expect("id,x [m],y [m],z [m],radius [m]\n4,0,0,0,1\n4,1,0,0,1\n", "id 4 stands twice");
+  expect("x [m],y [m],z [m],radius [m]\n0,0,1e308,0.1\n", "b.csv:2: z = '1e308': must be a finite number below 1e30");
+  expect("id,x [m],y [m],z [m],radius [m]\n1e20,0,0,0,1\n", "id = 1e+20: must be a whole number below 1e15");
+  BedTable bed = three_spheres();
+  bed.velocity[1].y = std::numeric_limits<double>::infinity();
+  save_bed(scratch / "b.h5", bed);
+  EXPECT_NE(test::message_of<std::invalid_argument>([&] {
+              load_bed(scratch / "b.h5");
+            }).find("b.h5: sphere 2 has radius 0.011 m, density 1800 kg/m^3, place (1e-09, 2, 3) m, speed inf m/s"),
+            std::string::npos);
   EXPECT_NE(test::message_of<std::invalid_argument>([&] { load_bed(scratch / "bed.txt"); }).find(".h5 or .csv"),
             std::string::npos);
 }

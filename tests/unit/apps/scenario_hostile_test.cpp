@@ -6,6 +6,8 @@
 #include <fstream>
 #include <string>
 
+#include "apps/input_limits.hpp"
+#include "apps/scenario/arithmetic.hpp"
 #include "apps/scenario/expression.hpp"
 #include "apps/scenario/load.hpp"
 #include "apps/scenario/units.hpp"
@@ -41,13 +43,52 @@ TEST(HostileScenario, EndlessAndLongFiles) {
   const std::string file = (scratch.path() / "long.yaml").string();
   std::ofstream(file) << sample_soil << "# " << std::string(10 << 20, 'x') << '\n';
   EXPECT_TRUE(holds(test::message_of<ScenarioError>([&] { load_scenario(file); }),
-                    "may have 2097152 bytes together; keep tables and meshes in files of their own"));
+                    "may have 1048576 bytes together; keep tables and meshes in files of their own"));
 }
 
 TEST(HostileScenario, ManyKeys) {
   std::string text = sample_soil;
   for (int i = 0; i < 20000; ++i) text += "k" + std::to_string(i) + ": 1\n";
   EXPECT_TRUE(holds(refusal(text), "holds 20008 keys; at most 5000 may stand in one mapping"));
+}
+
+/// What no line of the text is long for, and yaml-cpp would take many seconds to keep.
+TEST(HostileScenario, ManyValuesAnchorsAndLevels) {
+  EXPECT_EQ(refusal(repeated("-\n", 200000)),
+            "bad.yaml:100001:1: more than 100000 keys and values; SUBSOIL_LIMITS=values=N in the environment allows "
+            "more");
+  std::string anchors = "a: [";
+  for (int i = 0; i < 50000; ++i) anchors += "&a" + std::to_string(i) + " 1, ";
+  EXPECT_TRUE(holds(refusal(anchors + "1]\n"), "more than 1000 anchors and aliases; SUBSOIL_LIMITS=anchors=N"));
+  for (const std::string& open : {"[", "{a: ", "- ", "? "})
+    EXPECT_TRUE(holds(refusal(repeated(open, 100000)), "more than 60 mappings and lists within each other")) << open;
+  EXPECT_TRUE(holds(refusal("a: &a [*a]\n"), "nested deeper than 60; does an anchor hold itself?"));
+}
+
+TEST(HostileScenario, LongNamesValuesAndDirectives) {
+  const std::string many(20001, 'x');
+  EXPECT_TRUE(holds(refusal(std::string(300, 'x') + ": 1\n"), "a name of 300 bytes; it may have 200"));
+  EXPECT_TRUE(holds(refusal("title: " + many + "\n"), "a value of 20001 bytes; it may have 20000"));
+  EXPECT_TRUE(holds(refusal("title: !<" + many + "> x\n"), "a tag of"));
+  EXPECT_TRUE(holds(refusal(std::string(1000000, '%')), "bad.yaml:1:1: a directive of 1000000 bytes; leave it out"));
+  EXPECT_TRUE(holds(refusal("boundaries: [{name: " + std::string(201, 'x') + "}]\n"), "a name is too long"));
+}
+
+TEST(HostileScenario, LimitsAreSettable) {
+  InputLimits limits;
+  read_limits("triangles=5e6,depth=100", limits);
+  EXPECT_EQ(limits.triangles, 5000000u);
+  EXPECT_EQ(limits.depth, 100u);
+  EXPECT_EQ(limits.values, InputLimits{}.values);
+  const auto wrong = [](const std::string& text) {
+    return test::message_of<ScenarioError>([&] {
+      InputLimits unused;
+      read_limits(text, unused);
+    });
+  };
+  EXPECT_TRUE(holds(wrong("triangle=5"), "SUBSOIL_LIMITS: `triangle` is no limit; there are scenario-bytes, values"));
+  for (const char* number : {"", "0", "-1", "nan", "1e300", "5 m"})
+    EXPECT_TRUE(holds(wrong(std::string("depth=") + number), "must be a whole number in [1, 1e18]")) << number;
 }
 
 TEST(HostileScenario, AliasesInAliases) {
@@ -100,6 +141,16 @@ TEST(HostileScenario, NestedUnits) {
       holds(test::message_of<UnitError>([&] { parse_quantity("1 " + unit, "m"); }), "nests more than 50 brackets"));
   EXPECT_TRUE(holds(test::message_of<UnitError>([&] { parse_quantity("1 m^" + std::string(400, '9'), "m"); }),
                     "has a power that is too large"));
+}
+
+TEST(HostileScenario, SignsAndPowersOfArithmetic) {
+  const auto fault = [](const std::string& text) {
+    return test::message_of<UnitError>([&] { evaluate_arithmetic(text); });
+  };
+  EXPECT_TRUE(holds(fault("1+" + std::string(50000, '-') + "1"), "nests more than 100 brackets, signs and powers"));
+  EXPECT_TRUE(holds(fault(repeated("1^", 50000) + "1"), "nests more than 100 brackets, signs and powers"));
+  EXPECT_TRUE(holds(fault(std::string(50000, '(') + "1"), "nests more than 100 brackets, signs and powers"));
+  EXPECT_EQ(evaluate_arithmetic("1 + " + std::string(20, '-') + "2 mm/mm").value, 3);
 }
 
 // ---- formulas ------------------------------------------------------------------------------------------------------

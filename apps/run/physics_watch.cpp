@@ -1,0 +1,122 @@
+#include "apps/run/physics_watch.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "libdem/step/stability.hpp"
+
+namespace subsoil::app {
+
+PhysicsWatch::PhysicsWatch(const Scenario& scenario, const World& world) : s_(scenario) {
+  if (!world.bed) return;
+  double mass = 0, radius = 0;
+  for (const dem::Sphere& s : world.bed->spheres()) {
+    mass += s.m, radius = std::max(radius, s.r);
+    smallest_ = smallest_ > 0 ? std::min(smallest_, s.r) : s.r;
+  }
+  weight_times_radius_ = mass * dem::norm(scenario.gravity) * radius;
+  for (int b = 0; b < world.bed->boundary_count(); ++b) {
+    const double far = dem::bounds(world.bed->boundary(b).shape).farthest(Vec3{});
+    farthest_.push_back(std::isfinite(far) ? far : 0);
+  }
+}
+
+std::optional<PhysicsWatch::Finding> PhysicsWatch::energy(const World& world, const EnergyStart& start) {
+  const dem::BedEnergy& e = world.bed->energy();
+  const double off = e.total() - e.boundary_work - start.bed;
+  const double moved = std::abs(e.boundary_work) + std::abs(start.bed_gravity - e.gravity) + e.kinetic + e.rotational +
+                       std::abs(e.lost.total()) + std::abs(e.removed) + e.frozen + weight_times_radius_;
+  if (!(std::abs(off) > closure_said * moved)) return std::nullopt;
+  const bool stops = std::abs(off) > s_.limits.soil_energy * moved;
+  if (said_closure_ && !stops) return std::nullopt;
+  said_closure_ = true;
+  return Finding{
+      fmt::format("the energy balance of the soil is off by {:.3g} J, {:.2g} of the {:.3g} J moved{}; contacts "
+                  "are not resolved: leave out `time.soil step`, or give a smaller `time.accuracy`",
+                  off, std::abs(off) / moved, moved,
+                  stops ? fmt::format(", above limits.soil energy = {:g}", s_.limits.soil_energy) : ""),
+      stops};
+}
+
+std::optional<PhysicsWatch::Finding> PhysicsWatch::travel(const World& world) {
+  double most = 0;
+  const dem::Boundary* worst = nullptr;
+  for (int b = 0; b < world.bed->boundary_count(); ++b) {
+    const dem::Boundary& boundary = world.bed->boundary(b);
+    if (!boundary.active) continue;
+    const double speed =
+        dem::norm(boundary.velocity) + dem::norm(boundary.angular_velocity) * farthest_[static_cast<std::size_t>(b)];
+    if (speed * world.step.soil_step > most) most = speed * world.step.soil_step, worst = &boundary;
+  }
+  if (worst == nullptr || !(most > travel_said * smallest_)) return std::nullopt;
+  const bool stops = most > travel_stops * smallest_;
+  if (said_travel_ && !stops) return std::nullopt;
+  said_travel_ = true;
+  return Finding{fmt::format("`{}` moves by {:.3g} mm in a step, {:.2g} of the smallest radius{}; give a smaller "
+                             "`time.soil step`: {:.2g} s keeps it below a tenth",
+                             worst->name, most * 1e3, most / smallest_, stops ? ": it steps over spheres" : "",
+                             travel_said * smallest_ / most * world.step.soil_step),
+                 stops};
+}
+
+/// Laws whose stiffness rises with the overlap are stable with shorter steps where bodies meet faster.
+std::optional<PhysicsWatch::Finding> PhysicsWatch::step(const World& world, double fastest) {
+  if (said_step_ || !(fastest > world.step.expected_speed)) return std::nullopt;
+  for (const PossibleImpact& impact : world.step.impacts) {
+    dem::StepQuestion question = impact.question;
+    question.speed = fastest;
+    const dem::StableStep limit =
+        impact.at_surface ? dem::stable_step_at_surface(impact.law, question) : dem::stable_step(impact.law, question);
+    if (world.step.soil_step < limit.step) continue;
+    said_step_ = true;
+    return Finding{
+        fmt::format("a sphere has {:.3g} m/s, more than the {:.3g} m/s expected: at that speed the step of "
+                    "{:.3g} s is no longer stable between {} (limit {:.3g} s); give a smaller `time.soil step`",
+                    fastest, world.step.expected_speed, world.step.soil_step, impact.between, limit.step)};
+  }
+  return std::nullopt;
+}
+
+std::optional<PhysicsWatch::Finding> PhysicsWatch::walls(const World& world) {
+  if (said_outside_) return std::nullopt;
+  const std::size_t count = beyond_walls(s_, world);
+  if (count == 0) return std::nullopt;
+  said_outside_ = true;
+  return Finding{
+      fmt::format("{} sphere{} beyond a wall of the container: pressed through it or fallen over its rim; make the "
+                  "container higher or its contacts stiffer",
+                  count, count == 1 ? " is" : "s are")};
+}
+
+std::vector<PhysicsWatch::Finding> PhysicsWatch::look(const World& world, const EnergyStart& start, double fastest) {
+  std::vector<Finding> found;
+  if (world.bed->spheres().empty()) return found;
+  const auto take = [&](std::optional<Finding> one) {
+    if (one) found.push_back(std::move(*one));
+  };
+  take(energy(world, start));
+  take(travel(world));
+  take(step(world, fastest));
+  constexpr long every = 20;  // a look at the walls goes through all spheres
+  if (looks_++ % every == 0) take(walls(world));
+  return found;
+}
+
+std::size_t beyond_walls(const Scenario& scenario, const World& world) {
+  if (!scenario.soil || !scenario.soil->container) return 0;
+  const Container& c = *scenario.soil->container;
+  const auto closed = [&](std::size_t face) { return !c.open[face] && !c.open_after_settling[face]; };
+  const bool wall[6] = {closed(0), closed(1), closed(2), closed(3), closed(4), closed(5)};
+  const Vec3 corner = c.at + Vec3{0, world.container_shift, 0};
+  std::size_t count = 0;
+  for (const dem::Sphere& p : world.bed->spheres()) {
+    const Vec3 d = p.x - corner;
+    count += (wall[0] && d.x < 0) || (wall[1] && d.x > c.size.x) || (wall[2] && d.y < 0) ||
+             (wall[3] && d.y > c.size.y) || (wall[4] && d.z < 0) || (wall[5] && d.z > c.size.z);
+  }
+  return count;
+}
+
+}  // namespace subsoil::app

@@ -1,0 +1,50 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/build/world.hpp"
+#include "apps/output/archive.hpp"
+#include "apps/run/run_summary.hpp"
+
+namespace subsoil::app {
+
+/// Looks at a run of spheres for what no physics does. Each kind is said once, where it is first met; what is beyond
+/// repair stops the run. (The bed itself stops at limits.overlap and limits.speed in the step that breaks them.)
+class PhysicsWatch {
+ public:
+  /// Share of the energy moved by which the bed's balance may be off. Passes of docs/1s300.md close to 2e-3 with losses
+  /// that are sampled; a contact that is resolved by ten steps errs by a tenth of its energy.
+  static constexpr double closure_said = 0.05;
+  /// Travel of a surface in one step, in smallest radii: a contact of a tenth of a radius is then met by one step, and
+  /// beyond one radius spheres are stepped over.
+  static constexpr double travel_said = 0.1, travel_stops = 1;
+
+  struct Finding {
+    std::string text;
+    bool stops = false;
+  };
+
+  PhysicsWatch(const Scenario& scenario, const World& world);
+
+  /// After a step whose energy was asked for. @param fastest of all spheres so far, m/s
+  std::vector<Finding> look(const World& world, const EnergyStart& start, double fastest);
+  void archive(Archive& a) { a(looks_, said_closure_, said_travel_, said_step_, said_outside_); }
+
+ private:
+  std::optional<Finding> energy(const World& world, const EnergyStart& start);
+  std::optional<Finding> travel(const World& world);
+  std::optional<Finding> step(const World& world, double fastest);
+  std::optional<Finding> walls(const World& world);
+
+  const Scenario& s_;
+  double weight_times_radius_ = 0, smallest_ = 0;  // J, m
+  std::vector<double> farthest_;                   // of each boundary from the origin of its pose, m; 0 of planes
+  long looks_ = 0;
+  bool said_closure_ = false, said_travel_ = false, said_step_ = false, said_outside_ = false;
+};
+
+/// Spheres whose centres are beyond a closed side of the container.
+std::size_t beyond_walls(const Scenario& scenario, const World& world);
+
+}  // namespace subsoil::app

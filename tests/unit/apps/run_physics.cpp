@@ -1,0 +1,107 @@
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "apps/build/world.hpp"
+#include "tests/tools/program_runs.hpp"
+
+/// Runs that do what no physics does say so, and stop where it is beyond repair.
+namespace subsoil::app {
+namespace {
+
+using namespace test;
+
+/// A ball that falls 50 mm on the floor.
+constexpr const char* drop = R"(subsoil: 1
+materials: {ball: {density: 2000 kg/m^3}, steel: {density: 7800 kg/m^3}}
+contacts:
+  - {between: [ball, steel], law: linear, k_n: 100 kN/m, restitution: 0.95, mu: 0}
+  - {between: [ball, ball], law: linear, k_n: 100 kN/m, restitution: 0.95, mu: 0}
+soil:
+  container: {size: 200 200 200 mm, at: 0 0 0 m, material: steel}
+  bed: {fill: particles, particles: [{position: 100 60 100 mm, radius: 10 mm, material: ball}]}
+time: {end: 200 ms}
+)";
+
+double stable_step(const std::string& text) {
+  return build_world(load_scenario_text(text, "drop.yaml"), {.threads = 1, .settle = false}).step.limit.step;
+}
+
+std::string warnings_of(const std::filesystem::path& out) { return summary_of(out)["warnings"].dump(); }
+
+TEST(PhysicsWatch, SaysAnEnergyBalanceThatDoesNotCloseAndStopsWhereItIsLost) {
+  const RunDirectory dir;
+  const auto run_at = [&](const char* name, double share) {
+    const std::string step = fmt::format("time.soil step={} s", share * stable_step(drop));
+    return run_scenario(dir.scenario(drop), dir / name, {step});
+  };
+  EXPECT_EQ(run_at("fine", 0.05), exit_ok);
+  EXPECT_EQ(warnings_of(dir / "fine").find("energy balance of the soil"), std::string::npos);
+  EXPECT_EQ(run_at("coarse", 0.5), exit_ok);
+  EXPECT_NE(warnings_of(dir / "coarse").find("energy balance of the soil is off by"), std::string::npos);
+  // One impulse of the edge of stability throws the ball back with several times its energy.
+  EXPECT_EQ(run_at("lost", 0.999), exit_failed);
+  const std::string failure = summary_of(dir / "lost")["run"]["failure"];
+  EXPECT_NE(failure.find("above limits.soil energy = 0.5"), std::string::npos) << failure;
+  EXPECT_EQ(failure.rfind("t = 0.10", 0), 0u) << failure << ": the ball meets the floor at 0.101 s";
+}
+
+TEST(PhysicsWatch, SaysASurfaceThatMovesFarInAStepAndStopsOneThatStepsOverSpheres) {
+  const RunDirectory dir;
+  const auto with_plate = [&](const char* name, double speed) {
+    const std::string plate = fmt::format(
+        "boundaries: [{{name: plate, material: steel, shape: {{box: 10 1 10 mm}}, at: 100 190 100 mm, moves: "
+        "[{{velocity: "
+        "{} 0 0 m/s}}]}}]\n",
+        speed);
+    return run_scenario(dir.scenario(drop + plate), dir / name, {"time.soil step=0.1 ms", "time.end=1 ms"});
+  };
+  EXPECT_EQ(with_plate("slow", 9), exit_ok);
+  EXPECT_EQ(warnings_of(dir / "slow").find("in a step"), std::string::npos);
+  EXPECT_EQ(with_plate("fast", 20), exit_ok);
+  EXPECT_NE(warnings_of(dir / "fast").find("`plate` moves by 2 mm in a step, 0.2 of the smallest radius"),
+            std::string::npos)
+      << warnings_of(dir / "fast");
+  EXPECT_EQ(with_plate("over", 200), exit_failed);
+  EXPECT_NE(summary_of(dir / "over")["run"]["failure"].get<std::string>().find("steps over spheres"),
+            std::string::npos);
+}
+
+/// Thrown balls lie outside the walls: over the rim of 20 mm.
+TEST(PhysicsWatch, SaysSpheresBeyondAWall) {
+  const RunDirectory dir;
+  const std::vector<std::string> thrown{
+      "soil.container.size=200 20 200 mm",
+      "soil.bed.particles=[{position: 190 40 100 mm, velocity: 1 0 0 m/s, radius: 10 mm, material: ball}]",
+      "time.end=30 ms"};
+  ASSERT_EQ(run_scenario(dir.scenario(drop), dir / "out", thrown), exit_ok);
+  EXPECT_NE(warnings_of(dir / "out").find("1 sphere is beyond a wall of the container"), std::string::npos)
+      << warnings_of(dir / "out");
+}
+
+/// A plate at v throws an elastic ball off at 2 v, twice what was expected; Hertz's contact is stiffer by then.
+TEST(PhysicsWatch, SaysAStepThatIsNoLongerStable) {
+  const RunDirectory dir;
+  const std::string text = R"(subsoil: 1
+materials: {ball: {density: 2000 kg/m^3, young's modulus: 100 MPa, poisson ratio: 0.3}, steel: {density: 7800 kg/m^3, young's modulus: 200 GPa, poisson ratio: 0.3}}
+gravity: 0 m/s^2
+contacts:
+  - {between: [ball, steel], law: hertz-mindlin, restitution: 1, mu: 0}
+  - {between: [ball, ball], law: hertz-mindlin, restitution: 1, mu: 0}
+soil:
+  container: {size: 400 200 200 mm, at: 0 0 0 m, material: steel}
+  bed: {fill: particles, particles: [{position: 100 60 100 mm, radius: 10 mm, material: ball}]}
+boundaries: [{name: plate, material: steel, shape: {box: 10 50 50 mm}, at: 80 60 100 mm, moves: [{velocity: 5 0 0 m/s}]}]
+time: {end: 10 ms}
+)";
+  const double limit = stable_step(text);
+  // Two steps a contact: what comes out of it is far off, and other limits would stop it.
+  ASSERT_EQ(
+      run_scenario(dir.scenario(text), dir / "out",
+                   {fmt::format("time.soil step={} s", 0.97 * limit), "limits.soil energy=1000", "limits.overlap=2"}),
+      exit_ok);
+  EXPECT_NE(warnings_of(dir / "out").find("is no longer stable between ball and steel"), std::string::npos)
+      << warnings_of(dir / "out");
+}
+
+}  // namespace
+}  // namespace subsoil::app
