@@ -57,7 +57,7 @@ TEST_P(FixedIn, AnImpactHasTheRestitutionOfTheLaw) {
 std::vector<SphereSpec> stirred() {
   std::vector<SphereSpec> out;
   for (int i = 0; i < 6; ++i) {
-    SphereSpec s = fixed(at({0.012 * i, 0.05, 0.03}, {0.1, -0.2, 0}));
+    SphereSpec s = fixed(at({0.012 * i, 0.07, 0.03}, {0.1, -0.2, 0}));
     s.angular_velocity = {0, 3, 1};
     out.push_back(s);
   }
@@ -98,7 +98,7 @@ TEST(FixedSpheres, MoveExactlyAsTheyAreAsked) {
   for (std::uint32_t id = 0; id < 6; ++id) {
     const Sphere& s = sphere(bed, id);
     EXPECT_NEAR(s.x.x, 0.012 * id + 0.1 * t, 1e-13);
-    EXPECT_NEAR(s.x.y, 0.05 - 0.2 * t, 1e-13);
+    EXPECT_NEAR(s.x.y, 0.07 - 0.2 * t, 1e-13);
     EXPECT_EQ(s.x.z, 0.03);
     EXPECT_EQ(s.v, (Vec3{0.1, -0.2, 0}));
     EXPECT_EQ(s.w, (Vec3{0, 3, 1}));
@@ -125,7 +125,7 @@ TEST(FixedSpheres, DoNotMeetEachOtherNorSurfaces) {
   Bed bed(table(Law(grains())), quiet({0, -9.81, 0}));
   const int floor = add_plane(bed, {}, {0, 1, 0});
   add(bed, {fixed(at({0, 0, 0})), fixed(at({0.012, 0.001, 0})), at({0.3, 0.0099, 0})});
-  for (int i = 0; i < 100; ++i) bed.step(1e-5);
+  for (int i = 0; i < 5; ++i) bed.step(1e-5);
   const Snapshot s = observe(bed, 1e-5);
   EXPECT_EQ(s.contacts[0], 0);
   EXPECT_EQ(s.force[0], (Vec3{})) << "nor gravity";
