@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "apps/scenario/document.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "apps/scenario/document.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
