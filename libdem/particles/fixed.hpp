@@ -6,13 +6,13 @@
 
 namespace subsoil::dem {
 
-/// A fixed sphere keeps its velocity and spin whatever acts on it. Its record holds 2^60 times its mass, so that every
+/// A fixed sphere keeps its velocity and spin whatever acts on it. Its record holds 2^90 times its mass, so that every
 /// law finds the limit of a pair with a body that does not yield,
 ///   m_eff = m M/(m + M) -> m of the free sphere
-/// to m/M <= 1e-12 for a free sphere up to a million times as heavy, which is how LAMMPS (fix freeze) has it; r_eff is
+/// to m/M <= 1e-21 for a free sphere up to a million times as heavy, which is how LAMMPS (fix freeze) has it; r_eff is
 /// that of both. No density of matter comes near the bound by which such records are known.
-constexpr int kFixedPower = 60;
-constexpr double kFixedDensity = 1e15;  // kg/m3
+constexpr int kFixedPower = 90;
+constexpr double kFixedDensity = 1e28;  // kg/m3; 2^90 times water has 1e30, and its mass fits in single precision
 
 inline bool is_fixed(const Sphere& s) { return density(s) > kFixedDensity; }
 /// Density of its matter, kg/m3.
