@@ -12,6 +12,7 @@
 #include "libdem/contacts/bond_record.hpp"
 #include "libdem/geometry/boundary.hpp"
 #include "libdem/laws/law_table.hpp"
+#include "libdem/particles/fixed.hpp"
 #include "libdem/particles/particles.hpp"
 
 namespace subsoil::dem {
@@ -47,7 +48,7 @@ struct BedEnergy {
   double gravity = 0;        ///< -m g . x
   double stored = 0;         ///< in contact springs and attraction (negative)
   Losses lost;               ///< since the start
-  double boundary_work = 0;  ///< done by the surfaces on the spheres since the start
+  double boundary_work = 0;  ///< done by the surfaces and fixed spheres on the others since the start
   double removed = 0;        ///< kinetic and potential energy that left with removed spheres
   double frozen = 0;         ///< kinetic energy that spheres had when they were frozen, since the start
 
@@ -88,6 +89,8 @@ class Bed {
   const Boundary& boundary(int index) const;
   int boundary_count() const;
   std::span<const Sphere> spheres() const;  ///< in the engine's own order
+  /// Spheres that were added as fixed(spec), with what acted on them at t_n of the last step; in rising id.
+  std::span<const FixedSphere> fixed_spheres() const;
   std::size_t removed_count() const;        ///< fallen below the floor since the start
   std::size_t touching_pairs() const;  ///< within the cutoff of their law, of each particle block when last sampled
 
@@ -161,6 +164,7 @@ class Bed {
     std::vector<double> scalars;
     std::vector<std::int64_t> calm;  ///< of each sphere for the active region; empty without
     std::vector<double> frozen;      ///< BedEnergy::frozen; empty without
+    std::vector<double> fixed;       ///< work of fixed spheres, and what acted on each; empty without
   };
   State save() const;
   void restore(const State& state);

@@ -221,8 +221,13 @@ std::vector<dem::SphereSpec> SoilBuilder::listed() const {
   for (const Particle& p : bed().particles) {
     const std::string& name = !p.material.empty() ? p.material : layered() ? bed().layers[0].material : bed().material;
     const int m = material_index(loaded_.scenario, name);
-    out.push_back({p.position, p.velocity, p.spin, p.radius,
-                   p.density.value_or(loaded_.scenario.materials[static_cast<std::size_t>(m)].density), m});
+    const dem::SphereSpec sphere{p.position,
+                                 p.velocity,
+                                 p.spin,
+                                 p.radius,
+                                 p.density.value_or(loaded_.scenario.materials[static_cast<std::size_t>(m)].density),
+                                 m};
+    out.push_back(p.fixed.empty() ? sphere : dem::fixed(sphere));
   }
   return out;
 }
@@ -265,6 +270,7 @@ int SoilBuilder::material_of(const BedTable& table, std::size_t row) const {
 
 void SoilBuilder::place() {
   add_walls();
+  name_fixed();
   if (!options_.place_soil) world_.bed->add(options_.restored);
   if (!has_bed() || !options_.place_soil) return;
   try {
@@ -273,6 +279,19 @@ void SoilBuilder::place() {
     throw;
   } catch (const std::exception& error) {
     throw ScenarioError(loaded_.where("soil.bed") + ": " + error.what());
+  }
+}
+
+/// Spheres are numbered in the order of the file, from 0.
+void SoilBuilder::name_fixed() {
+  if (!has_bed()) return;
+  for (std::size_t i = 0; i < bed().particles.size(); ++i) {
+    const std::string& name = bed().particles[i].fixed;
+    if (name.empty()) continue;
+    auto at =
+        std::find_if(world_.fixed.begin(), world_.fixed.end(), [&](const FixedBody& f) { return f.name == name; });
+    if (at == world_.fixed.end()) at = world_.fixed.insert(at, {name, {}});
+    at->ids.push_back(static_cast<std::uint32_t>(i));
   }
 }
 
@@ -390,7 +409,7 @@ dem::StepQuestion SoilBuilder::question() const {
   for (const dem::Sphere& s : world_.bed->spheres()) {
     q.largest_radius = std::max(q.largest_radius, s.r);
     q.smallest_radius = std::min(q.smallest_radius, s.r);
-    q.density = std::min(q.density, density(s));
+    q.density = std::min(q.density, own_density(s));
   }
   q.neighbours = dem::most_neighbours(world_.bed->spheres().size());
   if (rains() && (world_.bed->spheres().empty() || !options_.settle)) {
@@ -477,7 +496,7 @@ void SoilBuilder::save() const {
     table.id.push_back(s.id);
     table.position.push_back(s.x);
     table.radius.push_back(s.r);
-    table.density.push_back(density(s));
+    table.density.push_back(own_density(s));
     table.material.push_back(loaded_.scenario.materials[s.material].name);
     table.velocity.push_back(s.v);
     table.spin.push_back(s.w);

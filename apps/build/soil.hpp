@@ -48,6 +48,7 @@ class SoilBuilder {
   void place_layers(bool at_rest);
   void assign_layers(std::vector<dem::SphereSpec>& spheres);
   void place_stand_in();
+  void name_fixed();
   void place_made();
   void refuse_too_deep() const;
   void refuse_too_many() const;

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -22,6 +23,12 @@ struct SurfaceRecord {
   int body = 0;          ///< of the machine, for Owner::machine
   Vec3 reference{};      ///< point of its wrench in the axes of its pose
   bool moves = false;
+};
+
+/// Spheres of the bed that keep their velocity, by the name that the scenario gives them.
+struct FixedBody {
+  std::string name;
+  std::vector<std::uint32_t> ids;  ///< rising
 };
 
 /// A surface that only pictures show (a wheel whose soil is a law), in body axes.
@@ -75,6 +82,7 @@ struct World {
   std::unique_ptr<dem::Bed> bed;
   std::vector<SurfaceRecord> surfaces;
   std::vector<DrawnSurface> drawn;
+  std::vector<FixedBody> fixed;
   std::vector<coupling::BodySurface> body_surfaces;
   std::vector<coupling::GivenMotion> motions;
   SoilReport soil;

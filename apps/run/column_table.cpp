@@ -16,6 +16,22 @@ dem::Wrench wrench_on(const ColumnSources& from, const SurfaceRecord& s) {
 const dem::Wrench& wrench_on(const ColumnSources& from, const SoilOnBody& b) {
   return from.simulation.soil_on_body(b.body);
 }
+/// Force and moment about the mean of their centres, which moves with them.
+dem::Wrench wrench_on(const ColumnSources& from, const FixedBody& body) {
+  const std::span<const dem::FixedSphere> all = from.world.bed->fixed_spheres();
+  std::vector<const dem::FixedSphere*> own;
+  for (const std::uint32_t id : body.ids) {
+    const auto at =
+        std::lower_bound(all.begin(), all.end(), id, [](const auto& f, std::uint32_t i) { return f.id < i; });
+    if (at != all.end() && at->id == id) own.push_back(&*at);  // not those that fell out of the bed
+  }
+  dem::Vec3 centre;
+  for (const dem::FixedSphere* f : own) centre += f->position * (1 / static_cast<double>(own.size()));
+  dem::Wrench sum;
+  for (const dem::FixedSphere* f : own)
+    sum += dem::Wrench{f->force, f->torque + dem::cross(f->position - centre, f->force)};
+  return sum;
+}
 template <int Axis>
 double place(const ColumnSources& from, const SurfaceRecord& s) {
   return from.simulation.surface_pose(s.boundary).position[Axis];
@@ -92,6 +108,10 @@ const ColumnFamily<SurfaceRecord> surface_columns{
     "about: "
     "the body's centre of mass for a body's surface; `reference`, else its place, for a boundary (both move along); "
     "the world's origin for container walls"};
+const ColumnFamily<FixedBody> fixed_columns{"FIXED", Taken::step, wrench_of<FixedBody>,
+                                            "other spheres on those of one name in `fixed`, world axes, without "
+                                            "gravity; moments about the mean of their centres, "
+                                            "which moves with them"};
 const ColumnFamily<SurfaceRecord> path_columns{"BOUNDARY", Taken::instant, places,
                                                "place of a boundary on a given path, world axes"};
 const ColumnFamily<SoilAsWhole> draft_columns{
@@ -198,8 +218,8 @@ std::string line(const ColumnFamily<Owner>& family) {
 std::string columns_markdown() {
   std::string out = "| columns | are |\n|---|---|\n| `time` [s] | of the row |\n";
   for (const MachineColumns& m : machine_columns()) out += line(m.owner, m.columns, m.meaning);
-  out += line(soil_on_body_columns) + line(surface_columns) + line(path_columns) + line(draft_columns) +
-         line(bed_columns) + line(bond_columns) + line(frozen_columns);
+  out += line(soil_on_body_columns) + line(surface_columns) + line(fixed_columns) + line(path_columns) +
+         line(draft_columns) + line(bed_columns) + line(bond_columns) + line(frozen_columns);
   return out + "| others | your own `machine.measures` and `output.watch` |\n";
 }
 

@@ -45,6 +45,7 @@ struct SoilAsWhole {};
 
 extern const ColumnFamily<SoilOnBody> soil_on_body_columns;
 extern const ColumnFamily<SurfaceRecord> surface_columns;
+extern const ColumnFamily<FixedBody> fixed_columns;
 extern const ColumnFamily<SurfaceRecord> path_columns;  ///< of boundaries that a given motion moves
 extern const ColumnFamily<SoilAsWhole> draft_columns;   ///< with a machine
 extern const ColumnFamily<SoilAsWhole> bed_columns;

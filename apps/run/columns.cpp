@@ -55,6 +55,7 @@ void Columns::add_soil() {
   for (const int body : bodies)
     add(soil_on_body_columns, world_.machine->system().body_name(body) + ".soil", SoilOnBody{body});
   for (const SurfaceRecord& s : world_.surfaces) add(surface_columns, s.name, s);
+  for (const FixedBody& f : world_.fixed) add(fixed_columns, f.name, f);
   for (const SurfaceRecord& s : world_.surfaces)
     if (s.owner == SurfaceRecord::Owner::given && s.moves) add(path_columns, s.name, s);
   if (world_.machine) add(draft_columns, draft_columns.owner, SoilAsWhole{});
@@ -69,33 +70,45 @@ int Columns::find(const std::string& name) const {
   return -1;
 }
 
-int Columns::find_or_throw(const std::string& name, const Watch& watch, const Loaded& loaded) const {
+std::size_t Columns::find_or_throw(const std::string& name, const std::string& path, const Loaded& loaded) const {
   const int found = find(name);
-  if (found >= 0) return found;
+  if (found >= 0) return static_cast<std::size_t>(found);
   std::vector<std::string> known;
   for (const SeriesColumn& c : columns_) known.push_back(c.name);
-  throw ScenarioError(loaded.where("output.watch." + watch.name) + " = " + watch.of + ": no column '" + name + "'" +
-                      suggestion(name, known));
+  throw ScenarioError(loaded.where(path) + " = " + name + ": no column '" + name + "'" + suggestion(name, known));
+}
+
+bool Columns::is_sum(std::size_t column) const {
+  const auto& sums = sources_[static_cast<int>(Taken::sample)];
+  const auto is_one = [&](std::size_t c) {
+    return std::any_of(sums.begin(), sums.end(), [&](const Source& s) { return s.column == c; });
+  };
+  return is_one(column) || std::any_of(watches_.begin(), watches_.end(), [&](const WatchSource& w) {
+           return w.target == column && w.column >= 0 && is_one(static_cast<std::size_t>(w.column));
+         });
 }
 
 void Columns::add_watch(const Watch& watch, const Loaded& loaded) {
   WatchSource source{.target = 0, .column = -1, .components = {}, .along = watch.along};
+  const auto index_of = [&](const std::string& name) {
+    return static_cast<int>(find_or_throw(name, "output.watch." + watch.name, loaded));
+  };
   const auto project = [&](const std::string& of, const std::vector<std::string>& parts) {
-    for (const std::string& part : parts) source.components.push_back(find_or_throw(of + part, watch, loaded));
+    for (const std::string& part : parts) source.components.push_back(index_of(of + part));
   };
   switch (watch.kind) {
     case Watch::Kind::column:
-      source.column = find_or_throw(watch.of, watch, loaded);
+      source.column = index_of(watch.of);
       break;
     case Watch::Kind::driver:
       source.column = find(watch.of + ".torque");
-      if (source.column < 0) source.column = find_or_throw(watch.of + ".force", watch, loaded);
+      if (source.column < 0) source.column = index_of(watch.of + ".force");
       break;
     case Watch::Kind::force:
       source.column = find(watch.of + ".torque");
       for (const char* name : {".moment", ".N", ".force"})
         if (const int c = find(watch.of + name); c >= 0) source.column = c;
-      if (source.column < 0) source.column = find_or_throw(watch.of + ".force", watch, loaded);
+      if (source.column < 0) source.column = index_of(watch.of + ".force");
       break;
     case Watch::Kind::joint:
       project(watch.of, {".fx", ".fy"});

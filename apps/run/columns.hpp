@@ -51,6 +51,10 @@ class Columns {
   const std::vector<std::size_t>& summarised() const { return summarised_; }
   /// Index of a column or -1.
   int find(const std::string& name) const;
+  /// Throws ScenarioError at `path` of the scenario, with the nearest name.
+  std::size_t find_or_throw(const std::string& name, const std::string& path, const Loaded& loaded) const;
+  /// Made of sums over all spheres, only in steps that are asked for them.
+  bool is_sum(std::size_t column) const;
 
  private:
   struct Source {  ///< a column of the table
@@ -68,7 +72,6 @@ class Columns {
   void add(const ColumnFamily<Owner>& family, const std::string& owner, const Owner& of);
   void add_soil();
   void add_watch(const Watch& watch, const Loaded& loaded);
-  int find_or_throw(const std::string& name, const Watch& watch, const Loaded& loaded) const;
   void take(Taken when, std::span<double> row) const;
   void take_machine(std::span<double> row, bool means);
 

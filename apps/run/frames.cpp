@@ -58,7 +58,7 @@ void FrameOutput::list_particles(ParticleTable& table, const Scenario& scenario)
   for (const dem::Sphere* sphere : by_id) {
     table.id.push_back(sphere->id);
     table.radius.push_back(sphere->r);
-    table.density.push_back(dem::density(*sphere));
+    table.density.push_back(dem::own_density(*sphere));
     table.material.push_back(sphere->material);
   }
 }

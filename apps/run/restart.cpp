@@ -59,6 +59,7 @@ void save_run(const std::filesystem::path& path, const Scenario& scenario, const
     out.put("bed/surfaces", bed.surfaces);
     out.put("bed/scalars", bed.scalars);
     if (!bed.calm.empty()) out.put("bed/calm", bed.calm), out.put("bed/frozen", bed.frozen);
+    if (!bed.fixed.empty()) out.put("bed/fixed", bed.fixed);
     out.put("soil step", world.step.soil_step);
     out.put_text("instruction set", world.bed->kernel_name());
     if (!bed.bonding.empty()) {
@@ -120,12 +121,31 @@ void check_numbers(const SavedRun& saved, const std::filesystem::path& file) {
 
 SavedRun read_run(const std::filesystem::path& file) {
   const StateReader in(file);
-  in.require_format(kStateFormat, {"bed/spheres",     "bed/ids",         "bed/pair ids",   "bed/pairs",
-                                   "bed/surface ids", "bed/surfaces",    "bed/scalars",    "bed/bonding",
-                                   "bed/bond ids",    "bed/bonds",       "bed/broken ids", "bed/broken",
-                                   "bed/calm",        "bed/frozen",      "soil",           "soil step",
-                                   "layers/",         "instruction set", "version",        "machine",
-                                   "coupling",        "scenario",        "time",           "run/"});
+  in.require_format(kStateFormat, {"bed/spheres",
+                                   "bed/ids",
+                                   "bed/pair ids",
+                                   "bed/pairs",
+                                   "bed/surface ids",
+                                   "bed/surfaces",
+                                   "bed/scalars",
+                                   "bed/bonding",
+                                   "bed/bond ids",
+                                   "bed/bonds",
+                                   "bed/broken ids",
+                                   "bed/broken",
+                                   "bed/calm",
+                                   "bed/frozen",
+                                   "bed/fixed",
+                                   "soil",
+                                   "soil step",
+                                   "layers/",
+                                   "instruction set",
+                                   "version",
+                                   "machine",
+                                   "coupling",
+                                   "scenario",
+                                   "time",
+                                   "run/"});
   SavedRun saved;
   saved.version = in.text("version");
   if (in.has("run/sums")) {
@@ -146,6 +166,7 @@ SavedRun read_run(const std::filesystem::path& file) {
       saved.bed.calm = in.get<std::int64_t>("bed/calm");
       saved.bed.frozen = in.get<double>("bed/frozen");
     }
+    if (in.has("bed/fixed")) saved.bed.fixed = in.get<double>("bed/fixed");
     saved.soil_step = in.value<double>("soil step");
     saved.kernel = in.text("instruction set");
     if (in.has("bed/bonding")) {

@@ -40,6 +40,7 @@ RunLoop::RunLoop(const Loaded& loaded, const RunRequest& request, World world, c
   if (saved) restore(*saved, world_, simulation_);
   if (saved) refuse_jumps(world_, simulation_.time(), request_.from.string());
   columns_ = std::make_unique<Columns>(loaded_, world_, simulation_);
+  crossings_ = std::make_unique<Crossings>(loaded_, *columns_);
   tool_ = std::make_unique<ToolProgress>(world_, simulation_, s_.time.end);
   start_time_ = simulation_.time();
   if (world_.machine) energy_start_.machine_potential = world_.machine->energy().potential;
@@ -106,7 +107,7 @@ std::optional<std::uint64_t> RunLoop::kept_bytes() const {
 }
 
 void RunLoop::archive(Archive& a) {
-  a(frame_due_, sample_due_, state_due_, *summary_, *rows_, *tool_, walls_, physics_);
+  a(frame_due_, sample_due_, state_due_, *summary_, *rows_, *tool_, walls_, *crossings_, physics_);
   a(values_, looks_, start_time_, deepest_, fastest_, steps_, window_);
   a(energy_start_.bed, energy_start_.bed_gravity, energy_start_.machine_potential);
   StepReport& step = world_.step;
@@ -160,13 +161,13 @@ void RunLoop::warn(const std::string& text) {
 int RunLoop::loop() {
   const double dt = simulation_.step_length(), end = s_.time.end, half = 0.5 * dt, close = close_share * dt;
   if (!world_.bed) simulation_.end_at(end);
-  while (true) {
+  for (bool stops = false;;) {
     const double t = simulation_.time();
     reached_ = std::min(t, end);
     const bool save_due = state_due_.due(t, half);
     refresh_machine(save_due);
     const int signal = signal_to_obey();
-    const bool last = (t >= end - close && simulation_.window_begins()) || signal != 0;
+    const bool last = (t >= end - close && simulation_.window_begins()) || signal != 0 || stops;
     // A bed on its way to rest is no state to go on from: a restart does not settle. Saved before anything else is
     // decided here: whoever goes on from the state begins with this line.
     if (!world_.soil.stopped) {
@@ -176,10 +177,11 @@ int RunLoop::loop() {
         save(checkpoints_.next(t)), checkpoints_.keep_two();
     }
     // What is due before the next instant is interpolated between this one and that.
-    const bool frame = last || frame_due_.next() < t + dt - close, sample = last || sample_due_.next() < t + dt - close;
+    const bool frame = last || frame_due_.next() < t + dt - close,
+               sample = last || crossings_->needs_sums() || sample_due_.next() < t + dt - close;
     const bool row = last || sample_due_.next() <= t + close;
     const bool window = simulation_.window_begins() && sample_due_.next() < t + simulation_.window_length();
-    if (sample || window || columns_->needs_every_step()) columns_->take_instant(values_);
+    if (sample || window || crossings_->any() || columns_->needs_every_step()) columns_->take_instant(values_);
     if (row && world_.bed) follow_tools(t);
     stood_ = simulation_.window_begins();
     dem::Snapshot* const snapshot = frame ? frames_->begin(t) : nullptr;
@@ -187,6 +189,7 @@ int RunLoop::loop() {
     if (!guarded([&] { simulation_.step({.energy = sample || first, .snapshot = snapshot}); })) return exit_failed;
     if (first) begin_energy();
     columns_->take_step(values_, sample);
+    if (crossings_->any()) stops = crossings_->look(t, values_, Crossings::on_a_line);
     write_due(t, close, last);
     if (row && (energy_is_lost() || physics_fails())) return exit_failed;
     if (last) return code_of(signal);
@@ -215,31 +218,52 @@ int RunLoop::loop_alone() {
   mbd::Machine& machine = *world_.machine;
   const double end = s_.time.end, close = std::max(1e-9 * simulation_.step_length(), 1e-15 * end);
   const bool fixed = !machine.integrator().ends_anywhere();
-  if (fixed) machine.keep_steps();
+  if (fixed || crossings_->any()) machine.keep_steps();
   simulation_.end_at(end);
-  for (double t = start_time_;;) {
-    reached_ = t;
+  double longest = simulation_.step_length();
+  if (crossings_->any()) longest = std::min(longest, 1e-3);  // of what is looked back into
+  for (double t = start_time_, before = t;;) {
     const int signal = signal_to_obey();
-    const bool last = t >= end - close || signal != 0;
+    if (machine.time() > t + close) machine.look_back(t);
+    if (crossings_->any() || columns_->needs_every_step()) columns_->take_instant(values_), values_[0] = t;
+    const bool stops = crossings_->any() && crosses(before, t);
+    if (stops) machine.look_back(t = crossings_->stopped_at());
+    reached_ = t;
+    const bool last = t >= end - close || signal != 0 || stops;
     const bool frame = frame_due_.due(t, close) || last, row = sample_due_.due(t, close) || last;
     const bool save_due = state_due_.due(simulation_.time(), close);
     if (save_due || (last && (s_.output.state == State::full || signal != 0)))
       save(state_path(request_.out, simulation_.time()));
-    if (machine.time() > t + close) machine.look_back(t);
-    if (row || columns_->needs_every_step()) columns_->take_instant(values_), values_[0] = t;
-    if (row) series_->write(values_);
+    if (row) columns_->take_instant(values_), values_[0] = t, series_->write(values_);
     if (row && energy_is_lost()) return exit_failed;
     if (frame) frames_->begin(t), frames_->write(t, steps_);
     machine.look_ahead();
     if (last) return code_of(signal);
     // Fixed steps are looked at each, for the summary's means.
-    const double before = t, due = std::min({sample_due_.next(), frame_due_.next(), state_due_.next(), end}),
-                 step_end = machine.time() > t + close ? machine.time() : t + simulation_.step_length();
+    before = t;
+    const double due = std::min({sample_due_.next(), frame_due_.next(), state_due_.next(), end}),
+                 step_end = machine.time() > t + close ? machine.time() : t + longest;
     t = step_end < due - close ? step_end : due;
     if (!reach(t, close, fixed)) return exit_failed;
     count_step(before, t - before);
     if (live_.due()) live_.show(live_text(values_));
   }
+}
+
+bool RunLoop::crosses(double before, double t) {
+  mbd::Machine& machine = *world_.machine;
+  std::vector<double> there = values_;
+  const bool stops = crossings_->look(t, values_, [&](const Crossings::Passage& p) {
+    const auto gap = [&](double share) {
+      machine.look_back(before + share * (t - before));
+      columns_->take_instant(there);
+      return there[p.column] - p.level;
+    };
+    const double share = mbd::locate_crossing(gap, p.side, p.at_start, p.at_end);
+    machine.time() > t ? machine.look_back(t) : machine.look_ahead();
+    return share;
+  });
+  return stops;
 }
 
 bool RunLoop::reach(double t, double close, bool fixed) {

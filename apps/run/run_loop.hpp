@@ -14,6 +14,7 @@
 #include "apps/output/summary.hpp"
 #include "apps/run/checkpoints.hpp"
 #include "apps/run/columns.hpp"
+#include "apps/run/crossings.hpp"
 #include "apps/run/frames.hpp"
 #include "apps/run/live_line.hpp"
 #include "apps/run/output_folder.hpp"
@@ -67,6 +68,8 @@ class RunLoop {
   /// Moves a machine alone to `t`, with fixed steps to the first end at or behind it; false as step().
   bool reach(double t, double close, bool fixed);
   int code_of(int signal) const;
+  /// Of a machine alone, by looking back into the step that ended at `t`; true where the run is to end.
+  bool crosses(double before, double t);
 
   /// A machine that is taken up from a state chooses its coordinates anew and factors its matrices where it stands,
   /// which moves the last digits. So the one that runs in soil does the same every so many steps, and wherever a state
@@ -128,6 +131,7 @@ class RunLoop {
   std::unique_ptr<Summary> summary_;
   std::unique_ptr<FrameOutput> frames_;
   std::unique_ptr<Rows> rows_;
+  std::unique_ptr<Crossings> crossings_;
   std::vector<double> values_, summarised_;  // of the step, of the summary's columns
   LiveLine live_;
   RecentRate rate_;

@@ -83,6 +83,7 @@ void RunLoop::finish(int& code) {
                      .deepest = deepest_},
                     s_, request_, world_);
   if (world_.machine) write_events(*summary_, *world_.machine);
+  crossings_->write(*summary_);
   write_energy(*summary_, energy_start_, world_, simulation_);
   if (!tool_->tools().empty()) write_tools(*summary_, *tool_);
   attempt(code, [&] { summary_->write(request_.out / "summary.json"); });

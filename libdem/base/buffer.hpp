@@ -21,6 +21,7 @@ class Buffer {
     data_ = nullptr;
     data_ = {LargePages<T>().allocate(room), Free{room}};
   }
+  void shorten(std::size_t size) { size_ = size; }  ///< the first elements stay
   void clear() { size_ = 0; }
   std::size_t size() const { return size_; }
   T* data() { return data_.get(); }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "libdem/geometry/world_box.hpp"
+#include "libdem/particles/fixed.hpp"
 
 /// Which spheres are near which boundaries, and where their contacts lie.
 namespace subsoil::dem {
@@ -55,7 +56,7 @@ void SurfaceContacts::search(std::uint32_t b, const Boundary& boundary, const Pa
     for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
       const Sphere& s = particles[i];
       const int law = laws.between(s.material, boundary.material);
-      if (law < 0) continue;
+      if (law < 0 || is_fixed(s)) continue;
       const double near = s.r + laws.surface_cutoff(static_cast<std::uint32_t>(law)) + skin;
       if (in_world.distance_squared(s.x) > near * near) continue;
       const Vec3 c = boundary.pose.to_local(s.x);

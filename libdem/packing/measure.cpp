@@ -6,6 +6,8 @@
 #include <numbers>
 #include <vector>
 
+#include "libdem/particles/fixed.hpp"
+
 namespace subsoil::dem {
 namespace {
 
@@ -117,7 +119,8 @@ double bulk_density(std::span<const Sphere> spheres, const Bounds& region) {
   const Window x(region.low.x, region.high.x, diameter), z(region.low.z, region.high.z, diameter),
       y(region.low.y, surface_height(spheres, region).mean, diameter);
   double mass = 0;
-  for (const Sphere& s : spheres) mass += s.m * x(s.x.x) * y(s.x.y) * z(s.x.z);
+  for (const Sphere& s : spheres)
+    if (!is_fixed(s)) mass += s.m * x(s.x.x) * y(s.x.y) * z(s.x.z);
   const double volume = x.integral() * y.integral() * z.integral();
   return volume > 0 ? mass / volume : 0;
 }
@@ -140,7 +143,8 @@ double coordination_number(std::span<const Sphere> spheres) {
 BedReport report(std::span<const Sphere> spheres, const Bounds& region) {
   BedReport out;
   out.spheres = spheres.size();
-  for (const Sphere& s : spheres) out.mass += s.m;
+  for (const Sphere& s : spheres)
+    if (!is_fixed(s)) out.mass += s.m;
   out.bulk_density = bulk_density(spheres, region);
   out.surface = surface_height(spheres, region);
   out.coordination = coordination_number(spheres);

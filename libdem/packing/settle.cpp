@@ -81,6 +81,7 @@ class Settler {
   double rms_speed(bool with_spin) const {
     double energy = 0;
     for (const Sphere& s : bed_.spheres()) {
+      if (is_fixed(s)) continue;
       energy += s.m * dot(s.v, s.v);
       if (with_spin) energy += inertia(s) * dot(s.w, s.w);
     }
@@ -90,7 +91,8 @@ class Settler {
   /// Mass and size of what lies in the bed now; it changes only between runs.
   void weigh() {
     mass_ = 0;
-    for (const Sphere& s : bed_.spheres()) mass_ += s.m;
+    for (const Sphere& s : bed_.spheres())
+      if (!is_fixed(s)) mass_ += s.m;
     radius_ = mean_radius(bed_.spheres());
   }
 

@@ -55,6 +55,7 @@ std::span<const Sphere> Bed::spheres() const {
   impl_->particles.sync_from_mixed(impl_->threads);
   return impl_->particles.spheres();
 }
+std::span<const FixedSphere> Bed::fixed_spheres() const { return impl_->fixed.spheres(); }
 std::size_t Bed::removed_count() const { return impl_->now.fallen; }
 std::size_t Bed::touching_pairs() const { return impl_->balance.extremes().pairs; }
 
@@ -101,7 +102,8 @@ void Bed::Impl::sum_up(bool energy) {
   balance.sum_extremes(surfaces.chunks);
   criterion.add_path(paths.add_step(contacts.particle_blocks));
   sum_wrenches(boundaries, surfaces, now.dt_before);
-  if (energy) balance.sum_energy(surfaces.chunks, boundaries);
+  if (fixed.any()) fixed.add_work(now.dt_before);
+  if (energy) balance.sum_energy(surfaces.chunks, boundaries, fixed.work());
 }
 
 /// What the threads spent, and what of their time by the clock is left over.
@@ -123,6 +125,7 @@ void Bed::reset_energy_balance() {
   impl_->balance.fold(impl_->surfaces.chunks);
   impl_->balance.reset();
   for (Boundary& b : impl_->boundaries) b.work = 0;
+  impl_->fixed.reset_work();
 }
 
 void Bed::set_laws(LawTable laws) {
@@ -164,7 +167,8 @@ double Bed::max_speed() const { return std::sqrt(impl_->balance.extremes().speed
 double Bed::max_overlap() const { return impl_->balance.extremes().overlap; }
 double Bed::kinetic_energy() const {
   double sum = 0;
-  for (const Sphere& s : spheres()) sum += kinetic_energy_of(s);
+  for (const Sphere& s : spheres())
+    if (!is_fixed(s)) sum += kinetic_energy_of(s);
   return sum;
 }
 long Bed::rebuilds() const { return impl_->now.rebuilds; }

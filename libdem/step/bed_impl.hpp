@@ -12,6 +12,7 @@
 #include "libdem/particles/particle_store.hpp"
 #include "libdem/step/active_region.hpp"
 #include "libdem/step/energy_balance.hpp"
+#include "libdem/step/fixed_spheres.hpp"
 #include "libdem/step/work_partition.hpp"
 
 /// The room of the step, private to libdem: what Bed (libdem/bed.hpp) is made of. Read `Bed::step` (bed.cpp) first,
@@ -58,6 +59,7 @@ struct Bed::Impl {
   Bonds bonds;
   WorkPartition work;
   EnergyBalance balance;
+  FixedSpheres fixed;
   ActiveRegion region;
   StepCount now;
 

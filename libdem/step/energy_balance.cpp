@@ -40,7 +40,8 @@ void EnergyBalance::sum_extremes(std::span<const SurfaceChunk> chunks) {
     if (exceeds(c.max_overlap, extremes_.overlap)) extremes_.overlap = c.max_overlap;
 }
 
-void EnergyBalance::sum_energy(std::span<const SurfaceChunk> chunks, std::span<const Boundary> boundaries) {
+void EnergyBalance::sum_energy(std::span<const SurfaceChunk> chunks, std::span<const Boundary> boundaries,
+                               double work_of_fixed) {
   energy_ = {.lost = lost_before, .removed = removed, .frozen = frozen()};
   for (const BlockSums& b : of_block) {
     energy_.kinetic += b.kinetic;
@@ -50,6 +51,7 @@ void EnergyBalance::sum_energy(std::span<const SurfaceChunk> chunks, std::span<c
     energy_.lost += b.lost;
   }
   for (const SurfaceChunk& c : chunks) energy_.stored += c.stored, energy_.lost += c.lost;
+  energy_.boundary_work = work_of_fixed;
   for (const Boundary& b : boundaries) energy_.boundary_work += b.work;
 }
 

@@ -61,7 +61,7 @@ class EnergyBalance {
   const Sampling& sampling() const { return sampling_; }
 
   void sum_extremes(std::span<const SurfaceChunk> chunks);
-  void sum_energy(std::span<const SurfaceChunk> chunks, std::span<const Boundary> boundaries);
+  void sum_energy(std::span<const SurfaceChunk> chunks, std::span<const Boundary> boundaries, double work_of_fixed);
   Losses lost(std::span<const SurfaceChunk> chunks) const;  ///< since the start
   double frozen() const;                                    ///< since the start
   const BedEnergy& energy() const { return energy_; }       ///< of the last step that asked for it

@@ -58,7 +58,7 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   // Spheres leave before the sort; histories still count them, so they are found by the numbering before.
   const std::size_t count_before = particles.size();
   const auto leave = [&](const Sphere& s, bool fell) {
-    balance.removed += kinetic_energy_of(s) - s.m * dot(options.gravity, s.x);
+    if (!is_fixed(s)) balance.removed += kinetic_energy_of(s) - s.m * dot(options.gravity, s.x);
     if (fell) ++now.fallen;
   };
   const std::vector<std::uint32_t> before_removal = particles.take_out(options.floor_drop, gone, leave, threads);
@@ -82,7 +82,9 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
       sort_by_cell(particles.spheres(), 2 * grid.fits + cutoff, statistics.box, options.cache_blocks, threads, grid);
   const std::vector<std::uint32_t> new_index = invert(old_index, before_removal, count_before, threads);
   {
-    const NeighbourList list = find_neighbours(particles.spheres(), grid, cutoff, threads);
+    NeighbourList list = find_neighbours(particles.spheres(), grid, cutoff, threads);
+    fixed.find(particles.spheres());
+    fixed.drop_pairs(list);
     const Buffer<std::uint32_t> place = contacts.build(particles.spheres(), list, grid, laws, skin, threads);
     bonds.count.removed += contacts.restore_histories(list, place, new_index, laws, threads);
   }
@@ -90,6 +92,7 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   surfaces.restore_histories(new_index, laws);
   bonds.begin_lists(contacts);
   balance.begin_lists(contacts.particle_blocks.size());
+  fixed.begin_lists(contacts.particle_blocks);
   paths.begin(contacts.particle_blocks.size());
   region.begin_lists(contacts, particles, cutoff, threads);
   work.begin_lists(contacts, surfaces, region, particles.is_mixed());

@@ -79,6 +79,7 @@ Bed::State Bed::save() const {
     if (d.region.on()) out.calm.push_back(s.spare);
   }
   if (d.region.on()) out.frozen = {d.balance.frozen()};
+  out.fixed = d.fixed.save();
   for (const PairHistories& part :
        d.contacts.empty() ? d.contacts.waiting() : d.contacts.histories(d.laws, d.threads)) {
     for (const PairHistory& p : part.pairs) {
@@ -183,6 +184,7 @@ void Bed::restore(const State& in) {
   lost = {};
   lost.damping = read.number(), lost.sliding = read.number(), lost.rolling = read.number();
   d.balance.removed = read.number(), lost.breaking = read.number();
+  d.fixed.restore(in.fixed);
   d.balance.frozen_before = in.frozen.empty() ? 0 : in.frozen.front();
   for (Boundary& b : d.boundaries) {
     b.wrench = {read.vector(), {}};

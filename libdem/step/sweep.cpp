@@ -296,6 +296,7 @@ class Sweep {
     ObserveJob job{spheres_job()};
     job.before = bed_.now.dt_before, job.dt = dt_;
     bed_.kernel.observe(job);
+    if (has_fixed()) observe_free(job);
     const double moving = bed_.region.moves(own_) ? 1 : 0;
     sums_->kinetic = moving * job.kinetic, sums_->rotational = moving * job.rotational,
     sums_->potential = job.potential;
@@ -305,8 +306,9 @@ class Sweep {
   }
   template <class Sum>
   void write(const Sphere& s, const Sum& a, Snapshot& out) const {
-    const Vec3 force = vector_of(a.f) + s.m * bed_.options.gravity, torque = vector_of(a.t);
-    const double back = bed_.region.moves(own_) ? 0.5 * bed_.now.dt_before : 0;
+    const bool free = !has_fixed() || !is_fixed(s);  // else contacts alone, and the velocity that it keeps
+    const Vec3 force = vector_of(a.f) + (free ? s.m : 0) * bed_.options.gravity, torque = vector_of(a.t);
+    const double back = free && bed_.region.moves(own_) ? 0.5 * bed_.now.dt_before : 0;
     const std::size_t k = bed_.particles.slot_of(s);
     out.id[k] = s.id;
     out.radius[k] = s.r;
@@ -323,10 +325,59 @@ class Sweep {
   void integrate() {
     MoveJob job{spheres_job()};
     job.kick = 0.5 * (dt_ + bed_.now.dt_before), job.dt = dt_;
+    if (has_fixed()) take_fixed();
     bed_.kernel.move(job);
+    if (has_fixed()) put_back_fixed(job);
     sums_->speed2 = job.speed2;
     sums_->squares = job.squares;
     bed_.paths.moved(own_, std::sqrt(job.speed2) * dt_);
+  }
+
+  // Of particle blocks with fixed spheres (fixed_spheres.hpp).
+
+  bool has_fixed() const { return !bed_.fixed.of_block(own_).empty(); }
+
+  /// Energies of the others, as the kernel has them (kernel/move.hpp).
+  void observe_free(ObserveJob& job) {
+    const Vec3& g = bed_.options.gravity;
+    const double half = 0.5 * job.before, ratio = job.before > 0 ? job.dt / job.before : 0;
+    job.kinetic = job.rotational = job.potential = 0;
+    for (std::uint32_t i = block_->begin; i < block_->end; ++i) {
+      const Sphere s = bed_.particles.now(i);
+      if (is_fixed(s)) continue;
+      at(i, [&](const auto& sum) {
+        const Vec3 gain = half * ((1 / s.m) * vector_of(sum.f) + g), turn = (half / inertia(s)) * vector_of(sum.t);
+        const Vec3 v = s.v + gain, w = s.w + turn;
+        job.kinetic += 0.5 * s.m * (dot(v, v) - ratio * dot(gain, gain));
+        job.rotational += 0.5 * inertia(s) * (dot(w, w) - ratio * dot(turn, turn));
+        job.potential -= s.m * dot(g, s.x);
+      });
+    }
+  }
+  /// What acts on them, before the move clears the sums; where they are.
+  void take_fixed() {
+    for (const FixedSpheres::Place& p : bed_.fixed.of_block(own_)) {
+      FixedSphere& f = bed_.fixed.entry(p);
+      const Sphere s = bed_.particles.now(p.sphere);
+      f.position = s.x, f.velocity = s.v, f.spin = s.w;
+      at(p.sphere, [&](const auto& sum) { f.force = vector_of(sum.f), f.torque = vector_of(sum.t); });
+    }
+  }
+  /// Their own motion in place of what the move has made of them; the extremes are then of that.
+  void put_back_fixed(MoveJob& job) {
+    for (const FixedSpheres::Place& p : bed_.fixed.of_block(own_)) {
+      const FixedSphere& f = bed_.fixed.entry(p);
+      Sphere& s = bed_.particles.spheres()[p.sphere];
+      s.x = f.position + dt_ * f.velocity, s.v = f.velocity, s.w = f.spin;
+      if (bed_.particles.is_mixed()) bed_.particles.mixed()[p.sphere] = rounded(s);
+    }
+    job.speed2 = job.squares = 0;
+    for (std::uint32_t i = block_->begin; i < block_->end; ++i) {
+      const Sphere s = bed_.particles.now(i);
+      const double v2 = dot(s.v, s.v);
+      if (exceeds(v2, job.speed2)) job.speed2 = v2;
+      job.squares += v2 + dot(s.w, s.w);
+    }
   }
 
   /// Spheres that were moving stay where they are at t_n, if their forces allow; the balance gets what they had then.

@@ -28,6 +28,10 @@ void describe(Fields& v, Particle& p) {
   v.quantity("radius", p.radius, "m", "(0, inf)", "radius");
   v.quantity("density", p.density, "kg/m^3", "(0, inf)", "left out: of its material");
   v.optional_reference("material", p.material, Family::material, "left out: the bed's");
+  v.text(
+      "fixed", p.fixed,
+      "a name: the sphere keeps its velocity and spin (none: its place) whatever acts on it; the force on all spheres "
+      "of one name are columns of the series, NAME.Fx ...; left out: it moves");
 }
 
 void describe(Fields& v, Layer& l) {
@@ -104,12 +108,31 @@ struct BedChecks : Checks {
     material("soil.bed.material", b.material);
     for (std::size_t i = 0; i < b.particles.size(); ++i) {
       material(fmt::format("soil.bed.particles[{}].material", i), b.particles[i].material);
+      if (!b.particles[i].fixed.empty()) fixed(b, i);
     }
     check_distribution(*this, "soil.bed.radius", b.radius);
     if (!b.layers.empty()) layers(b, made, each);
     if (b.settle && b.settle->duration.has_value() == b.settle->until_speed.has_value()) {
       refuse("soil.bed.settle", "needs either `for` (a time) or `until` (a speed)");
     }
+  }
+
+  void fixed(const BedSection& b, std::size_t i) {
+    const Particle& p = b.particles[i];
+    const std::string path = fmt::format("soil.bed.particles[{}].fixed", i);
+    if (p.fixed.find('.') != std::string::npos || p.fixed.find(',') != std::string::npos)
+      refuse(path, p.fixed, "is no name: its columns would be read as others; leave out dots and commas");
+    Names taken{"soil", "time", "container", "interface", "energy"};
+    for (const BoundarySection& other : s.boundaries) taken.push_back(other.name);
+    if (s.machine)
+      for (const Names& more : {names_of(s.machine->bodies), names_of(s.machine->surfaces), names_of(s.machine->joints),
+                                names_of(s.machine->drivers), names_of(s.machine->forces)})
+        taken.insert(taken.end(), more.begin(), more.end());
+    if (holds(taken, p.fixed)) refuse(path, p.fixed, "is the name of something else; take another");
+    if (s.soil->active)
+      refuse(path, p.fixed, "stands beside `soil.active`, which would not see it move; leave one of them out");
+    if (b.settle && dem::dot(p.velocity, p.velocity) + dem::dot(p.spin, p.spin) > 0)
+      refuse(path, p.fixed, "moves while the bed settles; leave `settle` or its velocity out");
   }
 
   /// A key that a fill needs, or that would have no effect with it.

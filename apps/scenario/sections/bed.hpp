@@ -33,6 +33,7 @@ struct Particle {
   double radius = required;
   std::optional<double> density;  // of its material unless given
   std::string material;           // of the bed unless given
+  std::string fixed;              // name of the fixed body it belongs to; empty: it moves
 };
 void describe(Fields& v, Particle& p);
 

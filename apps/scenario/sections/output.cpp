@@ -19,6 +19,17 @@ void describe(Fields& v, Window& w) {
   v.quantity("until", w.until, "s", "(0, inf)", "left out: the tool's tip is one depth from the end wall");
 }
 
+void describe(Fields& v, CrossingSection& c) {
+  v.text("column", c.column, "a column of the series, a watch or a measure");
+  v.text("at", c.at, "the value, with the column's unit: 30 deg; left out: 0");
+  v.choice("direction", c.direction,
+           {{"both", CrossingDirection::both},
+            {"rising", CrossingDirection::rising},
+            {"falling", CrossingDirection::falling}},
+           "which passages count");
+  v.count("stop after", c.stop_after, "[0, 1000000]", "ends the run at so many passages; 0: never");
+}
+
 namespace {
 
 /// Words of `watch`, in the order of Watch::Kind.
@@ -138,6 +149,9 @@ void describe(Fields& v, Output& o) {
   v.visit_compound(
       {"watch", "named columns of the series: shovel.angle, {driver: H10}, {soil force: shovel, along: -1 0}"},
       watches);
+  v.named("crossings", o.crossings,
+          "instants at which columns pass values, counted in the summary with their times and mean interval, by name: "
+          "{bottom: {column: rod.angle, at: -90 deg, direction: falling}}");
   v.section("window", o.window, "time over which the summary takes means");
 }
 
@@ -197,6 +211,9 @@ struct OutputChecks : Checks {
     for (const Surface& surface : m.surfaces)
       if (surface.touches_soil) touched.push_back(surface.name);
     if (s.soil && s.soil->container) touched.push_back("container");
+    if (s.soil && s.soil->bed)
+      for (const Particle& p : s.soil->bed->particles)
+        if (!p.fixed.empty()) touched.push_back(p.fixed);
     switch (watch.kind) {
       case Watch::Kind::driver:
         refer(path, watch.of, drivers, "driver");

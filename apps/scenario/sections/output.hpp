@@ -26,6 +26,16 @@ struct Watch {
   Vec3 along{1, 0, 0};  // joint, soil force: direction of the component; need not be a unit vector
 };
 
+/// Instants at which a column passes a value.
+enum class CrossingDirection { both, rising, falling };
+struct CrossingSection {
+  std::string name, column;
+  std::string at;  // value with the column's unit; empty: 0
+  CrossingDirection direction = CrossingDirection::both;
+  long stop_after = 0;  // 0: never
+};
+void describe(Fields& v, CrossingSection& c);
+
 struct Window {  // of the summary's means
   std::optional<double> from, until;
 };
@@ -47,6 +57,7 @@ struct Output {
   std::optional<double> state_every;
   State state = State::full;  // at the end
   std::vector<Watch> watch;
+  std::vector<CrossingSection> crossings;
   Window window;
 
   /// Interval of rows, s; 0: only at listed times.

@@ -109,5 +109,30 @@ TEST(GivenMotion, BeginsWithItsVelocity) {
   EXPECT_NEAR(bed.boundary(plate).angular_velocity.z, w, 1e-6 * w);
 }
 
+/// Force of the first evaluation on a plane that swings from the start on, against k delta + c v of the law at t = 0.
+double first_force_error(double dt) {
+  const double k = 1e5, e = 0.6, radius = 0.01, overlap = 1e-4, amplitude = 1e-3, w = 300, phase = 1;
+  dem::Bed bed(dem::test::table(dem::test::grains(k, e, 0, 0)), dem::test::quiet());
+  const dem::SphereSpec ball{{0, radius - overlap, 0}, {}, {}, radius, 2500, 0};
+  bed.add(std::span(&ball, 1));
+  const int plate = dem::test::add_plane(bed, {}, {0, 1, 0});
+  const auto path = [=](double t) {
+    return dem::Pose{{0, amplitude * (std::sin(w * std::max(0.0, t) + phase) - std::sin(phase)), 0}, {}};
+  };
+  Simulation simulation(&bed, nullptr, {}, {{plate, path}}, {.soil_step = dt});
+  simulation.step();
+  const double mass = 2500 * dem::sphere_volume(radius), speed = amplitude * w * std::cos(phase);
+  const double share = -std::log(e) / std::hypot(M_PI, std::log(e)), c = 2 * share * std::sqrt(k * mass);
+  return std::abs(bed.boundary(plate).wrench.force.y + k * overlap + c * speed);
+}
+
+// Second order in the step, where half of the velocity would leave c v/2 = 0.9 N whatever the step.
+TEST(GivenMotion, TheFirstForceIsOfSecondOrder) {
+  const double coarse = first_force_error(4e-5), fine = first_force_error(2e-5), finest = first_force_error(1e-5);
+  EXPECT_LT(coarse, 1e-3);
+  EXPECT_NEAR(coarse / fine, 4, 0.1);
+  EXPECT_NEAR(fine / finest, 4, 0.05);
+}
+
 }  // namespace
 }  // namespace subsoil::coupling::test

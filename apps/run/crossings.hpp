@@ -1,0 +1,69 @@
+#pragma once
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "apps/output/archive.hpp"
+#include "apps/output/summary.hpp"
+
+namespace subsoil::app {
+
+class Columns;
+struct Loaded;
+
+/// Instants at which columns of the series pass values that the scenario names (output.crossings): counted, written to
+/// the summary, and the end of the run where it says so.
+class Crossings {
+ public:
+  /// What lies within the interval since the look before: share in (0, 1] of it at which `column` - `level`, there on
+  /// `side` and `at_start`, now `at_end`, comes to the other side.
+  struct Passage {
+    std::size_t column;
+    double level;
+    int side;
+    double at_start, at_end;
+  };
+  using Locate = std::function<double(const Passage&)>;
+
+  /// Throws ScenarioError for a column that is not there, or a value of another unit.
+  Crossings(const Loaded& loaded, const Columns& columns);
+
+  bool any() const { return !list_.empty(); }
+  /// Whether one of them is of a sum over all spheres, which steps make only where asked.
+  bool needs_sums() const { return needs_sums_; }
+  /// At every instant, with all columns. True where the run is to end by now.
+  bool look(double t, std::span<const double> values, const Locate& locate);
+  /// On a line between two instants: of second order in the step.
+  static double on_a_line(const Passage& p) { return p.at_start / (p.at_start - p.at_end); }
+
+  /// When and by which the run was ended; empty where it was not.
+  const std::string& stopped_by() const { return stopped_by_; }
+  double stopped_at() const { return stopped_at_; }
+
+  void write(Summary& summary) const;
+  void archive(Archive& a) { a(list_, looked_at_, looked_, stopped_by_, stopped_at_); }
+
+ private:
+  struct Crossing {
+    std::string name;
+    std::size_t column = 0;
+    double level = 0;
+    bool rising = true, falling = true;
+    long stop_after = 0;
+    int side = 0;
+    double value = 0;  ///< less the level, at the look before
+    std::vector<double> times;
+    void archive(Archive& a) { a(side, value, times); }
+  };
+  bool pass(Crossing& c, double t, double value, const Locate& locate);
+
+  std::vector<Crossing> list_;
+  bool needs_sums_ = false, looked_ = false;
+  double looked_at_ = 0;
+  std::string stopped_by_;
+  double stopped_at_ = 0;
+};
+
+}  // namespace subsoil::app

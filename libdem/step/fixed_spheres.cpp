@@ -1,0 +1,89 @@
+#include "libdem/step/fixed_spheres.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace subsoil::dem {
+
+void FixedSpheres::find(const Spheres& spheres) {
+  places_.clear(), spheres_.clear(), is_fixed_.clear(), first_.clear();
+  for (std::uint32_t i = 0; i < spheres.size(); ++i)
+    if (is_fixed(spheres[i])) places_.push_back({i, 0});
+  if (places_.empty()) return;
+  is_fixed_.assign(spheres.size(), false);
+  for (const Place& p : places_) {
+    const Sphere& s = spheres[p.sphere];
+    is_fixed_[p.sphere] = true;
+    const Before* const acted = before(s.id);
+    spheres_.push_back(
+        {s.id, s.x, s.v, s.w, acted != nullptr ? acted->force : Vec3{}, acted != nullptr ? acted->torque : Vec3{}});
+  }
+  std::sort(spheres_.begin(), spheres_.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
+  for (Place& p : places_) {
+    const auto at = std::lower_bound(spheres_.begin(), spheres_.end(), spheres[p.sphere].id,
+                                     [](const FixedSphere& f, std::uint32_t id) { return f.id < id; });
+    p.entry = static_cast<std::uint32_t>(at - spheres_.begin());
+  }
+}
+
+void FixedSpheres::drop_pairs(NeighbourList& list) const {
+  if (is_fixed_.empty()) return;
+  std::uint32_t kept = 0, begin = 0;
+  for (std::size_t i = 0; i + 1 < list.start.size(); ++i) {
+    const std::uint32_t end = list.start[i + 1];
+    for (std::uint32_t k = begin; k < end; ++k)
+      if (!is_fixed_[i] || !is_fixed_[list.j[k]]) list.j[kept++] = list.j[k];
+    begin = end;
+    list.start[i + 1] = kept;
+  }
+  list.j.shorten(kept);
+}
+
+void FixedSpheres::begin_lists(std::span<const ParticleBlock> blocks) {
+  if (places_.empty()) return;
+  first_.clear();
+  std::uint32_t k = 0;
+  for (const ParticleBlock& b : blocks) {
+    while (k < places_.size() && places_[k].sphere < b.begin) ++k;
+    first_.push_back(k);
+  }
+  first_.push_back(static_cast<std::uint32_t>(places_.size()));
+}
+
+const FixedSpheres::Before* FixedSpheres::before(std::uint32_t id) const {
+  const auto at =
+      std::lower_bound(before_.begin(), before_.end(), id, [](const Before& b, std::uint32_t i) { return b.id < i; });
+  return at != before_.end() && at->id == id ? &*at : nullptr;
+}
+
+void FixedSpheres::add_work(double elapsed) {
+  std::vector<Before> now;
+  now.reserve(spheres_.size());
+  for (const FixedSphere& f : spheres_) {
+    const Before* const b = before(f.id);
+    if (elapsed > 0 && b != nullptr)
+      work_ -= 0.5 * elapsed * (dot(f.force + b->force, f.velocity) + dot(f.torque + b->torque, f.spin));
+    now.push_back({f.id, f.force, f.torque});
+  }
+  before_ = std::move(now);
+}
+
+std::vector<double> FixedSpheres::save() const {
+  if (before_.empty()) return {};
+  std::vector<double> out{work_};
+  for (const Before& b : before_)
+    out.insert(out.end(),
+               {static_cast<double>(b.id), b.force.x, b.force.y, b.force.z, b.torque.x, b.torque.y, b.torque.z});
+  return out;
+}
+
+void FixedSpheres::restore(std::span<const double> from) {
+  before_.clear(), work_ = 0;
+  if (from.empty()) return;
+  if (from.size() % 7 != 1) throw std::invalid_argument("restart: what the state has of fixed spheres is damaged");
+  work_ = from.front();
+  for (const double* at = from.data() + 1; at != from.data() + from.size(); at += 7)
+    before_.push_back({static_cast<std::uint32_t>(at[0]), {at[1], at[2], at[3]}, {at[4], at[5], at[6]}});
+}
+
+}  // namespace subsoil::dem

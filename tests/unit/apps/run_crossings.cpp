@@ -1,0 +1,110 @@
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "apps/scenario/document.hpp"
+#include "tests/tools/message_of.hpp"
+#include "tests/tools/program_runs.hpp"
+
+/// Instants at which columns pass values, and runs that end there.
+namespace subsoil::app {
+namespace {
+
+using namespace test;
+constexpr double g = 9.81, pi = std::numbers::pi;
+
+/// x = 0.1 m cos(10 t/s) on a spring.
+std::string oscillator(const std::string& crossings) {
+  return fmt::format(R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {{mass: {{mass: 1 kg, inertia: 1 kg m^2, at: 1.1 0 m}}}}
+  joints: {{rail: {{translational: [ground, mass], along: 1 0}}}}
+  forces: {{spring: {{spring-damper: [ground, mass], ends: [0 0 m, 1.1 0 m], stiffness: 100 N/m, free length: 1 m}}}}
+time: {{end: 3 s, machine: {{rtol: 1e-11, atol: 1e-12}}}}
+output: {{series every: 50 ms, crossings: {{{}}}}}
+)",
+                     crossings);
+}
+
+// cos(10 t) = -1/2 at 10 t = 2 pi/3, 4 pi/3, ...; rising every other time. Both kinds of method find them between their
+// outputs, 50 ms apart, to what the quintic over a millisecond leaves.
+TEST(Crossings, OfAnOscillatorAreWhereTheCosineIs) {
+  const RunDirectory dir;
+  const std::string file =
+      dir.scenario(oscillator("out: {column: mass.x, at: 950 mm, direction: rising}, middle: {column: mass.vx}, far: "
+                              "{column: mass.x, at: 2 m}"));
+  for (const std::vector<std::string>& method : {std::vector<std::string>{"time.machine.integrator=cvode"},
+                                                 {"time.machine.integrator=adams-moulton", "time.machine.step=1 ms"}}) {
+    const auto out = dir / method[0];
+    ASSERT_EQ(run_scenario(file, out, method), exit_ok);
+    const auto found = summary_of(out)["crossings"];
+    ASSERT_EQ(found["out"]["count"], 5) << "in 30/(2 pi) periods";
+    for (int k = 0; k < 5; ++k)
+      EXPECT_NEAR(found["out"]["times [s]"][k].get<double>(), (4 * pi / 3 + 2 * pi * k) / 10, 1e-8) << method[0];
+    EXPECT_NEAR(found["out"]["mean interval [s]"].get<double>(), 2 * pi / 10, 1e-8) << "the period";
+    ASSERT_EQ(found["middle"]["count"], 9) << "both ways, the start at rest is none";
+    for (int k = 0; k < 9; ++k)
+      EXPECT_NEAR(found["middle"]["times [s]"][k].get<double>(), pi * (k + 1) / 10, 1e-8) << method[0];
+    EXPECT_EQ(found["far"]["count"], 0);
+    EXPECT_FALSE(summary_of(out)["run"].contains("stopped by"));
+  }
+}
+
+TEST(Crossings, EndARunWithARowThere) {
+  const RunDirectory dir;
+  const auto out = dir / "out";
+  ASSERT_EQ(run_scenario(dir.scenario(oscillator("third: {column: mass.x, at: 1 m, stop after: 3}")), out), exit_ok);
+  const Series series = read_series(out / "series.csv");
+  EXPECT_NEAR(series.at("time").back(), 5 * pi / 20, 1e-8);
+  EXPECT_NEAR(series.at("mass.x").back(), 1, 1e-9);
+  EXPECT_EQ(frame_times(out).back(), series.at("time").back());
+  const auto run = summary_of(out)["run"];
+  EXPECT_EQ(run["stopped by"], "third");
+  EXPECT_EQ(run["end"], "reached");
+  EXPECT_EQ(run["simulated [s]"], series.at("time").back());
+}
+
+/// Time at which a sphere that falls from 1 m passes 0.8 m of height, by its m g y, with soil steps of `step` ms.
+double fall(const RunDirectory& dir, double step) {
+  const auto out = dir / fmt::format("{}", step);
+  EXPECT_EQ(run_scenario(dir.scenario(fmt::format(R"(subsoil: 1
+materials: {{ball: {{density: 1 kg/(4/3*pi*(0.1 m)^3)}}, wall: {{density: 1000 kg/m^3}}}}
+contacts: [{{between: [ball, wall], law: linear, k_n: 10 kN/m, restitution: 1, mu: 0}}]
+soil: {{bed: {{fill: particles, material: ball, particles: [{{position: 0 1 0 m, radius: 0.1 m}}]}}}}
+boundaries: [{{name: wall, shape: {{plane: {{}}}}, material: wall}}]
+time: {{end: 0.3 s, soil step: {} ms}}
+output: {{state: none, crossings: {{low: {{column: soil.gravity, at: 0.8*9.81 J, stop after: 1}}}}}}
+)",
+                                                  step)),
+                         out),
+            exit_ok);
+  EXPECT_EQ(summary_of(out)["run"]["stopped by"], "low");
+  EXPECT_NEAR(read_series(out / "series.csv").at("time").back(), std::sqrt(0.4 / g), 2.1e-3 * step) << "the next step";
+  return summary_of(out)["crossings"]["low"]["times [s]"][0];
+}
+
+// The chord of a parabola: off by a dt^2/8 of height at most, so of second order.
+TEST(Crossings, WithSoilAreOfSecondOrder) {
+  const RunDirectory dir;
+  const double exact = std::sqrt(0.4 / g);
+  for (const double step : {4.0, 1.0, 0.25})
+    EXPECT_NEAR(fall(dir, step), exact, 1.01e-6 * g * step * step / 8 / (g * exact)) << step;
+}
+
+TEST(Crossings, RefusalsSayWhatIsWrong) {
+  const auto refusal = [](const std::string& crossings) {
+    const RunDirectory dir;
+    return subsoil::test::message_of<ScenarioError>(
+        [&] { run_scenario(dir.scenario(oscillator(crossings)), dir / "out"); });
+  };
+  EXPECT_NE(refusal("a: {column: mass.y2}").find("no column 'mass.y2'"), std::string::npos)
+      << refusal("a: {column: mass.y2}");
+  EXPECT_NE(refusal("a: {column: mass.x, at: 3 kg}").find("needed is a length"), std::string::npos)
+      << refusal("a: {column: mass.x, at: 3 kg}");
+}
+
+}  // namespace
+}  // namespace subsoil::app

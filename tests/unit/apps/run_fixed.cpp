@@ -1,0 +1,87 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "apps/scenario/document.hpp"
+#include "tests/tools/message_of.hpp"
+#include "tests/tools/program_runs.hpp"
+
+/// Spheres that a scenario fixes: columns, frames, restarts, refusals.
+namespace subsoil::app {
+namespace {
+
+using namespace test;
+
+/// Two fixed spheres of 10 mm carry a third one between them.
+constexpr const char* nest = R"(subsoil: 1
+materials: {steel: {density: 7850 kg/m^3}}
+contacts: [{between: [steel, steel], law: linear, k_n: 100 kN/m, restitution: 0.3, mu: 0}]
+soil:
+  bed:
+    fill: particles
+    material: steel
+    particles:
+      - {position: -12 0 0 mm, radius: 10 mm, fixed: nest}
+      - {position: 12 0 0 mm, radius: 10 mm, fixed: nest}
+      - {position: 1 17 0 mm, radius: 10 mm}
+time: {end: 0.4 s}
+output: {precision: double, at: [0.1 s], series every: 10 ms, watch: {load: {soil force: nest, along: 0 -1}}}
+)";
+const double weight = 7850 * 4.0 / 3 * M_PI * 1e-6 * 9.81;
+
+TEST(RunFixed, TheyCarryWhatLiesOnThem) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(nest), dir / "out"), exit_ok);
+  const Series series = read_series(dir / "out" / "series.csv");
+  EXPECT_NEAR(series.at("load").back(), weight, 0.01 * weight);
+  EXPECT_NEAR(series.at("nest.Fx").back(), 0, 0.02 * weight);
+  EXPECT_NEAR(series.at("nest.Fy").back(), -weight, 0.01 * weight);
+  const std::vector<dem::Vec3> places = frame_positions(dir / "out", 1);
+  EXPECT_EQ(places[0].x, -0.012);
+  EXPECT_EQ(places[0].y, 0);
+  EXPECT_EQ(places[1].x, 0.012);
+  // The balance closes: what the third one has lost in height is damped or stored.
+  const auto sum = [&](std::size_t row) {
+    double all = -series.at("soil.boundary work")[row];
+    for (const char* term : {"soil.kinetic", "soil.spin", "soil.gravity", "soil.stored", "soil.damped", "soil.slid"})
+      all += series.at(term)[row];
+    return all;
+  };
+  const double fell = series.at("soil.gravity").front() - series.at("soil.gravity").back();
+  EXPECT_GT(fell, 0);
+  EXPECT_NEAR(sum(series.rows() - 1), sum(0), 0.01 * fell);
+}
+
+TEST(RunFixed, ARestartKeepsThem) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(nest);
+  ASSERT_EQ(run_scenario(file, dir / "whole"), exit_ok);
+  ASSERT_EQ(run_scenario(file, dir / "first", {"time.end=0.2 s"}), exit_ok);
+  std::filesystem::path state;
+  for (const auto& entry : std::filesystem::directory_iterator(dir / "first"))
+    if (entry.path().filename().string().rfind("state-", 0) == 0) state = entry.path();
+  ASSERT_EQ(run_scenario(file, dir / "on", {}, state), exit_ok);
+  const Series whole = read_series(dir / "whole" / "series.csv"), on = read_series(dir / "on" / "series.csv");
+  EXPECT_NEAR(on.at("load").back(), whole.at("load").back(), 1e-8 * weight);
+  EXPECT_EQ(frame_positions(dir / "on", 0)[0].x, -0.012);
+}
+
+std::string refusal(const std::string& from, const std::string& to) {
+  const RunDirectory dir;
+  std::string text = nest;
+  return subsoil::test::message_of<ScenarioError>(
+      [&] { run_scenario(dir.scenario(text.replace(text.find(from), from.size(), to)), dir / "out"); });
+}
+
+TEST(RunFixed, RefusalsSayWhy) {
+  EXPECT_NE(refusal("fixed: nest", "fixed: a.b").find("leave out dots and commas"), std::string::npos);
+  EXPECT_NE(refusal("fixed: nest", "fixed: soil").find("is the name of something else"), std::string::npos);
+  EXPECT_NE(refusal("  bed:\n", "  active: {}\n  bed:\n").find("stands beside `soil.active`"), std::string::npos);
+  EXPECT_NE(refusal("    particles:\n      - {position: -12 0 0 mm,",
+                    "    settle: {until: 1 mm/s}\n    particles:\n      - {velocity: 1 0 0 m/s, position: -12 0 0 mm,")
+                .find("moves while the bed settles"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace subsoil::app

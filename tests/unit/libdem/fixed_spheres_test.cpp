@@ -1,0 +1,138 @@
+// Spheres that keep their velocity: what they do to others, what acts on them, and what never moves them.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "libdem/step/stability.hpp"
+#include "tests/tools/dem_beds.hpp"
+
+namespace subsoil::dem {
+namespace {
+
+using namespace test;
+
+SphereSpec at(const Vec3& position, const Vec3& velocity = {}, double radius = 0.01) {
+  return {.position = position,
+          .velocity = velocity,
+          .angular_velocity = {},
+          .radius = radius,
+          .density = 2500,
+          .material = 0};
+}
+
+void add(Bed& bed, const std::vector<SphereSpec>& spheres) { bed.add(spheres); }
+
+class FixedIn : public testing::TestWithParam<Precision> {};
+INSTANTIATE_TEST_SUITE_P(Both, FixedIn, testing::Values(Precision::doubles, Precision::mixed));
+
+// m_eff is the mass of the free one: a linear contact then has the restitution that it was given, as at a wall, and
+// lasts as long. With m/2 in place of m the damping would belong to another e.
+TEST_P(FixedIn, AnImpactHasTheRestitutionOfTheLaw) {
+  const double e = 0.6, k = 1e5, v = 0.5;
+  BedOptions options = quiet();
+  options.precision = GetParam();
+  Bed bed(table(Law(grains(k, e, 0, 0))), options);
+  add(bed, {fixed(at({0, 0, 0})), at({0.0201, 0, 0}, {-v, 0, 0})});
+  const double m = 2500 * sphere_volume(0.01), loss = -std::log(e), damped = loss / std::sqrt(loss * loss + pi * pi);
+  const double contact = pi / std::sqrt(k / m * (1 - damped * damped)), dt = contact / 2000;
+  double impulse = 0;
+  int steps = 0;
+  for (int i = 0; i < 4000; ++i) {
+    bed.step(dt);
+    ASSERT_EQ(bed.fixed_spheres().size(), 1U);
+    const double force = bed.fixed_spheres()[0].force.x;
+    impulse += force * dt, steps += force != 0;
+  }
+  const double tolerance = GetParam() == Precision::doubles ? 2e-3 : 4e-3;  // of first order in dt/contact
+  EXPECT_NEAR(sphere(bed, 1).v.x, e * v, tolerance * v);
+  EXPECT_NEAR(steps, 2000, 8);
+  EXPECT_NEAR(impulse, -m * (sphere(bed, 1).v.x + v), 1e-6 * m * v) << "what it takes is what the other is given";
+  EXPECT_EQ(sphere(bed, 0).x, (Vec3{})) << "to the last bit";
+  EXPECT_EQ(sphere(bed, 0).v, (Vec3{}));
+}
+
+/// A cross of fixed spheres that turns and sinks through a heap of free ones under gravity, on a plane.
+std::vector<SphereSpec> stirred() {
+  std::vector<SphereSpec> out;
+  for (int i = 0; i < 6; ++i) {
+    SphereSpec s = fixed(at({0.012 * i, 0.07, 0.03}, {0.1, -0.2, 0}));
+    s.angular_velocity = {0, 3, 1};
+    out.push_back(s);
+  }
+  for (int x = 0; x < 6; ++x)
+    for (int y = 0; y < 3; ++y)
+      for (int z = 0; z < 4; ++z)
+        out.push_back(at({0.0195 * x + 1e-3 * y, 0.0099 + 0.0195 * y, 0.0195 * z}, {}, 0.0095 + 1e-4 * (x + z)));
+  return out;
+}
+
+Bed stirring(int threads, Precision precision = Precision::doubles) {
+  BedOptions options = quiet({0, -9.81, 0}, threads);
+  options.precision = precision;
+  Bed bed(table(Law(grains(2e4, 0.5, 0.4, 0.05))), options);
+  add_plane(bed, {}, {0, 1, 0});
+  add(bed, stirred());
+  return bed;
+}
+
+constexpr double step_of_stirring = 1e-5;
+
+TEST_P(FixedIn, TheEnergyOfABedThatTheyStirCloses) {
+  Bed bed = stirring(1, GetParam());
+  const double start = (observe(bed, step_of_stirring), bed.energy().total() - bed.energy().boundary_work);
+  for (int i = 0; i < 8000; ++i) bed.step(step_of_stirring);
+  observe(bed, step_of_stirring);
+  const BedEnergy& now = bed.energy();
+  EXPECT_GT(now.boundary_work, 1e-3) << "they have done something";
+  EXPECT_LT(now.kinetic, 1) << "none of it their own";
+  const double tolerance = GetParam() == Precision::doubles ? 2e-3 : 5e-3;
+  EXPECT_NEAR(now.total() - now.boundary_work - start, 0, tolerance * now.boundary_work);
+}
+
+TEST(FixedSpheres, MoveExactlyAsTheyAreAsked) {
+  Bed bed = stirring(1);
+  for (int i = 0; i < 4000; ++i) bed.step(step_of_stirring);
+  const double t = 4000 * step_of_stirring;
+  for (std::uint32_t id = 0; id < 6; ++id) {
+    const Sphere& s = sphere(bed, id);
+    EXPECT_NEAR(s.x.x, 0.012 * id + 0.1 * t, 1e-13);
+    EXPECT_NEAR(s.x.y, 0.07 - 0.2 * t, 1e-13);
+    EXPECT_EQ(s.x.z, 0.03);
+    EXPECT_EQ(s.v, (Vec3{0.1, -0.2, 0}));
+    EXPECT_EQ(s.w, (Vec3{0, 3, 1}));
+    EXPECT_NEAR(own_density(s), 2500, 1e-9);
+  }
+}
+
+TEST(FixedSpheres, SameBitsOnAnyNumberOfThreadsAndThroughARestart) {
+  Bed one = stirring(1), four = stirring(4), again = stirring(1);
+  for (int i = 0; i < 3000; ++i) one.step(step_of_stirring), four.step(step_of_stirring);
+  EXPECT_EQ(hash(one), hash(four));
+  again.restore(one.save());
+  for (int i = 0; i < 2000; ++i) one.step(step_of_stirring), four.step(step_of_stirring), again.step(step_of_stirring);
+  observe(one, step_of_stirring), observe(four, step_of_stirring), observe(again, step_of_stirring);
+  EXPECT_EQ(hash(one), hash(four));
+  EXPECT_EQ(hash(one), hash(again));
+  EXPECT_EQ(one.energy().boundary_work, four.energy().boundary_work);
+  EXPECT_EQ(one.energy().boundary_work, again.energy().boundary_work);
+  for (std::size_t k = 0; k < 6; ++k) EXPECT_EQ(one.fixed_spheres()[k].force, again.fixed_spheres()[k].force);
+}
+
+// A rough floor of spheres laid into each other and into a plane is nobody's load.
+TEST(FixedSpheres, DoNotMeetEachOtherNorSurfaces) {
+  Bed bed(table(Law(grains())), quiet({0, -9.81, 0}));
+  const int floor = add_plane(bed, {}, {0, 1, 0});
+  add(bed, {fixed(at({0, 0, 0})), fixed(at({0.012, 0.001, 0})), at({0.3, 0.0099, 0})});
+  for (int i = 0; i < 5; ++i) bed.step(1e-5);
+  const Snapshot s = observe(bed, 1e-5);
+  EXPECT_EQ(s.contacts[0], 0);
+  EXPECT_EQ(s.force[0], (Vec3{})) << "nor gravity";
+  EXPECT_EQ(bed.fixed_spheres()[1].force, (Vec3{}));
+  EXPECT_EQ(bed.boundary(floor).contacts, 1) << "the free one";
+  EXPECT_LT(bed.max_overlap(), 0.02);
+}
+
+}  // namespace
+}  // namespace subsoil::dem
