@@ -2,8 +2,9 @@
 """Runs the studies of docs/1s300.md and prints their tables.
 
     scripts/study_1s300.py unprinted                 # a slice of the source's pass, one unprinted value changed at a time
-    scripts/study_1s300.py stiffness                 # a rigid shovel in five beds: step and stiffness
-    scripts/study_1s300.py spring                    # spring free, locked and absent in five beds, half a metre of steady work
+    scripts/study_1s300.py stiffness                 # a rigid shovel in five beds of the settled printed lattice: step and stiffness
+    scripts/study_1s300.py beds                      # a rigid shovel: packing, width and depth of the bed, entry and steady work
+    scripts/study_1s300.py spring                    # spring free, locked and absent in the same five beds
     scripts/study_1s300.py pass                      # the full pass: half an hour of a core and more
     scripts/study_1s300.py spring --only free-1      # some of the runs
     scripts/study_1s300.py spring --report           # only the tables, of what has been run
@@ -15,6 +16,7 @@ import concurrent.futures
 import csv
 import json
 import math
+import os
 import pathlib
 import subprocess
 import sys
@@ -77,28 +79,62 @@ def unprinted():
     return [Run(n, slice_, meaning, sets + ["output.every=500 ms"]) for n, (sets, meaning) in changes.items()]
 
 
+ALL = [(c, k) for c in ("soil-soil", "soil-steel") for k in ("K_X", "K_Y")]
 STIFFNESS = {
     "printed": ([], "as printed, N/m, per body"),
-    "all-x4": ([(c, k, 4) for c in ("soil-soil", "soil-steel") for k in ("K_X", "K_Y")],
-               "all K_X, K_Y x 4, attraction as before"),
+    "all-x4": ([(*k, 4) for k in ALL], "all K_X, K_Y x 4, attraction as before"),
+    "all-x16": ([(*k, 16) for k in ALL] + ["time.accuracy=1"], "all K_X, K_Y x 16, attraction as before"),
     "K_B-x2": ([("soil-soil", "K_B", 2), ("soil-steel", "K_B", 2)], "K_B x 2"),
-    "steel-x4": ([("soil-steel", "K_X", 4), ("soil-steel", "K_Y", 4)], "soil-steel K_X, K_Y x 4"),
-    "all-x16": ([(c, k, 16) for c in ("soil-soil", "soil-steel") for k in ("K_X", "K_Y")] + ["time.accuracy=1"],
-                "all K_X, K_Y x 16, attraction as before"),
     "half-step": (["time.safety=0.45"], "half the step"),
 }
 PRINTED = {"soil-soil": {"K_X": 10000, "K_Y": 8000, "K_B": 7000}, "soil-steel": {"K_X": 16000, "K_Y": 12000, "K_B": 3000}}
-SHORT = ["soil.container.size=1.0 0.22 0.24 m", "time.end=1.5 s"]
+# Where the printed lattice settled, 0.18 m deep, is worked: the draft is level once the tip is 0.4 m in, and the soil ahead of it
+# is out of the end wall's reach until it is 0.26 m from it. Sides stand 9 mm from the lattice, as in the slice.
+LEVEL = (0.40, 0.65)
+LENGTH = LEVEL[1] + 0.26
+LATTICE = {"fill": "lattice", "material": "soil", "radius": "10 mm", "pitch": "20.2 mm", "depth": "0.324 m"}
+REST = "{until: 10 mm/s, at most: 10 s, stages: no}"
+
+
+def box(length, height, width):
+    return [f"soil.container.size={length:g} {height:g} {width:g} m", f"soil.container.at=-0.92 {-height:g} {-width / 2:g} m"]
+
+
+def words(**bed):
+    return "soil.bed={" + ", ".join(f"{k}: {v}" for k, v in bed.items()) + "}"
+
+
+def lattice_bed(seed):
+    """The printed lattice, its sites shifted at random by up to 1 mm, settled."""
+    bed = words(**LATTICE, jitter=0.1, seed=seed, settle=REST)
+    return Run(f"bed-{seed}", CONFIGS / "1s300-shovel.yaml", "", box(LENGTH, 0.33, 0.322) + [bed])
 
 
 def stiffness():
     runs = []
-    for name, (changes, meaning) in STIFFNESS.items():
-        for seed in SEEDS:
-            bed = Run(f"short-bed-{seed}", CONFIGS / "1s300-shovel.yaml", "", SHORT + [f"soil.bed.seed={seed}"])
+    for seed in SEEDS:
+        for name, (changes, meaning) in STIFFNESS.items():
             sets = [c if isinstance(c, str) else f"contacts.{c[0]}.{c[1]}={PRINTED[c[0]][c[1]] * c[2]} N/m" for c in changes]
-            runs.append(Run(f"{name}-{seed}", CONFIGS / "1s300-shovel.yaml", meaning, SHORT + sets, bed=bed))
+            runs.append(Run(f"{name}-{seed}", CONFIGS / "1s300-shovel.yaml", meaning,
+                            box(LENGTH, 0.33, 0.322) + [f"time.end={(LEVEL[1] + 0.06) / 0.5:g} s"] + sets, bed=lattice_bed(seed)))
     return runs
+
+
+def beds():
+    """One bed each: what packing and walls do to the draft of the same shovel on the same path."""
+    shovel = CONFIGS / "1s300-shovel.yaml"
+    random = {"fill": "random", "material": "soil", "radius": "10 mm", "settle": "{until: 10 mm/s, at most: 10 s}"}
+    end = ["time.end=1.2 s"]
+    return [
+        Run("dense", shovel, "random, rained with a tenth of friction and rolling; 0.24 m wide",
+            box(0.9, 0.22, 0.24) + [words(**random, depth="0.214 m")] + end),
+        Run("rest-lattice", shovel, "cubic lattice of the pitch at which the law is at rest; 0.24 m wide",
+            box(0.9, 0.22, 0.24) + [words(fill="rest-lattice", material="soil", radius="10 mm", depth="0.214 m", settle=REST)] + end),
+        Run("printed-lattice", shovel, "printed lattice of 20.2 mm, settled; 0.24 m wide",
+            box(0.9, 0.26, 0.24) + [words(**{**LATTICE, "depth": "0.25 m"}, settle=REST)] + end),
+        Run("dense-wide", shovel, "dense, 0.72 m wide, 80 mm more of soil below the tip",
+            box(0.9, 0.30, 0.72) + [words(**random, depth="0.294 m")] + end),
+    ]
 
 
 def locked(angle):
@@ -121,20 +157,22 @@ TOWED = -0.05058  # shovel against frame where the rig is towed clear of soil
 
 
 def spring(out):
-    long = CONFIGS / "1s300-towed-random.yaml"
+    rig = CONFIGS / "1s300-towed-random.yaml"
     shovel = CONFIGS / "1s300-shovel.yaml"
-    beds = {s: Run(f"long-bed-{s}", shovel, "", [f"soil.bed.seed={s}"]) for s in SEEDS}
+    soil = box(LENGTH, 0.33, 0.322)
+    towed = soil + [f"time.end={(LEVEL[1] + 0.06) / 0.5 + 0.2:g} s"]
+    pose = loaded_pose(out)
     runs = []
     for seed in SEEDS:
-        runs.append(Run(f"free-{seed}", long, "spring free", bed=beds[seed]))
-        runs.append(Run(f"locked-towed-{seed}", long, "H9 welded at the angle it has when towed clear of soil",
-                        text=locked(TOWED), bed=beds[seed]))
-        pose = loaded_pose(out)
+        bed = lattice_bed(seed)
+        runs.append(Run(f"free-{seed}", rig, "spring free", towed, bed=bed))
+        runs.append(Run(f"locked-towed-{seed}", rig, "H9 welded at the angle it has when towed clear of soil", towed,
+                        text=locked(TOWED), bed=bed))
         if pose:
-            runs.append(Run(f"locked-loaded-{seed}", long, f"H9 welded at its mean angle under load, {pose[0]:.3f} rad",
-                            text=locked(pose[0]), bed=beds[seed]))
+            runs.append(Run(f"locked-loaded-{seed}", rig, f"H9 welded at its mean angle under load, {pose[0]:.3f} rad", towed,
+                            text=locked(pose[0]), bed=bed))
             runs.append(Run(f"driven-{seed}", shovel, "shovel alone on a straight path at its mean pose and height under load",
-                            driven(pose[1], pose[2]), bed=beds[seed]))
+                            soil + [f"time.end={(LEVEL[1] + 0.06) / 0.5:g} s"] + driven(pose[1], pose[2]), bed=bed))
     return runs
 
 
@@ -165,9 +203,13 @@ def execute(arguments, run):
     for s in sets:
         command += ["--set", s]
     print(" ".join(command), flush=True)
-    code = subprocess.run(command, stdout=subprocess.DEVNULL).returncode
-    if code != 0:
-        print(f"{run.name}: exit {code}", file=sys.stderr)
+    child = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    _, status, used = os.wait4(child.pid, 0)
+    child.returncode = os.waitstatus_to_exitcode(status)
+    if child.returncode != 0:
+        print(f"{run.name}: exit {child.returncode}", file=sys.stderr)
+    else:
+        (out / run.name / "processor-time").write_text(f"{used.ru_utime + used.ru_stime:.1f} s\n")
 
 
 # Numbers ------------------------------------------------------------------------------------------------------------
@@ -186,9 +228,8 @@ def tip(s, i):
 
 
 def steady_rows(s):
-    """Rows in which the tip is 0.45 to 0.95 m behind the bin's near face: from the tool's length plus its depth to a depth from
-    the end wall. Weights of equal travel are taken by `over_travel`."""
-    return [i for i in range(len(s["time"])) if -0.92 + 0.45 <= tip(s, i) <= -0.92 + 0.95]
+    """Rows in which the tip is LEVEL behind the bin's near face. Weights of equal travel are taken by `over_travel`."""
+    return [i for i in range(len(s["time"])) if -0.92 + LEVEL[0] <= tip(s, i) <= -0.92 + LEVEL[1]]
 
 
 def over_travel(s, value):
@@ -220,6 +261,12 @@ def summary(out, run):
     return json.loads((out / run.name / "summary.json").read_text())
 
 
+def processor_time(directory):
+    """Seconds of a core, without the bed's."""
+    file = directory / "processor-time"
+    return float(file.read_text().split()[0]) if file.exists() else float("nan")
+
+
 def note(out, run):
     s = summary(out, run)
     return "" if s["run"]["end"] == "reached" else f" (stopped at {s['run']['simulated [s]']:.3f} s)"
@@ -242,27 +289,49 @@ def report_six(out, runs):
         print(f"| {run.name}{note(out, run)} | " + " | ".join(cells) + f" | {within} | {run.meaning} |")
 
 
+def wall_share(s, begin, end, draft):
+    """Part of the draft that side and end walls carry."""
+    rows = window(s, begin, end)
+    return sum(s[f"wall {w}.Fx"][i] for i in rows for w in ("-z", "+z", "+x")) / len(rows) / draft
+
+
 def report_stiffness(out, runs):
-    print("| change | beds | draft, mean (N) | 95 % interval | ratio, same beds | largest overlap (radii) | wall time (s) |")
-    print("|---|---|---|---|---|---|---|")
-
-    def draft(run):
-        s = series(out / run.name)
-        rows = [i for i, t in enumerate(s["time"]) if 1.02 <= t <= 1.5]
-        return sum(s["share draft"][i] + s["shank draft"][i] for i in rows) / len(rows)
-
+    print("| change | beds | draft, mean (N) | 95 % interval | ratio, same beds | largest overlap (radii) | on walls (%) | processor time (s) |")
+    print("|---|---|---|---|---|---|---|---|")
+    begin, end = ((x + 0.06) / 0.5 for x in LEVEL)
     runs = {r.name: r for r in runs if done(out, r) and not note(out, r)}
     for name, (_, meaning) in STIFFNESS.items():
-        beds = [s for s in SEEDS if f"{name}-{s}" in runs]
-        if not beds:
+        seeds = [s for s in SEEDS if f"{name}-{s}" in runs]
+        if not seeds:
             continue
-        of = {s: draft(runs[f"{name}-{s}"]) for s in beds}
-        ratios = [of[s] / draft(runs[f"printed-{s}"]) for s in beds if f"printed-{s}" in runs]
+        read = {s: series(out / f"{name}-{s}") for s in seeds}
+        of = {s: rigid_draft(read[s], begin, end) for s in seeds}
+        ratios = [of[s] / rigid_draft(series(out / f"printed-{s}"), begin, end) for s in seeds if f"printed-{s}" in runs]
         mean, half = interval(list(of.values()))
-        ratio, half_ratio = interval(ratios)
-        overlap = max(summary(out, runs[f"{name}-{s}"])["run"]["largest overlap [share of a radius]"] for s in beds)
-        cost = sum(summary(out, runs[f"{name}-{s}"])["run"]["wall time [s]"] for s in beds) / len(beds)
-        print(f"| {meaning} | {len(beds)} | {mean:.0f} | +- {half:.0f} | {ratio:.3f} +- {half_ratio:.3f} | {overlap:.2f} | {cost:.0f} |")
+        ratio, half_ratio = interval(ratios) if ratios else (float("nan"),) * 2
+        walls = sum(wall_share(read[s], begin, end, of[s]) for s in seeds) / len(seeds)
+        overlap = max(summary(out, runs[f"{name}-{s}"])["run"]["largest overlap [share of a radius]"] for s in seeds)
+        cost = sum(processor_time(out / f"{name}-{s}") for s in seeds) / len(seeds)
+        print(f"| {meaning} | {len(seeds)} | {mean:.0f} | +- {half:.0f} | {ratio:.3f} +- {half_ratio:.3f} | {overlap:.2f} | "
+              f"{100 * walls:.0f} | {cost:.0f} |")
+
+
+def report_beds(out, runs):
+    print("| bed | spheres | kg/m3 | draft 0.6 ... 0.85 s (N) | 0.7 ... 0.9 s | 1.0 ... 1.2 s | of it on sides and end (%) | largest overlap (radii) | what |")
+    print("|---|---|---|---|---|---|---|---|---|")
+    for run in runs:
+        if not (out / run.name / "series.csv").exists():
+            continue
+        s, of = series(out / run.name), summary(out, run)
+        mean = lambda begin, end: rigid_draft(s, begin, end)
+        print(f"| {run.name}{note(out, run)} | {of['soil']['spheres']} | {of['soil']['bulk density [kg/m3]']:.0f} | {mean(0.6, 0.85):.0f} | "
+              f"{mean(0.7, 0.9):.0f} | {mean(1.0, 1.2):.0f} | {100 * wall_share(s, 1.0, 1.2, mean(1.0, 1.2)):.0f} | {of['run']['largest overlap [share of a radius]']:.2f} | {run.meaning} |")
+
+
+def rigid_draft(s, begin, end):
+    """Mean draft of the shovel without a machine."""
+    rows = [i for i, t in enumerate(s["time"]) if begin <= t <= end]
+    return sum(s["share draft"][i] + s["shank draft"][i] for i in rows) / len(rows) if rows else float("nan")
 
 
 def report_spring(out, runs):
@@ -275,8 +344,7 @@ def report_spring(out, runs):
         if "shovel.x" in s:
             return {"draft": over_travel(s, lambda i: s["draft"][i]), "pull": over_travel(s, lambda i: s["pull"][i]),
                     "depth": over_travel(s, lambda i: tip_depth(s, i))}
-        rows = [i for i, t in enumerate(s["time"]) if 0.51 / 0.5 <= t <= 1.01 / 0.5]
-        return {"draft": sum(s["share draft"][i] + s["shank draft"][i] for i in rows) / len(rows)}
+        return {"draft": rigid_draft(s, *((x + 0.06) / 0.5 for x in LEVEL))}
 
     found = {k: {int(r.name.rsplit("-", 1)[1]): numbers(r) for r in of if done(out, r) and not note(out, r)} for k, of in kinds.items()}
     print("| shovel | beds | draft, mean (N) | 95 % interval | free over this, same beds | tip depth (mm) | what |")
@@ -341,29 +409,37 @@ def correlation(a, b):
             / math.sqrt(sum((x - ma) ** 2 for x in a) * sum((y - mb) ** 2 for y in b)))
 
 
-def report_pass(out, runs, stiffness=164e3, begin=0.6):
+def report_pass(out, runs):
     report_six(out, runs)
     for run in runs:
         if not done(out, run):
             continue
         s = series(out / run.name)
-        rows = window(s, begin, 1e9)
-        times = [s["time"][i] for i in rows][::5]
-        print(f"\n{run.name}, {s['time'][rows[0]]:.2f} ... {s['time'][rows[-1]]:.2f} s")
-        for name in ("spring force", "pull", "height"):
-            values = without_trend(times, [s[name][i] for i in rows][::5])
-            print(f"- {name}: " + ", ".join(f"{f:.2f} Hz {a:.3g}" for a, f in lines(times, values)))
-        s["spring energy"] = [f * f / 2 / stiffness for f in s["spring force"]]
-        energy, pull, pitch = (blocks(s, n, rows) for n in ("spring energy", "pull", "pitch"))
-        rises = lambda v: [b - a for a, b in zip(v, v[1:])]
-        against = sum(e * p < 0 for e, p in zip(rises(energy), rises(pull))) / (len(energy) - 1)
-        print(f"- 50 ms means: correlation of spring energy and pull {correlation(energy, pull):.2f}, of pitch and pull "
-              f"{correlation(pitch, pull):.2f}; pull falls while the spring stores or rises while it releases in {100 * against:.0f} % of "
-              "the time")
-        f = lines(times, without_trend(times, [s["spring force"][i] for i in rows][::5]), count=1)[0][1]
-        e, p = (line(times, without_trend(times, [s[n][i] for i in rows][::5]), f) for n in ("spring energy", "pull"))
-        degrees = math.degrees(math.atan2((e * p.conjugate()).imag, (e * p.conjugate()).real))
-        print(f"- at {f:.2f} Hz spring energy leads pull by {degrees:.0f} deg")
+        own = summary(out, run)["window"]
+        print()
+        for what, begin, end in (("with the entry", 0.6, 1e9), ("tip in the soil", 0.95, 1e9),
+                                 ("window of steady work", own["from [s]"], own["until [s]"])):
+            report_phase(s, window(s, begin, end), f"{run.name}, {what}")
+
+
+def report_phase(s, rows, title):
+    """Lines of spring force, pull and height; how the spring's energy goes with pull and draft."""
+    times = [s["time"][i] for i in rows][::5]
+    print(f"{title}, {times[0]:.2f} ... {times[-1]:.2f} s")
+    for name in ("spring force", "pull", "height"):
+        values = without_trend(times, [s[name][i] for i in rows][::5])
+        print(f"- {name}: " + ", ".join(f"{f:.2f} Hz {a:.3g}" for a, f in lines(times, values)))
+    energy, pull, draft = (blocks(s, n, rows) for n in ("energy.stored", "pull", "draft"))
+    rises = lambda v: [b - a for a, b in zip(v, v[1:])]
+    against = sum(e * p < 0 for e, p in zip(rises(energy), rises(pull))) / (len(energy) - 1)
+    print(f"- {len(energy)} means over 50 ms: correlation of spring energy with pull {correlation(energy, pull):.2f}, with draft "
+          f"{correlation(energy, draft):.2f}; one rises while the other falls, energy against pull, in {100 * against:.0f} % of the time")
+    later = {k: correlation(energy[:len(energy) - k], pull[k:]) for k in range(9)}
+    best = max(later, key=later.get)
+    print(f"- with the pull {50 * best} ms later: {later[best]:.2f}, the largest of 0 ... 400 ms")
+    e, p = (line(times, without_trend(times, [s[n][i] for i in rows][::5]), 1.0) for n in ("energy.stored", "pull"))
+    degrees = math.degrees(math.atan2((e * p.conjugate()).imag, (e * p.conjugate()).real))
+    print(f"- at 1 Hz spring energy leads pull by {degrees:.0f} deg")
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -371,12 +447,12 @@ def report_pass(out, runs, stiffness=164e3, begin=0.6):
 def runs_of(study, out):
     if study == "pass":
         return [Run("pass", CONFIGS / "1s300.yaml", "the full bin")]
-    return {"unprinted": unprinted, "stiffness": stiffness, "spring": lambda: spring(out)}[study]()
+    return {"unprinted": unprinted, "stiffness": stiffness, "beds": beds, "spring": lambda: spring(out)}[study]()
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("study", choices=["unprinted", "stiffness", "spring", "pass"])
+    parser.add_argument("study", choices=["unprinted", "stiffness", "beds", "spring", "pass"])
     parser.add_argument("--program", default=str(ROOT / "build" / "release" / "apps" / "subsoil"))
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "out" / "study")
     parser.add_argument("--only", nargs="*", help="names of runs")
@@ -388,7 +464,7 @@ def main():
         arguments.out.mkdir(parents=True, exist_ok=True)
         run_all(arguments)
     runs = runs_of(arguments.study, arguments.out)
-    {"stiffness": report_stiffness, "spring": report_spring, "pass": report_pass}.get(arguments.study, report_six)(arguments.out, runs)
+    {"stiffness": report_stiffness, "beds": report_beds, "spring": report_spring, "pass": report_pass}.get(arguments.study, report_six)(arguments.out, runs)
 
 
 def run_all(arguments):
