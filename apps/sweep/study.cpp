@@ -23,7 +23,7 @@ namespace subsoil::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
+constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 /// Tells scenarios apart: a checksum of the one that runs, with every default explicit.
 std::string mark_of(const Study& study, const SweepPoint& point) {
@@ -136,7 +136,7 @@ double taken(const WindowStatistics& s, SweepNumber::Take take, double last) {
     case SweepNumber::Take::last:
       return last;
   }
-  return none;
+  return no_value;
 }
 
 void take_number(const RunFolder& run, const SweepNumber& n, double& value, double& half) {
@@ -228,11 +228,11 @@ std::vector<PointResult> read_results(const Study& study, const std::filesystem:
   std::vector<PointResult> results(study.points.size());
   for (std::size_t k = 0; k < results.size(); ++k) {
     PointResult& r = results[k];
-    r.value.assign(study.numbers.size(), none), r.half_width = r.value;
+    r.value.assign(study.numbers.size(), no_value), r.half_width = r.value;
     const std::optional<Json> json = read_point(point_folder(folder, k));
     if (!json) continue;
     r.end = (*json)["end"] == "reached" ? PointResult::End::reached : PointResult::End::failed;
-    r.wall_time = json->value("wall time [s]", none);
+    r.wall_time = json->value("wall time [s]", no_value);
     r.cause = json->value("cause", std::string());
     if (r.end != PointResult::End::reached) continue;
     try {
