@@ -20,6 +20,7 @@
 
 #include "apps/input_limits.hpp"
 #include "apps/scenario/shapes/mesh_file.hpp"
+#include "apps/scenario/shapes/ply_length.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
 #include "libdem/geometry/mesh_edges.hpp"
 
@@ -124,6 +125,7 @@ std::vector<Facet> facets_of(const std::string& file, double unit) {
   const std::string kind = is_ply(file) ? "PLY" : ending == ".obj" ? "OBJ" : "STL";
   refuse_long(file);
   if (kind == "STL") refuse_cut_off(file);
+  if (kind == "PLY") refuse_short_ply(file);
   std::vector<Point> points;
   Faces faces;
   if (!read_file(file, kind, points, faces) || faces.empty())

@@ -173,7 +173,11 @@ TEST_F(MeshFiles, BadFilesAreRefused) {
           "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
           "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n",
           "names vertex 8 of 3");
-  refused("cut.ply", ply(box, true).substr(0, 300), "no PLY file that can be read");
+  refused("cut.ply", ply(box, true).substr(0, 300), "is cut off: its header and lists ask for more");
+  const std::string list =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 0\nproperty float x\nproperty float y\n"
+      "property float z\nelement face 1\nproperty list uint uint vertex_indices\nend_header\n";
+  refused("list.ply", list + std::string("\xff\xff\xff\x7f", 4) + std::string(12, '\0'), "is cut off");
   EXPECT_NE(message_of([&] { read_mesh("/nowhere.stl", 1); }).find("no such file"), std::string::npos);
 }
 

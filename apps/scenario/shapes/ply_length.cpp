@@ -1,0 +1,146 @@
+#include "apps/scenario/shapes/ply_length.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <stdexcept>
+#include <vector>
+
+namespace subsoil::app {
+namespace {
+
+/// Bytes of a number in a binary file; 0: no type of PLY.
+std::size_t bytes_of(const std::string& type) {
+  if (type == "char" || type == "uchar" || type == "int8" || type == "uint8") return 1;
+  if (type == "short" || type == "ushort" || type == "int16" || type == "uint16") return 2;
+  if (type == "int" || type == "uint" || type == "int32" || type == "uint32" || type == "float" || type == "float32")
+    return 4;
+  return type == "double" || type == "float64" ? 8 : 0;
+}
+
+struct Property {
+  std::size_t count = 0;  ///< bytes of the number of items; 0: no list
+  std::size_t item = 0;   ///< bytes
+};
+
+struct Element {
+  std::uintmax_t count = 0;
+  std::vector<Property> properties;
+};
+
+struct Header {
+  bool readable = false, text = false, big_endian = false;
+  std::vector<Element> elements;
+};
+
+Header read_header(std::istream& in) {
+  Header header;
+  std::string line;
+  while (std::getline(in, line) && line.size() < 1000) {
+    std::istringstream words(line);
+    std::string word, type;
+    words >> word;
+    if (word == "end_header") {
+      header.readable = true;
+      return header;
+    }
+    if (word == "format") {
+      words >> type;
+      header.text = type == "ascii", header.big_endian = type == "binary_big_endian";
+    } else if (word == "element") {
+      Element element;
+      if (!(words >> type >> element.count)) return header;
+      header.elements.push_back(element);
+    } else if (word == "property") {
+      if (header.elements.empty() || !(words >> type)) return header;
+      Property property;
+      if (type == "list") {
+        std::string item;
+        if (!(words >> type >> item)) return header;
+        property = {bytes_of(type), bytes_of(item)};
+        if (property.count == 0) return header;
+      } else {
+        property = {0, bytes_of(type)};
+      }
+      if (property.item == 0) return header;
+      header.elements.back().properties.push_back(property);
+    }
+  }
+  return header;
+}
+
+/// Walks over the body; every step is checked against what is left.
+class Body {
+ public:
+  Body(std::string bytes, const Header& header) : bytes_(std::move(bytes)), header_(header) {}
+
+  bool holds(const Element& element) {
+    if (element.count > bytes_.size()) return false;  // every element takes a byte
+    for (std::uintmax_t k = 0; k < element.count; ++k)
+      for (const Property& p : element.properties) {
+        std::uintmax_t items = 1;
+        if (p.count > 0 && !take_count(p.count, items)) return false;
+        if (!skip(items, p.item)) return false;
+      }
+    return true;
+  }
+
+ private:
+  bool take_word(std::string& word) {
+    const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; };
+    while (at_ < bytes_.size() && blank(bytes_[at_])) ++at_;
+    const std::size_t begin = at_;
+    while (at_ < bytes_.size() && !blank(bytes_[at_])) ++at_;
+    word = bytes_.substr(begin, std::min<std::size_t>(at_ - begin, 30));
+    return at_ > begin;
+  }
+  bool take_count(std::size_t size, std::uintmax_t& count) {
+    if (header_.text) {
+      std::string word;
+      if (!take_word(word)) return false;
+      count = std::strtoull(word.c_str(), nullptr, 10);
+      return word.front() != '-';
+    }
+    if (bytes_.size() - at_ < size) return false;
+    unsigned char raw[8] = {};
+    std::memcpy(raw, bytes_.data() + at_, size);
+    count = 0;
+    for (std::size_t b = 0; b < size; ++b) count = count << 8 | raw[header_.big_endian ? b : size - 1 - b];
+    at_ += size;
+    return true;
+  }
+  bool skip(std::uintmax_t items, std::size_t size) {
+    const std::uintmax_t left = bytes_.size() - at_;
+    if (items > left / (header_.text ? 1 : size)) return false;
+    if (!header_.text) return at_ += static_cast<std::size_t>(items) * size, true;
+    std::string word;
+    for (std::uintmax_t k = 0; k < items; ++k)
+      if (!take_word(word)) return false;
+    return true;
+  }
+
+  std::string bytes_;
+  const Header& header_;
+  std::size_t at_ = 0;
+};
+
+}  // namespace
+
+void refuse_short_ply(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  const Header header = read_header(in);
+  if (!header.readable) return;
+  Body body({std::istreambuf_iterator<char>(in), {}}, header);
+  for (const Element& element : header.elements)
+    if (!body.holds(element))
+      throw std::runtime_error(file +
+                               ": is cut off: its header and lists ask for more than the file holds; export it again");
+}
+
+}  // namespace subsoil::app
