@@ -104,6 +104,18 @@ def words(**bed):
     return "soil.bed={" + ", ".join(f"{k}: {v}" for k, v in bed.items()) + "}"
 
 
+# The floor holds the bed: of steel it would let the whole narrow bed slide at mu times its weight, some 0.4 kN, and the end wall
+# would carry the rest of the draft. The bin of the pass weighs 979 kg and stays where it is.
+GRIP = """materials: {grip: {density: 7850 kg/m^3}}
+contacts:
+  - &soil {between: [soil, soil], law: wet, values: per-body, K_X: 10000 N/m, C_X: 20 N s/m, K_Y: 8000 N/m, C_Y: 20 N s/m, K_B: 7000 N/m,
+           dc: 2 mm, dB: 2 mm, mu: 0.5, mu_r: 0.3}
+  - &steel {<<: *soil, between: [soil, steel], K_X: 16000 N/m, K_Y: 12000 N/m, K_B: 3000 N/m}
+  - {<<: *steel, between: [soil, grip], mu: 5}
+soil: {container: {material: grip}}
+"""
+
+
 def lattice_bed(seed):
     """The printed lattice, its sites shifted at random by up to 1 mm, settled."""
     bed = words(**LATTICE, jitter=0.1, seed=seed, settle=REST)
@@ -116,7 +128,7 @@ def stiffness():
         for name, (changes, meaning) in STIFFNESS.items():
             sets = [c if isinstance(c, str) else f"contacts.{c[0]}.{c[1]}={PRINTED[c[0]][c[1]] * c[2]} N/m" for c in changes]
             runs.append(Run(f"{name}-{seed}", CONFIGS / "1s300-shovel.yaml", meaning,
-                            box(LENGTH, 0.33, 0.322) + [f"time.end={(LEVEL[1] + 0.06) / 0.5:g} s"] + sets, bed=lattice_bed(seed)))
+                            box(LENGTH, 0.33, 0.322) + [f"time.end={(LEVEL[1] + 0.06) / 0.5:g} s"] + sets, GRIP, lattice_bed(seed)))
     return runs
 
 
@@ -165,14 +177,14 @@ def spring(out):
     runs = []
     for seed in SEEDS:
         bed = lattice_bed(seed)
-        runs.append(Run(f"free-{seed}", rig, "spring free", towed, bed=bed))
+        runs.append(Run(f"free-{seed}", rig, "spring free", towed, GRIP, bed))
         runs.append(Run(f"locked-towed-{seed}", rig, "H9 welded at the angle it has when towed clear of soil", towed,
-                        text=locked(TOWED), bed=bed))
+                        GRIP + locked(TOWED), bed))
         if pose:
             runs.append(Run(f"locked-loaded-{seed}", rig, f"H9 welded at its mean angle under load, {pose[0]:.3f} rad", towed,
-                            text=locked(pose[0]), bed=bed))
+                            GRIP + locked(pose[0]), bed))
             runs.append(Run(f"driven-{seed}", shovel, "shovel alone on a straight path at its mean pose and height under load",
-                            soil + [f"time.end={(LEVEL[1] + 0.06) / 0.5:g} s"] + driven(pose[1], pose[2]), bed=bed))
+                            soil + [f"time.end={(LEVEL[1] + 0.06) / 0.5:g} s"] + driven(pose[1], pose[2]), GRIP, bed))
     return runs
 
 
