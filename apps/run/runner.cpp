@@ -12,6 +12,7 @@
 #include "apps/build/world.hpp"
 #include "apps/output/state_file.hpp"
 #include "apps/run/analysis.hpp"
+#include "apps/run/checkpoints.hpp"
 #include "apps/run/continuation.hpp"
 #include "apps/run/frames.hpp"
 #include "apps/run/live_line.hpp"
@@ -179,6 +180,10 @@ int resume(const std::filesystem::path& folder, const RunRequest& given) {
   if (!std::filesystem::exists(scenario))
     throw ScenarioError(folder.string() + ": holds no scenario.yaml, so no run to go on with; name the folder of one");
   if (has_ended(folder)) {
+    if (std::filesystem::exists(folder / "run.lock")) {  // cut off between its summary and its end
+      const FolderLock lock(folder);
+      Checkpoints(folder).remove();
+    }
     spdlog::info("{}: the run has reached its end", folder.string());
     return exit_ok;
   }

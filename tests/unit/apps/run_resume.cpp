@@ -200,6 +200,17 @@ TEST(FolderLock, KeepsASecondRunOut) {
   EXPECT_FALSE(std::filesystem::exists(dir / "out")) << "nothing was put into it";
 }
 
+/// Cut off between summary and end: the run is done, and its lock and checkpoints are tidied away.
+TEST(Resume, OfARunThatHasEndedTidiesWhatACutLeft) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(small_pass), dir / "out", {"time.end=4 ms"}), exit_ok);
+  write_file(dir / "out/run.lock", "");
+  write_file(dir / "out/checkpoint-0.002.h5", "");
+  EXPECT_EQ(resume(dir / "out", {}), exit_ok);
+  EXPECT_FALSE(std::filesystem::exists(dir / "out/run.lock"));
+  EXPECT_FALSE(std::filesystem::exists(dir / "out/checkpoint-0.002.h5"));
+}
+
 TEST(FolderLock, ForceLeavesNothingOfAnotherRun) {
   const RunDirectory dir;
   const std::string file = dir.scenario(small_pass);
