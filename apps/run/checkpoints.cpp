@@ -37,7 +37,10 @@ void Checkpoints::keep_two() {
 
 void Checkpoints::remove() const {
   std::error_code ignored;
-  for (const std::filesystem::path& file : checkpoints_in(folder_)) std::filesystem::remove(file, ignored);
+  std::vector<std::filesystem::path> all;  // with those that a kill left half written
+  for (const auto& entry : std::filesystem::directory_iterator(folder_, ignored))
+    if (entry.path().filename().string().starts_with("checkpoint-")) all.push_back(entry.path());
+  for (const std::filesystem::path& file : all) std::filesystem::remove(file, ignored);
 }
 
 }  // namespace subsoil::app

@@ -14,7 +14,7 @@ class Checkpoints {
   std::filesystem::path next(double time) const;
   /// To be called when it is written: takes away all but the two last.
   void keep_two();
-  void remove() const;
+  void remove() const;  ///< all of the folder, half written ones too
 
  private:
   using Clock = std::chrono::steady_clock;  // a clock on the wall may be set back

@@ -206,9 +206,11 @@ TEST(Resume, OfARunThatHasEndedTidiesWhatACutLeft) {
   ASSERT_EQ(run_scenario(dir.scenario(small_pass), dir / "out", {"time.end=4 ms"}), exit_ok);
   write_file(dir / "out/run.lock", "");
   write_file(dir / "out/checkpoint-0.002.h5", "");
+  write_file(dir / "out/checkpoint-0.003.h5.part", "");
   EXPECT_EQ(resume(dir / "out", {}), exit_ok);
   EXPECT_FALSE(std::filesystem::exists(dir / "out/run.lock"));
   EXPECT_FALSE(std::filesystem::exists(dir / "out/checkpoint-0.002.h5"));
+  EXPECT_FALSE(std::filesystem::exists(dir / "out/checkpoint-0.003.h5.part"));
 }
 
 TEST(FolderLock, ForceLeavesNothingOfAnotherRun) {
