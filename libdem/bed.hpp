@@ -91,7 +91,7 @@ class Bed {
   std::span<const Sphere> spheres() const;  ///< in the engine's own order
   /// Spheres that were added as fixed(spec), with what acted on them at t_n of the last step; in rising id.
   std::span<const FixedSphere> fixed_spheres() const;
-  std::size_t removed_count() const;        ///< fallen below the floor since the start
+  std::size_t removed_count() const;   ///< fallen below the floor since the start
   std::size_t touching_pairs() const;  ///< within the cutoff of their law, of each particle block when last sampled
 
   struct Request {

@@ -3,8 +3,8 @@
 #include <set>
 #include <string>
 
-#include "apps/scenario/load.hpp"
 #include "apps/scenario/known_keys.hpp"
+#include "apps/scenario/load.hpp"
 #include "libdem/laws/wet.hpp"
 #include "libmbd/joints/revolute.hpp"
 #include "libmbd/joints/translational.hpp"
