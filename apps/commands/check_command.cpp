@@ -6,6 +6,7 @@
 #include "apps/build/soil.hpp"
 #include "apps/build/world.hpp"
 #include "apps/commands/commands.hpp"
+#include "apps/commands/stopwatch.hpp"
 #include "apps/commands/trial.hpp"
 #include "apps/run/input_report.hpp"
 #include "apps/run/live_line.hpp"
@@ -16,9 +17,6 @@
 
 namespace subsoil::app {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
 
 std::string duration_text(double seconds) {
   return seconds < 60 ? fmt::format("{:.2g} s", seconds) : clock_text(seconds);

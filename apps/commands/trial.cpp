@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "apps/commands/stopwatch.hpp"
 #include "apps/output/csv.hpp"
 #include "apps/output/series_writer.hpp"
 #include "apps/run/columns.hpp"
@@ -32,9 +33,6 @@ struct ScratchFolder {
   ScratchFolder& operator=(const ScratchFolder&) = delete;
   std::filesystem::path path;
 };
-
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

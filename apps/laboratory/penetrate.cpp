@@ -10,7 +10,7 @@
 namespace subsoil::app {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr int sides = 32;
 constexpr int rows_of_penetration = 300;
 

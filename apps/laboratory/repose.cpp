@@ -13,7 +13,7 @@
 namespace subsoil::app {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr double cell = 1.5;  // diameters
 
 /// As many equal cells as go into a length, of 1.5 diameters or nearly so: a rest at the end would hold fewer grains

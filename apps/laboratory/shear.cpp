@@ -7,12 +7,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "apps/laboratory/degrees.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
 
 namespace subsoil::app {
 namespace {
 
-constexpr double degrees = 180 / std::numbers::pi;
 constexpr int rows_of_shear = 200;
 
 /// The halves of the box as they stand before the path is gone.

@@ -5,10 +5,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "apps/laboratory/degrees.hpp"
+
 namespace subsoil::app {
 namespace {
 
-constexpr double degrees = 180 / std::numbers::pi;
 constexpr long steps_of_row = 50;
 
 double middle_x(const Specimen& specimen) {

@@ -81,7 +81,11 @@ std::optional<PhysicsWatch::Finding> PhysicsWatch::step(const World& world, doub
 
 std::optional<PhysicsWatch::Finding> PhysicsWatch::walls(const World& world) {
   if (said_outside_) return std::nullopt;
-  const std::size_t count = beyond_walls(s_, world);
+  if (!s_.soil || !s_.soil->container) return std::nullopt;
+  Faces closed;
+  for (std::size_t f = 0; f < closed.size(); ++f)
+    closed[f] = !s_.soil->container->open[f] && !s_.soil->container->open_after_settling[f];
+  const std::size_t count = beyond(closed, s_, world);
   if (count == 0) return std::nullopt;
   said_outside_ = true;
   return Finding{
@@ -104,17 +108,15 @@ std::vector<PhysicsWatch::Finding> PhysicsWatch::look(const World& world, const 
   return found;
 }
 
-std::size_t beyond_walls(const Scenario& scenario, const World& world) {
+std::size_t beyond(const Faces& faces, const Scenario& scenario, const World& world) {
   if (!scenario.soil || !scenario.soil->container) return 0;
   const Container& c = *scenario.soil->container;
-  const auto closed = [&](std::size_t face) { return !c.open[face] && !c.open_after_settling[face]; };
-  const bool wall[6] = {closed(0), closed(1), closed(2), closed(3), closed(4), closed(5)};
   const Vec3 corner = c.at + Vec3{0, world.container_shift, 0};
   std::size_t count = 0;
   for (const dem::Sphere& p : world.bed->spheres()) {
     const Vec3 d = p.x - corner;
-    count += (wall[0] && d.x < 0) || (wall[1] && d.x > c.size.x) || (wall[2] && d.y < 0) ||
-             (wall[3] && d.y > c.size.y) || (wall[4] && d.z < 0) || (wall[5] && d.z > c.size.z);
+    count += (faces[0] && d.x < 0) || (faces[1] && d.x > c.size.x) || (faces[2] && d.y < 0) ||
+             (faces[3] && d.y > c.size.y) || (faces[4] && d.z < 0) || (faces[5] && d.z > c.size.z);
   }
   return count;
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "apps/run/physics_watch.hpp"
 #include "apps/run/process.hpp"
 #include "apps/version.hpp"
 
@@ -59,17 +60,6 @@ void write_energy(Summary& summary, const EnergyStart& start, const World& world
 }
 
 namespace {
-
-std::size_t outside(const Scenario& scenario, const World& world) {
-  if (!scenario.soil || !scenario.soil->container) return 0;
-  const Container& c = *scenario.soil->container;
-  std::size_t count = 0;
-  for (const dem::Sphere& p : world.bed->spheres()) {
-    const Vec3 d = p.x - (c.at + Vec3{0, world.container_shift, 0});
-    if (d.x < 0 || d.x > c.size.x || d.z < 0 || d.z > c.size.z || d.y < 0) ++count;
-  }
-  return count;
-}
 
 void write_bonds(Summary& summary, const World& world) {
   const dem::BondCount n = world.bed->bonds();
@@ -130,7 +120,8 @@ void write_run_section(Summary& summary, const RunFacts& facts, const Scenario& 
   b["settled for [s]"] = world.soil.settled_for;
   b["carved for the machine"] = world.soil.carved;
   b["fallen out and removed"] = world.bed->removed_count();
-  b["outside the container at the end"] = outside(scenario, world);
+  b["outside the container at the end"] =
+      beyond({true, true, true, false, true, true}, scenario, world);  // over the rim and through an open side too
   if (world.bed->has_bonding_laws()) write_bonds(summary, world);
 }
 

@@ -13,7 +13,7 @@ constexpr std::size_t kBoundaryNumbers = 14, kScalars = 9;
 void put(std::vector<double>& out, const Vec3& v) { out.insert(out.end(), {v.x, v.y, v.z}); }
 
 /// Reads numbers in the order they were put.
-struct StateReader {
+struct RecordReader {
   const double* at;
   double number() { return *at++; }
   Vec3 vector() {
@@ -46,7 +46,7 @@ void Bed::Impl::restore_bonding(const State& in) {
   if (in.bonding.size() != 5 + bonds.formed.size())
     throw std::invalid_argument(
         "restart: the state has other bonds than the scenario; use the scenario it was written from");
-  StateReader read{in.bonding.data()};
+  RecordReader read{in.bonding.data()};
   const auto count = [&] { return static_cast<std::size_t>(read.number()); };
   bonds.may_form = read.number() > 0;
   BondCount& n = bonds.count;
@@ -58,7 +58,7 @@ void Bed::Impl::restore_bonding(const State& in) {
           "restart: the state has bonds of a law that has none in the scenario; use the scenario it was written from");
   }
   for (std::size_t k = 0; k < in.broken_ids.size() / 2; ++k) {
-    StateReader event{in.broken.data() + 6 * k};
+    RecordReader event{in.broken.data() + 6 * k};
     BrokenBond b;
     for (std::size_t d = 0; d < 2; ++d) b.ids[d] = static_cast<std::uint32_t>(in.broken_ids[2 * k + d]);
     b.time = event.number(), b.position = event.vector();
@@ -134,7 +134,7 @@ void Bed::restore(const State& in) {
   d.particles.clear();
   std::map<std::uint32_t, std::uint32_t> index;
   for (std::size_t k = 0; k < count; ++k) {
-    StateReader read{in.spheres.data() + 11 * k};
+    RecordReader read{in.spheres.data() + 11 * k};
     Sphere s{};
     s.x = read.vector(), s.v = read.vector(), s.w = read.vector();
     s.r = read.number(), s.m = read.number();
@@ -169,14 +169,14 @@ void Bed::restore(const State& in) {
       throw std::invalid_argument(
           "restart: a contact of the state names a surface that is not there; the file is "
           "damaged");
-    StateReader read{in.surfaces.data() + (3 + kPairRecord) * k};
+    RecordReader read{in.surfaces.data() + (3 + kPairRecord) * k};
     SurfaceHistory c{
         place(in.surface_ids[2 * k]), static_cast<std::uint32_t>(in.surface_ids[2 * k + 1]), read.vector(), {}};
     c.state = pair_state_of(read.at);
     d.surfaces.waiting.push_back(c);
   }
 
-  StateReader read{in.scalars.data()};
+  RecordReader read{in.scalars.data()};
   d.now.time = read.number(), d.now.dt_before = read.number();
   d.now.steps = static_cast<long>(read.number());
   d.now.fallen = static_cast<std::size_t>(read.number());
