@@ -62,7 +62,7 @@ void FixedSpheres::add_work(double elapsed) {
   for (const FixedSphere& f : spheres_) {
     const Before* const b = before(f.id);
     if (elapsed > 0 && b != nullptr)
-      work_ -= 0.5 * elapsed * (dot(f.force + b->force, f.velocity) + dot(f.torque + b->torque, f.spin));
+      work_ -= 0.5 * elapsed * (dot(f.force + b->force, f.velocity) + dot(f.torque + b->torque, f.angular_velocity));
     now.push_back({f.id, f.force, f.torque});
   }
   before_ = std::move(now);

@@ -359,7 +359,7 @@ class Sweep {
     for (const FixedSpheres::Place& p : bed_.fixed.of_block(own_)) {
       FixedSphere& f = bed_.fixed.entry(p);
       const Sphere s = bed_.particles.now(p.sphere);
-      f.position = s.x, f.velocity = s.v, f.spin = s.w;
+      f.position = s.x, f.velocity = s.v, f.angular_velocity = s.w;
       at(p.sphere, [&](const auto& sum) { f.force = vector_of(sum.f), f.torque = vector_of(sum.t); });
     }
   }
@@ -368,7 +368,7 @@ class Sweep {
     for (const FixedSpheres::Place& p : bed_.fixed.of_block(own_)) {
       const FixedSphere& f = bed_.fixed.entry(p);
       Sphere& s = bed_.particles.spheres()[p.sphere];
-      s.x = f.position + dt_ * f.velocity, s.v = f.velocity, s.w = f.spin;
+      s.x = f.position + dt_ * f.velocity, s.v = f.velocity, s.w = f.angular_velocity;
       if (bed_.particles.is_mixed()) bed_.particles.mixed()[p.sphere] = rounded(s);
     }
     job.speed2 = job.squares = 0;
