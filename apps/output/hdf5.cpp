@@ -339,6 +339,15 @@ double number_attribute(hid_t object, const char* name) {
   return value;
 }
 
+std::optional<std::int64_t> whole_attribute(hid_t parent, const std::string& dataset, const char* name) {
+  const Handle set(H5Dopen2(parent, dataset.c_str(), H5P_DEFAULT), H5Dclose, "opening dataset " + dataset);
+  if (H5Aexists(set, name) <= 0) return std::nullopt;
+  const Handle attribute = open_scalar_attribute(set, name);
+  std::int64_t value = 0;
+  checked(H5Aread(attribute, H5T_NATIVE_INT64, &value), std::string("reading attribute ") + name);
+  return value;
+}
+
 void flush(hid_t file) {
   const std::shared_ptr<WriteStatus> status = status_of(file);
   const std::int64_t flushed = H5Fflush(file, H5F_SCOPE_GLOBAL);

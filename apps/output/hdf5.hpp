@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -78,6 +79,8 @@ void set_attribute(hid_t object, const char* name, const std::string& text);
 void set_attribute(hid_t object, const char* name, double value);
 void set_attribute(hid_t object, const char* name, std::int64_t value);
 double number_attribute(hid_t object, const char* name);
+/// A whole number kept with a dataset; none if there is none.
+std::optional<std::int64_t> whole_attribute(hid_t parent, const std::string& dataset, const char* name);
 
 /// Hands everything written so far to the system, where a kill of this process cannot reach it.
 void flush(hid_t file);

@@ -174,16 +174,4 @@ void link_external(hid_t file, const std::string& name, const std::string& targe
           "naming " + name);
 }
 
-std::optional<std::int64_t> whole_attribute(hid_t parent, const std::string& dataset, const char* name) {
-  const Handle set(H5Dopen2(parent, dataset.c_str(), H5P_DEFAULT), H5Dclose, "opening dataset " + dataset);
-  if (H5Aexists(set, name) <= 0) return std::nullopt;
-  const Handle attribute(H5Aopen(set, name, H5P_DEFAULT), H5Aclose, std::string("opening attribute ") + name);
-  const Handle space(H5Aget_space(attribute), H5Sclose, std::string("shape of attribute ") + name);
-  if (H5Sget_simple_extent_npoints(space) != 1)
-    throw std::runtime_error(std::string("HDF5: attribute ") + name + " is no single number: the file is damaged");
-  std::int64_t value = 0;
-  checked(H5Aread(attribute, H5T_NATIVE_INT64, &value), std::string("reading attribute ") + name);
-  return value;
-}
-
 }  // namespace subsoil::app::h5

@@ -2,7 +2,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "apps/output/hdf5.hpp"
@@ -32,7 +31,5 @@ void close_file(Handle& file);
 
 /// Makes `name` lead to an object of another file, whose path is relative to this one's folder.
 void link_external(hid_t file, const std::string& name, const std::string& target_file, const std::string& target);
-/// A whole number kept with a dataset; none if there is none.
-std::optional<std::int64_t> whole_attribute(hid_t parent, const std::string& dataset, const char* name);
 
 }  // namespace subsoil::app::h5

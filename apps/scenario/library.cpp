@@ -67,7 +67,7 @@ std::optional<std::string> wish_of(const Node& value) {
 }
 
 /// A material of the scenario that the library has.
-struct Taken {
+struct TakenMaterial {
   std::string name;
   const LibraryMaterial* material;
   Place place;
@@ -101,7 +101,7 @@ bool has_pair(const Node& contacts, const std::string& a, const std::string& b) 
   });
 }
 
-void add_pair(Node& contacts, const Taken& soil, const std::string& other, const Node& changes) {
+void add_pair(Node& contacts, const TakenMaterial& soil, const std::string& other, const Node& changes) {
   if (has_pair(contacts, soil.name, other)) return;
   Node contact = Node::mapping();
   Node between = Node::list(true);
@@ -118,10 +118,10 @@ void add_pair(Node& contacts, const Taken& soil, const std::string& other, const
 }
 
 /// Soil with itself and with steel. Two different soils have no law of a source.
-void add_contacts(Node& contacts, const std::vector<Taken>& taken) {
-  for (const Taken& soil : taken) {
+void add_contacts(Node& contacts, const std::vector<TakenMaterial>& taken) {
+  for (const TakenMaterial& soil : taken) {
     if (!soil.material->is_soil()) continue;
-    for (const Taken& other : taken)
+    for (const TakenMaterial& other : taken)
       if (other.material == soil.material)
         add_pair(contacts, soil, other.name, {});
       else if (!other.material->is_soil())
@@ -149,7 +149,7 @@ const LibraryMaterial& library_material(std::string_view name) {
 void take_from_library(Node& scenario, Problems& problems) {
   Node::Entry* const materials = scenario.find("materials");
   if (materials == nullptr) return;
-  std::vector<Taken> taken;
+  std::vector<TakenMaterial> taken;
   for (Node::Entry& e : materials->value.entries) {
     const std::optional<std::string> wish = wish_of(e.value);
     if (!wish) continue;
