@@ -523,6 +523,8 @@ void SoilBuilder::finish() {
         world_.soil.layers.emplace_back(this->bed().layers[k].material, layers[layers.size() - 1 - k]);
     }
   }
+  // Before box and bed move together to the datum, so that a run with this container finds the bed on its floor.
+  if (has_bed() && has_spheres && options_.settle && options_.place_soil && !world_.soil.stopped) save();
   if (soil.surface && has_spheres && options_.place_soil) {
     world_.container_shift = *soil.surface - world_.soil.surface_mean;
     const Vec3 up{0, world_.container_shift, 0};
@@ -536,7 +538,6 @@ void SoilBuilder::finish() {
     world_.soil.surface_mean = *soil.surface;
     for (auto& [name, layer] : world_.soil.layers) layer.top += world_.container_shift;
   }
-  if (has_bed() && has_spheres && options_.settle && options_.place_soil && !world_.soil.stopped) save();
   if (soil.container) {
     for (int f = 0; f < 6; ++f)
       if (soil.container->open_after_settling[static_cast<std::size_t>(f)] && wall_[static_cast<std::size_t>(f)] >= 0)

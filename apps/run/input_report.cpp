@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "apps/build/laws.hpp"
 #include "apps/scenario/library.hpp"
@@ -61,6 +62,31 @@ void look_at_container(const Loaded& loaded, const World& world, Texts& out) {
                     loaded.where("soil.container.size"), volume / layer, size.x, size.z));
 }
 
+/// A bed that hangs above its floor or did not come to rest falls in the run, and a tool meets other soil than was
+/// meant.
+void look_at_rest(const Loaded& loaded, const World& world, Texts& out) {
+  const Scenario& s = loaded.scenario;
+  if (!s.soil || !s.soil->bed || world.bed->spheres().empty()) return;
+  double lowest = std::numeric_limits<double>::infinity(), radius = 0;
+  for (const dem::Sphere& one : world.bed->spheres())
+    lowest = std::min(lowest, one.x.y - one.r), radius = std::max(radius, one.r);
+  const bool open_below = s.soil->container && s.soil->container->open[2];
+  if (s.soil->container && !open_below && s.soil->bed->fill == Fill::file) {
+    const double gap = lowest - s.soil->container->at.y - world.container_shift;
+    if (gap > radius)
+      out.push_back(fmt::format(
+          "{}: this bed hangs {:.3g} mm above the container's floor and falls on it; put `soil.container.at` "
+          "where the bed was saved",
+          loaded.where("soil.bed.file"), gap * 1e3));
+  }
+  const double gravity = dem::norm(s.gravity), rest = std::sqrt(0.2 * gravity * radius);
+  if (world.soil.settled_for > 0 && !world.soil.stopped && gravity > 0 && world.soil.rms_speed > rest)
+    out.push_back(
+        fmt::format("{}: the bed is not at rest when the run begins: rms speed {:.3g} m/s, above {:.3g} m/s, "
+                    "that of a fall by a tenth of a radius; let it settle longer",
+                    loaded.where("soil.bed.settle"), world.soil.rms_speed, rest));
+}
+
 /// Names of the scenario's materials with those of the library that they are.
 std::vector<std::pair<std::string, std::string>> library_names(const std::string& file, const Texts& sets) {
   Problems problems;
@@ -99,6 +125,7 @@ std::vector<std::string> input_warnings(const Loaded& loaded, const World& world
   if (!world.bed) return out;
   look_at_densities(loaded, out);
   look_at_container(loaded, world, out);
+  look_at_rest(loaded, world, out);
   look_at_library(loaded, world, file, sets, out);
   return out;
 }

@@ -1,9 +1,10 @@
 #include "apps/build/world.hpp"
+#include "apps/run/input_report.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Beds that are read from a file: what the bed becomes, and what is refused with its place.
-namespace subsoil::app {
+namespace subsoil::app::run_bed_file {
 namespace {
 
 using namespace test;
@@ -68,6 +69,35 @@ TEST_F(FromTable, ASavedBedKeepsItsNumbersAndEveryBit) {
       }
 }
 
+/// A bed that moved to a datum with its box is kept where it lay in the box as given: taken up again with the same
+/// datum it lies on the floor at the same height, and does not hang above it by the shift.
+TEST_F(FromTable, ABedMovedToADatumIsKeptWhereItLayInItsBox) {
+  table("x [m],y [m],z [m],radius [m]\n0.2,0.01,0.5,0.01\n0.8,0.02,0.5,0.02\n");
+  const std::string kept = (dir / "kept.h5").string();
+  const World first = world({"soil.surface=0.5 m", "soil.bed.save=" + kept});
+  const World second = world({"soil.surface=0.5 m", "soil.bed.file=" + kept});
+  ASSERT_NE(first.container_shift, 0.0);
+  EXPECT_EQ(second.container_shift, first.container_shift);
+  for (const World* w : {&first, &second})
+    for (const dem::Sphere& s : w->bed->spheres())
+      EXPECT_NEAR(s.x.y - s.r, w->container_shift, 1e-15) << "on the floor, which is shifted from y = 0";
+  const World plain = world({"soil.bed.file=" + kept});
+  for (const dem::Sphere& s : plain.bed->spheres()) EXPECT_NEAR(s.x.y, s.r, 1e-15);
+}
+
+TEST_F(FromTable, ABedThatHangsAboveItsFloorIsWarnedOf) {
+  const auto warnings = [&](const std::string& height) {
+    table("x [m],y [m],z [m],radius [m]\n0.2," + height + ",0.5,0.01\n");
+    const Loaded loaded = load_scenario(dir.scenario(from_table), {});
+    const World w = build_world(loaded, {.threads = 1, .restored = {}, .progress = {}});
+    std::string all;
+    for (const std::string& text : input_warnings(loaded, w, dir.scenario(from_table), {})) all += text + "\n";
+    return all;
+  };
+  EXPECT_NE(warnings("0.06").find("hangs 50 mm above the container's floor"), std::string::npos) << warnings("0.06");
+  EXPECT_EQ(warnings("0.0199").find("hangs"), std::string::npos);
+}
+
 TEST_F(FromTable, RefusalsNameScenarioFileAndCure) {
   const auto expect = [&](const std::string& text, const std::vector<std::string>& parts) {
     table(text);
@@ -107,4 +137,4 @@ output: {state: none}
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::run_bed_file
