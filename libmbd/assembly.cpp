@@ -10,9 +10,6 @@ namespace subsoil::mbd {
 
 namespace {
 
-// A singular value below this share of the largest counts as zero. Rounding leaves 1e-15; the closest call of an
-// honest machine (a nearly stretched toggle) stays above 1e-6.
-constexpr double rank_share = 1e-9;
 constexpr int most_iterations = 200;
 
 std::string number(double value) {

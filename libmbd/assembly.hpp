@@ -8,6 +8,10 @@
 
 namespace subsoil::mbd {
 
+/// A singular value or pivot below this share of the largest counts as zero. Rounding leaves 1e-15; the closest call of
+/// an honest machine (a nearly stretched toggle) stays above 1e-6.
+inline constexpr double rank_share = 1e-9;
+
 /// What assembly found out about a machine.
 struct AssemblyReport {
   int equations = 0;

@@ -10,7 +10,6 @@ namespace subsoil::mbd {
 
 namespace {
 
-constexpr double rank_share = 1e-9;
 constexpr double pivot_share = 0.2;
 
 /// Number of joints between each body and the ground (or the first body of a part that hangs on nothing).

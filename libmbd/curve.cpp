@@ -10,7 +10,7 @@
 namespace subsoil::mbd {
 
 namespace {
-constexpr double two_pi = 2 * std::numbers::pi;
+constexpr double full_turn = 2 * std::numbers::pi;
 constexpr int samples_per_interval = 8;
 }  // namespace
 
@@ -21,12 +21,12 @@ Curve Curve::polar(const std::vector<double>& angles, const std::vector<double>&
       throw std::invalid_argument("the profile's radii must be above 0 m; take a centre inside the profile");
   if (u.size() < 3) throw std::invalid_argument("a profile needs at least three points");
   const double turn = u.back() - u.front();
-  if (turn > two_pi * (1 + 1e-9))
+  if (turn > full_turn * (1 + 1e-9))
     throw std::invalid_argument("the profile's angles span " + std::to_string(turn) +
                                 " rad; one turn (360 deg) is the most that a radius over the angle can say");
-  if (closed && turn < two_pi * (1 - 1e-9)) u.push_back(u.front() + two_pi), rho.push_back(rho.front());
+  if (closed && turn < full_turn * (1 - 1e-9)) u.push_back(u.front() + full_turn), rho.push_back(rho.front());
   const auto ends = closed ? CubicSpline::Ends::periodic : CubicSpline::Ends::natural;
-  if (closed) u.back() = u.front() + two_pi;
+  if (closed) u.back() = u.front() + full_turn;
   return {CubicSpline(std::move(u), std::move(rho), ends, "angles"), {}, true, closed};
 }
 

@@ -2,15 +2,16 @@
 """Builds and tests: the gate that every change passes, the daily suite, or everything. The last line is the number of
 test cases: `N passed, N failed`; any failure makes the exit code 1.
 
-  scripts/test              the gate: builds, runs every test case, and unit tests under the address and
-                            undefined-behaviour sanitizers: of one library in turn and of those that the change touches
+  scripts/test              the gate: builds, runs every short test case, of the long ones a third in turn and those that
+                            the change touches, and unit tests under the address and undefined-behaviour sanitizers:
+                            of one library in turn and of those that the change touches
   scripts/test --quick      the daily suite: builds, runs all but the cases that take a second or more (`long`)
   scripts/test --all        every test case, and all unit tests under the sanitizers with all kernels of this machine
   scripts/test -R PATTERN   only cases whose name has PATTERN (`Heaps`, `Search.Misses*`, `*/4`), no sanitizers
 
-Turns: libdem, libmbd, coupling by the number of commits modulo 3 (`git rev-list --count HEAD`; without git or in a shallow
-clone, by the day), so three commits in a row sanitize all three. A change touches files that differ from the merge base
-with main (on main itself: from the commit before) or are not committed.
+Turns: by the number of commits modulo 3 (`git rev-list --count HEAD`; without git or in a shallow clone, by the day), so
+three commits in a row sanitize libdem, libmbd and coupling and run every long case. A change touches files that differ from
+the merge base with main (on main itself: from the commit before) or are not committed; TOUCHED says which long cases it wakes.
 Which cases are long: tests/CMakeLists.txt. Packages that are missing are installed first, by scripts/setup."""
 import argparse
 import json
@@ -25,6 +26,17 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 # Libraries whose unit tests the gate runs under the sanitizers: those that lay out memory by hand and work on it in
 # parallel. `apps`, which has more to compile than all others, is sanitized by --all.
 SANITIZED = ["libdem", "libmbd", "coupling"]
+# Long cases that a change wakes whatever their turn: executable of the cases -> folders that they are about.
+TOUCHED = {
+    "unit_libdem": ("libdem/", "tests/unit/libdem/", "tests/tools/"),
+    "unit_apps": ("apps/run/", "apps/laboratory/", "tests/unit/apps/"),
+    "unit_studies": ("apps/output/", "scripts/abuse", "tests/unit/studies/"),
+    "verification_mechanisms": ("libmbd/", "tests/verification/mechanisms/"),
+    "verification_particles": ("libdem/laws/", "tests/verification/particles/"),
+    "properties": ("libdem/", "tests/properties/"),
+    "regression": ("coupling/", "tests/regression/"),
+    "verification_scenarios": ("coupling/", "configs/1s300", "configs/parts/", "tests/verification/scenarios/"),
+}
 # The portable kernel alone in the gate: of wider sets the sanitizer sees plain loads and stores only, no gather.
 SANITIZED_SETS, ALL_SANITIZED_SETS = "portable", "native"
 
@@ -174,6 +186,19 @@ def sanitized(changed, number):
             if one == turn or any(file.startswith((one + "/", f"tests/unit/{one}/")) for file in changed)]
 
 
+def in_turn(tests, changed, number):
+    """The short cases, the long ones whose turn it is, and those that the change wakes."""
+    def woken(test):
+        folders = [TOUCHED.get(label) for label in test["labels"] if label != "long"]
+        if None in folders:
+            fail(f"TOUCHED of scripts/run_tests.py does not say which folders {test['name']} is about")
+        return any(file.startswith(tuple(named)) for named in folders for file in changed)
+
+    long = [test for test in tests if "long" in test["labels"]]
+    turn = {test["name"]: k % 3 for k, test in enumerate(sorted(long, key=lambda test: test["name"]))}
+    return [test for test in tests if test["name"] not in turn or turn[test["name"]] == number % 3 or woken(test)]
+
+
 def options():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     group = parser.add_mutually_exclusive_group()
@@ -190,8 +215,12 @@ def main():
     if built and o.R:
         session.run_pattern(o.R)
     elif built:
-        tests = [test for test in listed("release") if "quick" in test["labels"] or not o.quick]
-        session.say(f"release: {'the quick' if o.quick else 'all'} test cases")
+        known = listed("release")
+        if o.quick:
+            tests = [test for test in known if "quick" in test["labels"]]
+        else:
+            tests = known if o.all else in_turn(known, changed_files(), commit_number())
+        session.say(f"release: {len(tests)} of {len(known)} groups of test cases")
         session.run("release", tests)
     if o.all:
         session.sanitize([*SANITIZED, "apps"], ALL_SANITIZED_SETS)

@@ -89,9 +89,11 @@ STIFFNESS = {
 }
 PRINTED = {"soil-soil": {"K_X": 10000, "K_Y": 8000, "K_B": 7000}, "soil-steel": {"K_X": 16000, "K_Y": 12000, "K_B": 3000}}
 # Where the printed lattice settled, 0.18 m deep, is worked: the draft is level once the tip is 0.4 m in, and the soil ahead of it
-# is out of the end wall's reach until it is 0.26 m from it. Sides stand 9 mm from the lattice, as in the slice.
+# is out of the end wall's reach until it is 0.40 m from it. The sides stand 0.28 m from the shovel's plane, one and a half times its
+# depth, and 9 mm from the lattice, as in the slice: 0.16 m away they took part from 0.4 m of travel on.
 LEVEL = (0.40, 0.65)
-LENGTH = LEVEL[1] + 0.26
+LENGTH = LEVEL[1] + 0.40
+WIDTH = 26 * 0.0202 + 0.0392
 LATTICE = {"fill": "lattice", "material": "soil", "radius": "10 mm", "pitch": "20.2 mm", "depth": "0.324 m"}
 REST = "{until: 10 mm/s, at most: 10 s, stages: no}"
 
@@ -117,9 +119,10 @@ soil: {container: {material: grip}}
 
 
 def lattice_bed(seed):
-    """The printed lattice, its sites shifted at random by up to 1 mm, settled."""
+    """The printed lattice, its sites shifted at random by up to 1 mm, settled; saved where it lies in the box, since the runs
+    that take it move box and bed together until its surface is at y = 0."""
     bed = words(**LATTICE, jitter=0.1, seed=seed, settle=REST)
-    return Run(f"bed-{seed}", CONFIGS / "1s300-shovel.yaml", "", box(LENGTH, 0.33, 0.322) + [bed])
+    return Run(f"bed-{seed}", CONFIGS / "1s300-shovel.yaml", "", box(LENGTH, 0.33, WIDTH) + [bed], "soil: {surface: }\n")
 
 
 def stiffness():
@@ -128,7 +131,7 @@ def stiffness():
         for name, (changes, meaning) in STIFFNESS.items():
             sets = [c if isinstance(c, str) else f"contacts.{c[0]}.{c[1]}={PRINTED[c[0]][c[1]] * c[2]} N/m" for c in changes]
             runs.append(Run(f"{name}-{seed}", CONFIGS / "1s300-shovel.yaml", meaning,
-                            box(LENGTH, 0.33, 0.322) + [f"time.end={(LEVEL[1] + 0.06) / 0.5:g} s"] + sets, GRIP, lattice_bed(seed)))
+                            box(LENGTH, 0.33, WIDTH) + [f"time.end={(LEVEL[1] + 0.06) / 0.5:g} s"] + sets, GRIP, lattice_bed(seed)))
     return runs
 
 
@@ -171,7 +174,7 @@ TOWED = -0.05058  # shovel against frame where the rig is towed clear of soil
 def spring(out):
     rig = CONFIGS / "1s300-towed-random.yaml"
     shovel = CONFIGS / "1s300-shovel.yaml"
-    soil = box(LENGTH, 0.33, 0.322)
+    soil = box(LENGTH, 0.33, WIDTH)
     towed = soil + [f"time.end={(LEVEL[1] + 0.06) / 0.5 + 0.2:g} s"]
     pose = loaded_pose(out)
     runs = []
@@ -204,12 +207,14 @@ def execute(arguments, run):
     if done(out, run):
         return
     scenario, sets = run.base, list(run.sets)
+    if run.text:
+        scenario = out / f"{run.name}.yaml"
+        scenario.write_text(f"include: {run.base}\n{run.text}")
     if run.bed:
         file = out / f"{run.bed.name}.h5"
         if not file.exists():
-            execute(arguments, Run(run.bed.name, run.bed.base, "", run.bed.sets + ["time.end=1 ms", f"soil.bed.save={file}"]))
-        scenario = out / f"{run.name}.yaml"
-        scenario.write_text(f"include: {run.base}\n{run.text}")
+            sets_of_bed = run.bed.sets + ["time.end=1 ms", f"soil.bed.save={file}"]
+            execute(arguments, Run(run.bed.name, run.bed.base, "", sets_of_bed, run.bed.text))
         sets.append(f"soil.bed={{fill: file, material: soil, file: {file}, settle: {{for: 20 ms}}}}")
     command = [arguments.program, "run", str(scenario), "--out", str(out / run.name), "--force", "--threads", "1"]
     for s in sets:

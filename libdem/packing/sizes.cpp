@@ -28,38 +28,39 @@ struct Overload : F... {
   using F::operator()...;
 };
 
-[[noreturn]] void refuse(const std::string& what) { throw std::invalid_argument("radius of the bed: " + what); }
+[[noreturn]] void refuse_radius(const std::string& what) { throw std::invalid_argument("radius of the bed: " + what); }
 
 void require_range(double least, double largest) {
-  if (!(least > 0)) refuse("the least radius is " + std::to_string(least) + " m; it must be positive");
+  if (!(least > 0)) refuse_radius("the least radius is " + std::to_string(least) + " m; it must be positive");
   if (!(largest >= least) || !std::isfinite(largest))
-    refuse("the largest radius must be finite and not below the least");
+    refuse_radius("the largest radius must be finite and not below the least");
 }
 
 void check(const RadiusDistribution& sizes) {
-  std::visit(Overload{[](const EqualRadius& d) { require_range(d.radius, d.radius); },
-                      [](const UniformRadius& d) { require_range(d.least, d.largest); },
-                      [](const NormalRadius& d) {
-                        require_range(d.least, d.largest);
-                        if (!(d.deviation >= 0)) refuse("the deviation must not be negative");
-                        // Drawing again ends only when the range holds a fair share of the distribution.
-                        if (!(d.mean + 3 * d.deviation >= d.least && d.mean - 3 * d.deviation <= d.largest) ||
-                            (d.deviation == 0 && !(d.mean >= d.least && d.mean <= d.largest)) ||
-                            d.largest - d.least < 1e-3 * d.deviation)
-                          refuse("the range from least to largest must hold part of the normal distribution; widen it");
-                      },
-                      [](const TableRadius& d) {
-                        if (d.radius.empty() || d.radius.size() != d.share.size())
-                          refuse("a table needs as many shares as radii, and at least one");
-                        double sum = 0;
-                        for (std::size_t i = 0; i < d.radius.size(); ++i) {
-                          require_range(d.radius[i], d.radius[i]);
-                          if (!(d.share[i] >= 0)) refuse("shares must not be negative");
-                          sum += d.share[i];
-                        }
-                        if (!(sum > 0) || !std::isfinite(sum)) refuse("the shares of a table must have a positive sum");
-                      }},
-             sizes);
+  std::visit(
+      Overload{[](const EqualRadius& d) { require_range(d.radius, d.radius); },
+               [](const UniformRadius& d) { require_range(d.least, d.largest); },
+               [](const NormalRadius& d) {
+                 require_range(d.least, d.largest);
+                 if (!(d.deviation >= 0)) refuse_radius("the deviation must not be negative");
+                 // Drawing again ends only when the range holds a fair share of the distribution.
+                 if (!(d.mean + 3 * d.deviation >= d.least && d.mean - 3 * d.deviation <= d.largest) ||
+                     (d.deviation == 0 && !(d.mean >= d.least && d.mean <= d.largest)) ||
+                     d.largest - d.least < 1e-3 * d.deviation)
+                   refuse_radius("the range from least to largest must hold part of the normal distribution; widen it");
+               },
+               [](const TableRadius& d) {
+                 if (d.radius.empty() || d.radius.size() != d.share.size())
+                   refuse_radius("a table needs as many shares as radii, and at least one");
+                 double sum = 0;
+                 for (std::size_t i = 0; i < d.radius.size(); ++i) {
+                   require_range(d.radius[i], d.radius[i]);
+                   if (!(d.share[i] >= 0)) refuse_radius("shares must not be negative");
+                   sum += d.share[i];
+                 }
+                 if (!(sum > 0) || !std::isfinite(sum)) refuse_radius("the shares of a table must have a positive sum");
+               }},
+      sizes);
 }
 
 }  // namespace

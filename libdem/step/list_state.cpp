@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "libdem/step/bed_impl.hpp"
+#include "libdem/step/state_numbers.hpp"
 
 /// How far the lists had come when a bed was saved. Order of sums, and so the last bits, follow the lists; these follow
 /// from where spheres and boundaries were when they were built. So a restart builds them from there, puts the spheres
@@ -14,26 +15,10 @@
 namespace subsoil::dem {
 namespace {
 
-/// Reads numbers one after the other; throws for a state that is too short.
-struct ListReader {
-  std::span<const double> from;
-  std::size_t at = 0;
-  double operator()() {
-    if (at == from.size())
-      throw std::invalid_argument("restart: the state of the neighbour lists ends too early; the file is damaged");
-    return from[at++];
-  }
-  Vec3 vector() {
-    const double x = (*this)(), y = (*this)(), z = (*this)();
-    return {x, y, z};
-  }
-};
-
-void put(std::vector<double>& out, const Vec3& v) { out.insert(out.end(), {v.x, v.y, v.z}); }
 void put(std::vector<double>& out, const Losses& l) {
   out.insert(out.end(), {l.damping, l.sliding, l.rolling, l.breaking});
 }
-Losses losses(ListReader& next) {
+Losses losses(StateReader& next) {
   Losses l;
   l.damping = next(), l.sliding = next(), l.rolling = next(), l.breaking = next();
   return l;
@@ -74,7 +59,7 @@ void Bed::Impl::save_lists(std::vector<double>& to) const {
 }
 
 void Bed::Impl::restore_lists(std::span<const double> from) {
-  ListReader next{from};
+  StateReader next{from};
   if (from.size() == 1) {
     now.rebuilds = static_cast<long>(next());
     return;

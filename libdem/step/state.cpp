@@ -2,6 +2,7 @@
 #include <map>
 
 #include "libdem/step/bed_impl.hpp"
+#include "libdem/step/state_numbers.hpp"
 
 /// Full state of a bed for a restart. Histories travel by sphere ids, so the lists may be built anew in any order; how
 /// far they had come stands beside (list_state.cpp).
@@ -9,19 +10,6 @@ namespace subsoil::dem {
 namespace {
 
 constexpr std::size_t kBoundaryNumbers = 14, kScalars = 9;
-
-void put(std::vector<double>& out, const Vec3& v) { out.insert(out.end(), {v.x, v.y, v.z}); }
-
-/// Reads numbers in the order they were put.
-struct RecordReader {
-  const double* at;
-  double number() { return *at++; }
-  Vec3 vector() {
-    const Vec3 v{at[0], at[1], at[2]};
-    at += 3;
-    return v;
-  }
-};
 
 }  // namespace
 
@@ -46,23 +34,23 @@ void Bed::Impl::restore_bonding(const State& in) {
   if (in.bonding.size() != 5 + bonds.formed.size())
     throw std::invalid_argument(
         "restart: the state has other bonds than the scenario; use the scenario it was written from");
-  RecordReader read{in.bonding.data()};
-  const auto count = [&] { return static_cast<std::size_t>(read.number()); };
-  bonds.may_form = read.number() > 0;
+  StateReader read{in.bonding};
+  const auto count = [&] { return static_cast<std::size_t>(read()); };
+  bonds.may_form = read() > 0;
   BondCount& n = bonds.count;
   n.formed = count(), n.broken_in_tension = count(), n.broken_in_shear = count(), n.removed = count();
   for (std::uint32_t law = 0; law < bonds.formed.size(); ++law) {
-    bonds.formed[law] = read.number() > 0 ? 1 : 0;
+    bonds.formed[law] = read() > 0 ? 1 : 0;
     if (bonds.formed[law] != 0 && !laws.pair_memory(law).bonds)
       throw std::invalid_argument(
           "restart: the state has bonds of a law that has none in the scenario; use the scenario it was written from");
   }
   for (std::size_t k = 0; k < in.broken_ids.size() / 2; ++k) {
-    RecordReader event{in.broken.data() + 6 * k};
+    StateReader event{std::span<const double>(in.broken).subspan(6 * k, 6)};
     BrokenBond b;
     for (std::size_t d = 0; d < 2; ++d) b.ids[d] = static_cast<std::uint32_t>(in.broken_ids[2 * k + d]);
-    b.time = event.number(), b.position = event.vector();
-    b.energy = event.number(), b.in_tension = event.number() > 0;
+    b.time = event(), b.position = event.vector();
+    b.energy = event(), b.in_tension = event() > 0;
     bonds.broken.push_back(b);
   }
 }
@@ -134,10 +122,10 @@ void Bed::restore(const State& in) {
   d.particles.clear();
   std::map<std::uint32_t, std::uint32_t> index;
   for (std::size_t k = 0; k < count; ++k) {
-    RecordReader read{in.spheres.data() + 11 * k};
+    StateReader read{std::span<const double>(in.spheres).subspan(11 * k, 11)};
     Sphere s{};
     s.x = read.vector(), s.v = read.vector(), s.w = read.vector();
-    s.r = read.number(), s.m = read.number();
+    s.r = read(), s.m = read();
     s.id = static_cast<std::uint32_t>(in.ids[2 * k]);
     s.material = static_cast<std::uint16_t>(in.ids[2 * k + 1]);
     if (!in.calm.empty()) s.spare = static_cast<std::uint16_t>(in.calm[k]);
@@ -169,21 +157,21 @@ void Bed::restore(const State& in) {
       throw std::invalid_argument(
           "restart: a contact of the state names a surface that is not there; the file is "
           "damaged");
-    RecordReader read{in.surfaces.data() + (3 + kPairRecord) * k};
+    StateReader read{std::span<const double>(in.surfaces).subspan((3 + kPairRecord) * k, 3 + kPairRecord)};
     SurfaceHistory c{
         place(in.surface_ids[2 * k]), static_cast<std::uint32_t>(in.surface_ids[2 * k + 1]), read.vector(), {}};
-    c.state = pair_state_of(read.at);
+    c.state = pair_state_of(read.rest().data());
     d.surfaces.waiting.push_back(c);
   }
 
-  RecordReader read{in.scalars.data()};
-  d.now.time = read.number(), d.now.dt_before = read.number();
-  d.now.steps = static_cast<long>(read.number());
-  d.now.fallen = static_cast<std::size_t>(read.number());
+  StateReader read{in.scalars};
+  d.now.time = read(), d.now.dt_before = read();
+  d.now.steps = static_cast<long>(read());
+  d.now.fallen = static_cast<std::size_t>(read());
   Losses& lost = d.balance.lost_before;
   lost = {};
-  lost.damping = read.number(), lost.sliding = read.number(), lost.rolling = read.number();
-  d.balance.removed = read.number(), lost.breaking = read.number();
+  lost.damping = read(), lost.sliding = read(), lost.rolling = read();
+  d.balance.removed = read(), lost.breaking = read();
   d.fixed.restore(in.fixed);
   d.balance.frozen_before = in.frozen.empty() ? 0 : in.frozen.front();
   for (Boundary& b : d.boundaries) {
@@ -192,11 +180,11 @@ void Bed::restore(const State& in) {
     Pose stood;  // at t_n; given anew before the next step. Walls stand where it says, shifted to their datum or not
     stood.position = read.vector();
     Quaternion& q = stood.attitude;
-    q.w = read.number(), q.x = read.number(), q.y = read.number(), q.z = read.number();
-    b.work = read.number();
+    q.w = read(), q.x = read(), q.y = read(), q.z = read();
+    b.work = read();
     b.pose = b.pose_before = stood;
   }
-  const std::span<const double> lists(read.at, in.scalars.data() + in.scalars.size());
+  const std::span<const double> lists = read.rest();
   if (!lists.empty()) d.restore_lists(lists);
 }
 

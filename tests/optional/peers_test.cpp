@@ -13,7 +13,7 @@
 /// normal: LAMMPS keeps their length, this program projects them, LIGGGHTS projects them after the step's slip. A
 /// normal that turns by 0.1 rad in 4000 steps makes less than 1e-6 of that. Where the dashpot pulls at the end of a
 /// contact with a wall, rounding decides the step in which it parts: one step of friction more or less, 1.1e-6.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::peers_test {
 namespace {
 
 using subsoil::app::test::Scratch;
@@ -245,4 +245,4 @@ TEST(Peers, LiggghtsHertz) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::peers_test

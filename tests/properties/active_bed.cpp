@@ -10,7 +10,7 @@
 /// Spheres at rest far from all moving surfaces are frozen: what is frozen acts as a sphere at rest, nothing of the
 /// energy gets lost, what moves wakes it, and threads, precision and restart are no matter. A trough of 1,882 spheres,
 /// eight particle blocks along it, brought to rest once; a blade enters at one end.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::active_bed {
 namespace {
 
 constexpr double kStep = 2e-5, kBelow = 2e-3, kWithin = 0.05, kCalmTime = 256 * kStep;
@@ -295,4 +295,4 @@ TEST(ActiveBed, RefusesRulesWithoutSense) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::active_bed

@@ -10,7 +10,7 @@
 /// Kinetic + spin + gravity + stored + lost = start + work of boundaries, every term summed on its own. 1 % of what was
 /// turned over (lost + |work|) is the bound; the terms come from mid-step velocities and mean forces, so what
 /// remains is the half step in which a contact begins or jumps, of order dt.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::energy {
 namespace {
 
 struct EnergyRecord {
@@ -164,4 +164,4 @@ TEST(Energy, ADroppedTermBreaksTheBalance) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::energy

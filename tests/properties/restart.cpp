@@ -7,7 +7,7 @@
 /// A run saved half way and continued in a fresh bed ends where the straight run ends, with the same bits. Without the
 /// state of the lists these are built anew, so sums run in another order: rounding, amplified by collisions of some
 /// hundred steps.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::restart {
 namespace {
 
 struct Scene {
@@ -225,4 +225,4 @@ TEST(Restart, BondsOfALawWithoutAreRefused) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::restart

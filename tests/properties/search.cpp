@@ -5,7 +5,7 @@
 
 /// The bed against the all-pairs engine of tools/dem_reference.hpp: same pairs, forces and motion, whatever the skin
 /// and into how many cache blocks it is cut.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::search {
 namespace {
 
 std::vector<Plane> walls() { return {Plane({0, 2e-3, 0}, {0.1, 1, 0}), Plane({0.15, 0, 0}, {-1, 0, 0.2})}; }
@@ -210,4 +210,4 @@ TEST(Search, TesterFindsADroppedHistory) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::search

@@ -8,7 +8,7 @@
 /// spheres so that many particle blocks of 256 exist; one long and thin, so that the ends of workers cross contacts
 /// everywhere, one with so few particle blocks that a worker's partners belong to workers further on, and some cut into
 /// cache blocks, one of them into cache blocks of a single particle block.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::thread_bits {
 namespace {
 
 struct Fingerprint {
@@ -104,4 +104,4 @@ TEST(ThreadBits, HashSeesOneBit) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::thread_bits

@@ -9,7 +9,7 @@
 ///     regression --gtest_also_run_disabled_tests --gtest_filter='*MeasuresTheBand*'
 /// which runs the eighteen beds below and prints what stands here. A change of the laws, the sweep or the coupling that
 /// moves the draft by more than the scatter of packings shows; one within it cannot be told from another bed.
-namespace subsoil::coupling::test {
+namespace subsoil::coupling::test::tine_draft {
 namespace {
 
 constexpr double from = 0.04, until = 0.10;  // m
@@ -63,4 +63,4 @@ TEST(TineDraft, DISABLED_MeasuresTheBand) {
 }
 
 }  // namespace
-}  // namespace subsoil::coupling::test
+}  // namespace subsoil::coupling::test::tine_draft

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace subsoil::app {
+namespace subsoil::app::block_mean_test {
 namespace {
 
 /// x_{k+1} = phi x_k + noise of variance 1: the mean of n values has the standard error sqrt(1/n)/(1 - phi) for n >> 1.
@@ -58,4 +58,4 @@ TEST(BlockMean, IsWeightedWithTimeAndKnowsNothingOfAFewSteps) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::block_mean_test

@@ -11,7 +11,7 @@
 
 /// `subsoil calibrate`: the surrogate against functions that are known, the search against a known minimum, and the
 /// whole against a material that is known.
-namespace subsoil::app {
+namespace subsoil::app::calibrate_test {
 namespace {
 
 using subsoil::test::message_of;
@@ -151,4 +151,4 @@ TEST(CalibrationPlan, ConfigsAreRead) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::calibrate_test

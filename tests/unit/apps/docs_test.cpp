@@ -18,7 +18,7 @@
 #include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 
-namespace subsoil::app {
+namespace subsoil::app::docs_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -147,4 +147,4 @@ TEST(Docs, CommandsOfTheReadmeAreThere) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::docs_test

@@ -14,7 +14,7 @@
 
 /// `subsoil impact`: reading, tables and files, closed forms of the ground element, and fits that find what made the
 /// data. The models themselves: tests/unit/libdem/impact_models.cpp.
-namespace subsoil::app {
+namespace subsoil::app::impact_test {
 namespace {
 
 using subsoil::test::message_of;
@@ -319,4 +319,4 @@ TEST(ImpactFit, StiffnessOfTheGroundFromForces) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::impact_test

@@ -12,7 +12,7 @@
 #include "tests/tools/program_runs.hpp"
 
 /// `subsoil test`: every rig against a closed form that it must meet, on specimens of some ten to some hundred grains.
-namespace subsoil::app {
+namespace subsoil::app::laboratory_test {
 namespace {
 
 using subsoil::test::message_of;
@@ -286,4 +286,4 @@ TEST(LaboratoryTest, ConfigsAreTested) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::laboratory_test

@@ -17,7 +17,7 @@
 #include "tests/tools/program_runs.hpp"
 
 /// The library of materials: what a scenario that names one gets.
-namespace subsoil::app {
+namespace subsoil::app::library_test {
 namespace {
 
 using namespace test;
@@ -126,4 +126,4 @@ TEST(Library, SpheresOfAnotherRadiusAreWarnedOf) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::library_test

@@ -6,7 +6,7 @@
 #include "apps/build/machine.hpp"
 #include "apps/scenario/load.hpp"
 
-namespace subsoil::app {
+namespace subsoil::app::machine_faults_test {
 namespace {
 
 /// What reading and building a scenario says; it is read as `rig.yaml`.
@@ -98,4 +98,4 @@ TEST(MachineFaults, ALooseBodyFlies) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::machine_faults_test

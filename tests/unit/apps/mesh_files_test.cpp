@@ -11,7 +11,7 @@
 #include "tests/tools/scratch.hpp"
 
 /// Mesh files: what is read is what was written, in double where the format holds it.
-namespace subsoil::app {
+namespace subsoil::app::mesh_files_test {
 namespace {
 
 using dem::TriangleMesh;
@@ -182,4 +182,4 @@ TEST_F(MeshFiles, BadFilesAreRefused) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::mesh_files_test

@@ -17,7 +17,7 @@
 #include "tests/tools/program_runs.hpp"
 
 /// Mistakes of a first hour: each is named with its numbers, before anything is computed.
-namespace subsoil::app {
+namespace subsoil::app::mistakes_test {
 namespace {
 
 using namespace test;
@@ -294,4 +294,4 @@ TEST(Expected, OverlapFollowsFromDepthWidthAndStiffness) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::mistakes_test

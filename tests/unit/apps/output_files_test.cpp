@@ -12,7 +12,7 @@
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/scratch.hpp"
 
-namespace subsoil::app {
+namespace subsoil::app::output_files_test {
 namespace {
 
 TEST(StateFile, ArraysComeBackAsTheyWere) {
@@ -223,4 +223,4 @@ TEST(BedFile, RefusalsNamePlaceValueAndRule) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::output_files_test

@@ -8,7 +8,7 @@
 #include "apps/plot/plot.hpp"
 #include "tests/tools/scratch.hpp"
 
-namespace subsoil::app {
+namespace subsoil::app::output_plot_test {
 namespace {
 
 /// A result directory whose draft jitters about 1000 N and whose pitch swings slowly.
@@ -97,4 +97,4 @@ TEST(Plot, RefusalsNameTheCure) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::output_plot_test

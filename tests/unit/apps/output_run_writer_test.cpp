@@ -14,7 +14,7 @@
 #include "output_xml.hpp"
 #include "tests/tools/scratch.hpp"
 
-namespace subsoil::app {
+namespace subsoil::app::output_run_writer_test {
 namespace {
 
 using dem::Vec3;
@@ -348,4 +348,4 @@ TEST(Rounding, MantissaIsRoundedToNearestAndKeepsSpecialValues) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::output_run_writer_test

@@ -9,7 +9,7 @@
 #include "apps/output/summary.hpp"
 #include "tests/tools/scratch.hpp"
 
-namespace subsoil::app {
+namespace subsoil::app::output_series_test {
 namespace {
 
 TEST(Series, HeaderHoldsNamesAndUnitsAndRowsComeBack) {
@@ -157,4 +157,4 @@ TEST(Summary, TheWindowMayBeSetLateButNotMovedWhenOpen) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::output_series_test

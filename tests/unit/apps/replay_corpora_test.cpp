@@ -11,14 +11,14 @@
 #include "tests/fuzz/targets.hpp"
 #include "tests/tools/paths.hpp"
 
-namespace subsoil::app {
+namespace subsoil::app::replay_corpora_test {
 namespace {
 
 class Corpus : public testing::TestWithParam<fuzz::Target> {};
 
 TEST_P(Corpus, IsReadOrRefused) {
   const std::filesystem::path folder =
-      std::filesystem::path(test::source_dir()) / "tests/fuzz/corpus" / GetParam().name;
+      std::filesystem::path(subsoil::test::source_dir()) / "tests/fuzz/corpus" / GetParam().name;
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     std::ifstream in(entry.path(), std::ios::binary);
@@ -33,4 +33,4 @@ INSTANTIATE_TEST_SUITE_P(All, Corpus, testing::ValuesIn(fuzz::targets),
                          [](const auto& target) { return target.param.name; });
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::replay_corpora_test

@@ -4,7 +4,7 @@
 
 /// Every file in configs/ and configs/validation is read, built and stepped 200 times; whoever adds one need not add a
 /// test. What the short ones show is asserted where they run to their end: tests/verification/scenarios.
-namespace subsoil::app {
+namespace subsoil::app::run_configs {
 namespace {
 
 using test::config;
@@ -71,4 +71,4 @@ INSTANTIATE_TEST_SUITE_P(All, Config, testing::ValuesIn(all_configs()), [](const
 });
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::run_configs

@@ -8,7 +8,7 @@
 #include "tests/unit/apps/trench.hpp"
 
 /// A restart looks at what it continues.
-namespace subsoil::app {
+namespace subsoil::app::run_continue {
 namespace {
 
 using namespace test;
@@ -81,4 +81,4 @@ TEST_F(RunContinue, AnEndBeforeTheStateIsRefused) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::run_continue

@@ -9,7 +9,7 @@
 #include "tests/tools/program_runs.hpp"
 
 /// Instants at which columns pass values, and runs that end there.
-namespace subsoil::app {
+namespace subsoil::app::run_crossings {
 namespace {
 
 using namespace test;
@@ -107,4 +107,4 @@ TEST(Crossings, RefusalsSayWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::run_crossings

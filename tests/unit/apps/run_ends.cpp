@@ -15,7 +15,7 @@
 /// Runs that end otherwise than planned: faults, signals; and runs that go on from a state.
 extern char** environ;
 
-namespace subsoil::app {
+namespace subsoil::app::run_ends {
 namespace {
 
 using namespace test;
@@ -189,4 +189,4 @@ TEST(RunEnds, ARestartOfAnotherScenarioIsRefused) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::run_ends

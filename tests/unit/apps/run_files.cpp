@@ -3,7 +3,7 @@
 #include "tests/tools/program_runs.hpp"
 
 /// What a run leaves, what it refuses to touch, and its exit codes.
-namespace subsoil::app {
+namespace subsoil::app::run_files {
 namespace {
 
 using namespace test;
@@ -135,4 +135,4 @@ TEST(RunFiles, EnergyClosesWithinOnePercentOfTheWorkPutIn) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::run_files

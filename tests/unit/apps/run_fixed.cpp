@@ -7,7 +7,7 @@
 #include "tests/tools/program_runs.hpp"
 
 /// Spheres that a scenario fixes: columns, frames, restarts, refusals.
-namespace subsoil::app {
+namespace subsoil::app::run_fixed {
 namespace {
 
 using namespace test;
@@ -84,4 +84,4 @@ TEST(RunFixed, RefusalsSayWhy) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::run_fixed

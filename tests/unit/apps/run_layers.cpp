@@ -10,7 +10,7 @@
 #include "tests/tools/program_runs.hpp"
 
 /// Layered beds of every fill, and laws of pairs that follow from their materials.
-namespace subsoil::app {
+namespace subsoil::app::run_layers {
 namespace {
 
 using namespace test;
@@ -244,4 +244,4 @@ TEST_F(Layered, SofterMaterialYields) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::run_layers

@@ -10,7 +10,7 @@
 
 /// What a run of a mechanism leaves to look at: measures, outlines in frames, strips. Oracle: the geometry of Hoeken's
 /// linkage, whose knee is where two circles meet.
-namespace subsoil::app {
+namespace subsoil::app::run_mechanism {
 namespace {
 
 using namespace test;
@@ -179,4 +179,4 @@ TEST(MechanismMeasures, StandBesideTheSoilToo) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::run_mechanism

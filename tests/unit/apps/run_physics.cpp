@@ -5,7 +5,7 @@
 #include "tests/tools/program_runs.hpp"
 
 /// Runs that do what no physics does say so, and stop where it is beyond repair.
-namespace subsoil::app {
+namespace subsoil::app::run_physics {
 namespace {
 
 using namespace test;
@@ -104,4 +104,4 @@ time: {end: 10 ms}
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::run_physics

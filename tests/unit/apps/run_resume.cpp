@@ -18,7 +18,7 @@
 
 /// A run that is killed goes on where its folder stands and ends as if nothing had been: series to the last byte, every
 /// number of every frame, the summary but for clock and memory.
-namespace subsoil::app {
+namespace subsoil::app::run_resume {
 namespace {
 
 using namespace test;
@@ -226,4 +226,4 @@ TEST(FolderLock, ForceLeavesNothingOfAnotherRun) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::run_resume

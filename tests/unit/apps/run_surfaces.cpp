@@ -5,7 +5,7 @@
 
 /// Every named surface of a body has columns and a block of its own, also where one boundary of the bed carries
 /// several.
-namespace subsoil::app {
+namespace subsoil::app::run_surfaces {
 namespace {
 
 using namespace test;
@@ -72,4 +72,4 @@ TEST(RunSurfaces, EachIsABlockOfTheFrames) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::run_surfaces

@@ -10,7 +10,7 @@
 #include "apps/run/schedule.hpp"
 #include "tests/tools/program_runs.hpp"
 
-namespace subsoil::app {
+namespace subsoil::app::run_times_test {
 namespace {
 
 using namespace test;
@@ -144,4 +144,4 @@ TEST(Schedule, TellsEachTimeOnceAndEndsAtTheEnd) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::run_times_test

@@ -9,7 +9,7 @@
 #include "tests/unit/apps/trench.hpp"
 
 /// When the means are taken, and what a run says of itself.
-namespace subsoil::app {
+namespace subsoil::app::run_window {
 namespace {
 
 using namespace test;
@@ -153,4 +153,4 @@ TEST(RunWindow, SpheresInsideAGivenSolidAndBedsBeyondTheBinAreRefused) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::run_window

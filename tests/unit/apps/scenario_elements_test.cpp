@@ -19,7 +19,7 @@
 #include "libmbd/joints/point_on_curve.hpp"
 #include "libmbd/joints/point_on_line.hpp"
 
-namespace subsoil::app {
+namespace subsoil::app::scenario_elements_test {
 namespace {
 
 /// Two turned bodies and a third one; the element stands in line 9, column 8.
@@ -187,4 +187,4 @@ TEST(ScenarioJoints, RefuseWithPlaceAndCure) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::scenario_elements_test

@@ -13,7 +13,7 @@
 #include "apps/scenario/units.hpp"
 #include "tests/tools/message_of.hpp"
 
-namespace subsoil::app {
+namespace subsoil::app::scenario_expression_test {
 namespace {
 
 using std::numbers::pi;
@@ -139,4 +139,4 @@ TEST(Expression, StopsWhereItHasNoValue) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::scenario_expression_test

@@ -10,7 +10,7 @@
 #include "apps/scenario/shapes/shapes.hpp"
 #include "tests/tools/message_of.hpp"
 
-namespace subsoil::app {
+namespace subsoil::app::scenario_fields_test {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -63,4 +63,4 @@ TEST(Cure, FollowsTheRuleAndTheMeaning) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::scenario_fields_test

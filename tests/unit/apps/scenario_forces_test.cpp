@@ -18,7 +18,7 @@
 #include "libmbd/forces/spring_damper.hpp"
 #include "scenario_samples.hpp"
 
-namespace subsoil::app {
+namespace subsoil::app::scenario_forces_test {
 namespace {
 
 Scenario with(const std::string& force) {
@@ -153,4 +153,4 @@ TEST(ScenarioForces, CopyReadsBackTheSame) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::scenario_forces_test

@@ -15,7 +15,7 @@
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/scratch.hpp"
 
-namespace subsoil::app {
+namespace subsoil::app::scenario_hostile_test {
 namespace {
 
 std::string refusal(const std::string& text) {
@@ -195,4 +195,4 @@ TEST(HostileFormula, LongProducts) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::scenario_hostile_test

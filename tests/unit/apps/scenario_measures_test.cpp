@@ -7,7 +7,7 @@
 #include "apps/scenario/load.hpp"
 #include "libmbd/measures/position.hpp"
 
-namespace subsoil::app {
+namespace subsoil::app::scenario_measures_test {
 namespace {
 
 /// A rod on a pin with a spring; line 5 is the rod, 7 the markers, 12 the pin, 16 the measures. One thing is changed.
@@ -119,4 +119,4 @@ TEST(ScenarioMeasures, NamesOfColumnsMustDiffer) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::scenario_measures_test

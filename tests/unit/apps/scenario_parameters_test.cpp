@@ -10,7 +10,7 @@
 #include "apps/scenario/load.hpp"
 #include "tests/tools/message_of.hpp"
 
-namespace subsoil::app {
+namespace subsoil::app::scenario_parameters_test {
 namespace {
 
 /// 200 mm, 430 mm, 30 deg/s and 16 kN/m.
@@ -127,4 +127,4 @@ TEST(Parameters, RefusalsNameThePlace) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::scenario_parameters_test

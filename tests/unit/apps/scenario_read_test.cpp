@@ -17,7 +17,7 @@
 #include "libmbd/joints/revolute.hpp"
 #include "scenario_samples.hpp"
 
-namespace subsoil::app {
+namespace subsoil::app::scenario_read_test {
 namespace {
 
 using Lines = std::vector<std::string>;
@@ -446,4 +446,4 @@ TEST(ScenarioRefusals, LaterRefusalsKnowTheirPlace) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::scenario_read_test

@@ -10,7 +10,7 @@
 #include "libmbd/joints/translational.hpp"
 #include "scenario_samples.hpp"
 
-namespace subsoil::app {
+namespace subsoil::app::scenario_reference_test {
 namespace {
 
 /// The copy with every default explicit must give the same structs: numbers are written exactly, so the copy of the
@@ -124,4 +124,4 @@ TEST(ScenarioReference, EveryKeyOnceWithItsMeaningAndExplained) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::scenario_reference_test

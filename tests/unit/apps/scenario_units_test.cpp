@@ -8,7 +8,7 @@
 #include "apps/scenario/units.hpp"
 
 // Oracles are the definitions of the units (SI brochure; international yard and pound), typed in by hand.
-namespace subsoil::app {
+namespace subsoil::app::scenario_units_test {
 namespace {
 
 std::string refusal(const std::string& text, const std::string& expected, std::optional<double> n = {}) {
@@ -142,4 +142,4 @@ TEST(ScenarioUnits, WrittenValuesReadBackExactly) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::scenario_units_test

@@ -8,7 +8,7 @@
 #include "tests/tools/program_runs.hpp"
 
 /// What the program offers to start from runs to its end, as it is printed, in a folder of its own.
-namespace subsoil::app {
+namespace subsoil::app::templates_test {
 namespace {
 
 using namespace test;
@@ -57,4 +57,4 @@ TEST(Templates, TheScenarioOfEveryKeyRunsToItsEnd) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::templates_test

@@ -5,7 +5,7 @@
 #include "tests/tools/dem_beds.hpp"
 
 /// A free body and a free sphere that collide: what must be kept by both together, and what a planar body cannot take.
-namespace subsoil::coupling::test {
+namespace subsoil::coupling::test::collision {
 namespace {
 
 struct Totals {
@@ -110,4 +110,4 @@ TEST(OutOfPlane, ForcesAreReportedAndDoNoWork) {
 }
 
 }  // namespace
-}  // namespace subsoil::coupling::test
+}  // namespace subsoil::coupling::test::collision

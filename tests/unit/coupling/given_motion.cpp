@@ -4,7 +4,7 @@
 #include "tests/tools/dem_beds.hpp"
 
 /// Boundaries on given paths: velocity and pose belong together, and what they do to spheres is counted as work.
-namespace subsoil::coupling::test {
+namespace subsoil::coupling::test::given_motion {
 namespace {
 
 TEST(GivenMotion, VelocityIsTheDisplacementOverTheStep) {
@@ -135,4 +135,4 @@ TEST(GivenMotion, TheFirstForceIsOfSecondOrder) {
 }
 
 }  // namespace
-}  // namespace subsoil::coupling::test
+}  // namespace subsoil::coupling::test::given_motion

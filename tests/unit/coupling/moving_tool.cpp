@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace subsoil::coupling::test {
+namespace subsoil::coupling::test::moving_tool {
 namespace {
 
 TEST(CoupledRun, HasTheSameBitsForAnyNumberOfThreads) {
@@ -68,4 +68,4 @@ TEST(CoupledRun, IdaAndAdamsMoultonAgree) {
 }
 
 }  // namespace
-}  // namespace subsoil::coupling::test
+}  // namespace subsoil::coupling::test::moving_tool

@@ -5,7 +5,7 @@
 /// Order of the explicit staggered scheme: one, neither less (a mistake in the order of a step, a velocity left out)
 /// nor more (then the test would not see the coupling). The forces of t_n act over the step to t_{n+1}: a delay of half
 /// a step in the mean, so errors are of first order in the machine step.
-namespace subsoil::coupling::test {
+namespace subsoil::coupling::test::order {
 namespace {
 
 /// Distance from the exact end state of the body, in m; velocity over the slow mode's frequency.
@@ -119,4 +119,4 @@ TEST(Window, SurfacesRunAheadAsTheMachineWill) {
 }
 
 }  // namespace
-}  // namespace subsoil::coupling::test
+}  // namespace subsoil::coupling::test::order

@@ -4,7 +4,7 @@
 #include "libdem/geometry/mesh_builders.hpp"
 #include "tests/tools/dem_beds.hpp"
 
-namespace subsoil::coupling::test {
+namespace subsoil::coupling::test::plate {
 namespace {
 
 /// A free plate of known weight sinks into a bed and comes to rest: the contacts carry its weight, their moment about
@@ -49,4 +49,4 @@ TEST(Plate, RestsOnTheBedWithItsWeightAndWithoutMoment) {
 }
 
 }  // namespace
-}  // namespace subsoil::coupling::test
+}  // namespace subsoil::coupling::test::plate

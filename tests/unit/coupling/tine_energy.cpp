@@ -4,7 +4,7 @@
 
 /// The energy of a coupled pass: bed, machine and what is between them close within 1 % of the work put in, although no
 /// term is a remainder; and the same criterion sees when a term is missing.
-namespace subsoil::coupling::test {
+namespace subsoil::coupling::test::tine_energy {
 namespace {
 
 bool closes(const TineEnergy& e) { return std::abs(e.closure()) < 0.01 * e.put_in; }
@@ -39,4 +39,4 @@ TEST(TineEnergy, ADroppedDissipationTermIsSeen) {
 }
 
 }  // namespace
-}  // namespace subsoil::coupling::test
+}  // namespace subsoil::coupling::test::tine_energy

@@ -10,7 +10,7 @@
 #include "tests/tools/paths.hpp"
 #include "tests/tools/scratch.hpp"
 
-namespace subsoil::test {
+namespace subsoil::test::verified_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -83,4 +83,4 @@ TEST(Verified, TheReportHoldsNoFailure) {
 }
 
 }  // namespace
-}  // namespace subsoil::test
+}  // namespace subsoil::test::verified_test

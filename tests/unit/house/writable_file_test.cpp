@@ -6,7 +6,7 @@
 
 #include <fstream>
 
-namespace subsoil::bench {
+namespace subsoil::bench::writable_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -37,4 +37,4 @@ TEST(WritableFile, RefusesWhatCannotBeAFolder) {
 }
 
 }  // namespace
-}  // namespace subsoil::bench
+}  // namespace subsoil::bench::writable_file_test

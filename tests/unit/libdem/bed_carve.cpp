@@ -8,7 +8,7 @@
 #include "libdem/packing/carve.hpp"
 #include "tests/unit/libdem/bed_support.hpp"
 
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::bed_carve {
 namespace {
 
 Bed full_bed() {
@@ -17,7 +17,7 @@ Bed full_bed() {
   plan.region = {{-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1}};
   plan.radius = EqualRadius{0.010};
   plan.jitter = 0.3;
-  bed.add(rest_lattice(plan, 0.002, soil));
+  bed.add(rest_lattice(plan, 0.002, soil_material));
   return bed;
 }
 
@@ -82,4 +82,4 @@ TEST(BedCarve, LeavesABedThatIsClear) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::bed_carve

@@ -7,7 +7,7 @@
 #include "libdem/packing/layers.hpp"
 #include "tests/unit/libdem/bed_support.hpp"
 
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::bed_layers {
 namespace {
 
 constexpr double r = 0.010;
@@ -27,10 +27,11 @@ LatticeLayer layer_of(double top, double radius, BedMaterial of, double pitch, d
 TEST(BedLayers, LatticesOfTheSameSpheresAreOneLattice) {
   LatticePlan whole = plan_of(0.2);
   whole.radius = EqualRadius{r}, whole.pitch = 0.018;
-  const auto one = lattice(whole, soil);
+  const auto one = lattice(whole, soil_material);
   for (const double interface : {0.05, 0.083, 0.11}) {
     std::vector<std::size_t> numbers;
-    const LatticeLayer layers[] = {layer_of(interface, r, soil, 0.018, 0), layer_of(0.2, r, upper, 0.018, 0.018)};
+    const LatticeLayer layers[] = {layer_of(interface, r, soil_material, 0.018, 0),
+                                   layer_of(0.2, r, upper, 0.018, 0.018)};
     const auto two = layered_lattice(plan_of(0.2), layers, numbers);
     ASSERT_EQ(two.size(), one.size());
     ASSERT_EQ(numbers[0] + numbers[1], one.size());
@@ -49,7 +50,8 @@ TEST(BedLayers, LatticesOfTheSameSpheresAreOneLattice) {
 TEST(BedLayers, RowsOfOtherSpheresRestOnThoseBelow) {
   std::vector<std::size_t> numbers;
   const double small = 0.006, rise = r + small - 0.001;
-  const LatticeLayer layers[] = {layer_of(0.06, r, soil, 0.019, 0), layer_of(0.15, small, upper, 0.0115, rise)};
+  const LatticeLayer layers[] = {layer_of(0.06, r, soil_material, 0.019, 0),
+                                 layer_of(0.15, small, upper, 0.0115, rise)};
   const auto spheres = layered_lattice(plan_of(0.15), layers, numbers);
   double lower_top = 0, upper_low = 1, top = 0, nearest = 1;
   for (const SphereSpec& s : spheres) {
@@ -67,7 +69,7 @@ TEST(BedLayers, RowsOfOtherSpheresRestOnThoseBelow) {
 
 TEST(BedLayers, RefusesALayerWithoutARow) {
   std::vector<std::size_t> numbers;
-  const LatticeLayer layers[] = {layer_of(0.06, r, soil, 0.019, 0), layer_of(0.07, r, upper, 0.019, 0.019)};
+  const LatticeLayer layers[] = {layer_of(0.06, r, soil_material, 0.019, 0), layer_of(0.07, r, upper, 0.019, 0.019)};
   try {
     layered_lattice(plan_of(0.07), layers, numbers);
     FAIL() << "accepted";
@@ -99,7 +101,7 @@ TEST(BedLayers, RainOneAfterTheOther) {
   RandomFill fill;
   fill.region = box;
   fill.seed = 5;
-  fill.layers = {{.top = 0.05, .radius = UniformRadius{0.009, 0.011}, .of = soil},
+  fill.layers = {{.top = 0.05, .radius = UniformRadius{0.009, 0.011}, .of = soil_material},
                  {.top = 0.09, .radius = EqualRadius{0.008}, .of = {.density = 1700, .material = 2}}};
   SettlePlan plan;
   plan.step = 0.9 * soft_step;  // whose spheres of 8 mm have 1800 kg/m3
@@ -127,4 +129,4 @@ TEST(BedLayers, RainOneAfterTheOther) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::bed_layers

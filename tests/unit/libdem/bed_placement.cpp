@@ -7,7 +7,7 @@
 #include "libdem/packing/measure.hpp"
 #include "tests/unit/libdem/bed_support.hpp"
 
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::bed_placement {
 namespace {
 
 const Bounds bin{{-1, -0.4, -0.7}, {1, 0, 0.7}};  // 2 x 0.4 x 1.4 m
@@ -28,8 +28,8 @@ TEST(BedLattice, HoldsAsManyAsPrinted) {
   EXPECT_EQ(n.x, 99u);
   EXPECT_EQ(n.y, 19u);
   EXPECT_EQ(n.z, 69u);
-  EXPECT_EQ(lattice(plan(0.0202), soil).size(), 129789u);
-  EXPECT_EQ(lattice(plan(0.0205), soil).size(), 125324u);
+  EXPECT_EQ(lattice(plan(0.0202), soil_material).size(), 129789u);
+  EXPECT_EQ(lattice(plan(0.0205), soil_material).size(), 125324u);
 }
 
 TEST(BedLattice, RestPitchHoldsAsManyAsInTheReference) {
@@ -37,7 +37,7 @@ TEST(BedLattice, RestPitchHoldsAsManyAsInTheReference) {
   EXPECT_EQ(n.x, 111u);  // 1.98 m is 110 pitches but for rounding
   EXPECT_EQ(n.y, 22u);
   EXPECT_EQ(n.z, 77u);
-  EXPECT_EQ(rest_lattice(plan(0), 0.002, soil).size(), 188034u);
+  EXPECT_EQ(rest_lattice(plan(0), 0.002, soil_material).size(), 188034u);
 }
 
 TEST(BedLattice, CountDoesNotDependOnWhereTheBinStands) {
@@ -51,12 +51,12 @@ TEST(BedLattice, CountDoesNotDependOnWhereTheBinStands) {
 // Over the bin 874 and 1266, in the lattice m/pitch^3 = 915 and 1293 kg/m3; the window's error for n >= 17 pitches is
 // below 3 x 2/(pi 17^3) = 4e-4.
 TEST(BedLattice, DensitiesOfTheReference) {
-  const auto printed = as_spheres(lattice(plan(0.0202), soil));
+  const auto printed = as_spheres(lattice(plan(0.0202), soil_material));
   const BedReport of_printed = report(printed, bin);
   EXPECT_NEAR(of_printed.mass / bin_volume, 874, 0.5);
   EXPECT_NEAR(of_printed.bulk_density, sphere_mass / std::pow(0.0202, 3), 4e-4 * 915);
   EXPECT_EQ(of_printed.coordination, 0);
-  const BedReport of_rest = report(as_spheres(rest_lattice(plan(0), 0.002, soil)), bin);
+  const BedReport of_rest = report(as_spheres(rest_lattice(plan(0), 0.002, soil_material)), bin);
   EXPECT_NEAR(of_rest.mass / bin_volume, 1266, 0.5);
   EXPECT_NEAR(of_rest.bulk_density, 1293, 0.5 + 4e-4 * 1293);
   // Inside six neighbours; each of the three directions loses two of them at its two end rows.
@@ -65,7 +65,7 @@ TEST(BedLattice, DensitiesOfTheReference) {
 
 // A shaft in the middle, where the window weighs most: the measure tells beds apart.
 TEST(BedLattice, DensityMeasureSeesAHollow) {
-  auto spheres = as_spheres(rest_lattice(plan(0), 0.002, soil));
+  auto spheres = as_spheres(rest_lattice(plan(0), 0.002, soil_material));
   const double full = bulk_density(spheres, bin);
   std::erase_if(spheres, [](const Sphere& s) { return std::abs(s.x.x) < 0.2 && std::abs(s.x.z) < 0.2; });
   EXPECT_LT(bulk_density(spheres, bin), 0.9 * full);
@@ -73,7 +73,7 @@ TEST(BedLattice, DensityMeasureSeesAHollow) {
 
 TEST(BedLattice, StandsCentredAndLetIntoTheFloor) {
   Bounds box;
-  for (const SphereSpec& s : lattice(plan(0.0202), soil)) box.include(s.position);
+  for (const SphereSpec& s : lattice(plan(0.0202), soil_material)) box.include(s.position);
   EXPECT_NEAR(box.low.x + box.high.x, 0, 1e-12);
   EXPECT_NEAR(box.low.z + box.high.z, 0, 1e-12);
   EXPECT_NEAR(box.low.y, bin.low.y + 0.008, 1e-12);
@@ -90,7 +90,7 @@ TEST(BedLattice, DepthTakesLayersUpToIt) {
 }
 
 TEST(BedLattice, SurfaceHeightIsTheTopOfTheLastLayer) {
-  const auto spheres = as_spheres(rest_lattice(plan(0), 0.002, soil));
+  const auto spheres = as_spheres(rest_lattice(plan(0), 0.002, soil_material));
   const double top = bin.low.y + 0.008 + 21 * 0.018 + 0.010;
   const SurfaceHeight all = surface_height(spheres, bin);
   EXPECT_NEAR(all.mean, top, 1e-12);
@@ -106,11 +106,11 @@ TEST(BedLattice, SurfaceHeightIsTheTopOfTheLastLayer) {
 TEST(BedLattice, JitterShiftsWithinItsBallAndKeepsToTheSeed) {
   LatticePlan p = plan(0.0202);
   p.depth = 0.05;
-  const auto still = lattice(p, soil);
+  const auto still = lattice(p, soil_material);
   p.jitter = 0.05;
-  const auto moved = lattice(p, soil), again = lattice(p, soil);
+  const auto moved = lattice(p, soil_material), again = lattice(p, soil_material);
   p.seed = 2;
-  const auto other = lattice(p, soil);
+  const auto other = lattice(p, soil_material);
   double largest = 0;
   for (std::size_t i = 0; i < still.size(); ++i) {
     largest = std::max(largest, norm(moved[i].position - still[i].position));
@@ -124,20 +124,20 @@ TEST(BedLattice, JitterShiftsWithinItsBallAndKeepsToTheSeed) {
 TEST(BedLattice, RefusesWhatCannotStand) {
   LatticePlan p = plan(0.018);
   p.region = {{0, 0, 0}, {1, 0.015, 1}};
-  EXPECT_THROW(lattice(p, soil), std::invalid_argument);
+  EXPECT_THROW(lattice(p, soil_material), std::invalid_argument);
   p = plan(0);
-  EXPECT_THROW(lattice(p, soil), std::invalid_argument);
+  EXPECT_THROW(lattice(p, soil_material), std::invalid_argument);
   p = plan(0.018);
   p.depth = 0.01;
-  EXPECT_THROW(lattice(p, soil), std::invalid_argument);
+  EXPECT_THROW(lattice(p, soil_material), std::invalid_argument);
   p = plan(0.018);
   p.radius = UniformRadius{0.008, 0.010};
-  EXPECT_THROW(rest_lattice(p, 0.002, soil), std::invalid_argument);
+  EXPECT_THROW(rest_lattice(p, 0.002, soil_material), std::invalid_argument);
 }
 
 TEST(BedLoose, SpheresKeepClearOfEachOtherAndOfTheWalls) {
   const Bounds box{{0, 0, 0}, {0.15, 0.1, 0.11}};
-  LoosePlacer placer(box, UniformRadius{0.006, 0.012}, ShareOf::number, 3, soil);
+  LoosePlacer placer(box, UniformRadius{0.006, 0.012}, ShareOf::number, 3, soil_material);
   const auto spheres = placer.place(400, 0.02);
   ASSERT_EQ(spheres.size(), 400u);
   for (std::size_t i = 0; i < spheres.size(); ++i) {
@@ -256,4 +256,4 @@ TEST(BedSizes, RefusesNonsense) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::bed_placement

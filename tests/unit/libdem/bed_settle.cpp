@@ -6,7 +6,7 @@
 
 #include "tests/unit/libdem/bed_support.hpp"
 
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::bed_settle {
 namespace {
 
 constexpr double r = 0.010;
@@ -22,7 +22,7 @@ TEST(BedSettle, RestLatticeOfTheWetLawStaysWhereItIs) {
   const Bounds walls{{0.002, 0, 0.002}, {side + 0.002, 1, side + 0.002}};     // in a box narrower by the rest overlap
   plan.radius = EqualRadius{r};
   plan.floor_overlap = 0.002;
-  const auto spheres = rest_lattice(plan, 0.002, soil);
+  const auto spheres = rest_lattice(plan, 0.002, soil_material);
   ASSERT_EQ(spheres.size(), 6u * 6u * 4u);
   Bed bed = boxed_bed(table_3(), walls);
   bed.add(spheres);
@@ -40,7 +40,7 @@ RandomFill fill(std::uint64_t seed) {
   RandomFill f;
   f.region = box;
   f.radius = UniformRadius{0.008, 0.012};
-  f.of = soil;
+  f.of = soil_material;
   f.seed = seed;
   return f;
 }
@@ -129,7 +129,7 @@ std::vector<double> shaken_lattice(int threads) {
   plan.floor_overlap = 0.001;
   plan.jitter = 0.1;
   Bed bed = boxed_bed(soft_wet(), plan.region, threads);
-  bed.add(lattice(plan, soil));
+  bed.add(lattice(plan, soil_material));
   SettlePlan short_time = soft_plan(false);
   short_time.duration = 0.015;
   settle(bed, softened(soft_wet(), 0, 0.1), short_time, plan.region);
@@ -152,7 +152,7 @@ TEST(BedSettle, DurationSpeedAndLimitOfTime) {
   lattice_plan.depth = 0.05;
   const auto make = [&] {
     Bed bed = boxed_bed(soft_wet(), {{0, 0, 0}, {0.14, 0.5, 0.14}});
-    bed.add(lattice(lattice_plan, soil));
+    bed.add(lattice(lattice_plan, soil_material));
     return bed;
   };
   SettlePlan plan = soft_plan(false);
@@ -195,4 +195,4 @@ TEST(BedSettle, DurationSpeedAndLimitOfTime) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::bed_settle

@@ -11,7 +11,7 @@
 namespace subsoil::dem::test {
 
 inline constexpr double density = 1800;  // kg/m3
-inline constexpr BedMaterial soil{.density = density, .material = 0};
+inline constexpr BedMaterial soil_material{.density = density, .material = 0};
 
 /// Table 3 of the source between particles (material 0) and at walls (material 1), in N/m.
 inline LawTable table_3() {

@@ -4,7 +4,7 @@
 
 #include "libdem/neighbours/grid.hpp"
 
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::engine_cache_blocks {
 namespace {
 
 /// Cells are numbered cache block by cache block of one half, then of the other; in a cache block slab by slab, in a
@@ -32,4 +32,4 @@ TEST(CacheBlocks, CellsAreNumberedInTheOrderOfTheSweep) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::engine_cache_blocks

@@ -6,7 +6,7 @@
 #include "libdem/neighbours/relative_displacement.hpp"
 #include "tests/tools/dem_beds.hpp"
 
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::engine_displacement {
 namespace {
 
 constexpr double kEdge = 0.024, kSkin = 0.004;
@@ -85,4 +85,4 @@ TEST(RelativeDisplacement, SeesWhatPartsAndNotWhatMovesTogether) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::engine_displacement

@@ -3,7 +3,7 @@
 #include "tests/tools/dem_beds.hpp"
 
 /// What stops a run says when, which sphere and where; and small things that a user of Bed leans on.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::engine_faults {
 namespace {
 
 std::string fault_of(Bed& bed, int steps) {
@@ -156,4 +156,4 @@ TEST(Bed, FreeFallHasNoErrorInTheSnapshot) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::engine_faults

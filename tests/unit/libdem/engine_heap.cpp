@@ -9,7 +9,7 @@
 
 #if defined(SUBSOIL_COUNTS_HEAP)
 
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::engine_heap {
 namespace {
 
 /// Allocations in steps that built no lists, and how many such steps there were.
@@ -61,6 +61,6 @@ TEST(Heap, OnlyForNewLists) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::engine_heap
 
 #endif

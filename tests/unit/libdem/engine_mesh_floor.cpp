@@ -5,7 +5,7 @@
 #include "tests/tools/every_law.hpp"
 
 /// A sphere on triangles against the analytic shape, dynamically: same path, spin and friction history.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::engine_mesh_floor {
 namespace {
 
 /// Floor y = 0 over [-1, 1]^2 in n x n cells with irregular nodes, so that sides run everywhere.
@@ -116,4 +116,4 @@ TEST(MeshEdge, OneContactWhileRoundingTheEdge) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::engine_mesh_floor

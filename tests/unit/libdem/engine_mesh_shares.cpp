@@ -5,7 +5,7 @@
 
 /// A boundary of several meshes says what acts on each: of contacts on faces, which go to the plane kernel, and of
 /// contacts on edges, which do not.
-namespace subsoil::dem {
+namespace subsoil::dem::engine_mesh_shares {
 namespace {
 
 Bed two_boxes() {
@@ -66,4 +66,4 @@ TEST(MeshShares, AddUpToTheWholeWhereBothAreTouched) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem
+}  // namespace subsoil::dem::engine_mesh_shares

@@ -4,7 +4,7 @@
 
 #include "libdem/step/sampling.hpp"
 
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::engine_sampling {
 namespace {
 
 /// Steps at random with new lists, now and then several in a row.
@@ -59,4 +59,4 @@ TEST(Sampling, IsSpreadOverTheSteps) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::engine_sampling

@@ -8,7 +8,7 @@
 #include "libdem/step/stability.hpp"
 #include "tests/tools/dem_beds.hpp"
 
-namespace subsoil::dem {
+namespace subsoil::dem::fixed_spheres_test {
 namespace {
 
 using namespace test;
@@ -135,4 +135,4 @@ TEST(FixedSpheres, DoNotMeetEachOtherNorSurfaces) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem
+}  // namespace subsoil::dem::fixed_spheres_test

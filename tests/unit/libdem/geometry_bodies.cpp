@@ -3,7 +3,7 @@
 
 #include "tests/unit/libdem/geometry_support.hpp"
 
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::geometry_bodies {
 namespace {
 
 constexpr double reach = 0.012;
@@ -257,4 +257,4 @@ TEST(GeometryMatch, ContactsKeepTheirHistoryByNormal) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::geometry_bodies

@@ -1,7 +1,7 @@
 // A flat floor of triangles is a plane: one contact at every place and distance, however it is cut up.
 #include "tests/unit/libdem/geometry_support.hpp"
 
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::geometry_flat_floor {
 namespace {
 
 constexpr double reach = 0.012;  // radius 10 mm and a gap of 2 mm
@@ -112,4 +112,4 @@ TEST(GeometryFlatFloor, OneFeatureAcrossAllTriangles) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::geometry_flat_floor

@@ -6,7 +6,7 @@
 #include "libdem/geometry/polygon.hpp"
 #include "tests/unit/libdem/geometry_support.hpp"
 
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::geometry_meshes {
 namespace {
 
 template <class F>
@@ -178,4 +178,4 @@ TEST(GeometryExtrusion, RefusesOutlinesThatAreNoPolygon) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::geometry_meshes

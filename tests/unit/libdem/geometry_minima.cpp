@@ -6,7 +6,7 @@
 
 #include "tests/unit/libdem/geometry_support.hpp"
 
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::geometry_minima {
 namespace {
 
 /// Solid angle of a closed surface seen from p, over 4 pi: 1 inside, 0 outside.
@@ -223,4 +223,4 @@ TEST(GeometryMinima, NearestPointOfATriangleAgainstAProjectedDescent) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::geometry_minima

@@ -6,7 +6,7 @@
 #include "libdem/geometry/shapes.hpp"
 #include "tests/unit/libdem/geometry_support.hpp"
 
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::geometry_shapes {
 namespace {
 
 std::vector<SurfaceContact> touch(const Shape& shape, const Vec3& c, double reach) {
@@ -108,4 +108,4 @@ TEST(GeometryShapes, MeshGoesThroughTheSameDoors) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::geometry_shapes

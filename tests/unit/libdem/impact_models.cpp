@@ -10,7 +10,7 @@
 
 /// Impact models against printed values and against an independent integration of m x'' = -F in time; the tables of
 /// their sources: tests/verification/particles/impact_published.cpp.
-namespace subsoil::dem::impact::test {
+namespace subsoil::dem::impact::test::impact_models {
 namespace {
 
 using subsoil::test::message_of;
@@ -344,4 +344,4 @@ TEST(Impact, RefusesWithTheCure) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::impact::test
+}  // namespace subsoil::dem::impact::test::impact_models

@@ -8,7 +8,7 @@
 #include "tests/tools/laws.hpp"
 
 /// The vector kernels against a scalar contact written independently (tools/dem_reference.hpp), and lane against lane.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::kernel_agrees {
 namespace {
 
 struct Case {
@@ -292,4 +292,4 @@ TEST(Kernels, EveryLaneGivesTheSameBits) {
 TEST(Kernels, UnknownSetIsRefused) { EXPECT_THROW(choose_kernel("sse9"), std::invalid_argument); }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::kernel_agrees

@@ -11,7 +11,7 @@
 /// A SELL chunk longer than the kernel's groups, whose lanes run out one after the other, by each instruction set: what
 /// its spheres i get is what their spheres j give, and neither blocks that were evaluated before the sweep nor spheres
 /// j that take theirs later change a bit of it.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::kernel_chunks {
 namespace {
 
 constexpr std::array<std::uint8_t, 11> kLanes{8, 8, 7, 7, 6, 5, 4, 3, 2, 1, 1};
@@ -171,4 +171,4 @@ TEST(KernelChunks, BlocksDoneBeforeChangeNoBit) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::kernel_chunks

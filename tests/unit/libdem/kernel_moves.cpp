@@ -8,7 +8,7 @@
 
 /// Kick, drift and energies of spheres, by each instruction set and in either precision, against the formulas in
 /// extended precision.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::kernel_moves {
 namespace {
 
 using Real = long double;
@@ -168,4 +168,4 @@ TEST(KernelMoves, EnergiesAreThoseAtTheInstant) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::kernel_moves

@@ -8,7 +8,7 @@
 #include "tests/tools/message_of.hpp"
 
 /// Cohesion beside a normal law: the attraction alone (with less without), each against its own source.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::laws_cohesion {
 namespace {
 
 using subsoil::test::message_of;
@@ -239,4 +239,4 @@ TEST(Cohesion, StiffensTheBoundOfHertz) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::laws_cohesion

@@ -5,7 +5,7 @@
 
 /// One property for every law of the list: the elastic force is the slope of the stored energy, and what a law calls
 /// damping is all of the force that the rate changes.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::laws_energy {
 namespace {
 
 NormalForce<double> at(const Law& law, double overlap, double rate) {
@@ -78,4 +78,4 @@ TEST(HertzMindlin, TextbookForceAndStiffnesses) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::laws_energy

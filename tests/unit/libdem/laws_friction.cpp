@@ -5,7 +5,7 @@
 #include "tests/tools/laws.hpp"
 
 /// The limited spring and dashpot of friction.hpp, by itself along given paths and in the engine, contact by contact.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::laws_friction {
 namespace {
 
 constexpr FrictionRule kRules[] = {FrictionRule::spring_and_dashpot, FrictionRule::spring_only,
@@ -188,4 +188,4 @@ TEST(Friction, RollingSpringIsCappedAlone) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::laws_friction

@@ -7,7 +7,7 @@
 
 /// JKR against its equations in the contact radius a, which the law never solves by itself: a is chosen here, overlap
 /// and force follow.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::laws_jkr {
 namespace {
 
 struct Neck {
@@ -139,4 +139,4 @@ TEST(Jkr, WeakenedWhileABedSettles) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::laws_jkr

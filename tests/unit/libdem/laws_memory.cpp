@@ -7,7 +7,7 @@
 
 /// Laws whose contacts remember, led along prescribed overlaps: the loops of their sources by hand, and what holds for
 /// each of them. Every path is quasi-static (a step lasts 1 s, dashpots are nought) unless it says otherwise.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::laws_memory {
 namespace {
 
 constexpr double kRounding = 1e-12;  ///< a few operations, relative to the largest term
@@ -384,4 +384,4 @@ TEST(LawsWithMemory, RefuseWhatCannotBe) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::laws_memory

@@ -4,7 +4,7 @@
 
 /// The wet law against its piecewise definition (model.md section 2), written here a second time and differently: as a
 /// table of straight lines between the corners of the force-gap curve.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::laws_wet {
 namespace {
 
 struct Corner {
@@ -126,4 +126,4 @@ TEST(WetLaw, RefusesAForceThatJumps) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::laws_wet

@@ -6,7 +6,7 @@
 
 /// The step that resolves a contact, judged by the engine: a sphere on a plane that comes back with the restitution
 /// that its law promises.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::step_accuracy {
 namespace {
 
 constexpr double kRadius = 5e-3, kDensity = 2500;
@@ -97,4 +97,4 @@ TEST(AccurateStep, FinerToleranceFinerStep) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::step_accuracy

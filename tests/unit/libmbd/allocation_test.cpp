@@ -12,7 +12,7 @@
 
 #if defined(SUBSOIL_COUNTS_HEAP)
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::allocation_test {
 namespace {
 
 using test::allocations;
@@ -66,6 +66,6 @@ TEST(Allocation, NoneInAStepOfAChainWithFriction) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::allocation_test
 
 #endif

@@ -14,7 +14,7 @@
 #include "libmbd/machine.hpp"
 #include "tests/tools/message_of.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::assembly_test {
 namespace {
 
 /// A beam of length 2 between two posts at x = -1 and 1, the second pin off by `gap`.
@@ -112,4 +112,4 @@ TEST(Assembly, VelocitiesBecomeConsistent) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::assembly_test

@@ -10,7 +10,7 @@
 #include "libmbd/machine.hpp"
 #include "tests/tools/mechanisms.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::between_test {
 namespace {
 
 MachineOptions order(int k) { return {.adams_moulton = {.order = k}}; }
@@ -85,4 +85,4 @@ TEST(BetweenSteps, RefusesATimeThatIsNotKept) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::between_test

@@ -11,7 +11,7 @@
 #include "libmbd/forces/rotational_stop.hpp"
 #include "libmbd/forces/slide_stop.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::contacts_test {
 namespace {
 
 constexpr double k = 1e4, b = 0.5, mu = 0.3;
@@ -145,4 +145,4 @@ TEST(Contacts, RefuseWithRuleAndCure) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::contacts_test

@@ -10,7 +10,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::elements_test {
 namespace {
 
 template <class Tuple, class Action>
@@ -390,4 +390,4 @@ TEST(Elements, FirstKeyIsTheTypesWord) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::elements_test

@@ -10,7 +10,7 @@
 #include "libmbd/forces/line_contact.hpp"
 #include "libmbd/forces/wheel_on_soil.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::events_test {
 namespace {
 
 /// Share at which locate_crossing finds the zero of a gap that starts on its positive side, and how often it asked.
@@ -82,4 +82,4 @@ TEST(Switches, OnlyRutsRememberAcceptedSteps) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::events_test

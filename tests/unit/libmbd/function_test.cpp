@@ -9,7 +9,7 @@
 
 #include "tests/tools/message_of.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::function_test {
 namespace {
 
 std::vector<Function> every_kind() {
@@ -138,4 +138,4 @@ TEST(Function, RefusesWithRuleAndCure) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::function_test

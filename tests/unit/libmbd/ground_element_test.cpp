@@ -8,7 +8,7 @@
 
 /// The ground element under a stamp and a wheel. Closed forms of a constant K': with m the stamp, M = m + m_b and
 /// V0 = m v/M, z_max = (m g/K)(1 + sqrt(1 + K M V0^2/(m g)^2)), or V0 sqrt(M/K) at pi/2 sqrt(M/K) without gravity.
-namespace subsoil::mbd {
+namespace subsoil::mbd::ground_element_test {
 namespace {
 
 constexpr double m = 132, K = 1e5;
@@ -179,4 +179,4 @@ TEST(GroundElement, RestartContinues) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::ground_element_test

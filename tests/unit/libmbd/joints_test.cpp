@@ -21,7 +21,7 @@
 #include "libmbd/machine.hpp"
 #include "tests/tools/message_of.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::joints_test {
 namespace {
 
 /// Two bodies, the first at the origin, the second at (1, 0), and a joint or driver between them.
@@ -180,4 +180,4 @@ TEST(Motion, AccelerationSurvivesARestart) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::joints_test

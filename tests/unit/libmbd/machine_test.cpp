@@ -15,7 +15,7 @@
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/rig.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::machine_test {
 namespace {
 
 std::string refusal(auto action) { return test::message_of(action); }
@@ -228,4 +228,4 @@ TEST(Machine, EndOfTravelNamesTheJoint) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::machine_test

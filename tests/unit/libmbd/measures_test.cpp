@@ -22,7 +22,7 @@
 #include "libmbd/measures/velocity.hpp"
 #include "tests/tools/message_of.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::measures_test {
 namespace {
 
 constexpr double g = 9.81;
@@ -223,4 +223,4 @@ TEST(Measures, RefuseJointsAndBodiesThatAreNotThere) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::measures_test

@@ -7,7 +7,7 @@
 #include "libmbd/force.hpp"
 #include "libmbd/measure.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::members_test {
 namespace {
 
 struct Pin {
@@ -81,4 +81,4 @@ TEST(AnyElement, HoldsOneElement) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::members_test

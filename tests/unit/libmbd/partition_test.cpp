@@ -11,7 +11,7 @@
 #include "libmbd/joints/revolute.hpp"
 #include "tests/tools/rig.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::partition_test {
 namespace {
 
 /// A chain of bars listed from the tip to the ground, closed to the ground by a last pin: open order and a loop.
@@ -95,4 +95,4 @@ TEST(Partition, ChainChoosesItsAnglesOnce) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::partition_test

@@ -5,7 +5,7 @@
 #include <Eigen/Dense>
 #include <random>
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::sparse_test {
 namespace {
 
 /// A random pattern with a strong diagonal: well conditioned, so a dense solver agrees to rounding times a few.
@@ -85,4 +85,4 @@ TEST(Sparse, LdlSaysHowSingularAndWhere) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::sparse_test

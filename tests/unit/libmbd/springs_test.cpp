@@ -10,7 +10,7 @@
 #include "libmbd/forces/rotational_spring_damper.hpp"
 #include "libmbd/forces/spring_damper.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::springs_test {
 namespace {
 
 /// A body at x, moving along x: the spring to the ground's origin lies along x.
@@ -186,4 +186,4 @@ TEST(Drag, RefusesToPush) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::springs_test

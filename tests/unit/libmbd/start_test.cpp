@@ -12,7 +12,7 @@
 #include "libmbd/machine.hpp"
 #include "tests/tools/message_of.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::start_test {
 namespace {
 
 /// A rod of 1 m, pinned to the ground by its left end at `pin`, its centre of gravity given at x = 0.5 m.
@@ -139,4 +139,4 @@ TEST(Start, TwoDriversOfOneFreedomAreOverDetermined) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::start_test

@@ -6,7 +6,7 @@
 #include "libmbd/forces/wheel_on_soil.hpp"
 #include "libmbd/machine.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::wheel_test {
 namespace {
 
 constexpr double radius = 0.20, width = 0.12, n = 1.3126, k_c = 1434.81e3, k_phi = 165.79e3;
@@ -158,4 +158,4 @@ TEST(Rut, KeepsTheDeepestAndIsLinearBetween) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::wheel_test

@@ -8,7 +8,7 @@
 #include "tests/tools/program_runs.hpp"
 
 /// `subsoil credibility`: each axis changes what it says and nothing else, and verdicts are those of the rule.
-namespace subsoil::app {
+namespace subsoil::app::credibility_test {
 namespace {
 
 const Axis& axis(const Axes& axes, const std::string& name) {
@@ -173,4 +173,4 @@ TEST(CredibilityVerdict, FollowsTheRule) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::credibility_test

@@ -8,7 +8,7 @@
 #include "apps/report/statistics.hpp"
 
 /// The numbers of a report against what is known of made-up records and of the wedge models' limits.
-namespace subsoil::app {
+namespace subsoil::app::report_numbers_test {
 namespace {
 
 struct Record {
@@ -110,4 +110,4 @@ TEST(Asabe, SpansItsSoilsAndItsScatter) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::report_numbers_test

@@ -11,7 +11,7 @@
 
 /// `subsoil report`: the data of a page against the run's own files, and pages of broken result directories. A browser
 /// opens pages in tests/optional.
-namespace subsoil::app {
+namespace subsoil::app::report_page_test {
 namespace {
 
 using test::message_of;
@@ -220,4 +220,4 @@ TEST(Page, TextOfUsersCannotLeaveItsPlace) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::report_page_test

@@ -20,7 +20,7 @@
 
 /// `subsoil sweep`: the points of a plan, what is refused before anything runs, a sweep that is killed and goes on, and
 /// effects of numbers that are known.
-namespace subsoil::app {
+namespace subsoil::app::sweep_test {
 namespace {
 
 using test::message_of;
@@ -305,4 +305,4 @@ TEST(Slurm, ArrayHoldsTheOpenPointsAndTheirCommand) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::sweep_test

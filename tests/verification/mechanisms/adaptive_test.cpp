@@ -13,7 +13,7 @@
 #include "tests/tools/mechanisms.hpp"
 #include "tests/tools/reference_ode.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::adaptive_test {
 namespace {
 
 using test::OdeState;
@@ -240,4 +240,4 @@ TEST(Adaptive, TakesRedundantConstraints) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::adaptive_test

@@ -13,7 +13,7 @@
 #include "tests/tools/mechanisms.hpp"
 #include "tests/tools/message_of.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::analyses_test {
 namespace {
 
 using std::numbers::pi;
@@ -198,4 +198,4 @@ TEST(Modes, ShapesHoldDependentCoordinates) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::analyses_test

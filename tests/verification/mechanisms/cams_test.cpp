@@ -14,7 +14,7 @@
 #include "libmbd/machine.hpp"
 #include "tests/tools/reference_ode.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::cams_test {
 namespace {
 
 constexpr double g = 9.81, radius = 0.05, eccentricity = 0.012, spin = 6, mass = 1.5;
@@ -162,4 +162,4 @@ TEST(PointOnCurve, GoesOnStraightBeyondItsEnd) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::cams_test

@@ -16,7 +16,7 @@
 #include "libmbd/machine.hpp"
 #include "tests/tools/reference_ode.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::contacts_test {
 namespace {
 
 class Contacts : public testing::TestWithParam<IntegratorKind> {
@@ -194,4 +194,4 @@ TEST_P(Contacts, DiskInABoreAgainstItsOwnEquations) {
 INSTANTIATE_TEST_SUITE_P(Both, Contacts, testing::Values(IntegratorKind::adams_moulton, IntegratorKind::ida));
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::contacts_test

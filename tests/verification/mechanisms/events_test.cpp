@@ -8,7 +8,7 @@
 #include "libmbd/forces/line_contact.hpp"
 #include "libmbd/machine.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::events_test {
 namespace {
 
 constexpr double g = 9.81, mass = 1, stiffness = 1e4, height = 0.2;
@@ -109,4 +109,4 @@ TEST(Events, SeveralInOneStep) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::events_test

@@ -12,7 +12,7 @@
 #include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::forces_test {
 namespace {
 
 class ForcesInMotion : public testing::TestWithParam<IntegratorKind> {
@@ -195,4 +195,4 @@ TEST_P(ForcesInMotion, RotorRunsDown) {
 INSTANTIATE_TEST_SUITE_P(Both, ForcesInMotion, testing::Values(IntegratorKind::adams_moulton, IntegratorKind::ida));
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::forces_test

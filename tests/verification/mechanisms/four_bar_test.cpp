@@ -10,7 +10,7 @@
 #include "libmbd/joints/revolute.hpp"
 #include "libmbd/machine.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::four_bar_test {
 namespace {
 
 constexpr double crank = 0.2, coupler = 0.7, rocker = 0.5, base = 0.6, speed = 7.0, g = 9.81;
@@ -157,4 +157,4 @@ TEST(FourBar, PartitionSwitchesAtTurningPoints) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::four_bar_test

@@ -14,7 +14,7 @@
 #include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::gears_test {
 namespace {
 
 void run(Machine& machine, double end, double h) {
@@ -132,4 +132,4 @@ TEST(Gears, RackTurnsPinion) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::gears_test

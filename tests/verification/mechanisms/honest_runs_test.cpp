@@ -15,7 +15,7 @@
 #include "tests/tools/mechanisms.hpp"
 #include "tests/tools/message_of.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::honest_runs_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -183,4 +183,4 @@ TEST(HonestRuns, AFrameNearASingularPoseStands) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::honest_runs_test

@@ -11,7 +11,7 @@
 #include "tests/tools/reference_ode.hpp"
 #include "tests/tools/rig.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::integrators_test {
 namespace {
 
 /// A bar pendulum with a torsion damper, thrown hard: smooth, nonlinear, dissipative, constrained.
@@ -145,4 +145,4 @@ TEST(Integrators, PartitioningAgreesWithIdaOnTheRig) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::integrators_test

@@ -19,7 +19,7 @@
 #include "tests/tools/reference_ode.hpp"
 #include "tests/verification/mechanisms/sledge.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::joint_friction_test {
 namespace {
 
 class JointFrictionBy : public testing::TestWithParam<IntegratorKind> {
@@ -229,4 +229,4 @@ TEST(JointFriction, RefusesWhatItCannotActIn) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::joint_friction_test

@@ -11,7 +11,7 @@
 #include "libmbd/machine.hpp"
 #include "tests/tools/reference_ode.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::pendulum_test {
 namespace {
 
 constexpr double g = 9.81, mass = 2.0, inertia = 0.3, arm = 0.8;
@@ -129,4 +129,4 @@ INSTANTIATE_TEST_SUITE_P(SmallAndLarge, TwoBars,
                          testing::Values(std::array{0.05, -0.03, 1e-11}, std::array{1.6, 2.3, 1e-8}));
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::pendulum_test

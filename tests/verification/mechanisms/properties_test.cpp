@@ -13,7 +13,7 @@
 #include "libmbd/forces/applied_force.hpp"
 #include "tests/tools/random_mechanism.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::properties_test {
 namespace {
 
 using test::MechanismDice;
@@ -225,4 +225,4 @@ TEST_P(AnyMechanism, EnergyBalanceClosesWithDampersAndADriver) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::properties_test

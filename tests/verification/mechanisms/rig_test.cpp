@@ -8,7 +8,7 @@
 
 #include "tests/tools/verified.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::rig_test {
 namespace {
 
 using subsoil::test::absolute;
@@ -145,4 +145,4 @@ TEST(Rig, HoldsTheDriverToTheTowingSpeed) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::rig_test

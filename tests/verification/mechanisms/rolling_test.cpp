@@ -12,7 +12,7 @@
 #include "libmbd/machine.hpp"
 #include "tests/tools/reference_ode.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::rolling_test {
 namespace {
 
 constexpr double g = 9.81, mass = 3, inertia = 0.02, slope = 0.35;
@@ -122,4 +122,4 @@ INSTANTIATE_TEST_SUITE_P(InAndOn, RollingOnCircle,
                          testing::Values(Circles{true, 1.0, 1.0, 4.0}, Circles{false, 0.5, 0.1, 1.2}));
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::rolling_test

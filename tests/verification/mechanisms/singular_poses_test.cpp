@@ -14,7 +14,7 @@
 #include "libmbd/machine.hpp"
 #include "tests/tools/reference_ode.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::singular_poses_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -191,4 +191,4 @@ TEST(SingularPoses, FortyWindowsAreFarWithinTheBenchmark) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::singular_poses_test

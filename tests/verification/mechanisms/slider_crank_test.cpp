@@ -16,7 +16,7 @@
 #include "libmbd/machine.hpp"
 #include "tests/tools/reference_ode.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::slider_crank_test {
 namespace {
 
 constexpr double a = 0.5, j1 = 1, m2 = 1, j2 = 2, k = 1, c = 1, l0 = 1, force = 1;
@@ -99,4 +99,4 @@ TEST_P(SliderCrank, FollowsMinimalCoordinate) {
 INSTANTIATE_TEST_SUITE_P(Both, SliderCrank, testing::Values(IntegratorKind::adams_moulton, IntegratorKind::ida));
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::slider_crank_test

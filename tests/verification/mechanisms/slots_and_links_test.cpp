@@ -14,7 +14,7 @@
 #include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::slots_and_links_test {
 namespace {
 
 void run(Machine& machine, double end, double h) {
@@ -121,4 +121,4 @@ TEST(DistanceDriver, ByAccelerationFromAMovingStart) {
 }
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::slots_and_links_test

@@ -12,7 +12,7 @@
 #include "libmbd/machine.hpp"
 #include "tests/tools/verified.hpp"
 
-namespace subsoil::mbd {
+namespace subsoil::mbd::spring_damper_test {
 namespace {
 
 /// Damped free oscillation x'' + 2 d x' + w^2 x = 0 from (x0, v0).
@@ -90,4 +90,4 @@ TEST_P(Closed, RotationalSwing) {
 INSTANTIATE_TEST_SUITE_P(Both, Closed, testing::Values(IntegratorKind::adams_moulton, IntegratorKind::ida));
 
 }  // namespace
-}  // namespace subsoil::mbd
+}  // namespace subsoil::mbd::spring_damper_test

@@ -7,7 +7,7 @@
 #include "tests/tools/verified.hpp"
 
 /// Adhesion through the engine: pulls and rebounds of one sphere at a plane, friction without memory, and twist.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::adhesion_of_pairs {
 namespace {
 
 using subsoil::test::absolute;
@@ -346,4 +346,4 @@ TEST(Tangential, TwistKeepsAngularMomentum) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::adhesion_of_pairs

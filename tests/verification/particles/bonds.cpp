@@ -9,7 +9,7 @@
 
 /// Parallel bonds against closed forms: two spheres led by given motions, a beam of spheres against beam theory, clods
 /// that fly apart.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::bonds {
 namespace {
 
 using subsoil::test::absolute;
@@ -602,4 +602,4 @@ TEST(Bond, RefusesWhatCannotBe) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::bonds

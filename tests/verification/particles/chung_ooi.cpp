@@ -8,7 +8,7 @@
 /// printed. Points of 4 and 5 were read off the paper's figures by the authors of Kratos Multiphysics (DEMApplication,
 /// basic_benchmarks/paper_data); set-up and materials of 5 are those that the benchmark scripts of Kratos and PySPH
 /// give.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::chung_ooi {
 namespace {
 
 using subsoil::test::absolute;
@@ -293,4 +293,4 @@ TEST(ChungOoi, Test5ConstantNormalVelocity) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::chung_ooi

@@ -9,7 +9,7 @@
 /// Chung & Ooi 2011, tests 6 to 8: spheres that spin when they meet, aluminium alloy and nylon, R = 0.1 m, V_n = 0.2
 /// m/s, mu = 0.4, e = 0.5. The engine is held against an integration of its own force law in dimensionless form; the
 /// points read off the paper's figures belong to another convention and are shown beside it (ConventionOfThePaper).
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::chung_ooi_spin {
 namespace {
 
 using subsoil::test::absolute;
@@ -241,4 +241,4 @@ TEST(ChungOoi, Test8SpheresOfDifferentSize) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::chung_ooi_spin

@@ -5,7 +5,7 @@
 
 /// Oblique impact of a sphere on a plane under each friction rule, beside a two-body integration of its own in very
 /// small steps; and what no rule may do: give back more than it took.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::friction {
 namespace {
 
 using subsoil::test::absolute;
@@ -145,4 +145,4 @@ TEST(FrictionRule, NeverMakesEnergy) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::friction

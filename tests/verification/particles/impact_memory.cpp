@@ -5,7 +5,7 @@
 #include "tests/tools/verified.hpp"
 
 /// Two-body impacts in the engine by laws whose contacts remember, beside what their loops enclose: m (V^2 - V'^2)/2.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::impact_memory {
 namespace {
 
 using impact::Strikers;
@@ -160,4 +160,4 @@ TEST(ImpactMemory, VariableRestitutionMeetsItsMap) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::impact_memory

@@ -4,7 +4,7 @@
 #include "tests/tools/verified.hpp"
 
 /// Models of one impact against printed values.
-namespace subsoil::dem::impact::test {
+namespace subsoil::dem::impact::test::impact_published {
 namespace {
 
 using subsoil::test::absolute;
@@ -67,4 +67,4 @@ TEST(ImpactPublished, JacksonGreen) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::impact::test
+}  // namespace subsoil::dem::impact::test::impact_published

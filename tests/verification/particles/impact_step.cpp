@@ -7,7 +7,7 @@
 #include "tests/tools/laws.hpp"
 
 /// The engine's step beside the closed forms of impact: Hunt-Crossley, and Hertz by a law of its own.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::impact_step {
 namespace {
 
 using impact::Event;
@@ -138,4 +138,4 @@ TEST(ImpactStep, RestitutionAtASpeedComesOut) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::impact_step

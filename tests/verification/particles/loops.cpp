@@ -5,7 +5,7 @@
 
 /// Loading and unloading of the plastic laws through the engine: a plane presses a sphere that is too heavy to follow
 /// to an overlap of 1 mm, and leaves it. Corners of the loop and its area by hand.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::loops {
 namespace {
 
 using subsoil::test::absolute;
@@ -129,4 +129,4 @@ TEST(PlasticLoops, Edinburgh) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::loops

@@ -4,7 +4,7 @@
 #include "tests/tools/verified.hpp"
 
 /// MFiX DEM01 to DEM04 (linear spring-dashpot), and sliding and rolling of one sphere, against closed forms.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::mfix {
 namespace {
 
 using subsoil::test::absolute;
@@ -256,4 +256,4 @@ TEST(RollingResistance, ElasticPlasticHoldsAndYields) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::mfix

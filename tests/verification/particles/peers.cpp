@@ -4,7 +4,7 @@
 #include "tests/tools/verified.hpp"
 
 /// Two-body results that other programs publish: their recorded numbers, with their conventions where ours differ.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::peers {
 namespace {
 
 using subsoil::test::absolute;
@@ -193,4 +193,4 @@ TEST(Peers, MercuryPlasticForce) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::peers

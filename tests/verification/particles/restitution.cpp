@@ -8,7 +8,7 @@
 
 /// Restitution out = restitution in for every law that promises one, over e from 0.05 to 1 and three decades of speed;
 /// and the map where clipping changes it.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::restitution {
 namespace {
 
 using impact::Strikers;
@@ -164,4 +164,4 @@ TEST(Restitution, ClippedAttraction) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::restitution

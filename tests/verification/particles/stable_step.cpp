@@ -6,7 +6,7 @@
 /// The stable step by experiment: a small random disturbance of a bed at rest either stays or grows. The limit found by
 /// bisection must lie above stable_step (safe side; bisection stops within 2 %, hence 0.98) and within the stated
 /// factor.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::stability {
 namespace {
 
 /// How a tiny random disturbance of all velocities and spins grows: the distance between a disturbed run and an
@@ -185,4 +185,4 @@ TEST(StableStep, Table3InTheSourcesUnits) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::stability

@@ -5,7 +5,7 @@
 #include "tests/tools/verified.hpp"
 
 /// Two wet spheres of the source (r 10 mm, 1800 kg/m3): pull-apart curve, work of separation, period, creep; momentum.
-namespace subsoil::dem::test {
+namespace subsoil::dem::test::wet_pair {
 namespace {
 
 using subsoil::test::absolute;
@@ -172,4 +172,4 @@ TEST(UnequalPair, CollisionLaw) {
 }
 
 }  // namespace
-}  // namespace subsoil::dem::test
+}  // namespace subsoil::dem::test::wet_pair

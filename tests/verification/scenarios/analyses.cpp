@@ -7,7 +7,7 @@
 
 /// Analyses of machines without soil through the whole program: the word in the file, series and summary out.
 /// Oracles: closed forms of rods, springs, the slider-crank and the bouncing ball.
-namespace subsoil::app {
+namespace subsoil::app::analyses {
 namespace {
 
 using test::run_scenario;
@@ -210,4 +210,4 @@ time: {end: 0.3 s, machine: {integrator: cvode}}
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::analyses

@@ -5,7 +5,7 @@
 
 /// Machines without soil through the whole program: file in, series out.
 /// Oracles: the complete elliptic integral; the slider's closed form, differentiated by hand.
-namespace subsoil::app {
+namespace subsoil::app::machines {
 namespace {
 
 /// Times at which a column passes zero upward, by linear interpolation.
@@ -51,4 +51,4 @@ TEST(Machines, SliderFollowsTheCrankAndTheMotorsTorqueDoesTheWork) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::machines

@@ -8,7 +8,7 @@
 #include "tests/tools/verified.hpp"
 
 /// The source's stamp of 132 kg (Ye Min-zhen): in a machine, beside the closed form of the ground element.
-namespace subsoil::app {
+namespace subsoil::app::stamp {
 namespace {
 
 using subsoil::test::absolute;
@@ -65,4 +65,4 @@ TEST(Stamp, SinksInAMachineAsTheClosedFormSays) {
 }
 
 }  // namespace
-}  // namespace subsoil::app
+}  // namespace subsoil::app::stamp

@@ -17,6 +17,7 @@ using namespace test;
 using std::numbers::pi;
 using Coordinates = std::vector<Jet>;
 using Poses = std::vector<Pose>;
+inline constexpr double g = 9.81;  // m/s^2
 
 /// Largest difference allowed, by the unit of the column: (m, rad), (m/s, rad/s), (m/s^2, rad/s^2), (N, N m), J.
 /// Each is ten to a thousand times what order 6 leaves at the case's step, (w h)^6 w t for its fastest rate w,

@@ -12,8 +12,6 @@
 namespace subsoil::cases {
 namespace {
 
-constexpr double g = 9.81;
-
 /// The first gear with a quarter of the second's inertia and spring, T = 2 N m: (T/k)(1 - cos(w t)). The rack with
 /// I/R^2 of the pinion: (v/w) sin(w t). Tooth forces from the balance of the first gear and of the rack.
 Reference gears_and_rack() {

@@ -9,8 +9,6 @@
 namespace subsoil::cases {
 namespace {
 
-constexpr double g = 9.81;
-
 /// Three masses of 2 kg on springs of 200 N/m along x (w = 10 rad/s), free length 1 m, from 0.1 m beyond it with
 /// -0.5 m/s; dampers of 4, 40 and 100 N s/m: ratios 0.1, 1 and 2.5.
 Reference damped_masses() {

@@ -8,8 +8,6 @@
 namespace subsoil::cases {
 namespace {
 
-constexpr double g = 9.81;
-
 /// A body swinging about the origin, let go at rest at theta_0 from hanging; theta(t) from Jacobi's functions:
 /// sin(theta/2) = k cd(w t, k), k = sin(theta_0/2), w^2 = m g d/(I + m d^2).
 struct Swing {
