@@ -215,7 +215,8 @@ def execute(arguments, run):
         if not file.exists():
             sets_of_bed = run.bed.sets + ["time.end=1 ms", f"soil.bed.save={file}"]
             execute(arguments, Run(run.bed.name, run.bed.base, "", sets_of_bed, run.bed.text))
-        sets.append(f"soil.bed={{fill: file, material: soil, file: {file}, settle: {{for: 20 ms}}}}")
+        # Other contact values have another overlap at rest: the bed comes to rest under them first.
+        sets.append(f"soil.bed={{fill: file, material: soil, file: {file}, settle: {REST}}}")
     command = [arguments.program, "run", str(scenario), "--out", str(out / run.name), "--force", "--threads", "1"]
     for s in sets:
         command += ["--set", s]
