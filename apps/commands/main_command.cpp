@@ -84,7 +84,7 @@ CLI::App* add_impact(CLI::App& app, ImpactRequest& request) {
 }
 
 CLI::App* add_test(CLI::App& app, TestRequest& request) {
-  CLI::App* word = app.add_subcommand("test", "an laboratory test of a scenario's material: repose, shear, ...");
+  CLI::App* word = app.add_subcommand("test", "one laboratory test of a scenario's material: repose, shear, ...");
   word->footer(
       "Sizes, loads and packings stand in the section `test` of the scenario, or in --set, as in\n  subsoil test "
       "shear configs/laboratory/dry.yaml --set \"test.shear.loads=2 4 8 kPa\". Keys: docs/scenario.md; tests: "

@@ -377,8 +377,12 @@ mbd::ExpressionFunction make_expression(const std::string& text, const std::stri
   mbd::ExpressionFunction f;
   f.text = text, f.unit = unit;
   f.value_ = evaluator(value, "value");
-  f.first_ = evaluator(value.diff(t), "first derivative");
-  f.second_ = evaluator(value.diff(t, 2), "second derivative");
+  try {
+    f.first_ = evaluator(value.diff(t), "first derivative");
+    f.second_ = evaluator(value.diff(t, 2), "second derivative");
+  } catch (const std::exception& error) {  // 0^t
+    throw UnitError(fmt::format("has no derivative in t: {}", error.what()));
+  }
   const auto after = std::make_shared<Sums>(f.value_);
   const auto before = std::make_shared<Sums>([forward = f.value_](double s) { return forward(-s); });
   f.integral_ = [after, before](double at) { return at >= 0 ? after->once(at) : -before->once(-at); };

@@ -135,7 +135,11 @@ class Body {
 void refuse_short_ply(const std::string& file) {
   std::ifstream in(file, std::ios::binary);
   const Header header = read_header(in);
-  if (!header.readable) return;
+  if (!header.readable)
+    throw std::runtime_error(
+        file +
+        ": no PLY file that can be read: its header must list elements, each with its properties after it, "
+        "and end with `end_header`; export it again");
   Body body({std::istreambuf_iterator<char>(in), {}}, header);
   for (const Element& element : header.elements)
     if (!body.holds(element))

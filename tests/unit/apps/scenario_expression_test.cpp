@@ -124,6 +124,7 @@ TEST(Expression, RefusesWithRuleAndCure) {
   EXPECT_EQ(refusal("2^t^2"),
             "is no formula: of powers in a row it must say which comes first; write a^(b^c) or (a^b)^c");
   EXPECT_EQ(refusal("sqrt(-2)*t"), "holds a number that is not real, such as a root or logarithm of a negative one");
+  EXPECT_EQ(refusal("0^t"), "has no derivative in t: power::eval(): division by zero");
   EXPECT_EQ(refusal("1e-3*t + 2E+1"), "accepted");
 }
 
