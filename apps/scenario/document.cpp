@@ -406,15 +406,37 @@ void apply_set(Node& root, const std::string& set, Problems& problems) {
   *node = std::move(value);
 }
 
+/// Of a path such as `materials.soil` or `materials.soil.library`, which decide what the library brings.
+bool chooses_material(const std::string& set) {
+  const std::vector<std::string> parts = path_parts(set.substr(0, set.find('=')));
+  return !parts.empty() && parts[0] == "materials" &&
+         (parts.size() <= 2 || (parts.size() == 3 && parts[2] == "library"));
+}
+
+/// The short form `soil: library clay-10mm` has no key `library`: the set then means the whole value.
+std::string of_short_form(const Node& root, const std::string& set) {
+  const std::size_t equals = set.find('=');
+  const std::vector<std::string> parts = path_parts(set.substr(0, equals));
+  if (parts.size() != 3 || equals == std::string::npos) return set;
+  const Node::Entry* materials = root.find("materials");
+  const Node::Entry* of = materials == nullptr ? nullptr : materials->value.find(parts[1]);
+  if (of == nullptr || of->value.kind != Node::Kind::scalar) return set;
+  return "materials." + parts[1] + "=library " + set.substr(equals + 1);
+}
+
 Node finish(Node root, const std::string& name, const std::vector<std::string>& sets, Problems& problems) {
   if (root.kind == Node::Kind::null) root.kind = Node::Kind::mapping;
   if (root.kind != Node::Kind::mapping) {
     throw ScenarioError(fmt::format("{}: is no scenario; a scenario is a mapping that starts with `subsoil: 1`", name));
   }
   if (root.place.line == 0) root.place = {name, 1, 1};
-  // Before, so that a path may lead to what is taken from the library; after, for what a path takes from it.
+  // First what decides which materials the library gives, so that its laws are those of the material chosen; the rest
+  // after, since a path may lead to what was taken; and once more, for materials that such a path brings.
+  for (const std::string& set : sets)
+    if (chooses_material(set)) apply_set(root, of_short_form(root, set), problems);
   take_from_library(root, problems);
-  for (const std::string& set : sets) apply_set(root, set, problems);
+  for (const std::string& set : sets)
+    if (!chooses_material(set)) apply_set(root, set, problems);
   if (!sets.empty()) take_from_library(root, problems);
   return root;
 }

@@ -109,6 +109,24 @@ TEST(Library, PathsOfSetLeadIntoItAndMayChooseFromIt) {
   EXPECT_NE(chosen.scenario.contacts[0].law.get_if<dem::Eepa>(), nullptr);
 }
 
+/// The scenario's own choice leaves nothing behind: neither density nor law.
+TEST(Library, AMaterialChosenByASetBringsItsOwnDensityAndLaw) {
+  const auto emitted = [](const std::string& material, const std::vector<std::string>& sets) {
+    const Loaded loaded = load_scenario_text(on_steel(material), "scenario.yaml", sets);
+    EXPECT_EQ(loaded.scenario.contacts.size(), 2u);
+    return std::pair(loaded.scenario.materials[0].density,
+                     loaded.scenario.contacts[0].law.get_if<dem::Eepa>() != nullptr);
+  };
+  const double clay = load_scenario_text(on_steel("library clay-10mm")).scenario.materials[0].density;
+  for (const char* set :
+       {"materials.soil=library clay-10mm", "materials.soil.library=clay-10mm", "materials.soil={library: clay-10mm}"})
+    for (const char* own : {"library dry-sand-10mm", "{library: dry-sand-10mm}"}) {
+      const auto [density, law] = emitted(own, {set});
+      EXPECT_EQ(density, clay) << own << ", " << set;
+      EXPECT_TRUE(law) << own << ", " << set << ": the law of clay is eepa, that of dry sand linear";
+    }
+}
+
 TEST(Library, SpheresOfAnotherRadiusAreWarnedOf) {
   const RunDirectory dir;
   const auto warnings = [&](const std::vector<std::string>& sets) {
