@@ -170,6 +170,44 @@ class Calibrator {
     }
   }
 
+  /// Squares of what the targets are off, in deviations that count the surrogates' own errors.
+  double doubtful_misfit(const Eigen::VectorXd& u) const {
+    double sum = 0;
+    for (std::size_t k = 0; k < surrogates_.size(); ++k) {
+      const double off = surrogates_[k].value(u) - out_.targets[k].value;
+      sum += off * off / (deviations_[k] * deviations_[k] + std::pow(surrogates_[k].error(u), 2));
+    }
+    return sum;
+  }
+
+  /// 95 % interval of a parameter, as a place in its range: where the best that the others can do is worse than the set
+  /// by 1.96^2 at most (profile likelihood; Venzon & Moolgavkar, Applied Statistics 37, 1988, 87). So a parameter that
+  /// another makes up for, along however bent a line, has the interval of that line.
+  std::pair<double, double> profile(int parameter) const {
+    constexpr int places = 40;
+    const auto with = [&](const Eigen::VectorXd& others, double place) {
+      Eigen::VectorXd u(count());
+      for (int k = 0, from = 0; k < count(); ++k) u[k] = k == parameter ? place : others[from++];
+      return u;
+    };
+    std::vector<double> least(places + 1);
+    double best = doubtful_misfit(out_.u);
+    for (int i = 0; i <= places; ++i) {
+      const double place = static_cast<double>(i) / places;
+      const auto off = [&](const Eigen::VectorXd& others) { return doubtful_misfit(with(others, place)); };
+      double& here = least[static_cast<std::size_t>(i)];
+      here = count() == 1 ? off({}) : off(minimise(count() - 1, off));
+      best = std::min(best, here);
+    }
+    double low = out_.u[parameter], high = low;
+    for (int i = 0; i <= places; ++i) {
+      if (least[static_cast<std::size_t>(i)] > best + two_sided_95 * two_sided_95) continue;
+      // One place farther: the end lies between the last place that fits and the next.
+      low = std::min(low, std::max(0.0, (i - 1.0) / places)), high = std::max(high, std::min(1.0, (i + 1.0) / places));
+    }
+    return {low, high};
+  }
+
   void find_intervals() {
     const auto targets = static_cast<Eigen::Index>(surrogates_.size());
     constexpr double h = 0.05;  // a range is told apart by tests to some hundredths
@@ -187,15 +225,11 @@ class Calibrator {
     out_.directions = svd.matrixV();
     out_.strengths = Eigen::VectorXd::Zero(count());
     out_.strengths.head(svd.singularValues().size()) = svd.singularValues();
-    const Eigen::MatrixXd information =
-        out_.slopes.transpose() * out_.slopes + 12 * Eigen::MatrixXd::Identity(count(), count());
-    const Eigen::MatrixXd covariance = information.inverse();
-    for (Eigen::Index j = 0; j < count(); ++j) {
+    for (int j = 0; j < count(); ++j) {
       const PlanParameter& p = plan_.parameters[static_cast<std::size_t>(j)];
-      const double half = two_sided_95 * std::sqrt(covariance(j, j));
+      const auto [low, high] = profile(j);
       out_.values.push_back(p.value(out_.u[j]));
-      out_.low.push_back(p.value(std::max(0.0, out_.u[j] - half)));
-      out_.high.push_back(p.value(std::min(1.0, out_.u[j] + half)));
+      out_.low.push_back(p.value(low)), out_.high.push_back(p.value(high));
     }
     for (const Surrogate& s : surrogates_) out_.predicted.push_back(s.value(out_.u));
   }

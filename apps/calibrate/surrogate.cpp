@@ -39,6 +39,7 @@ Eigen::VectorXd minimise(int parameters, const Objective& f) {
   const Eigen::VectorXd low = Eigen::VectorXd::Zero(parameters), high = Eigen::VectorXd::Ones(parameters);
   Eigen::VectorXd x = 0.5 * (low + high);
   search(nlopt::GN_DIRECT_L, f, low, high, 1500 * parameters, x);
+  x = x.cwiseMax(low).cwiseMin(high);  // DIRECT may leave the box by a rounding, which BOBYQA refuses to start from
   const double before = f(x);
   Eigen::VectorXd nearer = x;
   search(nlopt::LN_BOBYQA, f, low, high, 300 * parameters, nearer);
