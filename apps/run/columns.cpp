@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "apps/run/column_table.hpp"
+#include "apps/scenario/expression.hpp"
 
 namespace subsoil::app {
 
@@ -88,7 +89,22 @@ bool Columns::is_sum(std::size_t column) const {
          });
 }
 
+void Columns::add_formula(const Watch& watch, const Loaded& loaded) {
+  WatchSource source{.target = 0, .column = -1, .components = {}, .along = {}};
+  std::vector<std::string> names;
+  for (const auto& [name, column] : watch.inputs) {
+    names.push_back(name);
+    source.components.push_back(
+        static_cast<int>(find_or_throw(column, "output.watch." + watch.name + ".of." + name, loaded)));
+  }
+  source.formula = make_formula_of(watch.of, names);
+  source.target = add(watch.name, watch.unit);
+  summarised_.push_back(source.target);
+  watches_.push_back(std::move(source));
+}
+
 void Columns::add_watch(const Watch& watch, const Loaded& loaded) {
+  if (watch.kind == Watch::Kind::formula) return add_formula(watch, loaded);
   WatchSource source{.target = 0, .column = -1, .components = {}, .along = watch.along};
   const auto index_of = [&](const std::string& name) {
     return static_cast<int>(find_or_throw(name, "output.watch." + watch.name, loaded));
@@ -119,6 +135,8 @@ void Columns::add_watch(const Watch& watch, const Loaded& loaded) {
     case Watch::Kind::soil_moment:
       project(find(watch.of + ".soil.Fx") >= 0 ? watch.of + ".soil" : watch.of, {".Mx", ".My", ".Mz"});
       break;
+    case Watch::Kind::formula:
+      break;
   }
   const int from = source.column >= 0 ? source.column : source.components.front();
   source.target = add(watch.name, columns_[static_cast<std::size_t>(from)].unit);
@@ -131,6 +149,12 @@ void Columns::take_watches(std::span<double> row) const {
   for (const WatchSource& w : watches_) {
     if (w.column >= 0) {
       row[w.target] = row[static_cast<std::size_t>(w.column)];
+      continue;
+    }
+    if (w.formula) {
+      std::vector<double> values;
+      for (const int c : w.components) values.push_back(row[static_cast<std::size_t>(c)]);
+      row[w.target] = w.formula(values.data());
       continue;
     }
     double sum = 0;

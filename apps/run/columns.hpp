@@ -66,12 +66,14 @@ class Columns {
     int column = -1;              ///< copied from this column, or
     std::vector<int> components;  ///< three columns projected on `along`
     dem::Vec3 along;
+    std::function<double(const double*)> formula{};  ///< of the components, in their order
   };
   std::size_t add(const std::string& name, const std::string& unit);
   template <class Owner>
   void add(const ColumnFamily<Owner>& family, const std::string& owner, const Owner& of);
   void add_soil();
   void add_watch(const Watch& watch, const Loaded& loaded);
+  void add_formula(const Watch& watch, const Loaded& loaded);
   void take(Taken when, std::span<double> row) const;
   void take_machine(std::span<double> row, bool means);
 

@@ -404,4 +404,10 @@ std::function<double(double, double, double)> make_formula(const std::string& te
   };
 }
 
+std::function<double(const double*)> make_formula_of(const std::string& text, const std::vector<std::string>& names) {
+  Symbols variables;
+  for (const std::string& name : names) variables.emplace_back(name);
+  return Program(read_formula(text, variables), variables);
+}
+
 }  // namespace subsoil::app

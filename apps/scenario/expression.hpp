@@ -2,6 +2,7 @@
 #include <array>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "libmbd/function.hpp"
 
@@ -17,5 +18,9 @@ mbd::ExpressionFunction make_expression(const std::string& text, const std::stri
 /// A formula in three numbers of these names, in SI units.
 std::function<double(double, double, double)> make_formula(const std::string& text,
                                                            const std::array<const char*, 3>& names);
+
+/// A formula in numbers of these names, in SI units; takes as many values in their order. Not finite where it has no
+/// value.
+std::function<double(const double*)> make_formula_of(const std::string& text, const std::vector<std::string>& names);
 
 }  // namespace subsoil::app

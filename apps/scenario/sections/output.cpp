@@ -5,6 +5,7 @@
 
 #include "apps/input_limits.hpp"
 #include "apps/scenario/checks.hpp"
+#include "apps/scenario/expression.hpp"
 #include "apps/scenario/fields/nodes.hpp"
 #include "apps/scenario/key_list.hpp"
 #include "apps/scenario/printer.hpp"
@@ -33,7 +34,8 @@ void describe(Fields& v, CrossingSection& c) {
 namespace {
 
 /// Words of `watch`, in the order of Watch::Kind.
-constexpr std::array<const char*, 6> watch_words{"column", "driver", "force", "joint", "soil force", "soil moment"};
+constexpr std::array<const char*, 7> watch_words{"column",     "driver",      "force",  "joint",
+                                                 "soil force", "soil moment", "formula"};
 
 /// Columns of the series that the scenario names.
 class WatchList final : public Compound {
@@ -75,7 +77,10 @@ class WatchList final : public Compound {
       inner.know(watch_words[i]);
       if (!inner.holds(watch_words[i])) continue;
       watch.kind = static_cast<Watch::Kind>(i);
-      inner.reference(watch_words[i], watch.of, Family::body, "what is watched");
+      if (watch.kind == Watch::Kind::formula)
+        read_formula(inner, watch);
+      else
+        inner.reference(watch_words[i], watch.of, Family::body, "what is watched");
     }
     inner.find_type(node, path, {watch_words.begin(), watch_words.end()});
     inner.leaf({"along", "direction"}, [&](const Node& along) {
@@ -87,11 +92,41 @@ class WatchList final : public Compound {
     inner.finish();
   }
 
+  static void read_formula(Reader& inner, Watch& watch) {
+    inner.leaf({"formula", "of the names in `of`, in SI units"}, [&](const Node& text) {
+      if (text.kind != Node::Kind::scalar) throw Refusal("must be a formula such as F*v");
+      watch.of = text.scalar;
+    });
+    inner.leaf({"of", "columns that the names of the formula stand for"}, [&](const Node& of) {
+      if (of.kind != Node::Kind::mapping) throw Refusal("must give names columns: {F: pull, v: trolley.vx}");
+      for (const Node::Entry& e : of.entries) {
+        if (e.value.kind != Node::Kind::scalar) throw Refusal("must give each name a column: {F: pull, v: trolley.vx}");
+        watch.inputs.emplace_back(e.key, e.value.scalar);
+      }
+    });
+    inner.leaf({"unit", "SI unit of the value"}, [&](const Node& unit) {
+      if (unit.kind != Node::Kind::scalar || parse_unit(unit.scalar).to_si(1) != 1)
+        throw Refusal("must be an SI unit such as W or N m, since columns are in SI units");
+      watch.unit = unit.scalar;
+    });
+  }
+
+  static Node formula_node(const Watch& watch) {
+    Node item = Node::mapping(true), of = Node::mapping(true);
+    item.add("formula", Node::of(watch.of));
+    for (const auto& [name, column] : watch.inputs) of.add(name, Node::of(column));
+    item.add("of", std::move(of));
+    if (watch.unit != "1") item.add("unit", Node::of(watch.unit));
+    return item;
+  }
+
   Node node() const {
     Node node = Node::mapping();
     for (const Watch& watch : watches_) {
       Node item = Node::of(watch.of);
-      if (watch.kind != Watch::Kind::column) {
+      if (watch.kind == Watch::Kind::formula) {
+        item = formula_node(watch);
+      } else if (watch.kind != Watch::Kind::column) {
         item = Node::mapping(true);
         item.add(watch_words[static_cast<std::size_t>(watch.kind)], Node::of(watch.of));
         if (watch.kind == Watch::Kind::joint || watch.kind == Watch::Kind::soil_force) {
@@ -146,9 +181,11 @@ void describe(Fields& v, Output& o) {
              "interval of full states to start again from; left out: none");
   v.choice("state", o.state, {{"full", State::full}, {"none", State::none}}, "full state at the end");
   WatchList watches(o.watch);
-  v.visit_compound(
-      {"watch", "named columns of the series: shovel.angle, {driver: H10}, {soil force: shovel, along: -1 0}"},
-      watches);
+  v.visit_compound({"watch",
+                    "named columns of the series: shovel.angle, {driver: H10}, {soil force: shovel, along: -1 0}, "
+                    "{formula: F*v, of: "
+                    "{F: pull, v: trolley.vx}, unit: W} of columns and of watches before it, in SI units"},
+                   watches);
   v.named("crossings", o.crossings,
           "instants at which columns pass values, counted in the summary with their times and mean interval, by name: "
           "{bottom: {column: rod.angle, at: -90 deg, direction: falling}}");
@@ -202,6 +239,16 @@ struct OutputChecks : Checks {
                          s.time.end, most_frames, allow_more("frames")));
   }
 
+  void formula(const std::string& path, const Watch& watch) {
+    Names names;
+    for (const auto& [name, column] : watch.inputs) names.push_back(name);
+    try {
+      make_formula_of(watch.of, names);
+    } catch (const UnitError& error) {
+      refuse(path + ".formula", watch.of, error.what());
+    }
+  }
+
   void watch(const std::string& path, const Watch& watch) {
     const MachineSection none, &m = s.machine ? *s.machine : none;
     Names bodies = names_of(m.bodies), joints = names_of(m.joints), drivers = names_of(m.drivers),
@@ -227,6 +274,9 @@ struct OutputChecks : Checks {
       case Watch::Kind::soil_force:
       case Watch::Kind::soil_moment:
         refer(path, watch.of, touched, "body or boundary");
+        break;
+      case Watch::Kind::formula:
+        formula(path, watch);
         break;
       case Watch::Kind::column: {
         const std::size_t dot = watch.of.find('.');

@@ -19,11 +19,13 @@ enum class ForceColumns { automatic, mean, instant };
 
 /// A named column of the series made for the reader's eye.
 struct Watch {
-  enum class Kind { column, driver, force, joint, soil_force, soil_moment };
+  enum class Kind { column, driver, force, joint, soil_force, soil_moment, formula };
   std::string name;
   Kind kind = Kind::column;
-  std::string of;       // column `shovel.angle`, or the driver, force, joint, body or boundary
+  std::string of;       // column `shovel.angle`, or the driver, force, joint, body or boundary, or the formula
   Vec3 along{1, 0, 0};  // joint, soil force: direction of the component; need not be a unit vector
+  std::vector<std::pair<std::string, std::string>> inputs{};  // formula: its names, and the columns that they stand for
+  std::string unit = "1";                                     // formula: SI unit of its value, such as W
 };
 
 /// Instants at which a column passes a value.

@@ -1,0 +1,78 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "apps/output/series.hpp"
+#include "apps/run/runner.hpp"
+#include "apps/scenario/load.hpp"
+#include "tests/tools/message_of.hpp"
+#include "tests/tools/program_runs.hpp"
+
+/// Watches that are formulas of columns.
+namespace subsoil::app::run_watch_formula {
+namespace {
+
+using namespace test;
+
+constexpr const char* swinging = R"(subsoil: 1
+gravity: 9.81 m/s^2
+machine:
+  bodies: {rod: {mass: 2 kg, inertia: 0.1 kg m^2, at: 0.5 0 m}}
+  joints: {pin: {revolute: [ground, rod], at: 0 0 m}}
+output:
+  watch:
+    speed: {formula: sqrt(u^2 + v^2), of: {u: rod.vx, v: rod.vy}, unit: m/s}
+    fall: {formula: -2*9.81*v, of: {v: rod.vy}, unit: W}
+    twice: {formula: 2*s, of: {s: speed}, unit: m/s}
+    odd: {formula: sqrt(-1 - s^2), of: {s: speed}}
+time: {end: 1 s}
+)";
+
+// The centre moves on a circle of 0.5 m; the weight of 19.62 N does the work that becomes kinetic energy, 0.5 (0.1 +
+// 2/4) w^2.
+TEST(RunWatchFormula, IsTheFormulaOfTheRowsColumns) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(swinging), dir / "out"), exit_ok);
+  const Series s = read_series(dir / "out/series.csv");
+  double work = 0;
+  for (std::size_t i = 0; i < s.at("time").size(); ++i) {
+    const double w = std::abs(s.at("rod.spin")[i]);
+    ASSERT_NEAR(s.at("speed")[i], 0.5 * w, 1e-9);
+    ASSERT_EQ(s.at("twice")[i], 2 * s.at("speed")[i]);
+    ASSERT_FALSE(std::isfinite(s.at("odd")[i])) << "no value is no number, not a stop";
+    if (i > 0) work += 0.5 * (s.at("fall")[i] + s.at("fall")[i - 1]) * (s.at("time")[i] - s.at("time")[i - 1]);
+    // Trapezoids of 1 ms: errors of some (1e-3)^2/12 of the power's second derivative, 4e3 W/s^2 at most.
+    ASSERT_NEAR(work, 0.3 * w * w, 1e-3);
+  }
+}
+
+TEST(RunWatchFormula, IsKeptInTheRunsScenario) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(swinging), dir / "out"), exit_ok);
+  const Loaded again = load_scenario((dir / "out/scenario.yaml").string(), {});
+  ASSERT_EQ(again.scenario.output.watch.size(), 4U);
+  const Watch& w = again.scenario.output.watch[0];
+  EXPECT_EQ(w.of, "sqrt(u^2 + v^2)");
+  EXPECT_EQ(w.unit, "m/s");
+  ASSERT_EQ(w.inputs.size(), 2U);
+  EXPECT_EQ(w.inputs[1], std::pair(std::string("v"), std::string("rod.vy")));
+}
+
+TEST(RunWatchFormula, RefusalsNamePlaceRuleAndCure) {
+  const RunDirectory dir;
+  const auto refused = [&](const std::string& set) {
+    return message_of<ScenarioError>(
+        [&] { run_scenario(dir.scenario(swinging), dir / "out", {"output.watch." + set}); });
+  };
+  const auto says = [&](const std::string& set, const std::string& part) {
+    EXPECT_NE(refused(set).find(part), std::string::npos) << refused(set);
+  };
+  says("speed.unit=kW", "must be an SI unit such as W");
+  says("speed.of.u=rod.vz", "no column 'rod.vz'; did you mean `rod.vx`?");
+  says("speed.formula=sqrt(w)", "`w` is no name of a formula in u, v");
+  says("speed.of=3", "must give names columns");
+  says("twice.of.s=odd", "no column 'odd'");  // stands after it
+}
+
+}  // namespace
+}  // namespace subsoil::app::run_watch_formula
