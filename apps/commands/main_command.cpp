@@ -231,6 +231,14 @@ int main_command(int argc, char** argv) {
   bool of_columns = false;
   reference_word->add_flag("--columns", of_columns, "print what the columns of series.csv are instead");
 
+  std::string schema;
+  reference_word
+      ->add_option("--schema", schema,
+                   "print a JSON Schema for editors instead: of a scenario, of a part that "
+                   "scenarios include, or of the file of a command")
+      ->expected(0, 1)
+      ->check(CLI::IsMember(schema_names()));
+
   PlotRequest plot_request;
   CLI::App* plot_word = app.add_subcommand(
       "plot", "draw the watches of one or more runs over time or --over a column, or a mechanism's positions");
@@ -273,7 +281,8 @@ int main_command(int argc, char** argv) {
     if (materials_word->parsed())
       std::cout << (material.empty() ? library_table() : library_text(library_material(material)));
     if (new_word->parsed()) print_new(new_request);
-    if (reference_word->parsed()) std::cout << (of_columns ? columns_markdown() : reference_markdown());
+    if (reference_word->parsed())
+      std::cout << (!schema.empty() ? schema_text(schema) : of_columns ? columns_markdown() : reference_markdown());
     if (plot_word->parsed()) draw(plot_request, plot_word->count("--strip") + plot_word->count("--times") > 0);
     return exit_ok;
   });

@@ -28,14 +28,14 @@ const std::vector<CommandSection>& command_sections() {
 
 const std::vector<CommandFile>& command_files() {
   static const std::vector<CommandFile> files{
-      {"The file of `subsoil impact`",
+      {"impact", "The file of `subsoil impact`",
        "The same rules hold; a key may also stand as a flag, `--model jkr --w \"50 mJ/m^2\"` ([impact.md](impact.md)).",
        prototype<ImpactStudy>()},
-      {"The file of `subsoil calibrate`",
+      {"calibrate", "The file of `subsoil calibrate`",
        "The same rules hold; values of targets carry the unit of their number "
        "([laboratory-tests.md](laboratory-tests.md)).",
        prototype<Plan>()},
-      {"The file of `subsoil sweep`", "The same rules hold ([sweep.md](sweep.md)).", prototype<SweepPlan>()}};
+      {"sweep", "The file of `subsoil sweep`", "The same rules hold ([sweep.md](sweep.md)).", prototype<SweepPlan>()}};
   return files;
 }
 

@@ -35,4 +35,9 @@ std::string explain(const std::string& path);
 /// docs/scenario.md: every key with unit, default, range and meaning.
 std::string reference_markdown();
 
+/// A JSON Schema for editors, of one of the files below.
+std::string schema_text(const std::string& name);
+/// "scenario", "part" (a file that scenarios include), and those of the commands.
+std::vector<std::string> schema_names();
+
 }  // namespace subsoil::app

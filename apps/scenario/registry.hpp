@@ -18,7 +18,7 @@ void declare_command_sections(Fields& fields);
 
 /// A file of its own, for the reference.
 struct CommandFile {
-  std::string heading, introduction;
+  std::string command, heading, introduction;
   Declare declare;  ///< a prototype
 };
 

@@ -1,10 +1,12 @@
 #include "apps/scenario/scenario.hpp"
 
 #include "apps/scenario/arithmetic.hpp"
+#include "apps/scenario/fields/json_forms.hpp"
 #include "apps/scenario/fields/nodes.hpp"
 #include "apps/scenario/key_list.hpp"
 #include "apps/scenario/printer.hpp"
 #include "apps/scenario/reader.hpp"
+#include "apps/scenario/schema.hpp"
 
 namespace subsoil::app {
 
@@ -16,6 +18,7 @@ class KnownMaterials final : public Compound {
   void read(Reader& reader, const Field&) override { reader.reading().materials = scenario_.materials; }
   void print(Printer&, const Field&) const override {}
   void list(KeyList&, const Field&) const override {}
+  void outline(Schema&, const Field&) const override {}
 
  private:
   const Scenario& scenario_;
@@ -40,6 +43,9 @@ class ParameterList final : public Compound {
   void print(Printer&, const Field&) const override {}
   void list(KeyList& keys, const Field& field) const override {
     keys.add(field.key, "named values with units", "none", "", field.meaning);
+  }
+  void outline(Schema& schema, const Field& field) const override {
+    schema.add(field, {{"type", "object"}, {"additionalProperties", number_form("1")}});
   }
 };
 

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/scenario/fields/json_forms.hpp"
 #include "apps/scenario/fields/nodes.hpp"
 #include "apps/scenario/key_list.hpp"
 #include "apps/scenario/printer.hpp"
 #include "apps/scenario/reader.hpp"
+#include "apps/scenario/schema.hpp"
 #include "apps/scenario/units.hpp"
 #include "libmbd/body.hpp"
 #include "libmbd/coordinate.hpp"
@@ -45,6 +47,7 @@ class BodyIndex final : public Value {
     return index_ < 0 ? Node{} : Node::of(name_of_body(scope, index_));
   }
   std::string what() const override { return may_be_ground_ ? "name of a body, or ground" : "name of a body"; }
+  Json schema() const override { return text_form(); }
 
  private:
   int& index_;
@@ -65,6 +68,7 @@ class TwoBodies final : public Value {
     return a_ < 0 ? Node{} : sequence({name_of_body(scope, a_), name_of_body(scope, b_)});
   }
   std::string what() const override { return "[name of a body, name of a body]"; }
+  Json schema() const override { return list_form(text_form(), 2); }
 
  private:
   int &a_, &b_;
@@ -90,6 +94,7 @@ class BodyCoordinate final : public Value {
     return Node::of(name_of_body(scope, index_) + "." + axes[static_cast<std::size_t>(coordinate_)]);
   }
   std::string what() const override { return "body.x, body.y or body.angle"; }
+  Json schema() const override { return text_form(R"([.](x|y|angle)$)"); }
 
  private:
   static constexpr std::array<const char*, 3> axes{"x", "y", "angle"};  // in the order of mbd::Coordinate
@@ -116,6 +121,7 @@ class MarkerName final : public Value {
   void read(const Node& node, const ReadScope& scope) override { value_ = marker_of(node, scope.reading); }
   Node print(const PrintScope&) const override { return value_.name.empty() ? Node{} : Node::of(value_.name); }
   std::string what() const override { return "name of a marker or body"; }
+  Json schema() const override { return text_form(); }
 
  private:
   mbd::Marker& value_;
@@ -136,6 +142,7 @@ class MarkerNames final : public Value {
     return values_[0].name.empty() ? Node{} : sequence(names);
   }
   std::string what() const override { return fmt::format("{} markers or bodies", values_.size()); }
+  Json schema() const override { return list_form(text_form(), values_.size()); }
 
  private:
   std::span<mbd::Marker> values_;
@@ -168,9 +175,21 @@ class PairOfPoints : public Compound {
     keys.add("points", "list of two points, 2 numbers m each", "left out", "",
              fmt::format("instead of `{}`: one point per body, each in its body's own axes", field.key));
   }
+  void outline(Schema& schema, const Field& field) const override {
+    Field alone = field;
+    alone.needed = false;
+    const Json two = list_form(numbers_form("m", 2), 2);
+    schema.add(alone, of_world());
+    schema.add({"points", fmt::format("instead of `{}`: one point per body, each in its body's own axes", field.key)},
+               two);
+    schema.rule(not_beside(field.key, "points"));
+    if (field.needed) schema.rule(needs_one_of(keys_that_say_where(field)));
+  }
 
  protected:
   virtual const char* what() const = 0;
+  virtual Json of_world() const = 0;
+  virtual std::vector<std::string> keys_that_say_where(const Field& field) const { return {field.key, "points"}; }
   void read_points(Reader& reader, const Field& field) {
     reader.leaf({"points", field.meaning}, [&](const Node& node) {
       if (reader.holds(field.key))
@@ -209,6 +228,8 @@ class CommonPoint final : public PairOfPoints {
 
  private:
   const char* what() const override { return "2 numbers m"; }
+  Json of_world() const override { return numbers_form("m", 2); }
+  std::vector<std::string> keys_that_say_where(const Field&) const override { return {"at", "points", "along"}; }
 };
 
 /// Two points in the world of the start pose, one of each body.
@@ -230,6 +251,7 @@ class EndPoints final : public PairOfPoints {
 
  private:
   const char* what() const override { return "list of two points, 2 numbers m each"; }
+  Json of_world() const override { return list_form(numbers_form("m", 2), 2); }
 };
 
 class OnePoint final : public Compound {
@@ -255,6 +277,11 @@ class OnePoint final : public Compound {
     keys.add(field.key, "2 numbers m", "left out", "",
              fmt::format("{}; in the world of the start pose", field.meaning));
     keys.add("point", "2 numbers m", "left out", "", fmt::format("instead of `{}`: in the body's own axes", field.key));
+  }
+  void outline(Schema& schema, const Field& field) const override {
+    schema.add(field, numbers_form("m", 2));
+    schema.add({"point", fmt::format("instead of `{}`: in the body's own axes", field.key)}, numbers_form("m", 2));
+    schema.rule(not_beside(field.key, "point"));
   }
 
  private:
@@ -286,6 +313,15 @@ class Axis final : public Compound {
     keys.add(field.key, "2 numbers", "required", "", fmt::format("{}: a world vector of any length", field.meaning));
     keys.add(field.key + " angle", "rad", "left out", "",
              fmt::format("instead of `{}`: the direction's angle in its body's own axes", field.key));
+  }
+  void outline(Schema& schema, const Field& field) const override {
+    const std::string by_angle = field.key + " angle";
+    Field alone = field;
+    alone.needed = false;
+    schema.add(alone, numbers_form("1", 2), "a world vector of any length");
+    schema.add({by_angle, fmt::format("instead of `{}`: the direction's angle in its body's own axes", field.key)},
+               number_form("rad"));
+    schema.rule(needs_one_of({field.key, by_angle}));
   }
 
  private:

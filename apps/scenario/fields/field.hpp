@@ -1,4 +1,5 @@
 #pragma once
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,7 +14,9 @@ namespace subsoil::app {
 class Reader;
 class Printer;
 class KeyList;
+class Schema;
 struct Reading;
+using Json = nlohmann::ordered_json;
 
 struct Field {
   std::string key;
@@ -51,6 +54,8 @@ class Value {
   virtual std::string what() const = 0;
   /// Interval, or words to choose from.
   virtual std::string range() const { return {}; }
+  /// A JSON Schema of what may stand there (json_forms.hpp).
+  virtual Json schema() const = 0;
   /// The key stands in the file, whatever comes of its value.
   virtual void given() {}
   /// Takes a number that a rule of the mapping supplies in place of the file; false: cannot.
@@ -66,6 +71,7 @@ class Compound {
   virtual void read(Reader& reader, const Field& field) = 0;
   virtual void print(Printer& printer, const Field& field) const = 0;
   virtual void list(KeyList& keys, const Field& field) const = 0;
+  virtual void outline(Schema& schema, const Field& field) const = 0;
 };
 
 }  // namespace subsoil::app

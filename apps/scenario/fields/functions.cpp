@@ -2,12 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
+
 #include "apps/scenario/arithmetic.hpp"
 #include "apps/scenario/expression.hpp"
+#include "apps/scenario/fields/json_forms.hpp"
 #include "apps/scenario/fields/nodes.hpp"
 #include "apps/scenario/key_list.hpp"
 #include "apps/scenario/printer.hpp"
 #include "apps/scenario/reader.hpp"
+#include "apps/scenario/schema.hpp"
 #include "apps/scenario/units.hpp"
 #include "libmbd/characteristic.hpp"
 #include "libmbd/function.hpp"
@@ -87,6 +91,51 @@ Node law_node(const Law& law, const Units&... units) {
   return node;
 }
 
+/// Name of a function or characteristic among the definitions of a schema.
+template <class... Units>
+std::string definition_of(const char* law, const Units&... units) {
+  std::string name = law;
+  for (const std::string& unit : {units...}) {
+    name += '.';
+    for (const char c : unit)
+      if (c == '/')
+        name += "-per-";
+      else
+        name += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '-';
+  }
+  return name;
+}
+
+/// {word: {parameters}} of one kind, or {table: [[0 s, 0 m], ...]}.
+template <class Kind, class... Units>
+void outline_kind(Schema& schema, const Units&... units) {
+  Kind kind;
+  Fields& fields = schema;
+  if constexpr (WordIsKey<Kind>) {
+    kind.describe(fields, units...);
+  } else {
+    const Card card = card_with<Kind>(units...);
+    schema.card(card.word.c_str(), card.meaning.c_str());
+    Schema parameters(schema.shared(), schema.child(card.word));
+    Fields& inner = parameters;
+    kind.describe(inner, units...);
+    const Json* points = parameters.find("points");
+    const Json form = parameters.object();
+    schema.add({card.word, card.meaning, true}, points == nullptr ? form : either({*points, form}));
+  }
+}
+
+template <class Kinds, class... Units>
+Json kinds_form(SchemaShared& shared, const std::string& name, const Units&... units) {
+  std::vector<Schema::Outline> kinds;
+  ForEach<Kinds>::call([&]<class Kind>(std::type_identity<Kind>) {
+    kinds.push_back([&](Schema& schema) { outline_kind<Kind>(schema, units...); });
+  });
+  Schema law(shared, name + ".kinds");
+  law.choose_by_key(kinds);
+  return law.object();
+}
+
 class FunctionOfTime final : public Compound {
  public:
   FunctionOfTime(mbd::Function& value, const std::string& unit) : value_(value), unit_(unit) {}
@@ -99,6 +148,16 @@ class FunctionOfTime final : public Compound {
   void list(KeyList& keys, const Field& field) const override {
     keys.add(field.key, fmt::format("{}, constant or function of time", unit_),
              KeyList::fallback(node_of(value_), field.needed), "", field.meaning);
+  }
+  void outline(Schema& schema, const Field& field) const override {
+    const std::string law = definition_of("function", unit_), name = schema.shared().part ? "part." + law : law;
+    Json& definitions = schema.shared().definitions;
+    if (!definitions.contains(name)) {
+      definitions[name] = Json::object();  // terms are functions of the same unit
+      const Json kinds = kinds_form<mbd::FunctionKinds>(schema.shared(), law, unit_);
+      definitions[name] = either({number_form(unit_), list_form(Schema::reference(name)), kinds});
+    }
+    schema.add(field, either({Schema::reference(name)}), fmt::format("{}, constant or function of time", unit_));
   }
 
  private:
@@ -144,6 +203,16 @@ class CharacteristicLaw final : public Compound {
   void list(KeyList& keys, const Field& field) const override {
     keys.add(field.key, fmt::format("{} over {}, characteristic", unit_, x_unit_), "left out", "", field.meaning);
   }
+  void outline(Schema& schema, const Field& field) const override {
+    const std::string law = definition_of("characteristic", x_unit_, unit_);
+    const std::string name = schema.shared().part ? "part." + law : law;
+    Json& definitions = schema.shared().definitions;
+    if (!definitions.contains(name)) {
+      const Json kinds = kinds_form<mbd::CharacteristicKinds>(schema.shared(), law, x_unit_, unit_);
+      definitions[name] = kinds;
+    }
+    schema.add(field, either({Schema::reference(name)}), fmt::format("{} over {}, characteristic", unit_, x_unit_));
+  }
 
  private:
   mbd::Characteristic& value_;
@@ -174,6 +243,10 @@ class ExpressionOfTime final : public Compound {
     keys.add(field.key, "formula", "required", "", field.meaning);
     keys.add("unit", "a unit", unit_ == "1" ? "left out" : "required", "", meaning_of_unit());
   }
+  void outline(Schema& schema, const Field& field) const override {
+    schema.add(field, text_form(), "formula");
+    schema.add({"unit", meaning_of_unit(), unit_ != "1"}, text_form());
+  }
 
  private:
   std::string meaning_of_unit() const {
@@ -194,6 +267,7 @@ class Formula final : public Value {
   }
   Node print(const PrintScope&) const override { return text_.empty() ? Node{} : Node::of(text_); }
   std::string what() const override { return "formula"; }
+  Json schema() const override { return text_form(); }
 
  private:
   std::string& text_;

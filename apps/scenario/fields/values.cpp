@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "apps/scenario/fields/fields.hpp"
+#include "apps/scenario/fields/json_forms.hpp"
 #include "apps/scenario/fields/nodes.hpp"
 #include "apps/scenario/units.hpp"
 
@@ -48,6 +49,7 @@ class Quantity final : public Value {
     return Node::of(format_quantity(*held, unit_, scope.n));
   }
   std::string what() const override { return unit_; }
+  Json schema() const override { return number_form(unit_, range_); }
   std::string range() const override { return std::string(range_.text()); }
 
  private:
@@ -80,6 +82,7 @@ class QuantityOr final : public Value {
   }
   Node print(const PrintScope&) const override { return Node::of(value_ ? format_quantity(*value_, unit_) : word_); }
   std::string what() const override { return unit_; }
+  Json schema() const override { return either({words_form({word_}), number_form(unit_, range_)}); }
   std::string range() const override { return fmt::format("{} or {}", range_.text(), word_); }
 
  private:
@@ -103,6 +106,7 @@ class Quantities final : public Value {
     return texts.empty() ? Node{} : sequence(texts);
   }
   std::string what() const override { return fmt::format("list of {}", unit_); }
+  Json schema() const override { return numbers_form(unit_, 0); }
   std::string range() const override { return std::string(range_.text()); }
 
  private:
@@ -126,6 +130,7 @@ class Span final : public Value {
     return std::isnan(least_) ? Node{} : Node::of(format_quantities(both, 2, unit_));
   }
   std::string what() const override { return fmt::format("2 numbers {}", unit_); }
+  Json schema() const override { return numbers_form(unit_, 2); }
   std::string range() const override { return std::string(range_.text()); }
 
  private:
@@ -157,6 +162,7 @@ class Components : public Value {
   std::string what() const override {
     return unit_ == "1" ? fmt::format("{} numbers", size_) : fmt::format("{} numbers {}", size_, unit_);
   }
+  Json schema() const override { return numbers_form(unit_, size_); }
 
  protected:
   std::size_t size_;
@@ -175,6 +181,7 @@ class Downward final : public Components {
     const double vector[3]{0, -numbers[0], 0};
     assign_(numbers.size() == 1 ? vector : numbers.data());
   }
+  Json schema() const override { return either({number_form(unit_), numbers_form(unit_, 3)}); }
 };
 
 class Whole final : public Value {
@@ -186,6 +193,7 @@ class Whole final : public Value {
   }
   Node print(const PrintScope&) const override { return held_ ? Node::of(std::to_string(*held_)) : Node{}; }
   std::string what() const override { return "whole number"; }
+  Json schema() const override { return number_form("1", range_); }
   std::string range() const override { return std::string(range_.text()); }
 
  private:
@@ -203,6 +211,7 @@ class Version final : public Value {
   }
   Node print(const PrintScope&) const override { return Node::of(std::to_string(value_)); }
   std::string what() const override { return "whole number"; }
+  Json schema() const override { return words_form({"1"}); }
 
  private:
   long& value_;
@@ -222,6 +231,7 @@ class UnitSize final : public Value {
     return std::isnan(size_) ? Node{} : Node::of(format_quantity(size_, expected_));
   }
   std::string what() const override { return expected_; }
+  Json schema() const override { return text_form(); }
   std::string range() const override { return std::string(positive.text()); }
 
  private:
@@ -229,6 +239,12 @@ class UnitSize final : public Value {
   double& size_;
   const std::string& expected_;
 };
+
+/// [[x, y], ...] or {x: y, ...}
+Json table_form(const std::string& x_unit, const std::string& y_unit) {
+  Json pair = list_form(Json::array({number_form(x_unit), number_form(y_unit)}), 2);
+  return either({list_form(pair), {{"type", "object"}, {"additionalProperties", number_form(y_unit)}}});
+}
 
 class Table final : public Value {
  public:
@@ -258,6 +274,7 @@ class Table final : public Value {
     return xs_.empty() ? Node{} : rows;
   }
   std::string what() const override { return fmt::format("list of [{}, {}]", x_unit_, y_unit_); }
+  Json schema() const override { return table_form(x_unit_, y_unit_); }
 
  private:
   std::vector<double>&xs_, &ys_;
@@ -313,6 +330,7 @@ class Outline final : public Value {
     return texts.empty() ? Node{} : sequence(texts);
   }
   std::string what() const override { return "list of 2 numbers m, or file"; }
+  Json schema() const override { return either({text_form(), list_form(numbers_form("m", 2))}); }
 
  private:
   std::vector<Vec2>& points_;

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "apps/scenario/fields/fields.hpp"
+#include "apps/scenario/fields/json_forms.hpp"
 #include "apps/scenario/fields/nodes.hpp"
 
 /// Words, names and files.
@@ -20,6 +21,7 @@ class Flag final : public Value {
   }
   Node print(const PrintScope&) const override { return Node::of(value_ ? "yes" : "no"); }
   std::string what() const override { return "yes/no"; }
+  Json schema() const override { return words_form({"yes", "no", "true", "false"}); }
 
  private:
   bool& value_;
@@ -32,6 +34,7 @@ class PlainText : public Value {
   void read(const Node& node, const ReadScope&) override { value_ = scalar_of(node); }
   Node print(const PrintScope&) const override { return value_.empty() ? Node{} : Node::of(value_); }
   std::string what() const override { return what_; }
+  Json schema() const override { return text_form(); }
 
  protected:
   std::string& value_;
@@ -83,6 +86,9 @@ class Chosen final : public Value {
     return sequence(chosen);
   }
   std::string what() const override { return several_ ? "list of words" : "word"; }
+  Json schema() const override {
+    return several_ ? either({words_form(words_), list_form(words_form(words_))}) : words_form(words_);
+  }
   std::string range() const override {
     std::string range;
     for (const std::string& word : words_) range += (range.empty() ? "" : " | ") + word;
@@ -129,6 +135,7 @@ class Pair final : public Value {
   }
   Node print(const PrintScope&) const override { return value_[0].empty() ? Node{} : sequence({value_[0], value_[1]}); }
   std::string what() const override { return fmt::format("[{0}, {0}]", name_of(family_)); }
+  Json schema() const override { return list_form(text_form(), 2); }
 
  private:
   std::array<std::string, 2>& value_;

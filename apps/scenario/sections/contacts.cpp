@@ -9,11 +9,13 @@
 #include <set>
 
 #include "apps/scenario/checks.hpp"
+#include "apps/scenario/fields/json_forms.hpp"
 #include "apps/scenario/fields/nodes.hpp"
 #include "apps/scenario/key_list.hpp"
 #include "apps/scenario/printer.hpp"
 #include "apps/scenario/reader.hpp"
 #include "apps/scenario/scenario.hpp"
+#include "apps/scenario/schema.hpp"
 
 namespace subsoil::app {
 
@@ -39,6 +41,15 @@ class Combinations final : public Compound {
   }
   void list(KeyList& keys, const Field& field) const override {
     keys.add(field.key, "{value: rule}", "left out", fmt::format("{}", fmt::join(rule_words, " | ")), field.meaning);
+  }
+  void outline(Schema& schema, const Field& field) const override {
+    Json values = Json::object();
+    for (const Combinable& c : combinables) {
+      values[c.key] = words_form({rule_words.begin(), rule_words.end()});
+      schema.excuse(c.key, {{"required", Json::array({field.key})},
+                            {"properties", {{field.key, {{"required", Json::array({c.key})}}}}}});
+    }
+    schema.add(field, {{"type", "object"}, {"properties", values}, {"additionalProperties", false}});
   }
 
  private:

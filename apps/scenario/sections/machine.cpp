@@ -6,11 +6,13 @@
 #include <map>
 
 #include "apps/scenario/checks.hpp"
+#include "apps/scenario/fields/json_forms.hpp"
 #include "apps/scenario/fields/nodes.hpp"
 #include "apps/scenario/key_list.hpp"
 #include "apps/scenario/printer.hpp"
 #include "apps/scenario/reader.hpp"
 #include "apps/scenario/scenario.hpp"
+#include "apps/scenario/schema.hpp"
 #include "apps/scenario/units.hpp"
 #include "libmbd/elements.hpp"
 #include "libmbd/measures.hpp"
@@ -69,6 +71,7 @@ class KnownBodies final : public Compound {
     for (const BodySection& body : machine_.bodies) printer.know_body(body.name);
   }
   void list(KeyList&, const Field&) const override {}
+  void outline(Schema&, const Field&) const override {}
 
  private:
   const MachineSection& machine_;
@@ -80,6 +83,7 @@ class KnownMarkers final : public Compound {
   void read(Reader& reader, const Field&) override { reader.reading().markers = machine_.markers; }
   void print(Printer&, const Field&) const override {}
   void list(KeyList&, const Field&) const override {}
+  void outline(Schema&, const Field&) const override {}
 
  private:
   const MachineSection& machine_;
@@ -105,6 +109,13 @@ class StartWord final : public Compound {
   void print(Printer& printer, const Field& field) const override { printer.leaf(field.key, node(), field.meaning); }
   void list(KeyList& keys, const Field& field) const override {
     keys.add(field.key, "word, or {towing equilibrium: m/s}", KeyList::fallback(node(), false), "", field.meaning);
+  }
+  void outline(Schema& schema, const Field& field) const override {
+    const Json towing{{"type", "object"},
+                      {"properties", {{"towing equilibrium", number_form("m/s")}}},
+                      {"required", Json::array({"towing equilibrium"})},
+                      {"additionalProperties", false}};
+    schema.add(field, either({words_form({"pose"}), towing}));
   }
 
  private:

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/scenario/fields/json_forms.hpp"
 #include "apps/scenario/key_list.hpp"
 #include "apps/scenario/reader.hpp"
+#include "apps/scenario/schema.hpp"
 
 namespace subsoil::app {
 
@@ -33,6 +35,11 @@ class LibraryName final : public Compound {
   void print(Printer&, const Field&) const override {}
   void list(KeyList& keys, const Field& field) const override {
     keys.add(field.key, "name", "left out", "", field.meaning);
+  }
+  void outline(Schema& schema, const Field& field) const override {
+    schema.add(field, text_form());
+    schema.excuse("", {{"required", Json::array({field.key})}});
+    schema.may_be_text("^library +[^ ]");
   }
 };
 

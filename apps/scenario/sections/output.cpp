@@ -6,11 +6,13 @@
 #include "apps/input_limits.hpp"
 #include "apps/scenario/checks.hpp"
 #include "apps/scenario/expression.hpp"
+#include "apps/scenario/fields/json_forms.hpp"
 #include "apps/scenario/fields/nodes.hpp"
 #include "apps/scenario/key_list.hpp"
 #include "apps/scenario/printer.hpp"
 #include "apps/scenario/reader.hpp"
 #include "apps/scenario/scenario.hpp"
+#include "apps/scenario/schema.hpp"
 #include "apps/scenario/units.hpp"
 
 namespace subsoil::app {
@@ -56,6 +58,19 @@ class WatchList final : public Compound {
   void list(KeyList& keys, const Field& field) const override {
     keys.add(field.key, "named columns", KeyList::fallback(watches_.empty() ? Node{} : node(), false), words(),
              field.meaning);
+  }
+  void outline(Schema& schema, const Field& field) const override {
+    Json keys = Json::object(), words = Json::array();
+    for (const char* word : watch_words) {
+      keys[word] = text_form();
+      words.push_back({{"required", Json::array({word})}});
+    }
+    keys["along"] = either({numbers_form("1", 2), numbers_form("1", 3)});
+    keys["of"] = {{"type", "object"}, {"additionalProperties", text_form()}};
+    keys["unit"] = text_form();
+    Json what{{"type", "object"}, {"properties", keys}, {"additionalProperties", false}, {"oneOf", words}};
+    for (const char* word : {"of", "unit"}) what["dependencies"][word] = Json::array({"formula"});
+    schema.add(field, schema.names_of(either({text_form(), what})));
   }
 
  private:

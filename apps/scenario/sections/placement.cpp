@@ -2,10 +2,12 @@
 
 #include <cmath>
 
+#include "apps/scenario/fields/json_forms.hpp"
 #include "apps/scenario/fields/nodes.hpp"
 #include "apps/scenario/key_list.hpp"
 #include "apps/scenario/printer.hpp"
 #include "apps/scenario/reader.hpp"
+#include "apps/scenario/schema.hpp"
 
 namespace subsoil::app {
 
@@ -30,6 +32,10 @@ class Turns final : public Compound {
   void print(Printer&, const Field&) const override {}
   void list(KeyList& keys, const Field& field) const override {
     keys.add(field.key, "3 numbers rad", "left out", "", field.meaning);
+  }
+  void outline(Schema& schema, const Field& field) const override {
+    schema.add(field, numbers_form("rad", 3));
+    for (const char* other : {"axis", "angle"}) schema.rule(not_beside(field.key, other));
   }
 
  private:

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "apps/scenario/checks.hpp"
+#include "apps/scenario/fields/json_forms.hpp"
 #include "apps/scenario/fields/nodes.hpp"
 #include "apps/scenario/scenario.hpp"
 
@@ -31,6 +32,12 @@ class FaceNames final : public Value {
     return sequence(names);
   }
   std::string what() const override { return "list of faces"; }
+  Json schema() const override {
+    return [] {
+      const Json face = words_form({face_names.begin(), face_names.end()});
+      return either({face, list_form(face)});
+    }();
+  }
   std::string range() const override { return "-x | +x | -y | +y | -z | +z"; }
 
  private:
