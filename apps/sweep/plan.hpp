@@ -22,8 +22,10 @@ struct SweepParameter {
 
   template <class V>
   void describe(V& v) {
-    v.text("keys", keys, "path of the value in the scenario, several with ; between: contacts[0].mu; contacts[1].mu");
-    v.text("values", values_text, "list of values as the scenario would write them: [8 mm, 10 mm], or with ; between");
+    v.joined_text("keys", keys,
+                  "path of the value in the scenario, several with ; between: contacts[0].mu; contacts[1].mu");
+    v.joined_text("values", values_text,
+                  "list of values as the scenario would write them: [8 mm, 10 mm], or with ; between");
     v.quantities("factors", factors, "1", "(0, inf)",
                  "in place of values: multiples of what the scenario has at the keys");
     v.quantities("between", between, "1", "(-inf, inf)",

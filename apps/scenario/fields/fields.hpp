@@ -106,6 +106,8 @@ class Fields {
   // ---- words -------------------------------------------------------------------------------------------------------
   void flag(const char* key, bool& value, Text meaning);
   void text(const char* key, std::string& value, Text meaning);
+  /// Text, or a list that whoever reads the file joins before.
+  void joined_text(const char* key, std::string& value, Text meaning);
   /// Becomes a column or a group of a file.
   void name(const char* key, std::string& value, Text meaning);
   template <class E>

@@ -41,6 +41,12 @@ class PlainText : public Value {
   std::string what_;
 };
 
+class JoinedText final : public PlainText {
+ public:
+  using PlainText::PlainText;
+  Json schema() const override { return either({text_form(), list_form(Json::object())}); }
+};
+
 class Name final : public PlainText {
  public:
   using PlainText::PlainText;
@@ -151,6 +157,11 @@ void Fields::flag(const char* key, bool& value, Text meaning) {
 
 void Fields::text(const char* key, std::string& value, Text meaning) {
   PlainText text(value, "text");
+  visit_value({key, meaning}, text);
+}
+
+void Fields::joined_text(const char* key, std::string& value, Text meaning) {
+  JoinedText text(value, "text");
   visit_value({key, meaning}, text);
 }
 
