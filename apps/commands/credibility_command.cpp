@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "apps/commands/command_pages.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/commands/sweep_command.hpp"
 #include "apps/credibility/verdict.hpp"
@@ -89,9 +90,10 @@ CLI::App* add_credibility(CLI::App& app, CredibilityRequest& request) {
   word->footer(
       "Says first what it will cost. Every finished run is kept in the folder: the same command goes on where it was\n"
       "stopped. What the verdicts mean: docs/sweep.md");
-  word->add_option("scenario", request.scenario, "scenario file (YAML)")->required();
+  word->add_option("scenario", request.scenario, "scenario file (YAML)")->required()->type_name(takes_yaml);
   word->add_option("--set", request.sets, "override a value of the scenario: path=value (may be repeated)")
-      ->allow_extra_args(false);
+      ->allow_extra_args(false)
+      ->type_name("PATH=VALUE");
   word->add_option("--numbers", request.numbers, "columns whose means are judged; default: draft and pull")
       ->delimiter(',');
   word->add_option("--axes", request.axes,

@@ -4,6 +4,7 @@
 #include <csignal>
 #include <iostream>
 
+#include "apps/commands/command_pages.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/commands/report_command.hpp"
 #include "apps/commands/sweep_command.hpp"
@@ -22,12 +23,13 @@ namespace subsoil::app {
 namespace {
 
 void add_scenario(CLI::App& command, RunRequest& request, std::string& simd) {
-  command.add_option("scenario", request.scenario, "scenario file (YAML)")->required();
+  command.add_option("scenario", request.scenario, "scenario file (YAML)")->required()->type_name(takes_yaml);
   command.add_option("--set", request.sets, "override a value of the scenario: path=value (may be repeated)")
-      ->allow_extra_args(false);
+      ->allow_extra_args(false)
+      ->type_name("PATH=VALUE");
   command.add_option("--threads", request.threads, "threads of the bed; default: as the scenario says, else all cores")
       ->check(CLI::Range(1, 1024));
-  command.add_option("--simd", simd, "instruction set: auto, portable, avx2, avx512");
+  command.add_option("--simd", simd, "instruction set")->type_name(takes_simd);
 }
 
 /// `subsoil plot`: what it was asked to draw.
@@ -39,7 +41,7 @@ struct PlotRequest {
 };
 
 void add_plot(CLI::App& command, PlotRequest& request) {
-  command.add_option("runs", request.runs, "result directories")->required();
+  command.add_option("runs", request.runs, "result directories")->required()->type_name(takes_folder);
   command.add_option("--out", request.picture, "picture: .png, .svg or .pdf");
   CLI::Option* columns =
       command.add_option("--columns", request.curves.columns, "columns of series.csv to draw instead")->delimiter(',');
@@ -79,7 +81,9 @@ CLI::App* add_impact(CLI::App& app, ImpactRequest& request) {
   word->add_option("--fit", request.data, "CSV of measured impacts: find the model's parameters from it")
       ->check(CLI::ExistingFile);
   word->add_option("--free", request.free, "parameters that the fit may move, such as b,c")->delimiter(',');
-  word->add_option("--set", request.sets, "override a value of the file: path=value")->allow_extra_args(false);
+  word->add_option("--set", request.sets, "override a value of the file: path=value")
+      ->allow_extra_args(false)
+      ->type_name("PATH=VALUE");
   return word;
 }
 
@@ -90,9 +94,10 @@ CLI::App* add_test(CLI::App& app, TestRequest& request) {
       "shear configs/laboratory/dry.yaml --set \"test.shear.loads=2 4 8 kPa\". Keys: docs/scenario.md; tests: "
       "docs/laboratory-tests.md");
   word->add_option("test", request.test, "which test")->required()->check(CLI::IsMember(test_words()));
-  word->add_option("scenario", request.scenario, "scenario file (YAML)")->required();
+  word->add_option("scenario", request.scenario, "scenario file (YAML)")->required()->type_name(takes_yaml);
   word->add_option("--set", request.sets, "override a value of the scenario: path=value (may be repeated)")
-      ->allow_extra_args(false);
+      ->allow_extra_args(false)
+      ->type_name("PATH=VALUE");
   word->add_option("--out", request.out, "folder for tables, curves and pictures; left out: print only");
   word->add_option("--pictures", request.pictures, "kind of the pictures in it")
       ->check(CLI::IsMember({"svg", "png", "pdf"}));
@@ -106,9 +111,12 @@ CLI::App* add_calibrate(CLI::App& app, CalibrateRequest& request) {
   word->footer(
       "Evaluations are kept in the folder: the same command goes on where it was stopped. Keys: "
       "docs/scenario.md; method: docs/laboratory-tests.md");
-  word->add_option("plan", request.plan, "plan (YAML): scenario, parameters, targets")->required();
+  word->add_option("plan", request.plan, "plan (YAML): scenario, parameters, targets")
+      ->required()
+      ->type_name(takes_yaml);
   word->add_option("--set", request.sets, "override a value of the plan: path=value (may be repeated)")
-      ->allow_extra_args(false);
+      ->allow_extra_args(false)
+      ->type_name("PATH=VALUE");
   word->add_option("--out", request.out, "folder; default: ./<name of the plan>");
   word->add_option("--pictures", request.pictures, "kind of the pictures in it")
       ->check(CLI::IsMember({"svg", "png", "pdf"}));
@@ -126,7 +134,8 @@ struct NewRequest {
 
 CLI::App* add_new(CLI::App& app, NewRequest& request) {
   CLI::App* word = app.add_subcommand("new", "print a scenario to start from: one that shows every key, or a template");
-  word->add_option("template", request.name, "tine, rotor, wheel, ...: see --list; left out: every key commented");
+  word->add_option("template", request.name, "tine, rotor, wheel, ...: see --list; left out: every key commented")
+      ->type_name(template_words());
   word->add_flag("--list", request.list, "list the templates");
   word->add_option("--out", request.out, "file to write it to, with the STL file that it names; left out: print it");
   return word;
@@ -155,6 +164,36 @@ void print_new(const NewRequest& request) {
   }
   if (!chosen.mesh.empty()) write_new(request.out.parent_path() / (std::string(chosen.name) + ".stl"), chosen.mesh);
   write_new(request.out, chosen.scenario);
+}
+
+/// `subsoil reference`: which page.
+struct ReferenceRequest {
+  std::string schema = "scenario", shell = "bash";
+};
+
+CLI::App* add_reference(CLI::App& app, ReferenceRequest& request) {
+  CLI::App* word = app.add_subcommand("reference", "print the reference of all scenario keys (docs/scenario.md)");
+  word->add_flag("--columns", "print what the columns of series.csv are instead");
+  word->add_option("--schema", request.schema,
+                   "print a JSON Schema for editors instead: of a scenario (left out), of a part that scenarios "
+                   "include, or of the file of a command")
+      ->expected(0, 1)
+      ->default_str("scenario")
+      ->check(CLI::IsMember(schema_names()));
+  word->add_option("--completion", request.shell,
+                   "print a script that completes command lines instead; bash sources it")
+      ->expected(0, 1)
+      ->default_str("bash")
+      ->check(CLI::IsMember({"bash"}));
+  word->add_flag("--man", "print the manual page subsoil(1) instead");
+  return word;
+}
+
+std::string reference_text(const CLI::App& app, const CLI::App& word, const ReferenceRequest& request) {
+  if (word.count("--schema") > 0) return schema_text(request.schema);
+  if (word.count("--completion") > 0) return bash_completion(app);
+  if (word.count("--man") > 0) return man_page(app);
+  return word.count("--columns") > 0 ? columns_markdown() : reference_markdown();
 }
 
 /// Runs one command; faults become messages and exit codes here and nowhere else.
@@ -192,15 +231,16 @@ int main_command(int argc, char** argv) {
   run_word->add_flag("--strict", request.strict, "a run that warns of something ends with exit code 3");
   run_word
       ->add_option("--change", request.changes, "with --from: a key that differs from the state's scenario on purpose")
-      ->allow_extra_args(false);
+      ->allow_extra_args(false)
+      ->type_name("PATH=VALUE");
   run_word->add_option("--from", request.from, "start again from a state file of an earlier run");
 
   CLI::App* resume_word = app.add_subcommand("resume", "go on with a run that was stopped, killed or cut off");
   std::filesystem::path resumed;
-  resume_word->add_option("folder", resumed, "its results")->required();
+  resume_word->add_option("folder", resumed, "its results")->required()->type_name(takes_folder);
   resume_word->add_option("--threads", request.threads, "threads of the bed; default: as the scenario says")
       ->check(CLI::Range(1, 1024));
-  resume_word->add_option("--simd", simd, "instruction set: auto, portable, avx2, avx512");
+  resume_word->add_option("--simd", simd, "instruction set")->type_name(takes_simd);
   resume_word->add_flag("--strict", request.strict, "a run that warns of something ends with exit code 3");
 
   double checkpoint_minutes = 10;
@@ -217,27 +257,17 @@ int main_command(int argc, char** argv) {
   std::string path;
   CLI::App* explain_word =
       app.add_subcommand("explain", "unit, default, range and meaning of a key, e.g. soil.bed.radius");
-  explain_word->add_option("key", path, "path of the key")->required();
+  explain_word->add_option("key", path, "path of the key")->required()->type_name("KEY");
 
   std::string material;
   CLI::App* materials_word = app.add_subcommand(
       "materials", "the library of soils and other materials: where they are from, what laboratory tests give");
-  materials_word->add_option("name", material, "material to tell all about; left out: list them");
+  materials_word->add_option("name", material, "material to tell all about; left out: list them")->type_name("NAME");
 
   NewRequest new_request;
   CLI::App* new_word = add_new(app, new_request);
-  CLI::App* reference_word =
-      app.add_subcommand("reference", "print the reference of all scenario keys (docs/scenario.md)");
-  bool of_columns = false;
-  reference_word->add_flag("--columns", of_columns, "print what the columns of series.csv are instead");
-
-  std::string schema;
-  reference_word
-      ->add_option("--schema", schema,
-                   "print a JSON Schema for editors instead: of a scenario, of a part that "
-                   "scenarios include, or of the file of a command")
-      ->expected(0, 1)
-      ->check(CLI::IsMember(schema_names()));
+  ReferenceRequest reference_request;
+  CLI::App* reference_word = add_reference(app, reference_request);
 
   PlotRequest plot_request;
   CLI::App* plot_word = app.add_subcommand(
@@ -281,8 +311,7 @@ int main_command(int argc, char** argv) {
     if (materials_word->parsed())
       std::cout << (material.empty() ? library_table() : library_text(library_material(material)));
     if (new_word->parsed()) print_new(new_request);
-    if (reference_word->parsed())
-      std::cout << (!schema.empty() ? schema_text(schema) : of_columns ? columns_markdown() : reference_markdown());
+    if (reference_word->parsed()) std::cout << reference_text(app, *reference_word, reference_request);
     if (plot_word->parsed()) draw(plot_request, plot_word->count("--strip") + plot_word->count("--times") > 0);
     return exit_ok;
   });

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/commands/command_pages.hpp"
 #include "apps/scenario/units.hpp"
 
 namespace subsoil::app {
@@ -23,7 +24,7 @@ CLI::App* add_report(CLI::App& app, ReportWords& words) {
   word->footer(
       "The first run is what the others are compared with. Parts that a result directory lacks are named on the\n"
       "page and on stderr. What the page shows and how it is found: docs/report.md");
-  word->add_option("runs", words.runs, "result directories")->required();
+  word->add_option("runs", words.runs, "result directories")->required()->type_name(takes_folder);
   word->add_option("--out", words.out, "the page; default: report.html");
   word->add_option("--from", words.from,
                    "window of the numbers begins here, such as \"1.2 s\"; default: the run's own");

@@ -19,6 +19,12 @@ std::string template_list() {
   return out;
 }
 
+std::string template_words() {
+  std::string out;
+  for (const Template& t : templates()) out += fmt::format("{}{}", out.empty() ? "{" : ",", t.name);
+  return out + "}";
+}
+
 const Template& template_of(std::string_view name) {
   std::vector<std::string> known;
   for (const Template& t : templates()) {

@@ -17,6 +17,8 @@ struct Template {
 std::span<const Template> templates();
 /// `subsoil new --list`.
 std::string template_list();
+/// {tine,rotor,...}: what stands for a name in the help.
+std::string template_words();
 /// Throws std::invalid_argument with the names there are.
 const Template& template_of(std::string_view name);
 

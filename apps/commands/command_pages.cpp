@@ -1,0 +1,242 @@
+#include "apps/commands/command_pages.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <vector>
+
+#include "apps/version.hpp"
+
+namespace subsoil::app {
+namespace {
+
+std::vector<const CLI::App*> commands_of(const CLI::App& app) {
+  return app.get_subcommands([](const CLI::App*) { return true; });
+}
+
+std::vector<const CLI::Option*> arguments_of(const CLI::App& command, bool by_place) {
+  return command.get_options([&](const CLI::Option* option) { return option->get_positional() == by_place; });
+}
+
+bool is_flag(const CLI::Option& option) { return option.get_items_expected_max() == 0; }
+
+std::string long_name(const CLI::Option& option) { return "--" + option.get_lnames().front(); }
+
+/// The words of `{svg,png,pdf}` in a type's name, blanks between; empty: any text.
+std::string words_of_type(const std::string& type) {
+  const std::size_t open = type.find('{'), close = type.rfind('}');
+  if (open == std::string::npos || close == std::string::npos) return {};
+  std::string words = type.substr(open + 1, close - open - 1);
+  std::replace(words.begin(), words.end(), ',', ' ');
+  return words;
+}
+
+// ---- completion ----------------------------------------------------------------------------------------------------
+
+/// What the script below does with a value.
+std::string kind_of(const CLI::Option& option) {
+  const std::string type = option.get_type_name(), words = words_of_type(type);
+  if (!words.empty()) return fmt::format("kind=words words='{}'", words);
+  if (type == takes_yaml) return "kind=yaml";
+  if (type == takes_folder) return "kind=folder";
+  return type.starts_with("TEXT") ? "kind=file" : "kind=number";
+}
+
+constexpr const char* completion_head =
+    R"(# bash completion of subsoil, printed by `subsoil reference --completion bash`
+
+# _subsoil_option COMMAND OPTION: what its value is; fails for a flag.
+_subsoil_option() {
+  case "$1 $2" in
+)";
+
+constexpr const char* completion_arguments = R"(    *) return 1 ;;
+  esac
+}
+
+# _subsoil_argument COMMAND PLACE: what stands there, counted from 0.
+_subsoil_argument() {
+  case "$1 $2" in
+)";
+
+constexpr const char* completion_options = R"(    *) kind=file ;;
+  esac
+}
+
+_subsoil_options_of() {
+  case "$1" in
+)";
+
+constexpr const char* completion_tail = R"(  esac
+}
+
+_subsoil() {
+  local cur=${COMP_WORDS[COMP_CWORD]} command= place=0 kind= words= i
+  COMPREPLY=()
+  for ((i = 1; i < COMP_CWORD; ++i)); do
+    if [[ -z $command ]]; then
+      [[ ${COMP_WORDS[i]} == -* ]] || command=${COMP_WORDS[i]}
+    elif [[ ${COMP_WORDS[i]} == -* ]]; then
+      _subsoil_option "$command" "${COMP_WORDS[i]}" && ((++i))
+    else
+      ((++place))
+    fi
+  done
+  if ((i == COMP_CWORD)); then  # not the value of an option
+    kind=words
+    if [[ $cur == -* || -z $command ]]; then
+      words=$(_subsoil_options_of "$command")
+    else
+      _subsoil_argument "$command" "$place"
+    fi
+  fi
+  case $kind in
+    words) mapfile -t COMPREPLY < <(compgen -W "$words" -- "$cur") ;;
+    file) compopt -o filenames 2>/dev/null; mapfile -t COMPREPLY < <(compgen -f -- "$cur") ;;
+    folder) compopt -o filenames 2>/dev/null; mapfile -t COMPREPLY < <(compgen -d -- "$cur") ;;
+    yaml)
+      compopt -o filenames 2>/dev/null
+      mapfile -t COMPREPLY < <(compgen -f -X '!*.y?(a)ml' -- "$cur"; compgen -d -- "$cur")
+      ;;
+  esac
+} && complete -F _subsoil subsoil
+)";
+
+std::string option_names(const CLI::App& app) {
+  std::string names;
+  for (const CLI::Option* option : arguments_of(app, false)) names += " " + long_name(*option);
+  return names;
+}
+
+}  // namespace
+
+std::string bash_completion(const CLI::App& app) {
+  std::string options, places, names, commands;
+  for (const CLI::App* command : commands_of(app)) {
+    const std::string& word = command->get_name();
+    commands += " " + word;
+    names += fmt::format("    {}) echo '{}' ;;\n", word, option_names(*command).substr(1));
+    for (const CLI::Option* option : arguments_of(*command, false))
+      if (!is_flag(*option)) options += fmt::format("    '{} {}') {} ;;\n", word, long_name(*option), kind_of(*option));
+    int place = 0;
+    for (const CLI::Option* argument : arguments_of(*command, true)) {
+      const bool many = argument->get_items_expected_max() > 1;
+      places += fmt::format("    '{} '{}) {} ;;\n", word, many ? "*" : std::to_string(place++), kind_of(*argument));
+    }
+  }
+  names += fmt::format("    '') echo '{}{}' ;;\n", commands.substr(1), option_names(app));
+  return completion_head + options + completion_arguments + places + completion_options + names + completion_tail;
+}
+
+// ---- manual page ---------------------------------------------------------------------------------------------------
+
+namespace {
+
+/// Text as roff prints it: no line begins with a request.
+std::string roff(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    const bool begins = out.empty() || out.back() == '\n';
+    if (begins && (c == '.' || c == '\'')) out += "\\&";
+    if (c == '\\') out += "\\e";
+    if (c == '-') out += '\\';
+    if (c == '\'' && !begins)
+      out += "\\(aq";
+    else if (c == '"')
+      out += "\\(dq";
+    else if (c == '`')
+      out += "\\(ga";
+    else if (c == '~')
+      out += "\\(ti";
+    else if (c == '^')
+      out += "\\(ha";
+    else if (c != '\\')
+      out += c;
+  }
+  return out;
+}
+
+/// Lines are sentences; a blank at their ends is none's.
+std::string paragraphs(const std::string& text) {
+  std::string out;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    const std::size_t first = text.find_first_not_of(' ', begin);
+    if (first < end) out += roff(text.substr(first, end - first)) + "\n";
+    begin = end + 1;
+  }
+  return out;
+}
+
+std::string shown_type(const CLI::Option& option) {
+  const std::string words = words_of_type(option.get_type_name());
+  if (words.empty()) return option.get_type_name().substr(0, option.get_type_name().find(':'));
+  std::string shown = words;
+  std::replace(shown.begin(), shown.end(), ' ', '|');
+  return shown;
+}
+
+std::string argument_names(const CLI::App& command) {
+  std::string names;
+  for (const CLI::Option* argument : arguments_of(command, true)) {
+    const std::string name = argument->get_name(true) + (argument->get_items_expected_max() > 1 ? "..." : "");
+    names += argument->get_required() ? " " + name : " [" + name + "]";
+  }
+  return names;
+}
+
+std::string options_page(const CLI::App& command) {
+  std::string page;
+  for (const CLI::Option* argument : arguments_of(command, true))
+    page += fmt::format(".TP\n.I {}\n{}", roff(argument->get_name(true)), paragraphs(argument->get_description()));
+  for (const CLI::Option* option : arguments_of(command, false)) {
+    if (option->get_lnames().front() == "help") continue;
+    page += fmt::format(".TP\n.B {}", roff(long_name(*option)));
+    if (!is_flag(*option)) page += " " + roff(shown_type(*option));
+    page += "\n" + paragraphs(option->get_description());
+  }
+  return page;
+}
+
+constexpr const char* man_tail = R"(.SH EXIT STATUS
+.TP
+0
+done
+.TP
+2
+bad input; nothing was written
+.TP
+3
+stopped, or with \-\-strict ended with warnings; results up to then are complete
+.TP
+130, 143
+interrupted by SIGINT or SIGTERM;
+.B subsoil resume
+goes on
+.SH SEE ALSO
+.BR gnuplot (1),
+.BR paraview (1);
+.B subsoil COMMAND \-\-help
+and the pages in the folder of the documentation, above all guide.md and scenario.md
+)";
+
+}  // namespace
+
+std::string man_page(const CLI::App& app) {
+  std::string page = fmt::format(
+      ".TH SUBSOIL 1 \"\" \"{}\" \"User Commands\"\n.SH NAME\nsubsoil \\- simulates machines that work in soil\n"
+      ".SH SYNOPSIS\n.B subsoil\n.I COMMAND\n[ARGUMENTS] [OPTIONS]\n.SH DESCRIPTION\nThe soil is a bed of spheres "
+      "(discrete element method), the machine a planar multibody system; both are\ncoupled in every step, and either "
+      "runs alone.\nA YAML file describes a pass.\n.SH COMMANDS\n",
+      roff("subsoil " + version()));
+  for (const CLI::App* command : commands_of(app)) {
+    page += fmt::format(".SS subsoil {}{}\n{}", command->get_name(), roff(argument_names(*command)),
+                        paragraphs(command->get_description()));
+    page += options_page(*command);
+    if (!command->get_footer().empty()) page += ".PP\n" + paragraphs(command->get_footer());
+  }
+  return page + man_tail;
+}
+
+}  // namespace subsoil::app

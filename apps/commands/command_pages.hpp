@@ -1,0 +1,21 @@
+#pragma once
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+/// Pages about the command line, of its own declarations.
+namespace subsoil::app {
+
+/// Type names by which an option or argument says what it takes, in help and completion.
+inline constexpr const char* takes_yaml = "FILE.yaml";
+inline constexpr const char* takes_folder = "DIR";
+inline constexpr const char* takes_simd = "{auto,portable,avx2,avx512}";
+
+/// A script that bash sources: commands, options, words, files.
+std::string bash_completion(const CLI::App& app);
+/// subsoil(1), in roff.
+std::string man_page(const CLI::App& app);
+
+}  // namespace subsoil::app
