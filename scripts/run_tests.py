@@ -35,6 +35,7 @@ TOUCHED = {
     "verification_particles": ("libdem/laws/", "tests/verification/particles/"),
     "properties": ("libdem/", "tests/properties/"),
     "regression": ("coupling/", "tests/regression/"),
+    "optional": ("apps/output/", "scripts/python/", "tests/optional/"),
     "verification_scenarios": ("coupling/", "configs/1s300", "configs/parts/", "tests/verification/scenarios/"),
 }
 # The portable kernel alone in the gate: of wider sets the sanitizer sees plain loads and stores only, no gather.

@@ -195,6 +195,8 @@ class Frames(Sequence):
             raise SubsoilError(f"{where}: {what} (frame {int(name)})") from error
 
     def _holds(self, path: str) -> bool:
+        if self._file is None and self.times:
+            raise SubsoilError(f"{self.path}: was closed; open the run again")
         try:
             return self._file is not None and path in self._file
         except (KeyError, OSError):
@@ -369,7 +371,7 @@ class Run:
 
 def _read_series(path: pathlib.Path, text: str) -> pd.DataFrame:
     text = text.split("\0", 1)[0]  # a cut of the power loses the rest of a block
-    head, *rows = text[:text.rfind("\n") + 1].splitlines()[:None] or [""]
+    head, *rows = text.split("\n")[:-1] or [""]  # behind the last line end: a row cut short, or nothing
     labels = [re.fullmatch(r"\s*(.*?)\s*(?:\[([^\[\]]*)\])?\s*", label) for label in next(csv.reader([head]), [])]
     if not labels:
         raise SubsoilError(f"{path}: has no line of names: the run was killed before its first row")
@@ -420,9 +422,9 @@ def _program(given: Optional[PathLike]) -> str:
     """What was given, else $SUBSOIL, the one built or installed beside this file, or that of PATH."""
     if given is not None:
         return str(given)
-    here = pathlib.Path(__file__).resolve()
-    beside = [p / part for p, part in zip(here.parents, ("", "../bin/subsoil", "build/release/apps/subsoil")) if part]
-    for one in [os.environ.get("SUBSOIL"), *beside, shutil.which("subsoil")]:
+    here = pathlib.Path(__file__).resolve().parent
+    built, installed = here / "../../build/release/apps/subsoil", here / "../../../bin/subsoil"
+    for one in (os.environ.get("SUBSOIL"), built, installed, shutil.which("subsoil")):
         if one and os.access(one, os.X_OK) and os.path.isfile(one):
             return str(one)
     raise SubsoilError("there is no program subsoil: build it, put it into PATH, or give program=")
@@ -482,6 +484,7 @@ def _run_file(path: str, shown: str, out: PathLike, sets: Iterable[str], threads
     if code == 0:
         return open(out)
     left = Run(pathlib.Path(out)) if code in (3, 130, 143) and pathlib.Path(out).is_dir() else None
-    said = said.replace(path, shown).replace(os.path.relpath(path), shown)
+    if shown != path:
+        said = re.sub(r"[^\s'\"]*" + re.escape(pathlib.Path(path).name), shown, said)
     what = _CODES.get(code, f"killed by signal {-code}" if code < 0 else "unknown to this module")
     raise SubsoilError(f"{said or 'the program said nothing'}\n(exit code {code}: {what})", code, left)
