@@ -182,7 +182,7 @@ class Failures(Scratch):
         self.assertFalse(os.path.exists("bad"))
         wrong = pathlib.Path("wrong.yaml")
         wrong.write_text("subsoil: 1\ntime: {end: 1}\n")
-        with self.assertRaisesRegex(subsoil.SubsoilError, f"^{wrong.absolute()}:2:"):
+        with self.assertRaisesRegex(subsoil.SubsoilError, f"^{wrong.absolute()}:1:1 (?s:.)*\\n{wrong.absolute()}:2:13 "):
             subsoil.run(wrong.absolute(), program=PROGRAM)
         with self.says("done", "not empty", "exit code 2"):
             subsoil.run(FALL, "done", program=PROGRAM)
