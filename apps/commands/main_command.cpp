@@ -168,12 +168,13 @@ void print_new(const NewRequest& request) {
 
 /// `subsoil reference`: which page.
 struct ReferenceRequest {
+  bool columns = false, man = false;
   std::string schema = "scenario", shell = "bash";
 };
 
 CLI::App* add_reference(CLI::App& app, ReferenceRequest& request) {
   CLI::App* word = app.add_subcommand("reference", "print the reference of all scenario keys (docs/scenario.md)");
-  word->add_flag("--columns", "print what the columns of series.csv are instead");
+  word->add_flag("--columns", request.columns, "print what the columns of series.csv are instead");
   word->add_option("--schema", request.schema,
                    "print a JSON Schema for editors instead: of a scenario (left out), of a part that scenarios "
                    "include, or of the file of a command")
@@ -185,15 +186,15 @@ CLI::App* add_reference(CLI::App& app, ReferenceRequest& request) {
       ->expected(0, 1)
       ->default_str("bash")
       ->check(CLI::IsMember({"bash"}));
-  word->add_flag("--man", "print the manual page subsoil(1) instead");
+  word->add_flag("--man", request.man, "print the manual page subsoil(1) instead");
   return word;
 }
 
 std::string reference_text(const CLI::App& app, const CLI::App& word, const ReferenceRequest& request) {
   if (word.count("--schema") > 0) return schema_text(request.schema);
   if (word.count("--completion") > 0) return bash_completion(app);
-  if (word.count("--man") > 0) return man_page(app);
-  return word.count("--columns") > 0 ? columns_markdown() : reference_markdown();
+  if (request.man) return man_page(app);
+  return request.columns ? columns_markdown() : reference_markdown();
 }
 
 /// Runs one command; faults become messages and exit codes here and nowhere else.

@@ -69,10 +69,12 @@ TEST(ManPage, NamesEveryCommandAndReadsClean) {
   std::istringstream words("run resume check explain materials new reference plot impact test calibrate report sweep");
   for (std::string word; words >> word;) EXPECT_NE(text.find(".SS subsoil " + word), std::string::npos) << word;
   EXPECT_NE(text.find(".B \\-\\-checkpoint\\-every"), std::string::npos);
-  if (std::system("command -v groff >/dev/null 2>&1") == 0)
+  if (std::system("command -v groff >/dev/null 2>&1") == 0) {
     EXPECT_EQ(output_of("groff -man -Tutf8 -ww -z " + page, scratch), "");
-  if (std::system("command -v mandoc >/dev/null 2>&1") == 0)
+  }
+  if (std::system("command -v mandoc >/dev/null 2>&1") == 0) {
     EXPECT_EQ(output_of("mandoc -T lint -W warning " + page, scratch), "");
+  }
 }
 
 }  // namespace
