@@ -233,7 +233,7 @@ int main_command(int argc, char** argv) {
   run_word
       ->add_option("--change", request.changes, "with --from: a key that differs from the state's scenario on purpose")
       ->allow_extra_args(false)
-      ->type_name("PATH=VALUE");
+      ->type_name("KEY");
   run_word->add_option("--from", request.from, "start again from a state file of an earlier run");
 
   CLI::App* resume_word = app.add_subcommand("resume", "go on with a run that was stopped, killed or cut off");

@@ -283,7 +283,7 @@ std::string schema_text(const std::string& name) {
   else
     text.update(root);
   text["definitions"] = shared.definitions;
-  return text.dump(1) + "\n";
+  return text.dump() + "\n";
 }
 
 }  // namespace subsoil::app

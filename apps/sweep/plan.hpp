@@ -80,7 +80,7 @@ struct SweepPlan {
     v.version("subsoil", version, "version of the format: 1");
     v.text("title", title, "one line about what this is");
     v.file("scenario", scenario, "scenario that every point changes, beside the plan");
-    v.text("set", set, "path=value for all points, several with ; between, or a list");
+    v.joined_text("set", set, "path=value for all points, several with ; between, or a list");
     v.named("parameters", parameters, "what changes; every combination of the lists runs at every point of the ranges");
     v.named("numbers", numbers,
             "what is wanted of every run; left out: means of draft and pull where they are watched");

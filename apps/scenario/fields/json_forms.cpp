@@ -47,7 +47,7 @@ Json words_form(const std::vector<std::string>& words) {
   for (const std::string& word : words) {  // what YAML makes of some of them
     if (word == "yes") all.push_back(true);
     if (word == "no") all.push_back(false);
-    if (std::all_of(word.begin(), word.end(), [](char c) { return c >= '0' && c <= '9'; }))
+    if (!word.empty() && std::all_of(word.begin(), word.end(), [](char c) { return c >= '0' && c <= '9'; }))
       all.push_back(std::stol(word));
   }
   return form;

@@ -73,7 +73,7 @@ TEST(ManPage, NamesEveryCommandAndReadsClean) {
     EXPECT_EQ(output_of("groff -man -Tutf8 -ww -z " + page, scratch), "");
   }
   if (std::system("command -v mandoc >/dev/null 2>&1") == 0) {
-    EXPECT_EQ(output_of("mandoc -T lint -W warning " + page, scratch), "");
+    EXPECT_EQ(output_of("mandoc -T lint -W error " + page, scratch), "");
   }
 }
 
