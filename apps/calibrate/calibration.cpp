@@ -153,10 +153,12 @@ class Calibrator {
     return text;
   }
 
-  double misfit(const Eigen::VectorXd& u) const {
+  /// Squares of what the targets are off, in deviations; `doubted`: these count the surrogates' own errors.
+  double misfit(const Eigen::VectorXd& u, bool doubted = false) const {
     double sum = 0;
     for (std::size_t k = 0; k < surrogates_.size(); ++k) {
-      const double off = (surrogates_[k].value(u) - out_.targets[k].value) / deviations_[k];
+      const double error = doubted ? surrogates_[k].error(u) : 0;
+      const double off = (surrogates_[k].value(u) - out_.targets[k].value) / std::hypot(deviations_[k], error);
       sum += off * off;
     }
     return sum;
@@ -170,16 +172,6 @@ class Calibrator {
     }
   }
 
-  /// Squares of what the targets are off, in deviations that count the surrogates' own errors.
-  double doubtful_misfit(const Eigen::VectorXd& u) const {
-    double sum = 0;
-    for (std::size_t k = 0; k < surrogates_.size(); ++k) {
-      const double off = surrogates_[k].value(u) - out_.targets[k].value;
-      sum += off * off / (deviations_[k] * deviations_[k] + std::pow(surrogates_[k].error(u), 2));
-    }
-    return sum;
-  }
-
   /// 95 % interval of a parameter, as a place in its range: where the best that the others can do is worse than the set
   /// by 1.96^2 at most (profile likelihood; Venzon & Moolgavkar, Applied Statistics 37, 1988, 87). So a parameter that
   /// another makes up for, along however bent a line, has the interval of that line.
@@ -191,10 +183,10 @@ class Calibrator {
       return u;
     };
     std::vector<double> least(places + 1);
-    double best = doubtful_misfit(out_.u);
+    double best = misfit(out_.u, true);
     for (int i = 0; i <= places; ++i) {
       const double place = static_cast<double>(i) / places;
-      const auto off = [&](const Eigen::VectorXd& others) { return doubtful_misfit(with(others, place)); };
+      const auto off = [&](const Eigen::VectorXd& others) { return misfit(with(others, place), true); };
       double& here = least[static_cast<std::size_t>(i)];
       here = count() == 1 ? off({}) : off(minimise(count() - 1, off));
       best = std::min(best, here);

@@ -92,12 +92,16 @@ bool Columns::is_sum(std::size_t column) const {
 void Columns::add_formula(const Watch& watch, const Loaded& loaded) {
   WatchSource source{.target = 0, .column = -1, .components = {}, .along = {}};
   std::vector<std::string> names;
+  std::vector<std::size_t> inputs;
   for (const auto& [name, column] : watch.inputs) {
     names.push_back(name);
-    source.components.push_back(
-        static_cast<int>(find_or_throw(column, "output.watch." + watch.name + ".of." + name, loaded)));
+    inputs.push_back(find_or_throw(column, "output.watch." + watch.name + ".of." + name, loaded));
   }
-  source.formula = make_formula_of(watch.of, names);
+  source.formula = [formula = make_formula_of(watch.of, names), inputs,
+                    values = std::vector<double>(inputs.size())](std::span<const double> row) mutable {
+    for (std::size_t i = 0; i < inputs.size(); ++i) values[i] = row[inputs[i]];
+    return formula(values.data());
+  };
   source.target = add(watch.name, watch.unit);
   summarised_.push_back(source.target);
   watches_.push_back(std::move(source));
@@ -152,9 +156,7 @@ void Columns::take_watches(std::span<double> row) const {
       continue;
     }
     if (w.formula) {
-      std::vector<double> values;
-      for (const int c : w.components) values.push_back(row[static_cast<std::size_t>(c)]);
-      row[w.target] = w.formula(values.data());
+      row[w.target] = w.formula(row);
       continue;
     }
     double sum = 0;

@@ -66,7 +66,7 @@ class Columns {
     int column = -1;              ///< copied from this column, or
     std::vector<int> components;  ///< three columns projected on `along`
     dem::Vec3 along;
-    std::function<double(const double*)> formula{};  ///< of the components, in their order
+    std::function<double(std::span<const double>)> formula{};  ///< of a row
   };
   std::size_t add(const std::string& name, const std::string& unit);
   template <class Owner>

@@ -392,11 +392,9 @@ mbd::ExpressionFunction make_expression(const std::string& text, const std::stri
 
 std::function<double(double, double, double)> make_formula(const std::string& text,
                                                            const std::array<const char*, 3>& names) {
-  Symbols variables;
-  for (const char* name : names) variables.emplace_back(name);
-  return [program = Program(read_formula(text, variables), variables), text, names](double a, double b, double c) {
+  return [formula = make_formula_of(text, {names.begin(), names.end()}), text, names](double a, double b, double c) {
     const double at[] = {a, b, c};
-    const double result = program(at);
+    const double result = formula(at);
     if (!std::isfinite(result))
       throw std::runtime_error(fmt::format("the formula `{}` has no finite value at {} = {}, {} = {}, {} = {}", text,
                                            names[0], a, names[1], b, names[2], c));
