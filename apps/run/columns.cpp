@@ -1,9 +1,13 @@
 #include "apps/run/columns.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
 
 #include "apps/run/column_table.hpp"
 #include "apps/scenario/expression.hpp"
+#include "apps/scenario/units.hpp"
 
 namespace subsoil::app {
 
@@ -84,8 +88,10 @@ bool Columns::is_sum(std::size_t column) const {
   const auto is_one = [&](std::size_t c) {
     return std::any_of(sums.begin(), sums.end(), [&](const Source& s) { return s.column == c; });
   };
+  const auto of_sum = [&](std::size_t input) { return input < column && is_sum(input); };
   return is_one(column) || std::any_of(watches_.begin(), watches_.end(), [&](const WatchSource& w) {
-           return w.target == column && w.column >= 0 && is_one(static_cast<std::size_t>(w.column));
+           return w.target == column && ((w.column >= 0 && of_sum(static_cast<std::size_t>(w.column))) ||
+                                         std::any_of(w.inputs.begin(), w.inputs.end(), of_sum));
          });
 }
 
@@ -97,6 +103,7 @@ void Columns::add_formula(const Watch& watch, const Loaded& loaded) {
     names.push_back(name);
     inputs.push_back(find_or_throw(column, "output.watch." + watch.name + ".of." + name, loaded));
   }
+  source.inputs = inputs;
   source.formula = [formula = make_formula_of(watch.of, names), inputs,
                     values = std::vector<double>(inputs.size())](std::span<const double> row) mutable {
     for (std::size_t i = 0; i < inputs.size(); ++i) values[i] = row[inputs[i]];
@@ -107,8 +114,39 @@ void Columns::add_formula(const Watch& watch, const Loaded& loaded) {
   watches_.push_back(std::move(source));
 }
 
+void Columns::add_history(const Watch& watch, const Loaded& loaded) {
+  const std::string path = "output.watch." + watch.name;
+  WatchSource source{.target = 0, .column = -1, .components = {}, .along = {}};
+  const std::size_t of = find_or_throw(watch.of, path, loaded);
+  const std::string unit = columns_[of].unit;
+  History::Rule rule{.kind = watch.kind, .unbroken = watch.unbroken, .held = is_mean(of)};
+  if (watch.within) rule.within = *watch.within;
+  rule.rising = watch.direction != CrossingDirection::falling;
+  rule.falling = watch.direction != CrossingDirection::rising;
+  try {
+    if (!watch.at.empty()) rule.level = parse_quantity(watch.at, unit);
+  } catch (const UnitError& error) {
+    throw ScenarioError(loaded.where(path + ".at") + " = " + watch.at + ": " + error.what());
+  }
+  source.kind = watch.kind;
+  source.column = static_cast<int>(of);
+  source.history = static_cast<int>(histories_.size());
+  histories_.emplace_back(rule);
+  history_before_.push_back(0);
+  const bool time = watch.kind == Watch::Kind::time_above || watch.kind == Watch::Kind::time_below;
+  source.target = add(watch.name, watch.kind == Watch::Kind::integral     ? unit_times_second(unit)
+                                  : watch.kind == Watch::Kind::derivative ? unit_per_second(unit)
+                                  : watch.kind == Watch::Kind::count      ? "1"
+                                  : time                                  ? "s"
+                                                                          : unit);
+  mean_[source.target] = 0;  // it is of the instant, whatever its unit
+  summarised_.push_back(source.target);
+  watches_.push_back(std::move(source));
+}
+
 void Columns::add_watch(const Watch& watch, const Loaded& loaded) {
   if (watch.kind == Watch::Kind::formula) return add_formula(watch, loaded);
+  if (watch.over_time()) return add_history(watch, loaded);
   WatchSource source{.target = 0, .column = -1, .components = {}, .along = watch.along};
   const auto index_of = [&](const std::string& name) {
     return static_cast<int>(find_or_throw(name, "output.watch." + watch.name, loaded));
@@ -139,7 +177,7 @@ void Columns::add_watch(const Watch& watch, const Loaded& loaded) {
     case Watch::Kind::soil_moment:
       project(find(watch.of + ".soil.Fx") >= 0 ? watch.of + ".soil" : watch.of, {".Mx", ".My", ".Mz"});
       break;
-    case Watch::Kind::formula:
+    default:
       break;
   }
   const int from = source.column >= 0 ? source.column : source.components.front();
@@ -149,21 +187,67 @@ void Columns::add_watch(const Watch& watch, const Loaded& loaded) {
   watches_.push_back(std::move(source));
 }
 
+double Columns::value_of(const WatchSource& w, std::span<const double> row) const {
+  if (w.history >= 0) return w.kind == Watch::Kind::count ? std::floor(row[w.target] + 1e-9) : row[w.target];
+  if (w.column >= 0) return row[static_cast<std::size_t>(w.column)];
+  if (w.formula) return w.formula(row);
+  double sum = 0;
+  for (std::size_t i = 0; i < w.components.size(); ++i)
+    sum += w.along[static_cast<int>(i)] * row[static_cast<std::size_t>(w.components[i])];
+  return sum;
+}
+
 void Columns::take_watches(std::span<double> row) const {
+  for (const WatchSource& w : watches_) row[w.target] = value_of(w, row);
+}
+
+bool Columns::of_history(std::size_t column) const {
+  return std::any_of(watches_.begin(), watches_.end(), [&](const WatchSource& w) {
+    if (w.target != column) return false;
+    const auto is = [&](std::size_t input) { return input < column && of_history(input); };
+    return w.history >= 0 || (w.column >= 0 && is(static_cast<std::size_t>(w.column))) ||
+           std::any_of(w.inputs.begin(), w.inputs.end(), is);
+  });
+}
+
+bool Columns::history_needs_sums() const {
+  return std::any_of(watches_.begin(), watches_.end(), [&](const WatchSource& w) {
+    return w.history >= 0 && is_sum(static_cast<std::size_t>(w.column));
+  });
+}
+
+void Columns::follow(double t, std::span<double> row, std::span<double> middle) {
+  followed_before_ = std::exchange(followed_to_, t);
   for (const WatchSource& w : watches_) {
-    if (w.column >= 0) {
-      row[w.target] = row[static_cast<std::size_t>(w.column)];
+    if (w.history < 0) {
+      row[w.target] = value_of(w, row);
+      if (!middle.empty()) middle[w.target] = value_of(w, middle);
       continue;
     }
-    if (w.formula) {
-      row[w.target] = w.formula(row);
-      continue;
-    }
-    double sum = 0;
-    for (std::size_t i = 0; i < w.components.size(); ++i)
-      sum += w.along[static_cast<int>(i)] * row[static_cast<std::size_t>(w.components[i])];
-    row[w.target] = sum;
+    const auto i = static_cast<std::size_t>(w.history), of = static_cast<std::size_t>(w.column);
+    History& history = histories_[i];
+    history_before_[i] = history.value();
+    history.add(t, row[of], middle.empty() ? std::numeric_limits<double>::quiet_NaN() : middle[of]);
+    row[w.target] = history.value();
+    if (!middle.empty()) middle[w.target] = 0.5 * (history_before_[i] + history.value());
   }
+}
+
+void Columns::follow_back(double t, std::span<double> row) const {
+  const double dt = followed_to_ - followed_before_, w_now = dt > 0 ? (t - followed_before_) / dt : 1;
+  for (const WatchSource& w : watches_) {
+    if (w.history >= 0) {
+      const auto i = static_cast<std::size_t>(w.history);
+      row[w.target] = (1 - w_now) * history_before_[i] + w_now * histories_[i].value();
+    }
+    row[w.target] = value_of(w, row);
+  }
+}
+
+void Columns::archive_histories(Archive& a) {
+  if (histories_.empty()) return;  // runs without are kept as they always were
+  a(histories_, history_before_);
+  a(followed_before_, followed_to_);
 }
 
 void Columns::take_machine(std::span<double> row, bool means) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/output/series.hpp"
+#include "apps/run/history.hpp"
 #include "libdem/base/vec3.hpp"
 
 namespace subsoil::coupling {
@@ -42,8 +43,19 @@ class Columns {
   void take_instant(std::span<double> row);
   /// After the step: forces that acted from t_n on (means over a sample are made of these), and the bed's energies.
   void take_step(std::span<double> row, bool energies);
-  /// The scenario's watches, from the other columns of the row.
+  /// The scenario's watches, from the other columns of the row. What is followed over time stays as it is in the row.
   void take_watches(std::span<double> row) const;
+  /// Whether watches are followed over time (integrals, extremes ...): then every instant goes to follow().
+  bool has_history() const { return !histories_.empty(); }
+  /// Whether a column is followed over time, or made of such.
+  bool of_history(std::size_t column) const;
+  bool history_needs_sums() const;
+  /// The instant t with all other columns in `row`: moves what is followed over time on to it. `middle`: a row halfway
+  /// since the instant before, or empty.
+  void follow(double t, std::span<double> row, std::span<double> middle = {});
+  /// `row` at a time after the instant before the last, as if followed to there only.
+  void follow_back(double t, std::span<double> row) const;
+  void archive_histories(Archive& a);
   /// Columns that the machine has of an instant; with soil it stands at the ends of windows only.
   const std::vector<std::size_t>& of_machine_instant() const { return of_machine_instant_; }
 
@@ -67,13 +79,18 @@ class Columns {
     std::vector<int> components;  ///< three columns projected on `along`
     dem::Vec3 along;
     std::function<double(std::span<const double>)> formula{};  ///< of a row
+    std::vector<std::size_t> inputs{};                         ///< of the formula
+    int history = -1;                                          ///< its place among those followed over time
+    Watch::Kind kind = Watch::Kind::column;
   };
+  double value_of(const WatchSource& w, std::span<const double> row) const;
   std::size_t add(const std::string& name, const std::string& unit);
   template <class Owner>
   void add(const ColumnFamily<Owner>& family, const std::string& owner, const Owner& of);
   void add_soil();
   void add_watch(const Watch& watch, const Loaded& loaded);
   void add_formula(const Watch& watch, const Loaded& loaded);
+  void add_history(const Watch& watch, const Loaded& loaded);
   void take(Taken when, std::span<double> row) const;
   void take_machine(std::span<double> row, bool means);
 
@@ -86,6 +103,9 @@ class Columns {
   std::size_t machine_first_ = 0;
   std::vector<Source> sources_[3];  ///< by Taken
   std::vector<WatchSource> watches_;
+  std::vector<History> histories_;
+  std::vector<double> history_before_;  ///< their values at the instant before the last
+  double followed_before_ = 0, followed_to_ = 0;
   std::vector<std::size_t> summarised_, of_machine_instant_;
 };
 

@@ -28,17 +28,48 @@ Crossings::Crossings(const Loaded& loaded, const Columns& columns) {
     needs_sums_ = needs_sums_ || columns.is_sum(c.column);
     list_.push_back(std::move(c));
   }
+  for (const StopSection& s : loaded.scenario.time.stop_when) {
+    const std::string path = "time.stop when." + s.name, key = s.above.empty() ? ".below" : ".above";
+    const std::string& level = s.above.empty() ? s.below : s.above;
+    Stop stop{.name = s.name, .sign = s.above.empty() ? -1 : 1, .held = s.held.value_or(0)};
+    stop.column = columns.find_or_throw(s.column, path + ".column", loaded);
+    try {
+      stop.level = parse_quantity(level, columns.list()[stop.column].unit);
+    } catch (const UnitError& error) {
+      throw ScenarioError(fmt::format("{} = {}: {}", loaded.where(path + key), level, error.what()));
+    }
+    needs_sums_ = needs_sums_ || columns.is_sum(stop.column);
+    stops_.push_back(std::move(stop));
+  }
+}
+
+void Crossings::stop(const std::string& by, double at) {
+  if (stopped_by_.empty() || at < stopped_at_) stopped_by_ = by, stopped_at_ = at;
+}
+
+void Crossings::look(Stop& s, double t, double value, const Locate& locate) {
+  const bool now = s.sign * value > 0, before = looked_ && s.beyond;
+  double until = t;
+  if (looked_ && now != before) {
+    const double share = s.value == 0 ? 0 : locate({s.column, s.level, before ? s.sign : -s.sign, s.value, value});
+    const double passed = looked_at_ + share * (t - looked_at_);
+    before ? until = passed : s.since = passed;
+  } else if (now && !before) {
+    s.since = t;
+  }
+  if ((now || before) && s.since + s.held <= until) stop(s.name, s.since + s.held);
+  s.beyond = now, s.value = value;
 }
 
 bool Crossings::look(double t, std::span<const double> values, const Locate& locate) {
   for (Crossing& c : list_) {
     const double value = values[c.column] - c.level;
-    if (pass(c, t, value, locate) && c.stop_after > 0 && static_cast<long>(c.times.size()) >= c.stop_after &&
-        (stopped_by_.empty() || c.times.back() < stopped_at_))
-      stopped_by_ = c.name, stopped_at_ = c.times.back();
+    if (pass(c, t, value, locate) && c.stop_after > 0 && static_cast<long>(c.times.size()) >= c.stop_after)
+      stop(c.name, c.times.back());
     if (value != 0) c.side = value > 0 ? 1 : -1;  // on the value itself it is still where it came from
     c.value = value;
   }
+  for (Stop& s : stops_) look(s, t, values[s.column] - s.level, locate);
   looked_ = true, looked_at_ = t;
   return !stopped_by_.empty();
 }
@@ -53,6 +84,10 @@ bool Crossings::pass(Crossing& c, double t, double value, const Locate& locate) 
 }
 
 void Crossings::write(Summary& summary) const {
+  if (!stopped_by_.empty()) {
+    summary.section("run")["stopped by"] = stopped_by_;
+    summary.section("run")["stopped at [s]"] = stopped_at_;
+  }
   if (list_.empty()) return;
   auto& section = summary.section("crossings");
   for (const Crossing& c : list_) {
@@ -64,7 +99,6 @@ void Crossings::write(Summary& summary) const {
     if (c.times.size() > 1)
       one["mean interval [s]"] = (c.times.back() - c.times.front()) / static_cast<double>(c.times.size() - 1);
   }
-  if (!stopped_by_.empty()) summary.section("run")["stopped by"] = stopped_by_;
 }
 
 }  // namespace subsoil::app

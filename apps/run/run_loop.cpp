@@ -41,6 +41,7 @@ RunLoop::RunLoop(const Loaded& loaded, const RunRequest& request, World world, c
   if (saved) refuse_jumps(world_, simulation_.time(), request_.from.string());
   columns_ = std::make_unique<Columns>(loaded_, world_, simulation_);
   crossings_ = std::make_unique<Crossings>(loaded_, *columns_);
+  follows_sums_ = columns_->history_needs_sums();
   tool_ = std::make_unique<ToolProgress>(world_, simulation_, s_.time.end);
   start_time_ = simulation_.time();
   if (world_.machine) energy_start_.machine_potential = world_.machine->energy().potential;
@@ -108,6 +109,7 @@ std::optional<std::uint64_t> RunLoop::kept_bytes() const {
 
 void RunLoop::archive(Archive& a) {
   a(frame_due_, sample_due_, state_due_, *summary_, *rows_, *tool_, walls_, *crossings_, physics_);
+  columns_->archive_histories(a);
   a(values_, looks_, start_time_, deepest_, fastest_, steps_, window_);
   a(energy_start_.bed, energy_start_.bed_gravity, energy_start_.machine_potential);
   StepReport& step = world_.step;
@@ -178,7 +180,7 @@ int RunLoop::loop() {
     }
     // What is due before the next instant is interpolated between this one and that.
     const bool frame = last || frame_due_.next() < t + dt - close,
-               sample = last || crossings_->needs_sums() || sample_due_.next() < t + dt - close;
+               sample = last || crossings_->needs_sums() || follows_sums_ || sample_due_.next() < t + dt - close;
     const bool row = last || sample_due_.next() <= t + close;
     const bool window = simulation_.window_begins() && sample_due_.next() < t + simulation_.window_length();
     if (sample || window || crossings_->any() || columns_->needs_every_step()) columns_->take_instant(values_);
@@ -189,6 +191,7 @@ int RunLoop::loop() {
     if (!guarded([&] { simulation_.step({.energy = sample || first, .snapshot = snapshot}); })) return exit_failed;
     if (first) begin_energy();
     columns_->take_step(values_, sample);
+    if (columns_->has_history()) columns_->follow(t, values_);
     if (crossings_->any()) stops = crossings_->look(t, values_, Crossings::on_a_line);
     write_due(t, close, last);
     if (row && (energy_is_lost() || physics_fails())) return exit_failed;
@@ -218,23 +221,32 @@ int RunLoop::loop_alone() {
   mbd::Machine& machine = *world_.machine;
   const double end = s_.time.end, close = std::max(1e-9 * simulation_.step_length(), 1e-15 * end);
   const bool fixed = !machine.integrator().ends_anywhere();
-  if (fixed || crossings_->any()) machine.keep_steps();
+  const bool looks = crossings_->any() || columns_->has_history();  // between rows
+  if (fixed || looks) machine.keep_steps();
   simulation_.end_at(end);
   double longest = simulation_.step_length();
-  if (crossings_->any()) longest = std::min(longest, 1e-3);  // of what is looked back into
+  if (looks) longest = std::min(longest, 1e-3);  // of what is looked back into
   for (double t = start_time_, before = t;;) {
     const int signal = signal_to_obey();
+    const bool has_middle = columns_->has_history() && t > before;
+    if (has_middle) take_middle(0.5 * (before + t));
     if (machine.time() > t + close) machine.look_back(t);
-    if (crossings_->any() || columns_->needs_every_step()) columns_->take_instant(values_), values_[0] = t;
+    if (looks || columns_->needs_every_step()) columns_->take_instant(values_), values_[0] = t;
+    if (columns_->has_history())
+      columns_->follow(t, values_, has_middle ? std::span<double>(middle_) : std::span<double>());
     const bool stops = crossings_->any() && crosses(before, t);
-    if (stops) machine.look_back(t = crossings_->stopped_at());
+    if (stops && crossings_->stopped_at() < t) machine.look_back(t = crossings_->stopped_at());
     reached_ = t;
     const bool last = t >= end - close || signal != 0 || stops;
     const bool frame = frame_due_.due(t, close) || last, row = sample_due_.due(t, close) || last;
     const bool save_due = state_due_.due(simulation_.time(), close);
     if (save_due || (last && (s_.output.state == State::full || signal != 0)))
       save(state_path(request_.out, simulation_.time()));
-    if (row) columns_->take_instant(values_), values_[0] = t, series_->write(values_);
+    if (row) {
+      columns_->take_instant(values_), values_[0] = t;
+      if (columns_->has_history()) columns_->follow_back(t, values_);
+      series_->write(values_);
+    }
     if (row && energy_is_lost()) return exit_failed;
     if (frame) frames_->begin(t), frames_->write(t, steps_);
     machine.look_ahead();
@@ -250,10 +262,19 @@ int RunLoop::loop_alone() {
   }
 }
 
+void RunLoop::take_middle(double t) {
+  mbd::Machine& machine = *world_.machine;
+  machine.look_back(t);
+  middle_ = values_;
+  columns_->take_instant(middle_), middle_[0] = t;
+  machine.look_ahead();
+}
+
 bool RunLoop::crosses(double before, double t) {
   mbd::Machine& machine = *world_.machine;
   std::vector<double> there = values_;
   const bool stops = crossings_->look(t, values_, [&](const Crossings::Passage& p) {
+    if (columns_->of_history(p.column)) return Crossings::on_a_line(p);
     const auto gap = [&](double share) {
       machine.look_back(before + share * (t - before));
       columns_->take_instant(there);

@@ -70,6 +70,8 @@ class RunLoop {
   int code_of(int signal) const;
   /// Of a machine alone, by looking back into the step that ended at `t`; true where the run is to end.
   bool crosses(double before, double t);
+  /// All columns of a machine alone at a time inside its last step, into middle_.
+  void take_middle(double t);
 
   /// A machine that is taken up from a state chooses its coordinates anew and factors its matrices where it stands,
   /// which moves the last digits. So the one that runs in soil does the same every so many steps, and wherever a state
@@ -133,6 +135,8 @@ class RunLoop {
   std::unique_ptr<Rows> rows_;
   std::unique_ptr<Crossings> crossings_;
   std::vector<double> values_, summarised_;  // of the step, of the summary's columns
+  std::vector<double> middle_;               // halfway through it, for what is followed over time
+  bool follows_sums_ = false;                ///< what is followed over time is of sums over all spheres
   LiveLine live_;
   RecentRate rate_;
   WallWatch walls_;

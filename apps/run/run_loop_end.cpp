@@ -95,6 +95,8 @@ void RunLoop::finish(int& code) {
     spdlog::error("{}", failure_);
     spdlog::error("the run stops here; results up to then are in {}", request_.out.string());
   } else {
+    if (!crossings_->stopped_by().empty())
+      spdlog::info("stopped by `{}` at t = {:.9g} s", crossings_->stopped_by(), crossings_->stopped_at());
     spdlog::info("{} in {}; results in {}", code == exit_ok ? "done" : "interrupted", clock_text(live_.elapsed()),
                  request_.out.string());
   }

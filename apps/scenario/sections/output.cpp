@@ -36,8 +36,16 @@ void describe(Fields& v, CrossingSection& c) {
 namespace {
 
 /// Words of `watch`, in the order of Watch::Kind.
-constexpr std::array<const char*, 7> watch_words{"column",     "driver",      "force",  "joint",
-                                                 "soil force", "soil moment", "formula"};
+constexpr std::array<const char*, 15> watch_words{"column",      "driver",  "force",    "joint",      "soil force",
+                                                  "soil moment", "formula", "integral", "derivative", "mean",
+                                                  "maximum",     "minimum", "count",    "time above", "time below"};
+constexpr std::array<const char*, 3> direction_words{"both", "rising", "falling"};
+
+bool has_window(Watch::Kind kind) {
+  return kind == Watch::Kind::mean || kind == Watch::Kind::maximum || kind == Watch::Kind::minimum;
+}
+bool has_level(Watch::Kind kind) { return kind >= Watch::Kind::count; }
+bool has_duration(Watch::Kind kind) { return kind >= Watch::Kind::time_above; }
 
 /// Columns of the series that the scenario names.
 class WatchList final : public Compound {
@@ -68,6 +76,10 @@ class WatchList final : public Compound {
     keys["along"] = either({numbers_form("1", 2), numbers_form("1", 3)});
     keys["of"] = {{"type", "object"}, {"additionalProperties", text_form()}};
     keys["unit"] = text_form();
+    keys["within"] = number_form("s");
+    keys["at"] = text_form();
+    keys["direction"] = words_form({"both", "rising", "falling"});
+    keys["unbroken"] = words_form({"yes", "no", "true", "false"});
     Json what{{"type", "object"}, {"properties", keys}, {"additionalProperties", false}, {"oneOf", words}};
     for (const char* word : {"of", "unit"}) what["dependencies"][word] = Json::array({"formula"});
     schema.add(field, schema.names_of(either({text_form(), what})));
@@ -98,6 +110,10 @@ class WatchList final : public Compound {
         inner.reference(watch_words[i], watch.of, Family::body, "what is watched");
     }
     inner.find_type(node, path, {watch_words.begin(), watch_words.end()});
+    if (watch.over_time()) {
+      read_over_time(inner, watch);
+      return inner.finish();
+    }
     inner.leaf({"along", "direction"}, [&](const Node& along) {
       const std::vector<double> d = numbers_of(along, "1", 0);
       if (d.size() != 2 && d.size() != 3) throw Refusal("must be two or three numbers");
@@ -105,6 +121,30 @@ class WatchList final : public Compound {
       if (watch.along == Vec3{}) throw Refusal("a direction must not be the zero vector");
     });
     inner.finish();
+  }
+
+  static void read_over_time(Reader& inner, Watch& watch) {
+    if (has_window(watch.kind))
+      inner.quantity("within", watch.within, "s", "(0, inf)", "of the last seconds; left out: since the start");
+    if (has_level(watch.kind)) inner.text("at", watch.at, "the value, with the column's unit; left out: 0");
+    if (watch.kind == Watch::Kind::count)
+      inner.choice("direction", watch.direction,
+                   {{"both", CrossingDirection::both},
+                    {"rising", CrossingDirection::rising},
+                    {"falling", CrossingDirection::falling}},
+                   "which passages count");
+    if (has_duration(watch.kind)) inner.flag("unbroken", watch.unbroken, "only since it came there last");
+  }
+
+  static Node over_time_node(const Watch& watch) {
+    Node item = Node::mapping(true);
+    item.add(watch_words[static_cast<std::size_t>(watch.kind)], Node::of(watch.of));
+    if (watch.within) item.add("within", Node::of(format_quantity(*watch.within, "s")));
+    if (!watch.at.empty()) item.add("at", Node::of(watch.at));
+    if (watch.direction != CrossingDirection::both)
+      item.add("direction", Node::of(direction_words[static_cast<std::size_t>(watch.direction)]));
+    if (watch.unbroken) item.add("unbroken", Node::of("yes"));
+    return item;
   }
 
   static void read_formula(Reader& inner, Watch& watch) {
@@ -141,6 +181,8 @@ class WatchList final : public Compound {
       Node item = Node::of(watch.of);
       if (watch.kind == Watch::Kind::formula) {
         item = formula_node(watch);
+      } else if (watch.over_time()) {
+        item = over_time_node(watch);
       } else if (watch.kind != Watch::Kind::column) {
         item = Node::mapping(true);
         item.add(watch_words[static_cast<std::size_t>(watch.kind)], Node::of(watch.of));
@@ -199,7 +241,10 @@ void describe(Fields& v, Output& o) {
   v.visit_compound({"watch",
                     "named columns of the series: shovel.angle, {driver: H10}, {soil force: shovel, along: -1 0}, "
                     "{formula: F*v, of: "
-                    "{F: pull, v: trolley.vx}, unit: W} of columns and of watches before it, in SI units"},
+                    "{F: pull, v: trolley.vx}, unit: W} of columns and of watches before it, in SI units; over time: "
+                    "{integral: power}, {derivative: depth}, {mean: pull, within: 0.5 s}, {maximum: lift}, {minimum: "
+                    "lift, within: 1 s}, {count: rod.angle, at: 30 deg, direction: rising}, {time above: pull, at: 3 "
+                    "kN, unbroken: yes}"},
                    watches);
   v.named("crossings", o.crossings,
           "instants at which columns pass values, counted in the summary with their times and mean interval, by name: "
@@ -293,10 +338,11 @@ struct OutputChecks : Checks {
       case Watch::Kind::formula:
         formula(path, watch);
         break;
-      case Watch::Kind::column: {
+      default: {
         const std::size_t dot = watch.of.find('.');
         if (dot == std::string::npos) break;  // a column of the whole run, such as an energy
         Names all = touched;
+        all.insert(all.end(), {"soil", "energy", "interface"});
         for (const Names* more : {&joints, &drivers, &forces, &measures})
           all.insert(all.end(), more->begin(), more->end());
         const std::string owner = watch.of.substr(0, dot);

@@ -17,19 +17,41 @@ enum class SeriesDigits { nine, all };
 /// What the columns of forces hold: means over the interval of a row, or values at its instant.
 enum class ForceColumns { automatic, mean, instant };
 
+enum class CrossingDirection { both, rising, falling };
+
 /// A named column of the series made for the reader's eye.
 struct Watch {
-  enum class Kind { column, driver, force, joint, soil_force, soil_moment, formula };
+  enum class Kind {
+    column,
+    driver,
+    force,
+    joint,
+    soil_force,
+    soil_moment,
+    formula,
+    integral,  // from here on: of a column over time
+    derivative,
+    mean,
+    maximum,
+    minimum,
+    count,
+    time_above,
+    time_below
+  };
+  bool over_time() const { return kind >= Kind::integral; }
   std::string name;
   Kind kind = Kind::column;
   std::string of;       // column `shovel.angle`, or the driver, force, joint, body or boundary, or the formula
   Vec3 along{1, 0, 0};  // joint, soil force: direction of the component; need not be a unit vector
   std::vector<std::pair<std::string, std::string>> inputs{};  // formula: its names, and the columns that they stand for
   std::string unit = "1";                                     // formula: SI unit of its value, such as W
+  std::optional<double> within{};                             // mean, extremes: of the last seconds; empty: of all
+  std::string at{};                                           // count, time: value with the column's unit; empty: 0
+  CrossingDirection direction = CrossingDirection::both;      // count
+  bool unbroken = false;                                      // time: since it came there last
 };
 
 /// Instants at which a column passes a value.
-enum class CrossingDirection { both, rising, falling };
 struct CrossingSection {
   std::string name, column;
   std::string at;  // value with the column's unit; empty: 0

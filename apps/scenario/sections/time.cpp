@@ -33,6 +33,13 @@ void describe(Fields& v, MachineTime& t) {
              "integrator's own, for adams-moulton a whole part of the series interval of 1 ms at most");
 }
 
+void describe(Fields& v, StopSection& s) {
+  v.text("column", s.column, "a column of the series, a watch or a measure");
+  v.text("above", s.above, "ends the run where the column comes above this value, given with the column's unit: 5 kN");
+  v.text("below", s.below, "the same where it comes below; one of both");
+  v.quantity("for", s.held, "s", "(0, inf)", "how long it must stay there without a break; left out: not at all");
+}
+
 void describe(Fields& v, Time& t) {
   v.derived("end", t.end, "s", "(0, inf)", "simulated time; needed by dynamics and kinematics");
   v.quantity_or("soil step", t.soil_step, "auto", "s", "(0, inf)",
@@ -43,6 +50,9 @@ void describe(Fields& v, Time& t) {
              "error of the restitution of an impact that the automatic step allows, at the speed at which bodies may "
              "meet; a contact gets 0.4/accuracy steps at least. Large for beds that only creep: stability alone");
   v.section("machine", t.machine, "integration of the machine");
+  v.named("stop when", t.stop_when,
+          "conditions that end the run before `end`, in order and with exit code 0, by name: {stuck: {column: pull, "
+          "above: 20 kN, for: 0.1 s}}; the summary names the one that did");
   v.count("threads", t.threads, "[0, 1024]", "0: as many as there are; results do not depend on it");
 }
 
@@ -60,6 +70,12 @@ struct TimeChecks : Checks {
     if (s.soil && s.machine && s.time.machine.step) {
       refuse("time.machine.step",
              "has no effect with soil, where it is the soil step times `soil steps per machine step`");
+    }
+    for (const StopSection& stop : s.time.stop_when) {
+      const std::string path = "time.stop when." + stop.name;
+      if (stop.column.empty()) refuse(path + ".column", "is missing: a column of the series, such as soil.draft");
+      if (stop.above.empty() == stop.below.empty())
+        refuse(path, "needs either `above` or `below`, with the column's unit; for a range give two conditions");
     }
     if (!s.soil && s.time.soil_step) refuse("time.soil step", "has no effect without soil; leave it out");
   }

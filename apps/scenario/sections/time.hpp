@@ -1,5 +1,7 @@
 #pragma once
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "apps/scenario/fields/fields.hpp"
 #include "apps/scenario/sections/defaults.hpp"
@@ -21,12 +23,21 @@ struct MachineTime {
 };
 void describe(Fields& v, MachineTime& t);
 
+/// A condition that ends a run in order.
+struct StopSection {
+  std::string name, column;
+  std::string above, below;  // the value with the column's unit; one of them
+  std::optional<double> held;
+};
+void describe(Fields& v, StopSection& s);
+
 struct Time {
   double end = required;            // of dynamics and kinematics
   std::optional<double> soil_step;  // empty: auto
   double safety = 0.8;              // auto step / stable step (a bound on the safe side)
   double accuracy = 0.01;           // of the restitution, with the auto step
   MachineTime machine;
+  std::vector<StopSection> stop_when;
   long threads = 0;  // 0: all cores
 };
 void describe(Fields& v, Time& t);

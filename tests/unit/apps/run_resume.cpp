@@ -36,8 +36,16 @@ soil:
   bed: {BED}
 boundaries:
   - {name: tool, material: steel, shape: {box: 20 20 20 mm}, at: 50 75 40 mm, moves: [{velocity: 0 -0.3 0 m/s}]}
-time: {end: 60 ms}
-output: {every: 5 ms, series every: 1 ms, watch: {force: {soil force: tool, along: 0 1}}}
+time: {end: 60 ms, stop when: {never: {column: force, above: 1 MN, for: 1 ms}}}
+output:
+  every: 5 ms
+  series every: 1 ms
+  watch:
+    force: {soil force: tool, along: 0 1}
+    impulse: {integral: force}
+    lately: {mean: tool.y, within: 7 ms}
+    most: {maximum: force, within: 5 ms}
+    pressed: {time above: force, at: 0.1 N}
 )";
 
 std::string with_bed(const std::string& bed) {

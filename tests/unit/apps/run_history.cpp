@@ -1,0 +1,180 @@
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "apps/scenario/document.hpp"
+#include "tests/tools/message_of.hpp"
+#include "tests/tools/program_runs.hpp"
+
+/// Watches that follow a column over time, and conditions that end a run.
+namespace subsoil::app::run_history {
+namespace {
+
+using namespace test;
+constexpr double pi = std::numbers::pi;
+
+std::string unit(const Series& s, const char* column) {
+  return s.columns[static_cast<std::size_t>(s.find(column))].unit;
+}
+
+/// x = 1 m + 0.1 m cos(10 t/s) on a spring.
+std::string oscillator(const std::string& watch, const std::string& stop = {}) {
+  return fmt::format(R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {{mass: {{mass: 1 kg, inertia: 1 kg m^2, at: 1.1 0 m}}}}
+  joints: {{rail: {{translational: [ground, mass], along: 1 0}}}}
+  forces: {{spring: {{spring-damper: [ground, mass], ends: [0 0 m, 1.1 0 m], stiffness: 100 N/m, free length: 1 m}}}}
+time: {{end: 2 s, machine: {{rtol: 1e-11, atol: 1e-12}}{}}}
+output: {{series every: 37 ms, watch: {{{}}}}}
+)",
+                     stop.empty() ? "" : ", stop when: {" + stop + "}", watch);
+}
+
+const std::vector<std::vector<std::string>> methods{
+    {"time.machine.integrator=cvode"},
+    {"time.machine.integrator=adams-moulton", "time.machine.step=1 ms", "time.machine.order=6"},
+    {"time.machine.integrator=ida"}};
+
+double largest_cosine(double from, double until) {  // of cos(10 t)
+  const double first = std::ceil(10 * from / (2 * pi)) * 2 * pi / 10;
+  return first <= until ? 1 : std::max(std::cos(10 * from), std::cos(10 * until));
+}
+
+// Rows are 37 ms apart: the quantities are those of the motion between them, not of the rows. Parabolas of 1 ms leave
+// y''' h^2/12 = 1e-5 m/s of a derivative at their end, y''' h^3/72 of an extreme.
+TEST(RunHistory, OfAnOscillatorIsWhatTheCosineSays) {
+  const std::string file_text = oscillator(
+      "way: {integral: mass.vx}, speed: {derivative: mass.x}, mean: {mean: mass.x, within: 0.628318530717959 s}, top: "
+      "{maximum: mass.x}, low: {minimum: mass.x}, top lately: {maximum: mass.x, within: 0.2 s}, passes: {count: "
+      "mass.x, at: 1 m, direction: rising}, above: {time above: mass.x, at: 1050 mm}, below: {time below: mass.x, at: "
+      "1.05 m, unbroken: yes}");
+  for (const auto& method : methods) {
+    const RunDirectory dir;
+    ASSERT_EQ(run_scenario(dir.scenario(file_text), dir / "out", method), exit_ok);
+    const Series s = read_series(dir / "out/series.csv");
+    EXPECT_EQ(unit(s, "way"), "m");
+    EXPECT_EQ(unit(s, "speed"), "m/s");
+    EXPECT_EQ(unit(s, "passes"), "1");
+    EXPECT_EQ(unit(s, "above"), "s");
+    for (std::size_t i = 1; i < s.at("time").size(); ++i) {
+      const double t = s.at("time")[i], x = 1 + 0.1 * std::cos(10 * t);
+      ASSERT_NEAR(s.at("way")[i], x - 1.1, 1e-8) << method[0] << t;
+      ASSERT_NEAR(s.at("speed")[i], -std::sin(10 * t), 1e-5) << method[0] << t;
+      ASSERT_NEAR(s.at("mean")[i], t > 2 * pi / 10 ? 1 : 1 + 0.01 * std::sin(10 * t) / t, 1e-8) << t;
+      ASSERT_NEAR(s.at("top")[i], 1.1, 1e-9);
+      ASSERT_NEAR(s.at("low")[i], 10 * t > pi ? 0.9 : x, 1e-8) << t;
+      ASSERT_NEAR(s.at("top lately")[i], 1 + 0.1 * largest_cosine(std::max(0.0, t - 0.2), t), 1e-8) << t;
+      ASSERT_EQ(s.at("passes")[i], std::floor(10 * t / (2 * pi) + 0.25)) << t;
+      // Above 1.05 for a third of each turn, a sixth on either side of the top.
+      const double turns = 10 * t / (2 * pi), whole = std::floor(turns), rest = turns - whole;
+      const double thirds = whole / 3 + std::min(rest, 1. / 6) + std::max(0.0, rest - 5. / 6);
+      ASSERT_NEAR(s.at("above")[i], thirds * 2 * pi / 10, 1e-6) << t;
+      const double since = rest > 1. / 6 && rest < 5. / 6 ? (rest - 1. / 6) * 2 * pi / 10 : 0;
+      ASSERT_NEAR(s.at("below")[i], since, 1e-6) << t;
+    }
+  }
+}
+
+TEST(RunHistory, ConditionsEndARunWhereTheyAreMet) {
+  struct Case {
+    const char* stop;
+    double at;
+  };
+  // x comes below 0.95 m at 10 t = 2 pi/3 and is there for a third of a turn, 0.209 s.
+  for (const Case& c : {Case{"low: {column: mass.x, below: 950 mm}", 2 * pi / 30},
+                        Case{"low: {column: mass.x, below: 0.95 m, for: 0.2 s}", 2 * pi / 30 + 0.2},
+                        Case{"low: {column: way, below: -0.15 m}", 2 * pi / 30},
+                        Case{"never: {column: mass.x, below: 0.95 m, for: 0.22 s}", 2},
+                        Case{"at once: {column: mass.x, above: 1 m}", 0},
+                        Case{"later: {column: mass.x, above: 1.05 m, for: 0.15 s}, low: {column: mass.vx, above: 0.5 "
+                             "m/s}",
+                             7 * pi / 60}})
+    for (const auto& method : methods) {
+      const RunDirectory dir;
+      ASSERT_EQ(run_scenario(dir.scenario(oscillator("way: {integral: mass.vx}", c.stop)), dir / "out", method),
+                exit_ok);
+      const Series s = read_series(dir / "out/series.csv");
+      EXPECT_NEAR(s.at("time").back(), c.at, 1e-6) << c.stop << method[0];
+      EXPECT_NEAR(s.at("mass.x").back(), 1 + 0.1 * std::cos(10 * s.at("time").back()), 1e-8) << c.stop;
+      EXPECT_NEAR(s.at("way").back(), s.at("mass.x").back() - 1.1, 2e-6) << "of the row's time, too";
+      const auto run = summary_of(dir / "out")["run"];
+      EXPECT_EQ(run["end"], "reached");
+      EXPECT_EQ(run.contains("stopped by"), c.at < 2);
+      if (c.at < 2) {
+        EXPECT_EQ(run["stopped at [s]"], s.at("time").back());
+      }
+    }
+}
+
+/// A ball of 1 kg that falls on a wall.
+std::string bouncing(double end, const std::string& stop = {}) {
+  return fmt::format(R"(subsoil: 1
+materials: {{ball: {{density: 1 kg/(4/3*pi*(0.1 m)^3)}}, wall: {{density: 1000 kg/m^3}}}}
+contacts: [{{between: [ball, wall], law: linear, k_n: 10 kN/m, restitution: 0.8, mu: 0}}]
+soil: {{bed: {{fill: particles, material: ball, particles: [{{position: 0 0.15 0 m, radius: 0.1 m}}]}}}}
+boundaries: [{{name: wall, shape: {{plane: {{}}}}, material: wall}}]
+time: {{end: {} s, soil step: 0.1 ms{}}}
+output:
+  series every: 7 ms
+  series digits: all
+  watch:
+    impulse: {{integral: wall.Fy}}
+    hardest: {{minimum: wall.Fy}}
+    fastest: {{maximum: soil.fastest, within: 10 ms}}
+)",
+                     end, stop.empty() ? "" : ", stop when: {" + stop + "}");
+}
+
+// Forces act over a step as they are at its start: the integral is that of the means in the rows to rounding, and the
+// momentum that the ball has changed by. It leaves with what restitution leaves of its speed.
+TEST(RunHistory, OfSoilIsTheImpulse) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(bouncing(0.2)), dir / "out"), exit_ok);
+  const Series s = read_series(dir / "out/series.csv");
+  EXPECT_EQ(unit(s, "impulse"), "N s");
+  double sum = 0;
+  for (std::size_t i = 1; i < s.at("time").size(); ++i) {
+    sum += s.at("wall.Fy")[i] * (s.at("time")[i] - s.at("time")[i - 1]);
+    ASSERT_NEAR(s.at("impulse")[i], sum, 1e-9) << s.at("time")[i];
+  }
+  const double down = std::sqrt(2 * 9.81 * 0.05);
+  EXPECT_NEAR(-s.at("impulse").back(), 1.8 * down + 9.81 * pi / 100, 0.02 * down)
+      << "restitution 0.8, gravity over the half period pi sqrt(m/k)";
+  EXPECT_LT(s.at("hardest").back(), -90) << "some v sqrt(k m)";
+}
+
+TEST(RunHistory, ConditionsEndARunWithSoil) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(bouncing(0.2)), dir / "stopped",
+                         {"time.stop when.hit={column: wall.Fy, below: -20 N}"}),
+            exit_ok);
+  const auto run = summary_of(dir / "stopped")["run"];
+  EXPECT_EQ(run["stopped by"], "hit");
+  const double t = run["stopped at [s]"];
+  // 20 N after the fall of 0.05 m: 2 mm deep, reached at 1 m/s after sqrt(0.1/g) s, slower by nothing to speak of.
+  EXPECT_NEAR(t, std::sqrt(0.1 / 9.81), 0.003);
+  EXPECT_NEAR(read_series(dir / "stopped/series.csv").at("time").back(), t, 2.1e-4) << "the next step";
+}
+
+TEST(RunHistory, RefusalsSayWhatIsWrong) {
+  const auto refusal = [](const std::string& watch, const std::string& stop = {}) {
+    const RunDirectory dir;
+    return subsoil::test::message_of<ScenarioError>(
+        [&] { run_scenario(dir.scenario(oscillator(watch, stop)), dir / "out"); });
+  };
+  const auto says = [](const std::string& text, const std::string& part) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  says(refusal("a: {integral: mass.vz}"), "no column 'mass.vz'; did you mean");
+  says(refusal("a: {count: mass.x, at: 3 kg}"), "needed is a length");
+  says(refusal("a: {integral: mass.x, within: 1 s}"), "unknown key");
+  says(refusal("a: mass.x", "s: {column: mass.x}"), "needs either `above` or `below`");
+  says(refusal("a: mass.x", "s: {above: 3 m}"), "a column of the series, such as soil.draft");
+  says(refusal("a: mass.x", "s: {column: mass.x, above: 3 N}"), "needed is a length");
+}
+
+}  // namespace
+}  // namespace subsoil::app::run_history
