@@ -124,6 +124,7 @@ void AdamsMoulton::multistep(double h) {
     estimate_error(h);
     put_on_constraints();
     flows_.of_elements += sum_.tail(now_.rates.size()) + h * moulton[options_.order - 1][0] * trial_.rates;
+    flows_.of_elements.tail(trial_.states.size()) = trial_.states;  // as the motion was evaluated with
   } catch (const SingularPose&) {
     if (bridged_before) throw;  // singular for longer than an instant
     bridge(h);
@@ -137,6 +138,7 @@ void AdamsMoulton::predict(double h) {
   trial_.t = now_.t + h;
   trial_.q = now_.q + sum_.head(n);
   trial_.velocity = now_.velocity + sum_.segment(n, n);
+  trial_.states = now_.states + sum_.tail(now_.states.size());
 }
 
 void AdamsMoulton::correct(double h) {
@@ -145,6 +147,8 @@ void AdamsMoulton::correct(double h) {
   sum_past(c + 1, options_.order - 1, h);
   trial_.q = now_.q + sum_.head(n) + h * c[0] * trial_.velocity;
   trial_.velocity = now_.velocity + sum_.segment(n, n) + h * c[0] * trial_.acceleration;
+  const auto states = now_.states.size();
+  trial_.states = now_.states + sum_.tail(states) + h * c[0] * trial_.rates.tail(states);
 }
 
 void AdamsMoulton::keep_predicted() {
@@ -197,6 +201,7 @@ void AdamsMoulton::bridge(double h) {
   const double* c = moulton[k - 1];
   sum_past(c + 1, k - 1, h);
   flows_.of_elements += sum_.tail(now_.rates.size()) + h * c[0] * trial_.rates;
+  trial_.states = flows_.of_elements.tail(now_.states.size());
 }
 
 void AdamsMoulton::check_branch() {

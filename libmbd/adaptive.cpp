@@ -49,7 +49,7 @@ Adaptive::Adaptive(System& system)
 
 void Adaptive::on_start() {
   clock_.restart();
-  coupled_ = remembers(system_.model());
+  coupled_ = remembers(system_.model()) || system_.has_instants();
   rows_ = partition_.used_rows();
   build();
   restart();
@@ -210,6 +210,7 @@ void Adaptive::read_crossing(double t) {
   interpolate_flows(before_crossing_, after_crossing_, flows_before_, flows_after_, t, flows_.of_elements);
   system_.set_state(t, now_.q, now_.velocity);
   system_.set_multipliers(now_.lambda);
+  system_.set_element_states(now_.states);
   Eigen::VectorXd loads(now_.q.size());
   system_.loads(loads);  // for what forces report
 }

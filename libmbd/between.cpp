@@ -17,6 +17,9 @@ void interpolate(const MotionState& a, const MotionState& b, double t, MotionSta
   out.t = t;
   out.lambda = (1 - s) * a.lambda + s * b.lambda;
   out.rates = (1 - s) * a.rates + s * b.rates;
+  const auto states = a.states.size();
+  out.states = a.states + s * s * (3 - 2 * s) * (b.states - a.states) +
+               h * s * (1 - s) * ((1 - s) * a.rates.tail(states) - s * b.rates.tail(states));
 }
 
 void interpolate_flows(const MotionState& a, const MotionState& b, const Eigen::VectorXd& flows_a,

@@ -71,6 +71,7 @@ struct Cvode::Solver {
       out.q[set[static_cast<std::size_t>(i)]] = from[i];
       out.velocity[set[static_cast<std::size_t>(i)]] = from[f + i];
     }
+    out.states = ConstMap(from + 2 * f + e - good.states.size(), good.states.size());
   }
   void evaluate(double t, N_Vector from) {
     unpack(t, N_VGetArrayPointer(from), trial);
@@ -120,6 +121,9 @@ void Cvode::build() {
   const double rtol = local_tolerance(options_.rtol, 1e-14), atol = local_tolerance(options_.atol, 1e-15);
   s.tolerance.map().setConstant(atol);
   s.tolerance.map().segment(2 * s.f, s.e).setConstant(1e2 * atol);
+  const std::vector<double>& scales = system_.state_scales();
+  for (std::size_t i = 0; i < scales.size(); ++i)
+    s.tolerance.map()[2 * s.f + system_.flow_count() + static_cast<Eigen::Index>(i)] = atol * scales[i];
   s.memory = check(CVodeCreate(CV_ADAMS, s.context), "CVodeCreate");
   check(CVodeSetErrHandlerFn(s.memory, sundials::silence, nullptr), "CVodeSetErrHandlerFn");
   check(CVodeInit(s.memory, Solver::right_side, now_.t, s.y), "CVodeInit");

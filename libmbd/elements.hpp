@@ -28,7 +28,9 @@
 #include "libmbd/forces/disk_contact.hpp"
 #include "libmbd/forces/distance_stop.hpp"
 #include "libmbd/forces/drag.hpp"
+#include "libmbd/forces/electric_motor.hpp"
 #include "libmbd/forces/ground_element.hpp"
+#include "libmbd/forces/hydraulic_cylinder.hpp"
 #include "libmbd/forces/joint_friction.hpp"
 #include "libmbd/forces/line_contact.hpp"
 #include "libmbd/forces/rotational_spring_damper.hpp"
@@ -58,7 +60,8 @@ using Joints = std::tuple<Revolute, Translational, Fixed, PointOnLine, Distance,
                           RollingOnDisk, GearPair, GearRatio, RackAndPinion, CamFollower, FlatFacedCam, PointOnCurve>;
 using Drivers = std::tuple<CoordinateDriver, AngleDriver, SlideDriver, DistanceDriver>;
 using Forces = std::tuple<SpringDamper, RotationalSpringDamper, Bushing, AppliedForce, Drag, LineContact, DiskContact,
-                          RotationalStop, SlideStop, DistanceStop, WheelOnSoil, GroundElement, JointFriction>;
+                          RotationalStop, SlideStop, DistanceStop, WheelOnSoil, GroundElement, JointFriction,
+                          HydraulicCylinder, ElectricMotor>;
 
 template <>
 struct ListOf<JointFamily> {

@@ -132,11 +132,18 @@ Equilibrium towing_equilibrium(System& system, double t, const Eigen::VectorXd& 
   Equilibrium found;
   found.q = guess;
   found.velocity = system.towing_velocity(speed);
+  const auto hold_states = [&](const Eigen::VectorXd& q) {  // at what they start from
+    if (system.state_count() == 0) return;
+    system.set_state(t, q, found.velocity);
+    system.begin_states();
+  };
+  hold_states(guess);
   Balance balance(system, t, found.velocity);
   bool closed = solve_balance(system, balance, found);
   if (!closed && speed == 0) {
     try {
       found.q = fall_to_rest(system, t, guess);
+      hold_states(found.q);
       closed = solve_balance(system, balance, found);
     } catch (const BlowUp&) {  // nothing holds it
       found.q = guess;
@@ -160,27 +167,35 @@ class Linearisation {
     at_.t = t, at_.q = at.q, at_.velocity = at.velocity;
     at_.acceleration = Eigen::VectorXd::Zero(at.q.size());
     at_.lambda = Eigen::VectorXd::Zero(system.equations());
-    at_.rates = Eigen::VectorXd::Zero(
-        static_cast<Eigen::Index>(2 * system.model().forces.size() + system.model().drivers.size()));
+    at_.rates = Eigen::VectorXd::Zero(system.rate_count());
+    at_.states = Eigen::Map<const Eigen::VectorXd>(system.element_states().data(),
+                                                   static_cast<Eigen::Index>(system.state_count()));
     partition_.choose(at_);
-    scale_ = coordinate_scale(system);
+    scale_ = coordinate_scale(system), scales_ = system.state_scales();
     length_ = system.length_scale();
   }
   Eigen::Index freedom() const { return partition_.freedom(); }
 
-  /// d(v, v')' = A d(v, v'). Steps of 1e-4 of a length at order 4: truncation and rounding both near 1e-12 of the
-  /// stiffness. Velocities enter dampers linearly and friction steeply: short steps of order 2.
+  /// d(v, v', x)' = A d(v, v', x), x the states of elements. Steps of 1e-4 of a length at order 4: truncation and
+  /// rounding both near 1e-12 of the stiffness. Velocities enter dampers linearly and friction steeply: short steps of
+  /// order 2.
   Eigen::MatrixXd matrix() {
-    const auto f = freedom();
-    Eigen::MatrixXd a = Eigen::MatrixXd::Zero(2 * f, 2 * f);
-    a.topRightCorner(f, f).setIdentity();
+    const auto f = freedom(), states = at_.states.size();
+    Eigen::MatrixXd a = Eigen::MatrixXd::Zero(2 * f + states, 2 * f + states);
+    a.block(0, f, f, f).setIdentity();
     for (Eigen::Index j = 0; j < f; ++j) {
       const double far = 1e-4 * unit(j), near = 1e-6 * unit(j);
       const auto slope = [&](bool rate, double step) {
         return Eigen::VectorXd((acceleration(j, rate, step) - acceleration(j, rate, -step)) / (2 * step));
       };
-      a.col(j).tail(f) = (4 * slope(false, far) - slope(false, 2 * far)) / 3;
-      a.col(f + j).tail(f) = slope(true, near);
+      a.col(j).tail(f + states) = (4 * slope(false, far) - slope(false, 2 * far)) / 3;
+      a.col(f + j).tail(f + states) = slope(true, near);
+    }
+    for (Eigen::Index j = 0; j < states; ++j) {
+      const double step = 1e-4 * (scales_[static_cast<std::size_t>(j)] + std::abs(at_.states[j]));
+      MotionState plus = at_, minus = at_;
+      plus.states[j] += step, minus.states[j] -= step;
+      a.col(2 * f + j).tail(f + states) = (rates_at(plus) - rates_at(minus)) / (2 * step);
     }
     return a;
   }
@@ -211,15 +226,21 @@ class Linearisation {
   Eigen::VectorXd acceleration(Eigen::Index which, bool rate, double shift) {
     MotionState s = at_;
     (rate ? s.velocity : s.q)[independent(which)] += shift;
+    return rates_at(s);
+  }
+  /// Of v' and x.
+  Eigen::VectorXd rates_at(MotionState s) {
     partition_.evaluate(s);
-    Eigen::VectorXd out(freedom());
+    Eigen::VectorXd out(freedom() + s.states.size());
     for (Eigen::Index i = 0; i < freedom(); ++i) out[i] = s.acceleration[independent(i)];
+    out.tail(s.states.size()) = s.rates.tail(s.states.size());
     return out;
   }
 
   Partition partition_;
   MotionState at_;
   Eigen::VectorXd scale_;
+  std::vector<double> scales_;
   double length_ = 1;
 };
 
@@ -236,10 +257,12 @@ std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
   // Rounding of 1e-12 in the stiffness is 1e-6 in its root.
   const double zero = 1e-5 * std::max(1.0, solver.eigenvalues().cwiseAbs().maxCoeff());
   int zeros = 0;
-  for (Eigen::Index i = 0; i < 2 * f; ++i) {
+  const bool states = system.state_count() > 0;
+  for (Eigen::Index i = 0; i < solver.eigenvalues().size(); ++i) {
     const auto s = solver.eigenvalues()[i];
-    if (std::abs(s) < zero) {
-      if (zeros++ % 2 == 0) found.emplace_back();
+    if (std::abs(s) < zero) {  // of states they are what a lock-up of oil or a
+                               // held integral leaves, not coordinates
+      if (!states && zeros++ % 2 == 0) found.emplace_back();
     } else if (s.imag() >= 0) {
       const Eigen::VectorXcd shape = tangent.cast<std::complex<double>>() * solver.eigenvectors().col(i).head(f);
       found.push_back(

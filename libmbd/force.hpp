@@ -11,13 +11,16 @@
 
 namespace subsoil::mbd {
 
-/// What a force sees: the bodies (0 = ground), the time, the ground's ruts, and the multipliers of the equations for
-/// the friction that they make.
+/// What a force sees: the bodies (0 = ground), the time, the ground's ruts, the multipliers of the equations for
+/// the friction that they make, the states of
+/// all elements that have any, and the outputs of controllers.
 struct Scene {
   std::span<const BodyState> bodies;
   double t = 0;
   std::span<const Rut> ruts;
   std::span<const double> lambda{};
+  std::span<const double> states{};
+  std::span<const double> signals{};
 };
 
 /// Where a force puts what it does: (F_x, F_y, M_z) about each body's centre of gravity, world axes. Ground has a slot
@@ -55,7 +58,7 @@ struct ForceColumn {
   const char* name;
   const char* unit;
 };
-inline constexpr std::size_t max_force_columns = 5;
+inline constexpr std::size_t max_force_columns = 6;
 using ForceValues = std::array<double, max_force_columns>;
 
 /// What a force has beside evaluate(), as its `static constexpr ForceMembers has{...}`. The system calls what stands
@@ -70,6 +73,13 @@ struct ForceMembers {
   bool rut = false;                   ///< track, rut, commit(scene, ruts): accepted states change the ground
   bool towing_spin = false;           ///< towing_spin(speed): angular velocity of its body in a tow
   bool joint = false;                 ///< joint, attach(joint, row): its bodies are those of a joint
+  /// state_count numbers that are integrated with the motion, from first_state
+  /// of the scene's on: start_states(scene), state_rates(scene), and
+  /// state_scales(), the size below which they do not matter to 1 in
+  /// tolerances.
+  bool states = false;
+  bool controlled = false;  ///< controller, signal: its place among the scene's
+                            ///< signals, -1 without
 };
 
 namespace detail {
@@ -90,6 +100,18 @@ concept Ruts = requires(F f, const Scene scene, std::vector<Rut> ruts) {
   f.rut = std::size_t{0};
   f.commit(scene, ruts);
 };
+template <class F>
+concept HasStates = requires(F f, const Scene scene) {
+  f.first_state = std::size_t{0};
+  { f.start_states(scene) } -> std::same_as<std::array<double, F::state_count>>;
+  { f.state_rates(scene) } -> std::same_as<std::array<double, F::state_count>>;
+  { f.state_scales() } -> std::same_as<std::array<double, F::state_count>>;
+};
+template <class F>
+concept Controlled = requires(F f) {
+  f.controller.empty();
+  f.signal = -1;
+};
 /// F::has is what F has.
 template <class F>
 concept ForceHas = F::has.check == requires(const F f) {
@@ -103,7 +125,8 @@ concept ForceHas = F::has.check == requires(const F f) {
     requires(const F f) {
   { f.towing_spin(1.0) } -> std::same_as<double>;
 }
-&&F::has.joint == requires(F f) { f.joint.empty(); };
+&&F::has.joint == requires(F f) { f.joint.empty(); }
+&&F::has.states == HasStates<F>&& F::has.controlled == Controlled<F>;
 }  // namespace detail
 
 /// A force: wrenches on the bodies that it names, with its account of energy and its columns.

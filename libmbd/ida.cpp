@@ -38,7 +38,7 @@ struct Ida::Solver {
   SUNMatrix matrix = nullptr;
   SUNLinearSolver linear = nullptr;
   Constraints c;
-  Eigen::VectorXd q, w, load, lambda, mu, correction;
+  Eigen::VectorXd q, w, load, lambda, mu, correction, states, acceleration;
   std::exception_ptr thrown;
   long steps_before = 0, evaluations_before = 0;
   bool fresh = true;  // no step since the last beginning
@@ -81,13 +81,22 @@ struct Ida::Solver {
     // residual is linear in both, so the large increments that IDA's differences take from here lose nothing.
     weight.segment(2 * n, multipliers()).setConstant(1e12);
     weight.tail(e).setConstant(1e2 * atol);
+    const std::vector<double>& scales = system.state_scales();
+    for (std::size_t i = 0; i < scales.size(); ++i)
+      weight[size() - static_cast<Eigen::Index>(scales.size() - i)] = atol * scales[i];
     kind.setOnes();
     kind.segment(2 * n, multipliers()).setZero();
   }
 
-  void residual(double t, const ConstMap& yy, const ConstMap& yp, Map res) {
+  void set_state(double t, const ConstMap& yy) {
     q = yy.head(n), w = yy.segment(n, n);
     system.set_state(t, q, w);
+    states = yy.tail(static_cast<Eigen::Index>(system.state_count()));
+    system.set_element_states(states);
+  }
+
+  void residual(double t, const ConstMap& yy, const ConstMap& yp, Map res) {
+    set_state(t, yy);
     system.constraints(c);
     lambda.setZero(), mu.setZero();
     for (Eigen::Index i = 0; i < r; ++i) {
@@ -113,10 +122,10 @@ struct Ida::Solver {
     energy_residual(yp, res);
   }
 
-  void energy_residual(const ConstMap& yp, Map& res) const {
+  void energy_residual(const ConstMap& yp, Map& res) {
     const auto forces = static_cast<Eigen::Index>(system.model().forces.size());
-    const Eigen::Index first = 2 * n + multipliers();
-    for (Eigen::Index i = 0; i < e; ++i) {
+    const Eigen::Index first = 2 * n + multipliers(), flows = system.flow_count();
+    for (Eigen::Index i = 0; i < flows; ++i) {
       double power = 0;
       if (i < forces) {
         power = system.powers()[static_cast<std::size_t>(i)].lost;
@@ -128,6 +137,11 @@ struct Ida::Solver {
       }
       res[first + i] = yp[first + i] - power;
     }
+    if (e == flows) return;
+    acceleration = yp.segment(n, n);
+    const std::vector<double>& rates = system.take_state_rates(acceleration, lambda);
+    for (Eigen::Index i = flows; i < e; ++i)
+      res[first + i] = yp[first + i] - rates[static_cast<std::size_t>(i - flows)];
   }
 
   static int call_residual(realtype t, N_Vector yy, N_Vector yp, N_Vector out, void* self) {
@@ -141,8 +155,7 @@ struct Ida::Solver {
     auto& s = *static_cast<Solver*>(self);
     return sundials::guarded(s.thrown, -1, [&] {
       const ConstMap at(N_VGetArrayPointer(yy), s.size());
-      s.q = at.head(s.n), s.w = at.segment(s.n, s.n);
-      s.system.set_state(t, s.q, s.w);
+      s.set_state(t, at);
       s.lambda.setZero();
       for (Eigen::Index i = 0; i < s.r; ++i) s.lambda[s.rows[static_cast<std::size_t>(i)]] = at[2 * s.n + i];
       s.system.set_multipliers(s.lambda);
@@ -241,6 +254,7 @@ void Ida::read(double t) {
   const Map y = s.dense.map();
   now_.q = y.head(s.n), now_.velocity = y.segment(s.n, s.n);
   flows_.of_elements = y.tail(s.e);
+  now_.states = y.tail(now_.states.size());
   if (!s.index_1 || s.r == 0) return;
   system_.set_position(t, now_.q);
   system_.constraints(s.c);

@@ -20,8 +20,8 @@ Integrator::Integrator(System& system) : system_(system), partition_(system), sw
   const auto n = system.coordinates();
   now_.q.setZero(n), now_.velocity.setZero(n), now_.acceleration.setZero(n);
   now_.lambda.setZero(system.equations());
-  const auto& model = system.model();
-  now_.rates.setZero(static_cast<Eigen::Index>(2 * model.forces.size() + model.drivers.size()));
+  now_.rates.setZero(system.rate_count());
+  now_.states.setZero(static_cast<Eigen::Index>(system.state_count()));
   flows_.of_elements = now_.rates;
   q_before_ = now_.q;
   before_ = now_;
@@ -36,11 +36,49 @@ void Integrator::start(double t, const Eigen::VectorXd& q, const Eigen::VectorXd
   system_.set_state(t, q, velocity);
   system_.restart_traces();
   partition_.choose(now_);
+  if (system_.state_count() > 0) begin_states();
   partition_.evaluate(now_);
   events_.clear();
   step_error_ = {};
   switches_.take_sides();
   on_start();
+}
+
+// A controller that measures the solution begins with one in which it has
+// nothing to do.
+void Integrator::begin_states() {
+  const auto take = [&] {
+    const std::vector<double>& x = system_.element_states();
+    std::copy(x.begin(), x.end(), now_.states.data());
+    flows_.of_elements.tail(now_.states.size()) = now_.states;
+  };
+  system_.begin_states(), take();
+  partition_.evaluate(now_);
+  if (system_.begin_states_of(now_.acceleration, now_.lambda)) take(), partition_.evaluate(now_);
+  if (system_.next_instant() <= now_.t) system_.act(now_.acceleration, now_.lambda, 0);
+}
+
+void Integrator::advance_part(double h) {
+  if (watches_switches() && !finds_events())
+    advance_over_events(h);
+  else
+    on_advance(h);
+}
+
+// Sampled controllers act between parts of the step.
+void Integrator::advance_over_instants(double h) {
+  const double end = now_.t + h, close = 1e-9 * h;
+  system_.forget_outputs_before();
+  while (end - now_.t > close) {
+    const double next = system_.next_instant(), until = next < end - close ? next : end;
+    if (until - now_.t > close) advance_part(until - now_.t);
+    if (next > now_.t + close) continue;
+    system_.set_state(now_.t, now_.q, now_.velocity);
+    system_.set_element_states(now_.states);
+    keep_end();
+    system_.act(now_.acceleration, now_.lambda, close);
+    keep_begin();
+  }
 }
 
 void Integrator::advance(double h) {
@@ -49,10 +87,7 @@ void Integrator::advance(double h) {
   q_before_ = now_.q;
   pieces_.clear();
   keep_begin();
-  if (watches_switches() && !finds_events())
-    advance_over_events(h);
-  else
-    on_advance(h);
+  system_.has_instants() ? advance_over_instants(h) : advance_part(h);
   keep_end();
   refuse_blow_up(system_, now_);
   system_.set_state(now_.t, now_.q, now_.velocity);
@@ -107,6 +142,7 @@ void Integrator::look_back(double t) {
 void Integrator::set_seen(const MotionState& m) {
   system_.set_state(m.t, m.q, m.velocity);
   system_.set_multipliers(m.lambda);
+  system_.set_element_states(m.states);
   Eigen::VectorXd loads(m.q.size());
   system_.loads(loads);
 }
@@ -120,6 +156,7 @@ void Integrator::look_ahead() {
 void Integrator::look(const MotionState& m, std::vector<double>& gaps) {
   system_.set_state(m.t, m.q, m.velocity);
   system_.set_multipliers(m.lambda);
+  system_.set_element_states(m.states);
   switches_.gaps(gaps);
 }
 
@@ -232,6 +269,7 @@ void Integrator::restore(const double*& from, const double* end) {
   take(from, end, now_.q);
   take(from, end, now_.velocity);
   take(from, end, flows_.of_elements);
+  now_.states = flows_.of_elements.tail(now_.states.size());
   flows_.external_work = take(from, end);
   system_.restore(from, end);
   step_error_.largest = take(from, end), step_error_.positions = take(from, end);

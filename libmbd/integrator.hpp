@@ -46,7 +46,8 @@ struct IdaOptions {
 
 /// Energy that entered or left since the start (J): integrals of powers, never remainders.
 struct EnergyFlows {
-  Eigen::VectorXd of_elements;  ///< as MotionState::rates: lost of forces, work of forces, work of drivers
+  /// Integrals of MotionState::rates: lost of forces, work of forces, work of drivers (J); then the states themselves.
+  Eigen::VectorXd of_elements;
   double external_work = 0;  ///< of external wrenches: wrench times displacement, exact since it is constant per step
 };
 
@@ -128,6 +129,9 @@ class Integrator {
   StepError step_error_;
 
  private:
+  void begin_states();
+  void advance_part(double h);
+  void advance_over_instants(double h);
   void advance_over_events(double h);
   bool crossed();
   void try_part(double h);

@@ -19,6 +19,11 @@ std::string coordinate_name(const System& system, int coordinate) {
 
 void Kinematic::on_start() {
   clock_.restart();
+  if (system_.state_count() > 0)
+    throw std::invalid_argument(
+        "kinematic analysis: cylinders, motors and controllers have states of "
+        "their own, which it does not integrate; "
+        "take `analysis: dynamics`");
   if (partition_.freedom() == 0) return;
   std::string free;
   for (const int i : partition_.independent()) free += (free.empty() ? "" : ", ") + coordinate_name(system_, i);

@@ -141,7 +141,7 @@ MachineEnergy Machine::energy() const {
   const auto forces = static_cast<Eigen::Index>(system_.model().forces.size());
   energy.lost = flows.of_elements.head(forces).sum();
   energy.force_work = flows.of_elements.segment(forces, forces).sum();
-  energy.driver_work = flows.of_elements.tail(flows.of_elements.size() - 2 * forces).sum();
+  energy.driver_work = flows.of_elements.segment(2 * forces, system_.flow_count() - 2 * forces).sum();
   energy.external_work = flows.external_work;
   energy.at_start = energy_at_start_;
   energy.moved = most_energy_ + (highest_potential_ - lowest_potential_) + std::abs(energy.lost) +
@@ -171,6 +171,8 @@ void Machine::name_columns() {
           for (const auto& column : force.columns) add(f.name + "." + column.name, column.unit);
         },
         f.element);
+  for (const auto& c : model.controllers)
+    add(c.name + ".output", c.element.output_unit.c_str()), add(c.name + ".error", c.element.measured_unit.c_str());
   for (const char* term :
        {"kinetic", "potential", "stored", "lost", "driver work", "force work", "external work", "balance"})
     add(std::string("energy.") + term, "J");
@@ -199,6 +201,7 @@ void Machine::columns(std::span<double> out) const {
     const std::size_t count = visit([](const auto& force) { return force.columns.size(); }, model.forces[i].element);
     for (std::size_t k = 0; k < count; ++k) put(system_.values()[i][k]);
   }
+  for (std::size_t i = 0; i < model.controllers.size(); ++i) put(system_.signals()[i], system_.controller_error(i));
   const MachineEnergy e = energy();
   put(e.kinetic, e.potential, e.stored, e.lost, e.driver_work, e.force_work, e.external_work, e.balance());
   const Observation seen{system_, integrator_->state().acceleration, lambda};

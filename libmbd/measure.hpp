@@ -79,7 +79,8 @@ void put(WrenchPart part, Vec2 force, double moment, std::span<double> out);
 /// What a measure has beside columns() and evaluate(), as its `static constexpr MeasureMembers has{...}`; see
 /// ForceMembers.
 struct MeasureMembers {
-  bool attach = false;  ///< attach(system): finds a joint or force by its name
+  bool attach = false;       ///< attach(system): finds a joint or force by its name
+  bool of_solution = false;  ///< depends on accelerations, reactions or forces
 };
 
 /// A measure: numbers of a machine at an instant.

@@ -18,13 +18,14 @@
 #include "libmbd/measures/force.hpp"
 #include "libmbd/measures/position.hpp"
 #include "libmbd/measures/reaction.hpp"
+#include "libmbd/measures/soil_force.hpp"
 #include "libmbd/measures/velocity.hpp"
 
 namespace subsoil::mbd {
 
 using Measures = std::tuple<PositionMeasure, VelocityMeasure, AccelerationMeasure, DistanceMeasure, DistanceRateMeasure,
                             AngleMeasure, AngularVelocityMeasure, AngularAccelerationMeasure, CornerMeasure,
-                            ReactionMeasure, ForceMeasure, EnergyMeasure>;
+                            ReactionMeasure, ForceMeasure, EnergyMeasure, SoilForceMeasure>;
 
 template <>
 struct ListOf<MeasureFamily> {

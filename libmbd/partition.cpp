@@ -345,6 +345,7 @@ void Partition::put_on_constraints(MotionState& m) {
 
 void Partition::accelerate(MotionState& m) {
   system_.set_velocity(m.velocity);
+  system_.set_element_states(m.states);
   system_.constraints(c_);                        // gamma needs the velocities
   if (!m.lambda.allFinite()) m.lambda.setZero();  // what a failed evaluation left is no guess
   if (system_.friction_rows().empty()) {
@@ -363,6 +364,9 @@ void Partition::accelerate(MotionState& m) {
     const int row = system_.row_of_driver(d);
     m.rates[2 * forces + static_cast<Eigen::Index>(d)] = m.lambda[row] * c_.phi_t[static_cast<std::size_t>(row)];
   }
+  if (system_.state_count() == 0) return;
+  const std::vector<double>& rates = system_.take_state_rates(m.acceleration, m.lambda);
+  std::copy(rates.begin(), rates.end(), m.rates.data() + system_.flow_count());
 }
 
 // acceleration -= M^-1 Phi_q^T lambda, lambda in the order of the choice.

@@ -15,7 +15,10 @@ struct MotionState {
   double t = 0;
   Eigen::VectorXd q, velocity, acceleration;
   Eigen::VectorXd lambda;  ///< one per equation; 0 for equations that the partition left out as redundant
-  Eigen::VectorXd rates;   ///< powers: lost of each force, work of each force, work of each driver (W)
+  Eigen::VectorXd states;  ///< of elements: pressures, currents, integrals of controllers
+  /// Powers, lost of each force, work of each force, work of each driver (W);
+  /// then the rates of the states.
+  Eigen::VectorXd rates;
 };
 
 /// Phi_q has lost rank at a pose: a dead point, where the constraints do not determine the motion.

@@ -28,9 +28,7 @@ void keep_rates(Eigen::MatrixXd& columns, Eigen::Index column, const MotionState
 }
 
 RungeKutta::RungeKutta(const System& system, Partition& partition) : partition_(partition) {
-  const auto& model = system.model();
-  const auto rates = static_cast<Eigen::Index>(2 * model.forces.size() + model.drivers.size());
-  stages_.setZero(2 * system.coordinates() + rates, stage_count + 1);
+  stages_.setZero(2 * system.coordinates() + system.rate_count(), stage_count + 1);
   weights_.setZero(stage_count + 1), sum_.setZero(stages_.rows());
 }
 
@@ -44,6 +42,7 @@ void RungeKutta::move_to(const MotionState& now, double dt, MotionState& next) c
   next.t = now.t + dt;
   next.q = now.q + sum_.head(n);
   next.velocity = now.velocity + sum_.segment(n, n);
+  next.states = now.states + sum_.tail(now.states.size());
 }
 
 void RungeKutta::step(const MotionState& now, double h, MotionState& next, Eigen::VectorXd& flows) {

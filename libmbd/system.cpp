@@ -1,6 +1,7 @@
 #include "libmbd/system.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <set>
 #include <stdexcept>
@@ -8,6 +9,7 @@
 
 #include "libmbd/bodies_of.hpp"
 #include "libmbd/elements.hpp"
+#include "libmbd/measure.hpp"
 
 namespace subsoil::mbd {
 
@@ -95,6 +97,8 @@ System::System(Model model) : model_(std::move(model)), elements_(std::make_uniq
   number_rows();
   assign_ruts();
   attach_friction();
+  attach_controllers();
+  number_states();
   place_elements();
   const auto n = static_cast<std::size_t>(bodies());
   states_.resize(n);
@@ -108,6 +112,7 @@ System::System(Model model) : model_(std::move(model)), elements_(std::make_uniq
     mass_.segment<3>(3 * static_cast<Eigen::Index>(i)) << b.mass, b.mass, b.inertia;
   }
   for (const auto& f : model_.forces) given_forces_.push_back(f.element);
+  for (auto& c : model_.controllers) naming("controller '" + c.name + "'", [&] { c.element.input->attach(*this); });
   settle_constraints();
   settle_forces(model_.start_time, start_position(), start_velocity());
 }
@@ -153,6 +158,17 @@ void System::check_elements() const {
   for (const auto& j : model_.joints) check("joint", j);
   for (const auto& d : model_.drivers) check("driver", d);
   for (const auto& f : model_.forces) check("force", f);
+  for (const auto& c : model_.controllers) {
+    const std::string what = "controller '" + c.name + "'";
+    if (!names.insert(c.name).second) refuse(what + ": the name is taken by another element; every one needs its own");
+    if (!c.element.input) refuse(what + ": measures nothing; give it a measure");
+    naming(what, [&] { c.element.check(); });
+    if (c.element.input->of_solution() && !(c.element.sensor_lag > 0) && !c.element.sampled())
+      refuse(what +
+             ": measures accelerations, reactions or forces, which its "
+             "own output changes at once; give it a sensor "
+             "lag (a few ms), or a sample time");
+  }
 }
 
 void System::number_rows() {
@@ -200,6 +216,48 @@ void System::attach_friction() {
     }
     friction_rows_.push_back(joint_row_[i]);
   }
+}
+
+void System::attach_controllers() {
+  for (auto& f : model_.forces)
+    visit(
+        [&]<class Force>(Force& force) {
+          if constexpr (Force::has.controlled) {
+            if (force.controller.empty()) return;
+            std::string known;
+            for (std::size_t i = 0; i < model_.controllers.size(); ++i) {
+              if (model_.controllers[i].name == force.controller) force.signal = static_cast<int>(i);
+              known += (i ? ", " : "") + model_.controllers[i].name;
+            }
+            if (force.signal < 0)
+              refuse("force '" + f.name + "': no controller '" + force.controller + "'; there are " +
+                     (known.empty() ? "none" : known));
+          }
+        },
+        f.element);
+  signals_.assign(model_.controllers.size(), 0.0);
+  measured_ = signals_;
+  samplers_.resize(model_.controllers.size());
+  no_acceleration_.setZero(coordinates()), no_lambda_.setZero(equations());
+}
+
+void System::number_states() {
+  for (auto& f : model_.forces)
+    visit(
+        [&]<class Force>(Force& force) {
+          if constexpr (Force::has.states) {
+            force.first_state = state_scales_.size();
+            for (const double scale : force.state_scales()) state_scales_.push_back(scale);
+          }
+        },
+        f.element);
+  for (auto& c : model_.controllers) {
+    c.element.first_state = state_scales_.size();
+    state_scales_.insert(state_scales_.end(), PidController::state_count, 1.0);
+    has_instants_ = has_instants_ || c.element.sampled();
+  }
+  element_states_.assign(state_scales_.size(), 0.0);
+  state_rates_ = element_states_;
 }
 
 void System::place_elements() {
@@ -377,6 +435,7 @@ void System::loads(Eigen::VectorXd& out) {
     wrenches_[i] = {external_[i][0] + m * model_.gravity[0], external_[i][1] + m * model_.gravity[1], external_[i][2]};
   }
   Loads sink(wrenches_);
+  if (!signals_.empty()) take_signals();
   const Scene now = scene();
   for_each_placed(elements_->forces, [&](const auto& placed) {
     const auto i = static_cast<std::size_t>(placed.number);
@@ -384,6 +443,105 @@ void System::loads(Eigen::VectorXd& out) {
   });
   for (std::size_t i = 1; i < wrenches_.size(); ++i)
     for (std::size_t k = 0; k < 3; ++k) out[static_cast<Eigen::Index>(3 * (i - 1) + k)] = wrenches_[i][k];
+}
+
+Eigen::Index System::flow_count() const {
+  return static_cast<Eigen::Index>(2 * model_.forces.size() + model_.drivers.size());
+}
+
+void System::take_signals() {
+  const Observation now{*this, no_acceleration_, no_lambda_};
+  for (std::size_t i = 0; i < signals_.size(); ++i) {
+    const PidController& c = model_.controllers[i].element;
+    if (c.sampled()) {
+      signals_[i] = samplers_[i].held(t_);
+      continue;
+    }
+    if (!c.input->of_solution()) measured_[i] = c.input->value(now);
+    signals_[i] = c.output(t_, measured_[i], element_states_.data() + c.first_state);
+  }
+}
+
+const std::vector<double>& System::take_state_rates(const Eigen::VectorXd& acceleration,
+                                                    const Eigen::VectorXd& lambda) {
+  const Scene now = scene();
+  for_each_placed(elements_->forces, [&]<class Placed>(const Placed& placed) {
+    using Force = std::remove_cvref_t<decltype(*placed.element)>;
+    if constexpr (Force::has.states) {
+      const auto rates = placed.element->state_rates(now);
+      std::copy(rates.begin(), rates.end(),
+                state_rates_.begin() + static_cast<std::ptrdiff_t>(placed.element->first_state));
+    }
+  });
+  const Observation seen{*this, acceleration, lambda};
+  for (std::size_t i = 0; i < signals_.size(); ++i) {
+    const PidController& c = model_.controllers[i].element;
+    if (c.input->of_solution() || c.sampled()) measured_[i] = c.input->value(seen);
+    c.rates(t_, measured_[i], element_states_.data() + c.first_state, state_rates_.data() + c.first_state);
+  }
+  return state_rates_;
+}
+
+const std::vector<double>& System::begin_states() {
+  const Observation now{*this, no_acceleration_, no_lambda_};
+  for (std::size_t i = 0; i < signals_.size(); ++i) {
+    const PidController& c = model_.controllers[i].element;
+    // What is of the solution begins where there is nothing to correct.
+    measured_[i] = c.input->of_solution() ? c.set_point.value(t_) : c.input->value(now);
+    const auto start = c.start(t_, measured_[i]);
+    std::copy(start.begin(), start.end(), element_states_.begin() + static_cast<std::ptrdiff_t>(c.first_state));
+    samplers_[i].start(t_);
+  }
+  for_each_placed(elements_->forces, [&]<class Placed>(const Placed& placed) {
+    using Force = std::remove_cvref_t<decltype(*placed.element)>;
+    if constexpr (Force::has.states) {
+      const auto start = placed.element->start_states(scene());
+      std::copy(start.begin(), start.end(),
+                element_states_.begin() + static_cast<std::ptrdiff_t>(placed.element->first_state));
+    }
+  });
+  return element_states_;
+}
+
+bool System::begin_states_of(const Eigen::VectorXd& acceleration, const Eigen::VectorXd& lambda) {
+  const Observation seen{*this, acceleration, lambda};
+  bool any = false;
+  for (std::size_t i = 0; i < signals_.size(); ++i) {
+    const PidController& c = model_.controllers[i].element;
+    if (!c.input->of_solution()) continue;
+    any = true;
+    measured_[i] = c.input->value(seen);
+    const auto start = c.start(t_, measured_[i]);
+    std::copy(start.begin(), start.end(), element_states_.begin() + static_cast<std::ptrdiff_t>(c.first_state));
+  }
+  return any;
+}
+
+double System::controller_error(std::size_t controller) const {
+  const PidController& c = model_.controllers[controller].element;
+  return c.error(t_, measured_[controller], element_states_.data() + c.first_state);
+}
+
+double System::next_instant() const {
+  double next = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < samplers_.size(); ++i)
+    if (model_.controllers[i].element.sampled())
+      next = std::min(next, samplers_[i].next(model_.controllers[i].element));
+  return next;
+}
+
+void System::act(const Eigen::VectorXd& acceleration, const Eigen::VectorXd& lambda, double close) {
+  const Observation seen{*this, acceleration, lambda};
+  for (std::size_t i = 0; i < samplers_.size(); ++i) {
+    const PidController& c = model_.controllers[i].element;
+    if (!c.sampled() || samplers_[i].next(c) > t_ + close) continue;
+    measured_[i] = c.input->value(seen);
+    if (samplers_[i].act(c, t_, close, measured_[i], element_states_.data() + c.first_state)) ++wrench_changes_;
+  }
+}
+
+void System::forget_outputs_before() {
+  for (Sampler& s : samplers_) s.forget_before();
 }
 
 double System::kinetic() const {
@@ -442,6 +600,7 @@ void System::settle_forces(double t, const Eigen::VectorXd& q, const Eigen::Vect
         },
         model_.forces[i].element);
   }
+  begin_states();
 }
 
 void System::restart_traces() {
@@ -502,6 +661,8 @@ void System::save(std::vector<double>& out) const {
           }
         },
         f.element);
+  for (std::size_t i = 0; i < samplers_.size(); ++i)
+    if (model_.controllers[i].element.sampled()) samplers_[i].save(out);
   for (const auto& w : external_) out.insert(out.end(), w.begin(), w.end());
   for (const auto& rut : ruts_) {
     out.push_back(static_cast<double>(rut.first()));
@@ -532,6 +693,8 @@ void System::restore(const double*& from, const double* end) {
           }
         },
         f.element);
+  for (std::size_t i = 0; i < samplers_.size(); ++i)
+    if (model_.controllers[i].element.sampled()) samplers_[i].restore(from, end);
   for (auto& w : external_)
     for (auto& value : w) value = next();
   ++wrench_changes_;

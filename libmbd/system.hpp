@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "libmbd/constraint.hpp"
+#include "libmbd/controllers/pid.hpp"
 #include "libmbd/force.hpp"
 
 namespace subsoil::mbd {
@@ -25,6 +26,7 @@ struct Model {
   std::vector<Named<AnyJoint>> joints{};
   std::vector<Named<AnyDriver>> drivers{};
   std::vector<Named<AnyForce>> forces{};
+  std::vector<Named<PidController>> controllers{};
   Redundancy redundancy = Redundancy::minimum_norm;
   double start_time = 0;
 
@@ -33,6 +35,7 @@ struct Model {
   void add(std::string name, AnyJoint joint) { joints.push_back({std::move(name), std::move(joint)}); }
   void add(std::string name, AnyDriver driver) { drivers.push_back({std::move(name), std::move(driver)}); }
   void add(std::string name, AnyForce force) { forces.push_back({std::move(name), std::move(force)}); }
+  void add(std::string name, PidController c) { controllers.push_back({std::move(name), std::move(c)}); }
 };
 
 /// A nonzero block of Phi_q: the row of an equation and a body, not the ground, that it touches.
@@ -112,16 +115,47 @@ class System {
   const std::vector<ForcePower>& powers() const { return powers_; }
   const std::vector<ForceValues>& values() const { return values_; }
   /// What forces see of the state set last.
-  Scene scene() const { return {states_, t_, ruts_, multipliers_}; }
+  Scene scene() const { return {states_, t_, ruts_, multipliers_, element_states_, signals_}; }
   double kinetic() const;
   double potential() const;  ///< of gravity, zero at the world's origin
   double stored() const;     ///< in forces
+
+  // --- states of elements (pressures, currents, integrals of controllers),
+  // integrated with the motion ---
+  std::size_t state_count() const { return element_states_.size(); }
+  /// Numbers that are integrated beside q and q': lost of each force, work of
+  /// each force, work of each driver, then the states.
+  Eigen::Index flow_count() const;
+  Eigen::Index rate_count() const { return flow_count() + static_cast<Eigen::Index>(state_count()); }
+  /// The size below which a state does not matter to 1.
+  const std::vector<double>& state_scales() const { return state_scales_; }
+  /// Start values at the state set last, which they are set to.
+  const std::vector<double>& begin_states();
+  /// The same for controllers whose input is of the solution, once there is
+  /// one; true where there are any.
+  bool begin_states_of(const Eigen::VectorXd& acceleration, const Eigen::VectorXd& lambda);
+  void set_element_states(const Eigen::VectorXd& x) {
+    std::copy(x.data(), x.data() + x.size(), element_states_.begin());
+  }
+  const std::vector<double>& element_states() const { return element_states_; }
+  /// Rates of all states after loads(), from the solution.
+  const std::vector<double>& take_state_rates(const Eigen::VectorXd& acceleration, const Eigen::VectorXd& lambda);
+  /// Outputs of the controllers, and what they miss.
+  const std::vector<double>& signals() const { return signals_; }
+  double controller_error(std::size_t controller) const;
+  /// Sampled controllers: the next instant at which one acts (infinity: none),
+  /// and its action there, give or take `close`.
+  double next_instant() const;
+  void act(const Eigen::VectorXd& acceleration, const Eigen::VectorXd& lambda, double close);
+  bool has_instants() const { return has_instants_; }
+  /// What outputs were before now is needed no more.
+  void forget_outputs_before();
 
   // --- what comes from outside or stays ---
   /// Wrench about the centre of gravity, world axes; stays until set anew (the soil's, over a machine step).
   void set_external_wrench(int body, double fx, double fy, double mz);
   const std::array<double, 3>& external_wrench(int body) const { return external_[static_cast<std::size_t>(body)]; }
-  /// Counts changes of the external wrench, so that an integrator sees a jump.
+  /// Counts changes of the external wrench and of sampled outputs, so that an integrator sees a jump.
   long wrench_changes() const { return wrench_changes_; }
   /// Fills what the model's forces leave to the start pose (free lengths) from the assembled one. Relative angles of
   /// joints and start values of drivers are taken from the model's own pose, before it is assembled.
@@ -147,6 +181,9 @@ class System {
   void number_rows();
   void place_elements();
   void attach_friction();
+  void attach_controllers();
+  void number_states();
+  void take_signals();
   void assign_ruts();
   void settle_constraints();
 
@@ -173,6 +210,12 @@ class System {
   std::vector<ForceValues> values_;
   std::vector<Rut> ruts_;
   long wrench_changes_ = 0;
+
+  std::vector<double> element_states_, state_rates_, state_scales_, signals_, measured_;
+  std::vector<Sampler> samplers_;  // of the controllers
+  bool has_instants_ = false;
+  Eigen::VectorXd no_acceleration_,
+      no_lambda_;  // for inputs that do not look at them
 };
 
 }  // namespace subsoil::mbd

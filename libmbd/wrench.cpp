@@ -71,8 +71,12 @@ Wrench force_wrench(const System& system, std::size_t force, const Eigen::Vector
   std::vector<std::array<double, 3>> wrenches(bodies);
   Loads loads(wrenches);
   ForceValues values{};
-  const Scene scene{std::span(&system.body(ground), bodies), system.time(), system.ruts(),
-                    std::span(lambda.data(), static_cast<std::size_t>(lambda.size()))};
+  const Scene scene{std::span(&system.body(ground), bodies),
+                    system.time(),
+                    system.ruts(),
+                    std::span(lambda.data(), static_cast<std::size_t>(lambda.size())),
+                    system.element_states(),
+                    system.signals()};
   visit([&](const auto& f) { f.evaluate(scene, loads, values); }, system.model().forces[force].element);
   const auto& w = wrenches[static_cast<std::size_t>(body)];
   return {{w[0], w[1]}, w[2], system.body(body).r};

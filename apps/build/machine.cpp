@@ -3,6 +3,7 @@
 #include <string>
 
 #include "apps/scenario/load.hpp"
+#include "libmbd/control_input.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -28,6 +29,7 @@ std::string place_of_fault(const Loaded& loaded, const std::string& text) {
   look(m.joints, "joint", "joints");
   look(m.drivers, "driver", "drivers");
   look(m.forces, "force", "forces");
+  look(m.controllers, "controller", "controllers");
   return loaded.where(path);
 }
 
@@ -78,6 +80,12 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
   for (const NamedJoint& j : s.machine->joints) model.add(j.name, j.element);
   for (const NamedDriver& d : s.machine->drivers) model.add(d.name, d.element);
   for (const NamedForce& f : s.machine->forces) model.add(f.name, f.element);
+  for (const NamedController& c : s.machine->controllers) {
+    mbd::PidController law = c.law;
+    std::size_t place = 0;
+    law.input = mbd::input_of(measure_of(*s.machine, law.measure, place)->element, place);
+    model.add(c.name, law);
+  }
   const MachineTime& time = s.time.machine;
   mbd::MachineOptions options;
   options.integrator = integrator_of(s);

@@ -176,7 +176,15 @@ std::vector<MachineColumns> machine_columns() {
           "GROUND",
           "ground element: force on the body, of the plastic spring (differs by the follower), "
           "depth of the lowest point, rut under it"),
+      of_force<mbd::HydraulicCylinder>("CYLINDER",
+                                       "force that pushes its ends apart, distance of the ends, pressures "
+                                       "of cap side and rod side, flow from the pump, opening of the "
+                                       "valve"),
+      of_force<mbd::ElectricMotor>("MOTOR", "on the second body; current, voltage, electrical power taken in"),
       of_force<mbd::WheelOnSoil>("WHEEL", "load, rolling resistance, sinkage and the rut under the front of the patch"),
+      {"CONTROLLER",
+       {{"output", "OUT"}, {"error", "IN"}},
+       "what it gives out, in its own unit; set point less measured value"},
       {"energy",
        {{"kinetic", "J"},
         {"potential", "J"},

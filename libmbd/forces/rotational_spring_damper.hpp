@@ -8,14 +8,14 @@
 namespace subsoil::mbd {
 
 /// Rotational spring-damper-actuator between two bodies, theta = angle_b - angle_a:
-///   T = preload + k d + f_s(d) + c d' + f_d(d') + f(t),  d = theta_0 - theta   torque on b, its opposite on a   (N m)
+///   T = preload + k d + f_s(d) + c d' + f_d(d') + f(t) + u,  d = theta_0 - theta   torque on b, opposite on a   (N m)
 /// k stiffness [N m/rad] >= 0, theta_0 free angle [rad], c damping [N m s/rad] >= 0, preload [N m]; f_s spring curve
-/// over d, f_d damper curve over d' (polynomial or table), f actuator torque: none of them unless given. Without a free
-/// angle theta_0 is the angle in the start pose. Angles count full turns.
-/// Energy: stored = preload d + k d^2 / 2 + integral of f_s from 0 to d, lost rate = (c d' + f_d(d')) d', work rate =
-/// -f d'. Source: Haug 1989, chapter 6, rotational spring-damper-actuator.
+/// over d, f_d damper curve over d' (polynomial or table), f actuator torque, u output of a controller: none of them
+/// unless given. Without a free angle theta_0 is the angle in the start pose. Angles count full turns. Energy: stored =
+/// preload d + k d^2 / 2 + integral of f_s from 0 to d, lost rate = (c d' + f_d(d')) d', work rate =
+/// -(f + u) d'. Source: Haug 1989, chapter 6, rotational spring-damper-actuator.
 struct RotationalSpringDamper {
-  static constexpr ForceMembers has{.check = true, .initialise_from_pose = true};
+  static constexpr ForceMembers has{.check = true, .initialise_from_pose = true, .controlled = true};
   static constexpr std::array<ForceColumn, 2> columns{{{"torque", "N m"}, {"angle", "rad"}}};
   int body_a = -1, body_b = -1;
   double stiffness = std::numeric_limits<double>::quiet_NaN();
@@ -24,6 +24,8 @@ struct RotationalSpringDamper {
   double damping = 0;
   Characteristic spring_curve{}, damper_curve{};
   Function actuator{};
+  std::string controller{};
+  int signal = -1;  ///< set by the system
 
   template <class V>
   void describe(V& v) {
@@ -40,6 +42,9 @@ struct RotationalSpringDamper {
     v.optional_characteristic("damper curve", damper_curve, "rad/s", "N m",
                               "torque over minus the rate of turn, on top of the damping");
     v.optional_function("actuator torque", actuator, "N m", "given torque on the second body, counter-clockwise");
+    v.text("controller", controller,
+           "name of the controller whose output, in N m, is added to it; left "
+           "out: none");
   }
 
   void check() const { check_spring(*this); }
@@ -51,7 +56,7 @@ struct RotationalSpringDamper {
 
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
     const double theta = angle(scene), rate = body_of(scene, body_b).omega - body_of(scene, body_a).omega;
-    const SpringLaw law = spring_law(*this, free_angle - theta, -rate, scene.t);
+    const SpringLaw law = spring_law(*this, free_angle - theta, -rate, scene);
     loads.add_wrench(body_b, 0, 0, law.total());
     loads.add_wrench(body_a, 0, 0, -law.total());
     values = {law.total(), theta, 0, 0};

@@ -8,16 +8,16 @@
 namespace subsoil::mbd {
 
 /// Translational spring-damper-actuator between a point of body a and a point of body b, distance L:
-///   F = preload + k d + f_s(d) + c d' + f_d(d') + f(t),  d = L_0 - L     compression positive: pushes apart   (N)
+///   F = preload + k d + f_s(d) + c d' + f_d(d') + f(t) + u,  d = L_0 - L     compression positive: pushes apart   (N)
 /// k stiffness [N/m] >= 0, L_0 free length [m], c damping [N s/m] >= 0, preload [N]; f_s spring curve over the
-/// shortening d, f_d damper curve over its rate (polynomial or table), f actuator force: none of them unless given.
-/// Without a free length L_0 is the length in the start pose, and the preload then is the force there. Valid for L > 0:
-/// at L = 0 the line of action is not defined and the force refuses.
-/// Energy: stored = preload d + k d^2 / 2 + integral of f_s from 0 to d, lost rate = (c d' + f_d(d')) d' (a damper
-/// curve whose sign is not that of the rate gives energy, and the balance says so), work rate = -f d'. Source: Haug
-/// 1989, chapter 6, translational spring-damper-actuator.
+/// shortening d, f_d damper curve over its rate (polynomial or table), f actuator force, u output of a controller: none
+/// of them unless given. Without a free length L_0 is the length in the start pose, and the preload then is the force
+/// there. Valid for L > 0: at L = 0 the line of action is not defined and the force refuses. Energy: stored = preload d
+/// + k d^2 / 2 + integral of f_s from 0 to d, lost rate = (c d' + f_d(d')) d' (a damper curve whose sign is not that of
+/// the rate gives energy, and the balance says so), work rate = -(f + u) d'. Source: Haug 1989, chapter 6,
+/// translational spring-damper-actuator.
 struct SpringDamper {
-  static constexpr ForceMembers has{.check = true, .initialise_from_pose = true};
+  static constexpr ForceMembers has{.check = true, .initialise_from_pose = true, .controlled = true};
   static constexpr std::array<ForceColumn, 3> columns{{{"force", "N"}, {"length", "m"}, {"damper force", "N"}}};
   int body_a = -1, body_b = -1;
   std::array<double, 2> p_a{0, 0}, p_b{0, 0};
@@ -27,6 +27,8 @@ struct SpringDamper {
   double damping = 0;
   Characteristic spring_curve{}, damper_curve{};
   Function actuator{};
+  std::string controller{};
+  int signal = -1;  ///< set by the system
 
   template <class V>
   void describe(V& v) {
@@ -44,6 +46,9 @@ struct SpringDamper {
     v.optional_characteristic("damper curve", damper_curve, "m/s", "N",
                               "force over rate of shortening, on top of the damping");
     v.optional_function("actuator force", actuator, "N", "given force in line, pushing the ends apart when positive");
+    v.text("controller", controller,
+           "name of the controller whose output, in N, is added to it; left "
+           "out: none");
   }
 
   void check() const { check_spring(*this); }
@@ -56,7 +61,7 @@ struct SpringDamper {
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
     const LineOfAction l = line(scene);
     if (!(l.length > 0)) throw std::runtime_error("spring-damper has length 0, so no direction; move its ends apart");
-    const SpringLaw law = spring_law(*this, free_length - l.length, -l.rate, scene.t);
+    const SpringLaw law = spring_law(*this, free_length - l.length, -l.rate, scene);
     const Vec2 on_b = law.total() * l.e;
     loads.add(body_b, l.arm_b, on_b);
     loads.add(body_a, l.arm_a, -1.0 * on_b);

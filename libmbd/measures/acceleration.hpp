@@ -8,7 +8,7 @@ namespace subsoil::mbd {
 ///   A_I^T (a_P - a_Q - alpha_Q k x d + spin_Q^2 d - 2 spin_Q k x v),  d = r_P - r_Q,  v the velocity that he sees
 /// Q and I are the world unless given. With I = Q it is the time derivative of the velocity measure with I = Q.
 struct AccelerationMeasure {
-  static constexpr MeasureMembers has{};
+  static constexpr MeasureMembers has{.of_solution = true};
   Marker of{}, from{.name = "ground"}, in{.name = "ground"};
   VectorPart part = VectorPart::both;
 

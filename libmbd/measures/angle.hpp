@@ -37,7 +37,7 @@ struct AngularVelocityMeasure {
 
 /// Angular acceleration of a marker against another:   alpha_P - alpha_Q                                   (rad/s^2)
 struct AngularAccelerationMeasure {
-  static constexpr MeasureMembers has{};
+  static constexpr MeasureMembers has{.of_solution = true};
   Marker of{}, from{.name = "ground"};
 
   template <class V>

@@ -7,7 +7,7 @@ namespace subsoil::mbd {
 /// What a spring, contact, load ... puts on one of its bodies:   A_I^T F  (N),   M about a marker's point  (N m)
 /// Left out: on its second (or only) body, world axes, moment about that body's centre of gravity.
 struct ForceMeasure : WrenchOf {
-  static constexpr MeasureMembers has{.attach = true};
+  static constexpr MeasureMembers has{.attach = true, .of_solution = true};
   template <class V>
   void describe(V& v) {
     v.card("force", "force and moment that a force of the machine puts on one of its bodies");

@@ -8,7 +8,7 @@ namespace subsoil::mbd {
 /// F, M: -Phi_q^T lambda of the joint's rows (see ConstraintRow). Left out: on the first body, world axes, moment about
 /// the point at which the joint reports its reaction. A redundant joint's is the one of least norm.
 struct ReactionMeasure : WrenchOf {
-  static constexpr MeasureMembers has{.attach = true};
+  static constexpr MeasureMembers has{.attach = true, .of_solution = true};
   template <class V>
   void describe(V& v) {
     v.card("reaction", "force and moment that a joint puts on one of its bodies");

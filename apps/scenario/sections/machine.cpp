@@ -14,6 +14,7 @@
 #include "apps/scenario/scenario.hpp"
 #include "apps/scenario/schema.hpp"
 #include "apps/scenario/units.hpp"
+#include "libmbd/control_input.hpp"
 #include "libmbd/elements.hpp"
 #include "libmbd/measures.hpp"
 
@@ -53,6 +54,18 @@ void describe(Fields& v, Surface& s) {
   v.vector("at", s.at, "m", "origin of the shape");
   v.section("rotation", s.rotation, "turns the shape about its origin");
   v.flag("touches soil", s.touches_soil, "no: it is drawn only");
+}
+
+void describe(Fields& v, NamedController& c) { c.law.describe(v); }
+
+const NamedMeasure* measure_of(const MachineSection& m, const std::string& column, std::size_t& place) {
+  for (const NamedMeasure& measure : m.measures) {
+    const auto columns = mbd::columns_of(measure.element);
+    for (place = 0; place < columns.size(); ++place)
+      if (column == (columns[place].suffix.empty() ? measure.name : measure.name + "." + columns[place].suffix))
+        return &measure;
+  }
+  return nullptr;
 }
 
 namespace {
@@ -141,6 +154,9 @@ void describe(Fields& v, MachineSection& m) {
   v.elements("drivers", m.drivers, "motions given as functions of time");
   v.elements("forces", m.forces, "springs, dampers, loads, wheels");
   v.elements("measures", m.measures, "columns of your own: what is measured of markers, joints, forces and bodies");
+  v.named("controllers", m.controllers,
+          "PID controllers of measures, which move springs, loads, cylinders "
+          "and motors by their `controller`");
   v.named("surfaces", m.surfaces, "what of the bodies meets the soil, or is drawn");
   StartWord start(m.start);
   v.visit_compound({"start", "`pose` as given, or {towing equilibrium: speed}: the steady state found by the program"},
@@ -177,7 +193,66 @@ struct MachineChecks : Checks {
     for (const NamedForce& force : m.forces)
       if (const auto* friction = force.element.get_if<mbd::JointFriction>())
         refer("machine.forces." + force.name + ".joint friction", friction->joint, names_of(m.joints), "joint");
+    controllers(m);
     wheels(m);
+  }
+
+  void controllers(const MachineSection& m) {
+    for (const NamedController& c : m.controllers) {
+      const std::string path = "machine.controllers." + c.name;
+      std::size_t place = 0;
+      const NamedMeasure* measure = measure_of(m, c.law.measure, place);
+      if (measure == nullptr) {
+        Names columns;
+        for (const NamedMeasure& one : m.measures)
+          for (const auto& column : mbd::columns_of(one.element))
+            columns.push_back(column.suffix.empty() ? one.name : one.name + "." + column.suffix);
+        refuse(path + ".pid", c.law.measure,
+               "no column of a measure has this name" + suggestion(c.law.measure, columns) +
+                   "; declare it in machine.measures");
+      } else {
+        same_unit(path + ".measured in", c.law.measured_unit, mbd::columns_of(measure->element)[place].unit,
+                  "the measure is in");
+      }
+    }
+    for (const NamedForce& force : m.forces) {
+      const auto [name, unit] = driven(force.element);
+      if (name.empty()) continue;
+      const std::string path = "machine.forces." + force.name + ".controller";
+      refer(path, name, names_of(m.controllers), "controller");
+      for (const NamedController& c : m.controllers)
+        if (c.name == name)
+          same_unit("machine.controllers." + name + ".output in", c.law.output_unit, unit, "what it drives is in");
+    }
+  }
+
+  void same_unit(const std::string& path, const std::string& given, const std::string& wanted, const char* what) {
+    try {
+      const Unit a = parse_unit(given), b = parse_unit(wanted);
+      if (a.to_si(1) == 1 && a.powers == b.powers) return;
+    } catch (const UnitError&) {
+    }
+    refuse(path, given, fmt::format("{} {}; write that unit", what, wanted));
+  }
+
+  /// The controller that a force names, and the unit of the output that it
+  /// takes.
+  static std::pair<std::string, const char*> driven(const Force& force) {
+    return visit(
+        []<class Element>(const Element& element) -> std::pair<std::string, const char*> {
+          if constexpr (Element::has.controlled) {
+            const char* unit = "N";
+            if constexpr (std::is_same_v<Element, mbd::RotationalSpringDamper>) unit = "N m";
+            if constexpr (std::is_same_v<Element, mbd::HydraulicCylinder>) unit = "1";
+            if constexpr (std::is_same_v<Element, mbd::ElectricMotor>) unit = "V";
+            if constexpr (std::is_same_v<Element, mbd::AppliedForce>)
+              if (element.controls == mbd::Controls::moment) unit = "N m";
+            return {element.controller, unit};
+          } else {
+            return {};
+          }
+        },
+        force);
   }
 
   void measures(const MachineSection& m) {
@@ -213,6 +288,7 @@ struct MachineChecks : Checks {
     take(names_of(m.drivers), "drivers");
     take(names_of(m.forces), "forces");
     take(names_of(m.measures), "measures");
+    take(names_of(m.controllers), "controllers");
   }
 
   void wheels(const MachineSection& m) {

@@ -6,6 +6,7 @@
 #include "apps/scenario/sections/placement.hpp"
 #include "apps/scenario/shapes/shapes.hpp"
 #include "libmbd/constraint.hpp"
+#include "libmbd/controllers/pid.hpp"
 #include "libmbd/force.hpp"
 #include "libmbd/integrator.hpp"
 #include "libmbd/marker.hpp"
@@ -48,6 +49,12 @@ struct NamedMeasure {
   mbd::AnyMeasure element;
 };
 
+struct NamedController {
+  std::string name;
+  mbd::PidController law;
+};
+void describe(Fields& v, NamedController& c);
+
 enum class PlacedIn { body, world };
 /// A surface that moves with a body. `at` and `rotation` place the shape in the body's axes about its centre of mass
 /// or, `placed in: world`, in the world axes of the start pose.
@@ -77,12 +84,17 @@ struct MachineSection {
   std::vector<NamedDriver> drivers;
   std::vector<NamedForce> forces;
   std::vector<NamedMeasure> measures;
+  std::vector<NamedController> controllers;
   std::vector<Surface> surfaces;
   Start start;
   mbd::Redundancy redundant = mbd::Redundancy::minimum_norm;
   bool assemble = true;  // Newton on the rough pose; no: the pose must already satisfy the joints
 };
 void describe(Fields& v, MachineSection& m);
+
+/// The measure that a column belongs to (NAME or NAME.x) and its place among
+/// that measure's columns; null: none.
+const NamedMeasure* measure_of(const MachineSection& m, const std::string& column, std::size_t& place);
 
 struct Checks;
 struct Scenario;
