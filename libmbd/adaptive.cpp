@@ -78,9 +78,12 @@ void Adaptive::pass_event() {
   read_consistent(front_);
   root_directions(directions_);
   // The side is kept here, so that a zero which rounding shows twice after a restart counts once.
+  const bool splits = system_.has_joint_events();
+  if (splits) keep_end();
   for (std::size_t i = 0; i < directions_.size(); ++i)
     if (directions_[i] * switches_.side(i) < 0) take_event(i);
   restart();
+  if (splits) keep_begin();
 }
 
 void Adaptive::on_advance(double h) {

@@ -56,8 +56,13 @@ struct Dependencies {
 };
 
 /// Rank of Phi_q by singular values; the left null space says which constraints depend on each other.
-Dependencies find_dependencies(const System& system, const Eigen::MatrixXd& jacobian) {
+Dependencies find_dependencies(const System& system, const Eigen::MatrixXd& whole) {
   Dependencies found;
+  // Rows of joints that are open are zero, which is no dependency.
+  std::vector<int> kept;
+  for (int row = 0; row < system.equations(); ++row)
+    if (system.open_rows() == 0 || !whole.row(row).isZero(0)) kept.push_back(row);
+  const Eigen::MatrixXd jacobian = whole(kept, Eigen::all);
   // Most machines have none, and a QR finds that out in a hundredth of the time that singular values take.
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
   qr.setThreshold(rank_share);
@@ -81,9 +86,10 @@ Dependencies find_dependencies(const System& system, const Eigen::MatrixXd& jaco
     for (Eigen::Index i = 0; i < surplus; ++i)
       if (i != k) null.row(i) -= null(i, column) * null.row(k);
   }
-  Eigen::VectorXd all = Eigen::VectorXd::Zero(jacobian.rows());
+  Eigen::VectorXd all = Eigen::VectorXd::Zero(whole.rows());
   for (Eigen::Index k = 0; k < surplus; ++k) {
-    const Eigen::VectorXd weight = null.row(k).transpose();
+    Eigen::VectorXd weight = Eigen::VectorXd::Zero(whole.rows());
+    weight(kept) = null.row(k).transpose();
     found.texts.push_back("the constraints of " + list(owners(system, weight)) + " depend on each other");
     all = all.cwiseMax(weight.cwiseAbs());
   }
@@ -94,14 +100,15 @@ Dependencies find_dependencies(const System& system, const Eigen::MatrixXd& jaco
 /// Whether the constraints depend on each other in this pose alone: out of it, moved by some 1e-2 of the machine's
 /// length in no particular direction, they have full rank.
 bool dependent_here_only(System& system, double t, const Eigen::VectorXd& q, const Dependencies& dependent) {
-  if (dependent.rank == system.equations() || system.equations() > system.coordinates()) return false;
+  const int equations = system.equations() - system.open_rows();
+  if (dependent.rank == equations || equations > system.coordinates()) return false;
   Eigen::VectorXd beside = q;
   for (Eigen::Index i = 0; i < q.size(); ++i)
     beside[i] += 1e-2 * std::sin(1.0 + 2.4 * static_cast<double>(i)) * (i % 3 == 2 ? 1 : system.length_scale());
   Constraints c;
   system.set_position(t, beside);
   system.constraints(c);
-  const bool full = find_dependencies(system, scaled_jacobian(system, c)).rank == system.equations();
+  const bool full = find_dependencies(system, scaled_jacobian(system, c)).rank == equations;
   system.set_position(t, q);
   return full;
 }

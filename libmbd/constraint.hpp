@@ -41,6 +41,7 @@ struct ConstraintMembers {
   bool third_body = false;             ///< body_c: evaluate() gets it, ConstraintRow::on_c is its share
   bool reaction_point = false;         ///< reaction_point(a, b): world point at which the reaction is reported
   bool characteristic_length = false;  ///< characteristic_length(): a length of its own, for the machine's scale (m)
+  bool latch = false;  ///< latch(a, b): closes where the bodies are; latched(), set_latched(m): what that has decided
 };
 
 namespace detail {
@@ -65,7 +66,11 @@ concept ConstraintHas = E::has.check == requires(const E e) {
 &&E::has.initialise_from_pose == Initialises<E>&& E::has.points == requires(E e) { e.p_a[0], e.p_b[0]; }
 &&E::has.third_body == requires(E e) { e.body_c; }
 &&E::has.reaction_point == requires(const E e, const BodyState body) { e.reaction_point(body, body); }
-&&E::has.characteristic_length == requires(const E e) { e.characteristic_length(); };
+&&E::has.characteristic_length == requires(const E e) { e.characteristic_length(); }
+&&E::has.latch == requires(E e, const BodyState body) {
+  e.latch(body, body);
+  e.set_latched(e.latched());
+};
 }  // namespace detail
 
 /// A joint: rows of Phi between the bodies that it names.

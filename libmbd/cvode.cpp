@@ -101,7 +101,7 @@ struct Cvode::Solver {
     return sundials::guarded(s.thrown, -1, [&] {
       s.evaluate(t, y);
       s.system.set_multipliers(s.trial.lambda);
-      s.switches.gaps({out, s.switches.count()});
+      s.switches.gaps({out, s.switches.count()}, &s.trial.acceleration, &s.trial.lambda);
     });
   }
 };

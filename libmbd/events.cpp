@@ -27,15 +27,23 @@ Switches::Switches(const System& system) : system_(system) {
   work_.assign(count(), 0);
 }
 
-const std::string& Switches::name(std::size_t i) const { return system_.model().forces[forces_[i]].name; }
+const std::string& Switches::name(std::size_t i) const {
+  if (of_joint(i)) return system_.model().events[event(i)].element.joint;
+  return system_.model().forces[forces_[i]].name;
+}
 
 bool Switches::of_friction(std::size_t i) const {
+  if (of_joint(i)) return false;
   return visit([]<class Force>(const Force&) { return Force::has.stick; }, system_.model().forces[forces_[i]].element);
 }
 
-void Switches::gaps(std::span<double> out) const {
+void Switches::gaps(std::span<double> out, const Eigen::VectorXd* acceleration, const Eigen::VectorXd* lambda) const {
   const Scene scene = system_.scene();
-  for (std::size_t i = 0; i < count(); ++i)
+  for (std::size_t i = forces_.size(); i < count(); ++i)
+    out[i] = acceleration && lambda ? system_.event_gap(event(i), *acceleration, *lambda) -
+                                          (sides_[i] < 0 ? system_.model().events[event(i)].element.hysteresis() : 0)
+                                    : 1;
+  for (std::size_t i = 0; i < forces_.size(); ++i)
     visit(
         [&]<class Force>(const Force& force) {
           if constexpr (Force::has.gap) out[i] = force.gap(scene);

@@ -13,7 +13,7 @@ namespace subsoil::mbd {
 /// A switching function has passed through zero.
 struct Event {
   double t = 0;
-  std::string name;   ///< of the force it belongs to
+  std::string name;   ///< of the force or joint it belongs to
   int direction = 0;  ///< -1: closed (the gap became negative) or began to stick, +1: opened or began to slide
   bool of_friction = false;
 
@@ -33,13 +33,18 @@ class Switches {
  public:
   explicit Switches(const System& system);
 
-  std::size_t count() const { return forces_.size(); }
-  const std::string& name(std::size_t i) const;
+  /// Those of forces first, then those of events of joints.
+  std::size_t count() const { return forces_.size() + system_.model().events.size(); }
+  const std::string& name(std::size_t i) const;  ///< of the force, or of the joint
   std::size_t force(std::size_t i) const { return forces_[i]; }
+  bool of_joint(std::size_t i) const { return i >= forces_.size(); }
+  std::size_t event(std::size_t i) const { return i - forces_.size(); }
   /// Whether it is one of friction, which is positive before and after an event.
   bool of_friction(std::size_t i) const;
-  /// All gaps at the state, with multipliers where there is friction, that the system was set to last.
-  void gaps(std::span<double> out) const;
+  /// All gaps at the state, with multipliers where there is friction, that the system was set to last. Events of joints
+  /// are asked with accelerations and multipliers of that state; without them they count as far away.
+  void gaps(std::span<double> out, const Eigen::VectorXd* acceleration = nullptr,
+            const Eigen::VectorXd* lambda = nullptr) const;
 
   /// Sides begin as the gaps at the state set last have them (0 counts as open).
   void take_sides();

@@ -151,7 +151,7 @@ struct Ida::Solver {
                  {N_VGetArrayPointer(out), s.size()});
     });
   }
-  static int call_roots(realtype t, N_Vector yy, N_Vector, realtype* out, void* self) {
+  static int call_roots(realtype t, N_Vector yy, N_Vector yp, realtype* out, void* self) {
     auto& s = *static_cast<Solver*>(self);
     return sundials::guarded(s.thrown, -1, [&] {
       const ConstMap at(N_VGetArrayPointer(yy), s.size());
@@ -159,7 +159,8 @@ struct Ida::Solver {
       s.lambda.setZero();
       for (Eigen::Index i = 0; i < s.r; ++i) s.lambda[s.rows[static_cast<std::size_t>(i)]] = at[2 * s.n + i];
       s.system.set_multipliers(s.lambda);
-      s.switches.gaps({out, s.switches.count()});
+      s.acceleration = ConstMap(N_VGetArrayPointer(yp), s.size()).segment(s.n, s.n);
+      s.switches.gaps({out, s.switches.count()}, &s.acceleration, &s.lambda);
     });
   }
 };

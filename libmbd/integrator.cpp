@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "libmbd/adams_moulton.hpp"
+#include "libmbd/assembly.hpp"
 #include "libmbd/between.hpp"
 #include "libmbd/cvode.hpp"
 #include "libmbd/ida.hpp"
@@ -32,16 +33,78 @@ Integrator::Integrator(System& system) : system_(system), partition_(system), sw
 void Integrator::start(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
   now_.t = t, now_.q = q, now_.velocity = velocity;
   flows_.of_elements.setZero();
-  flows_.external_work = 0;
+  flows_.external_work = flows_.latched = 0;
   system_.set_state(t, q, velocity);
   system_.restart_traces();
+  system_.begin_joints();
   partition_.choose(now_);
   if (system_.state_count() > 0) begin_states();
   partition_.evaluate(now_);
   events_.clear();
   step_error_ = {};
   switches_.take_sides();
+  fire_due();
   on_start();
+}
+
+// A joint opens or closes where now_ is.
+void Integrator::fire(std::size_t event) {
+  const JointEvent& e = system_.model().events[event].element;
+  const bool opens = e.does == JointEvent::Does::opens;
+  system_.set_state(now_.t, now_.q, now_.velocity);
+  system_.set_element_states(now_.states);
+  const bool changes = opens != (system_.open_joints()[e.index] != 0);
+  system_.switch_joint(event);
+  if (!changes) return;
+  partition_.choose(now_);
+  if (!opens) take_impulse();
+  partition_.evaluate(now_);
+  events_.push_back({now_.t, e.joint, opens ? 1 : -1, false});
+  for (std::size_t i = 0; i < switches_.count(); ++i)
+    if (switches_.of_joint(i)) switches_.set_side(i, -1);  // with hysteresis: what is not clear of its value waits
+  look(now_, gaps_);
+  for (std::size_t i = 0; i < switches_.count(); ++i)
+    if (switches_.of_joint(i) && gaps_[i] > 0) switches_.set_side(i, 1);
+}
+
+// y = M^1/2 (v+ - v-), of least norm with Phi_q v+ = -Phi_t; impulses P from M^1/2 y = -Phi_q^T P.
+void Integrator::take_impulse() {
+  Constraints c;
+  system_.set_state(now_.t, now_.q, now_.velocity);
+  system_.constraints(c);
+  const Eigen::VectorXd root = system_.mass().cwiseSqrt();
+  const Eigen::MatrixXd weighted = row_scale(system_).asDiagonal() * c.jacobian * root.cwiseInverse().asDiagonal();
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
+  solver.setThreshold(rank_share);
+  solver.compute(weighted);
+  const Eigen::VectorXd off = row_scale(system_).cwiseProduct(Eigen::VectorXd(c.jacobian * now_.velocity + c.phi_t));
+  const Eigen::VectorXd y = -solver.solve(off);
+  solver.compute(weighted.transpose());
+  const Eigen::VectorXd impulse = row_scale(system_).cwiseProduct(Eigen::VectorXd(-solver.solve(y)));
+  now_.velocity += y.cwiseQuotient(root);
+  flows_.latched += 0.5 * y.squaredNorm();
+  const auto drivers = static_cast<Eigen::Index>(2 * system_.model().forces.size());
+  for (std::size_t d = 0; d < system_.model().drivers.size(); ++d) {
+    const int row = system_.row_of_driver(d);
+    flows_.of_elements[drivers + static_cast<Eigen::Index>(d)] += impulse[row] * c.phi_t[row];
+  }
+}
+
+// Events whose condition is met where no step has led there: at the start, after a jump of the wrenches.
+bool Integrator::fire_due() {
+  changes_seen_ = system_.wrench_changes();
+  if (!system_.has_joint_events()) return false;
+  bool fired = false;
+  for (std::size_t due = system_.due_event(0); due < system_.model().events.size(); due = system_.due_event(0))
+    fire(due), fired = true;
+  look(now_, gaps_);
+  for (std::size_t i = 0; i < switches_.count(); ++i)
+    if (switches_.of_joint(i) && switches_.side(i) > 0 && gaps_[i] < 0) {
+      fire(switches_.event(i));
+      fired = true;
+      look(now_, gaps_);
+    }
+  return fired;
 }
 
 // A controller that measures the solution begins with one in which it has
@@ -77,6 +140,9 @@ void Integrator::advance_over_instants(double h) {
     system_.set_element_states(now_.states);
     keep_end();
     system_.act(now_.acceleration, now_.lambda, close);
+    bool fired = false;
+    for (std::size_t due; (due = system_.due_event(close)) < system_.model().events.size(); fired = true) fire(due);
+    if (fired) on_start();
     keep_begin();
   }
 }
@@ -86,6 +152,10 @@ void Integrator::advance(double h) {
   look_ahead();
   q_before_ = now_.q;
   pieces_.clear();
+  if (finds_events() && system_.has_joint_events() && changes_seen_ != system_.wrench_changes()) {
+    partition_.accelerate(now_);
+    if (fire_due()) on_start();
+  }
   keep_begin();
   system_.has_instants() ? advance_over_instants(h) : advance_part(h);
   keep_end();
@@ -106,7 +176,7 @@ double Integrator::external_work_since(const Eigen::VectorXd& q) const {
 }
 
 void Integrator::keep_begin() {
-  if (keeps_) pieces_.push_back({now_, now_, flows_, flows_});
+  if (keeps_) pieces_.push_back({now_, now_, flows_, flows_, system_.open_joints()});
 }
 
 void Integrator::keep_end() {
@@ -119,6 +189,8 @@ void Integrator::look_back(double t) {
     throw std::logic_error("look_back: t = " + std::to_string(t) + " s is not inside a step that is kept");
   if (!viewer_) viewer_ = idle_viewer_ ? std::move(idle_viewer_) : std::make_unique<Viewer>(system_);
   Viewer& v = *viewer_;
+  if (open_now_.empty()) open_now_ = system_.open_joints();
+  system_.set_open_joints(piece->open);
   v.state = piece->end, v.flows = piece->flows_end;
   v.state.t = t;
   const double step = pieces_.back().end.t - pieces_.front().begin.t;
@@ -150,6 +222,8 @@ void Integrator::set_seen(const MotionState& m) {
 void Integrator::look_ahead() {
   if (!viewer_) return;
   idle_viewer_ = std::move(viewer_);
+  system_.set_open_joints(open_now_);
+  open_now_.clear();
   set_seen(now_);
 }
 
@@ -157,7 +231,7 @@ void Integrator::look(const MotionState& m, std::vector<double>& gaps) {
   system_.set_state(m.t, m.q, m.velocity);
   system_.set_multipliers(m.lambda);
   system_.set_element_states(m.states);
-  switches_.gaps(gaps);
+  switches_.gaps(gaps, &m.acceleration, &m.lambda);
 }
 
 bool Integrator::crossed() {
@@ -168,6 +242,10 @@ bool Integrator::crossed() {
 }
 
 void Integrator::take_event(std::size_t which) {
+  if (switches_.of_joint(which)) {
+    // One that comes back from beyond its value may be passed again.
+    return switches_.side(which) < 0 ? switches_.set_side(which, 1) : fire(switches_.event(which));
+  }
   look(now_, gaps_);
   const bool friction = switches_.of_friction(which);
   if (!friction) switches_.set_side(which, -switches_.side(which));
@@ -248,6 +326,7 @@ void Integrator::save(std::vector<double>& out) const {
   put(out, flows_.of_elements);
   out.push_back(flows_.external_work);
   system_.save(out);
+  if (system_.has_joint_events()) out.push_back(flows_.latched);
   out.insert(out.end(), {step_error_.largest, step_error_.positions, step_error_.velocities, step_error_.fastest});
   out.push_back(static_cast<double>(switches_.count()));
   for (std::size_t i = 0; i < switches_.count(); ++i) out.push_back(switches_.side(i));
@@ -272,6 +351,8 @@ void Integrator::restore(const double*& from, const double* end) {
   now_.states = flows_.of_elements.tail(now_.states.size());
   flows_.external_work = take(from, end);
   system_.restore(from, end);
+  if (system_.has_joint_events()) flows_.latched = take(from, end);
+  changes_seen_ = system_.wrench_changes();
   step_error_.largest = take(from, end), step_error_.positions = take(from, end);
   step_error_.velocities = take(from, end), step_error_.fastest = take(from, end);
   const auto refuse = [] { throw std::runtime_error("machine restart data are those of another machine"); };

@@ -49,6 +49,7 @@ struct EnergyFlows {
   /// Integrals of MotionState::rates: lost of forces, work of forces, work of drivers (J); then the states themselves.
   Eigen::VectorXd of_elements;
   double external_work = 0;  ///< of external wrenches: wrench times displacement, exact since it is constant per step
+  double latched = 0;        ///< lost in impacts of joints that closed
 };
 
 /// What fixed steps are estimated to err by: the difference of predictor and corrector by Milne's device. Positions
@@ -113,6 +114,9 @@ class Integrator {
   void look(const MotionState& m, std::vector<double>& gaps);
   /// Records the event and puts the switch on its other side, at the present state.
   void take_event(std::size_t which);
+  /// Around what changes at an instant inside a step, for look_back().
+  void keep_begin();
+  void keep_end();
   virtual void on_save(std::vector<double>&) const {}
   virtual void on_restore(const double*&, const double*) {}
   static void put(std::vector<double>& out, const Eigen::VectorXd& v) {
@@ -130,6 +134,9 @@ class Integrator {
 
  private:
   void begin_states();
+  void fire(std::size_t event);
+  void take_impulse();
+  bool fire_due();
   void advance_part(double h);
   void advance_over_instants(double h);
   void advance_over_events(double h);
@@ -147,14 +154,15 @@ class Integrator {
   struct Piece {
     MotionState begin, end;
     EnergyFlows flows_begin, flows_end;
+    std::vector<char> open{};  ///< joints that are open in it
   };
   void set_seen(const MotionState& m);
-  void keep_begin();
-  void keep_end();
   double external_work_since(const Eigen::VectorXd& q) const;
 
   std::unique_ptr<Viewer> viewer_, idle_viewer_;
   bool keeps_ = false;
+  std::vector<char> open_now_;  // while one looks back
+  long changes_seen_ = 0;
   std::vector<Piece> pieces_;
 
   Eigen::VectorXd q_before_;

@@ -139,7 +139,7 @@ MachineEnergy Machine::energy() const {
   energy.stored = system_.stored();
   const auto& flows = integrator_->flows();
   const auto forces = static_cast<Eigen::Index>(system_.model().forces.size());
-  energy.lost = flows.of_elements.head(forces).sum();
+  energy.lost = flows.of_elements.head(forces).sum() + flows.latched;
   energy.force_work = flows.of_elements.segment(forces, forces).sum();
   energy.driver_work = flows.of_elements.segment(2 * forces, system_.flow_count() - 2 * forces).sum();
   energy.external_work = flows.external_work;
@@ -161,6 +161,8 @@ void Machine::name_columns() {
     add(b.name + ".ax", "m/s^2"), add(b.name + ".ay", "m/s^2"), add(b.name + ".alpha", "rad/s^2");
   }
   for (const auto& j : model.joints) add(j.name + ".fx", "N"), add(j.name + ".fy", "N"), add(j.name + ".moment", "N m");
+  for (std::size_t i = 0; i < model.joints.size(); ++i)
+    if (system_.may_open(i)) add(model.joints[i].name + ".open", "1");
   for (const auto& d : model.drivers) {
     const bool turns = visit([](const auto& driver) { return driver.angular(); }, d.element);
     add(d.name + (turns ? ".torque" : ".force"), turns ? "N m" : "N");
@@ -196,6 +198,8 @@ void Machine::columns(std::span<double> out) const {
     const Reaction r = reaction_of(i, lambda);
     put(r.fx, r.fy, r.moment);
   }
+  for (std::size_t i = 0; i < model.joints.size(); ++i)
+    if (system_.may_open(i)) put(static_cast<double>(system_.open_joints()[i]));
   for (std::size_t i = 0; i < model.drivers.size(); ++i) put(-lambda[system_.row_of_driver(i)]);
   for (std::size_t i = 0; i < model.forces.size(); ++i) {
     const std::size_t count = visit([](const auto& force) { return force.columns.size(); }, model.forces[i].element);

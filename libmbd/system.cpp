@@ -10,6 +10,7 @@
 #include "libmbd/bodies_of.hpp"
 #include "libmbd/elements.hpp"
 #include "libmbd/measure.hpp"
+#include "libmbd/wrench.hpp"
 
 namespace subsoil::mbd {
 
@@ -59,6 +60,23 @@ void check_finite_positive(const std::string& what, double value, const char* un
            ": must be in (0, inf); a planar body needs both mass and inertia");
 }
 
+/// What a latch decides of a joint.
+std::array<double, 3> latched_of(const AnyJoint& any) {
+  return visit(
+      []<class Joint>(const Joint& joint) -> std::array<double, 3> {
+        if constexpr (Joint::has.latch) return joint.latched();
+        return {};
+      },
+      any);
+}
+void set_latched_of(AnyJoint& any, const std::array<double, 3>& m) {
+  visit(
+      [&]<class Joint>(Joint& joint) {
+        if constexpr (Joint::has.latch) joint.set_latched(m);
+      },
+      any);
+}
+
 }  // namespace
 
 // Elements of one type side by side: a loop over each list inlines the element's law, where a call without its type
@@ -99,6 +117,7 @@ System::System(Model model) : model_(std::move(model)), elements_(std::make_uniq
   attach_friction();
   attach_controllers();
   number_states();
+  attach_events();
   place_elements();
   const auto n = static_cast<std::size_t>(bodies());
   states_.resize(n);
@@ -113,7 +132,10 @@ System::System(Model model) : model_(std::move(model)), elements_(std::make_uniq
   }
   for (const auto& f : model_.forces) given_forces_.push_back(f.element);
   for (auto& c : model_.controllers) naming("controller '" + c.name + "'", [&] { c.element.input->attach(*this); });
+  for (auto& e : model_.events)
+    if (e.element.input) naming("event '" + e.name + "'", [&] { e.element.input->attach(*this); });
   settle_constraints();
+  for (std::size_t i = 0; i < model_.joints.size(); ++i) given_latched_.push_back(latched_of(model_.joints[i].element));
   settle_forces(model_.start_time, start_position(), start_velocity());
 }
 
@@ -187,6 +209,7 @@ void System::number_rows() {
         },
         j.element);
   }
+  joints_end_ = equations();
   for (const auto& d : model_.drivers) {
     driver_row_.push_back(equations());
     row_owner_.push_back("driver '" + d.name + "'");
@@ -258,6 +281,91 @@ void System::number_states() {
   }
   element_states_.assign(state_scales_.size(), 0.0);
   state_rates_ = element_states_;
+}
+
+void System::attach_events() {
+  open_.assign(model_.joints.size(), 0);
+  passed_.assign(model_.events.size(), 0);
+  std::vector<char> opens(open_.size(), 0), closes(open_.size(), 0);
+  for (auto& e : model_.events) {
+    const std::string what = "event '" + e.name + "'";
+    naming(what, [&] { e.element.check(); });
+    std::string known;
+    std::size_t i = 0;
+    for (; i < model_.joints.size() && model_.joints[i].name != e.element.joint; ++i)
+      known += (i ? ", " : "") + model_.joints[i].name;
+    if (i == model_.joints.size())
+      refuse(what + ": no joint '" + e.element.joint + "'; there are " + (known.empty() ? "none" : known));
+    e.element.index = i;
+    (e.element.does == JointEvent::Does::opens ? opens : closes)[i] = 1;
+    has_instants_ = has_instants_ || e.element.timed();
+    const bool latches = visit([]<class Joint>(const Joint&) { return Joint::has.latch; }, model_.joints[i].element);
+    if (closes[i] && !latches)
+      refuse(what + ": joint '" + e.element.joint +
+             "' cannot close on the way; a revolute, fixed or distance joint can");
+  }
+  for (std::size_t i = 0; i < open_.size(); ++i) open_[i] = closes[i] && !opens[i];
+  for (const auto& e : model_.events)
+    if (e.element.starts != JointEvent::Starts::by_events)
+      open_[e.element.index] = e.element.starts == JointEvent::Starts::open;
+  open_at_start_ = open_;
+  for (const auto& f : model_.forces)
+    if (const auto* friction = f.element.get_if<JointFriction>())
+      for (std::size_t i = 0; i < model_.joints.size(); ++i)
+        if (model_.joints[i].name == friction->joint && may_open(i))
+          refuse("force '" + f.name + "': joint '" + friction->joint +
+                 "' may open, and friction would act in it still; take the friction or the event away");
+}
+
+bool System::may_open(std::size_t joint) const {
+  return std::any_of(model_.events.begin(), model_.events.end(),
+                     [&](const auto& e) { return e.element.index == joint; });
+}
+
+int System::open_rows() const {
+  int rows = 0;
+  for (std::size_t i = 0; i < open_.size(); ++i)
+    if (open_[i]) rows += (i + 1 < joint_row_.size() ? joint_row_[i + 1] : joints_end_) - joint_row_[i];
+  return rows;
+}
+
+void System::begin_joints() {
+  open_ = open_at_start_;
+  std::fill(passed_.begin(), passed_.end(), 0);
+  for (const auto& e : model_.events)
+    set_latched_of(model_.joints[e.element.index].element, given_latched_[e.element.index]);
+}
+
+double System::event_gap(std::size_t event, const Eigen::VectorXd& acceleration, const Eigen::VectorXd& lambda) const {
+  const JointEvent& e = model_.events[event].element;
+  const bool opens = e.does == JointEvent::Does::opens;
+  if (e.timed() || opens == (open_[e.index] != 0)) return 1;
+  if (!std::isnan(e.reaction_above)) {
+    const int first = visit([](const auto& joint) { return joint.body_a; }, model_.joints[e.index].element);
+    return e.reaction_above - length(joint_wrench(*this, e.index, lambda, first).force);
+  }
+  const double value = e.input->value(Observation{*this, acceleration, lambda});
+  return std::isnan(e.above) ? value - e.below : e.above - value;
+}
+
+void System::switch_joint(std::size_t event) {
+  const JointEvent& e = model_.events[event].element;
+  passed_[event] = 1;
+  open_[e.index] = e.does == JointEvent::Does::opens;
+  if (open_[e.index]) return;
+  visit(
+      [&]<class Joint>(Joint& joint) {
+        if constexpr (Joint::has.latch) joint.latch(body(joint.body_a), body(joint.body_b));
+      },
+      model_.joints[e.index].element);
+}
+
+std::size_t System::due_event(double close) const {
+  for (std::size_t i = 0; i < model_.events.size(); ++i) {
+    const JointEvent& e = model_.events[i].element;
+    if (e.timed() && !passed_[i] && e.at <= t_ + close) return i;
+  }
+  return model_.events.size();
 }
 
 void System::place_elements() {
@@ -410,6 +518,19 @@ void System::constraints(SparseConstraints& out) const {
   }
   for_each_placed(elements_->joints, [&](const auto& placed) { Elements::evaluate(*this, placed, out); });
   for_each_placed(elements_->drivers, [&](const auto& placed) { Elements::evaluate(*this, placed, out); });
+  if (has_joint_events()) clear_open_rows(out);
+}
+
+void System::clear_open_rows(SparseConstraints& out) const {
+  for (std::size_t i = 0; i < open_.size(); ++i) {
+    if (!open_[i]) continue;
+    const int end = i + 1 < joint_row_.size() ? joint_row_[i + 1] : joints_end_;
+    for (int row = joint_row_[i]; row < end; ++row) {
+      const auto r = static_cast<std::size_t>(row);
+      out.phi[r] = out.gamma[r] = out.phi_t[r] = 0;
+      for (std::size_t b = first_block_[r]; b < first_block_[r + 1]; ++b) out.jacobian[b] = {};
+    }
+  }
 }
 
 void System::constraints(Constraints& out) const {
@@ -527,6 +648,8 @@ double System::next_instant() const {
   for (std::size_t i = 0; i < samplers_.size(); ++i)
     if (model_.controllers[i].element.sampled())
       next = std::min(next, samplers_[i].next(model_.controllers[i].element));
+  for (std::size_t i = 0; i < model_.events.size(); ++i)
+    if (model_.events[i].element.timed() && !passed_[i]) next = std::min(next, model_.events[i].element.at);
   return next;
 }
 
@@ -663,6 +786,14 @@ void System::save(std::vector<double>& out) const {
         f.element);
   for (std::size_t i = 0; i < samplers_.size(); ++i)
     if (model_.controllers[i].element.sampled()) samplers_[i].save(out);
+  if (has_joint_events()) {
+    out.insert(out.end(), passed_.begin(), passed_.end());
+    for (std::size_t i = 0; i < open_.size(); ++i) {
+      out.push_back(open_[i]);
+      const auto m = latched_of(model_.joints[i].element);
+      out.insert(out.end(), m.begin(), m.end());
+    }
+  }
   for (const auto& w : external_) out.insert(out.end(), w.begin(), w.end());
   for (const auto& rut : ruts_) {
     out.push_back(static_cast<double>(rut.first()));
@@ -695,6 +826,15 @@ void System::restore(const double*& from, const double* end) {
         f.element);
   for (std::size_t i = 0; i < samplers_.size(); ++i)
     if (model_.controllers[i].element.sampled()) samplers_[i].restore(from, end);
+  if (has_joint_events()) {
+    for (char& passed : passed_) passed = next() != 0;
+    for (std::size_t i = 0; i < open_.size(); ++i) {
+      open_[i] = next() != 0;
+      std::array<double, 3> m{};
+      for (double& value : m) value = next();
+      set_latched_of(model_.joints[i].element, m);
+    }
+  }
   for (auto& w : external_)
     for (auto& value : w) value = next();
   ++wrench_changes_;

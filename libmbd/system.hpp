@@ -10,6 +10,7 @@
 #include "libmbd/constraint.hpp"
 #include "libmbd/controllers/pid.hpp"
 #include "libmbd/force.hpp"
+#include "libmbd/joint_event.hpp"
 
 namespace subsoil::mbd {
 
@@ -27,6 +28,7 @@ struct Model {
   std::vector<Named<AnyDriver>> drivers{};
   std::vector<Named<AnyForce>> forces{};
   std::vector<Named<PidController>> controllers{};
+  std::vector<Named<JointEvent>> events{};
   Redundancy redundancy = Redundancy::minimum_norm;
   double start_time = 0;
 
@@ -36,6 +38,7 @@ struct Model {
   void add(std::string name, AnyDriver driver) { drivers.push_back({std::move(name), std::move(driver)}); }
   void add(std::string name, AnyForce force) { forces.push_back({std::move(name), std::move(force)}); }
   void add(std::string name, PidController c) { controllers.push_back({std::move(name), std::move(c)}); }
+  void add(std::string name, JointEvent event) { events.push_back({std::move(name), std::move(event)}); }
 };
 
 /// A nonzero block of Phi_q: the row of an equation and a body, not the ground, that it touches.
@@ -151,6 +154,23 @@ class System {
   /// What outputs were before now is needed no more.
   void forget_outputs_before();
 
+  // --- joints that open and close ---
+  bool has_joint_events() const { return !model_.events.empty(); }
+  /// 1 for joints that are open: their rows are zero.
+  const std::vector<char>& open_joints() const { return open_; }
+  void set_open_joints(const std::vector<char>& open) { open_ = open; }
+  int open_rows() const;
+  /// Whether any event opens or closes the joint.
+  bool may_open(std::size_t joint) const;
+  /// Joints as the model has them at the start.
+  void begin_joints();
+  /// What an event waits for: above 0 until it comes; 1 where its joint is as it would be, or it comes by time.
+  double event_gap(std::size_t event, const Eigen::VectorXd& acceleration, const Eigen::VectorXd& lambda) const;
+  /// Opens or closes its joint at the state set last.
+  void switch_joint(std::size_t event);
+  /// An event that comes by time and is due at t, give or take `close`; the count of events: none.
+  std::size_t due_event(double close) const;
+
   // --- what comes from outside or stays ---
   /// Wrench about the centre of gravity, world axes; stays until set anew (the soil's, over a machine step).
   void set_external_wrench(int body, double fx, double fy, double mz);
@@ -183,6 +203,8 @@ class System {
   void attach_friction();
   void attach_controllers();
   void number_states();
+  void attach_events();
+  void clear_open_rows(SparseConstraints& out) const;
   void take_signals();
   void assign_ruts();
   void settle_constraints();
@@ -197,6 +219,7 @@ class System {
   std::vector<std::string> row_owner_;
   std::vector<bool> row_angular_;
   std::vector<int> joint_row_, driver_row_;
+  int joints_end_ = 0;
   std::vector<int> friction_rows_;
   std::vector<double> multipliers_;
   double length_scale_ = 1;
@@ -214,6 +237,9 @@ class System {
   std::vector<double> element_states_, state_rates_, state_scales_, signals_, measured_;
   std::vector<Sampler> samplers_;  // of the controllers
   bool has_instants_ = false;
+  std::vector<char> open_, open_at_start_;            // of joints
+  std::vector<char> passed_;                          // of events that come by time
+  std::vector<std::array<double, 3>> given_latched_;  // of joints
   Eigen::VectorXd no_acceleration_,
       no_lambda_;  // for inputs that do not look at them
 };

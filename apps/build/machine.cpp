@@ -3,6 +3,7 @@
 #include <string>
 
 #include "apps/scenario/load.hpp"
+#include "apps/scenario/units.hpp"
 #include "libmbd/control_input.hpp"
 
 namespace subsoil::app {
@@ -30,6 +31,7 @@ std::string place_of_fault(const Loaded& loaded, const std::string& text) {
   look(m.drivers, "driver", "drivers");
   look(m.forces, "force", "forces");
   look(m.controllers, "controller", "controllers");
+  look(m.events, "event", "events");
   return loaded.where(path);
 }
 
@@ -41,6 +43,23 @@ void add_measures(mbd::Machine& machine, const Loaded& loaded) {
       throw ScenarioError(loaded.where("machine.measures." + m.name) + ": " + error.what());
     }
   }
+}
+
+mbd::JointEvent event_of(const MachineSection& m, const JointEventSection& e) {
+  mbd::JointEvent event;
+  event.does = e.opens.empty() ? mbd::JointEvent::Does::closes : mbd::JointEvent::Does::opens;
+  event.joint = e.opens.empty() ? e.closes : e.opens;
+  event.starts = e.starts;
+  if (e.at) event.at = *e.at;
+  if (e.reaction_above) event.reaction_above = *e.reaction_above;
+  if (e.measure.empty()) return event;
+  std::size_t place = 0;
+  const NamedMeasure* measure = measure_of(m, e.measure, place);
+  event.input = mbd::input_of(measure->element, place);
+  const std::string unit = mbd::columns_of(measure->element)[place].unit;
+  if (!e.above.empty()) event.above = parse_quantity(e.above, unit);
+  if (!e.below.empty()) event.below = parse_quantity(e.below, unit);
+  return event;
 }
 
 }  // namespace
@@ -86,6 +105,7 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
     law.input = mbd::input_of(measure_of(*s.machine, law.measure, place)->element, place);
     model.add(c.name, law);
   }
+  for (const JointEventSection& e : s.machine->events) model.add(e.name, event_of(*s.machine, e));
   const MachineTime& time = s.time.machine;
   mbd::MachineOptions options;
   options.integrator = integrator_of(s);

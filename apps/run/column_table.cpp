@@ -153,6 +153,7 @@ std::vector<MachineColumns> machine_columns() {
        "what the joint puts on its *first* body, at the joint's point (of disks, cams: the contact; of gears: the "
        "pitch "
        "point), world axes; the second gets the opposite"},
+      {"JOINT", {{"open", "1"}}, "of a joint that events open or close: 1 while it is open"},
       {"DRIVER",
        {{"force", "N"}},
        "along the driven coordinate, on the driven (second) body. For a towed trolley: the pull"},

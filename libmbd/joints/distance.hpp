@@ -13,7 +13,7 @@ namespace subsoil::mbd {
 /// are a revolute joint. Reaction: the force in the link, along it. Source: Haug 1989, 3.3 (distance constraint).
 struct Distance {
   static constexpr ConstraintMembers has{
-      .check = true, .initialise_from_pose = true, .points = true, .characteristic_length = true};
+      .check = true, .initialise_from_pose = true, .points = true, .characteristic_length = true, .latch = true};
   static constexpr std::size_t rows = 1;
   static constexpr std::array<bool, rows> angular{false};
   int body_a = -1, body_b = -1;
@@ -41,6 +41,13 @@ struct Distance {
           "the two points lie on each other in the start pose, so the link has no length; give `length`, or use a "
           "revolute joint");
   }
+
+  void latch(const BodyState& a, const BodyState& b) {
+    length = mbd::length(b.point_in_world(p_b) - a.point_in_world(p_a));
+    if (!(length > 0)) throw std::runtime_error("a link closes where its two points lie on each other; use a revolute");
+  }
+  std::array<double, 3> latched() const { return {length, 0, 0}; }
+  void set_latched(const std::array<double, 3>& m) { length = m[0]; }
 
   void evaluate(const BodyState& a, const BodyState& b, double /*t*/, ConstraintRows<rows>& out) const {
     out[0] = distance_row(RelativePoint(a, p_a, b, p_b), length);

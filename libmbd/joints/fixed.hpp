@@ -10,7 +10,7 @@ namespace subsoil::mbd {
 /// p_a, p_b [m] in body axes; relative_angle [rad] keeps its start value when not set.
 /// Reaction: force at the point and a moment.
 struct Fixed {
-  static constexpr ConstraintMembers has{.initialise_from_pose = true, .points = true};
+  static constexpr ConstraintMembers has{.initialise_from_pose = true, .points = true, .latch = true};
   static constexpr std::size_t rows = 3;
   static constexpr std::array<bool, rows> angular{false, false, true};
   int body_a = -1, body_b = -1;
@@ -28,6 +28,13 @@ struct Fixed {
   void initialise_from_pose(const BodyState& a, const BodyState& b, double /*t*/) {
     if (std::isnan(relative_angle)) relative_angle = b.angle - a.angle;
   }
+
+  void latch(const BodyState& a, const BodyState& b) {
+    p_b = b.point_in_body(a.point_in_world(p_a));
+    relative_angle = b.angle - a.angle;
+  }
+  std::array<double, 3> latched() const { return {p_b[0], p_b[1], relative_angle}; }
+  void set_latched(const std::array<double, 3>& m) { p_b = {m[0], m[1]}, relative_angle = m[2]; }
 
   void evaluate(const BodyState& a, const BodyState& b, double /*t*/, ConstraintRows<rows>& out) const {
     const Vec2 arm_a = a.vector_in_world(p_a), arm_b = b.vector_in_world(p_b);

@@ -10,7 +10,7 @@ namespace subsoil::mbd {
 /// p_a, p_b [m] in the bodies' own axes. Reaction: (-lambda) at the pin on body a, (+lambda) on body b, no moment.
 /// Source: Haug, Computer Aided Kinematics and Dynamics, 1989, 3.3.
 struct Revolute {
-  static constexpr ConstraintMembers has{.points = true};
+  static constexpr ConstraintMembers has{.points = true, .latch = true};
   static constexpr std::size_t rows = 2;
   static constexpr std::array<bool, rows> angular{false, false};
   int body_a = -1, body_b = -1;
@@ -22,6 +22,10 @@ struct Revolute {
     v.bodies("revolute", body_a, body_b, "the two bodies that the pin joins; the reaction is reported on the first");
     v.joint_point(body_a, p_a, body_b, p_b, "the pin");
   }
+
+  void latch(const BodyState& a, const BodyState& b) { p_b = b.point_in_body(a.point_in_world(p_a)); }
+  std::array<double, 3> latched() const { return {p_b[0], p_b[1], 0}; }
+  void set_latched(const std::array<double, 3>& m) { p_b = {m[0], m[1]}; }
 
   void evaluate(const BodyState& a, const BodyState& b, double /*t*/, ConstraintRows<rows>& out) const {
     const Vec2 arm_a = a.vector_in_world(p_a), arm_b = b.vector_in_world(p_b);

@@ -58,6 +58,23 @@ void describe(Fields& v, Surface& s) {
 
 void describe(Fields& v, NamedController& c) { c.law.describe(v); }
 
+void describe(Fields& v, JointEventSection& e) {
+  v.optional_reference("opens", e.opens, Family::joint, "the joint that it opens: release, shear pin");
+  v.optional_reference("closes", e.closes, Family::joint,
+                       "the joint that it closes where its bodies are, by a plastic impact: latch. A joint that events "
+                       "only close starts open");
+  v.quantity("at", e.at, "s", "[0, inf)", "when: at this time");
+  v.quantity("reaction above", e.reaction_above, "N", "(0, inf)", "when: the force in the joint exceeds this");
+  v.text("measure", e.measure, "when: this measure, a column of machine.measures, passes ...");
+  v.text("above", e.above, "... this value upward, given with the measure's unit: 30 deg");
+  v.text("below", e.below, "... this value downward");
+  v.choice("joint starts", e.starts,
+           {{"auto", mbd::JointEvent::Starts::by_events},
+            {"open", mbd::JointEvent::Starts::open},
+            {"closed", mbd::JointEvent::Starts::closed}},
+           "auto: open where events only close the joint");
+}
+
 const NamedMeasure* measure_of(const MachineSection& m, const std::string& column, std::size_t& place) {
   for (const NamedMeasure& measure : m.measures) {
     const auto columns = mbd::columns_of(measure.element);
@@ -157,6 +174,9 @@ void describe(Fields& v, MachineSection& m) {
   v.named("controllers", m.controllers,
           "PID controllers of measures, which move springs, loads, cylinders "
           "and motors by their `controller`");
+  v.named("events", m.events,
+          "joints that open and close: {trip: {opens: shear pin, reaction above: 20 kN}}, {drop: {opens: hook, at: 0.5 "
+          "s}}, {catch: {closes: hook, measure: gap, below: 1 mm}}");
   v.named("surfaces", m.surfaces, "what of the bodies meets the soil, or is drawn");
   StartWord start(m.start);
   v.visit_compound({"start", "`pose` as given, or {towing equilibrium: speed}: the steady state found by the program"},
@@ -194,7 +214,37 @@ struct MachineChecks : Checks {
       if (const auto* friction = force.element.get_if<mbd::JointFriction>())
         refer("machine.forces." + force.name + ".joint friction", friction->joint, names_of(m.joints), "joint");
     controllers(m);
+    events(m);
     wheels(m);
+  }
+
+  void events(const MachineSection& m) {
+    for (const JointEventSection& e : m.events) {
+      const std::string path = "machine.events." + e.name;
+      if (e.opens.empty() == e.closes.empty()) refuse(path, "needs either `opens` or `closes`, the name of a joint");
+      if (!e.opens.empty()) refer(path + ".opens", e.opens, names_of(m.joints), "joint");
+      if (!e.closes.empty()) refer(path + ".closes", e.closes, names_of(m.joints), "joint");
+      const bool passes = !e.measure.empty();
+      if ((e.at ? 1 : 0) + (e.reaction_above ? 1 : 0) + (passes ? 1 : 0) != 1)
+        refuse(path, "needs one condition: `at`, `reaction above`, or `measure` with `above` or `below`");
+      if (passes != (e.above.empty() == e.below.empty() ? false : true))
+        refuse(path, "a `measure` passes one value: give `above` or `below` with it, and these with a measure only");
+      if (passes) passed_value(path, m, e);
+    }
+  }
+
+  void passed_value(const std::string& path, const MachineSection& m, const JointEventSection& e) {
+    std::size_t place = 0;
+    const NamedMeasure* measure = measure_of(m, e.measure, place);
+    if (measure == nullptr)
+      return refuse(path + ".measure", e.measure,
+                    "no column of a measure has this name; declare it in machine.measures");
+    const std::string& value = e.above.empty() ? e.below : e.above;
+    try {
+      if (!value.empty()) parse_quantity(value, mbd::columns_of(measure->element)[place].unit);
+    } catch (const UnitError& error) {
+      refuse(path + (e.above.empty() ? ".below" : ".above"), value, error.what());
+    }
   }
 
   void controllers(const MachineSection& m) {

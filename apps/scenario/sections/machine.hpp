@@ -9,6 +9,7 @@
 #include "libmbd/controllers/pid.hpp"
 #include "libmbd/force.hpp"
 #include "libmbd/integrator.hpp"
+#include "libmbd/joint_event.hpp"
 #include "libmbd/marker.hpp"
 #include "libmbd/measure.hpp"
 
@@ -55,6 +56,16 @@ struct NamedController {
 };
 void describe(Fields& v, NamedController& c);
 
+/// A joint that opens or closes when something happens.
+struct JointEventSection {
+  std::string name;
+  std::string opens, closes;  // the joint; one of them
+  std::optional<double> at, reaction_above;
+  std::string measure, above, below;  // the value with the measure's unit
+  mbd::JointEvent::Starts starts = mbd::JointEvent::Starts::by_events;
+};
+void describe(Fields& v, JointEventSection& e);
+
 enum class PlacedIn { body, world };
 /// A surface that moves with a body. `at` and `rotation` place the shape in the body's axes about its centre of mass
 /// or, `placed in: world`, in the world axes of the start pose.
@@ -85,6 +96,7 @@ struct MachineSection {
   std::vector<NamedForce> forces;
   std::vector<NamedMeasure> measures;
   std::vector<NamedController> controllers;
+  std::vector<JointEventSection> events;
   std::vector<Surface> surfaces;
   Start start;
   mbd::Redundancy redundant = mbd::Redundancy::minimum_norm;

@@ -1,0 +1,189 @@
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "apps/run/restart.hpp"
+#include "apps/scenario/document.hpp"
+#include "apps/scenario/load.hpp"
+#include "tests/tools/message_of.hpp"
+#include "tests/tools/program_runs.hpp"
+
+/// Controllers, cylinders, motors, joints that open and close, as scenarios have them; alone and in soil.
+namespace subsoil::app::run_control {
+namespace {
+
+using namespace test;
+
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+  const std::size_t at = text.find(what);
+  if (what.empty()) return text;
+  EXPECT_NE(at, std::string::npos) << what;
+  return text.replace(at, what.size(), by);
+}
+
+/// A cart that a motor holds at a speed, and that lets its load go.
+constexpr const char* cart = R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies:
+    drum: {mass: 5 kg, inertia: 0.1 kg m^2, at: 0 0 m}
+    load: {mass: 2 kg, inertia: 0.05 kg m^2, at: 0.3 0 m}
+  joints:
+    shaft: {revolute: [ground, drum], at: 0 0 m}
+    hook: {fixed: [drum, load], at: 0.3 0 m}
+  forces:
+    motor: {electric motor: [ground, drum], torque constant: 0.5 N m/A, resistance: 0.4 ohm, inductance: 2 mH,
+            gear ratio: 4, controller: speed control}
+  measures: {speed: {angular velocity: drum}}
+  controllers:
+    speed control: {pid: speed, measured in: rad/s, output in: V, set point: 6 rad/s, proportional: 8 V/(rad/s),
+                    integral: 60 V/rad, largest: 24 V, least: -24 V}
+  events: {fling: {opens: hook, at: 0.31 s}}
+time: {end: 1 s, stop when: {there: {column: load.y, above: 0.9 m}}}
+output:
+  series every: 10 ms
+  watch: {electricity: {integral: motor.power}, most current: {maximum: motor.current}}
+)";
+
+TEST(RunControl, AMotorHoldsItsSpeedAndALoadIsFlung) {
+  for (const char* method : {"cvode", "ida", "adams-moulton"}) {
+    const RunDirectory dir;
+    std::vector<std::string> sets{fmt::format("time.machine.integrator={}", method)};
+    if (std::string(method) == "adams-moulton") sets.emplace_back("time.machine.step=0.2 ms");
+    ASSERT_EQ(run_scenario(dir.scenario(cart), dir / "out", sets), exit_ok);
+    const Series s = read_series(dir / "out/series.csv");
+    double speed = 0, at_release = 0;
+    for (std::size_t i = 0; i < s.at("time").size(); ++i) {
+      EXPECT_EQ(s.at("hook.open")[i], s.at("time")[i] >= 0.31 ? 1 : 0) << s.at("time")[i];
+      EXPECT_LE(std::abs(s.at("speed control.output")[i]), 24);
+      EXPECT_NEAR(s.at("speed control.error")[i], 6 - s.at("speed")[i], 1e-12);
+      EXPECT_NEAR(s.at("energy.balance")[i], 0, 1e-6) << method;
+      EXPECT_NEAR(s.at("electricity")[i], s.at("energy.force work")[i], 1e-5) << "all that the motor takes in";
+      if (s.at("time")[i] < 0.3105) at_release = s.at("load.spin")[i];
+      speed = std::hypot(s.at("load.vx")[i], s.at("load.vy")[i]);
+    }
+    EXPECT_NEAR(at_release, 6, 0.1) << "the controller is there by then";
+    EXPECT_NEAR(speed, 0.3 * at_release, 1e-4) << "the load flies on as fast as it was";
+    EXPECT_NEAR(s.at("load.y").back(), 0.9, 1e-8);
+    const auto summary = summary_of(dir / "out");
+    EXPECT_EQ(summary["run"]["stopped by"], "there");
+    EXPECT_EQ(summary["events"][0]["of"], "hook");
+    EXPECT_EQ(summary["events"][0]["direction"], "opens");
+    EXPECT_NEAR(summary["events"][0]["time [s]"].get<double>(), 0.31, 1e-12);
+  }
+}
+
+TEST(RunControl, IsKeptInTheRunsScenario) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(cart), dir / "out"), exit_ok);
+  ASSERT_EQ(run_scenario((dir / "out/scenario.yaml").string(), dir / "again"), exit_ok);
+  std::ifstream one(dir / "out/series.csv"), other(dir / "again/series.csv");
+  const std::string a{std::istreambuf_iterator<char>(one), {}}, b{std::istreambuf_iterator<char>(other), {}};
+  EXPECT_GT(a.size(), 1000U);
+  EXPECT_EQ(a, b);
+}
+
+TEST(RunControl, RefusalsNamePlaceRuleAndCure) {
+  const auto refusal = [](const std::string& what, const std::string& by) {
+    const RunDirectory dir;
+    return message_of<ScenarioError>([&] { run_scenario(dir.scenario(replaced(cart, what, by)), dir / "out"); });
+  };
+  const auto says = [](const std::string& text, const std::string& part) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  says(refusal("pid: speed,", "pid: sped,"), "no column of a measure has this name; did you mean `speed`?");
+  says(refusal("measured in: rad/s", "measured in: m/s"), "the measure is in rad/s; write that unit");
+  says(refusal("output in: V", "output in: N"), "needed is");
+  says(refusal("controller: speed control", "controller: sped"), "speed control");
+  says(refusal("opens: hook", "opens: hok"), "did you mean `hook`?");
+  says(refusal("at: 0.31 s}", "measure: speed}"), "a `measure` passes one value");
+  says(refusal("at: 0.31 s}", "measure: speed, above: 3 m}"), "machine.events.fling.above");
+  says(refusal(", at: 0.31 s}", "}"), "needs one condition");
+  says(refusal("opens: hook", "closes: shaft, opens: hook"), "needs either `opens` or `closes`");
+  says(refusal("resistance: 0.4 ohm", "resistance: 0.4 N"), "ohm");
+  says(refusal("{angular velocity: drum}", "{angular acceleration: drum}"), "the measure is in rad/s^2");
+  says(replaced(refusal("{angular velocity: drum}", "{energy: drum}"), "", ""), "no column of a measure");
+}
+
+/// A tine on a trolley, its depth held by a cylinder by what the soil does to it; locked after 60 ms.
+constexpr const char* tine = R"(subsoil: 1
+materials: {soil: {density: 2600 kg/m^3}, steel: {density: 7850 kg/m^3}}
+contacts:
+  - &dry {between: [soil, soil], law: linear, k_n: 40 kN/m, restitution: 0.4, mu: 0.5, mu_r: 0.2}
+  - {<<: *dry, between: [soil, steel]}
+soil:
+  container: {size: 0.4 0.1 0.08 m, at: 0 -0.1 -0.04 m, open after settling: [+x], material: steel}
+  surface: 0 m
+  bed: {fill: rest-lattice, material: soil, radius: 10 mm, depth: 60 mm, inside machine: carve}
+machine:
+  bodies:
+    trolley: {mass: 40 kg, inertia: 1 kg m^2, at: 0.06 0.5 m}
+    tine: {mass: 10 kg, inertia: 0.1 kg m^2, at: 0.06 0.08 m}
+  joints:
+    rail: {translational: [ground, trolley], at: 0.06 0.5 m, along: 1 0}
+    guide: {translational: [trolley, tine], at: 0.06 0.08 m, along: 0 1}
+    lock: {fixed: [trolley, tine], at: 0.06 0.2 m}
+  drivers: {tow: {coordinate: trolley.x, velocity: 0.5 m/s}}
+  forces:
+    ram: {hydraulic cylinder: [trolley, tine], ends: [0.06 0.5 m, 0.06 0.08 m], bore: 25 mm, rod: 12 mm,
+          closed length: 0.3 m, stroke: 0.25 m, supply pressure: 10 MPa, rated flow: 1e-4 m^3/s, dead volume: 2e-4 m^3,
+          start pressure b: 260 kPa, controller: draft control}
+  measures: {felt: {soil force: tine, component: x}}
+  controllers:
+    draft control: {pid: felt, measured in: N, output in: 1, set point: -8 N, proportional: -0.01 1/N, integral: -0.05 1/(N s),
+                    largest: 1, least: -1, sample time: 7 ms, delay: 2 ms}
+  events: {set: {closes: lock, at: 60 ms}}
+  surfaces: {edge: {body: tine, material: steel, box: 20 80 20 mm, at: 0 -70 0 mm}}
+time: {end: 90 ms, threads: 1}
+output:
+  every: 50 ms
+  series every: 1 ms
+  series digits: all
+  state every: 40 ms
+  watch: {draft: {soil force: tine, along: -1 0}, impulse: {integral: draft}, top: {maximum: draft, within: 10 ms}}
+)";
+
+TEST(RunControl, InSoilGoesOnWithTheSameBits) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(tine);
+  ASSERT_EQ(run_scenario(file, dir / "whole"), exit_ok);
+  const Series whole = read_series(dir / "whole/series.csv");
+  std::filesystem::path state;
+  for (const auto& entry : std::filesystem::directory_iterator(dir / "whole"))
+    if (entry.path().filename().string().starts_with("state-0.04")) state = entry.path();
+  ASSERT_FALSE(state.empty());
+  ASSERT_EQ(run_scenario(file, dir / "on", {}, state), exit_ok);
+  const Series on = read_series(dir / "on/series.csv");
+  std::size_t compared = 0;
+  for (std::size_t i = 0; i < whole.at("time").size(); ++i)
+    for (std::size_t k = 1; k < on.at("time").size(); ++k) {  // the first row has no means yet
+      if (on.at("time")[k] != whole.at("time")[i]) continue;
+      ++compared;
+      for (const char* column : {"tine.y", "ram.pressure a", "ram.pressure b", "ram.valve", "draft control.output",
+                                 "lock.open", "energy.balance"})
+        EXPECT_EQ(on.at(column)[k], whole.at(column)[i]) << column << whole.at("time")[i];
+    }
+  EXPECT_GT(compared, 45U);
+}
+
+TEST(RunControl, InSoilAccountsForItsEnergyAndLocks) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(tine), dir / "out"), exit_ok);
+  const Series s = read_series(dir / "out/series.csv");
+  double most = 0, apart = 0, opening = 0;
+  for (std::size_t i = 0; i < s.at("time").size(); ++i) {
+    most = std::max(most, std::abs(s.at("energy.balance")[i]));
+    opening = std::max(opening, std::abs(s.at("ram.valve")[i]));
+    EXPECT_EQ(s.at("lock.open")[i], s.at("time")[i] < 0.06 - 1e-6 ? 1 : 0) << s.at("time")[i];
+    if (s.at("time")[i] < 0.062) apart = s.at("trolley.y")[i] - s.at("tine.y")[i];
+  }
+  EXPECT_GT(opening, 0.02) << "the controller acts";
+  EXPECT_GT(std::abs(s.at("tine.y").back() - 0.08), 1e-4);
+  EXPECT_NEAR(s.at("trolley.y").back() - s.at("tine.y").back(), apart, 1e-9) << "locked";
+  EXPECT_LT(most, 1e-3) << "of some J that pump, tow and soil exchange";
+  EXPECT_EQ(summary_of(dir / "out")["events"][0]["direction"], "closes");
+}
+
+}  // namespace
+}  // namespace subsoil::app::run_control

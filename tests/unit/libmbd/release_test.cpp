@@ -1,0 +1,239 @@
+// Joints that open and close: release, shear pin, latch, against closed forms of flight and plastic impact.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "libmbd/control_input.hpp"
+#include "libmbd/drivers/coordinate_driver.hpp"
+#include "libmbd/forces/applied_force.hpp"
+#include "libmbd/forces/joint_friction.hpp"
+#include "libmbd/joints/distance.hpp"
+#include "libmbd/joints/fixed.hpp"
+#include "libmbd/joints/revolute.hpp"
+#include "libmbd/joints/translational.hpp"
+#include "libmbd/machine.hpp"
+#include "libmbd/measures/distance.hpp"
+#include "libmbd/measures/position.hpp"
+#include "tests/tools/message_of.hpp"
+
+namespace subsoil::mbd::release_test {
+namespace {
+
+using Does = JointEvent::Does;
+
+MachineOptions options(IntegratorKind kind) {
+  return {.integrator = kind, .ida = {.rtol = 1e-10, .atol = 1e-11}, .cvode = {.rtol = 1e-11, .atol = 1e-12}};
+}
+double bound(IntegratorKind kind) { return kind == IntegratorKind::ida ? 1e-7 : 1e-9; }
+void run(Machine& machine, double until, double h) {
+  while (machine.time() < until - 0.5 * h) machine.advance(h);
+}
+
+class Release : public testing::TestWithParam<IntegratorKind> {};
+INSTANTIATE_TEST_SUITE_P(All, Release,
+                         testing::Values(IntegratorKind::adams_moulton, IntegratorKind::cvode, IntegratorKind::ida));
+
+/// A rod of 1 m on a pin, let go level.
+Model pendulum() {
+  Model m;
+  m.add({.name = "rod", .mass = 3, .inertia = 0.25, .pose = {0.5, 0, 0}});
+  m.add("pin", Revolute{.body_a = 0, .body_b = 1, .p_b = {-0.5, 0}});
+  return m;
+}
+
+// The rod flies on from where the pin let it go: a parabola, its spin constant.
+TEST_P(Release, APendulumFliesOn) {
+  const double at = 0.3137, later = 0.6;
+  Machine held(pendulum(), options(GetParam()));
+  held.start_from_pose();
+  for (int i = 0; i < 100; ++i) held.advance(at / 100);
+  const BodyState b = held.body(1);
+  Model m = pendulum();
+  m.add("drop", JointEvent{.joint = "pin", .does = Does::opens, .at = at});
+  Machine machine(m, options(GetParam()));
+  machine.start_from_pose();
+  run(machine, later, 2e-3);
+  const double dt = later - at;
+  EXPECT_NEAR(machine.body(1).r.x, b.r.x + b.v.x * dt, bound(GetParam()));
+  EXPECT_NEAR(machine.body(1).r.y, b.r.y + b.v.y * dt - 9.81 * dt * dt / 2, bound(GetParam()));
+  EXPECT_NEAR(machine.body(1).omega, b.omega, 10 * bound(GetParam()));
+  EXPECT_EQ(machine.joint_reaction("pin").fx, 0);
+  EXPECT_NEAR(machine.energy().balance(), 0, 1e-7) << "it loses nothing";
+  ASSERT_EQ(machine.events().size(), 1U);
+  EXPECT_NEAR(machine.events()[0].t, at, 1e-12);
+  EXPECT_EQ(machine.events()[0].name, "pin");
+  EXPECT_STREQ(machine.events()[0].word(), "opens");
+}
+
+// Welded to the ground under 1 kN/s t: at 250 N the pin shears, after 0.25 s; then v = 500 (t^2 - t_0^2)/m.
+TEST_P(Release, AShearPinGivesWayAtItsLimit) {
+  Model m;
+  m.gravity = {0, 0};
+  m.add({.name = "tool", .mass = 20, .inertia = 1});
+  m.add("pin", Fixed{.body_a = 0, .body_b = 1});
+  m.add("load",
+        AppliedForce{
+            .body = 1, .fx = PolynomialFunction{{0, 800, 0, 0, 0, 0}}, .fy = PolynomialFunction{{0, 600, 0, 0, 0, 0}}});
+  m.add("trip", JointEvent{.joint = "pin", .does = Does::opens, .reaction_above = 250});
+  Machine machine(m, options(GetParam()));
+  machine.start_from_pose();
+  run(machine, 0.4, 7e-3);
+  const double t = machine.time();
+  ASSERT_EQ(machine.events().size(), 1U);
+  EXPECT_NEAR(machine.events()[0].t, 0.25, 1e-9);
+  EXPECT_NEAR(machine.body(1).v.x, 400 * (t * t - 0.0625) / 20, 10 * bound(GetParam()));
+  EXPECT_NEAR(machine.body(1).v.y, 300 * (t * t - 0.0625) / 20, 10 * bound(GetParam()));
+  EXPECT_NEAR(machine.energy().balance(), 0, 1e-6);
+}
+
+/// 2 kg at 3 m/s towards 4 kg on the same rail, whose weld closes when they are 0.2 m apart.
+Model collision() {
+  Model m;
+  m.gravity = {0, 0};
+  m.add({.name = "one", .mass = 2, .inertia = 1, .pose = {0, 0, 0}, .velocity = {3, 0, 0}});
+  m.add({.name = "other", .mass = 4, .inertia = 1, .pose = {1, 0, 0}});
+  m.add("rail", Translational{.body_a = 0, .body_b = 1});
+  m.add("rail 2", Translational{.body_a = 0, .body_b = 2});
+  m.add("hook", Fixed{.body_a = 1, .body_b = 2, .p_b = {-1, 0}});
+  m.add("catch",
+        JointEvent{
+            .joint = "hook",
+            .does = Does::closes,
+            .input = input_of(DistanceMeasure{{Marker{.name = "one", .body = 1}, Marker{.name = "other", .body = 2}}}),
+            .below = 0.2});
+  return m;
+}
+
+// Plastic impact: v = m_1 v_1/(m_1 + m_2), lost m_1 m_2/(m_1 + m_2) v_1^2/2.
+TEST_P(Release, ALatchIsAPlasticImpact) {
+  Machine machine(collision(), options(GetParam()));
+  machine.start_from_pose();
+  std::vector<double> row(machine.column_names().size());
+  const auto open =
+      static_cast<std::size_t>(std::find(machine.column_names().begin(), machine.column_names().end(), "hook.open") -
+                               machine.column_names().begin());
+  ASSERT_LT(open, row.size());
+  machine.columns(row);
+  EXPECT_EQ(row[open], 1) << "a joint that is only closed starts open";
+  run(machine, 0.5, 7e-3);
+  machine.columns(row);
+  EXPECT_EQ(row[open], 0);
+  const double t = machine.time(), met = 0.8 / 3;
+  ASSERT_EQ(machine.events().size(), 1U);
+  EXPECT_STREQ(machine.events()[0].word(), "closes");
+  EXPECT_NEAR(machine.events()[0].t, met, 1e-9);
+  EXPECT_NEAR(machine.body(1).v.x, 1, 1e-9);
+  EXPECT_NEAR(machine.body(2).v.x, 1, 1e-9);
+  EXPECT_NEAR(machine.body(2).r.x, 1 + (t - met), bound(GetParam()));
+  EXPECT_NEAR(machine.body(2).r.x - machine.body(1).r.x, 0.2, 1e-9) << "where they were";
+  EXPECT_NEAR(machine.energy().lost, 0.5 * 8 / 6 * 9, 1e-8);
+  EXPECT_NEAR(machine.energy().balance(), 0, 1e-8);
+}
+
+// A rod that flies across its length catches a pin at its end: w = m v (l/2)/(I + m l^2/4), and half as fast its
+// middle.
+TEST_P(Release, ARodCaughtAtItsEndTurns) {
+  Model m;
+  m.gravity = {0, 0};
+  m.add({.name = "rod", .mass = 3, .inertia = 0.25, .pose = {0, -1, 0}, .velocity = {0, 2, 0}});
+  m.add("pin", Revolute{.body_a = 0, .body_b = 1, .p_a = {-0.5, 0}, .p_b = {-0.5, 0}});
+  m.add("catch", JointEvent{.joint = "pin",
+                            .does = Does::closes,
+                            .input = input_of(PositionMeasure{.of = {.name = "rod", .body = 1}, .part = VectorPart::y}),
+                            .above = 0});
+  Machine machine(m, options(GetParam()));
+  machine.start_from_pose();
+  run(machine, 0.8, 1e-2);
+  const double spin = 3 * 2 * 0.5 / (0.25 + 3 * 0.25);
+  EXPECT_NEAR(machine.body(1).omega, spin, 1e-8);
+  EXPECT_NEAR(machine.body(1).angle, spin * (machine.time() - 0.5), bound(GetParam()));
+  EXPECT_NEAR(machine.energy().lost, 0.5 * 3 * 4 - 0.5 * spin * spin, 1e-8);
+  EXPECT_NEAR(std::hypot(machine.body(1).r.x + 0.5, machine.body(1).r.y), 0.5, 1e-10);
+  EXPECT_NEAR(machine.energy().balance(), 0, 1e-8);
+}
+
+// What it is caught by is driven at 1 m/s and stays so: the driver does P v = m_1 (1 - 3) 1 J on it.
+TEST_P(Release, ADrivenCatcherDoesItsShareOfTheWork) {
+  Model m = collision();
+  m.bodies[1].velocity[0] = 1;
+  m.add("tow", CoordinateDriver{.body = 2, .coordinate = Coordinate::x, .motion = {.velocity = 1.}});
+  Machine machine(m, options(GetParam()));
+  machine.start_from_pose();
+  run(machine, 0.5, 7e-3);
+  EXPECT_NEAR(machine.body(1).v.x, 1, 1e-9);
+  EXPECT_NEAR(machine.energy().lost, 0.5 * 2 * 4, 1e-8);
+  EXPECT_NEAR(machine.energy().driver_work, 2 * (1 - 3) * 1, 1e-8);
+  EXPECT_NEAR(machine.energy().balance(), 0, 1e-8);
+}
+
+// Caught, let go where the measure is at its value still, drawn apart and pushed together: caught once more.
+TEST_P(Release, AnEventWaitsUntilItsValueIsPassedAnew) {
+  Model m = collision();
+  m.events[0].element.starts = JointEvent::Starts::open;
+  m.add("push", AppliedForce{.body = 2, .fx = TableFunction({0, 0.4, 0.5, 0.6, 0.7, 2}, {0, 0, 60, -90, 0, 0})});
+  m.add("let go", JointEvent{.joint = "hook", .does = Does::opens, .at = 0.35});
+  Machine machine(m, options(GetParam()));
+  machine.start_from_pose();
+  run(machine, 2, 5e-3);
+  ASSERT_EQ(machine.events().size(), 3U);
+  EXPECT_NEAR(machine.events()[1].t, 0.35, 1e-12);
+  EXPECT_GT(machine.events()[2].t, 0.5);
+  EXPECT_STREQ(machine.events()[2].word(), "closes");
+  EXPECT_NEAR(machine.body(2).r.x - machine.body(1).r.x, 0.2, 1e-8);
+  EXPECT_NEAR(machine.energy().balance(), 0, 1e-5);
+}
+
+TEST_P(Release, GoesOnFromASnapshotWithTheSameNumbers) {
+  for (const double at : {0.1, 0.3}) {  // before and after the impact
+    Machine one(collision(), options(GetParam())), other(collision(), options(GetParam()));
+    one.start_from_pose();
+    other.start_from_pose();
+    run(one, at, 5e-3);
+    one.restore(one.snapshot());
+    other.restore(one.snapshot());
+    for (int i = 0; i < 60; ++i) one.advance(5e-3), other.advance(5e-3);
+    EXPECT_EQ(one.snapshot(), other.snapshot());
+    EXPECT_EQ(other.events().size(), 1U);
+    EXPECT_NEAR(other.energy().lost, 6, 1e-8);
+  }
+}
+
+// Rows inside the step of an event: before it the joint is as it was before.
+TEST(ReleaseLook, InsideTheStepSeesBothSides) {
+  Machine machine(collision(), {});
+  machine.start_from_pose();
+  machine.keep_steps();
+  run(machine, 0.27, 9e-3);  // the last step holds the impact
+  ASSERT_EQ(machine.events().size(), 1U);
+  machine.look_back(0.264);
+  EXPECT_NEAR(machine.body(1).v.x, 3, 1e-9);
+  EXPECT_NEAR(machine.body(1).r.x, 0.264 * 3, 1e-9);
+  machine.look_back(0.269);
+  EXPECT_NEAR(machine.body(1).v.x, 1, 1e-9);
+  machine.look_ahead();
+  EXPECT_EQ(machine.system().open_joints()[2], 0);
+}
+
+TEST(ReleaseRefusal, SaysWhatIsWrong) {
+  const auto refusal = [](const Model& m) { return test::message_of([&] { Machine machine(m, {}); }); };
+  const auto says = [](const std::string& text, const char* part) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  Model m = pendulum();
+  m.add("drop", JointEvent{.joint = "pim", .does = Does::opens, .at = 1});
+  says(refusal(m), "event 'drop': no joint 'pim'; there are pin");
+  m = pendulum();
+  m.add("drop", JointEvent{.joint = "pin", .does = Does::opens});
+  says(refusal(m), "needs one condition");
+  m = collision();
+  m.add("catch 2", JointEvent{.joint = "rail", .does = Does::closes, .at = 1});
+  says(refusal(m), "joint 'rail' cannot close on the way");
+  m = pendulum();
+  m.add("drop", JointEvent{.joint = "pin", .does = Does::opens, .at = 1});
+  m.add("rub", JointFriction{.joint = "pin", .radius = 0.02, .mu_s = 0.1, .mu_k = 0.1});
+  says(refusal(m), "and friction would act in it still");
+}
+
+}  // namespace
+}  // namespace subsoil::mbd::release_test
