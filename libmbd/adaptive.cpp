@@ -49,7 +49,8 @@ Adaptive::Adaptive(System& system)
 
 void Adaptive::on_start() {
   clock_.restart();
-  coupled_ = remembers(system_.model()) || system_.has_instants();
+  // Events of joints are looked for in steps no longer than those asked for.
+  coupled_ = remembers(system_.model()) || system_.has_instants() || system_.has_joint_events();
   rows_ = partition_.used_rows();
   build();
   restart();

@@ -62,6 +62,7 @@ Dependencies find_dependencies(const System& system, const Eigen::MatrixXd& whol
   std::vector<int> kept;
   for (int row = 0; row < system.equations(); ++row)
     if (system.open_rows() == 0 || !whole.row(row).isZero(0)) kept.push_back(row);
+  if (kept.empty()) return found;
   const Eigen::MatrixXd jacobian = whole(kept, Eigen::all);
   // Most machines have none, and a QR finds that out in a hundredth of the time that singular values take.
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;

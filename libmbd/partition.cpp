@@ -65,10 +65,20 @@ void Partition::choose(const MotionState& at) {
   system_.set_state(at.t, at.q, at.velocity);
   system_.constraints(c_);
   Choice choice = choose_coordinates(system_, c_);
-  if (choices_ > 0 && choice.rows.size() < choice_.rows.size())
+  // Rows of joints that have opened since are zero, and no loss.
+  const auto stands = [&](int row) {
+    return std::any_of(c_.jacobian.begin() + static_cast<std::ptrdiff_t>(system_.first_block(row)),
+                       c_.jacobian.begin() + static_cast<std::ptrdiff_t>(system_.first_block(row + 1)),
+                       [](const auto& block) { return block != std::array<double, 3>{}; });
+  };
+  const auto rank_before =
+      system_.has_joint_events()
+          ? static_cast<std::size_t>(std::count_if(choice_.rows.begin(), choice_.rows.end(), stands))
+          : choice_.rows.size();
+  if (choices_ > 0 && choice.rows.size() < rank_before)
     throw SingularPose("singular pose at t = " + std::to_string(at.t) + " s: the constraints lose " +
-                       std::to_string(static_cast<long>(choice_.rows.size() - choice.rows.size())) +
-                       " of their rank, at " + system_.owner(choice.redundant.back()) +
+                       std::to_string(static_cast<long>(rank_before - choice.rows.size())) + " of their rank, at " +
+                       system_.owner(choice.redundant.back()) +
                        " (a dead point); the motion is not determined from here");
   choice_ = std::move(choice);
   ++choices_;

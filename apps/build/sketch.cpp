@@ -202,9 +202,7 @@ class Draughtsman {
     const bool only_damps = f.stiffness == 0 && !f.spring_curve.is_set();
     add_link(only_damps ? Sketch::Link::Kind::damper : Sketch::Link::Kind::spring, f.body_a, f.body_b, f.p_a, f.p_b);
   }
-  void take(const mbd::HydraulicCylinder& f) {
-    add_link(Sketch::Link::Kind::damper, f.body_a, f.body_b, f.p_a, f.p_b);
-  }
+  void take(const mbd::HydraulicCylinder& f) { add_link(Sketch::Link::Kind::damper, f.body_a, f.body_b, f.p_a, f.p_b); }
   void take(const mbd::Bushing& f) { sketch_.pins.push_back(pair(f.body_a, f.body_b, f.p_a, f.p_b)); }
   void take(const mbd::DistanceStop& f) { point(f.body_a, f.p_a), point(f.body_b, f.p_b); }
   void take(const mbd::LineContact& f) {

@@ -25,7 +25,7 @@ using Does = JointEvent::Does;
 MachineOptions options(IntegratorKind kind) {
   return {.integrator = kind, .ida = {.rtol = 1e-10, .atol = 1e-11}, .cvode = {.rtol = 1e-11, .atol = 1e-12}};
 }
-double bound(IntegratorKind kind) { return kind == IntegratorKind::ida ? 1e-7 : 1e-9; }
+double bound(IntegratorKind kind) { return kind == IntegratorKind::ida ? 1e-7 : 3e-9; }
 void run(Machine& machine, double until, double h) {
   while (machine.time() < until - 0.5 * h) machine.advance(h);
 }
@@ -181,7 +181,7 @@ TEST_P(Release, AnEventWaitsUntilItsValueIsPassedAnew) {
   EXPECT_GT(machine.events()[2].t, 0.5);
   EXPECT_STREQ(machine.events()[2].word(), "closes");
   EXPECT_NEAR(machine.body(2).r.x - machine.body(1).r.x, 0.2, 1e-8);
-  EXPECT_NEAR(machine.energy().balance(), 0, 1e-5);
+  EXPECT_NEAR(machine.energy().balance(), 0, 1e-4) << "steps of 5 ms over the corners of the load";
 }
 
 TEST_P(Release, GoesOnFromASnapshotWithTheSameNumbers) {
