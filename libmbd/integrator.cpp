@@ -43,8 +43,18 @@ void Integrator::start(double t, const Eigen::VectorXd& q, const Eigen::VectorXd
   events_.clear();
   step_error_ = {};
   switches_.take_sides();
+  await_passage();
   fire_due();
   on_start();
+}
+
+// A measure that is beyond its value at the start has to come back before it can pass it.
+void Integrator::await_passage() {
+  if (!system_.has_joint_events()) return;
+  look(now_, gaps_);
+  for (std::size_t i = 0; i < switches_.count(); ++i)
+    if (switches_.of_joint(i) && gaps_[i] < 0 && system_.model().events[switches_.event(i)].element.input)
+      switches_.set_side(i, -1);
 }
 
 // A joint opens or closes where now_ is.

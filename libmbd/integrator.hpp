@@ -134,6 +134,7 @@ class Integrator {
 
  private:
   void begin_states();
+  void await_passage();
   void fire(std::size_t event);
   void take_impulse();
   bool fire_due();

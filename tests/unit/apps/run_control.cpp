@@ -40,7 +40,7 @@ machine:
     speed control: {pid: speed, measured in: rad/s, output in: V, set point: 6 rad/s, proportional: 8 V/(rad/s),
                     integral: 60 V/rad, largest: 24 V, least: -24 V}
   events: {fling: {opens: hook, at: 0.31 s}}
-time: {end: 1 s, stop when: {there: {column: load.y, above: 0.9 m}}}
+time: {end: 1 s, stop when: {there: {column: load.x, below: -900 mm}}}
 output:
   series every: 10 ms
   watch: {electricity: {integral: motor.power}, most current: {maximum: motor.current}}
@@ -59,13 +59,14 @@ TEST(RunControl, AMotorHoldsItsSpeedAndALoadIsFlung) {
       EXPECT_LE(std::abs(s.at("speed control.output")[i]), 24);
       EXPECT_NEAR(s.at("speed control.error")[i], 6 - s.at("speed")[i], 1e-12);
       EXPECT_NEAR(s.at("energy.balance")[i], 0, 1e-6) << method;
-      EXPECT_NEAR(s.at("electricity")[i], s.at("energy.force work")[i], 1e-5) << "all that the motor takes in";
+      EXPECT_NEAR(s.at("electricity")[i], s.at("energy.force work")[i], 1e-3)
+          << "all that the motor takes in, by parabolas of 1 ms across the corner where the voltage leaves its bound";
       if (s.at("time")[i] < 0.3105) at_release = s.at("load.spin")[i];
       speed = std::hypot(s.at("load.vx")[i], s.at("load.vy")[i]);
     }
-    EXPECT_NEAR(at_release, 6, 0.1) << "the controller is there by then";
+    EXPECT_NEAR(at_release, 6, 0.2) << "the controller is there by then";
     EXPECT_NEAR(speed, 0.3 * at_release, 1e-4) << "the load flies on as fast as it was";
-    EXPECT_NEAR(s.at("load.y").back(), 0.9, 1e-8);
+    EXPECT_NEAR(s.at("load.x").back(), -0.9, 1e-8);
     const auto summary = summary_of(dir / "out");
     EXPECT_EQ(summary["run"]["stopped by"], "there");
     EXPECT_EQ(summary["events"][0]["of"], "hook");

@@ -13,6 +13,7 @@
 #include "libmbd/joints/revolute.hpp"
 #include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
+#include "libmbd/measures/angle.hpp"
 #include "libmbd/measures/distance.hpp"
 #include "libmbd/measures/position.hpp"
 #include "tests/tools/message_of.hpp"
@@ -182,6 +183,24 @@ TEST_P(Release, AnEventWaitsUntilItsValueIsPassedAnew) {
   EXPECT_STREQ(machine.events()[2].word(), "closes");
   EXPECT_NEAR(machine.body(2).r.x - machine.body(1).r.x, 0.2, 1e-8);
   EXPECT_NEAR(machine.energy().balance(), 0, 1e-4) << "steps of 5 ms over the corners of the load";
+}
+
+// Below its value from the start on, it has to rise above and fall again: a pendulum let go level swings down through
+// -0.3 rad, which is no passage upward, and up through it on its way back.
+TEST_P(Release, AMeasureBeyondItsValueAtTheStartIsNoPassage) {
+  Model m = pendulum();
+  m.add("drop", JointEvent{.joint = "pin",
+                           .does = Does::opens,
+                           .input = input_of(AngleMeasure{.of = {.name = "rod", .body = 1}}),
+                           .above = -0.3});
+  Machine machine(m, options(GetParam()));
+  machine.start_from_pose();
+  EXPECT_EQ(machine.events().size(), 0U);
+  run(machine, 1, 2e-3);
+  EXPECT_EQ(machine.events().size(), 0U);
+  run(machine, 2, 2e-3);
+  ASSERT_EQ(machine.events().size(), 1U);
+  EXPECT_GT(machine.events()[0].t, 1.4) << "most of a period of 1.93 s: 1.18 times that of small swings";
 }
 
 TEST_P(Release, GoesOnFromASnapshotWithTheSameNumbers) {
