@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/scenario/sections/beams.hpp"
 #include "apps/scenario/sections/placement.hpp"
 #include "apps/scenario/shapes/shapes.hpp"
 #include "libmbd/constraint.hpp"
@@ -11,7 +12,7 @@
 #include "libmbd/marker.hpp"
 #include "libmbd/measure.hpp"
 
-/// The planar multibody system.
+/// The planar multibody system. Lists end with what the beams stand for: see beams.hpp.
 namespace subsoil::app {
 
 using Joint = mbd::AnyJoint;
@@ -72,6 +73,7 @@ struct Start {
 
 struct MachineSection {
   std::vector<BodySection> bodies;
+  std::vector<BeamSection> beams;
   std::vector<mbd::Marker> markers;
   std::vector<NamedJoint> joints;
   std::vector<NamedDriver> drivers;
