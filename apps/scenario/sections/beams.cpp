@@ -124,4 +124,14 @@ void take_beams_out(MachineSection& machine) {
   machine.surfaces.resize(machine.surfaces.size() - surfaces);
 }
 
+bool is_beam_node(const std::optional<MachineSection>& machine, const std::string& body) {
+  if (!machine) return false;
+  const auto names_it = [&](const BeamSection& beam) {
+    for (long i = 0; i <= beam.elements; ++i)
+      if (beam.node_name(i) == body) return true;
+    return false;
+  };
+  return std::any_of(machine->beams.begin(), machine->beams.end(), names_it);
+}
+
 }  // namespace subsoil::app

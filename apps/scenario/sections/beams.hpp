@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 
 #include "apps/scenario/fields/fields.hpp"
@@ -23,5 +24,6 @@ void add_beam_nodes(MachineSection& machine);
 /// Elements, measures, surfaces.
 void add_beam_elements(MachineSection& machine);
 void take_beams_out(MachineSection& machine);
+bool is_beam_node(const std::optional<MachineSection>& machine, const std::string& body);
 
 }  // namespace subsoil::app

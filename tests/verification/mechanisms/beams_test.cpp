@@ -131,7 +131,7 @@ Elastica elastica(double alpha) {
   };
   std::uintmax_t most = 200;
   const auto [low, high] =
-      boost::math::tools::bisect(off, 1e-6, pi / 2 - 1e-9, boost::math::tools::eps_tolerance<double>(50), most);
+      boost::math::tools::bisect(off, 1e-6, pi / 2 - 1e-4, boost::math::tools::eps_tolerance<double>(50), most);
   const double slope = (low + high) / 2, k = modulus(slope), phi = std::asin(1 / (k * std::sqrt(2.0)));
   return {slope, 1 - 2 * (ellint_2(k) - ellint_2(k, phi)) / std::sqrt(alpha),
           1 - std::sqrt(2 * std::sin(slope) / alpha)};
@@ -229,22 +229,26 @@ TEST(Beams, CurvedBeam) {
 TEST(Beams, DampingRatio) {
   Beam beam = strip(8);
   beam.damping_ratio = 0.02;
-  const auto found = modes_at_rest(clamped(beam));
+  std::vector<Mode> found;
+  for (const Mode& mode : modes_at_rest(clamped(beam)))
+    if (mode.frequency > 0) found.push_back(mode);  // the fast ones are overdamped
+  ASSERT_GT(found.size(), 1U);
   EXPECT_NEAR(found[0].damping, 0.02, 1e-4 * 0.02 + 2e-6);
-  EXPECT_NEAR(found[1].damping / found[0].damping, found[1].frequency / found[0].frequency, 0.01);
+  // zeta = w tau/2 with w = frequency/sqrt(1 - zeta^2), which the modes do not hold.
+  const auto whole = [](const Mode& mode) { return mode.frequency / std::sqrt(1 - mode.damping * mode.damping); };
+  EXPECT_NEAR(found[1].damping / found[0].damping, whole(found[1]) / whole(found[0]), 1e-4);
 }
 
-// Bent, thrown and spinning in free flight: momenta stay, and energy goes where it is said to go. With steps of 1/4 of
-// the longest, fourth order leaves 1e-6 of the energy.
+// Bent, thrown and spinning in free flight: momenta stay, and energy goes where it is said to go. An eighth
+// of the longest step leaves 1e-6 of the energy.
 TEST(Beams, FreeFlightKeepsMomentaAndEnergy) {
   Beam beam = strip(6);
   beam.points = {{0, 0}, {0.3, 0.1}, {0.5, 0.4}, {0.4, 0.7}};
-  beam.velocity = {1, 2}, beam.spin = 30;
+  beam.velocity = {1, 2}, beam.spin = 5;
   for (const double damping : {0.0, 1e-6}) {
     beam.damping_time = damping;
     const Model model = model_of(beam);
-    const double longest = longest_beam_step(model, 4);
-    Machine machine(model, {.adams_moulton = {.longest_step = longest / 4}});
+    Machine machine(model, {.adams_moulton = {.order = 2, .longest_step = longest_beam_step(model, 2) / 8}});
     machine.start_from_pose();
     const auto momenta = [&] {
       std::array<double, 3> sum{};
@@ -270,12 +274,12 @@ TEST(Beams, FreeFlightKeepsMomentaAndEnergy) {
 // The bound on the fastest wave holds and is no more than a quarter too high, with and without damping.
 TEST(Beams, LongestStep) {
   const Beam beam = strip(7);
-  const double fastest = frequencies(clamped(beam)).back(), bound = 0.8 * 0.9 / longest_beam_step(clamped(beam), 4);
+  const double fastest = frequencies(clamped(beam)).back(), bound = 0.8 * 1.28 / longest_beam_step(clamped(beam), 2);
   EXPECT_GE(bound, fastest);
   EXPECT_LT(bound, 1.25 * fastest);
   Beam damped = beam;
   damped.damping_time = 1e-3;
-  EXPECT_NEAR(0.8 * 0.9 / longest_beam_step(clamped(damped), 4), 1e-3 * bound * bound, 1e-6 * bound * bound);
+  EXPECT_NEAR(0.8 * 1.28 / longest_beam_step(clamped(damped), 2), 1e-3 * bound * bound, 1e-6 * bound * bound);
 }
 
 // ---- spin-up -------------------------------------------------------------------------------------------------------
@@ -374,7 +378,7 @@ TEST(Beams, SpinUp) {
                                 .integral_ = spin_up::angle,
                                 .double_integral_ = [](double) { return 0.0; }};
   m.add("spin", CoordinateDriver{.body = 1, .coordinate = Coordinate::angle, .motion = {.velocity = rate}});
-  Machine machine(m, {.adams_moulton = {.longest_step = longest_beam_step(m, 4)}});
+  Machine machine(m, {.adams_moulton = {.order = 2, .longest_step = longest_beam_step(m, 2)}});
   machine.measure("beam", BeamMeasure{.beam = "beam"});
   machine.start_from_pose();
   std::vector<double> columns(machine.column_names().size()), times, ours;
