@@ -170,10 +170,11 @@ std::vector<MachineColumns> machine_columns() {
       of_force<mbd::AppliedForce>("LOAD", "an applied force or drag, world axes"),
       of_force<mbd::Bushing>("BUSHING",
                              "on the second body, in the bushing's axes; how far its point is off the first's"),
-      of_force<mbd::BeamElement>("BEAM",
-                                 "a beam between two bodies, or the element `BEAM element 3` of a beam: tension "
-                                 "positive; shear in its middle; bending moments at its ends, positive where they turn "
-                                 "the second counter-clockwise; the larger |N|/A + |M|/W of the two"),
+      of_force<mbd::BeamElement>(
+          "BEAM",
+          "a beam between two bodies, or the element `BEAM element 3` of a beam: tension "
+          "positive; shear in its middle; bending moments at its ends, positive where they turn "
+          "the second counter-clockwise; the larger stress of the two, of axial force and moment"),
       of_measure<mbd::BeamMeasure>("BEAM",
                                    "a beam: its end seen from its start, less the start pose; largest bending moment "
                                    "and axial force with their signs; largest stress, and its place along the beam"),
