@@ -48,9 +48,9 @@ std::string grid_xml(const XdmfGrid& grid) {
                      array_xml(grid.cells));
   xml += fmt::format("    <Geometry GeometryType=\"XYZ\">{}</Geometry>\n", array_xml(grid.vertices));
   for (const auto& attribute : grid.attributes)
-    xml += fmt::format("    <Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"Node\">{}</Attribute>\n",
+    xml += fmt::format("    <Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"{}\">{}</Attribute>\n",
                        escaped(attribute.name), attribute.array.dimensions.size() == 2 ? "Vector" : "Scalar",
-                       array_xml(attribute.array));
+                       attribute.per_cell ? "Cell" : "Node", array_xml(attribute.array));
   return xml + "   </Grid>\n";
 }
 

@@ -16,6 +16,7 @@ struct XdmfArray {
 struct XdmfAttribute {
   std::string name;
   XdmfArray array;
+  bool per_cell = false;  ///< else per point
 };
 
 /// One block of a frame. `cells` of 3 columns are triangles, of 2 line segments, of one points. (The XDMF 2 reader

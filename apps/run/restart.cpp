@@ -60,6 +60,7 @@ void save_run(const std::filesystem::path& path, const Scenario& scenario, const
     out.put("bed/scalars", bed.scalars);
     if (!bed.calm.empty()) out.put("bed/calm", bed.calm), out.put("bed/frozen", bed.frozen);
     if (!bed.fixed.empty()) out.put("bed/fixed", bed.fixed);
+    if (!bed.loads.empty()) out.put("bed/loads", bed.loads);
     out.put("soil step", world.step.soil_step);
     out.put_text("instruction set", world.bed->kernel_name());
     if (!bed.bonding.empty()) {
@@ -102,7 +103,8 @@ void check_numbers(const SavedRun& saved, const std::filesystem::path& file) {
   };
   if (!std::isfinite(saved.time) || std::abs(saved.time) > 1e12 || !finite(saved.coupling) || !finite(saved.machine) ||
       !finite(saved.bed.spheres) || !finite(saved.bed.pairs) || !finite(saved.bed.bonds) ||
-      !finite(saved.bed.surfaces) || !finite(saved.bed.scalars) || !(saved.soil_step >= 0 && saved.soil_step < 1e6))
+      !finite(saved.bed.surfaces) || !finite(saved.bed.scalars) || !finite(saved.bed.loads) ||
+      !(saved.soil_step >= 0 && saved.soil_step < 1e6))
     throw std::runtime_error(file.string() + ": holds numbers that are not finite or beyond 1e30; the file is damaged");
   if (!saved.has_bed) return;
   const std::size_t count = saved.bed.ids.size() / 2;
@@ -136,6 +138,7 @@ SavedRun read_run(const std::filesystem::path& file) {
                                    "bed/calm",
                                    "bed/frozen",
                                    "bed/fixed",
+                                   "bed/loads",
                                    "soil",
                                    "soil step",
                                    "layers/",
@@ -167,6 +170,7 @@ SavedRun read_run(const std::filesystem::path& file) {
       saved.bed.frozen = in.get<double>("bed/frozen");
     }
     if (in.has("bed/fixed")) saved.bed.fixed = in.get<double>("bed/fixed");
+    if (in.has("bed/loads")) saved.bed.loads = in.get<double>("bed/loads");
     saved.soil_step = in.value<double>("soil step");
     saved.kernel = in.text("instruction set");
     if (in.has("bed/bonding")) {
