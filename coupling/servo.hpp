@@ -8,18 +8,20 @@ namespace subsoil::coupling {
 /// Moves a boundary along a line so that the force of the spheres on it meets a load: the servo-controlled walls of
 /// triaxial and shear tests. With d the direction in which the load pushes, F = -F_spheres . d the resistance at t_n,
 /// e = F_load(t_n) - F the error and v_max the speed limit, the surface moves from t_n to t_{n+1} by
-///   s += v dt,  v = clamp(K_p e + K_i int e dt + K_d de/dt, -v_max, v_max)
-/// K_p alone is a massless plate that the load pushes through a dashpot 1/K_p: it cannot oscillate by itself while
-/// K_p k dt < 2, k the stiffness of all its contacts together, and in free flight goes at min(K_p F_load, v_max). The
-/// integral waits while the limit holds v (anti-windup). Work and energy are those of any moved surface
-/// (Boundary::work). After the numerical servo-mechanism of Cundall & Strack, Geotechnique 29 (1979); velocity-
-/// controlled with a limit as in LIGGGHTS's mesh/surface/stress/servo.
+///   u = clamp(K_p e + K_i int e dt + K_d de/dt, -v_max, v_max),   v += (u - v)(1 - exp(-dt/T)),   s += v dt
+/// K_p alone is a plate of mass T/K_p that the load pushes through a dashpot 1/K_p; in free flight it comes to
+/// min(K_p F_load, v_max). With the stiffness k and damping c of all its contacts together it is stable while
+/// K_p c dt < 2 T and K_p k dt^2 < 4 T, without the lag T while K_p c < 1 and K_p k dt < 2: damping alone makes a
+/// massless plate jump to and fro. The integral waits while the limit holds u (anti-windup). Work and energy are those
+/// of any moved surface (Boundary::work). After the numerical servo-mechanism of Cundall & Strack, Geotechnique 29
+/// (1979); velocity-controlled with a limit as in LIGGGHTS's mesh/surface/stress/servo.
 struct Servo {
   dem::Vec3 along{0, -1, 0};                ///< d, unit, world axes
   std::function<double(double time)> load;  ///< N
   double gain = 0, integral_gain = 0;       ///< m/(s N), m/(s^2 N)
   double rate_gain = 0;                     ///< m/N
   double limit = 0;                         ///< v_max, m/s
+  double lag = 0;                           ///< T, s; 0: none
 };
 
 /// How far one has come.

@@ -30,6 +30,7 @@ double largest_load(const coupling::Servo& servo, double end) {
 coupling::Servo servo_of(const ServoSection& s, const dem::Boundary& boundary, double end, const std::string& place) {
   coupling::Servo out;
   out.along = dem::normalized(s.along);
+  out.lag = s.lag.value_or(-1);
   out.limit = s.limit, out.integral_gain = s.integral, out.rate_gain = s.rate;
   if (s.load.is_set()) {
     out.load = [load = s.load](double t) { return load.value(t); };

@@ -5,7 +5,7 @@
 namespace subsoil::app {
 
 /// The servo of a boundary. Throws ScenarioError with `place` for a pressure on a plane, which has no area, and for a
-/// load that is zero throughout and leaves the gain open.
+/// load that is zero throughout and leaves the gain open. A lag that is left out is negative until the step is known.
 coupling::Servo servo_of(const ServoSection& section, const dem::Boundary& boundary, double end,
                          const std::string& place);
 

@@ -285,6 +285,8 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
   } else {
     add_body_surfaces(world, loaded);
   }
+  for (coupling::GivenMotion& m : world.motions)
+    if (m.servo && m.servo->lag < 0) m.servo->lag = 20 * world.step.soil_step;
   const MachineTime& machine = s.time.machine;
   world.step.machine_step =
       world.bed != nullptr ? world.step.soil_step * static_cast<double>(machine.soil_steps) : machine_step_alone(s);

@@ -4,6 +4,7 @@
 
 #include "apps/output/atomic_file.hpp"
 #include "apps/output/hdf5_driver.hpp"
+#include "apps/output/xdmf.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -95,7 +96,10 @@ std::filesystem::path FieldsFile::finish() {
   h5::close_file(file_);
   put_in_place(h5_);
   write_atomically(xdmf_, text_ + " </Grid>\n </Domain>\n</Xdmf>\n");
-  return xdmf_;
+  std::filesystem::path plain = xdmf_;
+  plain += "2";
+  write_atomically(plain, xdmf_leading_to(xdmf_.filename().string()));
+  return plain;
 }
 
 }  // namespace subsoil::app

@@ -13,13 +13,13 @@ struct FieldsHeld {
 };
 
 /// OUT.h5 with /frames/000000/bulk density and so on, each of shape (n_z, n_y, n_x) or with a last axis of 3 or 9, and
-/// OUT.xdmf, which tells ParaView of them as images over time. Both appear when finish() is called.
+/// OUT.xdmf, which tells ParaView of them as images over time, with OUT.xdmf2. They appear when finish() is called.
 class FieldsFile {
  public:
   /// @param about kernel and width in words, kept as an attribute
   FieldsFile(const std::filesystem::path& out, const FieldGrid& grid, FieldsHeld held, const std::string& about);
   void add(double time, const GrainFields& fields);
-  /// Returns the place of the XDMF.
+  /// Returns what ParaView opens.
   std::filesystem::path finish();
 
  private:

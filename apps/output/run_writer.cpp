@@ -317,6 +317,7 @@ void RunWriter::Impl::publish() {
   for (const char* name : {"run.h5", "run.xdmf"}) sync_file(temporary_name(directory / name));
   for (const char* name : {"run.h5", "run.xdmf"}) rename_into_place(directory / name);
   sync_folder(directory);
+  if (published == 0) write_atomically(directory / "run.xdmf2", xdmf_leading_to("run.xdmf"));
   published = count, index_is_old = false;
   published_at = Clock::now();
   publishing = published_at - begin;

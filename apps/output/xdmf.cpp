@@ -56,6 +56,13 @@ std::string grid_xml(const XdmfGrid& grid) {
 
 }  // namespace
 
+std::string xdmf_leading_to(const std::string& file_name) {
+  return fmt::format(
+      "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\" xmlns:xi=\"http://www.w3.org/2001/XInclude\">\n"
+      " <xi:include href=\"{}\" xpointer=\"xpointer(/Xdmf/Domain)\"/>\n</Xdmf>\n",
+      escaped(file_name));
+}
+
 Xdmf::Xdmf(const std::string& title)
     : text_(fmt::format("<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n <Domain>\n"
                         " <Information Name=\"title\" Value=\"{}\"/>\n"

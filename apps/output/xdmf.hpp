@@ -27,6 +27,10 @@ struct XdmfGrid {
   std::vector<XdmfAttribute> attributes;
 };
 
+/// What stands in FILE.xdmf2: the contents of FILE.xdmf, by XInclude. ParaView has three readers for .xdmf and asks
+/// which; of .xdmf2 it knows one, which shows all that we write, and opens it without a question.
+std::string xdmf_leading_to(const std::string& file_name);
+
 /// The XDMF text of a run: a temporal collection of frames, each a spatial collection of its grids.
 class Xdmf {
  public:

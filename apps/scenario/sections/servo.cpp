@@ -13,6 +13,8 @@ void describe(Fields& v, ServoSection& s) {
   v.quantity("gain", s.gain, "m/(N s)", "(0, inf)",
              "K_p: speed over what is missing of the load, so that the plate is pushed through a dashpot 1/K_p; left "
              "out: the speed limit over the largest load");
+  v.quantity("lag", s.lag, "s", "[0, inf)",
+             "T of the speed behind what the gains ask for, as of a plate of mass T/K_p; left out: 20 soil steps");
   v.quantity("integral gain", s.integral, "m/(N s^2)", "[0, inf)",
              "K_i: takes away what a load that changes leaves missing; waits while the speed is limited");
   v.quantity("rate gain", s.rate, "m/N", "[0, inf)", "K_d: on the rate of what is missing");

@@ -13,6 +13,7 @@ struct ServoSection {
   Vec3 along{0, -1, 0};           // in which the load pushes
   double limit = required;        // m/s
   std::optional<double> gain;     // m/(N s)
+  std::optional<double> lag;      // s
   double integral = 0, rate = 0;  // m/(N s^2), m/N
 };
 void describe(Fields& v, ServoSection& s);

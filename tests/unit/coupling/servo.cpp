@@ -64,6 +64,34 @@ TEST(Servo, MeetsTheLoadAsAPlateBehindADashpot) {
   EXPECT_NEAR(s.servo(0).travel, 2 * load / k_n, 1e-3 * 2 * load / k_n);
 }
 
+/// The plate's mass T/K_p: in free flight its speed comes up as 1 - exp(-t/T).
+TEST(Servo, LagIsAMass) {
+  Press p(1.0);
+  Servo servo = pressing(10, 0.01, 0.4);  // 0.1 m/s
+  servo.lag = 1e-3;
+  Simulation s = p.pressed_by(servo);
+  for (int n = 0; n < 1000; ++n) s.step();
+  const double t = 1000 * dt, lag = servo.lag;
+  EXPECT_NEAR(s.servo(0).velocity, 0.1 * (1 - std::exp(-t / lag)), 1e-9);
+  EXPECT_NEAR(s.servo(0).travel, 0.1 * (t - lag * (1 - std::exp(-t / lag))), 0.1 * dt) << "a step of the sum";
+}
+
+/// Damping of the contact: K_p c = 3.8 would make a massless plate jump between its limits; with a lag it settles.
+TEST(Servo, LagHoldsAPlateThatDampingWouldThrow) {
+  for (const double lag : {0.0, 20 * dt}) {
+    Press p(0, 0.1);
+    Servo servo = pressing(20, 0.1, 0.5);
+    servo.lag = lag;
+    Simulation s = p.pressed_by(servo);
+    double worst = 0;
+    for (int n = 0; n < 50000; ++n) {
+      s.step();
+      if (n > 40000) worst = std::max(worst, std::abs(s.servo(0).error));
+    }
+    lag > 0 ? EXPECT_LT(worst, 0.02) : EXPECT_GT(worst, 1);
+  }
+}
+
 /// The load rises in time: K_p alone lags by 1/(K_p k/2) of its rate; the integral takes that away.
 TEST(Servo, IntegralTakesTheLagOfARisingLoadAway) {
   for (const double integral : {0.0, 0.05}) {

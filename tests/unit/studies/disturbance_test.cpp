@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/output/run_writer.hpp"
+#include "apps/plot/furrow_picture.hpp"
+#include "apps/plot/plot.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/unit/apps/trench.hpp"
@@ -141,12 +143,25 @@ TEST(Disturbance, StandsInTheSummary) {
               1e-9 * std::abs(draft));
 }
 
+TEST(Disturbance, IsDrawn) {
+  if (!gnuplot_found()) GTEST_SKIP() << "no gnuplot: scripts/setup installs it";
+  const RunDirectory dir;
+  const std::string text = dir.scenario(trench);
+  ASSERT_EQ(run_scenario(text, dir / "out", {"output.every=50 ms"}), exit_ok);
+  draw_furrow(dir / "out", dir / "furrow.svg");
+  std::ifstream file(dir / "furrow.svg");
+  const std::string svg((std::istreambuf_iterator<char>(file)), {});
+  EXPECT_NE(svg.find("surface after"), std::string::npos);
+  EXPECT_NE(svg.find("rise of porosity"), std::string::npos);
+}
+
 TEST(Disturbance, SaysWhyThereIsNone) {
   const RunDirectory dir;
   const std::string text = dir.scenario(trench);
   ASSERT_EQ(run_scenario(text, dir / "out", {"time.end=20 ms", "output.every=10 ms"}), exit_ok);
   const nlohmann::json summary = summary_of(dir / "out");
   EXPECT_TRUE(summary.at("disturbance").contains("none")) << summary.at("disturbance");
+  EXPECT_THROW(draw_furrow(dir / "out", dir / "furrow.svg"), std::runtime_error);
 }
 
 }  // namespace
