@@ -1,5 +1,6 @@
 #!/usr/bin/env pvpython
-"""Opens the results in a folder with ParaView's own reader and says what it finds, a line each: BLOCK points cells arrays.
+"""Opens the results in a folder with ParaView's own reader and says what it finds, a line each:
+BLOCK|points|cells|arrays of points|arrays of cells; last, how many readers would take the file.
 
     pvpython paraview_read.py FILE.xdmf
 """
@@ -32,3 +33,10 @@ def arrays(of):
 for name, data in leaves(simple.servermanager.Fetch(reader), "whole"):
     print("|".join([name.split("[")[0], str(data.GetNumberOfPoints()), str(data.GetNumberOfCells()),
                     ",".join(sorted(arrays(data.GetPointData()))), ",".join(sorted(arrays(data.GetCellData())))]))
+
+# Where several readers know a file's name, ParaView asks which.
+manager = simple.servermanager.vtkSMProxyManager.GetProxyManager()
+factory = manager.GetReaderFactory()
+factory.UpdateAvailableReaders()
+known = factory.GetReaders(sys.argv[1], manager.GetActiveSession())
+print("readers", known.GetNumberOfStrings() // 3)
