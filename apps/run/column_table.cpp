@@ -62,8 +62,6 @@ const coupling::ServoState& servo_of_surface(const ColumnSources& from, const Su
 constexpr ColumnOf<SurfaceRecord> servos[] = {
     {"load", "N", [](const ColumnSources& f, const SurfaceRecord& s) { return servo_of_surface(f, s).load; }, true},
     {"resistance", "N", [](const ColumnSources& f, const SurfaceRecord& s) { return servo_of_surface(f, s).force; },
-     true},
-    {"travel", "m", [](const ColumnSources& f, const SurfaceRecord& s) { return servo_of_surface(f, s).travel; },
      true}};
 
 /// Sum over the bodies that touch soil; each may carry several surfaces.
