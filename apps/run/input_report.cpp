@@ -11,6 +11,7 @@
 #include "apps/scenario/library.hpp"
 #include "apps/scenario/shapes/mesh_file.hpp"
 #include "apps/scenario/units.hpp"
+#include "libdem/laws/contact.hpp"
 
 namespace subsoil::app {
 namespace {
