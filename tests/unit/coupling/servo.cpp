@@ -88,7 +88,10 @@ TEST(Servo, LagHoldsAPlateThatDampingWouldThrow) {
       s.step();
       if (n > 40000) worst = std::max(worst, std::abs(s.servo(0).error));
     }
-    lag > 0 ? EXPECT_LT(worst, 0.02) : EXPECT_GT(worst, 1);
+    if (lag > 0)
+      EXPECT_LT(worst, 0.02);
+    else
+      EXPECT_GT(worst, 1);
   }
 }
 
