@@ -31,7 +31,7 @@ std::vector<dem::Vec3> block() {
 
 struct Given {
   double half_width = 0.1, depth = 0.16, strain = 0;  ///< of the box that is loosened upward from its bottom
-  dem::Vec3 shift;                                    ///< and moved as a whole
+  dem::Vec3 shift{};                                  ///< and moved as a whole
 };
 
 /// Two frames: the block, and the block after; a tool 20 mm wide and 160 mm deep has gone through.
