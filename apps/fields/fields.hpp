@@ -16,14 +16,14 @@ struct FieldSection {
 };
 
 struct FieldsRequest {
-  std::filesystem::path run;
-  std::filesystem::path out;  ///< without its suffix; empty: RUN/fields
+  std::filesystem::path run{};
+  std::filesystem::path out{};  ///< without its suffix; empty: RUN/fields
   FieldKernel::Kind kernel = FieldKernel::Kind::lucy;
-  std::optional<double> width;    ///< m; left out: mean diameter
-  std::optional<double> spacing;  ///< m; left out: half the width, or what makes `most_points`
-  std::optional<FieldSection> section;
-  std::vector<double> times;  ///< s, of the nearest frames; empty: the last one, or
-  bool all = false;           ///< every one
+  std::optional<double> width{};    ///< m; left out: mean diameter
+  std::optional<double> spacing{};  ///< m; left out: half the width, or what makes `most_points`
+  std::optional<FieldSection> section{};
+  std::vector<double> times{};  ///< s, of the nearest frames; empty: the last one, or
+  bool all = false;             ///< every one
   static constexpr double most_points = 2e6;
 };
 

@@ -205,7 +205,9 @@ TEST(CoarseGraining, ColumnAtRestCarriesItsWeight) {
         carried += f.contact_stress[at][4] * h * h, layer += f.density[at] * h * h * h;
       }
     above += 0.5 * layer;
-    if (grid.low.y + h * static_cast<double>(j) > 2 * w) EXPECT_NEAR(carried, 9.81 * above, 4e-3 * weight) << j;
+    if (grid.low.y + h * static_cast<double>(j) > 2 * w) {
+      EXPECT_NEAR(carried, 9.81 * above, 4e-3 * weight) << j;
+    }
     above += 0.5 * layer;
   }
   EXPECT_NEAR(9.81 * above, weight, 3e-4 * weight);
