@@ -12,7 +12,7 @@ namespace {
 
 /// Spheres of several sizes that fall on a floor of triangles between planes; a box on edge stands out of it.
 Bed pile(Precision precision, int threads, bool loads = false) {
-  BedOptions options = quiet({0.3, -9.81, 0}, threads);
+  BedOptions options = quiet({0.3, -30, 0}, threads);
   options.precision = precision;
   Bed bed(table(grains(5e4, 0.5, 0.4, 0.1)), options);
   Dice dice(7);
@@ -35,7 +35,7 @@ Bed pile(Precision precision, int threads, bool loads = false) {
   return bed;
 }
 
-constexpr double step = 1e-5;
+constexpr double step = 2e-5;
 
 /// Sum of what the contacts give each sphere, by id.
 std::map<std::uint32_t, Vec3> sums(const std::vector<ContactRecord>& contacts) {
@@ -63,7 +63,7 @@ void expect_sums(Precision precision, double tolerance) {
     off = std::max(off, norm(sum[s.id[k]] + mass * bed.options().gravity - s.force[k]));
   }
   EXPECT_GT(pairs, 300);
-  EXPECT_GT(surfaces, 60);
+  EXPECT_GT(surfaces, 40);
   EXPECT_GT(largest, 0.1);
   EXPECT_LT(off, tolerance * largest);
   for (int b = 0; b < bed.boundary_count(); ++b) {
@@ -85,7 +85,7 @@ TEST(ContactRecords, AskingForThemChangesNoBitNorDoThreads) {
   for (const auto& [threads, asks] : {std::pair{1, false}, {1, true}, {3, true}}) {
     Bed bed = pile(Precision::doubles, threads, asks);
     std::vector<ContactRecord> contacts;
-    for (int n = 0; n < 4000; ++n) bed.step(step, {.contacts = asks ? &contacts : nullptr});
+    for (int n = 0; n < 3000; ++n) bed.step(step, {.contacts = asks && n % 20 == 19 ? &contacts : nullptr});
     hashes.push_back(hash(bed));
     double work = 0;
     for (const ContactRecord& c : contacts) work = 0.7 * work + dot(c.force, c.velocity);
@@ -233,12 +233,12 @@ TEST(SurfaceLoads, CylinderBearsThemOnTheTrianglesThatDrawIt) {
 /// Through a saved state as through none.
 TEST(SurfaceLoads, GoOnFromAState) {
   Bed straight = pile(Precision::doubles, 1, true), half = pile(Precision::doubles, 1, true);
-  for (int n = 0; n < 6000; ++n) straight.step(step);
-  for (int n = 0; n < 3000; ++n) half.step(step);
+  for (int n = 0; n < 4000; ++n) straight.step(step);
+  for (int n = 0; n < 2000; ++n) half.step(step);
   const Bed::State state = half.save();
   Bed on = pile(Precision::doubles, 1, true);
   on.restore(state);
-  for (int n = 0; n < 3000; ++n) on.step(step);
+  for (int n = 0; n < 2000; ++n) on.step(step);
   ASSERT_EQ(hash(on), hash(straight));
   const auto &a = straight.boundary(4).loads->faces, &b = on.boundary(4).loads->faces;
   double sum = 0;
