@@ -77,7 +77,7 @@ TEST(Disturbance, OfALiftIsItsArea) {
   // Whole columns and rows of the lattice: 11 of 2 cm lie within 10 cm of the middle... z = -0.1 ... 0.1 without the
   // ends.
   const int columns = 9, rows = 8;
-  EXPECT_NEAR(f.disturbed_area, columns * rows * d * d, 1e-9);
+  EXPECT_NEAR(f.disturbed_area, columns * rows * d * d, 1e-8);  // radii are floats
   EXPECT_NEAR(f.heave, up, 1e-6);
   EXPECT_NEAR(f.heap_area, columns * d * up, 1e-8);
   EXPECT_NEAR(f.furrow_area, 0, 1e-9);
@@ -120,7 +120,7 @@ TEST(Disturbance, FurrowHasDepthWidthAndRidges) {
   const Disturbance found = after({.half_width = 0.05, .shift = {0, -0.015, 0}});
   ASSERT_TRUE(found.furrow) << found.why;
   EXPECT_NEAR(found.furrow->depth, 0.015, 1e-6);
-  EXPECT_NEAR(found.furrow->width, 5 * d, 1e-9);
+  EXPECT_NEAR(found.furrow->width, 5 * d, 1e-8);
   EXPECT_NEAR(found.furrow->furrow_area, 5 * d * 0.015, 1e-8);
   EXPECT_TRUE(std::isnan(found.furrow->ridge_to_ridge)) << "no side rose";
   EXPECT_LT(found.furrow->swell, 0);
@@ -158,7 +158,7 @@ TEST(Disturbance, IsDrawn) {
 TEST(Disturbance, SaysWhyThereIsNone) {
   const RunDirectory dir;
   const std::string text = dir.scenario(trench);
-  ASSERT_EQ(run_scenario(text, dir / "out", {"time.end=20 ms", "output.every=10 ms"}), exit_ok);
+  ASSERT_EQ(run_scenario(text, dir / "out", {"time.end=80 ms", "output.every=20 ms"}), exit_ok);
   const nlohmann::json summary = summary_of(dir / "out");
   EXPECT_TRUE(summary.at("disturbance").contains("none")) << summary.at("disturbance");
   EXPECT_THROW(draw_furrow(dir / "out", dir / "furrow.svg"), std::runtime_error);
