@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,7 @@ struct SurfaceRecord {
   int body = 0;          ///< of the machine, for Owner::machine
   Vec3 reference{};      ///< point of its wrench in the axes of its pose
   bool moves = false;
+  std::optional<WearSection> wear{};
 };
 
 /// Spheres of the bed that keep their velocity, by the name that the scenario gives them.

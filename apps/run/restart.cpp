@@ -87,7 +87,8 @@ void check_numbers(const SavedRun& saved, const std::filesystem::path& file) {
   };
   if (!std::isfinite(saved.time) || std::abs(saved.time) > 1e12 || !finite(saved.coupling) || !finite(saved.machine) ||
       !finite(saved.bed.spheres) || !finite(saved.bed.pairs) || !finite(saved.bed.bonds) ||
-      !finite(saved.bed.surfaces) || !finite(saved.bed.scalars) || !(saved.soil_step >= 0 && saved.soil_step < 1e6))
+      !finite(saved.bed.surfaces) || !finite(saved.bed.scalars) || !finite(saved.bed.loads) ||
+      !(saved.soil_step >= 0 && saved.soil_step < 1e6))
     throw std::runtime_error(file.string() + ": holds numbers that are not finite or beyond 1e30; the file is damaged");
   if (!saved.has_bed) return;
   const std::size_t count = saved.bed.ids.size() / 2;
@@ -121,6 +122,7 @@ SavedRun read_run(const std::filesystem::path& file) {
                                    "bed/calm",
                                    "bed/frozen",
                                    "bed/fixed",
+                                   "bed/loads",
                                    "soil",
                                    "soil step",
                                    "layers/",

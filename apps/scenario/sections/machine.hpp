@@ -5,6 +5,7 @@
 
 #include "apps/scenario/sections/beams.hpp"
 #include "apps/scenario/sections/placement.hpp"
+#include "apps/scenario/sections/wear.hpp"
 #include "apps/scenario/shapes/shapes.hpp"
 #include "libmbd/constraint.hpp"
 #include "libmbd/force.hpp"
@@ -62,6 +63,7 @@ struct Surface {
   Vec3 at{};
   Rotation rotation;
   bool touches_soil = true;  // no: drawn only
+  std::optional<WearSection> wear;
 };
 void describe(Fields& v, Surface& s);
 
