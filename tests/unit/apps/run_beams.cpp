@@ -17,7 +17,7 @@ machine:
   beams:
     bar: {points: [0 0 m, 1 0 m], section: {rectangle: 20 40 mm}, young's modulus: 200 GPa, density: 7850 kg/m^3, elements: 4}
   joints:
-    root: {fixed: [ground, bar start]}
+    root: {fixed: [ground, bar start], at: 0 0 m}
   forces:
     load: {force: bar end, along y: -10 N}
 )";
