@@ -26,10 +26,11 @@ void FramesFile::read_particles() {
   if (!h5::exists(file_, "/particles/id")) return;
   id_ = h5::read<std::int64_t>(file_, "/particles/id");
   radius_ = h5::read<float>(file_, "/particles/radius");
+  density_ = h5::read<float>(file_, "/particles/density");
   material_ = h5::read<std::int32_t>(file_, "/particles/material");
   if (h5::exists(file_, "/particles/material names")) materials_ = h5::read_text(file_, "/particles/material names");
-  if (radius_.size() != id_.size() || material_.size() != id_.size())
-    throw std::runtime_error("/particles: id, radius and material differ in length");
+  if (radius_.size() != id_.size() || density_.size() != id_.size() || material_.size() != id_.size())
+    throw std::runtime_error("/particles: id, radius, density and material differ in length");
 }
 
 void FramesFile::read_surfaces() {
@@ -76,6 +77,17 @@ FrameSpheres FramesFile::spheres(std::size_t frame, bool with_velocity) const {
     out.index.push_back(static_cast<std::uint32_t>(found - id_.begin()));
   }
   if (out.index.size() != n) throw std::runtime_error(folder + ": ids and positions differ in length");
+  return out;
+}
+
+std::vector<std::int32_t> FramesFile::counts(std::size_t frame, const std::string& name) const {
+  return h5::read<std::int32_t>(file_, group(frame) + "/" + name);
+}
+
+FrameContacts FramesFile::contact_forces(std::size_t frame) const {
+  const std::string folder = group(frame) + "/contact forces";
+  FrameContacts out{h5::read<float>(file_, folder + "/ends"), h5::read<float>(file_, folder + "/force")};
+  if (out.ends.size() != 2 * out.force.size()) throw std::runtime_error(folder + ": ends and forces differ in length");
   return out;
 }
 

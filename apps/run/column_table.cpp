@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "libmbd/elements.hpp"
+#include "libmbd/measures/beam.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -51,6 +52,18 @@ constexpr ColumnOf<Owner> wrench_of[] = {
     {"My", "N m", moment<Owner, 1>, false}, {"Mz", "N m", moment<Owner, 2>, false}};
 
 constexpr ColumnOf<SurfaceRecord> places[] = {{"x", "m", place<0>}, {"y", "m", place<1>}, {"z", "m", place<2>}};
+
+/// A servo answers in the step: its load is that of t_n as its force is.
+const coupling::ServoState& servo_of_surface(const ColumnSources& from, const SurfaceRecord& s) {
+  const auto& motions = from.world.motions;
+  const auto found =
+      std::find_if(motions.begin(), motions.end(), [&](const auto& m) { return m.boundary == s.boundary; });
+  return from.simulation.servo(static_cast<std::size_t>(found - motions.begin()));
+}
+constexpr ColumnOf<SurfaceRecord> servos[] = {
+    {"load", "N", [](const ColumnSources& f, const SurfaceRecord& s) { return servo_of_surface(f, s).load; }, true},
+    {"resistance", "N", [](const ColumnSources& f, const SurfaceRecord& s) { return servo_of_surface(f, s).force; },
+     true}};
 
 /// Sum over the bodies that touch soil; each may carry several surfaces.
 template <int Axis>
@@ -114,6 +127,9 @@ const ColumnFamily<FixedBody> fixed_columns{"FIXED", Taken::step, wrench_of<Fixe
                                             "which moves with them"};
 const ColumnFamily<SurfaceRecord> path_columns{"BOUNDARY", Taken::instant, places,
                                                "place of a boundary on a given path, world axes"};
+const ColumnFamily<SurfaceRecord> servo_columns{"BOUNDARY", Taken::step, servos,
+                                                "of a boundary with a `servo`: the load it is to meet, what the "
+                                                "spheres resist along its line, how far it has come"};
 const ColumnFamily<SoilAsWhole> draft_columns{
     "soil", Taken::step, drafts,
     "with a machine: the soil's force on all its bodies, rearward (minus the sum of Fx) and upward (the sum of Fy)"};
@@ -135,6 +151,13 @@ template <class Force>
 MachineColumns of_force(const char* owner, const char* meaning) {
   MachineColumns out{owner, {}, meaning};
   for (const auto& column : Force::columns) out.columns.emplace_back(column.name, column.unit);
+  return out;
+}
+
+template <class Measure>
+MachineColumns of_measure(const char* owner, const char* meaning) {
+  MachineColumns out{owner, {}, meaning};
+  for (const auto& column : Measure{}.columns()) out.columns.emplace_back(column.suffix, column.unit);
   return out;
 }
 
@@ -163,6 +186,14 @@ std::vector<MachineColumns> machine_columns() {
       of_force<mbd::AppliedForce>("LOAD", "an applied force or drag, world axes"),
       of_force<mbd::Bushing>("BUSHING",
                              "on the second body, in the bushing's axes; how far its point is off the first's"),
+      of_force<mbd::BeamElement>(
+          "BEAM",
+          "a beam between two bodies, or the element `BEAM element 3` of a beam: tension "
+          "positive; shear in its middle; bending moments at its ends, positive where they turn "
+          "the second counter-clockwise; the larger stress of the two, of axial force and moment"),
+      of_measure<mbd::BeamMeasure>("BEAM",
+                                   "a beam: its end seen from its start, less the start pose; largest bending moment "
+                                   "and axial force with their signs; largest stress, and its place along the beam"),
       of_force<mbd::LineContact>("CONTACT",
                                  "on the second body; friction and slip positive along the side with its free side on "
                                  "the left; gap below 0 is the depth"),
@@ -228,7 +259,7 @@ std::string columns_markdown() {
   std::string out = "| columns | are |\n|---|---|\n| `time` [s] | of the row |\n";
   for (const MachineColumns& m : machine_columns()) out += line(m.owner, m.columns, m.meaning);
   out += line(soil_on_body_columns) + line(surface_columns) + line(fixed_columns) + line(path_columns) +
-         line(draft_columns) + line(bed_columns) + line(bond_columns) + line(frozen_columns);
+         line(servo_columns) + line(draft_columns) + line(bed_columns) + line(bond_columns) + line(frozen_columns);
   return out + "| others | your own `machine.measures` and `output.watch` |\n";
 }
 

@@ -54,6 +54,7 @@ void describe(Fields& v, Surface& s) {
   v.vector("at", s.at, "m", "origin of the shape");
   v.section("rotation", s.rotation, "turns the shape about its origin");
   v.flag("touches soil", s.touches_soil, "no: it is drawn only");
+  v.section("wear", s.wear, "keeps pressure, work and wear on each triangle, in frames and in the summary");
 }
 
 void describe(Fields& v, NamedController& c) { c.law.describe(v); }
@@ -105,6 +106,56 @@ class KnownBodies final : public Compound {
 
  private:
   const MachineSection& machine_;
+};
+
+/// Takes what beams stand for out of the lists that are printed, and puts it back.
+class BeamsTakenOut final : public Compound {
+ public:
+  explicit BeamsTakenOut(MachineSection& machine) : machine_(machine) {}
+  void read(Reader&, const Field&) override {}
+  void print(Printer&, const Field&) const override { take_beams_out(machine_); }
+  void list(KeyList&, const Field&) const override {}
+  void outline(Schema&, const Field&) const override {}
+
+ private:
+  MachineSection& machine_;
+};
+
+/// The nodes of beams, as bodies after the given ones.
+class BeamNodes final : public Compound {
+ public:
+  explicit BeamNodes(MachineSection& machine) : machine_(machine) {}
+  void read(Reader& reader, const Field&) override {
+    const std::size_t given = machine_.bodies.size();
+    add_beam_nodes(machine_);
+    for (std::size_t i = given; i < machine_.bodies.size(); ++i) {
+      const BodySection& body = machine_.bodies[i];
+      reader.reading().body_names.push_back(body.name);
+      reader.reading().body_poses.emplace_back(mbd::Vec2{body.at[0], body.at[1]}, body.angle, mbd::Vec2{}, 0.0);
+    }
+  }
+  void print(Printer& printer, const Field&) const override {
+    const std::size_t given = machine_.bodies.size();
+    add_beam_nodes(machine_);
+    for (std::size_t i = given; i < machine_.bodies.size(); ++i) printer.know_body(machine_.bodies[i].name);
+  }
+  void list(KeyList&, const Field&) const override {}
+  void outline(Schema&, const Field&) const override {}
+
+ private:
+  MachineSection& machine_;
+};
+
+class BeamElements final : public Compound {
+ public:
+  explicit BeamElements(MachineSection& machine) : machine_(machine) {}
+  void read(Reader&, const Field&) override { add_beam_elements(machine_); }
+  void print(Printer&, const Field&) const override { add_beam_elements(machine_); }
+  void list(KeyList&, const Field&) const override {}
+  void outline(Schema&, const Field&) const override {}
+
+ private:
+  MachineSection& machine_;
 };
 
 class KnownMarkers final : public Compound {
@@ -161,9 +212,16 @@ class StartWord final : public Compound {
 }  // namespace
 
 void describe(Fields& v, MachineSection& m) {
+  BeamsTakenOut without_beams(m);
+  v.visit_compound({}, without_beams);
   v.named("bodies", m.bodies, "rigid bodies in the x-y plane; `ground` is always there");
   KnownBodies known_bodies(m);
   v.visit_compound({}, known_bodies);  // what follows names them
+  v.named("beams", m.beams,
+          "elastic beams. Of a beam `tine` the bodies `tine start`, `tine 1`, ..., `tine end` are its nodes, which "
+          "joints, forces, markers and surfaces name as others");
+  BeamNodes nodes(m);
+  v.visit_compound({}, nodes);
   v.named("markers", m.markers, "points with axes on bodies or the ground, for measures and pictures");
   KnownMarkers known_markers(m);
   v.visit_compound({}, known_markers);
@@ -178,6 +236,8 @@ void describe(Fields& v, MachineSection& m) {
           "joints that open and close: {trip: {opens: shear pin, reaction above: 20 kN}}, {drop: {opens: hook, at: 0.5 "
           "s}}, {catch: {closes: hook, measure: gap, below: 1 mm}}");
   v.named("surfaces", m.surfaces, "what of the bodies meets the soil, or is drawn");
+  BeamElements elements(m);
+  v.visit_compound({}, elements);
   StartWord start(m.start);
   v.visit_compound({"start", "`pose` as given, or {towing equilibrium: speed}: the steady state found by the program"},
                    start);
@@ -195,6 +255,7 @@ struct MachineChecks : Checks {
   void machine() {
     MachineSection& m = *s.machine;
     if (m.bodies.empty()) refuse("machine.bodies", "is missing: a machine has at least one body");
+    beams(m);
     unique_names(m);
     const Names bodies = names_of(m.bodies);
     for (Surface& surface : m.surfaces) {
@@ -205,6 +266,9 @@ struct MachineChecks : Checks {
       material(path + ".material", surface.material);
       check_shape(*this, path, surface.shape);
       direction(path + ".rotation.axis", surface.rotation.axis);
+      check_wear(*this, path + ".wear", surface.wear);
+      if (surface.wear && !surface.touches_soil)
+        refuse(path + ".wear", "a surface that is drawn only bears nothing; leave one of the two out");
       if (s.soil && surface.touches_soil && surface.material.empty()) {
         refuse(path + ".material", "is missing; a surface in soil needs a material, or `touches soil: no`");
       }
@@ -285,8 +349,7 @@ struct MachineChecks : Checks {
     refuse(path, given, fmt::format("{} {}; write that unit", what, wanted));
   }
 
-  /// The controller that a force names, and the unit of the output that it
-  /// takes.
+  /// The controller that a force names, and the unit of the output that it takes.
   static std::pair<std::string, const char*> driven(const Force& force) {
     return visit(
         []<class Element>(const Element& element) -> std::pair<std::string, const char*> {
@@ -303,6 +366,21 @@ struct MachineChecks : Checks {
           }
         },
         force);
+  }
+
+  void beams(const MachineSection& m) {
+    for (const BeamSection& beam : m.beams) {
+      const std::string path = "machine.beams." + beam.name;
+      material(path + ".material", beam.material);
+      if (beam.lacks_numbers()) continue;  // said already
+      if (!beam.material.empty() && std::holds_alternative<mbd::GivenSection>(beam.section))
+        refuse(path + ".material", "a section by its numbers has no shape that could meet the soil; give its sizes");
+      try {
+        beam.check();
+      } catch (const std::invalid_argument& error) {
+        refuse(path, error.what());
+      }
+    }
   }
 
   void measures(const MachineSection& m) {

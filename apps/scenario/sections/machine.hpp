@@ -3,7 +3,9 @@
 #include <string>
 #include <vector>
 
+#include "apps/scenario/sections/beams.hpp"
 #include "apps/scenario/sections/placement.hpp"
+#include "apps/scenario/sections/wear.hpp"
 #include "apps/scenario/shapes/shapes.hpp"
 #include "libmbd/constraint.hpp"
 #include "libmbd/controllers/pid.hpp"
@@ -13,7 +15,7 @@
 #include "libmbd/marker.hpp"
 #include "libmbd/measure.hpp"
 
-/// The planar multibody system.
+/// The planar multibody system. Lists end with what the beams stand for: see beams.hpp.
 namespace subsoil::app {
 
 using Joint = mbd::AnyJoint;
@@ -79,6 +81,7 @@ struct Surface {
   Vec3 at{};
   Rotation rotation;
   bool touches_soil = true;  // no: drawn only
+  std::optional<WearSection> wear;
 };
 void describe(Fields& v, Surface& s);
 
@@ -90,6 +93,7 @@ struct Start {
 
 struct MachineSection {
   std::vector<BodySection> bodies;
+  std::vector<BeamSection> beams;
   std::vector<mbd::Marker> markers;
   std::vector<NamedJoint> joints;
   std::vector<NamedDriver> drivers;
