@@ -60,10 +60,9 @@ namespace subsoil::mbd {
 using Joints = std::tuple<Revolute, Translational, Fixed, PointOnLine, Distance, DiskOnLine, RollingOnLine, DiskOnDisk,
                           RollingOnDisk, GearPair, GearRatio, RackAndPinion, CamFollower, FlatFacedCam, PointOnCurve>;
 using Drivers = std::tuple<CoordinateDriver, AngleDriver, SlideDriver, DistanceDriver>;
-using Forces =
-    std::tuple<SpringDamper, RotationalSpringDamper, Bushing, BeamElement, AppliedForce, Drag, LineContact, DiskContact,
-               RotationalStop, SlideStop, DistanceStop, WheelOnSoil, GroundElement, JointFriction, HydraulicCylinder,
-               ElectricMotor>;
+using Forces = std::tuple<SpringDamper, RotationalSpringDamper, Bushing, BeamElement, AppliedForce, Drag, LineContact,
+                          DiskContact, RotationalStop, SlideStop, DistanceStop, WheelOnSoil, GroundElement,
+                          JointFriction, HydraulicCylinder, ElectricMotor>;
 
 template <>
 struct ListOf<JointFamily> {

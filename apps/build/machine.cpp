@@ -5,8 +5,8 @@
 
 #include "apps/scenario/load.hpp"
 #include "apps/scenario/units.hpp"
-#include "libmbd/control_input.hpp"
 #include "libmbd/beam.hpp"
+#include "libmbd/control_input.hpp"
 
 namespace subsoil::app {
 namespace {

@@ -16,7 +16,7 @@ namespace subsoil::mbd {
 ///   stress, stress at the largest of all sections (Pa), and where: its place along the beam                   (m)
 ///   strain energy     of all elements                                                                         (J)
 struct BeamMeasure {
-  static constexpr MeasureMembers has{.attach = true};
+  static constexpr MeasureMembers has{.attach = true, .of_solution = true};
   std::string beam{};
   std::vector<std::size_t> elements{};  ///< by their place among the forces
   int start = -1, end = -1;
@@ -56,7 +56,7 @@ struct BeamMeasure {
     double place = 0;
     for (std::size_t k = 0; k < elements.size(); ++k) {
       const BeamElement& e = element(o.system, k);
-      const auto& [axial, shear, moment_a, moment_b, stress] = o.system.values()[elements[k]];
+      const auto& [axial, shear, moment_a, moment_b, stress, none] = o.system.values()[elements[k]];
       larger(out[3], moment_a), larger(out[3], moment_b), larger(out[4], axial);
       if (stress > out[5]) out[5] = stress, out[6] = place + (std::abs(moment_b) > std::abs(moment_a) ? e.length : 0);
       out[7] += o.system.powers()[elements[k]].stored;

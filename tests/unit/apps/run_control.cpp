@@ -153,7 +153,8 @@ TEST(RunControl, InSoilGoesOnWithTheSameBits) {
   std::filesystem::path state;
   for (const auto& entry : std::filesystem::directory_iterator(dir / "whole"))
     if (entry.path().filename().string().starts_with("state-0.04") ||
-        entry.path().filename().string().starts_with("state-0.039")) state = entry.path();
+        entry.path().filename().string().starts_with("state-0.039"))
+      state = entry.path();
   ASSERT_FALSE(state.empty());
   ASSERT_EQ(run_scenario(file, dir / "on", {}, state), exit_ok);
   const Series on = read_series(dir / "on/series.csv");
