@@ -21,6 +21,7 @@ class DesignConstraint {
 
   const std::string& text() const { return text_; }
   bool is_equation() const { return sense_ == 0; }
+  static bool is_equation(const std::string& text);
   /// Left minus right; of >= right minus left: must be at most zero, or zero.
   double excess(const double* values) const;
   /// The larger of both sides, without sign: what a tolerance is a share of.

@@ -138,8 +138,8 @@ void take_place(SensitivityParameter& p, const SensitivityPlan& plan, DesignChec
 }  // namespace
 
 double DesignParameter::place(double value) const {
-  const double u = scale == Scale::log ? std::log(value / least) / std::log(largest / least)
-                                       : (value - least) / (largest - least);
+  const double u =
+      scale == Scale::log ? std::log(value / least) / std::log(largest / least) : (value - least) / (largest - least);
   return std::clamp(u, 0.0, 1.0);
 }
 

@@ -24,8 +24,9 @@ struct DesignParameter {
                   "path of the value in the scenario, several with ; between: parameters.a; left out: it stands in "
                   "formulas alone, as a bound on several numbers that is minimised");
     v.span("between", least, largest, "1", "(-inf, inf)", "bounds, in `unit`");
-    v.text("unit", unit, "unit of the bounds, of the value that is put in, and of the parameter in formulas; left out: "
-                         "a number");
+    v.text("unit", unit,
+           "unit of the bounds, of the value that is put in, and of the parameter in formulas; left out: "
+           "a number");
     v.quantity("start", start, "1", "(-inf, inf)",
                "where the first search begins; left out: what the scenario has, else the middle of the bounds");
     v.choice("scale", scale, {{"linear", Scale::linear}, {"log", Scale::log}},
@@ -46,7 +47,7 @@ struct OptimisePlan {
   std::vector<std::string> constraints;  ///< of `constraints_text`
   SearchMethod method = SearchMethod::automatic;
   long starts = 3, evaluations = 200, seed = 1, threads = 1;
-  double tolerance = 1e-4, constraint_tolerance = 1e-6;
+  double tolerance = 1e-4, constraint_tolerance = 1e-5;
   std::optional<long> at_once;
 
   template <class V>
@@ -55,7 +56,8 @@ struct OptimisePlan {
     v.text("title", title, "one line about what this is");
     v.file("scenario", scenario, "scenario whose values are the design, beside the plan");
     v.joined_text("set", set, "path=value for all runs, several with ; between, or a list");
-    v.named("parameters", parameters, "what may be changed, with bounds; names are words of formulas: letters, digits, _");
+    v.named("parameters", parameters,
+            "what may be changed, with bounds; names are words of formulas: letters, digits, _");
     v.named("numbers", numbers, "what is taken of every run, in SI units; names are words of formulas");
     v.text("minimise", minimise, "formula in numbers and parameters whose least value is sought");
     v.text("maximise", maximise, "in its place: formula whose largest value is sought");

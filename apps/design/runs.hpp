@@ -13,8 +13,8 @@ struct StudyInterrupted : std::runtime_error {
   StudyInterrupted() : std::runtime_error("interrupted") {}
 };
 
-/// Runs of a study whose points are found on the way, in FOLDER/points as those of a sweep. The same points asked for in
-/// the same order have the same numbers, so that a study that was killed reads what it had run.
+/// Runs of a study whose points are found on the way, in FOLDER/points as those of a sweep. The same points asked for
+/// in the same order have the same numbers, so that a study that was killed reads what it had run.
 class GrowingStudy {
  public:
   GrowingStudy(Study study, std::filesystem::path folder, PoolOptions pool);

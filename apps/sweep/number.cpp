@@ -75,8 +75,10 @@ Part part_of(const RunFolder& run, const SweepNumber& n) {
   const Record& time = run.series->at("time");
   constexpr double rounding = 1e-9;
   Part part;
-  part.begin = static_cast<std::size_t>(std::lower_bound(time.begin(), time.end(), window.from - rounding) - time.begin());
-  part.end = static_cast<std::size_t>(std::upper_bound(time.begin(), time.end(), window.until + rounding) - time.begin());
+  part.begin =
+      static_cast<std::size_t>(std::lower_bound(time.begin(), time.end(), window.from - rounding) - time.begin());
+  part.end =
+      static_cast<std::size_t>(std::upper_bound(time.begin(), time.end(), window.until + rounding) - time.begin());
   part.end = std::max(part.begin, part.end);
   part.time = part.of(time);
   return part;
