@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "apps/output/atomic_file.hpp"
 #include "apps/output/csv.hpp"
+#include "apps/report/statistics.hpp"
 #include "apps/scenario/ranges.hpp"
 
 namespace subsoil::app {
@@ -75,18 +77,20 @@ std::string unit_text(const SensitivityParameter& p) { return p.unit.empty() ? "
 }  // namespace
 
 Slope extrapolated_slope(const std::vector<double>& differences) {
-  const std::size_t n = differences.size();
-  std::vector<std::vector<double>> table(n);
+  const auto n = static_cast<Eigen::Index>(differences.size());
+  const Eigen::Map<const Eigen::VectorXd> d(differences.data(), n);
+  Eigen::VectorXd h(n);  // over the first
+  for (Eigen::Index i = 0; i < n; ++i) h[i] = std::pow(step_ratio, -static_cast<double>(i));
   Slope best{differences.front(), std::numeric_limits<double>::infinity()};
-  for (std::size_t i = 0; i < n; ++i) {
-    table[i].push_back(differences[i]);
-    double power = step_ratio * step_ratio;
-    for (std::size_t j = 1; j <= i; ++j, power *= step_ratio * step_ratio) {
-      table[i].push_back((table[i][j - 1] * power - table[i - 1][j - 1]) / (power - 1));
-      const double error =
-          std::max(std::abs(table[i][j] - table[i][j - 1]), std::abs(table[i][j] - table[i - 1][j - 1]));
-      if (error < best.error) best = {table[i][j], error};
-    }
+  for (Eigen::Index terms = 2; terms <= 4; ++terms) {
+    Eigen::MatrixXd x(n, terms);
+    for (Eigen::Index k = 0; k < terms; ++k) x.col(k) = h.array().pow(2.0 * static_cast<double>(k) + 1);
+    const Eigen::VectorXd y = h.cwiseProduct(d), fit = x.colPivHouseholderQr().solve(y);
+    const auto freedom = static_cast<double>(n - terms);
+    const double scatter = (y - x * fit).squaredNorm() / freedom;
+    const double variance = (x.transpose() * x).ldlt().solve(Eigen::VectorXd::Unit(terms, 0))[0];
+    const double error = student_95(freedom) * std::sqrt(scatter * variance);
+    if (error < best.error) best = {fit[0], error};
   }
   return best;
 }

@@ -13,11 +13,13 @@ struct Slope {
   double value = 0, error = 0;
 };
 
-/// Central differences over steps h_i = h_0/1.4^i, extrapolated to h = 0 by Richardson's table in h^2; the value is the
-/// entry that differs least from its neighbours in the table, and that difference the error. It rises again where
-/// rounding and the integrator's tolerance tell, so that the best step is found by itself. Source: Ridders, Advances in
-/// Engineering Software 4 (1982) 75.
-/// @param differences (f(x + h_i) - f(x - h_i))/(2 h_i)
+/// The limit of central differences for step 0: least squares of
+///   d(h) = a + b h^2 (+ c h^4 (+ d h^6)),   weights h
+/// since what integrator and rounding add to a difference falls with 1/h. Of the three orders the one whose a has the
+/// narrowest 95 % interval (Student's t, from the residuals): a high one where the numbers are smooth, a low one where
+/// they are noisy. The interval is the error. Richardson's table with the smallest difference of its entries (Ridders
+/// 1982) lost: among noisy entries two agree by chance, a thousand times better than they are right.
+/// @param differences (f(x + h_i) - f(x - h_i))/(2 h_i), h_i = h_0/1.4^i
 Slope extrapolated_slope(const std::vector<double>& differences);
 inline constexpr double step_ratio = 1.4;
 inline constexpr std::size_t step_count = 7;

@@ -82,7 +82,7 @@ double farthest(const Ending& a, const Ending& b) {
 
 constexpr double time_of_run = 0.5;
 
-/// How much a disturbance of 1e-9 m/s and rad/s in the first body's velocity grows: what no integrator can do away
+/// How much a disturbance of 1e-6 m/s and rad/s in the first body's velocity grows: what no integrator can do away
 /// with.
 double growth(Model model) {
   const MachineOptions fine{.integrator = IntegratorKind::cvode, .cvode = {.rtol = 1e-12, .atol = 1e-12}};
@@ -104,13 +104,15 @@ void expect_agreement(unsigned seed, bool with_ida) {
   const Ending fixed = moved(model, {.integrator = IntegratorKind::adams_moulton}, time_of_run, 1e-4);
   const double grows = growth(model);
   EXPECT_FALSE(fine.stopped && fine.words.empty()) << which;
-  if (!fine.stopped && !fixed.stopped && !fine.warned && !fixed.warned)
+  if (!fine.stopped && !fixed.stopped && !fine.warned && !fixed.warned) {
     EXPECT_LT(farthest(fine, fixed), 1e-7 * grows) << which << ", growth " << grows;
+  }
   if (!with_ida) return;
   const Ending implicit =
       moved(model, {.integrator = IntegratorKind::ida, .ida = {.rtol = 1e-8, .atol = 1e-8}}, time_of_run, 0.01);
-  if (!fine.stopped && !implicit.stopped && !fine.warned && !implicit.warned)
+  if (!fine.stopped && !implicit.stopped && !fine.warned && !implicit.warned) {
     EXPECT_LT(farthest(fine, implicit), 1e-6 * grows) << which << ", growth " << grows;
+  }
 }
 
 /// The share that stops or warns must stay small, or the agreement says nothing.
