@@ -20,7 +20,7 @@ namespace {
 
 using test::message_of;
 using test::Scratch;
-const std::string configs = subsoil::test::source_dir() + "/configs/design/";
+const std::string configs = subsoil::test::source_dir() + "/configs/";
 
 /// Exit code and words of the program.
 std::pair<int, std::string> said(const std::string& arguments) {
@@ -112,7 +112,8 @@ std::complex<double> crank_integral(std::complex<double> k, std::complex<double>
 // The example of SUNDIALS prints 3.33662, 0.33346 and -0.36375 at tolerances of 1e-6; the reference has ten digits.
 TEST(SensitivityRuns, AgreeWithTheSliderCrankInOneCoordinate) {
   const Scratch folder;
-  const auto [code, words] = said("sensitivity " + configs + "slider-crank.yaml --out " + (folder / "s").string());
+  const auto [code, words] =
+      said("sensitivity " + configs + "sensitivity/slider-crank.yaml --out " + (folder / "s").string());
   ASSERT_EQ(code, 0) << words;
   const auto rows = rows_of(folder / "s/sensitivity.csv");
   ASSERT_EQ(rows.size(), 2U);
@@ -197,7 +198,7 @@ TEST(Search, EveryMethodFindsAnOptimumInAndOnTheEdgeOfItsConstraint) {
 TEST(OptimiseRuns, FindTheTunedAbsorberOfAStruckMass) {
   const Scratch folder;
   const auto [code, words] =
-      said("optimise " + configs + "absorber.yaml --set starts=1 --out " + (folder / "o").string());
+      said("optimise " + configs + "optimise/absorber.yaml --set starts=1 --out " + (folder / "o").string());
   ASSERT_EQ(code, 0) << words;
   constexpr double mu = 0.1;
   const double tuning = std::sqrt(1 + mu / 2) / (1 + mu);
@@ -305,16 +306,16 @@ TEST(OptimisePlan, RefusesWithPlaceAndCureBeforeAnythingRuns) {
 }
 
 TEST(DesignConfigs, AreRead) {
-  EXPECT_EQ(load_optimise(configs + "absorber.yaml").parameters[0].start, 0.1);
-  EXPECT_EQ(load_optimise(configs + "four-bar.yaml").constraints.size(), 2U);
-  EXPECT_EQ(load_sensitivity(configs + "slider-crank.yaml").parameters[1].at, 1);
+  EXPECT_EQ(load_optimise(configs + "optimise/absorber.yaml").parameters[0].start, 0.1);
+  EXPECT_EQ(load_optimise(configs + "optimise/four-bar.yaml").constraints.size(), 2U);
+  EXPECT_EQ(load_sensitivity(configs + "sensitivity/slider-crank.yaml").parameters[1].at, 1);
 }
 
 // The points are those of a known four-bar: its lengths come out, to what a share of 1e-4 of the bounds leaves.
 TEST(FourBarSynthesis, FindsTheLengthsThatMadeThePoints) {
   const Scratch folder;
   const auto [code, words] =
-      said("optimise " + configs + "four-bar.yaml --set starts=1 --out " + (folder / "o").string());
+      said("optimise " + configs + "optimise/four-bar.yaml --set starts=1 --out " + (folder / "o").string());
   ASSERT_EQ(code, 0) << words;
   std::vector<std::string> best;
   for (const auto& row : rows_of(folder / "o/optimise.csv"))
