@@ -1,5 +1,6 @@
 #include "coupling/simulation.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -12,7 +13,12 @@ dem::Pose pose_of(const mbd::BodyState& body) {
 
 Simulation::Simulation(dem::Bed* bed, mbd::Machine* machine, std::vector<BodySurface> surfaces,
                        std::vector<GivenMotion> motions, SimulationOptions options)
-    : bed_(bed), machine_(machine), surfaces_(std::move(surfaces)), motions_(std::move(motions)), options_(options) {
+    : bed_(bed),
+      machine_(machine),
+      surfaces_(std::move(surfaces)),
+      motions_(std::move(motions)),
+      options_(options),
+      servos_(motions_.size()) {
   if (bed_ == nullptr && machine_ == nullptr) throw std::invalid_argument("a simulation needs soil or a machine");
   if (bed_ != nullptr && !(options_.soil_step > 0)) throw std::invalid_argument("the soil step must be positive");
   if (bed_ == nullptr && !(options_.machine_step > 0)) throw std::invalid_argument("the machine step must be positive");
@@ -31,9 +37,28 @@ double Simulation::time() const { return time_; }
 dem::Pose Simulation::surface_pose(int boundary) const {
   for (const BodySurface& s : surfaces_)
     if (s.boundary == boundary) return pose_of(body(s.body));
-  for (const GivenMotion& m : motions_)
-    if (m.boundary == boundary) return m.pose(time_);
+  for (std::size_t i = 0; i < motions_.size(); ++i)
+    if (motions_[i].boundary == boundary) return pose_at(i, time_);
   return bed_->boundary(boundary).pose;
+}
+
+/// Of now; of a servo also shortly after, as it goes.
+dem::Pose Simulation::pose_at(std::size_t motion, double time) const {
+  const GivenMotion& m = motions_[motion];
+  dem::Pose pose = m.pose(time);
+  if (m.servo) {
+    const ServoState& s = servos_[motion];
+    pose.position += m.servo->along * (s.travel + s.velocity * (time - time_));
+  }
+  return pose;
+}
+
+/// Forces are those of t_n, poses become those of t_{n+1}.
+void Simulation::advance_servos() {
+  for (std::size_t i = 0; i < motions_.size(); ++i)
+    if (motions_[i].servo)
+      servos_[i].advance(*motions_[i].servo, bed_->boundary(motions_[i].boundary).wrench.force, time_,
+                         options_.soil_step);
 }
 
 mbd::BodyState Simulation::body(int body) const {
@@ -68,16 +93,16 @@ void Simulation::place_surfaces() {
     const mbd::BodyState on = body(s.body);
     place(bed_->boundary(s.boundary), pose_of(on), {on.v.x, on.v.y, 0}, {0, 0, on.omega});
   }
-  for (const GivenMotion& m : motions_) {
-    dem::Boundary& b = bed_->boundary(m.boundary);
+  for (std::size_t i = 0; i < motions_.size(); ++i) {
+    dem::Boundary& b = bed_->boundary(motions_[i].boundary);
     if (stepped_) {
-      place(b, m.pose(time_), {}, {});
+      place(b, pose_at(i, time_), {}, {});
       continue;
     }
     // Velocity at the start itself, from what comes after: before it a motion may have stood still. With p at 0, dt/2
     // and dt, p' = (4 p_1 - 3 p_0 - p_2)/dt to second order.
     const double dt = options_.soil_step;
-    const dem::Pose now = m.pose(time_), half = m.pose(time_ + 0.5 * dt), whole = m.pose(time_ + dt);
+    const dem::Pose now = pose_at(i, time_), half = pose_at(i, time_ + 0.5 * dt), whole = pose_at(i, time_ + dt);
     const auto moved = [&](const dem::Pose& to) { return to.position - now.position; };
     const auto turned = [&](const dem::Pose& to) { return dem::small_rotation(now.attitude, to.attitude, 1); };
     place(b, now, (4.0 * moved(half) - moved(whole)) * (1 / dt), (4.0 * turned(half) - turned(whole)) * (1 / dt));
@@ -126,6 +151,7 @@ void Simulation::step(const dem::Bed::Request& request) {
   place_surfaces();
   bed_->step(options_.soil_step, request);
   stepped_ = true;
+  advance_servos();  // by the load at t_n
   time_ = bed_->time();
   gather(1.0 / options_.soil_steps);
   if (++in_window_ < options_.soil_steps) return;
@@ -153,11 +179,19 @@ std::vector<double> Simulation::save() const {
   for (const dem::Wrench& w : window_)
     out.insert(out.end(), {w.force.x, w.force.y, w.force.z, w.moment.x, w.moment.y, w.moment.z});
   for (const auto& a : acceleration_) out.insert(out.end(), a.begin(), a.end());
+  for (std::size_t i = 0; i < motions_.size(); ++i) {
+    if (!motions_[i].servo) continue;
+    const ServoState& s = servos_[i];
+    out.insert(out.end(), {s.travel, s.velocity, s.integral, s.error, s.force, s.load, s.began ? 1.0 : 0.0});
+  }
   return out;
 }
 
 void Simulation::restore(const std::vector<double>& state) {
-  if (state.size() != 2 + 9 * window_.size()) throw std::invalid_argument("restart: the state has another machine");
+  const auto servos =
+      std::count_if(motions_.begin(), motions_.end(), [](const auto& m) { return m.servo.has_value(); });
+  if (state.size() != 2 + 9 * window_.size() + ServoState::kNumbers * static_cast<std::size_t>(servos))
+    throw std::invalid_argument("restart: the state has another machine, or other servos");
   const double* at = state.data();
   in_window_ = static_cast<int>(*at++);
   stepped_ = *at++ != 0;
@@ -167,6 +201,12 @@ void Simulation::restore(const std::vector<double>& state) {
   }
   for (auto& a : acceleration_)
     for (double& x : a) x = *at++;
+  for (std::size_t i = 0; i < motions_.size(); ++i) {
+    if (!motions_[i].servo) continue;
+    ServoState& s = servos_[i];
+    for (double* x : {&s.travel, &s.velocity, &s.integral, &s.error, &s.force, &s.load}) *x = *at++;
+    s.began = *at++ != 0;
+  }
   time_ = bed_ != nullptr ? bed_->time() : machine_->time();
   if (bed_ == nullptr) return;
   // The poses of the step before came back with the bed, for the next step's velocities; a run saved before its first

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "coupling/servo.hpp"
 #include "libdem/bed.hpp"
 #include "libmbd/machine.hpp"
 
@@ -18,10 +19,11 @@ struct BodySurface {
   int boundary = 0;  ///< index in the bed
 };
 
-/// A boundary on a given path.
+/// A boundary on a given path, which a servo, if there is one, shifts along its line.
 struct GivenMotion {
   int boundary = 0;
   std::function<dem::Pose(double time)> pose;
+  std::optional<Servo> servo{};
 };
 
 /// What soil and machine did to each other through the machine's surfaces since the start, J.
@@ -71,6 +73,8 @@ class Simulation {
   const std::vector<BodySurface>& surfaces() const { return surfaces_; }
   /// Where a boundary's surface stands now (t_{n+1}), for drawing.
   dem::Pose surface_pose(int boundary) const;
+  /// Of a given motion, by its place in their list; what has no servo has stayed at zero.
+  const ServoState& servo(std::size_t motion) const { return servos_[motion]; }
   /// A body of the machine at t_{n+1}: as the machine has it at a window's end, carried on with its velocity and
   /// acceleration of the window's start inside.
   mbd::BodyState body(int body) const;
@@ -83,6 +87,8 @@ class Simulation {
   void place(dem::Boundary& boundary, const dem::Pose& pose, const dem::Vec3& velocity,
              const dem::Vec3& angular_velocity);
   void place_surfaces();
+  dem::Pose pose_at(std::size_t motion, double time) const;
+  void advance_servos();
   void gather(double share);
   void take_accelerations();
   void advance_machine();
@@ -92,6 +98,7 @@ class Simulation {
   std::vector<BodySurface> surfaces_;
   std::vector<GivenMotion> motions_;
   SimulationOptions options_;
+  std::vector<ServoState> servos_;                   ///< by given motion
   std::vector<dem::Wrench> soil_on_body_, window_;   ///< per body; window: sum of shares
   std::vector<std::array<double, 3>> acceleration_;  ///< of bodies at the window's start
   int in_window_ = 0;

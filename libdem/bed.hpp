@@ -10,6 +10,7 @@
 
 #include "libdem/base/fault.hpp"
 #include "libdem/contacts/bond_record.hpp"
+#include "libdem/contacts/contact_record.hpp"
 #include "libdem/geometry/boundary.hpp"
 #include "libdem/laws/law_table.hpp"
 #include "libdem/particles/fixed.hpp"
@@ -97,6 +98,8 @@ class Bed {
   struct Request {
     bool energy = false;           ///< fill energy() during this step (valid at t_n)
     Snapshot* snapshot = nullptr;  ///< fill with the state at t_n
+    /// Fill with all contacts that carry a force at t_n, in an order that the lists fix: costs some steps' time.
+    std::vector<ContactRecord>* contacts = nullptr;
   };
   /// Advances by dt, s. Boundaries must stand at t_n. Throws BedFault; the snapshot, if asked for, is filled before.
   void step(double dt, const Request& request);
@@ -165,6 +168,7 @@ class Bed {
     std::vector<std::int64_t> calm;  ///< of each sphere for the active region; empty without
     std::vector<double> frozen;      ///< BedEnergy::frozen; empty without
     std::vector<double> fixed;       ///< work of fixed spheres, and what acted on each; empty without
+    std::vector<double> loads;       ///< FaceLoad of every triangle of boundaries that keep them; empty without
   };
   State save() const;
   void restore(const State& state);

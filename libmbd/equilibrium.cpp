@@ -14,7 +14,7 @@ namespace subsoil::mbd {
 
 namespace {
 
-constexpr int most_iterations = 400;
+constexpr int most_turns = 400;
 
 /// The balance of all coordinates and constraints at (q, lambda), scaled to forces and lengths.
 class Balance {
@@ -84,7 +84,7 @@ bool solve_balance(System& system, Balance& balance, Equilibrium& found) {
   const Eigen::VectorXd inertia = system.mass().cwiseQuotient(balance.columns().cwiseAbs2());
   found.lambda = Eigen::VectorXd::Zero(m);
   Eigen::VectorXd r = balance.at(found.q, found.lambda);
-  for (int turn = 0; turn < most_iterations; ++turn, ++found.iterations) {
+  for (int turn = 0; turn < most_turns; ++turn, ++found.iterations) {
     const double before = size(r);
     if (before < 1e-13) break;
     Eigen::MatrixXd k = balance.matrix(found.q, found.lambda);

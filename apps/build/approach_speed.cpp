@@ -21,7 +21,7 @@ double fastest(const BoundarySection& b, const dem::Boundary& made, double end) 
   double most = 0;
   for (int k = 0; k <= kSamples; ++k) {
     const double t = end * k / kSamples;
-    double speed = 0;
+    double speed = b.servo ? b.servo->limit : 0;
     for (const Move& m : b.moves) {
       if (t < m.from || t > m.until) continue;
       const Vec3 about = m.about ? *m.about : made.pose.position;

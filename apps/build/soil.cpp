@@ -466,6 +466,10 @@ void SoilBuilder::settle(double step) {
   plan.ramp = s.ramp;
   if (options_.progress)
     plan.progress = [this](const dem::SettleProgress& p) { return options_.progress(p.elapsed, p.rms_speed); };
+  plan.from = options_.settling;
+  plan.keep_due = options_.keep_settling_due;
+  if (options_.keep_settling)
+    plan.keep = [this](const dem::SettleState& state) { options_.keep_settling(state, *world_.bed); };
   try {
     dem::SettleReport report;
     if (rains()) {

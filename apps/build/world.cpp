@@ -9,6 +9,7 @@
 #include "apps/build/approach_speed.hpp"
 #include "apps/build/laws.hpp"
 #include "apps/build/machine.hpp"
+#include "apps/build/servo.hpp"
 #include "apps/build/shapes.hpp"
 #include "apps/build/soil.hpp"
 
@@ -34,9 +35,15 @@ void add_body_surfaces(World& world, const Loaded& loaded) {
     std::vector<dem::TriangleMesh> meshes;
   };
   std::vector<Group> groups;
+  const auto wear_of = [&](const std::string& name) {
+    const auto& all = s.machine->surfaces;
+    return std::find_if(all.begin(), all.end(), [&](const Surface& one) { return one.name == name; })->wear;
+  };
   const auto add = [&](int body, const std::string& material, const std::vector<std::string>& names, dem::Shape shape) {
     dem::Boundary boundary;
     boundary.name = fmt::format("{}", fmt::join(names, ", "));
+    if (std::any_of(names.begin(), names.end(), [&](const std::string& name) { return wear_of(name).has_value(); }))
+      boundary.loads.emplace(shape);
     boundary.shape = std::move(shape);
     boundary.material = material_index(s, material);
     boundary.pose = coupling::pose_of(world.machine->body(body));
@@ -47,7 +54,8 @@ void add_body_surfaces(World& world, const Loaded& loaded) {
                                 .boundary = index,
                                 .mesh = mesh,
                                 .body = body,
-                                .moves = true});
+                                .moves = true,
+                                .wear = wear_of(names[mesh])});
     world.body_surfaces.push_back({body, index});
   };
   for (std::size_t i = 0; i < s.machine->surfaces.size(); ++i) {
@@ -86,14 +94,18 @@ void add_given_boundaries(World& world, const Loaded& loaded) {
     } catch (const std::exception& error) {
       throw ScenarioError(loaded.where(fmt::format("boundaries[{}]", i)) + ": " + error.what());
     }
+    if (b.wear) out.loads.emplace(out.shape);
+    std::optional<coupling::Servo> servo;
+    if (b.servo) servo = servo_of(*b.servo, out, s.time.end, loaded.where(fmt::format("boundaries[{}].servo", i)));
     const Vec3 reference = b.reference ? out.pose.to_local(*b.reference) : Vec3{};
     const int index = world.bed->add(std::move(out));
     world.surfaces.push_back({.name = b.name,
                               .owner = SurfaceRecord::Owner::given,
                               .boundary = index,
                               .reference = reference,
-                              .moves = !b.moves.empty()});
-    if (!b.moves.empty()) world.motions.push_back({index, motion_of(b)});
+                              .moves = b.is_moved(),
+                              .wear = b.wear});
+    if (b.is_moved()) world.motions.push_back({index, motion_of(b), servo});
   }
 }
 
@@ -273,6 +285,8 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
   } else {
     add_body_surfaces(world, loaded);
   }
+  for (coupling::GivenMotion& m : world.motions)
+    if (m.servo && m.servo->lag < 0) m.servo->lag = 20 * world.step.soil_step;
   const MachineTime& machine = s.time.machine;
   world.step.machine_step =
       world.bed != nullptr ? world.step.soil_step * static_cast<double>(machine.soil_steps) : machine_step_alone(s);

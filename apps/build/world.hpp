@@ -2,12 +2,14 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/scenario/load.hpp"
 #include "coupling/simulation.hpp"
 #include "libdem/packing/layers.hpp"
+#include "libdem/packing/settle.hpp"
 #include "libdem/step/accuracy.hpp"
 
 /// Everything a scenario describes, built and ready to step.
@@ -23,6 +25,7 @@ struct SurfaceRecord {
   int body = 0;          ///< of the machine, for Owner::machine
   Vec3 reference{};      ///< point of its wrench in the axes of its pose
   bool moves = false;
+  std::optional<WearSection> wear{};
 };
 
 /// Spheres of the bed that keep their velocity, by the name that the scenario gives them.
@@ -96,6 +99,9 @@ struct BuildOptions {
   bool place_soil = true;                   ///< no: the spheres come from a restart, and
   std::vector<dem::SphereSpec> restored{};  ///< these stand for them while the stable step is found
   SettleProgress progress{};
+  std::function<bool()> keep_settling_due{};  ///< both or neither
+  std::function<void(const dem::SettleState&, const dem::Bed&)> keep_settling{};
+  const dem::SettleState* settling = nullptr;  ///< of a bed on its way to rest, to go on from
 };
 
 World build_world(const Loaded& loaded, const BuildOptions& options);

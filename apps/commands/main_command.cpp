@@ -7,11 +7,13 @@
 #include "apps/commands/command_pages.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/commands/design_command.hpp"
+#include "apps/commands/fields_command.hpp"
 #include "apps/commands/report_command.hpp"
 #include "apps/commands/sweep_command.hpp"
 #include "apps/commands/templates.hpp"
 #include "apps/laboratory/tests.hpp"
 #include "apps/output/atomic_file.hpp"
+#include "apps/plot/furrow_picture.hpp"
 #include "apps/plot/plot.hpp"
 #include "apps/plot/strip.hpp"
 #include "apps/run/column_table.hpp"
@@ -39,6 +41,7 @@ struct PlotRequest {
   std::filesystem::path picture = "plot.png";
   PlotOptions curves;
   StripOptions strip;
+  bool furrow = false;
 };
 
 void add_plot(CLI::App& command, PlotRequest& request) {
@@ -56,10 +59,21 @@ void add_plot(CLI::App& command, PlotRequest& request) {
   command
       .add_option("--paths", request.strip.paths, "markers and bodies whose paths the strip shows; default: markers")
       ->delimiter(',');
+  command
+      .add_flag("--furrow", request.furrow,
+                "draw the cross-section that the pass left: surface before and after, displacement, porosity")
+      ->excludes(columns);
   command.add_option("--follow", request.strip.follow, "body that stays in its place in the strip");
 }
 
 void draw(const PlotRequest& request, bool strip_wanted) {
+  if (request.furrow) {
+    if (strip_wanted || request.runs.size() != 1)
+      throw std::invalid_argument("--furrow: draws one run and nothing else; name a single result directory");
+    draw_furrow(request.runs.front(), request.picture);
+    std::cout << request.picture.string() << "\n";
+    return;
+  }
   if (strip_wanted && request.runs.size() != 1)
     throw std::invalid_argument("--strip: draws one run; name a single result directory");
   if (strip_wanted || (request.runs.size() == 1 && request.curves.columns.empty() && is_still(request.runs.front())))
@@ -286,6 +300,8 @@ int main_command(int argc, char** argv) {
 
   ReportWords report_words;
   CLI::App* report_word = add_report(app, report_words);
+  FieldsWords fields_words;
+  CLI::App* fields_word = add_fields(app, fields_words);
   SweepRequest sweep_request;
   CLI::App* sweep_word = add_sweep(app, sweep_request);
   DesignRequest optimise_request, sensitivity_request;
@@ -310,6 +326,7 @@ int main_command(int argc, char** argv) {
     if (test_word->parsed()) return test_command(test_request);
     if (calibrate_word->parsed()) return calibrate_command(calibrate_request);
     if (report_word->parsed()) return report_command(report_words);
+    if (fields_word->parsed()) return fields_command(fields_words);
     if (sweep_word->parsed()) return sweep_command(sweep_request);
     if (optimise_word->parsed()) return optimise_command(optimise_request);
     if (sensitivity_word->parsed()) return sensitivity_command(sensitivity_request);

@@ -128,7 +128,7 @@ class Rehearsal {
     if (world_.bed) {
       // Lists are built while the memory of the contacts before stands beside them: that is when a run needs most.
       world_.bed->surfaces_changed();
-      step({.energy = true, .snapshot = shot});
+      step({.energy = true, .snapshot = shot, .contacts = frames_.contacts()});
     }
     frames_.write(0, 0);
     Frames out;

@@ -1,8 +1,9 @@
 #include "apps/impact/intervals.hpp"
 
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
+
+#include "apps/student.hpp"
 
 namespace subsoil::app {
 
@@ -13,9 +14,8 @@ void add_intervals(ImpactFit& fit, const Eigen::MatrixXd& jacobian, const Eigen:
   fit.spread = fit.freedoms > 0 ? residuals.norm() / std::sqrt(fit.freedoms) : 0;
   fit.worst = residuals.cwiseAbs().maxCoeff();
   const Eigen::MatrixXd covariance = (jacobian.transpose() * jacobian).inverse();
-  const double quantile = fit.freedoms > 0
-                              ? boost::math::quantile(boost::math::students_t(fit.freedoms), 0.5 + 0.5 * fit.confidence)
-                              : std::numeric_limits<double>::quiet_NaN();
+  const double quantile =
+      fit.freedoms > 0 ? student_t(fit.freedoms, fit.confidence) : std::numeric_limits<double>::quiet_NaN();
   for (std::size_t k = 0; k < names.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
     const double half = quantile * fit.spread * std::sqrt(covariance(i, i));

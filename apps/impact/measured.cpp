@@ -15,7 +15,7 @@ namespace subsoil::app {
 namespace {
 
 /// Which of the known columns a header's field means, and its unit.
-struct Field {
+struct HeaderField {
   std::size_t column;
   std::string unit;
 };
@@ -47,17 +47,17 @@ class MeasuredReader {
   [[noreturn]] void refuse(const std::string& rule) const {
     throw ScenarioError(fmt::format("{}:{}: {}", file_.string(), number_, rule));
   }
-  Field field_of(const std::string& text) const {
+  HeaderField field_of(const std::string& text) const {
     const csv::Label label = csv::split_label(text);
     const auto found = std::find(names_.begin(), names_.end(), label.name);
     if (found == names_.end())
       refuse(fmt::format("unknown column `{}`{}; a header names {} with units", label.name,
                          suggestion(label.name, names_), fmt::join(names_, ", ")));
-    const Field field{static_cast<std::size_t>(found - names_.begin()), label.unit == "1" ? "" : label.unit};
+    const HeaderField field{static_cast<std::size_t>(found - names_.begin()), label.unit == "1" ? "" : label.unit};
     value_of("1", field);  // refuses a unit of another dimension at the header
     return field;
   }
-  double value_of(const std::string& text, const Field& field) const {
+  double value_of(const std::string& text, const HeaderField& field) const {
     const MeasuredColumn& column = known_[field.column];
     double value = 0;
     try {
@@ -72,7 +72,7 @@ class MeasuredReader {
   const std::filesystem::path& file_;
   const std::vector<MeasuredColumn>& known_;
   std::vector<std::string> names_;
-  std::vector<Field> header_;
+  std::vector<HeaderField> header_;
   int number_ = 0;
 };
 

@@ -1,13 +1,13 @@
 #include "apps/laboratory/findings.hpp"
 
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
 
 #include "apps/scenario/document.hpp"
+#include "apps/student.hpp"
 
 namespace subsoil::app {
 
@@ -33,7 +33,7 @@ double Number::deviation() const {
 double Number::error() const {
   const auto n = static_cast<double>(values.size());
   if (values.size() < 2) return std::numeric_limits<double>::quiet_NaN();
-  return boost::math::quantile(boost::math::students_t(n - 1), 0.975) * deviation() / std::sqrt(n);
+  return student_t(n - 1) * deviation() / std::sqrt(n);
 }
 
 const Number& Findings::number(const std::string& name) const {

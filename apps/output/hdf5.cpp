@@ -13,6 +13,7 @@
 #include "apps/input_limits.hpp"
 #include "apps/output/disk.hpp"
 #include "apps/output/hdf5_driver.hpp"
+#include "apps/output/read_guard.hpp"
 
 namespace subsoil::app::h5 {
 namespace {
@@ -176,6 +177,7 @@ Handle open_file(const std::filesystem::path& path) {
   be_quiet();
   Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "preparing " + path.string());
   checked(H5Pset_file_locking(access, false, true), "preparing " + path.string());
+  const ReadGuard guard(path.string());
   return {H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose, "opening " + path.string()};
 }
 
@@ -185,7 +187,28 @@ Handle create_group(hid_t parent, const std::string& name, std::size_t name_byte
   return {H5Gcreate2(parent, name.c_str(), H5P_DEFAULT, properties, H5P_DEFAULT), H5Gclose, "creating group " + name};
 }
 
+Handle open_group(hid_t parent, const std::string& name) {
+  const ReadGuard guard(parent);
+  return {H5Gopen2(parent, name.c_str(), H5P_DEFAULT), H5Gclose, "opening group " + name};
+}
+
+std::vector<std::string> names_in(hid_t parent, const std::string& group) {
+  const ReadGuard guard(parent);
+  const Handle handle = open_group(parent, group);
+  H5G_info_t info;
+  checked(H5Gget_info(handle, &info), "listing " + group);
+  std::vector<std::string> names;
+  for (hsize_t i = 0; i < info.nlinks; ++i) {
+    char name[512];
+    checked(H5Lget_name_by_idx(handle, ".", H5_INDEX_NAME, H5_ITER_INC, i, name, sizeof name, H5P_DEFAULT),
+            "listing " + group);
+    names.emplace_back(name);
+  }
+  return names;
+}
+
 std::vector<std::string> dataset_names(hid_t parent) {
+  const ReadGuard guard(parent);
   std::vector<std::string> names;
   const auto visit = [](hid_t group, const char* name, const H5L_info_t*, void* to) -> herr_t {
     const hid_t object = H5Oopen(group, name, H5P_DEFAULT);
@@ -198,6 +221,7 @@ std::vector<std::string> dataset_names(hid_t parent) {
 }
 
 bool exists(hid_t parent, const std::string& path) {
+  const ReadGuard guard(parent);
   // HDF5 refuses to ask for a/b when there is no a, so ask link by link.
   for (std::size_t slash = path.find('/', 1); slash != std::string::npos; slash = path.find('/', slash + 1))
     if (H5Lexists(parent, path.substr(0, slash).c_str(), H5P_DEFAULT) <= 0) return false;
@@ -236,6 +260,7 @@ void write_text(hid_t parent, const std::string& name, const std::vector<std::st
 }
 
 std::vector<hsize_t> shape(hid_t parent, const std::string& name) {
+  const ReadGuard guard(parent);
   const Handle set = open_dataset(parent, name);
   const Handle space(H5Dget_space(set), H5Sclose, "shape of " + name);
   std::vector<hsize_t> dimensions(
@@ -275,6 +300,7 @@ Handle open_scalar_attribute(hid_t object, const char* name) {
 
 template <class T>
 std::vector<T> read(hid_t parent, const std::string& name) {
+  const ReadGuard guard(parent);
   const Handle set = open_dataset(parent, name);
   const std::size_t count = count_of(set, name, shape(parent, name), sizeof(T));
   const Handle type(H5Dget_type(set), H5Tclose, "type of " + name);
@@ -294,6 +320,7 @@ template std::vector<std::int64_t> read(hid_t, const std::string&);
 template std::vector<std::uint64_t> read(hid_t, const std::string&);
 
 std::vector<std::string> read_text(hid_t parent, const std::string& name) {
+  const ReadGuard guard(parent);
   const Handle set = open_dataset(parent, name);
   const Handle space(H5Dget_space(set), H5Sclose, "shape of " + name);
   const Handle held(H5Dget_type(set), H5Tclose, "type of " + name);
@@ -333,6 +360,7 @@ void set_attribute(hid_t object, const char* name, std::int64_t value) {
 }
 
 double number_attribute(hid_t object, const char* name) {
+  const ReadGuard guard(object);
   const Handle attribute = open_scalar_attribute(object, name);
   double value = 0;
   checked(H5Aread(attribute, H5T_NATIVE_DOUBLE, &value), std::string("reading attribute ") + name);
@@ -340,6 +368,7 @@ double number_attribute(hid_t object, const char* name) {
 }
 
 std::optional<std::int64_t> whole_attribute(hid_t parent, const std::string& dataset, const char* name) {
+  const ReadGuard guard(parent);
   const Handle set(H5Dopen2(parent, dataset.c_str(), H5P_DEFAULT), H5Dclose, "opening dataset " + dataset);
   if (H5Aexists(set, name) <= 0) return std::nullopt;
   const Handle attribute = open_scalar_attribute(set, name);

@@ -51,6 +51,10 @@ Handle open_file(const std::filesystem::path& path);
 /// `name_bytes`: room for the names of what will be linked in it; 0: HDF5's own guess.
 Handle create_group(hid_t parent, const std::string& name, std::size_t name_bytes = 0);
 bool exists(hid_t parent, const std::string& path);
+/// An object of a file that may be damaged, under a guard (read_guard.hpp).
+Handle open_group(hid_t parent, const std::string& name);
+/// Names of the links of a group.
+std::vector<std::string> names_in(hid_t parent, const std::string& group);
 /// Of all datasets below, with their groups: "bed/ids".
 std::vector<std::string> dataset_names(hid_t parent);
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -106,6 +107,8 @@ struct RunWriter::Impl {
   void or_fail(const Action& action);
   std::vector<std::size_t> select(const Frame& frame) const;
   XdmfGrid write_soil(const Frame& frame, const std::string& group);
+  std::vector<XdmfAttribute> write_fields(const std::vector<FrameField>& fields, const std::string& group);
+  XdmfGrid write_contacts(const ContactLines& lines, const std::string& group);
   XdmfGrid write_surface(std::size_t i, const Frame& frame, const std::string& group);
   void check_frame(const Frame& frame) const;
   void write_broken_bonds(std::span<const dem::BrokenBond> broken);
@@ -314,6 +317,7 @@ void RunWriter::Impl::publish() {
   for (const char* name : {"run.h5", "run.xdmf"}) sync_file(temporary_name(directory / name));
   for (const char* name : {"run.h5", "run.xdmf"}) rename_into_place(directory / name);
   sync_folder(directory);
+  if (published == 0) write_atomically(directory / "run.xdmf2", xdmf_leading_to("run.xdmf"));
   published = count, index_is_old = false;
   published_at = Clock::now();
   publishing = published_at - begin;
@@ -402,9 +406,37 @@ XdmfGrid RunWriter::Impl::write_soil(const Frame& frame, const std::string& grou
   return grid;
 }
 
+std::vector<XdmfAttribute> RunWriter::Impl::write_fields(const std::vector<FrameField>& fields,
+                                                         const std::string& group) {
+  std::vector<XdmfAttribute> out;
+  const bool rounds = options.precision == FramePrecision::rounded;
+  for (const FrameField& f : fields) {
+    const auto value = [&](std::size_t i) {
+      return rounds ? round_mantissa(static_cast<float>(f.values[i]), kMantissaBits) : f.values[i];
+    };
+    out.push_back(
+        {f.name, put_real(group + "/" + f.name, f.values.size() / f.columns, f.columns, f.unit, value), true});
+  }
+  return out;
+}
+
+XdmfGrid RunWriter::Impl::write_contacts(const ContactLines& lines, const std::string& group) {
+  const std::size_t count = lines.ids.size() / 2;
+  std::vector<std::size_t> rows(lines.ends.size());
+  std::iota(rows.begin(), rows.end(), std::size_t{0});
+  XdmfGrid grid{"contact forces",
+                put_vectors(group + "/ends", lines.ends, rows, "m"),
+                put<std::int32_t>(group + "/lines", count, 2, "", [](std::size_t i) { return i; }),
+                {}};
+  put<std::int64_t>(group + "/ids", count, 2, "", [&](std::size_t i) { return lines.ids[i]; });
+  grid.attributes = write_fields(lines.fields, group);
+  return grid;
+}
+
 XdmfGrid RunWriter::Impl::write_surface(std::size_t i, const Frame& frame, const std::string& group) {
   const auto& s = surfaces[i];
   XdmfGrid grid{s.name, fixed_vertices[i], cells[i], {}};
+  if (!frame.loads.empty()) grid.attributes = write_fields(frame.loads[i], group + "/loads/" + file_name_of(s.name));
   if (!s.moves && !s.deforms) return grid;
   std::vector<dem::Vec3> world;
   if (s.deforms) {
@@ -430,6 +462,8 @@ void RunWriter::Impl::write(const Frame& frame) {
   const std::string group = group_name(count);
   std::vector<XdmfGrid> grids;
   if (!frame.position.empty()) grids.push_back(write_soil(frame, group));
+  if (frame.contact_forces != nullptr)
+    grids.push_back(write_contacts(*frame.contact_forces, group + "/contact forces"));
   for (std::size_t i = 0; i < surfaces.size(); ++i) grids.push_back(write_surface(i, frame, group));
   if (!frame.values.empty())
     put<double>(group + "/values", frame.values.size(), 1, "", [&](std::size_t i) { return frame.values[i]; });

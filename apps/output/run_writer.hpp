@@ -40,6 +40,21 @@ struct FrameValue {
   std::string name, unit;
 };
 
+/// Numbers of one kind on the cells of a grid, `columns` (1 or 3) of each.
+struct FrameField {
+  std::string name, unit;
+  std::size_t columns = 1;
+  std::vector<double> values;
+};
+
+/// Contacts that carry a force, as lines: from the centre of a sphere to that of the other, or to the point on a
+/// surface.
+struct ContactLines {
+  std::vector<dem::Vec3> ends;    ///< two of each
+  std::vector<std::int64_t> ids;  ///< two of each; the second is -1 at a surface
+  std::vector<FrameField> fields;
+};
+
 /// One moment. Spans are in rising particle id; those of columns that are not selected may be empty.
 struct Frame {
   double time = 0;  ///< s
@@ -52,6 +67,8 @@ struct Frame {
       surfaces;  ///< one per surface of the list, in its order; of fixed and deforming surfaces it is not read
   std::span<const std::vector<dem::Vec3>> deformed{};  ///< vertices in world axes, one list per deforming surface
   std::span<const double> values{};                    ///< as RunOptions::values; may be empty
+  const ContactLines* contact_forces = nullptr;
+  std::span<const std::vector<FrameField>> loads{};  ///< on triangles, by surface; empty: on none
 };
 
 /// How numbers are kept. `rounded` is float32 whose last bits are noise to physics and are set to zero, because they

@@ -12,6 +12,7 @@
 #include "apps/output/atomic_file.hpp"
 #include "apps/output/hdf5.hpp"
 #include "apps/output/hdf5_driver.hpp"
+#include "apps/output/read_guard.hpp"
 
 namespace subsoil::app {
 
@@ -80,6 +81,7 @@ void StateWriter::put_vectors(const std::string& name, std::span<const dem::Vec3
 
 void StateWriter::put_texts(const std::string& name, const std::vector<std::string>& texts) {
   h5::write_text(impl_->file, name, texts);
+  const h5::ReadGuard guard(impl_->file);
   const h5::Handle set(H5Dopen2(impl_->file, name.c_str(), H5P_DEFAULT), H5Dclose, "opening dataset " + name);
   h5::set_attribute(set, checksum_name, checksum_of(texts));
   h5::status_of(impl_->file)->check();

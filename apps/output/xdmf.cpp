@@ -48,13 +48,20 @@ std::string grid_xml(const XdmfGrid& grid) {
                      array_xml(grid.cells));
   xml += fmt::format("    <Geometry GeometryType=\"XYZ\">{}</Geometry>\n", array_xml(grid.vertices));
   for (const auto& attribute : grid.attributes)
-    xml += fmt::format("    <Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"Node\">{}</Attribute>\n",
+    xml += fmt::format("    <Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"{}\">{}</Attribute>\n",
                        escaped(attribute.name), attribute.array.dimensions.size() == 2 ? "Vector" : "Scalar",
-                       array_xml(attribute.array));
+                       attribute.per_cell ? "Cell" : "Node", array_xml(attribute.array));
   return xml + "   </Grid>\n";
 }
 
 }  // namespace
+
+std::string xdmf_leading_to(const std::string& file_name) {
+  return fmt::format(
+      "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\" xmlns:xi=\"http://www.w3.org/2001/XInclude\">\n"
+      " <xi:include href=\"{}\" xpointer=\"xpointer(/Xdmf/Domain)\"/>\n</Xdmf>\n",
+      escaped(file_name));
+}
 
 Xdmf::Xdmf(const std::string& title)
     : text_(fmt::format("<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n <Domain>\n"

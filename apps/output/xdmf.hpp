@@ -16,6 +16,7 @@ struct XdmfArray {
 struct XdmfAttribute {
   std::string name;
   XdmfArray array;
+  bool per_cell = false;  ///< else per point
 };
 
 /// One block of a frame. `cells` of 3 columns are triangles, of 2 line segments, of one points. (The XDMF 2 reader
@@ -25,6 +26,10 @@ struct XdmfGrid {
   XdmfArray vertices, cells;
   std::vector<XdmfAttribute> attributes;
 };
+
+/// What stands in FILE.xdmf2: the contents of FILE.xdmf, by XInclude. ParaView has three readers for .xdmf and asks
+/// which; of .xdmf2 it knows one, which shows all that we write, and opens it without a question.
+std::string xdmf_leading_to(const std::string& file_name);
 
 /// The XDMF text of a run: a temporal collection of frames, each a spatial collection of its grids.
 class Xdmf {

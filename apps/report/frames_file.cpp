@@ -7,31 +7,13 @@
 #include <stdexcept>
 
 namespace subsoil::app {
-namespace {
-
-/// Names of the links of a group.
-std::vector<std::string> names_in(hid_t file, const std::string& group) {
-  std::vector<std::string> names;
-  const h5::Handle handle(H5Gopen2(file, group.c_str(), H5P_DEFAULT), H5Gclose, "opening " + group);
-  H5G_info_t info;
-  h5::checked(H5Gget_info(handle, &info), "listing " + group);
-  for (hsize_t i = 0; i < info.nlinks; ++i) {
-    char name[512];
-    h5::checked(H5Lget_name_by_idx(handle, ".", H5_INDEX_NAME, H5_ITER_INC, i, name, sizeof name, H5P_DEFAULT),
-                "listing " + group);
-    names.emplace_back(name);
-  }
-  return names;
-}
-
-}  // namespace
 
 FramesFile::FramesFile(const std::filesystem::path& path) : file_(h5::open_file(path)) {
   if (!h5::exists(file_, "/frames")) throw std::runtime_error("has no group /frames: no output of a run");
   for (std::size_t k = 0; h5::exists(file_, group(k)); ++k) {
     if (h5::exists(file_, group(k) + "/written") && h5::read<std::uint8_t>(file_, group(k) + "/written").at(0) == 0)
       break;  // a place that the run did not come to
-    const h5::Handle place(H5Gopen2(file_, group(k).c_str(), H5P_DEFAULT), H5Gclose, "opening " + group(k));
+    const h5::Handle place = h5::open_group(file_, group(k));
     times_.push_back(h5::number_attribute(place, "time"));
   }
   read_particles();
@@ -44,15 +26,16 @@ void FramesFile::read_particles() {
   if (!h5::exists(file_, "/particles/id")) return;
   id_ = h5::read<std::int64_t>(file_, "/particles/id");
   radius_ = h5::read<float>(file_, "/particles/radius");
+  density_ = h5::read<float>(file_, "/particles/density");
   material_ = h5::read<std::int32_t>(file_, "/particles/material");
   if (h5::exists(file_, "/particles/material names")) materials_ = h5::read_text(file_, "/particles/material names");
-  if (radius_.size() != id_.size() || material_.size() != id_.size())
-    throw std::runtime_error("/particles: id, radius and material differ in length");
+  if (radius_.size() != id_.size() || density_.size() != id_.size() || material_.size() != id_.size())
+    throw std::runtime_error("/particles: id, radius, density and material differ in length");
 }
 
 void FramesFile::read_surfaces() {
   if (!h5::exists(file_, "/surfaces")) return;
-  for (const std::string& name : names_in(file_, "/surfaces")) {
+  for (const std::string& name : h5::names_in(file_, "/surfaces")) {
     FrameSurface s;
     s.name = name;
     const std::string folder = "/surfaces/" + name;
@@ -94,6 +77,17 @@ FrameSpheres FramesFile::spheres(std::size_t frame, bool with_velocity) const {
     out.index.push_back(static_cast<std::uint32_t>(found - id_.begin()));
   }
   if (out.index.size() != n) throw std::runtime_error(folder + ": ids and positions differ in length");
+  return out;
+}
+
+std::vector<std::int32_t> FramesFile::counts(std::size_t frame, const std::string& name) const {
+  return h5::read<std::int32_t>(file_, group(frame) + "/" + name);
+}
+
+FrameContacts FramesFile::contact_forces(std::size_t frame) const {
+  const std::string folder = group(frame) + "/contact forces";
+  FrameContacts out{h5::read<float>(file_, folder + "/ends"), h5::read<float>(file_, folder + "/force")};
+  if (out.ends.size() != 2 * out.force.size()) throw std::runtime_error(folder + ": ends and forces differ in length");
   return out;
 }
 

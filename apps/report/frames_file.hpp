@@ -29,6 +29,12 @@ struct FrameSpheres {
   std::vector<float> velocity;       ///< m/s; empty where the run did not keep it
 };
 
+/// Contacts that carry a force.
+struct FrameContacts {
+  std::vector<float> ends;   ///< x y z of both ends of each, m
+  std::vector<float> force;  ///< on the sphere at the first end, N
+};
+
 /// Reads run.h5 frame by frame: memory holds one frame. A file that a killed run left is read up to its last frame.
 class FramesFile {
  public:
@@ -37,12 +43,17 @@ class FramesFile {
 
   const std::vector<double>& times() const { return times_; }  ///< s, of the complete frames
   std::size_t particles() const { return radius_.size(); }
-  const std::vector<float>& radius() const { return radius_; }  ///< m, by index
+  const std::vector<float>& radius() const { return radius_; }    ///< m, by index
+  const std::vector<float>& density() const { return density_; }  ///< kg/m^3, by index
   const std::vector<std::int32_t>& material() const { return material_; }
   const std::vector<std::string>& materials() const { return materials_; }
   const std::vector<FrameSurface>& surfaces() const { return surfaces_; }
 
   FrameSpheres spheres(std::size_t frame, bool with_velocity) const;
+  /// Whole numbers by sphere of the frame, such as `contacts`.
+  std::vector<std::int32_t> counts(std::size_t frame, const std::string& name) const;
+  /// Of frames that hold `contact forces`.
+  FrameContacts contact_forces(std::size_t frame) const;
   /// World vertices of a surface that moves; empty where the frame has none.
   std::vector<float> surface(std::size_t frame, const FrameSurface& s) const;
   /// What a frame holds under this name.
@@ -55,7 +66,7 @@ class FramesFile {
   h5::Handle file_;
   std::vector<double> times_;
   std::vector<std::int64_t> id_;
-  std::vector<float> radius_;
+  std::vector<float> radius_, density_;
   std::vector<std::int32_t> material_;
   std::vector<std::string> materials_;
   std::vector<FrameSurface> surfaces_;

@@ -7,6 +7,8 @@
 #include <limits>
 #include <map>
 
+#include "apps/fields/coarse_graining.hpp"
+
 namespace subsoil::app {
 namespace {
 
@@ -54,13 +56,55 @@ std::vector<double> heights(const FramesFile& file, const FrameSpheres& s, const
   return mean;
 }
 
-void take_profile(Furrow& f) {
+void take_profile(const ToolPath& tool, Furrow& f) {
+  std::size_t left = f.columns, right = f.columns;  // the highest columns beside the tool
   for (std::size_t c = 0; c < f.columns; ++c) {
     f.z.push_back(f.z0 + (static_cast<double>(c) + 0.5) * f.cell);
     const double rise = f.after[c] - f.before[c];
     if (!std::isfinite(rise)) continue;
     (rise < 0 ? f.furrow_area : f.heap_area) += std::abs(rise) * f.cell;
     f.heave = std::max(f.heave, rise);
+    f.depth = std::max(f.depth, -rise);
+    if (-rise > 0.1 * f.cell) f.width += f.cell;
+    std::size_t& ridge = f.z[c] < tool.z ? left : right;
+    if (rise > 0 && (ridge == f.columns || rise > f.after[ridge] - f.before[ridge])) ridge = c;
+  }
+  f.ridge_to_ridge = left < f.columns && right < f.columns ? f.z[right] - f.z[left] : none;
+}
+
+/// Solid fraction at the middle of every cell, mean along the stretch.
+std::vector<double> solid_fraction(const FramesFile& file, const FrameSpheres& s, const Furrow& f) {
+  const auto nx = static_cast<std::size_t>(std::max(1.0, std::floor((f.until - f.from) / f.cell)));
+  FieldGrid grid;
+  grid.spacing = f.cell;
+  grid.low = {0.5 * (f.from + f.until) - 0.5 * static_cast<double>(nx - 1) * f.cell, f.y0 + 0.5 * f.cell,
+              f.z0 + 0.5 * f.cell};
+  grid.n = {nx, f.rows, f.columns};
+  CoarseGraining coarse(grid, FieldKernel(FieldKernel::Kind::lucy, f.cell));
+  for (std::size_t i = 0; i < s.index.size(); ++i) {
+    const double r = file.radius()[s.index[i]];
+    const float* p = &s.position[3 * i];
+    coarse.add({.position = {p[0], p[1], p[2]}, .volume = 4.0 / 3.0 * M_PI * r * r * r});
+  }
+  const GrainFields fields = coarse.finish();
+  std::vector<double> mean(f.rows * f.columns, 0.0);
+  for (std::size_t column = 0; column < f.columns; ++column)
+    for (std::size_t row = 0; row < f.rows; ++row)
+      for (std::size_t ix = 0; ix < nx; ++ix)
+        mean[row * f.columns + column] +=
+            fields.solid_fraction[(column * f.rows + row) * nx + ix] / static_cast<double>(nx);
+  return mean;
+}
+
+void take_loosened(const FramesFile& file, const Displaced& d, Furrow& f) {
+  const std::vector<double> before = solid_fraction(file, d.before, f), after = solid_fraction(file, d.after, f);
+  f.loosened.assign(before.size(), none);
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    const std::size_t column = k % f.columns;
+    const double y = f.y0 + (static_cast<double>(k / f.columns) + 0.5) * f.cell;
+    if (!(y + f.cell < std::min(f.before[column], f.after[column]))) continue;
+    f.loosened[k] = before[k] - after[k];
+    if (f.loosened[k] > Furrow::loosening) f.loosened_area += f.cell * f.cell;
   }
 }
 
@@ -124,8 +168,16 @@ std::vector<Layer> layers_of(const FramesFile& file, const FrameSpheres& before,
 void take_layers(const FramesFile& file, const ToolPath& tool, const Displaced& d, const Extent& y, Furrow& f) {
   const double deepest = *std::max_element(tool.depth.begin(), tool.depth.end());
   const double reach = 0.5 * tool.width + deepest;
-  for (const Layer& layer : layers_of(file, d.before, y, tool.soil_surface)) {
+  const std::vector<Layer> layers = layers_of(file, d.before, y, tool.soil_surface);
+  // The surface has no layer above it: heaved soil of the top layer stays its own; likewise at the floor.
+  const auto layer_at = [&](double height) {
+    std::size_t k = 0;
+    while (k + 1 < layers.size() && height < layers[k].low) ++k;
+    return k;
+  };
+  for (const Layer& layer : layers) {
     LayerMotion motion{layer.name};
+    motion.into.assign(layers.size(), 0.0);
     for (std::size_t i = 0; i < d.before.index.size(); ++i) {
       const float* p = &d.before.position[3 * i];
       if (p[1] < layer.low || p[1] > layer.high || p[0] < f.from || p[0] >= f.until || d.row_after[i] < 0) continue;
@@ -134,13 +186,15 @@ void take_layers(const FramesFile& file, const ToolPath& tool, const Displaced& 
       ++motion.spheres;
       motion.rise += q[1] - p[1];
       motion.forward += tool.direction * (q[0] - p[0]);
-      // The surface has no layer above it: heaved soil of the top layer stays its own.
-      const bool above = q[1] > layer.high && layer.high < y.high, below = q[1] < layer.low && layer.low > y.low;
-      motion.moved_out += above || below ? 1 : 0;
+      motion.aside += (p[2] < tool.z ? -1 : 1) * (q[2] - p[2]);
+      const std::size_t there = layer_at(q[1]);
+      motion.into[there] += 1;
+      motion.moved_out += &layers[there] != &layer ? 1 : 0;
     }
     if (motion.spheres > 0) {
       const auto n = static_cast<double>(motion.spheres);
-      motion.rise /= n, motion.forward /= n, motion.moved_out /= n;
+      motion.rise /= n, motion.forward /= n, motion.aside /= n, motion.moved_out /= n;
+      for (double& share : motion.into) share /= n;
     }
     f.layers.push_back(motion);
   }
@@ -184,8 +238,10 @@ std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, doubl
   f.threshold = 0.5 * f.cell;
   f.before = heights(file, d.before, f);
   f.after = heights(file, d.after, f);
-  take_profile(f);
+  take_profile(tool, f);
   take_disturbed(d, f);
+  take_loosened(file, d, f);
+  if (f.disturbed_area > 0) f.swell = (f.heap_area - f.furrow_area) / f.disturbed_area;
   take_layers(file, tool, d, y, f);
   return f;
 }

@@ -12,9 +12,11 @@ namespace subsoil::app {
 struct LayerMotion {
   std::string name;  ///< material, or range of depth before the pass
   std::size_t spheres = 0;
-  double rise = 0;       ///< mean, m, up
-  double forward = 0;    ///< mean, m, along the travel
-  double moved_out = 0;  ///< share that lies in another layer's depth afterwards
+  double rise = 0;             ///< mean, m, up
+  double forward = 0;          ///< mean, m, along the travel
+  double aside = 0;            ///< mean, m, away from the middle of the tool
+  double moved_out = 0;        ///< share that lies in another layer's depth afterwards
+  std::vector<double> into{};  ///< share that lies in the depth of each layer afterwards
 };
 
 /// Cross-section across the travel, mean over a stretch that the tool has passed: between the first frame and the last.
@@ -26,12 +28,21 @@ struct Furrow {
   double furrow_area = 0;                ///< m^2 below the surface before
   double heap_area = 0;                  ///< m^2 above it
   double heave = 0;                      ///< m; largest rise of a column's surface
+  double depth = 0;                      ///< m; largest drop
+  double width = 0;                      ///< m; of the columns that dropped by more than a tenth of a cell
+  double ridge_to_ridge = 0;             ///< m; between the highest columns on both sides of the tool; NaN without two
   double threshold = 0;                  ///< m; disturbed is a cell whose spheres have moved by more on average
   double disturbed_area = 0;             ///< m^2
-  bool reaches_wall = false;             ///< a disturbed cell lies at a side or at the floor
+  double loosened_area = 0;              ///< m^2; cells whose porosity has risen by more than `loosening`
+  static constexpr double loosening = 0.02;
+  double swell = 0;           ///< (heaps - furrow) over the disturbed area: by how much its volume has grown
+  bool reaches_wall = false;  ///< a disturbed cell lies at a side or at the floor
   std::size_t rows = 0, columns = 0;
-  double y0 = 0, z0 = 0;            ///< lower corner of the grid, m
-  std::vector<double> moved;        ///< per cell (row by row from below): mean displacement, m; NaN: empty
+  double y0 = 0, z0 = 0;      ///< lower corner of the grid, m
+  std::vector<double> moved;  ///< per cell (row by row from below): mean displacement, m; NaN: empty
+  /// Per cell: rise of the porosity at its place, coarse-grained by Lucy's kernel of width one cell (zero two cells
+  /// away) and averaged along the stretch; NaN within one cell of the surface before or after.
+  std::vector<double> loosened;
   std::vector<LayerMotion> layers;  ///< from above
 };
 

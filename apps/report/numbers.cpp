@@ -131,7 +131,11 @@ std::vector<ReportNumber> numbers_of_soil(const RunFolder& run, const ToolPath& 
   add("furrow", "area below the surface", "m^2", furrow->furrow_area, none, ends);
   add("furrow", "area of the heaps", "m^2", furrow->heap_area, none, ends);
   add("furrow", "largest heave", "m", furrow->heave, none, ends);
+  add("furrow", "largest drop of the surface", "m", furrow->depth, none, ends);
+  add("furrow", "ridge to ridge", "m", furrow->ridge_to_ridge, none, ends);
   add("furrow", "disturbed area", "m^2", furrow->disturbed_area, none, ends);
+  add("furrow", "loosened area", "m^2", furrow->loosened_area, none, ends);
+  add("furrow", "swell over the disturbed area", "1", furrow->swell, none, ends);
   const std::optional<WindowStatistics> draft = draft_of(run);
   if (draft && draft->rows > 0 && furrow->disturbed_area > 0)
     add("specific draft", "mean draft over disturbed area", "N/m^2", draft->mean / furrow->disturbed_area,

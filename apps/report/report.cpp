@@ -10,6 +10,7 @@
 
 #include "apps/output/atomic_file.hpp"
 #include "apps/output/csv.hpp"
+#include "apps/report/disturbance.hpp"
 #include "apps/report/film.hpp"
 #include "apps/report/page.hpp"
 #include "apps/version.hpp"
@@ -134,6 +135,7 @@ Json furrow_json(const Furrow& f) {
                       {"spheres", l.spheres},
                       {"rise", number(l.rise)},
                       {"forward", number(l.forward)},
+                      {"aside", number(l.aside)},
                       {"moved out", number(l.moved_out)}});
   return {{"steady", f.steady},
           {"from", number(f.from)},
@@ -173,18 +175,6 @@ std::vector<double> still_times(const RunFolder& run, const FramesFile& file) {
        {first, 0.5 * (first + from), from, from + 0.33 * (until - from), from + 0.67 * (until - from), until})
     if (out.empty() || t > out.back() + 1e-9) out.push_back(t);
   return out;
-}
-
-double soil_surface(const RunFolder& run, const FramesFile& file) {
-  if (const double given = run.number({"soil", "mean surface [m]"}); std::isfinite(given)) return given;
-  if (run.scenario && run.scenario->soil && run.scenario->soil->surface) return *run.scenario->soil->surface;
-  const FrameSpheres s = file.spheres(0, false);
-  std::vector<float> y;
-  for (std::size_t i = 0; i < s.index.size(); ++i) y.push_back(s.position[3 * i + 1] + file.radius()[s.index[i]]);
-  if (y.empty()) return 0;
-  const auto at = y.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(y.size() - 1));
-  std::nth_element(y.begin(), at, y.end());
-  return *at;
 }
 
 /// One run of a report: what it gives as data and as numbers.
@@ -232,12 +222,13 @@ class RunReader {
     try {
       const FramesFile file(run.path / "run.h5");
       if (file.times().empty()) throw std::runtime_error("holds no complete frame");
-      std::map<std::string, std::string> body_of;
-      if (run.scenario && run.scenario->machine)
-        for (const Surface& s : run.scenario->machine->surfaces) body_of[s.name] = s.body;
-      std::optional<ToolPath> tool = tool_path(file, soil_surface(run, file), body_of);
+      const Scenario* const scenario = run.scenario ? &*run.scenario : nullptr;
+      const Disturbance found =
+          disturbance_of(file, scenario, soil_surface(run.number({"soil", "mean surface [m]"}), scenario, file),
+                         run.number({"window", "from [s]"}));
+      const std::optional<ToolPath>& tool = found.tool;
       take_film(file, tool);
-      take_furrow(file, tool);
+      take_furrow(file, found);
       return tool;
     } catch (const std::exception& error) {
       run.missing.push_back(fmt::format("run.h5: {}; no film, no section, no furrow", error.what()));
@@ -260,20 +251,17 @@ class RunReader {
           "laws of the contacts: scenario.yaml has them; chains show overlaps in place of forces");
   }
 
-  void take_furrow(const FramesFile& file, const std::optional<ToolPath>& tool) {
-    if (!tool) {
+  void take_furrow(const FramesFile& file, const Disturbance& found) {
+    if (!found.tool) {
       if (file.particles() > 0)
         part_.folder.missing.push_back("tool in the soil: no moving surface comes below the soil's surface; no furrow");
       return;
     }
-    std::string why;
-    const double steady = part_.folder.number({"window", "from [s]"});
-    const std::optional<Furrow> cut = furrow(file, *tool, steady, why);
-    if (cut)
-      part_.json["furrow"] = furrow_json(*cut);
+    if (found.furrow)
+      part_.json["furrow"] = furrow_json(*found.furrow);
     else
-      part_.folder.missing.push_back("furrow: " + why);
-    const std::vector<ReportNumber> more = numbers_of_soil(part_.folder, *tool, cut);
+      part_.folder.missing.push_back("furrow: " + found.why);
+    const std::vector<ReportNumber> more = numbers_of_soil(part_.folder, *found.tool, found.furrow);
     part_.list.insert(part_.list.end(), more.begin(), more.end());
   }
 

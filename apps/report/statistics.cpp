@@ -1,10 +1,11 @@
 #include "apps/report/statistics.hpp"
 
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <complex>
 #include <numbers>
+
+#include "apps/student.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -39,10 +40,6 @@ double correlation_time(std::span<const double> x, double mean, double variance)
 
 }  // namespace
 
-double student_95(double freedom) {
-  return boost::math::quantile(boost::math::complement(boost::math::students_t(freedom), 0.025));
-}
-
 WindowStatistics statistics(std::span<const double> time, std::span<const double> values, const TimeWindow& window) {
   WindowStatistics out;
   const Rows rows = rows_of(time, window);
@@ -67,7 +64,7 @@ WindowStatistics statistics(std::span<const double> time, std::span<const double
     return out;
   }
   const double independent = n / correlation_time(x, out.mean, variance);
-  if (independent >= 2) out.half_width = student_95(independent - 1) * out.deviation / std::sqrt(independent);
+  if (independent >= 2) out.half_width = student_t(independent - 1) * out.deviation / std::sqrt(independent);
   return out;
 }
 

@@ -35,7 +35,4 @@ struct SpectralLine {
 /// Largest |DFT| of the record without its mean and trend, periods from two rows to half the record's length.
 SpectralLine strongest_line(std::span<const double> time, std::span<const double> values, const TimeWindow& window);
 
-/// Half of the two-sided 95 % interval of Student's t with so many degrees of freedom, in standard errors.
-double student_95(double freedom);
-
 }  // namespace subsoil::app

@@ -4,6 +4,7 @@
 
 #include "apps/output/state_file.hpp"
 #include "apps/run/resume.hpp"
+#include "apps/run/settling_checkpoint.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -22,14 +23,15 @@ std::vector<std::filesystem::path> checkpoints_in(const std::filesystem::path& f
 
 void set_checkpoint_interval(double seconds) { interval = seconds; }
 
-bool Checkpoints::due() const {
+bool CheckpointClock::due() const {
   return interval > 0 && std::chrono::duration<double>(Clock::now() - last_).count() >= interval;
 }
 
 std::filesystem::path Checkpoints::next(double time) const { return checkpoint_path(folder_, time); }
 
 void Checkpoints::keep_two() {
-  last_ = Clock::now();
+  clock_.restart();
+  SettlingCheckpoint::remove(folder_);
   const std::vector<std::filesystem::path> found = checkpoints_in(folder_);
   std::error_code ignored;
   for (std::size_t k = 2; k < found.size(); ++k) std::filesystem::remove(found[k], ignored);
@@ -41,6 +43,7 @@ void Checkpoints::remove() const {
   for (const auto& entry : std::filesystem::directory_iterator(folder_, ignored))
     if (entry.path().filename().string().starts_with("checkpoint-")) all.push_back(entry.path());
   for (const std::filesystem::path& file : all) std::filesystem::remove(file, ignored);
+  SettlingCheckpoint::remove(folder_);
 }
 
 }  // namespace subsoil::app

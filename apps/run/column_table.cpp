@@ -52,6 +52,18 @@ constexpr ColumnOf<Owner> wrench_of[] = {
 
 constexpr ColumnOf<SurfaceRecord> places[] = {{"x", "m", place<0>}, {"y", "m", place<1>}, {"z", "m", place<2>}};
 
+/// A servo answers in the step: its load is that of t_n as its force is.
+const coupling::ServoState& servo_of_surface(const ColumnSources& from, const SurfaceRecord& s) {
+  const auto& motions = from.world.motions;
+  const auto found =
+      std::find_if(motions.begin(), motions.end(), [&](const auto& m) { return m.boundary == s.boundary; });
+  return from.simulation.servo(static_cast<std::size_t>(found - motions.begin()));
+}
+constexpr ColumnOf<SurfaceRecord> servos[] = {
+    {"load", "N", [](const ColumnSources& f, const SurfaceRecord& s) { return servo_of_surface(f, s).load; }, true},
+    {"resistance", "N", [](const ColumnSources& f, const SurfaceRecord& s) { return servo_of_surface(f, s).force; },
+     true}};
+
 /// Sum over the bodies that touch soil; each may carry several surfaces.
 template <int Axis>
 double on_machine(const ColumnSources& from) {
@@ -114,6 +126,9 @@ const ColumnFamily<FixedBody> fixed_columns{"FIXED", Taken::step, wrench_of<Fixe
                                             "which moves with them"};
 const ColumnFamily<SurfaceRecord> path_columns{"BOUNDARY", Taken::instant, places,
                                                "place of a boundary on a given path, world axes"};
+const ColumnFamily<SurfaceRecord> servo_columns{"BOUNDARY", Taken::step, servos,
+                                                "of a boundary with a `servo`: the load it is to meet, what the "
+                                                "spheres resist along its line, how far it has come"};
 const ColumnFamily<SoilAsWhole> draft_columns{
     "soil", Taken::step, drafts,
     "with a machine: the soil's force on all its bodies, rearward (minus the sum of Fx) and upward (the sum of Fy)"};
@@ -219,7 +234,7 @@ std::string columns_markdown() {
   std::string out = "| columns | are |\n|---|---|\n| `time` [s] | of the row |\n";
   for (const MachineColumns& m : machine_columns()) out += line(m.owner, m.columns, m.meaning);
   out += line(soil_on_body_columns) + line(surface_columns) + line(fixed_columns) + line(path_columns) +
-         line(draft_columns) + line(bed_columns) + line(bond_columns) + line(frozen_columns);
+         line(servo_columns) + line(draft_columns) + line(bed_columns) + line(bond_columns) + line(frozen_columns);
   return out + "| others | your own `machine.measures` and `output.watch` |\n";
 }
 

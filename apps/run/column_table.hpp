@@ -46,8 +46,9 @@ struct SoilAsWhole {};
 extern const ColumnFamily<SoilOnBody> soil_on_body_columns;
 extern const ColumnFamily<SurfaceRecord> surface_columns;
 extern const ColumnFamily<FixedBody> fixed_columns;
-extern const ColumnFamily<SurfaceRecord> path_columns;  ///< of boundaries that a given motion moves
-extern const ColumnFamily<SoilAsWhole> draft_columns;   ///< with a machine
+extern const ColumnFamily<SurfaceRecord> path_columns;   ///< of boundaries that a given motion moves
+extern const ColumnFamily<SurfaceRecord> servo_columns;  ///< of boundaries with a servo
+extern const ColumnFamily<SoilAsWhole> draft_columns;    ///< with a machine
 extern const ColumnFamily<SoilAsWhole> bed_columns;
 extern const ColumnFamily<SoilAsWhole> bond_columns;    ///< where a law has bonds
 extern const ColumnFamily<SoilAsWhole> frozen_columns;  ///< with an active region

@@ -59,6 +59,10 @@ void Columns::add_soil() {
   for (const FixedBody& f : world_.fixed) add(fixed_columns, f.name, f);
   for (const SurfaceRecord& s : world_.surfaces)
     if (s.owner == SurfaceRecord::Owner::given && s.moves) add(path_columns, s.name, s);
+  for (const coupling::GivenMotion& m : world_.motions)
+    if (m.servo)
+      for (const SurfaceRecord& s : world_.surfaces)
+        if (s.boundary == m.boundary) add(servo_columns, s.name, s);
   if (world_.machine) add(draft_columns, draft_columns.owner, SoilAsWhole{});
   add(bed_columns, bed_columns.owner, SoilAsWhole{});
   if (world_.bed->has_bonding_laws()) add(bond_columns, bond_columns.owner, SoilAsWhole{});

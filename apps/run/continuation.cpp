@@ -127,7 +127,9 @@ void refuse_jumps(const World& world, double time, const std::string& state) {
     for (const coupling::GivenMotion& m : world.motions) {
       const double dt = world.step.soil_step;
       const double step = dem::norm(m.pose(time).position - m.pose(time - dt).position);
-      const double off = dem::norm(m.pose(time).position - world.bed->boundary(m.boundary).pose_before.position);
+      dem::Vec3 gap = m.pose(time).position - world.bed->boundary(m.boundary).pose_before.position;
+      if (m.servo) gap += m.servo->along * -dem::dot(gap, m.servo->along);  // the way of a servo is in the state
+      const double off = dem::norm(gap);
       if (off > 10 * step + 1e-6) refuse(world.bed->boundary(m.boundary).name, off, "m");
     }
   }

@@ -32,7 +32,10 @@ double frame_interval(const Scenario& s) {
 
 FrameOutput::FrameOutput(const std::filesystem::path& directory, const Scenario& scenario, const World& world,
                          const coupling::Simulation& simulation, const RunProgress* go_on)
-    : world_(world), simulation_(simulation) {
+    : world_(world),
+      simulation_(simulation),
+      holds_contacts_(world.bed != nullptr && scenario.output.contact_forces),
+      loads_(world) {
   ParticleTable table;  // of the run's first instant
   std::vector<OutputSurface> surfaces;
   if (go_on != nullptr)
@@ -76,6 +79,7 @@ void FrameOutput::list_surfaces(std::vector<OutputSurface>& surfaces) {
     const dem::Boundary& b = world_.bed->boundary(r.boundary);
     if (!b.active) continue;  // an opened wall is not there
     shown_.push_back(r.boundary);
+    loads_.show(r, surfaces.size());
     add(r.name, dem::drawing(b.shape, 1.0)[r.mesh], r.moves, b.pose);
   }
   for (const DrawnSurface& d : world_.drawn) add(d.name, d.mesh, true, {});
@@ -143,6 +147,10 @@ void FrameOutput::write_instant(const Instant& now, double time, long step) {
   frame.surfaces = poses_;
   frame.deformed = deformed_;
   frame.values = now.values;
+  const ContactLines lines = holds_contacts_ ? contact_lines(now.contacts, spheres) : ContactLines{};
+  if (holds_contacts_) frame.contact_forces = &lines;
+  const std::vector<std::vector<FrameField>> loads = loads_.take(time, frame.surfaces.size());
+  frame.loads = loads;
   writer_->write(frame);
 }
 
@@ -158,12 +166,15 @@ const FrameOutput::Instant& FrameOutput::at(double time) {
     between_.bodies.push_back(interpolate(before_.bodies[i], now_.bodies[i], w));
   for (std::size_t i = 0; i < now_.values.size(); ++i)
     between_.values.push_back(w * before_.values[i] + (1 - w) * now_.values[i]);
+  if (holds_contacts_) between_.contacts = w > 0.5 ? before_.contacts : now_.contacts;
   return between_;
 }
 
 void FrameOutput::archive(Archive& a, bool needed) {
   a(needed);
   if (needed) now_.archive(a);
+  if (needed && holds_contacts_) archive_contacts(now_.contacts, a);
+  loads_.archive(a);
 }
 
 void FrameOutput::Instant::archive(Archive& a) {

@@ -6,6 +6,7 @@
 
 #include "apps/build/world.hpp"
 #include "apps/output/run_writer.hpp"
+#include "apps/run/frame_loads.hpp"
 #include "apps/run/mechanism_frames.hpp"
 #include "apps/run/restart.hpp"
 
@@ -25,6 +26,8 @@ class FrameOutput {
 
   /// Before the step that begins at t: where surfaces stand. Returns what the step is to fill (null without a bed).
   dem::Snapshot* begin(double t);
+  /// Likewise the contacts, where frames hold them.
+  std::vector<dem::ContactRecord>* contacts() { return holds_contacts_ ? &now_.contacts : nullptr; }
   /// After the step: a frame at its beginning or between that and the instant of the begin() before. In between,
   /// positions lie on the cubic through x and v of both, the rest on a line (poses turn about one axis), which is
   /// of second order in the step; counts are those of the nearer instant, spheres those of both.
@@ -50,6 +53,7 @@ class FrameOutput {
     std::vector<dem::Pose> surfaces;  ///< of the boundaries that are shown
     Poses bodies;                     ///< of the machine
     std::vector<double> values;       ///< measures
+    std::vector<dem::ContactRecord> contacts;
     void archive(Archive& a);
   };
   const Instant& at(double time);
@@ -64,6 +68,8 @@ class FrameOutput {
   std::vector<dem::Pose> poses_;
   std::vector<std::vector<Vec3>> deformed_;
   std::vector<std::size_t> measures_;  ///< columns of the machine
+  bool holds_contacts_;
+  FrameLoads loads_;
   Instant before_, now_, between_;
 };
 

@@ -7,9 +7,11 @@
 #include <limits>
 
 #include "apps/build/laws.hpp"
+#include "apps/build/servo.hpp"
 #include "apps/scenario/library.hpp"
 #include "apps/scenario/shapes/mesh_file.hpp"
 #include "apps/scenario/units.hpp"
+#include "libdem/laws/contact.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -116,6 +118,32 @@ void look_at_library(const Loaded& loaded, const World& world, const std::string
   }
 }
 
+/// Gains that let a servo jump over its load: within half of what is stable (coupling/servo.hpp), with as many contacts
+/// as spheres lie side by side under it.
+void look_at_servos(const Loaded& loaded, const World& world, Texts& out) {
+  const auto spheres = world.bed->spheres();
+  if (spheres.empty()) return;
+  const dem::Sphere& one = spheres.front();
+  for (const coupling::GivenMotion& m : world.motions) {
+    if (!m.servo) continue;
+    const dem::Boundary& b = world.bed->boundary(m.boundary);
+    const int law = world.laws.of(one.material, b.material);
+    if (law < 0) continue;
+    const dem::StiffnessBound of = world.laws.laws[static_cast<std::size_t>(law)]->bound(
+        {.m_eff = one.m, .r_eff = one.r, .r_min = one.r, .speed = world.step.expected_speed});
+    const bool plane = std::holds_alternative<dem::Plane>(b.shape);
+    const double area = plane ? 0 : shown_area(b.shape, b.pose.attitude.conjugate().rotate(m.servo->along));
+    const double contacts = plane ? std::pow(static_cast<double>(spheres.size()), 2.0 / 3) : area / (4 * one.r * one.r);
+    const double dt = world.step.soil_step, lag = std::max(m.servo->lag, 0.5 * dt), gain = m.servo->gain * contacts;
+    const double share = std::max(gain * of.c_n * dt / (2 * lag), gain * of.k_n * dt * dt / (4 * lag));
+    if (share > 0.5)
+      out.push_back(fmt::format(
+          "{}: the servo of {} is too eager for some {:.0f} contacts ({:.2g} of what is stable): it may chatter; lower "
+          "`speed limit` or `gain`, or raise `lag`",
+          loaded.where("boundaries"), b.name, contacts, share));
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> input_warnings(const Loaded& loaded, const World& world, const std::string& file,
@@ -127,6 +155,7 @@ std::vector<std::string> input_warnings(const Loaded& loaded, const World& world
   look_at_container(loaded, world, out);
   look_at_rest(loaded, world, out);
   look_at_library(loaded, world, file, sets, out);
+  look_at_servos(loaded, world, out);
   return out;
 }
 

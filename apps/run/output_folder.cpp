@@ -46,7 +46,7 @@ void remove_results(const std::filesystem::path& folder, const std::filesystem::
     const std::string name = entry.path().filename().string();
     const bool state = (name.starts_with("state-") || name.starts_with("checkpoint-")) && name.ends_with(".h5");
     const bool other = name == "series.csv" || name == "summary.json" || name == "run.h5" || name == "run.xdmf" ||
-                       name == "frames" || name.ends_with(".part");
+                       name == "run.xdmf2" || name == "frames" || name.ends_with(".part");
     if (!(state || other) || (!keep.empty() && std::filesystem::equivalent(entry.path(), keep, ignored))) continue;
     std::error_code fault;
     std::filesystem::remove_all(entry.path(), fault);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/output/bed_state_file.hpp"
 #include "apps/output/state_file.hpp"
 #include "apps/version.hpp"
 
@@ -50,25 +51,9 @@ void save_run(const std::filesystem::path& path, const Scenario& scenario, const
   out.put_text("scenario", write_scenario(scenario));
   out.put("time", simulation.time());
   if (world.bed) {
-    const dem::Bed::State bed = world.bed->save();
-    out.put("bed/spheres", bed.spheres);
-    out.put("bed/ids", bed.ids);
-    out.put("bed/pair ids", bed.pair_ids);
-    out.put("bed/pairs", bed.pairs);
-    out.put("bed/surface ids", bed.surface_ids);
-    out.put("bed/surfaces", bed.surfaces);
-    out.put("bed/scalars", bed.scalars);
-    if (!bed.calm.empty()) out.put("bed/calm", bed.calm), out.put("bed/frozen", bed.frozen);
-    if (!bed.fixed.empty()) out.put("bed/fixed", bed.fixed);
+    put_bed_state(out, world.bed->save());
     out.put("soil step", world.step.soil_step);
     out.put_text("instruction set", world.bed->kernel_name());
-    if (!bed.bonding.empty()) {
-      out.put("bed/bonding", bed.bonding);
-      out.put("bed/bond ids", bed.bond_ids);
-      out.put("bed/bonds", bed.bonds);
-      out.put("bed/broken ids", bed.broken_ids);
-      out.put("bed/broken", bed.broken);
-    }
     const SoilReport& s = world.soil;
     out.put("soil", std::vector<double>{static_cast<double>(s.spheres), s.mass, s.settled_for, s.rms_speed,
                                         s.bulk_density, s.surface_mean, s.surface_spread, s.coordination,
@@ -102,7 +87,8 @@ void check_numbers(const SavedRun& saved, const std::filesystem::path& file) {
   };
   if (!std::isfinite(saved.time) || std::abs(saved.time) > 1e12 || !finite(saved.coupling) || !finite(saved.machine) ||
       !finite(saved.bed.spheres) || !finite(saved.bed.pairs) || !finite(saved.bed.bonds) ||
-      !finite(saved.bed.surfaces) || !finite(saved.bed.scalars) || !(saved.soil_step >= 0 && saved.soil_step < 1e6))
+      !finite(saved.bed.surfaces) || !finite(saved.bed.scalars) || !finite(saved.bed.loads) ||
+      !(saved.soil_step >= 0 && saved.soil_step < 1e6))
     throw std::runtime_error(file.string() + ": holds numbers that are not finite or beyond 1e30; the file is damaged");
   if (!saved.has_bed) return;
   const std::size_t count = saved.bed.ids.size() / 2;
@@ -136,6 +122,7 @@ SavedRun read_run(const std::filesystem::path& file) {
                                    "bed/calm",
                                    "bed/frozen",
                                    "bed/fixed",
+                                   "bed/loads",
                                    "soil",
                                    "soil step",
                                    "layers/",
@@ -155,27 +142,9 @@ SavedRun read_run(const std::filesystem::path& file) {
   if (in.has("scenario")) saved.scenario = in.text("scenario"), saved.time = in.value<double>("time");
   saved.has_bed = in.has("bed/spheres");
   if (saved.has_bed) {
-    saved.bed.spheres = in.get<double>("bed/spheres");
-    saved.bed.ids = in.get<std::int64_t>("bed/ids");
-    saved.bed.pair_ids = in.get<std::int64_t>("bed/pair ids");
-    saved.bed.pairs = in.get<double>("bed/pairs");
-    saved.bed.surface_ids = in.get<std::int64_t>("bed/surface ids");
-    saved.bed.surfaces = in.get<double>("bed/surfaces");
-    saved.bed.scalars = in.get<double>("bed/scalars");
-    if (in.has("bed/calm")) {
-      saved.bed.calm = in.get<std::int64_t>("bed/calm");
-      saved.bed.frozen = in.get<double>("bed/frozen");
-    }
-    if (in.has("bed/fixed")) saved.bed.fixed = in.get<double>("bed/fixed");
+    saved.bed = bed_state_of(in);
     saved.soil_step = in.value<double>("soil step");
     saved.kernel = in.text("instruction set");
-    if (in.has("bed/bonding")) {
-      saved.bed.bonding = in.get<double>("bed/bonding");
-      saved.bed.bond_ids = in.get<std::int64_t>("bed/bond ids");
-      saved.bed.bonds = in.get<double>("bed/bonds");
-      saved.bed.broken_ids = in.get<std::int64_t>("bed/broken ids");
-      saved.bed.broken = in.get<double>("bed/broken");
-    }
     const std::vector<double> s = in.get<double>("soil"), layers = in.get<double>("layers/numbers");
     if (s.size() != 10) refuse_arrays(file);
     saved.soil = {.spheres = static_cast<std::size_t>(s.at(0)),

@@ -185,8 +185,10 @@ int RunLoop::loop() {
     if (row && world_.bed) follow_tools(t);
     stood_ = simulation_.window_begins();
     dem::Snapshot* const snapshot = frame ? frames_->begin(t) : nullptr;
+    std::vector<dem::ContactRecord>* const contacts = frame ? frames_->contacts() : nullptr;
     const bool first = steps_ == 0 && !energy_begun_;
-    if (!guarded([&] { simulation_.step({.energy = sample || first, .snapshot = snapshot}); })) return exit_failed;
+    if (!guarded([&] { simulation_.step({.energy = sample || first, .snapshot = snapshot, .contacts = contacts}); }))
+      return exit_failed;
     if (first) begin_energy();
     columns_->take_step(values_, sample);
     if (crossings_->any()) stops = crossings_->look(t, values_, Crossings::on_a_line);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "apps/run/run_loop.hpp"
+#include "apps/run/wear.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -86,6 +87,9 @@ void RunLoop::finish(int& code) {
   crossings_->write(*summary_);
   write_energy(*summary_, energy_start_, world_, simulation_);
   if (!tool_->tools().empty()) write_tools(*summary_, *tool_);
+  if (code != exit_failed) write_disturbance(*summary_, *tool_, request_.out, s_);
+  if (world_.bed) write_servos(*summary_, world_, simulation_);
+  if (world_.bed) write_wear(*summary_, world_, reached_);
   attempt(code, [&] { summary_->write(request_.out / "summary.json"); });
   if (code == exit_ok) checkpoints_.remove();
   if (const std::string means = means_text(*summary_, *tool_, s_); !means.empty() && world_.bed)

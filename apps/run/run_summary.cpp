@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "apps/report/disturbance.hpp"
 #include "apps/run/physics_watch.hpp"
 #include "apps/run/process.hpp"
 #include "apps/version.hpp"
@@ -26,7 +27,7 @@ void write_energy(Summary& summary, const EnergyStart& start, const World& world
     const double closure = b.total() - b.boundary_work - start.bed;
     double given = 0;
     for (const coupling::GivenMotion& m : world.motions) given += world.bed->boundary(m.boundary).work;
-    take_in("work of given motions [J]", given);
+    take_in("work of given motions [J]", given);  // servos are among them
     take_in("gravity on the soil [J]", start.bed_gravity - b.gravity);
     e["damped [J]"] = b.lost.damping;
     e["slid [J]"] = b.lost.sliding;
@@ -131,6 +132,18 @@ void write_step_error(Summary& summary, const mbd::StepError& error) {
   summary.section("run")["machine step error"] = {{"largest of a step", error.largest}, {"sum", error.sum()}};
 }
 
+void write_servos(Summary& summary, const World& world, const coupling::Simulation& simulation) {
+  for (std::size_t i = 0; i < world.motions.size(); ++i) {
+    const coupling::GivenMotion& m = world.motions[i];
+    if (!m.servo) continue;
+    const coupling::ServoState& s = simulation.servo(i);
+    const dem::Boundary& b = world.bed->boundary(m.boundary);
+    summary.section("servos")[b.name] = {{"load at the end [N]", s.load},   {"resistance at the end [N]", s.force},
+                                         {"travel [m]", s.travel},          {"speed at the end [m/s]", s.velocity},
+                                         {"gain [m/(N s)]", m.servo->gain}, {"work on the soil [J]", b.work}};
+  }
+}
+
 void write_events(Summary& summary, const mbd::Machine& machine) {
   const std::vector<mbd::Event>& events = machine.events();
   summary.section("run")["events"] = events.size();
@@ -186,6 +199,31 @@ void write_tools(Summary& summary, const ToolProgress& progress) {
                                             {"steady", mean.steady()}};
     }
     summary.section("tools")[tool.name] = std::move(json);
+  }
+}
+
+void write_disturbance(Summary& summary, const ToolProgress& progress, const std::filesystem::path& folder,
+                       const Scenario& scenario) {
+  if (!progress.any_passes()) return;
+  double draft = 0, variance = 0;
+  for (const Tool& tool : progress.tools()) {
+    if (!tool.passes) continue;
+    const Along along = axes_of(tool).front();
+    const BlockMean& mean = summary.over_window(along.column);
+    draft += along.sign * mean.mean(), variance += mean.interval() * mean.interval();
+  }
+  auto& section = summary.section("disturbance");
+  try {
+    const FramesFile file(folder / "run.h5");
+    if (file.times().size() < 2) {
+      section = {{"none", "frames tell it: the run has fewer than two; set output.every"}};
+      return;
+    }
+    const double surface = summary.section("soil").value("mean surface [m]", std::nan(""));
+    section =
+        disturbance_json(disturbance_of(file, &scenario, surface, summary.window_from()), draft, std::sqrt(variance));
+  } catch (const std::exception& error) {
+    section = {{"none", fmt::format("the frames could not be read: {}", error.what())}};
   }
 }
 

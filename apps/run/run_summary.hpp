@@ -1,4 +1,5 @@
 #pragma once
+#include <filesystem>
 #include <string>
 
 #include "apps/build/world.hpp"
@@ -32,9 +33,15 @@ void write_energy(Summary& summary, const EnergyStart& start, const World& world
 void write_restitution_error(Summary& summary, double error);
 /// What fixed machine steps are estimated to err by.
 void write_step_error(Summary& summary, const mbd::StepError& error);
+/// Of each servo: load, what resists it, travel, work.
+void write_servos(Summary& summary, const World& world, const coupling::Simulation& simulation);
 void write_events(Summary& summary, const mbd::Machine& machine);
 /// Means of each tool: force on it forward, upward and sideways, with their intervals.
 void write_tools(Summary& summary, const ToolProgress& progress);
+/// What the pass has done to the soil, from the frames that lie in the folder; nothing where no tool passes through
+/// soil, and the reason where frames do not tell.
+void write_disturbance(Summary& summary, const ToolProgress& progress, const std::filesystem::path& folder,
+                       const Scenario& scenario);
 
 /// The means of tools and watches, a line each: "draft 61.2 N +- 4.1 N".
 std::string means_text(const Summary& summary, const ToolProgress& progress, const Scenario& scenario);

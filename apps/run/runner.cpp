@@ -20,6 +20,7 @@
 #include "apps/run/restart.hpp"
 #include "apps/run/resume.hpp"
 #include "apps/run/run_loop.hpp"
+#include "apps/run/settling_checkpoint.hpp"
 #include "apps/run/signals.hpp"
 #include "apps/version.hpp"
 
@@ -105,7 +106,7 @@ void keep_step(World& world, const Loaded& loaded, const SavedRun& saved, const 
 
 /// The run as asked for, in a folder that is locked.
 int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<SavedRun>& saved, bool goes_on,
-               FolderLock& lock) {
+               FolderLock& lock, const std::optional<dem::SettleState>& settling_from = std::nullopt) {
   BuildOptions options;
   options.threads = request.threads > 0 ? request.threads : static_cast<int>(loaded.scenario.time.threads);
   if (!loaded.scenario.has_bed() && options.threads == 0) options.threads = 1;  // a machine alone has no work for more
@@ -118,6 +119,12 @@ int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<Sa
     if (std::exchange(first, false) || settling.due())
       settling.show(fmt::format("settling: {:.3f} s, rms speed {:.2g} m/s", time, rms));
     return caught_signal() == 0;
+  };
+  SettlingCheckpoint checkpoint(request.out, write_scenario(loaded.scenario));
+  options.settling = settling_from ? &*settling_from : nullptr;
+  options.keep_settling_due = [&] { return checkpoint.due(); };
+  options.keep_settling = [&](const dem::SettleState& state, const dem::Bed& bed) {
+    checkpoint.keep(state, bed.kernel_name());
   };
   World world = build_world(loaded, options);
   if (saved) keep_step(world, loaded, *saved, request);
@@ -172,6 +179,7 @@ int run(const RunRequest& given) {
     refuse_other(*saved, loaded.scenario, request.from);
     look_at_changes(*saved, loaded, request);
   }
+  SettlingCheckpoint::remove(request.out);
   return run_locked(request, loaded, saved, false, lock);
 }
 
@@ -198,10 +206,14 @@ int resume(const std::filesystem::path& folder, const RunRequest& given) {
     refuse_other(*saved, loaded.scenario, request.from);
     look_at_changes(*saved, loaded, request);
     spdlog::info("going on from {} at {:.6g} s", request.from.filename().string(), saved->time);
-  } else {
-    spdlog::info("no state to go on from in {}: from the start", folder.string());
+    return run_locked(request, loaded, saved, true, lock);
   }
-  return run_locked(request, loaded, saved, saved.has_value(), lock);
+  const std::optional<dem::SettleState> settling = SettlingCheckpoint(folder, write_scenario(loaded.scenario)).read();
+  if (settling)
+    spdlog::info("going on from settling.h5, a bed on its way to rest");
+  else
+    spdlog::info("no state to go on from in {}: from the start", folder.string());
+  return run_locked(request, loaded, saved, false, lock, settling);
 }
 
 }  // namespace subsoil::app

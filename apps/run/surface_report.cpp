@@ -56,9 +56,11 @@ std::vector<SurfaceFacts> surface_facts(const World& world, double end) {
     facts.low = start.low, facts.high = start.high;
     facts.path_known = r.owner == SurfaceRecord::Owner::given;
     facts.from_soil = soil ? between(start, bed) : 0;
-    for (const coupling::GivenMotion& m : world.motions)
+    for (const coupling::GivenMotion& m : world.motions) {
+      if (m.boundary == r.boundary && m.servo) facts.path_known = false;  // the load decides
       for (int k = 1; m.boundary == r.boundary && soil && k <= 100; ++k)
         facts.from_soil = std::min(facts.from_soil, between(box_at(mesh.vertices(), m.pose(end * k / 100)), bed));
+    }
     out.push_back(facts);
   }
   return out;

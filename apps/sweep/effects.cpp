@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "apps/report/statistics.hpp"
+#include "apps/student.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -40,7 +41,7 @@ std::vector<LevelMean> levels(const Study& study, const std::vector<PointResult>
     for (const double v : values[l]) out[l].mean += v / n;
     for (const double v : values[l]) squares += (v - out[l].mean) * (v - out[l].mean);
     out[l].count = values[l].size();
-    out[l].half_width = n > 1 ? student_95(n - 1) * std::sqrt(squares / (n - 1) / n) : none;
+    out[l].half_width = n > 1 ? student_t(n - 1) * std::sqrt(squares / (n - 1) / n) : none;
   }
   return out;
 }
@@ -83,7 +84,7 @@ Plane plane(const Study& study, const std::vector<PointResult>& results, const s
   const double variance = (y - x * b).squaredNorm() / static_cast<double>(n - m);
   const Eigen::MatrixXd inverse = (x.transpose() * x).inverse();
   out.slope = b.tail(m - 1);
-  out.half = (student_95(static_cast<double>(n - m)) * (variance * inverse.diagonal()).array().sqrt()).tail(m - 1);
+  out.half = (student_t(static_cast<double>(n - m)) * (variance * inverse.diagonal()).array().sqrt()).tail(m - 1);
   return out;
 }
 

@@ -5,6 +5,7 @@
 
 #include "libdem/contacts/blocks.hpp"
 #include "libdem/contacts/contact_laws.hpp"
+#include "libdem/contacts/contact_record.hpp"
 #include "libdem/geometry/boundary.hpp"
 #include "libdem/particles/particle_store.hpp"
 
@@ -36,6 +37,8 @@ struct SurfaceChunk {
   int contacts = 0;
   double max_overlap = 0;
   std::uint32_t worst = 0;  ///< sphere of max_overlap
+  bool records = false;     ///< whether the step asks for single contacts
+  std::vector<ContactRecord> recorded{};
 };
 
 /// Spheres of one particle block on flat faces of one mesh of a boundary, of one law.
@@ -64,7 +67,7 @@ struct SurfaceHistory {
 /// | candidates, entry_order    | rebuilds                                                    | every worker     |
 /// | entries: contacts, force   | the worker whose share of chunks they are in, before the    | the worker of    |
 /// |                            | sweep                                                       | the sphere       |
-/// | chunks                     | likewise                                                    | sums of the step |
+/// | chunks                     | likewise; `records` before the step                         | sums of the step |
 /// | waiting                    | restarts and exchanges of laws                              | the next rebuild |
 ///
 /// Layout: planes lie by particle block, so that the sweep meets them with the spheres; eight to a block, whose

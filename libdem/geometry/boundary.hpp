@@ -1,9 +1,11 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "libdem/base/vec3.hpp"
 #include "libdem/geometry/shapes.hpp"
+#include "libdem/geometry/surface_loads.hpp"
 
 namespace subsoil::dem {
 
@@ -36,6 +38,7 @@ struct Boundary {
   std::vector<Wrench> meshes;  ///< its share on each mesh of a MeshSurface; empty where there is only one
   double work = 0;             ///< J done by the surface on the spheres since the start, mean wrench times displacement
   int contacts = 0;            ///< spheres in contact at t_n
+  std::optional<SurfaceLoads> loads;  ///< what its triangles have borne up to t_n; kept where its user makes it
 
   /// Of the spheres on one mesh of its shape, or on the whole of another shape.
   const Wrench& on_mesh(std::size_t index) const { return meshes.empty() ? wrench : meshes[index]; }

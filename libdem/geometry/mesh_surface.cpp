@@ -55,6 +55,20 @@ void MeshSurface::candidates(const Vec3& c, double cutoff, std::vector<uint32_t>
   std::sort(out.begin() + first, out.end());
 }
 
+uint32_t MeshSurface::nearest_triangle(const Vec3& point) const {
+  double best = std::numeric_limits<double>::infinity();
+  uint32_t nearest = 0;
+  // Points of contacts lie on the surface: the first, narrow look nearly always finds it.
+  for (double reach = 1e-9 * bounds_.diagonal() + rounding_; !(best <= reach * reach); reach *= 16) {
+    tree_.visit_near(point, reach, [&](uint32_t t) {
+      const double distance2 = nearest_point(facets_[t], point).distance_squared;
+      if (distance2 < best || (distance2 == best && t < nearest)) best = distance2, nearest = t;
+    });
+    if (!std::isfinite(reach)) break;  // the point is not finite: nobody is near
+  }
+  return nearest;
+}
+
 bool MeshSurface::leaves_nearer(uint32_t corner, const Vec3& u, double distance, const Tolerance& tolerance) const {
   const double limit = Tolerance::descent * distance + tolerance.rounding;
   for (uint32_t i = corners_[corner].begin; i < corners_[corner].end; ++i)

@@ -22,6 +22,26 @@ std::string number(double x) {
   return text;
 }
 
+/// Decisions of a settling in their order: those of a state to go on from first, then its own.
+class Decisions {
+ public:
+  explicit Decisions(const SettleState* from) {
+    if (from != nullptr) made_ = from->decisions;
+  }
+  bool replaying() const { return next_ < made_.size(); }
+  /// What was decided here; else what `decide` says now.
+  template <class Decide>
+  double operator()(const Decide& decide) {
+    if (!replaying()) made_.push_back(decide());
+    return made_[next_++];
+  }
+  const std::vector<double>& made() const { return made_; }
+
+ private:
+  std::vector<double> made_;
+  std::size_t next_ = 0;
+};
+
 /// One settling from its start to its report.
 class Settler {
  public:
@@ -31,7 +51,9 @@ class Settler {
         plan_(plan),
         region_(region),
         start_(bed.time()),
-        gravity_(norm(bed.options().gravity)) {
+        gravity_(norm(bed.options().gravity)),
+        decide_(plan.from),
+        waits_(plan.from != nullptr) {
     if (!(plan.step > 0)) throw std::invalid_argument("settling: the step must be positive");
     if (plan.duration && plan.until_speed)
       throw std::invalid_argument("settling: give either a duration or a speed to fall below, not both");
@@ -74,6 +96,14 @@ class Settler {
   }
 
   bool stopped() const { return stopped_; }
+  /// The bed is not that of the state yet: what is done to it has been done already.
+  bool waits() const { return waits_; }
+
+  /// A number that is measured of the bed.
+  template <class Measure>
+  double measured(const Measure& measure) {
+    return decide_(measure);
+  }
 
  private:
   double elapsed() const { return bed_.time() - start_; }
@@ -90,41 +120,80 @@ class Settler {
 
   /// Mass and size of what lies in the bed now; it changes only between runs.
   void weigh() {
-    mass_ = 0;
-    for (const Sphere& s : bed_.spheres())
-      if (!is_fixed(s)) mass_ += s.m;
-    radius_ = mean_radius(bed_.spheres());
+    mass_ = decide_([&] {
+      double mass = 0;
+      for (const Sphere& s : bed_.spheres())
+        if (!is_fixed(s)) mass += s.m;
+      return mass;
+    });
+    radius_ = decide_([&] { return mean_radius(bed_.spheres()); });
+  }
+
+  /// Whether a run of steps lies behind the state. If it is the one that the state is of, the bed takes its place now.
+  bool passed() {
+    if (!waits_) return false;
+    if (decide_.replaying()) {
+      decide_([] { return 0.0; });  // the mark of its end
+      return true;
+    }
+    if (plan_.from->run.size() != 3) throw std::invalid_argument("settling: the state is damaged");
+    bed_.restore(plan_.from->bed);
+    waits_ = false;
+    steps_ = std::lround(plan_.from->run[0]), steps_of_run_ = std::lround(plan_.from->run[1]);
+    still_since_ = plan_.from->run[2];
+    return false;
+  }
+  void begin_run() { steps_of_run_ = 0, still_since_ = bed_.time(); }
+  void end_run() {
+    decide_([] { return 0.0; });
+  }
+  void keep_if_due() {
+    if (!plan_.keep_due || !(stopped_ || plan_.keep_due())) return;
+    plan_.keep(
+        {decide_.made(), {static_cast<double>(steps_), static_cast<double>(steps_of_run_), still_since_}, bed_.save()});
   }
 
   void step(const char* stage) {
     bed_.step(plan_.step);
+    ++steps_of_run_;
     if (++steps_ % kProgressSteps == 0 && plan_.progress)
       stopped_ = !plan_.progress({stage, elapsed(), plan_.at_most, rms_speed(false), bed_.spheres().size()});
   }
 
   void run_for(double duration, const char* stage) {
     weigh();
+    begin_run();
+    if (passed()) return;
     const long steps = std::lround(duration / plan_.step);
-    for (long k = 0; k < steps && !stopped_; ++k) step(stage);
+    while (steps_of_run_ < steps && !stopped_) {
+      step(stage);
+      keep_if_due();
+    }
+    if (!stopped_) end_run();
   }
 
   void run_until(std::optional<double> speed, const char* stage) {
     weigh();
-    if (bed_.spheres().empty()) return;
+    if (radius_ == 0) return;  // there is no sphere
+    begin_run();
+    if (passed()) return;
     const double limit = speed.value_or(rest_speed(radius_, gravity_));
     // Without gravity nothing falls: then the speed alone decides.
     const double hold = gravity_ > 0 ? std::sqrt(2 * radius_ / gravity_) : 0;
     const double falling = gravity_ > 0 ? std::sqrt(2 * radius_ * gravity_) : std::numeric_limits<double>::infinity();
-    double still_since = bed_.time();
     while (!stopped_) {
-      for (long k = 0; k < kLookSteps && !stopped_; ++k) step(stage);
+      do step(stage);
+      while (!stopped_ && steps_of_run_ % kLookSteps != 0);
+      if (stopped_) return keep_if_due();
       const double now = rms_speed(!speed && plan_.spins);
       if (!(now < limit && bed_.max_speed() < std::max(falling, limit)))
-        still_since = bed_.time();
-      else if (bed_.time() - still_since >= hold)
-        return;
+        still_since_ = bed_.time();
+      else if (bed_.time() - still_since_ >= hold)
+        break;
       if (elapsed() > plan_.at_most) refuse_motion(stage, now, limit);
+      keep_if_due();
     }
+    end_run();
   }
 
   [[noreturn]] void refuse_motion(const char* stage, double now, double limit) const {
@@ -140,7 +209,10 @@ class Settler {
   Bounds region_;
   double start_, gravity_;
   double mass_ = 0, radius_ = 0;
-  long steps_ = 0;
+  Decisions decide_;
+  bool waits_ = false;
+  long steps_ = 0, steps_of_run_ = 0;
+  double still_since_ = 0;
   bool stopped_ = false;
 };
 
@@ -192,21 +264,26 @@ void rain_layer(Bed& bed, const LawTable& laws, const Bounds& region, const BedL
   // Loose random packing, 0.60 of solid; spheres that rest with an overlap stand as close as smaller ones.
   const double closer = diameter / (diameter - std::clamp(overlap, 0.0, 0.5 * diameter));
   double fraction = 0.60 * closer * closer * closer;
-  const std::uint32_t first = next_id(bed);
-  const double below = surface_height(bed.spheres(), region).mean;
+  const auto surface = [&] { return surface_height(bed.spheres(), region).mean; };
+  const auto first = static_cast<std::uint32_t>(settler.measured([&] { return next_id(bed); }));
+  const double below = settler.measured(surface);
   constexpr int attempts = 5;
   for (int k = 0; k < attempts && !settler.stopped(); ++k) {
-    const double missing = floor + layer.top + diameter - surface_height(bed.spheres(), region).mean;
+    const double missing = floor + layer.top + diameter - settler.measured(surface);
     if (missing <= 0.5 * diameter) return;
-    bed.add(placer.place_volume(fraction * area * missing, highest_top(bed.spheres(), floor)));
+    const double top = settler.measured([&] { return highest_top(bed.spheres(), floor); });
+    const std::vector<SphereSpec> spheres = placer.place_volume(fraction * area * missing, top);
+    if (!settler.waits()) bed.add(spheres);
     settler.rain();
-    fraction = solid_fraction(bed, region, first, below, area);
+    fraction = settler.measured([&] { return solid_fraction(bed, region, first, below, area); });
   }
 }
 
-std::size_t level(Bed& bed, const Bounds& region, double top) {
-  const double cut = level_cut(bed.spheres(), region, region.low.y + top);
-  return bed.remove_if([&](const Sphere& s) { return s.x.y > cut; });
+std::size_t level(Bed& bed, const Bounds& region, double top, Settler& settler) {
+  return static_cast<std::size_t>(settler.measured([&] {
+    const double cut = level_cut(bed.spheres(), region, region.low.y + top);
+    return static_cast<double>(bed.remove_if([&](const Sphere& s) { return s.x.y > cut; }));
+  }));
 }
 
 void check_layers(const std::vector<BedLayer>& layers) {
@@ -262,18 +339,18 @@ SettleReport fill_at_random(Bed& bed, const LawTable& laws, const RandomFill& fi
   std::vector<std::uint32_t> ends;
   if (fill.count) {
     LoosePlacer placer(fill.region, fill.radius, fill.shares, fill.seed, fill.of);
-    bed.add(placer.place(*fill.count, highest_top(bed.spheres(), fill.region.low.y)));
+    if (plan.from == nullptr) bed.add(placer.place(*fill.count, highest_top(bed.spheres(), fill.region.low.y)));
     if (plan.staged) settler.rain();
   }
   for (std::size_t k = 0; k < layers.size() && !settler.stopped(); ++k) {
-    if (k > 0) levelled += level(bed, fill.region, layers[k - 1].top);
+    if (k > 0) levelled += level(bed, fill.region, layers[k - 1].top, settler);
     rain_layer(bed, laws, fill.region, layers[k], fill.seed + k, settler);
-    ends.push_back(next_id(bed));
+    ends.push_back(static_cast<std::uint32_t>(settler.measured([&] { return next_id(bed); })));
   }
   if (plan.staged) settler.raise();
   settler.finish();
   if (!layers.empty() && !settler.stopped()) {
-    levelled += level(bed, fill.region, layers.back().top);
+    levelled += level(bed, fill.region, layers.back().top, settler);
     settler.finish();
   }
   SettleReport out = settler.done();

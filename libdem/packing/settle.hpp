@@ -30,6 +30,15 @@ struct SettleProgress {
   std::size_t spheres;
 };
 
+/// A settling on its way, to go on from. What it has decided so far (numbers of steps, of spheres that rained or were
+/// levelled off, measured fractions) leads the same calls to the same place again without stepping; there the bed is
+/// put in.
+struct SettleState {
+  std::vector<double> decisions;
+  std::vector<double> run;  ///< of the stage under way: steps of all stages, s at which the bed was last not still
+  Bed::State bed;
+};
+
 struct SettlePlan {
   double step = 0;                    ///< s; stable for the final laws
   std::optional<double> duration;     ///< s of settling under the final laws; or
@@ -43,6 +52,11 @@ struct SettlePlan {
   bool spins = true;
   /// Called every hundred steps; false ends the settling early (SettleReport::stopped).
   std::function<bool(const SettleProgress&)> progress;
+  /// Asked between steps; true hands the state to `keep`, and so does an end by `progress`. Both or neither.
+  std::function<bool()> keep_due;
+  std::function<void(const SettleState&)> keep;
+  /// Goes on from here, with the same bed, laws and plan, and ends with the same bits; null: from the start.
+  const SettleState* from = nullptr;
 };
 
 struct SettleReport : BedReport {

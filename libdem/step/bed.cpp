@@ -75,8 +75,10 @@ void Bed::step(double dt, const Request& request) {
   bed.region.plan(now.steps, dt, new_lists, request.energy, request.snapshot != nullptr, bed.boundaries, bed.particles,
                   bed.balance.of_block, bed.contacts);
   bed.place_boundaries(now.dt_before);
+  bed.begin_records(request.contacts);
   bed.sweep(dt, request);  // forces of boundaries, forces of pairs, integrate: fused, particle block by particle block
   bed.record_broken_bonds(request.snapshot);
+  bed.end_records(request.contacts);
   bed.sum_up(request.energy);
   clock.end(sweep);
   bed.sum_phases(search, sweep);

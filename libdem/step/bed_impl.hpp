@@ -63,7 +63,8 @@ struct Bed::Impl {
   ActiveRegion region;
   StepCount now;
 
-  std::vector<PlaneJob> plane_jobs;  ///< by boundary, of this step
+  std::vector<PlaneJob> plane_jobs;        ///< by boundary, of this step
+  std::vector<ContactRecord> at_surfaces;  ///< of this step, where something asks for them
   bool measures_phases = false;
   Phases phases;
 
@@ -82,6 +83,13 @@ struct Bed::Impl {
   void sweep(double dt, const Request& request);
   void evaluate_remote(Worker& w);
   PairJob pair_job(const PairRun& run, std::size_t particle_block, const Sample& sample);
+
+  // contact_records.cpp: single contacts, for results and for the loads of surfaces
+  void begin_records(std::vector<ContactRecord>* all);
+  void end_records(std::vector<ContactRecord>* all);
+  void record_pairs(std::vector<ContactRecord>& out);
+  void record_run(const PairRun& run, std::size_t particle_block, std::vector<ContactRecord>& out);
+  void record_plane(const PlaneRun& run, std::vector<ContactRecord>& out) const;
 
   // bed.cpp: what a step leaves
   void form_due_bonds(double until);

@@ -13,6 +13,26 @@ constexpr std::size_t kBoundaryNumbers = 14, kScalars = 9;
 
 }  // namespace
 
+namespace {
+
+/// Of a state without any they begin at zero: their user asks for them from now on.
+void restore_loads(std::span<const double> in, std::vector<Boundary>& boundaries) {
+  if (in.empty()) return;
+  std::size_t faces = 0;
+  for (const Boundary& b : boundaries) faces += b.loads ? b.loads->faces.size() : 0;
+  if (in.size() != FaceLoad::kNumbers * faces)
+    throw std::invalid_argument(
+        "restart: the state has kept the loads of other surfaces than the scenario; use the scenario it was written "
+        "from, or leave `wear` out of all of them");
+  StateReader read{in};
+  for (Boundary& b : boundaries)
+    if (b.loads)
+      for (FaceLoad& f : b.loads->faces)
+        f.impulse = read(), f.normal_work = read(), f.shear_work = read(), f.rubbing = read(), f.cutting = read();
+}
+
+}  // namespace
+
 /// Counts, what has formed, and what broke.
 void Bed::Impl::save_bonding(State& out) const {
   const auto number = [](std::size_t n) { return static_cast<double>(n); };
@@ -68,6 +88,10 @@ Bed::State Bed::save() const {
   }
   if (d.region.on()) out.frozen = {d.balance.frozen()};
   out.fixed = d.fixed.save();
+  for (const Boundary& b : d.boundaries)
+    if (b.loads)
+      for (const FaceLoad& f : b.loads->faces)
+        out.loads.insert(out.loads.end(), {f.impulse, f.normal_work, f.shear_work, f.rubbing, f.cutting});
   for (const PairHistories& part :
        d.contacts.empty() ? d.contacts.waiting() : d.contacts.histories(d.laws, d.threads)) {
     for (const PairHistory& p : part.pairs) {
@@ -173,6 +197,7 @@ void Bed::restore(const State& in) {
   lost.damping = read(), lost.sliding = read(), lost.rolling = read();
   d.balance.removed = read(), lost.breaking = read();
   d.fixed.restore(in.fixed);
+  restore_loads(in.loads, d.boundaries);
   d.balance.frozen_before = in.frozen.empty() ? 0 : in.frozen.front();
   for (Boundary& b : d.boundaries) {
     b.wrench = {read.vector(), {}};

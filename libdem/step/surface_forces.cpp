@@ -25,6 +25,7 @@ class ChunkRun {
     chunk_.stored = 0;
     chunk_.contacts = 0;
     chunk_.max_overlap = 0;
+    chunk_.recorded.clear();
     for (std::uint32_t k = chunk_.begin; k < chunk_.end; ++k) touch(of_.contacts.entries[k]);
     flush();
   }
@@ -133,12 +134,26 @@ class ChunkRun {
       chunk_.wrench.moment += moment;
       if (!chunk_.meshes.empty()) chunk_.meshes[lane_[k].mesh] += {-f, moment};
       chunk_.stored += job_.sums.stored[k];
+      if (chunk_.records) record(k, f);
       ++chunk_.contacts;
       if (t[3] > 0) ++e.touching;
       if (exceeds(job_.sums.overlap[k], chunk_.max_overlap))
         chunk_.max_overlap = job_.sums.overlap[k], chunk_.worst = e.sphere;
     }
     job_.count = 0;
+  }
+
+  void record(std::uint32_t k, const Vec3& force) {
+    if (force.x == 0 && force.y == 0 && force.z == 0) return;
+    const Sphere s = of_.particles.now(job_.sphere[k]);
+    const Vec3 surface{job_.velocity[0][k], job_.velocity[1][k], job_.velocity[2][k]};
+    chunk_.recorded.push_back({.i = s.id,
+                               .j = chunk_.boundary,
+                               .at_surface = true,
+                               .point = lane_[k].point,
+                               .normal = {job_.normal[0][k], job_.normal[1][k], job_.normal[2][k]},
+                               .force = force,
+                               .velocity = s.v + cross(s.w, lane_[k].point - s.x) - surface});
   }
 
   const SurfaceForces& of_;

@@ -38,6 +38,7 @@ __all__ = ["Frame", "Frames", "Run", "SubsoilError", "open", "run"]
 
 _RESULTS = ("scenario.yaml", "series.csv", "summary.json", "run.h5")
 _PARTICLE_TABLE = ("id", "radius", "density", "material")  # of every sphere, once; of some, with the frame
+_NOT_OF_SPHERES = ("surfaces", "values", "written", "point numbers", "contact forces", "loads")
 _CODES = {2: "bad input", 3: "stopped, or ended with warnings under --strict", 130: "interrupted", 143: "terminated"}
 
 
@@ -100,7 +101,7 @@ class Frame:
     def columns(self) -> list[str]:
         """Names of what spheres have here."""
         own = self._frames._names(self._path("")[:-1])
-        names = [name for name in own if name not in ("surfaces", "values", "written", "point numbers")]
+        names = [name for name in own if name not in _NOT_OF_SPHERES]
         return names + [name for name in _PARTICLE_TABLE if "position" in own and name not in own]
 
     id = property(lambda self: self["id"], doc="(n,), rising")
@@ -126,6 +127,28 @@ class Frame:
         if not self._frames._holds(self._path("values")):
             return {}
         return dict(zip(self._frames.value_units, self._frames._read(self._path("values")).ravel().tolist()))
+
+    @property
+    def contact_forces(self) -> dict[str, np.ndarray]:
+        """Contacts that carry a force, k of them, of runs with `output.contact forces: yes`: "ends" (k, 2, 3) m, from the
+        centre of a sphere to that of the other or to the point on a surface; "ids" (k, 2), the second -1 at a surface;
+        "force" on the first sphere, (k, 3) N; "normal force" (k,) N, compression positive."""
+        if not self._frames._holds(self._path("contact forces/force")):
+            raise SubsoilError(f"{self._frames.path}: frame {self.index} has no contact forces; run with "
+                               "`output: {contact forces: yes}`")
+        held = {name: self._frames._read(self._path(f"contact forces/{name}"))
+                for name in ("ends", "ids", "force", "normal force")}
+        held["ends"] = held["ends"].reshape(-1, 2, 3)
+        return held
+
+    def loads(self, name: str) -> dict[str, np.ndarray]:
+        """What the triangles of a surface with `wear` have borne, in the order of Frames.triangles: "mean pressure" Pa,
+        "normal work" and "shear work" J/m^2, wear depths m."""
+        names = self._frames._names(self._path(f"loads/{name}"))
+        if not names:
+            raise SubsoilError(f"{self._frames.path}: frame {self.index} has no loads of '{name}'; give the surface "
+                               "`wear: {}`")
+        return {of: self._frames._read(self._path(f"loads/{name}/{of}")) for of in names}
 
     def surface(self, name: str) -> np.ndarray:
         """Vertices of a surface now, (m, 3) m, world axes; its faces: Frames.triangles, lines: Frames.segments."""

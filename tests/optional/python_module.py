@@ -151,6 +151,38 @@ class Results(Scratch):
         self.assertEqual([p.exists() for p in self.run_.states], [True])
 
 
+class Loads(Scratch):
+    """A ball that slides without friction along a strip: its weight is what one contact carries."""
+    scenario = {
+        "subsoil": 1,
+        "materials": FALL["materials"],
+        "contacts": [{"between": pair, **LAW, "k_n": "100 kN/m", "mu": 0} for pair in PAIRS],
+        "soil": {"bed": {"fill": "particles", "particles": [
+            {"position": "100 10 3 mm", "radius": "10 mm", "velocity": "0.5 0 0 m/s", "material": "clay"}]}},
+        "boundaries": [{"name": "strip", "material": "steel", "shape": {"box": "0.6 0.02 0.1 m"}, "at": "0.3 -0.01 0 m",
+                        "wear": {"coefficient": 1e-4, "hardness": "2 GPa"}}],
+        "time": {"end": "0.2 s"},
+        "output": {"every": "0.1 s", "contact forces": True, "precision": "double"},
+    }
+    weight = 1800 * 4 / 3 * math.pi * 1e-6 * 9.81
+
+    def test_contact_forces_are_lines(self):
+        held = self.run_.frames[-1].contact_forces
+        self.assertEqual(held["ids"].tolist(), [[0, -1]])
+        np.testing.assert_allclose(held["force"], [[0, self.weight, 0]], atol=1e-3 * self.weight)
+        np.testing.assert_allclose(held["normal force"], [self.weight], rtol=1e-3)
+        np.testing.assert_allclose(held["ends"][0], [[0.2, 0.01, 0.003], [0.2, 0, 0.003]], atol=1e-4)
+
+    def test_loads_are_of_triangles(self):
+        loads = self.run_.frames[-1].loads("strip")
+        self.assertEqual(len(loads["mean pressure"]), len(self.run_.frames.triangles("strip")))
+        worn = float((loads["Archard wear depth"] * 0.03).sum())  # each triangle of the top has 0.03 m^2
+        self.assertAlmostEqual(worn / (1e-4 / 2e9 * self.weight * 0.5 * 0.2), 1, delta=5e-3)
+        self.assertNotIn("loads", self.run_.frames[-1].columns)
+        with self.says("no loads of 'plate'", "wear"):
+            self.run_.frames[-1].loads("plate")
+
+
 class Machine(Scratch):
     scenario = ROD
 

@@ -24,7 +24,7 @@ TEST_P(PythonModule, PassesItsTests) {
   EXPECT_EQ(WEXITSTATUS(status), 0) << "its messages stand above";
 }
 
-INSTANTIATE_TEST_SUITE_P(All, PythonModule, testing::Values("Results", "Machine", "Failures", "Guide"),
+INSTANTIATE_TEST_SUITE_P(All, PythonModule, testing::Values("Results", "Loads", "Machine", "Failures", "Guide"),
                          [](const auto& of) { return std::string(of.param); });
 
 }  // namespace

@@ -23,7 +23,10 @@ void describe(Fields& v, BoundarySection& b) {
   v.vector("at", b.at, "m", "its place: origin of the shape");
   v.section("rotation", b.rotation, "turns the shape about its place");
   v.list("moves", b.moves, "given motion; several stretches add up; left out: fixed");
+  v.section("servo", b.servo,
+            "presses it onto the spheres until they resist with a load; beside `moves`, of which it shifts the path");
   v.vector("reference", b.reference, "m", "point of the reported moment, moves along; left out: its place");
+  v.section("wear", b.wear, "keeps pressure, work and wear on each triangle, in frames and in the summary");
 }
 
 namespace {
@@ -41,12 +44,20 @@ struct BoundaryChecks : Checks {
       material(path + ".material", b.material);
       check_shape(*this, path + ".shape", b.shape);
       direction(path + ".rotation.axis", b.rotation.axis);
+      if (b.servo) check_servo(*this, path + ".servo", *b.servo);
+      wear(path, b);
       for (std::size_t k = 0; k < b.moves.size(); ++k) {
         if (b.moves[k].from >= b.moves[k].until) {
           refuse(fmt::format("{}.moves[{}].until", path, k), "must be later than `from`");
         }
       }
     }
+  }
+
+  void wear(const std::string& path, const BoundarySection& b) {
+    check_wear(*this, path + ".wear", b.wear);
+    const bool bounded = std::visit([]<class S>(const S&) { return S::bounded; }, b.shape);
+    if (b.wear && !bounded) refuse(path + ".wear", "needs triangles; a plane has none: make the surface a box");
   }
 };
 

@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "apps/scenario/sections/placement.hpp"
+#include "apps/scenario/sections/servo.hpp"
+#include "apps/scenario/sections/wear.hpp"
 #include "apps/scenario/shapes/shapes.hpp"
 #include "libmbd/function.hpp"
 
@@ -29,7 +31,10 @@ struct BoundarySection {
   Vec3 at{};
   Rotation rotation;
   std::vector<Move> moves;
+  std::optional<ServoSection> servo;
   std::optional<Vec3> reference;  // point of its wrench, carried along; `at` unless given
+  std::optional<WearSection> wear;
+  bool is_moved() const { return !moves.empty() || servo.has_value(); }
 };
 void describe(Fields& v, BoundarySection& b);
 

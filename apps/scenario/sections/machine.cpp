@@ -53,6 +53,7 @@ void describe(Fields& v, Surface& s) {
   v.vector("at", s.at, "m", "origin of the shape");
   v.section("rotation", s.rotation, "turns the shape about its origin");
   v.flag("touches soil", s.touches_soil, "no: it is drawn only");
+  v.section("wear", s.wear, "keeps pressure, work and wear on each triangle, in frames and in the summary");
 }
 
 namespace {
@@ -169,6 +170,9 @@ struct MachineChecks : Checks {
       material(path + ".material", surface.material);
       check_shape(*this, path, surface.shape);
       direction(path + ".rotation.axis", surface.rotation.axis);
+      check_wear(*this, path + ".wear", surface.wear);
+      if (surface.wear && !surface.touches_soil)
+        refuse(path + ".wear", "a surface that is drawn only bears nothing; leave one of the two out");
       if (s.soil && surface.touches_soil && surface.material.empty()) {
         refuse(path + ".material", "is missing; a surface in soil needs a material, or `touches soil: no`");
       }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "apps/scenario/sections/placement.hpp"
+#include "apps/scenario/sections/wear.hpp"
 #include "apps/scenario/shapes/shapes.hpp"
 #include "libmbd/constraint.hpp"
 #include "libmbd/force.hpp"
@@ -61,6 +62,7 @@ struct Surface {
   Vec3 at{};
   Rotation rotation;
   bool touches_soil = true;  // no: drawn only
+  std::optional<WearSection> wear;
 };
 void describe(Fields& v, Surface& s);
 

@@ -188,6 +188,9 @@ void describe(Fields& v, Output& o) {
            {"torque", Column::torque},
            {"contacts", Column::contacts}},
           "what a frame holds of each sphere; force: of contacts and gravity");
+  v.flag(
+      "contact forces", o.contact_forces,
+      "frames hold every contact that carries a force, as a line with that force (force chains): some 40 bytes each");
   v.choice("precision", o.precision, {{"single", OutputPrecision::single}, {"double", OutputPrecision::full}},
            "of the frames");
   v.count("compression", o.compression, "[0, 9]", "0: none, 9: smallest and slowest");

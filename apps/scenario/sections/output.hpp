@@ -53,6 +53,7 @@ struct Output {
   ForceColumns forces = ForceColumns::automatic;
   std::vector<Column> columns{Column::position, Column::velocity, Column::spin,
                               Column::force,    Column::torque,   Column::contacts};
+  bool contact_forces = false;  // in frames
   OutputPrecision precision = OutputPrecision::single;
   long compression = 4;
   std::optional<Box> region;  // only spheres in it

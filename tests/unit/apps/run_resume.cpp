@@ -12,6 +12,7 @@
 #include "apps/output/state_file.hpp"
 #include "apps/run/output_folder.hpp"
 #include "apps/run/resume.hpp"
+#include "apps/run/settling_checkpoint.hpp"
 #include "apps/scenario/document.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/unit/apps/trench.hpp"
@@ -118,6 +119,61 @@ void expect_no_seam(const std::string& scenario, const std::vector<std::string>&
 TEST(Resume, CoupledRunEndsWithTheSameBits) { expect_no_seam(small_pass); }
 TEST(Resume, CoupledRunInMixedPrecision) { expect_no_seam(small_pass, {"precision=mixed"}); }
 TEST(Resume, SettledBed) { expect_no_seam(with_bed("fill: random, material: soil, radius: 8 mm, count: 120")); }
+/// Steps that a folder's bed on its way to rest has been saved with; none: -1.
+double settling_steps(const std::filesystem::path& out) {
+  if (!std::filesystem::exists(out / "settling.h5")) return -1;
+  const auto state = SettlingCheckpoint(out, text_of(out / "scenario.yaml")).read();
+  return state ? state->run.at(0) : -1;
+}
+
+/// Killed before the bed is at rest, three times in a row: what has settled is not settled again.
+TEST(Resume, ABedOnItsWayToRest) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(
+      with_bed("fill: random, material: soil, radius: 8 mm, count: 120, settle: {until: 5 mm/s, stages: yes}"));
+  ASSERT_EQ(run_scenario(file, dir / "whole"), exit_ok);
+  const auto out = dir / "out";
+  RunRequest going_on;
+  going_on.threads = 1;
+  double before = -1;
+  for (int k = 0; k < 3; ++k) {
+    const pid_t child = fork();
+    if (child == 0) {
+      set_checkpoint_interval(0.05);
+      _exit(k == 0 ? run_scenario(file, out) : resume(out, going_on));
+    }
+    int status = 0;
+    bool ended = false;
+    while (settling_steps(out) <= before && !ended) {
+      ended = waitpid(child, &status, WNOHANG) != 0;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    if (ended) break;
+    kill(child, SIGKILL);
+    waitpid(child, &status, 0);
+    ASSERT_FALSE(std::filesystem::exists(out / "series.csv")) << "the bed had come to rest";
+    before = settling_steps(out);
+  }
+  EXPECT_GT(before, 0) << "the bed came to rest before it could be killed";
+  going_on.threads = 2;
+  ASSERT_EQ(resume(out, going_on), exit_ok);
+  expect_same(dir / "whole", out);
+  EXPECT_FALSE(std::filesystem::exists(out / "settling.h5"));
+}
+
+/// What is saved of a bed is of no use for another one.
+TEST(Resume, ASettlingOfAnotherScenarioIsNotTaken) {
+  const test::Scratch dir;
+  const std::string scenario = with_bed("fill: random, material: soil, radius: 8 mm, count: 30"),
+                    other = with_bed("fill: random, material: soil, radius: 7 mm, count: 30");
+  SettlingCheckpoint(dir.path(), scenario).keep({{1, 2}, {10, 10, 0}, {}}, "portable");
+  const auto state = SettlingCheckpoint(dir.path(), scenario).read();
+  ASSERT_TRUE(state);
+  EXPECT_EQ(state->decisions, (std::vector<double>{1, 2}));
+  EXPECT_FALSE(SettlingCheckpoint(dir.path(), other).read());
+  EXPECT_EQ(text_of(dir / "scenario.yaml"), scenario);
+}
+
 TEST(Resume, LayeredBedOfManySizes) {
   expect_no_seam(
       with_bed("fill: lattice, layers: [{thickness: 40 mm, material: soil, radius: 8 mm}, {thickness: 36 mm, "

@@ -119,6 +119,36 @@ TEST(BedSettle, SameSeedSameBed) {
   EXPECT_NE(other, one);
 }
 
+/// Gone on with from places all over its stages, rains and levellings, a settling ends with the same bits.
+TEST(BedSettle, GoesOnFromAnywhereWithTheSameBits) {
+  RandomFill f = fill(5);
+  f.region = {{0, 0, 0}, {0.07, 0.3, 0.07}};
+  const BedMaterial of = f.of;
+  f.layers = {{.top = 0.025, .radius = EqualRadius{r}, .shares = ShareOf::number, .of = of},
+              {.top = 0.05, .radius = EqualRadius{r}, .shares = ShareOf::number, .of = of}};
+  SettlePlan plan = soft_plan(true);
+  std::vector<SettleState> states;
+  long asked = 0;
+  plan.keep_due = [&] { return ++asked % 40 == 7; };
+  plan.keep = [&](const SettleState& state) { states.push_back(state); };
+  Bed whole = boxed_bed(soft_wet(), f.region);
+  const SettleReport report = fill_at_random(whole, soft_wet(), f, plan);
+  const Bed::State expected = whole.save();
+  ASSERT_GT(states.size(), 8U);
+  plan.keep_due = {}, plan.keep = {};
+  for (std::size_t k = 0; k < states.size(); k += states.size() / 8) {
+    plan.from = &states[k];
+    Bed bed = boxed_bed(soft_wet(), f.region);
+    const SettleReport again = fill_at_random(bed, soft_wet(), f, plan);
+    EXPECT_EQ(bed.save().spheres, expected.spheres) << k;
+    EXPECT_EQ(bed.save().pairs, expected.pairs) << k;
+    EXPECT_EQ(bed.save().scalars, expected.scalars) << k;
+    EXPECT_EQ(again.settled_time, report.settled_time);
+    EXPECT_EQ(again.levelled, report.levelled);
+    EXPECT_EQ(again.layer_ends, report.layer_ends);
+  }
+}
+
 /// A shaken lattice under the softened law, then under the full one. 726 spheres, since threads share work by some
 /// hundreds; few steps, since more threads than cores wait for each other.
 std::vector<double> shaken_lattice(int threads) {

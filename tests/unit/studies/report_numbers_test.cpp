@@ -6,6 +6,7 @@
 
 #include "apps/report/draft_models.hpp"
 #include "apps/report/statistics.hpp"
+#include "apps/student.hpp"
 
 /// The numbers of a report against what is known of made-up records and of the wedge models' limits.
 namespace subsoil::app::report_numbers_test {
@@ -78,8 +79,8 @@ TEST(Spectrum, FindsTheLineUnderATrend) {
 }
 
 TEST(Student, HasTheTablesValues) {
-  EXPECT_NEAR(student_95(2), 4.302652730, 1e-8);
-  EXPECT_NEAR(student_95(1e6), 1.959966, 1e-5);
+  EXPECT_NEAR(student_t(2), 4.302652730, 1e-8);
+  EXPECT_NEAR(student_t(1e6), 1.959966, 1e-5);
 }
 
 /// A wide, smooth, vertical plate: Rankine's passive pressure, Kp = tan^2(45 deg + phi/2), rupture at 45 deg - phi/2.

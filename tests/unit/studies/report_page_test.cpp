@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/report/chains.hpp"
+#include "apps/report/frames_file.hpp"
 #include "apps/report/page.hpp"
 #include "apps/report/report.hpp"
 #include "apps/scenario/load.hpp"
@@ -168,6 +169,23 @@ TEST(Report, BrokenFoldersSayWhatIsMissingAndGiveTheRest) {
   std::filesystem::copy_file(pass() / "run" / "run.h5", copy / "run.h5",
                              std::filesystem::copy_options::overwrite_existing);
   EXPECT_TRUE(data_of({copy})["runs"][0].contains("film")) << "frames are drawn without a series";
+}
+
+/// The header of a group in it is broken so that HDF5 1.10.8 reads at address 0; found by scripts/fuzz.
+TEST(Report, AFileThatTheHdf5LibraryFailsAtIsRefused) {
+  const std::string path = subsoil::test::source_dir() + "/tests/unit/studies/broken_group.h5";
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(FramesFile{path}, testing::ExitedWithCode(exit_bad_input), path + ": .*it is damaged");
+}
+
+/// A crash of our own stays a crash: what the guard has set is gone behind it.
+TEST(Report, OnlyReadingIsGuarded) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const auto crash_after_reading = [] {
+    FramesFile{pass() / "run" / "run.h5"};
+    std::abort();
+  };
+  EXPECT_EXIT(crash_after_reading(), testing::KilledBySignal(SIGABRT), "");
 }
 
 TEST(Report, CutShortSeriesIsReadToItsLastWholeRow) {

@@ -1,0 +1,73 @@
+#include "apps/commands/fields_command.hpp"
+
+#include <fmt/format.h>
+
+#include "apps/commands/command_pages.hpp"
+#include "apps/fields/fields.hpp"
+#include "apps/run/runner.hpp"
+#include "apps/scenario/units.hpp"
+
+namespace subsoil::app {
+namespace {
+
+/// Values of flags with their unit; a fault names the flag.
+double length_of(const char* flag, const std::string& text, const char* unit, bool positive) {
+  try {
+    const double value = parse_quantity(text, unit);
+    if (positive && !(value > 0)) throw std::invalid_argument("must be above 0");
+    return value;
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(fmt::format("{} {}: {}", flag, text, error.what()));
+  }
+}
+
+FieldSection section_of(const std::string& text) {
+  if (text.size() < 3 || text[0] < 'x' || text[0] > 'z' || text[1] != '=')
+    throw std::invalid_argument(fmt::format("--section {}: is no plane across an axis; say it as z=0mm", text));
+  return {text[0] - 'x', length_of("--section", text.substr(2), "m", false)};
+}
+
+}  // namespace
+
+CLI::App* add_fields(CLI::App& app, FieldsWords& words) {
+  CLI::App* word = app.add_subcommand(
+      "fields", "coarse-grained density, porosity, velocity and stress of a run's frames on a grid, for ParaView");
+  word->footer(
+      "Writes RUN/fields.h5 and RUN/fields.xdmf2, which ParaView opens. Contact stress needs frames with `output.contact forces: yes`.\n"
+      "Equations: docs/theory.md; how to look at them: docs/guide.md");
+  word->add_option("run", words.run, "result directory")->required()->type_name(takes_folder);
+  word->add_option("--out", words.out, "files OUT.h5 and OUT.xdmf; default: RUN/fields");
+  word->add_option("--kernel", words.kernel,
+                   "of the coarse graining, by its width w: lucy ends at 2 w, gaussian at 3 w")
+      ->check(CLI::IsMember({"lucy", "gaussian"}));
+  word->add_option("--width", words.width, "w, such as \"20 mm\"; default: the mean diameter");
+  word->add_option("--spacing", words.spacing, "of the grid; default: half the width, or what makes 2 million points");
+  word->add_option("--section", words.section, "plane in place of the whole bed, such as z=0mm or x=0.4m");
+  CLI::Option* times = word->add_option("--times", words.times,
+                                        "instants, such as 0.5s,1s: the nearest frames; "
+                                        "default: the last frame")
+                           ->delimiter(',');
+  word->add_flag("--all", words.all, "every frame")->excludes(times);
+  return word;
+}
+
+int fields_command(const FieldsWords& words) {
+  FieldsRequest request;
+  request.run = words.run, request.out = words.out, request.all = words.all;
+  request.kernel = words.kernel == "lucy" ? FieldKernel::Kind::lucy : FieldKernel::Kind::gaussian;
+  if (!words.width.empty()) request.width = length_of("--width", words.width, "m", true);
+  if (!words.spacing.empty()) request.spacing = length_of("--spacing", words.spacing, "m", true);
+  if (!words.section.empty()) request.section = section_of(words.section);
+  for (const std::string& t : words.times) request.times.push_back(length_of("--times", t, "s", false));
+  const FieldsReport report = write_fields(request);
+  fmt::print("{} frame{} on {} x {} x {} points {:.4g} m apart; {} kernel, width {:.4g} m, zero from {:.4g} m on\n",
+             report.frames, report.frames == 1 ? "" : "s", report.grid.n[0], report.grid.n[1], report.grid.n[2],
+             report.spacing, words.kernel, report.width, report.reach);
+  if (!report.has_velocity) fmt::print("no velocity and kinetic stress: output.columns leaves velocities out\n");
+  if (!report.has_contacts) fmt::print("no coordination: output.columns leaves contacts out\n");
+  if (!report.has_stress) fmt::print("no contact stress: run with `output: {{contact forces: yes}}` for it\n");
+  fmt::print("{}\n", report.xdmf.string());
+  return exit_ok;
+}
+
+}  // namespace subsoil::app

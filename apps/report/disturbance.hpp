@@ -1,0 +1,33 @@
+#pragma once
+#include <filesystem>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+
+#include "apps/report/furrow.hpp"
+#include "apps/scenario/scenario.hpp"
+
+/// What one pass has done to the soil, read off the frames of a run: for the summary, the report and pictures alike.
+namespace subsoil::app {
+
+struct Disturbance {
+  std::optional<ToolPath> tool;
+  std::optional<Furrow> furrow;
+  std::string why;  ///< there is none
+};
+
+/// @param steady_from time at which steady work begins, NaN where that is not known
+Disturbance disturbance_of(const FramesFile& file, const Scenario* scenario, double soil_surface, double steady_from);
+
+/// Of results that are complete, or as far as they go: the same of a folder.
+Disturbance disturbance_of(const std::filesystem::path& run);
+
+/// The soil's mean surface before the pass, m: of the summary, of the scenario, or the 99th percentile of the tops of
+/// spheres in the first frame.
+double soil_surface(double of_summary, const Scenario* scenario, const FramesFile& file);
+
+/// As in summary.json. @param draft mean force against the travel, N, and half of its interval; NaN where not known
+nlohmann::ordered_json disturbance_json(const Disturbance& d, double draft, double half_width);
+
+}  // namespace subsoil::app

@@ -1,0 +1,47 @@
+#pragma once
+#include <vector>
+
+#include "apps/build/world.hpp"
+#include "apps/output/archive.hpp"
+#include "apps/output/run_writer.hpp"
+
+/// What frames show beside spheres and places: forces of single contacts, and what triangles of surfaces have borne.
+namespace subsoil::app {
+
+/// Lines between the spheres of a snapshot; contacts of spheres that are not in it are left out.
+ContactLines contact_lines(const std::vector<dem::ContactRecord>& contacts, const dem::Snapshot& spheres);
+void archive_contacts(std::vector<dem::ContactRecord>& contacts, Archive& a);
+
+/// The part of a boundary's loads that lies on one of its meshes.
+struct LoadsOfMesh {
+  std::span<const dem::FaceLoad> loads;  ///< by triangle; empty where the boundary keeps none
+  std::vector<double> areas;             ///< m^2
+};
+LoadsOfMesh loads_of(const World& world, const SurfaceRecord& surface);
+
+/// Loads on the triangles of surfaces that keep them: mean pressure since the frame before, work and wear since the
+/// start. Of a frame between two steps they are those of the step's end.
+class FrameLoads {
+ public:
+  explicit FrameLoads(const World& world) : world_(world) {}
+  /// The surface is number `place` of those that frames hold.
+  void show(const SurfaceRecord& surface, std::size_t place);
+  /// By surface, `count` of them; empty where none keeps loads.
+  std::vector<std::vector<FrameField>> take(double time, std::size_t count);
+  /// What the pressure of the next frame counts from. Nothing where no surface keeps loads.
+  void archive(Archive& a);
+
+ private:
+  struct Shown {
+    const SurfaceRecord* surface;
+    std::size_t place;
+    std::vector<double> impulse;  ///< N s at the frame before
+  };
+  std::vector<FrameField> fields(Shown& shown, double elapsed) const;
+
+  const World& world_;
+  std::vector<Shown> shown_;
+  double before_ = 0;  ///< s, of the frame before
+};
+
+}  // namespace subsoil::app

@@ -1,0 +1,71 @@
+#include "apps/run/settling_checkpoint.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "apps/output/atomic_file.hpp"
+#include "apps/output/bed_state_file.hpp"
+#include "apps/output/state_file.hpp"
+#include "apps/run/continuation.hpp"
+#include "apps/run/output_folder.hpp"
+#include "apps/version.hpp"
+
+namespace subsoil::app {
+namespace {
+
+constexpr std::int64_t kSettlingFormat = 1;
+
+std::filesystem::path settling_file(const std::filesystem::path& folder) { return folder / "settling.h5"; }
+
+bool changes_physics(const std::string& before, const std::string& now) {
+  const std::vector<Difference> found = differences(before, now);
+  return std::any_of(found.begin(), found.end(),
+                     [](const Difference& d) { return d.kind != Difference::Kind::harmless; });
+}
+
+}  // namespace
+
+std::optional<dem::SettleState> SettlingCheckpoint::read() const {
+  const std::filesystem::path file = settling_file(folder_);
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  try {
+    const StateReader in(file);
+    in.require_format(kSettlingFormat, {"bed/", "settling/", "scenario", "version", "instruction set"});
+    if (changes_physics(in.text("scenario"), scenario_)) {
+      spdlog::warn("warning: {} is of another scenario: the bed settles from the start", file.string());
+      return std::nullopt;
+    }
+    if (in.text("version") != version())
+      spdlog::warn("warning: {} was written by version {}, this is {}: the bed may differ in its last digits",
+                   file.string(), in.text("version"), version());
+    return dem::SettleState{in.get<double>("settling/decisions"), in.get<double>("settling/run"), bed_state_of(in)};
+  } catch (const std::exception& error) {
+    spdlog::warn("warning: {}: {}; the bed settles from the start", file.string(), error.what());
+    return std::nullopt;
+  }
+}
+
+void SettlingCheckpoint::keep(const dem::SettleState& state, const std::string& instruction_set) {
+  if (!std::exchange(begun_, true)) {
+    remove_results(folder_, {});
+    write_atomically(folder_ / "scenario.yaml", scenario_);
+  }
+  StateWriter out(settling_file(folder_));
+  out.put_format(kSettlingFormat);
+  out.put_text("scenario", scenario_);
+  out.put_text("version", version());
+  out.put_text("instruction set", instruction_set);
+  out.put("settling/decisions", state.decisions);
+  out.put("settling/run", state.run);
+  put_bed_state(out, state.bed);
+  out.commit();
+  clock_.restart();
+}
+
+void SettlingCheckpoint::remove(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  std::filesystem::remove(settling_file(folder), ignored);
+}
+
+}  // namespace subsoil::app

@@ -1,0 +1,49 @@
+#include "apps/run/wear.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "apps/run/frame_loads.hpp"
+
+namespace subsoil::app {
+
+double archard_volume(const WearSection& wear, const dem::FaceLoad& load) {
+  return wear.has_archard() ? *wear.coefficient / *wear.hardness * load.rubbing : 0;
+}
+
+double finnie_volume(const WearSection& wear, const dem::FaceLoad& load) {
+  return wear.has_finnie() ? *wear.finnie * load.cutting : 0;
+}
+
+namespace {
+
+nlohmann::ordered_json wear_json(const WearSection& wear, const LoadsOfMesh& of, double duration) {
+  dem::FaceLoad sum;
+  double area = 0, pressed = 0, archard = 0, finnie = 0;
+  for (std::size_t t = 0; t < of.areas.size(); ++t) {
+    sum += of.loads[t], area += of.areas[t];
+    if (of.loads[t].impulse != 0) pressed += of.areas[t];
+    archard = std::max(archard, archard_volume(wear, of.loads[t]) / of.areas[t]);
+    finnie = std::max(finnie, finnie_volume(wear, of.loads[t]) / of.areas[t]);
+  }
+  nlohmann::ordered_json json{{"area [m2]", area},
+                              {"area touched [m2]", pressed},
+                              {"mean normal force [N]", duration > 0 ? sum.impulse / duration : 0},
+                              {"normal work [J]", sum.normal_work},
+                              {"shear work [J]", sum.shear_work},
+                              {"normal force times sliding distance [N m]", sum.rubbing}};
+  if (wear.has_archard())
+    json["Archard"] = {{"worn volume [m3]", archard_volume(wear, sum)}, {"greatest depth of a triangle [m]", archard}};
+  if (wear.has_finnie())
+    json["Finnie"] = {{"worn volume [m3]", finnie_volume(wear, sum)}, {"greatest depth of a triangle [m]", finnie}};
+  return json;
+}
+
+}  // namespace
+
+void write_wear(Summary& summary, const World& world, double duration) {
+  for (const SurfaceRecord& s : world.surfaces)
+    if (s.wear) summary.section("wear")[s.name] = wear_json(*s.wear, loads_of(world, s), duration);
+}
+
+}  // namespace subsoil::app

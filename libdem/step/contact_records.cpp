@@ -1,0 +1,180 @@
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "libdem/step/bed_impl.hpp"
+
+/// Single contacts. The sweep adds forces up and keeps none, so those of pairs and of flat faces are evaluated once
+/// more before it, by the same kernels on copies of the histories: the step itself is the same bit for bit whether
+/// anybody asks or not. Contacts at edges and curved surfaces are looked at one by one anyway (surface_forces.cpp).
+/// A second set of kernels that keep forces lost: twice the code of every law for what results ask for now and then.
+namespace subsoil::dem {
+namespace {
+
+bool is_zero(const Vec3& f) { return f.x == 0 && f.y == 0 && f.z == 0; }
+
+/// Contacts of spheres with flat faces of one boundary, eight at a time as if they lay at edges.
+class PlaneRecords {
+ public:
+  PlaneRecords(const Bed::Impl& bed, const PlaneRun& run, std::vector<ContactRecord>& out)
+      : bed_(bed),
+        run_(run),
+        boundary_(bed.boundaries[run.boundary]),
+        shape_(bed.laws.surface_memory(run.law)),
+        out_(out) {
+    job_.spheres = bed.particles.spheres().data();
+    job_.mixed = bed.particles.mixed();
+    job_.elapsed = bed.now.dt_before;
+    job_.cutoff = bed.laws.surface_cutoff(run.law);
+    job_.count = 0;
+  }
+
+  void take() {
+    for (std::uint32_t k = 0; k < run_.contacts; ++k) take(k / kBlock, k % kBlock);
+    flush();
+  }
+
+ private:
+  void take(std::uint32_t block, std::uint32_t lane) {
+    const PlaneBlock& p = bed_.surfaces.plane_blocks[run_.first + block];
+    const Sphere s = bed_.particles.now(p.sphere[lane]);
+    const Vec3 own{p.normal[0][lane], p.normal[1][lane], p.normal[2][lane]};
+    const Vec3 n = boundary_.pose.attitude.rotate(own);
+    const double distance = dot(n, s.x - boundary_.pose.position) - p.offset[lane];
+    if (s.r - distance < -job_.cutoff) return;
+    const std::uint32_t at = job_.count++;
+    point_[at] = s.x - distance * n;
+    const Vec3 v = boundary_.velocity + cross(boundary_.angular_velocity, point_[at] - boundary_.pose.position);
+    job_.sphere[at] = p.sphere[lane], job_.distance[at] = distance;
+    for (int d = 0; d < 3; ++d) {
+      job_.normal[d][at] = n[d], job_.velocity[d][at] = v[d];
+      job_.angular_velocity[d][at] = boundary_.angular_velocity[d];
+    }
+    write_lane(memory(), shape_, at, read_lane(bed_.surfaces.memory(run_, block, shape_), shape_, lane));
+    if (job_.count == kBlock) flush();
+  }
+
+  BlockMemory memory() { return BlockMemory::at(job_.lines, 1, shape_, 0); }
+
+  void flush() {
+    if (job_.count == 0) return;
+    for (std::uint32_t k = job_.count; k < kBlock; ++k) {  // lanes beyond the last repeat the first
+      job_.sphere[k] = job_.sphere[0], job_.distance[k] = job_.distance[0];
+      for (int d = 0; d < 3; ++d) {
+        job_.normal[d][k] = job_.normal[d][0], job_.velocity[d][k] = job_.velocity[d][0];
+        job_.angular_velocity[d][k] = job_.angular_velocity[d][0];
+      }
+      write_lane(memory(), shape_, k, PairState{});
+    }
+    bed_.kernel.surface(bed_.laws[run_.law], job_);
+    for (std::uint32_t k = 0; k < job_.count; ++k) {
+      const Vec3 f{job_.f[k][0], job_.f[k][1], job_.f[k][2]};
+      if (is_zero(f)) continue;
+      const Sphere s = bed_.particles.now(job_.sphere[k]);
+      const Vec3 surface{job_.velocity[0][k], job_.velocity[1][k], job_.velocity[2][k]};
+      out_.push_back({.i = s.id,
+                      .j = run_.boundary,
+                      .at_surface = true,
+                      .point = point_[k],
+                      .normal = {job_.normal[0][k], job_.normal[1][k], job_.normal[2][k]},
+                      .force = f,
+                      .velocity = s.v + cross(s.w, point_[k] - s.x) - surface});
+    }
+    job_.count = 0;
+  }
+
+  const Bed::Impl& bed_;
+  const PlaneRun& run_;
+  const Boundary& boundary_;
+  const MemoryShape& shape_;
+  std::vector<ContactRecord>& out_;
+  SurfaceJob job_;
+  Vec3 point_[kBlock];
+};
+
+ContactRecord between(const Sphere& a, const Sphere& b, const Vec3& force) {
+  const Vec3 apart = a.x - b.x;
+  const double distance = norm(apart);
+  const Vec3 n = (1 / distance) * apart, point = a.x - (0.5 * (a.r - b.r + distance)) * n;
+  return {.i = a.id,
+          .j = b.id,
+          .at_surface = false,
+          .point = point,
+          .normal = n,
+          .force = force,
+          .velocity = a.v + cross(a.w, point - a.x) - b.v - cross(b.w, point - b.x)};
+}
+
+}  // namespace
+
+void Bed::Impl::record_run(const PairRun& run, std::size_t particle_block, std::vector<ContactRecord>& out) {
+  if (run.candidates && paths.of(particle_block) < run.activation) return;
+  PairJob job = pair_job(run, particle_block, {.record = true});
+  const std::size_t lines = laws.pair_memory(run.law).lines(run.blocks);
+  Buffer<Line> memory;
+  memory.renew(lines);
+  std::copy_n(contacts.lines.data() + run.lines, lines, memory.data());
+  std::vector<double> activation;
+  if (run.candidates) {
+    const double* const from = contacts.activation.data() + run.first;
+    activation.assign(from, from + run.blocks);
+    job.activation = activation.data();
+  }
+  std::vector<std::uint32_t> block(run.blocks);
+  std::iota(block.begin(), block.end(), 0u);
+  std::vector<BlockResult> result(run.blocks);
+  std::vector<std::uint8_t> active(run.blocks);
+  job.lines = memory.data();
+  job.interface_rows = nullptr, job.interface_given = nullptr;
+  job.halo = true;  // results of blocks are kept and not added
+  job.halo_block = block.data(), job.halo_count = run.blocks;
+  job.halo_result = result.data(), job.halo_active = active.data();
+  kernel.pairs(laws[run.law], job);
+  contacts.each_lane(run, [&](std::uint32_t b, std::uint32_t lane) {
+    if (active[b] == 0) return;
+    Vec3 f;
+    for (int d = 0; d < 3; ++d)
+      f[d] = particles.is_mixed() ? static_cast<double>(result[b].push_single[d][lane]) : result[b].push[d][lane];
+    if (is_zero(f)) return;
+    const PairBlock& p = contacts.blocks[run.first + b];
+    out.push_back(between(particles.now(p.i[lane]), particles.now(p.j[lane]), f));
+  });
+}
+
+void Bed::Impl::record_pairs(std::vector<ContactRecord>& out) {
+  for (std::size_t b = 0; b < contacts.particle_blocks.size(); ++b)
+    for (std::uint32_t r = contacts.particle_blocks[b].runs_begin; r < contacts.particle_blocks[b].runs_end; ++r)
+      record_run(contacts.runs[r], b, out);
+}
+
+void Bed::Impl::record_plane(const PlaneRun& run, std::vector<ContactRecord>& out) const {
+  PlaneRecords(*this, run, out).take();
+}
+
+void Bed::Impl::begin_records(std::vector<ContactRecord>* all) {
+  at_surfaces.clear();
+  const auto asked = [&](std::uint32_t b) { return all != nullptr || boundaries[b].loads.has_value(); };
+  for (SurfaceChunk& c : surfaces.chunks) c.records = asked(c.boundary);
+  bool any = false;
+  for (std::uint32_t b = 0; b < boundaries.size(); ++b) any = any || asked(b);
+  if (all != nullptr) {
+    all->clear();
+    record_pairs(*all);
+  }
+  if (!any) return;
+  for (const PlaneRun& run : surfaces.plane_runs)
+    if (asked(run.boundary)) record_plane(run, at_surfaces);
+}
+
+void Bed::Impl::end_records(std::vector<ContactRecord>* all) {
+  for (const SurfaceChunk& c : surfaces.chunks)
+    if (c.records) at_surfaces.insert(at_surfaces.end(), c.recorded.begin(), c.recorded.end());
+  for (const ContactRecord& c : at_surfaces) {
+    Boundary& b = boundaries[c.j];
+    if (b.loads && now.dt_before > 0)
+      b.loads->add(b.shape, b.pose.to_local(c.point), load_of(-c.force, c.normal, c.velocity, now.dt_before));
+  }
+  if (all != nullptr) all->insert(all->end(), at_surfaces.begin(), at_surfaces.end());
+}
+
+}  // namespace subsoil::dem

@@ -1,0 +1,189 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "apps/output/series.hpp"
+#include "apps/output/state_file.hpp"
+#include "tests/tools/message_of.hpp"
+#include "tests/tools/program_runs.hpp"
+
+/// Loads and wear of surfaces, forces of contacts in frames and servos, as `subsoil run` leaves them.
+namespace subsoil::app::run_wear {
+namespace {
+
+using namespace test;
+
+/// A sphere that slides without friction along a strip at 0.5 m/s under its weight.
+constexpr const char* slider = R"(subsoil: 1
+materials: {stone: {density: 2500 kg/m^3}, steel: {density: 7850 kg/m^3}}
+contacts:
+  - {between: [stone, stone], law: linear, k_n: 100 kN/m, restitution: 0.5, mu: 0}
+  - {between: [stone, steel], law: linear, k_n: 100 kN/m, restitution: 0.5, mu: 0}
+soil:
+  bed:
+    fill: particles
+    material: stone
+    particles: [{position: 100 9.999 3 mm, velocity: 0.5 0 0 m/s, radius: 10 mm}]
+boundaries:
+  - name: strip
+    material: steel
+    shape: {box: 0.6 0.02 0.1 m}
+    at: 0.3 -0.01 0 m
+    wear: {coefficient: 1e-4, hardness: 2 GPa, finnie: 1e-12 1/Pa}
+time: {end: 0.4 s}
+output: {every: 0.1 s, contact forces: yes}
+)";
+
+constexpr double weight = 2500 * 4.0 / 3 * 3.141592653589793 * 1e-6 * 9.81;
+
+std::vector<double> numbers(const std::filesystem::path& out, const std::string& path) {
+  return h5::read<double>(h5::open_file(out / "run.h5"), path);
+}
+
+/// Archard: volume K F s/H with F = m g and s = v t.
+TEST(RunWear, ArchardsVolumeIsLoadTimesPath) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(slider), dir / "out"), exit_ok);
+  const nlohmann::json wear = summary_of(dir / "out").at("wear").at("strip");
+  const double path = 0.5 * 0.4, volume = 1e-4 / 2e9 * weight * path;
+  // It begins within 3e-8 m of rest: the mean of what oscillates is the weight.
+  EXPECT_NEAR(wear.at("Archard").at("worn volume [m3]").get<double>(), volume, 2e-3 * volume);
+  EXPECT_NEAR(wear.at("mean normal force [N]").get<double>(), weight, 2e-3 * weight);
+  EXPECT_NEAR(wear.at("area [m2]").get<double>(), 2 * (0.6 * 0.02 + 0.6 * 0.1 + 0.02 * 0.1), 1e-9);
+  // By triangle in the last frame: depth times area adds up to the volume; only the top's two bear anything.
+  const std::vector<double> depth = numbers(dir / "out", "/frames/000004/loads/strip/Archard wear depth");
+  ASSERT_EQ(depth.size(), 12U);
+  double sum = 0;
+  int worn = 0;
+  for (const double x : depth) sum += x * 0.03, worn += x > 0;
+  EXPECT_LE(worn, 2);
+  EXPECT_NEAR(sum, volume, 2e-3 * volume);
+  const std::vector<double> pressure = numbers(dir / "out", "/frames/000003/loads/strip/mean pressure");
+  double force = 0;
+  for (const double p : pressure) force += p * 0.03;
+  EXPECT_NEAR(force, weight, 2e-3 * weight) << "since the frame before";
+}
+
+TEST(RunWear, ContactForcesAreLinesOfFrames) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(slider), dir / "out"), exit_ok);
+  const std::vector<double> ends = numbers(dir / "out", "/frames/000002/contact forces/ends"),
+                            force = numbers(dir / "out", "/frames/000002/contact forces/force"),
+                            normal = numbers(dir / "out", "/frames/000002/contact forces/normal force");
+  ASSERT_EQ(ends.size(), 6U);
+  EXPECT_NEAR(ends[0], 0.2, 1e-5);
+  EXPECT_NEAR(ends[1], 0.01, 1e-5);
+  EXPECT_NEAR(ends[3], 0.2, 1e-5);
+  EXPECT_NEAR(ends[4], 0, 1e-5);
+  EXPECT_NEAR(force.at(1), weight, 1e-3 * weight);
+  EXPECT_NEAR(normal.at(0), weight, 1e-3 * weight);
+  std::ifstream xdmf(dir / "out" / "run.xdmf");
+  const std::string text((std::istreambuf_iterator<char>(xdmf)), {});
+  EXPECT_NE(text.find("<Grid Name=\"contact forces\""), std::string::npos);
+  EXPECT_NE(text.find("Name=\"Archard wear depth\" AttributeType=\"Scalar\" Center=\"Cell\""), std::string::npos);
+}
+
+/// A tool's loads through a state: the run that goes on ends with the numbers of the one that went straight.
+TEST(RunWear, GoesOnFromAState) {
+  const RunDirectory dir;
+  const std::string text = dir.scenario(small_pass);
+  const std::vector<std::string> sets{"machine.surfaces.blade.wear.coefficient=1e-4",
+                                      "machine.surfaces.blade.wear.hardness=2 GPa", "output.contact forces=yes",
+                                      "output.state every=60 ms"};
+  ASSERT_EQ(run_scenario(text, dir / "straight", sets), exit_ok);
+  const auto states = states_in(dir / "straight");
+  ASSERT_GE(states.size(), 2U);
+  ASSERT_EQ(run_scenario(text, dir / "on", sets, states.back()), exit_ok);
+  const nlohmann::json a = summary_of(dir / "straight").at("wear").at("blade"),
+                       b = summary_of(dir / "on").at("wear").at("blade");
+  EXPECT_GT(a.at("shear work [J]").get<double>(), 0);
+  for (const char* key : {"normal work [J]", "shear work [J]", "normal force times sliding distance [N m]"})
+    EXPECT_EQ(a.at(key), b.at(key)) << key;
+  EXPECT_EQ(a.at("Archard"), b.at("Archard"));
+}
+
+/// A run without wear and one with have the same bits.
+TEST(RunWear, ChangesNothingOfTheRun) {
+  const RunDirectory dir;
+  const std::string text = dir.scenario(small_pass);
+  ASSERT_EQ(run_scenario(text, dir / "with", {"machine.surfaces.blade.wear.finnie=1e-12 1/Pa"}), exit_ok);
+  ASSERT_EQ(run_scenario(text, dir / "without"), exit_ok);
+  const auto rows = [&](const char* name) {
+    std::ifstream file(dir / name / "series.csv");
+    return std::string((std::istreambuf_iterator<char>(file)), {});
+  };
+  EXPECT_EQ(rows("with"), rows("without"));
+}
+
+std::string refusal(const RunDirectory& dir, const std::string& text) {
+  return subsoil::test::message_of([&] { run_scenario(dir.scenario(text), dir / "refused"); });
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  return text.replace(text.find(from), from.size(), to);
+}
+
+TEST(RunWear, RefusesHalfAnArchardAndAPlane) {
+  const RunDirectory dir;
+  const std::string half = refusal(dir, replaced(slider, "hardness: 2 GPa, ", ""));
+  EXPECT_NE(half.find("case.yaml:16:"), std::string::npos) << half;
+  EXPECT_NE(half.find("give both or neither"), std::string::npos) << half;
+  const std::string plane = refusal(dir, replaced(slider, "{box: 0.6 0.02 0.1 m}", "{plane: {normal: 0 1 0}}"));
+  EXPECT_NE(plane.find("needs triangles"), std::string::npos) << plane;
+}
+
+/// 75 spheres in a bin under a plate with 2 kPa on its 80 by 80 mm.
+constexpr const char* press = R"(subsoil: 1
+materials: {stone: {density: 2500 kg/m^3}, steel: {density: 7850 kg/m^3}}
+contacts:
+  - &dry {between: [stone, stone], law: linear, k_n: 50 kN/m, restitution: 0.3, mu: 0.4}
+  - {<<: *dry, between: [stone, steel]}
+soil:
+  container: {size: 100 100 100 mm, at: 0 0 0 m, material: steel}
+  bed: {fill: rest-lattice, material: stone, radius: 10 mm, depth: 62 mm}
+boundaries:
+  - name: plate
+    material: steel
+    shape: {box: 80 10 80 mm}
+    at: 50 75 50 mm
+    servo: {pressure: 2 kPa, along: 0 -1 0, speed limit: 0.1 m/s, lag: 1 ms}
+time: {end: 0.5 s, accuracy: 1}
+output: {every: 0.25 s, state every: 0.25 s}
+)";
+
+TEST(RunServo, PlateSettlesAtItsLoad) {
+  const RunDirectory dir;
+  const std::string text = dir.scenario(press);
+  ASSERT_EQ(run_scenario(text, dir / "out"), exit_ok);
+  const Series series = read_series(dir / "out" / "series.csv");
+  const double load = 2000 * 0.08 * 0.08;
+  const std::size_t last = series.rows() - 1;
+  EXPECT_NEAR(series.at("plate.load")[last], load, 1e-6 * load);
+  EXPECT_NEAR(series.at("plate.resistance")[last], load, 5e-3 * load) << "settled";
+  EXPECT_NEAR(series.at("plate.Fy")[last], load, 5e-3 * load);
+  // Until it touches it goes at its limit, but for the lag.
+  EXPECT_NEAR(series.at("plate.y")[10], 0.075 - 0.1 * (0.010 - 0.001), 1e-5);
+  const nlohmann::json summary = summary_of(dir / "out");
+  const nlohmann::json& servo = summary.at("servos").at("plate");
+  EXPECT_NEAR(servo.at("gain [m/(N s)]").get<double>(), 0.1 / load, 1e-9);
+  EXPECT_GT(servo.at("work on the soil [J]").get<double>(), 0);
+  EXPECT_LT(std::abs(summary.at("energy").at("closure over work put in").get<double>()), 0.02);
+  ASSERT_EQ(run_scenario(text, dir / "on", {}, states_in(dir / "out").back()), exit_ok);
+  const Series on = read_series(dir / "on" / "series.csv");
+  EXPECT_EQ(on.at("plate.y")[on.rows() - 1], series.at("plate.y")[last]);
+  EXPECT_EQ(on.at("plate.resistance")[on.rows() - 1], series.at("plate.resistance")[last]);
+}
+
+TEST(RunServo, RefusesNoLoadTwoLoadsAndAPlanesPressure) {
+  const RunDirectory dir;
+  EXPECT_NE(refusal(dir, replaced(press, "pressure: 2 kPa, ", "")).find("needs a `load` (N) or a `pressure` (Pa)"),
+            std::string::npos);
+  EXPECT_NE(refusal(dir, replaced(press, "pressure: 2 kPa", "pressure: 2 kPa, load: 1 N")).find("give one of them"),
+            std::string::npos);
+  EXPECT_NE(refusal(dir, replaced(press, "{box: 80 10 80 mm}", "{plane: {normal: 0 -1 0}}")).find("a plane has no end"),
+            std::string::npos);
+  EXPECT_NE(refusal(dir, replaced(press, "pressure: 2 kPa", "load: 0 N")).find("give `gain`"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace subsoil::app::run_wear

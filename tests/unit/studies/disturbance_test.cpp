@@ -1,0 +1,168 @@
+#include "apps/report/disturbance.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "apps/output/run_writer.hpp"
+#include "apps/plot/furrow_picture.hpp"
+#include "apps/plot/plot.hpp"
+#include "libdem/geometry/mesh_builders.hpp"
+#include "tests/tools/program_runs.hpp"
+#include "tests/unit/apps/trench.hpp"
+
+/// What a pass has done to the soil, against displacements that are made up and so known.
+namespace subsoil::app::test::disturbance_test {
+namespace {
+
+constexpr double d = 0.02;  ///< diameter, and pitch of a cubic lattice
+constexpr int nx = 40, ny = 12, nz = 31;
+
+/// A block of spheres from x = 0, top at y = 0, middle at z = 0.
+std::vector<dem::Vec3> block() {
+  std::vector<dem::Vec3> out;
+  for (int i = 0; i < nx; ++i)
+    for (int j = 0; j < ny; ++j)
+      for (int k = 0; k < nz; ++k) out.push_back({(i + 0.5) * d, -(j + 0.5) * d, (k - 0.5 * (nz - 1)) * d});
+  return out;
+}
+
+struct Given {
+  double half_width = 0.1, depth = 0.16, strain = 0;  ///< of the box that is loosened upward from its bottom
+  dem::Vec3 shift{};                                  ///< and moved as a whole
+};
+
+/// Two frames: the block, and the block after; a tool 20 mm wide and 160 mm deep has gone through.
+Disturbance after(const Given& given) {
+  const RunDirectory dir;
+  std::vector<dem::Vec3> before = block(), moved = before;
+  for (dem::Vec3& p : moved)
+    if (std::abs(p.z) < given.half_width && p.y > -given.depth)
+      p += given.shift + dem::Vec3{0, given.strain * (p.y + given.depth), 0};
+  ParticleTable table;
+  table.material_names = {"soil"};
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    table.id.push_back(static_cast<std::int64_t>(i));
+    table.radius.push_back(0.5 * d), table.density.push_back(2000), table.material.push_back(0);
+  }
+  const dem::TriangleMesh box = dem::box_mesh({0.02, 0.2, 0.02});
+  OutputSurface tool{"tool", box.vertices(), {}, true};
+  for (const dem::Triangle& t : box.triangles())
+    tool.triangles.push_back({static_cast<int>(t[0]), static_cast<int>(t[1]), static_cast<int>(t[2])});
+  RunOptions options;
+  options.columns = {"position"}, options.precision = FramePrecision::float64;
+  {
+    RunWriter writer(dir.path(), table, {tool}, options);
+    for (const auto& [time, x, points] : {std::tuple{0.0, -0.1, &before}, std::tuple{1.0, nx * d + 0.1, &moved}}) {
+      const dem::Pose pose{{x, 0.1 - given.depth, 0}, {}};
+      Frame frame;
+      frame.time = time;
+      frame.position = *points;
+      frame.surfaces = std::span(&pose, 1);
+      writer.write(frame);
+    }
+    writer.finish();
+  }
+  const FramesFile file(dir / "run.h5");
+  return disturbance_of(file, nullptr, 0, std::nan(""));
+}
+
+TEST(Disturbance, OfALiftIsItsArea) {
+  const double up = 0.03;
+  const Disturbance found = after({.shift = {0.02, up, 0}});
+  ASSERT_TRUE(found.furrow) << found.why;
+  const Furrow& f = *found.furrow;
+  // Whole columns and rows of the lattice: 11 of 2 cm lie within 10 cm of the middle... z = -0.1 ... 0.1 without the
+  // ends.
+  const int columns = 9, rows = 8;
+  EXPECT_NEAR(f.disturbed_area, columns * rows * d * d, 1e-8);  // radii are floats
+  EXPECT_NEAR(f.heave, up, 1e-6);
+  EXPECT_NEAR(f.heap_area, columns * d * up, 1e-8);
+  EXPECT_NEAR(f.furrow_area, 0, 1e-9);
+  EXPECT_NEAR(f.swell, columns * d * up / (columns * rows * d * d), 1e-6);
+  EXPECT_FALSE(f.reaches_wall);
+  EXPECT_NEAR(found.tool->width, 0.02, 1e-6);
+  // Fifths of the depth of the centres, 22 mm and 44 mm ...: all of the upper ones near the tool went up and forward.
+  double rise = 0, forward = 0;
+  for (const LayerMotion& l : f.layers) {
+    double sum = 0;
+    for (const double share : l.into) sum += share;
+    EXPECT_NEAR(sum, 1, 1e-12) << l.name << ": every sphere is in some layer afterwards";
+    rise = std::max(rise, l.rise), forward = std::max(forward, l.forward);
+    EXPECT_NEAR(l.aside, 0, 1e-9);
+  }
+  EXPECT_GT(rise, 0.4 * up);
+  EXPECT_NEAR(forward / rise, 0.02 / up, 1e-5);
+}
+
+/// A box that is strained upward by e has 1/(1 + e) of its solid: from pi/6 of the cubic lattice the porosity rises by
+/// pi/6 e/(1 + e), 0.0476 for a tenth. Deep inside that is exact up to the lattice's ripple under a kernel of two
+/// diameters' reach; the edge of what exceeds 0.02 lies within half a cell of the box's.
+TEST(Disturbance, LoosenedAreaIsWherePorosityHasRisen) {
+  const Disturbance found = after({.half_width = 0.15, .depth = 0.2, .strain = 0.1});
+  ASSERT_TRUE(found.furrow) << found.why;
+  const Furrow& f = *found.furrow;
+  const std::size_t column = f.columns / 2, row = static_cast<std::size_t>((-0.1 - f.y0) / f.cell);
+  const double expected = M_PI / 6 * 0.1 / 1.1;
+  EXPECT_NEAR(f.loosened[row * f.columns + column], expected, 0.15 * expected);
+  // 15 columns of 2 cm, from the bottom at -0.2 up to one cell below the surface before.
+  const double width = 0.3, height = 0.2 - d;
+  EXPECT_GT(f.loosened_area, (width - 2 * d) * (height - 2 * d));
+  EXPECT_LT(f.loosened_area, (width + 2 * d) * (height + 2 * d));
+  const Disturbance lifted = after({.half_width = 1, .shift = {0.1, 0, 0}});
+  ASSERT_TRUE(lifted.furrow);
+  EXPECT_EQ(lifted.furrow->loosened_area, 0) << "sheared as a whole: nothing is looser";
+}
+
+TEST(Disturbance, FurrowHasDepthWidthAndRidges) {
+  const Disturbance found = after({.half_width = 0.05, .shift = {0, -0.015, 0}});
+  ASSERT_TRUE(found.furrow) << found.why;
+  EXPECT_NEAR(found.furrow->depth, 0.015, 1e-6);
+  EXPECT_NEAR(found.furrow->width, 5 * d, 1e-8);
+  EXPECT_NEAR(found.furrow->furrow_area, 5 * d * 0.015, 1e-8);
+  EXPECT_TRUE(std::isnan(found.furrow->ridge_to_ridge)) << "no side rose";
+  EXPECT_LT(found.furrow->swell, 0);
+}
+
+/// The summary holds what the frames tell, by the same code; specific draft is the mean draft over the disturbed area.
+TEST(Disturbance, StandsInTheSummary) {
+  const RunDirectory dir;
+  const std::string text = dir.scenario(trench);
+  ASSERT_EQ(run_scenario(text, dir / "out", {"output.every=50 ms"}), exit_ok);
+  const nlohmann::json summary = summary_of(dir / "out"), &found = summary.at("disturbance");
+  ASSERT_FALSE(found.contains("none")) << found;
+  const Disturbance again = disturbance_of(dir / "out");
+  ASSERT_TRUE(again.furrow);
+  EXPECT_EQ(found.at("disturbed area [m2]").get<double>(), again.furrow->disturbed_area);
+  EXPECT_EQ(found.at("profile").at("surface after [m]").size(), again.furrow->z.size());
+  EXPECT_GT(found.at("disturbed area [m2]").get<double>(), 0);
+  const double draft = summary.at("tools").at("tool").at("draft [N]").at("mean");
+  EXPECT_NEAR(found.at("specific draft [N/m2]").get<double>() * again.furrow->disturbed_area, draft,
+              1e-9 * std::abs(draft));
+}
+
+TEST(Disturbance, IsDrawn) {
+  if (!gnuplot_found()) GTEST_SKIP() << "no gnuplot: scripts/setup installs it";
+  const RunDirectory dir;
+  const std::string text = dir.scenario(trench);
+  ASSERT_EQ(run_scenario(text, dir / "out", {"output.every=50 ms"}), exit_ok);
+  draw_furrow(dir / "out", dir / "furrow.svg");
+  std::ifstream file(dir / "furrow.svg");
+  const std::string svg((std::istreambuf_iterator<char>(file)), {});
+  EXPECT_NE(svg.find("surface after"), std::string::npos);
+  EXPECT_NE(svg.find("rise of porosity"), std::string::npos);
+}
+
+TEST(Disturbance, SaysWhyThereIsNone) {
+  const RunDirectory dir;
+  const std::string text = dir.scenario(trench);
+  ASSERT_EQ(run_scenario(text, dir / "out", {"time.end=80 ms", "output.every=20 ms"}), exit_ok);
+  const nlohmann::json summary = summary_of(dir / "out");
+  EXPECT_TRUE(summary.at("disturbance").contains("none")) << summary.at("disturbance");
+  EXPECT_THROW(draw_furrow(dir / "out", dir / "furrow.svg"), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace subsoil::app::test::disturbance_test
