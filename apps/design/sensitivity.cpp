@@ -8,8 +8,8 @@
 
 #include "apps/output/atomic_file.hpp"
 #include "apps/output/csv.hpp"
-#include "apps/report/statistics.hpp"
 #include "apps/scenario/ranges.hpp"
+#include "apps/student.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -89,7 +89,7 @@ Slope extrapolated_slope(const std::vector<double>& differences) {
     const auto freedom = static_cast<double>(n - terms);
     const double scatter = (y - x * fit).squaredNorm() / freedom;
     const double variance = (x.transpose() * x).ldlt().solve(Eigen::VectorXd::Unit(terms, 0))[0];
-    const double error = student_95(freedom) * std::sqrt(scatter * variance);
+    const double error = student_t(freedom) * std::sqrt(scatter * variance);
     if (error < best.error) best = {fit[0], error};
   }
   return best;
