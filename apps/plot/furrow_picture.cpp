@@ -64,7 +64,7 @@ std::string script_of(const Furrow& f, const std::string& name, const std::strin
                   fmt::format("mean displacement by place before; disturbed (above {:.3g} mm): {:.0f} cm²",
                               mm * f.threshold, 1e4 * f.disturbed_area));
   script += panel(
-      "loosened", f, "1", "defined (-1 '#2166ac', 0 '#f7f7f7', 1 '#b2182b')", -rise, rise,
+      "loosened", f, "", "defined (-1 '#2166ac', 0 '#f7f7f7', 1 '#b2182b')", -rise, rise,
       fmt::format("rise of porosity; loosened (above {:.2f}): {:.0f} cm²", Furrow::loosening, 1e4 * f.loosened_area));
   return script + "unset multiplot\nunset output\n";
 }
