@@ -50,8 +50,7 @@ class MeshSurface {
   /// sphere's own plus the margin.
   std::optional<FlatFace> flat_face(const Vec3& c, double margin, std::span<const uint32_t> candidates) const;
 
-  /// The triangle nearest to a point, of those that are so to 1e-9 of the surface's size the first; they are numbered
-  /// mesh after mesh.
+  /// The triangle nearest to a point, of equally near ones the first; they are numbered mesh after mesh.
   uint32_t nearest_triangle(const Vec3& point) const;
   size_t triangle_count() const { return facets_.size(); }
   const Bounds& bounds() const { return bounds_; }
