@@ -94,6 +94,11 @@ void AdamsMoulton::take_jump() {
 }
 
 void AdamsMoulton::on_advance(double h) {
+  const double parts = std::max(1.0, std::ceil(h / options_.longest_step - 1e-9));
+  for (double part = 0; part < parts; ++part) whole_step(h / parts);
+}
+
+void AdamsMoulton::whole_step(double h) {
   // Rounding of a caller's own clock must not throw the past away.
   if (!(std::abs(h - step_) <= 1e-9 * step_)) {
     stored_ = 0;

@@ -35,6 +35,7 @@ class AdamsMoulton : public Integrator {
 
  private:
   Eigen::Index slot(int age) const { return (newest_ + order_max - age) % order_max; }
+  void whole_step(double h);
   void push_past();
   void take_jump();
   void multistep(double h);

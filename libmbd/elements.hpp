@@ -24,6 +24,7 @@
 #include "libmbd/drivers/distance_driver.hpp"
 #include "libmbd/drivers/slide_driver.hpp"
 #include "libmbd/forces/applied_force.hpp"
+#include "libmbd/forces/beam_element.hpp"
 #include "libmbd/forces/bushing.hpp"
 #include "libmbd/forces/disk_contact.hpp"
 #include "libmbd/forces/distance_stop.hpp"
@@ -57,8 +58,9 @@ namespace subsoil::mbd {
 using Joints = std::tuple<Revolute, Translational, Fixed, PointOnLine, Distance, DiskOnLine, RollingOnLine, DiskOnDisk,
                           RollingOnDisk, GearPair, GearRatio, RackAndPinion, CamFollower, FlatFacedCam, PointOnCurve>;
 using Drivers = std::tuple<CoordinateDriver, AngleDriver, SlideDriver, DistanceDriver>;
-using Forces = std::tuple<SpringDamper, RotationalSpringDamper, Bushing, AppliedForce, Drag, LineContact, DiskContact,
-                          RotationalStop, SlideStop, DistanceStop, WheelOnSoil, GroundElement, JointFriction>;
+using Forces =
+    std::tuple<SpringDamper, RotationalSpringDamper, Bushing, BeamElement, AppliedForce, Drag, LineContact, DiskContact,
+               RotationalStop, SlideStop, DistanceStop, WheelOnSoil, GroundElement, JointFriction>;
 
 template <>
 struct ListOf<JointFamily> {

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "libmbd/assembly.hpp"
+#include "libmbd/forces/beam_element.hpp"
 #include "libmbd/partition.hpp"
 #include "libmbd/relaxation.hpp"
 
@@ -66,50 +67,102 @@ class Balance {
   Constraints c_;
 };
 
+/// What decides whether a residual is small: the machine's weight (or 1 N without gravity) and its moment arms.
+struct Measure {
+  explicit Measure(const System& system) : n(system.coordinates()), length(system.length_scale()) {
+    const auto& g = system.model().gravity;
+    double mass = 0;
+    for (int i = 0; i < n; i += 3) mass += system.mass()[i];
+    weight = std::max(1.0, mass * std::hypot(g[0], g[1]));
+  }
+  double operator()(const Eigen::VectorXd& r) const {
+    const auto m = r.size() - n;
+    return r.head(n).cwiseAbs().maxCoeff() / weight + (m ? r.tail(m).cwiseAbs().maxCoeff() / length : 0.0);
+  }
+  int n;
+  double length, weight = 1;
+};
+
+/// A step of Newton's method, coordinates scaled, that takes `r` out; `k` is used up. Steps are cut to `longest`.
+double newton_step(const Balance& balance, Eigen::MatrixXd& k, Eigen::VectorXd r, double longest, Equilibrium& found) {
+  const auto n = found.q.size(), m = found.lambda.size();
+  // Length-scaled multipliers are forces: bring rows and columns of both kinds to one size for the rank decision.
+  const double stiffness = std::max(1.0, k.topLeftCorner(n, n).cwiseAbs().maxCoeff());
+  k.topRightCorner(n, m) *= stiffness, k.bottomLeftCorner(m, n) *= stiffness;
+  r.tail(m) *= stiffness;
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
+  solver.setThreshold(1e-11);
+  solver.compute(k);
+  const Eigen::VectorXd step = solver.solve(r);
+  const double far = step.head(n).cwiseAbs().maxCoeff();
+  const double share = std::min(1.0, longest / std::max(1e-300, far));
+  found.q += share * step.head(n).cwiseQuotient(balance.columns());
+  found.lambda += share * stiffness * balance.rows().cwiseProduct(step.tail(m));
+  return far;
+}
+
 /// Newton with pseudo-transient continuation from a guess; true when the balance closes.
 bool solve_balance(System& system, Balance& balance, Equilibrium& found) {
   const auto n = system.coordinates(), m = system.equations();
-  // Force and length that decide what is small: the machine's weight (or 1 N without gravity) and its moment arms.
-  const double length = system.length_scale();
+  const Measure size(system);
   const auto& g = system.model().gravity;
-  double mass = 0;
-  for (int i = 0; i < n; i += 3) mass += system.mass()[i];
-  const double weight = std::max(1.0, mass * std::hypot(g[0], g[1]));
-  const auto size = [&](const Eigen::VectorXd& r) {
-    return r.head(n).cwiseAbs().maxCoeff() / weight + (m ? r.tail(m).cwiseAbs().maxCoeff() / length : 0.0);
-  };
-
   // Pseudo-time so that the first step under gravity is a hundredth of the machine's length.
-  double inverse_tau2 = std::max(1.0, std::hypot(g[0], g[1])) / (0.01 * length);
+  double inverse_tau2 = std::max(1.0, std::hypot(g[0], g[1])) / (0.01 * size.length);
   const Eigen::VectorXd inertia = system.mass().cwiseQuotient(balance.columns().cwiseAbs2());
-  found.lambda = Eigen::VectorXd::Zero(m);
+  if (found.lambda.size() != m) found.lambda = Eigen::VectorXd::Zero(m);
   Eigen::VectorXd r = balance.at(found.q, found.lambda);
+  double rounding = 0;  // of the stiffest force
   for (int turn = 0; turn < most_turns; ++turn, ++found.iterations) {
     const double before = size(r);
     if (before < 1e-13) break;
     Eigen::MatrixXd k = balance.matrix(found.q, found.lambda);
+    rounding = 2e-16 * k.topLeftCorner(n, n).cwiseAbs().maxCoeff() * size.length / size.weight;
     if (inverse_tau2 > 1e-6) k.diagonal().head(n) += inverse_tau2 * inertia;
-    // Length-scaled multipliers are forces: bring rows and columns of both kinds to one size for the rank decision.
-    const double stiffness = std::max(1.0, k.topLeftCorner(n, n).cwiseAbs().maxCoeff());
-    k.topRightCorner(n, m) *= stiffness, k.bottomLeftCorner(m, n) *= stiffness;
-    Eigen::VectorXd right = r;
-    right.tail(m) *= stiffness;
-    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
-    solver.setThreshold(1e-11);
-    solver.compute(k);
-    Eigen::VectorXd step = solver.solve(right);
-    const double far = step.head(n).cwiseAbs().maxCoeff();
-    const double share = std::min(1.0, 0.05 * length / std::max(1e-300, far));
-    found.q += share * step.head(n).cwiseQuotient(balance.columns());
-    found.lambda += share * stiffness * balance.rows().cwiseProduct(step.tail(m));
+    newton_step(balance, k, r, 0.05 * size.length, found);
     r = balance.at(found.q, found.lambda);
     const double after = size(r);
     if (!std::isfinite(after)) break;
-    if (before < 1e-11 && after > 0.5 * before) break;  // rounding
+    if (before < std::max(1e-11, 100 * rounding) && after > 0.5 * before) break;
     inverse_tau2 *= std::clamp(after / before, 0.2, 2.0);
   }
   found.residual = r.head(n).cwiseAbs().maxCoeff();
-  return size(r) < 1e-9;
+  return size(r) < std::max(1e-9, 100 * rounding);
+}
+
+/// From a pose out of balance by r_0 along the poses that are out of it by (1 - s) r_0, s from 0 to 1: a load that
+/// grows. For beams, whose axis is so much stiffer than their bending that Newton's method from afar goes astray.
+bool follow_growing_load(System& system, Balance& balance, Equilibrium& found) {
+  const Measure size(system);
+  found.lambda = Eigen::VectorXd::Zero(system.equations());
+  const Eigen::VectorXd r_0 = balance.at(found.q, found.lambda);
+  const auto closes = [&](Equilibrium& at, double s) {
+    constexpr int iterations = 12;
+    for (int i = 0; i < iterations; ++i, ++found.iterations) {
+      Eigen::MatrixXd k = balance.matrix(at.q, at.lambda);
+      const double far = newton_step(balance, k, balance.at(at.q, at.lambda) - (1 - s) * r_0, size.length, at);
+      if (!(far < 0.3 * size.length)) return false;
+      if (far < 1e-6 * size.length) return true;
+    }
+    return false;
+  };
+  double s = 0, step = 0.125;
+  while (s < 1) {
+    const double next = std::min(1.0, s + step);
+    Equilibrium trial = found;
+    if (closes(trial, next)) {
+      found.q = trial.q, found.lambda = trial.lambda;
+      s = next, step *= 1.5;
+    } else if ((step *= 0.25) < 1e-4) {
+      return false;
+    }
+  }
+  return true;
+}
+
+bool has_beams(const System& system) {
+  const auto& forces = system.model().forces;
+  return std::any_of(forces.begin(), forces.end(),
+                     [](const auto& f) { return f.element.template get_if<BeamElement>(); });
 }
 
 void refuse_moving_drivers(const System& system, const Constraints& c, const Equilibrium& found, double speed) {
@@ -133,10 +186,15 @@ Equilibrium towing_equilibrium(System& system, double t, const Eigen::VectorXd& 
   found.q = guess;
   found.velocity = system.towing_velocity(speed);
   Balance balance(system, t, found.velocity);
-  bool closed = solve_balance(system, balance, found);
+  bool closed = false;
+  if (has_beams(system)) {
+    closed = follow_growing_load(system, balance, found) && solve_balance(system, balance, found);
+    if (!closed) found.q = guess, found.lambda.resize(0);
+  }
+  closed = closed || solve_balance(system, balance, found);
   if (!closed && speed == 0) {
     try {
-      found.q = fall_to_rest(system, t, guess);
+      found.q = fall_to_rest(system, t, guess), found.lambda.resize(0);
       closed = solve_balance(system, balance, found);
     } catch (const BlowUp&) {  // nothing holds it
       found.q = guess;

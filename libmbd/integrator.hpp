@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -28,6 +29,7 @@ enum class WrenchJump { shift, restart };
 struct AdamsMoultonOptions {
   int order = 4;
   WrenchJump wrench_jump = WrenchJump::shift;
+  double longest_step = std::numeric_limits<double>::infinity();  ///< s; a step that is longer is made of equal parts
 };
 
 struct CvodeOptions {

@@ -13,6 +13,7 @@
 
 #include "libmbd/measures/acceleration.hpp"
 #include "libmbd/measures/angle.hpp"
+#include "libmbd/measures/beam.hpp"
 #include "libmbd/measures/distance.hpp"
 #include "libmbd/measures/energy.hpp"
 #include "libmbd/measures/force.hpp"
@@ -24,7 +25,7 @@ namespace subsoil::mbd {
 
 using Measures = std::tuple<PositionMeasure, VelocityMeasure, AccelerationMeasure, DistanceMeasure, DistanceRateMeasure,
                             AngleMeasure, AngularVelocityMeasure, AngularAccelerationMeasure, CornerMeasure,
-                            ReactionMeasure, ForceMeasure, EnergyMeasure>;
+                            ReactionMeasure, ForceMeasure, EnergyMeasure, BeamMeasure>;
 
 template <>
 struct ListOf<MeasureFamily> {

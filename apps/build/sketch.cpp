@@ -203,6 +203,9 @@ class Draughtsman {
     add_link(only_damps ? Sketch::Link::Kind::damper : Sketch::Link::Kind::spring, f.body_a, f.body_b, f.p_a, f.p_b);
   }
   void take(const mbd::Bushing& f) { sketch_.pins.push_back(pair(f.body_a, f.body_b, f.p_a, f.p_b)); }
+  void take(const mbd::BeamElement& f) {  // elements of a beam are drawn as its nodes
+    if (!f.placed) add_link(Sketch::Link::Kind::rod, f.body_a, f.body_b, f.p_a, f.p_b);
+  }
   void take(const mbd::DistanceStop& f) { point(f.body_a, f.p_a), point(f.body_b, f.p_b); }
   void take(const mbd::LineContact& f) {
     disk(f.body_b, f.p_b, f.radius);

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "libmbd/elements.hpp"
+#include "libmbd/measures/beam.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -153,6 +154,13 @@ MachineColumns of_force(const char* owner, const char* meaning) {
   return out;
 }
 
+template <class Measure>
+MachineColumns of_measure(const char* owner, const char* meaning) {
+  MachineColumns out{owner, {}, meaning};
+  for (const auto& column : Measure{}.columns()) out.columns.emplace_back(column.suffix, column.unit);
+  return out;
+}
+
 }  // namespace
 
 std::vector<MachineColumns> machine_columns() {
@@ -177,6 +185,14 @@ std::vector<MachineColumns> machine_columns() {
       of_force<mbd::AppliedForce>("LOAD", "an applied force or drag, world axes"),
       of_force<mbd::Bushing>("BUSHING",
                              "on the second body, in the bushing's axes; how far its point is off the first's"),
+      of_force<mbd::BeamElement>(
+          "BEAM",
+          "a beam between two bodies, or the element `BEAM element 3` of a beam: tension "
+          "positive; shear in its middle; bending moments at its ends, positive where they turn "
+          "the second counter-clockwise; the larger stress of the two, of axial force and moment"),
+      of_measure<mbd::BeamMeasure>("BEAM",
+                                   "a beam: its end seen from its start, less the start pose; largest bending moment "
+                                   "and axial force with their signs; largest stress, and its place along the beam"),
       of_force<mbd::LineContact>("CONTACT",
                                  "on the second body; friction and slip positive along the side with its free side on "
                                  "the left; gap below 0 is the depth"),

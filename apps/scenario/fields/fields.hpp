@@ -101,6 +101,8 @@ class Fields {
   /// Pairs of numbers.
   void table(const char* key, std::vector<double>& xs, std::vector<double>& ys, Text x_unit, Text y_unit, Text meaning);
   void outline(const char* key, std::vector<Vec2>& points, Text meaning);
+  /// Two points at least.
+  void points(const char* key, std::vector<Vec2>& points, Text meaning);
   void optional_outline(const char* key, std::vector<Vec2>& points, Text meaning);
 
   // ---- words -------------------------------------------------------------------------------------------------------

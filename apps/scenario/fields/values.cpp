@@ -312,7 +312,7 @@ std::vector<Vec2> outline_of_file(const std::string& file) {
 
 class Outline final : public Value {
  public:
-  explicit Outline(std::vector<Vec2>& points) : points_(points) {}
+  explicit Outline(std::vector<Vec2>& points, std::size_t least = 3) : points_(points), least_(least) {}
   void read(const Node& node, const ReadScope& scope) override {
     if (node.kind == Node::Kind::scalar) {
       points_ = outline_of_file(beside(node.place, node.scalar));
@@ -322,7 +322,8 @@ class Outline final : public Value {
         points_.push_back({p[0], p[1]});
       }
     }
-    if (points_.size() < 3) throw Refusal("an outline needs at least three points");
+    if (points_.size() < least_)
+      throw Refusal(least_ == 3 ? "an outline needs at least three points" : "a line needs at least two points");
   }
   Node print(const PrintScope&) const override {
     std::vector<std::string> texts;
@@ -334,6 +335,7 @@ class Outline final : public Value {
 
  private:
   std::vector<Vec2>& points_;
+  std::size_t least_;
 };
 
 }  // namespace
@@ -416,6 +418,11 @@ void Fields::table(const char* key, std::vector<double>& xs, std::vector<double>
 void Fields::outline(const char* key, std::vector<Vec2>& points, Text meaning) {
   Outline outline(points);
   visit_value({key, meaning, true}, outline);
+}
+
+void Fields::points(const char* key, std::vector<Vec2>& points, Text meaning) {
+  Outline line(points, 2);
+  visit_value({key, meaning, true}, line);
 }
 
 void Fields::optional_outline(const char* key, std::vector<Vec2>& points, Text meaning) {

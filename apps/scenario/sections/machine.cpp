@@ -78,6 +78,56 @@ class KnownBodies final : public Compound {
   const MachineSection& machine_;
 };
 
+/// Takes what beams stand for out of the lists that are printed, and puts it back.
+class BeamsTakenOut final : public Compound {
+ public:
+  explicit BeamsTakenOut(MachineSection& machine) : machine_(machine) {}
+  void read(Reader&, const Field&) override {}
+  void print(Printer&, const Field&) const override { take_beams_out(machine_); }
+  void list(KeyList&, const Field&) const override {}
+  void outline(Schema&, const Field&) const override {}
+
+ private:
+  MachineSection& machine_;
+};
+
+/// The nodes of beams, as bodies after the given ones.
+class BeamNodes final : public Compound {
+ public:
+  explicit BeamNodes(MachineSection& machine) : machine_(machine) {}
+  void read(Reader& reader, const Field&) override {
+    const std::size_t given = machine_.bodies.size();
+    add_beam_nodes(machine_);
+    for (std::size_t i = given; i < machine_.bodies.size(); ++i) {
+      const BodySection& body = machine_.bodies[i];
+      reader.reading().body_names.push_back(body.name);
+      reader.reading().body_poses.emplace_back(mbd::Vec2{body.at[0], body.at[1]}, body.angle, mbd::Vec2{}, 0.0);
+    }
+  }
+  void print(Printer& printer, const Field&) const override {
+    const std::size_t given = machine_.bodies.size();
+    add_beam_nodes(machine_);
+    for (std::size_t i = given; i < machine_.bodies.size(); ++i) printer.know_body(machine_.bodies[i].name);
+  }
+  void list(KeyList&, const Field&) const override {}
+  void outline(Schema&, const Field&) const override {}
+
+ private:
+  MachineSection& machine_;
+};
+
+class BeamElements final : public Compound {
+ public:
+  explicit BeamElements(MachineSection& machine) : machine_(machine) {}
+  void read(Reader&, const Field&) override { add_beam_elements(machine_); }
+  void print(Printer&, const Field&) const override { add_beam_elements(machine_); }
+  void list(KeyList&, const Field&) const override {}
+  void outline(Schema&, const Field&) const override {}
+
+ private:
+  MachineSection& machine_;
+};
+
 class KnownMarkers final : public Compound {
  public:
   explicit KnownMarkers(const MachineSection& machine) : machine_(machine) {}
@@ -132,9 +182,16 @@ class StartWord final : public Compound {
 }  // namespace
 
 void describe(Fields& v, MachineSection& m) {
+  BeamsTakenOut without_beams(m);
+  v.visit_compound({}, without_beams);
   v.named("bodies", m.bodies, "rigid bodies in the x-y plane; `ground` is always there");
   KnownBodies known_bodies(m);
   v.visit_compound({}, known_bodies);  // what follows names them
+  v.named("beams", m.beams,
+          "elastic beams. Of a beam `tine` the bodies `tine start`, `tine 1`, ..., `tine end` are its nodes, which "
+          "joints, forces, markers and surfaces name as others");
+  BeamNodes nodes(m);
+  v.visit_compound({}, nodes);
   v.named("markers", m.markers, "points with axes on bodies or the ground, for measures and pictures");
   KnownMarkers known_markers(m);
   v.visit_compound({}, known_markers);
@@ -143,6 +200,8 @@ void describe(Fields& v, MachineSection& m) {
   v.elements("forces", m.forces, "springs, dampers, loads, wheels");
   v.elements("measures", m.measures, "columns of your own: what is measured of markers, joints, forces and bodies");
   v.named("surfaces", m.surfaces, "what of the bodies meets the soil, or is drawn");
+  BeamElements elements(m);
+  v.visit_compound({}, elements);
   StartWord start(m.start);
   v.visit_compound({"start", "`pose` as given, or {towing equilibrium: speed}: the steady state found by the program"},
                    start);
@@ -160,6 +219,7 @@ struct MachineChecks : Checks {
   void machine() {
     MachineSection& m = *s.machine;
     if (m.bodies.empty()) refuse("machine.bodies", "is missing: a machine has at least one body");
+    beams(m);
     unique_names(m);
     const Names bodies = names_of(m.bodies);
     for (Surface& surface : m.surfaces) {
@@ -182,6 +242,21 @@ struct MachineChecks : Checks {
       if (const auto* friction = force.element.get_if<mbd::JointFriction>())
         refer("machine.forces." + force.name + ".joint friction", friction->joint, names_of(m.joints), "joint");
     wheels(m);
+  }
+
+  void beams(const MachineSection& m) {
+    for (const BeamSection& beam : m.beams) {
+      const std::string path = "machine.beams." + beam.name;
+      material(path + ".material", beam.material);
+      if (beam.lacks_numbers()) continue;  // said already
+      if (!beam.material.empty() && std::holds_alternative<mbd::GivenSection>(beam.section))
+        refuse(path + ".material", "a section by its numbers has no shape that could meet the soil; give its sizes");
+      try {
+        beam.check();
+      } catch (const std::invalid_argument& error) {
+        refuse(path, error.what());
+      }
+    }
   }
 
   void measures(const MachineSection& m) {

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/scenario/sections/beams.hpp"
 #include "apps/scenario/sections/placement.hpp"
 #include "apps/scenario/sections/wear.hpp"
 #include "apps/scenario/shapes/shapes.hpp"
@@ -12,7 +13,7 @@
 #include "libmbd/marker.hpp"
 #include "libmbd/measure.hpp"
 
-/// The planar multibody system.
+/// The planar multibody system. Lists end with what the beams stand for: see beams.hpp.
 namespace subsoil::app {
 
 using Joint = mbd::AnyJoint;
@@ -74,6 +75,7 @@ struct Start {
 
 struct MachineSection {
   std::vector<BodySection> bodies;
+  std::vector<BeamSection> beams;
   std::vector<mbd::Marker> markers;
   std::vector<NamedJoint> joints;
   std::vector<NamedDriver> drivers;

@@ -1,0 +1,75 @@
+#include "apps/scenario/load.hpp"
+#include "tests/tools/message_of.hpp"
+#include "tests/tools/program_runs.hpp"
+
+/// Beams of a scenario: what they stand for, their columns, the explicit copy, and what is refused. Oracle: the
+/// cantilever with a force at its end.
+namespace subsoil::app::run_beams {
+namespace {
+
+using namespace test;
+
+const std::string cantilever = R"(subsoil: 1
+title: a cantilever
+analysis: equilibrium
+gravity: 0 m/s^2
+machine:
+  beams:
+    bar: {points: [0 0 m, 1 0 m], section: {rectangle: 20 40 mm}, young's modulus: 200 GPa, density: 7850 kg/m^3, elements: 4}
+  joints:
+    root: {fixed: [ground, bar start], at: 0 0 m}
+  forces:
+    load: {force: bar end, along y: -10 N}
+)";
+
+constexpr double second_moment = 0.04 * 8e-6 / 12, bending = 2e11 * second_moment;
+
+// Deflection P L^3/(3 EI) + P L/(kappa GA), moment P L and stress P L c/I at the root; large deflection is 1e-9 of it.
+TEST(Beams, CantileverHasItsColumns) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(cantilever), dir / "out"), exit_ok);
+  const Series series = read_series(dir / "out/series.csv");
+  const double shear = 10 / (13 / (12 + 11 * 0.3) * 2e11 / 2.6 * 8e-4);
+  EXPECT_NEAR(series.at("bar.deflection y")[0], -10 / (3 * bending) - shear, 1e-6 * 10 / (3 * bending));
+  EXPECT_NEAR(series.at("bar.turn")[0], -10 / (2 * bending), 1e-6 * 10 / (2 * bending));
+  EXPECT_NEAR(series.at("bar.moment")[0], -10, 1e-4);
+  EXPECT_NEAR(series.at("bar element 4.moment a")[0], -2.5, 1e-4);
+  EXPECT_NEAR(series.at("bar.stress")[0], 10 * 0.01 / second_moment, 1e-4 * 10 * 0.01 / second_moment);
+  EXPECT_EQ(series.at("bar.stress at")[0], 0);
+  EXPECT_NEAR(series.at("bar.strain energy")[0], 10 * (10 / (3 * bending) + shear) / 2, 1e-6);
+  EXPECT_NEAR(series.at("root.moment")[0], -series.at("bar.moment")[0], 1e-6) << "on the ground";
+}
+
+// The explicit copy shows the beam and not what it stands for, and runs to the same numbers.
+TEST(Beams, ExplicitCopyRunsTheSame) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(cantilever), dir / "out"), exit_ok);
+  std::ifstream file(dir / "out/scenario.yaml");
+  const std::string copy{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_NE(copy.find("beams:"), std::string::npos) << copy;
+  EXPECT_EQ(copy.find("bar element"), std::string::npos) << copy;
+  ASSERT_EQ(run_scenario((dir / "out/scenario.yaml").string(), dir / "again"), exit_ok);
+  const Series a = read_series(dir / "out/series.csv"), b = read_series(dir / "again/series.csv");
+  for (const char* column : {"bar.deflection y", "bar end.angle", "bar element 2.shear force"})
+    EXPECT_EQ(a.at(column), b.at(column)) << column;
+}
+
+TEST(Beams, FaultsNameTheBeam) {
+  const RunDirectory dir;
+  const auto message = [&](const std::string& from, const std::string& to) {
+    std::string text = cantilever;
+    text.replace(text.find(from), from.size(), to);
+    return subsoil::test::message_of([&] { load_scenario(dir.scenario(text)); });
+  };
+  const auto expect = [](const std::string& text, const std::string& part) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  expect(message("0 0 m, 1 0 m", "0 0 m"), "machine.beams.bar.points");
+  expect(message("rectangle: 20 40 mm", "tube: 20 12 mm"), "machine.beams.bar: section: the wall of the tube");
+  expect(message("elements: 4", "elements: 0"), "machine.beams.bar.elements");
+  expect(message("elements: 4", "damping ratio: 0.1, damping time: 1 s"), "keep one");
+  expect(message("bar end, along y", "bar 4, along y"), "there is no body of this name");
+}
+
+}  // namespace
+}  // namespace subsoil::app::run_beams
