@@ -55,8 +55,9 @@ TEST(Beams, ExplicitCopyRunsTheSame) {
     EXPECT_EQ(a.at(column), b.at(column)) << column;
 }
 
-// A beam falls into its bend: ida by default, and Adams-Moulton in parts of its step of order 2, which errs by
-// (w h)^2/12 of the deflection, w = 51 rad/s of the first bending, h = 10 us: 2e-8.
+// A load that is there at once: ida by default, and Adams-Moulton in parts of its step of order 2 (15 us). The first
+// mode, 100 rad/s, is right to (w h)^2/12 = 2e-7; of the higher ones, some per cent of the deflection, those of 1e4
+// rad/s lose their phase within the 8 ms: 2e-4 of the whole.
 TEST(Beams, IntegratorsAgree) {
   std::string text = cantilever + "time: {end: 8 ms}\noutput: {every: 1 ms}\n";
   text.replace(text.find("analysis: equilibrium"), 21, "analysis: dynamics");
@@ -67,7 +68,7 @@ TEST(Beams, IntegratorsAgree) {
   ASSERT_EQ(run_scenario(file, dir / "adams", {"time.machine.integrator=adams-moulton"}), exit_ok);
   const Series a = read_series(dir / "ida/series.csv"), b = read_series(dir / "adams/series.csv");
   for (const char* column : {"bar.deflection y", "bar.turn"})
-    EXPECT_NEAR(a.at(column).back(), b.at(column).back(), 1e-5 * std::abs(a.at(column).back())) << column;
+    EXPECT_NEAR(a.at(column).back(), b.at(column).back(), 2e-4 * std::abs(a.at(column).back())) << column;
   EXPECT_NEAR(b.at("energy.balance").back(), 0, 1e-4 * b.at("bar.strain energy").back());
 }
 
