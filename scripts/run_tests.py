@@ -30,7 +30,7 @@ SANITIZED = ["libdem", "libmbd", "coupling"]
 TOUCHED = {
     "unit_libdem": ("libdem/", "tests/unit/libdem/", "tests/tools/"),
     "unit_apps": ("apps/run/", "apps/laboratory/", "tests/unit/apps/"),
-    "unit_studies": ("apps/output/", "scripts/abuse", "tests/unit/studies/"),
+    "unit_studies": ("apps/output/", "apps/design/", "scripts/abuse", "tests/unit/studies/"),
     "verification_mechanisms": ("libmbd/", "tests/verification/mechanisms/"),
     "verification_particles": ("libdem/laws/", "tests/verification/particles/"),
     "properties": ("libdem/", "tests/properties/"),

@@ -81,7 +81,9 @@ mbd::IntegratorKind integrator_of(const Scenario& s) {
   }
   const bool alone = !s.soil && s.boundaries.empty();
   const bool fixed = time.step || time.order != MachineTime{}.order;
-  return alone && !fixed ? mbd::IntegratorKind::cvode : mbd::IntegratorKind::adams_moulton;
+  if (!alone || fixed) return mbd::IntegratorKind::adams_moulton;
+  // The fastest wave of a beam is a thousand times faster than what bends it: stiff.
+  return !s.machine || s.machine->beams.empty() ? mbd::IntegratorKind::cvode : mbd::IntegratorKind::ida;
 }
 
 std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {

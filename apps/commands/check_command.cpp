@@ -5,6 +5,7 @@
 #include "apps/build/machine.hpp"
 #include "apps/build/soil.hpp"
 #include "apps/build/world.hpp"
+#include "apps/commands/beam_words.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/commands/stopwatch.hpp"
 #include "apps/commands/trial.hpp"
@@ -80,6 +81,7 @@ int check_command(const RunRequest& request) {
                                        a.moved_body, a.moved)
                          : fmt::format("joints closed to {:.1e} m; nothing is moved", a.residual));
     for (const std::string& r : a.redundant) line("", r);
+    for (const BeamSection& beam : s.machine->beams) line("beam", beam_words(beam));
   }
   const std::vector<SurfaceFacts> surfaces = surface_facts(world, s.time.end);
   for (std::size_t i = 0; i < surfaces.size(); ++i) line(i == 0 ? "surfaces" : "", surface_text(surfaces[i], world));

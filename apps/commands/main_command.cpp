@@ -6,6 +6,7 @@
 
 #include "apps/commands/command_pages.hpp"
 #include "apps/commands/commands.hpp"
+#include "apps/commands/design_command.hpp"
 #include "apps/commands/fields_command.hpp"
 #include "apps/commands/report_command.hpp"
 #include "apps/commands/sweep_command.hpp"
@@ -303,6 +304,9 @@ int main_command(int argc, char** argv) {
   CLI::App* fields_word = add_fields(app, fields_words);
   SweepRequest sweep_request;
   CLI::App* sweep_word = add_sweep(app, sweep_request);
+  DesignRequest optimise_request, sensitivity_request;
+  CLI::App* optimise_word = add_optimise(app, optimise_request);
+  CLI::App* sensitivity_word = add_sensitivity(app, sensitivity_request);
   CredibilityRequest credibility_request;
   CLI::App* credibility_word = add_credibility(app, credibility_request);
 
@@ -324,6 +328,8 @@ int main_command(int argc, char** argv) {
     if (report_word->parsed()) return report_command(report_words);
     if (fields_word->parsed()) return fields_command(fields_words);
     if (sweep_word->parsed()) return sweep_command(sweep_request);
+    if (optimise_word->parsed()) return optimise_command(optimise_request);
+    if (sensitivity_word->parsed()) return sensitivity_command(sensitivity_request);
     if (credibility_word->parsed()) return credibility_command(credibility_request);
     if (explain_word->parsed()) std::cout << explain(path);
     if (materials_word->parsed())

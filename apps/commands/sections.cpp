@@ -1,4 +1,5 @@
 #include "apps/calibrate/plan.hpp"
+#include "apps/design/plan.hpp"
 #include "apps/impact/study.hpp"
 #include "apps/laboratory/tests.hpp"
 #include "apps/scenario/fields/fields.hpp"
@@ -35,7 +36,11 @@ const std::vector<CommandFile>& command_files() {
        "The same rules hold; values of targets carry the unit of their number "
        "([laboratory-tests.md](laboratory-tests.md)).",
        prototype<Plan>()},
-      {"sweep", "The file of `subsoil sweep`", "The same rules hold ([sweep.md](sweep.md)).", prototype<SweepPlan>()}};
+      {"sweep", "The file of `subsoil sweep`", "The same rules hold ([sweep.md](sweep.md)).", prototype<SweepPlan>()},
+      {"optimise", "The file of `subsoil optimise`", "The same rules hold ([design.md](design.md)).",
+       prototype<OptimisePlan>()},
+      {"sensitivity", "The file of `subsoil sensitivity`", "The same rules hold ([design.md](design.md)).",
+       prototype<SensitivityPlan>()}};
   return files;
 }
 

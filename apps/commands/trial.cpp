@@ -9,11 +9,14 @@
 #include <vector>
 
 #include "apps/commands/stopwatch.hpp"
+#include "apps/output/atomic_file.hpp"
 #include "apps/output/csv.hpp"
 #include "apps/output/series_writer.hpp"
+#include "apps/output/state_file.hpp"
 #include "apps/run/columns.hpp"
 #include "apps/run/frames.hpp"
 #include "apps/run/process.hpp"
+#include "apps/run/restart.hpp"
 #include "apps/run/schedule.hpp"
 
 namespace subsoil::app {
@@ -112,12 +115,15 @@ class Rehearsal {
   }
 
   struct Frames {
-    double once = 0, each = 0;              // s
+    double once = 0, each = 0;              // s, once: with all other files that a run writes once
     double bytes_once = 0, bytes_each = 0;  // on the disk
   };
-  /// The first frame is put on the disk at once, the others come behind it.
-  Frames frames() {
-    constexpr int behind = 3;
+  /// The first frame is put on the disk at once, the others come behind it: of a machine alone, where what names a
+  /// frame costs as much as what is in it and grows with their number, as many as the run has.
+  /// @param count frames of the run
+  Frames frames(long count) {
+    constexpr long most = 200, of_bed = 3;
+    const long behind = world_.bed ? of_bed : std::clamp(count - 1, 1L, most);
     dem::Snapshot* const shot = frames_.begin(0);
     if (world_.bed) {
       // Lists are built while the memory of the contacts before stands beside them: that is when a run needs most.
@@ -128,17 +134,20 @@ class Rehearsal {
     Frames out;
     out.once = seconds_since(frames_once_) - seconds_of_steps_;
     const Clock::time_point begin = Clock::now();
-    for (int k = 1; k <= behind; ++k) frames_.write(k, k);
-    out.each = seconds_since(begin) / behind;
-    frames_.finish();
+    for (long k = 1; k <= behind; ++k) frames_.write(static_cast<double>(k), k);
+    out.each = seconds_since(begin) / static_cast<double>(behind);
+    out.once += time_of_ends();
     const auto bytes = [&](const char* name) {
       std::error_code none;
       const auto size = std::filesystem::file_size(scratch_.path / name, none);
       return none ? 0.0 : static_cast<double>(size);
     };
     out.bytes_once = bytes("frames/static.h5");
-    out.bytes_each = bytes("frames/000001.h5") / behind + (bytes("run.xdmf") + bytes("run.h5")) / (1 + behind);
-    if (bytes("frames/000001.h5") == 0) out.bytes_each += bytes("frames/000000.h5") / (1 + behind);
+    double all = bytes("run.xdmf") + bytes("run.h5");
+    std::error_code none;
+    for (const auto& file : std::filesystem::directory_iterator(scratch_.path / "frames", none))
+      if (file.path().filename() != "static.h5") all += static_cast<double>(file.file_size());
+    out.bytes_each = all / static_cast<double>(1 + behind);
     return out;
   }
 
@@ -154,6 +163,22 @@ class Rehearsal {
     }
     ++taken_;
     seconds_of_steps_ += seconds_since(begin);
+  }
+
+  /// s of what stands beside the frames and of their publishing: waits for the disk, all but nothing else.
+  double time_of_ends() {
+    const Clock::time_point begin = Clock::now();
+    write_atomically(scratch_.path / "scenario.yaml", write_scenario(s_));
+    if (!world_.bed && s_.output.state == State::full) {
+      RunProgress progress;
+      frames_.publish(progress);
+      progress.series_bytes = series_.sync();
+      save_run(state_path(scratch_.path, s_.time.end), s_, world_, simulation_, progress);
+    }
+    frames_.finish();
+    constexpr std::size_t summary_bytes = 20000;
+    write_atomically(scratch_.path / "summary.json", std::string(summary_bytes, ' '));
+    return seconds_since(begin);
   }
 
   const Scenario& s_;
@@ -193,7 +218,7 @@ Trial try_out(const Loaded& loaded, World& world, double spheres, double until_n
   const double rows = count_of(s.time.end, s.output.row_interval(), s.output.series_at.size());
   const double stepping = more * rehearsal.time_of_steps(), row = more * rehearsal.time_of_row();
   cost.seconds_per_step = more * rehearsal.per_step();
-  const Rehearsal::Frames frame = rehearsal.frames();
+  const Rehearsal::Frames frame = rehearsal.frames(cost.frames);
   // A bed settles with the stable step, however fine the run's own is for its impacts.
   const double settling_step =
       world.bed ? s.time.soil_step ? world.step.soil_step : s.time.safety * world.step.limit.step : 1;

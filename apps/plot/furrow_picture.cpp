@@ -52,7 +52,7 @@ std::string script_of(const Furrow& f, const std::string& name, const std::strin
   const int pixels = std::clamp(static_cast<int>(2 * 760 * height / width) + 190, 420, 1400);
   std::string script = "set encoding utf8\n" + gnuplot_terminal(suffix, 900, pixels) +
                        "set output {out}\nset border 3 linecolor rgb '#555555'\nset tics nomirror out scale 0.6\n"
-                       "set size ratio -1\nset key outside below horizontal samplen 2\n"
+                       "set size ratio -1\nset key outside below horizontal samplen 2\nset bmargin 5.5\n"
                        "set xlabel 'across the travel, z [mm]'\nset ylabel 'height [mm]'\n" +
                        fmt::format("set xrange [{:.6g}:{:.6g}]\n", mm * f.z0, mm * (f.z0 + width));
   script += surface_block("before", f, f.before) + surface_block("after", f, f.after);
@@ -64,7 +64,7 @@ std::string script_of(const Furrow& f, const std::string& name, const std::strin
                   fmt::format("mean displacement by place before; disturbed (above {:.3g} mm): {:.0f} cm²",
                               mm * f.threshold, 1e4 * f.disturbed_area));
   script += panel(
-      "loosened", f, "1", "defined (-1 '#2166ac', 0 '#f7f7f7', 1 '#b2182b')", -rise, rise,
+      "loosened", f, "", "defined (-1 '#2166ac', 0 '#f7f7f7', 1 '#b2182b')", -rise, rise,
       fmt::format("rise of porosity; loosened (above {:.2f}): {:.0f} cm²", Furrow::loosening, 1e4 * f.loosened_area));
   return script + "unset multiplot\nunset output\n";
 }

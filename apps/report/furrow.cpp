@@ -217,7 +217,9 @@ std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, doubl
   }
   f.cell = diameter / static_cast<double>(d.before.index.size());
   const double depth = *std::max_element(tool.depth.begin(), tool.depth.end());
-  const double near = tool.direction > 0 ? x.low : -x.high;
+  // What lies behind the place of a tool that starts in the soil was never passed.
+  const double face = tool.direction > 0 ? x.low : -x.high, began = tool.direction * tool.rear_x.front();
+  const double near = std::isfinite(began) ? std::max(face, began) : face;
   const double rear = tool.direction * tool.rear_x.back(), end = std::min(rear, tool.direction > 0 ? x.high : -x.low);
   const double enough = std::max(2 * f.cell, 0.25 * depth);
   double start = none;
@@ -226,7 +228,9 @@ std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, doubl
   if (!f.steady) start = near + 0.5 * depth;
   if (!(end - start >= enough)) {
     why = fmt::format(
-        "the tool's rear has passed {:.0f} mm beyond half a depth from the soil's near face; a furrow needs {:.0f} mm",
+        "the tool's rear has passed {:.0f} mm beyond half a depth from the soil's near face, or from where it stood in "
+        "the "
+        "soil at the start; a furrow needs {:.0f} mm",
         1e3 * std::max(0.0, end - start), 1e3 * enough);
     return {};
   }

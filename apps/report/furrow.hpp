@@ -48,7 +48,7 @@ struct Furrow {
 
 /// Empty with the reason in `why` where the tool has not passed far enough. `steady_from`: time at which steady work
 /// begins, NaN where that is not known. Where too little of it is passed the stretch begins half a depth past the
-/// soil's near face.
+/// soil's near face, or past where the rear of a tool that starts in the soil stood.
 std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, double steady_from, std::string& why);
 
 }  // namespace subsoil::app

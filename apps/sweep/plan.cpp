@@ -15,19 +15,6 @@
 namespace subsoil::app {
 namespace {
 
-/// A list under a key that is read as text becomes pieces with semicolons between.
-void join_list(Node& mapping, const char* key) {
-  Node::Entry* entry = mapping.find(key);
-  if (entry == nullptr || entry->value.kind != Node::Kind::sequence) return;
-  std::string text;
-  for (const Node& item : entry->value.items)
-    text +=
-        fmt::format("{}{}", text.empty() ? "" : "; ", item.kind == Node::Kind::scalar ? item.scalar : item.one_line());
-  Node joined = Node::of(text);
-  joined.place = entry->value.place;
-  entry->value = joined;
-}
-
 struct PlanChecker {
   SweepPlan& plan;
   const Places& places;
@@ -57,10 +44,8 @@ struct PlanChecker {
   }
 
   void number(SweepNumber& n) {
-    const std::string path = "numbers." + n.name;
-    if (n.column.empty() == n.summary.empty())
-      refuse(path, "needs one of `column` (of series.csv) and `summary` (path in summary.json)");
-    if (n.from && n.until && !(*n.until > *n.from)) refuse(path + ".until", "must lie after `from`");
+    const auto [key, rule] = n.fault();
+    if (!rule.empty()) refuse("numbers." + n.name + (key.empty() ? "" : "." + key), rule);
   }
 
   void best() {
@@ -112,6 +97,18 @@ double first_number(const std::string& text) {
 
 }  // namespace
 
+void join_list(Node& mapping, const char* key) {
+  Node::Entry* entry = mapping.find(key);
+  if (entry == nullptr || entry->value.kind != Node::Kind::sequence) return;
+  std::string text;
+  for (const Node& item : entry->value.items)
+    text +=
+        fmt::format("{}{}", text.empty() ? "" : "; ", item.kind == Node::Kind::scalar ? item.scalar : item.one_line());
+  Node joined = Node::of(text);
+  joined.place = entry->value.place;
+  entry->value = joined;
+}
+
 double SweepParameter::at(double u) const { return value_in_range(scale, between[0], between[1], u); }
 
 SweepPlan load_sweep(const std::string& file, const std::vector<std::string>& sets) {
@@ -120,6 +117,8 @@ SweepPlan load_sweep(const std::string& file, const std::vector<std::string>& se
   join_list(document, "set");
   if (Node::Entry* parameters = document.find("parameters"))
     for (Node::Entry& p : parameters->value.entries) join_list(p.value, "values"), join_list(p.value, "keys");
+  if (Node::Entry* numbers = document.find("numbers"))
+    for (Node::Entry& n : numbers->value.entries) join_list(n.value, "path");
   SweepPlan plan;
   Reading reading(problems);
   read_all(document, reading, [&](Fields& fields) { declare(fields, plan); });

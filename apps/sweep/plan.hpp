@@ -7,6 +7,7 @@
 #include "apps/scenario/document.hpp"
 #include "apps/scenario/ranges.hpp"
 #include "apps/scenario/scenario.hpp"
+#include "apps/sweep/number.hpp"
 
 /// What `subsoil sweep` is asked: keys of a scenario with values, and the numbers that are wanted of every run.
 namespace subsoil::app {
@@ -38,30 +39,6 @@ struct SweepParameter {
   bool is_range() const { return between.size() == 2 && !levels; }
   /// Of u in [0, 1], in `unit`.
   double at(double u) const;
-};
-
-/// A number of every run.
-struct SweepNumber {
-  enum class Take { mean, least, largest, span, deviation, last };
-  std::string name, column, summary;
-  Take take = Take::mean;
-  std::optional<double> from, until;
-
-  template <class V>
-  void describe(V& v) {
-    v.text("column", column, "of series.csv, such as draft or soil.draft");
-    v.text("summary", summary, "in place of a column: path in summary.json with / between, such as run/wall time [s]");
-    v.choice("take", take,
-             {{"mean", Take::mean},
-              {"least", Take::least},
-              {"largest", Take::largest},
-              {"span", Take::span},
-              {"deviation", Take::deviation},
-              {"last", Take::last}},
-             "what is taken of the column's rows in the window");
-    v.quantity("from", from, "s", "[0, inf)", "window of this number; left out: the run's own, else its whole record");
-    v.quantity("until", until, "s", "(0, inf)", "end of it");
-  }
 };
 
 enum class Keep { numbers, all };
@@ -115,6 +92,8 @@ std::vector<std::vector<double>> latin_hypercube(long points, std::size_t dimens
 /// The single value at a path of a scenario with its defaults, multiplied by a factor: `contacts.soil-soil.K_X` ->
 /// "20000 N/m". Of several numbers each is multiplied. Throws std::invalid_argument where there is no number.
 std::string scaled_value(const Node& scenario, const std::string& path, double factor);
+/// A list under a key that is read as text becomes pieces with semicolons between.
+void join_list(Node& mapping, const char* key);
 /// The tree that scaled_value looks at.
 Node explicit_tree(const Scenario& scenario);
 

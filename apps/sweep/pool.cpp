@@ -117,7 +117,7 @@ bool run_pool(const std::vector<PoolJob>& jobs, const PoolOptions& options,
   while (next < jobs.size() || any()) {
     for (std::size_t k = 0; k < places.size() && caught == 0; ++k)
       if (running[k].process <= 0 && next < jobs.size()) start(k);
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
     for (Running& r : running) collect(r);
     if (caught != 0) break;
     std::vector<std::size_t> now;

@@ -121,46 +121,6 @@ class Progress {
   LiveLine line_;
 };
 
-double taken(const WindowStatistics& s, SweepNumber::Take take, double last) {
-  switch (take) {
-    case SweepNumber::Take::mean:
-      return s.mean;
-    case SweepNumber::Take::least:
-      return s.least;
-    case SweepNumber::Take::largest:
-      return s.largest;
-    case SweepNumber::Take::span:
-      return s.largest - s.least;
-    case SweepNumber::Take::deviation:
-      return s.deviation;
-    case SweepNumber::Take::last:
-      return last;
-  }
-  return no_value;
-}
-
-void take_number(const RunFolder& run, const SweepNumber& n, double& value, double& half) {
-  if (!n.summary.empty()) {
-    std::vector<std::string> keys(1);
-    for (const char c : n.summary) {
-      if (c == '/')
-        keys.emplace_back();
-      else
-        keys.back() += c;
-    }
-    value = run.number(keys);
-    return;
-  }
-  const int column = run.column(n.column);
-  if (column < 0) return;
-  TimeWindow window = run.window;
-  if (n.from || n.until) window.from = n.from.value_or(0), window.until = n.until.value_or(window.until);
-  const std::vector<double>& values = run.series->values[static_cast<std::size_t>(column)];
-  const WindowStatistics s = statistics(run.series->at("time"), values, window);
-  value = taken(s, n.take, values.back());
-  if (n.take == SweepNumber::Take::mean) half = s.half_width;
-}
-
 void remove_large(const std::filesystem::path& folder) {
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
@@ -176,19 +136,19 @@ std::filesystem::path point_folder(const std::filesystem::path& folder, std::siz
   return folder / "points" / fmt::format("{:04}", point + 1);
 }
 
+bool point_is_open(const Study& study, const std::filesystem::path& folder, std::size_t k, bool again) {
+  const std::optional<Json> json = read_point(point_folder(folder, k));
+  if (!json) return true;
+  if ((*json)["mark"] != mark_of(study, study.points[k]))
+    throw ScenarioError(fmt::format("{}: point {} was run with another scenario or other values; name another --out",
+                                    folder.string(), k + 1));
+  return again && (*json)["end"] == "failed";
+}
+
 std::vector<std::size_t> open_points(const Study& study, const std::filesystem::path& folder, bool again) {
   std::vector<std::size_t> open;
-  for (std::size_t k = 0; k < study.points.size(); ++k) {
-    const std::optional<Json> json = read_point(point_folder(folder, k));
-    if (!json) {
-      open.push_back(k);
-      continue;
-    }
-    if ((*json)["mark"] != mark_of(study, study.points[k]))
-      throw ScenarioError(fmt::format("{}: point {} was run with another scenario or other values; name another --out",
-                                      folder.string(), k + 1));
-    if (again && (*json)["end"] == "failed") open.push_back(k);
-  }
+  for (std::size_t k = 0; k < study.points.size(); ++k)
+    if (point_is_open(study, folder, k, again)) open.push_back(k);
   return open;
 }
 
@@ -224,25 +184,30 @@ bool run_points(const Study& study, const std::filesystem::path& folder, const s
   return whole;
 }
 
-std::vector<PointResult> read_results(const Study& study, const std::filesystem::path& folder) {
-  std::vector<PointResult> results(study.points.size());
-  for (std::size_t k = 0; k < results.size(); ++k) {
-    PointResult& r = results[k];
-    r.value.assign(study.numbers.size(), no_value), r.half_width = r.value;
-    const std::optional<Json> json = read_point(point_folder(folder, k));
-    if (!json) continue;
-    r.end = (*json)["end"] == "reached" ? PointResult::End::reached : PointResult::End::failed;
-    r.wall_time = json->value("wall time [s]", no_value);
-    r.cause = json->value("cause", std::string());
-    if (r.end != PointResult::End::reached) continue;
-    try {
-      const RunFolder run = read_run_folder(point_folder(folder, k));
-      for (std::size_t n = 0; n < study.numbers.size(); ++n)
-        take_number(run, study.numbers[n], r.value[n], r.half_width[n]);
-    } catch (const std::exception& error) {
-      r.end = PointResult::End::failed, r.cause = error.what();
+PointResult read_result(const Study& study, const std::filesystem::path& folder, std::size_t k) {
+  PointResult r;
+  r.value.assign(study.numbers.size(), no_value), r.half_width = r.value;
+  const std::optional<Json> json = read_point(point_folder(folder, k));
+  if (!json) return r;
+  r.end = (*json)["end"] == "reached" ? PointResult::End::reached : PointResult::End::failed;
+  r.wall_time = json->value("wall time [s]", no_value);
+  r.cause = json->value("cause", std::string());
+  if (r.end != PointResult::End::reached) return r;
+  try {
+    const RunFolder run = read_run_folder(point_folder(folder, k));
+    for (std::size_t n = 0; n < study.numbers.size(); ++n) {
+      const NumberOfRun number = take_number(run, study.numbers[n]);
+      r.value[n] = number.value, r.half_width[n] = number.half_width;
     }
+  } catch (const std::exception& error) {
+    r.end = PointResult::End::failed, r.cause = error.what();
   }
+  return r;
+}
+
+std::vector<PointResult> read_results(const Study& study, const std::filesystem::path& folder) {
+  std::vector<PointResult> results;
+  for (std::size_t k = 0; k < study.points.size(); ++k) results.push_back(read_result(study, folder, k));
   return results;
 }
 

@@ -33,6 +33,7 @@ std::filesystem::path point_folder(const std::filesystem::path& folder, std::siz
 
 /// Points without result yet, in order. A point is done when its folder holds a `point.json` with the mark of the same
 /// scenario; one of another scenario throws ScenarioError: another plan's folder. `again`: failed points count as open.
+bool point_is_open(const Study& study, const std::filesystem::path& folder, std::size_t point, bool again);
 std::vector<std::size_t> open_points(const Study& study, const std::filesystem::path& folder, bool again);
 
 /// Runs these points and writes `point.json` of each when it ends, so that a kill loses only what runs. Progress with
@@ -40,7 +41,8 @@ std::vector<std::size_t> open_points(const Study& study, const std::filesystem::
 bool run_points(const Study& study, const std::filesystem::path& folder, const std::vector<std::size_t>& points,
                 const PoolOptions& options);
 
-/// Results of all points, from their folders.
+/// Results of one point, and of all, from their folders.
+PointResult read_result(const Study& study, const std::filesystem::path& folder, std::size_t point);
 std::vector<PointResult> read_results(const Study& study, const std::filesystem::path& folder);
 
 /// Keeps a second program out of the folder while it lives: throws ScenarioError when there is one.

@@ -64,8 +64,13 @@ uint32_t MeshSurface::nearest_triangle(const Vec3& point) const {
       const double distance2 = nearest_point(facets_[t], point).distance_squared;
       if (distance2 < best || (distance2 == best && t < nearest)) best = distance2, nearest = t;
     });
-    if (!std::isfinite(reach)) break;  // the point is not finite: nobody is near
+    if (!std::isfinite(reach)) return 0;  // the point is not finite: nobody is near
   }
+  // On an edge rounding decides which is nearest: of all that are so to rounding the first, whatever the last bits are.
+  const double limit = std::sqrt(best) + 1e-9 * bounds_.diagonal() + rounding_;
+  tree_.visit_near(point, limit, [&](uint32_t t) {
+    if (t < nearest && nearest_point(facets_[t], point).distance_squared <= limit * limit) nearest = t;
+  });
   return nearest;
 }
 

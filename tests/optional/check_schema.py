@@ -28,7 +28,8 @@ for tag, pattern, first in (("bool", r"true|false", "tf"), ("null", r"~|null|", 
     Loader.add_implicit_resolver("tag:yaml.org,2002:" + tag, re.compile(f"^(?:{pattern})$"), letters)
 
 program, configs = sys.argv[1], pathlib.Path(sys.argv[2])
-of_folder = {"parts": "part", "impact": "impact", "calibrate": "calibrate", "sweep": "sweep"}
+of_folder = {"parts": "part", "impact": "impact", "calibrate": "calibrate", "sweep": "sweep",
+             "optimise": "optimise", "sensitivity": "sensitivity"}
 checkers = {}
 faults = 0
 

@@ -12,7 +12,8 @@ void describe(Fields& v, MachineTime& t) {
        {"adams-moulton", IntegratorWord::adams_moulton},
        {"cvode", IntegratorWord::cvode},
        {"ida", IntegratorWord::ida}},
-      "auto: cvode for a machine alone, adams-moulton with soil and where `step` or `order` is given; adams-moulton: "
+      "auto: cvode for a machine alone, ida where it has beams, adams-moulton with soil and where `step` or `order` is "
+      "given; adams-moulton: "
       "fixed step on partitioned coordinates, its error watched; cvode: SUNDIALS CVODE on the same, steps and orders "
       "of "
       "its own for smooth motion; ida: SUNDIALS IDA on the whole system, also for stiff forces");

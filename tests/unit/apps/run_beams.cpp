@@ -1,3 +1,7 @@
+#include <fmt/format.h>
+
+#include "apps/build/machine.hpp"
+#include "apps/commands/beam_words.hpp"
 #include "apps/scenario/load.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
@@ -52,6 +56,41 @@ TEST(Beams, ExplicitCopyRunsTheSame) {
   const Series a = read_series(dir / "out/series.csv"), b = read_series(dir / "again/series.csv");
   for (const char* column : {"bar.deflection y", "bar end.angle", "bar element 2.shear force"})
     EXPECT_EQ(a.at(column), b.at(column)) << column;
+}
+
+// `subsoil check` says mass rho A L, first frequency 1.875^2/(2 pi) sqrt(EI/(rho A L^4)), and what the elements are
+// good for.
+TEST(Beams, CheckSaysWhatElementsAreGoodFor) {
+  const RunDirectory dir;
+  const auto words = [&](const char* elements) {
+    std::string text = cantilever;
+    text.replace(text.find("elements: 4"), 11, elements);
+    return beam_words(load_scenario(dir.scenario(text)).scenario.machine->beams[0]);
+  };
+  const double first = 1.8751040687 * 1.8751040687 / (2 * 3.14159265359) * std::sqrt(bending / (7850 * 8e-4));
+  EXPECT_EQ(words("elements: 4"), fmt::format("bar: 1 m, 6.28 kg, 4 elements; as a straight cantilever {0:.4g} Hz, "
+                                              "frequencies right to about 1e-3 up to {0:.4g} Hz",
+                                              first));
+  EXPECT_NE(words("elements: 3").find("too few elements"), std::string::npos);
+  EXPECT_NE(words("elements: 8").find(fmt::format("up to {:.4g} Hz", first * 6.31585)), std::string::npos)
+      << "second root over the first, its asymptote 3 pi/2: " << words("elements: 8");
+}
+
+// A load that is there at once: ida by default, and Adams-Moulton in parts of its step of order 2 (15 us). The first
+// mode, 100 rad/s, is right to (w h)^2/12 = 2e-7; of the higher ones, some per cent of the deflection, those of 1e4
+// rad/s lose their phase within the 8 ms: 2e-4 of the whole.
+TEST(Beams, IntegratorsAgree) {
+  std::string text = cantilever + "time: {end: 8 ms}\noutput: {every: 1 ms}\n";
+  text.replace(text.find("analysis: equilibrium"), 21, "analysis: dynamics");
+  const RunDirectory dir;
+  const std::string file = dir.scenario(text);
+  EXPECT_EQ(integrator_of(load_scenario(file).scenario), mbd::IntegratorKind::ida);
+  ASSERT_EQ(run_scenario(file, dir / "ida"), exit_ok);
+  ASSERT_EQ(run_scenario(file, dir / "adams", {"time.machine.integrator=adams-moulton"}), exit_ok);
+  const Series a = read_series(dir / "ida/series.csv"), b = read_series(dir / "adams/series.csv");
+  for (const char* column : {"bar.deflection y", "bar.turn"})
+    EXPECT_NEAR(a.at(column).back(), b.at(column).back(), 2e-4 * std::abs(a.at(column).back())) << column;
+  EXPECT_NEAR(b.at("energy.balance").back(), 0, 1e-4 * b.at("bar.strain energy").back());
 }
 
 TEST(Beams, FaultsNameTheBeam) {

@@ -1,0 +1,79 @@
+#include "apps/commands/design_command.hpp"
+
+#include <fmt/format.h>
+
+#include "apps/commands/command_pages.hpp"
+#include "apps/design/optimum.hpp"
+#include "apps/design/sensitivity.hpp"
+#include "apps/run/runner.hpp"
+
+namespace subsoil::app {
+namespace {
+
+CLI::App* add_design(CLI::App& app, DesignRequest& request, const char* name, const char* meaning) {
+  CLI::App* word = app.add_subcommand(name, meaning);
+  word->footer(
+      "Every finished run is kept in the folder: the same command goes on where it was stopped. Keys of the plan:\n"
+      "docs/scenario.md; methods: docs/design.md");
+  word->add_option("plan", request.plan, "plan (YAML): scenario, parameters, numbers")
+      ->required()
+      ->type_name(takes_yaml);
+  word->add_option("--set", request.sets, "override a value of the plan: path=value (may be repeated)")
+      ->allow_extra_args(false)
+      ->type_name("PATH=VALUE");
+  word->add_option("--out", request.out, "folder; default: ./<name of the plan>");
+  word->add_option("--threads", request.threads, "cores of each run; default: as the plan says")
+      ->check(CLI::Range(1, 1024));
+  return word;
+}
+
+/// Runs a study of a plan in its folder, then writes what it found; `find` gets the study and the folder.
+template <class Plan, class Find>
+int study_in_folder(const DesignRequest& request, const Plan& plan, Find find) {
+  const std::filesystem::path folder =
+      request.out.empty() ? std::filesystem::path(request.plan).stem() : std::filesystem::path(request.out);
+  const StudyLock lock(folder);
+  const auto threads = request.threads > 0 ? request.threads : static_cast<int>(plan.threads);
+  GrowingStudy study(study_of(plan), folder, {threads, static_cast<int>(plan.at_once.value_or(0))});
+  try {
+    find(study, folder);
+  } catch (const StudyInterrupted&) {
+    fmt::print(stderr, "stopped; the same command goes on from here\n");
+    return exit_interrupted;
+  }
+  return exit_ok;
+}
+
+}  // namespace
+
+CLI::App* add_optimise(CLI::App& app, DesignRequest& request) {
+  return add_design(app, request, "optimise", "find the design of a scenario that makes a number least or largest");
+}
+
+CLI::App* add_sensitivity(CLI::App& app, DesignRequest& request) {
+  return add_design(app, request, "sensitivity", "derivatives of a run's numbers with respect to its parameters");
+}
+
+int optimise_command(const DesignRequest& request) {
+  const OptimisePlan plan = load_optimise(request.plan, request.sets);
+  bool found_one = false;
+  const int code = study_in_folder(request, plan, [&](GrowingStudy& study, const std::filesystem::path& folder) {
+    const Optimum found = find_optimum(plan, study);
+    write_optimum(plan, found, study, folder);
+    fmt::print("{}", optimum_text(plan, found, study));
+    found_one = found.best && found.rows[*found.best].feasible;
+    fmt::print("{}\n", (folder / (found.best ? "best.yaml" : "optimise.csv")).string());
+  });
+  return code == exit_ok && !found_one ? exit_failed : code;
+}
+
+int sensitivity_command(const DesignRequest& request) {
+  const SensitivityPlan plan = load_sensitivity(request.plan, request.sets);
+  return study_in_folder(request, plan, [&](GrowingStudy& study, const std::filesystem::path& folder) {
+    const Sensitivity found = find_sensitivity(plan, study);
+    write_sensitivity(plan, found, folder);
+    fmt::print("{}{}\n", sensitivity_text(plan, found), (folder / "sensitivity.csv").string());
+  });
+}
+
+}  // namespace subsoil::app
