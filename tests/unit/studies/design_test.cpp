@@ -319,7 +319,8 @@ TEST(FourBarSynthesis, FindsTheLengthsThatMadeThePoints) {
   ASSERT_EQ(code, 0) << words;
   std::vector<std::string> best;
   for (const auto& row : rows_of(folder / "o/optimise.csv"))
-    if (!row[9].empty() && row[11] == "yes" && (best.empty() || std::stod(row[9]) < std::stod(best[9]))) best = row;
+    if (!row[9].empty() && row[12] == "yes" && (best.empty() || std::stod(row[9]) < std::stod(best[9]))) best = row;
+  ASSERT_FALSE(best.empty());
   const double lengths[] = {110, 270, 240, 220, 180, 70};
   for (std::size_t k = 0; k < 6; ++k) EXPECT_NEAR(std::stod(best[2 + k]), lengths[k], 0.02);
 }
