@@ -8,15 +8,12 @@
 #include <type_traits>
 
 #include "libmbd/bodies_of.hpp"
-#include "libmbd/elements.hpp"
-#include "libmbd/measure.hpp"
+#include "libmbd/system_elements.hpp"
 #include "libmbd/wrench.hpp"
 
 namespace subsoil::mbd {
 
 namespace {
-
-[[noreturn]] void refuse(const std::string& text) { throw std::invalid_argument(text); }
 
 /// Longest moment arm of a point about its body's centre of gravity, points on the ground do not count; or the
 /// element's own length (of a link, the radius of a disk) where it has one.
@@ -44,64 +41,13 @@ void take_arms(const Joint& j, std::vector<double>& longest) {
   }
 }
 
-/// Tells whose fault it is: "joint 'slot': ..."
-template <class Action>
-void naming(const std::string& what, Action action) {
-  try {
-    action();
-  } catch (const std::invalid_argument& error) {
-    refuse(what + ": " + error.what());
-  }
-}
-
 void check_finite_positive(const std::string& what, double value, const char* unit) {
   if (!(value > 0) || !std::isfinite(value))
-    refuse(what + " = " + std::to_string(value) + " " + unit +
-           ": must be in (0, inf); a planar body needs both mass and inertia");
-}
-
-/// What a latch decides of a joint.
-std::array<double, 3> latched_of(const AnyJoint& any) {
-  return visit(
-      []<class Joint>(const Joint& joint) -> std::array<double, 3> {
-        if constexpr (Joint::has.latch) return joint.latched();
-        return {};
-      },
-      any);
-}
-void set_latched_of(AnyJoint& any, const std::array<double, 3>& m) {
-  visit(
-      [&]<class Joint>(Joint& joint) {
-        if constexpr (Joint::has.latch) joint.set_latched(m);
-      },
-      any);
+    refuse_model(what + " = " + std::to_string(value) + " " + unit +
+                 ": must be in (0, inf); a planar body needs both mass and inertia");
 }
 
 }  // namespace
-
-// Elements of one type side by side: a loop over each list inlines the element's law, where a call without its type
-// costs a jump per element that is of the order of the law itself.
-struct System::Elements {
-  /// Where an element stands: its number (first row of a constraint, place in the list of a force) and its bodies.
-  template <class Element>
-  struct Placed {
-    const Element* element;
-    int number;
-    int a = ground, b = ground, c = ground;
-  };
-  template <class Tuple>
-  struct Lists;
-  template <class... Types>
-  struct Lists<std::tuple<Types...>> {
-    using type = std::tuple<std::vector<Placed<Types>>...>;
-  };
-  Lists<Joints>::type joints;
-  Lists<Drivers>::type drivers;
-  Lists<Forces>::type forces;
-
-  template <class Element>
-  static void evaluate(const System& system, const Placed<Element>& placed, SparseConstraints& out);
-};
 
 int Model::add(Body body) {
   bodies.push_back(std::move(body));
@@ -143,11 +89,11 @@ System::~System() = default;
 
 void System::check_bodies() const {
   std::set<std::string> names{"ground"};
-  if (model_.bodies.empty()) refuse("machine without bodies; give at least one body with mass and inertia");
+  if (model_.bodies.empty()) refuse_model("machine without bodies; give at least one body with mass and inertia");
   for (const auto& b : model_.bodies) {
-    if (b.name.empty()) refuse("a body has no name; every body needs its own");
+    if (b.name.empty()) refuse_model("a body has no name; every body needs its own");
     if (!names.insert(b.name).second)
-      refuse("body '" + b.name + "': the name is taken; every body needs its own (ground is the ground's)");
+      refuse_model("body '" + b.name + "': the name is taken; every body needs its own (ground is the ground's)");
     check_finite_positive("body '" + b.name + "': mass", b.mass, "kg");
     check_finite_positive("body '" + b.name + "': inertia", b.inertia, "kg m^2");
   }
@@ -158,7 +104,7 @@ void System::check_elements() const {
   const auto check = [&](const std::string& kind, const auto& named) {
     const std::string what = kind + " '" + named.name + "'";
     if (!names.insert(named.name).second)
-      refuse(what + ": the name is taken by another joint, driver or force; every one needs its own");
+      refuse_model(what + ": the name is taken by another joint, driver or force; every one needs its own");
     visit(
         [&]<class Element>(const Element& element) {
           auto list = bodies_of(element);
@@ -166,13 +112,13 @@ void System::check_elements() const {
             if (Element::has.joint) list.clear();  // its bodies are the joint's
           for (const int body : list)
             if (body < 0 || body >= bodies())
-              refuse(what + ": body index " + std::to_string(body) + " does not exist; there are " +
-                     std::to_string(bodies() - 1) + " bodies and the ground (0)");
+              refuse_model(what + ": body index " + std::to_string(body) + " does not exist; there are " +
+                           std::to_string(bodies() - 1) + " bodies and the ground (0)");
           if (list.size() > 1 && list[0] == list[1])
-            refuse(what + " connects '" + body_name(list[0]) + "' to itself; name two different bodies");
+            refuse_model(what + " connects '" + body_name(list[0]) + "' to itself; name two different bodies");
           if (list.size() > 2 && list[2] != ground && (list[2] == list[0] || list[2] == list[1]))
-            refuse(what + " names '" + body_name(list[2]) +
-                   "' twice; its third body must be another one, or the ground");
+            refuse_model(what + " names '" + body_name(list[2]) +
+                         "' twice; its third body must be another one, or the ground");
           if constexpr (Element::has.check) naming(what, [&] { element.check(); });
         },
         named.element);
@@ -182,14 +128,15 @@ void System::check_elements() const {
   for (const auto& f : model_.forces) check("force", f);
   for (const auto& c : model_.controllers) {
     const std::string what = "controller '" + c.name + "'";
-    if (!names.insert(c.name).second) refuse(what + ": the name is taken by another element; every one needs its own");
-    if (!c.element.input) refuse(what + ": measures nothing; give it a measure");
+    if (!names.insert(c.name).second)
+      refuse_model(what + ": the name is taken by another element; every one needs its own");
+    if (!c.element.input) refuse_model(what + ": measures nothing; give it a measure");
     naming(what, [&] { c.element.check(); });
     if (c.element.input->of_solution() && !(c.element.sensor_lag > 0) && !c.element.sampled())
-      refuse(what +
-             ": measures accelerations, reactions or forces, which its "
-             "own output changes at once; give it a sensor "
-             "lag (a few ms), or a sample time");
+      refuse_model(what +
+                   ": measures accelerations, reactions or forces, which its "
+                   "own output changes at once; give it a sensor "
+                   "lag (a few ms), or a sample time");
   }
 }
 
@@ -230,142 +177,15 @@ void System::attach_friction() {
     for (; i < model_.joints.size() && model_.joints[i].name != friction->joint; ++i)
       known += (i ? ", " : "") + model_.joints[i].name;
     if (i == model_.joints.size())
-      refuse("force '" + f.name + "': no joint '" + friction->joint + "'; there are " +
-             (known.empty() ? "none" : known));
+      refuse_model("force '" + f.name + "': no joint '" + friction->joint + "'; there are " +
+                   (known.empty() ? "none" : known));
     try {
       visit([&](const auto& joint) { friction->attach(joint, joint_row_[i]); }, model_.joints[i].element);
     } catch (const std::invalid_argument& error) {
-      refuse("force '" + f.name + "': " + error.what());
+      refuse_model("force '" + f.name + "': " + error.what());
     }
     friction_rows_.push_back(joint_row_[i]);
   }
-}
-
-void System::attach_controllers() {
-  for (auto& f : model_.forces)
-    visit(
-        [&]<class Force>(Force& force) {
-          if constexpr (Force::has.controlled) {
-            if (force.controller.empty()) return;
-            std::string known;
-            for (std::size_t i = 0; i < model_.controllers.size(); ++i) {
-              if (model_.controllers[i].name == force.controller) force.signal = static_cast<int>(i);
-              known += (i ? ", " : "") + model_.controllers[i].name;
-            }
-            if (force.signal < 0)
-              refuse("force '" + f.name + "': no controller '" + force.controller + "'; there are " +
-                     (known.empty() ? "none" : known));
-          }
-        },
-        f.element);
-  signals_.assign(model_.controllers.size(), 0.0);
-  measured_ = signals_;
-  samplers_.resize(model_.controllers.size());
-  no_acceleration_.setZero(coordinates()), no_lambda_.setZero(equations());
-}
-
-void System::number_states() {
-  for (auto& f : model_.forces)
-    visit(
-        [&]<class Force>(Force& force) {
-          if constexpr (Force::has.states) {
-            force.first_state = state_scales_.size();
-            for (const double scale : force.state_scales()) state_scales_.push_back(scale);
-          }
-        },
-        f.element);
-  for (auto& c : model_.controllers) {
-    c.element.first_state = state_scales_.size();
-    state_scales_.insert(state_scales_.end(), PidController::state_count, 1.0);
-    has_instants_ = has_instants_ || c.element.sampled();
-  }
-  element_states_.assign(state_scales_.size(), 0.0);
-  state_rates_ = element_states_;
-}
-
-void System::attach_events() {
-  open_.assign(model_.joints.size(), 0);
-  passed_.assign(model_.events.size(), 0);
-  std::vector<char> opens(open_.size(), 0), closes(open_.size(), 0);
-  for (auto& e : model_.events) {
-    const std::string what = "event '" + e.name + "'";
-    naming(what, [&] { e.element.check(); });
-    std::string known;
-    std::size_t i = 0;
-    for (; i < model_.joints.size() && model_.joints[i].name != e.element.joint; ++i)
-      known += (i ? ", " : "") + model_.joints[i].name;
-    if (i == model_.joints.size())
-      refuse(what + ": no joint '" + e.element.joint + "'; there are " + (known.empty() ? "none" : known));
-    e.element.index = i;
-    (e.element.does == JointEvent::Does::opens ? opens : closes)[i] = 1;
-    has_instants_ = has_instants_ || e.element.timed();
-    const bool latches = visit([]<class Joint>(const Joint&) { return Joint::has.latch; }, model_.joints[i].element);
-    if (closes[i] && !latches)
-      refuse(what + ": joint '" + e.element.joint +
-             "' cannot close on the way; a revolute, fixed or distance joint can");
-  }
-  for (std::size_t i = 0; i < open_.size(); ++i) open_[i] = closes[i] && !opens[i];
-  for (const auto& e : model_.events)
-    if (e.element.starts != JointEvent::Starts::by_events)
-      open_[e.element.index] = e.element.starts == JointEvent::Starts::open;
-  open_at_start_ = open_;
-  for (const auto& f : model_.forces)
-    if (const auto* friction = f.element.get_if<JointFriction>())
-      for (std::size_t i = 0; i < model_.joints.size(); ++i)
-        if (model_.joints[i].name == friction->joint && may_open(i))
-          refuse("force '" + f.name + "': joint '" + friction->joint +
-                 "' may open, and friction would act in it still; take the friction or the event away");
-}
-
-bool System::may_open(std::size_t joint) const {
-  return std::any_of(model_.events.begin(), model_.events.end(),
-                     [&](const auto& e) { return e.element.index == joint; });
-}
-
-int System::open_rows() const {
-  int rows = 0;
-  for (std::size_t i = 0; i < open_.size(); ++i)
-    if (open_[i]) rows += (i + 1 < joint_row_.size() ? joint_row_[i + 1] : joints_end_) - joint_row_[i];
-  return rows;
-}
-
-void System::begin_joints() {
-  open_ = open_at_start_;
-  std::fill(passed_.begin(), passed_.end(), 0);
-  for (const auto& e : model_.events)
-    set_latched_of(model_.joints[e.element.index].element, given_latched_[e.element.index]);
-}
-
-double System::event_gap(std::size_t event, const Eigen::VectorXd& acceleration, const Eigen::VectorXd& lambda) const {
-  const JointEvent& e = model_.events[event].element;
-  const bool opens = e.does == JointEvent::Does::opens;
-  if (e.timed() || opens == (open_[e.index] != 0)) return 1;
-  if (!std::isnan(e.reaction_above)) {
-    const int first = visit([](const auto& joint) { return joint.body_a; }, model_.joints[e.index].element);
-    return e.reaction_above - length(joint_wrench(*this, e.index, lambda, first).force);
-  }
-  const double value = e.input->value(Observation{*this, acceleration, lambda});
-  return std::isnan(e.above) ? value - e.below : e.above - value;
-}
-
-void System::switch_joint(std::size_t event) {
-  const JointEvent& e = model_.events[event].element;
-  passed_[event] = 1;
-  open_[e.index] = e.does == JointEvent::Does::opens;
-  if (open_[e.index]) return;
-  visit(
-      [&]<class Joint>(Joint& joint) {
-        if constexpr (Joint::has.latch) joint.latch(body(joint.body_a), body(joint.body_b));
-      },
-      model_.joints[e.index].element);
-}
-
-std::size_t System::due_event(double close) const {
-  for (std::size_t i = 0; i < model_.events.size(); ++i) {
-    const JointEvent& e = model_.events[i].element;
-    if (e.timed() && !passed_[i] && e.at <= t_ + close) return i;
-  }
-  return model_.events.size();
 }
 
 void System::place_elements() {
@@ -497,20 +317,6 @@ void System::Elements::evaluate(const System& system, const Placed<Element>& pla
   }
 }
 
-namespace {
-template <class Lists, class Action>
-void for_each_placed(const Lists& lists, Action action) {
-  std::apply(
-      [&](const auto&... list) {
-        const auto all = [&](const auto& elements) {
-          for (const auto& placed : elements) action(placed);
-        };
-        (all(list), ...);
-      },
-      lists);
-}
-}  // namespace
-
 void System::constraints(SparseConstraints& out) const {
   if (out.jacobian.size() != blocks_.size() || out.phi.size() != row_owner_.size()) {
     for (auto* list : {&out.phi, &out.gamma, &out.phi_t}) list->resize(row_owner_.size());
@@ -570,103 +376,6 @@ Eigen::Index System::flow_count() const {
   return static_cast<Eigen::Index>(2 * model_.forces.size() + model_.drivers.size());
 }
 
-void System::take_signals() {
-  const Observation now{*this, no_acceleration_, no_lambda_};
-  for (std::size_t i = 0; i < signals_.size(); ++i) {
-    const PidController& c = model_.controllers[i].element;
-    if (c.sampled()) {
-      signals_[i] = samplers_[i].held(t_);
-      continue;
-    }
-    if (!c.input->of_solution()) measured_[i] = c.input->value(now);
-    signals_[i] = c.output(t_, measured_[i], element_states_.data() + c.first_state);
-  }
-}
-
-const std::vector<double>& System::take_state_rates(const Eigen::VectorXd& acceleration,
-                                                    const Eigen::VectorXd& lambda) {
-  const Scene now = scene();
-  for_each_placed(elements_->forces, [&]<class Placed>(const Placed& placed) {
-    using Force = std::remove_cvref_t<decltype(*placed.element)>;
-    if constexpr (Force::has.states) {
-      const auto rates = placed.element->state_rates(now);
-      std::copy(rates.begin(), rates.end(),
-                state_rates_.begin() + static_cast<std::ptrdiff_t>(placed.element->first_state));
-    }
-  });
-  const Observation seen{*this, acceleration, lambda};
-  for (std::size_t i = 0; i < signals_.size(); ++i) {
-    const PidController& c = model_.controllers[i].element;
-    if (c.input->of_solution() || c.sampled()) measured_[i] = c.input->value(seen);
-    c.rates(t_, measured_[i], element_states_.data() + c.first_state, state_rates_.data() + c.first_state);
-  }
-  return state_rates_;
-}
-
-const std::vector<double>& System::begin_states() {
-  const Observation now{*this, no_acceleration_, no_lambda_};
-  for (std::size_t i = 0; i < signals_.size(); ++i) {
-    const PidController& c = model_.controllers[i].element;
-    // What is of the solution begins where there is nothing to correct.
-    measured_[i] = c.input->of_solution() ? c.set_point.value(t_) : c.input->value(now);
-    const auto start = c.start(t_, measured_[i]);
-    std::copy(start.begin(), start.end(), element_states_.begin() + static_cast<std::ptrdiff_t>(c.first_state));
-    samplers_[i].start(t_);
-  }
-  for_each_placed(elements_->forces, [&]<class Placed>(const Placed& placed) {
-    using Force = std::remove_cvref_t<decltype(*placed.element)>;
-    if constexpr (Force::has.states) {
-      const auto start = placed.element->start_states(scene());
-      std::copy(start.begin(), start.end(),
-                element_states_.begin() + static_cast<std::ptrdiff_t>(placed.element->first_state));
-    }
-  });
-  return element_states_;
-}
-
-bool System::begin_states_of(const Eigen::VectorXd& acceleration, const Eigen::VectorXd& lambda) {
-  const Observation seen{*this, acceleration, lambda};
-  bool any = false;
-  for (std::size_t i = 0; i < signals_.size(); ++i) {
-    const PidController& c = model_.controllers[i].element;
-    if (!c.input->of_solution()) continue;
-    any = true;
-    measured_[i] = c.input->value(seen);
-    const auto start = c.start(t_, measured_[i]);
-    std::copy(start.begin(), start.end(), element_states_.begin() + static_cast<std::ptrdiff_t>(c.first_state));
-  }
-  return any;
-}
-
-double System::controller_error(std::size_t controller) const {
-  const PidController& c = model_.controllers[controller].element;
-  return c.error(t_, measured_[controller], element_states_.data() + c.first_state);
-}
-
-double System::next_instant() const {
-  double next = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < samplers_.size(); ++i)
-    if (model_.controllers[i].element.sampled())
-      next = std::min(next, samplers_[i].next(model_.controllers[i].element));
-  for (std::size_t i = 0; i < model_.events.size(); ++i)
-    if (model_.events[i].element.timed() && !passed_[i]) next = std::min(next, model_.events[i].element.at);
-  return next;
-}
-
-void System::act(const Eigen::VectorXd& acceleration, const Eigen::VectorXd& lambda, double close) {
-  const Observation seen{*this, acceleration, lambda};
-  for (std::size_t i = 0; i < samplers_.size(); ++i) {
-    const PidController& c = model_.controllers[i].element;
-    if (!c.sampled() || samplers_[i].next(c) > t_ + close) continue;
-    measured_[i] = c.input->value(seen);
-    if (samplers_[i].act(c, t_, close, measured_[i], element_states_.data() + c.first_state)) ++wrench_changes_;
-  }
-}
-
-void System::forget_outputs_before() {
-  for (Sampler& s : samplers_) s.forget_before();
-}
-
 double System::kinetic() const {
   double sum = 0;
   for (std::size_t i = 1; i < states_.size(); ++i) {
@@ -691,7 +400,8 @@ double System::stored() const {
 
 void System::set_external_wrench(int body, double fx, double fy, double mz) {
   if (body <= ground || body >= bodies())
-    refuse("external wrench on body " + std::to_string(body) + ": must be one of 1 to " + std::to_string(bodies() - 1));
+    refuse_model("external wrench on body " + std::to_string(body) + ": must be one of 1 to " +
+                 std::to_string(bodies() - 1));
   const std::array<double, 3> w{fx, fy, mz};
   auto& old = external_[static_cast<std::size_t>(body)];
   if (w != old) ++wrench_changes_, old = w;
@@ -733,18 +443,6 @@ void System::restart_traces() {
           if constexpr (Force::has.trace) force.begin_trace(scene());
         },
         f.element);
-}
-
-Changeover System::pass_event(std::size_t force) {
-  return visit(
-      [&]<class Force>(Force& f) {
-        if constexpr (Force::has.stick) {
-          return f.pass_event(scene());
-        } else {
-          return Changeover{};
-        }
-      },
-      model_.forces[force].element);
 }
 
 Eigen::VectorXd System::towing_velocity(double speed) const {
