@@ -124,8 +124,8 @@ class Progress {
 void remove_large(const std::filesystem::path& folder) {
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
-    if (name == "run.h5" || name == "run.xdmf" || name == "run.xdmf2" || name == "frames" || name.starts_with("state-") ||
-        name.starts_with("checkpoint-"))
+    if (name == "run.h5" || name == "run.xdmf" || name == "run.xdmf2" || name == "frames" ||
+        name.starts_with("state-") || name.starts_with("checkpoint-"))
       std::filesystem::remove_all(entry.path());
   }
 }

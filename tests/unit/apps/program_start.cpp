@@ -19,7 +19,8 @@ std::string output_of(const std::string& command) {
   return text;
 }
 
-// Loading them was half of the 29 ms that a start took: HDF5's shared library needs curl and thirty libraries behind it.
+// Loading them was half of the 29 ms that a start took: HDF5's shared library needs curl and thirty libraries behind
+// it.
 TEST(ProgramStart, LoadsNoLibrariesOfTheNetwork) {
   const std::string libraries = output_of("ldd " + subsoil::test::program());
   EXPECT_NE(libraries.find("libc.so"), std::string::npos) << libraries;  // that ldd tells anything
