@@ -109,6 +109,9 @@ Shown shown_unit(const std::string& unit, double size) {
   if (unit == "s" && size < 2e-3) return {1e6, "µs"};
   if (unit == "s" && size < 0.2) return {1e3, "ms"};
   if (unit == "J" && size >= 2000) return {1e-3, "kJ"};
+  if (unit == "W" && size >= 2000) return {1e-3, "kW"};
+  if (unit == "Pa" && size >= 2e6) return {1e-6, "MPa"};
+  if (unit == "Pa" && size >= 2000) return {1e-3, "kPa"};
   return {1, unit};
 }
 
