@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "apps/commands/command_pages.hpp"
+#include "apps/commands/plan_options.hpp"
 #include "apps/design/optimum.hpp"
 #include "apps/design/sensitivity.hpp"
 #include "apps/run/runner.hpp"
@@ -15,13 +16,7 @@ CLI::App* add_design(CLI::App& app, DesignRequest& request, const char* name, co
   word->footer(
       "Every finished run is kept in the folder: the same command goes on where it was stopped. Keys of the plan:\n"
       "docs/scenario.md; methods: docs/design.md");
-  word->add_option("plan", request.plan, "plan (YAML): scenario, parameters, numbers")
-      ->required()
-      ->type_name(takes_yaml);
-  word->add_option("--set", request.sets, "override a value of the plan: path=value (may be repeated)")
-      ->allow_extra_args(false)
-      ->type_name("PATH=VALUE");
-  word->add_option("--out", request.out, "folder; default: ./<name of the plan>");
+  add_plan_options(*word, request, "scenario, parameters, numbers");
   word->add_option("--threads", request.threads, "cores of each run; default: as the plan says")
       ->check(CLI::Range(1, 1024));
   return word;

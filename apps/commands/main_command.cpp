@@ -8,6 +8,7 @@
 #include "apps/commands/commands.hpp"
 #include "apps/commands/design_command.hpp"
 #include "apps/commands/fields_command.hpp"
+#include "apps/commands/plan_options.hpp"
 #include "apps/commands/report_command.hpp"
 #include "apps/commands/sweep_command.hpp"
 #include "apps/commands/templates.hpp"
@@ -126,13 +127,7 @@ CLI::App* add_calibrate(CLI::App& app, CalibrateRequest& request) {
   word->footer(
       "Evaluations are kept in the folder: the same command goes on where it was stopped. Keys: "
       "docs/scenario.md; method: docs/laboratory-tests.md");
-  word->add_option("plan", request.plan, "plan (YAML): scenario, parameters, targets")
-      ->required()
-      ->type_name(takes_yaml);
-  word->add_option("--set", request.sets, "override a value of the plan: path=value (may be repeated)")
-      ->allow_extra_args(false)
-      ->type_name("PATH=VALUE");
-  word->add_option("--out", request.out, "folder; default: ./<name of the plan>");
+  add_plan_options(*word, request, "scenario, parameters, targets");
   word->add_option("--pictures", request.pictures, "kind of the pictures in it")
       ->check(CLI::IsMember({"svg", "png", "pdf"}));
   word->add_option("--threads", request.threads, "specimens side by side; default: all cores")

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "apps/commands/command_pages.hpp"
+#include "apps/commands/plan_options.hpp"
 #include "apps/scenario/load.hpp"
 #include "apps/sweep/slurm.hpp"
 #include "apps/sweep/tables.hpp"
@@ -72,13 +73,7 @@ CLI::App* add_sweep(CLI::App& app, SweepRequest& request) {
   word->footer(
       "Every finished point is kept in the folder: the same command goes on where it was stopped. Keys of the plan:\n"
       "docs/scenario.md; how to read the page: docs/sweep.md");
-  word->add_option("plan", request.plan, "plan (YAML): scenario, parameters, numbers")
-      ->required()
-      ->type_name(takes_yaml);
-  word->add_option("--set", request.sets, "override a value of the plan: path=value (may be repeated)")
-      ->allow_extra_args(false)
-      ->type_name("PATH=VALUE");
-  word->add_option("--out", request.out, "folder; default: ./<name of the plan>");
+  add_plan_options(*word, request, "scenario, parameters, numbers");
   word->add_flag("--again", request.again, "run failed points once more");
   CLI::Option* slurm = word->add_flag("--slurm", request.slurm, "submit a job array, a task per point");
   word->add_flag("--dry", request.dry, "with --slurm: write the scripts and submit nothing")->needs(slurm);

@@ -79,16 +79,22 @@ SavedRun read_state(const std::filesystem::path& file) {
   }
 }
 
-/// What keeps the end from being the same bits, said and no reason to stop.
-void look_at_program(const SavedRun& saved, const World& world, const std::filesystem::path& from) {
-  if (saved.version != version())
+/// What keeps the end from being the same bits, said and no reason to stop: the program that wrote a file, and ours.
+void look_at_program(const std::string& its_version, const std::string& its_kernel, const World& world,
+                     const std::filesystem::path& from) {
+  if (its_version != version())
     spdlog::warn("warning: {} was written by version {}, this is {}: the end may differ in its last digits",
-                 from.string(), saved.version, version());
-  if (world.bed && saved.kernel != world.bed->kernel_name())
+                 from.string(), its_version, version());
+  if (world.bed && its_kernel != world.bed->kernel_name())
     spdlog::warn(
         "warning: {} was written with the instruction set {}, this run uses {}: the end may differ in its last "
         "digits; --simd {} keeps them",
-        from.string(), saved.kernel, world.bed->kernel_name(), saved.kernel);
+        from.string(), its_kernel, world.bed->kernel_name(), its_kernel);
+}
+
+/// Likewise, and of the state itself.
+void look_at_origin(const SavedRun& saved, const World& world, const std::filesystem::path& from) {
+  look_at_program(saved.version, saved.kernel, world, from);
   if (!saved.exact)
     spdlog::warn(
         "warning: {} was written in a hurry, between two instants at which the machine can be taken up with its "
@@ -106,7 +112,7 @@ void keep_step(World& world, const Loaded& loaded, const SavedRun& saved, const 
 
 /// The run as asked for, in a folder that is locked.
 int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<SavedRun>& saved, bool goes_on,
-               FolderLock& lock, const std::optional<dem::SettleState>& settling_from = std::nullopt) {
+               FolderLock& lock, const std::optional<SavedSettling>& settling_from = std::nullopt) {
   BuildOptions options;
   options.threads = request.threads > 0 ? request.threads : static_cast<int>(loaded.scenario.time.threads);
   if (!loaded.scenario.has_bed() && options.threads == 0) options.threads = 1;  // a machine alone has no work for more
@@ -121,7 +127,7 @@ int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<Sa
     return caught_signal() == 0;
   };
   SettlingCheckpoint checkpoint(request.out, write_scenario(loaded.scenario));
-  options.settling = settling_from ? &*settling_from : nullptr;
+  options.settling = settling_from ? &settling_from->state : nullptr;
   options.keep_settling_due = [&] { return checkpoint.due(); };
   options.keep_settling = [&](const dem::SettleState& state, const dem::Bed& bed) {
     checkpoint.keep(state, bed.kernel_name());
@@ -135,7 +141,8 @@ int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<Sa
     spdlog::info("soil step {:.4g} s = {:.2f} of the stable step {:.4g} s ({})", world.step.soil_step,
                  world.step.soil_step / world.step.limit.step, world.step.limit.step, world.step.limit.cause);
   if (world.bed) spdlog::info("{}", accuracy_words(world.step));
-  if (goes_on) look_at_program(*saved, world, request.from);
+  if (goes_on) look_at_origin(*saved, world, request.from);
+  if (settling_from) look_at_program(settling_from->version, settling_from->instruction_set, world, "settling.h5");
   return RunLoop(loaded, request, std::move(world), saved, lock, goes_on).run();
 }
 
@@ -208,7 +215,7 @@ int resume(const std::filesystem::path& folder, const RunRequest& given) {
     spdlog::info("going on from {} at {:.6g} s", request.from.filename().string(), saved->time);
     return run_locked(request, loaded, saved, true, lock);
   }
-  const std::optional<dem::SettleState> settling = SettlingCheckpoint(folder, write_scenario(loaded.scenario)).read();
+  const std::optional<SavedSettling> settling = SettlingCheckpoint(folder, write_scenario(loaded.scenario)).read();
   if (settling)
     spdlog::info("going on from settling.h5, a bed on its way to rest");
   else

@@ -26,7 +26,7 @@ bool changes_physics(const std::string& before, const std::string& now) {
 
 }  // namespace
 
-std::optional<dem::SettleState> SettlingCheckpoint::read() const {
+std::optional<SavedSettling> SettlingCheckpoint::read() const {
   const std::filesystem::path file = settling_file(folder_);
   if (!std::filesystem::exists(file)) return std::nullopt;
   try {
@@ -36,10 +36,9 @@ std::optional<dem::SettleState> SettlingCheckpoint::read() const {
       spdlog::warn("warning: {} is of another scenario: the bed settles from the start", file.string());
       return std::nullopt;
     }
-    if (in.text("version") != version())
-      spdlog::warn("warning: {} was written by version {}, this is {}: the bed may differ in its last digits",
-                   file.string(), in.text("version"), version());
-    return dem::SettleState{in.get<double>("settling/decisions"), in.get<double>("settling/run"), bed_state_of(in)};
+    return SavedSettling{{in.get<double>("settling/decisions"), in.get<double>("settling/run"), bed_state_of(in)},
+                         in.text("version"),
+                         in.text("instruction set")};
   } catch (const std::exception& error) {
     spdlog::warn("warning: {}: {}; the bed settles from the start", file.string(), error.what());
     return std::nullopt;

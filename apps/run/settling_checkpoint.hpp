@@ -8,6 +8,12 @@
 
 namespace subsoil::app {
 
+/// What settling.h5 holds, and who wrote it.
+struct SavedSettling {
+  dem::SettleState state;
+  std::string version, instruction_set;
+};
+
 /// A bed on its way to rest, DIR/settling.h5, written by the clock and when a signal ends the settling. A run that is
 /// gone on with takes it up; it stays until the run has a checkpoint of its own. One file, written beside and renamed,
 /// and the only one: an older one would only save less.
@@ -18,7 +24,7 @@ class SettlingCheckpoint {
       : folder_(std::move(folder)), scenario_(std::move(scenario)) {}
 
   /// The one of the folder, if it is whole and of this scenario but for what changes no physics; says why otherwise.
-  std::optional<dem::SettleState> read() const;
+  std::optional<SavedSettling> read() const;
   bool due() const { return clock_.due(); }
   /// The first time also takes away the results of an earlier run and puts the scenario there, so that a folder never
   /// holds one run's scenario beside another's results.

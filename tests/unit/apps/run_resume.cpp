@@ -131,7 +131,7 @@ TEST(Resume, SettledBed) { expect_no_seam(with_bed("fill: random, material: soil
 double settling_steps(const std::filesystem::path& out) {
   if (!std::filesystem::exists(out / "settling.h5")) return -1;
   const auto state = SettlingCheckpoint(out, text_of(out / "scenario.yaml")).read();
-  return state ? state->run.at(0) : -1;
+  return state ? state->state.run.at(0) : -1;
 }
 
 /// Killed before the bed is at rest, three times in a row: what has settled is not settled again.
@@ -177,7 +177,7 @@ TEST(Resume, ASettlingOfAnotherScenarioIsNotTaken) {
   SettlingCheckpoint(dir.path(), scenario).keep({{1, 2}, {10, 10, 0}, {}}, "portable");
   const auto state = SettlingCheckpoint(dir.path(), scenario).read();
   ASSERT_TRUE(state);
-  EXPECT_EQ(state->decisions, (std::vector<double>{1, 2}));
+  EXPECT_EQ(state->state.decisions, (std::vector<double>{1, 2}));
   EXPECT_FALSE(SettlingCheckpoint(dir.path(), other).read());
   EXPECT_EQ(text_of(dir / "scenario.yaml"), scenario);
 }
