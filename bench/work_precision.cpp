@@ -15,9 +15,9 @@
 #include <string>
 #include <vector>
 
-#include "libmbd/adaptive.hpp"
-#include "libmbd/assembly.hpp"
+#include "libmbd/assembly/assembly.hpp"
 #include "libmbd/forces/applied_force.hpp"
+#include "libmbd/integrators/adaptive.hpp"
 #include "tests/tools/mechanisms.hpp"
 #include "tests/tools/rig.hpp"
 

@@ -5,7 +5,7 @@
 
 #include "libmbd/elements.hpp"
 #include "libmbd/measures.hpp"
-#include "libmbd/wrench.hpp"
+#include "libmbd/system/wrench.hpp"
 
 namespace subsoil::mbd {
 

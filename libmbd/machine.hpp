@@ -18,10 +18,10 @@
 #include <string>
 #include <vector>
 
-#include "libmbd/assembly.hpp"
-#include "libmbd/equilibrium.hpp"
-#include "libmbd/integrator.hpp"
-#include "libmbd/measure.hpp"
+#include "libmbd/assembly/assembly.hpp"
+#include "libmbd/equilibrium/equilibrium.hpp"
+#include "libmbd/integrators/integrator.hpp"
+#include "libmbd/system/measure.hpp"
 
 namespace subsoil::mbd {
 

@@ -5,8 +5,8 @@
 
 #include "apps/scenario/load.hpp"
 #include "apps/scenario/units.hpp"
-#include "libmbd/beam.hpp"
-#include "libmbd/control_input.hpp"
+#include "libmbd/measures/control_input.hpp"
+#include "libmbd/system/beam.hpp"
 
 namespace subsoil::app {
 namespace {

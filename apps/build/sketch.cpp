@@ -13,8 +13,8 @@
 #include <numbers>
 
 #include "apps/build/shapes.hpp"
-#include "libmbd/bodies_of.hpp"
 #include "libmbd/elements.hpp"
+#include "libmbd/system/bodies_of.hpp"
 
 namespace subsoil::app {
 namespace {

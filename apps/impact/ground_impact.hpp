@@ -1,6 +1,6 @@
 #pragma once
 #include "libdem/impact/impact.hpp"
-#include "libmbd/plastic_stiffness.hpp"
+#include "libmbd/base/plastic_stiffness.hpp"
 
 namespace subsoil::app {
 

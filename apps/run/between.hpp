@@ -1,7 +1,7 @@
 #pragma once
 #include "libdem/geometry/boundary.hpp"
 #include "libdem/particles/particles.hpp"
-#include "libmbd/body.hpp"
+#include "libmbd/base/body.hpp"
 
 /// What a frame shows between two instants of the step, `share` of the step before the second.
 namespace subsoil::app {

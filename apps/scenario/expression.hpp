@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "libmbd/function.hpp"
+#include "libmbd/base/function.hpp"
 
 namespace subsoil::app {
 

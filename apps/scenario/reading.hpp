@@ -6,8 +6,8 @@
 #include "apps/scenario/document.hpp"
 #include "apps/scenario/fields/members.hpp"
 #include "apps/scenario/sections/materials.hpp"
-#include "libmbd/body.hpp"
-#include "libmbd/marker.hpp"
+#include "libmbd/base/body.hpp"
+#include "libmbd/base/marker.hpp"
 
 namespace subsoil::app {
 

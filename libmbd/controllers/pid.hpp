@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "libmbd/function.hpp"
+#include "libmbd/base/function.hpp"
 
 namespace subsoil::mbd {
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "libmbd/constraint.hpp"
 #include "libmbd/drivers/motion.hpp"
+#include "libmbd/element/constraint.hpp"
 
 namespace subsoil::mbd {
 

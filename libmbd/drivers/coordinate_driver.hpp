@@ -1,8 +1,8 @@
 #pragma once
 
-#include "libmbd/constraint.hpp"
-#include "libmbd/coordinate.hpp"
+#include "libmbd/base/coordinate.hpp"
 #include "libmbd/drivers/motion.hpp"
+#include "libmbd/element/constraint.hpp"
 
 namespace subsoil::mbd {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "libmbd/drivers/motion.hpp"
-#include "libmbd/relative_point.hpp"
+#include "libmbd/element/relative_point.hpp"
 
 namespace subsoil::mbd {
 

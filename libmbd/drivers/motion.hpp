@@ -1,10 +1,11 @@
 #pragma once
 
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
 
-#include "libmbd/function.hpp"
+#include "libmbd/base/function.hpp"
 
 namespace subsoil::mbd {
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "libmbd/force.hpp"
-#include "libmbd/function.hpp"
+#include "libmbd/base/function.hpp"
+#include "libmbd/element/force.hpp"
 
 namespace subsoil::mbd {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "libmbd/force_geometry.hpp"
+#include "libmbd/element/force_geometry.hpp"
 
 namespace subsoil::mbd {
 

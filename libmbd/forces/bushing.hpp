@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "libmbd/force_geometry.hpp"
+#include "libmbd/element/force_geometry.hpp"
 
 namespace subsoil::mbd {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "libmbd/contact_law.hpp"
+#include "libmbd/element/contact_law.hpp"
 
 namespace subsoil::mbd {
 

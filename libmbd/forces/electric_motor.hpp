@@ -2,8 +2,8 @@
 
 #include <stdexcept>
 
-#include "libmbd/force_geometry.hpp"
-#include "libmbd/function.hpp"
+#include "libmbd/base/function.hpp"
+#include "libmbd/element/force_geometry.hpp"
 
 namespace subsoil::mbd {
 

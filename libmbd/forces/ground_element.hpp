@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "libmbd/force_geometry.hpp"
-#include "libmbd/hunt_crossley.hpp"
-#include "libmbd/plastic_stiffness.hpp"
+#include "libmbd/base/plastic_stiffness.hpp"
+#include "libmbd/element/force_geometry.hpp"
+#include "libmbd/element/hunt_crossley.hpp"
 
 namespace subsoil::mbd {
 

@@ -4,9 +4,9 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "libmbd/force_geometry.hpp"
-#include "libmbd/function.hpp"
-#include "libmbd/hunt_crossley.hpp"
+#include "libmbd/base/function.hpp"
+#include "libmbd/element/force_geometry.hpp"
+#include "libmbd/element/hunt_crossley.hpp"
 
 namespace subsoil::mbd {
 

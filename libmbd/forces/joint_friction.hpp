@@ -6,7 +6,7 @@
 #include <string>
 #include <type_traits>
 
-#include "libmbd/force.hpp"
+#include "libmbd/element/force.hpp"
 #include "libmbd/joints/revolute.hpp"
 #include "libmbd/joints/translational.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "libmbd/force_geometry.hpp"
-#include "libmbd/limits.hpp"
+#include "libmbd/element/force_geometry.hpp"
+#include "libmbd/element/limits.hpp"
 
 namespace subsoil::mbd {
 

@@ -2,8 +2,8 @@
 
 #include <stdexcept>
 
-#include "libmbd/force_geometry.hpp"
-#include "libmbd/spring_law.hpp"
+#include "libmbd/element/force_geometry.hpp"
+#include "libmbd/element/spring_law.hpp"
 
 namespace subsoil::mbd {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "libmbd/force.hpp"
+#include "libmbd/element/force.hpp"
 
 namespace subsoil::mbd {
 

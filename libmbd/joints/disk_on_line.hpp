@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "libmbd/relative_point.hpp"
+#include "libmbd/element/relative_point.hpp"
 
 namespace subsoil::mbd {
 

@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "libmbd/relative_point.hpp"
+#include "libmbd/element/relative_point.hpp"
 
 namespace subsoil::mbd {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "libmbd/curve.hpp"
-#include "libmbd/relative_point.hpp"
+#include "libmbd/base/curve.hpp"
+#include "libmbd/element/relative_point.hpp"
 
 namespace subsoil::mbd {
 

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "libmbd/constraint.hpp"
+#include "libmbd/element/constraint.hpp"
 
 namespace subsoil::mbd {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "libmbd/relative_point.hpp"
+#include "libmbd/element/relative_point.hpp"
 
 namespace subsoil::mbd {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "libmbd/constraint.hpp"
+#include "libmbd/element/constraint.hpp"
 
 namespace subsoil::mbd {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "libmbd/measure.hpp"
+#include "libmbd/system/measure.hpp"
 
 namespace subsoil::mbd {
 

@@ -4,11 +4,11 @@
 #include <stdexcept>
 
 #include "libmbd/forces/beam_element.hpp"
-#include "libmbd/measure.hpp"
+#include "libmbd/system/measure.hpp"
 
 namespace subsoil::mbd {
 
-/// Of a beam (libmbd/beam.hpp), by the names of its nodes and elements:
+/// Of a beam (libmbd/system/beam.hpp), by the names of its nodes and elements:
 ///   deflection x, y   of its end, in the axes of its start: A_start^T (r_end - r_start), less that of the start pose
 ///   turn              of its end against its start, less that of the start pose                               (rad)
 ///   moment            the largest bending moment of all sections at nodes, with its sign                      (N m)

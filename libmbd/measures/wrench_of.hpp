@@ -4,8 +4,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "libmbd/measure.hpp"
-#include "libmbd/wrench.hpp"
+#include "libmbd/system/measure.hpp"
+#include "libmbd/system/wrench.hpp"
 
 namespace subsoil::mbd {
 

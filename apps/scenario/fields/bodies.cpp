@@ -10,9 +10,9 @@
 #include "apps/scenario/reader.hpp"
 #include "apps/scenario/schema.hpp"
 #include "apps/scenario/units.hpp"
-#include "libmbd/body.hpp"
-#include "libmbd/coordinate.hpp"
-#include "libmbd/marker.hpp"
+#include "libmbd/base/body.hpp"
+#include "libmbd/base/coordinate.hpp"
+#include "libmbd/base/marker.hpp"
 
 /// Bodies, markers, and points given in the world of the start pose or in body axes.
 namespace subsoil::app {

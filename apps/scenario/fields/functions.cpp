@@ -13,8 +13,8 @@
 #include "apps/scenario/reader.hpp"
 #include "apps/scenario/schema.hpp"
 #include "apps/scenario/units.hpp"
-#include "libmbd/characteristic.hpp"
-#include "libmbd/function.hpp"
+#include "libmbd/base/characteristic.hpp"
+#include "libmbd/base/function.hpp"
 
 /// Functions of time, characteristics, formulas.
 namespace subsoil::app {

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "apps/scenario/fields/fields.hpp"
-#include "libmbd/beam.hpp"
+#include "libmbd/system/beam.hpp"
 
 /// Elastic beams of a machine. A beam stands for bodies (nodes), forces (elements), a measure of its name and, where it
 /// has a material, surfaces. These follow what the user gives in the lists of the machine, so that whoever goes through

@@ -7,7 +7,7 @@
 #include "apps/scenario/sections/servo.hpp"
 #include "apps/scenario/sections/wear.hpp"
 #include "apps/scenario/shapes/shapes.hpp"
-#include "libmbd/function.hpp"
+#include "libmbd/base/function.hpp"
 
 /// Surfaces that are no machine's: fixed or on a given path.
 namespace subsoil::app {

@@ -14,9 +14,9 @@
 #include "apps/scenario/scenario.hpp"
 #include "apps/scenario/schema.hpp"
 #include "apps/scenario/units.hpp"
-#include "libmbd/control_input.hpp"
 #include "libmbd/elements.hpp"
 #include "libmbd/measures.hpp"
+#include "libmbd/measures/control_input.hpp"
 
 namespace subsoil::app {
 

@@ -7,13 +7,13 @@
 #include "apps/scenario/sections/placement.hpp"
 #include "apps/scenario/sections/wear.hpp"
 #include "apps/scenario/shapes/shapes.hpp"
-#include "libmbd/constraint.hpp"
+#include "libmbd/base/marker.hpp"
 #include "libmbd/controllers/pid.hpp"
-#include "libmbd/force.hpp"
-#include "libmbd/integrator.hpp"
-#include "libmbd/joint_event.hpp"
-#include "libmbd/marker.hpp"
-#include "libmbd/measure.hpp"
+#include "libmbd/element/constraint.hpp"
+#include "libmbd/element/force.hpp"
+#include "libmbd/integrators/integrator.hpp"
+#include "libmbd/system/joint_event.hpp"
+#include "libmbd/system/measure.hpp"
 
 /// The planar multibody system. Lists end with what the beams stand for: see beams.hpp.
 namespace subsoil::app {

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "apps/scenario/fields/fields.hpp"
-#include "libmbd/function.hpp"
+#include "libmbd/base/function.hpp"
 
 /// A boundary that a controller presses onto the soil.
 namespace subsoil::app {

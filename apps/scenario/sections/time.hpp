@@ -5,7 +5,7 @@
 
 #include "apps/scenario/fields/fields.hpp"
 #include "apps/scenario/sections/defaults.hpp"
-#include "libmbd/integrator.hpp"
+#include "libmbd/integrators/integrator.hpp"
 
 /// End, steps, integrator.
 namespace subsoil::app {

@@ -31,15 +31,15 @@ const std::vector<Room> house = {
     {"coupling", {"coupling/", "libdem/", "libmbd/"}, {}, {}},
 };
 
-/// A room inside libdem, or a header of its root: what its files are called and which of the rooms before it they may
-/// include; its own they always may.
+/// A room inside a library, or a header of its root: what its files are called and which of the rooms before it they
+/// may include; its own they always may.
 struct InnerRoom {
   std::string start;               ///< of its files' names
   std::vector<std::string> above;  ///< starts of rooms
 };
 
 /// From the foundations up: no room knows one below it in this list.
-const std::vector<InnerRoom> libdem_rooms = {
+const std::vector<InnerRoom> inner_rooms = {
     {"libdem/base/", {}},
     {"libdem/geometry/", {"libdem/base/"}},
     {"libdem/particles/", {"libdem/base/", "libdem/geometry/"}},
@@ -58,6 +58,23 @@ const std::vector<InnerRoom> libdem_rooms = {
       "libdem/kernel/", "libdem/bed.hpp"}},
     {"libdem/packing/", {"libdem/base/", "libdem/geometry/", "libdem/particles/", "libdem/laws/", "libdem/bed.hpp"}},
     {"libdem/bed_impact.", {"libdem/particles/", "libdem/impact/", "libdem/laws/", "libdem/bed.hpp"}},
+    {"libmbd/base/", {}},
+    {"libmbd/element/", {"libmbd/base/"}},
+    {"libmbd/joints/", {"libmbd/base/", "libmbd/element/"}},
+    {"libmbd/drivers/", {"libmbd/base/", "libmbd/element/"}},
+    {"libmbd/forces/", {"libmbd/base/", "libmbd/element/", "libmbd/joints/"}},
+    {"libmbd/controllers/", {"libmbd/base/"}},
+    {"libmbd/elements.hpp", {"libmbd/joints/", "libmbd/drivers/", "libmbd/forces/"}},
+    {"libmbd/system/",
+     {"libmbd/base/", "libmbd/element/", "libmbd/joints/", "libmbd/forces/", "libmbd/controllers/",
+      "libmbd/elements.hpp"}},
+    {"libmbd/measures", {"libmbd/forces/", "libmbd/controllers/", "libmbd/system/"}},
+    {"libmbd/assembly/", {"libmbd/base/", "libmbd/system/"}},
+    {"libmbd/integrators/", {"libmbd/elements.hpp", "libmbd/system/", "libmbd/assembly/"}},
+    {"libmbd/equilibrium/", {"libmbd/forces/", "libmbd/system/", "libmbd/assembly/", "libmbd/integrators/"}},
+    {"libmbd/machine.",
+     {"libmbd/elements.hpp", "libmbd/system/", "libmbd/measures", "libmbd/assembly/", "libmbd/integrators/",
+      "libmbd/equilibrium/"}},
 };
 
 bool starts_with_any(const std::string& name, const std::vector<std::string>& starts) {
@@ -67,11 +84,11 @@ bool starts_with_any(const std::string& name, const std::vector<std::string>& st
 /// Headers of the C++ standard library have neither a folder nor a suffix; everything else has.
 bool is_standard(const std::string& name) { return name.find_first_of("./") == std::string::npos; }
 
-/// The room of a file below libdem/, by its name; null for none.
+/// The room of a file of a library, by its name; null for none.
 const InnerRoom* room_of(const std::string& name) {
-  const auto at = std::find_if(libdem_rooms.begin(), libdem_rooms.end(),
+  const auto at = std::find_if(inner_rooms.begin(), inner_rooms.end(),
                                [&](const InnerRoom& r) { return name.rfind(r.start, 0) == 0; });
-  return at == libdem_rooms.end() ? nullptr : &*at;
+  return at == inner_rooms.end() ? nullptr : &*at;
 }
 
 bool allowed(const Room& room, bool quoted, const std::string& name, bool in_source) {
@@ -103,7 +120,7 @@ std::vector<std::string> violations(const Room& room, const std::string& file, c
   });
 }
 
-/// Likewise inside libdem; `file` as it is included.
+/// Likewise inside a library; `file` as it is included.
 std::vector<std::string> violations_inside(const std::string& file, const std::string& text) {
   const InnerRoom* room = room_of(file);
   if (room == nullptr) return {file + ": is in no room"};
@@ -139,24 +156,25 @@ TEST(Arrows, EveryRoomKeepsThem) {
   }
 }
 
-TEST(Arrows, RoomsOfLibdemKeepThem) {
-  std::vector<int> files(libdem_rooms.size(), 0);
-  each_source("libdem", [&](const std::string& name, const std::string& text) {
-    for (const std::string& v : violations_inside(name, text)) ADD_FAILURE() << v << ", against the order of rooms";
-    if (const InnerRoom* room = room_of(name)) ++files[static_cast<std::size_t>(room - libdem_rooms.data())];
-  });
+TEST(Arrows, RoomsOfLibrariesKeepThem) {
+  std::vector<int> files(inner_rooms.size(), 0);
+  for (const std::string library : {"libdem", "libmbd"})
+    each_source(library, [&](const std::string& name, const std::string& text) {
+      for (const std::string& v : violations_inside(name, text)) ADD_FAILURE() << v << ", against the order of rooms";
+      if (const InnerRoom* room = room_of(name)) ++files[static_cast<std::size_t>(room - inner_rooms.data())];
+    });
   for (std::size_t k = 0; k < files.size(); ++k)
-    EXPECT_GT(files[k], 0) << libdem_rooms[k].start << ": nothing was looked at";
+    EXPECT_GT(files[k], 0) << inner_rooms[k].start << ": nothing was looked at";
 }
 
 /// Each room knows only such as stand before it: then no chain of includes closes a circle of rooms.
-TEST(Arrows, RoomsOfLibdemHaveAnOrder) {
-  for (std::size_t k = 0; k < libdem_rooms.size(); ++k)
-    for (const std::string& name : libdem_rooms[k].above) {
+TEST(Arrows, RoomsOfLibrariesHaveAnOrder) {
+  for (std::size_t k = 0; k < inner_rooms.size(); ++k)
+    for (const std::string& name : inner_rooms[k].above) {
       const InnerRoom* known = room_of(name);
       ASSERT_NE(known, nullptr) << name;
-      EXPECT_LT(known - libdem_rooms.data(), static_cast<std::ptrdiff_t>(k))
-          << libdem_rooms[k].start << " knows " << name;
+      EXPECT_LT(known - inner_rooms.data(), static_cast<std::ptrdiff_t>(k))
+          << inner_rooms[k].start << " knows " << name;
     }
 }
 
@@ -165,7 +183,7 @@ TEST(Arrows, ScannerFindsPlantedViolations) {
     return violations(house[room], file, "#pragma once\n#include <vector>\n" + line + "\n").size();
   };
   enum : std::size_t { dem, mbd, coupling };
-  EXPECT_EQ(broken(dem, "libdem/a.hpp", "#include \"libmbd/body.hpp\""), 1u);
+  EXPECT_EQ(broken(dem, "libdem/a.hpp", "#include \"libmbd/base/body.hpp\""), 1u);
   EXPECT_EQ(broken(dem, "libdem/a.cpp", "#include \"coupling/simulation.hpp\""), 1u);
   EXPECT_EQ(broken(dem, "libdem/a.cpp", "  #  include <yaml-cpp/yaml.h>  // only for a moment"), 1u);
   EXPECT_EQ(broken(dem, "libdem/a.cpp", "#include <hdf5.h>"), 1u);
@@ -211,9 +229,9 @@ TEST(Arrows, ScannerLetsAllowedOnesPass) {
 }
 
 TEST(Arrows, ViolationNamesPlace) {
-  const auto found = violations(house[0], "libdem/laws/wet.hpp", "#pragma once\n\n#include \"libmbd/body.hpp\"\n");
+  const auto found = violations(house[0], "libdem/laws/wet.hpp", "#pragma once\n\n#include \"libmbd/base/body.hpp\"\n");
   ASSERT_EQ(found.size(), 1u);
-  EXPECT_EQ(found[0], "libdem/laws/wet.hpp:3: includes libmbd/body.hpp");
+  EXPECT_EQ(found[0], "libdem/laws/wet.hpp:3: includes libmbd/base/body.hpp");
 }
 
 }  // namespace

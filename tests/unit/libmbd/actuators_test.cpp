@@ -7,7 +7,7 @@
 #include <numbers>
 #include <unsupported/Eigen/MatrixFunctions>
 
-#include "libmbd/equilibrium.hpp"
+#include "libmbd/equilibrium/equilibrium.hpp"
 #include "libmbd/forces/applied_force.hpp"
 #include "libmbd/forces/electric_motor.hpp"
 #include "libmbd/forces/hydraulic_cylinder.hpp"

@@ -1,6 +1,6 @@
 // Assembly from rough guesses; redundant, inconsistent and over-determined constraints are named.
 
-#include "libmbd/assembly.hpp"
+#include "libmbd/assembly/assembly.hpp"
 
 #include <gtest/gtest.h>
 

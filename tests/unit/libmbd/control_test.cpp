@@ -7,11 +7,11 @@
 #include <cmath>
 #include <unsupported/Eigen/MatrixFunctions>
 
-#include "libmbd/control_input.hpp"
 #include "libmbd/forces/applied_force.hpp"
 #include "libmbd/forces/spring_damper.hpp"
 #include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
+#include "libmbd/measures/control_input.hpp"
 #include "libmbd/measures/force.hpp"
 #include "libmbd/measures/position.hpp"
 #include "libmbd/measures/soil_force.hpp"

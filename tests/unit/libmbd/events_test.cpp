@@ -1,6 +1,6 @@
 // Where a gap changes sign within a step, and which forces have gaps.
 
-#include "libmbd/events.hpp"
+#include "libmbd/integrators/events.hpp"
 
 #include <gtest/gtest.h>
 

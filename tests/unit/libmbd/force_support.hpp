@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "libmbd/force.hpp"
+#include "libmbd/element/force.hpp"
 #include "tests/tools/message_of.hpp"
 
 namespace subsoil::mbd {

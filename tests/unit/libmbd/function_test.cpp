@@ -1,4 +1,4 @@
-#include "libmbd/function.hpp"
+#include "libmbd/base/function.hpp"
 
 #include <gtest/gtest.h>
 

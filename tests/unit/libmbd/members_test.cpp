@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include "libmbd/constraint.hpp"
-#include "libmbd/force.hpp"
-#include "libmbd/measure.hpp"
+#include "libmbd/element/constraint.hpp"
+#include "libmbd/element/force.hpp"
+#include "libmbd/system/measure.hpp"
 
 namespace subsoil::mbd::members_test {
 namespace {

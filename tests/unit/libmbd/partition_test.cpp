@@ -1,13 +1,13 @@
 // The sparse partition against the dense equations of motion.
 
-#include "libmbd/partition.hpp"
+#include "libmbd/assembly/partition.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <string>
 
-#include "libmbd/assembly.hpp"
+#include "libmbd/assembly/assembly.hpp"
 #include "libmbd/joints/revolute.hpp"
 #include "tests/tools/rig.hpp"
 

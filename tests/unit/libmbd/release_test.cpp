@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "libmbd/control_input.hpp"
 #include "libmbd/drivers/coordinate_driver.hpp"
 #include "libmbd/forces/applied_force.hpp"
 #include "libmbd/forces/joint_friction.hpp"
@@ -14,6 +13,7 @@
 #include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
 #include "libmbd/measures/angle.hpp"
+#include "libmbd/measures/control_input.hpp"
 #include "libmbd/measures/distance.hpp"
 #include "libmbd/measures/position.hpp"
 #include "tests/tools/message_of.hpp"

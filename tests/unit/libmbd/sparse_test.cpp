@@ -1,4 +1,4 @@
-#include "libmbd/sparse.hpp"
+#include "libmbd/base/sparse.hpp"
 
 #include <gtest/gtest.h>
 

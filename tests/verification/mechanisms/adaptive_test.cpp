@@ -1,7 +1,7 @@
 // The integrators against independent solutions: tolerances mean what they say, outputs lie on the constraints, dense
 // output costs no steps.
 
-#include "libmbd/adaptive.hpp"
+#include "libmbd/integrators/adaptive.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <functional>
 #include <numbers>
 
-#include "libmbd/assembly.hpp"
+#include "libmbd/assembly/assembly.hpp"
 #include "tests/tools/mechanisms.hpp"
 #include "tests/tools/reference_ode.hpp"
 

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "libmbd/drivers/angle_driver.hpp"
-#include "libmbd/equilibrium.hpp"
+#include "libmbd/equilibrium/equilibrium.hpp"
 #include "libmbd/forces/spring_damper.hpp"
 #include "libmbd/joints/revolute.hpp"
 #include "libmbd/joints/translational.hpp"

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "libmbd/beam.hpp"
 #include "libmbd/drivers/coordinate_driver.hpp"
 #include "libmbd/forces/applied_force.hpp"
 #include "libmbd/joints/fixed.hpp"
@@ -16,6 +15,7 @@
 #include "libmbd/joints/revolute.hpp"
 #include "libmbd/machine.hpp"
 #include "libmbd/measures/beam.hpp"
+#include "libmbd/system/beam.hpp"
 #include "tests/tools/reference_ode.hpp"
 
 namespace subsoil::mbd::beams_test {

@@ -1,0 +1,451 @@
+#include "libmbd/assembly/partition.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <limits>
+#include <stdexcept>
+
+#include "libmbd/assembly/assembly.hpp"
+
+namespace subsoil::mbd {
+
+namespace {
+// A pivot that has lost a factor of ten costs one digit only, and a new choice costs an elimination, so choosing is
+// lazy.
+constexpr double lazy_limit = 10;
+// At an angle e from a singular pose a pivot of Phi_u falls as e and one of S, over its diagonal, as e^2. Either alone
+// may be small for another reason: Phi_u by a choice that has had its time, S by bodies of very different mass. Nearer
+// than 1e-6 rad rounding takes more than the third digit of the velocities.
+struct Nearness {
+  double pivot, share;
+};
+constexpr Nearness near_pose{0.05, 1e-2}, singular_pose{1e-5, 1e-12};
+// Factors of a pose nearer than 1e-7 of the length leave at most this share of a right side: where that is below the
+// goal there is nothing to look at again.
+constexpr double trust = 1e-6;
+// Of a residual, over the size of its terms.
+constexpr double rounding = 2e-16;
+// A predictor errs by a small share of the velocities; another branch turns or stops some of them.
+constexpr double most_turn = 0.3;
+constexpr double at_rest = 1e-8;  // lengths of the machine in a second
+// Contraction by friction is about mu times a ratio of moment arms; 0.95 still settles.
+constexpr int most_friction_iterations = 600;
+
+std::string scientific(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2e", value);
+  return text;
+}
+}  // namespace
+
+void refuse_blow_up(const System& system, const MotionState& m) {
+  const double length = std::max(system.length_scale(), 1.0);
+  for (Eigen::Index i = 0; i < m.q.size(); ++i) {
+    if (std::abs(m.q[i]) <= 1e6 * length && std::abs(m.velocity[i]) <= 1e7 * length) continue;
+    throw BlowUp("t = " + std::to_string(m.t) + " s: the motion blows up, body '" +
+                 system.body_name(static_cast<int>(i / 3) + 1) + "' is at " + scientific(m.q[i]) +
+                 (i % 3 == 2 ? " rad with " : " m with ") + scientific(m.velocity[i]) +
+                 (i % 3 == 2 ? " rad/s" : " m/s") +
+                 "; the step is too long for the stiffest spring, or a force feeds the motion without "
+                 "bound. Leave out time.machine.step to have it chosen by its error");
+  }
+}
+
+Partition::Partition(System& system)
+    : system_(system),
+      row_scale_(mbd::row_scale(system)),
+      column_scale_(coordinate_scale(system)),
+      inverse_mass_(system.mass().cwiseInverse()),
+      load_(system.coordinates()),
+      free_(system.coordinates()),
+      lambda_before_(system.equations()) {
+  factored_at_.setConstant(system.coordinates(), std::numeric_limits<double>::quiet_NaN());
+}
+
+void Partition::choose(const MotionState& at) {
+  system_.set_state(at.t, at.q, at.velocity);
+  system_.constraints(c_);
+  Choice choice = choose_coordinates(system_, c_);
+  // Rows of joints that have opened since are zero, and no loss.
+  const auto stands = [&](int row) {
+    return std::any_of(c_.jacobian.begin() + static_cast<std::ptrdiff_t>(system_.first_block(row)),
+                       c_.jacobian.begin() + static_cast<std::ptrdiff_t>(system_.first_block(row + 1)),
+                       [](const auto& block) { return block != std::array<double, 3>{}; });
+  };
+  const auto rank_before =
+      system_.has_joint_events()
+          ? static_cast<std::size_t>(std::count_if(choice_.rows.begin(), choice_.rows.end(), stands))
+          : choice_.rows.size();
+  if (choices_ > 0 && choice.rows.size() < rank_before)
+    throw SingularPose("singular pose at t = " + std::to_string(at.t) + " s: the constraints lose " +
+                       std::to_string(static_cast<long>(rank_before - choice.rows.size())) + " of their rank, at " +
+                       system_.owner(choice.redundant.back()) +
+                       " (a dead point); the motion is not determined from here");
+  choice_ = std::move(choice);
+  ++choices_;
+  rows_ = choice_.rows, u_ = choice_.dependent;
+  std::sort(rows_.begin(), rows_.end());
+  std::sort(u_.begin(), u_.end());
+  if (!choice_.redundant.empty() && !system_.friction_rows().empty())
+    throw std::invalid_argument(
+        "friction in " + system_.owner(system_.friction_rows().front()) +
+        " needs its reaction, which is not determined: " + system_.owner(choice_.redundant.front()) +
+        " depends on other constraints; free the constraint that is too many");
+  analyse();
+  list_products();
+  factor();
+  if (rank() > 0) factor_schur(at);
+}
+
+void Partition::analyse() {
+  const auto r = choice_.rows.size();
+  std::vector<int> index_of_row(static_cast<std::size_t>(system_.equations()), -1);
+  std::vector<int> index_of_column(static_cast<std::size_t>(system_.coordinates()), -1);
+  for (std::size_t k = 0; k < r; ++k) {
+    index_of_row[static_cast<std::size_t>(choice_.rows[k])] = static_cast<int>(k);
+    index_of_column[static_cast<std::size_t>(choice_.dependent[k])] = static_cast<int>(k);
+  }
+  used_.clear(), entries_.clear();
+  for (std::size_t b = 0; b < system_.blocks().size(); ++b) {
+    const auto [row, body] = system_.blocks()[b];
+    const int k = index_of_row[static_cast<std::size_t>(row)];
+    if (k >= 0) used_.push_back({b, static_cast<std::size_t>(k), 3 * (body - 1)});
+  }
+  std::vector<std::vector<int>> pattern(r);
+  const auto each_of_phi_u = [&](auto action) {
+    for (const Used& u : used_)
+      for (std::size_t component = 0; component < 3; ++component) {
+        const int j = index_of_column[static_cast<std::size_t>(u.column) + component];
+        if (j >= 0) action(u, component, j);
+      }
+  };
+  each_of_phi_u([&](const Used& u, std::size_t, int j) { pattern[u.index].push_back(j); });
+  phi_u_.analyse(pattern);
+  each_of_phi_u([&](const Used& u, std::size_t component, int j) {
+    entries_.push_back({u.block, component, phi_u_.place(static_cast<int>(u.index), j)});
+  });
+  best_pivot_.assign(r, 0.0);
+  work_.assign(r, 0.0);
+}
+
+void Partition::list_products() {
+  std::vector<std::vector<Used>> on_body(static_cast<std::size_t>(system_.bodies()));
+  for (const Used& u : used_) on_body[static_cast<std::size_t>(u.column / 3)].push_back(u);
+  std::vector<std::vector<int>> neighbours(choice_.rows.size());
+  for (const auto& list : on_body)
+    for (const Used& a : list)
+      for (const Used& b : list)
+        if (a.index != b.index) neighbours[a.index].push_back(static_cast<int>(b.index));
+  schur_.analyse(neighbours);
+  products_.clear();
+  for (const auto& list : on_body)
+    for (std::size_t i = 0; i < list.size(); ++i)
+      for (std::size_t j = 0; j <= i; ++j)
+        products_.push_back({list[i].block, list[j].block,
+                             schur_.place(static_cast<int>(list[i].index), static_cast<int>(list[j].index))});
+  weighted_.resize(system_.blocks().size());
+}
+
+bool Partition::asks_for_choice() const { return sensitivity_ > lazy_limit; }
+
+bool Partition::choose_again_if_needed(const MotionState& at) {
+  if (!asks_for_choice()) return false;
+  const auto before = choice_.independent;
+  choose(at);
+  return choice_.independent != before;
+}
+
+void Partition::factor() {
+  auto& values = phi_u_.values();
+  std::fill(values.begin(), values.end(), 0.0);
+  for (const auto& e : entries_) values[e.place] = c_.jacobian[e.block][e.component];
+  phi_u_.factor();
+  sensitivity_ = 1, least_pivot_ = 1;
+  for (std::size_t k = 0; k < best_pivot_.size(); ++k) {
+    const double pivot = std::abs(phi_u_.pivot(k)) * row_scale_[choice_.rows[k]] / column_scale_[choice_.dependent[k]];
+    least_pivot_ = std::min(least_pivot_, pivot);
+    best_pivot_[k] = std::max(best_pivot_[k], pivot);
+    if (sensitivity_ * pivot < best_pivot_[k]) sensitivity_ = best_pivot_[k] / pivot;
+  }
+}
+
+// The corrector moves the pose by the local error of a step. Factors that are this near solve as well as fresh ones
+// with one pass of refinement more, and cost a third of an evaluation less.
+bool Partition::factors_serve(const MotionState& m) const {
+  double moved = 0;
+  for (Eigen::Index i = 0; i < m.q.size(); ++i) {
+    const double by = std::abs(m.q[i] - factored_at_[i]) * column_scale_[i];
+    if (!(by <= moved)) moved = by;  // NaN counts as far
+  }
+  return moved <= 1e-7 * system_.length_scale() && !near_singular();
+}
+
+void Partition::factor_schur(const MotionState& m) {
+  for (const Used& u : used_) {
+    const double* const inverse = inverse_mass_.data() + u.column;
+    for (std::size_t k = 0; k < 3; ++k) weighted_[u.block][k] = c_.jacobian[u.block][k] * inverse[k];
+  }
+  auto& s = schur_.values();
+  std::fill(s.begin(), s.end(), 0.0);
+  for (const auto& p : products_) {
+    const auto &a = c_.jacobian[p.i], &b = weighted_[p.j];
+    s[p.place] += a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  }
+  if (schur_.factor() && (schur_.least_share() > singular_pose.share || least_pivot_ > singular_pose.pivot)) {
+    factored_at_ = m.q;
+    return;
+  }
+  refuse_singular(m);
+}
+
+void Partition::refuse_singular(const MotionState& m) const {
+  if (m.q.allFinite()) refuse_blow_up(system_, m);  // else it may be the singular matrix that was solved with
+  throw SingularPose("singular pose at t = " + std::to_string(m.t) + " s: " + singular_owner() +
+                     " adds nothing to the other constraints there (a dead point); the motion is not determined from "
+                     "here");
+}
+
+bool Partition::near_singular() const {
+  return rank() > 0 && least_pivot_ < near_pose.pivot && schur_.least_share() < near_pose.share;
+}
+
+double Partition::distance_from_singular() const {
+  return rank() > 0 ? std::max(least_pivot_, std::sqrt(std::max(schur_.least_share(), 0.0))) : 1;
+}
+
+void Partition::refuse_other_branch(const MotionState& m) const {
+  if (velocity_turn_ > most_turn)
+    throw std::runtime_error("singular pose at t = " + std::to_string(m.t) +
+                             " s: beyond it the constraints are met on another branch, not on the continuation of the "
+                             "motion, at " +
+                             singular_owner() + "; a shorter step may pass it");
+}
+
+const std::string& Partition::singular_owner() const {
+  return system_.owner(choice_.rows[static_cast<std::size_t>(schur_.least_row())]);
+}
+
+double Partition::residual() const {
+  double most = 0;
+  for (std::size_t i = 0; i < c_.phi.size(); ++i)
+    most = std::max(most, std::abs(c_.phi[i]) * row_scale_[static_cast<Eigen::Index>(i)]);
+  return most;
+}
+
+void Partition::refuse_open(const MotionState& m) const {
+  if (m.q.allFinite()) refuse_blow_up(system_, m);  // else it may be the singular matrix that was solved with
+  std::size_t worst = 0;
+  for (std::size_t i = 0; i < c_.phi.size(); ++i) {
+    const auto size = [&](std::size_t k) { return std::abs(c_.phi[k]) * row_scale_[static_cast<Eigen::Index>(k)]; };
+    if (!(size(i) <= size(worst))) worst = i;
+  }
+  const int row = static_cast<int>(worst);
+  throw std::runtime_error("the joints cannot be kept closed at t = " + std::to_string(m.t) +
+                           " s: " + system_.owner(row) + " is open by " + scientific(std::abs(c_.phi[worst])) +
+                           (system_.angular_row(row) ? " rad" : " m") +
+                           "; the machine has reached the end of its travel, or the step is too long");
+}
+
+// Returns whether the factors of before serve the new pose.
+bool Partition::solve_positions(MotionState& m) {
+  // Newton with the matrix of the guess, which a predictor leaves nearly on Phi = 0: the first iteration then is the
+  // last, and the same factors serve the velocities.
+  const double far = m.q.cwiseAbs().maxCoeff(), scale = std::max(system_.length_scale(), far);
+  // The second is the rounding of Phi itself. Beside a singular pose what is left returns over the distance from it.
+  const double goal = nearest_ ? rounding * scale : 1e-14 * system_.length_scale() + 2e-15 * far;
+  double before = 0, first = 0;
+  bool serve = factors_serve(m);
+  if (!serve) factored_at_[0] = std::numeric_limits<double>::quiet_NaN();
+  for (int iteration = 0; iteration < 50; ++iteration) {
+    system_.set_position(m.t, m.q);
+    system_.constraints(c_);
+    if (rank() == 0) return true;
+    if (iteration == 0 && !serve) factor_again(m);
+    double now = 0;
+    for (std::size_t k = 0; k < work_.size(); ++k) {
+      work_[k] = c_.phi[static_cast<std::size_t>(choice_.rows[k])];
+      now = std::max(now, std::abs(work_[k]));
+    }
+    if (now <= goal || (now <= 1e-13 * scale && iteration > 0 && now > 0.1 * before)) {
+      if (!choice_.redundant.empty() && residual() > 1e-8 * scale) break;
+      return serve;
+    }
+    if (iteration == 0) first = now;
+    if (!(now < 1e3 * scale)) break;
+    if (iteration > 0 && now > 0.01 * before) factor_again(m), serve = false;
+    before = now;
+    correct(m.q);
+  }
+  if (first < 1e-8 * scale && least_pivot_ < singular_pose.pivot) refuse_singular(m);  // closed, and yet no way on
+  refuse_open(m);
+}
+
+// Of what corrects, which beside a singular pose is S.
+void Partition::factor_again(const MotionState& m) {
+  factor();
+  if (nearest_) factor_schur(m);
+}
+
+// Takes the residual in work_ out of positions or velocities: out of the dependent ones, or with least change of all.
+void Partition::correct(Eigen::VectorXd& x) {
+  if (nearest_) {
+    schur_.solve(work_);
+    subtract_reactions(work_, x);
+    return;
+  }
+  phi_u_.solve(work_);
+  for (std::size_t k = 0; k < work_.size(); ++k) x[choice_.dependent[k]] -= work_[k];
+}
+
+// work_ = Phi_q x + sign * other, in the order of the choice; returns the largest of it.
+double Partition::apply_jacobian(const Eigen::VectorXd& x, const std::vector<double>& other, double sign) {
+  for (std::size_t k = 0; k < work_.size(); ++k) work_[k] = sign * other[static_cast<std::size_t>(choice_.rows[k])];
+  for (const Used& u : used_) {
+    const double* const p = x.data() + u.column;
+    const auto& j = c_.jacobian[u.block];
+    work_[u.index] += j[0] * p[0] + j[1] * p[1] + j[2] * p[2];
+  }
+  double most = 0;
+  for (const double w : work_) most = std::max(most, std::abs(w));
+  return most;
+}
+
+void Partition::solve_velocities(MotionState& m) {
+  // As a correction of the guess: the digits that the guess has are not lost to the condition of Phi_u.
+  if (!m.velocity.allFinite())
+    for (const int i : choice_.dependent) m.velocity[i] = 0;
+  const double fastest = m.velocity.cwiseProduct(column_scale_).cwiseAbs().maxCoeff();
+  const double goal = (nearest_ ? rounding : 2e-15) * fastest;  // of the sum of a row
+  double before = std::numeric_limits<double>::infinity();
+  Eigen::VectorXd& guess = free_;
+  guess = m.velocity;
+  for (int iteration = 0; iteration < 10; ++iteration) {
+    const double now = apply_jacobian(m.velocity, c_.phi_t, 1);
+    if (now <= goal || !(now < 0.1 * before)) break;
+    before = now;
+    correct(m.velocity);
+    if (trust * now <= goal && !near_singular()) break;
+  }
+  velocity_turn_ = 0;
+  for (Eigen::Index i = 0; i < guess.size(); ++i)
+    if (!(m.velocity[i] * guess[i] > 0.5 * guess[i] * guess[i]))
+      velocity_turn_ = std::max(velocity_turn_, std::abs(m.velocity[i] - guess[i]) * column_scale_[i]);
+  // A machine at rest has velocities of rounding, which turn as they like.
+  if (velocity_turn_ > 0) velocity_turn_ /= std::max({fastest, velocity_turn_, at_rest * system_.length_scale()});
+}
+
+void Partition::evaluate(MotionState& m) {
+  nearest_ = false;
+  put_on_constraints(m);
+}
+
+void Partition::evaluate_nearest(MotionState& m) {
+  nearest_ = true;
+  factored_at_[0] = std::numeric_limits<double>::quiet_NaN();
+  put_on_constraints(m);
+}
+
+void Partition::put_on_constraints(MotionState& m) {
+  const bool serve = solve_positions(m);
+  if (rank() > 0) {
+    solve_velocities(m);
+    if (!serve && !nearest_) factor_schur(m);
+  }
+  accelerate(m);
+}
+
+void Partition::accelerate(MotionState& m) {
+  system_.set_velocity(m.velocity);
+  system_.set_element_states(m.states);
+  system_.constraints(c_);                        // gamma needs the velocities
+  if (!m.lambda.allFinite()) m.lambda.setZero();  // what a failed evaluation left is no guess
+  if (system_.friction_rows().empty()) {
+    system_.loads(load_);
+    solve_accelerations(m);
+  } else {
+    solve_with_friction(m);
+  }
+  const auto forces = static_cast<Eigen::Index>(system_.model().forces.size());
+  for (Eigen::Index i = 0; i < forces; ++i) {
+    m.rates[i] = system_.powers()[static_cast<std::size_t>(i)].lost;
+    m.rates[forces + i] = system_.powers()[static_cast<std::size_t>(i)].work;
+  }
+  // Constraint forces work at the rate -lambda^T Phi_q q' = lambda^T Phi_t: only drivers have a Phi_t.
+  for (std::size_t d = 0; d < system_.model().drivers.size(); ++d) {
+    const int row = system_.row_of_driver(d);
+    m.rates[2 * forces + static_cast<Eigen::Index>(d)] = m.lambda[row] * c_.phi_t[static_cast<std::size_t>(row)];
+  }
+  if (system_.state_count() == 0) return;
+  const std::vector<double>& rates = system_.take_state_rates(m.acceleration, m.lambda);
+  std::copy(rates.begin(), rates.end(), m.rates.data() + system_.flow_count());
+}
+
+// acceleration -= M^-1 Phi_q^T lambda, lambda in the order of the choice.
+void Partition::subtract_reactions(const std::vector<double>& lambda, Eigen::VectorXd& acceleration) const {
+  for (const Used& u : used_) {
+    const double* const inverse = inverse_mass_.data() + u.column;
+    double* const a = acceleration.data() + u.column;
+    for (std::size_t k = 0; k < 3; ++k) a[k] -= inverse[k] * c_.jacobian[u.block][k] * lambda[u.index];
+  }
+}
+
+void Partition::solve_accelerations(MotionState& m) {
+  free_ = load_.cwiseProduct(inverse_mass_);
+  m.acceleration = free_;
+  if (rank() == 0) return;
+  // From the lambda given on: it is near after a predictor, and then factors of a pose near by serve as well. Further
+  // passes are iterative refinement: S has the square of the condition of Phi_q, and where that is large the
+  // accelerations still satisfy their constraints to rounding.
+  for (const int row : choice_.redundant) m.lambda[row] = 0;
+  for (std::size_t k = 0; k < work_.size(); ++k) work_[k] = m.lambda[choice_.rows[k]];
+  subtract_reactions(work_, m.acceleration);
+  double largest = free_.cwiseAbs().maxCoeff();
+  for (const double g : c_.gamma) largest = std::max(largest, std::abs(g));
+  const double goal = 1e-15 * largest;
+  double before = std::numeric_limits<double>::infinity();
+  for (int pass = 0; pass < 6; ++pass) {
+    const double now = apply_jacobian(m.acceleration, c_.gamma, -1);
+    if (now <= goal || !(now < 0.1 * before)) return;
+    before = now;
+    schur_.solve(work_);
+    for (std::size_t k = 0; k < work_.size(); ++k) m.lambda[choice_.rows[k]] += work_[k];
+    subtract_reactions(work_, m.acceleration);
+    if (trust * now <= goal) return;
+  }
+}
+
+void Partition::solve_with_friction(MotionState& m) {
+  double before = std::numeric_limits<double>::infinity();
+  for (int iteration = 0; iteration < most_friction_iterations; ++iteration) {
+    system_.set_multipliers(m.lambda);
+    system_.loads(load_);
+    lambda_before_ = m.lambda;
+    solve_accelerations(m);
+    const double size = m.lambda.cwiseAbs().maxCoeff(), change = (m.lambda - lambda_before_).cwiseAbs().maxCoeff();
+    if (change <= 1e-13 * size || (change <= 1e-11 * size && change > 0.5 * before)) return;
+    if (!(size < 1e100)) break;
+    before = change;
+  }
+  const auto& rows = system_.friction_rows();
+  const int worst = *std::max_element(rows.begin(), rows.end(), [&](int a, int b) {
+    return std::abs(m.lambda[a] - lambda_before_[a]) < std::abs(m.lambda[b] - lambda_before_[b]);
+  });
+  throw std::runtime_error("friction and reaction do not settle at t = " + std::to_string(m.t) +
+                           " s: " + system_.owner(worst) +
+                           " locks itself, the friction raises the reaction that makes it without bound; a smaller mu "
+                           "or a longer guide frees it");
+}
+
+Eigen::VectorXd Partition::reactions(const MotionState& m) const {
+  if (choice_.redundant.empty()) return m.lambda;
+  Constraints dense;
+  dense.sparse = c_;
+  write_out(system_, dense);
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
+  solver.setThreshold(1e-9);
+  solver.compute(scaled_jacobian(system_, dense).transpose());
+  const Eigen::VectorXd force = dense.jacobian.transpose() * m.lambda;
+  return row_scale_.cwiseProduct(Eigen::VectorXd(solver.solve(force.cwiseQuotient(column_scale_))));
+}
+
+}  // namespace subsoil::mbd

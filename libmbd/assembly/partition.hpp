@@ -1,0 +1,146 @@
+#pragma once
+
+#include <Eigen/Dense>
+#include <stdexcept>
+#include <vector>
+
+#include "libmbd/assembly/choice.hpp"
+#include "libmbd/base/sparse.hpp"
+#include "libmbd/system/system.hpp"
+
+namespace subsoil::mbd {
+
+/// A state with everything that follows from it.
+struct MotionState {
+  double t = 0;
+  Eigen::VectorXd q, velocity, acceleration;
+  Eigen::VectorXd lambda;  ///< one per equation; 0 for equations that the partition left out as redundant
+  Eigen::VectorXd states;  ///< of elements: pressures, currents, integrals of controllers
+  /// Powers, lost of each force, work of each force, work of each driver (W);
+  /// then the rates of the states.
+  Eigen::VectorXd rates;
+};
+
+/// Phi_q has lost rank at a pose: a dead point, where the constraints do not determine the motion.
+struct SingularPose : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// A motion that is none any more.
+struct BlowUp : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Throws BlowUp with time and body when a state is no motion of a machine any more: not a number, a
+/// million lengths of the machine away or faster than 1e7 of them in a second.
+void refuse_blow_up(const System& system, const MotionState& m);
+
+/// Generalised coordinate partitioning (Wehage & Haug 1982; model.md section 1): q -> (u dependent, v independent),
+/// det Phi_u != 0, M diagonal because q holds centres of gravity. The integrator moves v and v' alone;
+///   u from Phi(u, v, t) = 0 by Newton        Phi_u u' = -Phi_t - Phi_v v'
+///   S lambda = Phi_q M^-1 F - gamma,  S = Phi_q M^-1 Phi_q^T        M q'' = F - Phi_q^T lambda
+/// The last line gives the v'' of the source's M^ v'' = F^ with M^ = M_vv + R^T M_uu R, R = -Phi_u^-1 Phi_v, without
+/// forming R and M^, which are dense: S has a nonzero only where two equations share a body, and Phi_u keeps the
+/// sparsity of Phi_q, so that a step costs a time linear in the number of links of a chain.
+/// Both factors have a fixed pattern from choose() on. Redundant equations stay outside both.
+/// Friction in joints makes F depend on lambda: the two are iterated to 1e-13, starting from the lambda given; where
+/// that does not contract the joint locks itself, and accelerate() says so. sensitivity() says how far the worst pivot
+/// of Phi_u has fallen since the choice; |R| grows with it without bound as Phi_u becomes singular, and it costs
+/// nothing, so it is what asks for a new choice.
+class Partition {
+ public:
+  explicit Partition(System& system);
+  Partition(const Partition&) = delete;
+  Partition& operator=(const Partition&) = delete;
+
+  /// Chooses u and v at an assembled state. Throws std::runtime_error at a singular pose.
+  void choose(const MotionState& at);
+  /// New choice when the last evaluation asks for it; true when the choice changed hands.
+  bool choose_again_if_needed(const MotionState& at);
+  bool asks_for_choice() const;  ///< the last evaluation came near to where Phi_u is singular
+  long choices() const { return choices_; }
+  double sensitivity() const { return sensitivity_; }
+
+  const std::vector<int>& independent() const { return choice_.independent; }
+  const std::vector<int>& dependent() const { return u_; }     ///< ascending
+  const std::vector<int>& used_rows() const { return rows_; }  ///< ascending
+  Eigen::Index freedom() const { return static_cast<Eigen::Index>(choice_.independent.size()); }
+  Eigen::Index rank() const { return static_cast<Eigen::Index>(choice_.rows.size()); }
+
+  /// From t, q (v part exact, u part a guess) and v' (u' a guess) to everything: u, u', q'', lambda, rates.
+  /// Throws SingularPose where lambda is not determined.
+  void evaluate(MotionState& m);
+  /// The same from guesses of all of q and q', put on Phi = 0 and Phi_q q' = -Phi_t with the least change in the norm
+  /// of M. For use beside a singular pose: at an angle e from it rounding eps leaves an error in the coordinates that
+  /// the constraints hardly hold, eps/e of position, eps/e^2 of velocity, eps/e^3 of acceleration. u(v) hands it on to
+  /// the independent coordinates, whichever they are; taken out in the norm of M it does no work on the motion.
+  void evaluate_nearest(MotionState& m);
+  /// Only q'', lambda, rates anew at the state last evaluated: after a change of the external wrench.
+  void accelerate(MotionState& m);
+  /// All multipliers; for redundant constraints the solution of least norm.
+  Eigen::VectorXd reactions(const MotionState& m) const;
+  /// Whether the pose last evaluated is nearer than some 0.1 rad to one where an equation says nothing new.
+  bool near_singular() const;
+  /// About the angle (rad) between the pose last evaluated and a singular one, where that is small.
+  double distance_from_singular() const;
+  /// Throws where near a singular pose the constraints were met by velocities that the guess did not know.
+  void refuse_other_branch(const MotionState& m) const;
+  /// The joint or driver of that equation.
+  const std::string& singular_owner() const;
+  const SparseConstraints& constraints() const { return c_; }
+  /// Largest |Phi| of all rows at the state last evaluated (angles times length).
+  double residual() const;
+
+ private:
+  struct Used {  // a block of a used row: where it is, its place among the used rows, the first coordinate of its body
+    std::size_t block, index;
+    Eigen::Index column;
+  };
+  struct Entry {  // of Phi_u: component k of a block of Phi_q
+    std::size_t block, component, place;
+  };
+  struct Product {  // of S: two blocks on one body
+    std::size_t i, j, place;
+  };
+  void analyse();
+  void list_products();
+  void put_on_constraints(MotionState& m);
+  bool solve_positions(MotionState& m);
+  void factor();
+  void factor_again(const MotionState& m);
+  void correct(Eigen::VectorXd& x);
+  bool factors_serve(const MotionState& m) const;
+  void factor_schur(const MotionState& m);
+  void solve_velocities(MotionState& m);
+  void subtract_reactions(const std::vector<double>& lambda, Eigen::VectorXd& acceleration) const;
+  void solve_accelerations(MotionState& m);
+  void solve_with_friction(MotionState& m);
+  double apply_jacobian(const Eigen::VectorXd& x, const std::vector<double>& other, double sign);
+  [[noreturn]] void refuse_singular(const MotionState& m) const;
+  [[noreturn]] void refuse_open(const MotionState& m) const;
+
+  System& system_;
+  SparseConstraints c_;
+  Choice choice_;
+  std::vector<int> rows_, u_;  // of the choice, sorted
+  Eigen::VectorXd row_scale_, column_scale_, inverse_mass_, load_, free_, lambda_before_;
+  Eigen::VectorXd factored_at_;  // q of the factors; NaN when there are none
+
+  long choices_ = 0;
+  bool nearest_ = false;
+  double sensitivity_ = 1, least_pivot_ = 1;
+  // The largest change by which the last evaluation turned a guess of q' round or took half of it away, over the
+  // largest rate of the machine: what another branch does, and a guess that is merely rough does not.
+  double velocity_turn_ = 0;
+
+  std::vector<Used> used_;
+  SparseLu phi_u_;
+  std::vector<Entry> entries_;
+  std::vector<double> best_pivot_;  // largest that each pivot of Phi_u has been since the choice
+  SparseLdl schur_;
+  std::vector<Product> products_;
+  std::vector<std::array<double, 3>> weighted_;  // blocks of Phi_q M^-1
+  std::vector<double> work_;
+};
+
+}  // namespace subsoil::mbd

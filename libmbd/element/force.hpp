@@ -1,0 +1,147 @@
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <span>
+#include <vector>
+
+#include "libmbd/base/body.hpp"
+#include "libmbd/element/any_element.hpp"
+#include "libmbd/element/rut.hpp"
+
+namespace subsoil::mbd {
+
+/// What a force sees: the bodies (0 = ground), the time, the ground's ruts, the multipliers of the equations for
+/// the friction that they make, the states of
+/// all elements that have any, and the outputs of controllers.
+struct Scene {
+  std::span<const BodyState> bodies;
+  double t = 0;
+  std::span<const Rut> ruts;
+  std::span<const double> lambda{};
+  std::span<const double> states{};
+  std::span<const double> signals{};
+};
+
+/// Where a force puts what it does: (F_x, F_y, M_z) about each body's centre of gravity, world axes. Ground has a slot
+/// that nobody reads, so that no force needs a branch for it.
+class Loads {
+ public:
+  explicit Loads(std::span<std::array<double, 3>> wrenches) : wrenches_(wrenches) {}
+  /// Force `f` on the material point whose moment arm about the centre of gravity is `arm`, world axes.
+  void add(int body, Vec2 arm, Vec2 f) { add_wrench(body, f.x, f.y, cross(arm, f)); }
+  void add_wrench(int body, double fx, double fy, double mz) {
+    auto& w = wrenches_[static_cast<std::size_t>(body)];
+    w[0] += fx, w[1] += fy, w[2] += mz;
+  }
+
+ private:
+  std::span<std::array<double, 3>> wrenches_;
+};
+
+/// The energy account of a force, of which the energy balance of the whole system is made:
+///   power on the bodies = work - lost - d(stored)/dt
+struct ForcePower {
+  double stored = 0;  ///< energy that it can give back (J)
+  double lost = 0;    ///< rate of dissipation (W)
+  double work = 0;    ///< rate of work that it brings in from outside (W)
+};
+
+/// What an event does to a force at that instant.
+struct Changeover {
+  double heat = 0;      ///< energy that it loses (J)
+  bool slides = false;  ///< friction: whether it slides from now on
+};
+
+/// A reported value of a force: name and unit.
+struct ForceColumn {
+  const char* name;
+  const char* unit;
+};
+inline constexpr std::size_t max_force_columns = 6;
+using ForceValues = std::array<double, max_force_columns>;
+
+/// What a force has beside evaluate(), as its `static constexpr ForceMembers has{...}`. The system calls what stands
+/// here and nothing else. IsForce compares it with the members that there are, so that a misspelt one is no silent
+/// loss.
+struct ForceMembers {
+  bool check = false;                 ///< check(): refuses parameters, by std::invalid_argument
+  bool initialise_from_pose = false;  ///< initialise_from_pose(scene): what the start pose decides
+  bool gap = false;                   ///< gap(scene): on whose sign the law depends, > 0 open, < 0 in contact
+  bool stick = false;                 ///< can_stick(), hold(scene), pass_event(scene): friction that comes to rest
+  bool trace = false;                 ///< begin_trace(scene), memory(), set_memory(m): what a restart needs
+  bool rut = false;                   ///< track, rut, commit(scene, ruts): accepted states change the ground
+  bool towing_spin = false;           ///< towing_spin(speed): angular velocity of its body in a tow
+  bool joint = false;                 ///< joint, attach(joint, row): its bodies are those of a joint
+  /// state_count numbers that are integrated with the motion, from first_state
+  /// of the scene's on: start_states(scene), state_rates(scene), and
+  /// state_scales(), the size below which they do not matter to 1 in
+  /// tolerances.
+  bool states = false;
+  bool controlled = false;  ///< controller, signal: its place among the scene's
+                            ///< signals, -1 without
+};
+
+namespace detail {
+template <class F>
+concept Sticks = requires(F f, const Scene scene) {
+  { f.can_stick() } -> std::same_as<bool>;
+  { f.hold(scene) } -> std::same_as<double>;
+  { f.pass_event(scene) } -> std::same_as<Changeover>;
+};
+template <class F>
+concept Traces = requires(F f, const Scene scene) {
+  f.begin_trace(scene);
+  f.set_memory(f.memory());
+};
+template <class F>
+concept Ruts = requires(F f, const Scene scene, std::vector<Rut> ruts) {
+  f.track.empty();
+  f.rut = std::size_t{0};
+  f.commit(scene, ruts);
+};
+template <class F>
+concept HasStates = requires(F f, const Scene scene) {
+  f.first_state = std::size_t{0};
+  { f.start_states(scene) } -> std::same_as<std::array<double, F::state_count>>;
+  { f.state_rates(scene) } -> std::same_as<std::array<double, F::state_count>>;
+  { f.state_scales() } -> std::same_as<std::array<double, F::state_count>>;
+};
+template <class F>
+concept Controlled = requires(F f) {
+  f.controller.empty();
+  f.signal = -1;
+};
+/// F::has is what F has.
+template <class F>
+concept ForceHas = F::has.check == requires(const F f) {
+  f.check();
+}
+&&F::has.initialise_from_pose == requires(F f, const Scene scene) { f.initialise_from_pose(scene); }
+&&F::has.gap == requires(const F f, const Scene scene) {
+  { f.gap(scene) } -> std::same_as<double>;
+}
+&&F::has.stick == Sticks<F>&& F::has.trace == Traces<F>&& F::has.rut == Ruts<F>&& F::has.towing_spin ==
+    requires(const F f) {
+  { f.towing_spin(1.0) } -> std::same_as<double>;
+}
+&&F::has.joint == requires(F f) { f.joint.empty(); }
+&&F::has.states == HasStates<F>&& F::has.controlled == Controlled<F>;
+}  // namespace detail
+
+/// A force: wrenches on the bodies that it names, with its account of energy and its columns.
+template <class F>
+concept IsForce = requires(const F f, const Scene scene, Loads loads, ForceValues values) {
+  { F::has } -> std::same_as<const ForceMembers&>;
+  { F::columns.size() } -> std::same_as<std::size_t>;
+  { f.evaluate(scene, loads, values) } -> std::same_as<ForcePower>;
+}
+&&detail::ForceHas<F>;
+
+struct ForceFamily {
+  template <class F>
+  static constexpr bool takes = IsForce<F>;
+};
+using AnyForce = AnyElement<ForceFamily>;
+
+}  // namespace subsoil::mbd

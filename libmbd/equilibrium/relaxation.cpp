@@ -1,0 +1,43 @@
+#include "libmbd/equilibrium/relaxation.hpp"
+
+#include "libmbd/assembly/assembly.hpp"
+#include "libmbd/integrators/cvode.hpp"
+
+namespace subsoil::mbd {
+
+namespace {
+constexpr int most_steps = 20'000;
+constexpr double near_rest = 1e-3;
+}  // namespace
+
+Eigen::VectorXd fall_to_rest(System& system, double t, const Eigen::VectorXd& from) {
+  std::vector<double> memory;
+  system.save(memory);
+  const Eigen::VectorXd still = Eigen::VectorXd::Zero(from.size()), scale = coordinate_scale(system);
+  Cvode fall(system, {.rtol = 1e-4, .atol = 1e-6});
+  fall.locate_events(false);
+  fall.start(t, from, still);
+  const auto pull = [&] { return scale.cwiseProduct(fall.state().acceleration).cwiseAbs().maxCoeff(); };
+  const double first = pull();
+  if (first > 0) {
+    const double h = 0.1 * std::sqrt(system.length_scale() / first);
+    double before = 0;
+    for (int i = 0; i < most_steps; ++i) {
+      fall.advance(h);
+      const double now = system.kinetic();
+      if (now >= before) {
+        before = now;
+        continue;
+      }
+      const Eigen::VectorXd pose = fall.state().q;
+      fall.start(t, pose, still);
+      before = 0;
+      if (pull() < near_rest * first) break;
+    }
+  }
+  const double* begin = memory.data();
+  system.restore(begin, memory.data() + memory.size());
+  return fall.state().q;
+}
+
+}  // namespace subsoil::mbd

@@ -1,0 +1,255 @@
+#include "libmbd/integrators/adams_moulton.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+#include <utility>
+
+#include "libmbd/assembly/assembly.hpp"
+
+namespace subsoil::mbd {
+
+namespace {
+
+// Weights, newest first. Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, III.1.
+constexpr double bashforth[6][6] = {
+    {1.},
+    {3. / 2, -1. / 2},
+    {23. / 12, -16. / 12, 5. / 12},
+    {55. / 24, -59. / 24, 37. / 24, -9. / 24},
+    {1901. / 720, -2774. / 720, 2616. / 720, -1274. / 720, 251. / 720},
+    {4277. / 1440, -7923. / 1440, 9982. / 1440, -7298. / 1440, 2877. / 1440, -475. / 1440},
+};
+constexpr double moulton[6][6] = {
+    {1.},
+    {1. / 2, 1. / 2},
+    {5. / 12, 8. / 12, -1. / 12},
+    {9. / 24, 19. / 24, -5. / 24, 1. / 24},
+    {251. / 720, 646. / 720, -264. / 720, 106. / 720, -19. / 720},
+    {475. / 1440, 1427. / 1440, -798. / 1440, 482. / 1440, -173. / 1440, 27. / 1440},
+};
+
+// Error constants of the two, of order k: what a step leaves is C h^(k+1) y^(k+1).
+constexpr double bashforth_error[6] = {1. / 2, 5. / 12, 3. / 8, 251. / 720, 95. / 288, 19087. / 60480};
+constexpr double moulton_error[6] = {1. / 2, 1. / 12, 1. / 24, 19. / 720, 3. / 160, 863. / 60480};
+// Of a step, over the machine's length: more is no solution.
+constexpr double most_error = 0.1;
+
+// Lengths of the machine in a second.
+constexpr double at_rest = 1e-6;
+
+// Substeps of a starting step: the start's error is then far below that of the steps that follow.
+constexpr int substeps = 2;
+
+}  // namespace
+
+AdamsMoulton::AdamsMoulton(System& system, const AdamsMoultonOptions& options)
+    : Integrator(system), options_(options), starter_(system, partition_) {
+  if (options.order < 1 || options.order > order_max)
+    throw std::invalid_argument("adams-moulton order = " + std::to_string(options.order) + ": must be in [1, 6]");
+  const Eigen::Index size = 2 * now_.q.size() + now_.rates.size();
+  past_.setZero(size, order_max);
+  weights_.setZero(order_max), sum_.setZero(size);
+  trial_ = now_;
+  predicted_q_ = predicted_velocity_ = now_.q;
+  scale_ = coordinate_scale(system);
+}
+
+void AdamsMoulton::on_start() {
+  was_near_singular_ = bridged_ = false;
+  stored_ = 0;
+  step_ = 0;
+  wrench_changes_ = system_.wrench_changes();
+  push_past();
+}
+
+void AdamsMoulton::push_past() {
+  newest_ = (newest_ + 1) % order_max;
+  if (stored_ < order_max) ++stored_;
+  keep_rates(past_, slot(0), now_);
+}
+
+/// sum_ = h times the weighted sum of the past, newest first.
+void AdamsMoulton::sum_past(const double* weights, int count, double h) {
+  weights_.setZero();
+  for (int age = 0; age < count; ++age) weights_[slot(age)] = h * weights[age];
+  sum_.noalias() = past_ * weights_;
+}
+
+void AdamsMoulton::take_jump() {
+  if (wrench_changes_ == system_.wrench_changes()) return;
+  wrench_changes_ = system_.wrench_changes();
+  if (bridged_) return;  // a singular pose answers to no wrench; the next step does
+  partition_.accelerate(now_);
+  if (options_.wrench_jump == WrenchJump::restart) {
+    stored_ = 0;
+    push_past();
+    return;
+  }
+  const auto n = now_.q.size();
+  sum_.head(n).setZero();
+  sum_.segment(n, n) = now_.acceleration - past_.col(slot(0)).segment(n, n);
+  sum_.tail(now_.rates.size()) = now_.rates - past_.col(slot(0)).tail(now_.rates.size());
+  for (int age = 0; age < stored_; ++age) past_.col(slot(age)) += sum_;
+}
+
+void AdamsMoulton::on_advance(double h) {
+  const double parts = std::max(1.0, std::ceil(h / options_.longest_step - 1e-9));
+  for (double part = 0; part < parts; ++part) whole_step(h / parts);
+}
+
+void AdamsMoulton::whole_step(double h) {
+  // Rounding of a caller's own clock must not throw the past away.
+  if (!(std::abs(h - step_) <= 1e-9 * step_)) {
+    stored_ = 0;
+    push_past();
+    step_ = h, origin_ = now_.t, steps_ = 0;
+  }
+  take_jump();
+  if (stored_ < options_.order) {
+    one_step(step_);
+  } else {
+    multistep(step_);
+  }
+  now_.t = origin_ + static_cast<double>(++steps_) * step_;
+  if (!bridged_ && partition_.choose_again_if_needed(now_)) partition_.evaluate(now_);
+  push_past();
+}
+
+void AdamsMoulton::multistep(double h) {
+  const bool bridged_before = std::exchange(bridged_, false);
+  const bool nearest = partition_.near_singular();
+  const auto put_on_constraints = [&] { nearest ? partition_.evaluate_nearest(trial_) : partition_.evaluate(trial_); };
+  try {
+    predict(h);
+    keep_predicted();
+    put_on_constraints();
+    check_branch();
+    correct(h);
+    estimate_error(h);
+    put_on_constraints();
+    flows_.of_elements += sum_.tail(now_.rates.size()) + h * moulton[options_.order - 1][0] * trial_.rates;
+    flows_.of_elements.tail(trial_.states.size()) = trial_.states;  // as the motion was evaluated with
+  } catch (const SingularPose&) {
+    if (bridged_before) throw;  // singular for longer than an instant
+    bridge(h);
+  }
+  std::swap(now_, trial_);
+}
+
+void AdamsMoulton::predict(double h) {
+  const auto n = now_.q.size();
+  sum_past(bashforth[options_.order - 1], options_.order, h);
+  trial_.t = now_.t + h;
+  trial_.q = now_.q + sum_.head(n);
+  trial_.velocity = now_.velocity + sum_.segment(n, n);
+  trial_.states = now_.states + sum_.tail(now_.states.size());
+}
+
+void AdamsMoulton::correct(double h) {
+  const double* c = moulton[options_.order - 1];
+  const auto n = now_.q.size();
+  sum_past(c + 1, options_.order - 1, h);
+  trial_.q = now_.q + sum_.head(n) + h * c[0] * trial_.velocity;
+  trial_.velocity = now_.velocity + sum_.segment(n, n) + h * c[0] * trial_.acceleration;
+  const auto states = now_.states.size();
+  trial_.states = now_.states + sum_.tail(states) + h * c[0] * trial_.rates.tail(states);
+}
+
+void AdamsMoulton::keep_predicted() {
+  predicted_q_ = trial_.q;
+  predicted_velocity_ = trial_.velocity;
+}
+
+void AdamsMoulton::estimate_error(double h) {
+  const int k = options_.order - 1;
+  const double share = moulton_error[k] / (bashforth_error[k] + moulton_error[k]);
+  double position = 0, velocity = 0, fastest = at_rest * system_.length_scale();  // slower is rounding
+  for (Eigen::Index i = 0; i < scale_.size(); ++i) {
+    position = std::max(position, std::abs(trial_.q[i] - predicted_q_[i]) * scale_[i]);
+    velocity = std::max(velocity, std::abs(trial_.velocity[i] - predicted_velocity_[i]) * scale_[i]);
+    fastest = std::max(fastest, std::abs(trial_.velocity[i]) * scale_[i]);
+  }
+  position *= share / system_.length_scale();
+  step_error_.largest = std::max(step_error_.largest, position);
+  step_error_.positions += position;
+  step_error_.velocities += share * velocity;
+  step_error_.fastest = std::max(step_error_.fastest, fastest);
+  if (position <= most_error) return;
+  refuse_blow_up(system_, trial_);
+  char text[320];
+  std::snprintf(
+      text, sizeof text,
+      "t = %.9g s: the step of %.3g s errs by %.2g of the machine's length; it is too long for the motion, or a "
+      "driver or force jumps. Leave out time.machine.step to have it chosen by its error",
+      trial_.t, h, position);
+  throw std::runtime_error(text);
+}
+
+void AdamsMoulton::bridge(double h) {
+  bridged_ = was_near_singular_ = true;
+  predict(h);
+  assemble(system_, trial_.t, trial_.q, trial_.velocity);
+  const int k = options_.order;
+  const auto n = now_.q.size();
+  double weights[order_max], binomial = 1;  // f_{n+1} = sum of (-1)^j (k over j + 1) f_{n-j}
+  for (int j = 0; j < k; ++j) {
+    binomial *= static_cast<double>(k - j) / (j + 1);
+    weights[j] = j % 2 ? -binomial : binomial;
+  }
+  sum_past(weights, k, 1);
+  system_.set_state(trial_.t, trial_.q, trial_.velocity);
+  system_.loads(trial_.acceleration);  // for what forces report
+  trial_.acceleration = sum_.segment(n, n);
+  trial_.rates = sum_.tail(now_.rates.size());
+  trial_.lambda = now_.lambda;
+  const double* c = moulton[k - 1];
+  sum_past(c + 1, k - 1, h);
+  flows_.of_elements += sum_.tail(now_.rates.size()) + h * c[0] * trial_.rates;
+  trial_.states = flows_.of_elements.tail(now_.states.size());
+}
+
+void AdamsMoulton::check_branch() {
+  const bool near = partition_.near_singular();
+  if (near || was_near_singular_) partition_.refuse_other_branch(trial_);
+  was_near_singular_ = near;
+}
+
+void AdamsMoulton::one_step(double h) {
+  const double start = now_.t;
+  for (int i = 0; i < substeps; ++i) {
+    starter_.step(now_, h / substeps, trial_, flows_.of_elements);
+    std::swap(now_, trial_);
+    now_.t = start + h * (i + 1) / substeps;
+  }
+}
+
+void AdamsMoulton::on_save(std::vector<double>& out) const {
+  out.insert(out.end(), {static_cast<double>(stored_), step_, origin_, static_cast<double>(steps_)});
+  for (int age = stored_; age-- > 0;) {
+    const auto column = past_.col(slot(age));
+    out.insert(out.end(), column.data(), column.data() + column.size());
+  }
+}
+
+void AdamsMoulton::on_restore(const double*& from, const double* end) {
+  const int count = static_cast<int>(take(from, end));
+  if (count < 0 || count > order_max)
+    throw std::runtime_error("machine restart data are damaged: stored steps of the integrator");
+  step_ = take(from, end), origin_ = take(from, end), steps_ = static_cast<long>(take(from, end));
+  // From the same place of the ring, since sums run over it by place, and from the same guess.
+  stored_ = 0, newest_ = 0;
+  past_.setZero();
+  for (int i = 0; i < count; ++i) {
+    newest_ = (newest_ + 1) % order_max;
+    ++stored_;
+    take(from, end, sum_);
+    past_.col(slot(0)) = sum_;
+  }
+  trial_ = now_;
+  was_near_singular_ = partition_.near_singular(), bridged_ = false;
+  // The wrench came back with the system and is the one that the past was stored under.
+  wrench_changes_ = system_.wrench_changes();
+}
+
+}  // namespace subsoil::mbd

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <vector>
+
+#include "libmbd/integrators/integrator.hpp"
+#include "libmbd/integrators/runge_kutta.hpp"
+
+namespace subsoil::mbd {
+
+/// Adams-Bashforth-Moulton, predict-evaluate-correct-evaluate, order k = 1 ... 6, fixed step, for
+///   d(v, s)/dt = (s, M^^-1 F^)
+///   predict  y* = y_n + h sum_{j<k} b_j f_{n-j}
+///   correct  y  = y_n + h (c_0 f* + sum_{j<k-1} c_{j+1} f_{n-j})
+/// The stored past holds q' and q'' of all coordinates, not of the independent ones only: after a new choice of the
+/// independent set it serves as it is, and the dependent coordinates get a guess of the same order for free.
+/// Past values come from Dormand-Prince steps of order 5 in substeps, so the start costs no order (k starting values of
+/// local error h^6 each). A step of another length starts anew. Energy flows ride along with the same corrector.
+/// The difference of corrector and predictor, both before the joints are closed, tells the error of the step (Milne's
+/// device): |y - y*| C_M / (C_B + C_M) with the error constants of both; step_error() sums it. A step that errs by a
+/// tenth of the machine's length ends the run.
+/// A step that ends on a singular pose is bridged: q and q' by the predictor, closed with least change, q'' by
+/// extrapolation of the same order, reactions those of the step before. A step over one must continue smoothly: when
+/// the constraints answer with velocities that the predictor does not know, the run stops instead of changing its
+/// branch.
+class AdamsMoulton : public Integrator {
+ public:
+  AdamsMoulton(System& system, const AdamsMoultonOptions& options);
+  bool ends_anywhere() const override { return false; }
+
+ protected:
+  void on_start() override;
+  void on_advance(double h) override;
+  void on_save(std::vector<double>& out) const override;
+  void on_restore(const double*& from, const double* end) override;
+
+ private:
+  Eigen::Index slot(int age) const { return (newest_ + order_max - age) % order_max; }
+  void whole_step(double h);
+  void push_past();
+  void take_jump();
+  void multistep(double h);
+  void predict(double h);
+  void correct(double h);
+  void bridge(double h);
+  void check_branch();
+  void keep_predicted();
+  void estimate_error(double h);
+  void one_step(double h);
+  void sum_past(const double* weights, int count, double h);
+
+  static constexpr int order_max = 6;
+  AdamsMoultonOptions options_;
+  // Columns (q', q'', rates) of the last steps, a ring: a predictor or corrector is then one product with its weights.
+  Eigen::MatrixXd past_;
+  Eigen::VectorXd weights_, sum_;
+  Eigen::VectorXd predicted_q_, predicted_velocity_, scale_;  // of the step, before the joints are closed
+  int newest_ = 0, stored_ = 0;
+  double step_ = 0;
+  double origin_ = 0;  // time of the first step of this length: t = origin + steps * h does not gather rounding
+  long steps_ = 0, wrench_changes_ = 0;
+  MotionState trial_;
+  RungeKutta starter_;
+  bool was_near_singular_ = false, bridged_ = false;
+};
+
+}  // namespace subsoil::mbd

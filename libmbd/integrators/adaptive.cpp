@@ -1,0 +1,287 @@
+#include "libmbd/integrators/adaptive.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "libmbd/assembly/assembly.hpp"
+#include "libmbd/integrators/between.hpp"
+
+namespace subsoil::mbd {
+
+namespace {
+// Within one advance(). More means that steps have become so short that the end is out of reach.
+constexpr long most_steps = 2'000'000;
+// From a singular pose, in rad, for the method to begin anew; and for its failure to have another reason.
+constexpr double far_enough = 0.15;
+// From a singular pose, where one step leads over it; and what that step may err by.
+constexpr double step_over = 0.03, most_of_crossing = 1e-9;
+// Of a state at which a method gave up: the body most accelerated, the constraint nearest to losing its rank.
+std::string standing_out(const System& system, const Partition& partition, const MotionState& m) {
+  Eigen::Index most = 0;
+  const double largest = m.acceleration.cwiseProduct(coordinate_scale(system)).cwiseAbs().maxCoeff(&most);
+  char text[160];
+  std::snprintf(text, sizeof text, "; at t = %.9g s body '%.60s' is the most accelerated, %.2e m/s^2", m.t,
+                system.body_name(static_cast<int>(most / 3) + 1).c_str(), largest);
+  std::string all = text;
+  const double distance = partition.distance_from_singular();
+  if (distance > 0.5) return all;
+  std::snprintf(text, sizeof text, ", and %.80s is some %.2g rad from a dead point", partition.singular_owner().c_str(),
+                distance);
+  return all + text;
+}
+
+}  // namespace
+
+Adaptive::Adaptive(System& system)
+    : Integrator(system),
+      directions_(switches_.count(), 0),
+      walker_(system, partition_),
+      before_crossing_(now_),
+      after_crossing_(now_),
+      next_(now_),
+      gaps_(switches_.count(), 0),
+      gaps_before_(gaps_) {}
+
+void Adaptive::on_start() {
+  clock_.restart();
+  // Events of joints are looked for in steps no longer than those asked for.
+  coupled_ = remembers(system_.model()) || system_.has_instants() || system_.has_joint_events();
+  rows_ = partition_.used_rows();
+  build();
+  restart();
+}
+
+void Adaptive::restart() {
+  wrench_changes_ = system_.wrench_changes();
+  crossing_ = false;
+  partition_.evaluate(now_);
+  if (partition_.used_rows() != rows_) {  // redundant constraints: others carry the multipliers now
+    rows_ = partition_.used_rows();
+    build();
+  }
+  begin();
+  front_ = now_.t, root_ = false;
+  walking_ = false, beside_singular_ = partition_.near_singular();
+}
+
+void Adaptive::read_consistent(double t) {
+  read(t);
+  now_.t = t;
+  follows_partition() ? partition_.evaluate(now_) : partition_.evaluate_nearest(now_);
+}
+
+void Adaptive::pass_event() {
+  read_consistent(front_);
+  root_directions(directions_);
+  // The side is kept here, so that a zero which rounding shows twice after a restart counts once.
+  const bool splits = system_.has_joint_events();
+  if (splits) keep_end();
+  for (std::size_t i = 0; i < directions_.size(); ++i)
+    if (directions_[i] * switches_.side(i) < 0) take_event(i);
+  restart();
+  if (splits) keep_begin();
+}
+
+void Adaptive::on_advance(double h) {
+  const double end = clock_.end_of_step(now_.t, h);
+  if (wrench_changes_ != system_.wrench_changes()) {
+    coupled_ = true;
+    restart();
+  }
+  const double stop = coupled_ ? end : std::numeric_limits<double>::infinity();
+  for (long taken = 0; front_ < end; ++taken) {
+    if (crossing_) leave_crossing();
+    if (taken == most_steps)
+      throw std::runtime_error("t = " + std::to_string(front_) + " s: " + std::to_string(most_steps) +
+                               " steps did not reach " + std::to_string(end) +
+                               " s; the system is stiff or its forces are not smooth: take ida, or a wider tolerance");
+    if (beside_singular_) {
+      walk(end);
+    } else if (walking_) {
+      restart();
+    } else if (root_) {
+      pass_event();
+    } else {
+      step_on(end, stop);
+    }
+  }
+  if (crossing_) read_crossing(end);
+  if (walking_) return;
+  if (now_.t != end) read_consistent(end);
+  bool anew = has_drifted();
+  if (partition_.choose_again_if_needed(now_)) {
+    partition_.evaluate(now_);
+    anew = anew || follows_partition();
+  }
+  if (anew || partition_.used_rows() != rows_) restart();
+}
+
+// Returns false where the step failed and a singular pose is near enough to be the reason.
+bool Adaptive::try_step(double end, double stop, Reached& reached) {
+  try {
+    reached = take_step(end, stop);
+    return true;
+  } catch (const std::runtime_error& error) {
+    if (now_.t != front_) read_consistent(front_);
+    if (partition_.distance_from_singular() > far_enough)
+      throw std::runtime_error(error.what() + standing_out(system_, partition_, now_));
+    return false;
+  }
+}
+
+void Adaptive::step_on(double end, double stop) {
+  Reached reached;
+  if (!try_step(end, stop, reached)) {
+    beside_singular_ = true;
+    return;
+  }
+  front_ = reached.t, root_ = reached.root;
+  if (root_) return;
+  if (!follows_partition()) {
+    read_consistent(front_);
+  } else if (front_ < end && partition_.asks_for_choice()) {
+    read_consistent(front_);
+    if (partition_.choose_again_if_needed(now_)) return restart();
+  }
+  beside_singular_ = partition_.near_singular();
+}
+
+// One step past a singular pose, or to what comes first: the end asked for, an event.
+void Adaptive::walk(double end) {
+  if (now_.t != front_) read_consistent(front_);
+  if (!walking_) begin_walk();
+  if (cross(end)) return;
+  const double h = std::min(walk_step_, end - now_.t);
+  if (!try_walk(h, end)) return;
+  walk_failures_ = 0;
+  const std::size_t event = stop_at_event(h);
+  partition_.refuse_other_branch(next_);
+  std::swap(now_, next_);
+  flows_.of_elements = walk_flows_;
+  if (end - now_.t <= 1e-12 * h) now_.t = end;
+  front_ = now_.t;
+  const bool passed = event < switches_.count();
+  if (passed) take_event(event);
+  // On the singular pose itself there is nothing to choose, and nothing to evaluate.
+  if (!landed_ && (partition_.choose_again_if_needed(now_) || passed)) partition_.evaluate_nearest(now_);
+  const double distance = partition_.distance_from_singular();
+  approach_ = distance_ > 0 ? (distance_ - distance) / h : 0;
+  distance_ = distance;
+  beside_singular_ = distance < far_enough;
+}
+
+// One step from this side of the singular pose to as far behind it; false where that is not due, or not good enough.
+bool Adaptive::cross(double end) {
+  if (!may_cross_ || landed_ || !(distance_ > 0) || !(distance_ < step_over) || !(approach_ > 0)) return false;
+  const double h = 2 * distance_ / approach_;
+  if (coupled_ && h > end - now_.t) return false;  // the future is not known
+  may_cross_ = false;
+  walk_flows_ = flows_.of_elements;
+  try {
+    walker_.step(now_, h, next_, walk_flows_);
+    partition_.refuse_other_branch(next_);
+  } catch (const std::runtime_error&) {
+    partition_.evaluate_nearest(now_);
+    return false;
+  }
+  if (walker_.error() > most_of_crossing || stop_at_event(h) < switches_.count()) {
+    partition_.evaluate_nearest(now_);
+    return false;
+  }
+  crossing_ = true;
+  before_crossing_ = now_, after_crossing_ = next_;
+  flows_before_ = flows_.of_elements, flows_after_ = walk_flows_;
+  front_ = after_crossing_.t;
+  distance_ = partition_.distance_from_singular(), approach_ = 0;
+  return true;
+}
+
+void Adaptive::leave_crossing() {
+  crossing_ = false;
+  now_ = after_crossing_;
+  flows_.of_elements = flows_after_;
+  partition_.evaluate_nearest(now_);
+  if (partition_.choose_again_if_needed(now_)) partition_.evaluate_nearest(now_);
+}
+
+void Adaptive::read_crossing(double t) {
+  interpolate(before_crossing_, after_crossing_, t, now_);
+  interpolate_flows(before_crossing_, after_crossing_, flows_before_, flows_after_, t, flows_.of_elements);
+  system_.set_state(t, now_.q, now_.velocity);
+  system_.set_multipliers(now_.lambda);
+  system_.set_element_states(now_.states);
+  Eigen::VectorXd loads(now_.q.size());
+  system_.loads(loads);  // for what forces report
+}
+
+void Adaptive::begin_walk() {
+  walking_ = true, walk_controlled_ = true, walk_failures_ = 0;
+  distance_ = approach_ = 0, may_cross_ = true, crossing_ = false;
+  const double rate = now_.velocity.cwiseProduct(coordinate_scale(system_)).cwiseAbs().maxCoeff();
+  const double slowness = 1 / std::max(rate / system_.length_scale(), 1.0);
+  walk_step_ = slowness * std::pow(step_tolerance(), 0.2), landing_step_ = slowness * std::pow(step_tolerance(), 0.25);
+}
+
+// Returns whether next_ may stand; else the step has been made shorter. Near the pose rounding is more than what the
+// estimate of the error means to see: there the step stays what it was.
+bool Adaptive::try_walk(double h, double end) {
+  const bool core = partition_.distance_from_singular() < 0.01;  // of now_
+  walk_flows_ = flows_.of_elements;
+  const bool from_singular = std::exchange(landed_, false);
+  const auto shorten = [&](double factor) {
+    walk_step_ = factor * h, landed_ = from_singular;
+    if (!from_singular) partition_.evaluate_nearest(now_);
+    return false;
+  };
+  try {
+    walker_.step(now_, h, next_, walk_flows_);
+  } catch (const SingularPose&) {  // a stage has met it: those of another step do not, unless it is the end asked for
+    if (++walk_failures_ > most_failures_of_a_step) throw;
+    if (h > landing_step_ || end - now_.t > (1 + 1e-12) * h) return shorten(0.8);
+    walk_flows_ = flows_.of_elements;
+    walker_.step_onto_singular(now_, h, next_, walk_flows_);
+    return landed_ = true;
+  }
+  if (core && !walk_controlled_) return true;
+  // Rounding leaves its share of the accelerations in a step, however short.
+  const double distance = partition_.distance_from_singular(), rounding = 1e-15 * h / (distance * distance * distance);
+  const double allowed = std::max(step_tolerance(), rounding);
+  const double change = 0.9 * std::pow(allowed / std::max(walker_.error(), 1e-30), 0.2);
+  if (change < 0.9 && ++walk_failures_ <= (core ? 3 : most_failures_of_a_step)) return shorten(std::max(change, 0.2));
+  walk_controlled_ = false;
+  if (h >= walk_step_) walk_step_ *= std::clamp(change, 0.2, 2.0);
+  return true;
+}
+
+// When a switch has changed sides over the step to next_, puts next_ at the first zero; returns which, or their count.
+std::size_t Adaptive::stop_at_event(double h) {
+  if (!watches_switches()) return switches_.count();
+  const auto go = [&](double share) {
+    walk_flows_ = flows_.of_elements;
+    walker_.step(now_, share * h, next_, walk_flows_);
+    look(next_, gaps_);
+  };
+  look(now_, gaps_before_);
+  look(next_, gaps_);
+  const std::vector<double> at_end = gaps_;
+  std::size_t first = switches_.count();
+  double share = 2;
+  for (std::size_t i = 0; i < switches_.count(); ++i) {
+    if (at_end[i] * switches_.side(i) >= 0) continue;
+    const auto gap = [&](double part) {
+      go(part);
+      return gaps_[i];
+    };
+    const double at = locate_crossing(gap, switches_.side(i), gaps_before_[i], at_end[i]);
+    if (at < share) share = at, first = i;
+  }
+  if (first < switches_.count()) go(share);
+  return first;
+}
+
+}  // namespace subsoil::mbd

@@ -1,0 +1,31 @@
+#include "libmbd/integrators/between.hpp"
+
+namespace subsoil::mbd {
+
+void interpolate(const MotionState& a, const MotionState& b, double t, MotionState& out) {
+  const double h = b.t - a.t, s = (t - a.t) / h;
+  const double s2 = s * s, s3 = s2 * s;
+  // Of what b lies off the parabola of a: p(1), p'(1), p''(1) as powers of s from 3 on.
+  for (Eigen::Index i = 0; i < a.q.size(); ++i) {
+    const double v = h * a.velocity[i], w = h * h * a.acceleration[i];
+    const double p = b.q[i] - a.q[i] - v - w / 2, dp = h * b.velocity[i] - v - w, ddp = h * h * b.acceleration[i] - w;
+    const double c3 = 10 * p - 4 * dp + ddp / 2, c4 = -15 * p + 7 * dp - ddp, c5 = 6 * p - 3 * dp + ddp / 2;
+    out.q[i] = a.q[i] + s * v + s2 * w / 2 + s3 * (c3 + s * (c4 + s * c5));
+    out.velocity[i] = (v + s * w + s2 * (3 * c3 + s * (4 * c4 + s * 5 * c5))) / h;
+    out.acceleration[i] = (w + s * (6 * c3 + s * (12 * c4 + s * 20 * c5))) / (h * h);
+  }
+  out.t = t;
+  out.lambda = (1 - s) * a.lambda + s * b.lambda;
+  out.rates = (1 - s) * a.rates + s * b.rates;
+  const auto states = a.states.size();
+  out.states = a.states + s * s * (3 - 2 * s) * (b.states - a.states) +
+               h * s * (1 - s) * ((1 - s) * a.rates.tail(states) - s * b.rates.tail(states));
+}
+
+void interpolate_flows(const MotionState& a, const MotionState& b, const Eigen::VectorXd& flows_a,
+                       const Eigen::VectorXd& flows_b, double t, Eigen::VectorXd& out) {
+  const double h = b.t - a.t, s = (t - a.t) / h;
+  out = flows_a + s * s * (3 - 2 * s) * (flows_b - flows_a) + h * s * (1 - s) * ((1 - s) * a.rates - s * b.rates);
+}
+
+}  // namespace subsoil::mbd

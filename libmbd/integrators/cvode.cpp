@@ -1,0 +1,195 @@
+#include "libmbd/integrators/cvode.hpp"
+
+#include <cvode/cvode.h>
+#include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "libmbd/integrators/kinematic.hpp"
+#include "libmbd/integrators/sundials.hpp"
+
+namespace subsoil::mbd {
+
+namespace {
+
+using sundials::ConstMap;
+using sundials::Map;
+
+void check_cvode(int code, const char* call) { sundials::check(code, call, CVodeGetReturnFlagName); }
+template <class Pointer>
+Pointer* check_cvode(Pointer* pointer, const char* call) {
+  return sundials::check(pointer, call);
+}
+
+}  // namespace
+
+struct Cvode::Solver {
+  System& system;
+  Partition& partition;
+  const Switches& switches;
+  Eigen::Index f, e;
+  std::vector<int> set;  // independent coordinates that y holds
+  sundials::Context context;
+  sundials::Vector y, dense, tolerance;
+  void* memory = nullptr;
+  SUNNonlinearSolver iteration = nullptr;
+  MotionState trial, good;  // good: last one whose joints closed, from which guesses are carried on
+  Eigen::VectorXd expected;
+  std::exception_ptr thrown;
+  long steps_before = 0, evaluations_before = 0;
+
+  Solver(System& s, Partition& p, const Switches& w, const MotionState& at)
+      : system(s),
+        partition(p),
+        switches(w),
+        f(p.freedom()),
+        e(at.rates.size()),
+        set(p.independent()),
+        y(size(), context),
+        dense(size(), context),
+        tolerance(size(), context),
+        trial(at),
+        good(at) {}
+  ~Solver() {
+    if (memory) CVodeFree(&memory);
+    if (iteration) SUNNonlinSolFree(iteration);
+  }
+  Solver(const Solver&) = delete;
+  Solver& operator=(const Solver&) = delete;
+
+  /// A machine that nothing moves has no unknowns, and CVODE no use for a vector of none: one that stays 0.
+  Eigen::Index size() const { return std::max<Eigen::Index>(2 * f + e, 1); }
+
+  /// v and v' from y, the rest carried on from the last good state.
+  void unpack(double t, const double* from, MotionState& out) const {
+    out.t = t;
+    const double dt = t - good.t;
+    out.q = good.q + dt * good.velocity + 0.5 * dt * dt * good.acceleration;
+    out.velocity = good.velocity;
+    for (Eigen::Index i = 0; i < f; ++i) {
+      out.q[set[static_cast<std::size_t>(i)]] = from[i];
+      out.velocity[set[static_cast<std::size_t>(i)]] = from[f + i];
+    }
+    out.states = ConstMap(from + 2 * f + e - good.states.size(), good.states.size());
+  }
+  void evaluate(double t, N_Vector from) {
+    unpack(t, N_VGetArrayPointer(from), trial);
+    expected = trial.q;
+    partition.evaluate(trial);
+    if (distance_of(system, trial.q, expected) > branch_limit(system))
+      throw std::runtime_error("t = " + std::to_string(t) +
+                               " s: the pose jumps; the motion leads through a dead point or a lock-up");
+    good.t = trial.t, good.q = trial.q, good.velocity = trial.velocity, good.acceleration = trial.acceleration;
+  }
+
+  static int right_side(realtype t, N_Vector y, N_Vector dy, void* self) {
+    auto& s = *static_cast<Solver*>(self);
+    return sundials::guarded(s.thrown, 1, [&] {  // 1: a shorter step may do
+      s.evaluate(t, y);
+      double* out = N_VGetArrayPointer(dy);
+      out[s.size() - 1] = 0;
+      for (Eigen::Index i = 0; i < s.f; ++i) {
+        out[i] = s.trial.velocity[s.set[static_cast<std::size_t>(i)]];
+        out[s.f + i] = s.trial.acceleration[s.set[static_cast<std::size_t>(i)]];
+      }
+      for (Eigen::Index i = 0; i < s.e; ++i) out[2 * s.f + i] = s.trial.rates[i];
+    });
+  }
+  static int roots(realtype t, N_Vector y, realtype* out, void* self) {
+    auto& s = *static_cast<Solver*>(self);
+    return sundials::guarded(s.thrown, -1, [&] {
+      s.evaluate(t, y);
+      s.system.set_multipliers(s.trial.lambda);
+      s.switches.gaps({out, s.switches.count()}, &s.trial.acceleration, &s.trial.lambda);
+    });
+  }
+};
+
+Cvode::Cvode(System& system, const CvodeOptions& options) : Adaptive(system), options_(options) {
+  if (!(options.rtol > 0) || !(options.atol > 0))
+    throw std::invalid_argument("cvode: rtol and atol must be above 0; 1e-8 and 1e-10 are usual");
+}
+
+Cvode::~Cvode() = default;
+
+void Cvode::build() {
+  const long steps_before = steps(), evaluations_before = evaluations();
+  solver_ = std::make_unique<Solver>(system_, partition_, switches_, now_);
+  auto& s = *solver_;
+  s.steps_before = steps_before, s.evaluations_before = evaluations_before;
+  const double rtol = local_tolerance(options_.rtol, 1e-14), atol = local_tolerance(options_.atol, 1e-15);
+  s.tolerance.map().setConstant(atol);
+  s.tolerance.map().segment(2 * s.f, s.e).setConstant(1e2 * atol);
+  const std::vector<double>& scales = system_.state_scales();
+  for (std::size_t i = 0; i < scales.size(); ++i)
+    s.tolerance.map()[2 * s.f + system_.flow_count() + static_cast<Eigen::Index>(i)] = atol * scales[i];
+  s.memory = check_cvode(CVodeCreate(CV_ADAMS, s.context), "CVodeCreate");
+  check_cvode(CVodeSetErrHandlerFn(s.memory, sundials::silence, nullptr), "CVodeSetErrHandlerFn");
+  check_cvode(CVodeInit(s.memory, Solver::right_side, now_.t, s.y), "CVodeInit");
+  check_cvode(CVodeSVtolerances(s.memory, rtol, s.tolerance), "CVodeSVtolerances");
+  check_cvode(CVodeSetUserData(s.memory, &s), "CVodeSetUserData");
+  s.iteration = check_cvode(SUNNonlinSol_FixedPoint(s.y, 0, s.context), "SUNNonlinSol_FixedPoint");
+  check_cvode(CVodeSetNonlinearSolver(s.memory, s.iteration), "CVodeSetNonlinearSolver");
+  check_cvode(CVodeSetMaxErrTestFails(s.memory, most_failures_of_a_step), "CVodeSetMaxErrTestFails");
+  check_cvode(CVodeSetMaxConvFails(s.memory, most_failures_of_a_step), "CVodeSetMaxConvFails");
+  if (!watches_switches()) return;
+  check_cvode(CVodeRootInit(s.memory, static_cast<int>(switches_.count()), Solver::roots), "CVodeRootInit");
+  check_cvode(CVodeSetNoInactiveRootWarn(s.memory), "CVodeSetNoInactiveRootWarn");
+}
+
+void Cvode::begin() {
+  auto& s = *solver_;
+  s.steps_before = steps(), s.evaluations_before = evaluations();
+  s.set = partition_.independent();
+  s.trial = s.good = now_;
+  Map y = s.y.map();
+  y.setZero();
+  for (Eigen::Index i = 0; i < s.f; ++i) {
+    y[i] = now_.q[s.set[static_cast<std::size_t>(i)]];
+    y[s.f + i] = now_.velocity[s.set[static_cast<std::size_t>(i)]];
+  }
+  y.segment(2 * s.f, s.e) = flows_.of_elements;
+  check_cvode(CVodeReInit(s.memory, now_.t, s.y), "CVodeReInit");
+}
+
+long Cvode::steps() const {
+  if (!solver_ || !solver_->memory) return 0;
+  long count = 0;
+  check_cvode(CVodeGetNumSteps(solver_->memory, &count), "CVodeGetNumSteps");
+  return solver_->steps_before + count;
+}
+
+long Cvode::evaluations() const {
+  if (!solver_ || !solver_->memory) return 0;
+  long count = 0;
+  check_cvode(CVodeGetNumRhsEvals(solver_->memory, &count), "CVodeGetNumRhsEvals");
+  return solver_->evaluations_before + count;
+}
+
+Adaptive::Reached Cvode::take_step(double end, double stop) {
+  auto& s = *solver_;
+  if (std::isfinite(stop)) check_cvode(CVodeSetStopTime(s.memory, stop), "CVodeSetStopTime");
+  double t = s.good.t;
+  s.thrown = nullptr;
+  // With single steps the end only bounds the first one; CVODE refuses an end within rounding of its start.
+  const int code = CVode(s.memory, std::max(end, t + 1e-9), s.y, &t, CV_ONE_STEP);
+  const bool joints = code == CV_FIRST_RHSFUNC_ERR || code == CV_REPTD_RHSFUNC_ERR || code == CV_UNREC_RHSFUNC_ERR ||
+                      code == CV_RTFUNC_FAIL;
+  if (joints && s.thrown) std::rethrow_exception(s.thrown);
+  sundials::check_step(code, t, CVodeGetReturnFlagName);
+  return {t, code == CV_ROOT_RETURN};
+}
+
+void Cvode::read(double t) {
+  auto& s = *solver_;
+  check_cvode(CVodeGetDky(s.memory, t, 0, s.dense), "CVodeGetDky");
+  s.unpack(t, s.dense.map().data(), now_);
+  flows_.of_elements = s.dense.map().segment(2 * s.f, s.e);
+}
+
+void Cvode::root_directions(std::vector<int>& out) {
+  check_cvode(CVodeGetRootInfo(solver_->memory, out.data()), "CVodeGetRootInfo");
+}
+
+}  // namespace subsoil::mbd

@@ -1,0 +1,91 @@
+#include "libmbd/integrators/events.hpp"
+
+#include <algorithm>
+
+#include "libmbd/elements.hpp"
+
+namespace subsoil::mbd {
+
+namespace {
+
+bool switches(const AnyForce& any) {
+  return visit(
+      []<class Force>(const Force& force) {
+        if constexpr (Force::has.stick) return force.can_stick();
+        return Force::has.gap;
+      },
+      any);
+}
+
+}  // namespace
+
+Switches::Switches(const System& system) : system_(system) {
+  const auto& forces = system.model().forces;
+  for (std::size_t i = 0; i < forces.size(); ++i)
+    if (switches(forces[i].element)) forces_.push_back(i);
+  sides_.assign(count(), 1);
+  work_.assign(count(), 0);
+}
+
+const std::string& Switches::name(std::size_t i) const {
+  if (of_joint(i)) return system_.model().events[event(i)].element.joint;
+  return system_.model().forces[forces_[i]].name;
+}
+
+bool Switches::of_friction(std::size_t i) const {
+  if (of_joint(i)) return false;
+  return visit([]<class Force>(const Force&) { return Force::has.stick; }, system_.model().forces[forces_[i]].element);
+}
+
+void Switches::gaps(std::span<double> out, const Eigen::VectorXd* acceleration, const Eigen::VectorXd* lambda) const {
+  const Scene scene = system_.scene();
+  for (std::size_t i = forces_.size(); i < count(); ++i)
+    out[i] = acceleration && lambda ? system_.event_gap(event(i), *acceleration, *lambda) -
+                                          (sides_[i] < 0 ? system_.model().events[event(i)].element.hysteresis() : 0)
+                                    : 1;
+  for (std::size_t i = 0; i < forces_.size(); ++i)
+    visit(
+        [&]<class Force>(const Force& force) {
+          if constexpr (Force::has.gap) out[i] = force.gap(scene);
+          if constexpr (Force::has.stick) out[i] = force.hold(scene);
+        },
+        system_.model().forces[forces_[i]].element);
+}
+
+void Switches::take_sides() {
+  gaps(work_);
+  for (std::size_t i = 0; i < count(); ++i) sides_[i] = work_[i] < 0 && !of_friction(i) ? -1 : 1;
+}
+
+bool remembers(const Model& model) {
+  const auto leaves_ruts = []<class Force>(const Force&) { return Force::has.rut; };
+  return std::any_of(model.forces.begin(), model.forces.end(),
+                     [&](const auto& force) { return visit(leaves_ruts, force.element); });
+}
+
+double locate_crossing(const std::function<double(double)>& gap, int side, double gap_at_start, double gap_at_end) {
+  double low = 0, high = 1, at_low = side * gap_at_start, at_high = side * gap_at_end;
+  constexpr double width = 1e-12;
+  int kept = 0;  // which end stayed in the last turn, for the Illinois halving
+  for (int turn = 0; turn < 200 && high - low > width; ++turn) {
+    // Just after an event the gap at the left end is rounding: a secant through it would find the same event again.
+    const bool secant = low > 0 || at_low > 1e-3 * std::abs(at_high);
+    double share = secant ? (low * -at_high + high * at_low) / (at_low - at_high) : 0.5 * (low + high);
+    // A root within rounding of an end: one step of the width asked for closes the bracket from the other side.
+    share = std::clamp(share, low + 0.5 * width, high - 0.5 * width);
+    const double value = side * gap(share);
+    if (value > 0) {
+      low = share, at_low = value;
+      if (kept > 0) at_high /= 2;
+      kept = 1;
+    } else {
+      high = share, at_high = value;
+      if (kept < 0) at_low /= 2;
+      kept = -1;
+    }
+    if (at_high == 0) break;
+  }
+  return high;
+}
+
+}  // namespace subsoil::mbd

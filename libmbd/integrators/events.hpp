@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cmath>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "libmbd/system/system.hpp"
+
+namespace subsoil::mbd {
+
+/// A switching function has passed through zero.
+struct Event {
+  double t = 0;
+  std::string name;   ///< of the force or joint it belongs to
+  int direction = 0;  ///< -1: closed (the gap became negative) or began to stick, +1: opened or began to slide
+  bool of_friction = false;
+
+  const char* word() const {
+    if (of_friction) return direction < 0 ? "sticks" : "slides";
+    return direction < 0 ? "closes" : "opens";
+  }
+};
+
+/// The switching functions of a system: forces with a member `double gap(const Scene&) const`, a signed distance or
+/// angle on whose sign the force's law depends: > 0 open, < 0 in contact; or with `double hold(const Scene&) const`,
+/// which falls through 0 where friction changes between sliding and sticking, told by `pass_event(const Scene&)`.
+/// Smooth methods keep their order only between the zeros of these; a zero is located, the method restarted there, the
+/// event counted.
+/// Contacts that close and open again within one step leave no change of sign and are not seen.
+class Switches {
+ public:
+  explicit Switches(const System& system);
+
+  /// Those of forces first, then those of events of joints.
+  std::size_t count() const { return forces_.size() + system_.model().events.size(); }
+  const std::string& name(std::size_t i) const;  ///< of the force, or of the joint
+  std::size_t force(std::size_t i) const { return forces_[i]; }
+  bool of_joint(std::size_t i) const { return i >= forces_.size(); }
+  std::size_t event(std::size_t i) const { return i - forces_.size(); }
+  /// Whether it is one of friction, which is positive before and after an event.
+  bool of_friction(std::size_t i) const;
+  /// All gaps at the state, with multipliers where there is friction, that the system was set to last. Events of joints
+  /// are asked with accelerations and multipliers of that state; without them they count as far away.
+  void gaps(std::span<double> out, const Eigen::VectorXd* acceleration = nullptr,
+            const Eigen::VectorXd* lambda = nullptr) const;
+
+  /// Sides begin as the gaps at the state set last have them (0 counts as open).
+  void take_sides();
+  int side(std::size_t i) const { return sides_[i]; }
+  void set_side(std::size_t i, int side) { sides_[i] = side; }
+
+ private:
+  const System& system_;
+  std::vector<std::size_t> forces_;
+  std::vector<int> sides_;
+  std::vector<double> work_;
+};
+
+/// True when forces remember accepted states (ruts): then no step may run ahead of what is accepted.
+bool remembers(const Model& model);
+
+/// The share in (0, 1] of a step at which `gap(share)` has just come to the other side, to 1e-12 of the step. At share
+/// 0 the gap counts as on `side`, whatever its rounding; gap(1) is on the other. Regula falsi of Illinois, bisection
+/// while the left end says nothing.
+double locate_crossing(const std::function<double(double)>& gap, int side, double gap_at_start, double gap_at_end);
+
+}  // namespace subsoil::mbd

@@ -1,0 +1,269 @@
+#include "libmbd/integrators/ida.hpp"
+
+#include <ida/ida.h>
+#include <sunlinsol/sunlinsol_dense.h>
+#include <sunmatrix/sunmatrix_dense.h>
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+#include "libmbd/assembly/assembly.hpp"
+#include "libmbd/integrators/sundials.hpp"
+
+namespace subsoil::mbd {
+
+namespace {
+
+using sundials::ConstMap;
+using sundials::Map;
+
+void check_ida(int code, const char* call) { sundials::check(code, call, IDAGetReturnFlagName); }
+template <class Pointer>
+Pointer* check_ida(Pointer* pointer, const char* call) {
+  return sundials::check(pointer, call);
+}
+
+}  // namespace
+
+struct Ida::Solver {
+  System& system;
+  const Switches& switches;
+  bool index_1;
+  std::vector<int> rows;
+  Eigen::Index n, r, e;  // coordinates, equations used, energy flows
+  sundials::Context context;
+  sundials::Vector y, dy, dense, tolerance, id;
+  void* memory = nullptr;
+  SUNMatrix matrix = nullptr;
+  SUNLinearSolver linear = nullptr;
+  Constraints c;
+  Eigen::VectorXd q, w, load, lambda, mu, correction, states, acceleration;
+  std::exception_ptr thrown;
+  long steps_before = 0, evaluations_before = 0;
+  bool fresh = true;  // no step since the last beginning
+
+  Solver(System& s, const Switches& g, bool accelerations, const std::vector<int>& used_rows, Eigen::Index rates)
+      : system(s),
+        switches(g),
+        index_1(accelerations),
+        rows(used_rows),
+        n(s.coordinates()),
+        r(static_cast<Eigen::Index>(used_rows.size())),
+        e(rates),
+        y(size(), context),
+        dy(size(), context),
+        dense(size(), context),
+        tolerance(size(), context),
+        id(size(), context),
+        q(n),
+        w(n),
+        load(n),
+        lambda(s.equations()),
+        mu(s.equations()),
+        correction(n) {}
+  ~Solver() {
+    if (memory) IDAFree(&memory);
+    if (linear) SUNLinSolFree(linear);
+    if (matrix) SUNMatDestroy(matrix);
+  }
+  Solver(const Solver&) = delete;
+  Solver& operator=(const Solver&) = delete;
+
+  Eigen::Index multipliers() const { return index_1 ? r : 2 * r; }
+  Eigen::Index size() const { return 2 * n + multipliers() + e; }
+
+  void set_weights(double atol) const {
+    Map weight = tolerance.map(), kind = id.map();
+    weight.head(2 * n).setConstant(atol);
+    // lambda and mu stand outside the error test, and outside Newton's too: rounding e of q and w returns in them as
+    // e M/h and e/h, without bound as a step is cut short by a stop time. q, w and e in the same iteration decide. The
+    // residual is linear in both, so the large increments that IDA's differences take from here lose nothing.
+    weight.segment(2 * n, multipliers()).setConstant(1e12);
+    weight.tail(e).setConstant(1e2 * atol);
+    const std::vector<double>& scales = system.state_scales();
+    for (std::size_t i = 0; i < scales.size(); ++i)
+      weight[size() - static_cast<Eigen::Index>(scales.size() - i)] = atol * scales[i];
+    kind.setOnes();
+    kind.segment(2 * n, multipliers()).setZero();
+  }
+
+  void set_state(double t, const ConstMap& yy) {
+    q = yy.head(n), w = yy.segment(n, n);
+    system.set_state(t, q, w);
+    states = yy.tail(static_cast<Eigen::Index>(system.state_count()));
+    system.set_element_states(states);
+  }
+
+  void residual(double t, const ConstMap& yy, const ConstMap& yp, Map res) {
+    set_state(t, yy);
+    system.constraints(c);
+    lambda.setZero(), mu.setZero();
+    for (Eigen::Index i = 0; i < r; ++i) {
+      const int row = rows[static_cast<std::size_t>(i)];
+      lambda[row] = yy[2 * n + i];
+      if (index_1) {
+        res[2 * n + i] = c.jacobian.row(row).dot(yp.segment(n, n)) - c.gamma[row];
+        continue;
+      }
+      mu[row] = yy[2 * n + r + i];
+      res[2 * n + i] = c.phi[row];
+      res[2 * n + r + i] = c.jacobian.row(row).dot(w) + c.phi_t[row];
+    }
+    system.set_multipliers(lambda);  // of which friction is made
+    system.loads(load);
+    res.head(n) = yp.head(n) - w;
+    if (!index_1) {
+      correction.noalias() = c.jacobian.transpose() * mu;
+      res.head(n) += correction;
+    }
+    correction.noalias() = c.jacobian.transpose() * lambda;
+    res.segment(n, n) = yp.segment(n, n) + (correction - load).cwiseQuotient(system.mass());
+    energy_residual(yp, res);
+  }
+
+  void energy_residual(const ConstMap& yp, Map& res) {
+    const auto forces = static_cast<Eigen::Index>(system.model().forces.size());
+    const Eigen::Index first = 2 * n + multipliers(), flows = system.flow_count();
+    for (Eigen::Index i = 0; i < flows; ++i) {
+      double power = 0;
+      if (i < forces) {
+        power = system.powers()[static_cast<std::size_t>(i)].lost;
+      } else if (i < 2 * forces) {
+        power = system.powers()[static_cast<std::size_t>(i - forces)].work;
+      } else {
+        const int row = system.row_of_driver(static_cast<std::size_t>(i - 2 * forces));
+        power = lambda[row] * c.phi_t[row];
+      }
+      res[first + i] = yp[first + i] - power;
+    }
+    if (e == flows) return;
+    acceleration = yp.segment(n, n);
+    const std::vector<double>& rates = system.take_state_rates(acceleration, lambda);
+    for (Eigen::Index i = flows; i < e; ++i)
+      res[first + i] = yp[first + i] - rates[static_cast<std::size_t>(i - flows)];
+  }
+
+  static int call_residual(realtype t, N_Vector yy, N_Vector yp, N_Vector out, void* self) {
+    auto& s = *static_cast<Solver*>(self);
+    return sundials::guarded(s.thrown, -1, [&] {
+      s.residual(t, {N_VGetArrayPointer(yy), s.size()}, {N_VGetArrayPointer(yp), s.size()},
+                 {N_VGetArrayPointer(out), s.size()});
+    });
+  }
+  static int call_roots(realtype t, N_Vector yy, N_Vector yp, realtype* out, void* self) {
+    auto& s = *static_cast<Solver*>(self);
+    return sundials::guarded(s.thrown, -1, [&] {
+      const ConstMap at(N_VGetArrayPointer(yy), s.size());
+      s.set_state(t, at);
+      s.lambda.setZero();
+      for (Eigen::Index i = 0; i < s.r; ++i) s.lambda[s.rows[static_cast<std::size_t>(i)]] = at[2 * s.n + i];
+      s.system.set_multipliers(s.lambda);
+      s.acceleration = ConstMap(N_VGetArrayPointer(yp), s.size()).segment(s.n, s.n);
+      s.switches.gaps({out, s.switches.count()}, &s.acceleration, &s.lambda);
+    });
+  }
+};
+
+Ida::Ida(System& system, const IdaOptions& options)
+    : Adaptive(system),
+      options_(options),
+      rtol_(local_tolerance(options.rtol, 1e-12)),
+      atol_(local_tolerance(options.atol, 1e-13)) {
+  if (!(options.rtol > 0) || !(options.atol > 0))
+    throw std::invalid_argument("ida: rtol and atol must be above 0; 1e-8 and 1e-10 are usual");
+  drift_limit_ = options.formulation == IdaFormulation::index_1
+                     ? options.atol + options.rtol * system.length_scale()
+                     : std::numeric_limits<double>::infinity();  // holds its constraints to Newton's tolerance
+}
+
+Ida::~Ida() = default;
+
+void Ida::build() {
+  const long steps_before = steps(), evaluations_before = evaluations();
+  solver_ = std::make_unique<Solver>(system_, switches_, options_.formulation == IdaFormulation::index_1,
+                                     partition_.used_rows(), now_.rates.size());
+  auto& s = *solver_;
+  s.steps_before = steps_before, s.evaluations_before = evaluations_before;
+  s.set_weights(atol_);
+  s.memory = check_ida(IDACreate(s.context), "IDACreate");
+  check_ida(IDASetErrHandlerFn(s.memory, sundials::silence, nullptr), "IDASetErrHandlerFn");
+  check_ida(IDAInit(s.memory, Solver::call_residual, now_.t, s.y, s.dy), "IDAInit");
+  check_ida(IDASVtolerances(s.memory, rtol_, s.tolerance), "IDASVtolerances");
+  check_ida(IDASetUserData(s.memory, &s), "IDASetUserData");
+  check_ida(IDASetId(s.memory, s.id), "IDASetId");
+  check_ida(IDASetSuppressAlg(s.memory, SUNTRUE), "IDASetSuppressAlg");
+  s.matrix = check_ida(SUNDenseMatrix(s.size(), s.size(), s.context), "SUNDenseMatrix");
+  s.linear = check_ida(SUNLinSol_Dense(s.y, s.matrix, s.context), "SUNLinSol_Dense");
+  check_ida(IDASetLinearSolver(s.memory, s.linear, s.matrix), "IDASetLinearSolver");
+  check_ida(IDASetMaxErrTestFails(s.memory, most_failures_of_a_step), "IDASetMaxErrTestFails");
+  check_ida(IDASetMaxConvFails(s.memory, most_failures_of_a_step), "IDASetMaxConvFails");
+  if (!watches_switches()) return;
+  check_ida(IDARootInit(s.memory, static_cast<int>(switches_.count()), Solver::call_roots), "IDARootInit");
+  check_ida(IDASetNoInactiveRootWarn(s.memory), "IDASetNoInactiveRootWarn");
+}
+
+void Ida::begin() {
+  auto& s = *solver_;
+  s.steps_before = steps(), s.evaluations_before = evaluations();
+  Map y = s.y.map(), dy = s.dy.map();
+  y.setZero(), dy.setZero();
+  y.head(s.n) = now_.q, y.segment(s.n, s.n) = now_.velocity;
+  dy.head(s.n) = now_.velocity, dy.segment(s.n, s.n) = now_.acceleration;
+  for (Eigen::Index i = 0; i < s.r; ++i) y[2 * s.n + i] = now_.lambda[s.rows[static_cast<std::size_t>(i)]];
+  y.tail(s.e) = flows_.of_elements, dy.tail(s.e) = now_.rates;
+  check_ida(IDAReInit(s.memory, now_.t, s.y, s.dy), "IDAReInit");
+  s.fresh = true;
+}
+
+long Ida::steps() const {
+  if (!solver_ || !solver_->memory) return 0;
+  long count = 0;
+  check_ida(IDAGetNumSteps(solver_->memory, &count), "IDAGetNumSteps");
+  return solver_->steps_before + count;
+}
+
+long Ida::evaluations() const {
+  if (!solver_ || !solver_->memory) return 0;
+  long count = 0, of_jacobians = 0;
+  check_ida(IDAGetNumResEvals(solver_->memory, &count), "IDAGetNumResEvals");
+  check_ida(IDAGetNumLinResEvals(solver_->memory, &of_jacobians), "IDAGetNumLinResEvals");
+  return solver_->evaluations_before + count + of_jacobians;
+}
+
+Adaptive::Reached Ida::take_step(double end, double stop) {
+  auto& s = *solver_;
+  if (s.fresh) {
+    // IDA's own first step follows from y'/weight and can fall to 1e-13 s, where rounding e/h of an index-2 system
+    // is all that Newton sees. The first step of order 1 errs by q'' h^2/2: that is what it may be.
+    const double first = std::sqrt(atol_ / (1 + now_.acceleration.cwiseAbs().maxCoeff()));
+    check_ida(IDASetInitStep(s.memory, std::min(first, std::max(stop - now_.t, 1e-12))), "IDASetInitStep");
+    s.fresh = false;
+  }
+  if (std::isfinite(stop)) check_ida(IDASetStopTime(s.memory, stop), "IDASetStopTime");
+  double t = now_.t;
+  s.thrown = nullptr;
+  const int code = IDASolve(s.memory, std::max(end, t + 1e-9), &t, s.y, s.dy, IDA_ONE_STEP);
+  if (code < 0 && s.thrown) std::rethrow_exception(s.thrown);
+  sundials::check_step(code, t, IDAGetReturnFlagName);
+  return {t, code == IDA_ROOT_RETURN};
+}
+
+void Ida::read(double t) {
+  auto& s = *solver_;
+  check_ida(IDAGetDky(s.memory, t, 0, s.dense), "IDAGetDky");
+  const Map y = s.dense.map();
+  now_.q = y.head(s.n), now_.velocity = y.segment(s.n, s.n);
+  flows_.of_elements = y.tail(s.e);
+  now_.states = y.tail(now_.states.size());
+  if (!s.index_1 || s.r == 0) return;
+  system_.set_position(t, now_.q);
+  system_.constraints(s.c);
+  drift_ = row_scale(system_).cwiseProduct(s.c.phi).cwiseAbs().maxCoeff();
+}
+
+void Ida::root_directions(std::vector<int>& out) {
+  check_ida(IDAGetRootInfo(solver_->memory, out.data()), "IDAGetRootInfo");
+}
+
+}  // namespace subsoil::mbd

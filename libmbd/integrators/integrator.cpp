@@ -1,0 +1,401 @@
+#include "libmbd/integrators/integrator.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "libmbd/assembly/assembly.hpp"
+#include "libmbd/integrators/adams_moulton.hpp"
+#include "libmbd/integrators/between.hpp"
+#include "libmbd/integrators/cvode.hpp"
+#include "libmbd/integrators/ida.hpp"
+#include "libmbd/integrators/kinematic.hpp"
+
+namespace subsoil::mbd {
+
+namespace {
+// More events than this within one step are a rattle that no step can follow.
+constexpr int most_events_in_a_step = 1000;
+}  // namespace
+
+Integrator::Integrator(System& system) : system_(system), partition_(system), switches_(system) {
+  const auto n = system.coordinates();
+  now_.q.setZero(n), now_.velocity.setZero(n), now_.acceleration.setZero(n);
+  now_.lambda.setZero(system.equations());
+  now_.rates.setZero(system.rate_count());
+  now_.states.setZero(static_cast<Eigen::Index>(system.state_count()));
+  flows_.of_elements = now_.rates;
+  q_before_ = now_.q;
+  before_ = now_;
+  flows_before_ = flows_;
+  gaps_.assign(switches_.count(), 0);
+}
+
+void Integrator::start(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
+  now_.t = t, now_.q = q, now_.velocity = velocity;
+  flows_.of_elements.setZero();
+  flows_.external_work = flows_.latched = 0;
+  system_.set_state(t, q, velocity);
+  system_.restart_traces();
+  system_.begin_joints();
+  partition_.choose(now_);
+  if (system_.state_count() > 0) begin_states();
+  partition_.evaluate(now_);
+  events_.clear();
+  step_error_ = {};
+  switches_.take_sides();
+  await_passage();
+  fire_due();
+  on_start();
+}
+
+// A measure that is beyond its value at the start has to come back before it can pass it.
+void Integrator::await_passage() {
+  if (!system_.has_joint_events()) return;
+  look(now_, gaps_);
+  for (std::size_t i = 0; i < switches_.count(); ++i)
+    if (switches_.of_joint(i) && gaps_[i] < 0 && system_.model().events[switches_.event(i)].element.input)
+      switches_.set_side(i, -1);
+}
+
+// A joint opens or closes where now_ is.
+void Integrator::fire(std::size_t event) {
+  const JointEvent& e = system_.model().events[event].element;
+  const bool opens = e.does == JointEvent::Does::opens;
+  system_.set_state(now_.t, now_.q, now_.velocity);
+  system_.set_element_states(now_.states);
+  const bool changes = opens != (system_.open_joints()[e.index] != 0);
+  system_.switch_joint(event);
+  if (!changes) return;
+  partition_.choose(now_);
+  if (!opens) take_impulse();
+  partition_.evaluate(now_);
+  events_.push_back({now_.t, e.joint, opens ? 1 : -1, false});
+  for (std::size_t i = 0; i < switches_.count(); ++i)
+    if (switches_.of_joint(i)) switches_.set_side(i, -1);  // with hysteresis: what is not clear of its value waits
+  look(now_, gaps_);
+  for (std::size_t i = 0; i < switches_.count(); ++i)
+    if (switches_.of_joint(i) && gaps_[i] > 0) switches_.set_side(i, 1);
+}
+
+// y = M^1/2 (v+ - v-), of least norm with Phi_q v+ = -Phi_t; impulses P from M^1/2 y = -Phi_q^T P.
+void Integrator::take_impulse() {
+  Constraints c;
+  system_.set_state(now_.t, now_.q, now_.velocity);
+  system_.constraints(c);
+  const Eigen::VectorXd root = system_.mass().cwiseSqrt();
+  const Eigen::MatrixXd weighted = row_scale(system_).asDiagonal() * c.jacobian * root.cwiseInverse().asDiagonal();
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
+  solver.setThreshold(rank_share);
+  solver.compute(weighted);
+  const Eigen::VectorXd off = row_scale(system_).cwiseProduct(Eigen::VectorXd(c.jacobian * now_.velocity + c.phi_t));
+  const Eigen::VectorXd y = -solver.solve(off);
+  solver.compute(weighted.transpose());
+  const Eigen::VectorXd impulse = row_scale(system_).cwiseProduct(Eigen::VectorXd(-solver.solve(y)));
+  now_.velocity += y.cwiseQuotient(root);
+  flows_.latched += 0.5 * y.squaredNorm();
+  const auto drivers = static_cast<Eigen::Index>(2 * system_.model().forces.size());
+  for (std::size_t d = 0; d < system_.model().drivers.size(); ++d) {
+    const int row = system_.row_of_driver(d);
+    flows_.of_elements[drivers + static_cast<Eigen::Index>(d)] += impulse[row] * c.phi_t[row];
+  }
+}
+
+// Events whose condition is met where no step has led there: at the start, after a jump of the wrenches.
+bool Integrator::fire_due() {
+  changes_seen_ = system_.wrench_changes();
+  if (!system_.has_joint_events()) return false;
+  bool fired = false;
+  for (std::size_t due = system_.due_event(0); due < system_.model().events.size(); due = system_.due_event(0))
+    fire(due), fired = true;
+  look(now_, gaps_);
+  for (std::size_t i = 0; i < switches_.count(); ++i)
+    if (switches_.of_joint(i) && switches_.side(i) > 0 && gaps_[i] < 0) {
+      fire(switches_.event(i));
+      fired = true;
+      look(now_, gaps_);
+    }
+  return fired;
+}
+
+// A controller that measures the solution begins with one in which it has
+// nothing to do.
+void Integrator::begin_states() {
+  const auto take = [&] {
+    const std::vector<double>& x = system_.element_states();
+    std::copy(x.begin(), x.end(), now_.states.data());
+    flows_.of_elements.tail(now_.states.size()) = now_.states;
+  };
+  system_.begin_states(), take();
+  partition_.evaluate(now_);
+  if (system_.begin_states_of(now_.acceleration, now_.lambda)) take(), partition_.evaluate(now_);
+  if (system_.next_instant() <= now_.t) system_.act(now_.acceleration, now_.lambda, 0);
+}
+
+void Integrator::advance_part(double h) {
+  if (watches_switches() && !finds_events())
+    advance_over_events(h);
+  else
+    on_advance(h);
+}
+
+// Sampled controllers act between parts of the step.
+void Integrator::advance_over_instants(double h) {
+  const double end = now_.t + h, close = 1e-9 * h;
+  system_.forget_outputs_before();
+  while (end - now_.t > close) {
+    const double next = system_.next_instant(), until = next < end - close ? next : end;
+    if (until - now_.t > close) advance_part(until - now_.t);
+    if (next > now_.t + close) continue;
+    system_.set_state(now_.t, now_.q, now_.velocity);
+    system_.set_element_states(now_.states);
+    keep_end();
+    system_.act(now_.acceleration, now_.lambda, close);
+    bool fired = false;
+    for (std::size_t due; (due = system_.due_event(close)) < system_.model().events.size(); fired = true) fire(due);
+    if (fired) on_start();
+    keep_begin();
+  }
+}
+
+void Integrator::advance(double h) {
+  if (!(h > 0)) throw std::invalid_argument("machine step = " + std::to_string(h) + " s: must be above 0");
+  look_ahead();
+  q_before_ = now_.q;
+  pieces_.clear();
+  if (finds_events() && system_.has_joint_events() && changes_seen_ != system_.wrench_changes()) {
+    partition_.accelerate(now_);
+    if (fire_due()) on_start();
+  }
+  keep_begin();
+  system_.has_instants() ? advance_over_instants(h) : advance_part(h);
+  keep_end();
+  refuse_blow_up(system_, now_);
+  system_.set_state(now_.t, now_.q, now_.velocity);
+  system_.commit();
+  flows_.external_work += external_work_since(now_.q);
+}
+
+double Integrator::external_work_since(const Eigen::VectorXd& q) const {
+  double work = 0;
+  for (int i = 1; i < system_.bodies(); ++i)
+    for (int k = 0; k < 3; ++k) {
+      const auto c = 3 * (i - 1) + k;
+      work += system_.external_wrench(i)[static_cast<std::size_t>(k)] * (q[c] - q_before_[c]);
+    }
+  return work;
+}
+
+void Integrator::keep_begin() {
+  if (keeps_) pieces_.push_back({now_, now_, flows_, flows_, system_.open_joints()});
+}
+
+void Integrator::keep_end() {
+  if (keeps_) pieces_.back().end = now_, pieces_.back().flows_end = flows_;
+}
+
+void Integrator::look_back(double t) {
+  const auto piece = std::find_if(pieces_.begin(), pieces_.end(), [&](const Piece& p) { return t <= p.end.t; });
+  if (piece == pieces_.end() || !(piece->begin.t < piece->end.t) || t < piece->begin.t)
+    throw std::logic_error("look_back: t = " + std::to_string(t) + " s is not inside a step that is kept");
+  if (!viewer_) viewer_ = idle_viewer_ ? std::move(idle_viewer_) : std::make_unique<Viewer>(system_);
+  Viewer& v = *viewer_;
+  if (open_now_.empty()) open_now_ = system_.open_joints();
+  system_.set_open_joints(piece->open);
+  v.state = piece->end, v.flows = piece->flows_end;
+  v.state.t = t;
+  const double step = pieces_.back().end.t - pieces_.front().begin.t;
+  if (piece->end.t - piece->begin.t > 1e-9 * step) {  // else what is left behind an event at the step's end
+    interpolate(piece->begin, piece->end, t, v.state);
+    interpolate_flows(piece->begin, piece->end, piece->flows_begin.of_elements, piece->flows_end.of_elements, t,
+                      v.flows.of_elements);
+  }
+  const MotionState read = v.state;
+  try {
+    v.partition.choose(piece->end);
+    v.partition.evaluate(v.state);
+  } catch (const SingularPose&) {  // there the interpolation stands as it is
+    v.state = read;
+    set_seen(read);
+  }
+  v.flows.external_work = pieces_.front().flows_begin.external_work + external_work_since(v.state.q);
+}
+
+// What forces report and store follows the state.
+void Integrator::set_seen(const MotionState& m) {
+  system_.set_state(m.t, m.q, m.velocity);
+  system_.set_multipliers(m.lambda);
+  system_.set_element_states(m.states);
+  Eigen::VectorXd loads(m.q.size());
+  system_.loads(loads);
+}
+
+void Integrator::look_ahead() {
+  if (!viewer_) return;
+  idle_viewer_ = std::move(viewer_);
+  system_.set_open_joints(open_now_);
+  open_now_.clear();
+  set_seen(now_);
+}
+
+void Integrator::look(const MotionState& m, std::vector<double>& gaps) {
+  system_.set_state(m.t, m.q, m.velocity);
+  system_.set_multipliers(m.lambda);
+  system_.set_element_states(m.states);
+  switches_.gaps(gaps, &m.acceleration, &m.lambda);
+}
+
+bool Integrator::crossed() {
+  look(now_, gaps_);
+  for (std::size_t i = 0; i < gaps_.size(); ++i)
+    if (gaps_[i] * switches_.side(i) < 0) return true;
+  return false;
+}
+
+void Integrator::take_event(std::size_t which) {
+  if (switches_.of_joint(which)) {
+    // One that comes back from beyond its value may be passed again.
+    return switches_.side(which) < 0 ? switches_.set_side(which, 1) : fire(switches_.event(which));
+  }
+  look(now_, gaps_);
+  const bool friction = switches_.of_friction(which);
+  if (!friction) switches_.set_side(which, -switches_.side(which));
+  const std::size_t force = switches_.force(which);
+  const Changeover change = system_.pass_event(force);
+  flows_.of_elements[static_cast<Eigen::Index>(force)] += change.heat;
+  const int of_friction = change.slides ? 1 : -1;
+  events_.push_back({now_.t, switches_.name(which), friction ? of_friction : switches_.side(which), friction});
+}
+
+/// A step of length h from the state before it, by the method's own start: it needs no past.
+void Integrator::try_part(double h) {
+  now_ = before_;
+  flows_ = flows_before_;
+  partition_.evaluate(now_);
+  on_start();
+  on_advance(h);
+  now_.t = before_.t + h;
+}
+
+void Integrator::advance_over_events(double h) {
+  before_ = now_;
+  flows_before_ = flows_;
+  on_advance(h);
+  if (!crossed()) return;
+  const double end = now_.t;
+  std::vector<double> at_start(gaps_.size()), at_end(gaps_.size());
+  for (int found = 0; crossed(); ++found) {
+    if (found == most_events_in_a_step)
+      throw std::runtime_error("more than " + std::to_string(found) + " events between t = " + std::to_string(end - h) +
+                               " s and " + std::to_string(end) + " s: force '" + events_.back().name +
+                               "' rattles; shorten the step or add damping");
+    at_end = gaps_;
+    look(before_, at_start);
+    const double rest = end - before_.t;
+    std::size_t first = 0;
+    double share = 2;
+    for (std::size_t i = 0; i < at_end.size(); ++i) {
+      if (at_end[i] * switches_.side(i) >= 0) continue;
+      const auto gap = [&](double part) {
+        try_part(part * rest);
+        crossed();
+        return gaps_[i];
+      };
+      const double at = locate_crossing(gap, switches_.side(i), at_start[i], at_end[i]);
+      if (at < share) share = at, first = i;
+    }
+    try_part(share * rest);
+    keep_end();
+    take_event(first);
+    partition_.evaluate(now_);  // friction that has changed over
+    keep_begin();
+    before_ = now_;
+    flows_before_ = flows_;
+    if (end - now_.t <= 1e-12 * h) break;
+    try_part(end - now_.t);
+  }
+  now_.t = end;
+  on_start();
+}
+
+double Integrator::take(const double*& from, const double* end) {
+  if (from == end) throw std::runtime_error("machine restart data end too early; they belong to another machine");
+  return *from++;
+}
+
+void Integrator::take(const double*& from, const double* end, Eigen::VectorXd& v) {
+  if (end - from < v.size())
+    throw std::runtime_error("machine restart data end too early; they belong to another machine");
+  std::copy(from, from + v.size(), v.data());
+  from += v.size();
+}
+
+void Integrator::save(std::vector<double>& out) const {
+  out.push_back(now_.t);
+  put(out, now_.q);
+  put(out, now_.velocity);
+  put(out, flows_.of_elements);
+  out.push_back(flows_.external_work);
+  system_.save(out);
+  if (system_.has_joint_events()) out.push_back(flows_.latched);
+  out.insert(out.end(), {step_error_.largest, step_error_.positions, step_error_.velocities, step_error_.fastest});
+  out.push_back(static_cast<double>(switches_.count()));
+  for (std::size_t i = 0; i < switches_.count(); ++i) out.push_back(switches_.side(i));
+  out.push_back(static_cast<double>(events_.size()));
+  for (const Event& e : events_) {
+    std::size_t which = 0;
+    while (which + 1 < switches_.count() &&
+           (switches_.name(which) != e.name || switches_.of_friction(which) != e.of_friction))
+      ++which;
+    out.insert(out.end(), {e.t, static_cast<double>(e.direction), static_cast<double>(which)});
+  }
+  on_save(out);
+}
+
+// What follows depends on the numbers alone, not on what the machine did before: one that is restored from its own
+// state goes on as another one does.
+void Integrator::restore(const double*& from, const double* end) {
+  now_.t = take(from, end);
+  take(from, end, now_.q);
+  take(from, end, now_.velocity);
+  take(from, end, flows_.of_elements);
+  now_.states = flows_.of_elements.tail(now_.states.size());
+  flows_.external_work = take(from, end);
+  system_.restore(from, end);
+  if (system_.has_joint_events()) flows_.latched = take(from, end);
+  changes_seen_ = system_.wrench_changes();
+  step_error_.largest = take(from, end), step_error_.positions = take(from, end);
+  step_error_.velocities = take(from, end), step_error_.fastest = take(from, end);
+  const auto refuse = [] { throw std::runtime_error("machine restart data are those of another machine"); };
+  if (take(from, end) != static_cast<double>(switches_.count())) refuse();
+  std::vector<int> sides;
+  for (std::size_t i = 0; i < switches_.count(); ++i) sides.push_back(static_cast<int>(take(from, end)));
+  events_.clear();
+  for (double left = take(from, end); left > 0; --left) {
+    const double t = take(from, end), direction = take(from, end), which = take(from, end);
+    if (!(which >= 0 && which < static_cast<double>(switches_.count()))) refuse();
+    const auto at = static_cast<std::size_t>(which);
+    events_.push_back({t, switches_.name(at), static_cast<int>(direction), switches_.of_friction(at)});
+  }
+  now_.lambda.setZero();  // a guess
+  partition_.choose(now_);
+  partition_.evaluate(now_);
+  for (std::size_t i = 0; i < sides.size(); ++i) switches_.set_side(i, sides[i]);
+  on_restore(from, end);
+}
+
+std::unique_ptr<Integrator> make_integrator(IntegratorKind kind, System& system, const AdamsMoultonOptions& adams,
+                                            const IdaOptions& ida, const CvodeOptions& cvode) {
+  switch (kind) {
+    case IntegratorKind::cvode:
+      return std::make_unique<Cvode>(system, cvode);
+    case IntegratorKind::ida:
+      return std::make_unique<Ida>(system, ida);
+    case IntegratorKind::kinematic:
+      return std::make_unique<Kinematic>(system);
+    case IntegratorKind::adams_moulton:
+      break;
+  }
+  return std::make_unique<AdamsMoulton>(system, adams);
+}
+
+}  // namespace subsoil::mbd

@@ -1,0 +1,196 @@
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "libmbd/assembly/partition.hpp"
+#include "libmbd/integrators/events.hpp"
+
+namespace subsoil::mbd {
+
+/// The integrators; one word in a scenario. `kinematic` integrates nothing: it follows a machine that drivers hold in
+/// every coordinate (analysis: kinematics).
+enum class IntegratorKind { adams_moulton, cvode, ida, kinematic };
+
+/// What to do with the past of a multistep method when the external wrench jumps between two machine steps.
+///   shift    the jump in acceleration, exact at the present state, is added to every stored one, as if the new wrench
+///            had acted all along. The step then transfers exactly h times the new wrench, no filter of old ones, and
+///            costs one evaluation of forces. The past's velocities still bend where the wrench jumped, which leaves an
+///            error of O(jump h^2) per step: for a wrench that follows a smooth soil force the jump is O(h) itself, so
+///            the scheme keeps order 2, above the order 1 of the explicit staggered coupling that made the jump.
+///   restart  forgets the past and starts again by Runge-Kutta: the full order inside each step, at six evaluations
+///            in place of two. For checks, and for few, large jumps.
+/// Keeping the past as it is would be worse than either: an order-4 step would weigh the wrenches of the last four
+/// steps with 9, 19, -5 and 1 twenty-fourths, and the work at the interface would not be the soil's.
+enum class WrenchJump { shift, restart };
+
+struct AdamsMoultonOptions {
+  int order = 4;
+  WrenchJump wrench_jump = WrenchJump::shift;
+  double longest_step = std::numeric_limits<double>::infinity();  ///< s; a step that is longer is made of equal parts
+};
+
+struct CvodeOptions {
+  double rtol = 1e-8;
+  double atol = 1e-10;
+};
+
+/// The equations that IDA solves; see ida.hpp.
+enum class IdaFormulation { stabilised_index_2, index_1 };
+
+struct IdaOptions {
+  double rtol = 1e-8;
+  double atol = 1e-10;
+  IdaFormulation formulation = IdaFormulation::stabilised_index_2;
+};
+
+/// Energy that entered or left since the start (J): integrals of powers, never remainders.
+struct EnergyFlows {
+  /// Integrals of MotionState::rates: lost of forces, work of forces, work of drivers (J); then the states themselves.
+  Eigen::VectorXd of_elements;
+  double external_work = 0;  ///< of external wrenches: wrench times displacement, exact since it is constant per step
+  double latched = 0;        ///< lost in impacts of joints that closed
+};
+
+/// What fixed steps are estimated to err by: the difference of predictor and corrector by Milne's device. Positions
+/// over the machine's length, velocities over the largest one so far, angles times length.
+struct StepError {
+  double largest = 0;     ///< of a step, in position (1)
+  double positions = 0;   ///< sum over the steps (1)
+  double velocities = 0;  ///< sum over the steps, times `fastest` (m/s)
+  double fastest = 0;     ///< m/s
+  /// Of the whole run, where errors add up and the motion does not magnify them.
+  double sum() const { return positions + (fastest > 0 ? velocities / fastest : 0); }
+};
+
+/// Moves a consistent state forward in time. One step interface for a coupling loop: set wrenches on the system,
+/// advance.
+class Integrator {
+ public:
+  explicit Integrator(System& system);
+  virtual ~Integrator() = default;
+  Integrator(const Integrator&) = delete;
+  Integrator& operator=(const Integrator&) = delete;
+
+  /// Begins at a consistent state (see assemble()).
+  void start(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity);
+  /// Moves on by h > 0 with the external wrenches held, and accepts the step (ruts). Ends exactly at its end.
+  void advance(double h);
+  /// Whether zeros of switching functions are located and the method restarted there (default), or stepped over.
+  /// Takes effect at the next start().
+  void locate_events(bool locate) { locate_ = locate; }
+  /// Events since the start, in time.
+  const std::vector<Event>& events() const { return events_; }
+
+  /// Whether advance() ends at any time at no cost, by a dense output of the method's own.
+  virtual bool ends_anywhere() const { return true; }
+  /// Keeps from now on what look_back() needs of the step before.
+  void keep_steps() { keeps_ = true; }
+  /// Shows state(), flows(), partition() and the system at a time inside the last step: interpolated between its ends,
+  /// or between events in it, then put on the constraints. The motion itself stays at the step's end, to which
+  /// look_ahead() returns. Throws std::logic_error for a time outside the step.
+  void look_back(double t);
+  void look_ahead();
+
+  const MotionState& state() const { return viewer_ ? viewer_->state : now_; }
+  const EnergyFlows& flows() const { return viewer_ ? viewer_->flows : flows_; }
+  /// Zero for methods that hold their errors to a tolerance.
+  const StepError& step_error() const { return step_error_; }
+  Partition& partition() { return partition_; }
+  const Partition& partition() const { return viewer_ ? viewer_->partition : partition_; }
+  System& system() { return system_; }
+
+  /// Everything a restart needs, as plain numbers, and back.
+  void save(std::vector<double>& out) const;
+  void restore(const double*& from, const double* end);
+
+ protected:
+  virtual void on_start() = 0;
+  virtual void on_advance(double h) = 0;
+  /// A method with dense output finds events inside its own steps; fixed steps are repeated in parts by advance().
+  virtual bool finds_events() const { return false; }
+  bool watches_switches() const { return locate_ && switches_.count() > 0; }
+  /// All switching functions at a state that the partition has evaluated.
+  void look(const MotionState& m, std::vector<double>& gaps);
+  /// Records the event and puts the switch on its other side, at the present state.
+  void take_event(std::size_t which);
+  /// Around what changes at an instant inside a step, for look_back().
+  void keep_begin();
+  void keep_end();
+  virtual void on_save(std::vector<double>&) const {}
+  virtual void on_restore(const double*&, const double*) {}
+  static void put(std::vector<double>& out, const Eigen::VectorXd& v) {
+    out.insert(out.end(), v.data(), v.data() + v.size());
+  }
+  static void take(const double*& from, const double* end, Eigen::VectorXd& v);
+  static double take(const double*& from, const double* end);
+
+  System& system_;
+  Partition partition_;
+  MotionState now_;
+  EnergyFlows flows_;
+  Switches switches_;
+  StepError step_error_;
+
+ private:
+  void begin_states();
+  void await_passage();
+  void fire(std::size_t event);
+  void take_impulse();
+  bool fire_due();
+  void advance_part(double h);
+  void advance_over_instants(double h);
+  void advance_over_events(double h);
+  bool crossed();
+  void try_part(double h);
+
+  /// Where one looks between steps: a partition of its own, since the factors of the motion's must not depend on it.
+  struct Viewer {
+    explicit Viewer(System& system) : partition(system) {}
+    Partition partition;
+    MotionState state;
+    EnergyFlows flows;
+  };
+  /// Of the last step: what lies between two events.
+  struct Piece {
+    MotionState begin, end;
+    EnergyFlows flows_begin, flows_end;
+    std::vector<char> open{};  ///< joints that are open in it
+  };
+  void set_seen(const MotionState& m);
+  double external_work_since(const Eigen::VectorXd& q) const;
+
+  std::unique_ptr<Viewer> viewer_, idle_viewer_;
+  bool keeps_ = false;
+  std::vector<char> open_now_;  // while one looks back
+  long changes_seen_ = 0;
+  std::vector<Piece> pieces_;
+
+  Eigen::VectorXd q_before_;
+  bool locate_ = true;
+  std::vector<Event> events_;
+  MotionState before_;
+  EnergyFlows flows_before_;
+  std::vector<double> gaps_;
+};
+
+/// Ends of equal steps without gathered rounding: origin + count * h for as long as h stays what it is.
+class StepClock {
+ public:
+  void restart() { step_ = 0; }
+  double end_of_step(double now, double h) {
+    if (!(std::abs(h - step_) <= 1e-9 * step_)) step_ = h, origin_ = now, count_ = 0;
+    return origin_ + static_cast<double>(++count_) * step_;
+  }
+
+ private:
+  double step_ = 0, origin_ = 0;
+  long count_ = 0;
+};
+
+std::unique_ptr<Integrator> make_integrator(IntegratorKind kind, System& system, const AdamsMoultonOptions& adams = {},
+                                            const IdaOptions& ida = {}, const CvodeOptions& cvode = {});
+
+}  // namespace subsoil::mbd

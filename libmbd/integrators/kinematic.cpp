@@ -1,0 +1,74 @@
+#include "libmbd/integrators/kinematic.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace subsoil::mbd {
+
+namespace {
+constexpr int parts = 4;
+constexpr int most_halvings = 12;
+constexpr double boole[parts + 1] = {7. / 90, 32. / 90, 12. / 90, 32. / 90, 7. / 90};
+}  // namespace
+
+std::string coordinate_name(const System& system, int coordinate) {
+  static constexpr const char* axes[] = {".x", ".y", ".angle"};
+  return system.body_name(coordinate / 3 + 1) + axes[coordinate % 3];
+}
+
+void Kinematic::on_start() {
+  clock_.restart();
+  if (system_.state_count() > 0)
+    throw std::invalid_argument(
+        "kinematic analysis: cylinders, motors and controllers have states of "
+        "their own, which it does not integrate; "
+        "take `analysis: dynamics`");
+  if (partition_.freedom() == 0) return;
+  std::string free;
+  for (const int i : partition_.independent()) free += (free.empty() ? "" : ", ") + coordinate_name(system_, i);
+  throw std::invalid_argument("kinematic analysis: " + std::to_string(partition_.freedom()) +
+                              " of the machine's freedoms are driven by nothing (" + free +
+                              " for example): drive them, or let the forces move them by `analysis: dynamics`");
+}
+
+double distance_of(const System& system, const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  double most = 0;
+  for (Eigen::Index i = 0; i < a.size(); ++i)
+    most = std::max(most, std::abs(a[i] - b[i]) * (i % 3 == 2 ? system.length_scale() : 1.0));
+  return most;
+}
+
+void Kinematic::follow(double to, int depth) {
+  const MotionState before = now_;
+  const double dt = to - now_.t;
+  const Eigen::VectorXd expected = now_.q + dt * now_.velocity + 0.5 * dt * dt * now_.acceleration;
+  now_.q = expected, now_.t = to;
+  const bool last = depth == most_halvings;
+  bool found = true;
+  try {
+    partition_.evaluate(now_);
+  } catch (const std::runtime_error&) {
+    if (last) throw;
+    found = false;
+  }
+  if (found && distance_of(system_, now_.q, expected) <= branch_limit(system_)) return;
+  if (last)
+    throw std::runtime_error("t = " + std::to_string(to) +
+                             " s: the pose jumps; the drivers lead through a dead point or a lock-up");
+  now_ = before;
+  partition_.evaluate(now_);
+  follow(before.t + 0.5 * dt, depth + 1);
+  follow(to, depth + 1);
+}
+
+void Kinematic::on_advance(double h) {
+  const double begin = now_.t, end = clock_.end_of_step(now_.t, h), dt = h / parts;
+  flows_.of_elements += h * boole[0] * now_.rates;
+  for (int k = 1; k <= parts; ++k) {
+    follow(k == parts ? end : begin + k * dt, 0);
+    flows_.of_elements += h * boole[k] * now_.rates;
+  }
+}
+
+}  // namespace subsoil::mbd

@@ -1,0 +1,550 @@
+#include "libmbd/system/system.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <type_traits>
+
+#include "libmbd/system/bodies_of.hpp"
+#include "libmbd/system/system_elements.hpp"
+#include "libmbd/system/wrench.hpp"
+
+namespace subsoil::mbd {
+
+namespace {
+
+/// Longest moment arm of a point about its body's centre of gravity, points on the ground do not count; or the
+/// element's own length (of a link, the radius of a disk) where it has one.
+template <class Element>
+double characteristic_length(const Element& e) {
+  double length = 0;
+  if constexpr (Element::has.points) {
+    const auto bodies = bodies_of(e);
+    if (bodies[0] != ground) length = std::hypot(e.p_a[0], e.p_a[1]);
+    if (bodies[1] != ground) length = std::max(length, std::hypot(e.p_b[0], e.p_b[1]));
+  }
+  if constexpr (Element::has.characteristic_length) length = std::max(length, e.characteristic_length());
+  return length;
+}
+
+/// Moment arms of a joint's points, the longest of each body.
+template <class Joint>
+void take_arms(const Joint& j, std::vector<double>& longest) {
+  if constexpr (Joint::has.points) {
+    const auto take = [&](int body, const std::array<double, 2>& p) {
+      double& arm = longest[static_cast<std::size_t>(body)];
+      arm = std::max(arm, std::hypot(p[0], p[1]));
+    };
+    take(j.body_a, j.p_a), take(j.body_b, j.p_b);
+  }
+}
+
+void check_finite_positive(const std::string& what, double value, const char* unit) {
+  if (!(value > 0) || !std::isfinite(value))
+    refuse_model(what + " = " + std::to_string(value) + " " + unit +
+                 ": must be in (0, inf); a planar body needs both mass and inertia");
+}
+
+}  // namespace
+
+int Model::add(Body body) {
+  bodies.push_back(std::move(body));
+  return static_cast<int>(bodies.size());
+}
+
+System::System(Model model) : model_(std::move(model)), elements_(std::make_unique<Elements>()) {
+  add_followers(model_);
+  check_bodies();
+  check_elements();
+  number_rows();
+  assign_ruts();
+  attach_friction();
+  attach_controllers();
+  number_states();
+  attach_events();
+  place_elements();
+  const auto n = static_cast<std::size_t>(bodies());
+  states_.resize(n);
+  wrenches_.resize(n);
+  external_.assign(n, {0, 0, 0});
+  powers_.resize(model_.forces.size());
+  values_.resize(model_.forces.size());
+  mass_.resize(coordinates());
+  for (std::size_t i = 0; i < model_.bodies.size(); ++i) {
+    const auto& b = model_.bodies[i];
+    mass_.segment<3>(3 * static_cast<Eigen::Index>(i)) << b.mass, b.mass, b.inertia;
+  }
+  for (const auto& f : model_.forces) given_forces_.push_back(f.element);
+  for (auto& c : model_.controllers) naming("controller '" + c.name + "'", [&] { c.element.input->attach(*this); });
+  for (auto& e : model_.events)
+    if (e.element.input) naming("event '" + e.name + "'", [&] { e.element.input->attach(*this); });
+  settle_constraints();
+  for (std::size_t i = 0; i < model_.joints.size(); ++i) given_latched_.push_back(latched_of(model_.joints[i].element));
+  settle_forces(model_.start_time, start_position(), start_velocity());
+}
+
+System::~System() = default;
+
+void System::check_bodies() const {
+  std::set<std::string> names{"ground"};
+  if (model_.bodies.empty()) refuse_model("machine without bodies; give at least one body with mass and inertia");
+  for (const auto& b : model_.bodies) {
+    if (b.name.empty()) refuse_model("a body has no name; every body needs its own");
+    if (!names.insert(b.name).second)
+      refuse_model("body '" + b.name + "': the name is taken; every body needs its own (ground is the ground's)");
+    check_finite_positive("body '" + b.name + "': mass", b.mass, "kg");
+    check_finite_positive("body '" + b.name + "': inertia", b.inertia, "kg m^2");
+  }
+}
+
+void System::check_elements() const {
+  std::set<std::string> names;
+  const auto check = [&](const std::string& kind, const auto& named) {
+    const std::string what = kind + " '" + named.name + "'";
+    if (!names.insert(named.name).second)
+      refuse_model(what + ": the name is taken by another joint, driver or force; every one needs its own");
+    visit(
+        [&]<class Element>(const Element& element) {
+          auto list = bodies_of(element);
+          if constexpr (IsForce<Element>)
+            if (Element::has.joint) list.clear();  // its bodies are the joint's
+          for (const int body : list)
+            if (body < 0 || body >= bodies())
+              refuse_model(what + ": body index " + std::to_string(body) + " does not exist; there are " +
+                           std::to_string(bodies() - 1) + " bodies and the ground (0)");
+          if (list.size() > 1 && list[0] == list[1])
+            refuse_model(what + " connects '" + body_name(list[0]) + "' to itself; name two different bodies");
+          if (list.size() > 2 && list[2] != ground && (list[2] == list[0] || list[2] == list[1]))
+            refuse_model(what + " names '" + body_name(list[2]) +
+                         "' twice; its third body must be another one, or the ground");
+          if constexpr (Element::has.check) naming(what, [&] { element.check(); });
+        },
+        named.element);
+  };
+  for (const auto& j : model_.joints) check("joint", j);
+  for (const auto& d : model_.drivers) check("driver", d);
+  for (const auto& f : model_.forces) check("force", f);
+  for (const auto& c : model_.controllers) {
+    const std::string what = "controller '" + c.name + "'";
+    if (!names.insert(c.name).second)
+      refuse_model(what + ": the name is taken by another element; every one needs its own");
+    if (!c.element.input) refuse_model(what + ": measures nothing; give it a measure");
+    naming(what, [&] { c.element.check(); });
+    if (c.element.input->of_solution() && !(c.element.sensor_lag > 0) && !c.element.sampled())
+      refuse_model(what +
+                   ": measures accelerations, reactions or forces, which its "
+                   "own output changes at once; give it a sensor "
+                   "lag (a few ms), or a sample time");
+  }
+}
+
+void System::number_rows() {
+  double length = 0;
+  body_size_.assign(static_cast<std::size_t>(bodies()), 0.0);
+  for (const auto& j : model_.joints) {
+    joint_row_.push_back(equations());
+    visit(
+        [&](const auto& joint) {
+          length = std::max(length, characteristic_length(joint));
+          take_arms(joint, body_size_);
+          for (const bool angular : joint.angular) {
+            row_owner_.push_back("joint '" + j.name + "'");
+            row_angular_.push_back(angular);
+          }
+        },
+        j.element);
+  }
+  joints_end_ = equations();
+  for (const auto& d : model_.drivers) {
+    driver_row_.push_back(equations());
+    row_owner_.push_back("driver '" + d.name + "'");
+    row_angular_.push_back(visit([](const auto& driver) { return driver.angular(); }, d.element));
+  }
+  if (length > 0) length_scale_ = length;
+  for (double& size : body_size_)
+    if (!(size > 1e-3 * length_scale_)) size = length_scale_;  // its joints stand at its centre of gravity
+}
+
+void System::attach_friction() {
+  multipliers_.assign(row_owner_.size(), 0.0);
+  for (auto& f : model_.forces) {
+    auto* friction = f.element.get_if<JointFriction>();
+    if (!friction) continue;
+    std::string known;
+    std::size_t i = 0;
+    for (; i < model_.joints.size() && model_.joints[i].name != friction->joint; ++i)
+      known += (i ? ", " : "") + model_.joints[i].name;
+    if (i == model_.joints.size())
+      refuse_model("force '" + f.name + "': no joint '" + friction->joint + "'; there are " +
+                   (known.empty() ? "none" : known));
+    try {
+      visit([&](const auto& joint) { friction->attach(joint, joint_row_[i]); }, model_.joints[i].element);
+    } catch (const std::invalid_argument& error) {
+      refuse_model("force '" + f.name + "': " + error.what());
+    }
+    friction_rows_.push_back(joint_row_[i]);
+  }
+}
+
+void System::place_elements() {
+  const auto place = [](auto& lists, const auto& any, int number) {
+    visit(
+        [&]<class Element>(const Element& element) {
+          Elements::Placed<Element> placed{&element, number};
+          const auto bodies = bodies_of(element);
+          placed.a = bodies[0];
+          if (bodies.size() > 1) placed.b = bodies[1];
+          if (bodies.size() > 2) placed.c = bodies[2];
+          std::get<std::vector<Elements::Placed<Element>>>(lists).push_back(placed);
+        },
+        any);
+  };
+  const auto block = [&](const auto& any, int first) {
+    visit(
+        [&]<class Element>(const Element& element) {
+          for (int row = first; row < first + static_cast<int>(Element::rows); ++row) {
+            first_block_.push_back(blocks_.size());
+            for (const int body : bodies_of(element))
+              if (body != ground) blocks_.push_back({row, body});
+          }
+        },
+        any);
+  };
+  for (std::size_t i = 0; i < model_.joints.size(); ++i) {
+    place(elements_->joints, model_.joints[i].element, joint_row_[i]);
+    block(model_.joints[i].element, joint_row_[i]);
+  }
+  for (std::size_t i = 0; i < model_.drivers.size(); ++i) {
+    place(elements_->drivers, model_.drivers[i].element, driver_row_[i]);
+    block(model_.drivers[i].element, driver_row_[i]);
+  }
+  first_block_.push_back(blocks_.size());
+  for (std::size_t i = 0; i < model_.forces.size(); ++i)
+    place(elements_->forces, model_.forces[i].element, static_cast<int>(i));
+}
+
+void System::assign_ruts() {
+  std::map<std::string, std::size_t> tracks;
+  for (auto& f : model_.forces)
+    visit(
+        [&]<class Force>(Force& force) {
+          if constexpr (Force::has.rut) {
+            const std::string key = force.track.empty() ? "wheel " + f.name : "track " + force.track;
+            force.rut = tracks.emplace(key, tracks.size()).first->second;
+          }
+        },
+        f.element);
+  ruts_.resize(tracks.size());
+}
+
+int System::body_index(const std::string& name) const {
+  if (name == "ground") return ground;
+  for (std::size_t i = 0; i < model_.bodies.size(); ++i)
+    if (model_.bodies[i].name == name) return static_cast<int>(i) + 1;
+  std::string known = "ground";
+  for (const auto& b : model_.bodies) known += ", " + b.name;
+  throw std::invalid_argument("no body '" + name + "'; there are " + known);
+}
+
+const std::string& System::body_name(int body) const {
+  static const std::string ground_name = "ground";
+  return body == ground ? ground_name : model_.bodies[static_cast<std::size_t>(body - 1)].name;
+}
+
+Eigen::VectorXd System::start_position() const {
+  Eigen::VectorXd q(coordinates());
+  for (std::size_t i = 0; i < model_.bodies.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k) q[static_cast<Eigen::Index>(3 * i + k)] = model_.bodies[i].pose[k];
+  return q;
+}
+
+Eigen::VectorXd System::start_velocity() const {
+  Eigen::VectorXd v(coordinates());
+  for (std::size_t i = 0; i < model_.bodies.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k) v[static_cast<Eigen::Index>(3 * i + k)] = model_.bodies[i].velocity[k];
+  return v;
+}
+
+void System::set_position(double t, const Eigen::VectorXd& q) {
+  t_ = t;
+  for (int i = 1; i < bodies(); ++i) {
+    const auto k = 3 * (i - 1);
+    auto& b = states_[static_cast<std::size_t>(i)];
+    b.r = {q[k], q[k + 1]};
+    if (b.angle == q[k + 2]) continue;  // sine and cosine are half the cost of a state, and are often asked again
+    b.angle = q[k + 2];
+    b.c = std::cos(b.angle);
+    b.s = std::sin(b.angle);
+  }
+}
+
+void System::set_velocity(const Eigen::VectorXd& velocity) {
+  for (int i = 1; i < bodies(); ++i) {
+    const auto k = 3 * (i - 1);
+    auto& b = states_[static_cast<std::size_t>(i)];
+    b.v = {velocity[k], velocity[k + 1]};
+    b.omega = velocity[k + 2];
+  }
+}
+
+void System::set_state(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
+  set_position(t, q);
+  set_velocity(velocity);
+}
+
+// A block of Phi_q per body that is not the ground, in the order of place_elements().
+template <class Element>
+void System::Elements::evaluate(const System& system, const Placed<Element>& placed, SparseConstraints& out) {
+  constexpr std::size_t count = Element::rows;
+  ConstraintRows<count> rows;
+  if constexpr (Element::has.third_body) {
+    placed.element->evaluate(system.body(placed.a), system.body(placed.b), system.body(placed.c), system.t_, rows);
+  } else {
+    placed.element->evaluate(system.body(placed.a), system.body(placed.b), system.t_, rows);
+  }
+  const auto first = static_cast<std::size_t>(placed.number);
+  auto* block = out.jacobian.data() + system.first_block_[first];
+  for (std::size_t i = 0; i < count; ++i) {
+    out.phi[first + i] = rows[i].phi;
+    out.gamma[first + i] = rows[i].gamma;
+    out.phi_t[first + i] = rows[i].phi_t;
+    if (placed.a != ground) *block++ = rows[i].on_a;
+    if (placed.b != ground) *block++ = rows[i].on_b;
+    if constexpr (Element::has.third_body)
+      if (placed.c != ground) *block++ = rows[i].on_c;
+  }
+}
+
+void System::constraints(SparseConstraints& out) const {
+  if (out.jacobian.size() != blocks_.size() || out.phi.size() != row_owner_.size()) {
+    for (auto* list : {&out.phi, &out.gamma, &out.phi_t}) list->resize(row_owner_.size());
+    out.jacobian.resize(blocks_.size());
+  }
+  for_each_placed(elements_->joints, [&](const auto& placed) { Elements::evaluate(*this, placed, out); });
+  for_each_placed(elements_->drivers, [&](const auto& placed) { Elements::evaluate(*this, placed, out); });
+  if (has_joint_events()) clear_open_rows(out);
+}
+
+void System::clear_open_rows(SparseConstraints& out) const {
+  for (std::size_t i = 0; i < open_.size(); ++i) {
+    if (!open_[i]) continue;
+    const int end = i + 1 < joint_row_.size() ? joint_row_[i + 1] : joints_end_;
+    for (int row = joint_row_[i]; row < end; ++row) {
+      const auto r = static_cast<std::size_t>(row);
+      out.phi[r] = out.gamma[r] = out.phi_t[r] = 0;
+      for (std::size_t b = first_block_[r]; b < first_block_[r + 1]; ++b) out.jacobian[b] = {};
+    }
+  }
+}
+
+void System::constraints(Constraints& out) const {
+  constraints(out.sparse);
+  write_out(*this, out);
+}
+
+void write_out(const System& system, Constraints& c) {
+  c.jacobian.setZero(system.equations(), system.coordinates());
+  for (std::size_t i = 0; i < system.blocks().size(); ++i)
+    for (int k = 0; k < 3; ++k)
+      c.jacobian(system.blocks()[i].row, 3 * (system.blocks()[i].body - 1) + k) =
+          c.sparse.jacobian[i][static_cast<std::size_t>(k)];
+  const auto vector = [](const std::vector<double>& v) {
+    return Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Eigen::Index>(v.size()));
+  };
+  c.phi = vector(c.sparse.phi), c.gamma = vector(c.sparse.gamma), c.phi_t = vector(c.sparse.phi_t);
+}
+
+void System::loads(Eigen::VectorXd& out) {
+  for (std::size_t i = 1; i < wrenches_.size(); ++i) {
+    const double m = model_.bodies[i - 1].mass;
+    wrenches_[i] = {external_[i][0] + m * model_.gravity[0], external_[i][1] + m * model_.gravity[1], external_[i][2]};
+  }
+  Loads sink(wrenches_);
+  if (!signals_.empty()) take_signals();
+  const Scene now = scene();
+  for_each_placed(elements_->forces, [&](const auto& placed) {
+    const auto i = static_cast<std::size_t>(placed.number);
+    powers_[i] = placed.element->evaluate(now, sink, values_[i]);
+  });
+  for (std::size_t i = 1; i < wrenches_.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k) out[static_cast<Eigen::Index>(3 * (i - 1) + k)] = wrenches_[i][k];
+}
+
+Eigen::Index System::flow_count() const {
+  return static_cast<Eigen::Index>(2 * model_.forces.size() + model_.drivers.size());
+}
+
+double System::kinetic() const {
+  double sum = 0;
+  for (std::size_t i = 1; i < states_.size(); ++i) {
+    const auto& b = model_.bodies[i - 1];
+    sum += 0.5 * b.mass * dot(states_[i].v, states_[i].v) + 0.5 * b.inertia * states_[i].omega * states_[i].omega;
+  }
+  return sum;
+}
+
+double System::potential() const {
+  double sum = 0;
+  for (std::size_t i = 1; i < states_.size(); ++i)
+    sum -= model_.bodies[i - 1].mass * (model_.gravity[0] * states_[i].r.x + model_.gravity[1] * states_[i].r.y);
+  return sum;
+}
+
+double System::stored() const {
+  double sum = 0;
+  for (const auto& p : powers_) sum += p.stored;
+  return sum;
+}
+
+void System::set_external_wrench(int body, double fx, double fy, double mz) {
+  if (body <= ground || body >= bodies())
+    refuse_model("external wrench on body " + std::to_string(body) + ": must be one of 1 to " +
+                 std::to_string(bodies() - 1));
+  const std::array<double, 3> w{fx, fy, mz};
+  auto& old = external_[static_cast<std::size_t>(body)];
+  if (w != old) ++wrench_changes_, old = w;
+}
+
+void System::settle_constraints() {
+  set_state(model_.start_time, start_position(), start_velocity());
+  const auto settle = [&]<class Element>(Element& element) {
+    if constexpr (!Element::has.initialise_from_pose) {
+      return;
+    } else if constexpr (Element::has.third_body) {
+      element.initialise_from_pose(body(element.body_a), body(element.body_b), body(element.body_c), t_);
+    } else {
+      const auto bodies = bodies_of(element);
+      element.initialise_from_pose(body(bodies[0]), body(bodies[1]), t_);
+    }
+  };
+  for (auto& j : model_.joints) naming("joint '" + j.name + "'", [&] { visit(settle, j.element); });
+  for (auto& d : model_.drivers) naming("driver '" + d.name + "'", [&] { visit(settle, d.element); });
+}
+
+void System::settle_forces(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
+  set_state(t, q, velocity);
+  for (std::size_t i = 0; i < given_forces_.size(); ++i) {
+    visit(
+        [&]<class Force>(Force& force) {
+          force = given_forces_[i].get<Force>();  // in its place: the lists by type point to it
+          if constexpr (Force::has.initialise_from_pose) force.initialise_from_pose(scene());
+        },
+        model_.forces[i].element);
+  }
+  begin_states();
+}
+
+void System::restart_traces() {
+  for (auto& f : model_.forces)
+    visit(
+        [&]<class Force>(Force& force) {
+          if constexpr (Force::has.trace) force.begin_trace(scene());
+        },
+        f.element);
+}
+
+Eigen::VectorXd System::towing_velocity(double speed) const {
+  Eigen::VectorXd velocity = Eigen::VectorXd::Zero(coordinates());
+  for (int i = 0; i < coordinates(); i += 3) velocity[i] = speed;
+  for (const auto& f : model_.forces)
+    visit(
+        [&]<class Force>(const Force& force) {
+          if constexpr (Force::has.towing_spin) velocity[3 * (force.body - 1) + 2] = force.towing_spin(speed);
+        },
+        f.element);
+  return velocity;
+}
+
+void System::commit() {
+  for (auto& f : model_.forces)
+    visit(
+        [&]<class Force>(Force& force) {
+          if constexpr (Force::has.rut) force.commit(scene(), ruts_);
+        },
+        f.element);
+}
+
+void System::save(std::vector<double>& out) const {
+  for (const auto& d : model_.drivers)
+    visit(
+        [&](const auto& driver) {
+          out.insert(out.end(), {driver.motion.start, driver.motion.start_rate, driver.motion.start_time});
+        },
+        d.element);
+  for (const auto& f : model_.forces)
+    visit(
+        [&]<class Force>(const Force& force) {
+          if constexpr (Force::has.trace) {
+            const auto m = force.memory();
+            out.insert(out.end(), m.begin(), m.end());
+          }
+        },
+        f.element);
+  for (std::size_t i = 0; i < samplers_.size(); ++i)
+    if (model_.controllers[i].element.sampled()) samplers_[i].save(out);
+  if (has_joint_events()) {
+    out.insert(out.end(), passed_.begin(), passed_.end());
+    for (std::size_t i = 0; i < open_.size(); ++i) {
+      out.push_back(open_[i]);
+      const auto m = latched_of(model_.joints[i].element);
+      out.insert(out.end(), m.begin(), m.end());
+    }
+  }
+  for (const auto& w : external_) out.insert(out.end(), w.begin(), w.end());
+  for (const auto& rut : ruts_) {
+    out.push_back(static_cast<double>(rut.first()));
+    out.push_back(static_cast<double>(rut.depths().size()));
+    out.insert(out.end(), rut.depths().begin(), rut.depths().end());
+  }
+}
+
+void System::restore(const double*& from, const double* end) {
+  const auto next = [&]() {
+    if (from == end) throw std::runtime_error("machine restart data end too early; they belong to another machine");
+    return *from++;
+  };
+  for (auto& d : model_.drivers)
+    visit(
+        [&](auto& driver) {
+          auto& m = driver.motion;
+          m.start = next(), m.start_rate = next(), m.start_time = next();
+        },
+        d.element);
+  for (auto& f : model_.forces)
+    visit(
+        [&]<class Force>(Force& force) {
+          if constexpr (Force::has.trace) {
+            auto m = force.memory();
+            for (auto& value : m) value = next();
+            force.set_memory(m);
+          }
+        },
+        f.element);
+  for (std::size_t i = 0; i < samplers_.size(); ++i)
+    if (model_.controllers[i].element.sampled()) samplers_[i].restore(from, end);
+  if (has_joint_events()) {
+    for (char& passed : passed_) passed = next() != 0;
+    for (std::size_t i = 0; i < open_.size(); ++i) {
+      open_[i] = next() != 0;
+      std::array<double, 3> m{};
+      for (double& value : m) value = next();
+      set_latched_of(model_.joints[i].element, m);
+    }
+  }
+  for (auto& w : external_)
+    for (auto& value : w) value = next();
+  ++wrench_changes_;
+  for (auto& rut : ruts_) {
+    const long first = static_cast<long>(next());
+    const double count = next();
+    if (!(count >= 0) || count > static_cast<double>(end - from))
+      throw std::runtime_error("machine restart data are damaged: a rut of " + std::to_string(count) + " points");
+    std::vector<double> depths(from, from + static_cast<std::ptrdiff_t>(count));
+    from += static_cast<std::ptrdiff_t>(count);
+    rut.restore(first, std::move(depths));
+  }
+}
+
+}  // namespace subsoil::mbd

@@ -1,0 +1,108 @@
+#include <algorithm>
+#include <cmath>
+
+#include "libmbd/system/measure.hpp"
+#include "libmbd/system/system_elements.hpp"
+#include "libmbd/system/wrench.hpp"
+
+/// Events of joints: what opens and closes them, and when.
+namespace subsoil::mbd {
+
+void System::attach_events() {
+  open_.assign(model_.joints.size(), 0);
+  passed_.assign(model_.events.size(), 0);
+  std::vector<char> opens(open_.size(), 0), closes(open_.size(), 0);
+  for (auto& e : model_.events) {
+    const std::string what = "event '" + e.name + "'";
+    naming(what, [&] { e.element.check(); });
+    std::string known;
+    std::size_t i = 0;
+    for (; i < model_.joints.size() && model_.joints[i].name != e.element.joint; ++i)
+      known += (i ? ", " : "") + model_.joints[i].name;
+    if (i == model_.joints.size())
+      refuse_model(what + ": no joint '" + e.element.joint + "'; there are " + (known.empty() ? "none" : known));
+    e.element.index = i;
+    (e.element.does == JointEvent::Does::opens ? opens : closes)[i] = 1;
+    has_instants_ = has_instants_ || e.element.timed();
+    const bool latches = visit([]<class Joint>(const Joint&) { return Joint::has.latch; }, model_.joints[i].element);
+    if (closes[i] && !latches)
+      refuse_model(what + ": joint '" + e.element.joint +
+                   "' cannot close on the way; a revolute, fixed or distance joint can");
+  }
+  for (std::size_t i = 0; i < open_.size(); ++i) open_[i] = closes[i] && !opens[i];
+  for (const auto& e : model_.events)
+    if (e.element.starts != JointEvent::Starts::by_events)
+      open_[e.element.index] = e.element.starts == JointEvent::Starts::open;
+  open_at_start_ = open_;
+  for (const auto& f : model_.forces)
+    if (const auto* friction = f.element.get_if<JointFriction>())
+      for (std::size_t i = 0; i < model_.joints.size(); ++i)
+        if (model_.joints[i].name == friction->joint && may_open(i))
+          refuse_model("force '" + f.name + "': joint '" + friction->joint +
+                       "' may open, and friction would act in it still; take the friction or the event away");
+}
+
+bool System::may_open(std::size_t joint) const {
+  return std::any_of(model_.events.begin(), model_.events.end(),
+                     [&](const auto& e) { return e.element.index == joint; });
+}
+
+int System::open_rows() const {
+  int rows = 0;
+  for (std::size_t i = 0; i < open_.size(); ++i)
+    if (open_[i]) rows += (i + 1 < joint_row_.size() ? joint_row_[i + 1] : joints_end_) - joint_row_[i];
+  return rows;
+}
+
+void System::begin_joints() {
+  open_ = open_at_start_;
+  std::fill(passed_.begin(), passed_.end(), 0);
+  for (const auto& e : model_.events)
+    set_latched_of(model_.joints[e.element.index].element, given_latched_[e.element.index]);
+}
+
+double System::event_gap(std::size_t event, const Eigen::VectorXd& acceleration, const Eigen::VectorXd& lambda) const {
+  const JointEvent& e = model_.events[event].element;
+  const bool opens = e.does == JointEvent::Does::opens;
+  if (e.timed() || opens == (open_[e.index] != 0)) return 1;
+  if (!std::isnan(e.reaction_above)) {
+    const int first = visit([](const auto& joint) { return joint.body_a; }, model_.joints[e.index].element);
+    return e.reaction_above - length(joint_wrench(*this, e.index, lambda, first).force);
+  }
+  const double value = e.input->value(Observation{*this, acceleration, lambda});
+  return std::isnan(e.above) ? value - e.below : e.above - value;
+}
+
+void System::switch_joint(std::size_t event) {
+  const JointEvent& e = model_.events[event].element;
+  passed_[event] = 1;
+  open_[e.index] = e.does == JointEvent::Does::opens;
+  if (open_[e.index]) return;
+  visit(
+      [&]<class Joint>(Joint& joint) {
+        if constexpr (Joint::has.latch) joint.latch(body(joint.body_a), body(joint.body_b));
+      },
+      model_.joints[e.index].element);
+}
+
+std::size_t System::due_event(double close) const {
+  for (std::size_t i = 0; i < model_.events.size(); ++i) {
+    const JointEvent& e = model_.events[i].element;
+    if (e.timed() && !passed_[i] && e.at <= t_ + close) return i;
+  }
+  return model_.events.size();
+}
+
+Changeover System::pass_event(std::size_t force) {
+  return visit(
+      [&]<class Force>(Force& f) {
+        if constexpr (Force::has.stick) {
+          return f.pass_event(scene());
+        } else {
+          return Changeover{};
+        }
+      },
+      model_.forces[force].element);
+}
+
+}  // namespace subsoil::mbd
