@@ -15,6 +15,7 @@
 #include "libdem/laws/law_table.hpp"
 #include "libdem/particles/fixed.hpp"
 #include "libdem/particles/particles.hpp"
+#include "libdem/particles/periodic.hpp"
 
 namespace subsoil::dem {
 
@@ -39,6 +40,10 @@ struct BedOptions {
   /// for all steps since the last one; edges, corners and curved surfaces are always summed.
   int sample_every = 0;
   double floor_drop = -1e300;  ///< y below which spheres are taken out, m
+  /// Spheres are put back into it whenever the lists are built; until then they may be outside by the skin. Boundaries
+  /// meet spheres where these are and have no images: one that ends at a periodic side must not come near to it, one
+  /// that spans the period must reach beyond both sides by more than a radius.
+  PeriodicCell periodic;
 };
 
 /// Energy balance of the bed, J (BedOptions::sample_every: losses may be sampled). Closure: kinetic + rotational +
@@ -50,8 +55,10 @@ struct BedEnergy {
   double stored = 0;         ///< in contact springs and attraction (negative)
   Losses lost;               ///< since the start
   double boundary_work = 0;  ///< done by the surfaces and fixed spheres on the others since the start
-  double removed = 0;        ///< kinetic and potential energy that left with removed spheres
-  double frozen = 0;         ///< kinetic energy that spheres had when they were frozen, since the start
+  /// Kinetic and potential energy that left with removed spheres; and what gravity along a periodic direction gave to
+  /// those that went round: their potential energy begins anew on the other side.
+  double removed = 0;
+  double frozen = 0;  ///< kinetic energy that spheres had when they were frozen, since the start
 
   double total() const { return kinetic + rotational + gravity + stored + lost.total() + removed + frozen; }
 };

@@ -84,7 +84,8 @@ std::optional<PhysicsWatch::Finding> PhysicsWatch::walls(const World& world) {
   if (!s_.soil || !s_.soil->container) return std::nullopt;
   Faces closed;
   for (std::size_t f = 0; f < closed.size(); ++f)
-    closed[f] = !s_.soil->container->open[f] && !s_.soil->container->open_after_settling[f];
+    closed[f] = !s_.soil->container->open[f] && !s_.soil->container->open_after_settling[f] &&
+                !s_.soil->container->periodic[f / 2];
   const std::size_t count = beyond(closed, s_, world);
   if (count == 0) return std::nullopt;
   said_outside_ = true;

@@ -67,6 +67,7 @@ void Bed::step(double dt, const Request& request) {
   double search = 0, sweep = 0;
 
   const bool new_lists = bed.update_neighbours();
+  bed.particles.renew_images(bed.threads);
   bed.form_due_bonds(now.time + 0.5 * dt);
   clock.end(search);
 
@@ -95,7 +96,10 @@ void Bed::Impl::form_due_bonds(double until) {
 
 void Bed::Impl::record_broken_bonds(Snapshot* snapshot) {
   if (!laws.any_bonds()) return;
+  const std::size_t known = bonds.broken.size();
   bonds.record_broken(now.time, contacts, particles, laws, balance.lost_before.breaking);
+  for (std::size_t k = known; k < bonds.broken.size(); ++k)
+    bonds.broken[k].position = options.periodic.wrapped(bonds.broken[k].position);
   if (snapshot != nullptr) count_bonds(contacts, laws, particles, *snapshot);
 }
 
