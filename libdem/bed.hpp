@@ -43,7 +43,7 @@ struct BedOptions {
   /// Spheres are put back into it whenever the lists are built; until then they may be outside by the skin. Boundaries
   /// meet spheres where these are and have no images: one that ends at a periodic side must not come near to it, one
   /// that spans the period must reach beyond both sides by more than a radius.
-  PeriodicCell periodic;
+  PeriodicCell periodic{};
 };
 
 /// Energy balance of the bed, J (BedOptions::sample_every: losses may be sampled). Closure: kinetic + rotational +
@@ -55,8 +55,8 @@ struct BedEnergy {
   double stored = 0;         ///< in contact springs and attraction (negative)
   Losses lost;               ///< since the start
   double boundary_work = 0;  ///< done by the surfaces and fixed spheres on the others since the start
-  /// Kinetic and potential energy that left with removed spheres; and what gravity along a periodic direction gave to
-  /// those that went round: their potential energy begins anew on the other side.
+  /// Kinetic and potential energy that left with removed spheres; less what gravity along a periodic direction gave to
+  /// those that went round, whose potential energy begins anew on the other side.
   double removed = 0;
   double frozen = 0;  ///< kinetic energy that spheres had when they were frozen, since the start
 

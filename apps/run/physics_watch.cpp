@@ -84,8 +84,7 @@ std::optional<PhysicsWatch::Finding> PhysicsWatch::walls(const World& world) {
   if (!s_.soil || !s_.soil->container) return std::nullopt;
   Faces closed;
   for (std::size_t f = 0; f < closed.size(); ++f)
-    closed[f] = !s_.soil->container->open[f] && !s_.soil->container->open_after_settling[f] &&
-                !s_.soil->container->periodic[f / 2];
+    closed[f] = !s_.soil->container->open[f] && !s_.soil->container->open_after_settling[f];
   const std::size_t count = beyond(closed, s_, world);
   if (count == 0) return std::nullopt;
   said_outside_ = true;
@@ -113,9 +112,10 @@ std::size_t beyond(const Faces& faces, const Scenario& scenario, const World& wo
   if (!scenario.soil || !scenario.soil->container) return 0;
   const Container& c = *scenario.soil->container;
   const Vec3 corner = c.at + Vec3{0, world.container_shift, 0};
+  const dem::PeriodicCell& cell = world.bed->options().periodic;
   std::size_t count = 0;
   for (const dem::Sphere& p : world.bed->spheres()) {
-    const Vec3 d = p.x - corner;
+    const Vec3 d = cell.wrapped(p.x) - corner;
     count += (faces[0] && d.x < 0) || (faces[1] && d.x > c.size.x) || (faces[2] && d.y < 0) ||
              (faces[3] && d.y > c.size.y) || (faces[4] && d.z < 0) || (faces[5] && d.z > c.size.z);
   }
