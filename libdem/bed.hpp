@@ -93,11 +93,15 @@ class Bed {
   /// Removes spheres for which the predicate holds; returns how many. Their contacts end.
   std::size_t remove_if(const std::function<bool(const Sphere&)>& predicate);
 
+  /// Spheres for which the predicate holds keep their place from now on, as those that were added as fixed(spec) do;
+  /// returns how many.
+  std::size_t fix_if(const std::function<bool(const Sphere&)>& predicate);
+
   Boundary& boundary(int index);
   const Boundary& boundary(int index) const;
   int boundary_count() const;
   std::span<const Sphere> spheres() const;  ///< in the engine's own order
-  /// Spheres that were added as fixed(spec), with what acted on them at t_n of the last step; in rising id.
+  /// Spheres that are fixed, with what acted on them at t_n of the last step; in rising id.
   std::span<const FixedSphere> fixed_spheres() const;
   std::size_t removed_count() const;   ///< fallen below the floor since the start
   std::size_t touching_pairs() const;  ///< within the cutoff of their law, of each particle block when last sampled

@@ -104,8 +104,8 @@ dem::Bounds SoilBuilder::region() const {
 }
 
 /// In which directions the region goes on beyond its sides.
-Axes SoilBuilder::periodic_region() const {
-  Axes out{};
+Directions SoilBuilder::periodic_region() const {
+  Directions out{};
   const Soil& soil = *loaded_.scenario.soil;
   if (!soil.container) return out;
   const Container& c = *soil.container;
@@ -303,6 +303,7 @@ void SoilBuilder::place() {
 /// Spheres are numbered in the order of the file, from 0.
 void SoilBuilder::name_fixed() {
   if (!has_bed()) return;
+  if (bed().rough_floor) world_.fixed.push_back({rough_floor_name, {}});
   for (std::size_t i = 0; i < bed().particles.size(); ++i) {
     const std::string& name = bed().particles[i].fixed;
     if (name.empty()) continue;
@@ -335,7 +336,7 @@ void SoilBuilder::place_made() {
 }
 
 /// Spheres in a box at the density of poured beds.
-double poured(const dem::Bounds& box, const Axes& periodic, double height, double radius, double overlap) {
+double poured(const dem::Bounds& box, const Directions& periodic, double height, double radius, double overlap) {
   const double wall = 2 * radius / 6;  // less dense there
   const double closer = 2 * radius / (2 * radius - std::clamp(overlap, 0.0, radius));
   const Vec3 size = box.high - box.low;
@@ -527,11 +528,21 @@ void SoilBuilder::save() const {
   save_bed(bed().save, table);
 }
 
+void SoilBuilder::fix_rough_floor() {
+  const double below = loaded_.scenario.soil->container->at.y + *bed().rough_floor;
+  if (world_.bed->fix_if([&](const dem::Sphere& s) { return s.x.y < below; }) == 0)
+    throw ScenarioError(
+        fmt::format("{} = {:.4g} m: no sphere has its centre so low; a radius and more takes the lowest",
+                    loaded_.where("soil.bed.rough floor"), *bed().rough_floor));
+}
+
 void SoilBuilder::finish() {
   if (!loaded_.scenario.soil) return;
   const Soil& soil = *loaded_.scenario.soil;
   dem::Bed& bed = *world_.bed;
   const bool has_spheres = !bed.spheres().empty();
+  if (has_spheres && has_bed() && options_.place_soil && this->bed().rough_floor && !world_.soil.stopped)
+    fix_rough_floor();
   if (has_spheres) {
     const dem::BedReport r = dem::report(bed.spheres(), region(), bed.options().periodic);
     world_.soil.spheres = r.spheres;

@@ -39,7 +39,7 @@ class SoilBuilder {
   void add_walls();
   void shape_walls(double extra_height);
   dem::Bounds region() const;
-  Axes periodic_region() const;
+  Directions periodic_region() const;
   dem::BedMaterial material_of(const std::string& name) const;
   dem::BedMaterial material() const { return material_of(bed().material); }
   bool layered() const { return has_bed() && !bed().layers.empty(); }
@@ -61,6 +61,7 @@ class SoilBuilder {
   std::vector<dem::SphereSpec> from_file() const;
   int material_of(const BedTable& table, std::size_t row) const;
   void save() const;
+  void fix_rough_floor();
 
   World& world_;
   const Loaded& loaded_;

@@ -30,6 +30,7 @@ bool ParticleStore::drop_images() {
 }
 
 void ParticleStore::renew_images(int threads) {
+  if (images_.empty()) return;
   const auto number = static_cast<long>(images_.size());
   const std::size_t count = size();
   constexpr long worth_it = 4096;

@@ -48,6 +48,17 @@ std::size_t Bed::remove_if(const std::function<bool(const Sphere&)>& predicate) 
   return before - impl_->particles.size();
 }
 
+std::size_t Bed::fix_if(const std::function<bool(const Sphere&)>& predicate) {
+  Impl& bed = *impl_;
+  bed.balance.fold(bed.surfaces.chunks);
+  bed.particles.sync_from_mixed(bed.threads);
+  std::size_t count = 0;
+  for (Sphere& s : bed.particles.spheres())
+    if (!is_fixed(s) && predicate(s)) s.m = std::ldexp(s.m, kFixedPower), s.v = s.w = {}, ++count;
+  if (count > 0) bed.criterion.invalidate();
+  return count;
+}
+
 Boundary& Bed::boundary(int index) { return impl_->boundaries.at(static_cast<std::size_t>(index)); }
 const Boundary& Bed::boundary(int index) const { return impl_->boundaries.at(static_cast<std::size_t>(index)); }
 int Bed::boundary_count() const { return static_cast<int>(impl_->boundaries.size()); }

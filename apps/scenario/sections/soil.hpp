@@ -13,7 +13,7 @@ namespace subsoil::app {
 
 /// Faces in the order -x, +x, -y, +y, -z, +z.
 using Faces = std::array<bool, 6>;
-using Axes = std::array<bool, 3>;
+using Directions = std::array<bool, 3>;
 inline constexpr std::array<const char*, 3> axis_names{"x", "y", "z"};
 inline constexpr std::array<const char*, 6> face_names{"-x", "+x", "-y", "+y", "-z", "+z"};
 
@@ -22,7 +22,7 @@ struct Container {
   Vec3 at{required, required, required};  // corner of least coordinates
   Faces open{false, false, false, true, false, false};
   Faces open_after_settling{};
-  Axes periodic{};
+  Directions periodic{};
   std::string material;
 };
 void describe(Fields& v, Container& c);
