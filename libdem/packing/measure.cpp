@@ -75,6 +75,22 @@ class Cells {
   std::vector<std::uint32_t> start_, order_;
 };
 
+/// With images of those near a side, beyond the other.
+std::vector<Sphere> with_images(std::span<const Sphere> spheres, const PeriodicCell& cell, double near) {
+  std::vector<Sphere> out(spheres.begin(), spheres.end());
+  for (Sphere& s : out) s.x = cell.wrapped(s.x);
+  for (int d = 0; d < 3; ++d) {
+    if (cell.length[d] == 0) continue;
+    for (std::size_t k = 0, count = out.size(); k < count; ++k)
+      for (const double shift : {-cell.length[d], cell.length[d]}) {
+        Sphere image = out[k];
+        image.x[d] += shift;
+        if (image.x[d] > cell.low[d] - near && image.x[d] < cell.low[d] + cell.length[d] + near) out.push_back(image);
+      }
+  }
+  return out;
+}
+
 }  // namespace
 
 double mean_radius(std::span<const Sphere> spheres) {
@@ -125,29 +141,31 @@ double bulk_density(std::span<const Sphere> spheres, const Bounds& region) {
   return volume > 0 ? mass / volume : 0;
 }
 
-double coordination_number(std::span<const Sphere> spheres) {
-  if (spheres.empty()) return 0;
+double coordination_number(std::span<const Sphere> all, const PeriodicCell& cell) {
+  if (all.empty()) return 0;
   double largest = 0;
-  for (const Sphere& s : spheres) largest = std::max(largest, s.r);
+  for (const Sphere& s : all) largest = std::max(largest, s.r);
+  const std::vector<Sphere> around = cell.any() ? with_images(all, cell, 2 * largest) : std::vector<Sphere>{};
+  const std::span<const Sphere> spheres = cell.any() ? std::span<const Sphere>(around) : all;
   const Cells cells(spheres, 2 * largest);
   std::size_t touching = 0;
-  for (std::uint32_t i = 0; i < spheres.size(); ++i)
+  for (std::uint32_t i = 0; i < all.size(); ++i)
     cells.around(spheres[i].x, [&](std::uint32_t j) {
       const Vec3 between = spheres[i].x - spheres[j].x;
       const double touching_distance = spheres[i].r + spheres[j].r;
       if (j != i && dot(between, between) < touching_distance * touching_distance) ++touching;
     });
-  return static_cast<double>(touching) / static_cast<double>(spheres.size());
+  return static_cast<double>(touching) / static_cast<double>(all.size());
 }
 
-BedReport report(std::span<const Sphere> spheres, const Bounds& region) {
+BedReport report(std::span<const Sphere> spheres, const Bounds& region, const PeriodicCell& cell) {
   BedReport out;
   out.spheres = spheres.size();
   for (const Sphere& s : spheres)
     if (!is_fixed(s)) out.mass += s.m;
   out.bulk_density = bulk_density(spheres, region);
   out.surface = surface_height(spheres, region);
-  out.coordination = coordination_number(spheres);
+  out.coordination = coordination_number(spheres, cell);
   return out;
 }
 

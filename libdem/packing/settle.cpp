@@ -88,7 +88,7 @@ class Settler {
   SettleReport done() {
     bed_.reset_energy_balance();
     SettleReport out;
-    static_cast<BedReport&>(out) = report(bed_.spheres(), region_);
+    static_cast<BedReport&>(out) = report(bed_.spheres(), region_, bed_.options().periodic);
     out.settled_time = elapsed();
     out.rms_speed = rms_speed(false);
     out.stopped = stopped_;

@@ -10,6 +10,9 @@
 namespace subsoil::app {
 
 enum class Fill { lattice, rest_lattice, random, particles, file };
+/// Under which columns and watches know the spheres of a rough floor.
+inline constexpr const char* rough_floor_name = "rough floor";
+
 enum class Overlap { refuse, carve };
 enum class Stages { automatic, yes, no };
 
@@ -61,6 +64,7 @@ struct BedSection {
   std::optional<Settle> settle;
   std::string save, file;  // absolute paths; empty: none
   std::vector<Particle> particles;
+  std::optional<double> rough_floor;  // m above the floor: spheres below are fixed when the run begins
   Overlap inside_machine = Overlap::refuse;
 };
 void describe(Fields& v, BedSection& b);
