@@ -48,6 +48,13 @@ class SoilBuilder {
   void place_layers(bool at_rest);
   void assign_layers(std::vector<dem::SphereSpec>& spheres);
   void place_stand_in();
+  void add_shapes();
+  void place_clumps();
+  bool has_clumps() const { return has_bed() && !bed().clumps.empty(); }
+  dem::RadiusDistribution sizes() const;
+  double radius_of_mean_grain() const;
+  double spheres_per_grain() const;
+  std::vector<dem::ClumpPart> parts() const;
   void name_fixed();
   void place_made();
   void refuse_too_deep() const;
@@ -65,6 +72,7 @@ class SoilBuilder {
   const Loaded& loaded_;
   const BuildOptions& options_;
   std::array<int, 6> wall_{-1, -1, -1, -1, -1, -1};
+  std::vector<int> shape_;  ///< in the bed, of each of `soil.clumps`
   std::vector<int> layer_;  ///< of each sphere, by its id; from below
 };
 

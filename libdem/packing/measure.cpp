@@ -125,7 +125,11 @@ double bulk_density(std::span<const Sphere> spheres, const Bounds& region) {
   return volume > 0 ? mass / volume : 0;
 }
 
-double coordination_number(std::span<const Sphere> spheres) {
+namespace {
+
+/// @param one(i, j) whether both are of one rigid grain
+template <class OfOneGrain>
+double touching_per_sphere(std::span<const Sphere> spheres, const OfOneGrain& one) {
   if (spheres.empty()) return 0;
   double largest = 0;
   for (const Sphere& s : spheres) largest = std::max(largest, s.r);
@@ -135,9 +139,27 @@ double coordination_number(std::span<const Sphere> spheres) {
     cells.around(spheres[i].x, [&](std::uint32_t j) {
       const Vec3 between = spheres[i].x - spheres[j].x;
       const double touching_distance = spheres[i].r + spheres[j].r;
-      if (j != i && dot(between, between) < touching_distance * touching_distance) ++touching;
+      if (j != i && dot(between, between) < touching_distance * touching_distance && !one(i, j)) ++touching;
     });
   return static_cast<double>(touching) / static_cast<double>(spheres.size());
+}
+
+}  // namespace
+
+double coordination_number(std::span<const Sphere> spheres) {
+  return touching_per_sphere(spheres, [](std::uint32_t, std::uint32_t) { return false; });
+}
+
+BedReport report(const Bed& bed, const Bounds& region) {
+  if (bed.clumps().empty()) return report(bed.spheres(), region);
+  std::vector<Sphere> spheres(bed.spheres().begin(), bed.spheres().end());
+  for (Sphere& s : spheres) s.m = bed.mass_of(s);
+  BedReport out = report(spheres, region);
+  out.coordination = touching_per_sphere(spheres, [&](std::uint32_t i, std::uint32_t j) {
+    const long of_i = bed.clump_of(spheres[i]);
+    return of_i >= 0 && of_i == bed.clump_of(spheres[j]);
+  });
+  return out;
 }
 
 BedReport report(std::span<const Sphere> spheres, const Bounds& region) {
