@@ -314,7 +314,7 @@ void SoilBuilder::add_shapes() {
     try {
       const double density = c.density ? *c.density : bed().material.empty() ? 0 : material().density;
       if (!c.mass && !(density > 0)) throw std::invalid_argument("needs `density`: the bed has no material of its own");
-      shape_.push_back(world_.bed->add_shape(dem::clump_shape(c.name, members, density, given)));
+      world_.bed->add_shape(dem::clump_shape(c.name, members, density, given));
     } catch (const std::invalid_argument& error) {
       throw ScenarioError(loaded_.where("soil.clumps." + c.name) + ": " + error.what());
     }
@@ -323,9 +323,10 @@ void SoilBuilder::add_shapes() {
 
 namespace {
 
-std::size_t place_of_shape(const Scenario& s, const std::string& name) {
+/// The bed has them in the order of the scenario.
+int shape_index(const Scenario& s, const std::string& name) {
   const Names names = names_of(s.soil->clumps);
-  return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+  return static_cast<int>(std::find(names.begin(), names.end(), name) - names.begin());
 }
 
 }  // namespace
@@ -333,7 +334,7 @@ std::size_t place_of_shape(const Scenario& s, const std::string& name) {
 std::vector<dem::ClumpPart> SoilBuilder::parts() const {
   std::vector<dem::ClumpPart> out;
   for (const ClumpShare& c : bed().clumps)
-    out.push_back(dem::clump_part(*world_.bed, shape_[place_of_shape(loaded_.scenario, c.shape)], c.share));
+    out.push_back(dem::clump_part(*world_.bed, shape_index(loaded_.scenario, c.shape), c.share));
   return out;
 }
 
@@ -363,7 +364,7 @@ double SoilBuilder::spheres_per_grain() const {
 void SoilBuilder::place_clumps() {
   std::vector<dem::ClumpSpec> out;
   for (const PlacedClump& c : bed().placed) {
-    const int index = shape_[place_of_shape(loaded_.scenario, c.shape)];
+    const int index = shape_index(loaded_.scenario, c.shape);
     const dem::ClumpShape& shape = world_.bed->clump_shapes()[static_cast<std::size_t>(index)];
     const dem::Quaternion turned = placement({}, c.rotation).attitude;
     out.push_back({index, c.position, turned * shape.axes, c.velocity, c.spin,

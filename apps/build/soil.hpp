@@ -72,7 +72,6 @@ class SoilBuilder {
   const Loaded& loaded_;
   const BuildOptions& options_;
   std::array<int, 6> wall_{-1, -1, -1, -1, -1, -1};
-  std::vector<int> shape_;  ///< in the bed, of each of `soil.clumps`
   std::vector<int> layer_;  ///< of each sphere, by its id; from below
 };
 

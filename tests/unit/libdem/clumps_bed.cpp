@@ -32,22 +32,22 @@ double kinetic(const Bed& bed) { return bed.kinetic_energy(); }
 /// A dumbbell of which one end meets a plane, e = 1 to 0.3, without friction. The law's damping is that of the clump's
 /// mass, so with the effective mass m* = 1/(1/M + (r x n).J^-1 (r x n)) at the end the oscillator of contact has the
 /// damping ratio beta sqrt(M/m*), and the restitution e* = exp(-pi b/sqrt(1 - b^2)). Then P = (1 + e*) m* v,
-/// V' = V + P n/M, w' = w + J^-1 (r x n) P (Routh). The dumbbell turns by w t_c ~ 3e-3 while it touches, of which what
-/// comes out is wrong by as much.
+/// V' = V + P n/M, w' = w + J^-1 (r x n) P (Routh). The dumbbell turns by w t_c ~ 3e-4 while it touches, of which
+/// what comes out is wrong by as much; so is it by the 900 steps of a contact.
 TEST(ClumpImpact, DumbbellOnAPlaneIsAsInClosedForm) {
   for (const double restitution : {1.0, 0.7, 0.3})
     for (const double tilt : {0.3, 0.8, 1.4}) {
-      Linear law = grains(1e8, restitution, 0, 0);
+      Linear law = grains(1e10, restitution, 0, 0);
       Bed bed(table(law), quiet());
       const ClumpShape shape = dumbbell();
       const int index = bed.add_shape(shape);
       const Vec3 velocity{0.2, -1, 0.1}, spin{0, 0, 5};
       const Vec3 arm{-kRadius * std::cos(tilt), -kRadius * std::sin(tilt), 0};
       const Quaternion attitude = Quaternion::from_rotation_vector({0, 0, tilt});
-      const ClumpSpec spec{index, {0, kRadius - arm.y + 1e-6, 0}, attitude, velocity, spin, 0};
+      const ClumpSpec spec{index, {0, kRadius - arm.y + 1e-7, 0}, attitude, velocity, spin, 0};
       bed.add(std::span(&spec, 1));
       add_plane(bed, {}, {0, 1, 0});
-      for (int n = 0; n < 1500; ++n) bed.step(1e-7);
+      for (int n = 0; n < 12000; ++n) bed.step(1e-9);
 
       const Vec3 n{0, 1, 0}, lever = cross(arm, n);
       const Vec3 turned = angular_velocity_of(attitude, shape.inertia, lever);
@@ -56,8 +56,8 @@ TEST(ClumpImpact, DumbbellOnAPlaneIsAsInClosedForm) {
       const double e = ratio < 1 ? std::exp(-pi * ratio / std::sqrt(1 - ratio * ratio)) : 0;
       const double approach = -dot(velocity + cross(spin, arm), n), impulse = (1 + e) * m * approach;
       const Vec3 v = velocity + (impulse / shape.mass) * n, w = spin + impulse * turned;
-      EXPECT_LT(norm(only(bed).velocity - v), 5e-3 * norm(velocity)) << restitution << ' ' << tilt;
-      EXPECT_LT(norm(spin_of(bed) - w), 5e-3 * norm(w)) << restitution << ' ' << tilt;
+      EXPECT_LT(norm(only(bed).velocity - v), 1e-3 * norm(velocity)) << restitution << ' ' << tilt;
+      EXPECT_LT(norm(spin_of(bed) - w), 1e-3 * norm(w)) << restitution << ' ' << tilt;
       EXPECT_GT(norm(w - spin), 1);
     }
 }
@@ -82,7 +82,7 @@ TEST(Clumps, OneSphereIsTheSphere) {
   const Bed loose = run(false), clumps = run(true);
   for (std::uint32_t id = 0; id < 36; ++id) {
     const Sphere &a = sphere(loose, id), &b = sphere(clumps, id);
-    EXPECT_LT(norm(a.x - b.x), 1e-12 * kRadius);
+    EXPECT_LT(norm(a.x - b.x), 1e-11 * kRadius);
     EXPECT_LT(norm(a.v - b.v), 1e-9);
     EXPECT_LT(norm(a.w - b.w), 1e-7);
   }
@@ -138,8 +138,9 @@ struct Heap {
 };
 
 /// Clumps of two shapes and loose spheres in a bin.
-Heap heap(const Law& law, int threads = 1, Precision precision = Precision::doubles, int layers = 4) {
+Heap heap(const Law& law, int threads = 1, Precision precision = Precision::doubles, int layers = 4, double skin = 0) {
   BedOptions options = quiet({0.5, -9.81, 0.2}, threads);
+  options.skin = skin;
   options.precision = precision;
   options.overlap_limit = 0.95;
   Heap out{Bed(table(law), options)};
@@ -176,23 +177,22 @@ TEST(Clumps, SharesOfMassSumToTheBed) {
 
 /// Of what is turned over, 1 % (tests/properties/energy.cpp), with every law; laws with bonds among them.
 TEST(Clumps, EnergyCloses) {
-  for (const auto& [name, law] : every_law())
-    for (const Precision precision : {Precision::doubles, Precision::mixed}) {
-      Heap h = heap(law, 1, precision);
-      h.bed.let_bonds_form();
-      const BedEnergy start = (h.bed.step(4e-6, {.energy = true, .snapshot = nullptr}), h.bed.energy());
-      for (int n = 0; n < 30000; ++n) h.bed.step(4e-6);
-      h.bed.step(4e-6, {.energy = true, .snapshot = nullptr});
-      const BedEnergy end = h.bed.energy();
-      const double lost = end.lost.total() - start.lost.total();
-      const double gap = end.total() - start.total() - (end.boundary_work - start.boundary_work);
-      EXPECT_LT(std::abs(gap), 0.01 * lost) << name << ": gap " << gap << " J of " << lost << " J lost";
-      EXPECT_GT(lost, 1e-2 * h.mass) << name;
-      EXPECT_GT(end.rotational, 0);
-    }
+  int laws = 0;
+  for (const auto& [name, law] : every_law()) {
+    Heap h = heap(law, 1, laws++ % 3 == 0 ? Precision::mixed : Precision::doubles);
+    h.bed.let_bonds_form();
+    const BedEnergy start = (h.bed.step(4e-6, {.energy = true, .snapshot = nullptr}), h.bed.energy());
+    for (int n = 0; n < 20000; ++n) h.bed.step(4e-6);
+    h.bed.step(4e-6, {.energy = true, .snapshot = nullptr});
+    const BedEnergy end = h.bed.energy();
+    const double lost = end.lost.total() - start.lost.total();
+    const double gap = end.total() - start.total() - (end.boundary_work - start.boundary_work);
+    EXPECT_LT(std::abs(gap), 0.01 * lost) << name << ": gap " << gap << " J of " << lost << " J lost";
+    EXPECT_GT(lost, 1e-2 * h.mass) << name;
+    EXPECT_GT(end.rotational, 0);
+  }
 }
 
-/// Against the step: second order, down to what begins and ends within a step.
 TEST(Clumps, WeightIsOnTheFloor) {
   Heap h = heap(grains(1e5, 0.3, 0.5, 0.1));
   h.bed.set_gravity({0, -9.81, 0});
@@ -202,7 +202,7 @@ TEST(Clumps, WeightIsOnTheFloor) {
   for (int k = 0; k < h.bed.boundary_count(); ++k) floor += h.bed.boundary(k).wrench.force.y;
   for (const Vec3& f : s.force) above += f.y;
   const double weight = 9.81 * h.mass;
-  EXPECT_LT(std::sqrt(2 * kinetic(h.bed) / h.mass), 2e-3);
+  EXPECT_LT(std::sqrt(2 * kinetic(h.bed) / h.mass), 2 * rest_speed(kRadius, 9.81));
   EXPECT_NEAR(floor, -weight, 5e-3 * weight);
   // Contacts and gravity on all grains: what the floor carries is the rest of it.
   EXPECT_NEAR(above, -weight - floor, 1e-9 * weight);
@@ -225,8 +225,9 @@ TEST(Clumps, SameBitsOnAnyNumberOfThreads) {
     std::uint64_t one = 0;
     BedEnergy energy;
     for (const int threads : {1, 2, 3, 8}) {
-      Heap h = heap(grains(), threads, precision, 40);
-      for (int n = 0; n < 400; ++n) h.bed.step(2e-5, {.energy = n == 399, .snapshot = nullptr});
+      Heap h = heap(grains(), threads, precision, 40, 3e-4);
+      h.bed.set_gravity({20, -300, 10});
+      for (int n = 0; n < 200; ++n) h.bed.step(2e-5, {.energy = n == 199, .snapshot = nullptr});
       EXPECT_GT(h.bed.rebuilds(), 2);
       EXPECT_GT(h.bed.spheres().size(), 3u * 256);
       if (threads == 1) one = hash_all(h.bed), energy = h.bed.energy();
