@@ -65,7 +65,7 @@ void SoilBuilder::add_walls() {
   if (!s.soil || !s.soil->container) return;
   const Container& c = *s.soil->container;
   for (int f = 0; f < 6; ++f) {
-    if (c.open[static_cast<std::size_t>(f)]) continue;
+    if (c.open[static_cast<std::size_t>(f)] || c.periodic[static_cast<std::size_t>(f / 2)]) continue;
     dem::Boundary wall;
     wall.name = f == 2 ? "floor" : std::string("wall ") + face_names[static_cast<std::size_t>(f)];
     wall.material = material_index(s, c.material);
@@ -77,10 +77,13 @@ void SoilBuilder::add_walls() {
   shape_walls(0);
 }
 
-/// Walls as high as the container, or higher while spheres rain in.
+/// Walls as high as the container, or higher while spheres rain in. Along periodic directions they reach beyond both
+/// sides, by more than spheres do.
 void SoilBuilder::shape_walls(double extra_height) {
   if (!loaded_.scenario.soil || !loaded_.scenario.soil->container) return;
-  const Container& c = *loaded_.scenario.soil->container;
+  Container c = *loaded_.scenario.soil->container;
+  for (int d = 0; d < 3; ++d)
+    if (c.periodic[static_cast<std::size_t>(d)]) c.at[d] -= 0.5 * c.size[d], c.size[d] *= 2;
   const Vec3 size{c.size.x, c.size.y + extra_height, c.size.z};
   for (int f = 0; f < 6; ++f)
     if (const int index = wall_[static_cast<std::size_t>(f)]; index >= 0) {
@@ -101,6 +104,19 @@ dem::Bounds SoilBuilder::region() const {
     box.include(s.x + Vec3{s.r, s.r, s.r});
   }
   return box;
+}
+
+/// In which directions the region goes on beyond its sides.
+Directions SoilBuilder::periodic_region() const {
+  Directions out{};
+  const Soil& soil = *loaded_.scenario.soil;
+  if (!soil.container) return out;
+  const Container& c = *soil.container;
+  const dem::Bounds box = region();
+  for (int d = 0; d < 3; ++d)
+    out[static_cast<std::size_t>(d)] =
+        c.periodic[static_cast<std::size_t>(d)] && std::abs(box.high[d] - box.low[d] - c.size[d]) <= 1e-9 * c.size[d];
+  return out;
 }
 
 dem::BedMaterial SoilBuilder::material_of(const std::string& name) const {
@@ -202,7 +218,8 @@ double SoilBuilder::rest_overlap(int a, int b) const {
   return world_.laws.laws[static_cast<std::size_t>(law)]->rest_overlap();
 }
 
-dem::LatticePlan SoilBuilder::lattice_plan(double pitch) const {
+/// @param around rows go on beyond periodic sides, which refuses other pitches
+dem::LatticePlan SoilBuilder::lattice_plan(double pitch, bool around) const {
   const dem::BedMaterial lowest = material_of(layered() ? bed().layers.back().material : bed().material);
   dem::LatticePlan plan;
   plan.region = region();
@@ -211,6 +228,7 @@ dem::LatticePlan SoilBuilder::lattice_plan(double pitch) const {
   plan.clumps = parts();
   plan.shares = shares_of(bed().shares);
   plan.pitch = pitch;
+  if (around) plan.periodic = periodic_region();
   if (loaded_.scenario.soil->container)
     plan.floor_overlap =
         rest_overlap(lowest.material, material_index(loaded_.scenario, loaded_.scenario.soil->container->material));
@@ -290,6 +308,7 @@ void SoilBuilder::place() {
 /// Spheres are numbered in the order of the file, from 0.
 void SoilBuilder::name_fixed() {
   if (!has_bed()) return;
+  if (bed().rough_floor) world_.fixed.push_back({rough_floor_name, {}});
   for (std::size_t i = 0; i < bed().particles.size(); ++i) {
     const std::string& name = bed().particles[i].fixed;
     if (name.empty()) continue;
@@ -396,12 +415,13 @@ void SoilBuilder::place_made() {
 }
 
 /// Spheres in a box at the density of poured beds.
-double poured(const dem::Bounds& box, double height, double radius, double overlap) {
+double poured(const dem::Bounds& box, const Directions& periodic, double height, double radius, double overlap) {
   const double wall = 2 * radius / 6;  // less dense there
   const double closer = 2 * radius / (2 * radius - std::clamp(overlap, 0.0, radius));
   const Vec3 size = box.high - box.low;
   const auto less = [&](double length) { return std::max(length - 2 * wall, 0.0); };
-  return 0.61 * closer * closer * closer * less(size.x) * less(size.z) * less(height) / dem::sphere_volume(radius);
+  const double x = periodic[0] ? size.x : less(size.x), z = periodic[2] ? size.z : less(size.z);
+  return 0.61 * closer * closer * closer * x * z * less(height) / dem::sphere_volume(radius);
 }
 
 double SoilBuilder::expected_spheres() const {
@@ -409,11 +429,11 @@ double SoilBuilder::expected_spheres() const {
   if (bed().count) return spheres_per_grain() * static_cast<double>(*bed().count);
   const dem::Bounds box = region();
   if (!layered())
-    return spheres_per_grain() * poured(box, bed().depth.value_or(box.high.y - box.low.y), radius_of_mean_grain(),
-                                        rest_overlap(material().material, material().material));
+    return spheres_per_grain() * poured(box, periodic_region(), bed().depth.value_or(box.high.y - box.low.y),
+                                        radius_of_mean_grain(), rest_overlap(material().material, material().material));
   double sum = 0, below = 0;
   for (const dem::BedLayer& l : layers()) {
-    sum += poured(box, l.top - below, dem::radius_of_mean_volume(l.radius, l.shares),
+    sum += poured(box, periodic_region(), l.top - below, dem::radius_of_mean_volume(l.radius, l.shares),
                   rest_overlap(l.of.material, l.of.material));
     below = l.top;
   }
@@ -452,7 +472,7 @@ void SoilBuilder::place_stand_in() {
     std::vector<dem::BedLayer> alike = layers();
     for (dem::BedLayer& l : alike) l.radius = dem::EqualRadius{dem::radius_of_mean_volume(l.radius, l.shares)};
     std::vector<std::size_t> numbers;
-    world_.bed->add(dem::layered_lattice(lattice_plan(0), lattice_layers(alike, true), numbers));
+    world_.bed->add(dem::layered_lattice(lattice_plan(0, false), lattice_layers(alike, true), numbers));
     return;
   }
   if (has_clumps()) {
@@ -462,7 +482,7 @@ void SoilBuilder::place_stand_in() {
     return dem::add(*world_.bed, placer.grains(grains, region().low.y));
   }
   const double mean = radius_of_mean_grain();
-  dem::LatticePlan plan = lattice_plan(2 * mean - rest_overlap(material().material, material().material));
+  dem::LatticePlan plan = lattice_plan(2 * mean - rest_overlap(material().material, material().material), false);
   plan.radius = dem::EqualRadius{mean};
   if (bed().count) {  // no more columns and layers than they need
     const auto columns = [&](double length) { return std::max(1.0, std::floor(length / plan.pitch)); };
@@ -592,7 +612,7 @@ void SoilBuilder::save() const {
   BedTable table;
   for (const dem::Sphere& s : world_.bed->spheres()) {
     table.id.push_back(s.id);
-    table.position.push_back(s.x);
+    table.position.push_back(world_.bed->options().periodic.wrapped(s.x));
     table.radius.push_back(s.r);
     table.density.push_back(own_density(s));
     table.material.push_back(loaded_.scenario.materials[s.material].name);
@@ -602,11 +622,21 @@ void SoilBuilder::save() const {
   save_bed(bed().save, table);
 }
 
+void SoilBuilder::fix_rough_floor() {
+  const double below = loaded_.scenario.soil->container->at.y + *bed().rough_floor;
+  if (world_.bed->fix_if([&](const dem::Sphere& s) { return s.x.y < below; }) == 0)
+    throw ScenarioError(
+        fmt::format("{} = {:.4g} m: no sphere has its centre so low; a radius and more takes the lowest",
+                    loaded_.where("soil.bed.rough floor"), *bed().rough_floor));
+}
+
 void SoilBuilder::finish() {
   if (!loaded_.scenario.soil) return;
   const Soil& soil = *loaded_.scenario.soil;
   dem::Bed& bed = *world_.bed;
   const bool has_spheres = !bed.spheres().empty();
+  if (has_spheres && has_bed() && options_.place_soil && this->bed().rough_floor && !world_.soil.stopped)
+    fix_rough_floor();
   if (has_spheres) {
     const dem::BedReport r = dem::report(bed, region());
     world_.soil.spheres = r.spheres, world_.soil.clumps = bed.clumps().size();

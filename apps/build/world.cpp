@@ -255,6 +255,7 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
     bed.sample_every = static_cast<int>(s.output.sample_losses_every);
     bed.speed_limit = s.limits.speed;
     bed.overlap_limit = s.limits.overlap;
+    if (s.soil && s.soil->container) bed.periodic = periodic_cell(*s.soil->container);
     try {
       world.bed = std::make_unique<dem::Bed>(world.laws, bed);
     } catch (const std::invalid_argument& error) {

@@ -26,6 +26,19 @@ Displaced displaced(const FramesFile& file) {
   return d;
 }
 
+/// Those that have come in on the other side are where they would be beyond their own.
+Displaced unwrapped(Displaced d, const dem::PeriodicCell& cell) {
+  if (!cell.any()) return d;
+  for (std::size_t i = 0; i < d.before.index.size(); ++i) {
+    if (d.row_after[i] < 0) continue;
+    const float* p = &d.before.position[3 * i];
+    float* q = &d.after.position[3 * static_cast<std::size_t>(d.row_after[i])];
+    const Vec3 way = cell.shortest({double{q[0]} - p[0], double{q[1]} - p[1], double{q[2]} - p[2]});
+    for (int k = 0; k < 3; ++k) q[k] = static_cast<float>(double{p[k]} + way[k]);
+  }
+  return d;
+}
+
 struct Extent {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   void take(double v) { low = std::min(low, v), high = std::max(high, v); }
@@ -202,7 +215,8 @@ void take_layers(const FramesFile& file, const ToolPath& tool, const Displaced& 
 
 }  // namespace
 
-std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, double steady_from, std::string& why) {
+std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, double steady_from,
+                             const dem::PeriodicCell& cell, std::string& why) {
   Furrow f;
   const Displaced d = displaced(file);
   Extent x, y, z;
@@ -243,10 +257,11 @@ std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, doubl
   f.before = heights(file, d.before, f);
   f.after = heights(file, d.after, f);
   take_profile(tool, f);
-  take_disturbed(d, f);
+  const Displaced ways = unwrapped(d, cell);
+  take_disturbed(ways, f);
   take_loosened(file, d, f);
   if (f.disturbed_area > 0) f.swell = (f.heap_area - f.furrow_area) / f.disturbed_area;
-  take_layers(file, tool, d, y, f);
+  take_layers(file, tool, ways, y, f);
   return f;
 }
 

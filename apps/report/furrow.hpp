@@ -5,6 +5,7 @@
 
 #include "apps/report/frames_file.hpp"
 #include "apps/report/tool_path.hpp"
+#include "libdem/particles/periodic.hpp"
 
 namespace subsoil::app {
 
@@ -48,7 +49,9 @@ struct Furrow {
 
 /// Empty with the reason in `why` where the tool has not passed far enough. `steady_from`: time at which steady work
 /// begins, NaN where that is not known. Where too little of it is passed the stretch begins half a depth past the
-/// soil's near face, or past where the rear of a tool that starts in the soil stood.
-std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, double steady_from, std::string& why);
+/// soil's near face, or past where the rear of a tool that starts in the soil stood. `cell`: the bed's periodic sides,
+/// on which spheres have taken the shortest way from their first place to the last.
+std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, double steady_from,
+                             const dem::PeriodicCell& cell, std::string& why);
 
 }  // namespace subsoil::app

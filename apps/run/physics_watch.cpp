@@ -112,9 +112,10 @@ std::size_t beyond(const Faces& faces, const Scenario& scenario, const World& wo
   if (!scenario.soil || !scenario.soil->container) return 0;
   const Container& c = *scenario.soil->container;
   const Vec3 corner = c.at + Vec3{0, world.container_shift, 0};
+  const dem::PeriodicCell& cell = world.bed->options().periodic;
   std::size_t count = 0;
   for (const dem::Sphere& p : world.bed->spheres()) {
-    const Vec3 d = p.x - corner;
+    const Vec3 d = cell.wrapped(p.x) - corner;
     count += (faces[0] && d.x < 0) || (faces[1] && d.x > c.size.x) || (faces[2] && d.y < 0) ||
              (faces[3] && d.y > c.size.y) || (faces[4] && d.z < 0) || (faces[5] && d.z > c.size.z);
   }

@@ -58,6 +58,16 @@ double largest_reach(const RadiusDistribution& sizes, const std::vector<ClumpPar
   return share < 1 - 1e-9 ? std::max(largest, largest_radius(sizes)) : largest;
 }
 
+/// Rows in a period: they must go on beyond the side as if it were not there.
+std::size_t rows_around(double length, double pitch, char axis) {
+  const double number = length / pitch, whole = std::max(1.0, std::round(number));
+  if (std::abs(number - whole) > 1e-6 * whole)
+    refuse("the period of " + mm(length) + " in " + axis + " is no whole number of pitches of " + mm(pitch) +
+           "; make it " + mm(std::max(1.0, std::floor(number)) * pitch) + " or " +
+           mm((std::floor(number) + 1) * pitch) + ", give another pitch, or fill at random");
+  return static_cast<std::size_t>(whole);
+}
+
 }  // namespace
 
 ClumpPart clump_part(const Bed& bed, int shape, double share) {
@@ -76,7 +86,11 @@ LatticeCount lattice_count(const LatticePlan& plan) {
   if (!(plan.pitch > 0)) refuse("the pitch of a lattice must be positive, not " + mm(plan.pitch));
   const Vec3 size = plan.region.high - plan.region.low;
   const double height = plan.depth > 0 ? std::min(plan.depth, size.y) : size.y;
-  return {rows(size.x, r, plan.pitch), rows(height, r, plan.pitch), rows(size.z, r, plan.pitch)};
+  const auto along = [&](int d, double length) {
+    const bool around = plan.periodic[static_cast<std::size_t>(d)];
+    return around ? rows_around(length, plan.pitch, "xyz"[d]) : rows(length, r, plan.pitch);
+  };
+  return {along(0, size.x), along(1, height), along(2, size.z)};
 }
 
 std::vector<SphereSpec> lattice(const LatticePlan& plan, const BedMaterial& of) {
@@ -93,8 +107,9 @@ Grains lattice_of_grains(const LatticePlan& plan, const BedMaterial& of) {
     return 0.5 * (low + high) - 0.5 * static_cast<double>(count - 1) * plan.pitch;
   };
   const Bounds& box = plan.region;
-  const Vec3 start{first(box.low.x, box.high.x, n.x), box.low.y + r_largest - plan.floor_overlap,
-                   first(box.low.z, box.high.z, n.z)};
+  Vec3 start{first(box.low.x, box.high.x, n.x), box.low.y + r_largest - plan.floor_overlap,
+             first(box.low.z, box.high.z, n.z)};
+  if (plan.periodic[1]) start.y = first(box.low.y, box.high.y, n.y);
   RandomNumbers random(plan.seed);
   Grains out;
   out.spheres.reserve(plan.clumps.empty() ? n.total() : 0);
@@ -111,9 +126,9 @@ Grains lattice_of_grains(const LatticePlan& plan, const BedMaterial& of) {
           s.position += (plan.jitter * s.radius) * random.in_unit_ball();
           // A shift must not press a sphere into a wall deeper than the lowest layer lies in the floor.
           const double near = s.radius - plan.floor_overlap;
-          s.position.y = std::max(s.position.y, box.low.y + near);
-          s.position.x = std::clamp(s.position.x, box.low.x + near, box.high.x - near);
-          s.position.z = std::clamp(s.position.z, box.low.z + near, box.high.z - near);
+          if (!plan.periodic[1]) s.position.y = std::max(s.position.y, box.low.y + near);
+          if (!plan.periodic[0]) s.position.x = std::clamp(s.position.x, box.low.x + near, box.high.x - near);
+          if (!plan.periodic[2]) s.position.z = std::clamp(s.position.z, box.low.z + near, box.high.z - near);
         }
         if (part == nullptr)
           out.spheres.push_back(s);

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -36,15 +37,18 @@ void add(Bed& bed, const Grains& grains);
 /// Simple cubic lattice.
 ///
 /// Per direction as many rows as stand free of the walls: n = 1 + floor((length - 2r)/pitch). Rows are centred in x and
-/// z; the lowest layer is let into the floor by the floor's rest overlap, so that it does not start with a fall.
+/// z; the lowest layer is let into the floor by the floor's rest overlap, so that it does not start with a fall. Where
+/// the region's sides are periodic there are no walls: rows go on beyond them, so that its length must be a whole
+/// number of pitches.
 struct LatticePlan {
   Bounds region;
   RadiusDistribution radius = EqualRadius{};
   ShareOf shares = ShareOf::number;
-  double pitch = 0;          ///< m
-  double floor_overlap = 0;  ///< rest overlap of the law between soil and floor, m
-  double depth = 0;          ///< only layers whose spheres end below floor + depth, m; 0: the whole region
-  double jitter = 0;         ///< largest random shift of a site, share of the radius; even in a ball
+  double pitch = 0;                ///< m
+  double floor_overlap = 0;        ///< rest overlap of the law between soil and floor, m
+  double depth = 0;                ///< only layers whose spheres end below floor + depth, m; 0: the whole region
+  std::array<bool, 3> periodic{};  ///< whether the region's sides in x, y, z are
+  double jitter = 0;               ///< largest random shift of a site, share of the radius; even in a ball
   std::uint64_t seed = 1;
   std::vector<ClumpPart> clumps{};  ///< in any attitude, their bounding spheres on the sites
 };

@@ -43,6 +43,8 @@ void Bed::add(std::span<const ClumpSpec> clumps) {
   Impl& bed = *impl_;
   if (bed.region.on())
     throw std::invalid_argument("clumps cannot be frozen: take the active region away, or leave the clumps out");
+  if (bed.options.periodic.any())
+    throw std::invalid_argument("clumps cannot cross periodic sides: leave one of them out");
   bed.balance.fold(bed.surfaces.chunks);
   bed.particles.sync_from_mixed(bed.threads);
   for (const ClumpSpec& in : clumps) {
@@ -77,6 +79,17 @@ std::size_t Bed::remove_if(const std::function<bool(const Sphere&)>& predicate) 
   return before - impl_->particles.size();
 }
 
+std::size_t Bed::fix_if(const std::function<bool(const Sphere&)>& predicate) {
+  Impl& bed = *impl_;
+  bed.balance.fold(bed.surfaces.chunks);
+  bed.particles.sync_from_mixed(bed.threads);
+  std::size_t count = 0;
+  for (Sphere& s : bed.particles.spheres())
+    if (!is_fixed(s) && clump_of(s) < 0 && predicate(s)) s.m = std::ldexp(s.m, kFixedPower), s.v = s.w = {}, ++count;
+  if (count > 0) bed.criterion.invalidate();
+  return count;
+}
+
 Boundary& Bed::boundary(int index) { return impl_->boundaries.at(static_cast<std::size_t>(index)); }
 const Boundary& Bed::boundary(int index) const { return impl_->boundaries.at(static_cast<std::size_t>(index)); }
 int Bed::boundary_count() const { return static_cast<int>(impl_->boundaries.size()); }
@@ -96,6 +109,7 @@ void Bed::step(double dt, const Request& request) {
   double search = 0, sweep = 0;
 
   const bool new_lists = bed.update_neighbours();
+  bed.particles.renew_images(bed.threads);
   bed.form_due_bonds(now.time + 0.5 * dt);
   clock.end(search);
 
@@ -137,7 +151,10 @@ void Bed::Impl::form_due_bonds(double until) {
 
 void Bed::Impl::record_broken_bonds(Snapshot* snapshot) {
   if (!laws.any_bonds()) return;
+  const std::size_t known = bonds.broken.size();
   bonds.record_broken(now.time, contacts, particles, laws, balance.lost_before.breaking);
+  for (std::size_t k = known; k < bonds.broken.size(); ++k)
+    bonds.broken[k].position = options.periodic.wrapped(bonds.broken[k].position);
   if (snapshot != nullptr) count_bonds(contacts, laws, particles, *snapshot);
 }
 

@@ -80,6 +80,9 @@ struct Bed::Impl {
   void rebuild(const std::function<bool(const Sphere&)>& gone = {});
   void set_histories_aside();  ///< out of the lists, before what they are laid out by changes
   void clear_lists();          ///< and what waits for the next
+  void wrap();                 ///< spheres into the periodic cell
+  void check_periodic_sides(const ParticleStatistics& statistics, double skin) const;
+  void add_images(NeighbourList& list, const Grid& grid, const ParticleStatistics& statistics, double cutoff);
 
   // sweep.cpp: boundaries, forces, motion
   void place_boundaries(double elapsed);

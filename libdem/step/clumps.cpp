@@ -74,7 +74,8 @@ double Clumps::volume_share(const Sphere& s) const {
   return shapes_[c.shape].volume * shares_[c.shape][s.id - c.first_sphere];
 }
 
-void Clumps::choose_leaving(const Spheres& spheres, double floor, const std::function<bool(const Sphere&)>& gone) {
+void Clumps::choose_leaving(std::span<const Sphere> spheres, double floor,
+                            const std::function<bool(const Sphere&)>& gone) {
   leaving_.clear();
   if (!any()) return;
   leaving_.assign(clumps_.size(), 0);
@@ -118,7 +119,7 @@ double Clumps::take_out(const Vec3& gravity) {
   return energy;
 }
 
-void Clumps::find(const Spheres& spheres) {
+void Clumps::find(std::span<const Sphere> spheres) {
   places_.clear(), first_.clear(), clump_at_.clear();
   if (!any()) return;
   begin_.clear();

@@ -56,14 +56,14 @@ class Clumps {
 
   // Rebuilds.
   /// Which clumps leave: of whose members one lies below the floor, or is gone. Before the spheres leave.
-  void choose_leaving(const Spheres& spheres, double floor, const std::function<bool(const Sphere&)>& gone);
+  void choose_leaving(std::span<const Sphere> spheres, double floor, const std::function<bool(const Sphere&)>& gone);
   bool leaves(std::uint32_t clump) const { return !leaving_.empty() && leaving_[clump] != 0; }
   bool fell(std::uint32_t clump) const { return !leaving_.empty() && leaving_[clump] == kFell; }
   /// The predicate with all spheres of such clumps.
   std::function<bool(const Sphere&)> with_whole_clumps(const std::function<bool(const Sphere&)>& gone) const;
   /// Takes them out; returns the energy that goes with them, J.
   double take_out(const Vec3& gravity);
-  void find(const Spheres& spheres);           ///< for new lists, before the blocks are laid out
+  void find(std::span<const Sphere> spheres);  ///< for new lists, before the blocks are laid out
   void drop_pairs(NeighbourList& list) const;  ///< of members of one clump
   void begin_lists(std::span<const ParticleBlock> blocks);
 

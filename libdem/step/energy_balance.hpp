@@ -45,7 +45,7 @@ class EnergyBalance {
  public:
   std::vector<BlockSums> of_block;
   Losses lost_before;        ///< accumulated in lists that are gone, and by bonds that broke
-  double removed = 0;        ///< kinetic and potential energy that left with spheres
+  double removed = 0;        ///< BedEnergy::removed
   double frozen_before = 0;  ///< taken from spheres that were frozen, in lists that are gone
   struct Extremes {
     double speed2 = 0, overlap = 0;

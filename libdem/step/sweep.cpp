@@ -315,7 +315,7 @@ class Sweep {
     out.id[k] = s.id;
     out.radius[k] = s.r;
     out.material[k] = s.material;
-    out.position[k] = s.x;
+    out.position[k] = bed_.options.periodic.wrapped(s.x);
     out.velocity[k] = s.v + force * (back / s.m);
     out.angular_velocity[k] = s.w + torque * (back / inertia(s));
     out.force[k] = force;

@@ -73,6 +73,10 @@ void describe(Fields& v, BedSection& b) {
   v.list("clumps", b.clumps,
          "random fill and lattice: how many of the grains are clumps, each in an attitude of its own by the seed");
   v.list("placed", b.placed, "fill: particles: clumps, one by one; they are numbered after the particles");
+  v.quantity(
+      "rough floor", b.rough_floor, "m", "(0, inf)",
+      "spheres whose centres lie lower than this above the container's floor when the run begins keep their place: "
+      "a floor as rough as the bed; the force on them are the columns `rough floor.Fx` ...; left out: none");
   v.choice("inside machine", b.inside_machine, {{"refuse", Overlap::refuse}, {"carve", Overlap::carve}},
            "spheres inside a machine's surface at the start: refuse the run, or take them out");
 }
@@ -119,6 +123,7 @@ struct BedChecks : Checks {
       material(fmt::format("soil.bed.particles[{}].material", i), b.particles[i].material);
       if (!b.particles[i].fixed.empty()) fixed(b, i);
     }
+    if (b.rough_floor) rough_floor(b);
     if (!only_clumps(b.clumps)) check_distribution(*this, "soil.bed.radius", b.radius);
     if (!b.layers.empty()) layers(b, made, each);
     if (b.settle && b.settle->duration.has_value() == b.settle->until_speed.has_value()) {
@@ -142,6 +147,13 @@ struct BedChecks : Checks {
       refuse(path, p.fixed, "stands beside `soil.active`, which would not see it move; leave one of them out");
     if (b.settle && dem::dot(p.velocity, p.velocity) + dem::dot(p.spin, p.spin) > 0)
       refuse(path, p.fixed, "moves while the bed settles; leave `settle` or its velocity out");
+  }
+
+  void rough_floor(const BedSection& b) {
+    const char* const path = "soil.bed.rough floor";
+    if (!s.soil->container) refuse(path, "needs a container, whose floor it lies on");
+    if (b.fill == Fill::particles) refuse(path, "stands beside particles of their own; give those `fixed: NAME`");
+    if (s.soil->active) refuse(path, "stands beside `soil.active`; leave one of them out");
   }
 
   /// A key that a fill needs, or that would have no effect with it.

@@ -63,6 +63,14 @@ struct ClumpChecks : Checks {
     if (!used) return;
     if (soil.active)
       refuse("soil.active", "freezes spheres one by one, and clumps are rigid; leave it out, or the clumps");
+    const auto& periodic = soil.container ? soil.container->periodic : std::array<bool, 3>{};
+    if (std::any_of(periodic.begin(), periodic.end(), [](bool p) { return p; }))
+      refuse("soil.container.periodic",
+             "lets spheres through one by one, and clumps are rigid; leave it out, or the clumps");
+    if (soil.bed->rough_floor)
+      refuse("soil.bed.rough floor",
+             "fixes spheres one by one, and clumps are rigid; list the floor as `particles` that "
+             "are `fixed`, or leave the clumps out");
     bed(*soil.bed);
   }
 
