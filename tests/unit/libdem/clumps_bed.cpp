@@ -3,6 +3,7 @@
 #include "libdem/packing/measure.hpp"
 #include "libdem/packing/settle.hpp"
 #include "libdem/particles/rigid_rotation.hpp"
+#include "libdem/step/stability.hpp"
 #include "tests/tools/dem_beds.hpp"
 #include "tests/tools/every_law.hpp"
 
@@ -307,6 +308,52 @@ TEST(Clumps, AreNotFrozen) {
   bed.set_active(ActiveRule{0.1, 1e-3});
   const ClumpSpec spec{shape, {}, {}, {}, {}, 0};
   EXPECT_THROW(bed.add(std::span(&spec, 1)), std::invalid_argument);
+}
+
+/// The bounds of a clump of one sphere are those of the sphere: in corners the same matrix, among twelve contacts the
+/// same but for 200 points in place of an even spread, which err by some 1/200.
+TEST(Clumps, StableStepOfOneSphereIsTheSpheres) {
+  int laws = 0;
+  for (const auto& [name, law] : every_law()) {
+    if (law->bond() != nullptr) continue;
+    const Law resolved = table(law).laws[0];
+    const StepQuestion q{
+        .smallest_radius = kRadius, .largest_radius = kRadius, .density = 1500, .speed = 1, .neighbours = 12};
+    const ClumpShape ball = clump_shape("ball", {{{}, kRadius}}, 1500);
+    const double corner = stable_step_at_surface(resolved, q).step;
+    EXPECT_NEAR(stable_step_at_surface(resolved, ball, q).step, corner, 1e-9 * corner) << name;
+    const double among = stable_step(resolved, q).step;
+    EXPECT_NEAR(stable_step(resolved, ball, q).step, among, 0.02 * among) << name;
+    ++laws;
+  }
+  EXPECT_GT(laws, 5);
+  EXPECT_NEAR(least_effective_mass(dumbbell()), 1 / (1 / dumbbell().mass + kRadius * kRadius / dumbbell().inertia.z),
+              0.02 * dumbbell().mass);
+}
+
+/// At the bound a bed of clumps at rest stays at rest; at four times the bound it does not.
+TEST(Clumps, StableStepIsOnTheSafeSide) {
+  const Linear law = grains(1e5, 0.3, 0.5, 0);
+  Heap h = heap(law);
+  Bed& bed = h.bed;
+  bed.set_gravity({0, -9.81, 0});
+  double step = 1;
+  const StepQuestion q{
+      .smallest_radius = 4e-3, .largest_radius = kRadius, .density = 1500, .speed = 1, .neighbours = 12};
+  const Law& resolved = bed.laws().laws[0];
+  for (const ClumpShape& shape : bed.clump_shapes())
+    step = std::min({step, stable_step(resolved, shape, q).step, stable_step_at_surface(resolved, shape, q).step});
+  step = std::min({step, stable_step(resolved, q).step, stable_step_at_surface(resolved, q).step});
+  const auto advance = [&](double dt, double time) {
+    for (double t = 0; t < time; t += dt) bed.step(dt);
+  };
+  advance(0.5 * step, 0.6);
+  const double still = kinetic(bed);
+  advance(0.98 * step, 0.1);
+  EXPECT_LT(kinetic(bed), 2 * still + 1e-12);
+  bed.set_limits(1e6, 1e6);
+  advance(4 * step, 0.05);
+  EXPECT_GT(kinetic(bed), 100 * still);
 }
 
 /// A bed filled to a depth: its mean surface is there, within half a grain, and no clump is cut.
