@@ -88,6 +88,7 @@ Bed::State Bed::save() const {
   }
   if (d.region.on()) out.frozen = {d.balance.frozen()};
   out.fixed = d.fixed.save();
+  d.clumps.save(out.clumps);
   for (const Boundary& b : d.boundaries)
     if (b.loads)
       for (const FaceLoad& f : b.loads->faces)
@@ -143,6 +144,7 @@ void Bed::restore(const State& in) {
       (!in.calm.empty() && in.calm.size() != count) ||
       (in.ids.size() | in.pair_ids.size() | in.surface_ids.size() | in.bond_ids.size() | in.broken_ids.size()) % 2 != 0)
     throw std::invalid_argument("restart: the arrays of the state do not belong together; the file is damaged");
+  d.clumps.restore(in.clumps);
   d.particles.clear();
   std::map<std::uint32_t, std::uint32_t> index;
   for (std::size_t k = 0; k < count; ++k) {
