@@ -96,9 +96,11 @@ Outline Outline::polygon(const Points& points, double corner_radius) {
   return o;
 }
 
-Outline Outline::curve(std::shared_ptr<const Curve> curve, std::array<double, 2> origin, bool free_left, bool closed) {
+Outline Outline::curve(std::shared_ptr<const Curve> curve, std::array<double, 2> origin, std::array<double, 2> middle,
+                       bool free_left, bool closed) {
   Outline o(Kind::curve);
-  o.curve_ = std::move(curve), o.centre_ = vec(origin), o.free_left_ = free_left, o.closed_ = closed;
+  o.curve_ = std::move(curve), o.centre_ = vec(origin), o.middle_ = o.centre_ + vec(middle);
+  o.free_left_ = free_left, o.closed_ = closed;
   return o;
 }
 

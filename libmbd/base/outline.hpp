@@ -26,8 +26,10 @@ class Outline {
   static Outline disk(std::array<double, 2> centre, double radius);
   /// Either sense of turning. Throws std::invalid_argument where sides cross or vanish within the corner radius.
   static Outline polygon(const Points& points, double corner_radius);
-  /// `origin` is where the curve's own axes begin; `free_left`: its solid side is on the right.
-  static Outline curve(std::shared_ptr<const Curve> curve, std::array<double, 2> origin, bool free_left, bool closed);
+  /// `origin` is where the curve's own axes begin, `middle` a point inside of a closed one there; `free_left`: its
+  /// solid side is on the right.
+  static Outline curve(std::shared_ptr<const Curve> curve, std::array<double, 2> origin, std::array<double, 2> middle,
+                       bool free_left, bool closed);
   static Outline flat(std::array<double, 2> point, double angle);
 
   Kind kind() const { return kind_; }
@@ -58,8 +60,9 @@ class Outline {
 
   /// Whether it is a closed curve with its solid inside, which a face can touch.
   bool has_support() const { return kind_ == Kind::curve && closed_ && !free_left_; }
-  /// Of such a curve: its farthest point along the unit vector m.
+  /// Of such a curve: its farthest point along the unit vector m, and a point inside.
   Vec2 farthest(Vec2 m) const;
+  Vec2 middle() const { return middle_; }
   /// Radius of the narrowest hollow of a curve (m); infinity without one.
   double narrowest_hollow() const;
 
@@ -68,7 +71,7 @@ class Outline {
   Near near_polygon(Vec2 w) const;
 
   Kind kind_;
-  Vec2 centre_{};
+  Vec2 centre_{}, middle_{};
   double radius_ = 0;
   std::vector<Corner> corners_;
   std::vector<Face> faces_;

@@ -64,7 +64,7 @@ struct ProfileOutline {
     return std::make_shared<const Curve>(Curve::polar(angles, radii, true));
   }
   void check() const { make(); }
-  Outline make() const { return Outline::curve(curve(), centre, false, true); }
+  Outline make() const { return Outline::curve(curve(), centre, {0, 0}, false, true); }
 };
 
 struct FlankOutline {
@@ -91,9 +91,12 @@ struct FlankOutline {
   }
   void check() const { make(); }
   Outline make() const {
-    if (!closed || !turns_clockwise()) return Outline::curve(curve(), {0, 0}, true, closed);
+    if (!closed || !turns_clockwise()) return Outline::curve(curve(), {0, 0}, {0, 0}, true, closed);
     FlankOutline other{{points.rbegin(), points.rend()}, true};
-    return Outline::curve(other.curve(), {0, 0}, false, true);
+    std::array<double, 2> mean{0, 0};
+    for (const auto& p : points)
+      for (std::size_t k = 0; k < 2; ++k) mean[k] += p[k] / static_cast<double>(points.size());
+    return Outline::curve(other.curve(), {0, 0}, mean, false, true);
   }
 
  private:

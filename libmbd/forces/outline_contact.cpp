@@ -85,9 +85,13 @@ ContactPoint OutlineContact::touch_face(const BodyState& owner, const BodyState&
                                         const Outline::Face& face) const {
   const Vec2 normal = owner.vector_in_world({face.normal.x, face.normal.y}),
              along = owner.vector_in_world({face.along.x, face.along.y});
+  const Vec2 from = owner.point_in_world({face.from.x, face.from.y}),
+             middle = other.point_in_world({seen.middle().x, seen.middle().y});
+  const double outside = dot(normal, middle - from);
+  if (!(outside > 0)) return {std::max(-outside, 1e-300), normal, middle};  // it faces away from the curve
   const Vec2 m{-other.c * normal.x - other.s * normal.y, other.s * normal.x - other.c * normal.y};
   const Vec2 c = seen.farthest(m), at = other.point_in_world({c.x, c.y});
-  const Vec2 d = at - owner.point_in_world({face.from.x, face.from.y});
+  const Vec2 d = at - from;
   const double s = dot(along, d), beyond = std::max(-s, s - face.length);
   const double gap = dot(normal, d) - face.radius;
   // Beyond a side's end the corner sees the curve.

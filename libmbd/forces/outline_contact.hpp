@@ -5,19 +5,19 @@
 
 namespace subsoil::mbd {
 
-/// Contact of the outlines of two bodies (cams, hooks, pawls, blocks), at every point where they can touch:
-///   a corner or disk C with radius R of one outline     gap = d(C) - R           d: signed distance of the other
-///   outline a face of one, normal n, and a closed curve         gap = n . (c - q)        c: the curve's farthest point
-///   along -n
-/// (m). A polygon brings its convex corners, both of two polygons theirs; with a curve the corner counts where the
-/// curve's normal lies between those of the corner's sides, else the side: at the handover both are the same contact.
-/// Each point with gap < 0 has a force of its own, ContactLaw: Hunt-Crossley with depth -gap and Coulomb friction.
-/// So a block on its side has two, and the stored energy is a continuous function of the pose.
-/// Validity: depths small beside sides and radii. Where corner meets corner, each sees the other. A face touches a
-/// curve at its farthest point alone. Sides of a polygon do not see an open flank, or the inside of a hole; curves do
-/// not see each other (refused). Columns: sums of normal force and friction, least gap, slip of the deepest point,
-/// number of points in contact. Source of the law: see HuntCrossleyForce; of the geometry: Ericson 2005, Real-Time
-/// Collision Detection, 5.1 and 9.
+/// Contact of the outlines of two bodies (cams, hooks, pawls, blocks), at every place where they can touch:
+///   corner or disk    gap = d(C) - R           C, R: centre, radius; d: signed distance of the other outline      (m)
+///   side              gap = n . (c - q)        against a closed curve; c: its farthest point along -n            (m)
+/// A polygon brings its convex corners, both of two polygons theirs; with a curve the corner counts where the curve's
+/// normal lies between those of the corner's sides, else the side: at the handover both are the same contact. Each
+/// place with gap < 0 has a force of its own, ContactLaw: Hunt-Crossley of the depth -gap and Coulomb friction. So a
+/// block on its side has two, and the stored energy is a continuous function of the pose. Validity: depths small beside
+/// sides and radii. Where corner meets corner, each sees the other. A side sees a curve's farthest point alone, and
+/// curves whose middle is on its free side; it sees no open flank, nor the inside of a hole. Curves do not see each
+/// other (refused).
+///
+/// Columns: sums of normal force and friction, least gap, slip of the deepest place, number of places in contact.
+/// Source of the law: see HuntCrossleyForce; of the geometry: Ericson 2005, Real-Time Collision Detection, 5.1 and 9.
 struct OutlineContact {
   static constexpr ForceMembers has{.check = true, .prepare = true, .gaps = true};
   static constexpr std::array<ForceColumn, 5> columns{
@@ -25,7 +25,7 @@ struct OutlineContact {
   int body_a = -1, body_b = -1;
   OutlineForm first{}, second{};
   ContactLaw law{};
-  /// A place where the two can touch: a corner or a face of one of them.
+  /// Where the two can touch: a corner or a side of one of them.
   struct Place {
     bool of_second, face;
     std::size_t index;

@@ -125,7 +125,7 @@ ProfileOutline circle_profile(double e, double radius, int points) {
 }
 
 // With linear contact the follower is a linear oscillator under a harmonic foot: height and force in closed form, exact
-// while it touches. At 0.99 of the speed of lift-off it stays on for two turns. Disk against flat and against a block's
+// while it touches. At 0.99 of the speed of lift-off it stays on for a turn. Disk against flat and against a block's
 // side are exact: what the integrators leave. A spline through 90 points of the circle is off by (4 deg)^4/384 of the
 // radius's fourth derivative, 1e-9 m, which k makes 1e-3 N; its curvature by 1e-4 of e w^2 m.
 TEST_P(Outlines, EccentricCamLiftsItsFollowerAsTheClosedFormSays) {
@@ -143,8 +143,8 @@ TEST_P(Outlines, EccentricCamLiftsItsFollowerAsTheClosedFormSays) {
     Machine machine(rig.model(c.cam, c.face), options());
     machine.start_from_pose();
     const double turn = 2 * std::numbers::pi / rig.w;
-    for (int i = 1; i <= 40; ++i) {
-      while (machine.time() < turn * i / 20 - 1e-9) machine.advance(turn / 4000);
+    for (int i = 1; i <= 20; ++i) {
+      for (int j = 0; j < 100; ++j) machine.advance(turn / 2000);
       const double t = machine.time();
       EXPECT_NEAR(machine.body(2).r.y, rig.height(t), c.height) << t;
       EXPECT_NEAR(machine.force_value("lift", "normal force"), rig.force(t), c.force) << t;
@@ -167,9 +167,9 @@ TEST_P(Outlines, FollowerLiftsOffWhereTheForceIsZero) {
     const double s = t - off;
     return rig.height(off) + s * (speed - s * rig.load() / (2 * rig.mass)) - rig.radius - rig.e * std::sin(rig.w * t);
   };
-  double early = off + 0.2 / rig.w, late = off + 3 / rig.w;
+  double early = off + 0.5 / rig.w, late = early;
   ASSERT_GT(gap(early), 0);
-  ASSERT_LT(gap(late), 0);
+  while (gap(late) > 0) early = late, late += 0.01 / rig.w;
   while (late - early > 1e-14) (gap(0.5 * (early + late)) > 0 ? early : late) = 0.5 * (early + late);
   while (machine.time() < late + 1e-4) machine.advance(1e-5);
   ASSERT_EQ(machine.events().size(), 2U);
@@ -231,8 +231,8 @@ TEST_P(Outlines, RoundedCornersMeetHeadOn) {
   }
   EXPECT_EQ(most, 2);
   EXPECT_NEAR(machine.events().front().t, 1e-3, 1e-9);
-  EXPECT_NEAR(machine.body(1).v.x, 0, 1e-7);
-  EXPECT_NEAR(machine.body(2).v.x, 1, 1e-7);
+  EXPECT_NEAR(machine.body(1).v.x, 0, 1e-6);  // a fixed step of 1/70 of the contact
+  EXPECT_NEAR(machine.body(2).v.x, 1, 1e-6);
   EXPECT_NEAR(machine.body(2).omega, 0, 1e-9);
 }
 
@@ -290,7 +290,7 @@ TEST_P(Outlines, BlockStopsOnAShallowIncline) {
 
 // A pawl holds a loaded wheel by a tooth: torque of the load = normal force x its moment arm. The pawl is a strut whose
 // square end meets the tooth's flat; the force acts between its two corners, so that it stands in balance. Deflections
-// of 1e-6 m on 0.1 m; what still rings after 0.4 s is below that.
+// of 4e-5 m on 0.1 m; what still rings after 0.2 s is below that.
 TEST_P(Outlines, PawlHoldsALoad) {
   constexpr double load = 40, arm = 0.1;
   Model m;
@@ -305,10 +305,10 @@ TEST_P(Outlines, PawlHoldsALoad) {
                                 .body_b = 2,
                                 .first = tooth,
                                 .second = box(0.02, 0.14),
-                                .law = {.normal = {.n = 1, .stiffness = 1e8, .damping = 2e3}, .friction = 0.1}});
+                                .law = {.normal = {.n = 1, .stiffness = 1e7, .damping = 2e3}, .friction = 0.1}});
   Machine machine(m, options());
   machine.start_from_pose();
-  for (int i = 0; i < 8000; ++i) machine.advance(5e-5);
+  for (int i = 0; i < 20000; ++i) machine.advance(1e-5);
   EXPECT_NEAR(machine.force_value("tooth", "normal force"), load / arm, 1e-3 * load / arm);
   EXPECT_EQ(machine.force_value("tooth", "contacts"), 2);
   EXPECT_NEAR(machine.body(1).angle, 0, 1e-4);
