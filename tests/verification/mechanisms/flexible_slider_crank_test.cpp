@@ -97,15 +97,19 @@ struct Simeon {
   Vector4 stiffening(const Vector4& q) const {
     if (!nonlinear) return Vector4::Zero();
     const double k = 0.5 * young * area / (rod * rod) * pi * pi, f = 80 / (9 * pi * pi), u = -4 * q[2] + 2 * q[3];
+    // The test set's own terms, quadratic in q, and the cubic ones that belong to them: the mean of w'^2/2 strains the
+    // rod.
+    const double mean = pi * pi / (4 * rod * rod) * (q[0] * q[0] + 4 * q[1] * q[1]);
     return k * Vector4(q[0] * q[3] - f * q[1] * u, 4 * q[1] * q[3] - f * q[0] * u, 4 * f * q[0] * q[1],
-                       0.5 * q[0] * q[0] + 2 * q[1] * q[1] - 2 * f * q[0] * q[1]);
+                       0.5 * q[0] * q[0] + 2 * q[1] * q[1] - 2 * f * q[0] * q[1]) +
+           k * rod * mean * Vector4(q[0], 4 * q[1], 0, 0);
   }
-  test::OdeState solve(const test::OdeState& y, double from, double to) const {
+  test::OdeState solve(const test::OdeState& y, double from, double to, double tolerance = 1e-12) const {
     const auto right = [this](const test::OdeState& s, test::OdeState& d, double t) {
       const Vector4 a = accelerations(t, Vector4(s.data()), Vector4(s.data() + 4));
       d = {s[4], s[5], s[6], s[7], a[0], a[1], a[2], a[3]};
     };
-    return test::solve_ode(right, y, from, to, 1e-12);
+    return test::solve_ode(right, y, from, to, tolerance);
   }
 };
 
@@ -184,32 +188,33 @@ struct Rod {
   }
 };
 
+// The published equations leave out what the axial force does to bending (some 5 % of the stiffness here); with it the
+// beam and they differ by the third mode, shear by none of both, and the rod's rotary inertia: 6e-4 of a frequency,
+// which some 20 oscillations make 1 % of the deflection.
 TEST(FlexibleSliderCrank, ABeamMeetsItsEquations) {
-  constexpr long elements = 12;
-  Machine machine(flexible(elements), {.integrator = IntegratorKind::cvode, .cvode = {.rtol = 1e-9, .atol = 1e-11}});
+  constexpr long elements = 8;
+  Machine machine(flexible(elements), {.integrator = IntegratorKind::ida, .ida = {.rtol = 1e-7, .atol = 1e-9}});
   machine.start_from_pose();
-  const Simeon equations(1. / 15, true), published(1, false), linear(1. / 15, false);
-  test::OdeState y{start.begin(), start.end()}, z = y, l = y;
-  double worst = 0, most = 0, worst_second = 0, worst_published = 0, worst_angle = 0, worst_linear = 0;
-  for (int i = 1; i <= 200; ++i) {
+  const Simeon equations(1. / 15, true), published(1, false);
+  test::OdeState y{start.begin(), start.end()}, z = y;
+  double most = 0, worst = 0, worst_second = 0, worst_angle = 0, from_published = 0;
+  for (int i = 1; i <= 50; ++i) {
     const double t = machine.time();
-    machine.advance(5e-4);
-    y = equations.solve(y, t, machine.time());
-    z = published.solve(z, t, machine.time());
-    l = linear.solve(l, t, machine.time());
+    machine.advance(2e-3);
+    y = equations.solve(y, t, machine.time(), 1e-9);
+    z = published.solve(z, t, machine.time(), 1e-9);
     const Rod found(machine, elements + 1);
     most = std::max(most, std::abs(y[0]));
     worst = std::max(worst, std::abs(found.sines[0] - y[0]));
     worst_second = std::max(worst_second, std::abs(found.sines[1] - y[1]));
-    worst_published = std::max(worst_published, std::abs(found.sines[0] - z[0]));
-    worst_linear = std::max(worst_linear, std::abs(found.sines[0] - l[0]));
     worst_angle = std::max(worst_angle, std::abs(found.angle - Simeon::chord(machine.time(), y[3]).angle));
-    if (i == 200)
+    from_published = std::max(from_published, std::abs(found.sines[0] - z[0]));
+    if (i == 50)
       std::printf("%.10g %.10g q %.6g %.6g %.4g | eq %.6g %.6g %.4g\n", found.angle, machine.body(elements + 3).r.x,
                   found.sines[0], found.sines[1], found.length - rod, y[0], y[1], y[3]);
   }
-  std::printf("most %g worst %g second %g published %g linear %g angle %g\n", most, worst, worst_second,
-              worst_published, worst_linear, worst_angle);
+  std::printf("most %g worst %g second %g published %g angle %g\n", most, worst, worst_second, from_published,
+              worst_angle);
   EXPECT_LT(worst, 0.05 * most);
 }
 
