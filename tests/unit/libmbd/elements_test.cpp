@@ -60,6 +60,7 @@ struct Filler {
   void optional_quantity(const char*, double& value, const char*, const char*, const char*) { value = number(); }
   void text(const char*, std::string&, const char*) {}
   void optional_body(const char*, int& b, const char*) { b = 3; }
+  void vector(const char*, std::array<double, 2>& value, const char*, const char*) { value = {number(), -number()}; }
   void flag(const char*, bool& value, const char*) { value = flags; }
   /// Convex and closed where it is a cam's profile: a circle of 0.5 m pushed out of its centre.
   void table(const char*, std::vector<double>& xs, std::vector<double>& ys, const char*, const char*, const char*) {
@@ -92,6 +93,11 @@ template <class Element>
 Element filled(Filler& filler) {
   Element e;
   e.describe(filler);
+  if constexpr (requires {
+                  Element::has.prepare;
+                  e.prepare();
+                })
+    e.prepare();
   if constexpr (std::is_same_v<Element, JointFriction>) e.attach(Revolute{.body_a = 1, .body_b = 2}, 1);
   return e;
 }
