@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <initializer_list>
 #include <random>
 #include <string>
@@ -333,6 +334,12 @@ TEST(Elements, ForcesKeepTheirEnergyAccount) {
       constexpr double h = 1e-5, t = 0.7;
       const Paths paths(random);
       const auto bodies = paths.at(t);
+      if constexpr (decltype(type)::has
+                        .gaps) {  // one of many is often about to open, where d^n has no third derivative
+        std::vector<double> gaps(force.gap_count());
+        force.gaps({bodies, t, {}}, gaps);
+        if (std::any_of(gaps.begin(), gaps.end(), [](double gap) { return std::abs(gap) < 1e-2; })) continue;
+      }
       const Seen now = act(force, bodies, t);
       double power = 0;
       for (std::size_t i = 1; i < 3; ++i)

@@ -188,9 +188,9 @@ struct Rod {
   }
 };
 
-// The published equations leave out what the axial force does to bending (some 5 % of the stiffness here); with it the
-// beam and they differ by the third mode, shear by none of both, and the rod's rotary inertia: 6e-4 of a frequency,
-// which some 20 oscillations make 1 % of the deflection.
+// The published equations leave out what the axial force does to bending (some 5 % of the stiffness here). With it they
+// differ from the beam by its higher modes and its rotary inertia, 6e-4 of a frequency. Measured: 3.6e-6 m of 1.57e-3
+// m.
 TEST(FlexibleSliderCrank, ABeamMeetsItsEquations) {
   constexpr long elements = 8;
   Machine machine(flexible(elements), {.integrator = IntegratorKind::ida, .ida = {.rtol = 1e-7, .atol = 1e-9}});
@@ -209,13 +209,13 @@ TEST(FlexibleSliderCrank, ABeamMeetsItsEquations) {
     worst_second = std::max(worst_second, std::abs(found.sines[1] - y[1]));
     worst_angle = std::max(worst_angle, std::abs(found.angle - Simeon::chord(machine.time(), y[3]).angle));
     from_published = std::max(from_published, std::abs(found.sines[0] - z[0]));
-    if (i == 50)
-      std::printf("%.10g %.10g q %.6g %.6g %.4g | eq %.6g %.6g %.4g\n", found.angle, machine.body(elements + 3).r.x,
-                  found.sines[0], found.sines[1], found.length - rod, y[0], y[1], y[3]);
   }
-  std::printf("most %g worst %g second %g published %g angle %g\n", most, worst, worst_second, from_published,
-              worst_angle);
-  EXPECT_LT(worst, 0.05 * most);
+  EXPECT_LT(worst, 5e-3 * most);
+  EXPECT_LT(worst_second, 5e-6);
+  EXPECT_LT(worst_angle, 5e-7);
+  // What the published model leaves out is seen: a test of the two that could not tell them apart would say little.
+  EXPECT_GT(from_published, 0.05 * most);
+  EXPECT_LT(from_published, 0.15 * most);
 }
 
 }  // namespace

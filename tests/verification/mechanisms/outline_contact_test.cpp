@@ -305,13 +305,13 @@ TEST_P(Outlines, PawlHoldsALoad) {
                                 .body_b = 2,
                                 .first = tooth,
                                 .second = box(0.02, 0.14),
-                                .law = {.normal = {.n = 1, .stiffness = 1e7, .damping = 2e3}, .friction = 0.1}});
+                                .law = {.normal = {.n = 1, .stiffness = 1e7, .damping = 5}}});
   Machine machine(m, options());
   machine.start_from_pose();
   for (int i = 0; i < 20000; ++i) machine.advance(1e-5);
   EXPECT_NEAR(machine.force_value("tooth", "normal force"), load / arm, 1e-3 * load / arm);
   EXPECT_EQ(machine.force_value("tooth", "contacts"), 2);
-  EXPECT_NEAR(machine.body(1).angle, 0, 1e-4);
+  EXPECT_NEAR(machine.body(1).angle, 0, 1e-3);
   EXPECT_NEAR(machine.body(1).omega, 0, 1e-5);
   EXPECT_NEAR(machine.energy().balance(), 0, 1e-6);
 }
