@@ -272,7 +272,7 @@ void Clumps::save(std::vector<double>& out) const {
   }
 }
 
-void Clumps::restore(std::span<const double> from) {
+void Clumps::restore(std::span<const double> from, const std::function<bool(std::uint32_t)>& there) {
   constexpr std::size_t numbers = 17;
   clumps_.clear(), of_id_.clear(), leaving_.clear();
   next_id_ = 0;
@@ -289,6 +289,10 @@ void Clumps::restore(std::span<const double> from) {
     if (c.shape >= shapes_.size())
       throw std::invalid_argument(
           "restart: the state has clumps of a shape that the scenario lacks; use the scenario it was written from");
+    for (std::size_t m = 0; m < shapes_[c.shape].members.size(); ++m)
+      if (!there(c.first_sphere + static_cast<std::uint32_t>(m)))
+        throw std::invalid_argument(
+            "restart: a clump of the state lacks spheres: the file is damaged, or the scenario has other shapes");
     clumps_.push_back(c);
   }
   number_spheres();

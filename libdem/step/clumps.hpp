@@ -90,7 +90,8 @@ class Clumps {
   void stop();  ///< neither velocity nor spin
 
   void save(std::vector<double>& out) const;
-  void restore(std::span<const double> from);  ///< the shapes stay
+  /// The shapes stay. @param there whether the bed has a sphere of this id
+  void restore(std::span<const double> from, const std::function<bool(std::uint32_t)>& there);
 
  private:
   struct Loaded {

@@ -144,7 +144,6 @@ void Bed::restore(const State& in) {
       (!in.calm.empty() && in.calm.size() != count) ||
       (in.ids.size() | in.pair_ids.size() | in.surface_ids.size() | in.bond_ids.size() | in.broken_ids.size()) % 2 != 0)
     throw std::invalid_argument("restart: the arrays of the state do not belong together; the file is damaged");
-  d.clumps.restore(in.clumps);
   d.particles.clear();
   std::map<std::uint32_t, std::uint32_t> index;
   for (std::size_t k = 0; k < count; ++k) {
@@ -160,6 +159,7 @@ void Bed::restore(const State& in) {
     index[s.id] = static_cast<std::uint32_t>(k);
     d.particles.restore(s);
   }
+  d.clumps.restore(in.clumps, [&](std::uint32_t id) { return index.contains(id); });
   // Histories wait for the first lists, by place of the spheres.
   d.clear_lists();
   PairHistories& waiting = d.contacts.begin_waiting();

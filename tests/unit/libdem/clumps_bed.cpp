@@ -258,7 +258,11 @@ TEST(Clumps, RestartEndsWithTheSameBits) {
     }
   Bed without(table(grains()), quiet());
   add_bin(without, 0.08, 0.08);
-  EXPECT_THROW(without.restore(heap(grains()).bed.save()), std::invalid_argument);
+  Bed::State state = heap(grains()).bed.save();
+  EXPECT_THROW(without.restore(state), std::invalid_argument);
+  state.clumps[3] = 1e6;  // the first member of the first clump
+  Heap other = heap(grains());
+  EXPECT_THROW(other.bed.restore(state), std::invalid_argument);
 }
 
 /// A clump leaves as a whole, with its energy; the others stay themselves.
