@@ -22,11 +22,11 @@ namespace subsoil::dem {
 /// leapfrog as spheres do. A member's velocity is the way of its centre in the step divided by dt, V + w x (r_n +
 /// r_{n+1})/2: what contacts do work on, as a sphere's.
 ///
-/// | data                   | written by                                            | read by |
+/// | data              | written by                                          | read by           |
 /// |---|---|---|
-/// | shapes, clumps         | users, rebuilds (removal), restarts; `move`           | users, saved state | | places, by
-/// block       | rebuilds                                              | the sweep                        | | forces of
-/// members      | the worker of the member's block, in the sweep        | `move`, `observe`                |
+/// | shapes, clumps    | users, rebuilds (removal), restarts; `move`         | users, saved state|
+/// | places, by block  | rebuilds                                            | the sweep         |
+/// | forces of members | the worker of the member's block, in the sweep      | `move`, `observe` |
 ///
 /// Members are moved after the sweep and not within: they lie in several particle blocks, of several workers, and no
 /// block may move its part of a clump before all forces on the clump are known. The price is a pass over the members.

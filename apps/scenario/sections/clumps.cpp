@@ -109,8 +109,8 @@ struct ClumpChecks : Checks {
     }
     if (!b.save.empty())
       refuse("soil.bed.save",
-             "keeps spheres one by one, and this bed has clumps; go on from a state of the run (`subsoil "
-             "run --restart`) instead");
+             "keeps spheres one by one, and this bed has clumps; go on from a state of the run (`subsoil run --from`) "
+             "instead");
   }
 
   void named(const std::string& path, const std::string& name, const Names& known) {
