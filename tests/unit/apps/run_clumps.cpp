@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "apps/scenario/document.hpp"
+#include "libdem/particles/particles.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
