@@ -21,6 +21,8 @@ const dem::Wrench& wrench_on(const ColumnSources& from, const SoilOnBody& b) {
 dem::Wrench wrench_on(const ColumnSources& from, const FixedBody& body) {
   const std::span<const dem::FixedSphere> all = from.world.bed->fixed_spheres();
   std::vector<const dem::FixedSphere*> own;
+  if (body.ids.empty())
+    for (const dem::FixedSphere& f : all) own.push_back(&f);
   for (const std::uint32_t id : body.ids) {
     const auto at =
         std::lower_bound(all.begin(), all.end(), id, [](const auto& f, std::uint32_t i) { return f.id < i; });
