@@ -8,6 +8,14 @@
 namespace subsoil::dem {
 inline namespace SUBSOIL_ISA {
 
+/// Whether loops that accumulate nothing, for the usual friction alone, are compiled beside the general ones, which
+/// give the same bits.
+#ifdef SUBSOIL_GENERAL_LOOPS_ONLY
+inline constexpr bool kUsualLoops = false;
+#else
+inline constexpr bool kUsualLoops = true;
+#endif
+
 inline Accumulator* sums_of(Ring ring, VecD) { return ring.doubles; }
 inline MixedAccumulator* sums_of(Ring ring, VecF) { return ring.singles; }
 
@@ -179,10 +187,13 @@ void add_to_i(PairJob& job) {
   if constexpr (Count) sums.give(job.sums);
 }
 
-/// In the precision of the job; `record` as it was when the blocks were evaluated.
+/// In the precision of the job; `record` as it was when the blocks were evaluated, by the general loops if there are no
+/// others.
 template <class Run>
 void in_precision(const PairJob& job, const Run& run) {
-  const auto with = [&]<class P>(P) { job.record ? run(P{}, std::true_type{}) : run(P{}, std::false_type{}); };
+  const auto with = [&]<class P>(P) {
+    job.record || !kUsualLoops ? run(P{}, std::true_type{}) : run(P{}, std::false_type{});
+  };
   job.mixed != nullptr ? with(VecF{}) : with(VecD{});
 }
 inline void keep(PairJob& job) {

@@ -16,14 +16,6 @@ void with_rolling(const L& law, const Run& run) {
     run(std::false_type{});
 }
 
-/// Whether loops that accumulate nothing, for the usual friction alone, are compiled beside the general ones, which
-/// give the same bits.
-#ifdef SUBSOIL_GENERAL_LOOPS_ONLY
-inline constexpr bool kUsualLoops = false;
-#else
-inline constexpr bool kUsualLoops = true;
-#endif
-
 /// Chooses the loop outside of it: `run(accumulates)` gets as a type whether it is the general one.
 template <class L, class Run>
 void with_accumulation(const L& law, bool record, const Run& run) {
