@@ -258,6 +258,38 @@ TEST(Periodic, AFixedSphereActsAcrossASide) {
   EXPECT_EQ(sphere(bed, 0).x, low.position);
 }
 
+/// Grains flow round over a floor of fixed ones: what these have been pushed by is what gravity gave and the others
+/// have not, to rounding.
+TEST(Periodic, AFloorOfFixedSpheresTakesTheImpulse) {
+  BedOptions options = quiet({4, -9, 0});
+  options.periodic = {{0, 0, 0}, {0.08, 0, 0.06}};
+  Bed bed(table(grains(2500, 0.88, 0.5)), options);
+  Dice dice(7);
+  bed.add(loose_lattice({0, 0, 0}, 8, 7, 6, 0.01, 0.005, 0.1, 0.5, dice));
+  const std::size_t held = bed.fix_if([](const Sphere& s) { return s.x.y < 0.01; });
+  EXPECT_EQ(held, 48u);
+  const auto momentum = [&](double& mass) {
+    Vec3 sum;
+    mass = 0;
+    for (const Sphere& s : bed.spheres())
+      if (!is_fixed(s)) sum += s.m * s.v, mass += s.m;
+    return sum;
+  };
+  constexpr double dt = 6e-5;
+  bed.step(dt);
+  double mass = 0;
+  const Vec3 start = momentum(mass);
+  Vec3 impulse;
+  for (int step = 0; step < 4000; ++step) {
+    bed.step(dt);
+    for (const FixedSphere& f : bed.fixed_spheres()) impulse += dt * f.force;
+  }
+  const Vec3 given = 4000 * dt * mass * options.gravity;
+  EXPECT_LT(norm(momentum(mass) - start + impulse - given), 1e-12 * norm(given));
+  EXPECT_GT(norm(momentum(mass)) / mass, 0.2) << "they flow";
+  ASSERT_EQ(bed.fixed_spheres().size(), 48u);
+}
+
 TEST(Periodic, SpheresThatComeAndLeaveKeepTheOthersHistories) {
   const BedOptions options = all_around(2);
   Bed a = cloud(grains(), options, 1), b = cloud(grains(), options, 1);
