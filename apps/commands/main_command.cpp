@@ -15,6 +15,7 @@
 #include "apps/laboratory/tests.hpp"
 #include "apps/output/atomic_file.hpp"
 #include "apps/plot/furrow_picture.hpp"
+#include "apps/plot/movie.hpp"
 #include "apps/plot/plot.hpp"
 #include "apps/plot/strip.hpp"
 #include "apps/run/column_table.hpp"
@@ -43,6 +44,8 @@ struct PlotRequest {
   PlotOptions curves;
   StripOptions strip;
   bool furrow = false;
+  std::filesystem::path film;
+  MovieOptions movie;
 };
 
 void add_plot(CLI::App& command, PlotRequest& request) {
@@ -65,6 +68,10 @@ void add_plot(CLI::App& command, PlotRequest& request) {
                 "draw the cross-section that the pass left: surface before and after, displacement, porosity")
       ->excludes(columns);
   command.add_option("--follow", request.strip.follow, "body that stays in its place in the strip");
+  command.add_option("--movie", request.film, "make a film of the frames instead: .mp4 or .webm (by ffmpeg)")
+      ->excludes(columns);
+  command.add_option("--rate", request.movie.rate, "pictures of the film per second; default: 25")
+      ->check(CLI::Range(0.1, 240.0));
 }
 
 void draw(const PlotRequest& request, bool strip_wanted) {
@@ -73,6 +80,15 @@ void draw(const PlotRequest& request, bool strip_wanted) {
       throw std::invalid_argument("--furrow: draws one run and nothing else; name a single result directory");
     draw_furrow(request.runs.front(), request.picture);
     std::cout << request.picture.string() << "\n";
+    return;
+  }
+  if (!request.film.empty()) {
+    if (strip_wanted || request.runs.size() != 1)
+      throw std::invalid_argument("--movie: films one run and draws nothing else; name a single result directory");
+    MovieOptions options = request.movie;
+    options.follow = request.strip.follow;
+    movie(request.runs.front(), request.film, options);
+    std::cout << request.film.string() << "\n";
     return;
   }
   if (strip_wanted && request.runs.size() != 1)

@@ -1,21 +1,14 @@
 #include "apps/plot/gnuplot.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <cstdlib>
-#include <cstring>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
 
 #include "apps/output/atomic_file.hpp"
 #include "apps/plot/plot.hpp"
-
-extern char** environ;
+#include "apps/plot/program.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -26,33 +19,9 @@ std::string content(const std::filesystem::path& path) {
   return text.str();
 }
 
-/// Exit status of `gnuplot script`, its messages in `log`.
-int spawn_gnuplot(const std::filesystem::path& script, const std::filesystem::path& log) {
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-  posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
-  std::string name = "gnuplot", file = script.string();
-  char* arguments[] = {name.data(), file.data(), nullptr};
-  pid_t child = 0;
-  const int error = posix_spawnp(&child, "gnuplot", &actions, nullptr, arguments, environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (error != 0) throw std::runtime_error(std::string("cannot start gnuplot: ") + std::strerror(error));
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  return status;
-}
-
 }  // namespace
 
-bool gnuplot_found() {
-  const char* path = std::getenv("PATH");
-  std::istringstream folders(path ? path : "");
-  for (std::string folder; std::getline(folders, folder, ':');)
-    if (::access((std::filesystem::path(folder) / "gnuplot").c_str(), X_OK) == 0) return true;
-  return false;
-}
+bool gnuplot_found() { return on_path("gnuplot"); }
 
 std::string gnuplot_text(std::string_view text) {
   std::string safe = "'";
@@ -77,7 +46,7 @@ std::string gnuplot_terminal(const std::string& suffix, int width, int height) {
   throw std::runtime_error("plot file: its suffix must be .png, .svg or .pdf, not '" + suffix + "'");
 }
 
-void run_gnuplot(std::string script, const std::filesystem::path& out) {
+void run_gnuplot(std::string script, const std::filesystem::path& out, bool durable) {
   if (!gnuplot_found())
     throw std::runtime_error(
         "plots are drawn by gnuplot, which is not on PATH; install it: apt-get install gnuplot-nox");
@@ -86,7 +55,7 @@ void run_gnuplot(std::string script, const std::filesystem::path& out) {
   script.replace(place, 5, gnuplot_text(part.string()));
   const auto file = part.string() + ".gp", log = part.string() + ".log";
   std::ofstream(file) << script;
-  const int status = spawn_gnuplot(file, log);
+  const int status = run_program({"gnuplot", file}, log);
   const std::string words = content(log);
   std::error_code ignored;
   std::filesystem::remove(log, ignored);
@@ -96,7 +65,7 @@ void run_gnuplot(std::string script, const std::filesystem::path& out) {
         fmt::format("gnuplot could not draw {} (script left in {}):\n{}", out.string(), file, words));
   }
   std::filesystem::remove(file, ignored);
-  put_in_place(out);
+  put_in_place(out, durable);
 }
 
 }  // namespace subsoil::app

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
@@ -192,30 +191,35 @@ class StripSheet {
 
 class Strip {
  public:
-  Strip(const Run& run, const Sketch& sketch, std::vector<Panel> panels, std::vector<Poses> all,
-        const StripOptions& options)
-      : run_(run), sketch_(sketch), panels_(std::move(panels)), all_(std::move(all)), drawing_(sketch_, all_) {
+  Strip(const Run& run, const Sketch& sketch, const std::vector<Poses>& all, const StripOptions& options)
+      : run_(run), sketch_(sketch), width_(options.width), drawing_(sketch_, all) {
+    if (run.scenario.runs_in_time())
+      for (const mbd::Marker& m : chosen_paths(*run.scenario.machine, options.paths)) paths_.push_back(path_of(m, all));
+  }
+
+  /// What the panels and the paths cover.
+  Extent extent(const std::vector<Panel>& panels) const {
     Extent seen;
-    for (const Panel& p : panels_) {
+    for (const Panel& p : panels) {
       drawing_.take_extent(p.poses, seen);
       if (p.shadow) drawing_.take_extent(*p.shadow, seen);
     }
-    if (run.scenario.runs_in_time())
-      for (const mbd::Marker& m : chosen_paths(*run.scenario.machine, options.paths))
-        paths_.push_back(path_of(m, all_));
     for (const auto& path : paths_)
       for (const mbd::Vec2 p : path) seen.take(p);
     widen(seen);
-    const StripSheet sheet(seen, panels_.size(), options.width);
-    const double foot = kFoot + 20.0 * legend(nullptr, 0, options.width);
-    Canvas canvas(options.width, sheet.pixels_high(foot));
-    canvas.words({kMargin, canvas.height() - 22.0}, title(), Canvas::Align::left, 13);
-    for (std::size_t i = 0; i < panels_.size(); ++i) draw(canvas, sheet.view(i, canvas.height()), panels_[i]);
-    scale_bar(canvas, sheet.scale(), seen.width());
-    legend(&canvas, foot - kFoot, options.width);
-    canvas_ = std::make_unique<Canvas>(std::move(canvas));
+    return seen;
   }
-  const Canvas& canvas() const { return *canvas_; }
+
+  Canvas picture(const std::vector<Panel>& panels, const Extent& seen) const {
+    const StripSheet sheet(seen, panels.size(), width_);
+    const double foot = kFoot + 20.0 * legend(nullptr, 0, width_);
+    Canvas canvas(width_, sheet.pixels_high(foot));
+    canvas.words({kMargin, canvas.height() - 22.0}, title(), Canvas::Align::left, 13);
+    for (std::size_t i = 0; i < panels.size(); ++i) draw(canvas, sheet.view(i, canvas.height()), panels[i]);
+    scale_bar(canvas, sheet.scale(), seen.width());
+    legend(&canvas, foot - kFoot, width_);
+    return canvas;
+  }
 
  private:
   std::string title() const { return run_.scenario.title.empty() ? run_.name : run_.name + ": " + run_.scenario.title; }
@@ -270,12 +274,23 @@ class Strip {
 
   const Run& run_;
   const Sketch& sketch_;
-  std::vector<Panel> panels_;
-  std::vector<Poses> all_;
+  int width_;
   MechanismDrawing drawing_;
   std::vector<std::vector<mbd::Vec2>> paths_;
-  std::unique_ptr<Canvas> canvas_;
 };
+
+std::vector<Poses> every_row(const Run& run) {
+  std::vector<Poses> all;
+  for (std::size_t row = 0; row < run.series.rows(); ++row) all.push_back(poses_at(run, row));
+  return all;
+}
+
+void follow_in_all(std::vector<Poses>& all, std::vector<Panel>& panels, const Run& run, const std::string& body) {
+  std::vector<Poses*> moved;
+  for (Poses& poses : all) moved.push_back(&poses);
+  for (Panel& panel : panels) moved.push_back(&panel.poses);
+  follow(moved, *run.scenario.machine, body);
+}
 
 }  // namespace
 
@@ -283,8 +298,7 @@ void strip(const std::filesystem::path& directory, const std::filesystem::path& 
   const Run run = read_run(directory);
   if (options.count < 1) throw std::runtime_error("--strip: draws at least one picture; give 1 or more");
   const Sketch sketch = sketch_of(run.scenario);
-  std::vector<Poses> all;
-  for (std::size_t row = 0; row < run.series.rows(); ++row) all.push_back(poses_at(run, row));
+  std::vector<Poses> all = every_row(run);
   std::vector<Panel> panels;
   if (run.scenario.runs_in_time())
     panels = instants(run, options);
@@ -292,12 +306,21 @@ void strip(const std::filesystem::path& directory, const std::filesystem::path& 
     panels = shapes(run, directory, sketch, options.count);
   else
     panels = {before_and_after(run)};
-  std::vector<Poses*> moved;
-  for (Poses& poses : all) moved.push_back(&poses);
-  for (Panel& panel : panels) moved.push_back(&panel.poses);
-  follow(moved, *run.scenario.machine, options.follow);
-  const Strip drawn(run, sketch, std::move(panels), std::move(all), options);
-  run_gnuplot(drawn.canvas().script(out.extension().string()), out);
+  follow_in_all(all, panels, run, options.follow);
+  const Strip drawn(run, sketch, all, options);
+  run_gnuplot(drawn.picture(panels, drawn.extent(panels)).script(out.extension().string()), out);
+}
+
+void each_instant(const std::filesystem::path& directory, const StripOptions& options,
+                  const std::function<void(const Canvas&)>& take) {
+  const Run run = read_run(directory);
+  const Sketch sketch = sketch_of(run.scenario);
+  std::vector<Poses> all = every_row(run);
+  std::vector<Panel> panels = instants(run, options);
+  follow_in_all(all, panels, run, options.follow);
+  const Strip drawn(run, sketch, all, options);
+  const Extent seen = drawn.extent(panels);
+  for (const Panel& panel : panels) take(drawn.picture({panel}, seen));
 }
 
 bool is_still(const std::filesystem::path& directory) {

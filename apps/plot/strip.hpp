@@ -1,7 +1,10 @@
 #pragma once
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
+
+#include "apps/plot/canvas.hpp"
 
 /// `subsoil plot DIR --strip N`: the mechanism of a run drawn at N instants, its modes, or its pose before and after.
 namespace subsoil::app {
@@ -19,6 +22,10 @@ struct StripOptions {
 /// Equilibrium, assembly: the pose found, the given one in grey. The kind of file by suffix (.png .svg .pdf). Throws
 /// std::runtime_error with the cure when the directory holds no run of a machine, or a name or time is not in it.
 void strip(const std::filesystem::path& run, const std::filesystem::path& out, const StripOptions& = {});
+
+/// The same instants of a run in time one by one, on one scale: the pictures of a film.
+void each_instant(const std::filesystem::path& run, const StripOptions& options,
+                  const std::function<void(const Canvas&)>& take);
 
 /// True for runs that have no course over time to be plotted: modes, equilibrium, assembly.
 bool is_still(const std::filesystem::path& run);
