@@ -13,6 +13,7 @@
 #include "libdem/contacts/contact_record.hpp"
 #include "libdem/geometry/boundary.hpp"
 #include "libdem/laws/law_table.hpp"
+#include "libdem/particles/clump.hpp"
 #include "libdem/particles/fixed.hpp"
 #include "libdem/particles/particles.hpp"
 #include "libdem/particles/periodic.hpp"
@@ -89,12 +90,17 @@ class Bed {
   Bed(Bed&&) noexcept;
 
   void add(std::span<const SphereSpec> spheres);
-  int add(Boundary boundary);  ///< index of the boundary
-  /// Removes spheres for which the predicate holds; returns how many. Their contacts end.
+  int add(Boundary boundary);       ///< index of the boundary
+  int add_shape(ClumpShape shape);  ///< of clumps; its index
+  /// Clumps of shapes that the bed has; their members become spheres of the bed, numbered like others. Throws
+  /// std::invalid_argument for one without sense, where spheres may be frozen, and in a bed with periodic sides.
+  void add(std::span<const ClumpSpec> clumps);
+  /// Removes spheres for which the predicate holds, and clumps of which it holds for any sphere; returns how many
+  /// spheres. Their contacts end.
   std::size_t remove_if(const std::function<bool(const Sphere&)>& predicate);
 
-  /// Spheres for which the predicate holds keep their place from now on, as those that were added as fixed(spec) do;
-  /// returns how many.
+  /// Spheres for which the predicate holds keep their place from now on, as those that were added as fixed(spec) do,
+  /// unless they belong to a clump; returns how many.
   std::size_t fix_if(const std::function<bool(const Sphere&)>& predicate);
 
   Boundary& boundary(int index);
@@ -103,6 +109,14 @@ class Bed {
   std::span<const Sphere> spheres() const;  ///< in the engine's own order
   /// Spheres that are fixed, with what acted on them at t_n of the last step; in rising id.
   std::span<const FixedSphere> fixed_spheres() const;
+  std::span<const Clump> clumps() const;  ///< in rising number
+  const std::vector<ClumpShape>& clump_shapes() const;
+  /// Place in `clumps` of the clump that a sphere belongs to; -1: it is loose.
+  long clump_of(const Sphere& s) const;
+  /// Mass of matter, kg, and solid volume, m3, that a sphere stands for: of a clump's member its share in the clump, by
+  /// volume (its record has the clump's mass). Over all spheres they sum to those of the bed.
+  double mass_of(const Sphere& s) const;
+  double volume_of(const Sphere& s) const;
   std::size_t removed_count() const;   ///< fallen below the floor since the start
   std::size_t touching_pairs() const;  ///< within the cutoff of their law, of each particle block when last sampled
 
@@ -178,6 +192,7 @@ class Bed {
     std::vector<double> scalars;
     std::vector<std::int64_t> calm;  ///< of each sphere for the active region; empty without
     std::vector<double> frozen;      ///< BedEnergy::frozen; empty without
+    std::vector<double> clumps;      ///< 17 numbers each, behind the next one's; empty without
     std::vector<double> fixed;       ///< work of fixed spheres, and what acted on each; empty without
     std::vector<double> loads;       ///< FaceLoad of every triangle of boundaries that keep them; empty without
   };

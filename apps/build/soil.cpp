@@ -8,9 +8,12 @@
 #include <numeric>
 
 #include "apps/build/laws.hpp"
+#include "apps/build/shapes.hpp"
+#include "apps/scenario/checks.hpp"
 #include "apps/scenario/units.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
 #include "libdem/packing/carve.hpp"
+#include "libdem/step/stability.hpp"
 #include "libmbd/forces/wheel_on_soil.hpp"
 
 namespace subsoil::app {
@@ -221,7 +224,8 @@ dem::LatticePlan SoilBuilder::lattice_plan(double pitch, bool around) const {
   dem::LatticePlan plan;
   plan.region = region();
   refuse_too_deep();
-  if (!layered()) plan.radius = sizes_of(bed().radius);
+  if (!layered()) plan.radius = sizes();
+  plan.clumps = parts();
   plan.shares = shares_of(bed().shares);
   plan.pitch = pitch;
   if (around) plan.periodic = periodic_region();
@@ -289,6 +293,7 @@ int SoilBuilder::material_of(const BedTable& table, std::size_t row) const {
 void SoilBuilder::place() {
   add_walls();
   name_fixed();
+  add_shapes();
   if (!options_.place_soil) world_.bed->add(options_.restored);
   if (!has_bed() || !options_.place_soil) return;
   try {
@@ -314,6 +319,79 @@ void SoilBuilder::name_fixed() {
   }
 }
 
+void SoilBuilder::add_shapes() {
+  if (!has_bed()) return;
+  for (const ClumpSection& c : loaded_.scenario.soil->clumps) {
+    std::vector<dem::ClumpMember> members;
+    for (const ClumpSphere& s : c.spheres) members.push_back({c.scale * s.at, c.scale * s.radius});
+    std::optional<dem::GivenMass> given;
+    if (c.mass) given = dem::GivenMass{.mass = *c.mass, .centre = c.centre, .inertia = {}};
+    if (c.mass && c.inertia) {
+      const Vec3 &j = *c.inertia, p = c.products.value_or(Vec3{});
+      given->inertia = dem::SquareMatrix<3>{{{j.x, p.x, p.z}, {p.x, j.y, p.y}, {p.z, p.y, j.z}}};
+    }
+    try {
+      const double density = c.density ? *c.density : bed().material.empty() ? 0 : material().density;
+      if (!c.mass && !(density > 0)) throw std::invalid_argument("needs `density`: the bed has no material of its own");
+      world_.bed->add_shape(dem::clump_shape(c.name, members, density, given));
+    } catch (const std::invalid_argument& error) {
+      throw ScenarioError(loaded_.where("soil.clumps." + c.name) + ": " + error.what());
+    }
+  }
+}
+
+namespace {
+
+/// The bed has them in the order of the scenario.
+int shape_index(const Scenario& s, const std::string& name) {
+  const Names names = names_of(s.soil->clumps);
+  return static_cast<int>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+}  // namespace
+
+std::vector<dem::ClumpPart> SoilBuilder::parts() const {
+  std::vector<dem::ClumpPart> out;
+  for (const ClumpShare& c : bed().clumps)
+    out.push_back(dem::clump_part(*world_.bed, shape_index(loaded_.scenario, c.shape), c.share));
+  return out;
+}
+
+/// Of the spheres among the grains; where there are none, whatever the clumps are made of.
+dem::RadiusDistribution SoilBuilder::sizes() const {
+  if (!only_clumps(bed().clumps)) return sizes_of(bed().radius);
+  return dem::EqualRadius{world_.bed->clump_shapes().front().members.front().radius};
+}
+
+double SoilBuilder::radius_of_mean_grain() const {
+  const double sphere = dem::radius_of_mean_volume(sizes(), shares_of(bed().shares));
+  double volume = dem::sphere_volume(sphere);
+  if (!has_clumps()) return sphere;
+  for (const dem::ClumpPart& part : parts()) volume += part.share * (part.volume - dem::sphere_volume(sphere));
+  return std::cbrt(volume / dem::sphere_volume(1));
+}
+
+double SoilBuilder::spheres_per_grain() const {
+  double number = 1;
+  for (const dem::ClumpPart& part : parts()) {
+    const auto& members = world_.bed->clump_shapes()[static_cast<std::size_t>(part.shape)].members;
+    number += part.share * (static_cast<double>(members.size()) - 1);
+  }
+  return number;
+}
+
+void SoilBuilder::place_clumps() {
+  std::vector<dem::ClumpSpec> out;
+  for (const PlacedClump& c : bed().placed) {
+    const int index = shape_index(loaded_.scenario, c.shape);
+    const dem::ClumpShape& shape = world_.bed->clump_shapes()[static_cast<std::size_t>(index)];
+    const dem::Quaternion turned = placement({}, c.rotation).attitude;
+    out.push_back({index, c.position, turned * shape.axes, c.velocity, c.spin,
+                   material_index(loaded_.scenario, c.material.empty() ? bed().material : c.material)});
+  }
+  world_.bed->add(out);
+}
+
 void SoilBuilder::place_made() {
   const Fill fill = bed().fill;
   refuse_too_many();
@@ -323,12 +401,13 @@ void SoilBuilder::place_made() {
     std::vector<dem::SphereSpec> spheres = fill == Fill::particles ? listed() : from_file();
     if (layered()) assign_layers(spheres);
     world_.bed->add(spheres);
+    place_clumps();
   } else if (layered()) {
     place_layers(fill == Fill::rest_lattice);
   } else if (fill == Fill::lattice) {
-    const dem::RadiusDistribution sizes = sizes_of(bed().radius);
-    const double mean = 0.5 * (dem::least_radius(sizes) + dem::largest_radius(sizes));
-    world_.bed->add(dem::lattice(lattice_plan(bed().pitch.value_or(2.02 * mean)), material()));
+    double mean = 0.5 * (dem::least_radius(sizes()) + dem::largest_radius(sizes()));
+    for (const dem::ClumpPart& part : parts()) mean = std::max(mean, part.reach);
+    dem::add(*world_.bed, dem::lattice_of_grains(lattice_plan(bed().pitch.value_or(2.02 * mean)), material()));
   } else {
     world_.bed->add(dem::rest_lattice(lattice_plan(bed().pitch.value_or(0)),
                                       rest_overlap(material().material, material().material), material()));
@@ -347,12 +426,11 @@ double poured(const dem::Bounds& box, const Directions& periodic, double height,
 
 double SoilBuilder::expected_spheres() const {
   if (!has_bed() || bed().fill != Fill::random) return static_cast<double>(world_.bed->spheres().size());
-  if (bed().count) return static_cast<double>(*bed().count);
+  if (bed().count) return spheres_per_grain() * static_cast<double>(*bed().count);
   const dem::Bounds box = region();
   if (!layered())
-    return poured(box, periodic_region(), bed().depth.value_or(box.high.y - box.low.y),
-                  dem::radius_of_mean_volume(sizes_of(bed().radius), shares_of(bed().shares)),
-                  rest_overlap(material().material, material().material));
+    return spheres_per_grain() * poured(box, periodic_region(), bed().depth.value_or(box.high.y - box.low.y),
+                                        radius_of_mean_grain(), rest_overlap(material().material, material().material));
   double sum = 0, below = 0;
   for (const dem::BedLayer& l : layers()) {
     sum += poured(box, periodic_region(), l.top - below, dem::radius_of_mean_volume(l.radius, l.shares),
@@ -366,7 +444,7 @@ double SoilBuilder::expected_spheres() const {
 void SoilBuilder::refuse_too_many() const {
   if (layered() || bed().fill > Fill::random) return;
   constexpr double most = 1e8;
-  const double radius = dem::radius_of_mean_volume(sizes_of(bed().radius), shares_of(bed().shares));
+  const double radius = radius_of_mean_grain();
   const dem::Bounds box = region();
   const Vec3 size = box.high - box.low;
   const double height = bed().depth.value_or(size.y), volume = size.x * height * size.z;
@@ -397,7 +475,13 @@ void SoilBuilder::place_stand_in() {
     world_.bed->add(dem::layered_lattice(lattice_plan(0, false), lattice_layers(alike, true), numbers));
     return;
   }
-  const double mean = dem::radius_of_mean_volume(sizes_of(bed().radius), shares_of(bed().shares));
+  if (has_clumps()) {
+    const auto grains = static_cast<std::size_t>(std::ceil(expected_spheres() / spheres_per_grain()));
+    dem::LoosePlacer placer(region(), sizes(), shares_of(bed().shares), static_cast<std::uint64_t>(bed().seed),
+                            material(), parts());
+    return dem::add(*world_.bed, placer.grains(grains, region().low.y));
+  }
+  const double mean = radius_of_mean_grain();
   dem::LatticePlan plan = lattice_plan(2 * mean - rest_overlap(material().material, material().material), false);
   plan.radius = dem::EqualRadius{mean};
   if (bed().count) {  // no more columns and layers than they need
@@ -429,7 +513,7 @@ dem::StepQuestion SoilBuilder::question() const {
   for (const dem::Sphere& s : world_.bed->spheres()) {
     q.largest_radius = std::max(q.largest_radius, s.r);
     q.smallest_radius = std::min(q.smallest_radius, s.r);
-    q.density = std::min(q.density, own_density(s));
+    if (world_.bed->clump_of(s) < 0) q.density = std::min(q.density, own_density(s));
   }
   q.neighbours = dem::most_neighbours(world_.bed->spheres().size());
   if (rains() && (world_.bed->spheres().empty() || !options_.settle)) {
@@ -439,9 +523,18 @@ dem::StepQuestion SoilBuilder::question() const {
       q.largest_radius = std::max(q.largest_radius, dem::largest_radius(sizes));
       q.density = std::min(q.density, density);
     };
-    if (!layered()) expect(sizes_of(bed().radius), material().density);
+    if (!layered() && !only_clumps(bed().clumps)) expect(sizes(), material().density);
     if (layered())
       for (const dem::BedLayer& l : layers()) expect(l.radius, l.of.density);
+  }
+  // A clump's end yields like a lighter sphere: what impacts on clumps must be resolved by.
+  for (const dem::ClumpShape& shape : world_.bed->clump_shapes()) {
+    for (const dem::ClumpMember& m : shape.members) {
+      q.largest_radius = std::max(q.largest_radius, m.radius);
+      q.smallest_radius = std::min(q.smallest_radius, m.radius);
+    }
+    for (const dem::ClumpMember& m : shape.members)
+      q.density = std::min(q.density, dem::least_effective_mass(shape) / dem::sphere_volume(m.radius));
   }
   return q;
 }
@@ -465,7 +558,8 @@ dem::RandomFill SoilBuilder::random_fill() const {
     fill.layers = layers();
     return fill;
   }
-  fill.radius = sizes_of(bed().radius);
+  fill.radius = sizes();
+  fill.clumps = parts();
   fill.shares = shares_of(bed().shares);
   fill.of = material();
   if (bed().count) fill.count = static_cast<std::size_t>(*bed().count);
@@ -544,8 +638,8 @@ void SoilBuilder::finish() {
   if (has_spheres && has_bed() && options_.place_soil && this->bed().rough_floor && !world_.soil.stopped)
     fix_rough_floor();
   if (has_spheres) {
-    const dem::BedReport r = dem::report(bed.spheres(), region(), bed.options().periodic);
-    world_.soil.spheres = r.spheres;
+    const dem::BedReport r = dem::report(bed, region());
+    world_.soil.spheres = r.spheres, world_.soil.clumps = bed.clumps().size();
     world_.soil.mass = r.mass;
     world_.soil.bulk_density = r.bulk_density;
     world_.soil.surface_mean = r.surface.mean;

@@ -49,6 +49,13 @@ class SoilBuilder {
   void place_layers(bool at_rest);
   void assign_layers(std::vector<dem::SphereSpec>& spheres);
   void place_stand_in();
+  void add_shapes();
+  void place_clumps();
+  bool has_clumps() const { return has_bed() && !bed().clumps.empty(); }
+  dem::RadiusDistribution sizes() const;
+  double radius_of_mean_grain() const;
+  double spheres_per_grain() const;
+  std::vector<dem::ClumpPart> parts() const;
   void name_fixed();
   void place_made();
   void refuse_too_deep() const;

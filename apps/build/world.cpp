@@ -152,6 +152,10 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
                         "entry",
                         loaded.where(fmt::format("contacts[{}].law", law)), s.materials[b].name));
       try {
+        for (const dem::ClumpShape& shape : world.bed->clump_shapes()) {
+          if (soil[b]) limit_step(report, dem::stable_step(l, shape, question), between);
+          if (surface[b]) limit_step(report, dem::stable_step_at_surface(l, shape, question), between);
+        }
         if (soil[b] && question.neighbours > 0) {
           limit_step(report, dem::stable_step(l, question), between);
           report.impacts.push_back({l, question, false, between});

@@ -42,7 +42,7 @@ struct DrawnSurface {
 };
 
 struct SoilReport {
-  std::size_t spheres = 0;
+  std::size_t spheres = 0, clumps = 0;
   double mass = 0;                                                 ///< kg
   double settled_for = 0;                                          ///< s
   double rms_speed = 0;                                            ///< m/s at the end of settling

@@ -8,7 +8,7 @@
 namespace subsoil::app {
 
 /// Pictures of a run's frames: the section one mean diameter thick through the middle of what moves, seen along z. All
-/// on one scale, which takes in the soil but for a thousandth of it that flies, and every moving surface.
+/// on one scale, which takes in the soil but for a fiftieth that flies or rolls off, and every moving surface.
 class SectionFilm {
  public:
   /// `frames`: which of the file's; `width`: pixels.

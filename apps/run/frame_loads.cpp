@@ -41,23 +41,28 @@ void archive_contacts(std::vector<dem::ContactRecord>& contacts, Archive& a) {
   for (dem::ContactRecord& c : contacts) a(c.i, c.j, c.at_surface, c.point, c.normal, c.force, c.velocity);
 }
 
-LoadsOfMesh loads_of(const World& world, const SurfaceRecord& surface) {
+FacesOfMesh faces_of(const World& world, const SurfaceRecord& surface) {
   const dem::Boundary& b = world.bed->boundary(surface.boundary);
-  LoadsOfMesh out;
+  FacesOfMesh out;
   if (!b.loads || !surface.wear) return out;
   const std::vector<dem::TriangleMesh> meshes = dem::drawing(b.shape, 1.0);
-  std::size_t first = 0;
-  for (std::size_t m = 0; m < surface.mesh; ++m) first += meshes[m].triangles().size();
+  for (std::size_t m = 0; m < surface.mesh; ++m) out.first += meshes[m].triangles().size();
   const dem::TriangleMesh& mesh = meshes[surface.mesh];
-  out.loads = std::span(b.loads->faces).subspan(first, mesh.triangles().size());
   for (std::size_t t = 0; t < mesh.triangles().size(); ++t)
     out.areas.push_back(0.5 * dem::norm(dem::area_vector(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2))));
   return out;
 }
 
+std::span<const dem::FaceLoad> loads_of(const World& world, const SurfaceRecord& surface, const FacesOfMesh& faces) {
+  if (faces.areas.empty()) return {};
+  return std::span(world.bed->boundary(surface.boundary).loads->faces).subspan(faces.first, faces.areas.size());
+}
+
 void FrameLoads::show(const SurfaceRecord& surface, std::size_t place) {
   if (!surface.wear) return;
-  shown_.push_back({&surface, place, std::vector<double>(loads_of(world_, surface).areas.size(), 0.0)});
+  FacesOfMesh faces = faces_of(world_, surface);
+  std::vector<double> impulse(faces.areas.size(), 0.0);
+  shown_.push_back({&surface, place, std::move(faces), std::move(impulse)});
 }
 
 std::vector<std::vector<FrameField>> FrameLoads::take(double time, std::size_t count) {
@@ -69,14 +74,14 @@ std::vector<std::vector<FrameField>> FrameLoads::take(double time, std::size_t c
 }
 
 std::vector<FrameField> FrameLoads::fields(Shown& shown, double elapsed) const {
-  const LoadsOfMesh of = loads_of(world_, *shown.surface);
+  const std::span<const dem::FaceLoad> loads = loads_of(world_, *shown.surface, shown.faces);
   const WearSection& wear = *shown.surface->wear;
   FrameField pressure{"mean pressure", "Pa", 1, {}}, normal{"normal work", "J/m^2", 1, {}},
       shear{"shear work", "J/m^2", 1, {}}, archard{"Archard wear depth", "m", 1, {}},
       finnie{"Finnie wear depth", "m", 1, {}};
-  for (std::size_t t = 0; t < of.areas.size(); ++t) {
-    const dem::FaceLoad& f = of.loads[t];
-    const double area = of.areas[t];
+  for (std::size_t t = 0; t < loads.size(); ++t) {
+    const dem::FaceLoad& f = loads[t];
+    const double area = shown.faces.areas[t];
     pressure.values.push_back(elapsed > 0 ? (f.impulse - shown.impulse[t]) / (elapsed * area) : 0);
     shown.impulse[t] = f.impulse;
     normal.values.push_back(f.normal_work / area), shear.values.push_back(f.shear_work / area);

@@ -14,12 +14,14 @@ ContactLines contact_lines(const std::vector<dem::ContactRecord>& contacts, cons
                            const dem::PeriodicCell& cell = {});
 void archive_contacts(std::vector<dem::ContactRecord>& contacts, Archive& a);
 
-/// The part of a boundary's loads that lies on one of its meshes.
-struct LoadsOfMesh {
-  std::span<const dem::FaceLoad> loads;  ///< by triangle; empty where the boundary keeps none
-  std::vector<double> areas;             ///< m^2
+/// The triangles of one mesh among those of its boundary. What lies on them changes from step to step, they do not.
+struct FacesOfMesh {
+  std::size_t first = 0;      ///< triangle of the boundary
+  std::vector<double> areas;  ///< m^2; empty where the boundary keeps no loads
 };
-LoadsOfMesh loads_of(const World& world, const SurfaceRecord& surface);
+FacesOfMesh faces_of(const World& world, const SurfaceRecord& surface);
+/// What lies on them now.
+std::span<const dem::FaceLoad> loads_of(const World& world, const SurfaceRecord& surface, const FacesOfMesh& faces);
 
 /// Loads on the triangles of surfaces that keep them: mean pressure since the frame before, work and wear since the
 /// start. Of a frame between two steps they are those of the step's end.
@@ -37,6 +39,7 @@ class FrameLoads {
   struct Shown {
     const SurfaceRecord* surface;
     std::size_t place;
+    FacesOfMesh faces;
     std::vector<double> impulse;  ///< N s at the frame before
   };
   std::vector<FrameField> fields(Shown& shown, double elapsed) const;

@@ -61,8 +61,14 @@ void FrameOutput::list_particles(ParticleTable& table, const Scenario& scenario)
   for (const dem::Sphere* sphere : by_id) {
     table.id.push_back(sphere->id);
     table.radius.push_back(sphere->r);
-    table.density.push_back(dem::own_density(*sphere));
+    const long clump = world_.bed->clump_of(*sphere);
+    // Of a clump's sphere what its share of the mass has in all of its volume.
+    table.density.push_back(clump < 0 ? dem::own_density(*sphere)
+                                      : world_.bed->mass_of(*sphere) / dem::sphere_volume(sphere->r));
     table.material.push_back(sphere->material);
+    if (!world_.bed->clumps().empty())
+      table.clump.push_back(
+          clump < 0 ? -1 : static_cast<std::int32_t>(world_.bed->clumps()[static_cast<std::size_t>(clump)].id));
   }
 }
 

@@ -57,9 +57,13 @@ std::vector<SurfaceFacts> surface_facts(const World& world, double end) {
     facts.path_known = r.owner == SurfaceRecord::Owner::given;
     facts.from_soil = soil ? between(start, bed) : 0;
     for (const coupling::GivenMotion& m : world.motions) {
-      if (m.boundary == r.boundary && m.servo) facts.path_known = false;  // the load decides
-      for (int k = 1; m.boundary == r.boundary && soil && k <= 100; ++k)
-        facts.from_soil = std::min(facts.from_soil, between(box_at(mesh.vertices(), m.pose(end * k / 100)), bed));
+      if (m.boundary != r.boundary) continue;
+      facts.servo = m.servo.has_value();  // the load decides where it stops, its speed limit how far it may come
+      for (int k = 1; soil && k <= 100; ++k) {
+        dem::Pose pose = m.pose(end * k / 100);
+        if (m.servo) pose.position += (m.servo->limit * end * k / 100) * m.servo->along;
+        facts.from_soil = std::min(facts.from_soil, between(box_at(mesh.vertices(), pose), bed));
+      }
     }
     out.push_back(facts);
   }
@@ -72,7 +76,7 @@ std::string surface_text(const SurfaceFacts& f, const World& world) {
   std::string text = fmt::format("{}: {:.3g} x {:.3g} x {:.3g} m", f.name, size.x, size.y, size.z);
   if (f.triangles > 0) text += fmt::format(", {} triangles, {}", f.triangles, f.closed ? "closed" : "open");
   if (world.bed->spheres().empty()) return text;
-  const char* when = f.path_known ? "" : " at the start";
+  const char* when = !f.path_known ? " at the start" : f.servo ? ", where its servo goes at its speed limit" : "";
   return text + (f.from_soil > 0 ? fmt::format(", {:.3g} m from the soil{}", f.from_soil, when)
                                  : fmt::format(", in reach of the soil{}", when));
 }
@@ -97,7 +101,11 @@ std::vector<std::string> surface_warnings(const std::vector<SurfaceFacts>& facts
                     ": its mesh is open: it has no inside, and both its sides act; close its holes if it is a "
                     "solid");
     if (f.path_known && f.from_soil > 0)
-      out.push_back(fmt::format("{} comes no nearer than {:.3g} m to the soil on its path", f.name, f.from_soil));
+      out.push_back(f.servo
+                        ? fmt::format("{} comes no nearer than {:.3g} m to the soil, even where its servo goes at its "
+                                      "speed limit throughout",
+                                      f.name, f.from_soil)
+                        : fmt::format("{} comes no nearer than {:.3g} m to the soil on its path", f.name, f.from_soil));
   }
   return out;
 }

@@ -17,14 +17,15 @@ double finnie_volume(const WearSection& wear, const dem::FaceLoad& load) {
 
 namespace {
 
-nlohmann::ordered_json wear_json(const WearSection& wear, const LoadsOfMesh& of, double duration) {
+nlohmann::ordered_json wear_json(const WearSection& wear, std::span<const dem::FaceLoad> loads,
+                                 const std::vector<double>& areas, double duration) {
   dem::FaceLoad sum;
   double area = 0, pressed = 0, archard = 0, finnie = 0;
-  for (std::size_t t = 0; t < of.areas.size(); ++t) {
-    sum += of.loads[t], area += of.areas[t];
-    if (of.loads[t].impulse != 0) pressed += of.areas[t];
-    archard = std::max(archard, archard_volume(wear, of.loads[t]) / of.areas[t]);
-    finnie = std::max(finnie, finnie_volume(wear, of.loads[t]) / of.areas[t]);
+  for (std::size_t t = 0; t < areas.size(); ++t) {
+    sum += loads[t], area += areas[t];
+    if (loads[t].impulse != 0) pressed += areas[t];
+    archard = std::max(archard, archard_volume(wear, loads[t]) / areas[t]);
+    finnie = std::max(finnie, finnie_volume(wear, loads[t]) / areas[t]);
   }
   nlohmann::ordered_json json{{"area [m2]", area},
                               {"area touched [m2]", pressed},
@@ -43,7 +44,10 @@ nlohmann::ordered_json wear_json(const WearSection& wear, const LoadsOfMesh& of,
 
 void write_wear(Summary& summary, const World& world, double duration) {
   for (const SurfaceRecord& s : world.surfaces)
-    if (s.wear) summary.section("wear")[s.name] = wear_json(*s.wear, loads_of(world, s), duration);
+    if (s.wear) {
+      const FacesOfMesh faces = faces_of(world, s);
+      summary.section("wear")[s.name] = wear_json(*s.wear, loads_of(world, s, faces), faces.areas, duration);
+    }
 }
 
 }  // namespace subsoil::app

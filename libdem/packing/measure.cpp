@@ -141,7 +141,11 @@ double bulk_density(std::span<const Sphere> spheres, const Bounds& region) {
   return volume > 0 ? mass / volume : 0;
 }
 
-double coordination_number(std::span<const Sphere> all, const PeriodicCell& cell) {
+namespace {
+
+/// @param one(i, j) whether both are of one rigid grain
+template <class OfOneGrain>
+double touching_per_sphere(std::span<const Sphere> all, const PeriodicCell& cell, const OfOneGrain& one) {
   if (all.empty()) return 0;
   double largest = 0;
   for (const Sphere& s : all) largest = std::max(largest, s.r);
@@ -153,9 +157,28 @@ double coordination_number(std::span<const Sphere> all, const PeriodicCell& cell
     cells.around(spheres[i].x, [&](std::uint32_t j) {
       const Vec3 between = spheres[i].x - spheres[j].x;
       const double touching_distance = spheres[i].r + spheres[j].r;
-      if (j != i && dot(between, between) < touching_distance * touching_distance) ++touching;
+      if (j != i && dot(between, between) < touching_distance * touching_distance && !one(i, j)) ++touching;
     });
   return static_cast<double>(touching) / static_cast<double>(all.size());
+}
+
+}  // namespace
+
+double coordination_number(std::span<const Sphere> spheres, const PeriodicCell& cell) {
+  return touching_per_sphere(spheres, cell, [](std::uint32_t, std::uint32_t) { return false; });
+}
+
+BedReport report(const Bed& bed, const Bounds& region) {
+  const PeriodicCell& cell = bed.options().periodic;
+  if (bed.clumps().empty()) return report(bed.spheres(), region, cell);
+  std::vector<Sphere> spheres(bed.spheres().begin(), bed.spheres().end());
+  for (Sphere& s : spheres) s.m = bed.mass_of(s);
+  BedReport out = report(spheres, region, cell);
+  out.coordination = touching_per_sphere(spheres, cell, [&](std::uint32_t i, std::uint32_t j) {
+    const long of_i = bed.clump_of(spheres[i]);
+    return of_i >= 0 && of_i == bed.clump_of(spheres[j]);
+  });
+  return out;
 }
 
 BedReport report(std::span<const Sphere> spheres, const Bounds& region, const PeriodicCell& cell) {

@@ -3,6 +3,7 @@
 #include <limits>
 #include <span>
 
+#include "libdem/bed.hpp"
 #include "libdem/geometry/bounds.hpp"
 #include "libdem/particles/particles.hpp"
 #include "libdem/particles/periodic.hpp"
@@ -38,6 +39,9 @@ struct BedReport {
   double coordination = 0;
 };
 BedReport report(std::span<const Sphere> spheres, const Bounds& region, const PeriodicCell& cell = {});
+/// Of a bed with clumps: `spheres` counts their members, contacts between these are left out, and the mass of a clump
+/// lies where its members are.
+BedReport report(const Bed& bed, const Bounds& region);
 
 double mean_radius(std::span<const Sphere> spheres);  ///< m; 0 of none
 

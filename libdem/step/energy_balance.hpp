@@ -23,6 +23,11 @@ struct BlockSums {
   double squares = 0;             ///< a sum over velocities: NaN where one is
 };
 
+/// Energies of bodies at one instant, J.
+struct BodyEnergy {
+  double kinetic = 0, rotational = 0, potential = 0;
+};
+
 /// Energy balance of the bed, and the extremes by which a step is judged.
 ///
 /// | data                       | written by                                                | read by              |
@@ -61,7 +66,8 @@ class EnergyBalance {
   const Sampling& sampling() const { return sampling_; }
 
   void sum_extremes(std::span<const SurfaceChunk> chunks);
-  void sum_energy(std::span<const SurfaceChunk> chunks, std::span<const Boundary> boundaries, double work_of_fixed);
+  void sum_energy(std::span<const SurfaceChunk> chunks, std::span<const Boundary> boundaries, double work_of_fixed,
+                  const BodyEnergy& of_clumps);
   Losses lost(std::span<const SurfaceChunk> chunks) const;  ///< since the start
   double frozen() const;                                    ///< since the start
   const BedEnergy& energy() const { return energy_; }       ///< of the last step that asked for it

@@ -59,11 +59,17 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   region.keep(particles.spheres(), balance.of_block);
   // Spheres leave before the sort; histories still count them, so they are found by the numbering before.
   const std::size_t count_before = particles.size();
+  clumps.choose_leaving(particles.spheres(), options.floor_drop, gone);
   const auto leave = [&](const Sphere& s, bool fell) {
-    if (!is_fixed(s)) balance.removed += kinetic_energy_of(s) - s.m * dot(options.gravity, s.x);
+    if (const std::uint32_t c = clumps.clump_of(s.id); c != kGone)
+      fell = clumps.fell(c);
+    else if (!is_fixed(s))
+      balance.removed += kinetic_energy_of(s) - s.m * dot(options.gravity, s.x);
     if (fell) ++now.fallen;
   };
-  const std::vector<std::uint32_t> before_removal = particles.take_out(options.floor_drop, gone, leave, threads);
+  const std::vector<std::uint32_t> before_removal =
+      particles.take_out(options.floor_drop, clumps.with_whole_clumps(gone), leave, threads);
+  if (clumps.any()) balance.removed += clumps.take_out(options.gravity);
   const ParticleStatistics statistics =
       particle_statistics(particles.spheres(), laws.table().materials, threads, now.time);
   laws.require(statistics.present);
@@ -90,6 +96,8 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
     if (options.periodic.any()) add_images(list, grid, statistics, cutoff);
     fixed.find(particles.spheres());
     fixed.drop_pairs(list, particles.images());
+    clumps.find(particles.spheres());
+    clumps.drop_pairs(list);
     const Buffer<std::uint32_t> place =
         contacts.build(particles.spheres_and_images(), particles.images(), list, grid, laws, skin, threads);
     bonds.count.removed += contacts.restore_histories(list, place, new_index, laws, threads);
@@ -99,6 +107,7 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   bonds.begin_lists(contacts);
   balance.begin_lists(contacts.particle_blocks.size());
   fixed.begin_lists(contacts.particle_blocks);
+  clumps.begin_lists(contacts.particle_blocks);
   paths.begin(contacts.particle_blocks.size());
   region.begin_lists(contacts, particles, cutoff, threads);
   work.begin_lists(contacts, surfaces, region, particles.is_mixed());

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/scenario/sections/clumps.hpp"
 #include "apps/scenario/sections/placement.hpp"
 #include "apps/scenario/sections/radius.hpp"
 
@@ -64,6 +65,8 @@ struct BedSection {
   std::optional<Settle> settle;
   std::string save, file;  // absolute paths; empty: none
   std::vector<Particle> particles;
+  std::vector<ClumpShare> clumps;     // among the grains of a made bed
+  std::vector<PlacedClump> placed;    // beside the particles
   std::optional<double> rough_floor;  // m above the floor: spheres below are fixed when the run begins
   Overlap inside_machine = Overlap::refuse;
 };

@@ -82,6 +82,10 @@ void describe(Fields& v, Soil& s) {
   v.section("container", s.container, "box of flat walls that act on spheres only");
   v.quantity("surface", s.surface, "m", "(-inf, inf)",
              "height y of the mean surface after settling: bed and container are shifted to it; left out: no shift");
+  v.named(
+      "clumps", s.clumps,
+      "rigid grains made of spheres (multi-spheres), by name; `soil.bed.clumps` and `soil.bed.placed` say where they "
+      "are");
   v.section("bed", s.bed, "the spheres");
   v.section("active", s.active,
             "spheres that rest far from every moving surface are frozen and skipped until something beside them moves; "
@@ -118,6 +122,10 @@ struct SoilChecks : Checks {
         refuse("soil.container.open after settling",
                fmt::format("the face {} is periodic and has no wall; leave it out", face_names[f]));
     }
+    const bool any = c.periodic[0] || c.periodic[1] || c.periodic[2];
+    if (any && s.soil->bed && (!s.soil->bed->clumps.empty() || !s.soil->bed->placed.empty()))
+      refuse("soil.container.periodic",
+             "clumps have no images beyond periodic sides; use spheres, or give the bed walls");
     if (!c.periodic[1]) return;
     const char* const without = "the bed has no floor and no surface with `periodic: [y]`; leave it out, or y";
     if (s.soil->surface) refuse("soil.surface", without);
@@ -129,6 +137,7 @@ struct SoilChecks : Checks {
   void soil() {
     if (s.soil->container) container(*s.soil->container), periodic(*s.soil->container);
     if (s.soil->bed) check_bed(*this, s);
+    check_clumps(*this, s);
     if (s.soil->surface && !(s.soil->bed && s.soil->container)) {
       refuse("soil.surface", "needs a container and a bed, which are shifted so that the bed's surface is there");
     }

@@ -38,7 +38,8 @@ void describe(Fields& v, Active& a);
 
 struct Soil {
   std::optional<Container> container;
-  std::optional<double> surface;  // y of the mean surface after settling: bed and container are shifted
+  std::optional<double> surface;     // y of the mean surface after settling: bed and container are shifted
+  std::vector<ClumpSection> clumps;  // shapes of grains
   std::optional<BedSection> bed;
   std::optional<Active> active;  // all spheres move unless given
   double removal_below = 0.5;    // m below the floor

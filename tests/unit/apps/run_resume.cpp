@@ -99,7 +99,9 @@ void expect_same(const std::filesystem::path& whole, const std::filesystem::path
   const auto a = h5::open_file(whole / "run.h5"), b = h5::open_file(out / "run.h5");
   for (std::size_t k = 0; k < times.size(); ++k) {
     const std::string group = fmt::format("/frames/{:06}", k);
-    for (const std::string column : {"/position", "/velocity", "/force", "/spin", "/torque"})
+    for (const std::string column :
+         {"/position", "/velocity", "/force", "/spin", "/torque", "/loads/tool/mean pressure", "/loads/tool/shear work",
+          "/loads/tool/Archard wear depth"})
       if (h5::exists(a, group + column)) {
         EXPECT_EQ(h5::read<double>(a, group + column), h5::read<double>(b, group + column)) << group << column;
       }
@@ -127,6 +129,13 @@ void expect_no_seam(const std::string& scenario, const std::vector<std::string>&
 TEST(Resume, CoupledRunEndsWithTheSameBits) { expect_no_seam(small_pass); }
 TEST(Resume, CoupledRunInMixedPrecision) { expect_no_seam(small_pass, {"precision=mixed"}); }
 TEST(Resume, SettledBed) { expect_no_seam(with_bed("fill: random, material: soil, radius: 8 mm, count: 120")); }
+/// What the tool's triangles have borne, and the pressure since the frame before, are in the checkpoint.
+TEST(Resume, WornSurface) {
+  std::string text = with_bed("fill: random, material: soil, radius: 8 mm, count: 120");
+  text.replace(text.find("at: 50 75 40 mm,"), 16,
+               "at: 50 75 40 mm, wear: {coefficient: 1e-4, hardness: 2 GPa, finnie: 1e-12 1/Pa},");
+  expect_no_seam(text);
+}
 /// Steps that a folder's bed on its way to rest has been saved with; none: -1.
 double settling_steps(const std::filesystem::path& out) {
   if (!std::filesystem::exists(out / "settling.h5")) return -1;

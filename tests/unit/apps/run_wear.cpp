@@ -4,6 +4,8 @@
 
 #include "apps/output/series.hpp"
 #include "apps/output/state_file.hpp"
+#include "apps/run/surface_report.hpp"
+#include "apps/scenario/load.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
@@ -174,6 +176,23 @@ TEST(RunServo, PlateSettlesAtItsLoad) {
   const Series on = read_series(dir / "on" / "series.csv");
   EXPECT_EQ(on.at("plate.y")[on.rows() - 1], series.at("plate.y")[last]);
   EXPECT_EQ(on.at("plate.resistance")[on.rows() - 1], series.at("plate.resistance")[last]);
+}
+
+/// What `check` says of its path: the farthest that the speed limit allows.
+TEST(RunServo, CheckFollowsItAtItsSpeedLimit) {
+  const auto facts = [](const std::string& text) {
+    const Loaded loaded = load_scenario_text(text, "case.yaml");
+    const World world = build_world(loaded, {.threads = 1, .settle = false});
+    const std::vector<SurfaceFacts> all = surface_facts(world, 0.5);
+    std::string out = surface_text(all.at(0), world) + "\n";
+    for (const std::string& w : surface_warnings(all, world)) out += w + "\n";
+    return out;
+  };
+  const std::string fast = facts(press), slow = facts(replaced(press, "speed limit: 0.1 m/s", "speed limit: 1 mm/s"));
+  EXPECT_NE(fast.find("in reach of the soil, where its servo goes at its speed limit\n"), std::string::npos) << fast;
+  EXPECT_EQ(fast.find("comes no nearer"), std::string::npos) << fast;
+  EXPECT_NE(slow.find("plate comes no nearer than 0.0"), std::string::npos) << slow;
+  EXPECT_NE(slow.find("even where its servo goes at its speed limit throughout"), std::string::npos) << slow;
 }
 
 TEST(RunServo, RefusesNoLoadTwoLoadsAndAPlanesPressure) {
