@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <stdexcept>
 
 #include "libdem/base/fault.hpp"
 #include "libdem/geometry/world_box.hpp"
@@ -50,6 +51,8 @@ void Bed::Impl::check_periodic_sides(const ParticleStatistics& statistics, doubl
   const PeriodicCell& cell = options.periodic;
   require_period(cell, 2 * statistics.largest + laws.largest_cutoff() + skin);
   if (particles.empty()) return;
+  if (clumps.any())
+    throw std::invalid_argument("clumps have no images beyond periodic sides; use spheres, or a bed with walls");
   double cutoff = 0;
   for (std::uint32_t law = 0; law < laws.count(); ++law) cutoff = std::max(cutoff, laws.surface_cutoff(law));
   const double near = statistics.largest + cutoff + skin;

@@ -154,6 +154,7 @@ struct BedChecks : Checks {
     if (!s.soil->container) refuse(path, "needs a container, whose floor it lies on");
     if (b.fill == Fill::particles) refuse(path, "stands beside particles of their own; give those `fixed: NAME`");
     if (s.soil->active) refuse(path, "stands beside `soil.active`; leave one of them out");
+    if (!b.clumps.empty()) refuse(path, "stands beside clumps, which are not fixed; leave one of them out");
   }
 
   /// A key that a fill needs, or that would have no effect with it.

@@ -122,6 +122,10 @@ struct SoilChecks : Checks {
         refuse("soil.container.open after settling",
                fmt::format("the face {} is periodic and has no wall; leave it out", face_names[f]));
     }
+    const bool any = c.periodic[0] || c.periodic[1] || c.periodic[2];
+    if (any && s.soil->bed && (!s.soil->bed->clumps.empty() || !s.soil->bed->placed.empty()))
+      refuse("soil.container.periodic",
+             "clumps have no images beyond periodic sides; use spheres, or give the bed walls");
     if (!c.periodic[1]) return;
     const char* const without = "the bed has no floor and no surface with `periodic: [y]`; leave it out, or y";
     if (s.soil->surface) refuse("soil.surface", without);

@@ -94,7 +94,7 @@ TEST(RunPeriodic, FieldsGoOnBeyondTheSides) {
   ASSERT_EQ(report.grid.n[2], 9u);
   EXPECT_NEAR(report.grid.low.x, 0, 1e-12);
   const auto file = h5::open_file(dir / "out" / "fields.h5");
-  for (const char* name : {"bulk density", "coordination"}) {
+  for (const char* name : {"bulk density", "porosity"}) {
     const std::vector<float> field = h5::read<float>(file, std::string("/frames/000000/") + name);
     for (std::size_t k = 0; k < 9; ++k)
       for (std::size_t j = 0; j < report.grid.n[1]; ++j)
