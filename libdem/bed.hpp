@@ -13,8 +13,10 @@
 #include "libdem/contacts/contact_record.hpp"
 #include "libdem/geometry/boundary.hpp"
 #include "libdem/laws/law_table.hpp"
+#include "libdem/particles/clump.hpp"
 #include "libdem/particles/fixed.hpp"
 #include "libdem/particles/particles.hpp"
+#include "libdem/particles/periodic.hpp"
 
 namespace subsoil::dem {
 
@@ -39,6 +41,10 @@ struct BedOptions {
   /// for all steps since the last one; edges, corners and curved surfaces are always summed.
   int sample_every = 0;
   double floor_drop = -1e300;  ///< y below which spheres are taken out, m
+  /// Spheres are put back into it whenever the lists are built; until then they may be outside by the skin. Boundaries
+  /// meet spheres where these are and have no images: one that ends at a periodic side must not come near to it, one
+  /// that spans the period must reach beyond both sides by more than a radius.
+  PeriodicCell periodic{};
 };
 
 /// Energy balance of the bed, J (BedOptions::sample_every: losses may be sampled). Closure: kinetic + rotational +
@@ -50,8 +56,10 @@ struct BedEnergy {
   double stored = 0;         ///< in contact springs and attraction (negative)
   Losses lost;               ///< since the start
   double boundary_work = 0;  ///< done by the surfaces and fixed spheres on the others since the start
-  double removed = 0;        ///< kinetic and potential energy that left with removed spheres
-  double frozen = 0;         ///< kinetic energy that spheres had when they were frozen, since the start
+  /// Kinetic and potential energy that left with removed spheres; less what gravity along a periodic direction gave to
+  /// those that went round, whose potential energy begins anew on the other side.
+  double removed = 0;
+  double frozen = 0;  ///< kinetic energy that spheres had when they were frozen, since the start
 
   double total() const { return kinetic + rotational + gravity + stored + lost.total() + removed + frozen; }
 };
@@ -82,16 +90,33 @@ class Bed {
   Bed(Bed&&) noexcept;
 
   void add(std::span<const SphereSpec> spheres);
-  int add(Boundary boundary);  ///< index of the boundary
-  /// Removes spheres for which the predicate holds; returns how many. Their contacts end.
+  int add(Boundary boundary);       ///< index of the boundary
+  int add_shape(ClumpShape shape);  ///< of clumps; its index
+  /// Clumps of shapes that the bed has; their members become spheres of the bed, numbered like others. Throws
+  /// std::invalid_argument for one without sense, where spheres may be frozen, and in a bed with periodic sides.
+  void add(std::span<const ClumpSpec> clumps);
+  /// Removes spheres for which the predicate holds, and clumps of which it holds for any sphere; returns how many
+  /// spheres. Their contacts end.
   std::size_t remove_if(const std::function<bool(const Sphere&)>& predicate);
+
+  /// Spheres for which the predicate holds keep their place from now on, as those that were added as fixed(spec) do,
+  /// unless they belong to a clump; returns how many.
+  std::size_t fix_if(const std::function<bool(const Sphere&)>& predicate);
 
   Boundary& boundary(int index);
   const Boundary& boundary(int index) const;
   int boundary_count() const;
   std::span<const Sphere> spheres() const;  ///< in the engine's own order
-  /// Spheres that were added as fixed(spec), with what acted on them at t_n of the last step; in rising id.
+  /// Spheres that are fixed, with what acted on them at t_n of the last step; in rising id.
   std::span<const FixedSphere> fixed_spheres() const;
+  std::span<const Clump> clumps() const;  ///< in rising number
+  const std::vector<ClumpShape>& clump_shapes() const;
+  /// Place in `clumps` of the clump that a sphere belongs to; -1: it is loose.
+  long clump_of(const Sphere& s) const;
+  /// Mass of matter, kg, and solid volume, m3, that a sphere stands for: of a clump's member its share in the clump, by
+  /// volume (its record has the clump's mass). Over all spheres they sum to those of the bed.
+  double mass_of(const Sphere& s) const;
+  double volume_of(const Sphere& s) const;
   std::size_t removed_count() const;   ///< fallen below the floor since the start
   std::size_t touching_pairs() const;  ///< within the cutoff of their law, of each particle block when last sampled
 
@@ -167,6 +192,7 @@ class Bed {
     std::vector<double> scalars;
     std::vector<std::int64_t> calm;  ///< of each sphere for the active region; empty without
     std::vector<double> frozen;      ///< BedEnergy::frozen; empty without
+    std::vector<double> clumps;      ///< 17 numbers each, behind the next one's; empty without
     std::vector<double> fixed;       ///< work of fixed spheres, and what acted on each; empty without
     std::vector<double> loads;       ///< FaceLoad of every triangle of boundaries that keep them; empty without
   };

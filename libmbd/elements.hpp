@@ -34,6 +34,7 @@
 #include "libmbd/forces/hydraulic_cylinder.hpp"
 #include "libmbd/forces/joint_friction.hpp"
 #include "libmbd/forces/line_contact.hpp"
+#include "libmbd/forces/outline_contact.hpp"
 #include "libmbd/forces/rotational_spring_damper.hpp"
 #include "libmbd/forces/rotational_stop.hpp"
 #include "libmbd/forces/slide_stop.hpp"
@@ -61,8 +62,8 @@ using Joints = std::tuple<Revolute, Translational, Fixed, PointOnLine, Distance,
                           RollingOnDisk, GearPair, GearRatio, RackAndPinion, CamFollower, FlatFacedCam, PointOnCurve>;
 using Drivers = std::tuple<CoordinateDriver, AngleDriver, SlideDriver, DistanceDriver>;
 using Forces = std::tuple<SpringDamper, RotationalSpringDamper, Bushing, BeamElement, AppliedForce, Drag, LineContact,
-                          DiskContact, RotationalStop, SlideStop, DistanceStop, WheelOnSoil, GroundElement,
-                          JointFriction, HydraulicCylinder, ElectricMotor>;
+                          DiskContact, OutlineContact, RotationalStop, SlideStop, DistanceStop, WheelOnSoil,
+                          GroundElement, JointFriction, HydraulicCylinder, ElectricMotor>;
 
 template <>
 struct ListOf<JointFamily> {

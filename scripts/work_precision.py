@@ -3,10 +3,12 @@
 
     cmake --preset release -DSUBSOIL_BENCH=ON && cmake --build --preset release --target work_precision
     scripts/work_precision.py --program build/release/bench/work_precision     # measures (minutes), keeps the CSV, draws
+    scripts/work_precision.py --table 1e-7                                     # times at equal error, as Markdown
     scripts/work_precision.py                                                  # draws what docs/work-precision.csv holds
 """
 import argparse
 import csv
+import math
 import pathlib
 import subprocess
 import sys
@@ -24,8 +26,8 @@ def style(i):
 def gnuplot_script(rows, picture, directory):
     """One data file per curve; gnuplot's own key stands in the panel that is left over."""
     mechanisms = list(dict.fromkeys(row["mechanism"] for row in rows))
-    lines = ["set terminal pngcairo size 1500,800 font 'sans,11'", f"set output '{picture}'",
-             "set multiplot layout 2,4", "set logscale xy", "set format '10^{%L}'", "set grid",
+    lines = ["set terminal pngcairo size 1500,1150 font 'sans,11'", f"set output '{picture}'",
+             "set multiplot layout 3,4", "set logscale xy", "set format '10^{%L}'", "set grid",
              "set xlabel 'largest error'", "set ylabel 'time [s]'", "set xtics 100", "set key off"]
     for k, mechanism in enumerate(mechanisms):
         curves = []
@@ -44,11 +46,35 @@ def gnuplot_script(rows, picture, directory):
     return "\n".join(lines) + "\n"
 
 
+def time_at_error(rows, mechanism, method, error):
+    """Computing time of a method at that error, between its measured points (straight in logarithms), as text in ms; with
+    a `<` that of its roughest run where even that errs less; empty where none errs so little."""
+    points = sorted((math.log(float(r["error"])), math.log(float(r["seconds"]))) for r in rows
+                    if r["mechanism"] == mechanism and r["method"] == method and float(r["error"]) > 0)
+    wanted = math.log(error)
+    for (e0, t0), (e1, t1) in zip(points, points[1:]):
+        if e0 <= wanted <= e1:
+            return f"{1e3 * math.exp(t0 + (t1 - t0) * ((wanted - e0) / (e1 - e0) if e1 > e0 else 0)):.3g}"
+    if points and points[-1][0] < wanted:
+        return f"< {1e3 * math.exp(min(t for _, t in points)):.3g}"
+    return ""
+
+
+def table(rows, error):
+    """Markdown: time of each method at the same measured error, in ms."""
+    out = [f"| time in ms at an error of {error:g} | " + " | ".join(METHODS) + " |", "|---" * (len(METHODS) + 1) + "|"]
+    for mechanism in dict.fromkeys(row["mechanism"] for row in rows):
+        times = [time_at_error(rows, mechanism, method, error) for method in METHODS]
+        out.append(f"| {mechanism} | " + " | ".join(times) + " |")
+    return "\n".join(out)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", help="the built benchmark; left out: draw what has been measured")
     parser.add_argument("--csv", type=pathlib.Path, default=ROOT / "docs" / "work-precision.csv")
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "docs" / "pictures" / "work-precision.png")
+    parser.add_argument("--table", type=float, metavar="ERROR", help="print the times at that error, draw nothing")
     options = parser.parse_args()
     if options.program:
         options.csv.write_text(subprocess.run([options.program], check=True, capture_output=True, text=True).stdout)
@@ -56,6 +82,9 @@ def main():
         rows = list(csv.DictReader(file))
     if not rows:
         sys.exit(f"{options.csv} holds no measurement; give --program")
+    if options.table:
+        print(table(rows, options.table))
+        return
     options.out.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as directory:
         script = pathlib.Path(directory) / "plot.gp"

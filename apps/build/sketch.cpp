@@ -189,13 +189,16 @@ class Draughtsman {
     curve(j.body_a, j.p_a, mbd::Curve::polar(j.angles, j.radii, closed), from, to, closed);
   }
   void take(const mbd::PointOnCurve& j) {
-    double length = 0;
-    const std::size_t pieces = j.points.size() - (j.closed ? 0 : 1);
-    for (std::size_t i = 0; i < pieces; ++i) length += distance(j.points[i], j.points[(i + 1) % j.points.size()]);
     std::vector<char> before = shaped_;
-    curve(j.body_a, {0, 0}, mbd::Curve::through(j.points, j.closed), 0, length, j.closed);
+    path(j.body_a, j.points, j.closed);
     shaped_ = before;
     point(j.body_b, j.p_b);
+  }
+  void path(int body, const std::vector<Vec2>& points, bool closed) {
+    double length = 0;
+    const std::size_t pieces = points.size() - (closed ? 0 : 1);
+    for (std::size_t i = 0; i < pieces; ++i) length += distance(points[i], points[(i + 1) % points.size()]);
+    curve(body, {0, 0}, mbd::Curve::through(points, closed), 0, length, closed);
   }
 
   void take(const mbd::SpringDamper& f) {
@@ -214,6 +217,23 @@ class Draughtsman {
     sketch_.sides.push_back({f.body_a, f.p_a, f.angle_a});
   }
   void take(const mbd::DiskContact& f) { disk(f.body_a, f.p_a, f.radius_a), disk(f.body_b, f.p_b, f.radius_b); }
+  void take(const mbd::OutlineContact& f) {
+    for (const auto& [body, form] : {std::pair(f.body_a, &f.first), {f.body_b, &f.second}})
+      std::visit([this, body = body](const auto& outline) { draw(body, outline); }, *form);
+  }
+  void draw(int body, const mbd::DiskOutline& o) { disk(body, o.centre, o.radius); }
+  void draw(int body, const mbd::PolygonOutline& o) {
+    sketch_.outlines.push_back({body, o.points});
+    if (body != mbd::ground) shaped_[static_cast<std::size_t>(body)] = 1;
+  }
+  void draw(int body, const mbd::ProfileOutline& o) {
+    curve(body, o.centre, *o.curve(), o.angles.front(), o.angles.front() + 2 * std::numbers::pi, true);
+  }
+  void draw(int body, const mbd::FlankOutline& o) { path(body, o.points, o.closed); }
+  void draw(int body, const mbd::FlatOutline& o) {
+    sketch_.sides.push_back({body, o.point, o.angle});
+    point(body, o.point);
+  }
   void take(const mbd::WheelOnSoil& f) {
     disk(f.body, {0, 0}, f.radius);
     const auto same = [&](const Sketch::Side& side) { return side.body == mbd::ground && side.point[1] == f.surface; };

@@ -8,9 +8,12 @@
 #include <numeric>
 
 #include "apps/build/laws.hpp"
+#include "apps/build/shapes.hpp"
+#include "apps/scenario/checks.hpp"
 #include "apps/scenario/units.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
 #include "libdem/packing/carve.hpp"
+#include "libdem/step/stability.hpp"
 #include "libmbd/forces/wheel_on_soil.hpp"
 
 namespace subsoil::app {
@@ -62,7 +65,7 @@ void SoilBuilder::add_walls() {
   if (!s.soil || !s.soil->container) return;
   const Container& c = *s.soil->container;
   for (int f = 0; f < 6; ++f) {
-    if (c.open[static_cast<std::size_t>(f)]) continue;
+    if (c.open[static_cast<std::size_t>(f)] || c.periodic[static_cast<std::size_t>(f / 2)]) continue;
     dem::Boundary wall;
     wall.name = f == 2 ? "floor" : std::string("wall ") + face_names[static_cast<std::size_t>(f)];
     wall.material = material_index(s, c.material);
@@ -74,10 +77,13 @@ void SoilBuilder::add_walls() {
   shape_walls(0);
 }
 
-/// Walls as high as the container, or higher while spheres rain in.
+/// Walls as high as the container, or higher while spheres rain in. Along periodic directions they reach beyond both
+/// sides, by more than spheres do.
 void SoilBuilder::shape_walls(double extra_height) {
   if (!loaded_.scenario.soil || !loaded_.scenario.soil->container) return;
-  const Container& c = *loaded_.scenario.soil->container;
+  Container c = *loaded_.scenario.soil->container;
+  for (int d = 0; d < 3; ++d)
+    if (c.periodic[static_cast<std::size_t>(d)]) c.at[d] -= 0.5 * c.size[d], c.size[d] *= 2;
   const Vec3 size{c.size.x, c.size.y + extra_height, c.size.z};
   for (int f = 0; f < 6; ++f)
     if (const int index = wall_[static_cast<std::size_t>(f)]; index >= 0) {
@@ -98,6 +104,19 @@ dem::Bounds SoilBuilder::region() const {
     box.include(s.x + Vec3{s.r, s.r, s.r});
   }
   return box;
+}
+
+/// In which directions the region goes on beyond its sides.
+Directions SoilBuilder::periodic_region() const {
+  Directions out{};
+  const Soil& soil = *loaded_.scenario.soil;
+  if (!soil.container) return out;
+  const Container& c = *soil.container;
+  const dem::Bounds box = region();
+  for (int d = 0; d < 3; ++d)
+    out[static_cast<std::size_t>(d)] =
+        c.periodic[static_cast<std::size_t>(d)] && std::abs(box.high[d] - box.low[d] - c.size[d]) <= 1e-9 * c.size[d];
+  return out;
 }
 
 dem::BedMaterial SoilBuilder::material_of(const std::string& name) const {
@@ -199,14 +218,17 @@ double SoilBuilder::rest_overlap(int a, int b) const {
   return world_.laws.laws[static_cast<std::size_t>(law)]->rest_overlap();
 }
 
-dem::LatticePlan SoilBuilder::lattice_plan(double pitch) const {
+/// @param around rows go on beyond periodic sides, which refuses other pitches
+dem::LatticePlan SoilBuilder::lattice_plan(double pitch, bool around) const {
   const dem::BedMaterial lowest = material_of(layered() ? bed().layers.back().material : bed().material);
   dem::LatticePlan plan;
   plan.region = region();
   refuse_too_deep();
-  if (!layered()) plan.radius = sizes_of(bed().radius);
+  if (!layered()) plan.radius = sizes();
+  plan.clumps = parts();
   plan.shares = shares_of(bed().shares);
   plan.pitch = pitch;
+  if (around) plan.periodic = periodic_region();
   if (loaded_.scenario.soil->container)
     plan.floor_overlap =
         rest_overlap(lowest.material, material_index(loaded_.scenario, loaded_.scenario.soil->container->material));
@@ -271,6 +293,7 @@ int SoilBuilder::material_of(const BedTable& table, std::size_t row) const {
 void SoilBuilder::place() {
   add_walls();
   name_fixed();
+  add_shapes();
   if (!options_.place_soil) world_.bed->add(options_.restored);
   if (!has_bed() || !options_.place_soil) return;
   try {
@@ -285,6 +308,7 @@ void SoilBuilder::place() {
 /// Spheres are numbered in the order of the file, from 0.
 void SoilBuilder::name_fixed() {
   if (!has_bed()) return;
+  if (bed().rough_floor) world_.fixed.push_back({rough_floor_name, {}});
   for (std::size_t i = 0; i < bed().particles.size(); ++i) {
     const std::string& name = bed().particles[i].fixed;
     if (name.empty()) continue;
@@ -293,6 +317,79 @@ void SoilBuilder::name_fixed() {
     if (at == world_.fixed.end()) at = world_.fixed.insert(at, {name, {}});
     at->ids.push_back(static_cast<std::uint32_t>(i));
   }
+}
+
+void SoilBuilder::add_shapes() {
+  if (!has_bed()) return;
+  for (const ClumpSection& c : loaded_.scenario.soil->clumps) {
+    std::vector<dem::ClumpMember> members;
+    for (const ClumpSphere& s : c.spheres) members.push_back({c.scale * s.at, c.scale * s.radius});
+    std::optional<dem::GivenMass> given;
+    if (c.mass) given = dem::GivenMass{.mass = *c.mass, .centre = c.centre, .inertia = {}};
+    if (c.mass && c.inertia) {
+      const Vec3 &j = *c.inertia, p = c.products.value_or(Vec3{});
+      given->inertia = dem::SquareMatrix<3>{{{j.x, p.x, p.z}, {p.x, j.y, p.y}, {p.z, p.y, j.z}}};
+    }
+    try {
+      const double density = c.density ? *c.density : bed().material.empty() ? 0 : material().density;
+      if (!c.mass && !(density > 0)) throw std::invalid_argument("needs `density`: the bed has no material of its own");
+      world_.bed->add_shape(dem::clump_shape(c.name, members, density, given));
+    } catch (const std::invalid_argument& error) {
+      throw ScenarioError(loaded_.where("soil.clumps." + c.name) + ": " + error.what());
+    }
+  }
+}
+
+namespace {
+
+/// The bed has them in the order of the scenario.
+int shape_index(const Scenario& s, const std::string& name) {
+  const Names names = names_of(s.soil->clumps);
+  return static_cast<int>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+}  // namespace
+
+std::vector<dem::ClumpPart> SoilBuilder::parts() const {
+  std::vector<dem::ClumpPart> out;
+  for (const ClumpShare& c : bed().clumps)
+    out.push_back(dem::clump_part(*world_.bed, shape_index(loaded_.scenario, c.shape), c.share));
+  return out;
+}
+
+/// Of the spheres among the grains; where there are none, whatever the clumps are made of.
+dem::RadiusDistribution SoilBuilder::sizes() const {
+  if (!only_clumps(bed().clumps)) return sizes_of(bed().radius);
+  return dem::EqualRadius{world_.bed->clump_shapes().front().members.front().radius};
+}
+
+double SoilBuilder::radius_of_mean_grain() const {
+  const double sphere = dem::radius_of_mean_volume(sizes(), shares_of(bed().shares));
+  double volume = dem::sphere_volume(sphere);
+  if (!has_clumps()) return sphere;
+  for (const dem::ClumpPart& part : parts()) volume += part.share * (part.volume - dem::sphere_volume(sphere));
+  return std::cbrt(volume / dem::sphere_volume(1));
+}
+
+double SoilBuilder::spheres_per_grain() const {
+  double number = 1;
+  for (const dem::ClumpPart& part : parts()) {
+    const auto& members = world_.bed->clump_shapes()[static_cast<std::size_t>(part.shape)].members;
+    number += part.share * (static_cast<double>(members.size()) - 1);
+  }
+  return number;
+}
+
+void SoilBuilder::place_clumps() {
+  std::vector<dem::ClumpSpec> out;
+  for (const PlacedClump& c : bed().placed) {
+    const int index = shape_index(loaded_.scenario, c.shape);
+    const dem::ClumpShape& shape = world_.bed->clump_shapes()[static_cast<std::size_t>(index)];
+    const dem::Quaternion turned = placement({}, c.rotation).attitude;
+    out.push_back({index, c.position, turned * shape.axes, c.velocity, c.spin,
+                   material_index(loaded_.scenario, c.material.empty() ? bed().material : c.material)});
+  }
+  world_.bed->add(out);
 }
 
 void SoilBuilder::place_made() {
@@ -304,12 +401,13 @@ void SoilBuilder::place_made() {
     std::vector<dem::SphereSpec> spheres = fill == Fill::particles ? listed() : from_file();
     if (layered()) assign_layers(spheres);
     world_.bed->add(spheres);
+    place_clumps();
   } else if (layered()) {
     place_layers(fill == Fill::rest_lattice);
   } else if (fill == Fill::lattice) {
-    const dem::RadiusDistribution sizes = sizes_of(bed().radius);
-    const double mean = 0.5 * (dem::least_radius(sizes) + dem::largest_radius(sizes));
-    world_.bed->add(dem::lattice(lattice_plan(bed().pitch.value_or(2.02 * mean)), material()));
+    double mean = 0.5 * (dem::least_radius(sizes()) + dem::largest_radius(sizes()));
+    for (const dem::ClumpPart& part : parts()) mean = std::max(mean, part.reach);
+    dem::add(*world_.bed, dem::lattice_of_grains(lattice_plan(bed().pitch.value_or(2.02 * mean)), material()));
   } else {
     world_.bed->add(dem::rest_lattice(lattice_plan(bed().pitch.value_or(0)),
                                       rest_overlap(material().material, material().material), material()));
@@ -317,25 +415,25 @@ void SoilBuilder::place_made() {
 }
 
 /// Spheres in a box at the density of poured beds.
-double poured(const dem::Bounds& box, double height, double radius, double overlap) {
+double poured(const dem::Bounds& box, const Directions& periodic, double height, double radius, double overlap) {
   const double wall = 2 * radius / 6;  // less dense there
   const double closer = 2 * radius / (2 * radius - std::clamp(overlap, 0.0, radius));
   const Vec3 size = box.high - box.low;
   const auto less = [&](double length) { return std::max(length - 2 * wall, 0.0); };
-  return 0.61 * closer * closer * closer * less(size.x) * less(size.z) * less(height) / dem::sphere_volume(radius);
+  const double x = periodic[0] ? size.x : less(size.x), z = periodic[2] ? size.z : less(size.z);
+  return 0.61 * closer * closer * closer * x * z * less(height) / dem::sphere_volume(radius);
 }
 
 double SoilBuilder::expected_spheres() const {
   if (!has_bed() || bed().fill != Fill::random) return static_cast<double>(world_.bed->spheres().size());
-  if (bed().count) return static_cast<double>(*bed().count);
+  if (bed().count) return spheres_per_grain() * static_cast<double>(*bed().count);
   const dem::Bounds box = region();
   if (!layered())
-    return poured(box, bed().depth.value_or(box.high.y - box.low.y),
-                  dem::radius_of_mean_volume(sizes_of(bed().radius), shares_of(bed().shares)),
-                  rest_overlap(material().material, material().material));
+    return spheres_per_grain() * poured(box, periodic_region(), bed().depth.value_or(box.high.y - box.low.y),
+                                        radius_of_mean_grain(), rest_overlap(material().material, material().material));
   double sum = 0, below = 0;
   for (const dem::BedLayer& l : layers()) {
-    sum += poured(box, l.top - below, dem::radius_of_mean_volume(l.radius, l.shares),
+    sum += poured(box, periodic_region(), l.top - below, dem::radius_of_mean_volume(l.radius, l.shares),
                   rest_overlap(l.of.material, l.of.material));
     below = l.top;
   }
@@ -346,7 +444,7 @@ double SoilBuilder::expected_spheres() const {
 void SoilBuilder::refuse_too_many() const {
   if (layered() || bed().fill > Fill::random) return;
   constexpr double most = 1e8;
-  const double radius = dem::radius_of_mean_volume(sizes_of(bed().radius), shares_of(bed().shares));
+  const double radius = radius_of_mean_grain();
   const dem::Bounds box = region();
   const Vec3 size = box.high - box.low;
   const double height = bed().depth.value_or(size.y), volume = size.x * height * size.z;
@@ -374,11 +472,17 @@ void SoilBuilder::place_stand_in() {
     std::vector<dem::BedLayer> alike = layers();
     for (dem::BedLayer& l : alike) l.radius = dem::EqualRadius{dem::radius_of_mean_volume(l.radius, l.shares)};
     std::vector<std::size_t> numbers;
-    world_.bed->add(dem::layered_lattice(lattice_plan(0), lattice_layers(alike, true), numbers));
+    world_.bed->add(dem::layered_lattice(lattice_plan(0, false), lattice_layers(alike, true), numbers));
     return;
   }
-  const double mean = dem::radius_of_mean_volume(sizes_of(bed().radius), shares_of(bed().shares));
-  dem::LatticePlan plan = lattice_plan(2 * mean - rest_overlap(material().material, material().material));
+  if (has_clumps()) {
+    const auto grains = static_cast<std::size_t>(std::ceil(expected_spheres() / spheres_per_grain()));
+    dem::LoosePlacer placer(region(), sizes(), shares_of(bed().shares), static_cast<std::uint64_t>(bed().seed),
+                            material(), parts());
+    return dem::add(*world_.bed, placer.grains(grains, region().low.y));
+  }
+  const double mean = radius_of_mean_grain();
+  dem::LatticePlan plan = lattice_plan(2 * mean - rest_overlap(material().material, material().material), false);
   plan.radius = dem::EqualRadius{mean};
   if (bed().count) {  // no more columns and layers than they need
     const auto columns = [&](double length) { return std::max(1.0, std::floor(length / plan.pitch)); };
@@ -409,7 +513,7 @@ dem::StepQuestion SoilBuilder::question() const {
   for (const dem::Sphere& s : world_.bed->spheres()) {
     q.largest_radius = std::max(q.largest_radius, s.r);
     q.smallest_radius = std::min(q.smallest_radius, s.r);
-    q.density = std::min(q.density, own_density(s));
+    if (world_.bed->clump_of(s) < 0) q.density = std::min(q.density, own_density(s));
   }
   q.neighbours = dem::most_neighbours(world_.bed->spheres().size());
   if (rains() && (world_.bed->spheres().empty() || !options_.settle)) {
@@ -419,9 +523,18 @@ dem::StepQuestion SoilBuilder::question() const {
       q.largest_radius = std::max(q.largest_radius, dem::largest_radius(sizes));
       q.density = std::min(q.density, density);
     };
-    if (!layered()) expect(sizes_of(bed().radius), material().density);
+    if (!layered() && !only_clumps(bed().clumps)) expect(sizes(), material().density);
     if (layered())
       for (const dem::BedLayer& l : layers()) expect(l.radius, l.of.density);
+  }
+  // A clump's end yields like a lighter sphere: what impacts on clumps must be resolved by.
+  for (const dem::ClumpShape& shape : world_.bed->clump_shapes()) {
+    for (const dem::ClumpMember& m : shape.members) {
+      q.largest_radius = std::max(q.largest_radius, m.radius);
+      q.smallest_radius = std::min(q.smallest_radius, m.radius);
+    }
+    for (const dem::ClumpMember& m : shape.members)
+      q.density = std::min(q.density, dem::least_effective_mass(shape) / dem::sphere_volume(m.radius));
   }
   return q;
 }
@@ -445,7 +558,8 @@ dem::RandomFill SoilBuilder::random_fill() const {
     fill.layers = layers();
     return fill;
   }
-  fill.radius = sizes_of(bed().radius);
+  fill.radius = sizes();
+  fill.clumps = parts();
   fill.shares = shares_of(bed().shares);
   fill.of = material();
   if (bed().count) fill.count = static_cast<std::size_t>(*bed().count);
@@ -498,7 +612,7 @@ void SoilBuilder::save() const {
   BedTable table;
   for (const dem::Sphere& s : world_.bed->spheres()) {
     table.id.push_back(s.id);
-    table.position.push_back(s.x);
+    table.position.push_back(world_.bed->options().periodic.wrapped(s.x));
     table.radius.push_back(s.r);
     table.density.push_back(own_density(s));
     table.material.push_back(loaded_.scenario.materials[s.material].name);
@@ -508,14 +622,24 @@ void SoilBuilder::save() const {
   save_bed(bed().save, table);
 }
 
+void SoilBuilder::fix_rough_floor() {
+  const double below = loaded_.scenario.soil->container->at.y + *bed().rough_floor;
+  if (world_.bed->fix_if([&](const dem::Sphere& s) { return s.x.y < below; }) == 0)
+    throw ScenarioError(
+        fmt::format("{} = {:.4g} m: no sphere has its centre so low; a radius and more takes the lowest",
+                    loaded_.where("soil.bed.rough floor"), *bed().rough_floor));
+}
+
 void SoilBuilder::finish() {
   if (!loaded_.scenario.soil) return;
   const Soil& soil = *loaded_.scenario.soil;
   dem::Bed& bed = *world_.bed;
   const bool has_spheres = !bed.spheres().empty();
+  if (has_spheres && has_bed() && options_.place_soil && this->bed().rough_floor && !world_.soil.stopped)
+    fix_rough_floor();
   if (has_spheres) {
-    const dem::BedReport r = dem::report(bed.spheres(), region());
-    world_.soil.spheres = r.spheres;
+    const dem::BedReport r = dem::report(bed, region());
+    world_.soil.spheres = r.spheres, world_.soil.clumps = bed.clumps().size();
     world_.soil.mass = r.mass;
     world_.soil.bulk_density = r.bulk_density;
     world_.soil.surface_mean = r.surface.mean;

@@ -39,6 +39,7 @@ class SoilBuilder {
   void add_walls();
   void shape_walls(double extra_height);
   dem::Bounds region() const;
+  Directions periodic_region() const;
   dem::BedMaterial material_of(const std::string& name) const;
   dem::BedMaterial material() const { return material_of(bed().material); }
   bool layered() const { return has_bed() && !bed().layers.empty(); }
@@ -48,18 +49,26 @@ class SoilBuilder {
   void place_layers(bool at_rest);
   void assign_layers(std::vector<dem::SphereSpec>& spheres);
   void place_stand_in();
+  void add_shapes();
+  void place_clumps();
+  bool has_clumps() const { return has_bed() && !bed().clumps.empty(); }
+  dem::RadiusDistribution sizes() const;
+  double radius_of_mean_grain() const;
+  double spheres_per_grain() const;
+  std::vector<dem::ClumpPart> parts() const;
   void name_fixed();
   void place_made();
   void refuse_too_deep() const;
   void refuse_too_many() const;
   void clear_given();
   dem::RandomFill random_fill() const;
-  dem::LatticePlan lattice_plan(double pitch) const;
+  dem::LatticePlan lattice_plan(double pitch, bool around = true) const;
   double rest_overlap(int a, int b) const;
   std::vector<dem::SphereSpec> listed() const;
   std::vector<dem::SphereSpec> from_file() const;
   int material_of(const BedTable& table, std::size_t row) const;
   void save() const;
+  void fix_rough_floor();
 
   World& world_;
   const Loaded& loaded_;

@@ -152,6 +152,10 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
                         "entry",
                         loaded.where(fmt::format("contacts[{}].law", law)), s.materials[b].name));
       try {
+        for (const dem::ClumpShape& shape : world.bed->clump_shapes()) {
+          if (soil[b]) limit_step(report, dem::stable_step(l, shape, question), between);
+          if (surface[b]) limit_step(report, dem::stable_step_at_surface(l, shape, question), between);
+        }
         if (soil[b] && question.neighbours > 0) {
           limit_step(report, dem::stable_step(l, question), between);
           report.impacts.push_back({l, question, false, between});
@@ -251,6 +255,7 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
     bed.sample_every = static_cast<int>(s.output.sample_losses_every);
     bed.speed_limit = s.limits.speed;
     bed.overlap_limit = s.limits.overlap;
+    if (s.soil && s.soil->container) bed.periodic = periodic_cell(*s.soil->container);
     try {
       world.bed = std::make_unique<dem::Bed>(world.laws, bed);
     } catch (const std::invalid_argument& error) {

@@ -31,7 +31,7 @@ struct SurfaceRecord {
 /// Spheres of the bed that keep their velocity, by the name that the scenario gives them.
 struct FixedBody {
   std::string name;
-  std::vector<std::uint32_t> ids;  ///< rising
+  std::vector<std::uint32_t> ids;  ///< rising; empty: all that are fixed, a rough floor
 };
 
 /// A surface that only pictures show (a wheel whose soil is a law), in body axes.
@@ -42,7 +42,7 @@ struct DrawnSurface {
 };
 
 struct SoilReport {
-  std::size_t spheres = 0;
+  std::size_t spheres = 0, clumps = 0;
   double mass = 0;                                                 ///< kg
   double settled_for = 0;                                          ///< s
   double rms_speed = 0;                                            ///< m/s at the end of settling

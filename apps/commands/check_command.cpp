@@ -39,6 +39,15 @@ double expected_spheres(const Loaded& loaded, World& world, const BuildOptions& 
   return world.bed ? SoilBuilder(world, loaded, options).expected_spheres() : 0;
 }
 
+std::string clump_words(const dem::ClumpShape& shape, const World& world) {
+  std::size_t there = 0;
+  for (const dem::Clump& c : world.bed->clumps()) there += &world.bed->clump_shapes()[c.shape] == &shape;
+  return fmt::format("{}: {} of {} spheres, {:.4g} g, {:.4g} mm3 ({}), principal moments {:.4g} {:.4g} {:.4g} g mm2",
+                     shape.name, there, shape.members.size(), shape.mass * 1e3, shape.volume * 1e9,
+                     shape.error > 0 ? fmt::format("of the union, to {:.0e}", shape.error) : "exact",
+                     shape.inertia.x * 1e9, shape.inertia.y * 1e9, shape.inertia.z * 1e9);
+}
+
 }  // namespace
 
 Estimate estimate(const RunRequest& request) {
@@ -62,6 +71,7 @@ int check_command(const RunRequest& request) {
     const bool poured = s.soil && s.soil->bed && s.soil->bed->fill == Fill::random;
     line("spheres", poured && !s.soil->bed->count ? fmt::format("about {:.0f} (poured)", spheres)
                                                   : fmt::format("{:.0f}", spheres));
+    for (const dem::ClumpShape& shape : world.bed->clump_shapes()) line("clump", clump_words(shape, world));
     if (world.soil.spheres > 0 && !poured)
       line("bed as placed", fmt::format("{:.1f} kg, bulk density {:.0f} kg/m3, surface at {:.4f} m", world.soil.mass,
                                         world.soil.bulk_density, world.soil.surface_mean));

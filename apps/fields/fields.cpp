@@ -7,12 +7,14 @@
 #include <stdexcept>
 
 #include "apps/fields/fields_file.hpp"
+#include "apps/report/disturbance.hpp"
 #include "apps/report/frames_file.hpp"
+#include "apps/report/run_folder.hpp"
 
 namespace subsoil::app {
 namespace {
 
-struct Box {
+struct FrameBox {
   Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
   void take(const float* p) {
     for (int d = 0; d < 3; ++d) {
@@ -42,8 +44,10 @@ std::vector<std::size_t> chosen_frames(const FramesFile& file, const FieldsReque
   return out;
 }
 
-/// Over all that the kernels of all chosen frames reach, so that nothing is lost at its rim.
-FieldGrid grid_over(const Box& box, const FieldsRequest& request, double width, double reach) {
+/// Over all that the kernels of all chosen frames reach, so that nothing is lost at its rim; between periodic sides
+/// over the cell.
+FieldGrid grid_over(const FrameBox& box, const FieldsRequest& request, double width, double reach,
+                    const dem::PeriodicCell& cell) {
   FieldGrid grid;
   grid.spacing = request.spacing.value_or(0.5 * width);
   const auto lay = [&] {
@@ -51,6 +55,11 @@ FieldGrid grid_over(const Box& box, const FieldsRequest& request, double width, 
     for (int d = 0; d < 3; ++d)
       grid.n[static_cast<std::size_t>(d)] =
           static_cast<std::size_t>(std::ceil((box.high[d] - box.low[d] + 2 * reach) / grid.spacing)) + 1;
+    for (int d = 0; d < 3; ++d)
+      if (cell.length[d] > 0) {
+        grid.low[d] = cell.low[d];
+        grid.n[static_cast<std::size_t>(d)] = static_cast<std::size_t>(cell.length[d] / grid.spacing * (1 + 1e-9)) + 1;
+      }
     if (!request.section) return;
     grid.low[request.section->axis] = request.section->at;
     grid.n[static_cast<std::size_t>(request.section->axis)] = 1;
@@ -68,8 +77,24 @@ FieldGrid grid_over(const Box& box, const FieldsRequest& request, double width, 
   return grid;
 }
 
+/// use(shift) for all places of a box, its own first, from which a kernel reaches into the cell.
+template <class Use>
+void each_image(const Vec3& low, const Vec3& high, const dem::PeriodicCell& cell, double reach, const Use& use) {
+  const auto turns = [&](int d) { return cell.length[d] > 0 ? 1 : 0; };
+  const auto reaches = [&](int d, double shift) {
+    return cell.length[d] == 0 ||
+           (high[d] + shift > cell.low[d] - reach && low[d] + shift < cell.low[d] + cell.length[d] + reach);
+  };
+  for (int a = -turns(0); a <= turns(0); ++a)
+    for (int b = -turns(1); b <= turns(1); ++b)
+      for (int c = -turns(2); c <= turns(2); ++c) {
+        const Vec3 shift{a * cell.length.x, b * cell.length.y, c * cell.length.z};
+        if (reaches(0, shift.x) && reaches(1, shift.y) && reaches(2, shift.z)) use(shift);
+      }
+}
+
 GrainFields fields_of(const FramesFile& file, std::size_t frame, const FieldGrid& grid, const FieldKernel& kernel,
-                      const FieldsHeld& held) {
+                      const FieldsHeld& held, const dem::PeriodicCell& cell) {
   CoarseGraining coarse(grid, kernel);
   const FrameSpheres s = file.spheres(frame, held.velocity);
   const std::vector<std::int32_t> contacts =
@@ -79,16 +104,26 @@ GrainFields fields_of(const FramesFile& file, std::size_t frame, const FieldGrid
   };
   for (std::size_t i = 0; i < s.index.size(); ++i) {
     const double r = file.radius()[s.index[i]], volume = 4.0 / 3.0 * M_PI * r * r * r;
-    coarse.add({.position = vector(s.position, i),
-                .velocity = vector(s.velocity, i),
-                .mass = file.density()[s.index[i]] * volume,
-                .volume = volume,
-                .contacts = static_cast<double>(contacts.at(i))});
+    FieldGrain grain{.position = vector(s.position, i),
+                     .velocity = vector(s.velocity, i),
+                     .mass = file.density()[s.index[i]] * volume,
+                     .volume = volume,
+                     .contacts = static_cast<double>(contacts.at(i))};
+    each_image(grain.position, grain.position, cell, kernel.reach(), [&](const Vec3& shift) {
+      FieldGrain image = grain;
+      image.position += shift;
+      coarse.add(image);
+    });
   }
   if (held.stress) {
     const FrameContacts c = file.contact_forces(frame);
-    for (std::size_t k = 0; k < c.force.size() / 3; ++k)
-      coarse.add_contact(vector(c.ends, 2 * k), vector(c.ends, 2 * k + 1), vector(c.force, k));
+    for (std::size_t k = 0; k < c.force.size() / 3; ++k) {
+      const Vec3 from = vector(c.ends, 2 * k), to = vector(c.ends, 2 * k + 1), force = vector(c.force, k);
+      const Vec3 low{std::min(from.x, to.x), std::min(from.y, to.y), std::min(from.z, to.z)};
+      const Vec3 high{std::max(from.x, to.x), std::max(from.y, to.y), std::max(from.z, to.z)};
+      each_image(low, high, cell, kernel.reach(),
+                 [&](const Vec3& shift) { coarse.add_contact(from + shift, to + shift, force); });
+    }
   }
   return coarse.finish();
 }
@@ -102,7 +137,9 @@ FieldsReport write_fields(const FieldsRequest& request) {
   if (file.times().empty() || file.particles() == 0)
     throw std::invalid_argument(request.run.string() + ": its frames hold no spheres, so there are no fields");
   const std::vector<std::size_t> frames = chosen_frames(file, request);
-  Box box;
+  const RunFolder run = read_run_folder(request.run);
+  const dem::PeriodicCell cell = periodic_cell(run.scenario ? &*run.scenario : nullptr);
+  FrameBox box;
   double diameter = 0;
   for (const float r : file.radius()) diameter += 2.0 * r / static_cast<double>(file.particles());
   for (const std::size_t f : frames) {
@@ -115,12 +152,12 @@ FieldsReport write_fields(const FieldsRequest& request) {
   const FieldsHeld held{.velocity = file.holds(frames.front(), "velocity"),
                         .contacts = file.holds(frames.front(), "contacts"),
                         .stress = file.holds(frames.front(), "contact forces")};
-  const FieldGrid grid = grid_over(box, request, width, kernel.reach());
+  const FieldGrid grid = grid_over(box, request, width, kernel.reach(), cell);
   const std::string about =
       fmt::format("{}, width {:.9g} m, zero from {:.9g} m on",
                   request.kernel == FieldKernel::Kind::lucy ? "Lucy" : "Gaussian", width, kernel.reach());
   FieldsFile out(request.out.empty() ? request.run / "fields" : request.out, grid, held, about);
-  for (const std::size_t f : frames) out.add(file.times()[f], fields_of(file, f, grid, kernel, held));
+  for (const std::size_t f : frames) out.add(file.times()[f], fields_of(file, f, grid, kernel, held, cell));
   return {out.finish(),  width,         kernel.reach(), grid.spacing, grid,
           frames.size(), held.velocity, held.contacts,  held.stress};
 }

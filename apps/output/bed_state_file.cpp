@@ -11,6 +11,7 @@ void put_bed_state(StateWriter& out, const dem::Bed::State& bed) {
   out.put("bed/surfaces", bed.surfaces);
   out.put("bed/scalars", bed.scalars);
   if (!bed.calm.empty()) out.put("bed/calm", bed.calm), out.put("bed/frozen", bed.frozen);
+  if (!bed.clumps.empty()) out.put("bed/clumps", bed.clumps);
   if (!bed.fixed.empty()) out.put("bed/fixed", bed.fixed);
   if (!bed.loads.empty()) out.put("bed/loads", bed.loads);
   if (bed.bonding.empty()) return;
@@ -34,6 +35,7 @@ dem::Bed::State bed_state_of(const StateReader& in) {
     bed.calm = in.get<std::int64_t>("bed/calm");
     bed.frozen = in.get<double>("bed/frozen");
   }
+  if (in.has("bed/clumps")) bed.clumps = in.get<double>("bed/clumps");
   if (in.has("bed/fixed")) bed.fixed = in.get<double>("bed/fixed");
   if (in.has("bed/loads")) bed.loads = in.get<double>("bed/loads");
   if (!in.has("bed/bonding")) return bed;

@@ -202,6 +202,9 @@ void RunWriter::Impl::write_particles() {
       {"radius", put_real("/particles/radius", n, 1, "m", [&](std::size_t i) { return p.radius[i]; })},
       {"density", put_real("/particles/density", n, 1, "kg/m^3", [&](std::size_t i) { return p.density[i]; })},
       {"material", put<std::int32_t>("/particles/material", n, 1, "", [&](std::size_t i) { return p.material[i]; })}};
+  if (!p.clump.empty())
+    particle_arrays.push_back(
+        {"clump", put<std::int32_t>("/particles/clump", n, 1, "", [&](std::size_t i) { return p.clump[i]; })});
   point_numbers = put_point_numbers("/particles/point numbers", n);
   if (!p.material_names.empty()) h5::write_text(file, "/particles/material names", p.material_names);
 }
@@ -403,6 +406,9 @@ XdmfGrid RunWriter::Impl::write_soil(const Frame& frame, const std::string& grou
       {"density", put_real(group + "/density", n, 1, "kg/m^3", [&](std::size_t i) { return p.density[entry[i]]; })});
   grid.attributes.push_back({"material", put<std::int32_t>(group + "/material", n, 1, "",
                                                            [&](std::size_t i) { return p.material[entry[i]]; })});
+  if (!p.clump.empty())
+    grid.attributes.push_back(
+        {"clump", put<std::int32_t>(group + "/clump", n, 1, "", [&](std::size_t i) { return p.clump[entry[i]]; })});
   return grid;
 }
 

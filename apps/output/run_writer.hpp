@@ -21,6 +21,7 @@ struct ParticleTable {
   std::vector<double> density;  ///< kg/m^3
   std::vector<int> material;    ///< index into material_names
   std::vector<std::string> material_names;
+  std::vector<std::int32_t> clump{};  ///< number of its clump, -1: none; empty in a bed without
 };
 
 /// A surface of triangles, or lines, or, with neither, points. One that moves has its vertices in its own axes and gets

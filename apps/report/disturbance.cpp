@@ -49,6 +49,11 @@ double soil_surface(double of_summary, const Scenario* scenario, const FramesFil
   return *at;
 }
 
+dem::PeriodicCell periodic_cell(const Scenario* scenario) {
+  const bool known = scenario != nullptr && scenario->soil && scenario->soil->container;
+  return known ? periodic_cell(*scenario->soil->container) : dem::PeriodicCell{};
+}
+
 Disturbance disturbance_of(const FramesFile& file, const Scenario* scenario, double surface, double steady_from) {
   std::map<std::string, std::string> body_of;
   if (scenario != nullptr && scenario->machine)
@@ -56,7 +61,7 @@ Disturbance disturbance_of(const FramesFile& file, const Scenario* scenario, dou
   Disturbance out;
   out.tool = tool_path(file, surface, body_of);
   if (out.tool)
-    out.furrow = furrow(file, *out.tool, steady_from, out.why);
+    out.furrow = furrow(file, *out.tool, steady_from, periodic_cell(scenario), out.why);
   else
     out.why = "no moving surface comes below the soil's surface";
   return out;

@@ -17,6 +17,9 @@ struct Disturbance {
   std::string why;  ///< there is none
 };
 
+/// The bed's periodic sides, as far as the scenario is known.
+dem::PeriodicCell periodic_cell(const Scenario* scenario);
+
 /// @param steady_from time at which steady work begins, NaN where that is not known
 Disturbance disturbance_of(const FramesFile& file, const Scenario* scenario, double soil_surface, double steady_from);
 

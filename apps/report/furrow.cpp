@@ -26,6 +26,19 @@ Displaced displaced(const FramesFile& file) {
   return d;
 }
 
+/// Those that have come in on the other side are where they would be beyond their own.
+Displaced unwrapped(Displaced d, const dem::PeriodicCell& cell) {
+  if (!cell.any()) return d;
+  for (std::size_t i = 0; i < d.before.index.size(); ++i) {
+    if (d.row_after[i] < 0) continue;
+    const float* p = &d.before.position[3 * i];
+    float* q = &d.after.position[3 * static_cast<std::size_t>(d.row_after[i])];
+    const Vec3 way = cell.shortest({double{q[0]} - p[0], double{q[1]} - p[1], double{q[2]} - p[2]});
+    for (int k = 0; k < 3; ++k) q[k] = static_cast<float>(double{p[k]} + way[k]);
+  }
+  return d;
+}
+
 struct Extent {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   void take(double v) { low = std::min(low, v), high = std::max(high, v); }
@@ -126,9 +139,26 @@ void take_disturbed(const Displaced& d, Furrow& f) {
     f.moved[k] = sum[k] / count[k];
     if (f.moved[k] <= f.threshold) continue;
     f.disturbed_area += f.cell * f.cell;
-    const std::size_t row = k / f.columns, column = k % f.columns;
-    f.reaches_wall = f.reaches_wall || row == 0 || column == 0 || column + 1 == f.columns;
   }
+}
+
+/// A sphere lies at a wall when its surface is within a cell of it; the outermost spheres touch the walls.
+void take_walls(const FramesFile& file, const Displaced& d, bool periodic_across, Furrow& f) {
+  struct Wall {
+    std::size_t near = 0, moved = 0;
+  } walls[3];
+  for (std::size_t i = 0; i < d.before.index.size(); ++i) {
+    const float* p = &d.before.position[3 * i];
+    if (p[0] < f.from || p[0] >= f.until || d.row_after[i] < 0) continue;
+    const float* q = &d.after.position[3 * static_cast<std::size_t>(d.row_after[i])];
+    const bool moved = std::hypot(q[0] - p[0], q[1] - p[1], q[2] - p[2]) > Furrow::wall_moved * 0.5 * f.cell;
+    const double far = f.cell + file.radius()[d.before.index[i]], top = f.z0 + static_cast<double>(f.columns) * f.cell;
+    const bool at[3] = {p[1] - f.y0 <= far, !periodic_across && p[2] - f.z0 <= far,
+                        !periodic_across && top - p[2] <= far};
+    for (int w = 0; w < 3; ++w) walls[w].near += at[w] ? 1 : 0, walls[w].moved += at[w] && moved ? 1 : 0;
+  }
+  for (const Wall& w : walls)
+    f.reaches_wall = f.reaches_wall || static_cast<double>(w.moved) > Furrow::wall_share * static_cast<double>(w.near);
 }
 
 /// A layer: its name and the heights it spans before the pass.
@@ -202,7 +232,8 @@ void take_layers(const FramesFile& file, const ToolPath& tool, const Displaced& 
 
 }  // namespace
 
-std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, double steady_from, std::string& why) {
+std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, double steady_from,
+                             const dem::PeriodicCell& cell, std::string& why) {
   Furrow f;
   const Displaced d = displaced(file);
   Extent x, y, z;
@@ -243,10 +274,12 @@ std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, doubl
   f.before = heights(file, d.before, f);
   f.after = heights(file, d.after, f);
   take_profile(tool, f);
-  take_disturbed(d, f);
+  const Displaced ways = unwrapped(d, cell);
+  take_disturbed(ways, f);
+  take_walls(file, ways, cell.length.z > 0, f);
   take_loosened(file, d, f);
   if (f.disturbed_area > 0) f.swell = (f.heap_area - f.furrow_area) / f.disturbed_area;
-  take_layers(file, tool, d, y, f);
+  take_layers(file, tool, ways, y, f);
   return f;
 }
 

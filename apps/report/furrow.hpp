@@ -5,6 +5,7 @@
 
 #include "apps/report/frames_file.hpp"
 #include "apps/report/tool_path.hpp"
+#include "libdem/particles/periodic.hpp"
 
 namespace subsoil::app {
 
@@ -35,8 +36,11 @@ struct Furrow {
   double disturbed_area = 0;             ///< m^2
   double loosened_area = 0;              ///< m^2; cells whose porosity has risen by more than `loosening`
   static constexpr double loosening = 0.02;
-  double swell = 0;           ///< (heaps - furrow) over the disturbed area: by how much its volume has grown
-  bool reaches_wall = false;  ///< a disturbed cell lies at a side or at the floor
+  double swell = 0;  ///< (heaps - furrow) over the disturbed area: by how much its volume has grown
+  /// At a side or at the floor more than `wall_share` of the spheres that lay within one cell of it in the stretch have
+  /// moved by more than `wall_moved` mean radii: the rule by which a run warns of its walls.
+  bool reaches_wall = false;
+  static constexpr double wall_share = 0.05, wall_moved = 0.5;
   std::size_t rows = 0, columns = 0;
   double y0 = 0, z0 = 0;      ///< lower corner of the grid, m
   std::vector<double> moved;  ///< per cell (row by row from below): mean displacement, m; NaN: empty
@@ -48,7 +52,9 @@ struct Furrow {
 
 /// Empty with the reason in `why` where the tool has not passed far enough. `steady_from`: time at which steady work
 /// begins, NaN where that is not known. Where too little of it is passed the stretch begins half a depth past the
-/// soil's near face, or past where the rear of a tool that starts in the soil stood.
-std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, double steady_from, std::string& why);
+/// soil's near face, or past where the rear of a tool that starts in the soil stood. `cell`: the bed's periodic sides,
+/// on which spheres have taken the shortest way from their first place to the last.
+std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, double steady_from,
+                             const dem::PeriodicCell& cell, std::string& why);
 
 }  // namespace subsoil::app

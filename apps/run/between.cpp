@@ -19,12 +19,14 @@ Vec3 on_cubic(const Vec3& x0, const Vec3& v0, const Vec3& x1, const Vec3& v1, do
 
 /// Of one sphere that is `a` in `before` and `b` in `now`.
 void add(dem::Snapshot& out, const dem::Snapshot& before, std::size_t a, const dem::Snapshot& now, std::size_t b,
-         double step, double share) {
+         double step, double share, const dem::PeriodicCell& cell) {
+  Vec3 was = before.position[a];
+  if (cell.any()) was = now.position[b] + cell.shortest(was - now.position[b]);  // it may have come in anew
   out.id.push_back(now.id[b]);
   out.radius.push_back(now.radius[b]);
   out.material.push_back(now.material[b]);
   out.position.push_back(
-      on_cubic(before.position[a], before.velocity[a], now.position[b], now.velocity[b], step, share));
+      cell.wrapped(on_cubic(was, before.velocity[a], now.position[b], now.velocity[b], step, share)));
   out.velocity.push_back(mean(before.velocity[a], now.velocity[b], share));
   out.angular_velocity.push_back(mean(before.angular_velocity[a], now.angular_velocity[b], share));
   out.force.push_back(mean(before.force[a], now.force[b], share));
@@ -35,11 +37,12 @@ void add(dem::Snapshot& out, const dem::Snapshot& before, std::size_t a, const d
 
 }  // namespace
 
-dem::Snapshot interpolate(const dem::Snapshot& before, const dem::Snapshot& now, double step, double share) {
+dem::Snapshot interpolate(const dem::Snapshot& before, const dem::Snapshot& now, double step, double share,
+                          const dem::PeriodicCell& cell) {
   dem::Snapshot out;
   for (std::size_t a = 0, b = 0; a < before.id.size() && b < now.id.size();) {  // both in rising id
     if (before.id[a] == now.id[b]) {
-      add(out, before, a++, now, b++, step, share);
+      add(out, before, a++, now, b++, step, share, cell);
     } else {
       before.id[a] < now.id[b] ? ++a : ++b;
     }

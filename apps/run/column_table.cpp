@@ -21,6 +21,8 @@ const dem::Wrench& wrench_on(const ColumnSources& from, const SoilOnBody& b) {
 dem::Wrench wrench_on(const ColumnSources& from, const FixedBody& body) {
   const std::span<const dem::FixedSphere> all = from.world.bed->fixed_spheres();
   std::vector<const dem::FixedSphere*> own;
+  if (body.ids.empty())
+    for (const dem::FixedSphere& f : all) own.push_back(&f);
   for (const std::uint32_t id : body.ids) {
     const auto at =
         std::lower_bound(all.begin(), all.end(), id, [](const auto& f, std::uint32_t i) { return f.id < i; });
@@ -197,6 +199,9 @@ std::vector<MachineColumns> machine_columns() {
       of_force<mbd::LineContact>("CONTACT",
                                  "on the second body; friction and slip positive along the side with its free side on "
                                  "the left; gap below 0 is the depth"),
+      of_force<mbd::OutlineContact>("CONTACT",
+                                    "outlines: sums over the points in contact, on the second body; least gap; slip of "
+                                    "the deepest point; how many there are"),
       of_force<mbd::SlideStop>("STOP", "on the second body, along what is measured; room to the nearer stop"),
       of_force<mbd::DistanceStop>("STOP", "the same of a distance"),
       of_force<mbd::RotationalStop>("STOP", "the same of an angle"),

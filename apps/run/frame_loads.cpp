@@ -15,14 +15,17 @@ std::ptrdiff_t row_of(const dem::Snapshot& spheres, std::uint32_t id) {
 
 }  // namespace
 
-ContactLines contact_lines(const std::vector<dem::ContactRecord>& contacts, const dem::Snapshot& spheres) {
+ContactLines contact_lines(const std::vector<dem::ContactRecord>& contacts, const dem::Snapshot& spheres,
+                           const dem::PeriodicCell& cell) {
   ContactLines out;
   FrameField force{"force", "N", 3, {}}, normal{"normal force", "N", 1, {}};
   for (const dem::ContactRecord& c : contacts) {
     const std::ptrdiff_t i = row_of(spheres, c.i), j = c.at_surface ? 0 : row_of(spheres, c.j);
     if (i < 0 || j < 0) continue;
-    out.ends.push_back(spheres.position[static_cast<std::size_t>(i)]);
-    out.ends.push_back(c.at_surface ? c.point : spheres.position[static_cast<std::size_t>(j)]);
+    const dem::Vec3& centre = spheres.position[static_cast<std::size_t>(i)];
+    dem::Vec3 end = c.at_surface ? c.point : spheres.position[static_cast<std::size_t>(j)];
+    if (cell.any()) end = centre + cell.shortest(end - centre);
+    out.ends.push_back(centre), out.ends.push_back(end);
     out.ids.push_back(c.i), out.ids.push_back(c.at_surface ? -1 : static_cast<std::int64_t>(c.j));
     force.values.insert(force.values.end(), {c.force.x, c.force.y, c.force.z});
     normal.values.push_back(dem::dot(c.force, c.normal));

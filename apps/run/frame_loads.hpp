@@ -8,8 +8,10 @@
 /// What frames show beside spheres and places: forces of single contacts, and what triangles of surfaces have borne.
 namespace subsoil::app {
 
-/// Lines between the spheres of a snapshot; contacts of spheres that are not in it are left out.
-ContactLines contact_lines(const std::vector<dem::ContactRecord>& contacts, const dem::Snapshot& spheres);
+/// Lines between the spheres of a snapshot; contacts of spheres that are not in it are left out. Across a periodic side
+/// a line ends where the second sphere would be beyond it.
+ContactLines contact_lines(const std::vector<dem::ContactRecord>& contacts, const dem::Snapshot& spheres,
+                           const dem::PeriodicCell& cell = {});
 void archive_contacts(std::vector<dem::ContactRecord>& contacts, Archive& a);
 
 /// The triangles of one mesh among those of its boundary. What lies on them changes from step to step, they do not.

@@ -61,8 +61,14 @@ void FrameOutput::list_particles(ParticleTable& table, const Scenario& scenario)
   for (const dem::Sphere* sphere : by_id) {
     table.id.push_back(sphere->id);
     table.radius.push_back(sphere->r);
-    table.density.push_back(dem::own_density(*sphere));
+    const long clump = world_.bed->clump_of(*sphere);
+    // Of a clump's sphere what its share of the mass has in all of its volume.
+    table.density.push_back(clump < 0 ? dem::own_density(*sphere)
+                                      : world_.bed->mass_of(*sphere) / dem::sphere_volume(sphere->r));
     table.material.push_back(sphere->material);
+    if (!world_.bed->clumps().empty())
+      table.clump.push_back(
+          clump < 0 ? -1 : static_cast<std::int32_t>(world_.bed->clumps()[static_cast<std::size_t>(clump)].id));
   }
 }
 
@@ -147,7 +153,7 @@ void FrameOutput::write_instant(const Instant& now, double time, long step) {
   frame.surfaces = poses_;
   frame.deformed = deformed_;
   frame.values = now.values;
-  const ContactLines lines = holds_contacts_ ? contact_lines(now.contacts, spheres) : ContactLines{};
+  const ContactLines lines = holds_contacts_ ? contact_lines(now.contacts, spheres, cell()) : ContactLines{};
   if (holds_contacts_) frame.contact_forces = &lines;
   const std::vector<std::vector<FrameField>> loads = loads_.take(time, frame.surfaces.size());
   frame.loads = loads;
@@ -158,7 +164,7 @@ const FrameOutput::Instant& FrameOutput::at(double time) {
   const double step = now_.t - before_.t, w = step > 0 ? (now_.t - time) / step : 0;
   if (!(w > 1e-6)) return now_;
   if (w > 1 - 1e-6) return before_;
-  between_.spheres = interpolate(before_.spheres, now_.spheres, step, w);
+  between_.spheres = interpolate(before_.spheres, now_.spheres, step, w, cell());
   between_.surfaces.clear(), between_.bodies.clear(), between_.values.clear();
   for (std::size_t i = 0; i < now_.surfaces.size(); ++i)
     between_.surfaces.push_back(interpolate(before_.surfaces[i], now_.surfaces[i], w));

@@ -57,6 +57,7 @@ class FrameOutput {
     void archive(Archive& a);
   };
   const Instant& at(double time);
+  dem::PeriodicCell cell() const { return world_.bed ? world_.bed->options().periodic : dem::PeriodicCell{}; }
   void take_poses(const Poses& poses);
   void write_instant(const Instant& now, double time, long step);
 

@@ -13,7 +13,7 @@ PhysicsWatch::PhysicsWatch(const Scenario& scenario, const World& world) : s_(sc
   if (!world.bed) return;
   double mass = 0, radius = 0;
   for (const dem::Sphere& s : world.bed->spheres()) {
-    mass += dem::is_fixed(s) ? 0 : s.m, radius = std::max(radius, s.r);
+    mass += dem::is_fixed(s) ? 0 : world.bed->mass_of(s), radius = std::max(radius, s.r);
     smallest_ = smallest_ > 0 ? std::min(smallest_, s.r) : s.r;
   }
   weight_times_radius_ = mass * dem::norm(scenario.gravity) * radius;
@@ -112,9 +112,10 @@ std::size_t beyond(const Faces& faces, const Scenario& scenario, const World& wo
   if (!scenario.soil || !scenario.soil->container) return 0;
   const Container& c = *scenario.soil->container;
   const Vec3 corner = c.at + Vec3{0, world.container_shift, 0};
+  const dem::PeriodicCell& cell = world.bed->options().periodic;
   std::size_t count = 0;
   for (const dem::Sphere& p : world.bed->spheres()) {
-    const Vec3 d = p.x - corner;
+    const Vec3 d = cell.wrapped(p.x) - corner;
     count += (faces[0] && d.x < 0) || (faces[1] && d.x > c.size.x) || (faces[2] && d.y < 0) ||
              (faces[3] && d.y > c.size.y) || (faces[4] && d.z < 0) || (faces[5] && d.z > c.size.z);
   }

@@ -26,6 +26,7 @@ void put_progress(StateWriter& out, const RunProgress& p) {
   out.put("run/particles/radius", p.particles.radius);
   out.put("run/particles/density", p.particles.density);
   out.put("run/particles/material", p.particles.material);
+  if (!p.particles.clump.empty()) out.put("run/particles/clump", p.particles.clump);
   out.put_texts("run/particles/material names", p.particles.material_names);
 }
 
@@ -39,6 +40,7 @@ RunProgress progress_of(const StateReader& in) {
                  .density = in.get<double>("run/particles/density"),
                  .material = in.get<std::int32_t>("run/particles/material"),
                  .material_names = in.texts("run/particles/material names")};
+  if (in.has("run/particles/clump")) p.particles.clump = in.get<std::int32_t>("run/particles/clump");
   return p;
 }
 
@@ -88,7 +90,7 @@ void check_numbers(const SavedRun& saved, const std::filesystem::path& file) {
   if (!std::isfinite(saved.time) || std::abs(saved.time) > 1e12 || !finite(saved.coupling) || !finite(saved.machine) ||
       !finite(saved.bed.spheres) || !finite(saved.bed.pairs) || !finite(saved.bed.bonds) ||
       !finite(saved.bed.surfaces) || !finite(saved.bed.scalars) || !finite(saved.bed.loads) ||
-      !(saved.soil_step >= 0 && saved.soil_step < 1e6))
+      !finite(saved.bed.clumps) || !(saved.soil_step >= 0 && saved.soil_step < 1e6))
     throw std::runtime_error(file.string() + ": holds numbers that are not finite or beyond 1e30; the file is damaged");
   if (!saved.has_bed) return;
   const std::size_t count = saved.bed.ids.size() / 2;
@@ -122,6 +124,7 @@ SavedRun read_run(const std::filesystem::path& file) {
                                    "bed/calm",
                                    "bed/frozen",
                                    "bed/fixed",
+                                   "bed/clumps",
                                    "bed/loads",
                                    "soil",
                                    "soil step",
@@ -203,6 +206,7 @@ void restore(const SavedRun& saved, World& world, coupling::Simulation& simulati
   if (world.bed) {
     world.bed->restore(saved.bed);
     world.soil = saved.soil;
+    world.soil.clumps = world.bed->clumps().size();
     world.container_shift = saved.container_shift;
     world.bed->set_floor_drop(world.bed->options().floor_drop + saved.container_shift);
   }

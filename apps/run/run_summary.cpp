@@ -106,6 +106,7 @@ void write_run_section(Summary& summary, const RunFacts& facts, const Scenario& 
       static_cast<double>(world.bed->spheres().size()) * static_cast<double>(facts.steps) / facts.wall_time;
   auto& b = summary.section("soil");
   b["spheres"] = world.soil.spheres;
+  if (world.soil.clumps > 0) b["clumps"] = world.soil.clumps;
   b["mass [kg]"] = world.soil.mass;
   b["bulk density [kg/m3]"] = world.soil.bulk_density;
   b["mean surface [m]"] = world.soil.surface_mean;

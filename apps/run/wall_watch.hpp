@@ -4,6 +4,7 @@
 
 #include "apps/build/world.hpp"
 #include "apps/output/archive.hpp"
+#include "apps/report/furrow.hpp"
 
 namespace subsoil::app {
 
@@ -14,7 +15,7 @@ namespace subsoil::app {
 /// the walls carry the draft however large the bin is.
 class WallWatch {
  public:
-  static constexpr double share = 0.05, moved = 0.5;
+  static constexpr double share = Furrow::wall_share, moved = Furrow::wall_moved;
 
   /// Where the spheres are now is where they lay.
   void begin(const World& world);

@@ -10,7 +10,7 @@
 namespace subsoil::app {
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
+constexpr double no_interval = std::numeric_limits<double>::quiet_NaN();
 
 /// Points that gave this number.
 std::vector<std::size_t> finished(const std::vector<PointResult>& results, std::size_t number) {
@@ -41,7 +41,7 @@ std::vector<LevelMean> levels(const Study& study, const std::vector<PointResult>
     for (const double v : values[l]) out[l].mean += v / n;
     for (const double v : values[l]) squares += (v - out[l].mean) * (v - out[l].mean);
     out[l].count = values[l].size();
-    out[l].half_width = n > 1 ? student_t(n - 1) * std::sqrt(squares / (n - 1) / n) : none;
+    out[l].half_width = n > 1 ? student_t(n - 1) * std::sqrt(squares / (n - 1) / n) : no_interval;
   }
   return out;
 }
@@ -97,7 +97,7 @@ std::vector<Effect> effects(const Study& study, const std::vector<PointResult>& 
     if (points.empty()) continue;
     const Plane fit = plane(study, results, points, number);
     for (std::size_t p = 0; p < study.parameters.size(); ++p) {
-      Effect e{p, number, levels(study, results, points, p, number), none, none};
+      Effect e{p, number, levels(study, results, points, p, number), no_interval, no_interval};
       const auto found = std::find(fit.parameters.begin(), fit.parameters.end(), p);
       if (found != fit.parameters.end()) {
         e.slope = fit.slope[found - fit.parameters.begin()];

@@ -18,7 +18,7 @@ void ContactStore::link_interfaces() {
   };
   std::vector<std::uint32_t> next(particle_blocks.size() + 1, 0);
   const auto second = [&](const PairRun& run, std::uint32_t block, std::uint32_t lane) {
-    return blocks[run.first + block].j[lane];
+    return images.sphere(blocks[run.first + block].j[lane]);
   };
   each_pair([&](const PairRun& run, std::uint32_t block, std::uint32_t lane) {
     ++next[second(run, block, lane) / kParticleBlock + 1];

@@ -16,7 +16,7 @@ void each_bond(const ContactStore& contacts, const ContactLaws& laws,
     contacts.each_lane(run, [&](std::uint32_t block, std::uint32_t lane) {
       if (read_bond(contacts.memory(run, block, shape), shape, lane).state != kBonded) return;
       const PairBlock& b = contacts.blocks[run.first + block];
-      use(b.i[lane], b.j[lane]);
+      use(b.i[lane], contacts.images.sphere(b.j[lane]));
     });
   }
 }

@@ -18,7 +18,7 @@ constexpr std::uint32_t kGapClasses = 8;
 constexpr double kTouchingShare = 0.01;
 
 /// Class of a pair within its particle block: all touching runs by law, then all candidates; after them those across a
-/// block interface.
+/// block interface, or a periodic side, whose images come after the spheres of all cache blocks.
 struct Classes {
   std::uint32_t laws;
   std::uint32_t of_cache_block() const { return laws * (1 + kGapClasses); }
@@ -101,12 +101,13 @@ class BlockWriter {
 /// run in parallel and the result does not depend on the threads.
 class Layout {
  public:
+  /// @param spheres and behind them their images
   Layout(ContactStore& store, std::span<const Sphere> spheres, const NeighbourList& list, const Grid& grid,
          const ContactLaws& laws, double skin, int threads)
       : store_(store), spheres_(spheres), list_(list), laws_(laws), skin_(skin), threads_(threads) {
-    const auto count = static_cast<std::uint32_t>(spheres.size());
+    count_ = static_cast<std::uint32_t>(spheres.size() - store.images.size());
     classes_.laws = laws.count();
-    store.particle_blocks.assign((count + kParticleBlock - 1) / kParticleBlock, {});
+    store.particle_blocks.assign((count_ + kParticleBlock - 1) / kParticleBlock, {});
     sizes_.assign(store.particle_blocks.size() * classes_.count(), 0);
     class_of_.renew(list.j.size());
     for (const std::size_t cells : grid.cache_block_ends()) cache_block_ends_.push_back(grid.start[cells]);
@@ -156,7 +157,7 @@ class Layout {
     const Sphere& first = spheres_[k * kParticleBlock];
     const auto as_first = [&](const Sphere& s) { return s.r == first.r && s.m == first.m; };
     block.begin = static_cast<std::uint32_t>(k) * kParticleBlock;
-    block.end = std::min(static_cast<std::uint32_t>(spheres_.size()), block.begin + kParticleBlock);
+    block.end = std::min(count_, block.begin + kParticleBlock);
     block.last = static_cast<std::uint32_t>(k);
     block.uniform = true;
     block.interface_first = block.last + 1, block.interface_last = block.last;
@@ -173,7 +174,7 @@ class Layout {
         class_of_[p] = static_cast<std::uint16_t>(classes_.of(law, gap, skin_, across));
         ++size[class_of_[p]];
         block.uniform = block.uniform && as_first(b);
-        include_partner(block, list_.j[p] / kParticleBlock, across);
+        include_partner(block, store_.images.sphere(list_.j[p]) / kParticleBlock, across);
       }
     }
     for (const bool across : {false, true})
@@ -255,6 +256,7 @@ class Layout {
   const ContactLaws& laws_;
   double skin_;
   int threads_;
+  std::uint32_t count_ = 0;  ///< spheres without images
   Classes classes_{};
   std::vector<std::uint32_t> sizes_;
   std::vector<std::uint32_t> cache_block_ends_;  ///< in spheres
@@ -266,8 +268,10 @@ class Layout {
 
 }  // namespace
 
-Buffer<std::uint32_t> ContactStore::build(std::span<const Sphere> spheres, const NeighbourList& list, const Grid& grid,
-                                          const ContactLaws& laws, double skin, int threads) {
+Buffer<std::uint32_t> ContactStore::build(std::span<const Sphere> spheres, const PeriodicImages& images_in,
+                                          const NeighbourList& list, const Grid& grid, const ContactLaws& laws,
+                                          double skin, int threads) {
+  images = images_in;
   Buffer<std::uint32_t> place = Layout(*this, spheres, list, grid, laws, skin, threads).run();
   link_interfaces();
   return place;

@@ -1,6 +1,7 @@
 #include "libdem/contacts/contact_store.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 namespace subsoil::dem {
@@ -11,9 +12,10 @@ struct Streams {
   const Buffer<PairBlock>& blocks;
   const Buffer<BlockShape>& shapes;
   const Buffer<Line>& lines;
+  const PeriodicImages& images;
 };
 
-/// use_pair(PairHistory), use_bond(BondHistory) for all lanes of a run that have one.
+/// use_pair(PairHistory), use_bond(BondHistory) for all lanes of a run that have one; of an image its sphere.
 template <class UsePair, class UseBond>
 void each_history(const PairRun& run, const Streams& in, const MemoryShape& shape, const UsePair& use_pair,
                   const UseBond& use_bond) {
@@ -22,10 +24,10 @@ void each_history(const PairRun& run, const Streams& in, const MemoryShape& shap
     const PairBlock& b = in.blocks[run.first + block];
     const BlockMemory memory = BlockMemory::at(first, run.blocks, shape, block);
     for (std::uint32_t lane = 0; lane < in.shapes[run.first + block].lanes; ++lane) {
-      if (const PairState s = read_lane(memory, shape, lane); !s.empty()) use_pair({b.i[lane], b.j[lane], s});
+      const std::uint32_t j = in.images.sphere(b.j[lane]);
+      if (const PairState s = read_lane(memory, shape, lane); !s.empty()) use_pair({b.i[lane], j, s});
       if (!shape.bonds) continue;
-      if (const BondMemory<double> s = read_bond(memory, shape, lane); s.state != kNoBond)
-        use_bond({b.i[lane], b.j[lane], s});
+      if (const BondMemory<double> s = read_bond(memory, shape, lane); s.state != kNoBond) use_bond({b.i[lane], j, s});
     }
   }
 }
@@ -51,17 +53,27 @@ class HistoryWriter {
     const std::uint32_t a = new_index_[was.i], b = new_index_[was.j];
     if (a == kGone || b == kGone) return false;
     const std::uint32_t i = std::min(a, b), j = std::max(a, b);
-    for (std::uint32_t p = list_.start[i]; p < list_.start[i + 1]; ++p) {
-      if (list_.j[p] != j) continue;
+    const auto put_at = [&](std::uint32_t p, bool turned_over) {
       const std::uint32_t block = place_[p] / kBlock;
       const PairRun& run = store_.runs[run_of_[block]];
       const MemoryShape& shape = laws_.pair_memory(run.law);
       if (!in_any_law && !shape.bonds) return false;
       write(store_.memory(run, block - run.first, shape), shape, place_[p] % kBlock,
-            a < b ? was.state : was.state.turned_over());
+            turned_over ? was.state.turned_over() : was.state);
       return true;
-    }
+    };
+    for (std::uint32_t p = list_.start[i]; p < list_.start[i + 1]; ++p)
+      if (list_.j[p] == j) return put_at(p, a > b);
+    if (store_.images.empty()) return false;
+    if (const auto p = across(a, b)) return put_at(*p, false);
+    if (const auto p = across(b, a)) return put_at(*p, true);
     return false;
+  }
+  /// Place in the list of a pair across a periodic side.
+  std::optional<std::uint32_t> across(std::uint32_t first, std::uint32_t second) const {
+    for (std::uint32_t p = list_.start[first]; p < list_.start[first + 1]; ++p)
+      if (list_.j[p] >= store_.images.spheres && store_.images.sphere(list_.j[p]) == second) return p;
+    return std::nullopt;
   }
 
   const ContactStore& store_;
@@ -78,7 +90,7 @@ std::size_t ContactStore::restore_histories(const NeighbourList& list, const Buf
                                             const std::vector<std::uint32_t>& new_index, const ContactLaws& laws,
                                             int threads) {
   const HistoryWriter writer(*this, list, place, new_index, laws);
-  const Streams before{retired_.blocks, retired_.shapes, retired_.lines};
+  const Streams before{retired_.blocks, retired_.shapes, retired_.lines, retired_.images};
   std::size_t gone = 0;  // bonds
   const auto old_runs = static_cast<long>(retired_.runs.size());
 #pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : gone)
@@ -102,12 +114,14 @@ std::size_t ContactStore::restore_histories(const NeighbourList& list, const Buf
 
 void ContactStore::clear() {
   particle_blocks.clear(), runs.clear(), blocks.clear(), shapes.clear(), activation.clear(), lines.clear();
+  images = {};
   waiting_.clear();
 }
 
 void ContactStore::retire() {
   std::swap(runs, retired_.runs), std::swap(blocks, retired_.blocks);
   std::swap(shapes, retired_.shapes), std::swap(lines, retired_.lines);
+  retired_.images = std::move(images);
   clear();
 }
 
@@ -128,7 +142,7 @@ std::vector<PairHistories> ContactStore::histories(const ContactLaws& laws, int 
     found[share].pairs.reserve(touching + touching / 32);
     for (std::size_t r = begin; r < end; ++r) {
       each_history(
-          runs[r], {blocks, shapes, lines}, laws.pair_memory(runs[r].law),
+          runs[r], {blocks, shapes, lines, images}, laws.pair_memory(runs[r].law),
           [&](const PairHistory& was) { found[share].pairs.push_back(was); },
           [&](const BondHistory& was) { found[share].bonds.push_back(was); });
     }

@@ -31,7 +31,8 @@ struct PairHistories {
   std::vector<BondHistory> bonds;
 };
 
-/// What a contact evaluated elsewhere, by another worker or across a block interface, gives to its second particle.
+/// What a contact evaluated elsewhere, by another worker or across a block interface, gives to its second particle; of
+/// an image, which is a particle across an interface, to its sphere.
 struct RemoteContribution {
   const Accumulator* sum;
   const std::uint8_t* given;  ///< whether there is something
@@ -50,6 +51,7 @@ struct RemoteContribution {
 /// | interface_rows, _given | the worker of the first particle's block                | that of the second's     |
 /// | remote                 | rebuilds                                                | the worker of the sphere |
 /// | waiting                | restarts and exchanges of laws                          | the next rebuild         |
+/// | images                 | rebuilds                                                | rebuilds, saved states   |
 ///
 /// Layout: runs, all contacts of one law of one particle block, are contiguous in four parallel streams (indices,
 /// shapes, activation paths, histories), since a step reads them once, in order, and writes only the histories back. In
@@ -69,13 +71,16 @@ class ContactStore {
   std::vector<BlockRows> interface_rows;      ///< by PairRun::rows
   std::vector<std::uint8_t> interface_given;  ///< whether a block at an interface gives something in this step
   std::vector<RemoteContribution> remote;     ///< across interfaces, by particle block of the second particle
+  PeriodicImages images;                      ///< second particles of the pairs across periodic sides
 
   bool empty() const { return particle_blocks.empty(); }  ///< no lists; histories may wait for the next
 
   /// Lays out the pairs of a neighbour list; what is there is first put away by `retire` or `set_aside`.
+  /// @param spheres and behind them their images, which are `images_in`
   /// @return place of each pair of the list: 8 x block + lane
-  Buffer<std::uint32_t> build(std::span<const Sphere> spheres, const NeighbourList& list, const Grid& grid,
-                              const ContactLaws& laws, double skin, int threads);
+  Buffer<std::uint32_t> build(std::span<const Sphere> spheres, const PeriodicImages& images_in,
+                              const NeighbourList& list, const Grid& grid, const ContactLaws& laws, double skin,
+                              int threads);
   /// Histories into the new blocks, from the retired ones if there are any, else from what waits.
   /// @param new_index of the spheres @return bonds of spheres that are gone
   std::size_t restore_histories(const NeighbourList& list, const Buffer<std::uint32_t>& place,
@@ -109,6 +114,7 @@ class ContactStore {
     Buffer<PairBlock> blocks;
     Buffer<BlockShape> shapes;
     Buffer<Line> lines;
+    PeriodicImages images;
   } retired_;
   std::vector<PairHistories> waiting_;  ///< by index of the spheres
 };

@@ -16,14 +16,31 @@ void with_rolling(const L& law, const Run& run) {
     run(std::false_type{});
 }
 
+/// Whether loops that accumulate nothing, for the usual friction alone, are compiled beside the general ones, which
+/// give the same bits.
+#ifdef SUBSOIL_GENERAL_LOOPS_ONLY
+inline constexpr bool kUsualLoops = false;
+#else
+inline constexpr bool kUsualLoops = true;
+#endif
+
+/// Chooses the loop outside of it: `run(accumulates)` gets as a type whether it is the general one.
+template <class L, class Run>
+void with_accumulation(const L& law, bool record, const Run& run) {
+  if constexpr (!kUsualLoops)
+    run(std::true_type{});
+  else if (record || !law.friction.usual())
+    run(std::true_type{});
+  else
+    run(std::false_type{});
+}
+
 template <class P, class L>
 void run_law_on_pairs(const void* parameters, PairJob& job) {
   const L& law = *static_cast<const L*>(parameters);
   with_rolling(law, [&](auto rolls) {
-    if (job.record || !law.friction.usual())
-      run_pairs<P, rolls.value, true>(law, job);
-    else
-      run_pairs<P, rolls.value, false>(law, job);
+    with_accumulation(law, job.record,
+                      [&](auto accumulates) { run_pairs<P, rolls.value, accumulates.value>(law, job); });
   });
 }
 

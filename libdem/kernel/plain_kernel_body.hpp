@@ -11,10 +11,7 @@ template <class L>
 void run_law_on_planes(const void* parameters, PlaneJob& job) {
   const L& law = *static_cast<const L*>(parameters);
   with_rolling(law, [&](auto rolls) {
-    if (job.record || !law.friction.usual())
-      run_planes<rolls.value, true>(law, job);
-    else
-      run_planes<rolls.value, false>(law, job);
+    with_accumulation(law, job.record, [&](auto accumulates) { run_planes<rolls.value, accumulates.value>(law, job); });
   });
 }
 

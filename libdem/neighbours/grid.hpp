@@ -23,7 +23,8 @@ struct Grid {
   double fits = 0;          ///< largest radius for which a neighbour is at most one cell away
   int axis[3] = {0, 1, 2};  ///< longest first: slabs across it are the sorted order
   int n[3] = {1, 1, 1};
-  std::vector<std::uint32_t> start;  ///< first sphere of each cell
+  bool around[3] = {false, false, false};  ///< whether the last cell along the axis is next to the first
+  std::vector<std::uint32_t> start;        ///< first sphere of each cell
 
   /// Cuts into so many cache blocks of nearly equal width, each in half if there are several; after n is known.
   void cut(int cache_blocks) {

@@ -102,13 +102,21 @@ class RelativeDisplacement {
   /// does that is within the skin of its place.
   template <class Centre>
   double parted_around(const Bounds& own, int a, int b, int c, const Centre& centre) const {
-    const auto from = [](int k) { return std::max(k - 2, 0); };
-    const auto to = [&](int k, int axis) { return std::min(k + 2, grid_.n[axis] - 1); };
+    // Around a periodic side one more, since the last cell may end short.
+    const auto from = [&](int k, int axis) { return k >= 2 ? k - 2 : grid_.around[axis] ? k - 3 : 0; };
+    const auto to = [&](int k, int axis) {
+      const int last = grid_.n[axis] - 1;
+      return k + 2 <= last ? k + 2 : grid_.around[axis] ? k + 3 : last;
+    };
+    const auto cell = [&](int k, int axis) {
+      const int n = grid_.n[axis];
+      return k < 0 ? std::max(k + n, 0) : k < n ? k : std::min(k - n, n - 1);
+    };
     double parted = 0;
-    for (int i = from(a); i <= to(a, 0); ++i)
-      for (int j = from(b); j <= to(b, 1); ++j)
-        for (int k = from(c); k <= to(c, 2); ++k)
-          if (const Bounds other = ways(grid_.index(i, j, k), centre); !other.empty())
+    for (int i = from(a, 0); i <= to(a, 0); ++i)
+      for (int j = from(b, 1); j <= to(b, 1); ++j)
+        for (int k = from(c, 2); k <= to(c, 2); ++k)
+          if (const Bounds other = ways(grid_.index(cell(i, 0), cell(j, 1), cell(k, 2)), centre); !other.empty())
             parted = std::max(parted, own.farthest(other));
     return parted;
   }

@@ -75,6 +75,22 @@ class Cells {
   std::vector<std::uint32_t> start_, order_;
 };
 
+/// With images of those near a side, beyond the other.
+std::vector<Sphere> with_images(std::span<const Sphere> spheres, const PeriodicCell& cell, double near) {
+  std::vector<Sphere> out(spheres.begin(), spheres.end());
+  for (Sphere& s : out) s.x = cell.wrapped(s.x);
+  for (int d = 0; d < 3; ++d) {
+    if (cell.length[d] == 0) continue;
+    for (std::size_t k = 0, count = out.size(); k < count; ++k)
+      for (const double shift : {-cell.length[d], cell.length[d]}) {
+        Sphere image = out[k];
+        image.x[d] += shift;
+        if (image.x[d] > cell.low[d] - near && image.x[d] < cell.low[d] + cell.length[d] + near) out.push_back(image);
+      }
+  }
+  return out;
+}
+
 }  // namespace
 
 double mean_radius(std::span<const Sphere> spheres) {
@@ -125,29 +141,54 @@ double bulk_density(std::span<const Sphere> spheres, const Bounds& region) {
   return volume > 0 ? mass / volume : 0;
 }
 
-double coordination_number(std::span<const Sphere> spheres) {
-  if (spheres.empty()) return 0;
+namespace {
+
+/// @param one(i, j) whether both are of one rigid grain
+template <class OfOneGrain>
+double touching_per_sphere(std::span<const Sphere> all, const PeriodicCell& cell, const OfOneGrain& one) {
+  if (all.empty()) return 0;
   double largest = 0;
-  for (const Sphere& s : spheres) largest = std::max(largest, s.r);
+  for (const Sphere& s : all) largest = std::max(largest, s.r);
+  const std::vector<Sphere> around = cell.any() ? with_images(all, cell, 2 * largest) : std::vector<Sphere>{};
+  const std::span<const Sphere> spheres = cell.any() ? std::span<const Sphere>(around) : all;
   const Cells cells(spheres, 2 * largest);
   std::size_t touching = 0;
-  for (std::uint32_t i = 0; i < spheres.size(); ++i)
+  for (std::uint32_t i = 0; i < all.size(); ++i)
     cells.around(spheres[i].x, [&](std::uint32_t j) {
       const Vec3 between = spheres[i].x - spheres[j].x;
       const double touching_distance = spheres[i].r + spheres[j].r;
-      if (j != i && dot(between, between) < touching_distance * touching_distance) ++touching;
+      if (j != i && dot(between, between) < touching_distance * touching_distance && !one(i, j)) ++touching;
     });
-  return static_cast<double>(touching) / static_cast<double>(spheres.size());
+  return static_cast<double>(touching) / static_cast<double>(all.size());
 }
 
-BedReport report(std::span<const Sphere> spheres, const Bounds& region) {
+}  // namespace
+
+double coordination_number(std::span<const Sphere> spheres, const PeriodicCell& cell) {
+  return touching_per_sphere(spheres, cell, [](std::uint32_t, std::uint32_t) { return false; });
+}
+
+BedReport report(const Bed& bed, const Bounds& region) {
+  const PeriodicCell& cell = bed.options().periodic;
+  if (bed.clumps().empty()) return report(bed.spheres(), region, cell);
+  std::vector<Sphere> spheres(bed.spheres().begin(), bed.spheres().end());
+  for (Sphere& s : spheres) s.m = bed.mass_of(s);
+  BedReport out = report(spheres, region, cell);
+  out.coordination = touching_per_sphere(spheres, cell, [&](std::uint32_t i, std::uint32_t j) {
+    const long of_i = bed.clump_of(spheres[i]);
+    return of_i >= 0 && of_i == bed.clump_of(spheres[j]);
+  });
+  return out;
+}
+
+BedReport report(std::span<const Sphere> spheres, const Bounds& region, const PeriodicCell& cell) {
   BedReport out;
   out.spheres = spheres.size();
   for (const Sphere& s : spheres)
     if (!is_fixed(s)) out.mass += s.m;
   out.bulk_density = bulk_density(spheres, region);
   out.surface = surface_height(spheres, region);
-  out.coordination = coordination_number(spheres);
+  out.coordination = coordination_number(spheres, cell);
   return out;
 }
 

@@ -3,8 +3,10 @@
 #include <limits>
 #include <span>
 
+#include "libdem/bed.hpp"
 #include "libdem/geometry/bounds.hpp"
 #include "libdem/particles/particles.hpp"
+#include "libdem/particles/periodic.hpp"
 
 /// What a bed is like, from the places of its spheres alone: always reported, since packing decides the draft.
 namespace subsoil::dem {
@@ -26,8 +28,8 @@ SurfaceHeight surface_height(std::span<const Sphere> spheres, Bounds region, dou
 /// lattice shows its density m/pitch^3 within 2/(pi n (n^2 - 1)) per direction, exactly for whole n >= 2.
 double bulk_density(std::span<const Sphere> spheres, const Bounds& region);
 
-/// Mean number of spheres that touch a sphere (overlap above zero), walls not counted.
-double coordination_number(std::span<const Sphere> spheres);
+/// Mean number of spheres that touch a sphere (overlap above zero), walls not counted; across periodic sides, too.
+double coordination_number(std::span<const Sphere> spheres, const PeriodicCell& cell = {});
 
 struct BedReport {
   std::size_t spheres = 0;
@@ -36,7 +38,10 @@ struct BedReport {
   SurfaceHeight surface;
   double coordination = 0;
 };
-BedReport report(std::span<const Sphere> spheres, const Bounds& region);
+BedReport report(std::span<const Sphere> spheres, const Bounds& region, const PeriodicCell& cell = {});
+/// Of a bed with clumps: `spheres` counts their members, contacts between these are left out, and the mass of a clump
+/// lies where its members are.
+BedReport report(const Bed& bed, const Bounds& region);
 
 double mean_radius(std::span<const Sphere> spheres);  ///< m; 0 of none
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "libdem/laws/friction.hpp"
+#include "libdem/particles/rigid_rotation.hpp"
 
 namespace subsoil::dem {
 namespace {
@@ -88,7 +89,7 @@ class Settler {
   SettleReport done() {
     bed_.reset_energy_balance();
     SettleReport out;
-    static_cast<BedReport&>(out) = report(bed_.spheres(), region_);
+    static_cast<BedReport&>(out) = report(bed_, region_);
     out.settled_time = elapsed();
     out.rms_speed = rms_speed(false);
     out.stopped = stopped_;
@@ -111,9 +112,15 @@ class Settler {
   double rms_speed(bool with_spin) const {
     double energy = 0;
     for (const Sphere& s : bed_.spheres()) {
-      if (is_fixed(s)) continue;
+      if (is_fixed(s) || bed_.clump_of(s) >= 0) continue;
       energy += s.m * dot(s.v, s.v);
       if (with_spin) energy += inertia(s) * dot(s.w, s.w);
+    }
+    for (const Clump& c : bed_.clumps()) {
+      const ClumpShape& shape = bed_.clump_shapes()[c.shape];
+      energy += shape.mass * dot(c.velocity, c.velocity);
+      if (with_spin)
+        energy += dot(c.angular_momentum, angular_velocity_of(c.attitude, shape.inertia, c.angular_momentum));
     }
     return mass_ > 0 ? std::sqrt(energy / mass_) : 0;
   }
@@ -123,7 +130,7 @@ class Settler {
     mass_ = decide_([&] {
       double mass = 0;
       for (const Sphere& s : bed_.spheres())
-        if (!is_fixed(s)) mass += s.m;
+        if (!is_fixed(s)) mass += bed_.mass_of(s);
       return mass;
     });
     radius_ = decide_([&] { return mean_radius(bed_.spheres()); });
@@ -216,16 +223,32 @@ class Settler {
   bool stopped_ = false;
 };
 
+/// Of each clump, m.
+std::vector<double> highest_centres(const Bed& bed) {
+  std::vector<double> out(bed.clumps().size(), -std::numeric_limits<double>::infinity());
+  if (out.empty()) return out;
+  for (const Sphere& s : bed.spheres())
+    if (const long clump = bed.clump_of(s); clump >= 0) {
+      double& top = out[static_cast<std::size_t>(clump)];
+      top = std::max(top, s.x.y);
+    }
+  return out;
+}
+
 /// Height of a cut that takes off all spheres whose centres lie above it and leaves the mean surface at the target. The
 /// surface falls with the cut, by steps as spheres go: bisection ends at the step nearest to the target.
-double level_cut(std::span<const Sphere> spheres, const Bounds& region, double target) {
+double level_cut(const Bed& bed, const Bounds& region, double target) {
+  const std::span<const Sphere> spheres = bed.spheres();
   double low = region.low.y, high = surface_height(spheres, region).highest;
+  const std::vector<double> top_of_clump = highest_centres(bed);
   std::vector<Sphere> left;
   for (int k = 0; k < 40; ++k) {
     const double cut = 0.5 * (low + high);
     left.clear();
-    for (const Sphere& s : spheres)
-      if (s.x.y <= cut) left.push_back(s);
+    for (const Sphere& s : spheres) {
+      const long clump = bed.clump_of(s);
+      if ((clump < 0 ? s.x.y : top_of_clump[static_cast<std::size_t>(clump)]) <= cut) left.push_back(s);
+    }
     (surface_height(left, region).mean > target ? high : low) = cut;
   }
   return low;
@@ -241,7 +264,7 @@ double highest_top(std::span<const Sphere> spheres, double otherwise) {
 double solid_fraction(const Bed& bed, const Bounds& region, std::uint32_t first, double below, double area) {
   double volume = 0;
   for (const Sphere& s : bed.spheres())
-    if (s.id >= first) volume += sphere_volume(s.r);
+    if (s.id >= first) volume += bed.volume_of(s);
   return volume / (area * (surface_height(bed.spheres(), region).mean - below));
 }
 
@@ -254,11 +277,12 @@ std::uint32_t next_id(const Bed& bed) {
 /// Rains spheres until they lie as high as the layer goes, and a diameter more for the shrinking under attraction and
 /// the levelling.
 void rain_layer(Bed& bed, const LawTable& laws, const Bounds& region, const BedLayer& layer, std::uint64_t seed,
-                Settler& settler) {
-  LoosePlacer placer(region, layer.radius, layer.shares, seed, layer.of);
+                const std::vector<ClumpPart>& clumps, Settler& settler) {
+  LoosePlacer placer(region, layer.radius, layer.shares, seed, layer.of, clumps);
   const Vec3 size = region.high - region.low;
   const double area = size.x * size.z, floor = region.low.y;
-  const double diameter = least_radius(layer.radius) + largest_radius(layer.radius);
+  double diameter = least_radius(layer.radius) + largest_radius(layer.radius);
+  for (const ClumpPart& part : clumps) diameter = std::max(diameter, 2 * part.reach);
   const int law = laws.of(layer.of.material, layer.of.material);
   const double overlap = law < 0 ? 0 : laws.laws[static_cast<std::size_t>(law)]->rest_overlap();
   // Loose random packing, 0.60 of solid; spheres that rest with an overlap stand as close as smaller ones.
@@ -272,8 +296,8 @@ void rain_layer(Bed& bed, const LawTable& laws, const Bounds& region, const BedL
     const double missing = floor + layer.top + diameter - settler.measured(surface);
     if (missing <= 0.5 * diameter) return;
     const double top = settler.measured([&] { return highest_top(bed.spheres(), floor); });
-    const std::vector<SphereSpec> spheres = placer.place_volume(fraction * area * missing, top);
-    if (!settler.waits()) bed.add(spheres);
+    const Grains grains = placer.grains_of_volume(fraction * area * missing, top);
+    if (!settler.waits()) add(bed, grains);
     settler.rain();
     fraction = settler.measured([&] { return solid_fraction(bed, region, first, below, area); });
   }
@@ -281,7 +305,7 @@ void rain_layer(Bed& bed, const LawTable& laws, const Bounds& region, const BedL
 
 std::size_t level(Bed& bed, const Bounds& region, double top, Settler& settler) {
   return static_cast<std::size_t>(settler.measured([&] {
-    const double cut = level_cut(bed.spheres(), region, region.low.y + top);
+    const double cut = level_cut(bed, region, region.low.y + top);
     return static_cast<double>(bed.remove_if([&](const Sphere& s) { return s.x.y > cut; }));
   }));
 }
@@ -338,13 +362,13 @@ SettleReport fill_at_random(Bed& bed, const LawTable& laws, const RandomFill& fi
   std::size_t levelled = 0;
   std::vector<std::uint32_t> ends;
   if (fill.count) {
-    LoosePlacer placer(fill.region, fill.radius, fill.shares, fill.seed, fill.of);
-    if (plan.from == nullptr) bed.add(placer.place(*fill.count, highest_top(bed.spheres(), fill.region.low.y)));
+    LoosePlacer placer(fill.region, fill.radius, fill.shares, fill.seed, fill.of, fill.clumps);
+    if (plan.from == nullptr) add(bed, placer.grains(*fill.count, highest_top(bed.spheres(), fill.region.low.y)));
     if (plan.staged) settler.rain();
   }
   for (std::size_t k = 0; k < layers.size() && !settler.stopped(); ++k) {
     if (k > 0) levelled += level(bed, fill.region, layers[k - 1].top, settler);
-    rain_layer(bed, laws, fill.region, layers[k], fill.seed + k, settler);
+    rain_layer(bed, laws, fill.region, layers[k], fill.seed + k, fill.clumps, settler);
     ends.push_back(static_cast<std::uint32_t>(settler.measured([&] { return next_id(bed); })));
   }
   if (plan.staged) settler.raise();

@@ -14,7 +14,43 @@ void copy_motion(const MixedSphere& from, Sphere& to) {
 
 }  // namespace
 
+void ParticleStore::set_images(PeriodicImages images) {
+  drop_images();
+  const std::size_t count = spheres_.size();
+  spheres_.resize(count + images.size());
+  images_ = std::move(images);
+  for (std::size_t k = 0; k < images_.size(); ++k) spheres_[count + k] = spheres_[images_.of[k]];
+}
+
+bool ParticleStore::drop_images() {
+  const bool any = !images_.empty();
+  spheres_.resize(size());
+  images_ = {};
+  return any;
+}
+
+void ParticleStore::renew_images(int threads) {
+  if (images_.empty()) return;
+  const auto number = static_cast<long>(images_.size());
+  const std::size_t count = size();
+  constexpr long worth_it = 4096;
+#pragma omp parallel for num_threads(threads) schedule(static) if (number > worth_it)
+  for (long n = 0; n < number; ++n) {
+    const auto k = static_cast<std::size_t>(n);
+    const auto renew = [&](auto& records) {
+      records[count + k] = records[images_.of[k]];
+      records[count + k].x += images_.shift[k];
+    };
+    is_mixed() ? renew(mixed_) : renew(spheres_);
+  }
+}
+
 Sphere ParticleStore::now(std::uint32_t i) const {
+  if (i >= size()) {
+    Sphere s = now(images_.sphere(i));
+    s.x += images_.shift[i - images_.spheres];
+    return s;
+  }
   Sphere s = spheres_[i];
   if (spheres_behind_) copy_motion(mixed_[i], s);
   return s;
@@ -58,11 +94,13 @@ void ParticleStore::add(const SphereSpec& in, int materials) {
     refuse("position, velocity and angular velocity must be finite");
   if (!(in.radius > 0) || !(m > 0)) refuse("radius and density must be positive");
   if (in.material < 0 || in.material >= materials) refuse("no such material");
+  drop_images();
   spheres_.push_back({in.position, in.radius, in.velocity, m, in.angular_velocity, next_id_++,
                       static_cast<std::uint16_t>(in.material), 0});
 }
 
 void ParticleStore::clear() {
+  drop_images();
   spheres_.clear(), slot_of_id_.clear();
   spheres_behind_ = false;
   next_id_ = 0;
@@ -102,7 +140,7 @@ void ParticleStore::number_slots() {
   if (slot_of_id_.size() == next_id_) return;
   std::uint32_t slot = 0;
   slot_of_id_.assign(next_id_, 0);
-  for (const Sphere& s : spheres_) slot_of_id_[s.id] = 1;
+  for (const Sphere& s : spheres()) slot_of_id_[s.id] = 1;
   for (std::uint32_t& s : slot_of_id_) s = s != 0 ? slot++ : 0;
 }
 

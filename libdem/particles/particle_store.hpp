@@ -7,6 +7,7 @@
 
 #include "libdem/base/large_pages.hpp"
 #include "libdem/particles/particles.hpp"
+#include "libdem/particles/periodic.hpp"
 
 namespace subsoil::dem {
 
@@ -22,6 +23,7 @@ inline constexpr std::uint32_t kGone = ~std::uint32_t{0};  ///< new index of a s
 /// |                  | rebuild; in double precision the move at a step's end     | particles; rebuilds, results  |
 /// | records, mixed   | `sync_to_mixed`, the move at a step's end                 | every contact                 |
 /// | numbers, slots   | users; rebuilds                                           | snapshots                     |
+/// | images (behind)  | rebuilds; `renew_images`, before each step                | contacts across periodic sides|
 ///
 /// The move is the only writer within a step: each worker moves the spheres of its own particle blocks, once their
 /// forces are complete.
@@ -34,16 +36,24 @@ class ParticleStore {
   explicit ParticleStore(Precision precision) : precision_(precision) {}
 
   bool is_mixed() const { return precision_ == Precision::mixed; }
-  std::size_t size() const { return spheres_.size(); }
-  bool empty() const { return spheres_.empty(); }
+  std::size_t size() const { return spheres_.size() - images_.size(); }
+  bool empty() const { return size() == 0; }
   /// Records in double: as they are now where `sync_from_mixed` was called since the last step.
-  Spheres& spheres() { return spheres_; }
-  const Spheres& spheres() const { return spheres_; }
+  std::span<Sphere> spheres() { return {spheres_.data(), size()}; }
+  std::span<const Sphere> spheres() const { return {spheres_.data(), size()}; }
+  /// And behind them the images.
+  std::span<const Sphere> spheres_and_images() const { return spheres_; }
+  const PeriodicImages& images() const { return images_; }
+  /// Room for the records of these, in place of those there are.
+  void set_images(PeriodicImages images);
+  /// Before spheres come, leave or are sorted: none any more. Returns whether there were any.
+  bool drop_images();
+  void renew_images(int threads);  ///< as their spheres are now
   const Sphere& operator[](std::size_t i) const { return spheres_[i]; }
   /// What kernels work on in mixed precision; null in double.
   MixedSphere* mixed() { return is_mixed() ? mixed_.data() : nullptr; }
   const MixedSphere* mixed() const { return is_mixed() ? mixed_.data() : nullptr; }
-  Sphere now(std::uint32_t i) const;  ///< record in double of one sphere as it is now
+  Sphere now(std::uint32_t i) const;  ///< record in double of one sphere, or image, as it is now
   void stop(std::uint32_t i);         ///< within a step: neither velocity nor spin any more
 
   /// Positions and motions of the records in double to those of mixed precision, if that is asked for.
@@ -69,6 +79,7 @@ class ParticleStore {
   Spheres spheres_;
   std::vector<MixedSphere, LargePages<MixedSphere>> mixed_;
   bool spheres_behind_ = false;  ///< steps have moved the records of mixed precision only
+  PeriodicImages images_;        ///< the last records of both arrays
   std::uint32_t next_id_ = 0;
   std::vector<std::uint32_t> slot_of_id_;  ///< empty once spheres were taken out
 };

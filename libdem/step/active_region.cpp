@@ -45,7 +45,7 @@ void ActiveRegion::set_rule(const std::optional<ActiveRule>& rule) {
   states_.clear(), count_ = 0;
 }
 
-void ActiveRegion::keep(Spheres& spheres, std::span<const BlockSums> sums) const {
+void ActiveRegion::keep(std::span<Sphere> spheres, std::span<const BlockSums> sums) const {
   for (std::size_t k = 0; k < states_.size(); ++k) {
     const State& s = states_[k];
     const bool frozen = (s.frozen && outcomes_[k] != Outcome::moves) || (s.freezes && outcomes_[k] == Outcome::rests);
@@ -92,7 +92,8 @@ void ActiveRegion::find_partners(const ContactStore& contacts, int threads) {
       seen[own] = own;
       for (std::uint32_t r = block.runs_begin; r < block.runs_end; ++r)
         contacts.each_lane(contacts.runs[r], [&](std::uint32_t b, std::uint32_t lane) {
-          const std::uint32_t partner = contacts.blocks[contacts.runs[r].first + b].j[lane] / kParticleBlock;
+          const std::uint32_t second = contacts.blocks[contacts.runs[r].first + b].j[lane];
+          const std::uint32_t partner = contacts.images.sphere(second) / kParticleBlock;
           if (std::exchange(seen[partner], own) != own) of[own].push_back(partner);
         });
       std::sort(of[own].begin(), of[own].end());

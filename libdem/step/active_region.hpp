@@ -35,7 +35,7 @@ class ActiveRegion {
 
   // Rebuilds.
   /// How calm each sphere's block is, into its record: blocks of the next lists are others.
-  void keep(Spheres& spheres, std::span<const BlockSums> sums) const;
+  void keep(std::span<Sphere> spheres, std::span<const BlockSums> sums) const;
   /// @param cutoff by which the lists go beyond the surfaces of two spheres, m
   void begin_lists(const ContactStore& contacts, const ParticleStore& particles, double cutoff, int threads);
   void forget() { states_.clear(), count_ = 0; }  ///< spheres are others

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libdem/particles/rigid_rotation.hpp"
 #include "libdem/step/bed_impl.hpp"
 #include "libdem/step/surface_forces.hpp"
 
@@ -35,6 +36,36 @@ void Bed::add(std::span<const SphereSpec> spheres) {
   bed.criterion.invalidate();
 }
 
+int Bed::add_shape(ClumpShape shape) { return impl_->clumps.add_shape(std::move(shape)); }
+
+void Bed::add(std::span<const ClumpSpec> clumps) {
+  if (clumps.empty()) return;
+  Impl& bed = *impl_;
+  if (bed.region.on())
+    throw std::invalid_argument("clumps cannot be frozen: take the active region away, or leave the clumps out");
+  if (bed.options.periodic.any())
+    throw std::invalid_argument("clumps cannot cross periodic sides: leave one of them out");
+  bed.balance.fold(bed.surfaces.chunks);
+  bed.particles.sync_from_mixed(bed.threads);
+  for (const ClumpSpec& in : clumps) {
+    bed.clumps.add(in, bed.particles, bed.laws.table().materials);
+    if (bed.particles.size() > kMostSpheres)
+      throw std::invalid_argument("a bed holds " + std::to_string(kMostSpheres) + " spheres at most");
+  }
+  bed.criterion.invalidate();
+}
+
+std::span<const Clump> Bed::clumps() const { return impl_->clumps.all(); }
+const std::vector<ClumpShape>& Bed::clump_shapes() const { return impl_->clumps.shapes(); }
+long Bed::clump_of(const Sphere& s) const {
+  const std::uint32_t c = impl_->clumps.clump_of(s.id);
+  return c == kGone ? -1 : static_cast<long>(c);
+}
+double Bed::mass_of(const Sphere& s) const { return clump_of(s) < 0 ? s.m : impl_->clumps.mass_share(s); }
+double Bed::volume_of(const Sphere& s) const {
+  return clump_of(s) < 0 ? sphere_volume(s.r) : impl_->clumps.volume_share(s);
+}
+
 int Bed::add(Boundary boundary) {
   boundary.pose_before = boundary.pose;
   impl_->boundaries.push_back(std::move(boundary));
@@ -46,6 +77,17 @@ std::size_t Bed::remove_if(const std::function<bool(const Sphere&)>& predicate) 
   const std::size_t before = impl_->particles.size();
   impl_->rebuild(predicate);
   return before - impl_->particles.size();
+}
+
+std::size_t Bed::fix_if(const std::function<bool(const Sphere&)>& predicate) {
+  Impl& bed = *impl_;
+  bed.balance.fold(bed.surfaces.chunks);
+  bed.particles.sync_from_mixed(bed.threads);
+  std::size_t count = 0;
+  for (Sphere& s : bed.particles.spheres())
+    if (!is_fixed(s) && clump_of(s) < 0 && predicate(s)) s.m = std::ldexp(s.m, kFixedPower), s.v = s.w = {}, ++count;
+  if (count > 0) bed.criterion.invalidate();
+  return count;
 }
 
 Boundary& Bed::boundary(int index) { return impl_->boundaries.at(static_cast<std::size_t>(index)); }
@@ -67,6 +109,7 @@ void Bed::step(double dt, const Request& request) {
   double search = 0, sweep = 0;
 
   const bool new_lists = bed.update_neighbours();
+  bed.particles.renew_images(bed.threads);
   bed.form_due_bonds(now.time + 0.5 * dt);
   clock.end(search);
 
@@ -77,6 +120,7 @@ void Bed::step(double dt, const Request& request) {
   bed.place_boundaries(now.dt_before);
   bed.begin_records(request.contacts);
   bed.sweep(dt, request);  // forces of boundaries, forces of pairs, integrate: fused, particle block by particle block
+  bed.move_clumps(dt, request);
   bed.record_broken_bonds(request.snapshot);
   bed.end_records(request.contacts);
   bed.sum_up(request.energy);
@@ -89,13 +133,28 @@ void Bed::step(double dt, const Request& request) {
   ++now.steps;
 }
 
+/// Clumps, whose forces are complete once the sweep is.
+void Bed::Impl::move_clumps(double dt, const Request& request) {
+  if (request.energy) energy_of_clumps = clumps.energy(options.gravity, now.dt_before, dt);
+  if (!clumps.any()) return;
+  if (request.snapshot != nullptr) clumps.complete(*request.snapshot, particles, options.gravity, now.dt_before);
+  clumps.move(particles, options.gravity, now.dt_before, dt, threads);
+  clumps.extremes(contacts.particle_blocks, particles, threads, [&](std::size_t k, double speed2, double squares) {
+    balance.of_block[k].speed2 = speed2, balance.of_block[k].squares = squares;
+    paths.moved(k, std::sqrt(speed2) * dt);
+  });
+}
+
 void Bed::Impl::form_due_bonds(double until) {
   if (laws.any_bonds() && bonds.may_form) bonds.form_due(until, contacts, particles, laws);
 }
 
 void Bed::Impl::record_broken_bonds(Snapshot* snapshot) {
   if (!laws.any_bonds()) return;
+  const std::size_t known = bonds.broken.size();
   bonds.record_broken(now.time, contacts, particles, laws, balance.lost_before.breaking);
+  for (std::size_t k = known; k < bonds.broken.size(); ++k)
+    bonds.broken[k].position = options.periodic.wrapped(bonds.broken[k].position);
   if (snapshot != nullptr) count_bonds(contacts, laws, particles, *snapshot);
 }
 
@@ -105,7 +164,7 @@ void Bed::Impl::sum_up(bool energy) {
   criterion.add_path(paths.add_step(contacts.particle_blocks));
   sum_wrenches(boundaries, surfaces, now.dt_before);
   if (fixed.any()) fixed.add_work(now.dt_before);
-  if (energy) balance.sum_energy(surfaces.chunks, boundaries, fixed.work());
+  if (energy) balance.sum_energy(surfaces.chunks, boundaries, fixed.work(), energy_of_clumps);
 }
 
 /// What the threads spent, and what of their time by the clock is left over.
@@ -145,6 +204,7 @@ void Bed::set_gravity(const Vec3& gravity) {
 void Bed::set_active(const std::optional<ActiveRule>& rule) {
   if (rule && !(rule->within >= 0 && rule->below > 0))
     throw std::invalid_argument("active bed: `within` must be 0 or more, `below` positive");
+  if (rule && impl_->clumps.any()) throw std::invalid_argument("active bed: clumps cannot be frozen");
   impl_->region.set_rule(rule);
   impl_->criterion.invalidate();  // what is known of blocks comes with new lists
 }
@@ -154,12 +214,14 @@ std::size_t Bed::frozen_count() const { return impl_->region.frozen_spheres(); }
 void Bed::shift(const Vec3& offset) {
   impl_->particles.sync_from_mixed(impl_->threads);
   for (Sphere& s : impl_->particles.spheres()) s.x += offset;
+  impl_->clumps.shift(offset);
   impl_->criterion.invalidate();
 }
 
 void Bed::freeze() {
   impl_->particles.sync_from_mixed(impl_->threads);
   for (Sphere& s : impl_->particles.spheres()) s.v = s.w = {};
+  impl_->clumps.stop();
   impl_->particles.sync_to_mixed(impl_->threads);
   impl_->now.dt_before = 0;
 }
@@ -170,7 +232,12 @@ double Bed::max_overlap() const { return impl_->balance.extremes().overlap; }
 double Bed::kinetic_energy() const {
   double sum = 0;
   for (const Sphere& s : spheres())
-    if (!is_fixed(s)) sum += kinetic_energy_of(s);
+    if (!is_fixed(s) && clump_of(s) < 0) sum += kinetic_energy_of(s);
+  for (const Clump& c : clumps()) {
+    const ClumpShape& shape = clump_shapes()[c.shape];
+    sum += 0.5 * shape.mass * dot(c.velocity, c.velocity) +
+           0.5 * dot(c.angular_momentum, angular_velocity_of(c.attitude, shape.inertia, c.angular_momentum));
+  }
   return sum;
 }
 long Bed::rebuilds() const { return impl_->now.rebuilds; }

@@ -11,6 +11,7 @@
 #include "libdem/neighbours/rebuild_criterion.hpp"
 #include "libdem/particles/particle_store.hpp"
 #include "libdem/step/active_region.hpp"
+#include "libdem/step/clumps.hpp"
 #include "libdem/step/energy_balance.hpp"
 #include "libdem/step/fixed_spheres.hpp"
 #include "libdem/step/work_partition.hpp"
@@ -60,9 +61,11 @@ struct Bed::Impl {
   WorkPartition work;
   EnergyBalance balance;
   FixedSpheres fixed;
+  Clumps clumps;
   ActiveRegion region;
   StepCount now;
 
+  BodyEnergy energy_of_clumps;             ///< at t_n, of the last step that asked for it
   std::vector<PlaneJob> plane_jobs;        ///< by boundary, of this step
   std::vector<ContactRecord> at_surfaces;  ///< of this step, where something asks for them
   bool measures_phases = false;
@@ -77,6 +80,9 @@ struct Bed::Impl {
   void rebuild(const std::function<bool(const Sphere&)>& gone = {});
   void set_histories_aside();  ///< out of the lists, before what they are laid out by changes
   void clear_lists();          ///< and what waits for the next
+  void wrap();                 ///< spheres into the periodic cell
+  void check_periodic_sides(const ParticleStatistics& statistics, double skin) const;
+  void add_images(NeighbourList& list, const Grid& grid, const ParticleStatistics& statistics, double cutoff);
 
   // sweep.cpp: boundaries, forces, motion
   void place_boundaries(double elapsed);
@@ -92,6 +98,7 @@ struct Bed::Impl {
   void record_plane(const PlaneRun& run, std::vector<ContactRecord>& out) const;
 
   // bed.cpp: what a step leaves
+  void move_clumps(double dt, const Request& request);
   void form_due_bonds(double until);
   void record_broken_bonds(Snapshot* snapshot);
   void sum_up(bool energy);

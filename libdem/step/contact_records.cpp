@@ -138,6 +138,7 @@ void Bed::Impl::record_run(const PairRun& run, std::size_t particle_block, std::
     if (is_zero(f)) return;
     const PairBlock& p = contacts.blocks[run.first + b];
     out.push_back(between(particles.now(p.i[lane]), particles.now(p.j[lane]), f));
+    out.back().point = options.periodic.wrapped(out.back().point);
   });
 }
 

@@ -23,6 +23,11 @@ struct BlockSums {
   double squares = 0;             ///< a sum over velocities: NaN where one is
 };
 
+/// Energies of bodies at one instant, J.
+struct BodyEnergy {
+  double kinetic = 0, rotational = 0, potential = 0;
+};
+
 /// Energy balance of the bed, and the extremes by which a step is judged.
 ///
 /// | data                       | written by                                                | read by              |
@@ -40,7 +45,7 @@ class EnergyBalance {
  public:
   std::vector<BlockSums> of_block;
   Losses lost_before;        ///< accumulated in lists that are gone, and by bonds that broke
-  double removed = 0;        ///< kinetic and potential energy that left with spheres
+  double removed = 0;        ///< BedEnergy::removed
   double frozen_before = 0;  ///< taken from spheres that were frozen, in lists that are gone
   struct Extremes {
     double speed2 = 0, overlap = 0;
@@ -61,7 +66,8 @@ class EnergyBalance {
   const Sampling& sampling() const { return sampling_; }
 
   void sum_extremes(std::span<const SurfaceChunk> chunks);
-  void sum_energy(std::span<const SurfaceChunk> chunks, std::span<const Boundary> boundaries, double work_of_fixed);
+  void sum_energy(std::span<const SurfaceChunk> chunks, std::span<const Boundary> boundaries, double work_of_fixed,
+                  const BodyEnergy& of_clumps);
   Losses lost(std::span<const SurfaceChunk> chunks) const;  ///< since the start
   double frozen() const;                                    ///< since the start
   const BedEnergy& energy() const { return energy_; }       ///< of the last step that asked for it

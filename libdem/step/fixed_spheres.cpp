@@ -5,7 +5,7 @@
 
 namespace subsoil::dem {
 
-void FixedSpheres::find(const Spheres& spheres) {
+void FixedSpheres::find(std::span<const Sphere> spheres) {
   places_.clear(), spheres_.clear(), is_fixed_.clear(), first_.clear();
   for (std::uint32_t i = 0; i < spheres.size(); ++i)
     if (is_fixed(spheres[i])) places_.push_back({i, 0});
@@ -26,13 +26,13 @@ void FixedSpheres::find(const Spheres& spheres) {
   }
 }
 
-void FixedSpheres::drop_pairs(NeighbourList& list) const {
+void FixedSpheres::drop_pairs(NeighbourList& list, const PeriodicImages& images) const {
   if (is_fixed_.empty()) return;
   std::uint32_t kept = 0, begin = 0;
   for (std::size_t i = 0; i + 1 < list.start.size(); ++i) {
     const std::uint32_t end = list.start[i + 1];
     for (std::uint32_t k = begin; k < end; ++k)
-      if (!is_fixed_[i] || !is_fixed_[list.j[k]]) list.j[kept++] = list.j[k];
+      if (!is_fixed_[i] || !is_fixed_[images.sphere(list.j[k])]) list.j[kept++] = list.j[k];
     begin = end;
     list.start[i + 1] = kept;
   }

@@ -32,9 +32,9 @@ class FixedSpheres {
   FixedSphere& entry(const Place& p) { return spheres_[p.entry]; }
 
   /// For new lists, before the blocks are laid out.
-  void find(const Spheres& spheres);
-  /// Pairs of two of them out of a list of neighbours.
-  void drop_pairs(NeighbourList& list) const;
+  void find(std::span<const Sphere> spheres);
+  /// Pairs of two of them, or their images, out of a list of neighbours.
+  void drop_pairs(NeighbourList& list, const PeriodicImages& images) const;
   void begin_lists(std::span<const ParticleBlock> blocks);
   /// Those of a particle block; most have none.
   std::span<const Place> of_block(std::size_t block) const {

@@ -6,6 +6,7 @@
 #include "libdem/laws/bond.hpp"
 #include "libdem/laws/friction.hpp"
 #include "libdem/particles/particles.hpp"
+#include "libdem/step/stiffness_bound.hpp"
 
 namespace subsoil::dem {
 
@@ -40,8 +41,10 @@ void add_bond(const Bond& bond, const WorstContact& worst, double i_roll, bool b
   arm = std::max(arm, worst.r_min + 0.5 * bond.gap);
 }
 
-/// Bounds of a law with the rolling part filled in.
-StiffnessBound bounds_of(const Law& law, const WorstContact& worst, double i_roll, bool between_spheres, double& arm) {
+}  // namespace
+
+StiffnessBound stiffness_bound(const Law& law, const WorstContact& worst, double i_roll, bool between_spheres,
+                               double& arm) {
   StiffnessBound bound = law->bound(worst);
   const Friction& friction = law->friction();
   friction.bound(bound, worst.m_eff, worst.r_eff, i_roll);
@@ -53,6 +56,8 @@ StiffnessBound bounds_of(const Law& law, const WorstContact& worst, double i_rol
   if (law->bond() != nullptr) add_bond(*law->bond(), worst, i_roll, between_spheres, bound, arm);
   return bound;
 }
+
+namespace {
 
 /// Laws that attract say whether their contact can hold that off; the worst may be the smallest or the largest spheres.
 void refuse_collapse(const Law& law, std::initializer_list<double> r_eff) {
@@ -79,7 +84,7 @@ StableStep stable_step(const Law& law, const StepQuestion& q) {
   const double inertia = 0.4 * m * r * r;
   double arm = r;
   const StiffnessBound k =
-      bounds_of(law, {.m_eff = m / 2, .r_eff = r / 2, .r_min = r, .speed = q.speed}, 0.7 * m * r * r, true, arm);
+      stiffness_bound(law, {.m_eff = m / 2, .r_eff = r / 2, .r_min = r, .speed = q.speed}, 0.7 * m * r * r, true, arm);
   refuse_collapse(law, {r / 2, q.largest_radius / 2});
   if (q.neighbours <= 0) return {.step = std::numeric_limits<double>::infinity(), .cause = "nothing to touch"};
   const double z = q.neighbours;
@@ -108,7 +113,7 @@ StableStep stable_step_at_surface(const Law& law, const StepQuestion& q) {
   refuse_collapse(law, {r, q.largest_radius});
   double arm = r;
   const StiffnessBound k =
-      bounds_of(law, {.m_eff = m, .r_eff = r, .r_min = r, .speed = q.speed}, 1.4 * m * r * r, false, arm);
+      stiffness_bound(law, {.m_eff = m, .r_eff = r, .r_min = r, .speed = q.speed}, 1.4 * m * r * r, false, arm);
   // Three surfaces at right angles: along each normal one contact pushes and two drag.
   const auto along = [&](double n, double t) { return (n + 2 * t) / m; };
   const auto about = [&](double t, double roll) { return 2 * (t * arm * arm + roll) / inertia; };

@@ -2,6 +2,7 @@
 #include <string>
 
 #include "libdem/laws/law_table.hpp"
+#include "libdem/particles/clump.hpp"
 
 /// Longest stable step of the explicit leapfrog with lagged damping.
 ///
@@ -43,6 +44,18 @@ struct StepQuestion {
 StableStep stable_step(const Law& law, const StepQuestion& question);
 /// Limit from the law between a sphere and a fixed surface: each of up to three contacts counts once.
 StableStep stable_step_at_surface(const Law& law, const StepQuestion& question);
+
+/// The same for a clump. Its modes are those of the six coordinates of a rigid body: with contacts at points r_c (from
+/// the centre of mass) with normals n_c,
+///     a = 2 lambda_max( M^-1/2 [ sum_c w_c B_c^T (k_n n n^T + k_t (1 - n n^T)) B_c ] M^-1/2 ),   B_c = (1, -[r_c]x)
+/// and likewise b from c_n, c_t, of Z contacts spread evenly over what of each member lies in no other, Z ((r + r_s)/(2
+/// r_s))^2 on a member of radius r among spheres of radius r_s, and of any one contact alone by the trace. For a clump
+/// of one sphere these are the modes above. Spheres that are lighter have their own limit.
+StableStep stable_step(const Law& law, const ClumpShape& shape, const StepQuestion& question);
+/// Every member may touch three surfaces at right angles: the worst of 100 attitudes.
+StableStep stable_step_at_surface(const Law& law, const ClumpShape& shape, const StepQuestion& question);
+/// Least mass that a contact at the surface of a clump meets along its normal, kg: 1/(1/M + (r x n).J^-1 (r x n)).
+double least_effective_mass(const ClumpShape& shape);
 
 /// Contacts that one of N spheres can have at most: 12 for equal spheres, fewer in small sets.
 int most_neighbours(std::size_t spheres);

@@ -88,6 +88,7 @@ Bed::State Bed::save() const {
   }
   if (d.region.on()) out.frozen = {d.balance.frozen()};
   out.fixed = d.fixed.save();
+  d.clumps.save(out.clumps);
   for (const Boundary& b : d.boundaries)
     if (b.loads)
       for (const FaceLoad& f : b.loads->faces)
@@ -158,6 +159,7 @@ void Bed::restore(const State& in) {
     index[s.id] = static_cast<std::uint32_t>(k);
     d.particles.restore(s);
   }
+  d.clumps.restore(in.clumps, [&](std::uint32_t id) { return index.contains(id); });
   // Histories wait for the first lists, by place of the spheres.
   d.clear_lists();
   PairHistories& waiting = d.contacts.begin_waiting();

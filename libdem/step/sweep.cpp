@@ -296,24 +296,26 @@ class Sweep {
     ObserveJob job{spheres_job()};
     job.before = bed_.now.dt_before, job.dt = dt_;
     bed_.kernel.observe(job);
-    if (has_fixed()) observe_free(job);
+    if (has_fixed() || has_members()) observe_free(job);
     const double moving = bed_.region.moves(own_) ? 1 : 0;
     sums_->kinetic = moving * job.kinetic, sums_->rotational = moving * job.rotational,
     sums_->potential = job.potential;
     if (request_.snapshot == nullptr) return;
     for (std::uint32_t i = block_->begin; i < block_->end; ++i)
-      at(i, [&](const auto& sum) { write(bed_.particles.now(i), sum, *request_.snapshot); });
+      at(i, [&](const auto& sum) { write(i, sum, *request_.snapshot); });
   }
   template <class Sum>
-  void write(const Sphere& s, const Sum& a, Snapshot& out) const {
-    const bool free = !has_fixed() || !is_fixed(s);  // else contacts alone, and the velocity that it keeps
+  void write(std::uint32_t i, const Sum& a, Snapshot& out) const {
+    const Sphere s = bed_.particles.now(i);
+    // Else contacts alone, and the velocity that a fixed sphere keeps, or that its clump gives it (Clumps::complete).
+    const bool free = !(has_fixed() && is_fixed(s)) && !(has_members() && bed_.clumps.is_member(i));
     const Vec3 force = vector_of(a.f) + (free ? s.m : 0) * bed_.options.gravity, torque = vector_of(a.t);
     const double back = free && bed_.region.moves(own_) ? 0.5 * bed_.now.dt_before : 0;
     const std::size_t k = bed_.particles.slot_of(s);
     out.id[k] = s.id;
     out.radius[k] = s.r;
     out.material[k] = s.material;
-    out.position[k] = s.x;
+    out.position[k] = bed_.options.periodic.wrapped(s.x);
     out.velocity[k] = s.v + force * (back / s.m);
     out.angular_velocity[k] = s.w + torque * (back / inertia(s));
     out.force[k] = force;
@@ -323,14 +325,42 @@ class Sweep {
 
   /// Leapfrog; also clears the sums for the spheres that get their places in the ring next.
   void integrate() {
+    if (all_are_members()) return take_members();
     MoveJob job{spheres_job()};
     job.kick = 0.5 * (dt_ + bed_.now.dt_before), job.dt = dt_;
     if (has_fixed()) take_fixed();
+    if (has_members()) take_members();
     bed_.kernel.move(job);
+    if (has_members()) put_back_members();
     if (has_fixed()) put_back_fixed(job);
     sums_->speed2 = job.speed2;
     sums_->squares = job.squares;
     bed_.paths.moved(own_, std::sqrt(job.speed2) * dt_);
+  }
+
+  // Of particle blocks with members of clumps (clumps.hpp), which stay until the sweep is done.
+
+  bool has_members() const { return !bed_.clumps.of_block(own_).empty(); }
+  bool all_are_members() const { return bed_.clumps.of_block(own_).size() == block_->end - block_->begin; }
+  /// What acts on them, out of the sums; their records.
+  void take_members() {
+    members_.clear();
+    for (const Clumps::Place& p : bed_.clumps.of_block(own_)) {
+      Clumps::Load& load = bed_.clumps.load(p);
+      at(p.sphere, [&]<class Sum>(Sum& sum) {
+        load.force = vector_of(sum.f), load.torque = vector_of(sum.t);
+        sum = Sum{};
+      });
+      members_.push_back(bed_.particles.now(p.sphere));
+    }
+  }
+  void put_back_members() {
+    const Sphere* before = members_.data();
+    for (const Clumps::Place& p : bed_.clumps.of_block(own_)) {
+      bed_.particles.spheres()[p.sphere] = *before;
+      if (bed_.particles.is_mixed()) bed_.particles.mixed()[p.sphere] = rounded(*before);
+      ++before;
+    }
   }
 
   // Of particle blocks with fixed spheres (fixed_spheres.hpp).
@@ -344,7 +374,7 @@ class Sweep {
     job.kinetic = job.rotational = job.potential = 0;
     for (std::uint32_t i = block_->begin; i < block_->end; ++i) {
       const Sphere s = bed_.particles.now(i);
-      if (is_fixed(s)) continue;
+      if (is_fixed(s) || (has_members() && bed_.clumps.is_member(i))) continue;
       at(i, [&](const auto& sum) {
         const Vec3 gain = half * ((1 / s.m) * vector_of(sum.f) + g), turn = (half / inertia(s)) * vector_of(sum.t);
         const Vec3 v = s.v + gain, w = s.w + turn;
@@ -434,6 +464,7 @@ class Sweep {
   const ParticleBlock* block_ = nullptr;
   BlockSums* sums_ = nullptr;
   Sample sample_;
+  std::vector<Sphere> members_;  ///< of clumps, as they are before the move
 };
 
 void resize(Snapshot& s, std::size_t n) {

@@ -151,7 +151,8 @@ void WorkPartition::reserve_halos(const ContactStore& contacts) {
       if (run.across_interface) {
         longest = std::max<std::size_t>(longest, run.blocks);
         if (b.interface_first <= reached) anywhere += run.blocks;
-        across[k + 1].at_interfaces += run.blocks, across[b.interface_last + 1].at_interfaces -= run.blocks;
+        if (b.interface_last >= k)
+          across[k + 1].at_interfaces += run.blocks, across[b.interface_last + 1].at_interfaces -= run.blocks;
         continue;
       }
       if (b.last == k) continue;
@@ -248,7 +249,7 @@ void WorkPartition::link_remote(const ContactStore& contacts) {
       const PairRun& run = contacts.runs[halo.place[k].run];
       const std::uint32_t block = run.first + halo.block[k];
       for (std::uint32_t l = 0; l < contacts.shapes[block].lanes; ++l) {
-        const std::uint32_t second = contacts.blocks[block].j[l];
+        const std::uint32_t second = contacts.images.sphere(contacts.blocks[block].j[l]);
         if (second < from.end && !run.across_interface) continue;  // added in the sweep
         const std::uint32_t to = worker_of(second);
         waits_[to * workers.size() + halo.place[k].evaluator] = 1;

@@ -27,7 +27,7 @@ constexpr double trust = 1e-6;
 constexpr double rounding = 2e-16;
 // A predictor errs by a small share of the velocities; another branch turns or stops some of them.
 constexpr double most_turn = 0.3;
-constexpr double at_rest = 1e-8;  // lengths of the machine in a second
+constexpr double rest_speed = 1e-8;  // lengths of the machine in a second
 // Contraction by friction is about mu times a ratio of moment arms; 0.95 still settles.
 constexpr int most_friction_iterations = 600;
 
@@ -331,7 +331,7 @@ void Partition::solve_velocities(MotionState& m) {
     if (!(m.velocity[i] * guess[i] > 0.5 * guess[i] * guess[i]))
       velocity_turn_ = std::max(velocity_turn_, std::abs(m.velocity[i] - guess[i]) * column_scale_[i]);
   // A machine at rest has velocities of rounding, which turn as they like.
-  if (velocity_turn_ > 0) velocity_turn_ /= std::max({fastest, velocity_turn_, at_rest * system_.length_scale()});
+  if (velocity_turn_ > 0) velocity_turn_ /= std::max({fastest, velocity_turn_, rest_speed * system_.length_scale()});
 }
 
 void Partition::evaluate(MotionState& m) {

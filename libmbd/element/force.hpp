@@ -66,8 +66,10 @@ using ForceValues = std::array<double, max_force_columns>;
 /// loss.
 struct ForceMembers {
   bool check = false;                 ///< check(): refuses parameters, by std::invalid_argument
+  bool prepare = false;               ///< prepare(): makes what its parameters say ready for use
   bool initialise_from_pose = false;  ///< initialise_from_pose(scene): what the start pose decides
   bool gap = false;                   ///< gap(scene): on whose sign the law depends, > 0 open, < 0 in contact
+  bool gaps = false;                  ///< gap_count(), gaps(scene, out): such gaps, one per point that may touch
   bool stick = false;                 ///< can_stick(), hold(scene), pass_event(scene): friction that comes to rest
   bool trace = false;                 ///< begin_trace(scene), memory(), set_memory(m): what a restart needs
   bool rut = false;                   ///< track, rut, commit(scene, ruts): accepted states change the ground
@@ -117,9 +119,14 @@ template <class F>
 concept ForceHas = F::has.check == requires(const F f) {
   f.check();
 }
+&&F::has.prepare == requires(F f) { f.prepare(); }
 &&F::has.initialise_from_pose == requires(F f, const Scene scene) { f.initialise_from_pose(scene); }
 &&F::has.gap == requires(const F f, const Scene scene) {
   { f.gap(scene) } -> std::same_as<double>;
+}
+&&F::has.gaps == requires(const F f, const Scene scene, std::span<double> out) {
+  { f.gap_count() } -> std::same_as<std::size_t>;
+  f.gaps(scene, out);
 }
 &&F::has.stick == Sticks<F>&& F::has.trace == Traces<F>&& F::has.rut == Ruts<F>&& F::has.towing_spin ==
     requires(const F f) {

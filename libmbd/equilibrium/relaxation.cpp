@@ -6,7 +6,7 @@
 namespace subsoil::mbd {
 
 namespace {
-constexpr int most_steps = 20'000;
+constexpr int most_relaxation_steps = 20'000;
 constexpr double near_rest = 1e-3;
 }  // namespace
 
@@ -22,7 +22,7 @@ Eigen::VectorXd fall_to_rest(System& system, double t, const Eigen::VectorXd& fr
   if (first > 0) {
     const double h = 0.1 * std::sqrt(system.length_scale() / first);
     double before = 0;
-    for (int i = 0; i < most_steps; ++i) {
+    for (int i = 0; i < most_relaxation_steps; ++i) {
       fall.advance(h);
       const double now = system.kinetic();
       if (now >= before) {

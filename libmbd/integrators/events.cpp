@@ -8,10 +8,12 @@ namespace subsoil::mbd {
 
 namespace {
 
-bool switches(const AnyForce& any) {
+/// How many switching functions a force has.
+std::size_t switches_of(const AnyForce& any) {
   return visit(
-      []<class Force>(const Force& force) {
+      []<class Force>(const Force& force) -> std::size_t {
         if constexpr (Force::has.stick) return force.can_stick();
+        if constexpr (Force::has.gaps) return force.gap_count();
         return Force::has.gap;
       },
       any);
@@ -21,8 +23,7 @@ bool switches(const AnyForce& any) {
 
 Switches::Switches(const System& system) : system_(system) {
   const auto& forces = system.model().forces;
-  for (std::size_t i = 0; i < forces.size(); ++i)
-    if (switches(forces[i].element)) forces_.push_back(i);
+  for (std::size_t i = 0; i < forces.size(); ++i) forces_.insert(forces_.end(), switches_of(forces[i].element), i);
   sides_.assign(count(), 1);
   work_.assign(count(), 0);
 }
@@ -43,11 +44,16 @@ void Switches::gaps(std::span<double> out, const Eigen::VectorXd* acceleration, 
     out[i] = acceleration && lambda ? system_.event_gap(event(i), *acceleration, *lambda) -
                                           (sides_[i] < 0 ? system_.model().events[event(i)].element.hysteresis() : 0)
                                     : 1;
-  for (std::size_t i = 0; i < forces_.size(); ++i)
-    visit(
-        [&]<class Force>(const Force& force) {
+  for (std::size_t i = 0; i < forces_.size();)
+    i += visit(
+        [&]<class Force>(const Force& force) -> std::size_t {
           if constexpr (Force::has.gap) out[i] = force.gap(scene);
           if constexpr (Force::has.stick) out[i] = force.hold(scene);
+          if constexpr (Force::has.gaps) {
+            force.gaps(scene, out.subspan(i, force.gap_count()));
+            return force.gap_count();
+          }
+          return 1;
         },
         system_.model().forces[forces_[i]].element);
 }

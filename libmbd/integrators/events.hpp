@@ -24,11 +24,11 @@ struct Event {
 };
 
 /// The switching functions of a system: forces with a member `double gap(const Scene&) const`, a signed distance or
-/// angle on whose sign the force's law depends: > 0 open, < 0 in contact; or with `double hold(const Scene&) const`,
-/// which falls through 0 where friction changes between sliding and sticking, told by `pass_event(const Scene&)`.
-/// Smooth methods keep their order only between the zeros of these; a zero is located, the method restarted there, the
-/// event counted.
-/// Contacts that close and open again within one step leave no change of sign and are not seen.
+/// angle on whose sign the force's law depends: > 0 open, < 0 in contact; with several of them, `gaps`; or with `double
+/// hold(const Scene&) const`, which falls through 0 where friction changes between sliding and sticking, told by
+/// `pass_event(const Scene&)`. Smooth methods keep their order only between the zeros of these; a zero is located, the
+/// method restarted there, the event counted. Contacts that close and open again within one step leave no change of
+/// sign and are not seen.
 class Switches {
  public:
   explicit Switches(const System& system);

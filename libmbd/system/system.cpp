@@ -58,6 +58,7 @@ System::System(Model model) : model_(std::move(model)), elements_(std::make_uniq
   add_followers(model_);
   check_bodies();
   check_elements();
+  prepare_forces();
   number_rows();
   assign_ruts();
   attach_friction();
@@ -97,6 +98,13 @@ void System::check_bodies() const {
     check_finite_positive("body '" + b.name + "': mass", b.mass, "kg");
     check_finite_positive("body '" + b.name + "': inertia", b.inertia, "kg m^2");
   }
+}
+
+void System::prepare_forces() {
+  const auto prepare = []<class Force>(Force& force) {
+    if constexpr (Force::has.prepare) force.prepare();
+  };
+  for (auto& f : model_.forces) naming("force '" + f.name + "'", [&] { visit(prepare, f.element); });
 }
 
 void System::check_elements() const {

@@ -198,6 +198,7 @@ class System {
  private:
   void check_bodies() const;
   void check_elements() const;
+  void prepare_forces();
   void number_rows();
   void place_elements();
   void attach_friction();

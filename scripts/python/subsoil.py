@@ -37,7 +37,7 @@ PathLike = Union[str, "os.PathLike[str]"]
 __all__ = ["Frame", "Frames", "Run", "SubsoilError", "open", "run"]
 
 _RESULTS = ("scenario.yaml", "series.csv", "summary.json", "run.h5")
-_PARTICLE_TABLE = ("id", "radius", "density", "material")  # of every sphere, once; of some, with the frame
+_PARTICLE_TABLE = ("id", "radius", "density", "material", "clump")  # of every sphere, once; of some, with the frame
 _NOT_OF_SPHERES = ("surfaces", "values", "written", "point numbers", "contact forces", "loads")
 _CODES = {2: "bad input", 3: "stopped, or ended with warnings under --strict", 130: "interrupted", 143: "terminated"}
 
@@ -78,7 +78,7 @@ class Frame:
         return len(self.position) if "position" in self else 0
 
     def __contains__(self, name: str) -> bool:
-        return self._frames._holds(self._path(name)) or (name in _PARTICLE_TABLE and "position" in self)
+        return self._frames._holds(self._path(name)) or (self._in_table(name) and "position" in self)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """A column by its name: frame["velocity"]."""
@@ -86,13 +86,17 @@ class Frame:
             self._kept[name] = self._column(name)
         return self._kept[name]
 
+    def _in_table(self, name: str) -> bool:
+        """Only a bed with clumps has their numbers."""
+        return name in _PARTICLE_TABLE and (name != "clump" or self._frames._holds("/particles/clump"))
+
     def _path(self, name: str) -> str:
         return f"/frames/{self.index:06}/{name}"
 
     def _column(self, name: str) -> np.ndarray:
         if self._frames._holds(self._path(name)):
             return self._frames._read(self._path(name))
-        if name in _PARTICLE_TABLE and "position" in self:
+        if self._in_table(name) and "position" in self:
             return self._frames._particles(name)  # everybody is there: one array for all frames
         raise SubsoilError(f"{self._frames.path}: frame {self.index} has no '{name}'; it has "
                            f"{', '.join(self.columns) or 'no spheres'} (output.columns of the scenario selects)")
@@ -102,7 +106,7 @@ class Frame:
         """Names of what spheres have here."""
         own = self._frames._names(self._path("")[:-1])
         names = [name for name in own if name not in _NOT_OF_SPHERES]
-        return names + [name for name in _PARTICLE_TABLE if "position" in own and name not in own]
+        return names + [name for name in _PARTICLE_TABLE if "position" in own and name not in own and self._in_table(name)]
 
     id = property(lambda self: self["id"], doc="(n,), rising")
     position = property(lambda self: self["position"], doc="centres, (n, 3) m, world axes")

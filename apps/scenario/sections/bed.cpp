@@ -70,6 +70,13 @@ void describe(Fields& v, BedSection& b) {
       "saved bed: HDF5, or CSV whose first line names columns and units: x [m],y [m],z [m],radius [mm], and "
       "where wanted id,material,density [kg/m^3],vx [m/s],...,wx [rad/s],...; spheres are numbered by id");
   v.list("particles", b.particles, "the spheres, one by one");
+  v.list("clumps", b.clumps,
+         "random fill and lattice: how many of the grains are clumps, each in an attitude of its own by the seed");
+  v.list("placed", b.placed, "fill: particles: clumps, one by one; they are numbered after the particles");
+  v.quantity(
+      "rough floor", b.rough_floor, "m", "(0, inf)",
+      "spheres whose centres lie lower than this above the container's floor when the run begins keep their place: "
+      "a floor as rough as the bed; the force on them are the columns `rough floor.Fx` ...; left out: none");
   v.choice("inside machine", b.inside_machine, {{"refuse", Overlap::refuse}, {"carve", Overlap::carve}},
            "spheres inside a machine's surface at the start: refuse the run, or take them out");
 }
@@ -88,21 +95,27 @@ struct BedChecks : Checks {
                        std::all_of(b.layers.begin(), b.layers.end(),
                                    [](const Layer& l) { return std::holds_alternative<EqualRadius>(l.radius); });
     const auto given = [&](const char* key) { return places.contains(std::string("soil.bed.") + key); };
-    fits(given("radius"), made && !each, made, "radius", fill);
+    const bool spheres = made && !only_clumps(b.clumps);
+    fits(given("radius"), spheres && !each, made, "radius", fill);
+    if (made && !spheres && given("radius"))
+      refuse("soil.bed.radius", "has no effect: all grains are clumps; leave it out, or lower their shares");
     fits(given("file"), b.fill == Fill::file, b.fill == Fill::file, "file", fill);
-    fits(given("particles"), b.fill == Fill::particles, b.fill == Fill::particles, "particles", fill);
+    fits(given("particles"), b.fill == Fill::particles && b.placed.empty(), b.fill == Fill::particles, "particles",
+         fill);
     fits(given("count"), false, b.fill == Fill::random, "count", fill);
     fits(given("depth"), false, made, "depth", fill);
     fits(given("region"), made && !s.soil->container, made, "region", fill);
     fits(given("pitch"), b.fill == Fill::lattice && !equal, grid, "pitch", fill);
     fits(b.jitter != 0, false, grid, "jitter", fill);
-    if (b.fill == Fill::rest_lattice && !equal) {
+    if (b.fill == Fill::rest_lattice && !equal && b.clumps.empty()) {
       refuse("soil.bed.radius", "a rest-lattice needs spheres of one size; take `fill: random` for a distribution");
     }
     if (given("count") && given("depth")) refuse("soil.bed.count", "stands beside `depth`; keep one of them");
     if (b.region) positive("soil.bed.region.size", b.region->size);
-    const bool own = b.fill == Fill::particles && std::none_of(b.particles.begin(), b.particles.end(),
-                                                               [](const Particle& p) { return p.material.empty(); });
+    const bool own =
+        b.fill == Fill::particles &&
+        std::none_of(b.particles.begin(), b.particles.end(), [](const Particle& p) { return p.material.empty(); }) &&
+        std::none_of(b.placed.begin(), b.placed.end(), [](const PlacedClump& c) { return c.material.empty(); });
     if (b.material.empty() && !own && b.layers.empty())
       refuse("soil.bed.material", "is missing: the material of the spheres");
     material("soil.bed.material", b.material);
@@ -110,7 +123,8 @@ struct BedChecks : Checks {
       material(fmt::format("soil.bed.particles[{}].material", i), b.particles[i].material);
       if (!b.particles[i].fixed.empty()) fixed(b, i);
     }
-    check_distribution(*this, "soil.bed.radius", b.radius);
+    if (b.rough_floor) rough_floor(b);
+    if (!only_clumps(b.clumps)) check_distribution(*this, "soil.bed.radius", b.radius);
     if (!b.layers.empty()) layers(b, made, each);
     if (b.settle && b.settle->duration.has_value() == b.settle->until_speed.has_value()) {
       refuse("soil.bed.settle", "needs either `for` (a time) or `until` (a speed)");
@@ -133,6 +147,13 @@ struct BedChecks : Checks {
       refuse(path, p.fixed, "stands beside `soil.active`, which would not see it move; leave one of them out");
     if (b.settle && dem::dot(p.velocity, p.velocity) + dem::dot(p.spin, p.spin) > 0)
       refuse(path, p.fixed, "moves while the bed settles; leave `settle` or its velocity out");
+  }
+
+  void rough_floor(const BedSection& b) {
+    const char* const path = "soil.bed.rough floor";
+    if (!s.soil->container) refuse(path, "needs a container, whose floor it lies on");
+    if (b.fill == Fill::particles) refuse(path, "stands beside particles of their own; give those `fixed: NAME`");
+    if (s.soil->active) refuse(path, "stands beside `soil.active`; leave one of them out");
   }
 
   /// A key that a fill needs, or that would have no effect with it.

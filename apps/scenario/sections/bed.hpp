@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/scenario/sections/clumps.hpp"
 #include "apps/scenario/sections/placement.hpp"
 #include "apps/scenario/sections/radius.hpp"
 
@@ -10,6 +11,9 @@
 namespace subsoil::app {
 
 enum class Fill { lattice, rest_lattice, random, particles, file };
+/// Under which columns and watches know the spheres of a rough floor.
+inline constexpr const char* rough_floor_name = "rough floor";
+
 enum class Overlap { refuse, carve };
 enum class Stages { automatic, yes, no };
 
@@ -61,6 +65,9 @@ struct BedSection {
   std::optional<Settle> settle;
   std::string save, file;  // absolute paths; empty: none
   std::vector<Particle> particles;
+  std::vector<ClumpShare> clumps;     // among the grains of a made bed
+  std::vector<PlacedClump> placed;    // beside the particles
+  std::optional<double> rough_floor;  // m above the floor: spheres below are fixed when the run begins
   Overlap inside_machine = Overlap::refuse;
 };
 void describe(Fields& v, BedSection& b);

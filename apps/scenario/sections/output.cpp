@@ -324,6 +324,7 @@ struct OutputChecks : Checks {
     if (s.soil && s.soil->bed)
       for (const Particle& p : s.soil->bed->particles)
         if (!p.fixed.empty()) touched.push_back(p.fixed);
+    if (s.soil && s.soil->bed && s.soil->bed->rough_floor) touched.emplace_back(rough_floor_name);
     switch (watch.kind) {
       case Watch::Kind::driver:
         refer(path, watch.of, drivers, "driver");

@@ -1,6 +1,7 @@
 #include "apps/scenario/sections/soil.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -13,47 +14,61 @@ namespace subsoil::app {
 
 namespace {
 
-/// Faces of the container by name.
-class FaceNames final : public Value {
+/// Some of a few things by name: faces of the container, directions.
+template <std::size_t N>
+class SomeOf final : public Value {
  public:
-  explicit FaceNames(Faces& faces) : faces_(faces) {}
+  SomeOf(std::array<bool, N>& chosen, const std::array<const char*, N>& names, const char* what)
+      : chosen_(chosen), names_(names), what_(what) {}
   void read(const Node& node, const ReadScope&) override {
-    faces_ = {};
+    chosen_ = {};
     for (const Node* item : items_of(node)) {
-      const auto found = std::find(face_names.begin(), face_names.end(), scalar_of(*item));
-      if (found == face_names.end()) throw Refusal("faces are -x, +x, -y, +y, -z, +z");
-      faces_[static_cast<std::size_t>(found - face_names.begin())] = true;
+      const auto found = std::find(names_.begin(), names_.end(), scalar_of(*item));
+      if (found == names_.end()) throw Refusal(fmt::format("{} are {}", what_, fmt::join(names_, ", ")));
+      chosen_[static_cast<std::size_t>(found - names_.begin())] = true;
     }
   }
   Node print(const PrintScope&) const override {
     std::vector<std::string> names;
-    for (std::size_t i = 0; i < faces_.size(); ++i)
-      if (faces_[i]) names.emplace_back(face_names[i]);
+    for (std::size_t i = 0; i < N; ++i)
+      if (chosen_[i]) names.emplace_back(names_[i]);
     return sequence(names);
   }
-  std::string what() const override { return "list of faces"; }
+  std::string what() const override { return std::string("list of ") + what_; }
   Json schema() const override {
-    return [] {
-      const Json face = words_form({face_names.begin(), face_names.end()});
-      return either({face, list_form(face)});
-    }();
+    const Json one = words_form({names_.begin(), names_.end()});
+    return either({one, list_form(one)});
   }
-  std::string range() const override { return "-x | +x | -y | +y | -z | +z"; }
+  std::string range() const override { return fmt::format("{}", fmt::join(names_, " | ")); }
 
  private:
-  Faces& faces_;
+  std::array<bool, N>& chosen_;
+  const std::array<const char*, N>& names_;
+  const char* what_;
 };
 
 }  // namespace
 
 void describe(Fields& v, Container& c) {
-  FaceNames open(c.open), open_after_settling(c.open_after_settling);
+  SomeOf open(c.open, face_names, "faces"), open_after_settling(c.open_after_settling, face_names, "faces");
+  SomeOf periodic(c.periodic, axis_names, "directions");
   v.vector("size", c.size, "m", "inner lengths x y z (y is up)");
   v.vector("at", c.at, "m", "its corner of least coordinates");
   v.visit_value({"open", "faces without a wall"}, open);
   v.visit_value({"open after settling", "walls that stand while the bed settles and are then taken away"},
                 open_after_settling);
+  v.visit_value({"periodic",
+                 "directions without walls: spheres that leave on one side come in on the other, and meet those there; "
+                 "surfaces must keep away from these sides, or reach beyond both"},
+                periodic);
   v.reference("material", c.material, Family::material, "of the walls");
+}
+
+dem::PeriodicCell periodic_cell(const Container& c, double up) {
+  dem::PeriodicCell cell{.low = c.at + Vec3{0, up, 0}, .length = {}};
+  for (int d = 0; d < 3; ++d)
+    if (c.periodic[static_cast<std::size_t>(d)]) cell.length[d] = c.size[d];
+  return cell;
 }
 
 void describe(Fields& v, Active& a) {
@@ -67,6 +82,10 @@ void describe(Fields& v, Soil& s) {
   v.section("container", s.container, "box of flat walls that act on spheres only");
   v.quantity("surface", s.surface, "m", "(-inf, inf)",
              "height y of the mean surface after settling: bed and container are shifted to it; left out: no shift");
+  v.named(
+      "clumps", s.clumps,
+      "rigid grains made of spheres (multi-spheres), by name; `soil.bed.clumps` and `soil.bed.placed` say where they "
+      "are");
   v.section("bed", s.bed, "the spheres");
   v.section("active", s.active,
             "spheres that rest far from every moving surface are frozen and skipped until something beside them moves; "
@@ -91,9 +110,30 @@ struct SoilChecks : Checks {
     }
   }
 
+  /// Sides that are one and the same have no walls, and up there is none where the bed begins anew from below.
+  void periodic(const Container& c) {
+    for (std::size_t f = 0; f < 6; ++f) {
+      const bool up = f == 3;  // without a wall unless told otherwise
+      if (!c.periodic[f / 2]) continue;
+      if (c.open[f] && !up)
+        refuse("soil.container.open",
+               fmt::format("the face {} is periodic and has no wall; leave it out", face_names[f]));
+      if (c.open_after_settling[f])
+        refuse("soil.container.open after settling",
+               fmt::format("the face {} is periodic and has no wall; leave it out", face_names[f]));
+    }
+    if (!c.periodic[1]) return;
+    const char* const without = "the bed has no floor and no surface with `periodic: [y]`; leave it out, or y";
+    if (s.soil->surface) refuse("soil.surface", without);
+    if (s.soil->bed && (s.soil->bed->settle || s.soil->bed->fill == Fill::random))
+      refuse(s.soil->bed->settle ? "soil.bed.settle" : "soil.bed.fill", without);
+    if (s.soil->bed && !s.soil->bed->layers.empty()) refuse("soil.bed.layers", without);
+  }
+
   void soil() {
-    if (s.soil->container) container(*s.soil->container);
+    if (s.soil->container) container(*s.soil->container), periodic(*s.soil->container);
     if (s.soil->bed) check_bed(*this, s);
+    check_clumps(*this, s);
     if (s.soil->surface && !(s.soil->bed && s.soil->container)) {
       refuse("soil.surface", "needs a container and a bed, which are shifted so that the bed's surface is there");
     }

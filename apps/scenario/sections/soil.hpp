@@ -6,12 +6,15 @@
 
 #include "apps/scenario/sections/bed.hpp"
 #include "apps/scenario/sections/placement.hpp"
+#include "libdem/particles/periodic.hpp"
 
 /// Container and bed.
 namespace subsoil::app {
 
 /// Faces in the order -x, +x, -y, +y, -z, +z.
 using Faces = std::array<bool, 6>;
+using Directions = std::array<bool, 3>;
+inline constexpr std::array<const char*, 3> axis_names{"x", "y", "z"};
 inline constexpr std::array<const char*, 6> face_names{"-x", "+x", "-y", "+y", "-z", "+z"};
 
 struct Container {
@@ -19,9 +22,12 @@ struct Container {
   Vec3 at{required, required, required};  // corner of least coordinates
   Faces open{false, false, false, true, false, false};
   Faces open_after_settling{};
+  Directions periodic{};
   std::string material;
 };
 void describe(Fields& v, Container& c);
+/// Its sides for the bed, `up` m higher than in the scenario.
+dem::PeriodicCell periodic_cell(const Container& c, double up = 0);
 
 /// Spheres that rest far from every moving surface are frozen until something comes near (docs/theory.md, section 8.1).
 struct Active {
@@ -32,7 +38,8 @@ void describe(Fields& v, Active& a);
 
 struct Soil {
   std::optional<Container> container;
-  std::optional<double> surface;  // y of the mean surface after settling: bed and container are shifted
+  std::optional<double> surface;     // y of the mean surface after settling: bed and container are shifted
+  std::vector<ClumpSection> clumps;  // shapes of grains
   std::optional<BedSection> bed;
   std::optional<Active> active;  // all spheres move unless given
   double removal_below = 0.5;    // m below the floor

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <initializer_list>
 #include <random>
 #include <string>
@@ -60,6 +61,7 @@ struct Filler {
   void optional_quantity(const char*, double& value, const char*, const char*, const char*) { value = number(); }
   void text(const char*, std::string&, const char*) {}
   void optional_body(const char*, int& b, const char*) { b = 3; }
+  void vector(const char*, std::array<double, 2>& value, const char*, const char*) { value = {number(), -number()}; }
   void flag(const char*, bool& value, const char*) { value = flags; }
   /// Convex and closed where it is a cam's profile: a circle of 0.5 m pushed out of its centre.
   void table(const char*, std::vector<double>& xs, std::vector<double>& ys, const char*, const char*, const char*) {
@@ -92,6 +94,11 @@ template <class Element>
 Element filled(Filler& filler) {
   Element e;
   e.describe(filler);
+  if constexpr (requires {
+                  Element::has.prepare;
+                  e.prepare();
+                })
+    e.prepare();
   if constexpr (std::is_same_v<Element, JointFriction>) e.attach(Revolute{.body_a = 1, .body_b = 2}, 1);
   return e;
 }
@@ -327,6 +334,12 @@ TEST(Elements, ForcesKeepTheirEnergyAccount) {
       constexpr double h = 1e-5, t = 0.7;
       const Paths paths(random);
       const auto bodies = paths.at(t);
+      if constexpr (decltype(type)::has
+                        .gaps) {  // one of many is often about to open, where d^n has no third derivative
+        std::vector<double> gaps(force.gap_count());
+        force.gaps({bodies, t, {}}, gaps);
+        if (std::any_of(gaps.begin(), gaps.end(), [](double gap) { return std::abs(gap) < 1e-2; })) continue;
+      }
       const Seen now = act(force, bodies, t);
       double power = 0;
       for (std::size_t i = 1; i < 3; ++i)

@@ -97,6 +97,18 @@ TEST(Disturbance, OfALiftIsItsArea) {
   EXPECT_NEAR(forward / rise, 0.02 / up, 1e-5);
 }
 
+/// The rule by which a run warns of its walls: half a mean radius, 5 mm here, and not the radius of disturbed soil.
+TEST(Disturbance, WallsAreReachedByTheRuleOfTheRun) {
+  const Disturbance far = after({.half_width = 1, .depth = 1, .shift = {0.0049, 0, 0}}),
+                    little = after({.half_width = 1, .depth = 1, .shift = {0.0051, 0, 0}}),
+                    middle = after({.half_width = 0.1, .depth = 0.16, .shift = {0.05, 0, 0}});
+  ASSERT_TRUE(far.furrow && little.furrow && middle.furrow);
+  EXPECT_FALSE(far.furrow->reaches_wall);
+  EXPECT_TRUE(little.furrow->reaches_wall);
+  EXPECT_EQ(little.furrow->disturbed_area, 0);
+  EXPECT_FALSE(middle.furrow->reaches_wall);
+}
+
 /// A box that is strained upward by e has 1/(1 + e) of its solid: from pi/6 of the cubic lattice the porosity rises by
 /// pi/6 e/(1 + e), 0.0476 for a tenth. Deep inside that is exact up to the lattice's ripple under a kernel of two
 /// diameters' reach; the edge of what exceeds 0.02 lies within half a cell of the box's.

@@ -1,0 +1,78 @@
+#include "libdem/particles/clump.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "libdem/geometry/sphere_union.hpp"
+
+namespace subsoil::dem {
+namespace {
+
+/// Rotation matrix, its columns the axes, as a quaternion (Shepperd 1978).
+Quaternion quaternion_of_axes(const SquareMatrix<3>& m) {
+  const double trace = m[0][0] + m[1][1] + m[2][2];
+  Quaternion q;
+  if (trace > 0) {
+    const double s = 2 * std::sqrt(1 + trace);
+    q = {0.25 * s, (m[2][1] - m[1][2]) / s, (m[0][2] - m[2][0]) / s, (m[1][0] - m[0][1]) / s};
+  } else if (m[0][0] >= m[1][1] && m[0][0] >= m[2][2]) {
+    const double s = 2 * std::sqrt(1 + m[0][0] - m[1][1] - m[2][2]);
+    q = {(m[2][1] - m[1][2]) / s, 0.25 * s, (m[0][1] + m[1][0]) / s, (m[0][2] + m[2][0]) / s};
+  } else if (m[1][1] >= m[2][2]) {
+    const double s = 2 * std::sqrt(1 + m[1][1] - m[0][0] - m[2][2]);
+    q = {(m[0][2] - m[2][0]) / s, (m[0][1] + m[1][0]) / s, 0.25 * s, (m[1][2] + m[2][1]) / s};
+  } else {
+    const double s = 2 * std::sqrt(1 + m[2][2] - m[0][0] - m[1][1]);
+    q = {(m[1][0] - m[0][1]) / s, (m[0][2] + m[2][0]) / s, (m[1][2] + m[2][1]) / s, 0.25 * s};
+  }
+  return q.normalized();
+}
+
+double determinant(const SquareMatrix<3>& m) {
+  const auto row = [&](std::size_t k) { return Vec3{m[k][0], m[k][1], m[k][2]}; };
+  return dot(row(0), cross(row(1), row(2)));
+}
+
+void require_body(const Vec3& j) {
+  const double sum = j.x + j.y + j.z;
+  for (int k = 0; k < 3; ++k)
+    if (!(j[k] > 0) || !(2 * j[k] <= sum * (1 + 1e-9)))
+      throw std::invalid_argument(
+          "no body has this inertia: each principal moment must be positive and at most the sum of the other two");
+}
+
+}  // namespace
+
+ClumpShape clump_shape(std::string name, const std::vector<ClumpMember>& members, double density,
+                       const std::optional<GivenMass>& given) {
+  std::vector<Ball> balls;
+  for (const ClumpMember& m : members) {
+    if (!std::isfinite(dot(m.at, m.at))) throw std::invalid_argument("centres of spheres must be finite");
+    balls.push_back({m.at, m.radius});
+  }
+  const SolidMoments solid = moments_of_union(balls);
+  ClumpShape out;
+  out.name = std::move(name), out.volume = solid.volume, out.error = solid.error;
+  out.mass = given ? given->mass : density * solid.volume;
+  if (!(out.mass > 0) || !std::isfinite(out.mass)) throw std::invalid_argument("the mass must be positive");
+  out.centre = given && given->centre ? *given->centre : solid.centre;
+  SquareMatrix<3> inertia = solid.inertia;
+  for (auto& row : inertia)
+    for (double& x : row) x *= out.mass / solid.volume;
+  if (given && given->inertia) inertia = *given->inertia;
+  SymmetricEigen<3> principal = symmetric_eigen<3>(inertia);
+  if (determinant(principal.vectors) < 0)
+    for (auto& row : principal.vectors) row[2] = -row[2];
+  out.inertia = {principal.values[0], principal.values[1], principal.values[2]};
+  require_body(out.inertia);
+  out.axes = quaternion_of_axes(principal.vectors);
+  for (const ClumpMember& m : members) {
+    out.members.push_back({out.axes.conjugate().rotate(m.at - out.centre), m.radius});
+    out.reach = std::max(out.reach, norm(m.at - out.centre) + m.radius);
+  }
+  return out;
+}
+
+}  // namespace subsoil::dem

@@ -1,0 +1,121 @@
+#include "libmbd/forces/outline_contact.hpp"
+
+#include <algorithm>
+
+namespace subsoil::mbd {
+
+namespace {
+
+using Kind = Outline::Kind;
+
+Outline made_outline(const OutlineForm& form) {
+  return std::visit([](const auto& f) { return f.make(); }, form);
+}
+
+double unfit_for_hollow(const Outline& hollow, const Outline& other) {
+  if (other.kind() != Kind::disk && other.kind() != Kind::polygon) return 0;
+  double radius = 0;
+  for (const Outline::Corner& c : other.corners()) radius = std::max(radius, c.radius);
+  return radius >= hollow.narrowest_hollow() ? radius : 0;
+}
+
+}  // namespace
+
+void OutlineContact::check() const {
+  law.check();
+  OutlineContact trial = *this;
+  trial.prepare();
+}
+
+void OutlineContact::prepare() {
+  outline_a = std::make_shared<const Outline>(made_outline(first));
+  outline_b = std::make_shared<const Outline>(made_outline(second));
+  for (const auto& [one, other] : {std::pair(outline_a.get(), outline_b.get()), {outline_b.get(), outline_a.get()}})
+    if (const double radius = unfit_for_hollow(*one, *other); radius > 0)
+      throw std::invalid_argument(
+          "a radius of " + std::to_string(radius) + " m does not fit into the curve's hollow of radius " +
+          std::to_string(one->narrowest_hollow()) + " m; take a smaller one, or widen the hollow");
+  list_places();
+  if (places.empty())
+    throw std::invalid_argument(
+        "two outlines that are both curves or flat have no point that can touch; give one of them as a polygon or "
+        "disk, or a flat's partner as a closed profile");
+}
+
+/// The corners of both; a disk alone against anything but a disk is enough, and of two disks the second.
+void OutlineContact::list_places() {
+  places.clear();
+  const auto add = [&](bool of_second, const Outline& own, const Outline& other) {
+    if (other.kind() == Kind::disk && own.kind() != Kind::disk) return;
+    if (own.kind() == Kind::disk && other.kind() == Kind::disk && !of_second) return;
+    for (std::size_t i = 0; i < own.corners().size(); ++i) places.push_back({of_second, false, i});
+    if (!other.has_support()) return;
+    for (std::size_t i = 0; i < own.faces().size(); ++i) places.push_back({of_second, true, i});
+  };
+  add(true, *outline_b, *outline_a);
+  add(false, *outline_a, *outline_b);
+}
+
+ContactPoint OutlineContact::touch(const Scene& scene, const Place& place) const {
+  const Outline &own = place.of_second ? *outline_b : *outline_a, &seen = place.of_second ? *outline_a : *outline_b;
+  const BodyState &owner = body_of(scene, place.of_second ? body_b : body_a),
+                  &other = body_of(scene, place.of_second ? body_a : body_b);
+  if (place.face) return touch_face(owner, other, seen, own.faces()[place.index]);
+  return touch_corner(owner, other, seen, own.corners()[place.index]);
+}
+
+/// The normal is that of what is seen, towards the corner.
+ContactPoint OutlineContact::touch_corner(const BodyState& owner, const BodyState& other, const Outline& seen,
+                                          const Outline::Corner& corner) const {
+  const Vec2 centre = owner.point_in_world({corner.centre.x, corner.centre.y});
+  const auto w = other.point_in_body(centre);
+  const Outline::Near near = seen.near({w[0], w[1]});
+  const Vec2 normal = other.vector_in_world({near.normal.x, near.normal.y});
+  double gap = near.distance - corner.radius;
+  if (seen.has_support() && (corner.before.x != 0 || corner.before.y != 0)) {
+    const Vec2 before = owner.vector_in_world({corner.before.x, corner.before.y}),
+               after = owner.vector_in_world({corner.after.x, corner.after.y});
+    if (!(cross(before, -1.0 * normal) >= 0 && cross(-1.0 * normal, after) >= 0)) gap = std::abs(gap);
+  }
+  return {gap, normal, centre - corner.radius * normal};
+}
+
+/// The normal is the face's, towards the curve.
+ContactPoint OutlineContact::touch_face(const BodyState& owner, const BodyState& other, const Outline& seen,
+                                        const Outline::Face& face) const {
+  const Vec2 normal = owner.vector_in_world({face.normal.x, face.normal.y}),
+             along = owner.vector_in_world({face.along.x, face.along.y});
+  const Vec2 from = owner.point_in_world({face.from.x, face.from.y}),
+             middle = other.point_in_world({seen.middle().x, seen.middle().y});
+  const double outside = dot(normal, middle - from);
+  if (!(outside > 0)) return {std::max(-outside, 1e-300), normal, middle};  // it faces away from the curve
+  const Vec2 m{-other.c * normal.x - other.s * normal.y, other.s * normal.x - other.c * normal.y};
+  const Vec2 c = seen.farthest(m), at = other.point_in_world({c.x, c.y});
+  const Vec2 d = at - from;
+  const double s = dot(along, d), beyond = std::max(-s, s - face.length);
+  const double gap = dot(normal, d) - face.radius;
+  // Beyond a side's end the corner sees the curve.
+  return {std::isinf(face.length) ? gap : beyond > 0 ? std::max(gap, beyond) : gap, normal, at};
+}
+
+ForcePower OutlineContact::evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
+  ForcePower sum;
+  values = {0, 0, std::numeric_limits<double>::infinity(), 0, 0};
+  for (const Place& place : places) {
+    const ContactPoint c = touch(scene, place);
+    const bool deepest = c.gap < values[2];
+    if (deepest) values[2] = c.gap;
+    if (!(c.gap < 0)) continue;
+    ForceValues own{};
+    // The normal points away from what a corner sees, and away from a face's own body.
+    const bool from_first = place.of_second != place.face;
+    const ForcePower power =
+        from_first ? law.push(scene, body_a, body_b, c, loads, own) : law.push(scene, body_b, body_a, c, loads, own);
+    values[0] += own[0], values[1] += own[1], values[4] += 1;
+    if (deepest) values[3] = own[3];
+    sum.stored += power.stored, sum.lost += power.lost;
+  }
+  return sum;
+}
+
+}  // namespace subsoil::mbd

@@ -1,0 +1,138 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "apps/fields/fields.hpp"
+#include "apps/scenario/document.hpp"
+#include "tests/tools/message_of.hpp"
+#include "tests/tools/program_runs.hpp"
+
+/// Scenarios with periodic sides: fills, frames, restarts, fields, refusals.
+namespace subsoil::app::run_periodic {
+namespace {
+
+using namespace test;
+
+/// Grains of 10 mm between two walls in z, in a gale along x.
+const std::string channel = R"(subsoil: 1
+gravity: 6 -9.81 0 m/s^2
+materials: {grain: {density: 2500 kg/m^3}}
+contacts: [{between: [grain, grain], law: linear, k_n: 20 kN/m, restitution: 0.6, mu: 0.3}]
+soil:
+  container: {size: 120 200 80 mm, at: 0 0 0 m, material: grain, periodic: [x]}
+  bed: {fill: lattice, material: grain, radius: 10 mm, pitch: 20 mm, depth: 80 mm, jitter: 0.02}
+time: {end: 0.3 s}
+output: {precision: double, every: 20 ms, series every: 10 ms, contact forces: yes}
+)";
+
+std::string with(std::string text, const std::string& from, const std::string& to) {
+  return text.replace(text.find(from), from.size(), to);
+}
+
+std::string refusal(const std::string& from, const std::string& to) {
+  const RunDirectory dir;
+  return subsoil::test::message_of<ScenarioError>(
+      [&] { run_scenario(dir.scenario(with(channel, from, to)), dir / "out"); });
+}
+
+TEST(RunPeriodic, GrainsGoRoundAndStayInTheCell) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(channel), dir / "out"), exit_ok);
+  const std::size_t frames = frame_times(dir / "out").size();
+  int came_round = 0;
+  std::vector<dem::Vec3> before;
+  for (std::size_t f = 0; f < frames; ++f) {
+    const std::vector<dem::Vec3> now = frame_positions(dir / "out", static_cast<int>(f));
+    ASSERT_EQ(now.size(), 6u * 4 * 4);
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      EXPECT_TRUE(now[i].x >= 0 && now[i].x < 0.12 && now[i].y > 0 && now[i].z > 0 && now[i].z < 0.08) << f << i;
+      if (!before.empty()) came_round += now[i].x < before[i].x - 0.06;
+    }
+    before = now;
+  }
+  EXPECT_GT(came_round, 50);
+  const Series series = read_series(dir / "out" / "series.csv");
+  const auto sum = [&](std::size_t row) {
+    double all = 0;
+    for (const char* term : {"soil.kinetic", "soil.spin", "soil.gravity", "soil.stored", "soil.damped", "soil.slid",
+                             "soil.rolled", "soil.removed"})
+      all += series.at(term)[row];
+    return all - series.at("soil.boundary work")[row];
+  };
+  const double gained = -series.at("soil.removed").back();
+  EXPECT_GT(gained, 0.5) << "by gravity along x, of those that went round";
+  EXPECT_NEAR(sum(series.rows() - 1), sum(0), 0.01 * gained);
+  EXPECT_EQ(summary_of(dir / "out")["soil"]["outside the container at the end"], 0);
+}
+
+TEST(RunPeriodic, ARestartEndsWithTheSameBits) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(channel);
+  ASSERT_EQ(run_scenario(file, dir / "whole"), exit_ok);
+  ASSERT_EQ(run_scenario(file, dir / "first", {"time.end=0.14 s"}), exit_ok);
+  std::filesystem::path state;
+  for (const auto& entry : std::filesystem::directory_iterator(dir / "first"))
+    if (entry.path().filename().string().rfind("state-", 0) == 0) state = entry.path();
+  ASSERT_EQ(run_scenario(file, dir / "on", {}, state), exit_ok);
+  const auto whole = frame_positions(dir / "whole", 15);
+  const auto on = frame_positions(dir / "on", static_cast<int>(frame_times(dir / "on").size()) - 1);
+  for (std::size_t i = 0; i < whole.size(); ++i) EXPECT_TRUE(whole[i] == on[i]) << i;
+}
+
+/// Coarse graining goes on beyond the sides: a lattice looks the same from place to place, a pitch apart.
+TEST(RunPeriodic, FieldsGoOnBeyondTheSides) {
+  const RunDirectory dir;
+  std::string text = with(channel, "periodic: [x]", "periodic: [x, z]");
+  text = with(text, ", jitter: 0.02", "");
+  text = with(text, "end: 0.3 s", "end: 1 ms");
+  ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out"), exit_ok);
+  FieldsRequest request{.run = dir / "out"};
+  request.spacing = 0.01, request.width = 0.02;
+  request.times = {0};
+  const FieldsReport report = write_fields(request);
+  ASSERT_EQ(report.grid.n[0], 13u);
+  ASSERT_EQ(report.grid.n[2], 9u);
+  EXPECT_NEAR(report.grid.low.x, 0, 1e-12);
+  const auto file = h5::open_file(dir / "out" / "fields.h5");
+  for (const char* name : {"bulk density", "coordination"}) {
+    const std::vector<float> field = h5::read<float>(file, std::string("/frames/000000/") + name);
+    for (std::size_t k = 0; k < 9; ++k)
+      for (std::size_t j = 0; j < report.grid.n[1]; ++j)
+        for (std::size_t i = 0; i < 13; ++i) {
+          const auto at = [&](std::size_t a, std::size_t c) { return field[(c * report.grid.n[1] + j) * 13 + a]; };
+          EXPECT_NEAR(at(i, k), at(i % 2, k % 2), 1e-5F * (1 + at(i, k))) << name << i << j << k;
+        }
+  }
+}
+
+TEST(RunPeriodic, RainFillsACellWithoutSeam) {
+  const RunDirectory dir;
+  std::string text = with(channel, "gravity: 6 -9.81 0 m/s^2\n", "");
+  text = with(text, "periodic: [x]", "periodic: [x, z]");
+  text = with(text, "fill: lattice, material: grain, radius: 10 mm, pitch: 20 mm, depth: 80 mm, jitter: 0.02",
+              "fill: random, material: grain, radius: 6 mm, count: 300");
+  text = with(text, "end: 0.3 s", "end: 10 ms");
+  ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out"), exit_ok);
+  const nlohmann::json soil = summary_of(dir / "out")["soil"];
+  EXPECT_EQ(soil["spheres"], 300);
+  EXPECT_GT(soil["contacts per sphere"], 4.0) << "sides count";
+  // Thirds of the cell hold as much at its sides as in its middle.
+  int thirds[3]{};
+  for (const dem::Vec3& x : frame_positions(dir / "out", 0)) ++thirds[static_cast<int>(x.x / 0.04)];
+  for (const int n : thirds) EXPECT_NEAR(n, 100, 15);
+}
+
+TEST(RunPeriodic, RefusalsSayWhy) {
+  const auto expect = [](const std::string& from, const std::string& to, const std::string& said) {
+    const std::string text = refusal(from, to);
+    EXPECT_NE(text.find(said), std::string::npos) << text;
+  };
+  expect("pitch: 20 mm", "pitch: 21 mm", "is no whole number of pitches of 21 mm; make it 105 mm or 126 mm");
+  expect("periodic: [x]", "periodic: [x], open: [+x]", "the face +x is periodic and has no wall; leave it out");
+  expect("periodic: [x]", "periodic: [x], open after settling: [-x]", "the face -x is periodic");
+  expect("periodic: [x]", "periodic: [q]", "directions are x, y, z");
+  expect("periodic: [x]}", "periodic: [x, y]}\n  surface: 0 m", "has no floor and no surface");
+}
+
+}  // namespace
+}  // namespace subsoil::app::run_periodic
