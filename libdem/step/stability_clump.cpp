@@ -49,11 +49,6 @@ class ContactMatrix {
     const auto values = symmetric_eigen<6>(sum_).values;
     return *std::max_element(values.begin(), values.end());
   }
-  double trace() const {
-    double out = 0;
-    for (std::size_t i = 0; i < 6; ++i) out += sum_[i][i];
-    return out;
-  }
 
  private:
   void add_direction(const Vec3& point, const Vec3& d, double k) {
@@ -138,7 +133,7 @@ StableStep stable_step(const Law& law, const ClumpShape& shape, const StepQuesti
     damped.add(p.at, at_arm, p.normal, damping, 2 * weight);
     ContactMatrix one(shape), other(shape);
     one.add(p.at, at_arm, p.normal, stiffness, 2), other.add(p.at, at_arm, p.normal, damping, 2);
-    alone[0] = std::max(alone[0], one.trace()), alone[1] = std::max(alone[1], other.trace());
+    alone[0] = std::max(alone[0], one.largest()), alone[1] = std::max(alone[1], other.largest());
   }
   return of_mode(std::max(stiff.largest(), alone[0]), std::max(damped.largest(), alone[1]),
                  "a clump `" + shape.name + "` with " + std::to_string(std::lround(contacts)) + " contacts");
