@@ -82,10 +82,11 @@ std::optional<PhysicsWatch::Finding> PhysicsWatch::step(const World& world, doub
 std::optional<PhysicsWatch::Finding> PhysicsWatch::walls(const World& world) {
   if (said_outside_) return std::nullopt;
   if (!s_.soil || !s_.soil->container) return std::nullopt;
-  Faces closed;
+  Faces closed, open{};  // what left through an open side may fall below the floor
   for (std::size_t f = 0; f < closed.size(); ++f)
     closed[f] = !s_.soil->container->open[f] && !s_.soil->container->open_after_settling[f];
-  const std::size_t count = beyond(closed, s_, world);
+  for (const std::size_t f : {0u, 1u, 4u, 5u}) open[f] = !closed[f];
+  const std::size_t count = beyond(closed, s_, world, open);
   if (count == 0) return std::nullopt;
   said_outside_ = true;
   return Finding{
@@ -108,7 +109,7 @@ std::vector<PhysicsWatch::Finding> PhysicsWatch::look(const World& world, const 
   return found;
 }
 
-std::size_t beyond(const Faces& faces, const Scenario& scenario, const World& world) {
+std::size_t beyond(const Faces& faces, const Scenario& scenario, const World& world, const Faces& except) {
   if (!scenario.soil || !scenario.soil->container) return 0;
   const Container& c = *scenario.soil->container;
   const Vec3 corner = c.at + Vec3{0, world.container_shift, 0};
@@ -116,8 +117,11 @@ std::size_t beyond(const Faces& faces, const Scenario& scenario, const World& wo
   std::size_t count = 0;
   for (const dem::Sphere& p : world.bed->spheres()) {
     const Vec3 d = cell.wrapped(p.x) - corner;
-    count += (faces[0] && d.x < 0) || (faces[1] && d.x > c.size.x) || (faces[2] && d.y < 0) ||
-             (faces[3] && d.y > c.size.y) || (faces[4] && d.z < 0) || (faces[5] && d.z > c.size.z);
+    const auto outside = [&](const Faces& of) {
+      return (of[0] && d.x < 0) || (of[1] && d.x > c.size.x) || (of[2] && d.y < 0) || (of[3] && d.y > c.size.y) ||
+             (of[4] && d.z < 0) || (of[5] && d.z > c.size.z);
+    };
+    count += outside(faces) && !outside(except);
   }
   return count;
 }

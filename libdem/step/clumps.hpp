@@ -14,7 +14,7 @@ namespace subsoil::dem {
 
 /// Rigid grains of several spheres. Their members are spheres of the bed like others: search, lists, laws and surfaces
 /// know nothing of clumps, but for two things: a member's record holds the clump's mass, so that damping and
-/// restitution are those of the body that is hit (as LIGGGHTS and LAMMPS have it), and pairs of one clump are left out
+/// restitution are those of the body that is hit (as LAMMPS has it), and pairs of one clump are left out
 /// of the lists.
 ///
 /// The sweep takes the sums of forces of members from the ring and leaves their records as they are; after it each

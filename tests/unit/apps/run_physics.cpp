@@ -78,6 +78,21 @@ TEST(PhysicsWatch, SaysSpheresBeyondAWall) {
       << warnings_of(dir / "out");
 }
 
+/// One that rolls off through an open side falls below the floor's height, and through no wall.
+TEST(PhysicsWatch, IsSilentAboutSpheresThatLeaveThroughAnOpenSide) {
+  const RunDirectory dir;
+  const std::vector<std::string> rolls{
+      "soil.container.size=200 20 200 mm",
+      "soil.container.open=[+x]",
+      "soil.remove below=500 mm",
+      "soil.bed.particles=[{position: 190 10 100 mm, velocity: 1 0 0 m/s, radius: 10 mm, material: ball}]",
+      "time.end=150 ms",
+      "output.every=150 ms"};
+  ASSERT_EQ(run_scenario(dir.scenario(drop), dir / "out", rolls), exit_ok);
+  EXPECT_LT(frame_positions(dir / "out", 1)[0].y, -0.02);
+  EXPECT_EQ(warnings_of(dir / "out").find("beyond a wall"), std::string::npos) << warnings_of(dir / "out");
+}
+
 /// A plate at v throws an elastic ball off at 2 v, twice what was expected; Hertz's contact is stiffer by then.
 TEST(PhysicsWatch, SaysAStepThatIsNoLongerStable) {
   const RunDirectory dir;
