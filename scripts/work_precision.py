@@ -49,14 +49,14 @@ def gnuplot_script(rows, picture, directory):
 def time_at_error(rows, mechanism, method, error):
     """Computing time of a method at that error, between its measured points (straight in logarithms), as text in ms; with
     a `<` that of its roughest run where even that errs less; empty where none errs so little."""
-    points = sorted((math.log(float(r["error"])), math.log(float(r["seconds"]))) for r in rows
-                    if r["mechanism"] == mechanism and r["method"] == method and float(r["error"]) > 0)
+    runs = sorted((math.log(float(r["seconds"])), math.log(float(r["error"]))) for r in rows
+                  if r["mechanism"] == mechanism and r["method"] == method and float(r["error"]) > 0)
     wanted = math.log(error)
-    for (e0, t0), (e1, t1) in zip(points, points[1:]):
-        if e0 <= wanted <= e1:
-            return f"{1e3 * math.exp(t0 + (t1 - t0) * ((wanted - e0) / (e1 - e0) if e1 > e0 else 0)):.3g}"
-    if points and points[-1][0] < wanted:
-        return f"< {1e3 * math.exp(min(t for _, t in points)):.3g}"
+    if runs and runs[0][1] <= wanted:
+        return f"< {1e3 * math.exp(runs[0][0]):.3g}"
+    for (t0, e0), (t1, e1) in zip(runs, runs[1:]):
+        if e1 <= wanted < e0:
+            return f"{1e3 * math.exp(t0 + (t1 - t0) * (wanted - e0) / (e1 - e0)):.3g}"
     return ""
 
 

@@ -315,7 +315,8 @@ TEST(Clumps, AreNotFrozen) {
 }
 
 /// The bounds of a clump of one sphere are those of the sphere: in corners the same matrix, among twelve contacts the
-/// same but for 200 points in place of an even spread, which err by some 1/200.
+/// same or less: 200 points in place of an even spread err by some 1/200, and the trace that bounds one contact alone
+/// is above its largest eigenvalue, by which the step is up to a fifth shorter.
 TEST(Clumps, StableStepOfOneSphereIsTheSpheres) {
   int laws = 0;
   for (const auto& [name, law] : every_law()) {
@@ -327,7 +328,8 @@ TEST(Clumps, StableStepOfOneSphereIsTheSpheres) {
     const double corner = stable_step_at_surface(resolved, q).step;
     EXPECT_NEAR(stable_step_at_surface(resolved, ball, q).step, corner, 1e-9 * corner) << name;
     const double among = stable_step(resolved, q).step;
-    EXPECT_NEAR(stable_step(resolved, ball, q).step, among, 0.02 * among) << name;
+    EXPECT_LT(stable_step(resolved, ball, q).step, 1.02 * among) << name;
+    EXPECT_GT(stable_step(resolved, ball, q).step, 0.75 * among) << name;
     ++laws;
   }
   EXPECT_GT(laws, 5);
