@@ -176,7 +176,7 @@ TEST(CoarseGraining, ColumnAtRestCarriesItsWeight) {
   Dice dice(11);
   bed.add(loose_lattice({0, 0, 0}, 4, 12, 4, 2 * r * 1.001, r, 0.05, 0.01, dice));
   add_bin(bed, 8 * r * 1.001, 8 * r * 1.001);
-  for (int n = 0; n < 20000; ++n) bed.step(4e-5);
+  for (int n = 0; n < 60000; ++n) bed.step(4e-5);
   dem::Snapshot s;
   std::vector<dem::ContactRecord> contacts;
   bed.step(4e-5, {.snapshot = &s, .contacts = &contacts});
