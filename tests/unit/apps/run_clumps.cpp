@@ -6,6 +6,7 @@
 #include "libdem/particles/particles.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
+#include "tests/tools/soil_runs.hpp"
 
 /// Scenarios with clumps: places, shares, frames, restarts, refusals.
 namespace subsoil::app::run_clumps {
@@ -61,16 +62,10 @@ TEST(RunClumps, APinFallsOver) {
   for (const auto& at : {first, last}) EXPECT_NEAR(dem::norm(at[2] - at[1]), 0.03, 1e-12);
   EXPECT_LT(last[2].y, 0.011) << "it lies";
   const Series series = read_series(dir / "out" / "series.csv");
-  const auto sum = [&](std::size_t row) {
-    double all = -series.at("soil.boundary work")[row];
-    for (const char* term : {"soil.kinetic", "soil.spin", "soil.gravity", "soil.stored", "soil.damped", "soil.slid"})
-      all += series.at(term)[row];
-    return all;
-  };
   const double fell = series.at("soil.gravity").front() - series.at("soil.gravity").back();
   const double mass = 2 * 700 * 4.0 / 3 * M_PI * 1e-6;
   EXPECT_NEAR(fell, mass * 9.81 * 0.015, 0.02 * fell);
-  EXPECT_NEAR(sum(series.rows() - 1), sum(0), 0.01 * fell);
+  EXPECT_NEAR(conserved_energy(series, series.rows() - 1), conserved_energy(series, 0), 0.01 * fell);
 }
 
 TEST(RunClumps, ARestartEndsWithTheSameBits) {
@@ -78,10 +73,7 @@ TEST(RunClumps, ARestartEndsWithTheSameBits) {
   const std::string file = dir.scenario(skittle);
   ASSERT_EQ(run_scenario(file, dir / "whole"), exit_ok);
   ASSERT_EQ(run_scenario(file, dir / "first", {"time.end=0.2 s"}), exit_ok);
-  std::filesystem::path state;
-  for (const auto& entry : std::filesystem::directory_iterator(dir / "first"))
-    if (entry.path().filename().string().rfind("state-", 0) == 0) state = entry.path();
-  ASSERT_EQ(run_scenario(file, dir / "on", {}, state), exit_ok);
+  ASSERT_EQ(run_scenario(file, dir / "on", {}, state_in(dir / "first")), exit_ok);
   const auto whole = frame_positions(dir / "whole", 8);
   const auto on = frame_positions(dir / "on", frame_times(dir / "on").size() - 1);
   ASSERT_EQ(on.size(), 3u);

@@ -5,6 +5,7 @@
 #include "apps/scenario/document.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
+#include "tests/tools/soil_runs.hpp"
 
 /// Spheres that a scenario fixes: columns, frames, restarts, refusals.
 namespace subsoil::app::run_fixed {
@@ -41,15 +42,9 @@ TEST(RunFixed, TheyCarryWhatLiesOnThem) {
   EXPECT_EQ(places[0].y, 0);
   EXPECT_EQ(places[1].x, 0.012);
   // The balance closes: what the third one has lost in height is damped or stored.
-  const auto sum = [&](std::size_t row) {
-    double all = -series.at("soil.boundary work")[row];
-    for (const char* term : {"soil.kinetic", "soil.spin", "soil.gravity", "soil.stored", "soil.damped", "soil.slid"})
-      all += series.at(term)[row];
-    return all;
-  };
   const double fell = series.at("soil.gravity").front() - series.at("soil.gravity").back();
   EXPECT_GT(fell, 0);
-  EXPECT_NEAR(sum(series.rows() - 1), sum(0), 0.01 * fell);
+  EXPECT_NEAR(conserved_energy(series, series.rows() - 1), conserved_energy(series, 0), 0.01 * fell);
 }
 
 TEST(RunFixed, ARestartKeepsThem) {
@@ -57,10 +52,7 @@ TEST(RunFixed, ARestartKeepsThem) {
   const std::string file = dir.scenario(nest);
   ASSERT_EQ(run_scenario(file, dir / "whole"), exit_ok);
   ASSERT_EQ(run_scenario(file, dir / "first", {"time.end=0.2 s"}), exit_ok);
-  std::filesystem::path state;
-  for (const auto& entry : std::filesystem::directory_iterator(dir / "first"))
-    if (entry.path().filename().string().rfind("state-", 0) == 0) state = entry.path();
-  ASSERT_EQ(run_scenario(file, dir / "on", {}, state), exit_ok);
+  ASSERT_EQ(run_scenario(file, dir / "on", {}, state_in(dir / "first")), exit_ok);
   const Series whole = read_series(dir / "whole" / "series.csv"), on = read_series(dir / "on" / "series.csv");
   EXPECT_NEAR(on.at("load").back(), whole.at("load").back(), 1e-8 * weight);
   EXPECT_EQ(frame_positions(dir / "on", 0)[0].x, -0.012);

@@ -6,6 +6,7 @@
 #include "apps/scenario/document.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
+#include "tests/tools/soil_runs.hpp"
 
 /// Scenarios with periodic sides: fills, frames, restarts, fields, refusals.
 namespace subsoil::app::run_periodic {
@@ -52,16 +53,9 @@ TEST(RunPeriodic, GrainsGoRoundAndStayInTheCell) {
   }
   EXPECT_GT(came_round, 50);
   const Series series = read_series(dir / "out" / "series.csv");
-  const auto sum = [&](std::size_t row) {
-    double all = 0;
-    for (const char* term : {"soil.kinetic", "soil.spin", "soil.gravity", "soil.stored", "soil.damped", "soil.slid",
-                             "soil.rolled", "soil.removed"})
-      all += series.at(term)[row];
-    return all - series.at("soil.boundary work")[row];
-  };
   const double gained = -series.at("soil.removed").back();
   EXPECT_GT(gained, 0.5) << "by gravity along x, of those that went round";
-  EXPECT_NEAR(sum(series.rows() - 1), sum(0), 0.01 * gained);
+  EXPECT_NEAR(conserved_energy(series, series.rows() - 1), conserved_energy(series, 0), 0.01 * gained);
   EXPECT_EQ(summary_of(dir / "out")["soil"]["outside the container at the end"], 0);
 }
 
@@ -70,10 +64,7 @@ TEST(RunPeriodic, ARestartEndsWithTheSameBits) {
   const std::string file = dir.scenario(channel);
   ASSERT_EQ(run_scenario(file, dir / "whole"), exit_ok);
   ASSERT_EQ(run_scenario(file, dir / "first", {"time.end=0.14 s"}), exit_ok);
-  std::filesystem::path state;
-  for (const auto& entry : std::filesystem::directory_iterator(dir / "first"))
-    if (entry.path().filename().string().rfind("state-", 0) == 0) state = entry.path();
-  ASSERT_EQ(run_scenario(file, dir / "on", {}, state), exit_ok);
+  ASSERT_EQ(run_scenario(file, dir / "on", {}, state_in(dir / "first")), exit_ok);
   const auto whole = frame_positions(dir / "whole", 15);
   const auto on = frame_positions(dir / "on", static_cast<int>(frame_times(dir / "on").size()) - 1);
   for (std::size_t i = 0; i < whole.size(); ++i) EXPECT_TRUE(whole[i] == on[i]) << i;
