@@ -655,26 +655,40 @@ void SoilBuilder::finish() {
   if (has_bed() && has_spheres && options_.settle && options_.place_soil && !world_.soil.stopped) save();
   if (soil.surface && has_spheres && options_.place_soil) {
     world_.container_shift = *soil.surface - world_.soil.surface_mean;
-    const Vec3 up{0, world_.container_shift, 0};
-    bed.shift(up);
-    for (const SurfaceRecord& s : world_.surfaces)
-      if (s.owner == SurfaceRecord::Owner::container) {
-        dem::Boundary& wall = bed.boundary(s.boundary);
-        wall.pose.position += up;
-        wall.pose_before = wall.pose;  // a change of datum is no motion that does work
-      }
+    bed.shift({0, world_.container_shift, 0});
+    shift_walls();
     world_.soil.surface_mean = *soil.surface;
     for (auto& [name, layer] : world_.soil.layers) layer.top += world_.container_shift;
   }
-  if (soil.container) {
-    for (int f = 0; f < 6; ++f)
-      if (soil.container->open_after_settling[static_cast<std::size_t>(f)] && wall_[static_cast<std::size_t>(f)] >= 0)
-        bed.boundary(wall_[static_cast<std::size_t>(f)]).active = false;
-    bed.set_floor_drop(soil.container->at.y + world_.container_shift - soil.removal_below);
-    bed.surfaces_changed();
-  }
+  open_walls();
   bed.set_time(0);
   bed.reset_energy_balance();
+}
+
+/// To the datum of the bed.
+void SoilBuilder::shift_walls() {
+  for (const SurfaceRecord& s : world_.surfaces)
+    if (s.owner == SurfaceRecord::Owner::container) {
+      dem::Boundary& wall = world_.bed->boundary(s.boundary);
+      wall.pose.position += Vec3{0, world_.container_shift, 0};
+      wall.pose_before = wall.pose;  // a change of datum is no motion that does work
+    }
+}
+
+void SoilBuilder::open_walls() {
+  const Soil& soil = *loaded_.scenario.soil;
+  if (!soil.container) return;
+  for (int f = 0; f < 6; ++f)
+    if (soil.container->open_after_settling[static_cast<std::size_t>(f)] && wall_[static_cast<std::size_t>(f)] >= 0)
+      world_.bed->boundary(wall_[static_cast<std::size_t>(f)]).active = false;
+  world_.bed->set_floor_drop(soil.container->at.y + world_.container_shift - soil.removal_below);
+  world_.bed->surfaces_changed();
+}
+
+void SoilBuilder::place_walls() {
+  add_walls();
+  shift_walls();
+  open_walls();
 }
 
 /// Spheres inside given solids. What merely lies on a floor or a wall that a scenario places overlaps it, and may:

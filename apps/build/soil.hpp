@@ -18,6 +18,8 @@ class SoilBuilder {
 
   /// Container walls, and spheres unless they are rained later.
   void place();
+  /// Container walls alone, where they stand when the run begins.
+  void place_walls();
   bool settles() const;
   void settle(double step);
   /// Report, shift to the datum, saved bed, opened walls.
@@ -37,6 +39,8 @@ class SoilBuilder {
   bool has_bed() const { return loaded_.scenario.soil && loaded_.scenario.soil->bed; }
   bool rains() const { return has_bed() && bed().fill == Fill::random && options_.place_soil; }
   void add_walls();
+  void shift_walls();
+  void open_walls();
   void shape_walls(double extra_height);
   dem::Bounds region() const;
   Directions periodic_region() const;

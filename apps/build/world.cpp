@@ -114,7 +114,8 @@ void limit_step(StepReport& report, const dem::StableStep& limit, const std::str
     report.limit = {limit.step, limit.cause + ", law between " + between};
 }
 
-/// The stable step over all laws, and the step of the run: given ones at or above the limit are refused.
+}  // namespace
+
 void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question) {
   const Scenario& s = loaded.scenario;
   StepReport& report = world.step;
@@ -178,6 +179,8 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
                     "heavier spheres",
                     loaded.where("time.soil step"), report.soil_step, report.limit.step, report.limit.cause));
 }
+
+namespace {
 
 /// A fixed step is 1 ms at most and a whole part of the series interval, so that most rows fall on steps; so are the
 /// instants of which rows of means take the mean. Otherwise methods of variable step only hand out what they have at
@@ -262,11 +265,12 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
       throw ScenarioError(loaded.where("simd") + ": " + error.what());
     }
     SoilBuilder soil(world, loaded, options);
-    soil.place();
+    const bool moving = s.soil && s.soil->moving;
+    moving ? build_moving_soil(world, loaded, options, bed) : soil.place();
     // The machine's and given surfaces join after settling; the step must hold for them too, so it is chosen with all.
     const bool settles = soil.settles() && options.settle;
-    if (!settles) {
-      soil.finish();
+    if (moving || !settles) {
+      if (!moving) soil.finish();
       add_given_boundaries(world, loaded);
       add_body_surfaces(world, loaded);
       choose_step(world, loaded, soil.question());
@@ -281,6 +285,7 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
     }
     // A bed that was stopped on its way to rest is only written out: it need not be fit for the machine.
     if (!world.soil.stopped) {
+      if (moving) find_followed(world, loaded);
       if (options.place_soil) soil.clear_machine();
       soil.check_wheel_datum();
       if (s.soil && s.soil->active)

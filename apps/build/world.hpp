@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/build/moving_soil.hpp"
 #include "apps/scenario/load.hpp"
 #include "coupling/simulation.hpp"
 #include "libdem/packing/layers.hpp"
@@ -88,6 +89,7 @@ struct World {
   std::vector<FixedBody> fixed;
   std::vector<coupling::BodySurface> body_surfaces;
   std::vector<coupling::GivenMotion> motions;
+  std::optional<MovingSoil> moving;
   SoilReport soil;
   StepReport step;
   double container_shift = 0;  ///< m upward, to bring the surface to its datum
@@ -101,10 +103,14 @@ struct BuildOptions {
   SettleProgress progress{};
   std::function<bool()> keep_settling_due{};  ///< both or neither
   std::function<void(const dem::SettleState&, const dem::Bed&)> keep_settling{};
+  const dem::MovingBed* moving = nullptr;      ///< of a restart
   const dem::SettleState* settling = nullptr;  ///< of a bed on its way to rest, to go on from
 };
 
 World build_world(const Loaded& loaded, const BuildOptions& options);
+
+/// The stable step over all laws, and the step of the run: given ones at or above the limit are refused.
+void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question);
 
 /// What the step means for impacts, in words.
 std::string accuracy_words(const StepReport& step);

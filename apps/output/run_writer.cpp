@@ -148,7 +148,8 @@ struct RunWriter::Impl {
 
 void RunWriter::Impl::check_input() const {
   const auto n = particles.id.size();
-  if (particles.radius.size() != n || particles.density.size() != n || particles.material.size() != n)
+  if (particles.radius.size() != n || particles.density.size() != n || particles.material.size() != n ||
+      (particles.repeats() && particles.at_rest.size() != n))
     throw std::invalid_argument("particle table: id, radius, density and material must be of one length");
   if (!std::is_sorted(particles.id.begin(), particles.id.end()))
     throw std::invalid_argument("particle table: ids must rise");
@@ -205,6 +206,11 @@ void RunWriter::Impl::write_particles() {
   if (!p.clump.empty())
     particle_arrays.push_back(
         {"clump", put<std::int32_t>("/particles/clump", n, 1, "", [&](std::size_t i) { return p.clump[i]; })});
+  if (p.repeats()) {
+    put<double>("/particles/at rest", n, 3, "m",
+                [&](std::size_t i) { return p.at_rest[i / 3][static_cast<int>(i % 3)]; });
+    put<double>("/particles/block step", 1, 1, "m", [&](std::size_t) { return p.block_step; });
+  }
   point_numbers = put_point_numbers("/particles/point numbers", n);
   if (!p.material_names.empty()) h5::write_text(file, "/particles/material names", p.material_names);
 }
@@ -216,6 +222,7 @@ void RunWriter::Impl::write_surfaces() {
     const std::string group = "/surfaces/" + file_name_of(s.name);
     h5::create_group(file, group);
     cells.push_back(write_cells(s, group));
+    if (s.wall) put<std::int32_t>(group + "/wall", 1, 1, "", [](std::size_t) { return 1; });
     // Of a moving surface this is its shape in its own axes: nothing draws it, but it is what the poses refer to.
     fixed_vertices.push_back(put_real(group + "/vertices", s.vertices.size(), 3, "m",
                                       [&](std::size_t i) { return s.vertices[i / 3][static_cast<int>(i % 3)]; }));
@@ -378,7 +385,7 @@ XdmfGrid RunWriter::Impl::write_soil(const Frame& frame, const std::string& grou
     grid.attributes.push_back({"bonds", put<std::int32_t>(group + "/bonds", rows.size(), 1, "",
                                                           [&](std::size_t i) { return frame.bonds[rows[i]]; })});
 
-  if (rows.size() == particles.id.size()) {
+  if (rows.size() == particles.id.size() && !particles.repeats()) {
     for (const auto& [name, array] : particle_arrays) grid.attributes.push_back({name, array});
     return grid;
   }
@@ -390,6 +397,10 @@ XdmfGrid RunWriter::Impl::write_soil(const Frame& frame, const std::string& grou
       entry[i] = rows[i];
       continue;
     }
+    if (particles.repeats()) {
+      entry[i] = static_cast<std::size_t>(frame.id[rows[i]]) % particles.id.size();
+      continue;
+    }
     const auto found = std::lower_bound(particles.id.begin(), particles.id.end(), frame.id[rows[i]]);
     if (found == particles.id.end() || *found != frame.id[rows[i]])
       throw std::invalid_argument(
@@ -398,8 +409,9 @@ XdmfGrid RunWriter::Impl::write_soil(const Frame& frame, const std::string& grou
   }
   const auto& p = particles;
   const auto n = rows.size();
-  grid.attributes.push_back(
-      {"id", put<std::int64_t>(group + "/id", n, 1, "", [&](std::size_t i) { return p.id[entry[i]]; })});
+  grid.attributes.push_back({"id", put<std::int64_t>(group + "/id", n, 1, "", [&](std::size_t i) {
+                               return p.repeats() ? frame.id[rows[i]] : p.id[entry[i]];
+                             })});
   grid.attributes.push_back(
       {"radius", put_real(group + "/radius", n, 1, "m", [&](std::size_t i) { return p.radius[entry[i]]; })});
   grid.attributes.push_back(
@@ -473,6 +485,7 @@ void RunWriter::Impl::write(const Frame& frame) {
   for (std::size_t i = 0; i < surfaces.size(); ++i) grids.push_back(write_surface(i, frame, group));
   if (!frame.values.empty())
     put<double>(group + "/values", frame.values.size(), 1, "", [&](std::size_t i) { return frame.values[i]; });
+  if (frame.window) put<double>(group + "/window", 2, 1, "m", [&](std::size_t i) { return (*frame.window)[i]; });
   name_frame(frame, group);
   h5::status_of(file)->check();
   file_of.push_back(published);

@@ -15,6 +15,9 @@
 namespace subsoil::app {
 
 /// What never changes about the spheres, in rising id. It stands once in the file, under /particles.
+///
+/// Of a moving bed it is that of one block: sphere `id` is like sphere `id` mod n, and lay, before anything disturbed
+/// it, at `at_rest` of that, id/n whole block steps along x. Its frames always carry what their spheres are.
 struct ParticleTable {
   std::vector<std::int64_t> id;
   std::vector<double> radius;   ///< m
@@ -22,6 +25,9 @@ struct ParticleTable {
   std::vector<int> material;    ///< index into material_names
   std::vector<std::string> material_names;
   std::vector<std::int32_t> clump{};  ///< number of its clump, -1: none; empty in a bed without
+  std::vector<dem::Vec3> at_rest{};   ///< m; of a moving bed
+  double block_step = 0;              ///< m
+  bool repeats() const { return !at_rest.empty(); }
 };
 
 /// A surface of triangles, or lines, or, with neither, points. One that moves has its vertices in its own axes and gets
@@ -34,6 +40,7 @@ struct OutputSurface {
   bool moves = true;
   std::vector<std::array<int, 2>> segments{};
   bool deforms = false;
+  bool wall = false;  ///< of the container, that goes with a moving bed
 };
 
 /// A number that every frame carries: name and unit.
@@ -70,6 +77,7 @@ struct Frame {
   std::span<const double> values{};                    ///< as RunOptions::values; may be empty
   const ContactLines* contact_forces = nullptr;
   std::span<const std::vector<FrameField>> loads{};  ///< on triangles, by surface; empty: on none
+  std::optional<std::array<double, 2>> window{};     ///< x of its ends, m; of a moving bed
 };
 
 /// How numbers are kept. `rounded` is float32 whose last bits are noise to physics and are set to zero, because they

@@ -35,7 +35,7 @@ SectionFilm::SectionFilm(const FramesFile& file, std::vector<std::size_t> frames
 void SectionFilm::find_middle() {
   std::vector<double> across;
   for (const FrameSurface& s : file_.surfaces())
-    if (s.moves && !s.triangles.empty()) {
+    if (s.moves && !s.wall && !s.triangles.empty()) {
       const std::vector<float> v = vertices(frames_.front(), s);
       for (std::size_t i = 2; i < v.size(); i += 3) across.push_back(v[i]);
     }
@@ -52,11 +52,12 @@ void SectionFilm::find_middle() {
 std::vector<SectionFilm::Cut> SectionFilm::cut(std::size_t frame) const {
   const FrameSpheres s = file_.spheres(frame, true);
   const bool moving = s.velocity.size() == s.position.size();
+  const auto back = static_cast<float>(file_.travelled(frame));
   std::vector<Cut> out;
   for (std::size_t i = 0; i < s.index.size(); ++i) {
     const float *p = &s.position[3 * i], *v = moving ? &s.velocity[3 * i] : nullptr;
     if (std::abs(p[2] - middle_) > half_) continue;
-    out.push_back({p[0], p[1], p[2], file_.radius()[s.index[i]], v ? std::hypot(v[0], v[1], v[2]) : 0.0F});
+    out.push_back({p[0] - back, p[1], p[2], file_.radius()[s.index[i]], v ? std::hypot(v[0], v[1], v[2]) : 0.0F});
   }
   std::sort(out.begin(), out.end(), [](const Cut& a, const Cut& b) { return a.z < b.z; });  // the nearest last
   return out;
@@ -64,6 +65,8 @@ std::vector<SectionFilm::Cut> SectionFilm::cut(std::size_t frame) const {
 
 std::vector<float> SectionFilm::vertices(std::size_t frame, const FrameSurface& s) const {
   std::vector<float> moved = s.moves ? file_.surface(frame, s) : std::vector<float>{};
+  const auto back = static_cast<float>(file_.travelled(frame));
+  for (std::size_t i = 0; i < moved.size(); i += 3) moved[i] -= back;
   return moved.empty() ? s.vertices : moved;
 }
 
@@ -86,7 +89,7 @@ void SectionFilm::bound() {
   }
   fastest_ = std::max(1e-6, most_of(speed, 5e-3).second);
   for (const FrameSurface& s : file_.surfaces()) {
-    if (!s.moves) continue;
+    if (!s.moves || s.wall) continue;
     for (std::size_t k = 0; k < frames_.size(); k += step) {
       const std::vector<float> v = vertices(frames_[k], s);
       for (std::size_t i = 0; i + 2 < v.size(); i += 3) {
@@ -132,7 +135,7 @@ std::string SectionFilm::script(std::size_t picture) const {
   blocks += "EOD\n";
   int count = 0;
   for (const FrameSurface& s : file_.surfaces()) {
-    if (s.triangles.empty() && s.segments.empty()) continue;
+    if (s.wall || (s.triangles.empty() && s.segments.empty())) continue;
     const std::string block = fmt::format("s{}", count++);
     blocks += surface_block(block, frame, s);
     const std::string area =

@@ -65,6 +65,8 @@ class FilmMaker {
   void take_start(const FrameSpheres& first) {
     start_y_.assign(file_.particles(), std::numeric_limits<float>::quiet_NaN());
     double sum = 0;
+    if (file_.is_moving_bed())
+      for (std::size_t i = 0; i < start_y_.size(); ++i) start_y_[i] = static_cast<float>(file_.height_at_rest(i));
     for (std::size_t i = 0; i < first.index.size(); ++i) {
       start_y_[first.index[i]] = first.position[3 * i + 1];
       start_.take(first.position[3 * i + 1]);
@@ -116,11 +118,12 @@ class FilmMaker {
     const FrameSpheres s = file_.spheres(frame, true);
     const bool moving = s.velocity.size() == s.position.size() && !s.velocity.empty();
     has_velocity_ = has_velocity_ || moving;
+    const auto back = static_cast<float>(file_.travelled(frame));
     std::vector<Cut> out;
     for (std::size_t i = 0; i < s.index.size(); ++i) {
       const float* p = &s.position[3 * i];
       if (std::abs(p[2] - middle_) > half_) continue;
-      out.push_back({p[0], p[1], p[2], moving ? s.velocity[3 * i] : 0, moving ? s.velocity[3 * i + 1] : 0,
+      out.push_back({p[0] - back, p[1], p[2], moving ? s.velocity[3 * i] : 0, moving ? s.velocity[3 * i + 1] : 0,
                      file_.radius()[s.index[i]], s.index[i]});
     }
     return out;
@@ -128,14 +131,16 @@ class FilmMaker {
 
   void surfaces() {
     for (const FrameSurface& s : file_.surfaces()) {
-      if (s.vertices.empty()) continue;
+      if (s.vertices.empty() || s.wall) continue;
       const std::vector<std::size_t> kept = add_shape(s);
       Places places;
       for (std::size_t f = 0; f < (s.moves ? frames_.size() : 1); ++f) {
         const std::vector<float> all = s.moves ? file_.surface(frames_[f], s) : s.vertices;
         std::vector<float> some;
+        const float back[3] = {s.moves ? static_cast<float>(file_.travelled(frames_[f])) : 0.0F, 0, 0};
         for (const std::size_t v : kept)
-          for (std::size_t axis = 0; axis < 3; ++axis) some.push_back((all.empty() ? s.vertices : all)[3 * v + axis]);
+          for (std::size_t axis = 0; axis < 3; ++axis)
+            some.push_back((all.empty() ? s.vertices : all)[3 * v + axis] - back[axis]);
         places.push_back(std::move(some));
       }
       places_.push_back(std::move(places));

@@ -31,6 +31,47 @@ void FramesFile::read_particles() {
   if (h5::exists(file_, "/particles/material names")) materials_ = h5::read_text(file_, "/particles/material names");
   if (radius_.size() != id_.size() || density_.size() != id_.size() || material_.size() != id_.size())
     throw std::runtime_error("/particles: id, radius, density and material differ in length");
+  if (h5::exists(file_, "/particles/at rest")) repeat_block();
+}
+
+/// The table of a moving bed is of one block: here of all blocks that some frame shows.
+void FramesFile::repeat_block() {
+  at_rest_ = h5::read<double>(file_, "/particles/at rest");
+  block_step_ = h5::read<double>(file_, "/particles/block step").at(0);
+  const std::size_t n = id_.size();
+  if (n == 0 || at_rest_.size() != 3 * n)
+    throw std::runtime_error("/particles/at rest: must have a place of each sphere");
+  std::int64_t last = static_cast<std::int64_t>(n) - 1;
+  for (std::size_t frame = times_.size(); frame-- > 0;)  // ids rise from frame to frame, and in a frame
+    if (holds(frame, "id")) {
+      const auto ids = h5::read<std::int64_t>(file_, group(frame) + "/id");
+      if (ids.empty()) continue;
+      last = std::max(last, ids.back());
+      break;
+    }
+  if (last > 1000000000) throw std::runtime_error("/frames: an id above 1e9");
+  for (auto id = static_cast<std::int64_t>(n); id <= last; ++id) {
+    const auto like = static_cast<std::size_t>(id) % n;
+    id_.push_back(id), radius_.push_back(radius_[like]), density_.push_back(density_[like]);
+    material_.push_back(material_[like]);
+  }
+}
+
+FrameSpheres FramesFile::undisturbed(std::size_t frame) const {
+  FrameSpheres out = spheres(frame, false);
+  const std::size_t n = at_rest_.size() / 3;
+  for (std::size_t i = 0; i < out.index.size(); ++i) {
+    const std::size_t like = out.index[i] % n, block = out.index[i] / n;
+    out.position[3 * i] = static_cast<float>(at_rest_[3 * like] + static_cast<double>(block) * block_step_);
+    for (std::size_t d = 1; d < 3; ++d) out.position[3 * i + d] = static_cast<float>(at_rest_[3 * like + d]);
+  }
+  return out;
+}
+
+std::array<double, 2> FramesFile::window(std::size_t frame) const {
+  const std::vector<double> ends = h5::read<double>(file_, group(frame) + "/window");
+  if (ends.size() != 2) throw std::runtime_error(group(frame) + "/window: must be two numbers");
+  return {ends[0], ends[1]};
 }
 
 void FramesFile::read_surfaces() {
@@ -50,6 +91,7 @@ void FramesFile::read_surfaces() {
       for (std::size_t i = 0; i + 1 < flat.size(); i += 2) s.segments.push_back({flat[i], flat[i + 1]});
     }
     s.moves = !times_.empty() && holds(0, "surfaces/" + name);
+    s.wall = h5::exists(file_, folder + "/wall");
     surfaces_.push_back(std::move(s));
   }
 }
@@ -79,6 +121,8 @@ FrameSpheres FramesFile::spheres(std::size_t frame, bool with_velocity) const {
   if (out.index.size() != n) throw std::runtime_error(folder + ": ids and positions differ in length");
   return out;
 }
+
+double FramesFile::travelled(std::size_t frame) const { return is_moving_bed() ? window(frame)[0] - window(0)[0] : 0; }
 
 std::vector<std::int32_t> FramesFile::counts(std::size_t frame, const std::string& name) const {
   return h5::read<std::int32_t>(file_, group(frame) + "/" + name);

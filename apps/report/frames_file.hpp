@@ -20,6 +20,7 @@ struct FrameSurface {
   std::vector<std::array<int, 2>> segments;
   std::vector<float> vertices;  ///< x y z, m; world axes where it stands still, else in its own
   bool moves = false;
+  bool wall = false;  ///< of the container, that goes with a moving bed
 };
 
 /// The spheres of a frame, in rising id.
@@ -50,6 +51,13 @@ class FramesFile {
   const std::vector<FrameSurface>& surfaces() const { return surfaces_; }
 
   FrameSpheres spheres(std::size_t frame, bool with_velocity) const;
+  /// Of a moving bed, of which a frame holds what lies in the window then: where its spheres lay before anything
+  /// disturbed them; and the x of the window's ends, m, the one behind first.
+  bool is_moving_bed() const { return !at_rest_.empty(); }
+  FrameSpheres undisturbed(std::size_t frame) const;
+  std::array<double, 2> window(std::size_t frame) const;
+  double travelled(std::size_t frame) const;  ///< by the window since the first frame, along x, m; 0 without
+  double height_at_rest(std::size_t index) const { return at_rest_[3 * (index % (at_rest_.size() / 3)) + 1]; }
   /// Whole numbers by sphere of the frame, such as `contacts`.
   std::vector<std::int32_t> counts(std::size_t frame, const std::string& name) const;
   /// Of frames that hold `contact forces`.
@@ -63,12 +71,15 @@ class FramesFile {
   std::string group(std::size_t frame) const;
   void read_particles();
   void read_surfaces();
+  void repeat_block();
   h5::Handle file_;
   std::vector<double> times_;
   std::vector<std::int64_t> id_;
   std::vector<float> radius_, density_;
   std::vector<std::int32_t> material_;
   std::vector<std::string> materials_;
+  std::vector<double> at_rest_;  ///< x y z of the spheres of a block, m
+  double block_step_ = 0;        ///< m
   std::vector<FrameSurface> surfaces_;
 };
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -19,6 +20,12 @@ struct Displaced {
 };
 
 Displaced displaced(const FramesFile& file) {
+  const std::size_t last = file.times().size() - 1;
+  if (file.is_moving_bed()) {  // what the window held at first is gone
+    Displaced d{file.undisturbed(last), file.spheres(last, false), {}};
+    for (std::size_t i = 0; i < d.before.index.size(); ++i) d.row_after.push_back(static_cast<std::ptrdiff_t>(i));
+    return d;
+  }
   Displaced d{file.spheres(0, false), file.spheres(file.times().size() - 1, false), {}};
   std::vector<std::ptrdiff_t> row(file.particles(), -1);
   for (std::size_t i = 0; i < d.after.index.size(); ++i) row[d.after.index[i]] = static_cast<std::ptrdiff_t>(i);
@@ -249,6 +256,11 @@ std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, doubl
   f.cell = diameter / static_cast<double>(d.before.index.size());
   const double depth = *std::max_element(tool.depth.begin(), tool.depth.end());
   // What lies behind the place of a tool that starts in the soil was never passed.
+  if (file.is_moving_bed()) {
+    // A depth beside the ends: soil that went over the one behind is missing, and spheres are held there.
+    const std::array<double, 2> ends = file.window(file.times().size() - 1);
+    x.low = std::min(ends[0], ends[1]) + depth, x.high = std::max(ends[0], ends[1]) - depth;
+  }
   const double face = tool.direction > 0 ? x.low : -x.high, began = tool.direction * tool.rear_x.front();
   const double near = std::isfinite(began) ? std::max(face, began) : face;
   const double rear = tool.direction * tool.rear_x.back(), end = std::min(rear, tool.direction > 0 ? x.high : -x.low);

@@ -40,7 +40,7 @@ double front_at(const FramesFile& file, const ToolPath& tool, const Vertices& ve
 void choose(const FramesFile& file, const std::map<std::string, std::string>& body_of, ToolPath& tool) {
   std::vector<double> deepest(file.surfaces().size(), far);
   for (std::size_t s = 0; s < file.surfaces().size(); ++s) {
-    if (!file.surfaces()[s].moves || file.surfaces()[s].triangles.empty()) continue;
+    if (!file.surfaces()[s].moves || file.surfaces()[s].wall || file.surfaces()[s].triangles.empty()) continue;
     for (std::size_t f = 0; f < file.times().size(); ++f)
       deepest[s] = std::min(deepest[s], lowest(file.surface(f, file.surfaces()[s])));
   }

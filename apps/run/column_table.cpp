@@ -111,6 +111,15 @@ constexpr ColumnOf<SoilAsWhole> frozen[] = {
     {"frozen", "J", [](From f, Whole) { return energy(f).frozen; }},
     {"frozen spheres", "1", [](From f, Whole) { return count(f.world.bed->frozen_count()); }}};
 
+const dem::MovingBed& window(From f) { return f.world.moving->window; }
+constexpr ColumnOf<SoilAsWhole> windows[] = {
+    {"travelled", "m", [](From f, Whole) { return window(f).way(); }},
+    {"entered", "kg", [](From f, Whole) { return window(f).entered().mass; }},
+    {"left", "kg", [](From f, Whole) { return window(f).left().mass; }},
+    {"left momentum", "N s", [](From f, Whole) { return window(f).left().momentum.x; }},
+    {"entered energy", "J", [](From f, Whole) { return window(f).entered().energy(); }},
+    {"left energy", "J", [](From f, Whole) { return window(f).left().energy(); }}};
+
 }  // namespace
 
 const ColumnFamily<SoilOnBody> soil_on_body_columns{
@@ -146,6 +155,12 @@ const ColumnFamily<SoilAsWhole> bond_columns{
 const ColumnFamily<SoilAsWhole> frozen_columns{
     "soil", Taken::sample, frozen,
     "with `soil.active`: kinetic energy that spheres had when they were frozen, since the start; how many are"};
+const ColumnFamily<SoilAsWhole> window_columns{"window", Taken::sample, windows,
+                                               "with `soil.moving`, since the start: way of the window; mass that came "
+                                               "in ahead and that was left behind, the latter "
+                                               "with its momentum along x; their kinetic and potential energy and that "
+                                               "of their contacts, whose difference is part "
+                                               "of `soil.removed`"};
 
 namespace {
 
@@ -264,7 +279,8 @@ std::string columns_markdown() {
   std::string out = "| columns | are |\n|---|---|\n| `time` [s] | of the row |\n";
   for (const MachineColumns& m : machine_columns()) out += line(m.owner, m.columns, m.meaning);
   out += line(soil_on_body_columns) + line(surface_columns) + line(fixed_columns) + line(path_columns) +
-         line(servo_columns) + line(draft_columns) + line(bed_columns) + line(bond_columns) + line(frozen_columns);
+         line(servo_columns) + line(draft_columns) + line(bed_columns) + line(bond_columns) + line(frozen_columns) +
+         line(window_columns);
   return out + "| others | your own `machine.measures` and `output.watch` |\n";
 }
 

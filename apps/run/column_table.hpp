@@ -52,6 +52,7 @@ extern const ColumnFamily<SoilAsWhole> draft_columns;    ///< with a machine
 extern const ColumnFamily<SoilAsWhole> bed_columns;
 extern const ColumnFamily<SoilAsWhole> bond_columns;    ///< where a law has bonds
 extern const ColumnFamily<SoilAsWhole> frozen_columns;  ///< with an active region
+extern const ColumnFamily<SoilAsWhole> window_columns;  ///< of a moving bed
 
 /// A group of the machine's columns as libmbd names them: OWNER.name, or OWNER's own where it is a fixed word.
 struct MachineColumns {

@@ -71,6 +71,7 @@ void Columns::add_soil() {
   add(bed_columns, bed_columns.owner, SoilAsWhole{});
   if (world_.bed->has_bonding_laws()) add(bond_columns, bond_columns.owner, SoilAsWhole{});
   if (world_.bed->freezes()) add(frozen_columns, frozen_columns.owner, SoilAsWhole{});
+  if (world_.moving) add(window_columns, window_columns.owner, SoilAsWhole{});
 }
 
 int Columns::find(const std::string& name) const {

@@ -55,6 +55,7 @@ FrameOutput::FrameOutput(const std::filesystem::path& directory, const Scenario&
 void FrameOutput::list_particles(ParticleTable& table, const Scenario& scenario) {
   for (const Material& m : scenario.materials) table.material_names.push_back(m.name);
   if (!world_.bed) return;
+  if (world_.moving) return list_block(table);
   std::vector<const dem::Sphere*> by_id;
   for (const dem::Sphere& sphere : world_.bed->spheres()) by_id.push_back(&sphere);
   std::sort(by_id.begin(), by_id.end(), [](const auto* a, const auto* b) { return a->id < b->id; });
@@ -72,6 +73,21 @@ void FrameOutput::list_particles(ParticleTable& table, const Scenario& scenario)
   }
 }
 
+/// Spheres of block 0 stand for all others.
+void FrameOutput::list_block(ParticleTable& table) const {
+  const dem::MovingBed& moving = world_.moving->window;
+  const dem::PeriodicBlock& block = moving.block();
+  for (std::size_t i = 0; i < block.size(); ++i) {
+    const double r = block.state.spheres[11 * i + 9], m = block.state.spheres[11 * i + 10];
+    table.id.push_back(static_cast<std::int64_t>(i));
+    table.radius.push_back(r);
+    table.density.push_back(m / dem::sphere_volume(r));
+    table.material.push_back(static_cast<int>(block.state.ids[2 * i + 1]));
+    table.at_rest.push_back(moving.place_at_rest(static_cast<std::uint32_t>(i)));
+  }
+  table.block_step = moving.plan().direction * block.length;
+}
+
 void FrameOutput::list_surfaces(std::vector<OutputSurface>& surfaces) {
   const auto add = [&](const std::string& name, const dem::TriangleMesh& mesh, bool moves, const dem::Pose& pose) {
     OutputSurface out{name, mesh.vertices(), {}, moves};
@@ -87,6 +103,7 @@ void FrameOutput::list_surfaces(std::vector<OutputSurface>& surfaces) {
     shown_.push_back(r.boundary);
     loads_.show(r, surfaces.size());
     add(r.name, dem::drawing(b.shape, 1.0)[r.mesh], r.moves, b.pose);
+    surfaces.back().wall = r.owner == SurfaceRecord::Owner::container && r.moves;
   }
   for (const DrawnSurface& d : world_.drawn) add(d.name, d.mesh, true, {});
 }
@@ -142,7 +159,8 @@ void FrameOutput::write_instant(const Instant& now, double time, long step) {
   frame.time = time;
   frame.step = step;
   const std::vector<std::int64_t> ids(spheres.id.begin(), spheres.id.end());
-  if (ids.size() != writer_->particles().id.size()) frame.id = ids;
+  if (writer_->particles().repeats() || ids.size() != writer_->particles().id.size()) frame.id = ids;
+  if (world_.moving) frame.window = {{world_.moving->window.rear(), world_.moving->window.front()}};
   frame.position = spheres.position;
   frame.velocity = spheres.velocity;
   frame.spin = spheres.angular_velocity;

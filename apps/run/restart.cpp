@@ -27,6 +27,10 @@ void put_progress(StateWriter& out, const RunProgress& p) {
   out.put("run/particles/density", p.particles.density);
   out.put("run/particles/material", p.particles.material);
   if (!p.particles.clump.empty()) out.put("run/particles/clump", p.particles.clump);
+  if (p.particles.repeats()) {
+    out.put_vectors("run/particles/at rest", p.particles.at_rest);
+    out.put("run/particles/block step", p.particles.block_step);
+  }
   out.put_texts("run/particles/material names", p.particles.material_names);
 }
 
@@ -40,8 +44,44 @@ RunProgress progress_of(const StateReader& in) {
                  .density = in.get<double>("run/particles/density"),
                  .material = in.get<std::int32_t>("run/particles/material"),
                  .material_names = in.texts("run/particles/material names")};
+  if (in.has("run/particles/at rest")) {
+    p.particles.at_rest = in.get_vectors("run/particles/at rest");
+    p.particles.block_step = in.value<double>("run/particles/block step");
+  }
   if (in.has("run/particles/clump")) p.particles.clump = in.get<std::int32_t>("run/particles/clump");
   return p;
+}
+
+void put_moving_bed(StateWriter& out, const dem::MovingBed& moving) {
+  const dem::PeriodicBlock& block = moving.block();
+  const dem::MovingBedPlan& plan = moving.plan();
+  out.put("moving/plan", std::vector<double>{block.low, block.length, block.stored, plan.rear,
+                                             static_cast<double>(plan.blocks), static_cast<double>(plan.direction)});
+  out.put("moving/numbers", moving.save());
+  out.put("moving/across", block.across);
+  out.put("moving/spheres", block.state.spheres);
+  out.put("moving/ids", block.state.ids);
+  out.put("moving/pair ids", block.state.pair_ids);
+  out.put("moving/pairs", block.state.pairs);
+  out.put("moving/surface ids", block.state.surface_ids);
+  out.put("moving/surfaces", block.state.surfaces);
+}
+
+dem::MovingBed moving_bed_of(const StateReader& in) {
+  const std::vector<double> n = in.get<double>("moving/plan");
+  if (n.size() != 6) throw std::invalid_argument("what it has of the moving bed is damaged");
+  dem::PeriodicBlock block{.low = n[0], .length = n[1], .state = {}, .across = {}, .stored = n[2]};
+  block.across = in.get<std::int64_t>("moving/across");
+  block.state.spheres = in.get<double>("moving/spheres");
+  block.state.ids = in.get<std::int64_t>("moving/ids");
+  block.state.pair_ids = in.get<std::int64_t>("moving/pair ids");
+  block.state.pairs = in.get<double>("moving/pairs");
+  block.state.surface_ids = in.get<std::int64_t>("moving/surface ids");
+  block.state.surfaces = in.get<double>("moving/surfaces");
+  dem::MovingBed out(std::move(block),
+                     {.rear = n[3], .blocks = static_cast<int>(n[4]), .direction = static_cast<int>(n[5])});
+  out.restore(in.get<double>("moving/numbers"));
+  return out;
 }
 
 }  // namespace
@@ -69,6 +109,7 @@ void save_run(const std::filesystem::path& path, const Scenario& scenario, const
     out.put_texts("layers/materials", names);
     out.put("layers/numbers", layers);
   }
+  if (world.moving) put_moving_bed(out, world.moving->window);
   if (world.machine) out.put("machine", world.machine->snapshot());
   out.put("coupling", simulation.save());
   out.put_text("version", version());
@@ -109,33 +150,13 @@ void check_numbers(const SavedRun& saved, const std::filesystem::path& file) {
 
 SavedRun read_run(const std::filesystem::path& file) {
   const StateReader in(file);
-  in.require_format(kStateFormat, {"bed/spheres",
-                                   "bed/ids",
-                                   "bed/pair ids",
-                                   "bed/pairs",
-                                   "bed/surface ids",
-                                   "bed/surfaces",
-                                   "bed/scalars",
-                                   "bed/bonding",
-                                   "bed/bond ids",
-                                   "bed/bonds",
-                                   "bed/broken ids",
-                                   "bed/broken",
-                                   "bed/calm",
-                                   "bed/frozen",
-                                   "bed/fixed",
-                                   "bed/clumps",
-                                   "bed/loads",
-                                   "soil",
-                                   "soil step",
-                                   "layers/",
-                                   "instruction set",
-                                   "version",
-                                   "machine",
-                                   "coupling",
-                                   "scenario",
-                                   "time",
-                                   "run/"});
+  in.require_format(kStateFormat, {"bed/spheres",     "bed/ids",         "bed/pair ids",   "bed/pairs",
+                                   "bed/surface ids", "bed/surfaces",    "bed/scalars",    "bed/bonding",
+                                   "bed/bond ids",    "bed/bonds",       "bed/broken ids", "bed/broken",
+                                   "bed/calm",        "bed/frozen",      "bed/fixed",      "bed/clumps",
+                                   "bed/loads",       "moving/",         "soil",           "soil step",
+                                   "layers/",         "instruction set", "version",        "machine",
+                                   "coupling",        "scenario",        "time",           "run/"});
   SavedRun saved;
   saved.version = in.text("version");
   if (in.has("run/sums")) {
@@ -170,6 +191,7 @@ SavedRun read_run(const std::filesystem::path& file) {
                                     .spread = layers[5 * k + 3],
                                     .thickness = layers[5 * k + 4]}});
   }
+  if (in.has("moving/plan")) saved.moving.emplace(moving_bed_of(in));
   if (in.has("machine")) saved.machine = in.get<double>("machine");
   saved.coupling = in.get<double>("coupling");
   check_numbers(saved, file);

@@ -21,6 +21,7 @@ struct RunProgress {
 /// A run's full state: bed with contact histories, machine with its past and ruts, coupling, datum of the container.
 struct SavedRun {
   dem::Bed::State bed;
+  std::optional<dem::MovingBed> moving;
   std::vector<double> machine, coupling;
   SoilReport soil;
   double container_shift = 0;

@@ -17,6 +17,7 @@
 #include "apps/run/overlap_advice.hpp"
 #include "apps/run/signals.hpp"
 #include "apps/run/surface_report.hpp"
+#include "libdem/geometry/world_box.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -110,7 +111,7 @@ std::optional<std::uint64_t> RunLoop::kept_bytes() const {
 void RunLoop::archive(Archive& a) {
   a(frame_due_, sample_due_, state_due_, *summary_, *rows_, *tool_, walls_, *crossings_, physics_);
   columns_->archive_histories(a);
-  a(values_, looks_, start_time_, deepest_, fastest_, steps_, window_);
+  a(outside_, values_, looks_, start_time_, deepest_, fastest_, steps_, window_);
   a(energy_start_.bed, energy_start_.bed_gravity, energy_start_.machine_potential);
   StepReport& step = world_.step;
   a(step.limit.step, step.limit.cause, step.expected_speed);
@@ -178,6 +179,7 @@ int RunLoop::loop() {
       else if (!last && checkpoint_is_due())
         save(checkpoints_.next(t)), checkpoints_.keep_two();
     }
+    if (world_.moving) follow_bed(t);
     // What is due before the next instant is interpolated between this one and that.
     const bool frame = last || frame_due_.next() < t + dt - close,
                sample = last || crossings_->needs_sums() || follows_sums_ || sample_due_.next() < t + dt - close;
@@ -356,6 +358,24 @@ bool RunLoop::guarded(const std::function<void()>& take_step) {
     if (const std::string advice = overlap_advice(failure_, world_, s_); !advice.empty()) failure_ += "; " + advice;
     if (failure_.rfind("t = ", 0) != 0) failure_ = fmt::format("t = {:.9g} s: {}", reached_, failure_);
     return false;
+  }
+}
+
+void RunLoop::follow_bed(double t) {
+  if (!world_.moving->follow(*world_.bed, simulation_)) return;
+  const dem::MovingBed& window = world_.moving->window;
+  const double low = std::min(window.rear(), window.front()), high = std::max(window.rear(), window.front());
+  for (const SurfaceRecord& s : world_.surfaces) {
+    if (s.owner == SurfaceRecord::Owner::container || std::count(outside_.begin(), outside_.end(), s.name) > 0)
+      continue;
+    const dem::Boundary& b = world_.bed->boundary(s.boundary);
+    const dem::Bounds box = dem::world_box(dem::bounds(b.shape), b.pose);
+    if (box.high.x >= low && box.low.x <= high) continue;
+    outside_.push_back(s.name);
+    warn(fmt::format(
+        "t = {:.4g} s: the window of the moving bed has left `{}`, which meets no soil there; let it go with "
+        "`{}`, or make the container longer",
+        t, s.name, s_.soil->moving->follows));
   }
 }
 

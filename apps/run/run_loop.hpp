@@ -96,6 +96,9 @@ class RunLoop {
   /// False when the step cannot be taken; failure_ then says why.
   bool guarded(const std::function<void()>& take_step);
 
+  /// The window of a moving bed goes on where it is time.
+  void follow_bed(double t);
+
   /// Opens and closes the window of the means where the tools' ways say so, and looks at the walls while it is open.
   void follow_tools(double t);
 
@@ -150,6 +153,7 @@ class RunLoop {
   bool stood_ = true;             ///< the machine at this instant, and not at the start of a window
   std::optional<Clock::time_point> signal_at_;
   long looks_ = 0;
+  std::vector<std::string> outside_;  ///< surfaces that the window of a moving bed has left
   std::string failure_;
   double start_time_ = 0, reached_ = 0;
   EnergyStart energy_start_;

@@ -90,6 +90,7 @@ void RunLoop::finish(int& code) {
   write_energy(*summary_, energy_start_, world_, simulation_);
   if (!tool_->tools().empty()) write_tools(*summary_, *tool_);
   if (code != exit_failed) write_disturbance(*summary_, *tool_, request_.out, s_);
+  write_window(*summary_, world_);
   if (world_.bed) write_servos(*summary_, world_, simulation_);
   if (world_.bed) write_wear(*summary_, world_, reached_);
   attempt(code, [&] { summary_->write(request_.out / "summary.json"); });
@@ -116,6 +117,11 @@ void RunLoop::last_warnings(int code) {
     summary_->warn("the run was interrupted while the bed settled: time 0 shows it on its way to rest");
   if (world_.bed && world_.bed->has_bonding_laws() && world_.bed->bonds().formed == 0)
     summary_->warn("a law has bonds but none formed: no spheres were within `bond gap` at `bond time`");
+  if (world_.moving && world_.moving->window.pushed_out() > 0)
+    summary_->warn(fmt::format(
+        "{} spheres went over the end of the window ahead of the tool and were taken out; make the container "
+        "longer there",
+        world_.moving->window.pushed_out()));
   if (code != exit_ok) return;
   for (const Tool& tool : tool_->tools())
     if (!tool.touched && !is_beam_node(s_.machine, tool.name))  // most of a tine is above the soil

@@ -28,7 +28,9 @@ void write_energy(Summary& summary, const EnergyStart& start, const World& world
     double given = 0;
     for (const coupling::GivenMotion& m : world.motions) given += world.bed->boundary(m.boundary).work;
     take_in("work of given motions [J]", given);  // servos are among them
-    take_in("gravity on the soil [J]", start.bed_gravity - b.gravity);
+    double came = 0;
+    if (world.moving) came = world.moving->window.entered().gravity - world.moving->window.left().gravity;
+    take_in("gravity on the soil [J]", start.bed_gravity - b.gravity + came);
     e["damped [J]"] = b.lost.damping;
     e["slid [J]"] = b.lost.sliding;
     e["rolled [J]"] = b.lost.rolling;
@@ -125,6 +127,38 @@ void write_run_section(Summary& summary, const RunFacts& facts, const Scenario& 
   b["outside the container at the end"] =
       beyond({true, true, true, false, true, true}, scenario, world);  // over the rim and through an open side too
   if (world.bed->has_bonding_laws()) write_bonds(summary, world);
+}
+
+namespace {
+
+nlohmann::ordered_json carried_json(const dem::CarriedSoil& c) {
+  return {{"spheres", c.spheres},
+          {"mass [kg]", c.mass},
+          {"momentum [N s]", {c.momentum.x, c.momentum.y, c.momentum.z}},
+          {"kinetic [J]", c.kinetic},
+          {"gravity [J]", c.gravity},
+          {"stored in contacts [J]", c.stored}};
+}
+
+}  // namespace
+
+void write_window(Summary& summary, const World& world) {
+  if (!world.moving) return;
+  const dem::MovingBed& window = world.moving->window;
+  double mass = 0;
+  std::size_t spheres = 0;
+  for (const dem::Sphere& s : world.bed->spheres())
+    if (!dem::is_fixed(s)) mass += s.m, ++spheres;
+  auto& json = summary.section("moving bed");
+  json["blocks gone on"] = window.advanced();
+  json["way of the window [m]"] = window.way();
+  json["length held beyond each end [m]"] = window.held_length();
+  json["spheres of a block"] = window.block().size();
+  json["entered"] = carried_json(window.entered());
+  json["left"] = carried_json(window.left());
+  json["left over the end ahead"] = window.pushed_out();
+  json["spheres in the window at the end"] = spheres;
+  json["mass in the window at the end [kg]"] = mass;
 }
 
 void write_restitution_error(Summary& summary, double error) { summary.section("run")["error of restitution"] = error; }

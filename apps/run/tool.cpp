@@ -37,6 +37,7 @@ ToolProgress::ToolProgress(const World& world, const coupling::Simulation& simul
     high_ = {std::max(high_.x, s.x.x + s.r), std::max(high_.y, s.x.y + s.r), std::max(high_.z, s.x.z + s.r)};
     radius_ += s.r / static_cast<double>(world.bed->spheres().size());
   }
+  if (world.moving) (world.moving->window.plan().direction > 0 ? high_.x = far : low_.x = -far);  // it has no end
   for (std::size_t i = 0; i < world.surfaces.size(); ++i) {
     const SurfaceRecord& s = world.surfaces[i];
     if (s.owner == SurfaceRecord::Owner::machine) {

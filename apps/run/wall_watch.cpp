@@ -4,9 +4,22 @@
 
 namespace subsoil::app {
 
+namespace {
+
+bool lies_at(const dem::Boundary& b, const Vec3& x, double near) {
+  std::vector<std::uint32_t> triangles;
+  const Vec3 c = b.pose.to_local(x);
+  dem::candidates(b.shape, c, near, triangles);
+  dem::SurfaceContact touch[1];
+  return !triangles.empty() && dem::contacts(b.shape, c, near, triangles, touch, 1) > 0;
+}
+
+}  // namespace
+
 void WallWatch::begin(const World& world) {
   const auto spheres = world.bed->spheres();
   if (spheres.empty()) return;
+  if (world.moving) return begin(world, world.moving->window);
   std::uint32_t most = 0;
   radius_ = 0;
   for (const dem::Sphere& s : spheres) {
@@ -19,19 +32,61 @@ void WallWatch::begin(const World& world) {
     const dem::Boundary& b = world.bed->boundary(r.boundary);
     if (r.owner != SurfaceRecord::Owner::container || !b.active) continue;
     Wall wall{r.name, {}};
-    for (const dem::Sphere& s : spheres) {
-      const double near = s.r + 2 * radius_;
-      std::vector<std::uint32_t> triangles;
-      const Vec3 c = b.pose.to_local(s.x);
-      dem::candidates(b.shape, c, near, triangles);
-      dem::SurfaceContact touch[1];
-      if (!triangles.empty() && dem::contacts(b.shape, c, near, triangles, touch, 1) > 0) wall.ids.push_back(s.id);
-    }
+    for (const dem::Sphere& s : spheres)
+      if (lies_at(b, s.x, s.r + 2 * radius_)) wall.ids.push_back(s.id);
     walls_.push_back(std::move(wall));
   }
 }
 
+/// By the place in the block: every block lies at floor and side walls alike. Walls at the ends touch held spheres
+/// only.
+void WallWatch::begin(const World& world, const dem::MovingBed& window) {
+  const std::size_t count = window.block().size();
+  lay_.assign(count, {});
+  radius_ = 0;
+  for (std::size_t i = 0; i < count; ++i)
+    radius_ += window.block().state.spheres[11 * i + 9] / static_cast<double>(count);
+  for (const SurfaceRecord& r : world.surfaces) {
+    const dem::Boundary& b = world.bed->boundary(r.boundary);
+    if (r.owner != SurfaceRecord::Owner::container || !b.active || r.name == "wall -x" || r.name == "wall +x") continue;
+    Wall wall{r.name, {}};
+    const std::size_t blocks = static_cast<std::size_t>(window.advanced()) + 1;  // those of the second are inside
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto id = static_cast<std::uint32_t>(blocks * count + i);
+      if (lies_at(b, window.place_at_rest(id), window.block().state.spheres[11 * i + 9] + 2 * radius_))
+        wall.ids.push_back(static_cast<std::uint32_t>(i));
+    }
+    walls_.push_back(std::move(wall));
+  }
+  walls_.push_back({"the end of the window ahead", {}});
+}
+
+/// Of all spheres in the window, those that left the place where they had been at rest.
+std::vector<std::string> WallWatch::look(const World& world, const dem::MovingBed& window) {
+  std::vector<std::size_t> near(walls_.size()), displaced(walls_.size());
+  const double ahead = window.front() - window.plan().direction * 2 * radius_;
+  for (const dem::Sphere& s : world.bed->spheres()) {
+    if (dem::is_fixed(s)) continue;
+    const Vec3 lay = window.place_at_rest(s.id);
+    const bool gone = dem::norm(s.x - lay) > moved * radius_;
+    const auto place = static_cast<std::uint32_t>(window.place_in_block(s.id));
+    for (std::size_t w = 0; w < walls_.size(); ++w) {
+      const bool at = w + 1 == walls_.size() ? window.plan().direction * (lay.x - ahead) > 0
+                                             : std::binary_search(walls_[w].ids.begin(), walls_[w].ids.end(), place);
+      near[w] += at, displaced[w] += at && gone;
+    }
+  }
+  std::vector<std::string> reached;
+  for (std::size_t w = 0; w < walls_.size(); ++w) {
+    if (walls_[w].reached || static_cast<double>(displaced[w]) <= share * static_cast<double>(near[w])) continue;
+    walls_[w].reached = true;
+    reached.push_back(walls_[w].name);
+  }
+  return reached;
+}
+
 std::vector<std::string> WallWatch::look(const World& world) {
+  if (world.moving) return look(world, world.moving->window);
   std::vector<char> displaced(lay_.size());
   for (const dem::Sphere& s : world.bed->spheres())
     if (s.id < lay_.size()) displaced[s.id] = dem::norm(s.x - lay_[s.id]) > moved * radius_;

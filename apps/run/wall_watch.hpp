@@ -12,7 +12,8 @@ namespace subsoil::app {
 ///
 /// Soil at a wall is disturbed when more than 5 % of the spheres that lay within one mean diameter of the wall when the
 /// means began have moved since by more than half a mean radius. What a wall carries says nothing of this: by momentum
-/// the walls carry the draft however large the bin is.
+/// the walls carry the draft however large the bin is. In a moving bed they are those that lay at floor and side walls,
+/// or before its end ahead, against the places that they had at rest.
 class WallWatch {
  public:
   static constexpr double share = Furrow::wall_share, moved = Furrow::wall_moved;
@@ -25,6 +26,8 @@ class WallWatch {
   void archive(Archive& a) { a(walls_, lay_, radius_); }
 
  private:
+  void begin(const World& world, const dem::MovingBed& window);
+  std::vector<std::string> look(const World& world, const dem::MovingBed& window);
   struct Wall {
     std::string name;
     std::vector<std::uint32_t> ids;  ///< of the spheres that lay at it, rising
@@ -32,7 +35,7 @@ class WallWatch {
     void archive(Archive& a) { a(name, ids, reached); }
   };
   std::vector<Wall> walls_;
-  std::vector<Vec3> lay_;  ///< by id
+  std::vector<Vec3> lay_;  ///< by id; in a moving bed of no matter
   double radius_ = 0;      ///< mean, m
 };
 

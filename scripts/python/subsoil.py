@@ -38,7 +38,7 @@ __all__ = ["Frame", "Frames", "Run", "SubsoilError", "open", "run"]
 
 _RESULTS = ("scenario.yaml", "series.csv", "summary.json", "run.h5")
 _PARTICLE_TABLE = ("id", "radius", "density", "material", "clump")  # of every sphere, once; of some, with the frame
-_NOT_OF_SPHERES = ("surfaces", "values", "written", "point numbers", "contact forces", "loads")
+_NOT_OF_SPHERES = ("window", "surfaces", "values", "written", "point numbers", "contact forces", "loads")
 _CODES = {2: "bad input", 3: "stopped, or ended with warnings under --strict", 130: "interrupted", 143: "terminated"}
 
 

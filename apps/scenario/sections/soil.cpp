@@ -78,6 +78,15 @@ void describe(Fields& v, Active& a) {
              "faster or its forces would make it");
 }
 
+void describe(Fields& v, MovingWindow& m) {
+  v.text("follows", m.follows, "the boundary or body whose way the window goes with");
+  v.quantity(
+      "block", m.block, "m", "(0, inf)",
+      "length along x of what comes in ahead: the bed is made for one block, periodic along x, and the container, "
+      "which holds a whole number of them, is filled with copies");
+  v.choice("towards", m.towards, {{"+x", Towards::plus_x}, {"-x", Towards::minus_x}}, "where the window goes");
+}
+
 void describe(Fields& v, Soil& s) {
   v.section("container", s.container, "box of flat walls that act on spheres only");
   v.quantity("surface", s.surface, "m", "(-inf, inf)",
@@ -90,6 +99,9 @@ void describe(Fields& v, Soil& s) {
   v.section("active", s.active,
             "spheres that rest far from every moving surface are frozen and skipped until something beside them moves; "
             "left out: all move");
+  v.section("moving", s.moving,
+            "a long pass in a short container, which goes on with a tool: settled soil comes in ahead, block by block, "
+            "and what lies behind is left; left out: the container stands");
   v.quantity("remove below", s.removal_below, "m", "(0, inf)",
              "spheres this far below the container's floor are taken out and counted");
 }
@@ -134,7 +146,62 @@ struct SoilChecks : Checks {
     if (s.soil->bed && !s.soil->bed->layers.empty()) refuse("soil.bed.layers", without);
   }
 
+  void moving(const MovingWindow& m) {
+    if (!s.soil->container || !s.soil->bed)
+      return refuse("soil.moving", "needs a container, which is the window that moves, and a bed");
+    const Container& c = *s.soil->container;
+    const BedSection& b = *s.soil->bed;
+    const auto without = [&](bool given, const char* path, const char* why) {
+      if (given) refuse(path, fmt::format("stands beside `soil.moving`{}; leave one of them out", why));
+    };
+    without(c.periodic[0], "soil.container.periodic", ", whose window has ends in x");
+    without(c.periodic[1], "soil.container.periodic", ", whose window stands on a floor");
+    for (const std::size_t f : {0u, 1u}) {
+      without(c.open[f], "soil.container.open", ", which holds the soil at the window's ends");
+      without(c.open_after_settling[f], "soil.container.open after settling",
+              ", which holds the soil at the window's ends");
+    }
+    without(s.soil->active.has_value(), "soil.active", "");
+    without(b.region.has_value(), "soil.bed.region", ", whose bed fills one block");
+    without(!b.clumps.empty(), "soil.bed.clumps", ", whose blocks are of spheres");
+    without(!b.placed.empty(), "soil.bed.placed", ", whose blocks are of spheres");
+    without(b.rough_floor.has_value(), "soil.bed.rough floor", "");
+    for (std::size_t i = 0; i < b.particles.size(); ++i)
+      without(!b.particles[i].fixed.empty(), fmt::format("soil.bed.particles[{}].fixed", i).c_str(), "");
+    if (!b.settle && b.fill != Fill::random && b.fill != Fill::rest_lattice)
+      refuse("soil.bed.settle",
+             "is missing: blocks of `soil.moving` come in at rest, with the springs of their contacts, which neither a "
+             "loose bed nor a file has; give `settle: {until: ...}`");
+    const double count = c.size.x / m.block;
+    if (m.block > 0 && std::abs(count - std::round(count)) > 1e-6 * count)
+      refuse("soil.moving.block", fmt::format("{:.6g} m", m.block),
+             fmt::format("must fit into the container's {:.6g} m a whole number of times; {:.6g} m does", c.size.x,
+                         c.size.x / std::max(1.0, std::round(count))));
+    followed(m);
+  }
+
+  void followed(const MovingWindow& m) {
+    Names known;
+    for (const BoundarySection& b : s.boundaries) {
+      if (b.is_moved()) known.push_back(b.name);
+      const bool endless = std::holds_alternative<PlaneShape>(b.shape);
+      if (!b.is_moved() && !endless)
+        refuse("soil.moving",
+               fmt::format(
+                   "the boundary `{}` stands still while the bed goes on over its place; move it with the tool, or "
+                   "leave it out",
+                   b.name));
+    }
+    if (s.machine)
+      for (const std::string& name : names_of(s.machine->bodies)) known.push_back(name);
+    if (m.follows.empty())
+      refuse("soil.moving.follows", "is missing: the boundary or body whose way the window goes with");
+    else
+      refer("soil.moving.follows", m.follows, known, "moved boundary or body");
+  }
+
   void soil() {
+    if (s.soil->moving) moving(*s.soil->moving);
     if (s.soil->container) container(*s.soil->container), periodic(*s.soil->container);
     if (s.soil->bed) check_bed(*this, s);
     check_clumps(*this, s);

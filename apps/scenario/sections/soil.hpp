@@ -36,13 +36,26 @@ struct Active {
 };
 void describe(Fields& v, Active& a);
 
+enum class Towards { plus_x, minus_x };
+
+/// A long bed in a short window (docs/theory.md, section 7.2): the container goes on by a block whenever what it
+/// follows has travelled one. The bed of the scenario is then that of one block, periodic along x.
+struct MovingWindow {
+  std::string follows;
+  double block = required;  // m
+  Towards towards = Towards::plus_x;
+  int direction() const { return towards == Towards::plus_x ? 1 : -1; }
+};
+void describe(Fields& v, MovingWindow& m);
+
 struct Soil {
   std::optional<Container> container;
   std::optional<double> surface;     // y of the mean surface after settling: bed and container are shifted
   std::vector<ClumpSection> clumps;  // shapes of grains
   std::optional<BedSection> bed;
-  std::optional<Active> active;  // all spheres move unless given
-  double removal_below = 0.5;    // m below the floor
+  std::optional<Active> active;        // all spheres move unless given
+  std::optional<MovingWindow> moving;  // the container stands unless given
+  double removal_below = 0.5;          // m below the floor
 };
 void describe(Fields& v, Soil& s);
 

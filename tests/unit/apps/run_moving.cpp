@@ -1,0 +1,162 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "apps/report/disturbance.hpp"
+#include "apps/scenario/document.hpp"
+#include "tests/tools/message_of.hpp"
+#include "tests/tools/program_runs.hpp"
+#include "tests/tools/soil_runs.hpp"
+
+/// Scenarios whose bed goes on with the tool: what comes and goes, frames, restarts, refusals.
+namespace subsoil::app::run_moving {
+namespace {
+
+using namespace test;
+
+/// Some 370 grains in three blocks, a blade that goes through five.
+const std::string pass = R"(subsoil: 1
+gravity: 9.81 m/s^2
+materials: {grain: {density: 2500 kg/m^3}}
+contacts: [{between: [grain, grain], law: linear, k_n: 20 kN/m, restitution: 0.3, mu: 0.5, mu_r: 0.1}]
+soil:
+  container: {size: 360 160 120 mm, at: 0 -60 -60 mm, material: grain}
+  surface: 0 mm
+  bed: {fill: random, material: grain, radius: {uniform: 8.5 10 mm}, depth: 60 mm, inside machine: carve}
+  moving: {follows: blade, block: 120 mm}
+boundaries:
+  - {name: blade, shape: {box: 15 100 30 mm}, at: 180 20 0 mm, material: grain, moves: [{velocity: 1 0 0 m/s}]}
+time: {end: 0.62 s}
+output: {precision: double, every: 40 ms, series every: 10 ms, watch: {draft: {soil force: blade, along: -1 0}}}
+)";
+
+std::string with(std::string text, const std::string& from, const std::string& to) {
+  return text.replace(text.find(from), from.size(), to);
+}
+
+std::vector<std::int64_t> ids_of(const std::filesystem::path& out, std::size_t frame) {
+  char name[48];
+  std::snprintf(name, sizeof name, "/frames/%06zu/id", frame);
+  return h5::read<std::int64_t>(h5::open_file(out / "run.h5"), name);
+}
+
+TEST(RunMoving, WhatComesAndGoesIsBookedAndShown) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(pass), dir / "out"), exit_ok);
+  const nlohmann::json summary = summary_of(dir / "out"), moving = summary["moving bed"], soil = summary["soil"];
+  EXPECT_EQ(moving["blocks gone on"], 5);
+  EXPECT_NEAR(moving["way of the window [m]"], 0.6, 1e-12);
+  // Mass: five blocks came; a third of the window each.
+  const double block = static_cast<double>(soil["mass [kg]"]) / 3, carved = soil["carved for the machine"];
+  const std::size_t spheres = moving["spheres of a block"];
+  EXPECT_EQ(soil["spheres"], 3 * spheres);
+  EXPECT_NEAR(moving["entered"]["mass [kg]"], 5 * block, 1e-9 * block);
+  EXPECT_EQ(moving["entered"]["spheres"], 5 * spheres);
+  const std::size_t left = moving["left"]["spheres"], there = moving["spheres in the window at the end"];
+  EXPECT_GT(carved, 0);
+  EXPECT_EQ(left + there + static_cast<std::size_t>(carved), 8 * spheres);
+  EXPECT_NEAR(static_cast<double>(moving["left"]["mass [kg]"]) +
+                  static_cast<double>(moving["mass in the window at the end [kg]"]),
+              8 * block, carved * 0.0105);
+  // Energy: the balance closes over five joints, and at every row.
+  const Series series = read_series(dir / "out" / "series.csv");
+  const double work = series.at("soil.boundary work").back();
+  EXPECT_GT(work, 0.5);
+  for (std::size_t row = 0; row < series.rows(); ++row)
+    EXPECT_NEAR(conserved_energy(series, row), conserved_energy(series, 0), 5e-3 * work) << row;
+  EXPECT_NEAR(series.at("window.travelled").back(), 0.6, 1e-12);
+  EXPECT_NEAR(series.at("window.entered").back(), moving["entered"]["mass [kg]"], 1e-9);
+  // Frames hold what lies in the window then, each sphere once and always of the same size.
+  const FramesFile file(dir / "out" / "run.h5");
+  ASSERT_TRUE(file.is_moving_bed());
+  for (std::size_t f = 0; f < file.times().size(); ++f) {
+    const std::array<double, 2> ends = file.window(f);
+    EXPECT_NEAR(ends[1] - ends[0], 0.36, 1e-12);
+    EXPECT_GT(file.times()[f] + 0.18, ends[0] + 0.18 - 1e-9) << "the blade keeps its place in the window";
+    EXPECT_LT(file.times()[f] + 0.18, ends[0] + 0.18 + 0.12 + 2e-3);
+    const FrameSpheres s = file.spheres(f, false), before = file.undisturbed(f);
+    EXPECT_NEAR(static_cast<double>(s.index.size()), 3.6 * static_cast<double>(spheres),
+                0.3 * static_cast<double>(spheres));
+    EXPECT_EQ(std::set<std::uint32_t>(s.index.begin(), s.index.end()).size(), s.index.size());
+    for (std::size_t i = 0; i < s.index.size(); ++i) {
+      EXPECT_GT(s.position[3 * i], ends[0] - 0.06), EXPECT_LT(s.position[3 * i], ends[1] + 0.06);
+      if (f == 0) EXPECT_NEAR(s.position[3 * i], before.position[3 * i], 1e-6);
+    }
+  }
+  EXPECT_TRUE(summary["disturbance"].contains("furrow area below the surface [m2]")) << summary["disturbance"];
+}
+
+TEST(RunMoving, ThreadsAndRestartsGiveTheSameBits) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(pass);
+  ASSERT_EQ(run_scenario(file, dir / "whole"), exit_ok);
+  ASSERT_EQ(run({.scenario = file, .out = dir / "three", .threads = 3}), exit_ok);
+  ASSERT_EQ(run_scenario(file, dir / "first", {"time.end=0.4 s"}), exit_ok);
+  ASSERT_EQ(run_scenario(file, dir / "on", {}, state_in(dir / "first")), exit_ok);
+  EXPECT_EQ(summary_of(dir / "first")["moving bed"]["blocks gone on"], 3);
+  const std::size_t last = frame_times(dir / "whole").size() - 1;
+  for (const char* other : {"three", "on"}) {
+    const std::size_t its_last = frame_times(dir / other).size() - 1;
+    EXPECT_EQ(frame_positions(dir / "whole", last), frame_positions(dir / other, its_last)) << other;
+    EXPECT_EQ(ids_of(dir / "whole", last), ids_of(dir / other, its_last)) << other;
+    EXPECT_EQ(summary_of(dir / "whole")["moving bed"], summary_of(dir / other)["moving bed"]) << other;
+  }
+  const std::string moved = subsoil::test::message_of<ScenarioError>(
+      [&] { run_scenario(file, dir / "other", {"soil.moving.block=90 mm"}, state_in(dir / "first")); });
+  EXPECT_NE(moved.find("soil.moving.block"), std::string::npos) << moved;
+}
+
+/// The other way round, and layers of two materials.
+TEST(RunMoving, GoesTheOtherWay) {
+  const RunDirectory dir;
+  std::string text = with(pass, "block: 120 mm", "block: 120 mm, towards: -x");
+  text = with(text, "velocity: 1 0 0", "velocity: -1 0 0");
+  text = with(text, "time: {end: 0.62 s}", "time: {end: 0.26 s}");
+  text = with(
+      text, "material: grain, radius: {uniform: 8.5 10 mm}, depth: 60 mm",
+      "radius: {uniform: 8.5 10 mm}, layers: [{thickness: 30 mm, material: grain}, {material: stone}], depth: 60 mm");
+  text =
+      with(text, "{grain: {density: 2500 kg/m^3}}", "{grain: {density: 2500 kg/m^3}, stone: {density: 2700 kg/m^3}}");
+  text = with(text, "contacts: [{between: [grain, grain],", "contacts: [&law {between: [grain, grain],");
+  text = with(text, "mu_r: 0.1}]",
+              "mu_r: 0.1}, {<<: *law, between: [grain, stone]}, {<<: *law, between: [stone, stone]}]");
+  ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out"), exit_ok);
+  const nlohmann::json summary = summary_of(dir / "out");
+  EXPECT_EQ(summary["moving bed"]["blocks gone on"], 2);
+  EXPECT_EQ(summary["soil"]["layers"].size(), 2u);
+  const std::array<double, 2> ends = FramesFile(dir / "out" / "run.h5").window(6);
+  EXPECT_NEAR(ends[0], 0.36 - 0.24, 1e-12);
+  EXPECT_NEAR(ends[1], -0.24, 1e-12);
+  const Series series = read_series(dir / "out" / "series.csv");
+  EXPECT_NEAR(conserved_energy(series, series.rows() - 1), conserved_energy(series, 0),
+              5e-3 * series.at("soil.boundary work").back());
+}
+
+TEST(RunMoving, RefusalsSayWhatIsWrongAndWhatHelps) {
+  const auto expect = [](const std::string& from, const std::string& to, const std::string& said) {
+    const RunDirectory dir;
+    const std::string text = subsoil::test::message_of<ScenarioError>(
+        [&] { run_scenario(dir.scenario(with(pass, from, to)), dir / "out"); });
+    EXPECT_NE(text.find(said), std::string::npos) << text;
+  };
+  expect("block: 120 mm", "block: 100 mm", "whole number of times; 0.09 m does");
+  expect("block: 120 mm", "block: 36 mm", "two of the largest diameters");
+  expect("follows: blade, ", "", "soil.moving.follows: is missing");
+  expect("follows: blade", "follows: blad", "did you mean 'blade'");
+  expect("at: 180 20 0 mm", "at: -80 20 0 mm", "outside of the window");
+  expect("material: grain}\n  surface", "material: grain, periodic: [x]}\n  surface", "whose window has ends in x");
+  expect("material: grain}\n  surface", "material: grain, open after settling: [-x]}\n  surface", "holds the soil");
+  expect("  surface: 0 mm", "  active: {}\n  surface: 0 mm", "soil.active");
+  expect("depth: 60 mm", "depth: 60 mm, rough floor: 10 mm", "soil.bed.rough floor");
+  expect("fill: random", "fill: lattice", "soil.bed.settle: is missing");
+  expect("boundaries:\n",
+         "boundaries:\n  - {name: stone, shape: {box: 10 10 10 mm}, at: 900 -30 0 mm, material: grain}\n",
+         "`stone` stands still");
+  expect("mu_r: 0.1}",
+         "mu_r: 0.1, bond: {young's modulus: 1 MPa, poisson ratio: 0.2, tensile strength: 1 kPa, cohesion: 1 kPa}}",
+         "bond");
+}
+
+}  // namespace
+}  // namespace subsoil::app::run_moving
