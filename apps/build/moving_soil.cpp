@@ -11,11 +11,11 @@
 namespace subsoil::app {
 namespace {
 
-/// The scenario of one block.
-Loaded one_block(const Loaded& loaded) {
+/// The scenario of one period.
+Loaded one_period(const Loaded& loaded) {
   Loaded out = loaded;
   Soil& soil = *out.scenario.soil;
-  soil.container->size.x = soil.moving->block;
+  soil.container->size.x = soil.moving->period.value_or(soil.moving->block);
   soil.container->periodic[0] = true;
   soil.moving.reset();
   return out;
@@ -33,7 +33,8 @@ dem::MovingBedPlan plan_of(const Soil& soil) {
   const Container& c = *soil.container;
   const int direction = soil.moving->direction();
   return {.rear = direction > 0 ? c.at.x : c.at.x + c.size.x,
-          .blocks = static_cast<int>(std::lround(c.size.x / soil.moving->block)),
+          .step = soil.moving->block,
+          .steps = static_cast<int>(std::lround(c.size.x / soil.moving->block)),
           .direction = direction};
 }
 
@@ -45,12 +46,12 @@ void add_walls(World& world, const Loaded& loaded, const BuildOptions& options, 
 
 /// All surfaces that there are so far are walls.
 void follow_with(World& world, dem::MovingBed window) {
-  MovingSoil& moving = world.moving.emplace(MovingSoil{.window = std::move(window), .walls = {}});
-  for (const SurfaceRecord& s : world.surfaces) moving.walls.push_back(s.boundary);
+  world.moving = std::make_shared<MovingSoil>(MovingSoil{.window = std::move(window), .walls = {}});
+  for (const SurfaceRecord& s : world.surfaces) world.moving->walls.push_back(s.boundary);
 }
 
 /// Made as any bed is, but settled without its window: what it took stands in the report of the window.
-World settled_block(const World& world, const Loaded& one, const BuildOptions& options, dem::BedOptions bed) {
+World settled_period(const World& world, const Loaded& one, const BuildOptions& options, dem::BedOptions bed) {
   World block;
   block.laws = world.laws;
   bed.periodic = periodic_cell(*one.scenario.soil->container);
@@ -75,12 +76,12 @@ std::vector<int> same_walls(const World& block, const World& window) {
   return out;
 }
 
-void report_window(World& world, const World& block, int blocks) {
+/// Spheres and mass are those in the window; what says how dense the bed is and how deep is of the period.
+void report_window(World& world, const World& block) {
   world.soil = block.soil;
-  world.soil.spheres *= static_cast<std::size_t>(blocks);
-  world.soil.mass *= blocks;
-  for (auto& [material, layer] : world.soil.layers)
-    layer.spheres *= static_cast<std::size_t>(blocks), layer.mass *= blocks;
+  world.soil.spheres = 0, world.soil.mass = 0;
+  for (const dem::Sphere& s : world.bed->spheres())
+    if (!dem::is_fixed(s)) ++world.soil.spheres, world.soil.mass += s.m;
 }
 
 }  // namespace
@@ -93,7 +94,7 @@ bool MovingSoil::follow(dem::Bed& bed, const coupling::Simulation& simulation) {
   const double gone = window.plan().direction * (x_of_followed(simulation) - start);
   // A rounding below a whole block is no step late: it would be one more or less on another machine.
   constexpr double close = 1e-9;
-  if (gone < window.way() + window.block().length * (1 - close)) return false;
+  if (gone < window.way() + window.plan().step * (1 - close)) return false;
   window.advance(bed, walls);
   return true;
 }
@@ -109,7 +110,7 @@ void build_moving_soil(World& world, const Loaded& loaded, const BuildOptions& o
     world.bed->add(options.restored);
     return;
   }
-  World block = settled_block(world, one_block(loaded), options, bed);
+  World block = settled_period(world, one_period(loaded), options, bed);
   try {
     double largest = 0;
     for (const dem::Sphere& s : block.bed->spheres()) largest = std::max(largest, s.r);
@@ -118,7 +119,7 @@ void build_moving_soil(World& world, const Loaded& loaded, const BuildOptions& o
     add_walls(world, loaded, options, dem::MovingBed::held_length(largest));
     follow_with(world, dem::MovingBed(dem::block_of(*block.bed, same_walls(block, world)), plan));
     world.moving->window.fill(*world.bed);
-    report_window(world, block, plan.blocks);
+    report_window(world, block);
   } catch (const std::invalid_argument& error) {
     throw ScenarioError(loaded.where("soil.moving") + ": " + error.what());
   }
@@ -143,7 +144,7 @@ void find_followed(World& world, const Loaded& loaded) {
   const dem::MovingBed& window = moving.window;
   const int direction = window.plan().direction;
   const double from_rear = direction * (moving.start - window.plan().rear);
-  const double length = window.plan().blocks * window.block().length;
+  const double length = window.length();
   if (from_rear < 0 || from_rear > length)
     throw ScenarioError(
         fmt::format("{} = {}: starts at x = {:.6g} m, outside of the window, the container from {:.6g} to {:.6g} m, "

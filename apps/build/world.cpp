@@ -9,6 +9,7 @@
 #include "apps/build/approach_speed.hpp"
 #include "apps/build/laws.hpp"
 #include "apps/build/machine.hpp"
+#include "apps/build/moving_soil.hpp"
 #include "apps/build/servo.hpp"
 #include "apps/build/shapes.hpp"
 #include "apps/build/soil.hpp"

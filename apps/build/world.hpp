@@ -6,15 +6,20 @@
 #include <string>
 #include <vector>
 
-#include "apps/build/moving_soil.hpp"
 #include "apps/scenario/load.hpp"
 #include "coupling/simulation.hpp"
 #include "libdem/packing/layers.hpp"
 #include "libdem/packing/settle.hpp"
+
+namespace subsoil::dem {
+class MovingBed;
+}
 #include "libdem/step/accuracy.hpp"
 
 /// Everything a scenario describes, built and ready to step.
 namespace subsoil::app {
+
+struct MovingSoil;
 
 /// A boundary of the bed and who it belongs to.
 struct SurfaceRecord {
@@ -89,7 +94,7 @@ struct World {
   std::vector<FixedBody> fixed;
   std::vector<coupling::BodySurface> body_surfaces;
   std::vector<coupling::GivenMotion> motions;
-  std::optional<MovingSoil> moving;
+  std::shared_ptr<MovingSoil> moving;  ///< null: the container stands
   SoilReport soil;
   StepReport step;
   double container_shift = 0;  ///< m upward, to bring the surface to its datum

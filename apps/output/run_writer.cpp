@@ -209,7 +209,7 @@ void RunWriter::Impl::write_particles() {
   if (p.repeats()) {
     put<double>("/particles/at rest", n, 3, "m",
                 [&](std::size_t i) { return p.at_rest[i / 3][static_cast<int>(i % 3)]; });
-    put<double>("/particles/block step", 1, 1, "m", [&](std::size_t) { return p.block_step; });
+    put<double>("/particles/period", 1, 1, "m", [&](std::size_t) { return p.period; });
   }
   point_numbers = put_point_numbers("/particles/point numbers", n);
   if (!p.material_names.empty()) h5::write_text(file, "/particles/material names", p.material_names);

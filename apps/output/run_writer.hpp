@@ -16,8 +16,8 @@ namespace subsoil::app {
 
 /// What never changes about the spheres, in rising id. It stands once in the file, under /particles.
 ///
-/// Of a moving bed it is that of one block: sphere `id` is like sphere `id` mod n, and lay, before anything disturbed
-/// it, at `at_rest` of that, id/n whole block steps along x. Its frames always carry what their spheres are.
+/// Of a moving bed it is that of one period: sphere `id` is like sphere `id` mod n, and lay, before anything disturbed
+/// it, at `at_rest` of that, id/n whole periods further along x. Its frames always carry what their spheres are.
 struct ParticleTable {
   std::vector<std::int64_t> id;
   std::vector<double> radius;   ///< m
@@ -26,7 +26,7 @@ struct ParticleTable {
   std::vector<std::string> material_names;
   std::vector<std::int32_t> clump{};  ///< number of its clump, -1: none; empty in a bed without
   std::vector<dem::Vec3> at_rest{};   ///< m; of a moving bed
-  double block_step = 0;              ///< m
+  double period = 0;                  ///< m
   bool repeats() const { return !at_rest.empty(); }
 };
 

@@ -31,13 +31,13 @@ void FramesFile::read_particles() {
   if (h5::exists(file_, "/particles/material names")) materials_ = h5::read_text(file_, "/particles/material names");
   if (radius_.size() != id_.size() || density_.size() != id_.size() || material_.size() != id_.size())
     throw std::runtime_error("/particles: id, radius, density and material differ in length");
-  if (h5::exists(file_, "/particles/at rest")) repeat_block();
+  if (h5::exists(file_, "/particles/at rest")) repeat_period();
 }
 
-/// The table of a moving bed is of one block: here of all blocks that some frame shows.
-void FramesFile::repeat_block() {
+/// The table of a moving bed is of one period: here of all that some frame shows.
+void FramesFile::repeat_period() {
   at_rest_ = h5::read<double>(file_, "/particles/at rest");
-  block_step_ = h5::read<double>(file_, "/particles/block step").at(0);
+  period_ = h5::read<double>(file_, "/particles/period").at(0);
   const std::size_t n = id_.size();
   if (n == 0 || at_rest_.size() != 3 * n)
     throw std::runtime_error("/particles/at rest: must have a place of each sphere");
@@ -62,7 +62,7 @@ FrameSpheres FramesFile::undisturbed(std::size_t frame) const {
   const std::size_t n = at_rest_.size() / 3;
   for (std::size_t i = 0; i < out.index.size(); ++i) {
     const std::size_t like = out.index[i] % n, block = out.index[i] / n;
-    out.position[3 * i] = static_cast<float>(at_rest_[3 * like] + static_cast<double>(block) * block_step_);
+    out.position[3 * i] = static_cast<float>(at_rest_[3 * like] + static_cast<double>(block) * period_);
     for (std::size_t d = 1; d < 3; ++d) out.position[3 * i + d] = static_cast<float>(at_rest_[3 * like + d]);
   }
   return out;

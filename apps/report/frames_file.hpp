@@ -71,15 +71,15 @@ class FramesFile {
   std::string group(std::size_t frame) const;
   void read_particles();
   void read_surfaces();
-  void repeat_block();
+  void repeat_period();
   h5::Handle file_;
   std::vector<double> times_;
   std::vector<std::int64_t> id_;
   std::vector<float> radius_, density_;
   std::vector<std::int32_t> material_;
   std::vector<std::string> materials_;
-  std::vector<double> at_rest_;  ///< x y z of the spheres of a block, m
-  double block_step_ = 0;        ///< m
+  std::vector<double> at_rest_;  ///< x y z of the spheres of a period, m
+  double period_ = 0;            ///< m
   std::vector<FrameSurface> surfaces_;
 };
 

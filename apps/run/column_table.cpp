@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "apps/build/moving_soil.hpp"
 #include "libmbd/elements.hpp"
 #include "libmbd/measures/beam.hpp"
 

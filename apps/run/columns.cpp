@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "apps/build/moving_soil.hpp"
 #include "apps/run/column_table.hpp"
 #include "apps/scenario/expression.hpp"
 #include "apps/scenario/units.hpp"

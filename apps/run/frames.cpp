@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "apps/build/moving_soil.hpp"
 #include "apps/run/between.hpp"
 #include "apps/run/columns.hpp"
 
@@ -55,7 +56,7 @@ FrameOutput::FrameOutput(const std::filesystem::path& directory, const Scenario&
 void FrameOutput::list_particles(ParticleTable& table, const Scenario& scenario) {
   for (const Material& m : scenario.materials) table.material_names.push_back(m.name);
   if (!world_.bed) return;
-  if (world_.moving) return list_block(table);
+  if (world_.moving) return list_period(table);
   std::vector<const dem::Sphere*> by_id;
   for (const dem::Sphere& sphere : world_.bed->spheres()) by_id.push_back(&sphere);
   std::sort(by_id.begin(), by_id.end(), [](const auto* a, const auto* b) { return a->id < b->id; });
@@ -73,8 +74,8 @@ void FrameOutput::list_particles(ParticleTable& table, const Scenario& scenario)
   }
 }
 
-/// Spheres of block 0 stand for all others.
-void FrameOutput::list_block(ParticleTable& table) const {
+/// Spheres of the first period stand for all others.
+void FrameOutput::list_period(ParticleTable& table) const {
   const dem::MovingBed& moving = world_.moving->window;
   const dem::PeriodicBlock& block = moving.block();
   for (std::size_t i = 0; i < block.size(); ++i) {
@@ -85,7 +86,7 @@ void FrameOutput::list_block(ParticleTable& table) const {
     table.material.push_back(static_cast<int>(block.state.ids[2 * i + 1]));
     table.at_rest.push_back(moving.place_at_rest(static_cast<std::uint32_t>(i)));
   }
-  table.block_step = moving.plan().direction * block.length;
+  table.period = moving.plan().direction * block.length;
 }
 
 void FrameOutput::list_surfaces(std::vector<OutputSurface>& surfaces) {

@@ -45,7 +45,7 @@ class FrameOutput {
 
  private:
   void list_particles(ParticleTable& table, const Scenario& scenario);
-  void list_block(ParticleTable& table) const;
+  void list_period(ParticleTable& table) const;
   void list_surfaces(std::vector<OutputSurface>& surfaces);
   std::vector<FrameValue> list_measures(const Scenario& scenario);
   struct Instant {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/build/moving_soil.hpp"
 #include "libdem/step/stability.hpp"
 
 namespace subsoil::app {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/build/moving_soil.hpp"
 #include "apps/output/bed_state_file.hpp"
 #include "apps/output/state_file.hpp"
 #include "apps/version.hpp"
@@ -29,7 +30,7 @@ void put_progress(StateWriter& out, const RunProgress& p) {
   if (!p.particles.clump.empty()) out.put("run/particles/clump", p.particles.clump);
   if (p.particles.repeats()) {
     out.put_vectors("run/particles/at rest", p.particles.at_rest);
-    out.put("run/particles/block step", p.particles.block_step);
+    out.put("run/particles/period", p.particles.period);
   }
   out.put_texts("run/particles/material names", p.particles.material_names);
 }
@@ -46,7 +47,7 @@ RunProgress progress_of(const StateReader& in) {
                  .material_names = in.texts("run/particles/material names")};
   if (in.has("run/particles/at rest")) {
     p.particles.at_rest = in.get_vectors("run/particles/at rest");
-    p.particles.block_step = in.value<double>("run/particles/block step");
+    p.particles.period = in.value<double>("run/particles/period");
   }
   if (in.has("run/particles/clump")) p.particles.clump = in.get<std::int32_t>("run/particles/clump");
   return p;
@@ -55,8 +56,14 @@ RunProgress progress_of(const StateReader& in) {
 void put_moving_bed(StateWriter& out, const dem::MovingBed& moving) {
   const dem::PeriodicBlock& block = moving.block();
   const dem::MovingBedPlan& plan = moving.plan();
-  out.put("moving/plan", std::vector<double>{block.low, block.length, block.stored, plan.rear,
-                                             static_cast<double>(plan.blocks), static_cast<double>(plan.direction)});
+  out.put("moving/plan", std::vector<double>{block.low, block.length, plan.rear, plan.step,
+                                             static_cast<double>(plan.steps), static_cast<double>(plan.direction)});
+  std::vector<std::int64_t> stored_in;
+  std::vector<double> stored;
+  for (const dem::StoredInContact& c : block.stored)
+    stored_in.insert(stored_in.end(), {c.i, c.j, c.across}), stored.push_back(c.energy);
+  out.put("moving/stored in", stored_in);
+  out.put("moving/stored", stored);
   out.put("moving/numbers", moving.save());
   out.put("moving/across", block.across);
   out.put("moving/spheres", block.state.spheres);
@@ -70,7 +77,12 @@ void put_moving_bed(StateWriter& out, const dem::MovingBed& moving) {
 dem::MovingBed moving_bed_of(const StateReader& in) {
   const std::vector<double> n = in.get<double>("moving/plan");
   if (n.size() != 6) throw std::invalid_argument("what it has of the moving bed is damaged");
-  dem::PeriodicBlock block{.low = n[0], .length = n[1], .state = {}, .across = {}, .stored = n[2]};
+  dem::PeriodicBlock block{.low = n[0], .length = n[1], .state = {}, .across = {}, .stored = {}};
+  const auto stored_in = in.get<std::int64_t>("moving/stored in");
+  const auto stored = in.get<double>("moving/stored");
+  if (stored_in.size() != 3 * stored.size()) throw std::invalid_argument("what it has of the moving bed is damaged");
+  for (std::size_t k = 0; k < stored.size(); ++k)
+    block.stored.push_back({stored_in[3 * k], stored_in[3 * k + 1], stored_in[3 * k + 2], stored[k]});
   block.across = in.get<std::int64_t>("moving/across");
   block.state.spheres = in.get<double>("moving/spheres");
   block.state.ids = in.get<std::int64_t>("moving/ids");
@@ -78,8 +90,9 @@ dem::MovingBed moving_bed_of(const StateReader& in) {
   block.state.pairs = in.get<double>("moving/pairs");
   block.state.surface_ids = in.get<std::int64_t>("moving/surface ids");
   block.state.surfaces = in.get<double>("moving/surfaces");
-  dem::MovingBed out(std::move(block),
-                     {.rear = n[3], .blocks = static_cast<int>(n[4]), .direction = static_cast<int>(n[5])});
+  dem::MovingBed out(
+      std::move(block),
+      {.rear = n[2], .step = n[3], .steps = static_cast<int>(n[4]), .direction = static_cast<int>(n[5])});
   out.restore(in.get<double>("moving/numbers"));
   return out;
 }
@@ -191,7 +204,7 @@ SavedRun read_run(const std::filesystem::path& file) {
                                     .spread = layers[5 * k + 3],
                                     .thickness = layers[5 * k + 4]}});
   }
-  if (in.has("moving/plan")) saved.moving.emplace(moving_bed_of(in));
+  if (in.has("moving/plan")) saved.moving = std::make_shared<dem::MovingBed>(moving_bed_of(in));
   if (in.has("machine")) saved.machine = in.get<double>("machine");
   saved.coupling = in.get<double>("coupling");
   check_numbers(saved, file);

@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -21,7 +22,7 @@ struct RunProgress {
 /// A run's full state: bed with contact histories, machine with its past and ruts, coupling, datum of the container.
 struct SavedRun {
   dem::Bed::State bed;
-  std::optional<dem::MovingBed> moving;
+  std::shared_ptr<const dem::MovingBed> moving;  ///< null: there is none
   std::vector<double> machine, coupling;
   SoilReport soil;
   double container_shift = 0;

@@ -8,6 +8,7 @@
 #include <csignal>
 #include <utility>
 
+#include "apps/build/moving_soil.hpp"
 #include "apps/output/atomic_file.hpp"
 #include "apps/output/csv.hpp"
 #include "apps/output/disk.hpp"

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/build/moving_soil.hpp"
 #include "apps/run/run_loop.hpp"
 #include "apps/run/wear.hpp"
 

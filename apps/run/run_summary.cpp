@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "apps/build/moving_soil.hpp"
 #include "apps/report/disturbance.hpp"
 #include "apps/run/physics_watch.hpp"
 #include "apps/run/process.hpp"
@@ -151,9 +152,10 @@ void write_window(Summary& summary, const World& world) {
     if (!dem::is_fixed(s)) mass += s.m, ++spheres;
   auto& json = summary.section("moving bed");
   json["blocks gone on"] = window.advanced();
+  json["period of the packing [m]"] = window.block().length;
   json["way of the window [m]"] = window.way();
   json["length held beyond each end [m]"] = window.held_length();
-  json["spheres of a block"] = window.block().size();
+  json["spheres of a period"] = window.block().size();
   json["entered"] = carried_json(window.entered());
   json["left"] = carried_json(window.left());
   json["left over the end ahead"] = window.pushed_out();

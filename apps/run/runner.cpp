@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "apps/build/moving_soil.hpp"
 #include "apps/build/world.hpp"
 #include "apps/output/state_file.hpp"
 #include "apps/run/analysis.hpp"
@@ -119,7 +120,7 @@ int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<Sa
   if (options.threads > 0) omp_set_num_threads(options.threads);                // of output too
   options.place_soil = !saved;
   if (saved) options.restored = spheres_of(*saved);
-  if (saved && saved->moving) options.moving = &*saved->moving;
+  if (saved && saved->moving) options.moving = saved->moving.get();
   LiveLine settling;
   const SignalGuard guard;  // from here on a signal ends in an orderly way, also while the bed settles
   options.progress = [&, first = true](double time, double rms) mutable {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "apps/build/moving_soil.hpp"
 #include "libmbd/elements.hpp"
 
 namespace subsoil::app {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "apps/build/moving_soil.hpp"
+
 namespace subsoil::app {
 
 namespace {
@@ -38,7 +40,7 @@ void WallWatch::begin(const World& world) {
   }
 }
 
-/// By the place in the block: every block lies at floor and side walls alike. Walls at the ends touch held spheres
+/// By the place in the period: each lies at floor and side walls alike. Walls at the ends touch held spheres
 /// only.
 void WallWatch::begin(const World& world, const dem::MovingBed& window) {
   const std::size_t count = window.block().size();
@@ -50,11 +52,10 @@ void WallWatch::begin(const World& world, const dem::MovingBed& window) {
     const dem::Boundary& b = world.bed->boundary(r.boundary);
     if (r.owner != SurfaceRecord::Owner::container || !b.active || r.name == "wall -x" || r.name == "wall +x") continue;
     Wall wall{r.name, {}};
-    const std::size_t blocks = static_cast<std::size_t>(window.advanced()) + 1;  // those of the second are inside
-    for (std::size_t i = 0; i < count; ++i) {
-      const auto id = static_cast<std::uint32_t>(blocks * count + i);
-      if (lies_at(b, window.place_at_rest(id), window.block().state.spheres[11 * i + 9] + 2 * radius_))
-        wall.ids.push_back(static_cast<std::uint32_t>(i));
+    for (std::uint32_t i = 0; i < count; ++i) {
+      Vec3 place = window.place_at_rest(i);
+      place.x = 0.5 * (window.rear() + window.front());  // between the ends of the walls
+      if (lies_at(b, place, window.block().state.spheres[11 * i + 9] + 2 * radius_)) wall.ids.push_back(i);
     }
     walls_.push_back(std::move(wall));
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -37,9 +38,9 @@ PeriodicBlock block_of(Bed& bed, std::span<const int> boundary_of) {
   if (!(cell.length.x > 0)) refuse_block("its block must be periodic along x");
   if (bed.has_bonding_laws()) refuse_block("bonds between its blocks are not made; take a law without");
   if (!bed.clumps().empty()) refuse_block("its block must be of spheres, not of clumps");
-  PeriodicBlock out{.low = cell.low.x, .length = cell.length.x, .state = {}, .across = {}};
+  PeriodicBlock out{.low = cell.low.x, .length = cell.length.x, .state = {}, .across = {}, .stored = {}};
   bed.freeze();
-  for (const ContactRecord& c : bed.contacts()) out.stored += c.stored;
+  const std::vector<ContactRecord> contacts = bed.contacts();
   const Bed::State all = bed.save();
   const std::size_t count = all.ids.size() / 2;
   if (count == 0) refuse_block("its block holds no sphere");
@@ -57,13 +58,17 @@ PeriodicBlock block_of(Bed& bed, std::span<const int> boundary_of) {
     if (mass_of(all, i) > kFixedDensity * sphere_volume(radius_of(all, i)))
       refuse_block("its block must be without fixed spheres");
   }
+  /// Periods from that of the first to that of the second.
+  const auto across = [&](std::int64_t i, std::int64_t j) {
+    const double apart =
+        centre_of(out.state, static_cast<std::size_t>(j)).x - centre_of(out.state, static_cast<std::size_t>(i)).x;
+    return std::int64_t{-std::lround(apart / out.length)};
+  };
   const std::size_t pairs = all.pair_ids.size() / 2, at_surfaces = all.surface_ids.size() / 2;
   for (std::size_t k = 0; k < pairs; ++k) {
     const std::int64_t i = number.at(all.pair_ids[2 * k]), j = number.at(all.pair_ids[2 * k + 1]);
-    const double apart =
-        centre_of(out.state, static_cast<std::size_t>(j)).x - centre_of(out.state, static_cast<std::size_t>(i)).x;
     out.state.pair_ids.insert(out.state.pair_ids.end(), {i, j});
-    out.across.push_back(-std::lround(apart / out.length));
+    out.across.push_back(across(i, j));
     append_entry(out.state.pairs, all.pairs, all.pairs.size() / pairs, k);
   }
   for (std::size_t k = 0; k < at_surfaces; ++k) {
@@ -72,30 +77,50 @@ PeriodicBlock block_of(Bed& bed, std::span<const int> boundary_of) {
                                  {number.at(all.surface_ids[2 * k]), std::int64_t{boundary_of[boundary]}});
     append_entry(out.state.surfaces, all.surfaces, all.surfaces.size() / at_surfaces, k);
   }
+  for (const ContactRecord& c : contacts) {
+    const std::int64_t i = number.at(c.i), j = c.at_surface ? -1 : number.at(c.j);
+    out.stored.push_back({i, j, j < 0 ? 0 : across(i, j), c.stored});
+  }
   return out;
 }
 
+double PeriodicBlock::energy() const {
+  double sum = 0;
+  for (const StoredInContact& c : stored) sum += c.energy;
+  return sum;
+}
+
 MovingBed::MovingBed(PeriodicBlock block, const MovingBedPlan& plan) : block_(std::move(block)), plan_(plan) {
-  if (plan.blocks < 1 || (plan.direction != 1 && plan.direction != -1))
-    refuse_block("at least one block, and a direction of 1 or -1");
+  if (plan.steps < 1 || !(plan.step > 0) || (plan.direction != 1 && plan.direction != -1))
+    refuse_block("at least one step of some length, and a direction of 1 or -1");
   if (block_.size() == 0 || block_.across.size() != block_.state.pair_ids.size() / 2)
     refuse_block("the arrays of its block do not belong together");
-  for (std::size_t i = 0; i < block_.size(); ++i) largest_ = std::max(largest_, radius_of(block_.state, i));
+  for (std::size_t i = 0; i < block_.size(); ++i) {
+    largest_ = std::max(largest_, radius_of(block_.state, i));
+    const double from_low = centre_of(block_.state, i).x - block_.low;
+    depth_.push_back(plan.direction > 0 ? from_low : block_.length - from_low);
+  }
   held_ = held_length(largest_);
-  if (block_.length < held_)
-    refuse_block(
-        ("its block must be longer than two of the largest diameters, " + std::to_string(held_) + " m").c_str());
+  if (block_.length < held_ || plan.step < held_) {
+    char text[200];
+    std::snprintf(
+        text, sizeof text,
+        "the settled bed is %.4g m long and goes on by %.4g m: both must be two of the largest diameters, %.4g "
+        "m, or more",
+        block_.length, plan.step, held_);
+    refuse_block(text);
+  }
 }
 
-/// The block behind the window is number -1.
-std::uint32_t MovingBed::id(long copy, std::size_t sphere) const {
-  return static_cast<std::uint32_t>(static_cast<std::size_t>(copy + 1) * block_.size() + sphere);
+/// The period behind the start of the window is number -1.
+std::uint32_t MovingBed::id(long period, std::size_t sphere) const {
+  return static_cast<std::uint32_t>(static_cast<std::size_t>(period + 1) * block_.size() + sphere);
 }
 
-Vec3 MovingBed::site(long copy, std::size_t sphere) const {
+Vec3 MovingBed::site(long period, std::size_t sphere) const {
   const double start = plan_.direction > 0 ? plan_.rear - block_.low : plan_.rear - block_.length - block_.low;
   Vec3 x = centre_of(block_.state, sphere);
-  x.x += start + plan_.direction * (static_cast<double>(copy) * block_.length);
+  x.x += start + plan_.direction * (static_cast<double>(period) * block_.length);
   return x;
 }
 
@@ -103,67 +128,102 @@ Vec3 MovingBed::place_at_rest(std::uint32_t id) const {
   return site(static_cast<long>(id / block_.size()) - 1, place_in_block(id));
 }
 
-double MovingBed::depth(std::size_t sphere) const {
-  const double from_low = centre_of(block_.state, sphere).x - block_.low;
-  return plan_.direction > 0 ? from_low : block_.length - from_low;
+/// use(period) for all that have a part in the stretch.
+template <class Use>
+void MovingBed::each_period(const Stretch& of, const Use& use) const {
+  const auto first = static_cast<long>(std::floor(of.low / block_.length)) - 1;
+  const auto last = static_cast<long>(std::floor(of.high / block_.length)) + 1;
+  for (long period = std::max(first, -1L); period <= last; ++period) use(period);
 }
 
-template <class Chosen>
-void MovingBed::put_spheres(Bed::State& out, long copy, bool fixed, const Chosen& chosen) const {
-  for (std::size_t i = 0; i < block_.size(); ++i) {
-    if (!chosen(depth(i))) continue;
-    const Vec3 x = site(copy, i);
-    const double m = mass_of(block_.state, i);
-    out.spheres.insert(out.spheres.end(), {x.x, x.y, x.z, 0, 0, 0, 0, 0, 0, radius_of(block_.state, i),
-                                           fixed ? std::ldexp(m, kFixedPower) : m});
-    out.ids.insert(out.ids.end(), {std::int64_t{id(copy, i)}, block_.state.ids[2 * i + 1]});
-  }
+void MovingBed::put_spheres(Bed::State& out, const Stretch& of, bool fixed) const {
+  each_period(of, [&](long period) {
+    for (std::size_t i = 0; i < block_.size(); ++i) {
+      if (!of.holds(along(period, i))) continue;
+      const Vec3 x = site(period, i);
+      const double m = mass_of(block_.state, i);
+      out.spheres.insert(out.spheres.end(), {x.x, x.y, x.z, 0, 0, 0, 0, 0, 0, radius_of(block_.state, i),
+                                             fixed ? std::ldexp(m, kFixedPower) : m});
+      out.ids.insert(out.ids.end(), {std::int64_t{id(period, i)}, block_.state.ids[2 * i + 1]});
+    }
+  });
 }
 
-/// Pairs of which this block has the hindmost sphere, and contacts at surfaces.
-void MovingBed::put_contacts(Bed::State& out, long copy, bool only_across) const {
+/// Whether the hindmost sphere of a pair lies in the stretch, the first of it being of this period: its second's
+/// period, else kNone.
+constexpr long kNone = -1000;
+long MovingBed::hindmost(const Stretch& of, long period, std::int64_t i, std::int64_t j, std::int64_t across) const {
+  const long second = period + plan_.direction * across;  // counted along the travel
+  const double u = std::min(along(period, static_cast<std::size_t>(i)), along(second, static_cast<std::size_t>(j)));
+  return of.holds(u) ? second : kNone;
+}
+
+/// Pairs whose hindmost sphere lies in the stretch, and the stretch's contacts at surfaces.
+void MovingBed::put_contacts(Bed::State& out, const Stretch& of) const {
   const Bed::State& from = block_.state;
   const std::size_t pairs = block_.across.size(), at_surfaces = from.surface_ids.size() / 2;
-  for (std::size_t k = 0; k < pairs; ++k) {
-    const std::int64_t across = plan_.direction * block_.across[k];  // blocks are counted along the travel
-    if (only_across && across == 0) continue;
-    const long first = copy + std::max<long>(0, -across), second = copy + std::max<long>(0, across);
-    out.pair_ids.insert(out.pair_ids.end(),
-                        {std::int64_t{id(first, static_cast<std::size_t>(from.pair_ids[2 * k]))},
-                         std::int64_t{id(second, static_cast<std::size_t>(from.pair_ids[2 * k + 1]))}});
-    append_entry(out.pairs, from.pairs, from.pairs.size() / pairs, k);
-  }
-  if (only_across) return;
-  for (std::size_t k = 0; k < at_surfaces; ++k) {
-    out.surface_ids.insert(
-        out.surface_ids.end(),
-        {std::int64_t{id(copy, static_cast<std::size_t>(from.surface_ids[2 * k]))}, from.surface_ids[2 * k + 1]});
-    append_entry(out.surfaces, from.surfaces, from.surfaces.size() / at_surfaces, k);
-  }
+  each_period(of, [&](long period) {
+    for (std::size_t k = 0; k < pairs; ++k) {
+      const std::int64_t i = from.pair_ids[2 * k], j = from.pair_ids[2 * k + 1];
+      const long second = hindmost(of, period, i, j, block_.across[k]);
+      if (second == kNone) continue;
+      out.pair_ids.insert(out.pair_ids.end(), {std::int64_t{id(period, static_cast<std::size_t>(i))},
+                                               std::int64_t{id(second, static_cast<std::size_t>(j))}});
+      append_entry(out.pairs, from.pairs, from.pairs.size() / pairs, k);
+    }
+    for (std::size_t k = 0; k < at_surfaces; ++k) {
+      const auto i = static_cast<std::size_t>(from.surface_ids[2 * k]);
+      if (!of.holds(along(period, i))) continue;
+      out.surface_ids.insert(out.surface_ids.end(), {std::int64_t{id(period, i)}, from.surface_ids[2 * k + 1]});
+      append_entry(out.surfaces, from.surfaces, from.surfaces.size() / at_surfaces, k);
+    }
+  });
 }
 
-CarriedSoil MovingBed::of_block(long copy, const Vec3& gravity) const {
-  CarriedSoil out{.spheres = block_.size(), .mass = 0, .momentum = {}, .stored = block_.stored};
-  for (std::size_t i = 0; i < block_.size(); ++i) {
-    const double m = mass_of(block_.state, i);
-    out.mass += m, out.gravity -= m * dot(gravity, site(copy, i));
-  }
+/// Of spheres in the stretch at rest, and contacts as of `put_contacts`.
+CarriedSoil MovingBed::content(const Stretch& of, const Vec3& gravity) const {
+  CarriedSoil out;
+  each_period(of, [&](long period) {
+    for (std::size_t i = 0; i < block_.size(); ++i) {
+      if (!of.holds(along(period, i))) continue;
+      const double m = mass_of(block_.state, i);
+      ++out.spheres, out.mass += m, out.gravity -= m * dot(gravity, site(period, i));
+    }
+    for (const StoredInContact& c : block_.stored) {
+      const bool in = c.j < 0 ? of.holds(along(period, static_cast<std::size_t>(c.i)))
+                              : hindmost(of, period, c.i, c.j, c.across) != kNone;
+      if (in) out.stored += c.energy;
+    }
+  });
   return out;
 }
 
+/// Pairs of which only one sphere is free are those that reach across the rear end, too.
 void MovingBed::fill(Bed& bed) const {
   Bed::State all;
-  const auto every = [](double) { return true; };
-  put_spheres(all, -1, true, [&](double depth) { return depth > block_.length - held_; });
-  put_contacts(all, -1, true);
-  for (long copy = 0; copy < plan_.blocks; ++copy) put_spheres(all, copy, false, every), put_contacts(all, copy, false);
-  put_spheres(all, plan_.blocks, true, [&](double depth) { return depth < held_; });
+  const double front = end_ahead(0);
+  put_spheres(all, {-held_, 0}, true);
+  put_spheres(all, {0, front}, false);
+  put_spheres(all, {front, front + held_}, true);
+  Bed::State behind;
+  put_contacts(behind, {-held_, 0});
+  const std::size_t pairs = behind.pair_ids.size() / 2;
+  for (std::size_t k = 0; k < pairs; ++k) {
+    const auto u = [&](std::int64_t id) {
+      const auto number = static_cast<std::uint32_t>(id);
+      return along(static_cast<long>(number / block_.size()) - 1, place_in_block(number));
+    };
+    if (u(behind.pair_ids[2 * k]) < 0 && u(behind.pair_ids[2 * k + 1]) < 0) continue;
+    append_entry(all.pair_ids, behind.pair_ids, 2, k);
+    append_entry(all.pairs, behind.pairs, behind.pairs.size() / pairs, k);
+  }
+  put_contacts(all, {0, front});
   bed.insert(all);
 }
 
 /// Spheres beyond the held ones that overlap what is put in.
 std::vector<std::uint32_t> MovingBed::in_the_way(const Bed& bed, const Bed::State& added) const {
-  const double reach = along(front()) + held_ - 2 * largest_;
+  const double reach = end_ahead(advanced_) + held_ - 2 * largest_;
   std::vector<std::uint32_t> out;
   for (const Sphere& s : bed.spheres()) {
     if (is_fixed(s) || along(s.x.x) < reach) continue;
@@ -181,15 +241,15 @@ std::vector<std::uint32_t> MovingBed::in_the_way(const Bed& bed, const Bed::Stat
 
 void MovingBed::advance(Bed& bed, std::span<const int> walls) {
   const Vec3 gravity = bed.options().gravity;
-  const long copy = plan_.blocks + advanced_;  // that is let go
-  const std::uint32_t first = id(copy, 0), end = id(copy + 1, 0);
-  const auto let_go = [&](const Sphere& s) { return s.id >= first && s.id < end; };
-  const double rear = way() + block_.length;  // from the first rear end
+  const Stretch next{end_ahead(advanced_), end_ahead(advanced_ + 1)};  // that is let go
+  const auto let_go = [&](const Sphere& s) {
+    return is_fixed(s) && next.holds(along(static_cast<long>(s.id / block_.size()) - 1, place_in_block(s.id)));
+  };
+  const double rear = static_cast<double>(advanced_ + 1) * plan_.step;  // from the first rear end
 
   Bed::State added;
-  put_spheres(added, copy, true, [&](double depth) { return depth >= held_; });
-  put_spheres(added, copy + 1, true, [&](double depth) { return depth < held_; });
-  put_contacts(added, copy, false);
+  put_spheres(added, {next.low + held_, next.high + held_}, true);
+  put_contacts(added, next);
 
   // What leaves, and the contacts that end with it.
   enum Fate : char { held, gone };
@@ -223,7 +283,7 @@ void MovingBed::advance(Bed& bed, std::span<const int> walls) {
   }
   left_.stored += ended;
   pushed_out_ += over.size();
-  const CarriedSoil more = of_block(copy, gravity);
+  const CarriedSoil more = content(next, gravity);
   entered_.spheres += more.spheres, entered_.mass += more.mass;
   entered_.gravity += more.gravity, entered_.stored += more.stored;
 
@@ -233,7 +293,7 @@ void MovingBed::advance(Bed& bed, std::span<const int> walls) {
   bed.count_removed(ended - more.stored);
   for (const int wall : walls) {
     Boundary& b = bed.boundary(wall);
-    b.pose.position.x += plan_.direction * block_.length;
+    b.pose.position.x += plan_.direction * plan_.step;
     b.pose_before = b.pose;  // no motion that does work
   }
   ++advanced_;

@@ -9,15 +9,23 @@
 /// A long bed in a short window that follows a tool (docs/theory.md, section 7.2).
 namespace subsoil::dem {
 
+/// Energy of one contact of a periodic bed, by the places of its spheres in `state`.
+struct StoredInContact {
+  std::int64_t i = 0, j = 0;  ///< j < 0: at a surface
+  std::int64_t across = 0;    ///< as of a pair
+  double energy = 0;          ///< J
+};
+
 /// One period along x of a bed at rest, with the contacts of its spheres, those across its ends among them. Any number
-/// of such blocks stand behind each other as the spheres of the periodic bed did: forces at the joints are its own.
+/// of them stand behind each other as the spheres of the periodic bed did: forces at the joints are its own.
 struct PeriodicBlock {
-  double low = 0, length = 0;        ///< of the period along x, m
-  Bed::State state;                  ///< spheres numbered from 0, at rest; pairs; contacts at surfaces
-  std::vector<std::int64_t> across;  ///< of each pair: blocks from that of the first sphere to that of the second
-  double stored = 0;                 ///< in its contacts, J
+  double low = 0, length = 0;           ///< of the period along x, m
+  Bed::State state;                     ///< spheres numbered from 0, at rest; pairs; contacts at surfaces
+  std::vector<std::int64_t> across;     ///< of each pair: periods from that of the first sphere to that of the second
+  std::vector<StoredInContact> stored;  ///< of contacts that carry a force
 
   std::size_t size() const { return state.ids.size() / 2; }
+  double energy() const;  ///< in all its contacts, J
 };
 
 /// Of a bed that is periodic along x; its spheres are stopped. @param boundary_of index that each of its boundaries has
@@ -35,21 +43,24 @@ struct CarriedSoil {
 
 struct MovingBedPlan {
   double rear = 0;    ///< x of the end of the window that the tool leaves behind, at the start, m
-  int blocks = 1;     ///< in the window
+  double step = 0;    ///< by which the window goes on, m
+  int steps = 1;      ///< length of the window
   int direction = 1;  ///< of the travel along x: 1 or -1
 };
 
-/// The window holds whole blocks. Beyond both its ends spheres are held in place (fixed), as far as those inside can
-/// reach: ahead those of the next block, where they were at rest, behind those that lie there. So soil at the ends
-/// meets soil, as in a bed that goes on.
+/// The window is so many steps long and slides over a bed that repeats the periodic one without end. Beyond both its
+/// ends spheres are held in place (fixed), as far as those inside can reach: ahead those that come next, where they
+/// were at rest, behind those that lie there. So soil at the ends meets soil, as in a bed that goes on.
 ///
-/// When the window goes on by a block, between two steps, the spheres that were held ahead are let go, the rest of
-/// their block and what is to be held of the next one are put in, with the contacts that they had at rest; those within
-/// reach behind the new rear end are held where they are, what lies farther back is taken out. Spheres that have been
-/// pushed over the held ones, into the place of new ones, are taken out too.
+/// When the window goes on by a step, between two steps in time, the spheres that were held ahead are let go, those
+/// behind them are put in, some of which are held now, with the contacts that they had at rest; those within reach
+/// behind the new rear end are held where they are, what lies farther back is taken out. Spheres that have been pushed
+/// over the held ones, into the place of new ones, are taken out too.
+///
+/// Sphere i of period c, from the one in which the window starts on, has the number (c + 1) n + i, n spheres a period.
 class MovingBed {
  public:
-  /// Throws std::invalid_argument for a block shorter than what is held, or a plan without sense.
+  /// Throws std::invalid_argument for a period shorter than what is held, or a plan without sense.
   MovingBed(PeriodicBlock block, const MovingBedPlan& plan);
 
   /// Length that is held beyond each end, m: two of the largest diameters. One is what reaches a sphere inside, another
@@ -59,13 +70,14 @@ class MovingBed {
 
   /// All spheres of the window at the start, and the held ones, into a bed with boundaries and without spheres.
   void fill(Bed& bed) const;
-  /// On by a block. @param walls boundaries that go on with the window
+  /// On by a step. @param walls boundaries that go on with the window
   void advance(Bed& bed, std::span<const int> walls);
 
-  long advanced() const { return advanced_; }                                    ///< blocks, since the start
-  double way() const { return static_cast<double>(advanced_) * block_.length; }  ///< m
-  double rear() const { return plan_.rear + plan_.direction * way(); }           ///< x of the window's ends, m
-  double front() const { return rear() + plan_.direction * plan_.blocks * block_.length; }
+  long advanced() const { return advanced_; }                                 ///< steps, since the start
+  double way() const { return static_cast<double>(advanced_) * plan_.step; }  ///< m
+  double length() const { return plan_.steps * plan_.step; }                  ///< m
+  double rear() const { return plan_.rear + plan_.direction * way(); }        ///< x of the window's ends, m
+  double front() const { return rear() + plan_.direction * length(); }
   const CarriedSoil& entered() const { return entered_; }
   const CarriedSoil& left() const { return left_; }
   std::size_t pushed_out() const { return pushed_out_; }  ///< of those left: over the held ones ahead
@@ -79,18 +91,29 @@ class MovingBed {
   void restore(std::span<const double> from);
 
  private:
-  std::uint32_t id(long copy, std::size_t sphere) const;
-  double along(double x) const { return plan_.direction * (x - plan_.rear); }  ///< from the first rear end on, m
-  Vec3 site(long copy, std::size_t sphere) const;
-  double depth(std::size_t sphere) const;  ///< from the rear end of its block, m
-  template <class Chosen>
-  void put_spheres(Bed::State& out, long copy, bool fixed, const Chosen& chosen) const;
-  void put_contacts(Bed::State& out, long copy, bool only_across) const;
-  CarriedSoil of_block(long copy, const Vec3& gravity) const;
+  /// A stretch of the bed, m from the first rear end on along the travel: low <= u < high.
+  struct Stretch {
+    double low, high;
+    bool holds(double u) const { return u >= low && u < high; }
+  };
+  std::uint32_t id(long period, std::size_t sphere) const;
+  double along(double x) const { return plan_.direction * (x - plan_.rear); }
+  double along(long period, std::size_t sphere) const {
+    return static_cast<double>(period) * block_.length + depth_[sphere];
+  }
+  Vec3 site(long period, std::size_t sphere) const;
+  double end_ahead(long advanced) const { return static_cast<double>(plan_.steps + advanced) * plan_.step; }
+  template <class Use>
+  void each_period(const Stretch& of, const Use& use) const;
+  void put_spheres(Bed::State& out, const Stretch& of, bool fixed) const;
+  void put_contacts(Bed::State& out, const Stretch& of) const;
+  CarriedSoil content(const Stretch& of, const Vec3& gravity) const;
+  long hindmost(const Stretch& of, long period, std::int64_t i, std::int64_t j, std::int64_t across) const;
   std::vector<std::uint32_t> in_the_way(const Bed& bed, const Bed::State& added) const;
 
   PeriodicBlock block_;
   MovingBedPlan plan_;
+  std::vector<double> depth_;  ///< of the spheres of a period, from its rear end, m
   double held_ = 0, largest_ = 0;
   long advanced_ = 0;
   CarriedSoil entered_, left_;

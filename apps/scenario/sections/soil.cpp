@@ -80,10 +80,12 @@ void describe(Fields& v, Active& a) {
 
 void describe(Fields& v, MovingWindow& m) {
   v.text("follows", m.follows, "the boundary or body whose way the window goes with");
+  v.quantity("block", m.block, "m", "(0, inf)",
+             "length along x of what comes in ahead at a time; the container is a whole number of blocks long");
   v.quantity(
-      "block", m.block, "m", "(0, inf)",
-      "length along x of what comes in ahead: the bed is made for one block, periodic along x, and the container, "
-      "which holds a whole number of them, is filled with copies");
+      "period", m.period, "m", "(0, inf)",
+      "length along x of the bed that is made: periodic there and repeated, so that the tool meets the same packing "
+      "again after this way; left out: a block");
   v.choice("towards", m.towards, {{"+x", Towards::plus_x}, {"-x", Towards::minus_x}}, "where the window goes");
 }
 
@@ -162,9 +164,9 @@ struct SoilChecks : Checks {
               ", which holds the soil at the window's ends");
     }
     without(s.soil->active.has_value(), "soil.active", "");
-    without(b.region.has_value(), "soil.bed.region", ", whose bed fills one block");
-    without(!b.clumps.empty(), "soil.bed.clumps", ", whose blocks are of spheres");
-    without(!b.placed.empty(), "soil.bed.placed", ", whose blocks are of spheres");
+    without(b.region.has_value(), "soil.bed.region", ", whose bed fills one period");
+    without(!b.clumps.empty(), "soil.bed.clumps", ", whose bed is of spheres");
+    without(!b.placed.empty(), "soil.bed.placed", ", whose bed is of spheres");
     without(b.rough_floor.has_value(), "soil.bed.rough floor", "");
     for (std::size_t i = 0; i < b.particles.size(); ++i)
       without(!b.particles[i].fixed.empty(), fmt::format("soil.bed.particles[{}].fixed", i).c_str(), "");

@@ -39,10 +39,11 @@ void describe(Fields& v, Active& a);
 enum class Towards { plus_x, minus_x };
 
 /// A long bed in a short window (docs/theory.md, section 7.2): the container goes on by a block whenever what it
-/// follows has travelled one. The bed of the scenario is then that of one block, periodic along x.
+/// follows has travelled one. The bed of the scenario is then one period along x, which is repeated.
 struct MovingWindow {
   std::string follows;
-  double block = required;  // m
+  double block = required;       // m
+  std::optional<double> period;  // m; a block unless given
   Towards towards = Towards::plus_x;
   int direction() const { return towards == Towards::plus_x ? 1 : -1; }
 };

@@ -49,7 +49,7 @@ TEST(RunMoving, WhatComesAndGoesIsBookedAndShown) {
   EXPECT_NEAR(moving["way of the window [m]"], 0.6, 1e-12);
   // Mass: five blocks came; a third of the window each.
   const double block = static_cast<double>(soil["mass [kg]"]) / 3, carved = soil["carved for the machine"];
-  const std::size_t spheres = moving["spheres of a block"];
+  const std::size_t spheres = moving["spheres of a period"];
   EXPECT_EQ(soil["spheres"], 3 * spheres);
   EXPECT_NEAR(moving["entered"]["mass [kg]"], 5 * block, 1e-9 * block);
   EXPECT_EQ(moving["entered"]["spheres"], 5 * spheres);
@@ -66,7 +66,7 @@ TEST(RunMoving, WhatComesAndGoesIsBookedAndShown) {
   for (std::size_t row = 0; row < series.rows(); ++row)
     EXPECT_NEAR(conserved_energy(series, row), conserved_energy(series, 0), 5e-3 * work) << row;
   EXPECT_NEAR(series.at("window.travelled").back(), 0.6, 1e-12);
-  EXPECT_NEAR(series.at("window.entered").back(), moving["entered"]["mass [kg]"], 1e-9);
+  EXPECT_NEAR(series.at("window.entered").back(), moving["entered"]["mass [kg]"], 1e-7);
   // Frames hold what lies in the window then, each sphere once and always of the same size.
   const FramesFile file(dir / "out" / "run.h5");
   ASSERT_TRUE(file.is_moving_bed());
@@ -76,12 +76,16 @@ TEST(RunMoving, WhatComesAndGoesIsBookedAndShown) {
     EXPECT_GT(file.times()[f] + 0.18, ends[0] + 0.18 - 1e-9) << "the blade keeps its place in the window";
     EXPECT_LT(file.times()[f] + 0.18, ends[0] + 0.18 + 0.12 + 2e-3);
     const FrameSpheres s = file.spheres(f, false), before = file.undisturbed(f);
-    EXPECT_NEAR(static_cast<double>(s.index.size()), 3.6 * static_cast<double>(spheres),
-                0.3 * static_cast<double>(spheres));
+    // Held ones besides; between two instants of which one is before the window goes on, those that are in both.
+    EXPECT_GT(s.index.size(), 5 * spheres / 2);
+    EXPECT_LT(s.index.size(), 9 * spheres / 2);
     EXPECT_EQ(std::set<std::uint32_t>(s.index.begin(), s.index.end()).size(), s.index.size());
     for (std::size_t i = 0; i < s.index.size(); ++i) {
-      EXPECT_GT(s.position[3 * i], ends[0] - 0.06), EXPECT_LT(s.position[3 * i], ends[1] + 0.06);
-      if (f == 0) EXPECT_NEAR(s.position[3 * i], before.position[3 * i], 1e-6);
+      EXPECT_GT(s.position[3 * i], ends[0] - 0.06);
+      EXPECT_LT(s.position[3 * i], ends[1] + 0.06);
+      if (f == 0) {
+        EXPECT_NEAR(s.position[3 * i], before.position[3 * i], 1e-6);
+      }
     }
   }
   EXPECT_TRUE(summary["disturbance"].contains("furrow area below the surface [m2]")) << summary["disturbance"];
@@ -91,12 +95,14 @@ TEST(RunMoving, ThreadsAndRestartsGiveTheSameBits) {
   const RunDirectory dir;
   const std::string file = dir.scenario(pass);
   ASSERT_EQ(run_scenario(file, dir / "whole"), exit_ok);
-  ASSERT_EQ(run({.scenario = file, .out = dir / "three", .threads = 3}), exit_ok);
+  RunRequest request;
+  request.scenario = file, request.out = dir / "two", request.threads = 2;
+  ASSERT_EQ(run(request), exit_ok);
   ASSERT_EQ(run_scenario(file, dir / "first", {"time.end=0.4 s"}), exit_ok);
   ASSERT_EQ(run_scenario(file, dir / "on", {}, state_in(dir / "first")), exit_ok);
   EXPECT_EQ(summary_of(dir / "first")["moving bed"]["blocks gone on"], 3);
   const std::size_t last = frame_times(dir / "whole").size() - 1;
-  for (const char* other : {"three", "on"}) {
+  for (const char* other : {"two", "on"}) {
     const std::size_t its_last = frame_times(dir / other).size() - 1;
     EXPECT_EQ(frame_positions(dir / "whole", last), frame_positions(dir / other, its_last)) << other;
     EXPECT_EQ(ids_of(dir / "whole", last), ids_of(dir / other, its_last)) << other;
@@ -107,10 +113,10 @@ TEST(RunMoving, ThreadsAndRestartsGiveTheSameBits) {
   EXPECT_NE(moved.find("soil.moving.block"), std::string::npos) << moved;
 }
 
-/// The other way round, and layers of two materials.
+/// The other way round, with a packing longer than the window, and layers of two materials.
 TEST(RunMoving, GoesTheOtherWay) {
   const RunDirectory dir;
-  std::string text = with(pass, "block: 120 mm", "block: 120 mm, towards: -x");
+  std::string text = with(pass, "block: 120 mm", "block: 120 mm, period: 500 mm, towards: -x");
   text = with(text, "velocity: 1 0 0", "velocity: -1 0 0");
   text = with(text, "time: {end: 0.62 s}", "time: {end: 0.26 s}");
   text = with(
@@ -141,9 +147,10 @@ TEST(RunMoving, RefusalsSayWhatIsWrongAndWhatHelps) {
     EXPECT_NE(text.find(said), std::string::npos) << text;
   };
   expect("block: 120 mm", "block: 100 mm", "whole number of times; 0.09 m does");
-  expect("block: 120 mm", "block: 36 mm", "two of the largest diameters");
+  expect("block: 120 mm", "block: 36 mm, period: 120 mm", "two of the largest diameters");
+  expect("block: 120 mm", "block: 120 mm, period: 30 mm", "the period of 0.03 m in x is too short");
   expect("follows: blade, ", "", "soil.moving.follows: is missing");
-  expect("follows: blade", "follows: blad", "did you mean 'blade'");
+  expect("follows: blade", "follows: blad", "did you mean `blade`");
   expect("at: 180 20 0 mm", "at: -80 20 0 mm", "outside of the window");
   expect("material: grain}\n  surface", "material: grain, periodic: [x]}\n  surface", "whose window has ends in x");
   expect("material: grain}\n  surface", "material: grain, open after settling: [-x]}\n  surface", "holds the soil");
