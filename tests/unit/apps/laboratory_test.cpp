@@ -234,7 +234,8 @@ TEST(LaboratoryTest, RefusalsNamePlaceRuleAndCure) {
   const std::string bed =
       head +
       "soil: {clumps: {pair: {spheres: [{at: 0 0 0 mm, radius: 3 mm}, {at: 4 0 0 mm, radius: 3 mm}]}}, container: "
-      "{size: 1 1 1 m, material: grain}, bed: {fill: random, material: grain, radius: 4 mm, depth: 0.1 m, clumps: "
+      "{size: 1 1 1 m, at: 0 0 0 m, material: grain}, bed: {fill: random, material: grain, radius: 4 mm, depth: 0.1 m, "
+      "clumps: "
       "[{shape: pair, share: 0.5}]}}\n";
   EXPECT_EQ(says(bed + "test: {packings: 2}\n"),
             "case.yaml:5:7 test.radius: is missing: tests take spheres, and the bed has clumps; give the radius of "
