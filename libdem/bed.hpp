@@ -56,8 +56,9 @@ struct BedEnergy {
   double stored = 0;         ///< in contact springs and attraction (negative)
   Losses lost;               ///< since the start
   double boundary_work = 0;  ///< done by the surfaces and fixed spheres on the others since the start
-  /// Kinetic and potential energy that left with removed spheres; less what gravity along a periodic direction gave to
-  /// those that went round, whose potential energy begins anew on the other side.
+  /// Kinetic and potential energy that left with removed spheres and with those that were fixed on the way, less that
+  /// of released ones; what `count_removed` was told; less what gravity along a periodic direction gave to spheres that
+  /// went round, whose potential energy begins anew on the other side.
   double removed = 0;
   double frozen = 0;  ///< kinetic energy that spheres had when they were frozen, since the start
 
@@ -102,6 +103,8 @@ class Bed {
   /// Spheres for which the predicate holds keep their place from now on, as those that were added as fixed(spec) do,
   /// unless they belong to a clump; returns how many.
   std::size_t fix_if(const std::function<bool(const Sphere&)>& predicate);
+  /// Fixed spheres for which the predicate holds move from now on, from rest; returns how many.
+  std::size_t release_if(const std::function<bool(const Sphere&)>& predicate);
 
   Boundary& boundary(int index);
   const Boundary& boundary(int index) const;
@@ -198,6 +201,13 @@ class Bed {
   };
   State save() const;
   void restore(const State& state);
+  /// Adds spheres with the contacts that they come with: of a state the spheres, whose ids must be new, the pairs and
+  /// the contacts at surfaces, which may name spheres that are there. Throws std::invalid_argument.
+  void insert(const State& part);
+  /// All contacts that carry a force as the spheres are now: what a step that asks for them would say.
+  std::vector<ContactRecord> contacts();
+  /// Energy of contacts, J, that ended with what was taken out or fixed; below zero: that came with `insert`.
+  void count_removed(double energy);
 
   struct Impl;  ///< step/bed_impl.hpp
 

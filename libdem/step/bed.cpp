@@ -84,11 +84,30 @@ std::size_t Bed::fix_if(const std::function<bool(const Sphere&)>& predicate) {
   bed.balance.fold(bed.surfaces.chunks);
   bed.particles.sync_from_mixed(bed.threads);
   std::size_t count = 0;
-  for (Sphere& s : bed.particles.spheres())
-    if (!is_fixed(s) && clump_of(s) < 0 && predicate(s)) s.m = std::ldexp(s.m, kFixedPower), s.v = s.w = {}, ++count;
+  for (Sphere& s : bed.particles.spheres()) {
+    if (is_fixed(s) || clump_of(s) >= 0 || !predicate(s)) continue;
+    bed.balance.removed += kinetic_energy_of(s) - s.m * dot(bed.options.gravity, s.x);
+    s.m = std::ldexp(s.m, kFixedPower), s.v = s.w = {}, ++count;
+  }
   if (count > 0) bed.criterion.invalidate();
   return count;
 }
+
+std::size_t Bed::release_if(const std::function<bool(const Sphere&)>& predicate) {
+  Impl& bed = *impl_;
+  bed.balance.fold(bed.surfaces.chunks);
+  bed.particles.sync_from_mixed(bed.threads);
+  std::size_t count = 0;
+  for (Sphere& s : bed.particles.spheres()) {
+    if (!is_fixed(s) || !predicate(s)) continue;
+    s.m = std::ldexp(s.m, -kFixedPower), s.v = s.w = {}, ++count;
+    bed.balance.removed += s.m * dot(bed.options.gravity, s.x);
+  }
+  if (count > 0) bed.criterion.invalidate();
+  return count;
+}
+
+void Bed::count_removed(double energy) { impl_->balance.removed += energy; }
 
 Boundary& Bed::boundary(int index) { return impl_->boundaries.at(static_cast<std::size_t>(index)); }
 const Boundary& Bed::boundary(int index) const { return impl_->boundaries.at(static_cast<std::size_t>(index)); }

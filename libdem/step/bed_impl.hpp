@@ -115,6 +115,8 @@ struct Bed::Impl {
   // state.cpp
   void save_bonding(State& out) const;
   void restore_bonding(const State& in);
+  /// Contacts of a state, to wait for the next lists. @param place index of a sphere by its id
+  void take_contacts(const State& in, const std::function<std::uint32_t(std::int64_t)>& place);
 };
 
 }  // namespace subsoil::dem

@@ -78,7 +78,8 @@ class PlaneRecords {
                       .point = point_[k],
                       .normal = {job_.normal[0][k], job_.normal[1][k], job_.normal[2][k]},
                       .force = f,
-                      .velocity = s.v + cross(s.w, point_[k] - s.x) - surface});
+                      .velocity = s.v + cross(s.w, point_[k] - s.x) - surface,
+                      .stored = job_.sums.stored[k]});
     }
     job_.count = 0;
   }
@@ -92,7 +93,7 @@ class PlaneRecords {
   Vec3 point_[kBlock];
 };
 
-ContactRecord between(const Sphere& a, const Sphere& b, const Vec3& force) {
+ContactRecord between(const Sphere& a, const Sphere& b, const Vec3& force, double stored) {
   const Vec3 apart = a.x - b.x;
   const double distance = norm(apart);
   const Vec3 n = (1 / distance) * apart, point = a.x - (0.5 * (a.r - b.r + distance)) * n;
@@ -102,14 +103,15 @@ ContactRecord between(const Sphere& a, const Sphere& b, const Vec3& force) {
           .point = point,
           .normal = n,
           .force = force,
-          .velocity = a.v + cross(a.w, point - a.x) - b.v - cross(b.w, point - b.x)};
+          .velocity = a.v + cross(a.w, point - a.x) - b.v - cross(b.w, point - b.x),
+          .stored = stored};
 }
 
 }  // namespace
 
 void Bed::Impl::record_run(const PairRun& run, std::size_t particle_block, std::vector<ContactRecord>& out) {
   if (run.candidates && paths.of(particle_block) < run.activation) return;
-  PairJob job = pair_job(run, particle_block, {.record = true});
+  PairJob job = pair_job(run, particle_block, {.record = true, .accumulate = true});
   const std::size_t lines = laws.pair_memory(run.law).lines(run.blocks);
   Buffer<Line> memory;
   memory.renew(lines);
@@ -137,7 +139,7 @@ void Bed::Impl::record_run(const PairRun& run, std::size_t particle_block, std::
       f[d] = particles.is_mixed() ? static_cast<double>(result[b].push_single[d][lane]) : result[b].push[d][lane];
     if (is_zero(f)) return;
     const PairBlock& p = contacts.blocks[run.first + b];
-    out.push_back(between(particles.now(p.i[lane]), particles.now(p.j[lane]), f));
+    out.push_back(between(particles.now(p.i[lane]), particles.now(p.j[lane]), f, result[b].sums.stored[lane]));
     out.back().point = options.periodic.wrapped(out.back().point);
   });
 }
@@ -176,6 +178,17 @@ void Bed::Impl::end_records(std::vector<ContactRecord>* all) {
       b.loads->add(b.shape, b.pose.to_local(c.point), load_of(-c.force, c.normal, c.velocity, now.dt_before));
   }
   if (all != nullptr) all->insert(all->end(), at_surfaces.begin(), at_surfaces.end());
+}
+
+/// At edges and curved surfaces as the last step had them: nothing of their own is kept beside the contact's state.
+std::vector<ContactRecord> Bed::contacts() {
+  Impl& bed = *impl_;
+  if (!bed.lists_hold()) bed.rebuild();
+  bed.particles.renew_images(bed.threads);
+  std::vector<ContactRecord> out;
+  bed.record_pairs(out);
+  for (const PlaneRun& run : bed.surfaces.plane_runs) bed.record_plane(run, out);
+  return out;
 }
 
 }  // namespace subsoil::dem

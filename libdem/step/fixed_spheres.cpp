@@ -57,15 +57,15 @@ const FixedSpheres::Before* FixedSpheres::before(std::uint32_t id) const {
 }
 
 void FixedSpheres::add_work(double elapsed) {
-  std::vector<Before> now;
-  now.reserve(spheres_.size());
+  now_.clear();
+  auto b = before_.begin();
   for (const FixedSphere& f : spheres_) {
-    const Before* const b = before(f.id);
-    if (elapsed > 0 && b != nullptr)
+    while (b != before_.end() && b->id < f.id) ++b;
+    if (elapsed > 0 && b != before_.end() && b->id == f.id)
       work_ -= 0.5 * elapsed * (dot(f.force + b->force, f.velocity) + dot(f.torque + b->torque, f.angular_velocity));
-    now.push_back({f.id, f.force, f.torque});
+    now_.push_back({f.id, f.force, f.torque});
   }
-  before_ = std::move(now);
+  std::swap(before_, now_);
 }
 
 std::vector<double> FixedSpheres::save() const {

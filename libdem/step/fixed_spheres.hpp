@@ -59,6 +59,7 @@ class FixedSpheres {
 
   std::vector<FixedSphere> spheres_;
   std::vector<Before> before_;  ///< in rising id
+  std::vector<Before> now_;     ///< its storage of the step before
   std::vector<Place> places_;   ///< in rising index
   std::vector<std::uint32_t> first_;
   std::vector<bool> is_fixed_;  ///< by index; empty where none is

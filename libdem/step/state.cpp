@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <map>
+#include <string>
+#include <unordered_map>
 
 #include "libdem/step/bed_impl.hpp"
 #include "libdem/step/state_numbers.hpp"
@@ -29,6 +31,28 @@ void restore_loads(std::span<const double> in, std::vector<Boundary>& boundaries
     if (b.loads)
       for (FaceLoad& f : b.loads->faces)
         f.impulse = read(), f.normal_work = read(), f.shear_work = read(), f.rubbing = read(), f.cutting = read();
+}
+
+Sphere sphere_of(const Bed::State& in, std::size_t k, int materials) {
+  StateReader read{std::span<const double>(in.spheres).subspan(11 * k, 11)};
+  Sphere s{};
+  s.x = read.vector(), s.v = read.vector(), s.w = read.vector();
+  s.r = read(), s.m = read();
+  s.id = static_cast<std::uint32_t>(in.ids[2 * k]);
+  s.material = static_cast<std::uint16_t>(in.ids[2 * k + 1]);
+  if (!in.calm.empty()) s.spare = static_cast<std::uint16_t>(in.calm[k]);
+  if (s.material >= materials) throw std::invalid_argument("restart: the state has more materials than the scenario");
+  return s;
+}
+
+void check_arrays(const Bed::State& in) {
+  const std::size_t count = in.ids.size() / 2;
+  if (in.spheres.size() != 11 * count || in.pairs.size() != kPairRecord * (in.pair_ids.size() / 2) ||
+      in.surfaces.size() != (3 + kPairRecord) * (in.surface_ids.size() / 2) ||
+      in.bonds.size() != kBondRecord * (in.bond_ids.size() / 2) || in.broken.size() != 3 * in.broken_ids.size() ||
+      (!in.calm.empty() && in.calm.size() != count) ||
+      (in.ids.size() | in.pair_ids.size() | in.surface_ids.size() | in.bond_ids.size() | in.broken_ids.size()) % 2 != 0)
+    throw std::invalid_argument("restart: the arrays of the state do not belong together; the file is damaged");
 }
 
 }  // namespace
@@ -130,56 +154,16 @@ Bed::State Bed::save() const {
   return out;
 }
 
-void Bed::restore(const State& in) {
-  Impl& d = *impl_;
-  // Behind them, how far the lists had come.
-  if (in.scalars.size() < kScalars + kBoundaryNumbers * d.boundaries.size())
-    throw std::invalid_argument(
-        "restart: the state has other surfaces than the scenario, or is of an older version; use the scenario and the "
-        "version it was written from");
-  const std::size_t count = in.ids.size() / 2;
-  if (in.spheres.size() != 11 * count || in.pairs.size() != kPairRecord * (in.pair_ids.size() / 2) ||
-      in.surfaces.size() != (3 + kPairRecord) * (in.surface_ids.size() / 2) ||
-      in.bonds.size() != kBondRecord * (in.bond_ids.size() / 2) || in.broken.size() != 3 * in.broken_ids.size() ||
-      (!in.calm.empty() && in.calm.size() != count) ||
-      (in.ids.size() | in.pair_ids.size() | in.surface_ids.size() | in.bond_ids.size() | in.broken_ids.size()) % 2 != 0)
-    throw std::invalid_argument("restart: the arrays of the state do not belong together; the file is damaged");
-  d.particles.clear();
-  std::map<std::uint32_t, std::uint32_t> index;
-  for (std::size_t k = 0; k < count; ++k) {
-    StateReader read{std::span<const double>(in.spheres).subspan(11 * k, 11)};
-    Sphere s{};
-    s.x = read.vector(), s.v = read.vector(), s.w = read.vector();
-    s.r = read(), s.m = read();
-    s.id = static_cast<std::uint32_t>(in.ids[2 * k]);
-    s.material = static_cast<std::uint16_t>(in.ids[2 * k + 1]);
-    if (!in.calm.empty()) s.spare = static_cast<std::uint16_t>(in.calm[k]);
-    if (s.material >= d.laws.table().materials)
-      throw std::invalid_argument("restart: the state has more materials than the scenario");
-    index[s.id] = static_cast<std::uint32_t>(k);
-    d.particles.restore(s);
-  }
-  d.clumps.restore(in.clumps, [&](std::uint32_t id) { return index.contains(id); });
-  // Histories wait for the first lists, by place of the spheres.
-  d.clear_lists();
-  PairHistories& waiting = d.contacts.begin_waiting();
-  const auto place = [&](std::int64_t id) {
-    const auto found = index.find(static_cast<std::uint32_t>(id));
-    if (found == index.end())
-      throw std::invalid_argument(
-          "restart: a contact of the state names a sphere that it does not hold; the file is "
-          "damaged");
-    return found->second;
-  };
+void Bed::Impl::take_contacts(const State& in, const std::function<std::uint32_t(std::int64_t)>& place) {
+  PairHistories& waiting = contacts.begin_waiting();
   for (std::size_t k = 0; k < in.pair_ids.size() / 2; ++k)
     waiting.pairs.push_back(
         {place(in.pair_ids[2 * k]), place(in.pair_ids[2 * k + 1]), pair_state_of(in.pairs.data() + kPairRecord * k)});
   for (std::size_t k = 0; k < in.bond_ids.size() / 2; ++k)
     waiting.bonds.push_back(
         {place(in.bond_ids[2 * k]), place(in.bond_ids[2 * k + 1]), bond_memory_of(in.bonds.data() + kBondRecord * k)});
-  d.restore_bonding(in);
   for (std::size_t k = 0; k < in.surface_ids.size() / 2; ++k) {
-    if (in.surface_ids[2 * k + 1] < 0 || in.surface_ids[2 * k + 1] >= static_cast<std::int64_t>(d.boundaries.size()))
+    if (in.surface_ids[2 * k + 1] < 0 || in.surface_ids[2 * k + 1] >= static_cast<std::int64_t>(boundaries.size()))
       throw std::invalid_argument(
           "restart: a contact of the state names a surface that is not there; the file is "
           "damaged");
@@ -187,8 +171,63 @@ void Bed::restore(const State& in) {
     SurfaceHistory c{
         place(in.surface_ids[2 * k]), static_cast<std::uint32_t>(in.surface_ids[2 * k + 1]), read.vector(), {}};
     c.state = pair_state_of(read.rest().data());
-    d.surfaces.waiting.push_back(c);
+    surfaces.waiting.push_back(c);
   }
+}
+
+void Bed::insert(const State& part) {
+  Impl& d = *impl_;
+  check_arrays(part);
+  d.set_histories_aside();
+  d.particles.sync_from_mixed(d.threads);
+  d.particles.drop_images();
+  if (d.particles.size() + part.ids.size() / 2 > kMostSpheres)
+    throw std::invalid_argument("a bed holds " + std::to_string(kMostSpheres) + " spheres at most");
+  std::unordered_map<std::uint32_t, std::uint32_t> index;
+  index.reserve(d.particles.size() + part.ids.size() / 2);
+  for (std::uint32_t k = 0; k < d.particles.size(); ++k) index[d.particles[k].id] = k;
+  for (std::size_t k = 0; k < part.ids.size() / 2; ++k) {
+    const Sphere s = sphere_of(part, k, d.laws.table().materials);
+    if (!index.emplace(s.id, static_cast<std::uint32_t>(d.particles.size())).second)
+      throw std::invalid_argument("the bed has a sphere of number " + std::to_string(s.id) + " already");
+    d.particles.restore(s);
+  }
+  d.take_contacts(part, [&](std::int64_t id) {
+    const auto found = index.find(static_cast<std::uint32_t>(id));
+    if (found == index.end())
+      throw std::invalid_argument("a contact names sphere " + std::to_string(id) + ", which is not there");
+    return found->second;
+  });
+  d.criterion.invalidate();
+}
+
+void Bed::restore(const State& in) {
+  Impl& d = *impl_;
+  // Behind them, how far the lists had come.
+  if (in.scalars.size() < kScalars + kBoundaryNumbers * d.boundaries.size())
+    throw std::invalid_argument(
+        "restart: the state has other surfaces than the scenario, or is of an older version; use the scenario and the "
+        "version it was written from");
+  check_arrays(in);
+  d.particles.clear();
+  std::map<std::uint32_t, std::uint32_t> index;
+  for (std::size_t k = 0; k < in.ids.size() / 2; ++k) {
+    const Sphere s = sphere_of(in, k, d.laws.table().materials);
+    index[s.id] = static_cast<std::uint32_t>(k);
+    d.particles.restore(s);
+  }
+  d.clumps.restore(in.clumps, [&](std::uint32_t id) { return index.contains(id); });
+  // Histories wait for the first lists, by place of the spheres.
+  d.clear_lists();
+  d.take_contacts(in, [&](std::int64_t id) {
+    const auto found = index.find(static_cast<std::uint32_t>(id));
+    if (found == index.end())
+      throw std::invalid_argument(
+          "restart: a contact of the state names a sphere that it does not hold; the file is "
+          "damaged");
+    return found->second;
+  });
+  d.restore_bonding(in);
 
   StateReader read{in.scalars};
   d.now.time = read(), d.now.dt_before = read();

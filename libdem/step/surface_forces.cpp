@@ -153,7 +153,8 @@ class ChunkRun {
                                .point = lane_[k].point,
                                .normal = {job_.normal[0][k], job_.normal[1][k], job_.normal[2][k]},
                                .force = force,
-                               .velocity = s.v + cross(s.w, lane_[k].point - s.x) - surface});
+                               .velocity = s.v + cross(s.w, lane_[k].point - s.x) - surface,
+                               .stored = job_.sums.stored[k]});
   }
 
   const SurfaceForces& of_;

@@ -1,0 +1,351 @@
+#include "libdem/packing/moving_bed.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "libdem/geometry/mesh_builders.hpp"
+#include "libdem/packing/settle.hpp"
+#include "tests/tools/dem_beds.hpp"
+#include "tests/tools/message_of.hpp"
+
+/// A window of a long bed: blocks of one periodic packing join without a sign of it, and what comes and goes is booked.
+namespace subsoil::dem::test::moving_bed {
+namespace {
+
+using subsoil::test::message_of;
+
+constexpr double kPeriod = 0.18, kDeep = 0.07, kWide = 0.13, kStep = 4e-5;
+const Law kLaw = grains(5e4, 0.4, 0.5, 0.05);
+
+BedOptions options(int threads = 1, Precision precision = Precision::doubles) {
+  BedOptions o = quiet({0, -9.81, 0}, threads);
+  o.precision = precision, o.sample_every = 1;
+  o.periodic = {{0, 0, 0}, {0, 0, kWide}};
+  return o;
+}
+
+/// Rained into a box without ends, on a floor; made once.
+const PeriodicBlock& block() {
+  static const PeriodicBlock made = [] {
+    BedOptions o = options();
+    o.periodic.length.x = kPeriod;
+    Bed bed(table(kLaw), o);
+    add_plane(bed, {0, 0, 0}, {0, 1, 0});
+    RandomFill fill;
+    fill.region = {{0, 0, 0}, {kPeriod, 0.3, kWide}};
+    fill.radius = UniformRadius{0.008, 0.011};
+    fill.of = {.density = 1800, .material = 0};
+    fill.depth = kDeep;
+    SettlePlan plan;
+    plan.step = kStep, plan.until_speed = 2e-4, plan.staged = true;
+    fill_at_random(bed, table(kLaw), fill, plan);
+    const int floor = 0;
+    return block_of(bed, std::span(&floor, 1));
+  }();
+  return made;
+}
+
+struct Window {
+  Bed bed;
+  MovingBed moving;
+  Motion tool{-1, {}, {}, {}};
+  BedEnergy start;
+
+  void step(int n, bool energy = false) {
+    for (int k = 0; k < n; ++k) {
+      if (tool.boundary >= 0) tool.place(bed);
+      bed.step(kStep, {.energy = energy, .snapshot = nullptr});
+    }
+  }
+  /// Steps that go on by a block where the tool has travelled one.
+  void pass(int n, bool energy = false) {
+    for (int k = 0; k < n; ++k) {
+      const double gone = std::abs(tool.velocity.x) * bed.time();
+      if (gone >= moving.way() + kPeriod) moving.advance(bed, {});
+      step(1, energy);
+    }
+  }
+  double closure() const {
+    const BedEnergy& e = bed.energy();
+    return e.total() - e.boundary_work - (start.total() - start.boundary_work);
+  }
+};
+
+Window window(int blocks, const BedOptions& o = options(), int direction = 1, double rear = 0.5) {
+  Window w{Bed(table(kLaw), o), MovingBed(block(), {.rear = rear, .blocks = blocks, .direction = direction}), {}, {}};
+  add_plane(w.bed, {0, 0, 0}, {0, 1, 0});
+  w.moving.fill(w.bed);
+  return w;
+}
+
+/// A blade from above into the soil and along it, that starts in the second block.
+void add_tool(Window& w, double depth, double speed) {
+  Boundary b;
+  b.shape = MeshSurface(box_mesh({0.012, 0.2, 0.03}));
+  const int direction = w.moving.plan().direction;
+  w.tool = {w.bed.add(std::move(b)),
+            {{w.moving.rear() + direction * 1.5 * kPeriod, kDeep - depth + 0.1, 0.5 * kWide}, {}},
+            {direction * speed, 0, 0},
+            {}};
+  w.tool.place(w.bed);
+  const Boundary& there = w.bed.boundary(w.tool.boundary);
+  const Vec3 low = there.pose.position - Vec3{0.006, 0.1, 0.015}, high = there.pose.position + Vec3{0.006, 0.1, 0.015};
+  w.bed.remove_if([&](const Sphere& s) {
+    Vec3 out;
+    for (int d = 0; d < 3; ++d) out[d] = std::max({0.0, low[d] - s.x[d], s.x[d] - high[d]});
+    return norm(out) < s.r;
+  });
+}
+
+double free_mass(const Bed& bed) {
+  double sum = 0;
+  for (const Sphere& s : bed.spheres()) sum += is_fixed(s) ? 0 : s.m;
+  return sum;
+}
+std::size_t free_count(const Bed& bed) {
+  std::size_t sum = 0;
+  for (const Sphere& s : bed.spheres()) sum += is_fixed(s) ? 0 : 1;
+  return sum;
+}
+
+/// Forces between spheres by their numbers.
+std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3> forces(Bed& bed) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3> out;
+  for (const ContactRecord& c : bed.contacts())
+    if (!c.at_surface) out[{std::min(c.i, c.j), std::max(c.i, c.j)}] = c.i < c.j ? c.force : -c.force;
+  return out;
+}
+
+/// Largest force of a contact, and largest change of one that is in both.
+struct Change {
+  double largest = 0, change = 0;
+  std::size_t both = 0;
+};
+Change change(const auto& before, const auto& after) {
+  Change out;
+  for (const auto& [pair, f] : before) {
+    out.largest = std::max(out.largest, norm(f));
+    if (const auto there = after.find(pair); there != after.end())
+      out.change = std::max(out.change, norm(there->second - f)), ++out.both;
+  }
+  return out;
+}
+
+/// The periodic bed itself, with the numbers and contacts that its block has.
+Bed periodic_bed() {
+  BedOptions o = options();
+  o.periodic.length.x = kPeriod;
+  Bed bed(table(kLaw), o);
+  add_plane(bed, {0, 0, 0}, {0, 1, 0});
+  bed.insert(block().state);
+  return bed;
+}
+
+/// What its copies do is what the periodic bed does when it is stepped on: it relaxes a little after it was stopped. At
+/// the ends of the window, where spheres are held, and where they are let go, forces change by no more than they do
+/// there; when the window goes on, by what the dashpots of contacts pull whose spheres are held or let go.
+TEST(MovingBed, BlocksJoinWithoutASign) {
+  Bed itself = periodic_bed();
+  const auto at_first = forces(itself);
+  double own_level = 0;
+  for (int k = 0; k < 1600; ++k) {
+    itself.step(kStep, {.energy = true, .snapshot = nullptr});
+    own_level = std::max(own_level, itself.energy().kinetic + itself.energy().rotational);
+  }
+  const Change own = change(at_first, forces(itself));
+  ASSERT_GT(own.both, block().size());
+  EXPECT_LT(own.change, 0.01 * own.largest);
+  for (const int direction : {1, -1}) {
+    Window w = window(3, options(), direction);
+    const std::size_t count = w.bed.spheres().size();
+    EXPECT_EQ(free_count(w.bed), 3 * block().size());
+    auto before = forces(w.bed);
+    w.step(1, true);
+    w.start = w.bed.energy();
+    const double stored = w.bed.energy().stored;  // and pairs with spheres held behind
+    EXPECT_GT(stored, 3 * block().stored);
+    EXPECT_LT(stored, 3.2 * block().stored);
+    double kinetic = 0, apart = 0, joint = 0;
+    for (int k = 0; k < 4; ++k) {
+      for (int n = 0; n < 400; ++n) {
+        w.step(1, true);
+        kinetic = std::max(kinetic, w.bed.energy().kinetic + w.bed.energy().rotational);
+      }
+      const auto late = forces(w.bed);
+      w.moving.advance(w.bed, {});
+      const auto after = forces(w.bed);
+      const Change joined = change(late, after);
+      EXPECT_GT(joined.both, 2 * block().size());
+      joint = std::max(joint, joined.change);
+      apart = std::max(apart, change(before, late).change);
+      before = after;
+      w.step(1, true);
+      EXPECT_NEAR(w.bed.energy().stored, stored, 1e-3 * stored);
+      EXPECT_NEAR(w.closure(), 0, 1e-6 * stored) << k;
+      EXPECT_EQ(free_count(w.bed), 3 * block().size());
+      EXPECT_NEAR(static_cast<double>(w.bed.spheres().size()), static_cast<double>(count), 3.0);
+    }
+    EXPECT_LT(kinetic, 1.1 * 3 * own_level);
+    EXPECT_LT(apart, 1.5 * own.change);
+    EXPECT_LT(joint, own.change);
+    EXPECT_LT(joint, 1e-3 * own.largest);
+    EXPECT_EQ(w.moving.entered().spheres, 4 * block().size());
+    EXPECT_EQ(w.moving.left().spheres, 4 * block().size());
+    EXPECT_EQ(w.moving.pushed_out(), 0u);
+    EXPECT_NEAR(w.moving.front() - w.moving.rear(), direction * 3 * kPeriod, 1e-12);
+    EXPECT_NEAR(w.moving.left().stored, w.moving.entered().stored, 1e-3 * w.moving.entered().stored);
+  }
+}
+
+/// Mean and its standard error, of means over stretches long enough to know nothing of each other.
+struct Mean {
+  std::vector<double> of_stretch;
+  double sum = 0;
+  int count = 0;
+  void add(double x, int stretch) {
+    sum += x;
+    if (++count == stretch) of_stretch.push_back(sum / count), sum = 0, count = 0;
+  }
+  double mean() const {
+    double all = 0;
+    for (const double x : of_stretch) all += x / static_cast<double>(of_stretch.size());
+    return all;
+  }
+  double error2() const {
+    const double n = static_cast<double>(of_stretch.size());
+    double all = 0;
+    for (const double x : of_stretch) all += (x - mean()) * (x - mean());
+    return all / (n * (n - 1));
+  }
+};
+
+/// The long bed is made of the same blocks. So both beds are one and the same but for rounding until the ends of the
+/// window have a say; impacts make roundings larger without end, so that in the end only means are alike.
+TEST(MovingBed, DraftIsThatOfALongBed) {
+  Window moving = window(5), still = window(8);
+  add_tool(moving, 0.045, 1.2), add_tool(still, 0.045, 1.2);
+  const auto draft = [](const Window& w) { return -w.bed.boundary(w.tool.boundary).wrench.force.x; };
+  Mean of_moving, of_still;
+  double early = 0;
+  const int all = static_cast<int>(3.2 * kPeriod / (1.2 * kStep));
+  for (int k = 0; k < all; ++k) {
+    moving.pass(1), still.step(1);
+    if (k < 300) early = std::max(early, std::abs(draft(moving) - draft(still)));
+    if (k < all / 4) continue;
+    of_moving.add(draft(moving), all / 40), of_still.add(draft(still), all / 40);
+  }
+  EXPECT_EQ(moving.moving.advanced(), 3);
+  EXPECT_EQ(still.moving.advanced(), 0);
+  EXPECT_LT(early, 1e-6 * of_still.mean());
+  const double apart = of_moving.mean() - of_still.mean(), error = std::sqrt(of_moving.error2() + of_still.error2());
+  EXPECT_GT(of_still.mean(), 10);
+  EXPECT_LT(error, 0.2 * of_still.mean());
+  EXPECT_LT(std::abs(apart), 3 * error);
+}
+
+TEST(MovingBed, EnergyMassAndMomentumAreBooked) {
+  for (const Precision precision : {Precision::doubles, Precision::mixed}) {
+    Window w = window(4, options(1, precision));
+    add_tool(w, 0.045, 2);
+    w.step(1, true);
+    w.bed.reset_energy_balance();
+    w.step(1, true);
+    w.start = w.bed.energy();
+    const double mass = free_mass(w.bed);
+    const std::size_t count = free_count(w.bed);
+    for (int k = 0; k < 30; ++k) {
+      w.pass(static_cast<int>(0.1 * kPeriod / (2 * kStep)), true);
+      const CarriedSoil &in = w.moving.entered(), &out = w.moving.left();
+      EXPECT_EQ(free_count(w.bed) + out.spheres, count + in.spheres);
+      EXPECT_NEAR(free_mass(w.bed) + out.mass, mass + in.mass, 1e-12 * mass);
+      const double work = std::abs(w.bed.energy().boundary_work);
+      EXPECT_NEAR(w.closure(), 0, (precision == Precision::doubles ? 2e-3 : 4e-3) * work + 1e-5) << k;
+    }
+    EXPECT_EQ(w.moving.advanced(), 2);
+    EXPECT_GT(norm(w.moving.left().momentum), 0);
+    EXPECT_EQ(w.moving.entered().momentum, Vec3{});
+    EXPECT_GT(w.moving.left().mass, 0);
+  }
+}
+
+TEST(MovingBed, SameBitsOnAnyNumberOfThreadsAndAfterARestart) {
+  for (const Precision precision : {Precision::doubles, Precision::mixed}) {
+    const auto at = [&](int threads) {
+      Window w = window(4, options(threads, precision));
+      add_tool(w, 0.045, 3);
+      return w;
+    };
+    Window one = at(1), three = at(3), first = at(2);
+    const int half = static_cast<int>(1.1 * kPeriod / (3 * kStep));
+    one.pass(2 * half), three.pass(2 * half), first.pass(half);
+    EXPECT_EQ(one.moving.advanced(), 2);
+    EXPECT_EQ(hash(one.bed), hash(three.bed));
+    EXPECT_EQ(one.moving.save(), three.moving.save());
+    // As a file keeps it.
+    Window second{
+        Bed(table(kLaw), options(3, precision)), MovingBed(first.moving.block(), first.moving.plan()), {}, {}};
+    add_plane(second.bed, {0, 0, 0}, {0, 1, 0});
+    Boundary tool;
+    tool.shape = first.bed.boundary(first.tool.boundary).shape;
+    second.bed.add(std::move(tool));
+    second.tool = first.tool;
+    second.bed.restore(first.bed.save());
+    second.moving.restore(first.moving.save());
+    EXPECT_EQ(second.moving.advanced(), 1);
+    second.pass(half);
+    EXPECT_EQ(hash(one.bed), hash(second.bed));
+    EXPECT_EQ(one.moving.save(), second.moving.save());
+  }
+}
+
+/// Positions are doubles in both precisions: a hundred metres away forces are the same to rounding, which is 1.4e-14 m
+/// of overlaps of some 1e-5.
+TEST(MovingBed, AHundredMetresAway) {
+  for (const Precision precision : {Precision::doubles, Precision::mixed}) {
+    Window near = window(3, options(1, precision)), far = window(3, options(1, precision), 1, 100.5);
+    near.step(300, true), far.step(300, true);
+    const Change c = change(forces(near.bed), forces(far.bed));
+    EXPECT_LT(c.change, (precision == Precision::doubles ? 1e-7 : 1e-5) * c.largest);
+    EXPECT_NEAR(near.bed.energy().stored, far.bed.energy().stored, 1e-4 * near.bed.energy().stored);
+  }
+}
+
+/// Two spheres beyond what is held ahead: one where the next block comes, one above it.
+TEST(MovingBed, SpheresPushedOverTheHeldOnesAreTakenOut) {
+  Window w = window(3);
+  const double x = w.moving.front() + w.moving.held_length() + 0.02, m = 1800 * sphere_volume(0.01);
+  const std::size_t count = free_count(w.bed);
+  Bed::State two;
+  for (const double y : {0.03, 0.2}) two.spheres.insert(two.spheres.end(), {x, y, 0.06, 0, 0, 0, 0, 0, 0, 0.01, m});
+  two.ids = {1000000, 0, 1000001, 0};
+  w.bed.insert(two);
+  w.moving.advance(w.bed, {});
+  EXPECT_EQ(w.moving.pushed_out(), 1u);
+  EXPECT_EQ(w.moving.left().spheres, block().size() + 1);
+  EXPECT_EQ(free_count(w.bed), count + 1);
+  EXPECT_EQ(sphere(w.bed, 1000001).x.y, 0.2);
+  EXPECT_THROW(sphere(w.bed, 1000000), std::out_of_range);
+  w.step(10);
+  EXPECT_LT(w.bed.max_overlap(), 0.1);
+}
+
+TEST(MovingBed, FaultsAreNamed) {
+  PeriodicBlock shorter = block();
+  shorter.length = 0.03;
+  EXPECT_NE(message_of([&] { MovingBed(shorter, {}); }).find("two of the largest diameters"), std::string::npos);
+  Bed bed(table(kLaw), options());
+  EXPECT_NE(message_of([&] { block_of(bed, {}); }).find("periodic along x"), std::string::npos);
+  Window w = window(2);
+  Bed::State twice;
+  twice.spheres = {0, 1, 0, 0, 0, 0, 0, 0, 0, 0.01, 0.007};
+  twice.ids = {static_cast<std::int64_t>(w.bed.spheres()[0].id), 0};
+  EXPECT_NE(message_of([&] { w.bed.insert(twice); }).find("already"), std::string::npos);
+  twice.ids[0] = 999999;
+  twice.pair_ids = {999999, 999998};
+  twice.pairs.resize(block().state.pairs.size() / (block().state.pair_ids.size() / 2));
+  EXPECT_NE(message_of([&] { w.bed.insert(twice); }).find("not there"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace subsoil::dem::test::moving_bed
