@@ -5,6 +5,10 @@
 // type include this file; a model needs the headers of the elements that it names.
 //
 // describe(V&) uses the common vocabulary and these words besides:
+//   v.bodies(key, a, b, meaning)                               the two bodies; the key is the element's word
+//   v.joint_point(a, p_a, b, p_b, meaning)                     `at:` one world point of the start pose for both
+//   v.end_points(a, p_a, b, p_b, meaning)                      `ends:` two points, one of either body
+//   v.axis(key, a, angle, meaning)                             `along:` a world direction of the start pose
 //   v.coordinate(key, body, coordinate, meaning)               `coordinate: trolley.x`: a body and x, y or angle of it
 //   v.optional_characteristic(key, characteristic, x unit, unit, meaning)
 //                                                              force over a measure; left out: is_set() stays false

@@ -67,7 +67,7 @@ void SoilBuilder::add_walls() {
   for (int f = 0; f < 6; ++f) {
     if (c.open[static_cast<std::size_t>(f)] || c.periodic[static_cast<std::size_t>(f / 2)]) continue;
     dem::Boundary wall;
-    wall.name = f == 2 ? "floor" : std::string("wall ") + face_names[static_cast<std::size_t>(f)];
+    wall.name = wall_name(static_cast<std::size_t>(f));
     wall.material = material_index(s, c.material);
     const int index = world_.bed->add(std::move(wall));
     wall_[static_cast<std::size_t>(f)] = index;

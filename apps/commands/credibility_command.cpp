@@ -62,7 +62,7 @@ void print_cost(const CredibilityRequest& request, const Axes& axes, std::size_t
              request.threads * static_cast<int>(places), clock_text(total / static_cast<double>(places)));
 }
 
-void write_verdicts(const nlohmann::ordered_json& json, const std::filesystem::path& path) {
+void write_verdicts(const Json& json, const std::filesystem::path& path) {
   std::string text = "axis,number,as given,changed,change,uncertainty,verdict\n";
   for (const auto& r : json["rows"]) {
     std::string line;
@@ -74,7 +74,7 @@ void write_verdicts(const nlohmann::ordered_json& json, const std::filesystem::p
   write_atomically(path, text);
 }
 
-void print_verdicts(const nlohmann::ordered_json& json) {
+void print_verdicts(const Json& json) {
   for (const auto& r : json["rows"])
     fmt::print("{:<12} {:<9} -> {:<9} {:>9} +- {:<8} {}: {}\n", r["number"].get<std::string>(),
                r["base"].get<std::string>(), r["changed"].get<std::string>(), r["change"].get<std::string>(),
@@ -129,7 +129,7 @@ int credibility_command(const CredibilityRequest& request) {
   }
   const std::vector<PointResult> results = read_results(study, folder);
   write_tables(study, results, folder);
-  nlohmann::ordered_json data = sweep_json(study, results, {});
+  Json data = sweep_json(study, results, {});
   data["credibility"] = credibility_json(axes, study, judge(axes, study, results, request.tolerance));
   write_verdicts(data["credibility"], folder / "credibility.csv");
   write_sweep_page(data, folder / "credibility.html");

@@ -105,14 +105,14 @@ std::vector<std::string> credibility_lines(const Axes& axes, const Study& study,
   return lines;
 }
 
-nlohmann::ordered_json credibility_json(const Axes& axes, const Study& study, const Credibility& c) {
-  nlohmann::ordered_json out;
+Json credibility_json(const Axes& axes, const Study& study, const Credibility& c) {
+  Json out;
   out["note"] = fmt::format(
       "Each axis changes one thing that is not physics. Uncertainty of a change: twice the standard deviation over the "
       "packings, of both runs (without packings the 95 % intervals of both means). Converged: change and uncertainty "
       "together within {:.1f} %.",
       c.tolerance.empty() ? 0.0 : 100 * c.tolerance.front());
-  out["rows"] = nlohmann::ordered_json::array();
+  out["rows"] = Json::array();
   for (const Verdict& v : c.verdicts)
     out["rows"].push_back(
         {{"axis", axes.axes[v.axis].name + ": " + axes.axes[v.axis].change},

@@ -1,9 +1,9 @@
 #pragma once
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "apps/credibility/axes.hpp"
+#include "apps/json.hpp"
 
 namespace subsoil::app {
 
@@ -34,6 +34,6 @@ Credibility judge(const Axes& axes, const Study& study, const std::vector<PointR
 /// grid convergence index 3 |delta| of the refinements (Roache 1994: two grids, ratio 2, first order, safety factor 3).
 std::vector<std::string> credibility_lines(const Axes& axes, const Study& study, const Credibility& c);
 /// The table for page, terminal and CSV.
-nlohmann::ordered_json credibility_json(const Axes& axes, const Study& study, const Credibility& c);
+Json credibility_json(const Axes& axes, const Study& study, const Credibility& c);
 
 }  // namespace subsoil::app

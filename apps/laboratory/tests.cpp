@@ -47,7 +47,8 @@ Places kept(const Places& places) {
   return out;
 }
 
-void check_tests(const LoadedTests& loaded, Problems& problems) {
+/// `clumps`: the grains of the scenario's bed are some.
+void check_tests(const LoadedTests& loaded, bool clumps, Problems& problems) {
   const Places& places = loaded.loaded.places;
   const auto refuse = [&](const std::string& path, const std::string& rule) {
     problems.add(place_of(places, path), path, rule);
@@ -57,7 +58,11 @@ void check_tests(const LoadedTests& loaded, Problems& problems) {
     refuse("test.material", "is missing: the material of the grains; the scenario has no bed to take it from");
   if (words.walls.empty())
     refuse("test.walls", "is missing: the material of the walls; the scenario has no container to take it from");
-  if (!places.contains("soil.bed.radius"))
+  if (clumps && !places.contains("test.radius"))
+    refuse("test.radius",
+           "is missing: tests take spheres, and the bed has clumps; give the radius of spheres, such as those of a "
+           "clump's volume");
+  else if (!places.contains("soil.bed.radius"))
     refuse("test.radius", "is missing: radius of the grains, in m; the scenario has no bed to take it from");
   std::vector<std::string> known;
   for (const Material& m : loaded.loaded.scenario.materials) known.push_back(m.name);
@@ -100,9 +105,11 @@ LoadedTests load_tests(const std::string& file, const std::vector<std::string>& 
     fields.section("test", loaded.tests, "laboratory tests of a material");
   });
   if (!problems.empty()) throw ScenarioError(problems);
+  const auto& soil = loaded.loaded.scenario.soil;
+  const bool clumps = soil && soil->bed && !soil->bed->clumps.empty();
   take_bed(loaded.loaded.scenario, loaded.tests.sample, reading.places);
   loaded.loaded.places = kept(reading.places);
-  check_tests(loaded, problems);
+  check_tests(loaded, clumps, problems);
   if (problems.empty()) check(loaded.loaded.scenario, loaded.loaded.places, problems);
   if (!problems.empty()) throw ScenarioError(problems);
   return loaded;

@@ -4,22 +4,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "apps/json.hpp"
 #include "apps/output/atomic_file.hpp"
 
 namespace subsoil::app {
 namespace {
 
 /// JSON knows no infinity and no NaN.
-nlohmann::ordered_json number(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-}
-
-nlohmann::ordered_json json_of(const Extremes& e) {
+Json json_of(const Extremes& e) {
   if (e.low > e.high) return nullptr;  // never full
-  return {{"min", number(e.low)}, {"at min [s]", e.low_time}, {"max", number(e.high)}, {"at max [s]", e.high_time}};
+  return {{"min", json_number(e.low)},
+          {"at min [s]", e.low_time},
+          {"max", json_number(e.high)},
+          {"at max [s]", e.high_time}};
 }
 
 }  // namespace
@@ -29,15 +28,14 @@ void Extremes::take(double time, double value) {
   if (value > high) high = value, high_time = time;
 }
 
-Summary::Summary(std::vector<SeriesColumn> columns)
-    : sections_(std::make_unique<nlohmann::ordered_json>(nlohmann::ordered_json::object())) {
+Summary::Summary(std::vector<SeriesColumn> columns) : sections_(std::make_unique<Json>(Json::object())) {
   columns_.resize(columns.size());
   for (std::size_t i = 0; i < columns.size(); ++i) columns_[i].column = std::move(columns[i]);
 }
 Summary::~Summary() = default;
 Summary::Summary(Summary&&) noexcept = default;
 
-nlohmann::ordered_json& Summary::section(const std::string& name) { return (*sections_)[name]; }
+Json& Summary::section(const std::string& name) { return (*sections_)[name]; }
 void Summary::warn(const std::string& text) { warnings_.push_back(text); }
 
 void Summary::set_window(double from, double until, std::string reason) {
@@ -103,11 +101,11 @@ const std::string& Summary::unit(const std::string& column) const { return colum
 
 double Summary::mean(const std::string& column) const { return over_window(column).mean(); }
 
-nlohmann::ordered_json Summary::column_json(const Column& c) const {
+Json Summary::column_json(const Column& c) const {
   const InWindow& w = in_window(c);
-  nlohmann::ordered_json json{{"unit", c.column.unit}, {"mean in window", number(w.mean.mean())}};
-  json["interval of the mean, 95 %"] = number(w.mean.interval());
-  json["change over the window"] = number(w.mean.trend());
+  Json json{{"unit", c.column.unit}, {"mean in window", json_number(w.mean.mean())}};
+  json["interval of the mean, 95 %"] = json_number(w.mean.interval());
+  json["change over the window"] = json_number(w.mean.trend());
   json["steady"] = w.mean.steady();
   json["steps in window"] = json_of(w.steps);
   json["1 ms means in window"] = json_of(w.fine);
@@ -117,11 +115,13 @@ nlohmann::ordered_json Summary::column_json(const Column& c) const {
   return json;
 }
 
-nlohmann::ordered_json Summary::to_json() const {
+Json Summary::to_json() const {
   auto json = *sections_;
   const double covered = period_ > 0 ? whole_duration_ : duration_;
-  json["window"] = {
-      {"from [s]", number(from_)}, {"until [s]", number(window_until())}, {"covered [s]", covered}, {"rule", reason_}};
+  json["window"] = {{"from [s]", json_number(from_)},
+                    {"until [s]", json_number(window_until())},
+                    {"covered [s]", covered},
+                    {"rule", reason_}};
   if (period_ > 0) json["window"]["whole periods of [s]"] = period_;
   for (const auto& c : columns_) json["columns"][c.column.name] = column_json(c);
   json["warnings"] = warnings_;
@@ -133,8 +133,6 @@ void Summary::archive(Archive& a) {
   a(from_, until_, reason_, duration_, whole_duration_, time_, period_, warnings_);
 }
 
-void Summary::write(const std::filesystem::path& path) const {
-  write_atomically(path, to_json().dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
-}
+void Summary::write(const std::filesystem::path& path) const { write_atomically(path, json_text(to_json(), 2) + "\n"); }
 
 }  // namespace subsoil::app

@@ -2,11 +2,11 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
-#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "apps/json_fwd.hpp"
 #include "apps/output/block_mean.hpp"
 #include "apps/output/moving_mean.hpp"
 #include "apps/output/series.hpp"
@@ -46,7 +46,7 @@ class Summary {
   void sample(double time, double duration, std::span<const double> values);
 
   /// Free sections, in the order of first use: summary.section("run")["threads"] = 2.
-  nlohmann::ordered_json& section(const std::string& name);
+  Json& section(const std::string& name);
   void warn(const std::string& text);
   const std::vector<std::string>& warnings() const { return warnings_; }
 
@@ -54,7 +54,7 @@ class Summary {
   const BlockMean& over_window(const std::string& column) const;
   const std::string& unit(const std::string& column) const;
   double mean(const std::string& column) const;  ///< NaN before the window opens
-  nlohmann::ordered_json to_json() const;
+  Json to_json() const;
   /// All that was taken, with the window and the warnings; not the sections.
   void archive(Archive& a);
   /// Complete or not at all (temporary file and rename).
@@ -77,14 +77,14 @@ class Summary {
   void take(Column& c, double time, double duration, double inside, double value) const;
   const InWindow& in_window(const Column& c) const { return period_ > 0 ? c.whole : c.now; }
   std::size_t index(const std::string& name) const;
-  nlohmann::ordered_json column_json(const Column& c) const;
+  Json column_json(const Column& c) const;
 
   std::vector<Column> columns_;
   double from_ = std::numeric_limits<double>::infinity(), until_ = from_;
   std::string reason_;
   double duration_ = 0, whole_duration_ = 0, time_ = 0;
   double period_ = 0;
-  std::unique_ptr<nlohmann::ordered_json> sections_;
+  std::unique_ptr<Json> sections_;
   std::vector<std::string> warnings_;
 };
 

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
 
+#include "apps/json.hpp"
 #include "apps/output/series.hpp"
 #include "apps/plot/gnuplot.hpp"
 #include "apps/plot/mechanism.hpp"
@@ -324,8 +324,7 @@ void each_instant(const std::filesystem::path& directory, const StripOptions& op
 }
 
 bool is_still(const std::filesystem::path& directory) {
-  std::ifstream file(directory / "summary.json");
-  const auto summary = nlohmann::json::parse(file, nullptr, false);
+  const Json summary = read_json_if_whole(directory / "summary.json");
   if (!summary.is_object()) return false;
   const std::string word = summary.value("/run/analysis"_json_pointer, "");
   return word == "modes" || word == "equilibrium" || word == "assembly";

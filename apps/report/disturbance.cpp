@@ -2,20 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
+#include "apps/json.hpp"
 #include "apps/report/run_folder.hpp"
 
 namespace subsoil::app {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-Json known(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
 Json known(const std::vector<double>& values) {
   Json out = Json::array();
-  for (const double v : values) out.push_back(known(v));
+  for (const double v : values) out.push_back(json_number(v));
   return out;
 }
 
@@ -23,7 +19,7 @@ Json layers_json(const Furrow& f) {
   Json out = Json::array();
   for (const LayerMotion& l : f.layers) {
     Json into;
-    for (std::size_t k = 0; k < f.layers.size(); ++k) into[f.layers[k].name] = known(l.into.at(k));
+    for (std::size_t k = 0; k < f.layers.size(); ++k) into[f.layers[k].name] = json_number(l.into.at(k));
     out.push_back({{"name", l.name},
                    {"spheres", l.spheres},
                    {"mean rise [m]", l.rise},
@@ -95,7 +91,7 @@ Json disturbance_json(const Disturbance& d, double draft, double half_width) {
   out["furrow depth [m]"] = f.depth, out["furrow width [m]"] = f.width;
   out["heap area above the surface [m2]"] = f.heap_area;
   out["largest heave [m]"] = f.heave;
-  out["ridge to ridge [m]"] = known(f.ridge_to_ridge);
+  out["ridge to ridge [m]"] = json_number(f.ridge_to_ridge);
   out["disturbed area [m2]"] = f.disturbed_area;
   out["disturbed: mean displacement above [m]"] = f.threshold;
   out["loosened area [m2]"] = f.loosened_area;
@@ -103,8 +99,8 @@ Json disturbance_json(const Disturbance& d, double draft, double half_width) {
   out["swell"] = f.swell;
   out["disturbed soil reaches a wall"] = f.reaches_wall;
   if (f.disturbed_area > 0) {
-    out["specific draft [N/m2]"] = known(draft / f.disturbed_area);
-    out["specific draft, interval 95 % [N/m2]"] = known(half_width / f.disturbed_area);
+    out["specific draft [N/m2]"] = json_number(draft / f.disturbed_area);
+    out["specific draft, interval 95 % [N/m2]"] = json_number(half_width / f.disturbed_area);
   }
   out["layers"] = layers_json(f);
   out["profile"] = {

@@ -1,10 +1,10 @@
 #pragma once
 #include <filesystem>
 #include <map>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
+#include "apps/json_fwd.hpp"
 #include "apps/report/furrow.hpp"
 #include "apps/scenario/scenario.hpp"
 
@@ -31,6 +31,6 @@ Disturbance disturbance_of(const std::filesystem::path& run);
 double soil_surface(double of_summary, const Scenario* scenario, const FramesFile& file);
 
 /// As in summary.json. @param draft mean force against the travel, N, and half of its interval; NaN where not known
-nlohmann::ordered_json disturbance_json(const Disturbance& d, double draft, double half_width);
+Json disturbance_json(const Disturbance& d, double draft, double half_width);
 
 }  // namespace subsoil::app

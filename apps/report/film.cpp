@@ -10,7 +10,6 @@
 namespace subsoil::app {
 namespace {
 
-using Json = nlohmann::ordered_json;
 constexpr std::size_t bytes_per_sphere = 9;
 constexpr double rounding = 1e-4;             // of the smallest radius: positions in frames (docs/guide.md, run.h5)
 constexpr std::size_t most_triangles = 3000;  // of a surface; a finer mesh is drawn by every so-many-th

@@ -1,6 +1,6 @@
 #pragma once
-#include <nlohmann/json.hpp>
 
+#include "apps/json.hpp"
 #include "apps/report/chains.hpp"
 #include "apps/report/frames_file.hpp"
 
@@ -22,7 +22,7 @@ struct FilmOptions {
 ///   bits per frame), stills: frame, and pairs of spheres that press or pull each other as (row, row, size of 8 bits,
 ///   128 +- 127 of `largest`; `unit` N, or 1 for overlaps over the smaller radius); `resolution`: what the rounding of
 ///   the frames' positions leaves uncertain of a mean chain, in the same unit.
-nlohmann::ordered_json film(const FramesFile& file, const FilmOptions& options);
+Json film(const FramesFile& file, const FilmOptions& options);
 
 /// zlib, then base64.
 std::string packed(const std::vector<unsigned char>& bytes);

@@ -22,8 +22,8 @@ std::string escaped(const std::string& text) {
 }
 
 /// JSON inside a script element must not hold "</" or "<!--".
-std::string embedded(const nlohmann::ordered_json& data) {
-  const std::string text = data.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+std::string embedded(const Json& data) {
+  const std::string text = json_text(data);
   std::string out;
   out.reserve(text.size());
   for (const char c : text) {
@@ -37,7 +37,7 @@ std::string embedded(const nlohmann::ordered_json& data) {
 
 }  // namespace
 
-std::string page_text(const std::string& title, const nlohmann::ordered_json& data, const std::string& script) {
+std::string page_text(const std::string& title, const Json& data, const std::string& script) {
   std::string out =
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";

@@ -1,7 +1,8 @@
 #pragma once
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
+
+#include "apps/json.hpp"
 
 namespace subsoil::app {
 
@@ -15,6 +16,6 @@ extern const char* const page_sweep_js;
 extern const char* const page_uplot_license;
 
 /// A page that opens without network: styles, plotting library, scripts and data in one text. `script` draws `data`.
-std::string page_text(const std::string& title, const nlohmann::ordered_json& data, const std::string& script);
+std::string page_text(const std::string& title, const Json& data, const std::string& script);
 
 }  // namespace subsoil::app

@@ -18,23 +18,17 @@
 namespace subsoil::app {
 namespace {
 
-using Json = nlohmann::ordered_json;
 constexpr std::size_t most_rows = 6000;  // of a curve on the page
 constexpr double film_bytes = 9e6;       // of all films, before compression
 
-/// Six digits; null for no number.
-Json number(double value) {
-  if (!std::isfinite(value)) return nullptr;
-  return std::stod(fmt::format("{:.6g}", value));
-}
 Json numbers(const std::vector<double>& values, double factor = 1) {
   Json out = Json::array();
-  for (const double v : values) out.push_back(number(factor * v));
+  for (const double v : values) out.push_back(json_rounded(factor * v));
   return out;
 }
 
 Json window_json(const TimeWindow& w) {
-  return {{"from", number(w.from)}, {"until", number(w.until)}, {"rule", w.rule}};
+  return {{"from", json_rounded(w.from)}, {"until", json_rounded(w.until)}, {"rule", w.rule}};
 }
 
 /// Six numbers of Yuan & Yu 2020, figures 5 and 6, conclusions; docs/1s300.md.
@@ -133,22 +127,22 @@ Json furrow_json(const Furrow& f) {
   for (const LayerMotion& l : f.layers)
     layers.push_back({{"name", l.name},
                       {"spheres", l.spheres},
-                      {"rise", number(l.rise)},
-                      {"forward", number(l.forward)},
-                      {"aside", number(l.aside)},
-                      {"moved out", number(l.moved_out)}});
+                      {"rise", json_rounded(l.rise)},
+                      {"forward", json_rounded(l.forward)},
+                      {"aside", json_rounded(l.aside)},
+                      {"moved out", json_rounded(l.moved_out)}});
   return {{"steady", f.steady},
-          {"from", number(f.from)},
-          {"until", number(f.until)},
-          {"cell", number(f.cell)},
+          {"from", json_rounded(f.from)},
+          {"until", json_rounded(f.until)},
+          {"cell", json_rounded(f.cell)},
           {"z", numbers(f.z)},
           {"before", numbers(f.before)},
           {"after", numbers(f.after)},
-          {"threshold", number(f.threshold)},
+          {"threshold", json_rounded(f.threshold)},
           {"rows", f.rows},
           {"columns", f.columns},
-          {"y0", number(f.y0)},
-          {"z0", number(f.z0)},
+          {"y0", json_rounded(f.y0)},
+          {"z0", json_rounded(f.z0)},
           {"moved", numbers(f.moved)},
           {"reaches wall", f.reaches_wall},
           {"layers", layers}};
@@ -160,8 +154,8 @@ Json rows_json(const std::vector<ReportNumber>& list) {
     out.push_back({{"quantity", n.quantity},
                    {"statistic", n.statistic},
                    {"unit", n.unit},
-                   {"value", number(n.value)},
-                   {"half width", number(n.half_width)},
+                   {"value", json_rounded(n.value)},
+                   {"half width", json_rounded(n.half_width)},
                    {"window", window_json(n.window)}});
   return out;
 }
@@ -200,7 +194,7 @@ class RunReader {
     if (run.frames) tool = read_frames();
     for (const ModelBand& m : model_bands(run, tool, request_.soil)) {
       Json band{{"name", m.name}, {"text", m.text}};
-      if (m.band) band["low"] = number(m.band->low), band["high"] = number(m.band->high);
+      if (m.band) band["low"] = json_rounded(m.band->low), band["high"] = json_rounded(m.band->high);
       part_.json["bands"].push_back(band);
     }
     Json& out = part_.json;
@@ -243,7 +237,8 @@ class RunReader {
     options.stills = still_times(part_.folder, file);
     if (part_.folder.scenario) options.force = RestForce(*part_.folder.scenario, file.materials());
     part_.json["film"] = film(file, options);
-    if (tool) part_.json["film"]["surface"] = number(tool->soil_surface), part_.json["film"]["tool"] = tool->names;
+    if (tool)
+      part_.json["film"]["surface"] = json_rounded(tool->soil_surface), part_.json["film"]["tool"] = tool->names;
     if (file.particles() > 0 && !file.holds(0, "velocity"))
       part_.folder.missing.push_back("velocities of the spheres: output.columns leaves them out; no speed field");
     if (file.particles() > 0 && !options.force.known())
@@ -286,11 +281,11 @@ Json table_json(const std::vector<RunPart>& parts, bool source) {
           std::find_if(list.begin(), list.end(), [&](const ReportNumber& n) { return n.name() == name; });
       Json cell{{"run", parts[r].folder.name}};
       if (found != list.end()) {
-        cell["value"] = number(found->value), cell["half width"] = number(found->half_width);
-        cell["from [s]"] = number(found->window.from), cell["until [s]"] = number(found->window.until);
+        cell["value"] = json_rounded(found->value), cell["half width"] = json_rounded(found->half_width);
+        cell["from [s]"] = json_rounded(found->window.from), cell["until [s]"] = json_rounded(found->window.until);
         if (first != nullptr) {
-          cell["difference"] = number(found->value - first->value);
-          cell["difference half width"] = number(std::hypot(found->half_width, first->half_width));
+          cell["difference"] = json_rounded(found->value - first->value);
+          cell["difference half width"] = json_rounded(std::hypot(found->half_width, first->half_width));
         }
         if (r == 0) first = &*found;
       }

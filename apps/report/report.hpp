@@ -1,10 +1,10 @@
 #pragma once
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "apps/json.hpp"
 #include "apps/report/numbers.hpp"
 
 /// `subsoil report RUN...`: one or several runs as one HTML file that needs nothing beside it.
@@ -22,7 +22,7 @@ struct ReportRequest {
 
 /// The page's data: what is drawn and the machine-readable table. Throws std::invalid_argument for what is no result
 /// directory; what a directory lacks is listed in it.
-nlohmann::ordered_json report_data(const ReportRequest& request);
+Json report_data(const ReportRequest& request);
 /// Writes the page, complete or not at all, and says on stderr what was missing.
 void write_report(const ReportRequest& request);
 

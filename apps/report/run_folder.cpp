@@ -20,8 +20,8 @@ std::string first_line(const std::exception& error) {
   return text.substr(0, text.find('\n'));
 }
 
-const nlohmann::ordered_json* find(const nlohmann::ordered_json& json, const std::vector<std::string>& keys) {
-  const nlohmann::ordered_json* node = &json;
+const Json* find(const Json& json, const std::vector<std::string>& keys) {
+  const Json* node = &json;
   for (const std::string& key : keys) {
     if (!node->is_object() || !node->contains(key)) return nullptr;
     node = &(*node)[key];
@@ -51,9 +51,7 @@ void read_rows(RunFolder& run) {
 
 void read_summary(RunFolder& run) {
   try {
-    std::ifstream file(run.path / "summary.json");
-    if (!file) throw std::runtime_error("there is none");
-    run.summary = nlohmann::ordered_json::parse(file);
+    run.summary = read_json(run.path / "summary.json");
     if (!run.summary.is_object()) throw std::runtime_error("is no object");
   } catch (const std::exception& error) {
     run.summary = nullptr;
@@ -74,12 +72,12 @@ TimeWindow window_of(const RunFolder& run) {
 }  // namespace
 
 double RunFolder::number(const std::vector<std::string>& keys) const {
-  const nlohmann::ordered_json* node = find(summary, keys);
+  const Json* node = find(summary, keys);
   return node != nullptr && node->is_number() ? node->get<double>() : std::numeric_limits<double>::quiet_NaN();
 }
 
 std::string RunFolder::text(const std::vector<std::string>& keys) const {
-  const nlohmann::ordered_json* node = find(summary, keys);
+  const Json* node = find(summary, keys);
   return node != nullptr && node->is_string() ? node->get<std::string>() : std::string();
 }
 

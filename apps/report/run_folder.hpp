@@ -1,10 +1,10 @@
 #pragma once
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "apps/json.hpp"
 #include "apps/output/series.hpp"
 #include "apps/report/statistics.hpp"
 #include "apps/scenario/scenario.hpp"
@@ -17,7 +17,7 @@ struct RunFolder {
   std::string name;                  ///< last part of the path
   std::optional<Scenario> scenario;  ///< scenario.yaml
   std::optional<Series> series;      ///< series.csv with a column `time` and two rows or more
-  nlohmann::ordered_json summary;    ///< summary.json; null when it is missing
+  Json summary;                      ///< summary.json; null when it is missing
   bool frames = false;               ///< run.h5 is there
   std::vector<std::string> missing;  ///< a line for each part that could not be read, and why
   TimeWindow window;                 ///< of the numbers

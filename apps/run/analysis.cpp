@@ -5,10 +5,10 @@
 
 #include <complex>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "apps/build/world.hpp"
+#include "apps/json.hpp"
 #include "apps/output/atomic_file.hpp"
 #include "apps/output/csv.hpp"
 #include "apps/output/series.hpp"
@@ -20,7 +20,6 @@
 namespace subsoil::app {
 namespace {
 
-using Json = nlohmann::ordered_json;
 constexpr const char* axes[] = {"x", "y", "angle"};
 constexpr const char* axis_units[] = {"m", "m", "rad"};
 
@@ -229,7 +228,7 @@ int run_analysis(const Loaded& loaded, const RunRequest& request) {
     }
   }
   frames.finish();
-  write_atomically(request.out / "summary.json", summary.dump(2) + "\n");
+  write_atomically(request.out / "summary.json", json_text(summary, 2) + "\n");
   spdlog::info("done; results in {}", request.out.string());
   return exit_ok;
 }

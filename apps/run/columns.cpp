@@ -150,6 +150,15 @@ void Columns::add_history(const Watch& watch, const Loaded& loaded) {
   watches_.push_back(std::move(source));
 }
 
+/// Owners of the columns that hold what the soil does to a body, a boundary, a wall, or to all walls of the container.
+std::vector<std::string> Columns::borne_by(const std::string& of) const {
+  if (of != "container") return {find(of + ".soil.Fx") >= 0 ? of + ".soil" : of};
+  std::vector<std::string> walls;
+  for (const SurfaceRecord& s : world_.surfaces)
+    if (s.owner == SurfaceRecord::Owner::container) walls.push_back(s.name);
+  return walls;
+}
+
 void Columns::add_watch(const Watch& watch, const Loaded& loaded) {
   if (watch.kind == Watch::Kind::formula) return add_formula(watch, loaded);
   if (watch.over_time()) return add_history(watch, loaded);
@@ -178,10 +187,10 @@ void Columns::add_watch(const Watch& watch, const Loaded& loaded) {
       project(watch.of, {".fx", ".fy"});
       break;
     case Watch::Kind::soil_force:
-      project(find(watch.of + ".soil.Fx") >= 0 ? watch.of + ".soil" : watch.of, {".Fx", ".Fy", ".Fz"});
+      for (const std::string& of : borne_by(watch.of)) project(of, {".Fx", ".Fy", ".Fz"});
       break;
     case Watch::Kind::soil_moment:
-      project(find(watch.of + ".soil.Fx") >= 0 ? watch.of + ".soil" : watch.of, {".Mx", ".My", ".Mz"});
+      for (const std::string& of : borne_by(watch.of)) project(of, {".Mx", ".My", ".Mz"});
       break;
     default:
       break;
@@ -199,7 +208,7 @@ double Columns::value_of(const WatchSource& w, std::span<const double> row) cons
   if (w.formula) return w.formula(row);
   double sum = 0;
   for (std::size_t i = 0; i < w.components.size(); ++i)
-    sum += w.along[static_cast<int>(i)] * row[static_cast<std::size_t>(w.components[i])];
+    sum += w.along[static_cast<int>(i % 3)] * row[static_cast<std::size_t>(w.components[i])];
   return sum;
 }
 

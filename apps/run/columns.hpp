@@ -76,7 +76,7 @@ class Columns {
   struct WatchSource {
     std::size_t target;
     int column = -1;              ///< copied from this column, or
-    std::vector<int> components;  ///< three columns projected on `along`
+    std::vector<int> components;  ///< components projected on `along`, of one owner or several
     dem::Vec3 along;
     std::function<double(std::span<const double>)> formula{};  ///< of a row
     std::vector<std::size_t> inputs{};                         ///< of the formula
@@ -89,6 +89,7 @@ class Columns {
   void add(const ColumnFamily<Owner>& family, const std::string& owner, const Owner& of);
   void add_soil();
   void add_watch(const Watch& watch, const Loaded& loaded);
+  std::vector<std::string> borne_by(const std::string& of) const;
   void add_formula(const Watch& watch, const Loaded& loaded);
   void add_history(const Watch& watch, const Loaded& loaded);
   void take(Taken when, std::span<double> row) const;

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
+#include "apps/json.hpp"
 #include "apps/run/columns.hpp"
 #include "apps/scenario/load.hpp"
 #include "apps/scenario/units.hpp"
@@ -92,7 +92,7 @@ void Crossings::write(Summary& summary) const {
   auto& section = summary.section("crossings");
   for (const Crossing& c : list_) {
     constexpr std::size_t most = 1000;
-    nlohmann::ordered_json& one = section[c.name];
+    Json& one = section[c.name];
     one["count"] = c.times.size();
     one["times [s]"] = std::vector<double>(
         c.times.begin(), c.times.begin() + static_cast<std::ptrdiff_t>(std::min(most, c.times.size())));

@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "apps/build/moving_soil.hpp"
+#include "apps/json.hpp"
 #include "apps/report/disturbance.hpp"
 #include "apps/run/physics_watch.hpp"
 #include "apps/run/process.hpp"
@@ -188,7 +188,7 @@ void write_events(Summary& summary, const mbd::Machine& machine) {
   spdlog::info("{} events, the first at {:.9g} s: {} {}", events.size(), events.front().t, events.front().name,
                events.front().word());
   auto& list = summary.section("events");
-  list = nlohmann::ordered_json::array();
+  list = Json::array();
   for (const mbd::Event& e : events) list.push_back({{"time [s]", e.t}, {"of", e.name}, {"direction", e.word()}});
 }
 
@@ -208,10 +208,6 @@ std::vector<Along> axes_of(const Tool& tool) {
           {"sideways", tool.column + (x ? ".Fz" : ".Fx"), 1.0}};
 }
 
-nlohmann::ordered_json number(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-}
-
 std::string mean_text(const std::string& name, const BlockMean& mean, double sign, const std::string& unit) {
   std::string text = fmt::format("  {:<28} {:>10.4g} {}", name, sign * mean.mean(), unit);
   if (std::isfinite(mean.interval())) text += fmt::format(" +- {:.2g} {}", mean.interval(), unit);
@@ -224,15 +220,15 @@ std::string mean_text(const std::string& name, const BlockMean& mean, double sig
 
 void write_tools(Summary& summary, const ToolProgress& progress) {
   for (const Tool& tool : progress.tools()) {
-    nlohmann::ordered_json json;
+    Json json;
     json["touched soil"] = tool.touched;
     json["greatest depth [m]"] = tool.depth;
     json["travelled in soil [m]"] = tool.travel;
     for (const Along& a : axes_of(tool)) {
       const BlockMean& mean = summary.over_window(a.column);
-      json[std::string(a.name) + " [N]"] = {{"mean", number(a.sign * mean.mean())},
-                                            {"interval, 95 %", number(mean.interval())},
-                                            {"change over the window", number(a.sign * mean.trend())},
+      json[std::string(a.name) + " [N]"] = {{"mean", json_number(a.sign * mean.mean())},
+                                            {"interval, 95 %", json_number(mean.interval())},
+                                            {"change over the window", json_number(a.sign * mean.trend())},
                                             {"steady", mean.steady()}};
     }
     summary.section("tools")[tool.name] = std::move(json);

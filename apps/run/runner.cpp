@@ -5,12 +5,12 @@
 #include <spdlog/spdlog.h>
 
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
 #include "apps/build/moving_soil.hpp"
 #include "apps/build/world.hpp"
+#include "apps/json.hpp"
 #include "apps/output/state_file.hpp"
 #include "apps/run/analysis.hpp"
 #include "apps/run/checkpoints.hpp"
@@ -150,8 +150,7 @@ int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<Sa
 
 /// Whether a folder's run has reached its end, as its summary says.
 bool has_ended(const std::filesystem::path& folder) {
-  std::ifstream file(folder / "summary.json");
-  const auto json = nlohmann::json::parse(file, nullptr, false);
+  const Json json = read_json_if_whole(folder / "summary.json");
   return json.is_object() && json.contains("run") && json["run"].is_object() &&
          json["run"].value("end", "") == "reached";
 }

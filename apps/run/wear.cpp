@@ -1,8 +1,8 @@
 #include "apps/run/wear.hpp"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
+#include "apps/json.hpp"
 #include "apps/run/frame_loads.hpp"
 
 namespace subsoil::app {
@@ -17,8 +17,8 @@ double finnie_volume(const WearSection& wear, const dem::FaceLoad& load) {
 
 namespace {
 
-nlohmann::ordered_json wear_json(const WearSection& wear, std::span<const dem::FaceLoad> loads,
-                                 const std::vector<double>& areas, double duration) {
+Json wear_json(const WearSection& wear, std::span<const dem::FaceLoad> loads, const std::vector<double>& areas,
+               double duration) {
   dem::FaceLoad sum;
   double area = 0, pressed = 0, archard = 0, finnie = 0;
   for (std::size_t t = 0; t < areas.size(); ++t) {
@@ -27,12 +27,12 @@ nlohmann::ordered_json wear_json(const WearSection& wear, std::span<const dem::F
     archard = std::max(archard, archard_volume(wear, loads[t]) / areas[t]);
     finnie = std::max(finnie, finnie_volume(wear, loads[t]) / areas[t]);
   }
-  nlohmann::ordered_json json{{"area [m2]", area},
-                              {"area touched [m2]", pressed},
-                              {"mean normal force [N]", duration > 0 ? sum.impulse / duration : 0},
-                              {"normal work [J]", sum.normal_work},
-                              {"shear work [J]", sum.shear_work},
-                              {"normal force times sliding distance [N m]", sum.rubbing}};
+  Json json{{"area [m2]", area},
+            {"area touched [m2]", pressed},
+            {"mean normal force [N]", duration > 0 ? sum.impulse / duration : 0},
+            {"normal work [J]", sum.normal_work},
+            {"shear work [J]", sum.shear_work},
+            {"normal force times sliding distance [N m]", sum.rubbing}};
   if (wear.has_archard())
     json["Archard"] = {{"worn volume [m3]", archard_volume(wear, sum)}, {"greatest depth of a triangle [m]", archard}};
   if (wear.has_finnie())

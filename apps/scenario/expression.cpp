@@ -14,6 +14,7 @@
 #include "apps/scenario/characters.hpp"
 #include "apps/scenario/document.hpp"
 #include "apps/scenario/formula_bounds.hpp"
+#include "apps/scenario/formula_signs.hpp"
 #include "apps/scenario/units.hpp"
 
 namespace subsoil::app {
@@ -106,26 +107,26 @@ std::string name_in_tree(const std::string& name, const Symbols& variables) {
   throw UnitError(fmt::format("`{}` is no name of a formula in {}{}", name, arguments, suggestion(name, known)));
 }
 
-/// The formula with GiNaC's names. GiNaC knows more words and signs than ours and does not say where it stumbles over
-/// one, so they are looked at here.
+/// The formula with GiNaC's names, and signs as it understands them. GiNaC knows more words and signs than ours and
+/// does not say where it stumbles over one, so they are looked at here.
 std::string in_words_of_ginac(const std::string& text, const Symbols& variables) {
-  std::string out;
+  std::vector<std::string> words;
   for (std::size_t i = 0; i < text.size();) {
     std::size_t end = i + 1;
     if (is_digit_or_point(text[i])) {
       end = i + number_length(std::string_view(text).substr(i));
-      out += text.substr(i, end - i);
+      words.push_back(text.substr(i, end - i));
     } else if (is_letter(text[i])) {
       while (end < text.size() && (is_letter(text[end]) || is_digit_or_point(text[end]))) ++end;
-      out += name_in_tree(text.substr(i, end - i), variables);
-    } else if (std::string_view(" \t+-*/^(),").find(text[i]) != std::string_view::npos) {
-      out += text[i];
-    } else {
+      words.push_back(name_in_tree(text.substr(i, end - i), variables));
+    } else if (std::string_view("+-*/^(),").find(text[i]) != std::string_view::npos) {
+      words.emplace_back(1, text[i]);
+    } else if (text[i] != ' ' && text[i] != '\t') {
       throw UnitError(fmt::format("`{}` has no place in a formula; there are + - * / ^ ( ) and functions", text[i]));
     }
     i = end;
   }
-  return out;
+  return with_signs_in_brackets(words);
 }
 
 /// "expected ')' ..., got: EOF" out of GiNaC's message, which also names its own source.

@@ -283,7 +283,7 @@ std::string schema_text(const std::string& name) {
   else
     text.update(root);
   text["definitions"] = shared.definitions;
-  return text.dump() + "\n";
+  return json_text(text) + "\n";
 }
 
 }  // namespace subsoil::app

@@ -1,10 +1,10 @@
 #pragma once
 #include <functional>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "apps/json.hpp"
 #include "apps/scenario/fields/fields.hpp"
 
 namespace subsoil::app {

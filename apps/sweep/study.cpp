@@ -10,9 +10,9 @@
 #include <chrono>
 #include <cmath>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <thread>
 
+#include "apps/json.hpp"
 #include "apps/output/atomic_file.hpp"
 #include "apps/output/csv.hpp"
 #include "apps/report/run_folder.hpp"
@@ -22,7 +22,6 @@
 namespace subsoil::app {
 namespace {
 
-using Json = nlohmann::ordered_json;
 constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 /// Tells scenarios apart: a checksum of the one that runs, with every default explicit.
@@ -32,9 +31,7 @@ std::string mark_of(const Study& study, const SweepPoint& point) {
 }
 
 std::optional<Json> read_point(const std::filesystem::path& folder) {
-  std::ifstream file(folder / "point.json");
-  if (!file) return {};
-  const Json json = Json::parse(file, nullptr, false);
+  const Json json = read_json_if_whole(folder / "point.json");
   if (!json.is_object() || !json.contains("end") || !json.contains("mark")) return {};
   return json;
 }
@@ -176,7 +173,7 @@ bool run_points(const Study& study, const std::filesystem::path& folder, const s
                   {"wall time [s]", end.wall_time}};
         if (end.code != 0) json["cause"] = cause_of(place, end.code);
         if (study.keep == Keep::numbers) remove_large(place);
-        write_atomically(place / "point.json", json.dump(1) + "\n");
+        write_atomically(place / "point.json", json_text(json, 1) + "\n");
         progress.took(end.wall_time, end.code != 0);
       },
       [&](const std::vector<std::size_t>& running) { progress.show(running); });

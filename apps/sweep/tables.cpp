@@ -15,15 +15,8 @@
 namespace subsoil::app {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 const char* word_of(PointResult::End end) {
   return end == PointResult::End::reached ? "reached" : end == PointResult::End::failed ? "failed" : "open";
-}
-
-Json number(double value) {
-  if (!std::isfinite(value)) return nullptr;
-  return std::stod(fmt::format("{:.6g}", value));
 }
 
 std::string point_words(const Study& study, std::size_t k) {
@@ -107,12 +100,12 @@ Json sweep_json(const Study& study, const std::vector<PointResult>& results,
     Json point{{"values", study.points[k].values},
                {"end", word_of(results[k].end)},
                {"cause", results[k].cause},
-               {"wall time", number(results[k].wall_time)}};
+               {"wall time", json_rounded(results[k].wall_time)}};
     for (std::size_t p = 0; p < study.parameters.size(); ++p)
-      point["places"].push_back(number(study.points[k].places[p]));
+      point["places"].push_back(json_rounded(study.points[k].places[p]));
     for (std::size_t n = 0; n < study.numbers.size(); ++n) {
-      point["value"].push_back(number(results[k].value[n]));
-      point["half width"].push_back(number(results[k].half_width[n]));
+      point["value"].push_back(json_rounded(results[k].value[n]));
+      point["half width"].push_back(json_rounded(results[k].half_width[n]));
     }
     out["points"].push_back(point);
   }
@@ -120,15 +113,15 @@ Json sweep_json(const Study& study, const std::vector<PointResult>& results,
   for (const Effect& e : effects(study, results)) {
     Json effect{{"parameter", e.parameter},
                 {"number", e.number},
-                {"slope", number(e.slope)},
-                {"slope half", number(e.slope_half)}};
+                {"slope", json_rounded(e.slope)},
+                {"slope half", json_rounded(e.slope_half)}};
     effect["levels"] = Json::array();
     for (const LevelMean& l : e.levels)
       effect["levels"].push_back({{"value", l.value},
-                                  {"place", number(l.place)},
+                                  {"place", json_rounded(l.place)},
                                   {"count", l.count},
-                                  {"mean", number(l.mean)},
-                                  {"half width", number(l.half_width)}});
+                                  {"mean", json_rounded(l.mean)},
+                                  {"half width", json_rounded(l.half_width)}});
     out["effects"].push_back(effect);
   }
   if (best)

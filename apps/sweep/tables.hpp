@@ -1,7 +1,7 @@
 #pragma once
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
+#include "apps/json.hpp"
 #include "apps/sweep/effects.hpp"
 
 namespace subsoil::app {
@@ -10,10 +10,10 @@ namespace subsoil::app {
 void write_tables(const Study& study, const std::vector<PointResult>& results, const std::filesystem::path& folder);
 
 /// What the page of a sweep draws. `best`: number and whether its largest value is wanted; none without.
-nlohmann::ordered_json sweep_json(const Study& study, const std::vector<PointResult>& results,
-                                  const std::optional<std::pair<std::size_t, bool>>& best);
+Json sweep_json(const Study& study, const std::vector<PointResult>& results,
+                const std::optional<std::pair<std::size_t, bool>>& best);
 /// FOLDER/sweep.html.
-void write_sweep_page(const nlohmann::ordered_json& data, const std::filesystem::path& path);
+void write_sweep_page(const Json& data, const std::filesystem::path& path);
 
 /// A few lines for the terminal: what is done, what failed and why, strongest effects, best point.
 std::string sweep_text(const Study& study, const std::vector<PointResult>& results,

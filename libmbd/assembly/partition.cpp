@@ -20,6 +20,11 @@ struct Nearness {
   double pivot, share;
 };
 constexpr Nearness near_pose{0.05, 1e-2}, singular_pose{1e-5, 1e-12};
+// Above it S need not be asked how near a singular pose is (see Adaptive, which stays beside one up to 0.15).
+constexpr double sure_pivot = 0.2;
+// Freedoms up to which M^ is formed. With the rig's four a step takes a fifth less time than with S; for a pendulum of
+// six bars, which has nothing but freedoms, the two cost the same.
+constexpr Eigen::Index few_freedoms = 6;
 // Factors of a pose nearer than 1e-7 of the length leave at most this share of a right side: where that is below the
 // goal there is nothing to look at again.
 constexpr double trust = 1e-6;
@@ -30,6 +35,17 @@ constexpr double most_turn = 0.3;
 constexpr double rest_speed = 1e-8;  // lengths of the machine in a second
 // Contraction by friction is about mu times a ratio of moment arms; 0.95 still settles.
 constexpr int most_friction_iterations = 600;
+
+template <std::size_t count>
+using Count = std::integral_constant<std::size_t, count>;
+
+/// action(Count<freedom>), 0 to few_freedoms: loops of a known length cost a third.
+template <std::size_t count = 0, class Action>
+void with_freedom(Eigen::Index freedom, Action action) {
+  if constexpr (count > 0)
+    if (freedom == static_cast<Eigen::Index>(count)) return action(Count<count>{});
+  if constexpr (count < few_freedoms) with_freedom<count + 1>(freedom, action);
+}
 
 std::string scientific(double value) {
   char text[32];
@@ -94,44 +110,64 @@ void Partition::choose(const MotionState& at) {
   analyse();
   list_products();
   factor();
-  if (rank() > 0) factor_schur(at);
+  reduced_ = false;
+  if (rank() > 0) weigh(), factor_schur(at);
 }
 
 void Partition::analyse() {
-  const auto r = choice_.rows.size();
-  std::vector<int> index_of_row(static_cast<std::size_t>(system_.equations()), -1);
+  const auto r = rows_.size();
+  const auto index = [](auto i) { return static_cast<Index>(i); };
   std::vector<int> index_of_column(static_cast<std::size_t>(system_.coordinates()), -1);
+  std::vector<Index> place_in_choice(static_cast<std::size_t>(system_.equations()));
   for (std::size_t k = 0; k < r; ++k) {
-    index_of_row[static_cast<std::size_t>(choice_.rows[k])] = static_cast<int>(k);
+    place_in_choice[static_cast<std::size_t>(choice_.rows[k])] = index(k);
     index_of_column[static_cast<std::size_t>(choice_.dependent[k])] = static_cast<int>(k);
   }
-  used_.clear(), entries_.clear();
-  for (std::size_t b = 0; b < system_.blocks().size(); ++b) {
-    const auto [row, body] = system_.blocks()[b];
-    const int k = index_of_row[static_cast<std::size_t>(row)];
-    if (k >= 0) used_.push_back({b, static_cast<std::size_t>(k), 3 * (body - 1)});
+  used_.clear(), entries_.clear(), used_rows_.clear(), column_.clear(), pivot_scale_.clear();
+  for (const Block& b : system_.blocks()) column_.push_back(index(3 * (b.body - 1)));
+  for (std::size_t k = 0; k < r; ++k) {
+    const int row = rows_[k];
+    used_rows_.push_back({index(row), index(system_.first_block(row)), index(system_.first_block(row + 1)),
+                          place_in_choice[static_cast<std::size_t>(row)]});
+    for (Index b = used_rows_.back().first; b < used_rows_.back().last; ++b) used_.push_back({b, index(k), column_[b]});
+    pivot_scale_.push_back(row_scale_[choice_.rows[k]] / column_scale_[choice_.dependent[k]]);
   }
   std::vector<std::vector<int>> pattern(r);
   const auto each_of_phi_u = [&](auto action) {
     for (const Used& u : used_)
-      for (std::size_t component = 0; component < 3; ++component) {
-        const int j = index_of_column[static_cast<std::size_t>(u.column) + component];
-        if (j >= 0) action(u, component, j);
+      for (Index component = 0; component < 3; ++component) {
+        const int j = index_of_column[u.column + component];
+        if (j >= 0 && system_.blocks()[u.block].has[component]) action(u, component, used_rows_[u.index].chosen, j);
       }
   };
-  each_of_phi_u([&](const Used& u, std::size_t, int j) { pattern[u.index].push_back(j); });
+  each_of_phi_u([&](const Used&, Index, Index row, int j) { pattern[row].push_back(j); });
   phi_u_.analyse(pattern);
-  each_of_phi_u([&](const Used& u, std::size_t component, int j) {
-    entries_.push_back({u.block, component, phi_u_.place(static_cast<int>(u.index), j)});
+  each_of_phi_u([&](const Used& u, Index component, Index row, int j) {
+    entries_.push_back({u.block, component, index(phi_u_.place(static_cast<int>(row), j))});
   });
   best_pivot_.assign(r, 0.0);
-  work_.assign(r, 0.0);
+  work_.assign(r, 0.0), chosen_work_ = work_;
+  list_free_entries();
+}
+
+void Partition::list_free_entries() {
+  const auto f = choice_.independent.size();
+  free_entries_.clear(), dependent_mass_.clear();
+  if (freedom() > few_freedoms || freedom() == 0) return;
+  for (const int i : choice_.dependent) dependent_mass_.push_back(system_.mass()[i]);
+  for (const Used& u : used_)
+    for (std::size_t j = 0; j < f; ++j) {
+      const auto i = static_cast<Index>(choice_.independent[j]);
+      if (i < u.column || i >= u.column + 3 || !system_.blocks()[u.block].has[i - u.column]) continue;
+      free_entries_.push_back({u.block, i - u.column, static_cast<Index>(used_rows_[u.index].chosen * f + j)});
+    }
+  r_.assign(rows_.size() * f, 0.0), m_hat_.assign(f * f, 0.0);
 }
 
 void Partition::list_products() {
   std::vector<std::vector<Used>> on_body(static_cast<std::size_t>(system_.bodies()));
-  for (const Used& u : used_) on_body[static_cast<std::size_t>(u.column / 3)].push_back(u);
-  std::vector<std::vector<int>> neighbours(choice_.rows.size());
+  for (const Used& u : used_) on_body[u.column / 3].push_back(u);
+  std::vector<std::vector<int>> neighbours(rows_.size());
   for (const auto& list : on_body)
     for (const Used& a : list)
       for (const Used& b : list)
@@ -141,8 +177,9 @@ void Partition::list_products() {
   for (const auto& list : on_body)
     for (std::size_t i = 0; i < list.size(); ++i)
       for (std::size_t j = 0; j <= i; ++j)
-        products_.push_back({list[i].block, list[j].block,
-                             schur_.place(static_cast<int>(list[i].index), static_cast<int>(list[j].index))});
+        products_.push_back(
+            {list[i].block, list[j].block,
+             static_cast<Index>(schur_.place(static_cast<int>(list[i].index), static_cast<int>(list[j].index)))});
   weighted_.resize(system_.blocks().size());
 }
 
@@ -162,7 +199,7 @@ void Partition::factor() {
   phi_u_.factor();
   sensitivity_ = 1, least_pivot_ = 1;
   for (std::size_t k = 0; k < best_pivot_.size(); ++k) {
-    const double pivot = std::abs(phi_u_.pivot(k)) * row_scale_[choice_.rows[k]] / column_scale_[choice_.dependent[k]];
+    const double pivot = std::abs(phi_u_.pivot(k)) * pivot_scale_[k];
     least_pivot_ = std::min(least_pivot_, pivot);
     best_pivot_[k] = std::max(best_pivot_[k], pivot);
     if (sensitivity_ * pivot < best_pivot_[k]) sensitivity_ = best_pivot_[k] / pivot;
@@ -180,17 +217,22 @@ bool Partition::factors_serve(const MotionState& m) const {
   return moved <= 1e-7 * system_.length_scale() && !near_singular();
 }
 
-void Partition::factor_schur(const MotionState& m) {
-  for (const Used& u : used_) {
-    const double* const inverse = inverse_mass_.data() + u.column;
-    for (std::size_t k = 0; k < 3; ++k) weighted_[u.block][k] = c_.jacobian[u.block][k] * inverse[k];
+// After every change of Phi_q.
+void Partition::weigh() {
+  for (std::size_t b = 0; b < weighted_.size(); ++b) {
+    const double* const inverse = inverse_mass_.data() + column_[b];
+    for (std::size_t k = 0; k < 3; ++k) weighted_[b][k] = c_.jacobian[b][k] * inverse[k];
   }
+}
+
+void Partition::factor_schur(const MotionState& m) {
   auto& s = schur_.values();
   std::fill(s.begin(), s.end(), 0.0);
   for (const auto& p : products_) {
     const auto &a = c_.jacobian[p.i], &b = weighted_[p.j];
     s[p.place] += a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   }
+  reduced_ = false;
   if (schur_.factor() && (schur_.least_share() > singular_pose.share || least_pivot_ > singular_pose.pivot)) {
     factored_at_ = m.q;
     return;
@@ -222,7 +264,7 @@ void Partition::refuse_other_branch(const MotionState& m) const {
 }
 
 const std::string& Partition::singular_owner() const {
-  return system_.owner(choice_.rows[static_cast<std::size_t>(schur_.least_row())]);
+  return system_.owner(rows_[static_cast<std::size_t>(schur_.least_row())]);
 }
 
 double Partition::residual() const {
@@ -258,12 +300,13 @@ bool Partition::solve_positions(MotionState& m) {
   if (!serve) factored_at_[0] = std::numeric_limits<double>::quiet_NaN();
   for (int iteration = 0; iteration < 50; ++iteration) {
     system_.set_position(m.t, m.q);
-    system_.constraints(c_);
+    system_.constraints_of_position(c_);
     if (rank() == 0) return true;
+    if (nearest_) weigh();
     if (iteration == 0 && !serve) factor_again(m);
     double now = 0;
     for (std::size_t k = 0; k < work_.size(); ++k) {
-      work_[k] = c_.phi[static_cast<std::size_t>(choice_.rows[k])];
+      work_[k] = c_.phi[used_rows_[k].row];
       now = std::max(now, std::abs(work_[k]));
     }
     if (now <= goal || (now <= 1e-13 * scale && iteration > 0 && now > 0.1 * before)) {
@@ -293,20 +336,27 @@ void Partition::correct(Eigen::VectorXd& x) {
     subtract_reactions(work_, x);
     return;
   }
-  phi_u_.solve(work_);
-  for (std::size_t k = 0; k < work_.size(); ++k) x[choice_.dependent[k]] -= work_[k];
+  for (std::size_t k = 0; k < work_.size(); ++k) chosen_work_[used_rows_[k].chosen] = work_[k];
+  phi_u_.solve(chosen_work_);
+  for (std::size_t k = 0; k < work_.size(); ++k) x[choice_.dependent[k]] -= chosen_work_[k];
 }
 
-// work_ = Phi_q x + sign * other, in the order of the choice; returns the largest of it.
-double Partition::apply_jacobian(const Eigen::VectorXd& x, const std::vector<double>& other, double sign) {
-  for (std::size_t k = 0; k < work_.size(); ++k) work_[k] = sign * other[static_cast<std::size_t>(choice_.rows[k])];
-  for (const Used& u : used_) {
-    const double* const p = x.data() + u.column;
-    const auto& j = c_.jacobian[u.block];
-    work_[u.index] += j[0] * p[0] + j[1] * p[1] + j[2] * p[2];
-  }
+// work_ = Phi_q x + sign * other; returns the largest of it.
+template <int sign>
+double Partition::apply_jacobian(const Eigen::VectorXd& x, const std::vector<double>& other) {
+  const auto* const jacobian = c_.jacobian.data();
   double most = 0;
-  for (const double w : work_) most = std::max(most, std::abs(w));
+  for (std::size_t k = 0; k < work_.size(); ++k) {
+    const UsedRow& r = used_rows_[k];
+    double sum = sign * other[r.row];
+    for (Index b = r.first; b < r.last; ++b) {
+      const double* const p = x.data() + column_[b];
+      const auto& j = jacobian[b];
+      sum += j[0] * p[0] + j[1] * p[1] + j[2] * p[2];
+    }
+    work_[k] = sum;
+    most = std::max(most, std::abs(sum));
+  }
   return most;
 }
 
@@ -320,7 +370,7 @@ void Partition::solve_velocities(MotionState& m) {
   Eigen::VectorXd& guess = free_;
   guess = m.velocity;
   for (int iteration = 0; iteration < 10; ++iteration) {
-    const double now = apply_jacobian(m.velocity, c_.phi_t, 1);
+    const double now = apply_jacobian<1>(m.velocity, c_.phi_t);
     if (now <= goal || !(now < 0.1 * before)) break;
     before = now;
     correct(m.velocity);
@@ -349,15 +399,40 @@ void Partition::put_on_constraints(MotionState& m) {
   const bool serve = solve_positions(m);
   if (rank() > 0) {
     solve_velocities(m);
-    if (!serve && !nearest_) factor_schur(m);
+    of_this_pose_ = !serve;
+    if (!nearest_) prepare_motion(m, serve);
   }
-  accelerate(m);
+  system_.set_velocity(m.velocity);
+  system_.constraints_of_velocity(c_);
+  solve_motion(m);
 }
 
+// Factors for accelerations and multipliers, but where those of before serve. Phi_u has its own of the guess; R wants
+// them of the pose itself, which cost less than a pass of refinement.
+void Partition::prepare_motion(const MotionState& m, bool serve) {
+  if (!serve && may_reduce()) {
+    factor();
+    return reduce(m);
+  }
+  if (serve && reduced_) return;
+  weigh();
+  if (!serve) factor_schur(m);
+}
+
+// The constraints are those of the evaluation before; one may have looked elsewhere since.
 void Partition::accelerate(MotionState& m) {
-  system_.set_velocity(m.velocity);
+  system_.set_state(m.t, m.q, m.velocity);
+  if (!reduced_ || !system_.friction_rows().empty()) return solve_motion(m);
   system_.set_element_states(m.states);
-  system_.constraints(c_);                        // gamma needs the velocities
+  balance_ = load_;
+  system_.loads(load_);
+  balance_ = load_ - balance_;
+  correct_reduced(m, false);
+  take_rates(m);
+}
+
+void Partition::solve_motion(MotionState& m) {
+  system_.set_element_states(m.states);
   if (!m.lambda.allFinite()) m.lambda.setZero();  // what a failed evaluation left is no guess
   if (system_.friction_rows().empty()) {
     system_.loads(load_);
@@ -365,6 +440,10 @@ void Partition::accelerate(MotionState& m) {
   } else {
     solve_with_friction(m);
   }
+  take_rates(m);
+}
+
+void Partition::take_rates(MotionState& m) {
   const auto forces = static_cast<Eigen::Index>(system_.model().forces.size());
   for (Eigen::Index i = 0; i < forces; ++i) {
     m.rates[i] = system_.powers()[static_cast<std::size_t>(i)].lost;
@@ -380,16 +459,118 @@ void Partition::accelerate(MotionState& m) {
   std::copy(rates.begin(), rates.end(), m.rates.data() + system_.flow_count());
 }
 
-// acceleration -= M^-1 Phi_q^T lambda, lambda in the order of the choice.
+// acceleration -= M^-1 Phi_q^T lambda.
 void Partition::subtract_reactions(const std::vector<double>& lambda, Eigen::VectorXd& acceleration) const {
-  for (const Used& u : used_) {
-    const double* const inverse = inverse_mass_.data() + u.column;
-    double* const a = acceleration.data() + u.column;
-    for (std::size_t k = 0; k < 3; ++k) a[k] -= inverse[k] * c_.jacobian[u.block][k] * lambda[u.index];
+  for (std::size_t k = 0; k < lambda.size(); ++k) {
+    const double l = lambda[k];
+    for (Index b = used_rows_[k].first; b < used_rows_[k].last; ++b) {
+      double* const a = acceleration.data() + column_[b];
+      const auto& w = weighted_[b];
+      a[0] -= w[0] * l, a[1] -= w[1] * l, a[2] -= w[2] * l;
+    }
+  }
+}
+
+bool Partition::may_reduce() const { return freedom() > 0 && freedom() <= few_freedoms && least_pivot_ >= sure_pivot; }
+
+// R and the factors of M^, from those of Phi_u at the same pose.
+void Partition::reduce(const MotionState& m) {
+  std::fill(r_.begin(), r_.end(), 0.0);
+  for (const Entry& e : free_entries_) r_[e.place] = -c_.jacobian[e.block][e.component];
+  with_freedom(freedom(), [&]<std::size_t f>(Count<f>) {
+    phi_u_.solve_rows<f>(r_);
+    double a[f][f] = {};
+    for (std::size_t i = 0; i < f; ++i) a[i][i] = system_.mass()[choice_.independent[i]];
+    for (std::size_t k = 0; k < dependent_mass_.size(); ++k) {
+      const double* const row = r_.data() + k * f;
+      for (std::size_t i = 0; i < f; ++i)
+        for (std::size_t j = 0; j <= i; ++j) a[i][j] += dependent_mass_[k] * row[i] * row[j];
+    }
+    for (std::size_t j = 0; j < f; ++j)  // L L^T, with 1/L on the diagonal
+      for (std::size_t i = j; i < f; ++i) {
+        double sum = a[i][j];
+        for (std::size_t k = 0; k < j; ++k) sum -= a[i][k] * a[j][k];
+        a[i][j] = i == j ? 1 / std::sqrt(sum) : sum * a[j][j];
+      }
+    std::copy(&a[0][0], &a[0][0] + f * f, m_hat_.data());
+  });
+  reduced_ = true;
+  factored_at_ = m.q;
+}
+
+// balance_ = F - M q'' - Phi_q^T lambda; returns the largest acceleration that it makes of free bodies.
+double Partition::balance(const MotionState& m) {
+  balance_ = load_ - system_.mass().cwiseProduct(m.acceleration);
+  for (const UsedRow& r : used_rows_) {
+    const double lambda = m.lambda[r.row];
+    for (Index b = r.first; b < r.last; ++b) {
+      double* const rest = balance_.data() + column_[b];
+      const auto& j = c_.jacobian[b];
+      rest[0] -= j[0] * lambda, rest[1] -= j[1] * lambda, rest[2] -= j[2] * lambda;
+    }
+  }
+  return balance_.cwiseProduct(inverse_mass_).cwiseAbs().maxCoeff();
+}
+
+// Takes balance_, and work_ = Phi_q q'' - gamma unless it is nothing, out of accelerations and multipliers.
+void Partition::correct_reduced(MotionState& m, bool open) {
+  const std::size_t r = dependent_mass_.size();
+  double* const c = chosen_work_.data();
+  for (std::size_t k = 0; k < r; ++k) c[used_rows_[k].chosen] = open ? -work_[k] : 0;
+  if (open) phi_u_.solve(chosen_work_);
+  with_freedom(freedom(), [&]<std::size_t f>(Count<f>) {
+    const double *const rows = r_.data(), *const l = m_hat_.data();
+    double y[f];
+    for (std::size_t j = 0; j < f; ++j) y[j] = balance_[choice_.independent[j]];
+    for (std::size_t k = 0; k < r; ++k) {
+      const double rest = balance_[choice_.dependent[k]] - dependent_mass_[k] * c[k];
+      for (std::size_t j = 0; j < f; ++j) y[j] += rows[k * f + j] * rest;
+    }
+    for (std::size_t i = 0; i < f; ++i) {
+      for (std::size_t k = 0; k < i; ++k) y[i] -= l[i * f + k] * y[k];
+      y[i] *= l[i * f + i];
+    }
+    for (std::size_t i = f; i-- > 0;) {
+      for (std::size_t k = i + 1; k < f; ++k) y[i] -= l[k * f + i] * y[k];
+      y[i] *= l[i * f + i];
+    }
+    for (std::size_t j = 0; j < f; ++j) m.acceleration[choice_.independent[j]] += y[j];
+    for (std::size_t k = 0; k < r; ++k) {
+      double change = c[k];
+      for (std::size_t j = 0; j < f; ++j) change += rows[k * f + j] * y[j];
+      m.acceleration[choice_.dependent[k]] += change;
+      c[k] = balance_[choice_.dependent[k]] - dependent_mass_[k] * change;
+    }
+  });
+  phi_u_.solve_transposed(chosen_work_);
+  for (std::size_t k = 0; k < r; ++k) m.lambda[choice_.rows[k]] += c[k];
+}
+
+void Partition::solve_reduced(MotionState& m) {
+  if (of_this_pose_) {
+    m.acceleration.setZero(), m.lambda.setZero();
+    for (std::size_t k = 0; k < work_.size(); ++k) work_[k] = -c_.gamma[used_rows_[k].row];
+    balance_ = load_;
+    return correct_reduced(m, true);
+  }
+  // Factors of a pose near by serve for what is left of a guess.
+  if (!m.acceleration.allFinite()) m.acceleration.setZero();
+  for (const int row : choice_.redundant) m.lambda[row] = 0;
+  double largest = load_.cwiseProduct(inverse_mass_).cwiseAbs().maxCoeff();
+  for (const double g : c_.gamma) largest = std::max(largest, std::abs(g));
+  const double goal = 1e-15 * largest;
+  double before = std::numeric_limits<double>::infinity();
+  for (int pass = 0; pass < 6; ++pass) {
+    const double now = std::max(balance(m), apply_jacobian<-1>(m.acceleration, c_.gamma));
+    if (now <= goal || !(now < 0.1 * before)) return;
+    before = now;
+    correct_reduced(m, true);
+    if (trust * now <= goal) return;
   }
 }
 
 void Partition::solve_accelerations(MotionState& m) {
+  if (reduced_) return solve_reduced(m);
   free_ = load_.cwiseProduct(inverse_mass_);
   m.acceleration = free_;
   if (rank() == 0) return;
@@ -397,18 +578,18 @@ void Partition::solve_accelerations(MotionState& m) {
   // passes are iterative refinement: S has the square of the condition of Phi_q, and where that is large the
   // accelerations still satisfy their constraints to rounding.
   for (const int row : choice_.redundant) m.lambda[row] = 0;
-  for (std::size_t k = 0; k < work_.size(); ++k) work_[k] = m.lambda[choice_.rows[k]];
+  for (std::size_t k = 0; k < work_.size(); ++k) work_[k] = m.lambda[used_rows_[k].row];
   subtract_reactions(work_, m.acceleration);
   double largest = free_.cwiseAbs().maxCoeff();
   for (const double g : c_.gamma) largest = std::max(largest, std::abs(g));
   const double goal = 1e-15 * largest;
   double before = std::numeric_limits<double>::infinity();
   for (int pass = 0; pass < 6; ++pass) {
-    const double now = apply_jacobian(m.acceleration, c_.gamma, -1);
+    const double now = apply_jacobian<-1>(m.acceleration, c_.gamma);
     if (now <= goal || !(now < 0.1 * before)) return;
     before = now;
     schur_.solve(work_);
-    for (std::size_t k = 0; k < work_.size(); ++k) m.lambda[choice_.rows[k]] += work_[k];
+    for (std::size_t k = 0; k < work_.size(); ++k) m.lambda[used_rows_[k].row] += work_[k];
     subtract_reactions(work_, m.acceleration);
     if (trust * now <= goal) return;
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <cstdint>
 #include <stdexcept>
 #include <vector>
 
@@ -38,11 +39,15 @@ void refuse_blow_up(const System& system, const MotionState& m);
 /// Generalised coordinate partitioning (Wehage & Haug 1982; model.md section 1): q -> (u dependent, v independent),
 /// det Phi_u != 0, M diagonal because q holds centres of gravity. The integrator moves v and v' alone;
 ///   u from Phi(u, v, t) = 0 by Newton        Phi_u u' = -Phi_t - Phi_v v'
+///   M^ v'' = F^,  M^ = M_vv + R^T M_uu R,  R = -Phi_u^-1 Phi_v         Phi_u u'' = gamma - Phi_v v''
+///   Phi_u^T lambda = F_u - M_uu u''
+/// R and M^ are dense: cheap for few freedoms, as of a closed linkage, and a cube of many. With more than six the same
+/// v'' and lambda come from
 ///   S lambda = Phi_q M^-1 F - gamma,  S = Phi_q M^-1 Phi_q^T        M q'' = F - Phi_q^T lambda
-/// The last line gives the v'' of the source's M^ v'' = F^ with M^ = M_vv + R^T M_uu R, R = -Phi_u^-1 Phi_v, without
-/// forming R and M^, which are dense: S has a nonzero only where two equations share a body, and Phi_u keeps the
-/// sparsity of Phi_q, so that a step costs a time linear in the number of links of a chain.
-/// Both factors have a fixed pattern from choose() on. Redundant equations stay outside both.
+/// where S has a nonzero only where two equations share a body, and Phi_u keeps the sparsity of Phi_q, so that a step
+/// costs a time linear in the number of links of a chain. S also tells how near a singular pose is, and there alone
+/// solves; so where a pivot of Phi_u has become small it is used whatever the freedom.
+/// All factors have a fixed pattern from choose() on. Redundant equations stay outside them.
 /// Friction in joints makes F depend on lambda: the two are iterated to 1e-13, starting from the lambda given; where
 /// that does not contract the joint locks itself, and accelerate() says so. sensitivity() says how far the worst pivot
 /// of Phi_u has fallen since the choice; |R| grows with it without bound as Phi_u becomes singular, and it costs
@@ -92,19 +97,24 @@ class Partition {
   double residual() const;
 
  private:
+  using Index = std::uint32_t;
   struct Used {  // a block of a used row: where it is, its place among the used rows, the first coordinate of its body
-    std::size_t block, index;
-    Eigen::Index column;
+    Index block, index, column;
+  };
+  struct UsedRow {  // its number, its blocks, its place in the choice
+    Index row, first, last, chosen;
   };
   struct Entry {  // of Phi_u: component k of a block of Phi_q
-    std::size_t block, component, place;
+    Index block, component, place;
   };
   struct Product {  // of S: two blocks on one body
-    std::size_t i, j, place;
+    Index i, j, place;
   };
   void analyse();
   void list_products();
   void put_on_constraints(MotionState& m);
+  void solve_motion(MotionState& m);
+  void weigh();
   bool solve_positions(MotionState& m);
   void factor();
   void factor_again(const MotionState& m);
@@ -113,9 +123,18 @@ class Partition {
   void factor_schur(const MotionState& m);
   void solve_velocities(MotionState& m);
   void subtract_reactions(const std::vector<double>& lambda, Eigen::VectorXd& acceleration) const;
+  void prepare_motion(const MotionState& m, bool serve);
+  void list_free_entries();
+  void take_rates(MotionState& m);
+  bool may_reduce() const;
+  void reduce(const MotionState& m);
+  void solve_reduced(MotionState& m);
+  void correct_reduced(MotionState& m, bool open);
+  double balance(const MotionState& m);
   void solve_accelerations(MotionState& m);
   void solve_with_friction(MotionState& m);
-  double apply_jacobian(const Eigen::VectorXd& x, const std::vector<double>& other, double sign);
+  template <int sign>
+  double apply_jacobian(const Eigen::VectorXd& x, const std::vector<double>& other);
   [[noreturn]] void refuse_singular(const MotionState& m) const;
   [[noreturn]] void refuse_open(const MotionState& m) const;
 
@@ -134,13 +153,23 @@ class Partition {
   double velocity_turn_ = 0;
 
   std::vector<Used> used_;
-  SparseLu phi_u_;
+  std::vector<UsedRow> used_rows_;  // ascending, as work_ and S are
+  std::vector<Index> column_;       // of each block: the first coordinate of its body
+  SparseLu phi_u_;                  // in the order of the choice
   std::vector<Entry> entries_;
+  std::vector<double> pivot_scale_;
   std::vector<double> best_pivot_;  // largest that each pivot of Phi_u has been since the choice
   SparseLdl schur_;
   std::vector<Product> products_;
   std::vector<std::array<double, 3>> weighted_;  // blocks of Phi_q M^-1
-  std::vector<double> work_;
+  std::vector<double> work_, chosen_work_;
+
+  // Few freedoms: M^ itself, by R. In the order of the choice; reduced_: these were factored last, and not S.
+  bool reduced_ = false, of_this_pose_ = false;
+  std::vector<Entry> free_entries_;  // of Phi_v, into R
+  std::vector<double> r_, m_hat_;    // by rows of freedom() numbers; M^ as its factors L D L^T
+  std::vector<double> dependent_mass_;
+  Eigen::VectorXd balance_;
 };
 
 }  // namespace subsoil::mbd

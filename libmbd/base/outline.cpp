@@ -92,6 +92,7 @@ Outline Outline::polygon(const Points& points, double corner_radius) {
     const Face &before = o.faces_[(i + n - 1) % n], &after = o.faces_[i];
     o.convex_.push_back(cross(before.along, after.along) >= 0);
     if (o.convex_.back()) o.corners_.push_back({core[i], corner_radius, before.normal, after.normal});
+    o.re_entrant_ = o.re_entrant_ || !o.convex_.back();
   }
   return o;
 }
@@ -127,25 +128,90 @@ Outline::Near Outline::near(Vec2 w) const {
   return free_left_ ? Near{c.distance, c.normal} : Near{-c.distance, -1.0 * c.normal};
 }
 
-Outline::Near Outline::near_polygon(Vec2 w) const {
+Outline::OfPolygon Outline::nearest_of_polygon(Vec2 w) const {
   double least = std::numeric_limits<double>::infinity();
-  std::size_t nearest = 0;
-  bool at_corner = false;
+  OfPolygon nearest{0, false, 0};
   for (std::size_t i = 0; i < faces_.size(); ++i) {
     const Face& f = faces_[i];
     const Vec2 d = w - f.from;
     const double s = dot(f.along, d);
     if (s > f.length) continue;  // then the corner is that of the next side
     const double square = s < 0 ? dot(d, d) : dot(f.normal, d) * dot(f.normal, d);
-    if (square < least) least = square, nearest = i, at_corner = s < 0;
+    if (square < least) least = square, nearest = {i, s < 0, 0};
   }
-  const Face& f = faces_[nearest];
+  nearest.away = nearest.at_corner ? std::sqrt(least) : 0;
+  return nearest;
+}
+
+Outline::Near Outline::near_polygon(Vec2 w) const {
+  const OfPolygon nearest = nearest_of_polygon(w);
+  const Face& f = faces_[nearest.side];
   const Vec2 d = w - f.from;
-  const double away = at_corner ? std::sqrt(least) : 0;
-  if (!(away > 0)) return {dot(f.normal, d) - radius_, f.normal};
+  if (!(nearest.away > 0)) return {dot(f.normal, d) - radius_, f.normal};
   // Nearest to a convex corner it is outside, to a concave one inside.
-  const double sign = convex_[nearest] ? 1 : -1;
-  return {sign * away - radius_, (sign / away) * d};
+  const double sign = convex_[nearest.side] ? 1 : -1;
+  return {sign * nearest.away - radius_, (sign / nearest.away) * d};
+}
+
+namespace {
+
+/// Into its place by distance; the farthest falls out.
+void put(Outline::Nears& out, Outline::Near near) {
+  for (Outline::Near& place : out)
+    if (near.distance < place.distance) std::swap(near, place);
+}
+
+}  // namespace
+
+void Outline::all_near(Vec2 w, Nears& out) const {
+  out.fill({nowhere, {}});
+  if (!re_entrant_) {
+    out[0] = near(w);
+    return;
+  }
+  const OfPolygon nearest = nearest_of_polygon(w);
+  const Face& f = faces_[nearest.side];
+  const bool inside = nearest.away > 0 ? !convex_[nearest.side] : dot(f.normal, w - f.from) < 0;
+  inside ? all_inside(w, nearest, out) : all_outside(w, out);
+  if (out[0].distance >= nowhere) out[0] = near(w);  // far away
+}
+
+// Whether w lies beside the side, or beyond an end of it that is re-entrant.
+bool Outline::faces_along(std::size_t side, Vec2 w) const {
+  const double s = dot(faces_[side].along, w - faces_[side].from);
+  return (s >= 0 || !convex_[side]) && (s <= faces_[side].length || !convex_[after(side)]);
+}
+
+void Outline::all_outside(Vec2 w, Nears& out) const {
+  for (std::size_t i = 0; i < faces_.size(); ++i) {
+    const Face& f = faces_[i];
+    const Vec2 d = w - f.from;
+    const double s = dot(f.along, d), height = dot(f.normal, d);
+    const auto beside =
+        [&](std::size_t side) {  // beyond a re-entrant end of f, on the free side of what joins it there
+          return dot(faces_[side].normal, w - faces_[side].from) >= 0 && faces_along(side, w);
+        };
+    if (convex_[i] && s < 0 && dot(faces_[before(i)].along, d) >= 0) {
+      const double away = length(d);
+      if (away > 0) put(out, {away - radius_, (1 / away) * d});
+    }
+    if (height < 0 || !faces_along(i, w)) continue;
+    if ((s < 0 && !beside(before(i))) || (s > f.length && !beside(after(i)))) continue;
+    put(out, {height - radius_, f.normal});
+  }
+}
+
+// The sides that join at re-entrant corners on either hand of the nearest.
+void Outline::all_inside(Vec2 w, const OfPolygon& nearest, Nears& out) const {
+  const auto take = [&](std::size_t i) {
+    const double height = dot(faces_[i].normal, w - faces_[i].from);
+    if (faces_along(i, w)) put(out, {height - radius_, faces_[i].normal});
+  };
+  const std::size_t n = faces_.size();
+  take(nearest.side);
+  std::size_t i = nearest.side, seen = 1;
+  for (; !convex_[i] && seen < n; ++seen) take(i = before(i));
+  for (i = after(nearest.side); !convex_[i] && seen < n; ++seen, i = after(i)) take(i);
 }
 
 Vec2 Outline::farthest(Vec2 m) const { return centre_ + curve_->support(std::atan2(m.y, m.x)).point; }

@@ -16,8 +16,10 @@ namespace subsoil::mbd {
 ///             further in, widened by r
 ///   curve     a smooth profile or flank (see Curve); free on its left, or on its right
 ///   flat      n . (w - q), a half plane
-/// Signed distances are positive on the free side. Inside a polygon the nearest side counts, so the direction is unique
-/// for depths that are small beside its sides.
+/// Signed distances are positive on the free side. Inside a convex polygon the nearest side counts, so the direction is
+/// unique for depths that are small beside its sides. In a re-entrant corner of a polygon a disk lies on both sides at
+/// once, and each pushes it: the nearest alone would flip its direction from side to side on the bisector, where such a
+/// disk comes to rest.
 class Outline {
  public:
   enum class Kind { disk, polygon, curve, flat };
@@ -40,6 +42,16 @@ class Outline {
   };
   /// Throws std::runtime_error at a disk's centre, where no direction is.
   Near near(Vec2 w) const;
+
+  /// All places of the outline that a disk about w may touch at once, the nearest first; what is left of `out` stands
+  /// at the distance `nowhere`. More than one only of a polygon with re-entrant corners: its sides, each to its own
+  /// line, which goes on into the solid beyond a re-entrant end, so that a place comes and goes at distance 0 of its
+  /// disk and its force never jumps; and its convex corners.
+  static constexpr std::size_t most_at_once = 3;
+  static constexpr double nowhere = 1;  ///< m; finite, since integrators look for its zeros
+  using Nears = std::array<Near, most_at_once>;
+  void all_near(Vec2 w, Nears& out) const;
+  std::size_t at_once() const { return re_entrant_ ? most_at_once : 1; }
 
   /// A point that can touch another outline with the radius about it: a disk's centre, a convex corner of a polygon
   /// with the outward normals of the sides before and after it, counter-clockwise.
@@ -68,7 +80,18 @@ class Outline {
 
  private:
   explicit Outline(Kind kind) : kind_(kind) {}
+  struct OfPolygon {  // the nearest side, or the corner at its beginning
+    std::size_t side;
+    bool at_corner;
+    double away;
+  };
+  OfPolygon nearest_of_polygon(Vec2 w) const;
   Near near_polygon(Vec2 w) const;
+  void all_outside(Vec2 w, Nears& out) const;
+  void all_inside(Vec2 w, const OfPolygon& nearest, Nears& out) const;
+  bool faces_along(std::size_t side, Vec2 w) const;
+  std::size_t before(std::size_t side) const { return (side + faces_.size() - 1) % faces_.size(); }
+  std::size_t after(std::size_t side) const { return (side + 1) % faces_.size(); }
 
   Kind kind_;
   Vec2 centre_{}, middle_{};
@@ -77,7 +100,7 @@ class Outline {
   std::vector<Face> faces_;
   std::vector<char> convex_;  // of the corner at the beginning of each side
   std::shared_ptr<const Curve> curve_;
-  bool free_left_ = false, closed_ = false;
+  bool free_left_ = false, closed_ = false, re_entrant_ = false;
 };
 
 }  // namespace subsoil::mbd

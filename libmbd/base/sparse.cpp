@@ -15,21 +15,28 @@ void SparseLu::analyse(const std::vector<std::vector<int>>& pattern) {
     marked[i] = 1;
     for (std::size_t k = 0; k < i; ++k)  // fill: row k of U joins every row that it is taken from
       if (marked[k])
-        for (std::size_t e = diagonal_[k] + 1; e < begin_[k + 1]; ++e) marked[static_cast<std::size_t>(column_[e])] = 1;
+        for (Index e = diagonal_[k] + 1; e < begin_[k + 1]; ++e) marked[column_[e]] = 1;
     for (std::size_t j = 0; j < n; ++j) {
       if (!marked[j]) continue;
-      if (j == i) diagonal_.push_back(column_.size());
-      column_.push_back(static_cast<int>(j));
+      if (j == i) diagonal_.push_back(static_cast<Index>(column_.size()));
+      column_.push_back(static_cast<Index>(j));
       marked[j] = 0;
     }
-    begin_.push_back(column_.size());
+    begin_.push_back(static_cast<Index>(column_.size()));
   }
   for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t e = begin_[i]; e < diagonal_[i]; ++e) {
-      const auto k = static_cast<std::size_t>(column_[e]);
-      for (std::size_t u = diagonal_[k] + 1; u < begin_[k + 1]; ++u)
-        target_.push_back(place(static_cast<int>(i), column_[u]));
+    for (Index e = begin_[i]; e < diagonal_[i]; ++e) {
+      const Index k = column_[e];
+      for (Index u = diagonal_[k] + 1; u < begin_[k + 1]; ++u)
+        target_.push_back(static_cast<Index>(place(static_cast<int>(i), static_cast<int>(column_[u]))));
     }
+  lower_.clear(), upper_.clear();
+  for (std::size_t i = 0; i < n; ++i)
+    for (Index e = begin_[i]; e < begin_[i + 1]; ++e)
+      if (e != diagonal_[i]) (e < diagonal_[i] ? lower_ : upper_).push_back({static_cast<Index>(i), column_[e], e});
+  lower_by_rows_.assign(lower_.rbegin(), lower_.rend()), upper_by_rows_ = upper_;
+  std::stable_sort(lower_.begin(), lower_.end(), [](const Entry& a, const Entry& b) { return a.column < b.column; });
+  std::stable_sort(upper_.begin(), upper_.end(), [](const Entry& a, const Entry& b) { return a.column > b.column; });
   values_.assign(column_.size(), 0.0);
   inverse_.assign(n, 0.0);
 }
@@ -38,36 +45,37 @@ std::size_t SparseLu::place(int row, int column) const {
   const auto i = static_cast<std::size_t>(row);
   const auto first = column_.begin() + static_cast<std::ptrdiff_t>(begin_[i]);
   const auto last = column_.begin() + static_cast<std::ptrdiff_t>(begin_[i + 1]);
-  return static_cast<std::size_t>(std::lower_bound(first, last, column) - column_.begin());
+  return static_cast<std::size_t>(std::lower_bound(first, last, static_cast<Index>(column)) - column_.begin());
 }
 
 void SparseLu::factor() {
-  double* const x = values_.data();
-  const std::size_t* target = target_.data();
+  double *const x = values_.data(), *const inverse = inverse_.data();
+  const Index *target = target_.data(), *const begin = begin_.data(), *const diagonal = diagonal_.data();
   for (std::size_t i = 0; i < size(); ++i) {
-    for (std::size_t e = begin_[i]; e < diagonal_[i]; ++e) {
-      const auto k = static_cast<std::size_t>(column_[e]);
-      const double l = x[e] *= inverse_[k];
-      for (std::size_t u = diagonal_[k] + 1; u < begin_[k + 1]; ++u) x[*target++] -= l * x[u];
+    for (Index e = begin[i]; e < diagonal[i]; ++e) {
+      const Index k = column_[e];
+      const double a = x[e];
+      x[e] = a * inverse[k];
+      for (Index u = diagonal[k] + 1; u < begin[k + 1]; ++u) x[*target++] -= a * x[u];
     }
-    inverse_[i] = 1 / x[diagonal_[i]];
+    inverse[i] = 1 / x[diagonal[i]];
+    for (Index u = diagonal[i] + 1; u < begin[i + 1]; ++u) x[u] *= inverse[i];
   }
 }
 
 void SparseLu::solve(std::span<double> b) const {
   const double* const x = values_.data();
-  const std::size_t n = size();
-  for (std::size_t i = 0; i < n; ++i) {
-    double sum = b[i];
-    for (std::size_t e = begin_[i]; e < diagonal_[i]; ++e) sum -= x[e] * b[static_cast<std::size_t>(column_[e])];
-    b[i] = sum;
-  }
-  for (std::size_t i = n; i-- > 0;) {
-    double sum = b[i];
-    for (std::size_t e = diagonal_[i] + 1; e < begin_[i + 1]; ++e)
-      sum -= x[e] * b[static_cast<std::size_t>(column_[e])];
-    b[i] = sum * inverse_[i];
-  }
+  for (const Entry& e : lower_) b[e.row] -= x[e.place] * b[e.column];
+  for (std::size_t i = 0; i < size(); ++i) b[i] *= inverse_[i];
+  for (const Entry& e : upper_) b[e.row] -= x[e.place] * b[e.column];
+}
+
+// U^T D L^T x = b.
+void SparseLu::solve_transposed(std::span<double> b) const {
+  const double* const x = values_.data();
+  for (const Entry& e : upper_by_rows_) b[e.column] -= x[e.place] * b[e.row];
+  for (std::size_t i = 0; i < size(); ++i) b[i] *= inverse_[i];
+  for (const Entry& e : lower_by_rows_) b[e.column] -= x[e.place] * b[e.row];
 }
 
 namespace {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -10,9 +11,11 @@ namespace subsoil::mbd {
 // out once, with its fill, and the elimination then runs along flat lists of places. A general sparse library looks
 // its places up at each factorisation, which at 17 rows costs several times the arithmetic; a dense one is cubic.
 
-/// A x = b with pivots on the diagonal, in the order given: A = L U, unit L, row by row.
+/// A x = b with pivots on the diagonal, in the order given: A = L D U, unit L and U, row by row.
 /// Whoever sets the pattern has ordered rows and columns so that the diagonal can carry the pivots; pivot() says how
 /// well it still does.
+/// Solving runs along one list of entries without loops over rows, which hold one to four entries and cost more than
+/// their arithmetic; by columns, so that only the depth of the elimination waits for one another.
 class SparseLu {
  public:
   /// Columns of the nonzeros of each row. Throws nothing; a row may lack its diagonal, which then is fill.
@@ -25,16 +28,40 @@ class SparseLu {
   void factor();
   /// b becomes x.
   void solve(std::span<double> b) const;
+  /// A^T x = b.
+  void solve_transposed(std::span<double> b) const;
+  /// The same A for `count` right sides, which stand row by row.
+  template <std::size_t count>
+  void solve_rows(std::span<double> b) const;
   std::size_t size() const { return diagonal_.size(); }
-  /// Diagonal of U after factor().
+  /// Diagonal of D after factor().
   double pivot(std::size_t i) const { return values_[diagonal_[i]]; }
 
  private:
-  std::vector<std::size_t> begin_, diagonal_;  // first entry of a row and its diagonal; L left of it, U right
-  std::vector<int> column_;
-  std::vector<std::size_t> target_;  // where each product of the elimination goes, in the order of factor()
+  using Index = std::uint32_t;
+  struct Entry {  // of L or U, off the diagonal
+    Index row, column, place;
+  };
+  std::vector<Index> begin_, diagonal_;  // first entry of a row and its diagonal; L left of it, U right
+  std::vector<Index> column_;
+  std::vector<Index> target_;         // where each product of the elimination goes, in the order of factor()
+  std::vector<Entry> lower_, upper_;  // by columns, of U from the last
+  std::vector<Entry> lower_by_rows_, upper_by_rows_;  // of L from the last
   std::vector<double> values_, inverse_;
 };
+
+template <std::size_t count>
+void SparseLu::solve_rows(std::span<double> b) const {
+  const auto subtract = [&](const Entry& e) {
+    double* __restrict to = b.data() + e.row * count;
+    const double* __restrict from = b.data() + e.column * count, x = values_[e.place];
+    for (std::size_t j = 0; j < count; ++j) to[j] -= x * from[j];
+  };
+  for (const Entry& e : lower_) subtract(e);
+  for (std::size_t i = 0; i < size(); ++i)
+    for (std::size_t j = 0; j < count; ++j) b[i * count + j] *= inverse_[i];
+  for (const Entry& e : upper_) subtract(e);
+}
 
 /// S x = b, S symmetric positive definite: P S P^T = L D L^T, P by least degree, column by column.
 class SparseLdl {

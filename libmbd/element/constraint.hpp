@@ -41,6 +41,7 @@ struct ConstraintMembers {
   bool third_body = false;             ///< body_c: evaluate() gets it, ConstraintRow::on_c is its share
   bool reaction_point = false;         ///< reaction_point(a, b): world point at which the reaction is reported
   bool characteristic_length = false;  ///< characteristic_length(): a length of its own, for the machine's scale (m)
+  bool pin = false;    ///< two rows, of which the first depends on no y and the second on no x: solvers leave these out
   bool latch = false;  ///< latch(a, b): closes where the bodies are; latched(), set_latched(m): what that has decided
 };
 
@@ -67,7 +68,7 @@ concept ConstraintHas = E::has.check == requires(const E e) {
 &&E::has.third_body == requires(E e) { e.body_c; }
 &&E::has.reaction_point == requires(const E e, const BodyState body) { e.reaction_point(body, body); }
 &&E::has.characteristic_length == requires(const E e) { e.characteristic_length(); }
-&&E::has.latch == requires(E e, const BodyState body) {
+&&(!E::has.pin || E::rows == 2) && E::has.latch == requires(E e, const BodyState body) {
   e.latch(body, body);
   e.set_latched(e.latched());
 };

@@ -48,7 +48,7 @@ void OutlineContact::list_places() {
   const auto add = [&](bool of_second, const Outline& own, const Outline& other) {
     if (other.kind() == Kind::disk && own.kind() != Kind::disk) return;
     if (own.kind() == Kind::disk && other.kind() == Kind::disk && !of_second) return;
-    for (std::size_t i = 0; i < own.corners().size(); ++i) places.push_back({of_second, false, i});
+    for (std::size_t i = 0; i < own.corners().size(); ++i) places.push_back({of_second, false, i, other.at_once()});
     if (!other.has_support()) return;
     for (std::size_t i = 0; i < own.faces().size(); ++i) places.push_back({of_second, true, i});
   };
@@ -56,28 +56,47 @@ void OutlineContact::list_places() {
   add(false, *outline_a, *outline_b);
 }
 
-ContactPoint OutlineContact::touch(const Scene& scene, const Place& place) const {
+std::size_t OutlineContact::gap_count() const {
+  std::size_t count = 0;
+  for (const Place& place : places) count += place.at_once;
+  return count;
+}
+
+void OutlineContact::gaps(const Scene& scene, std::span<double> out) const {
+  Touches all;
+  std::size_t i = 0;
+  for (const Place& place : places) {
+    touch(scene, place, all);
+    for (std::size_t k = 0; k < place.at_once; ++k) out[i++] = all[k].gap;
+  }
+}
+
+void OutlineContact::touch(const Scene& scene, const Place& place, Touches& out) const {
   const Outline &own = place.of_second ? *outline_b : *outline_a, &seen = place.of_second ? *outline_a : *outline_b;
   const BodyState &owner = body_of(scene, place.of_second ? body_b : body_a),
                   &other = body_of(scene, place.of_second ? body_a : body_b);
-  if (place.face) return touch_face(owner, other, seen, own.faces()[place.index]);
-  return touch_corner(owner, other, seen, own.corners()[place.index]);
+  if (place.face)
+    out[0] = touch_face(owner, other, seen, own.faces()[place.index]);
+  else
+    touch_corner(owner, other, seen, own.corners()[place.index], out);
 }
 
 /// The normal is that of what is seen, towards the corner.
-ContactPoint OutlineContact::touch_corner(const BodyState& owner, const BodyState& other, const Outline& seen,
-                                          const Outline::Corner& corner) const {
+void OutlineContact::touch_corner(const BodyState& owner, const BodyState& other, const Outline& seen,
+                                  const Outline::Corner& corner, Touches& out) const {
   const Vec2 centre = owner.point_in_world({corner.centre.x, corner.centre.y});
   const auto w = other.point_in_body(centre);
-  const Outline::Near near = seen.near({w[0], w[1]});
-  const Vec2 normal = other.vector_in_world({near.normal.x, near.normal.y});
-  double gap = near.distance - corner.radius;
+  Outline::Nears all;
+  seen.all_near({w[0], w[1]}, all);
+  for (std::size_t k = 0; k < seen.at_once(); ++k) {
+    const Vec2 normal = other.vector_in_world({all[k].normal.x, all[k].normal.y});
+    out[k] = {all[k].distance - corner.radius, normal, centre - corner.radius * normal};
+  }
   if (seen.has_support() && (corner.before.x != 0 || corner.before.y != 0)) {
     const Vec2 before = owner.vector_in_world({corner.before.x, corner.before.y}),
-               after = owner.vector_in_world({corner.after.x, corner.after.y});
-    if (!(cross(before, -1.0 * normal) >= 0 && cross(-1.0 * normal, after) >= 0)) gap = std::abs(gap);
+               after = owner.vector_in_world({corner.after.x, corner.after.y}), into = -1.0 * out[0].normal;
+    if (!(cross(before, into) >= 0 && cross(into, after) >= 0)) out[0].gap = std::abs(out[0].gap);
   }
-  return {gap, normal, centre - corner.radius * normal};
 }
 
 /// The normal is the face's, towards the curve.
@@ -101,19 +120,23 @@ ContactPoint OutlineContact::touch_face(const BodyState& owner, const BodyState&
 ForcePower OutlineContact::evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
   ForcePower sum;
   values = {0, 0, std::numeric_limits<double>::infinity(), 0, 0};
+  Touches all;
   for (const Place& place : places) {
-    const ContactPoint c = touch(scene, place);
-    const bool deepest = c.gap < values[2];
-    if (deepest) values[2] = c.gap;
-    if (!(c.gap < 0)) continue;
-    ForceValues own{};
+    touch(scene, place, all);
     // The normal points away from what a corner sees, and away from a face's own body.
     const bool from_first = place.of_second != place.face;
-    const ForcePower power =
-        from_first ? law.push(scene, body_a, body_b, c, loads, own) : law.push(scene, body_b, body_a, c, loads, own);
-    values[0] += own[0], values[1] += own[1], values[4] += 1;
-    if (deepest) values[3] = own[3];
-    sum.stored += power.stored, sum.lost += power.lost;
+    for (std::size_t k = 0; k < place.at_once; ++k) {
+      const ContactPoint& c = all[k];
+      const bool deepest = c.gap < values[2];
+      if (deepest) values[2] = c.gap;
+      if (!(c.gap < 0)) continue;
+      ForceValues own{};
+      const ForcePower power =
+          from_first ? law.push(scene, body_a, body_b, c, loads, own) : law.push(scene, body_b, body_a, c, loads, own);
+      values[0] += own[0], values[1] += own[1], values[4] += 1;
+      if (deepest) values[3] = own[3];
+      sum.stored += power.stored, sum.lost += power.lost;
+    }
   }
   return sum;
 }

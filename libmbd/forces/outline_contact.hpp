@@ -9,7 +9,8 @@ namespace subsoil::mbd {
 ///   corner or disk    gap = d(C) - R           C, R: centre, radius; d: signed distance of the other outline      (m)
 ///   side              gap = n . (c - q)        against a closed curve; c: its farthest point along -n            (m)
 /// A polygon brings its convex corners, both of two polygons theirs; with a curve the corner counts where the curve's
-/// normal lies between those of the corner's sides, else the side: at the handover both are the same contact. Each
+/// normal lies between those of the corner's sides, else the side: at the handover both are the same contact. In a
+/// re-entrant corner it touches both sides, and has a place on each (Outline::all_near). Each
 /// place with gap < 0 has a force of its own, ContactLaw: Hunt-Crossley of the depth -gap and Coulomb friction. So a
 /// block on its side has two, and the stored energy is a continuous function of the pose. Validity: depths small beside
 /// sides and radii. Where corner meets corner, each sees the other. A side sees a curve's farthest point alone, and
@@ -25,10 +26,10 @@ struct OutlineContact {
   int body_a = -1, body_b = -1;
   OutlineForm first{}, second{};
   ContactLaw law{};
-  /// Where the two can touch: a corner or a side of one of them.
+  /// Where the two can touch: a corner or a side of one of them, and how many places of the other it meets at most.
   struct Place {
     bool of_second, face;
-    std::size_t index;
+    std::size_t index, at_once = 1;
   };
   // Made by prepare():
   std::shared_ptr<const Outline> outline_a{}, outline_b{};
@@ -47,17 +48,16 @@ struct OutlineContact {
   /// Makes the outlines ready; throws std::invalid_argument with what is wrong.
   void prepare();
 
-  std::size_t gap_count() const { return places.size(); }
-  void gaps(const Scene& scene, std::span<double> out) const {
-    for (std::size_t i = 0; i < places.size(); ++i) out[i] = touch(scene, places[i]).gap;
-  }
+  std::size_t gap_count() const;
+  void gaps(const Scene& scene, std::span<double> out) const;
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const;
 
  private:
+  using Touches = std::array<ContactPoint, Outline::most_at_once>;  // the first at_once of a place
   void list_places();
-  ContactPoint touch(const Scene& scene, const Place& place) const;
-  ContactPoint touch_corner(const BodyState& owner, const BodyState& other, const Outline& seen,
-                            const Outline::Corner& corner) const;
+  void touch(const Scene& scene, const Place& place, Touches& out) const;
+  void touch_corner(const BodyState& owner, const BodyState& other, const Outline& seen, const Outline::Corner& corner,
+                    Touches& out) const;
   ContactPoint touch_face(const BodyState& owner, const BodyState& other, const Outline& seen,
                           const Outline::Face& face) const;
 };

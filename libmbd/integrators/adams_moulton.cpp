@@ -1,5 +1,6 @@
 #include "libmbd/integrators/adams_moulton.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
@@ -49,7 +50,7 @@ AdamsMoulton::AdamsMoulton(System& system, const AdamsMoultonOptions& options)
     throw std::invalid_argument("adams-moulton order = " + std::to_string(options.order) + ": must be in [1, 6]");
   const Eigen::Index size = 2 * now_.q.size() + now_.rates.size();
   past_.setZero(size, order_max);
-  weights_.setZero(order_max), sum_.setZero(size);
+  sum_.setZero(size);
   trial_ = now_;
   predicted_q_ = predicted_velocity_ = now_.q;
   scale_ = coordinate_scale(system);
@@ -65,15 +66,37 @@ void AdamsMoulton::on_start() {
 
 void AdamsMoulton::push_past() {
   newest_ = (newest_ + 1) % order_max;
-  if (stored_ < order_max) ++stored_;
+  if (stored_ < options_.order) ++stored_;
   keep_rates(past_, slot(0), now_);
+}
+
+template <std::size_t... age>
+void AdamsMoulton::sum_columns(const double* weights, double h, std::index_sequence<age...>) {
+  const double* const columns[] = {past_.col(slot(static_cast<int>(age))).data()...};
+  const double w[] = {h * weights[age]...};
+  double* const sum = sum_.data();
+  for (Eigen::Index i = 0, size = sum_.size(); i < size; ++i) sum[i] = (... + (w[age] * columns[age][i]));
 }
 
 /// sum_ = h times the weighted sum of the past, newest first.
 void AdamsMoulton::sum_past(const double* weights, int count, double h) {
-  weights_.setZero();
-  for (int age = 0; age < count; ++age) weights_[slot(age)] = h * weights[age];
-  sum_.noalias() = past_ * weights_;
+  switch (count) {
+    case 0:
+      sum_.setZero();
+      return;
+    case 1:
+      return sum_columns(weights, h, std::make_index_sequence<1>());
+    case 2:
+      return sum_columns(weights, h, std::make_index_sequence<2>());
+    case 3:
+      return sum_columns(weights, h, std::make_index_sequence<3>());
+    case 4:
+      return sum_columns(weights, h, std::make_index_sequence<4>());
+    case 5:
+      return sum_columns(weights, h, std::make_index_sequence<5>());
+    default:
+      return sum_columns(weights, h, std::make_index_sequence<6>());
+  }
 }
 
 void AdamsMoulton::take_jump() {
@@ -86,11 +109,12 @@ void AdamsMoulton::take_jump() {
     push_past();
     return;
   }
-  const auto n = now_.q.size();
-  sum_.head(n).setZero();
-  sum_.segment(n, n) = now_.acceleration - past_.col(slot(0)).segment(n, n);
-  sum_.tail(now_.rates.size()) = now_.rates - past_.col(slot(0)).tail(now_.rates.size());
-  for (int age = 0; age < stored_; ++age) past_.col(slot(age)) += sum_;
+  const auto n = now_.q.size(), rest = now_.rates.size();
+  const double* const before = past_.col(slot(0)).data() + n;
+  double* const jump = sum_.data();
+  for (Eigen::Index i = 0; i < n; ++i) jump[i] = now_.acceleration[i] - before[i];
+  for (Eigen::Index i = 0; i < rest; ++i) jump[n + i] = now_.rates[i] - before[n + i];
+  for (int age = 0; age < stored_; ++age) past_.col(slot(age)).tail(n + rest) += sum_.head(n + rest);
 }
 
 void AdamsMoulton::on_advance(double h) {
@@ -237,12 +261,10 @@ void AdamsMoulton::on_restore(const double*& from, const double* end) {
   if (count < 0 || count > order_max)
     throw std::runtime_error("machine restart data are damaged: stored steps of the integrator");
   step_ = take(from, end), origin_ = take(from, end), steps_ = static_cast<long>(take(from, end));
-  // From the same place of the ring, since sums run over it by place, and from the same guess.
   stored_ = 0, newest_ = 0;
-  past_.setZero();
   for (int i = 0; i < count; ++i) {
     newest_ = (newest_ + 1) % order_max;
-    ++stored_;
+    stored_ = std::min(stored_ + 1, options_.order);
     take(from, end, sum_);
     past_.col(slot(0)) = sum_;
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "libmbd/integrators/integrator.hpp"
@@ -47,12 +48,14 @@ class AdamsMoulton : public Integrator {
   void estimate_error(double h);
   void one_step(double h);
   void sum_past(const double* weights, int count, double h);
+  template <std::size_t... age>
+  void sum_columns(const double* weights, double h, std::index_sequence<age...>);
 
   static constexpr int order_max = 6;
   AdamsMoultonOptions options_;
-  // Columns (q', q'', rates) of the last steps, a ring: a predictor or corrector is then one product with its weights.
+  // Columns (q', q'', rates) of the last steps, a ring: a predictor or corrector is then one sum over columns.
   Eigen::MatrixXd past_;
-  Eigen::VectorXd weights_, sum_;
+  Eigen::VectorXd sum_;
   Eigen::VectorXd predicted_q_, predicted_velocity_, scale_;  // of the step, before the joints are closed
   int newest_ = 0, stored_ = 0;
   double step_ = 0;

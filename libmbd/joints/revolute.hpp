@@ -10,7 +10,7 @@ namespace subsoil::mbd {
 /// p_a, p_b [m] in the bodies' own axes. Reaction: (-lambda) at the pin on body a, (+lambda) on body b, no moment.
 /// Source: Haug, Computer Aided Kinematics and Dynamics, 1989, 3.3.
 struct Revolute {
-  static constexpr ConstraintMembers has{.points = true, .latch = true};
+  static constexpr ConstraintMembers has{.points = true, .pin = true, .latch = true};
   static constexpr std::size_t rows = 2;
   static constexpr std::array<bool, rows> angular{false, false};
   int body_a = -1, body_b = -1;

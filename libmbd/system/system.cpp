@@ -67,8 +67,8 @@ System::System(Model model) : model_(std::move(model)), elements_(std::make_uniq
   attach_events();
   place_elements();
   const auto n = static_cast<std::size_t>(bodies());
-  states_.resize(n);
-  wrenches_.resize(n);
+  states_.resize(n), anchors_.resize(n);
+  wrenches_.resize(n), weights_.resize(n);
   external_.assign(n, {0, 0, 0});
   powers_.resize(model_.forces.size());
   values_.resize(model_.forces.size());
@@ -76,6 +76,7 @@ System::System(Model model) : model_(std::move(model)), elements_(std::make_uniq
   for (std::size_t i = 0; i < model_.bodies.size(); ++i) {
     const auto& b = model_.bodies[i];
     mass_.segment<3>(3 * static_cast<Eigen::Index>(i)) << b.mass, b.mass, b.inertia;
+    weights_[i + 1] = {b.mass * model_.gravity[0], b.mass * model_.gravity[1]};
   }
   for (const auto& f : model_.forces) given_forces_.push_back(f.element);
   for (auto& c : model_.controllers) naming("controller '" + c.name + "'", [&] { c.element.input->attach(*this); });
@@ -197,9 +198,9 @@ void System::attach_friction() {
 }
 
 void System::place_elements() {
-  const auto place = [](auto& lists, const auto& any, int number) {
+  const auto place = [](auto& lists, auto& any, int number) {
     visit(
-        [&]<class Element>(const Element& element) {
+        [&]<class Element>(Element& element) {
           Elements::Placed<Element> placed{&element, number};
           const auto bodies = bodies_of(element);
           placed.a = bodies[0];
@@ -215,7 +216,10 @@ void System::place_elements() {
           for (int row = first; row < first + static_cast<int>(Element::rows); ++row) {
             first_block_.push_back(blocks_.size());
             for (const int body : bodies_of(element))
-              if (body != ground) blocks_.push_back({row, body});
+              if (body != ground) {
+                blocks_.push_back({row, body});
+                if constexpr (Element::has.pin) blocks_.back().has[row == first ? 1 : 0] = false;
+              }
           }
         },
         any);
@@ -281,10 +285,9 @@ void System::set_position(double t, const Eigen::VectorXd& q) {
     const auto k = 3 * (i - 1);
     auto& b = states_[static_cast<std::size_t>(i)];
     b.r = {q[k], q[k + 1]};
-    if (b.angle == q[k + 2]) continue;  // sine and cosine are half the cost of a state, and are often asked again
+    if (b.angle == q[k + 2]) continue;  // a pose is often asked for again
     b.angle = q[k + 2];
-    b.c = std::cos(b.angle);
-    b.s = std::sin(b.angle);
+    anchors_[static_cast<std::size_t>(i)].of(b.angle, b.c, b.s);
   }
 }
 
@@ -303,20 +306,22 @@ void System::set_state(double t, const Eigen::VectorXd& q, const Eigen::VectorXd
 }
 
 // A block of Phi_q per body that is not the ground, in the order of place_elements().
-template <class Element>
+template <System::Elements::Part part, class Element>
 void System::Elements::evaluate(const System& system, const Placed<Element>& placed, SparseConstraints& out) {
   constexpr std::size_t count = Element::rows;
+  const Element& element = *placed.element;
   ConstraintRows<count> rows;
   if constexpr (Element::has.third_body) {
-    placed.element->evaluate(system.body(placed.a), system.body(placed.b), system.body(placed.c), system.t_, rows);
+    element.evaluate(system.body(placed.a), system.body(placed.b), system.body(placed.c), system.t_, rows);
   } else {
-    placed.element->evaluate(system.body(placed.a), system.body(placed.b), system.t_, rows);
+    element.evaluate(system.body(placed.a), system.body(placed.b), system.t_, rows);
   }
   const auto first = static_cast<std::size_t>(placed.number);
   auto* block = out.jacobian.data() + system.first_block_[first];
   for (std::size_t i = 0; i < count; ++i) {
+    if constexpr (part != Part::position) out.gamma[first + i] = rows[i].gamma;
+    if constexpr (part == Part::gamma) continue;
     out.phi[first + i] = rows[i].phi;
-    out.gamma[first + i] = rows[i].gamma;
     out.phi_t[first + i] = rows[i].phi_t;
     if (placed.a != ground) *block++ = rows[i].on_a;
     if (placed.b != ground) *block++ = rows[i].on_b;
@@ -325,14 +330,26 @@ void System::Elements::evaluate(const System& system, const Placed<Element>& pla
   }
 }
 
-void System::constraints(SparseConstraints& out) const {
+template <class Part>
+void System::constraints(Part, SparseConstraints& out) const {
   if (out.jacobian.size() != blocks_.size() || out.phi.size() != row_owner_.size()) {
     for (auto* list : {&out.phi, &out.gamma, &out.phi_t}) list->resize(row_owner_.size());
     out.jacobian.resize(blocks_.size());
   }
-  for_each_placed(elements_->joints, [&](const auto& placed) { Elements::evaluate(*this, placed, out); });
-  for_each_placed(elements_->drivers, [&](const auto& placed) { Elements::evaluate(*this, placed, out); });
+  const auto evaluate = [&](const auto& placed) { Elements::evaluate<Part::value>(*this, placed, out); };
+  for_each_placed(elements_->joints, evaluate);
+  for_each_placed(elements_->drivers, evaluate);
   if (has_joint_events()) clear_open_rows(out);
+}
+
+void System::constraints(SparseConstraints& out) const {
+  constraints(std::integral_constant<Elements::Part, Elements::Part::all>{}, out);
+}
+void System::constraints_of_position(SparseConstraints& out) const {
+  constraints(std::integral_constant<Elements::Part, Elements::Part::position>{}, out);
+}
+void System::constraints_of_velocity(SparseConstraints& out) const {
+  constraints(std::integral_constant<Elements::Part, Elements::Part::gamma>{}, out);
 }
 
 void System::clear_open_rows(SparseConstraints& out) const {
@@ -366,8 +383,7 @@ void write_out(const System& system, Constraints& c) {
 
 void System::loads(Eigen::VectorXd& out) {
   for (std::size_t i = 1; i < wrenches_.size(); ++i) {
-    const double m = model_.bodies[i - 1].mass;
-    wrenches_[i] = {external_[i][0] + m * model_.gravity[0], external_[i][1] + m * model_.gravity[1], external_[i][2]};
+    wrenches_[i] = {external_[i][0] + weights_[i].x, external_[i][1] + weights_[i].y, external_[i][2]};
   }
   Loads sink(wrenches_);
   if (!signals_.empty()) take_signals();
@@ -387,16 +403,16 @@ Eigen::Index System::flow_count() const {
 double System::kinetic() const {
   double sum = 0;
   for (std::size_t i = 1; i < states_.size(); ++i) {
-    const auto& b = model_.bodies[i - 1];
-    sum += 0.5 * b.mass * dot(states_[i].v, states_[i].v) + 0.5 * b.inertia * states_[i].omega * states_[i].omega;
+    const double* const m = mass_.data() + 3 * (i - 1);
+    const double omega = states_[i].omega;
+    sum += 0.5 * m[0] * dot(states_[i].v, states_[i].v) + 0.5 * m[2] * omega * omega;
   }
   return sum;
 }
 
 double System::potential() const {
   double sum = 0;
-  for (std::size_t i = 1; i < states_.size(); ++i)
-    sum -= model_.bodies[i - 1].mass * (model_.gravity[0] * states_[i].r.x + model_.gravity[1] * states_[i].r.y);
+  for (std::size_t i = 1; i < states_.size(); ++i) sum -= dot(weights_[i], states_[i].r);
   return sum;
 }
 
@@ -466,12 +482,10 @@ Eigen::VectorXd System::towing_velocity(double speed) const {
 }
 
 void System::commit() {
-  for (auto& f : model_.forces)
-    visit(
-        [&]<class Force>(Force& force) {
-          if constexpr (Force::has.rut) force.commit(scene(), ruts_);
-        },
-        f.element);
+  for_each_placed(elements_->forces, [&]<class Placed>(const Placed& placed) {
+    using Force = std::remove_cvref_t<decltype(*placed.element)>;
+    if constexpr (Force::has.rut) placed.element->commit(scene(), ruts_);
+  });
 }
 
 void System::save(std::vector<double>& out) const {

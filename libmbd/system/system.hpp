@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "libmbd/base/angle_anchor.hpp"
 #include "libmbd/controllers/pid.hpp"
 #include "libmbd/element/constraint.hpp"
 #include "libmbd/element/force.hpp"
@@ -44,6 +45,7 @@ struct Model {
 /// A nonzero block of Phi_q: the row of an equation and a body, not the ground, that it touches.
 struct Block {
   int row, body;
+  std::array<bool, 3> has{true, true, true};  ///< false: of that coordinate nothing ever
 };
 
 /// All constraints at one state, rows in the order joints, then drivers: Phi, Phi_q, gamma, Phi_t. Phi_q by its nonzero
@@ -107,6 +109,9 @@ class System {
   /// Phi, Phi_q, gamma, Phi_t.
   void constraints(SparseConstraints& out) const;
   void constraints(Constraints& out) const;
+  /// Phi, Phi_q, Phi_t, which need no velocities; then gamma at the same position, which does.
+  void constraints_of_position(SparseConstraints& out) const;
+  void constraints_of_velocity(SparseConstraints& out) const;
   /// F: gravity, forces, external wrenches; fills powers() and values() on the way.
   void loads(Eigen::VectorXd& out);
   /// Multipliers from which loads() takes the friction in joints.
@@ -205,6 +210,8 @@ class System {
   void attach_controllers();
   void number_states();
   void attach_events();
+  template <class Part>
+  void constraints(Part part, SparseConstraints& out) const;
   void clear_open_rows(SparseConstraints& out) const;
   void take_signals();
   void assign_ruts();
@@ -226,9 +233,11 @@ class System {
   double length_scale_ = 1;
   std::vector<double> body_size_;
   Eigen::VectorXd mass_;
+  std::vector<Vec2> weights_;  // of the bodies (N)
 
   double t_ = 0;
   std::vector<BodyState> states_;
+  std::vector<AngleAnchor> anchors_;  // of the bodies
   std::vector<std::array<double, 3>> wrenches_, external_;
   std::vector<ForcePower> powers_;
   std::vector<ForceValues> values_;

@@ -18,7 +18,7 @@ struct System::Elements {
   /// Where an element stands: its number (first row of a constraint, place in the list of a force) and its bodies.
   template <class Element>
   struct Placed {
-    const Element* element;
+    Element* element;
     int number;
     int a = ground, b = ground, c = ground;
   };
@@ -32,7 +32,9 @@ struct System::Elements {
   Lists<Drivers>::type drivers;
   Lists<Forces>::type forces;
 
-  template <class Element>
+  /// What of a constraint is asked for: an element computes no more, since its evaluate() is inlined.
+  enum class Part { all, position, gamma };
+  template <Part part, class Element>
   static void evaluate(const System& system, const Placed<Element>& placed, SparseConstraints& out);
 };
 

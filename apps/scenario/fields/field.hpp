@@ -1,10 +1,10 @@
 #pragma once
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "apps/json_fwd.hpp"
 #include "apps/scenario/document.hpp"
 #include "apps/scenario/fields/range.hpp"
 
@@ -16,7 +16,6 @@ class Printer;
 class KeyList;
 class Schema;
 struct Reading;
-using Json = nlohmann::ordered_json;
 
 struct Field {
   std::string key;

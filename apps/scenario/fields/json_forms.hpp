@@ -1,9 +1,9 @@
 #pragma once
 #include <cstddef>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "apps/json.hpp"
 #include "apps/scenario/fields/field.hpp"
 #include "apps/scenario/fields/range.hpp"
 

@@ -320,7 +320,11 @@ struct OutputChecks : Checks {
     for (const BoundarySection& b : s.boundaries) touched.push_back(b.name);
     for (const Surface& surface : m.surfaces)
       if (surface.touches_soil) touched.push_back(surface.name);
-    if (s.soil && s.soil->container) touched.push_back("container");
+    if (s.soil && s.soil->container) {
+      if (watch.kind == Watch::Kind::soil_force) touched.push_back("container");  // all its walls
+      for (std::size_t f = 0; f < face_names.size(); ++f)
+        if (!s.soil->container->open[f] && !s.soil->container->periodic[f / 2]) touched.push_back(wall_name(f));
+    }
     if (s.soil && s.soil->bed)
       for (const Particle& p : s.soil->bed->particles)
         if (!p.fixed.empty()) touched.push_back(p.fixed);

@@ -49,6 +49,8 @@ class SomeOf final : public Value {
 
 }  // namespace
 
+std::string wall_name(std::size_t face) { return face == 2 ? "floor" : std::string("wall ") + face_names[face]; }
+
 void describe(Fields& v, Container& c) {
   SomeOf open(c.open, face_names, "faces"), open_after_settling(c.open_after_settling, face_names, "faces");
   SomeOf periodic(c.periodic, axis_names, "directions");

@@ -26,6 +26,8 @@ struct Container {
   std::string material;
 };
 void describe(Fields& v, Container& c);
+/// What the wall of a face (of face_names) is called in columns and messages: `floor`, `wall -x`.
+std::string wall_name(std::size_t face);
 /// Its sides for the bed, `up` m higher than in the scenario.
 dem::PeriodicCell periodic_cell(const Container& c, double up = 0);
 

@@ -231,6 +231,16 @@ TEST(LaboratoryTest, RefusalsNamePlaceRuleAndCure) {
   EXPECT_EQ(
       says(head + "test: {material: grain, walls: grain}\n"),
       "case.yaml:4:7 test.radius: is missing: radius of the grains, in m; the scenario has no bed to take it from");
+  const std::string bed =
+      head +
+      "soil: {clumps: {pair: {spheres: [{at: 0 0 0 mm, radius: 3 mm}, {at: 4 0 0 mm, radius: 3 mm}]}}, container: "
+      "{size: 1 1 1 m, at: 0 0 0 m, material: grain}, bed: {fill: random, material: grain, radius: 4 mm, depth: 0.1 m, "
+      "clumps: "
+      "[{shape: pair, share: 0.5}]}}\n";
+  EXPECT_EQ(says(bed + "test: {packings: 2}\n"),
+            "case.yaml:5:7 test.radius: is missing: tests take spheres, and the bed has clumps; give the radius of "
+            "spheres, such as those of a clump's volume");
+  EXPECT_EQ(says(bed + "test: {packings: 2, radius: 4 mm}\n"), "accepted");
   EXPECT_EQ(says(head + "test: {material: grain, walls: grian, radius: 5 mm}\n"),
             "case.yaml:4:32 test.walls = grian: there is no material of this name; did you mean `grain`?");
   const std::string fine = head + "test: {material: grain, walls: grain, radius: 5 mm}\n";

@@ -70,6 +70,39 @@ TEST(Expression, ValueAndDerivativesByHand) {
 }
 
 // The integral over many periods, where it is near 0 beside that of |f|, and beyond kinks and jumps.
+/// A sign binds closer than what follows its term, and less than a power: as in C++ and on paper. GiNaC's own reader
+/// takes 3*-t + 1 for 3*(-t + 1).
+TEST(Expression, SignsBehindOperatorsBelongToTheirTerm) {
+  struct Case {
+    const char* text;
+    double (*value)(double);
+  };
+  for (const Case& c : std::vector<Case>{
+           {"3*-t + 1", [](double t) { return 3 * -t + 1; }},
+           {"3/-t + 1", [](double t) { return 3 / -t + 1; }},
+           {"8/-t/2", [](double t) { return 8 / -t / 2; }},
+           {"1 - -t + 1", [](double t) { return 1 + t + 1; }},
+           {"1 + -t*2 + 5", [](double t) { return 1 - 2 * t + 5; }},
+           {"1 - +t - 1", [](double t) { return 1 - t - 1; }},
+           {"2^-t + 1", [](double t) { return std::pow(2, -t) + 1; }},
+           {"2^-t*3 + 1", [](double t) { return std::pow(2, -t) * 3 + 1; }},
+           {"t^+2 + 1", [](double t) { return t * t + 1; }},
+           {"3*-t^2 + 1", [](double t) { return -3 * t * t + 1; }},
+           {"3*-t^-2 + 1", [](double t) { return -3 / (t * t) + 1; }},
+           {"2*--t + 1", [](double t) { return 2 * t + 1; }},
+           {"2*-+-t + 1", [](double t) { return 2 * t + 1; }},
+           {"-t + 1", [](double t) { return -t + 1; }},
+           {"-t^2*3 + 1", [](double t) { return -t * t * 3 + 1; }},
+           {"(-t + 1)*-(t - 3) + 7", [](double t) { return (-t + 1) * -(t - 3) + 7; }},
+           {"5*-sin(-t + 1) + 2", [](double t) { return 5 * -std::sin(-t + 1) + 2; }},
+           {"5*-max(-t + 1, 1 - -t)^2 + 2", [](double t) { return -5 * std::pow(std::max(-t + 1, 1 + t), 2) + 2; }},
+       }) {
+    const mbd::Function f = make_expression(c.text, "1", 1);
+    for (const double t : {0.3, 1.7, 4.2})
+      EXPECT_NEAR(f.value(t), c.value(t), 1e-13 * (1 + std::abs(c.value(t)))) << c.text << " at " << t;
+  }
+}
+
 TEST(Expression, IntegralsInClosedForm) {
   const mbd::Function sine = make_expression("sin(20*t)", "1", 1);
   const mbd::Function kink = make_expression("abs(t - 1.3)", "1", 1);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -12,6 +14,7 @@
 #include "libmbd/forces/distance_stop.hpp"
 #include "libmbd/forces/drag.hpp"
 #include "libmbd/forces/line_contact.hpp"
+#include "libmbd/forces/outline_contact.hpp"
 #include "libmbd/forces/rotational_spring_damper.hpp"
 #include "libmbd/forces/rotational_stop.hpp"
 #include "libmbd/forces/slide_stop.hpp"
@@ -131,6 +134,103 @@ TEST(ScenarioForces, RefusalsNamePlaceRuleAndCure) {
             at + ".stiffness: is missing: force per depth^n, in N/m^(n)");
 }
 
+/// An outline contact of a floor with this second outline, and the rest of its keys.
+std::string over_floor(const std::string& second, const std::string& rest = "stiffness: 3 kN/mm^1.5") {
+  return "{outline contact: [ground, arm], first: {flat: 0 0 m, direction: 0 deg}, second: {" + second + "}, " + rest +
+         "}";
+}
+
+TEST(ScenarioForces, OutlineContactWithEveryOutline) {
+  const auto disk = read<mbd::OutlineContact>(
+      over_floor("disk: 20 mm, centre: 1 2 mm", "stiffness: 3 kN/mm^1.5, damping: 0.2 s/m, friction: 0.4"));
+  EXPECT_EQ(std::get<mbd::FlatOutline>(disk.first).angle, 0);
+  EXPECT_EQ(std::get<mbd::DiskOutline>(disk.second).radius, 0.02);
+  EXPECT_EQ(std::get<mbd::DiskOutline>(disk.second).centre, (std::array<double, 2>{1e-3, 2e-3}));
+  EXPECT_NEAR(disk.law.normal.stiffness, 3e3 * std::pow(1e3, 1.5), 1e-6);
+  EXPECT_EQ(disk.law.normal.damping, 0.2);
+  EXPECT_EQ(disk.law.friction, 0.4);
+  EXPECT_EQ(disk.law.slip_speed, 1e-3);
+  const auto polygon = std::get<mbd::PolygonOutline>(
+      read<mbd::OutlineContact>(over_floor("polygon: [0 0 mm, 9 0 mm, 9 9 mm], corner radius: 1 mm")).second);
+  EXPECT_EQ(polygon.points.size(), 3U);
+  EXPECT_EQ(polygon.corner_radius, 1e-3);
+  const auto profile = std::get<mbd::ProfileOutline>(
+      read<mbd::OutlineContact>(over_floor("profile: [[0 deg, 10 mm], [120 deg, 12 mm], [240 deg, 11 mm]]")).second);
+  EXPECT_EQ(profile.radii, (std::vector<double>{0.01, 0.012, 0.011}));
+  const auto flank = std::get<mbd::FlankOutline>(
+      read<mbd::OutlineContact>("{outline contact: [ground, arm], first: {flank: [0 0 mm, 10 5 mm, 20 0 mm]}, second: "
+                                "{disk: 50 mm}, stiffness: 3 kN/mm^1.5}")
+          .first);
+  EXPECT_EQ(flank.points.size(), 3U);
+  EXPECT_FALSE(flank.closed);
+}
+
+TEST(ScenarioForces, OutlineContactRefusesEveryKeyWithRuleAndCure) {
+  const std::string at = "--set machine.forces.f", disk = "disk: 20 mm", second = at + ".second";
+  struct Case {
+    std::string force, refusal;
+  };
+  for (const Case& c : std::vector<Case>{
+           {"{outline contact: [ground], first: {disk: 1 m}, second: {disk: 1 m}, stiffness: 1 N/m^1.5}",
+            at + ".outline contact = [ground]: must be two bodies, such as [frame, shovel] or [ground, trolley]"},
+           {"{outline contact: [arm, arm], first: {disk: 1 m}, second: {disk: 1 m}, stiffness: 1 N/m^1.5}",
+            at + ".outline contact = [arm, arm]: the two bodies must differ"},
+           {"{outline contact: [ground, leg], first: {disk: 1 m}, second: {disk: 1 m}, stiffness: 1 N/m^1.5}",
+            at + ".outline contact = [ground, leg]: there is no body of this name; did you mean `sled`?"},
+           {"{outline contact: [ground, arm], second: {disk: 1 m}, stiffness: 1 N/m^1.5}",
+            at + ".first: is missing: the outline of the first body"},
+           {"{outline contact: [ground, arm], first: {disk: 1 m}, stiffness: 1 N/m^1.5}",
+            second + ": is missing: the outline of the second body"},
+           {"{outline contact: [ground, arm], first: {disk: 1 m}, second: [1, 2], stiffness: 1 N/m^1.5}",
+            second + " = [1, 2]: must be a mapping: `key: value` lines, or {key: value, ...}"},
+           {"{outline contact: [ground, arm], first: {flat: 0 m}, second: {disk: 1 m}, stiffness: 1 N/m^1.5}",
+            at + ".first.flat = 0 m: holds 1 numbers; needed are 2"},
+           {"{outline contact: [ground, arm], first: {flat: 0 0 m, direction: 0 m}, second: {disk: 1 m}, stiffness: 1 "
+            "N/m^1.5}",
+            at + ".first.direction = 0 m: `m` is a length (m), but needed is an angle, such as deg or rad"},
+           {"{outline contact: [ground, arm], first: {flank: [20 0 mm, 10 5 mm, 0 0 mm]}, second: {disk: 50 mm}, "
+            "stiffness: 1 N/m^1.5}",
+            at + ": a radius of 0.050000 m does not fit into the curve's hollow of radius 0.006667 m; take a smaller "
+                 "one, or widen the hollow"},
+           {over_floor("disc: 20 mm"), second + " = {disc: 20 mm}: does not say what it is; did you mean `disk`?"},
+           {over_floor("disk: -20 mm"), second + ".disk = -20 mm: must be in (0, inf) m"},
+           {over_floor("disk: 20"), second + ".disk = 20: has no unit; needed is a length (m), such as m"},
+           {over_floor("disk: 20 mm, center: 0 0 m"), second + ".center = 0 0 m: unknown key; did you mean `centre`?"},
+           {over_floor("disk: 20 mm, flat: 0 0 m"),
+            second + " = {disk: 20 mm, flat: 0 0 m}: holds two types; keep one of them"},
+           {over_floor("polygon: [0 0 mm, 1 0 mm]"),
+            second + ".polygon = [0 0 mm, 1 0 mm]: an outline needs at least three points"},
+           {over_floor("polygon: [0 0 mm, 1 1 mm, 1 0 mm, 0 1 mm]"),
+            second + ": side 1 of the polygon meets another side; list its corners once around in order"},
+           {over_floor("polygon: [0 0 mm, 1 0 mm, 1 1 mm], corner radius: 5 mm"),
+            second + ": the corner radius leaves nothing of side 1 of the polygon; take a smaller one"},
+           {over_floor("polygon: [0 0 mm, 1 0 mm, 1 1 mm], corner radius: -1 mm"),
+            second + ".corner radius = -1 mm: must be in [0, inf) m"},
+           {over_floor("profile: [[0 deg, 10 mm], [120 deg, 12 mm]]"),
+            second + ": a profile needs at least three points"},
+           {over_floor("profile: [[0 deg, 9 mm], [240 deg, 9 mm], [120 deg, 8 mm], [300 deg, 9 mm]]"),
+            second + ": angles must increase; point 3 does not come after the one before"},
+           {over_floor("flat: 0 0 m, direction: 0 deg"),
+            at + ": two outlines that are both curves or flat have no point that can touch; give one of them as a "
+                 "polygon or disk, or a flat's partner as a closed profile"},
+           {over_floor(disk, "friction: 0"), at + ".stiffness: is missing: force per depth^n, in N/m^(n)"},
+           {over_floor(disk, "stiffness: 0 N/m^1.5"), at + ".stiffness = 0 N/m^1.5: must be in (0, inf) N/m^(n)"},
+           {over_floor(disk, "stiffness: 3 N/m"),
+            at + ".stiffness = 3 N/m: `N/m` is a stiffness (kg s^-2), but needed is kg m^-0.5 s^-2, such as N/m^(n)"},
+           {over_floor(disk, "stiffness: 1 N/m^1.5, damping: -1 s/m"),
+            at + ".damping = -1 s/m: must be in [0, inf) s/m"},
+           {over_floor(disk, "stiffness: 1 N/m^1.5, friction: -0.1"), at + ".friction = -0.1: must be in [0, inf)"},
+           {over_floor(disk, "stiffness: 1 N/m^1.5, slip speed: 0 m/s"),
+            at + ".slip speed = 0 m/s: must be in (0, inf) m/s"},
+           {over_floor(disk, "stiffness: 1 N/m^1.5, n: 0.5"), at + ".n = 0.5: must be in [1, inf)"}})
+    EXPECT_EQ(refusal(c.force), c.refusal) << c.force;
+  const std::string crossed = refusal(over_floor("flank: [0 0 mm, 2 0 mm, 2 1 mm, 1 -1 mm, 0 1 mm]"));
+  EXPECT_TRUE(crossed.starts_with(second + ": the flank crosses itself near ")) << crossed;
+  EXPECT_TRUE(crossed.ends_with("end it before, or part it in two contacts")) << crossed;
+  const std::string no_file = refusal(over_floor("polygon: nothing.csv"));
+  EXPECT_TRUE(no_file.starts_with(second + ".polygon = nothing.csv: there is no file ")) << no_file;
+}
+
 // The copy with every default explicit reads back to the same text, so to the same values.
 TEST(ScenarioForces, CopyReadsBackTheSame) {
   for (const char* force :
@@ -144,7 +244,11 @@ TEST(ScenarioForces, CopyReadsBackTheSame) {
         "n: 1.1, stiffness: 3 kN/mm^1.1}",
         "{rotational stop: [sled, arm], least: 45 deg, n: 1.3, stiffness: 9 N m/rad^1.3}",
         "{slide stop: [ground, sled], along: [1, 3], largest: 0.4 m, stiffness: 9 N/mm^1.5}",
-        "{distance stop: [ground, arm], ends: [0 3 m, 1 2 m], least: 1 mm, n: 2, stiffness: 9 kN/m^2}"}) {
+        "{distance stop: [ground, arm], ends: [0 3 m, 1 2 m], least: 1 mm, n: 2, stiffness: 9 kN/m^2}",
+        "{outline contact: [ground, arm], first: {polygon: [0 0 mm, 9 0 mm, 9 9 mm], corner radius: 1 mm}, second: "
+        "{profile: [[0 deg, 10 mm], [120 deg, 12 mm], [240 deg, 11 mm]], centre: 1 2 mm}, stiffness: 9 kN/m^1.5}",
+        "{outline contact: [ground, arm], first: {flank: [0 0 mm, 10 5 mm, 20 0 mm]}, second: {disk: 4 mm}, stiffness: "
+        "9 kN/m^1.5, friction: 0.2}"}) {
     const std::string copy = write_scenario(with(force));
     Scenario again;
     ASSERT_NO_THROW(again = load_scenario_text(copy, "copy.yaml").scenario) << copy;

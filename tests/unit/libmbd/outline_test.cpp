@@ -53,6 +53,37 @@ TEST(Outline, DistancesFromAConcavePolygon) {
   EXPECT_EQ(o.faces().size(), 6U);
 }
 
+const PolygonOutline angle{.points = {{-1, -1}, {1, -1}, {1, 0}, {0, 0}, {0, 1}, {-1, 1}}};
+
+/// The first `count` of what is near w, and no more.
+void expect_all_near(const Outline& o, Vec2 w, const std::vector<Outline::Near>& expected) {
+  Outline::Nears all;
+  o.all_near(w, all);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const bool there = k < expected.size();
+    EXPECT_NEAR(all[k].distance, there ? expected[k].distance : Outline::nowhere, 1e-14) << k;
+    if (!there) continue;
+    EXPECT_NEAR(all[k].normal.x, expected[k].normal.x, 1e-14) << k;
+    EXPECT_NEAR(all[k].normal.y, expected[k].normal.y, 1e-14) << k;
+  }
+}
+
+// Both sides of the hollow, the nearer first, also from beneath one of them and from within the solid of both; a side
+// ends at a convex corner, and the corner stands for itself.
+TEST(Outline, AllThatIsNearInAHollow) {
+  const Outline o = Outline::polygon(angle.points, 0);
+  expect_all_near(o, {0.4, 0.1}, {{0.1, {0, 1}}, {0.4, {1, 0}}});
+  expect_all_near(o, {0.1, 0.4}, {{0.1, {1, 0}}, {0.4, {0, 1}}});
+  expect_all_near(o, {0.2, -0.1}, {{-0.1, {0, 1}}, {0.2, {1, 0}}});
+  expect_all_near(o, {-0.03, -0.04}, {{-0.04, {0, 1}}, {-0.03, {1, 0}}});
+  expect_all_near(o, {1.3, 0.4}, {{0.5, {0.6, 0.8}}});
+  expect_all_near(o, {0.6, 0.2}, {{0.2, {0, 1}}, {0.6, {1, 0}}});
+  const Outline slot = Outline::polygon({{0, -1}, {3, -1}, {3, 0}, {0.5, 0}, {0.5, 0.4}, {3, 0.4}, {3, 1}, {0, 1}}, 0);
+  expect_all_near(slot, {0.6, 0.15}, {{0.1, {1, 0}}, {0.15, {0, 1}}, {0.25, {0, -1}}});
+  // Far away nothing but the nearest.
+  expect_all_near(o, {4, 4}, {o.near({4, 4})});
+}
+
 TEST(Outline, DistancesFromDiskAndFlat) {
   expect_near(Outline::disk({1, 0}, 0.5), {1, 2}, 1.5, {0, 1});
   expect_near(Outline::flat({0, 0.2}, 0), {5, 0.1}, -0.1, {0, 1});
@@ -90,7 +121,9 @@ std::vector<Pair> pairs() {
           {"polygon on profile", egg(), rounded},
           {"profile on polygon", square, egg()},
           {"disk on flank", above, DiskOutline{0.5}},
-          {"polygon on flank", above, square}};
+          {"polygon on flank", above, square},
+          {"disk in a hollow", angle, DiskOutline{0.4}},
+          {"polygon in a hollow", angle, rounded}};
 }
 
 // Power on both bodies = -d(stored)/dt without damping, on random paths through shallow contact. Central differences of
@@ -139,6 +172,34 @@ TEST(OutlineContact, HandsOverFromSideToCorner) {
     before = felt.values[0];
   }
   EXPECT_LT(most, 0.01);  // of 1 N, in steps of 0.15 mm
+}
+
+// A disk goes through a hollow of 90 and of 150 deg, 3 mm deep in the sides that it passes and between them: force and
+// moment move by small steps, where the nearest side alone would turn 0.3 N by 90 or 30 deg at once.
+TEST(OutlineContact, ChangesSidesInAHollowWithoutAJump) {
+  for (const double opening : {90.0, 150.0}) {
+    SCOPED_TRACE(opening);
+    const double a = (180 - opening) / 2 * std::numbers::pi / 180, c = std::cos(a), s = std::sin(a), radius = 0.1;
+    OutlineContact f{.body_a = 1,
+                     .body_b = 2,
+                     .first = PolygonOutline{.points = {{-c, s}, {-2, -1}, {2, -1}, {c, s}, {0, 0}}},
+                     .second = DiskOutline{radius}};
+    f.law.normal = {.n = 1, .stiffness = 100};
+    f.prepare();
+    const double height = (radius - 3e-3) / c;  // above the corner, at that depth in both
+    Vec2 before;
+    double jump = 0, most_contacts = 0;
+    for (int i = 0; i <= 4000; ++i) {
+      const double x = 0.2 * (i - 2000) / 2000.0;
+      const Vec2 at{x * c, height + std::abs(x) * s - 1e-5 * x};
+      const Felt felt = feel(f, {{0, 0}, 0, {}, 0}, {at, 0, {}, 0});
+      const Vec2 force{felt.wrench[2][0], felt.wrench[2][1]};
+      if (i > 0) jump = std::max(jump, length(force - before));
+      before = force, most_contacts = std::max(most_contacts, felt.values[4]);
+    }
+    EXPECT_LT(jump, 0.02);  // steps of 0.1 mm by 100 N/m make 0.01 N a side
+    EXPECT_EQ(most_contacts, 2);
+  }
 }
 
 std::string refused(OutlineForm first, OutlineForm second) {

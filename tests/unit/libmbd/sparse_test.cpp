@@ -50,6 +50,17 @@ TEST_P(Sparse, LuSolvesWhatADenseSolverSolves) {
     }
     lu.factor();
     compare(lu, a, dice);
+    const Eigen::MatrixXd b = Eigen::MatrixXd::NullaryExpr(a.rows(), 3, [&] { return value(dice); });
+    std::vector<double> rows, column(b.data(), b.data() + b.rows());
+    for (Eigen::Index i = 0; i < b.rows(); ++i) rows.insert(rows.end(), {b(i, 0), b(i, 1), b(i, 2)});
+    lu.solve_rows<3>(rows);
+    lu.solve_transposed(column);
+    const Eigen::MatrixXd exact = a.fullPivLu().solve(b), transposed = a.transpose().fullPivLu().solve(b);
+    for (Eigen::Index i = 0; i < b.rows(); ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      for (Eigen::Index j = 0; j < 3; ++j) EXPECT_NEAR(rows[3 * k + static_cast<std::size_t>(j)], exact(i, j), 1e-13);
+      EXPECT_NEAR(column[k], transposed(i, 0), 1e-13);
+    }
   }
 }
 

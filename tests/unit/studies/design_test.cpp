@@ -213,6 +213,28 @@ TEST(OptimiseRuns, FindTheTunedAbsorberOfAStruckMass) {
   EXPECT_EQ(said("check " + (folder / "o/best.yaml").string()).first, 0);
 }
 
+// Ormondroyd & Den Hartog 1928. Their damping is a mean of two, 1 % beside the exact minimax, whose peak lies 0.3 %
+// above theirs; eight frequencies in place of all move k by 0.1 %, c by 1 % and the peak by 0.2 % (golden section over
+// the closed form of the amplification). The plan's own optimum, by the same search, is met to what 40 ms rows leave in
+// the rms, 1e-4 of the peak, and a flat optimum makes of it.
+TEST(OptimiseRuns, FindDenHartogsMinimax) {
+  const Scratch folder;
+  const auto [code, words] = said("optimise " + configs + "optimise/den-hartog.yaml --out " + (folder / "o").string());
+  ASSERT_EQ(code, 0) << words;
+  constexpr double mu = 0.25, tuning = 1 / (1 + mu);
+  const double damping = std::sqrt(3 * mu / (8 * std::pow(1 + mu, 3)));
+  const auto best = [&](const std::string& name) {
+    const auto at = words.find("\n  " + name + " ");
+    return at == std::string::npos ? 0 : std::stod(words.substr(at + 3 + name.size()));
+  };
+  EXPECT_NEAR(best("k"), mu * tuning * tuning, 0.002 * mu);
+  EXPECT_NEAR(best("c"), 2 * mu * damping, 0.02 * 2 * mu * damping);
+  EXPECT_NEAR(best("peak"), std::sqrt(1 + 2 / mu), 0.005 * 3);
+  EXPECT_NEAR(best("k"), 0.1601524, 1e-3 * mu);
+  EXPECT_NEAR(best("c"), 0.1095494, 5e-3 * 0.11);
+  EXPECT_NEAR(best("peak"), 3.0039505, 1e-3);
+}
+
 constexpr const char* sag_scenario = R"(subsoil: 1
 gravity: 10 m/s^2
 parameters: {load: 2 kg, stiff: 400 N/m}

@@ -236,6 +236,40 @@ TEST_P(Outlines, RoundedCornersMeetHeadOn) {
   EXPECT_NEAR(machine.body(2).omega, 0, 1e-9);
 }
 
+// A disk in a right-angled notch lies on both sides: its depths in them are two oscillators of their own,
+// m d'' = m g c - k d, that never part here, while the nearer side changes four times in a period. Where the nearest
+// side alone pushed, the disk clung to the bisector and no integrator passed. What fixed steps of 1/400 of a period
+// leave is 1e-9 m.
+TEST_P(Outlines, DiskRocksOnBothSidesOfANotch) {
+  constexpr double tilt = 0.9, radius = 0.05, mass = 0.8, k = 2e4;
+  const double c = std::cos(tilt), s = std::sin(tilt), w = std::sqrt(k / mass);
+  PolygonOutline notch;
+  for (const Vec2 p : {Vec2{-1, -1}, {1, -1}, {1, 0}, {0, 0}, {0, 1}, {-1, 1}})
+    notch.points.push_back({c * p.x - s * p.y, s * p.x + c * p.y});
+  const auto centre = [&](double t) {
+    const double first = mass * g * c / k * (1 - 0.6 * std::cos(w * t)),
+                 second = mass * g * s / k * (1 + 0.5 * std::cos(w * t));
+    return (radius - first) * Vec2{-s, c} + (radius - second) * Vec2{c, s};
+  };
+  Model m;
+  m.add({.name = "disk", .mass = mass, .inertia = 1e-3, .pose = {centre(0).x, centre(0).y, 0}});
+  m.add("touch", OutlineContact{.body_a = ground,
+                                .body_b = 1,
+                                .first = notch,
+                                .second = DiskOutline{radius},
+                                .law = {.normal = {.n = 1, .stiffness = k}}});
+  Machine machine(m, options());
+  machine.start_from_pose();
+  for (int i = 0; i < 2000; ++i) {
+    machine.advance(1e-4);
+    const Vec2 off = machine.body(1).r - centre(machine.time());
+    ASSERT_LT(length(off), 1e-9) << machine.time();
+    ASSERT_EQ(machine.force_value("touch", "contacts"), 2);
+  }
+  EXPECT_TRUE(machine.events().empty());
+  EXPECT_NEAR(machine.energy().balance(), 0, 1e-9);
+}
+
 /// A block on its side on an incline, at rest depth under its own weight and friction when it slides down.
 struct Slope {
   static constexpr double mass = 3, mu = 0.4, k = 1e6, width = 0.3, height = 0.1, slip_speed = 1e-3;
