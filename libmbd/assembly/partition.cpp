@@ -20,10 +20,11 @@ struct Nearness {
   double pivot, share;
 };
 constexpr Nearness near_pose{0.05, 1e-2}, singular_pose{1e-5, 1e-12};
-// Above it S need not be asked how near a singular pose is (see Adaptive, which stays beside one up to 0.15).
-constexpr double sure_pivot = 0.2;
-// Freedoms up to which M^ is formed. With the rig's four a step takes a fifth less time than with S; for a pendulum of
-// six bars, which has nothing but freedoms, the two cost the same.
+// Above it accelerations come from M^: S need not be asked how near a singular pose is (Adaptive stays beside one up to
+// 0.15), and M^ has the square of R, so that rounding grows beside flat poses (two four-bar windows,
+// IFToMM A02: 2e-8 J of kinetic energy with 0.2 in place of 0.7, 2e-9 J with 0.7).
+constexpr double sure_pivot = 0.7;
+// Freedoms up to which M^ is formed: a handful. A pendulum of six bars, which has nothing but freedoms, gains nothing.
 constexpr Eigen::Index few_freedoms = 6;
 // Factors of a pose nearer than 1e-7 of the length leave at most this share of a right side: where that is below the
 // goal there is nothing to look at again.
