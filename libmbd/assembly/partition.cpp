@@ -22,8 +22,8 @@ struct Nearness {
 constexpr Nearness near_pose{0.05, 1e-2}, singular_pose{1e-5, 1e-12};
 // Above it accelerations come from M^: S need not be asked how near a singular pose is (Adaptive stays beside one up to
 // 0.15), and M^ has the square of R, so that rounding grows beside flat poses (two four-bar windows,
-// IFToMM A02: 2e-8 J of kinetic energy with 0.2 in place of 0.7, 2e-9 J with 0.7).
-constexpr double sure_pivot = 0.7;
+// IFToMM A02: 2e-8 J of kinetic energy with 0.2, 3e-11 J with 0.6). The rig stays above it.
+constexpr double sure_pivot = 0.6;
 // Freedoms up to which M^ is formed: a handful. A pendulum of six bars, which has nothing but freedoms, gains nothing.
 constexpr Eigen::Index few_freedoms = 6;
 // Factors of a pose nearer than 1e-7 of the length leave at most this share of a right side: where that is below the
