@@ -29,7 +29,7 @@ struct ActiveRule {
 
 struct BedOptions {
   Vec3 gravity{0, -9.81, 0};  ///< m/s2
-  int threads = 0;            ///< 0: all that OpenMP offers
+  int threads = 0;            ///< 0: one per 1,000 spheres, at most all that OpenMP offers
   std::string simd = "auto";  ///< kernel by name
   Precision precision = Precision::doubles;
   int cache_blocks = 0;        ///< into which a wide bed is cut; 0: by its size

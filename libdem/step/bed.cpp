@@ -17,8 +17,7 @@ Bed::Impl::Impl(LawTable laws_in, BedOptions options_in)
       kernel(choose_kernel(options.simd.c_str())),
       threads(options.threads > 0 ? options.threads : omp_get_max_threads()),
       laws(std::move(laws_in), options.precision == Precision::mixed),
-      particles(options.precision),
-      work(threads) {
+      particles(options.precision) {
   bonds.resize(laws);
 }
 

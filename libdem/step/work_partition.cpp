@@ -31,7 +31,8 @@ void ForceRing::resize(std::size_t size, bool mixed) {
 }
 
 void WorkPartition::begin_lists(const ContactStore& contacts, const SurfaceContacts& surfaces,
-                                const ActiveRegion& region, bool mixed) {
+                                const ActiveRegion& region, bool mixed, int threads) {
+  threads_ = threads;
   cost.assign(contacts.particle_blocks.size(), {});
   steps_divided_ = 0;
   divide(contacts, surfaces, region, mixed);

@@ -89,14 +89,12 @@ struct BlockCost {
 /// evaluated them, as across processes, histories would have two writers.
 class WorkPartition {
  public:
-  explicit WorkPartition(int threads) : threads_(threads) {}
-
   std::vector<Worker> workers;
   std::vector<BlockCost> cost;  ///< by particle block
 
-  /// For new lists.
+  /// For new lists, on so many threads.
   void begin_lists(const ContactStore& contacts, const SurfaceContacts& surfaces, const ActiveRegion& region,
-                   bool mixed);
+                   bool mixed, int threads);
   /// Once what the first steps with new lists did is known, and now and then: sums are the same for any division.
   void divide_again(const ContactStore& contacts, const SurfaceContacts& surfaces, const ActiveRegion& region,
                     bool mixed);
@@ -113,7 +111,7 @@ class WorkPartition {
   void link_remote(const ContactStore& contacts);
   std::uint32_t worker_of(std::uint32_t sphere) const;
 
-  int threads_;
+  int threads_ = 1;
   int steps_divided_ = 0;           ///< since the work was
   bool guessed_ = true;             ///< what inactive candidates cost was not known then
   std::vector<double> work_until_;  ///< of the particle blocks before each, in contact blocks

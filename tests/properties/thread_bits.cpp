@@ -1,4 +1,8 @@
 #include <gtest/gtest.h>
+#include <omp.h>
+
+#include <utility>
+#include <vector>
 
 #include "libdem/geometry/mesh_builders.hpp"
 #include "tests/tools/dem_beds.hpp"
@@ -93,6 +97,40 @@ TEST(ThreadBits, LongThinBed) { same_bits({250, 2, 3, 0.0, 40}); }
 TEST(ThreadBits, ParticleBlocksFewerThanThreads) { same_bits({10, 6, 10, 0.8, 50}); }
 TEST(ThreadBits, CacheBlocksOfFewParticleBlocks) { same_bits({10, 3, 10, 0.3, 40, 1e-3, 4}); }
 TEST(ThreadBits, WorkDividedAgain) { same_bits({40, 3, 9, 0.3, 70, 0.012, 2}); }
+
+/// A bed of 900 spheres that grows to 3,100 and loses most of them again; the threads that it used, and its hashes.
+std::pair<std::vector<int>, std::vector<std::uint64_t>> growing_bed(int threads) {
+  Bed bed(table(grains()), quiet({0.5, -9.81, 0}, threads));
+  add_plane(bed, {0, 0, 0}, {0, 1, 0});
+  Dice dice(5);
+  std::pair<std::vector<int>, std::vector<std::uint64_t>> out;
+  const auto go_on = [&] {
+    for (int n = 0; n < 20; ++n) bed.step(2e-5);
+    out.first.push_back(bed.threads());
+    out.second.push_back(hash(bed));
+  };
+  bed.add(loose_lattice({0, 0, 0}, 10, 9, 10, 0.0196, 0.01, 0.3, 0.6, dice));
+  go_on();
+  bed.add(loose_lattice({0.3, 0, 0}, 10, 22, 10, 0.0196, 0.01, 0.3, 0.6, dice));
+  go_on();
+  bed.remove_if([](const Sphere& s) { return s.x.x > 0.1; });
+  go_on();
+  return out;
+}
+
+TEST(ThreadBits, ABedChoosesItsThreadsByItsSize) {
+  const int before = omp_get_max_threads();
+  omp_set_num_threads(3);
+  const auto chosen = growing_bed(0), one = growing_bed(1);
+  omp_set_num_threads(2);
+  const auto two_cores = growing_bed(0);
+  omp_set_num_threads(before);
+  EXPECT_EQ(chosen.first, (std::vector{1, 3, 1}));
+  EXPECT_EQ(two_cores.first, (std::vector{1, 2, 1}));
+  EXPECT_EQ(one.first, (std::vector{1, 1, 1}));
+  EXPECT_EQ(chosen.second, one.second);
+  EXPECT_EQ(two_cores.second, one.second);
+}
 
 TEST(ThreadBits, HashSeesOneBit) {
   Bed a(table(grains()), quiet()), b(table(grains()), quiet());

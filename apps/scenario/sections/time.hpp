@@ -38,7 +38,7 @@ struct Time {
   double accuracy = 0.01;           // of the restitution, with the auto step
   MachineTime machine;
   std::vector<StopSection> stop_when;
-  long threads = 0;  // 0: all cores
+  long threads = 0;  // 0: by the size of the bed
 };
 void describe(Fields& v, Time& t);
 
