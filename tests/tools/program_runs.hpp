@@ -106,4 +106,20 @@ output:
     draft: {soil force: tine, along: -1 0}
 )";
 
+/// A moving bed: some 370 grains in three blocks, a blade that goes through five.
+inline constexpr const char* moving_pass = R"(subsoil: 1
+gravity: 9.81 m/s^2
+materials: {grain: {density: 2500 kg/m^3}}
+contacts: [{between: [grain, grain], law: linear, k_n: 20 kN/m, restitution: 0.3, mu: 0.5, mu_r: 0.1}]
+soil:
+  container: {size: 360 160 120 mm, at: 0 -60 -60 mm, material: grain}
+  surface: 0 mm
+  bed: {fill: random, material: grain, radius: {uniform: 8.5 10 mm}, depth: 60 mm, inside machine: carve}
+  moving: {follows: blade, block: 120 mm}
+boundaries:
+  - {name: blade, shape: {box: 15 100 30 mm}, at: 180 20 0 mm, material: grain, moves: [{velocity: 1 0 0 m/s}]}
+time: {end: 0.62 s}
+output: {precision: double, every: 40 ms, series every: 10 ms, watch: {draft: {soil force: blade, along: -1 0}}}
+)";
+
 }  // namespace subsoil::app::test

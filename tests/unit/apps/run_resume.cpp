@@ -129,6 +129,8 @@ void expect_no_seam(const std::string& scenario, const std::vector<std::string>&
 TEST(Resume, CoupledRunEndsWithTheSameBits) { expect_no_seam(small_pass); }
 TEST(Resume, CoupledRunInMixedPrecision) { expect_no_seam(small_pass, {"precision=mixed"}); }
 TEST(Resume, SettledBed) { expect_no_seam(with_bed("fill: random, material: soil, radius: 8 mm, count: 120")); }
+/// What lies in the window, which block comes next and what has been booked are in the checkpoint.
+TEST(Resume, MovingBed) { expect_no_seam(moving_pass); }
 /// What the tool's triangles have borne, and the pressure since the frame before, are in the checkpoint.
 TEST(Resume, WornSurface) {
   std::string text = with_bed("fill: random, material: soil, radius: 8 mm, count: 120");

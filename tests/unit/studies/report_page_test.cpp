@@ -83,6 +83,20 @@ TEST(Report, FilmHoldsEveryFrameAndTheMachine) {
   EXPECT_EQ(film["tool"], Json({"blade"}));
 }
 
+/// The film of a moving bed stays at the window: the blade goes 0.6 m, and the picture is no wider than what stands in a
+/// window of 0.36 m and the held spheres at its ends.
+TEST(Report, FilmOfAMovingBedGoesWithIt) {
+  const RunDirectory d;
+  ASSERT_EQ(test::run_scenario(d.scenario(test::moving_pass), d / "run"), exit_ok);
+  const Json data = data_of({d / "run"});
+  const Json& film = data["runs"][0]["film"];
+  EXPECT_EQ(film["times"].size(), test::frame_times(d / "run").size());
+  const double width = film["box"][2].get<double>() - film["box"][0].get<double>();
+  EXPECT_GT(width, 0.36);
+  EXPECT_LT(width, 0.36 + 0.12 + 0.02) << "a period of held spheres at either end, and their radii";
+  for (const Json& count : film["counts"]) EXPECT_GT(count.get<int>(), 20);
+}
+
 /// Chains are the law's forces in newtons: a spring of 10 kN/m pressed by 0.1 mm gives 1 N, and the wet law pulls
 /// across a gap by its film. Without the scenario they are overlaps, and the page says so.
 TEST(Report, ForceChainsAreTheLawsForces) {
