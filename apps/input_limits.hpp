@@ -21,6 +21,7 @@ struct InputLimits {
   std::size_t triangles = 1000000;       ///< of a mesh file
   std::size_t bed_rows = 100000000;      ///< of a bed table
   std::size_t array_bytes = std::size_t{16} << 30;  ///< of one array of an HDF5 file
+  std::size_t read_seconds = 30;  ///< of processor time, for one read of an HDF5 file, beside 1 s per 50 MB of it
 };
 
 /// The limits in force. Throws ScenarioError for a SUBSOIL_LIMITS that cannot be read, when asked for the first time.

@@ -8,10 +8,11 @@
 namespace subsoil::app::h5 {
 
 /// Stands in front of calls that read a file which may be damaged. HDF5 1.10 itself can fall over one: it reads at
-/// address 0 where the header of a group is broken. While a guard lives, such a signal (SIGSEGV, SIGBUS, SIGFPE,
-/// SIGABRT) ends the program with exit code 2 and the file's name, as any other damage does. What was set before is set
-/// again afterwards, so that a crash of our own stays one. For the thread that reads; guards may nest. Two
-/// microseconds.
+/// address 0 where the header of a group is broken, and goes in a circle where a heap of texts is. While a guard lives,
+/// such a signal (SIGSEGV, SIGBUS, SIGFPE, SIGABRT), and more processor time than a file of this size can take
+/// (SIGVTALRM; InputLimits::read_seconds), ends the program with exit code 2 and the file's name, as any other damage
+/// does. What was set before is set again afterwards, so that a crash of our own stays one. For the thread that reads;
+/// guards may nest. Some microseconds.
 class ReadGuard {
  public:
   /// `object`: the file or something in it.
@@ -23,7 +24,7 @@ class ReadGuard {
 
  private:
   void arm();
-  std::array<struct sigaction, 4> before_{};
+  std::array<struct sigaction, 5> before_{};
   bool outermost_ = false;
 };
 

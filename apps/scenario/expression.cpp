@@ -107,9 +107,9 @@ std::string name_in_tree(const std::string& name, const Symbols& variables) {
   throw UnitError(fmt::format("`{}` is no name of a formula in {}{}", name, arguments, suggestion(name, known)));
 }
 
-/// The formula with GiNaC's names, and signs as it understands them. GiNaC knows more words and signs than ours and
-/// does not say where it stumbles over one, so they are looked at here.
-std::string in_words_of_ginac(const std::string& text, const Symbols& variables) {
+/// The words of a formula, with GiNaC's names. GiNaC knows more words and signs than ours and does not say where it
+/// stumbles over one, so they are looked at here.
+std::vector<std::string> words_of(const std::string& text, const Symbols& variables) {
   std::vector<std::string> words;
   for (std::size_t i = 0; i < text.size();) {
     std::size_t end = i + 1;
@@ -126,7 +126,7 @@ std::string in_words_of_ginac(const std::string& text, const Symbols& variables)
     }
     i = end;
   }
-  return with_signs_in_brackets(words);
+  return words;
 }
 
 /// "expected ')' ..., got: EOF" out of GiNaC's message, which also names its own source.
@@ -141,8 +141,9 @@ std::string fault_of(const std::string& message) {
 }
 
 ex read_formula(const std::string& text, const Symbols& variables) {
+  const std::vector<std::string> words = words_of(text, variables);
   check_formula_bounds(text);
-  const std::string formula = in_words_of_ginac(text, variables);
+  const std::string formula = with_signs_in_brackets(words);
   GiNaC::symtab names;
   for (const GiNaC::realsymbol& v : variables) names[v.get_name()] = v;
   names["pi"] = GiNaC::Pi, names["e"] = GiNaC::exp(ex(1));

@@ -14,10 +14,9 @@ namespace {
 
 constexpr int deepest_nesting = 100;
 constexpr std::size_t longest = 10000;  // characters
-constexpr double most_bits = 1e5;       // of a whole number, worked out exactly
-constexpr double most_terms = 2e5;      // of the second derivative
-
-struct NoFormula {};
+constexpr std::size_t longest_quoted = 60;
+constexpr double most_bits = 1e5;   // of a whole number, worked out exactly
+constexpr double most_terms = 2e5;  // of the second derivative
 
 /// What a part of a formula costs.
 struct Cost {
@@ -50,7 +49,7 @@ class Bounds {
   explicit Bounds(std::string_view text) : text_(text) {}
   void all() {
     const Cost cost = sum();
-    if (!at_end()) throw NoFormula{};
+    if (next() != '\0') refuse("its end");
     bound(cost);
   }
 
@@ -59,7 +58,17 @@ class Bounds {
     while (at_ < text_.size() && (text_[at_] == ' ' || text_[at_] == '\t')) ++at_;
     return at_ < text_.size() ? text_[at_] : '\0';
   }
-  bool at_end() { return next() == '\0'; }
+  /// At what comes next.
+  [[noreturn]] void refuse(const char* expected) {
+    const char c = next();
+    std::size_t end = at_ + 1;
+    if (is_word(c))
+      while (end < text_.size() && is_word(text_[end])) ++end;
+    const std::string got =
+        c == '\0' ? "its end" : "`" + std::string(text_.substr(at_, std::min(end - at_, longest_quoted))) + "`";
+    throw UnitError("is no formula: expected " + std::string(expected) + ", got " + got);
+  }
+  static bool is_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '.'; }
   bool take(char c) {
     if (next() != c) return false;
     ++at_;
@@ -132,7 +141,7 @@ class Bounds {
     if (c == '(') return bracket();
     if (std::isdigit(static_cast<unsigned char>(c)) || c == '.') return number();
     if (std::isalpha(static_cast<unsigned char>(c)) || c == '_') return name();
-    throw NoFormula{};
+    refuse("a number, a name or a bracket");
   }
   Cost bracket() {
     if (++depth_ > deepest_nesting)
@@ -140,7 +149,7 @@ class Bounds {
     take('(');
     if (next() == ')') throw UnitError("holds empty brackets", "write what belongs between them");
     const Cost inside = sum();
-    if (!take(')')) throw NoFormula{};
+    if (!take(')')) refuse("`)`");
     --depth_;
     return inside;
   }
@@ -149,7 +158,7 @@ class Bounds {
     const std::string rest(text_.substr(at_, 400));
     const double value = std::strtod(rest.c_str(), &end);
     const auto length = static_cast<std::size_t>(end - rest.c_str());
-    if (length == 0) throw NoFormula{};
+    if (length == 0) refuse("a number");
     const std::string_view digits = std::string_view(rest).substr(0, length);
     if (!std::isfinite(value) || length >= 399) throw UnitError("holds a number too large for double precision");
     const std::string_view mantissa = digits.substr(0, digits.find_first_of("eE"));
@@ -183,13 +192,14 @@ class Bounds {
       throw UnitError(word + "() has empty brackets", "write what it is the function of: " + word + "(t)");
     const Cost first = sum();
     Cost cost = composed(first);
-    if (take(',')) {
+    const bool two = take(',');
+    if (two) {
       const Cost second = sum();
       cost = word == "pow" ? raised(first, second) : composed(product(first, second));
     } else if (first.value) {
       cost.value = word == "sqrt" ? std::sqrt(*first.value) : word == "exp" ? std::exp(*first.value) : *first.value;
     }
-    if (!take(')')) throw NoFormula{};
+    if (!take(')')) refuse(two ? "`)`" : "`)` or `,`");
     --depth_;
     return bound(cost);
   }
@@ -204,10 +214,7 @@ class Bounds {
 void check_formula_bounds(const std::string& formula) {
   if (formula.size() > longest)
     throw UnitError("is a formula of more than 10,000 characters", "write it shorter, or as a table");
-  try {
-    Bounds(formula).all();
-  } catch (const NoFormula&) {  // GiNaC says what is wrong
-  }
+  Bounds(formula).all();
 }
 
 }  // namespace subsoil::app

@@ -6,7 +6,8 @@ namespace subsoil::app {
 /// Refuses formulas that are short to write and long to work out, before GiNaC, which evaluates exactly, sees them:
 /// brackets nested more than 100 deep, whole numbers that powers make longer than 100,000 bits (10^(10^10)), second
 /// derivatives of more than 200,000 terms, numbers beyond double precision, functions with empty brackets. `formula`
-/// holds numbers, names, + - * / ^ ( ) and commas alone; of what is no formula nothing is said here. Throws UnitError.
+/// holds numbers, names, + - * / ^ ( ) and commas alone. Throws UnitError, for what is no
+/// formula too: GiNaC can crash over one, or go on for ever.
 void check_formula_bounds(const std::string& formula);
 
 }  // namespace subsoil::app

@@ -41,6 +41,7 @@ struct Header {
 
 Header read_header(std::istream& in) {
   Header header;
+  bool has_format = false;
   std::string line;
   while (std::getline(in, line) && line.size() < 1000) {
     std::istringstream words(line);
@@ -51,7 +52,8 @@ Header read_header(std::istream& in) {
       return header;
     }
     if (word == "format") {
-      words >> type;
+      if (has_format || !(words >> type)) return header;  // the reader takes the first, and no other
+      has_format = true;
       header.text = type == "ascii", header.big_endian = type == "binary_big_endian";
     } else if (word == "element") {
       Element element;
@@ -70,6 +72,8 @@ Header read_header(std::istream& in) {
       }
       if (property.item == 0) return header;
       header.elements.back().properties.push_back(property);
+    } else if (!word.empty() && word != "ply" && word != "comment" && word != "obj_info") {
+      return header;
     }
   }
   return header;

@@ -149,10 +149,12 @@ TEST(Expression, RefusesWithRuleAndCure) {
             "`frequency` is no name of a formula in t; known here: t, pi, e, sin, cos, tan, asin, acos, atan, sinh, "
             "cosh, tanh, "
             "exp, log, sqrt, pow, atan2, abs, sign, min, max");
-  EXPECT_EQ(refusal("sin(t"), "is no formula: expected ')' or ',' in argument list, got: its end");
+  EXPECT_EQ(refusal("sin(t"), "is no formula: expected `)` or `,`, got its end");
   EXPECT_EQ(refusal("sin(t, t)"), "is no formula: no function \"sin\" with 2 arguments");
-  EXPECT_EQ(refusal("2 t"), "is no formula: expected its end, got: \"t\"");
-  EXPECT_EQ(refusal(""), "is no formula: unexpected token, got: its end");
+  EXPECT_EQ(refusal("2 t"), "is no formula: expected its end, got `t`");
+  EXPECT_EQ(refusal("-+exp("), "is no formula: expected a number, a name or a bracket, got its end");  // was a crash
+  EXPECT_EQ(refusal("2*-(t + 1"), "is no formula: expected `)`, got its end");
+  EXPECT_EQ(refusal(""), "is no formula: expected a number, a name or a bracket, got its end");
   EXPECT_EQ(refusal("t = 1"), "`=` has no place in a formula; there are + - * / ^ ( ) and functions");
   EXPECT_EQ(refusal("2^t^2"),
             "is no formula: of powers in a row it must say which comes first; write a^(b^c) or (a^b)^c");

@@ -6,6 +6,7 @@
 #include "apps/report/frames_file.hpp"
 #include "apps/report/page.hpp"
 #include "apps/report/report.hpp"
+#include "apps/run/restart.hpp"
 #include "apps/scenario/load.hpp"
 #include "libdem/laws/wet.hpp"
 #include "tests/tools/program_runs.hpp"
@@ -83,8 +84,8 @@ TEST(Report, FilmHoldsEveryFrameAndTheMachine) {
   EXPECT_EQ(film["tool"], Json({"blade"}));
 }
 
-/// The film of a moving bed stays at the window: the blade goes 0.6 m, and the picture is no wider than what stands in a
-/// window of 0.36 m and the held spheres at its ends.
+/// The film of a moving bed stays at the window: the blade goes 0.6 m, and the picture is no wider than what stands in
+/// a window of 0.36 m and the held spheres at its ends.
 TEST(Report, FilmOfAMovingBedGoesWithIt) {
   const RunDirectory d;
   ASSERT_EQ(test::run_scenario(d.scenario(test::moving_pass), d / "run"), exit_ok);
@@ -190,6 +191,21 @@ TEST(Report, AFileThatTheHdf5LibraryFailsAtIsRefused) {
   const std::string path = subsoil::test::source_dir() + "/tests/unit/studies/broken_group.h5";
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(FramesFile{path}, testing::ExitedWithCode(exit_bad_input), path + ": .*it is damaged");
+}
+
+/// Two bytes of the heap that holds a state's texts make its first object one of no bytes: HDF5 1.10.8 looks for the
+/// next one there for ever; found by scripts/fuzz.
+TEST(Report, AFileThatTheHdf5LibraryComesToNoEndWithIsRefused) {
+  const test::Scratch scratch;
+  std::string bytes = test::text_of(subsoil::test::source_dir() + "/tests/fuzz/corpus/state/whole.h5");
+  ASSERT_EQ(bytes.at(4552), 7);
+  bytes.at(4552) = 0, bytes.at(4560) = 0;
+  const std::string path = (scratch / "state.h5").string();
+  test::write_file(path, bytes);
+  setenv("SUBSOIL_LIMITS", "read-seconds=1", 1);
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(read_run(path), testing::ExitedWithCode(exit_bad_input), "comes to no end with this file: it is damaged");
+  unsetenv("SUBSOIL_LIMITS");
 }
 
 /// A crash of our own stays a crash: what the guard has set is gone behind it.
