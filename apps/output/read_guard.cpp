@@ -11,7 +11,7 @@
 namespace subsoil::app::h5 {
 namespace {
 
-constexpr std::array<int, 5> deadly{SIGSEGV, SIGBUS, SIGFPE, SIGABRT, SIGVTALRM};
+constexpr std::array<int, 5> deadly{SIGSEGV, SIGBUS, SIGFPE, SIGABRT, SIGPROF};
 thread_local bool armed = false;
 std::array<char, 4096> path_read{};  // a handler may not allocate
 
@@ -23,18 +23,18 @@ void say(const char* text) {
 void refuse_file(int signal) {
   say("subsoil: ");
   say(path_read.data());
-  say(signal == SIGVTALRM ? ": the HDF5 library comes to no end with this file"
+  say(signal == SIGPROF ? ": the HDF5 library comes to no end with this file"
                           : ": the HDF5 library fails at this file");
   say(": it is damaged, or no HDF5 file of a run; take it from its source "
       "again\n");
   _exit(2);
 }
 
-/// Of processor time, until SIGVTALRM; 0: never.
+/// Of processor time, until SIGPROF; 0: never.
 void set_timer(long seconds) {
   itimerval timer{};
   timer.it_value.tv_sec = seconds;
-  setitimer(ITIMER_VIRTUAL, &timer, nullptr);
+  setitimer(ITIMER_PROF, &timer, nullptr);
 }
 
 long longest_read() {

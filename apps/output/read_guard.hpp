@@ -10,7 +10,7 @@ namespace subsoil::app::h5 {
 /// Stands in front of calls that read a file which may be damaged. HDF5 1.10 itself can fall over one: it reads at
 /// address 0 where the header of a group is broken, and goes in a circle where a heap of texts is. While a guard lives,
 /// such a signal (SIGSEGV, SIGBUS, SIGFPE, SIGABRT), and more processor time than a file of this size can take
-/// (SIGVTALRM; InputLimits::read_seconds), ends the program with exit code 2 and the file's name, as any other damage
+/// (SIGPROF; InputLimits::read_seconds), ends the program with exit code 2 and the file's name, as any other damage
 /// does. What was set before is set again afterwards, so that a crash of our own stays one. For the thread that reads;
 /// guards may nest. Some microseconds.
 class ReadGuard {

@@ -93,6 +93,15 @@ double PeriodicBlock::energy() const {
   return sum;
 }
 
+void CarriedSoil::add(const Sphere& s, const Vec3& acceleration) {
+  ++spheres, mass += s.m, momentum += s.m * s.v;
+  kinetic += kinetic_energy_of(s), gravity -= s.m * dot(acceleration, s.x);
+}
+void CarriedSoil::add(const CarriedSoil& more) {
+  spheres += more.spheres, mass += more.mass, momentum += more.momentum;
+  kinetic += more.kinetic, gravity += more.gravity, stored += more.stored;
+}
+
 MovingBed::MovingBed(PeriodicBlock block, const MovingBedPlan& plan) : block_(std::move(block)), plan_(plan) {
   if (plan.steps < 1 || !(plan.step > 0) || (plan.direction != 1 && plan.direction != -1))
     refuse_block("at least one step of some length, and a direction of 1 or -1");
@@ -242,6 +251,26 @@ std::vector<std::uint32_t> MovingBed::in_the_way(const Bed& bed, const Bed::Stat
   return out;
 }
 
+namespace {
+
+/// Of spheres that are not free, or will not be: held at rest, or taken out.
+enum class Fate : char { held, gone };
+using Fates = std::unordered_map<std::uint32_t, Fate>;
+
+/// J, stored in contacts that end: of one that is gone, between two that are not free, and at walls.
+double energy_that_ends(std::span<const ContactRecord> contacts, const Fates& fates) {
+  double out = 0;
+  for (const ContactRecord& c : contacts) {
+    const auto i = fates.find(c.i), j = c.at_surface ? i : fates.find(c.j);
+    const bool i_stays = i == fates.end(), j_stays = j == fates.end();
+    const bool one_is_gone = (!i_stays && i->second == Fate::gone) || (!j_stays && j->second == Fate::gone);
+    if (one_is_gone || (!i_stays && !j_stays)) out += c.stored;
+  }
+  return out;
+}
+
+}  // namespace
+
 void MovingBed::advance(Bed& bed, std::span<const int> walls) {
   const Vec3 gravity = bed.options().gravity;
   const Stretch next{end_ahead(advanced_), end_ahead(advanced_ + 1)};  // that is let go
@@ -254,41 +283,25 @@ void MovingBed::advance(Bed& bed, std::span<const int> walls) {
   put_spheres(added, {next.low + held_, next.high + held_}, true);
   put_contacts(added, next);
 
-  // What leaves, and the contacts that end with it.
-  enum Fate : char { held, gone };
-  std::unordered_map<std::uint32_t, Fate> fate;
   const std::vector<ContactRecord> contacts = bed.contacts();
   const std::vector<std::uint32_t> over = in_the_way(bed, added);
   const auto is_over = [&](const Sphere& s) { return std::binary_search(over.begin(), over.end(), s.id); };
   const auto is_behind = [&](const Sphere& s) { return along(s.x.x) < rear - held_; };
   const auto leaves = [&](const Sphere& s) { return along(s.x.x) < rear || is_over(s); };
+  Fates fates;
   for (const Sphere& s : bed.spheres()) {
-    if (!leaves(s)) {
-      if (is_fixed(s) && !let_go(s)) fate[s.id] = held;
-      continue;
+    if (leaves(s)) {
+      fates[s.id] = is_behind(s) || is_over(s) ? Fate::gone : Fate::held;
+      if (!is_fixed(s)) left_.add(s, gravity);
+    } else if (is_fixed(s) && !let_go(s)) {
+      fates[s.id] = Fate::held;
     }
-    fate[s.id] = is_behind(s) || is_over(s) ? gone : held;
-    if (is_fixed(s)) continue;
-    ++left_.spheres, left_.mass += s.m, left_.momentum += s.m * s.v;
-    left_.kinetic += kinetic_energy_of(s), left_.gravity -= s.m * dot(gravity, s.x);
   }
-  double ended = 0;
-  for (const ContactRecord& c : contacts) {
-    const auto i = fate.find(c.i);
-    if (c.at_surface) {
-      ended += i != fate.end() ? c.stored : 0;
-      continue;
-    }
-    const auto j = fate.find(c.j);
-    const bool i_stays = i == fate.end(), j_stays = j == fate.end();
-    const bool one_is_gone = (!i_stays && i->second == gone) || (!j_stays && j->second == gone);
-    if (one_is_gone || (!i_stays && !j_stays)) ended += c.stored;
-  }
+  const double ended = energy_that_ends(contacts, fates);
   left_.stored += ended;
   pushed_out_ += over.size();
   const CarriedSoil more = content(next, gravity);
-  entered_.spheres += more.spheres, entered_.mass += more.mass;
-  entered_.gravity += more.gravity, entered_.stored += more.stored;
+  entered_.add(more);
 
   bed.insert(added);
   bed.release_if(let_go);

@@ -42,6 +42,8 @@ struct CarriedSoil {
   Vec3 momentum;                                ///< N s
   double kinetic = 0, gravity = 0, stored = 0;  /// J
   double energy() const { return kinetic + gravity + stored; }
+  void add(const Sphere& sphere, const Vec3& acceleration);  ///< gravity's
+  void add(const CarriedSoil& more);
 };
 
 struct MovingBedPlan {

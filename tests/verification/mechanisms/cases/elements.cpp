@@ -163,6 +163,39 @@ Reference sticking_sledge() {
   };
 }
 
+/// Free fall by h, half a swing and more about the rope's load on m g, up again, and so on.
+Reference bungee() {
+  return [](double t) {
+    constexpr double m = 80, k = 400, h = 9, sag = m * g / k;
+    const double fall = std::sqrt(2 * h / g), w = std::sqrt(k / m), v = g * fall, a = std::hypot(sag, v / w),
+                 phase = std::asin(sag / a), caught = (pi + 2 * phase) / w;
+    const double s = std::fmod(t, 2 * fall + caught);
+    Expected out{{"energy.balance", 0}};
+    const bool on_rope = s > fall && s < fall + caught;
+    const double up = s < fall ? s : s - 2 * fall - caught, angle = w * (s - fall) - phase;
+    const double speed = on_rope ? -a * w * std::cos(angle) : -g * up;
+    out.push_back({"jumper.y", on_rope ? -h - sag - a * std::sin(angle) : -g * up * up / 2});
+    out.push_back({"jumper.vy", speed});
+    out.push_back({"energy.kinetic", m * speed * speed / 2});
+    return out;
+  };
+}
+
+/// Sliding: v = v_0 - mu g t, spin = -2 mu g t/r; from t = v_0/(3 mu g) it rolls at 2 v_0/3. Left out: 0.1 s until it
+/// lies still on the elastic lane, and the instants at which friction, rounded over 1 mm/s of slip, is not mu N.
+Reference slide_to_roll() {
+  return [](double t) {
+    constexpr double v = 2, mu = 0.2, r = 0.1, rolls = v / (3 * mu * g);
+    Expected out{{"energy.balance", 0}};
+    const bool slides = t < rolls;
+    if (t < 0.1 || std::abs(t - rolls) < 0.02) return out;
+    out.push_back({"disk.vx", slides ? v - mu * g * t : 2 * v / 3});
+    out.push_back({"disk.spin", slides ? -2 * mu * g * t / r : -2 * v / (3 * r)});
+    out.push_back({"disk.ax", slides ? -mu * g : 0});
+    return out;
+  };
+}
+
 }  // namespace
 
 std::vector<Case> elements() {
@@ -177,6 +210,8 @@ std::vector<Case> elements() {
       {"bushing", "closed form: three oscillators", {1e-10, 1e-9, 1e-7, 1e-7, 1e-9}, bushing},
       {"drag", "closed form: tanh and exp", {1e-10, 1e-10, 1e-9, 1e-9, 1e-9}, drag},
       {"rebound", "closed form of Hunt and Crossley's restitution (Lambert's W)", {1e-9, 1e-8, 1, 1, 1e-8}, rebound},
+      {"bungee", "closed form from each change to the next", {1e-9, 1e-8, 1, 1, 1e-6}, bungee},
+      {"slide-to-roll", "closed form: Coulomb's sliding, then rolling", {1, 1e-9, 1e-6, 1, 1e-8}, slide_to_roll},
       {"sticking-sledge", "closed form from each change to the next", {1e-9, 1e-8, 1, 1, 1e-8}, sticking_sledge},
   };
 }
