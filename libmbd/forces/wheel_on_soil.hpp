@@ -18,12 +18,22 @@ namespace subsoil::mbd {
 /// On unrutted ground (z_p = 0) N and R_c follow the virgin curve of z in both directions; in a rut N = 0 for z <= z_p.
 /// R_c is scaled by |v|/(1 mm/s) below 1 mm/s and makes no moment on the wheel; the direction of travel turns round
 /// when the axle runs back faster than that, so that a wheel at rest does not see its own rut flicker.
-/// R radius, b width, y_soil surface [m]; k_c [N/m^(n+1)], k_phi [N/m^(n+2)], n [1] in (0, 3).
-/// Energy: stored = U(z) - U(z_p) for z > z_p, U = N z/(n + 3/2): what N gives back on the way up; lost rate =
-/// R_c |v| + N(z_p) dz_p/dt: what running over a rut's edge swallows (negative where it is left again: the law then
-/// gives the wheel energy that nobody put in, and the balance says so instead of hiding it).
-/// Source: Bekker 1969, Introduction to Terrain-Vehicle Systems; rut rule of the rig 1S-300.
+///
+/// With Heave::plastic the soil gives nothing back: of the arc, at x ahead of the axle, only what is being pressed
+/// deeper bears, dz/dt + x |v|/R > 0. In parts of its length, u = -(R dz/dt)/(|v| sqrt(2 R z)) is where that begins:
+///   N   = N above, times 1 - sgn(u) I(u^2; 1/2, n + 1), none for u >= 1, both halves of the arc for u <= -1
+///   R_c = b k ((z (1 - u^2))^(n+1) - z_p^(n+1))/(n + 1)
+/// (I: regularised incomplete beta function). Steadily towed, dz/dt = 0, it is the law above; small heave is damped by
+/// dN/dv_y = -N R/(|v| sqrt(2 R z) B), B = integral of (1 - s^2)^n from 0 to 1. Below 1 mm/s |v| is sqrt(v^2 + (1
+/// mm/s)^2). Nothing is stored; lost is N dz/dt + R_c |v|, which for n < 1 can fall below zero as the wheel leaves the
+/// soil, by what Bekker's (3 - n)/3 exceeds B (6 % of N |dz/dt| at n = 0.5). R radius, b width, y_soil surface [m]; k_c
+/// [N/m^(n+1)], k_phi [N/m^(n+2)], n [1] in (0, 3). Energy: stored = U(z) - U(z_p) for z > z_p, U = N z/(n + 3/2): what
+/// N gives back on the way up; lost rate = R_c |v| + N(z_p) dz_p/dt: what running over a rut's edge swallows (negative
+/// where it is left again: the law then gives the wheel energy that nobody put in, and the balance says so instead of
+/// hiding it). Source: Bekker 1969, Introduction to Terrain-Vehicle Systems; rut rule of the rig 1S-300; plastic heave:
+/// Bekker's pressure on the part of the arc that presses (docs/theory.md 12).
 struct WheelOnSoil {
+  enum class Heave { reversible, plastic };
   static constexpr ForceMembers has{.check = true, .trace = true, .rut = true, .towing_spin = true};
   static constexpr std::array<ForceColumn, 4> columns{{{"N", "N"}, {"R_c", "N"}, {"sinkage", "m"}, {"rut", "m"}}};
   static constexpr double creep = 1e-3;  ///< speed below which R_c fades (m/s)
@@ -34,6 +44,7 @@ struct WheelOnSoil {
   double k_c = std::numeric_limits<double>::quiet_NaN();
   double k_phi = std::numeric_limits<double>::quiet_NaN();
   double surface = 0;
+  Heave heave = Heave::reversible;
   std::string track{};  ///< wheels of the same track share a rut; empty: its own
   // Set and kept by the system:
   std::size_t rut = 0;   ///< index of its rut
@@ -50,6 +61,9 @@ struct WheelOnSoil {
     v.quantity("k_c", k_c, "N/m^(n+1)", "[0, inf)", "cohesive modulus of the soil");
     v.quantity("k_phi", k_phi, "N/m^(n+2)", "[0, inf)", "frictional modulus of the soil");
     v.quantity("surface", surface, "m", "(-inf, inf)", "height y of the soil's surface");
+    v.choice("heave", heave, {{"reversible", Heave::reversible}, {"plastic", Heave::plastic}},
+             "plastic: soil gives nothing back when the wheel rises, and what rolls is damped by it; reversible: load "
+             "follows the sinkage both ways, as in linear studies");
     v.text("track", track, "wheels of the same track share their rut; left out: the wheel's own");
   }
 
@@ -69,11 +83,12 @@ struct WheelOnSoil {
     const double reach = std::sqrt(2 * radius * z);
     const Rut::Depth rutted = scene.ruts[rut].at(b.r.x + direction * reach);
     // z^(n+1) from the z^(n+1/2) in N: a power costs as much as the rest of the law.
+    if (heave == Heave::plastic) return press(b, z, rutted.z, loads, values);
     const double z_p = rutted.z, full = load(z), bearing = z > z_p ? full : 0.0;
     const double virgin = full * std::sqrt(z) * 3 / ((3 - n) * std::sqrt(2 * radius)), k_b = width * modulus();
     const double before = z_p > 0 ? k_b * std::pow(z_p, n + 1) : 0.0;
     const double resistance = z > z_p ? (virgin - before) / (n + 1) : 0.0;
-    const double share = std::min(1.0, std::max(-1.0, b.v.x / creep));
+    const double share = fading(b);
     loads.add_wrench(body, -resistance * share, bearing, 0);
     values = {bearing, resistance, z, z_p};
     if (!(z > z_p)) return {};
@@ -105,6 +120,9 @@ struct WheelOnSoil {
   double load(double z) const { return width * modulus() * std::sqrt(2 * radius) * (3 - n) / 3 * std::pow(z, n + 0.5); }
 
  private:
+  ForcePower press(const BodyState& b, double z, double z_p, Loads& loads, ForceValues& values) const;
+  /// Of R_c, with the sign of the axle's velocity.
+  static double fading(const BodyState& b) { return std::min(1.0, std::max(-1.0, b.v.x / creep)); }
   double modulus() const { return k_c / width + k_phi; }
   double energy(double z) const { return z > 0 ? load(z) * z / (n + 1.5) : 0.0; }
   const BodyState& axle(const Scene& scene) const { return scene.bodies[static_cast<std::size_t>(body)]; }
