@@ -13,11 +13,7 @@ namespace subsoil::app {
 Json read_json(const std::filesystem::path& path) {
   std::ifstream file(path);
   if (!file) throw std::runtime_error("there is none");
-  try {
-    return Json::parse(file);
-  } catch (const Json::exception& error) {
-    throw std::runtime_error(error.what());
-  }
+  return Json::parse(file);
 }
 
 Json read_json_if_whole(const std::filesystem::path& path) {

@@ -78,13 +78,19 @@ std::vector<int> same_walls(const World& block, const World& window) {
 
 /// Spheres and mass are those in the window; what says how dense the bed is and how deep is of the period.
 void report_window(World& world, const World& block) {
+  const FreeSoil free = free_soil(*world.bed);
   world.soil = block.soil;
-  world.soil.spheres = 0, world.soil.mass = 0;
-  for (const dem::Sphere& s : world.bed->spheres())
-    if (!dem::is_fixed(s)) ++world.soil.spheres, world.soil.mass += s.m;
+  world.soil.spheres = free.spheres, world.soil.mass = free.mass;
 }
 
 }  // namespace
+
+FreeSoil free_soil(const dem::Bed& bed) {
+  FreeSoil out;
+  for (const dem::Sphere& s : bed.spheres())
+    if (!dem::is_fixed(s)) ++out.spheres, out.mass += s.m;
+  return out;
+}
 
 double MovingSoil::x_of_followed(const coupling::Simulation& simulation) const {
   return boundary >= 0 ? simulation.surface_pose(boundary).position.x : simulation.body(body).r.x;

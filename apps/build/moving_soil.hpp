@@ -24,6 +24,13 @@ struct MovingSoil {
   bool follow(dem::Bed& bed, const coupling::Simulation& simulation);
 };
 
+/// What moves freely in the window.
+struct FreeSoil {
+  std::size_t spheres = 0;
+  double mass = 0;  ///< kg
+};
+FreeSoil free_soil(const dem::Bed& bed);
+
 /// Walls and spheres of a moving bed: one block is made, periodic along x, in a bed of its own, and copied.
 /// @param bed options of the world's bed
 void build_moving_soil(World& world, const Loaded& loaded, const BuildOptions& options, const dem::BedOptions& bed);

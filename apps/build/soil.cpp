@@ -64,13 +64,13 @@ void SoilBuilder::add_walls() {
   const Scenario& s = loaded_.scenario;
   if (!s.soil || !s.soil->container) return;
   const Container& c = *s.soil->container;
-  for (int f = 0; f < 6; ++f) {
-    if (c.open[static_cast<std::size_t>(f)] || c.periodic[static_cast<std::size_t>(f / 2)]) continue;
+  for (std::size_t f = 0; f < face_names.size(); ++f) {
+    if (!has_wall(c, f)) continue;
     dem::Boundary wall;
-    wall.name = wall_name(static_cast<std::size_t>(f));
+    wall.name = wall_name(f);
     wall.material = material_index(s, c.material);
     const int index = world_.bed->add(std::move(wall));
-    wall_[static_cast<std::size_t>(f)] = index;
+    wall_[f] = index;
     world_.surfaces.push_back(
         {.name = world_.bed->boundary(index).name, .owner = SurfaceRecord::Owner::container, .boundary = index});
   }

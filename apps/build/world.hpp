@@ -10,11 +10,11 @@
 #include "coupling/simulation.hpp"
 #include "libdem/packing/layers.hpp"
 #include "libdem/packing/settle.hpp"
+#include "libdem/step/accuracy.hpp"
 
 namespace subsoil::dem {
 class MovingBed;
 }
-#include "libdem/step/accuracy.hpp"
 
 /// Everything a scenario describes, built and ready to step.
 namespace subsoil::app {

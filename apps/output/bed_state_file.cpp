@@ -2,13 +2,26 @@
 
 namespace subsoil::app {
 
+void put_spheres(StateWriter& out, const std::string& folder, const dem::Bed::State& bed) {
+  out.put(folder + "spheres", bed.spheres);
+  out.put(folder + "ids", bed.ids);
+  out.put(folder + "pair ids", bed.pair_ids);
+  out.put(folder + "pairs", bed.pairs);
+  out.put(folder + "surface ids", bed.surface_ids);
+  out.put(folder + "surfaces", bed.surfaces);
+}
+
+void read_spheres(const StateReader& in, const std::string& folder, dem::Bed::State& bed) {
+  bed.spheres = in.get<double>(folder + "spheres");
+  bed.ids = in.get<std::int64_t>(folder + "ids");
+  bed.pair_ids = in.get<std::int64_t>(folder + "pair ids");
+  bed.pairs = in.get<double>(folder + "pairs");
+  bed.surface_ids = in.get<std::int64_t>(folder + "surface ids");
+  bed.surfaces = in.get<double>(folder + "surfaces");
+}
+
 void put_bed_state(StateWriter& out, const dem::Bed::State& bed) {
-  out.put("bed/spheres", bed.spheres);
-  out.put("bed/ids", bed.ids);
-  out.put("bed/pair ids", bed.pair_ids);
-  out.put("bed/pairs", bed.pairs);
-  out.put("bed/surface ids", bed.surface_ids);
-  out.put("bed/surfaces", bed.surfaces);
+  put_spheres(out, "bed/", bed);
   out.put("bed/scalars", bed.scalars);
   if (!bed.calm.empty()) out.put("bed/calm", bed.calm), out.put("bed/frozen", bed.frozen);
   if (!bed.clumps.empty()) out.put("bed/clumps", bed.clumps);
@@ -24,12 +37,7 @@ void put_bed_state(StateWriter& out, const dem::Bed::State& bed) {
 
 dem::Bed::State bed_state_of(const StateReader& in) {
   dem::Bed::State bed;
-  bed.spheres = in.get<double>("bed/spheres");
-  bed.ids = in.get<std::int64_t>("bed/ids");
-  bed.pair_ids = in.get<std::int64_t>("bed/pair ids");
-  bed.pairs = in.get<double>("bed/pairs");
-  bed.surface_ids = in.get<std::int64_t>("bed/surface ids");
-  bed.surfaces = in.get<double>("bed/surfaces");
+  read_spheres(in, "bed/", bed);
   bed.scalars = in.get<double>("bed/scalars");
   if (in.has("bed/calm")) {
     bed.calm = in.get<std::int64_t>("bed/calm");

@@ -12,7 +12,6 @@
 namespace subsoil::app {
 namespace {
 
-/// JSON knows no infinity and no NaN.
 Json json_of(const Extremes& e) {
   if (e.low > e.high) return nullptr;  // never full
   return {{"min", json_number(e.low)},

@@ -50,14 +50,14 @@ void SectionFilm::find_middle() {
 }
 
 std::vector<SectionFilm::Cut> SectionFilm::cut(std::size_t frame) const {
-  const FrameSpheres s = file_.spheres(frame, true);
+  FrameSpheres s = file_.spheres(frame, true);
+  file_.put_in_window(frame, s.position);
   const bool moving = s.velocity.size() == s.position.size();
-  const auto back = static_cast<float>(file_.travelled(frame));
   std::vector<Cut> out;
   for (std::size_t i = 0; i < s.index.size(); ++i) {
     const float *p = &s.position[3 * i], *v = moving ? &s.velocity[3 * i] : nullptr;
     if (std::abs(p[2] - middle_) > half_) continue;
-    out.push_back({p[0] - back, p[1], p[2], file_.radius()[s.index[i]], v ? std::hypot(v[0], v[1], v[2]) : 0.0F});
+    out.push_back({p[0], p[1], p[2], file_.radius()[s.index[i]], v ? std::hypot(v[0], v[1], v[2]) : 0.0F});
   }
   std::sort(out.begin(), out.end(), [](const Cut& a, const Cut& b) { return a.z < b.z; });  // the nearest last
   return out;
@@ -65,8 +65,7 @@ std::vector<SectionFilm::Cut> SectionFilm::cut(std::size_t frame) const {
 
 std::vector<float> SectionFilm::vertices(std::size_t frame, const FrameSurface& s) const {
   std::vector<float> moved = s.moves ? file_.surface(frame, s) : std::vector<float>{};
-  const auto back = static_cast<float>(file_.travelled(frame));
-  for (std::size_t i = 0; i < moved.size(); i += 3) moved[i] -= back;
+  file_.put_in_window(frame, moved);
   return moved.empty() ? s.vertices : moved;
 }
 

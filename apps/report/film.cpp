@@ -114,15 +114,15 @@ class FilmMaker {
   }
 
   std::vector<Cut> cut(std::size_t frame) {
-    const FrameSpheres s = file_.spheres(frame, true);
+    FrameSpheres s = file_.spheres(frame, true);
+    file_.put_in_window(frame, s.position);
     const bool moving = s.velocity.size() == s.position.size() && !s.velocity.empty();
     has_velocity_ = has_velocity_ || moving;
-    const auto back = static_cast<float>(file_.travelled(frame));
     std::vector<Cut> out;
     for (std::size_t i = 0; i < s.index.size(); ++i) {
       const float* p = &s.position[3 * i];
       if (std::abs(p[2] - middle_) > half_) continue;
-      out.push_back({p[0] - back, p[1], p[2], moving ? s.velocity[3 * i] : 0, moving ? s.velocity[3 * i + 1] : 0,
+      out.push_back({p[0], p[1], p[2], moving ? s.velocity[3 * i] : 0, moving ? s.velocity[3 * i + 1] : 0,
                      file_.radius()[s.index[i]], s.index[i]});
     }
     return out;
@@ -134,12 +134,12 @@ class FilmMaker {
       const std::vector<std::size_t> kept = add_shape(s);
       Places places;
       for (std::size_t f = 0; f < (s.moves ? frames_.size() : 1); ++f) {
-        const std::vector<float> all = s.moves ? file_.surface(frames_[f], s) : s.vertices;
+        std::vector<float> all = s.moves ? file_.surface(frames_[f], s) : s.vertices;
+        if (all.empty()) all = s.vertices;
+        if (s.moves) file_.put_in_window(frames_[f], all);
         std::vector<float> some;
-        const float back[3] = {s.moves ? static_cast<float>(file_.travelled(frames_[f])) : 0.0F, 0, 0};
         for (const std::size_t v : kept)
-          for (std::size_t axis = 0; axis < 3; ++axis)
-            some.push_back((all.empty() ? s.vertices : all)[3 * v + axis] - back[axis]);
+          for (std::size_t axis = 0; axis < 3; ++axis) some.push_back(all[3 * v + axis]);
         places.push_back(std::move(some));
       }
       places_.push_back(std::move(places));

@@ -41,6 +41,7 @@ void FramesFile::repeat_period() {
   const std::size_t n = id_.size();
   if (n == 0 || at_rest_.size() != 3 * n)
     throw std::runtime_error("/particles/at rest: must have a place of each sphere");
+  if (!times_.empty()) first_rear_ = window(0)[0];
   std::int64_t last = static_cast<std::int64_t>(n) - 1;
   for (std::size_t frame = times_.size(); frame-- > 0;)  // ids rise from frame to frame, and in a frame
     if (holds(frame, "id")) {
@@ -122,7 +123,13 @@ FrameSpheres FramesFile::spheres(std::size_t frame, bool with_velocity) const {
   return out;
 }
 
-double FramesFile::travelled(std::size_t frame) const { return is_moving_bed() ? window(frame)[0] - window(0)[0] : 0; }
+double FramesFile::travelled(std::size_t frame) const { return is_moving_bed() ? window(frame)[0] - first_rear_ : 0; }
+
+void FramesFile::put_in_window(std::size_t frame, std::vector<float>& places) const {
+  if (!is_moving_bed()) return;
+  const auto back = static_cast<float>(travelled(frame));
+  for (std::size_t i = 0; i < places.size(); i += 3) places[i] -= back;
+}
 
 std::vector<std::int32_t> FramesFile::counts(std::size_t frame, const std::string& name) const {
   return h5::read<std::int32_t>(file_, group(frame) + "/" + name);

@@ -57,6 +57,8 @@ class FramesFile {
   FrameSpheres undisturbed(std::size_t frame) const;
   std::array<double, 2> window(std::size_t frame) const;
   double travelled(std::size_t frame) const;  ///< by the window since the first frame, along x, m; 0 without
+  /// Places (x y z, m) as seen from the window where it was in the first frame.
+  void put_in_window(std::size_t frame, std::vector<float>& places) const;
   double height_at_rest(std::size_t index) const { return at_rest_[3 * (index % (at_rest_.size() / 3)) + 1]; }
   /// Whole numbers by sphere of the frame, such as `contacts`.
   std::vector<std::int32_t> counts(std::size_t frame, const std::string& name) const;
@@ -80,6 +82,7 @@ class FramesFile {
   std::vector<std::string> materials_;
   std::vector<double> at_rest_;  ///< x y z of the spheres of a period, m
   double period_ = 0;            ///< m
+  double first_rear_ = 0;        ///< x of the window's rear end in the first frame, m
   std::vector<FrameSurface> surfaces_;
 };
 

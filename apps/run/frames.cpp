@@ -79,11 +79,10 @@ void FrameOutput::list_period(ParticleTable& table) const {
   const dem::MovingBed& moving = world_.moving->window;
   const dem::PeriodicBlock& block = moving.block();
   for (std::size_t i = 0; i < block.size(); ++i) {
-    const double r = block.state.spheres[11 * i + 9], m = block.state.spheres[11 * i + 10];
     table.id.push_back(static_cast<std::int64_t>(i));
-    table.radius.push_back(r);
-    table.density.push_back(m / dem::sphere_volume(r));
-    table.material.push_back(static_cast<int>(block.state.ids[2 * i + 1]));
+    table.radius.push_back(block.radius(i));
+    table.density.push_back(block.mass(i) / dem::sphere_volume(block.radius(i)));
+    table.material.push_back(block.material(i));
     table.at_rest.push_back(moving.place_at_rest(static_cast<std::uint32_t>(i)));
   }
   table.period = moving.plan().direction * block.length;

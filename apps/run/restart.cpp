@@ -66,12 +66,7 @@ void put_moving_bed(StateWriter& out, const dem::MovingBed& moving) {
   out.put("moving/stored", stored);
   out.put("moving/numbers", moving.save());
   out.put("moving/across", block.across);
-  out.put("moving/spheres", block.state.spheres);
-  out.put("moving/ids", block.state.ids);
-  out.put("moving/pair ids", block.state.pair_ids);
-  out.put("moving/pairs", block.state.pairs);
-  out.put("moving/surface ids", block.state.surface_ids);
-  out.put("moving/surfaces", block.state.surfaces);
+  put_spheres(out, "moving/", block.state);
 }
 
 dem::MovingBed moving_bed_of(const StateReader& in) {
@@ -84,12 +79,7 @@ dem::MovingBed moving_bed_of(const StateReader& in) {
   for (std::size_t k = 0; k < stored.size(); ++k)
     block.stored.push_back({stored_in[3 * k], stored_in[3 * k + 1], stored_in[3 * k + 2], stored[k]});
   block.across = in.get<std::int64_t>("moving/across");
-  block.state.spheres = in.get<double>("moving/spheres");
-  block.state.ids = in.get<std::int64_t>("moving/ids");
-  block.state.pair_ids = in.get<std::int64_t>("moving/pair ids");
-  block.state.pairs = in.get<double>("moving/pairs");
-  block.state.surface_ids = in.get<std::int64_t>("moving/surface ids");
-  block.state.surfaces = in.get<double>("moving/surfaces");
+  read_spheres(in, "moving/", block.state);
   dem::MovingBed out(
       std::move(block),
       {.rear = n[2], .step = n[3], .steps = static_cast<int>(n[4]), .direction = static_cast<int>(n[5])});

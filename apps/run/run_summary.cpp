@@ -132,7 +132,7 @@ void write_run_section(Summary& summary, const RunFacts& facts, const Scenario& 
 
 namespace {
 
-nlohmann::ordered_json carried_json(const dem::CarriedSoil& c) {
+Json carried_json(const dem::CarriedSoil& c) {
   return {{"spheres", c.spheres},
           {"mass [kg]", c.mass},
           {"momentum [N s]", {c.momentum.x, c.momentum.y, c.momentum.z}},
@@ -146,10 +146,7 @@ nlohmann::ordered_json carried_json(const dem::CarriedSoil& c) {
 void write_window(Summary& summary, const World& world) {
   if (!world.moving) return;
   const dem::MovingBed& window = world.moving->window;
-  double mass = 0;
-  std::size_t spheres = 0;
-  for (const dem::Sphere& s : world.bed->spheres())
-    if (!dem::is_fixed(s)) mass += s.m, ++spheres;
+  const FreeSoil free = free_soil(*world.bed);
   auto& json = summary.section("moving bed");
   json["blocks gone on"] = window.advanced();
   json["period of the packing [m]"] = window.block().length;
@@ -159,8 +156,8 @@ void write_window(Summary& summary, const World& world) {
   json["entered"] = carried_json(window.entered());
   json["left"] = carried_json(window.left());
   json["left over the end ahead"] = window.pushed_out();
-  json["spheres in the window at the end"] = spheres;
-  json["mass in the window at the end [kg]"] = mass;
+  json["spheres in the window at the end"] = free.spheres;
+  json["mass in the window at the end [kg]"] = free.mass;
 }
 
 void write_restitution_error(Summary& summary, double error) { summary.section("run")["error of restitution"] = error; }

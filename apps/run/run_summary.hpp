@@ -29,9 +29,9 @@ void write_run_section(Summary& summary, const RunFacts& facts, const Scenario& 
                        const World& world);
 void write_energy(Summary& summary, const EnergyStart& start, const World& world,
                   const coupling::Simulation& simulation);
-/// Largest error of restitution at the speeds met or expected.
 /// What came into a moving bed and what was left.
 void write_window(Summary& summary, const World& world);
+/// Largest error of restitution at the speeds met or expected.
 void write_restitution_error(Summary& summary, double error);
 /// What fixed machine steps are estimated to err by.
 void write_step_error(Summary& summary, const mbd::StepError& error);

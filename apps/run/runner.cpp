@@ -4,7 +4,6 @@
 #include <omp.h>
 #include <spdlog/spdlog.h>
 
-#include <fstream>
 #include <optional>
 #include <utility>
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "apps/build/moving_soil.hpp"
+#include "apps/scenario/sections/soil.hpp"
 
 namespace subsoil::app {
 
@@ -46,16 +47,16 @@ void WallWatch::begin(const World& world, const dem::MovingBed& window) {
   const std::size_t count = window.block().size();
   lay_.assign(count, {});
   radius_ = 0;
-  for (std::size_t i = 0; i < count; ++i)
-    radius_ += window.block().state.spheres[11 * i + 9] / static_cast<double>(count);
+  for (std::size_t i = 0; i < count; ++i) radius_ += window.block().radius(i) / static_cast<double>(count);
   for (const SurfaceRecord& r : world.surfaces) {
     const dem::Boundary& b = world.bed->boundary(r.boundary);
-    if (r.owner != SurfaceRecord::Owner::container || !b.active || r.name == "wall -x" || r.name == "wall +x") continue;
+    if (r.owner != SurfaceRecord::Owner::container || !b.active || r.name == wall_name(0) || r.name == wall_name(1))
+      continue;
     Wall wall{r.name, {}};
     for (std::uint32_t i = 0; i < count; ++i) {
       Vec3 place = window.place_at_rest(i);
       place.x = 0.5 * (window.rear() + window.front());  // between the ends of the walls
-      if (lies_at(b, place, window.block().state.spheres[11 * i + 9] + 2 * radius_)) wall.ids.push_back(i);
+      if (lies_at(b, place, window.block().radius(i) + 2 * radius_)) wall.ids.push_back(i);
     }
     walls_.push_back(std::move(wall));
   }

@@ -84,6 +84,9 @@ PeriodicBlock block_of(Bed& bed, std::span<const int> boundary_of) {
   return out;
 }
 
+double PeriodicBlock::radius(std::size_t sphere) const { return radius_of(state, sphere); }
+double PeriodicBlock::mass(std::size_t sphere) const { return mass_of(state, sphere); }
+
 double PeriodicBlock::energy() const {
   double sum = 0;
   for (const StoredInContact& c : stored) sum += c.energy;
@@ -96,7 +99,7 @@ MovingBed::MovingBed(PeriodicBlock block, const MovingBedPlan& plan) : block_(st
   if (block_.size() == 0 || block_.across.size() != block_.state.pair_ids.size() / 2)
     refuse_block("the arrays of its block do not belong together");
   for (std::size_t i = 0; i < block_.size(); ++i) {
-    largest_ = std::max(largest_, radius_of(block_.state, i));
+    largest_ = std::max(largest_, block_.radius(i));
     const double from_low = centre_of(block_.state, i).x - block_.low;
     depth_.push_back(plan.direction > 0 ? from_low : block_.length - from_low);
   }
@@ -141,9 +144,9 @@ void MovingBed::put_spheres(Bed::State& out, const Stretch& of, bool fixed) cons
     for (std::size_t i = 0; i < block_.size(); ++i) {
       if (!of.holds(along(period, i))) continue;
       const Vec3 x = site(period, i);
-      const double m = mass_of(block_.state, i);
-      out.spheres.insert(out.spheres.end(), {x.x, x.y, x.z, 0, 0, 0, 0, 0, 0, radius_of(block_.state, i),
-                                             fixed ? std::ldexp(m, kFixedPower) : m});
+      const double m = block_.mass(i);
+      out.spheres.insert(out.spheres.end(),
+                         {x.x, x.y, x.z, 0, 0, 0, 0, 0, 0, block_.radius(i), fixed ? std::ldexp(m, kFixedPower) : m});
       out.ids.insert(out.ids.end(), {std::int64_t{id(period, i)}, block_.state.ids[2 * i + 1]});
     }
   });
@@ -186,7 +189,7 @@ CarriedSoil MovingBed::content(const Stretch& of, const Vec3& gravity) const {
   each_period(of, [&](long period) {
     for (std::size_t i = 0; i < block_.size(); ++i) {
       if (!of.holds(along(period, i))) continue;
-      const double m = mass_of(block_.state, i);
+      const double m = block_.mass(i);
       ++out.spheres, out.mass += m, out.gravity -= m * dot(gravity, site(period, i));
     }
     for (const StoredInContact& c : block_.stored) {

@@ -25,6 +25,9 @@ struct PeriodicBlock {
   std::vector<StoredInContact> stored;  ///< of contacts that carry a force
 
   std::size_t size() const { return state.ids.size() / 2; }
+  double radius(std::size_t sphere) const;  ///< m
+  double mass(std::size_t sphere) const;    ///< kg
+  int material(std::size_t sphere) const { return static_cast<int>(state.ids[2 * sphere + 1]); }
   double energy() const;  ///< in all its contacts, J
 };
 

@@ -79,32 +79,33 @@ std::size_t Bed::remove_if(const std::function<bool(const Sphere&)>& predicate) 
   return before - impl_->particles.size();
 }
 
-std::size_t Bed::fix_if(const std::function<bool(const Sphere&)>& predicate) {
-  Impl& bed = *impl_;
-  bed.balance.fold(bed.surfaces.chunks);
-  bed.particles.sync_from_mixed(bed.threads);
+/// change(sphere) for every sphere, between two steps; how many it has changed. Lists are built anew where any was.
+template <class Change>
+std::size_t Bed::Impl::change_spheres(const Change& change) {
+  balance.fold(surfaces.chunks);
+  particles.sync_from_mixed(threads);
   std::size_t count = 0;
-  for (Sphere& s : bed.particles.spheres()) {
-    if (is_fixed(s) || clump_of(s) >= 0 || !predicate(s)) continue;
-    bed.balance.removed += kinetic_energy_of(s) - s.m * dot(bed.options.gravity, s.x);
-    s.m = std::ldexp(s.m, kFixedPower), s.v = s.w = {}, ++count;
-  }
-  if (count > 0) bed.criterion.invalidate();
+  for (Sphere& s : particles.spheres()) count += change(s) ? 1 : 0;
+  if (count > 0) criterion.invalidate();
   return count;
 }
 
+std::size_t Bed::fix_if(const std::function<bool(const Sphere&)>& predicate) {
+  return impl_->change_spheres([&](Sphere& s) {
+    if (is_fixed(s) || clump_of(s) >= 0 || !predicate(s)) return false;
+    impl_->balance.removed += kinetic_energy_of(s) - s.m * dot(impl_->options.gravity, s.x);
+    s.m = std::ldexp(s.m, kFixedPower), s.v = s.w = {};
+    return true;
+  });
+}
+
 std::size_t Bed::release_if(const std::function<bool(const Sphere&)>& predicate) {
-  Impl& bed = *impl_;
-  bed.balance.fold(bed.surfaces.chunks);
-  bed.particles.sync_from_mixed(bed.threads);
-  std::size_t count = 0;
-  for (Sphere& s : bed.particles.spheres()) {
-    if (!is_fixed(s) || !predicate(s)) continue;
-    s.m = std::ldexp(s.m, -kFixedPower), s.v = s.w = {}, ++count;
-    bed.balance.removed += s.m * dot(bed.options.gravity, s.x);
-  }
-  if (count > 0) bed.criterion.invalidate();
-  return count;
+  return impl_->change_spheres([&](Sphere& s) {
+    if (!is_fixed(s) || !predicate(s)) return false;
+    s.m = std::ldexp(s.m, -kFixedPower), s.v = s.w = {};
+    impl_->balance.removed += s.m * dot(impl_->options.gravity, s.x);
+    return true;
+  });
 }
 
 void Bed::count_removed(double energy) { impl_->balance.removed += energy; }

@@ -97,6 +97,10 @@ struct Bed::Impl {
   void record_run(const PairRun& run, std::size_t particle_block, std::vector<ContactRecord>& out);
   void record_plane(const PlaneRun& run, std::vector<ContactRecord>& out) const;
 
+  // bed.cpp: between two steps
+  template <class Change>
+  std::size_t change_spheres(const Change& change);
+
   // bed.cpp: what a step leaves
   void move_clumps(double dt, const Request& request);
   void form_due_bonds(double until);

@@ -323,7 +323,7 @@ struct OutputChecks : Checks {
     if (s.soil && s.soil->container) {
       if (watch.kind == Watch::Kind::soil_force) touched.push_back("container");  // all its walls
       for (std::size_t f = 0; f < face_names.size(); ++f)
-        if (!s.soil->container->open[f] && !s.soil->container->periodic[f / 2]) touched.push_back(wall_name(f));
+        if (has_wall(*s.soil->container, f)) touched.push_back(wall_name(f));
     }
     if (s.soil && s.soil->bed)
       for (const Particle& p : s.soil->bed->particles)

@@ -49,6 +49,8 @@ class SomeOf final : public Value {
 
 }  // namespace
 
+bool has_wall(const Container& c, std::size_t face) { return !c.open[face] && !c.periodic[face / 2]; }
+
 std::string wall_name(std::size_t face) { return face == 2 ? "floor" : std::string("wall ") + face_names[face]; }
 
 void describe(Fields& v, Container& c) {
