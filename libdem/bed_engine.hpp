@@ -31,8 +31,8 @@ class BedEngine {
  public:
   virtual ~BedEngine() = default;
   virtual const char* name() const = 0;  ///< with the number of processes
-  /// Takes over spheres and contacts of a state; boundaries are given with each step.
-  virtual void begin(const Bed::State& state, const BedOptions& options) = 0;
+  /// Takes over spheres and contacts of a state; boundaries stand as in the step that follows.
+  virtual void begin(const Bed::State& state, const BedOptions& options, std::span<const Boundary> boundaries) = 0;
   /// Boundaries stand at t_n; writes wrench, meshes and contacts of each.
   virtual EngineSums step(const EngineStep& step, std::span<Boundary> boundaries) = 0;
   /// Spheres as they are now and, where wished for, their contacts, with those at surfaces.

@@ -168,8 +168,7 @@ std::vector<dem::Boundary> boundaries_of(const dem::Bed& bed) {
 
 class MpiEngine final : public dem::BedEngine {
  public:
-  MpiEngine(MPI_Comm all, const app::RunRequest& request, const app::World& world)
-      : all_(all), laws_(world.laws), boundaries_(boundaries_of(*world.bed)) {
+  MpiEngine(MPI_Comm all, const app::RunRequest& request, const app::World& world) : all_(all), laws_(world.laws) {
     int ranks = 1;
     MPI_Comm_size(all, &ranks);
     name_ = fmt::format("LIGGGHTS on {} process{}", ranks, ranks == 1 ? "" : "es");
@@ -189,7 +188,8 @@ class MpiEngine final : public dem::BedEngine {
 
   const char* name() const override { return name_.c_str(); }
 
-  void begin(const dem::Bed::State& state, const dem::BedOptions& options) override {
+  void begin(const dem::Bed::State& state, const dem::BedOptions& options,
+             std::span<const dem::Boundary> boundaries) override {
     Beginning b;
     b.gravity = options.gravity, b.floor_drop = options.floor_drop, b.spheres = state.ids.size() / 2;
     dem::Bounds box;
@@ -205,7 +205,7 @@ class MpiEngine final : public dem::BedEngine {
     b.sample_every = options.sample_every > 0 ? options.sample_every : b.spheres <= 5000 ? 1 : 32;
     std::snprintf(b.simd, sizeof b.simd, "%s", options.simd.c_str());
     broadcast_order({.task = Task::begin}, all_);
-    rank_ = begin_rank(all_, b, laws_, boundaries_, state);
+    rank_ = begin_rank(all_, b, laws_, {boundaries.begin(), boundaries.end()}, state);
   }
 
   dem::EngineSums step(const dem::EngineStep& step, std::span<dem::Boundary> boundaries) override {
@@ -230,7 +230,6 @@ class MpiEngine final : public dem::BedEngine {
  private:
   MPI_Comm all_;
   dem::LawTable laws_;
-  std::vector<dem::Boundary> boundaries_;
   std::string name_;
   std::unique_ptr<Rank> rank_;
 };

@@ -209,7 +209,7 @@ void Rank::forces() {
   if (left_lists_) build();
   if (!stepping_) return;  // LIGGGHTS sets up its lists
   for (int k = 0; k < atom.nghost; ++k) copy_motion(atom.nlocal + k, subdomain_.ghost(at(k)));
-  subdomain_.evaluate(now_.dt_before, sample_);
+  subdomain_.evaluate(now_.dt_before, sampling_, now_.energy || now_.snapshot != nullptr || steps_ == 0);
 }
 
 void Rank::motion() {
@@ -230,8 +230,6 @@ dem::EngineSums Rank::step(const dem::EngineStep& step) {
   MPI_Allreduce(&stale, &any, 1, MPI_INT, MPI_MAX, all_);
   if (any != 0) fix_->build_at(lmp_->update->ntimestep + 1);
   sampling_.begin(beginning_.sample_every, steps_, any != 0 || steps_ == 0);
-  sample_ = sampling_.of(0);
-  if (step.energy || step.snapshot != nullptr || steps_ == 0) sample_.record = sample_.accumulate = true;
   stepping_ = true;
   lmp_->update->integrate->run(1);
   stepping_ = false;

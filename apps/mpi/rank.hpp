@@ -66,7 +66,6 @@ class Rank final : Tasks {
   std::vector<std::int64_t> place_;  ///< before `begin`, of spheres that were taken: id x 2^32 + index
   dem::EngineStep now_;
   dem::Sampling sampling_;
-  dem::Sample sample_;
   bool stepping_ = false;
   bool left_lists_ = true;  ///< new ones are to be built from LIGGGHTS'
   long steps_ = 0;

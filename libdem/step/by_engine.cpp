@@ -29,7 +29,7 @@ const char* Bed::engine_name() const { return impl_->by_engine.engine ? impl_->b
 
 /// Hands over spheres and contacts; from here on one record of sums stands for all of them.
 void Bed::Impl::begin_engine(const State& state) {
-  by_engine.engine->begin(state, options);
+  by_engine.engine->begin(state, options, boundaries);
   by_engine.began = true;
   balance.fold(surfaces.chunks);
   contacts.clear(), surfaces.clear();

@@ -54,7 +54,7 @@ void Subdomain::build(std::span<const NearPair> pairs, std::vector<SurfaceHistor
     kinds[static_cast<std::size_t>(law)][(candidate ? 2u : 0u) + (across ? 1u : 0u)].push_back(p);
   }
   for (std::uint32_t law = 0; law < laws_.count(); ++law)
-    for (const std::size_t kind : {0u, 1u, 2u, 3u}) append_run(law, kind >= 2, kind % 2 == 1, kinds[law][kind]);
+    for (const std::size_t kind : {0u, 1u, 2u, 3u}) append_runs(law, kind >= 2, kind % 2 == 1, kinds[law][kind]);
   surfaces_.build(particles_, boundaries_, laws_, options_.skin, 1);
   surfaces_.waiting = std::move(at_surfaces);
   std::vector<std::uint32_t> same(size());
@@ -64,22 +64,26 @@ void Subdomain::build(std::span<const NearPair> pairs, std::vector<SurfaceHistor
   for (const Sphere& s : particles_.spheres()) listed_.push_back(s.x);
   for (const Boundary& b : boundaries_) listed_pose_.push_back(b.pose), listed_active_.push_back(b.active);
   path_ = measured_ = path_at_measure_ = 0;
-  sums_.stored = sums_.pairs = sums_.overlap = 0;
+  plane_last_.assign(surfaces_.plane_runs.size(), {});
 }
 
 /// Candidates in the order of their gaps, so that a block is not activated by one of its pairs long before the others.
-void Subdomain::append_run(std::uint32_t law, bool candidates, bool across, std::vector<NearPair>& pairs) {
-  if (pairs.empty()) return;
+void Subdomain::append_runs(std::uint32_t law, bool candidates, bool across, std::vector<NearPair>& pairs) {
+  constexpr std::size_t most = 64 * kBlock;  // of a run, so that samples are spread over steps
   if (candidates)
     std::stable_sort(pairs.begin(), pairs.end(), [](const NearPair& a, const NearPair& b) { return a.gap < b.gap; });
+  for (std::size_t at = 0; at < pairs.size(); at += most)
+    append_run(law, candidates, across, std::span(pairs).subspan(at, std::min(most, pairs.size() - at)));
+}
+
+void Subdomain::append_run(std::uint32_t law, bool candidates, bool across, std::span<const NearPair> pairs) {
   Run run{.law = law, .candidates = candidates, .across = across};
   run.first = static_cast<std::uint32_t>(blocks_.size()), run.lines = lines_.size();
   run.blocks = static_cast<std::uint32_t>((pairs.size() + kBlock - 1) / kBlock);
   const MemoryShape& shape = laws_.pair_memory(law);
   lines_.resize(lines_.size() + shape.lines(run.blocks), Line{});
   for (std::uint32_t b = 0; b < run.blocks; ++b) {
-    const auto of_block =
-        std::span(pairs).subspan(b * kBlock, std::min<std::size_t>(kBlock, pairs.size() - b * kBlock));
+    const auto of_block = pairs.subspan(b * kBlock, std::min<std::size_t>(kBlock, pairs.size() - b * kBlock));
     append_block(of_block);
     for (std::uint32_t l = 0; l < of_block.size(); ++l)
       if (of_block[l].was != nullptr) write_lane(memory(run, b), shape, l, *of_block[l].was);
@@ -132,13 +136,18 @@ double Subdomain::moved(std::size_t boundary) const {
   return way + angle * std::min(reach, bounds(boundaries_[boundary].shape).farthest(Vec3{}));
 }
 
-void Subdomain::evaluate(double elapsed, const Sample& sample) {
-  const double stored = sums_.stored, pairs = sums_.pairs, overlap = sums_.overlap;
+void Subdomain::evaluate(double elapsed, const Sampling& sampling, bool all) {
+  std::size_t next = 0;
+  const auto sample = [&] {
+    Sample s = sampling.of(next++);
+    if (all) s.record = s.accumulate = true;
+    return s;
+  };
   sums_ = {};
-  if (!sample.accumulate) sums_.stored = stored, sums_.pairs = pairs, sums_.overlap = overlap;
   std::fill(sums_of_.begin() + static_cast<std::ptrdiff_t>(size()), sums_of_.end(), Accumulator{});
-  for (Run& run : runs_) pair_forces(run, elapsed, sample);
-  for (PlaneRun& run : surfaces_.plane_runs) plane_forces(run, elapsed, sample);
+  for (Run& run : runs_) pair_forces(run, elapsed, sample());
+  for (PlaneRun& run : surfaces_.plane_runs) plane_forces(run, elapsed, sample());
+  sum_last();
   edge_forces(elapsed);
   sum_wrenches(boundaries_, surfaces_, elapsed);
 }
@@ -159,14 +168,24 @@ void Subdomain::pair_forces(Run& run, double elapsed, const Sample& sample) {
   job.ring = ring();
   kernel_.pairs(laws_[run.law], job);
   if (run.candidates) run.activation = *std::min_element(job.activation, job.activation + run.blocks);
-  if (sample.accumulate) take(job.sums, run.across ? 0.5 : 1, sample.weight);
+  if (!sample.accumulate) return;
+  run.last = job.sums;
+  take(job.sums, run.across ? 0.5 : 1, sample.weight);
 }
 
 void Subdomain::take(const RunSums& s, double share, double weight) {
   sums_.lost += Losses{share * weight * s.damped, share * weight * s.slid, share * weight * s.rolled};
-  sums_.stored += share * s.stored;
-  sums_.pairs += share * s.within_cutoff;
-  sums_.overlap = std::max(sums_.overlap, s.overlap);
+}
+
+/// What is stored, touches and overlaps, of each run as it was last sampled.
+void Subdomain::sum_last() {
+  const auto add = [&](const RunSums& s, double share, bool between_spheres) {
+    sums_.stored += share * s.stored;
+    if (between_spheres) sums_.pairs += share * s.within_cutoff;
+    sums_.overlap = std::max(sums_.overlap, s.overlap);
+  };
+  for (const Run& run : runs_) add(run.last, run.across ? 0.5 : 1, true);
+  for (const RunSums& last : plane_last_) add(last, 1, false);
 }
 
 void Subdomain::plane_forces(PlaneRun& run, double elapsed, const Sample& sample) {
@@ -178,9 +197,10 @@ void Subdomain::plane_forces(PlaneRun& run, double elapsed, const Sample& sample
   job.lines = surfaces_.plane_lines.data() + run.lines;
   job.ring = ring();
   kernel_.planes(laws_[run.law], job);
-  const double pairs = sums_.pairs;
-  if (sample.accumulate) take(job.sums, 1, sample.weight);
-  sums_.pairs = pairs;  // of spheres alone
+  if (sample.accumulate) {
+    plane_last_[static_cast<std::size_t>(&run - surfaces_.plane_runs.data())] = job.sums;
+    take(job.sums, 1, sample.weight);
+  }
   run.wrench = {{job.force[0], job.force[1], job.force[2]}, {job.moment[0], job.moment[1], job.moment[2]}};
   run.in_reach = job.sums.within_cutoff;
 }

@@ -55,8 +55,9 @@ class Subdomain {
   void each_pair(const Use& use) const;
   std::vector<SurfaceHistory> at_surfaces() const { return surfaces_.histories(laws_); }
 
-  /// Forces at t_n. @param elapsed s since the last step
-  void evaluate(double elapsed, const Sample& sample);
+  /// Forces at t_n. Runs of contacts are sampled in turn, as particle blocks of the bed are.
+  /// @param elapsed s since the last step @param all every run is sampled besides: energies or a snapshot are asked for
+  void evaluate(double elapsed, const Sampling& sampling, bool all);
   /// Energies at t_n, and the state of own spheres appended to a snapshot in the order of their records.
   void observe(const EngineStep& step);
   void observe(const EngineStep& step, Snapshot& out) const;
@@ -70,8 +71,10 @@ class Subdomain {
     std::size_t lines = 0;
     bool candidates, across;  ///< across: with ghosts, so that half of the energies count here
     double activation = 0;
+    RunSums last{};  ///< of its last sample
   };
-  void append_run(std::uint32_t law, bool candidates, bool across, std::vector<NearPair>& pairs);
+  void append_runs(std::uint32_t law, bool candidates, bool across, std::vector<NearPair>& pairs);
+  void append_run(std::uint32_t law, bool candidates, bool across, std::span<const NearPair> pairs);
   void append_block(std::span<const NearPair> pairs);
   BlockMemory memory(const Run& run, std::uint32_t block) const;
   Ring ring() { return {sums_of_.data(), nullptr, mask_}; }
@@ -79,6 +82,7 @@ class Subdomain {
   void plane_forces(PlaneRun& run, double elapsed, const Sample& sample);
   void edge_forces(double elapsed);
   void take(const RunSums& s, double share, double weight);
+  void sum_last();
   double farthest_from_lists() const;
   double moved(std::size_t boundary) const;
   template <class Job>
@@ -97,6 +101,7 @@ class Subdomain {
   std::vector<double> activation_;
   std::vector<Line, LargePages<Line>> lines_;
   SurfaceContacts surfaces_;
+  std::vector<RunSums> plane_last_;                            ///< as Run::last, of the runs on planes
   std::vector<Accumulator, LargePages<Accumulator>> sums_of_;  ///< of own spheres and ghosts
   std::uint32_t mask_ = 0;
   std::vector<Vec3> listed_;  ///< where own spheres were when the lists were built

@@ -35,7 +35,8 @@ void check_engine(Checks& checks, const Scenario& s) {
     checks.refuse(path, fmt::format("`engine: liggghts` cannot do {}; leave it out, or leave `engine` out", what));
   };
   if (!s.has_bed()) checks.refuse("engine", "liggghts", "steps spheres, and there is no soil; leave it out");
-  if (s.precision == dem::Precision::mixed) checks.refuse("precision", "mixed", "`engine: liggghts` has double only");
+  if (s.precision == dem::Precision::mixed)
+    checks.refuse("precision", "mixed", "`engine: liggghts` has double only; leave it out, or leave `engine` out");
   if (s.soil) check_engine_soil(checks, *s.soil);
   for (std::size_t i = 0; i < s.boundaries.size(); ++i)
     if (s.boundaries[i].wear) refuse(fmt::format("boundaries[{}].wear", i), "wear");
