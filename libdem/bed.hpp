@@ -74,6 +74,8 @@ struct Phases {
   double rest = 0;  ///< waiting for other threads, sums of the step
 };
 
+class BedEngine;  // libdem/bed_engine.hpp
+
 /// The bed of spheres and everything that touches it.
 ///
 /// One step from t_n to t_{n+1} (leapfrog): forces at t_n from positions x_n and velocities v_{n-1/2};
@@ -208,6 +210,11 @@ class Bed {
   std::vector<ContactRecord> contacts();
   /// Energy of contacts, J, that ended with what was taken out or fixed; below zero: that came with `insert`.
   void count_removed(double energy);
+
+  /// From the next step on the engine steps the spheres. Throws std::invalid_argument for what no engine but the bed
+  /// itself can do: bonds, clumps, fixed and frozen spheres, periodic sides, mixed precision, loads of surfaces.
+  void step_by(std::unique_ptr<BedEngine> engine);
+  const char* engine_name() const;  ///< null: the bed itself
 
   struct Impl;  ///< step/bed_impl.hpp
 

@@ -38,7 +38,7 @@ struct CalibrateRequest {
 };
 int calibrate_command(const CalibrateRequest& request);
 /// The whole program.
-int main_command(int argc, char** argv);
+int main_command(int argc, char** argv, const EngineMaker& engine = {});
 
 /// What a run is expected to cost.
 struct Estimate {

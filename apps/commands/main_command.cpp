@@ -242,7 +242,7 @@ int guarded(Command command) {
 
 }  // namespace
 
-int main_command(int argc, char** argv) {
+int main_command(int argc, char** argv, const EngineMaker& engine) {
   spdlog::set_pattern("%v");
   std::signal(SIGXFSZ, SIG_IGN);  // a limit on the size of files is said by the write that meets it
   CLI::App app{"subsoil: machines working in soil"};
@@ -250,6 +250,7 @@ int main_command(int argc, char** argv) {
   app.require_subcommand(1);
 
   RunRequest request;
+  request.engine = engine;
   std::string simd;
   CLI::App* run_word = app.add_subcommand("run", "run a scenario");
   add_scenario(*run_word, request, simd);

@@ -98,6 +98,7 @@ void write_run_section(Summary& summary, const RunFacts& facts, const Scenario& 
     r["analysis"] = analysis_names[static_cast<std::size_t>(scenario.analysis)];
   if (!world.bed) return;
   r["instruction set"] = world.bed->kernel_name();
+  if (world.bed->engine_name() != nullptr) r["engine"] = world.bed->engine_name();
   r["precision"] = world.bed->options().precision == dem::Precision::mixed ? "mixed" : "double";
   r["threads"] = world.bed->threads();
   r["soil step [s]"] = world.step.soil_step;

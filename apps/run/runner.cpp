@@ -14,6 +14,7 @@
 #include "apps/run/analysis.hpp"
 #include "apps/run/checkpoints.hpp"
 #include "apps/run/continuation.hpp"
+#include "apps/run/engine_program.hpp"
 #include "apps/run/frames.hpp"
 #include "apps/run/live_line.hpp"
 #include "apps/run/output_folder.hpp"
@@ -23,6 +24,7 @@
 #include "apps/run/settling_checkpoint.hpp"
 #include "apps/run/signals.hpp"
 #include "apps/version.hpp"
+#include "libdem/bed_engine.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -110,6 +112,17 @@ void keep_step(World& world, const Loaded& loaded, const SavedRun& saved, const 
   world.step.machine_step = saved.soil_step * static_cast<double>(loaded.scenario.time.machine.soil_steps);
 }
 
+/// The engine that the scenario asks for, and refusals of what it cannot do.
+void use_engine(World& world, const Loaded& loaded, const RunRequest& request) {
+  if (loaded.scenario.engine == SoilEngine::subsoil) return;
+  try {
+    world.bed->step_by(request.engine(request, loaded, world));
+  } catch (const std::invalid_argument& error) {
+    throw ScenarioError(
+        fmt::format("{} = liggghts: {}; leave it out, or leave `engine` out", loaded.where("engine"), error.what()));
+  }
+}
+
 /// The run as asked for, in a folder that is locked.
 int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<SavedRun>& saved, bool goes_on,
                FolderLock& lock, const std::optional<SavedSettling>& settling_from = std::nullopt) {
@@ -142,6 +155,7 @@ int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<Sa
     spdlog::info("soil step {:.4g} s = {:.2f} of the stable step {:.4g} s ({})", world.step.soil_step,
                  world.step.soil_step / world.step.limit.step, world.step.limit.step, world.step.limit.cause);
   if (world.bed) spdlog::info("{}", accuracy_words(world.step));
+  use_engine(world, loaded, request);
   if (goes_on) look_at_origin(*saved, world, request.from);
   if (settling_from) look_at_program(settling_from->version, settling_from->instruction_set, world, "settling.h5");
   return RunLoop(loaded, request, std::move(world), saved, lock, goes_on).run();
@@ -177,6 +191,7 @@ int run(const RunRequest& given) {
   RunRequest request = given;
   if (request.out.empty()) request.out = std::filesystem::path(request.scenario).stem();
   Loaded loaded = load_scenario(request.scenario, request.sets);
+  if (!request.engine) go_on_as_engine(loaded);
   refuse_folder(request.out, request.force);
   FolderLock lock(request.out);
   if (!loaded.scenario.runs_in_time()) return run_analysis(loaded, request);
@@ -202,10 +217,11 @@ int resume(const std::filesystem::path& folder, const RunRequest& given) {
     spdlog::info("{}: the run has reached its end", folder.string());
     return exit_ok;
   }
-  FolderLock lock(folder);
   RunRequest request = given;
   request.scenario = scenario.string(), request.out = folder;
   Loaded loaded = load_scenario(request.scenario, request.sets);
+  if (!request.engine) go_on_as_engine(loaded);
+  FolderLock lock(folder);
   std::optional<SavedRun> saved;
   // A machine alone is run again from its start: that takes seconds, and its integrators have more past than a state.
   if (loaded.scenario.has_bed()) saved = latest_whole_state(folder, loaded.scenario.time.end, request.from);

@@ -1,9 +1,22 @@
 #pragma once
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
+namespace subsoil::dem {
+class BedEngine;
+}
+
 namespace subsoil::app {
+
+struct Loaded;
+struct World;
+struct RunRequest;
+
+/// Makes what steps the spheres of a world that is built, in a program that has another engine than the bed itself.
+using EngineMaker = std::function<std::unique_ptr<dem::BedEngine>(const RunRequest&, const Loaded&, const World&)>;
 
 struct RunRequest {
   std::string scenario;
@@ -14,6 +27,7 @@ struct RunRequest {
   bool strict = false;                 ///< a run with warnings ends with exit_failed
   std::vector<std::string> changes{};  ///< keys that may differ from the scenario of `from`
   std::filesystem::path from{};        ///< a state file to start from; empty: from the beginning
+  EngineMaker engine{};                ///< none: scenarios that ask for another engine are refused
 };
 
 /// Exit codes of a run.

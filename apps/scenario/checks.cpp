@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "apps/scenario/scenario.hpp"
+#include "apps/scenario/sections/engine.hpp"
 
 namespace subsoil::app {
 
@@ -43,6 +44,7 @@ void check(Scenario& s, const Places& places, Problems& problems) {
   check_contacts(checks, s);
   check_time(checks, s);
   check_output(checks, s);
+  check_engine(checks, s);
 }
 
 }  // namespace subsoil::app

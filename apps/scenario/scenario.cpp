@@ -70,6 +70,10 @@ void describe(Fields& v, Scenario& s) {
            "coordinate; equilibrium: the state of rest (or of towing) and its stability; modes: small oscillations "
            "about it; assembly: how the pose closes. All but dynamics: without soil");
   v.downward("gravity", s.gravity, "m/s^2", "one number acts downward (-y); or a vector");
+  v.choice(
+      "engine", s.engine, {{"subsoil", SoilEngine::subsoil}, {"liggghts", SoilEngine::liggghts}},
+      "what steps the spheres; liggghts: on many processes, `mpirun -np 4 subsoil run FILE.yaml`, for soil that one "
+      "machine cannot hold or do in time (docs/many-nodes.md)");
   v.text("simd", s.simd, "instruction set of the soil kernel; auto: the best of this processor");
   v.choice(
       "precision", s.precision, {{"double", dem::Precision::doubles}, {"mixed", dem::Precision::mixed}},

@@ -25,6 +25,9 @@ enum class Analysis { dynamics, kinematics, equilibrium, modes, assembly };
 inline constexpr std::array<const char*, 5> analysis_names{"dynamics", "kinematics", "equilibrium", "modes",
                                                            "assembly"};
 
+/// What steps the spheres: our own bed, or LIGGGHTS on many processes (docs/many-nodes.md).
+enum class SoilEngine { subsoil, liggghts };
+
 struct Scenario {
   long version = 1;
   std::string title;
@@ -38,6 +41,7 @@ struct Scenario {
   Time time;
   Output output;
   Limits limits;
+  SoilEngine engine = SoilEngine::subsoil;
   std::string simd = "auto";
   dem::Precision precision = dem::Precision::doubles;
 

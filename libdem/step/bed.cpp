@@ -113,6 +113,7 @@ Boundary& Bed::boundary(int index) { return impl_->boundaries.at(static_cast<std
 const Boundary& Bed::boundary(int index) const { return impl_->boundaries.at(static_cast<std::size_t>(index)); }
 int Bed::boundary_count() const { return static_cast<int>(impl_->boundaries.size()); }
 std::span<const Sphere> Bed::spheres() const {
+  if (impl_->by_engine.ahead) impl_->take_back(false);
   impl_->particles.sync_from_mixed(impl_->threads);
   return impl_->particles.spheres();
 }
@@ -124,6 +125,16 @@ void Bed::step(double dt, const Request& request) {
   if (!(dt > 0)) throw std::invalid_argument("the step of the bed must be positive");
   Impl& bed = *impl_;
   StepCount& now = bed.now;
+  const auto end = [&] {
+    now.dt_before = dt;
+    now.time += dt;
+    ++now.steps;
+  };
+  if (bed.by_engine.engine) {
+    if (!bed.by_engine.began) bed.begin_engine(save());
+    bed.step_by_engine(dt, request);
+    return end();
+  }
   PhaseClock clock(bed.measures_phases);
   double search = 0, sweep = 0;
 
@@ -147,9 +158,7 @@ void Bed::step(double dt, const Request& request) {
   bed.sum_phases(search, sweep);
 
   bed.check_faults();
-  now.dt_before = dt;
-  now.time += dt;
-  ++now.steps;
+  end();
 }
 
 /// Clumps, whose forces are complete once the sweep is.

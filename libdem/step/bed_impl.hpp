@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "libdem/bed.hpp"
+#include "libdem/bed_engine.hpp"
 #include "libdem/contacts/bonds.hpp"
 #include "libdem/contacts/contact_laws.hpp"
 #include "libdem/contacts/contact_store.hpp"
@@ -44,6 +44,13 @@ struct StepCount {
   std::size_t fallen = 0;
 };
 
+/// What steps the spheres in place of the bed; none: the bed itself.
+struct ByEngine {
+  std::unique_ptr<BedEngine> engine{};
+  bool began = false;
+  bool ahead = false;  ///< it has stepped since spheres last came back
+};
+
 /// A bed is its parts; each part's header says who writes and who reads it. What needs several of them at once stands
 /// here and is a task of the step.
 struct Bed::Impl {
@@ -64,6 +71,7 @@ struct Bed::Impl {
   Clumps clumps;
   ActiveRegion region;
   StepCount now;
+  ByEngine by_engine;
 
   BodyEnergy energy_of_clumps;             ///< at t_n, of the last step that asked for it
   std::vector<PlaneJob> plane_jobs;        ///< by boundary, of this step
@@ -108,7 +116,13 @@ struct Bed::Impl {
   void sum_up(bool energy);
   void sum_phases(double search, double sweep);  ///< s by the clock
 
+  // by_engine.cpp
+  void begin_engine(const State& state);
+  void step_by_engine(double dt, const Request& request);
+  void take_back(bool with_contacts);
+
   // faults.cpp
+  bool within_limits() const;
   void check_faults();
   std::uint32_t deepest_sphere() const;
 
@@ -117,6 +131,7 @@ struct Bed::Impl {
   void restore_lists(std::span<const double> from);
 
   // state.cpp
+  Sphere sphere_of(const State& in, std::size_t k) const;
   void save_bonding(State& out) const;
   void restore_bonding(const State& in);
   /// Contacts of a state, to wait for the next lists. @param place index of a sphere by its id

@@ -31,6 +31,13 @@ std::uint32_t Bed::Impl::deepest_sphere() const {
   return deepest;
 }
 
+/// A maximum passes over what is no number, a sum does not.
+bool Bed::Impl::within_limits() const {
+  const EnergyBalance::Extremes& e = balance.extremes();
+  return e.speed2 <= options.speed_limit * options.speed_limit && std::isfinite(e.squares) &&
+         e.overlap <= options.overlap_limit;
+}
+
 void Bed::Impl::check_faults() {
   char text[400];
   const EnergyBalance::Extremes& extremes = balance.extremes();

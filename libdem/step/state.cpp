@@ -33,18 +33,6 @@ void restore_loads(std::span<const double> in, std::vector<Boundary>& boundaries
         f.impulse = read(), f.normal_work = read(), f.shear_work = read(), f.rubbing = read(), f.cutting = read();
 }
 
-Sphere sphere_of(const Bed::State& in, std::size_t k, int materials) {
-  StateReader read{std::span<const double>(in.spheres).subspan(11 * k, 11)};
-  Sphere s{};
-  s.x = read.vector(), s.v = read.vector(), s.w = read.vector();
-  s.r = read(), s.m = read();
-  s.id = static_cast<std::uint32_t>(in.ids[2 * k]);
-  s.material = static_cast<std::uint16_t>(in.ids[2 * k + 1]);
-  if (!in.calm.empty()) s.spare = static_cast<std::uint16_t>(in.calm[k]);
-  if (s.material >= materials) throw std::invalid_argument("restart: the state has more materials than the scenario");
-  return s;
-}
-
 void check_arrays(const Bed::State& in) {
   const std::size_t count = in.ids.size() / 2;
   if (in.spheres.size() != 11 * count || in.pairs.size() != kPairRecord * (in.pair_ids.size() / 2) ||
@@ -56,6 +44,19 @@ void check_arrays(const Bed::State& in) {
 }
 
 }  // namespace
+
+Sphere Bed::Impl::sphere_of(const State& in, std::size_t k) const {
+  StateReader read{std::span<const double>(in.spheres).subspan(11 * k, 11)};
+  Sphere s{};
+  s.x = read.vector(), s.v = read.vector(), s.w = read.vector();
+  s.r = read(), s.m = read();
+  s.id = static_cast<std::uint32_t>(in.ids[2 * k]);
+  s.material = static_cast<std::uint16_t>(in.ids[2 * k + 1]);
+  if (!in.calm.empty()) s.spare = static_cast<std::uint16_t>(in.calm[k]);
+  if (s.material >= laws.table().materials)
+    throw std::invalid_argument("restart: the state has more materials than the scenario");
+  return s;
+}
 
 /// Counts, what has formed, and what broke.
 void Bed::Impl::save_bonding(State& out) const {
@@ -100,6 +101,7 @@ void Bed::Impl::restore_bonding(const State& in) {
 }
 
 Bed::State Bed::save() const {
+  if (impl_->by_engine.began) impl_->take_back(true);
   impl_->particles.sync_from_mixed(impl_->threads);
   impl_->region.keep(impl_->particles.spheres(), impl_->balance.of_block);
   const Impl& d = *impl_;
@@ -187,7 +189,7 @@ void Bed::insert(const State& part) {
   index.reserve(d.particles.size() + part.ids.size() / 2);
   for (std::uint32_t k = 0; k < d.particles.size(); ++k) index[d.particles[k].id] = k;
   for (std::size_t k = 0; k < part.ids.size() / 2; ++k) {
-    const Sphere s = sphere_of(part, k, d.laws.table().materials);
+    const Sphere s = d.sphere_of(part, k);
     if (!index.emplace(s.id, static_cast<std::uint32_t>(d.particles.size())).second)
       throw std::invalid_argument("the bed has a sphere of number " + std::to_string(s.id) + " already");
     d.particles.restore(s);
@@ -212,7 +214,7 @@ void Bed::restore(const State& in) {
   d.particles.clear();
   std::map<std::uint32_t, std::uint32_t> index;
   for (std::size_t k = 0; k < in.ids.size() / 2; ++k) {
-    const Sphere s = sphere_of(in, k, d.laws.table().materials);
+    const Sphere s = d.sphere_of(in, k);
     index[s.id] = static_cast<std::uint32_t>(k);
     d.particles.restore(s);
   }

@@ -186,6 +186,18 @@ PlaneJob plane_job(const Boundary& b, const ParticleStore& particles, double ela
   return job;
 }
 
+void add_boundary_work(std::span<Boundary> boundaries, double elapsed) {
+  for (Boundary& b : boundaries) {
+    if (elapsed > 0) {
+      const Vec3 path = b.pose.position - b.pose_before.position;
+      const Vec3 angle = small_rotation(b.pose_before.attitude, b.pose.attitude);
+      b.work -= 0.5 * (dot(b.wrench.force + b.wrench_before.force, path) +
+                       dot(b.wrench.moment + b.wrench_before.moment, angle));
+    }
+    b.pose_before = b.pose;
+  }
+}
+
 void sum_wrenches(std::vector<Boundary>& boundaries, const SurfaceContacts& contacts, double elapsed) {
   for (Boundary& b : boundaries) {
     b.wrench_before = b.wrench, b.wrench = {}, b.contacts = 0;
@@ -203,15 +215,7 @@ void sum_wrenches(std::vector<Boundary>& boundaries, const SurfaceContacts& cont
     for (std::size_t m = 0; m < c.meshes.size(); ++m) b.meshes[m] += c.meshes[m];
     b.contacts += c.contacts;
   }
-  for (Boundary& b : boundaries) {
-    if (elapsed > 0) {
-      const Vec3 path = b.pose.position - b.pose_before.position;
-      const Vec3 angle = small_rotation(b.pose_before.attitude, b.pose.attitude);
-      b.work -= 0.5 * (dot(b.wrench.force + b.wrench_before.force, path) +
-                       dot(b.wrench.moment + b.wrench_before.moment, angle));
-    }
-    b.pose_before = b.pose;
-  }
+  add_boundary_work(boundaries, elapsed);
 }
 
 }  // namespace subsoil::dem

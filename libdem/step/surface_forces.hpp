@@ -24,7 +24,10 @@ struct SurfaceForces {
 /// What the plane runs of a boundary have in common in a step.
 PlaneJob plane_job(const Boundary& b, const ParticleStore& particles, double elapsed);
 
-/// Wrench of each boundary in the order of its contacts, and the work that its motion since the last step did.
+/// The work that each boundary's motion since the last step did, from its wrenches then and now.
+void add_boundary_work(std::span<Boundary> boundaries, double elapsed);
+
+/// Wrench of each boundary in the order of its contacts, and that work.
 void sum_wrenches(std::vector<Boundary>& boundaries, const SurfaceContacts& contacts, double elapsed);
 
 }  // namespace subsoil::dem
