@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 #include <numeric>
+#include <stdexcept>
 #include <utility>
 
 #include "apps/build/laws.hpp"
@@ -253,6 +254,7 @@ app::World build_like_rank_0(MPI_Comm all) {
 
 std::unique_ptr<dem::BedEngine> make_engine(MPI_Comm all, const app::RunRequest& request, const app::Loaded&,
                                             const app::World& world) {
+  if (world.bed->spheres().empty()) throw std::invalid_argument("has no spheres to share out");
   return std::make_unique<MpiEngine>(all, request, world);
 }
 

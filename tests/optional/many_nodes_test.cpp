@@ -155,6 +155,7 @@ TEST(ManyNodes, WhatTheEngineCannotDoIsRefusedWithItsPlaceAndTheCure) {
   EXPECT_NE(refused("--set \"output.contact forces=true\"").find("cannot do single contacts in frames; leave it out"),
             std::string::npos);
   EXPECT_NE(refused("--set \"soil.container.periodic=[z]\"").find("cannot do periodic sides"), std::string::npos);
+  EXPECT_NE(refused("--set \"soil.bed.particles=[]\"").find("has no spheres to share out"), std::string::npos);
 }
 
 TEST(ManyNodes, AFaultIsThatOfTheBed) {

@@ -27,7 +27,7 @@ const std::vector<Room> house = {
     {"libmbd",
      {"libmbd/"},
      {"Eigen/"},
-     {"cvode/", "ida/", "nvector/", "sunlinsol/", "sunmatrix/", "sunnonlinsol/", "sundials/"}},
+     {"boost/math/", "cvode/", "ida/", "nvector/", "sunlinsol/", "sunmatrix/", "sunnonlinsol/", "sundials/"}},
     {"coupling", {"coupling/", "libdem/", "libmbd/"}, {}, {}},
 };
 
