@@ -32,7 +32,9 @@ void add_scenario(CLI::App& command, RunRequest& request, std::string& simd) {
   command.add_option("--set", request.sets, "override a value of the scenario: path=value (may be repeated)")
       ->allow_extra_args(false)
       ->type_name("PATH=VALUE");
-  command.add_option("--threads", request.threads, "threads of the bed; default: as the scenario says, else one per 1,000 spheres, at most all cores")
+  command
+      .add_option("--threads", request.threads,
+                  "threads of the bed; default: as the scenario says, else one per 1,000 spheres, at most all cores")
       ->check(CLI::Range(1, 1024));
   command.add_option("--simd", simd, "instruction set")->type_name(takes_simd);
 }

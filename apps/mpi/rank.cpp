@@ -16,6 +16,7 @@
 #include <string>
 #include <utility>
 
+#include "libdem/particles/statistics.hpp"
 #include "libdem/step/state_numbers.hpp"
 
 namespace subsoil::mpi {
@@ -144,7 +145,7 @@ void Rank::take_out_fallen() {
       continue;
     }
     const dem::Sphere s = sphere_at(i);
-    removed_ += 0.5 * s.m * dot(s.v, s.v) + 0.5 * inertia(s) * dot(s.w, s.w) - s.m * dot(beginning_.gravity, s.x);
+    removed_ += kinetic_energy_of(s) - s.m * dot(beginning_.gravity, s.x);
     ++fallen_;
     atom.avec->copy(atom.nlocal - 1, i, 1);
     --atom.nlocal;

@@ -24,7 +24,7 @@ void refuse_file(int signal) {
   say("subsoil: ");
   say(path_read.data());
   say(signal == SIGPROF ? ": the HDF5 library comes to no end with this file"
-                          : ": the HDF5 library fails at this file");
+                        : ": the HDF5 library fails at this file");
   say(": it is damaged, or no HDF5 file of a run; take it from its source "
       "again\n");
   _exit(2);

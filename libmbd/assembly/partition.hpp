@@ -167,8 +167,8 @@ class Partition {
   // Few freedoms: M^ itself, by R. In the order of the choice; reduced_: these were factored last, and not S.
   bool reduced_ = false, of_this_pose_ = false;
   std::vector<Entry> free_entries_;  // of Phi_v, into R
-  std::vector<double> r_,
-      m_hat_;  // by rows of freedom() numbers; M^ as the factor L of L L^T, with 1/L on its diagonal
+  // By rows of freedom() numbers; M^ as the factor L of L L^T, with 1/L on its diagonal.
+  std::vector<double> r_, m_hat_;
   std::vector<double> dependent_mass_;
   Eigen::VectorXd balance_;
 };

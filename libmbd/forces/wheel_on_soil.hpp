@@ -24,14 +24,18 @@ namespace subsoil::mbd {
 ///   N   = N above, times 1 - sgn(u) I(u^2; 1/2, n + 1), none for u >= 1, both halves of the arc for u <= -1
 ///   R_c = b k ((z (1 - u^2))^(n+1) - z_p^(n+1))/(n + 1)
 /// (I: regularised incomplete beta function). Steadily towed, dz/dt = 0, it is the law above; small heave is damped by
-/// dN/dv_y = -N R/(|v| sqrt(2 R z) B), B = integral of (1 - s^2)^n from 0 to 1. Below 1 mm/s |v| is sqrt(v^2 + (1
-/// mm/s)^2). Nothing is stored; lost is N dz/dt + R_c |v|, which for n < 1 can fall below zero as the wheel leaves the
-/// soil, by what Bekker's (3 - n)/3 exceeds B (6 % of N |dz/dt| at n = 0.5). R radius, b width, y_soil surface [m]; k_c
-/// [N/m^(n+1)], k_phi [N/m^(n+2)], n [1] in (0, 3). Energy: stored = U(z) - U(z_p) for z > z_p, U = N z/(n + 3/2): what
-/// N gives back on the way up; lost rate = R_c |v| + N(z_p) dz_p/dt: what running over a rut's edge swallows (negative
-/// where it is left again: the law then gives the wheel energy that nobody put in, and the balance says so instead of
-/// hiding it). Source: Bekker 1969, Introduction to Terrain-Vehicle Systems; rut rule of the rig 1S-300; plastic heave:
-/// Bekker's pressure on the part of the arc that presses (docs/theory.md 12).
+/// dN/dv_y = -N R/(|v| sqrt(2 R z) B), B = integral of (1 - s^2)^n from 0 to 1. |v| is sqrt(v^2 + (1 mm/s)^2).
+///
+/// R radius, b width, y_soil surface [m]; k_c [N/m^(n+1)], k_phi [N/m^(n+2)], n [1] in (0, 3).
+///
+/// Energy, reversible: stored = U(z) - U(z_p) for z > z_p, U = N z/(n + 3/2): what N gives back on the way up; lost
+/// rate = R_c |v| + N(z_p) dz_p/dt: what running over a rut's edge swallows (negative where it is left again: the law
+/// then gives the wheel energy that nobody put in, and the balance says so instead of hiding it). Plastic: nothing is
+/// stored; lost rate = N dz/dt + R_c |v|, which for n < 1 can fall below zero as the wheel leaves the soil, by what
+/// Bekker's (3 - n)/3 exceeds B (6 % of N |dz/dt| at n = 0.5).
+///
+/// Source: Bekker 1969, Introduction to Terrain-Vehicle Systems; rut rule of the rig 1S-300; plastic heave: Bekker's
+/// pressure on the part of the arc that presses (docs/theory.md 12).
 struct WheelOnSoil {
   enum class Heave { reversible, plastic };
   static constexpr ForceMembers has{.check = true, .trace = true, .rut = true, .towing_spin = true};
@@ -82,8 +86,8 @@ struct WheelOnSoil {
     if (!(z > 0)) return {};
     const double reach = std::sqrt(2 * radius * z);
     const Rut::Depth rutted = scene.ruts[rut].at(b.r.x + direction * reach);
-    // z^(n+1) from the z^(n+1/2) in N: a power costs as much as the rest of the law.
     if (heave == Heave::plastic) return press(b, z, rutted.z, loads, values);
+    // z^(n+1) from the z^(n+1/2) in N: a power costs as much as the rest of the law.
     const double z_p = rutted.z, full = load(z), bearing = z > z_p ? full : 0.0;
     const double virgin = full * std::sqrt(z) * 3 / ((3 - n) * std::sqrt(2 * radius)), k_b = width * modulus();
     const double before = z_p > 0 ? k_b * std::pow(z_p, n + 1) : 0.0;

@@ -54,7 +54,8 @@ void describe(Fields& v, Time& t) {
   v.named("stop when", t.stop_when,
           "conditions that end the run before `end`, in order and with exit code 0, by name: {stuck: {column: pull, "
           "above: 20 kN, for: 0.1 s}}; the summary names the one that did");
-  v.count("threads", t.threads, "[0, 1024]", "0: one per 1,000 spheres, at most as many as there are; results do not depend on it");
+  v.count("threads", t.threads, "[0, 1024]",
+          "0: one per 1,000 spheres, at most as many as there are; results do not depend on it");
 }
 
 namespace {
