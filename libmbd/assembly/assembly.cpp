@@ -6,6 +6,8 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "libmbd/base/least_norm.hpp"
+
 namespace subsoil::mbd {
 
 namespace {
@@ -197,10 +199,7 @@ Eigen::VectorXd least_change(const System& system, const Constraints& c, const M
   Eigen::MatrixXd jacobian = scaled_jacobian(system, c);
   for (std::size_t i = 0; i < held.size(); ++i)
     if (held[i]) jacobian.col(static_cast<Eigen::Index>(i)).setZero();
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
-  solver.setThreshold(rank_share);
-  solver.compute(jacobian);
-  return coordinate_scale(system).cwiseInverse().cwiseProduct(Eigen::VectorXd(solver.solve(right)));
+  return coordinate_scale(system).cwiseInverse().cwiseProduct(least_norm_solution(jacobian, right, rank_share));
 }
 
 /// Newton with halving: full steps near the solution, and no step that opens the joints further. Returns the largest

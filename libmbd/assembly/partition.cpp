@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "libmbd/assembly/assembly.hpp"
+#include "libmbd/base/least_norm.hpp"
 
 namespace subsoil::mbd {
 
@@ -623,11 +624,9 @@ Eigen::VectorXd Partition::reactions(const MotionState& m) const {
   Constraints dense;
   dense.sparse = c_;
   write_out(system_, dense);
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
-  solver.setThreshold(1e-9);
-  solver.compute(scaled_jacobian(system_, dense).transpose());
   const Eigen::VectorXd force = dense.jacobian.transpose() * m.lambda;
-  return row_scale_.cwiseProduct(Eigen::VectorXd(solver.solve(force.cwiseQuotient(column_scale_))));
+  return row_scale_.cwiseProduct(
+      least_norm_solution(scaled_jacobian(system_, dense).transpose(), force.cwiseQuotient(column_scale_), 1e-9));
 }
 
 }  // namespace subsoil::mbd

@@ -8,6 +8,7 @@
 
 #include "libmbd/assembly/assembly.hpp"
 #include "libmbd/assembly/partition.hpp"
+#include "libmbd/base/least_norm.hpp"
 #include "libmbd/equilibrium/relaxation.hpp"
 #include "libmbd/forces/beam_element.hpp"
 
@@ -90,10 +91,7 @@ double newton_step(const Balance& balance, Eigen::MatrixXd& k, Eigen::VectorXd r
   const double stiffness = std::max(1.0, k.topLeftCorner(n, n).cwiseAbs().maxCoeff());
   k.topRightCorner(n, m) *= stiffness, k.bottomLeftCorner(m, n) *= stiffness;
   r.tail(m) *= stiffness;
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
-  solver.setThreshold(1e-11);
-  solver.compute(k);
-  const Eigen::VectorXd step = solver.solve(r);
+  const Eigen::VectorXd step = least_norm_solution(k, r, 1e-11);
   const double far = step.head(n).cwiseAbs().maxCoeff();
   const double share = std::min(1.0, longest / std::max(1e-300, far));
   found.q += share * step.head(n).cwiseQuotient(balance.columns());

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "libmbd/assembly/assembly.hpp"
+#include "libmbd/base/least_norm.hpp"
 #include "libmbd/integrators/adams_moulton.hpp"
 #include "libmbd/integrators/between.hpp"
 #include "libmbd/integrators/cvode.hpp"
@@ -84,13 +85,10 @@ void Integrator::take_impulse() {
   system_.constraints(c);
   const Eigen::VectorXd root = system_.mass().cwiseSqrt();
   const Eigen::MatrixXd weighted = row_scale(system_).asDiagonal() * c.jacobian * root.cwiseInverse().asDiagonal();
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
-  solver.setThreshold(rank_share);
-  solver.compute(weighted);
   const Eigen::VectorXd off = row_scale(system_).cwiseProduct(Eigen::VectorXd(c.jacobian * now_.velocity + c.phi_t));
-  const Eigen::VectorXd y = -solver.solve(off);
-  solver.compute(weighted.transpose());
-  const Eigen::VectorXd impulse = row_scale(system_).cwiseProduct(Eigen::VectorXd(-solver.solve(y)));
+  const Eigen::VectorXd y = -least_norm_solution(weighted, off, rank_share);
+  const Eigen::VectorXd impulse =
+      row_scale(system_).cwiseProduct(-least_norm_solution(weighted.transpose(), y, rank_share));
   now_.velocity += y.cwiseQuotient(root);
   flows_.latched += 0.5 * y.squaredNorm();
   const auto drivers = static_cast<Eigen::Index>(2 * system_.model().forces.size());

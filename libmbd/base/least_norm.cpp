@@ -1,0 +1,14 @@
+#include "libmbd/base/least_norm.hpp"
+
+#include <Eigen/QR>
+
+namespace subsoil::mbd {
+
+Eigen::VectorXd least_norm_solution(const Eigen::MatrixXd& a, const Eigen::VectorXd& b, double threshold) {
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
+  solver.setThreshold(threshold);
+  solver.compute(a);
+  return solver.solve(b);
+}
+
+}  // namespace subsoil::mbd
