@@ -70,10 +70,10 @@ void write_contact(File& out, const std::string& prefix, const dem::Law& law, do
 
 /// Rolling resistance as forces on the rolling displacement r_eff theta: k_r = k r_eff^2, c_r = c r_eff^2.
 void write_rolling(File& out, const std::string& prefix, const dem::Friction& f, double k_n, double m, bool at_wall) {
-  const double r_eff = at_wall ? kRadius : kRadius / 2;
-  const double i_roll = (at_wall ? 1.4 : 0.7) * m * kRadius * kRadius;
+  const double m_eff = at_wall ? m : m / 2, r_eff = at_wall ? kRadius : kRadius / 2;
+  const double i_roll = 1.4 * m_eff * kRadius * kRadius;
   dem::StiffnessBound b{.k_n = k_n};
-  f.bound(b, r_eff, i_roll);
+  f.bound(b, m_eff, r_eff, i_roll);
   out.variable((prefix + "kroll").c_str(), b.k_r / (r_eff * r_eff));
   out.variable((prefix + "groll").c_str(), b.c_r / (r_eff * r_eff));
 }
