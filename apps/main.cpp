@@ -1,4 +1,10 @@
+#include <spdlog/spdlog.h>
 #include <stdlib.h>
+
+#include <chrono>
+#include <iostream>
+#include <string_view>
+#include <thread>
 
 #include "apps/commands/commands.hpp"
 #include "apps/memory.hpp"
@@ -11,9 +17,21 @@ namespace {
 /// library is linked into the program and other constructors have no priority.
 [[gnu::constructor(101)]] void wait_passively() { setenv("OMP_WAIT_POLICY", "passive", 0); }
 
+/// Whether `mpirun` started this process beside a first one, which reads the same files and says the same of them.
+bool stands_beside_the_first() {
+  const char* rank = std::getenv("OMPI_COMM_WORLD_RANK");
+  return rank != nullptr && std::string_view(rank) != "0";
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   subsoil::app::recycle_arrays();
-  return subsoil::app::main_command(argc, argv);
+  if (!stands_beside_the_first()) return subsoil::app::main_command(argc, argv);
+  std::cerr.setstate(std::ios::failbit);
+  spdlog::set_level(spdlog::level::off);
+  const int code = subsoil::app::main_command(argc, argv);
+  // The first process to fail ends the others: wait for the one that speaks.
+  if (code != subsoil::app::exit_ok) std::this_thread::sleep_for(std::chrono::seconds(10));
+  return code;
 }

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -22,6 +23,12 @@ std::vector<std::string> command_line() {
   return words;
 }
 
+/// As Open MPI tells what it starts; 1 without it.
+int processes_of_mpirun() {
+  const char* size = std::getenv("OMPI_COMM_WORLD_SIZE");
+  return size == nullptr ? 1 : std::atoi(size);
+}
+
 }  // namespace
 
 std::filesystem::path engine_program() {
@@ -29,7 +36,14 @@ std::filesystem::path engine_program() {
 }
 
 void go_on_as_engine(const Loaded& loaded) {
-  if (loaded.scenario.engine == SoilEngine::subsoil) return;
+  if (loaded.scenario.engine == SoilEngine::subsoil) {
+    if (const int processes = processes_of_mpirun(); processes > 1)
+      throw ScenarioError(fmt::format(
+          "{}mpirun started {} processes, and this engine works in one; give `--set engine=liggghts` "
+          "(docs/many-nodes.md), or start it without mpirun (`subsoil sweep` runs many scenarios side by side)",
+          loaded.where("engine") + " = subsoil: ", processes));
+    return;
+  }
   const std::filesystem::path program = engine_program();
   const std::string place = loaded.where("engine") + " = liggghts: ";
   if (!std::filesystem::exists(program))

@@ -158,6 +158,31 @@ TEST(ManyNodes, WhatTheEngineCannotDoIsRefusedWithItsPlaceAndTheCure) {
   EXPECT_NE(refused("--set \"soil.bed.particles=[]\"").find("has no spheres to share out"), std::string::npos);
 }
 
+int count_of(const std::string& words, const std::string& text) {
+  int count = 0;
+  for (std::size_t at = text.find(words); at != std::string::npos; at = text.find(words, at + 1)) ++count;
+  return count;
+}
+
+TEST(ManyNodes, AFaultOfTheScenarioIsSaidByTheFirstProcessAlone) {
+  SKIP_UNLESS_BUILT();
+  const RunDirectory work;
+  const std::string scenario = work.scenario(small_pass);
+  EXPECT_EQ(run_on(2, scenario, work / "fault", "--set \"time.end=3 kg\""), 2);
+  const std::string said = text_of(work / "fault.log");
+  EXPECT_EQ(count_of("time.end", said), 1) << said;
+}
+
+TEST(ManyNodes, SeveralProcessesAreRefusedWithTheEngineOfOne) {
+  SKIP_UNLESS_BUILT();
+  const RunDirectory work;
+  const std::string scenario = work.scenario(small_pass);
+  EXPECT_EQ(run_on(2, scenario, work / "two", "--set engine=subsoil"), 2);
+  const std::string said = text_of(work / "two.log");
+  EXPECT_EQ(count_of("mpirun started 2 processes, and this engine works in one", said), 1) << said;
+  EXPECT_FALSE(std::filesystem::exists(work / "two"));
+}
+
 TEST(ManyNodes, AFaultIsThatOfTheBed) {
   SKIP_UNLESS_BUILT();
   const RunDirectory work;
