@@ -19,8 +19,8 @@ namespace subsoil::dem {
 /// body, as far as c sees them. A point p is a local minimum if and only if it is the nearest point of every triangle
 /// that contains it: triangles are convex, so a nearer point of one of them could be approached along a straight line
 /// of falling distance. Each triangle has one nearest point, hence no feature can be counted twice: on a flat floor one
-/// contact wherever triangle sides run, at a convex edge one, in a concave corner two or three. Nothing in the rule
-/// knows the radius, so it holds across a gap as well (cutoff > radius).
+/// contact wherever triangle sides run, at a convex edge one, in a corner of walls two or three; of minima closer than
+/// 0.2 of their distance one (hollow curved surfaces). The radius is not in the rule: it holds across a gap as well.
 ///
 /// Two ways to find "every triangle that contains p": the neighbours by shared vertices (fast, settles nearly all), and
 /// by position, which also covers surfaces that merely lie against each other and sides that meet between vertices.

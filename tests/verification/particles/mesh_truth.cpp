@@ -303,5 +303,78 @@ TEST(MeshTruth, MomentIsArmTimesForceWhicheverTrianglesAreMet) {
   }
 }
 
+/// The inside of a tube about z, open at its ends, of n flat sides that touch the circle of the radius.
+MeshSurface tube(double radius, double length, int n) {
+  std::vector<std::array<Vec3, 3>> soup;
+  const double corner = radius / std::cos(pi / n);
+  const auto at = [&](int k, double z) {
+    const double angle = 2 * pi * (k % n) / n;
+    return Vec3{corner * std::cos(angle), corner * std::sin(angle), z};
+  };
+  for (int k = 0; k < n; ++k) {
+    soup.push_back({at(k, 0), at(k + 1, 0), at(k + 1, length)});
+    soup.push_back({at(k, 0), at(k + 1, length), at(k, length)});
+  }
+  return MeshSurface(welded_mesh(soup));
+}
+
+/// A round hollow surface has one contact with a sphere, and so has its mesh: of its facets, of which two have a
+/// minimum beside each edge on r/(R - r) of all places, the nearest. Its distance is R - d cos(angle to the facet's
+/// middle).
+TEST(MeshTruth, AHollowRoundSurfaceIsOneContact) {
+  const double radius = 0.2, d = 0.15;
+  Error distance("distance to the nearest facet of a hollow round surface");
+  for (const int n : {36, 144, 2304}) {
+    const MeshSurface surface = tube(radius, 1, n);
+    for (int k = 0; k < 1000; ++k) {
+      const double angle = 2 * pi * (k + 0.5) / 1000, facet = 2 * pi / n;
+      const double aside = angle - facet * (std::floor(angle / facet) + 0.5);
+      const Vec3 c{d * std::cos(angle), d * std::sin(angle), 0.4321};
+      std::vector<std::uint32_t> candidates;
+      surface.candidates(c, 0.06, candidates);
+      SurfaceContact found[8];
+      ASSERT_EQ(surface.contacts(c, 0.06, candidates, found, 8), 1U) << n << " facets, place " << k;
+      distance.take(found[0].distance, radius - d * std::cos(aside), radius);
+    }
+  }
+}
+
+/// A corner of two walls keeps both: sides of 12 facets bend by 30 degrees.
+TEST(MeshTruth, ACornerKeepsBothItsWalls) {
+  const MeshSurface surface = tube(0.2, 1, 12);
+  std::vector<std::uint32_t> candidates;
+  const Vec3 before_an_edge{0.15, 0, 0.4321};
+  surface.candidates(before_an_edge, 0.08, candidates);
+  SurfaceContact found[8];
+  EXPECT_EQ(surface.contacts(before_an_edge, 0.08, candidates, found, 8), 2U);
+}
+
+/// The golfer's dilemma (Gualtieri et al., Am. J. Phys. 74, 497, 2006): a ball that rolls round in an upright tube does
+/// not fall out but moves up and down by sqrt(2/7) of its angular velocity Omega about the axis, z = -A (1 -
+/// cos(sqrt(2/7) Omega t)), A = 5 g/(2 Omega^2). Seams that bear twice make it fall, by twice its amplitude in 4 s.
+TEST(MeshTruth, ABallThatRollsRoundInATubeComesUpAgain) {
+  const double r = 0.05, radius = 0.2, g = 9.81, speed = 2, omega = speed / (radius - r),
+               rate = std::sqrt(2.0 / 7) * omega;
+  Bed bed(table(grains(1e5, 0.5, 1, 0)), quiet({0, 0, -g}));
+  const SphereSpec ball{{radius - r, 0, 0.7}, {0, speed, 0}, {0, 0, -speed / r}, r, 2500, 0};
+  bed.add(std::span(&ball, 1));
+  add_surface(bed, tube(radius, 1, 720));
+  double deepest = 0, highest = -1;  // after the last but one of the returns
+  const double dt = 1e-4, from = 3 * 2 * pi / rate, until = 4 * 2 * pi / rate;
+  for (int n = 0; n * dt < until; ++n) {
+    bed.step(dt);
+    const double z = sphere(bed, 0).x.z - 0.7;
+    deepest = std::min(deepest, z);
+    if (n * dt > from + 0.5 * pi / rate) highest = std::max(highest, z);
+  }
+  // The ball presses 0.35 mm deep: its arm is shorter by 0.7 % of r, its circle wider by 0.2 %, and the spring of
+  // friction turns with the contact and gives, which takes 1.5 % of its speed in that time.
+  const double amplitude = 2.5 * g / (omega * omega);
+  std::printf("    depth over 2 A %.3f, height of the fourth return over 2 A %.3f\n", -deepest / (2 * amplitude),
+              highest / (2 * amplitude));
+  EXPECT_NEAR(deepest, -2 * amplitude, 0.05 * 2 * amplitude);
+  EXPECT_NEAR(highest, 0, 0.05 * 2 * amplitude);
+}
+
 }  // namespace
 }  // namespace subsoil::dem::test::mesh_truth

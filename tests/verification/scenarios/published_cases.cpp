@@ -51,7 +51,8 @@ TEST(PublishedCases, EveryFileIsRunHere) {
   std::set<std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator(subsoil::test::source_dir() + "/configs/verification"))
     files.insert(entry.path().stem());
-  EXPECT_EQ(files, (std::set<std::string>{"chung-ooi-4", "cor-lammps", "mfix-dem01", "slip-to-roll", "wet-release"}));
+  EXPECT_EQ(files, (std::set<std::string>{"chung-ooi-4", "cor-lammps", "mfix-dem01", "slip-to-roll", "turntable",
+                                          "wet-release"}));
 }
 
 TEST(PublishedCases, ChungOoi4) {
@@ -99,6 +100,24 @@ TEST(PublishedCases, SlipToRoll) {
              "first kick on the flat contact");
     row.near(std::string("spin at ") + p.at + " s", "rad/s", run.of("spin", frame)[0].z, p.w, absolute(0.1),
              "lever r - delta, 7e-5 of omega");
+  }
+}
+
+/// Of a ball laid down on the table, which moves as the table does there: v' = W e_y x v with W = Omega I/(I + m a^2),
+/// at the moment arm a = r - m g/k_n of its friction.
+TEST(PublishedCases, Turntable) {
+  const Finished run("turntable");
+  const Verified row(kField, "configs/verification/turntable.yaml",
+                     "circle at 2/7 Omega, Weltner 1979, Am. J. Phys. 47, 984; moment arm r - delta");
+  const double r = 0.02, spin = 2, start = 0.1, delta = 7800 * 4 * pi / 3 * r * r * r * 9.81 / 1e6;
+  const double rate = spin * 0.4 / (0.4 + (1 - delta / r) * (1 - delta / r)), circle = spin * start / rate;
+  for (const std::size_t frame : {6U, 12U, 18U, 22U}) {  // one for each 0.5 s, within a step
+    const double t = run.times()[frame];
+    const dem::Vec3 x = run.of("position", frame)[0];
+    const double off =
+        std::hypot(x.x - (start - circle + circle * std::cos(rate * t)), x.z + circle * std::sin(rate * t));
+    row.near("distance from the circle's point at " + std::to_string(frame / 2) + " s", "m", off, 0, absolute(6e-5),
+             "the tangential spring is slack at the start and gives by a speed of a_t/omega_t = 3.5e-5 m/s, over W");
   }
 }
 
