@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <iostream>
+#include <sstream>
 #include <string_view>
 #include <thread>
 
@@ -28,10 +29,15 @@ bool stands_beside_the_first() {
 int main(int argc, char** argv) {
   subsoil::app::recycle_arrays();
   if (!stands_beside_the_first()) return subsoil::app::main_command(argc, argv);
-  std::cerr.setstate(std::ios::failbit);
+  std::ostringstream kept;
+  std::streambuf* const speaks = std::cerr.rdbuf(kept.rdbuf());
   spdlog::set_level(spdlog::level::off);
   const int code = subsoil::app::main_command(argc, argv);
-  // The first process to fail ends the others: wait for the one that speaks.
-  if (code != subsoil::app::exit_ok) std::this_thread::sleep_for(std::chrono::seconds(10));
+  std::cerr.rdbuf(speaks);
+  if (code == subsoil::app::exit_ok) return code;
+  // A fault of the files is the first process's to say, whose end ends this one. One that is still here after that has
+  // a fault of its own, such as a program that its node lacks.
+  std::this_thread::sleep_for(std::chrono::seconds(10));
+  std::cerr << kept.str();
   return code;
 }
