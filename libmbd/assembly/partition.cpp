@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "libmbd/assembly/assembly.hpp"
-#include "libmbd/base/least_norm.hpp"
+#include "libmbd/assembly/least_norm.hpp"
 
 namespace subsoil::mbd {
 

@@ -7,8 +7,8 @@
 #include <stdexcept>
 
 #include "libmbd/assembly/assembly.hpp"
+#include "libmbd/assembly/least_norm.hpp"
 #include "libmbd/assembly/partition.hpp"
-#include "libmbd/base/least_norm.hpp"
 #include "libmbd/equilibrium/relaxation.hpp"
 #include "libmbd/forces/beam_element.hpp"
 

@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "libmbd/assembly/assembly.hpp"
-#include "libmbd/base/least_norm.hpp"
+#include "libmbd/assembly/least_norm.hpp"
 #include "libmbd/integrators/adams_moulton.hpp"
 #include "libmbd/integrators/between.hpp"
 #include "libmbd/integrators/cvode.hpp"

@@ -1,4 +1,4 @@
-#include "libmbd/base/least_norm.hpp"
+#include "libmbd/assembly/least_norm.hpp"
 
 #include <Eigen/QR>
 
