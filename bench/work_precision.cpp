@@ -58,19 +58,20 @@ mbd::Model point_pendulum() {
 /// IFToMM benchmark A02: N four-bar windows of uniform links of 1 m and 1 kg, upright, thrown at 1 m/s; they pass their
 /// flat pose, where every window gains a freedom.
 mbd::Model windows(int count) {
+  const auto numbered = [](std::string name, int i) { return name.append(std::to_string(i)); };
   mbd::Model m;
   std::vector<int> cranks;
   for (int i = 0; i <= count; ++i) {
-    cranks.push_back(test::add_rod(m, "crank " + std::to_string(i), {1.0 * i, 0}, {1.0 * i, 1}, 1));
+    cranks.push_back(test::add_rod(m, numbered("crank ", i), {1.0 * i, 0}, {1.0 * i, 1}, 1));
     m.bodies.back().velocity = {0.5, 0, -1};
-    m.add("A" + std::to_string(i), test::pin_at(m, mbd::ground, cranks.back(), {1.0 * i, 0}));
+    m.add(numbered("A", i), test::pin_at(m, mbd::ground, cranks.back(), {1.0 * i, 0}));
   }
   for (int i = 1; i <= count; ++i) {
-    const int coupler = test::add_rod(m, "coupler " + std::to_string(i), {i - 1.0, 1}, {1.0 * i, 1}, 1);
+    const int coupler = test::add_rod(m, numbered("coupler ", i), {i - 1.0, 1}, {1.0 * i, 1}, 1);
     m.bodies.back().velocity = {1, 0, 0};
     const auto at = [&](int k) { return cranks[static_cast<std::size_t>(k)]; };
-    m.add("B left " + std::to_string(i), test::pin_at(m, at(i - 1), coupler, {i - 1.0, 1}));
-    m.add("B right " + std::to_string(i), test::pin_at(m, coupler, at(i), {1.0 * i, 1}));
+    m.add(numbered("B left ", i), test::pin_at(m, at(i - 1), coupler, {i - 1.0, 1}));
+    m.add(numbered("B right ", i), test::pin_at(m, coupler, at(i), {1.0 * i, 1}));
   }
   return m;
 }
