@@ -75,9 +75,9 @@ class MeshSurface {
   static constexpr uint32_t no_corner = 0xffffffff;
   struct Tolerance;
   class Builder;
-  /// rad: directions closer than this are one. Meshes carry bends as noise: float32 corners are 1e-7 m off, which on
-  /// triangles of 1 mm is 1e-4 rad. An inward bend of less has two true minima; the one dropped is farther by a share
-  /// of 5e-7 of the distance at most.
+  /// rad: faces and edges that bend by less than this are one feature. Meshes carry bends as noise: float32 corners are
+  /// 1e-7 m off, which on triangles of 1 mm is 1e-4 rad. How near to each other minima are one contact is another
+  /// length, Tolerance::one_contact.
   static constexpr double same_direction = 1e-3;
 
   /// Minima as far as shared vertices tell, nearest first, equals in the order of triangles; returns their number.

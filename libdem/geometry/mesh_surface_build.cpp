@@ -124,7 +124,7 @@ class MeshSurface::Builder {
   }
 
   /// One number for a flat face with the edges and vertices inside it, and one for a straight edge with the vertices
-  /// on it; any other vertex has its own. Flat and straight mean within a milliradian, as for the minima.
+  /// on it; any other vertex has its own. Flat and straight mean within a milliradian.
   void number_features() {
     const double limit = same_direction;
     const auto edge_node = [&](size_t e) { return static_cast<uint32_t>(triangles() + e); };

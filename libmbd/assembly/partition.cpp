@@ -626,7 +626,7 @@ Eigen::VectorXd Partition::reactions(const MotionState& m) const {
   write_out(system_, dense);
   const Eigen::VectorXd force = dense.jacobian.transpose() * m.lambda;
   return row_scale_.cwiseProduct(
-      least_norm_solution(scaled_jacobian(system_, dense).transpose(), force.cwiseQuotient(column_scale_), 1e-9));
+      least_norm_solution(scaled_jacobian(system_, dense).transpose(), force.cwiseQuotient(column_scale_), rank_share));
 }
 
 }  // namespace subsoil::mbd
