@@ -31,7 +31,8 @@ constexpr Named all[] = {{"scenario-bytes", &InputLimits::scenario_bytes},
                          {"triangles", &InputLimits::triangles},
                          {"bed-rows", &InputLimits::bed_rows},
                          {"array-bytes", &InputLimits::array_bytes},
-                         {"read-seconds", &InputLimits::read_seconds}};
+                         {"read-seconds", &InputLimits::read_seconds},
+                         {"read-bytes", &InputLimits::read_bytes}};
 
 void read_one(std::string_view part, InputLimits& limits) {
   const std::size_t equals = std::min(part.find('='), part.size());

@@ -4,9 +4,19 @@
 #include <sys/time.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cstdio>
 #include <cstring>
 
 #include "apps/input_limits.hpp"
+
+#ifdef __SANITIZE_ADDRESS__  // GCC
+#define SUBSOIL_ADDRESS_SANITIZER
+#elif defined(__has_feature)  // clang
+#if __has_feature(address_sanitizer)
+#define SUBSOIL_ADDRESS_SANITIZER
+#endif
+#endif
 
 namespace subsoil::app::h5 {
 namespace {
@@ -37,11 +47,38 @@ void set_timer(long seconds) {
   setitimer(ITIMER_PROF, &timer, nullptr);
 }
 
-long longest_read() {
-  constexpr long slowest = 50'000'000;  // bytes per second; ours come with 300 MB/s and more
+rlim_t size_of_file() {
   struct stat file {};
-  const long bytes = stat(path_read.data(), &file) == 0 ? static_cast<long>(file.st_size) : 0;
-  return static_cast<long>(input_limits().read_seconds) + bytes / slowest;
+  return stat(path_read.data(), &file) == 0 ? static_cast<rlim_t>(file.st_size) : 0;
+}
+
+long longest_read() {
+  constexpr rlim_t slowest = 50'000'000;  // bytes per second; ours come with 300 MB/s and more
+  return static_cast<long>(input_limits().read_seconds + size_of_file() / slowest);
+}
+
+/// What this process has of what RLIMIT_DATA counts, bytes; 0: not known.
+rlim_t memory_in_use() {
+  std::FILE* file = std::fopen("/proc/self/statm", "r");
+  if (file == nullptr) return 0;
+  rlim_t pages = 0;
+  const bool found = std::fscanf(file, "%*u %*u %*u %*u %*u %lu", &pages) == 1;
+  std::fclose(file);
+  return found ? pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) : 0;
+}
+
+/// Until `before` is set again. Not under the address sanitizer, whose own memory counts and must not fail.
+void bound_memory(const rlimit& before) {
+#ifndef SUBSOIL_ADDRESS_SANITIZER
+  constexpr rlim_t deflate = 1032;  // its greatest ratio, of a run of equal bytes
+  const rlim_t in_use = memory_in_use();
+  if (in_use == 0) return;
+  rlimit bound = before;
+  bound.rlim_cur = std::min(before.rlim_cur, in_use + input_limits().read_bytes + deflate * size_of_file());
+  setrlimit(RLIMIT_DATA, &bound);
+#else
+  static_cast<void>(before);
+#endif
 }
 
 }  // namespace
@@ -65,12 +102,15 @@ void ReadGuard::arm() {
   action.sa_handler = refuse_file;
   for (std::size_t i = 0; i < deadly.size(); ++i) sigaction(deadly[i], &action, &before_[i]);
   set_timer(seconds);
+  getrlimit(RLIMIT_DATA, &memory_before_);
+  bound_memory(memory_before_);
   armed = outermost_ = true;
 }
 
 ReadGuard::~ReadGuard() {
   if (!outermost_) return;
   set_timer(0);
+  setrlimit(RLIMIT_DATA, &memory_before_);
   for (std::size_t i = 0; i < deadly.size(); ++i) sigaction(deadly[i], &before_[i], nullptr);
   armed = false;
 }
