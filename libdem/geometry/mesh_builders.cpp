@@ -16,6 +16,27 @@ void require_positive(double value, const char* what) {
     throw std::invalid_argument(std::string(what) + " = " + std::to_string(value) + " m: must be above 0");
 }
 
+struct RegularPolygon {
+  Vec3 axis;
+  std::vector<Vec3> directions;  // unit vectors to its corners, about the axis in the right-handed sense
+};
+
+RegularPolygon around(const Vec3& axis, double radius, double length, int segments) {
+  require_positive(radius, "cylinder: radius");
+  require_positive(length, "cylinder: length");
+  require_positive(norm(axis), "cylinder: length of its axis vector");
+  if (segments < 3) throw std::invalid_argument("cylinder: " + std::to_string(segments) + " segments; at least 3");
+  RegularPolygon polygon{normalized(axis), {}};
+  const Vec3& a = polygon.axis;
+  const Vec3 aside = std::abs(a.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+  const Vec3 e1 = normalized(cross(a, aside)), e2 = cross(a, e1);
+  for (int i = 0; i < segments; ++i) {
+    const double angle = 2 * std::numbers::pi * i / segments;
+    polygon.directions.push_back(std::cos(angle) * e1 + std::sin(angle) * e2);
+  }
+  return polygon;
+}
+
 }  // namespace
 
 TriangleMesh box_mesh(const Vec3& size, const Vec3& centre) {
@@ -67,24 +88,38 @@ TriangleMesh extruded_mesh(std::span<const Point2> outline, double width) {
 }
 
 TriangleMesh cylinder_mesh(const Vec3& centre, const Vec3& axis, double radius, double length, int segments) {
-  require_positive(radius, "cylinder: radius");
-  require_positive(length, "cylinder: length");
-  require_positive(norm(axis), "cylinder: length of its axis vector");
-  if (segments < 3) throw std::invalid_argument("cylinder: " + std::to_string(segments) + " segments; at least 3");
-  const Vec3 a = normalized(axis);
-  const Vec3 aside = std::abs(a.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-  const Vec3 e1 = normalized(cross(a, aside)), e2 = cross(a, e1);
+  const auto [a, directions] = around(axis, radius, length, segments);
   const auto n = static_cast<uint32_t>(segments);
   std::vector<Vec3> v{centre - (length / 2) * a, centre + (length / 2) * a};
   std::vector<Triangle> triangles;
   for (uint32_t i = 0; i < n; ++i) {
-    const double angle = 2 * std::numbers::pi * i / n;
-    const Vec3 out = radius * (std::cos(angle) * e1 + std::sin(angle) * e2);
+    const Vec3 out = radius * directions[i];
     v.push_back(v[0] + out);
     v.push_back(v[1] + out);
     const uint32_t low = 2 + 2 * i, next = 2 + 2 * ((i + 1) % n);
     triangles.insert(triangles.end(),
                      {{0, next, low}, {1, low + 1, next + 1}, {low, next, next + 1}, {low, next + 1, low + 1}});
+  }
+  return {std::move(v), std::move(triangles)};
+}
+
+TriangleMesh tube_mesh(const Vec3& centre, const Vec3& axis, double inner_radius, double radius, double length,
+                       int segments) {
+  const auto [a, directions] = around(axis, radius, length, segments);
+  require_positive(inner_radius, "tube: inner radius");
+  require_positive(radius - inner_radius, "tube: thickness of its wall");
+  const auto n = static_cast<uint32_t>(segments);
+  std::vector<Vec3> v;
+  std::vector<Triangle> triangles;
+  for (uint32_t i = 0; i < n; ++i) {
+    // Corners of the wall's section, going round it: outer low, outer high, inner high, inner low.
+    for (const auto& [r, along] : {std::pair{radius, -0.5}, {radius, 0.5}, {inner_radius, 0.5}, {inner_radius, -0.5}})
+      v.push_back(centre + (along * length) * a + r * directions[i]);
+    for (uint32_t k = 0; k < 4; ++k) {
+      const uint32_t here = 4 * i + k, up = 4 * i + (k + 1) % 4, next = 4 * ((i + 1) % n) + k,
+                     next_up = 4 * ((i + 1) % n) + (k + 1) % 4;
+      triangles.insert(triangles.end(), {{here, next, next_up}, {here, next_up, up}});
+    }
   }
   return {std::move(v), std::move(triangles)};
 }

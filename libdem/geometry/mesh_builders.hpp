@@ -21,6 +21,10 @@ TriangleMesh extruded_mesh(std::span<const Point2> outline, double width);
 /// Closed circular cylinder of `segments` flat sides whose corners lie on the radius; for drawing.
 TriangleMesh cylinder_mesh(const Vec3& centre, const Vec3& axis, double radius, double length, int segments = 48);
 
+/// The same with a bore along its axis.
+TriangleMesh tube_mesh(const Vec3& centre, const Vec3& axis, double inner_radius, double radius, double length,
+                       int segments = 48);
+
 /// Icosahedron divided `subdivisions` times, corners on the radius, closed.
 TriangleMesh icosphere_mesh(double radius, int subdivisions);
 

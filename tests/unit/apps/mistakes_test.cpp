@@ -64,6 +64,13 @@ TEST(Mistakes, TooManySpheresAreCountedAndTheUnitIsGuessed) {
             std::string::npos);
 }
 
+TEST(Mistakes, ABoreAsWideAsItsCylinder) {
+  const std::string message =
+      refusal({"boundaries.plate.shape={cylinder: {radius: 50 mm, inner radius: 50 mm, length: 80 mm}}"});
+  EXPECT_NE(message.find("shape.cylinder.inner radius: must be below the cylinder's radius"), std::string::npos)
+      << message;
+}
+
 TEST(Mistakes, MoreSpheresThanTheContainerHolds) {
   // 1e5 spheres of 4.19e-6 m^3 are 0.419 m^3, 52 times the container's 0.008 m^3.
   const std::string message = refusal({"soil.bed.count=100000"});

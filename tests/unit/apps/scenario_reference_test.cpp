@@ -51,7 +51,7 @@ TEST(ScenarioCopy, EveryKindOfThing) {
                           "soil.bed.region={size: 0.1 0.1 0.1 m, at: 0 0 0 m}", "soil.bed.count=12",
                           "boundaries.plate.moves=[{spin: 0 0 3 rpm, about: 1 0 0 mm, until: 2 s, "
                           "profile: {harmonic: {amplitude: 1, frequency: 3 Hz}}}]",
-                          "boundaries.plate.shape={cylinder: {radius: 3 in, length: 1 m}}",
+                          "boundaries.plate.shape={cylinder: {radius: 3 in, length: 1 m, inner radius: 2.5 in}}",
                           "boundaries.plate.rotation={axis: 1 1 0, angle: 7 deg}",
                           "contacts[0]={between: [soil, soil], law: linear, k_n: 1 kN/m, restitution: 0.3, mu: 0.1}",
                           "time.soil step=12.3 us", "output.region={size: 1 1 1 m, at: 0 0 0 m}",

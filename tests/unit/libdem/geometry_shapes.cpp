@@ -66,6 +66,41 @@ TEST(GeometryShapes, CylinderIsARevolvedRectangle) {
   EXPECT_THROW(Cylinder({}, {0, 0, 1}, 0, 1), std::invalid_argument);
 }
 
+/// The rectangle lies in the half-plane of the distance rho from the axis and the height z.
+TEST(GeometryShapes, CylinderWithABoreIsARevolvedRectangle) {
+  const double inner = 0.15, outer = 0.2, half = 0.06, reach = 0.05;
+  const Pose pose{{1, -2, 0.5}, Quaternion::from_rotation_vector({0.3, 1.1, -0.2})};
+  const Shape tube = Cylinder(pose.position, pose.attitude.rotate({0, 0, 3}), outer, 2 * half, inner);
+  Random random(2);
+  int counted[8]{};
+  for (int k = 0; k < 5000; ++k) {
+    const double rho = random.between(0.08, 0.27), z = random.between(-0.12, 0.12), angle = random.between(0, 7);
+    const Vec3 out{std::cos(angle), std::sin(angle), 0};
+    const Vec3 c = pose.to_world(rho * out + Vec3{0, 0, z});
+    const double in_bore = inner - rho, outside = rho - outer, past_end = std::abs(z) - half;
+    const double side = std::max(in_bore, outside);
+    const bool inside = side <= 0 && past_end <= 0;
+    const double d = inside ? std::max(side, past_end) : std::hypot(std::max(side, 0.0), std::max(past_end, 0.0));
+    const auto found = touch(tube, c, reach);
+    ASSERT_EQ(found.size(), d <= reach ? 1u : 0u);
+    if (found.empty()) continue;
+    EXPECT_NEAR(found[0].distance, d, 2e-15);
+    EXPECT_NEAR(norm(c - found[0].distance * found[0].normal - found[0].point), 0, 2e-15);
+    EXPECT_NEAR(norm(found[0].normal), 1, 1e-14);
+    ++counted[found[0].feature];
+    if (inside) continue;
+    const Vec3 p = pose.to_world(std::clamp(rho, inner, outer) * out + Vec3{0, 0, std::clamp(z, -half, half)});
+    EXPECT_LE(norm(found[0].point - p), 2e-15);
+    const unsigned lower = z < 0 ? 1 : 0;
+    const unsigned lateral = in_bore > 0 ? 5 : 0, rim = (in_bore > 0 ? 6 : 3) + lower;
+    EXPECT_EQ(found[0].feature, past_end <= 0 ? lateral : side <= 0 ? 1 + lower : rim);
+  }
+  EXPECT_TRUE(std::all_of(std::begin(counted), std::end(counted), [](int n) { return n > 50; }))
+      << "places of all kinds";
+  EXPECT_THROW(Cylinder({}, {0, 0, 1}, 0.2, 1, 0.2), std::invalid_argument);
+  EXPECT_THROW(Cylinder({}, {0, 0, 1}, 0.2, 1, -0.1), std::invalid_argument);
+}
+
 TEST(GeometryShapes, CylinderBoundsHoldItsDrawingTightly) {
   Random random(3);
   for (int k = 0; k < 20; ++k) {
@@ -97,6 +132,17 @@ TEST(GeometryShapes, FineMeshOfACylinderActsLikeTheCylinder) {
     // On the flat sides the normal is off by half a segment at most; at the rims the same turns about it.
     EXPECT_GE(dot(a[0].normal, b[0].normal), std::cos(1.5 * std::numbers::pi / segments));
   }
+}
+
+/// A regular polygon of n sides on a circle has the area n/2 sin(2 pi/n) r^2.
+TEST(GeometryShapes, CylinderWithABoreIsDrawnAsATube) {
+  const Shape tube = Cylinder({1, 2, 3}, {1, 1, 0}, 0.2, 0.3, 0.15);
+  const TriangleMesh drawn = drawing(tube, 1).at(0);
+  const double n = 48, polygon = n / 2 * std::sin(2 * std::numbers::pi / n), chord = 2 * std::sin(std::numbers::pi / n);
+  const double section = polygon * (0.2 * 0.2 - 0.15 * 0.15);
+  EXPECT_NEAR(drawn.volume(), 0.3 * section, 1e-13);
+  EXPECT_NEAR(drawn.area(), 2 * section + 0.3 * n * chord * (0.2 + 0.15), 1e-12);
+  EXPECT_TRUE(drawn.closed());
 }
 
 TEST(GeometryShapes, MeshGoesThroughTheSameDoors) {
