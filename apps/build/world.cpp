@@ -228,20 +228,28 @@ std::string accuracy_words(const StepReport& step) {
 }
 
 std::function<dem::Pose(double)> motion_of(const BoundarySection& boundary) {
+  // Between its corners each spin acts or does not, and those that act are parallel (check_boundaries).
+  std::vector<double> corners;
+  for (const Move& m : boundary.moves)
+    if (dem::norm(m.spin) > 0) corners.insert(corners.end(), {m.from, m.until});
+  std::sort(corners.begin(), corners.end());
   const dem::Pose start = placement(boundary.at, boundary.rotation);
-  // Several stretches add up, in the order of the file: each turns what the ones before have placed.
-  return [start, moves = boundary.moves](double t) {
-    dem::Pose pose = start;
-    for (const Move& m : moves) {
-      const double path = travelled(m, t);
-      const Vec3 about = m.about ? *m.about : start.position;
-      if (dem::norm(m.spin) > 0) {
-        const dem::Quaternion turn = dem::Quaternion::from_rotation_vector(m.spin * path);
-        pose.position = about + turn.rotate(pose.position - about);
-        pose.attitude = (turn * pose.attitude).normalized();
+  return [start, corners, moves = boundary.moves](double t) {
+    dem::Pose pose = start;  // seen from axes that the velocities carry along, in which points `about` rest
+    for (std::size_t k = 0; k + 1 < corners.size() && corners[k] < t; ++k) {
+      Vec3 turned, about, turned_about;
+      for (const Move& m : moves) {
+        if (dem::norm(m.spin) == 0) continue;
+        const Vec3 angle = m.spin * (travelled(m, std::min(t, corners[k + 1])) - travelled(m, corners[k]));
+        turned += angle;
+        if (m.about && angle != Vec3{}) about = *m.about, turned_about += angle;
       }
-      pose.position += m.velocity * path;
+      if (turned_about != Vec3{})
+        pose.position = about + dem::Quaternion::from_rotation_vector(turned_about).rotate(pose.position - about);
+      if (turned != Vec3{})
+        pose.attitude = (dem::Quaternion::from_rotation_vector(turned) * pose.attitude).normalized();
     }
+    for (const Move& m : moves) pose.position += m.velocity * travelled(m, t);
     return pose;
   };
 }

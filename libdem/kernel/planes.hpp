@@ -18,6 +18,7 @@ void run_planes(const L& by_reference, PlaneJob& job) {
   const VecD zero(0.0), one(1.0);
   ContactSums<VecD> sums{zero, zero, zero, zero, zero, zero};
   VecD force[3] = {zero, zero, zero}, moment[3] = {zero, zero, zero};
+  const VecD half_dt(0.5 * job.elapsed);
   for (std::uint32_t b = 0; b < job.count; ++b) {
     const PlaneBlock& block = job.blocks[b];
     const std::uint32_t count = b + 1 < job.count ? kBlock : job.contacts - b * kBlock;
@@ -34,10 +35,13 @@ void run_planes(const L& by_reference, PlaneJob& job) {
       a.overlap = i.r - distance;
       VecD point[3];
       for (int d = 0; d < 3; ++d) point[d] = at[d] - distance * a.n[d];
+      // Velocities are those of the step's middle (surface_velocity.hpp), so the arm to the point is that of then, too.
+      VecD relative[3], arm[3];
+      for (int d = 0; d < 3; ++d)
+        relative[d] = i.v[d] - VecD(job.velocity[d]), arm[d] = point[d] - half_dt * relative[d];
       for (int d = 0; d < 3; ++d) {
         const int e = (d + 1) % 3, g = (d + 2) % 3;
-        a.v[d] = i.v[d] - (VecD(job.velocity[d]) + VecD(job.angular_velocity[e]) * point[g] -
-                           VecD(job.angular_velocity[g]) * point[e]);
+        a.v[d] = relative[d] - (VecD(job.angular_velocity[e]) * arm[g] - VecD(job.angular_velocity[g]) * arm[e]);
         a.w_i[d] = i.w[d], a.w_j[d] = VecD(job.angular_velocity[d]);
       }
       a.r_i = a.r_j = i.r;

@@ -47,8 +47,10 @@ void Friction::describe(V& v) {
   v.quantity("tangential damping factor", damping_factor, "1", "[0, inf)",
              "factor on that coefficient (LAMMPS x_gammat)");
   v.derived("c_t", c_t, "N s/m", "[0, inf)", "tangential damping coefficient, in place of tangential damping");
-  v.derived("e_t", e_t, "1", "(0, 1]",
-            "tangential restitution of a contact that sticks, in place of tangential damping");
+  v.derived(
+      "e_t", e_t, "1", "(0, 1]",
+      "tangential restitution of a contact that sticks, in place of tangential damping; the limit, which is 0 while "
+      "the normal dashpot pulls, lets go before the end: 0.3 gives 0.40 unless `limiting force: absolute-force`");
   v.choice("limiting force", limiting,
            {{"law", LimitingForce::of_law},
             {"absolute-force", LimitingForce::absolute},

@@ -56,6 +56,14 @@ template <class T>
   }
 }
 
+template <class T>
+[[gnu::always_inline]] inline T in_unit_of_squares(T a) {
+  if constexpr (SquareRange<T>::unit == 1)
+    return a;
+  else
+    return a * T(SquareRange<T>::unit);
+}
+
 /// @param stiffness_ratio stiffness before over stiffness now; @param soft 1/k, 0 without a spring
 template <class T, int D>
 [[gnu::always_inline]] inline Slip<T, D> stick_slip(const T (&x)[D], const T (&v)[D], const T (&dashpot_before)[D],
@@ -71,14 +79,16 @@ template <class T, int D>
     trial[d] = select(in_contact, x0[d] + v[d] * dt, zero);
     viscous[d] = c * v[d];
     g[d] = cap.together ? k * trial[d] + viscous[d] : k * trial[d];
-    g2 = g2 + g[d] * g[d];
+    const T scaled = in_unit_of_squares(g[d]);
+    g2 = g2 + scaled * scaled;
     x2 = x2 + x[d] * x[d];
     along = along + x0[d] * g[d];
     rate = rate + v[d] * g[d];
   }
   const T limit = select(slipping_before > half, limit_kinetic, limit_static);
-  const auto slip = g2 > limit * limit;
-  const T inverse = rsqrt(max(g2, tiny<T>()));
+  const T scaled_limit = in_unit_of_squares(limit);
+  const auto slip = g2 > scaled_limit * scaled_limit;
+  const T inverse = in_unit_of_squares(rsqrt(max(g2, T(SquareRange<T>::least))));  // 1/|g|
   const T scale = select(slip, limit_kinetic * inverse, one);
   const T over = (one - scale) * soft;
   T back;  // a/|g|; 0 while it sticks
@@ -97,7 +107,12 @@ template <class T, int D>
     power = power + (dashpot_before[d] + out.dashpot[d]) * v[d];
   }
   // (x_0 + x) . g with x = x_0 + v dt - back g; softening besides.
-  out.slid = half * k * (x2 * (stiffness_ratio - keep * keep) + back * (along + along + dt * rate - back * g2));
+  T set_back_along = back * g2;  // back |g|^2
+  if constexpr (SquareRange<T>::unit != 1) {
+    const T size = g2 * inverse * T(1 / (SquareRange<T>::unit * SquareRange<T>::unit));  // |g|
+    set_back_along = back * size * size;
+  }
+  out.slid = half * k * (x2 * (stiffness_ratio - keep * keep) + back * (along + along + dt * rate - set_back_along));
   const T damped = half * dt * power;
   // Without a spring the limited force is a dashpot's.
   const T slides = cap.together ? select(both(both(in_contact, slip), k > zero), max(zero, damped), zero) : zero;

@@ -30,6 +30,14 @@ inline T tiny() {
   return T(1e-30);
 }
 
+/// How the square of a force or torque is formed so that it stays a number of T: times `unit` before it is squared, and
+/// at least `least`. What grains of a micrometre bear, 1e-20 N m, has a square that is no float and lies far below
+/// tiny().
+template <class T>
+struct SquareRange {
+  static constexpr double unit = 1, least = 1e-290;
+};
+
 /// x^n for x >= 0, n >= 0. Whole and half exponents up to 4 are products and one square root; any other takes the
 /// library's pow lane by lane, exact to an ulp: an exponential of n ln x in vector form would lose the digits of
 /// n ln x ~ 30, or need arithmetic of double length.

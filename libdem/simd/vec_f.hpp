@@ -193,4 +193,11 @@ inline void load8(const float* const* row, VecF* out) {
 #endif
 
 }  // namespace SUBSOIL_ISA
+
+/// From 1e-28 N or N m to 1.8e10.
+template <>
+struct SquareRange<VecF> {
+  static constexpr double unit = 1e9, least = 1e-37;
+};
+
 }  // namespace subsoil::dem

@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "libdem/step/bed_impl.hpp"
+#include "libdem/step/surface_velocity.hpp"
 
 /// Single contacts. The sweep adds forces up and keeps none, so those of pairs and of flat faces are evaluated once
 /// more before it, by the same kernels on copies of the histories: the step itself is the same bit for bit whether
@@ -44,7 +45,7 @@ class PlaneRecords {
     if (s.r - distance < -job_.cutoff) return;
     const std::uint32_t at = job_.count++;
     point_[at] = s.x - distance * n;
-    const Vec3 v = boundary_.velocity + cross(boundary_.angular_velocity, point_[at] - boundary_.pose.position);
+    const Vec3 v = surface_velocity(boundary_, point_[at], s.v, job_.elapsed);
     job_.sphere[at] = p.sphere[lane], job_.distance[at] = distance;
     for (int d = 0; d < 3; ++d) {
       job_.normal[d][at] = n[d], job_.velocity[d][at] = v[d];

@@ -5,6 +5,7 @@
 
 #include "libdem/base/small_rotation.hpp"
 #include "libdem/step/energy_balance.hpp"
+#include "libdem/step/surface_velocity.hpp"
 
 namespace subsoil::dem {
 namespace {
@@ -77,8 +78,7 @@ class ChunkRun {
   void add_lane(const Sphere& s, const SurfaceContact& c, const PairState& state, Lane lane) {
     const Vec3 n = boundary_.pose.attitude.rotate(c.normal);
     lane.point = s.x - n * c.distance;
-    fill(n, c.distance, boundary_.velocity + cross(boundary_.angular_velocity, lane.point - boundary_.pose.position),
-         state, lane);
+    fill(n, c.distance, surface_velocity(boundary_, lane.point, s.v, job_.elapsed), state, lane);
   }
 
   void add_ended(const Sphere& s, const Vec3& normal, const PairState& state, SurfaceEntry& e) {
@@ -86,9 +86,7 @@ class ChunkRun {
     // dashpots still worked over half of this step.
     const Vec3 n = boundary_.pose.attitude.rotate(normal);
     const double distance = (s.r + job_.cutoff) * (1 + 1e-9);
-    fill(n, distance,
-         boundary_.velocity + cross(boundary_.angular_velocity, s.x - n * distance - boundary_.pose.position), state,
-         {&e, -1, 0, {}});
+    fill(n, distance, surface_velocity(boundary_, s.x - n * distance, s.v, job_.elapsed), state, {&e, -1, 0, {}});
   }
 
   void fill(const Vec3& n, double distance, const Vec3& v, const PairState& state, const Lane& lane) {

@@ -104,6 +104,7 @@ class WatchList final : public Compound {
       inner.know(watch_words[i]);
       if (!inner.holds(watch_words[i])) continue;
       watch.kind = static_cast<Watch::Kind>(i);
+      if (watch.kind == Watch::Kind::soil_moment) watch.along = {0, 0, 1};
       if (watch.kind == Watch::Kind::formula)
         read_formula(inner, watch);
       else
@@ -242,7 +243,8 @@ void describe(Fields& v, Output& o) {
   v.choice("state", o.state, {{"full", State::full}, {"none", State::none}}, "full state at the end");
   WatchList watches(o.watch);
   v.visit_compound({"watch",
-                    "named columns of the series: shovel.angle, {driver: H10}, {soil force: shovel, along: -1 0}, "
+                    "named columns of the series: shovel.angle, {driver: H10}, {soil force: shovel, along: -1 0} "
+                    "(along x unless said, a moment about z), "
                     "{formula: F*v, of: "
                     "{F: pull, v: trolley.vx}, unit: W} of columns and of watches before it, in SI units; over time: "
                     "{integral: power}, {derivative: depth}, {mean: pull, within: 0.5 s}, {maximum: lift}, {minimum: "

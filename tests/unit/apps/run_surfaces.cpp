@@ -1,10 +1,13 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "apps/build/world.hpp"
 #include "apps/output/series.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Every named surface of a body has columns and a block of its own, also where one boundary of the bed carries
-/// several.
+/// several. Surfaces on given paths.
 namespace subsoil::app::run_surfaces {
 namespace {
 
@@ -69,6 +72,50 @@ TEST(RunSurfaces, EachIsABlockOfTheFrames) {
     ASSERT_TRUE(h5::exists(file, std::string("/surfaces/") + name)) << name;
     EXPECT_EQ(h5::shape(file, std::string("/surfaces/") + name + "/triangles").at(0), 12U) << "a box";
   }
+}
+
+BoundarySection moving(const Vec3& at, std::vector<Move> moves) {
+  BoundarySection b;
+  b.at = at, b.moves = std::move(moves);
+  return b;
+}
+void expect_pose(const BoundarySection& b, double t, const Vec3& place, double angle) {
+  const dem::Pose pose = motion_of(b)(t);
+  EXPECT_LT(norm(pose.position - place), 1e-14) << "at " << t;
+  const Vec3 arm = pose.attitude.rotate({1, 0, 0});
+  EXPECT_LT(norm(arm - Vec3{std::cos(angle), std::sin(angle), 0}), 1e-14) << "at " << t;
+}
+
+/// A roller that has travelled spins about where it is.
+TEST(Moves, ASpinFollowsThePlace) {
+  const Move travel{.velocity = {0.5, 0, 0}, .about = {}, .until = 1}, spin{.spin = {0, 0, 3}, .about = {}, .from = 1};
+  for (const std::vector<Move>& moves : {std::vector{travel, spin}, {spin, travel}}) {
+    expect_pose(moving({0, 0.1, 0}, moves), 0.5, {0.25, 0.1, 0}, 0);
+    expect_pose(moving({0, 0.1, 0}, moves), 2, {0.5, 0.1, 0}, 3);
+  }
+}
+
+/// A wheel on an arm: its place goes round the arm's pivot, which travels; its own spin beside does not move it.
+TEST(Moves, SpinsAboutTheOwnPlaceAndAboutAPivotAddUp) {
+  const Move round{.spin = {0, 0, 2}, .about = Vec3{1, 0, 0}}, own{.spin = {0, 0, 5}, .about = {}, .from = 0.2},
+      travel{.velocity = {0, -0.3, 0.1}, .about = {}};
+  for (const std::vector<Move>& moves : {std::vector{round, own, travel}, {travel, own, round}, {own, travel, round}})
+    for (const double t : {0.1, 0.7}) {
+      const Vec3 pivot = Vec3{1, 0, 0} + t * travel.velocity;
+      expect_pose(moving({1.4, 0, 0}, moves), t, pivot + 0.4 * Vec3{std::cos(2 * t), std::sin(2 * t), 0},
+                  2 * t + 5 * std::max(0.0, t - 0.2));
+    }
+}
+
+/// One after the other about other axes and points: the product of both rotations, the later one outside.
+TEST(Moves, SpinsOfDifferentAxesFollowEachOther) {
+  const Move first{.spin = {0, 0, 1.5}, .about = Vec3{}, .until = 1},
+      then{.spin = {0, 2, 0}, .about = Vec3{0, 0, 1}, .from = 1};
+  const auto z = dem::Quaternion::from_rotation_vector({0, 0, 1.5}),
+             y = dem::Quaternion::from_rotation_vector({0, 1, 0});
+  const dem::Pose pose = motion_of(moving({0.2, 0, 0}, {then, first}))(1.5);
+  EXPECT_LT(norm(pose.position - (Vec3{0, 0, 1} + y.rotate(z.rotate({0.2, 0, 0}) - Vec3{0, 0, 1}))), 1e-15);
+  EXPECT_LT(norm(pose.attitude.rotate({1, 2, 3}) - y.rotate(z.rotate({1, 2, 3}))), 1e-14);
 }
 
 }  // namespace

@@ -380,11 +380,29 @@ TEST(ScenarioRefusals, CrossChecksOfSoil) {
            {"output.at=[9 s]", "--set output.at = 9 s: is after the end of the run at 4 s"},
            {"output.watch={f: {soil force: plat}}",
             "--set output.watch.f = plat: there is no body or boundary of this name; did you mean `plate`?"},
+           {"boundaries.plate.moves=[{spin: 0 0 1 rad/s, until: 2 s}, {spin: 0 1 0 rad/s, from: 1 s}]",
+            "--set boundaries[0].moves[1].spin: acts together with that of moves[0] about another axis; spins at one "
+            "time must be parallel: let one end before the other begins"},
+           {"boundaries.plate.moves=[{spin: 0 0 1 rad/s, about: 0 0 0 m}, {spin: 0 0 2 rad/s, about: 1 0 0 m}]",
+            "--set boundaries[0].moves[1].about: acts together with that of moves[0] about another point; let one end "
+            "before the other begins, or leave one `about` out"},
            {"time.soil step=0 s", "--set time.soil step = 0 s: must be in (0, inf) s"},
            {"boundaries.plate.name=a.b", "--set boundaries[0].name = a.b: a name must not hold . / , [ ] or quotes"}}) {
     const Lines lines = refusals(sample_soil, {set});
     EXPECT_EQ(lines.empty() ? "" : lines.front(), line) << set;
   }
+}
+
+/// Of a planar machine the moment about z is wanted.
+TEST(ScenarioDefaults, AWatchedMomentIsThatAboutZ) {
+  const Scenario s =
+      load_scenario_text(sample_soil, "till.yaml",
+                         {"output.watch={f: {soil force: plate}, m: {soil moment: plate}, x: {soil moment: plate, "
+                          "along: 1 0}}"})
+          .scenario;
+  EXPECT_EQ(s.output.watch[0].along, (Vec3{1, 0, 0}));
+  EXPECT_EQ(s.output.watch[1].along, (Vec3{0, 0, 1}));
+  EXPECT_EQ(s.output.watch[2].along, (Vec3{1, 0, 0}));
 }
 
 TEST(ScenarioRefusals, PairsOfMaterials) {
