@@ -1,6 +1,7 @@
 #include "libmbd/integrators/integrator.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "libmbd/assembly/assembly.hpp"
@@ -58,24 +59,75 @@ void Integrator::await_passage() {
       switches_.set_side(i, -1);
 }
 
-// A joint opens or closes where now_ is.
+// A joint opens or closes where now_ is, and with it every joint whose event has come at that instant: at once, so that
+// the order of the events does not matter. What comes due because of them (a reaction jumps, an impact takes a measure
+// past its value) follows in the same instant, no event twice.
 void Integrator::fire(std::size_t event) {
-  const JointEvent& e = system_.model().events[event].element;
-  const bool opens = e.does == JointEvent::Does::opens;
+  std::vector<char> had(system_.model().events.size(), 0);
+  std::vector<std::size_t> due = reached(had);
+  if (std::find(due.begin(), due.end(), event) == due.end()) due.push_back(event);
+  while (!due.empty()) {
+    const std::vector<char> open = system_.open_joints();
+    if (!switch_joints(due, had)) return;
+    arm(open);
+    due = reached(had);
+  }
+}
+
+// Opens and closes the joints of the events, and of those that come by the same time; false where all were so already.
+bool Integrator::switch_joints(std::vector<std::size_t> due, std::vector<char>& had) {
+  const auto& events = system_.model().events;
   system_.set_state(now_.t, now_.q, now_.velocity);
   system_.set_element_states(now_.states);
-  const bool changes = opens != (system_.open_joints()[e.index] != 0);
-  system_.switch_joint(event);
-  if (!changes) return;
+  bool changed = false, closed = false;
+  const auto pass = [&](std::size_t event) {
+    const JointEvent& e = events[event].element;
+    const bool opens = e.does == JointEvent::Does::opens, changes = opens != (system_.open_joints()[e.index] != 0);
+    had[event] = 1;
+    system_.switch_joint(event);
+    if (!changes) return;
+    changed = true, closed = closed || !opens;
+    events_.push_back({now_.t, e.joint, opens ? 1 : -1, false});
+  };
+  for (const std::size_t event : due) pass(event);
+  const double same_time = 1e-12 * std::max(1.0, std::abs(now_.t));
+  for (std::size_t next; (next = system_.due_event(same_time)) < events.size();) pass(next);
+  if (!changed) return false;
   partition_.choose(now_);
-  if (!opens) take_impulse();
+  if (closed) take_impulse();
   partition_.evaluate(now_);
-  events_.push_back({now_.t, e.joint, opens ? 1 : -1, false});
-  for (std::size_t i = 0; i < switches_.count(); ++i)
-    if (switches_.of_joint(i)) switches_.set_side(i, -1);  // with hysteresis: what is not clear of its value waits
+  return true;
+}
+
+// After joints have changed that were as in `open` before. A measure that could change one of them back or anew has to
+// be clear of its value first, with hysteresis; a limit of a reaction holds from that instant on.
+void Integrator::arm(const std::vector<char>& open) {
+  for (std::size_t i = 0; i < switches_.count(); ++i) {
+    if (!switches_.of_joint(i)) continue;
+    const JointEvent& e = system_.model().events[switches_.event(i)].element;
+    if (open[e.index] != system_.open_joints()[e.index]) switches_.set_side(i, e.input ? -1 : 1);
+  }
   look(now_, gaps_);
   for (std::size_t i = 0; i < switches_.count(); ++i)
-    if (switches_.of_joint(i) && gaps_[i] > 0) switches_.set_side(i, 1);
+    if (switches_.of_joint(i) && switches_.side(i) < 0 && gaps_[i] > 0) switches_.set_side(i, 1);
+}
+
+// Events of joints that are at their value, within their hysteresis, or beyond it at now_, and wait for nothing else.
+std::vector<std::size_t> Integrator::reached(const std::vector<char>& had) {
+  std::vector<std::size_t> due;
+  look(now_, gaps_);
+  for (std::size_t i = 0; i < switches_.count(); ++i) {
+    if (!switches_.of_joint(i) || switches_.side(i) < 0) continue;
+    const std::size_t event = switches_.event(i);
+    const JointEvent& e = system_.model().events[event].element;
+    const bool done = (e.does == JointEvent::Does::opens) == (system_.open_joints()[e.index] != 0);
+    if (e.timed() || done || gaps_[i] > e.hysteresis()) continue;
+    if (had[event])
+      switches_.set_side(i, -1);
+    else
+      due.push_back(event);
+  }
+  return due;
 }
 
 // y = M^1/2 (v+ - v-), of least norm with Phi_q v+ = -Phi_t; impulses P from M^1/2 y = -Phi_q^T P.
@@ -150,6 +202,10 @@ void Integrator::advance_over_instants(double h) {
     system_.act(now_.acceleration, now_.lambda, close);
     bool fired = false;
     for (std::size_t due; (due = system_.due_event(close)) < system_.model().events.size(); fired = true) fire(due);
+    if (finds_events() && system_.has_joint_events() && changes_seen_ != system_.wrench_changes()) {
+      partition_.accelerate(now_);
+      fired = fire_due() || fired;
+    }
     if (fired) on_start();
     keep_begin();
   }

@@ -138,6 +138,9 @@ class Integrator {
   void begin_states();
   void await_passage();
   void fire(std::size_t event);
+  bool switch_joints(std::vector<std::size_t> due, std::vector<char>& had);
+  void arm(const std::vector<char>& open);
+  std::vector<std::size_t> reached(const std::vector<char>& had);
   void take_impulse();
   bool fire_due();
   void advance_part(double h);

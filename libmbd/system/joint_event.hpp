@@ -17,8 +17,10 @@ namespace subsoil::mbd {
 /// satisfied, Phi_q v+ = -Phi_t, a perfectly plastic impact; it loses (v+ - v-)^T M (v+ - v-)/2 (Carnot), and drivers
 /// that move do P^T Phi_t. A joint that opens loses nothing. A joint that events only close starts open, unless it is
 /// told.
-/// A measure must pass its value: where it is beyond at the start, or when the joint has just changed, it has to come
-/// back first.
+/// A measure must pass its value: where it is beyond at the start, or when the joint itself has just changed, it has to
+/// come back first. Events that come at the same instant all happen, whatever their order, as one change with one
+/// impact; those that come due by it (another reaction jumps above its limit, a velocity past its value) follow at that
+/// instant.
 /// Source of the impact: Pfeiffer & Glocker 1996, Multibody Dynamics with Unilateral Contacts, section 8.1.
 struct JointEvent {
   enum class Does { opens, closes };

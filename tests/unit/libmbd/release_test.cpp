@@ -16,6 +16,7 @@
 #include "libmbd/measures/control_input.hpp"
 #include "libmbd/measures/distance.hpp"
 #include "libmbd/measures/position.hpp"
+#include "libmbd/measures/velocity.hpp"
 #include "tests/tools/message_of.hpp"
 
 namespace subsoil::mbd::release_test {
@@ -201,6 +202,110 @@ TEST_P(Release, AMeasureBeyondItsValueAtTheStartIsNoPassage) {
   run(machine, 2, 2e-3);
   ASSERT_EQ(machine.events().size(), 1U);
   EXPECT_GT(machine.events()[0].t, 1.4) << "most of a period of 1.93 s: 1.18 times that of small swings";
+}
+
+/// A ball on a rail meets the tip of a hanging rod at 8 m/s: when it is there, rail and rod change over.
+Model ballistic_pendulum(bool catch_first) {
+  Model m;
+  m.gravity = {0, 0};
+  m.add({.name = "rod", .mass = 3, .inertia = 1, .pose = {0, -1, 0}});
+  m.add({.name = "ball", .mass = 0.5, .inertia = 1e-3, .pose = {-1, -2, 0}, .velocity = {8, 0, 0}});
+  m.add("pin", Revolute{.body_a = 0, .body_b = 1, .p_b = {0, 1}});
+  m.add("hook", Revolute{.body_a = 1, .body_b = 2, .p_a = {0, -1}});
+  m.add("rail", Translational{.body_a = 0, .body_b = 2, .p_a = {0, -2}});
+  const auto there = [](const char* joint, Does does) {
+    return JointEvent{.joint = joint,
+                      .does = does,
+                      .input = input_of(PositionMeasure{.of = {.name = "ball", .body = 2}, .part = VectorPart::x}),
+                      .above = 0};
+  };
+  if (catch_first) m.add("catch", there("hook", Does::closes));
+  m.add("free", there("rail", Does::opens));
+  if (!catch_first) m.add("catch", there("hook", Does::closes));
+  return m;
+}
+
+// Both happen at x = 0, in either order of the events: m v l = (I + M l^2/4 + m l^2) w with l = 2 m, so w = 8/6 1/s;
+// of 16 J of the ball 6 w^2/2 = 5.333 J are left. The ball is a mass point to the rod. Bounds: those of the motion.
+TEST_P(Release, TwoEventsOfOneInstantBothHappen) {
+  for (const bool catch_first : {false, true}) {
+    Machine machine(ballistic_pendulum(catch_first), options(GetParam()));
+    machine.start_from_pose();
+    run(machine, 0.5, 1e-2);
+    EXPECT_EQ(machine.events().size(), 2U);
+    for (const Event& e : machine.events()) EXPECT_NEAR(e.t, 0.125, 1e-9);
+    EXPECT_NEAR(machine.body(1).omega, 8. / 6, 10 * bound(GetParam()));
+    EXPECT_NEAR(machine.body(1).angle, 8. / 6 * (machine.time() - 0.125), 10 * bound(GetParam()));
+    EXPECT_NEAR(machine.energy().lost, 16 - 3 * 64. / 36, 1e-7);
+    EXPECT_NEAR(machine.energy().balance(), 0, 1e-7);
+  }
+}
+
+// A link has 3 kN more to bear when another one, that pulls back by 2 kN, is let go at 1 s: it shears then and not only
+// if its load should pass 2 kN by and by. From there v = F (t - 1)/m.
+TEST_P(Release, AReactionThatJumpsAboveItsLimitShears) {
+  Model m;
+  m.gravity = {0, 0};
+  m.add({.name = "carriage", .mass = 10, .inertia = 1});
+  m.add({.name = "counter", .mass = 1, .inertia = 1, .pose = {1, 0, 0}});
+  m.add("rail", Translational{.body_a = 0, .body_b = 1});
+  m.add("other rail", Translational{.body_a = 0, .body_b = 2});
+  m.add("pin", Distance{.body_a = 0, .body_b = 1, .p_a = {-1, 0.1}, .p_b = {0, 0.1}});
+  m.add("hook", Distance{.body_a = 1, .body_b = 2});
+  m.add("load", AppliedForce{.body = 1, .fx = 3000.});
+  m.add("back", AppliedForce{.body = 2, .fx = -2000.});
+  m.add("drop", JointEvent{.joint = "hook", .does = Does::opens, .at = 1});
+  m.add("shear", JointEvent{.joint = "pin", .does = Does::opens, .reaction_above = 2000});
+  Machine machine(m, options(GetParam()));
+  machine.start_from_pose();
+  run(machine, 0.99, 1e-2);
+  EXPECT_NEAR(std::abs(machine.joint_reaction("pin").fx), 1000, 1e-6);
+  EXPECT_TRUE(machine.events().empty());
+  run(machine, 1.5, 1e-2);
+  ASSERT_EQ(machine.events().size(), 2U);
+  EXPECT_EQ(machine.events()[1].name, "pin");
+  EXPECT_NEAR(machine.events()[1].t, 1, 1e-9);
+  EXPECT_NEAR(machine.body(1).v.x, 300 * (machine.time() - 1), 10 * bound(GetParam()) * 300);
+}
+
+// A sampled output that follows 1 kN/s t at multiples of 0.1 s jumps from 200 to 300 N at 0.3 s, inside a step of 0.25
+// s: there a pin of 250 N shears.
+TEST_P(Release, AReactionThatASampleTakesAboveItsLimitShears) {
+  Model m;
+  m.gravity = {0, 0};
+  m.add({.name = "tool", .mass = 20, .inertia = 1});
+  m.add("pin", Fixed{.body_a = 0, .body_b = 1});
+  AppliedForce load{.body = 1};
+  load.controller = "ramp";
+  m.add("load", load);
+  PidController ramp;
+  ramp.input = input_of(PositionMeasure{.of = {.name = "tool", .body = 1}, .part = VectorPart::x});
+  ramp.bias = PolynomialFunction{{0, 1000, 0, 0, 0, 0}}, ramp.sample_time = 0.1;
+  m.add("ramp", ramp);
+  m.add("trip", JointEvent{.joint = "pin", .does = Does::opens, .reaction_above = 250});
+  Machine machine(m, options(GetParam()));
+  machine.start_from_pose();
+  run(machine, 0.5, 0.25);
+  ASSERT_EQ(machine.events().size(), 1U);
+  EXPECT_NEAR(machine.events()[0].t, 0.3, 1e-9);
+  EXPECT_NEAR(machine.body(1).v.x, (300 * 0.1 + 400 * 0.1) / 20, 1e-7);
+}
+
+// The impact of a latch takes a speed from 3 to 1 m/s, past the 2 m/s at which another joint opens: then, once.
+TEST_P(Release, AnImpactTakesAMeasurePastItsValue) {
+  Model m = collision();
+  m.add("let go",
+        JointEvent{.joint = "rail 2",
+                   .does = Does::opens,
+                   .input = input_of(VelocityMeasure{.of = {.name = "one", .body = 1}, .part = VectorPart::x}),
+                   .below = 2});
+  Machine machine(m, options(GetParam()));
+  machine.start_from_pose();
+  run(machine, 0.5, 7e-3);
+  ASSERT_EQ(machine.events().size(), 2U);
+  EXPECT_EQ(machine.events()[1].name, "rail 2");
+  for (const Event& e : machine.events()) EXPECT_NEAR(e.t, 0.8 / 3, 1e-9);
+  EXPECT_NEAR(machine.body(2).v.x, 1, 1e-9);
 }
 
 TEST_P(Release, GoesOnFromASnapshotWithTheSameNumbers) {
