@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "libmbd/assembly/assembly.hpp"
-#include "libmbd/assembly/least_norm.hpp"
+#include "libmbd/assembly/shared_reactions.hpp"
 
 namespace subsoil::mbd {
 
@@ -457,7 +457,8 @@ void Partition::take_rates(MotionState& m) {
     m.rates[2 * forces + static_cast<Eigen::Index>(d)] = m.lambda[row] * c_.phi_t[static_cast<std::size_t>(row)];
   }
   if (system_.state_count() == 0) return;
-  const std::vector<double>& rates = system_.take_state_rates(m.acceleration, m.lambda);
+  const SharedReactions reactions(system_, rows_.size(), m.lambda, controllers_read_reactions(system_));
+  const std::vector<double>& rates = system_.take_state_rates(m.acceleration, reactions.lambda());
   std::copy(rates.begin(), rates.end(), m.rates.data() + system_.flow_count());
 }
 
@@ -624,9 +625,7 @@ Eigen::VectorXd Partition::reactions(const MotionState& m) const {
   Constraints dense;
   dense.sparse = c_;
   write_out(system_, dense);
-  const Eigen::VectorXd force = dense.jacobian.transpose() * m.lambda;
-  return row_scale_.cwiseProduct(
-      least_norm_solution(scaled_jacobian(system_, dense).transpose(), force.cwiseQuotient(column_scale_), rank_share));
+  return least_norm_reactions(system_, dense, m.lambda);
 }
 
 }  // namespace subsoil::mbd

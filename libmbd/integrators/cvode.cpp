@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "libmbd/assembly/shared_reactions.hpp"
 #include "libmbd/integrators/kinematic.hpp"
 #include "libmbd/integrators/sundials.hpp"
 
@@ -101,7 +102,9 @@ struct Cvode::Solver {
     return sundials::guarded(s.thrown, -1, [&] {
       s.evaluate(t, y);
       s.system.set_multipliers(s.trial.lambda);
-      s.switches.gaps({out, s.switches.count()}, &s.trial.acceleration, &s.trial.lambda);
+      const SharedReactions reactions(s.system, s.partition.used_rows().size(), s.trial.lambda,
+                                      events_read_reactions(s.system));
+      s.switches.gaps({out, s.switches.count()}, &s.trial.acceleration, &reactions.lambda());
     });
   }
 };

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "libmbd/assembly/assembly.hpp"
+#include "libmbd/assembly/shared_reactions.hpp"
 #include "libmbd/integrators/sundials.hpp"
 
 namespace subsoil::mbd {
@@ -139,7 +140,8 @@ struct Ida::Solver {
     }
     if (e == flows) return;
     acceleration = yp.segment(n, n);
-    const std::vector<double>& rates = system.take_state_rates(acceleration, lambda);
+    const SharedReactions reactions(system, rows.size(), lambda, controllers_read_reactions(system));
+    const std::vector<double>& rates = system.take_state_rates(acceleration, reactions.lambda());
     for (Eigen::Index i = flows; i < e; ++i)
       res[first + i] = yp[first + i] - rates[static_cast<std::size_t>(i - flows)];
   }
@@ -160,7 +162,8 @@ struct Ida::Solver {
       for (Eigen::Index i = 0; i < s.r; ++i) s.lambda[s.rows[static_cast<std::size_t>(i)]] = at[2 * s.n + i];
       s.system.set_multipliers(s.lambda);
       s.acceleration = ConstMap(N_VGetArrayPointer(yp), s.size()).segment(s.n, s.n);
-      s.switches.gaps({out, s.switches.count()}, &s.acceleration, &s.lambda);
+      const SharedReactions reactions(s.system, s.rows.size(), s.lambda, events_read_reactions(s.system));
+      s.switches.gaps({out, s.switches.count()}, &s.acceleration, &reactions.lambda());
     });
   }
 };

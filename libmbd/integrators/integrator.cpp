@@ -6,6 +6,7 @@
 
 #include "libmbd/assembly/assembly.hpp"
 #include "libmbd/assembly/least_norm.hpp"
+#include "libmbd/assembly/shared_reactions.hpp"
 #include "libmbd/integrators/adams_moulton.hpp"
 #include "libmbd/integrators/between.hpp"
 #include "libmbd/integrators/cvode.hpp"
@@ -167,6 +168,19 @@ bool Integrator::fire_due() {
   return fired;
 }
 
+bool Integrator::begin_controllers() {
+  const SharedReactions reactions(system_, partition_.used_rows().size(), now_.lambda,
+                                  controllers_read_reactions(system_));
+  return system_.begin_states_of(now_.acceleration, reactions.lambda());
+}
+
+// Sampled controllers look, at the state now_.
+void Integrator::act(double close) {
+  const SharedReactions reactions(system_, partition_.used_rows().size(), now_.lambda,
+                                  controllers_read_reactions(system_));
+  system_.act(now_.acceleration, reactions.lambda(), close);
+}
+
 // A controller that measures the solution begins with one in which it has
 // nothing to do.
 void Integrator::begin_states() {
@@ -177,8 +191,8 @@ void Integrator::begin_states() {
   };
   system_.begin_states(), take();
   partition_.evaluate(now_);
-  if (system_.begin_states_of(now_.acceleration, now_.lambda)) take(), partition_.evaluate(now_);
-  if (system_.next_instant() <= now_.t) system_.act(now_.acceleration, now_.lambda, 0);
+  if (begin_controllers()) take(), partition_.evaluate(now_);
+  if (system_.next_instant() <= now_.t) act(0);
 }
 
 void Integrator::advance_part(double h) {
@@ -199,7 +213,7 @@ void Integrator::advance_over_instants(double h) {
     system_.set_state(now_.t, now_.q, now_.velocity);
     system_.set_element_states(now_.states);
     keep_end();
-    system_.act(now_.acceleration, now_.lambda, close);
+    act(close);
     bool fired = false;
     for (std::size_t due; (due = system_.due_event(close)) < system_.model().events.size(); fired = true) fire(due);
     if (finds_events() && system_.has_joint_events() && changes_seen_ != system_.wrench_changes()) {
@@ -295,7 +309,8 @@ void Integrator::look(const MotionState& m, std::vector<double>& gaps) {
   system_.set_state(m.t, m.q, m.velocity);
   system_.set_multipliers(m.lambda);
   system_.set_element_states(m.states);
-  switches_.gaps(gaps, &m.acceleration, &m.lambda);
+  const SharedReactions reactions(system_, partition_.used_rows().size(), m.lambda, events_read_reactions(system_));
+  switches_.gaps(gaps, &m.acceleration, &reactions.lambda());
 }
 
 bool Integrator::crossed() {

@@ -136,6 +136,8 @@ class Integrator {
 
  private:
   void begin_states();
+  bool begin_controllers();
+  void act(double close);
   void await_passage();
   void fire(std::size_t event);
   bool switch_joints(std::vector<std::size_t> due, std::vector<char>& had);

@@ -16,6 +16,7 @@
 #include "libmbd/measures/control_input.hpp"
 #include "libmbd/measures/distance.hpp"
 #include "libmbd/measures/position.hpp"
+#include "libmbd/measures/reaction.hpp"
 #include "libmbd/measures/velocity.hpp"
 #include "tests/tools/message_of.hpp"
 
@@ -241,6 +242,18 @@ TEST_P(Release, TwoEventsOfOneInstantBothHappen) {
   }
 }
 
+/// 10 kg on a rail, pulled by `load` and held by links at both sides of the rail, which are redundant to one another.
+Model between_links(Function load) {
+  Model m;
+  m.gravity = {0, 0};
+  m.add({.name = "carriage", .mass = 10, .inertia = 1});
+  m.add("rail", Translational{.body_a = 0, .body_b = 1});
+  m.add("a", Distance{.body_a = 0, .body_b = 1, .p_a = {-1, 0.1}, .p_b = {0, 0.1}});
+  m.add("b", Distance{.body_a = 0, .body_b = 1, .p_a = {-1, -0.1}, .p_b = {0, -0.1}});
+  m.add("load", AppliedForce{.body = 1, .fx = std::move(load)});
+  return m;
+}
+
 // A link has 3 kN more to bear when another one, that pulls back by 2 kN, is let go at 1 s: it shears then and not only
 // if its load should pass 2 kN by and by. From there v = F (t - 1)/m.
 TEST_P(Release, AReactionThatJumpsAboveItsLimitShears) {
@@ -306,6 +319,46 @@ TEST_P(Release, AnImpactTakesAMeasurePastItsValue) {
   EXPECT_EQ(machine.events()[1].name, "rail 2");
   for (const Event& e : machine.events()) EXPECT_NEAR(e.t, 0.8 / 3, 1e-9);
   EXPECT_NEAR(machine.body(2).v.x, 1, 1e-9);
+}
+
+// Two links bear 500 t N each. At 1.8 s link a reaches its 900 N; then b has 1800 N, above its 1000 N, and gives way at
+// that instant too. v = 1000 (t^2 - 1.8^2)/(2 m), to the share `bound` of 100 m/s.
+TEST_P(Release, LinksThatShareTheirLoadShearByTheirShare) {
+  Model m = between_links(PolynomialFunction{{0, 1000, 0, 0, 0, 0}});
+  m.add("shear a", JointEvent{.joint = "a", .does = Does::opens, .reaction_above = 900});
+  m.add("shear b", JointEvent{.joint = "b", .does = Does::opens, .reaction_above = 1000});
+  Machine machine(m, options(GetParam()));
+  machine.start_from_pose();
+  run(machine, 1.7, 1e-2);
+  EXPECT_TRUE(machine.events().empty());
+  EXPECT_NEAR(std::abs(machine.joint_reaction("a").fx), 500 * machine.time(), 1e-6);
+  run(machine, 2.3, 1e-2);
+  ASSERT_EQ(machine.events().size(), 2U);
+  for (const Event& e : machine.events()) EXPECT_NEAR(e.t, 1.8, 1e-9);
+  EXPECT_NEAR(machine.body(1).v.x, 50 * (machine.time() * machine.time() - 3.24), 100 * bound(GetParam()));
+}
+
+// A controller that hands on the reaction of either link drives 1 kg by the 500 N that this link bears: v = 500 t.
+TEST_P(Release, ControllersSeeTheShareOfALink) {
+  for (const bool sampled : {false, true})
+    for (const char* link : {"a", "b"}) {
+      Model m = between_links(1000.);
+      m.add({.name = "follower", .mass = 1, .inertia = 1, .pose = {0, 5, 0}});
+      m.add("other rail", Translational{.body_a = 0, .body_b = 2, .p_a = {0, 5}});
+      AppliedForce drive{.body = 2};
+      drive.controller = "hand on";
+      m.add("drive", drive);
+      ReactionMeasure reaction;
+      reaction.element = link, reaction.part = WrenchPart::size;
+      PidController c;
+      c.input = input_of(reaction), c.proportional = -1;
+      (sampled ? c.sample_time : c.sensor_lag) = 1e-3;
+      m.add("hand on", c);
+      Machine machine(m, options(GetParam()));
+      machine.start_from_pose();
+      run(machine, 0.1, 1e-3);
+      EXPECT_NEAR(machine.body(2).v.x, 500 * machine.time(), 1e-5) << link << (sampled ? " sampled" : "");
+    }
 }
 
 TEST_P(Release, GoesOnFromASnapshotWithTheSameNumbers) {
