@@ -19,7 +19,10 @@ namespace subsoil::mbd {
 /// round. Every edge lets Q = u K phi(dp) through, K = rated flow/sqrt(rated drop), phi(dp) = dp/(dp^2 + dp_0^2)^(1/4):
 /// the square root of an orifice above dp_0 = 1/20 of the rated drop, laminar below. From the tank a check valve of
 /// the size of the open valve feeds a chamber that falls below tank pressure (anti-cavitation), to the tank one opens
-/// above the relief pressure. With a given flow Q(t) into A instead, B is open to the tank.
+/// above the relief pressure. With a given flow Q(t) into A instead, B is open to the tank and has its pressure, while
+/// A keeps both valves. Their rated flow is then, unless it is given, what fills the cap side's stroke in 0.1 s: where
+/// Q_v goes through one of them the pressure is beyond by dp, phi(dp) = Q_v/K: 0.08 MPa at a stroke per second, faster
+/// by the square of the speed.
 /// D bore, d rod [m], beta bulk modulus [Pa], V_0 dead volume of a chamber with its hose [m^3], k leakage [m^3/(s Pa)],
 /// c viscous friction [N s/m]. States: p_A, p_B. Stops: Hunt & Crossley of exponent 1 beyond 0 and the stroke.
 /// Energy: stored = sum of V p^2/(2 beta) and stops; lost = throttling at all edges + leakage + friction + stops; work
@@ -56,17 +59,20 @@ struct HydraulicCylinder {
     v.quantity("closed length", closed, "m", "[0, inf)", "distance of the ends when the piston is at the cap");
     v.quantity("stroke", stroke, "m", "(0, inf)", "travel of the piston");
     v.optional_quantity("supply pressure", supply, "Pa", "(0, inf)", "of the pump; needed with a valve");
-    v.quantity("tank pressure", tank, "Pa", "[0, inf)", "of the return line");
+    v.quantity("tank pressure", tank, "Pa", "[0, inf)",
+               "of the return line, to which the rod side is open with a given flow");
     v.optional_function("valve", valve, "1",
                         "opening of the valve in [-1, 1], above 0 extends; the controller's output is added; left out "
                         "without a controller: a given flow");
     v.text("controller", controller, "name of the controller that moves the valve; left out: none");
-    v.optional_function("flow given", flow, "m^3/s", "flow into the cap side in place of valve and supply");
+    v.optional_function("flow given", flow, "m^3/s",
+                        "flow into the cap side in place of valve and supply; the rod side is open to the tank");
     v.optional_quantity("rated flow", rated_flow, "m^3/s", "(0, inf)",
-                        "through an edge of the open valve at the rated drop; needed with a valve");
+                        "through an edge of the open valve, the relief valve and the feed from the tank at the rated "
+                        "drop; needed with a valve; left out with a given flow: fills the stroke in 0.1 s");
     v.quantity("rated drop", rated_drop, "Pa", "(0, inf)", "pressure drop of an edge at which the flow is rated");
     v.optional_quantity("relief pressure", relief, "Pa", "(0, inf)",
-                        "at which a chamber opens to the tank; left out: never");
+                        "at which a chamber opens to the tank, through an orifice of the rated flow; left out: never");
     v.quantity("bulk modulus", bulk, "Pa", "(0, inf)", "of the oil with the air in it");
     v.optional_quantity("dead volume", dead, "m^3", "(0, inf)",
                         "of each chamber with its hose when the piston stands at its end; left out: a tenth of the "
@@ -143,9 +149,10 @@ struct HydraulicCylinder {
 
   LineOfAction line(const Scene& scene) const { return {body_of(scene, body_a), p_a, body_of(scene, body_b), p_b}; }
 
+  double rated() const { return rated_flow > 0 ? rated_flow : cap_area() * stroke / 0.1; }
   double orifice(double drop) const {
     const double laminar = rated_drop / 20;
-    return rated_flow / std::sqrt(rated_drop) * drop / std::sqrt(std::hypot(drop, laminar));
+    return rated() / std::sqrt(rated_drop) * drop / std::sqrt(std::hypot(drop, laminar));
   }
   double dead_volume() const { return dead > 0 ? dead : 0.1 * cap_area() * stroke; }
 
@@ -172,6 +179,7 @@ struct HydraulicCylinder {
     if (flow.is_set()) {
       c.from_pump = flow.value(scene.t);
       c.a.in = c.from_pump, c.pumped = c.a.p * c.a.in;
+      guard(c, c.a);
       // Open to the tank: what comes through the piston and what is swept goes out at the tank's pressure.
       const double q = leakage * (c.a.p - c.b.p);
       c.a.rate = bulk / c.a.volume * (c.a.in - c.a.swept - q);
@@ -185,18 +193,19 @@ struct HydraulicCylinder {
     c.from_pump = std::abs(u) * orifice(supply - driven.p);
     feed(c, driven, supply, c.from_pump);
     feed(c, other, tank, std::abs(u) * orifice(tank - other.p));
-    for (Chamber* one : {&c.a, &c.b}) {
-      if (one->p < tank) feed(c, *one, tank, orifice(tank - one->p));
-      if (one->p > relief) relieve(c, *one);
-    }
+    guard(c, c.a), guard(c, c.b);
     const double q = leakage * (c.a.p - c.b.p);
     c.a.rate = bulk / c.a.volume * (c.a.in - c.a.swept - q);
     c.b.rate = bulk / c.b.volume * (c.b.in - c.b.swept + q);
     return c;
   }
 
-  /// The relief valve opens by the excess and drops the whole pressure to the tank's.
-  void relieve(Chambers& c, Chamber& of) const { feed(c, of, tank, -orifice(of.p - relief)); }
+  /// Feeds a chamber below the tank's pressure. The relief valve opens by the excess and drops the whole pressure to
+  /// the tank's.
+  void guard(Chambers& c, Chamber& of) const {
+    if (of.p < tank) feed(c, of, tank, orifice(tank - of.p));
+    if (of.p > relief) feed(c, of, tank, -orifice(of.p - relief));
+  }
 };
 
 }  // namespace subsoil::mbd

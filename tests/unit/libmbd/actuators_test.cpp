@@ -7,6 +7,7 @@
 #include <numbers>
 #include <unsupported/Eigen/MatrixFunctions>
 
+#include "libmbd/drivers/coordinate_driver.hpp"
 #include "libmbd/equilibrium/equilibrium.hpp"
 #include "libmbd/forces/applied_force.hpp"
 #include "libmbd/forces/electric_motor.hpp"
@@ -172,6 +173,51 @@ TEST(Cylinder, RefusalsSayWhatIsWrong) {
   says(refusal([](auto&) {}), "needs either `flow given`, or `valve` or `controller`");
   says(refusal([](auto& c) { c.valve = 0., c.rod = 0.09; }), "the rod must be thinner than the bore");
   says(refusal([](auto& c) { c.valve = 0., c.rated_flow = std::nan(""); }), "a valve needs its rated flow");
+}
+
+/// Pressure drop of an orifice for the flow q: phi(dp) = q/K means dp^4 = y^2 (dp^2 + dp_0^2) with y = (q/K)^2.
+double drop_at(double q, double rated_flow, double rated_drop) {
+  const double y = q * q / (rated_flow * rated_flow) * rated_drop, laminar = rated_drop / 20;
+  return std::sqrt((y * y + std::sqrt(y * y * (y * y + 4 * laminar * laminar))) / 2);
+}
+
+// 12 l/min into a cylinder held fast: all of it leaves through the relief valve, whose excess is that of its orifice;
+// left out, that passes the stroke in 0.1 s, or 15 l/s here. Excess and energy to 1e-4: the transient is over (26 us).
+TEST_P(Actuators, AGivenFlowIsRelieved) {
+  for (const double rated : {std::nan(""), 2e-3}) {
+    HydraulicCylinder c = cylinder();
+    c.flow = 2e-4, c.relief = 2e7, c.start_a = 1.99e7, c.rated_flow = rated;
+    Model m = lifting(c, 0.1);
+    m.add("weld", Fixed{.body_a = 0, .body_b = 1, .p_a = {0.6, 0}});
+    m.joints.erase(m.joints.begin());
+    Machine machine(m, options(GetParam()));
+    machine.start_from_pose();
+    run(machine, 0.02, 1e-5);
+    const double excess = drop_at(2e-4, rated > 0 ? rated : c.cap_area() * 0.3 / 0.1, c.rated_drop);
+    EXPECT_NEAR(machine.force_value("cylinder", "pressure a"), 2e7 + excess, 1e-4 * excess);
+    if (std::isnan(rated)) {
+      EXPECT_LT(excess, 1.1e4) << "0.06 % of the relief pressure";
+    }
+    EXPECT_NEAR(machine.energy().balance(), 0, 1e-6 * machine.energy().moved);
+  }
+}
+
+// Pulled out at a stroke per second with no flow given: the tank feeds A_A v, and the pressure is below its by the drop
+// of the same orifice, 0.08 MPa.
+TEST_P(Actuators, AGivenFlowIsFedFromTheTank) {
+  HydraulicCylinder c = cylinder();
+  c.flow = 0., c.rated_flow = std::nan("");
+  Model m = lifting(c, 0.1);
+  m.bodies[0].velocity[0] = 0.3;
+  m.add("pull", CoordinateDriver{.body = 1, .coordinate = Coordinate::x, .motion = {.velocity = 0.3}});
+  Machine machine(m, options(GetParam()));
+  machine.start_from_pose();
+  run(machine, 0.02, 1e-5);
+  const double drop = drop_at(c.cap_area() * 0.3, c.cap_area() * 0.3 / 0.1, c.rated_drop);
+  EXPECT_NEAR(machine.force_value("cylinder", "pressure a"), 2e5 - drop, 1e-4 * drop);
+  EXPECT_LT(drop, 8.5e4);
+  EXPECT_EQ(machine.force_value("cylinder", "pressure b"), 2e5);
+  EXPECT_NEAR(machine.energy().balance(), 0, 1e-6 * machine.energy().moved);
 }
 
 /// A rotor on a pin.
