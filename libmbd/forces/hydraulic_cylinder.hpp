@@ -80,7 +80,8 @@ struct HydraulicCylinder {
     v.quantity("leakage", leakage, "m^3/(s Pa)", "[0, inf)", "across the piston, flow per pressure difference");
     v.quantity("friction", friction, "N s/m", "[0, inf)", "viscous, force per speed");
     v.optional_quantity("start pressure a", start_a, "Pa", "[0, inf)", "of the cap side; left out: the tank's");
-    v.optional_quantity("start pressure b", start_b, "Pa", "[0, inf)", "of the rod side; left out: the tank's");
+    v.optional_quantity("start pressure b", start_b, "Pa", "[0, inf)",
+                        "of the rod side; left out: the tank's, which it always is with a given flow");
     v.quantity("stop stiffness", stop_stiffness, "N/m", "(0, inf)", "of the end stops");
     v.quantity("stop damping", stop_damping, "s/m", "[0, inf)", "of the end stops, see distance stop");
   }
@@ -93,6 +94,10 @@ struct HydraulicCylinder {
     if (flow.is_set() == has_valve()) refuse("needs either `flow given`, or `valve` or `controller`");
     if (has_valve() && !(supply > tank && rated_flow > 0))
       refuse("a valve needs its rated flow and a supply pressure above the tank's");
+    if (flow.is_set() && start_b >= 0)
+      refuse(
+          "`start pressure b` with `flow given`: the rod side is open to the tank then and has its pressure; leave it "
+          "out, and give `tank pressure` instead");
   }
 
   bool has_valve() const { return valve.is_set() || !controller.empty(); }

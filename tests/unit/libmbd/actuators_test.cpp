@@ -173,6 +173,8 @@ TEST(Cylinder, RefusalsSayWhatIsWrong) {
   says(refusal([](auto&) {}), "needs either `flow given`, or `valve` or `controller`");
   says(refusal([](auto& c) { c.valve = 0., c.rod = 0.09; }), "the rod must be thinner than the bore");
   says(refusal([](auto& c) { c.valve = 0., c.rated_flow = std::nan(""); }), "a valve needs its rated flow");
+  says(refusal([](auto& c) { c.flow = 1e-4, c.start_b = 1e6; }),
+       "the rod side is open to the tank then and has its pressure; leave it out, and give `tank pressure` instead");
 }
 
 /// Pressure drop of an orifice for the flow q: phi(dp) = q/K means dp^4 = y^2 (dp^2 + dp_0^2) with y = (q/K)^2.
