@@ -104,11 +104,11 @@ void Partition::choose(const MotionState& at) {
   rows_ = choice_.rows, u_ = choice_.dependent;
   std::sort(rows_.begin(), rows_.end());
   std::sort(u_.begin(), u_.end());
-  if (!choice_.redundant.empty() && !system_.friction_rows().empty())
-    throw std::invalid_argument(
-        "friction in " + system_.owner(system_.friction_rows().front()) +
-        " needs its reaction, which is not determined: " + system_.owner(choice_.redundant.front()) +
-        " depends on other constraints; free the constraint that is too many");
+  const auto spare = std::find_if(choice_.redundant.begin(), choice_.redundant.end(), stands);
+  if (spare != choice_.redundant.end() && !system_.friction_rows().empty())
+    throw std::invalid_argument("friction in " + system_.owner(system_.friction_rows().front()) +
+                                " needs its reaction, which is not determined: " + system_.owner(*spare) +
+                                " depends on other constraints; free the constraint that is too many");
   analyse();
   list_products();
   factor();

@@ -60,6 +60,7 @@ void Adaptive::restart() {
   wrench_changes_ = system_.wrench_changes();
   crossing_ = false;
   partition_.evaluate(now_);
+  if (watches_switches()) fire_due();     // what begins beyond its zero has no root any more
   if (partition_.used_rows() != rows_) {  // redundant constraints: others carry the multipliers now
     rows_ = partition_.used_rows();
     build();

@@ -151,7 +151,6 @@ void Integrator::take_impulse() {
   }
 }
 
-// Events whose condition is met where no step has led there: at the start, after a jump of the wrenches.
 bool Integrator::fire_due() {
   changes_seen_ = system_.wrench_changes();
   if (!system_.has_joint_events()) return false;

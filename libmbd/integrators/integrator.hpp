@@ -116,6 +116,9 @@ class Integrator {
   void look(const MotionState& m, std::vector<double>& gaps);
   /// Records the event and puts the switch on its other side, at the present state.
   void take_event(std::size_t which);
+  /// Events of joints whose condition is met where no step has led there: at the start, after a jump of forces. At a
+  /// state that the partition has evaluated; true where there were any.
+  bool fire_due();
   /// Around what changes at an instant inside a step, for look_back().
   void keep_begin();
   void keep_end();
@@ -144,7 +147,6 @@ class Integrator {
   void arm(const std::vector<char>& open);
   std::vector<std::size_t> reached(const std::vector<char>& had);
   void take_impulse();
-  bool fire_due();
   void advance_part(double h);
   void advance_over_instants(double h);
   void advance_over_events(double h);

@@ -304,6 +304,28 @@ TEST_P(Release, AReactionThatASampleTakesAboveItsLimitShears) {
   EXPECT_NEAR(machine.body(1).v.x, (300 * 0.1 + 400 * 0.1) / 20, 1e-7);
 }
 
+// A sledge of 9 kg with 1 kg pinned on it slides with friction mu and a push of 3 N against it on the small one: a =
+// -(mu g + 0.3), and the pin pushes by |a| - 3 = -0.24 N along x. As the sledge sticks, after 1/|a| s, its deceleration
+// falls to 0.3 m/s^2 at once and the pin has 2.7 N along x, above its limit of 10 N with the 9.81 N of the weight.
+TEST_P(Release, AReactionThatRisesAsFrictionSticksShears) {
+  Model m;
+  m.add({.name = "sledge", .mass = 9, .inertia = 1, .velocity = {1, 0, 0}});
+  m.add({.name = "load", .mass = 1, .inertia = 1, .velocity = {1, 0, 0}});
+  m.add("rail", Translational{.body_a = 0, .body_b = 1});
+  m.add("pin", Fixed{.body_a = 1, .body_b = 2});
+  m.add("rub", JointFriction{.joint = "rail", .guide = 10, .mu_s = 0.3, .mu_k = 0.3, .stick_stiffness = 1e4});
+  m.add("push", AppliedForce{.body = 2, .fx = -3.});
+  m.add("shear", JointEvent{.joint = "pin", .does = Does::opens, .reaction_above = 10});
+  Machine machine(m, options(GetParam()));
+  machine.start_from_pose();
+  run(machine, 0.5, 1e-2);
+  const double stops = 1 / (0.3 * 9.81 + 0.3);
+  ASSERT_EQ(machine.events().size(), 2U);
+  EXPECT_EQ(machine.events()[1].name, "pin");
+  EXPECT_NEAR(machine.events()[1].t, stops, 1e-8);
+  EXPECT_NEAR(machine.body(2).v.x, -3 * (machine.time() - stops), 1e-6);
+}
+
 // The impact of a latch takes a speed from 3 to 1 m/s, past the 2 m/s at which another joint opens: then, once.
 TEST_P(Release, AnImpactTakesAMeasurePastItsValue) {
   Model m = collision();
