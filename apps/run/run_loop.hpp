@@ -90,6 +90,9 @@ class RunLoop {
   /// Whether the machine's energy balance is off by more than it may; failure_ then says so.
   bool energy_is_lost();
 
+  /// How to give the machine shorter steps, by the keys that act in this run.
+  std::string shorter_step() const;
+
   /// The step from t on of length `taken` enters the means and the summary.
   void count_step(double t, double taken);
 

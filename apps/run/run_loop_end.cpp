@@ -57,8 +57,8 @@ void RunLoop::warn_of_machine_energy() {
   if (closure > most_closure)
     summary_->warn(
         fmt::format("the machine's energy balance is off by {:.2g} of the energy there or moved: its motion is not "
-                    "resolved; shorten the machine step or its tolerance",
-                    closure));
+                    "resolved; {}",
+                    closure, shorter_step()));
 }
 
 void RunLoop::attempt(int& code, const std::function<void()>& action) {

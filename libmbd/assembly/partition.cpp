@@ -65,7 +65,7 @@ void refuse_blow_up(const System& system, const MotionState& m) {
                  (i % 3 == 2 ? " rad with " : " m with ") + scientific(m.velocity[i]) +
                  (i % 3 == 2 ? " rad/s" : " m/s") +
                  "; the step is too long for the stiffest spring, or a force feeds the motion without "
-                 "bound. Leave out time.machine.step to have it chosen by its error");
+                 "bound");
   }
 }
 

@@ -205,7 +205,7 @@ void AdamsMoulton::estimate_error(double h) {
   std::snprintf(
       text, sizeof text,
       "t = %.9g s: the step of %.3g s errs by %.2g of the machine's length; it is too long for the motion, or a "
-      "driver or force jumps. Leave out time.machine.step to have it chosen by its error",
+      "driver or force jumps",
       trial_.t, h, position);
   throw std::runtime_error(text);
 }
