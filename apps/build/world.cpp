@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "apps/build/approach_speed.hpp"
 #include "apps/build/laws.hpp"
@@ -13,6 +14,8 @@
 #include "apps/build/servo.hpp"
 #include "apps/build/shapes.hpp"
 #include "apps/build/soil.hpp"
+#include "apps/build/yielding.hpp"
+#include "libdem/particles/particles.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -117,6 +120,29 @@ void limit_step(StepReport& report, const dem::StableStep& limit, const std::str
 
 }  // namespace
 
+namespace {
+
+/// Impacts of the smallest and the largest spheres on bodies of the machine that are not much heavier than they are.
+void add_yielding(World& world, const Scenario& scenario, const dem::Law& law, const dem::StepQuestion& question,
+                  int material, const std::string& between) {
+  const int soil_steps = static_cast<int>(scenario.time.machine.soil_steps);
+  std::vector<double> radii{question.smallest_radius};
+  if (question.largest_radius > 1.01 * question.smallest_radius) radii.push_back(question.largest_radius);
+  for (const double radius : radii) {
+    const double mass = question.density * dem::sphere_volume(radius);
+    for (const YieldingBody& y : yielding_bodies(world, scenario, mass)) {
+      if (y.material != material) continue;
+      dem::StepQuestion one = question;
+      one.smallest_radius = radius, one.body_mass = y.free_mass, one.body_steps = soil_steps;
+      const std::string& name = world.machine->system().body_name(y.body);
+      limit_step(world.step, dem::stable_step_at_surface(law, one), between + ", on `" + name + "`");
+      world.step.impacts.push_back({law, one, true, between, name, y.start_mass});
+    }
+  }
+}
+
+}  // namespace
+
 void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question) {
   const Scenario& s = loaded.scenario;
   StepReport& report = world.step;
@@ -165,6 +191,7 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
         if (surface[b]) {
           limit_step(report, dem::stable_step_at_surface(l, question), between);
           report.impacts.push_back({l, question, true, between});
+          add_yielding(world, s, l, question, static_cast<int>(b), between);
         }
       } catch (const std::invalid_argument& error) {
         throw ScenarioError(fmt::format("{}: {}", loaded.where(fmt::format("contacts[{}].law", law)), error.what()));
@@ -203,6 +230,7 @@ dem::AccurateStep StepReport::at_speed(double speed, double tolerance, double lo
     dem::AccurateStep one = dem::accurate_step(i.law, question, i.at_surface, tolerance, longest);
     if (one.step > worst.step || (one.step == worst.step && one.error < worst.error)) continue;
     one.cause += (i.at_surface ? ", a surface, law between " : ", law between ") + i.between;
+    if (!i.body.empty()) one.cause += ", on `" + i.body + "`";
     worst = one;
   }
   return worst;
@@ -223,8 +251,17 @@ std::string accuracy_words(const StepReport& step) {
       fmt::format("accurate step {:.4g} s for impacts at {:.3g} m/s", step.accurate.step, step.expected_speed);
   if (step.accurate.contact > 0)
     words += fmt::format(": the shortest lasts {:.0f} steps", step.accurate.contact / step.soil_step);
-  return words +
-         fmt::format(", restitution wrong by {:.2g} at most with the step used", step.error_at(step.expected_speed));
+  words += fmt::format(", restitution wrong by {:.2g} at most with the step used", step.error_at(step.expected_speed));
+  std::vector<std::string> bodies;
+  double lightest = std::numeric_limits<double>::infinity();
+  for (const PossibleImpact& i : step.impacts) {
+    if (i.body.empty()) continue;
+    lightest = std::min(lightest, i.question.body_mass);
+    if (std::count(bodies.begin(), bodies.end(), "`" + i.body + "`") == 0) bodies.push_back("`" + i.body + "`");
+  }
+  if (bodies.empty()) return words;
+  return words + fmt::format(" (against what the law gives; on {} too, {:.3g} g where they yield most)",
+                             fmt::join(bodies, ", "), 1e3 * lightest);
 }
 
 std::function<dem::Pose(double)> motion_of(const BoundarySection& boundary) {

@@ -66,6 +66,8 @@ struct PossibleImpact {
   dem::StepQuestion question;
   bool at_surface;
   std::string between;
+  std::string body{};    ///< of the machine, which yields to the sphere; empty: none does
+  double body_mass = 0;  ///< kg, where it yields most, with its joints and drivers as they are at the start
 };
 
 struct StepReport {

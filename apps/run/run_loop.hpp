@@ -118,6 +118,9 @@ class RunLoop {
 
   void warn_of_machine_energy();
 
+  /// What the explicit exchange between soil and machine has made or lost.
+  void warn_of_exchange();
+
   /// What is left to be written after a failure of the disk is tried, each on its own.
   void attempt(int& code, const std::function<void()>& action);
 

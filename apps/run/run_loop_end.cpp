@@ -11,8 +11,9 @@
 namespace subsoil::app {
 namespace {
 
-// Beyond these a run is no answer to trust: shares of the energy and of the machine's length and speed.
-constexpr double most_closure = 1e-3, most_step_error = 1e-3;
+// Beyond these a run is no answer to trust: shares of the energy, of the machine's length and speed, and of the work
+// between soil and machine.
+constexpr double most_closure = 1e-3, most_step_error = 1e-3, most_exchange_error = 1e-2;
 
 }  // namespace
 
@@ -59,6 +60,21 @@ void RunLoop::warn_of_machine_energy() {
         fmt::format("the machine's energy balance is off by {:.2g} of the energy there or moved: its motion is not "
                     "resolved; {}",
                     closure, shorter_step()));
+}
+
+void RunLoop::warn_of_exchange() {
+  if (!world_.bed || !world_.machine || !energy_begun_) return;
+  const coupling::InterfaceWork work = simulation_.interface_work();
+  const double moved = std::max(std::abs(work.on_soil), std::abs(work.on_machine)), error = std::abs(work.error());
+  // A share of little changes no motion, and of what dampers take anyway less than a tenth is left to it.
+  const dem::BedEnergy& soil = world_.bed->energy();
+  const double there = world_.machine->energy().moved + soil.kinetic + soil.rotational + std::abs(soil.stored);
+  if (error <= most_exchange_error * moved || error <= 0.1 * most_exchange_error * there) return;
+  if (error <= 0.1 * soil.lost.total()) return;
+  summary_->warn(fmt::format(
+      "the exchange between soil and machine {} {:.3g} J, {:.2g} of the {:.3g} J that went between them: a body is "
+      "light against what it touches; {}",
+      work.error() > 0 ? "made" : "lost", error, error / moved, moved, shorter_step()));
 }
 
 void RunLoop::attempt(int& code, const std::function<void()>& action) {
@@ -114,6 +130,7 @@ void RunLoop::last_warnings(int code) {
   if (world_.bed) warn_of_coarse_contacts();
   if (world_.machine) write_step_error();
   warn_of_machine_energy();
+  warn_of_exchange();
   if (world_.soil.stopped)
     summary_->warn("the run was interrupted while the bed settled: time 0 shows it on its way to rest");
   if (world_.bed && world_.bed->has_bonding_laws() && world_.bed->bonds().formed == 0)

@@ -13,6 +13,13 @@
 /// It falls with the step, in first order where the law damps: as 0.3/n to 0.6/n in a contact of n steps. Few steps may
 /// hit e by chance, so a contact gets 0.4/tolerance steps at least. Pairs that stick have e = 0 at any step. A contact
 /// lasts from first reach to last; without rebound there is no such time.
+///
+/// A body of a machine that is struck yields. It is stepped as the coupling steps it, by the force of t_n held over the
+/// step:  X_{n+1} = X_n + V_n dt + (F_n/M) dt^2/2,  V_{n+1} = V_n + (F_n/M) dt, against the sphere's leapfrog. An
+/// undamped contact of both gains energy by that: with w^2 = k (1/m + 1/M) the product of the two roots of a step is 1
+/// + k dt^2/(2 M), so that the relative speed grows over the contact, pi/(w dt) steps, by
+///     exp((pi/4) w dt m*/M),   1/m* = 1/m + 1/M
+/// which calls for more steps than the law does once M is no longer large against m.
 namespace subsoil::dem {
 
 struct Impact {
@@ -24,6 +31,15 @@ struct Impact {
 /// each other. Gives up, restitution 0, after `longest`, s.
 Impact impact_in_steps(const Law& law, double m_eff, double r_eff, double per_sum, double speed, double dt,
                        double phase, double longest);
+
+/// A sphere of mass m hits a body of mass M at rest, which takes a step every `body_steps` soil steps by the mean
+/// force. Restitution is that of the relative speed.
+Impact impact_on_body_in_steps(const Law& law, double m, double r, double body_mass, int body_steps, double speed,
+                               double dt, double phase, double longest);
+
+/// Restitution that fine steps have of the smallest sphere on a surface, that of a yielding body among them: laws take
+/// the sphere's own mass at surfaces, whatever the body's is. @param stable a stable step, s
+double restitution_at_surface(const Law& law, const StepQuestion& question, double stable);
 
 struct AccurateStep {
   double step = 0;      ///< s, the stable step at most and a sixtieth of it at least

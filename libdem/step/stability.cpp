@@ -114,12 +114,14 @@ StableStep stable_step_at_surface(const Law& law, const StepQuestion& q) {
   double arm = r;
   const StiffnessBound k =
       stiffness_bound(law, {.m_eff = m, .r_eff = r, .r_min = r, .speed = q.speed}, 1.4 * m * r * r, false, arm);
+  // Two masses on one spring move with their reduced mass against each other.
+  const double reduced = m / (1 + m / q.body_mass);
   // Three surfaces at right angles: along each normal one contact pushes and two drag.
-  const auto along = [&](double n, double t) { return (n + 2 * t) / m; };
+  const auto along = [&](double n, double t) { return (n + 2 * t) / reduced; };
   const auto about = [&](double t, double roll) { return 2 * (t * arm * arm + roll) / inertia; };
   // Sliding at all three couples both: slip is v + l w x n, so the block between them is k_t l |n1 + n2 + n3|.
   const auto coupled = [&](double n, double t, double roll) {
-    const double a = along(n, t), b = about(t, roll), c = std::sqrt(3.0) * t * arm / std::sqrt(m * inertia);
+    const double a = along(n, t), b = about(t, roll), c = std::sqrt(3.0) * t * arm / std::sqrt(reduced * inertia);
     return 0.5 * (a + b) + std::sqrt(0.25 * (a - b) * (a - b) + c * c);
   };
   return smallest({{coupled(k.k_n, k.k_t, k.k_r), coupled(k.c_n, k.c_t, k.c_r), "translation and rotation"}},

@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <string>
 
 #include "libdem/laws/law_table.hpp"
@@ -37,12 +38,17 @@ struct StepQuestion {
   double density;                          ///< of the smallest spheres, kg/m3
   double speed;                            ///< largest approach speed to expect, m/s
   int neighbours;                          ///< Z, contacts of one sphere at most
+  /// Of the body whose surface is touched, where it yields most, kg: at the point r from its centre of mass 1/M + r^2/I
+  /// is its mobility. Infinite: it moves on a given path or not at all.
+  double body_mass = std::numeric_limits<double>::infinity();
+  int body_steps = 1;  ///< soil steps in a step of that body
 };
 
 /// Limit from the law between two spheres. Throws std::invalid_argument when attraction would pull them into each
 /// other.
 StableStep stable_step(const Law& law, const StepQuestion& question);
-/// Limit from the law between a sphere and a fixed surface: each of up to three contacts counts once.
+/// Limit from the law between a sphere and a surface: each of up to three contacts counts once. Against a body that
+/// yields a translation has the reduced mass of both.
 StableStep stable_step_at_surface(const Law& law, const StepQuestion& question);
 
 /// The same for a clump. Its modes are those of the six coordinates of a rigid body: with contacts at points r_c (from

@@ -79,5 +79,30 @@ TEST(StruckBody, OnASpringTooStiffForTheStepStillStops) {
   EXPECT_EQ(failure.find("time.machine.step"), std::string::npos) << failure;
 }
 
+TEST(StruckBody, LighterThanTheSphereGetsItsStep) {
+  for (const double mass : {0.0003, 0.001, 0.05}) {
+    const Flap flap{.restitution = 1, .mass = mass};
+    const RunDirectory dir;
+    ASSERT_EQ(run_scenario(dir.scenario(flap.text()), dir / "out"), exit_ok);
+    // `time.accuracy`: 0.01 of the relative speed, half of which is of 1 + e.
+    EXPECT_NEAR(spin_after(dir / "out"), flap.spin(), 0.005 * flap.spin()) << mass << " kg";
+    EXPECT_EQ(warnings_of(dir / "out").find("the exchange between"), std::string::npos) << warnings_of(dir / "out");
+  }
+}
+
+/// A step that was given stays, and what it makes of the energy is said: 40 steps in a contact with a fixed wall.
+TEST(StruckBody, EnergyThatTheExchangeMakesIsSaidAndStrictFails) {
+  const Flap flap{.restitution = 1, .mass = 0.001};
+  const RunDirectory dir;
+  const std::vector<std::string> coarse{"time.soil step=36 us"};
+  ASSERT_EQ(run_scenario(dir.scenario(flap.text()), dir / "out", coarse), exit_ok);
+  EXPECT_GT(spin_after(dir / "out"), 1.1 * flap.spin());
+  EXPECT_NE(warnings_of(dir / "out").find("the exchange between soil and machine made"), std::string::npos)
+      << warnings_of(dir / "out");
+  EXPECT_EQ(
+      run({.scenario = dir.scenario(flap.text()), .out = dir / "strict", .sets = coarse, .threads = 1, .strict = true}),
+      exit_failed);
+}
+
 }  // namespace
 }  // namespace subsoil::app::run_struck_bodies

@@ -2,6 +2,7 @@
 
 #include "coupling/simulation.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
+#include "libdem/step/accuracy.hpp"
 #include "tests/tools/dem_beds.hpp"
 
 /// A free body and a free sphere that collide: what must be kept by both together, and what a planar body cannot take.
@@ -94,6 +95,38 @@ TEST(Collision, ElasticOneKeepsEnergyUpToTheInterfaceError) {
   // of overlap v h each, (k/2) (v h)^2 = 1e-7 J at most.
   EXPECT_NEAR(c.end.energy - c.start.energy, c.error, 2e-7);
   EXPECT_NEAR(c.balance, 0, 1e-12);
+}
+
+/// The step of soil and machine that the impact in numbers takes is that of the simulation, and what it makes of an
+/// elastic impact is the closed form: each step's roots have the product 1 + k dt^2/(2 M), over pi/(w dt) steps.
+TEST(Collision, AnImpactOnABodyInNumbersIsThatOfTheSimulation) {
+  const double radius = 0.01, k = 2e4, m = 12000 * 4.0 / 3 * dem::test::pi * 1e-6;
+  for (const int soil_steps : {1, 3})
+    for (const double mass : {0.3 * m, m, 10 * m}) {
+      const double reduced = m * mass / (m + mass), w = std::sqrt(k / reduced), step = 0.03 / w;
+      const dem::Law law = dem::test::grains(k, 1, 0, 0);
+      dem::Bed bed(dem::test::table(law), dem::test::quiet());
+      const dem::SphereSpec ball{{-0.02 - 0.4 * step, 0, 0}, {1, 0, 0}, {}, radius, 12000, 0};
+      bed.add(std::span(&ball, 1));
+      dem::Boundary face;
+      face.shape = dem::MeshSurface(dem::box_mesh({0.02, 0.02, 0.06}));
+      const int boundary = bed.add(std::move(face));
+      mbd::Model model;
+      model.gravity = {0, 0};
+      const int body = model.add({.name = "box", .mass = mass, .inertia = 1});
+      mbd::Machine machine(model);
+      machine.start_from_pose();
+      Simulation simulation(&bed, &machine, {{body, boundary}}, {}, {.soil_step = step, .soil_steps = soil_steps});
+      for (int n = 0; n < 240; ++n) simulation.step();
+      ASSERT_EQ(bed.boundary(boundary).contacts, 0);
+      const double e = machine.body(body).v.x - bed.spheres()[0].v.x;
+      const double there = dem::impact_on_body_in_steps(law, m, radius, mass, soil_steps, 1, step, 0.4, 1).restitution;
+      // The machine's integrator places it by another h^3 F'/12, and the last step of a contact pulls or not.
+      EXPECT_NEAR(e, there, 0.1 * (there - 1) + 1e-3) << mass / m << " of the sphere's mass, " << soil_steps;
+      if (soil_steps == 1) {
+        EXPECT_NEAR(there - 1, std::expm1(dem::test::pi / 4 * w * step * reduced / mass), 1e-3) << mass / m;
+      }
+    }
 }
 
 TEST(OutOfPlane, ForcesAreReportedAndDoNoWork) {
