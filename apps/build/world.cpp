@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "apps/build/approach_speed.hpp"
 #include "apps/build/laws.hpp"
@@ -262,6 +263,35 @@ std::string accuracy_words(const StepReport& step) {
   if (bodies.empty()) return words;
   return words + fmt::format(" (against what the law gives; on {} too, {:.3g} g where they yield most)",
                              fmt::join(bodies, ", "), 1e3 * lightest);
+}
+
+std::vector<std::string> restitution_warnings(const StepReport& step) {
+  constexpr double said = 0.02;
+  struct Worst {
+    std::string text;
+    double difference = 0;
+  };
+  std::map<std::string, Worst> of_body;
+  for (const PossibleImpact& i : step.impacts) {
+    if (i.body.empty() || !std::isfinite(i.body_mass)) continue;
+    dem::StepQuestion wall = i.question, body = i.question;
+    wall.body_mass = std::numeric_limits<double>::infinity(), body.body_mass = i.body_mass;
+    const double asked = dem::restitution_at_surface(i.law, wall, step.limit.step),
+                 met = dem::restitution_at_surface(i.law, body, step.limit.step);
+    Worst& worst = of_body[i.body];
+    if (!(std::abs(met - asked) > std::max(said, worst.difference))) continue;
+    worst.difference = std::abs(met - asked);
+    worst.text = fmt::format(
+        "restitution at `{}` is {:.2f} where it yields most, the law between {} has {:.2f}: dampers at surfaces take "
+        "the sphere's mass alone ({:.3g} g), and there the body has {:.3g} g at the start; make it heavier or raise "
+        "`restitution`",
+        i.body, met, i.between, asked, 1e3 * i.question.density * dem::sphere_volume(i.question.smallest_radius),
+        1e3 * i.body_mass);
+  }
+  std::vector<std::string> out;
+  for (const auto& [name, worst] : of_body)
+    if (!worst.text.empty()) out.push_back(worst.text);
+  return out;
 }
 
 std::function<dem::Pose(double)> motion_of(const BoundarySection& boundary) {

@@ -122,6 +122,9 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
 /// What the step means for impacts, in words.
 std::string accuracy_words(const StepReport& step);
 
+/// Bodies of the machine so light that impacts on them have another restitution than their law says, by more than 0.02.
+std::vector<std::string> restitution_warnings(const StepReport& step);
+
 /// Pose of a boundary that follows its moves, as a function of time.
 std::function<dem::Pose(double)> motion_of(const BoundarySection& boundary);
 

@@ -107,6 +107,7 @@ std::vector<std::string> surface_warnings(const std::vector<SurfaceFacts>& facts
                                       f.name, f.from_soil)
                         : fmt::format("{} comes no nearer than {:.3g} m to the soil on its path", f.name, f.from_soil));
   }
+  for (std::string& text : restitution_warnings(world.step)) out.push_back(std::move(text));
   return out;
 }
 

@@ -23,7 +23,7 @@ std::vector<SurfaceFacts> surface_facts(const World& world, double end);
 /// "blade: 0.02 x 0.26 x 0.03 m, 12 triangles, closed, 0.015 m from the soil at the start"
 std::string surface_text(const SurfaceFacts& facts, const World& world);
 
-/// A unit that cannot be right, a mesh that is open, a path that never meets the soil.
+/// A unit that cannot be right, a mesh that is open, a path that never meets the soil, a body too light for its law.
 std::vector<std::string> surface_warnings(const std::vector<SurfaceFacts>& facts, const World& world);
 
 }  // namespace subsoil::app

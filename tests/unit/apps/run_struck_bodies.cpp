@@ -104,5 +104,47 @@ TEST(StruckBody, EnergyThatTheExchangeMakesIsSaidAndStrictFails) {
       exit_failed);
 }
 
+/// A ball of 0.283 kg against a slider, e = 0.5 asked.
+std::string slider(double mass) {
+  return fmt::format(R"(subsoil: 1
+gravity: 0 m/s^2
+materials: {{a: {{density: 2500 kg/m^3}}}}
+contacts: [{{between: [a, a], law: linear, k_n: 100 kN/m, restitution: 0.5, mu: 0}}]
+soil: {{bed: {{fill: particles, material: a, particles: [{{position: -50.3 0 0 mm, velocity: 1 0 0 m/s, radius: 30 mm}}]}}}}
+machine:
+  bodies: {{b: {{mass: {} kg, inertia: 0.1 kg m^2, at: 0.05 0 m}}}}
+  joints: {{g: {{translational: [ground, b], at: 0 0 m, along: 1 0}}}}
+  surfaces: {{f: {{body: b, material: a, box: 0.1 0.1 0.1 m}}}}
+time: {{end: 0.1 s}}
+output: {{precision: double, state: none}}
+)",
+                     mass);
+}
+
+std::vector<std::string> said_of(double mass) {
+  const Loaded loaded = load_scenario_text(slider(mass), "slider.yaml");
+  const World world = build_world(loaded, {.threads = 1, .settle = false});
+  return surface_warnings(surface_facts(world, 0.1), world);
+}
+
+TEST(StruckBody, ARestitutionThatALightBodyDoesNotMeetIsSaid) {
+  const double m = 2500 * 4.0 / 3 * std::numbers::pi * 27e-6, l = std::log(0.5);
+  const double beta = -l / std::hypot(std::numbers::pi, l);
+  for (const double mass : {0.5, 0.05}) {
+    const double b = beta * std::sqrt((m + mass) / mass), e = std::exp(-std::numbers::pi * b / std::sqrt(1 - b * b));
+    const std::vector<std::string> said = said_of(mass);
+    ASSERT_EQ(said.size(), 1u) << mass;
+    EXPECT_NE(said[0].find(fmt::format("restitution at `b` is {:.2f} where it yields most", e)), std::string::npos)
+        << said[0];
+    EXPECT_NE(said[0].find("has 0.50"), std::string::npos) << said[0];
+    // And so it is: with the ball's speed by its momentum.
+    const RunDirectory dir;
+    ASSERT_EQ(run_scenario(dir.scenario(slider(mass)), dir / "out"), exit_ok);
+    const double v = read_series(dir / "out" / "series.csv").at("b.vx").back();
+    EXPECT_NEAR(v - (1 - mass / m * v), e, 0.01 + 0.002) << "time.accuracy; phases between those that it tries";
+  }
+  EXPECT_TRUE(said_of(50).empty());
+}
+
 }  // namespace
 }  // namespace subsoil::app::run_struck_bodies
