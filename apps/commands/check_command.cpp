@@ -93,7 +93,7 @@ int check_command(const RunRequest& request) {
     for (const std::string& r : a.redundant) line("", r);
     for (const BeamSection& beam : s.machine->beams) line("beam", beam_words(beam));
   }
-  const std::vector<SurfaceFacts> surfaces = surface_facts(world, s.time.end);
+  const std::vector<SurfaceFacts> surfaces = surface_facts(world, s, s.time.end);
   for (std::size_t i = 0; i < surfaces.size(); ++i) line(i == 0 ? "surfaces" : "", surface_text(surfaces[i], world));
   for (const std::string& text : surface_warnings(surfaces, world)) line("warning", text);
   for (const std::string& text : input_warnings(loaded, world, request.scenario, request.sets)) line("warning", text);

@@ -83,7 +83,7 @@ void RunLoop::open_output() {
     for (const std::string& group : world_.machine->assembly().redundant)
       spdlog::info("{}: of their reactions those of least norm are reported", group);
   set_fixed_window();
-  for (const std::string& text : surface_warnings(surface_facts(world_, s_.time.end), world_)) warn(text);
+  for (const std::string& text : surface_warnings(surface_facts(world_, s_, s_.time.end), world_)) warn(text);
   for (const std::string& text : input_warnings(loaded_, world_, request_.scenario, request_.sets)) warn(text);
   frames_ = std::make_unique<FrameOutput>(request_.out, s_, world_, simulation_, go_on_);
   const double half = 0.5 * simulation_.step_length();
@@ -196,6 +196,7 @@ int RunLoop::loop() {
     if (!guarded([&] { simulation_.step({.energy = sample || first, .snapshot = snapshot, .contacts = contacts}); }))
       return exit_failed;
     if (first) begin_energy();
+    tool_->look_for_touch();
     columns_->take_step(values_, sample);
     if (columns_->has_history()) columns_->follow(t, values_);
     if (crossings_->any()) stops = crossings_->look(t, values_, Crossings::on_a_line);

@@ -147,14 +147,16 @@ void RunLoop::last_warnings(int code) {
           fmt::format("{} touched no soil in the whole run: see where it starts and how it moves; `subsoil "
                       "check` says how far it is from the soil",
                       tool.name));
-  if (window_ == Opening::pending)
-    summary_->warn(
-        "no tool came to steady work (its length in soil plus its depth of travel): no means; let it travel "
-        "farther, or set output.window");
-  else if (!std::isfinite(summary_->window_from()) || !(summary_->window_until() > summary_->window_from()))
+  if (window_ == Opening::pending) {
+    if (tool_->any_travelled())
+      summary_->warn(
+          "no tool came to steady work (its length in soil plus its depth of travel): no means; let it travel "
+          "farther, or set output.window");
+  } else if (!std::isfinite(summary_->window_from()) || !(summary_->window_until() > summary_->window_from())) {
     summary_->warn(
         "the window of the means was never reached, or is shorter than a period of the given motion: means "
         "are null; let it run longer, or set output.window");
+  }
 }
 
 }  // namespace subsoil::app

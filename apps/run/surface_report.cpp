@@ -35,7 +35,21 @@ double largest(const Vec3& v) { return std::max({v.x, v.y, v.z}); }
 
 }  // namespace
 
-std::vector<SurfaceFacts> surface_facts(const World& world, double end) {
+namespace {
+
+bool is_from_file(const Scenario& scenario, const SurfaceRecord& record) {
+  const auto is = [&](const auto& all) {
+    return std::any_of(all.begin(), all.end(), [&](const auto& one) {
+      return one.name == record.name && std::holds_alternative<MeshShape>(one.shape);
+    });
+  };
+  if (record.owner == SurfaceRecord::Owner::given) return is(scenario.boundaries);
+  return scenario.machine && is(scenario.machine->surfaces);
+}
+
+}  // namespace
+
+std::vector<SurfaceFacts> surface_facts(const World& world, const Scenario& scenario, double end) {
   std::vector<SurfaceFacts> out;
   if (!world.bed) return out;
   const bool soil = !world.bed->spheres().empty();
@@ -44,6 +58,7 @@ std::vector<SurfaceFacts> surface_facts(const World& world, double end) {
     if (r.owner == SurfaceRecord::Owner::container) continue;
     const dem::Boundary& b = world.bed->boundary(r.boundary);
     SurfaceFacts facts{r.name, {}, {}};
+    facts.from_file = is_from_file(scenario, r);
     if (std::holds_alternative<dem::Plane>(b.shape)) {
       facts.low = Vec3{-INFINITY, -INFINITY, -INFINITY}, facts.high = -facts.low;
       out.push_back(facts);
@@ -91,7 +106,7 @@ std::vector<std::string> surface_warnings(const std::vector<SurfaceFacts>& facts
   for (const SurfaceFacts& f : facts) {
     if (!std::isfinite(f.low.x)) continue;
     const double size = largest(f.high - f.low);
-    if (size > 30 * width || size < 0.5 * radius)
+    if (f.from_file && (size > 30 * width || size < 0.5 * radius))
       out.push_back(
           fmt::format("{} is {:.3g} m large, the soil {:.3g} m, its smallest sphere {:.3g} m: is the unit of its "
                       "numbers right? `unit: mm` takes them as a thousandth of `unit: m`",

@@ -79,6 +79,19 @@ bool ToolProgress::any_passes() const {
   return std::any_of(tools_.begin(), tools_.end(), [](const Tool& t) { return t.passes; });
 }
 
+void ToolProgress::look_for_touch() {
+  for (Tool& tool : tools_) {
+    if (tool.touched) continue;
+    tool.touched = std::any_of(tool.surfaces.begin(), tool.surfaces.end(), [&](std::size_t s) {
+      return world_.bed->boundary(world_.surfaces[s].boundary).contacts > 0;
+    });
+  }
+}
+
+bool ToolProgress::any_travelled() const {
+  return std::any_of(tools_.begin(), tools_.end(), [&](const Tool& t) { return t.passes && t.travel > 2 * radius_; });
+}
+
 void ToolProgress::follow() {
   for (Tool& tool : tools_) follow(tool);
 }
@@ -89,7 +102,6 @@ void ToolProgress::follow(Tool& tool) const {
   double deepest = std::numeric_limits<double>::infinity(), back = deepest, front = -deepest;
   for (std::size_t k = 0; k < tool.surfaces.size(); ++k) {
     const SurfaceRecord& s = world_.surfaces[tool.surfaces[k]];
-    if (world_.bed->boundary(s.boundary).contacts > 0) tool.touched = true;
     const dem::Pose pose = simulation_.surface_pose(s.boundary);
     for (const Vec3& v : tool.points[k]) {
       const Vec3 p = pose.to_world(v);

@@ -40,8 +40,11 @@ class ToolProgress {
 
   const std::vector<Tool>& tools() const { return tools_; }
   bool any_passes() const;
+  bool any_travelled() const;  ///< in soil, by more than a sphere
   /// Where the tools are now.
   void follow();
+  /// Whether soil touches them in this step: a contact may be shorter than a row.
+  void look_for_touch();
   bool steady() const;      ///< all have travelled far enough
   bool at_the_end() const;  ///< one has come to the end of the soil
   void archive(Archive& a) {

@@ -171,7 +171,7 @@ class Stl : public testing::Test {
     const Loaded loaded = load_scenario_text(plate, "plate.yaml", {set});
     const World world = build_world(loaded, look());
     std::string text;
-    for (const std::string& w : surface_warnings(surface_facts(world, 0.2), world)) text += w + "\n";
+    for (const std::string& w : surface_warnings(surface_facts(world, loaded.scenario, 0.2), world)) text += w + "\n";
     for (const std::string& w : input_warnings(loaded, world, dir_.scenario(plate), {})) text += w + "\n";
     return text;
   }

@@ -104,6 +104,16 @@ TEST(StruckBody, EnergyThatTheExchangeMakesIsSaidAndStrictFails) {
       exit_failed);
 }
 
+/// The contact, from 17.5 ms on and pi sqrt(m*/k) = 1.2 ms long, lies between the rows of 10 and 20 ms.
+TEST(StruckBody, ATouchBetweenTwoRowsIsATouch) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(Flap{.restitution = 1, .mass = 0.05}.text()), dir / "out",
+                         {"output.series every=10 ms"}),
+            exit_ok);
+  EXPECT_EQ(warnings_of(dir / "out").find("touched no soil"), std::string::npos) << warnings_of(dir / "out");
+  EXPECT_EQ(warnings_of(dir / "out").find("steady work"), std::string::npos) << "it was never meant to";
+}
+
 /// A ball of 0.283 kg against a slider, e = 0.5 asked.
 std::string slider(double mass) {
   return fmt::format(R"(subsoil: 1
@@ -124,7 +134,7 @@ output: {{precision: double, state: none}}
 std::vector<std::string> said_of(double mass) {
   const Loaded loaded = load_scenario_text(slider(mass), "slider.yaml");
   const World world = build_world(loaded, {.threads = 1, .settle = false});
-  return surface_warnings(surface_facts(world, 0.1), world);
+  return surface_warnings(surface_facts(world, loaded.scenario, 0.1), world);
 }
 
 TEST(StruckBody, ARestitutionThatALightBodyDoesNotMeetIsSaid) {

@@ -183,7 +183,7 @@ TEST(RunServo, CheckFollowsItAtItsSpeedLimit) {
   const auto facts = [](const std::string& text) {
     const Loaded loaded = load_scenario_text(text, "case.yaml");
     const World world = build_world(loaded, {.threads = 1, .settle = false});
-    const std::vector<SurfaceFacts> all = surface_facts(world, 0.5);
+    const std::vector<SurfaceFacts> all = surface_facts(world, loaded.scenario, 0.5);
     std::string out = surface_text(all.at(0), world) + "\n";
     for (const std::string& w : surface_warnings(all, world)) out += w + "\n";
     return out;

@@ -108,7 +108,7 @@ std::string warnings_of(const std::string& text) {
   const Loaded loaded = load_scenario_text(text, subsoil::test::source_dir() + "/configs/templates/x.yaml");
   const World world = build_world(loaded, {.threads = 1, .settle = false});
   std::string out;
-  for (const std::string& w : surface_warnings(surface_facts(world, 1), world)) out += w + "\n";
+  for (const std::string& w : surface_warnings(surface_facts(world, loaded.scenario, 1), world)) out += w + "\n";
   return out;
 }
 
@@ -116,6 +116,14 @@ std::string with_mesh(const std::string& file, const std::string& unit) {
   std::string text = trench;
   const std::string box = "box: 20 80 20 mm}, at: 60 10 0 mm";
   return text.replace(text.find(box), box.size(), "mesh: " + file + ", unit: " + unit + "}, at: 0.1 -0.02 0 m");
+}
+
+/// A box says its unit, and a wide one is none to ask about: 40 m against a soil of less than 1 m.
+TEST(RunWindow, ABoxIsAsLargeAsItSays) {
+  std::string text = trench;
+  const std::string box = "box: 20 80 20 mm";
+  text.replace(text.find(box), box.size(), "box: 20 80 40000 mm");
+  EXPECT_EQ(warnings_of(text).find("is the unit"), std::string::npos) << warnings_of(text);
 }
 
 TEST(RunWindow, AMeshInTheWrongUnitOrOpenIsSaid) {
