@@ -261,6 +261,11 @@ std::string accuracy_words(const StepReport& step) {
     if (std::count(bodies.begin(), bodies.end(), "`" + i.body + "`") == 0) bodies.push_back("`" + i.body + "`");
   }
   if (bodies.empty()) return words;
+  constexpr std::size_t named = 3;
+  if (bodies.size() > named + 1) {
+    const std::string more = fmt::format("{} more", bodies.size() - named);
+    bodies.resize(named), bodies.push_back(more);
+  }
   return words + fmt::format(" (against what the law gives; on {} too, {:.3g} g where they yield most)",
                              fmt::join(bodies, ", "), 1e3 * lightest);
 }
