@@ -39,6 +39,7 @@ std::string standing_out(const System& system, const Partition& partition, const
 
 Adaptive::Adaptive(System& system)
     : Integrator(system),
+      inputs_(system.model()),
       directions_(switches_.count(), 0),
       walker_(system, partition_),
       before_crossing_(now_),
@@ -66,7 +67,7 @@ void Adaptive::restart() {
     build();
   }
   begin();
-  front_ = now_.t, root_ = false;
+  front_ = now_.t, root_ = false, cut_ = false;
   walking_ = false, beside_singular_ = partition_.near_singular();
 }
 
@@ -107,6 +108,9 @@ void Adaptive::on_advance(double h) {
       restart();
     } else if (root_) {
       pass_event();
+    } else if (cut_) {
+      read_consistent(front_);
+      restart();
     } else {
       step_on(end, stop);
     }
@@ -137,10 +141,17 @@ bool Adaptive::try_step(double end, double stop, Reached& reached) {
 
 void Adaptive::step_on(double end, double stop) {
   Reached reached;
+  const double asked = stop, planned = inputs_.any() ? planned_step(end) : 0;
+  if (inputs_.any()) {
+    const double resolved = inputs_.stop(front_, planned);
+    if (std::isinf(stop) || resolved < stop - 1e-9 * (stop - front_)) stop = resolved;
+  }
   if (!try_step(end, stop, reached)) {
     beside_singular_ = true;
     return;
   }
+  last_step_ = reached.t - front_;
+  cut_ = stop < asked && reached.t == stop && last_step_ < 0.5 * std::min(planned, Inputs::window);
   front_ = reached.t, root_ = reached.root;
   if (root_) return;
   if (!follows_partition()) {
@@ -165,7 +176,7 @@ void Adaptive::walk(double end) {
   std::swap(now_, next_);
   flows_.of_elements = walk_flows_;
   if (end - now_.t <= 1e-12 * h) now_.t = end;
-  front_ = now_.t;
+  front_ = now_.t, last_step_ = h;
   const bool passed = event < switches_.count();
   if (passed) take_event(event);
   // On the singular pose itself there is nothing to choose, and nothing to evaluate.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "libmbd/integrators/inputs.hpp"
 #include "libmbd/integrators/integrator.hpp"
 #include "libmbd/integrators/runge_kutta.hpp"
 
@@ -32,6 +33,8 @@ class Adaptive : public Integrator {
   /// Steps taken and right sides (residuals) evaluated since the start, over all restarts.
   virtual long steps() const = 0;
   virtual long evaluations() const = 0;
+  /// The last step of the method's own (s), which its dense output is smooth over; 0 before the first.
+  double last_step() const { return last_step_; }
 
  protected:
   explicit Adaptive(System& system);
@@ -51,6 +54,8 @@ class Adaptive : public Integrator {
   virtual void begin() = 0;
   /// One step of the method's choice; not beyond `stop` where it is finite. `end`: of the interval asked for.
   virtual Reached take_step(double end, double stop) = 0;
+  /// Length of the step that the method takes next, at the most.
+  virtual double planned_step(double end) const = 0;
   /// Dense output at t, which is not beyond what was reached: q, q' (of independent coordinates at least; the others
   /// are a guess) into now_, flows_ too.
   virtual void read(double t) = 0;
@@ -78,8 +83,11 @@ class Adaptive : public Integrator {
   std::size_t stop_at_event(double h);
 
   StepClock clock_;
+  Inputs inputs_;
   std::vector<int> rows_;
   double front_ = 0;  // what has been reached: dense output ends here
+  double last_step_ = 0;
+  bool cut_ = false;  // the last step, much shorter than planned, where an input changes: its history is no guide
   bool root_ = false;
   bool coupled_ = false;
   long wrench_changes_ = 0;

@@ -39,6 +39,7 @@ struct Cvode::Solver {
   Eigen::VectorXd expected;
   std::exception_ptr thrown;
   long steps_before = 0, evaluations_before = 0;
+  bool stopped = false;  // by the stop time
 
   Solver(System& s, Partition& p, const Switches& w, const MotionState& at)
       : system(s),
@@ -181,7 +182,19 @@ Adaptive::Reached Cvode::take_step(double end, double stop) {
                       code == CV_RTFUNC_FAIL;
   if (joints && s.thrown) std::rethrow_exception(s.thrown);
   sundials::check_step(code, t, CVodeGetReturnFlagName);
+  s.stopped = code == CV_TSTOP_RETURN;
   return {t, code == CV_ROOT_RETURN};
+}
+
+double Cvode::planned_step(double end) const {
+  const auto& s = *solver_;
+  double next = 0;
+  // CVODE's own first step is at most a tenth of what lies before it, and others at most tenfold the one before. What
+  // it plans it does not say after a stop.
+  if (steps() == s.steps_before) return 0.1 * std::max(end - s.good.t, 1e-9);
+  check_cvode(s.stopped ? CVodeGetLastStep(s.memory, &next) : CVodeGetCurrentStep(s.memory, &next),
+              "CVodeGetCurrentStep");
+  return s.stopped ? 10 * next : next;
 }
 
 void Cvode::read(double t) {

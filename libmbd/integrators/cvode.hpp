@@ -25,6 +25,7 @@ class Cvode : public Adaptive {
   void build() override;
   void begin() override;
   Reached take_step(double end, double stop) override;
+  double planned_step(double end) const override;
   void read(double t) override;
   void root_directions(std::vector<int>& out) override;
   double step_tolerance() const override {

@@ -252,6 +252,14 @@ Adaptive::Reached Ida::take_step(double end, double stop) {
   return {t, code == IDA_ROOT_RETURN};
 }
 
+double Ida::planned_step(double) const {
+  const auto& s = *solver_;
+  if (s.fresh) return 1e-3;  // above any first step
+  double next = 0;
+  check_ida(IDAGetCurrentStep(s.memory, &next), "IDAGetCurrentStep");
+  return next;
+}
+
 void Ida::read(double t) {
   auto& s = *solver_;
   check_ida(IDAGetDky(s.memory, t, 0, s.dense), "IDAGetDky");

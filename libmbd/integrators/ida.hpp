@@ -29,6 +29,7 @@ class Ida : public Adaptive {
   void build() override;
   void begin() override;
   Reached take_step(double end, double stop) override;
+  double planned_step(double end) const override;
   void read(double t) override;
   void root_directions(std::vector<int>& out) override;
   double step_tolerance() const override { return rtol_ + atol_; }

@@ -1,0 +1,157 @@
+#include "libmbd/integrators/inputs.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <exception>
+#include <limits>
+
+#include "libmbd/elements.hpp"
+
+namespace subsoil::mbd {
+
+namespace {
+
+/// A formula that ends before the window does is no error here: whoever integrates that far meets it.
+double value_or_nan(const Function& f, double t) {
+  try {
+    return f.value(t);
+  } catch (const std::exception&) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+}
+
+bool is_slow(const Function& f) {
+  if (const auto* sum = f.get_if<SumFunction>()) return std::all_of(sum->terms.begin(), sum->terms.end(), is_slow);
+  return !f.is_set() || f.get_if<ConstantFunction>() || f.get_if<PolynomialFunction>();
+}
+
+/// Times in [from, until) where a higher derivative jumps.
+void append_corners(const Function& f, double from, double until, std::vector<double>& out) {
+  const auto take = [&](double t) {
+    if (t >= from && t < until) out.push_back(t);
+  };
+  if (const auto* sum = f.get_if<SumFunction>()) {
+    for (const Function& term : sum->terms) append_corners(term, from, until, out);
+  } else if (const auto* ramp = f.get_if<RampFunction>()) {
+    take(ramp->begin), take(ramp->end);
+  } else if (const auto* table = f.get_if<TableFunction>()) {
+    const double begin = table->times.front(), period = table->times.back() - begin;
+    const double first = table->periodic ? std::floor((from - begin) / period) : 0;
+    const double last = table->periodic ? std::floor((until - begin) / period) : 0;
+    for (double n = first; n <= last; ++n)
+      for (const double t : table->times) take(t + n * period);
+  }
+}
+
+/// Quartic through five equidistant values, at a share of their range.
+class Quartic {
+ public:
+  explicit Quartic(const std::array<double, 5>& values) : d_(values) {
+    for (std::size_t order = 1; order < 5; ++order)
+      for (std::size_t i = 4; i >= order; --i) d_[i] = (d_[i] - d_[i - 1]) / static_cast<double>(order);
+  }
+  double at(double share) const {
+    const double x = 4 * share;
+    return d_[0] + x * (d_[1] + (x - 1) * (d_[2] + (x - 2) * (d_[3] + (x - 3) * d_[4])));
+  }
+
+ private:
+  std::array<double, 5> d_;  // divided differences
+};
+
+/// Below this two times are one.
+double least_step(double t) { return 1e-11 * std::max(1.0, std::abs(t)); }
+
+}  // namespace
+
+Inputs::Inputs(const Model& model) {
+  // The members of elements that are functions of time; a new one has its line here.
+  const auto take_all = [this]<class Element>(const Element& e) {
+    if constexpr (requires { e.fx; }) add(e.fx), add(e.fy), add(e.moment);
+    if constexpr (requires { e.actuator; }) add(e.actuator);
+    if constexpr (requires { e.voltage; }) add(e.voltage);
+    if constexpr (requires { e.valve; }) add(e.valve), add(e.flow);
+    if constexpr (requires { e.wind_x; }) add(e.wind_x), add(e.wind_y);
+    if constexpr (requires { e.motion; }) add(e.motion.position), add(e.motion.velocity), add(e.motion.acceleration);
+  };
+  for (const auto& force : model.forces) visit(take_all, force.element);
+  for (const auto& driver : model.drivers) visit(take_all, driver.element);
+  for (const auto& controller : model.controllers) add(controller.element.set_point), add(controller.element.bias);
+  values_.resize(functions_.size()), largest_.resize(functions_.size());
+}
+
+void Inputs::add(const Function& f) {
+  if (!is_slow(f)) functions_.push_back(&f);
+}
+
+double Inputs::stop(double t, double planned) {
+  sample_around(t);
+  const double least = least_step(t);
+  double end = t + std::min(planned, window);
+  bool shortened = planned > window;
+  while (!resolves(t, end)) {
+    shortened = true;
+    // Halved, and then back to a sample: the first ones end at corners.
+    const auto first = std::upper_bound(times_.begin(), times_.end(), t + least);
+    const auto after = std::upper_bound(first, times_.end(), t + (end - t) / 2);
+    end = after == first ? *first : *(after - 1);
+  }
+  // A stop beyond the step would still cut the one after it, before that is asked for.
+  return shortened ? end : t + 2 * window;
+}
+
+void Inputs::sample_around(double t) {
+  const double index = std::floor(t / window);
+  if (sampled_ && index == index_) return;
+  const bool next = sampled_ && index == index_ + 1;
+  const auto kept = next ? std::lower_bound(times_.begin(), times_.end(), index * window) : times_.end();
+  const auto dropped = kept - times_.begin();
+  times_.erase(times_.begin(), kept);
+  for (auto& values : values_) values.erase(values.begin(), values.begin() + dropped);
+  if (!next) append_window(index);
+  append_window(index + 1);
+  index_ = index, sampled_ = true;
+  for (std::size_t i = 0; i < functions_.size(); ++i) {
+    largest_[i] = 0;
+    for (const double value : values_[i]) largest_[i] = std::max(largest_[i], std::isnan(value) ? 0 : std::abs(value));
+  }
+}
+
+void Inputs::append_window(double index) {
+  const double begin = index * window;
+  std::vector<double> times;
+  for (double k = 0; k * spacing < window; ++k) times.push_back(begin + k * spacing);
+  for (const Function* f : functions_) append_corners(*f, begin, begin + window, times);
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  for (std::size_t i = 0; i < functions_.size(); ++i)
+    for (const double t : times) values_[i].push_back(value_or_nan(*functions_[i], t));
+  times_.insert(times_.end(), times.begin(), times.end());
+}
+
+bool Inputs::resolves(double t, double end) const {
+  const double least = least_step(t);
+  const auto begin = std::upper_bound(times_.begin(), times_.end(), t + least);
+  const auto from = static_cast<std::size_t>(begin - times_.begin());
+  const auto until = static_cast<std::size_t>(std::lower_bound(begin, times_.end(), end - least) - times_.begin());
+  if (from == until) return true;
+  constexpr double share_of_bend = 2e-3, share_of_largest = 1e-8;
+  for (std::size_t i = 0; i < functions_.size(); ++i) {
+    std::array<double, 5> nodes{};
+    const auto at = [&](double share) { return value_or_nan(*functions_[i], t + share * (end - t)); };
+    for (std::size_t k = 0; k < 5; ++k) nodes[k] = at(static_cast<double>(k) / 4);
+    const Quartic quartic(nodes);
+    double bend = 0, off = 0;
+    const auto compare = [&](double share, double value) {
+      bend = std::max(bend, std::abs(value - (nodes[0] + share * (nodes[4] - nodes[0]))));
+      off = std::max(off, std::abs(value - quartic.at(share)));
+    };
+    for (std::size_t k = from; k < until; ++k) compare((times_[k] - t) / (end - t), values_[i][k]);
+    for (const double share : {0.125, 0.375, 0.625, 0.875}) compare(share, at(share));  // corners may lie on nodes
+    if (off > share_of_bend * bend + share_of_largest * largest_[i]) return false;
+  }
+  return true;
+}
+
+}  // namespace subsoil::mbd

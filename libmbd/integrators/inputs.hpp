@@ -1,0 +1,42 @@
+#pragma once
+
+#include <vector>
+
+#include "libmbd/base/function.hpp"
+#include "libmbd/system/system.hpp"
+
+namespace subsoil::mbd {
+
+/// The inputs of a machine: the functions of time in its forces, drivers and controllers. A variable-step method sees
+/// them only at the ends of its steps, and its error test passes where both ends lie beside a pulse. They are known
+/// ahead, so each is sampled here every `spacing` and at the corners of ramps and tables, once, and a step may only
+/// be as long as the quartic through five points of it agrees with the samples inside: to 2e-3 of the bend in the
+/// step, or 1e-8 of the largest value nearby. A half-sine over a whole step is off by 9e-3. A smooth oscillation allows
+/// 0.7 rad of its phase and more, which the error test does not exceed where it matters. A pulse between two samples
+/// stays unseen.
+class Inputs {
+ public:
+  static constexpr double spacing = 2.5e-4;  ///< s
+  static constexpr double window = 0.5;      ///< s; no step is longer where there are inputs
+
+  explicit Inputs(const Model& model);
+  /// Whether any varies faster than a polynomial.
+  bool any() const { return !functions_.empty(); }
+  /// Where a step from t that wants to be `planned` long has to end at the latest.
+  double stop(double t, double planned);
+
+ private:
+  void add(const Function& f);
+  void sample_around(double t);
+  void append_window(double index);
+  bool resolves(double t, double end) const;
+
+  std::vector<const Function*> functions_;
+  double index_ = 0;  // of the first of the two windows that are sampled
+  bool sampled_ = false;
+  std::vector<double> times_;
+  std::vector<std::vector<double>> values_;  // of each function at times_; NaN where it has none
+  std::vector<double> largest_;              // of each function's |values|
+};
+
+}  // namespace subsoil::mbd

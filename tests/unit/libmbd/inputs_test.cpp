@@ -1,0 +1,89 @@
+// Pulses of functions of time that lie inside what would be one step of a method with its own step control.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "libmbd/drivers/coordinate_driver.hpp"
+#include "libmbd/forces/applied_force.hpp"
+#include "libmbd/forces/spring_damper.hpp"
+#include "libmbd/integrators/adaptive.hpp"
+#include "libmbd/joints/translational.hpp"
+#include "libmbd/machine.hpp"
+
+namespace subsoil::mbd::inputs_test {
+namespace {
+
+constexpr double mass = 2;
+
+Model pushed(Function along_x) {
+  Model m;
+  m.gravity = {0, 0};
+  m.add({.name = "block", .mass = mass, .inertia = 1});
+  m.add("push", AppliedForce{.body = 1, .fx = std::move(along_x)});
+  return m;
+}
+
+ExpressionFunction formula(double (*value)(double)) {
+  return {.text = "f",
+          .unit = "N",
+          .value_ = value,
+          .first_ = value,
+          .second_ = value,
+          .integral_ = value,
+          .double_integral_ = value};
+}
+
+struct Pulse {
+  const char* name;
+  Function force;
+  double impulse;
+  double fastest = 0;  // beside the pulse
+};
+
+class Inputs : public testing::TestWithParam<IntegratorKind> {};
+INSTANTIATE_TEST_SUITE_P(All, Inputs, testing::Values(IntegratorKind::cvode, IntegratorKind::ida));
+
+// The block has the speed impulse/mass afterwards, whatever the intervals asked for: to 1e-7, above what the
+// default tolerances leave of a few steps at corners, and 1e-8 (rtol) of the largest speed.
+TEST_P(Inputs, PulsesOnABlockAtRestGiveItTheirImpulse) {
+  const auto ramps = [](double rise, double hold) {
+    return SumFunction{{RampFunction{.from = 0, .to = 100, .begin = 5, .end = 5 + rise},
+                        RampFunction{.from = 0, .to = -100, .begin = 5 + rise + hold, .end = 5 + 2 * rise + hold}}};
+  };
+  const Pulse pulses[] = {
+      {"ramps of 1 ms around 20 ms", ramps(1e-3, 20e-3), 100 * 21e-3},
+      {"ramps of 10 us", ramps(1e-5, 0), 100 * 1e-5},
+      {"half-sine of 2 ms", formula([](double t) {
+         const double s = t - 5.2;
+         return s > 0 && s < 2e-3 ? 100 * std::sin(std::numbers::pi * s / 2e-3) : 0.0;
+       }),
+       100 * 2 * 2e-3 / std::numbers::pi},
+      {"smooth pulse", formula([](double t) { return 100 * std::exp(-std::pow((t - 5.31) / 2e-3, 2)); }),
+       100 * std::sqrt(std::numbers::pi) * 2e-3},
+      {"on top of a slow swing", SumFunction{{HarmonicFunction{.amplitude = 100, .frequency = 0.1}, ramps(1e-3, 2e-3)}},
+       100 * 3e-3, 160}};
+  for (const Pulse& pulse : pulses)
+    for (const double interval : {10.0, 1e-2}) {
+      Machine machine(pushed(pulse.force), {.integrator = GetParam()});
+      machine.start_from_pose();
+      while (machine.time() < 10 - 1e-6) machine.advance(interval);
+      EXPECT_NEAR(machine.body(1).v.x, pulse.impulse / mass, 1e-7 + 1e-8 * pulse.fastest)
+          << pulse.name << ", every " << interval << " s";
+    }
+}
+
+// A swing that is no more than smooth costs no step beside those of the same motion without the bound.
+TEST_P(Inputs, ASmoothSwingCostsNoStep) {
+  Model m = pushed(formula([](double t) { return 50 * std::sin(7 * t); }));
+  m.add("spring", SpringDamper{.body_a = 0, .body_b = 1, .p_a = {-1, 0}, .stiffness = 200, .damping = 1});
+  Machine machine(std::move(m), {.integrator = GetParam()});
+  machine.start_from_pose();
+  machine.advance(10);
+  const auto& method = dynamic_cast<const Adaptive&>(machine.integrator());
+  EXPECT_LT(method.steps(), GetParam() == IntegratorKind::cvode ? 2000 : 20000);
+}
+
+}  // namespace
+}  // namespace subsoil::mbd::inputs_test
