@@ -20,6 +20,7 @@
 #include "apps/run/signals.hpp"
 #include "apps/run/surface_report.hpp"
 #include "libdem/geometry/world_box.hpp"
+#include "libmbd/integrators/adaptive.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -231,8 +232,14 @@ int RunLoop::loop_alone() {
   const bool looks = crossings_->any() || columns_->has_history();  // between rows
   if (fixed || looks) machine.keep_steps();
   simulation_.end_at(end);
-  double longest = simulation_.step_length();
-  if (looks) longest = std::min(longest, 1e-3);  // of what is looked back into
+  const auto* const adaptive = dynamic_cast<const mbd::Adaptive*>(&machine.integrator());
+  // Of what is looked back into: half a step of the method's own, whose error test has resolved the motion over it.
+  const auto longest = [&] {
+    if (!looks) return simulation_.step_length();
+    const double most = std::min(simulation_.step_length(), 1e-3);
+    if (adaptive == nullptr) return most;
+    return adaptive->last_step() > 0 ? std::clamp(0.5 * adaptive->last_step(), 1e2 * close, most) : 1e-3 * most;
+  };
   for (double t = start_time_, before = t;;) {
     const int signal = signal_to_obey();
     const bool has_middle = columns_->has_history() && t > before;
@@ -261,7 +268,7 @@ int RunLoop::loop_alone() {
     // Fixed steps are looked at each, for the summary's means.
     before = t;
     const double due = std::min({sample_due_.next(), frame_due_.next(), state_due_.next(), end}),
-                 step_end = machine.time() > t + close ? machine.time() : t + longest;
+                 step_end = machine.time() > t + close ? machine.time() : t + longest();
     t = step_end < due - close ? step_end : due;
     if (!reach(t, close, fixed)) return exit_failed;
     count_step(before, t - before);

@@ -38,6 +38,45 @@ const std::vector<std::vector<std::string>> methods{
     {"time.machine.integrator=adams-moulton", "time.machine.step=1 ms", "time.machine.order=6"},
     {"time.machine.integrator=ida"}};
 
+// 1 kHz over 0.5003 s, seen in rows of 1 ms: x' = v cos(w t), F = -(k v/w) sin(w t). Parabolas over half a step of
+// cvode, some 0.25 rad, leave 0.25^4/2880 of an integral of F^2, whose phase is twice that: some 2e-5.
+TEST(RunHistory, OfAFastVibrationIsWhatTheSineSays) {
+  constexpr double w = 2000 * pi, v = 0.02 * pi, k = w * w, end = 0.5003;
+  const RunDirectory dir;
+  const std::string machine = fmt::format(R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {{b: {{mass: 1 kg, inertia: 1 kg m^2, at: 1 0 m, velocity: {:.17g} 0 m/s}}}}
+  joints: {{g: {{translational: [ground, b], at: 1 0 m, along: 1 0}}}}
+  forces: {{k: {{spring-damper: [ground, b], ends: [0 0 m, 1 0 m], stiffness: {:.17g} N/m}}}}
+)",
+                                          v, k);
+  const std::string watches = R"(
+output:
+  watch: {sq: {formula: F*F, of: {F: k.force}, unit: N^2}, isq: {integral: sq}, mx: {maximum: b.vx}, n: {count: b.vx, at: 0 m/s, direction: rising}}
+  crossings: {z: {column: b.vx, at: 0 m/s, direction: rising}}
+)";
+  const double integral = std::pow(k * v / w, 2) * (end / 2 - std::sin(2 * w * end) / (4 * w));
+  for (const char* method : {"cvode", "ida"}) {
+    const std::vector<std::string> set{fmt::format("time.machine.integrator={}", method)};
+    ASSERT_EQ(
+        run_scenario(dir.scenario(machine + fmt::format("time: {{end: {} s}}", end) + watches), dir / method, set),
+        exit_ok);
+    const Series s = read_series(dir / method / "series.csv");
+    EXPECT_NEAR(s.at("isq").back(), integral, 1e-4 * integral) << method;
+    EXPECT_NEAR(s.at("mx").back(), v, 1e-4 * v) << method;
+    EXPECT_EQ(s.at("n").back(), 500) << method;
+    EXPECT_EQ(summary_of(dir / method)["crossings"]["z"]["count"], 500) << method;
+    // |F| = k v/w sin(w t) passes 0.9 of its amplitude first at w t = asin 0.9, from below.
+    const auto out = dir / fmt::format("{}-stop", method);
+    const std::string stop = fmt::format(
+        "time: {{end: {} s, stop when: {{high: {{column: k.force, above: {:.17g} N}}}}}}\n", end, 0.9 * k * v / w);
+    ASSERT_EQ(run_scenario(dir.scenario(machine + stop), out, set), exit_ok);
+    const double at = read_series(out / "series.csv").at("time").back();
+    EXPECT_LT(at, 1e-3) << method << ": within the first period";
+  }
+}
+
 double largest_cosine(double from, double until) {  // of cos(10 t)
   const double first = std::ceil(10 * from / (2 * pi)) * 2 * pi / 10;
   return first <= until ? 1 : std::max(std::cos(10 * from), std::cos(10 * until));
