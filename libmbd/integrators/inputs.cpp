@@ -26,6 +26,9 @@ bool is_slow(const Function& f) {
   return !f.is_set() || f.get_if<ConstantFunction>() || f.get_if<PolynomialFunction>();
 }
 
+/// Of two corners; nearer ones are a jump, which no step resolves (s).
+constexpr double least_distance = 1e-7;
+
 /// Times in [from, until) where a higher derivative jumps.
 void append_corners(const Function& f, double from, double until, std::vector<double>& out) {
   const auto take = [&](double t) {
@@ -34,13 +37,16 @@ void append_corners(const Function& f, double from, double until, std::vector<do
   if (const auto* sum = f.get_if<SumFunction>()) {
     for (const Function& term : sum->terms) append_corners(term, from, until, out);
   } else if (const auto* ramp = f.get_if<RampFunction>()) {
-    take(ramp->begin), take(ramp->end);
+    if (ramp->end - ramp->begin > least_distance) take(ramp->begin), take(ramp->end);
   } else if (const auto* table = f.get_if<TableFunction>()) {
     const double begin = table->times.front(), period = table->times.back() - begin;
     const double first = table->periodic ? std::floor((from - begin) / period) : 0;
     const double last = table->periodic ? std::floor((until - begin) / period) : 0;
+    const std::vector<double>& times = table->times;
+    const auto apart = [&](std::size_t i) { return times[i + 1] - times[i] > least_distance; };
     for (double n = first; n <= last; ++n)
-      for (const double t : table->times) take(t + n * period);
+      for (std::size_t i = 0; i < times.size(); ++i)
+        if ((i == 0 || apart(i - 1)) && (i + 1 == times.size() || apart(i))) take(times[i] + n * period);
   }
 }
 
@@ -121,7 +127,8 @@ void Inputs::sample_around(double t) {
 void Inputs::append_window(double index) {
   const double begin = index * window;
   std::vector<double> times;
-  for (double k = 0; k * spacing < window; ++k) times.push_back(begin + k * spacing);
+  // Not on round numbers, where formulas jump.
+  for (double k = 0.382; k * spacing < window; ++k) times.push_back(begin + k * spacing);
   for (const Function* f : functions_) append_corners(*f, begin, begin + window, times);
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
