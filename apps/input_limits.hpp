@@ -21,7 +21,7 @@ struct InputLimits {
   std::size_t triangles = 1000000;       ///< of a mesh file
   std::size_t bed_rows = 100000000;      ///< of a bed table
   std::size_t array_bytes = std::size_t{16} << 30;  ///< of one array of an HDF5 file
-  std::size_t read_seconds = 30;  ///< of processor time, for one read of an HDF5 file, beside 1 s per 50 MB of it
+  std::size_t read_seconds = 30;     ///< of processor time, for one read of an HDF5 file, beside 1 s per 50 MB of it
   std::size_t read_bytes = 1 << 30;  ///< of memory, for one read of an HDF5 file, beside 1032 times its size
 };
 

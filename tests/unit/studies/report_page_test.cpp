@@ -212,8 +212,8 @@ TEST(Report, AFileThatTheHdf5LibraryComesToNoEndWithIsRefused) {
 }
 
 #ifndef __SANITIZE_ADDRESS__  // whose own memory counts, so that the guard sets no bound
-/// HDF5 1.10.8 takes 1.9 GB for a chunk of this state of 85 kB before it finds it damaged; found by scripts/fuzz. By the
-/// process's own account, of which the test binary is some 50 MB.
+/// HDF5 1.10.8 takes 1.9 GB for a chunk of this state of 85 kB before it finds it damaged; found by scripts/fuzz. By
+/// the process's own account, of which the test binary is some 50 MB.
 TEST(Report, AFileThatAsksForGigabytesIsRefusedWithoutThem) {
   const pid_t child = fork();
   if (child == 0) {
