@@ -150,8 +150,10 @@ void Adaptive::step_on(double end, double stop) {
     beside_singular_ = true;
     return;
   }
-  last_step_ = reached.t - front_;
-  cut_ = stop < asked && reached.t == stop && last_step_ < 0.5 * std::min(planned, Inputs::window);
+  // A step that ended at a stop may have been longer: intervals between stops that follow it must not shrink for ever.
+  const double taken = reached.t - front_;
+  last_step_ = reached.t < stop ? taken : 4 * taken;
+  cut_ = stop < asked && reached.t == stop && taken < 0.5 * std::min(planned, Inputs::window);
   front_ = reached.t, root_ = reached.root;
   if (root_) return;
   if (!follows_partition()) {
@@ -176,7 +178,7 @@ void Adaptive::walk(double end) {
   std::swap(now_, next_);
   flows_.of_elements = walk_flows_;
   if (end - now_.t <= 1e-12 * h) now_.t = end;
-  front_ = now_.t, last_step_ = h;
+  front_ = now_.t, last_step_ = walk_step_;
   const bool passed = event < switches_.count();
   if (passed) take_event(event);
   // On the singular pose itself there is nothing to choose, and nothing to evaluate.

@@ -29,15 +29,20 @@ bool is_slow(const Function& f) {
 /// Of two corners; nearer ones are a jump, which no step resolves (s).
 constexpr double least_distance = 1e-7;
 
-/// Times in [from, until) where a higher derivative jumps.
-void append_corners(const Function& f, double from, double until, std::vector<double>& out) {
-  const auto take = [&](double t) {
-    if (t >= from && t < until) out.push_back(t);
+struct Corners {
+  std::vector<double> resolved, jumps;
+};
+
+/// Times in [from, until) where a higher derivative jumps, or the function itself.
+void append_corners(const Function& f, double from, double until, Corners& out) {
+  const auto take = [&](double t, bool apart) {
+    if (t >= from && t < until) (apart ? out.resolved : out.jumps).push_back(t);
   };
   if (const auto* sum = f.get_if<SumFunction>()) {
     for (const Function& term : sum->terms) append_corners(term, from, until, out);
   } else if (const auto* ramp = f.get_if<RampFunction>()) {
-    if (ramp->end - ramp->begin > least_distance) take(ramp->begin), take(ramp->end);
+    const bool apart = ramp->end - ramp->begin > least_distance;
+    take(ramp->begin, apart), take(ramp->end, apart);
   } else if (const auto* table = f.get_if<TableFunction>()) {
     const double begin = table->times.front(), period = table->times.back() - begin;
     const double first = table->periodic ? std::floor((from - begin) / period) : 0;
@@ -46,7 +51,7 @@ void append_corners(const Function& f, double from, double until, std::vector<do
     const auto apart = [&](std::size_t i) { return times[i + 1] - times[i] > least_distance; };
     for (double n = first; n <= last; ++n)
       for (std::size_t i = 0; i < times.size(); ++i)
-        if ((i == 0 || apart(i - 1)) && (i + 1 == times.size() || apart(i))) take(times[i] + n * period);
+        take(times[i] + n * period, (i == 0 || apart(i - 1)) && (i + 1 == times.size() || apart(i)));
   }
 }
 
@@ -127,11 +132,15 @@ void Inputs::sample_around(double t) {
 void Inputs::append_window(double index) {
   const double begin = index * window;
   std::vector<double> times;
-  // Not on round numbers, where formulas jump.
-  for (double k = 0.382; k * spacing < window; ++k) times.push_back(begin + k * spacing);
-  for (const Function* f : functions_) append_corners(*f, begin, begin + window, times);
+  for (double k = 0; k * spacing < window; ++k) times.push_back(begin + k * spacing);
+  Corners corners;
+  for (const Function* f : functions_) append_corners(*f, begin, begin + window, corners);
+  times.insert(times.end(), corners.resolved.begin(), corners.resolved.end());
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
+  // A step that began on a jump would shorten until it saw the jump's inside.
+  for (const double jump : corners.jumps)
+    std::erase_if(times, [&](double t) { return std::abs(t - jump) <= least_distance; });
   for (std::size_t i = 0; i < functions_.size(); ++i)
     for (const double t : times) values_[i].push_back(value_or_nan(*functions_[i], t));
   times_.insert(times_.end(), times.begin(), times.end());
