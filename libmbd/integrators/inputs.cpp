@@ -136,11 +136,13 @@ void Inputs::append_window(double index) {
   Corners corners;
   for (const Function* f : functions_) append_corners(*f, begin, begin + window, corners);
   times.insert(times.end(), corners.resolved.begin(), corners.resolved.end());
+  // A step that begins on a jump, or a power of two before it, shortens until it sees the jump's inside.
+  for (const double jump : corners.jumps) {
+    std::erase_if(times, [&](double t) { return std::abs(t - jump) < spacing; });
+    times.push_back(jump - 0.382 * spacing);
+  }
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
-  // A step that began on a jump would shorten until it saw the jump's inside.
-  for (const double jump : corners.jumps)
-    std::erase_if(times, [&](double t) { return std::abs(t - jump) <= least_distance; });
   for (std::size_t i = 0; i < functions_.size(); ++i)
     for (const double t : times) values_[i].push_back(value_or_nan(*functions_[i], t));
   times_.insert(times_.end(), times.begin(), times.end());
