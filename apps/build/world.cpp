@@ -119,10 +119,6 @@ void limit_step(StepReport& report, const dem::StableStep& limit, const std::str
     report.limit = {limit.step, limit.cause + ", law between " + between};
 }
 
-}  // namespace
-
-namespace {
-
 /// Impacts of the smallest and the largest spheres on bodies of the machine that are not much heavier than they are.
 void add_yielding(World& world, const Scenario& scenario, const dem::Law& law, const dem::StepQuestion& question,
                   int material, const std::string& between) {

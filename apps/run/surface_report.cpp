@@ -33,10 +33,6 @@ double between(const dem::Bounds& a, const dem::Bounds& b) {
 
 double largest(const Vec3& v) { return std::max({v.x, v.y, v.z}); }
 
-}  // namespace
-
-namespace {
-
 bool is_from_file(const Scenario& scenario, const SurfaceRecord& record) {
   const auto is = [&](const auto& all) {
     return std::any_of(all.begin(), all.end(), [&](const auto& one) {

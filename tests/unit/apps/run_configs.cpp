@@ -60,7 +60,14 @@ TEST_P(Config, IsBuiltAndStepped) {
   if (window.from || window.until) sets.push_back("output.window={from: 0 s}");  // its own lies beyond this end
   ASSERT_EQ(test::run_scenario(config(GetParam()), directory / "out", sets), exit_ok);
   // Random beds have no spheres yet when their step is guessed, so allow for another step.
-  EXPECT_NEAR(test::summary_of(directory / "out")["run"]["steps"].get<double>(), 200, 60);
+  const double steps = test::summary_of(directory / "out")["run"]["steps"].get<double>();
+  EXPECT_GT(steps, 140);
+  // What a machine alone is watched for is looked at within the steps that the method chose, however short.
+  const auto& out = loaded.scenario.output;
+  const bool looks = !world.bed && (!out.watch.empty() || !out.crossings.empty());
+  if (!looks) {
+    EXPECT_LT(steps, 260);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Config, testing::ValuesIn(all_configs()), [](const auto& info) {

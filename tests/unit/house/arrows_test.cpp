@@ -71,7 +71,7 @@ const std::vector<InnerRoom> inner_rooms = {
       "libmbd/elements.hpp"}},
     {"libmbd/measures", {"libmbd/forces/", "libmbd/controllers/", "libmbd/system/"}},
     {"libmbd/assembly/", {"libmbd/base/", "libmbd/system/"}},
-    {"libmbd/integrators/", {"libmbd/elements.hpp", "libmbd/system/", "libmbd/assembly/"}},
+    {"libmbd/integrators/", {"libmbd/base/", "libmbd/elements.hpp", "libmbd/system/", "libmbd/assembly/"}},
     {"libmbd/equilibrium/", {"libmbd/forces/", "libmbd/system/", "libmbd/assembly/", "libmbd/integrators/"}},
     {"libmbd/machine.",
      {"libmbd/elements.hpp", "libmbd/system/", "libmbd/measures", "libmbd/assembly/", "libmbd/integrators/",
