@@ -42,7 +42,7 @@ bool Friction::usual() const {
          rule == FrictionRule::spring_and_dashpot && damping == TangentialDamping::of_law && damping_factor == 1 &&
          std::isnan(c_t) && std::isnan(e_t) && limiting == LimitingForce::of_law && !(rolling_damping_at_limit > 0) &&
          std::isnan(k_r) && std::isnan(c_r) && rolling_rule == FrictionRule::spring_only &&
-         slip_moment_arm == SlipMomentArm::as_force;
+         slip_moment_arm == SlipMomentArm::as_force && !(mu_t > 0);
 }
 
 MomentArmShares Friction::shares(bool pair) const {
