@@ -83,7 +83,8 @@ struct Friction {
   void check() const;
 
   /// What most beds have. Steps that accumulate no losses are compiled for this alone; others take the longer
-  /// kernel of the accumulated ones in every step. Twist is not among it: its branch costs rolling 3 to 5 % of the step.
+  /// kernel of the accumulated ones in every step. Twist is not among it: its branch costs rolling 3 to 5 % of the
+  /// step.
   bool usual() const;
   /// The same when usual(), in words that the compiler can follow.
   Friction as_usual() const {
