@@ -23,10 +23,11 @@ struct Bounds {
   /// From p to the farthest corner.
   double farthest(const Vec3& p) const { return farthest({p, p}); }
   /// Longest way from a point of this box to one of another.
-  double farthest(const Bounds& b) const {
+  double farthest(const Bounds& b) const { return std::sqrt(farthest_squared(b)); }
+  double farthest_squared(const Bounds& b) const {
     Vec3 far;
     for (int d = 0; d < 3; ++d) far[d] = std::max(std::abs(high[d] - b.low[d]), std::abs(b.high[d] - low[d]));
-    return norm(far);
+    return dot(far, far);
   }
   /// Square of the distance from p to the box, 0 inside.
   double distance_squared(const Vec3& p) const {

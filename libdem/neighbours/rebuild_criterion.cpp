@@ -54,7 +54,7 @@ void RebuildCriterion::measure(const ParticleStore& particles, std::span<const B
     measured_.way.push_back(measured_.place.back() - listed_pose_[b].position);
   }
   const auto measure_centres = [&](const auto* records) {
-    return displacement_.measure(measured_.way, threads, [&](std::size_t i) { return records[i].x; });
+    return displacement_.measure(measured_.way, skin_, threads, [&](std::size_t i) { return records[i].x; });
   };
   measured_.found =
       particles.is_mixed() ? measure_centres(particles.mixed()) : measure_centres(particles.spheres().data());

@@ -1,10 +1,11 @@
 #include "libdem/neighbours/relative_displacement.hpp"
 
 #include <limits>
+#include <utility>
 
 namespace subsoil::dem {
 
-double RelativeDisplacement::include(const Bounds& of_cell, std::span<const Vec3> boundaries, Slab& found) {
+void RelativeDisplacement::include(const Bounds& of_cell, std::span<const Vec3> boundaries, Layer& found) {
   const double gone = of_cell.farthest(Vec3{});
   found.gone = std::max(found.gone, gone);
   for (std::size_t k = 0; k < boundaries.size(); ++k) {
@@ -12,16 +13,40 @@ double RelativeDisplacement::include(const Bounds& of_cell, std::span<const Vec3
     const bool stays = way.x == 0 && way.y == 0 && way.z == 0;  // most do
     found.against[k] = std::max(found.against[k], stays ? gone : of_cell.farthest(way));
   }
-  return gone;
 }
 
-RelativeDisplacement::Found RelativeDisplacement::of_all(std::size_t boundaries) {
-  const std::span<double> against = of_slab(slabs_.size(), boundaries);
+bool RelativeDisplacement::may_part(int a, int b, int c, double known) const {
+  const Bounds& own = cubes_[cube_index(a, b, c)];
+  if (own.empty() || own.farthest(Vec3{}) <= 0.25 * skin_) return false;
+  const Cells near = around(cells_of_cube(a, b, c));
+  // Numbers of cubes do not run on as those of cells do: a cell's cube is asked for once its own is known.
+  int before[3] = {-1, -1, -1};
+  for (int i = near.of[0].first; i <= near.of[0].last; ++i) {
+    const int x = cell(i, 0) / kCube;
+    if (std::exchange(before[0], x) == x) continue;
+    before[1] = -1;
+    for (int j = near.of[1].first; j <= near.of[1].last; ++j) {
+      const int y = cell(j, 1) / kCube;
+      if (std::exchange(before[1], y) == y) continue;
+      before[2] = -1;
+      for (int k = near.of[2].first; k <= near.of[2].last; ++k) {
+        const int z = cell(k, 2) / kCube;
+        if (std::exchange(before[2], z) == z) continue;
+        const Bounds& other = cubes_[cube_index(x, y, z)];
+        if (!other.empty() && own.farthest(other) > known) return true;
+      }
+    }
+  }
+  return false;
+}
+
+RelativeDisplacement::Found RelativeDisplacement::of_all(double parted, std::size_t boundaries) {
+  const std::span<double> against = of_layer(layers_.size(), boundaries);
   std::fill(against.begin(), against.end(), 0.0);
-  Found out{.parted = 0.5 * skin_, .gone = 0, .against = against};
-  for (const Slab& slab : slabs_) {
-    out.parted = std::max(out.parted, slab.parted), out.gone = std::max(out.gone, slab.gone);
-    for (std::size_t k = 0; k < boundaries; ++k) against[k] = std::max(against[k], slab.against[k]);
+  Found out{.parted = parted, .gone = 0, .against = against};
+  for (const Layer& layer : layers_) {
+    out.gone = std::max(out.gone, layer.gone);
+    for (std::size_t k = 0; k < boundaries; ++k) against[k] = std::max(against[k], layer.against[k]);
   }
   // Of both ends of a way one is a float.
   Vec3 size{};

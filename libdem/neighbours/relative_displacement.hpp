@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <span>
 #include <utility>
 #include <vector>
@@ -32,8 +33,9 @@ class RelativeDisplacement {
   void begin(Grid grid, double skin, std::size_t count, std::size_t boundaries, int threads, const Centre& centre) {
     grid_ = std::move(grid), skin_ = skin;
     was_.renew(count);
-    slabs_.resize(static_cast<std::size_t>(grid_.n[0]));
-    against_.resize((slabs_.size() + 1) * boundaries);
+    layers_.resize(static_cast<std::size_t>(cubes(0)));
+    cubes_.resize(layers_.size() * static_cast<std::size_t>(cubes(1) * cubes(2)));
+    against_.resize((layers_.size() + 1) * boundaries);
     const auto number = static_cast<long>(count);
 #pragma omp parallel for num_threads(threads) schedule(static)
     for (long k = 0; k < number; ++k) {
@@ -48,43 +50,79 @@ class RelativeDisplacement {
   /// What was measured before a restart. @param next reads one number
   template <class Next>
   Found found_again(double parted, double gone, std::size_t boundaries, const Next& next) {
-    const std::span<double> against = of_slab(slabs_.size(), boundaries);
+    const std::span<double> against = of_layer(layers_.size(), boundaries);
     for (double& x : against) x = next();
     return {.parted = parted, .gone = gone, .against = against};
   }
 
   /// @param boundaries their ways since the lists were built
+  /// @param enough when `parted` is above it, nobody asks by how much: the rest is left out
   /// @return valid until the next is measured
   template <class Centre>
-  Found measure(std::span<const Vec3> boundaries, int threads, const Centre& centre) {
-    // Of two spheres that parted by more than half the skin one went more than a quarter of it: few cells have such.
-    // Ways are worked out again for the neighbours of these: to keep those of all cells would take longer.
-    const double far = 0.25 * skin_;
+  Found measure(std::span<const Vec3> boundaries, double enough, int threads, const Centre& centre) {
+    const int layers = cubes(0);
 #pragma omp parallel for num_threads(threads) schedule(dynamic, 1)
-    for (int a = 0; a < grid_.n[0]; ++a) {
-      Slab slab{.parted = 2 * far, .gone = 0, .against = of_slab(static_cast<std::size_t>(a), boundaries.size())};
-      std::fill(slab.against.begin(), slab.against.end(), 0.0);
-      for (int b = 0; b < grid_.n[1]; ++b)
-        for (int c = 0; c < grid_.n[2]; ++c) {
-          const Bounds of_cell = ways(grid_.index(a, b, c), centre);
-          if (of_cell.empty()) continue;
-          if (include(of_cell, boundaries, slab) > far)
-            slab.parted = std::max(slab.parted, parted_around(of_cell, a, b, c, centre));
-        }
-      slabs_[static_cast<std::size_t>(a)] = slab;
-    }
-    return of_all(boundaries.size());
+    for (int a = 0; a < layers; ++a) layers_[static_cast<std::size_t>(a)] = measure_layer(a, boundaries, centre);
+    // Of two spheres that parted by more than half the skin one went more than a quarter of it.
+    std::atomic<double> parted = 0.5 * skin_;
+#pragma omp parallel for num_threads(threads) schedule(dynamic, 1)
+    for (int a = 0; a < layers; ++a)
+      if (layers_[static_cast<std::size_t>(a)].gone > 0.25 * skin_) compare_layer(a, enough, centre, parted);
+    return of_all(parted, boundaries.size());
   }
 
  private:
-  struct Slab {
-    double parted, gone;
+  static constexpr int kCube = 4;    ///< cells along an edge of a cube, by which those that move alike are passed over
+  static constexpr int kMargin = 2;  ///< how many cells apart spheres of a pair may have been, and one more:
+  static constexpr int kAround = kMargin + 1;  ///< across a periodic side, since the last cell may end short
+
+  /// Cubes with the same first coordinate.
+  struct Layer {
+    double gone;
     std::span<double> against;
   };
-  /// After the last slab that of all together.
-  std::span<double> of_slab(std::size_t slab, std::size_t boundaries) {
-    return std::span(against_).subspan(slab * boundaries, boundaries);
+  /// After the last layer that of all together.
+  std::span<double> of_layer(std::size_t layer, std::size_t boundaries) {
+    return std::span(against_).subspan(layer * boundaries, boundaries);
   }
+
+  /// Cells or cubes along an axis, ends included; across a periodic side numbers run on.
+  struct Range {
+    int first, last;
+  };
+  int cubes(int axis) const { return (grid_.n[axis] + kCube - 1) / kCube; }
+  Range cells_of(int cube, int axis) const {
+    return {kCube * cube, std::min(kCube * (cube + 1), grid_.n[axis]) - 1};
+  }
+  Range around(Range cells, int axis) const {
+    const int end = grid_.n[axis] - 1;
+    return {cells.first >= kMargin ? cells.first - kMargin : grid_.around[axis] ? cells.first - kAround : 0,
+            cells.last + kMargin <= end ? cells.last + kMargin : grid_.around[axis] ? cells.last + kAround : end};
+  }
+  /// Of a number that ran on.
+  int cell(int k, int axis) const {
+    const int n = grid_.n[axis];
+    return k < 0 ? std::max(k + n, 0) : k < n ? k : std::min(k - n, n - 1);
+  }
+  std::size_t cube_index(int a, int b, int c) const {
+    return (static_cast<std::size_t>(a) * static_cast<std::size_t>(cubes(1)) + static_cast<std::size_t>(b)) *
+               static_cast<std::size_t>(cubes(2)) +
+           static_cast<std::size_t>(c);
+  }
+  struct Cells {
+    Range of[3];
+    /// use(a, b, c) of each.
+    template <class Use>
+    void each(const Use& use) const {
+      for (int a = of[0].first; a <= of[0].last; ++a)
+        for (int b = of[1].first; b <= of[1].last; ++b)
+          for (int c = of[2].first; c <= of[2].last; ++c) use(a, b, c);
+    }
+  };
+  Cells around(const Cells& cells) const {
+    return {{around(cells.of[0], 0), around(cells.of[1], 1), around(cells.of[2], 2)}};
+  }
+  Cells cells_of_cube(int a, int b, int c) const { return {{cells_of(a, 0), cells_of(b, 1), cells_of(c, 2)}}; }
 
   template <class Centre>
   Bounds ways(std::size_t cell, const Centre& centre) const {
@@ -97,39 +135,76 @@ class RelativeDisplacement {
     return out;
   }
 
-  /// Of a cell and those up to two away from it. Spheres of cells that are farther apart were more than two cells from
-  /// each other: they touch only when they have come nearer by a sphere's diameter and the skin twice over, which none
-  /// does that is within the skin of its place.
   template <class Centre>
-  double parted_around(const Bounds& own, int a, int b, int c, const Centre& centre) const {
-    // Around a periodic side one more, since the last cell may end short.
-    const auto from = [&](int k, int axis) { return k >= 2 ? k - 2 : grid_.around[axis] ? k - 3 : 0; };
-    const auto to = [&](int k, int axis) {
-      const int last = grid_.n[axis] - 1;
-      return k + 2 <= last ? k + 2 : grid_.around[axis] ? k + 3 : last;
-    };
-    const auto cell = [&](int k, int axis) {
-      const int n = grid_.n[axis];
-      return k < 0 ? std::max(k + n, 0) : k < n ? k : std::min(k - n, n - 1);
-    };
-    double parted = 0;
-    for (int i = from(a, 0); i <= to(a, 0); ++i)
-      for (int j = from(b, 1); j <= to(b, 1); ++j)
-        for (int k = from(c, 2); k <= to(c, 2); ++k)
-          if (const Bounds other = ways(grid_.index(cell(i, 0), cell(j, 1), cell(k, 2)), centre); !other.empty())
-            parted = std::max(parted, own.farthest(other));
-    return parted;
+  Layer measure_layer(int a, std::span<const Vec3> boundaries, const Centre& centre) {
+    Layer layer{.gone = 0, .against = of_layer(static_cast<std::size_t>(a), boundaries.size())};
+    std::fill(layer.against.begin(), layer.against.end(), 0.0);
+    for (int b = 0; b < cubes(1); ++b)
+      for (int c = 0; c < cubes(2); ++c) {
+        Bounds all;
+        cells_of_cube(a, b, c).each([&](int i, int j, int k) {
+          const Bounds of_cell = ways(grid_.index(i, j, k), centre);
+          if (of_cell.empty()) return;
+          include(of_cell, boundaries, layer);
+          all.include(of_cell);
+        });
+        cubes_[cube_index(a, b, c)] = all;
+      }
+    return layer;
   }
 
-  /// Returns the longest way of its spheres.
-  static double include(const Bounds& of_cell, std::span<const Vec3> boundaries, Slab& found);
-  Found of_all(std::size_t boundaries);
+  template <class Centre>
+  void compare_layer(int a, double enough, const Centre& centre, std::atomic<double>& parted) const {
+    for (int b = 0; b < cubes(1); ++b)
+      for (int c = 0; c < cubes(2); ++c) {
+        const double before = parted.load(std::memory_order_relaxed);
+        if (before > enough) return;
+        if (!may_part(a, b, c, before)) continue;
+        const double here = parted_around(cells_of_cube(a, b, c), before, centre);
+        for (double most = before; here > most && !parted.compare_exchange_weak(most, here);) {
+        }
+      }
+  }
+
+  /// Whether a sphere of a cube and one of its surroundings may have parted by more than is known.
+  bool may_part(int a, int b, int c, double known) const;
+
+  /// Of the cells of a cube and those up to two away from them; `known` if none parted by more. Spheres of cells that
+  /// are farther apart were more than two cells from each other: they touch only when they have come nearer by a
+  /// sphere's diameter and the skin twice over, which none does that is within the skin of its place.
+  template <class Centre>
+  double parted_around(const Cells& cube, double known, const Centre& centre) const {
+    constexpr int width = kCube + 2 * kAround;
+    std::array<Bounds, width * width * width> ways_of;  // of all that are read: worked out once
+    const Cells near = around(cube);
+    const auto place = [&](int a, int b, int c) -> Bounds& {
+      const int i = a - near.of[0].first, j = b - near.of[1].first, k = c - near.of[2].first;
+      return ways_of[static_cast<std::size_t>((i * width + j) * width + k)];
+    };
+    near.each([&](int a, int b, int c) {
+      place(a, b, c) = ways(grid_.index(cell(a, 0), cell(b, 1), cell(c, 2)), centre);
+    });
+    double squared = 0;
+    cube.each([&](int a, int b, int c) {
+      const Bounds own = place(a, b, c);
+      if (own.empty() || own.farthest(Vec3{}) <= 0.25 * skin_) return;
+      around(Cells{{{a, a}, {b, b}, {c, c}}}).each([&](int i, int j, int k) {
+        const Bounds& other = place(i, j, k);
+        if (!other.empty()) squared = std::max(squared, own.farthest_squared(other));
+      });
+    });
+    return std::max(known, std::sqrt(squared));
+  }
+
+  static void include(const Bounds& of_cell, std::span<const Vec3> boundaries, Layer& found);
+  Found of_all(double parted, std::size_t boundaries);
 
   Grid grid_;
   double skin_ = 0;
   Buffer<std::array<double, 3>> was_;  ///< centres when the lists were built
-  std::vector<Slab> slabs_;            ///< cells across the longest side of the grid
-  std::vector<double> against_;        ///< of each slab, then of all together, by boundary
+  std::vector<Bounds> cubes_;          ///< of the ways of all spheres of a cube of cells
+  std::vector<Layer> layers_;          ///< across the longest side of the grid
+  std::vector<double> against_;        ///< of each layer, then of all together, by boundary
 };
 
 }  // namespace subsoil::dem

@@ -32,7 +32,7 @@ struct Cloud {
 
   RelativeDisplacement::Found measure(const std::vector<Vec3>& ways, const std::vector<Vec3>& boundaries, int threads) {
     displacement.begin(grid, kSkin, at.size(), boundaries.size(), threads, [&](std::size_t i) { return at[i]; });
-    return displacement.measure(boundaries, threads, [&](std::size_t i) { return at[i] + ways[i]; });
+    return displacement.measure(boundaries, Bounds::infinity, threads, [&](std::size_t i) { return at[i] + ways[i]; });
   }
 };
 
