@@ -82,20 +82,20 @@ template <class T, int D>
     const T scaled = in_unit_of_squares(g[d]);
     g2 = g2 + scaled * scaled;
     x2 = x2 + x[d] * x[d];
-    along = along + x0[d] * g[d];
     rate = rate + v[d] * g[d];
   }
   const T limit = select(slipping_before > half, limit_kinetic, limit_static);
   const T scaled_limit = in_unit_of_squares(limit);
   const auto slip = g2 > scaled_limit * scaled_limit;
-  const T inverse = in_unit_of_squares(rsqrt(max(g2, T(SquareRange<T>::least))));  // 1/|g|
-  const T scale = select(slip, limit_kinetic * inverse, one);
-  const T over = (one - scale) * soft;
-  T back;  // a/|g|; 0 while it sticks
-  if (cap.set_back)
-    back = select(in_contact, max(zero, over), zero);
-  else
-    back = max(zero, min(over, along * inverse * inverse));
+  T inverse = zero, scale = one;
+  T back = zero;  // a/|g|; 0 while it sticks
+  if (any(slip)) {  // most contacts of a bed stick: a tenth of the step with rolling resistance
+    inverse = in_unit_of_squares(rsqrt(max(g2, T(SquareRange<T>::least))));  // 1/|g|
+    scale = select(slip, limit_kinetic * inverse, one);
+    const T over = (one - scale) * soft;
+    for (int d = 0; d < D; ++d) along = along + x0[d] * g[d];
+    back = cap.set_back ? select(in_contact, max(zero, over), zero) : max(zero, min(over, along * inverse * inverse));
+  }
   const T share = cap.together ? zero : select(slip, T(cap.kept), one);
   out.slipping = select(both(in_contact, slip), one, zero);
   T power = zero;

@@ -91,13 +91,15 @@ class RelativeDisplacement {
     int first, last;
   };
   int cubes(int axis) const { return (grid_.n[axis] + kCube - 1) / kCube; }
-  Range cells_of(int cube, int axis) const {
-    return {kCube * cube, std::min(kCube * (cube + 1), grid_.n[axis]) - 1};
-  }
+  Range cells_of(int cube, int axis) const { return {kCube * cube, std::min(kCube * (cube + 1), grid_.n[axis]) - 1}; }
   Range around(Range cells, int axis) const {
     const int end = grid_.n[axis] - 1;
-    return {cells.first >= kMargin ? cells.first - kMargin : grid_.around[axis] ? cells.first - kAround : 0,
-            cells.last + kMargin <= end ? cells.last + kMargin : grid_.around[axis] ? cells.last + kAround : end};
+    return {cells.first >= kMargin ? cells.first - kMargin
+            : grid_.around[axis]   ? cells.first - kAround
+                                   : 0,
+            cells.last + kMargin <= end ? cells.last + kMargin
+            : grid_.around[axis]        ? cells.last + kAround
+                                        : end};
   }
   /// Of a number that ran on.
   int cell(int k, int axis) const {
@@ -181,9 +183,8 @@ class RelativeDisplacement {
       const int i = a - near.of[0].first, j = b - near.of[1].first, k = c - near.of[2].first;
       return ways_of[static_cast<std::size_t>((i * width + j) * width + k)];
     };
-    near.each([&](int a, int b, int c) {
-      place(a, b, c) = ways(grid_.index(cell(a, 0), cell(b, 1), cell(c, 2)), centre);
-    });
+    near.each(
+        [&](int a, int b, int c) { place(a, b, c) = ways(grid_.index(cell(a, 0), cell(b, 1), cell(c, 2)), centre); });
     double squared = 0;
     cube.each([&](int a, int b, int c) {
       const Bounds own = place(a, b, c);

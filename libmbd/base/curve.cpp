@@ -136,6 +136,12 @@ Curve::Support Curve::support(double beta) const {
   return {dot(c.point, m), dot(c.point, turned(m)), -across * across / dot(c.second, m) - dot(c.point, m), c.point};
 }
 
+double Curve::reach() const {
+  double most = 0;
+  for (const Sample& s : samples_) most = std::max(most, length(s.point));
+  return most;
+}
+
 Curve::Curvatures Curve::curvatures() const {
   Curvatures found{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(), 0, 0};
   for (const Sample& s : samples_) {

@@ -45,6 +45,8 @@ class Curve {
   };
   Support support(double beta) const;
 
+  /// Distance of its farthest sample from the origin of its axes (m).
+  double reach() const;
   /// Smallest and largest curvature of the samples (1/m), positive to the left, and the parameters of them.
   struct Curvatures {
     double least, largest, least_at, largest_at;

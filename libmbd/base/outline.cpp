@@ -214,6 +214,14 @@ void Outline::all_inside(Vec2 w, const OfPolygon& nearest, Nears& out) const {
   for (i = after(nearest.side); !convex_[i] && seen < n; ++seen, i = after(i)) take(i);
 }
 
+double Outline::reach() const {
+  double most = 0;
+  if (kind_ == Kind::flat || (kind_ == Kind::curve && !closed_)) most = std::numeric_limits<double>::infinity();
+  if (kind_ == Kind::curve && closed_) most = length(centre_) + curve_->reach();
+  for (const Corner& c : corners_) most = std::max(most, length(c.centre) + c.radius);
+  return most;
+}
+
 Vec2 Outline::farthest(Vec2 m) const { return centre_ + curve_->support(std::atan2(m.y, m.x)).point; }
 
 double Outline::narrowest_hollow() const {

@@ -75,6 +75,8 @@ class Outline {
   /// Of such a curve: its farthest point along the unit vector m, and a point inside.
   Vec2 farthest(Vec2 m) const;
   Vec2 middle() const { return middle_; }
+  /// Distance of its farthest point from the body's origin (m); infinity of a flat and of an open curve.
+  double reach() const;
   /// Radius of the narrowest hollow of a curve (m); infinity without one.
   double narrowest_hollow() const;
 

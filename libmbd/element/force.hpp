@@ -68,8 +68,10 @@ struct ForceMembers {
   bool check = false;                 ///< check(): refuses parameters, by std::invalid_argument
   bool prepare = false;               ///< prepare(): makes what its parameters say ready for use
   bool initialise_from_pose = false;  ///< initialise_from_pose(scene): what the start pose decides
-  bool gap = false;                   ///< gap(scene): on whose sign the law depends, > 0 open, < 0 in contact
-  bool gaps = false;                  ///< gap_count(), gaps(scene, out): such gaps, one per point that may touch
+  bool gap = false;                   ///< gap(scene): on whose sign the law depends, > 0 open, < 0 in contact;
+                                      ///< gap_speed(scene): a bound on how fast it changes
+  bool gaps = false;                  ///< gap_count(), gaps(scene, out): such gaps, one per point that may touch;
+                                      ///< gap_speed(scene) of them all
   bool stick = false;                 ///< can_stick(), hold(scene), pass_event(scene): friction that comes to rest
   bool trace = false;                 ///< begin_trace(scene), memory(), set_memory(m): what a restart needs
   bool rut = false;                   ///< track, rut, commit(scene, ruts): accepted states change the ground
@@ -123,10 +125,12 @@ concept ForceHas = F::has.check == requires(const F f) {
 &&F::has.initialise_from_pose == requires(F f, const Scene scene) { f.initialise_from_pose(scene); }
 &&F::has.gap == requires(const F f, const Scene scene) {
   { f.gap(scene) } -> std::same_as<double>;
+  { f.gap_speed(scene) } -> std::same_as<double>;
 }
 &&F::has.gaps == requires(const F f, const Scene scene, std::span<double> out) {
   { f.gap_count() } -> std::same_as<std::size_t>;
   f.gaps(scene, out);
+  { f.gap_speed(scene) } -> std::same_as<double>;
 }
 &&F::has.stick == Sticks<F>&& F::has.trace == Traces<F>&& F::has.rut == Ruts<F>&& F::has.towing_spin ==
     requires(const F f) {

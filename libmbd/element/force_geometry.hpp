@@ -38,4 +38,10 @@ inline Vec2 velocity_against(const Scene& scene, int body_a, int body_b, Vec2 at
   return b.velocity_at(at - b.r) - a.velocity_at(at - a.r);
 }
 
+/// Bound on the speed at which b's points within `reach` of its origin move against a (m/s).
+inline double speed_against(const Scene& scene, int body_a, int body_b, double reach) {
+  const BodyState &a = body_of(scene, body_a), &b = body_of(scene, body_b);
+  return length(velocity_against(scene, body_a, body_b, b.r)) + std::abs(b.omega - a.omega) * reach;
+}
+
 }  // namespace subsoil::mbd

@@ -43,6 +43,9 @@ struct DiskContact {
   }
 
   double gap(const Scene& scene) const { return touch(scene).gap; }
+  double gap_speed(const Scene& scene) const {
+    return speed_against(scene, body_a, body_b, std::hypot(p_b[0], p_b[1]));
+  }
 
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
     return law.push(scene, body_a, body_b, touch(scene), loads, values);

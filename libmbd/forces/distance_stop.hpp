@@ -30,6 +30,9 @@ struct DistanceStop {
   }
 
   double gap(const Scene& scene) const { return limits.gap(line(scene).length); }
+  double gap_speed(const Scene& scene) const {
+    return speed_against(scene, body_a, body_b, std::hypot(p_b[0], p_b[1]));
+  }
 
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
     const LineOfAction l = line(scene);

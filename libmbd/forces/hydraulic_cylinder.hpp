@@ -117,6 +117,9 @@ struct HydraulicCylinder {
     const double x = line(scene).length - closed;
     return std::min(x, stroke - x);
   }
+  double gap_speed(const Scene& scene) const {
+    return speed_against(scene, body_a, body_b, std::hypot(p_b[0], p_b[1]));
+  }
 
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
     const LineOfAction l = line(scene);

@@ -71,6 +71,15 @@ void OutlineContact::gaps(const Scene& scene, std::span<double> out) const {
   }
 }
 
+/// A place belongs to both bodies; only flats and open curves go on without end.
+double OutlineContact::gap_speed(const Scene& scene) const {
+  double most = 0;
+  if (std::isfinite(outline_a->reach())) most = speed_against(scene, body_b, body_a, outline_a->reach());
+  if (std::isfinite(outline_b->reach()))
+    most = std::max(most, speed_against(scene, body_a, body_b, outline_b->reach()));
+  return most;
+}
+
 void OutlineContact::touch(const Scene& scene, const Place& place, Touches& out) const {
   const Outline &own = place.of_second ? *outline_b : *outline_a, &seen = place.of_second ? *outline_a : *outline_b;
   const BodyState &owner = body_of(scene, place.of_second ? body_b : body_a),

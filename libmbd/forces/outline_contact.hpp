@@ -50,6 +50,7 @@ struct OutlineContact {
 
   std::size_t gap_count() const;
   void gaps(const Scene& scene, std::span<double> out) const;
+  double gap_speed(const Scene& scene) const;
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const;
 
  private:

@@ -25,6 +25,9 @@ struct RotationalStop {
   void check() const { limits.check(); }
 
   double gap(const Scene& scene) const { return limits.gap(angle(scene)); }
+  double gap_speed(const Scene& scene) const {
+    return std::abs(body_of(scene, body_b).omega - body_of(scene, body_a).omega);
+  }
 
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
     const double theta = angle(scene), rate = body_of(scene, body_b).omega - body_of(scene, body_a).omega;

@@ -32,6 +32,9 @@ struct SlideStop {
   double gap(const Scene& scene) const {
     return limits.gap(dot(direction(body_of(scene, body_a)), span(body_of(scene, body_a), body_of(scene, body_b))));
   }
+  double gap_speed(const Scene& scene) const {
+    return speed_against(scene, body_a, body_b, std::hypot(p_b[0], p_b[1]));
+  }
 
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
     const BodyState &a = body_of(scene, body_a), &b = body_of(scene, body_b);

@@ -67,7 +67,7 @@ void Adaptive::restart() {
     build();
   }
   begin();
-  front_ = now_.t, root_ = false, cut_ = false;
+  front_ = now_.t, root_ = false, cut_ = false, hidden_here_ = {};
   walking_ = false, beside_singular_ = partition_.near_singular();
 }
 
@@ -79,7 +79,12 @@ void Adaptive::read_consistent(double t) {
 
 void Adaptive::pass_event() {
   read_consistent(front_);
-  root_directions(directions_);
+  if (hidden_here_) {
+    std::fill(directions_.begin(), directions_.end(), 0);
+    directions_[*hidden_here_] = -1;
+  } else {
+    root_directions(directions_);
+  }
   // The side is kept here, so that a zero which rounding shows twice after a restart counts once.
   const bool splits = system_.has_joint_events();
   if (splits) keep_end();
@@ -87,6 +92,40 @@ void Adaptive::pass_event() {
     if (directions_[i] * switches_.side(i) < 0) take_event(i);
   restart();
   if (splits) keep_begin();
+}
+
+// At the state that now_ is.
+void Adaptive::sample_gaps(HiddenContacts::Sample& out) {
+  out.t = now_.t, out.gaps.resize(switches_.count()), out.speeds.resize(switches_.count());
+  system_.set_state(now_.t, now_.q, now_.velocity);
+  switches_.gaps(out.gaps);
+  switches_.gap_speeds(out.speeds);
+}
+
+// When a contact has closed and opened again in the step from `begin` to front_, puts front_ where it closed.
+void Adaptive::stop_at_hidden_contact(double begin) {
+  next_ = now_, walk_flows_ = flows_.of_elements;
+  const auto look = [&](HiddenContacts::Sample& sample) {
+    read_consistent(sample.t);
+    sample_gaps(sample);
+  };
+  if (step_end_.t != begin || step_end_.gaps.empty()) step_end_.t = begin, look(step_end_);
+  std::swap(step_begin_, step_end_);
+  read(front_);  // at the end of a step no projection is needed to say how wide gaps are
+  now_.t = front_;
+  sample_gaps(step_end_);
+  const auto found = hidden_.find(switches_, system_.length_scale(), step_begin_, step_end_, look);
+  if (found) {
+    const auto at = [&](double share) { return found->open + share * (found->closed - found->open); };
+    const auto gap = [&](double share) {
+      HiddenContacts::Sample sample{.t = at(share)};
+      look(sample);
+      return sample.gaps[found->which];
+    };
+    front_ = at(locate_crossing(gap, 1, gap(0), gap(1)));
+    hidden_here_ = found->which, root_ = true;
+  }
+  now_ = next_, flows_.of_elements = walk_flows_;
 }
 
 void Adaptive::on_advance(double h) {
@@ -154,7 +193,9 @@ void Adaptive::step_on(double end, double stop) {
   const double taken = reached.t - front_;
   last_step_ = reached.t < stop ? taken : 4 * taken;
   cut_ = stop < asked && reached.t == stop && taken < 0.5 * std::min(planned, Inputs::window);
-  front_ = reached.t, root_ = reached.root;
+  const double begin = std::exchange(front_, reached.t);
+  root_ = reached.root;
+  if (watches_switches()) stop_at_hidden_contact(begin);
   if (root_) return;
   if (!follows_partition()) {
     read_consistent(front_);

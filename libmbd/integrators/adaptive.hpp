@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "libmbd/integrators/hidden_contacts.hpp"
 #include "libmbd/integrators/inputs.hpp"
 #include "libmbd/integrators/integrator.hpp"
 #include "libmbd/integrators/runge_kutta.hpp"
@@ -72,6 +73,8 @@ class Adaptive : public Integrator {
   void restart();
   void read_consistent(double t);
   void pass_event();
+  void sample_gaps(HiddenContacts::Sample& out);
+  void stop_at_hidden_contact(double begin);
   bool try_step(double end, double stop, Reached& reached);
   void step_on(double end, double stop);
   void walk(double end);
@@ -92,6 +95,9 @@ class Adaptive : public Integrator {
   bool coupled_ = false;
   long wrench_changes_ = 0;
   std::vector<int> directions_;
+  HiddenContacts hidden_;
+  HiddenContacts::Sample step_begin_, step_end_;
+  std::optional<std::size_t> hidden_here_;  ///< what closes at front_, of which the method knows no root
 
   RungeKutta walker_;
   bool beside_singular_ = false;  // at front_

@@ -58,6 +58,18 @@ void Switches::gaps(std::span<double> out, const Eigen::VectorXd* acceleration, 
         system_.model().forces[forces_[i]].element);
 }
 
+void Switches::gap_speeds(std::span<double> out) const {
+  const Scene scene = system_.scene();
+  for (std::size_t i = 0; i < count(); ++i) {
+    const auto bound = [&]<class Force>(const Force& force) {
+      if constexpr (Force::has.gap || Force::has.gaps) return force.gap_speed(scene);
+      return 0.0;
+    };
+    const bool next = i > 0 && !of_joint(i) && forces_[i] == forces_[i - 1];  // one bound for all gaps of a force
+    out[i] = of_joint(i) ? 0 : next ? out[i - 1] : visit(bound, system_.model().forces[forces_[i]].element);
+  }
+}
+
 void Switches::take_sides() {
   gaps(work_);
   for (std::size_t i = 0; i < count(); ++i) sides_[i] = work_[i] < 0 && !of_friction(i) ? -1 : 1;

@@ -27,8 +27,8 @@ struct Event {
 /// angle on whose sign the force's law depends: > 0 open, < 0 in contact; with several of them, `gaps`; or with `double
 /// hold(const Scene&) const`, which falls through 0 where friction changes between sliding and sticking, told by
 /// `pass_event(const Scene&)`. Smooth methods keep their order only between the zeros of these; a zero is located, the
-/// method restarted there, the event counted. Contacts that close and open again within one step leave no change of
-/// sign and are not seen.
+/// method restarted there, the event counted. A contact that closes and opens again within one step leaves no change of
+/// sign: integrators with a dense output look for it inside the step (HiddenContacts).
 class Switches {
  public:
   explicit Switches(const System& system);
@@ -45,6 +45,9 @@ class Switches {
   /// are asked with accelerations and multipliers of that state; without them they count as far away.
   void gaps(std::span<double> out, const Eigen::VectorXd* acceleration = nullptr,
             const Eigen::VectorXd* lambda = nullptr) const;
+
+  /// Bounds on how fast gaps change at the state set last (m/s, rad/s); 0 for what is no gap.
+  void gap_speeds(std::span<double> out) const;
 
   /// Sides begin as the gaps at the state set last have them (0 counts as open).
   void take_sides();

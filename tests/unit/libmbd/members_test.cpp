@@ -54,8 +54,14 @@ struct Push {
 struct MisspeltGap : Push {
   static constexpr ForceMembers has{.gap = true};
   double gap_(const Scene&) const { return 1; }
+  double gap_speed(const Scene&) const { return 1; }
 };
 struct UnstatedGap : Push {
+  double gap(const Scene&) const { return 1; }
+  double gap_speed(const Scene&) const { return 1; }
+};
+struct GapWithoutSpeed : Push {
+  static constexpr ForceMembers has{.gap = true};
   double gap(const Scene&) const { return 1; }
 };
 struct HalfATrace : Push {
@@ -65,6 +71,7 @@ struct HalfATrace : Push {
 };
 static_assert(IsForce<Push>);
 static_assert(!IsForce<MisspeltGap>);
+static_assert(!IsForce<GapWithoutSpeed>);
 static_assert(!IsForce<UnstatedGap>);
 static_assert(!IsForce<HalfATrace>);
 
