@@ -115,7 +115,10 @@ void Columns::add_formula(const Watch& watch, const Loaded& loaded) {
     for (std::size_t i = 0; i < inputs.size(); ++i) values[i] = row[inputs[i]];
     return formula(values.data());
   };
+  source.averaged = std::any_of(inputs.begin(), inputs.end(), [&](std::size_t i) { return is_mean(i); });
+  has_averaged_ = has_averaged_ || source.averaged;
   source.target = add(watch.name, watch.unit);
+  mean_[source.target] = source.averaged;  // whatever its unit
   summarised_.push_back(source.target);
   watches_.push_back(std::move(source));
 }
@@ -213,7 +216,8 @@ double Columns::value_of(const WatchSource& w, std::span<const double> row) cons
 }
 
 void Columns::take_watches(std::span<double> row) const {
-  for (const WatchSource& w : watches_) row[w.target] = value_of(w, row);
+  for (const WatchSource& w : watches_)
+    if (!w.averaged) row[w.target] = value_of(w, row);
 }
 
 bool Columns::of_history(std::size_t column) const {
@@ -234,6 +238,7 @@ bool Columns::history_needs_sums() const {
 void Columns::follow(double t, std::span<double> row, std::span<double> middle) {
   followed_before_ = std::exchange(followed_to_, t);
   for (const WatchSource& w : watches_) {
+    if (w.averaged) continue;
     if (w.history < 0) {
       row[w.target] = value_of(w, row);
       if (!middle.empty()) middle[w.target] = value_of(w, middle);
@@ -279,6 +284,10 @@ void Columns::take(Taken when, std::span<double> row) const {
 void Columns::take_instant(std::span<double> row) {
   row[0] = simulation_.time();
   take_machine(row, false);
+  if (has_averaged_) {
+    step_begin_.resize(row.size());
+    for (std::size_t i = 0; i < machine_values_.size(); ++i) step_begin_[machine_first_ + i] = machine_values_[i];
+  }
   take(Taken::instant, row);
   take_watches(row);
 }
@@ -288,6 +297,22 @@ void Columns::take_step(std::span<double> row, bool energies) {
   take(Taken::step, row);
   if (energies) take(Taken::sample, row);
   take_watches(row);
+  if (has_averaged_) take_averaged(row);
+}
+
+void Columns::take_averaged(std::span<double> row) {
+  const std::size_t machine_end = machine_first_ + machine_values_.size();
+  for (std::size_t c = 0; c < row.size(); ++c)
+    if (machine_values_.empty() || c < machine_first_ || c >= machine_end) step_begin_[c] = row[c];
+  step_end_.assign(row.begin(), row.end());
+  step_end_[0] = simulation_.time();
+  take_machine(step_end_, false);
+  take(Taken::instant, step_end_);
+  for (const WatchSource& w : watches_) {
+    if (w.history >= 0) continue;
+    step_begin_[w.target] = value_of(w, step_begin_), step_end_[w.target] = value_of(w, step_end_);
+    if (w.averaged) row[w.target] = 0.5 * (step_begin_[w.target] + step_end_[w.target]);
+  }
 }
 
 }  // namespace subsoil::app

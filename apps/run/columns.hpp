@@ -28,7 +28,10 @@ struct ColumnFamily;
 ///
 /// Values belong to the instant t_n at which a step begins: poses, velocities and energies are of t_n. Columns with the
 /// unit N or N m are means over the steps since the row before, or with `output.forces: instant` (without soil the
-/// default) of t_n too. Rows lie between instants (rows.hpp).
+/// default) of t_n too. Formulas of such means are means themselves, of what the formula is in every step: the mean of
+/// F v is not the mean of F times v. In a step it is the half sum over both its ends, where instants are of the end and
+/// what the soil does is what acts over the step; so F v of soil is its work over the displacement, and the machine's
+/// own forces count by the trapezium rule. Rows lie between instants (rows.hpp).
 class Columns {
  public:
   Columns(const Loaded& loaded, World& world, coupling::Simulation& simulation);
@@ -82,6 +85,7 @@ class Columns {
     std::vector<std::size_t> inputs{};                         ///< of the formula
     int history = -1;                                          ///< its place among those followed over time
     Watch::Kind kind = Watch::Kind::column;
+    bool averaged = false;  ///< a formula of columns of means
   };
   double value_of(const WatchSource& w, std::span<const double> row) const;
   std::size_t add(const std::string& name, const std::string& unit);
@@ -94,13 +98,15 @@ class Columns {
   void add_history(const Watch& watch, const Loaded& loaded);
   void take(Taken when, std::span<double> row) const;
   void take_machine(std::span<double> row, bool means);
+  void take_averaged(std::span<double> row);
 
   World& world_;
   coupling::Simulation& simulation_;
-  bool instant_forces_ = false, has_means_ = false;
+  bool instant_forces_ = false, has_means_ = false, has_averaged_ = false;
   std::vector<SeriesColumn> columns_;
   std::vector<char> mean_;
   std::vector<double> machine_values_;
+  std::vector<double> step_begin_, step_end_;  ///< rows of both ends of a step, for formulas of means
   std::size_t machine_first_ = 0;
   std::vector<Source> sources_[3];  ///< by Taken
   std::vector<WatchSource> watches_;

@@ -73,10 +73,9 @@ template <class T, int D>
   Slip<T, D> out;
   const T zero(0.0), one(1.0), half(0.5);
   const T keep = select(in_contact, kept_share(changing, stiffness_ratio), zero);
-  T x0[D], trial[D], viscous[D], g[D], g2 = zero, x2 = zero, along = zero, rate = zero;
+  T trial[D], viscous[D], g[D], g2 = zero, x2 = zero, along = zero, rate = zero;
   for (int d = 0; d < D; ++d) {
-    x0[d] = x[d] * keep;
-    trial[d] = select(in_contact, x0[d] + v[d] * dt, zero);
+    trial[d] = select(in_contact, x[d] * keep + v[d] * dt, zero);
     viscous[d] = c * v[d];
     g[d] = cap.together ? k * trial[d] + viscous[d] : k * trial[d];
     const T scaled = in_unit_of_squares(g[d]);
@@ -88,12 +87,12 @@ template <class T, int D>
   const T scaled_limit = in_unit_of_squares(limit);
   const auto slip = g2 > scaled_limit * scaled_limit;
   T inverse = zero, scale = one;
-  T back = zero;  // a/|g|; 0 while it sticks
+  T back = zero;    // a/|g|; 0 while it sticks
   if (any(slip)) {  // most contacts of a bed stick: a tenth of the step with rolling resistance
     inverse = in_unit_of_squares(rsqrt(max(g2, T(SquareRange<T>::least))));  // 1/|g|
     scale = select(slip, limit_kinetic * inverse, one);
     const T over = (one - scale) * soft;
-    for (int d = 0; d < D; ++d) along = along + x0[d] * g[d];
+    for (int d = 0; d < D; ++d) along = along + trial[d] * g[d];
     back = cap.set_back ? select(in_contact, max(zero, over), zero) : max(zero, min(over, along * inverse * inverse));
   }
   const T share = cap.together ? zero : select(slip, T(cap.kept), one);
@@ -106,13 +105,13 @@ template <class T, int D>
     out.dashpot[d] = select(in_contact, select(slip, force - k * out.x[d], viscous[d]), zero);
     power = power + (dashpot_before[d] + out.dashpot[d]) * v[d];
   }
-  // (x_0 + x) . g with x = x_0 + v dt - back g; softening besides.
+  // (x_0 + x) . g with x = x* - back g, x_0 = x* - v dt; softening besides.
   T set_back_along = back * g2;  // back |g|^2
   if constexpr (SquareRange<T>::unit != 1) {
     const T size = g2 * inverse * T(1 / (SquareRange<T>::unit * SquareRange<T>::unit));  // |g|
     set_back_along = back * size * size;
   }
-  out.slid = half * k * (x2 * (stiffness_ratio - keep * keep) + back * (along + along + dt * rate - set_back_along));
+  out.slid = half * k * (x2 * (stiffness_ratio - keep * keep) + back * (along + along - dt * rate - set_back_along));
   const T damped = half * dt * power;
   // Without a spring the limited force is a dashpot's.
   const T slides = cap.together ? select(both(both(in_contact, slip), k > zero), max(zero, damped), zero) : zero;
