@@ -77,7 +77,8 @@ std::vector<ReportNumber> numbers_of(const RunFolder& run, const std::vector<Qua
   const std::vector<double>& time = run.series->at("time");
   for (const Quantity& q : all) {
     const std::vector<double>& values = run.series->at(q.column);
-    const WindowStatistics s = statistics(time, values, run.window);
+    const RowKind kind = run.kind_of(static_cast<std::size_t>(run.column(q.column)));
+    const WindowStatistics s = statistics(time, values, run.window, kind);
     if (s.rows == 0) continue;
     const auto add = [&](const std::string& what, double value, double half, const std::string& unit) {
       out.push_back({q.key, what, unit, value, half, run.window});
@@ -88,7 +89,7 @@ std::vector<ReportNumber> numbers_of(const RunFolder& run, const std::vector<Qua
     add("largest", s.largest, none, q.unit);
     add("span", s.largest - s.least, none, q.unit);
     const TimeWindow whole{time.front(), time.back(), "the whole record"};
-    const WindowStatistics record = statistics(time, values, whole);
+    const WindowStatistics record = statistics(time, values, whole, kind);
     const auto add_whole = [&](const char* what, double value) {
       out.push_back({q.key, what, q.unit, value, none, whole});
     };
@@ -107,7 +108,8 @@ std::optional<WindowStatistics> draft_of(const RunFolder& run) {
   if (!run.series) return {};
   for (const char* name : {"draft", "soil.draft"})
     if (const int column = run.column(name); column >= 0)
-      return statistics(run.series->at("time"), run.series->values[static_cast<std::size_t>(column)], run.window);
+      return statistics(run.series->at("time"), run.series->values[static_cast<std::size_t>(column)], run.window,
+                        run.kind_of(static_cast<std::size_t>(column)));
   return {};
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "apps/scenario/load.hpp"
+#include "apps/scenario/mean_columns.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -69,6 +70,15 @@ TimeWindow window_of(const RunFolder& run) {
 }
 
 }  // namespace
+
+RowKind RunFolder::kind_of(std::size_t column) const {
+  if (!scenario || !series) return RowKind::instant;
+  const auto unit_of = [&](const std::string& name) {
+    const int found = series->find(name);
+    return found < 0 ? std::string() : series->columns[static_cast<std::size_t>(found)].unit;
+  };
+  return is_mean_column(*scenario, series->columns[column].name, unit_of) ? RowKind::mean : RowKind::instant;
+}
 
 double RunFolder::number(const std::vector<std::string>& keys) const {
   const Json* node = find(summary, keys);

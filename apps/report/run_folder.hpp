@@ -24,6 +24,8 @@ struct RunFolder {
 
   /// Index of a column of the series, -1 without.
   int column(const std::string& name) const { return series ? series->find(name) : -1; }
+  /// What the rows of a column are; instants where the scenario could not be read.
+  RowKind kind_of(std::size_t column) const;
   /// A number of the summary below sections, NaN without it: number({"soil", "bulk density [kg/m3]"}).
   double number(const std::vector<std::string>& keys) const;
   std::string text(const std::vector<std::string>& keys) const;

@@ -10,20 +10,6 @@
 namespace subsoil::app {
 namespace {
 
-/// Rows whose time lies in the window.
-struct Rows {
-  std::size_t begin = 0, end = 0;
-  std::size_t count() const { return end - begin; }
-};
-
-Rows rows_of(std::span<const double> time, const TimeWindow& window) {
-  const auto first = std::lower_bound(time.begin(), time.end(), window.from - 1e-9);
-  const auto last = std::upper_bound(time.begin(), time.end(), window.until + 1e-9);
-  Rows rows{static_cast<std::size_t>(first - time.begin()), static_cast<std::size_t>(last - time.begin())};
-  rows.end = std::max(rows.begin, rows.end);
-  return rows;
-}
-
 /// tau in rows, by the initial positive sequence.
 double correlation_time(std::span<const double> x, double mean, double variance) {
   double tau = 1;
@@ -40,25 +26,44 @@ double correlation_time(std::span<const double> x, double mean, double variance)
 
 }  // namespace
 
-WindowStatistics statistics(std::span<const double> time, std::span<const double> values, const TimeWindow& window) {
+WindowRows rows_in(std::span<const double> time, const TimeWindow& window, RowKind kind) {
+  constexpr double rounding = 1e-9;  // s
+  const auto first = std::lower_bound(time.begin(), time.end(), window.from - rounding);
+  const auto last = std::upper_bound(time.begin(), time.end(), window.until + rounding);
+  WindowRows rows{static_cast<std::size_t>(first - time.begin()), static_cast<std::size_t>(last - time.begin()), {}};
+  rows.end = std::max(rows.begin, rows.end);
+  double sum = 0;
+  for (std::size_t i = rows.begin; i < rows.end; ++i) {
+    double w = kind == RowKind::equal ? 1 : 0;
+    if (kind == RowKind::mean && i > 0) w = std::max(0.0, time[i] - std::max(time[i - 1], window.from));
+    if (kind == RowKind::instant)
+      w = 0.5 * (time[std::min(i + 1, rows.end - 1)] - time[i > rows.begin ? i - 1 : rows.begin]);
+    rows.weights.push_back(w), sum += w;
+  }
+  if (!(sum > 0)) std::fill(rows.weights.begin(), rows.weights.end(), 1.0);
+  return rows;
+}
+
+WindowStatistics statistics(std::span<const double> time, std::span<const double> values, const TimeWindow& window,
+                            RowKind kind) {
   WindowStatistics out;
-  const Rows rows = rows_of(time, window);
+  const WindowRows rows = rows_in(time, window, kind);
   const std::span<const double> x = values.subspan(rows.begin, rows.count());
   out.rows = x.size();
   if (x.empty()) return out;
   const auto n = static_cast<double>(x.size());
-  double sum = 0, squares = 0;
+  double sum = 0, squares = 0, weight = 0;
   out.least = out.largest = x[0];
   out.least_time = out.largest_time = time[rows.begin];
   for (std::size_t i = 0; i < x.size(); ++i) {
-    sum += x[i];
+    sum += rows.weights[i] * x[i], weight += rows.weights[i];
     if (x[i] < out.least) out.least = x[i], out.least_time = time[rows.begin + i];
     if (x[i] > out.largest) out.largest = x[i], out.largest_time = time[rows.begin + i];
   }
-  out.mean = sum / n;
-  for (const double v : x) squares += (v - out.mean) * (v - out.mean);
-  out.deviation = x.size() > 1 ? std::sqrt(squares / (n - 1)) : 0;
-  const double variance = squares / n;
+  out.mean = sum / weight;
+  for (std::size_t i = 0; i < x.size(); ++i) squares += rows.weights[i] * (x[i] - out.mean) * (x[i] - out.mean);
+  const double variance = squares / weight;
+  out.deviation = x.size() > 1 ? std::sqrt(variance * n / (n - 1)) : 0;
   if (variance <= 1e-24 * out.mean * out.mean) {  // a constant
     out.half_width = x.size() > 1 ? 0 : out.half_width;
     return out;
@@ -70,7 +75,7 @@ WindowStatistics statistics(std::span<const double> time, std::span<const double
 
 SpectralLine strongest_line(std::span<const double> time, std::span<const double> values, const TimeWindow& window) {
   SpectralLine line;
-  const Rows rows = rows_of(time, window);
+  const WindowRows rows = rows_in(time, window, RowKind::equal);
   const std::size_t n = rows.count();
   if (n < 16) return line;
   // Trend by least squares over the row number.

@@ -12,6 +12,20 @@ struct TimeWindow {
   std::string rule;                                                  ///< why so
 };
 
+/// What the rows of a record are: values at their times, means since the row before, or values without times, each of
+/// which counts the same.
+enum class RowKind { instant, mean, equal };
+
+/// The rows of a record whose times lie in a window, and the time that each stands for, s: of means what of their
+/// interval lies in the window, the first row of the record none; of instants half the way to either neighbour in the
+/// window (trapezium rule); else 1. All 1 where that leaves no time.
+struct WindowRows {
+  std::size_t begin = 0, end = 0;
+  std::vector<double> weights;
+  std::size_t count() const { return end - begin; }
+};
+WindowRows rows_in(std::span<const double> time, const TimeWindow& window, RowKind kind);
+
 /// Mean, spread and extremes of the rows of a series that lie in a window. NaN where the window holds no row.
 struct WindowStatistics {
   std::size_t rows = 0;
@@ -22,10 +36,12 @@ struct WindowStatistics {
   double largest = std::numeric_limits<double>::quiet_NaN(), largest_time = 0;
 };
 
-/// Rows are equally weighted. The interval is mean +- t s / sqrt(n_e), t of Student with n_e - 1 degrees of freedom,
-/// n_e = n / tau rows that count as independent, tau = 1 + 2 sum_k rho_k the integrated correlation time in rows,
-/// summed until rho_k < 0 (Geyer, Statistical Science 7 (1992) 473: initial positive sequence). NaN where n_e < 2.
-WindowStatistics statistics(std::span<const double> time, std::span<const double> values, const TimeWindow& window);
+/// Mean and spread are weighted with the rows' times. The interval is mean +- t s / sqrt(n_e), t of Student with n_e -
+/// 1 degrees of freedom, n_e = n / tau rows that count as independent, tau = 1 + 2 sum_k rho_k the integrated
+/// correlation time in rows, summed until rho_k < 0 (Geyer, Statistical Science 7 (1992) 473: initial positive
+/// sequence). NaN where n_e < 2.
+WindowStatistics statistics(std::span<const double> time, std::span<const double> values, const TimeWindow& window,
+                            RowKind kind);
 
 /// The strongest line of a record.
 struct SpectralLine {

@@ -8,6 +8,7 @@
 #include "apps/build/moving_soil.hpp"
 #include "apps/run/column_table.hpp"
 #include "apps/scenario/expression.hpp"
+#include "apps/scenario/mean_columns.hpp"
 #include "apps/scenario/units.hpp"
 
 namespace subsoil::app {
@@ -20,7 +21,11 @@ bool is_measure(const MachineSection& machine, const std::string& column) {
 
 std::size_t Columns::add(const std::string& name, const std::string& unit) {
   columns_.push_back({name, unit});
-  mean_.push_back(!instant_forces_ && (unit == "N" || unit == "N m"));
+  const auto unit_of = [&](const std::string& of) {
+    const int found = find(of);
+    return found < 0 ? std::string() : columns_[static_cast<std::size_t>(found)].unit;
+  };
+  mean_.push_back(is_mean_column(scenario_, name, unit_of));
   has_means_ = has_means_ || mean_.back() != 0;
   return columns_.size() - 1;
 }
@@ -36,7 +41,7 @@ void Columns::add(const ColumnFamily<Owner>& family, const std::string& owner, c
 }
 
 Columns::Columns(const Loaded& loaded, World& world, coupling::Simulation& simulation)
-    : world_(world), simulation_(simulation), instant_forces_(loaded.scenario.instant_forces()) {
+    : world_(world), simulation_(simulation), scenario_(loaded.scenario) {
   add("time", "s");
   if (world.machine) {
     machine_first_ = columns_.size();
@@ -115,10 +120,9 @@ void Columns::add_formula(const Watch& watch, const Loaded& loaded) {
     for (std::size_t i = 0; i < inputs.size(); ++i) values[i] = row[inputs[i]];
     return formula(values.data());
   };
-  source.averaged = std::any_of(inputs.begin(), inputs.end(), [&](std::size_t i) { return is_mean(i); });
-  has_averaged_ = has_averaged_ || source.averaged;
   source.target = add(watch.name, watch.unit);
-  mean_[source.target] = source.averaged;  // whatever its unit
+  source.averaged = is_mean(source.target);
+  has_averaged_ = has_averaged_ || source.averaged;
   summarised_.push_back(source.target);
   watches_.push_back(std::move(source));
 }
@@ -148,7 +152,6 @@ void Columns::add_history(const Watch& watch, const Loaded& loaded) {
                                   : watch.kind == Watch::Kind::count      ? "1"
                                   : time                                  ? "s"
                                                                           : unit);
-  mean_[source.target] = 0;  // it is of the instant, whatever its unit
   summarised_.push_back(source.target);
   watches_.push_back(std::move(source));
 }

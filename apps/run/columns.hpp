@@ -17,6 +17,7 @@ namespace subsoil::app {
 
 struct Loaded;
 struct MachineSection;
+struct Scenario;
 struct Watch;
 struct World;
 enum class Taken;
@@ -102,7 +103,8 @@ class Columns {
 
   World& world_;
   coupling::Simulation& simulation_;
-  bool instant_forces_ = false, has_means_ = false, has_averaged_ = false;
+  const Scenario& scenario_;
+  bool has_means_ = false, has_averaged_ = false;
   std::vector<SeriesColumn> columns_;
   std::vector<char> mean_;
   std::vector<double> machine_values_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "apps/report/run_folder.hpp"
 #include "apps/scenario/expression.hpp"
@@ -31,14 +32,18 @@ double parabola(double x0, double y0, double x1, double y1, double x2, double y2
   return h * (y0 + y1) / 2 - second * h * h * h / 6;
 }
 
-double root_mean_square(const Record& values) {
+double weighted_sum(const Record& weights, std::span<const double> values) {
   double sum = 0;
-  for (const double v : values) sum += v * v;
-  return std::sqrt(sum / static_cast<double>(values.size()));
+  for (std::size_t i = 0; i < values.size(); ++i) sum += weights[i] * values[i];
+  return sum;
 }
 
-NumberOfRun taken(const Record& time, const Record& values, const SweepNumber& n) {
-  const WindowStatistics s = statistics(time, values, {.from = -1, .rule = ""});
+NumberOfRun taken(const Record& time, const Record& values, const SweepNumber& n, const TimeWindow& window,
+                  RowKind kind) {
+  const WindowStatistics s = statistics(time, values, window, kind);
+  const WindowRows rows = rows_in(time, window, kind);
+  const auto begin = static_cast<std::ptrdiff_t>(rows.begin), end = static_cast<std::ptrdiff_t>(rows.end);
+  const Record in_window(values.begin() + begin, values.begin() + end);
   switch (n.take) {
     case SweepNumber::Take::mean:
       return {s.mean, s.half_width};
@@ -51,37 +56,24 @@ NumberOfRun taken(const Record& time, const Record& values, const SweepNumber& n
     case SweepNumber::Take::deviation:
       return {s.deviation, no_number};
     case SweepNumber::Take::last:
-      return {values.back(), no_number};
-    case SweepNumber::Take::rms:
-      return {root_mean_square(values), no_number};
+      return {in_window.back(), no_number};
+    case SweepNumber::Take::rms: {
+      Record squares = in_window;
+      for (double& v : squares) v *= v;
+      const Record ones(squares.size(), 1.0);
+      return {std::sqrt(weighted_sum(rows.weights, squares) / weighted_sum(rows.weights, ones)), no_number};
+    }
     case SweepNumber::Take::integral:
-      return {integral_over(time, values), no_number};
+      if (kind == RowKind::mean) return {weighted_sum(rows.weights, in_window), no_number};
+      return {integral_over({time.begin() + begin, time.begin() + end}, in_window), no_number};
   }
   return {no_number, no_number};
 }
 
-/// The rows of a window.
-struct Part {
-  Record time;
-  std::size_t begin = 0, end = 0;
-  Record of(const Record& column) const {
-    return {column.begin() + static_cast<std::ptrdiff_t>(begin), column.begin() + static_cast<std::ptrdiff_t>(end)};
-  }
-};
-
-Part part_of(const RunFolder& run, const SweepNumber& n) {
+TimeWindow window_of(const RunFolder& run, const SweepNumber& n) {
   TimeWindow window = run.window;
   if (n.from || n.until) window.from = n.from.value_or(0), window.until = n.until.value_or(window.until);
-  const Record& time = run.series->at("time");
-  constexpr double rounding = 1e-9;
-  Part part;
-  part.begin =
-      static_cast<std::size_t>(std::lower_bound(time.begin(), time.end(), window.from - rounding) - time.begin());
-  part.end =
-      static_cast<std::size_t>(std::upper_bound(time.begin(), time.end(), window.until + rounding) - time.begin());
-  part.end = std::max(part.begin, part.end);
-  part.time = part.of(time);
-  return part;
+  return window;
 }
 
 double nearest_distance(const Record& x, const Record& y, double px, double py) {
@@ -94,12 +86,17 @@ double nearest_distance(const Record& x, const Record& y, double px, double py) 
   return least;
 }
 
-NumberOfRun of_path(const RunFolder& run, const SweepNumber& n, const Part& part) {
+NumberOfRun of_path(const RunFolder& run, const SweepNumber& n, const TimeWindow& window) {
   const std::vector<std::string> names = split_at_semicolons(n.path_text);
   const int i = run.column(names[0]), j = run.column(names[1]);
   if (i < 0 || j < 0) return {no_number, no_number};
-  const Record x = part.of(run.series->values[static_cast<std::size_t>(i)]),
-               y = part.of(run.series->values[static_cast<std::size_t>(j)]);
+  const WindowRows rows = rows_in(run.series->at("time"), window, RowKind::equal);
+  const auto of = [&](int column) {
+    const Record& all = run.series->values[static_cast<std::size_t>(column)];
+    return Record(all.begin() + static_cast<std::ptrdiff_t>(rows.begin),
+                  all.begin() + static_cast<std::ptrdiff_t>(rows.end));
+  };
+  const Record x = of(i), y = of(j);
   const std::size_t count = n.points.size() / 2;
   if (x.empty() || (n.match == SweepNumber::Match::order && x.size() < count)) return {no_number, no_number};
   Record distances, places;
@@ -109,7 +106,7 @@ NumberOfRun of_path(const RunFolder& run, const SweepNumber& n, const Part& part
                                                              : nearest_distance(x, y, px, py));
     places.push_back(static_cast<double>(k));
   }
-  return {taken(places, distances, n).value, no_number};
+  return {taken(places, distances, n, {.from = -1, .rule = ""}, RowKind::equal).value, no_number};
 }
 
 }  // namespace
@@ -151,16 +148,17 @@ std::pair<std::string, std::string> SweepNumber::fault() const {
 NumberOfRun take_number(const RunFolder& run, const SweepNumber& n) {
   if (!n.summary.empty()) return {of_summary(run, n.summary), no_number};
   if (!run.series) return {no_number, no_number};
-  const Part part = part_of(run, n);
-  if (!n.path_text.empty()) return of_path(run, n, part);
+  const TimeWindow window = window_of(run, n);
+  if (!n.path_text.empty()) return of_path(run, n, window);
   const int column = run.column(n.column);
-  if (column < 0 || part.time.empty()) return {no_number, no_number};
-  Record values = part.of(run.series->values[static_cast<std::size_t>(column)]);
+  const Record& time = run.series->at("time");
+  if (column < 0 || rows_in(time, window, RowKind::equal).count() == 0) return {no_number, no_number};
+  Record values = run.series->values[static_cast<std::size_t>(column)];
   if (!n.off_text.empty()) {
     const auto formula = make_formula_of(n.off_text, {"t"});
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = std::abs(values[i] - formula(&part.time[i]));
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = std::abs(values[i] - formula(&time[i]));
   }
-  return taken(part.time, values, n);
+  return taken(time, values, n, window, run.kind_of(static_cast<std::size_t>(column)));
 }
 
 }  // namespace subsoil::app

@@ -28,17 +28,19 @@ struct SweepNumber {
     v.choice("match", match, {{"nearest", Match::nearest}, {"order", Match::order}},
              "what of the path is held against a point: its nearest place, on lines between rows, or the row of the "
              "point's number (output.series at)");
-    v.choice("take", take,
-             {{"mean", Take::mean},
-              {"least", Take::least},
-              {"largest", Take::largest},
-              {"span", Take::span},
-              {"deviation", Take::deviation},
-              {"last", Take::last},
-              {"rms", Take::rms},
-              {"integral", Take::integral}},
-             "what is taken of the column's rows in the window, or of the distances from the points; integral: over "
-             "time, by parabolas through rows");
+    v.choice(
+        "take", take,
+        {{"mean", Take::mean},
+         {"least", Take::least},
+         {"largest", Take::largest},
+         {"span", Take::span},
+         {"deviation", Take::deviation},
+         {"last", Take::last},
+         {"rms", Take::rms},
+         {"integral", Take::integral}},
+        "what is taken of the column's rows in the window, or of the distances from the points; means are over time: "
+        "columns of means count with their intervals, others by the trapezium rule; integral: likewise, of "
+        "instants by parabolas through rows");
     v.text("off", off_text,
            "a formula in t (s), in SI units: what is taken is how far the column is off it, as the largest of |column "
            "- formula|, or rms");

@@ -33,15 +33,15 @@ Record correlated(double a, std::size_t rows, unsigned seed) {
 TEST(Statistics, AreThoseOfTheWindowAlone) {
   Record r;
   for (int i = 0; i <= 10; ++i) r.time.push_back(0.1 * i), r.values.push_back(i);
-  const WindowStatistics s = statistics(r.time, r.values, {0.3, 0.6, ""});
+  const WindowStatistics s = statistics(r.time, r.values, {0.3, 0.6, ""}, RowKind::equal);
   EXPECT_EQ(s.rows, 4U);
   EXPECT_DOUBLE_EQ(s.mean, 4.5);
   EXPECT_DOUBLE_EQ(s.least, 3);
   EXPECT_DOUBLE_EQ(s.largest, 6);
   EXPECT_DOUBLE_EQ(s.largest_time, 0.6);
   EXPECT_NEAR(s.deviation, std::sqrt(5.0 / 3), 1e-12);  // of 3, 4, 5, 6
-  EXPECT_EQ(statistics(r.time, r.values, {2, 3, ""}).rows, 0U);
-  EXPECT_TRUE(std::isnan(statistics(r.time, r.values, {2, 3, ""}).mean));
+  EXPECT_EQ(statistics(r.time, r.values, {2, 3, ""}, RowKind::equal).rows, 0U);
+  EXPECT_TRUE(std::isnan(statistics(r.time, r.values, {2, 3, ""}, RowKind::equal).mean));
 }
 
 /// The interval must hold the true mean 0 in about 95 % of records, also where rows are correlated; one that took rows
@@ -51,7 +51,7 @@ TEST(Statistics, IntervalHoldsTheMeanOfCorrelatedRows) {
   constexpr int records = 300;
   for (unsigned seed = 1; seed <= records; ++seed) {
     const Record r = correlated(0.9, 2000, seed);
-    const WindowStatistics s = statistics(r.time, r.values, {});
+    const WindowStatistics s = statistics(r.time, r.values, {}, RowKind::equal);
     held += std::abs(s.mean) <= s.half_width ? 1 : 0;
   }
   // 285 expected; the estimate of the correlation time costs a few per cent, chance 4 records.
@@ -61,8 +61,26 @@ TEST(Statistics, IntervalHoldsTheMeanOfCorrelatedRows) {
 
 TEST(Statistics, ConstantHasNoWidthAndOneRowNoInterval) {
   const std::vector<double> time{0, 1, 2}, seven{7, 7, 7};
-  EXPECT_EQ(statistics(time, seven, {}).half_width, 0);
-  EXPECT_TRUE(std::isnan(statistics(time, seven, {0.5, 1.5, ""}).half_width));
+  EXPECT_EQ(statistics(time, seven, {}, RowKind::equal).half_width, 0);
+  EXPECT_TRUE(std::isnan(statistics(time, seven, {0.5, 1.5, ""}, RowKind::equal).half_width));
+}
+
+/// Rows of unequal length: means since the row before add up to the integral whatever the rows are; instants of a
+/// straight line have its mean by the trapezium rule.
+TEST(Statistics, WeighRowsWithTheirTime) {
+  const std::vector<double> time{0, 0.1, 0.4, 0.5, 1};
+  std::vector<double> line, means{0};
+  for (const double t : time) line.push_back(3 - 2 * t);
+  const auto integral = [](double t) { return std::sin(7 * t); };
+  for (std::size_t i = 1; i < time.size(); ++i)
+    means.push_back((integral(time[i]) - integral(time[i - 1])) / (time[i] - time[i - 1]));
+  EXPECT_NEAR(statistics(time, line, {}, RowKind::instant).mean, 2, 1e-15);
+  EXPECT_NEAR(statistics(time, line, {0.1, 0.5, ""}, RowKind::instant).mean, 3 - 0.6, 1e-15);
+  EXPECT_NEAR(statistics(time, means, {}, RowKind::mean).mean, integral(1), 1e-15);
+  EXPECT_NEAR(statistics(time, means, {0.4, 1, ""}, RowKind::mean).mean, (integral(1) - integral(0.4)) / 0.6, 1e-14);
+  // A window that begins within a row's interval takes what of it lies inside.
+  EXPECT_NEAR(statistics(time, means, {0.45, 1, ""}, RowKind::mean).mean, (0.05 * means[3] + 0.5 * means[4]) / 0.55,
+              1e-14);
 }
 
 TEST(Spectrum, FindsTheLineUnderATrend) {
