@@ -6,18 +6,16 @@
 /// With x_0 the spring before the step, v its rate, L = the limit while it sticks or while it slips,
 ///     x* = x_0 + v dt,   g = k x* + c v,   e = g/|g|
 ///     |g| <= L:  F = g,    x = x*
-///     else:      F = L e,  x = x* - a e,   a = min((|g| - L)/k, max(0, x_0 . e))
+///     else:      F = L e,  x = x* - a e,   a = max(0, min((|g| - L)/k, x* . e, (x_0 + x*) . e))
 /// The spring slides back by what exceeds the limit: k x = L e - c v, the limit less the dashpot's part. It slides back
-/// no further than its part along e at the start of the step: where c v alone exceeds L, it would be wound up against
-/// the sliding and give that back later as motion. What sliding takes in a step,
-///     (k/2) a (x_0 + x) . e >= (k/2) a x* . e >= 0,
-/// is never negative: a > 0 asks x_0 . e > 0, and then k x* . e is k (x_0 . e + v . e dt) for v . e >= 0, else
-/// |g| - c v . e. A limit of the spring alone takes the same words with g = k x*: F = min(|g|, L) e + c v. `set_back`
-/// leaves out the second bound of a, as LAMMPS and MercuryDPM do; that may make energy, which is accumulated as a
-/// negative loss. Energy over a step: spring force (mean of both ends) times sliding -> slid; dashpot force (mean)
-/// times velocity -> damped, at a limit that caps both -> slid; a spring dropped at separation, or softened by a
-/// stiffness that changes,
-/// -> slid.
+/// no further than until it is free along e: where c v alone exceeds L, it would be wound up against the sliding and
+/// give that back later as motion. What sliding takes in a step,
+///     (k/2) a (x_0 + x) . e = (k/2) a ((x_0 + x*) . e - a) >= 0,
+/// is never negative by the last bound, which acts where the sliding turns round within the step. A limit of the spring
+/// alone takes the same words with g = k x*: F = min(|g|, L) e + c v. `set_back` leaves out the bounds of a, as LAMMPS
+/// and MercuryDPM do; that may make energy, which is accumulated as a negative loss. Energy over a step: spring force
+/// (mean of both ends) times sliding -> slid; dashpot force (mean) times velocity -> damped, at a limit that caps both
+/// -> slid; a spring dropped at separation, or softened by a stiffness that changes, -> slid.
 namespace subsoil::dem {
 
 enum class Changing { lossy, keep_spring, keep_force, rescale };
@@ -73,7 +71,7 @@ template <class T, int D>
   Slip<T, D> out;
   const T zero(0.0), one(1.0), half(0.5);
   const T keep = select(in_contact, kept_share(changing, stiffness_ratio), zero);
-  T trial[D], viscous[D], g[D], g2 = zero, x2 = zero, along = zero, rate = zero;
+  T trial[D], viscous[D], g[D], g2 = zero, x2 = zero, along = zero, rate = zero;  // x* . g, v . g
   for (int d = 0; d < D; ++d) {
     trial[d] = select(in_contact, x[d] * keep + v[d] * dt, zero);
     viscous[d] = c * v[d];
@@ -93,7 +91,8 @@ template <class T, int D>
     scale = select(slip, limit_kinetic * inverse, one);
     const T over = (one - scale) * soft;
     for (int d = 0; d < D; ++d) along = along + trial[d] * g[d];
-    back = cap.set_back ? select(in_contact, max(zero, over), zero) : max(zero, min(over, along * inverse * inverse));
+    const T free = min(along, along + along - dt * rate) * inverse * inverse;
+    back = cap.set_back ? select(in_contact, max(zero, over), zero) : max(zero, min(over, free));
   }
   const T share = cap.together ? zero : select(slip, T(cap.kept), one);
   out.slipping = select(both(in_contact, slip), one, zero);

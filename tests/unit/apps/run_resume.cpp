@@ -47,6 +47,8 @@ output:
     lately: {mean: tool.y, within: 7 ms}
     most: {maximum: force, within: 5 ms}
     pressed: {time above: force, at: 0.1 N}
+    moment: {formula: f*y, of: {f: force, y: tool.y}, unit: N m}
+    turned: {integral: moment}
 )";
 
 std::string with_bed(const std::string& bed) {

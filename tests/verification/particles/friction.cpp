@@ -144,5 +144,28 @@ TEST(FrictionRule, NeverMakesEnergy) {
         }
 }
 
+/// A ball that slides over a plane with constant friction loses mu m g times its slip, v_0 t - (7/4) mu g t^2, in sliding
+/// and nothing in dashpots, also where a step slides a hundred times further than the spring stretches. The first step,
+/// in which the spring stretches, and the ends of the time are off by some steps of some thousand.
+TEST(FrictionRule, SteadySlidingIsLostInSliding) {
+  constexpr double g = 9.81, speed = 1, mu = 0.2, end = 0.1;
+  for (const double e : {0.3, 0.999})
+    for (const int steps : {20, 200, 2000}) {
+      Bed bed(table(grains(kStiffness, e, mu, 0)), quiet({0, -g, 0}));
+      add_plane(bed, {}, {0, 1, 0});
+      SphereSpec s;
+      s.radius = kRadius, s.density = kDensity;
+      s.position = {0, kRadius - kMass * g / kStiffness, 0}, s.velocity = {speed, 0, 0};
+      bed.add(std::vector<SphereSpec>{s});
+      const double dt = contact_time(e) / steps;
+      const auto count = std::lround(end / dt);
+      for (long n = 0; n < count; ++n) bed.step(dt, {.energy = true, .snapshot = nullptr});
+      const double t = static_cast<double>(count) * dt;
+      const double lost = mu * kMass * g * (speed * t - 1.75 * mu * g * t * t);
+      EXPECT_NEAR(bed.energy().lost.sliding, lost, 5 / static_cast<double>(count) * lost) << e << ", " << steps;
+      EXPECT_NEAR(bed.energy().lost.damping, 0, 5 / static_cast<double>(count) * lost) << e << ", " << steps;
+    }
+}
+
 }  // namespace
 }  // namespace subsoil::dem::test::friction
