@@ -48,8 +48,10 @@ inline Vec3 limited(const Element& of, Vec3& x, const Vec3& v, double dt, bool& 
     x = (1 / of.k) * (of.slide * along - of.c * v);
     return of.slide * along;
   }
-  // Back by what exceeds the limit, but by no more than stood along the force before.
-  if (of.k > 0) x -= std::max(0.0, std::min((size - of.slide) / of.k, dot(before, along))) * along;
+  // Back by what exceeds the limit, until it is free along the force; where it stood against the force before, no
+  // further than to the same stretch along it.
+  const double stretch = dot(x, along), most = std::min(stretch, stretch + dot(before, along));
+  if (of.k > 0) x -= std::max(0.0, std::min((size - of.slide) / of.k, most)) * along;
   return of.together ? of.slide * along : of.slide * along + (of.kept * of.c) * v;
 }
 

@@ -144,9 +144,10 @@ TEST(FrictionRule, NeverMakesEnergy) {
         }
 }
 
-/// A ball that slides over a plane with constant friction loses mu m g times its slip, v_0 t - (7/4) mu g t^2, in sliding
-/// and nothing in dashpots, also where a step slides a hundred times further than the spring stretches. The first step,
-/// in which the spring stretches, and the ends of the time are off by some steps of some thousand.
+/// A ball that slides over a plane with constant friction loses mu m g times its slip, v_0 t - (7/4) mu g t^2, in
+/// sliding and nothing in dashpots, also where a step slides a hundred times further than the spring stretches. The
+/// first step, in which the spring stretches, and the ends of the time are off by some steps of some thousand; the arm
+/// of the force is shorter than the radius by the overlap, 1e-4 of it.
 TEST(FrictionRule, SteadySlidingIsLostInSliding) {
   constexpr double g = 9.81, speed = 1, mu = 0.2, end = 0.1;
   for (const double e : {0.3, 0.999})
@@ -162,8 +163,9 @@ TEST(FrictionRule, SteadySlidingIsLostInSliding) {
       for (long n = 0; n < count; ++n) bed.step(dt, {.energy = true, .snapshot = nullptr});
       const double t = static_cast<double>(count) * dt;
       const double lost = mu * kMass * g * (speed * t - 1.75 * mu * g * t * t);
-      EXPECT_NEAR(bed.energy().lost.sliding, lost, 5 / static_cast<double>(count) * lost) << e << ", " << steps;
-      EXPECT_NEAR(bed.energy().lost.damping, 0, 5 / static_cast<double>(count) * lost) << e << ", " << steps;
+      const double tolerance = (5 / static_cast<double>(count) + 2e-4) * lost;
+      EXPECT_NEAR(bed.energy().lost.sliding, lost, tolerance) << e << ", " << steps;
+      EXPECT_NEAR(bed.energy().lost.damping, 0, tolerance) << e << ", " << steps;
     }
 }
 
