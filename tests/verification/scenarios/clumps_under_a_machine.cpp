@@ -51,7 +51,12 @@ TEST(ClumpsUnderAMachine, BearItsWeightAndCloseTheBalance) {
   const double swing = 0.5 * series.at("plate.vy").back() / 0.4;
   EXPECT_NEAR(mean(series.at("borne")), plate + swing, 0.003 * plate);
   EXPECT_NEAR(mean(series.at("walls")), plate + bed + swing, 0.005 * (plate + bed));
-  EXPECT_LT(mean(series.at("floor")), mean(series.at("walls"))) << "friction at the sides bears a part";
+  // What the floor does not bear is friction at the sides, of either sign while the bed settles; no more than mu N.
+  double pressed = 0;
+  for (const char* side : {"wall -x.Fx", "wall +x.Fx", "wall -z.Fz", "wall +z.Fz"})
+    pressed += std::abs(mean(series.at(side)));
+  EXPECT_GT(pressed, 0);
+  EXPECT_LE(std::abs(mean(series.at("walls")) - mean(series.at("floor"))), 0.3 * pressed);
   EXPECT_LT(std::abs(summary["energy"]["closure over work put in"].get<double>()), 1e-2);
 }
 
