@@ -1,6 +1,7 @@
 #include "apps/build/machine.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <string>
 
 #include "apps/scenario/load.hpp"
@@ -86,6 +87,21 @@ mbd::IntegratorKind integrator_of(const Scenario& s) {
   return !s.machine || s.machine->beams.empty() ? mbd::IntegratorKind::cvode : mbd::IntegratorKind::ida;
 }
 
+namespace {
+
+int order_of(const Scenario& s) {
+  const int order = static_cast<int>(s.time.machine.order);
+  // Higher orders feed the fastest waves of a beam that is not damped.
+  return s.machine->beams.empty() ? order : std::min(order, 2);
+}
+
+}  // namespace
+
+double longest_machine_step(const Scenario& s, const mbd::Model& model) {
+  if (s.machine->beams.empty()) return std::numeric_limits<double>::infinity();
+  return mbd::longest_beam_step(model, order_of(s));
+}
+
 std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
   const Scenario& s = loaded.scenario;
   if (!s.machine) return nullptr;
@@ -113,11 +129,8 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
   const MachineTime& time = s.time.machine;
   mbd::MachineOptions options;
   options.integrator = integrator_of(s);
-  options.adams_moulton.order = static_cast<int>(time.order);
-  if (!s.machine->beams.empty()) {  // higher orders feed the fastest waves of a beam that is not damped
-    options.adams_moulton.order = std::min(options.adams_moulton.order, 2);
-    options.adams_moulton.longest_step = mbd::longest_beam_step(model, options.adams_moulton.order);
-  }
+  options.adams_moulton.order = order_of(s);
+  options.adams_moulton.longest_step = longest_machine_step(s, model);
   options.ida.rtol = time.rtol.value_or(options.ida.rtol), options.ida.atol = time.atol.value_or(options.ida.atol);
   options.ida.formulation = time.formulation;
   // Measured over the mechanisms of docs/multibody-cases.md: the looser 1e-8 saves a third of the time at most.

@@ -14,4 +14,7 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded);
 /// alone; adams-moulton where the step is given, be it by the soil or by the user.
 mbd::IntegratorKind integrator_of(const Scenario& s);
 
+/// The longest part of a machine step that fixed steps can take for the waves of beams, s; infinity without beams.
+double longest_machine_step(const Scenario& s, const mbd::Model& model);
+
 }  // namespace subsoil::app

@@ -377,6 +377,9 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
   const MachineTime& machine = s.time.machine;
   world.step.machine_step =
       world.bed != nullptr ? world.step.soil_step * static_cast<double>(machine.soil_steps) : machine_step_alone(s);
+  if (world.machine && !s.machine->beams.empty() && integrator_of(s) == mbd::IntegratorKind::adams_moulton)
+    world.step.machine_parts =
+        std::max(1.0, std::ceil(world.step.machine_step / longest_machine_step(s, world.machine->system().model())));
   return world;
 }
 

@@ -75,6 +75,7 @@ struct StepReport {
   dem::StableStep limit;       ///< smallest over all laws
   dem::AccurateStep accurate;  ///< likewise, at the speed expected, `safety` of the stable step at most
   double machine_step = 0;     ///< s
+  double machine_parts = 1;    ///< into which fixed steps are divided for the fastest waves of beams
   double expected_speed = 0;   ///< m/s, at which bodies may meet
   std::vector<PossibleImpact> impacts;
 
