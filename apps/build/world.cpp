@@ -101,7 +101,9 @@ void add_given_boundaries(World& world, const Loaded& loaded) {
     }
     if (b.wear) out.loads.emplace(out.shape);
     std::optional<coupling::Servo> servo;
-    if (b.servo) servo = servo_of(*b.servo, out, s.time.end, loaded.where(fmt::format("boundaries[{}].servo", i)));
+    if (b.servo)
+      servo = servo_of(*b.servo, out, world.bed->options().periodic, s.time.end,
+                       loaded.where(fmt::format("boundaries[{}].servo", i)));
     const Vec3 reference = b.reference ? out.pose.to_local(*b.reference) : Vec3{};
     const int index = world.bed->add(std::move(out));
     world.surfaces.push_back({.name = b.name,
@@ -206,6 +208,8 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
 }
 
 namespace {
+
+constexpr double default_lag_steps = 20;  // of a servo
 
 /// A fixed step is 1 ms at most and a whole part of the series interval, so that most rows fall on steps; so are the
 /// instants of which rows of means take the mean. Otherwise methods of variable step only hand out what they have at
@@ -322,6 +326,21 @@ std::function<dem::Pose(double)> motion_of(const BoundarySection& boundary) {
   };
 }
 
+void use_soil_step(World& world, const Scenario& s, double step) {
+  world.step.soil_step = step;
+  world.step.machine_step =
+      world.bed != nullptr ? step * static_cast<double>(s.time.machine.soil_steps) : machine_step_alone(s);
+  std::size_t next = 0;
+  for (const BoundarySection& b : s.boundaries) {
+    if (!b.is_moved()) continue;
+    if (b.servo && !b.servo->lag) world.motions[next].servo->lag = default_lag_steps * step;
+    ++next;
+  }
+  if (world.machine && !s.machine->beams.empty() && integrator_of(s) == mbd::IntegratorKind::adams_moulton)
+    world.step.machine_parts =
+        std::max(1.0, std::ceil(world.step.machine_step / longest_machine_step(s, world.machine->system().model())));
+}
+
 World build_world(const Loaded& loaded, const BuildOptions& options) {
   const Scenario& s = loaded.scenario;
   World world;
@@ -372,14 +391,7 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
   } else {
     add_body_surfaces(world, loaded);
   }
-  for (coupling::GivenMotion& m : world.motions)
-    if (m.servo && m.servo->lag < 0) m.servo->lag = 20 * world.step.soil_step;
-  const MachineTime& machine = s.time.machine;
-  world.step.machine_step =
-      world.bed != nullptr ? world.step.soil_step * static_cast<double>(machine.soil_steps) : machine_step_alone(s);
-  if (world.machine && !s.machine->beams.empty() && integrator_of(s) == mbd::IntegratorKind::adams_moulton)
-    world.step.machine_parts =
-        std::max(1.0, std::ceil(world.step.machine_step / longest_machine_step(s, world.machine->system().model())));
+  use_soil_step(world, s, world.step.soil_step);
   return world;
 }
 

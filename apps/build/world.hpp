@@ -120,6 +120,9 @@ World build_world(const Loaded& loaded, const BuildOptions& options);
 /// The stable step over all laws, and the step of the run: given ones at or above the limit are refused.
 void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question);
 
+/// The step of the run, and what is counted in steps: the machine's step and lags of servos that are left out.
+void use_soil_step(World& world, const Scenario& scenario, double step);
+
 /// What the step means for impacts, in words.
 std::string accuracy_words(const StepReport& step);
 

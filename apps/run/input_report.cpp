@@ -132,7 +132,7 @@ void look_at_servos(const Loaded& loaded, const World& world, Texts& out) {
     const dem::StiffnessBound of = world.laws.laws[static_cast<std::size_t>(law)]->bound(
         {.m_eff = one.m, .r_eff = one.r, .r_min = one.r, .speed = world.step.expected_speed});
     const bool plane = std::holds_alternative<dem::Plane>(b.shape);
-    const double area = plane ? 0 : shown_area(b.shape, b.pose.attitude.conjugate().rotate(m.servo->along));
+    const double area = plane ? 0 : shown_area(b, m.servo->along, world.bed->options().periodic);
     const double contacts = plane ? std::pow(static_cast<double>(spheres.size()), 2.0 / 3) : area / (4 * one.r * one.r);
     const double dt = world.step.soil_step, lag = std::max(m.servo->lag, 0.5 * dt), gain = m.servo->gain * contacts;
     const double share = std::max(gain * of.c_n * dt / (2 * lag), gain * of.k_n * dt * dt / (4 * lag));

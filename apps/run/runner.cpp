@@ -108,8 +108,7 @@ void look_at_origin(const SavedRun& saved, const World& world, const std::filesy
 void keep_step(World& world, const Loaded& loaded, const SavedRun& saved, const RunRequest& request) {
   if (!world.bed || !(saved.soil_step > 0) || loaded.scenario.time.soil_step || !request.changes.empty()) return;
   if (!(saved.soil_step < world.step.limit.step)) return;
-  world.step.soil_step = saved.soil_step;
-  world.step.machine_step = saved.soil_step * static_cast<double>(loaded.scenario.time.machine.soil_steps);
+  use_soil_step(world, loaded.scenario, saved.soil_step);
 }
 
 /// The engine that the scenario asks for, and refusals of what it cannot do.

@@ -140,6 +140,15 @@ TEST(Resume, WornSurface) {
                "at: 50 75 40 mm, wear: {coefficient: 1e-4, hardness: 2 GPa, finnie: 1e-12 1/Pa},");
   expect_no_seam(text);
 }
+/// A lag that is left out follows from the run's step, which spheres that have moved would choose otherwise.
+TEST(Resume, ServoWithoutALag) {
+  std::string text = with_bed("fill: random, material: soil, radius: {uniform: 7 8 mm}, count: 120");
+  text.replace(text.find("time:"), 5,
+               "  - {name: plate, material: steel, shape: {box: 40 10 40 mm}, at: 50 65 40 mm, servo: {load: 2 N, "
+               "speed limit: 0.5 m/s}}\ntime:");
+  text.replace(text.find("at: 50 75 40 mm"), 15, "at: 50 110 40 mm");
+  expect_no_seam(text);
+}
 /// Steps that a folder's bed on its way to rest has been saved with; none: -1.
 double settling_steps(const std::filesystem::path& out) {
   if (!std::filesystem::exists(out / "settling.h5")) return -1;

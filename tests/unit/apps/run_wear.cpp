@@ -2,10 +2,12 @@
 
 #include <fstream>
 
+#include "apps/build/servo.hpp"
 #include "apps/output/series.hpp"
 #include "apps/output/state_file.hpp"
 #include "apps/run/surface_report.hpp"
 #include "apps/scenario/load.hpp"
+#include "libdem/geometry/mesh_builders.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
@@ -176,6 +178,52 @@ TEST(RunServo, PlateSettlesAtItsLoad) {
   const Series on = read_series(dir / "on" / "series.csv");
   EXPECT_EQ(on.at("plate.y")[on.rows() - 1], series.at("plate.y")[last]);
   EXPECT_EQ(on.at("plate.resistance")[on.rows() - 1], series.at("plate.resistance")[last]);
+}
+
+dem::Boundary shaped(dem::Shape shape, const dem::Pose& pose = {}) {
+  dem::Boundary out;
+  out.shape = std::move(shape), out.pose = pose;
+  return out;
+}
+
+double area(const dem::Boundary& b, const dem::Vec3& along, const dem::PeriodicCell& cell = {}) {
+  return shown_area(b, along, cell);
+}
+
+/// A plate that spans a period reaches beyond both sides: of 0.2 by 0.2 m what lies between sides 0.1 m apart counts.
+TEST(RunServo, PressureActsOnTheAreaBetweenPeriodicSides) {
+  const dem::Boundary lid = shaped(dem::MeshSurface({dem::box_mesh({0.2, 0.02, 0.2})}), {{0.05, 0.1, 0.05}, {}});
+  const dem::Vec3 down{0, -1, 0};
+  EXPECT_NEAR(area(lid, down), 0.04, 1e-15);
+  EXPECT_NEAR(area(lid, down, {{0, 0, 0}, {0.1, 0, 0.1}}), 0.01, 1e-15);
+  EXPECT_NEAR(area(lid, down, {{0, 0, 0}, {0.1, 0, 0}}), 0.02, 1e-15);
+  EXPECT_NEAR(area(lid, down, {{0.05, 0, 0}, {0.5, 0, 0}}), 0.02, 1e-15) << "its half";
+  EXPECT_EQ(area(lid, down, {{1, 0, 0}, {0.1, 0, 0}}), 0);
+  const RunDirectory dir;
+  const std::string periodic = replaced(press, "material: steel}", "material: steel, periodic: [x, z]}");
+  ASSERT_EQ(run_scenario(dir.scenario(replaced(periodic, "{box: 80 10 80 mm}", "{box: 300 10 200 mm}")), dir / "out",
+                         {"time.end=1 ms"}),
+            exit_ok);
+  const Series series = read_series(dir / "out" / "series.csv");
+  EXPECT_NEAR(series.at("plate.load").back(), 2000 * 0.1 * 0.1, 1e-9);
+}
+
+/// Cylinders are round: end on pi R^2, across 2 R L, aslant their sum by cosine and sine; a bore is seen through where
+/// its ends still overlap, by two segments of a circle.
+TEST(RunServo, PressureActsOnTheRoundArea) {
+  constexpr double R = 0.05, L = 0.02, r = 0.03;
+  const dem::Boundary solid = shaped(dem::Cylinder({}, {0, 0, 1}, R, L)),
+                      tube = shaped(dem::Cylinder({}, {0, 0, 1}, R, L, r));
+  EXPECT_NEAR(area(solid, {0, 0, 1}), M_PI * R * R, 1e-15);
+  EXPECT_NEAR(area(solid, {1, 0, 0}), 2 * R * L, 1e-15);
+  EXPECT_NEAR(area(solid, {0.6, 0, 0.8}), 0.8 * M_PI * R * R + 0.6 * 2 * R * L, 1e-15);
+  EXPECT_NEAR(area(tube, {0, 0, 1}), M_PI * (R * R - r * r), 1e-15);
+  EXPECT_NEAR(area(tube, {1, 0, 0}), 2 * R * L, 1e-15);
+  // At tan = 3/4 the ends of the bore are 15 mm apart: each segment has the half angle acos(1/4).
+  const double half = std::acos(0.25), through = 0.8 * 2 * r * r * (half - 0.25 * std::sin(half));
+  EXPECT_NEAR(area(tube, {0.6, 0, 0.8}), 0.8 * M_PI * R * R + 0.6 * 2 * R * L - through, 1e-15);
+  // Half of it beyond a periodic side.
+  EXPECT_NEAR(area(solid, {0, 0, 1}, {{0, 0, 0}, {1, 0, 0}}), 0.5 * M_PI * R * R, 1e-15);
 }
 
 /// What `check` says of its path: the farthest that the speed limit allows.
