@@ -7,6 +7,13 @@
 #include "libdem/laws/bond.hpp"
 
 namespace subsoil::dem {
+namespace {
+
+/// Share of the smaller radius that counts as touching: spheres of 5 mm whose coordinates, a hundred metres from the
+/// origin, are off by some hundred roundings still do. A bond of this stretch bears a billionth of its modulus.
+constexpr double kTouching = 1e-9;
+
+}  // namespace
 
 void each_bond(const ContactStore& contacts, const ContactLaws& laws,
                const std::function<void(std::uint32_t, std::uint32_t)>& use) {
@@ -45,7 +52,7 @@ void Bonds::form_in_run(const PairRun& run, double gap, ContactStore& contacts, 
     const PairBlock& pair = contacts.blocks[run.first + block];
     const Sphere a = particles.now(pair.i[lane]), b = particles.now(pair.j[lane]);
     const double overlap = a.r + b.r - norm(a.x - b.x);
-    if (overlap < -gap) return;
+    if (overlap < -gap - kTouching * std::min(a.r, b.r)) return;
     BondMemory<double> bond;
     bond.reference = overlap, bond.state = kBonded;
     write_bond(contacts.memory(run, block, shape), shape, lane, bond);
