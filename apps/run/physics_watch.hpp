@@ -13,8 +13,8 @@ namespace subsoil::app {
 /// repair stops the run. (The bed itself stops at limits.overlap and limits.speed in the step that breaks them.)
 class PhysicsWatch {
  public:
-  /// Share of the energy moved by which the bed's balance may be off. Passes of docs/1s300.md close to 2e-3 with losses
-  /// that are sampled; a contact that is resolved by ten steps errs by a tenth of its energy.
+  /// Share of the energy there, at most so far, or moved by which the bed's balance may be off. Passes of docs/1s300.md
+  /// close to 2e-3 with losses that are sampled; a contact that is resolved by ten steps errs by a tenth of its energy.
   static constexpr double closure_said = 0.05;
   /// Travel of a surface in one step, in smallest radii: a contact of a tenth of a radius is then met by one step, and
   /// beyond one radius spheres are stepped over.
@@ -29,7 +29,7 @@ class PhysicsWatch {
 
   /// After a step whose energy was asked for. @param fastest of all spheres so far, m/s
   std::vector<Finding> look(const World& world, const EnergyStart& start, double fastest);
-  void archive(Archive& a) { a(looks_, said_closure_, said_travel_, said_step_, said_outside_); }
+  void archive(Archive& a) { a(looks_, most_present_, said_closure_, said_travel_, said_step_, said_outside_); }
 
  private:
   std::optional<Finding> energy(const World& world, const EnergyStart& start);
@@ -39,6 +39,8 @@ class PhysicsWatch {
 
   const Scenario& s_;
   double weight_times_radius_ = 0, smallest_ = 0;  // J, m
+  double rounding_ = 0;                            // J
+  double most_present_ = 0;                        // J in motion and contacts, at looks so far
   std::vector<double> farthest_;                   // of each boundary from the origin of its pose, m; 0 of planes
   long looks_ = 0;
   bool said_closure_ = false, said_travel_ = false, said_step_ = false, said_outside_ = false;

@@ -45,6 +45,51 @@ TEST(PhysicsWatch, SaysAnEnergyBalanceThatDoesNotCloseAndStopsWhereItIsLost) {
   EXPECT_EQ(failure.rfind("t = 0.10", 0), 0u) << failure << ": the ball meets the floor at 0.101 s";
 }
 
+/// Where nothing falls and the floor does no work, all that moves between motion and springs is the energy that was
+/// there. Mid-contact leapfrog's balance swings by a share of it: (w dt)^2/4 = 6e-3 at a tenth of the stable step.
+TEST(PhysicsWatch, JudgesABalanceByTheEnergyThatIsThere) {
+  const RunDirectory dir;
+  const std::string thrown = R"(subsoil: 1
+gravity: 0 m/s^2
+materials: {a: {density: 2500 kg/m^3}}
+contacts: [{between: [a, a], law: linear, k_n: 1 kN/m, restitution: 1, mu: 0.3}]
+soil: {bed: {fill: particles, material: a, particles: [{position: 0 20 0 mm, radius: 10 mm, velocity: 0 -1 0 m/s}]}}
+boundaries: [{name: floor, material: a, shape: {plane: {}}}]
+time: {end: 30 ms}
+output: {series every: 0.05 ms}
+)";
+  EXPECT_EQ(run_scenario(dir.scenario(thrown), dir / "thrown"), exit_ok) << summary_of(dir / "thrown")["run"];
+  EXPECT_EQ(warnings_of(dir / "thrown").find("energy balance"), std::string::npos) << warnings_of(dir / "thrown");
+}
+
+/// Spheres that touch by rounding alone have no energy to judge by: what they push each other with is rounding, too.
+TEST(PhysicsWatch, TakesRoundingForNothing) {
+  const RunDirectory dir;
+  const std::string lattice = R"(subsoil: 1
+gravity: 0 m/s^2
+materials: {a: {density: 2500 kg/m^3}}
+contacts: [{between: [a, a], law: linear, k_n: 100 kN/m, restitution: 0.5, mu: 0.5}]
+soil:
+  container: {size: 60 60 60 mm, at: 0 0 0 m, material: a}
+  bed: {fill: lattice, material: a, radius: 5 mm, pitch: 10 mm, depth: 60 mm}
+time: {end: 1 ms}
+output: {series every: 0.02 ms}
+)";
+  EXPECT_EQ(run_scenario(dir.scenario(lattice), dir / "out"), exit_ok) << summary_of(dir / "out")["run"];
+  EXPECT_EQ(warnings_of(dir / "out").find("energy balance"), std::string::npos) << warnings_of(dir / "out");
+}
+
+/// The advice is one that can be taken: a step that was left out cannot be.
+TEST(PhysicsWatch, AdvisesWhatCanBeDone) {
+  const RunDirectory dir;
+  run_scenario(dir.scenario(drop), dir / "given", {fmt::format("time.soil step={} s", 0.5 * stable_step(drop))});
+  EXPECT_NE(warnings_of(dir / "given").find("leave out `time.soil step`, or shorten it"), std::string::npos);
+  run_scenario(dir.scenario(drop), dir / "coarse", {"time.accuracy=1", "time.safety=0.5"});
+  const std::string said = warnings_of(dir / "coarse");
+  EXPECT_NE(said.find("give a smaller `time.accuracy`"), std::string::npos) << said;
+  EXPECT_EQ(said.find("leave out `time.soil step`"), std::string::npos) << said;
+}
+
 TEST(PhysicsWatch, SaysASurfaceThatMovesFarInAStepAndStopsOneThatStepsOverSpheres) {
   const RunDirectory dir;
   const auto with_plate = [&](const char* name, double speed) {
