@@ -252,7 +252,11 @@ std::string accuracy_words(const StepReport& step) {
       fmt::format("accurate step {:.4g} s for impacts at {:.3g} m/s", step.accurate.step, step.expected_speed);
   if (step.accurate.contact > 0)
     words += fmt::format(": the shortest lasts {:.0f} steps", step.accurate.contact / step.soil_step);
-  words += fmt::format(", restitution wrong by {:.2g} at most with the step used", step.error_at(step.expected_speed));
+  const double error = step.error_at(step.expected_speed), slower = 0.5 * step.expected_speed;
+  words += fmt::format(", restitution wrong by {:.2g} at most with the step used", error);
+  if (const double then = step.error_at(slower); then > 1.2 * error && then > 1e-3)
+    words += fmt::format(", by {:.2g} at {:.3g} m/s, of which a pull that sets in between steps is a larger share",
+                         then, slower);
   std::vector<std::string> bodies;
   double lightest = std::numeric_limits<double>::infinity();
   for (const PossibleImpact& i : step.impacts) {

@@ -28,10 +28,13 @@ bool RunLoop::physics_fails() {
 }
 
 void RunLoop::warn_of_coarse_contacts() {
-  const double speed = std::max(fastest_, world_.step.expected_speed), error = world_.step.error_at(speed);
+  double speed = std::max(fastest_, world_.step.expected_speed), error = world_.step.error_at(speed);
+  // Where all were slower than expected, attraction takes a larger share of them, and its errors too.
+  if (fastest_ > 0 && fastest_ < speed)
+    if (const double slower = world_.step.error_at(fastest_); slower > error) speed = fastest_, error = slower;
   write_restitution_error(*summary_, error);
   if (error <= 1.2 * s_.time.accuracy + 1e-3) return;
-  const auto fine = world_.step.at_speed(speed, s_.time.accuracy, world_.step.soil_step);
+  const auto fine = world_.step.at_speed(speed, s_.time.accuracy, s_.time.safety * world_.step.limit.step);
   summary_->warn(
       fmt::format("impacts at {:.3g} m/s, as met or expected, have a restitution wrong by up to {:.2g} "
                   "with the step of {:.3g} s; {:.3g} s would keep `time.accuracy: {:.3g}`",

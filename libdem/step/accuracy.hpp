@@ -10,9 +10,12 @@
 /// velocity of half a step before). Restitution e(dt) depends on where between two steps the touch begins; the error is
 /// the largest over eight such phases,
 ///     error(dt) = max_phase |e(dt, phase) - e|,   e from steps that are 600 times finer than the stable step.
-/// It falls with the step, in first order where the law damps: as 0.3/n to 0.6/n in a contact of n steps. Few steps may
-/// hit e by chance, so a contact gets 0.4/tolerance steps at least. Pairs that stick have e = 0 at any step. A contact
-/// lasts from first reach to last; without rebound there is no such time.
+/// and, where a pull begins at once (DMT, liquid bridges, adhesion), over four phases in which the contact ends, by
+/// steps shorter by up to one part in n: F_jump v dt/2 of energy each time that a pull begins or ends between two
+/// steps, which a contact of just so many steps would cancel. Of slower impacts it is a larger share. It falls with the
+/// step, in first order where the law damps: as 0.3/n to 0.6/n in a contact of n steps. Few steps may hit e by chance,
+/// so a contact gets 0.4/tolerance steps at least. Pairs that stick have e = 0 at any step. A contact lasts from first
+/// reach to last; without rebound there is no such time.
 ///
 /// A body of a machine that is struck yields. It is stepped as the coupling steps it, by the force of t_n held over the
 /// step:  X_{n+1} = X_n + V_n dt + (F_n/M) dt^2/2,  V_{n+1} = V_n + (F_n/M) dt, against the sphere's leapfrog. An
@@ -25,6 +28,7 @@ namespace subsoil::dem {
 struct Impact {
   double restitution = 0;
   double duration = 0;  ///< s; 0 where the bodies do not come apart
+  double touching = 0;  ///< s of it, without gaps; 0 where it is not counted
 };
 
 /// Two bodies along the normal at `speed`, m/s, in steps of dt, s; `phase` of a step, 0 to 1, passes before they reach

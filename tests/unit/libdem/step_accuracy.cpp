@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "libdem/step/accuracy.hpp"
+#include "tests/tools/attraction.hpp"
 #include "tests/tools/dem_beds.hpp"
 #include "tests/tools/every_law.hpp"
 
@@ -69,6 +70,39 @@ TEST(AccurateStep, ImpactInStepsIsThatOfTheBed) {
                     1e-9);
       }
   }
+}
+
+/// A bridge of liquid that forms at the touch and takes W = int F dS up to its rupture, e = sqrt(1 - W/(m_eff v^2/2)),
+/// or one that forms from afar and takes nothing. Its pull sets in between two steps, and whether that error is met
+/// again at the end hangs on the steps of the contact.
+void expect_counted(Cohesion::Forms forms) {
+  Linear given = grains(1e4, 1, 0, 0);
+  given.cohesion = water(1e-11, 0.349);
+  given.cohesion.forms = forms;
+  const Law law = given;
+  const double r = 2e-3, m = kDensity * 4 / 3 * pi * r * r * r / 2, r_eff = r / 2, speed = 0.1;
+  const StepQuestion pair{
+      .smallest_radius = r, .largest_radius = r, .density = kDensity, .speed = speed, .neighbours = 1};
+  const double rupture = (1 + 0.349 / 2) * std::cbrt(1e-11), b = 1e-11 / (pi * r_eff);
+  const double work =
+      4 * pi * r_eff * 0.072 * std::cos(0.349) * (rupture - std::sqrt(rupture * rupture + b) + std::sqrt(b));
+  const double lost = forms == Cohesion::Forms::on_contact ? work / (0.5 * m * speed * speed) : 0;
+  const double e = std::sqrt(1 - lost);
+  const double longest = 0.8 * stable_step(law, pair).step;
+  const AccurateStep a = accurate_step(law, pair, false, 0.01, longest);
+  EXPECT_LE(a.error, 0.01);
+  EXPECT_GT(a.step, longest / 20) << "and no more than it takes";
+  for (int k = 0; k < 40; ++k) {
+    const double step = a.step * (1 - 0.001 * k);
+    for (const double phase : {0.05, 0.3, 0.55, 0.8})
+      EXPECT_NEAR(impact_in_steps(law, m, r_eff, 0.5 / r, speed, step, phase, 1).restitution, e, 0.012)
+          << step << " s, phase " << phase;
+  }
+}
+
+TEST(AccurateStep, APullThatSetsInBetweenStepsIsCounted) {
+  expect_counted(Cohesion::Forms::on_contact);
+  expect_counted(Cohesion::Forms::at_rupture_distance);
 }
 
 /// Bodies that stick have no restitution to be wrong: the stable step stays.
