@@ -14,6 +14,7 @@
 #include "apps/run/overlap_advice.hpp"
 #include "apps/run/process.hpp"
 #include "apps/run/surface_report.hpp"
+#include "apps/scenario/gravity.hpp"
 #include "apps/scenario/load.hpp"
 
 namespace subsoil::app {
@@ -73,8 +74,10 @@ int check_command(const RunRequest& request) {
                                                   : fmt::format("{:.0f}", spheres));
     for (const dem::ClumpShape& shape : world.bed->clump_shapes()) line("clump", clump_words(shape, world));
     if (world.soil.spheres > 0 && !poured)
-      line("bed as placed", fmt::format("{:.1f} kg, bulk density {:.0f} kg/m3, surface at {:.4f} m", world.soil.mass,
-                                        world.soil.bulk_density, world.soil.surface_mean));
+      line("bed as placed", fmt::format("{:.1f} kg", world.soil.mass) +
+                                (acts_down(s.gravity) ? fmt::format(", bulk density {:.0f} kg/m3, surface at {:.4f} m",
+                                                                    world.soil.bulk_density, world.soil.surface_mean)
+                                                      : ""));
     line("soil step", fmt::format("{:.4g} s, {:.2f} of the stable step {:.4g} s", world.step.soil_step,
                                   world.step.soil_step / world.step.limit.step, world.step.limit.step));
     line("", "set by " + world.step.limit.cause);

@@ -5,12 +5,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "apps/build/laws.hpp"
 #include "apps/build/servo.hpp"
+#include "apps/scenario/gravity.hpp"
 #include "apps/scenario/library.hpp"
 #include "apps/scenario/shapes/mesh_file.hpp"
 #include "apps/scenario/units.hpp"
+#include "libdem/geometry/world_box.hpp"
 #include "libdem/laws/contact.hpp"
 
 namespace subsoil::app {
@@ -144,6 +147,76 @@ void look_at_servos(const Loaded& loaded, const World& world, Texts& out) {
   }
 }
 
+/// Depth and surface are measured along y.
+void look_at_gravity(const Loaded& loaded, const World& world, Texts& out) {
+  const Vec3& g = loaded.scenario.gravity;
+  if (acts_down(g) || world.bed->spheres().empty()) return;
+  out.push_back(fmt::format(
+      "{}: gravity acts along ({:.3g}, {:.3g}, {:.3g}) m/s2: bulk density and surface of the bed, and depths below it, "
+      "are measured along y and left out or without sense; turn the scenario so that gravity acts along -y",
+      loaded.where("gravity"), g.x, g.y, g.z));
+}
+
+/// Speed of a fall over all that spheres and surfaces lie apart along gravity, or over the whole run.
+double speed_of_fall(const Scenario& s, const World& world) {
+  const double g = dem::norm(s.gravity);
+  const Vec3 down = dem::normalized(s.gravity);
+  double low = -std::numeric_limits<double>::infinity(), high = -low;  // along gravity
+  const auto include = [&](const Vec3& p) {
+    low = std::max(low, dem::dot(p, down)), high = std::min(high, dem::dot(p, down));
+  };
+  for (const dem::Sphere& one : world.bed->spheres()) include(one.x);
+  for (int k = 0; k < world.bed->boundary_count(); ++k) {
+    const dem::Boundary& b = world.bed->boundary(k);
+    const auto* plane = std::get_if<dem::Plane>(&b.shape);
+    include(plane != nullptr ? b.pose.to_world(plane->point()) : dem::world_box(dem::bounds(b.shape), b.pose).low);
+  }
+  return std::min(std::sqrt(2 * g * (low - high)), g * s.time.end);
+}
+
+/// A velocity in float grows in each step by g dt rounded to its spacing, 2^-23 of it or down to half of that: N
+/// spacings to a step err by up to 1/(2 N) of g, in one direction as long as the speed keeps its order.
+void look_at_mixed_precision(const Loaded& loaded, const World& world, Texts& out) {
+  constexpr double least = 200;  // spacings: a quarter of a percent
+  const Scenario& s = loaded.scenario;
+  const double gain = dem::norm(s.gravity) * world.step.soil_step;
+  if (s.precision != dem::Precision::mixed || world.bed->spheres().empty() || !(gain > 0)) return;
+  const double speed = std::max(world.step.expected_speed, speed_of_fall(s, world));
+  const double spacing = std::exp2(std::floor(std::log2(speed)) - 23);
+  if (gain >= least * spacing) return;
+  out.push_back(
+      fmt::format("{}: in a step of {:.3g} s gravity adds {:.2g} m/s, {:.2g} times what float resolves at {:.3g} m/s: "
+                  "free falls are "
+                  "wrong by up to {:.2g} of g; take `precision: double`, or a longer step",
+                  loaded.where("precision"), world.step.soil_step, gain, gain / spacing, speed, 0.5 * spacing / gain));
+}
+
+/// The meniscus is a cylinder up to V/R^3 = 0.01 (libdem/laws/cohesion.hpp).
+void look_at_bridges(const Loaded& loaded, const World& world, Texts& out) {
+  constexpr double valid = 0.01;
+  const Scenario& s = loaded.scenario;
+  for (std::size_t k = 0; k < s.contacts.size(); ++k) {
+    const std::optional<double> volume = liquid_volume(s.contacts[k].law);
+    if (!volume) continue;
+    const int a = material_index(s, s.contacts[k].between[0]), b = material_index(s, s.contacts[k].between[1]);
+    double of_a = 0, of_b = 0;  // the smallest radii
+    for (const dem::Sphere& one : world.bed->spheres()) {
+      if (one.material == a) of_a = of_a > 0 ? std::min(of_a, one.r) : one.r;
+      if (one.material == b) of_b = of_b > 0 ? std::min(of_b, one.r) : one.r;
+    }
+    if (!(of_a + of_b > 0)) continue;
+    const double r = of_a > 0 && of_b > 0 ? of_a * of_b / (of_a + of_b) : std::max(of_a, of_b),
+                 share = *volume / (r * r * r);
+    if (share > valid)
+      out.push_back(
+          fmt::format("{}: a bridge of {:.3g} mm3 has {:.2g} of r_eff^3 between the smallest spheres, r_eff = {:.3g} "
+                      "mm; its law holds "
+                      "to {:g}, {:.3g} mm3",
+                      loaded.where(fmt::format("contacts[{}].liquid volume", k)), *volume * 1e9, share, r * 1e3, valid,
+                      valid * r * r * r * 1e9));
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> input_warnings(const Loaded& loaded, const World& world, const std::string& file,
@@ -156,6 +229,9 @@ std::vector<std::string> input_warnings(const Loaded& loaded, const World& world
   look_at_rest(loaded, world, out);
   look_at_library(loaded, world, file, sets, out);
   look_at_servos(loaded, world, out);
+  look_at_gravity(loaded, world, out);
+  look_at_mixed_precision(loaded, world, out);
+  look_at_bridges(loaded, world, out);
   return out;
 }
 

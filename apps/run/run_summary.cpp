@@ -11,6 +11,7 @@
 #include "apps/report/disturbance.hpp"
 #include "apps/run/physics_watch.hpp"
 #include "apps/run/process.hpp"
+#include "apps/scenario/gravity.hpp"
 #include "apps/version.hpp"
 
 namespace subsoil::app {
@@ -112,9 +113,11 @@ void write_run_section(Summary& summary, const RunFacts& facts, const Scenario& 
   b["spheres"] = world.soil.spheres;
   if (world.soil.clumps > 0) b["clumps"] = world.soil.clumps;
   b["mass [kg]"] = world.soil.mass;
-  b["bulk density [kg/m3]"] = world.soil.bulk_density;
-  b["mean surface [m]"] = world.soil.surface_mean;
-  b["spread of the surface [m]"] = world.soil.surface_spread;
+  if (acts_down(scenario.gravity)) {
+    b["bulk density [kg/m3]"] = world.soil.bulk_density;
+    b["mean surface [m]"] = world.soil.surface_mean;
+    b["spread of the surface [m]"] = world.soil.surface_spread;
+  }
   b["contacts per sphere"] = world.soil.coordination;
   for (const auto& [material, layer] : world.soil.layers)
     b["layers"].push_back({{"material", material},

@@ -23,6 +23,7 @@
 #include "apps/run/run_loop.hpp"
 #include "apps/run/settling_checkpoint.hpp"
 #include "apps/run/signals.hpp"
+#include "apps/scenario/gravity.hpp"
 #include "apps/version.hpp"
 #include "libdem/bed_engine.hpp"
 
@@ -43,11 +44,13 @@ void say_dense_frames(const Loaded& loaded, const World& world) {
 
 void report_soil(const World& world) {
   if (!world.bed || world.soil.spheres == 0) return;
-  spdlog::info(
-      "soil: {} spheres, {:.1f} kg, bulk density {:.0f} kg/m3, surface at {:.4f} m (spread {:.1f} mm), {:.2f} contacts "
-      "per sphere",
-      world.soil.spheres, world.soil.mass, world.soil.bulk_density, world.soil.surface_mean,
-      world.soil.surface_spread * 1e3, world.soil.coordination);
+  const std::string surface =
+      acts_down(world.bed->options().gravity)
+          ? fmt::format("bulk density {:.0f} kg/m3, surface at {:.4f} m (spread {:.1f} mm), ", world.soil.bulk_density,
+                        world.soil.surface_mean, world.soil.surface_spread * 1e3)
+          : "";
+  spdlog::info("soil: {} spheres, {:.1f} kg, {}{:.2f} contacts per sphere", world.soil.spheres, world.soil.mass,
+               surface, world.soil.coordination);
   for (const auto& [material, layer] : world.soil.layers)
     spdlog::info("layer of {}: {} spheres, {:.1f} mm thick, top at {:.4f} m (spread {:.1f} mm)", material,
                  layer.spheres, layer.thickness * 1e3, layer.top, layer.spread * 1e3);

@@ -71,6 +71,16 @@ MaterialNeeds material_needs(const GivenLaw& given) {
       variant_of(given));
 }
 
+std::optional<double> liquid_volume(const GivenLaw& given) {
+  return std::visit(
+      []<class L>(const L& law) -> std::optional<double> {
+        if constexpr (requires { law.cohesion; })
+          if (law.cohesion.kind == dem::Cohesion::Kind::liquid_bridge) return law.cohesion.volume;
+        return std::nullopt;
+      },
+      variant_of(given));
+}
+
 dem::Law law_between(const GivenLaw& given, const Material& a, const Material& b) {
   return std::visit(
       [&](auto law) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <any>
+#include <optional>
 #include <utility>
 
 #include "libdem/laws/law.hpp"
@@ -43,6 +44,9 @@ struct MaterialNeeds {
   const char* in_place_of_yield = nullptr;  ///< likewise of yield strengths
 };
 MaterialNeeds material_needs(const GivenLaw& law);
+
+/// Of one bridge, m^3; nothing where the law has none.
+std::optional<double> liquid_volume(const GivenLaw& law);
 
 /// The law between two materials. Throws std::invalid_argument when its parameters contradict each other or a material
 /// lacks what it needs.

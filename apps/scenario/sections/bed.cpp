@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "apps/scenario/checks.hpp"
+#include "apps/scenario/gravity.hpp"
 #include "apps/scenario/scenario.hpp"
 
 namespace subsoil::app {
@@ -102,6 +103,8 @@ struct BedChecks : Checks {
     fits(given("file"), b.fill == Fill::file, b.fill == Fill::file, "file", fill);
     fits(given("particles"), b.fill == Fill::particles && b.placed.empty(), b.fill == Fill::particles, "particles",
          fill);
+    if (given("particles") && b.particles.empty() && b.placed.empty())
+      refuse("soil.bed.particles", "is empty; list a sphere at least, or leave `soil` out");
     fits(given("count"), false, b.fill == Fill::random, "count", fill);
     fits(given("depth"), false, made, "depth", fill);
     fits(given("region"), made && !s.soil->container, made, "region", fill);
@@ -110,6 +113,7 @@ struct BedChecks : Checks {
     if (b.fill == Fill::rest_lattice && !equal && b.clumps.empty()) {
       refuse("soil.bed.radius", "a rest-lattice needs spheres of one size; take `fill: random` for a distribution");
     }
+    if (b.fill == Fill::random && !acts_down(s.gravity)) poured_along_y(s);
     if (given("count") && given("depth")) refuse("soil.bed.count", "stands beside `depth`; keep one of them");
     if (b.region) positive("soil.bed.region.size", b.region->size);
     const bool own =
@@ -147,6 +151,20 @@ struct BedChecks : Checks {
       refuse(path, p.fixed, "stands beside `soil.active`, which would not see it move; leave one of them out");
     if (b.settle && dem::dot(p.velocity, p.velocity) + dem::dot(p.spin, p.spin) > 0)
       refuse(path, p.fixed, "moves while the bed settles; leave `settle` or its velocity out");
+  }
+
+  /// What it is poured to is measured along y.
+  void poured_along_y(const Scenario& of) {
+    const auto one = [&](const char* path, const char* cure) {
+      if (places.contains(path))
+        refuse(path,
+               fmt::format("is measured along y, and gravity acts along ({:.3g}, {:.3g}, {:.3g}) m/s2; {}, or turn "
+                           "the scenario so that gravity acts along -y",
+                           of.gravity.x, of.gravity.y, of.gravity.z, cure));
+    };
+    one("soil.bed.depth", "give `count` in its place");
+    one("soil.bed.layers", "take one material");
+    one("soil.surface", "leave it out");
   }
 
   void rough_floor(const BedSection& b) {

@@ -1,0 +1,108 @@
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "apps/build/world.hpp"
+#include "apps/run/input_report.hpp"
+#include "tests/tools/message_of.hpp"
+#include "tests/tools/program_runs.hpp"
+
+/// What a scenario asks for and cannot have, said before it runs: gravity that is not down, falls in float, bridges
+/// beyond their law, lists without anything in them.
+namespace subsoil::app::run_inputs {
+namespace {
+
+using namespace test;
+
+constexpr const char* sideways = R"(subsoil: 1
+gravity: 0 0 -9.81 m/s^2
+materials: {a: {density: 2500 kg/m^3}}
+contacts: [{between: [a, a], law: linear, k_n: 20 kN/m, restitution: 0.5, mu: 0.5}]
+soil:
+  container: {size: 0.1 0.1 0.1 m, at: 0 0 0 m, material: a, open: [+z]}
+  bed: {fill: random, material: a, radius: 6 mm, count: 60, settle: {for: 5 ms}}
+time: {end: 1 ms}
+)";
+
+constexpr const char* falls = R"(subsoil: 1
+precision: mixed
+materials: {a: {density: 2500 kg/m^3}}
+contacts: [{between: [a, a], law: linear, k_n: 100 kN/m, restitution: 0.5, mu: 0.5}]
+soil: {bed: {fill: particles, material: a, particles: [{position: 0 50 0 mm, radius: 2 mm, velocity: 0.1 0 0 m/s}]}}
+boundaries: [{name: floor, material: a, shape: {plane: {}}}]
+time: {end: 90 ms}
+)";
+
+std::string with(std::string text, const std::string& from, const std::string& to) {
+  return text.replace(text.find(from), from.size(), to);
+}
+
+std::string warnings(const std::string& text, const std::vector<std::string>& sets = {}) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(text);
+  const Loaded loaded = load_scenario(file, sets);
+  const World world = build_world(loaded, {.threads = 1, .settle = false});
+  std::string all;
+  for (const std::string& one : input_warnings(loaded, world, file, sets)) all += one + "\n";
+  return all;
+}
+
+std::string refusal(const std::string& text) {
+  return subsoil::test::message_of<ScenarioError>([&] { load_scenario_text(text, "case.yaml"); });
+}
+
+/// Density and surface are taken in columns along y: of a bed that lies on the wall -z they would be 160 kg/m3 and
+/// half the container's height.
+TEST(RunInputs, GravityThatIsNotDownLeavesOutWhatIsMeasuredAlongY) {
+  const RunDirectory dir;
+  const std::string placed = with(sideways, "fill: random, material: a, radius: 6 mm, count: 60, settle: {for: 5 ms}",
+                                  "fill: lattice, material: a, radius: 6 mm, pitch: 12.5 mm, depth: 50 mm");
+  ASSERT_EQ(run_scenario(dir.scenario(placed), dir / "out"), exit_ok);
+  const nlohmann::json summary = summary_of(dir / "out");
+  for (const char* key : {"bulk density [kg/m3]", "mean surface [m]", "spread of the surface [m]"})
+    EXPECT_FALSE(summary["soil"].contains(key)) << key;
+  EXPECT_NE(summary["warnings"].dump().find("gravity acts along (0, 0, -9.81) m/s2"), std::string::npos);
+  const std::string down = with(placed, "0 0 -9.81 m/s^2", "2 -9.81 0 m/s^2");
+  ASSERT_EQ(run_scenario(dir.scenario(down), dir / "down"), exit_ok);
+  EXPECT_TRUE(summary_of(dir / "down")["soil"].contains("mean surface [m]")) << "12 degrees off are a slope";
+  EXPECT_EQ(summary_of(dir / "down")["warnings"].dump().find("gravity"), std::string::npos);
+}
+
+TEST(RunInputs, NothingIsPouredToADepthAcrossGravity) {
+  const std::string deep = refusal(with(sideways, "count: 60", "depth: 50 mm"));
+  EXPECT_NE(deep.find("soil.bed.depth"), std::string::npos) << deep;
+  EXPECT_NE(deep.find("give `count` in its place, or turn the scenario"), std::string::npos) << deep;
+  EXPECT_EQ(refusal(with(with(sideways, "count: 60", "depth: 50 mm"), "0 0 -9.81 m/s^2", "9.81 m/s^2")), "accepted");
+  EXPECT_NE(refusal(with(sideways, "  bed:", "  surface: 0 m\n  bed:")).find("soil.surface"), std::string::npos);
+}
+
+TEST(RunInputs, AListWithoutParticlesIsNamed) {
+  const std::string said = refusal(with(falls, "[{position: 0 50 0 mm, radius: 2 mm, velocity: 0.1 0 0 m/s}]", "[]"));
+  EXPECT_NE(said.find("soil.bed.particles: is empty"), std::string::npos) << said;
+}
+
+/// From 50 mm a sphere falls to 0.99 m/s, where floats are 6e-8 m/s apart: a step of 1 us adds 165 of them, one of 20
+/// us 3,300.
+TEST(RunInputs, FallsThatFloatDoesNotResolve) {
+  EXPECT_NE(warnings(falls, {"time.soil step=1 us"}).find("times what float resolves"), std::string::npos);
+  EXPECT_EQ(warnings(falls, {"time.soil step=20 us"}), "");
+  EXPECT_EQ(warnings(falls, {"time.soil step=1 us", "precision=double"}), "");
+  EXPECT_EQ(warnings(falls, {"time.soil step=1 us", "gravity=0 m/s^2"}), "");
+}
+
+/// r_eff is 2 mm on the floor: 0.01 of 8 mm3.
+TEST(RunInputs, BridgesBeyondTheirLaw) {
+  const auto wet = [](const char* volume) {
+    return with(with(falls, "precision: mixed\n", ""), "mu: 0.5",
+                fmt::format("mu: 0.5, cohesion: liquid-bridge, surface tension: 72 mN/m, contact angle: 20 deg, "
+                            "liquid volume: {}",
+                            volume));
+  };
+  // Between spheres, as which the entry counts too, r_eff is 1 mm.
+  EXPECT_EQ(warnings(wet("0.0099 mm^3")), "");
+  const std::string said = warnings(wet("0.02 mm^3"));
+  EXPECT_NE(said.find("a bridge of 0.02 mm3 has 0.02 of r_eff^3"), std::string::npos) << said;
+  EXPECT_NE(said.find("its law holds to 0.01, 0.01 mm3"), std::string::npos) << said;
+}
+
+}  // namespace
+}  // namespace subsoil::app::run_inputs
