@@ -22,6 +22,8 @@ Json json_of(const Extremes& e) {
 
 }  // namespace
 
+Json steady_json(const BlockMean& mean) { return std::isfinite(mean.trend()) ? Json(mean.steady()) : Json(nullptr); }
+
 void Extremes::take(double time, double value) {
   if (value < low) low = value, low_time = time;
   if (value > high) high = value, high_time = time;
@@ -38,10 +40,29 @@ Json& Summary::section(const std::string& name) { return (*sections_)[name]; }
 void Summary::warn(const std::string& text) { warnings_.push_back(text); }
 
 void Summary::set_window(double from, double until, std::string reason) {
+  if (provisional_) empty_window();
   if (duration_ > 0) throw std::logic_error("the summary's window is open already and cannot be moved");
   from_ = from;
   until_ = until;
   reason_ = std::move(reason);
+}
+
+void Summary::set_provisional_window(double from, double until, std::string reason) {
+  set_window(from, until, std::move(reason));
+  provisional_ = true;
+}
+
+void Summary::drop_window() {
+  empty_window();
+  from_ = until_ = std::numeric_limits<double>::infinity();
+  reason_.clear();
+}
+
+void Summary::empty_window() {
+  provisional_ = false;
+  duration_ = whole_duration_ = 0;
+  for (Column& c : columns_) c.now = c.whole = {};
+  if (period_ > 0) take_whole_periods(period_);
 }
 
 void Summary::take_whole_periods(double period) {
@@ -105,7 +126,7 @@ Json Summary::column_json(const Column& c) const {
   Json json{{"unit", c.column.unit}, {"mean in window", json_number(w.mean.mean())}};
   json["interval of the mean, 95 %"] = json_number(w.mean.interval());
   json["change over the window"] = json_number(w.mean.trend());
-  json["steady"] = w.mean.steady();
+  json["steady"] = steady_json(w.mean);
   json["steps in window"] = json_of(w.steps);
   json["1 ms means in window"] = json_of(w.fine);
   json["50 ms means in window"] = json_of(w.coarse);
@@ -129,7 +150,7 @@ Json Summary::to_json() const {
 
 void Summary::archive(Archive& a) {
   for (Column& c : columns_) a(c);
-  a(from_, until_, reason_, duration_, whole_duration_, time_, period_, warnings_);
+  a(from_, until_, reason_, duration_, whole_duration_, time_, period_, provisional_, warnings_);
 }
 
 void Summary::write(const std::filesystem::path& path) const { write_atomically(path, json_text(to_json(), 2) + "\n"); }

@@ -22,6 +22,9 @@ struct Extremes {
   void archive(Archive& a) { a(low, low_time, high, high_time); }
 };
 
+/// Whether a signal is steady; null where too little is known to say.
+Json steady_json(const BlockMean& mean);
+
 /// Takes every step of the run (samples would hide peaks) and keeps for each column
 ///  - mean over the window, weighted with time, its interval (BlockMean), and plain extremes in it,
 ///  - extremes of the 1 ms and 50 ms moving means, over the whole run and over the window.
@@ -32,8 +35,12 @@ class Summary {
   ~Summary();
   Summary(Summary&&) noexcept;
 
-  /// Window of the means; by default it opens never. May be set or moved as long as the run is before `from`.
+  /// Window of the means; by default it opens never. May be set or moved as long as the run is before `from`, and after
+  /// a provisional one.
   void set_window(double from, double until, std::string reason = {});
+  /// The whole run, until a window is set: what was taken by then is forgotten.
+  void set_provisional_window(double from, double until, std::string reason);
+  void drop_window();  ///< means are null
   /// Ends an open window now or later. What was taken stays.
   void close_window(double until);
   /// Means and what else is of the window end with its last whole period: with the step in which that ended.
@@ -74,6 +81,7 @@ class Summary {
     InWindow now, whole;  ///< up to now, and up to the last whole period
     void archive(Archive& a) { a(fine, coarse, fine_run, coarse_run, now, whole); }
   };
+  void empty_window();
   void take(Column& c, double time, double duration, double inside, double value) const;
   const InWindow& in_window(const Column& c) const { return period_ > 0 ? c.whole : c.now; }
   std::size_t index(const std::string& name) const;
@@ -84,6 +92,7 @@ class Summary {
   std::string reason_;
   double duration_ = 0, whole_duration_ = 0, time_ = 0;
   double period_ = 0;
+  bool provisional_ = false;
   std::unique_ptr<Json> sections_;
   std::vector<std::string> warnings_;
 };

@@ -147,12 +147,14 @@ bool RunLoop::checkpoint_is_due() const { return restores_ && machine_is_fresh_ 
 
 void RunLoop::set_fixed_window() {
   const Window& w = s_.output.window;
-  if (w.from || w.until)
+  if (w.from || w.until) {
     summary_->set_window(w.from.value_or(0), w.until.value_or(s_.time.end), "given in output.window");
-  else if (!tool_->any_passes())
+  } else if (!tool_->any_passes()) {
     summary_->set_window(start_time_, s_.time.end, "no tool passes through soil: the whole run");
-  else
+  } else {
     window_ = Opening::pending;
+    summary_->set_provisional_window(start_time_, s_.time.end, "no tool passed through soil: the whole run");
+  }
   const double period = period_of(s_);
   if (period > 0 && period < s_.time.end - start_time_) summary_->take_whole_periods(period);
   if (std::isnan(period)) warn("the given motions have no period in common: means are over the whole window");
@@ -423,7 +425,8 @@ void RunLoop::follow_tools(double t) {
     window_ = Opening::closed;
     summary_->close_window(t);
   }
-  if (!tool_->any_passes() || t < summary_->window_from() || t > summary_->window_until() + s_.output.row_interval())
+  if (!tool_->any_passes() || window_ == Opening::pending || t < summary_->window_from() ||
+      t > summary_->window_until() + s_.output.row_interval())
     return;
   if (!walls_.has_begun()) return walls_.begin(world_);
   if (++looks_ % 20 != 0) return;  // a look goes through all spheres

@@ -95,6 +95,7 @@ void RunLoop::finish(int& code) {
   if (code == exit_failed) lock_.free_reserve();
   attempt(code, [&] { series_->sync(); });
   attempt(code, [&] { frames_->finish(); });
+  if (window_ == Opening::pending && tool_->any_travelled()) summary_->drop_window();
   last_warnings(code);
   write_run_section(*summary_,
                     {.code = code,
@@ -150,11 +151,10 @@ void RunLoop::last_warnings(int code) {
           fmt::format("{} touched no soil in the whole run: see where it starts and how it moves; `subsoil "
                       "check` says how far it is from the soil",
                       tool.name));
-  if (window_ == Opening::pending) {
-    if (tool_->any_travelled())
-      summary_->warn(
-          "no tool came to steady work (its length in soil plus its depth of travel): no means; let it travel "
-          "farther, or set output.window");
+  if (window_ == Opening::pending && tool_->any_travelled()) {
+    summary_->warn(
+        "no tool came to steady work (its length in soil plus its depth of travel): no means; let it travel "
+        "farther, or set output.window");
   } else if (!std::isfinite(summary_->window_from()) || !(summary_->window_until() > summary_->window_from())) {
     summary_->warn(
         "the window of the means was never reached, or is shorter than a period of the given motion: means "

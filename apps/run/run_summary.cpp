@@ -230,7 +230,7 @@ void write_tools(Summary& summary, const ToolProgress& progress) {
       json[std::string(a.name) + " [N]"] = {{"mean", json_number(a.sign * mean.mean())},
                                             {"interval, 95 %", json_number(mean.interval())},
                                             {"change over the window", json_number(a.sign * mean.trend())},
-                                            {"steady", mean.steady()}};
+                                            {"steady", steady_json(mean)}};
     }
     summary.section("tools")[tool.name] = std::move(json);
   }

@@ -100,18 +100,23 @@ void ToolProgress::follow(Tool& tool) const {
   const double surface = world_.soil.surface_mean;
   const Vec3 place = simulation_.surface_pose(world_.surfaces[tool.surfaces.front()].boundary).position;
   double deepest = std::numeric_limits<double>::infinity(), back = deepest, front = -deepest;
+  dem::Bounds below;
   for (std::size_t k = 0; k < tool.surfaces.size(); ++k) {
     const SurfaceRecord& s = world_.surfaces[tool.surfaces[k]];
     const dem::Pose pose = simulation_.surface_pose(s.boundary);
     for (const Vec3& v : tool.points[k]) {
       const Vec3 p = pose.to_world(v);
       if (p.y > surface) continue;
-      if (!tool.entry && (p.x < low_.x || p.x > high_.x || p.z < low_.z || p.z > high_.z)) continue;
+      below.include(p);
       deepest = std::min(deepest, p.y);
       back = std::min(back, dem::dot(p, tool.along)), front = std::max(front, dem::dot(p, tool.along));
     }
   }
   if (!(deepest < surface)) return;
+  // It may be larger than the soil, with no point of it within.
+  const bool over_soil =
+      below.low.x <= high_.x && below.high.x >= low_.x && below.low.z <= high_.z && below.high.z >= low_.z;
+  if (!tool.entry && !over_soil) return;
   if (!tool.entry) tool.entry = place;
   tool.depth = std::max(tool.depth, surface - deepest);
   const Vec3 gone = level(place - *tool.entry);

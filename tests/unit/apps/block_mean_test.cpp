@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <random>
+
+#include "apps/output/summary.hpp"
 
 namespace subsoil::app::block_mean_test {
 namespace {
@@ -19,6 +22,15 @@ BlockMean autoregressive(double phi, double drift, unsigned seed, int count) {
     x = phi * x + noise(random);
   }
   return mean;
+}
+
+/// Of fewer than six blocks nothing is known, and nothing is said.
+TEST(BlockMean, ShortSignalsAreNeitherSteadyNorNot) {
+  BlockMean mean;
+  for (const double value : {1.0, 2.0, 3.0, 4.0, 5.0}) mean.add(1, value);
+  EXPECT_TRUE(steady_json(mean).is_null());
+  mean.add(1, 6);
+  EXPECT_EQ(steady_json(mean), false) << "a straight line";
 }
 
 TEST(BlockMean, TheIntervalHoldsTheTrueMeanOfACorrelatedSignal) {

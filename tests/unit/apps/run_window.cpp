@@ -61,6 +61,38 @@ TEST(RunWindow, OfAVibratingToolCountsItsWayOnceAndHoldsWholePeriods) {
   EXPECT_NEAR(periods, std::round(periods), 2e-3) << "a step of 0.1 ms";
 }
 
+/// A plate wider than its bed that bears it on a spring passes through nothing: its means are of the whole run, and its
+/// force is the weight of what lies on it.
+TEST(RunWindow, OfAPlateThatBearsSoilIsTheWholeRun) {
+  const RunDirectory dir;
+  const char* const bearing = R"(subsoil: 1
+materials: {ball: {density: 2600 kg/m^3}, steel: {density: 7850 kg/m^3}}
+contacts:
+  - {between: [ball, ball], law: linear, k_n: 20 kN/m, restitution: 0.3, mu: 0.4}
+  - {between: [ball, steel], law: linear, k_n: 20 kN/m, restitution: 0.3, mu: 0}
+soil:
+  container: {size: 80 200 80 mm, at: -40 -100 -40 mm, material: steel}
+  bed: {fill: lattice, material: ball, radius: 10 mm, pitch: 20 mm, region: {size: 60 40 60 mm, at: -30 0 -30 mm}}
+machine:
+  bodies: {plate: {mass: 5 kg, inertia: 0.05 kg m^2, at: 0 -10 mm}}
+  joints: {guide: {translational: [ground, plate], at: 0 0 m, along: 0 1}}
+  forces: {leg: {spring-damper: [ground, plate], ends: [0 -80 mm, 0 -10 mm], stiffness: 200 kN/m, damping: 500 N s/m}}
+  surfaces: {top: {body: plate, material: steel, box: 78 20 78 mm}}
+time: {end: 0.4 s}
+output: {every: 0.2 s}
+)";
+  ASSERT_EQ(run_scenario(dir.scenario(bearing), dir / "out"), exit_ok);
+  const nlohmann::json summary = summary_of(dir / "out"), &window = summary["window"];
+  EXPECT_EQ(window["from [s]"], 0);
+  EXPECT_NEAR(window["until [s]"].get<double>(), 0.4, 1e-3);
+  EXPECT_EQ(window["rule"], "no tool passed through soil: the whole run");
+  const nlohmann::json& plate = summary["tools"]["plate"];
+  const double weight = 18 * 2600 * 4.0 / 3 * M_PI * 1e-6 * 9.81;
+  EXPECT_NEAR(plate["lift [N]"]["mean"].get<double>(), -weight, 0.05 * weight) << "it bounces at first";
+  EXPECT_GT(plate["greatest depth [m]"].get<double>(), 0.039) << "below the surface of two layers";
+  EXPECT_EQ(summary["warnings"].dump().find("no tool came"), std::string::npos);
+}
+
 TEST(RunWindow, AToolAboveTheSoilIsSaidAndStrictFails) {
   const RunDirectory dir;
   const std::vector<std::string> high{"boundaries.tool.at=60 100 0 mm", "time.end=20 ms"};
