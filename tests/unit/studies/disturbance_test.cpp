@@ -9,6 +9,8 @@
 #include "apps/output/run_writer.hpp"
 #include "apps/plot/furrow_picture.hpp"
 #include "apps/plot/plot.hpp"
+#include "apps/report/numbers.hpp"
+#include "apps/report/run_folder.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/unit/apps/trench.hpp"
@@ -153,6 +155,30 @@ TEST(Disturbance, StandsInTheSummary) {
   const double draft = summary.at("tools").at("tool").at("draft [N]").at("mean");
   EXPECT_NEAR(found.at("specific draft [N/m2]").get<double>() * again.furrow->disturbed_area, draft,
               1e-9 * std::abs(draft));
+}
+
+/// A tool that goes towards -x, with a watch along -x as one has it from another scenario: the report's specific draft
+/// is that of the summary, positive against the travel.
+TEST(Disturbance, SpecificDraftIsAgainstTheTravel) {
+  const RunDirectory dir;
+  const std::string text = dir.scenario(trench);
+  ASSERT_EQ(run_scenario(text, dir / "out",
+                         {"output.every=50 ms", "soil.container.open after settling=[-x]",
+                          "boundaries.tool.at=340 10 0 mm", "boundaries.tool.moves=[{velocity: -0.4 0 0 m/s}]"}),
+            exit_ok);
+  const double by_summary = summary_of(dir / "out").at("disturbance").at("specific draft [N/m2]");
+  EXPECT_GT(by_summary, 0);
+  EXPECT_LT(summary_of(dir / "out")["columns"]["draft"]["mean in window"].get<double>(), 0);
+  const RunFolder folder = read_run_folder(dir / "out");
+  const Disturbance found = disturbance_of(dir / "out");
+  ASSERT_TRUE(found.tool && found.furrow);
+  int seen = 0;
+  for (const ReportNumber& n : numbers_of_soil(folder, *found.tool, found.furrow)) {
+    if (n.quantity != "specific draft") continue;
+    EXPECT_NEAR(n.value, by_summary, 0.05 * by_summary) << "rows in place of steps";
+    ++seen;
+  }
+  EXPECT_EQ(seen, 1);
 }
 
 TEST(Disturbance, IsDrawn) {
