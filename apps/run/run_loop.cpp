@@ -112,7 +112,7 @@ std::optional<std::uint64_t> RunLoop::kept_bytes() const {
 }
 
 void RunLoop::archive(Archive& a) {
-  a(frame_due_, sample_due_, state_due_, *summary_, *rows_, *tool_, walls_, *crossings_, physics_);
+  a(frame_due_, sample_due_, state_due_, *summary_, *rows_, *tool_, walls_, *crossings_, physics_, bodies_);
   columns_->archive_histories(a);
   a(outside_, values_, looks_, start_time_, deepest_, fastest_, steps_, window_);
   a(energy_start_.bed, energy_start_.bed_gravity, energy_start_.machine_potential);

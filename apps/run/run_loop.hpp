@@ -12,6 +12,7 @@
 #include "apps/build/world.hpp"
 #include "apps/output/series_writer.hpp"
 #include "apps/output/summary.hpp"
+#include "apps/run/body_watch.hpp"
 #include "apps/run/checkpoints.hpp"
 #include "apps/run/columns.hpp"
 #include "apps/run/crossings.hpp"
@@ -150,6 +151,7 @@ class RunLoop {
   RecentRate rate_;
   WallWatch walls_;
   PhysicsWatch physics_{s_, world_};
+  BodyWatch bodies_{s_, world_};
   Schedule frame_due_, sample_due_, state_due_;
   Checkpoints checkpoints_{request_.out};
   std::uint64_t state_bytes_ = 0;  ///< of the largest state so far

@@ -24,6 +24,7 @@ bool RunLoop::physics_fails() {
     if (finding.stops) return failure_ = text, true;
     warn(text);
   }
+  for (const std::string& text : bodies_.look(simulation_)) warn(fmt::format("t = {:.9g} s: {}", reached_, text));
   return false;
 }
 

@@ -138,6 +138,40 @@ TEST(PhysicsWatch, IsSilentAboutSpheresThatLeaveThroughAnOpenSide) {
   EXPECT_EQ(warnings_of(dir / "out").find("beyond a wall"), std::string::npos) << warnings_of(dir / "out");
 }
 
+/// A block slides without friction towards a wall that only spheres meet: with 8 kg at 0.5 m/s from 170 mm before it,
+/// it is through after 0.34 s. One that leaves by an open side says nothing, nor does one that flies over the rim.
+TEST(BodyWatch, SaysABodyThatGoesThroughAWall) {
+  const RunDirectory dir;
+  const std::string sliding = R"(subsoil: 1
+gravity: 0 m/s^2
+materials: {ball: {density: 2600 kg/m^3}, steel: {density: 7850 kg/m^3}}
+contacts: [{between: [ball, ball], law: linear, k_n: 50 kN/m, restitution: 0.3, mu: 0.3}, {between: [ball, steel], law: linear, k_n: 50 kN/m, restitution: 0.3, mu: 0.3}]
+soil:
+  container: {size: 0.6 0.6 0.2 m, at: -0.3 0 -0.1 m, material: steel}
+  bed: {fill: particles, material: ball, particles: [{position: 0.2 0.03 0 m, radius: 30 mm}]}
+machine:
+  bodies: {sledge: {mass: 8 kg, inertia: 0.05 kg m^2, at: -0.08 0.15 m, velocity: -0.5 0 m/s}}
+  surfaces: {block: {body: sledge, material: steel, box: 0.1 0.05 0.1 m}}
+time: {end: 0.4 s}
+output: {every: 0.1 s}
+)";
+  const auto said = [&](const char* name, const std::vector<std::string>& sets) {
+    EXPECT_EQ(run_scenario(dir.scenario(sliding), dir / name, sets), exit_ok);
+    const auto all = summary_of(dir / name)["warnings"].get<std::vector<std::string>>();
+    std::string found;
+    for (const std::string& one : all)
+      if (one.find("reaches through") != std::string::npos) found += one + "\n";
+    return found;
+  };
+  const std::string through = said("through", {});
+  EXPECT_EQ(through.rfind("t = 0.34", 0), 0u) << through;
+  EXPECT_NE(through.find("`block` of `sledge` reaches through the wall -x of the container"), std::string::npos);
+  EXPECT_EQ(std::count(through.begin(), through.end(), '\n'), 1) << "once";
+  EXPECT_NE(said("down", {"machine.bodies.sledge.velocity=0 -0.5 m/s"}).find("through the floor"), std::string::npos);
+  EXPECT_EQ(said("open", {"soil.container.open=[-x, +y]"}), "");
+  EXPECT_EQ(said("over", {"machine.bodies.sledge.at=-0.08 0.7 m"}), "");
+}
+
 /// A plate at v throws an elastic ball off at 2 v, twice what was expected; Hertz's contact is stiffer by then.
 TEST(PhysicsWatch, SaysAStepThatIsNoLongerStable) {
   const RunDirectory dir;
