@@ -138,9 +138,10 @@ void Adaptive::on_advance(double h) {
   for (long taken = 0; front_ < end; ++taken) {
     if (crossing_) leave_crossing();
     if (taken == most_steps)
-      throw std::runtime_error("t = " + std::to_string(front_) + " s: " + std::to_string(most_steps) +
-                               " steps did not reach " + std::to_string(end) +
-                               " s; the system is stiff or its forces are not smooth: take ida, or a wider tolerance");
+      throw std::runtime_error(
+          "t = " + std::to_string(front_) + " s: " + std::to_string(most_steps) + " steps did not reach " +
+          std::to_string(end) +
+          " s; the system is stiff, its forces are not smooth or a given motion jumps: take ida, or a wider tolerance");
     if (beside_singular_) {
       walk(end);
     } else if (walking_) {

@@ -36,6 +36,7 @@ struct Cvode::Solver {
   void* memory = nullptr;
   SUNNonlinearSolver iteration = nullptr;
   MotionState trial, good;  // good: last one whose joints closed, from which guesses are carried on
+  MotionState begin;        // the same as the step began: trials of a step that failed are no guide to a shorter one
   Eigen::VectorXd expected;
   std::exception_ptr thrown;
   long steps_before = 0, evaluations_before = 0;
@@ -52,7 +53,8 @@ struct Cvode::Solver {
         dense(size(), context),
         tolerance(size(), context),
         trial(at),
-        good(at) {}
+        good(at),
+        begin(at) {}
   ~Solver() {
     if (memory) CVodeFree(&memory);
     if (iteration) SUNNonlinSolFree(iteration);
@@ -76,13 +78,17 @@ struct Cvode::Solver {
     out.states = ConstMap(from + 2 * f + e - good.states.size(), good.states.size());
   }
   void evaluate(double t, N_Vector from) {
+    if (t < good.t) carry_on_from(begin);
     unpack(t, N_VGetArrayPointer(from), trial);
     expected = trial.q;
     partition.evaluate(trial);
     if (distance_of(system, trial.q, expected) > branch_limit(system))
       throw std::runtime_error("t = " + std::to_string(t) +
                                " s: the pose jumps; the motion leads through a dead point or a lock-up");
-    good.t = trial.t, good.q = trial.q, good.velocity = trial.velocity, good.acceleration = trial.acceleration;
+    carry_on_from(trial);
+  }
+  void carry_on_from(const MotionState& m) {
+    good.t = m.t, good.q = m.q, good.velocity = m.velocity, good.acceleration = m.acceleration;
   }
 
   static int right_side(realtype t, N_Vector y, N_Vector dy, void* self) {
@@ -146,7 +152,7 @@ void Cvode::begin() {
   auto& s = *solver_;
   s.steps_before = steps(), s.evaluations_before = evaluations();
   s.set = partition_.independent();
-  s.trial = s.good = now_;
+  s.trial = s.good = s.begin = now_;
   Map y = s.y.map();
   y.setZero();
   for (Eigen::Index i = 0; i < s.f; ++i) {
@@ -175,6 +181,7 @@ Adaptive::Reached Cvode::take_step(double end, double stop) {
   auto& s = *solver_;
   if (std::isfinite(stop)) check_cvode(CVodeSetStopTime(s.memory, stop), "CVodeSetStopTime");
   double t = s.good.t;
+  s.begin = s.good;
   s.thrown = nullptr;
   // With single steps the end only bounds the first one; CVODE refuses an end within rounding of its start.
   const int code = CVode(s.memory, std::max(end, t + 1e-9), s.y, &t, CV_ONE_STEP);

@@ -6,6 +6,8 @@
 #include <numbers>
 
 #include "libmbd/forces/line_contact.hpp"
+#include "libmbd/forces/rotational_stop.hpp"
+#include "libmbd/joints/revolute.hpp"
 #include "libmbd/machine.hpp"
 
 namespace subsoil::mbd::events_test {
@@ -44,6 +46,30 @@ MachineOptions method(int which, bool locate = true) {
 }
 
 class Events : public testing::TestWithParam<int> {};
+
+// A pendulum let go level meets a stop of 1e7 N m/rad at its lowest point, with w = (2 g)^1/2 of a mass on a massless
+// rod: trial steps that reach 1e-2 rad into it see 1e5 N m, and must not keep the method from finding the touch.
+// Elastic: it comes back after 2 T + pi (m/k)^1/2, T = K(1/2^1/2)/(g/l)^1/2 from level to the lowest point, each time.
+TEST(Events, AStiffStopIsMetFromLongSteps) {
+  Model m;
+  m.add({.name = "bob", .mass = 1, .inertia = 1e-12, .pose = {1, 0, 0}});
+  m.add("pin", Revolute{.body_a = ground, .body_b = 1, .p_b = {-1, 0}});
+  m.add("stop",
+        RotationalStop{.body_a = ground, .body_b = 1, .limits = {.least = -std::numbers::pi / 2, .law = {1, 1e7, 0}}});
+  for (const IntegratorKind kind : {IntegratorKind::cvode, IntegratorKind::ida}) {
+    Machine machine(m, {.integrator = kind});
+    machine.start_from_pose();
+    while (machine.time() < 3) machine.advance(1e-2);
+    const double down = std::comp_ellint_1(std::sqrt(0.5)) / std::sqrt(g);
+    ASSERT_EQ(machine.events().size(), 6U);
+    for (const std::size_t i : {0, 2, 4})
+      EXPECT_NEAR(machine.events()[i].t,
+                  static_cast<double>(i + 1) * down + std::numbers::pi / std::sqrt(1e7) * static_cast<double>(i) / 2,
+                  1e-5)
+          << i;
+    EXPECT_LT(machine.energy().closure(), 1e-6);
+  }
+}
 
 // Steps of 0.1 ms at order 4 err by (w h)^5 = 1e-10 of a contact each, 300 of them; tolerances 1e-10 or tighter and
 // some hundred steps: 1e-7 s for each. The order of the ends is that of the field: closes, opens, closes ...
