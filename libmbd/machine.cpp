@@ -1,6 +1,7 @@
 #include "libmbd/machine.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "libmbd/elements.hpp"
@@ -10,13 +11,16 @@
 namespace subsoil::mbd {
 
 namespace {
-// Kinetic energy of all bodies at a millionth of the machine's length in a second. A machine held at rest moves none,
-// and what rounding leaves of its balance is no share of anything.
+// Kinetic energy of all bodies at a millionth of the machine's length in a second, and their weights over 1e-10 of it,
+// to which no tolerance holds a pose. A machine held at rest moves none, and what rounding leaves of its balance is no
+// share of anything.
 double energy_at_rest(const System& system) {
-  const double speed = 1e-6 * system.length_scale();
-  double doubled = 0;
-  for (const Body& b : system.model().bodies) doubled += b.mass * speed * speed + b.inertia * 1e-12;
-  return doubled / 2;
+  const double length = system.length_scale(), speed = 1e-6 * length;
+  const double gravity = std::hypot(system.model().gravity[0], system.model().gravity[1]);
+  double energy = 0;
+  for (const Body& b : system.model().bodies)
+    energy += 0.5 * (b.mass * speed * speed + b.inertia * 1e-12) + 1e-10 * b.mass * gravity * length;
+  return energy;
 }
 }  // namespace
 
@@ -71,11 +75,12 @@ void Machine::advance(double h) {
 }
 
 void Machine::watch_energy(bool first) {
-  const double energy = system_.kinetic() + system_.stored(), potential = system_.potential();
-  if (first) most_energy_ = 0, lowest_potential_ = highest_potential_ = potential;
-  most_energy_ = std::max(most_energy_, energy);
-  lowest_potential_ = std::min(lowest_potential_, potential);
-  highest_potential_ = std::max(highest_potential_, potential);
+  EnergyRange range = integrator_->take_energy_range();
+  if (first) range = {}, most_energy_ = 0, lowest_potential_ = highest_potential_ = system_.potential();
+  range.see(system_);
+  most_energy_ = std::max(most_energy_, range.most);
+  lowest_potential_ = std::min(lowest_potential_, range.lowest);
+  highest_potential_ = std::max(highest_potential_, range.highest);
 }
 
 double MachineEnergy::closure() const {

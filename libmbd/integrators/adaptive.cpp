@@ -194,6 +194,7 @@ void Adaptive::step_on(double end, double stop) {
   const double taken = reached.t - front_;
   last_step_ = reached.t < stop ? taken : 4 * taken;
   cut_ = stop < asked && reached.t == stop && taken < 0.5 * std::min(planned, Inputs::window);
+  energy_range_.see(system_);  // as it was evaluated last, in this step
   const double begin = std::exchange(front_, reached.t);
   root_ = reached.root;
   if (watches_switches()) stop_at_hidden_contact(begin);
@@ -220,6 +221,7 @@ void Adaptive::walk(double end) {
   std::swap(now_, next_);
   flows_.of_elements = walk_flows_;
   if (end - now_.t <= 1e-12 * h) now_.t = end;
+  energy_range_.see(system_);
   front_ = now_.t, last_step_ = walk_step_;
   const bool passed = event < switches_.count();
   if (passed) take_event(event);

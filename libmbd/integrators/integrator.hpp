@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "libmbd/assembly/partition.hpp"
@@ -54,6 +56,17 @@ struct EnergyFlows {
   double latched = 0;        ///< lost in impacts of joints that closed
 };
 
+/// Of the energies seen on the way (J): the most of kinetic + stored, the range of potential.
+struct EnergyRange {
+  double most = 0;
+  double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+  void see(const System& system) {
+    most = std::max(most, system.kinetic() + system.stored());
+    const double potential = system.potential();
+    lowest = std::min(lowest, potential), highest = std::max(highest, potential);
+  }
+};
+
 /// What fixed steps are estimated to err by: the difference of predictor and corrector by Milne's device. Positions
 /// over the machine's length, velocities over the largest one so far, angles times length.
 struct StepError {
@@ -98,6 +111,8 @@ class Integrator {
   const EnergyFlows& flows() const { return viewer_ ? viewer_->flows : flows_; }
   /// Zero for methods that hold their errors to a tolerance.
   const StepError& step_error() const { return step_error_; }
+  /// Energies in every step of the method's own since it was asked last.
+  EnergyRange take_energy_range() { return std::exchange(energy_range_, {}); }
   Partition& partition() { return partition_; }
   const Partition& partition() const { return viewer_ ? viewer_->partition : partition_; }
   System& system() { return system_; }
@@ -139,6 +154,7 @@ class Integrator {
 
  private:
   void begin_states();
+  EnergyRange energy_range_;
   bool begin_controllers();
   void act(double close);
   void await_passage();

@@ -7,8 +7,10 @@
 #include <string>
 
 #include "libmbd/drivers/angle_driver.hpp"
+#include "libmbd/forces/applied_force.hpp"
 #include "libmbd/forces/spring_damper.hpp"
 #include "libmbd/joints/fixed.hpp"
+#include "libmbd/joints/point_on_line.hpp"
 #include "libmbd/joints/revolute.hpp"
 #include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
@@ -108,6 +110,35 @@ TEST(HonestRuns, AMotionThatJumpsIsNamed) {
       EXPECT_NE(text.find("jump"), std::string::npos) << text;
     }
   }
+}
+
+// A force of F sin(w t) over whole periods leaves a mass at rest at every row, where its work is 0 to rounding. What
+// moved between them counts: v = 2 F/(m w) in the middle of each.
+TEST(HonestRuns, EnergyThatMovesBetweenRowsIsThere) {
+  Model m;
+  m.gravity = {0, 0};
+  m.add({.name = "mass", .mass = 1, .inertia = 0.01});
+  m.add("slide", Translational{.body_a = ground, .body_b = 1});
+  m.add("shaker", AppliedForce{.body = 1, .fx = HarmonicFunction{.amplitude = 1000, .frequency = 1000}});
+  const double v = 2 * 1000 / (2 * pi * 1000);
+  for (const IntegratorKind kind : {IntegratorKind::cvode, IntegratorKind::ida}) {
+    Machine machine(m, {.integrator = kind});
+    EXPECT_EQ(outcome(machine, 1e-3, 0.1), "");
+    EXPECT_NEAR(machine.energy().moved, v * v / 2, 0.1 * v * v / 2);
+    EXPECT_LT(machine.energy().closure(), 1e-6);
+  }
+}
+
+// A beam at rest on a pin and two rollers, one too many: what rounding does to its height is no energy that was lost.
+TEST(HonestRuns, RoundingOfAMachineAtRestIsNoShareOfAnything) {
+  Model m;
+  m.add({.name = "beam", .mass = 3, .inertia = 1, .pose = {0.2, 0, 0}});
+  m.add("pin", Revolute{.body_a = ground, .body_b = 1, .p_a = {-1, 0}, .p_b = {-1.2, 0}});
+  m.add("middle", PointOnLine{.body_a = ground, .body_b = 1, .p_b = {-0.2, 0}});
+  m.add("end", PointOnLine{.body_a = ground, .body_b = 1, .p_a = {1, 0}, .p_b = {0.8, 0}});
+  Machine machine(m, {.integrator = IntegratorKind::cvode});
+  EXPECT_EQ(outcome(machine, 1e-3, 0.1), "");
+  EXPECT_LT(machine.energy().closure(), 1e-3);
 }
 
 // Freedom 0 and nothing driven: nothing is to be integrated, by whichever method.
