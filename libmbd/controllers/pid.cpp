@@ -84,10 +84,10 @@ bool Sampler::act(const PidController& c, double t, double close, double measure
   return held(t) != before;
 }
 
-double Sampler::held(double t) const {
+double Sampler::held(double t, bool before) const {
   double u = held_;
   for (const auto& [from, value] : changes_)
-    if (from <= t) u = value;
+    if (before ? from < t : from <= t) u = value;
   return u;
 }
 

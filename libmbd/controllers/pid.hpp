@@ -108,8 +108,8 @@ class Sampler {
   /// At that instant (give or take `close`), with what is measured then; true
   /// where the output has changed.
   bool act(const PidController& c, double t, double close, double measured, const double* x);
-  /// The output at t, not before what forget_before() left.
-  double held(double t) const;
+  /// The output at t, not before what forget_before() left; where it changes at t the one from there on, or `before`.
+  double held(double t, bool before = false) const;
   void forget_before();
   void save(std::vector<double>& out) const;
   void restore(const double*& from, const double* end);

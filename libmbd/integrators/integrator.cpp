@@ -266,7 +266,9 @@ void Integrator::look_back(double t) {
     throw std::logic_error("look_back: t = " + std::to_string(t) + " s is not inside a step that is kept");
   if (!viewer_) viewer_ = idle_viewer_ ? std::move(idle_viewer_) : std::make_unique<Viewer>(system_);
   Viewer& v = *viewer_;
-  if (open_now_.empty()) open_now_ = system_.open_joints();
+  if (!looks_back_) open_now_ = system_.open_joints(), system_.see(seen_now_);
+  looks_back_ = true;
+  system_.see_outputs_before(true);
   system_.set_open_joints(piece->open);
   v.state = piece->end, v.flows = piece->flows_end;
   v.state.t = t;
@@ -300,8 +302,7 @@ void Integrator::look_ahead() {
   if (!viewer_) return;
   idle_viewer_ = std::move(viewer_);
   system_.set_open_joints(open_now_);
-  open_now_.clear();
-  set_seen(now_);
+  system_.set_seen(seen_now_);
 }
 
 void Integrator::look(const MotionState& m, std::vector<double>& gaps) {
@@ -334,6 +335,8 @@ void Integrator::take_event(std::size_t which) {
   events_.push_back({now_.t, switches_.name(which), friction ? of_friction : switches_.side(which), friction});
 }
 
+  looks_back_ = false;
+  system_.see_outputs_before(false);
 /// A step of length h from the state before it, by the method's own start: it needs no past.
 void Integrator::try_part(double h) {
   now_ = before_;

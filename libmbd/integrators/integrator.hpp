@@ -186,13 +186,14 @@ class Integrator {
   double external_work_since(const Eigen::VectorXd& q) const;
 
   std::unique_ptr<Viewer> viewer_, idle_viewer_;
-  bool keeps_ = false;
+  bool keeps_ = false, looks_back_ = false;
   std::vector<char> open_now_;  // while one looks back
   long changes_seen_ = 0;
   std::vector<Piece> pieces_;
 
   Eigen::VectorXd q_before_;
   bool locate_ = true;
+  System::Seen seen_now_;
   std::vector<Event> events_;
   MotionState before_;
   EnergyFlows flows_before_;

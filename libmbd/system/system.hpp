@@ -123,6 +123,16 @@ class System {
   const std::vector<ForcePower>& powers() const { return powers_; }
   const std::vector<ForceValues>& values() const { return values_; }
   /// What forces see of the state set last.
+  /// Everything above and below that refers to a state, to look at another one in between.
+  struct Seen {
+    double t = 0;
+    std::vector<BodyState> states;
+    std::vector<double> multipliers, element_states, signals, measured;
+    std::vector<ForcePower> powers;
+    std::vector<ForceValues> values;
+  };
+  void see(Seen& out) const;
+  void set_seen(const Seen& seen);
   Scene scene() const { return {states_, t_, ruts_, multipliers_, element_states_, signals_}; }
   double kinetic() const;
   double potential() const;  ///< of gravity, zero at the world's origin
@@ -157,6 +167,8 @@ class System {
   void act(const Eigen::VectorXd& acceleration, const Eigen::VectorXd& lambda, double close);
   bool has_instants() const { return has_instants_; }
   /// What outputs were before now is needed no more.
+  /// Whether outputs at an instant at which they change are those before it, as one who looks back into a step wants.
+  void see_outputs_before(bool before) { outputs_before_ = before; }
   void forget_outputs_before();
 
   // --- joints that open and close ---
@@ -246,7 +258,7 @@ class System {
 
   std::vector<double> element_states_, state_rates_, state_scales_, signals_, measured_;
   std::vector<Sampler> samplers_;  // of the controllers
-  bool has_instants_ = false;
+  bool has_instants_ = false, outputs_before_ = false;
   std::vector<char> open_, open_at_start_;            // of joints
   std::vector<char> passed_;                          // of events that come by time
   std::vector<std::array<double, 3>> given_latched_;  // of joints

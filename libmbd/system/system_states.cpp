@@ -54,7 +54,7 @@ void System::take_signals() {
   for (std::size_t i = 0; i < signals_.size(); ++i) {
     const PidController& c = model_.controllers[i].element;
     if (c.sampled()) {
-      signals_[i] = samplers_[i].held(t_);
+      signals_[i] = samplers_[i].held(t_, outputs_before_);
       continue;
     }
     if (!c.input->of_solution()) measured_[i] = c.input->value(now);
@@ -115,6 +115,16 @@ bool System::begin_states_of(const Eigen::VectorXd& acceleration, const Eigen::V
     std::copy(start.begin(), start.end(), element_states_.begin() + static_cast<std::ptrdiff_t>(c.first_state));
   }
   return any;
+}
+
+void System::see(Seen& out) const {
+  out.t = t_, out.states = states_, out.multipliers = multipliers_, out.element_states = element_states_;
+  out.signals = signals_, out.measured = measured_, out.powers = powers_, out.values = values_;
+}
+
+void System::set_seen(const Seen& seen) {
+  t_ = seen.t, states_ = seen.states, multipliers_ = seen.multipliers, element_states_ = seen.element_states;
+  signals_ = seen.signals, measured_ = seen.measured, powers_ = seen.powers, values_ = seen.values;
 }
 
 double System::controller_error(std::size_t controller) const {

@@ -237,6 +237,26 @@ TEST(PidLook, BetweenStepsStatesAreOfThatTime) {
   EXPECT_NEAR(machine.system().element_states()[0], exact(0.2)[2], 1e-6);
 }
 
+// A look back into the step leaves what is seen at its end as it was: output, what the controller misses, forces.
+TEST(PidLook, LeavesASampledControllerAsItWas) {
+  for (const IntegratorKind kind : {IntegratorKind::adams_moulton, IntegratorKind::cvode, IntegratorKind::ida}) {
+    PidController pid = gains;
+    pid.sample_time = 0.01;
+    Machine machine(on_rail(pid), {.integrator = kind});
+    machine.start_from_pose();
+    machine.keep_steps();
+    run(machine, 0.1, 5e-3);
+    std::vector<double> before(machine.column_names().size()), after = before, middle = before;
+    machine.columns(before);
+    machine.look_back(machine.time() - 2e-3);
+    machine.columns(middle);
+    machine.look_ahead();
+    machine.columns(after);
+    EXPECT_EQ(before, after);
+    EXPECT_NE(before, middle);
+  }
+}
+
 TEST(PidRefusal, SaysWhatIsWrong) {
   const auto refusal = [](const Model& m) { return test::message_of([&] { Machine machine(m, {}); }); };
   const auto says = [](const std::string& text, const char* part) {
