@@ -203,7 +203,8 @@ void Integrator::advance_part(double h) {
 
 // Sampled controllers act between parts of the step.
 void Integrator::advance_over_instants(double h) {
-  const double end = now_.t + h, close = 1e-9 * h;
+  // Instants of samples, delays and rows that ought to be one differ by rounding: no step is that short.
+  const double end = now_.t + h, close = std::min(0.5 * h, std::max(1e-9 * h, 1e-13 * std::max(1.0, std::abs(end))));
   system_.forget_outputs_before();
   while (end - now_.t > close) {
     const double next = system_.next_instant(), until = next < end - close ? next : end;
