@@ -65,8 +65,9 @@ void Machine::refuse_redundant() const {
 
 void Machine::begin(const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
   integrator_->start(system_.model().start_time, q, velocity);
-  energy_at_start_ = system_.kinetic() + system_.potential() + system_.stored();
   watch_energy(true);
+  energy_at_start_ = 0;
+  energy_at_start_ = energy().balance();  // with what the start itself has lost, as joints close or friction lets go
 }
 
 void Machine::advance(double h) {

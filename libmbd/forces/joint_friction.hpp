@@ -1,7 +1,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -20,11 +22,17 @@ namespace subsoil::mbd {
 /// F_n and the moment M. radius, guide [m] > 0; mu_s >= mu_k >= 0 [1]; v_s Stribeck speed, v_reg regularisation
 /// speed [m/s] > 0; c [N s/m] >= 0, of the sliding speed.
 /// Without a stick stiffness there is no sticking: below v_reg the joint creeps, v ~ v_reg F/(mu_s N), which the
-/// reported sliding speed shows. With one, k [N/m], the joint either slides or sticks:
+/// reported sliding speed shows. The largest friction is then not mu_s N: at the default speeds 0.963 of it with mu_k =
+/// 0.6 mu_s, and none of mu_s is left where v_s is below v_reg (largest_mu()). With one, k [N/m], the joint either
+/// slides or sticks:
 ///   slides (sigma = +-1, the sense of v)  F = -sigma mu(|v|) N - c v          until v = 0, where it sticks
-///   sticks (at s_0, the way s at that instant)  F = -k (s - s_0) - d v - c v   until |k (s - s_0) + d v| = mu_s N
-/// Both ends are events, located in time. d [N s/m] >= 0 damps the joint's swinging on k. It holds for any time within
-/// mu_s N/k of s_0. As it begins to slide, k (s - s_0)^2/2 turns to heat at once.
+///   sticks                                F = -k (s - s_0) - d v - c v   until |k (s - s_0) + d v| = mu_s N
+/// Both ends are events, located in time. Surfaces that slide are strained by their friction, so the spring does not
+/// begin at 0: s_0 is such that F holds the joint at rest as it begins to stick, s'' = 0, or as much of F as mu_s N
+/// allows. Nothing swings then. Later jumps of the load are damped by d [N s/m] >= 0; left out it is critical,
+/// 2 (k m)^(1/2), with m the inertia against F along s at that instant (s'' = F/m, all joints closed). A load that
+/// jumps by D then has the grip carry up to (1 + e^-2) D. It holds for any time within mu_s N/k of s_0. The strain k (s
+/// - s_0)^2/2 is of the heat of sliding: taken out of it as the joint begins to stick, given back as it slides.
 /// Validity: the reaction depends on the friction and the friction on the reaction: both are solved together (see
 /// Partition::accelerate), which has no answer where the joint locks itself, and the run then stops.
 /// Energy: sliding: lost rate = -F v >= 0, nothing is stored; sticking: stored = k (s - s_0)^2/2, lost rate (c + d)
@@ -44,7 +52,7 @@ struct JointFriction {
   double regularisation_speed = 1e-3;
   double viscous = 0;
   double stick_stiffness = std::numeric_limits<double>::quiet_NaN();
-  double stick_damping = 0;
+  double stick_damping = std::numeric_limits<double>::quiet_NaN();
   // Set by the system from the joint:
   int body_a = -1, body_b = -1, row = -1;  ///< row: its first equation
   bool slides = false;
@@ -52,7 +60,10 @@ struct JointFriction {
   double angle_a = 0;
   // What it remembers where it can stick:
   int sliding = 0;      ///< 0 sticks, else the sense in which it slides
-  double stuck_at = 0;  ///< the way at which it came to stick (m)
+  double stuck_at = 0;  ///< the way at which the spring is free (m)
+  double damping = 0;   ///< while it sticks (N s/m)
+  /// Of mu_s N that the spring begins with at the most: a joint that cannot be held has to be seen letting go.
+  static constexpr double most_of_grip = 1 - 1e-4;
 
   template <class V>
   void describe(V& v) {
@@ -69,14 +80,15 @@ struct JointFriction {
     v.optional_quantity(
         "stick stiffness", stick_stiffness, "N/m", "(0, inf)",
         "stiffness of the surfaces at rest on each other: the joint truly sticks, without regularisation");
-    v.quantity("stick damping", stick_damping, "N s/m", "[0, inf)", "force per speed while it sticks");
+    v.optional_quantity("stick damping", stick_damping, "N s/m", "[0, inf)",
+                        "force per speed while it sticks; left out: critical for what moves along the joint");
   }
 
   void check() const {
     if (!(mu_s >= mu_k && mu_k >= 0 && std::isfinite(mu_s)))
       throw std::invalid_argument(
           "mu_s and mu_k must be given, mu_k not negative and at most mu_s; equal values are Coulomb's friction");
-    if (!(stribeck_speed > 0 && regularisation_speed > 0 && viscous >= 0 && stick_damping >= 0))
+    if (!(stribeck_speed > 0 && regularisation_speed > 0 && viscous >= 0 && !(stick_damping < 0)))
       throw std::invalid_argument(
           "Stribeck and regularisation speed must be above 0, viscous and stick damping not negative");
     if (!std::isnan(stick_stiffness) && !(stick_stiffness > 0 && std::isfinite(stick_stiffness)))
@@ -98,6 +110,19 @@ struct JointFriction {
     }
   }
 
+  /// max mu(v) tanh(v/v_reg): the coefficient of the largest friction.
+  double largest_mu() const {
+    if (can_stick()) return mu_s;
+    double most = mu_k;
+    constexpr int points = 2000;
+    for (int i = 1; i <= points; ++i) {
+      const double x = 4.0 * i / points;  // v/v_s
+      most = std::max(most,
+                      (mu_k + (mu_s - mu_k) * std::exp(-x * x)) * std::tanh(x * stribeck_speed / regularisation_speed));
+    }
+    return most;
+  }
+
   bool can_stick() const { return !std::isnan(stick_stiffness); }
 
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
@@ -114,7 +139,33 @@ struct JointFriction {
       values = {0, radius * f, c.v, c.normal, sticks ? 1.0 : 0.0};
     }
     if (!can_stick() || sliding != 0) return {0, -f * c.v, 0};
-    return {stored(c), (viscous + stick_damping) * c.v * c.v, 0};
+    return {stored(c), (viscous + damping) * c.v * c.v, 0};
+  }
+
+  bool sticks() const { return can_stick() && sliding == 0; }
+  /// Force on b that the grip may have (N), s'' of a solution (m/s^2).
+  double grip_limit(const Scene& scene) const { return mu_s * contact(scene).normal; }
+  double slip_acceleration(const Scene& scene, std::span<const double> accelerations) const {
+    const auto of = [&](int body) {
+      std::array<double, 3> of_body{};
+      for (int k = 0; body > 0 && k < 3; ++k)
+        of_body[static_cast<std::size_t>(k)] = accelerations[static_cast<std::size_t>(3 * (body - 1) + k)];
+      return of_body;
+    };
+    const auto a = of(body_a), b = of(body_b);
+    if (!slides) return radius * (b[2] - a[2]);
+    const Contact c = contact(scene);
+    const double omega_a = scene.bodies[static_cast<std::size_t>(body_a)].omega,
+                 omega_b = scene.bodies[static_cast<std::size_t>(body_b)].omega;
+    return dot(c.e, Vec2{b[0] - a[0], b[1] - a[1]}) + b[2] * cross(c.arm_b, c.e) - a[2] * cross(c.arm_a, c.e) +
+           omega_a * omega_a * dot(c.e, c.arm_a) - omega_b * omega_b * dot(c.e, c.arm_b);
+  }
+  /// Sticks from now on with that force on b, and damped for that mass along s; returns what its spring stores (J).
+  double grip(const Scene& scene, double force, double mass) {
+    const Contact c = contact(scene);
+    damping = std::isnan(stick_damping) ? 2 * std::sqrt(stick_stiffness * mass) : stick_damping;
+    stuck_at = c.s + (force + damping * c.v) / stick_stiffness;
+    return stored(c);
   }
 
   /// Falls through 0 where it changes between sliding and sticking.
@@ -126,24 +177,29 @@ struct JointFriction {
   }
   Changeover pass_event(const Scene& scene) {
     const Contact c = contact(scene);
+    if (sliding * c.v < -rest_speed) {  // an impact has turned it
+      sliding = -sliding;
+      return {0, true};
+    }
     if (sliding != 0) {
       sliding = 0, stuck_at = c.s;
       return {};
     }
-    sliding = (c.v != 0 ? c.v : -spring(c)) > 0 ? 1 : -1;
+    sliding = (std::abs(c.v) > rest_speed ? c.v : -spring(c)) > 0 ? 1 : -1;
     return {stored(c), true};
   }
   void initialise_from_pose(const Scene& scene) { begin_trace(scene); }
   /// Slides if it moves, else sticks where it is.
   void begin_trace(const Scene& scene) {
     const Contact c = contact(scene);
-    sliding = std::abs(c.v) < 1e-9 ? 0 : c.v > 0 ? 1 : -1;
-    stuck_at = c.s;
+    sliding = std::abs(c.v) < rest_speed ? 0 : c.v > 0 ? 1 : -1;
+    stuck_at = c.s, damping = std::isnan(stick_damping) ? 0 : stick_damping;
   }
-  std::array<double, 2> memory() const { return {static_cast<double>(sliding), stuck_at}; }
-  void set_memory(const std::array<double, 2>& m) { sliding = static_cast<int>(m[0]), stuck_at = m[1]; }
+  std::array<double, 3> memory() const { return {static_cast<double>(sliding), stuck_at, damping}; }
+  void set_memory(const std::array<double, 3>& m) { sliding = static_cast<int>(m[0]), stuck_at = m[1], damping = m[2]; }
 
  private:
+  static constexpr double rest_speed = 1e-9;  // m/s
   /// Of the surfaces: way and speed of b's on a's, force that presses them; of a slide also moment arms and direction.
   struct Contact {
     double s, v, normal;
@@ -164,7 +220,7 @@ struct JointFriction {
             arm_b,
             e};
   }
-  double spring(const Contact& c) const { return -stick_stiffness * (c.s - stuck_at) - stick_damping * c.v; }
+  double spring(const Contact& c) const { return -stick_stiffness * (c.s - stuck_at) - damping * c.v; }
   double stored(const Contact& c) const { return 0.5 * stick_stiffness * (c.s - stuck_at) * (c.s - stuck_at); }
   double force(const Contact& c) const {
     if (can_stick() && sliding == 0) return spring(c) - viscous * c.v;

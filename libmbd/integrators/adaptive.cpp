@@ -61,8 +61,8 @@ void Adaptive::restart() {
   wrench_changes_ = system_.wrench_changes();
   crossing_ = false;
   partition_.evaluate(now_);
-  if (watches_switches()) fire_due();     // what begins beyond its zero has no root any more
-  if (partition_.used_rows() != rows_) {  // redundant constraints: others carry the multipliers now
+  if (watches_switches()) fire_due(), release_friction();  // what begins beyond its zero has no root any more
+  if (partition_.used_rows() != rows_) {                   // redundant constraints: others carry the multipliers now
     rows_ = partition_.used_rows();
     build();
   }
@@ -86,7 +86,7 @@ void Adaptive::pass_event() {
     root_directions(directions_);
   }
   // The side is kept here, so that a zero which rounding shows twice after a restart counts once.
-  const bool splits = system_.has_joint_events();
+  const bool splits = system_.has_joint_events() || system_.has_grips();
   if (splits) keep_end();
   for (std::size_t i = 0; i < directions_.size(); ++i)
     if (directions_[i] * switches_.side(i) < 0) take_event(i);

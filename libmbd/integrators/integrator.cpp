@@ -48,7 +48,38 @@ void Integrator::start(double t, const Eigen::VectorXd& q, const Eigen::VectorXd
   switches_.take_sides();
   await_passage();
   fire_due();
+  begin_grips();
   on_start();
+}
+
+// Several that stick carry the load one after the other, each what those before it leave.
+void Integrator::begin_grips() {
+  std::size_t frictions = 0;
+  for (std::size_t i = 0; i < switches_.count(); ++i) frictions += switches_.of_friction(i);
+  const int turns = frictions > 1 ? 20 : 1;
+  for (int turn = 0; turn < turns; ++turn)
+    for (std::size_t i = 0; i < switches_.count(); ++i)
+      if (switches_.of_friction(i)) grip(switches_.force(i));
+}
+
+double Integrator::grip(std::size_t force) {
+  system_.set_state(now_.t, now_.q, now_.velocity);
+  system_.set_element_states(now_.states);
+  return system_.grip(force, [&]() -> const Eigen::VectorXd& {
+    partition_.accelerate(now_);
+    return now_.acceleration;
+  });
+}
+
+void Integrator::release_friction() {
+  for (std::size_t turn = 0; turn < 2 * switches_.count(); ++turn) {
+    look(now_, gaps_);
+    std::size_t i = 0;
+    while (i < switches_.count() && !(switches_.of_friction(i) && gaps_[i] < 0)) ++i;
+    if (i == switches_.count()) break;
+    take_event(i);
+    partition_.accelerate(now_);
+  }
 }
 
 // A measure that is beyond its value at the start has to come back before it can pass it.
@@ -254,7 +285,7 @@ double Integrator::external_work_since(const Eigen::VectorXd& q) const {
 }
 
 void Integrator::keep_begin() {
-  if (keeps_) pieces_.push_back({now_, now_, flows_, flows_, system_.open_joints()});
+  if (keeps_) pieces_.push_back({now_, now_, flows_, flows_, system_.open_joints(), system_.grips()});
 }
 
 void Integrator::keep_end() {
@@ -267,10 +298,11 @@ void Integrator::look_back(double t) {
     throw std::logic_error("look_back: t = " + std::to_string(t) + " s is not inside a step that is kept");
   if (!viewer_) viewer_ = idle_viewer_ ? std::move(idle_viewer_) : std::make_unique<Viewer>(system_);
   Viewer& v = *viewer_;
-  if (!looks_back_) open_now_ = system_.open_joints(), system_.see(seen_now_);
+  if (!looks_back_) open_now_ = system_.open_joints(), grips_now_ = system_.grips(), system_.see(seen_now_);
   looks_back_ = true;
   system_.see_outputs_before(true);
   system_.set_open_joints(piece->open);
+  system_.set_grips(piece->grips);
   v.state = piece->end, v.flows = piece->flows_end;
   v.state.t = t;
   const double step = pieces_.back().end.t - pieces_.front().begin.t;
@@ -302,7 +334,10 @@ void Integrator::set_seen(const MotionState& m) {
 void Integrator::look_ahead() {
   if (!viewer_) return;
   idle_viewer_ = std::move(viewer_);
+  looks_back_ = false;
+  system_.see_outputs_before(false);
   system_.set_open_joints(open_now_);
+  system_.set_grips(grips_now_);
   system_.set_seen(seen_now_);
 }
 
@@ -331,13 +366,13 @@ void Integrator::take_event(std::size_t which) {
   if (!friction) switches_.set_side(which, -switches_.side(which));
   const std::size_t force = switches_.force(which);
   const Changeover change = system_.pass_event(force);
-  flows_.of_elements[static_cast<Eigen::Index>(force)] += change.heat;
+  double& lost = flows_.of_elements[static_cast<Eigen::Index>(force)];
+  lost += change.heat;
+  if (friction && !change.slides) lost -= grip(force);
   const int of_friction = change.slides ? 1 : -1;
   events_.push_back({now_.t, switches_.name(which), friction ? of_friction : switches_.side(which), friction});
 }
 
-  looks_back_ = false;
-  system_.see_outputs_before(false);
 /// A step of length h from the state before it, by the method's own start: it needs no past.
 void Integrator::try_part(double h) {
   now_ = before_;

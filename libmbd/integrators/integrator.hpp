@@ -134,6 +134,9 @@ class Integrator {
   /// Events of joints whose condition is met where no step has led there: at the start, after a jump of forces. At a
   /// state that the partition has evaluated; true where there were any.
   bool fire_due();
+  /// Friction whose grip or sense of sliding an impact or another jump has ended, where no step has led there: at a
+  /// state that the partition has evaluated.
+  void release_friction();
   /// Around what changes at an instant inside a step, for look_back().
   void keep_begin();
   void keep_end();
@@ -151,10 +154,10 @@ class Integrator {
   EnergyFlows flows_;
   Switches switches_;
   StepError step_error_;
+  EnergyRange energy_range_;
 
  private:
   void begin_states();
-  EnergyRange energy_range_;
   bool begin_controllers();
   void act(double close);
   void await_passage();
@@ -163,6 +166,8 @@ class Integrator {
   void arm(const std::vector<char>& open);
   std::vector<std::size_t> reached(const std::vector<char>& had);
   void take_impulse();
+  void begin_grips();
+  double grip(std::size_t force);
   void advance_part(double h);
   void advance_over_instants(double h);
   void advance_over_events(double h);
@@ -181,6 +186,7 @@ class Integrator {
     MotionState begin, end;
     EnergyFlows flows_begin, flows_end;
     std::vector<char> open{};  ///< joints that are open in it
+    System::Grips grips{};     ///< of friction in it
   };
   void set_seen(const MotionState& m);
   double external_work_since(const Eigen::VectorXd& q) const;
@@ -188,12 +194,13 @@ class Integrator {
   std::unique_ptr<Viewer> viewer_, idle_viewer_;
   bool keeps_ = false, looks_back_ = false;
   std::vector<char> open_now_;  // while one looks back
+  System::Grips grips_now_;
+  System::Seen seen_now_;
   long changes_seen_ = 0;
   std::vector<Piece> pieces_;
 
   Eigen::VectorXd q_before_;
   bool locate_ = true;
-  System::Seen seen_now_;
   std::vector<Event> events_;
   MotionState before_;
   EnergyFlows flows_before_;

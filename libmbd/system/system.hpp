@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -122,7 +123,6 @@ class System {
   const std::vector<int>& friction_rows() const { return friction_rows_; }
   const std::vector<ForcePower>& powers() const { return powers_; }
   const std::vector<ForceValues>& values() const { return values_; }
-  /// What forces see of the state set last.
   /// Everything above and below that refers to a state, to look at another one in between.
   struct Seen {
     double t = 0;
@@ -133,6 +133,7 @@ class System {
   };
   void see(Seen& out) const;
   void set_seen(const Seen& seen);
+  /// What forces see of the state set last.
   Scene scene() const { return {states_, t_, ruts_, multipliers_, element_states_, signals_}; }
   double kinetic() const;
   double potential() const;  ///< of gravity, zero at the world's origin
@@ -166,9 +167,9 @@ class System {
   double next_instant() const;
   void act(const Eigen::VectorXd& acceleration, const Eigen::VectorXd& lambda, double close);
   bool has_instants() const { return has_instants_; }
-  /// What outputs were before now is needed no more.
   /// Whether outputs at an instant at which they change are those before it, as one who looks back into a step wants.
   void see_outputs_before(bool before) { outputs_before_ = before; }
+  /// What outputs were before now is needed no more.
   void forget_outputs_before();
 
   // --- joints that open and close ---
@@ -203,6 +204,14 @@ class System {
   Eigen::VectorXd towing_velocity(double speed) const;
   /// Tells a force that its event has come, at the state set last.
   Changeover pass_event(std::size_t force);
+  /// Lets friction that sticks begin with the force that holds its joint at the state set last; `accelerate` solves
+  /// that state anew and gives its accelerations. Returns what the grip stores by it (J).
+  double grip(std::size_t force, const std::function<const Eigen::VectorXd&()>& accelerate);
+  /// What friction that can stick remembers, to look back to before an event.
+  using Grips = std::vector<std::array<double, 3>>;
+  Grips grips() const;
+  void set_grips(const Grips& grips);
+  bool has_grips() const;
   /// The state set last is accepted: the ground takes its ruts.
   void commit();
   const std::vector<Rut>& ruts() const { return ruts_; }

@@ -105,4 +105,45 @@ Changeover System::pass_event(std::size_t force) {
       model_.forces[force].element);
 }
 
+System::Grips System::grips() const {
+  Grips out;
+  for (const auto& f : model_.forces)
+    if (const auto* friction = f.element.get_if<JointFriction>(); friction != nullptr && friction->can_stick())
+      out.push_back(friction->memory());
+  return out;
+}
+
+void System::set_grips(const Grips& grips) {
+  auto next = grips.begin();
+  for (auto& f : model_.forces)
+    if (auto* friction = f.element.get_if<JointFriction>(); friction != nullptr && friction->can_stick())
+      friction->set_memory(*next++);
+}
+
+bool System::has_grips() const { return !grips().empty(); }
+
+// s'' is linear in the force of the grip, but for what it does to the friction of other joints: a secant, repeated.
+double System::grip(std::size_t force, const std::function<const Eigen::VectorXd&()>& accelerate) {
+  auto* const f = model_.forces[force].element.get_if<JointFriction>();
+  if (f == nullptr || !f->sticks()) return 0;
+  const auto slip = [&](double with) {
+    f->grip(scene(), with, 0);
+    const Eigen::VectorXd& solved = accelerate();
+    return f->slip_acceleration(scene(), {solved.data(), static_cast<std::size_t>(solved.size())});
+  };
+  const double free = slip(0), limit = f->grip_limit(scene());
+  double held = limit > 0 ? limit : 1, rest = slip(held), mass = held / (rest - free);
+  if (!(mass > 0 && std::isfinite(mass))) {  // its joint cannot move, or is not held by forces
+    f->grip(scene(), 0, 0);
+    accelerate();
+    return 0;
+  }
+  for (int turn = 0; turn < 3; ++turn) held -= mass * rest, rest = slip(held);
+  for (int turn = 0; turn < 3; ++turn) {  // what presses the surfaces may depend on the grip
+    const double most = JointFriction::most_of_grip * f->grip_limit(scene());
+    held = std::clamp(held, -most, most), slip(held);
+  }
+  return f->grip(scene(), held, mass);
+}
+
 }  // namespace subsoil::mbd

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -8,10 +9,11 @@ namespace subsoil::test {
 
 /// A block on a level slide between a spring and dry friction, let go at 0.3 m.
 /// The block by its linear equations from one change to the next, m x'' + d x' + K (x - x_0) = 0 in each, and the times
-/// of the changes: it sticks where v = 0, it slides where the sticking spring's k (x - s) + d v = mu m g.
+/// of the changes: it sticks where v = 0, with the sticking spring's force that holds it or all of mu m g but 1e-4; it
+/// slides where that spring's k (x - s) + d v = mu m g.
 struct Sledge {
   static constexpr double mass = 4, g = 9.81, spring = 200, stick_stiffness = 2e4, stick_damping = 170, mu = 0.15;
-  double t = 0, x = 0.3, v = 0, stuck_at = 0.3;
+  double t = 0, x = 0.3, v = 0, stuck_at = x + hold() / stick_stiffness;
   int sliding = 0;
   std::vector<double> changes{};
 
@@ -30,6 +32,8 @@ struct Sledge {
     const auto [y, u] = after(dt);
     return sliding ? sliding * u : mu * mass * g - std::abs(stick_stiffness * (y - stuck_at) + stick_damping * u);
   }
+  /// Force of the sticking spring as it begins.
+  double hold() const { return std::clamp(spring * x, -(1 - 1e-4) * mu * mass * g, (1 - 1e-4) * mu * mass * g); }
   void run(double end) {
     constexpr double look = 1e-3;
     for (double dt = look; t + dt < end; dt += look) {
@@ -38,7 +42,7 @@ struct Sledge {
       for (int i = 0; i < 60; ++i) (left((low + high) / 2) > 0 ? low : high) = (low + high) / 2;
       const auto [y, u] = after(high);
       t += high, x = y, v = u;
-      stuck_at = x;
+      stuck_at = x + hold() / stick_stiffness;
       sliding = sliding ? 0 : v > 0 ? 1 : -1;
       changes.push_back(t);
       dt = 0;
