@@ -14,12 +14,10 @@ std::string beam_words(const BeamSection& beam) {
       mbd::first_frequency(beam.young, beam.density, divided.section, divided.length) / (2 * std::numbers::pi);
   std::string words = fmt::format("{}: {:.4g} m, {:.4g} kg, {} elements; as a straight cantilever {:.4g} Hz, ",
                                   beam.name, divided.length, mass, beam.elements, first);
-  // The k-th frequency is right to 1e-3 from 4 k elements on: docs/multibody.md.
-  const long modes = beam.elements / 4;
-  if (modes == 0) return words + "too few elements for its frequencies";
-  const double root = (static_cast<double>(modes) - 0.5) * std::numbers::pi, ratio = root / 1.8751040687119611;
-  return words +
-         fmt::format("frequencies right to about 1e-3 up to {:.4g} Hz", modes == 1 ? first : first * ratio * ratio);
+  // Whatever holds the beam, waves of beta l = 0.4 to an element of length l are right to 1e-3: docs/multibody.md.
+  const double ratio = 0.4 * static_cast<double>(beam.elements) / 1.8751040687119611;
+  if (ratio < 1) return words + "too few elements for its frequencies";
+  return words + fmt::format("frequencies right to about 1e-3 up to {:.4g} Hz", first * ratio * ratio);
 }
 
 }  // namespace subsoil::app
