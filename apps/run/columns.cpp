@@ -10,6 +10,7 @@
 #include "apps/scenario/expression.hpp"
 #include "apps/scenario/mean_columns.hpp"
 #include "apps/scenario/units.hpp"
+#include "libmbd/forces/joint_friction.hpp"
 
 namespace subsoil::app {
 
@@ -165,6 +166,31 @@ std::vector<std::string> Columns::borne_by(const std::string& of) const {
   return walls;
 }
 
+// Of a force with two components; empty: it is one number.
+std::vector<std::string> Columns::force_components(const std::string& of) const {
+  for (const std::vector<std::string>& parts : {std::vector<std::string>{".fx", ".fy"}, {".force x", ".force y"}})
+    if (find(of + parts[0]) >= 0) return parts;
+  return {};
+}
+
+int Columns::force_column(const Watch& watch, const Loaded& loaded) const {
+  const std::string path = "output.watch." + watch.name;
+  if (watch.along != dem::Vec3{1, 0, 0})
+    throw ScenarioError(loaded.where(path) + ": `along` is for forces with components; that of `" + watch.of +
+                        "` is one number");
+  const auto& forces = world_.machine->system().model().forces;
+  const auto it = std::find_if(forces.begin(), forces.end(), [&](const auto& f) { return f.name == watch.of; });
+  const auto* const friction = it == forces.end() ? nullptr : it->element.get_if<mbd::JointFriction>();
+  if (friction != nullptr && !friction->slides) return find(watch.of + ".torque");
+  for (const char* name : {".force", ".torque", ".N", ".normal force"})
+    if (const int c = find(watch.of + name); c >= 0) return c;
+  std::string known;
+  for (const SeriesColumn& c : columns_)
+    if (c.name.rfind(watch.of + ".", 0) == 0) known += (known.empty() ? "" : ", ") + c.name;
+  throw ScenarioError(loaded.where(path) + " = " + watch.of +
+                      ": it has no force of one kind; watch one of its columns, " + known);
+}
+
 void Columns::add_watch(const Watch& watch, const Loaded& loaded) {
   if (watch.kind == Watch::Kind::formula) return add_formula(watch, loaded);
   if (watch.over_time()) return add_history(watch, loaded);
@@ -184,10 +210,10 @@ void Columns::add_watch(const Watch& watch, const Loaded& loaded) {
       if (source.column < 0) source.column = index_of(watch.of + ".force");
       break;
     case Watch::Kind::force:
-      source.column = find(watch.of + ".torque");
-      for (const char* name : {".moment", ".N", ".force"})
-        if (const int c = find(watch.of + name); c >= 0) source.column = c;
-      if (source.column < 0) source.column = index_of(watch.of + ".force");
+      if (const std::vector<std::string> parts = force_components(watch.of); !parts.empty())
+        project(watch.of, parts);
+      else
+        source.column = force_column(watch, loaded);
       break;
     case Watch::Kind::joint:
       project(watch.of, {".fx", ".fy"});
@@ -295,8 +321,18 @@ void Columns::take_instant(std::span<double> row) {
   take_watches(row);
 }
 
+// Without soil forces change within the step: that of its middle is their mean to second order, whatever jumps at its
+// ends.
+void Columns::take_machine_means(std::span<double> row) {
+  const double begin = row[0], end = simulation_.time();
+  if (!world_.machine || world_.bed || !(end > begin)) return take_machine(row, true);
+  world_.machine->look_back(0.5 * (begin + end));
+  take_machine(row, true);
+  world_.machine->look_ahead();
+}
+
 void Columns::take_step(std::span<double> row, bool energies) {
-  if (has_means_) take_machine(row, true);
+  if (has_means_) take_machine_means(row);
   take(Taken::step, row);
   if (energies) take(Taken::sample, row);
   take_watches(row);

@@ -95,10 +95,13 @@ class Columns {
   void add_soil();
   void add_watch(const Watch& watch, const Loaded& loaded);
   std::vector<std::string> borne_by(const std::string& of) const;
+  std::vector<std::string> force_components(const std::string& of) const;
+  int force_column(const Watch& watch, const Loaded& loaded) const;
   void add_formula(const Watch& watch, const Loaded& loaded);
   void add_history(const Watch& watch, const Loaded& loaded);
   void take(Taken when, std::span<double> row) const;
   void take_machine(std::span<double> row, bool means);
+  void take_machine_means(std::span<double> row);
   void take_averaged(std::span<double> row);
 
   World& world_;

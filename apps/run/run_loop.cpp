@@ -168,7 +168,7 @@ void RunLoop::warn(const std::string& text) {
 
 int RunLoop::loop() {
   const double dt = simulation_.step_length(), end = s_.time.end, half = 0.5 * dt, close = close_share * dt;
-  if (!world_.bed) simulation_.end_at(end);
+  if (!world_.bed) simulation_.end_at(end), world_.machine->keep_steps();
   for (bool stops = false;;) {
     const double t = simulation_.time();
     reached_ = std::min(t, end);
@@ -206,7 +206,7 @@ int RunLoop::loop() {
     write_due(t, close, last);
     if (row && (energy_is_lost() || physics_fails())) return exit_failed;
     if (last) return code_of(signal);
-    count_step(t, world_.bed ? dt : simulation_.time() - t);
+    count_step(t, world_.bed ? dt : simulation_.time() - t, values_);
     if (live_.due()) live_.show(live_text(rows_->last()));
   }
 }
@@ -232,7 +232,8 @@ int RunLoop::loop_alone() {
   const double end = s_.time.end, close = std::max(1e-9 * simulation_.step_length(), 1e-15 * end);
   const bool fixed = !machine.integrator().ends_anywhere();
   const bool looks = crossings_->any() || columns_->has_history();  // between rows
-  if (fixed || looks) machine.keep_steps();
+  const bool averages = !columns_->summarised().empty();
+  if (fixed || looks || averages) machine.keep_steps();
   simulation_.end_at(end);
   const auto* const adaptive = dynamic_cast<const mbd::Adaptive*>(&machine.integrator());
   // Of what is looked back into: half a step of the method's own, whose error test has resolved the motion over it.
@@ -245,13 +246,18 @@ int RunLoop::loop_alone() {
   for (double t = start_time_, before = t;;) {
     const int signal = signal_to_obey();
     const bool has_middle = columns_->has_history() && t > before;
-    if (has_middle) take_middle(0.5 * (before + t));
+    if (t > before && (has_middle || averages)) take_middle(0.5 * (before + t));
     if (machine.time() > t + close) machine.look_back(t);
     if (looks || columns_->needs_every_step()) columns_->take_instant(values_), values_[0] = t;
     if (columns_->has_history())
       columns_->follow(t, values_, has_middle ? std::span<double>(middle_) : std::span<double>());
     const bool stops = crossings_->any() && crosses(before, t);
-    if (stops && crossings_->stopped_at() < t) machine.look_back(t = crossings_->stopped_at());
+    if (stops && crossings_->stopped_at() < t) {
+      t = crossings_->stopped_at();
+      if (averages && t > before) take_middle(0.5 * (before + t));
+      machine.look_back(t);
+    }
+    if (t > before) count_step(before, t - before, middle_);
     reached_ = t;
     const bool last = t >= end - close || signal != 0 || stops;
     const bool frame = frame_due_.due(t, close) || last, row = sample_due_.due(t, close) || last;
@@ -273,7 +279,6 @@ int RunLoop::loop_alone() {
                  step_end = machine.time() > t + close ? machine.time() : t + longest();
     t = step_end < due - close ? step_end : due;
     if (!reach(t, close, fixed)) return exit_failed;
-    count_step(before, t - before);
     if (live_.due()) live_.show(live_text(values_));
   }
 }
@@ -371,8 +376,8 @@ std::string RunLoop::shorter_step() const {
   return fmt::format("give a `time.machine.step` below {:.3g} s", world_.step.machine_step);
 }
 
-void RunLoop::count_step(double t, double taken) {
-  for (std::size_t c = 0; c < summarised_.size(); ++c) summarised_[c] = values_[columns_->summarised()[c]];
+void RunLoop::count_step(double t, double taken, std::span<const double> values) {
+  for (std::size_t c = 0; c < summarised_.size(); ++c) summarised_[c] = values[columns_->summarised()[c]];
   summary_->sample(t + taken, taken, summarised_);
   if (world_.bed) {
     deepest_ = std::max(deepest_, world_.bed->max_overlap());

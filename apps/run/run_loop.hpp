@@ -94,8 +94,8 @@ class RunLoop {
   /// How to give the machine shorter steps, by the keys that act in this run.
   std::string shorter_step() const;
 
-  /// The step from t on of length `taken` enters the means and the summary.
-  void count_step(double t, double taken);
+  /// The step from t on of length `taken`, with what acts in it, enters the means and the summary.
+  void count_step(double t, double taken, std::span<const double> values);
 
   /// False when the step cannot be taken; failure_ then says why.
   bool guarded(const std::function<void()>& take_step);

@@ -187,7 +187,8 @@ class WatchList final : public Compound {
       } else if (watch.kind != Watch::Kind::column) {
         item = Node::mapping(true);
         item.add(watch_words[static_cast<std::size_t>(watch.kind)], Node::of(watch.of));
-        if (watch.kind == Watch::Kind::joint || watch.kind == Watch::Kind::soil_force) {
+        const bool turned = watch.kind == Watch::Kind::force && watch.along != Vec3{1, 0, 0};
+        if (watch.kind == Watch::Kind::joint || watch.kind == Watch::Kind::soil_force || turned) {
           const double along[3]{watch.along.x, watch.along.y, watch.along.z};
           item.add("along", Node::of(format_quantities(along, 3, "1")));
         }
@@ -317,7 +318,7 @@ struct OutputChecks : Checks {
   void watch(const std::string& path, const Watch& watch) {
     const MachineSection none, &m = s.machine ? *s.machine : none;
     Names bodies = names_of(m.bodies), joints = names_of(m.joints), drivers = names_of(m.drivers),
-          forces = names_of(m.forces), measures = names_of(m.measures);
+          forces = names_of(m.forces), measures = names_of(m.measures), controllers = names_of(m.controllers);
     Names touched = bodies;
     for (const BoundarySection& b : s.boundaries) touched.push_back(b.name);
     for (const Surface& surface : m.surfaces)
@@ -353,7 +354,7 @@ struct OutputChecks : Checks {
         if (dot == std::string::npos) break;  // a column of the whole run, such as an energy
         Names all = touched;
         all.insert(all.end(), {"soil", "energy", "interface"});
-        for (const Names* more : {&joints, &drivers, &forces, &measures})
+        for (const Names* more : {&joints, &drivers, &forces, &measures, &controllers})
           all.insert(all.end(), more->begin(), more->end());
         const std::string owner = watch.of.substr(0, dot);
         if (!holds(all, owner)) {

@@ -38,6 +38,125 @@ const std::vector<std::vector<std::string>> methods{
     {"time.machine.integrator=adams-moulton", "time.machine.step=1 ms", "time.machine.order=6"},
     {"time.machine.integrator=ida"}};
 
+/// A motor turns a wheel after a swinging set point, by samples every 5 ms whose outputs come 7 ms later.
+std::string servo(const std::string& output) {
+  return R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {w: {mass: 1 kg, inertia: 0.05 kg m^2, at: 0 0 m}}
+  joints: {p: {revolute: [ground, w], at: 0 0 m}}
+  measures: {ang: {angle: w}}
+  controllers:
+    c: {pid: ang, measured in: rad, output in: V, set point: {harmonic: {amplitude: 1 rad, frequency: 1 Hz}},
+        proportional: 30 V/rad, sample time: 5 ms, delay: 7 ms, derivative: 2 V s/rad, integral: 10 V/(rad s),
+        least: -20 V, largest: 20 V}
+  forces:
+    m: {electric motor: [ground, w], torque constant: 0.1 N m/A, resistance: 0.5 ohm, inductance: 2 mH, gear ratio: 5,
+        controller: c}
+time: {end: 2 s}
+)" + output;
+}
+
+// Watches look between rows; what they see there is no part of the rows. Steps end at other times with them, which
+// leaves the tolerance's 1e-8 (times the gain of 30 V/rad and 10 A/V). Samples, delays and rows meet at multiples of
+// 1 ms, to rounding: no step is as short as that.
+TEST(RunHistory, LooksBetweenRowsLeaveASampledControllerAlone) {
+  const RunDirectory dir;
+  const std::string watch = "output: {watch: {ta: {integral: w.angle}, u: c.output, e: c.error}}\n";
+  ASSERT_EQ(run_scenario(dir.scenario(servo("")), dir / "plain"), exit_ok);
+  ASSERT_EQ(run_scenario(dir.scenario(servo(watch)), dir / "watched"), exit_ok);
+  const Series plain = read_series(dir / "plain/series.csv"), watched = read_series(dir / "watched/series.csv");
+  for (const char* column : {"c.error", "c.output", "m.voltage", "m.current"}) {
+    const std::vector<double>&a = plain.at(column), &b = watched.at(column);
+    ASSERT_EQ(a.size(), b.size());
+    double worst = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) worst = std::max(worst, std::abs(a[i] - b[i]));
+    EXPECT_LT(worst, 1e-6) << column;
+  }
+  EXPECT_EQ(watched.at("u"), watched.at("c.output"));
+  EXPECT_EQ(watched.at("e"), watched.at("c.error"));
+}
+
+/// A block on a slide, pushed by 3 N sin(10 pi t) along x and pressed by 3 N sin(14 pi t).
+std::string pushed_block(const std::string& output) {
+  return R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {b: {mass: 2 kg, inertia: 1 kg m^2, at: 0 0 m}}
+  joints: {s: {translational: [ground, b], at: 0 0 m, along: 1 0}}
+  forces:
+    f: {force: b, along x: {harmonic: {amplitude: 3 N, frequency: 5 Hz}}, along y: {harmonic: {amplitude: 3 N, frequency: 7 Hz}}}
+    k: {bushing: [ground, b], at: 0 0 m, stiffness x: 100 N/m, stiffness y: 100 N/m}
+    r: {joint friction: s, guide: 0.1 m, mu_s: 0.1, mu_k: 0.1}
+    o: {outline contact: [ground, b], first: {flat: 0 -1 m, direction: 90 deg}, second: {disk: 10 mm}, stiffness: 1e4 N/m, n: 1}
+    beam: {beam: [ground, b], ends: [-1 0 m, 0 0 m], axial stiffness: 1 N, bending stiffness: 1 N m^2}
+time: {end: 0.5 s}
+)" + output;
+}
+
+// Forces with components are projected, others are the one number they have.
+TEST(RunHistory, WatchedForcesAreForces) {
+  const RunDirectory dir;
+  const std::string watch =
+      "output: {watch: {fx: {force: f}, fy: {force: f, along: 0 2}, kx: {force: k}, rub: {force: r}, n: {force: o}}}\n";
+  ASSERT_EQ(run_scenario(dir.scenario(pushed_block(watch)), dir / "run"), exit_ok);
+  const Series s = read_series(dir / "run/series.csv");
+  EXPECT_EQ(s.at("fx"), s.at("f.fx"));
+  EXPECT_EQ(s.at("fy"), s.at("f.fy"));
+  EXPECT_EQ(s.at("kx"), s.at("k.force x"));
+  EXPECT_EQ(s.at("rub"), s.at("r.force"));
+  EXPECT_EQ(s.at("n"), s.at("o.normal force"));
+  EXPECT_EQ(unit(s, "fx"), "N");
+  EXPECT_GT(std::abs(s.at("fx")[1]), 1e-3);
+  const auto refusal = [&](const std::string& of) {
+    return message_of(
+        [&] { run_scenario(dir.scenario(pushed_block("output: {watch: {w: " + of + "}}\n")), dir / "refused"); });
+  };
+  EXPECT_NE(refusal("{force: beam}").find("watch one of its columns, beam.axial force"), std::string::npos)
+      << refusal("{force: beam}");
+  EXPECT_NE(refusal("{force: r, along: 0 1}").find("is one number"), std::string::npos);
+}
+
+// Regularised friction of mu_s 0.5 and mu_k 0.3 is 0.482 of N at the most with speeds of 10 and 1 mm/s, and 0.3 with a
+// Stribeck speed of 0.5 mm/s, where what mu_s adds has faded before friction has built up: said.
+TEST(RunHistory, FrictionThatNeverReachesItsMuSIsSaid) {
+  const RunDirectory dir;
+  for (const char* speed : {"10 mm/s", "0.5 mm/s"}) {
+    const std::string name = speed[0] == '1' ? "high" : "low";
+    const std::vector<std::string> set{
+        "machine.forces.r={joint friction: s, guide: 0.1 m, mu_s: 0.5, mu_k: 0.3, "
+        "Stribeck speed: " +
+        std::string(speed) + "}"};
+    ASSERT_EQ(run_scenario(dir.scenario(pushed_block("")), dir / name, set), exit_ok);
+    const std::string warnings = summary_of(dir / name)["warnings"].dump();
+    EXPECT_EQ(warnings.find("r: its friction is 0.3 of the normal force at the most") != std::string::npos,
+              name == "low")
+        << warnings;
+  }
+}
+
+// Means of a row are those of the middles of steps of 1 ms, f'' dt^2/24 = 3 N (10 pi)^2 1e-6/24 = 1.2e-4 N off at the
+// most; over the window likewise. Values of one end would be off by f' dt/2 = 0.05 N.
+TEST(RunHistory, MeansOfForcesAreOfSecondOrder) {
+  const RunDirectory dir;
+  const std::string outputs[] = {
+      "output: {forces: mean, series every: 10 ms, window: {from: 0.13 s, until: 0.25 s}, watch: {fx: {force: f}}}\n",
+      "output: {series every: 10 ms, window: {from: 0.13 s, until: 0.25 s}, watch: {fx: {force: f}}}\n"};
+  const auto mean = [](double a, double b) {
+    constexpr double w = 10 * pi;
+    return 3 * (std::cos(w * a) - std::cos(w * b)) / (w * (b - a));
+  };
+  for (const std::string& output : outputs) {
+    const bool of_rows = output == outputs[0];
+    const std::string run = of_rows ? "rows" : "summary";
+    ASSERT_EQ(run_scenario(dir.scenario(pushed_block(output)), dir / run), exit_ok);
+    const Series s = read_series(dir / run / "series.csv");
+    const std::vector<double>& t = s.at("time");
+    for (std::size_t i = 1; of_rows && i < t.size(); ++i) EXPECT_NEAR(s.at("fx")[i], mean(t[i - 1], t[i]), 1.5e-4) << i;
+    EXPECT_NEAR(summary_of(dir / run)["columns"]["fx"]["mean in window"], mean(0.13, 0.25), 1.5e-4);
+  }
+}
+
 // 1 kHz over 0.5003 s, seen in rows of 1 ms: x' = v cos(w t), F = -(k v/w) sin(w t). Parabolas over half a step of
 // cvode, some 0.25 rad, leave 0.25^4/2880 of an integral of F^2, whose phase is twice that: some 2e-5.
 TEST(RunHistory, OfAFastVibrationIsWhatTheSineSays) {
