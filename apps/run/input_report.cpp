@@ -215,41 +215,43 @@ void look_at_bridges(const Loaded& loaded, const World& world, Texts& out) {
                       "to {:g}, {:.3g} mm3",
                       loaded.where(fmt::format("contacts[{}].liquid volume", k)), *volume * 1e9, share, r * 1e3, valid,
                       valid * r * r * r * 1e9));
-
-    /// Friction that is regularised fades where mu_s would act when its Stribeck speed is not well above that speed.
-    void look_at_friction(const World& world, Texts& out) {
-      if (!world.machine) return;
-      for (const auto& f : world.machine->system().model().forces) {
-        const auto* const friction = f.element.get_if<mbd::JointFriction>();
-        if (friction == nullptr || friction->can_stick() || !(friction->mu_s > friction->mu_k)) continue;
-        const double largest = friction->largest_mu();
-        if (largest > 0.5 * (friction->mu_s + friction->mu_k)) continue;
-        out.push_back(fmt::format(
-            "{}: its friction is {:.3g} of the normal force at the most, not mu_s = {:g}: it fades below the "
-            "regularisation "
-            "speed of {:g} m/s, and the Stribeck speed of {:g} m/s is not above that; make the first smaller, "
-            "or give a `stick stiffness`",
-            f.name, largest, friction->mu_s, friction->regularisation_speed, friction->stribeck_speed));
-      }
-    }
-
-  }  // namespace
-
-  std::vector<std::string> input_warnings(const Loaded& loaded, const World& world, const std::string& file,
-                                          const std::vector<std::string>& sets) {
-    Texts out;
-    look_at_meshes(loaded.scenario, out);
-    look_at_friction(world, out);
-    if (!world.bed) return out;
-    look_at_densities(loaded, out);
-    look_at_container(loaded, world, out);
-    look_at_rest(loaded, world, out);
-    look_at_library(loaded, world, file, sets, out);
-    look_at_servos(loaded, world, out);
-    look_at_gravity(loaded, world, out);
-    look_at_mixed_precision(loaded, world, out);
-    look_at_bridges(loaded, world, out);
-    return out;
   }
+}
+
+/// Friction that is regularised fades where mu_s would act when its Stribeck speed is not well above that speed.
+void look_at_friction(const World& world, Texts& out) {
+  if (!world.machine) return;
+  for (const auto& f : world.machine->system().model().forces) {
+    const auto* const friction = f.element.get_if<mbd::JointFriction>();
+    if (friction == nullptr || friction->can_stick() || !(friction->mu_s > friction->mu_k)) continue;
+    const double largest = friction->largest_mu();
+    if (largest > 0.5 * (friction->mu_s + friction->mu_k)) continue;
+    out.push_back(
+        fmt::format("{}: its friction is {:.3g} of the normal force at the most, not mu_s = {:g}: it fades below the "
+                    "regularisation "
+                    "speed of {:g} m/s, and the Stribeck speed of {:g} m/s is not above that; make the first smaller, "
+                    "or give a `stick stiffness`",
+                    f.name, largest, friction->mu_s, friction->regularisation_speed, friction->stribeck_speed));
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> input_warnings(const Loaded& loaded, const World& world, const std::string& file,
+                                        const std::vector<std::string>& sets) {
+  Texts out;
+  look_at_meshes(loaded.scenario, out);
+  look_at_friction(world, out);
+  if (!world.bed) return out;
+  look_at_densities(loaded, out);
+  look_at_container(loaded, world, out);
+  look_at_rest(loaded, world, out);
+  look_at_library(loaded, world, file, sets, out);
+  look_at_servos(loaded, world, out);
+  look_at_gravity(loaded, world, out);
+  look_at_mixed_precision(loaded, world, out);
+  look_at_bridges(loaded, world, out);
+  return out;
+}
 
 }  // namespace subsoil::app
