@@ -6,8 +6,9 @@ namespace subsoil::app {
 
 void describe(Fields& v, ServoSection& s) {
   v.optional_function("load", s.load, "N", "with which it presses, over time");
-  v.optional_function("pressure", s.pressure, "Pa",
-                      "in place of `load`: times the area that the surface shows along `along`, between periodic sides");
+  v.optional_function(
+      "pressure", s.pressure, "Pa",
+      "in place of `load`: times the area that the surface shows along `along`, between periodic sides");
   v.vector("along", s.along, "1", "direction of the load and of the line on which the boundary moves; any length");
   v.quantity("speed limit", s.limit, "m/s", "(0, inf)", "it moves no faster, also where nothing resists");
   v.quantity("gain", s.gain, "m/(N s)", "(0, inf)",
