@@ -136,8 +136,8 @@ TEST(RunHistory, FrictionThatNeverReachesItsMuSIsSaid) {
 }
 
 // Means of a row are those of the middles of steps of 1 ms, f'' dt^2/24 = 3 N (10 pi)^2 1e-6/24 = 1.2e-4 N off at the
-// most. Of the window alone, looked at every 5 ms: w^2 dt^2/24 = 1e-3 of its mean, 0.47 N. Values of one end would be off
-// by up to f' dt/2 = 0.05 and 0.23 N.
+// most. Of the window alone, looked at every 5 ms: w^2 dt^2/24 = 1e-3 of its mean, 0.47 N. Values of one end would be
+// off by up to f' dt/2 = 0.05 and 0.23 N.
 TEST(RunHistory, MeansOfForcesAreOfSecondOrder) {
   const RunDirectory dir;
   const std::string outputs[] = {
