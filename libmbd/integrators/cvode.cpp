@@ -78,13 +78,17 @@ struct Cvode::Solver {
     out.states = ConstMap(from + 2 * f + e - good.states.size(), good.states.size());
   }
   void evaluate(double t, N_Vector from) {
-    if (t < good.t) carry_on_from(begin);
     unpack(t, N_VGetArrayPointer(from), trial);
     expected = trial.q;
-    partition.evaluate(trial);
-    if (distance_of(system, trial.q, expected) > branch_limit(system))
-      throw std::runtime_error("t = " + std::to_string(t) +
-                               " s: the pose jumps; the motion leads through a dead point or a lock-up");
+    try {
+      partition.evaluate(trial);
+      if (distance_of(system, trial.q, expected) > branch_limit(system))
+        throw std::runtime_error("t = " + std::to_string(t) +
+                                 " s: the pose jumps; the motion leads through a dead point or a lock-up");
+    } catch (const std::runtime_error&) {
+      carry_on_from(begin);
+      throw;
+    }
     carry_on_from(trial);
   }
   void carry_on_from(const MotionState& m) {

@@ -155,7 +155,7 @@ TEST(ManyNodes, WhatTheEngineCannotDoIsRefusedWithItsPlaceAndTheCure) {
   EXPECT_NE(refused("--set \"output.contact forces=true\"").find("cannot do single contacts in frames; leave it out"),
             std::string::npos);
   EXPECT_NE(refused("--set \"soil.container.periodic=[z]\"").find("cannot do periodic sides"), std::string::npos);
-  EXPECT_NE(refused("--set \"soil.bed.particles=[]\"").find("has no spheres to share out"), std::string::npos);
+  EXPECT_NE(refused("--set \"soil.bed.particles=[]\"").find("is empty; list a sphere at least"), std::string::npos);
 }
 
 int count_of(const std::string& words, const std::string& text) {
