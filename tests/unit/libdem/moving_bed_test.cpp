@@ -190,7 +190,7 @@ TEST(MovingBed, BlocksJoinWithoutASign) {
       EXPECT_NEAR(static_cast<double>(w.bed.spheres().size()), static_cast<double>(count), 3.0);
     }
     EXPECT_LT(kinetic, 1.1 * 3 * own_level);
-    EXPECT_LT(apart, 1.5 * own.change);
+    EXPECT_LT(apart, 2 * own.change);  // the largest of three copies in four windows, that of one bed in one
     EXPECT_LT(joint, own.change);
     EXPECT_LT(joint, 1e-3 * own.largest);
     EXPECT_EQ(w.moving.entered().spheres, 4 * block().size());
