@@ -383,8 +383,12 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
       add_body_surfaces(world, loaded);
       choose_step(world, loaded, soil.question());
     }
-    // A bed that was stopped on its way to rest is only written out: it need not be fit for the machine.
-    if (!world.soil.stopped) {
+    // A bed that was stopped on its way to rest is only written out: it need not be fit for the machine, nor for
+    // boundaries that the scenario places, which do not act on it.
+    if (world.soil.stopped) {
+      for (const SurfaceRecord& r : world.surfaces)
+        if (r.owner != SurfaceRecord::Owner::container) world.bed->boundary(r.boundary).active = false;
+    } else {
       if (moving) find_followed(world, loaded);
       if (options.place_soil) soil.clear_machine();
       soil.check_wheel_datum();
