@@ -65,6 +65,12 @@ mbd::JointEvent event_of(const MachineSection& m, const JointEventSection& e) {
   return event;
 }
 
+int order_of(const Scenario& s) {
+  const int order = static_cast<int>(s.time.machine.order);
+  // Higher orders feed the fastest waves of a beam that is not damped.
+  return s.machine->beams.empty() ? order : std::min(order, 2);
+}
+
 }  // namespace
 
 mbd::IntegratorKind integrator_of(const Scenario& s) {
@@ -86,16 +92,6 @@ mbd::IntegratorKind integrator_of(const Scenario& s) {
   // The fastest wave of a beam is a thousand times faster than what bends it: stiff.
   return !s.machine || s.machine->beams.empty() ? mbd::IntegratorKind::cvode : mbd::IntegratorKind::ida;
 }
-
-namespace {
-
-int order_of(const Scenario& s) {
-  const int order = static_cast<int>(s.time.machine.order);
-  // Higher orders feed the fastest waves of a beam that is not damped.
-  return s.machine->beams.empty() ? order : std::min(order, 2);
-}
-
-}  // namespace
 
 double longest_machine_step(const Scenario& s, const mbd::Model& model) {
   if (s.machine->beams.empty()) return std::numeric_limits<double>::infinity();

@@ -1,7 +1,6 @@
 #include "libdem/neighbours/relative_displacement.hpp"
 
 #include <limits>
-#include <utility>
 
 namespace subsoil::dem {
 
@@ -15,28 +14,24 @@ void RelativeDisplacement::include(const Bounds& of_cell, std::span<const Vec3> 
   }
 }
 
+RelativeDisplacement::Cubes RelativeDisplacement::cubes_of(Range cells, int axis) const {
+  Cubes out;
+  for (int k = cells.first; k <= cells.last; ++k)
+    if (const int cube = cell(k, axis) / kCube; out.count == 0 || out.of[out.count - 1] != cube)
+      out.of[out.count++] = cube;
+  return out;
+}
+
 bool RelativeDisplacement::may_part(int a, int b, int c, double known) const {
   const Bounds& own = cubes_[cube_index(a, b, c)];
   if (own.empty() || own.farthest(Vec3{}) <= 0.25 * skin_) return false;
   const Cells near = around(cells_of_cube(a, b, c));
-  // Numbers of cubes do not run on as those of cells do: a cell's cube is asked for once its own is known.
-  int before[3] = {-1, -1, -1};
-  for (int i = near.of[0].first; i <= near.of[0].last; ++i) {
-    const int x = cell(i, 0) / kCube;
-    if (std::exchange(before[0], x) == x) continue;
-    before[1] = -1;
-    for (int j = near.of[1].first; j <= near.of[1].last; ++j) {
-      const int y = cell(j, 1) / kCube;
-      if (std::exchange(before[1], y) == y) continue;
-      before[2] = -1;
-      for (int k = near.of[2].first; k <= near.of[2].last; ++k) {
-        const int z = cell(k, 2) / kCube;
-        if (std::exchange(before[2], z) == z) continue;
+  for (const int x : cubes_of(near.of[0], 0))
+    for (const int y : cubes_of(near.of[1], 1))
+      for (const int z : cubes_of(near.of[2], 2)) {
         const Bounds& other = cubes_[cube_index(x, y, z)];
         if (!other.empty() && own.farthest(other) > known) return true;
       }
-    }
-  }
   return false;
 }
 

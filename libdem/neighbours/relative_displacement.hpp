@@ -121,6 +121,14 @@ class RelativeDisplacement {
           for (int c = of[2].first; c <= of[2].last; ++c) use(a, b, c);
     }
   };
+  /// Numbers of the cubes along an axis in which cells lie.
+  struct Cubes {
+    std::array<int, kCube + 2 * kAround> of;
+    std::size_t count = 0;
+    const int* begin() const { return of.data(); }
+    const int* end() const { return of.data() + count; }
+  };
+  Cubes cubes_of(Range cells, int axis) const;
   Cells around(const Cells& cells) const {
     return {{around(cells.of[0], 0), around(cells.of[1], 1), around(cells.of[2], 2)}};
   }

@@ -95,7 +95,7 @@ void Adaptive::pass_event() {
 }
 
 // At the state that now_ is.
-void Adaptive::sample_gaps(HiddenContacts::Sample& out) {
+void Adaptive::sample_gaps(GapSample& out) {
   out.t = now_.t, out.gaps.resize(switches_.count()), out.speeds.resize(switches_.count());
   system_.set_state(now_.t, now_.q, now_.velocity);
   switches_.gaps(out.gaps);
@@ -105,7 +105,7 @@ void Adaptive::sample_gaps(HiddenContacts::Sample& out) {
 // When a contact has closed and opened again in the step from `begin` to front_, puts front_ where it closed.
 void Adaptive::stop_at_hidden_contact(double begin) {
   next_ = now_, walk_flows_ = flows_.of_elements;
-  const auto look = [&](HiddenContacts::Sample& sample) {
+  const auto look = [&](GapSample& sample) {
     read_consistent(sample.t);
     sample_gaps(sample);
   };
@@ -114,11 +114,11 @@ void Adaptive::stop_at_hidden_contact(double begin) {
   read(front_);  // at the end of a step no projection is needed to say how wide gaps are
   now_.t = front_;
   sample_gaps(step_end_);
-  const auto found = hidden_.find(switches_, system_.length_scale(), step_begin_, step_end_, look);
+  const auto found = find_hidden_contact(switches_, system_.length_scale(), step_begin_, step_end_, look);
   if (found) {
     const auto at = [&](double share) { return found->open + share * (found->closed - found->open); };
     const auto gap = [&](double share) {
-      HiddenContacts::Sample sample{.t = at(share)};
+      GapSample sample{.t = at(share)};
       look(sample);
       return sample.gaps[found->which];
     };

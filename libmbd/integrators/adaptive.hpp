@@ -73,7 +73,7 @@ class Adaptive : public Integrator {
   void restart();
   void read_consistent(double t);
   void pass_event();
-  void sample_gaps(HiddenContacts::Sample& out);
+  void sample_gaps(GapSample& out);
   void stop_at_hidden_contact(double begin);
   bool try_step(double end, double stop, Reached& reached);
   void step_on(double end, double stop);
@@ -95,8 +95,7 @@ class Adaptive : public Integrator {
   bool coupled_ = false;
   long wrench_changes_ = 0;
   std::vector<int> directions_;
-  HiddenContacts hidden_;
-  HiddenContacts::Sample step_begin_, step_end_;
+  GapSample step_begin_, step_end_;
   std::optional<std::size_t> hidden_here_;  ///< what closes at front_, of which the method knows no root
 
   RungeKutta walker_;

@@ -28,7 +28,7 @@ struct Event {
 /// hold(const Scene&) const`, which falls through 0 where friction changes between sliding and sticking, told by
 /// `pass_event(const Scene&)`. Smooth methods keep their order only between the zeros of these; a zero is located, the
 /// method restarted there, the event counted. A contact that closes and opens again within one step leaves no change of
-/// sign: integrators with a dense output look for it inside the step (HiddenContacts).
+/// sign: integrators with a dense output look for it inside the step (find_hidden_contact).
 class Switches {
  public:
   explicit Switches(const System& system);

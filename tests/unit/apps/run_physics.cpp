@@ -45,10 +45,16 @@ TEST(PhysicsWatch, SaysAnEnergyBalanceThatDoesNotCloseAndStopsWhereItIsLost) {
   EXPECT_EQ(failure.rfind("t = 0.10", 0), 0u) << failure << ": the ball meets the floor at 0.101 s";
 }
 
+/// Runs to its end without a word about its energy.
+void expect_balanced(const std::string& scenario) {
+  const RunDirectory dir;
+  EXPECT_EQ(run_scenario(dir.scenario(scenario), dir / "out"), exit_ok) << summary_of(dir / "out")["run"];
+  EXPECT_EQ(warnings_of(dir / "out").find("energy balance"), std::string::npos) << warnings_of(dir / "out");
+}
+
 /// Where nothing falls and the floor does no work, all that moves between motion and springs is the energy that was
 /// there. Mid-contact leapfrog's balance swings by a share of it: (w dt)^2/4 = 6e-3 at a tenth of the stable step.
 TEST(PhysicsWatch, JudgesABalanceByTheEnergyThatIsThere) {
-  const RunDirectory dir;
   const std::string thrown = R"(subsoil: 1
 gravity: 0 m/s^2
 materials: {a: {density: 2500 kg/m^3}}
@@ -58,13 +64,11 @@ boundaries: [{name: floor, material: a, shape: {plane: {}}}]
 time: {end: 30 ms}
 output: {series every: 0.05 ms}
 )";
-  EXPECT_EQ(run_scenario(dir.scenario(thrown), dir / "thrown"), exit_ok) << summary_of(dir / "thrown")["run"];
-  EXPECT_EQ(warnings_of(dir / "thrown").find("energy balance"), std::string::npos) << warnings_of(dir / "thrown");
+  expect_balanced(thrown);
 }
 
 /// Spheres that touch by rounding alone have no energy to judge by: what they push each other with is rounding, too.
 TEST(PhysicsWatch, TakesRoundingForNothing) {
-  const RunDirectory dir;
   const std::string lattice = R"(subsoil: 1
 gravity: 0 m/s^2
 materials: {a: {density: 2500 kg/m^3}}
@@ -75,8 +79,7 @@ soil:
 time: {end: 1 ms}
 output: {series every: 0.02 ms}
 )";
-  EXPECT_EQ(run_scenario(dir.scenario(lattice), dir / "out"), exit_ok) << summary_of(dir / "out")["run"];
-  EXPECT_EQ(warnings_of(dir / "out").find("energy balance"), std::string::npos) << warnings_of(dir / "out");
+  expect_balanced(lattice);
 }
 
 /// The advice is one that can be taken: a step that was left out cannot be.
