@@ -70,40 +70,42 @@ template <class T, int D>
                                                     Changing changing = Changing::lossy) {
   Slip<T, D> out;
   const T zero(0.0), one(1.0), half(0.5);
+  // Outside contact nothing is kept, moved or damped: g is 0 there, and nothing slips.
   const T keep = select(in_contact, kept_share(changing, stiffness_ratio), zero);
+  const T lasts = select(in_contact, dt, zero), c_held = select(in_contact, c, zero);
   T trial[D], viscous[D], g[D], g2 = zero, x2 = zero, along = zero, rate = zero;  // x* . g, v . g
   for (int d = 0; d < D; ++d) {
-    trial[d] = select(in_contact, x[d] * keep + v[d] * dt, zero);
-    viscous[d] = c * v[d];
+    trial[d] = x[d] * keep + v[d] * lasts;
+    viscous[d] = c_held * v[d];
     g[d] = cap.together ? k * trial[d] + viscous[d] : k * trial[d];
     const T scaled = in_unit_of_squares(g[d]);
     g2 = g2 + scaled * scaled;
     x2 = x2 + x[d] * x[d];
-    rate = rate + v[d] * g[d];
+    out.force[d] = cap.together ? g[d] : g[d] + viscous[d];
+    out.x[d] = trial[d], out.dashpot[d] = viscous[d];
   }
   const T limit = select(slipping_before > half, limit_kinetic, limit_static);
   const T scaled_limit = in_unit_of_squares(limit);
   const auto slip = g2 > scaled_limit * scaled_limit;
   T inverse = zero, scale = one;
   T back = zero;    // a/|g|; 0 while it sticks
-  if (any(slip)) {  // most contacts of a bed stick: a tenth of the step with rolling resistance
+  if (any(slip)) {  // most contacts of a bed stick: a fifth of the step with rolling resistance
     inverse = in_unit_of_squares(rsqrt(max(g2, T(SquareRange<T>::least))));  // 1/|g|
     scale = select(slip, limit_kinetic * inverse, one);
     const T over = (one - scale) * soft;
-    for (int d = 0; d < D; ++d) along = along + trial[d] * g[d];
+    for (int d = 0; d < D; ++d) along = along + trial[d] * g[d], rate = rate + v[d] * g[d];
     const T free = min(along, along + along - dt * rate) * inverse * inverse;
-    back = cap.set_back ? select(in_contact, max(zero, over), zero) : max(zero, min(over, free));
+    back = cap.set_back ? max(zero, over) : max(zero, min(over, free));
+    const T share = cap.together ? zero : select(slip, T(cap.kept), one);
+    for (int d = 0; d < D; ++d) {
+      out.force[d] = cap.together ? g[d] * scale : g[d] * scale + viscous[d] * share;
+      out.x[d] = trial[d] - back * g[d];
+      out.dashpot[d] = select(slip, out.force[d] - k * out.x[d], viscous[d]);
+    }
   }
-  const T share = cap.together ? zero : select(slip, T(cap.kept), one);
-  out.slipping = select(both(in_contact, slip), one, zero);
+  out.slipping = select(slip, one, zero);
   T power = zero;
-  for (int d = 0; d < D; ++d) {
-    const T force = cap.together ? g[d] * scale : g[d] * scale + viscous[d] * share;
-    out.force[d] = select(in_contact, force, zero);
-    out.x[d] = trial[d] - back * g[d];
-    out.dashpot[d] = select(in_contact, select(slip, force - k * out.x[d], viscous[d]), zero);
-    power = power + (dashpot_before[d] + out.dashpot[d]) * v[d];
-  }
+  for (int d = 0; d < D; ++d) power = power + (dashpot_before[d] + out.dashpot[d]) * v[d];
   // (x_0 + x) . g with x = x* - back g, x_0 = x* - v dt; softening besides.
   T set_back_along = back * g2;  // back |g|^2
   if constexpr (SquareRange<T>::unit != 1) {
@@ -113,7 +115,7 @@ template <class T, int D>
   out.slid = half * k * (x2 * (stiffness_ratio - keep * keep) + back * (along + along - dt * rate - set_back_along));
   const T damped = half * dt * power;
   // Without a spring the limited force is a dashpot's.
-  const T slides = cap.together ? select(both(both(in_contact, slip), k > zero), max(zero, damped), zero) : zero;
+  const T slides = cap.together ? select(both(slip, k > zero), max(zero, damped), zero) : zero;
   out.slid = out.slid + slides;
   out.damped = damped - slides;
   return out;
