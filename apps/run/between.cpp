@@ -35,17 +35,32 @@ void add(dem::Snapshot& out, const dem::Snapshot& before, std::size_t a, const d
   if (!now.bonds.empty() && !before.bonds.empty()) out.bonds.push_back(share > 0.5 ? before.bonds[a] : now.bonds[b]);
 }
 
+/// Of one that leaves at the end of the step, `elapsed` after its beginning.
+void add_leaving(dem::Snapshot& out, const dem::Snapshot& before, std::size_t a, double elapsed,
+                 const dem::PeriodicCell& cell) {
+  out.id.push_back(before.id[a]);
+  out.radius.push_back(before.radius[a]);
+  out.material.push_back(before.material[a]);
+  out.position.push_back(cell.wrapped(before.position[a] + elapsed * before.velocity[a]));
+  out.velocity.push_back(before.velocity[a]);
+  out.angular_velocity.push_back(before.angular_velocity[a]);
+  out.force.push_back(before.force[a]);
+  out.torque.push_back(before.torque[a]);
+  out.contacts.push_back(before.contacts[a]);
+  if (!before.bonds.empty()) out.bonds.push_back(before.bonds[a]);
+}
+
 }  // namespace
 
 dem::Snapshot interpolate(const dem::Snapshot& before, const dem::Snapshot& now, double step, double share,
                           const dem::PeriodicCell& cell) {
   dem::Snapshot out;
-  for (std::size_t a = 0, b = 0; a < before.id.size() && b < now.id.size();) {  // both in rising id
-    if (before.id[a] == now.id[b]) {
-      add(out, before, a++, now, b++, step, share, cell);
-    } else {
-      before.id[a] < now.id[b] ? ++a : ++b;
-    }
+  for (std::size_t a = 0, b = 0; a < before.id.size(); ++a) {  // both in rising id
+    while (b < now.id.size() && now.id[b] < before.id[a]) ++b;
+    if (b < now.id.size() && now.id[b] == before.id[a])
+      add(out, before, a, now, b, step, share, cell);
+    else
+      add_leaving(out, before, a, (1 - share) * step, cell);
   }
   return out;
 }

@@ -7,9 +7,10 @@
 /// What a frame shows between two instants of the step, `share` of the step before the second.
 namespace subsoil::app {
 
-/// Spheres of both, a step apart, in a bed that may have periodic sides: positions on the cubic through x and v of both
-/// (exact under constant acceleration, up to x'''' dt^4/384), vectors on a line (up to y'' dt^2/8), counts those of the
-/// nearer instant.
+/// Spheres of `before`, a step apart, in a bed that may have periodic sides: positions on the cubic through x and v of
+/// both (exact under constant acceleration, up to x'''' dt^4/384), vectors on a line (up to y'' dt^2/8), counts those
+/// of the nearer instant. Those that are gone in `now` go straight on (up to x'' dt^2/2); those that are new in `now`
+/// are not there yet.
 dem::Snapshot interpolate(const dem::Snapshot& before, const dem::Snapshot& now, double step, double share,
                           const dem::PeriodicCell& cell = {});
 

@@ -130,6 +130,7 @@ void FrameOutput::take_poses(const Poses& poses) {
 dem::Snapshot* FrameOutput::begin(double t) {
   std::swap(before_, now_);
   now_.t = t;
+  if (world_.moving) now_.rear = world_.moving->window.rear(), now_.front = world_.moving->window.front();
   now_.surfaces.clear(), now_.bodies.clear(), now_.values.clear();
   for (const int boundary : shown_) now_.surfaces.push_back(simulation_.surface_pose(boundary));
   if (world_.machine)
@@ -160,7 +161,7 @@ void FrameOutput::write_instant(const Instant& now, double time, long step) {
   frame.step = step;
   const std::vector<std::int64_t> ids(spheres.id.begin(), spheres.id.end());
   if (writer_->particles().repeats() || ids.size() != writer_->particles().id.size()) frame.id = ids;
-  if (world_.moving) frame.window = {{world_.moving->window.rear(), world_.moving->window.front()}};
+  if (world_.moving) frame.window = {{now.rear, now.front}};
   frame.position = spheres.position;
   frame.velocity = spheres.velocity;
   frame.spin = spheres.angular_velocity;
@@ -183,6 +184,7 @@ const FrameOutput::Instant& FrameOutput::at(double time) {
   if (!(w > 1e-6)) return now_;
   if (w > 1 - 1e-6) return before_;
   between_.spheres = interpolate(before_.spheres, now_.spheres, step, w, cell());
+  between_.rear = before_.rear, between_.front = before_.front;
   between_.surfaces.clear(), between_.bodies.clear(), between_.values.clear();
   for (std::size_t i = 0; i < now_.surfaces.size(); ++i)
     between_.surfaces.push_back(interpolate(before_.surfaces[i], now_.surfaces[i], w));
@@ -190,7 +192,8 @@ const FrameOutput::Instant& FrameOutput::at(double time) {
     between_.bodies.push_back(interpolate(before_.bodies[i], now_.bodies[i], w));
   for (std::size_t i = 0; i < now_.values.size(); ++i)
     between_.values.push_back(w * before_.values[i] + (1 - w) * now_.values[i]);
-  if (holds_contacts_) between_.contacts = w > 0.5 ? before_.contacts : now_.contacts;
+  const bool same_spheres = before_.spheres.id == now_.spheres.id;
+  if (holds_contacts_) between_.contacts = w > 0.5 || !same_spheres ? before_.contacts : now_.contacts;
   return between_;
 }
 
@@ -202,7 +205,8 @@ void FrameOutput::archive(Archive& a, bool needed) {
 }
 
 void FrameOutput::Instant::archive(Archive& a) {
-  a(t, spheres.id, spheres.radius, spheres.material, spheres.position, spheres.velocity, spheres.angular_velocity);
+  a(t, rear, front);
+  a(spheres.id, spheres.radius, spheres.material, spheres.position, spheres.velocity, spheres.angular_velocity);
   a(spheres.force, spheres.torque, spheres.contacts, spheres.bonds, values);
   std::size_t poses = surfaces.size(), states = bodies.size();
   a(poses, states);

@@ -30,7 +30,8 @@ class FrameOutput {
   std::vector<dem::ContactRecord>* contacts() { return holds_contacts_ ? &now_.contacts : nullptr; }
   /// After the step: a frame at its beginning or between that and the instant of the begin() before. In between,
   /// positions lie on the cubic through x and v of both, the rest on a line (poses turn about one axis), which is
-  /// of second order in the step; counts are those of the nearer instant, spheres those of both.
+  /// of second order in the step; counts are those of the nearer instant. Spheres, and the window of a moving bed, are
+  /// those of the instant before: who comes or goes does so at the end of the step.
   void write(double time, long step);
   /// A frame of a machine without soil at other poses than its own: the shape of a mode, the pose as given.
   void write_poses(double time, const Poses& poses);
@@ -50,6 +51,7 @@ class FrameOutput {
   std::vector<FrameValue> list_measures(const Scenario& scenario);
   struct Instant {
     double t = 0;
+    double rear = 0, front = 0;  ///< x of the ends of a moving bed's window, m
     dem::Snapshot spheres;
     std::vector<dem::Pose> surfaces;  ///< of the boundaries that are shown
     Poses bodies;                     ///< of the machine

@@ -15,7 +15,7 @@ namespace {
 
 /// 2: memory of contacts in the order of libdem/contacts/contact_memory.hpp, bonds with what they released. (Before: no
 /// number.) 3: neighbour lists, what the run has added up, steps; checksums.
-constexpr std::int64_t kStateFormat = 3;
+constexpr std::int64_t kStateFormat = 4;
 
 void put_progress(StateWriter& out, const RunProgress& p) {
   out.put("run/exact", static_cast<std::uint8_t>(p.exact ? 1 : 0));

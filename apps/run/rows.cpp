@@ -12,8 +12,9 @@ Rows::Rows(const Columns& columns, SeriesWriter& series, double close)
   last_.assign(columns.list().size(), 0.0);
 }
 
-void Rows::begin_instant(double t, std::span<const double> values) {
+void Rows::begin_instant(double t, std::span<const double> values, bool jumps) {
   now_.t = t;
+  jumps_ = jumps;
   now_.values.assign(values.begin(), values.end());
   if (!std::exchange(begun_, true)) before_ = machine_before_ = machine_now_ = now_, held_until_ = t;
 }
@@ -25,7 +26,10 @@ double Rows::share_before(const Point& before, const Point& now, double t) const
 void Rows::add(double t) {
   Point row{t, now_.values};
   const double w = share_before(before_, now_, t);
-  for (std::size_t c = 0; c < row.values.size(); ++c) row.values[c] = w * before_.values[c] + (1 - w) * now_.values[c];
+  for (std::size_t c = 0; c < row.values.size(); ++c) {
+    const double share = jumps_ && columns_.is_sum(c) ? 1 : w;
+    row.values[c] = share * before_.values[c] + (1 - share) * now_.values[c];
+  }
   if (w == 0) row.values = now_.values;  // what is not finite too
   row.values[0] = t;
   if (columns_.has_means() && std::exchange(rows_begun_, true)) {

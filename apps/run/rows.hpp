@@ -13,13 +13,15 @@ class Columns;
 ///   w y_{n-1} + (1 - w) y_n,
 /// of second order in the step, as the leapfrog is: the error of a smooth column is up to y'' dt^2/8. Columns of means
 /// hold what acts in the step that begins at t_n until t_{n+1}, as the coupling does, and are cut at the row. The
-/// machine's columns are known where its windows end: rows inside a window wait for that.
+/// machine's columns are known where its windows end: rows inside a window wait for that. Sums over all spheres that
+/// jump at t_n, where a block of soil enters and another leaves, are before it those of t_{n-1}.
 class Rows {
  public:
   Rows(const Columns& columns, SeriesWriter& series, double close);
 
   /// The instant t_n: values of all columns, what acts from then on in columns of means.
-  void begin_instant(double t, std::span<const double> values);
+  /// @param jumps whether soil has entered or left as a block at t_n
+  void begin_instant(double t, std::span<const double> values, bool jumps);
   /// A row at t, t_{n-1} < t <= t_n; within `close` of an instant it is of that.
   void add(double t);
   /// `machine_stands`: its columns are of this instant, and not of the start of a window.
@@ -45,6 +47,7 @@ class Rows {
   IntervalMean means_;
   double held_until_ = 0;
   bool begun_ = false, rows_begun_ = false;
+  bool jumps_ = false;  ///< at the instant now
   std::vector<double> last_;
 };
 

@@ -184,7 +184,7 @@ int RunLoop::loop() {
       else if (!last && checkpoint_is_due())
         save(checkpoints_.next(t)), checkpoints_.keep_two();
     }
-    if (world_.moving) follow_bed(t);
+    const bool bed_went_on = world_.moving && follow_bed(t);
     // What is due before the next instant is interpolated between this one and that.
     const bool frame = last || frame_due_.next() < t + dt - close,
                sample = last || crossings_->needs_sums() || follows_sums_ || sample_due_.next() < t + dt - close;
@@ -203,7 +203,7 @@ int RunLoop::loop() {
     columns_->take_step(values_, sample);
     if (columns_->has_history()) columns_->follow(t, values_);
     if (crossings_->any()) stops = crossings_->look(t, values_, Crossings::on_a_line);
-    write_due(t, close, last);
+    write_due(t, close, last, bed_went_on);
     if (row && (energy_is_lost() || physics_fails())) return exit_failed;
     if (last) return code_of(signal);
     count_step(t, world_.bed ? dt : simulation_.time() - t, values_);
@@ -211,9 +211,9 @@ int RunLoop::loop() {
   }
 }
 
-void RunLoop::write_due(double t, double close, bool last) {
+void RunLoop::write_due(double t, double close, bool last, bool bed_went_on) {
   const bool signalled = last && t < s_.time.end - close;
-  rows_->begin_instant(t, values_);
+  rows_->begin_instant(t, values_, bed_went_on);
   double row = -Schedule::never, frame = row;
   for (; sample_due_.next() <= t + close; sample_due_.due(row, close)) rows_->add(row = sample_due_.next());
   if (signalled && row < t - close) rows_->add(t);
@@ -399,8 +399,8 @@ bool RunLoop::guarded(const std::function<void()>& take_step) {
   }
 }
 
-void RunLoop::follow_bed(double t) {
-  if (!world_.moving->follow(*world_.bed, simulation_)) return;
+bool RunLoop::follow_bed(double t) {
+  if (!world_.moving->follow(*world_.bed, simulation_)) return false;
   const dem::MovingBed& window = world_.moving->window;
   const double low = std::min(window.rear(), window.front()), high = std::max(window.rear(), window.front());
   for (const SurfaceRecord& s : world_.surfaces) {
@@ -415,6 +415,7 @@ void RunLoop::follow_bed(double t) {
         "`{}`, or make the container longer",
         t, s.name, s_.soil->moving->follows));
   }
+  return true;
 }
 
 void RunLoop::follow_tools(double t) {

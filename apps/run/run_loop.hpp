@@ -83,7 +83,8 @@ class RunLoop {
   int signal_to_obey();
 
   /// Rows and frames that are due up to the instant t, whose values are known; at t too if it is the last.
-  void write_due(double t, double close, bool last);
+  /// @param bed_went_on whether the window of a moving bed went on at t
+  void write_due(double t, double close, bool last, bool bed_went_on);
 
   /// Whether the soil does what no physics does, beyond repair; failure_ then says so.
   bool physics_fails();
@@ -100,8 +101,8 @@ class RunLoop {
   /// False when the step cannot be taken; failure_ then says why.
   bool guarded(const std::function<void()>& take_step);
 
-  /// The window of a moving bed goes on where it is time.
-  void follow_bed(double t);
+  /// The window of a moving bed goes on where it is time; whether it did.
+  bool follow_bed(double t);
 
   /// Opens and closes the window of the means where the tools' ways say so, and looks at the walls while it is open.
   void follow_tools(double t);

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "apps/report/disturbance.hpp"
@@ -52,6 +53,8 @@ TEST(RunMoving, WhatComesAndGoesIsBookedAndShown) {
   for (std::size_t row = 0; row < series.rows(); ++row)
     EXPECT_NEAR(conserved_energy(series, row), conserved_energy(series, 0), 5e-3 * work) << row;
   EXPECT_NEAR(series.at("window.travelled").back(), 0.6, 1e-12);
+  for (const double way : series.at("window.travelled"))
+    EXPECT_NEAR(way, 0.12 * std::round(way / 0.12), 1e-9) << "whole blocks, also in the row at which one comes";
   EXPECT_NEAR(series.at("window.entered").back(), moving["entered"]["mass [kg]"], 1e-7);
   // Frames hold what lies in the window then, each sphere once and always of the same size.
   const FramesFile file(dir / "out" / "run.h5");
@@ -62,9 +65,14 @@ TEST(RunMoving, WhatComesAndGoesIsBookedAndShown) {
     EXPECT_GT(file.times()[f] + 0.18, ends[0] + 0.18 - 1e-9) << "the blade keeps its place in the window";
     EXPECT_LT(file.times()[f] + 0.18, ends[0] + 0.18 + 0.12 + 2e-3);
     const FrameSpheres s = file.spheres(f, false), before = file.undisturbed(f);
-    // Held ones besides; between two instants of which one is before the window goes on, those that are in both.
-    EXPECT_GT(s.index.size(), 5 * spheres / 2);
+    // Full to both ends, also where the window goes on in the step that the frame lies in; the held ones besides.
+    EXPECT_GT(s.index.size(), 3 * spheres - static_cast<std::size_t>(carved) - 1);
     EXPECT_LT(s.index.size(), 9 * spheres / 2);
+    double rear = ends[1], front = ends[0];
+    for (std::size_t i = 0; i < s.index.size(); ++i)
+      rear = std::min<double>(rear, s.position[3 * i]), front = std::max<double>(front, s.position[3 * i]);
+    EXPECT_LT(rear, ends[0] + 0.01) << file.times()[f];
+    EXPECT_GT(front, ends[1] - 0.01) << file.times()[f];
     EXPECT_EQ(std::set<std::uint32_t>(s.index.begin(), s.index.end()).size(), s.index.size());
     for (std::size_t i = 0; i < s.index.size(); ++i) {
       EXPECT_GT(s.position[3 * i], ends[0] - 0.06);
@@ -117,7 +125,7 @@ TEST(RunMoving, GoesTheOtherWay) {
   const nlohmann::json summary = summary_of(dir / "out");
   EXPECT_EQ(summary["moving bed"]["blocks gone on"], 2);
   EXPECT_EQ(summary["soil"]["layers"].size(), 2u);
-  const std::array<double, 2> ends = FramesFile(dir / "out" / "run.h5").window(6);
+  const std::array<double, 2> ends = FramesFile(dir / "out" / "run.h5").window(7);
   EXPECT_NEAR(ends[0], 0.36 - 0.24, 1e-12);
   EXPECT_NEAR(ends[1], -0.24, 1e-12);
   const Series series = read_series(dir / "out" / "series.csv");
