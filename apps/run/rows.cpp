@@ -32,7 +32,7 @@ void Rows::add(double t) {
   }
   if (w == 0) row.values = now_.values;  // what is not finite too
   row.values[0] = t;
-  if (columns_.has_means() && std::exchange(rows_begun_, true)) {
+  if (columns_.has_means() && t > held_until_) {  // at the first instant of all there is no interval yet
     means_.add(t - held_until_, before_.values);
     held_until_ = t;
     const std::vector<double>& mean = means_.take();
@@ -64,7 +64,7 @@ void Rows::end_instant(bool machine_stands) {
 
 void Rows::archive(Archive& a) {
   a(before_, machine_before_, machine_now_, waiting_, means_);
-  a(held_until_, begun_, rows_begun_, last_);
+  a(held_until_, begun_, last_);
 }
 
 }  // namespace subsoil::app

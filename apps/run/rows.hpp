@@ -46,7 +46,7 @@ class Rows {
   std::vector<Point> waiting_;
   IntervalMean means_;
   double held_until_ = 0;
-  bool begun_ = false, rows_begun_ = false;
+  bool begun_ = false;
   bool jumps_ = false;  ///< at the instant now
   std::vector<double> last_;
 };

@@ -148,7 +148,8 @@ output:
 // Not the same bits, since the machine is refreshed every 64 steps of either run; a resumed one has them.
 TEST(RunControl, InSoilGoesOnFromAState) {
   const RunDirectory dir;
-  const std::string file = dir.scenario(tine);
+  // Rows a few steps apart: were means of the second to begin at the state, they would be off by a share of that.
+  const std::string file = dir.scenario(replaced(tine, "series every: 1 ms", "series every: 0.1 ms"));
   ASSERT_EQ(run_scenario(file, dir / "whole"), exit_ok);
   const Series whole = read_series(dir / "whole/series.csv");
   std::filesystem::path state;
@@ -161,15 +162,15 @@ TEST(RunControl, InSoilGoesOnFromAState) {
   const Series on = read_series(dir / "on/series.csv");
   std::size_t compared = 0;
   for (std::size_t i = 0; i < whole.at("time").size(); ++i)
-    for (std::size_t k = 1; k < on.at("time").size(); ++k) {  // the first row has no means yet
+    for (std::size_t k = 1; k < on.at("time").size(); ++k) {  // means of the first row begin at the state
       if (on.at("time")[k] != whole.at("time")[i]) continue;
       ++compared;
       for (const char* column : {"tine.y", "ram.pressure a", "ram.pressure b", "ram.valve", "draft control.output",
-                                 "lock.open", "energy.balance"})
+                                 "lock.open", "energy.balance", "floor.Fy"})
         EXPECT_NEAR(on.at(column)[k], whole.at(column)[i], 1e-9 * (1 + std::abs(whole.at(column)[i])))
             << column << whole.at("time")[i];
     }
-  EXPECT_GT(compared, 45U);
+  EXPECT_GT(compared, 450U);
 }
 
 TEST(RunControl, InSoilAccountsForItsEnergyAndLocks) {
