@@ -197,7 +197,7 @@ void Adaptive::step_on(double end, double stop) {
   energy_range_.see(system_);  // as it was evaluated last, in this step
   const double begin = std::exchange(front_, reached.t);
   root_ = reached.root;
-  if (watches_switches()) stop_at_hidden_contact(begin);
+  if (watches_switches() && switches_.has_gaps()) stop_at_hidden_contact(begin);
   if (root_) return;
   if (!follows_partition()) {
     read_consistent(front_);

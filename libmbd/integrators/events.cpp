@@ -23,7 +23,11 @@ std::size_t switches_of(const AnyForce& any) {
 
 Switches::Switches(const System& system) : system_(system) {
   const auto& forces = system.model().forces;
-  for (std::size_t i = 0; i < forces.size(); ++i) forces_.insert(forces_.end(), switches_of(forces[i].element), i);
+  for (std::size_t i = 0; i < forces.size(); ++i) {
+    forces_.insert(forces_.end(), switches_of(forces[i].element), i);
+    has_gaps_ = has_gaps_ ||
+                visit([]<class Force>(const Force&) { return Force::has.gap || Force::has.gaps; }, forces[i].element);
+  }
   sides_.assign(count(), 1);
   work_.assign(count(), 0);
 }

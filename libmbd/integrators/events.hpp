@@ -41,6 +41,8 @@ class Switches {
   std::size_t event(std::size_t i) const { return i - forces_.size(); }
   /// Whether it is one of friction, which is positive before and after an event.
   bool of_friction(std::size_t i) const;
+  /// Whether any is the gap of a contact; the others belong to friction and to events of joints.
+  bool has_gaps() const { return has_gaps_; }
   /// All gaps at the state, with multipliers where there is friction, that the system was set to last. Events of joints
   /// are asked with accelerations and multipliers of that state; without them they count as far away.
   void gaps(std::span<double> out, const Eigen::VectorXd* acceleration = nullptr,
@@ -57,6 +59,7 @@ class Switches {
  private:
   const System& system_;
   std::vector<std::size_t> forces_;
+  bool has_gaps_ = false;
   std::vector<int> sides_;
   std::vector<double> work_;
 };
