@@ -77,7 +77,7 @@ double least_step(double t) { return 1e-11 * std::max(1.0, std::abs(t)); }
 }  // namespace
 
 Inputs::Inputs(const Model& model) {
-  // The members of elements that are functions of time; a new one has its line here.
+  // The members of elements that are functions of time; a new one has its line here, or its test fails.
   const auto take_all = [this]<class Element>(const Element& e) {
     if constexpr (requires { e.fx; }) add(e.fx), add(e.fy), add(e.moment);
     if constexpr (requires { e.actuator; }) add(e.actuator);

@@ -1,13 +1,13 @@
 // Pulses of functions of time that lie inside what would be one step of a method with its own step control.
 
+#include "libmbd/integrators/inputs.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "libmbd/drivers/coordinate_driver.hpp"
-#include "libmbd/forces/applied_force.hpp"
-#include "libmbd/forces/spring_damper.hpp"
+#include "libmbd/elements.hpp"
 #include "libmbd/integrators/adaptive.hpp"
 #include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
@@ -83,6 +83,89 @@ TEST_P(Inputs, ASmoothSwingCostsNoStep) {
   machine.advance(10);
   const auto& method = dynamic_cast<const Adaptive&>(machine.integrator());
   EXPECT_LT(method.steps(), GetParam() == IntegratorKind::cvode ? 2000 : 20000);
+}
+
+/// Sets the function number `wanted` that an element describes to a fast swing, and counts them.
+struct SwingOne {
+  int wanted, functions = 0;
+
+  template <class... A>
+  void function(const char*, Function& f, A&&...) {
+    if (functions++ == wanted) f = formula([](double t) { return std::sin(1e3 * t); });
+  }
+  template <class... A>
+  void optional_function(const char* key, Function& f, A&&...) {
+    function(key, f);
+  }
+  template <class T>
+  void choice(const char*, T&, std::initializer_list<std::pair<const char*, T>>, const char*) {}
+
+  template <class... A>
+  void axis(A&&...) {}
+  template <class... A>
+  void bodies(A&&...) {}
+  template <class... A>
+  void body(A&&...) {}
+  template <class... A>
+  void card(A&&...) {}
+  template <class... A>
+  void coordinate(A&&...) {}
+  template <class... A>
+  void end_points(A&&...) {}
+  template <class... A>
+  void exponent(A&&...) {}
+  template <class... A>
+  void flag(A&&...) {}
+  template <class... A>
+  void form(A&&...) {}
+  template <class... A>
+  void joint(A&&...) {}
+  template <class... A>
+  void joint_point(A&&...) {}
+  template <class... A>
+  void optional_body(A&&...) {}
+  template <class... A>
+  void optional_characteristic(A&&...) {}
+  template <class... A>
+  void optional_quantity(A&&...) {}
+  template <class... A>
+  void outline(A&&...) {}
+  template <class... A>
+  void point(A&&...) {}
+  template <class... A>
+  void quantity(A&&...) {}
+  template <class... A>
+  void table(A&&...) {}
+  template <class... A>
+  void text(A&&...) {}
+  template <class... A>
+  void vector(A&&...) {}
+};
+
+/// Whether each function of time that elements of these types describe is among a machine's inputs. Returns how many.
+template <class... Element>
+int expect_inputs_of_all(std::tuple<Element...>*) {
+  int all = 0;
+  const auto expect_of = [&]<class E>(E*) {
+    for (int wanted = 0;; ++wanted) {
+      SwingOne swing{.wanted = wanted};
+      E element;
+      element.describe(swing);
+      if (wanted >= swing.functions) break;
+      ++all;
+      Model m;
+      m.add("element", element);
+      EXPECT_TRUE(mbd::Inputs(m).any()) << typeid(E).name() << ", function " << wanted;
+    }
+  };
+  (expect_of(static_cast<Element*>(nullptr)), ...);
+  return all;
+}
+
+// Inputs names the members of elements that are functions of time: one that it forgets is stepped over in silence.
+TEST(InputsOfElements, AllFunctionsOfTimeAreSeen) {
+  EXPECT_GE(expect_inputs_of_all(static_cast<Forces*>(nullptr)), 10);
+  EXPECT_EQ(expect_inputs_of_all(static_cast<Drivers*>(nullptr)), 12) << "position, velocity, acceleration of four";
 }
 
 }  // namespace
