@@ -186,6 +186,10 @@ class Expression {
       unit = names().find(name());
     }
     const std::optional<double> p = exponent();
+    if (p == 0.0 && !n_)
+      fail(whole_.find('\'') == std::string_view::npos
+               ? "has the power 0, by which a unit vanishes; leave that unit out"
+               : "has the power 0 behind ', the sign of arc minutes; numbers have no thousands separators: 1000 kg");
     return p ? power(unit, *p) : unit;
   }
 

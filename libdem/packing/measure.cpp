@@ -11,18 +11,35 @@
 namespace subsoil::dem {
 namespace {
 
-struct Window {
-  double low, high;
-  Window(double from, double to, double margin) {
-    const double cut = std::min(margin, 0.25 * (to - from));  // a thin bed keeps its middle half
-    low = from + cut, high = to - cut;
+/// Weights along one axis.
+class Window {
+ public:
+  Window(double from, double to, double diameter)
+      : low_(from), high_(to), kind_(to - from < kFewDiameters * diameter ? Kind::whole : Kind::middle) {
+    if (kind_ == Kind::middle) low_ += diameter, high_ -= diameter;
   }
-  double operator()(double x) const {
-    if (!(x > low && x < high)) return 0;
-    const double s = std::sin(std::numbers::pi * (x - low) / (high - low));
+  static Window period(double length) { return Window(length); }
+
+  double operator()(double x, double r) const {
+    if (kind_ == Kind::period) return 1;
+    if (kind_ == Kind::whole) return share_above((x - low_) / r) + share_above((high_ - x) / r) - 1;
+    if (!(x > low_ && x < high_)) return 0;
+    const double s = std::sin(std::numbers::pi * (x - low_) / (high_ - low_));
     return s * s;
   }
-  double integral() const { return 0.5 * (high - low); }
+  double integral() const { return (kind_ == Kind::middle ? 0.5 : 1) * (high_ - low_); }
+
+ private:
+  static constexpr double kFewDiameters = 6;
+  explicit Window(double length) : low_(0), high_(length), kind_(Kind::period) {}
+  /// Of a sphere's volume beyond a plane, its centre `height` radii beyond it.
+  static double share_above(double height) {
+    const double s = std::clamp(height, -1.0, 1.0);
+    return 0.25 * (2 + 3 * s - s * s * s);
+  }
+
+  double low_, high_;
+  enum class Kind { middle, whole, period } kind_;
 };
 
 /// Cells of one diameter with the spheres in them, for neighbour counts.
@@ -130,13 +147,16 @@ SurfaceHeight surface_height(std::span<const Sphere> spheres, Bounds region, dou
   return surface_height(spheres, region);
 }
 
-double bulk_density(std::span<const Sphere> spheres, const Bounds& region) {
-  const double diameter = 2 * mean_radius(spheres);
-  const Window x(region.low.x, region.high.x, diameter), z(region.low.z, region.high.z, diameter),
-      y(region.low.y, surface_height(spheres, region).mean, diameter);
+double bulk_density(std::span<const Sphere> spheres, const Bounds& region, const PeriodicCell& cell) {
+  const double diameter = 2 * mean_radius(spheres), surface = surface_height(spheres, region).mean;
+  const auto along = [&](int d) {
+    if (cell.length[d] > 0) return Window::period(cell.length[d]);
+    return Window(region.low[d], d == 1 ? surface : region.high[d], diameter);
+  };
+  const Window x = along(0), y = along(1), z = along(2);
   double mass = 0;
   for (const Sphere& s : spheres)
-    if (!is_fixed(s)) mass += s.m * x(s.x.x) * y(s.x.y) * z(s.x.z);
+    if (!is_fixed(s)) mass += s.m * x(s.x.x, s.r) * y(s.x.y, s.r) * z(s.x.z, s.r);
   const double volume = x.integral() * y.integral() * z.integral();
   return volume > 0 ? mass / volume : 0;
 }
@@ -186,7 +206,7 @@ BedReport report(std::span<const Sphere> spheres, const Bounds& region, const Pe
   out.spheres = spheres.size();
   for (const Sphere& s : spheres)
     if (!is_fixed(s)) out.mass += s.m;
-  out.bulk_density = bulk_density(spheres, region);
+  out.bulk_density = bulk_density(spheres, region, cell);
   out.surface = surface_height(spheres, region);
   out.coordination = coordination_number(spheres, cell);
   return out;

@@ -125,6 +125,19 @@ TEST(ScenarioUnits, NumbersThatAreRefused) {
   EXPECT_EQ(refusal("1e308 km", "m"), "a number is too large for double precision in SI units");
 }
 
+// ' is the sign of arc minutes, and 000 would be their power.
+TEST(ScenarioUnits, ThousandsSeparatorsAreNoUnits) {
+  EXPECT_EQ(
+      refusal("1'000 kg", "kg"),
+      "the unit `'000 kg` has the power 0 behind ', the sign of arc minutes; numbers have no thousands separators: "
+      "1000 kg");
+  EXPECT_THROW(parse_quantity("10'000'000 kg", "kg"), UnitError);
+  EXPECT_NE(refusal("1'500 kg", "kg"), "");
+  EXPECT_EQ(refusal("5 m0 kg", "kg"),
+            "the unit `m0 kg` has the power 0, by which a unit vanishes; leave that unit out");
+  EXPECT_DOUBLE_EQ(parse_quantity("3 N/m^(n-1)", "N/m^(n-1)", 1.0), 3);
+}
+
 TEST(ScenarioUnits, UnitsWithoutSize) {
   EXPECT_EQ(refusal("20 degC", "K"), "the unit `degC` has an offset; give a difference in K");
   EXPECT_NE(refusal("3 m)", "m").find("too many"), std::string::npos);

@@ -71,6 +71,27 @@ TEST(BedLattice, DensityMeasureSeesAHollow) {
   EXPECT_LT(bulk_density(spheres, bin), 0.9 * full);
 }
 
+// Spheres that just touch, in boxes of whole diameters: pi/6 of their own density however few lie side by side, with
+// walls and with periodic sides.
+TEST(BedLattice, DensityOfThinBeds) {
+  constexpr double r = 0.01;
+  for (const bool periodic : {false, true})
+    for (const int nx : {1, 2, 3, 5, 9})
+      for (const int ny : {1, 2, 4, 8})
+        for (const int nz : {1, 3, 7}) {
+          std::vector<Sphere> spheres;
+          for (int i = 0; i < nx * ny * nz; ++i) {
+            Sphere& s = spheres.emplace_back();
+            s.x = r * Vec3{2.0 * (i % nx) + 1, 2.0 * (i / nx % ny) + 1, 2.0 * (i / nx / ny) + 1};
+            s.r = r, s.m = sphere_mass;
+          }
+          const Bounds box{{}, 2 * r * Vec3{1.0 * nx, 1.0 * ny + 1, 1.0 * nz}};
+          PeriodicCell cell;
+          if (periodic) cell.length = {box.high.x, 0, box.high.z};
+          EXPECT_NEAR(bulk_density(spheres, box, cell), density * std::numbers::pi / 6, 1e-6) << nx << ny << nz;
+        }
+}
+
 TEST(BedLattice, StandsCentredAndLetIntoTheFloor) {
   Bounds box;
   for (const SphereSpec& s : lattice(plan(0.0202), soil_material)) box.include(s.position);
