@@ -6,6 +6,7 @@
 
 #include "apps/scenario/scenario.hpp"
 #include "apps/scenario/sections/engine.hpp"
+#include "apps/scenario/sections/names.hpp"
 
 namespace subsoil::app {
 
@@ -41,6 +42,7 @@ void check(Scenario& s, const Places& places, Problems& problems) {
   if (s.soil) check_soil(checks, s);
   check_boundaries(checks, s);
   if (s.machine) check_machine(checks, s);
+  check_names(checks, s);
   check_contacts(checks, s);
   check_time(checks, s);
   check_output(checks, s);

@@ -140,13 +140,6 @@ struct BedChecks : Checks {
     const std::string path = fmt::format("soil.bed.particles[{}].fixed", i);
     if (p.fixed.find('.') != std::string::npos || p.fixed.find(',') != std::string::npos)
       refuse(path, p.fixed, "is no name: its columns would be read as others; leave out dots and commas");
-    Names taken{"soil", "time", "container", "interface", "energy"};
-    for (const BoundarySection& other : s.boundaries) taken.push_back(other.name);
-    if (s.machine)
-      for (const Names& more : {names_of(s.machine->bodies), names_of(s.machine->surfaces), names_of(s.machine->joints),
-                                names_of(s.machine->drivers), names_of(s.machine->forces)})
-        taken.insert(taken.end(), more.begin(), more.end());
-    if (holds(taken, p.fixed)) refuse(path, p.fixed, "is the name of something else; take another");
     if (s.soil->active)
       refuse(path, p.fixed, "stands beside `soil.active`, which would not see it move; leave one of them out");
     if (b.settle && dem::dot(p.velocity, p.velocity) + dem::dot(p.spin, p.spin) > 0)

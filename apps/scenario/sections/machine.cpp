@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 
 #include "apps/scenario/checks.hpp"
 #include "apps/scenario/fields/json_forms.hpp"
@@ -256,7 +255,6 @@ struct MachineChecks : Checks {
     MachineSection& m = *s.machine;
     if (m.bodies.empty()) refuse("machine.bodies", "is missing: a machine has at least one body");
     beams(m);
-    unique_names(m);
     const Names bodies = names_of(m.bodies);
     for (Surface& surface : m.surfaces) {
       const std::string path = "machine.surfaces." + surface.name;
@@ -393,30 +391,7 @@ struct MachineChecks : Checks {
       for (const Watch& watch : s.output.watch)
         if (watch.name == measure.name)
           refuse("output.watch." + watch.name, "is a measure of the machine, which is a column by itself; drop one");
-      if (measure.name == "time") refuse(path, "the name is that of the first column; take another");
     }
-  }
-
-  /// Names become columns: one thing per name, over bodies, markers, joints, drivers, forces, measures and boundaries.
-  void unique_names(const MachineSection& m) {
-    std::map<std::string, std::string> taken;
-    for (const BoundarySection& b : s.boundaries) taken.emplace(b.name, "boundaries");
-    const auto take = [&](const Names& names, const char* family) {
-      for (const std::string& name : names) {
-        const auto [there, fresh] = taken.emplace(name, family);
-        if (!fresh) {
-          refuse(fmt::format("machine.{}.{}", family, name),
-                 fmt::format("the name stands among the {} too; names in the results must differ", there->second));
-        }
-      }
-    };
-    take(names_of(m.bodies), "bodies");
-    take(names_of(m.markers), "markers");
-    take(names_of(m.joints), "joints");
-    take(names_of(m.drivers), "drivers");
-    take(names_of(m.forces), "forces");
-    take(names_of(m.measures), "measures");
-    take(names_of(m.controllers), "controllers");
   }
 
   void wheels(const MachineSection& m) {

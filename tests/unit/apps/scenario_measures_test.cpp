@@ -110,10 +110,12 @@ TEST(ScenarioMeasures, RefusalsNamePlaceRuleAndCure) {
 
 TEST(ScenarioMeasures, NamesOfColumnsMustDiffer) {
   EXPECT_EQ(refusal("gap: {distance", "pin: {distance"),
-            "rod.yaml:19:10 machine.measures.pin: the name stands among the joints too; names in the results must "
-            "differ");
-  EXPECT_EQ(refusal("gap: {distance", "time: {distance"),
-            "rod.yaml:19:11 machine.measures.time: the name is that of the first column; take another");
+            "rod.yaml:19:10 machine.measures.pin: `pin` is the name of one of machine.joints too; names in the results "
+            "must differ: take another");
+  EXPECT_EQ(
+      refusal("gap: {distance", "time: {distance"),
+      "rod.yaml:19:11 machine.measures.time: `time` is the name of the first column too; names in the results must "
+      "differ: take another");
   EXPECT_EQ(refusal("kinetic}\n", "kinetic}\noutput: {watch: {gap: rod.x}}\n"),
             "rod.yaml:23:23 output.watch.gap: is a measure of the machine, which is a column by itself; drop one");
 }

@@ -433,7 +433,17 @@ TEST(ScenarioRefusals, CrossChecksOfMachine) {
            {"machine.bodies.arm.angle=90",
             "--set machine.bodies.arm.angle = 90: has no unit; needed is an angle, such as deg or rad"},
            {"machine.forces.pull={force: arm}",
-            "--set machine.forces.pull: the name stands among the drivers too; names in the results must differ"},
+            "--set machine.forces.pull: `pull` is the name of one of machine.drivers too; names in the results must "
+            "differ: take another"},
+           {"machine.measures={energy: {energy: arm}}",
+            "--set machine.measures.energy: `energy` is the name of the energy balance too; names in the results must "
+            "differ: take another"},
+           {"machine.measures={time: {energy: arm}}",
+            "--set machine.measures.time: `time` is the name of the first column too; names in the results must "
+            "differ: take another"},
+           {"output.watch={time: {driver: pull}}",
+            "--set output.watch.time: `time` is the name of the first column too; names in the results must differ: "
+            "take another"},
            {"machine.forces.rub={joint friction: slid, guide: 0.2 m, mu_s: 0.2, mu_k: 0.1}",
             "--set machine.forces.rub.joint friction = slid: there is no joint of this name; did you mean `slide`?"},
            {"machine.start=rest", "--set machine.start = rest: must be `pose` or {towing equilibrium: 0.5 m/s}"},
@@ -444,6 +454,29 @@ TEST(ScenarioRefusals, CrossChecksOfMachine) {
     const Lines lines = refusals(sample_machine, {set});
     EXPECT_EQ(lines.empty() ? "" : lines.front(), line) << set;
   }
+}
+
+/// Columns and surfaces of soil and machine: two of one name would be read as each other, or end the run when its
+/// frames begin.
+TEST(ScenarioRefusals, NamesThatSoilHasAlready) {
+  const std::string machine = sample_machine;
+  const std::size_t from = machine.find("\nmachine:") + 1, to = machine.find("output:");
+  const std::string text = sample_soil + machine.substr(from, to - from);
+  const std::string body = "{mass: 1 kg, inertia: 1 kg m^2, at: 0 1 m}";
+  const std::string box = "{body: arm, material: steel, box: 20 20 20 mm}";
+  const auto refused = [&](const std::string& key, const std::string& value) {
+    for (const std::string& line : refusals(text, {"machine.forces.wheel=", key + "=" + value}))
+      if (line.find("names in the results must differ") != std::string::npos) return line;
+    return std::string();
+  };
+  for (const char* name : {"container", "soil", "interface", "floor", "wall -x", "plate"}) {
+    EXPECT_NE(refused(std::string("machine.bodies.") + name, body), "") << name;
+    EXPECT_NE(refused(std::string("machine.surfaces.") + name, box), "") << name;
+  }
+  EXPECT_EQ(refused("machine.bodies.bucket", body), "");
+  EXPECT_EQ(refused("machine.surfaces.arm", box), "") << "a surface may be called like its body";
+  EXPECT_NE(refused("boundaries[0].name", "floor"), "");
+  EXPECT_EQ(refused("boundaries[0].name", "lid"), "");
 }
 
 TEST(ScenarioRefusals, WheelLawAndParticlesForOneWheel) {
