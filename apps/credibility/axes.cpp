@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libdem/laws/hysteretic.hpp"
+
 namespace subsoil::app {
 namespace {
 
@@ -40,18 +42,30 @@ class AxisList {
     out_.axes.push_back(a);
   }
 
-  /// All that the laws call a stiffness, of cement and of materials too; what is given as a share of a stiffness is
-  /// halved, so that the attraction itself stays.
+  /// All that the laws call a stiffness or make one of, of cement and of materials too; what is given as a share of a
+  /// stiffness is halved, so that the attraction itself stays.
   void stiffness() {
     Axis a{"stiffness", "twice the stiffness of every contact, attraction as before", {}, 1, std::sqrt(2.0)};
     for (const Contact& c : s_.contacts) {
       const std::string path = "contacts." + c.between[0] + "-" + c.between[1] + ".";
-      for (const char* key : {"K_X", "K_Y", "k_n", "c", "k1", "k2", "K1", "K2", "E_eff", "G_eff", "bond modulus"})
+      for (const char* key : {"K_X", "K_Y", "k_n", "c", "k1", "k2", "K1", "K2", "E_eff", "G_eff", "yield strength",
+                              "k_r", "bond modulus"})
         take_scaled(a, path + key, 2);
+      take_yield(a, c, path);
       take_scaled(a, path + "adhesive ratio", 0.5);
     }
     for (const Material& m : s_.materials) take_scaled(a, "materials." + m.name + ".young's modulus", 2);
     a.sets.empty() ? absent(a.name, "no contact states a stiffness") : out_.axes.push_back(a);
+  }
+
+  /// K1 = 5 r_eff S_y with the materials' S_y: the pair gets twice it as its own, since impacts depend on theirs.
+  void take_yield(Axis& a, const Contact& c, const std::string& path) const {
+    const auto* law = c.law.get_if<dem::Hysteretic>();
+    if (law == nullptr || !law->needs_yield()) return;
+    double yield = std::numeric_limits<double>::infinity();
+    for (const Material& m : s_.materials)
+      if (m.yield && (m.name == c.between[0] || m.name == c.between[1])) yield = std::min(yield, *m.yield);
+    if (std::isfinite(yield)) a.sets.push_back(fmt::format("{}yield strength={} Pa", path, 2 * yield));
   }
 
   /// Adds path=factor x value where the scenario has one there.
@@ -101,7 +115,7 @@ class AxisList {
       return absent("bin", "the spheres of the bed are listed one by one");
     const double way = travel();
     bin("bin along the travel", "twice the length of the bin", 0, way > 0 ? 0 : way < 0 ? 1 : 0.5);
-    bin("bin below", "twice the depth of the bin", 1, 1);
+    below();
     bin("bin across", "twice the width of the bin", 2, 0.5);
   }
 
@@ -116,8 +130,45 @@ class AxisList {
     grown(s_.soil->container->size, s_.soil->container->at, "soil.container");
     if (bed().region) grown(bed().region->size, bed().region->at, "soil.bed.region");
     if (bed().count) a.sets.push_back(fmt::format("soil.bed.count={}", 2 * *bed().count));
-    if (bed().depth && axis == 1) a.sets.push_back(fmt::format("soil.bed.depth={} m", 2 * *bed().depth));
     out_.axes.push_back(a);
+  }
+
+  /// Twice the depth of the bed. The floor goes down by as much as the bed gets deeper: its surface and the rims of
+  /// the walls stay where the tool meets them.
+  void below() {
+    Axis a{"bin below", "twice the depth of the bed", {}, 2, 1};
+    const Vec3 box = bed().region ? bed().region->size : s_.soil->container->size;
+    if (bed().count && !bed().depth && !s_.soil->surface)
+      return absent(a.name, "where the surface of a bed of a given count lies is known only when it has settled");
+    const double deep = depth(box.y);
+    const auto lowered = [&](Vec3 size, Vec3 at, const std::string& path) {
+      at.y -= deep, size.y += deep;
+      a.sets.push_back(path + ".size=" + lengths(size));
+      a.sets.push_back(path + ".at=" + lengths(at));
+    };
+    lowered(s_.soil->container->size, s_.soil->container->at, "soil.container");
+    if (bed().region) lowered(bed().region->size, bed().region->at, "soil.bed.region");
+    if (bed().count) a.sets.push_back(fmt::format("soil.bed.count={}", 2 * *bed().count));
+    if (bed().depth) a.sets.push_back(fmt::format("soil.bed.depth={} m", 2 * *bed().depth));
+    if (!bed().layers.empty()) deepen_lowest_layer(a, deep);
+    out_.axes.push_back(a);
+  }
+
+  /// Of the bed: as given, or what layers that end make, or all that it may fill.
+  double depth(double height) const {
+    const std::vector<Layer>& layers = bed().layers;
+    if (layers.empty() || (!layers.back().depth && !layers.back().thickness)) return bed().depth.value_or(height);
+    double sum = 0;
+    for (const Layer& l : layers) sum += l.depth ? (*l.depth)[1] - (*l.depth)[0] : *l.thickness;
+    return sum;
+  }
+
+  void deepen_lowest_layer(Axis& a, double by) const {
+    const Layer& lowest = bed().layers.back();
+    const std::string path = fmt::format("soil.bed.layers[{}].", bed().layers.size() - 1);
+    if (lowest.thickness) a.sets.push_back(fmt::format("{}thickness={} m", path, *lowest.thickness + by));
+    if (lowest.depth)
+      a.sets.push_back(fmt::format("{}depth={} {} m", path, (*lowest.depth)[0], (*lowest.depth)[1] + by));
   }
 
   void packings() {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace subsoil::app {
@@ -61,6 +62,22 @@ std::string words_of(const Verdict& v, const Axes& axes) {
   return {};
 }
 
+/// "warning of bin below, packing 2: blade touched no soil ..."
+std::vector<std::string> warnings_of(const Axes& axes, const std::vector<PointResult>& results) {
+  std::vector<std::pair<std::string, std::string>> found;  // warning, its runs
+  for (std::size_t k = 0; k < results.size(); ++k)
+    for (const std::string& text : results[k].warnings) {
+      const auto known = std::find_if(found.begin(), found.end(), [&](const auto& one) { return one.first == text; });
+      if (known == found.end())
+        found.emplace_back(text, axes.axes[k].name);
+      else
+        known->second += ", " + axes.axes[k].name;
+    }
+  std::vector<std::string> lines;
+  for (const auto& [text, runs] : found) lines.push_back(fmt::format("warning of {}: {}", runs, text));
+  return lines;
+}
+
 std::string percent(double share) { return std::isfinite(share) ? fmt::format("{:+.1f} %", 100 * share) : "-"; }
 std::string figure(double v) { return std::isfinite(v) ? fmt::format("{:.5g}", v) : "-"; }
 
@@ -68,6 +85,7 @@ std::string figure(double v) { return std::isfinite(v) ? fmt::format("{:.5g}", v
 
 Credibility judge(const Axes& axes, const Study& study, const std::vector<PointResult>& results, double tolerance) {
   Credibility c;
+  c.warnings = warnings_of(axes, results);
   for (std::size_t n = 0; n < study.numbers.size(); ++n) {
     c.packing_scatter.push_back(scatter_of(axes, results, n));
     c.tolerance.push_back(tolerance);
@@ -81,7 +99,7 @@ std::vector<std::string> credibility_lines(const Axes& axes, const Study& study,
   std::vector<std::string> lines;
   for (std::size_t n = 0; n < study.numbers.size(); ++n) {
     std::string text = study.numbers[n].name, bad, open, index;
-    bool first = true;
+    bool first = true, any = false;
     for (const Verdict& v : c.verdicts) {
       if (v.number != n) continue;
       if (std::exchange(first, false)) {
@@ -89,19 +107,24 @@ std::vector<std::string> credibility_lines(const Axes& axes, const Study& study,
         if (std::isfinite(c.packing_scatter[n])) text += fmt::format(", +- {:.3g} packing", c.packing_scatter[n]);
       }
       const std::string& name = axes.axes[v.axis].name;
+      any = any || v.kind != Verdict::Kind::failed;
       text += fmt::format(", {} {}", v.kind == Verdict::Kind::failed ? "failed" : percent(v.change), name);
       if (v.kind == Verdict::Kind::not_converged) bad += fmt::format("{}{}", bad.empty() ? "" : " and ", name);
       if (v.kind == Verdict::Kind::not_told) open += fmt::format("{}{}", open.empty() ? "" : " and ", name);
       if (axes.axes[v.axis].refinement && std::isfinite(v.change))
         index += fmt::format("{}{} {:.1f} %", index.empty() ? "" : ", ", name, 300 * std::abs(v.change));
     }
-    text += bad.empty() && open.empty() ? ": converged in every axis that ran" : "";
+    if (!any)
+      text += ": not judged: no axis beside the packings gave a value";
+    else if (bad.empty() && open.empty())
+      text += ": converged in every axis that ran";
     if (!bad.empty()) text += ": not converged in " + bad;
     if (!open.empty()) text += (bad.empty() ? ": not told in " : ", not told in ") + open;
     if (!index.empty()) text += "; grid convergence index: " + index;
     lines.push_back(text);
   }
   for (const AbsentAxis& a : axes.absent) lines.push_back(fmt::format("{}: not tried, {}", a.name, a.why));
+  lines.insert(lines.end(), c.warnings.begin(), c.warnings.end());
   return lines;
 }
 

@@ -22,6 +22,7 @@ struct Credibility {
   std::vector<Verdict> verdicts;        ///< number by number, axis by axis, packings left out
   std::vector<double> packing_scatter;  ///< standard deviation over the packings, per number; NaN of fewer than two
   std::vector<double> tolerance;        ///< share, per number
+  std::vector<std::string> warnings;    ///< of the runs, each once with the runs that gave it
 };
 
 /// Change delta = (changed - base)/|base|, its uncertainty U = sqrt(2) 2 s/|base| with the standard deviation s over

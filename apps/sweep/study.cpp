@@ -192,6 +192,7 @@ PointResult read_result(const Study& study, const std::filesystem::path& folder,
   if (r.end != PointResult::End::reached) return r;
   try {
     const RunFolder run = read_run_folder(point_folder(folder, k));
+    if (run.summary.is_object()) r.warnings = run.summary.value("warnings", r.warnings);
     for (std::size_t n = 0; n < study.numbers.size(); ++n) {
       const NumberOfRun number = take_number(run, study.numbers[n]);
       r.value[n] = number.value, r.half_width[n] = number.half_width;

@@ -23,7 +23,8 @@ struct Study {
 struct PointResult {
   enum class End { open, reached, failed };
   End end = End::open;
-  std::string cause;  ///< of a failure
+  std::string cause;                  ///< of a failure
+  std::vector<std::string> warnings;  ///< of its run
   double wall_time = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> value, half_width;  ///< per number, NaN where it could not be taken
 };

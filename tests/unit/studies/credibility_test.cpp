@@ -65,10 +65,16 @@ TEST(CredibilityAxes, StiffnessIsDoubledHoweverItIsGiven) {
        {"k1=10000 N/m^(n)", "adhesive ratio=0.1"}},
       {"law: luding, k1: 5 kN/m, k2: 20 kN/m, k_c: 1 kN/m, phi_f: 0.05, restitution: 0.5, mu: 0.5",
        {"k1=10000 N/m", "k2=40000 N/m"}},
-      {"law: hysteretic, K1: 5 kN/m, K2: 20 kN/m, damping factor: 0.2, mu: 0.5", {"K1=10000 N/m", "K2=40000 N/m"}}};
+      {"law: hysteretic, K1: 5 kN/m, K2: 20 kN/m, damping factor: 0.2, mu: 0.5", {"K1=10000 N/m", "K2=40000 N/m"}},
+      // K1 = 5 r_eff S_y
+      {"law: hysteretic, yield strength: 588 kPa, restitution: 0.6, mu: 0.5", {"yield strength=1176000 Pa"}},
+      {"law: hysteretic, restitution: 0.6, mu: 0.5", {"yield strength=200000 Pa"}},  // from the materials
+      {"law: linear, k_n: 10 kN/m, restitution: 0.5, mu: 0.5, mu_r: 0.1, k_r: 0.02 N m/rad",
+       {"k_n=20000 N/m", "k_r=0.04 N m/rad"}}};
   for (const Case& c : cases) {
     const std::string text =
-        "subsoil: 1\nmaterials: {grain: {density: 2000 kg/m^3, young's modulus: 10 MPa, poisson ratio: 0.3}}\n"
+        "subsoil: 1\nmaterials: {grain: {density: 2000 kg/m^3, young's modulus: 10 MPa, poisson ratio: 0.3, yield "
+        "strength: 100 kPa}}\n"
         "contacts: [{between: [grain, grain], " +
         c.law +
         "}]\nsoil: {container: {size: 0.2 0.2 0.2 m, at: 0 0 0 m, material: grain}, bed: {fill: random, material: "
@@ -96,6 +102,45 @@ TEST(CredibilityAxes, BinGrowsAwayFromTheTool) {
   EXPECT_DOUBLE_EQ(across.size.z, 2 * given.size.z);
   EXPECT_DOUBLE_EQ(across.at.z + 0.5 * across.size.z, given.at.z + 0.5 * given.size.z);
   EXPECT_DOUBLE_EQ(across.size.x, given.size.x);
+}
+
+/// Floor plus depth is where the surface is: a bed that is shallower than its walls are high must not sink away from
+/// the tool.
+TEST(CredibilityAxes, ADeeperBedKeepsItsSurfaceAndItsRims) {
+  const char* beds[] = {"depth: 40 mm",
+                        "depth: 40 mm, region: {size: 80 90 80 mm, at: 0 0 0 m}",
+                        "",
+                        "depth: 40 mm, layers: [{thickness: 10 mm, material: a}, {material: a}]",
+                        "layers: [{thickness: 10 mm, material: a}, {thickness: 30 mm, material: a}]",
+                        "layers: [{depth: 0 10 mm, material: a}, {depth: 10 40 mm, material: a}]"};
+  for (const std::string bed : beds) {
+    const bool layered = bed.find("layers") != std::string::npos;
+    const std::string text =
+        "subsoil: 1\nmaterials: {a: {density: 2500 kg/m^3}}\n"
+        "contacts: [{between: [a, a], law: linear, k_n: 5 kN/m, restitution: 0.4, mu: 0.5}]\n"
+        "soil: {container: {size: 80 100 80 mm, at: 0 20 0 mm, material: a}, bed: {fill: random, radius: 5 mm" +
+        std::string(layered ? "" : ", material: a") + (bed.empty() ? "" : ", " + bed) + "}}\ntime: {end: 1 ms}\n";
+    const Loaded given = load_scenario_text(text, "deep.yaml");
+    const Loaded deep = load_scenario_text(text, "deep.yaml", axis(credibility_axes(given), "bin below").sets);
+    const auto &before = *given.scenario.soil, &after = *deep.scenario.soil;
+    const double by = bed.empty() ? 0.1 : 0.04;
+    EXPECT_NEAR(before.container->at.y - after.container->at.y, by, 1e-12) << bed;
+    EXPECT_NEAR(after.container->size.y - before.container->size.y, by, 1e-12) << bed;
+    const auto thickness = [](const BedSection& b) {
+      double sum = 0;
+      for (const Layer& l : b.layers) sum += l.depth ? (*l.depth)[1] - (*l.depth)[0] : l.thickness.value_or(0);
+      return sum;
+    };
+    if (after.bed->depth) {
+      EXPECT_NEAR(*after.bed->depth - *before.bed->depth, by, 1e-12) << bed;
+    }
+    if (layered && !after.bed->depth) {
+      EXPECT_NEAR(thickness(*after.bed) - thickness(*before.bed), by, 1e-12) << bed;
+    }
+    if (after.bed->region) {
+      EXPECT_NEAR(before.bed->region->at.y - after.bed->region->at.y, by, 1e-12) << bed;
+    }
+  }
 }
 
 TEST(CredibilityAxes, ThreePackingsDifferAndWhatIsAbsentIsNamed) {
@@ -170,6 +215,25 @@ TEST(CredibilityVerdict, FollowsTheRule) {
   // Without packings the records' own intervals: sqrt(10^2 + 10^2)/1000.
   results.resize(5), axes.axes.resize(5);
   EXPECT_NEAR(judge(axes, study, results, 0.05).verdicts[0].uncertainty, std::sqrt(200.0) / 1000, 1e-12);
+}
+
+/// Where nothing ran nothing is converged, and what a run warned of is said once.
+TEST(CredibilityVerdict, TellsOfFailuresAndWarnings) {
+  Axes axes;
+  for (const char* name : {"as given", "step", "bin below"}) axes.axes.push_back({name, "", {}});
+  Study study;
+  study.numbers.resize(1);
+  study.numbers[0].name = "draft";
+  std::vector<PointResult> results{result(1000, 10), result(1006, 10), result(1440, 10)};
+  results[1].warnings = {"blade touched no soil", "few steps"}, results[2].warnings = {"blade touched no soil"};
+  std::vector<std::string> lines = credibility_lines(axes, study, judge(axes, study, results, 0.05));
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_EQ(lines[1], "warning of step, bin below: blade touched no soil");
+  EXPECT_EQ(lines[2], "warning of step: few steps");
+  for (std::size_t k : {1U, 2U}) results[k] = PointResult{}, results[k].value = {std::nan("")};
+  lines = credibility_lines(axes, study, judge(axes, study, results, 0.05));
+  EXPECT_EQ(lines[0].find("converged"), std::string::npos) << lines[0];
+  EXPECT_NE(lines[0].find("not judged"), std::string::npos) << lines[0];
 }
 
 }  // namespace
