@@ -26,21 +26,35 @@ double correlation_time(std::span<const double> x, double mean, double variance)
 
 }  // namespace
 
+double WindowRows::integral(std::span<const double> values) const {
+  double sum = 0;
+  for (std::size_t k = 0; k < weights.size(); ++k) sum += weights[k] * values[weighed + k];
+  return sum;
+}
+
+double WindowRows::duration() const {
+  double sum = 0;
+  for (const double w : weights) sum += w;
+  return sum;
+}
+
 WindowRows rows_in(std::span<const double> time, const TimeWindow& window, RowKind kind) {
   constexpr double rounding = 1e-9;  // s
   const auto first = std::lower_bound(time.begin(), time.end(), window.from - rounding);
   const auto last = std::upper_bound(time.begin(), time.end(), window.until + rounding);
-  WindowRows rows{static_cast<std::size_t>(first - time.begin()), static_cast<std::size_t>(last - time.begin()), {}};
+  WindowRows rows{static_cast<std::size_t>(first - time.begin()), static_cast<std::size_t>(last - time.begin()), 0, {}};
   rows.end = std::max(rows.begin, rows.end);
-  double sum = 0;
-  for (std::size_t i = rows.begin; i < rows.end; ++i) {
-    double w = kind == RowKind::equal ? 1 : 0;
-    if (kind == RowKind::mean && i > 0) w = std::max(0.0, time[i] - std::max(time[i - 1], window.from));
-    if (kind == RowKind::instant)
-      w = 0.5 * (time[std::min(i + 1, rows.end - 1)] - time[i > rows.begin ? i - 1 : rows.begin]);
-    rows.weights.push_back(w), sum += w;
+  if (rows.count() == 0) return rows;
+  rows.weighed = rows.begin > 0 ? rows.begin - 1 : 0;
+  rows.weights.assign(std::min(rows.end + 1, time.size()) - rows.weighed, 0.0);
+  for (std::size_t k = 0; kind != RowKind::equal && k + 1 < rows.weights.size(); ++k) {
+    const double t0 = time[rows.weighed + k], t1 = time[rows.weighed + k + 1];
+    const double from = std::max(t0, window.from), until = std::min(t1, window.until), inside = until - from;
+    if (!(inside > 0)) continue;
+    const double share = kind == RowKind::mean ? 1 : (0.5 * (from + until) - t0) / (t1 - t0);
+    rows.weights[k] += (1 - share) * inside, rows.weights[k + 1] += share * inside;
   }
-  if (!(sum > 0)) std::fill(rows.weights.begin(), rows.weights.end(), 1.0);
+  if (!(rows.duration() > 0)) rows.weighed = rows.begin, rows.weights.assign(rows.count(), 1.0);
   return rows;
 }
 
@@ -52,17 +66,16 @@ WindowStatistics statistics(std::span<const double> time, std::span<const double
   out.rows = x.size();
   if (x.empty()) return out;
   const auto n = static_cast<double>(x.size());
-  double sum = 0, squares = 0, weight = 0;
   out.least = out.largest = x[0];
   out.least_time = out.largest_time = time[rows.begin];
   for (std::size_t i = 0; i < x.size(); ++i) {
-    sum += rows.weights[i] * x[i], weight += rows.weights[i];
     if (x[i] < out.least) out.least = x[i], out.least_time = time[rows.begin + i];
     if (x[i] > out.largest) out.largest = x[i], out.largest_time = time[rows.begin + i];
   }
-  out.mean = sum / weight;
-  for (std::size_t i = 0; i < x.size(); ++i) squares += rows.weights[i] * (x[i] - out.mean) * (x[i] - out.mean);
-  const double variance = squares / weight;
+  out.mean = rows.integral(values) / rows.duration();
+  std::vector<double> squares(values.begin(), values.end());
+  for (double& v : squares) v = (v - out.mean) * (v - out.mean);
+  const double variance = rows.integral(squares) / rows.duration();
   out.deviation = x.size() > 1 ? std::sqrt(variance * n / (n - 1)) : 0;
   if (variance <= 1e-24 * out.mean * out.mean) {  // a constant
     out.half_width = x.size() > 1 ? 0 : out.half_width;

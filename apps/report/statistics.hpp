@@ -16,13 +16,18 @@ struct TimeWindow {
 /// which counts the same.
 enum class RowKind { instant, mean, equal };
 
-/// The rows of a record whose times lie in a window, and the time that each stands for, s: of means what of their
-/// interval lies in the window, the first row of the record none; of instants half the way to either neighbour in the
-/// window (trapezium rule); else 1. All 1 where that leaves no time.
+/// The rows of a record whose times lie in a window, and the time that each row of the record stands for there, s: of
+/// means what of its interval lies in the window, the first row of the record none; of instants the integral of its
+/// part in straight lines from row to row (trapezium rule), so that rows next to the window count where its ends lie
+/// between rows; else 1. All 1 where that leaves no time.
 struct WindowRows {
-  std::size_t begin = 0, end = 0;
-  std::vector<double> weights;
+  std::size_t begin = 0, end = 0;  ///< in the window
+  std::size_t weighed = 0;         ///< first row that has a weight
+  std::vector<double> weights;     ///< from it on
   std::size_t count() const { return end - begin; }
+  /// Sum of weight x value over the rows of the record.
+  double integral(std::span<const double> values) const;
+  double duration() const;  ///< sum of the weights
 };
 WindowRows rows_in(std::span<const double> time, const TimeWindow& window, RowKind kind);
 

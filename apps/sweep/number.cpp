@@ -32,9 +32,15 @@ double parabola(double x0, double y0, double x1, double y1, double x2, double y2
   return h * (y0 + y1) / 2 - second * h * h * h / 6;
 }
 
-double weighted_sum(const Record& weights, std::span<const double> values) {
+/// Over what lies between the ends of the window and its first and last row, along straight lines from row to row.
+double integral_at_ends(const Record& t, const Record& y, const WindowRows& rows, const TimeWindow& window) {
+  const auto piece = [&](std::size_t i, double from, double until) {
+    const double slope = (y[i + 1] - y[i]) / (t[i + 1] - t[i]);
+    return until > from ? (until - from) * (y[i] + slope * (0.5 * (from + until) - t[i])) : 0;
+  };
   double sum = 0;
-  for (std::size_t i = 0; i < values.size(); ++i) sum += weights[i] * values[i];
+  if (rows.begin > 0) sum += piece(rows.begin - 1, window.from, t[rows.begin]);
+  if (rows.end < t.size()) sum += piece(rows.end - 1, t[rows.end - 1], window.until);
   return sum;
 }
 
@@ -58,14 +64,15 @@ NumberOfRun taken(const Record& time, const Record& values, const SweepNumber& n
     case SweepNumber::Take::last:
       return {in_window.back(), no_number};
     case SweepNumber::Take::rms: {
-      Record squares = in_window;
+      Record squares = values;
       for (double& v : squares) v *= v;
-      const Record ones(squares.size(), 1.0);
-      return {std::sqrt(weighted_sum(rows.weights, squares) / weighted_sum(rows.weights, ones)), no_number};
+      return {std::sqrt(rows.integral(squares) / rows.duration()), no_number};
     }
     case SweepNumber::Take::integral:
-      if (kind == RowKind::mean) return {weighted_sum(rows.weights, in_window), no_number};
-      return {integral_over({time.begin() + begin, time.begin() + end}, in_window), no_number};
+      if (kind == RowKind::mean) return {rows.integral(values), no_number};
+      return {integral_over({time.begin() + begin, time.begin() + end}, in_window) +
+                  integral_at_ends(time, values, rows, window),
+              no_number};
   }
   return {no_number, no_number};
 }

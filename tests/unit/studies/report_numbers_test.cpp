@@ -81,6 +81,12 @@ TEST(Statistics, WeighRowsWithTheirTime) {
   // A window that begins within a row's interval takes what of it lies inside.
   EXPECT_NEAR(statistics(time, means, {0.45, 1, ""}, RowKind::mean).mean, (0.05 * means[3] + 0.5 * means[4]) / 0.55,
               1e-14);
+  // So does one that ends there, and instants follow their straight line to both ends of the window.
+  EXPECT_NEAR(statistics(time, means, {0.45, 0.7, ""}, RowKind::mean).mean, (0.05 * means[3] + 0.2 * means[4]) / 0.25,
+              1e-14);
+  const WindowStatistics part = statistics(time, line, {0.2, 0.8, ""}, RowKind::instant);
+  EXPECT_NEAR(part.mean, 3 - 2 * 0.5, 1e-14);
+  EXPECT_EQ(part.largest, line[2]) << "extremes are those of rows in the window";
 }
 
 TEST(Spectrum, FindsTheLineUnderATrend) {
