@@ -37,7 +37,12 @@ std::vector<double> fits(const SpecimenCurve& curve, double from) {
     z.push_back(row[0]), q.push_back(row[2]), sum += row[2];
     if (row[0] > 0 && row[2] > 0) log_z.push_back(std::log(row[0])), log_q.push_back(std::log(row[2]));
   }
-  const Line power = log_z.size() > 1 ? fit_line(log_z, log_q) : Line{};
+  if (log_z.size() < 2)
+    throw std::runtime_error(fmt::format(
+        "only {} rows of the curve below the depth `from` = {:.4g} m show a resistance: no means, no slope; a "
+        "lesser `from` or a longer `path`",
+        log_z.size(), from));
+  const Line power = fit_line(log_z, log_q);
   return {sum / static_cast<double>(q.size()), fit_line(z, q).b, std::exp(power.a), power.b};
 }
 
@@ -48,6 +53,14 @@ Outcome Penetrate::run(const Sample& sample, std::size_t packing) const {
   const double deep = depth.value_or(4 * wide), v = speed.value_or(0.5 * sample.fall_speed());
   const double way = path.value_or(1.5 * wide), begin = from.value_or(way / 3);
   const double high = tool == Tool::cone ? 0.5 * wide / std::tan(0.5 * angle) : 0.5 * wide;
+  if (begin >= way)
+    throw std::invalid_argument(
+        fmt::format("`from` = {:.4g} m must be less than the path of {:.4g} m: means begin there", begin, way));
+  if (wide >= side)
+    throw std::invalid_argument(fmt::format(
+        "the tool of {:.4g} m does not fit into the box of {:.4g} m: a lesser `diameter` or a greater `length`, four "
+        "diameters for walls that do not matter",
+        wide, side));
   if (way + (tool == Tool::cone ? high : 0.0) > deep - d)
     throw std::invalid_argument(
         fmt::format("the tool would come nearer than a diameter to the floor: base at {:.4g} m, bed "

@@ -14,6 +14,7 @@ namespace subsoil::app {
 namespace {
 
 constexpr int rows_of_shear = 200;
+constexpr long steps_of_reading = 10;  // of all contacts, which costs some steps' time
 
 /// The halves of the box as they stand before the path is gone.
 struct Halves {
@@ -34,33 +35,40 @@ struct Halves {
   }
 };
 
-/// Means of one row: stresses on the plane, and where lid and halves are.
+/// Stresses on the plane between the halves, and what moves them.
 struct Rig {
   Specimen& specimen;
   Lid& lid;
-  int floor, lower, upper;
+  int floor, lower;
   double load, width, length, split;
+  std::vector<dem::ContactRecord> contacts{};
+  std::vector<char> above{};  ///< the plane, by id of the grain
 
-  double weight_above() const {
-    double sum = 0;
-    for (const dem::Sphere& s : specimen.bed().spheres())
-      if (s.x.y > split) sum += s.m;
-    return sum * specimen.sample().gravity;
+  /// Force of the grains below the plane on those above it, N: tau A along x, sigma A along y.
+  Vec3 across() {
+    for (const dem::Sphere& s : specimen.bed().spheres()) {
+      if (s.id >= above.size()) above.resize(s.id + 1);
+      above[s.id] = s.x.y > split;
+    }
+    Vec3 sum{};
+    for (const dem::ContactRecord& c : contacts)
+      if (!c.at_surface && above[c.i] != above[c.j]) sum += (above[c.i] != 0 ? 1.0 : -1.0) * c.force;
+    return sum;
   }
   /// {tau, sigma} over so many steps of the lower half's speed.
   std::array<double, 2> over(long steps, double speed, double& path) {
-    double along = 0, down = 0;
+    Vec3 sum{};
+    double readings = 0;
     for (long k = 0; k < steps; ++k) {
-      specimen.step();
-      along += specimen.force(upper).x + specimen.force(lid.boundary()).x;
-      down += lid.force() + specimen.force(upper).y;
+      const bool read = k % steps_of_reading == 0;
+      specimen.bed().step(specimen.dt(), {.contacts = read ? &contacts : nullptr});
+      if (read) sum += across(), ++readings;
       lid.follow(load);
       for (const int part : {floor, lower}) specimen.move(part, {speed, 0, 0});
       path += speed * specimen.dt();
     }
-    const auto n = static_cast<double>(steps);
     const double area = width * (length - path);
-    return {along / n / area, (down / n + weight_above()) / area};
+    return {sum.x / readings / area, sum.y / readings / area};
   }
 };
 
@@ -79,19 +87,23 @@ Outcome Shear::run(const Sample& sample, std::size_t index) const {
   const double d = sample.diameter, along = length.value_or(20 * d), across = width.value_or(8 * d);
   const double deep = depth.value_or(10 * d), way = path.value_or(0.15 * along);
   const double v = speed.value_or(0.1 * sample.fall_speed());
+  if (way > along - d)
+    throw std::invalid_argument(fmt::format(
+        "the path of {:.4g} m leaves less than a diameter of the {:.4g} m that the box is long; a shorter `path`", way,
+        along));
   Specimen specimen(sample, v);
   const Halves halves{along, across, 0.5 * deep, 6 * deep + 40 * d, way + d};
   const int floor = specimen.plane("floor", {}, {0, 1, 0}, Wall::rough);
   specimen.plane("wall -z", {}, {0, 0, 1}, Wall::smooth);
   specimen.plane("wall +z", {0, 0, across}, {0, 0, -1}, Wall::smooth);
   const int lower = specimen.surface("lower half", halves.lower(), Wall::smooth);
-  const int upper = specimen.surface("upper half", halves.upper(), Wall::smooth);
+  specimen.surface("upper half", halves.upper(), Wall::smooth);
   specimen.fill({{}, {along, deep, across}}, deep, sample.seed + packing);
   Lid lid(specimen, Wall::rough);
   const double load = loads[index % loads.size()] * along * across;
   lid.consolidate(load);
   specimen.cement();
-  Rig rig{specimen, lid, floor, lower, upper, load, across, along, halves.split};
+  Rig rig{specimen, lid, floor, lower, load, across, along, halves.split};
   Outcome out;
   out.curve.columns = {{"path", "m"}, {"shear stress", "Pa"}, {"normal stress", "Pa"}, {"rise of the lid", "m"}};
   const double start = lid.height();
@@ -109,6 +121,9 @@ Outcome Shear::run(const Sample& sample, std::size_t index) const {
     if (now[0] * peak[1] > peak[0] * now[1]) peak = now;
   }
   const auto final = mean(out.curve, rows_of_shear * 4 / 5, rows_of_shear);
+  if (!(peak[0] > 0) || !(final[1] > 0))
+    throw std::runtime_error(
+        "the grains bear nothing across the plane: no strength; a shorter `path`, or a higher load");
   out.values = {peak[0], peak[1], final[0], final[1]};
   return out;
 }

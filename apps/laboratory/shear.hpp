@@ -8,9 +8,10 @@ namespace subsoil::app {
 
 /// Direct shear: a box of two halves, the upper one held, the lower one drawn along +x; a lid carries the load. End
 /// walls and sides are smooth, floor and lid rough; flanges cover the gaps that open, as the thick walls of a real box.
-///     A = width (length - path)             area that still shears
-///     tau = (F_x on upper walls and lid)/A  what the load cell of the upper half reads
-///     sigma = (F_y on lid and upper walls + weight above the plane)/A, down: on the plane, not on the lid
+///     A = width (length - path)   area that still shears
+///     tau = sum F_x/A,  sigma = sum F_y/A   F: force of a grain with its centre below the plane on one above
+/// What presses on a flange, outside A, counts in neither: walls and lid would count it, and of the plane's edges what
+/// is squeezed between grains and a half's rim. sigma is at most (load + weight above the plane)/A.
 /// Peak: largest tau/sigma of means over a twentieth of the path; final: mean over its last fifth. Per packing a line
 /// tau = c + sigma tan(phi) through the loads' points, for peak and final; the final stress ratio is the mean of
 /// tau/sigma over the loads, which for a material without cohesion is the better number.

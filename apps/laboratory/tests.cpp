@@ -1,6 +1,7 @@
 #include "apps/laboratory/tests.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -10,6 +11,25 @@
 
 namespace subsoil::app {
 namespace {
+
+/// What keeps a sample from being that of the scenario's bed.
+struct BedOfTests {
+  bool clumps = false;
+  std::vector<std::string> layers{};  ///< their materials
+  bool own_radii = false;             ///< of layers
+};
+
+BedOfTests bed_of(const Scenario& s, const Places& places) {
+  BedOfTests bed;
+  if (!s.soil || !s.soil->bed) return bed;
+  bed.clumps = !s.soil->bed->clumps.empty();
+  for (std::size_t k = 0; k < s.soil->bed->layers.size(); ++k) {
+    const std::string& name = s.soil->bed->layers[k].material;
+    if (std::find(bed.layers.begin(), bed.layers.end(), name) == bed.layers.end()) bed.layers.push_back(name);
+    bed.own_radii = bed.own_radii || places.contains(fmt::format("soil.bed.layers[{}].radius", k));
+  }
+  return bed;
+}
 
 /// What the test leaves out comes from the scenario's bed; then the bed becomes the test's own.
 void take_bed(Scenario& s, SampleWords& words, const Places& places) {
@@ -47,21 +67,38 @@ Places kept(const Places& places) {
   return out;
 }
 
-/// `clumps`: the grains of the scenario's bed are some.
-void check_tests(const LoadedTests& loaded, bool clumps, Problems& problems) {
+/// What is wrong with keys beside each other, whatever the grains are.
+template <class Refuse>
+void check_ranges(const LaboratoryTests& tests, const Refuse& refuse) {
+  const auto& loads = tests.shear.loads;
+  if (loads.size() < 2)
+    refuse("test.shear.loads", "must be two loads or more, for a line through their points");
+  else if (const auto [least, largest] = std::minmax_element(loads.begin(), loads.end()); *least == *largest)
+    refuse("test.shear.loads", "are all equal: two must differ, for a line through their points");
+  if (tests.tilt.from >= tests.tilt.until)
+    refuse("test.tilt.from", "must be below `until`: up to there the box is tilted quickly, and nothing is measured");
+}
+
+void check_tests(const LoadedTests& loaded, const BedOfTests& bed, Problems& problems) {
   const Places& places = loaded.loaded.places;
   const auto refuse = [&](const std::string& path, const std::string& rule) {
     problems.add(place_of(places, path), path, rule);
   };
   const SampleWords& words = loaded.tests.sample;
-  if (words.material.empty())
+  if (words.material.empty() && !bed.layers.empty())
+    refuse("test.material",
+           fmt::format("is missing: the material of the grains; the bed has layers, name one of theirs: {}",
+                       fmt::join(bed.layers, ", ")));
+  else if (words.material.empty())
     refuse("test.material", "is missing: the material of the grains; the scenario has no bed to take it from");
   if (words.walls.empty())
     refuse("test.walls", "is missing: the material of the walls; the scenario has no container to take it from");
-  if (clumps && !places.contains("test.radius"))
+  if (bed.clumps && !places.contains("test.radius"))
     refuse("test.radius",
            "is missing: tests take spheres, and the bed has clumps; give the radius of spheres, such as those of a "
            "clump's volume");
+  else if (bed.own_radii && !places.contains("test.radius"))
+    refuse("test.radius", "is missing: radius of the grains, in m; the layers of the bed have radii of their own");
   else if (!places.contains("soil.bed.radius"))
     refuse("test.radius", "is missing: radius of the grains, in m; the scenario has no bed to take it from");
   std::vector<std::string> known;
@@ -71,8 +108,7 @@ void check_tests(const LoadedTests& loaded, bool clumps, Problems& problems) {
       problems.add(place_of(places, path), path, name, "there is no material of this name" + suggestion(name, known));
   const Vec3& g = loaded.loaded.scenario.gravity;
   if (!(g.x == 0 && g.z == 0 && g.y < 0)) refuse("gravity", "must act downward (-y) for laboratory tests");
-  if (loaded.tests.shear.loads.size() < 2)
-    refuse("test.shear.loads", "must be two loads or more, for a line through their points");
+  check_ranges(loaded.tests, refuse);
 }
 
 }  // namespace
@@ -105,11 +141,10 @@ LoadedTests load_tests(const std::string& file, const std::vector<std::string>& 
     fields.section("test", loaded.tests, "laboratory tests of a material");
   });
   if (!problems.empty()) throw ScenarioError(problems);
-  const auto& soil = loaded.loaded.scenario.soil;
-  const bool clumps = soil && soil->bed && !soil->bed->clumps.empty();
+  const BedOfTests bed = bed_of(loaded.loaded.scenario, reading.places);
   take_bed(loaded.loaded.scenario, loaded.tests.sample, reading.places);
   loaded.loaded.places = kept(reading.places);
-  check_tests(loaded, clumps, problems);
+  check_tests(loaded, bed, problems);
   if (problems.empty()) check(loaded.loaded.scenario, loaded.loaded.places, problems);
   if (!problems.empty()) throw ScenarioError(problems);
   return loaded;

@@ -34,6 +34,9 @@ Outcome Tilt::tilt(Specimen& specimen) const {
     const double path = middle_x(specimen) - start;
     out.curve.rows.push_back({angle, path});
     if (path < far) continue;
+    if (angle < from)
+      throw std::runtime_error(fmt::format(
+          "slides at {:.3g} deg already, while it is tilted quickly; lower `test.tilt.from`", angle * degrees));
     out.values = {angle};
     return out;
   }

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -154,6 +155,41 @@ TEST(LaboratoryTest, BeadsWithoutFrictionHaveTheAngleOfTheirGeometry) {
   EXPECT_LT(angle, 10 * degree);
 }
 
+/// What is above the plane rests on it and on the lower half's flange: sigma A <= load + weight above, however far the
+/// upper half has left the lower one and whatever presses on its flange. The solid fraction is at most 0.66.
+TEST(LaboratoryTest, ShearedPlaneBearsAtMostWhatLiesOnIt) {
+  constexpr double along = 80e-3, deep = 40e-3, load = 20e3;
+  const LoadedTests loaded = material(0, 0,
+                                      "packings: 1, shear: {length: 80 mm, width: 24 mm, depth: 40 mm, loads: 2 20 "
+                                      "kPa, path: 32 mm, speed: 40 mm/s}",
+                                      "{uniform: 3.5 4.5 mm}");
+  const SpecimenCurve curve = run_test(loaded, "shear", 0).curves.at(1);
+  const double on_it = load + 0.66 * 2600 * g * deep;  // packing may rise by its own half depth
+  for (std::size_t i = 0; i + 20 <= curve.rows.size(); i += 20) {
+    double sigma = 0, path = 0;
+    for (std::size_t k = i; k < i + 20; ++k) sigma += curve.rows[k][2] / 20, path += curve.rows[k][0] / 20;
+    EXPECT_LT(sigma, 1.03 * on_it * along / (along - path)) << "at a path of " << path;  // the lid holds within 3 %
+    EXPECT_GT(sigma, 0.8 * load) << "at a path of " << path;
+  }
+}
+
+/// Words that make no test are refused, before or, where only the grains tell, after.
+TEST(LaboratoryTest, RefusesWhatGivesNoNumber) {
+  const auto says = [](const std::string& word, const std::string& more) {
+    return message_of([&] { run_test(material(0.5, 0.1, "packings: 1, " + word + ": {" + more + "}"), word, 0); });
+  };
+  const auto has = [](const std::string& message, const std::string& words) {
+    EXPECT_NE(message.find(words), std::string::npos) << message;
+  };
+  const std::string box = "length: 40 mm, depth: 60 mm, diameter: 20 mm, tool: plate, ";
+  has(says("penetrate", box + "path: 10 mm, from: 12 mm"), "`from` = 0.012 m must be less than the path of 0.01 m");
+  has(says("penetrate", "length: 40 mm, diameter: 40 mm, tool: plate"), "does not fit into the box of 0.04 m");
+  has(says("shear", "length: 60 mm, path: 60 mm"), "leaves less than a diameter of the 0.06 m");
+  has(says("shear", "loads: 10 10 kPa"), "test.shear.loads: are all equal: two must differ");
+  has(says("tilt", "from: 40 deg, until: 40 deg"), "test.tilt.from: must be below `until`");
+  has(says("tilt", "length: 80 mm, width: 40 mm, depth: 20 mm, from: 59 deg"), "while it is tilted quickly; lower");
+}
+
 TEST(LaboratoryTest, SlopeIsThatOfThePlaceAskedFor) {
   Tops tops;
   for (int i = 0; i < 30; ++i) {  // 30 deg up to 20 mm, then a plateau; every seventh place has lost its grain
@@ -243,6 +279,17 @@ TEST(LaboratoryTest, RefusalsNamePlaceRuleAndCure) {
   EXPECT_EQ(says(bed + "test: {packings: 2, radius: 4 mm}\n"), "accepted");
   EXPECT_EQ(says(head + "test: {material: grain, walls: grian, radius: 5 mm}\n"),
             "case.yaml:4:32 test.walls = grian: there is no material of this name; did you mean `grain`?");
+  const std::string layers =
+      head +
+      "soil: {container: {size: 1 1 1 m, at: 0 0 0 m, material: grain}, bed: {fill: random, radius: 4 mm, layers: "
+      "[{thickness: 20 mm, material: grain, radius: 3 mm}, {material: grain}], depth: 0.1 m}}\n";
+  EXPECT_EQ(says(layers + "test: {radius: 4 mm}\n"),
+            "case.yaml:5:7 test.material: is missing: the material of the grains; the bed has layers, name one of "
+            "theirs: grain");
+  EXPECT_EQ(says(layers + "test: {material: grain}\n"),
+            "case.yaml:5:7 test.radius: is missing: radius of the grains, in m; the layers of the bed have radii of "
+            "their own");
+  EXPECT_EQ(says(layers + "test: {material: grain, radius: 4 mm}\n"), "accepted");
   const std::string fine = head + "test: {material: grain, walls: grain, radius: 5 mm}\n";
   EXPECT_EQ(says(fine), "accepted");
   EXPECT_EQ(says(fine, {"gravity=0 m/s^2"}), "--set gravity: must act downward (-y) for laboratory tests");
@@ -270,6 +317,21 @@ TEST(LaboratoryTest, DryGrainsBearNoTension) {
   EXPECT_EQ(found.number("work").mean(), 0);
   ASSERT_EQ(found.diagnostics.size(), 1U);
   EXPECT_EQ(found.diagnostics[0], "1 of 1 packings bear no tension at all");
+}
+
+/// Work is that of the tension: rows of the curve below 0, where grains press on the plane, take nothing off.
+TEST(LaboratoryTest, WorkOfAPullIsThatOfItsTension) {
+  const LoadedTests loaded =
+      grains("law: linear, k_n: 10 kN/m, restitution: 0.3, mu: 0.5, cohesion: dmt, work of adhesion: 5 J/m^2",
+             "packings: 1, pull: {neck: 50 mm, width: 40 mm, depth: 60 mm, load: 2 kPa, path: 20 mm}");
+  const Findings found = run_test(loaded, "pull", 0);
+  const std::vector<double> path = found.curves[0].column(0), tension = found.curves[0].column(1);
+  double work = 0;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i)
+    work += 0.5 * (std::max(0.0, tension[i]) + std::max(0.0, tension[i + 1])) * (path[i + 1] - path[i]);
+  EXPECT_LT(*std::min_element(tension.begin(), tension.end()), 0);
+  EXPECT_GT(work, 0);
+  EXPECT_NEAR(found.number("work").mean(), work, 0.02 * work);
 }
 
 /// A scenario that is run brings its bed's material, radius and walls.
