@@ -42,7 +42,10 @@ CLI::App* add_fields(CLI::App& app, FieldsWords& words) {
                    "of the coarse graining, by its width w: lucy ends at 2 w, gaussian at 3 w")
       ->check(CLI::IsMember({"lucy", "gaussian"}));
   word->add_option("--width", words.width, "w, such as \"20 mm\"; default: the mean diameter");
-  word->add_option("--spacing", words.spacing, "of the grid; default: half the width, or what makes 2 million points");
+  word->add_option("--spacing", words.spacing,
+                   "of the grid, along periodic axes the nearest that divides them; default: half the width, or what "
+                   "makes 2 million "
+                   "points");
   word->add_option("--section", words.section, "plane in place of the whole bed, such as z=0mm or x=0.4m");
   CLI::Option* times = word->add_option("--times", words.times,
                                         "instants, such as 0.5s,1s: the nearest frames; "
@@ -61,9 +64,13 @@ int fields_command(const FieldsWords& words) {
   if (!words.section.empty()) request.section = section_of(words.section);
   for (const std::string& t : words.times) request.times.push_back(length_of("--times", t, "s", false));
   const FieldsReport report = write_fields(request);
-  fmt::print("{} frame{} on {} x {} x {} points {:.4g} m apart; {} kernel, width {:.4g} m, zero from {:.4g} m on\n",
+  const Vec3& apart = report.grid.spacing;
+  const std::string spacing = apart.x == apart.y && apart.y == apart.z
+                                  ? fmt::format("{:.4g}", apart.x)
+                                  : fmt::format("{:.4g} x {:.4g} x {:.4g}", apart.x, apart.y, apart.z);
+  fmt::print("{} frame{} on {} x {} x {} points {} m apart; {} kernel, width {:.4g} m, zero from {:.4g} m on\n",
              report.frames, report.frames == 1 ? "" : "s", report.grid.n[0], report.grid.n[1], report.grid.n[2],
-             report.spacing, words.kernel, report.width, report.reach);
+             spacing, words.kernel, report.width, report.reach);
   if (!report.has_velocity) fmt::print("no velocity and kinetic stress: output.columns leaves velocities out\n");
   if (!report.has_contacts) fmt::print("no coordination: output.columns leaves contacts out\n");
   if (!report.has_stress) fmt::print("no contact stress: run with `output: {{contact forces: yes}}` for it\n");

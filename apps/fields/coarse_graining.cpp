@@ -72,8 +72,8 @@ void CoarseGraining::near(const Vec3& low, const Vec3& high, const Use& use) con
   std::array<std::size_t, 3> from{}, until{};
   for (int d = 0; d < 3; ++d) {
     const auto at = static_cast<std::size_t>(d);
-    const double first = std::ceil((low[d] - kernel_.reach() - grid_.low[d]) / grid_.spacing),
-                 last = std::floor((high[d] + kernel_.reach() - grid_.low[d]) / grid_.spacing);
+    const double first = std::ceil((low[d] - kernel_.reach() - grid_.low[d]) / grid_.spacing[d]),
+                 last = std::floor((high[d] + kernel_.reach() - grid_.low[d]) / grid_.spacing[d]);
     if (!(last >= 0) || !(first <= static_cast<double>(grid_.n[at]) - 1)) return;
     from[at] = static_cast<std::size_t>(std::max(first, 0.0));
     until[at] = std::min(grid_.n[at], static_cast<std::size_t>(last) + 1);

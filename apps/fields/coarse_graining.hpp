@@ -41,11 +41,12 @@ class FieldKernel {
 /// Points of a regular grid, x fastest.
 struct FieldGrid {
   Vec3 low;
-  double spacing = 0;
+  Vec3 spacing{};  ///< along each axis
   std::array<std::size_t, 3> n{1, 1, 1};
   std::size_t size() const { return n[0] * n[1] * n[2]; }
   Vec3 point(std::size_t i, std::size_t j, std::size_t k) const {
-    return low + spacing * Vec3{static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)};
+    return low + Vec3{spacing.x * static_cast<double>(i), spacing.y * static_cast<double>(j),
+                      spacing.z * static_cast<double>(k)};
   }
 };
 

@@ -44,36 +44,42 @@ std::vector<std::size_t> chosen_frames(const FramesFile& file, const FieldsReque
   return out;
 }
 
-/// Over all that the kernels of all chosen frames reach, so that nothing is lost at its rim; between periodic sides
-/// over the cell.
+/// Over all that the kernels of all chosen frames reach, so that nothing is lost at its rim. Between periodic sides
+/// over the cell, in whole parts of it: the far side is the near one, and has no points of its own.
+FieldGrid lay_grid(const FrameBox& box, const FieldsRequest& request, double spacing, double reach,
+                   const dem::PeriodicCell& cell) {
+  FieldGrid grid;
+  for (int d = 0; d < 3; ++d) {
+    std::size_t& n = grid.n[static_cast<std::size_t>(d)];
+    grid.low[d] = box.low[d] - reach, grid.spacing[d] = spacing;
+    n = static_cast<std::size_t>(std::ceil((box.high[d] - box.low[d] + 2 * reach) / spacing)) + 1;
+    if (cell.length[d] > 0) {
+      grid.low[d] = cell.low[d];
+      n = static_cast<std::size_t>(std::max(1.0, std::round(cell.length[d] / spacing)));
+      grid.spacing[d] = cell.length[d] / static_cast<double>(n);
+    }
+  }
+  if (request.section) {
+    grid.low[request.section->axis] = request.section->at, grid.spacing[request.section->axis] = spacing;
+    grid.n[static_cast<std::size_t>(request.section->axis)] = 1;
+  }
+  return grid;
+}
+
 FieldGrid grid_over(const FrameBox& box, const FieldsRequest& request, double width, double reach,
                     const dem::PeriodicCell& cell) {
-  FieldGrid grid;
-  grid.spacing = request.spacing.value_or(0.5 * width);
-  const auto lay = [&] {
-    grid.low = box.low - Vec3{reach, reach, reach};
-    for (int d = 0; d < 3; ++d)
-      grid.n[static_cast<std::size_t>(d)] =
-          static_cast<std::size_t>(std::ceil((box.high[d] - box.low[d] + 2 * reach) / grid.spacing)) + 1;
-    for (int d = 0; d < 3; ++d)
-      if (cell.length[d] > 0) {
-        grid.low[d] = cell.low[d];
-        grid.n[static_cast<std::size_t>(d)] = static_cast<std::size_t>(cell.length[d] / grid.spacing * (1 + 1e-9)) + 1;
-      }
-    if (!request.section) return;
-    grid.low[request.section->axis] = request.section->at;
-    grid.n[static_cast<std::size_t>(request.section->axis)] = 1;
-  };
-  lay();
+  double spacing = request.spacing.value_or(0.5 * width);
+  FieldGrid grid = lay_grid(box, request, spacing, reach, cell);
   if (request.spacing) {
     if (static_cast<double>(grid.size()) > 50 * FieldsRequest::most_points)
       throw std::invalid_argument(
           fmt::format("--spacing {} m: makes {} points; at most {:g}: make it wider, or give a "
                       "--section",
-                      grid.spacing, grid.size(), 50 * FieldsRequest::most_points));
+                      spacing, grid.size(), 50 * FieldsRequest::most_points));
     return grid;
   }
-  for (; static_cast<double>(grid.size()) > FieldsRequest::most_points; lay()) grid.spacing *= 1.1;
+  while (static_cast<double>(grid.size()) > FieldsRequest::most_points)
+    grid = lay_grid(box, request, spacing *= 1.1, reach, cell);
   return grid;
 }
 
@@ -107,7 +113,7 @@ GrainFields fields_of(const FramesFile& file, std::size_t frame, const FieldGrid
     FieldGrain grain{.position = vector(s.position, i),
                      .velocity = vector(s.velocity, i),
                      .mass = file.density()[s.index[i]] * volume,
-                     .volume = volume,
+                     .volume = file.volume(s.index[i]),
                      .contacts = static_cast<double>(contacts.at(i))};
     each_image(grain.position, grain.position, cell, kernel.reach(), [&](const Vec3& shift) {
       FieldGrain image = grain;
@@ -158,8 +164,7 @@ FieldsReport write_fields(const FieldsRequest& request) {
                   request.kernel == FieldKernel::Kind::lucy ? "Lucy" : "Gaussian", width, kernel.reach());
   FieldsFile out(request.out.empty() ? request.run / "fields" : request.out, grid, held, about);
   for (const std::size_t f : frames) out.add(file.times()[f], fields_of(file, f, grid, kernel, held, cell));
-  return {out.finish(),  width,         kernel.reach(), grid.spacing, grid,
-          frames.size(), held.velocity, held.contacts,  held.stress};
+  return {out.finish(), width, kernel.reach(), grid, frames.size(), held.velocity, held.contacts, held.stress};
 }
 
 }  // namespace subsoil::app

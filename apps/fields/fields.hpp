@@ -20,7 +20,8 @@ struct FieldsRequest {
   std::filesystem::path out{};  ///< without its suffix; empty: RUN/fields
   FieldKernel::Kind kernel = FieldKernel::Kind::lucy;
   std::optional<double> width{};    ///< m; left out: mean diameter
-  std::optional<double> spacing{};  ///< m; left out: half the width, or what makes `most_points`
+  std::optional<double> spacing{};  ///< m; left out: half the width, or what makes `most_points`;
+                                    ///< along periodic axes the nearest that divides the period
   std::optional<FieldSection> section{};
   std::vector<double> times{};  ///< s, of the nearest frames; empty: the last one, or
   bool all = false;             ///< every one
@@ -30,7 +31,7 @@ struct FieldsRequest {
 /// What was written, for those who print it.
 struct FieldsReport {
   std::filesystem::path xdmf;
-  double width = 0, reach = 0, spacing = 0;
+  double width = 0, reach = 0;
   FieldGrid grid;
   std::size_t frames = 0;
   bool has_velocity = true, has_contacts = true, has_stress = true;

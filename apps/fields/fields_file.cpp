@@ -30,10 +30,11 @@ FieldsFile::FieldsFile(const std::filesystem::path& out, const FieldGrid& grid, 
   file_ = h5::create_file(temporary_name(h5_));
   h5::set_attribute(file_, "subsoil fields", std::int64_t{1});
   h5::set_attribute(file_, "coarse graining", about);
-  h5::set_attribute(file_, "spacing", grid.spacing);
   h5::create_group(file_, "/frames");
   const double low[3] = {grid.low.x, grid.low.y, grid.low.z};
   h5::write(file_, "/low", std::span<const double>(low, 3));
+  const double spacing[3] = {grid.spacing.x, grid.spacing.y, grid.spacing.z};
+  h5::write(file_, "/spacing", std::span<const double>(spacing, 3));
   text_ =
       "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n <Domain>\n"
       " <Grid Name=\"fields\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
@@ -75,8 +76,8 @@ void FieldsFile::add(double time, const GrainFields& f) {
       "<DataItem Format=\"XML\" NumberType=\"Float\" Precision=\"8\" Dimensions=\"3\">{:.12g} {:.12g} "
       "{:.12g}</DataItem>"
       "</Geometry>\n",
-      count_++, time, grid_.n[2], grid_.n[1], grid_.n[0], grid_.low.z, grid_.low.y, grid_.low.x, grid_.spacing,
-      grid_.spacing, grid_.spacing);
+      count_++, time, grid_.n[2], grid_.n[1], grid_.n[0], grid_.low.z, grid_.low.y, grid_.low.x, grid_.spacing.z,
+      grid_.spacing.y, grid_.spacing.x);
   std::vector<double> porosity(f.solid_fraction.size());
   for (std::size_t i = 0; i < porosity.size(); ++i) porosity[i] = 1 - f.solid_fraction[i];
   put("bulk density", "kg/m^3", "Scalar", 1, f.density.data());

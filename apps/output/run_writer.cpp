@@ -206,6 +206,8 @@ void RunWriter::Impl::write_particles() {
   if (!p.clump.empty())
     particle_arrays.push_back(
         {"clump", put<std::int32_t>("/particles/clump", n, 1, "", [&](std::size_t i) { return p.clump[i]; })});
+  if (!p.volume.empty())
+    put<double>("/particles/solid volume", n, 1, "m^3", [&](std::size_t i) { return p.volume[i]; });
   if (p.repeats()) {
     put<double>("/particles/at rest", n, 3, "m",
                 [&](std::size_t i) { return p.at_rest[i / 3][static_cast<int>(i % 3)]; });

@@ -29,9 +29,17 @@ void FramesFile::read_particles() {
   density_ = h5::read<float>(file_, "/particles/density");
   material_ = h5::read<std::int32_t>(file_, "/particles/material");
   if (h5::exists(file_, "/particles/material names")) materials_ = h5::read_text(file_, "/particles/material names");
+  if (h5::exists(file_, "/particles/solid volume")) volume_ = h5::read<double>(file_, "/particles/solid volume");
+  if (!volume_.empty() && volume_.size() != id_.size())
+    throw std::runtime_error("/particles: id and solid volume differ in length");
   if (radius_.size() != id_.size() || density_.size() != id_.size() || material_.size() != id_.size())
     throw std::runtime_error("/particles: id, radius, density and material differ in length");
   if (h5::exists(file_, "/particles/at rest")) repeat_period();
+}
+
+double FramesFile::volume(std::size_t index) const {
+  const double r = radius_[index];
+  return volume_.empty() ? 4.0 / 3.0 * M_PI * r * r * r : volume_[index];
 }
 
 /// The table of a moving bed is of one period: here of all that some frame shows.

@@ -46,6 +46,8 @@ class FramesFile {
   std::size_t particles() const { return radius_.size(); }
   const std::vector<float>& radius() const { return radius_; }    ///< m, by index
   const std::vector<float>& density() const { return density_; }  ///< kg/m^3, by index
+  /// Solid volume that a sphere stands for, m^3: of a clump's its share of the clump's, in which overlaps count once.
+  double volume(std::size_t index) const;
   const std::vector<std::int32_t>& material() const { return material_; }
   const std::vector<std::string>& materials() const { return materials_; }
   const std::vector<FrameSurface>& surfaces() const { return surfaces_; }
@@ -78,6 +80,7 @@ class FramesFile {
   std::vector<double> times_;
   std::vector<std::int64_t> id_;
   std::vector<float> radius_, density_;
+  std::vector<double> volume_;  ///< empty in a bed without clumps
   std::vector<std::int32_t> material_;
   std::vector<std::string> materials_;
   std::vector<double> at_rest_;  ///< x y z of the spheres of a period, m

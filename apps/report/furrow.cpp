@@ -96,7 +96,7 @@ void take_profile(const ToolPath& tool, Furrow& f) {
 std::vector<double> solid_fraction(const FramesFile& file, const FrameSpheres& s, const Furrow& f) {
   const auto nx = static_cast<std::size_t>(std::max(1.0, std::floor((f.until - f.from) / f.cell)));
   FieldGrid grid;
-  grid.spacing = f.cell;
+  grid.spacing = {f.cell, f.cell, f.cell};
   grid.low = {0.5 * (f.from + f.until) - 0.5 * static_cast<double>(nx - 1) * f.cell, f.y0 + 0.5 * f.cell,
               f.z0 + 0.5 * f.cell};
   grid.n = {nx, f.rows, f.columns};

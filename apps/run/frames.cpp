@@ -68,9 +68,10 @@ void FrameOutput::list_particles(ParticleTable& table, const Scenario& scenario)
     table.density.push_back(clump < 0 ? dem::own_density(*sphere)
                                       : world_.bed->mass_of(*sphere) / dem::sphere_volume(sphere->r));
     table.material.push_back(sphere->material);
-    if (!world_.bed->clumps().empty())
-      table.clump.push_back(
-          clump < 0 ? -1 : static_cast<std::int32_t>(world_.bed->clumps()[static_cast<std::size_t>(clump)].id));
+    if (world_.bed->clumps().empty()) continue;
+    table.clump.push_back(
+        clump < 0 ? -1 : static_cast<std::int32_t>(world_.bed->clumps()[static_cast<std::size_t>(clump)].id));
+    table.volume.push_back(world_.bed->volume_of(*sphere));
   }
 }
 

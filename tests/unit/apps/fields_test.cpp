@@ -80,7 +80,7 @@ Totals totals(const GrainFields& f, double spacing) {
 
 FieldGrid cube(double half, double spacing) {
   FieldGrid grid;
-  grid.low = {-half, -half, -half}, grid.spacing = spacing;
+  grid.low = {-half, -half, -half}, grid.spacing = {spacing, spacing, spacing};
   for (std::size_t& n : grid.n) n = static_cast<std::size_t>(std::ceil(2 * half / spacing)) + 1;
   return grid;
 }
@@ -126,7 +126,7 @@ TEST(CoarseGraining, StressOfTwoSpheres) {
   const double w = 0.02, length = dem::norm(branch);
   const double within = std::erf(3 / std::sqrt(2.0)) - 3 * std::sqrt(2 / pi) * std::exp(-4.5);
   FieldGrid point;
-  point.low = 0.5 * (a + b), point.spacing = 1;
+  point.low = 0.5 * (a + b), point.spacing = {1, 1, 1};
   CoarseGraining at(point, FieldKernel(Kind::gaussian, w));
   at.add_contact(a, b, force);
   const double phi = std::erf(length / (2 * std::sqrt(2.0) * w)) / (2 * pi * w * w * length) / within;
@@ -154,7 +154,7 @@ TEST(CoarseGraining, DensityOfALatticeIsUniform) {
 TEST(CoarseGraining, KineticStressIsOfTheSpreadOfVelocities) {
   for (const bool streams : {true, false}) {
     FieldGrid point;
-    point.low = {}, point.spacing = 1;
+    point.low = {}, point.spacing = {1, 1, 1};
     CoarseGraining coarse(point, FieldKernel(Kind::lucy, 0.02));
     for (const double side : {-1.0, 1.0})
       coarse.add({.position = {0, 0.01 * side, 0}, .velocity = {streams ? 2 * side : 2, 0, 0}, .mass = 0.1});
@@ -182,7 +182,7 @@ TEST(CoarseGraining, ColumnAtRestCarriesItsWeight) {
   bed.step(4e-5, {.snapshot = &s, .contacts = &contacts});
   const double w = 2 * r, h = 0.5 * w;
   FieldGrid grid;
-  grid.spacing = h, grid.low = {-2 * w, -2 * w, -2 * w};
+  grid.spacing = {h, h, h}, grid.low = {-2 * w, -2 * w, -2 * w};
   grid.n = {17, 34, 17};
   CoarseGraining coarse(grid, FieldKernel(Kind::lucy, w));
   double top = 0, weight = 0;
@@ -227,7 +227,7 @@ TEST(Fields, OfARunAddUpToItsMass) {
     double sum = 0;
     const std::string group = frame;
     for (const float rho : h5::read<float>(file, group + "/bulk density")) sum += rho;
-    EXPECT_NEAR(sum * std::pow(all.spacing, 3), mass, 1e-3 * mass) << frame;
+    EXPECT_NEAR(sum * std::pow(all.grid.spacing.x, 3), mass, 1e-3 * mass) << frame;
     EXPECT_EQ(h5::shape(file, group + "/contact stress"),
               (std::vector<hsize_t>{all.grid.n[2], all.grid.n[1], all.grid.n[0], 9}));
   }
@@ -237,6 +237,54 @@ TEST(Fields, OfARunAddUpToItsMass) {
   EXPECT_TRUE(std::filesystem::exists(dir / "cut.xdmf"));
   EXPECT_THROW(write_fields({.run = dir / "out", .times = {7.0}}), std::invalid_argument);
   EXPECT_THROW(write_fields({.run = dir.path()}), std::invalid_argument);
+}
+
+/// Sum of a field of the last frame over the volume of its cells.
+double integral_over_cells(const FieldsReport& report, const std::filesystem::path& h5, const std::string& field) {
+  const auto file = h5::open_file(h5);
+  const Vec3& apart = report.grid.spacing;
+  double sum = 0;
+  for (const float value : h5::read<float>(file, "/frames/000000/" + field))
+    sum += (field == "porosity" ? 1 - value : value) * apart.x * apart.y * apart.z;
+  return sum;
+}
+
+/// Two spheres a tenth of a millimetre apart are one grain of hardly more than a sphere's volume: a lens overlap of
+/// depth h = 2 r - a is pi h^2 (6 r - h)/12.
+TEST(Fields, MembersOfAClumpShareItsSolidVolume) {
+  const RunDirectory dir;
+  const std::string text = dir.scenario(
+      "subsoil: 1\ngravity: 0 m/s^2\nmaterials: {a: {density: 2500 kg/m^3}}\n"
+      "contacts: [{between: [a, a], law: linear, k_n: 5 kN/m, restitution: 0.4, mu: 0.5}]\n"
+      "soil:\n  container: {size: 80 80 80 mm, at: 0 0 0 m, material: a}\n"
+      "  clumps: {rod: {spheres: [{at: 0 0 0 mm, radius: 5 mm}, {at: 0 0 4 mm, radius: 5 mm}]}}\n"
+      "  bed: {fill: particles, material: a, placed: [{shape: rod, position: 40 40 40 mm}]}\n"
+      "time: {end: 1 ms}\noutput: {every: 1 ms, precision: double}\n");
+  ASSERT_EQ(run_scenario(text, dir / "out"), exit_ok);
+  const FieldsReport report = write_fields({.run = dir / "out"});
+  const double r = 5e-3, h = 2 * r - 4e-3, solid = 2 * 4.0 / 3 * pi * r * r * r - pi * h * h * (6 * r - h) / 12;
+  const std::filesystem::path fields = dir / "out" / "fields.h5";
+  EXPECT_NEAR(integral_over_cells(report, fields, "porosity"), solid, 2e-3 * solid);
+  EXPECT_NEAR(integral_over_cells(report, fields, "bulk density"), 2500 * solid, 2e-3 * 2500 * solid);
+}
+
+/// Between periodic sides the grid has whole parts of the period and each place once: sums are the bed's mass, whether
+/// the spacing divides the period or not.
+TEST(Fields, OfAPeriodicBedAddUpToItsMass) {
+  const RunDirectory dir;
+  const std::string text = dir.scenario(
+      "subsoil: 1\nmaterials: {a: {density: 2500 kg/m^3}}\n"
+      "contacts: [{between: [a, a], law: linear, k_n: 5 kN/m, restitution: 0.4, mu: 0.5}]\n"
+      "soil:\n  container: {size: 80 100 80 mm, at: 10 -20 5 mm, material: a, periodic: [x, z]}\n"
+      "  bed: {fill: lattice, material: a, radius: 5 mm, pitch: 10 mm, depth: 40 mm}\n"
+      "time: {end: 1 ms}\noutput: {every: 1 ms, precision: double}\n");
+  ASSERT_EQ(run_scenario(text, dir / "out"), exit_ok);
+  const double mass = summary_of(dir / "out").at("soil").at("mass [kg]");
+  for (const double spacing : {5e-3, 5.5e-3, 7e-3}) {
+    const FieldsReport report = write_fields({.run = dir / "out", .spacing = spacing});
+    EXPECT_NEAR(integral_over_cells(report, dir / "out" / "fields.h5", "bulk density"), mass, 5e-3 * mass) << spacing;
+    EXPECT_NEAR(static_cast<double>(report.grid.n[0]) * report.grid.spacing.x, 0.08, 1e-12);
+  }
 }
 
 TEST(Fields, LeaveOutWhatFramesDoNotHold) {
