@@ -12,6 +12,8 @@
 #include <tuple>
 #include <vector>
 
+#include "apps/commands/commands.hpp"
+#include "apps/laboratory/tests.hpp"
 #include "apps/run/column_table.hpp"
 #include "apps/scenario/load.hpp"
 #include "libmbd/elements.hpp"
@@ -108,6 +110,18 @@ TEST(Docs, FirstScenariosRunToTheirEnd) {
     const std::vector<double>& values = series.at(watch->name);
     EXPECT_GT(*std::max_element(values.begin(), values.end()), 0) << name << ": something must be met";
   }
+}
+
+/// Studies of impacts and samples of laboratory tests that a page shows whole.
+TEST(Docs, StudiesAndSamplesShownAreRun) {
+  const test::RunDirectory dir;
+  for (const std::string& block : yaml_blocks(read(root / "docs/impact.md"))) {
+    ImpactRequest request;
+    request.words = {dir.scenario(block)};
+    EXPECT_NO_THROW(EXPECT_EQ(impact_command(request), exit_ok)) << block;
+  }
+  const std::string sample = yaml_blocks(read(root / "docs/laboratory-tests.md")).front();
+  EXPECT_NO_THROW(load_tests(dir.scenario(sample), {})) << sample;
 }
 
 TEST(Docs, KeysToExplainExist) {
