@@ -378,7 +378,8 @@ TEST(Clumps, FillToADepth) {
   const SettleReport r = fill_at_random(bed, bed.laws(), fill, plan);
   EXPECT_NEAR(r.surface.mean, 0.04, kRadius);
   const double solid = r.mass / 1500, bulk = r.bulk_density / 1500;
-  EXPECT_GT(bulk, 0.5);
+  // Four diameters deep, where floor and surface, by the tops of the columns, take about one: 0.58 x 3/4.
+  EXPECT_GT(bulk, 0.4);
   EXPECT_LT(bulk, 0.8);
   EXPECT_LT(solid, 0.8 * 0.06 * 0.06 * 0.045);
   std::size_t members = 0;
