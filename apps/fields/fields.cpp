@@ -10,6 +10,7 @@
 #include "apps/report/disturbance.hpp"
 #include "apps/report/frames_file.hpp"
 #include "apps/report/run_folder.hpp"
+#include "libdem/particles/particles.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -109,10 +110,9 @@ GrainFields fields_of(const FramesFile& file, std::size_t frame, const FieldGrid
     return of.empty() ? Vec3{} : Vec3{of[3 * i], of[3 * i + 1], of[3 * i + 2]};
   };
   for (std::size_t i = 0; i < s.index.size(); ++i) {
-    const double r = file.radius()[s.index[i]], volume = 4.0 / 3.0 * M_PI * r * r * r;
     FieldGrain grain{.position = vector(s.position, i),
                      .velocity = vector(s.velocity, i),
-                     .mass = file.density()[s.index[i]] * volume,
+                     .mass = file.density()[s.index[i]] * dem::sphere_volume(file.radius()[s.index[i]]),
                      .volume = file.volume(s.index[i]),
                      .contacts = static_cast<double>(contacts.at(i))};
     each_image(grain.position, grain.position, cell, kernel.reach(), [&](const Vec3& shift) {

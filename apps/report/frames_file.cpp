@@ -6,6 +6,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "libdem/particles/particles.hpp"
+
 namespace subsoil::app {
 
 FramesFile::FramesFile(const std::filesystem::path& path) : file_(h5::open_file(path)) {
@@ -38,8 +40,7 @@ void FramesFile::read_particles() {
 }
 
 double FramesFile::volume(std::size_t index) const {
-  const double r = radius_[index];
-  return volume_.empty() ? 4.0 / 3.0 * M_PI * r * r * r : volume_[index];
+  return volume_.empty() ? dem::sphere_volume(radius_[index]) : volume_[index];
 }
 
 /// The table of a moving bed is of one period: here of all that some frame shows.

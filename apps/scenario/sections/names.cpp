@@ -15,18 +15,15 @@ struct NameChecks : Checks {
 
   void names() {
     own();
-    for (std::size_t i = 0; i < s.boundaries.size(); ++i)
-      if (const std::string& name = s.boundaries[i].name; !name.empty() && is_free(at("boundaries", i) + ".name", name))
-        taken.emplace(name, "a boundary");
-    if (s.soil && s.soil->bed) fixed_spheres(s.soil->bed->particles);
+    group(s.boundaries, "boundaries", "name", &BoundarySection::name, "a boundary");
+    if (s.soil && s.soil->bed)
+      group(s.soil->bed->particles, "soil.bed.particles", "fixed", &Particle::fixed, "fixed spheres");
     if (s.machine) machine(*s.machine);
     for (const Watch& watch : s.output.watch)
       if (watch.name == "time") is_free("output.watch.time", watch.name);
   }
 
  private:
-  static std::string at(const char* list, std::size_t i) { return fmt::format("{}[{}]", list, i); }
-
   void own() {
     taken = {{"time", "the first column"}, {"energy", "the energy balance"}};
     if (!s.soil) return;
@@ -34,20 +31,21 @@ struct NameChecks : Checks {
     if (s.soil->moving) taken.emplace("window", "the moving bed");
     if (!s.soil->container) return;
     taken.emplace("container", "all walls of the container");
-    for (std::size_t face = 0; face < face_names.size(); ++face)
-      if (has_wall(*s.soil->container, face)) taken.emplace(wall_name(face), "a wall of the container");
+    for (const std::string& wall : wall_names(*s.soil->container)) taken.emplace(wall, "a wall of the container");
     if (s.soil->bed && s.soil->bed->rough_floor) taken.emplace(rough_floor_name, "the rough floor");
   }
 
-  /// Spheres of one name belong together.
-  void fixed_spheres(const std::vector<Particle>& particles) {
-    std::map<std::string, std::string> groups;
-    for (std::size_t i = 0; i < particles.size(); ++i) {
-      const std::string& name = particles[i].fixed;
-      if (name.empty() || groups.contains(name) || !is_free(at("soil.bed.particles", i) + ".fixed", name)) continue;
-      groups.emplace(name, "fixed spheres");
+  /// Of a list whose members may share a name: fixed spheres belong together, boundaries are checked by their section.
+  template <class Member>
+  void group(const std::vector<Member>& members, const char* list, const char* key, std::string Member::*name,
+             const char* whose) {
+    std::map<std::string, std::string> fresh;
+    for (std::size_t i = 0; i < members.size(); ++i) {
+      const std::string& word = members[i].*name;
+      if (!word.empty() && !fresh.contains(word) && is_free(fmt::format("{}[{}].{}", list, i, key), word))
+        fresh.emplace(word, whose);
     }
-    taken.merge(groups);
+    taken.merge(fresh);
   }
 
   void machine(const MachineSection& m) {

@@ -325,8 +325,7 @@ struct OutputChecks : Checks {
       if (surface.touches_soil) touched.push_back(surface.name);
     if (s.soil && s.soil->container) {
       if (watch.kind == Watch::Kind::soil_force) touched.push_back("container");  // all its walls
-      for (std::size_t f = 0; f < face_names.size(); ++f)
-        if (has_wall(*s.soil->container, f)) touched.push_back(wall_name(f));
+      for (const std::string& wall : wall_names(*s.soil->container)) touched.push_back(wall);
     }
     if (s.soil && s.soil->bed)
       for (const Particle& p : s.soil->bed->particles)

@@ -53,6 +53,13 @@ bool has_wall(const Container& c, std::size_t face) { return !c.open[face] && !c
 
 std::string wall_name(std::size_t face) { return face == 2 ? "floor" : std::string("wall ") + face_names[face]; }
 
+std::vector<std::string> wall_names(const Container& c) {
+  std::vector<std::string> names;
+  for (std::size_t face = 0; face < face_names.size(); ++face)
+    if (has_wall(c, face)) names.push_back(wall_name(face));
+  return names;
+}
+
 void describe(Fields& v, Container& c) {
   SomeOf open(c.open, face_names, "faces"), open_after_settling(c.open_after_settling, face_names, "faces");
   SomeOf periodic(c.periodic, axis_names, "directions");

@@ -30,6 +30,8 @@ void describe(Fields& v, Container& c);
 bool has_wall(const Container& c, std::size_t face);
 /// What the wall of a face (of face_names) is called in columns and messages: `floor`, `wall -x`.
 std::string wall_name(std::size_t face);
+/// Of all faces that have one.
+std::vector<std::string> wall_names(const Container& c);
 /// Its sides for the bed, `up` m higher than in the scenario.
 dem::PeriodicCell periodic_cell(const Container& c, double up = 0);
 
