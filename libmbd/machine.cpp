@@ -11,15 +11,16 @@
 namespace subsoil::mbd {
 
 namespace {
-// Kinetic energy of all bodies at a millionth of the machine's length in a second, and their weights over 1e-10 of it,
-// to which no tolerance holds a pose. A machine held at rest moves none, and what rounding leaves of its balance is no
-// share of anything.
+// Kinetic energy of all bodies at a ten-thousandth of the machine's length in a second, and their weights over 1e-10 of
+// it, to which no tolerance holds a pose. A machine held at rest moves none, and one that begins to move has work of
+// the size of what the first steps, of low order, may err by: that is no share of anything.
 double energy_at_rest(const System& system) {
-  const double length = system.length_scale(), speed = 1e-6 * length;
+  constexpr double share = 1e-4;
+  const double length = system.length_scale(), speed = share * length;
   const double gravity = std::hypot(system.model().gravity[0], system.model().gravity[1]);
   double energy = 0;
   for (const Body& b : system.model().bodies)
-    energy += 0.5 * (b.mass * speed * speed + b.inertia * 1e-12) + 1e-10 * b.mass * gravity * length;
+    energy += 0.5 * (b.mass * speed * speed + b.inertia * share * share) + 1e-10 * b.mass * gravity * length;
   return energy;
 }
 }  // namespace

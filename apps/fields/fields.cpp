@@ -105,7 +105,7 @@ GrainFields fields_of(const FramesFile& file, std::size_t frame, const FieldGrid
   CoarseGraining coarse(grid, kernel);
   const FrameSpheres s = file.spheres(frame, held.velocity);
   const std::vector<std::int32_t> contacts =
-      held.contacts ? file.counts(frame, "contacts") : std::vector<std::int32_t>(s.index.size());
+      held.contacts && !s.index.empty() ? file.counts(frame, "contacts") : std::vector<std::int32_t>(s.index.size());
   const auto vector = [](const std::vector<float>& of, std::size_t i) {
     return of.empty() ? Vec3{} : Vec3{of[3 * i], of[3 * i + 1], of[3 * i + 2]};
   };

@@ -336,7 +336,7 @@ void RunWriter::Impl::publish() {
 }
 
 void RunWriter::Impl::check_frame(const Frame& frame) const {
-  const auto n = frame.id.empty() ? particles.id.size() : frame.id.size();
+  const auto n = frame.id ? frame.id->size() : particles.id.size();
   const auto demand = [&](const std::string& name, std::size_t size) {
     if (options.columns.contains(name) && size != n)
       throw std::invalid_argument(
@@ -395,24 +395,24 @@ XdmfGrid RunWriter::Impl::write_soil(const Frame& frame, const std::string& grou
   grid.cells = put_point_numbers(group + "/point numbers", rows.size());
   std::vector<std::size_t> entry(rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (frame.id.empty()) {
+    if (!frame.id) {
       entry[i] = rows[i];
       continue;
     }
     if (particles.repeats()) {
-      entry[i] = static_cast<std::size_t>(frame.id[rows[i]]) % particles.id.size();
+      entry[i] = static_cast<std::size_t>((*frame.id)[rows[i]]) % particles.id.size();
       continue;
     }
-    const auto found = std::lower_bound(particles.id.begin(), particles.id.end(), frame.id[rows[i]]);
-    if (found == particles.id.end() || *found != frame.id[rows[i]])
+    const auto found = std::lower_bound(particles.id.begin(), particles.id.end(), (*frame.id)[rows[i]]);
+    if (found == particles.id.end() || *found != (*frame.id)[rows[i]])
       throw std::invalid_argument(
-          fmt::format("frame at {} s: sphere {} is not in the particle table", frame.time, frame.id[rows[i]]));
+          fmt::format("frame at {} s: sphere {} is not in the particle table", frame.time, (*frame.id)[rows[i]]));
     entry[i] = static_cast<std::size_t>(found - particles.id.begin());
   }
   const auto& p = particles;
   const auto n = rows.size();
   grid.attributes.push_back({"id", put<std::int64_t>(group + "/id", n, 1, "", [&](std::size_t i) {
-                               return p.repeats() ? frame.id[rows[i]] : p.id[entry[i]];
+                               return p.repeats() ? (*frame.id)[rows[i]] : p.id[entry[i]];
                              })});
   grid.attributes.push_back(
       {"radius", put_real(group + "/radius", n, 1, "m", [&](std::size_t i) { return p.radius[entry[i]]; })});

@@ -68,7 +68,7 @@ struct ContactLines {
 struct Frame {
   double time = 0;  ///< s
   long step = 0;
-  std::span<const std::int64_t> id;  ///< who is left; empty: everybody in the particle table
+  std::optional<std::span<const std::int64_t>> id;  ///< who is left; left out: everybody in the particle table
   std::span<const dem::Vec3> position, velocity, spin, force, torque;
   std::span<const int> contacts;
   std::span<const int> bonds{};  ///< empty where no law has any

@@ -76,13 +76,14 @@ WindowStatistics statistics(std::span<const double> time, std::span<const double
   std::vector<double> squares(values.begin(), values.end());
   for (double& v : squares) v = (v - out.mean) * (v - out.mean);
   const double variance = rows.integral(squares) / rows.duration();
-  out.deviation = x.size() > 1 ? std::sqrt(variance * n / (n - 1)) : 0;
+  const double of_sample = x.size() > 1 ? n / (n - 1) : 0;
+  out.deviation = std::sqrt(kind == RowKind::equal ? variance * of_sample : variance);
   if (variance <= 1e-24 * out.mean * out.mean) {  // a constant
     out.half_width = x.size() > 1 ? 0 : out.half_width;
     return out;
   }
   const double independent = n / correlation_time(x, out.mean, variance);
-  if (independent >= 2) out.half_width = student_t(independent - 1) * out.deviation / std::sqrt(independent);
+  if (independent >= 2) out.half_width = student_t(independent - 1) * std::sqrt(variance * of_sample / independent);
   return out;
 }
 

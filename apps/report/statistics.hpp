@@ -41,10 +41,10 @@ struct WindowStatistics {
   double largest = std::numeric_limits<double>::quiet_NaN(), largest_time = 0;
 };
 
-/// Mean and spread are weighted with the rows' times. The interval is mean +- t s / sqrt(n_e), t of Student with n_e -
-/// 1 degrees of freedom, n_e = n / tau rows that count as independent, tau = 1 + 2 sum_k rho_k the integrated
-/// correlation time in rows, summed until rho_k < 0 (Geyer, Statistical Science 7 (1992) 473: initial positive
-/// sequence). NaN where n_e < 2.
+/// Mean and spread are weighted with the rows' times: deviation^2 = mean of (x - mean)^2 over the window; of equal
+/// rows, a sample, over n - 1. The interval is mean +- t s / sqrt(n_e), t of Student with n_e - 1 degrees of freedom,
+/// n_e = n / tau rows that count as independent, tau = 1 + 2 sum_k rho_k the integrated correlation time in rows,
+/// summed until rho_k < 0 (Geyer, Statistical Science 7 (1992) 473: initial positive sequence). NaN where n_e < 2.
 WindowStatistics statistics(std::span<const double> time, std::span<const double> values, const TimeWindow& window,
                             RowKind kind);
 

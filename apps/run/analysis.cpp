@@ -1,11 +1,14 @@
 #include "apps/run/analysis.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
+#include <cmath>
 #include <complex>
 #include <map>
 #include <numbers>
+#include <stdexcept>
 
 #include "apps/build/world.hpp"
 #include "apps/json.hpp"
@@ -16,6 +19,10 @@
 #include "apps/run/columns.hpp"
 #include "apps/run/frames.hpp"
 #include "apps/version.hpp"
+#include "libmbd/assembly/assembly.hpp"
+#include "libmbd/forces/bushing.hpp"
+#include "libmbd/forces/rotational_spring_damper.hpp"
+#include "libmbd/forces/spring_damper.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -141,6 +148,57 @@ void write_modes(const std::filesystem::path& path, const mbd::System& system, c
   out.flush();
 }
 
+/// A pose is no rest where what it leans on gives way at once: a joint whose event is due opens, friction reaches its
+/// limit. Throws std::runtime_error where the bodies' mass times 1e-6 of gravity, or of the machine's length per s^2,
+/// is unbalanced then, beyond what the equilibrium was found to. Of a towed machine the wheels' moments are left out,
+/// which take no part in its balance.
+void refuse_unrest(const mbd::Machine& machine, bool towed) {
+  const mbd::System& system = machine.system();
+  const mbd::Model& model = system.model();
+  const Eigen::VectorXd scale = mbd::coordinate_scale(system);
+  Eigen::VectorXd unbalanced =
+      system.mass().cwiseProduct(machine.integrator().state().acceleration).cwiseQuotient(scale).cwiseAbs();
+  double mass = 0;
+  for (const mbd::Body& b : model.bodies) mass += b.mass;
+  for (Eigen::Index k = 2; towed && k < unbalanced.size(); k += 3) unbalanced[k] = 0;
+  const double rate = std::hypot(model.gravity[0], model.gravity[1]) + system.length_scale();  // m/s^2
+  Eigen::Index at = 0;
+  if (unbalanced.size() == 0 || unbalanced.maxCoeff(&at) <= 1e-6 * mass * rate + 1e3 * machine.equilibrium()->residual)
+    return;
+  std::string why;
+  for (const mbd::Event& e : machine.events()) why += fmt::format(", {} {}", e.name, e.word());
+  throw std::runtime_error(fmt::format(
+      "the pose found is no rest: there body '{}' is pushed by {:.3g} N (moments over the machine's length){}; what "
+      "holds "
+      "it gives way: look at friction's limits and at the events of joints, or let it move, with `analysis: dynamics`",
+      system.body_name(static_cast<int>(at / 3) + 1), unbalanced[at], why));
+}
+
+/// Springs whose free angle or length is left out are free where joints and drivers have closed, which is not the pose
+/// of the file.
+void warn_of_closed_pose(const mbd::Machine& machine, const MachineSection& section) {
+  const double moved = machine.assembly().moved;
+  if (moved <= 1e-6 * machine.system().length_scale()) return;
+  std::vector<std::string> springs;
+  for (const NamedForce& f : section.forces) {
+    const auto* turned = f.element.get_if<mbd::RotationalSpringDamper>();
+    const auto* pulled = f.element.get_if<mbd::SpringDamper>();
+    const auto* bushing = f.element.get_if<mbd::Bushing>();
+    const auto left_out = [](const auto* force, auto member) {
+      return force != nullptr && std::isnan((*force).*member);
+    };
+    if (left_out(turned, &mbd::RotationalSpringDamper::free_angle) ||
+        left_out(pulled, &mbd::SpringDamper::free_length) || left_out(bushing, &mbd::Bushing::free_angle))
+      springs.push_back(f.name);
+  }
+  if (springs.empty()) return;
+  spdlog::warn(
+      "warning: joints and drivers close {:.3g} m beside the pose of the file (angles times the machine's length): {} "
+      "{} free "
+      "there; give the free lengths and angles, or a pose that closes",
+      moved, fmt::join(springs, ", "), springs.size() > 1 ? "are" : "is");
+}
+
 /// One row: the columns of every run at the state that was found.
 void write_state(const std::filesystem::path& path, const Loaded& loaded, World& world,
                  coupling::Simulation& simulation) {
@@ -192,6 +250,10 @@ int run_analysis(const Loaded& loaded, const RunRequest& request) {
   const Scenario& s = loaded.scenario;
   World world = build_world(loaded, {});
   mbd::Machine& machine = *world.machine;
+  if (machine.equilibrium() && s.analysis != Analysis::assembly) {
+    refuse_unrest(machine, s.machine->start.kind == StartKind::towing_equilibrium && s.machine->start.speed != 0);
+    warn_of_closed_pose(machine, *s.machine);
+  }
   std::filesystem::create_directories(request.out);
   write_atomically(request.out / "scenario.yaml", write_scenario(s));
   coupling::Simulation simulation(nullptr, world.machine.get(), {}, {}, {.machine_step = world.step.machine_step});

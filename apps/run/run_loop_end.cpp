@@ -1,8 +1,11 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "apps/build/moving_soil.hpp"
 #include "apps/run/run_loop.hpp"
@@ -14,6 +17,16 @@ namespace {
 // Beyond these a run is no answer to trust: shares of the energy, of the machine's length and speed, and of the work
 // between soil and machine.
 constexpr double most_closure = 1e-3, most_step_error = 1e-3, most_exchange_error = 1e-2;
+
+/// What the scenario gives of a machine alone that keeps its step from following its error.
+std::string fixes_machine_step(const Scenario& s) {
+  const MachineTime& time = s.time.machine;
+  std::vector<std::string> given;
+  if (time.integrator == IntegratorWord::adams_moulton) given.emplace_back("time.machine.integrator");
+  if (time.step) given.emplace_back("time.machine.step");
+  if (time.order != MachineTime{}.order) given.emplace_back("time.machine.order");
+  return fmt::format("{}", fmt::join(given, " and "));
+}
 
 }  // namespace
 
@@ -53,7 +66,7 @@ void RunLoop::write_step_error() {
         fmt::format("machine steps of {:.3g} s are estimated to err by {:.2g} of the machine's length and speed over "
                     "the run; shorten them{}",
                     world_.step.machine_step, error.sum(),
-                    world_.bed ? " by fewer soil steps per machine step" : ", or leave out time.machine.step"));
+                    world_.bed ? " by fewer soil steps per machine step" : ", or leave out " + fixes_machine_step(s_)));
 }
 
 void RunLoop::warn_of_machine_energy() {

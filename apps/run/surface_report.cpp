@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/scenario/gravity.hpp"
+
 namespace subsoil::app {
 namespace {
 
@@ -67,6 +69,7 @@ std::vector<SurfaceFacts> surface_facts(const World& world, const Scenario& scen
     facts.low = start.low, facts.high = start.high;
     facts.path_known = r.owner == SurfaceRecord::Owner::given;
     facts.from_soil = soil ? between(start, bed) : 0;
+    facts.below = soil && acts_down(scenario.gravity) && start.high.y <= bed.low.y;
     for (const coupling::GivenMotion& m : world.motions) {
       if (m.boundary != r.boundary) continue;
       facts.servo = m.servo.has_value();  // the load decides where it stops, its speed limit how far it may come
@@ -111,7 +114,7 @@ std::vector<std::string> surface_warnings(const std::vector<SurfaceFacts>& facts
       out.push_back(f.name +
                     ": its mesh is open: it has no inside, and both its sides act; close its holes if it is a "
                     "solid");
-    if (f.path_known && f.from_soil > 0)
+    if (f.path_known && f.from_soil > 0 && !f.below)
       out.push_back(f.servo
                         ? fmt::format("{} comes no nearer than {:.3g} m to the soil, even where its servo goes at its "
                                       "speed limit throughout",

@@ -305,7 +305,7 @@ class Quadrature {
   Area operator()(double a, double b) {
     if (!(b > a)) return {};
     const Piece all = sum(a, b);
-    allowed_ = 4e-15 * all.absolute;
+    allowed_ = 4e-15 * all.absolute, whole_ = all.absolute, mean_ = all.absolute / (b - a);
     return refine(all, a, b, 40);
   }
 
@@ -338,14 +338,21 @@ class Quadrature {
             2 * precision * b * (most - least)};
   }
   Area refine(const Piece& piece, double a, double b, int halvings) {
-    if (piece.error <= std::max(allowed_, piece.rounding) || halvings == 0 || sums_left_ <= 0) return piece.area;
+    if (piece.error <= std::max(allowed_, piece.rounding)) return piece.area;
+    if (halvings == 0 ||
+        sums_left_ <= 0) {  // a jump has left 1e-12 of its error, a root's pole 1e-6, and 1/t all of it
+      if (piece.error > 1e-3 * whole_ && piece.absolute > 1e3 * mean_ * (b - a))
+        throw std::runtime_error(
+            fmt::format("a formula has no integral over t = {:.6g} s: it grows without bound there", a));
+      return piece.area;
+    }
     const double middle = 0.5 * (a + b);
     const Piece first = sum(a, middle), second = sum(middle, b);
     const Area left = refine(first, a, middle, halvings - 1), right = refine(second, middle, b, halvings - 1);
     return {left.once + right.once, left.twice + left.once * (b - middle) + right.twice};
   }
   const Evaluate& f_;
-  double allowed_ = 0;
+  double allowed_ = 0, whole_ = 0, mean_ = 0;  // of |f| over all: its integral and its mean
   int sums_left_ = 300;
 };
 

@@ -19,7 +19,13 @@ class Counter final : public YAML::EventHandler {
  public:
   explicit Counter(const std::string& file) : file_(file) {}
 
-  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentStart(const YAML::Mark& mark) override {
+    if (++documents_ > 1)
+      throw ScenarioError(
+          fmt::format("{}:{}:{}: a second document begins; a scenario is one: take out the line of `---` or `...`, or "
+                      "put what follows into a file of its own",
+                      file_, mark.line + 1, mark.column + 1));
+  }
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark& mark, YAML::anchor_t) override { value(mark); }
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override { value(mark), anchor(mark); }
@@ -79,10 +85,11 @@ class Counter final : public YAML::EventHandler {
   const InputLimits& limits_ = input_limits();
   std::string file_;
   std::vector<Level> open_;
-  std::size_t values_ = 0, anchors_ = 0;
+  std::size_t documents_ = 0, values_ = 0, anchors_ = 0;
 };
 
-/// A directive (`%YAML 1.2`) and a tag say nothing here; yaml-cpp needs the square of their length.
+/// A directive (`%YAML 1.2`) and a tag say nothing here; yaml-cpp needs the square of their length, and takes a
+/// directive amid the text for the document's end.
 void check_lines(const std::string& text, const std::string& file) {
   constexpr std::size_t longest = 200;
   int line = 1;
@@ -90,6 +97,11 @@ void check_lines(const std::string& text, const std::string& file) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
     if (text[begin] == '%' && end - begin > longest)
       throw ScenarioError(fmt::format("{}:{}:1: a directive of {} bytes; leave it out", file, line, end - begin));
+    if (text[begin] == '%' && text.compare(begin, 6, "%YAML ") != 0 && text.compare(begin, 5, "%TAG ") != 0)
+      throw ScenarioError(
+          fmt::format("{}:{}:1: a line that begins with % is a directive of YAML, and this is none; a "
+                      "comment begins with #",
+                      file, line));
     begin = end + 1;
   }
 }
@@ -101,7 +113,8 @@ void check_yaml_bounds(const std::string& text, const std::string& file) {
   std::istringstream stream(text);
   YAML::Parser parser(stream);
   Counter counter(file);
-  parser.HandleNextDocument(counter);
+  while (parser.HandleNextDocument(counter)) {
+  }
 }
 
 }  // namespace subsoil::app

@@ -16,6 +16,8 @@ namespace subsoil::mbd {
 namespace {
 // Within one advance(). More means that steps have become so short that the end is out of reach.
 constexpr long most_steps = 2'000'000;
+// So many steps tell how many would be needed: ten times the most are out of reach, however they may grow.
+constexpr long looked_back_on = 20'000;
 // From a singular pose, in rad, for the method to begin anew; and for its failure to have another reason.
 constexpr double far_enough = 0.15;
 // From a singular pose, where one step leads over it; and what that step may err by.
@@ -67,7 +69,7 @@ void Adaptive::restart() {
     build();
   }
   begin();
-  front_ = now_.t, root_ = false, cut_ = false, hidden_here_ = {};
+  front_ = now_.t, root_ = false, cut_ = false, hidden_here_ = {}, failure_ = nullptr;
   walking_ = false, beside_singular_ = partition_.near_singular();
 }
 
@@ -135,13 +137,15 @@ void Adaptive::on_advance(double h) {
     restart();
   }
   const double stop = coupled_ ? end : std::numeric_limits<double>::infinity();
+  double looked_at = front_;
   for (long taken = 0; front_ < end; ++taken) {
     if (crossing_) leave_crossing();
-    if (taken == most_steps)
-      throw std::runtime_error(
-          "t = " + std::to_string(front_) + " s: " + std::to_string(most_steps) + " steps did not reach " +
-          std::to_string(end) +
-          " s; the system is stiff, its forces are not smooth or a given motion jumps: take ida, or a wider tolerance");
+    if (taken == most_steps) give_up(taken, end);
+    if (taken > 0 && taken % looked_back_on == 0) {
+      const double steps_needed = (end - front_) / (front_ - looked_at) * looked_back_on;
+      if (!(steps_needed < 10.0 * most_steps)) give_up(taken, end);
+      looked_at = front_;
+    }
     if (beside_singular_) {
       walk(end);
     } else if (walking_) {
@@ -164,6 +168,21 @@ void Adaptive::on_advance(double h) {
     anew = anew || follows_partition();
   }
   if (anew || partition_.used_rows() != rows_) restart();
+}
+
+void Adaptive::give_up(long taken, double end) {
+  char text[160];
+  std::snprintf(text, sizeof text, "t = %.9g s: %ld steps did not reach %.9g s, the last is of %.2g s; ", front_, taken,
+                end, last_step_);
+  std::string why =
+      "the system is stiff, its forces are not smooth or a given motion jumps: take ida, or a wider tolerance";
+  try {
+    if (failure_) std::rethrow_exception(failure_);
+  } catch (const std::runtime_error& error) {
+    why = error.what();
+  }
+  if (now_.t != front_) read_consistent(front_);
+  throw std::runtime_error(text + why + standing_out(system_, partition_, now_));
 }
 
 // Returns false where the step failed and a singular pose is near enough to be the reason.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <exception>
 
 #include "libmbd/integrators/hidden_contacts.hpp"
 #include "libmbd/integrators/inputs.hpp"
@@ -69,12 +70,15 @@ class Adaptive : public Integrator {
   /// The solution read last has left what was asked for by more than the tolerance: begin anew from the projection.
   virtual bool has_drifted() const { return false; }
 
+  std::exception_ptr failure_;  ///< of the method's last trial step that threw, since it began
+
  private:
   void restart();
   void read_consistent(double t);
   void pass_event();
   void sample_gaps(GapSample& out);
   void stop_at_hidden_contact(double begin);
+  [[noreturn]] void give_up(long taken, double end);
   bool try_step(double end, double stop, Reached& reached);
   void step_on(double end, double stop);
   void walk(double end);

@@ -189,6 +189,7 @@ Adaptive::Reached Cvode::take_step(double end, double stop) {
   s.thrown = nullptr;
   // With single steps the end only bounds the first one; CVODE refuses an end within rounding of its start.
   const int code = CVode(s.memory, std::max(end, t + 1e-9), s.y, &t, CV_ONE_STEP);
+  if (s.thrown) failure_ = s.thrown;
   const bool joints = code == CV_FIRST_RHSFUNC_ERR || code == CV_REPTD_RHSFUNC_ERR || code == CV_UNREC_RHSFUNC_ERR ||
                       code == CV_RTFUNC_FAIL;
   if (joints && s.thrown) std::rethrow_exception(s.thrown);

@@ -247,6 +247,7 @@ Adaptive::Reached Ida::take_step(double end, double stop) {
   double t = now_.t;
   s.thrown = nullptr;
   const int code = IDASolve(s.memory, std::max(end, t + 1e-9), &t, s.y, s.dy, IDA_ONE_STEP);
+  if (s.thrown) failure_ = s.thrown;
   if (code < 0 && s.thrown) std::rethrow_exception(s.thrown);
   sundials::check_step(code, t, IDAGetReturnFlagName);
   return {t, code == IDA_ROOT_RETURN};

@@ -43,7 +43,8 @@ struct CamFollower {
     v.end_points(body_a, p_a, body_b, p_b, "the centre of the profile and the follower's point, or roller's centre");
     v.table("profile", angles, radii, "rad", "m",
             "angle in the cam's own axes and radius, angles increasing; a cubic spline between");
-    v.flag("closed", closed, "yes: the profile goes once around; no: it ends with its first and last point");
+    v.flag("closed", closed,
+           "yes: the profile goes once around; no: beyond its first and last point the radius goes on linearly");
     v.quantity("roller", roller, "m", "[0, inf)", "radius of the roller; 0: the point itself is on the profile");
   }
   void check() const {

@@ -178,6 +178,9 @@ class Downward final : public Components {
   void read(const Node& node, const ReadScope& scope) override {
     const std::vector<double> numbers = numbers_of(node, unit_, 0, scope.n);
     if (numbers.size() != 1 && numbers.size() != 3) throw Refusal("must be one number (downward) or three");
+    if (numbers.size() == 1 && numbers[0] < 0)
+      throw Refusal(
+          "must not be negative, since one number acts downward (-y); leave out the sign, or write three numbers");
     const double vector[3]{0, -numbers[0], 0};
     assign_(numbers.size() == 1 ? vector : numbers.data());
   }

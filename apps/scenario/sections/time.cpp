@@ -2,6 +2,7 @@
 
 #include "apps/scenario/checks.hpp"
 #include "apps/scenario/scenario.hpp"
+#include "libmbd/forces/joint_friction.hpp"
 
 namespace subsoil::app {
 
@@ -69,6 +70,19 @@ struct TimeChecks : Checks {
       refuse("analysis", analysis_names[static_cast<std::size_t>(s.analysis)],
              "looks at a machine without soil and boundaries; take `dynamics`, or leave soil and boundaries out");
     }
+    if (s.machine && (s.analysis == Analysis::equilibrium || s.analysis == Analysis::modes))
+      for (const NamedController& c : s.machine->controllers)
+        if (c.law.sampled())
+          refuse("machine.controllers." + c.name + ".sample time",
+                 std::string(analysis_names[static_cast<std::size_t>(s.analysis)]) +
+                     " is of continuous equations, a sampled controller acts from instant to instant; leave the sample "
+                     "time out, or take `analysis: dynamics`");
+    if (s.machine && !s.time.machine.locate_events)
+      for (const NamedForce& f : s.machine->forces)
+        if (const auto* friction = f.element.get_if<mbd::JointFriction>(); friction != nullptr && friction->can_stick())
+          refuse("time.machine.locate events", "no",
+                 "cannot be with `stick stiffness` of " + f.name +
+                     ": that it sticks or slides are events; leave out one of the two");
     if (s.soil && s.machine && s.time.machine.step) {
       refuse("time.machine.step",
              "has no effect with soil, where it is the soil step times `soil steps per machine step`");

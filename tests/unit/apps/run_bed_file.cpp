@@ -56,6 +56,14 @@ TEST_F(FromTable, SpheresAreTheTables) {
   EXPECT_NEAR(dem::density(stone), 2600, 1e-9);
 }
 
+/// Spreadsheets put a byte order mark before a CSV's first line.
+TEST_F(FromTable, AByteOrderMarkIsLeftOut) {
+  table("\xEF\xBB\xBFx [m],y [m],z [m],radius [m]\r\n0.2,0.1,0.5,0.01\r\n");
+  const World w = world();
+  ASSERT_EQ(w.bed->spheres().size(), 1U);
+  EXPECT_DOUBLE_EQ(w.bed->spheres()[0].x.x, 0.2);
+}
+
 TEST_F(FromTable, ASavedBedKeepsItsNumbersAndEveryBit) {
   table("x [m],y [m],z [m],radius [m]\n0.2,0.1,0.5,0.01\n0.8,0.3,0.5,0.02\n0.5,0.2,0.5,0.01\n");
   const std::string kept = (dir / "kept.h5").string();

@@ -1,4 +1,5 @@
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <signal.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -7,6 +8,7 @@
 #include <cmath>
 #include <thread>
 
+#include "apps/fields/fields.hpp"
 #include "apps/output/state_file.hpp"
 #include "apps/scenario/document.hpp"
 #include "tests/tools/paths.hpp"
@@ -188,6 +190,28 @@ TEST(RunEnds, ARestartOfAnotherScenarioIsRefused) {
     EXPECT_NE(std::string(error.what()).find("state of another scenario"), std::string::npos) << error.what();
   }
   EXPECT_FALSE(std::filesystem::exists(dir / "on"));
+}
+
+/// Two spheres fall through an open floor; the run goes on with an empty bed.
+TEST(RunEnds, ABedThatHasEmptiedEndsNoRun) {
+  constexpr const char* falling = R"(subsoil: 1
+materials: {g: {density: 2000 kg/m^3}}
+contacts: [{between: [g, g], law: linear, k_n: 10 kN/m, restitution: 0.5, mu: 0.5}]
+soil:
+  container: {size: 0.1 0.2 0.1 m, at: 0 0 0 m, material: g, open: [+y, -y]}
+  bed: {fill: particles, particles: [{position: 30 20 50 mm, radius: 10 mm, material: g}, {position: 70 30 50 mm, radius: 10 mm, material: g}]}
+time: {end: 0.5 s}
+output: {every: 50 ms}
+)";
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(falling), dir / "out"), exit_ok);
+  const std::vector<double> times = frame_times(dir / "out");
+  EXPECT_NEAR(times.back(), 0.5, 1e-12);
+  EXPECT_EQ(frame_positions(dir / "out", 0).size(), 2U);
+  EXPECT_FALSE(
+      h5::exists(h5::open_file(dir / "out" / "run.h5"), fmt::format("/frames/{:06}/position", times.size() - 1)));
+  const FieldsReport fields = write_fields({.run = dir / "out", .all = true});
+  EXPECT_EQ(fields.frames, times.size());
 }
 
 }  // namespace

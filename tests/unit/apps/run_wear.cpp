@@ -226,6 +226,26 @@ TEST(RunServo, PressureActsOnTheRoundArea) {
   EXPECT_NEAR(area(solid, {0, 0, 1}, {{0, 0, 0}, {1, 0, 0}}), 0.5 * M_PI * R * R, 1e-15);
 }
 
+/// What stands behind something else bears no more: of an I-beam and of two sheets the shadow counts once, of two
+/// triangles that cross to a star, each of height 3 m, 4/3 of one.
+TEST(RunServo, PressureActsOnTheShadow) {
+  const dem::Vec3 down{0, -1, 0};
+  const std::vector<dem::Point2> section{{-0.09, 0},   {0.09, 0},    {0.09, 0.02},  {0.01, 0.02},
+                                         {0.01, 0.1},  {0.09, 0.1},  {0.09, 0.12},  {-0.09, 0.12},
+                                         {-0.09, 0.1}, {-0.01, 0.1}, {-0.01, 0.02}, {-0.09, 0.02}};
+  const dem::Boundary beam = shaped(dem::MeshSurface({dem::extruded_mesh(section, 0.18)}));
+  EXPECT_NEAR(area(beam, down), 0.18 * 0.18, 1e-14);
+  EXPECT_NEAR(area(beam, {1, 0, 0}), 0.12 * 0.18, 1e-14);
+  EXPECT_NEAR(area(beam, {0, 0, 1}), 2 * 0.18 * 0.02 + 0.02 * 0.08, 1e-14);
+  const auto sheet = [](double y) { return dem::rectangle_mesh({0, y, 0}, {0, 0, 0.2}, {0.1, 0, 0}); };
+  const std::vector<dem::TriangleMesh> sheets{sheet(0), sheet(0.05)};
+  EXPECT_NEAR(area(shaped(dem::MeshSurface(sheets)), down), 0.02, 1e-15);
+  const double half = std::sqrt(3.0), one = 3 * half;
+  const dem::TriangleMesh star({{-half, 0, -1}, {half, 0, -1}, {0, 0, 2}, {-half, 1, 1}, {half, 1, 1}, {0, 1, -2}},
+                               {{0, 1, 2}, {3, 4, 5}});
+  EXPECT_NEAR(area(shaped(dem::MeshSurface({star})), down), 4 * one / 3, 1e-6);
+}
+
 /// What `check` says of its path: the farthest that the speed limit allows.
 TEST(RunServo, CheckFollowsItAtItsSpeedLimit) {
   const auto facts = [](const std::string& text) {

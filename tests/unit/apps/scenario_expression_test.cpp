@@ -1,6 +1,7 @@
 // Formulas in t: values and derivatives against the same formulas written out by hand in C++, integrals against closed
 // forms.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -113,6 +114,19 @@ TEST(Expression, IntegralsInClosedForm) {
     const auto primitive = [](double x) { return std::abs(x) * x / 2; };
     EXPECT_NEAR(kink.integral(t), primitive(t - 1.3) + primitive(1.3), 1e-12 * (1 + t * t)) << t;
     EXPECT_NEAR(jump.integral(t), std::abs(t - 0.7) - 0.7, 1e-12 * (1 + std::abs(t))) << t;
+  }
+}
+
+// A root's pole has an area, 2 sqrt(|t - p|) on either side; 1/t has none.
+TEST(Expression, IntegralsOverPoles) {
+  for (const double pole : {0.01, 0.0101, 0.0123456}) {
+    const mbd::Function root = make_expression(fmt::format("1/sqrt(abs(t - {}))", pole), "1", 1);
+    EXPECT_NEAR(root.integral(0.02), 2 * (std::sqrt(pole) + std::sqrt(0.02 - pole)), 1e-5) << pole;
+    const mbd::Function simple = make_expression(fmt::format("1/(t - {})", pole), "1", 1);
+    EXPECT_NEAR(simple.integral(0.9 * pole), std::log(0.1), 1e-12) << pole;
+    EXPECT_NE(test::message_of<std::runtime_error>([&] { simple.integral(0.02); }).find("grows without bound"),
+              std::string::npos)
+        << pole;
   }
 }
 

@@ -74,6 +74,16 @@ TEST(HostileScenario, LongNamesValuesAndDirectives) {
   EXPECT_TRUE(holds(refusal("boundaries: [{name: " + std::string(201, 'x') + "}]\n"), "a name is too long"));
 }
 
+/// yaml-cpp reads the first document and stops at a line that begins with %: what follows would be dropped in silence.
+TEST(HostileScenario, TextThatYamlWouldDrop) {
+  const std::string sample = sample_soil;
+  EXPECT_EQ(refusal("---\n" + sample + "...\n"), "accepted") << "one document between its marks";
+  EXPECT_TRUE(holds(refusal(sample + "---\ngravity: 1.62 m/s^2\n"), "a second document begins"));
+  EXPECT_TRUE(holds(refusal("subsoil: 1\n%gravity: 1.62 m/s^2\n" + sample),
+                    "bad.yaml:2:1: a line that begins with % is a directive of YAML, and this is none"));
+  EXPECT_TRUE(holds(refusal(sample + "%YAML 1.2\n---\ngravity: 1.62 m/s^2\n"), "a second document begins"));
+}
+
 TEST(HostileScenario, LimitsAreSettable) {
   InputLimits limits;
   read_limits("triangles=5e6,depth=100", limits);

@@ -447,6 +447,9 @@ TEST(ScenarioRefusals, CrossChecksOfMachine) {
            {"machine.forces.rub={joint friction: slid, guide: 0.2 m, mu_s: 0.2, mu_k: 0.1}",
             "--set machine.forces.rub.joint friction = slid: there is no joint of this name; did you mean `slide`?"},
            {"machine.start=rest", "--set machine.start = rest: must be `pose` or {towing equilibrium: 0.5 m/s}"},
+           {"gravity=-9.81 m/s^2",
+            "--set gravity = -9.81 m/s^2: must not be negative, since one number acts downward (-y); leave out the "
+            "sign, or write three numbers"},
            {"output.watch={p: arn.angle}",
             "--set output.watch.p = arn.angle: nothing is named `arn`; did you mean `arm`?"},
            {"output.watch={p: {drivr: pull}}",

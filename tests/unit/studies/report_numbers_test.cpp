@@ -44,6 +44,17 @@ TEST(Statistics, AreThoseOfTheWindowAlone) {
   EXPECT_TRUE(std::isnan(statistics(r.time, r.values, {2, 3, ""}, RowKind::equal).mean));
 }
 
+/// x = t over a window of length T: deviation T/sqrt(12). By the trapezium rule over n intervals the mean square is
+/// T^2/12 (1 + 2/n^2).
+TEST(Statistics, TheDeviationIsOverTime) {
+  for (const int intervals : {4, 150}) {
+    Record r;
+    for (int i = 0; i <= 2 * intervals; ++i) r.time.push_back(1.5 * i / intervals), r.values.push_back(r.time.back());
+    const WindowStatistics s = statistics(r.time, r.values, {0, 1.5, ""}, RowKind::instant);
+    EXPECT_NEAR(s.deviation, 1.5 / std::sqrt(12) * std::sqrt(1 + 2.0 / (intervals * intervals)), 1e-12);
+  }
+}
+
 /// The interval must hold the true mean 0 in about 95 % of records, also where rows are correlated; one that took rows
 /// as independent would hold it in less than half of these.
 TEST(Statistics, IntervalHoldsTheMeanOfCorrelatedRows) {

@@ -50,5 +50,28 @@ TEST(Machines, SliderFollowsTheCrankAndTheMotorsTorqueDoesTheWork) {
     ASSERT_NEAR(kinetic[i] - kinetic.front(), work[i] - work.front(), 1e-5 * kinetic.front());
 }
 
+/// A slide whose friction comes to lock itself: no integrator creeps towards that instant for ever.
+TEST(LockingFriction, EndsARunThatCannotPassIt) {
+  constexpr const char* locking = R"(subsoil: 1
+gravity: 9.81 m/s^2
+machine:
+  bodies:
+    arm: {mass: 2 kg, inertia: 0.08 kg m^2, at: 0.4 -0.15 m}
+    block: {mass: 2 kg, inertia: 0.06 kg m^2, at: 0.43 -0.3 m}
+  joints:
+    pin: {revolute: [ground, arm], at: 0.06 -0.06 m}
+    slide: {translational: [arm, block], at: 0.1 -0.18 m, along: -0.085 -0.444}
+  forces:
+    hold: {rotational spring-damper: [ground, arm], stiffness: 2.3 N m/rad, damping: 0.09 N m s/rad}
+    bush: {bushing: [arm, block], at: 0.1 -0.18 m, turn: 1.84 rad, stiffness x: 200 N/m, stiffness y: 200 N/m, damping x: 1.4 N s/m, damping y: 0.63 N s/m}
+    rub: {joint friction: slide, guide: 0.2 m, mu_s: 0.4, mu_k: 0.285}
+time: {end: 1 s}
+)";
+  const test::RunDirectory dir;
+  ASSERT_EQ(test::run_scenario(dir.scenario(locking), dir / "out"), exit_failed);
+  EXPECT_TRUE(test::summary_of(dir / "out")["run"]["failure"].get<std::string>().find("joint 'slide' locks itself") !=
+              std::string::npos);
+}
+
 }  // namespace
 }  // namespace subsoil::app::machines

@@ -1,0 +1,145 @@
+#include <cmath>
+#include <numbers>
+
+#include "tests/tools/message_of.hpp"
+#include "tests/tools/program_runs.hpp"
+
+/// Analyses beside dynamics: what they find is what the machine would do, or they say that it is not.
+namespace subsoil::app::run_analyses {
+namespace {
+
+using namespace test;
+
+/// "" where the run ends well.
+std::string refusal(const std::string& text, const std::vector<std::string>& sets) {
+  const RunDirectory dir;
+  return message_of<std::exception>([&] { run_scenario(dir.scenario(text), dir / "out", sets); });
+}
+double found(const std::string& text, const std::string& column, const std::vector<std::string>& sets = {}) {
+  const RunDirectory dir;
+  std::vector<std::string> all = sets;
+  all.emplace_back("analysis=equilibrium");
+  EXPECT_EQ(run_scenario(dir.scenario(text), dir / "out", all), exit_ok);
+  return read_series(dir / "out" / "series.csv").at(column).back();
+}
+bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+/// A block on a slope of tan = 0.546 sticks while mu_s is above it.
+constexpr const char* block = R"(subsoil: 1
+gravity: 9.81 m/s^2
+machine:
+  bodies: {b: {mass: 2 kg, inertia: 0.1 kg m^2, at: 0 0 m}}
+  joints: {r: {translational: [ground, b], at: 0 0 m, along: 0.87758256 0.47942554}}
+  forces: {f: {joint friction: r, guide: 100 m, mu_s: 0.6, mu_k: 0.4, stick stiffness: 1 MN/m}}
+time: {end: 1 s}
+)";
+TEST(Equilibrium, FrictionHoldsUpToItsLimit) {
+  EXPECT_NEAR(found(block, "f.force"), 2 * 9.81 * std::sin(0.5), 1e-6);
+  for (const char* analysis : {"analysis=equilibrium", "analysis=modes"})
+    EXPECT_TRUE(
+        holds(refusal(block, {analysis, "machine.forces.f.mu_s=0.5"}), "the pose found is no rest: there body 'b'"))
+        << analysis;
+}
+
+/// A pin that shears at 5 N and would bear 2 * 9.81/2 N.
+constexpr const char* shear_pin = R"(subsoil: 1
+gravity: 9.81 m/s^2
+machine:
+  bodies: {b: {mass: 2 kg, inertia: 0.1 kg m^2, at: 1 0 m}}
+  joints: {p: {revolute: [ground, b], at: 0 0 m}, hook: {revolute: [ground, b], at: 2 0 m}}
+  events: {e: {opens: hook, reaction above: 5 N}}
+  forces: {s: {rotational spring-damper: [ground, b], stiffness: 100 N m/rad}}
+time: {end: 1 s}
+)";
+TEST(Equilibrium, APinThatShearsIsNoRest) {
+  EXPECT_TRUE(holds(refusal(shear_pin, {"analysis=equilibrium"}), "hook opens"));
+  EXPECT_NEAR(found(shear_pin, "b.angle", {"machine.events.e.reaction above=50 N"}), 0, 1e-12);
+}
+
+TEST(Equilibrium, SampledControllersAreRefused) {
+  constexpr const char* held = R"(subsoil: 1
+gravity: 9.81 m/s^2
+machine:
+  bodies: {a: {mass: 2 kg, inertia: 0.1 kg m^2, at: 0 0 m}}
+  joints: {p: {translational: [ground, a], at: 0 0 m, along: 0 1}}
+  forces: {s: {spring-damper: [ground, a], ends: [0 -1 m, 0 0 m], stiffness: 1 kN/m, controller: c}}
+  measures: {h: {position: a, component: y}}
+  controllers: {c: {pid: h, measured in: m, output in: N, set point: 0.02 m, proportional: 3 kN/m}}
+)";
+  EXPECT_NEAR(found(held, "a.y"), (3000 * 0.02 - 2 * 9.81) / 4000, 1e-9);
+  for (const char* analysis : {"analysis=equilibrium", "analysis=modes"})
+    EXPECT_TRUE(holds(refusal(held, {analysis, "machine.controllers.c.sample time=10 ms"}),
+                      "is of continuous equations, a sampled controller acts from instant to instant"))
+        << analysis;
+}
+
+/// Driven to and fro by x = A sin(w t): friction turns with it. What it takes in a period is N times the integral of
+/// mu(|v|)|v|; each turn, found within a machine step h of 1 ms, errs by N mu A w^2 h^2 at most.
+TEST(Kinematics, FrictionThatSticksTurnsWithTheMotion) {
+  constexpr const char* driven = R"(subsoil: 1
+gravity: 9.81 m/s^2
+machine:
+  bodies: {a: {mass: 3 kg, inertia: 0.1 kg m^2, at: 0 0 m, velocity is: about}}
+  joints: {r: {translational: [ground, a], at: 0 0 m, along: 1 0}}
+  drivers: {d: {coordinate: a.x, position: {harmonic: {amplitude: 0.1 m, frequency: 2 Hz}}}}
+  forces: {f: {joint friction: r, guide: 100 m, mu_s: 0.4, mu_k: 0.2, stick stiffness: 1 MN/m}}
+time: {end: 0.5 s}
+)";
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(driven), dir / "out", {"analysis=kinematics"}), exit_ok);
+  const Series series = read_series(dir / "out" / "series.csv");
+  const double w = 4 * std::numbers::pi, N = 3 * 9.81;
+  double lost = 0;
+  constexpr int parts = 200000;
+  for (int k = 0; k < parts; ++k) {
+    const double v = 0.1 * w * std::cos(w * 0.5 * (k + 0.5) / parts);
+    lost += N * (0.2 + 0.2 * std::exp(-v * v / 1e-4)) * std::abs(v) * 0.5 / parts;
+  }
+  EXPECT_NEAR(series.at("energy.lost").back(), lost, 4 * N * 0.4 * 0.1 * w * w * 1e-6);
+  const std::vector<double>&t = series.at("time"), &v = series.at("a.vx"), &f = series.at("f.force");
+  for (std::size_t k = 0; k < t.size(); ++k)
+    if (std::abs(v[k]) > 0.1) {
+      EXPECT_NEAR(f[k], v[k] > 0 ? -0.2 * N : 0.2 * N, 1e-9) << "t = " << t[k];
+    }
+}
+
+TEST(LocatedEvents, CannotBeLeftOutWhereFrictionSticks) {
+  EXPECT_TRUE(holds(refusal(block, {"time.machine.locate events=no"}), "cannot be with `stick stiffness` of f"));
+}
+
+/// v = ln(1 - t/T): steps towards the pole become ever shorter, and no integrator goes on with them for ever.
+TEST(ShortSteps, EndARunThatTheyCannotBringToItsEnd) {
+  constexpr const char* pole = R"(subsoil: 1
+machine:
+  bodies: {a: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}}
+  forces: {f: {force: a, along x: {expression: 1/(t-0.01), unit: N}}}
+time: {end: 20 ms}
+)";
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(pole), dir / "out"), exit_failed);
+  EXPECT_TRUE(holds(summary_of(dir / "out")["run"]["failure"], "steps did not reach 0.01 s"));
+}
+
+/// A driver that sets out from rest without gravity: its first millijoules are no reason to stop.
+TEST(MachineEnergy, ASlowStartIsNoFailure) {
+  for (const char* motion :
+       {"position: {expression: 't^3/6', unit: m}", "velocity: {ramp: {to: 1 m/s}}",
+        "position: {ramp: {to: 0.1 m, end: 10 s}}", "velocity: {expression: '0.1*sin(pi*t)^2', unit: m/s}"}) {
+    const RunDirectory dir;
+    const std::string text = std::string(R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {a: {mass: 3 kg, inertia: 0.1 kg m^2, at: 0 0 m}}
+  joints: {r: {translational: [ground, a], at: 0 0 m, along: 1 0}}
+  drivers: {d: {coordinate: a.x, )") +
+                             motion + "}}\ntime: {end: 0.2 s}\n";
+    EXPECT_EQ(run_scenario(dir.scenario(text), dir / "out"), exit_ok) << motion;
+    EXPECT_TRUE(summary_of(dir / "out")["warnings"].empty()) << motion << summary_of(dir / "out")["warnings"];
+    const Series series = read_series(dir / "out" / "series.csv");
+    const double v = series.at("a.vx").back();
+    EXPECT_NEAR(series.at("energy.driver work").back(), 1.5 * v * v, 1e-9) << motion;
+  }
+}
+
+}  // namespace
+}  // namespace subsoil::app::run_analyses
