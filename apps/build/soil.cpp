@@ -414,27 +414,35 @@ void SoilBuilder::place_made() {
   }
 }
 
-/// Spheres in a box at the density of poured beds.
-double poured(const dem::Bounds& box, const Directions& periodic, double height, double radius, double overlap) {
-  const double wall = 2 * radius / 6;  // less dense there
+/// Spheres in a box at the density of poured beds of equal spheres. @param ends of the height where the packing ends,
+/// at the floor and at the surface: less dense there, as at walls
+double poured(const dem::Bounds& box, const Directions& periodic, double height, int ends, double radius,
+              double overlap) {
+  const double wall = 2 * radius / 6;
   const double closer = 2 * radius / (2 * radius - std::clamp(overlap, 0.0, radius));
   const Vec3 size = box.high - box.low;
-  const auto less = [&](double length) { return std::max(length - 2 * wall, 0.0); };
-  const double x = periodic[0] ? size.x : less(size.x), z = periodic[2] ? size.z : less(size.z);
-  return 0.61 * closer * closer * closer * x * z * less(height) / dem::sphere_volume(radius);
+  const auto less = [&](double length, int sides) { return std::max(length - sides * wall, 0.0); };
+  const double x = periodic[0] ? size.x : less(size.x, 2), z = periodic[2] ? size.z : less(size.z, 2);
+  return 0.61 * closer * closer * closer * x * z * less(height, ends) / dem::sphere_volume(radius);
 }
 
 double SoilBuilder::expected_spheres() const {
   if (!has_bed() || bed().fill != Fill::random) return static_cast<double>(world_.bed->spheres().size());
   if (bed().count) return spheres_per_grain() * static_cast<double>(*bed().count);
   const dem::Bounds box = region();
-  if (!layered())
-    return spheres_per_grain() * poured(box, periodic_region(), bed().depth.value_or(box.high.y - box.low.y),
-                                        radius_of_mean_grain(), rest_overlap(material().material, material().material));
+  if (!layered()) {
+    const double denser = has_clumps() ? 1 : dem::denser_than_equal(sizes(), shares_of(bed().shares));
+    return denser * spheres_per_grain() *
+           poured(box, periodic_region(), bed().depth.value_or(box.high.y - box.low.y), 2, radius_of_mean_grain(),
+                  rest_overlap(material().material, material().material));
+  }
   double sum = 0, below = 0;
-  for (const dem::BedLayer& l : layers()) {
-    sum += poured(box, periodic_region(), l.top - below, dem::radius_of_mean_volume(l.radius, l.shares),
-                  rest_overlap(l.of.material, l.of.material));
+  const std::vector<dem::BedLayer> all = layers();
+  for (const dem::BedLayer& l : all) {
+    const int ends = (&l == &all.front() ? 1 : 0) + (&l == &all.back() ? 1 : 0);
+    sum += dem::denser_than_equal(l.radius, l.shares) * poured(box, periodic_region(), l.top - below, ends,
+                                                               dem::radius_of_mean_volume(l.radius, l.shares),
+                                                               rest_overlap(l.of.material, l.of.material));
     below = l.top;
   }
   return sum;

@@ -124,17 +124,40 @@ bool RadiusSampler::keep(double radius, double least, RandomNumbers& random) con
   return random.uniform() < q * q * q;
 }
 
-double radius_of_mean_volume(const RadiusDistribution& sizes, ShareOf shares) {
-  if (const auto* equal = std::get_if<EqualRadius>(&sizes)) return equal->radius;
+namespace {
+
+/// Means of r, r^2 and r^3 by number.
+struct RadiusMoments {
+  double first = 0, second = 0, third = 0;
+};
+
+RadiusMoments moments_of(const RadiusDistribution& sizes, ShareOf shares) {
   constexpr int drawn = 20000;
   const RadiusSampler sampler(sizes, shares);
   RandomNumbers random(1);
-  double cubes = 0;
+  RadiusMoments m;
   for (int k = 0; k < drawn; ++k) {
     const double r = sampler.draw(random);
-    cubes += r * r * r;
+    m.first += r, m.second += r * r, m.third += r * r * r;
   }
-  return std::cbrt(cubes / drawn);
+  return {m.first / drawn, m.second / drawn, m.third / drawn};
+}
+
+}  // namespace
+
+double radius_of_mean_volume(const RadiusDistribution& sizes, ShareOf shares) {
+  if (const auto* equal = std::get_if<EqualRadius>(&sizes)) return equal->radius;
+  return std::cbrt(moments_of(sizes, shares).third);
+}
+
+double denser_than_equal(const RadiusDistribution& sizes, ShareOf shares) {
+  if (std::holds_alternative<EqualRadius>(sizes)) return 1;
+  const RadiusMoments m = moments_of(sizes, shares);
+  const double variance = m.second - m.first * m.first;
+  if (!(variance > 1e-12 * m.second)) return 1;
+  const double delta = std::sqrt(variance) / m.first;
+  const double skewed = (m.third - 3 * m.first * m.second + 2 * std::pow(m.first, 3)) / std::pow(variance, 1.5);
+  return 1 + (0.0658 * delta + 0.0857 * skewed * delta * delta) / 0.634;
 }
 
 }  // namespace subsoil::dem

@@ -262,8 +262,11 @@ TEST_F(Stl, WhatIsOddAboutAMeshIsWarnedOf) {
 TEST(Expected, SpheresOfAPouredBedWithinATwentieth) {
   for (const std::vector<std::string>& sets :
        {std::vector<std::string>{"soil.bed={fill: random, material: clay, radius: 10 mm, depth: 100 mm}"},
-        std::vector<std::string>{
-            "soil.bed={fill: random, material: clay, radius: {uniform: 8 12 mm}, depth: 80 mm}"}}) {
+        std::vector<std::string>{"soil.bed={fill: random, material: clay, radius: {uniform: 8 12 mm}, depth: 80 mm}"},
+        std::vector<std::string>{"soil.bed={fill: random, material: clay, shares: mass, depth: 100 mm, "
+                                 "radius: {table: [[5 mm, 30 %], [10 mm, 70 %]]}}"},
+        std::vector<std::string>{"soil.bed={fill: random, depth: 100 mm, radius: 8 mm, layers: [{material: clay, "
+                                 "thickness: 50 mm, radius: 10 mm}, {material: clay}]}"}}) {
     const Loaded loaded = load_scenario_text(plate, "plate.yaml", sets);
 
     Loaded without = loaded;
