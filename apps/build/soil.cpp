@@ -747,6 +747,7 @@ void SoilBuilder::clear_machine() {
 void SoilBuilder::check_wheel_datum() const {
   const Scenario& s = loaded_.scenario;
   if (!s.machine || !has_bed() || world_.bed->spheres().empty()) return;
+  if (!options_.place_soil) return;  // a bed of a state, which has been worked
   for (const NamedForce& f : s.machine->forces)
     if (const auto* wheel = f.element.get_if<mbd::WheelOnSoil>()) {
       const double off = world_.soil.surface_mean - wheel->surface;

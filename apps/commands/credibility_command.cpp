@@ -94,7 +94,8 @@ CLI::App* add_credibility(CLI::App& app, CredibilityRequest& request) {
   word->add_option("--set", request.sets, "override a value of the scenario: path=value (may be repeated)")
       ->allow_extra_args(false)
       ->type_name("PATH=VALUE");
-  word->add_option("--numbers", request.numbers, "columns whose means are judged; default: draft and pull")
+  word->add_option("--numbers", request.numbers,
+                   "columns whose means are judged; default: draft and pull, else soil.draft, else every watch")
       ->delimiter(',');
   word->add_option("--axes", request.axes,
                    "only these: step, stiffness, radius, bin, packing, coupling step; default: all")

@@ -134,17 +134,13 @@ void refuse_jumps(const World& world, double time, const std::string& state) {
     }
   }
   if (!world.machine) return;
-  mbd::System probe(world.machine->system().model());
-  Eigen::VectorXd place(probe.coordinates());
-  for (int body = 1; body < probe.bodies(); ++body) {
-    const mbd::BodyState& b = world.machine->body(body);
-    place.segment<3>(3 * (body - 1)) << b.r.x, b.r.y, b.angle;
-  }
+  mbd::System& system = world.machine->system();  // which knows what is open, and where joints have latched
+  const mbd::MotionState& now = world.machine->integrator().state();
   mbd::Constraints c;
-  probe.set_position(world.machine->time(), place);
-  probe.constraints(c);
-  for (int row = 0; row < probe.equations(); ++row)
-    if (std::abs(c.phi[row]) > 1e-4) refuse(probe.owner(row), std::abs(c.phi[row]), "m or rad");
+  system.set_state(now.t, now.q, now.velocity);
+  system.constraints(c);
+  for (int row = 0; row < system.equations(); ++row)
+    if (std::abs(c.phi[row]) > 1e-4) refuse(system.owner(row), std::abs(c.phi[row]), "m or rad");
 }
 
 }  // namespace subsoil::app

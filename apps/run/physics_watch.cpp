@@ -27,17 +27,29 @@ double energy_of_rounding(const World& world, double mass) {
 
 PhysicsWatch::PhysicsWatch(const Scenario& scenario, const World& world) : s_(scenario) {
   if (!world.bed) return;
-  double mass = 0, radius = 0;
+  double radius = 0;
   for (const dem::Sphere& s : world.bed->spheres()) {
-    mass += dem::is_fixed(s) ? 0 : world.bed->mass_of(s), radius = std::max(radius, s.r);
+    mass_ += dem::is_fixed(s) ? 0 : world.bed->mass_of(s), radius = std::max(radius, s.r);
     smallest_ = smallest_ > 0 ? std::min(smallest_, s.r) : s.r;
   }
-  weight_times_radius_ = mass * dem::norm(scenario.gravity) * radius;
-  rounding_ = energy_of_rounding(world, mass);
+  weight_times_radius_ = mass_ * dem::norm(scenario.gravity) * radius;
+  rounding_ = energy_of_rounding(world, mass_);
   for (int b = 0; b < world.bed->boundary_count(); ++b) {
     const double far = dem::bounds(world.bed->boundary(b).shape).farthest(Vec3{});
     farthest_.push_back(std::isfinite(far) ? far : 0);
   }
+}
+
+std::pair<const dem::Boundary*, double> PhysicsWatch::fastest_surface(const World& world) const {
+  std::pair<const dem::Boundary*, double> fastest{nullptr, 0};
+  for (int b = 0; b < world.bed->boundary_count(); ++b) {
+    const dem::Boundary& boundary = world.bed->boundary(b);
+    if (!boundary.active) continue;
+    const double speed =
+        dem::norm(boundary.velocity) + dem::norm(boundary.angular_velocity) * farthest_[static_cast<std::size_t>(b)];
+    if (speed > fastest.second) fastest = {&boundary, speed};
+  }
+  return fastest;
 }
 
 std::optional<PhysicsWatch::Finding> PhysicsWatch::energy(const World& world, const EnergyStart& start) {
@@ -49,7 +61,11 @@ std::optional<PhysicsWatch::Finding> PhysicsWatch::energy(const World& world, co
   most_present_ = std::max(most_present_, moving + std::abs(e.stored) - std::abs(off));  // not what came from nothing
   const double moved = std::abs(e.boundary_work) + std::abs(start.bed_gravity - e.gravity) + moving +
                        std::abs(e.lost.total()) + std::abs(e.removed) + e.frozen;
-  const double scale = std::max(moved, most_present_) + weight_times_radius_ + rounding_;
+  // What meets spheres at rest with speed v is off by k (v dt)^2/2 in a contact's first step, when there is no more
+  // energy than that; with dt = share 2 (m/k)^(1/2) that is 2 m (share v)^2, and not said.
+  const double share = world.step.soil_step / world.step.limit.step, speed = share * fastest_surface(world).second;
+  const double begins = 2 * mass_ * speed * speed / closure_said;
+  const double scale = std::max(moved, most_present_) + weight_times_radius_ + rounding_ + begins;
   if (!(std::abs(off) > closure_said * scale)) return std::nullopt;
   const bool stops = std::abs(off) > s_.limits.soil_energy * scale;
   if (said_closure_ && !stops) return std::nullopt;
@@ -64,15 +80,8 @@ std::optional<PhysicsWatch::Finding> PhysicsWatch::energy(const World& world, co
 }
 
 std::optional<PhysicsWatch::Finding> PhysicsWatch::travel(const World& world) {
-  double most = 0;
-  const dem::Boundary* worst = nullptr;
-  for (int b = 0; b < world.bed->boundary_count(); ++b) {
-    const dem::Boundary& boundary = world.bed->boundary(b);
-    if (!boundary.active) continue;
-    const double speed =
-        dem::norm(boundary.velocity) + dem::norm(boundary.angular_velocity) * farthest_[static_cast<std::size_t>(b)];
-    if (speed * world.step.soil_step > most) most = speed * world.step.soil_step, worst = &boundary;
-  }
+  const auto [worst, speed] = fastest_surface(world);
+  const double most = speed * world.step.soil_step;
   if (worst == nullptr || !(most > travel_said * smallest_)) return std::nullopt;
   const bool stops = most > travel_stops * smallest_;
   if (said_travel_ && !stops) return std::nullopt;

@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/build/world.hpp"
@@ -36,8 +37,11 @@ class PhysicsWatch {
   std::optional<Finding> travel(const World& world);
   std::optional<Finding> step(const World& world, double fastest);
   std::optional<Finding> walls(const World& world);
+  /// Of the active ones, with the speed of its farthest place, m/s; nullptr where none moves.
+  std::pair<const dem::Boundary*, double> fastest_surface(const World& world) const;
 
   const Scenario& s_;
+  double mass_ = 0;                                // kg, of the free spheres
   double weight_times_radius_ = 0, smallest_ = 0;  // J, m
   double rounding_ = 0;                            // J
   double most_present_ = 0;                        // J in motion and contacts, at looks so far

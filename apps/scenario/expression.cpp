@@ -178,7 +178,12 @@ class Program {
  public:
   static constexpr std::size_t deepest = 64;
 
-  Program(const ex& e, const Symbols& variables) : steps_(flatten(e, variables)) {
+  Program(const ex& e, const Symbols& variables) {
+    try {
+      steps_ = flatten(e, variables);
+    } catch (const std::domain_error& error) {  // 0^-e, which is evaluated here only
+      throw UnitError(fmt::format("is no formula: {}", error.what()));
+    }
     std::size_t depth = 0, most = 0;
     for (const Step& s : steps_) {
       if (s.what <= Do::variable) most = std::max(most, ++depth);

@@ -232,17 +232,16 @@ StudyLock::~StudyLock() {
 
 std::vector<SweepNumber> usual_numbers(const Scenario& scenario) {
   std::vector<SweepNumber> out;
-  const auto add = [&](const std::string& column, SweepNumber::Take take) {
+  const auto add = [&](const std::string& column) {
     SweepNumber n;
     n.name = n.column = column;
-    n.take = take;
     out.push_back(n);
   };
   for (const Watch& w : scenario.output.watch)
-    if (w.name == "draft" || w.name == "pull") add(w.name, SweepNumber::Take::mean);
-  if (out.empty() && scenario.machine && scenario.has_bed()) add("soil.draft", SweepNumber::Take::mean);
+    if (w.name == "draft" || w.name == "pull") add(w.name);
+  if (out.empty() && scenario.machine && scenario.has_bed()) add("soil.draft");
   if (out.empty())
-    for (const Watch& w : scenario.output.watch) add(w.name, SweepNumber::Take::last);
+    for (const Watch& w : scenario.output.watch) add(w.name);
   return out;
 }
 

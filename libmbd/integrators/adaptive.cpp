@@ -53,7 +53,8 @@ Adaptive::Adaptive(System& system)
 void Adaptive::on_start() {
   clock_.restart();
   // Events of joints are looked for in steps no longer than those asked for.
-  coupled_ = remembers(system_.model()) || system_.has_instants() || system_.has_joint_events();
+  remembers_ = remembers(system_.model());
+  coupled_ = remembers_ || system_.has_instants() || system_.has_joint_events();
   rows_ = partition_.used_rows();
   build();
   restart();
@@ -217,6 +218,10 @@ void Adaptive::step_on(double end, double stop) {
   const double begin = std::exchange(front_, reached.t);
   root_ = reached.root;
   if (watches_switches() && switches_.has_gaps()) stop_at_hidden_contact(begin);
+  if (remembers_) {  // what ground is struck by, and how deep, is seen with the method's own steps
+    read_consistent(front_);
+    system_.commit();
+  }
   if (root_) return;
   if (!follows_partition()) {
     read_consistent(front_);

@@ -97,6 +97,7 @@ class Adaptive : public Integrator {
   bool cut_ = false;  // the last step, much shorter than planned, where an input changes: its history is no guide
   bool root_ = false;
   bool coupled_ = false;
+  bool remembers_ = false;  // forces that remember accepted states
   long wrench_changes_ = 0;
   std::vector<int> directions_;
   GapSample step_begin_, step_end_;

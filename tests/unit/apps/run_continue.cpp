@@ -80,5 +80,68 @@ TEST_F(RunContinue, AnEndBeforeTheStateIsRefused) {
       << said;
 }
 
+/// A machine beside a bed, from the state in the middle: comes to the same bits.
+void expect_the_same_end(const std::string& scenario) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(scenario), dir / "whole"), exit_ok);
+  const std::vector<std::filesystem::path> states = states_in(dir / "whole");
+  ASSERT_GT(states.size(), 2U);
+  ASSERT_EQ(run_scenario(dir.scenario(scenario), dir / "on", {}, states.at(states.size() / 2)), exit_ok);
+  const Series whole = read_series(dir / "whole" / "series.csv"), on = read_series(dir / "on" / "series.csv");
+  for (std::size_t i = 0; i < whole.columns.size(); ++i)
+    EXPECT_EQ(whole.values[i].back(), on.values[i].back()) << whole.columns[i].name;
+}
+
+/// Open, it has no part in the constraints that a state is looked at with.
+TEST(RunContinues, WhereAnEventHasOpenedAJoint) {
+  expect_the_same_end(R"(subsoil: 1
+gravity: 0 -9.81 0 m/s^2
+materials: {soil: {density: 2500 kg/m^3}, steel: {density: 7850 kg/m^3}}
+contacts:
+  - {between: [soil, soil], law: linear, k_n: 20 kN/m, restitution: 0.5, mu: 0.3}
+  - {between: [soil, steel], law: linear, k_n: 20 kN/m, restitution: 0.5, mu: 0.3}
+soil:
+  bed: {fill: particles, material: soil, particles: [{position: 1 0 0 m, radius: 0.01 m}]}
+machine:
+  bodies:
+    arm: {mass: 1 kg, inertia: 0.002 kg m^2, at: 0.1 0 m}
+  joints:
+    pin: {revolute: [ground, arm], at: 0 0 m}
+    shear: {distance: [ground, arm], ends: [0.1 0.2 m, 0.1 0 m]}
+  events:
+    trip: {opens: shear, at: 0.05 s}
+  surfaces:
+    s: {body: arm, material: steel, box: 0.02 0.02 0.02 m}
+time: {end: 0.2 s}
+output: {state every: 0.04 s, series every: 10 ms, every: 0.1 s}
+)");
+}
+
+/// The bed of a state has been worked: its surface is no datum.
+TEST(RunContinues, WhereTheSoilsSurfaceHasLeftTheDatumOfAWheelsLaw) {
+  expect_the_same_end(R"(subsoil: 1
+gravity: 0 -9.81 0 m/s^2
+materials: {soil: {density: 2500 kg/m^3}, steel: {density: 7850 kg/m^3}}
+contacts:
+  - {between: [soil, soil], law: linear, k_n: 20 kN/m, restitution: 0.5, mu: 0.3}
+  - {between: [soil, steel], law: linear, k_n: 20 kN/m, restitution: 0.5, mu: 0.3}
+soil:
+  bed: {fill: particles, material: soil, particles: [{position: 1 -0.01 0 m, radius: 0.01 m}]}
+machine:
+  bodies:
+    wheel: {mass: 3 kg, inertia: 0.01 kg m^2, at: 0 0.045 m}
+    tool: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0 0.3 m}
+  joints:
+    hold: {fixed: [ground, tool], at: 0 0.3 m}
+    up: {translational: [ground, wheel], at: 0 0 m, along: 0 1}
+  forces:
+    law: {wheel on soil: wheel, radius: 0.05 m, width: 0.03 m, n: 0.8, k_c: 1 kN/m^(n+1), k_phi: 300 kN/m^(n+2)}
+  surfaces:
+    s: {body: tool, material: steel, box: 0.02 0.02 0.02 m, at: 0 0.2 0 m}
+time: {end: 1 s}
+output: {state every: 0.2 s, series every: 10 ms, every: 0.1 s}
+)");
+}
+
 }  // namespace
 }  // namespace subsoil::app::run_continue

@@ -174,6 +174,7 @@ TEST(HostileFormula, EmptyBrackets) {
                            "pow", "atan2", "abs", "sign", "min", "max"})
     EXPECT_EQ(formula_refusal(std::string(word) + "( )"),
               std::string(word) + "() has empty brackets; write what it is the function of: " + word + "(t)");
+  EXPECT_EQ(formula_refusal("0^-e").rfind("is no formula: ", 0), 0U) << "not evaluated until it is made a program";
   EXPECT_EQ(formula_refusal("2*()"), "holds empty brackets; write what belongs between them");
 }
 

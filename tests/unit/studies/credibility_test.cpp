@@ -183,6 +183,20 @@ PointResult result(double value, double half) {
 }
 
 /// 1000 with packings 990, 1000, 1010 (s = 10): U = 2 sqrt(2) 10/1000 = 2.8 %.
+/// Where neither draft nor pull is watched, the means of what is: the last row of a record that swings is no number of
+/// the run.
+TEST(CredibilityNumbers, AreMeansOfEveryWatchWhereThereIsNoDraft) {
+  const Scenario scenario = load_scenario_text(R"(subsoil: 1
+machine:
+  bodies: {b: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m, velocity: 1 0 m/s}}
+time: {end: 1 s}
+output: {watch: {way: b.x, speed: b.vx}}
+)").scenario;
+  const std::vector<SweepNumber> numbers = usual_numbers(scenario);
+  ASSERT_EQ(numbers.size(), 2U);
+  for (const SweepNumber& n : numbers) EXPECT_EQ(n.take, SweepNumber::Take::mean) << n.name;
+}
+
 TEST(CredibilityVerdict, FollowsTheRule) {
   Axes axes;
   for (const char* name : {"as given", "step", "stiffness", "bin across", "radius"})
