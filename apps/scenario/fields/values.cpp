@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 
 #include "apps/scenario/fields/fields.hpp"
 #include "apps/scenario/fields/json_forms.hpp"
 #include "apps/scenario/fields/nodes.hpp"
+#include "apps/scenario/fields/points_file.hpp"
 #include "apps/scenario/units.hpp"
 
 /// The plain values: numbers, words, names, files. What is read and what is printed stand beside each other.
@@ -284,41 +284,12 @@ class Table final : public Value {
   const std::string &x_unit_, &y_unit_;
 };
 
-/// Points `x, y` of a CSV file whose header names the unit: `x [mm], y [mm]`.
-std::vector<Vec2> outline_of_file(const std::string& file) {
-  std::ifstream stream(file);
-  if (!stream) throw Refusal(fmt::format("there is no file {}", file));
-  std::vector<Vec2> points;
-  std::string line, unit;
-  for (int number = 1; std::getline(stream, line); ++number) {
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (line.empty() || line[0] == '#') continue;
-    const std::size_t comma = line.find(',');
-    const auto refuse = [&](const char* rule) { throw Refusal(fmt::format("{}:{}: {}", file, number, rule)); };
-    if (comma == std::string::npos) refuse("must hold two columns with a comma between");
-    if (unit.empty()) {
-      const std::size_t open = line.find('['), close = line.find(']');
-      if (open == std::string::npos || close == std::string::npos)
-        refuse("must be a header with the unit: x [mm], y [mm]");
-      unit = line.substr(open + 1, close - open - 1);
-      continue;
-    }
-    try {
-      points.push_back({parse_quantity(line.substr(0, comma) + " " + unit, "m"),
-                        parse_quantity(line.substr(comma + 1) + " " + unit, "m")});
-    } catch (const UnitError& e) {
-      refuse(e.what());
-    }
-  }
-  return points;
-}
-
 class Outline final : public Value {
  public:
   explicit Outline(std::vector<Vec2>& points, std::size_t least = 3) : points_(points), least_(least) {}
   void read(const Node& node, const ReadScope& scope) override {
     if (node.kind == Node::Kind::scalar) {
-      points_ = outline_of_file(beside(node.place, node.scalar));
+      points_ = points_of_file(beside(node.place, node.scalar));
     } else {
       for (const Node* item : items_of(node)) {
         const std::vector<double> p = numbers_of(*item, "m", 2, scope.n);
@@ -333,7 +304,7 @@ class Outline final : public Value {
     for (const Vec2& p : points_) texts.push_back(format_quantities(p.data(), 2, "m"));
     return texts.empty() ? Node{} : sequence(texts);
   }
-  std::string what() const override { return "list of 2 numbers m, or file"; }
+  std::string what() const override { return "list of 2 numbers m, or CSV file with the columns x [m], y [m]"; }
   Json schema() const override { return either({text_form(), list_form(numbers_form("m", 2))}); }
 
  private:

@@ -175,20 +175,6 @@ TEST_F(ScenarioFiles, MissingFiles) {
             Lines{(folder_ / "none.yaml").string() + ": cannot be opened; check the name and its permissions"});
 }
 
-TEST_F(ScenarioFiles, OutlineFromCsvBesideTheScenario) {
-  write("blade.csv", "# a triangle\nx [mm], y [mm]\n0, 0\n100, 0\n0, 200\n");
-  std::string text = sample_machine;
-  const std::string inline_outline = "[0 0 m, 0.1 0 m, 0 0.2 m]";
-  text.replace(text.find(inline_outline), inline_outline.size(), "blade.csv");
-  const Scenario s = load_scenario(write("run.yaml", text)).scenario;
-  const auto& outline = std::get<ExtrudeShape>(s.machine->surfaces[0].shape).outline;
-  EXPECT_EQ(outline, (std::vector<Vec2>{{0, 0}, {0.1, 0}, {0, 0.2}}));
-  write("blade.csv", "x, y\n0, 0\n");
-  EXPECT_EQ(refusals((folder_ / "run.yaml").string()).at(0).substr(folder_.string().size()),
-            "/run.yaml:18:50 machine.surfaces.blade.extrude = blade.csv: " + (folder_ / "blade.csv").string() +
-                ":1: must be a header with the unit: x [mm], y [mm]");
-}
-
 TEST(ScenarioRead, AnchorsAndMergeKeys) {
   const Scenario s = load_scenario_text(
                          "subsoil: 1\ntime: {end: 1 s}\nmachine:\n  bodies:\n"
