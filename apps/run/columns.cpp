@@ -339,7 +339,16 @@ void Columns::take_step(std::span<double> row, bool energies) {
   if (has_averaged_) take_averaged(row);
 }
 
-void Columns::take_averaged(std::span<double> row) {
+// Without soil both rows are of the middle of the step, as the forces are: machine_values_ holds it.
+void Columns::take_middle(std::span<const double> row) {
+  step_begin_.assign(row.begin(), row.end());
+  step_begin_[0] = 0.5 * (row[0] + simulation_.time());
+  std::copy(machine_values_.begin(), machine_values_.end(),
+            step_begin_.begin() + static_cast<std::ptrdiff_t>(machine_first_));
+  step_end_ = step_begin_;
+}
+
+void Columns::take_ends(std::span<const double> row) {
   const std::size_t machine_end = machine_first_ + machine_values_.size();
   for (std::size_t c = 0; c < row.size(); ++c)
     if (machine_values_.empty() || c < machine_first_ || c >= machine_end) step_begin_[c] = row[c];
@@ -347,6 +356,10 @@ void Columns::take_averaged(std::span<double> row) {
   step_end_[0] = simulation_.time();
   take_machine(step_end_, false);
   take(Taken::instant, step_end_);
+}
+
+void Columns::take_averaged(std::span<double> row) {
+  world_.bed ? take_ends(row) : take_middle(row);
   for (const WatchSource& w : watches_) {
     if (w.history >= 0) continue;
     step_begin_[w.target] = value_of(w, step_begin_), step_end_[w.target] = value_of(w, step_end_);

@@ -30,9 +30,10 @@ struct ColumnFamily;
 /// Values belong to the instant t_n at which a step begins: poses, velocities and energies are of t_n. Columns with the
 /// unit N or N m are means over the steps since the row before, or with `output.forces: instant` (without soil the
 /// default) of t_n too. Formulas of such means are means themselves, of what the formula is in every step: the mean of
-/// F v is not the mean of F times v. In a step it is the half sum over both its ends, where instants are of the end and
-/// what the soil does is what acts over the step; so F v of soil is its work over the displacement, and the machine's
-/// own forces count by the trapezium rule. Rows lie between instants (rows.hpp).
+/// F v is not the mean of F times v. With soil it is in a step the half sum over both its ends, where instants are of
+/// the end and what the soil does is what acts over the step; so F v of soil is its work over the displacement, and the
+/// machine's own forces count by the trapezium rule. Without soil both are of the step's middle, as the forces are, so
+/// the formula F is the column F. Rows lie between instants (rows.hpp).
 class Columns {
  public:
   Columns(const Loaded& loaded, World& world, coupling::Simulation& simulation);
@@ -102,6 +103,8 @@ class Columns {
   void take(Taken when, std::span<double> row) const;
   void take_machine(std::span<double> row, bool means);
   void take_machine_means(std::span<double> row);
+  void take_middle(std::span<const double> row);
+  void take_ends(std::span<const double> row);
   void take_averaged(std::span<double> row);
 
   World& world_;
