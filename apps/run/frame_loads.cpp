@@ -62,14 +62,14 @@ void FrameLoads::show(const SurfaceRecord& surface, std::size_t place) {
   if (!surface.wear) return;
   FacesOfMesh faces = faces_of(world_, surface);
   std::vector<double> impulse(faces.areas.size(), 0.0);
-  shown_.push_back({&surface, place, std::move(faces), std::move(impulse)});
+  shown_.push_back({&surface, place, std::move(faces), impulse, impulse});
 }
 
-std::vector<std::vector<FrameField>> FrameLoads::take(double time, std::size_t count) {
+std::vector<std::vector<FrameField>> FrameLoads::take(double instant, std::size_t count) {
   if (shown_.empty()) return {};
   std::vector<std::vector<FrameField>> out(count);
-  for (Shown& s : shown_) out[s.place] = fields(s, time - before_);
-  before_ = time;
+  for (Shown& s : shown_) out[s.place] = fields(s, instant - before_);
+  before_ = instant;
   return out;
 }
 
@@ -82,11 +82,12 @@ std::vector<FrameField> FrameLoads::fields(Shown& shown, double elapsed) const {
   for (std::size_t t = 0; t < loads.size(); ++t) {
     const dem::FaceLoad& f = loads[t];
     const double area = shown.faces.areas[t];
-    pressure.values.push_back(elapsed > 0 ? (f.impulse - shown.impulse[t]) / (elapsed * area) : 0);
+    if (elapsed > 0) shown.pressure[t] = (f.impulse - shown.impulse[t]) / (elapsed * area);
     shown.impulse[t] = f.impulse;
     normal.values.push_back(f.normal_work / area), shear.values.push_back(f.shear_work / area);
     archard.values.push_back(archard_volume(wear, f) / area), finnie.values.push_back(finnie_volume(wear, f) / area);
   }
+  pressure.values.assign(shown.pressure.begin(), shown.pressure.end());
   std::vector<FrameField> out{std::move(pressure), std::move(normal), std::move(shear)};
   if (wear.has_archard()) out.push_back(std::move(archard));
   if (wear.has_finnie()) out.push_back(std::move(finnie));

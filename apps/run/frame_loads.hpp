@@ -23,15 +23,16 @@ FacesOfMesh faces_of(const World& world, const SurfaceRecord& surface);
 /// What lies on them now.
 std::span<const dem::FaceLoad> loads_of(const World& world, const SurfaceRecord& surface, const FacesOfMesh& faces);
 
-/// Loads on the triangles of surfaces that keep them: mean pressure since the frame before, work and wear since the
-/// start. Of a frame between two steps they are those of the step's end.
+/// Loads on the triangles of surfaces that keep them: mean pressure over the steps since the frame before, work and
+/// wear since the start. Of a frame between two steps they are those of the step's end; further frames within that step
+/// have the same.
 class FrameLoads {
  public:
   explicit FrameLoads(const World& world) : world_(world) {}
   /// The surface is number `place` of those that frames hold.
   void show(const SurfaceRecord& surface, std::size_t place);
-  /// By surface, `count` of them; empty where none keeps loads.
-  std::vector<std::vector<FrameField>> take(double time, std::size_t count);
+  /// By surface, `count` of them; empty where none keeps loads. `instant`: up to which the loads are summed.
+  std::vector<std::vector<FrameField>> take(double instant, std::size_t count);
   /// What the pressure of the next frame counts from. Nothing where no surface keeps loads.
   void archive(Archive& a);
 
@@ -40,13 +41,15 @@ class FrameLoads {
     const SurfaceRecord* surface;
     std::size_t place;
     FacesOfMesh faces;
-    std::vector<double> impulse;  ///< N s at the frame before
+    std::vector<double> impulse;   ///< N s at the frame before
+    std::vector<double> pressure;  ///< Pa, of the frame before
   };
+  /// `elapsed`: time of the steps summed since the frame before.
   std::vector<FrameField> fields(Shown& shown, double elapsed) const;
 
   const World& world_;
   std::vector<Shown> shown_;
-  double before_ = 0;  ///< s, of the frame before
+  double before_ = 0;  ///< s, instant of the loads in the frame before
 };
 
 }  // namespace subsoil::app

@@ -175,7 +175,7 @@ void FrameOutput::write_instant(const Instant& now, double time, long step) {
   frame.values = now.values;
   const ContactLines lines = holds_contacts_ ? contact_lines(now.contacts, spheres, cell()) : ContactLines{};
   if (holds_contacts_) frame.contact_forces = &lines;
-  const std::vector<std::vector<FrameField>> loads = loads_.take(time, frame.surfaces.size());
+  const std::vector<std::vector<FrameField>> loads = loads_.take(now_.t, frame.surfaces.size());
   frame.loads = loads;
   writer_->write(frame);
 }

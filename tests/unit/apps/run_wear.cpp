@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -66,6 +67,25 @@ TEST(RunWear, ArchardsVolumeIsLoadTimesPath) {
   double force = 0;
   for (const double p : pressure) force += p * 0.03;
   EXPECT_NEAR(force, weight, 2e-3 * weight) << "since the frame before";
+}
+
+// The weight of a sphere at rest, at intervals of 2.7 and of 0.4 steps. It begins at the depth m g/k_n.
+TEST(RunWear, PressureIsOfTheStepsThatWereSummed) {
+  for (const char* every : {"0.2 ms", "0.03 ms"}) {
+    SCOPED_TRACE(every);
+    const RunDirectory dir;
+    ASSERT_EQ(run_scenario(
+                  dir.scenario(slider), dir / "out",
+                  {"soil.bed.particles=[{position: 0.1 0.00999897271 0.003 m, radius: 10 mm}]", "time.soil step=75 us",
+                   "time.end=3 ms", "output.precision=double", std::string("output.every=") + every}),
+              exit_ok);
+    for (int frame = 4; frame < 15; ++frame) {
+      double force = 0;
+      for (const double p : numbers(dir / "out", fmt::format("/frames/{:06}/loads/strip/mean pressure", frame)))
+        force += p * 0.03;
+      EXPECT_NEAR(force, weight, 1e-4 * weight) << frame;
+    }
+  }
 }
 
 TEST(RunWear, ContactForcesAreLinesOfFrames) {
