@@ -55,6 +55,30 @@ void look_at_densities(const Loaded& loaded, Texts& out) {
                                 m.density < light ? "light" : "heavy"));
 }
 
+/// A saved bed keeps the densities it was filled with.
+void look_at_densities_of_file(const Loaded& loaded, const World& world, Texts& out) {
+  constexpr double rounding = 1e-6;
+  const Scenario& s = loaded.scenario;
+  if (!s.soil || !s.soil->bed || s.soil->bed->fill != Fill::file) return;
+  for (std::size_t k = 0; k < s.materials.size(); ++k) {
+    const Material& m = s.materials[k];
+    double count = 0, least = std::numeric_limits<double>::infinity(), most = 0;
+    for (const dem::Sphere& one : world.bed->spheres()) {
+      const double density = dem::own_density(one);
+      if (one.material != static_cast<int>(k) || std::abs(density / m.density - 1) < rounding) continue;
+      ++count, least = std::min(least, density), most = std::max(most, density);
+    }
+    if (count == 0) continue;
+    const std::string of_file =
+        most / least - 1 < rounding ? fmt::format("{:.6g}", least) : fmt::format("{:.6g} to {:.6g}", least, most);
+    out.push_back(
+        fmt::format("{}: {:.0f} spheres of `{}` have the {} kg/m^3 of the file, not the {:.6g} kg/m^3 of "
+                    "`materials.{}.density`: give the material the file's density, or fill and save the bed with the "
+                    "material's (in a CSV file leave the column out)",
+                    loaded.where("soil.bed.file"), count, m.name, of_file, m.density, m.name));
+  }
+}
+
 void look_at_container(const Loaded& loaded, const World& world, Texts& out) {
   const Scenario& s = loaded.scenario;
   if (!s.soil || !s.soil->container || !s.soil->bed || world.bed->spheres().empty()) return;
@@ -244,6 +268,7 @@ std::vector<std::string> input_warnings(const Loaded& loaded, const World& world
   look_at_friction(world, out);
   if (!world.bed) return out;
   look_at_densities(loaded, out);
+  look_at_densities_of_file(loaded, world, out);
   look_at_container(loaded, world, out);
   look_at_rest(loaded, world, out);
   look_at_library(loaded, world, file, sets, out);

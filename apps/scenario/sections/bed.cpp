@@ -69,7 +69,8 @@ void describe(Fields& v, BedSection& b) {
   v.optional_file(
       "file", b.file,
       "saved bed: HDF5, or CSV whose first line names columns and units: x [m],y [m],z [m],radius [mm], and "
-      "where wanted id,material,density [kg/m^3],vx [m/s],...,wx [rad/s],...; spheres are numbered by id");
+      "where wanted id,material,density [kg/m^3],vx [m/s],...,wx [rad/s],...; spheres are numbered by id. A "
+      "density in the file comes before that of the material");
   v.list("particles", b.particles, "the spheres, one by one");
   v.list("clumps", b.clumps,
          "random fill and lattice: how many of the grains are clumps, each in an attitude of its own by the seed");

@@ -32,6 +32,13 @@ struct FromTable : testing::Test {
   World world(const std::vector<std::string>& sets = {}) const {
     return build_world(load_scenario(dir.scenario(from_table), sets), {.threads = 1, .restored = {}, .progress = {}});
   }
+  std::string warnings_with(const std::vector<std::string>& sets) const {
+    const Loaded loaded = load_scenario(dir.scenario(from_table), sets);
+    const World w = build_world(loaded, {.threads = 1, .restored = {}, .progress = {}});
+    std::string all;
+    for (const std::string& text : input_warnings(loaded, w, dir.scenario(from_table), sets)) all += text + "\n";
+    return all;
+  }
   std::string refusal() const {
     return message_of<std::exception>([&] { world(); });
   }
@@ -96,14 +103,29 @@ TEST_F(FromTable, ABedMovedToADatumIsKeptWhereItLayInItsBox) {
 TEST_F(FromTable, ABedThatHangsAboveItsFloorIsWarnedOf) {
   const auto warnings = [&](const std::string& height) {
     table("x [m],y [m],z [m],radius [m]\n0.2," + height + ",0.5,0.01\n");
-    const Loaded loaded = load_scenario(dir.scenario(from_table), {});
-    const World w = build_world(loaded, {.threads = 1, .restored = {}, .progress = {}});
-    std::string all;
-    for (const std::string& text : input_warnings(loaded, w, dir.scenario(from_table), {})) all += text + "\n";
-    return all;
+    return warnings_with({});
   };
   EXPECT_NE(warnings("0.06").find("hangs 50 mm above the container's floor"), std::string::npos) << warnings("0.06");
   EXPECT_EQ(warnings("0.0199").find("hangs"), std::string::npos);
+}
+
+TEST_F(FromTable, DensitiesBesideThoseOfTheMaterialsAreWarnedOf) {
+  table(
+      "x [m],y [m],z [m],radius [m],material\n"
+      "0.2,0.02,0.5,0.02,soil\n"
+      "0.8,0.02,0.5,0.02,stone\n"
+      "0.5,0.02,0.5,0.02,soil\n");
+  const std::string kept = (dir / "kept.h5").string(), from = "soil.bed.file=" + kept;
+  world({"soil.bed.save=" + kept});
+  const std::string sign = "of the file, not";
+  EXPECT_EQ(warnings_with({from}).find(sign), std::string::npos);
+  const std::string heavier = "materials.soil.density=2000 kg/m^3", said = warnings_with({from, heavier});
+  EXPECT_NE(said.find(": 2 spheres of `soil` have the 1800 kg/m^3 of the file, not the 2000 kg/m^3 of `materials.soil"),
+            std::string::npos)
+      << said;
+  EXPECT_EQ(said.find("stone"), std::string::npos) << said;
+  EXPECT_NEAR(dem::density(world({from, heavier}).bed->spheres()[0]), 1800, 1e-9) << "as it says";
+  EXPECT_EQ(warnings_with({heavier}).find(sign), std::string::npos) << "the table leaves densities to the materials";
 }
 
 TEST_F(FromTable, RefusalsNameScenarioFileAndCure) {
