@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <stdexcept>
 #include <vector>
 
@@ -37,12 +38,52 @@ bool is_ply(const std::string& file) {
   return std::string(magic) == "ply";
 }
 
+std::string content_of(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+/// Bytes of a binary STL file by the number of triangles that it says it has.
+std::size_t bytes_of_binary(const std::string& content) {
+  std::uint32_t count = 0;
+  if (content.size() >= 84) std::memcpy(&count, content.data() + 80, 4);
+  return 84 + 50 * static_cast<std::size_t>(count);
+}
+
+/// CGAL wants the words of a text in lower case. A binary file stays as it is: empty.
+std::string text_of_stl(const std::string& content) {
+  const std::size_t begin = content.find_first_not_of(" \t\r\n");
+  if (begin == std::string::npos || bytes_of_binary(content) == content.size()) return {};
+  if (lower(content.substr(begin, 5)) != "solid") return {};
+  std::string text = lower(content);
+  return text.find("facet") == std::string::npos ? std::string() : text;
+}
+
+/// With the lines joined that end with a backslash, which CGAL does not know. Comments may end with one as they like.
+std::string joined_lines(const std::string& text) {
+  std::string out;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.ends_with('\r')) line.pop_back();
+    const bool goes_on = line.ends_with('\\') && !line.starts_with('#');
+    if (goes_on) line.pop_back();
+    out += line + (goes_on ? ' ' : '\n');
+  }
+  return out;
+}
+
 /// Points and faces as the file has them; false: not readable.
 bool read_file(const std::string& file, const std::string& kind, std::vector<Point>& points, Faces& faces) {
   try {
     if (kind == "PLY") return CGAL::IO::read_PLY(file, points, faces);
-    if (kind == "OBJ") return CGAL::IO::read_OBJ(file, points, faces);
-    return CGAL::IO::read_STL(file, points, faces);
+    const std::string content = content_of(file), text = kind == "OBJ" ? joined_lines(content) : text_of_stl(content);
+    std::istringstream in(text.empty() ? content : text);
+    return kind == "OBJ" ? CGAL::IO::read_OBJ(in, points, faces) : CGAL::IO::read_STL(in, points, faces);
   } catch (const std::exception&) {
     return false;
   }
@@ -99,29 +140,22 @@ void refuse_crowded_edges(const std::string& file, const dem::TriangleMesh& mesh
 
 /// Binary files say how many triangles they have, text ends with a word: what is cut off is not taken for all of it.
 void refuse_cut_off(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
-  std::uint32_t count = 0;
-  if (text.size() >= 84) std::memcpy(&count, text.data() + 80, 4);
-  const std::size_t wanted = 84 + 50 * static_cast<std::size_t>(count);
-  const std::size_t begin = text.find_first_not_of(" \t\r\n");
-  const bool is_text = begin != std::string::npos && text.compare(begin, 5, "solid") == 0 &&
-                       text.find("facet") != std::string::npos && wanted != text.size();
-  if (is_text) {
+  const std::string content = content_of(file), text = text_of_stl(content);
+  const std::size_t wanted = bytes_of_binary(content), bytes = content.size();
+  if (!text.empty()) {
     const std::size_t vertices = text.rfind("endfacet"), end = text.rfind("endsolid");
     if (end == std::string::npos || (vertices != std::string::npos && end < vertices))
       throw std::runtime_error(file + ": is cut off: the text ends without `endsolid`; export it again");
-  } else if (text.size() > 84 && text.size() < wanted && wanted < 100 * text.size()) {
+  } else if (bytes > 84 && bytes < wanted && wanted < 100 * bytes) {
     throw std::runtime_error(
         fmt::format("{}: is cut off: it says {} triangles, which take {} bytes, and has {}; export "
                     "it again",
-                    file, count, wanted, text.size()));
+                    file, (wanted - 84) / 50, wanted, bytes));
   }
 }
 
 std::vector<Facet> facets_of(const std::string& file, double unit) {
-  std::string ending = std::filesystem::path(file).extension();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string ending = lower(std::filesystem::path(file).extension());
   const std::string kind = is_ply(file) ? "PLY" : ending == ".obj" ? "OBJ" : "STL";
   refuse_long(file);
   if (kind == "STL") refuse_cut_off(file);

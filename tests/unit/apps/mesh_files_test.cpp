@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -119,6 +120,27 @@ TEST_F(MeshFiles, TextIsReadInDouble) {
     EXPECT_TRUE(read.closed()) << file;
     EXPECT_NEAR(read.volume(), 0.2 * 0.05 * 0.13, 1e-17) << file;
   }
+}
+
+/// Words of STL are of either case, and a line of OBJ may go on after a backslash.
+TEST_F(MeshFiles, TextIsReadInEveryWritingOfItsFormat) {
+  const TriangleMesh box = askew();
+  std::string upper = text_stl(box, "%.17g"), broken = "# C:\\\n" + obj(box), windows = broken;
+  for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  const auto replace_all = [](std::string& text, const std::string& from, const std::string& to) {
+    for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+      text.replace(at, from.size(), to);
+  };
+  replace_all(broken, " -", " \\\n-"), replace_all(broken, " 0.", " \\\n0.");
+  replace_all(windows, "\n", "\r\n"), replace_all(windows, " 0.", "\\\r\n  0.");
+  for (const std::string& file : {write("upper.stl", upper), write("blank.stl", "\n " + upper),
+                                  write("broken.obj", broken), write("windows.obj", windows)}) {
+    EXPECT_EQ(apart(read_mesh(file, 1), box), 0) << file;
+    EXPECT_TRUE(read_mesh(file, 1).closed()) << file;
+  }
+  const std::string cut = upper.substr(0, upper.find("ENDSOLID"));
+  EXPECT_NE(message_of([&] { read_mesh(write("cut.stl", cut), 1); }).find("ends without `endsolid`"),
+            std::string::npos);
 }
 
 /// Half the spacing of floats below 0.5, in each of three coordinates; and seven digits of a text.
