@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -75,14 +76,14 @@ void TriangleMesh::orient() {
   closed_ = pairs || balanced;
   if (!closed_) return;
 
-  // Component by component: make the sense consistent, then outward. Where more than two triangles share an edge the
+  // Component by component: make the sense consistent. Where more than two triangles share an edge the
   // given sense is kept (it is balanced) and the walk stays on the edges between two.
   enum : char { unseen, kept, flipped };
   std::vector<char> state(triangles_.size(), unseen);
-  std::vector<uint32_t> component;
+  std::vector<std::vector<uint32_t>> components;
   for (uint32_t seed = 0; seed < triangles_.size(); ++seed) {
     if (state[seed] != unseen) continue;
-    component.assign(1, seed);
+    std::vector<uint32_t>& component = components.emplace_back(1, seed);
     state[seed] = kept;
     for (size_t k = 0; k < component.size(); ++k) {
       const uint32_t t = component[k];
@@ -99,11 +100,66 @@ void TriangleMesh::orient() {
     }
     for (const uint32_t t : component)
       if (state[t] == flipped) std::swap(triangles_[t][1], triangles_[t][2]);
-    if (pairs && signed_volume(component) < 0)
-      for (const uint32_t t : component) std::swap(triangles_[t][1], triangles_[t][2]);
   }
-  if (!pairs && signed_volume(every_triangle()) < 0)
+  if (pairs) return turn_outward(components);
+  if (signed_volume(every_triangle()) < 0)
     for (Triangle& t : triangles_) std::swap(t[1], t[2]);
+}
+
+// What lies within another component is turned when that is, so that it keeps its sense against it.
+void TriangleMesh::turn_outward(std::span<const std::vector<uint32_t>> components) {
+  std::vector<double> volume;
+  for (const auto& component : components) volume.push_back(signed_volume(component));
+  const auto inward = [](double v) { return v < 0; };
+  const bool of_one_sense =
+      std::all_of(volume.begin(), volume.end(), inward) || std::none_of(volume.begin(), volume.end(), inward);
+  std::vector<size_t> order(components.size());  // the largest first: a component after those around it
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](size_t a, size_t b) { return std::abs(volume[a]) > std::abs(volume[b]); });
+  std::vector<char> turned(components.size());
+  for (size_t k = 0; k < order.size(); ++k) {
+    const size_t c = order[k];
+    turned[c] = inward(volume[c]);
+    for (size_t j = of_one_sense ? 0 : k; j-- > 0;) {  // the smallest around it
+      if (!encloses(components[order[j]], components[c])) continue;
+      turned[c] = turned[order[j]];
+      break;
+    }
+  }
+  for (size_t c = 0; c < components.size(); ++c)
+    if (turned[c] != 0)
+      for (const uint32_t t : components[c]) std::swap(triangles_[t][1], triangles_[t][2]);
+}
+
+// Not what merely overlaps: its box lies within, and so do the middles of eight of its triangles.
+bool TriangleMesh::encloses(std::span<const uint32_t> component, std::span<const uint32_t> other) const {
+  const Bounds around = bounds(component), within = bounds(other);
+  if (around.distance_squared(within.low) > 0 || around.distance_squared(within.high) > 0) return false;
+  for (size_t k = 0; k < other.size(); k += (other.size() + 7) / 8) {
+    const Vec3 middle = (1.0 / 3) * (corner(other[k], 0) + corner(other[k], 1) + corner(other[k], 2));
+    if (std::abs(solid_angle(component, middle)) < 2 * std::numbers::pi) return false;
+  }
+  return true;
+}
+
+// 4 pi from within and 0 from without, negative where normals point inward; van Oosterom & Strackee, IEEE Trans.
+// Biomed. Eng. 30 (1983) 125.
+double TriangleMesh::solid_angle(std::span<const uint32_t> component, const Vec3& from) const {
+  double half = 0;
+  for (const uint32_t t : component) {
+    const Vec3 a = corner(t, 0) - from, b = corner(t, 1) - from, c = corner(t, 2) - from;
+    const double la = norm(a), lb = norm(b), lc = norm(c);
+    half += std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(a, c) * lb + dot(b, c) * la);
+  }
+  return 2 * half;
+}
+
+Bounds TriangleMesh::bounds(std::span<const uint32_t> triangles) const {
+  Bounds box;
+  for (const uint32_t t : triangles)
+    for (int i = 0; i < 3; ++i) box.include(corner(t, i));
+  return box;
 }
 
 std::vector<uint32_t> TriangleMesh::every_triangle() const {

@@ -12,8 +12,8 @@ namespace subsoil::dem {
 using Triangle = std::array<uint32_t, 3>;
 
 /// A surface of flat triangles. Closed (every edge between exactly two triangles, or balanced in both directions) means
-/// a solid: its triangles are then turned so that normals point outward, component by component. A cavity inside a
-/// closed component is not recognised as such: its normals point out of the cavity's own volume.
+/// a solid: its triangles are then turned so that normals point outward, component by component. A component within
+/// another and wound against it is a cavity: its normals point into the cavity, out of the material.
 class TriangleMesh {
  public:
   TriangleMesh() = default;
@@ -40,6 +40,10 @@ class TriangleMesh {
  private:
   void refuse_bad_triangles() const;
   void orient();
+  void turn_outward(std::span<const std::vector<uint32_t>> components);
+  bool encloses(std::span<const uint32_t> component, std::span<const uint32_t> other) const;
+  double solid_angle(std::span<const uint32_t> component, const Vec3& from) const;
+  Bounds bounds(std::span<const uint32_t> triangles) const;
   std::vector<uint32_t> every_triangle() const;
   double signed_volume(std::span<const uint32_t> triangles) const;
 

@@ -3,7 +3,10 @@
 #include <stdexcept>
 #include <string>
 
+#include "libdem/geometry/boundary.hpp"
+#include "libdem/geometry/mesh_surface.hpp"
 #include "libdem/geometry/polygon.hpp"
+#include "libdem/packing/carve.hpp"
 #include "tests/unit/libdem/geometry_support.hpp"
 
 namespace subsoil::dem::test::geometry_meshes {
@@ -70,6 +73,51 @@ TEST(GeometryMesh, TurnedTrianglesAreTurnedBack) {
     EXPECT_NEAR(mesh.volume(), 1, 1e-15);
     for (size_t t = 0; t < triangles.size(); ++t) EXPECT_GT(dot(mesh.normal(t), mesh.corner(t, 0)), 0);
   }
+}
+
+/// Boxes about one centre, each wound outward (1) or inward (-1).
+TriangleMesh nested(const std::vector<std::pair<double, int>>& boxes, const Vec3& apart = {}) {
+  std::vector<Vec3> vertices;
+  std::vector<Triangle> triangles;
+  for (std::size_t k = 0; k < boxes.size(); ++k) {
+    const auto [size, sense] = boxes[k];
+    const TriangleMesh box = box_mesh({size, size, size});
+    const auto first = static_cast<std::uint32_t>(vertices.size());
+    for (const Vec3& v : box.vertices()) vertices.push_back(v + static_cast<double>(k) * apart);
+    for (const Triangle& t : box.triangles()) {
+      triangles.push_back({first + t[0], first + t[1], first + t[2]});
+      if (sense < 0) std::swap(triangles.back()[1], triangles.back()[2]);
+    }
+  }
+  return {vertices, triangles};
+}
+
+/// What is wound against the component around it is a cavity, whichever of them the file names first and whether all
+/// of it is inside out. Volumes are those of the cubes.
+TEST(GeometryMesh, AComponentWoundAgainstTheOneAroundItIsACavity) {
+  EXPECT_NEAR(nested({{3, 1}, {2, -1}}).volume(), 27 - 8, 1e-12);
+  EXPECT_NEAR(nested({{2, -1}, {3, 1}}).volume(), 27 - 8, 1e-12);
+  EXPECT_NEAR(nested({{2, 1}, {3, -1}}).volume(), 27 - 8, 1e-12) << "inside out";
+  EXPECT_NEAR(nested({{3, 1}, {2, -1}, {1, 1}}).volume(), 27 - 8 + 1, 1e-12) << "a kernel in the cavity";
+  EXPECT_NEAR(nested({{3, 1}, {2, 1}}).volume(), 27 + 8, 1e-12) << "two solids";
+  EXPECT_NEAR(nested({{3, 1}, {2, -1}}, {9, 0, 0}).volume(), 27 + 8, 1e-12) << "beside it";
+  EXPECT_NEAR(nested({{3, 1}, {2, -1}}, {1, 0, 0}).volume(), 27 + 8, 1e-12) << "partly in it";
+}
+
+/// In the cavity the distance is that to its wall, 1 from the centre; in the material it is negative.
+TEST(GeometryMesh, ACavityIsOutsideOfTheSolid) {
+  Boundary hollow;
+  hollow.shape = MeshSurface(nested({{4, 1}, {2, -1}}));
+  const auto in_the_way = [&](double x, double r) {
+    Sphere s;
+    s.x = {x, 0.1, 0.2}, s.r = r;
+    return inside_or_overlapping(s, hollow);
+  };
+  EXPECT_FALSE(in_the_way(0, 0.5));
+  EXPECT_FALSE(in_the_way(0.49, 0.5));
+  EXPECT_TRUE(in_the_way(0.51, 0.5));
+  EXPECT_TRUE(in_the_way(1.5, 0.1)) << "in the wall";
+  EXPECT_FALSE(in_the_way(2.6, 0.5));
 }
 
 TEST(GeometryMesh, OpenMeshesAreToldApart) {
