@@ -14,6 +14,7 @@
 #include "apps/output/series_writer.hpp"
 #include "apps/output/state_file.hpp"
 #include "apps/run/columns.hpp"
+#include "apps/run/crossings.hpp"
 #include "apps/run/frames.hpp"
 #include "apps/run/process.hpp"
 #include "apps/run/restart.hpp"
@@ -80,6 +81,7 @@ class Rehearsal {
         steps_(std::max(1L, static_cast<long>(std::ceil(s_.time.end / simulation_.step_length() - 1e-6)))),
         frames_once_(Clock::now()),
         frames_(scratch_.path, s_, world_, simulation_) {
+    const Crossings refuses_what_it_cannot_watch(loaded, columns_);
     if (!world.bed) simulation_.end_at(s_.time.end);
   }
 

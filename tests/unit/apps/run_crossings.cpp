@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "apps/commands/commands.hpp"
 #include "apps/scenario/document.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
@@ -92,6 +93,17 @@ TEST(Crossings, WithSoilAreOfSecondOrder) {
   const double exact = std::sqrt(0.4 / g);
   for (const double step : {4.0, 1.0, 0.25})
     EXPECT_NEAR(fall(dir, step), exact, 1.01e-6 * g * step * step / 8 / (g * exact)) << step;
+}
+
+TEST(Crossings, AreRefusedBeforeARunToo) {
+  const RunDirectory dir;
+  const auto looked_at = [&](const char* crossing) {
+    return message_of<ScenarioError>([&] {
+      estimate({.scenario = dir.scenario(oscillator(crossing)), .out = {}, .sets = {}, .threads = 1, .from = {}});
+    });
+  };
+  EXPECT_NE(looked_at("half: {column: mas.x, at: 0.05 m}").find("no column 'mas.x'"), std::string::npos);
+  EXPECT_EQ(looked_at("half: {column: mass.x, at: 0.05 m}").find("no column"), std::string::npos);
 }
 
 TEST(Crossings, RefusalsSayWhatIsWrong) {
