@@ -13,7 +13,7 @@ double History::Piece::integral_from(double s) const {
 }
 
 double History::Piece::largest(double s, double sign) const {
-  double most = std::max(sign * at(s), sign * at(1));
+  const double most = std::max(sign * at(s), sign * at(1));
   const double vertex = b != 0 ? -a / (2 * b) : -1;
   return vertex > s && vertex < 1 ? std::max(most, sign * at(vertex)) : most;
 }
@@ -72,9 +72,10 @@ void History::take_mean(const Piece& p) {
 }
 
 void History::take_extreme(const Piece& p, double sign) {
-  const double now = std::max(p.largest(0, sign), sign * y_);
+  if (std::isnan(y_)) return;  // no value, as 0/0: no extreme
+  const double now = std::fmax(p.largest(0, sign), sign * y_);
   if (!std::isfinite(rule_.within)) {
-    value_ = sign * std::max(sign * value_, now);
+    value_ = sign * std::fmax(sign * value_, now);
     return;
   }
   while (!peaks_.empty() && peaks_.back().largest <= now) peaks_.pop_back();
@@ -84,7 +85,8 @@ void History::take_extreme(const Piece& p, double sign) {
   const Peak& first = peaks_.front();
   double most = first.largest;
   if (first.piece.t < from) {  // it began before: what of it lies within, and the next one
-    most = first.piece.largest((from - first.piece.t) / first.piece.dt, sign);
+    const double part = first.piece.largest((from - first.piece.t) / first.piece.dt, sign);
+    if (!std::isnan(part)) most = part;
     if (peaks_.size() > 1) most = std::max(most, peaks_[1].largest);
   }
   value_ = sign * most;

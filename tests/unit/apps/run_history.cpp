@@ -237,6 +237,20 @@ TEST(RunHistory, OfAnOscillatorIsWhatTheCosineSays) {
   }
 }
 
+// sin(v)/v has no value where it sets out, v = 0; of |v| <= 1 m/s it goes from 1 down to sin 1.
+TEST(RunHistory, ExtremesPassOverRowsWithoutAValue) {
+  const RunDirectory dir;
+  const std::string watch =
+      "q: {formula: sin(v)/v, of: {v: mass.vx}, unit: 1}, least: {minimum: q}, most: {maximum: q}, "
+      "lately: {minimum: q, within: 1 s}";
+  ASSERT_EQ(run_scenario(dir.scenario(oscillator(watch)), dir / "out"), exit_ok);
+  const Series series = read_series(dir / "out" / "series.csv");
+  EXPECT_TRUE(std::isnan(series.at("q").front()));
+  EXPECT_NEAR(series.at("least").back(), std::sin(1.0), 1e-9);
+  EXPECT_NEAR(series.at("lately").back(), std::sin(1.0), 1e-9);
+  EXPECT_NEAR(series.at("most").back(), 1, 1e-3);
+}
+
 TEST(RunHistory, ConditionsEndARunWhereTheyAreMet) {
   struct Case {
     const char* stop;
