@@ -344,8 +344,8 @@ class Quadrature {
   }
   Area refine(const Piece& piece, double a, double b, int halvings) {
     if (piece.error <= std::max(allowed_, piece.rounding)) return piece.area;
-    if (halvings == 0 ||
-        sums_left_ <= 0) {  // a jump has left 1e-12 of its error, a root's pole 1e-6, and 1/t all of it
+    if (halvings == 0 || sums_left_ <= 0) {
+      // A jump has left 1e-12 of its error here, a root's pole 1e-6, and 1/t all of it.
       if (piece.error > 1e-3 * whole_ && piece.absolute > 1e3 * mean_ * (b - a))
         throw std::runtime_error(
             fmt::format("a formula has no integral over t = {:.6g} s: it grows without bound there", a));

@@ -77,12 +77,12 @@ std::string joined_lines(const std::string& text) {
   return out;
 }
 
-/// Points and faces as the file has them; false: not readable.
-bool read_file(const std::string& file, const std::string& kind, std::vector<Point>& points, Faces& faces) {
+/// Points and faces as the file has them; false: not readable. @param content of the file, but of PLY
+bool read_file(const std::string& file, const std::string& kind, const std::string& content, std::vector<Point>& points,
+               Faces& faces) {
   try {
     if (kind == "PLY") return CGAL::IO::read_PLY(file, points, faces);
-    const std::string content = content_of(file), text = kind == "OBJ" ? joined_lines(content) : text_of_stl(content);
-    std::istringstream in(text.empty() ? content : text);
+    std::istringstream in(content);
     return kind == "OBJ" ? CGAL::IO::read_OBJ(in, points, faces) : CGAL::IO::read_STL(in, points, faces);
   } catch (const std::exception&) {
     return false;
@@ -139,8 +139,7 @@ void refuse_crowded_edges(const std::string& file, const dem::TriangleMesh& mesh
 }
 
 /// Binary files say how many triangles they have, text ends with a word: what is cut off is not taken for all of it.
-void refuse_cut_off(const std::string& file) {
-  const std::string content = content_of(file), text = text_of_stl(content);
+void refuse_cut_off(const std::string& file, const std::string& content, const std::string& text) {
   const std::size_t wanted = bytes_of_binary(content), bytes = content.size();
   if (!text.empty()) {
     const std::size_t vertices = text.rfind("endfacet"), end = text.rfind("endsolid");
@@ -158,11 +157,18 @@ std::vector<Facet> facets_of(const std::string& file, double unit) {
   const std::string ending = lower(std::filesystem::path(file).extension());
   const std::string kind = is_ply(file) ? "PLY" : ending == ".obj" ? "OBJ" : "STL";
   refuse_long(file);
-  if (kind == "STL") refuse_cut_off(file);
-  if (kind == "PLY") refuse_short_ply(file);
+  std::string content;
+  if (kind == "PLY") {
+    refuse_short_ply(file);
+  } else {
+    content = content_of(file);
+    std::string text = kind == "OBJ" ? joined_lines(content) : text_of_stl(content);
+    if (kind == "STL") refuse_cut_off(file, content, text);
+    if (!text.empty()) content = std::move(text);
+  }
   std::vector<Point> points;
   Faces faces;
-  if (!read_file(file, kind, points, faces) || faces.empty())
+  if (!read_file(file, kind, content, points, faces) || faces.empty())
     throw std::runtime_error(
         fmt::format("{}: no {} file that can be read (STL, binary or text, OBJ and PLY are)", file, kind));
   std::size_t triangles = 0;

@@ -92,17 +92,19 @@ void expect_the_same_end(const std::string& scenario) {
     EXPECT_EQ(whole.values[i].back(), on.values[i].back()) << whole.columns[i].name;
 }
 
-/// Open, it has no part in the constraints that a state is looked at with.
-TEST(RunContinues, WhereAnEventHasOpenedAJoint) {
-  expect_the_same_end(R"(subsoil: 1
+const std::string far_sphere = R"(subsoil: 1
 gravity: 0 -9.81 0 m/s^2
 materials: {soil: {density: 2500 kg/m^3}, steel: {density: 7850 kg/m^3}}
 contacts:
   - {between: [soil, soil], law: linear, k_n: 20 kN/m, restitution: 0.5, mu: 0.3}
   - {between: [soil, steel], law: linear, k_n: 20 kN/m, restitution: 0.5, mu: 0.3}
 soil:
-  bed: {fill: particles, material: soil, particles: [{position: 1 0 0 m, radius: 0.01 m}]}
-machine:
+  bed: {fill: particles, material: soil, particles: [{position: 1 -0.01 0 m, radius: 0.01 m}]}
+)";
+
+/// Open, it has no part in the constraints that a state is looked at with.
+TEST(RunContinues, WhereAnEventHasOpenedAJoint) {
+  expect_the_same_end(far_sphere + R"(machine:
   bodies:
     arm: {mass: 1 kg, inertia: 0.002 kg m^2, at: 0.1 0 m}
   joints:
@@ -119,15 +121,7 @@ output: {state every: 0.04 s, series every: 10 ms, every: 0.1 s}
 
 /// The bed of a state has been worked: its surface is no datum.
 TEST(RunContinues, WhereTheSoilsSurfaceHasLeftTheDatumOfAWheelsLaw) {
-  expect_the_same_end(R"(subsoil: 1
-gravity: 0 -9.81 0 m/s^2
-materials: {soil: {density: 2500 kg/m^3}, steel: {density: 7850 kg/m^3}}
-contacts:
-  - {between: [soil, soil], law: linear, k_n: 20 kN/m, restitution: 0.5, mu: 0.3}
-  - {between: [soil, steel], law: linear, k_n: 20 kN/m, restitution: 0.5, mu: 0.3}
-soil:
-  bed: {fill: particles, material: soil, particles: [{position: 1 -0.01 0 m, radius: 0.01 m}]}
-machine:
+  expect_the_same_end(far_sphere + R"(machine:
   bodies:
     wheel: {mass: 3 kg, inertia: 0.01 kg m^2, at: 0 0.045 m}
     tool: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0 0.3 m}
