@@ -36,6 +36,7 @@ void quench(dem::Bed& bed) {
 
 dem::GivenLaw softer(dem::GivenLaw law) {
   if (auto* linear = std::get_if<dem::Linear>(&law)) linear->k_n *= kSofter;
+  if (auto* hertz = std::get_if<dem::HertzMindlin>(&law)) hertz->E_eff *= kSofter, hertz->G_eff *= kSofter;
   return law;
 }
 
