@@ -115,12 +115,13 @@ void ActiveRegion::find_partners(const ContactStore& contacts, int threads) {
   }
 }
 
-void ActiveRegion::plan(long step, double dt, bool new_lists, bool all_energies, bool snapshot,
+void ActiveRegion::plan(long step, double dt, double gravity, bool new_lists, bool all_energies, bool snapshot,
                         std::span<const Boundary> boundaries, const ParticleStore& particles,
                         std::span<const BlockSums> sums, ContactStore& contacts) {
   if (states_.empty()) return;
   const bool check = step % kCheck == 0, all = new_lists || std::exchange(check_all_, false);
   calm_time_ = static_cast<double>(kCheck * kCalm) * dt;
+  if (gravity > 0) calm_time_ = std::max(calm_time_, rule_->below / (kUnbalanced * gravity));
   take_outcomes();
   watch_speeds(sums);
   const auto moving = static_cast<std::size_t>(std::count_if(boundaries.begin(), boundaries.end(), moves_now));

@@ -41,8 +41,9 @@ class ActiveRegion {
   void forget() { states_.clear(), count_ = 0; }  ///< spheres are others
   void check_all() { check_all_ = true; }         ///< something else than neighbours and surfaces changed the forces
 
-  /// What the step at hand does with each particle block. @param all_energies whether it sums those of every block
-  void plan(long step, double dt, bool new_lists, bool all_energies, bool snapshot,
+  /// What the step at hand does with each particle block. @param gravity its magnitude, m/s2
+  /// @param all_energies whether it sums those of every block
+  void plan(long step, double dt, double gravity, bool new_lists, bool all_energies, bool snapshot,
             std::span<const Boundary> boundaries, const ParticleStore& particles, std::span<const BlockSums> sums,
             ContactStore& contacts);
 
@@ -62,8 +63,11 @@ class ActiveRegion {
 
   std::size_t frozen_spheres() const;
 
-  static constexpr long kCheck = 16;             ///< steps between two checks
-  static constexpr std::uint16_t kCalm = 16;     ///< checks in a row that find a block calm before it is frozen
+  static constexpr long kCheck = 16;          ///< steps between two checks
+  static constexpr std::uint16_t kCalm = 16;  ///< checks in a row that find a block calm before it is frozen
+  /// Of gravity: the acceleration out of balance at which a frozen sphere wakes, however short the step. A ball at rest
+  /// on a slope of 2 degrees has more (5/7 sin 2 = 0.025); what a bed at rest creeps with is a hundredth of it.
+  static constexpr double kUnbalanced = 0.02;
   static constexpr double kFreezingShare = 0.5;  ///< of what wakes a sphere: else rounding would wake what just froze
 
  private:
@@ -104,7 +108,7 @@ class ActiveRegion {
 
   std::optional<ActiveRule> rule_;
   bool check_all_ = false, changed_ = true, plain_ = false;
-  double calm_time_ = 0;    ///< s
+  double calm_time_ = 0;    ///< s, T of (26b)
   std::size_t count_ = 0;   ///< spheres in the lists
   std::size_t moving_ = 0;  ///< boundaries that moved before the last step
   std::vector<State> states_;

@@ -145,8 +145,8 @@ void Bed::step(double dt, const Request& request) {
 
   const bool state_asked_for = request.energy || request.snapshot != nullptr;
   bed.balance.plan(bed.options, bed.particles.size(), now.steps, new_lists, state_asked_for || now.steps == 0);
-  bed.region.plan(now.steps, dt, new_lists, request.energy, request.snapshot != nullptr, bed.boundaries, bed.particles,
-                  bed.balance.of_block, bed.contacts);
+  bed.region.plan(now.steps, dt, norm(bed.options.gravity), new_lists, request.energy, request.snapshot != nullptr,
+                  bed.boundaries, bed.particles, bed.balance.of_block, bed.contacts);
   bed.place_boundaries(now.dt_before);
   bed.begin_records(request.contacts);
   bed.sweep(dt, request);  // forces of boundaries, forces of pairs, integrate: fused, particle block by particle block

@@ -258,6 +258,28 @@ TEST(ActiveBed, ForcesOutOfBalanceWake) {
   EXPECT_EQ(tilted.bed->frozen_count(), 0u);
 }
 
+// In steps of 0.1 us a sphere has less than half of `below` after the 256 steps of a calm block, whatever accelerates
+// it. One that falls and one that slides down a smooth slope of 3 degrees move all the same: g t^2/2 and g sin(alpha)
+// t^2/2, less the first order dt/t of the step.
+TEST(ActiveBed, ShortStepsFreezeNothingThatBeginsToMove) {
+  constexpr double dt = 1e-7, g = 9.81, slope = 0.05236, r = 0.01, stiffness = 1e4;
+  constexpr int steps = 20000;
+  const double t = steps * dt, weight = 1800 * sphere_volume(r) * g;
+  const auto way = [&](const Vec3& gravity, double height) {
+    Bed bed(table(grains(stiffness, 0.5, 0, 0)), quiet(gravity, 1));
+    add_bin(bed, 1, 1);
+    bed.add(std::vector<SphereSpec>{
+        {.position = {0.5, height, 0.5}, .velocity = {}, .angular_velocity = {}, .radius = r, .density = 1800}});
+    bed.set_active(ActiveRule{kWithin, kBelow});
+    for (int k = 0; k < steps; ++k) bed.step(dt);
+    return bed.spheres().front().x - Vec3{0.5, height, 0.5};
+  };
+  const double fall = 0.5 * g * t * t;
+  EXPECT_NEAR(way({0, -g, 0}, 0.1).y, -fall, 2 * dt / t * fall);
+  const double sunk = weight * std::cos(slope) / stiffness, slide = fall * std::sin(slope);
+  EXPECT_NEAR(way({g * std::sin(slope), -g * std::cos(slope), 0}, r - sunk).x, slide, 2 * dt / t * slide);
+}
+
 /// Frozen ones stay frozen through a restart, and what goes on goes on.
 TEST(ActiveBed, RestartCarriesIt) {
   for (const Precision precision : {Precision::doubles, Precision::mixed}) {
