@@ -22,6 +22,7 @@ void put_progress(StateWriter& out, const RunProgress& p) {
   out.put("run/sums", p.sums.numbers());
   out.put_texts("run/texts", p.sums.texts());
   out.put("run/series bytes", p.series_bytes);
+  out.put("run/energy start", p.energy_start);
   out.put("run/frames", p.frames.file_of);
   out.put("run/particles/id", p.particles.id);
   out.put("run/particles/radius", p.particles.radius);
@@ -39,6 +40,7 @@ RunProgress progress_of(const StateReader& in) {
   RunProgress p;
   p.sums = Archive(in.get<double>("run/sums"), in.texts("run/texts"));
   p.series_bytes = in.value<std::uint64_t>("run/series bytes");
+  if (in.has("run/energy start")) p.energy_start = in.get<double>("run/energy start");
   p.frames.file_of = in.get<std::int64_t>("run/frames");
   p.particles = {.id = in.get<std::int64_t>("run/particles/id"),
                  .radius = in.get<double>("run/particles/radius"),

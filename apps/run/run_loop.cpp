@@ -49,6 +49,7 @@ RunLoop::RunLoop(const Loaded& loaded, const RunRequest& request, World world, c
   tool_ = std::make_unique<ToolProgress>(world_, simulation_, s_.time.end);
   start_time_ = simulation_.time();
   if (world_.machine) energy_start_.machine_potential = world_.machine->energy().potential;
+  if (saved && request_.changes.empty()) take_up_energy(*saved);
   restores_ = world_.bed != nullptr;
   if (goes_on) go_on_ = &*saved->progress;
 }
@@ -99,6 +100,7 @@ void RunLoop::open_output() {
   archive(sums);
   frames_->archive(sums, false);
   sums.end();
+  energy_begun_ = steps_ > 0;
 }
 
 std::optional<std::uint64_t> RunLoop::kept_bytes() const {
@@ -132,6 +134,8 @@ void RunLoop::archive_origin(Archive& a) {
 void RunLoop::save(const std::filesystem::path& path) {
   RunProgress progress;
   archive(progress.sums);
+  if (energy_begun_ || !world_.bed)
+    progress.energy_start = {energy_start_.bed, energy_start_.bed_gravity, energy_start_.machine_potential};
   frames_->archive(progress.sums, frame_due_.next() < simulation_.time());
   frames_->publish(progress);
   progress.series_bytes = series_->sync();
@@ -456,6 +460,14 @@ std::string RunLoop::live_text(std::span<const double> row) {
   if (const int draft = columns_->find("soil.draft"); draft >= 0)
     text += fmt::format("  draft {:.0f} N", row[static_cast<std::size_t>(draft)]);
   return text;
+}
+
+// Works and losses are those of the whole motion; so is what gravity has given, and what the balance closes over.
+void RunLoop::take_up_energy(const SavedRun& saved) {
+  if (!saved.progress || saved.progress->energy_start.size() != 3) return;
+  const std::vector<double>& start = saved.progress->energy_start;
+  energy_start_ = {.bed = start[0], .bed_gravity = start[1], .machine_potential = start[2]};
+  energy_begun_ = true;
 }
 
 void RunLoop::begin_energy() {

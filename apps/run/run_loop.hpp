@@ -111,6 +111,7 @@ class RunLoop {
 
   /// What the summary's energy balance starts from; the bed's terms are of the first step.
   void begin_energy();
+  void take_up_energy(const SavedRun& saved);
 
   /// Of contacts at the speeds that were met.
   void warn_of_coarse_contacts();

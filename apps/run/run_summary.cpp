@@ -33,6 +33,8 @@ void write_energy(Summary& summary, const EnergyStart& start, const World& world
     double came = 0;
     if (world.moving) came = world.moving->window.entered().gravity - world.moving->window.left().gravity;
     take_in("gravity on the soil [J]", start.bed_gravity - b.gravity + came);
+    // Of a moving bed it is what blocks bring and take, which `window` lists.
+    if (!world.moving && b.removed != 0) take_in("round a period or with spheres removed [J]", -b.removed);
     e["damped [J]"] = b.lost.damping;
     e["slid [J]"] = b.lost.sliding;
     e["rolled [J]"] = b.lost.rolling;

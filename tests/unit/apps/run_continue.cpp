@@ -45,6 +45,20 @@ TEST_F(RunContinue, TheSameScenarioAndHarmlessDifferencesPass) {
   EXPECT_EQ(refusal({"limits.speed=40 m/s", "output.every=5 ms", "title=other", "time.threads=1"}), "");
 }
 
+/// The summary of the second half says what that of the whole run says: works, what gravity gave, losses and closure.
+TEST_F(RunContinue, EnergiesOfTheSummaryGoOn) {
+  ASSERT_EQ(refusal({}), "");
+  ASSERT_EQ(run_scenario(dir_.scenario(trench), dir_ / "whole", {"time.end=22 ms"}), exit_ok);
+  const Json whole = summary_of(dir_ / "whole")["energy"], on = summary_of(dir_ / "on")["energy"];
+  const double put_in = whole.at("work put in [J]").get<double>();
+  ASSERT_GT(put_in, 0);
+  ASSERT_EQ(on.size(), whole.size());
+  for (const auto& [name, value] : whole.items())
+    EXPECT_NEAR(on.at(name).get<double>(), value.get<double>(),
+                1e-9 * (name.find("over") == std::string::npos ? put_in : 1))
+        << name;
+}
+
 TEST_F(RunContinue, PhysicsChangesOnlyWhereItIsSaid) {
   const std::string mu = "contacts.soil-steel.mu=0.1";
   const std::string said = refusal({mu});

@@ -56,6 +56,10 @@ TEST(RunPeriodic, GrainsGoRoundAndStayInTheCell) {
   const double gained = -series.at("soil.removed").back();
   EXPECT_GT(gained, 0.5) << "by gravity along x, of those that went round";
   EXPECT_NEAR(conserved_energy(series, series.rows() - 1), conserved_energy(series, 0), 0.01 * gained);
+  const Json energy = summary_of(dir / "out")["energy"];
+  const double put_in = energy["work put in [J]"].get<double>();
+  EXPECT_NEAR(energy["round a period or with spheres removed [J]"].get<double>(), gained, 1e-6 * gained);
+  EXPECT_NEAR(put_in, gained + energy["gravity on the soil [J]"].get<double>(), 1e-6 * gained);
   EXPECT_EQ(summary_of(dir / "out")["soil"]["outside the container at the end"], 0);
 }
 
