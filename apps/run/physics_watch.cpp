@@ -52,6 +52,21 @@ std::pair<const dem::Boundary*, double> PhysicsWatch::fastest_surface(const Worl
   return fastest;
 }
 
+std::optional<PhysicsWatch::Finding> PhysicsWatch::start(const World& world) const {
+  const double stored = world.bed->energy().stored;
+  if (!(weight_times_radius_ > 0) || !(stored > begins_pressed * weight_times_radius_)) return std::nullopt;
+  const auto& bed = *s_.soil->bed;
+  const bool lattice = bed.fill == Fill::lattice;
+  return Finding{fmt::format(
+      "the bed begins with {:.3g} J in its contacts, {:.2g} times what lifts all spheres by a radius: they overlap and "
+      "will fly apart; {}",
+      stored, stored / weight_times_radius_,
+      lattice && bed.jitter > 0 ? fmt::format("give a `soil.bed.pitch` of {:.2g} radii or more, or less jitter",
+                                              2 + 2 * bed.jitter)
+      : lattice ? "give a larger `soil.bed.pitch`, or keep surfaces away from it"
+                : "place spheres and surfaces farther apart, or let the bed settle")};
+}
+
 std::optional<PhysicsWatch::Finding> PhysicsWatch::energy(const World& world, const EnergyStart& start) {
   const dem::BedEnergy& e = world.bed->energy();
   const double off = e.total() - e.boundary_work - start.bed;

@@ -21,6 +21,10 @@ class PhysicsWatch {
   /// beyond one radius spheres are stepped over.
   static constexpr double travel_said = 0.1, travel_stops = 1;
 
+  /// Energy in the contacts of a bed that begins, over what lifts each of its spheres by its radius. A bed at rest under
+  /// twenty layers of its own, compressed by 0.1 mm per 10 mm, holds a hundredth of it.
+  static constexpr double begins_pressed = 10;
+
   struct Finding {
     std::string text;
     bool stops = false;
@@ -28,6 +32,8 @@ class PhysicsWatch {
 
   PhysicsWatch(const Scenario& scenario, const World& world);
 
+  /// After the first step: what overlaps so far that it will fly apart. Nothing without gravity, which is the measure.
+  std::optional<Finding> start(const World& world) const;
   /// After a step whose energy was asked for. @param fastest of all spheres so far, m/s
   std::vector<Finding> look(const World& world, const EnergyStart& start, double fastest);
   void archive(Archive& a) { a(looks_, most_present_, said_closure_, said_travel_, said_step_, said_outside_); }

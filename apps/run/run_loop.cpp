@@ -475,6 +475,7 @@ void RunLoop::begin_energy() {
   if (!world_.bed) return;
   energy_start_.bed = world_.bed->energy().total() - world_.bed->energy().boundary_work;
   energy_start_.bed_gravity = world_.bed->energy().gravity;
+  if (const auto found = physics_.start(world_)) warn(found->text);
 }
 
 }  // namespace subsoil::app

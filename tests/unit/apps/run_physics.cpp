@@ -139,6 +139,28 @@ TEST(PhysicsWatch, SaysASurfaceThatMovesFarInAStepAndStopsOneThatStepsOverSphere
 }
 
 /// Thrown balls lie outside the walls: over the rim of 20 mm.
+/// A lattice of 4^3 spheres, pressed together by 0.1 radius where neighbours meet: 144 contacts of k delta^2/2 = 0.5 J.
+/// To lift its 0.536 kg by their radius takes 0.053 J. A pitch that leaves gaps is silent.
+TEST(PhysicsWatch, SaysABedThatBeginsPressed) {
+  const auto warning = [](const char* pitch) {
+    const RunDirectory dir;
+    const std::string text = fmt::format(R"(subsoil: 1
+materials: {{ball: {{density: 2000 kg/m^3}}}}
+contacts: [{{between: [ball, ball], law: linear, k_n: 1000 kN/m, restitution: 0.5, mu: 0}}]
+soil:
+  container: {{size: 200 200 200 mm, at: 0 0 0 m, material: ball}}
+  bed: {{fill: lattice, material: ball, radius: 10 mm, {}, region: {{size: 84 84 84 mm, at: 50 50 50 mm}}}}
+time: {{end: 0.1 ms}}
+)",
+                                         pitch);
+    EXPECT_EQ(run_scenario(dir.scenario(text), dir / "out"), exit_ok);
+    return warnings_of(dir / "out");
+  };
+  EXPECT_NE(warning("pitch: 19 mm").find("the bed begins with 72 J in its contacts"), std::string::npos)
+      << warning("pitch: 19 mm");
+  EXPECT_EQ(warning("pitch: 20.5 mm").find("the bed begins"), std::string::npos);
+}
+
 TEST(PhysicsWatch, SaysSpheresBeyondAWall) {
   const RunDirectory dir;
   const std::vector<std::string> thrown{
