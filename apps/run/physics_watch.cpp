@@ -61,8 +61,8 @@ std::optional<PhysicsWatch::Finding> PhysicsWatch::start(const World& world) con
       "the bed begins with {:.3g} J in its contacts, {:.2g} times what lifts all spheres by a radius: they overlap and "
       "will fly apart; {}",
       stored, stored / weight_times_radius_,
-      lattice && bed.jitter > 0 ? fmt::format("give a `soil.bed.pitch` of {:.2g} radii or more, or less jitter",
-                                              2 + 2 * bed.jitter)
+      lattice && bed.jitter > 0
+          ? fmt::format("give a `soil.bed.pitch` of {:.2g} radii or more, or less jitter", 2 + 2 * bed.jitter)
       : lattice ? "give a larger `soil.bed.pitch`, or keep surfaces away from it"
                 : "place spheres and surfaces farther apart, or let the bed settle")};
 }
