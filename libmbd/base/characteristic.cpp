@@ -25,6 +25,11 @@ double Characteristic::value(double x) const {
   return 0;
 }
 
+std::vector<double> Characteristic::nodes() const {
+  const auto* t = get_if<TableCharacteristic>();
+  return t ? t->law.times : std::vector<double>{};
+}
+
 double Characteristic::integral(double x) const {
   if (const auto* p = get_if<PolynomialCharacteristic>()) return p->law.integral(x);
   if (const auto* t = get_if<TableCharacteristic>()) return t->law.integral(x);

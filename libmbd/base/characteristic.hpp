@@ -69,6 +69,8 @@ class Characteristic {
   double value(double x) const;
   /// Integral from 0 to x.
   double integral(double x) const;
+  /// Where pieces of it meet: the points of a table; none of a polynomial.
+  std::vector<double> nodes() const;
 
  private:
   std::variant<std::monostate, PolynomialCharacteristic, TableCharacteristic> kind_;

@@ -82,6 +82,10 @@ struct ForceMembers {
   /// state_scales(), the size below which they do not matter to 1 in
   /// tolerances.
   bool states = false;
+  /// profile_count() laws over a relative measure x each, with features that a long step may pass over:
+  /// profile_arguments(scene, out): their x; profile_value(k, x); profile_nodes(k): the x between which pieces are
+  /// smooth
+  bool profiles = false;
   bool controlled = false;  ///< controller, signal: its place among the scene's
                             ///< signals, -1 without
 };
@@ -112,6 +116,13 @@ concept HasStates = requires(F f, const Scene scene) {
   { f.state_scales() } -> std::same_as<std::array<double, F::state_count>>;
 };
 template <class F>
+concept HasProfiles = requires(const F f, const Scene scene, std::span<double> out) {
+  { f.profile_count() } -> std::same_as<std::size_t>;
+  f.profile_arguments(scene, out);
+  { f.profile_value(std::size_t{}, 1.0) } -> std::same_as<double>;
+  { f.profile_nodes(std::size_t{}) } -> std::same_as<std::vector<double>>;
+};
+template <class F>
 concept Controlled = requires(F f) {
   f.controller.empty();
   f.signal = -1;
@@ -137,7 +148,7 @@ concept ForceHas = F::has.check == requires(const F f) {
   { f.towing_spin(1.0) } -> std::same_as<double>;
 }
 &&F::has.joint == requires(F f) { f.joint.empty(); }
-&&F::has.states == HasStates<F>&& F::has.controlled == Controlled<F>;
+&&F::has.states == HasStates<F>&& F::has.profiles == HasProfiles<F>&& F::has.controlled == Controlled<F>;
 }  // namespace detail
 
 /// A force: wrenches on the bodies that it names, with its account of energy and its columns.

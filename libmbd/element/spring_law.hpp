@@ -35,6 +35,23 @@ SpringLaw spring_law(const S& s, double shortening, double rate, const Scene& sc
   return law;
 }
 
+/// The curves of such a struct that have nodes, the spring curve first: its force's profiles.
+template <class S>
+std::vector<const Characteristic*> spring_profiles(const S& s) {
+  std::vector<const Characteristic*> out;
+  for (const Characteristic* curve : {&s.spring_curve, &s.damper_curve})
+    if (!curve->nodes().empty()) out.push_back(curve);
+  return out;
+}
+
+/// Their arguments: shortening d and its rate d'.
+template <class S>
+void spring_profile_arguments(const S& s, double shortening, double rate, std::span<double> out) {
+  std::size_t k = 0;
+  if (!s.spring_curve.nodes().empty()) out[k++] = shortening;
+  if (!s.damper_curve.nodes().empty()) out[k++] = rate;
+}
+
 /// The rule of such a struct; throws std::invalid_argument.
 template <class S>
 void check_spring(const S& s) {

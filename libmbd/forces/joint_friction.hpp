@@ -40,7 +40,7 @@ namespace subsoil::mbd {
 /// sticking: Karnopp 1985, J. Dyn. Sys. Meas. Control 107, 100, with a spring in place of his exact rest.
 struct JointFriction {
   static constexpr ForceMembers has{
-      .check = true, .initialise_from_pose = true, .stick = true, .trace = true, .joint = true};
+      .check = true, .initialise_from_pose = true, .stick = true, .trace = true, .joint = true, .profiles = true};
   static constexpr std::array<ForceColumn, 5> columns{
       {{"force", "N"}, {"torque", "N m"}, {"sliding speed", "m/s"}, {"normal force", "N"}, {"sticking", "1"}}};
   std::string joint{};  ///< its name; the bodies are the joint's
@@ -142,6 +142,18 @@ struct JointFriction {
     return {stored(c), (viscous + damping) * c.v * c.v, 0};
   }
 
+  // mu over v: beyond 3 v_s nothing is left of what it has more at rest (1.2e-4), and a step across sees none of it.
+  std::size_t profile_count() const { return mu_s > mu_k ? 1 : 0; }
+  void profile_arguments(const Scene& scene, std::span<double> out) const {
+    if (!out.empty()) out[0] = contact(scene).v;
+  }
+  double profile_value(std::size_t, double v) const { return mu(v); }
+  std::vector<double> profile_nodes(std::size_t) const {
+    std::vector<double> nodes;
+    for (int i = -12; i <= 12; ++i) nodes.push_back(0.25 * i * stribeck_speed);
+    return nodes;
+  }
+
   bool sticks() const { return can_stick() && sliding == 0; }
   /// Force on b that the grip may have (N), s'' of a solution (m/s^2).
   double grip_limit(const Scene& scene) const { return mu_s * contact(scene).normal; }
@@ -222,11 +234,14 @@ struct JointFriction {
   }
   double spring(const Contact& c) const { return -stick_stiffness * (c.s - stuck_at) - damping * c.v; }
   double stored(const Contact& c) const { return 0.5 * stick_stiffness * (c.s - stuck_at) * (c.s - stuck_at); }
+  double mu(double v) const {
+    const double x = v / stribeck_speed;
+    return mu_k + (mu_s - mu_k) * std::exp(-x * x);
+  }
   double force(const Contact& c) const {
     if (can_stick() && sliding == 0) return spring(c) - viscous * c.v;
-    const double x = c.v / stribeck_speed, mu = mu_k + (mu_s - mu_k) * std::exp(-x * x);
     const double sense = can_stick() ? sliding : std::tanh(c.v / regularisation_speed);
-    return -mu * c.normal * sense - viscous * c.v;
+    return -mu(c.v) * c.normal * sense - viscous * c.v;
   }
 };
 

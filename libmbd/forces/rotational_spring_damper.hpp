@@ -15,7 +15,7 @@ namespace subsoil::mbd {
 /// preload d + k d^2 / 2 + integral of f_s from 0 to d, lost rate = (c d' + f_d(d')) d', work rate =
 /// -(f + u) d'. Source: Haug 1989, chapter 6, rotational spring-damper-actuator.
 struct RotationalSpringDamper {
-  static constexpr ForceMembers has{.check = true, .initialise_from_pose = true, .controlled = true};
+  static constexpr ForceMembers has{.check = true, .initialise_from_pose = true, .profiles = true, .controlled = true};
   static constexpr std::array<ForceColumn, 2> columns{{{"torque", "N m"}, {"angle", "rad"}}};
   int body_a = -1, body_b = -1;
   double stiffness = std::numeric_limits<double>::quiet_NaN();
@@ -53,6 +53,14 @@ struct RotationalSpringDamper {
     if (std::isnan(free_angle)) free_angle = angle(scene);
     if (std::isnan(stiffness)) stiffness = 0;
   }
+
+  std::size_t profile_count() const { return spring_profiles(*this).size(); }
+  void profile_arguments(const Scene& scene, std::span<double> out) const {
+    const double rate = body_of(scene, body_b).omega - body_of(scene, body_a).omega;
+    spring_profile_arguments(*this, free_angle - angle(scene), -rate, out);
+  }
+  double profile_value(std::size_t k, double x) const { return spring_profiles(*this)[k]->value(x); }
+  std::vector<double> profile_nodes(std::size_t k) const { return spring_profiles(*this)[k]->nodes(); }
 
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
     const double theta = angle(scene), rate = body_of(scene, body_b).omega - body_of(scene, body_a).omega;

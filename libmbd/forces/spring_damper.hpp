@@ -17,7 +17,7 @@ namespace subsoil::mbd {
 /// the rate gives energy, and the balance says so), work rate = -(f + u) d'. Source: Haug 1989, chapter 6,
 /// translational spring-damper-actuator.
 struct SpringDamper {
-  static constexpr ForceMembers has{.check = true, .initialise_from_pose = true, .controlled = true};
+  static constexpr ForceMembers has{.check = true, .initialise_from_pose = true, .profiles = true, .controlled = true};
   static constexpr std::array<ForceColumn, 3> columns{{{"force", "N"}, {"length", "m"}, {"damper force", "N"}}};
   int body_a = -1, body_b = -1;
   std::array<double, 2> p_a{0, 0}, p_b{0, 0};
@@ -57,6 +57,14 @@ struct SpringDamper {
     if (std::isnan(free_length)) free_length = line(scene).length;
     if (std::isnan(stiffness)) stiffness = 0;
   }
+
+  std::size_t profile_count() const { return spring_profiles(*this).size(); }
+  void profile_arguments(const Scene& scene, std::span<double> out) const {
+    const LineOfAction l = line(scene);
+    spring_profile_arguments(*this, free_length - l.length, -l.rate, out);
+  }
+  double profile_value(std::size_t k, double x) const { return spring_profiles(*this)[k]->value(x); }
+  std::vector<double> profile_nodes(std::size_t k) const { return spring_profiles(*this)[k]->nodes(); }
 
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
     const LineOfAction l = line(scene);

@@ -42,6 +42,7 @@ std::string standing_out(const System& system, const Partition& partition, const
 Adaptive::Adaptive(System& system)
     : Integrator(system),
       inputs_(system.model()),
+      profiles_(system),
       directions_(switches_.count(), 0),
       walker_(system, partition_),
       before_crossing_(now_),
@@ -201,10 +202,14 @@ bool Adaptive::try_step(double end, double stop, Reached& reached) {
 
 void Adaptive::step_on(double end, double stop) {
   Reached reached;
-  const double asked = stop, planned = inputs_.any() ? planned_step(end) : 0;
-  if (inputs_.any()) {
-    const double resolved = inputs_.stop(front_, planned);
+  const double asked = stop, planned = inputs_.any() || profiles_.any() ? planned_step(end) : 0;
+  const auto stop_at = [&](double resolved) {
     if (std::isinf(stop) || resolved < stop - 1e-9 * (stop - front_)) stop = resolved;
+  };
+  if (inputs_.any()) stop_at(inputs_.stop(front_, planned));
+  if (profiles_.any()) {
+    if (now_.t != front_) read_consistent(front_);
+    stop_at(profiles_.stop(now_, planned));
   }
   if (!try_step(end, stop, reached)) {
     beside_singular_ = true;

@@ -6,6 +6,7 @@
 #include "libmbd/integrators/hidden_contacts.hpp"
 #include "libmbd/integrators/inputs.hpp"
 #include "libmbd/integrators/integrator.hpp"
+#include "libmbd/integrators/profiles.hpp"
 #include "libmbd/integrators/runge_kutta.hpp"
 
 namespace subsoil::mbd {
@@ -22,14 +23,14 @@ inline constexpr int most_failures_of_a_step = 40;
 /// What the variable-step integrators have in common: they run on in steps of their own and outputs are read from
 /// their dense output, put on Phi = 0 and Phi_q q' = -Phi_t to rounding by the partition. So a short output interval
 /// costs no step. Where the future is not known, since external wrenches jump or forces remember (ruts), each advance()
-/// is a stop time. Zeros of switching functions restart the method: no smooth history crosses them.
-/// Beside a singular pose a Newton matrix loses its rank and an error control sees rounding grow as the cube of the
-/// nearness. Such a pose is passed by Runge-Kutta in steps held to the same tolerance, put on the constraints with
-/// least change of all coordinates, and the method begins anew behind it. The pose itself is located from the distance
-/// before and after a step, and one step leads over it from about 0.03 rad before to as far behind, whatever step and
-/// tolerance are: at a distance e rounding eps leaves eps/e^3 of the accelerations, a step 2 e an error (2 e)^6, and
-/// both are small there. Its stages stay 0.4 e away. Outputs inside are read from the quintic through q, q', q'' of its
-/// ends.
+/// is a stop time. No step is longer than what Inputs and Profiles let it be. Zeros of switching functions restart the
+/// method: no smooth history crosses them. Beside a singular pose a Newton matrix loses its rank and an error control
+/// sees rounding grow as the cube of the nearness. Such a pose is passed by Runge-Kutta in steps held to the same
+/// tolerance, put on the constraints with least change of all coordinates, and the method begins anew behind it. The
+/// pose itself is located from the distance before and after a step, and one step leads over it from about 0.03 rad
+/// before to as far behind, whatever step and tolerance are: at a distance e rounding eps leaves eps/e^3 of the
+/// accelerations, a step 2 e an error (2 e)^6, and both are small there. Its stages stay 0.4 e away. Outputs inside are
+/// read from the quintic through q, q', q'' of its ends.
 class Adaptive : public Integrator {
  public:
   /// Steps taken and right sides (residuals) evaluated since the start, over all restarts.
@@ -91,6 +92,7 @@ class Adaptive : public Integrator {
 
   StepClock clock_;
   Inputs inputs_;
+  Profiles profiles_;
   std::vector<int> rows_;
   double front_ = 0;  // what has been reached: dense output ends here
   double last_step_ = 0;

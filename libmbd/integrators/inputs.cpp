@@ -6,6 +6,7 @@
 #include <exception>
 #include <limits>
 
+#include "libmbd/base/quartic.hpp"
 #include "libmbd/elements.hpp"
 
 namespace subsoil::mbd {
@@ -54,22 +55,6 @@ void append_corners(const Function& f, double from, double until, Corners& out) 
         take(times[i] + n * period, (i == 0 || apart(i - 1)) && (i + 1 == times.size() || apart(i)));
   }
 }
-
-/// Quartic through five equidistant values, at a share of their range.
-class Quartic {
- public:
-  explicit Quartic(const std::array<double, 5>& values) : d_(values) {
-    for (std::size_t order = 1; order < 5; ++order)
-      for (std::size_t i = 4; i >= order; --i) d_[i] = (d_[i] - d_[i - 1]) / static_cast<double>(order);
-  }
-  double at(double share) const {
-    const double x = 4 * share;
-    return d_[0] + x * (d_[1] + (x - 1) * (d_[2] + (x - 2) * (d_[3] + (x - 3) * d_[4])));
-  }
-
- private:
-  std::array<double, 5> d_;  // divided differences
-};
 
 /// Below this two times are one.
 double least_step(double t) { return 1e-11 * std::max(1.0, std::abs(t)); }
