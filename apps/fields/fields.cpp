@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 
 #include "apps/fields/fields_file.hpp"
@@ -100,19 +102,57 @@ void each_image(const Vec3& low, const Vec3& high, const dem::PeriodicCell& cell
       }
 }
 
+double mass_of(const FramesFile& file, std::size_t index) {
+  return file.density()[index] * dem::sphere_volume(file.radius()[index]);
+}
+
+Vec3 vector_of(const std::vector<float>& of, std::size_t i) {
+  return of.empty() ? Vec3{} : Vec3{of[3 * i], of[3 * i + 1], of[3 * i + 2]};
+}
+
+/// Forces that a clump passes on inside it. Each of its spheres gets f_k from its contacts and moves with the clump, as
+/// m_k/M sum f would make it; what it has less, m_k/M sum f - f_k, comes from the others, along lines from their centre
+/// of mass. (Turning is left out: bodies at rest and in translation are balanced exactly.)
+void add_clumps(const FramesFile& file, const FrameSpheres& s, const FrameContacts& contacts, CoarseGraining& coarse) {
+  if (file.clump().empty()) return;
+  struct Clump {
+    double mass = 0;
+    Vec3 centre{}, force{};
+  };
+  std::map<std::int32_t, Clump> clumps;
+  std::map<std::array<float, 3>, std::size_t> at;  // a contact knows its spheres by their centres
+  for (std::size_t i = 0; i < s.index.size(); ++i) {
+    const std::int32_t clump = file.clump()[s.index[i]];
+    if (clump < 0) continue;
+    at[{s.position[3 * i], s.position[3 * i + 1], s.position[3 * i + 2]}] = i;
+    const double m = mass_of(file, s.index[i]);
+    clumps[clump].mass += m, clumps[clump].centre += m * vector_of(s.position, i);
+  }
+  std::vector<Vec3> given(s.index.size());
+  for (std::size_t k = 0; k < contacts.force.size() / 3; ++k)
+    for (const std::size_t end : {2 * k, 2 * k + 1}) {
+      const float* const p = &contacts.ends[3 * end];
+      const auto sphere = at.find({p[0], p[1], p[2]});
+      if (sphere != at.end()) given[sphere->second] += (end % 2 == 0 ? 1.0 : -1.0) * vector_of(contacts.force, k);
+    }
+  for (const auto& [place, i] : at) clumps[file.clump()[s.index[i]]].force += given[i];
+  for (const auto& [place, i] : at) {
+    const Clump& c = clumps[file.clump()[s.index[i]]];
+    const Vec3 inner = mass_of(file, s.index[i]) / c.mass * c.force - given[i];
+    coarse.add_contact(vector_of(s.position, i), (1 / c.mass) * c.centre, inner);
+  }
+}
+
 GrainFields fields_of(const FramesFile& file, std::size_t frame, const FieldGrid& grid, const FieldKernel& kernel,
                       const FieldsHeld& held, const dem::PeriodicCell& cell) {
   CoarseGraining coarse(grid, kernel);
   const FrameSpheres s = file.spheres(frame, held.velocity);
   const std::vector<std::int32_t> contacts =
       held.contacts && !s.index.empty() ? file.counts(frame, "contacts") : std::vector<std::int32_t>(s.index.size());
-  const auto vector = [](const std::vector<float>& of, std::size_t i) {
-    return of.empty() ? Vec3{} : Vec3{of[3 * i], of[3 * i + 1], of[3 * i + 2]};
-  };
   for (std::size_t i = 0; i < s.index.size(); ++i) {
-    FieldGrain grain{.position = vector(s.position, i),
-                     .velocity = vector(s.velocity, i),
-                     .mass = file.density()[s.index[i]] * dem::sphere_volume(file.radius()[s.index[i]]),
+    FieldGrain grain{.position = vector_of(s.position, i),
+                     .velocity = vector_of(s.velocity, i),
+                     .mass = mass_of(file, s.index[i]),
                      .volume = file.volume(s.index[i]),
                      .contacts = static_cast<double>(contacts.at(i))};
     each_image(grain.position, grain.position, cell, kernel.reach(), [&](const Vec3& shift) {
@@ -124,12 +164,13 @@ GrainFields fields_of(const FramesFile& file, std::size_t frame, const FieldGrid
   if (held.stress) {
     const FrameContacts c = file.contact_forces(frame);
     for (std::size_t k = 0; k < c.force.size() / 3; ++k) {
-      const Vec3 from = vector(c.ends, 2 * k), to = vector(c.ends, 2 * k + 1), force = vector(c.force, k);
+      const Vec3 from = vector_of(c.ends, 2 * k), to = vector_of(c.ends, 2 * k + 1), force = vector_of(c.force, k);
       const Vec3 low{std::min(from.x, to.x), std::min(from.y, to.y), std::min(from.z, to.z)};
       const Vec3 high{std::max(from.x, to.x), std::max(from.y, to.y), std::max(from.z, to.z)};
       each_image(low, high, cell, kernel.reach(),
                  [&](const Vec3& shift) { coarse.add_contact(from + shift, to + shift, force); });
     }
+    add_clumps(file, s, c, coarse);
   }
   return coarse.finish();
 }

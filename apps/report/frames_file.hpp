@@ -48,6 +48,8 @@ class FramesFile {
   const std::vector<float>& density() const { return density_; }  ///< kg/m^3, by index
   /// Solid volume that a sphere stands for, m^3: of a clump's its share of the clump's, in which overlaps count once.
   double volume(std::size_t index) const;
+  /// Number of the clump that a sphere belongs to, by index, -1 for none; empty in a bed without clumps.
+  const std::vector<std::int32_t>& clump() const { return clump_; }
   const std::vector<std::int32_t>& material() const { return material_; }
   const std::vector<std::string>& materials() const { return materials_; }
   const std::vector<FrameSurface>& surfaces() const { return surfaces_; }
@@ -81,7 +83,7 @@ class FramesFile {
   std::vector<std::int64_t> id_;
   std::vector<float> radius_, density_;
   std::vector<double> volume_;  ///< empty in a bed without clumps
-  std::vector<std::int32_t> material_;
+  std::vector<std::int32_t> material_, clump_;
   std::vector<std::string> materials_;
   std::vector<double> at_rest_;  ///< x y z of the spheres of a period, m
   double period_ = 0;            ///< m

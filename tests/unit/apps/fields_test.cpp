@@ -239,6 +239,44 @@ TEST(Fields, OfARunAddUpToItsMass) {
   EXPECT_THROW(write_fields({.run = dir.path()}), std::invalid_argument);
 }
 
+/// Clumps of three spheres at rest between smooth walls: at every level the stress carries what lies above it. 1 % of
+/// the weight for the sum over points at half a width, and what still moves.
+TEST(Fields, ClumpsAtRestCarryTheirWeight) {
+  const RunDirectory dir;
+  const std::string text = dir.scenario(
+      "subsoil: 1\nmaterials: {a: {density: 2500 kg/m^3}}\n"
+      "contacts: [{between: [a, a], law: linear, k_n: 10 kN/m, restitution: 0.5, mu: 0}]\n"
+      "soil:\n  container: {size: 50 150 50 mm, at: 0 0 0 m, material: a}\n"
+      "  clumps: {tri: {spheres: [{at: 0 0 0 mm, radius: 5 mm}, {at: 6 0 0 mm, radius: 4 mm}, {at: 0 5 0 mm, radius: 4 "
+      "mm}]}}\n"
+      "  bed: {fill: random, material: a, clumps: [{shape: tri}], count: 60}\n"
+      "time: {end: 1 ms}\noutput: {every: 1 ms, contact forces: yes, precision: double}\n");
+  ASSERT_EQ(run_scenario(text, dir / "out"), exit_ok);
+  const FieldsReport f = write_fields({.run = dir / "out", .width = 6e-3});
+  const auto file = h5::open_file(dir / "out" / "fields.h5");
+  const auto density = h5::read<float>(file, "/frames/000000/bulk density");
+  const auto stress = h5::read<float>(file, "/frames/000000/contact stress");
+  const double h = f.grid.spacing.x;
+  const double weight = 9.81 * summary_of(dir / "out").at("soil").at("mass [kg]").get<double>();
+  double above = 0;
+  int levels = 0;
+  for (std::size_t j = f.grid.n[1]; j-- > 0;) {
+    double carried = 0, layer = 0;
+    for (std::size_t k = 0; k < f.grid.n[2]; ++k)
+      for (std::size_t i = 0; i < f.grid.n[0]; ++i) {
+        const std::size_t at = (k * f.grid.n[1] + j) * f.grid.n[0] + i;
+        carried += stress[9 * at + 4] * h * h, layer += density[at] * h * h * h;
+      }
+    above += 0.5 * layer;
+    if (f.grid.low.y + h * static_cast<double>(j) > 12e-3) {
+      EXPECT_NEAR(carried, 9.81 * above, 0.01 * weight) << j;
+      ++levels;
+    }
+    above += 0.5 * layer;
+  }
+  EXPECT_GT(levels, 5);
+}
+
 /// Sum of a field of the last frame over the volume of its cells.
 double integral_over_cells(const FieldsReport& report, const std::filesystem::path& h5, const std::string& field) {
   const auto file = h5::open_file(h5);
