@@ -85,6 +85,7 @@ class Machine {
   /// Everything below is of a time inside the last step until look_ahead() or the next step; keep_steps() beforehand.
   void keep_steps() { integrator_->keep_steps(); }
   void look_back(double t) { integrator_->look_back(t); }
+  void look_back(double t, std::size_t piece) { integrator_->look_back(t, piece); }  ///< of integrator().pieces()
   void look_ahead() { integrator_->look_ahead(); }
 
   Reaction joint_reaction(const std::string& name) const;

@@ -244,7 +244,9 @@ void Integrator::advance_over_instants(double h) {
     system_.set_state(now_.t, now_.q, now_.velocity);
     system_.set_element_states(now_.states);
     keep_end();
+    const long changes = system_.wrench_changes();
     act(close);
+    if (changes != system_.wrench_changes()) partition_.accelerate(now_);
     bool fired = false;
     for (std::size_t due; (due = system_.due_event(close)) < system_.model().events.size(); fired = true) fire(due);
     if (finds_events() && system_.has_joint_events() && changes_seen_ != system_.wrench_changes()) {
@@ -293,14 +295,22 @@ void Integrator::keep_end() {
 }
 
 void Integrator::look_back(double t) {
-  const auto piece = std::find_if(pieces_.begin(), pieces_.end(), [&](const Piece& p) { return t <= p.end.t; });
-  if (piece == pieces_.end() || !(piece->begin.t < piece->end.t) || t < piece->begin.t)
+  const double begin = pieces_.empty() ? t : pieces_.front().begin.t, end = pieces_.empty() ? t : pieces_.back().end.t;
+  const double rounding = std::max(1e-9 * (end - begin), 1e-14 * std::max(1.0, std::abs(end)));
+  if (!(begin < end) || t < begin - rounding || t > end + rounding)
     throw std::logic_error("look_back: t = " + std::to_string(t) + " s is not inside a step that is kept");
+  t = std::clamp(t, begin, end);
+  const auto piece = std::find_if(pieces_.begin(), pieces_.end(), [&](const Piece& p) { return t <= p.end.t; });
+  look_back(t, static_cast<std::size_t>(piece - pieces_.begin()));
+}
+
+void Integrator::look_back(double t, std::size_t at) {
+  const Piece* const piece = &pieces_[at];
   if (!viewer_) viewer_ = idle_viewer_ ? std::move(idle_viewer_) : std::make_unique<Viewer>(system_);
   Viewer& v = *viewer_;
   if (!looks_back_) open_now_ = system_.open_joints(), grips_now_ = system_.grips(), system_.see(seen_now_);
   looks_back_ = true;
-  system_.see_outputs_before(true);
+  system_.see_outputs_before(t > piece->begin.t);
   system_.set_open_joints(piece->open);
   system_.set_grips(piece->grips);
   v.state = piece->end, v.flows = piece->flows_end;

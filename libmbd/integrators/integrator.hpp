@@ -105,6 +105,15 @@ class Integrator {
   /// or between events in it, then put on the constraints. The motion itself stays at the step's end, to which
   /// look_ahead() returns. Throws std::logic_error for a time outside the step.
   void look_back(double t);
+  /// A part of the last step in which nothing jumps: between events and samples, and of a method with steps of its own
+  /// within one of these.
+  struct Span {
+    double begin, end;
+  };
+  std::size_t pieces() const { return pieces_.size(); }
+  Span piece(std::size_t i) const { return {pieces_[i].begin.t, pieces_[i].end.t}; }
+  /// The same in a piece: at its begin behind what jumps there, at its end before.
+  void look_back(double t, std::size_t piece);
   void look_ahead();
 
   const MotionState& state() const { return viewer_ ? viewer_->state : now_; }
@@ -140,6 +149,7 @@ class Integrator {
   /// Around what changes at an instant inside a step, for look_back().
   void keep_begin();
   void keep_end();
+  bool keeps() const { return keeps_; }
   virtual void on_save(std::vector<double>&) const {}
   virtual void on_restore(const double*&, const double*) {}
   static void put(std::vector<double>& out, const Eigen::VectorXd& v) {
@@ -207,12 +217,15 @@ class Integrator {
   std::vector<double> gaps_;
 };
 
-/// Ends of equal steps without gathered rounding: origin + count * h for as long as h stays what it is.
+/// Ends of equal steps without gathered rounding: origin + count * h for as long as h stays what it is. Steps that
+/// differ by rounding gather: origin and h are anew before that is seen.
 class StepClock {
  public:
   void restart() { step_ = 0; }
   double end_of_step(double now, double h) {
-    if (!(std::abs(h - step_) <= 1e-9 * step_)) step_ = h, origin_ = now, count_ = 0;
+    const double end = origin_ + static_cast<double>(count_ + 1) * step_;
+    const bool goes_on = std::abs(h - step_) <= 1e-9 * step_ && std::abs(end - (now + h)) <= 1e-10 * h;
+    if (!goes_on) step_ = h, origin_ = now, count_ = 0;
     return origin_ + static_cast<double>(++count_) * step_;
   }
 
