@@ -26,6 +26,13 @@ History::Piece History::piece_to(double t, double y, double middle) const {
   return p;
 }
 
+// A parabola through a jump overshoots by an eighth of it. The slope at its start is then none that the piece before
+// led up to, by as much as it bends, and the middle lies between both ends.
+bool History::jumps(const Piece& p, double middle) const {
+  const bool between = (middle - p.y) * (p.at(1) - middle) >= 0;
+  return between && !(std::abs(p.a - slope_ * p.dt) <= 0.25 * std::abs(p.b));
+}
+
 void History::add(double t, double y, double middle) {
   if (!begun_) {
     begun_ = true;
@@ -36,9 +43,12 @@ void History::add(double t, double y, double middle) {
     value_ = rule_.kind == Watch::Kind::count ? 0 : value_;
     return;
   }
-  if (!(t > t_)) return;  // the same instant again
-  const Piece p = piece_to(t, y, middle);
-  t_ = t, y_ = y;
+  if (!(t > t_)) return take_jump(y);
+  Piece p = piece_to(t, y, middle);
+  const bool of_extremes = rule_.kind == Watch::Kind::maximum || rule_.kind == Watch::Kind::minimum;
+  const double slope = (p.a + 2 * p.b) / p.dt;
+  if (of_extremes && jumps(p, middle)) p.a = y - p.y, p.b = 0;
+  t_ = t, y_ = y, slope_ = slope;
   switch (rule_.kind) {
     case Watch::Kind::integral:
       value_ += p.integral_from(0);
@@ -59,6 +69,15 @@ void History::add(double t, double y, double middle) {
     default:
       take_time(p, rule_.kind == Watch::Kind::time_above ? 1 : -1);
   }
+}
+
+void History::take_jump(double y) {
+  if (rule_.held || y == y_) return;
+  y_ = y, slope_ = std::numeric_limits<double>::quiet_NaN();
+  const Piece at_once{.t = t_, .dt = 0, .y = y, .a = 0, .b = 0};
+  if (rule_.kind == Watch::Kind::count) take_count(y);
+  if (rule_.kind == Watch::Kind::maximum) take_extreme(at_once, 1);
+  if (rule_.kind == Watch::Kind::minimum) take_extreme(at_once, -1);
 }
 
 void History::take_mean(const Piece& p) {

@@ -20,7 +20,6 @@
 #include "apps/run/signals.hpp"
 #include "apps/run/surface_report.hpp"
 #include "libdem/geometry/world_box.hpp"
-#include "libmbd/integrators/adaptive.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -229,98 +228,6 @@ void RunLoop::write_due(double t, double close, bool last, bool bed_went_on) {
 
 int RunLoop::code_of(int signal) const {
   return signal == SIGINT ? exit_interrupted : signal == SIGTERM ? exit_terminated : exit_ok;
-}
-
-int RunLoop::loop_alone() {
-  mbd::Machine& machine = *world_.machine;
-  const double end = s_.time.end, close = std::max(1e-9 * simulation_.step_length(), 1e-15 * end);
-  const bool fixed = !machine.integrator().ends_anywhere();
-  const bool looks = crossings_->any() || columns_->has_history();  // between rows
-  const bool averages = !columns_->summarised().empty();
-  if (fixed || looks || averages) machine.keep_steps();
-  simulation_.end_at(end);
-  const auto* const adaptive = dynamic_cast<const mbd::Adaptive*>(&machine.integrator());
-  // Of what is looked back into: half a step of the method's own, whose error test has resolved the motion over it.
-  const auto longest = [&] {
-    if (!looks) return simulation_.step_length();
-    const double most = std::min(simulation_.step_length(), 1e-3);
-    if (adaptive == nullptr) return most;
-    return adaptive->last_step() > 0 ? std::clamp(0.5 * adaptive->last_step(), 1e2 * close, most) : 1e-3 * most;
-  };
-  for (double t = start_time_, before = t;;) {
-    const int signal = signal_to_obey();
-    const bool has_middle = columns_->has_history() && t > before;
-    if (t > before && (has_middle || averages)) take_middle(0.5 * (before + t));
-    if (machine.time() > t + close) machine.look_back(t);
-    if (looks || columns_->needs_every_step()) columns_->take_instant(values_), values_[0] = t;
-    if (columns_->has_history())
-      columns_->follow(t, values_, has_middle ? std::span<double>(middle_) : std::span<double>());
-    const bool stops = crossings_->any() && crosses(before, t);
-    if (stops && crossings_->stopped_at() < t) {
-      t = crossings_->stopped_at();
-      if (averages && t > before) take_middle(0.5 * (before + t));
-      machine.look_back(t);
-    }
-    if (t > before) count_step(before, t - before, middle_);
-    reached_ = t;
-    const bool last = t >= end - close || signal != 0 || stops;
-    const bool frame = frame_due_.due(t, close) || last, row = sample_due_.due(t, close) || last;
-    const bool save_due = state_due_.due(simulation_.time(), close);
-    if (save_due || (last && (s_.output.state == State::full || signal != 0)))
-      save(state_path(request_.out, simulation_.time()));
-    if (row) {
-      columns_->take_instant(values_), values_[0] = t;
-      if (columns_->has_history()) columns_->follow_back(t, values_);
-      series_->write(values_);
-    }
-    if (row && energy_is_lost()) return exit_failed;
-    if (frame) frames_->begin(t), frames_->write(t, steps_);
-    machine.look_ahead();
-    if (last) return code_of(signal);
-    // Fixed steps are looked at each, for the summary's means.
-    before = t;
-    const double due = std::min({sample_due_.next(), frame_due_.next(), state_due_.next(), end}),
-                 step_end = machine.time() > t + close ? machine.time() : t + longest();
-    t = step_end < due - close ? step_end : due;
-    if (!reach(t, close, fixed)) return exit_failed;
-    if (live_.due()) live_.show(live_text(values_));
-  }
-}
-
-void RunLoop::take_middle(double t) {
-  mbd::Machine& machine = *world_.machine;
-  machine.look_back(t);
-  middle_ = values_;
-  columns_->take_instant(middle_), middle_[0] = t;
-  machine.look_ahead();
-}
-
-bool RunLoop::crosses(double before, double t) {
-  mbd::Machine& machine = *world_.machine;
-  std::vector<double> there = values_;
-  const bool stops = crossings_->look(t, values_, [&](const Crossings::Passage& p) {
-    if (columns_->of_history(p.column)) return Crossings::on_a_line(p);
-    const auto gap = [&](double share) {
-      machine.look_back(before + share * (t - before));
-      columns_->take_instant(there);
-      return there[p.column] - p.level;
-    };
-    const double share = mbd::locate_crossing(gap, p.side, p.at_start, p.at_end);
-    machine.time() > t ? machine.look_back(t) : machine.look_ahead();
-    return share;
-  });
-  return stops;
-}
-
-bool RunLoop::reach(double t, double close, bool fixed) {
-  return guarded([&] {
-    while (world_.machine->time() < t - close) {
-      if (fixed)
-        simulation_.step();
-      else
-        simulation_.step_to(t);
-    }
-  });
 }
 
 void RunLoop::refresh_machine(bool state_due) {

@@ -31,7 +31,8 @@
 namespace subsoil::app {
 
 /// A run through time in a folder that is locked: steps the coupled simulation to its end and writes series, frames,
-/// states and summary on the way. run_loop.cpp steps; run_loop_end.cpp writes what only the end of a run knows.
+/// states and summary on the way. run_loop.cpp steps, run_loop_alone.cpp
+/// a machine without soil; run_loop_end.cpp writes what only the end of a run knows.
 class RunLoop {
  public:
   RunLoop(const Loaded& loaded, const RunRequest& request, World world, const std::optional<SavedRun>& saved,
@@ -69,9 +70,13 @@ class RunLoop {
   /// Moves a machine alone to `t`, with fixed steps to the first end at or behind it; false as step().
   bool reach(double t, double close, bool fixed);
   int code_of(int signal) const;
-  /// Of a machine alone, by looking back into the step that ended at `t`; true where the run is to end.
-  bool crosses(double before, double t);
-  /// All columns of a machine alone at a time inside its last step, into middle_.
+  /// Of a machine alone: takes what is followed over time, and crossings, through the pieces of its last step, each in
+  /// so many parts, and over what jumps between them; true where the run is to end.
+  bool look_over(double before, double t, int parts);
+  bool look_through(std::size_t piece, double from, double until);
+  /// At what the machine shows.
+  bool look_at(double t);
+  /// Summarised columns of a machine alone at a time inside its last step, into middle_.
   void take_middle(double t);
 
   /// A machine that is taken up from a state chooses its coordinates anew and factors its matrices where it stands,
@@ -148,6 +153,7 @@ class RunLoop {
   std::unique_ptr<Crossings> crossings_;
   std::vector<double> values_, summarised_;  // of the step, of the summary's columns
   std::vector<double> middle_;               // halfway through it, for what is followed over time
+  std::vector<double> summed_before_;        // values_ at its begin
   bool follows_sums_ = false;                ///< what is followed over time is of sums over all spheres
   LiveLine live_;
   RecentRate rate_;

@@ -90,12 +90,11 @@ void Adaptive::pass_event() {
     root_directions(directions_);
   }
   // The side is kept here, so that a zero which rounding shows twice after a restart counts once.
-  const bool splits = system_.has_joint_events() || system_.has_grips();
-  if (splits) keep_end();
+  keep_end();
   for (std::size_t i = 0; i < directions_.size(); ++i)
     if (directions_[i] * switches_.side(i) < 0) take_event(i);
   restart();
-  if (splits) keep_begin();
+  keep_begin();
 }
 
 // At the state that now_ is.
@@ -228,6 +227,10 @@ void Adaptive::step_on(double end, double stop) {
     system_.commit();
   }
   if (root_) return;
+  if (keeps() && front_ <= end) {
+    read_consistent(front_);
+    keep_end(), keep_begin();
+  }
   if (!follows_partition()) {
     read_consistent(front_);
   } else if (front_ < end && partition_.asks_for_choice()) {

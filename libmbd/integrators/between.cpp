@@ -1,5 +1,8 @@
 #include "libmbd/integrators/between.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace subsoil::mbd {
 
 void interpolate(const MotionState& a, const MotionState& b, double t, MotionState& out) {
@@ -8,7 +11,10 @@ void interpolate(const MotionState& a, const MotionState& b, double t, MotionSta
   // Of what b lies off the parabola of a: p(1), p'(1), p''(1) as powers of s from 3 on.
   for (Eigen::Index i = 0; i < a.q.size(); ++i) {
     const double v = h * a.velocity[i], w = h * h * a.acceleration[i];
-    const double p = b.q[i] - a.q[i] - v - w / 2, dp = h * b.velocity[i] - v - w, ddp = h * h * b.acceleration[i] - w;
+    const double dp = h * b.velocity[i] - v - w, ddp = h * h * b.acceleration[i] - w;
+    // Positions that say no more than their rounding, over a short step, would make velocities of it.
+    const double way = b.q[i] - a.q[i] - v - w / 2, of_velocities = dp / 2 - ddp / 12;
+    const double p = std::abs(way - of_velocities) > 1e-13 * std::max(1.0, std::abs(b.q[i])) ? way : of_velocities;
     const double c3 = 10 * p - 4 * dp + ddp / 2, c4 = -15 * p + 7 * dp - ddp, c5 = 6 * p - 3 * dp + ddp / 2;
     out.q[i] = a.q[i] + s * v + s2 * w / 2 + s3 * (c3 + s * (c4 + s * c5));
     out.velocity[i] = (v + s * w + s2 * (3 * c3 + s * (4 * c4 + s * 5 * c5))) / h;

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 
 #include "apps/commands/commands.hpp"
@@ -51,6 +52,37 @@ TEST(Crossings, OfAnOscillatorAreWhereTheCosineIs) {
       EXPECT_NEAR(found["middle"]["times [s]"][k].get<double>(), pi * (k + 1) / 10, 1e-8) << method[0];
     EXPECT_EQ(found["far"]["count"], 0);
     EXPECT_FALSE(summary_of(out)["run"].contains("stopped by"));
+  }
+}
+
+// A saturated sampled controller pushes a sliding body back and forth: its output passes 0 at samples, which are not to
+// rounding where rows are.
+TEST(Crossings, OfASampledOutputAreAtItsSamples) {
+  for (const char* set_up : {"0.3 0.05 0 1e4", "0.317 0.02 0.02 100", "0.575 0.02 0.02 100"}) {
+    double speed = 0, sample = 0, set_point = 0, gain = 0;
+    ASSERT_EQ(std::sscanf(set_up, "%lf %lf %lf %lf", &speed, &sample, &set_point, &gain), 4);
+    const RunDirectory dir;
+    ASSERT_EQ(run_scenario(dir.scenario(fmt::format(R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {{b: {{mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m, velocity: {} 0 m/s}}}}
+  joints: {{g: {{translational: [ground, b], at: 0 0 m, along: 1 0}}}}
+  forces: {{a: {{force: b, controller: c, controls: x}}}}
+  measures: {{x: {{position: b, component: x}}}}
+  controllers:
+    c: {{pid: x, measured in: m, output in: N, set point: {} m, proportional: {} N/m, least: -1 N, largest: 1 N,
+        sample time: {} s}}
+time: {{end: 2 s}}
+output: {{series every: 10 ms, crossings: {{j: {{column: c.output, at: 0 N}}}}, watch: {{least: {{minimum: c.output}}}}}}
+)",
+                                                    speed, set_point, gain, sample)),
+                           dir / "out"),
+              exit_ok)
+        << set_up;
+    const auto found = summary_of(dir / "out")["crossings"]["j"];
+    EXPECT_GE(found["count"], 1) << set_up;
+    for (const double t : found["times [s]"]) EXPECT_NEAR(t / sample, std::round(t / sample), 1e-9) << set_up;
+    EXPECT_EQ(read_series(dir / "out/series.csv").at("least").back(), -1) << set_up;
   }
 }
 

@@ -251,6 +251,109 @@ TEST(RunHistory, ExtremesPassOverRowsWithoutAValue) {
   EXPECT_NEAR(series.at("most").back(), 1, 1e-3);
 }
 
+// A pin bears 10 N + 100 N/s t until 0.5 s, or until it bears 60 N; from then on 0. Values lie in [-60, 0] N.
+TEST(RunHistory, OfAForceThatJumpsStaysWithinIt) {
+  for (const char* opens : {"at: 0.5 s", "reaction above: 60 N"})
+    for (const auto& method : methods) {
+      const RunDirectory dir;
+      ASSERT_EQ(run_scenario(dir.scenario(fmt::format(R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {{w: {{mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}}}}
+  joints: {{guide: {{translational: [ground, w], at: 0 0 m, along: 0 1}}, pin: {{distance: [ground, w], ends: [0 1 m, 0 0 m]}}}}
+  forces: {{load: {{force: w, along y: {{polynomial: {{c0: -10 N, c1: -100 N/s}}}}}}}}
+  events: {{shear: {{opens: pin, {}}}}}
+time: {{end: 1 s}}
+output:
+  series every: 10 ms
+  watch: {{peak: {{maximum: pin.fy}}, low: {{minimum: pin.fy}}, impulse: {{integral: pin.fy}}, open: {{maximum: pin.open}},
+           n: {{count: pin.fy, at: -40 N}}, held: {{time below: pin.fy, at: -20 N}}}}
+)",
+                                                      opens)),
+                             dir / "out", method),
+                exit_ok);
+      const Series s = read_series(dir / "out/series.csv");
+      EXPECT_NEAR(s.at("peak").back(), 0, 1e-9) << opens << method[0];
+      EXPECT_NEAR(s.at("low").back(), -60, 1e-8) << opens << method[0];
+      EXPECT_NEAR(s.at("impulse").back(), -17.5, 1e-8) << opens << method[0];
+      EXPECT_EQ(s.at("open").back(), 1) << opens << method[0];
+      EXPECT_EQ(s.at("n").back(), 2) << opens << method[0];
+      EXPECT_NEAR(s.at("held").back(), 0.4, 1e-8) << opens << method[0];
+    }
+}
+
+// Formulas jump where no event says so.
+TEST(RunHistory, OfAFormulaThatJumpsStaysWithinIt) {
+  for (const char* force : {"10", "0.001"}) {
+    const RunDirectory dir;
+    ASSERT_EQ(run_scenario(dir.scenario(fmt::format(R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {{b: {{mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}}}}
+  forces: {{f: {{force: b, along x: {{expression: {}*sign(sin(7*t)), unit: N}}}}}}
+time: {{end: 2 s}}
+output: {{series every: 10 ms, watch: {{most: {{maximum: f.fx}}, least: {{minimum: f.fx}}, push: {{integral: f.fx}}}}}}
+)",
+                                                    force)),
+                           dir / "out"),
+              exit_ok);
+    const Series s = read_series(dir / "out/series.csv");
+    const double size = std::stod(force), rest = 2 - 4 * pi / 7;
+    EXPECT_NEAR(s.at("most").back(), size, 1e-9 * size);
+    EXPECT_NEAR(s.at("least").back(), -size, 1e-9 * size);
+    EXPECT_NEAR(s.at("push").back(), rest * size, 1e-6 * size);
+  }
+}
+
+/// A ball of 1 kg falls 0.3 m on k = 1 GN/m^1.5; they touch for some 0.7 ms.
+std::string struck(const std::string& output, const std::string& stop = {}) {
+  return "subsoil: 1\nmachine:\n  bodies: {b: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0.3 m}}\n"
+         "  forces: {c: {line contact: [ground, b], ends: [0 0 m, 0 0.3 m], along: 1 0, stiffness: 1 GN/m^1.5}}\n"
+         "time: {end: 0.4 s" +
+         stop + "}\noutput: {" + output + "}\n";
+}
+
+// Deepest where k d^2.5/2.5 = m v^2/2 + m g d, found by iteration; its impulse turns the speed and bears the weight.
+TEST(RunHistory, OfAContactWithinAStepIsItsImpact) {
+  constexpr double g = 9.81, k = 1e9, v2 = 2 * g * 0.3;
+  double d = 0;
+  for (int turn = 0; turn < 30; ++turn) d = std::pow(2.5 * (v2 / 2 + g * d) / k, 0.4);
+  const double peak = k * std::pow(d, 1.5);
+  for (const char* method : {"cvode", "ida"}) {
+    const std::vector<std::string> set{fmt::format("time.machine.integrator={}", method)};
+    const RunDirectory dir;
+    const std::string output =
+        "watch: {impulse: {integral: c.normal force}, peak: {maximum: c.normal force}, touch: {time below: c.gap, at: "
+        "0 "
+        "m}, n: {count: c.gap, at: 0 m}}, crossings: {up: {column: c.normal force, at: 10 kN}}";
+    ASSERT_EQ(run_scenario(dir.scenario(struck(output)), dir / "out", set), exit_ok);
+    const Series s = read_series(dir / "out/series.csv");
+    const auto summary = summary_of(dir / "out");
+    const double touched = s.at("touch").back();
+    EXPECT_NEAR(s.at("peak").back(), peak, 1e-6 * peak) << method;
+    EXPECT_NEAR(s.at("impulse").back(), 2 * std::sqrt(v2) + g * touched, 1e-4) << method;
+    EXPECT_NEAR(touched, 2.9432 * d / std::sqrt(v2), 1e-3 * touched) << "of Hertz, the weight is 1/1350 of the peak";
+    EXPECT_EQ(s.at("n").back(), 2) << method;
+    EXPECT_EQ(summary["crossings"]["up"]["count"], 2) << method;
+    ASSERT_EQ(run_scenario(dir.scenario(struck("series every: 10 ms",
+                                               ", stop when: {hit: {column: c.normal force, "
+                                               "above: 10 kN}}")),
+                           dir / "stopped", set),
+              exit_ok);
+    EXPECT_NEAR(read_series(dir / "stopped/series.csv").at("c.normal force").back(), 1e4, 1) << method;
+  }
+}
+
+// Fine rows of a motion with events, of which something is followed: the ball comes back to where it fell from.
+TEST(RunHistory, OfFineRowsEndsWithTheRun) {
+  for (const char* every : {"0.05 ms", "0.02 ms"}) {
+    const RunDirectory dir;
+    const std::string output = fmt::format("series every: {}, watch: {{top: {{maximum: b.y, within: 0.3 s}}}}", every);
+    ASSERT_EQ(run_scenario(dir.scenario(struck(output)), dir / "out", {"time.end=0.6 s"}), exit_ok) << every;
+    EXPECT_NEAR(read_series(dir / "out/series.csv").at("top").back(), 0.3, 1e-7);
+  }
+}
+
 TEST(RunHistory, ConditionsEndARunWhereTheyAreMet) {
   struct Case {
     const char* stop;
