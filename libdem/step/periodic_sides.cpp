@@ -49,8 +49,8 @@ void Bed::Impl::add_images(NeighbourList& list, const Grid& grid, const Particle
 /// Throws where a sphere could meet another one, or a surface, from both sides.
 void Bed::Impl::check_periodic_sides(const ParticleStatistics& statistics, double skin) const {
   const PeriodicCell& cell = options.periodic;
+  if (particles.empty()) return;  // nothing meets, and the skin of no spheres has no size
   require_period(cell, 2 * statistics.largest + laws.largest_cutoff() + skin);
-  if (particles.empty()) return;
   if (clumps.any())
     throw std::invalid_argument("clumps have no images beyond periodic sides; use spheres, or a bed with walls");
   double cutoff = 0;

@@ -36,6 +36,29 @@ std::string refusal(const std::string& from, const std::string& to) {
       [&] { run_scenario(dir.scenario(with(channel, from, to)), dir / "out"); });
 }
 
+// A sphere falls freely through the open floor of a channel and is removed with the energy that it began with, m g y,
+// but for half a step of its speed.
+TEST(RunPeriodic, GoesOnEmptyWhenTheLastSphereHasLeft) {
+  const RunDirectory dir;
+  const std::string falling = R"(subsoil: 1
+gravity: 9.81 m/s^2
+materials: {grain: {density: 2500 kg/m^3}}
+contacts: [{between: [grain, grain], law: linear, k_n: 5 kN/m, restitution: 0.5, mu: 0.5}]
+soil:
+  container: {size: 120 600 60 mm, at: 0 0 0 m, material: grain, periodic: [x, z], open: [-y, +y]}
+  bed: {fill: particles, material: grain, particles: [{position: 60 20 30 mm, radius: 5 mm}]}
+  remove below: 0.3 m
+time: {end: 400 ms}
+output: {series every: 20 ms, every: 100 ms}
+)";
+  ASSERT_EQ(run_scenario(dir.scenario(falling), dir / "out"), exit_ok);
+  const nlohmann::json summary = summary_of(dir / "out");
+  EXPECT_EQ(summary["soil"]["fallen out and removed"], 1);
+  EXPECT_NEAR(summary["run"]["simulated [s]"], 0.4, 1e-3);
+  const double energy = 2500 * 4.0 / 3 * M_PI * 1.25e-7 * 9.81 * 0.02;
+  EXPECT_NEAR(read_series(dir / "out" / "series.csv").at("soil.removed").back(), energy, 0.01 * energy);
+}
+
 TEST(RunPeriodic, GrainsGoRoundAndStayInTheCell) {
   const RunDirectory dir;
   ASSERT_EQ(run_scenario(dir.scenario(channel), dir / "out"), exit_ok);
