@@ -11,6 +11,7 @@
 #include "apps/scenario/fields/fields.hpp"
 #include "apps/scenario/load.hpp"
 #include "apps/scenario/reading.hpp"
+#include "apps/scenario/units.hpp"
 
 namespace subsoil::app {
 namespace {
@@ -88,11 +89,55 @@ const Node* below(const Node& node, const std::string& part) {
   return nullptr;
 }
 
-/// The first number in a text; NaN without.
-double first_number(const std::string& text) {
-  double value = 0;
-  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return code == std::errc{} ? value : std::numeric_limits<double>::quiet_NaN();
+const Node* node_at(const Node& scenario, const std::string& path) {
+  const Node* node = &scenario;
+  std::string part;
+  for (std::size_t i = 0; i <= path.size() && node != nullptr; ++i) {
+    if (i < path.size() && path[i] != '.' && path[i] != '[' && path[i] != ']') {
+      part += path[i];
+    } else if (!part.empty()) {
+      node = below(*node, part);
+      part.clear();
+    }
+  }
+  return node != nullptr && node->kind == Node::Kind::scalar ? node : nullptr;
+}
+
+[[noreturn]] void refuse_no_value(const std::string& path) {
+  throw std::invalid_argument(fmt::format("the scenario has no single value at {}; `factors` need one", path));
+}
+
+/// The first number in a text, NaN without, and what stands behind the last: `1 2 3 mm` -> 1, mm.
+struct WrittenNumber {
+  double number = std::numeric_limits<double>::quiet_NaN();
+  std::string unit{};
+
+  explicit WrittenNumber(const std::string& text) : unit(text) {
+    for (double value = 0;;) {
+      const auto [end, code] = std::from_chars(unit.data(), unit.data() + unit.size(), value);
+      if (code != std::errc{}) return;
+      if (std::isnan(number)) number = value;
+      unit.erase(0, std::min(unit.find_first_not_of(' ', static_cast<std::size_t>(end - unit.data())), unit.size()));
+    }
+  }
+};
+
+/// NaN where the unit is another's.
+double in_unit(const WrittenNumber& n, const std::string& unit) {
+  if (n.unit == unit) return n.number;
+  try {
+    const Unit own = n.unit.empty() ? Unit{} : parse_unit(n.unit), wanted = unit.empty() ? Unit{} : parse_unit(unit);
+    if (own.powers == wanted.powers) return wanted.from_si(own.to_si(n.number));
+  } catch (const UnitError&) {  // no unit, as behind `2*a`
+  }
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+/// The numbers in values, all in the unit of the first of them; NaN of a word.
+std::vector<double> in_one_unit(const std::vector<std::string>& values) {
+  std::vector<double> out;
+  for (const std::string& v : values) out.push_back(in_unit(WrittenNumber(v), WrittenNumber(values.front()).unit));
+  return out;
 }
 
 }  // namespace
@@ -149,18 +194,8 @@ Node explicit_tree(const Scenario& scenario) {
 }
 
 std::string scaled_value(const Node& scenario, const std::string& path, double factor) {
-  const Node* node = &scenario;
-  std::string part;
-  for (std::size_t i = 0; i <= path.size() && node != nullptr; ++i) {
-    if (i < path.size() && path[i] != '.' && path[i] != '[' && path[i] != ']') {
-      part += path[i];
-    } else if (!part.empty()) {
-      node = below(*node, part);
-      part.clear();
-    }
-  }
-  if (node == nullptr || node->kind != Node::Kind::scalar)
-    throw std::invalid_argument(fmt::format("the scenario has no single value at {}; `factors` need one", path));
+  const Node* const node = node_at(scenario, path);
+  if (node == nullptr) refuse_no_value(path);
   std::string out;
   const std::string& text = node->scalar;
   bool any = false;
@@ -187,9 +222,11 @@ class Points {
       : file_(file), plan_(plan), common_(split_at_semicolons(plan.set)) {
     const bool scaled = std::any_of(plan.parameters.begin(), plan.parameters.end(),
                                     [](const SweepParameter& p) { return !p.factors.empty(); });
+    for (const SweepParameter& p : plan.parameters) numbers_.push_back(in_one_unit(p.values));
     try {
       const Loaded loaded = load_scenario(plan.scenario, common_);
-      if (scaled) tree_ = explicit_tree(loaded.scenario);
+      Problems unheard;
+      if (scaled) tree_ = explicit_tree(loaded.scenario), document_ = read_document(plan.scenario, common_, unheard);
     } catch (const ScenarioError& error) {
       throw ScenarioError(fmt::format("{}: the scenario itself is refused:\n{}", file, error.what()));
     }
@@ -215,17 +252,20 @@ class Points {
     SweepPoint p;
     p.sets = common_;
     std::size_t range = 0;
-    for (const SweepParameter& parameter : plan_.parameters) {
+    for (std::size_t k = 0; k < plan_.parameters.size(); ++k) {
+      const SweepParameter& parameter = plan_.parameters[k];
       std::string value;
       if (parameter.is_range()) {
         // Six digits: a value that can be typed again.
         value = fmt::format("{:.6g}{}{}", parameter.at(u[range++]), parameter.unit.empty() ? "" : " ", parameter.unit);
+        p.places.push_back(WrittenNumber(value).number);
       } else {
         combinations /= parameter.values.size();
-        value = parameter.values[combination / combinations % parameter.values.size()];
+        const std::size_t i = combination / combinations % parameter.values.size();
+        value = parameter.values[i];
+        p.places.push_back(numbers_[k][i]);
       }
       p.values.push_back(value);
-      p.places.push_back(first_number(value));
       for (const std::string& path : parameter.paths)
         p.sets.push_back(path + "=" + (parameter.factors.empty() ? value : scaled(path, p.places.back())));
     }
@@ -234,10 +274,17 @@ class Points {
 
   std::string scaled(const std::string& path, double factor) const {
     try {
-      return scaled_value(tree_, path, factor);
+      return path.starts_with("parameters.") ? scaled_parameter(path, factor) : scaled_value(tree_, path, factor);
     } catch (const std::invalid_argument& error) {
       throw ScenarioError(fmt::format("{}: {}", file_, error.what()));
     }
+  }
+
+  /// The explicit scenario has the parameters' amounts in place of their names: they stand in the document alone.
+  std::string scaled_parameter(const std::string& path, double factor) const {
+    const Node* const node = node_at(document_, path);
+    if (node == nullptr) refuse_no_value(path);
+    return fmt::format("{}*({})", factor, node->scalar);
   }
 
   void refuse_bad(const SweepPoint& p) const {
@@ -254,7 +301,8 @@ class Points {
   const std::string& file_;
   const SweepPlan& plan_;
   std::vector<std::string> common_;
-  Node tree_;
+  Node tree_, document_;
+  std::vector<std::vector<double>> numbers_;  ///< of each parameter's list, in one unit
 };
 
 }  // namespace

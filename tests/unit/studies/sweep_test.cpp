@@ -132,6 +132,38 @@ TEST(SweepPlan, RangesAreFilledByALatinHypercube) {
   EXPECT_EQ(below_ten, 4) << "half of a logarithmic range lies below its geometric mean";
 }
 
+/// The numbers of the first parameter, whose list this is.
+std::vector<double> numbers_of(const SweepFolder& folder, const std::string& list) {
+  const std::string file = folder.plan(changed(plan_text, "values: [1 kg, 2 kg, 4 kg]", list));
+  std::vector<double> out;
+  for (const SweepPoint& p : sweep_points(file, load_sweep(file)))
+    if (p.values[1] == "1") out.push_back(p.places[0]);
+  return out;
+}
+
+// 500 g and 0.5 kg are one mass.
+TEST(SweepPlan, NumbersOfAListAreInTheUnitOfItsFirst) {
+  const SweepFolder folder;
+  EXPECT_EQ(numbers_of(folder, "values: [500 g, 1 kg, 1500 g, 0.002 t]"), (std::vector<double>{500, 1000, 1500, 2000}));
+  EXPECT_EQ(numbers_of(folder, "values: [1 kg, 500 g]"), (std::vector<double>{1, 0.5}));
+  EXPECT_EQ(numbers_of(folder, "values: [8 kg, 16 kg]"), (std::vector<double>{8, 16}));
+  EXPECT_EQ(numbers_of(folder, "between: 1 3, levels: 3, unit: kg"), (std::vector<double>{1, 2, 3}));
+  EXPECT_TRUE(std::isnan(numbers_of(folder, "values: [1 kg, 2*1 kg]")[1])) << "it is worth 2 kg, and no number";
+}
+
+// A parameter may be made of others: what it stands for is multiplied, all of it.
+TEST(SweepPlan, FactorsMultiplyParametersOfTheScenario) {
+  const SweepFolder folder;
+  const std::string mass = changed(oscillator, "mass: 2 kg", "mass: load");
+  test::write_file(folder / "mass.yaml", mass + "parameters: {half: 1 kg, load: half + 1 kg}\n");
+  const std::string file = folder.plan(changed(plan_text, "machine.bodies.mass.mass, values: [1 kg, 2 kg, 4 kg]",
+                                               "parameters.load, factors: [0.5, 1, 3]"));
+  std::set<double> masses;
+  for (const SweepPoint& p : sweep_points(file, load_sweep(file)))
+    masses.insert(load_scenario((folder / "mass.yaml").string(), p.sets).scenario.machine->bodies[0].mass);
+  EXPECT_EQ(masses, (std::set<double>{1, 2, 6}));
+}
+
 TEST(Pool, PlacesShareNoCore) {
   const std::vector<int> cores{0, 1, 2, 3, 8, 9, 10};
   const auto places = pool_places(cores, {.threads = 3});
