@@ -76,6 +76,46 @@ TEST(Sensitivity, StatesAnErrorThatHolds) {
   }
 }
 
+/// Of a function at 0, with noise in each of its values.
+template <class F>
+Slope slope_at_zero(const F& f, double noise = 0, unsigned seed = 1) {
+  std::mt19937 engine(seed);
+  const auto value = [&](double x) { return f(x) + noise * (2 * (static_cast<double>(engine()) / 4294967296.0) - 1); };
+  std::vector<double> differences, second;
+  const double here = value(0);
+  double h = 0.4;
+  for (std::size_t i = 0; i < step_count; ++i, h /= step_ratio) {
+    const double above = value(h), below = value(-h);
+    differences.push_back((above - below) / (2 * h)), second.push_back((above + below - 2 * here) / h);
+  }
+  return slope_with_kink(differences, second);
+}
+
+// sin x + J |x|/2 has the slopes 1 - J/2 and 1 + J/2 at 0.
+TEST(Sensitivity, SaysTheSlopesOfBothSidesOfAKink) {
+  for (const double jump : {2.0, -0.5, 0.02}) {
+    const Slope s = slope_at_zero([&](double x) { return std::sin(x) + 0.5 * jump * std::abs(x); });
+    EXPECT_NEAR(s.below(), 1 - 0.5 * jump, 1e-6);
+    EXPECT_NEAR(s.above(), 1 + 0.5 * jump, 1e-6);
+    EXPECT_GE(s.error, 0.5 * std::abs(jump)) << "both lie within";
+  }
+  const Slope one_sided = slope_at_zero([](double x) { return std::max(x, 0.0) + x * x; });
+  EXPECT_NEAR(one_sided.below(), 0, 1e-9);
+  EXPECT_NEAR(one_sided.above(), 1, 1e-9);
+}
+
+TEST(Sensitivity, FindsNoKinkInWhatIsSmoothAndRarelyInNoise) {
+  EXPECT_EQ(slope_at_zero([](double x) { return std::exp(x); }).jump, 0);
+  EXPECT_EQ(slope_at_zero([](double x) { return std::cosh(3 * x); }).jump, 0);
+  EXPECT_EQ(slope_at_zero([](double) { return 7.0; }).jump, 0);
+  for (const double noise : {1e-9, 1e-6, 1e-3}) {
+    int found = 0;
+    for (unsigned seed = 1; seed <= 300; ++seed)
+      found += slope_at_zero([](double x) { return std::exp(x); }, noise, seed).jump != 0;
+    EXPECT_LE(found, 6) << noise;
+  }
+}
+
 /// dG/dk and dG/dc of the slider-crank in its one coordinate, the crank's angle: classical Runge-Kutta, 5000 steps
 /// (error 1e-11), derivatives by complex steps, exact to rounding. Shares nothing with the program.
 std::complex<double> crank_integral(std::complex<double> k, std::complex<double> c) {
