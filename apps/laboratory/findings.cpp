@@ -64,9 +64,12 @@ double median(std::vector<double> values) {
 
 Line fit_robust_line(const std::vector<double>& x, const std::vector<double>& y) {
   std::vector<double> slopes, offsets;
+  constexpr double same_place = 1e-9;  // of the extent: what rounding puts apart has no slope
+  const auto [least, largest] = std::minmax_element(x.begin(), x.end());
+  const double apart = x.empty() ? 0 : same_place * (*largest - *least);
   for (std::size_t i = 0; i < x.size(); ++i)
     for (std::size_t k = 0; k < i; ++k)
-      if (x[i] != x[k]) slopes.push_back((y[i] - y[k]) / (x[i] - x[k]));
+      if (std::abs(x[i] - x[k]) > apart) slopes.push_back((y[i] - y[k]) / (x[i] - x[k]));
   const double b = median(std::move(slopes));
   for (std::size_t i = 0; i < x.size(); ++i) offsets.push_back(y[i] - b * x[i]);
   return {median(std::move(offsets)), b};

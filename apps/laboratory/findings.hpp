@@ -55,8 +55,8 @@ struct Line {
   double a = 0, b = 0;
 };
 Line fit_line(const std::vector<double>& x, const std::vector<double>& y);
-/// The same by Theil and Sen: b the median of the slopes of all pairs, a the median of y - b x; up to 29 % of the
-/// points may be anywhere. Sen, J. Am. Stat. Assoc. 63 (1968) 1379.
+/// The same by Theil and Sen: b the median of the slopes of all pairs at different x, a the median of y - b x; up to 29
+/// % of the points may be anywhere. Sen, J. Am. Stat. Assoc. 63 (1968) 1379.
 Line fit_robust_line(const std::vector<double>& x, const std::vector<double>& y);
 double median(std::vector<double> values);
 

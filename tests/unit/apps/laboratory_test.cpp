@@ -49,6 +49,19 @@ TEST(LaboratoryTest, RobustLineBearsAQuarterOfOutliers) {
   EXPECT_GT(std::abs(fit_line(x, y).b - 0.5), 1);  // least squares follow the outliers
 }
 
+// Two points at one place, the second above the first: rounding that puts them apart tells no slope of 1e15.
+TEST(LaboratoryTest, RobustLineKnowsNoSlopeBetweenPointsAtOnePlace) {
+  std::vector<double> x, rounded, y;
+  for (int k = 1; k <= 8; ++k)
+    for (const double above : {0.0, 0.1 * k * k}) {
+      x.push_back(0.1 * k), y.push_back(1 - 0.5 * x.back() + above);
+      rounded.push_back(above > 0 ? std::nextafter(x.back(), 1.0) : x.back());
+    }
+  const Line exact = fit_robust_line(x, y), same = fit_robust_line(rounded, y);
+  EXPECT_NEAR(same.b, exact.b, 1e-12);
+  EXPECT_NEAR(same.a, exact.a, 1e-12);
+}
+
 TEST(LaboratoryTest, ErrorOfThreePackingsIsStudents) {
   const Number n{"x", "1", {1, 2, 4}};
   // Table of Student's t: 4.3027 for 2 degrees of freedom at 95 %; deviation sqrt(7/3).
