@@ -26,6 +26,18 @@ std::string point_words(const Study& study, std::size_t k) {
   return text;
 }
 
+/// What is said of points that reached their end without this number; empty without any.
+std::string without_number(const Study& study, const std::vector<PointResult>& results, std::size_t number) {
+  std::size_t count = 0, first = 0;
+  for (std::size_t k = results.size(); k-- > 0;)
+    if (results[k].end == PointResult::End::reached && !std::isfinite(results[k].value[number])) ++count, first = k;
+  if (count == 0) return {};
+  return fmt::format(
+      "warning: {} of {} points have no number `{}`, first {:04} ({}): no such column or path, no value (0/0) or no "
+      "row in its window; their cells stay empty\n",
+      count, results.size(), study.numbers[number].name, first + 1, point_words(study, first));
+}
+
 std::string csv_text(const Study& study, const std::vector<PointResult>& results) {
   std::string text = "point";
   for (const std::string& p : study.parameters) text += fmt::format(",{}", csv::quoted(p));
@@ -144,6 +156,7 @@ std::string sweep_text(const Study& study, const std::vector<PointResult>& resul
   for (std::size_t k = 0; k < results.size(); ++k)
     if (results[k].end == PointResult::End::failed)
       text += fmt::format("failed {:04} ({}): {}\n", k + 1, point_words(study, k), results[k].cause);
+  for (std::size_t n = 0; n < study.numbers.size(); ++n) text += without_number(study, results, n);
   for (const Effect& e : effects(study, results))
     if (std::isfinite(e.slope))
       text += fmt::format("{} over {}: {:+.4g} +- {:.2g} from its least to its largest value\n",

@@ -318,6 +318,23 @@ TEST(Effects, GiveBackAPlane) {
   EXPECT_EQ(best_point(results, 0, false), 1U);
 }
 
+// Of three points that reach their end the second has no such number; the last fails, and is said as such.
+TEST(SweepText, WarnsOfPointsThatGiveNoNumber) {
+  Study study;
+  study.parameters = {"a"};
+  study.numbers.resize(2);
+  study.numbers[0].name = "draft", study.numbers[1].name = "late";
+  std::vector<PointResult> results(4);
+  for (std::size_t k = 0; k < 4; ++k) {
+    study.points.push_back({{std::to_string(k)}, {static_cast<double>(k)}, {}});
+    results[k].end = k < 3 ? PointResult::End::reached : PointResult::End::failed;
+    results[k].value = {k < 3 ? 1.0 : std::nan(""), k % 2 == 0 ? 2.0 : std::nan("")}, results[k].half_width = {0, 0};
+  }
+  const std::string text = sweep_text(study, results, {});
+  EXPECT_NE(text.find("1 of 4 points have no number `late`, first 0002 (a = 1)"), std::string::npos) << text;
+  EXPECT_EQ(text.find("no number `draft`"), std::string::npos) << text;
+}
+
 TEST(Slurm, ArrayHoldsTheOpenPointsAndTheirCommand) {
   EXPECT_EQ(task_list({0, 1, 2, 5, 7, 8}), "0-2,5,7-8");
   const Scratch folder;
