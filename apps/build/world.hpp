@@ -19,6 +19,7 @@ class MovingBed;
 /// Everything a scenario describes, built and ready to step.
 namespace subsoil::app {
 
+class FrameParts;
 struct MovingSoil;
 
 /// A boundary of the bed and who it belongs to.
@@ -98,6 +99,7 @@ struct World {
   std::vector<coupling::BodySurface> body_surfaces;
   std::vector<coupling::GivenMotion> motions;
   std::shared_ptr<MovingSoil> moving;  ///< null: the container stands
+  FrameParts* frame_parts = nullptr;   ///< of the bed's engine; null: this process writes all spheres of frames
   SoilReport soil;
   StepReport step;
   double container_shift = 0;  ///< m upward, to bring the surface to its datum

@@ -4,25 +4,45 @@
 
 #include <algorithm>
 #include <cstring>
-#include <numeric>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
 #include "apps/build/laws.hpp"
 #include "apps/mpi/messages.hpp"
+#include "apps/mpi/parts.hpp"
 #include "apps/mpi/rank.hpp"
+#include "apps/output/frame_parts.hpp"
+#include "apps/run/frames.hpp"
 #include "libdem/particles/fixed.hpp"
 #include "libdem/step/state_numbers.hpp"
 
 namespace subsoil::mpi {
 namespace {
 
-enum class Task { build, begin, step, spheres, contacts, end, dismiss };
+enum class Task {
+  build,
+  begin,
+  step,
+  spheres,
+  contacts,
+  open_parts,
+  write_parts,
+  publish_parts,
+  drop_parts,
+  instant,
+  restore,
+  end,
+  dismiss
+};
 
 struct Order {
   Task task = Task::dismiss;
   dem::EngineStep step{};
   bool snapshot = false;
+  app::PartPlace place{};
+  app::Between between{};
+  double quantum = 0;
 };
 
 Order broadcast_order(Order order, MPI_Comm all) {
@@ -106,27 +126,6 @@ std::unique_ptr<Rank> begin_rank(MPI_Comm all, Beginning beginning, dem::LawTabl
   return rank;
 }
 
-template <class T>
-std::vector<T> permuted(const std::vector<T>& values, const std::vector<std::size_t>& order) {
-  std::vector<T> out;
-  out.reserve(values.size());
-  for (const std::size_t k : order) out.push_back(values[k]);
-  return out;
-}
-
-/// Of all processes on rank 0, in rising id.
-void gather_snapshot(dem::Snapshot& s, MPI_Comm all) {
-  s.id = gather(std::move(s.id), all);
-  std::vector<std::size_t> order(s.id.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return s.id[a] < s.id[b]; });
-  const auto collect = [&](auto& values) { values = permuted(gather(std::move(values), all), order); };
-  collect(s.radius), collect(s.material), collect(s.contacts);
-  collect(s.position), collect(s.velocity), collect(s.angular_velocity), collect(s.force), collect(s.torque);
-  s.id = permuted(s.id, order);
-  s.bonds.clear();
-}
-
 dem::Bed::State gather_state(Rank& rank, bool contacts, MPI_Comm all) {
   dem::Bed::State s = rank.state(contacts);
   s.spheres = gather(std::move(s.spheres), all), s.ids = gather(std::move(s.ids), all);
@@ -135,15 +134,26 @@ dem::Bed::State gather_state(Rank& rank, bool contacts, MPI_Comm all) {
   return s;
 }
 
-/// What every process does in a step; the snapshot is its own part.
-dem::EngineSums step_rank(Rank& rank, dem::EngineStep step, dem::Snapshot* snapshot, MPI_Comm all) {
+/// What every process does in a step; the snapshot is its own part, which stays with the parts of frames if there are
+/// any.
+dem::EngineSums step_rank(Rank& rank, dem::EngineStep step, dem::Snapshot* snapshot, std::optional<Parts>& parts,
+                          MPI_Comm all) {
   broadcast_motions(rank.boundaries(), all);
   step.snapshot = snapshot;
   if (snapshot != nullptr) *snapshot = {};
-  const dem::EngineSums sums = rank.step(step);
+  const bool kept = snapshot != nullptr && parts;
+  const dem::EngineSums sums = kept ? parts->step(rank, step) : rank.step(step);
   sum_wrenches(rank.boundaries(), all);
-  if (snapshot != nullptr) gather_snapshot(*snapshot, all);
+  if (snapshot != nullptr && !kept) gather_snapshot(*snapshot, all);
   return sums;
+}
+
+/// The folder as rank 0 names it: a relative one is the same everywhere, as mpirun starts all in one.
+void open_parts(std::optional<Parts>& parts, const std::string& directory, const app::Scenario& scenario,
+                double quantum, MPI_Comm all) {
+  std::vector<char> words(directory.begin(), directory.end());
+  broadcast(words, all);
+  parts.emplace(all, std::string(words.begin(), words.end()), app::frame_options(scenario), quantum);
 }
 
 /// For each material the least and the largest sphere twice: what the stable step is found by.
@@ -167,12 +177,12 @@ std::vector<dem::Boundary> boundaries_of(const dem::Bed& bed) {
   return out;
 }
 
-class MpiEngine final : public dem::BedEngine {
+class MpiEngine final : public dem::BedEngine, public app::FrameParts {
  public:
-  MpiEngine(MPI_Comm all, const app::RunRequest& request, const app::World& world) : all_(all), laws_(world.laws) {
-    int ranks = 1;
-    MPI_Comm_size(all, &ranks);
-    name_ = fmt::format("LIGGGHTS on {} process{}", ranks, ranks == 1 ? "" : "es");
+  MpiEngine(MPI_Comm all, const app::RunRequest& request, const app::Scenario& scenario, const app::World& world)
+      : all_(all), scenario_(scenario), laws_(world.laws) {
+    MPI_Comm_size(all, &ranks_);
+    name_ = fmt::format("LIGGGHTS on {} process{}", ranks_, ranks_ == 1 ? "" : "es");
     // The others read the same files: scenario and what overrides it, one word after another.
     std::vector<char> words;
     const auto add = [&](const std::string& word) {
@@ -210,13 +220,14 @@ class MpiEngine final : public dem::BedEngine {
   }
 
   dem::EngineSums step(const dem::EngineStep& step, std::span<dem::Boundary> boundaries) override {
+    if (restored_) restore_parts();
     std::vector<dem::Boundary>& mine = rank_->boundaries();
     for (std::size_t b = 0; b < mine.size(); ++b) {
       mine[b].pose = boundaries[b].pose, mine[b].active = boundaries[b].active;
       mine[b].velocity = boundaries[b].velocity, mine[b].angular_velocity = boundaries[b].angular_velocity;
     }
     broadcast_order({.task = Task::step, .step = step, .snapshot = step.snapshot != nullptr}, all_);
-    const dem::EngineSums sums = step_rank(*rank_, step, step.snapshot, all_);
+    const dem::EngineSums sums = step_rank(*rank_, step, step.snapshot, parts_, all_);
     for (std::size_t b = 0; b < mine.size(); ++b)
       boundaries[b].wrench = mine[b].wrench, boundaries[b].meshes = mine[b].meshes,
       boundaries[b].contacts = mine[b].contacts;
@@ -228,15 +239,54 @@ class MpiEngine final : public dem::BedEngine {
     return gather_state(*rank_, contacts, all_);
   }
 
+  int count() const override { return ranks_; }
+  void open(const std::filesystem::path& directory, double quantum) override {
+    broadcast_order({.task = Task::open_parts, .quantum = quantum}, all_);
+    open_parts(parts_, directory.string(), scenario_, quantum, all_);
+  }
+  std::string write(const app::PartPlace& place, const app::Between& between) override {
+    broadcast_order({.task = Task::write_parts, .place = place, .between = between}, all_);
+    return parts_->write(place, between);
+  }
+  void publish() override {
+    broadcast_order({.task = Task::publish_parts}, all_);
+    parts_->publish();
+  }
+  void drop() override {
+    broadcast_order({.task = Task::drop_parts}, all_);
+    parts_->drop();
+  }
+  dem::Snapshot gather() override {
+    broadcast_order({.task = Task::instant}, all_);
+    return parts_->last_instant();
+  }
+  /// Not before it is known which process has which spheres.
+  void restore(const dem::Snapshot& spheres) override { restored_ = spheres; }
+
  private:
+  void restore_parts() {
+    broadcast_order({.task = Task::restore}, all_);
+    parts_->restore(*restored_, *rank_);
+    restored_.reset();
+  }
+
   MPI_Comm all_;
+  const app::Scenario& scenario_;
+  int ranks_ = 1;
   dem::LawTable laws_;
   std::string name_;
   std::unique_ptr<Rank> rank_;
+  std::optional<Parts> parts_;  ///< of frames, once they are open
+  std::optional<dem::Snapshot> restored_;
 };
 
-/// Laws and boundaries of the scenario that rank 0 runs, without spheres.
-app::World build_like_rank_0(MPI_Comm all) {
+/// The scenario that rank 0 runs.
+struct Likeness {
+  app::Scenario scenario;
+  app::World world;  ///< laws and boundaries, without spheres
+};
+
+Likeness build_like_rank_0(MPI_Comm all) {
   std::vector<char> words;
   broadcast(words, all);
   std::vector<dem::SphereSpec> extremes;
@@ -246,35 +296,36 @@ app::World build_like_rank_0(MPI_Comm all) {
     sets.emplace_back(words.data() + at);
   const std::string scenario = sets.front();
   sets.erase(sets.begin());
-  return app::build_world(app::load_scenario(scenario, sets),
-                          {.threads = 1, .place_soil = false, .restored = extremes});
+  const app::Loaded loaded = app::load_scenario(scenario, sets);
+  return {loaded.scenario, app::build_world(loaded, {.threads = 1, .place_soil = false, .restored = extremes})};
 }
 
 }  // namespace
 
-std::unique_ptr<dem::BedEngine> make_engine(MPI_Comm all, const app::RunRequest& request, const app::Loaded&,
+std::unique_ptr<dem::BedEngine> make_engine(MPI_Comm all, const app::RunRequest& request, const app::Loaded& loaded,
                                             const app::World& world) {
   if (world.bed->spheres().empty()) throw std::invalid_argument("has no spheres to share out");
-  return std::make_unique<MpiEngine>(all, request, world);
+  return std::make_unique<MpiEngine>(all, request, loaded.scenario, world);
 }
 
 void dismiss(MPI_Comm all) { broadcast_order({.task = Task::dismiss}, all); }
 
 void serve(MPI_Comm all) {
-  std::optional<app::World> world;
+  std::optional<Likeness> like;
   std::unique_ptr<Rank> rank;
+  std::optional<Parts> parts;
   dem::Snapshot snapshot;
   for (;;) {
     const Order order = broadcast_order({}, all);
     switch (order.task) {
       case Task::build:
-        world = build_like_rank_0(all);
+        like = build_like_rank_0(all);
         break;
       case Task::begin:
-        rank = begin_rank(all, {}, world->laws, boundaries_of(*world->bed), {});
+        rank = begin_rank(all, {}, like->world.laws, boundaries_of(*like->world.bed), {});
         break;
       case Task::step:
-        step_rank(*rank, order.step, order.snapshot ? &snapshot : nullptr, all);
+        step_rank(*rank, order.step, order.snapshot ? &snapshot : nullptr, parts, all);
         break;
       case Task::spheres:
         gather_state(*rank, false, all);
@@ -282,8 +333,26 @@ void serve(MPI_Comm all) {
       case Task::contacts:
         gather_state(*rank, true, all);
         break;
+      case Task::open_parts:
+        open_parts(parts, {}, like->scenario, order.quantum, all);
+        break;
+      case Task::write_parts:
+        parts->write(order.place, order.between);
+        break;
+      case Task::publish_parts:
+        parts->publish();
+        break;
+      case Task::drop_parts:
+        parts->drop();
+        break;
+      case Task::instant:
+        parts->last_instant();
+        break;
+      case Task::restore:
+        parts->restore({}, *rank);
+        break;
       case Task::end:
-        rank.reset();
+        parts.reset(), rank.reset();
         break;
       case Task::dismiss:
         return;

@@ -19,6 +19,7 @@ namespace {
 /// A rank that only serves: rank 0 speaks, and obeys signals.
 int serve_quietly() {
   std::signal(SIGINT, SIG_IGN), std::signal(SIGTERM, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);  // as rank 0 does
   spdlog::set_level(spdlog::level::off);
   try {
     subsoil::mpi::serve(MPI_COMM_WORLD);

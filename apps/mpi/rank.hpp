@@ -2,6 +2,7 @@
 #include <mpi.h>
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "apps/mpi/styles.hpp"
@@ -39,6 +40,8 @@ class Rank final : Tasks {
   std::vector<dem::Boundary>& boundaries() { return subdomain_.boundaries(); }  ///< own; poses are the user's
   /// Sums over all processes, on rank 0; a snapshot of own spheres.
   dem::EngineSums step(const dem::EngineStep& step);
+  /// Own: as they are now, in the order of snapshots; until the next step.
+  std::span<const dem::Sphere> own() const { return subdomain_.own(); }
   /// Own: spheres, and contacts whose sphere of lower id is this process's.
   dem::Bed::State state(bool contacts);
 

@@ -207,6 +207,20 @@ std::vector<std::string> names_in(hid_t parent, const std::string& group) {
   return names;
 }
 
+std::filesystem::path external_target(hid_t parent, const std::string& group, const std::string& name) {
+  const ReadGuard guard(parent);
+  const Handle handle = open_group(parent, group);
+  H5L_info_t info;
+  checked(H5Lget_info(handle, name.c_str(), &info, H5P_DEFAULT), "looking at link " + name);
+  if (info.type != H5L_TYPE_EXTERNAL) return {};
+  std::vector<char> value(info.u.val_size), holder(4096);
+  checked(H5Lget_val(handle, name.c_str(), value.data(), value.size(), H5P_DEFAULT), "looking at link " + name);
+  const char *file = nullptr, *object = nullptr;
+  checked(H5Lunpack_elink_val(value.data(), value.size(), nullptr, &file, &object), "looking at link " + name);
+  checked(H5Fget_name(handle, holder.data(), holder.size()), "looking at link " + name);
+  return std::filesystem::path(holder.data()).parent_path() / file;
+}
+
 std::vector<std::string> dataset_names(hid_t parent) {
   const ReadGuard guard(parent);
   std::vector<std::string> names;

@@ -55,6 +55,8 @@ bool exists(hid_t parent, const std::string& path);
 Handle open_group(hid_t parent, const std::string& name);
 /// Names of the links of a group.
 std::vector<std::string> names_in(hid_t parent, const std::string& group);
+/// File that a link of a group leads to, by its path; empty where it leads to no other file.
+std::filesystem::path external_target(hid_t parent, const std::string& group, const std::string& name);
 /// Of all datasets below, with their groups: "bed/ids".
 std::vector<std::string> dataset_names(hid_t parent);
 

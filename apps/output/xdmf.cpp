@@ -38,6 +38,8 @@ std::string array_xml(const XdmfArray& array) {
                      escaped(array.location));
 }
 
+}  // namespace
+
 std::string grid_xml(const XdmfGrid& grid) {
   std::string xml = fmt::format("   <Grid Name=\"{}\" GridType=\"Uniform\">\n", escaped(grid.name));
   const std::vector<std::uint64_t>& cells = grid.cells.dimensions;
@@ -54,8 +56,6 @@ std::string grid_xml(const XdmfGrid& grid) {
   return xml + "   </Grid>\n";
 }
 
-}  // namespace
-
 std::string xdmf_leading_to(const std::string& file_name) {
   return fmt::format(
       "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\" xmlns:xi=\"http://www.w3.org/2001/XInclude\">\n"
@@ -69,10 +69,12 @@ Xdmf::Xdmf(const std::string& title)
                         " <Grid Name=\"run\" GridType=\"Collection\" CollectionType=\"Temporal\">\n",
                         escaped(title))) {}
 
-void Xdmf::add_frame(double time, const std::vector<XdmfGrid>& grids) {
+void Xdmf::add_frame(double time, const std::vector<XdmfGrid>& grids, const std::string& soil) {
   text_ += fmt::format(
       "  <Grid Name=\"frame {}\" GridType=\"Collection\" CollectionType=\"Spatial\">\n   <Time Value=\"{:.12g}\"/>\n",
       count_++, time);
+  if (!soil.empty())
+    text_ += "   <Grid Name=\"soil\" GridType=\"Collection\" CollectionType=\"Spatial\">\n" + soil + "   </Grid>\n";
   for (const auto& grid : grids) text_ += grid_xml(grid);
   text_ += "  </Grid>\n";
 }

@@ -31,11 +31,14 @@ struct XdmfGrid {
 /// which; of .xdmf2 it knows one, which shows all that we write, and opens it without a question.
 std::string xdmf_leading_to(const std::string& file_name);
 
+std::string grid_xml(const XdmfGrid& grid);
+
 /// The XDMF text of a run: a temporal collection of frames, each a spatial collection of its grids.
 class Xdmf {
  public:
   explicit Xdmf(const std::string& title);
-  void add_frame(double time, const std::vector<XdmfGrid>& grids);
+  /// @param soil grids of parts, by grid_xml: together they are one collection, `soil`; empty: none
+  void add_frame(double time, const std::vector<XdmfGrid>& grids, const std::string& soil = "");
   /// Takes over the first frames of an earlier text of the same title. Throws std::runtime_error when it has fewer.
   void keep(const std::string& text, long frames);
   /// The whole document as far as it goes.

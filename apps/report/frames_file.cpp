@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "apps/output/joined_frame.hpp"
 #include "libdem/particles/particles.hpp"
 
 namespace subsoil::app {
@@ -110,23 +111,24 @@ void FramesFile::read_surfaces() {
 }
 
 bool FramesFile::holds(std::size_t frame, const std::string& name) const {
-  return h5::exists(file_, group(frame) + "/" + name);
+  return JoinedFrame(file_, group(frame)).holds(name);
 }
 
 FrameSpheres FramesFile::spheres(std::size_t frame, bool with_velocity) const {
   FrameSpheres out;
-  if (!holds(frame, "position")) return out;
   const std::string folder = group(frame);
-  out.position = h5::read<float>(file_, folder + "/position");
-  if (with_velocity && holds(frame, "velocity")) out.velocity = h5::read<float>(file_, folder + "/velocity");
+  const JoinedFrame joined(file_, folder);
+  if (!joined.holds("position")) return out;
+  out.position = joined.read<float>("position");
+  if (with_velocity && joined.holds("velocity")) out.velocity = joined.read<float>("velocity");
   const std::size_t n = out.position.size() / 3;
   out.index.reserve(n);
-  if (!holds(frame, "id")) {
+  if (!joined.holds("id")) {
     if (n != id_.size()) throw std::runtime_error(folder + " has other spheres than /particles and no ids");
     for (std::size_t i = 0; i < n; ++i) out.index.push_back(static_cast<std::uint32_t>(i));
     return out;
   }
-  for (const std::int64_t id : h5::read<std::int64_t>(file_, folder + "/id")) {
+  for (const std::int64_t id : joined.read<std::int64_t>("id")) {
     const auto found = std::lower_bound(id_.begin(), id_.end(), id);
     if (found == id_.end() || *found != id) throw std::runtime_error(folder + ": an id is not in /particles");
     out.index.push_back(static_cast<std::uint32_t>(found - id_.begin()));
@@ -144,7 +146,7 @@ void FramesFile::put_in_window(std::size_t frame, std::vector<float>& places) co
 }
 
 std::vector<std::int32_t> FramesFile::counts(std::size_t frame, const std::string& name) const {
-  return h5::read<std::int32_t>(file_, group(frame) + "/" + name);
+  return JoinedFrame(file_, group(frame)).read<std::int32_t>(name);
 }
 
 FrameContacts FramesFile::contact_forces(std::size_t frame) const {

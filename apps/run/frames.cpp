@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "apps/build/moving_soil.hpp"
+#include "apps/output/frame_parts.hpp"
 #include "apps/run/between.hpp"
 #include "apps/run/columns.hpp"
 
@@ -50,7 +51,7 @@ FrameOutput::FrameOutput(const std::filesystem::path& directory, const Scenario&
   RunOptions options = frame_options(scenario);
   options.values = list_measures(scenario);
   writer_ = std::make_unique<RunWriter>(directory, std::move(table), std::move(surfaces), std::move(options),
-                                        go_on != nullptr ? go_on->frames : WrittenFrames{});
+                                        go_on != nullptr ? go_on->frames : WrittenFrames{}, world.frame_parts);
 }
 
 void FrameOutput::list_particles(ParticleTable& table, const Scenario& scenario) {
@@ -147,12 +148,12 @@ dem::Snapshot* FrameOutput::begin(double t) {
 void FrameOutput::write_poses(double time, const Poses& poses) {
   Instant given;
   given.bodies = poses;
-  write_instant(given, time, 0);
+  write_instant(given, {}, time, 0);
 }
 
-void FrameOutput::write(double time, long step) { write_instant(at(time), time, step); }
+void FrameOutput::write(double time, long step) { write_instant(at(time), between(time), time, step); }
 
-void FrameOutput::write_instant(const Instant& now, double time, long step) {
+void FrameOutput::write_instant(const Instant& now, const Between& between, double time, long step) {
   if (!writer_) return;
   poses_ = now.surfaces;
   if (!now.bodies.empty()) take_poses(now.bodies);
@@ -161,7 +162,9 @@ void FrameOutput::write_instant(const Instant& now, double time, long step) {
   frame.time = time;
   frame.step = step;
   const std::vector<std::int64_t> ids(spheres.id.begin(), spheres.id.end());
-  if (writer_->particles().repeats() || ids.size() != writer_->particles().id.size()) frame.id = ids;
+  frame.between = between;
+  if (world_.frame_parts == nullptr && (writer_->particles().repeats() || ids.size() != writer_->particles().id.size()))
+    frame.id = ids;
   if (world_.moving) frame.window = {{now.rear, now.front}};
   frame.position = spheres.position;
   frame.velocity = spheres.velocity;
@@ -180,10 +183,16 @@ void FrameOutput::write_instant(const Instant& now, double time, long step) {
   writer_->write(frame);
 }
 
-const FrameOutput::Instant& FrameOutput::at(double time) {
+Between FrameOutput::between(double time) const {
+  constexpr double close = 1e-6;
   const double step = now_.t - before_.t, w = step > 0 ? (now_.t - time) / step : 0;
-  if (!(w > 1e-6)) return now_;
-  if (w > 1 - 1e-6) return before_;
+  return {step, !(w > close) ? 0 : w > 1 - close ? 1 : w};
+}
+
+const FrameOutput::Instant& FrameOutput::at(double time) {
+  const auto [step, w] = between(time);
+  if (w == 0) return now_;
+  if (w == 1) return before_;
   between_.spheres = interpolate(before_.spheres, now_.spheres, step, w, cell());
   between_.rear = before_.rear, between_.front = before_.front;
   between_.surfaces.clear(), between_.bodies.clear(), between_.values.clear();
@@ -200,9 +209,18 @@ const FrameOutput::Instant& FrameOutput::at(double time) {
 
 void FrameOutput::archive(Archive& a, bool needed) {
   a(needed);
-  if (needed) now_.archive(a);
+  if (needed) archive_now(a);
   if (needed && holds_contacts_) archive_contacts(now_.contacts, a);
   loads_.archive(a);
+}
+
+/// Spheres that lie on many processes are here only while a state is made of them.
+void FrameOutput::archive_now(Archive& a) {
+  FrameParts* const parts = world_.frame_parts;
+  if (parts != nullptr && !a.reads()) now_.spheres = parts->gather();
+  now_.archive(a);
+  if (parts != nullptr && a.reads()) parts->restore(now_.spheres);
+  if (parts != nullptr) now_.spheres = {};
 }
 
 void FrameOutput::Instant::archive(Archive& a) {

@@ -59,10 +59,12 @@ class FrameOutput {
     std::vector<dem::ContactRecord> contacts;
     void archive(Archive& a);
   };
+  Between between(double time) const;
   const Instant& at(double time);
+  void archive_now(Archive& a);
   dem::PeriodicCell cell() const { return world_.bed ? world_.bed->options().periodic : dem::PeriodicCell{}; }
   void take_poses(const Poses& poses);
-  void write_instant(const Instant& now, double time, long step);
+  void write_instant(const Instant& now, const Between& between, double time, long step);
 
   const World& world_;
   const coupling::Simulation& simulation_;

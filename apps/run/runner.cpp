@@ -10,6 +10,7 @@
 #include "apps/build/moving_soil.hpp"
 #include "apps/build/world.hpp"
 #include "apps/json.hpp"
+#include "apps/output/frame_parts.hpp"
 #include "apps/output/state_file.hpp"
 #include "apps/run/analysis.hpp"
 #include "apps/run/checkpoints.hpp"
@@ -114,11 +115,19 @@ void keep_step(World& world, const Loaded& loaded, const SavedRun& saved, const 
   use_soil_step(world, loaded.scenario, saved.soil_step);
 }
 
+bool writes_parts(const FrameParts& parts, const Scenario& scenario) {
+  return scenario.output.frames == FrameFiles::parts ||
+         (scenario.output.frames == FrameFiles::automatic && parts.count() > 1);
+}
+
 /// The engine that the scenario asks for, and refusals of what it cannot do.
 void use_engine(World& world, const Loaded& loaded, const RunRequest& request) {
   if (loaded.scenario.engine == SoilEngine::subsoil) return;
   try {
-    world.bed->step_by(request.engine(request, loaded, world));
+    std::unique_ptr<dem::BedEngine> engine = request.engine(request, loaded, world);
+    auto* const parts = dynamic_cast<FrameParts*>(engine.get());
+    if (parts != nullptr && writes_parts(*parts, loaded.scenario)) world.frame_parts = parts;
+    world.bed->step_by(std::move(engine));
   } catch (const std::invalid_argument& error) {
     throw ScenarioError(
         fmt::format("{} = liggghts: {}; leave it out, or leave `engine` out", loaded.where("engine"), error.what()));

@@ -42,6 +42,7 @@ class Subdomain {
   std::vector<Boundary>& boundaries() { return boundaries_; }
   const ContactLaws& laws() const { return laws_; }
   std::size_t size() const { return particles_.size(); }  ///< own spheres
+  std::span<const Sphere> own() const { return {particles_.spheres().data(), size()}; }
   Sphere* spheres() { return particles_.spheres().data(); }
   Sphere& ghost(std::size_t k) { return spheres()[size() + k]; }
 

@@ -5,7 +5,10 @@
 #include <cstdlib>
 #include <map>
 
+#include "apps/output/joined_frame.hpp"
+#include "apps/report/frames_file.hpp"
 #include "tests/tools/program_runs.hpp"
+#include "tests/tools/xdmf.hpp"
 
 /// Soil on several processes by LIGGGHTS (`engine: liggghts`, docs/many-nodes.md) beside the same soil stepped by the
 /// bed itself. Contacts are evaluated by the same kernels; what differs is the order in which forces on a sphere are
@@ -25,14 +28,33 @@ bool built() {
 #define SKIP_UNLESS_BUILT() \
   if (!built()) GTEST_SKIP() << "no subsoil-mpi, or no mpirun: scripts/setup --mpi"
 
+const std::string mpirun =
+    "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMP_NUM_THREADS=1 mpirun --oversubscribe ";
+
+std::string run_words(const std::string& scenario, const std::filesystem::path& out, const std::string& more) {
+  return subsoil::test::program() + " run " + scenario + " --out " + out.string() + " --set engine=liggghts " + more;
+}
+
+/// By a shell; the exit code, and what is said in out.log.
+int shell(const std::string& command, const std::filesystem::path& out) {
+  return WEXITSTATUS(std::system(("(" + command + ") >" + out.string() + ".log 2>&1").c_str()));
+}
+
 /// `mpirun -np RANKS subsoil run ...`, each process on one thread; the exit code of rank 0, what it says in out.log.
 int run_on(int ranks, const std::string& scenario, const std::filesystem::path& out, const std::string& more = "") {
-  const std::string command =
-      "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMP_NUM_THREADS=1 mpirun "
-      "--oversubscribe -np " +
-      std::to_string(ranks) + " " + subsoil::test::program() + " run " + scenario + " --out " + out.string() +
-      " --set engine=liggghts " + more + " >" + out.string() + ".log 2>&1";
-  return WEXITSTATUS(std::system(command.c_str()));
+  return shell(mpirun + "-np " + std::to_string(ranks) + " " + run_words(scenario, out, more), out);
+}
+
+/// Runs on two processes, and once the frame is named, does something to the second, PID; code and words as those of
+/// run_on.
+int disturbed(const std::string& words, const std::filesystem::path& out, const std::string& frame,
+              const std::string& what) {
+  const std::string second = "sh -c 'echo $$ >" + out.string() + ".pid; exec " + words + "'";
+  return shell("timeout 90 env " + mpirun + "-np 1 " + words + " : -np 1 " + second +
+                   " & run=$!; for i in $(seq 800); do " + "grep -qs '\"frame " + frame + "\"' " +
+                   (out / "run.xdmf").string() + " && break; sleep 0.1; done; PID=$(cat " + out.string() + ".pid); " +
+                   what + "; wait $run",
+               out);
 }
 
 /// Every value of two series, by the largest of its unit in the first, 1e-6 of the unit at least: some columns are
@@ -57,6 +79,34 @@ double largest_difference(const std::filesystem::path& one, const std::filesyste
     }
   return worst;
 }
+
+/// Of a frame, in rising id, whoever wrote it.
+struct FrameNumbers {
+  FrameNumbers(const std::filesystem::path& out, std::size_t frame) {
+    const auto file = h5::open_file(out / "run.h5");
+    char group[32];
+    std::snprintf(group, sizeof group, "/frames/%06zu", frame);
+    const JoinedFrame joined(file, group);
+    in_parts = joined.in_parts();
+    for (const char* name : {"position", "velocity", "spin", "force", "torque"})
+      values[name] = joined.read<double>(name);
+    contacts = joined.read<std::int32_t>("contacts");
+    for (const char* name : {"radius", "density"})
+      values[name] =
+          joined.holds(name) ? joined.read<double>(name) : h5::read<double>(file, std::string("/particles/") + name);
+    id = joined.holds("id") ? joined.read<std::int64_t>("id") : h5::read<std::int64_t>(file, "/particles/id");
+  }
+  double mass() const {
+    double sum = 0;
+    for (std::size_t i = 0; i < id.size(); ++i)
+      sum += values.at("density")[i] * 4 / 3 * M_PI * std::pow(values.at("radius")[i], 3);
+    return sum;
+  }
+  bool in_parts = false;
+  std::map<std::string, std::vector<double>> values;
+  std::vector<std::int32_t> contacts;
+  std::vector<std::int64_t> id;
+};
 
 /// Grains of two sizes meet each other, a moving box, a floor, walls and a corner; they cross the middle.
 std::string few_grains(const std::string& law) {
@@ -107,10 +157,11 @@ TEST(ManyNodes, APassWithItsMachineIsThatOfTheBed) {
   EXPECT_EQ(mpi["run"]["engine"], "LIGGGHTS on 2 processes");
   for (const auto& [section, value] : bed.items()) EXPECT_TRUE(mpi.contains(section)) << section;
   EXPECT_EQ(frame_times(work / "bed"), frame_times(work / "mpi"));
-  const auto a = frame_positions(work / "bed", 3), b = frame_positions(work / "mpi", 3);
+  const std::vector<double> a = FrameNumbers(work / "bed", 3).values.at("position"),
+                            b = FrameNumbers(work / "mpi", 3).values.at("position");
   ASSERT_EQ(a.size(), b.size());
   double off = 0;
-  for (std::size_t k = 0; k < a.size(); ++k) off = std::max(off, norm(a[k] - b[k]));
+  for (std::size_t k = 0; k < a.size(); ++k) off = std::max(off, std::abs(a[k] - b[k]));
   EXPECT_LT(off, 1e-6);  // frames are rounded, m
 }
 
@@ -140,6 +191,130 @@ TEST(ManyNodes, AStateIsGoneOnFromByEitherEngine) {
       EXPECT_LT(off, 1e-7 * most) << name << " of " << out;
     }
   }
+}
+
+/// Every number of every frame the same, to the bit: gathering changes nothing, nor does going on from a state.
+void expect_same_frames(const std::filesystem::path& a, const std::filesystem::path& b) {
+  const std::vector<double> times = frame_times(a);
+  ASSERT_EQ(times, frame_times(b));
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    const FrameNumbers one(a, k), other(b, k);
+    ASSERT_EQ(one.id, other.id) << k;
+    ASSERT_EQ(one.values, other.values) << k;
+    ASSERT_EQ(one.contacts, other.contacts) << k;
+  }
+}
+
+/// Frames lie between the steps, and spheres change their process meanwhile.
+TEST(ManyNodes, FramesInPartsAreThoseThatTheFirstProcessGathers) {
+  SKIP_UNLESS_BUILT();
+  const RunDirectory work;
+  const std::string scenario = work.scenario(few_grains("law: linear, k_n: 100 kN/m, restitution: 0.5, mu: 0.3"));
+  const std::string often = "--set \"output.every=1.7 ms\" --set output.precision=double ";
+  for (const int ranks : {1, 2}) {
+    const std::string n = std::to_string(ranks);
+    const std::string parts = ranks == 1 ? "--set output.frames=parts" : "";
+    ASSERT_EQ(run_on(ranks, scenario, work / ("parts" + n), often + parts), 0)
+        << text_of(work / ("parts" + n + ".log"));
+    ASSERT_EQ(run_on(ranks, scenario, work / ("gathered" + n), often + "--set output.frames=gathered"), 0);
+    expect_same_frames(work / ("parts" + n), work / ("gathered" + n));
+    EXPECT_TRUE(FrameNumbers(work / ("parts" + n), 0).in_parts);
+    EXPECT_FALSE(FrameNumbers(work / ("gathered" + n), 0).in_parts);
+    EXPECT_GT(check_xdmf(work / ("parts" + n) / "run.xdmf"), 30 * ranks * 11);
+  }
+}
+
+TEST(ManyNodes, PartsHoldTheMassOfTheBed) {
+  SKIP_UNLESS_BUILT();
+  const RunDirectory work;
+  ASSERT_EQ(run_on(2, work.scenario(small_pass), work / "out", "--set output.precision=double"), 0);
+  const double bed = summary_of(work / "out")["soil"]["mass [kg]"];
+  for (std::size_t k = 0; k < frame_times(work / "out").size(); ++k) {
+    const FrameNumbers frame(work / "out", k);
+    EXPECT_TRUE(frame.in_parts);
+    EXPECT_NEAR(frame.mass(), bed, 1e-9 * bed) << k;  // the summary has ten digits
+  }
+  const FramesFile file(work / "out/run.h5");
+  EXPECT_EQ(file.spheres(0, true).velocity.size(), 3 * file.particles());
+}
+
+/// Points of the blocks whose names begin so, by ParaView's reader: lines are BLOCK|points|...
+long points_of(const std::string& text, const std::string& block) {
+  long points = 0;
+  for (std::size_t at = text.find("\n" + block); at != std::string::npos; at = text.find("\n" + block, at + 1))
+    points += std::stol(text.substr(text.find('|', at) + 1));
+  return points;
+}
+
+TEST(ManyNodes, ParaViewOpensPartsAsOneRun) {
+  SKIP_UNLESS_BUILT();
+  if (std::system("command -v pvpython >/dev/null 2>&1") != 0) GTEST_SKIP() << "no pvpython";
+  const RunDirectory work;
+  ASSERT_EQ(run_on(2, work.scenario(small_pass), work / "out"), 0) << text_of(work / "out.log");
+  const std::string read = "timeout 100 pvpython " + subsoil::test::source_dir() + "/tests/optional/paraview_read.py ";
+  for (const char* file : {"out/run.xdmf2", "out/run.xdmf"}) {
+    shell(read + (work / file).string(), work / "read");
+    const std::string said = text_of(work / "read.log");
+    EXPECT_EQ(points_of(said, "soil"), 224) << said;
+    EXPECT_NE(said.find("times 7 0.15"), std::string::npos) << said;
+    EXPECT_NE(said.find("contacts:1,density:1,force:3,id:1,material:1,radius:1,spin:3,torque:3,velocity:3|\n"),
+              std::string::npos)
+        << said;
+  }
+}
+
+TEST(ManyNodes, ARunGoesOnWithPartsAsIfItHadNotStopped) {
+  SKIP_UNLESS_BUILT();
+  const RunDirectory work;
+  const std::string scenario = work.scenario(few_grains("law: linear, k_n: 100 kN/m, restitution: 0.5, mu: 0.3"));
+  ASSERT_EQ(run_on(2, scenario, work / "whole",
+                   "--set \"output.every=1.7 ms\" --set output.precision=double --set \"output.state every=20 ms\""),
+            0);
+  std::filesystem::copy(work / "whole", work / "cut", std::filesystem::copy_options::recursive);
+  std::filesystem::remove(work / "cut/summary.json");
+  for (const auto& entry : std::filesystem::directory_iterator(work / "cut")) {
+    const std::string name = entry.path().filename().string();
+    if (name.rfind("state-", 0) == 0 && std::stod(name.substr(6)) > 0.03) std::filesystem::remove(entry.path());
+  }
+  ASSERT_EQ(shell(mpirun + "-np 2 " + subsoil::test::program() + " resume " + (work / "cut").string(), work / "on"), 0)
+      << text_of(work / "on.log");
+  expect_same_frames(work / "whole", work / "cut");
+}
+
+/// Longer than anything here lets it run.
+constexpr const char* usual_law = "law: linear, k_n: 100 kN/m, restitution: 0.5, mu: 0.3";
+constexpr const char* long_run = "--set boundaries=[] --set \"time.end=20 s\" --set \"output.every=1 ms\"";
+
+/// Frames that a run came to, each with all its parts.
+void expect_readable(const std::filesystem::path& out, std::size_t least, std::size_t spheres) {
+  check_xdmf(out / "run.xdmf");
+  const std::size_t frames = frame_times(out).size();
+  EXPECT_GE(frames, least);
+  for (std::size_t k = 0; k < frames; ++k) EXPECT_EQ(FrameNumbers(out, k).id.size(), spheres) << k;
+}
+
+/// No file may have more than 500 bytes: as on a disk that is full after some frames.
+TEST(ManyNodes, AFullDiskUnderOneProcessEndsTheRunWithThePartsName) {
+  SKIP_UNLESS_BUILT();
+  if (std::system("command -v prlimit >/dev/null 2>&1") != 0) GTEST_SKIP() << "no prlimit";
+  const RunDirectory work;
+  const std::string words = run_words(work.scenario(few_grains(usual_law)), work / "out", long_run);
+  EXPECT_EQ(disturbed(words, work / "out", "5", "prlimit --pid $PID --fsize=500"), 3);
+  const std::string said = text_of(work / "out.log");
+  EXPECT_NE(said.find(".rank-01.h5"), std::string::npos) << said;
+  EXPECT_NE(said.find("ulimit -f"), std::string::npos) << said;
+  expect_readable(work / "out", 5, 4);
+  for (const auto& entry : std::filesystem::directory_iterator(work / "out/frames"))
+    EXPECT_EQ(entry.path().extension(), ".h5") << "what was not finished is thrown away";
+}
+
+TEST(ManyNodes, AProcessThatIsKilledLeavesAllFramesBefore) {
+  SKIP_UNLESS_BUILT();
+  const RunDirectory work;
+  const std::string words = run_words(work.scenario(few_grains(usual_law)), work / "out", long_run);
+  EXPECT_NE(disturbed(words, work / "out", "5", "kill -9 $PID"), 0);
+  EXPECT_NE(text_of(work / "out.log").find("signal 9"), std::string::npos) << text_of(work / "out.log");
+  expect_readable(work / "out", 5, 4);
 }
 
 TEST(ManyNodes, WhatTheEngineCannotDoIsRefusedWithItsPlaceAndTheCure) {

@@ -235,6 +235,11 @@ void describe(Fields& v, Output& o) {
   v.flag(
       "contact forces", o.contact_forces,
       "frames hold every contact that carries a force, as a line with that force (force chains): some 40 bytes each");
+  v.choice(
+      "frames", o.frames,
+      {{"auto", FrameFiles::automatic}, {"parts", FrameFiles::parts}, {"gathered", FrameFiles::gathered}},
+      "with `engine: liggghts`: parts, each process writes the spheres that it has, or gathered, the first writes all; "
+      "auto: parts on several processes");
   v.choice("precision", o.precision, {{"single", OutputPrecision::single}, {"double", OutputPrecision::full}},
            "of the frames");
   v.count("compression", o.compression, "[0, 9]", "0: none, 9: smallest and slowest");

@@ -13,6 +13,8 @@ enum class Column { position, velocity, spin, force, torque, contacts };
 inline constexpr std::array<const char*, 6> column_names{"position", "velocity", "spin", "force", "torque", "contacts"};
 enum class OutputPrecision { single, full };
 enum class State { none, full };
+/// Which process writes the spheres of frames, of several.
+enum class FrameFiles { automatic, parts, gathered };
 enum class SeriesDigits { nine, all };
 /// What the columns of forces hold: means over the interval of a row, or values at its instant.
 enum class ForceColumns { automatic, mean, instant };
@@ -76,6 +78,7 @@ struct Output {
   std::vector<Column> columns{Column::position, Column::velocity, Column::spin,
                               Column::force,    Column::torque,   Column::contacts};
   bool contact_forces = false;  // in frames
+  FrameFiles frames = FrameFiles::automatic;
   OutputPrecision precision = OutputPrecision::single;
   long compression = 4;
   std::optional<Box> region;  // only spheres in it

@@ -11,13 +11,14 @@
 #include "apps/output/hdf5.hpp"
 #include "apps/output/rounding.hpp"
 #include "apps/output/run_writer.hpp"
-#include "output_xml.hpp"
 #include "tests/tools/scratch.hpp"
+#include "tests/tools/xdmf.hpp"
 
 namespace subsoil::app::output_run_writer_test {
 namespace {
 
 using dem::Vec3;
+using test::check_xdmf;
 
 /// A bed whose every number is a known function of particle, frame and column.
 struct WrittenBed {
@@ -67,41 +68,6 @@ std::vector<OutputSurface> tool_and_floor() {
 
 std::vector<dem::Pose> poses_at(double time) {
   return {{{0.5 * time, 0, 0}, dem::Quaternion::from_rotation_vector({0, 0, time})}, {}};
-}
-
-/// Follows every DataItem of an XDMF: the file and dataset exist and have the stated shape and number type. Returns how
-/// many there are.
-int check_xdmf(const std::filesystem::path& path) {
-  const test::Xml document(test::text_of(path));
-  int count = 0;
-  for (const auto* item : document.all("DataItem")) {
-    ++count;
-    const auto colon = item->text.find(':');
-    const std::string dataset = item->text.substr(colon + 1);
-    EXPECT_NE(item->text.front(), '/') << "the run must be movable: relative names only";
-    const auto file = h5::open_file(path.parent_path() / item->text.substr(0, colon));
-    std::vector<hsize_t> stated;
-    std::istringstream words(item->attributes.at("Dimensions"));
-    for (hsize_t n; words >> n;) stated.push_back(n);
-    EXPECT_EQ(h5::shape(file, dataset), stated) << item->text;
-    const h5::Handle set(H5Dopen2(file, dataset.c_str(), H5P_DEFAULT), H5Dclose, dataset);
-    const h5::Handle type(H5Dget_type(set), H5Tclose, dataset);
-    EXPECT_EQ(std::to_string(H5Tget_size(type)), item->attributes.at("Precision")) << item->text;
-    const bool real = item->attributes.at("NumberType") == "Float";
-    EXPECT_EQ(H5Tget_class(type), real ? H5T_FLOAT : H5T_INTEGER) << item->text;
-  }
-  // As many elements as rows, and as many points as places.
-  for (const auto* grid : document.all("Grid")) {
-    const auto* topology = grid->child("Topology");
-    if (!topology) continue;
-    const auto rows = [](const test::Xml::Element* parent) {
-      return std::stoul(parent->child("DataItem")->attributes.at("Dimensions"));
-    };
-    EXPECT_EQ(std::stoul(topology->attributes.at("NumberOfElements")), rows(topology));
-    const bool points = topology->attributes.at("TopologyType") == "Polyvertex";
-    EXPECT_TRUE(!points || rows(topology) == rows(grid->child("Geometry")));
-  }
-  return count;
 }
 
 /// Frame `number` of a file is there in every digit that its precision promises.

@@ -4,9 +4,9 @@
 #include "apps/plot/plot.hpp"
 #include "apps/plot/strip.hpp"
 #include "apps/scenario/load.hpp"
-#include "output_xml.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
+#include "tests/tools/xml.hpp"
 
 /// What a run of a mechanism leaves to look at: measures, outlines in frames, strips. Oracle: the geometry of Hoeken's
 /// linkage, whose knee is where two circles meet.
