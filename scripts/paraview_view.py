@@ -37,8 +37,8 @@ lowest, highest, rising = min, max, sorted
 SURROUNDINGS = ("container", "floor", "wall", "bin", "box")
 LEGEND = 0.13  # of the picture's width, at the right, that the scene is kept out of
 
-# Blocks are told by their name; the reader appends the frame's number to it ("soil[12]"). As a filter of the pipeline it
-# follows the time slider.
+# Blocks are told by their name; the reader appends the frame's number to it ("soil[12]"). The soil of many processes is a
+# block of blocks, to which the reader gives no name. As a filter of the pipeline it follows the time slider.
 SELECT = """
 import numpy
 import vtkmodules.vtkCommonDataModel as model
@@ -48,8 +48,16 @@ from vtkmodules.util.numpy_support import vtk_to_numpy, numpy_to_vtk
 
 blocks, output = self.GetInputDataObject(0, 0), self.GetOutputDataObject(0)
 parts = vtkAppendPolyData()
+named = []
 for i in range(blocks.GetNumberOfBlocks()):
-    block, name = blocks.GetBlock(i), blocks.GetMetaData(i).Get(model.vtkCompositeDataSet.NAME()).split('[')[0]
+    block, name = blocks.GetBlock(i), blocks.GetMetaData(i).Get(model.vtkCompositeDataSet.NAME())
+    name = (name or 'soil').split('[')[0]
+    if isinstance(block, model.vtkMultiBlockDataSet):
+        for k in range(block.GetNumberOfBlocks()):
+            named.append((block.GetBlock(k), name))
+    else:
+        named.append((block, name))
+for block, name in named:
     if block is None or not ({test}):
         continue
     geometry = vtkGeometryFilter()
@@ -155,7 +163,7 @@ def time_of(frame, times):
 def block_names(reader):
     blocks = servermanager.Fetch(reader)
     name = blocks.NAME()
-    return [blocks.GetMetaData(i).Get(name).split("[")[0] for i in range(blocks.GetNumberOfBlocks())]
+    return [(blocks.GetMetaData(i).Get(name) or "soil").split("[")[0] for i in range(blocks.GetNumberOfBlocks())]
 
 
 def pick_blocks(reader, names, cut=False, by="speed"):

@@ -38,7 +38,7 @@ __all__ = ["Frame", "Frames", "Run", "SubsoilError", "open", "run"]
 
 _RESULTS = ("scenario.yaml", "series.csv", "summary.json", "run.h5")
 _PARTICLE_TABLE = ("id", "radius", "density", "material", "clump")  # of every sphere, once; of some, with the frame
-_NOT_OF_SPHERES = ("window", "surfaces", "values", "written", "point numbers", "contact forces", "loads")
+_NOT_OF_SPHERES = ("window", "surfaces", "values", "written", "point numbers", "contact forces", "loads", "parts")
 _CODES = {2: "bad input", 3: "stopped, or ended with warnings under --strict", 130: "interrupted", 143: "terminated"}
 
 
@@ -78,7 +78,15 @@ class Frame:
         return len(self.position) if "position" in self else 0
 
     def __contains__(self, name: str) -> bool:
-        return self._frames._holds(self._path(name)) or (self._in_table(name) and "position" in self)
+        return self._own(name) or (self._in_table(name) and "position" in self)
+
+    def _own(self, name: str) -> bool:
+        """Whether it lies with the frame, or with the parts of it that the processes of a run have written."""
+        return self._frames._holds(self._path(name)) or (bool(self._parts) and name in self._frames._names(self._parts[0]))
+
+    @property
+    def _parts(self) -> list[str]:
+        return self._frames._parts_of(self._path("parts"))
 
     def __getitem__(self, name: str) -> np.ndarray:
         """A column by its name: frame["velocity"]."""
@@ -96,15 +104,27 @@ class Frame:
     def _column(self, name: str) -> np.ndarray:
         if self._frames._holds(self._path(name)):
             return self._frames._read(self._path(name))
+        if self._own(name):
+            return self._joined(name)
         if self._in_table(name) and "position" in self:
             return self._frames._particles(name)  # everybody is there: one array for all frames
         raise SubsoilError(f"{self._frames.path}: frame {self.index} has no '{name}'; it has "
                            f"{', '.join(self.columns) or 'no spheres'} (output.columns of the scenario selects)")
 
+    def _joined(self, name: str) -> np.ndarray:
+        """Of all parts, in rising id."""
+        ids, values = (np.concatenate([self._frames._read(f"{part}/{of}") for part in self._parts]) for of in ("id", name))
+        order = np.argsort(ids, kind="stable")
+        if np.any(np.diff(ids[order]) == 0) or len(ids) != len(values):
+            raise SubsoilError(f"{self._frames.path}: the parts of frame {self.index} do not fit together")
+        return values[order]
+
     @property
     def columns(self) -> list[str]:
         """Names of what spheres have here."""
         own = self._frames._names(self._path("")[:-1])
+        if self._parts:
+            own += self._frames._names(self._parts[0])
         names = [name for name in own if name not in _NOT_OF_SPHERES]
         return names + [name for name in _PARTICLE_TABLE if "position" in own and name not in own and self._in_table(name)]
 
@@ -213,13 +233,27 @@ class Frames(Sequence):
             raise SubsoilError(f"{self.path}: cannot be read as HDF5: {error}") from error
 
     def _group(self, name: str) -> Any:
-        link = self._file["frames"].get(name, getlink=True)
+        return self._linked(self._file["frames"], name, self.path.parent, name)
+
+    def _linked(self, group: Any, name: str, folder: pathlib.Path, frame: str) -> Any:
+        """A group that lies in another file."""
+        link = group.get(name, getlink=True)
         try:
-            return self._file["frames"][name]
+            return group[name]
         except (KeyError, OSError) as error:
-            where = self.path.parent / link.filename if isinstance(link, h5py.ExternalLink) else self.path
+            where = folder / link.filename if isinstance(link, h5py.ExternalLink) else self.path
             what = "cannot be read" if where.exists() else "is missing: keep run.h5 and the folder frames together"
-            raise SubsoilError(f"{where}: {what} (frame {int(name)})") from error
+            raise SubsoilError(f"{where}: {what} (frame {int(frame)})") from error
+
+    def _parts_of(self, path: str) -> list[str]:
+        """Paths of the parts of a frame, all of which are there; none where one process has written it."""
+        if not self._holds(path):
+            return []
+        parts = self._file[path]
+        folder, frame = pathlib.Path(parts.file.filename).parent, path.split("/")[2]
+        for name in parts:
+            self._linked(parts, name, folder, frame)
+        return [f"{path}/{name}" for name in parts]
 
     def _holds(self, path: str) -> bool:
         if self._file is None and self.times:
