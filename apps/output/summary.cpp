@@ -79,7 +79,6 @@ double Summary::window_until() const {
 
 void Summary::take(Column& c, double time, double duration, double inside, double value) const {
   c.now.mean.add(inside, value);
-  if (inside > 0) c.now.steps.take(time, value);
   const auto in_window = [&](double length) { return time - length >= from_ - 1e-9 * length && time <= until_; };
   const auto follow = [&](MovingMean& mean, Extremes& run, Extremes& window) {
     mean.add(time, duration, value);
@@ -91,16 +90,41 @@ void Summary::take(Column& c, double time, double duration, double inside, doubl
   follow(c.coarse, c.coarse_run, c.now.coarse);
 }
 
+// A step belongs to the window with the part of it that lies inside.
+double Summary::inside(double time, double duration) const {
+  return std::max(0.0, std::min(time, until_) - std::max(time - duration, from_));
+}
+
+void Summary::refuse_other_count(std::size_t values) const {
+  if (values != columns_.size())
+    throw std::invalid_argument(fmt::format("summary sample: {} values for {} columns", values, columns_.size()));
+}
+
 void Summary::sample(double time, double duration, std::span<const double> values) {
-  if (values.size() != columns_.size())
-    throw std::invalid_argument(
-        fmt::format("summary sample: {} values for {} columns", values.size(), columns_.size()));
+  refuse_other_count(values.size());
+  if (inside(time, duration) > 0)
+    for (std::size_t i = 0; i < columns_.size(); ++i) columns_[i].now.steps.take(time, values[i]);
+  sample_mean(time, duration, values);
+}
+
+void Summary::see(double time, std::span<const double> values) {
+  refuse_other_count(values.size());
+  if (!holds(time)) return;
+  for (std::size_t i = 0; i < columns_.size(); ++i) columns_[i].now.steps.take(time, values[i]);
+}
+
+bool Summary::is_extreme(std::size_t i, double time, double value) const {
+  const Extremes& e = columns_[i].now.steps;
+  return holds(time) && (value < e.low || value > e.high);
+}
+
+void Summary::sample_mean(double time, double duration, std::span<const double> means) {
+  refuse_other_count(means.size());
   time_ = time;
-  // A step belongs to the window with the part of it that lies inside.
-  const double inside = std::max(0.0, std::min(time, until_) - std::max(time - duration, from_));
-  duration_ += inside;
-  for (std::size_t i = 0; i < columns_.size(); ++i) take(columns_[i], time, duration, inside, values[i]);
-  if (!(period_ > 0) || !(inside > 0)) return;
+  const double part = inside(time, duration);
+  duration_ += part;
+  for (std::size_t i = 0; i < columns_.size(); ++i) take(columns_[i], time, duration, part, means[i]);
+  if (!(period_ > 0) || !(part > 0)) return;
   const double periods = std::floor((duration_ + 0.5 * duration) / period_);
   if (periods < 1 || periods * period_ <= whole_duration_ + 0.5 * period_) return;
   whole_duration_ = duration_;

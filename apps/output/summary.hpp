@@ -51,6 +51,11 @@ class Summary {
 
   /// Values over the step that ends at `time` and lasted `duration`.
   void sample(double time, double duration, std::span<const double> values);
+  /// The same of a motion that is known between: means over the step, and values at any instant, for extremes.
+  void sample_mean(double time, double duration, std::span<const double> means);
+  void see(double time, std::span<const double> values);
+  /// Whether column i would have a new extreme in the window with this value at that time.
+  bool is_extreme(std::size_t i, double time, double value) const;
 
   /// Free sections, in the order of first use: summary.section("run")["threads"] = 2.
   Json& section(const std::string& name);
@@ -81,6 +86,9 @@ class Summary {
     InWindow now, whole;  ///< up to now, and up to the last whole period
     void archive(Archive& a) { a(fine, coarse, fine_run, coarse_run, now, whole); }
   };
+  bool holds(double time) const { return time >= from_ && time <= until_; }
+  double inside(double time, double duration) const;
+  void refuse_other_count(std::size_t values) const;
   void empty_window();
   void take(Column& c, double time, double duration, double inside, double value) const;
   const InWindow& in_window(const Column& c) const { return period_ > 0 ? c.whole : c.now; }

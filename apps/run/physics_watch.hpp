@@ -21,8 +21,8 @@ class PhysicsWatch {
   /// beyond one radius spheres are stepped over.
   static constexpr double travel_said = 0.1, travel_stops = 1;
 
-  /// Energy in the contacts of a bed that begins, over what lifts each of its spheres by its radius. A bed at rest under
-  /// twenty layers of its own, compressed by 0.1 mm per 10 mm, holds a hundredth of it.
+  /// Energy in the contacts of a bed that begins, over what lifts each of its spheres by its radius. A bed at rest
+  /// under twenty layers of its own, compressed by 0.1 mm per 10 mm, holds a hundredth of it.
   static constexpr double begins_pressed = 10;
 
   struct Finding {

@@ -16,8 +16,9 @@ struct RunProgress {
   std::uint64_t series_bytes = 0;  ///< of series.csv
   WrittenFrames frames;
   ParticleTable particles;  ///< of the frames
-  std::vector<double> energy_start;  ///< that the summary's energies count from (EnergyStart); none: of an older version
-  bool exact = true;                 ///< a run that goes on from here has the same bits
+  std::vector<double>
+      energy_start;   ///< that the summary's energies count from (EnergyStart); none: of an older version
+  bool exact = true;  ///< a run that goes on from here has the same bits
 };
 
 /// A run's full state: bed with contact histories, machine with its past and ruts, coupling, datum of the container.

@@ -18,6 +18,7 @@
 #include "apps/run/crossings.hpp"
 #include "apps/run/frames.hpp"
 #include "apps/run/live_line.hpp"
+#include "apps/run/motion_summary.hpp"
 #include "apps/run/output_folder.hpp"
 #include "apps/run/physics_watch.hpp"
 #include "apps/run/restart.hpp"
@@ -76,8 +77,10 @@ class RunLoop {
   bool look_through(std::size_t piece, double from, double until);
   /// At what the machine shows.
   bool look_at(double t);
-  /// Summarised columns of a machine alone at a time inside its last step, into middle_.
-  void take_middle(double t);
+  /// Whether the summary has columns.
+  bool sums_up() const;
+  /// The time from t on at which a machine alone is looked at next, at the latest.
+  double next_due(double t, double close) const;
 
   /// A machine that is taken up from a state chooses its coordinates anew and factors its matrices where it stands,
   /// which moves the last digits. So the one that runs in soil does the same every so many steps, and wherever a state
@@ -148,12 +151,13 @@ class RunLoop {
   std::unique_ptr<ToolProgress> tool_;
   std::unique_ptr<SeriesWriter> series_;
   std::unique_ptr<Summary> summary_;
+  std::unique_ptr<MotionSummary> motion_;  ///< into it, of a machine alone
   std::unique_ptr<FrameOutput> frames_;
   std::unique_ptr<Rows> rows_;
   std::unique_ptr<Crossings> crossings_;
   std::vector<double> values_, summarised_;  // of the step, of the summary's columns
   std::vector<double> middle_;               // halfway through it, for what is followed over time
-  std::vector<double> summed_before_;        // values_ at its begin
+  std::vector<double> between_;              // at a time in it
   bool follows_sums_ = false;                ///< what is followed over time is of sums over all spheres
   LiveLine live_;
   RecentRate rate_;

@@ -11,21 +11,19 @@ int RunLoop::loop_alone() {
   mbd::Machine& machine = *world_.machine;
   const double end = s_.time.end, close = std::max(1e-9 * simulation_.step_length(), 1e-15 * end);
   const bool fixed = !machine.integrator().ends_anywhere();
-  const bool looks = crossings_->any() || columns_->has_history();  // between rows
-  const bool averages = !columns_->summarised().empty();
-  if (fixed || looks || averages) machine.keep_steps();
+  const bool looks = sums_up() || crossings_->any() || columns_->has_history();  // between rows
+  if (fixed || looks) machine.keep_steps();
+  motion_ = std::make_unique<MotionSummary>(*columns_, *summary_);
   simulation_.end_at(end);
   const double longest = looks ? std::min(simulation_.step_length(), 1e-3) : simulation_.step_length();
   for (double t = start_time_, before = t;;) {
     const int signal = signal_to_obey();
-    summed_before_ = values_;
     const bool stops = looks && look_over(before, t, fixed ? 1 : 2);
     const bool earlier = stops && crossings_->stopped_at() < t;
     if (earlier) t = crossings_->stopped_at();
-    if (averages && t > before) take_middle(0.5 * (before + t));
     earlier || machine.time() > t + close ? machine.look_back(t) : machine.look_ahead();
     if (!looks && columns_->needs_every_step()) columns_->take_instant(values_), values_[0] = t;
-    if (t > before) count_step(before, t - before, middle_);
+    if (t > before) ++steps_;
     reached_ = t;
     const bool last = t >= end - close || signal != 0 || stops;
     const bool frame = frame_due_.due(t, close) || last, row = sample_due_.due(t, close) || last;
@@ -41,14 +39,21 @@ int RunLoop::loop_alone() {
     if (frame) frames_->begin(t), frames_->write(t, steps_);
     machine.look_ahead();
     if (last) return code_of(signal);
-    // Fixed steps are looked at each, for the summary's means.
     before = t;
-    const double due = std::min({sample_due_.next(), frame_due_.next(), state_due_.next(), end}),
-                 step_end = machine.time() > t + close ? machine.time() : t + longest;
+    const double due = next_due(t, close), step_end = machine.time() > t + close ? machine.time() : t + longest;
     t = step_end < due - close ? step_end : due;
     if (!reach(t, close, fixed)) return exit_failed;
     if (live_.due()) live_.show(live_text(values_));
   }
+}
+
+bool RunLoop::sums_up() const { return !columns_->summarised().empty(); }
+
+double RunLoop::next_due(double t, double close) const {
+  double due = std::min({sample_due_.next(), frame_due_.next(), state_due_.next(), s_.time.end});
+  for (const std::optional<double>& edge : {s_.output.window.from, s_.output.window.until})
+    if (edge && *edge > t + close) due = std::min(due, *edge);
+  return due;
 }
 
 bool RunLoop::look_over(double before, double t, int parts) {
@@ -75,41 +80,36 @@ bool RunLoop::look_over(double before, double t, int parts) {
 bool RunLoop::look_at(double t) {
   columns_->take_instant(values_), values_[0] = t;
   if (columns_->has_history()) columns_->follow(t, values_);
+  if (sums_up()) motion_->begin(t, values_);
   return crossings_->any() && crossings_->look(t, values_, Crossings::on_a_line);
 }
 
 bool RunLoop::look_through(std::size_t piece, double from, double until) {
-  mbd::Machine& machine = *world_.machine;
+  const auto take = [&](double t, std::vector<double>& row) {
+    world_.machine->look_back(t, piece);
+    columns_->take_instant(row), row[0] = t;
+  };
   const double middle = 0.5 * (from + until);
-  if (columns_->has_history()) {
-    machine.look_back(middle, piece);
-    middle_ = values_;
-    columns_->take_instant(middle_), middle_[0] = middle;
-  }
-  machine.look_back(until, piece);
-  columns_->take_instant(values_), values_[0] = until;
+  middle_ = between_ = values_;
+  if (sums_up() || columns_->has_history()) take(middle, middle_);
+  take(until, values_);
   if (columns_->has_history()) columns_->follow(until, values_, middle_);
-  if (!crossings_->any()) return false;
-  std::vector<double> there = values_;
-  return crossings_->look(until, values_, [&](const Crossings::Passage& p) {
+  const bool stops = crossings_->any() && crossings_->look(until, values_, [&](const Crossings::Passage& p) {
     if (columns_->of_history(p.column)) return Crossings::on_a_line(p);
     const auto gap = [&](double share) {
-      machine.look_back(from + share * (until - from), piece);
-      columns_->take_instant(there);
-      return there[p.column] - p.level;
+      take(from + share * (until - from), between_);
+      return between_[p.column] - p.level;
     };
     return mbd::locate_crossing(gap, p.side, p.at_start, p.at_end);
   });
-}
-
-void RunLoop::take_middle(double t) {
-  mbd::Machine& machine = *world_.machine;
-  machine.look_back(t);
-  middle_ = values_;
-  columns_->take_instant(middle_), middle_[0] = t;
-  for (const std::size_t c : columns_->summarised())
-    if (columns_->of_history(c)) middle_[c] = 0.5 * (summed_before_[c] + values_[c]);
-  machine.look_ahead();
+  if (!sums_up()) return stops;
+  const double end = stops ? std::min(until, crossings_->stopped_at()) : until;
+  if (end < until) take(0.5 * (from + end), middle_), take(end, values_);
+  motion_->add(end, middle_, values_, [&](double t) {
+    take(t, between_);
+    return std::span<const double>(between_);
+  });
+  return stops;
 }
 
 bool RunLoop::reach(double t, double close, bool fixed) {

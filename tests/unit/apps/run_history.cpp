@@ -136,8 +136,8 @@ TEST(RunHistory, FrictionThatNeverReachesItsMuSIsSaid) {
 }
 
 // Means of a row are those of the middles of steps of 1 ms, f'' dt^2/24 = 3 N (10 pi)^2 1e-6/24 = 1.2e-4 N off at the
-// most. Of the window alone, looked at every 5 ms: w^2 dt^2/24 = 1e-3 of its mean, 0.47 N. Values of one end would be
-// off by up to f' dt/2 = 0.05 and 0.23 N.
+// most; of the window alone, by Simpson's rule, 3 N (10 pi 1e-3)^4/2880 = 1e-9 N. Values of one end would be off by up
+// to f' dt/2 = 0.05 N.
 TEST(RunHistory, MeansOfForcesAreOfSecondOrder) {
   const RunDirectory dir;
   const std::string outputs[] = {
@@ -154,7 +154,7 @@ TEST(RunHistory, MeansOfForcesAreOfSecondOrder) {
     const Series s = read_series(dir / run / "series.csv");
     const std::vector<double>& t = s.at("time");
     for (std::size_t i = 1; of_rows && i < t.size(); ++i) EXPECT_NEAR(s.at("fx")[i], mean(t[i - 1], t[i]), 1.5e-4) << i;
-    EXPECT_NEAR(summary_of(dir / run)["columns"]["fx"]["mean in window"], mean(0.13, 0.25), of_rows ? 1.5e-4 : 6e-4);
+    EXPECT_NEAR(summary_of(dir / run)["columns"]["fx"]["mean in window"], mean(0.13, 0.25), of_rows ? 1.5e-4 : 1e-8);
   }
 }
 

@@ -349,5 +349,43 @@ TEST(JointFriction, RefusesWhatItCannotActIn) {
             "constraints; free the constraint that is too many");
 }
 
+/// Time and way of a block that slides to rest from v0: the integrals of dv/(g mu) and v dv/(g mu) by Simpson's rule.
+std::array<double, 2> slide_to_rest(double v0, double mu_s, double mu_k, double stribeck_speed) {
+  constexpr int points = 200'000;
+  std::array<double, 2> sums{};
+  for (int i = 0; i <= points; ++i) {
+    const double v = v0 * i / points, x = v / stribeck_speed, weight = i == 0 || i == points ? 1 : i % 2 == 1 ? 4 : 2;
+    const double share = weight * v0 / (3 * points) / (g * (mu_k + (mu_s - mu_k) * std::exp(-x * x)));
+    sums[0] += share, sums[1] += share * v;
+  }
+  return sums;
+}
+
+// What friction gains below the Stribeck speed acts, however far apart outputs are and however fast the block begins.
+TEST(JointFrictionThatSticks, SlidesThroughItsStribeckRange) {
+  constexpr double mu_s = 0.6, mu_k = 0.2;
+  for (const IntegratorKind kind : {IntegratorKind::cvode, IntegratorKind::ida})
+    for (const double v0 : {0.05, 0.1, 0.3, 0.5, 2.0})
+      for (const double stribeck_speed : {0.003, 0.01, 0.03})
+        for (const double every : {0.5e-3, 2e-3, 10e-3, 2.0}) {
+          Model m;
+          m.add({.name = "block", .mass = 1, .inertia = 1, .velocity = {v0, 0, 0}});
+          m.add("slide", Translational{.body_a = ground, .body_b = 1});
+          m.add("friction", JointFriction{.joint = "slide",
+                                          .guide = 1,
+                                          .mu_s = mu_s,
+                                          .mu_k = mu_k,
+                                          .stribeck_speed = stribeck_speed,
+                                          .stick_stiffness = 1e8});
+          Machine machine(m, {.integrator = kind});
+          machine.start_from_pose();
+          const auto [time, way] = slide_to_rest(v0, mu_s, mu_k, stribeck_speed);
+          while (machine.time() < time + every) machine.advance(every);
+          ASSERT_FALSE(machine.events().empty());
+          EXPECT_NEAR(machine.events().front().t, time, 1e-6 * time) << v0 << " " << stribeck_speed << " " << every;
+          EXPECT_NEAR(machine.body(1).r.x, way, 1e-6 * way) << v0 << " " << stribeck_speed << " " << every;
+        }
+}
+
 }  // namespace
 }  // namespace subsoil::mbd::joint_friction_test

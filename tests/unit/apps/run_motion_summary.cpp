@@ -1,0 +1,96 @@
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/tools/program_runs.hpp"
+
+/// What the summary says of a machine alone.
+namespace subsoil::app::run_motion_summary {
+namespace {
+
+using namespace test;
+
+/// x = 0.1 m sin(20 t/s) on a spring, rows as far apart as the whole run. F = -40 N sin(20 t/s).
+std::string vibrating_mass(const std::string& output, const std::string& time = {}) {
+  return fmt::format(R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {{s: {{mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m, velocity: 2 0 m/s}}}}
+  joints: {{slide: {{translational: [ground, s], at: 0 0 m, along: 1 0}}}}
+  forces: {{sp: {{spring-damper: [ground, s], ends: [-5 0 m, 0 0 m], stiffness: 400 N/m, free length: 5 m}}}}
+time: {{end: 3 s{}}}
+output: {{every: 1 s, series every: 1 s, {}}}
+)",
+                     time, output);
+}
+
+double mean_of_sine(double from, double until) {
+  return 0.1 * (std::cos(20 * from) - std::cos(20 * until)) / (20 * (until - from));
+}
+
+constexpr const char* watched = "watch: {x: s.x, v: s.vx}";
+
+// Parabolas over 1 ms leave (20 * 1 ms)^4/2880 = 6e-11 of a mean, and less of an extreme.
+TEST(RunMotionSummary, OfAVibrationIsWhatTheSineSaysHoweverFarRowsAreApart) {
+  for (const char* method : {"integrator: cvode", "integrator: ida", "step: 1 ms, order: 6"}) {
+    const std::string time = fmt::format(", machine: {{{}}}", method);
+    const RunDirectory dir;
+    ASSERT_EQ(run_scenario(dir.scenario(vibrating_mass(watched, time)), dir / "out"), exit_ok);
+    const nlohmann::json columns = summary_of(dir / "out")["columns"], &x = columns["x"], &v = columns["v"];
+    EXPECT_NEAR(x["mean in window"], mean_of_sine(0, 3), 1e-8) << method;
+    EXPECT_NEAR(x["steps in window"]["max"], 0.1, 1e-8) << method;
+    EXPECT_NEAR(x["steps in window"]["min"], -0.1, 1e-8) << method;
+    EXPECT_NEAR(v["steps in window"]["max"], 2, 2e-7) << method;
+    EXPECT_NEAR(v["steps in window"]["min"], -2, 2e-7) << method;
+    EXPECT_NEAR(std::sin(20 * x["steps in window"]["at max [s]"].get<double>()), 1, 1e-8) << method;
+    EXPECT_NEAR(x["50 ms means in run"]["max"], 0.1 * std::sin(0.5) / 0.5, 2e-5) << method << ": to 1 ms";
+  }
+}
+
+// Within its window alone: x rises from 0.1 m sin(0.2) at its start to 0.1 m sin(1) at its end.
+TEST(RunMotionSummary, ExtremesAndMeansAreOfTheWindowAlone) {
+  const RunDirectory dir;
+  const std::string window = ", window: {from: 10 ms, until: 50 ms}";
+  ASSERT_EQ(run_scenario(dir.scenario(vibrating_mass(watched + window)), dir / "out"), exit_ok);
+  const nlohmann::json x = summary_of(dir / "out")["columns"]["x"];
+  EXPECT_NEAR(x["mean in window"], mean_of_sine(0.01, 0.05), 1e-9);
+  EXPECT_NEAR(x["steps in window"]["min"], 0.1 * std::sin(0.2), 1e-9);
+  EXPECT_NEAR(x["steps in window"]["max"], 0.1 * std::sin(1.0), 1e-9);
+}
+
+TEST(RunMotionSummary, DoesNotDependOnWhatElseIsAskedFor) {
+  const RunDirectory dir;
+  const std::string others[] = {"watch: {x: s.x, v: s.vx, i: {integral: s.x}, most: {maximum: s.vx}}",
+                                watched + std::string(", crossings: {up: {column: s.x, at: 50 mm}}")};
+  ASSERT_EQ(run_scenario(dir.scenario(vibrating_mass(watched)), dir / "plain"), exit_ok);
+  const nlohmann::json plain = summary_of(dir / "plain")["columns"];
+  for (const std::string& other : others) {
+    const RunDirectory second;
+    ASSERT_EQ(run_scenario(second.scenario(vibrating_mass(other)), second / "out"), exit_ok);
+    const nlohmann::json columns = summary_of(second / "out")["columns"];
+    EXPECT_EQ(columns["x"], plain["x"]) << other;
+    EXPECT_EQ(columns["v"], plain["v"]) << other;
+  }
+}
+
+// A force that jumps from 0 to 1 N between two looks was 0 and 1 N, and nothing beyond.
+TEST(RunMotionSummary, ExtremesOfWhatJumpsAreValuesThatWereThere) {
+  const RunDirectory dir;
+  const std::string pushed = R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {b: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}}
+  forces: {f: {force: b, along x: {ramp: {begin: 0.10023 s, end: 0.10024 s, to: 1 N}}}}
+time: {end: 0.3 s}
+output: {series every: 0.1 s, watch: {f: f.fx}}
+)";
+  ASSERT_EQ(run_scenario(dir.scenario(pushed), dir / "out"), exit_ok);
+  const nlohmann::json f = summary_of(dir / "out")["columns"]["f"];
+  EXPECT_NEAR(f["steps in window"]["min"], 0, 1e-15);
+  EXPECT_NEAR(f["steps in window"]["max"], 1, 1e-15);
+  EXPECT_NEAR(f["mean in window"], 1 - 0.100235 / 0.3, 1e-3);
+}
+
+}  // namespace
+}  // namespace subsoil::app::run_motion_summary
