@@ -14,7 +14,9 @@
 #include "apps/output/state_file.hpp"
 #include "apps/run/analysis.hpp"
 #include "apps/run/checkpoints.hpp"
+#include "apps/run/columns.hpp"
 #include "apps/run/continuation.hpp"
+#include "apps/run/crossings.hpp"
 #include "apps/run/engine_program.hpp"
 #include "apps/run/frames.hpp"
 #include "apps/run/live_line.hpp"
@@ -134,6 +136,27 @@ void use_engine(World& world, const Loaded& loaded, const RunRequest& request) {
   }
 }
 
+/// What watches columns that are not there, before a bed settles for minutes: looked at beside a bed that is not
+/// settled.
+void refuse_columns(const Loaded& loaded) {
+  const Scenario& s = loaded.scenario;
+  if (!s.soil || !s.soil->bed || !(s.soil->bed->settle || s.soil->bed->fill == Fill::random)) return;
+  World world;
+  try {
+    BuildOptions options;
+    options.threads = 1, options.settle = false;
+    world = build_world(loaded, options);
+  } catch (const std::exception&) {
+    return;  // the bed as placed meets something that the settled one may not
+  }
+  coupling::Simulation simulation(world.bed.get(), world.machine.get(), world.body_surfaces, world.motions,
+                                  {.soil_step = world.step.soil_step,
+                                   .soil_steps = static_cast<int>(s.time.machine.soil_steps),
+                                   .machine_step = world.step.machine_step});
+  const Columns columns(loaded, world, simulation);
+  const Crossings crossings(loaded, columns);
+}
+
 /// The run as asked for, in a folder that is locked.
 int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<SavedRun>& saved, bool goes_on,
                FolderLock& lock, const std::optional<SavedSettling>& settling_from = std::nullopt) {
@@ -157,6 +180,7 @@ int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<Sa
   options.keep_settling = [&](const dem::SettleState& state, const dem::Bed& bed) {
     checkpoint.keep(state, bed.kernel_name());
   };
+  if (!saved && !settling_from) refuse_columns(loaded);
   World world = build_world(loaded, options);
   if (saved) keep_step(world, loaded, *saved, request);
   settling.close();

@@ -8,6 +8,7 @@
 #include "apps/scenario/checks.hpp"
 #include "apps/scenario/fields/json_forms.hpp"
 #include "apps/scenario/fields/nodes.hpp"
+#include "apps/scenario/gravity.hpp"
 #include "apps/scenario/scenario.hpp"
 
 namespace subsoil::app {
@@ -135,6 +136,16 @@ struct SoilChecks : Checks {
     }
   }
 
+  /// A bed that settles stands on what the container has: bodies and boundaries come to it afterwards.
+  void floor(const Container& c, const BedSection& b) {
+    const bool held = b.rough_floor || std::any_of(b.particles.begin(), b.particles.end(),
+                                                   [](const auto& particle) { return !particle.fixed.empty(); });
+    if (!c.open[2] || held || !acts_down(s.gravity) || !(b.settle || b.fill == Fill::random)) return;
+    refuse("soil.container.open",
+           "the face -y is open while the bed settles, and nothing holds it: bodies and boundaries come to it "
+           "afterwards; write `open after settling: [-y]`");
+  }
+
   /// Sides that are one and the same have no walls, and up there is none where the bed begins anew from below.
   void periodic(const Container& c) {
     for (std::size_t f = 0; f < 6; ++f) {
@@ -216,6 +227,7 @@ struct SoilChecks : Checks {
   void soil() {
     if (s.soil->moving) moving(*s.soil->moving);
     if (s.soil->container) container(*s.soil->container), periodic(*s.soil->container);
+    if (s.soil->container && s.soil->bed) floor(*s.soil->container, *s.soil->bed);
     if (s.soil->bed) check_bed(*this, s);
     check_clumps(*this, s);
     if (s.soil->surface && !(s.soil->bed && s.soil->container)) {

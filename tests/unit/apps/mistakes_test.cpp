@@ -51,6 +51,28 @@ std::string refusal(const std::vector<std::string>& sets) {
   return message_of<ScenarioError>([&] { looked_at(sets); });
 }
 
+/// A bed is poured into the container alone: with its floor open it would fall for as long as it may settle.
+TEST(Mistakes, ABedThatSettlesNeedsAFloor) {
+  const std::string said = refusal({"soil.container.open=[-y]"});
+  EXPECT_NE(said.find("the face -y is open while the bed settles"), std::string::npos) << said;
+  EXPECT_NE(said.find("write `open after settling: [-y]`"), std::string::npos) << said;
+  EXPECT_NO_THROW(looked_at({"soil.container.open after settling=[-y]"}));
+  EXPECT_NO_THROW(looked_at(
+      {"soil.container.open=[-y]", "soil.bed={fill: lattice, material: clay, radius: 10 mm}", "boundaries=[]"}));
+}
+
+/// A column that is not there is refused before the bed settles, which may take minutes.
+TEST(Mistakes, AWatchOfNothingIsRefusedBeforeTheBedSettles) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(plate);
+  EXPECT_NE(
+      message_of<ScenarioError>([&] {
+        run_scenario(file, dir / "out", {"output.watch.force={soil force: plat}", "soil.bed.settle.at most=1 us"});
+      }).find("did you mean `plate`"),
+      std::string::npos)
+      << "and not that the bed is not still after 1 us";
+}
+
 TEST(Mistakes, TooManySpheresAreCountedAndTheUnitIsGuessed) {
   const std::string small = refusal({"soil.bed={fill: random, material: clay, radius: 8 um, depth: 0.1 m}"});
   EXPECT_NE(small.find("spheres of 8e-06 m radius in 0.2 x 0.1 x 0.2 m"), std::string::npos) << small;
