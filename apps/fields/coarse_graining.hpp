@@ -14,9 +14,9 @@
 ///   P_k(r)     = sum m_i (v_i - V)(v_i - V) phi(r - x_i)            kinetic stress
 ///   P_c(r)     = sum_c F_c b_c int_0^1 phi(r - x_i + s b_c) ds      contact stress
 /// F_c is the force on i, b_c leads from the other end of the contact to x_i: from the centre of j, or from the point
-/// on a surface. What a clump passes on inside itself is given as contacts too. Stresses are compressive positive, first index the force. They obey the balance of momentum exactly,
-/// on every scale of phi: d(rho V)/dt = -div(P_k + P_c + rho V V) + rho g + force of surfaces. P_c need not be
-/// symmetric.
+/// on a surface. What a clump passes on inside itself is given as contacts too. Stresses are compressive positive,
+/// first index the force. They obey the balance of momentum exactly, on every scale of phi: d(rho V)/dt = -div(P_k +
+/// P_c + rho V V) + rho g + force of surfaces. P_c need not be symmetric.
 namespace subsoil::app {
 
 using dem::Vec3;
