@@ -6,7 +6,8 @@ test cases: `N passed, N failed`; any failure makes the exit code 1.
                             the change touches, and unit tests under the address and undefined-behaviour sanitizers:
                             of one library in turn and of those that the change touches
   scripts/test --quick      the daily suite: builds, runs all but the cases that take a second or more (`long`)
-  scripts/test --all        every test case, and all unit tests under the sanitizers with all kernels of this machine
+  scripts/test --all        every test case, all unit tests under the sanitizers with all kernels of this machine, and
+                            every reader of foreign files fuzzed for a minute (scripts/fuzz)
   scripts/test -R PATTERN   only cases whose name has PATTERN (`Heaps`, `Search.Misses*`, `*/4`), no sanitizers
 
 Turns: by the number of commits modulo 3 (`git rev-list --count HEAD`; without git or in a shallow clone, by the day), so
@@ -173,6 +174,18 @@ class Session:
             self.say(f"sanitize: {', '.join(targets)}")
             self.run("sanitize", tests)
 
+    def fuzz(self):
+        """A case for each target of scripts/fuzz, with clang, which the other suites do not need."""
+        self.say("fuzz: every target for a minute")
+        for command in ["scripts/setup", "--fuzz"], ["scripts/fuzz", "--list"], ["scripts/fuzz"]:
+            done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            if command[1:] == ["--list"]:
+                names = done.stdout.split()
+        print(done.stdout, end="")
+        clean = sum(re.search(rf"^{name} .*clean$", done.stdout, re.M) is not None for name in names)
+        self.passed += clean
+        self.failed += len(names) - clean
+
     def end(self):
         took = time.monotonic() - self.start
         print(f"took {took:.0f} s" + (f"; {self.skipped} cases say that they have nothing to test here" if self.skipped else ""))
@@ -225,6 +238,7 @@ def main():
         session.run("release", tests)
     if o.all:
         session.sanitize([*SANITIZED, "apps"], ALL_SANITIZED_SETS)
+        session.fuzz()
     elif not o.quick and not o.R:
         session.sanitize(sanitized(changed_files(), commit_number()), SANITIZED_SETS)
     return session.end()

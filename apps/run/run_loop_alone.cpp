@@ -24,6 +24,7 @@ int RunLoop::loop_alone() {
     earlier || machine.time() > t + close ? machine.look_back(t) : machine.look_ahead();
     if (!looks && columns_->needs_every_step()) columns_->take_instant(values_), values_[0] = t;
     if (t > before) ++steps_;
+    if (t > before && !sums_up()) summary_->sample_mean(t, t - before, {});  // its window goes on
     reached_ = t;
     const bool last = t >= end - close || signal != 0 || stops;
     const bool frame = frame_due_.due(t, close) || last, row = sample_due_.due(t, close) || last;
@@ -63,7 +64,7 @@ bool RunLoop::look_over(double before, double t, int parts) {
     const mbd::Integrator::Span piece = steps.piece(i);
     const double from = std::max(before, piece.begin), until = std::min(t, piece.end);
     if (!(until > from)) continue;
-    if (i > 0 || from > before) {  // what jumps at `before` may be in the step that begins there
+    if (piece.jumps && (i > 0 || from > before)) {  // what jumps at `before` may be in the step that begins there
       machine.look_back(from, i);
       if (look_at(from)) return true;
     }

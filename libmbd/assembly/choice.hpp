@@ -12,6 +12,7 @@ struct Choice {
   std::vector<int> dependent;    ///< the coordinate that each of them was solved for
   std::vector<int> redundant;    ///< equations that depend on those, ascending
   std::vector<int> independent;  ///< all other coordinates, ascending
+  bool operator==(const Choice&) const = default;
 };
 
 /// Gaussian elimination of the scaled Phi_q, equation by equation from the ground outwards, each pivoting on a column.

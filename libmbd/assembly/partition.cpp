@@ -99,6 +99,7 @@ void Partition::choose(const MotionState& at) {
                        std::to_string(static_cast<long>(rank_before - choice.rows.size())) + " of their rank, at " +
                        system_.owner(choice.redundant.back()) +
                        " (a dead point); the motion is not determined from here");
+  const bool same = choices_ > 0 && choice == choice_;
   choice_ = std::move(choice);
   ++choices_;
   rows_ = choice_.rows, u_ = choice_.dependent;
@@ -109,8 +110,8 @@ void Partition::choose(const MotionState& at) {
     throw std::invalid_argument("friction in " + system_.owner(system_.friction_rows().front()) +
                                 " needs its reaction, which is not determined: " + system_.owner(*spare) +
                                 " depends on other constraints; free the constraint that is too many");
-  analyse();
-  list_products();
+  if (!same) analyse(), list_products();
+  std::fill(best_pivot_.begin(), best_pivot_.end(), 0.0);
   factor();
   reduced_ = false;
   if (rank() > 0) weigh(), factor_schur(at);

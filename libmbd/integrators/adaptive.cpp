@@ -229,7 +229,7 @@ void Adaptive::step_on(double end, double stop) {
   if (root_) return;
   if (keeps() && front_ <= end) {
     read_consistent(front_);
-    keep_end(), keep_begin();
+    keep_end(), keep_begin(false);
   }
   if (!follows_partition()) {
     read_consistent(front_);

@@ -286,8 +286,8 @@ double Integrator::external_work_since(const Eigen::VectorXd& q) const {
   return work;
 }
 
-void Integrator::keep_begin() {
-  if (keeps_) pieces_.push_back({now_, now_, flows_, flows_, system_.open_joints(), system_.grips()});
+void Integrator::keep_begin(bool jumps) {
+  if (keeps_) pieces_.push_back({now_, now_, flows_, flows_, system_.open_joints(), system_.grips(), jumps});
 }
 
 void Integrator::keep_end() {

@@ -109,9 +109,10 @@ class Integrator {
   /// within one of these.
   struct Span {
     double begin, end;
+    bool jumps;  ///< something may, at its begin
   };
   std::size_t pieces() const { return pieces_.size(); }
-  Span piece(std::size_t i) const { return {pieces_[i].begin.t, pieces_[i].end.t}; }
+  Span piece(std::size_t i) const { return {pieces_[i].begin.t, pieces_[i].end.t, pieces_[i].jumps}; }
   /// The same in a piece: at its begin behind what jumps there, at its end before.
   void look_back(double t, std::size_t piece);
   void look_ahead();
@@ -146,8 +147,8 @@ class Integrator {
   /// Friction whose grip or sense of sliding an impact or another jump has ended, where no step has led there: at a
   /// state that the partition has evaluated.
   void release_friction();
-  /// Around what changes at an instant inside a step, for look_back().
-  void keep_begin();
+  /// Around what changes at an instant inside a step, for look_back(); or where a method's own step has ended.
+  void keep_begin(bool jumps = true);
   void keep_end();
   bool keeps() const { return keeps_; }
   virtual void on_save(std::vector<double>&) const {}
@@ -197,6 +198,7 @@ class Integrator {
     EnergyFlows flows_begin, flows_end;
     std::vector<char> open{};  ///< joints that are open in it
     System::Grips grips{};     ///< of friction in it
+    bool jumps = true;
   };
   void set_seen(const MotionState& m);
   double external_work_since(const Eigen::VectorXd& q) const;
