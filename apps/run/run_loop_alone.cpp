@@ -3,6 +3,7 @@
 
 #include "apps/build/machine.hpp"
 #include "apps/run/run_loop.hpp"
+#include "libmbd/integrators/adaptive.hpp"
 
 /// The run of a machine without soil.
 namespace subsoil::app {
@@ -11,11 +12,17 @@ int RunLoop::loop_alone() {
   mbd::Machine& machine = *world_.machine;
   const double end = s_.time.end, close = std::max(1e-9 * simulation_.step_length(), 1e-15 * end);
   const bool fixed = !machine.integrator().ends_anywhere();
-  const bool looks = sums_up() || crossings_->any() || columns_->has_history();  // between rows
+  const bool watches = crossings_->any() || columns_->has_history(), looks = sums_up() || watches;  // between rows
   if (fixed || looks) machine.keep_steps();
   motion_ = std::make_unique<MotionSummary>(*columns_, *summary_);
   simulation_.end_at(end);
-  const double longest = looks ? std::min(simulation_.step_length(), 1e-3) : simulation_.step_length();
+  const auto* const adaptive = dynamic_cast<const mbd::Adaptive*>(&machine.integrator());
+  // Between two looks: 1 ms; for the summary alone an eighth of the step by which the method has resolved the motion.
+  const auto longest = [&] {
+    if (!looks) return simulation_.step_length();
+    const double resolved = watches || adaptive == nullptr ? 0 : 0.125 * adaptive->last_step();
+    return std::min(simulation_.step_length(), std::max(1e-3, resolved));
+  };
   for (double t = start_time_, before = t;;) {
     const int signal = signal_to_obey();
     const bool stops = looks && look_over(before, t, fixed ? 1 : 2);
@@ -41,7 +48,7 @@ int RunLoop::loop_alone() {
     machine.look_ahead();
     if (last) return code_of(signal);
     before = t;
-    const double due = next_due(t, close), step_end = machine.time() > t + close ? machine.time() : t + longest;
+    const double due = next_due(t, close), step_end = machine.time() > t + close ? machine.time() : t + longest();
     t = step_end < due - close ? step_end : due;
     if (!reach(t, close, fixed)) return exit_failed;
     if (live_.due()) live_.show(live_text(values_));

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <cstdint>
+#include <limits>
 #include <stdexcept>
 #include <vector>
 
@@ -62,6 +63,8 @@ class Partition {
   void choose(const MotionState& at);
   /// New choice when the last evaluation asks for it; true when the choice changed hands.
   bool choose_again_if_needed(const MotionState& at);
+  /// The next evaluation factors its matrices at its own pose.
+  void forget_factors() { factored_at_.setConstant(std::numeric_limits<double>::quiet_NaN()), reduced_ = false; }
   bool asks_for_choice() const;  ///< the last evaluation came near to where Phi_u is singular
   long choices() const { return choices_; }
   double sensitivity() const { return sensitivity_; }

@@ -287,7 +287,8 @@ double Integrator::external_work_since(const Eigen::VectorXd& q) const {
 }
 
 void Integrator::keep_begin(bool jumps) {
-  if (keeps_) pieces_.push_back({now_, now_, flows_, flows_, system_.open_joints(), system_.grips(), jumps});
+  if (keeps_)
+    pieces_.push_back({now_, now_, flows_, flows_, system_.open_joints(), system_.grips(), jumps, pieces_made_++});
 }
 
 void Integrator::keep_end() {
@@ -323,10 +324,12 @@ void Integrator::look_back(double t, std::size_t at) {
   }
   const MotionState read = v.state;
   try {
-    v.partition.choose(piece->end);
+    // A choice for each piece, and factors of each pose: the same bits whatever was looked at before.
+    if (v.chosen_for != piece->number) v.partition.choose(piece->end), v.chosen_for = piece->number;
+    v.partition.forget_factors();
     v.partition.evaluate(v.state);
   } catch (const SingularPose&) {  // there the interpolation stands as it is
-    v.state = read;
+    v.state = read, v.chosen_for = -1;
     set_seen(read);
   }
   v.flows.external_work = pieces_.front().flows_begin.external_work + external_work_since(v.state.q);

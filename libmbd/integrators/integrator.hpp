@@ -191,6 +191,7 @@ class Integrator {
     Partition partition;
     MotionState state;
     EnergyFlows flows;
+    long chosen_for = -1;  ///< the piece whose end the choice of coordinates is of
   };
   /// Of the last step: what lies between two events.
   struct Piece {
@@ -199,6 +200,7 @@ class Integrator {
     std::vector<char> open{};  ///< joints that are open in it
     System::Grips grips{};     ///< of friction in it
     bool jumps = true;
+    long number = 0;  ///< of all pieces so far
   };
   void set_seen(const MotionState& m);
   double external_work_since(const Eigen::VectorXd& q) const;
@@ -210,6 +212,7 @@ class Integrator {
   System::Seen seen_now_;
   long changes_seen_ = 0;
   std::vector<Piece> pieces_;
+  long pieces_made_ = 0;
 
   Eigen::VectorXd q_before_;
   bool locate_ = true;
