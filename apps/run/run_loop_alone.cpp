@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "apps/build/machine.hpp"
+#include "apps/output/state_file.hpp"
 #include "apps/run/run_loop.hpp"
 #include "libmbd/integrators/adaptive.hpp"
 

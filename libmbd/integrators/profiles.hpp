@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "libmbd/assembly/partition.hpp"
 #include "libmbd/system/system.hpp"
 
 namespace subsoil::mbd {
