@@ -127,12 +127,12 @@ std::string few_grains(const std::string& law) {
 
 class FewGrains : public testing::TestWithParam<const char*> {};
 
-TEST_P(FewGrains, MoveAsInTheBedOnOneProcessAndOnTwo) {
+TEST_P(FewGrains, MoveAsInTheBedOnOneToEightProcesses) {
   SKIP_UNLESS_BUILT();
   const RunDirectory work;
   const std::string scenario = work.scenario(few_grains(GetParam()));
   ASSERT_EQ(run_scenario(scenario, work / "bed"), 0);
-  for (const int ranks : {1, 2}) {
+  for (const int ranks : {1, 2, 4, 8}) {  // of four borders cross, of eight they do in all directions
     const std::filesystem::path out = work / ("on" + std::to_string(ranks));
     ASSERT_EQ(run_on(ranks, scenario, out), 0) << text_of(out.string() + ".log");
     EXPECT_LT(largest_difference(work / "bed", out), kRounding) << ranks << " processes";
@@ -153,6 +153,8 @@ TEST(ManyNodes, APassWithItsMachineIsThatOfTheBed) {
   ASSERT_EQ(run_scenario(scenario, work / "bed"), 0);
   ASSERT_EQ(run_on(2, scenario, work / "mpi"), 0) << text_of(work / "mpi.log");
   EXPECT_LT(largest_difference(work / "bed", work / "mpi"), 1e-8);  // 300 grains, disturbed by a tine for 0.1 s
+  ASSERT_EQ(run_on(4, scenario, work / "four"), 0) << text_of(work / "four.log");
+  EXPECT_LT(largest_difference(work / "bed", work / "four"), 1e-8);
   const auto bed = summary_of(work / "bed"), mpi = summary_of(work / "mpi");
   EXPECT_EQ(mpi["run"]["engine"], "LIGGGHTS on 2 processes");
   for (const auto& [section, value] : bed.items()) EXPECT_TRUE(mpi.contains(section)) << section;
@@ -211,7 +213,7 @@ TEST(ManyNodes, FramesInPartsAreThoseThatTheFirstProcessGathers) {
   const RunDirectory work;
   const std::string scenario = work.scenario(few_grains("law: linear, k_n: 100 kN/m, restitution: 0.5, mu: 0.3"));
   const std::string often = "--set \"output.every=1.7 ms\" --set output.precision=double ";
-  for (const int ranks : {1, 2}) {
+  for (const int ranks : {1, 2, 4}) {
     const std::string n = std::to_string(ranks);
     const std::string parts = ranks == 1 ? "--set output.frames=parts" : "";
     ASSERT_EQ(run_on(ranks, scenario, work / ("parts" + n), often + parts), 0)
