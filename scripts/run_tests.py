@@ -3,11 +3,12 @@
 test cases: `N passed, N failed`; any failure makes the exit code 1.
 
   scripts/test              the gate: builds, runs every short test case, of the long ones a third in turn and those that
-                            the change touches, and unit tests under the address and undefined-behaviour sanitizers:
-                            of one library in turn and of those that the change touches
+                            the change touches, unit tests under the address and undefined-behaviour sanitizers: of one
+                            library in turn and of those that the change touches, and readers of foreign files that the
+                            change touches fuzzed for a minute each (scripts/fuzz)
   scripts/test --quick      the daily suite: builds, runs all but the cases that take a second or more (`long`)
   scripts/test --all        every test case, all unit tests under the sanitizers with all kernels of this machine, and
-                            every reader of foreign files fuzzed for a minute (scripts/fuzz)
+                            every reader of foreign files fuzzed for a minute
   scripts/test -R PATTERN   only cases whose name has PATTERN (`Heaps`, `Search.Misses*`, `*/4`), no sanitizers
 
 Turns: by the number of commits modulo 3 (`git rev-list --count HEAD`; without git or in a shallow clone, by the day), so
@@ -38,6 +39,18 @@ TOUCHED = {
     "regression": ("coupling/", "tests/regression/"),
     "optional": ("apps/output/", "scripts/python/", "tests/optional/"),
     "verification_scenarios": ("coupling/", "configs/1s300", "configs/parts/", "tests/verification/scenarios/"),
+}
+# Targets of scripts/fuzz that a change wakes -> beginnings of the sources that they read foreign bytes with.
+FUZZED = {
+    "scenario": ("apps/scenario/document", "apps/scenario/yaml_bounds", "apps/input_limits"),
+    "unit": ("apps/scenario/units", "apps/scenario/formula_bounds"),
+    "value": ("apps/scenario/arithmetic", "apps/scenario/units", "apps/scenario/formula_bounds"),
+    "formula": ("apps/scenario/expression", "apps/scenario/formula_", "apps/scenario/units"),
+    "mesh": ("apps/scenario/shapes/mesh", "libdem/geometry/mesh_builders", "libdem/geometry/triangle_mesh"),
+    "bed": ("apps/output/bed_file", "apps/output/csv", "apps/output/hdf5", "apps/output/read_guard"),
+    "series": ("apps/output/series", "apps/output/csv"),
+    "state": ("apps/run/restart", "apps/output/state_file", "apps/output/hdf5", "apps/output/read_guard"),
+    "frames": ("apps/report/frames_file", "apps/output/joined_frame", "apps/output/hdf5", "apps/output/read_guard"),
 }
 # The portable kernel alone in the gate: of wider sets the sanitizer sees plain loads and stores only, no gather.
 SANITIZED_SETS, ALL_SANITIZED_SETS = "portable", "native"
@@ -174,14 +187,14 @@ class Session:
             self.say(f"sanitize: {', '.join(targets)}")
             self.run("sanitize", tests)
 
-    def fuzz(self):
-        """A case for each target of scripts/fuzz, with clang, which the other suites do not need."""
-        self.say("fuzz: every target for a minute")
-        for command in ["scripts/setup", "--fuzz"], ["scripts/fuzz", "--list"], ["scripts/fuzz"]:
+    def fuzz(self, names):
+        """A case for each of these targets of scripts/fuzz, with clang, which the other suites do not need."""
+        if not names:
+            return
+        self.say(f"fuzz: {', '.join(names)}")
+        for command in ["scripts/setup", "--fuzz"], ["scripts/fuzz", *names]:
             done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-            if command[1:] == ["--list"]:
-                names = done.stdout.split()
-        print(done.stdout, end="")
+            print(done.stdout, end="")
         clean = sum(re.search(rf"^{name} .*clean$", done.stdout, re.M) is not None for name in names)
         self.passed += clean
         self.failed += len(names) - clean
@@ -198,6 +211,15 @@ def sanitized(changed, number):
     turn = SANITIZED[number % len(SANITIZED)]
     return [one for one in SANITIZED
             if one == turn or any(file.startswith((one + "/", f"tests/unit/{one}/")) for file in changed)]
+
+
+def fuzzed(changed):
+    """The targets whose readers the change touches."""
+    listing = output_of("scripts/fuzz", "--list") or fail("scripts/fuzz lists no targets")
+    if set(listing.split()) != set(FUZZED):
+        fail("FUZZED of scripts/run_tests.py and the targets of scripts/fuzz differ")
+    return [name for name, sources in FUZZED.items()
+            if any(file.startswith((*sources, "tests/fuzz/targets", f"tests/fuzz/corpus/{name}/")) for file in changed)]
 
 
 def in_turn(tests, changed, number):
@@ -238,9 +260,10 @@ def main():
         session.run("release", tests)
     if o.all:
         session.sanitize([*SANITIZED, "apps"], ALL_SANITIZED_SETS)
-        session.fuzz()
+        session.fuzz(list(FUZZED))
     elif not o.quick and not o.R:
         session.sanitize(sanitized(changed_files(), commit_number()), SANITIZED_SETS)
+        session.fuzz(fuzzed(changed_files()))
     return session.end()
 
 
