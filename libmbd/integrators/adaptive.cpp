@@ -1,6 +1,7 @@
 #include "libmbd/integrators/adaptive.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -49,7 +50,9 @@ Adaptive::Adaptive(System& system)
       after_crossing_(now_),
       next_(now_),
       gaps_(switches_.count(), 0),
-      gaps_before_(gaps_) {}
+      gaps_before_(gaps_) {
+  event_gaps_.fill(gaps_);
+}
 
 void Adaptive::on_start() {
   clock_.restart();
@@ -127,6 +130,34 @@ void Adaptive::stop_at_hidden_contact(double begin) {
     };
     front_ = at(locate_crossing(gap, 1, gap(0), gap(1)));
     hidden_here_ = found->which, root_ = true;
+  }
+  now_ = next_, flows_.of_elements = walk_flows_;
+}
+
+// When an event of a joint has come and gone in the step from `begin` to front_, puts front_ where it came. Its value
+// is looked at where the step begins and ends, and beside both for its rates.
+void Adaptive::stop_at_hidden_event(double begin) {
+  const double beside = 1e-3 * (front_ - begin), end = front_;
+  const std::array<double, 4> times = {begin, begin + beside, end - beside, end};
+  next_ = now_, walk_flows_ = flows_.of_elements;
+  const auto look_at = [&](double t, std::vector<double>& out) {
+    read_consistent(t);
+    look(now_, out);
+  };
+  for (std::size_t k = 0; k < times.size(); ++k) look_at(times[k], event_gaps_[k]);
+  for (std::size_t i = 0; i < switches_.count(); ++i) {
+    if (!switches_.of_joint(i) || switches_.side(i) < 0) continue;
+    const auto& [a, after_a, before_b, b] = event_gaps_;
+    const auto gap = [&](double t) {
+      look_at(t, gaps_);
+      return gaps_[i];
+    };
+    const auto below =
+        find_hidden_dip({begin, end, a[i], b[i], (after_a[i] - a[i]) / beside, (b[i] - before_b[i]) / beside}, gap);
+    if (!below) continue;
+    const auto share = [&](double part) { return gap(begin + part * (*below - begin)); };
+    const double at = begin + locate_crossing(share, 1, a[i], gap(*below)) * (*below - begin);
+    if (at < front_) front_ = at, hidden_here_ = i, root_ = true;
   }
   now_ = next_, flows_.of_elements = walk_flows_;
 }
@@ -222,6 +253,7 @@ void Adaptive::step_on(double end, double stop) {
   const double begin = std::exchange(front_, reached.t);
   root_ = reached.root;
   if (watches_switches() && switches_.has_gaps()) stop_at_hidden_contact(begin);
+  if (watches_switches() && system_.has_joint_events()) stop_at_hidden_event(begin);
   if (remembers_) {  // what ground is struck by, and how deep, is seen with the method's own steps
     read_consistent(front_);
     system_.commit();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <exception>
 
 #include "libmbd/integrators/hidden_contacts.hpp"
@@ -79,6 +80,7 @@ class Adaptive : public Integrator {
   void pass_event();
   void sample_gaps(GapSample& out);
   void stop_at_hidden_contact(double begin);
+  void stop_at_hidden_event(double begin);
   [[noreturn]] void give_up(long taken, double end);
   bool try_step(double end, double stop, Reached& reached);
   void step_on(double end, double stop);
@@ -103,7 +105,7 @@ class Adaptive : public Integrator {
   long wrench_changes_ = 0;
   std::vector<int> directions_;
   GapSample step_begin_, step_end_;
-  std::optional<std::size_t> hidden_here_;  ///< what closes at front_, of which the method knows no root
+  std::optional<std::size_t> hidden_here_;  ///< what passes its zero at front_, of which the method knows no root
 
   RungeKutta walker_;
   bool beside_singular_ = false;  // at front_
@@ -120,6 +122,7 @@ class Adaptive : public Integrator {
   MotionState next_;
   Eigen::VectorXd walk_flows_;
   std::vector<double> gaps_, gaps_before_;
+  std::array<std::vector<double>, 4> event_gaps_;
 };
 
 }  // namespace subsoil::mbd

@@ -44,4 +44,28 @@ std::optional<HiddenContact> find_hidden_contact(const Switches& switches, doubl
   return Search{switches, least_way * length_scale, look}.between(begin, end, 0);
 }
 
+std::optional<double> find_hidden_dip(const EndsOfStep& e, const std::function<double(double)>& g) {
+  if (!(e.at_begin > 0 && e.at_end > 0 && e.rate_at_begin < 0 && e.rate_at_end > 0)) return {};
+  const double length = e.end - e.begin;
+  const double met = (e.at_end - e.at_begin - e.rate_at_end * length) / (e.rate_at_begin - e.rate_at_end);
+  const double tangents = e.at_begin + e.rate_at_begin * met;
+  if (tangents > 0.5 * std::min(e.at_begin, e.at_end)) return {};
+  constexpr double golden = 0.6180339887498949, width = 1e-8;  // sqrt(epsilon): a minimum is flat over more
+  double low = e.begin, high = e.end;
+  double left = high - golden * (high - low), right = low + golden * (high - low);
+  double at_left = g(left), at_right = g(right);
+  while (at_left >= 0 && at_right >= 0 && high - low > width * length) {
+    if (at_left < at_right) {
+      high = right, right = left, at_right = at_left;
+      left = high - golden * (high - low), at_left = g(left);
+    } else {
+      low = left, left = right, at_left = at_right;
+      right = low + golden * (high - low), at_right = g(right);
+    }
+  }
+  if (at_left < 0) return left;
+  if (at_right < 0) return right;
+  return {};
+}
+
 }  // namespace subsoil::mbd

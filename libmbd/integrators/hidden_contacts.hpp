@@ -32,4 +32,17 @@ struct HiddenContact {
 std::optional<HiddenContact> find_hidden_contact(const Switches& switches, double length_scale, const GapSample& begin,
                                                  const GapSample& end, const std::function<void(GapSample&)>& look);
 
+/// A function of time g at the ends of a step, and its rates there.
+struct EndsOfStep {
+  double begin, end;
+  double at_begin, at_end;
+  double rate_at_begin, rate_at_end;
+};
+
+/// A time inside a step at which g < 0, where g is positive at both ends, falls at the first and rises at the second:
+/// the search for its minimum, by golden section, ends at the first such value. Nothing where it stays above zero,
+/// which is not looked into where the tangents at the ends meet above half of the lower end: g bends upwards there by
+/// less.
+std::optional<double> find_hidden_dip(const EndsOfStep& ends, const std::function<double(double)>& g);
+
 }  // namespace subsoil::mbd
