@@ -113,9 +113,9 @@ void Summary::see(double time, std::span<const double> values) {
   for (std::size_t i = 0; i < columns_.size(); ++i) columns_[i].now.steps.take(time, values[i]);
 }
 
-bool Summary::is_extreme(std::size_t i, double time, double value) const {
+std::optional<std::pair<double, double>> Summary::extremes(std::size_t i, double time) const {
   const Extremes& e = columns_[i].now.steps;
-  return holds(time) && (value < e.low || value > e.high);
+  return holds(time) ? std::optional(std::pair(e.low, e.high)) : std::nullopt;
 }
 
 void Summary::sample_mean(double time, double duration, std::span<const double> means) {

@@ -2,8 +2,10 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/json_fwd.hpp"
@@ -54,8 +56,8 @@ class Summary {
   /// The same of a motion that is known between: means over the step, and values at any instant, for extremes.
   void sample_mean(double time, double duration, std::span<const double> means);
   void see(double time, std::span<const double> values);
-  /// Whether column i would have a new extreme in the window with this value at that time.
-  bool is_extreme(std::size_t i, double time, double value) const;
+  /// Lowest and highest value of column i in the window so far, where that holds `time`.
+  std::optional<std::pair<double, double>> extremes(std::size_t i, double time) const;
 
   /// Free sections, in the order of first use: summary.section("run")["threads"] = 2.
   Json& section(const std::string& name);

@@ -293,6 +293,12 @@ void Columns::follow_back(double t, std::span<double> row) const {
   }
 }
 
+void Columns::seek(std::vector<Sought>& out) const {
+  for (const WatchSource& w : watches_)
+    if (w.history >= 0 && !of_history(static_cast<std::size_t>(w.column)))
+      histories_[static_cast<std::size_t>(w.history)].seek(static_cast<std::size_t>(w.column), out);
+}
+
 void Columns::archive_histories(Archive& a) {
   if (histories_.empty()) return;  // runs without are kept as they always were
   a(histories_, history_before_);

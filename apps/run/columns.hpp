@@ -60,6 +60,8 @@ class Columns {
   void follow(double t, std::span<double> row, std::span<double> middle = {});
   /// `row` at a time after the instant before the last, as if followed to there only.
   void follow_back(double t, std::span<double> row) const;
+  /// Adds what is worth looking for between instants, for what is followed over time.
+  void seek(std::vector<Sought>& out) const;
   void archive_histories(Archive& a);
   /// Columns that the machine has of an instant; with soil it stands at the ends of windows only.
   const std::vector<std::size_t>& of_machine_instant() const { return of_machine_instant_; }

@@ -74,6 +74,12 @@ bool Crossings::look(double t, std::span<const double> values, const Locate& loc
   return !stopped_by_.empty();
 }
 
+void Crossings::seek(std::vector<Sought>& out) const {
+  for (const Crossing& c : list_) out.push_back({c.column, static_cast<double>(c.side), c.level, Sought::Kind::dip});
+  for (const Stop& s : stops_)
+    out.push_back({s.column, static_cast<double>(s.beyond ? s.sign : -s.sign), s.level, Sought::Kind::dip});
+}
+
 /// Whether it has passed, in a direction that counts.
 bool Crossings::pass(Crossing& c, double t, double value, const Locate& locate) {
   if (!looked_ || c.side == 0 || value == 0 || (value > 0) == (c.side > 0)) return false;

@@ -7,6 +7,7 @@
 
 #include "apps/output/archive.hpp"
 #include "apps/output/summary.hpp"
+#include "apps/run/peak_search.hpp"
 
 namespace subsoil::app {
 
@@ -35,6 +36,8 @@ class Crossings {
   bool needs_sums() const { return needs_sums_; }
   /// At every instant, with all columns. True where the run is to end by now.
   bool look(double t, std::span<const double> values, const Locate& locate);
+  /// Adds the values that columns have yet to pass, from the look before on.
+  void seek(std::vector<Sought>& out) const;
   /// On a line between two instants: of second order in the step.
   static double on_a_line(const Passage& p) { return p.at_start / (p.at_start - p.at_end); }
 

@@ -71,6 +71,31 @@ void History::add(double t, double y, double middle) {
   }
 }
 
+void History::seek(std::size_t column, std::vector<Sought>& out) const {
+  if (!begun_ || rule_.held || std::isnan(y_)) return;
+  const auto value_to_pass = [&](Sought::Kind kind) {
+    out.push_back({column, y_ > rule_.level ? 1.0 : -1.0, rule_.level, kind});
+  };
+  const auto extreme = [&](double sign) {
+    const bool of_all = !std::isfinite(rule_.within) && !std::isnan(value_);
+    const double so_far = of_all ? value_ : sign * std::numeric_limits<double>::infinity();
+    out.push_back({column, sign, so_far, Sought::Kind::extreme});
+  };
+  switch (rule_.kind) {
+    case Watch::Kind::count:
+      return value_to_pass(Sought::Kind::dip);
+    case Watch::Kind::time_above:
+    case Watch::Kind::time_below:
+      return value_to_pass(Sought::Kind::passage);
+    case Watch::Kind::maximum:
+      return extreme(-1);
+    case Watch::Kind::minimum:
+      return extreme(1);
+    default:
+      return;
+  }
+}
+
 void History::take_jump(double y) {
   if (rule_.held || y == y_) return;
   y_ = y, slope_ = std::numeric_limits<double>::quiet_NaN();
@@ -120,10 +145,20 @@ void History::take_count(double y) {
 }
 
 void History::take_time(const Piece& p, double sign) {
+  const double from = p.y - rule_.level, until = p.at(1) - rule_.level;
+  // Where the middle is known passages have been sought: a piece then ends at them, but for the last of very many.
+  const bool passes = from * until < 0 && std::min(std::abs(from), std::abs(until)) > 1e-9 * std::abs(from - until);
+  if (p.b != 0 && !passes) {
+    if (sign * (p.at(0.5) - rule_.level) > 0)
+      value_ += p.dt;
+    else if (rule_.unbroken)
+      value_ = 0;
+    return;
+  }
   // The piece in parts on one side of the level.
   std::array<double, 4> cuts{0, 1, 1, 1};
   std::size_t count = 1;
-  const double c = p.y - rule_.level, root = p.a * p.a - 4 * p.b * c;
+  const double c = from, root = p.a * p.a - 4 * p.b * c;
   if (p.b == 0) {
     if (p.a != 0) cuts[count++] = -c / p.a;
   } else if (root > 0) {
@@ -135,13 +170,13 @@ void History::take_time(const Piece& p, double sign) {
   cuts[count] = 1;
   double before = 0;
   for (std::size_t i = 1; i <= count; ++i) {
-    const double until = std::clamp(cuts[i], before, 1.0);
-    if (until > before) {
-      const bool beyond = sign * (p.at(0.5 * (before + until)) - rule_.level) > 0;
-      if (beyond) value_ += (until - before) * p.dt;
+    const double cut = std::clamp(cuts[i], before, 1.0);
+    if (cut > before) {
+      const bool beyond = sign * (p.at(0.5 * (before + cut)) - rule_.level) > 0;
+      if (beyond) value_ += (cut - before) * p.dt;
       if (!beyond && rule_.unbroken) value_ = 0;
     }
-    before = until;
+    before = cut;
   }
 }
 

@@ -2,8 +2,10 @@
 #include <deque>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "apps/output/archive.hpp"
+#include "apps/run/peak_search.hpp"
 #include "apps/scenario/sections/output.hpp"
 
 namespace subsoil::app {
@@ -31,6 +33,8 @@ class History {
   /// The next instant, or the same one behind a jump. `middle`: halfway since the one before; NaN: not known.
   void add(double t, double y, double middle);
   double value() const { return value_; }
+  /// Adds the value that `column`, which is followed, has yet to pass, or the extreme so far.
+  void seek(std::size_t column, std::vector<Sought>& out) const;
   void archive(Archive& a);
 
  private:

@@ -18,7 +18,7 @@ void MotionSummary::begin(double t, std::span<const double> row) {
   summary_.see(t_, begin_);
 }
 
-void MotionSummary::add(double t, std::span<const double> middle, std::span<const double> row, const At& at) {
+void MotionSummary::add(double t, std::span<const double> middle, std::span<const double> row) {
   std::vector<double> half = of(middle);
   const std::vector<double> end = of(row);
   for (std::size_t i = 0; i < mean_.size(); ++i) {
@@ -28,20 +28,17 @@ void MotionSummary::add(double t, std::span<const double> middle, std::span<cons
   }
   summary_.see(0.5 * (t_ + t), half);
   summary_.see(t, end);
-  look_at_vertices(t, half, end, at);
   summary_.sample_mean(t, t - t_, mean_);
   t_ = t, begin_ = end;
 }
 
-void MotionSummary::look_at_vertices(double t, const std::vector<double>& middle, const std::vector<double>& end,
-                                     const At& at) {
-  for (std::size_t i = 0; i < end.size(); ++i) {
-    if (columns_.of_history(columns_.summarised()[i])) continue;
-    const double a = -3 * begin_[i] + 4 * middle[i] - end[i], b = 2 * (begin_[i] - 2 * middle[i] + end[i]);
-    const double share = -a / (2 * b), vertex = begin_[i] + 0.5 * share * a;
-    if (!(share > 0 && share < 1) || !summary_.is_extreme(i, t, vertex)) continue;
-    const double time = t_ + share * (t - t_);
-    summary_.see(time, of(at(time)));
+void MotionSummary::seek(double t, std::vector<Sought>& out) const {
+  for (std::size_t i = 0; i < columns_.summarised().size(); ++i) {
+    const std::size_t column = columns_.summarised()[i];
+    const auto extremes = summary_.extremes(i, t);
+    if (!extremes || columns_.of_history(column)) continue;
+    out.push_back({column, 1, extremes->first, Sought::Kind::extreme});
+    out.push_back({column, -1, extremes->second, Sought::Kind::extreme});
   }
 }
 

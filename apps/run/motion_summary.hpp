@@ -1,5 +1,4 @@
 #pragma once
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -9,22 +8,22 @@
 namespace subsoil::app {
 
 /// What the summary takes of a machine alone, from instants so near that its method has resolved the motion between
-/// them. Columns are there on the parabola through both and the middle: means by Simpson's rule, of order dt^4. Where
-/// its vertex would be a new extreme, the motion itself is looked at, so that an extreme is always a value that was
-/// there, also where a column jumps. The vertex is off by some dt^2, which takes some dt^4 from the extreme.
+/// them. Columns are there on the parabola through both and the middle: means by Simpson's rule, of order dt^4.
+/// Extremes are those of the instants, which are to be taken at the peaks that find_peak() finds by what seek() gives
+/// it: so an extreme is always a value that was there, also where a column jumps or turns sharply.
 class MotionSummary {
  public:
   MotionSummary(const Columns& columns, Summary& summary);
 
   /// All columns at the first instant.
   void begin(double t, std::span<const double> row);
-  /// All columns at the next one and halfway to it. `at`: what gives them at a time between.
-  using At = std::function<std::span<const double>(double t)>;
-  void add(double t, std::span<const double> middle, std::span<const double> row, const At& at);
+  /// All columns at the next one and halfway to it.
+  void add(double t, std::span<const double> middle, std::span<const double> row);
+  /// Adds the extremes so far, where `t` lies in the window.
+  void seek(double t, std::vector<Sought>& out) const;
 
  private:
   std::vector<double> of(std::span<const double> row) const;
-  void look_at_vertices(double t, const std::vector<double>& middle, const std::vector<double>& end, const At& at);
 
   const Columns& columns_;
   Summary& summary_;

@@ -20,6 +20,7 @@
 #include "apps/run/live_line.hpp"
 #include "apps/run/motion_summary.hpp"
 #include "apps/run/output_folder.hpp"
+#include "apps/run/peak_search.hpp"
 #include "apps/run/physics_watch.hpp"
 #include "apps/run/restart.hpp"
 #include "apps/run/rows.hpp"
@@ -74,7 +75,7 @@ class RunLoop {
   /// Of a machine alone: takes what is followed over time, and crossings, through the pieces of its last step, each in
   /// so many parts, and over what jumps between them; true where the run is to end.
   bool look_over(double before, double t, int parts);
-  bool look_through(std::size_t piece, double from, double until);
+  bool look_through(std::size_t piece, double from, double until, int splits);
   /// At what the machine shows.
   bool look_at(double t);
   /// Whether the summary has columns.
@@ -156,8 +157,9 @@ class RunLoop {
   std::unique_ptr<Rows> rows_;
   std::unique_ptr<Crossings> crossings_;
   std::vector<double> values_, summarised_;  // of the step, of the summary's columns
-  std::vector<double> middle_;               // halfway through it, for what is followed over time
+  std::vector<double> begin_, middle_;       // where a part of it begins, and halfway through it
   std::vector<double> between_;              // at a time in it
+  std::vector<Sought> sought_;               // in that part
   bool follows_sums_ = false;                ///< what is followed over time is of sums over all spheres
   LiveLine live_;
   RecentRate rate_;

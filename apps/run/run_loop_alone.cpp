@@ -9,6 +9,11 @@
 /// The run of a machine without soil.
 namespace subsoil::app {
 
+namespace {
+// Peaks that a part between two looks is divided at, the earliest first; what lies before one is searched half as long.
+constexpr int most_splits = 6;
+}  // namespace
+
 int RunLoop::loop_alone() {
   mbd::Machine& machine = *world_.machine;
   const double end = s_.time.end, close = std::max(1e-9 * simulation_.step_length(), 1e-15 * end);
@@ -78,7 +83,7 @@ bool RunLoop::look_over(double before, double t, int parts) {
     }
     for (int part = 1; part <= parts; ++part) {
       const auto end_of = [&](int k) { return k == parts ? until : from + (until - from) * k / parts; };
-      if (look_through(i, end_of(part - 1), end_of(part))) return true;
+      if (look_through(i, end_of(part - 1), end_of(part), most_splits)) return true;
     }
   }
   machine.look_ahead();
@@ -93,15 +98,25 @@ bool RunLoop::look_at(double t) {
   return crossings_->any() && crossings_->look(t, values_, Crossings::on_a_line);
 }
 
-bool RunLoop::look_through(std::size_t piece, double from, double until) {
+bool RunLoop::look_through(std::size_t piece, double from, double until, int splits) {
   const auto take = [&](double t, std::vector<double>& row) {
     world_.machine->look_back(t, piece);
     columns_->take_instant(row), row[0] = t;
   };
-  const double middle = 0.5 * (from + until);
-  middle_ = between_ = values_;
-  if (sums_up() || columns_->has_history()) take(middle, middle_);
-  take(until, values_);
+  begin_ = middle_ = between_ = values_;
+  take(0.5 * (from + until), middle_), take(until, values_);
+  sought_.clear();
+  if (splits > 0 && crossings_->any()) crossings_->seek(sought_);
+  if (splits > 0) columns_->seek(sought_);
+  if (splits > 0 && sums_up()) motion_->seek(until, sought_);
+  const auto peak = find_peak(sought_, {from, until, begin_, middle_, values_, [&](double t) {
+                                          take(t, between_);
+                                          return std::span<const double>(between_);
+                                        }});
+  if (peak) {
+    values_ = begin_;
+    return look_through(piece, from, *peak, splits / 2) || look_through(piece, *peak, until, splits - 1);
+  }
   if (columns_->has_history()) columns_->follow(until, values_, middle_);
   const bool stops = crossings_->any() && crossings_->look(until, values_, [&](const Crossings::Passage& p) {
     if (columns_->of_history(p.column)) return Crossings::on_a_line(p);
@@ -114,10 +129,7 @@ bool RunLoop::look_through(std::size_t piece, double from, double until) {
   if (!sums_up()) return stops;
   const double end = stops ? std::min(until, crossings_->stopped_at()) : until;
   if (end < until) take(0.5 * (from + end), middle_), take(end, values_);
-  motion_->add(end, middle_, values_, [&](double t) {
-    take(t, between_);
-    return std::span<const double>(between_);
-  });
+  motion_->add(end, middle_, values_);
   return stops;
 }
 

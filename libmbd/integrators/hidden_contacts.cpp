@@ -44,17 +44,11 @@ std::optional<HiddenContact> find_hidden_contact(const Switches& switches, doubl
   return Search{switches, least_way * length_scale, look}.between(begin, end, 0);
 }
 
-std::optional<double> find_hidden_dip(const EndsOfStep& e, const std::function<double(double)>& g) {
-  if (!(e.at_begin > 0 && e.at_end > 0 && e.rate_at_begin < 0 && e.rate_at_end > 0)) return {};
-  const double length = e.end - e.begin;
-  const double met = (e.at_end - e.at_begin - e.rate_at_end * length) / (e.rate_at_begin - e.rate_at_end);
-  const double tangents = e.at_begin + e.rate_at_begin * met;
-  if (tangents > 0.5 * std::min(e.at_begin, e.at_end)) return {};
-  constexpr double golden = 0.6180339887498949, width = 1e-8;  // sqrt(epsilon): a minimum is flat over more
-  double low = e.begin, high = e.end;
+Minimum find_minimum(const std::function<double(double)>& g, double low, double high, double width, double enough) {
+  constexpr double golden = 0.6180339887498949;
   double left = high - golden * (high - low), right = low + golden * (high - low);
   double at_left = g(left), at_right = g(right);
-  while (at_left >= 0 && at_right >= 0 && high - low > width * length) {
+  while (!(std::min(at_left, at_right) < enough) && high - low > width) {
     if (at_left < at_right) {
       high = right, right = left, at_right = at_left;
       left = high - golden * (high - low), at_left = g(left);
@@ -63,9 +57,17 @@ std::optional<double> find_hidden_dip(const EndsOfStep& e, const std::function<d
       right = low + golden * (high - low), at_right = g(right);
     }
   }
-  if (at_left < 0) return left;
-  if (at_right < 0) return right;
-  return {};
+  return at_left < at_right ? Minimum{left, at_left} : Minimum{right, at_right};
+}
+
+std::optional<double> find_hidden_dip(const EndsOfStep& e, const std::function<double(double)>& g) {
+  if (!(e.at_begin > 0 && e.at_end > 0 && e.rate_at_begin < 0 && e.rate_at_end > 0)) return {};
+  const double length = e.end - e.begin;
+  const double met = (e.at_end - e.at_begin - e.rate_at_end * length) / (e.rate_at_begin - e.rate_at_end);
+  const double tangents = e.at_begin + e.rate_at_begin * met;
+  if (tangents > 0.5 * std::min(e.at_begin, e.at_end)) return {};
+  const Minimum least = find_minimum(g, e.begin, e.end, 1e-8 * length, 0);  // flat over sqrt(epsilon)
+  return least.value < 0 ? std::optional(least.at) : std::nullopt;
 }
 
 }  // namespace subsoil::mbd

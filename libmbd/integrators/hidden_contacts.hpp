@@ -32,6 +32,14 @@ struct HiddenContact {
 std::optional<HiddenContact> find_hidden_contact(const Switches& switches, double length_scale, const GapSample& begin,
                                                  const GapSample& end, const std::function<void(GapSample&)>& look);
 
+struct Minimum {
+  double at, value;
+};
+
+/// The minimum of a function that has one between `low` and `high`, to `width` by golden section, or the first value
+/// below `enough` that is met on the way to it.
+Minimum find_minimum(const std::function<double(double)>& g, double low, double high, double width, double enough);
+
 /// A function of time g at the ends of a step, and its rates there.
 struct EndsOfStep {
   double begin, end;

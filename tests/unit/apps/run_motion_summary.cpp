@@ -95,5 +95,42 @@ output: {series every: 0.1 s, watch: {f: f.fx}}
   EXPECT_NEAR(f["mean in window"], 1 - 0.100235 / 0.3, 1e-3);
 }
 
+// A body flies past a post at 10 m/s, 0.1 mm beside it: d^2 = (0.1 mm)^2 + (x - x_post)^2 turns within 0.02 ms. All
+// that looks at d must see it, wherever between two looks it lies. Bounds: 1e-6 of the parts looked at (0.5 ms) at 10
+// m/s squared over 0.1 mm are far below 1e-9 m; times of passages are located to rounding of 0.1 s.
+TEST(RunMotionSummary, AClosestApproachIsSeenHoweverShort) {
+  for (const double post : {1.0, 1.0007, 1.0021, 1.00431, 1.0083}) {
+    const RunDirectory dir;
+    const std::string flight = fmt::format(R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {{b: {{mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m, velocity: 10 0 m/s}}}}
+  markers: {{post: {{at: {} 0.0001 m}}}}
+  measures: {{d: {{distance: [post, b]}}}}
+time: {{end: 0.2 s}}
+output:
+  series every: 0.1 s
+  watch: {{gap: d, least: {{minimum: d}}, last: {{minimum: d, within: 0.15 s}}, passed: {{count: d, at: 0.5 mm}}, near: {{time below: d, at: 0.5 mm}}}}
+  crossings: {{by: {{column: d, at: 0.5 mm}}}}
+)",
+                                           post);
+    SCOPED_TRACE(flight);
+    ASSERT_EQ(run_scenario(dir.scenario(flight), dir / "out"), exit_ok);
+    const double half = std::sqrt(0.25 - 0.01) * 1e-3 / 10, met = post / 10;
+    const nlohmann::json summary = summary_of(dir / "out"), columns = summary["columns"];
+    EXPECT_NEAR(columns["gap"]["steps in window"]["min"], 1e-4, 1e-9);
+    const Series series = read_series(dir / "out/series.csv");
+    const auto last = [&](const char* name) { return series.at(name).back(); };
+    EXPECT_NEAR(last("least"), 1e-4, 1e-9);
+    EXPECT_NEAR(last("last"), 1e-4, 1e-9);
+    EXPECT_EQ(last("passed"), 2);
+    EXPECT_NEAR(last("near"), 2 * half, 1e-9);
+    const std::vector<double> times = summary["crossings"]["by"]["times [s]"];
+    ASSERT_EQ(times.size(), 2U);
+    EXPECT_NEAR(times[0], met - half, 1e-9);
+    EXPECT_NEAR(times[1], met + half, 1e-9);
+  }
+}
+
 }  // namespace
 }  // namespace subsoil::app::run_motion_summary
