@@ -97,7 +97,22 @@ std::size_t number_length(std::string_view text) {
 /// The variables of a formula.
 using Symbols = std::vector<GiNaC::realsymbol>;
 
+bool is_variable(const std::string& name, const Symbols& variables) {
+  return std::any_of(variables.begin(), variables.end(), [&](const auto& v) { return v.get_name() == name; });
+}
+
+/// What GiNaC's parser knows a variable by: its name, but where that is one of its own constants' or of ours, which the
+/// variable hides.
+std::string variable_in_tree(std::string name, const Symbols& variables) {
+  static constexpr std::array constants{"pi", "e", "Pi", "Euler", "Catalan", "I", "Digits"};
+  if (std::find(constants.begin(), constants.end(), name) == constants.end()) return name;
+  do name += '_';
+  while (is_variable(name, variables));
+  return name;
+}
+
 std::string name_in_tree(const std::string& name, const Symbols& variables) {
+  if (is_variable(name, variables)) return variable_in_tree(name, variables);
   std::vector<std::string> known;
   for (const GiNaC::realsymbol& v : variables) known.push_back(v.get_name());
   const std::string arguments = fmt::format("{}", fmt::join(known, ", "));
@@ -144,11 +159,13 @@ std::string fault_of(const std::string& message) {
 
 ex read_formula(const std::string& text, const Symbols& variables) {
   const std::vector<std::string> words = words_of(text, variables);
-  check_formula_bounds(text);
+  std::vector<std::string> hidden;
+  for (const GiNaC::realsymbol& v : variables) hidden.push_back(v.get_name());
+  check_formula_bounds(text, hidden);
   const std::string formula = with_signs_in_brackets(words);
   GiNaC::symtab names;
-  for (const GiNaC::realsymbol& v : variables) names[v.get_name()] = v;
   names["pi"] = GiNaC::Pi, names["e"] = GiNaC::exp(ex(1));
+  for (const GiNaC::realsymbol& v : variables) names[variable_in_tree(v.get_name(), variables)] = v;
   try {
     return GiNaC::parser(names, true)(formula);
   } catch (const GiNaC::parse_error& error) {

@@ -46,7 +46,7 @@ Cost composed(const Cost& a) {
 
 class Bounds {
  public:
-  explicit Bounds(std::string_view text) : text_(text) {}
+  Bounds(std::string_view text, std::span<const std::string> variables) : text_(text), variables_(variables) {}
   void all() {
     const Cost cost = sum();
     if (next() != '\0') refuse("its end");
@@ -178,6 +178,7 @@ class Bounds {
     const std::string word(text_.substr(begin, at_ - begin));
     if (next() != '(') {
       Cost cost;
+      if (std::find(variables_.begin(), variables_.end(), word) != variables_.end()) return cost;
       if (word == "pi") cost.value = 3.141592653589793;
       if (word == "e") cost.value = 2.718281828459045;
       return cost;
@@ -205,16 +206,17 @@ class Bounds {
   }
 
   std::string_view text_;
+  std::span<const std::string> variables_;
   std::size_t at_ = 0;
   int depth_ = 0, signs_ = 0;
 };
 
 }  // namespace
 
-void check_formula_bounds(const std::string& formula) {
+void check_formula_bounds(const std::string& formula, std::span<const std::string> variables) {
   if (formula.size() > longest)
     throw UnitError("is a formula of more than 10,000 characters", "write it shorter, or as a table");
-  Bounds(formula).all();
+  Bounds(formula, variables).all();
 }
 
 }  // namespace subsoil::app

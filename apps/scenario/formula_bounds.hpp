@@ -1,4 +1,5 @@
 #pragma once
+#include <span>
 #include <string>
 
 namespace subsoil::app {
@@ -7,7 +8,7 @@ namespace subsoil::app {
 /// brackets nested more than 100 deep, whole numbers that powers make longer than 100,000 bits (10^(10^10)), second
 /// derivatives of more than 200,000 terms, numbers beyond double precision, functions with empty brackets. `formula`
 /// holds numbers, names, + - * / ^ ( ) and commas alone. Throws UnitError, for what is no
-/// formula too: GiNaC can crash over one, or go on for ever.
-void check_formula_bounds(const std::string& formula);
+/// formula too: GiNaC can crash over one, or go on for ever. A variable may have the name of a constant, pi or e.
+void check_formula_bounds(const std::string& formula, std::span<const std::string> variables);
 
 }  // namespace subsoil::app

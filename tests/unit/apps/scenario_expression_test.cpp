@@ -187,6 +187,18 @@ std::string refusal(const std::string& text) {
   return test::message_of<UnitError>([&] { make_expression(text, "1", 1); });
 }
 
+// A name that the scenario gives hides a constant of ours or of the library that reads formulas.
+TEST(Expression, NamesThatAreGivenHideConstants) {
+  for (const char* name : {"e", "pi", "Pi", "Euler", "Catalan", "I", "Digits", "E"}) {
+    const double values[] = {5, 7};
+    const std::string n = name;
+    EXPECT_EQ(make_formula_of("2*" + n + " + b^2", {n, "b"})(values), 59) << name;
+    EXPECT_EQ(make_formula_of(n + "_*" + n, {n, n + "_"})(values), 35) << name;
+    EXPECT_EQ(make_formula_of(n + "^9999999", {n, "b"})(std::array{1.0, 0.0}.data()), 1) << name;
+  }
+  EXPECT_NEAR(make_formula_of("pi + e*b", {"b"})(std::array{2.0}.data()), M_PI + 2 * M_E, 1e-15);
+}
+
 TEST(Expression, RefusesWithRuleAndCure) {
   EXPECT_EQ(refusal("sine(t)"), "`sine` is no name of a formula in t; did you mean `sin`?");
   EXPECT_EQ(refusal("2*frequency"),
