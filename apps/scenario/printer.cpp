@@ -44,7 +44,8 @@ void Printer::visit_section(const Field& field, SectionMember& section) {
   printer.body_names_ = body_names_;
   section.declare(printer);
   body_names_ = printer.body_names_;
-  if (!mapping.entries.empty()) node_.add(field.key, std::move(mapping));
+  const bool says_by_being_there = section.when == SectionMember::When::given;
+  if (!mapping.entries.empty() || says_by_being_there) node_.add(field.key, std::move(mapping));
 }
 
 void Printer::visit_list(const Field& field, ListMember& list) {

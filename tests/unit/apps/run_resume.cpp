@@ -140,6 +140,18 @@ TEST(Resume, WornSurface) {
                "at: 50 75 40 mm, wear: {coefficient: 1e-4, hardness: 2 GPa, finnie: 1e-12 1/Pa},");
   expect_no_seam(text);
 }
+/// A section without a key says something by being there: the results' own scenario.yaml has it.
+TEST(Resume, WearWithoutConstants) {
+  std::string text = with_bed("fill: random, material: soil, radius: 8 mm, count: 120");
+  ASSERT_NE(text.find("at: 50 75 40 mm,"), std::string::npos);
+  text.replace(text.find("at: 50 75 40 mm,"), 16, "at: 50 75 40 mm, wear: {},");
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out"), exit_ok);
+  EXPECT_TRUE(summary_of(dir / "out").contains("wear"));
+  ASSERT_EQ(run_scenario((dir / "out/scenario.yaml").string(), dir / "again"), exit_ok);
+  EXPECT_EQ(summary_of(dir / "again")["wear"], summary_of(dir / "out")["wear"]);
+  expect_no_seam(text);
+}
 /// A lag that is left out follows from the run's step, which spheres that have moved would choose otherwise.
 TEST(Resume, ServoWithoutALag) {
   std::string text = with_bed("fill: random, material: soil, radius: {uniform: 7 8 mm}, count: 120");
