@@ -1,5 +1,7 @@
 #include "apps/report/disturbance.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -84,7 +86,8 @@ Json disturbance_json(const Disturbance& d, double draft, double half_width) {
     return out;
   }
   const Furrow& f = *d.furrow;
-  out["stretch from x [m]"] = f.from, out["stretch until x [m]"] = f.until;
+  out[fmt::format("stretch from {} [m]", f.along)] = f.from,
+                                         out[fmt::format("stretch until {} [m]", f.along)] = f.until;
   out["of steady work"] = f.steady;
   out["cell [m]"] = f.cell;
   out["furrow area below the surface [m2]"] = f.furrow_area;
@@ -103,8 +106,9 @@ Json disturbance_json(const Disturbance& d, double draft, double half_width) {
     out["specific draft, interval 95 % [N/m2]"] = json_number(half_width / f.disturbed_area);
   }
   out["layers"] = layers_json(f);
-  out["profile"] = {
-      {"z [m]", known(f.z)}, {"surface before [m]", known(f.before)}, {"surface after [m]", known(f.after)}};
+  out["profile"] = {{fmt::format("{} [m]", f.across), known(f.z)},
+                    {"surface before [m]", known(f.before)},
+                    {"surface after [m]", known(f.after)}};
   return out;
 }
 

@@ -33,6 +33,15 @@ Displaced displaced(const FramesFile& file) {
   return d;
 }
 
+/// What lies along z along x, and the other way round: a mirror image, of which a cross-section says the same.
+void swap_axes(FrameSpheres& s) {
+  for (std::size_t i = 0; i + 2 < s.position.size(); i += 3) std::swap(s.position[i], s.position[i + 2]);
+}
+dem::PeriodicCell swapped(dem::PeriodicCell cell) {
+  std::swap(cell.low.x, cell.low.z), std::swap(cell.length.x, cell.length.z);
+  return cell;
+}
+
 /// Those that have come in on the other side are where they would be beyond their own.
 Displaced unwrapped(Displaced d, const dem::PeriodicCell& cell) {
   if (!cell.any()) return d;
@@ -60,7 +69,7 @@ std::vector<double> heights(const FramesFile& file, const FrameSpheres& s, const
     const double x = s.position[3 * i], z = s.position[3 * i + 2];
     if (x < f.from || x >= f.until) continue;
     if (z < f.z0) continue;
-    const auto column = std::min(f.columns - 1, static_cast<std::size_t>((z - f.z0) / f.cell));
+    const auto column = std::min(f.columns - 1, static_cast<std::size_t>((z - f.z0) / f.column));
     const auto ix = std::min(nx - 1, static_cast<std::size_t>((x - f.from) / dx));
     double& t = top[ix * f.columns + column];
     t = std::max(t, static_cast<double>(s.position[3 * i + 1]) + file.radius()[s.index[i]]);
@@ -79,14 +88,14 @@ std::vector<double> heights(const FramesFile& file, const FrameSpheres& s, const
 void take_profile(const ToolPath& tool, Furrow& f) {
   std::size_t left = f.columns, right = f.columns;  // the highest columns beside the tool
   for (std::size_t c = 0; c < f.columns; ++c) {
-    f.z.push_back(f.z0 + (static_cast<double>(c) + 0.5) * f.cell);
+    f.z.push_back(f.z0 + (static_cast<double>(c) + 0.5) * f.column);
     const double rise = f.after[c] - f.before[c];
     if (!std::isfinite(rise)) continue;
-    (rise < 0 ? f.furrow_area : f.heap_area) += std::abs(rise) * f.cell;
+    (rise < 0 ? f.furrow_area : f.heap_area) += std::abs(rise) * f.column;
     f.heave = std::max(f.heave, rise);
     f.depth = std::max(f.depth, -rise);
-    if (-rise > 0.1 * f.cell) f.width += f.cell;
-    std::size_t& ridge = f.z[c] < tool.z ? left : right;
+    if (-rise > 0.1 * f.cell) f.width += f.column;
+    std::size_t& ridge = f.z[c] < tool.middle ? left : right;
     if (rise > 0 && (ridge == f.columns || rise > f.after[ridge] - f.before[ridge])) ridge = c;
   }
   f.ridge_to_ridge = left < f.columns && right < f.columns ? f.z[right] - f.z[left] : none;
@@ -96,9 +105,9 @@ void take_profile(const ToolPath& tool, Furrow& f) {
 std::vector<double> solid_fraction(const FramesFile& file, const FrameSpheres& s, const Furrow& f) {
   const auto nx = static_cast<std::size_t>(std::max(1.0, std::floor((f.until - f.from) / f.cell)));
   FieldGrid grid;
-  grid.spacing = {f.cell, f.cell, f.cell};
+  grid.spacing = {f.cell, f.cell, f.column};
   grid.low = {0.5 * (f.from + f.until) - 0.5 * static_cast<double>(nx - 1) * f.cell, f.y0 + 0.5 * f.cell,
-              f.z0 + 0.5 * f.cell};
+              f.z0 + 0.5 * f.column};
   grid.n = {nx, f.rows, f.columns};
   CoarseGraining coarse(grid, FieldKernel(FieldKernel::Kind::lucy, f.cell));
   for (std::size_t i = 0; i < s.index.size(); ++i) {
@@ -124,7 +133,7 @@ void take_loosened(const FramesFile& file, const Displaced& d, Furrow& f) {
     const double y = f.y0 + (static_cast<double>(k / f.columns) + 0.5) * f.cell;
     if (!(y + f.cell < std::min(f.before[column], f.after[column]))) continue;
     f.loosened[k] = before[k] - after[k];
-    if (f.loosened[k] > Furrow::loosening) f.loosened_area += f.cell * f.cell;
+    if (f.loosened[k] > Furrow::loosening) f.loosened_area += f.cell * f.column;
   }
 }
 
@@ -135,7 +144,7 @@ void take_disturbed(const Displaced& d, Furrow& f) {
     const float* p = &d.before.position[3 * i];
     if (p[0] < f.from || p[0] >= f.until || d.row_after[i] < 0) continue;
     const auto row = std::min(f.rows - 1, static_cast<std::size_t>(std::max(0.0, (p[1] - f.y0) / f.cell))),
-               column = std::min(f.columns - 1, static_cast<std::size_t>(std::max(0.0, (p[2] - f.z0) / f.cell)));
+               column = std::min(f.columns - 1, static_cast<std::size_t>(std::max(0.0, (p[2] - f.z0) / f.column)));
     const float* q = &d.after.position[3 * static_cast<std::size_t>(d.row_after[i])];
     sum[row * f.columns + column] += std::hypot(q[0] - p[0], q[1] - p[1], q[2] - p[2]);
     ++count[row * f.columns + column];
@@ -145,7 +154,7 @@ void take_disturbed(const Displaced& d, Furrow& f) {
     if (count[k] == 0) continue;
     f.moved[k] = sum[k] / count[k];
     if (f.moved[k] <= f.threshold) continue;
-    f.disturbed_area += f.cell * f.cell;
+    f.disturbed_area += f.cell * f.column;
   }
 }
 
@@ -159,7 +168,8 @@ void take_walls(const FramesFile& file, const Displaced& d, bool periodic_across
     if (p[0] < f.from || p[0] >= f.until || d.row_after[i] < 0) continue;
     const float* q = &d.after.position[3 * static_cast<std::size_t>(d.row_after[i])];
     const bool moved = std::hypot(q[0] - p[0], q[1] - p[1], q[2] - p[2]) > Furrow::wall_moved * 0.5 * f.cell;
-    const double far = f.cell + file.radius()[d.before.index[i]], top = f.z0 + static_cast<double>(f.columns) * f.cell;
+    const double far = f.cell + file.radius()[d.before.index[i]],
+                 top = f.z0 + static_cast<double>(f.columns) * f.column;
     const bool at[3] = {p[1] - f.y0 <= far, !periodic_across && p[2] - f.z0 <= far,
                         !periodic_across && top - p[2] <= far};
     for (int w = 0; w < 3; ++w) walls[w].near += at[w] ? 1 : 0, walls[w].moved += at[w] && moved ? 1 : 0;
@@ -218,12 +228,12 @@ void take_layers(const FramesFile& file, const ToolPath& tool, const Displaced& 
     for (std::size_t i = 0; i < d.before.index.size(); ++i) {
       const float* p = &d.before.position[3 * i];
       if (p[1] < layer.low || p[1] > layer.high || p[0] < f.from || p[0] >= f.until || d.row_after[i] < 0) continue;
-      if (std::abs(p[2] - tool.z) > reach) continue;
+      if (std::abs(p[2] - tool.middle) > reach) continue;
       const float* q = &d.after.position[3 * static_cast<std::size_t>(d.row_after[i])];
       ++motion.spheres;
       motion.rise += q[1] - p[1];
       motion.forward += tool.direction * (q[0] - p[0]);
-      motion.aside += (p[2] < tool.z ? -1 : 1) * (q[2] - p[2]);
+      motion.aside += (p[2] < tool.middle ? -1 : 1) * (q[2] - p[2]);
       const std::size_t there = layer_at(q[1]);
       motion.into[there] += 1;
       motion.moved_out += &layers[there] != &layer ? 1 : 0;
@@ -240,9 +250,14 @@ void take_layers(const FramesFile& file, const ToolPath& tool, const Displaced& 
 }  // namespace
 
 std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, double steady_from,
-                             const dem::PeriodicCell& cell, std::string& why) {
+                             const dem::PeriodicCell& of_bed, std::string& why) {
   Furrow f;
-  const Displaced d = displaced(file);
+  Displaced d = displaced(file);
+  dem::PeriodicCell cell = of_bed;
+  if (tool.axis == 2) {
+    f.along = 'z', f.across = 'x', cell = swapped(of_bed);
+    swap_axes(d.before), swap_axes(d.after);
+  }
   Extent x, y, z;
   double diameter = 0;
   for (std::size_t i = 0; i < d.before.index.size(); ++i) {
@@ -261,9 +276,9 @@ std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, doubl
     const std::array<double, 2> ends = file.window(file.times().size() - 1);
     x.low = std::min(ends[0], ends[1]) + depth, x.high = std::max(ends[0], ends[1]) - depth;
   }
-  const double face = tool.direction > 0 ? x.low : -x.high, began = tool.direction * tool.rear_x.front();
+  const double face = tool.direction > 0 ? x.low : -x.high, began = tool.direction * tool.rear.front();
   const double near = std::isfinite(began) ? std::max(face, began) : face;
-  const double rear = tool.direction * tool.rear_x.back(), end = std::min(rear, tool.direction > 0 ? x.high : -x.low);
+  const double rear = tool.direction * tool.rear.back(), end = std::min(rear, tool.direction > 0 ? x.high : -x.low);
   const double enough = std::max(2 * f.cell, 0.25 * depth);
   double start = none;
   if (std::isfinite(steady_from)) start = std::max(near, tool.direction * tool.tip_at(file.times(), steady_from));
@@ -279,9 +294,11 @@ std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, doubl
   }
   f.from = tool.direction > 0 ? start : -end, f.until = tool.direction > 0 ? end : -start;
   f.y0 = y.low - 0.5 * f.cell, f.z0 = z.low - 0.5 * f.cell;
-  // Whole cells, the outermost of which take what is left: disturbed soil at a wall must lie in one of them.
+  // Whole cells, of which the uppermost takes what is left: disturbed soil at a wall must lie in one of them. Across
+  // they are as wide as fills the bed, so that a mirror image has the same.
   f.rows = static_cast<std::size_t>(std::max(1.0, std::round((y.high - y.low) / f.cell + 1)));
   f.columns = static_cast<std::size_t>(std::max(1.0, std::round((z.high - z.low) / f.cell + 1)));
+  f.column = (z.high - z.low + f.cell) / static_cast<double>(f.columns);
   f.threshold = 0.5 * f.cell;
   f.before = heights(file, d.before, f);
   f.after = heights(file, d.after, f);

@@ -22,9 +22,11 @@ struct LayerMotion {
 
 /// Cross-section across the travel, mean over a stretch that the tool has passed: between the first frame and the last.
 struct Furrow {
-  double from = 0, until = 0;            ///< m; the stretch along x
+  char along = 'x', across = 'z';        ///< the axes, as the tool travels
+  double from = 0, until = 0;            ///< m; the stretch along the travel
   bool steady = false;                   ///< it lies in steady work; else it begins half a depth past the near face
   double cell = 0;                       ///< m; mean diameter of the spheres
+  double column = 0;                     ///< m; width of a column across, so that whole ones fill the bed
   std::vector<double> z, before, after;  ///< middle of a column and height of the surface there, m; NaN: empty
   double furrow_area = 0;                ///< m^2 below the surface before
   double heap_area = 0;                  ///< m^2 above it

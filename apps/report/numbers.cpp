@@ -134,8 +134,8 @@ std::vector<ReportNumber> numbers_of_soil(const RunFolder& run, const ToolPath& 
   add("tool", "mean speed of the tip", "m/s", tool.speed, none, whole);
   if (!furrow) return out;
   TimeWindow ends = whole;
-  ends.rule = fmt::format("first frame to last, stretch x = {:.3f} ... {:.3f} m{}", furrow->from, furrow->until,
-                          furrow->steady ? "" : ", which is not of steady work");
+  ends.rule = fmt::format("first frame to last, stretch {} = {:.3f} ... {:.3f} m{}", furrow->along, furrow->from,
+                          furrow->until, furrow->steady ? "" : ", which is not of steady work");
   add("furrow", "area below the surface", "m^2", furrow->furrow_area, none, ends);
   add("furrow", "area of the heaps", "m^2", furrow->heap_area, none, ends);
   add("furrow", "largest heave", "m", furrow->heave, none, ends);

@@ -135,6 +135,9 @@ Json furrow_json(const Furrow& f) {
           {"from", json_rounded(f.from)},
           {"until", json_rounded(f.until)},
           {"cell", json_rounded(f.cell)},
+          {"column", json_rounded(f.column)},
+          {"along", std::string(1, f.along)},
+          {"across", std::string(1, f.across)},
           {"z", numbers(f.z)},
           {"before", numbers(f.before)},
           {"after", numbers(f.after)},
@@ -232,7 +235,8 @@ class RunReader {
 
   void take_film(const FramesFile& file, const std::optional<ToolPath>& tool) {
     FilmOptions options;
-    options.middle = request_.slice_given ? request_.slice : tool ? tool->z : 0;
+    // The section is along x; across the way of a tool that travels along z it has no middle.
+    options.middle = request_.slice_given ? request_.slice : tool && tool->axis == 0 ? tool->middle : 0;
     options.bytes = film_bytes / static_cast<double>(request_.runs.size());
     options.stills = still_times(part_.folder, file);
     if (part_.folder.scenario) options.force = RestForce(*part_.folder.scenario, file.materials());

@@ -18,7 +18,7 @@ double lowest(const std::vector<float>& vertices) {
   return low;
 }
 
-/// Foremost x * direction of the triangles at a height; -far where none is cut.
+/// Foremost place along the axis, times direction, of the triangles at a height; -far where none is cut.
 double front_at(const FramesFile& file, const ToolPath& tool, const Vertices& vertices, double y) {
   double front = -far;
   for (std::size_t k = 0; k < tool.surfaces.size(); ++k) {
@@ -30,7 +30,8 @@ double front_at(const FramesFile& file, const ToolPath& tool, const Vertices& ve
         const double ya = v[a + 1], yb = v[b + 1];
         if ((ya - y) * (yb - y) > 0 || ya == yb) continue;
         const double share = (y - ya) / (yb - ya);
-        front = std::max(front, tool.direction * (v[a] + share * (v[b] - v[a])));
+        const double from = v[a + tool.axis], to = v[b + tool.axis];
+        front = std::max(front, tool.direction * (from + share * (to - from)));
       }
   }
   return front;
@@ -62,21 +63,23 @@ void choose(const FramesFile& file, const std::map<std::string, std::string>& bo
 }
 
 void follow(const FramesFile& file, ToolPath& tool) {
+  tool.tip.clear(), tool.depth.clear(), tool.rear.clear();
   for (std::size_t f = 0; f < file.times().size(); ++f) {
-    double low = far, x = 0, rear = far;
+    double low = far, tip = 0, rear = far;
     for (const std::size_t s : tool.surfaces) {
       const std::vector<float> v = file.surface(f, file.surfaces()[s]);
       for (std::size_t i = 0; i + 2 < v.size(); i += 3) {
         // Of a level edge or face the foremost point is the tip.
         const bool level = std::abs(v[i + 1] - low) < level_edge;
-        if (level ? tool.direction * v[i] > tool.direction * x : v[i + 1] < low) x = v[i];
+        const double place = v[i + tool.axis];
+        if (level ? tool.direction * place > tool.direction * tip : v[i + 1] < low) tip = place;
         low = std::min(low, static_cast<double>(v[i + 1]));
-        if (v[i + 1] < tool.soil_surface) rear = std::min(rear, tool.direction * v[i]);
+        if (v[i + 1] < tool.soil_surface) rear = std::min(rear, tool.direction * place);
       }
     }
-    tool.tip_x.push_back(x);
+    tool.tip.push_back(tip);
     tool.depth.push_back(tool.soil_surface - low);
-    tool.rear_x.push_back(tool.direction * rear);
+    tool.rear.push_back(tool.direction * rear);
   }
 }
 
@@ -89,12 +92,12 @@ void measure(const FramesFile& file, ToolPath& tool) {
     vertices.push_back(file.surface(frame, file.surfaces()[s]));
     for (std::size_t i = 0; i + 2 < vertices.back().size(); i += 3)
       if (vertices.back()[i + 1] < tool.soil_surface)
-        low = std::min(low, static_cast<double>(vertices.back()[i + 2])),
-        high = std::max(high, static_cast<double>(vertices.back()[i + 2]));
+        low = std::min(low, static_cast<double>(vertices.back()[i + tool.across()])),
+        high = std::max(high, static_cast<double>(vertices.back()[i + tool.across()]));
   }
   tool.width = high - low;
-  tool.z = 0.5 * (low + high);
-  const double depth = tool.depth[frame], tip = tool.direction * tool.tip_x[frame];
+  tool.middle = 0.5 * (low + high);
+  const double depth = tool.depth[frame], tip = tool.direction * tool.tip[frame];
   tool.rake_low = std::numbers::pi, tool.rake_high = 0;
   for (int k = 5; k <= 20; ++k) {
     const double up = depth * k / 20.0;
@@ -108,13 +111,13 @@ void measure(const FramesFile& file, ToolPath& tool) {
 }  // namespace
 
 double ToolPath::tip_at(const std::vector<double>& times, double time) const {
-  if (time <= times.front()) return tip_x.front();
+  if (time <= times.front()) return tip.front();
   for (std::size_t i = 1; i < times.size(); ++i)
     if (time <= times[i]) {
       const double share = (time - times[i - 1]) / (times[i] - times[i - 1]);
-      return tip_x[i - 1] + share * (tip_x[i] - tip_x[i - 1]);
+      return tip[i - 1] + share * (tip[i] - tip[i - 1]);
     }
-  return tip_x.back();
+  return tip.back();
 }
 
 std::optional<ToolPath> tool_path(const FramesFile& file, double soil_surface,
@@ -124,13 +127,13 @@ std::optional<ToolPath> tool_path(const FramesFile& file, double soil_surface,
   if (file.times().size() < 2 || file.particles() == 0) return {};
   choose(file, body_of, tool);
   if (tool.surfaces.empty()) return {};
-  follow(file, tool);
-  if (tool.tip_x.back() < tool.tip_x.front()) {
-    tool.direction = -1;
-    tool.tip_x.clear(), tool.depth.clear(), tool.rear_x.clear();
-    follow(file, tool);
-  }
-  tool.speed = std::abs(tool.tip_x.back() - tool.tip_x.front()) / (file.times().back() - file.times().front());
+  const auto way = [&] { return tool.tip.back() - tool.tip.front(); };
+  tool.axis = 2, follow(file, tool);
+  const double along_z = way();
+  tool.axis = 0, follow(file, tool);
+  if (std::abs(along_z) > std::abs(way())) tool.axis = 2, follow(file, tool);
+  if (way() < 0) tool.direction = -1, follow(file, tool);
+  tool.speed = std::abs(way()) / (file.times().back() - file.times().front());
   measure(file, tool);
   return tool;
 }

@@ -13,18 +13,20 @@ namespace subsoil::app {
 struct ToolPath {
   std::vector<std::size_t> surfaces;  ///< of FramesFile::surfaces()
   std::vector<std::string> names;
-  double soil_surface = 0;           ///< y of the soil's mean surface, m
-  double direction = 1;              ///< of travel along x, +1 or -1
-  std::vector<double> tip_x, depth;  ///< per frame: lowest point, m; depth below the surface (negative: above)
-  std::vector<double> rear_x;        ///< per frame: of what is below the surface, its hindmost x
-  double z = 0;                      ///< middle of its width, m
-  double width = 0;                  ///< of what is below the surface in the frame of the greatest depth, m
-  double speed = 0;                  ///< mean speed of the tip along x over the record, m/s
+  double soil_surface = 0;         ///< y of the soil's mean surface, m
+  std::size_t axis = 0;            ///< along which it travels: 0 for x, 2 for z, by which the tip has gone further
+  double direction = 1;            ///< of travel along it, +1 or -1
+  std::vector<double> tip, depth;  ///< per frame: lowest point along the axis, m; depth below the surface (< 0: above)
+  std::vector<double> rear;        ///< per frame: of what is below the surface, the hindmost along the axis, m
+  double middle = 0;               ///< of its width, across the axis, m
+  double width = 0;                ///< of what is below the surface in the frame of the greatest depth, m
+  double speed = 0;                ///< mean speed of the tip along the axis over the record, m/s
   /// Angles against the horizontal of the chords from the tip to the tool's front face at heights from a quarter of the
   /// depth up to the surface: least and largest, rad.
   double rake_low = 0, rake_high = 0;
 
-  /// tip_x at a time, linear between frames.
+  std::size_t across() const { return 2 - axis; }
+  /// tip at a time, linear between frames.
   double tip_at(const std::vector<double>& times, double time) const;
 };
 

@@ -34,6 +34,7 @@ std::vector<dem::Vec3> block() {
 struct Given {
   double half_width = 0.1, depth = 0.16, strain = 0;  ///< of the box that is loosened upward from its bottom
   dem::Vec3 shift{};                                  ///< and moved as a whole
+  dem::Vec3 (*seen)(const dem::Vec3&) = [](const dem::Vec3& p) { return p; };  ///< the scene turned or mirrored
 };
 
 /// Two frames: the block, and the block after; a tool 20 mm wide and 160 mm deep has gone through.
@@ -43,6 +44,8 @@ Disturbance after(const Given& given) {
   for (dem::Vec3& p : moved)
     if (std::abs(p.z) < given.half_width && p.y > -given.depth)
       p += given.shift + dem::Vec3{0, given.strain * (p.y + given.depth), 0};
+  for (dem::Vec3& p : before) p = given.seen(p);
+  for (dem::Vec3& p : moved) p = given.seen(p);
   ParticleTable table;
   table.material_names = {"soil"};
   for (std::size_t i = 0; i < before.size(); ++i) {
@@ -58,7 +61,7 @@ Disturbance after(const Given& given) {
   {
     RunWriter writer(dir.path(), table, {tool}, options);
     for (const auto& [time, x, points] : {std::tuple{0.0, -0.1, &before}, std::tuple{1.0, nx * d + 0.1, &moved}}) {
-      const dem::Pose pose{{x, 0.1 - given.depth, 0}, {}};
+      const dem::Pose pose{given.seen({x, 0.1 - given.depth, 0}), {}};
       Frame frame;
       frame.time = time;
       frame.position = *points;
@@ -97,6 +100,39 @@ TEST(Disturbance, OfALiftIsItsArea) {
   }
   EXPECT_GT(rise, 0.4 * up);
   EXPECT_NEAR(forward / rise, 0.02 / up, 1e-5);
+}
+
+/// Turned about the vertical, or mirrored, a pass does the same; the cross-section is across the way of the tool. The
+/// bed is not whole columns wide: its outermost spheres are drawn in by 3 mm.
+TEST(Disturbance, DoesNotDependOnTheDirectionOfTravel) {
+  const auto turned = [](const dem::Vec3& p) { return dem::Vec3{p.z, p.y, -p.x}; };
+  const auto mirrored = [](const dem::Vec3& p) { return dem::Vec3{p.x, p.y, -p.z}; };
+  const auto narrow = [](const dem::Vec3& p) { return dem::Vec3{p.x, p.y, p.z > 0.29 ? p.z - 0.012 : p.z}; };
+  const auto narrow_mirrored = [](const dem::Vec3& p) { return dem::Vec3{p.x, p.y, p.z > 0.29 ? 0.012 - p.z : -p.z}; };
+  const dem::Vec3 shift{0.02, -0.015, 0.01};
+  const auto same = [&](const Disturbance& one, const Disturbance& other) {
+    ASSERT_TRUE(one.furrow && other.furrow) << one.why << other.why;
+    const Furrow &a = *one.furrow, &b = *other.furrow;
+    EXPECT_NEAR(one.tool->width, other.tool->width, 1e-6);
+    EXPECT_NEAR(one.tool->speed, other.tool->speed, 1e-6);
+    EXPECT_NEAR(a.until - a.from, b.until - b.from, 1e-6);
+    for (const auto value : {&Furrow::furrow_area, &Furrow::depth, &Furrow::width, &Furrow::disturbed_area,
+                             &Furrow::heap_area, &Furrow::swell})
+      EXPECT_NEAR(a.*value, b.*value, 1e-6 * (1 + std::abs(a.*value)));
+    EXPECT_NEAR(a.loosened_area, b.loosened_area, 1e-8);
+    for (std::size_t k = 0; k < a.layers.size(); ++k) EXPECT_NEAR(a.layers[k].forward, b.layers[k].forward, 1e-6);
+  };
+  const Disturbance along_x = after({.half_width = 0.05, .shift = shift}),
+                    along_z = after({.half_width = 0.05, .shift = shift, .seen = turned});
+  ASSERT_TRUE(along_z.furrow) << along_z.why;
+  EXPECT_EQ(along_x.furrow->along, 'x');
+  EXPECT_EQ(along_z.furrow->along, 'z');
+  EXPECT_EQ(along_z.tool->direction, -1);
+  same(along_x, along_z);
+  same(along_x, after({.half_width = 0.05, .shift = shift, .seen = mirrored}));
+  const Disturbance left = after({.half_width = 0.05, .shift = shift, .seen = narrow});
+  same(left, after({.half_width = 0.05, .shift = shift, .seen = narrow_mirrored}));
+  EXPECT_NEAR(left.furrow->column * static_cast<double>(left.furrow->columns), nz * d - 0.012, 1e-6);
 }
 
 /// The rule by which a run warns of its walls: half a mean radius, 5 mm here, and not the radius of disturbed soil.
