@@ -26,6 +26,12 @@ struct NameChecks : Checks {
  private:
   void own() {
     taken = {{"time", "the first column"}, {"energy", "the energy balance"}};
+    if (s.machine) {
+      for (const char* drawn : {"joints", "links", "markers"})
+        taken.emplace(fmt::format("machine {}", drawn), fmt::format("the drawing of the machine's {}", drawn));
+      for (const std::string& body : names_of(s.machine->bodies))
+        taken.emplace(body + " outline", "the drawing of body " + body);
+    }
     if (!s.soil) return;
     for (const char* word : {"soil", "interface"}) taken.emplace(word, "the soil's sums");
     if (s.soil->moving) taken.emplace("window", "the moving bed");

@@ -462,6 +462,10 @@ TEST(ScenarioRefusals, NamesThatSoilHasAlready) {
     EXPECT_NE(refused(std::string("machine.bodies.") + name, body), "") << name;
     EXPECT_NE(refused(std::string("machine.surfaces.") + name, box), "") << name;
   }
+  for (const char* name : {"arm outline", "machine joints", "machine links", "machine markers"}) {
+    EXPECT_NE(refused(std::string("machine.surfaces.") + name, box), "") << name;
+    EXPECT_NE(refused("boundaries[0].name", name), "") << name;
+  }
   EXPECT_EQ(refused("machine.bodies.bucket", body), "");
   EXPECT_EQ(refused("machine.surfaces.arm", box), "") << "a surface may be called like its body";
   EXPECT_NE(refused("boundaries[0].name", "floor"), "");
