@@ -10,6 +10,7 @@
 #include "apps/build/laws.hpp"
 #include "apps/build/shapes.hpp"
 #include "apps/scenario/checks.hpp"
+#include "apps/scenario/gravity.hpp"
 #include "apps/scenario/units.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
 #include "libdem/packing/carve.hpp"
@@ -103,6 +104,15 @@ dem::Bounds SoilBuilder::region() const {
     box.include(s.x - Vec3{s.r, s.r, s.r});
     box.include(s.x + Vec3{s.r, s.r, s.r});
   }
+  return box;
+}
+
+/// Where the bed is measured: one that has settled lies on the container's floor, wherever its region was.
+dem::Bounds SoilBuilder::measured() const {
+  dem::Bounds box = region();
+  const Soil& soil = *loaded_.scenario.soil;
+  if (settles() && soil.container && !soil.container->periodic[1] && acts_down(loaded_.scenario.gravity))
+    box.low.y = soil.container->at.y, box.high.y = soil.container->at.y + soil.container->size.y;
   return box;
 }
 
@@ -512,9 +522,7 @@ void SoilBuilder::place_stand_in() {
   world_.bed->add(spheres);
 }
 
-bool SoilBuilder::settles() const {
-  return has_bed() && options_.place_soil && (bed().settle.has_value() || bed().fill == Fill::random);
-}
+bool SoilBuilder::settles() const { return has_bed() && options_.place_soil && bed().settles(); }
 
 dem::StepQuestion SoilBuilder::question() const {
   dem::StepQuestion q{.smallest_radius = 1e300, .largest_radius = 0, .density = 1e300, .speed = 0, .neighbours = 0};
@@ -646,7 +654,7 @@ void SoilBuilder::finish() {
   if (has_spheres && has_bed() && options_.place_soil && this->bed().rough_floor && !world_.soil.stopped)
     fix_rough_floor();
   if (has_spheres) {
-    const dem::BedReport r = dem::report(bed, region());
+    const dem::BedReport r = dem::report(bed, measured());
     world_.soil.spheres = r.spheres, world_.soil.clumps = bed.clumps().size();
     world_.soil.mass = r.mass;
     world_.soil.bulk_density = r.bulk_density;
@@ -654,7 +662,7 @@ void SoilBuilder::finish() {
     world_.soil.surface_spread = r.surface.spread;
     world_.soil.coordination = r.coordination;
     if (!layer_.empty()) {
-      const auto layers = dem::report_layers(bed.spheres(), region(), layer_, this->bed().layers.size());
+      const auto layers = dem::report_layers(bed.spheres(), measured(), layer_, this->bed().layers.size());
       for (std::size_t k = 0; k < layers.size(); ++k)
         world_.soil.layers.emplace_back(this->bed().layers[k].material, layers[layers.size() - 1 - k]);
     }
@@ -724,6 +732,15 @@ void SoilBuilder::clear_given() {
 
 void SoilBuilder::clear_machine() {
   if (!has_bed()) return;
+  remove_in_the_way();
+  if (world_.soil.carved == 0) return;
+  world_.bed->reset_energy_balance();  // what is carved was never of the run
+  world_.soil.spheres = world_.bed->spheres().size(), world_.soil.mass = 0;
+  for (const dem::Sphere& s : world_.bed->spheres())
+    if (!dem::is_fixed(s)) world_.soil.mass += world_.bed->mass_of(s);
+}
+
+void SoilBuilder::remove_in_the_way() {
   std::vector<int> tools;
   for (const SurfaceRecord& s : world_.surfaces)
     if (s.owner == SurfaceRecord::Owner::machine && s.mesh == 0) tools.push_back(s.boundary);

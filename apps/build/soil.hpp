@@ -43,6 +43,7 @@ class SoilBuilder {
   void open_walls();
   void shape_walls(double extra_height);
   dem::Bounds region() const;
+  dem::Bounds measured() const;
   Directions periodic_region() const;
   dem::BedMaterial material_of(const std::string& name) const;
   dem::BedMaterial material() const { return material_of(bed().material); }
@@ -65,6 +66,7 @@ class SoilBuilder {
   void refuse_too_deep() const;
   void refuse_too_many() const;
   void clear_given();
+  void remove_in_the_way();
   dem::RandomFill random_fill() const;
   dem::LatticePlan lattice_plan(double pitch, bool around = true) const;
   double rest_overlap(int a, int b) const;

@@ -49,7 +49,7 @@ double median(std::vector<double> values) {
 double settling_time(const Scenario& s, const World& world) {
   if (!s.soil || !s.soil->bed) return 0;
   const BedSection& bed = *s.soil->bed;
-  if (!bed.settle && bed.fill != Fill::random) return 0;
+  if (!bed.settles()) return 0;
   const Settle settle = bed.settle.value_or(Settle{});
   double time = settle.duration.value_or(0);
   const double g = dem::norm(s.gravity);

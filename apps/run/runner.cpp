@@ -140,7 +140,7 @@ void use_engine(World& world, const Loaded& loaded, const RunRequest& request) {
 /// settled.
 void refuse_columns(const Loaded& loaded) {
   const Scenario& s = loaded.scenario;
-  if (!s.soil || !s.soil->bed || !(s.soil->bed->settle || s.soil->bed->fill == Fill::random)) return;
+  if (!s.soil || !s.soil->bed || !s.soil->bed->settles()) return;
   World world;
   try {
     BuildOptions options;

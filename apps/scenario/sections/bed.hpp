@@ -69,6 +69,8 @@ struct BedSection {
   std::vector<PlacedClump> placed;    // beside the particles
   std::optional<double> rough_floor;  // m above the floor: spheres below are fixed when the run begins
   Overlap inside_machine = Overlap::refuse;
+  /// Whether it comes to rest before the run starts: as asked, or as it is poured.
+  bool settles() const { return settle.has_value() || fill == Fill::random; }
 };
 void describe(Fields& v, BedSection& b);
 

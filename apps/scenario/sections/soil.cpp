@@ -140,7 +140,7 @@ struct SoilChecks : Checks {
   void floor(const Container& c, const BedSection& b) {
     const bool held = b.rough_floor || std::any_of(b.particles.begin(), b.particles.end(),
                                                    [](const auto& particle) { return !particle.fixed.empty(); });
-    if (!c.open[2] || held || !acts_down(s.gravity) || !(b.settle || b.fill == Fill::random)) return;
+    if (!c.open[2] || held || !acts_down(s.gravity) || !b.settles()) return;
     refuse("soil.container.open",
            "the face -y is open while the bed settles, and nothing holds it: bodies and boundaries come to it "
            "afterwards; write `open after settling: [-y]`");
@@ -165,7 +165,7 @@ struct SoilChecks : Checks {
     if (!c.periodic[1]) return;
     const char* const without = "the bed has no floor and no surface with `periodic: [y]`; leave it out, or y";
     if (s.soil->surface) refuse("soil.surface", without);
-    if (s.soil->bed && (s.soil->bed->settle || s.soil->bed->fill == Fill::random))
+    if (s.soil->bed && s.soil->bed->settles())
       refuse(s.soil->bed->settle ? "soil.bed.settle" : "soil.bed.fill", without);
     if (s.soil->bed && !s.soil->bed->layers.empty()) refuse("soil.bed.layers", without);
   }

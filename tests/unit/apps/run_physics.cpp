@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/build/world.hpp"
+#include "apps/output/hdf5.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Runs that do what no physics does say so, and stop where it is beyond repair.
@@ -159,6 +160,63 @@ time: {{end: 0.1 ms}}
   EXPECT_NE(warning("pitch: 19 mm").find("the bed begins with 72 J in its contacts"), std::string::npos)
       << warning("pitch: 19 mm");
   EXPECT_EQ(warning("pitch: 20.5 mm").find("the bed begins"), std::string::npos);
+}
+
+/// What a tool begins inside of is taken out before the run: its potential energy, which depends on where y = 0 is, is
+/// none of the run's, and the soil is what is left.
+TEST(RunCarved, TakesNoPartInTheEnergy) {
+  for (const double y : {0.0, -100.0}) {
+    const RunDirectory dir;
+    const std::string text = fmt::format(R"(subsoil: 1
+materials: {{g: {{density: 2500 kg/m^3}}}}
+contacts: [{{between: [g, g], law: linear, k_n: 20 kN/m, restitution: 0.4, mu: 0.5}}]
+soil:
+  container: {{size: 100 60 60 mm, at: [0 m, {0} m, 0 m], material: g}}
+  bed: {{fill: lattice, material: g, radius: 5 mm, depth: 40 mm, inside machine: carve}}
+boundaries: [{{name: plate, material: g, shape: {{box: 20 30 30 mm}}, at: [30 mm, {0} m + 40 mm, 30 mm], moves: [{{velocity: 0.1 0 0 m/s}}]}}]
+time: {{end: 20 ms}}
+)",
+                                         y);
+    ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out"), exit_ok);
+    const nlohmann::json summary = summary_of(dir / "out"), soil = summary["soil"];
+    EXPECT_FALSE(summary["energy"].contains("round a period or with spheres removed [J]")) << y;
+    EXPECT_GT(soil["carved for the machine"], 0);
+    EXPECT_LT(summary["energy"]["work put in [J]"], 0.1) << y;
+    const auto file = h5::open_file(dir / "out/run.h5");
+    const std::size_t left = h5::read<double>(file, "/particles/radius").size();
+    EXPECT_EQ(soil["spheres"], left);
+    const double mass = static_cast<double>(left) * 2500 * 4 / 3 * M_PI * std::pow(5e-3, 3);
+    EXPECT_NEAR(soil["mass [kg]"], mass, 1e-6 * mass);
+  }
+}
+
+/// A bed that is poured from above lies on the floor, and that is where it is measured: as dense as one poured from a
+/// region on the floor, but for the scatter of packings of 300 grains.
+TEST(RunPoured, IsMeasuredWhereItLies) {
+  const auto soil = [](int from) {
+    const RunDirectory dir;
+    const std::string text = fmt::format(R"(subsoil: 1
+materials: {{g: {{density: 2500 kg/m^3}}}}
+contacts: [{{between: [g, g], law: linear, k_n: 5 kN/m, restitution: 0.4, mu: 0.5}}]
+soil:
+  container: {{size: 60 200 60 mm, at: 0 0 0 mm, material: g}}
+  surface: 0 m
+  bed: {{fill: random, material: g, radius: 4 mm, count: 300, settle: {{until: 2 mm/s}}, region: {{size: 60 100 60 mm, at: 0 {} 0 mm}}}}
+time: {{end: 1 ms}}
+)",
+                                         from);
+    EXPECT_EQ(run_scenario(dir.scenario(text), dir / "out"), exit_ok);
+    const auto frame = h5::read<float>(h5::open_file(dir / "out/run.h5"), "/frames/000000/position");
+    float top = -1;
+    for (std::size_t i = 1; i < frame.size(); i += 3) top = std::max(top, frame[i] + 4e-3F);
+    EXPECT_GT(top, -2e-3) << from;  // the mean surface is at 0: the highest grain is at or above it
+    EXPECT_LT(top, 10e-3) << from;
+    return summary_of(dir / "out")["soil"];
+  };
+  const nlohmann::json low = soil(0), high = soil(60);
+  const double density = low["bulk density [kg/m3]"];
+  EXPECT_GT(density, 1100);
+  EXPECT_NEAR(high["bulk density [kg/m3]"], density, 0.1 * density);
 }
 
 TEST(PhysicsWatch, SaysSpheresBeyondAWall) {
