@@ -169,8 +169,8 @@ void refuse_unrest(const mbd::Machine& machine, bool towed) {
   for (const mbd::Event& e : machine.events()) why += fmt::format(", {} {}", e.name, e.word());
   throw std::runtime_error(fmt::format(
       "the pose found is no rest: there body '{}' is pushed by {:.3g} N (moments over the machine's length){}; what "
-      "holds it gives way: look at friction's limits and at the events of joints, or let it move, with `analysis: "
-      "dynamics`",
+      "holds it gives way, or a driver accelerates it: look at friction's limits, at the events of joints and at "
+      "drivers, or let it move, with `analysis: dynamics`",
       system.body_name(static_cast<int>(at / 3) + 1), unbalanced[at], why));
 }
 

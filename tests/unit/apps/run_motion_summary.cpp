@@ -77,6 +77,22 @@ TEST(RunMotionSummary, DoesNotDependOnWhatElseIsAskedFor) {
   }
 }
 
+// The last row is of the time at which x passes 50 mm; what is followed over time is followed to there.
+TEST(RunMotionSummary, TheRowOfAStopHasItsIntegrals) {
+  for (const char* method : {"integrator: cvode", "integrator: ida", "step: 1 ms, order: 6"}) {
+    const RunDirectory dir;
+    const std::string time =
+        fmt::format(", machine: {{{}}}, stop when: {{far: {{column: s.x, above: 50 mm}}}}", method);
+    const char* watches = "watch: {x: s.x, sum: {integral: s.x}, mean: {mean: s.x, within: 10 ms}}";
+    ASSERT_EQ(run_scenario(dir.scenario(vibrating_mass(watches, time)), dir / "out"), exit_ok);
+    const Series series = read_series(dir / "out/series.csv");
+    const double t = std::asin(0.5) / 20, end = series.values[0].back();
+    EXPECT_NEAR(end, t, 1e-9) << method;
+    EXPECT_NEAR(series.at("sum").back(), t * mean_of_sine(0, t), 1e-10) << method;
+    EXPECT_NEAR(series.at("mean").back(), mean_of_sine(t - 0.01, t), 1e-8) << method;
+  }
+}
+
 // A force that jumps from 0 to 1 N between two looks was 0 and 1 N, and nothing beyond.
 TEST(RunMotionSummary, ExtremesOfWhatJumpsAreValuesThatWereThere) {
   const RunDirectory dir;
