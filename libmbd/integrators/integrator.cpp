@@ -246,14 +246,15 @@ void Integrator::advance_over_instants(double h) {
     keep_end();
     const long changes = system_.wrench_changes();
     act(close);
-    if (changes != system_.wrench_changes()) partition_.accelerate(now_);
-    bool fired = false;
-    for (std::size_t due; (due = system_.due_event(close)) < system_.model().events.size(); fired = true) fire(due);
+    const bool jumped = changes != system_.wrench_changes();
+    if (jumped) partition_.accelerate(now_);
+    bool anew = jumped && !finds_events();  // those that find events look at jumps themselves
+    for (std::size_t due; (due = system_.due_event(close)) < system_.model().events.size(); anew = true) fire(due);
     if (finds_events() && system_.has_joint_events() && changes_seen_ != system_.wrench_changes()) {
       partition_.accelerate(now_);
-      fired = fire_due() || fired;
+      anew = fire_due() || anew;
     }
-    if (fired) on_start();
+    if (anew) on_start();
     keep_begin();
   }
 }

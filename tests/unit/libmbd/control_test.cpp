@@ -143,12 +143,12 @@ double sampled(const PidController& c, double until) {
   }
 }
 
-// Steps that do not fit the sample time, and those that do.
+// Steps that do not fit the sample time, those that do, and those that fit the delay as well.
 TEST_P(Pid, SampledIsItsRecursion) {
   PidController pid = gains;
   pid.sample_time = 0.01, pid.delay = 0.004, pid.least = -25, pid.largest = 25;
   pid.proportional = 60, pid.integral = 50, pid.derivative = 20;
-  for (const double h : {0.003, 0.01, 0.05}) {
+  for (const double h : {0.003, 0.01, 0.05, 0.001, 0.00025}) {
     Machine machine(on_rail(pid), options(GetParam()));
     machine.start_from_pose();
     run(machine, 0.9, h);
@@ -220,6 +220,22 @@ TEST_P(Pid, GoesOnFromASnapshotWithTheSameNumbers) {
     for (int i = 0; i < 50; ++i) one.advance(7e-3), other.advance(7e-3);
     EXPECT_EQ(one.snapshot(), other.snapshot()) << sampled;
     EXPECT_EQ(one.body(1).r.x, other.body(1).r.x);
+  }
+}
+
+// Fixed steps go on from a snapshot with the bits of the whole run, taken at the very instant too at which an output
+// changes: 20 k + 13 ms, the end of a step.
+TEST(PidRestart, WhereAnOutputChangesIsTheWholeRun) {
+  PidController pid = gains;
+  pid.sample_time = 0.02, pid.delay = 0.013;
+  for (const double until : {0.113, 0.114, 0.12, 0.125}) {
+    Machine whole(on_rail(pid), {}), restarted(on_rail(pid), {});
+    whole.start_from_pose();
+    run(whole, until, 1e-3);
+    restarted.restore(whole.snapshot());
+    run(whole, 0.3, 1e-3);
+    run(restarted, 0.3, 1e-3);
+    EXPECT_EQ(whole.snapshot(), restarted.snapshot()) << until;
   }
 }
 
