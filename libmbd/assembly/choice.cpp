@@ -11,6 +11,8 @@ namespace subsoil::mbd {
 namespace {
 
 constexpr double pivot_share = 0.2;
+// Of the largest weight in a dependency: less is rounding.
+constexpr double least_weight = 1e-6;
 
 /// Number of joints between each body and the ground (or the first body of a part that hangs on nothing).
 std::vector<int> distances(const System& system) {
@@ -47,7 +49,13 @@ struct Entry {
   double value;
 };
 
-/// Elimination with one dense work row; rows of U are kept sparse.
+/// So much of an eliminated row, by its place.
+struct Share {
+  std::size_t of;
+  double factor;
+};
+
+/// Elimination with one dense work row; rows of L and U are kept sparse.
 class Elimination {
  public:
   Elimination(const System& system, const SparseConstraints& c)
@@ -88,18 +96,20 @@ class Elimination {
         work_[static_cast<std::size_t>(column)] = value;
         size = std::max(size, std::abs(value));
       }
+    std::vector<Share> lower;
     for (std::size_t k = 0; k < upper_.size(); ++k) {
       double& entry = work_[static_cast<std::size_t>(choice_.dependent[k])];
       if (entry == 0) continue;
       const double factor = entry / upper_[k].front().value;
       for (const Entry& e : upper_[k]) work_[static_cast<std::size_t>(e.column)] -= factor * e.value;
       entry = 0;
+      lower.push_back({k, factor});
     }
-    take(row, size);
+    take(row, size, std::move(lower));
   }
 
   /// Pivots on what is left in the work row, and clears it.
-  void take(int row, double size) {
+  void take(int row, double size, std::vector<Share> lower) {
     std::vector<Entry> left;
     double most = 0;
     for (std::size_t i = 0; i < work_.size(); ++i) {
@@ -109,6 +119,7 @@ class Elimination {
     }
     if (!(most > rank_share * size)) {
       choice_.redundant.push_back(row);
+      if (size > 0) list_dependency(row, lower);
       return;
     }
     const auto better = [&](const Entry& x, const Entry& y) {
@@ -126,6 +137,22 @@ class Elimination {
     choice_.rows.push_back(row);
     choice_.dependent.push_back(left.front().column);
     upper_.push_back(std::move(left));
+    lower_.push_back(std::move(lower));
+  }
+
+  /// L^T w = l: the redundant row is l^T U, and the independent ones are L U.
+  void list_dependency(int row, const std::vector<Share>& l) {
+    std::vector<double> w(lower_.size(), 0.0);
+    for (const Share& s : l) w[s.of] = s.factor;
+    double most = 1;  // its own
+    for (std::size_t k = w.size(); k-- > 0;) {
+      for (const Share& s : lower_[k]) w[s.of] -= s.factor * w[k];
+      most = std::max(most, std::abs(w[k]));
+    }
+    Dependency dependency{row, {}};
+    for (std::size_t k = 0; k < w.size(); ++k)
+      if (std::abs(w[k]) > least_weight * most) dependency.on.push_back(choice_.rows[k]);
+    choice_.dependencies.push_back(std::move(dependency));
   }
 
   const System& system_;
@@ -135,6 +162,7 @@ class Elimination {
   std::vector<double> work_;
   std::vector<char> pivoted_;
   std::vector<std::vector<Entry>> upper_;
+  std::vector<std::vector<Share>> lower_;
   Choice choice_;
 };
 

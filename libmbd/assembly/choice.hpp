@@ -1,17 +1,28 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "libmbd/system/system.hpp"
 
 namespace subsoil::mbd {
 
+/// A redundant equation, Phi_q,row = sum of w_i Phi_q,i: any share x of the load may go through it, x w_i less then
+/// through each of the others. The multipliers of all of them are not determined, all others are.
+struct Dependency {
+  int row = -1;
+  std::vector<int> on;  ///< independent equations with w_i not zero
+  bool has(int equation) const { return row == equation || std::find(on.begin(), on.end(), equation) != on.end(); }
+  bool operator==(const Dependency&) const = default;
+};
+
 /// Which equations and coordinates a partition works with.
 struct Choice {
-  std::vector<int> rows;         ///< independent equations, in the order in which they were eliminated
-  std::vector<int> dependent;    ///< the coordinate that each of them was solved for
-  std::vector<int> redundant;    ///< equations that depend on those, ascending
-  std::vector<int> independent;  ///< all other coordinates, ascending
+  std::vector<int> rows;                 ///< independent equations, in the order in which they were eliminated
+  std::vector<int> dependent;            ///< the coordinate that each of them was solved for
+  std::vector<int> redundant;            ///< equations that depend on those, ascending
+  std::vector<int> independent;          ///< all other coordinates, ascending
+  std::vector<Dependency> dependencies;  ///< of the redundant equations whose joints are not open
   bool operator==(const Choice&) const = default;
 };
 

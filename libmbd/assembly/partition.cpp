@@ -54,6 +54,15 @@ std::string scientific(double value) {
   std::snprintf(text, sizeof text, "%.2e", value);
   return text;
 }
+
+void refuse_undetermined_friction(const System& system, const Choice& choice) {
+  for (const int friction : system.friction_rows())
+    for (const Dependency& d : choice.dependencies)
+      if (d.has(friction) || d.has(friction + 1))
+        throw std::invalid_argument("friction in " + system.owner(friction) +
+                                    " needs its reaction, which is not determined: " + system.owner(d.row) +
+                                    " depends on other constraints; free the constraint that is too many");
+}
 }  // namespace
 
 void refuse_blow_up(const System& system, const MotionState& m) {
@@ -105,11 +114,7 @@ void Partition::choose(const MotionState& at) {
   rows_ = choice_.rows, u_ = choice_.dependent;
   std::sort(rows_.begin(), rows_.end());
   std::sort(u_.begin(), u_.end());
-  const auto spare = std::find_if(choice_.redundant.begin(), choice_.redundant.end(), stands);
-  if (spare != choice_.redundant.end() && !system_.friction_rows().empty())
-    throw std::invalid_argument("friction in " + system_.owner(system_.friction_rows().front()) +
-                                " needs its reaction, which is not determined: " + system_.owner(*spare) +
-                                " depends on other constraints; free the constraint that is too many");
+  refuse_undetermined_friction(system_, choice_);
   if (!same) analyse(), list_products();
   std::fill(best_pivot_.begin(), best_pivot_.end(), 0.0);
   factor();

@@ -56,6 +56,43 @@ TEST_P(JointFrictionBy, WeightOnASlide) {
   EXPECT_NEAR(machine.energy().balance(), 0, 1e-6);
 }
 
+/// A block at 2 m/s on the rail of a frame that two pins hold, one equation too many, and from `weld` s on a weld too.
+/// The frame's reactions are not determined; that of the slide, its only joint to the block, is.
+Model sledge_on_a_frame(double weld, const char* joint = "slide") {
+  Model m;
+  const int frame = m.add({.name = "frame", .mass = 1, .inertia = 0.1});
+  const int block = m.add({.name = "block", .mass = mass, .inertia = 0.3, .velocity = {2, 0, 0}});
+  m.add("slide", Translational{.body_a = frame, .body_b = block});
+  m.add("pin", Revolute{.body_a = ground, .body_b = frame});
+  m.add("second pin", Revolute{.body_a = ground, .body_b = frame, .p_a = {0.3, 0}, .p_b = {0.3, 0}});
+  m.add("weld", Fixed{.body_a = ground, .body_b = frame, .p_a = {0, 0.2}, .p_b = {0, 0.2}});
+  m.add("shut", JointEvent{.joint = "weld", .does = JointEvent::Does::closes, .at = weld});
+  m.add("friction", JointFriction{.joint = joint, .radius = 0.01, .guide = 0.4, .mu_s = 0.1, .mu_k = 0.1});
+  return m;
+}
+
+TEST_P(JointFrictionBy, BesideRedundantConstraintsIsDetermined) {
+  for (const double weld : {0.0, 0.3}) {
+    Machine machine(sledge_on_a_frame(weld), options());
+    machine.start_from_pose();
+    for (int i = 0; i < 100; ++i) machine.advance(0.005);
+    EXPECT_EQ(machine.events().size(), 1U);
+    EXPECT_NEAR(machine.body(2).v.x, 2 - 0.1 * g * 0.5, 1e-8) << weld;
+    EXPECT_NEAR(machine.body(2).r.x, 1 - 0.1 * g * 0.125, 1e-8) << weld;
+    EXPECT_NEAR(machine.force_value("friction", "normal force"), mass * g, 1e-8) << weld;
+  }
+}
+
+TEST_P(JointFrictionBy, OfRedundantConstraintsIsNot) {
+  for (const char* joint : {"pin", "second pin"}) {
+    const std::string text = test::message_of<std::invalid_argument>(
+        [&] { Machine(sledge_on_a_frame(1, joint), options()).start_from_pose(); });
+    EXPECT_EQ(text, std::string("friction in joint '") + joint +
+                        "' needs its reaction, which is not determined: joint 'second pin' depends on other "
+                        "constraints; free the constraint that is too many");
+  }
+}
+
 // The guide carries M = moment - below F, since friction at the line below the centre of gravity turns against the
 // load; N = 2 |M|/guide exceeds the weight, so F = mu N = 2 mu moment/(guide + 2 mu below).
 TEST_P(JointFrictionBy, MomentInTheGuideIncludesItsOwn) {
