@@ -67,7 +67,7 @@ void Kinematic::on_advance(double h) {
   flows_.of_elements += h * boole[0] * now_.rates;
   for (int k = 1; k <= parts; ++k) {
     follow(k == parts ? end : begin + k * dt, 0);
-    if (watches_switches()) release_friction();
+    if (watches_switches() && finds_events()) release_friction();
     flows_.of_elements += h * boole[k] * now_.rates;
   }
 }

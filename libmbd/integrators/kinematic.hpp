@@ -21,8 +21,8 @@ class Kinematic : public Integrator {
   void on_start() override;
   void on_advance(double h) override;
   void on_restore(const double*&, const double*) override { on_start(); }
-  /// Nothing is integrated, so no force's switch costs any order.
-  bool finds_events() const override { return true; }
+  /// Nothing is integrated, so no force's switch costs any order; events of joints are located.
+  bool finds_events() const override { return !system_.has_joint_events(); }
 
  private:
   void follow(double to, int depth);

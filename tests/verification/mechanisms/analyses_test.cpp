@@ -4,12 +4,17 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "libmbd/drivers/angle_driver.hpp"
+#include "libmbd/drivers/coordinate_driver.hpp"
 #include "libmbd/equilibrium/equilibrium.hpp"
+#include "libmbd/forces/applied_force.hpp"
 #include "libmbd/forces/spring_damper.hpp"
 #include "libmbd/joints/revolute.hpp"
 #include "libmbd/joints/translational.hpp"
+#include "libmbd/measures/control_input.hpp"
+#include "libmbd/measures/position.hpp"
 #include "tests/tools/mechanisms.hpp"
 #include "tests/tools/message_of.hpp"
 
@@ -73,6 +78,42 @@ TEST(Kinematics, RefusesAMachineThatIsNotDrivenAndNamesWhatIsFree) {
   EXPECT_NE(text.find("1 of the machine's freedoms"), std::string::npos) << text;
   EXPECT_NE(text.find("crank."), std::string::npos) << text;
   EXPECT_NE(text.find("analysis: dynamics"), std::string::npos) << text;
+}
+
+/// A sledge of 1 kg driven at 0.3 m/s along two rails, one too many, pressed down by 30 N/s besides its weight.
+Model sledge_on_two_rails(const JointEvent& event) {
+  Model m;
+  m.add({.name = "sledge", .mass = 1, .inertia = 0.02, .velocity = {0.3, 0, 0}});
+  m.add("rail", Translational{.body_a = ground, .body_b = 1});
+  m.add("second rail", Translational{.body_a = ground, .body_b = 1});
+  m.add("motor", CoordinateDriver{.body = 1, .coordinate = Coordinate::x, .motion = {.velocity = 0.3}});
+  m.add("load", AppliedForce{.body = 1, .fy = PolynomialFunction{{0, -30}}});
+  m.add("free", event);
+  return m;
+}
+
+// The rails share the load until the second lets go; by a time, a place, or half the load, (9.81 + 30 t)/2 N.
+TEST(Kinematics, EventsOfJointsHappenWhenTheyAreDue) {
+  constexpr double g = 9.81, place = 0.145, limit = 12;
+  const auto at_x = input_of(PositionMeasure{.of = {.name = "sledge", .body = 1}, .part = VectorPart::x});
+  const auto opens = [](JointEvent e) { return e.joint = "second rail", e.does = JointEvent::Does::opens, e; };
+  const std::pair<JointEvent, double> cases[] = {
+      {opens({.at = 0.433}), 0.433},
+      {opens({.input = at_x, .above = place}), place / 0.3},
+      {opens({.reaction_above = limit}), (2 * limit - g) / 30},
+  };
+  for (const auto& [event, due] : cases) {
+    Machine machine(sledge_on_two_rails(event), {.integrator = IntegratorKind::kinematic});
+    machine.start_from_pose();
+    for (int k = 1; k <= 20; ++k) {
+      machine.advance(0.05);
+      const double t = 0.05 * k, load = g + 30 * t;
+      ASSERT_NEAR(machine.body(1).r.x, 0.3 * t, 1e-12);
+      ASSERT_NEAR(machine.joint_reaction("rail").fy, t > due ? -load : -load / 2, 1e-9) << t << " of " << due;
+    }
+    ASSERT_EQ(machine.events().size(), 1U);
+    EXPECT_NEAR(machine.events()[0].t, due, 1e-9);
+  }
 }
 
 // ---- start poses ---------------------------------------------------------------------------------------------------
