@@ -26,6 +26,7 @@ Crossings::Crossings(const Loaded& loaded, const Columns& columns) {
     c.rising = s.direction != CrossingDirection::falling, c.falling = s.direction != CrossingDirection::rising;
     c.stop_after = s.stop_after;
     needs_sums_ = needs_sums_ || columns.is_sum(c.column);
+    of_history_ = of_history_ || columns.of_history(c.column);
     list_.push_back(std::move(c));
   }
   for (const StopSection& s : loaded.scenario.time.stop_when) {
@@ -39,6 +40,7 @@ Crossings::Crossings(const Loaded& loaded, const Columns& columns) {
       throw ScenarioError(fmt::format("{} = {}: {}", loaded.where(path + key), level, error.what()));
     }
     needs_sums_ = needs_sums_ || columns.is_sum(stop.column);
+    of_history_ = of_history_ || columns.of_history(stop.column);
     stops_.push_back(std::move(stop));
   }
 }

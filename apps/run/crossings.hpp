@@ -34,6 +34,8 @@ class Crossings {
   bool any() const { return !list_.empty() || !stops_.empty(); }
   /// Whether one of them is of a sum over all spheres, which steps make only where asked.
   bool needs_sums() const { return needs_sums_; }
+  /// Whether one of them is of a column that is followed over time.
+  bool of_history() const { return of_history_; }
   /// At every instant, with all columns. True where the run is to end by now.
   bool look(double t, std::span<const double> values, const Locate& locate);
   /// Adds the values that columns have yet to pass, from the look before on.
@@ -81,7 +83,7 @@ class Crossings {
 
   std::vector<Crossing> list_;
   std::vector<Stop> stops_;
-  bool needs_sums_ = false, looked_ = false;
+  bool needs_sums_ = false, of_history_ = false, looked_ = false;
   double looked_at_ = 0;
   std::string stopped_by_;
   double stopped_at_ = 0;

@@ -117,7 +117,12 @@ bool RunLoop::look_through(std::size_t piece, double from, double until, int spl
     values_ = begin_;
     return look_through(piece, from, *peak, splits / 2) || look_through(piece, *peak, until, splits - 1);
   }
-  if (columns_->has_history()) columns_->follow(until, values_, middle_);
+  const auto follow = [&](double end) {
+    if (columns_->has_history()) columns_->follow(end, values_, middle_);
+  };
+  // What is followed over time passes on a line, and must be known at both ends; all else is known without, and where
+  // it ends the run what is followed ends too.
+  if (crossings_->of_history()) follow(until);
   const bool stops = crossings_->any() && crossings_->look(until, values_, [&](const Crossings::Passage& p) {
     if (columns_->of_history(p.column)) return Crossings::on_a_line(p);
     const auto gap = [&](double share) {
@@ -126,10 +131,10 @@ bool RunLoop::look_through(std::size_t piece, double from, double until, int spl
     };
     return mbd::locate_crossing(gap, p.side, p.at_start, p.at_end);
   });
-  if (!sums_up()) return stops;
   const double end = stops ? std::min(until, crossings_->stopped_at()) : until;
   if (end < until) take(0.5 * (from + end), middle_), take(end, values_);
-  motion_->add(end, middle_, values_);
+  if (!crossings_->of_history()) follow(end);
+  if (sums_up()) motion_->add(end, middle_, values_);
   return stops;
 }
 

@@ -385,6 +385,21 @@ TEST(RunHistory, ConditionsEndARunWhereTheyAreMet) {
     }
 }
 
+// The run ends within a step, and so does what is followed: on parabolas of 1 ms as everywhere, no line (1e-6).
+TEST(RunHistory, EndsWithTheRunWithinAStep) {
+  const std::string file_text = oscillator("way: {integral: mass.vx}, lately: {mean: mass.x, within: 50 ms}",
+                                           "there: {column: mass.x, below: 1.03 m}");
+  for (const auto& method : methods) {
+    const RunDirectory dir;
+    ASSERT_EQ(run_scenario(dir.scenario(file_text), dir / "out", method), exit_ok);
+    const Series s = read_series(dir / "out" / "series.csv");
+    const double t = s.at("time").back();
+    EXPECT_NEAR(t, std::acos(0.3) / 10, 1e-8) << method[0];
+    EXPECT_NEAR(s.at("way").back(), -0.07, 1e-9) << method[0];
+    EXPECT_NEAR(s.at("lately").back(), 1 + 0.1 * (std::sin(10 * t) - std::sin(10 * t - 0.5)) / 0.5, 1e-9) << method[0];
+  }
+}
+
 /// A ball of 1 kg that falls on a wall.
 std::string bouncing(double end, const std::string& stop = {}) {
   return fmt::format(R"(subsoil: 1
