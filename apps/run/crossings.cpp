@@ -77,12 +77,9 @@ bool Crossings::look(double t, std::span<const double> values, const Locate& loc
 }
 
 void Crossings::seek(std::vector<Sought>& out) const {
-  // What ends the run is a time of its own: the row there is not read between two others.
-  const auto kind = [](bool stops) { return stops ? Sought::Kind::passage : Sought::Kind::dip; };
-  for (const Crossing& c : list_)
-    out.push_back({c.column, static_cast<double>(c.side), c.level, kind(c.stop_after > 0)});
+  for (const Crossing& c : list_) out.push_back({c.column, static_cast<double>(c.side), c.level, Sought::Kind::dip});
   for (const Stop& s : stops_)
-    out.push_back({s.column, static_cast<double>(s.beyond ? s.sign : -s.sign), s.level, kind(s.held == 0)});
+    out.push_back({s.column, static_cast<double>(s.beyond ? s.sign : -s.sign), s.level, Sought::Kind::dip});
 }
 
 /// Whether it has passed, in a direction that counts.
