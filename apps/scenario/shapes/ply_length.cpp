@@ -39,26 +39,39 @@ struct Header {
   std::vector<Element> elements;
 };
 
+/// Whether a line holds one more word, a name, and no other.
+bool names_one(std::istream& words) {
+  std::string name, more;
+  return words >> name && !(words >> more);
+}
+
+bool is_whole_number(const std::string& text) {
+  return !text.empty() && text.find_first_not_of("0123456789") == std::string::npos && text.size() < 20;
+}
+
+// CGAL takes the second line for the format whatever its first word is, and words beyond those that it knows for others:
+// the header must say what PLY says, no more.
 Header read_header(std::istream& in) {
   Header header;
   bool has_format = false;
   std::string line;
-  while (std::getline(in, line) && line.size() < 1000) {
+  for (int number = 1; std::getline(in, line) && line.size() < 1000; ++number) {
     std::istringstream words(line);
     std::string word, type;
     words >> word;
+    if ((number == 2) != (word == "format")) return header;
     if (word == "end_header") {
-      header.readable = true;
+      header.readable = has_format;
       return header;
     }
     if (word == "format") {
-      if (has_format || !(words >> type)) return header;  // the reader takes the first, and no other
+      if (!(words >> type) || !names_one(words)) return header;
       has_format = true;
       header.text = type == "ascii", header.big_endian = type == "binary_big_endian";
     } else if (word == "element") {
-      Element element;
-      if (!(words >> type >> element.count)) return header;
-      header.elements.push_back(element);
+      std::string count, more;
+      if (!(words >> type >> count) || words >> more || !is_whole_number(count)) return header;
+      header.elements.push_back({.count = std::strtoull(count.c_str(), nullptr, 10), .properties = {}});
     } else if (word == "property") {
       if (header.elements.empty() || !(words >> type)) return header;
       Property property;
@@ -70,7 +83,7 @@ Header read_header(std::istream& in) {
       } else {
         property = {0, bytes_of(type)};
       }
-      if (property.item == 0) return header;
+      if (property.item == 0 || !names_one(words)) return header;
       header.elements.back().properties.push_back(property);
     } else if (!word.empty() && word != "ply" && word != "comment" && word != "obj_info") {
       return header;
