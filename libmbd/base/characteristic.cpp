@@ -25,9 +25,9 @@ double Characteristic::value(double x) const {
   return 0;
 }
 
-std::vector<double> Characteristic::nodes() const {
+std::span<const double> Characteristic::nodes() const {
   const auto* t = get_if<TableCharacteristic>();
-  return t ? t->law.times : std::vector<double>{};
+  return t ? std::span<const double>(t->law.times) : std::span<const double>{};
 }
 
 double Characteristic::integral(double x) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -70,7 +71,7 @@ class Characteristic {
   /// Integral from 0 to x.
   double integral(double x) const;
   /// Where pieces of it meet: the points of a table; none of a polynomial.
-  std::vector<double> nodes() const;
+  std::span<const double> nodes() const;
 
  private:
   std::variant<std::monostate, PolynomialCharacteristic, TableCharacteristic> kind_;

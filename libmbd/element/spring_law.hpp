@@ -35,13 +35,15 @@ SpringLaw spring_law(const S& s, double shortening, double rate, const Scene& sc
   return law;
 }
 
-/// The curves of such a struct that have nodes, the spring curve first: its force's profiles.
+/// Which curves of such a struct are profiles of its force: those with nodes, the spring curve first.
 template <class S>
-std::vector<const Characteristic*> spring_profiles(const S& s) {
-  std::vector<const Characteristic*> out;
-  for (const Characteristic* curve : {&s.spring_curve, &s.damper_curve})
-    if (!curve->nodes().empty()) out.push_back(curve);
-  return out;
+std::size_t spring_profile_count(const S& s) {
+  return static_cast<std::size_t>(!s.spring_curve.nodes().empty()) +
+         static_cast<std::size_t>(!s.damper_curve.nodes().empty());
+}
+template <class S>
+const Characteristic& spring_profile(const S& s, std::size_t k) {
+  return k == 0 && !s.spring_curve.nodes().empty() ? s.spring_curve : s.damper_curve;
 }
 
 /// Their arguments: shortening d and its rate d'.

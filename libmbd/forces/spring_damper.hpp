@@ -58,13 +58,16 @@ struct SpringDamper {
     if (std::isnan(stiffness)) stiffness = 0;
   }
 
-  std::size_t profile_count() const { return spring_profiles(*this).size(); }
+  std::size_t profile_count() const { return spring_profile_count(*this); }
   void profile_arguments(const Scene& scene, std::span<double> out) const {
     const LineOfAction l = line(scene);
     spring_profile_arguments(*this, free_length - l.length, -l.rate, out);
   }
-  double profile_value(std::size_t k, double x) const { return spring_profiles(*this)[k]->value(x); }
-  std::vector<double> profile_nodes(std::size_t k) const { return spring_profiles(*this)[k]->nodes(); }
+  double profile_value(std::size_t k, double x) const { return spring_profile(*this, k).value(x); }
+  std::vector<double> profile_nodes(std::size_t k) const {
+    const std::span<const double> nodes = spring_profile(*this, k).nodes();
+    return {nodes.begin(), nodes.end()};
+  }
 
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
     const LineOfAction l = line(scene);

@@ -49,8 +49,8 @@ bool is_whole_number(const std::string& text) {
   return !text.empty() && text.find_first_not_of("0123456789") == std::string::npos && text.size() < 20;
 }
 
-// CGAL takes the second line for the format whatever its first word is, and words beyond those that it knows for others:
-// the header must say what PLY says, no more.
+// CGAL takes the second line for the format whatever its first word is, and words beyond those that it knows for
+// others: the header must say what PLY says, no more.
 Header read_header(std::istream& in) {
   Header header;
   bool has_format = false;
