@@ -73,7 +73,8 @@ void refuse_blow_up(const System& system, const MotionState& m) {
                  system.body_name(static_cast<int>(i / 3) + 1) + "' is at " + scientific(m.q[i]) +
                  (i % 3 == 2 ? " rad with " : " m with ") + scientific(m.velocity[i]) +
                  (i % 3 == 2 ? " rad/s" : " m/s") +
-                 "; the step is too long for the stiffest spring, or a force feeds the motion without "
+                 ", beyond a million lengths of the machine or ten million in a second; the step is too long for the "
+                 "stiffest spring, or a force feeds the motion without "
                  "bound");
   }
 }

@@ -9,6 +9,7 @@
 
 #include "libmbd/assembly/assembly.hpp"
 #include "libmbd/joints/revolute.hpp"
+#include "tests/tools/message_of.hpp"
 #include "tests/tools/rig.hpp"
 
 namespace subsoil::mbd::partition_test {
@@ -34,6 +35,17 @@ Model loop(int bars) {
     m.add("pin " + std::to_string(i),
           Revolute{.body_a = i, .body_b = i + 1, .p_a = {i == 0 ? 0.0 : 0.5, 0}, .p_b = {-0.5, 0}});
   return m;
+}
+
+TEST(BlowUp, SaysBeyondWhat) {
+  const System system(loop(3));
+  MotionState m;
+  m.q = system.start_position(), m.velocity = system.start_velocity();
+  EXPECT_NO_THROW(refuse_blow_up(system, m));
+  m.velocity[2] = 1e9;
+  const std::string text = test::message_of<BlowUp>([&] { refuse_blow_up(system, m); });
+  EXPECT_NE(text.find("body 'bar 0'"), std::string::npos) << text;
+  EXPECT_NE(text.find("beyond a million lengths of the machine or ten million in a second"), std::string::npos) << text;
 }
 
 void compare_with_dense(Model model) {
