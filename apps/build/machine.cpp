@@ -66,7 +66,7 @@ mbd::JointEvent event_of(const MachineSection& m, const JointEventSection& e) {
 }
 
 int order_of(const Scenario& s) {
-  const int order = static_cast<int>(s.time.machine.order);
+  const int order = static_cast<int>(s.time.machine.order.value_or(mbd::AdamsMoultonOptions{}.order));
   // Higher orders feed the fastest waves of a beam that is not damped.
   return s.machine->beams.empty() ? order : std::min(order, 2);
 }
@@ -87,7 +87,7 @@ mbd::IntegratorKind integrator_of(const Scenario& s) {
       break;
   }
   const bool alone = !s.soil && s.boundaries.empty();
-  const bool fixed = time.step || time.order != MachineTime{}.order;
+  const bool fixed = time.step || time.order;
   if (!alone || fixed) return mbd::IntegratorKind::adams_moulton;
   // The fastest wave of a beam is a thousand times faster than what bends it: stiff.
   return !s.machine || s.machine->beams.empty() ? mbd::IntegratorKind::cvode : mbd::IntegratorKind::ida;

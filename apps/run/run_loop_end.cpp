@@ -24,7 +24,7 @@ std::string fixes_machine_step(const Scenario& s) {
   std::vector<std::string> given;
   if (time.integrator == IntegratorWord::adams_moulton) given.emplace_back("time.machine.integrator");
   if (time.step) given.emplace_back("time.machine.step");
-  if (time.order != MachineTime{}.order) given.emplace_back("time.machine.order");
+  if (time.order) given.emplace_back("time.machine.order");
   return fmt::format("{}", fmt::join(given, " and "));
 }
 

@@ -18,7 +18,7 @@ void describe(Fields& v, MachineTime& t) {
       "fixed step on partitioned coordinates, its error watched; cvode: SUNDIALS CVODE on the same, steps and orders "
       "of "
       "its own for smooth motion; ida: SUNDIALS IDA on the whole system, also for stiff forces");
-  v.count("order", t.order, "[1, 6]", "of adams-moulton");
+  v.count("order", t.order, "[1, 6]", "of adams-moulton; left out: 4, with beams 2, which is the most there");
   v.quantity("rtol", t.rtol, "1", "(0, 0.1]",
              "relative tolerance of cvode and ida; left out: 1e-12 of cvode, 1e-8 of ida");
   v.quantity("atol", t.atol, "1", "(0, 0.1]",

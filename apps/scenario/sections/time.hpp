@@ -14,7 +14,7 @@ namespace subsoil::app {
 enum class IntegratorWord { automatic, adams_moulton, cvode, ida };
 struct MachineTime {
   IntegratorWord integrator = IntegratorWord::automatic;
-  long order = 4;
+  std::optional<long> order;         // of adams-moulton
   std::optional<double> rtol, atol;  // cvode, ida
   mbd::IdaFormulation formulation = mbd::IdaFormulation::stabilised_index_2;
   bool locate_events = true;

@@ -103,6 +103,23 @@ time: {end: 0.5 s}
     }
 }
 
+// Every order chooses the method that has one, its default among them.
+TEST(MachineOrder, ChoosesAdamsMoulton) {
+  constexpr const char* thrown = R"(subsoil: 1
+machine: {bodies: {a: {mass: 3 kg, inertia: 0.1 kg m^2, at: 0 0 m, velocity: 1 0 m/s}}}
+time: {end: 10 ms}
+)";
+  const RunDirectory dir;
+  const auto is_fixed = [&](const std::vector<std::string>& set) {
+    const auto out = dir / (set.empty() ? "none" : set[0].substr(19));
+    EXPECT_EQ(run_scenario(dir.scenario(thrown), out, set), exit_ok);
+    return summary_of(out)["run"].contains("machine step error");
+  };
+  EXPECT_FALSE(is_fixed({}));
+  for (const char* order : {"3", "4", "5"})
+    EXPECT_TRUE(is_fixed({std::string("time.machine.order=") + order})) << order;
+}
+
 TEST(LocatedEvents, CannotBeLeftOutWhereFrictionSticks) {
   EXPECT_TRUE(holds(refusal(block, {"time.machine.locate events=no"}), "cannot be with `stick stiffness` of f"));
 }
