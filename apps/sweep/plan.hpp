@@ -41,6 +41,19 @@ struct SweepParameter {
   double at(double u) const;
 };
 
+/// What is wrong with the keys of parameter k of a plan: of two parameters that move the same key, or one a section
+/// that holds it, the later would win without a word. Empty where nothing is.
+template <class Parameter>
+std::string shared_key(const std::vector<Parameter>& parameters, std::size_t k) {
+  for (std::size_t i = 0; i < k; ++i)
+    for (const std::string& one : parameters[i].paths)
+      for (const std::string& other : parameters[k].paths)
+        if ((one + ".").starts_with(other + ".") || (other + ".").starts_with(one + "."))
+          return "`" + other + "` is moved by parameter `" + parameters[i].name +
+                 "` already: the later one would win; leave the key to one of them";
+  return {};
+}
+
 enum class Keep { numbers, all };
 
 struct SweepPlan {

@@ -357,6 +357,8 @@ TEST(OptimisePlan, RefusesWithPlaceAndCureBeforeAnythingRuns) {
     EXPECT_NE(message.find("plan.yaml"), std::string::npos) << message;
   };
   refuses("parameters.load,", "parameters.loud,", "the scenario");
+  refuses("keys: parameters.stiff", "keys: parameters.load",
+          "plan.yaml:5:13 parameters.k.keys: `parameters.load` is moved by parameter `m` already");
   refuses("unit: kg", "unit: kilo", "plan.yaml:4:50 parameters.m.unit");
   refuses("least: {", "least one: {", "a word of letters, digits and _");
   refuses("minimise: k/1000 - m", "minimise: k/1000 - n", "`n`");
