@@ -134,30 +134,32 @@ void Adaptive::stop_at_hidden_contact(double begin) {
   now_ = next_, flows_.of_elements = walk_flows_;
 }
 
-// When an event of a joint has come and gone in the step from `begin` to front_, puts front_ where it came. Its value
-// is looked at where the step begins and ends, and beside both for its rates.
+// When an event of a joint has come and gone in the step from `begin` to front_, puts front_ where it came.
 void Adaptive::stop_at_hidden_event(double begin) {
-  const double beside = 1e-3 * (front_ - begin), end = front_;
-  const std::array<double, 4> times = {begin, begin + beside, end - beside, end};
+  const double h = front_ - begin;
   next_ = now_, walk_flows_ = flows_.of_elements;
   const auto look_at = [&](double t, std::vector<double>& out) {
     read_consistent(t);
     look(now_, out);
   };
-  for (std::size_t k = 0; k < times.size(); ++k) look_at(times[k], event_gaps_[k]);
+  std::array<TimedValue, event_looks.size()> samples;
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    samples[k].t = begin + event_looks[k] * h;
+    look_at(samples[k].t, event_gaps_[k]);
+  }
   for (std::size_t i = 0; i < switches_.count(); ++i) {
     if (!switches_.of_joint(i) || switches_.side(i) < 0) continue;
-    const auto& [a, after_a, before_b, b] = event_gaps_;
+    for (std::size_t k = 0; k < samples.size(); ++k) samples[k].value = event_gaps_[k][i];
     const auto gap = [&](double t) {
       look_at(t, gaps_);
       return gaps_[i];
     };
-    const auto below =
-        find_hidden_dip({begin, end, a[i], b[i], (after_a[i] - a[i]) / beside, (b[i] - before_b[i]) / beside}, gap);
-    if (!below) continue;
-    const auto share = [&](double part) { return gap(begin + part * (*below - begin)); };
-    const double at = begin + locate_crossing(share, 1, a[i], gap(*below)) * (*below - begin);
-    if (at < front_) front_ = at, hidden_here_ = i, root_ = true;
+    const auto found = find_hidden_dip(samples, gap);
+    if (!found) continue;
+    const auto at = [&](double share) { return found->above + share * (found->below - found->above); };
+    const auto gap_at = [&](double share) { return gap(at(share)); };
+    const double passed = at(locate_crossing(gap_at, 1, gap_at(0), gap_at(1)));
+    if (passed < front_) front_ = passed, hidden_here_ = i, root_ = true;
   }
   now_ = next_, flows_.of_elements = walk_flows_;
 }

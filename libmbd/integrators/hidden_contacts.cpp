@@ -60,14 +60,21 @@ Minimum find_minimum(const std::function<double(double)>& g, double low, double 
   return at_left < at_right ? Minimum{left, at_left} : Minimum{right, at_right};
 }
 
-std::optional<double> find_hidden_dip(const EndsOfStep& e, const std::function<double(double)>& g) {
-  if (!(e.at_begin > 0 && e.at_end > 0 && e.rate_at_begin < 0 && e.rate_at_end > 0)) return {};
-  const double length = e.end - e.begin;
-  const double met = (e.at_end - e.at_begin - e.rate_at_end * length) / (e.rate_at_begin - e.rate_at_end);
-  const double tangents = e.at_begin + e.rate_at_begin * met;
-  if (tangents > 0.5 * std::min(e.at_begin, e.at_end)) return {};
-  const Minimum least = find_minimum(g, e.begin, e.end, 1e-8 * length, 0);  // flat over sqrt(epsilon)
-  return least.value < 0 ? std::optional(least.at) : std::nullopt;
+std::optional<HiddenPassage> find_hidden_dip(std::span<const TimedValue> samples,
+                                             const std::function<double(double)>& g) {
+  if (samples.size() < 3 || !(samples.front().value > 0)) return {};
+  for (std::size_t k = 1; k + 1 < samples.size(); ++k) {
+    const TimedValue &before = samples[k - 1], &here = samples[k], &after = samples[k + 1];
+    if (here.value < 0) return HiddenPassage{before.t, here.t};
+    const double falls = before.value - here.value, rises = after.value - here.value;
+    const double left = here.t - before.t, right = after.t - here.t;
+    const double reach = std::max(falls / left, rises / right) * std::max(left, right);
+    if (!(falls >= 0 && rises >= 0 && here.value < reach)) continue;
+    const double width = 1e-8 * (after.t - before.t);  // a minimum is flat over sqrt(epsilon)
+    const Minimum least = find_minimum(g, before.t, after.t, width, 0);
+    if (least.value < 0) return HiddenPassage{before.t, least.at};
+  }
+  return {};
 }
 
 }  // namespace subsoil::mbd

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "libmbd/integrators/events.hpp"
@@ -40,17 +41,19 @@ struct Minimum {
 /// below `enough` that is met on the way to it.
 Minimum find_minimum(const std::function<double(double)>& g, double low, double high, double width, double enough);
 
-/// A function of time g at the ends of a step, and its rates there.
-struct EndsOfStep {
-  double begin, end;
-  double at_begin, at_end;
-  double rate_at_begin, rate_at_end;
+struct TimedValue {
+  double t, value;
+};
+/// Times between which a function passes zero downwards.
+struct HiddenPassage {
+  double above, below;
 };
 
-/// A time inside a step at which g < 0, where g is positive at both ends, falls at the first and rises at the second:
-/// the search for its minimum, by golden section, ends at the first such value. Nothing where it stays above zero,
-/// which is not looked into where the tangents at the ends meet above half of the lower end: g bends upwards there by
-/// less.
-std::optional<double> find_hidden_dip(const EndsOfStep& ends, const std::function<double(double)>& g);
+/// The first passage of zero of a function g that is positive at the first sample and at the last, of a step in which
+/// it turns as often as the samples show. Where one of them lies below its neighbours, g has a minimum between these;
+/// it is looked for if a way as steep as between two of the three could lead to zero, and the search ends at the
+/// first value below. Samples close beside both ends show the slopes there.
+std::optional<HiddenPassage> find_hidden_dip(std::span<const TimedValue> samples,
+                                             const std::function<double(double)>& g);
 
 }  // namespace subsoil::mbd

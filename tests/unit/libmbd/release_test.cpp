@@ -235,6 +235,35 @@ TEST_P(Release, AMeasureThatPassesItsValueForAnInstantIsSeen) {
   }
 }
 
+// A rim point passes two posts once a turn, below 1 cm from each for 0.1 ms: every passage of the first opens a joint,
+// every one of the second closes it, though the rotor turns by radians from row to row.
+TEST_P(Release, EventsComeOnceInEveryTurn) {
+  if (GetParam() == IntegratorKind::adams_moulton) GTEST_SKIP() << "fixed steps see their ends alone";
+  for (const double spin : {600.0, 1000.0, 2000.0, 5000.0}) {
+    SCOPED_TRACE(spin);
+    Model m;
+    m.gravity = {0, 0};
+    m.add({.name = "rotor", .mass = 1, .inertia = 0.01, .velocity = {0, 0, spin}});
+    m.add({.name = "held", .mass = 1, .inertia = 0.01, .pose = {0, 5, 0}});
+    m.add("pin", Revolute{.body_a = 0, .body_b = 1});
+    m.add("hold", Fixed{.body_a = 0, .body_b = 2});
+    const auto near = [](double angle) {
+      return input_of(DistanceMeasure{
+          .between = {Marker{.name = "post", .body = 0, .p = {0.1001 * std::cos(angle), 0.1001 * std::sin(angle)}},
+                      Marker{.name = "rim", .body = 1, .p = {0.1, 0}}}});
+    };
+    m.add("open", JointEvent{.joint = "hold", .does = Does::opens, .input = near(1.234), .below = 0.01});
+    m.add("close", JointEvent{.joint = "hold", .does = Does::closes, .input = near(4), .below = 0.01});
+    Machine machine(m, {.integrator = GetParam()});
+    machine.start_from_pose();
+    const double turns = 12.1;
+    const double end = turns * 2 * std::numbers::pi / spin;
+    for (int k = 0; k < 40; ++k) machine.advance(end / 40);
+    ASSERT_EQ(machine.events().size(), 24U);
+    for (std::size_t k = 1; k < 24; ++k) EXPECT_NE(machine.events()[k].word(), machine.events()[k - 1].word()) << k;
+  }
+}
+
 /// A ball on a rail meets the tip of a hanging rod at 8 m/s: when it is there, rail and rod change over.
 Model ballistic_pendulum(bool catch_first) {
   Model m;
