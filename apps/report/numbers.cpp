@@ -25,9 +25,9 @@ class QuantityList {
     return true;
   }
   /// The first column whose name ends so.
-  void add_first(const std::string& key, const std::string& ending) {
+  void add_first(const std::string& ending) {
     for (const SeriesColumn& c : run_.series->columns)
-      if (c.name.ends_with(ending) && add(key, c.name)) return;
+      if (c.name.ends_with(ending) && add(c.name, c.name)) return;
   }
   std::vector<Quantity> list;
 
@@ -63,8 +63,12 @@ std::vector<Quantity> quantities(const RunFolder& run) {
   if (!out.add("height", "height")) out.add("height", body + ".y");
   for (const SeriesColumn& c : run.series->columns)
     if (c.is_watch()) out.add(c.name, c.name);
+  if (out.list.empty() && run.scenario)  // what moves is the tool, and not the first wall of the container
+    for (const BoundarySection& b : run.scenario->boundaries)
+      if (b.is_moved())
+        for (const char* component : {".Fx", ".Fy"}) out.add(b.name + component, b.name + component);
   if (out.list.empty())
-    for (const char* ending : {".Fx", ".Fy"}) out.add_first("force " + std::string(ending + 2), ending);
+    for (const char* component : {".Fx", ".Fy"}) out.add_first(component);
   if (out.list.empty())  // a machine alone that watches nothing
     for (const SeriesColumn& c : run.series->columns)
       if (c.name != "time" && out.list.size() < 6) out.add(c.name, c.name);

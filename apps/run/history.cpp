@@ -12,10 +12,11 @@ double History::Piece::integral_from(double s) const {
   return dt * (up_to(1) - up_to(s));
 }
 
+// Peaks between have been looked for, and pieces end there: one that the parabola shows is none.
 double History::Piece::largest(double s, double sign) const {
-  const double most = std::max(sign * at(s), sign * at(1));
-  const double vertex = b != 0 ? -a / (2 * b) : -1;
-  return vertex > s && vertex < 1 ? std::max(most, sign * at(vertex)) : most;
+  const auto [low, high] = std::minmax({at(0), at(0.5), at(1)});
+  const double most = std::max(sign * std::clamp(at(s), low, high), sign * at(1));
+  return s < 0.5 ? std::max(most, sign * at(0.5)) : most;
 }
 
 History::Piece History::piece_to(double t, double y, double middle) const {
@@ -24,13 +25,6 @@ History::Piece History::piece_to(double t, double y, double middle) const {
   p.a = y - y_;
   if (std::isfinite(middle)) p.a = -3 * y_ + 4 * middle - y, p.b = 2 * (y_ - 2 * middle + y);
   return p;
-}
-
-// A parabola through a jump overshoots by an eighth of it. The slope at its start is then none that the piece before
-// led up to, by as much as it bends, and the middle lies between both ends.
-bool History::jumps(const Piece& p, double middle) const {
-  const bool between = (middle - p.y) * (p.at(1) - middle) >= 0;
-  return between && !(std::abs(p.a - slope_ * p.dt) <= 0.25 * std::abs(p.b));
 }
 
 void History::add(double t, double y, double middle) {
@@ -44,11 +38,8 @@ void History::add(double t, double y, double middle) {
     return;
   }
   if (!(t > t_)) return take_jump(y);
-  Piece p = piece_to(t, y, middle);
-  const bool of_extremes = rule_.kind == Watch::Kind::maximum || rule_.kind == Watch::Kind::minimum;
-  const double slope = (p.a + 2 * p.b) / p.dt;
-  if (of_extremes && jumps(p, middle)) p.a = y - p.y, p.b = 0;
-  t_ = t, y_ = y, slope_ = slope;
+  const Piece p = piece_to(t, y, middle);
+  t_ = t, y_ = y;
   switch (rule_.kind) {
     case Watch::Kind::integral:
       value_ += p.integral_from(0);
@@ -98,7 +89,7 @@ void History::seek(std::size_t column, std::vector<Sought>& out) const {
 
 void History::take_jump(double y) {
   if (rule_.held || y == y_) return;
-  y_ = y, slope_ = std::numeric_limits<double>::quiet_NaN();
+  y_ = y;
   const Piece at_once{.t = t_, .dt = 0, .y = y, .a = 0, .b = 0};
   if (rule_.kind == Watch::Kind::count) take_count(y);
   if (rule_.kind == Watch::Kind::maximum) take_extreme(at_once, 1);

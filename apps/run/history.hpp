@@ -14,9 +14,8 @@ namespace subsoil::app {
 /// `within`), how often it passed a value, how long it was beyond one.
 ///
 /// Between two instants it is a parabola through a third value in the middle, a line where that is not known, or, for
-/// forces that act over a step, what it was at the step's start. Where a formula jumps inside, extremes are those of a
-/// line. Errors of an integral are of order dt^4, dt^2 and
-/// none.
+/// forces that act over a step, what it was at the step's start. Errors of an integral are of order dt^4, dt^2 and
+/// none. Extremes are values that were there: of the instants, which seek() puts at peaks, and of what lies midway.
 class History {
  public:
   struct Rule {
@@ -53,7 +52,6 @@ class History {
     void archive(Archive& a) { a(piece, largest); }
   };
   Piece piece_to(double t, double y, double middle) const;
-  bool jumps(const Piece& p, double middle) const;
   void take_mean(const Piece& p);
   void take_extreme(const Piece& p, double sign);
   void take_jump(double y);
@@ -63,7 +61,6 @@ class History {
   Rule rule_;
   bool begun_ = false;
   double start_ = 0, t_ = 0, y_ = 0, value_ = 0, sum_ = 0;
-  double slope_ = std::numeric_limits<double>::quiet_NaN();  ///< at t_, of the piece before; NaN: not known
   int side_ = 0;
   std::deque<Piece> pieces_;  ///< of a mean: what lies within
   std::deque<Peak> peaks_;    ///< of an extreme: falling in size, rising in time

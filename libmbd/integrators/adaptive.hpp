@@ -122,8 +122,6 @@ class Adaptive : public Integrator {
   MotionState next_;
   Eigen::VectorXd walk_flows_;
   std::vector<double> gaps_, gaps_before_;
-  /// Where in a step the values of joints' events are looked at, as shares of it.
-  static constexpr std::array event_looks{0.0, 1e-3, 0.25, 0.5, 0.75, 1 - 1e-3, 1.0};
   std::array<std::vector<double>, event_looks.size()> event_gaps_;
 };
 

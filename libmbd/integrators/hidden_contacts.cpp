@@ -1,6 +1,8 @@
 #include "libmbd/integrators/hidden_contacts.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace subsoil::mbd {
 
@@ -48,7 +50,10 @@ Minimum find_minimum(const std::function<double(double)>& g, double low, double 
   constexpr double golden = 0.6180339887498949;
   double left = high - golden * (high - low), right = low + golden * (high - low);
   double at_left = g(left), at_right = g(right);
-  while (!(std::min(at_left, at_right) < enough) && high - low > width) {
+  // Of a short bracket late in a motion times say no more than their rounding.
+  const double least =
+      std::max(width, 8 * std::numeric_limits<double>::epsilon() * std::max(std::abs(low), std::abs(high)));
+  while (!(std::min(at_left, at_right) < enough) && high - low > least) {
     if (at_left < at_right) {
       high = right, right = left, at_right = at_left;
       left = high - golden * (high - low), at_left = g(left);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <span>
@@ -38,7 +39,7 @@ struct Minimum {
 };
 
 /// The minimum of a function that has one between `low` and `high`, to `width` by golden section, or the first value
-/// below `enough` that is met on the way to it.
+/// below `enough` that is met on the way to it. No bracket is narrowed beyond the rounding of its ends.
 Minimum find_minimum(const std::function<double(double)>& g, double low, double high, double width, double enough);
 
 struct TimedValue {
@@ -48,6 +49,9 @@ struct TimedValue {
 struct HiddenPassage {
   double above, below;
 };
+
+/// Where in a step the values of joints' events are looked at, as shares of it.
+inline constexpr std::array event_looks{0.0, 1e-3, 0.25, 0.5, 0.75, 1 - 1e-3, 1.0};
 
 /// The first passage of zero of a function g that is positive at the first sample and at the last, of a step in which
 /// it turns as often as the samples show. Where one of them lies below its neighbours, g has a minimum between these;

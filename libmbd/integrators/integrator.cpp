@@ -17,7 +17,6 @@ namespace subsoil::mbd {
 
 namespace {
 // More events than this within one step are a rattle that no step can follow.
-constexpr int most_events_in_a_step = 1000;
 }  // namespace
 
 Integrator::Integrator(System& system) : system_(system), partition_(system), switches_(system) {
@@ -385,57 +384,6 @@ void Integrator::take_event(std::size_t which) {
   if (friction && !change.slides) lost -= grip(force);
   const int of_friction = change.slides ? 1 : -1;
   events_.push_back({now_.t, switches_.name(which), friction ? of_friction : switches_.side(which), friction});
-}
-
-/// A step of length h from the state before it, by the method's own start: it needs no past.
-void Integrator::try_part(double h) {
-  now_ = before_;
-  flows_ = flows_before_;
-  partition_.evaluate(now_);
-  on_start();
-  on_advance(h);
-  now_.t = before_.t + h;
-}
-
-void Integrator::advance_over_events(double h) {
-  before_ = now_;
-  flows_before_ = flows_;
-  on_advance(h);
-  if (!crossed()) return;
-  const double end = now_.t;
-  std::vector<double> at_start(gaps_.size()), at_end(gaps_.size());
-  for (int found = 0; crossed(); ++found) {
-    if (found == most_events_in_a_step)
-      throw std::runtime_error("more than " + std::to_string(found) + " events between t = " + std::to_string(end - h) +
-                               " s and " + std::to_string(end) + " s: force '" + events_.back().name +
-                               "' rattles; shorten the step or add damping");
-    at_end = gaps_;
-    look(before_, at_start);
-    const double rest = end - before_.t;
-    std::size_t first = 0;
-    double share = 2;
-    for (std::size_t i = 0; i < at_end.size(); ++i) {
-      if (at_end[i] * switches_.side(i) >= 0) continue;
-      const auto gap = [&](double part) {
-        try_part(part * rest);
-        crossed();
-        return gaps_[i];
-      };
-      const double at = locate_crossing(gap, switches_.side(i), at_start[i], at_end[i]);
-      if (at < share) share = at, first = i;
-    }
-    try_part(share * rest);
-    keep_end();
-    take_event(first);
-    partition_.evaluate(now_);  // friction that has changed over
-    keep_begin();
-    before_ = now_;
-    flows_before_ = flows_;
-    if (end - now_.t <= 1e-12 * h) break;
-    try_part(end - now_.t);
-  }
-  now_.t = end;
-  on_start();
 }
 
 double Integrator::take(const double*& from, const double* end) {

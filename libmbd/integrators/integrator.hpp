@@ -183,6 +183,7 @@ class Integrator {
   void advance_over_instants(double h);
   void advance_over_events(double h);
   bool crossed();
+  bool comes_and_goes();
   void try_part(double h);
 
   /// Where one looks between steps: a partition of its own, since the factors of the motion's must not depend on it.

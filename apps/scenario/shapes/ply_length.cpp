@@ -27,9 +27,11 @@ std::size_t bytes_of(const std::string& type) {
 struct Property {
   std::size_t count = 0;  ///< bytes of the number of items; 0: no list
   std::size_t item = 0;   ///< bytes
+  std::string type{}, name{};
 };
 
 struct Element {
+  std::string name{};
   std::uintmax_t count = 0;
   std::vector<Property> properties;
 };
@@ -40,9 +42,22 @@ struct Header {
 };
 
 /// Whether a line holds one more word, a name, and no other.
-bool names_one(std::istream& words) {
-  std::string name, more;
+bool names_one(std::istream& words, std::string& name) {
+  std::string more;
   return words >> name && !(words >> more);
+}
+
+/// CGAL looks at the type of x alone and takes y and z for the same.
+bool has_points(const Element& vertices) {
+  std::size_t size = 0;
+  for (const char* axis : {"x", "y", "z"}) {
+    const auto& all = vertices.properties;
+    const auto p = std::find_if(all.begin(), all.end(), [&](const Property& one) { return one.name == axis; });
+    const bool real = p != all.end() && p->count == 0 && (p->type.starts_with("float") || p->type == "double");
+    if (!real || (size != 0 && p->item != size)) return false;
+    size = p->item;
+  }
+  return true;
 }
 
 bool is_whole_number(const std::string& text) {
@@ -65,25 +80,26 @@ Header read_header(std::istream& in) {
       return header;
     }
     if (word == "format") {
-      if (!(words >> type) || !names_one(words)) return header;
+      if (!(words >> type) || !names_one(words, word)) return header;
       has_format = true;
       header.text = type == "ascii", header.big_endian = type == "binary_big_endian";
     } else if (word == "element") {
       std::string count, more;
       if (!(words >> type >> count) || words >> more || !is_whole_number(count)) return header;
-      header.elements.push_back({.count = std::strtoull(count.c_str(), nullptr, 10), .properties = {}});
+      header.elements.push_back({.name = type, .count = std::strtoull(count.c_str(), nullptr, 10), .properties = {}});
     } else if (word == "property") {
       if (header.elements.empty() || !(words >> type)) return header;
       Property property;
       if (type == "list") {
         std::string item;
         if (!(words >> type >> item)) return header;
-        property = {bytes_of(type), bytes_of(item)};
+        property.count = bytes_of(type), property.item = bytes_of(item);
         if (property.count == 0) return header;
       } else {
-        property = {0, bytes_of(type)};
+        property.item = bytes_of(type);
       }
-      if (property.item == 0 || !names_one(words)) return header;
+      property.type = type;
+      if (property.item == 0 || !names_one(words, property.name)) return header;
       header.elements.back().properties.push_back(property);
     } else if (!word.empty() && word != "ply" && word != "comment" && word != "obj_info") {
       return header;
@@ -157,6 +173,11 @@ void refuse_short_ply(const std::string& file) {
         file +
         ": no PLY file that can be read: its header must list elements, each with its properties after it, "
         "and end with `end_header`; export it again");
+  for (const Element& element : header.elements)
+    if ((element.name == "vertex" || element.name == "vertices") && !has_points(element))
+      throw std::runtime_error(file +
+                               ": no PLY file that can be read: its vertices need x, y and z, all three float or all "
+                               "three double; export it again");
   Body body({std::istreambuf_iterator<char>(in), {}}, header);
   for (const Element& element : header.elements)
     if (!body.holds(element))

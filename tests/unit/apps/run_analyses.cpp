@@ -158,5 +158,38 @@ machine:
   }
 }
 
+/// A driven rotor takes a wheel along, or leaves it to the ground, as a point of its rim passes two posts, nearer than
+/// 0.12 mm for 0.1 ms, between rows: 6 whole turns and the passage of the first post begun make 13 passages, each opens
+/// one joint and closes the other.
+TEST(Kinematics, SeesEventsBetweenItsSteps) {
+  const std::string rotor = R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {p: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0 0 m, spin: 10 rad/s}, q: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0 0 m, spin: 10 rad/s}}
+  markers: {r: {body: p, at: 0.1 0 m}, A: {at: 0.03307955731798016 0.09447620275840084 m}, B: {at: -0.06542972644844756 -0.07575592978032362 m}}
+  joints: {pin: {revolute: [ground, p], at: 0 0 m}, J1: {fixed: [p, q], at: 0 0 m}, J2: {fixed: [ground, q], at: 0 0 m}}
+  drivers: {m: {angle: [ground, p], velocity: 10 rad/s}}
+  measures: {dA: {distance: [r, A]}, dB: {distance: [r, B]}}
+  events:
+    a: {opens: J1, measure: dA, below: 0.12 mm, joint starts: closed}
+    b: {closes: J2, measure: dA, below: 0.12 mm, joint starts: open}
+    c: {opens: J2, measure: dB, below: 0.12 mm}
+    d: {closes: J1, measure: dB, below: 0.12 mm}
+time: {end: 4 s}
+output: {series every: 1 ms}
+)";
+  double angle = 0;
+  for (const char* analysis : {"analysis=kinematics", "analysis=dynamics"}) {
+    const RunDirectory dir;
+    ASSERT_EQ(run_scenario(dir.scenario(rotor), dir / "out", {analysis}), exit_ok);
+    EXPECT_EQ(summary_of(dir / "out")["run"]["events"], 26) << analysis;
+    const double found = read_series(dir / "out" / "series.csv").at("q.angle").back();
+    if (angle != 0) {
+      EXPECT_NEAR(found, angle, 1e-6);
+    }
+    angle = found;
+  }
+}
+
 }  // namespace
 }  // namespace subsoil::app::run_analyses
