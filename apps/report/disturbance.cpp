@@ -86,8 +86,8 @@ Json disturbance_json(const Disturbance& d, double draft, double half_width) {
     return out;
   }
   const Furrow& f = *d.furrow;
-  out[fmt::format("stretch from {} [m]", f.along)] = f.from,
-                                         out[fmt::format("stretch until {} [m]", f.along)] = f.until;
+  out[fmt::format("stretch from {} [m]", f.along)] = f.from;
+  out[fmt::format("stretch until {} [m]", f.along)] = f.until;
   out["of steady work"] = f.steady;
   out["cell [m]"] = f.cell;
   out["furrow area below the surface [m2]"] = f.furrow_area;
