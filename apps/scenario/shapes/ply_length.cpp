@@ -7,9 +7,12 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <initializer_list>
 #include <iterator>
+#include <map>
 #include <sstream>
 #include <stdexcept>
+#include <string_view>
 #include <vector>
 
 namespace subsoil::app {
@@ -47,17 +50,46 @@ bool names_one(std::istream& words, std::string& name) {
   return words >> name && !(words >> more);
 }
 
-/// CGAL looks at the type of x alone and takes y and z for the same.
-bool has_points(const Element& vertices) {
-  std::size_t size = 0;
-  for (const char* axis : {"x", "y", "z"}) {
-    const auto& all = vertices.properties;
-    const auto p = std::find_if(all.begin(), all.end(), [&](const Property& one) { return one.name == axis; });
-    const bool real = p != all.end() && p->count == 0 && (p->type.starts_with("float") || p->type == "double");
-    if (!real || (size != 0 && p->item != size)) return false;
-    size = p->item;
+/// The older word for a type.
+std::string plain(const std::string& type) {
+  static const std::map<std::string, std::string> words{{"int8", "char"},     {"uint8", "uchar"},   {"int16", "short"},
+                                                        {"uint16", "ushort"}, {"int32", "int"},     {"uint32", "uint"},
+                                                        {"float32", "float"}, {"float64", "double"}};
+  const auto found = words.find(type);
+  return found == words.end() ? type : found->second;
+}
+
+/// The one type of all properties of these names, "" without any; "mixed" where they differ.
+std::string type_of(const Element& element, std::initializer_list<std::string_view> names) {
+  std::string type;
+  for (const Property& p : element.properties) {
+    if (std::find(names.begin(), names.end(), p.name) == names.end()) continue;
+    if (p.count > 0 || (!type.empty() && type != p.type)) return "mixed";
+    type = p.type;
   }
-  return true;
+  return type;
+}
+
+bool has(const Element& element, std::string_view name) {
+  return std::any_of(element.properties.begin(), element.properties.end(),
+                     [&](const Property& p) { return p.name == name; });
+}
+
+// CGAL looks at the type of some properties and takes others, of like names, for the same; of two that have one name it
+// looks at one and takes the other.
+std::string fault_of(const Element& element) {
+  for (std::size_t k = 0; k < element.properties.size(); ++k)
+    for (std::size_t i = 0; i < k; ++i)
+      if (element.properties[i].name == element.properties[k].name)
+        return "it has two properties called " + element.properties[k].name;
+  if (type_of(element, {"red", "green", "blue", "r", "g", "b"}) == "mixed")
+    return "its colours are not numbers of one type";
+  if (element.name != "vertex" && element.name != "vertices") return {};
+  const std::string type = type_of(element, {"x", "y", "z"});
+  const bool real = type == "float" || type == "double";
+  return real && has(element, "x") && has(element, "y") && has(element, "z")
+             ? std::string()
+             : "its vertices need x, y and z, all three float or all three double";
 }
 
 bool is_whole_number(const std::string& text) {
@@ -98,7 +130,7 @@ Header read_header(std::istream& in) {
       } else {
         property.item = bytes_of(type);
       }
-      property.type = type;
+      property.type = plain(type);
       if (property.item == 0 || !names_one(words, property.name)) return header;
       header.elements.back().properties.push_back(property);
     } else if (!word.empty() && word != "ply" && word != "comment" && word != "obj_info") {
@@ -174,10 +206,8 @@ void refuse_short_ply(const std::string& file) {
         ": no PLY file that can be read: its header must list elements, each with its properties after it, "
         "and end with `end_header`; export it again");
   for (const Element& element : header.elements)
-    if ((element.name == "vertex" || element.name == "vertices") && !has_points(element))
-      throw std::runtime_error(file +
-                               ": no PLY file that can be read: its vertices need x, y and z, all three float or all "
-                               "three double; export it again");
+    if (const std::string fault = fault_of(element); !fault.empty())
+      throw std::runtime_error(file + ": no PLY file that can be read: " + fault + "; export it again");
   Body body({std::istreambuf_iterator<char>(in), {}}, header);
   for (const Element& element : header.elements)
     if (!body.holds(element))
