@@ -113,5 +113,16 @@ TEST_P(HiddenContacts, ABallPassesBesideAPeg) {
   EXPECT_NEAR(machine.body(1).r.x, 10, 1e-12);
 }
 
+// A bracket of two neighbouring times cannot be narrowed, whatever width is asked for; of a wide one |t - 0.3| is found
+// to that width.
+TEST(FindMinimum, EndsAtTheRoundingOfItsBracket) {
+  const auto apex = [](double t) { return std::abs(t - 0.3); };
+  const double none = -1;
+  const Minimum narrow = find_minimum(apex, 1, std::nextafter(1, 2), 1e-30, none);
+  EXPECT_NEAR(narrow.at, 1, 1e-15);
+  EXPECT_NEAR(find_minimum(apex, 0, 1, 1e-12, none).at, 0.3, 1e-12);
+  EXPECT_LT(find_minimum(apex, 0, 1, 1e-12, 0.1).value, 0.1) << "the first value below what is enough";
+}
+
 }  // namespace
 }  // namespace subsoil::mbd::hidden_contacts_test
