@@ -208,8 +208,8 @@ void Adaptive::give_up(long taken, double end) {
   char text[160];
   std::snprintf(text, sizeof text, "t = %.9g s: %ld steps did not reach %.9g s, the last is of %.2g s; ", front_, taken,
                 end, last_step_);
-  std::string why =
-      "the system is stiff, its forces are not smooth or a given motion jumps: take ida, or a wider tolerance";
+  std::string why = "the system is stiff, its forces are not smooth or a given motion jumps: take " +
+                    std::string(follows_partition() ? "ida" : "adams-moulton with a step") + ", or a wider tolerance";
   try {
     if (failure_) std::rethrow_exception(failure_);
   } catch (const std::runtime_error& error) {

@@ -41,7 +41,7 @@ struct Ida::Solver {
   Constraints c;
   Eigen::VectorXd q, w, load, lambda, mu, correction, states, acceleration;
   std::exception_ptr thrown;
-  long steps_before = 0, evaluations_before = 0;
+  long steps_before = 0, evaluations_before = 0, of_jacobians = 0;
   bool fresh = true;  // no step since the last beginning
 
   Solver(System& s, const Switches& g, bool accelerations, const std::vector<int>& used_rows, Eigen::Index rates)
@@ -79,7 +79,8 @@ struct Ida::Solver {
     weight.head(2 * n).setConstant(atol);
     // lambda and mu stand outside the error test, and outside Newton's too: rounding e of q and w returns in them as
     // e M/h and e/h, without bound as a step is cut short by a stop time. q, w and e in the same iteration decide. The
-    // residual is linear in both, so the large increments that IDA's differences take from here lose nothing.
+    // residual is linear in both, so the large increments that IDA's differences take from here lose nothing; with
+    // friction it is not (differences()).
     weight.segment(2 * n, multipliers()).setConstant(1e12);
     weight.tail(e).setConstant(1e2 * atol);
     const std::vector<double>& scales = system.state_scales();
@@ -153,6 +154,37 @@ struct Ida::Solver {
                  {N_VGetArrayPointer(out), s.size()});
     });
   }
+  /// J = dF/dy + cj dF/dy' by differences as IDA makes them, but for lambda and mu, whose increments are of the forces'
+  /// size: friction is made of |lambda|.
+  void differences(double t, double cj, Map yy, Map yp, const ConstMap& at, SUNMatrix jacobian, Map work) {
+    constexpr double share = 1.4901161193847656e-08;  // sqrt(epsilon)
+    double h = 0;
+    IDAGetCurrentStep(memory, &h);
+    IDAGetErrWeights(memory, dense);
+    const double force = std::max(yy.segment(2 * n, multipliers()).cwiseAbs().maxCoeff(),
+                                  system.mass().maxCoeff() * system.length_scale());
+    for (Eigen::Index j = 0; j < size(); ++j) {
+      const double y = yy[j], rate = yp[j];
+      double step = share * force;
+      if (j < 2 * n || j >= 2 * n + multipliers())
+        step = std::max(share * std::max(std::abs(y), std::abs(h * rate)), 1 / dense.map()[j]);
+      step = (y + (h * rate < 0 ? -step : step)) - y;
+      yy[j] += step, yp[j] += cj * step;
+      residual(t, ConstMap(yy.data(), size()), ConstMap(yp.data(), size()), work);
+      yy[j] = y, yp[j] = rate;
+      Map(SUNDenseMatrix_Column(jacobian, j), size()) = (work - at) / step;
+    }
+    of_jacobians += size();
+  }
+
+  static int call_jacobian(realtype t, realtype cj, N_Vector yy, N_Vector yp, N_Vector at, SUNMatrix jacobian,
+                           void* self, N_Vector work, N_Vector, N_Vector) {
+    auto& s = *static_cast<Solver*>(self);
+    return sundials::guarded(s.thrown, -1, [&] {
+      const auto map = [&](N_Vector v) { return Map(N_VGetArrayPointer(v), s.size()); };
+      s.differences(t, cj, map(yy), map(yp), {N_VGetArrayPointer(at), s.size()}, jacobian, map(work));
+    });
+  }
   static int call_roots(realtype t, N_Vector yy, N_Vector yp, realtype* out, void* self) {
     auto& s = *static_cast<Solver*>(self);
     return sundials::guarded(s.thrown, -1, [&] {
@@ -199,6 +231,7 @@ void Ida::build() {
   s.matrix = check_ida(SUNDenseMatrix(s.size(), s.size(), s.context), "SUNDenseMatrix");
   s.linear = check_ida(SUNLinSol_Dense(s.y, s.matrix, s.context), "SUNLinSol_Dense");
   check_ida(IDASetLinearSolver(s.memory, s.linear, s.matrix), "IDASetLinearSolver");
+  if (!system_.friction_rows().empty()) check_ida(IDASetJacFn(s.memory, Solver::call_jacobian), "IDASetJacFn");
   check_ida(IDASetMaxErrTestFails(s.memory, most_failures_of_a_step), "IDASetMaxErrTestFails");
   check_ida(IDASetMaxConvFails(s.memory, most_failures_of_a_step), "IDASetMaxConvFails");
   if (!watches_switches()) return;
@@ -209,6 +242,7 @@ void Ida::build() {
 void Ida::begin() {
   auto& s = *solver_;
   s.steps_before = steps(), s.evaluations_before = evaluations();
+  s.of_jacobians = 0;
   Map y = s.y.map(), dy = s.dy.map();
   y.setZero(), dy.setZero();
   y.head(s.n) = now_.q, y.segment(s.n, s.n) = now_.velocity;
@@ -231,7 +265,7 @@ long Ida::evaluations() const {
   long count = 0, of_jacobians = 0;
   check_ida(IDAGetNumResEvals(solver_->memory, &count), "IDAGetNumResEvals");
   check_ida(IDAGetNumLinResEvals(solver_->memory, &of_jacobians), "IDAGetNumLinResEvals");
-  return solver_->evaluations_before + count + of_jacobians;
+  return solver_->evaluations_before + count + of_jacobians + solver_->of_jacobians;
 }
 
 Adaptive::Reached Ida::take_step(double end, double stop) {

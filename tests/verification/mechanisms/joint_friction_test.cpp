@@ -83,6 +83,23 @@ TEST_P(JointFrictionBy, BesideRedundantConstraintsIsDetermined) {
   }
 }
 
+/// A load welded high above the block: friction at the rail turns the pair with M = mu m g 0.2 m, and each end of the
+/// guide bears m g/2 -+ M/guide, so that a change of the friction's own force returns in it by 2 mu 0.2 m/guide.
+/// Neither end lifts, so a = -mu g.
+TEST_P(JointFrictionBy, AHighLoadOnAShortGuide) {
+  Model m;
+  const int block = m.add({.name = "block", .mass = 2, .inertia = 0.01, .velocity = {3, 0, 0}});
+  const int load = m.add({.name = "load", .mass = 1, .inertia = 0.01, .pose = {0, 0.3, 0}, .velocity = {3, 0, 0}});
+  m.add("rail", Translational{.body_a = ground, .body_b = block});
+  m.add("weld", Fixed{.body_a = block, .body_b = load, .p_a = {0, 0.3}});
+  m.add("friction", JointFriction{.joint = "rail", .guide = 0.1, .mu_s = 0.3, .mu_k = 0.3});
+  Machine machine(std::move(m), options());
+  machine.start_from_pose();
+  for (int i = 0; i < 50; ++i) machine.advance(0.01);
+  EXPECT_NEAR(machine.body(block).v.x, 3 - 0.3 * g * 0.5, 1e-7);
+  EXPECT_NEAR(machine.body(block).r.x, 1.5 - 0.3 * g * 0.125, 1e-7);
+}
+
 TEST_P(JointFrictionBy, OfRedundantConstraintsIsNot) {
   for (const char* joint : {"pin", "second pin"}) {
     const std::string text = test::message_of<std::invalid_argument>(
