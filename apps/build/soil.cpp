@@ -734,7 +734,8 @@ void SoilBuilder::clear_machine() {
   if (!has_bed()) return;
   remove_in_the_way();
   if (world_.soil.carved == 0) return;
-  world_.bed->reset_energy_balance();  // what is carved was never of the run
+  world_.bed->reset_energy_balance();         // what is carved was never of the run
+  if (loaded_.scenario.soil->moving) return;  // of which the blocks are said, that come and go
   world_.soil.spheres = world_.bed->spheres().size(), world_.soil.mass = 0;
   for (const dem::Sphere& s : world_.bed->spheres())
     if (!dem::is_fixed(s)) world_.soil.mass += world_.bed->mass_of(s);

@@ -1,6 +1,8 @@
 #include "apps/report/statistics.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
+#include <boost/math/tools/minima.hpp>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -87,6 +89,30 @@ WindowStatistics statistics(std::span<const double> time, std::span<const double
   return out;
 }
 
+namespace {
+
+/// Mean, trend and a sine of k periods by least squares: y ~ a + b u + c cos(phi) + d sin(phi), u in [-1/2, 1/2],
+/// phi = 2 pi k u.
+struct SineFit {
+  double amplitude = 0, left = 0;  ///< of the sine; sum of squares that is left
+};
+SineFit fit_sine(std::span<const double> y, double k) {
+  const auto n = static_cast<double>(y.size());
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  double squares = 0;
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    const double u = (static_cast<double>(i) + 0.5) / n - 0.5, phase = 2 * std::numbers::pi * k * u;
+    const Eigen::Vector4d row{1, u, std::cos(phase), std::sin(phase)};
+    normal.noalias() += row * row.transpose();
+    right += y[i] * row, squares += y[i] * y[i];
+  }
+  const Eigen::Vector4d x = normal.ldlt().solve(right);
+  return {std::hypot(x[2], x[3]), squares - x.dot(right)};
+}
+
+}  // namespace
+
 SpectralLine strongest_line(std::span<const double> time, std::span<const double> values, const TimeWindow& window) {
   SpectralLine line;
   const WindowRows rows = rows_in(time, window, RowKind::equal);
@@ -111,9 +137,13 @@ SpectralLine strongest_line(std::span<const double> time, std::span<const double
     std::complex<double> sum = 0, phase = 1;
     for (const double v : x) sum += v * phase, phase *= turn;
     const double amplitude = 2 * std::abs(sum) / static_cast<double>(n);
-    if (amplitude > line.amplitude) line = {length / static_cast<double>(k), amplitude};
+    if (amplitude > line.amplitude) line = {.period = static_cast<double>(k), .amplitude = amplitude};
   }
-  return line;
+  if (!(line.amplitude > 0)) return line;
+  const double near = line.period;  // in periods of the record
+  const auto left = [&](double k) { return fit_sine(x, k).left; };
+  const double k = boost::math::tools::brent_find_minima(left, std::max(1.5, near - 1), near + 1, 26).first;
+  return {length / k, fit_sine(x, k).amplitude};
 }
 
 }  // namespace subsoil::app

@@ -53,7 +53,8 @@ struct SpectralLine {
   double period = std::numeric_limits<double>::quiet_NaN();  ///< s; NaN of a record that is too short or constant
   double amplitude = 0;                                      ///< of the sine, in the record's unit
 };
-/// Largest |DFT| of the record without its mean and trend, periods from two rows to half the record's length.
+/// The sine that leaves least of the record beside a mean and a trend, by least squares, within a line of the largest
+/// |DFT| of periods from two rows to half the record's length: of any number of periods, whole or not.
 SpectralLine strongest_line(std::span<const double> time, std::span<const double> values, const TimeWindow& window);
 
 }  // namespace subsoil::app
