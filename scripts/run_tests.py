@@ -192,7 +192,7 @@ class Session:
         if not names:
             return
         self.say(f"fuzz: {', '.join(names)}")
-        for command in ["scripts/setup", "--fuzz"], ["scripts/fuzz", *names]:
+        for command in ["scripts/setup", "--fuzz"], ["scripts/fuzz", "--seed", "1", *names]:
             done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
             print(done.stdout, end="")
         clean = sum(re.search(rf"^{name} .*clean$", done.stdout, re.M) is not None for name in names)

@@ -23,6 +23,7 @@ struct Cost {
   std::optional<double> value{};            // of a constant, as far as double precision goes
   double bits = 0;                          // upper bound of the digits of any number in it
   double terms = 1, first = 1, second = 1;  // of the part, its first and second derivative
+  double most = 1;                          // what it may be where its variables cancel, as t - t or t/t
 };
 
 /// f'' = (a b)'' = a'' b + 2 a' b' + a b''
@@ -32,12 +33,13 @@ Cost product(const Cost& a, const Cost& b) {
   c.terms = a.terms + b.terms + 1;
   c.first = a.first + b.terms + a.terms + b.first + 3;
   c.second = a.second + b.terms + 2 * (a.first + b.first) + a.terms + b.second + 8;
+  c.most = a.most * b.most;
   return c;
 }
 /// Of a function of a part: g'(a) a' and g''(a) a'^2 + g'(a) a''.
 Cost composed(const Cost& a) {
   Cost c = a;
-  c.value.reset();
+  c.value.reset(), c.most = std::max(1.0, a.most);
   c.terms = a.terms + 1;
   c.first = a.terms + a.first + 4;
   c.second = 2 * a.terms + 2 * a.first + a.second + 10;
@@ -92,7 +94,7 @@ class Bounds {
       std::optional<double> value;
       if (left.value && right.value) value = sign == '+' ? *left.value + *right.value : *left.value - *right.value;
       left = bound({value, left.bits + right.bits + 1, left.terms + right.terms + 1, left.first + right.first + 1,
-                    left.second + right.second + 1});
+                    left.second + right.second + 1, left.most + right.most});
     }
     return left;
   }
@@ -103,6 +105,7 @@ class Bounds {
       const Cost right = signed_power();
       Cost both = product(left, right);
       if (left.value && right.value) both.value = sign == '*' ? *left.value * *right.value : *left.value / *right.value;
+      if (sign == '/' && right.value) both.most = left.most / std::abs(*right.value);
       left = bound(both);
     }
     return left;
@@ -131,7 +134,8 @@ class Bounds {
   static Cost raised(const Cost& base, const Cost& exponent) {
     Cost cost = composed(product(base, exponent));
     if (base.value && exponent.value) cost.value = std::pow(*base.value, *exponent.value);
-    const double times = exponent.value ? std::max(1.0, std::abs(*exponent.value)) : 1;
+    const double times = std::max(1.0, exponent.value ? std::abs(*exponent.value) : exponent.most);
+    cost.most = cost.value ? std::abs(*cost.value) : std::pow(std::max(1.0, base.most), times);
     cost.bits = base.bits * times + exponent.bits;
     if (std::isnan(cost.bits)) cost.bits = 0;  // no number at all; GiNaC says so
     return bound(cost);
@@ -167,7 +171,7 @@ class Bounds {
     if (digits.size() - mantissa.size() > 8) throw UnitError("holds a number too large for double precision");
     at_ += length;
     Cost cost;
-    cost.value = value;
+    cost.value = value, cost.most = value;
     cost.bits = std::abs(std::log2(std::max(std::abs(value), 1e-308))) + 4 * static_cast<double>(mantissa.size());
     if (value == 0) cost.bits = 1;
     return cost;
