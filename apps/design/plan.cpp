@@ -63,9 +63,7 @@ struct DesignChecker {
         refuse("parameters." + p.name + ".unit", error.what());
       }
     }
-    for (std::size_t k = 0; k < list.size(); ++k)
-      if (const std::string rule = shared_key(list, k); !rule.empty())
-        refuse("parameters." + list[k].name + ".keys", rule);
+    refuse_shared_keys(list, [&](const std::string& path, const std::string& rule) { refuse(path, rule); });
   }
 
   void words(const OptimisePlan& plan) {

@@ -131,18 +131,18 @@ SpectralLine strongest_line(std::span<const double> time, std::span<const double
   for (std::size_t i = 0; i < n; ++i) x[i] = values[rows.begin + i] - mean - slope * (static_cast<double>(i) - middle);
   const double length = (time[rows.end - 1] - time[rows.begin]) * static_cast<double>(n) / static_cast<double>(n - 1);
   const std::size_t highest = std::min<std::size_t>(n / 2, 400);  // above 400 lines nothing of a machine is found
+  double periods = 0, strongest = 0;                              // of the record
   for (std::size_t k = 2; k <= highest; ++k) {
     const std::complex<double> turn =
         std::polar(1.0, -2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(n));
     std::complex<double> sum = 0, phase = 1;
     for (const double v : x) sum += v * phase, phase *= turn;
     const double amplitude = 2 * std::abs(sum) / static_cast<double>(n);
-    if (amplitude > line.amplitude) line = {.period = static_cast<double>(k), .amplitude = amplitude};
+    if (amplitude > strongest) periods = static_cast<double>(k), strongest = amplitude;
   }
-  if (!(line.amplitude > 0)) return line;
-  const double near = line.period;  // in periods of the record
+  if (!(strongest > 0)) return line;
   const auto left = [&](double k) { return fit_sine(x, k).left; };
-  const double k = boost::math::tools::brent_find_minima(left, std::max(1.5, near - 1), near + 1, 26).first;
+  const double k = boost::math::tools::brent_find_minima(left, std::max(1.5, periods - 1), periods + 1, 26).first;
   return {length / k, fit_sine(x, k).amplitude};
 }
 

@@ -64,9 +64,7 @@ struct PlanChecker {
   void all() {
     if (plan.parameters.empty()) refuse("parameters", "is missing: nothing changes");
     for (SweepParameter& p : plan.parameters) parameter(p);
-    for (std::size_t k = 0; k < plan.parameters.size(); ++k)
-      if (const std::string rule = shared_key(plan.parameters, k); !rule.empty())
-        refuse("parameters." + plan.parameters[k].name + ".keys", rule);
+    refuse_shared_keys(plan.parameters, [&](const std::string& path, const std::string& rule) { refuse(path, rule); });
     for (SweepNumber& n : plan.numbers) number(n);
     best();
   }

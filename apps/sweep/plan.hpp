@@ -41,17 +41,21 @@ struct SweepParameter {
   double at(double u) const;
 };
 
-/// What is wrong with the keys of parameter k of a plan: of two parameters that move the same key, or one a section
-/// that holds it, the later would win without a word. Empty where nothing is.
-template <class Parameter>
-std::string shared_key(const std::vector<Parameter>& parameters, std::size_t k) {
-  for (std::size_t i = 0; i < k; ++i)
-    for (const std::string& one : parameters[i].paths)
-      for (const std::string& other : parameters[k].paths)
-        if ((one + ".").starts_with(other + ".") || (other + ".").starts_with(one + "."))
-          return "`" + other + "` is moved by parameter `" + parameters[i].name +
-                 "` already: the later one would win; leave the key to one of them";
-  return {};
+/// Refuses, by refuse(path, rule), keys of a plan's parameters that another moves before, or a section that holds them:
+/// the later parameter would win without a word.
+template <class Parameter, class Refuse>
+void refuse_shared_keys(const std::vector<Parameter>& parameters, Refuse refuse) {
+  const auto holds = [](const std::string& one, const std::string& other) {
+    return (other + ".").starts_with(one + ".");
+  };
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    for (std::size_t i = 0; i < k; ++i)
+      for (const std::string& one : parameters[i].paths)
+        for (const std::string& other : parameters[k].paths)
+          if (holds(one, other) || holds(other, one))
+            refuse("parameters." + parameters[k].name + ".keys",
+                   "`" + other + "` is moved by parameter `" + parameters[i].name +
+                       "` already: the later one would win; leave the key to one of them");
 }
 
 enum class Keep { numbers, all };

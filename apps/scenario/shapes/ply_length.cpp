@@ -100,7 +100,6 @@ bool is_whole_number(const std::string& text) {
 // others: the header must say what PLY says, no more.
 Header read_header(std::istream& in) {
   Header header;
-  bool has_format = false;
   std::string line;
   for (int number = 1; std::getline(in, line) && line.size() < 1000; ++number) {
     std::istringstream words(line);
@@ -108,12 +107,11 @@ Header read_header(std::istream& in) {
     words >> word;
     if ((number == 2) != (word == "format")) return header;
     if (word == "end_header") {
-      header.readable = has_format;
+      header.readable = number > 2;
       return header;
     }
     if (word == "format") {
       if (!(words >> type) || !names_one(words, word)) return header;
-      has_format = true;
       header.text = type == "ascii", header.big_endian = type == "binary_big_endian";
     } else if (word == "element") {
       std::string count, more;
