@@ -82,6 +82,12 @@ void History::seek(std::size_t column, std::vector<Sought>& out) const {
       return extreme(-1);
     case Watch::Kind::minimum:
       return extreme(1);
+    case Watch::Kind::integral:
+      out.push_back({column, 1, value_, Sought::Kind::integral});
+      return;
+    case Watch::Kind::mean:
+      out.push_back({column, 1, value_ * std::min(rule_.within, t_ - start_), Sought::Kind::integral});
+      return;
     default:
       return;
   }

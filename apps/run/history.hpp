@@ -32,7 +32,7 @@ class History {
   /// The next instant, or the same one behind a jump. `middle`: halfway since the one before; NaN: not known.
   void add(double t, double y, double middle);
   double value() const { return value_; }
-  /// Adds the value that `column`, which is followed, has yet to pass, or the extreme so far.
+  /// Adds the value that `column`, which is followed, has yet to pass, the extreme so far, or that it is integrated.
   void seek(std::size_t column, std::vector<Sought>& out) const;
   void archive(Archive& a);
 

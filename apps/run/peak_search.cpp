@@ -14,6 +14,7 @@ namespace {
 constexpr double beside_end = 1e-3;      // of a part, to see the slope at its end
 constexpr double share_of_width = 1e-6;  // of a part, to which a peak is located
 constexpr double share_of_bend = 0.02;   // what a parabola may be off by
+constexpr double share_so_far = 1e-6;    // what a part may add to the error of an integral
 
 /// One column in a part, turned so that minima are sought.
 struct ColumnSearch {
@@ -56,6 +57,7 @@ struct ColumnSearch {
       const auto gap = [&](double share) { return at(time(share)) - beyond; };
       return time(mbd::locate_crossing(gap, 1, begin - beyond, end - beyond));
     }
+    if (sought.kind == Sought::Kind::integral) return {};
     const auto between = bracket();
     if (!between) return {};
     if (const auto smooth = vertex()) {
@@ -80,6 +82,28 @@ std::optional<double> find_peak(std::span<const Sought> sought, const PartOfMoti
     if (t && *t > part.from + 2 * width && *t < part.until - 2 * width && (!first || *t < *first)) first = t;
   }
   return first;
+}
+
+bool needs_halving(std::span<const Sought> sought, const PartOfMotion& part, double share_of_size) {
+  std::vector<double> quarter, three_quarters;
+  return std::any_of(sought.begin(), sought.end(), [&](const Sought& s) {
+    if (s.kind != Sought::Kind::integral) return false;
+    const double begin = part.begin[s.column], middle = part.middle[s.column], end = part.end[s.column];
+    const double size = (std::abs(begin) + 4 * std::abs(middle) + std::abs(end)) / 6;
+    const double length = part.until - part.from;
+    const double allowed = std::max(share_of_size * size, share_so_far * std::abs(s.beyond) / length);
+    if (std::max(std::abs(middle - begin), std::abs(end - middle)) <= allowed) return false;
+    if (quarter.empty()) {
+      const auto row = [&](double share) {
+        const auto at = part.at(part.from + share * (part.until - part.from));
+        return std::vector<double>(at.begin(), at.end());
+      };
+      quarter = row(0.25), three_quarters = row(0.75);
+    }
+    const double whole = (begin + 4 * middle + end) / 6;
+    const double halves = (begin + 4 * quarter[s.column] + 2 * middle + 4 * three_quarters[s.column] + end) / 12;
+    return std::abs(halves - whole) > allowed;
+  });
 }
 
 }  // namespace subsoil::app

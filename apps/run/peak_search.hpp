@@ -9,13 +9,14 @@ namespace subsoil::app {
 /// A value of a column that is worth looking for between instants at which a motion is known.
 struct Sought {
   enum class Kind {
-    dip,      ///< any time at which the column is beyond the value, where it is not so at both ends
-    passage,  ///< such a time, or else the time at which it passes the value
-    extreme,  ///< the time of the peak itself
+    dip,       ///< any time at which the column is beyond the value, where it is not so at both ends
+    passage,   ///< such a time, or else the time at which it passes the value
+    extreme,   ///< the time of the peak itself
+    integral,  ///< nothing of it: whether both ends and the middle give its integral
   };
   std::size_t column;
   double sign;    ///< +1: values below `beyond` are, -1: above
-  double beyond;  ///< the value to be passed, or the extreme so far
+  double beyond;  ///< the value to be passed, the extreme or the integral so far
   Kind kind;
 };
 
@@ -33,5 +34,10 @@ struct PartOfMotion {
 /// follows the parabola through the three instants, to 2 % of its bend, the peak is the vertex; else it is located by
 /// golden section to 1e-6 of the part.
 std::optional<double> find_peak(std::span<const Sought> sought, const PartOfMotion& part);
+
+/// Whether a column whose integral is sought is to be halved in a part: where Simpson's rule over its halves differs
+/// from that over the whole by more than this share of the sizes in it and by more than 1e-6 of the integral so far. A
+/// column that changes by less between the three instants is not looked at.
+bool needs_halving(std::span<const Sought> sought, const PartOfMotion& part, double share_of_size);
 
 }  // namespace subsoil::app

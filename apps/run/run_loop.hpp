@@ -75,7 +75,10 @@ class RunLoop {
   /// Of a machine alone: takes what is followed over time, and crossings, through the pieces of its last step, each in
   /// so many parts, and over what jumps between them; true where the run is to end.
   bool look_over(double before, double t, int parts);
-  bool look_through(std::size_t piece, double from, double until, int splits);
+  struct Splits {  ///< that a part may still take
+    int at_peaks, in_halves;
+  };
+  bool look_through(std::size_t piece, double from, double until, Splits left);
   /// At what the machine shows.
   bool look_at(double t);
   /// Whether the summary has columns.

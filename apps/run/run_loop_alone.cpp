@@ -12,6 +12,9 @@ namespace subsoil::app {
 namespace {
 // Peaks that a part between two looks is divided at, the earliest first; what lies before one is searched half as long.
 constexpr int most_splits = 6;
+constexpr int most_halvings = 7;  // of a part, for what is integrated
+// What a part's integral may be off by, of the sizes in it: a jump of 1 % somewhere in it is.
+constexpr double share_of_size = 3e-3;
 }  // namespace
 
 int RunLoop::loop_alone() {
@@ -83,7 +86,7 @@ bool RunLoop::look_over(double before, double t, int parts) {
     }
     for (int part = 1; part <= parts; ++part) {
       const auto end_of = [&](int k) { return k == parts ? until : from + (until - from) * k / parts; };
-      if (look_through(i, end_of(part - 1), end_of(part), most_splits)) return true;
+      if (look_through(i, end_of(part - 1), end_of(part), {most_splits, most_halvings})) return true;
     }
   }
   machine.look_ahead();
@@ -98,7 +101,7 @@ bool RunLoop::look_at(double t) {
   return crossings_->any() && crossings_->look(t, values_, Crossings::on_a_line);
 }
 
-bool RunLoop::look_through(std::size_t piece, double from, double until, int splits) {
+bool RunLoop::look_through(std::size_t piece, double from, double until, Splits left) {
   const auto take = [&](double t, std::vector<double>& row) {
     world_.machine->look_back(t, piece);
     columns_->take_instant(row), row[0] = t;
@@ -106,17 +109,22 @@ bool RunLoop::look_through(std::size_t piece, double from, double until, int spl
   begin_ = middle_ = between_ = values_;
   take(0.5 * (from + until), middle_), take(until, values_);
   sought_.clear();
-  if (splits > 0 && crossings_->any()) crossings_->seek(sought_);
-  if (splits > 0) columns_->seek(sought_);
-  if (splits > 0 && sums_up()) motion_->seek(until, sought_);
-  const auto peak = find_peak(sought_, {from, until, begin_, middle_, values_, [&](double t) {
-                                          take(t, between_);
-                                          return std::span<const double>(between_);
-                                        }});
-  if (peak) {
+  if (crossings_->any()) crossings_->seek(sought_);
+  columns_->seek(sought_);
+  if (sums_up()) motion_->seek(until, sought_);
+  const PartOfMotion part{from, until, begin_, middle_, values_, [&](double t) {
+                            take(t, between_);
+                            return std::span<const double>(between_);
+                          }};
+  const auto split = [&](double at, Splits first, Splits second) {
     values_ = begin_;
-    return look_through(piece, from, *peak, splits / 2) || look_through(piece, *peak, until, splits - 1);
-  }
+    return look_through(piece, from, at, first) || look_through(piece, at, until, second);
+  };
+  const auto peak = left.at_peaks > 0 ? find_peak(sought_, part) : std::nullopt;
+  if (peak) return split(*peak, {left.at_peaks / 2, left.in_halves}, {left.at_peaks - 1, left.in_halves});
+  const Splits halved{left.at_peaks, left.in_halves - 1};
+  const double allowed = share_of_size * std::exp2(most_halvings - left.in_halves);  // of the part before it was halved
+  if (left.in_halves > 0 && needs_halving(sought_, part, allowed)) return split(0.5 * (from + until), halved, halved);
   const auto follow = [&](double end) {
     if (columns_->has_history()) columns_->follow(end, values_, middle_);
   };

@@ -27,9 +27,10 @@ constexpr Nearness near_pose{0.05, 1e-2}, singular_pose{1e-5, 1e-12};
 constexpr double sure_pivot = 0.6;
 // Freedoms up to which M^ is formed: a handful. A pendulum of six bars, which has nothing but freedoms, gains nothing.
 constexpr Eigen::Index few_freedoms = 6;
-// Factors of a pose nearer than 1e-7 of the length leave at most this share of a right side: where that is below the
-// goal there is nothing to look at again.
-constexpr double trust = 1e-6;
+// Factors of a pose this far away (lengths of the machine) still serve; they leave at most ten times the distance of a
+// right side, and those of M^ no less than rounding does: where that is below the goal there is nothing to look at
+// again.
+constexpr double near_enough = 1e-7, left_by_distance = 10, left_by_rounding = 1e-12;
 // Of a residual, over the size of its terms.
 constexpr double rounding = 2e-16;
 // A predictor errs by a small share of the velocities; another branch turns or stops some of them.
@@ -40,12 +41,17 @@ constexpr int most_friction_iterations = 600;
 
 template <std::size_t count>
 using Count = std::integral_constant<std::size_t, count>;
+template <std::size_t count>
+using Few = Eigen::Vector<double, static_cast<int>(count)>;
+template <std::size_t count>
+using Square = Eigen::Matrix<double, static_cast<int>(count), static_cast<int>(count)>;
+template <std::size_t count>
+using ConstRow = Eigen::Map<const Few<count>>;
 
-/// action(Count<freedom>), 0 to few_freedoms: loops of a known length cost a third.
-template <std::size_t count = 0, class Action>
+/// action(Count<freedom>), 1 to few_freedoms: vectors of a known length cost a third.
+template <std::size_t count = 1, class Action>
 void with_freedom(Eigen::Index freedom, Action action) {
-  if constexpr (count > 0)
-    if (freedom == static_cast<Eigen::Index>(count)) return action(Count<count>{});
+  if (freedom == static_cast<Eigen::Index>(count)) return action(Count<count>{});
   if constexpr (count < few_freedoms) with_freedom<count + 1>(freedom, action);
 }
 
@@ -217,13 +223,16 @@ void Partition::factor() {
 
 // The corrector moves the pose by the local error of a step. Factors that are this near solve as well as fresh ones
 // with one pass of refinement more, and cost a third of an evaluation less.
-bool Partition::factors_serve(const MotionState& m) const {
+bool Partition::factors_serve(const MotionState& m) {
   double moved = 0;
   for (Eigen::Index i = 0; i < m.q.size(); ++i) {
     const double by = std::abs(m.q[i] - factored_at_[i]) * column_scale_[i];
     if (!(by <= moved)) moved = by;  // NaN counts as far
   }
-  return moved <= 1e-7 * system_.length_scale() && !near_singular();
+  const double distance = moved / system_.length_scale();
+  const bool serve = distance <= near_enough && !near_singular();
+  trust_ = serve && reduced_ ? std::max(left_by_distance * distance, left_by_rounding) : left_by_distance * near_enough;
+  return serve;
 }
 
 // After every change of Phi_q.
@@ -383,7 +392,7 @@ void Partition::solve_velocities(MotionState& m) {
     if (now <= goal || !(now < 0.1 * before)) break;
     before = now;
     correct(m.velocity);
-    if (trust * now <= goal && !near_singular()) break;
+    if (trust_ * now <= goal && !near_singular()) break;
   }
   velocity_turn_ = 0;
   for (Eigen::Index i = 0; i < guess.size(); ++i)
@@ -396,6 +405,22 @@ void Partition::solve_velocities(MotionState& m) {
 void Partition::evaluate(MotionState& m) {
   nearest_ = false;
   put_on_constraints(m);
+}
+
+void Partition::evaluate_predicted(MotionState& m) {
+  nearest_ = false;
+  if (rank() == 0 || !may_reduce()) return evaluate(m);
+  system_.set_state(m.t, m.q, m.velocity);
+  system_.constraints(c_);
+  double open = 0;
+  for (const UsedRow& r : used_rows_)
+    if (!(std::abs(c_.phi[r.row]) <= open)) open = std::abs(c_.phi[r.row]);
+  if (!(open <= near_enough * system_.length_scale())) return evaluate(m);
+  factor();
+  if (!may_reduce()) return evaluate(m);
+  velocity_turn_ = 0, of_this_pose_ = true;
+  reduce(m);
+  solve_motion(m);
 }
 
 void Partition::evaluate_nearest(MotionState& m) {
@@ -434,17 +459,35 @@ void Partition::accelerate(MotionState& m) {
   if (!reduced_ || !system_.friction_rows().empty()) return solve_motion(m);
   system_.set_element_states(m.states);
   balance_ = load_;
-  system_.loads(load_);
+  take_loads();
   balance_ = load_ - balance_;
   correct_reduced(m, false);
   take_rates(m);
+}
+
+void Partition::accelerate_by_wrenches(MotionState& m) {
+  if (!reduced_ || !system_.friction_rows().empty() || system_.state_count() > 0) return accelerate(m);
+  for (std::size_t i = 1; i < wrenches_.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double now = system_.external_wrench(static_cast<int>(i))[k];
+      balance_[static_cast<Eigen::Index>(3 * (i - 1) + k)] = now - wrenches_[i][k];
+    }
+  load_ += balance_;
+  wrenches_ = system_.external_wrenches();
+  correct_reduced(m, false);
+  take_driver_rates(m);
+}
+
+void Partition::take_loads() {
+  system_.loads(load_);
+  wrenches_ = system_.external_wrenches();
 }
 
 void Partition::solve_motion(MotionState& m) {
   system_.set_element_states(m.states);
   if (!m.lambda.allFinite()) m.lambda.setZero();  // what a failed evaluation left is no guess
   if (system_.friction_rows().empty()) {
-    system_.loads(load_);
+    take_loads();
     solve_accelerations(m);
   } else {
     solve_with_friction(m);
@@ -458,15 +501,20 @@ void Partition::take_rates(MotionState& m) {
     m.rates[i] = system_.powers()[static_cast<std::size_t>(i)].lost;
     m.rates[forces + i] = system_.powers()[static_cast<std::size_t>(i)].work;
   }
-  // Constraint forces work at the rate -lambda^T Phi_q q' = lambda^T Phi_t: only drivers have a Phi_t.
-  for (std::size_t d = 0; d < system_.model().drivers.size(); ++d) {
-    const int row = system_.row_of_driver(d);
-    m.rates[2 * forces + static_cast<Eigen::Index>(d)] = m.lambda[row] * c_.phi_t[static_cast<std::size_t>(row)];
-  }
+  take_driver_rates(m);
   if (system_.state_count() == 0) return;
   const SharedReactions reactions(system_, rows_.size(), m.lambda, controllers_read_reactions(system_));
   const std::vector<double>& rates = system_.take_state_rates(m.acceleration, reactions.lambda());
   std::copy(rates.begin(), rates.end(), m.rates.data() + system_.flow_count());
+}
+
+// Constraint forces work at the rate -lambda^T Phi_q q' = lambda^T Phi_t: only drivers have a Phi_t.
+void Partition::take_driver_rates(MotionState& m) {
+  const auto first = static_cast<Eigen::Index>(2 * system_.model().forces.size());
+  for (std::size_t d = 0; d < system_.model().drivers.size(); ++d) {
+    const int row = system_.row_of_driver(d);
+    m.rates[first + static_cast<Eigen::Index>(d)] = m.lambda[row] * c_.phi_t[static_cast<std::size_t>(row)];
+  }
 }
 
 // acceleration -= M^-1 Phi_q^T lambda.
@@ -489,20 +537,22 @@ void Partition::reduce(const MotionState& m) {
   for (const Entry& e : free_entries_) r_[e.place] = -c_.jacobian[e.block][e.component];
   with_freedom(freedom(), [&]<std::size_t f>(Count<f>) {
     phi_u_.solve_rows<f>(r_);
-    double a[f][f] = {};
-    for (std::size_t i = 0; i < f; ++i) a[i][i] = system_.mass()[choice_.independent[i]];
+    Square<f> a = Square<f>::Zero();
     for (std::size_t k = 0; k < dependent_mass_.size(); ++k) {
-      const double* const row = r_.data() + k * f;
-      for (std::size_t i = 0; i < f; ++i)
-        for (std::size_t j = 0; j <= i; ++j) a[i][j] += dependent_mass_[k] * row[i] * row[j];
+      const Few<f> row = ConstRow<f>(r_.data() + k * f);
+      a += (dependent_mass_[k] * row) * row.transpose();
     }
-    for (std::size_t j = 0; j < f; ++j)  // L L^T, with 1/L on the diagonal
-      for (std::size_t i = j; i < f; ++i) {
-        double sum = a[i][j];
-        for (std::size_t k = 0; k < j; ++k) sum -= a[i][k] * a[j][k];
-        a[i][j] = i == j ? 1 / std::sqrt(sum) : sum * a[j][j];
+    for (std::size_t i = 0; i < f; ++i) {
+      const auto d = static_cast<Eigen::Index>(i);
+      a(d, d) += system_.mass()[choice_.independent[i]];
+    }
+    for (Eigen::Index j = 0; j < a.rows(); ++j)  // L L^T, with 1/L on the diagonal
+      for (Eigen::Index i = j; i < a.rows(); ++i) {
+        double sum = a(i, j);
+        for (Eigen::Index k = 0; k < j; ++k) sum -= a(i, k) * a(j, k);
+        a(i, j) = i == j ? 1 / std::sqrt(sum) : sum * a(j, j);
       }
-    std::copy(&a[0][0], &a[0][0] + f * f, m_hat_.data());
+    Eigen::Map<Square<f>>(m_hat_.data()) = a;
   });
   reduced_ = true;
   factored_at_ = m.q;
@@ -529,25 +579,22 @@ void Partition::correct_reduced(MotionState& m, bool open) {
   for (std::size_t k = 0; k < r; ++k) c[used_rows_[k].chosen] = open ? -work_[k] : 0;
   if (open) phi_u_.solve(chosen_work_);
   with_freedom(freedom(), [&]<std::size_t f>(Count<f>) {
-    const double *const rows = r_.data(), *const l = m_hat_.data();
-    double y[f];
-    for (std::size_t j = 0; j < f; ++j) y[j] = balance_[choice_.independent[j]];
+    const auto row = [&](std::size_t k) { return ConstRow<f>(r_.data() + k * f); };
+    const Eigen::Map<const Square<f>> l(m_hat_.data());
+    Few<f> y;
+    for (std::size_t j = 0; j < f; ++j) y[static_cast<Eigen::Index>(j)] = balance_[choice_.independent[j]];
+    for (std::size_t k = 0; k < r; ++k) y += row(k) * (balance_[choice_.dependent[k]] - dependent_mass_[k] * c[k]);
+    for (Eigen::Index i = 0; i < y.size(); ++i) {
+      for (Eigen::Index k = 0; k < i; ++k) y[i] -= l(i, k) * y[k];
+      y[i] *= l(i, i);
+    }
+    for (Eigen::Index i = y.size(); i-- > 0;) {
+      for (Eigen::Index k = i + 1; k < y.size(); ++k) y[i] -= l(k, i) * y[k];
+      y[i] *= l(i, i);
+    }
+    for (std::size_t j = 0; j < f; ++j) m.acceleration[choice_.independent[j]] += y[static_cast<Eigen::Index>(j)];
     for (std::size_t k = 0; k < r; ++k) {
-      const double rest = balance_[choice_.dependent[k]] - dependent_mass_[k] * c[k];
-      for (std::size_t j = 0; j < f; ++j) y[j] += rows[k * f + j] * rest;
-    }
-    for (std::size_t i = 0; i < f; ++i) {
-      for (std::size_t k = 0; k < i; ++k) y[i] -= l[i * f + k] * y[k];
-      y[i] *= l[i * f + i];
-    }
-    for (std::size_t i = f; i-- > 0;) {
-      for (std::size_t k = i + 1; k < f; ++k) y[i] -= l[k * f + i] * y[k];
-      y[i] *= l[i * f + i];
-    }
-    for (std::size_t j = 0; j < f; ++j) m.acceleration[choice_.independent[j]] += y[j];
-    for (std::size_t k = 0; k < r; ++k) {
-      double change = c[k];
-      for (std::size_t j = 0; j < f; ++j) change += rows[k * f + j] * y[j];
+      const double change = c[k] + row(k).dot(y);
       m.acceleration[choice_.dependent[k]] += change;
       c[k] = balance_[choice_.dependent[k]] - dependent_mass_[k] * change;
     }
@@ -568,14 +615,14 @@ void Partition::solve_reduced(MotionState& m) {
   for (const int row : choice_.redundant) m.lambda[row] = 0;
   double largest = load_.cwiseProduct(inverse_mass_).cwiseAbs().maxCoeff();
   for (const double g : c_.gamma) largest = std::max(largest, std::abs(g));
-  const double goal = 1e-15 * largest;
+  const double goal = 1e-14 * largest;  // rounding of a sum of some ten terms
   double before = std::numeric_limits<double>::infinity();
   for (int pass = 0; pass < 6; ++pass) {
     const double now = std::max(balance(m), apply_jacobian<-1>(m.acceleration, c_.gamma));
     if (now <= goal || !(now < 0.1 * before)) return;
     before = now;
     correct_reduced(m, true);
-    if (trust * now <= goal) return;
+    if (trust_ * now <= goal) return;
   }
 }
 
@@ -601,7 +648,7 @@ void Partition::solve_accelerations(MotionState& m) {
     schur_.solve(work_);
     for (std::size_t k = 0; k < work_.size(); ++k) m.lambda[used_rows_[k].row] += work_[k];
     subtract_reactions(work_, m.acceleration);
-    if (trust * now <= goal) return;
+    if (trust_ * now <= goal) return;
   }
 }
 
@@ -609,7 +656,7 @@ void Partition::solve_with_friction(MotionState& m) {
   double before = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration < most_friction_iterations; ++iteration) {
     system_.set_multipliers(m.lambda);
-    system_.loads(load_);
+    take_loads();
     lambda_before_ = m.lambda;
     solve_accelerations(m);
     const double size = m.lambda.cwiseAbs().maxCoeff(), change = (m.lambda - lambda_before_).cwiseAbs().maxCoeff();

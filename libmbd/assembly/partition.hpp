@@ -78,13 +78,23 @@ class Partition {
   /// From t, q (v part exact, u part a guess) and v' (u' a guess) to everything: u, u', q'', lambda, rates.
   /// Throws SingularPose where lambda is not determined.
   void evaluate(MotionState& m);
-  /// The same from guesses of all of q and q', put on Phi = 0 and Phi_q q' = -Phi_t with the least change in the norm
-  /// of M. For use beside a singular pose: at an angle e from it rounding eps leaves an error in the coordinates that
-  /// the constraints hardly hold, eps/e of position, eps/e^2 of velocity, eps/e^3 of acceleration. u(v) hands it on to
-  /// the independent coordinates, whichever they are; taken out in the norm of M it does no work on the motion.
+  /// The same for the first evaluation of a pair of predictor and corrector: a guess of q and q' that misses Phi = 0 by
+  /// less than 1e-7 of the machine's length stays as it is, and q'', lambda and the rates are those of
+  ///   M q'' + Phi_q^T lambda = F,  Phi_q q'' = gamma
+  /// there. They err by the order of the guess, as those of its projection would; the corrected state is put on the
+  /// constraints by evaluate(). Coordinate projection after the step: Eich, SIAM J. Numer. Anal. 30 (1993) 1467.
+  void evaluate_predicted(MotionState& m);
+  /// As evaluate() from guesses of all of q and q', put on Phi = 0 and Phi_q q' = -Phi_t with the least change in the
+  /// norm of M. For use beside a singular pose: at an angle e from it rounding eps leaves an error in the coordinates
+  /// that the constraints hardly hold, eps/e of position, eps/e^2 of velocity, eps/e^3 of acceleration. u(v) hands it
+  /// on to the independent coordinates, whichever they are; taken out in the norm of M it does no work on the motion.
   void evaluate_nearest(MotionState& m);
-  /// Only q'', lambda, rates anew at the state last evaluated: after a change of the external wrench.
+  /// Only q'', lambda, rates anew at the state last evaluated: after a change of the external wrenches, or of what
+  /// controllers and joint events hold.
   void accelerate(MotionState& m);
+  /// The same after a change of external wrenches alone. Where no force depends on them, as without friction in joints,
+  /// controllers and states, what they change is the right side by themselves.
+  void accelerate_by_wrenches(MotionState& m);
   /// All multipliers; for redundant constraints the solution of least norm.
   Eigen::VectorXd reactions(const MotionState& m) const;
   /// Whether the pose last evaluated is nearer than some 0.1 rad to one where an equation says nothing new.
@@ -122,11 +132,13 @@ class Partition {
   void factor();
   void factor_again(const MotionState& m);
   void correct(Eigen::VectorXd& x);
-  bool factors_serve(const MotionState& m) const;
+  bool factors_serve(const MotionState& m);
   void factor_schur(const MotionState& m);
   void solve_velocities(MotionState& m);
   void subtract_reactions(const std::vector<double>& lambda, Eigen::VectorXd& acceleration) const;
   void prepare_motion(const MotionState& m, bool serve);
+  void take_loads();
+  void take_driver_rates(MotionState& m);
   void list_free_entries();
   void take_rates(MotionState& m);
   bool may_reduce() const;
@@ -146,7 +158,9 @@ class Partition {
   Choice choice_;
   std::vector<int> rows_, u_;  // of the choice, sorted
   Eigen::VectorXd row_scale_, column_scale_, inverse_mass_, load_, free_, lambda_before_;
-  Eigen::VectorXd factored_at_;  // q of the factors; NaN when there are none
+  Eigen::VectorXd factored_at_;                  // q of the factors; NaN when there are none
+  double trust_ = 1;                             // share of a right side that the factors leave at most
+  std::vector<std::array<double, 3>> wrenches_;  // external ones in load_
 
   long choices_ = 0;
   bool nearest_ = false;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -52,15 +53,13 @@ class SparseLu {
 
 template <std::size_t count>
 void SparseLu::solve_rows(std::span<double> b) const {
-  const auto subtract = [&](const Entry& e) {
-    double* __restrict to = b.data() + e.row * count;
-    const double* __restrict from = b.data() + e.column * count, x = values_[e.place];
-    for (std::size_t j = 0; j < count; ++j) to[j] -= x * from[j];
+  // Of a fixed length: the compiler leaves loops of four as loops.
+  const auto row = [&](std::size_t i) {
+    return Eigen::Map<Eigen::Array<double, static_cast<int>(count), 1>>(b.data() + i * count);
   };
-  for (const Entry& e : lower_) subtract(e);
-  for (std::size_t i = 0; i < size(); ++i)
-    for (std::size_t j = 0; j < count; ++j) b[i * count + j] *= inverse_[i];
-  for (const Entry& e : upper_) subtract(e);
+  for (const Entry& e : lower_) row(e.row) -= values_[e.place] * row(e.column);
+  for (std::size_t i = 0; i < size(); ++i) row(i) *= inverse_[i];
+  for (const Entry& e : upper_) row(e.row) -= values_[e.place] * row(e.column);
 }
 
 /// S x = b, S symmetric positive definite: P S P^T = L D L^T, P by least degree, column by column.

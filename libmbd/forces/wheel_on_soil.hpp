@@ -20,10 +20,12 @@ namespace subsoil::mbd {
 /// when the axle runs back faster than that, so that a wheel at rest does not see its own rut flicker.
 ///
 /// With Heave::plastic the soil gives nothing back: of the arc, at x ahead of the axle, only what is being pressed
-/// deeper bears, dz/dt + x |v|/R > 0. In parts of its length, u = -(R dz/dt)/(|v| sqrt(2 R z)) is where that begins:
-///   N   = N above, times 1 - sgn(u) I(u^2; 1/2, n + 1), none for u >= 1, both halves of the arc for u <= -1
-///   R_c = b k ((z (1 - u^2))^(n+1) - z_p^(n+1))/(n + 1)
-/// (I: regularised incomplete beta function). Steadily towed, dz/dt = 0, it is the law above; small heave is damped by
+/// deeper bears, dz/dt + x |v|/R > 0, and in a rut only what is deeper than z_p. In parts of the arc's length,
+/// u = -(R dz/dt)/(|v| sqrt(2 R z)) is where the first begins and e = sqrt(1 - z_p/z) where the second ends:
+///   N   = N above, times I(e^2) - sgn(u) I(min(u^2, e^2)),  I(s) = I(s; 1/2, n + 1);   none for u >= e or z <= z_p
+///   R_c = b k ((z (1 - min(u^2, e^2)))^(n+1) - z_p^(n+1))/(n + 1)
+/// (I: regularised incomplete beta function). N begins from 0 at the rut's depth, so that a wheel rides in the rut of
+/// another. Steadily towed on unrutted ground, dz/dt = 0, it is the law above; small heave is damped there by
 /// dN/dv_y = -N R/(|v| sqrt(2 R z) B), B = integral of (1 - s^2)^n from 0 to 1. |v| is sqrt(v^2 + (1 mm/s)^2).
 ///
 /// R radius, b width, y_soil surface [m]; k_c [N/m^(n+1)], k_phi [N/m^(n+2)], n [1] in (0, 3).

@@ -74,7 +74,7 @@ template <std::size_t... age>
 void AdamsMoulton::sum_columns(const double* weights, double h, std::index_sequence<age...>) {
   const double* const columns[] = {past_.col(slot(static_cast<int>(age))).data()...};
   const double w[] = {h * weights[age]...};
-  double* const sum = sum_.data();
+  double* const __restrict sum = sum_.data();
   for (Eigen::Index i = 0, size = sum_.size(); i < size; ++i) sum[i] = (... + (w[age] * columns[age][i]));
 }
 
@@ -103,7 +103,7 @@ void AdamsMoulton::take_jump() {
   if (wrench_changes_ == system_.wrench_changes()) return;
   wrench_changes_ = system_.wrench_changes();
   if (bridged_) return;  // a singular pose answers to no wrench; the next step does
-  partition_.accelerate(now_);
+  partition_.accelerate_by_wrenches(now_);
   if (options_.wrench_jump == WrenchJump::restart) {
     stored_ = 0;
     push_past();
@@ -143,15 +143,14 @@ void AdamsMoulton::whole_step(double h) {
 void AdamsMoulton::multistep(double h) {
   const bool bridged_before = std::exchange(bridged_, false);
   const bool nearest = partition_.near_singular();
-  const auto put_on_constraints = [&] { nearest ? partition_.evaluate_nearest(trial_) : partition_.evaluate(trial_); };
   try {
     predict(h);
     keep_predicted();
-    put_on_constraints();
+    nearest ? partition_.evaluate_nearest(trial_) : partition_.evaluate_predicted(trial_);
     check_branch();
     correct(h);
     estimate_error(h);
-    put_on_constraints();
+    nearest ? partition_.evaluate_nearest(trial_) : partition_.evaluate(trial_);
     flows_.of_elements += sum_.tail(now_.rates.size()) + h * moulton[options_.order - 1][0] * trial_.rates;
     flows_.of_elements.tail(trial_.states.size()) = trial_.states;  // as the motion was evaluated with
   } catch (const SingularPose&) {

@@ -193,6 +193,7 @@ class System {
   /// Wrench about the centre of gravity, world axes; stays until set anew (the soil's, over a machine step).
   void set_external_wrench(int body, double fx, double fy, double mz);
   const std::array<double, 3>& external_wrench(int body) const { return external_[static_cast<std::size_t>(body)]; }
+  const std::vector<std::array<double, 3>>& external_wrenches() const { return external_; }  ///< of all bodies
   /// Counts changes of the external wrench and of sampled outputs, so that an integrator sees a jump.
   long wrench_changes() const { return wrench_changes_; }
   /// Fills what the model's forces leave to the start pose (free lengths) from the assembled one. Relative angles of

@@ -142,21 +142,21 @@ TEST(WheelOnSoil, WheelsOfOneTrackShareTheRut) {
   EXPECT_NEAR(machine.force_value("beside wheel", "N"), virgin_n(0.03), 1e-6);
 }
 
-/// Bekker's pressure on the part of the arc that presses deeper, dz/dt + x v/R > 0, by the midpoint rule; vertical
-/// force scaled by (3 - n)/3 over the integral of a wheel that is neither rising nor sinking.
+/// Bekker's pressure on the part of the arc that presses deeper, dz/dt + x v/R > 0, than a rut, by the midpoint rule;
+/// vertical force scaled by (3 - n)/3 over the integral of a wheel that is neither rising nor sinking on flat ground.
 struct Pressed {
   double bearing = 0, resistance = 0;
 };
-Pressed by_the_arc(double z, double v, double sinking, double exponent) {
+Pressed by_the_arc(double z, double v, double sinking, double exponent, double rut = 0) {
   const double front = std::sqrt(2 * radius * z), b_k = k_c + width * k_phi;
   constexpr int parts = 2000000;
   double all = 0;
   Pressed out;
   for (int i = 0; i < parts; ++i) {
     const double x = -front + 2 * front * (i + 0.5) / parts, dx = 2 * front / parts;
-    const double p = b_k * std::pow(z - x * x / (2 * radius), exponent) * dx;
+    const double depth = z - x * x / (2 * radius), p = b_k * std::pow(depth, exponent) * dx;
     if (x > 0) all += p;
-    if (sinking + x * v / radius > 0) out.bearing += p, out.resistance += p * x / radius;
+    if (sinking + x * v / radius > 0 && depth > rut) out.bearing += p, out.resistance += p * x / radius;
   }
   out.bearing *= b_k * std::sqrt(2 * radius) * (3 - exponent) / 3 * std::pow(z, exponent + 0.5) / all;
   return out;
@@ -182,6 +182,52 @@ TEST(WheelOnSoil, PlasticHeaveIsBekkersPressureWhereTheArcPresses) {
     }
     EXPECT_EQ(feel(w, ruts, 0, 0.03, 0.5, 0.51 * std::sqrt(2 * 0.03 / radius)).fy, 0) << "rises off the arc";
   }
+}
+
+TEST(WheelOnSoil, InARutPlasticHeaveIsThePressureOfWhatIsDeeper) {
+  std::vector<Rut> ruts(1);
+  ruts[0].press(-1, 0.02, 1, 0.02);
+  for (const double exponent : {0.5, n}) {
+    WheelOnSoil w = wheel();
+    w.n = exponent, w.heave = WheelOnSoil::Heave::plastic;
+    for (const double z : {0.0202, 0.03})
+      for (const double sinking : {-0.05, -0.01, 0.0, 0.02, 0.3}) {
+        const Felt f = feel(w, ruts, 0, z, 0.5, -sinking);
+        const Pressed p = by_the_arc(z, 0.5, sinking, exponent, 0.02);
+        // At each end of what bears the rule errs by half a part, 5e-7 of the arc, at a pressure of up to 2.4 times
+        // the mean of flat ground.
+        const double scale = w.load(z);
+        EXPECT_NEAR(f.fy, p.bearing, 3e-6 * scale) << exponent << ' ' << z << ' ' << sinking;
+        EXPECT_NEAR(-f.fx, p.resistance, 3e-6 * scale) << exponent << ' ' << z << ' ' << sinking;
+      }
+    EXPECT_EQ(feel(w, ruts, 0, 0.02, 0.5, -0.02).fy, 0) << "not deeper than the rut";
+  }
+}
+
+/// Two wheels on one track: the front one rides at the depth where N of unrutted ground is its load, the rear one at
+/// the depth where the pressure of what is deeper than its rut is. In a second with default settings; N that jumps at
+/// the rut's depth took cvode 250 times as long as a wheel on unrutted ground.
+TEST(WheelOnSoil, PlasticHeaveCarriesARearWheelInTheRut) {
+  const double mass = virgin_n(0.028) / 9.81, v = 0.5;
+  Model m;
+  for (const auto& [name, x] : {std::pair{"front", 1.0}, {"rear", 0.0}}) {
+    const int body =
+        m.add({.name = name, .mass = mass, .inertia = 0.5, .pose = {x, radius - 0.028, 0}, .velocity = {v, 0, 0}});
+    WheelOnSoil w = wheel();
+    w.body = body, w.heave = WheelOnSoil::Heave::plastic, w.track = "both";
+    m.add(std::string(name) + " wheel", w);
+    m.add(std::string(name) + ".x",
+          CoordinateDriver{.body = body, .coordinate = Coordinate::x, .motion = {.velocity = v}});
+  }
+  MachineOptions options;
+  options.integrator = IntegratorKind::cvode;
+  Machine machine(m, options);
+  machine.start_from_pose();
+  for (int i = 0; i < 4000; ++i) machine.advance(1e-3);
+  const double z = radius - machine.body(2).r.y;
+  EXPECT_NEAR(machine.force_value("rear wheel", "rut"), 0.028, 1e-5);
+  EXPECT_NEAR(machine.force_value("rear wheel", "N"), mass * 9.81, 1e-3 * mass * 9.81);
+  EXPECT_NEAR(by_the_arc(z, v, 0, n, 0.028).bearing, mass * 9.81, 1e-2 * mass * 9.81);
 }
 
 TEST(WheelOnSoil, PlasticHeaveIsTheReversibleLawWhenTowedSteadilyAndTwiceItWhenPushedDownAtRest) {
