@@ -56,6 +56,11 @@ Columns::Columns(const Loaded& loaded, World& world, coupling::Simulation& simul
   }
   if (world.bed) add_soil();
   for (const Watch& watch : loaded.scenario.output.watch) add_watch(watch, loaded);
+  for (const SeriesColumn& c : columns_) {
+    const auto same = [&](const SeriesColumn& other) { return other.unit == c.unit; };
+    unit_of_.push_back(
+        static_cast<std::size_t>(std::find_if(columns_.begin(), columns_.end(), same) - columns_.begin()));
+  }
 }
 
 Columns::~Columns() = default;
@@ -128,12 +133,18 @@ void Columns::add_formula(const Watch& watch, const Loaded& loaded) {
   watches_.push_back(std::move(source));
 }
 
+// Over less a difference of values of size 1 has fewer than seven digits, with steps of a millisecond.
+constexpr double share_of_step = 1e-6;
+
 void Columns::add_history(const Watch& watch, const Loaded& loaded) {
   const std::string path = "output.watch." + watch.name;
   WatchSource source{.target = 0, .column = -1, .components = {}, .along = {}};
   const std::size_t of = find_or_throw(watch.of, path, loaded);
   const std::string unit = columns_[of].unit;
-  History::Rule rule{.kind = watch.kind, .unbroken = watch.unbroken, .held = is_mean(of)};
+  History::Rule rule{.kind = watch.kind,
+                     .unbroken = watch.unbroken,
+                     .held = is_mean(of),
+                     .shortest = share_of_step * simulation_.step_length()};
   if (watch.within) rule.within = *watch.within;
   rule.rising = watch.direction != CrossingDirection::falling;
   rule.falling = watch.direction != CrossingDirection::rising;
@@ -291,6 +302,19 @@ void Columns::follow_back(double t, std::span<double> row) const {
     }
     row[w.target] = value_of(w, row);
   }
+}
+
+void Columns::rounding_of(std::span<const double> row, std::vector<double>& out) const {
+  constexpr double share = 1e-12;
+  const Eigen::VectorXd& reactions = world_.machine->integrator().state().lambda;
+  const double force = reactions.size() > 0 ? reactions.cwiseAbs().maxCoeff() : 0;
+  out.assign(row.size(), 0);
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    double& largest = out[unit_of_[i]];
+    if (columns_[i].unit == "N" || columns_[i].unit == "N m") largest = std::max(largest, force);
+    if (std::isfinite(row[i])) largest = std::max(largest, std::abs(row[i]));
+  }
+  for (std::size_t i = row.size(); i-- > 0;) out[i] = share * out[unit_of_[i]];
 }
 
 void Columns::seek(std::vector<Sought>& out) const {

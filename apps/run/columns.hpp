@@ -60,6 +60,9 @@ class Columns {
   void follow(double t, std::span<double> row, std::span<double> middle = {});
   /// `row` at a time after the instant before the last, as if followed to there only.
   void follow_back(double t, std::span<double> row) const;
+  /// What each column may change by from rounding alone: 1e-12 of the largest value in the row with its unit, and for
+  /// forces and moments of the largest reaction of the machine. For machines alone.
+  void rounding_of(std::span<const double> row, std::vector<double>& out) const;
   /// Adds what is worth looking for between instants, for what is followed over time.
   void seek(std::vector<Sought>& out) const;
   void archive_histories(Archive& a);
@@ -118,7 +121,8 @@ class Columns {
   std::vector<double> machine_values_;
   std::vector<double> step_begin_, step_end_;  ///< rows of both ends of a step, for formulas of means
   std::size_t machine_first_ = 0;
-  std::vector<Source> sources_[3];  ///< by Taken
+  std::vector<std::size_t> unit_of_;  ///< of each column: the first one with its unit
+  std::vector<Source> sources_[3];    ///< by Taken
   std::vector<WatchSource> watches_;
   std::vector<History> histories_;
   std::vector<double> history_before_;  ///< their values at the instant before the last

@@ -37,7 +37,7 @@ void History::add(double t, double y, double middle) {
     value_ = rule_.kind == Watch::Kind::count ? 0 : value_;
     return;
   }
-  if (!(t > t_)) return take_jump(y);
+  if (!(t > t_) || (rule_.kind == Watch::Kind::derivative && t - t_ < rule_.shortest)) return take_jump(y);
   const Piece p = piece_to(t, y, middle);
   t_ = t, y_ = y;
   switch (rule_.kind) {

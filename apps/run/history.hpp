@@ -25,6 +25,7 @@ class History {
     bool rising = true, falling = true;
     bool unbroken = false;
     bool held = false;
+    double shortest = 0;  ///< s; over less no derivative is taken: what comes then counts as of the instant before
   };
   History() = default;
   explicit History(const Rule& rule) : rule_(rule) {}

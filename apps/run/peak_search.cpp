@@ -58,6 +58,7 @@ struct ColumnSearch {
       return time(mbd::locate_crossing(gap, 1, begin - beyond, end - beyond));
     }
     if (sought.kind == Sought::Kind::integral) return {};
+    if (std::max({begin, middle, end}) - std::min({begin, middle, end}) <= part.rounding[sought.column]) return {};
     const auto between = bracket();
     if (!between) return {};
     if (const auto smooth = vertex()) {
@@ -91,7 +92,8 @@ bool needs_halving(std::span<const Sought> sought, const PartOfMotion& part, dou
     const double begin = part.begin[s.column], middle = part.middle[s.column], end = part.end[s.column];
     const double size = (std::abs(begin) + 4 * std::abs(middle) + std::abs(end)) / 6;
     const double length = part.until - part.from;
-    const double allowed = std::max(share_of_size * size, share_so_far * std::abs(s.beyond) / length);
+    const double allowed =
+        std::max({share_of_size * size, share_so_far * std::abs(s.beyond) / length, part.rounding[s.column]});
     if (std::max(std::abs(middle - begin), std::abs(end - middle)) <= allowed) return false;
     if (quarter.empty()) {
       const auto row = [&](double share) {

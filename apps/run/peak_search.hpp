@@ -24,6 +24,7 @@ struct Sought {
 struct PartOfMotion {
   double from, until;
   std::span<const double> begin, middle, end;
+  std::span<const double> rounding;  ///< what each column may change by from rounding: that is not looked into
   std::function<std::span<const double>(double)> at;
 };
 

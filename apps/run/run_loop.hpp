@@ -162,6 +162,7 @@ class RunLoop {
   std::vector<double> values_, summarised_;  // of the step, of the summary's columns
   std::vector<double> begin_, middle_;       // where a part of it begins, and halfway through it
   std::vector<double> between_;              // at a time in it
+  std::vector<double> rounding_;             // of its columns
   std::vector<Sought> sought_;               // in that part
   bool follows_sums_ = false;                ///< what is followed over time is of sums over all spheres
   LiveLine live_;

@@ -37,7 +37,8 @@ int RunLoop::loop_alone() {
     const bool stops = looks && look_over(before, t, fixed ? 1 : 2);
     const bool earlier = stops && crossings_->stopped_at() < t;
     if (earlier) t = crossings_->stopped_at();
-    earlier || machine.time() > t + close ? machine.look_back(t) : machine.look_ahead();
+    machine.look_ahead();  // its time is that of the step's end again
+    if (earlier || machine.time() > t + close) machine.look_back(t);
     if (!looks && columns_->needs_every_step()) columns_->take_instant(values_), values_[0] = t;
     if (t > before) ++steps_;
     if (t > before && !sums_up()) summary_->sample_mean(t, t - before, {});  // its window goes on
@@ -112,10 +113,12 @@ bool RunLoop::look_through(std::size_t piece, double from, double until, Splits 
   if (crossings_->any()) crossings_->seek(sought_);
   columns_->seek(sought_);
   if (sums_up()) motion_->seek(until, sought_);
-  const PartOfMotion part{from, until, begin_, middle_, values_, [&](double t) {
-                            take(t, between_);
-                            return std::span<const double>(between_);
-                          }};
+  columns_->rounding_of(values_, rounding_);
+  const auto at = [&](double t) {
+    take(t, between_);
+    return std::span<const double>(between_);
+  };
+  const PartOfMotion part{from, until, begin_, middle_, values_, rounding_, at};
   const auto split = [&](double at, Splits first, Splits second) {
     values_ = begin_;
     return look_through(piece, from, at, first) || look_through(piece, at, until, second);

@@ -385,6 +385,29 @@ TEST(RunHistory, ConditionsEndARunWhereTheyAreMet) {
     }
 }
 
+// Frames every 7.5 ms (a 200th of the end) and rows every 1 ms: steps of the method end beside rows by rounding, and
+// over that no difference is a derivative. At the end of a parabola over 0.5 ms it errs by (0.5 ms)^2/12 of the third
+// derivative, up to 1.5 g/L times 5.4 rad/s: 1.7e-6 rad/s.
+TEST(RunHistory, ADerivativeIsTakenOverPartsThatAreNotRounding) {
+  const RunDirectory dir;
+  const std::string rod = R"(subsoil: 1
+gravity: 9.81 m/s^2
+machine:
+  bodies: {rod: {mass: 1 kg, inertia: 0.0833333333333333 kg m^2, at: 0.5 0 m}}
+  joints: {pin: {revolute: [ground, rod], at: 0 0 m}}
+time: {end: 1.5 s, stop when: {never: {column: rate, above: 6 rad/s}}}
+output: {watch: {rate: {derivative: rod.angle}}}
+)";
+  for (const char* method : {"time.machine.integrator=cvode", "time.machine.integrator=ida"}) {
+    const auto out = dir / std::string(method).substr(24);
+    ASSERT_EQ(run_scenario(dir.scenario(rod), out, {method}), exit_ok);
+    const Series series = read_series(out / "series.csv");
+    ASSERT_EQ(series.rows(), 1501U) << "sqrt(3 g/L) = 5.42 rad/s is the fastest it turns";
+    for (std::size_t i = 1; i < series.rows(); ++i)
+      EXPECT_NEAR(series.at("rate")[i], series.at("rod.spin")[i], 1e-5) << method << ' ' << series.at("time")[i];
+  }
+}
+
 // The run ends within a step, and so does what is followed: on parabolas of 1 ms as everywhere, no line (1e-6).
 TEST(RunHistory, EndsWithTheRunWithinAStep) {
   const std::string file_text = oscillator("way: {integral: mass.vx}, lately: {mean: mass.x, within: 50 ms}",

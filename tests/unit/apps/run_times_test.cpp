@@ -143,5 +143,32 @@ TEST(Schedule, TellsEachTimeOnceAndEndsAtTheEnd) {
   EXPECT_EQ(uneven.next(), 0.6);
 }
 
+// A machine alone with fixed steps of 7 ms, rows every 10 ms. A parabola is its own quintic: to rounding, whatever
+// looks into the steps for a measure, a watch or a crossing.
+TEST(Times, FreeFallOfAMachineBetweenFixedSteps) {
+  const RunDirectory dir;
+  for (const char* looked_at : {"", "watch: {v: a.vy}", "watch: {most: {maximum: a.y}, sum: {integral: a.y}}",
+                                "crossings: {by: {column: a.y, at: -0.5 m}}"}) {
+    SCOPED_TRACE(looked_at);
+    const std::string fall = fmt::format(R"(subsoil: 1
+gravity: 10 m/s^2
+machine:
+  bodies: {{a: {{mass: 1 kg, inertia: 0.1 kg m^2, at: 0 0 m}}}}
+time: {{end: 0.5 s, machine: {{integrator: adams-moulton, step: 7 ms}}}}
+output: {{series every: 10 ms, series digits: all, {}}}
+)",
+                                         looked_at);
+    const auto out = dir / std::to_string(std::string(looked_at).size());
+    ASSERT_EQ(run_scenario(dir.scenario(fall), out), exit_ok);
+    const Series series = read_series(out / "series.csv");
+    ASSERT_EQ(series.rows(), 51U);
+    for (std::size_t i = 0; i < series.rows(); ++i) {
+      const double t = series.at("time")[i];
+      EXPECT_NEAR(series.at("a.vy")[i], -10 * t, 1e-12) << t;
+      EXPECT_NEAR(series.at("a.y")[i], -5 * t * t, 1e-12) << t;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace subsoil::app::run_times_test
