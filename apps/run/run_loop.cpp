@@ -26,6 +26,9 @@ namespace {
 
 // Of a step: what is due so near to an instant is of that instant.
 constexpr double close_share = 1e-6;
+// Between two looks at where the tools are (s), whatever rows are asked for: the window of the means opens and closes
+// at them.
+constexpr double tool_interval = 1e-3;
 
 }  // namespace
 
@@ -94,6 +97,7 @@ void RunLoop::open_output() {
   frame_due_ = Schedule(frame_interval(s_), std::move(frames), start_time_, end);
   sample_due_ = Schedule(s_.output.row_interval(), std::move(rows), start_time_, end);
   state_due_ = Schedule(s_.output.state_every.value_or(0), {}, start_time_ + half);
+  tool_due_ = Schedule(tool_interval, {}, start_time_);
   if (go_on_ == nullptr) return;
   Archive sums = go_on_->sums;
   archive(sums);
@@ -113,7 +117,7 @@ std::optional<std::uint64_t> RunLoop::kept_bytes() const {
 }
 
 void RunLoop::archive(Archive& a) {
-  a(frame_due_, sample_due_, state_due_, *summary_, *rows_, *tool_, walls_, *crossings_, physics_, bodies_);
+  a(frame_due_, sample_due_, state_due_, tool_due_, *summary_, *rows_, *tool_, walls_, *crossings_, physics_, bodies_);
   columns_->archive_histories(a);
   a(outside_, values_, looks_, start_time_, deepest_, fastest_, steps_, window_);
   a(energy_start_.bed, energy_start_.bed_gravity, energy_start_.machine_potential);
@@ -194,7 +198,7 @@ int RunLoop::loop() {
     const bool row = last || sample_due_.next() <= t + close;
     const bool window = simulation_.window_begins() && sample_due_.next() < t + simulation_.window_length();
     if (sample || window || crossings_->any() || columns_->needs_every_step()) columns_->take_instant(values_);
-    if (row && world_.bed) follow_tools(t);
+    if (world_.bed && (tool_due_.due(t, close) || last)) follow_tools(t);
     stood_ = simulation_.window_begins();
     dem::Snapshot* const snapshot = frame ? frames_->begin(t) : nullptr;
     std::vector<dem::ContactRecord>* const contacts = frame ? frames_->contacts() : nullptr;
@@ -343,7 +347,7 @@ void RunLoop::follow_tools(double t) {
     summary_->close_window(t);
   }
   if (!tool_->any_passes() || window_ == Opening::pending || t < summary_->window_from() ||
-      t > summary_->window_until() + s_.output.row_interval())
+      t > summary_->window_until() + tool_interval)
     return;
   if (!walls_.has_begun()) return walls_.begin(world_);
   if (++looks_ % 20 != 0) return;  // a look goes through all spheres

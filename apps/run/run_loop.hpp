@@ -170,7 +170,7 @@ class RunLoop {
   WallWatch walls_;
   PhysicsWatch physics_{s_, world_};
   BodyWatch bodies_{s_, world_};
-  Schedule frame_due_, sample_due_, state_due_;
+  Schedule frame_due_, sample_due_, state_due_, tool_due_;
   Checkpoints checkpoints_{request_.out};
   std::uint64_t state_bytes_ = 0;  ///< of the largest state so far
   bool energy_begun_ = false;

@@ -14,7 +14,7 @@ namespace {
 
 using namespace test;
 
-/// First time of a row at which the farthest travel so far has reached length + depth = 50 mm.
+/// First millisecond at which the farthest travel so far has reached length + depth = 50 mm.
 template <class Path>
 double opens(Path path) {
   double farthest = 0;
@@ -34,7 +34,7 @@ TEST(RunWindow, OfABoundaryThatStartsInSoilOpensByItsTravelAndClosesBeforeTheSoi
   const RunDirectory dir;
   ASSERT_EQ(run_scenario(dir.scenario(trench), dir / "out"), exit_ok);
   const nlohmann::json window = summary_of(dir / "out")["window"];
-  // Rows stand every ms, a step late at most.
+  // Tools are looked at every ms, a step late at most.
   EXPECT_NEAR(window["from [s]"].get<double>(), opens([](double t) { return 0.4 * t; }), 1.5e-3);
   const double closes = (soil_end(dir / "out") - 0.03 - 0.07) / 0.4;  // its front starts at 70 mm and is one depth off
   EXPECT_NEAR(window["until [s]"].get<double>(), closes, 1.5e-3);
@@ -44,6 +44,16 @@ TEST(RunWindow, OfABoundaryThatStartsInSoilOpensByItsTravelAndClosesBeforeTheSoi
   EXPECT_GT(tool["draft [N]"]["interval, 95 %"].get<double>(), 0);
   EXPECT_DOUBLE_EQ(tool["draft [N]"]["mean"].get<double>(),
                    summary_of(dir / "out")["columns"]["draft"]["mean in window"].get<double>());
+}
+
+// The motion is the same, and so are the steps that means are of.
+TEST(RunWindow, AndItsMeansDoNotDependOnRows) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(trench), dir / "fine"), exit_ok);
+  ASSERT_EQ(run_scenario(dir.scenario(trench), dir / "coarse", {"output.series every=90 ms"}), exit_ok);
+  const nlohmann::json fine = summary_of(dir / "fine"), coarse = summary_of(dir / "coarse");
+  EXPECT_EQ(coarse["window"], fine["window"]);
+  EXPECT_EQ(coarse["tools"]["tool"]["draft [N]"], fine["tools"]["tool"]["draft [N]"]);
 }
 
 TEST(RunWindow, OfAVibratingToolCountsItsWayOnceAndHoldsWholePeriods) {
