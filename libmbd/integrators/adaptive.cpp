@@ -19,8 +19,11 @@ namespace {
 constexpr long most_steps = 2'000'000;
 // So many steps tell how many would be needed: ten times the most are out of reach, however they may grow.
 constexpr long looked_back_on = 20'000;
-// From a singular pose, in rad, for the method to begin anew; and for its failure to have another reason.
-constexpr double far_enough = 0.15;
+// From a singular pose, in rad, for the method to begin anew; and for its failure to have another reason: multipliers
+// and what ida extrapolates them from grow with one over it.
+constexpr double far_enough = 0.15, other_reason = 0.5;
+// Motion in a step (rad) that is none; the first one of ida is of some 1e-5.
+constexpr double least_motion = 1e-8;
 // From a singular pose, where one step leads over it; and what that step may err by.
 constexpr double step_over = 0.03, most_of_crossing = 1e-9;
 // Of a state at which a method gave up: the body most accelerated, the constraint nearest to losing its rank.
@@ -32,7 +35,7 @@ std::string standing_out(const System& system, const Partition& partition, const
                 system.body_name(static_cast<int>(most / 3) + 1).c_str(), largest);
   std::string all = text;
   const double distance = partition.distance_from_singular();
-  if (distance > 0.5) return all;
+  if (distance > other_reason) return all;
   std::snprintf(text, sizeof text, ", and %.80s is some %.2g rad from a dead point", partition.singular_owner().c_str(),
                 distance);
   return all + text;
@@ -74,7 +77,7 @@ void Adaptive::restart() {
     build();
   }
   begin();
-  front_ = now_.t, root_ = false, cut_ = false, hidden_here_ = {}, failure_ = nullptr;
+  front_ = now_.t, root_ = false, cut_ = false, has_past_ = false, hidden_here_ = {}, failure_ = nullptr;
   walking_ = false, beside_singular_ = partition_.near_singular();
 }
 
@@ -219,15 +222,19 @@ void Adaptive::give_up(long taken, double end) {
   throw std::runtime_error(text + why + standing_out(system_, partition_, now_));
 }
 
-// Returns false where the step failed and a singular pose is near enough to be the reason.
+// Returns false where the step failed and the method is to begin anew there, or a singular pose is near enough to be
+// the reason. What a method extrapolates from its past may be a guess from which its iteration does not converge: there
+// is no other reason to stop where it fails without a past too.
 bool Adaptive::try_step(double end, double stop, Reached& reached) {
   try {
     reached = take_step(end, stop);
+    has_past_ = true;
     return true;
   } catch (const std::runtime_error& error) {
     if (now_.t != front_) read_consistent(front_);
-    if (partition_.distance_from_singular() > far_enough)
-      throw std::runtime_error(error.what() + standing_out(system_, partition_, now_));
+    const bool near = partition_.distance_from_singular() <= other_reason;
+    if (!near && !has_past_) throw std::runtime_error(error.what() + standing_out(system_, partition_, now_));
+    near ? beside_singular_ = true : cut_ = true;
     return false;
   }
 }
@@ -243,10 +250,7 @@ void Adaptive::step_on(double end, double stop) {
     if (now_.t != front_) read_consistent(front_);
     stop_at(profiles_.stop(now_, planned));
   }
-  if (!try_step(end, stop, reached)) {
-    beside_singular_ = true;
-    return;
-  }
+  if (!try_step(end, stop, reached)) return;
   // A step that ended at a stop may have been longer: intervals between stops that follow it must not shrink for ever.
   const double taken = reached.t - front_;
   last_step_ = reached.t < stop ? taken : 4 * taken;
@@ -271,7 +275,19 @@ void Adaptive::step_on(double end, double stop) {
     read_consistent(front_);
     if (partition_.choose_again_if_needed(now_)) return restart();
   }
-  beside_singular_ = partition_.near_singular();
+  beside_singular_ = partition_.near_singular() || creeps(taken);
+}
+
+// Whether ida takes steps beside a singular pose in which hardly anything moves: its Newton iteration then fails
+// however short they are, and does not say so.
+bool Adaptive::creeps(double taken) const {
+  if (follows_partition() || !(partition_.distance_from_singular() < far_enough)) return false;
+  return taken * rate_of(now_) < least_motion;
+}
+
+// rad/s, lengths as shares of the machine's.
+double Adaptive::rate_of(const MotionState& m) const {
+  return m.velocity.cwiseProduct(coordinate_scale(system_)).cwiseAbs().maxCoeff() / system_.length_scale();
 }
 
 // One step past a singular pose, or to what comes first: the end asked for, an event.
@@ -346,8 +362,7 @@ void Adaptive::read_crossing(double t) {
 void Adaptive::begin_walk() {
   walking_ = true, walk_controlled_ = true, walk_failures_ = 0;
   distance_ = approach_ = 0, may_cross_ = true, crossing_ = false;
-  const double rate = now_.velocity.cwiseProduct(coordinate_scale(system_)).cwiseAbs().maxCoeff();
-  const double slowness = 1 / std::max(rate / system_.length_scale(), 1.0);
+  const double slowness = 1 / std::max(rate_of(now_), 1.0);
   walk_step_ = slowness * std::pow(step_tolerance(), 0.2), landing_step_ = slowness * std::pow(step_tolerance(), 0.25);
 }
 

@@ -84,6 +84,8 @@ class Adaptive : public Integrator {
   [[noreturn]] void give_up(long taken, double end);
   bool try_step(double end, double stop, Reached& reached);
   void step_on(double end, double stop);
+  bool creeps(double taken) const;
+  double rate_of(const MotionState& m) const;
   void walk(double end);
   void begin_walk();
   bool try_walk(double h, double end);
@@ -98,7 +100,8 @@ class Adaptive : public Integrator {
   std::vector<int> rows_;
   double front_ = 0;  // what has been reached: dense output ends here
   double last_step_ = 0;
-  bool cut_ = false;  // the last step, much shorter than planned, where an input changes: its history is no guide
+  bool cut_ = false;  // the last step, much shorter than planned, where an input changes, or a failure: to begin anew
+  bool has_past_ = false;  // steps since the method began
   bool root_ = false;
   bool coupled_ = false;
   bool remembers_ = false;  // forces that remember accepted states

@@ -272,8 +272,10 @@ Adaptive::Reached Ida::take_step(double end, double stop) {
   auto& s = *solver_;
   if (s.fresh) {
     // IDA's own first step follows from y'/weight and can fall to 1e-13 s, where rounding e/h of an index-2 system
-    // is all that Newton sees. The first step of order 1 errs by q'' h^2/2: that is what it may be.
-    const double first = std::sqrt(atol_ / (1 + now_.acceleration.cwiseAbs().maxCoeff()));
+    // is all that Newton sees. The first step of order 1 errs by q'' h^2/2: that is what it may be, of the pose as a
+    // whole, whose largest coordinate makes the rounding.
+    const double allowed = atol_ + rtol_ * now_.q.cwiseAbs().maxCoeff();
+    const double first = std::sqrt(allowed / (1 + now_.acceleration.cwiseAbs().maxCoeff()));
     check_ida(IDASetInitStep(s.memory, std::min(first, std::max(stop - now_.t, 1e-12))), "IDASetInitStep");
     s.fresh = false;
   }
