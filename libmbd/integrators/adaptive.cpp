@@ -24,6 +24,8 @@ constexpr long looked_back_on = 20'000;
 constexpr double far_enough = 0.15, other_reason = 0.5;
 // Motion in a step (rad) that is none; the first one of ida is of some 1e-5.
 constexpr double least_motion = 1e-8;
+// From a singular pose: nearer, reactions of an interpolated pose are rounding, as its cube.
+constexpr double known_reactions = 5e-4;
 // From a singular pose, where one step leads over it; and what that step may err by.
 constexpr double step_over = 0.03, most_of_crossing = 1e-9;
 // Of a state at which a method gave up: the body most accelerated, the constraint nearest to losing its rank.
@@ -352,6 +354,12 @@ void Adaptive::leave_crossing() {
 void Adaptive::read_crossing(double t) {
   interpolate(before_crossing_, after_crossing_, t, now_);
   interpolate_flows(before_crossing_, after_crossing_, flows_before_, flows_after_, t, flows_.of_elements);
+  next_ = now_;
+  try {  // reactions grow as one over the distance and lie on no line
+    partition_.evaluate_nearest(next_);
+    if (partition_.distance_from_singular() > known_reactions) now_.lambda = next_.lambda;
+  } catch (const SingularPose&) {
+  }
   system_.set_state(t, now_.q, now_.velocity);
   system_.set_multipliers(now_.lambda);
   system_.set_element_states(now_.states);

@@ -175,6 +175,31 @@ TEST(SingularPoses, TurningParallelogramsGoOnByIda) {
   }
 }
 
+// The right crank's upper pin bears half of the coupler's vertical force; about its base, J phi'' = -m g/2 cos(phi) -
+// Fx sin(phi) + Fy cos(phi), so Fx grows as one over the sine: rows that fall between both ends of the step over a flat
+// pose have that too, to a hundredth down to a sine of 1e-3.
+TEST(SingularPoses, ReactionsBesideAFlatPoseAreThoseOfThePose) {
+  constexpr double g = 9.81;
+  for (const IntegratorKind kind : {IntegratorKind::cvode, IntegratorKind::ida}) {
+    Machine machine(parallelograms(1, pi / 2, -15), {.integrator = kind});
+    machine.start_from_pose();
+    int near = 0;
+    EXPECT_EQ(run(machine, 1e-3, 3,
+                  [&] {
+                    const double phi = machine.body(2).angle, spin = machine.body(2).omega;
+                    const double c = std::cos(phi), s = std::sin(phi), turning = -1.2 * g * c;
+                    if (std::abs(s) < 1e-3) return;
+                    near += std::abs(s) < 0.02;
+                    const double fy = -(turning * c - spin * spin * s + g) / 2;
+                    const double fx = (fy * c - 0.5 * g * c - turning / 3) / s;
+                    EXPECT_NEAR(machine.joint_reaction("right 0").fx, fx, 1e-2 * (10 + std::abs(fx)))
+                        << machine.time() << " s, sine " << s;
+                  }),
+              "");
+    EXPECT_GT(near, 10);
+  }
+}
+
 // A pose that is passed at a located place, by one step that no tolerance chooses: errors fall with the tolerance over
 // nine decades, to the rounding that the pass leaves, some 1e-9 of the energy of 72 J. Each decade brings half a decade
 // at least from the one two before.
