@@ -72,10 +72,7 @@ void AdamsMoulton::push_past() {
 
 template <std::size_t... age>
 void AdamsMoulton::sum_columns(const double* weights, double h, std::index_sequence<age...>) {
-  const double* const columns[] = {past_.col(slot(static_cast<int>(age))).data()...};
-  const double w[] = {h * weights[age]...};
-  double* const __restrict sum = sum_.data();
-  for (Eigen::Index i = 0, size = sum_.size(); i < size; ++i) sum[i] = (... + (w[age] * columns[age][i]));
+  sum_.noalias() = (... + (h * weights[age] * past_.col(slot(static_cast<int>(age)))));
 }
 
 /// sum_ = h times the weighted sum of the past, newest first.
