@@ -18,7 +18,8 @@ Factors factors(const WedgeSoil& soil, double width, double depth, double rake, 
   const double k = cot(rake) + cot(rupture);
   const double under_root = cot(rupture) * cot(rupture) + 2 * cot(rake) * cot(rupture);
   const double aside = depth * std::sqrt(std::fmax(0.0, under_root)) / width;  // s / w
-  const double m = cot(rake + soil.wall_friction) + cot(rupture + soil.friction);
+  const double m =
+      std::cos(rake + soil.wall_friction) + std::sin(rake + soil.wall_friction) * cot(rupture + soil.friction);
   if (!(m > 0) || !(k > 0)) return {std::numeric_limits<double>::infinity(), 0, 0, 0};
   const double c = cot(rupture + soil.friction);
   return {0.5 * k * (1 + 2 * aside / 3) / m, k * (1 + aside) / m, (1 + cot(rupture) * c) * (1 + aside) / m,

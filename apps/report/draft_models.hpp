@@ -30,13 +30,14 @@ struct WedgeSoil {
 
 /// McKyes and Ali: passive failure of a wedge ahead of a narrow tool of width w, depth d and rake angle alpha, with two
 /// circular crescents beside it. With k = cot alpha + cot beta, r = d k, s = d sqrt(cot^2 beta + 2 cot alpha cot beta),
-/// m = cot(alpha + delta) + cot(beta + phi):
+/// m = cos(alpha + delta) + sin(alpha + delta) cot(beta + phi), as forces on the wedge balance:
 ///
 ///     N_g = k/2 (1 + 2 s / (3 w)) / m,    N_q = k (1 + s / w) / m,
 ///     N_c = (1 + cot beta cot(beta + phi)) (1 + s / w) / m,   N_a = (1 - cot alpha cot(beta + phi)) / m
 ///     P = w (rho g d^2 N_g + c d N_c + q d N_q + c_a d N_a),  H = P sin(alpha + delta) + c_a d w cot alpha
 ///
-/// beta makes N_g least. For a narrow tool at a low rake N_g falls up to beta = 90 deg: no wedge forms ahead, the model
+/// P acts at delta to the tool's normal. Of a wide tool in soil without cohesion it is Coulomb's passive force. beta
+/// makes N_g least. For a narrow tool at a low rake N_g falls up to beta = 90 deg: no wedge forms ahead, the model
 /// lifts what lies on the tool alone, and its draft is a lower bound. Horizontal force H in N; NaN where alpha + delta
 /// reaches 180 deg or beta has no room. Source: McKyes, Ali, Journal of Terramechanics 14 (1977) 43-51.
 double mckyes_ali(const WedgeSoil& soil, double width, double depth, double rake);

@@ -147,6 +147,73 @@ TEST(McKyesAli, IsRankineForAWideSmoothPlate) {
   EXPECT_NEAR(mckyes_ali(sticky, width, depth, up) / width, 2 * 1000 * depth * std::sqrt(kp), 0.1);
 }
 
+constexpr double degree = std::numbers::pi / 180;
+
+/// A wide tool in soil without cohesion: Coulomb's passive force at delta to the tool's normal,
+///   P = K rho g d^2/2,  K = sin^2(a - phi)/(sin^2 a sin(a + delta) (1 - sqrt(sin(phi + delta) sin phi/(sin(a + delta)
+///   sin a)))^2).
+TEST(McKyesAli, IsCoulombForAWideTool) {
+  const double width = 1e6, depth = 0.05, weight = 1461 * 9.81 * depth * depth;
+  for (const double rake : {60 * degree, 75 * degree, 90 * degree})
+    for (const double phi : {25 * degree, 32 * degree})
+      for (const double delta : {0.0, 18 * degree, 25 * degree}) {
+        const double root =
+            std::sqrt(std::sin(phi + delta) * std::sin(phi) / (std::sin(rake + delta) * std::sin(rake)));
+        const double k = std::pow(std::sin(rake - phi) / (std::sin(rake) * (1 - root)), 2) / std::sin(rake + delta);
+        const double horizontal = 0.5 * k * weight * std::sin(rake + delta);
+        const WedgeSoil soil{.density = 1461, .friction = phi, .wall_friction = delta};
+        // The force is flat about its least, and steps of the rupture angle are 8e-4 rad.
+        EXPECT_NEAR(mckyes_ali(soil, width, depth, rake) / width, horizontal, 1e-5 * horizontal)
+            << rake / degree << ' ' << phi / degree << ' ' << delta / degree;
+      }
+}
+
+/// Draft from the balance of the wedge's forces, horizontal and vertical, solved for the tool's force and the ground's;
+/// crescents make weight larger by 1 + 2 s/(3 w) and cohesion by 1 + s/w.
+double draft_by_statics(const WedgeSoil& soil, double width, double depth, double rake) {
+  const double a = rake + soil.wall_friction, weight = soil.density * soil.gravity;
+  // P (sin a, cos a) + R (-sin b, cos b) = -(along, up): of what else pushes the wedge, b = rupture + phi.
+  const auto tool = [&](double rupture, double along, double up) {
+    const double b = rupture + soil.friction;
+    return -(along * std::cos(b) + up * std::sin(b)) / (std::sin(a) * std::cos(b) + std::cos(a) * std::sin(b));
+  };
+  double least = 1e300, force = 0;
+  for (int i = 1; i < 100000; ++i) {
+    const double rupture = 0.5 * std::numbers::pi * i / 100000;
+    const double foot = depth / std::tan(rake), length = foot + depth / std::tan(rupture);
+    const double aside = std::sqrt(std::fmax(0.0, length * length - foot * foot)) / width;
+    const double by_weight = tool(rupture, 0, -0.5 * weight * depth * length) * (1 + 2 * aside / 3);
+    if (length <= 0 || by_weight < 0 || by_weight >= least) continue;
+    least = by_weight;
+    const double cohesion = soil.cohesion * depth, adhesion = soil.adhesion * depth;
+    force = by_weight + tool(rupture, -cohesion / std::tan(rupture), -cohesion) * (1 + aside) +
+            tool(rupture, adhesion / std::tan(rake), -adhesion);
+  }
+  return width * (force * std::sin(a) + soil.adhesion * depth / std::tan(rake));
+}
+
+TEST(McKyesAli, BalancesTheForcesOnTheWedge) {
+  struct Case {
+    double cohesion, phi, delta, adhesion, rake, draft;  // Pa, deg, deg, Pa, deg, N; 0: none given
+  };
+  for (const Case& c :
+       {Case{0.1, 32, 0, 0, 90, 4.57420}, Case{0.1, 32, 18, 0, 90, 12.0196}, Case{0.1, 20, 20, 0, 90, 5.71959},
+        Case{0.1, 32, 31, 0, 90, 30.3573}, Case{2e3, 32, 25, 0, 90, 184.831}, Case{4e6, 32, 18, 0, 90, 202128},
+        Case{2e3, 32, 20, 500, 65, 0}, Case{3e3, 25, 15, 1000, 110, 0}}) {
+    const WedgeSoil soil{.density = 1461,
+                         .cohesion = c.cohesion,
+                         .friction = c.phi * degree,
+                         .wall_friction = c.delta * degree,
+                         .adhesion = c.adhesion};
+    const double draft = draft_by_statics(soil, 0.03, 0.05, c.rake * degree);
+    // Cohesion's part follows the rupture angle, which is right to half a step, 4e-4 rad.
+    EXPECT_NEAR(mckyes_ali(soil, 0.03, 0.05, c.rake * degree), draft, 5e-4 * draft) << c.phi << ' ' << c.delta;
+    if (c.draft > 0) {
+      EXPECT_NEAR(draft, c.draft, 1e-4 * c.draft);
+    }
+  }
+}
+
 TEST(McKyesAli, CrescentsMakeANarrowToolHeavierPerWidth) {
   const WedgeSoil soil{.density = 1500, .cohesion = 5e3, .friction = 0.5, .wall_friction = 0.3};
   EXPECT_GT(mckyes_ali(soil, 0.05, 0.3, 1.0) / 0.05, 2 * mckyes_ali(soil, 5, 0.3, 1.0) / 5);
