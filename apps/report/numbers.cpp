@@ -100,7 +100,7 @@ std::vector<ReportNumber> numbers_of(const RunFolder& run, const std::vector<Qua
     add_whole("least of the record", record.least);
     add_whole("largest of the record", record.largest);
     add_whole("span of the record", record.largest - record.least);
-    if (const SpectralLine line = strongest_line(time, values, run.window); std::isfinite(line.period)) {
+    if (const SpectralLine line = strongest_line(time, values, run.window, kind); std::isfinite(line.period)) {
       add("period of the strongest line", line.period, none, "s");
       add("amplitude of that line", line.amplitude, none, q.unit);
     }

@@ -26,6 +26,29 @@ double correlation_time(std::span<const double> x, double mean, double variance)
   return tau;
 }
 
+double widest_gap(std::span<const double> time) {
+  double widest = 0;
+  for (std::size_t i = 1; i < time.size(); ++i) widest = std::max(widest, time[i] - time[i - 1]);
+  return widest;
+}
+
+/// A record at even times from its first row on, as far apart as its widest two rows, linear between its rows.
+std::vector<double> evenly_spaced(std::span<const double> time, std::span<const double> x) {
+  const double widest = widest_gap(time);
+  if (!(widest > 0)) return {x.begin(), x.end()};
+  constexpr double rounding = 1e-6;  // of a gap
+  const auto gaps = static_cast<std::size_t>((time.back() - time.front()) / widest + rounding);
+  std::vector<double> out{x[0]};
+  std::size_t next = 1;
+  for (std::size_t k = 1; k <= gaps; ++k) {
+    const double t = std::min(time.back(), time.front() + widest * static_cast<double>(k));
+    while (time[next] < t) ++next;
+    const double share = (t - time[next - 1]) / (time[next] - time[next - 1]);
+    out.push_back(x[next - 1] + share * (x[next] - x[next - 1]));
+  }
+  return out;
+}
+
 }  // namespace
 
 double WindowRows::integral(std::span<const double> values) const {
@@ -67,7 +90,6 @@ WindowStatistics statistics(std::span<const double> time, std::span<const double
   const std::span<const double> x = values.subspan(rows.begin, rows.count());
   out.rows = x.size();
   if (x.empty()) return out;
-  const auto n = static_cast<double>(x.size());
   out.least = out.largest = x[0];
   out.least_time = out.largest_time = time[rows.begin];
   for (std::size_t i = 0; i < x.size(); ++i) {
@@ -78,72 +100,120 @@ WindowStatistics statistics(std::span<const double> time, std::span<const double
   std::vector<double> squares(values.begin(), values.end());
   for (double& v : squares) v = (v - out.mean) * (v - out.mean);
   const double variance = rows.integral(squares) / rows.duration();
-  const double of_sample = x.size() > 1 ? n / (n - 1) : 0;
+  const std::vector<double> even = kind == RowKind::equal ? std::vector<double>(x.begin(), x.end())
+                                                          : evenly_spaced(time.subspan(rows.begin, rows.count()), x);
+  const auto n = static_cast<double>(even.size());
+  const double of_sample = even.size() > 1 ? n / (n - 1) : 0;
   out.deviation = std::sqrt(kind == RowKind::equal ? variance * of_sample : variance);
   if (variance <= 1e-24 * out.mean * out.mean) {  // a constant
     out.half_width = x.size() > 1 ? 0 : out.half_width;
     return out;
   }
-  const double independent = n / correlation_time(x, out.mean, variance);
+  const double independent = n / correlation_time(even, out.mean, variance);
   if (independent >= 2) out.half_width = student_t(independent - 1) * std::sqrt(variance * of_sample / independent);
   return out;
 }
 
 namespace {
 
-/// Mean, trend and a sine of k periods by least squares: y ~ a + b u + c cos(phi) + d sin(phi), u in [-1/2, 1/2],
-/// phi = 2 pi k u.
-struct SineFit {
-  double amplitude = 0, left = 0;  ///< of the sine; sum of squares that is left
+/// The rows of a window: where in it, u in [-1/2, 1/2], their values, and the share of it that each stands for.
+struct Samples {
+  std::vector<double> u, values, shares;
+  double length = 0;  ///< of the window, s
+  double widest = 0;  ///< gap, s
 };
-SineFit fit_sine(std::span<const double> y, double k) {
-  const auto n = static_cast<double>(y.size());
+Samples samples_in(std::span<const double> time, std::span<const double> values, const TimeWindow& window,
+                   RowKind kind) {
+  const WindowRows rows = rows_in(time, window, kind);
+  const bool means = kind == RowKind::mean;
+  Samples out;
+  std::vector<double> t;
+  for (std::size_t i = means ? std::max<std::size_t>(rows.begin, 1) : rows.begin; i < rows.end; ++i) {
+    t.push_back(means ? 0.5 * (time[i - 1] + time[i]) : time[i]);
+    out.values.push_back(values[i]);
+  }
+  if (t.size() < 2) return out;
+  out.widest = widest_gap(t);
+  // Half of the gap to either neighbour; the first and the last row stand for as much outside as inside.
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    const double before = i > 0 ? t[i] - t[i - 1] : t[1] - t[0];
+    const double after = i + 1 < t.size() ? t[i + 1] - t[i] : before;
+    out.shares.push_back(0.5 * (before + after));
+    out.length += out.shares.back();
+  }
+  for (double& share : out.shares) share /= out.length;
+  for (const double at : t) out.u.push_back((at - 0.5 * (t.front() + t.back())) / out.length);
+  return out;
+}
+
+void take_trend_off(Samples& s) {
+  Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d right = Eigen::Vector2d::Zero();
+  for (std::size_t i = 0; i < s.u.size(); ++i) {
+    const Eigen::Vector2d row{1, s.u[i]};
+    normal.noalias() += s.shares[i] * row * row.transpose();
+    right += s.shares[i] * s.values[i] * row;
+  }
+  const Eigen::Vector2d x = normal.ldlt().solve(right);
+  for (std::size_t i = 0; i < s.u.size(); ++i) s.values[i] -= x[0] + x[1] * s.u[i];
+}
+
+/// Mean, trend and a sine of k periods by least squares: y ~ a + b u + c cos(phi) + d sin(phi), phi = 2 pi k u.
+struct SineFit {
+  double amplitude = 0, left = 0;  ///< of the sine; mean square that is left
+};
+SineFit fit_sine(const Samples& s, double k) {
   Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
   Eigen::Vector4d right = Eigen::Vector4d::Zero();
   double squares = 0;
-  for (std::size_t i = 0; i < y.size(); ++i) {
-    const double u = (static_cast<double>(i) + 0.5) / n - 0.5, phase = 2 * std::numbers::pi * k * u;
-    const Eigen::Vector4d row{1, u, std::cos(phase), std::sin(phase)};
-    normal.noalias() += row * row.transpose();
-    right += y[i] * row, squares += y[i] * y[i];
+  for (std::size_t i = 0; i < s.u.size(); ++i) {
+    const double phase = 2 * std::numbers::pi * k * s.u[i], y = s.values[i];
+    const Eigen::Vector4d row{1, s.u[i], std::cos(phase), std::sin(phase)};
+    normal.noalias() += s.shares[i] * row * row.transpose();
+    right += s.shares[i] * y * row, squares += s.shares[i] * y * y;
   }
   const Eigen::Vector4d x = normal.ldlt().solve(right);
   return {std::hypot(x[2], x[3]), squares - x.dot(right)};
 }
 
+/// The largest of the lines k = 2, 3, ... periods.
+struct FourierLine {
+  double periods = 0, amplitude = 0;
+};
+FourierLine largest_line(const Samples& s, std::size_t highest) {
+  using Complex = std::complex<double>;
+  std::vector<Complex> turns, terms;  // exp(-2 pi i u), and share x value x its power k
+  for (std::size_t i = 0; i < s.u.size(); ++i) {
+    turns.push_back(std::polar(1.0, -2 * std::numbers::pi * s.u[i]));
+    terms.push_back(s.shares[i] * s.values[i] * turns[i]);
+  }
+  FourierLine line;
+  for (std::size_t k = 2; k <= highest; ++k) {
+    Complex sum = 0;
+    for (std::size_t i = 0; i < terms.size(); ++i) sum += terms[i] *= turns[i];
+    if (2 * std::abs(sum) > line.amplitude) line = {static_cast<double>(k), 2 * std::abs(sum)};
+  }
+  return line;
+}
+
 }  // namespace
 
-SpectralLine strongest_line(std::span<const double> time, std::span<const double> values, const TimeWindow& window) {
-  SpectralLine line;
-  const WindowRows rows = rows_in(time, window, RowKind::equal);
-  const std::size_t n = rows.count();
-  if (n < 16) return line;
-  // Trend by least squares over the row number.
-  const double middle = 0.5 * static_cast<double>(n - 1);
-  double mean = 0, slope = 0, weight = 0;
-  for (std::size_t i = 0; i < n; ++i) mean += values[rows.begin + i] / static_cast<double>(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const double u = static_cast<double>(i) - middle;
-    slope += u * values[rows.begin + i], weight += u * u;
-  }
-  slope /= weight;
-  std::vector<double> x(n);
-  for (std::size_t i = 0; i < n; ++i) x[i] = values[rows.begin + i] - mean - slope * (static_cast<double>(i) - middle);
-  const double length = (time[rows.end - 1] - time[rows.begin]) * static_cast<double>(n) / static_cast<double>(n - 1);
-  const std::size_t highest = std::min<std::size_t>(n / 2, 400);  // above 400 lines nothing of a machine is found
-  double periods = 0, strongest = 0;                              // of the record
-  for (std::size_t k = 2; k <= highest; ++k) {
-    const std::complex<double> turn =
-        std::polar(1.0, -2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(n));
-    std::complex<double> sum = 0, phase = 1;
-    for (const double v : x) sum += v * phase, phase *= turn;
-    const double amplitude = 2 * std::abs(sum) / static_cast<double>(n);
-    if (amplitude > strongest) periods = static_cast<double>(k), strongest = amplitude;
-  }
-  if (!(strongest > 0)) return line;
-  const auto left = [&](double k) { return fit_sine(x, k).left; };
-  const double k = boost::math::tools::brent_find_minima(left, std::max(1.5, periods - 1), periods + 1, 26).first;
-  return {length / k, fit_sine(x, k).amplitude};
+SpectralLine strongest_line(std::span<const double> time, std::span<const double> values, const TimeWindow& window,
+                            RowKind kind) {
+  Samples s = samples_in(time, values, window, kind);
+  if (s.values.size() < 16 || !(s.widest > 0)) return {};
+  double largest = 0;
+  for (const double v : s.values) largest = std::max(largest, std::abs(v));
+  take_trend_off(s);
+  constexpr std::size_t most = 400;  // above 400 lines nothing of a machine is found
+  constexpr double rounding = 1e-6;
+  const auto highest = std::min(most, static_cast<std::size_t>(0.5 * s.length / s.widest + rounding));
+  const FourierLine line = largest_line(s, highest);
+  if (!(line.amplitude > std::max(1e-12 * largest, std::numeric_limits<double>::epsilon()))) return {};
+  const auto left = [&](double k) { return fit_sine(s, k).left; };
+  const double k =
+      boost::math::tools::brent_find_minima(left, std::max(1.5, line.periods - 1), line.periods + 1, 26).first;
+  return {s.length / k, fit_sine(s, k).amplitude};
 }
 
 }  // namespace subsoil::app

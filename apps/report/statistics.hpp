@@ -44,17 +44,22 @@ struct WindowStatistics {
 /// Mean and spread are weighted with the rows' times: deviation^2 = mean of (x - mean)^2 over the window; of equal
 /// rows, a sample, over n - 1. The interval is mean +- t s / sqrt(n_e), t of Student with n_e - 1 degrees of freedom,
 /// n_e = n / tau rows that count as independent, tau = 1 + 2 sum_k rho_k the integrated correlation time in rows,
-/// summed until rho_k < 0 (Geyer, Statistical Science 7 (1992) 473: initial positive sequence). NaN where n_e < 2.
+/// summed until rho_k < 0 (Geyer, Statistical Science 7 (1992) 473: initial positive sequence). NaN where n_e < 2. Of
+/// rows that are not evenly spaced, n and tau are those of rows as far apart as the widest two, linear between these.
 WindowStatistics statistics(std::span<const double> time, std::span<const double> values, const TimeWindow& window,
                             RowKind kind);
 
 /// The strongest line of a record.
 struct SpectralLine {
-  double period = std::numeric_limits<double>::quiet_NaN();  ///< s; NaN of a record that is too short or constant
+  double period = std::numeric_limits<double>::quiet_NaN();  ///< s; NaN where there is none
   double amplitude = 0;                                      ///< of the sine, in the record's unit
 };
 /// The sine that leaves least of the record beside a mean and a trend, by least squares, within a line of the largest
-/// |DFT| of periods from two rows to half the record's length: of any number of periods, whole or not.
-SpectralLine strongest_line(std::span<const double> time, std::span<const double> values, const TimeWindow& window);
+/// |Fourier transform| of periods from two rows, the widest apart, to half the record's length: of any number of
+/// periods, whole or not. Rows count with the time between them, means in the middle of theirs. None of fewer than 16
+/// rows, and of a record that is constant or straight but for rounding, 1e-12 of its largest value or 2.2e-16 of its SI
+/// unit.
+SpectralLine strongest_line(std::span<const double> time, std::span<const double> values, const TimeWindow& window,
+                            RowKind kind);
 
 }  // namespace subsoil::app

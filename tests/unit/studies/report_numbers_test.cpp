@@ -70,6 +70,24 @@ TEST(Statistics, IntervalHoldsTheMeanOfCorrelatedRows) {
   EXPECT_LT(held, 299);
 }
 
+/// Independent rows 1 ms apart, but for a tenth of the time in which there are fifty in a millisecond: these count with
+/// their time, which is little, and an interval that counted rows would hold the mean in 60 % of records.
+TEST(Statistics, IntervalHoldsTheMeanOfUnevenRows) {
+  int held = 0;
+  constexpr int records = 300;
+  for (unsigned seed = 1; seed <= records; ++seed) {
+    Record r = correlated(0, 5900, seed);
+    for (std::size_t i = 0; i < r.time.size(); ++i) {
+      const auto k = static_cast<double>(i);
+      r.time[i] = i < 5000 ? 2e-5 * k : 0.1 + 1e-3 * (k - 5000);
+    }
+    const WindowStatistics s = statistics(r.time, r.values, {}, RowKind::instant);
+    held += std::abs(s.mean) <= s.half_width ? 1 : 0;
+  }
+  EXPECT_GT(held, 265);  // 285 expected, chance 4 records
+  EXPECT_LT(held, 300);
+}
+
 TEST(Statistics, ConstantHasNoWidthAndOneRowNoInterval) {
   const std::vector<double> time{0, 1, 2}, seven{7, 7, 7};
   EXPECT_EQ(statistics(time, seven, {}, RowKind::equal).half_width, 0);
@@ -107,11 +125,12 @@ TEST(Spectrum, FindsTheLineUnderATrend) {
     r.time.push_back(t);
     r.values.push_back(100 * t + 3 * std::sin(2 * std::numbers::pi * 8 * t) + std::sin(2 * std::numbers::pi * 31 * t));
   }
-  const SpectralLine line = strongest_line(r.time, r.values, {});
+  const SpectralLine line = strongest_line(r.time, r.values, {}, RowKind::instant);
   // The other sine, a third as strong and 46 lines away, pulls the fitted one by less than a hundredth of a line.
   EXPECT_NEAR(line.period, 0.125, 0.125 / 16 / 100);
   EXPECT_NEAR(line.amplitude, 3, 0.05);
-  EXPECT_TRUE(std::isnan(strongest_line(r.time, r.values, {0, 0.01, ""}).period)) << "ten rows tell no period";
+  EXPECT_TRUE(std::isnan(strongest_line(r.time, r.values, {0, 0.01, ""}, RowKind::instant).period))
+      << "ten rows tell no period";
 }
 
 // A window of any number of periods, whole or not, under a trend: the sine itself is found.
@@ -124,10 +143,54 @@ TEST(Spectrum, NeedsNoWholePeriods) {
       r.values.push_back(0.7 - 2 * r.time.back() +
                          0.2025 * std::sin(2 * std::numbers::pi * r.time.back() / period + 1));
     }
-    const SpectralLine line = strongest_line(r.time, r.values, {});
+    const SpectralLine line = strongest_line(r.time, r.values, {}, RowKind::instant);
     EXPECT_NEAR(line.period, period, 1e-6 * period) << periods;
     EXPECT_NEAR(line.amplitude, 0.2025, 1e-6) << periods;
   }
+}
+
+/// Rows 2 ms apart and later 10 ms: the driver's force of a body that swings at 7.3 and 3.1 Hz, F = m x''. Instants are
+/// the sines themselves; means over a row are x' differences over its time.
+TEST(Spectrum, RowsNeedNotBeEvenlySpaced) {
+  const double w = 2 * std::numbers::pi * 7.3, slow = 2 * std::numbers::pi * 3.1, mass = 2;
+  const auto velocity = [&](double t) {
+    return 0.03 * w * std::cos(w * t + 0.4) + 0.01 * slow * std::cos(slow * t) + 0.2;
+  };
+  const auto force = [&](double t) {
+    return -mass * (0.03 * w * w * std::sin(w * t + 0.4) + 0.01 * slow * slow * std::sin(slow * t));
+  };
+  std::vector<double> time, instants, means;
+  for (int i = 0; i <= 400; ++i) {
+    time.push_back(i <= 250 ? 2e-3 * i : 0.5 + 1e-2 * (i - 250));
+    instants.push_back(force(time.back()));
+    const double gap = i > 0 ? time.back() - time[time.size() - 2] : 0;
+    means.push_back(i > 0 ? mass * (velocity(time.back()) - velocity(time.back() - gap)) / gap : 0);
+  }
+  // The other sine, 6 % as strong and 8 lines away, moves the fitted one by less than a hundredth of a line of 2 s.
+  const double amplitude = mass * 0.03 * w * w, period = 1 / 7.3;
+  const SpectralLine line = strongest_line(time, instants, {}, RowKind::instant);
+  EXPECT_NEAR(line.period, period, 0.01 * period * period / 2);
+  EXPECT_NEAR(line.amplitude, amplitude, 0.005 * amplitude);
+  // Means of 10 ms are smaller than the sine by (w 10 ms)^2/24 = 0.9 %.
+  const SpectralLine of_means = strongest_line(time, means, {}, RowKind::mean);
+  EXPECT_NEAR(of_means.period, period, 0.01 * period * period / 2);
+  EXPECT_NEAR(of_means.amplitude, amplitude, 0.015 * amplitude);
+}
+
+/// Columns of a drum that turns steadily in place: what is left beside the trend is rounding, which has no period.
+TEST(Spectrum, OfAConstantOrAStraightLineThereIsNone) {
+  Record still, held, turning, swinging;
+  for (int i = 0; i <= 300; ++i) {
+    const double t = 1e-3 * i;
+    for (Record* r : {&still, &held, &turning, &swinging}) r->time.push_back(t);
+    still.values.push_back(-0.02);
+    held.values.push_back((i % 7 - 3) * 1e-17);  // a coordinate that a guide holds at 0
+    turning.values.push_back(-5 * t * (1 + (i % 3) * 2e-16));
+    swinging.values.push_back(-5 * t + 1e-9 * std::sin(2 * std::numbers::pi * 20 * t));
+  }
+  for (const Record& r : {still, held, turning})
+    EXPECT_TRUE(std::isnan(strongest_line(r.time, r.values, {}, RowKind::instant).period));
+  EXPECT_NEAR(strongest_line(swinging.time, swinging.values, {}, RowKind::instant).period, 0.05, 1e-6);
 }
 
 TEST(Student, HasTheTablesValues) {
