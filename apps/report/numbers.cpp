@@ -48,6 +48,8 @@ void add_spring(const RunFolder& run, QuantityList& out) {
     if (c.name.ends_with(".length") && out.add("spring force", c.name.substr(0, c.name.size() - 7) + ".force")) return;
 }
 
+double depth_of(const ToolPath& tool) { return *std::max_element(tool.depth.begin(), tool.depth.end()); }
+
 }  // namespace
 
 std::vector<Quantity> quantities(const RunFolder& run) {
@@ -132,7 +134,7 @@ std::vector<ReportNumber> numbers_of_soil(const RunFolder& run, const ToolPath& 
                        double half, const TimeWindow& window) {
     out.push_back({quantity, what, unit, value, half, window});
   };
-  const double depth = *std::max_element(tool.depth.begin(), tool.depth.end());
+  const double depth = depth_of(tool);
   add("tool", "greatest depth of the tip", "m", depth, none, whole);
   add("tool", "width in the soil", "m", tool.width, none, whole);
   add("tool", "mean speed of the tip", "m/s", tool.speed, none, whole);
@@ -157,13 +159,20 @@ std::vector<ReportNumber> numbers_of_soil(const RunFolder& run, const ToolPath& 
 
 namespace {
 
+/// Formulas of draft are of a tool that is drawn along: why there is none, or empty. A tool that turns in place or goes
+/// down has a depth too, and so has one whose failure wedge, about as long as it is deep, has not formed yet.
+std::string no_draft(const std::optional<ToolPath>& tool) {
+  if (!tool) return "needs the depth, width, rake and speed of a tool: none was found in the frames";
+  const double depth = depth_of(*tool);
+  if (tool->travel >= depth) return {};
+  return fmt::format("is of a tool that travels: this one's tip went {:.0f} mm along, less than it is deep, {:.0f} mm",
+                     1e3 * tool->travel, 1e3 * depth);
+}
+
 ModelBand asabe(const std::optional<ToolPath>& tool) {
-  ModelBand out{"ASABE D497, one narrow-point subsoiler", {}, {}};
-  if (!tool) {
-    out.text = "needs the depth and speed of a tool: none was found in the frames";
-    return out;
-  }
-  const double depth = *std::max_element(tool->depth.begin(), tool->depth.end());
+  ModelBand out{"ASABE D497, one narrow-point subsoiler", {}, no_draft(tool)};
+  if (!out.text.empty()) return out;
+  const double depth = depth_of(*tool);
   out.band = asabe_subsoiler(depth, tool->speed);
   out.text =
       fmt::format("depth {:.0f} mm, {:.2f} m/s; coarse soil - 50 % to fine soil + 50 %", 1e3 * depth, tool->speed);
@@ -172,11 +181,10 @@ ModelBand asabe(const std::optional<ToolPath>& tool) {
 
 /// Least and largest over the corners of rake, cohesion and friction angle.
 ModelBand mckyes(const RunFolder& run, const std::optional<ToolPath>& tool, const std::optional<SoilStrength>& given) {
-  ModelBand out{"McKyes-Ali narrow tine", {}, {}};
+  ModelBand out{"McKyes-Ali narrow tine", {}, no_draft(tool)};
+  if (!out.text.empty()) return out;
   const double density = run.number({"soil", "bulk density [kg/m3]"});
-  if (!tool)
-    out.text = "needs the depth, width and rake of a tool: none was found in the frames";
-  else if (!given)
+  if (!given)
     out.text =
         "needs the soil's cohesion and friction angle: give --shear FOLDER of `subsoil test shear`, "
         "or --cohesion and --friction-angle";
@@ -185,7 +193,7 @@ ModelBand mckyes(const RunFolder& run, const std::optional<ToolPath>& tool, cons
   else if (!(tool->rake_high > tool->rake_low || tool->rake_high > 0))
     out.text = "needs a rake: the tool has no front face";
   if (!out.text.empty()) return out;
-  const double depth = *std::max_element(tool->depth.begin(), tool->depth.end());
+  const double depth = depth_of(*tool);
   Band band{std::numeric_limits<double>::infinity(), 0};
   bool vertical = false;  // no wedge ahead
   for (const double rake : {tool->rake_low, 0.5 * (tool->rake_low + tool->rake_high), tool->rake_high})

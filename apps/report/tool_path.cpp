@@ -133,7 +133,8 @@ std::optional<ToolPath> tool_path(const FramesFile& file, double soil_surface,
   tool.axis = 0, follow(file, tool);
   if (std::abs(along_z) > std::abs(way())) tool.axis = 2, follow(file, tool);
   if (way() < 0) tool.direction = -1, follow(file, tool);
-  tool.speed = std::abs(way()) / (file.times().back() - file.times().front());
+  tool.travel = std::abs(way());
+  tool.speed = tool.travel / (file.times().back() - file.times().front());
   measure(file, tool);
   return tool;
 }

@@ -20,7 +20,8 @@ struct ToolPath {
   std::vector<double> rear;        ///< per frame: of what is below the surface, the hindmost along the axis, m
   double middle = 0;               ///< of its width, across the axis, m
   double width = 0;                ///< of what is below the surface in the frame of the greatest depth, m
-  double speed = 0;                ///< mean speed of the tip along the axis over the record, m/s
+  double travel = 0;               ///< of the tip along the axis over the record, m, >= 0
+  double speed = 0;                ///< mean over the record, m/s
   /// Angles against the horizontal of the chords from the tip to the tool's front face at heights from a quarter of the
   /// depth up to the surface: least and largest, rad.
   double rake_low = 0, rake_high = 0;

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "apps/report/draft_models.hpp"
+#include "apps/report/numbers.hpp"
 #include "apps/report/statistics.hpp"
 #include "apps/student.hpp"
 
@@ -290,6 +291,26 @@ TEST(Asabe, SpansItsSoilsAndItsScatter) {
   const Band band = asabe_subsoiler(0.30, 5 / 3.6);
   EXPECT_NEAR(band.high, 1.5 * 8130, 1e-6);
   EXPECT_NEAR(band.low, 0.5 * 0.45 * 8130, 1e-6);
+}
+
+/// Formulas of draft stand beside that of a tool that is drawn along, and not of one that turns in place.
+TEST(ModelBands, AreOfToolsThatTravel) {
+  RunFolder run;
+  run.series = Series{{{"time", "s"}, {"draft", "N"}}, {{0, 0.1, 0.2}, {1, 2, 3}}};
+  run.summary = Json{{"soil", {{"bulk density [kg/m3]", 1461.0}}}};
+  ToolPath tool;
+  tool.depth = {0.05, 0.05}, tool.width = 0.03;
+  tool.rake_low = tool.rake_high = std::numbers::pi / 2;
+  const SoilStrength strength{.cohesion = 100, .friction = 32 * degree, .wall_friction = {}};
+  for (const double travel : {0.002, 0.3}) {
+    tool.travel = travel, tool.speed = travel / 0.2;
+    const std::vector<ModelBand> bands = model_bands(run, tool, strength);
+    ASSERT_EQ(bands.size(), 2U);
+    for (const ModelBand& m : bands) {
+      EXPECT_EQ(m.band.has_value(), travel > 0.05) << m.name;
+      EXPECT_EQ(m.text.find("a tool that travels") != std::string::npos, travel < 0.05) << m.text;
+    }
+  }
 }
 
 }  // namespace
