@@ -159,6 +159,10 @@ void Adaptive::stop_at_hidden_event(double begin) {
       look_at(t, gaps_);
       return gaps_[i];
     };
+    // One that is at its value where the method begins has no root there, and passes it all the same.
+    const double clear = system_.model().events[switches_.event(i)].element.hysteresis();
+    if (!root_ && std::abs(samples.front().value) <= clear && samples.back().value < -clear)
+      front_ = begin, hidden_here_ = i, root_ = true;
     const auto found = find_hidden_dip(samples, gap);
     if (!found) continue;
     const auto at = [&](double share) { return found->above + share * (found->below - found->above); };
