@@ -30,7 +30,7 @@ struct SurfaceRecord {
   int boundary = 0;
   std::size_t mesh = 0;  ///< of the boundary's shape: surfaces of one body and material share a boundary
   int body = 0;          ///< of the machine, for Owner::machine
-  Vec3 reference{};      ///< point of its wrench in the axes of its pose
+  Vec3 reference{};      ///< point of its wrench in the axes of its pose; of walls it is the world's origin
   bool moves = false;
   std::optional<WearSection> wear{};
 };

@@ -11,9 +11,11 @@
 namespace subsoil::app {
 namespace {
 
+/// A wall's place says how far the bed was shifted and has travelled; its moments stay about the world's origin.
 dem::Wrench wrench_on(const ColumnSources& from, const SurfaceRecord& s) {
   const dem::Boundary& b = from.world.bed->boundary(s.boundary);
-  return dem::about(b.on_mesh(s.mesh), b.pose.position, b.pose.to_world(s.reference));
+  const Vec3 about = s.owner == SurfaceRecord::Owner::container ? Vec3{} : b.pose.to_world(s.reference);
+  return dem::about(b.on_mesh(s.mesh), b.pose.position, about);
 }
 const dem::Wrench& wrench_on(const ColumnSources& from, const SoilOnBody& b) {
   return from.simulation.soil_on_body(b.body);

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -157,6 +158,41 @@ TEST(RunMoving, RefusalsSayWhatIsWrongAndWhatHelps) {
   expect("mu_r: 0.1}",
          "mu_r: 0.1, bond: {young's modulus: 1 MPa, poisson ratio: 0.2, tensile strength: 1 kPa, cohesion: 1 kPa}}",
          "bond");
+}
+
+/// Mz of the floor over its Fy is where the contact forces of the frames press it, by x of the world, as far as the
+/// window has travelled. What rolling resistance adds is below mu_r r = 1e-3 m times the force. Between two rows in
+/// which the window goes on, the place jumps.
+TEST(RunMoving, MomentsOfTheFloorAreAboutTheOriginOfTheWorld) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(pass), dir / "out", {"output.forces=instant", "output.contact forces=yes"}),
+            exit_ok);
+  const Series series = read_series(dir / "out" / "series.csv");
+  EXPECT_NEAR(series.at("window.travelled").back(), 0.6, 1e-12);
+  const auto file = h5::open_file(dir / "out" / "run.h5");
+  const std::vector<double> times = frame_times(dir / "out");
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    const std::string at = fmt::format("/frames/{:06}/contact forces/", k);
+    const auto ids = h5::read<std::int64_t>(file, at + "ids");
+    const auto ends = h5::read<double>(file, at + "ends"), forces = h5::read<double>(file, at + "force");
+    double lowest = 0;
+    for (std::size_t i = 0; 2 * i < ids.size(); ++i)
+      if (ids[2 * i + 1] == -1) lowest = std::min(lowest, ends[6 * i + 4]);
+    double force = 0, moment = 0;
+    for (std::size_t i = 0; 2 * i < ids.size(); ++i) {
+      if (ids[2 * i + 1] != -1 || ends[6 * i + 4] > lowest + 1e-6) continue;
+      force -= forces[3 * i + 1];
+      moment -= ends[6 * i + 3] * forces[3 * i + 1] - ends[6 * i + 4] * forces[3 * i];
+    }
+    const std::vector<double>& time = series.at("time");
+    const auto row = static_cast<std::size_t>(
+        std::min_element(time.begin(), time.end(),
+                         [&](double a, double b) { return std::abs(a - times[k]) < std::abs(b - times[k]); }) -
+        time.begin());
+    const std::vector<double>& way = series.at("window.travelled");
+    if (row + 1 == way.size() || way[row + 1] > way[row] + 0.06) continue;
+    EXPECT_NEAR(series.at("floor.Mz")[row] / series.at("floor.Fy")[row], moment / force, 1e-3) << times[k];
+  }
 }
 
 }  // namespace

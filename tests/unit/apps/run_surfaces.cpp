@@ -118,5 +118,40 @@ TEST(Moves, SpinsOfDifferentAxesFollowEachOther) {
   EXPECT_LT(norm(pose.attitude.rotate({1, 2, 3}) - y.rotate(z.rotate({1, 2, 3}))), 1e-14);
 }
 
+/// Four spheres stand on the floor and lean on wall +x, at rest and without friction. Moments about the world's origin
+/// are those of the places as they are once the bed is at its datum: the tops at y = 0, so the centres a radius below.
+///     wall +x:  Fx = 4 m g_x,  Mz = -y Fx with y = -r
+///     all:      M = sum x_i x m g
+TEST(RunSurfaces, MomentsOfWallsAreAboutTheOriginOfABedThatWasShifted) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(R"(subsoil: 1
+gravity: 3 -9 0 m/s^2
+materials: {soil: {density: 2600 kg/m^3}, steel: {density: 7850 kg/m^3}}
+contacts:
+  - &dry {between: [soil, soil], law: linear, k_n: 50 kN/m, restitution: 0.4, mu: 0}
+  - {<<: *dry, between: [soil, steel]}
+soil:
+  container: {size: 40 60 40 mm, at: 0 -160 0 mm, material: steel}
+  surface: 0 m
+  bed: {fill: lattice, pitch: 20 mm, material: soil, radius: 10 mm, depth: 20 mm, settle: {until: 0.01 mm/s}}
+time: {end: 0.2 s}
+output: {every: 0.2 s, precision: double, series digits: all, watch: {M: {soil moment: wall +x}}}
+)"),
+                         dir / "out"),
+            exit_ok);
+  const Series series = read_series(dir / "out" / "series.csv");
+  const double r = 0.01, m = 2600 * 4.0 / 3 * M_PI * r * r * r, wall = 4 * m * 3;
+  EXPECT_NEAR(series.at("wall +x.Fx").back(), wall, 1e-3 * wall);
+  EXPECT_NEAR(series.at("wall +x.Mz").back(), r * wall, 1e-3 * r * wall);
+  EXPECT_NEAR(series.at("M").back(), r * wall, 1e-3 * r * wall);
+  dem::Vec3 expected, sum;
+  for (const dem::Vec3& x : frame_positions(dir / "out", 1)) expected += dem::cross(x, m * dem::Vec3{3, -9, 0});
+  for (const char* name : {"wall -x", "wall +x", "floor", "wall -z", "wall +z"}) {
+    const auto last = [&](const char* of) { return series.at(name + std::string(of)).back(); };
+    sum += {last(".Mx"), last(".My"), last(".Mz")};
+  }
+  EXPECT_LT(dem::norm(sum - expected), 1e-3 * dem::norm(expected));
+}
+
 }  // namespace
 }  // namespace subsoil::app::run_surfaces
