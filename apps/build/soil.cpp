@@ -738,7 +738,7 @@ void SoilBuilder::clear_machine() {
   if (loaded_.scenario.soil->moving) return;  // of which the blocks are said, that come and go
   world_.soil.spheres = world_.bed->spheres().size(), world_.soil.mass = 0;
   for (const dem::Sphere& s : world_.bed->spheres())
-    if (!dem::is_fixed(s)) world_.soil.mass += world_.bed->mass_of(s);
+    world_.soil.mass += dem::is_fixed(s) ? dem::own_mass(s) : world_.bed->mass_of(s);
 }
 
 void SoilBuilder::remove_in_the_way() {

@@ -147,6 +147,8 @@ SurfaceHeight surface_height(std::span<const Sphere> spheres, Bounds region, dou
   return surface_height(spheres, region);
 }
 
+double own_mass(const Sphere& s) { return is_fixed(s) ? std::ldexp(s.m, -kFixedPower) : s.m; }
+
 double bulk_density(std::span<const Sphere> spheres, const Bounds& region, const PeriodicCell& cell) {
   const double diameter = 2 * mean_radius(spheres), surface = surface_height(spheres, region).mean;
   const auto along = [&](int d) {
@@ -155,8 +157,7 @@ double bulk_density(std::span<const Sphere> spheres, const Bounds& region, const
   };
   const Window x = along(0), y = along(1), z = along(2);
   double mass = 0;
-  for (const Sphere& s : spheres)
-    if (!is_fixed(s)) mass += s.m * x(s.x.x, s.r) * y(s.x.y, s.r) * z(s.x.z, s.r);
+  for (const Sphere& s : spheres) mass += own_mass(s) * x(s.x.x, s.r) * y(s.x.y, s.r) * z(s.x.z, s.r);
   const double volume = x.integral() * y.integral() * z.integral();
   return volume > 0 ? mass / volume : 0;
 }
@@ -204,8 +205,7 @@ BedReport report(const Bed& bed, const Bounds& region) {
 BedReport report(std::span<const Sphere> spheres, const Bounds& region, const PeriodicCell& cell) {
   BedReport out;
   out.spheres = spheres.size();
-  for (const Sphere& s : spheres)
-    if (!is_fixed(s)) out.mass += s.m;
+  for (const Sphere& s : spheres) out.mass += own_mass(s);
   out.bulk_density = bulk_density(spheres, region, cell);
   out.surface = surface_height(spheres, region);
   out.coordination = coordination_number(spheres, cell);

@@ -22,8 +22,11 @@ SurfaceHeight surface_height(std::span<const Sphere> spheres, const Bounds& regi
 /// The same for the part of the region with x in [from, to].
 SurfaceHeight surface_height(std::span<const Sphere> spheres, Bounds region, double x_from, double x_to);
 
-/// Mass per volume in the middle of the bed, kg/m3: sum of m W(x) over the integral of W, W a product of one weight per
-/// direction, between the region's sides (floor and mean surface in y):
+/// Mass of its matter, kg, of a fixed sphere too.
+double own_mass(const Sphere& s);
+
+/// Mass per volume in the middle of the bed, kg/m3, fixed spheres counted by their matter: sum of m W(x) over the
+/// integral of W, W a product of one weight per direction, between the region's sides (floor and mean surface in y):
 ///   6 mean diameters and more   a window sin^2(pi s), s in [0, 1], which leaves out one mean diameter at either side.
 ///                               A box with hard faces lost: which lattice planes fall inside decides percents. Through
 ///                               n pitches a lattice shows its density m/pitch^3 within 2/(pi n (n^2 - 1)), here 1.1 %
@@ -37,7 +40,7 @@ double coordination_number(std::span<const Sphere> spheres, const PeriodicCell& 
 
 struct BedReport {
   std::size_t spheres = 0;
-  double mass = 0;          ///< kg
+  double mass = 0;          ///< kg, of all, fixed ones too
   double bulk_density = 0;  ///< kg/m3
   SurfaceHeight surface;
   double coordination = 0;

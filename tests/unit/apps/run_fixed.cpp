@@ -75,5 +75,29 @@ TEST(RunFixed, RefusalsSayWhy) {
             std::string::npos);
 }
 
+/// 64 spheres that touch in a box of whole diameters, 16 of them fixed at the floor: pi/6 of their density, and the
+/// mass of all, as without the key. They stand a rest overlap deep in the floor, below 1e-3 of the height.
+TEST(RunFixed, ARoughFloorBelongsToTheBedThatIsMeasured) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(R"(subsoil: 1
+gravity: 9.81 m/s^2
+materials: {soil: {density: 2000 kg/m^3}, steel: {density: 7850 kg/m^3}}
+contacts:
+  - &dry {between: [soil, soil], law: linear, k_n: 50 kN/m, restitution: 0.4, mu: 0.3}
+  - {<<: *dry, between: [soil, steel]}
+soil:
+  container: {size: 80 100 80 mm, at: 0 0 0 mm, material: steel}
+  bed: {fill: lattice, pitch: 20 mm, material: soil, radius: 10 mm, depth: 80 mm, rough floor: 12 mm}
+time: {end: 1 ms}
+)"),
+                         dir / "out"),
+            exit_ok);
+  const nlohmann::json soil = summary_of(dir / "out")["soil"];
+  const double mass = 64 * 2000 * 4.0 / 3 * M_PI * 1e-6;
+  EXPECT_EQ(soil["spheres"], 64);
+  EXPECT_NEAR(soil["mass [kg]"], mass, 1e-9 * mass);
+  EXPECT_NEAR(soil["bulk density [kg/m3]"], 2000 * M_PI / 6, 2e-3 * 2000 * M_PI / 6);
+}
+
 }  // namespace
 }  // namespace subsoil::app::run_fixed
