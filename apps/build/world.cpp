@@ -247,6 +247,23 @@ double StepReport::error_at(double speed) const {
   return worst;
 }
 
+ImpactError StepReport::error_where_met(double fastest) const {
+  constexpr int parts = 4;
+  ImpactError worst{.speed = fastest};
+  for (const PossibleImpact& i : impacts) {
+    dem::StepQuestion question = i.question;
+    question.speed = fastest;
+    const double slowest = dem::speed_before_pull(i.law, question, i.at_surface, fastest, limit.step);
+    for (int k = slowest < fastest ? 0 : parts; k <= parts; ++k) {
+      question.speed = slowest + (fastest - slowest) * k / parts;
+      if (!(question.speed > 0)) continue;
+      const double error = dem::restitution_error(i.law, question, i.at_surface, soil_step, limit.step);
+      if (error > worst.error) worst = {question.speed, error};
+    }
+  }
+  return worst;
+}
+
 std::string accuracy_words(const StepReport& step) {
   std::string words =
       fmt::format("accurate step {:.4g} s for impacts at {:.3g} m/s", step.accurate.step, step.expected_speed);

@@ -71,6 +71,11 @@ struct PossibleImpact {
   double body_mass = 0;  ///< kg, where it yields most, with its joints and drivers as they are at the start
 };
 
+struct ImpactError {
+  double speed = 0;  ///< m/s, far away
+  double error = 0;  ///< of restitution
+};
+
 struct StepReport {
   double soil_step = 0;        ///< s, used
   dem::StableStep limit;       ///< smallest over all laws
@@ -84,6 +89,9 @@ struct StepReport {
   dem::AccurateStep at_speed(double speed, double tolerance, double longest) const;
   /// Largest error of restitution at a speed with the step used.
   double error_at(double speed) const;
+  /// Largest error where the fastest sphere had a speed, m/s: far away, or where the pull of an approach had made it of
+  /// a lower one. Looks at five speeds between these.
+  ImpactError error_where_met(double fastest) const;
 };
 
 /// Called while a bed settles: time settled, rms speed. False ends the settling.

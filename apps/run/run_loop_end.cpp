@@ -42,10 +42,11 @@ bool RunLoop::physics_fails() {
 }
 
 void RunLoop::warn_of_coarse_contacts() {
-  double speed = std::max(fastest_, world_.step.expected_speed), error = world_.step.error_at(speed);
+  double speed = world_.step.expected_speed, error = world_.step.error_at(speed);
   // Where all were slower than expected, attraction takes a larger share of them, and its errors too.
-  if (fastest_ > 0 && fastest_ < speed)
-    if (const double slower = world_.step.error_at(fastest_); slower > error) speed = fastest_, error = slower;
+  if (fastest_ > 0)
+    if (const ImpactError met = world_.step.error_where_met(fastest_); fastest_ > speed || met.error > error)
+      speed = met.speed, error = met.error;
   write_restitution_error(*summary_, error);
   if (error <= 1.2 * s_.time.accuracy + 1e-3) return;
   const auto fine = world_.step.at_speed(speed, s_.time.accuracy, s_.time.safety * world_.step.limit.step);

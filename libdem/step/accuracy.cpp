@@ -126,6 +126,19 @@ double restitution_at_surface(const Law& law, const StepQuestion& question, doub
   return reference(law, bodies_of(question, true), question.speed, stable).restitution;
 }
 
+double speed_before_pull(const Law& law, const StepQuestion& question, bool at_surface, double met, double stable) {
+  const Bodies b = bodies_of(question, at_surface);
+  const double dt = stable / kFiner, m = b.m_eff / (1 + b.m_eff / b.body), root_m = std::sqrt(b.m_eff);
+  double own[kOwnMemory] = {}, overlap = -law->cutoff(b.r_eff), rate = met;
+  for (long steps = 0; static_cast<double>(steps) < kLongest * kFiner; ++steps) {
+    const NormalForce<double> n = law->normal({overlap, rate, root_m, b.r_eff, dt, b.per_sum}, own);
+    if (n.force > 0) break;
+    rate -= n.force / m * dt;
+    overlap += rate * dt;
+  }
+  return rate > met ? std::sqrt(std::max(0.0, 2 * met * met - rate * rate)) : met;
+}
+
 double restitution_error(const Law& law, const StepQuestion& question, bool at_surface, double step, double stable) {
   const Bodies b = bodies_of(question, at_surface);
   return error_of(law, b, question.speed, step, reference(law, b, question.speed, stable), stable);

@@ -55,6 +55,12 @@ struct AccurateStep {
 /// Largest error of restitution at a step, over the phases.
 double restitution_error(const Law& law, const StepQuestion& question, bool at_surface, double step, double stable);
 
+/// Speed at which bodies enter the reach of a law, m/s, where `met` is the most that its pull makes of it on the way
+/// in:
+///     sqrt(met^2 - 2 W/m),   W = -int F d(overlap) up to where F > 0, from fine steps of an approach at `met`
+/// 0 where the pull alone makes more. Without a pull it is `met`.
+double speed_before_pull(const Law& law, const StepQuestion& question, bool at_surface, double met, double stable);
+
 /// Of impacts between the smallest spheres, or of one on a fixed surface.
 /// @param tolerance of the restitution; @param stable the law's stable step, s
 AccurateStep accurate_step(const Law& law, const StepQuestion& question, bool at_surface, double tolerance,

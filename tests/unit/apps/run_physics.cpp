@@ -304,5 +304,67 @@ time: {end: 10 ms}
       << warnings_of(dir / "out");
 }
 
+/// A sphere on a plane with the force F(overlap, rate), in steps of 50 ns: speed after over speed before.
+template <class Force>
+double restitution_of(double m, double reach, double speed, const Force& force) {
+  const double dt = 5e-8;
+  double overlap = -reach, rate = speed;
+  while (true) {
+    rate -= force(overlap, rate) / m * dt;
+    overlap += rate * dt;
+    if (overlap < -reach) return -rate / speed;
+  }
+}
+
+/// 24 spheres fall on the floor alone, each meets it at another part of a step; those that stay in its reach have a
+/// restitution of 0. The run states no smaller error of restitution than came, though the speeds that it met are those
+/// that the pull of the approach made; the most of 24 phases and that of the engine's eight agree to 2 %.
+void expect_error_is_stated(const std::string& law, double reach, double speed, double exact) {
+  std::string particles;
+  for (int i = 0; i < 24; ++i)
+    particles += fmt::format("{}{{position: {} {} -150 mm, velocity: 0 {} 0 m/s, radius: 5 mm}}", i == 0 ? "" : ", ",
+                             -170 + 14 * i, -194 + 0.0125 * i * speed, -speed);
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(fmt::format(R"(subsoil: 1
+materials: {{clay: {{density: 1800 kg/m^3}}, st: {{density: 7800 kg/m^3}}}}
+contacts: [{{between: [clay, clay], {0}, mu: 0.3}}, {{between: [clay, st], {0}, mu: 0.3}}]
+gravity: 0 0 0 m/s^2
+soil:
+  container: {{size: 0.4 0.4 0.4 m, at: -0.2 -0.2 -0.2 m, material: st}}
+  bed: {{fill: particles, material: clay, particles: [{1}]}}
+time: {{end: 10 ms}}
+output: {{every: 10 ms, precision: double}}
+)",
+                                                  law, particles)),
+                         dir / "out"),
+            exit_ok);
+  const auto velocity = h5::read<double>(h5::open_file(dir / "out/run.h5"), "/frames/000001/velocity");
+  const std::vector<dem::Vec3> places = frame_positions(dir / "out", 1);
+  double came = 0;
+  for (std::size_t i = 0; i < places.size(); ++i)
+    came = std::max(came, std::abs((places[i].y > -0.195 + reach ? velocity[3 * i + 1] / speed : 0) - exact));
+  EXPECT_GT(came, 5e-3) << "the step is coarse enough to be seen";
+  EXPECT_GE(summary_of(dir / "out")["run"]["error of restitution"].get<double>(), 0.98 * came) << law;
+}
+
+TEST(RunPhysics, StatesTheErrorOfRestitutionWherePullsBeginOnTheApproach) {
+  const double m = 1800 * 4.0 / 3 * M_PI * 125e-9;
+  const double K_X = 2e4, C_X = 3, K_B = 1e3, dc = 1e-4, dB = 3e-4, K_C = K_B * dB / dc;
+  expect_error_is_stated(
+      "law: wet, K_X: 20 kN/m, C_X: 3 N s/m, K_Y: 8 kN/m, C_Y: 2 N s/m, K_B: 1 kN/m, dc: 0.1 mm, "
+      "dB: 0.3 mm",
+      dB, 1.1, restitution_of(m, dB, 1.1, [&](double d, double rate) {
+        if (d > dc) return K_X * (d - dc) + C_X * rate;
+        return d >= 0 ? -K_C * (dc - d) : -K_B * (dB + d);
+      }));
+  const double k_n = 2e4, f = 0.3, k_a = 1e3, c = 2 * std::log(2) / std::hypot(M_PI, std::log(2)) * std::sqrt(m * k_n);
+  expect_error_is_stated(
+      "law: linear, k_n: 20 kN/m, restitution: 0.5, cohesion: linear-adhesion, adhesion force: 0.3 N, "
+      "adhesion stiffness: 1 kN/m, bridge forms: at-rupture-distance",
+      f / k_a, 0.72, restitution_of(m, f / k_a, 0.72, [&](double d, double rate) {
+        return d > 0 ? k_n * d + c * rate - f : -std::max(0.0, f + k_a * d);
+      }));
+}
+
 }  // namespace
 }  // namespace subsoil::app::run_physics

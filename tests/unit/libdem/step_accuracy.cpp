@@ -130,5 +130,22 @@ TEST(AccurateStep, FinerToleranceFinerStep) {
   }
 }
 
+/// The pull f - k_a S of an approach does the work f^2/(2 k_a): met^2 = v^2 + f^2/(k_a m), half the mass between
+/// spheres. In touch the pull goes on below the overlap f/k_n, by the work f^2/(2 k_n) without a dashpot.
+TEST(AccurateStep, TheSpeedFarAwayIsWithoutThePull) {
+  constexpr double f = 0.3, k_a = 1e3, k_n = 2e4;
+  const double m = kDensity * 4 / 3 * pi * std::pow(kRadius, 3);
+  Linear given = grains(k_n, 1, 0, 0);
+  given.cohesion = adhesion(f, k_a, Cohesion::Forms::at_rupture_distance);
+  const Law law = given;
+  for (const bool at_surface : {true, false})
+    for (const double v : {0.1, 0.5, 2.0}) {
+      const double gained = f * f * (1 / k_a + 1 / k_n) / (at_surface ? m : m / 2), met = std::sqrt(v * v + gained);
+      EXPECT_NEAR(speed_before_pull(law, alone(1), at_surface, met, stable(law, v)), v, 2e-3 * v) << at_surface;
+      EXPECT_EQ(speed_before_pull(law, alone(1), at_surface, 0.5 * std::sqrt(gained), stable(law, v)), 0);
+    }
+  EXPECT_EQ(speed_before_pull(Law(grains(k_n, 0.5, 0)), alone(1), true, 0.7, 1e-6), 0.7);
+}
+
 }  // namespace
 }  // namespace subsoil::dem::test::step_accuracy
