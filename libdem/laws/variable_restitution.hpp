@@ -63,10 +63,15 @@ struct VariableRestitution {
     if (needs_yield()) map.S_y = std::min(yield_1, yield_2);
   }
 
+  bool needs_density() const { return std::isnan(map.density); }
+  void take_density(double striking) {
+    if (needs_density()) map.density = striking;
+  }
+
   /// With lambda_c filled in where E_eff is there for it. Throws std::invalid_argument when rho is missing, or the
   /// stiffness of the spring is missing or not its own.
   VariableRestitution resolved() const {
-    if (std::isnan(map.density)) throw std::invalid_argument("needs rho, the density of the striking body");
+    if (needs_density()) throw std::invalid_argument("needs rho, the density of the striking body");
     if (needs_yield()) throw std::invalid_argument("needs S_y, the yield strength of the body that yields");
     if ((part == Normal::linear) == std::isnan(k_n))
       throw std::invalid_argument("k_n belongs to `normal: linear` and is needed there; hertz takes E_eff");

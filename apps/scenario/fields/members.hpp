@@ -140,6 +140,16 @@ concept TakesYield = requires(T& t, const T& law) {
   { T::in_place_of_yield } -> std::convertible_to<const char*>;
 };
 template <class T>
+concept MentionsDensity = requires(T& t) {
+  t.needs_density();
+}
+|| requires { &T::take_density; };
+template <class T>
+concept TakesDensity = requires(T& t, const T& law) {
+  { law.needs_density() } -> std::same_as<bool>;
+  t.take_density(1.);
+};
+template <class T>
 concept MentionsMaterials = requires(T& t) {
   t.needs_materials();
 }
@@ -156,10 +166,13 @@ concept TakesMaterials = requires(T& t, const T& law) {
 template <class T>
 void check_itself(const T& held) {
   static_assert(!MentionsYield<T> || TakesYield<T>, "needs_yield, take_yield and in_place_of_yield go together");
+  static_assert(!MentionsDensity<T> || TakesDensity<T>, "needs_density and take_density go together");
   static_assert(!MentionsMaterials<T> || TakesMaterials<T>,
                 "needs_materials, take_materials and in_place_of_materials go together");
   if constexpr (TakesYield<T>)
     if (held.needs_yield()) return;
+  if constexpr (TakesDensity<T>)
+    if (held.needs_density()) return;
   if constexpr (HasResolved<T>) static_cast<void>(held.resolved());
   if constexpr (HasCheck<T>) held.check();
 }

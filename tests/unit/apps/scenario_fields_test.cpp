@@ -47,6 +47,11 @@ struct TakesHalf {
   void take_yeld(double, double);
 };
 static_assert(MentionsYield<TakesHalf> && !TakesYield<TakesHalf>);
+struct TakesDensityByHalf {
+  bool needs_density() const;
+  void take_densty(double);
+};
+static_assert(MentionsDensity<TakesDensityByHalf> && !TakesDensity<TakesDensityByHalf>);
 
 TEST(Cure, FollowsTheRuleAndTheMeaning) {
   const std::string text =
