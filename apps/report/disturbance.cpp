@@ -100,7 +100,6 @@ Json disturbance_json(const Disturbance& d, double draft, double half_width) {
   out["loosened area [m2]"] = f.loosened_area;
   out["loosened: rise of porosity above"] = Furrow::loosening;
   out["swell"] = f.swell;
-  out["disturbed soil reaches a wall"] = f.reaches_wall;
   if (f.disturbed_area > 0) {
     out["specific draft [N/m2]"] = json_number(draft / f.disturbed_area);
     out["specific draft, interval 95 % [N/m2]"] = json_number(half_width / f.disturbed_area);

@@ -158,26 +158,6 @@ void take_disturbed(const Displaced& d, Furrow& f) {
   }
 }
 
-/// A sphere lies at a wall when its surface is within a cell of it; the outermost spheres touch the walls.
-void take_walls(const FramesFile& file, const Displaced& d, bool periodic_across, Furrow& f) {
-  struct Wall {
-    std::size_t near = 0, moved = 0;
-  } walls[3];
-  for (std::size_t i = 0; i < d.before.index.size(); ++i) {
-    const float* p = &d.before.position[3 * i];
-    if (p[0] < f.from || p[0] >= f.until || d.row_after[i] < 0) continue;
-    const float* q = &d.after.position[3 * static_cast<std::size_t>(d.row_after[i])];
-    const bool moved = std::hypot(q[0] - p[0], q[1] - p[1], q[2] - p[2]) > Furrow::wall_moved * 0.5 * f.cell;
-    const double far = f.cell + file.radius()[d.before.index[i]],
-                 top = f.z0 + static_cast<double>(f.columns) * f.column;
-    const bool at[3] = {p[1] - f.y0 <= far, !periodic_across && p[2] - f.z0 <= far,
-                        !periodic_across && top - p[2] <= far};
-    for (int w = 0; w < 3; ++w) walls[w].near += at[w] ? 1 : 0, walls[w].moved += at[w] && moved ? 1 : 0;
-  }
-  for (const Wall& w : walls)
-    f.reaches_wall = f.reaches_wall || static_cast<double>(w.moved) > Furrow::wall_share * static_cast<double>(w.near);
-}
-
 /// A layer: its name and the heights it spans before the pass.
 struct Layer {
   std::string name;
@@ -305,7 +285,6 @@ std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, doubl
   take_profile(tool, f);
   const Displaced ways = unwrapped(d, cell);
   take_disturbed(ways, f);
-  take_walls(file, ways, cell.length.z > 0, f);
   take_loosened(file, d, f);
   if (f.disturbed_area > 0) f.swell = (f.heap_area - f.furrow_area) / f.disturbed_area;
   take_layers(file, tool, ways, y, f);

@@ -39,10 +39,6 @@ struct Furrow {
   double loosened_area = 0;              ///< m^2; cells whose porosity has risen by more than `loosening`
   static constexpr double loosening = 0.02;
   double swell = 0;  ///< (heaps - furrow) over the disturbed area: by how much its volume has grown
-  /// At a side or at the floor more than `wall_share` of the spheres that lay within one cell of it in the stretch have
-  /// moved by more than `wall_moved` mean radii: the rule by which a run warns of its walls.
-  bool reaches_wall = false;
-  static constexpr double wall_share = 0.05, wall_moved = 0.5;
   std::size_t rows = 0, columns = 0;
   double y0 = 0, z0 = 0;      ///< lower corner of the grid, m
   std::vector<double> moved;  ///< per cell (row by row from below): mean displacement, m; NaN: empty

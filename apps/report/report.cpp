@@ -122,7 +122,14 @@ Json head_json(const RunFolder& run) {
   return out;
 }
 
-Json furrow_json(const Furrow& f) {
+Json reaches_wall(const Json& summary) {
+  if (!summary.is_object() || !summary.contains("disturbance")) return {};
+  const Json& disturbance = summary["disturbance"];
+  return disturbance.is_object() && disturbance.contains(reaches_wall_key) ? disturbance[reaches_wall_key] : Json();
+}
+
+/// @param reaches_wall as the run's summary says; null where that does not know
+Json furrow_json(const Furrow& f, const Json& reaches_wall) {
   Json layers = Json::array();
   for (const LayerMotion& l : f.layers)
     layers.push_back({{"name", l.name},
@@ -147,7 +154,7 @@ Json furrow_json(const Furrow& f) {
           {"y0", json_rounded(f.y0)},
           {"z0", json_rounded(f.z0)},
           {"moved", numbers(f.moved)},
-          {"reaches wall", f.reaches_wall},
+          {"reaches wall", reaches_wall},
           {"layers", layers}};
 }
 
@@ -257,7 +264,7 @@ class RunReader {
       return;
     }
     if (found.furrow)
-      part_.json["furrow"] = furrow_json(*found.furrow);
+      part_.json["furrow"] = furrow_json(*found.furrow, reaches_wall(part_.folder.summary));
     else
       part_.folder.missing.push_back("furrow: " + found.why);
     const std::vector<ReportNumber> more = numbers_of_soil(part_.folder, *found.tool, found.furrow);

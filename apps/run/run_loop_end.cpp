@@ -125,7 +125,7 @@ void RunLoop::finish(int& code) {
   crossings_->write(*summary_);
   write_energy(*summary_, energy_start_, world_, simulation_);
   if (!tool_->tools().empty()) write_tools(*summary_, *tool_);
-  if (code != exit_failed) write_disturbance(*summary_, *tool_, request_.out, s_);
+  if (code != exit_failed) write_disturbance(*summary_, *tool_, request_.out, s_, walls_.any_reached());
   write_window(*summary_, world_);
   if (world_.bed) write_servos(*summary_, world_, simulation_);
   if (world_.bed) write_wear(*summary_, world_, reached_);

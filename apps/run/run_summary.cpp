@@ -239,7 +239,7 @@ void write_tools(Summary& summary, const ToolProgress& progress) {
 }
 
 void write_disturbance(Summary& summary, const ToolProgress& progress, const std::filesystem::path& folder,
-                       const Scenario& scenario) {
+                       const Scenario& scenario, std::optional<bool> reaches_wall) {
   if (!progress.any_passes()) return;
   double draft = 0, variance = 0;
   for (const Tool& tool : progress.tools()) {
@@ -258,6 +258,7 @@ void write_disturbance(Summary& summary, const ToolProgress& progress, const std
     const double surface = summary.section("soil").value("mean surface [m]", std::nan(""));
     section =
         disturbance_json(disturbance_of(file, &scenario, surface, summary.window_from()), draft, std::sqrt(variance));
+    section[reaches_wall_key] = reaches_wall ? Json(*reaches_wall) : Json();
   } catch (const std::exception& error) {
     section = {{"none", fmt::format("the frames could not be read: {}", error.what())}};
   }

@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "apps/build/world.hpp"
@@ -41,9 +42,9 @@ void write_events(Summary& summary, const mbd::Machine& machine);
 /// Means of each tool: force on it forward, upward and sideways, with their intervals.
 void write_tools(Summary& summary, const ToolProgress& progress);
 /// What the pass has done to the soil, from the frames that lie in the folder; nothing where no tool passes through
-/// soil, and the reason where frames do not tell.
+/// soil, and the reason where frames do not tell. @param reaches_wall as the run has looked and warned; else unknown
 void write_disturbance(Summary& summary, const ToolProgress& progress, const std::filesystem::path& folder,
-                       const Scenario& scenario);
+                       const Scenario& scenario, std::optional<bool> reaches_wall);
 
 /// The means of tools and watches, a line each: "draft 61.2 N +- 4.1 N".
 std::string means_text(const Summary& summary, const ToolProgress& progress, const Scenario& scenario);

@@ -87,6 +87,11 @@ std::vector<std::string> WallWatch::look(const World& world, const dem::MovingBe
   return reached;
 }
 
+std::optional<bool> WallWatch::any_reached() const {
+  if (!has_begun()) return std::nullopt;
+  return std::any_of(walls_.begin(), walls_.end(), [](const Wall& wall) { return wall.reached; });
+}
+
 std::vector<std::string> WallWatch::look(const World& world) {
   if (world.moving) return look(world, world.moving->window);
   std::vector<char> displaced(lay_.size());

@@ -1,10 +1,10 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/build/world.hpp"
 #include "apps/output/archive.hpp"
-#include "apps/report/furrow.hpp"
 
 namespace subsoil::app {
 
@@ -16,13 +16,15 @@ namespace subsoil::app {
 /// or before its end ahead, against the places that they had at rest.
 class WallWatch {
  public:
-  static constexpr double share = Furrow::wall_share, moved = Furrow::wall_moved;
+  static constexpr double share = 0.05, moved = 0.5;
 
   /// Where the spheres are now is where they lay.
   void begin(const World& world);
   bool has_begun() const { return !lay_.empty(); }
   /// Walls that were reached since the last look, each once.
   std::vector<std::string> look(const World& world);
+  /// Whether any was by the last look; unknown where the means never began.
+  std::optional<bool> any_reached() const;
   void archive(Archive& a) { a(walls_, lay_, radius_); }
 
  private:

@@ -226,7 +226,7 @@ function drawFurrow() {
   const grid = h('div', { class: 'grid2' });
   some.forEach(({ r, i }) => grid.append(h('figure', {}, movedCanvas(r.furrow), h('figcaption', {}, several ? swatch(i) : null, (several ? r.name + ': ' : '') +
     'mean displacement by place before the pass, 0 \u2026 ' + text(movedLargest(r.furrow) * 1e3, 3) + ' mm; black line: disturbed, more than ' + text(1e3 * r.furrow.threshold, 3) + ' mm; ' + r.furrow.along + ' = ' + text(r.furrow.from) + ' \u2026 ' + text(r.furrow.until) + ' m' + (r.furrow.steady ? '.' : ' (the entry: too little steady work is passed).') +
-    (r.furrow['reaches wall'] ? ' Disturbed soil reaches a wall: the bin is too small.' : ' Disturbed soil reaches no wall.')))));
+    (r.furrow['reaches wall'] ? ' Disturbed soil reaches a wall: the bin is too small.' : r.furrow['reaches wall'] === false ? ' Disturbed soil reaches no wall.' : '')))));
   s.append(grid);
   some.forEach(({ r, i }) => s.append(h('h3', {}, several ? swatch(i) : null, (several ? r.name + ': ' : '') + 'Layers in the tool\u2019s way'), h('table', { class: 'zebra' },
     h('tr', {}, h('th', {}, 'layer before the pass'), h('th', { class: 'n' }, 'spheres'), h('th', { class: 'n' }, 'mean rise [mm]'), h('th', { class: 'n' }, 'mean way forward [mm]'), h('th', { class: 'n' }, 'now in another layer')),
