@@ -180,8 +180,8 @@ TEST(Disturbance, StandsInTheSummary) {
               1e-9 * std::abs(draft));
 }
 
-/// Whether disturbed soil reaches a wall is what the run has warned of: in a bed of twice the width the floor is reached
-/// below the tool, and not over the stretch of the furrow.
+/// Whether disturbed soil reaches a wall is what the run has warned of: in a bed of twice the width the floor is
+/// reached below the tool, and not over the stretch of the furrow.
 TEST(Disturbance, WallsAreReachedWhereTheRunWarns) {
   const RunDirectory dir;
   const std::string text = dir.scenario(trench);
