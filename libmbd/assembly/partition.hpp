@@ -99,6 +99,9 @@ class Partition {
   Eigen::VectorXd reactions(const MotionState& m) const;
   /// Whether the pose last evaluated is nearer than some 0.1 rad to one where an equation says nothing new.
   bool near_singular() const;
+  /// Distance (rad) nearer than which reactions and accelerations of a pose between two steps are rounding, over its
+  /// cube.
+  static constexpr double known_reactions = 1.5e-3;
   /// About the angle (rad) between the pose last evaluated and a singular one, where that is small.
   double distance_from_singular() const;
   /// Throws where near a singular pose the constraints were met by velocities that the guess did not know.

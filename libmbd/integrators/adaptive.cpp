@@ -24,8 +24,6 @@ constexpr long looked_back_on = 20'000;
 constexpr double far_enough = 0.15, other_reason = 0.5;
 // Motion in a step (rad) that is none; the first one of ida is of some 1e-5.
 constexpr double least_motion = 1e-8;
-// From a singular pose: nearer, reactions of an interpolated pose are rounding, as its cube.
-constexpr double known_reactions = 5e-4;
 // From a singular pose, where one step leads over it; and what that step may err by.
 constexpr double step_over = 0.03, most_of_crossing = 1e-9;
 // Of a state at which a method gave up: the body most accelerated, the constraint nearest to losing its rank.
@@ -361,7 +359,7 @@ void Adaptive::read_crossing(double t) {
   next_ = now_;
   try {  // reactions grow as one over the distance and lie on no line
     partition_.evaluate_nearest(next_);
-    if (partition_.distance_from_singular() > known_reactions) now_.lambda = next_.lambda;
+    if (partition_.distance_from_singular() > Partition::known_reactions) now_.lambda = next_.lambda;
   } catch (const SingularPose&) {
   }
   system_.set_state(t, now_.q, now_.velocity);

@@ -328,6 +328,15 @@ void Integrator::look_back(double t, std::size_t at) {
     if (v.chosen_for != piece->number) v.partition.choose(piece->end), v.chosen_for = piece->number;
     v.partition.forget_factors();
     v.partition.evaluate(v.state);
+    if (v.partition.near_singular()) {
+      v.state = read;
+      v.partition.evaluate_nearest(v.state);
+      if (v.partition.distance_from_singular() < Partition::known_reactions) {
+        v.state.lambda = read.lambda, v.state.rates = read.rates;
+        v.state.acceleration = read.acceleration;
+        set_seen(v.state);
+      }
+    }
   } catch (const SingularPose&) {  // there the interpolation stands as it is
     v.state = read, v.chosen_for = -1;
     set_seen(read);
