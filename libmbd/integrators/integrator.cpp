@@ -328,7 +328,7 @@ void Integrator::look_back(double t, std::size_t at) {
     if (v.chosen_for != piece->number) v.partition.choose(piece->end), v.chosen_for = piece->number;
     v.partition.forget_factors();
     v.partition.evaluate(v.state);
-    if (v.partition.near_singular()) {
+    if (v.partition.near_singular()) {  // where u(v) makes reactions of rounding
       v.state = read;
       v.partition.evaluate_nearest(v.state);
       if (v.partition.distance_from_singular() < Partition::known_reactions) {
