@@ -103,13 +103,19 @@ void History::take_jump(double y) {
 }
 
 void History::take_mean(const Piece& p) {
-  pieces_.push_back(p);
-  sum_ += p.integral_from(0);
+  if (std::isfinite(p.integral_from(0))) pieces_.push_back(p), sum_ += p.integral_from(0), counted_ += p.dt;
   const double from = std::max(t_ - rule_.within, start_);
-  while (pieces_.front().t + pieces_.front().dt <= from) sum_ -= pieces_.front().integral_from(0), pieces_.pop_front();
+  while (!pieces_.empty() && pieces_.front().t + pieces_.front().dt <= from) {
+    sum_ -= pieces_.front().integral_from(0), counted_ -= pieces_.front().dt;
+    pieces_.pop_front();
+  }
+  if (pieces_.empty()) {
+    value_ = std::numeric_limits<double>::quiet_NaN();
+    return;
+  }
   const Piece& first = pieces_.front();
   const double s = std::max(0.0, (from - first.t) / first.dt);
-  value_ = (sum_ - first.integral_from(0) + first.integral_from(s)) / (t_ - from);
+  value_ = (sum_ - first.integral_from(0) + first.integral_from(s)) / (counted_ - s * first.dt);
 }
 
 void History::take_extreme(const Piece& p, double sign) {
@@ -178,7 +184,7 @@ void History::take_time(const Piece& p, double sign) {
 }
 
 void History::archive(Archive& a) {
-  a(begun_, start_, t_, y_, value_, sum_, side_);
+  a(begun_, start_, t_, y_, value_, sum_, counted_, side_);
   a(pieces_, peaks_);
 }
 

@@ -15,7 +15,8 @@ namespace subsoil::app {
 ///
 /// Between two instants it is a parabola through a third value in the middle, a line where that is not known, or, for
 /// forces that act over a step, what it was at the step's start. Errors of an integral are of order dt^4, dt^2 and
-/// none. Extremes are values that were there: of the instants, which seek() puts at peaks, and of what lies midway.
+/// none. A mean is of the time in which there is a value (0/0 at rest is none). Extremes are values that were there: of
+/// the instants, which seek() puts at peaks, and of what lies midway.
 class History {
  public:
   struct Rule {
@@ -61,7 +62,8 @@ class History {
 
   Rule rule_;
   bool begun_ = false;
-  double start_ = 0, t_ = 0, y_ = 0, value_ = 0, sum_ = 0;
+  double start_ = 0, t_ = 0, y_ = 0, value_ = 0;
+  double sum_ = 0, counted_ = 0;  ///< of a mean: integral and time of `pieces_`
   int side_ = 0;
   std::deque<Piece> pieces_;  ///< of a mean: what lies within
   std::deque<Peak> peaks_;    ///< of an extreme: falling in size, rising in time

@@ -251,6 +251,24 @@ TEST(RunHistory, ExtremesPassOverRowsWithoutAValue) {
   EXPECT_NEAR(series.at("most").back(), 1, 1e-3);
 }
 
+// x/v of a body at rest is 0/0 until 0.1 s, and then half of the time since, under a force that begins there. Means are
+// of the time in which there is a value, from the millisecond on that begins at 0.1 s.
+TEST(RunHistory, AMeanIsOfTheTimeInWhichThereIsAValue) {
+  const RunDirectory dir;
+  const std::string started = R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {b: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}}
+  forces: {f: {force: b, along x: {ramp: {begin: 0.1 s, end: 0.1000001 s, to: 1 N}}}}
+time: {end: 0.5 s}
+output: {series every: 0.1 s, watch: {r: {formula: x/v, unit: s, of: {x: b.x, v: b.vx}}, all: {mean: r}, recent: {mean: r, within: 0.2 s}}}
+)";
+  ASSERT_EQ(run_scenario(dir.scenario(started), dir / "out"), exit_ok);
+  const Series series = read_series(dir / "out/series.csv");
+  EXPECT_NEAR(series.at("all").back(), 0.1, 1e-3);
+  EXPECT_NEAR(series.at("recent").back(), 0.15, 1e-6);
+}
+
 // A pin bears 10 N + 100 N/s t until 0.5 s, or until it bears 60 N; from then on 0. Values lie in [-60, 0] N.
 TEST(RunHistory, OfAForceThatJumpsStaysWithinIt) {
   for (const char* opens : {"at: 0.5 s", "reaction above: 60 N"})
