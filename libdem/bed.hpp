@@ -21,7 +21,7 @@
 namespace subsoil::dem {
 
 /// Which spheres may be frozen: those of particle blocks that are farther than `within` from every moving surface and
-/// that stay slower than `below`, with all blocks around them (docs/theory.md, section 8.1).
+/// that stay slower than `below`, with all blocks around them (docs/theory, section 8.1).
 struct ActiveRule {
   double within = 0;  ///< m, from the box around a moving surface (a plane: from itself)
   double below = 0;   ///< m/s, of the centre and of points on the surface by the spin

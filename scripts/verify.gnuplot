@@ -1,4 +1,4 @@
-# Pictures of docs/verification.md: scripts/verify calls this with `curves` (a folder of .dat files) and `pictures`.
+# Pictures of docs/verification/index.md: scripts/verify calls this with `curves` (a folder of .dat files) and `pictures`.
 # Points of the paper: Kratos Multiphysics, DEMApplication, basic_benchmarks/paper_data.
 set terminal pngcairo size 1200,420 font "sans,10" linewidth 1.3
 set grid lc rgb "#dddddd"

@@ -4,7 +4,7 @@
     cmake --preset release -DSUBSOIL_BENCH=ON && cmake --build --preset release --target work_precision
     scripts/work_precision.py --program build/release/bench/work_precision     # measures (minutes), keeps the CSV, draws
     scripts/work_precision.py --table 1e-7                                     # times at equal error, as Markdown
-    scripts/work_precision.py                                                  # draws what docs/work-precision.csv holds
+    scripts/work_precision.py                                                  # draws what docs/verification/work-precision.csv holds
 """
 import argparse
 import csv
@@ -72,7 +72,7 @@ def table(rows, error):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", help="the built benchmark; left out: draw what has been measured")
-    parser.add_argument("--csv", type=pathlib.Path, default=ROOT / "docs" / "work-precision.csv")
+    parser.add_argument("--csv", type=pathlib.Path, default=ROOT / "docs" / "verification" / "work-precision.csv")
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "docs" / "pictures" / "work-precision.png")
     parser.add_argument("--table", type=float, metavar="ERROR", help="print the times at that error, draw nothing")
     options = parser.parse_args()

@@ -129,7 +129,7 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
   options.adams_moulton.longest_step = longest_machine_step(s, model);
   options.ida.rtol = time.rtol.value_or(options.ida.rtol), options.ida.atol = time.atol.value_or(options.ida.atol);
   options.ida.formulation = time.formulation;
-  // Measured over the mechanisms of docs/multibody-cases.md: the looser 1e-8 saves a third of the time at most.
+  // Measured over the mechanisms of docs/verification/mechanisms.md: the looser 1e-8 saves a third of the time at most.
   options.cvode.rtol = time.rtol.value_or(1e-12), options.cvode.atol = time.atol.value_or(1e-12);
   options.locate_events = time.locate_events;
   options.assemble = s.machine->assemble;

@@ -45,7 +45,7 @@ struct PlanTarget {
   template <class V>
   void describe(V& v) {
     v.text("test", test, "a laboratory test: repose, shear, ...");
-    v.text("number", number, "of the test: angle, modulus, ... (docs/laboratory-tests.md)");
+    v.text("number", number, "of the test: angle, modulus, ... (docs/reference/laboratory-tests.md)");
     v.text("value", value_text, "measured, with its unit; left out: from the parameters' truth");
     v.text("tolerance", tolerance_text, "standard deviation of the measured value, with its unit; also its weight");
   }

@@ -218,7 +218,7 @@ goes on
 .BR gnuplot (1),
 .BR paraview (1);
 .B subsoil COMMAND \-\-help
-and the pages in the folder of the documentation, above all guide.md and scenario.md
+and the pages in the folder of the documentation, above all start.md and reference/keys.md
 )";
 
 }  // namespace

@@ -108,7 +108,8 @@ CLI::App* add_impact(CLI::App& app, ImpactRequest& request) {
   word->footer(
       "subsoil impact [FILE.yaml] [--KEY VALUE ...]: every key of the file may stand as a flag, as in\n  subsoil "
       "impact --model hunt-crossley --c \"1.7135e10 N/m^1.5\" --b "
-      "\"0.1 s/m\"\n  --mass \"0.1 kg\" --speed \"0.5 2 5 m/s\". Keys: docs/scenario.md; models: docs/impact.md");
+      "\"0.1 s/m\"\n  --mass \"0.1 kg\" --speed \"0.5 2 5 m/s\". Keys: docs/reference/keys.md; models: "
+      "docs/theory/impact.md");
   word->add_option("--out", request.out, "folder for tables, x(t), v(t), F(t) and pictures; left out: print only");
   word->add_option("--pictures", request.pictures, "kind of the pictures in it")
       ->check(CLI::IsMember({"svg", "png", "pdf"}));
@@ -125,8 +126,8 @@ CLI::App* add_test(CLI::App& app, TestRequest& request) {
   CLI::App* word = app.add_subcommand("test", "one laboratory test of a scenario's material: repose, shear, ...");
   word->footer(
       "Sizes, loads and packings stand in the section `test` of the scenario, or in --set, as in\n  subsoil test "
-      "shear configs/laboratory/dry.yaml --set \"test.shear.loads=2 4 8 kPa\". Keys: docs/scenario.md; tests: "
-      "docs/laboratory-tests.md");
+      "shear configs/laboratory/dry.yaml --set \"test.shear.loads=2 4 8 kPa\". Keys: docs/reference/keys.md; tests: "
+      "docs/reference/laboratory-tests.md");
   word->add_option("test", request.test, "which test")->required()->check(CLI::IsMember(test_words()));
   word->add_option("scenario", request.scenario, "scenario file (YAML)")->required()->type_name(takes_yaml);
   word->add_option("--set", request.sets, "override a value of the scenario: path=value (may be repeated)")
@@ -144,7 +145,7 @@ CLI::App* add_calibrate(CLI::App& app, CalibrateRequest& request) {
   CLI::App* word = app.add_subcommand("calibrate", "find contact parameters that meet measured laboratory tests");
   word->footer(
       "Evaluations are kept in the folder: the same command goes on where it was stopped. Keys: "
-      "docs/scenario.md; method: docs/laboratory-tests.md");
+      "docs/reference/keys.md; method: docs/reference/laboratory-tests.md");
   add_plan_options(*word, request, "scenario, parameters, targets");
   word->add_option("--pictures", request.pictures, "kind of the pictures in it")
       ->check(CLI::IsMember({"svg", "png", "pdf"}));
@@ -201,7 +202,7 @@ struct ReferenceRequest {
 };
 
 CLI::App* add_reference(CLI::App& app, ReferenceRequest& request) {
-  CLI::App* word = app.add_subcommand("reference", "print the reference of all scenario keys (docs/scenario.md)");
+  CLI::App* word = app.add_subcommand("reference", "print the reference of all scenario keys (docs/reference/keys.md)");
   word->add_flag("--columns", request.columns, "print what the columns of series.csv are instead");
   word->add_option("--schema", request.schema,
                    "print a JSON Schema for editors instead: of a scenario (left out), of a part that scenarios "

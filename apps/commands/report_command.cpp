@@ -23,7 +23,7 @@ CLI::App* add_report(CLI::App& app, ReportWords& words) {
   CLI::App* word = app.add_subcommand("report", "one or several runs as one HTML file that opens without network");
   word->footer(
       "The first run is what the others are compared with. Parts that a result directory lacks are named on the\n"
-      "page and on stderr. What the page shows and how it is found: docs/report.md");
+      "page and on stderr. What the page shows and how it is found: docs/reference/report.md");
   word->add_option("runs", words.runs, "result directories")->required()->type_name(takes_folder);
   word->add_option("--out", words.out, "the page; default: report.html");
   word->add_option("--from", words.from,

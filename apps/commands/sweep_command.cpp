@@ -72,7 +72,7 @@ CLI::App* add_sweep(CLI::App& app, SweepRequest& request) {
   CLI::App* word = app.add_subcommand("sweep", "run a scenario over values of its keys, side by side or by Slurm");
   word->footer(
       "Every finished point is kept in the folder: the same command goes on where it was stopped. Keys of the plan:\n"
-      "docs/scenario.md; how to read the page: docs/sweep.md");
+      "docs/reference/keys.md; how to read the page: docs/reference/sweep.md");
   add_plan_options(*word, request, "scenario, parameters, numbers");
   word->add_flag("--again", request.again, "run failed points once more");
   CLI::Option* slurm = word->add_flag("--slurm", request.slurm, "submit a job array, a task per point");

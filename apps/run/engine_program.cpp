@@ -38,10 +38,11 @@ std::filesystem::path engine_program() {
 void go_on_as_engine(const Loaded& loaded) {
   if (loaded.scenario.engine == SoilEngine::subsoil) {
     if (const int processes = processes_of_mpirun(); processes > 1)
-      throw ScenarioError(fmt::format(
-          "{}mpirun started {} processes, and this engine works in one; give `--set engine=liggghts` "
-          "(docs/many-nodes.md), or start it without mpirun (`subsoil sweep` runs many scenarios side by side)",
-          loaded.where("engine") + " = subsoil: ", processes));
+      throw ScenarioError(
+          fmt::format("{}mpirun started {} processes, and this engine works in one; give `--set engine=liggghts` "
+                      "(docs/reference/many-nodes.md), or start it without mpirun (`subsoil sweep` runs many scenarios "
+                      "side by side)",
+                      loaded.where("engine") + " = subsoil: ", processes));
     return;
   }
   const std::filesystem::path program = engine_program();

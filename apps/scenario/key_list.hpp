@@ -7,7 +7,7 @@
 
 namespace subsoil::app {
 
-/// The visitor of declarations that lists their keys: `explain`, docs/scenario.md.
+/// The visitor of declarations that lists their keys: `explain`, docs/reference/keys.md.
 class KeyList final : public Fields {
  public:
   KeyList(std::vector<KnownKey>& keys, std::string path) : keys_(keys), path_(std::move(path)) {}

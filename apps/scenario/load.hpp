@@ -32,7 +32,7 @@ std::string new_scenario();
 /// Throws std::invalid_argument with the nearest known path.
 std::string explain(const std::string& path);
 
-/// docs/scenario.md: every key with unit, default, range and meaning.
+/// docs/reference/keys.md: every key with unit, default, range and meaning.
 std::string reference_markdown();
 
 /// A JSON Schema for editors, of one of the files below.

@@ -10,7 +10,7 @@
 #include "apps/scenario/registry.hpp"
 #include "libdem/laws/linear.hpp"
 
-/// The explicit copy, `explain`, docs/scenario.md and `new`: all of them prints of the declarations.
+/// The explicit copy, `explain`, docs/reference/keys.md and `new`: all of them prints of the declarations.
 namespace subsoil::app {
 namespace {
 

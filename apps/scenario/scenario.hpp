@@ -25,7 +25,7 @@ enum class Analysis { dynamics, kinematics, equilibrium, modes, assembly };
 inline constexpr std::array<const char*, 5> analysis_names{"dynamics", "kinematics", "equilibrium", "modes",
                                                            "assembly"};
 
-/// What steps the spheres: our own bed, or LIGGGHTS on many processes (docs/many-nodes.md).
+/// What steps the spheres: our own bed, or LIGGGHTS on many processes (docs/reference/many-nodes.md).
 enum class SoilEngine { subsoil, liggghts };
 
 struct Scenario {

@@ -24,7 +24,7 @@
 /// Dashpots 2 zeta sqrt(m k) beside each of the four springs; strengths judge the springs alone. s and phi turn with
 /// the pair: with n, and about n by the mean angular velocity of both spheres.
 /// Energy: each spring's k x^2/2; what a bond holds when it breaks is lost in breaking.
-/// A row of equal spheres is a beam of modulus E, section A, I and shear stiffness E A/ratio (docs/theory.md).
+/// A row of equal spheres is a beam of modulus E, section A, I and shear stiffness E A/ratio (docs/theory).
 /// Source: Potyondy & Cundall 2004, Int. J. Rock Mech. Min. Sci. 41, 1329; beta: Potyondy 2011; tau_c with a friction
 /// angle: PFC. The contact goes on beside the bond with friction and rolling of its own, as there.
 namespace subsoil::dem {
@@ -188,7 +188,7 @@ struct Bond {
   }
 
   /// What a bond held that breaks in this step, J. Its force acted at the start of the step and no more at the end, so
-  /// that by (24) of docs/theory.md half of what it takes to bring it there from the middle was never done.
+  /// that by (24) of docs/theory half of what it takes to bring it there from the middle was never done.
   template <class T>
   [[gnu::always_inline]] static T energy_held(const BondMotion<T>& a, const BondMemory<T>& b, const Section<T>& k,
                                               T stretch) {

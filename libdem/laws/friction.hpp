@@ -34,7 +34,7 @@
 /// Twist (mu_t > 0): the same element with the angle about the normal,
 ///     k_w = 2.25 k_n (mu_t r_eff)^2, cap mu_t r_eff N_f, dashpot 2 eta_r sqrt(I_w k_w), I_w = (2/7) I_r.
 /// Moment arms of F_t about the centres: MomentArm. Symbols: v_t sliding velocity at the contact point (m/s), w
-/// relative rolling velocity (rad/s), N_f N. How other programs set these: docs/conventions.md.
+/// relative rolling velocity (rad/s), N_f N. How other programs set these: docs/reference/conventions.md.
 namespace subsoil::dem {
 
 /// Moment arm of tangential forces: to the middle of the overlap, r - delta/2; on the sphere's own surface, r; or on
@@ -77,7 +77,7 @@ struct Friction {
 
   template <class V>
   void describe(V& v);  ///< friction_keys.hpp
-  /// Sets what a program does and the scenario does not say otherwise (docs/conventions.md).
+  /// Sets what a program does and the scenario does not say otherwise (docs/reference/conventions.md).
   void take(Conventions program);
   /// Throws std::invalid_argument for a dashpot that is given twice.
   void check() const;

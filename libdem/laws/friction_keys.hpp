@@ -14,7 +14,7 @@ void Friction::describe(V& v) {
             {"mercury", Conventions::mercury},
             {"edem", Conventions::edem}},
            "whose conventions hold for what this entry leaves out: friction rule, limiting force, tangential damping, "
-           "changing stiffness, moment arms, rolling (docs/conventions.md)");
+           "changing stiffness, moment arms, rolling (docs/reference/conventions.md)");
   if (conventions != before) take(conventions);  // while it is read; what stands beside it is read after it
   v.quantity("mu", mu, "1", "[0, inf)", "static friction coefficient, holds until slip");
   v.derived("mu_d", mu_d, "1", "[0, inf)", "friction coefficient while slipping; left out: mu");

@@ -15,8 +15,8 @@
 /// given as a restitution at a speed (impact/hunt_crossley.hpp has the exact map). The force begins and ends at zero,
 /// so nothing is clipped in an impact of two; only what others pull apart faster than 1/b leaves it without force.
 /// Tangential stiffness follows the normal one, its dashpot in the same proportion; on unloading the spring is kept, as
-/// in hertz_mindlin.hpp. Cost: whole and half n as Hertz; any other n takes pow of each contact twice (docs/impact.md).
-/// Source: Hunt & Crossley 1975, J. Appl. Mech. 42, 440; the tangential part is ours.
+/// in hertz_mindlin.hpp. Cost: whole and half n as Hertz; any other n takes pow of each contact twice
+/// (docs/theory/impact.md). Source: Hunt & Crossley 1975, J. Appl. Mech. 42, 440; the tangential part is ours.
 namespace subsoil::dem {
 
 struct HuntCrossley {

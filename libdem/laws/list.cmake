@@ -1,4 +1,4 @@
-# The contact laws, in the order in which `subsoil explain` and docs/scenario.md show them:
+# The contact laws, in the order in which `subsoil explain` and docs/reference/keys.md show them:
 #   contact_law(CLASS HEADER [COHESION] [BOND])
 # COHESION, BOND: the class has a member `cohesion`, `bond`; its kernels are compiled with either, too.
 # libdem/CMakeLists.txt writes of each line the object files of the law: its interface (contact_law_of.hpp) and its

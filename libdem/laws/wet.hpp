@@ -23,7 +23,7 @@
 /// The printed damping acts in the repulsive band only, so F jumps by C_X d delta/dt at delta = dc + D;
 /// `damping: all-bands` extends it over the attractive bands.
 /// Values of one body each (`values: per-body`) combine in series, K = K1 K2/(K1 + K2): half of the given value.
-/// Valid for any size; K in N/m is soil, Table 3's printed N/mm is not (docs/theory.md).
+/// Valid for any size; K in N/m is soil, Table 3's printed N/mm is not (docs/theory).
 namespace subsoil::dem {
 
 struct Wet {

@@ -6,7 +6,7 @@
 
 #include "libdem/bed.hpp"
 
-/// A long bed in a short window that follows a tool (docs/theory.md, section 7.2).
+/// A long bed in a short window that follows a tool (docs/theory, section 7.2).
 namespace subsoil::dem {
 
 /// Energy of one contact of a periodic bed, by the places of its spheres in `state`.

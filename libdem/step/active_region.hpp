@@ -12,7 +12,7 @@
 
 namespace subsoil::dem {
 
-/// Which particle blocks move, and which of the others are evaluated in a step (docs/theory.md, section 8.1). Without a
+/// Which particle blocks move, and which of the others are evaluated in a step (docs/theory, section 8.1). Without a
 /// rule all move.
 ///
 /// Whole particle blocks are frozen, not spheres: a block is skipped with one look, its contacts and their histories

@@ -21,7 +21,7 @@
 ///     coupled
 ///                  by sqrt(3) k_t l
 /// Not every bed can move like that (only bipartite ones can), so this is a bound on the safe side; measured limits
-/// stand in docs/theory.md and tests/verification/particles/stable_step.cpp.
+/// stand in docs/theory and tests/verification/particles/stable_step.cpp.
 namespace subsoil::dem {
 
 /// Stable step of one mode, s; a in 1/s2, b in 1/s, not both 0.

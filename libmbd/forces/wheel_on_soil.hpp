@@ -37,7 +37,7 @@ namespace subsoil::mbd {
 /// Bekker's (3 - n)/3 exceeds B (6 % of N |dz/dt| at n = 0.5).
 ///
 /// Source: Bekker 1969, Introduction to Terrain-Vehicle Systems; rut rule of the rig 1S-300; plastic heave: Bekker's
-/// pressure on the part of the arc that presses (docs/theory.md 12).
+/// pressure on the part of the arc that presses (docs/theory 12).
 struct WheelOnSoil {
   enum class Heave { reversible, plastic };
   static constexpr ForceMembers has{.check = true, .trace = true, .rut = true, .towing_spin = true};

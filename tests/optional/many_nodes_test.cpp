@@ -10,10 +10,10 @@
 #include "tests/tools/program_runs.hpp"
 #include "tests/tools/xdmf.hpp"
 
-/// Soil on several processes by LIGGGHTS (`engine: liggghts`, docs/many-nodes.md) beside the same soil stepped by the
-/// bed itself. Contacts are evaluated by the same kernels; what differs is the order in which forces on a sphere are
-/// added, 1e-16 of them. Chaos lets such differences grow, which the few spheres and short times here leave no room
-/// for. Left out where subsoil-mpi is not built or mpirun is missing (scripts/setup --mpi).
+/// Soil on several processes by LIGGGHTS (`engine: liggghts`, docs/reference/many-nodes.md) beside the same soil
+/// stepped by the bed itself. Contacts are evaluated by the same kernels; what differs is the order in which forces on
+/// a sphere are added, 1e-16 of them. Chaos lets such differences grow, which the few spheres and short times here
+/// leave no room for. Left out where subsoil-mpi is not built or mpirun is missing (scripts/setup --mpi).
 namespace subsoil::app::many_nodes_test {
 namespace {
 

@@ -12,7 +12,7 @@
 
 #include "tests/tools/paths.hpp"
 
-/// Rows of docs/verification.md. A test states what it found through this helper instead of a bare EXPECT_NEAR:
+/// Rows of docs/verification/index.md. A test states what it found through this helper instead of a bare EXPECT_NEAR:
 ///
 ///     const Verified dem04("rolling", "MFiX DEM04", "closed form; MFiX VVUQ manual 4.4");
 ///     dem04.near("speed when it rolls", "m/s", ours, 5 * u0 / 7, share(2e-3), "vibration of the tangential spring, mu
@@ -108,11 +108,11 @@ class Verified {
     if (std::getenv("SUBSOIL_VERIFY") != nullptr) return;  // the report is being written
     static const CommittedReport report(subsoil::test::source_dir() + "/docs/verification.md");
     const double printed = report.ours(name_, quantity);
-    EXPECT_FALSE(std::isnan(printed)) << "docs/verification.md has no row `" << name_ << " | " << quantity
+    EXPECT_FALSE(std::isnan(printed)) << "docs/verification/index.md has no row `" << name_ << " | " << quantity
                                       << "`: run scripts/verify";
     if (!at.empty()) return;  // where a sweep is worst is a matter of last digits, and so which of its figures this is
     EXPECT_TRUE(std::isnan(printed) || still_agrees(ours, printed, kind == Kind::by_chance ? 30 * bound : bound))
-        << "docs/verification.md prints " << printed << " for `" << name_ << " | " << quantity
+        << "docs/verification/index.md prints " << printed << " for `" << name_ << " | " << quantity
         << "`, the program now finds " << ours << ": run scripts/verify";
   }
   void record(const std::string& quantity, const std::string& unit, double ours, double reference, double bound,

@@ -24,8 +24,9 @@ enum class Coordinate;
 }  // namespace subsoil::mbd
 
 /// Every key of a scenario, once: name, unit, range, meaning, and by the struct's own value the default. The reader,
-/// the printer of the explicit copy, `explain`, `new` and docs/scenario.md are visitors of these declarations. Laws,
-/// joints, drivers and forces declare themselves in their own files in the same vocabulary, without knowing this class.
+/// the printer of the explicit copy, `explain`, `new` and docs/reference/keys.md are visitors of these declarations.
+/// Laws, joints, drivers and forces declare themselves in their own files in the same vocabulary, without knowing this
+/// class.
 ///
 /// A visitor implements the ten functions `visit_*`; the words of the vocabulary are made of them. `quantity` (NaN:
 /// required; optional<>: may be left out), `vector`, `count`, `flag`, `text`, `choice`, `section` (a mapping), `list`

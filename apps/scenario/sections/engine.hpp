@@ -5,7 +5,7 @@ namespace subsoil::app {
 struct Checks;
 struct Scenario;
 
-/// What a scenario cannot hold whose spheres LIGGGHTS steps (docs/many-nodes.md).
+/// What a scenario cannot hold whose spheres LIGGGHTS steps (docs/reference/many-nodes.md).
 void check_engine(Checks& checks, const Scenario& s);
 
 }  // namespace subsoil::app

@@ -51,8 +51,8 @@ std::vector<std::string> yaml_blocks(const std::string& text) {
 }
 
 TEST(Docs, ScenarioReferenceIsWhatTheProgramPrints) {
-  EXPECT_EQ(read(root / "docs/scenario.md"), reference_markdown())
-      << "docs/scenario.md is old: build/release/apps/subsoil reference > docs/scenario.md";
+  EXPECT_EQ(read(root / "docs/reference/keys.md"), reference_markdown())
+      << "docs/reference/keys.md is old: build/release/apps/subsoil reference > docs/reference/keys.md";
 }
 
 TEST(Docs, ColumnsOfTheGuideAreThoseOfTheTable) {
@@ -115,12 +115,12 @@ TEST(Docs, FirstScenariosRunToTheirEnd) {
 /// Studies of impacts and samples of laboratory tests that a page shows whole.
 TEST(Docs, StudiesAndSamplesShownAreRun) {
   const test::RunDirectory dir;
-  for (const std::string& block : yaml_blocks(read(root / "docs/impact.md"))) {
+  for (const std::string& block : yaml_blocks(read(root / "docs/theory/impact.md"))) {
     ImpactRequest request;
     request.words = {dir.scenario(block)};
     EXPECT_NO_THROW(EXPECT_EQ(impact_command(request), exit_ok)) << block;
   }
-  const std::string sample = yaml_blocks(read(root / "docs/laboratory-tests.md")).front();
+  const std::string sample = yaml_blocks(read(root / "docs/reference/laboratory-tests.md")).front();
   EXPECT_NO_THROW(load_tests(dir.scenario(sample), {})) << sample;
 }
 
@@ -138,8 +138,9 @@ TEST(Docs, KeysToExplainExist) {
 TEST(Docs, FilesNamedAreThere) {
   static const std::regex link(R"(\]\(([^)#:]+)\))"), script(R"((scripts/[a-z0-9_]+(?:\.py)?))");
   for (const char* name :
-       {"README.md", "docs/guide.md", "docs/theory.md", "docs/architecture.md", "docs/laboratory-tests.md",
-        "docs/verification.md", "docs/validation.md", "docs/report.md", "docs/sweep.md", "docs/materials.md"}) {
+       {"README.md", "docs/guide.md", "docs/theory", "docs/developers/architecture.md",
+        "docs/reference/laboratory-tests.md", "docs/verification/index.md", "docs/validation/index.md",
+        "docs/reference/report.md", "docs/reference/sweep.md", "docs/reference/materials.md"}) {
     const std::string text = read(root / name);
     for (std::sregex_iterator it(text.begin(), text.end(), link), end; it != end; ++it)
       EXPECT_TRUE(fs::exists((root / name).parent_path() / (*it)[1].str())) << name << ": " << (*it)[1];

@@ -297,7 +297,7 @@ TEST(ImpactFit, StiffnessOfTheGroundFromForces) {
     std::string text = "speed [m/s], depth [mm], force [kN]\n";
     for (const double v : {1.0, 2.0, 3.0, 3.5})
       for (double z = 4e-3; z < 0.06; z += 4e-3) {
-        // (G3) of docs/impact.md: M a = m g - F, and F_s = m (g - a).
+        // (G3) of docs/theory/impact.md: M a = m g - F, and F_s = m (g - a).
         const double spring = mbd::plastic_force(truth.stiffness, z, v, 132), a = (132 * 9.81 - spring) / 145.2;
         text += fmt::format("{}, {}, {}\n", v, 1e3 * z, 1e-3 * noise.times(132 * (9.81 - a), spread));
       }

@@ -155,7 +155,7 @@ TEST(LaboratoryTest, TiltedSpheresRollAtTheRollingAngle) {
 /// Frictionless beads have an internal friction angle of 5.76 deg in the limit of slow shear and many grains, above
 /// which it rises with a power of the inertial number: Peyneau & Roux, Phys. Rev. E 78 (2008) 011307. Such boxes at
 /// 160, 40, 10 and 2.5 mm/s gave tau/sigma = 0.157, 0.121, 0.125 and 0.118 where the limit is 0.101, with a deviation
-/// of 0.013 between packings at 40 mm/s (docs/laboratory-tests.md). The mean of four lies within three of its
+/// of 0.013 between packings at 40 mm/s (docs/reference/laboratory-tests.md). The mean of four lies within three of its
 /// deviations of 0.0065 of 0.121 then, 5.8 to 8.0 deg. Sizes must differ: equal beads crystallise on the walls, where
 /// packings gave anything from 0.13 to 0.22. mu = 0.5 makes over 25 deg.
 TEST(LaboratoryTest, BeadsWithoutFrictionHaveTheAngleOfTheirGeometry) {

@@ -1,4 +1,4 @@
-// The arrows of the house: which room may include what (docs/architecture.md).
+// The arrows of the house: which room may include what (docs/developers/architecture.md).
 #include <gtest/gtest.h>
 
 #include <algorithm>

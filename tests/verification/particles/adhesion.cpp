@@ -232,7 +232,7 @@ TEST(Adhesion, BridgeBesideWillettsFit) {
   }
 }
 
-/// The map of docs/theory.md: restitution under attraction, over the approach speed by the speed that the attraction
+/// The map of docs/theory: restitution under attraction, over the approach speed by the speed that the attraction
 /// sets. It rises with the speed and comes near to what was given, never above.
 TEST(Adhesion, RestitutionMap) {
   const double k = 1e4, work = 20, pull = 2 * pi * work * kR, volume = 1e-11;

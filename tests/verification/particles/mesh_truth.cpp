@@ -12,7 +12,7 @@
 #include "tests/tools/dem_beds.hpp"
 
 /// Faults that users of other programs report of spheres on meshes, each as a case with a closed form
-/// (docs/mesh-truth.md). Every figure is relative to the largest of its kind in the case.
+/// (docs/verification/mesh-contacts.md). Every figure is relative to the largest of its kind in the case.
 ///
 /// Tolerance 1e-12 throughout. A coordinate of 50 mm rounds at 7e-18 m; the overlap is a difference of such, and of
 /// 1e-4 m it is known to 1e-13. Paths sum some 60,000 such roundings, which go either way and grow as their root.

@@ -12,9 +12,9 @@ namespace {
 constexpr double pi = std::numbers::pi;
 
 /// A ball that rolls on a turntable goes in a circle at 2/7 Omega (Weltner, Am. J. Phys. 47, 984, 1979; with the arm r
-/// - delta of the contact as in docs/verification.md). The step is coarse, of 1e-4 s: the arm of the step's end, with
-/// velocities of its middle, drags the ball by (2/7) Omega v dt/2 = 5.7e-6 m/s, 17 um in 3 s; what is left is of second
-/// order in the step.
+/// - delta of the contact as in docs/verification/index.md). The step is coarse, of 1e-4 s: the arm of the step's end,
+/// with velocities of its middle, drags the ball by (2/7) Omega v dt/2 = 5.7e-6 m/s, 17 um in 3 s; what is left is of
+/// second order in the step.
 void expect_circle(const Shape& table_shape, bool turned) {
   const double r = 0.02, spin = 2, start = 0.1, g = 9.81, k = 1e6, density = 7800;
   const double delta = density * 4 * pi / 3 * r * r * r * g / k, arm = 1 - delta / r;

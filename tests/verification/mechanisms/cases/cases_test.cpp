@@ -1,6 +1,6 @@
 // Every case of the list: the program's numbers against the reference, in every row of the series.
 //
-// With SUBSOIL_CASES_TABLE=FILE the findings are written there as the table of docs/multibody-cases.md (see
+// With SUBSOIL_CASES_TABLE=FILE the findings are written there as the table of docs/verification/mechanisms.md (see
 // scripts/verify_mechanisms).
 
 #include <gtest/gtest.h>
@@ -95,7 +95,8 @@ TEST_P(Cases, StandInTheDocument) {
   const auto has = [&](const std::string& kind) {
     return text.str().find("| " + c.name + " | " + kind + " | " + c.source + " | ") != std::string::npos;
   };
-  EXPECT_TRUE(has("position") || has("velocity")) << "docs/multibody-cases.md is old: run scripts/verify_mechanisms";
+  EXPECT_TRUE(has("position") || has("velocity"))
+      << "docs/verification/mechanisms.md is old: run scripts/verify_mechanisms";
 }
 
 // What `subsoil run` writes is what was compared: same machine, same steps, the same bits in every column, forces too,
