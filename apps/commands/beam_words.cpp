@@ -15,7 +15,7 @@ std::string beam_words(const BeamSection& beam) {
   std::string words = fmt::format("{}: {:.4g} m, {:.4g} kg, {} elements; as a straight cantilever {:.4g} Hz, ",
                                   beam.name, divided.length, mass, beam.elements, first);
   // Whatever holds the beam, waves of beta l = 0.4 to an element of length l are right to 1e-3:
-  // docs/theory/multibody.md.
+  // docs/reference/beams.md.
   const double ratio = 0.4 * static_cast<double>(beam.elements) / 1.8751040687119611;
   if (ratio < 1) return words + "too few elements for its frequencies";
   return words + fmt::format("frequencies right to about 1e-3 up to {:.4g} Hz", first * ratio * ratio);

@@ -109,7 +109,7 @@ CLI::App* add_impact(CLI::App& app, ImpactRequest& request) {
       "subsoil impact [FILE.yaml] [--KEY VALUE ...]: every key of the file may stand as a flag, as in\n  subsoil "
       "impact --model hunt-crossley --c \"1.7135e10 N/m^1.5\" --b "
       "\"0.1 s/m\"\n  --mass \"0.1 kg\" --speed \"0.5 2 5 m/s\". Keys: docs/reference/keys.md; models: "
-      "docs/theory/impact.md");
+      "docs/reference/impact.md");
   word->add_option("--out", request.out, "folder for tables, x(t), v(t), F(t) and pictures; left out: print only");
   word->add_option("--pictures", request.pictures, "kind of the pictures in it")
       ->check(CLI::IsMember({"svg", "png", "pdf"}));

@@ -31,7 +31,7 @@ const std::vector<CommandFile>& command_files() {
   static const std::vector<CommandFile> files{
       {"impact", "The file of `subsoil impact`",
        "The same rules hold; a key may also stand as a flag, `--model jkr --w \"50 mJ/m^2\"` "
-       "([impact.md](../theory/impact.md)).",
+       "([impact.md](impact.md)).",
        prototype<ImpactStudy>()},
       {"calibrate", "The file of `subsoil calibrate`",
        "The same rules hold; values of targets carry the unit of their number "

@@ -108,7 +108,7 @@ class ActiveRegion {
 
   std::optional<ActiveRule> rule_;
   bool check_all_ = false, changed_ = true, plain_ = false;
-  double calm_time_ = 0;    ///< s, T of (26b)
+  double calm_time_ = 0;    ///< s, T of (26c)
   std::size_t count_ = 0;   ///< spheres in the lists
   std::size_t moving_ = 0;  ///< boundaries that moved before the last step
   std::vector<State> states_;

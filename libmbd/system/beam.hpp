@@ -135,7 +135,7 @@ struct Beam {
     v.quantity("density", density, "kg/m^3", "(0, inf)", "of its material");
     v.quantity("poisson ratio", poisson, "1", "(-1, 0.5]", "shear modulus E/(2 (1 + nu))");
     v.count("elements", elements, "[1, 400]",
-            "of equal length; docs/theory/multibody.md says what error a number leaves in deflections and frequencies");
+            "of equal length; docs/reference/beams.md lists the errors of deflections and frequencies");
     v.optional_quantity("damping ratio", damping_ratio, "1", "[0, 10)",
                         "of the first mode that it has as a straight cantilever; those above have it in proportion to "
                         "their frequency");

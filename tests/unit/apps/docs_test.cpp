@@ -115,7 +115,7 @@ TEST(Docs, FirstScenariosRunToTheirEnd) {
 /// Studies of impacts and samples of laboratory tests that a page shows whole.
 TEST(Docs, StudiesAndSamplesShownAreRun) {
   const test::RunDirectory dir;
-  for (const std::string& block : yaml_blocks(read(root / "docs/theory/impact.md"))) {
+  for (const std::string& block : yaml_blocks(read(root / "docs/reference/impact.md"))) {
     ImpactRequest request;
     request.words = {dir.scenario(block)};
     EXPECT_NO_THROW(EXPECT_EQ(impact_command(request), exit_ok)) << block;
@@ -136,17 +136,18 @@ TEST(Docs, KeysToExplainExist) {
 }
 
 TEST(Docs, FilesNamedAreThere) {
-  static const std::regex link(R"(\]\(([^)#:]+)\))"), script(R"((scripts/[a-z0-9_]+(?:\.py)?))");
-  for (const char* name :
-       {"README.md", "docs/guide.md", "docs/theory", "docs/developers/architecture.md",
-        "docs/reference/laboratory-tests.md", "docs/verification/index.md", "docs/validation/index.md",
-        "docs/reference/report.md", "docs/reference/sweep.md", "docs/reference/materials.md"}) {
-    const std::string text = read(root / name);
+  static const std::regex link(R"(\]\(([^)#:]+)(?:#[^)]*)?\))"), script(R"((scripts/[a-z0-9_]+(?:\.py)?))");
+  std::vector<fs::path> pages{root / "README.md"};
+  for (const auto& entry : fs::recursive_directory_iterator(root / "docs"))
+    if (entry.path().extension() == ".md") pages.push_back(entry.path());
+  EXPECT_GT(pages.size(), 20U);
+  for (const fs::path& page : pages) {
+    const std::string text = read(page);
     for (std::sregex_iterator it(text.begin(), text.end(), link), end; it != end; ++it)
-      EXPECT_TRUE(fs::exists((root / name).parent_path() / (*it)[1].str())) << name << ": " << (*it)[1];
+      EXPECT_TRUE(fs::exists(page.parent_path() / (*it)[1].str())) << page << ": " << (*it)[1];
     for (std::sregex_iterator it(text.begin(), text.end(), script), end; it != end; ++it) {
       const fs::path file = root / it->str();
-      ASSERT_TRUE(fs::exists(file)) << name << ": " << it->str();
+      ASSERT_TRUE(fs::exists(file)) << page << ": " << it->str();
       EXPECT_EQ(access(file.c_str(), X_OK), 0) << file << " cannot be executed";
     }
   }

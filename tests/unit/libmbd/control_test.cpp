@@ -37,7 +37,7 @@ Model on_rail(PidController pid) {
 MachineOptions options(IntegratorKind kind) {
   return {.integrator = kind, .ida = {.rtol = 1e-10, .atol = 1e-11}, .cvode = {.rtol = 1e-11, .atol = 1e-12}};
 }
-/// What a method may miss over a second or two: see docs/theory/multibody.md, Tolerances.
+/// What a method may miss over a second or two: see docs/verification/integrators.md.
 double bound(IntegratorKind kind) { return kind == IntegratorKind::ida ? 2e-8 : 2e-9; }
 
 void run(Machine& machine, double until, double h) {

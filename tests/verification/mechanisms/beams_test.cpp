@@ -82,7 +82,7 @@ constexpr std::array<double, 3> free_roots{4.730040744862704, 7.853204624095838,
 
 // Errors fall with the fourth power of the element's length: from 8 to 16 elements by 16, less what the ends of the
 // quadrature add (order 5) and 2e-6 of rotary inertia. The bounds for 12 elements, the default, are those that
-// docs/theory/multibody.md states.
+// docs/reference/beams.md states.
 TEST(Beams, FrequenciesOfACantilever) {
   const auto rough = errors(frequencies(clamped(strip(8))), cantilever_roots),
              fine = errors(frequencies(clamped(strip(16))), cantilever_roots),

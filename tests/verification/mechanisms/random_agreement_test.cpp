@@ -96,7 +96,7 @@ double growth(Model model) {
 
 /// Agreement to what the fixed step of order 4 leaves, h^4 omega^5 t some 1e-7 for h = 1e-4 s and 70 rad/s (of the 206
 /// mechanisms one is 1.01e-7 off, all others less), and ida's tolerance of 1e-8, 20 times met
-/// (docs/theory/multibody.md); times what the motion makes of a disturbance.
+/// (docs/verification/integrators.md); times what the motion makes of a disturbance.
 void expect_agreement(unsigned seed, bool with_ida) {
   const Model model = large_mechanism(seed).model;
   const std::string which = "seed " + std::to_string(seed) + ", " + std::to_string(model.bodies.size()) + " bodies";
