@@ -74,7 +74,7 @@ set yrange [0.4:1]
 plot dat("chung-ooi-4") using 1:2 with lines lc rgb ours title "subsoil, lossy", \
      dat("chung-ooi-4") using 1:5 with lines dt 2 lc rgb ours title "subsoil, keep-spring", $e_t with points pt 6 lc rgb other title "paper, DEM", \
      $measured with points pt 2 lc rgb third title "paper, measured (Kharaz et al.)"
-set ylabel "spin (rad/s)"
+set ylabel "angular velocity (rad/s)"
 set yrange [*:0]
 set key top center
 plot dat("chung-ooi-4") using 1:3 with lines lc rgb ours title "subsoil, lossy", \

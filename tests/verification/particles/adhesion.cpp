@@ -85,7 +85,7 @@ TEST(Adhesion, JkrPullOffAndWorkOfSeparation) {
   const Pulled p = pull_apart(adhesive(1), overlap_of(rest), overlap_of(rest) - 1.5 * overlap_of(last), "jkr");
   const Verified row(kField, "JKR: sphere of 2 mm drawn off a plane, w 0.4 J/m^2, E* 5 MPa",
                      "Johnson, Kendall & Roberts 1971; branch integrated by its contact radius");
-  row.near("largest pull, 1.5 pi w R", "N", p.most, 1.5 * pi * kW * kR, share(1e-6),
+  row.near("maximum pull, 1.5 pi w R", "N", p.most, 1.5 * pi * kW * kR, share(1e-6),
            "sampled 40,000 times, flat there");
   // The force of (5/6) pi w R ends within a step of 0.6 nm: 3e-12 J.
   row.near("work of separation", "J", p.work, energy_of(last) - energy_of(rest), absolute(3e-12),
@@ -152,7 +152,7 @@ TEST(Adhesion, DmtPullOffAndRebound) {
   const Pulled p = pull_apart(with(grains(k, 1, 0), dmt(work)), pull / k, 2 * pull / k, "dmt");
   const Verified row(kField, "DMT on a linear spring: sphere drawn off a plane",
                      "Derjaguin, Muller & Toporov 1975 (LAMMPS gives w/2)");
-  row.near_by_chance("largest pull, 2 pi w R", "N", p.most, pull, share(1e-4),
+  row.near_by_chance("maximum pull, 2 pi w R", "N", p.most, pull, share(1e-4),
                      "sampled 40,000 times on the way from 0 to F");
   row.near_by_chance("work of separation, F^2/(2 k)", "J", p.work, 0.5 * pull * pull / k, share(1e-4), "the same");
   const Verified map("Restitution", "DMT on a linear spring", "constant pull on a damped oscillator, closed form");
@@ -184,7 +184,7 @@ TEST(Adhesion, BridgeTakesItsWorkOnce) {
   const Pulled p = pull_apart(law, 1e-9, 1.2 * end, "bridge");
   const Verified row(kField, "Liquid bridge: sphere of 2 mm, 0.01 mm^3 of water, 0.4 rad",
                      "Rabinovich, Esayanur & Moudgil 2005, Lambert et al. 2008; Lian et al. 1993");
-  row.near("largest pull, 4 pi R gamma cos(theta)", "N", p.most, force(0), share(1e-3),
+  row.near("maximum pull, 4 pi R gamma cos(theta)", "N", p.most, force(0), share(1e-3),
            "first reading 6 nm off the plane");
   row.near("work of separation", "J", p.work, work, share(1e-4), "rupture within a step of 6 nm");
   const double sticking = std::sqrt(2 * work / kMass);
@@ -287,7 +287,7 @@ TEST(Tangential, WithoutASpringSlidesAndRollsAsCoulombSays) {
     EXPECT_NEAR(-kR * bed.spheres()[0].w.z, 2.5 * 0.3 * g * t, 1e-4);  // the arm is shorter by the overlap
     for (int n = 0; n < 2 * steps; ++n) bed.step(dt);
     row.near("speed when it rolls" + which, "m/s", bed.spheres()[0].v.x, 5.0 / 7 * speed, absolute(1e-3),
-             "lever r - delta, and creep of the dashpot");
+             "moment arm r - delta, and creep of the dashpot");
   }
 }
 
@@ -309,11 +309,11 @@ TEST(Tangential, TwistDecaysLinearlyAndStops) {
       kTurning, "Spinning about the normal, mu_t 0.05",
       "W - c_w theta/I - (5/2) mu_t g t/r (LAMMPS's twist_decay, mu_twist = mu_t r; c_w theta/I: dashpot "
       "until the spring is at its limit)");
-  row.near("spin at 0.7 of the time to rest", "rad/s", bed.spheres()[0].w.y, start - at_first - slowing * steps * dt,
-           absolute(1e-3 * start), "seven steps while the spring loads up");
+  row.near("angular velocity at 0.7 of the time to rest", "rad/s", bed.spheres()[0].w.y,
+           start - at_first - slowing * steps * dt, absolute(1e-3 * start), "seven steps while the spring loads up");
   for (int n = 0; n < 4 * steps; ++n) bed.step(dt);
-  row.near("spin at 3.5 of the time to rest", "rad/s", bed.spheres()[0].w.y, 0, absolute(1e-6 * start),
-           "held by its spring");
+  row.near("angular velocity at 3.5 of the time to rest", "rad/s", bed.spheres()[0].w.y, 0, absolute(1e-6 * start),
+           "kept by its spring");
   const BedEnergy before = [&] {
     bed.step(dt, {.energy = true, .snapshot = nullptr});
     return bed.energy();

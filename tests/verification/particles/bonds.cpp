@@ -89,7 +89,7 @@ TEST(Bond, PullsByItsModulusAndBreaksAtItsStrength) {
   EXPECT_EQ(m.bed.bonds().intact(), 1u);
   Machine quick(cemented(strength), 1e-4);
   const Snapshot last = quick.to_failure({way / 0.1, 0, 0}, {}, {});
-  row.near_by_chance("largest pull, sigma_c A", "N", -last.force[1].x, strength * kArea, share(2e-3),
+  row.near_by_chance("maximum pull, sigma_c A", "N", -last.force[1].x, strength * kArea, share(2e-3),
                      "one of 1000 steps of the way");
   ASSERT_EQ(quick.bed.broken_bonds().size(), 1u);
   const BrokenBond& b = quick.bed.broken_bonds()[0];
@@ -120,7 +120,7 @@ TEST(Bond, ShearsByItsStiffnessAndBreaksAtItsStrength) {
   EXPECT_LT(norm(m.now.torque[0] - m.now.torque[1]), 1e-12);
   Machine quick(cemented(1e30, strength), 1e-4);
   const Snapshot last = quick.to_failure({0, 0, way / 0.1}, {}, {});
-  row.near_by_chance("largest force across, tau_c A", "N", norm(last.force[1]), strength * kArea, share(2e-3),
+  row.near_by_chance("maximum force across, tau_c A", "N", norm(last.force[1]), strength * kArea, share(2e-3),
                      "one of 1000 steps of the way");
   ASSERT_EQ(quick.bed.broken_bonds().size(), 1u);
   EXPECT_FALSE(quick.bed.broken_bonds()[0].in_tension);
@@ -165,7 +165,7 @@ TEST(Bond, BendsByItsModulusAndBreaksInTheOuterFibre) {
     EXPECT_LT(norm(m.now.force[0]), 1e-12);
     const Snapshot last = m.to_failure({}, {0, 0, -5 * angle}, {0, 0, 5 * angle});
     const double want = strength * kI / kR / share_of_moment;
-    row.near_by_chance("largest moment, sigma_c I/(beta R)" + beta, "N m", -last.torque[1].z, want, share(3e-3),
+    row.near_by_chance("maximum moment, sigma_c I/(beta R)" + beta, "N m", -last.torque[1].z, want, share(3e-3),
                        "one of 500 steps");
     ASSERT_EQ(m.bed.broken_bonds().size(), 1u);
     EXPECT_TRUE(m.bed.broken_bonds()[0].in_tension);
@@ -184,7 +184,7 @@ TEST(Bond, TwistsByItsStiffnessAndBreaksAtTheRim) {
   const Verified row(kField, "Two spheres twisted against each other", kSource);
   row.near("moment, k_s J theta", "N m", -m.now.torque[1].x, moment, share(1e-3), "a step or two of 2000");
   const Snapshot last = m.to_failure({}, {-5 * angle, 0, 0}, {5 * angle, 0, 0});
-  row.near_by_chance("largest moment, tau_c J/R", "N m", -last.torque[1].x, strength * kJ / kR, share(3e-3),
+  row.near_by_chance("maximum moment, tau_c J/R", "N m", -last.torque[1].x, strength * kJ / kR, share(3e-3),
                      "one of 500 steps");
   ASSERT_EQ(m.bed.broken_bonds().size(), 1u);
   EXPECT_FALSE(m.bed.broken_bonds()[0].in_tension);

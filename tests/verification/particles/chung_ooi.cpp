@@ -43,11 +43,11 @@ void expect_close(const Verified& row, const std::string& material, const Impact
   const char* const step = "2000 steps a contact: (pi/2000)^2/24 = 1e-7; the peak lies between steps";
   const char* const ends = "ends of touch interpolated across the force's kink";
   row.near("peak force, " + material, "N", got.force, exact.force, share(1e-4), step);
-  row.near("largest overlap, " + material, "m", got.overlap, exact.overlap, share(1e-4), step);
+  row.near("maximum overlap, " + material, "m", got.overlap, exact.overlap, share(1e-4), step);
   row.near("duration, " + material, "s", got.duration, exact.duration, share(3e-4), ends);
   const char* const digits = "printed to three or four digits";
   row.near("peak force as printed, " + material, "N", got.force, printed.force, share(1e-3), digits);
-  row.near("largest overlap as printed, " + material, "m", got.overlap, printed.overlap, share(1e-3), digits);
+  row.near("maximum overlap as printed, " + material, "m", got.overlap, printed.overlap, share(1e-3), digits);
   row.near("duration as printed, " + material, "s", got.duration, printed.duration, share(2e-3), digits);
 }
 
@@ -136,14 +136,14 @@ TEST(ChungOoi, Test4ObliqueImpactOnRigidWall) {
   for (const auto& c : cases) {
     const Rebound got = oxide(c.angle, Changing::lossy);
     const double v_t = kOxideSpeed * std::sin(c.angle * pi / 180);
-    EXPECT_NEAR(got.spin, -2.5 * (v_t - got.v_t) / kOxideRadius, 4e-3 * std::abs(got.spin)) << "lever r - delta";
+    EXPECT_NEAR(got.spin, -2.5 * (v_t - got.v_t) / kOxideRadius, 4e-3 * std::abs(got.spin)) << "moment arm r - delta";
     const std::string at = " at " + std::to_string(c.angle) + " deg";
     if (c.angle < 15) {
       // The contact sticks nearly all the time, where the paper's programs keep the spring while it grows: another
       // convention, which Test4WithTheSpringKept holds against these points.
       const char* const sticks = "sticks: the paper's programs keep the spring";
       row.compare("tangential restitution" + at, "1", got.v_t / v_t, c.e_t, 0.02 * c.e_t, sticks);
-      row.compare("spin" + at, "rad/s", got.spin, c.omega, 0.05 * c.e_t * v_t / kOxideRadius, sticks);
+      row.compare("angular velocity" + at, "rad/s", got.spin, c.omega, 0.05 * c.e_t * v_t / kOxideRadius, sticks);
       row.compare("rebound angle of the contact point" + at, "deg", rebound_angle(got), c.rebound, 0.5, sticks);
       continue;
     }
@@ -151,7 +151,7 @@ TEST(ChungOoi, Test4ObliqueImpactOnRigidWall) {
     const double part = 0.02;
     const char* const why = "published codes lie within 2 % of each other";
     row.near("tangential restitution" + at, "1", got.v_t / v_t, c.e_t, share(part), why);
-    row.near("spin" + at, "rad/s", got.spin, c.omega, absolute(2.5 * part * c.e_t * v_t / kOxideRadius),
+    row.near("angular velocity" + at, "rad/s", got.spin, c.omega, absolute(2.5 * part * c.e_t * v_t / kOxideRadius),
              "of the tangential restitution's tolerance");
     row.near("rebound angle of the contact point" + at, "deg", rebound_angle(got), c.rebound, absolute(1.5),
              "2 % of e_t at the patch; half a degree of reading");
@@ -197,8 +197,8 @@ TEST(ChungOoi, Test4WithTheSpringKept) {
     row.near(at("tangential restitution", p.angle), "1", tangential_of(oxide(p.angle, Changing::keep_spring), p.angle),
              p.value, absolute(0.02), "published codes lie within 2 % of each other; read to 0.004");
   for (const auto& p : spin)
-    row.near(at("spin", p.angle), "rad/s", oxide(p.angle, Changing::keep_spring).spin, p.value, absolute(20),
-             "read to 4 rad/s; 0.02 of e_t at 10 deg");
+    row.near(at("angular velocity", p.angle), "rad/s", oxide(p.angle, Changing::keep_spring).spin, p.value,
+             absolute(20), "read to 4 rad/s; 0.02 of e_t at 10 deg");
 }
 
 /// What a stiffness that changes takes from the tangential spring, or gives it, stands in the balance.
@@ -282,12 +282,12 @@ TEST(ChungOoi, Test5ConstantNormalVelocity) {
                   [&](double psi) { return r * run(psi, 0.5, Changing::keep_force).spin / (mu * v_n); });
   }
   const Verified exact(kImpactField, "Gross sliding at constant normal velocity",
-                       "closed form: psi_2 = psi_1 - 7, spin -5 mu V_n/R");
+                       "closed form: psi_2 = psi_1 - 7, angular velocity -5 mu V_n/R");
   const Material steel = cases[0].material;
   const Rebound slides =
       strike(against_wall(steel, 1, mu), r, steel.density, 10 * mu * v_n, v_n, 0, fine_step(steel, r, v_n));
   exact.near("psi_2 at psi_1 = 10", "1", slides.patch / (mu * v_n), 3, absolute(0.08),
-             "lever r - delta, delta = 1.2 % of r");
+             "moment arm r - delta, delta = 1.2 % of r");
   exact.near("tangential velocity at psi_1 = 10", "m/s", slides.v_t, (10 - 2) * mu * v_n, share(2e-4),
              "the spring loads up over some steps");
 }

@@ -122,8 +122,9 @@ const std::vector<Point> kNylonPoints = {{0.1762, -0.824}, {0.3744, -0.638}, {0.
                                          {2.0925, 0.095},  {2.9956, 0.007},  {4.5154, -0.120}};
 
 TEST(ChungOoi, Test6ConstantNormalVelocityAndSpin) {
-  const Verified engine(kImpactField, "Normal impact with spin, e = 0.5", "an integration of the engine's convention");
-  const Verified paper(kImpactField, "Chung-Ooi 6: normal impact with spin", kReadPoints);
+  const Verified engine(kImpactField, "Normal impact with rotation, e = 0.5",
+                        "an integration of the engine's convention");
+  const Verified paper(kImpactField, "Chung-Ooi 6: normal impact with rotation", kReadPoints);
   for (const auto& [material, points] : {std::pair{aluminium, kAluminiumPoints}, {nylon, kNylonPoints}}) {
     const Material& m = material;
     const auto run = [&](double x) {
@@ -139,15 +140,15 @@ TEST(ChungOoi, Test6ConstantNormalVelocityAndSpin) {
 }
 
 TEST(ChungOoi, GrossSlidingOfASpinningSphere) {
-  const Verified exact(kImpactField, "Gross sliding of a spinning sphere, e = 0.5",
+  const Verified exact(kImpactField, "Gross sliding of a rotating sphere, e = 0.5",
                        "V_st' = V_st - 3.5 mu I/m, I the impulse of the pressing force by RKF78");
   const double pressing = pressing_impulse();
   const Rebound slides =
       strike(against_wall(aluminium, e, mu), r, aluminium.density, 0, v_n, 20 * v_n / r, fine_step(aluminium, r, v_n));
   exact.near("tangential velocity", "m/s", -slides.v_t, mu * pressing * v_n, share(1e-3),
              "the spring loads up over some steps; damping lags by half a step");
-  exact.near("spin", "rad/s", slides.spin, 20 * v_n / r - 2.5 * mu * pressing * v_n / r, share(1e-3),
-             "lever r - delta");
+  exact.near("angular velocity", "rad/s", slides.spin, 20 * v_n / r - 2.5 * mu * pressing * v_n / r, share(1e-3),
+             "moment arm r - delta");
 }
 
 /// Where the points of 6 belong: of the conventions that programs publish the one named here fits best. The engine with
@@ -191,7 +192,7 @@ Pair meet(const HertzMindlin& law, const SphereSpec& one, const SphereSpec& othe
 
 TEST(ChungOoi, Test7IdenticalSpheresWithOppositeSpins) {
   const Material& m = aluminium;
-  const Verified row(kImpactField, "Chung-Ooi 7: identical spheres with opposite spins",
+  const Verified row(kImpactField, "Chung-Ooi 7: identical spheres with opposite angular velocities",
                      "they roll on each other: nothing changes; " + kChungOoi);
   Worst spin, speed;
   for (const double w : {0.175, 1.155, 4.289, 22.86}) {
@@ -202,15 +203,18 @@ TEST(ChungOoi, Test7IdenticalSpheresWithOppositeSpins) {
     spin.take(at, p.a.w.z, w);
     speed.take(at, p.a.v.y, 0);
   }
-  spin.near(row, "spin after, of 0.175 to 22.86 rad/s before", "rad/s", share(1e-12), "no sliding anywhere: rounding");
+  spin.near(row, "angular velocity after, of 0.175 to 22.86 rad/s before", "rad/s", share(1e-12),
+            "no sliding anywhere: rounding");
   speed.near(row, "tangential velocity of the centre after", "m/s", absolute(1e-12), "rounding");
-  const Verified own(kImpactField, "Identical spheres with equal spins", "own case; gross sliding, I by RKF78");
+  const Verified own(kImpactField, "Identical spheres with equal angular velocities",
+                     "own case; gross sliding, I by RKF78");
   const HertzMindlin law = elastic(m.young, m.poisson, e, mu);
   const Pair p = meet(law, {{-r * (1 + 1e-7), 0, 0}, {v_n, 0, 0}, {0, 0, 30}, r, m.density, 0},
                       {{r * (1 + 1e-7), 0, 0}, {-v_n, 0, 0}, {0, 0, 30}, r, m.density, 0}, 2 * fine_step(m, r, v_n));
   const double pressing = pressing_impulse();
   own.near("tangential velocity after", "m/s", std::abs(p.a.v.y), mu * pressing * v_n, share(1e-3), "as above");
-  own.near("spin after", "rad/s", p.b.w.z, 30 - 2.5 * mu * pressing * v_n / r, share(1e-3), "lever r - delta/2");
+  own.near("angular velocity after", "rad/s", p.b.w.z, 30 - 2.5 * mu * pressing * v_n / r, share(1e-3),
+           "moment arm r - delta/2");
 }
 
 TEST(ChungOoi, Test8SpheresOfDifferentSize) {
@@ -220,9 +224,9 @@ TEST(ChungOoi, Test8SpheresOfDifferentSize) {
   const std::vector<Point> points = {{0.1872, -0.815}, {0.3583, -0.626}, {0.5508, -0.439}, {0.7647, -0.238},
                                      {0.9786, -0.017}, {1.2139, 0.096},  {1.4920, 0.111},  {1.7701, 0.090},
                                      {2.0909, 0.058},  {2.9893, -0.049}, {4.5080, -0.139}};
-  const Verified engine(kImpactField, "Spheres of different size with spin, e = 0.5",
+  const Verified engine(kImpactField, "Spheres of different size with rotation, e = 0.5",
                         "an integration of the engine's convention");
-  const Verified paper(kImpactField, "Chung-Ooi 8: spheres of different size with spin", kReadPoints);
+  const Verified paper(kImpactField, "Chung-Ooi 8: spheres of different size with rotation", kReadPoints);
   for (const bool stiff : {true, false}) {
     HertzMindlin law;
     law.take_materials(m.young, m.poisson, stiff ? 1000 * m.young : m.young, m.poisson);

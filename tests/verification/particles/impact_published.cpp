@@ -35,7 +35,7 @@ TEST(ImpactPublished, HuntCrossleyTableOfTheSteelBall) {
     const Event e = law.strike({.mass = 0.1}, r.v);
     char at[24];
     std::snprintf(at, sizeof at, " at %g m/s", r.v);
-    to_digits(row, std::string("largest indentation") + at, "m", e.largest, r.x, 11);
+    to_digits(row, std::string("maximum indentation") + at, "m", e.largest, r.x, 11);
     to_digits(row, std::string("peak force") + at, "N", e.peak_force, r.f, 11);
     to_digits(row, std::string("duration") + at, "s", e.duration(), r.t, 11);
     to_digits(row, std::string("restitution") + at, "1", e.restitution, r.k, 10);

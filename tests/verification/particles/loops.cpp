@@ -96,7 +96,7 @@ TEST(PlasticLoops, Luding) {
   const Verified row(kField, "Luding 2008: k1 10, k2 50, k_c 10 kN/m, phi_f 0.2", "Luding 2008, by hand");
   row.near("force at 1 mm", "N", loop.in.back().force, k1 * kDeepest, share(1e-9), kExact);
   row.near("overlap without force", "m", loop.residual(), (1 - k1 / p) * kDeepest, share(1e-6), kBetween);
-  row.near("strongest pull", "N", -loop.strongest_pull().force, k_c * tear, share(1e-4), kBetween);
+  row.near("maximum pull", "N", -loop.strongest_pull().force, k_c * tear, share(1e-4), kBetween);
   row.near("pull at half that overlap", "N", -loop.at(loop.out, 0.5 * tear), 0.5 * k_c * tear, share(1e-4), kBetween);
   row.near("area of the loop", "J", loop.work,
            0.5 * k1 * kDeepest * kDeepest - (std::pow(k1 * kDeepest, 2) - std::pow(k_c * tear, 2)) / (2 * p) +
@@ -114,7 +114,7 @@ void edinburgh(const Verified& row, double n, double chi, double k1) {
   const double corner = std::pow(top - pull / k2, 1 / n), m = n + 1;
   row.near("force at 1 mm", "N", loop.in.back().force, k1 * std::pow(kDeepest, n), share(1e-9), kExact);
   row.near("overlap without force", "m", loop.residual(), residual, share(1e-6), kBetween);
-  row.near("strongest pull", "N", -loop.strongest_pull().force, pull, share(1e-3), "sampled 20,000 times, a kink");
+  row.near("maximum pull", "N", -loop.strongest_pull().force, pull, share(1e-3), "sampled 20,000 times, a kink");
   row.near("pull at half that overlap", "N", -loop.at(loop.out, 0.5 * corner), pull * std::pow(0.5, chi), share(1e-6),
            kBetween);
   const double back = k2 * ((std::pow(kDeepest, m) - std::pow(corner, m)) / m - top * (kDeepest - corner));

@@ -139,7 +139,7 @@ TEST(Mfix, Dem03TwoStackedSpheres) {
   EXPECT_GT(moved, 1e-5);
   const Verified row(kMfix, "DEM03: two stacked spheres, pressed", kManual + ": two-degree-of-freedom equation by RK4");
   // Damping lags by dt/2: relative error beta omega dt = 0.07 x 4400/s x 2e-7 s = 6e-5 of a motion of 5e-5 m.
-  row.near("largest difference of a position within 20 ms", "m", worst, 0, absolute(1e-3 * moved),
+  row.near("maximum difference of a position within 20 ms", "m", worst, 0, absolute(1e-3 * moved),
            "1e-3 of the motion; damping lags by half a step");
 }
 
@@ -182,8 +182,8 @@ TEST(Sliding, SlipToRollTable) {
     // The moment arm is r - delta: r m g/k = 7e-5 of omega; 1e-4 in u from the first kick on the flat contact.
     row.near(of("speed at %g s", at[0]), "m/s", now.velocity[0].x, at[1], absolute(2e-4),
              "first kick on the flat contact");
-    row.near(of("spin at %g s", at[0]), "rad/s", -now.angular_velocity[0].z, at[2], absolute(0.1),
-             "lever r - delta, 7e-5 of omega");
+    row.near(of("angular velocity at %g s", at[0]), "rad/s", -now.angular_velocity[0].z, at[2], absolute(0.1),
+             "moment arm r - delta, 7e-5 of omega");
   }
 }
 
@@ -212,8 +212,8 @@ TEST(RollingResistance, RollingWithoutSlipSlowsDown) {
   for (int n = 0; n < 30000; ++n) bed.step(dt);
   const double drop = 5 * mu_r * kGravity / (7 * kRadius) * bed.time();
   const Verified row(kTurning, "Rolling without slip, mu_r 0.05, constant torque", "omega0 - 5 mu_r g t/(7 r)");
-  row.near("loss of spin in 0.3 s", "rad/s", w0 + sphere(bed, 0).w.z, drop, share(5e-3),
-           "lever r - delta; friction starts with a vibration");
+  row.near("loss of angular velocity in 0.3 s", "rad/s", w0 + sphere(bed, 0).w.z, drop, share(5e-3),
+           "moment arm r - delta; friction starts with a vibration");
 }
 
 TEST(RollingResistance, SpinningInPlaceWithoutFriction) {
@@ -223,7 +223,7 @@ TEST(RollingResistance, SpinningInPlaceWithoutFriction) {
   const double drop = 5 * mu_r * kGravity / (2 * kRadius) * bed.time();
   const Verified row(kTurning, "Spinning in place without friction, mu_r 0.05",
                      "omega0 - 5 mu_r g t/(2 r) (LAMMPS's rolling_decay)");
-  row.near("loss of spin in 0.2 s", "rad/s", w0 + sphere(bed, 0).w.z, drop, share(1e-4),
+  row.near("loss of angular velocity in 0.2 s", "rad/s", w0 + sphere(bed, 0).w.z, drop, share(1e-4),
            "exact but for the first half step");
 }
 
@@ -233,7 +233,8 @@ TEST(RollingResistance, DownAnIncline) {
   for (int n = 0; n < 30000; ++n) bed.step(dt);
   const double v = 5.0 / 7 * kGravity * (std::sin(theta) - mu_r * std::cos(theta)) * bed.time();
   const Verified row(kTurning, "Rolling down 10 deg, mu_r 0.05", "(5/7) g (sin theta - mu_r cos theta) t");
-  row.near("speed after 0.3 s", "m/s", sphere(bed, 0).v.x, v, share(2e-3), "lever r - delta; the onset of friction");
+  row.near("speed after 0.3 s", "m/s", sphere(bed, 0).v.x, v, share(2e-3),
+           "moment arm r - delta; the onset of friction");
 }
 
 /// Elastic-plastic form: at rest below the rolling limit it holds for good, above it rolls with the cap's torque.
@@ -250,7 +251,7 @@ TEST(RollingResistance, ElasticPlasticHoldsAndYields) {
       row.near("speed after 0.5 s, tan theta 0.10", "m/s", sphere(bed, 0).v.x, v, share(0.03),
                "less the angle in which the spring loads up");
     } else {
-      row.near("speed after 0.5 s, tan theta 0.04", "m/s", sphere(bed, 0).v.x, 0, absolute(1e-7), "held by its spring");
+      row.near("speed after 0.5 s, tan theta 0.04", "m/s", sphere(bed, 0).v.x, 0, absolute(1e-7), "kept by its spring");
     }
   }
 }

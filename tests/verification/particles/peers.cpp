@@ -61,13 +61,13 @@ TEST(Peers, LammpsRestitution) {
 TEST(Peers, LammpsObliqueImpact) {
   const double dt = 1e-9, r = 2.5e-3;
   const Verified row(kField, "LAMMPS unittest/granular dem04-mindlin",
-                     "its recorded velocities (4 Jul 2026), tangential mindlin: lever radius, keep-spring");
+                     "its recorded velocities (4 Jul 2026), tangential mindlin: moment arm radius, keep-spring");
   struct {
     const char* name;
     double v_t, out, spin, tolerance;
     const char* why;
   } const cases[] = {{"sliding", 2.5069, 1.9626460766213021, 544.25392337870403, 2e-3,
-                      "lever r - delta: delta = 0.9 % of r, in spin alone"},
+                      "moment arm r - delta: delta = 0.9 % of r, in angular velocity alone"},
                      {"sticking", 0.5, 0.34437890244522057, 155.62109755477954, 0.015,
                       "tangential dashpot: there half of the normal one, here sqrt(k_t/k_n) of it"}};
   for (const auto& c : cases) {
@@ -82,7 +82,7 @@ TEST(Peers, LammpsObliqueImpact) {
     row.near(std::string("normal velocity after, ") + c.name, "m/s", out.v.y, 2.9278423105668629, share(1e-4),
              "step of 1 ns for 10");
     row.near(std::string("tangential velocity after, ") + c.name, "m/s", out.v.x, c.out, share(c.tolerance), c.why);
-    row.near(std::string("spin after, ") + c.name, "rad/s", -out.w.z, c.spin, share(c.tolerance), c.why);
+    row.near(std::string("angular velocity after, ") + c.name, "rad/s", -out.w.z, c.spin, share(c.tolerance), c.why);
   }
 }
 
@@ -114,7 +114,7 @@ TEST(Peers, LammpsSpinImpact) {
            why);
   row.near("tangential velocity after, friction limit net-force", "m/s", like.v.x, 1.2706938882175314e-01, share(1e-2),
            why);
-  row.near("spin after, friction limit net-force", "rad/s", like.w.y, 19.683950332657247, share(2e-3), why);
+  row.near("angular velocity after, friction limit net-force", "rad/s", like.w.y, 19.683950332657247, share(2e-3), why);
   const Sphere ours = run(false);
   // Pressing part of the impulse, unclipped linear spring-dashpot: 1 + e^(-gamma t) where the force passes zero.
   const double b = std::log(2) / std::hypot(pi, std::log(2)), root = std::sqrt(1 - b * b);
@@ -149,7 +149,7 @@ TEST(Peers, LammpsSlip) {
     std::snprintf(at, sizeof at, " at %.2f s", c.steps * dt);
     const char* const why = "velocities of half a step before; the weight swings on its spring";
     row.near(std::string("speed") + at, "m/s", sphere(bed, 0).v.x, c.v, share(1e-4), why);
-    row.near(std::string("spin") + at, "rad/s", -sphere(bed, 0).w.z, c.w, share(1e-4), why);
+    row.near(std::string("angular velocity") + at, "rad/s", -sphere(bed, 0).w.z, c.w, share(1e-4), why);
   }
 }
 

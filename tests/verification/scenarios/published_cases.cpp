@@ -75,12 +75,12 @@ TEST(PublishedCases, ChungOoi4) {
     const std::string at = std::string(" at ") + p.angle + " deg";
     if (p.sphere == 1) {  // another convention than the paper's, as there
       row.compare("tangential restitution" + at, "1", e_t, p.e_t, part * p.e_t, why);
-      row.compare("spin" + at, "rad/s", spin, p.omega, 2.5 * part * p.e_t * v_t / 2.5e-3, why);
+      row.compare("angular velocity" + at, "rad/s", spin, p.omega, 2.5 * part * p.e_t * v_t / 2.5e-3, why);
       row.compare("rebound angle of the contact point" + at, "deg", patch * 180 / pi, p.rebound, 0.5, why);
       continue;
     }
     row.near("tangential restitution" + at, "1", e_t, p.e_t, share(part), why);
-    row.near("spin" + at, "rad/s", spin, p.omega, absolute(2.5 * part * p.e_t * v_t / 2.5e-3), why);
+    row.near("angular velocity" + at, "rad/s", spin, p.omega, absolute(2.5 * part * p.e_t * v_t / 2.5e-3), why);
     row.near("rebound angle of the contact point" + at, "deg", patch * 180 / pi, p.rebound, absolute(1.5), why);
   }
 }
@@ -98,8 +98,8 @@ TEST(PublishedCases, SlipToRoll) {
     const std::size_t frame = run.frame_at(p.t);
     row.near(std::string("speed at ") + p.at + " s", "m/s", run.of("velocity", frame)[0].x, p.u, absolute(2e-4),
              "first kick on the flat contact");
-    row.near(std::string("spin at ") + p.at + " s", "rad/s", run.of("spin", frame)[0].z, p.w, absolute(0.1),
-             "lever r - delta, 7e-5 of omega");
+    row.near(std::string("angular velocity at ") + p.at + " s", "rad/s", run.of("spin", frame)[0].z, p.w, absolute(0.1),
+             "moment arm r - delta, 7e-5 of omega");
   }
 }
 

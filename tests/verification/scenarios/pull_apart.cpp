@@ -37,7 +37,7 @@ TEST(PullApart, ForceOverGapIsTheLawsCurveAndItsAreaTwentyEightMillijoule) {
   const auto within = [](double amount) { return subsoil::test::absolute(amount); };
   const char* const ring = "spheres of 7.5 g ring in the jaws' bonds, m v omega/2";
   worst.near(row, "pull over the gap", "N", within(0.05), ring);
-  row.near("largest pull", "N", highest, 14, within(0.05), ring);
+  row.near("maximum pull", "N", highest, 14, within(0.05), ring);
   // 28 mJ and what damping takes, c v^2 t < 1 uJ; the sum over 5 um of travel is exact for straight lines.
   row.near("area under the curve", "J", work, 28e-3, within(2e-5), "damping takes less than 1 uJ; kinks of 5 um");
   const nlohmann::json energy = test::summary_of(dir / "out")["energy"];

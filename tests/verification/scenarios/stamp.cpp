@@ -24,12 +24,12 @@ TEST(Stamp, ClosedFormsOfTheGroundElement) {
                      "quarter period of (m + m_b) on K' by hand");
   const auto e = model.strike(stamp, 1, 200);
   const char* const digits = "printed to eight digits";
-  row.near("largest depth", "m", e.largest, 34.641016e-3, absolute(5e-10), digits);
+  row.near("maximum depth", "m", e.largest, 34.641016e-3, absolute(5e-10), digits);
   row.near("time to it", "s", e.time_in, 59.855379e-3, absolute(5e-10), digits);
   row.near("energy lost at touch", "J", e.at_touch, 6, absolute(1e-12), "rounding");
   row.near("energy that deforms the ground", "J", e.in_ground, 60, absolute(1e-10), "quadrature");
   model.gravity = 9.81;
-  row.near("largest depth, with gravity", "m", model.strike(stamp, 1, 200).largest, 49.931382e-3, absolute(5e-10),
+  row.near("maximum depth, with gravity", "m", model.strike(stamp, 1, 200).largest, 49.931382e-3, absolute(5e-10),
            digits);
 }
 
@@ -55,7 +55,7 @@ TEST(Stamp, SinksInAMachineAsTheClosedFormSays) {
     std::snprintf(at, sizeof at, " at %g m/s", e.speed);
     found.near(std::string("sinking") + at, "m", 0.1 - *lowest, e.largest, share(2e-3),
                "body and follower become one within 2 ms, not at once");
-    found.near(std::string("time to the deepest place") + at, "s",
+    found.near(std::string("time to the maximum depth") + at, "s",
                series.at("time")[static_cast<std::size_t>(lowest - y.begin())], e.time_in, absolute(5e-4), "the same");
     // Lost in the contact with the follower and in the ground: all of it, but what the unloading line holds.
     const double taken = 0.5 * 132 * e.speed * e.speed + 132 * 9.81 * (0.1 - y.back());

@@ -50,7 +50,7 @@ class Table : public testing::Environment {
     const char* const path = std::getenv("SUBSOIL_CASES_TABLE");
     if (path == nullptr || rows_.empty()) return;
     std::ofstream out(path);
-    out << "| case | quantity | source of the reference | where the difference is largest | ours | reference | "
+    out << "| case | quantity | source of the reference | where the difference is maximum | ours | reference | "
            "difference | bound |\n|---|---|---|---|---|---|---|---|\n";
     for (const auto& [index, text] : rows_) out << text;
   }
@@ -85,8 +85,7 @@ TEST_P(Cases, AgreeWithTheirReference) {
   table->add(GetParam(), c, findings);
 }
 
-// The document has rows for every case, with the case's own source. Their numbers are of the day on which they were
-// written; they are not compared.
+// The document has rows for every case, with the case's own source. Its numbers are not compared.
 TEST_P(Cases, StandInTheDocument) {
   const Case c = of();
   std::ifstream file(subsoil::test::source_dir() + "/docs/multibody-cases.md");
