@@ -29,7 +29,7 @@ struct GivenMotion {
 /// What soil and machine did to each other through the machine's surfaces since the start, J.
 struct InterfaceWork {
   double on_soil = 0;     ///< as the bed accumulates it: mean wrench of two instants times the displacement between
-  double on_machine = 0;  ///< as the machine accumulates it: wrench held over the step times displacement
+  double on_machine = 0;  ///< as the machine accumulates it: wrench constant over the step times displacement
   /// What the explicit exchange created (> 0) or lost: both sides together; of first order in the step.
   double error() const { return on_soil + on_machine; }
 };

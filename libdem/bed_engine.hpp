@@ -19,7 +19,7 @@ struct EngineSums {
   Losses lost;                                      ///< in this step
   double removed = 0;                               ///< energy that left with spheres in this step
   double pairs = 0, overlap = 0;                    ///< as those of a bed, at their last sample
-  double speed2 = 0;                                ///< largest v.v after the move, m2/s2
+  double speed2 = 0;                                ///< maximum v.v after the move, m2/s2
   double squares = 0;                               ///< a sum over velocities: NaN where one is
   std::size_t fallen = 0;                           ///< spheres that left in this step
   bool new_lists = false;

@@ -7,7 +7,8 @@
 //   model.add("H8", Revolute{.body_a = frame, .body_b = shovel, .p_a = ..., .p_b = ...});
 //   mbd::Machine machine(model, {.integrator = IntegratorKind::adams_moulton});
 //   machine.start_from_pose();                          // or start_from_towing_equilibrium(0.5)
-//   loop: machine.set_external_wrench(shovel, fx, fy, mz);   // about the centre of gravity, world axes, held over h
+//   loop: machine.set_external_wrench(shovel, fx, fy, mz);   // about the centre of gravity, world axes, constant over
+//   h
 //         machine.advance(h);
 //         machine.body(shovel)                          // BodyState: r, angle, v, omega
 //         machine.columns(values)                       // in the order of column_names()
@@ -79,7 +80,7 @@ class Machine {
   int body_index(const std::string& name) const { return system_.body_index(name); }
   const BodyState& body(int index) const { return system_.body(index); }
   void set_external_wrench(int body, double fx, double fy, double mz) { system_.set_external_wrench(body, fx, fy, mz); }
-  /// One machine step with the wrenches held.
+  /// One machine step with constant wrenches.
   void advance(double h);
   double time() const { return integrator_->state().t; }
   /// Everything below is of a time inside the last step until look_ahead() or the next step; keep_steps() beforehand.

@@ -12,7 +12,7 @@ struct BrokenBond {
   double time = 0;                     ///< s, of the step whose forces broke it
   std::array<std::uint32_t, 2> ids{};  ///< of the spheres, the lower first
   Vec3 position;                       ///< middle between the surfaces, m, at the end of that step
-  double energy = 0;                   ///< J that it held
+  double energy = 0;                   ///< J that it stored
   bool in_tension = true;              ///< or in shear
 };
 

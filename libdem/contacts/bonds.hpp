@@ -35,8 +35,8 @@ class Bonds {
   void form_due(double until, ContactStore& contacts, const ParticleStore& particles, const ContactLaws& laws);
   /// A bond of the run broke in this step; called by workers.
   void mark_broken(std::uint32_t run);
-  /// Bonds that broke in this step, in the order of the lists; what they held is added to `lost`, J. Called after every
-  /// sweep, so that no later build of the lists can drop one.
+  /// Bonds that broke in this step, in the order of the lists; what they stored is added to `lost`, J. Called after
+  /// every sweep, so that no later build of the lists can drop one.
   void record_broken(double time, ContactStore& contacts, const ParticleStore& particles, const ContactLaws& laws,
                      double& lost);
 

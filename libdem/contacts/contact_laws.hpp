@@ -22,7 +22,7 @@ class ContactLaws {
   std::uint32_t count() const { return static_cast<std::uint32_t>(table_.laws.size()); }
   const Law& operator[](std::uint32_t law) const { return table_.laws[law]; }
   int between(int a, int b) const { return table_.of(a, b); }  ///< index by material; -1: none given
-  /// Largest gap across which the law acts between the spheres of the lists, and between them and surfaces, m.
+  /// Maximum gap across which the law acts between the spheres of the lists, and between them and surfaces, m.
   double cutoff(std::uint32_t law) const { return cutoff_[law]; }
   double surface_cutoff(std::uint32_t law) const { return surface_cutoff_[law]; }
   double largest_cutoff() const;  ///< between spheres

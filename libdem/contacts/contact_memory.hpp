@@ -32,8 +32,8 @@ struct ContactMemory {
 inline constexpr int kSlipping = 0;
 
 /// Calls state(field, k), k = 0, 1, ..., for the states in the order in which they lie in a block, and
-/// diagnostic(field, k) likewise. `has` (MemoryShape, or a kernel's own) says what of it contacts of a law have: rolls,
-/// twists (only with rolls), own.
+/// diagnostic(field, k) likewise. `has` (MemoryShape, or a kernel's own) states what of it contacts of a law have:
+/// rolls, twists (only with rolls), own.
 template <class Has, class Memory, class State, class Diagnostic>
 [[gnu::always_inline]] constexpr void each_field(const Has& has, Memory& m, const State& state,
                                                  const Diagnostic& diagnostic) {
@@ -133,7 +133,7 @@ struct PairState : ContactMemory<double, float> {
   bool empty() const;             ///< nothing stored: the contact was beyond the cutoff at the last step
 };
 
-/// Memory of one lane, taken out of its block or put into it.
+/// Memory of one lane, taken from its block or put into it.
 PairState read_lane(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane);
 void write_lane(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane, const PairState& state);
 /// Likewise the bond of a lane, of shapes that bond.

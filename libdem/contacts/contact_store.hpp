@@ -56,10 +56,10 @@ struct RemoteContribution {
 /// Layout: runs, all contacts of one law of one particle block, are contiguous in four parallel streams (indices,
 /// shapes, activation paths, histories), since a step reads them once, in order, and writes only the histories back. In
 /// one record with the indices, parts of a history that a step does not touch would come along. Lists of contacts per
-/// sphere are too short for vectors (blocks.hpp says what SELL chunks gain).
+/// sphere are too short for vectors (blocks.hpp states what SELL chunks gain).
 ///
 /// Pairs in contact and candidates that may come to touch are in runs of their own: a candidate costs nothing until the
-/// path bound of its particle block says that its block of eight may have met, and activates it.
+/// path bound of its particle block states that its block of eight may have met, and activates it.
 class ContactStore {
  public:
   std::vector<ParticleBlock> particle_blocks;

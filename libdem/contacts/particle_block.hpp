@@ -8,7 +8,7 @@
 namespace subsoil::dem {
 
 /// 256 consecutive spheres (kParticleBlock) with the contacts of which they are the first particle: the unit of a
-/// worker's walk, of sums in a fixed order and of sampling.
+/// worker's sweep, of sums in a fixed order and of sampling.
 ///
 /// Written by rebuilds (ContactStore), read by every worker in every step. What steps write by particle block lies in
 /// arrays of the parts: path bounds (below), energies (step/energy_balance.hpp), costs (step/work_partition.hpp). Then

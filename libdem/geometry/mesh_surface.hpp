@@ -98,7 +98,7 @@ class MeshSurface {
   std::vector<uint32_t> face_feature_;  // per facet
   TriangleTree tree_;
   Bounds bounds_;
-  double rounding_ = 0;  // m: error of a computed point, from the largest coordinate
+  double rounding_ = 0;  // m: error of a computed point, from the maximum coordinate
   std::vector<TriangleMesh> surfaces_;
 };
 

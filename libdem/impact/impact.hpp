@@ -31,8 +31,8 @@ struct Event {
   double speed = 0;        ///< of approach, m/s
   double peak_force = 0;   ///< N
   double peak_time = 0;    ///< of the peak force after first touch, s
-  double largest = 0;      ///< largest indentation, m
-  double time_in = 0;      ///< from first touch to the largest indentation, s
+  double largest = 0;      ///< maximum indentation, m
+  double time_in = 0;      ///< from first touch to the maximum indentation, s
   double time_out = 0;     ///< from there to separation, s; NaN when the bodies stick
   double rebound = 0;      ///< speed of separation, m/s
   double restitution = 0;  ///< rebound/speed

@@ -9,7 +9,7 @@
 #include "libdem/impact/jkr.hpp"
 #include "libdem/impact/thornton.hpp"
 
-/// The list of impact models: a new one is its own file and one word here. Each answers
+/// The list of impact models: a new one is its own file and one entry here. Each answers
 ///   double restitution_at(const Pair&, double speed) const
 ///   Event strike(const Pair&, double speed, int samples) const
 /// and throws std::invalid_argument with the cure when the pair lacks what it needs.

@@ -7,7 +7,7 @@ template <class T>
 struct BondMemory {
   T shear[3] = {}, bend[3] = {}, twist{};                ///< m, rad, rad
   T reference{};                                         ///< delta_0, m
-  T released{};                                          ///< of one that broke: the energy that it held, J
+  T released{};                                          ///< of one that broke: the energy that it stored, J
   T state{};                                             ///< kNoBond ...
   T dash_n{}, dash_t[3] = {}, dash_r[3] = {}, dash_w{};  ///< dashpots at the last recorded step, N and N m
 
@@ -35,7 +35,7 @@ struct BondMemory {
   }
 };
 
-/// A number of the contact like the others. A bond that broke says so for one step, until the bed has counted it.
+/// A number of the contact like the others. A bond that broke reports it for one step, until the bed has counted it.
 inline constexpr double kNoBond = 0, kBonded = 1, kBrokeInTension = 2, kBrokeInShear = 3;
 
 }  // namespace subsoil::dem

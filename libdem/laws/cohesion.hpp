@@ -16,7 +16,7 @@
 ///     liquid-bridge:  F_c = 4 pi R gamma cos(theta) (1 - S/sqrt(S^2 + V/(pi R))), S = max(0, -delta) < S_r,
 ///                     S_r = (1 + theta/2) V^(1/3)
 /// Symbols: R = r1 r2/(r1 + r2) m (the sphere's radius at a boundary); k cohesion energy density J/m^3; w work of
-/// adhesion J/m^2; f largest pull N, k_a its fall with the gap N/m; gamma surface tension N/m, theta contact angle, V
+/// adhesion J/m^2; f maximum pull N, k_a its fall with the gap N/m; gamma surface tension N/m, theta contact angle, V
 /// volume of one bridge m^3, S gap, S_r the gap at which a bridge ruptures, m. `lens` is the circle in which the two
 /// spheres cut each other (LIGGGHTS sjkr), of equal ones 2 pi R delta - pi delta^2/4, at a boundary (c = 0) pi delta (2
 /// R - delta); `hertz` the circle of Hertz's contact (EDEM; Ucgul 2014), `sjkr2` that of LIGGGHTS. Linear adhesion

@@ -28,7 +28,7 @@ struct Cohesive : Normal {
   /// more in each other.
   void refuse_collapse(double r_eff) const {
     double memory[Cohesive::has.memory] = {};
-    // Of all pairs of this r_eff two equal spheres have the largest circle in common, and so the strongest pull.
+    // Of all pairs of this r_eff two equal spheres have the maximum circle in common, and so the maximum pull.
     if (normal(Approach<double>{r_eff, 0, 1, r_eff, 0, 0.25 / r_eff}, memory).force > 0) return;
     throw std::invalid_argument("at r_eff = " + std::to_string(1e3 * r_eff) +
                                 " mm the cohesion is stronger than the contact, spheres would sink into each other; "
@@ -58,7 +58,7 @@ struct Cohesive : Normal {
     this->cohesion.add(a, attraction, bridge);
     return work + attraction.stored;
   }
-  /// Where bodies that meet at the expected speed turn: the largest overlap whose energy is theirs, by halving.
+  /// Where bodies that meet at the expected speed turn: the maximum overlap whose energy is theirs, by halving.
   double overlap_at(const WorstContact& w) const {
     const double energy = 0.5 * w.m_eff * w.speed * w.speed;
     double high = w.r_eff;

@@ -7,13 +7,13 @@
 
 /// What passes between the sweep and a contact law. A law knows no particle, list or loop: numbers in, numbers out.
 ///
-/// A law whose force depends on what happened before says `has.memory = M` (LawMembers) and takes
+/// A law whose force depends on what happened before states `has.memory = M` (LawMembers) and takes
 /// `normal(const Approach<T>&, T (&memory)[M])`: numbers of the contact, 0 when it begins, kept from step to step, in
-/// restarts and when lists are built anew. Scalars only, the same from either body's side. The pair may stay in the
+/// restarts and when lists are rebuilt. Scalars only, the same from either body's side. The pair may stay in the
 /// lists while its surfaces are apart: the law sets its numbers back to 0 there.
 ///
 /// What else a law may have, beside `describe`, `resolved()`, `cutoff()`, `rest_overlap()`, `normal`, `bound`,
-/// `example()` and a member `friction`, says LawMembers.
+/// `example()` and a member `friction`, states LawMembers.
 namespace subsoil::dem {
 
 /// What a law has beside the members that all have, as its `static constexpr LawMembers has{...}`. The engine asks for
@@ -94,7 +94,7 @@ struct StiffnessBound {
 struct WorstContact {
   double m_eff, r_eff;  ///< kg, m
   double r_min;         ///< radius of the smaller sphere, m
-  double speed;         ///< largest approach speed expected, m/s (nonlinear laws stiffen with it)
+  double speed;         ///< maximum approach speed expected, m/s (nonlinear laws stiffen with it)
 };
 
 }  // namespace subsoil::dem

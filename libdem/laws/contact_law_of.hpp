@@ -26,7 +26,7 @@ template <class L>
 const LawKernels& law_kernels();
 }
 
-/// What a law's describe() says of itself first.
+/// What a law's describe() states of itself first.
 struct LawWord {
   const char* word = "";
   void card(const char* its, const char*) { word = its; }
@@ -160,7 +160,7 @@ std::shared_ptr<const ContactLaw> make_law(const L& given) {
   return std::make_shared<ContactLawOf<L>>(ready);
 }
 
-/// That the list says of a law what its header says.
+/// The list must state the same as the header of the law.
 template <class L, bool ListsCohesion, bool ListsBond>
 constexpr void check_listing() {
   static_assert(

@@ -15,7 +15,7 @@
 ///     unloading and reloading:                F = -f0 + k2 (delta^n - delta_p^n)
 ///     where that is below the next:           F = -f0 - A (delta/delta_c)^chi
 /// and c d delta/dt besides, while delta > 0. k1 N/m^n, left out: 4/3 E* sqrt(R), n = 3/2; k2 = k1/(1 - lambda_p);
-/// lambda_p plasticity ratio; delta_p = lambda_p^(1/n) times the largest overlap; f0 constant pull while in touch, N
+/// lambda_p plasticity ratio; delta_p = lambda_p^(1/n) times the maximum overlap; f0 constant pull while in touch, N
 /// (LIGGGHTS' pullOffForce is -f0). Loading leaves an adhesive branch of exponent chi that the unloading curve meets at
 /// delta_c with the pull A = k2 (delta_p^n - delta_c^n),
 ///     from the surface energy w:   A = min((3/2) pi w a, k2 delta_p^n/2),  a = sqrt(2 R delta_p) the flattened patch

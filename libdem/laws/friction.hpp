@@ -21,15 +21,15 @@
 ///     rescale: xi while k_t rises; in proportion to k_t while it falls (LAMMPS mindlin_rescale); a rising k_t makes
 ///         energy
 ///     What is made is accumulated as a negative loss in sliding.
-/// `tangential damping`: c_t of the law (each says which) or its c_n, times `tangential damping factor`, or none; or
+/// `tangential damping`: c_t of the law (each states which) or its c_n, times `tangential damping factor`, or none; or
 ///     c_t as a number; or by the restitution e_t of a contact that sticks, c_t = 2 beta(e_t) sqrt((2/7) m_eff k_t),
 ///     the slip's inertia being (2/7) m_eff for solid spheres.
-/// `limiting force`, N_f: what the law says, or of its normal force F with dashpot, F_e without it and attraction A
+/// `limiting force`, N_f: what the law states, or of its normal force F with dashpot, F_e without it and attraction A
 ///     |F|, max(0, F), max(0, F_e), max(0, F + A), |F + A|.
 /// Rolling, elastic-plastic (Ai, Chen, Rotter, Ooi 2011, type C): the angle rho (rad) in place of xi, the spring capped
-///     alone unless `rolling rule` says otherwise, k_r = 2.25 k_n (mu_r r_eff)^2 or given, cap mu_r r_eff N_f, dashpot
-///     c_r = 2 eta_r sqrt(I_r k_r) or given below the cap and f c_r at it (f: `rolling damping at limit`), I_r the
-///     series sum of both bodies' 7/5 m r^2.
+///     alone unless `rolling rule` states otherwise, k_r = 2.25 k_n (mu_r r_eff)^2 or given, cap mu_r r_eff N_f,
+///     dashpot c_r = 2 eta_r sqrt(I_r k_r) or given below the cap and f c_r at it (f: `rolling damping at limit`), I_r
+///     the series sum of both bodies' 7/5 m r^2.
 /// Rolling, constant torque: -mu_r r_eff N_f w/|w|; it jitters in a resting bed.
 /// Twist (mu_t > 0): the same element with the angle about the normal,
 ///     k_w = 2.25 k_n (mu_t r_eff)^2, cap mu_t r_eff N_f, dashpot 2 eta_r sqrt(I_w k_w), I_w = (2/7) I_r.
@@ -77,7 +77,7 @@ struct Friction {
 
   template <class V>
   void describe(V& v);  ///< friction_keys.hpp
-  /// Sets what a program does and the scenario does not say otherwise (docs/reference/conventions.md).
+  /// Sets what a program does and the scenario does not state otherwise (docs/reference/conventions.md).
   void take(Conventions program);
   /// Throws std::invalid_argument for a dashpot that is given twice.
   void check() const;
@@ -86,7 +86,7 @@ struct Friction {
   /// kernel of the accumulated ones in every step. Twist is not among it: its branch costs rolling 3 to 5 % of the
   /// step.
   bool usual() const;
-  /// The same when usual(), in words that the compiler can follow.
+  /// The same when usual(), in a form that the compiler can follow.
   Friction as_usual() const {
     Friction f;
     f.mu = mu, f.mu_d = mu_d, f.rolling_damping = rolling_damping;

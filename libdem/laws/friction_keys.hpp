@@ -91,7 +91,7 @@ void Friction::describe(V& v) {
            "likewise at boundaries; by-lever: r - delta, the boundary's surface, for mid-overlap, else as lever "
            "(LIGGGHTS: mid-overlap)");
   v.choice("slip lever", slip_moment_arm, {{"as-force", SlipMomentArm::as_force}, {"radius", SlipMomentArm::radius}},
-           "arm by which spins add to the slip velocity: that of the force, or r (LAMMPS granular)");
+           "moment arm of the angular velocities in the slip velocity: that of the force, or r (LAMMPS granular)");
 }
 
 }  // namespace subsoil::dem

@@ -11,7 +11,7 @@
 ///     delta > 0:  F = max(0, c delta^n (1 + b d delta/dt)),   stored c delta^(n+1)/(n+1), all else is damping
 ///                 k_n = n c delta^(n-1),  k_t = ratio k_n,  c_t = ratio b c delta^n
 /// Symbols: c N/m^n, n exponent (3/2 spheres, 1 flat bodies), b s/m; c left out: 4/3 E* sqrt(R), n = 3/2.
-/// Restitution is a result and falls with the speed, k = 1 - 2 b V/3 + ..., whatever c, n and the masses are; b may be
+/// Restitution is a result and falls with the speed, k = 1 - 2 b V/3 + ..., for any c, n and masses; b may be
 /// given as a restitution at a speed (impact/hunt_crossley.hpp has the exact map). The force begins and ends at zero,
 /// so nothing is clipped in an impact of two; only what others pull apart faster than 1/b leaves it without force.
 /// Tangential stiffness follows the normal one, its dashpot in the same proportion; on unloading the spring is kept, as

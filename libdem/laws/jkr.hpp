@@ -17,9 +17,9 @@
 /// Symbols: a contact radius m; R effective radius m; w work of adhesion J/m^2 (LAMMPS' and EDEM's surface energy is
 /// w/2); E*, G* as in elastic_pair.hpp; e restitution without adhesion, beta as in damping_ratio.hpp.
 /// Attraction begins when the surfaces touch (delta = 0: a_0^3 = 2 pi w R^2/E*, F = -(4/3) pi w R) and holds across a
-/// gap. Largest pull (3/2) pi w R, at a^3 = (9/8) pi w R^2/E*. The neck breaks, by `separation`,
+/// gap. Maximum pull (3/2) pi w R, at a^3 = (9/8) pi w R^2/E*. The neck breaks, by `separation`,
 ///     rupture   at a_f^3 = pi w R^2/(8 E*), the end of the branch at a given distance (F = -(5/6) pi w R)
-///     pull-off  at the largest pull, as under a given load (LAMMPS)
+///     pull-off  at the maximum pull, as under a given load (LAMMPS)
 /// Friction and rolling act while the neck holds, limited by F_e + 3 pi w R, F_e the force without damping: Thornton's
 /// twice the pull-off (LAMMPS). Stiffness that changes: as in hertz_mindlin.hpp, with a in place of sqrt(R delta).
 /// Energy: stored U; lost -U(a_0) when the surfaces snap together and U(a_f) when they part, in sum
@@ -52,7 +52,7 @@ struct Jkr : ElasticPair {
     v.quantity("restitution", restitution, "1", "(0, 1]", "coefficient of restitution without adhesion",
                "for no damping use 1");
     v.choice("separation", separation, {{"rupture", Separation::rupture}, {"pull-off", Separation::pull_off}},
-             "the neck breaks at the end of its branch, or at the largest pull");
+             "the neck breaks at the end of its branch, or at the maximum pull");
     friction.describe(v);
   }
 
@@ -79,7 +79,7 @@ struct Jkr : ElasticPair {
     law.friction.mu = 0.4, law.friction.mu_r = 0.05;
     return law;
   }
-  /// At the largest pull part of the well is left unclimbed: by that convention it is given.
+  /// At the maximum pull part of the well is left unclimbed: by that convention it is given.
   bool may_gain() const { return separation == Separation::pull_off; }
   double rest_overlap() const { return 0; }
 

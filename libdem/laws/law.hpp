@@ -39,8 +39,8 @@ class ContactLaw {
  public:
   virtual ~ContactLaw() = default;
 
-  virtual const char* name() const = 0;  ///< the scenario's word for it
-  /// Largest gap across which the law acts without bonds, between bodies whose effective radius is r_eff at most, m; at
+  virtual const char* name() const = 0;  ///< the scenario's name for it
+  /// Maximum gap across which the law acts without bonds, between bodies whose effective radius is r_eff at most, m; at
   /// surfaces the spheres' own.
   virtual double cutoff(double r_eff) const = 0;
   /// Likewise with bonds, between spheres up to a radius, m; of a pair r_eff is half of it at most.

@@ -11,7 +11,7 @@ struct Losses {
   double damping = 0;  ///< normal and tangential dashpots
   double sliding = 0;
   double rolling = 0;   ///< rolling spring at its limit and its dashpot
-  double breaking = 0;  ///< what bonds held when they broke
+  double breaking = 0;  ///< what bonds stored when they broke
 
   double total() const { return damping + sliding + rolling + breaking; }
   Losses& operator+=(const Losses& b) {

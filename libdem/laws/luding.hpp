@@ -15,9 +15,9 @@
 ///     where that is below -k_c delta:             F = -k_c delta, and M falls so that the line ends there
 ///     p = k1 + (k2 - k1) M/delta_f,  M <= delta_f = k2/(k2 - k1) phi_f 2 r_eff
 ///     beyond delta_f ("fluid" limit branch):      F = k2 (delta - 2 phi_f r_eff), elastic
-/// and c d delta/dt besides, while delta > 0. M largest overlap, what the contact remembers, m; k1, k2, k_c N/m; p the
+/// and c d delta/dt besides, while delta > 0. M maximum overlap, what the contact remembers, m; k1, k2, k_c N/m; p the
 /// unloading stiffness, from k1 of a gentle touch to k2; phi_f dimensionless plastic depth; the force vanishes at
-/// (1 - k1/p) M and the largest pull is k_c (p - k1) M/(p + k_c). `unloading stiffness: constant` has p = k2 always.
+/// (1 - k1/p) M and the maximum pull is k_c (p - k1) M/(p + k_c). `unloading stiffness: constant` has p = k2 always.
 /// Damping c, N s/m (Luding's gamma_0, MercuryDPM's dissipation), or by `restitution`, that of the dashpot with the
 /// spring k1 alone (LIGGGHTS): what comes out is less. Tangential: k_t = ratio k1, c_t = c of that restitution with k_t
 /// or ratio c. Friction limit: adhesive_friction.hpp.
@@ -42,7 +42,7 @@ struct Luding {
   void describe(V& v) {
     v.card("luding", "adhesive elasto-plastic law in linear branches (Luding 2008; MercuryDPM)");
     v.quantity("k1", k1, "N/m", "(0, inf)", "loading stiffness");
-    v.quantity("k2", k2, "N/m", "(0, inf)", "largest unloading stiffness; above k1");
+    v.quantity("k2", k2, "N/m", "(0, inf)", "maximum unloading stiffness; above k1");
     v.quantity("k_c", k_c, "N/m", "[0, inf)", "adhesive stiffness; 0: no attraction");
     v.quantity("phi_f", phi_f, "1", "(0, 1]",
                "plastic depth over the effective diameter 2 r_eff at which unloading is stiffest");
@@ -51,7 +51,7 @@ struct Luding {
               "for no damping use 1");
     v.quantity("stiffness ratio", stiffness_ratio, "1", "[0, inf)", "tangential stiffness over k1");
     v.choice("unloading stiffness", unloading, {{"grows", Unloading::grows}, {"constant", Unloading::constant}},
-             "from k1 to k2 with the largest overlap (Luding), or k2 always");
+             "from k1 to k2 with the maximum overlap (Luding), or k2 always");
     dem::describe(v, limit);
     friction.describe(v);
   }

@@ -12,7 +12,7 @@
 /// give that back later as motion. What sliding takes in a step,
 ///     (k/2) a (x_0 + x) . e = (k/2) a ((x_0 + x*) . e - a) >= 0,
 /// is never negative by the last bound, which acts where the sliding turns round within the step. A limit of the spring
-/// alone takes the same words with g = k x*: F = min(|g|, L) e + c v. `set_back` leaves out the bounds of a, as LAMMPS
+/// alone takes the same form with g = k x*: F = min(|g|, L) e + c v. `set_back` leaves out the bounds of a, as LAMMPS
 /// and MercuryDPM do; that may make energy, which is accumulated as a negative loss. Energy over a step: spring force
 /// (mean of both ends) times sliding -> slid; dashpot force (mean) times velocity -> damped, at a limit that caps both
 /// -> slid; a spring dropped at separation, or softened by a stiffness that changes, -> slid.

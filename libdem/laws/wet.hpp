@@ -13,7 +13,7 @@
 ///     D - dB <= delta < D:         F = -K_B (dB - D + delta)
 ///     delta < D - dB:              F =  0
 /// Symbols: K_X, K_C, K_B stiffness N/m; C_X damping N s/m; dc contact adhesion distance, dB separation adhesion
-/// distance, D offset of the largest attraction, m; K_Y, C_Y tangential stiffness and damping.
+/// distance, D offset of the maximum attraction, m; K_Y, C_Y tangential stiffness and damping.
 /// Continuity at delta = D asks K_B dB = K_C dc; K_C follows from it unless given, and a K_C that breaks it is refused.
 /// Tangential spring, friction and rolling act for delta > D only. Friction limit mu * limiting_force, limiting_force
 /// by `friction limit`:
@@ -56,7 +56,7 @@ struct Wet {
     v.quantity("K_B", K_B, "N/m", "[0, inf)", "adhesion stiffness while separating, across the gap");
     v.quantity("dc", dc, "m", "(0, inf)", "adhesion distance in contact");
     v.quantity("dB", dB, "m", "[0, inf)", "adhesion distance while separating");
-    v.quantity("D", D, "m", "(-inf, inf)", "offset of the largest attraction");
+    v.quantity("D", D, "m", "(-inf, inf)", "overlap at the maximum attraction");
     v.derived("K_C", K_C, "N/m", "[0, inf)", "adhesion stiffness in contact; left out: K_B dB/dc (continuity)");
     v.choice("damping", damping, {{"repulsion", Damping::repulsion}, {"all-bands", Damping::all_bands}},
              "where normal damping acts: as printed in the repulsive band, or in the attractive bands too");
@@ -87,7 +87,7 @@ struct Wet {
     K_C *= share;  // left out it is NaN and stays so: it follows from K_B
   }
 
-  /// Largest gap across which the law acts, m.
+  /// Maximum gap across which the law acts, m.
   double cutoff() const { return K_B > 0 ? std::max(0.0, dB - D) : std::max(0.0, -D); }
   /// Numbers that suit spheres of some millimetres, for the property tests.
   static Wet example() {

@@ -20,7 +20,7 @@ namespace subsoil::dem {
 struct Grid {
   Vec3 low;
   double cell = 1;
-  double fits = 0;          ///< largest radius for which a neighbour is at most one cell away
+  double fits = 0;          ///< maximum radius for which a neighbour is at most one cell away
   int axis[3] = {0, 1, 2};  ///< longest first: slabs across it are the sorted order
   int n[3] = {1, 1, 1};
   bool around[3] = {false, false, false};  ///< whether the last cell along the axis is next to the first

@@ -9,7 +9,7 @@
 
 /// The room of the neighbour search. A rebuild sorts the spheres by cell (cell_sort.hpp), lists every pair that may
 /// come to touch before the next one (here), and lays these out as blocks of contacts (contacts/contact_store.hpp); how
-/// long a list holds says RebuildCriterion (rebuild_criterion.hpp).
+/// long a list holds is decided by RebuildCriterion (rebuild_criterion.hpp).
 namespace subsoil::dem {
 
 /// Half Verlet list: every pair of spheres nearer than cutoff and skin, once. Partners of sphere i are j[start[i]] ..
@@ -22,7 +22,7 @@ struct NeighbourList {
   Buffer<std::uint32_t> j;
 };
 
-/// @param spheres sorted by the cells of `grid` @param cutoff largest gap of a pair, m: of its law, and the skin
+/// @param spheres sorted by the cells of `grid` @param cutoff maximum gap of a pair, m: of its law, and the skin
 NeighbourList find_neighbours(std::span<const Sphere> spheres, const Grid& grid, double cutoff, int threads);
 
 }  // namespace subsoil::dem

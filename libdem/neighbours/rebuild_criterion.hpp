@@ -17,8 +17,8 @@ namespace subsoil::dem {
 /// Paths: every step adds the longest path of its spheres, by particle block (contacts/path_bounds.hpp), which costs
 /// nothing and also activates inactive candidates.
 ///
-/// RelativeDisplacement: how far spheres have really come apart, measured when the paths say no more, and since then by
-/// paths. Under a tool, which pushes many the same way, it is half as much.
+/// RelativeDisplacement: how far spheres have really come apart, measured when the paths no longer suffice, and since
+/// then by paths. Under a tool, which pushes many the same way, it is half as much.
 ///
 /// | data                     | written by                                 | read by      |
 /// |---|---|---|
@@ -61,9 +61,9 @@ class RebuildCriterion {
   double path_ = 0;                      ///< bound on the path of any sphere since the lists were built, m
   std::vector<Pose> listed_pose_;        ///< of the boundaries, then
   std::vector<char> listed_active_;      ///< likewise
-  std::vector<double> boundary_radius_;  ///< largest distance of a shape's points from its origin, m
+  std::vector<double> boundary_radius_;  ///< maximum distance of a shape's points from its origin, m
   RelativeDisplacement displacement_;
-  bool displacement_counts_ = false;  ///< else paths alone say how long the lists hold
+  bool displacement_counts_ = false;  ///< else paths alone state how long the lists hold
   struct Measured {
     bool known = false;  ///< measured for these lists
     RelativeDisplacement::Found found;

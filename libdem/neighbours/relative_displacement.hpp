@@ -16,7 +16,7 @@ namespace subsoil::dem {
 /// paths: two spheres that a tool pushes the same way are taken to have come apart by twice its path.
 ///
 /// Written at rebuilds (`begin`: 24 bytes per sphere; floats would do for measuring, but a restart builds the lists
-/// again from these places and needs them to the last bit) and when paths say no more (`measure`); belongs to
+/// again from these places and needs them to the last bit) and when paths no longer suffice (`measure`); belongs to
 /// RebuildCriterion.
 class RelativeDisplacement {
  public:

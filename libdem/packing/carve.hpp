@@ -5,7 +5,7 @@
 
 #include "libdem/bed.hpp"
 
-/// Spheres where a machine stands: refused or taken out before a run.
+/// Spheres where a machine stands: refused or removed before a run.
 namespace subsoil::dem {
 
 /// Whether the sphere overlaps the surface (distance below its radius plus `clearance`, m) or its centre is inside a

@@ -48,34 +48,34 @@ struct CarriedSoil {
 
 struct MovingBedPlan {
   double rear = 0;    ///< x of the end of the window that the tool leaves behind, at the start, m
-  double step = 0;    ///< by which the window goes on, m
+  double step = 0;    ///< by which the window advances, m
   int steps = 1;      ///< length of the window
   int direction = 1;  ///< of the travel along x: 1 or -1
 };
 
 /// The window is so many steps long and slides over a bed that repeats the periodic one without end. Beyond both its
-/// ends spheres are held in place (fixed), as far as those inside can reach: ahead those that come next, where they
-/// were at rest, behind those that lie there. So soil at the ends meets soil, as in a bed that goes on.
+/// ends spheres are fixed, as far as those inside can reach: ahead those that come next, where they
+/// were at rest, behind those that lie there. So soil at the ends meets soil, as in a bed that continues.
 ///
-/// When the window goes on by a step, between two steps in time, the spheres that were held ahead are let go, those
-/// behind them are put in, some of which are held now, with the contacts that they had at rest; those within reach
-/// behind the new rear end are held where they are, what lies farther back is taken out. Spheres that have been pushed
-/// over the held ones, into the place of new ones, are taken out too.
+/// When the window advances by a step, between two steps in time, the spheres that were fixed ahead are released, those
+/// behind them are put in, some of which are fixed now, with the contacts that they had at rest; those within reach
+/// behind the new rear end are fixed where they are, what lies farther back is removed. Spheres that have been pushed
+/// over the fixed ones, into the place of new ones, are removed too.
 ///
 /// Sphere i of period c, from the one in which the window starts on, has the number (c + 1) n + i, n spheres a period.
 class MovingBed {
  public:
-  /// Throws std::invalid_argument for a period shorter than what is held, or a plan without sense.
+  /// Throws std::invalid_argument for a period shorter than the fixed length, or a plan without sense.
   MovingBed(PeriodicBlock block, const MovingBedPlan& plan);
 
-  /// Length that is held beyond each end, m: two of the largest diameters. One is what reaches a sphere inside, another
-  /// keeps those that are pushed between the held ones.
+  /// Length that is fixed beyond each end, m: two of the maximum diameters. One is what reaches a sphere inside,
+  /// another keeps those that are pushed between the fixed ones.
   static double held_length(double largest_radius) { return 4 * largest_radius; }
   double held_length() const { return held_; }
 
-  /// All spheres of the window at the start, and the held ones, into a bed with boundaries and without spheres.
+  /// All spheres of the window at the start, and the fixed ones, into a bed with boundaries and without spheres.
   void fill(Bed& bed) const;
-  /// On by a step. @param walls boundaries that go on with the window
+  /// On by a step. @param walls boundaries that advance with the window
   void advance(Bed& bed, std::span<const int> walls);
 
   long advanced() const { return advanced_; }                                 ///< steps, since the start
@@ -85,7 +85,7 @@ class MovingBed {
   double front() const { return rear() + plan_.direction * length(); }
   const CarriedSoil& entered() const { return entered_; }
   const CarriedSoil& left() const { return left_; }
-  std::size_t pushed_out() const { return pushed_out_; }  ///< of those left: over the held ones ahead
+  std::size_t pushed_out() const { return pushed_out_; }  ///< of those left: over the fixed ones ahead
 
   const PeriodicBlock& block() const { return block_; }
   const MovingBedPlan& plan() const { return plan_; }

@@ -38,7 +38,7 @@ void add(Bed& bed, const Grains& grains);
 ///
 /// Per direction as many rows as stand free of the walls: n = 1 + floor((length - 2r)/pitch). Rows are centred in x and
 /// z; the lowest layer is let into the floor by the floor's rest overlap, so that it does not start with a fall. Where
-/// the region's sides are periodic there are no walls: rows go on beyond them, so that its length must be a whole
+/// the region's sides are periodic there are no walls: rows continue beyond them, so that its length must be a whole
 /// number of pitches.
 struct LatticePlan {
   Bounds region;
@@ -48,7 +48,7 @@ struct LatticePlan {
   double floor_overlap = 0;        ///< rest overlap of the law between soil and floor, m
   double depth = 0;                ///< only layers whose spheres end below floor + depth, m; 0: the whole region
   std::array<bool, 3> periodic{};  ///< whether the region's sides in x, y, z are
-  double jitter = 0;               ///< largest random shift of a site, share of the radius; even in a ball
+  double jitter = 0;               ///< maximum random shift of a site, share of the radius; even in a ball
   std::uint64_t seed = 1;
   std::vector<ClumpPart> clumps{};  ///< in any attitude, their bounding spheres on the sites
 };
@@ -61,7 +61,7 @@ struct LatticeCount {
 LatticeCount lattice_count(const LatticePlan& plan);
 
 /// Throws std::invalid_argument for a plan without sense or a region that holds no sphere. Layer by layer from below,
-/// in a layer along z, then x. With a distribution the largest radius decides how many rows fit.
+/// in a layer along z, then x. With a distribution the maximum radius decides how many rows fit.
 std::vector<SphereSpec> lattice(const LatticePlan& plan, const BedMaterial& of);
 Grains lattice_of_grains(const LatticePlan& plan, const BedMaterial& of);  ///< likewise, clumps among them
 
@@ -95,7 +95,7 @@ class LoosePlacer {
   RandomNumbers random_;
   BedMaterial of_;
   std::vector<ClumpPart> clumps_;
-  Vec3 cell_;  ///< m; sides that hold the largest grain with a tenth of its radius to spare
+  Vec3 cell_;  ///< m; sides that hold the maximum grain with a tenth of its radius to spare
   std::size_t across_x_ = 0, across_z_ = 0;
 };
 

@@ -26,7 +26,7 @@ class RandomNumbers {
 struct EqualRadius {
   double radius = 0;  ///< m
 };
-/// Normal distribution cut off: values outside [least, largest] are drawn again.
+/// Normal distribution cut off: values outside [minimum, maximum] are drawn again.
 struct NormalRadius {
   double mean = 0, deviation = 0, least = 0, largest = 0;  ///< m
 };

@@ -19,7 +19,7 @@ struct ClumpMember {
 /// of mass.
 ///
 /// Mass, centre and inertia are those of the union of the spheres, matter that two of them share counted once
-/// (geometry/sphere_union.hpp says how exactly), or those that are given.
+/// (geometry/sphere_union.hpp states how exactly), or those that are given.
 struct ClumpShape {
   std::string name;
   std::vector<ClumpMember> members;  ///< principal axes, from the centre of mass

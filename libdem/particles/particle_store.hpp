@@ -54,7 +54,7 @@ class ParticleStore {
   MixedSphere* mixed() { return is_mixed() ? mixed_.data() : nullptr; }
   const MixedSphere* mixed() const { return is_mixed() ? mixed_.data() : nullptr; }
   Sphere now(std::uint32_t i) const;  ///< record in double of one sphere, or image, as it is now
-  void stop(std::uint32_t i);         ///< within a step: neither velocity nor spin any more
+  void stop(std::uint32_t i);         ///< within a step: neither velocity nor angular velocity any more
 
   /// Positions and motions of the records in double to those of mixed precision, if that is asked for.
   void sync_to_mixed(int threads);
@@ -81,7 +81,7 @@ class ParticleStore {
   bool spheres_behind_ = false;  ///< steps have moved the records of mixed precision only
   PeriodicImages images_;        ///< the last records of both arrays
   std::uint32_t next_id_ = 0;
-  std::vector<std::uint32_t> slot_of_id_;  ///< empty once spheres were taken out
+  std::vector<std::uint32_t> slot_of_id_;  ///< empty once spheres were removed
 };
 
 }  // namespace subsoil::dem

@@ -12,7 +12,7 @@ namespace subsoil::dem {
 /// other, and spheres on both sides of it are neighbours (Allen and Tildesley, Computer Simulation of Liquids, 2nd ed.,
 /// 2017, section 1.6.2).
 struct PeriodicCell {
-  Vec3 low;     ///< corner of least coordinates, m
+  Vec3 low;     ///< corner of minimum coordinates, m
   Vec3 length;  ///< the period in each direction, m; 0: the direction is not periodic
 
   bool any() const { return length.x > 0 || length.y > 0 || length.z > 0; }

@@ -8,7 +8,7 @@
 
 namespace subsoil::mbd {
 
-/// A singular value or pivot below this share of the largest counts as zero. Rounding leaves 1e-15; the closest call of
+/// A singular value or pivot below this share of the maximum counts as zero. Rounding leaves 1e-15; the closest call of
 /// an honest machine (a nearly stretched toggle) stays above 1e-6.
 inline constexpr double rank_share = 1e-9;
 
@@ -18,16 +18,16 @@ struct AssemblyReport {
   int rank = 0;     ///< of Phi_q in the assembled pose
   int freedom = 0;  ///< coordinates - rank
   int iterations = 0;
-  double residual = 0;                 ///< largest |Phi|, angles times the machine's length (m)
-  double moved = 0;                    ///< largest change of a coordinate by assembly (m, angles times length)
+  double residual = 0;                 ///< maximum |Phi|, angles times the machine's length (m)
+  double moved = 0;                    ///< maximum change of a coordinate by assembly (m, angles times length)
   std::string moved_body;              ///< whose coordinate that is
   std::vector<std::string> redundant;  ///< one sentence per dependency among constraints, naming joints and drivers
 };
 
-/// Brings a rough guess of q onto the constraints with the least change of q (Newton, minimum norm), and q' onto
+/// Brings a rough guess of q onto the constraints with the minimum change of q (Newton, minimum norm), and q' onto
 /// Phi_q q' = -Phi_t in the same way. Lengths and angles are made comparable by System::length_scale.
 /// Coordinates of bodies whose pose is `exact` stay what they are. Of the velocities those that are exact, or given and
-/// not 0, stay too, and the others follow; where the constraints allow that of none, all change by the least.
+/// not 0, stay too, and the others follow; where the constraints allow that of none, all change by the minimum.
 /// Redundant but consistent constraints are reported; throws std::invalid_argument naming joints and residuals when
 /// constraints contradict each other or are out of reach.
 AssemblyReport assemble(System& system, double t, Eigen::VectorXd& q, Eigen::VectorXd& velocity);

@@ -27,7 +27,7 @@ struct Choice {
 };
 
 /// Gaussian elimination of the scaled Phi_q, equation by equation from the ground outwards, each pivoting on a column.
-/// Among the entries above a fifth of the equation's largest remaining one the pivot is a translation before an angle:
+/// Among the entries above a fifth of the equation's maximum remaining one the pivot is a translation before an angle:
 /// angles then are independent, which never turns singular in an open chain, where any other choice does; and the body
 /// farther from the ground, so that a tree has no fill. An equation that keeps less than 1e-9 of itself is redundant.
 /// Full pivoting, the textbook's choice, costs n^3 at 300 links and binds them all together.

@@ -12,8 +12,8 @@ bool events_read_reactions(const System& system);
 bool controllers_read_reactions(const System& system);
 
 /// Multipliers as events and controllers read them, at the state that the system was set to last. Of `used` independent
-/// equations they are given, of redundant ones they are 0: these share then with the others so that the norm is least,
-/// as in Partition::reactions. Nothing is done where nobody reads them, or where no equation is redundant.
+/// equations they are given, of redundant ones they are 0: these share then with the others so that the norm is
+/// minimum, as in Partition::reactions. Nothing is done where nobody reads them, or where no equation is redundant.
 class SharedReactions {
  public:
   SharedReactions(const System& system, std::size_t used, const Eigen::VectorXd& lambda, bool read);
@@ -24,7 +24,7 @@ class SharedReactions {
   Eigen::VectorXd shared_;
 };
 
-/// The multipliers of least norm that load the bodies as `lambda` does; the constraints are those at its state.
+/// The multipliers of minimum norm that load the bodies as `lambda` does; the constraints are those at its state.
 Eigen::VectorXd least_norm_reactions(const System& system, const Constraints& constraints,
                                      const Eigen::VectorXd& lambda);
 

@@ -7,7 +7,7 @@ namespace subsoil::mbd {
 /// Sine and cosine of an angle (rad) that mostly stays near where it was asked for last: from those of the nearest
 /// multiple a of 1/64 rad, which are kept, and the series of the rest x, |x| <= 1/128:
 ///   cos(a + x) = cos a + (cos a (cos x - 1) - sin a sin x),   sin likewise
-/// Within 1.5 units in the last place of 1. A function of the angle alone, whatever was asked before: a and x are
+/// Within 1.5 units in the last place of 1. A function of the angle alone, independent of earlier calls: a and x are
 /// exact. The library's sine and cosine cost four times as much, and a step of a machine asks for them four times per
 /// body.
 class AngleAnchor {

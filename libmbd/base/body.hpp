@@ -25,7 +25,7 @@ inline Vec2 turned(Vec2 a) { return {-a.y, a.x}; }
 inline double length(Vec2 a) { return std::sqrt(dot(a, a)); }
 
 /// What the start pose or velocity of a body is to assembly.
-///   given  kept as far as the joints allow; where a machine's start is held (MachineOptions::hold_start) a change
+///   given  kept as far as the joints allow; where a machine's start is fixed (MachineOptions::hold_start) a change
 ///   beyond
 ///          a small share of the body's size, or of a velocity that is not 0, is refused
 ///   exact  not changed at all: other bodies move, or the start is refused

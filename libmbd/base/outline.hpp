@@ -45,7 +45,7 @@ class Outline {
 
   /// All places of the outline that a disk about w may touch at once, the nearest first; what is left of `out` stands
   /// at the distance `nowhere`. More than one only of a polygon with re-entrant corners: its sides, each to its own
-  /// line, which goes on into the solid beyond a re-entrant end, so that a place comes and goes at distance 0 of its
+  /// line, which continues into the solid beyond a re-entrant end, so that a place comes and goes at distance 0 of its
   /// disk and its force never jumps; and its convex corners.
   static constexpr std::size_t most_at_once = 3;
   static constexpr double nowhere = 1;  ///< m; finite, since integrators look for its zeros

@@ -13,7 +13,7 @@ namespace subsoil::mbd {
 // its places up at each factorisation, which at 17 rows costs several times the arithmetic; a dense one is cubic.
 
 /// A x = b with pivots on the diagonal, in the order given: A = L D U, unit L and U, row by row.
-/// Whoever sets the pattern has ordered rows and columns so that the diagonal can carry the pivots; pivot() says how
+/// Whoever sets the pattern has ordered rows and columns so that the diagonal can carry the pivots; pivot() states how
 /// well it still does.
 /// Solving runs along one list of entries without loops over rows, which hold one to four entries and cost more than
 /// their arithmetic; by columns, so that only the depth of the elimination waits for one another.
@@ -62,7 +62,7 @@ void SparseLu::solve_rows(std::span<double> b) const {
   for (const Entry& e : upper_) row(e.row) -= values_[e.place] * row(e.column);
 }
 
-/// S x = b, S symmetric positive definite: P S P^T = L D L^T, P by least degree, column by column.
+/// S x = b, S symmetric positive definite: P S P^T = L D L^T, P by minimum degree, column by column.
 class SparseLdl {
  public:
   /// Neighbours of each row: the places of the nonzeros of the full pattern, diagonal left out.
@@ -75,7 +75,7 @@ class SparseLdl {
   bool factor();
   void solve(std::span<double> b) const;
   std::size_t size() const { return order_.size(); }
-  /// Least pivot as a share of its own diagonal entry, up to where factor() came, and its row.
+  /// Minimum pivot as a share of its own diagonal entry, up to where factor() came, and its row.
   double least_share() const { return least_share_; }
   int least_row() const { return least_row_; }
 

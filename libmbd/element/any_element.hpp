@@ -10,7 +10,7 @@ namespace subsoil::mbd {
 
 /// One element of a family (joints, drivers, forces, measures) without its type. Who builds a model includes the
 /// headers of the elements that it names; the list of all of them (elements.hpp, measures.hpp) is known to the few
-/// sources that go through every type. `Family::takes<E>` says what belongs to it.
+/// sources that go through every type. `Family::takes<E>` states what belongs to it.
 template <class Family>
 class AnyElement {
  public:

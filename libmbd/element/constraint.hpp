@@ -24,7 +24,7 @@ struct ConstraintRow {
   std::array<double, 3> on_c{};
 };
 
-/// What becomes of constraints that depend on each other: their reactions are the ones of least norm among all that
+/// What becomes of constraints that depend on each other: their reactions are the ones of minimum norm among all that
 /// balance, or the machine is refused.
 enum class Redundancy { minimum_norm, refuse };
 

@@ -66,7 +66,7 @@ using ForceValues = std::array<double, max_force_columns>;
 /// loss.
 struct ForceMembers {
   bool check = false;                 ///< check(): refuses parameters, by std::invalid_argument
-  bool prepare = false;               ///< prepare(): makes what its parameters say ready for use
+  bool prepare = false;               ///< prepare(): makes what its parameters state ready for use
   bool initialise_from_pose = false;  ///< initialise_from_pose(scene): what the start pose decides
   bool gap = false;                   ///< gap(scene): on whose sign the law depends, > 0 open, < 0 in contact;
                                       ///< gap_speed(scene): a bound on how fast it changes

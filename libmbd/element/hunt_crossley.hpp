@@ -13,7 +13,7 @@ namespace subsoil::mbd {
 /// n exponent (1.5: Hertz's point contact, 1: linear), k stiffness [N/m^n], b damping [s/m] >= 0. Damping that grows
 /// with the depth leaves no jump of force at touch. An impact at speed v_i against a fixed body ends at v_o with
 ///   b v_i - ln(1 + b v_i) = -b v_o - ln(1 - b v_o),  so restitution v_o / v_i = 1 - 2 b v_i / 3 for small b v_i,
-/// whatever k, n and the mass are: the restitution is a result and cannot be given, since it falls with the speed.
+/// for any k, n and mass: the restitution is a result and cannot be given, since it falls with the speed.
 /// Energy: stored = k d^(n+1)/(n+1), lost rate = (F - k d^n) d'.
 /// Source: Hunt & Crossley 1975, J. Appl. Mech. 42, 440, with n = 3/2 there.
 struct HuntCrossleyForce {

@@ -23,7 +23,7 @@ namespace subsoil::mbd {
 /// same squares of rates, doubled. tau: Kelvin-Voigt, sigma = E (epsilon + tau epsilon'), the beta of Rayleigh.
 /// g_1, g_2 and Delta_0 make the start pose free of stress: the element may be bent there.
 /// Columns: N (tension positive), Q, bending moments in the sections at a and b (positive where they turn b
-/// counter-clockwise against a), largest |N|/A + |M|/W of the two.
+/// counter-clockwise against a), maximum |N|/A + |M|/W of the two.
 /// Sources: Reissner, On one-dimensional finite-strain beam theory, 1972; Przemieniecki, Theory of Matrix Structural
 /// Analysis, 1968, 5.6 (Phi = 12 EI/(GA l^2)).
 struct BeamElement {

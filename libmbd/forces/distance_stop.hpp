@@ -18,7 +18,7 @@ struct DistanceStop {
 
   template <class V>
   void describe(V& v) {
-    v.card("distance stop", "stops at the least and largest distance of two points; with the largest alone a rope");
+    v.card("distance stop", "stops at the minimum and maximum distance of two points; with the maximum alone a rope");
     v.bodies("distance stop", body_a, body_b, "the two bodies");
     v.end_points(body_a, p_a, body_b, p_b, "its two ends");
     limits.describe(v, "m", "N");

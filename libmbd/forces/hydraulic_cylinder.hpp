@@ -15,7 +15,7 @@ namespace subsoil::mbd {
 ///   F = p_A A_A - p_B A_B - c x' + stops       pushes the points apart;  A_A = pi D^2/4, A_B = pi (D^2 - d^2)/4   (N)
 ///   p_A' = (beta/V_A)(Q_A - A_A x' - q),  p_B' = (beta/V_B)(Q_B + A_B x' + q),  q = k (p_A - p_B)              (Pa/s)
 ///   V_A = V_0 + A_A x,  V_B = V_0 + A_B (stroke - x)                                                            (m^3)
-/// Valve opening u = f(t) + controller, held within -1 and 1: above 0 supply to A and B to tank, below 0 the other way
+/// Valve opening u = f(t) + controller, limited to -1 and 1: above 0 supply to A and B to tank, below 0 the other way
 /// round. Every edge lets Q = u K phi(dp) through, K = rated flow/sqrt(rated drop), phi(dp) = dp/(dp^2 + dp_0^2)^(1/4):
 /// the square root of an orifice above dp_0 = 1/20 of the rated drop, laminar below. From the tank a check valve of
 /// the size of the open valve feeds a chamber that falls below tank pressure (anti-cavitation), to the tank one opens

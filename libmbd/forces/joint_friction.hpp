@@ -22,7 +22,7 @@ namespace subsoil::mbd {
 /// F_n and the moment M. radius, guide [m] > 0; mu_s >= mu_k >= 0 [1]; v_s Stribeck speed, v_reg regularisation
 /// speed [m/s] > 0; c [N s/m] >= 0, of the sliding speed.
 /// Without a stick stiffness there is no sticking: below v_reg the joint creeps, v ~ v_reg F/(mu_s N), which the
-/// reported sliding speed shows. The largest friction is then not mu_s N: at the default speeds 0.963 of it with mu_k =
+/// reported sliding speed shows. The maximum friction is then not mu_s N: at the default speeds 0.963 of it with mu_k =
 /// 0.6 mu_s, and none of mu_s is left where v_s is below v_reg (largest_mu()). With one, k [N/m], the joint either
 /// slides or sticks:
 ///   slides (sigma = +-1, the sense of v)  F = -sigma mu(|v|) N - c v          until v = 0, where it sticks
@@ -31,8 +31,9 @@ namespace subsoil::mbd {
 /// begin at 0: s_0 is such that F holds the joint at rest as it begins to stick, s'' = 0, or as much of F as mu_s N
 /// allows. Nothing swings then. Later jumps of the load are damped by d [N s/m] >= 0; left out it is critical,
 /// 2 (k m)^(1/2), with m the inertia against F along s at that instant (s'' = F/m, all joints closed). A load that
-/// jumps by D then has the grip carry up to (1 + e^-2) D. It holds for any time within mu_s N/k of s_0. The strain k (s
-/// - s_0)^2/2 is of the heat of sliding: taken out of it as the joint begins to stick, given back as it slides.
+/// jumps by D then has the bristle carry up to (1 + e^-2) D. It holds for any time within mu_s N/k of s_0. The strain k
+/// (s
+/// - s_0)^2/2 is of the heat of sliding: taken from it as the joint begins to stick, given back as it slides.
 /// Validity: the reaction depends on the friction and the friction on the reaction: both are solved together (see
 /// Partition::accelerate), which has no answer where the joint locks itself, and the run then stops.
 /// Energy: sliding: lost rate = -F v >= 0, nothing is stored; sticking: stored = k (s - s_0)^2/2, lost rate (c + d)
@@ -62,7 +63,7 @@ struct JointFriction {
   int sliding = 0;      ///< 0 sticks, else the sense in which it slides
   double stuck_at = 0;  ///< the way at which the spring is free (m)
   double damping = 0;   ///< while it sticks (N s/m)
-  /// Of mu_s N that the spring begins with at the most: a joint that cannot be held has to be seen letting go.
+  /// Of mu_s N that the spring begins with at the most: a joint that cannot be held has to be seen sliding.
   static constexpr double most_of_grip = 1 - 1e-4;
 
   template <class V>
@@ -110,7 +111,7 @@ struct JointFriction {
     }
   }
 
-  /// max mu(v) tanh(v/v_reg): the coefficient of the largest friction.
+  /// max mu(v) tanh(v/v_reg): the coefficient of the maximum friction.
   double largest_mu() const {
     if (can_stick()) return mu_s;
     double most = mu_k;
@@ -155,7 +156,7 @@ struct JointFriction {
   }
 
   bool sticks() const { return can_stick() && sliding == 0; }
-  /// Force on b that the grip may have (N), s'' of a solution (m/s^2).
+  /// Force on b that the bristle may have (N), s'' of a solution (m/s^2).
   double grip_limit(const Scene& scene) const { return mu_s * contact(scene).normal; }
   double slip_acceleration(const Scene& scene, std::span<const double> accelerations) const {
     const auto of = [&](int body) {

@@ -17,7 +17,7 @@ namespace subsoil::mbd {
 /// curves whose middle is on its free side; it sees no open flank, nor the inside of a hole. Curves do not see each
 /// other (refused).
 ///
-/// Columns: sums of normal force and friction, least gap, slip of the deepest place, number of places in contact.
+/// Columns: sums of normal force and friction, minimum gap, slip of the deepest place, number of places in contact.
 /// Source of the law: see HuntCrossleyForce; of the geometry: Ericson 2005, Real-Time Collision Detection, 5.1 and 9.
 struct OutlineContact {
   static constexpr ForceMembers has{.check = true, .prepare = true, .gaps = true};

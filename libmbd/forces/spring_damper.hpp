@@ -14,7 +14,7 @@ namespace subsoil::mbd {
 /// of them unless given. Without a free length L_0 is the length in the start pose, and the preload then is the force
 /// there. Valid for L > 0: at L = 0 the line of action is not defined and the force refuses. Energy: stored = preload d
 /// + k d^2 / 2 + integral of f_s from 0 to d, lost rate = (c d' + f_d(d')) d' (a damper curve whose sign is not that of
-/// the rate gives energy, and the balance says so), work rate = -(f + u) d'. Source: Haug 1989, chapter 6,
+/// the rate gives energy, and the balance reports it), work rate = -(f + u) d'. Source: Haug 1989, chapter 6,
 /// translational spring-damper-actuator.
 struct SpringDamper {
   static constexpr ForceMembers has{.check = true, .initialise_from_pose = true, .profiles = true, .controlled = true};

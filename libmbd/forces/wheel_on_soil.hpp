@@ -32,8 +32,8 @@ namespace subsoil::mbd {
 ///
 /// Energy, reversible: stored = U(z) - U(z_p) for z > z_p, U = N z/(n + 3/2): what N gives back on the way up; lost
 /// rate = R_c |v| + N(z_p) dz_p/dt: what running over a rut's edge swallows (negative where it is left again: the law
-/// then gives the wheel energy that nobody put in, and the balance says so instead of hiding it). Plastic: nothing is
-/// stored; lost rate = N dz/dt + R_c |v|, which for n < 1 can fall below zero as the wheel leaves the soil, by what
+/// then gives the wheel energy that nobody put in, and the balance reports it instead of hiding it). Plastic: nothing
+/// is stored; lost rate = N dz/dt + R_c |v|, which for n < 1 can fall below zero as the wheel leaves the soil, by what
 /// Bekker's (3 - n)/3 exceeds B (6 % of N |dz/dt| at n = 0.5).
 ///
 /// Source: Bekker 1969, Introduction to Terrain-Vehicle Systems; rut rule of the rig 1S-300; plastic heave: Bekker's
@@ -78,7 +78,7 @@ struct WheelOnSoil {
       throw std::invalid_argument(
           "radius and width must be above 0, n in (0, 3), k_c and k_phi not negative; all five must be given");
   }
-  /// Spin at which it rolls along without slip: how a towed wheel starts.
+  /// Angular velocity at which it rolls along without slip: how a towed wheel starts.
   double towing_spin(double speed) const { return -speed / radius; }
 
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {

@@ -19,7 +19,7 @@ namespace subsoil::mbd {
 /// a's axes about p_a, periodic when closed: d, its gradient and its curvature are exact for that spline.
 /// Validity: the roller fits into every hollow of the profile (checked), and stays closer to the profile than half the
 /// gap to another stretch of it. Contact is kept: it pulls where a follower would lift off. Beyond the ends of an open
-/// profile the radius goes on linearly.
+/// profile the radius continues linearly.
 /// Reaction: a force along the profile's normal at the contact point, no moment.
 struct CamFollower {
   static constexpr ConstraintMembers has{.check = true,
@@ -44,7 +44,7 @@ struct CamFollower {
     v.table("profile", angles, radii, "rad", "m",
             "angle in the cam's own axes and radius, angles increasing; a cubic spline between");
     v.flag("closed", closed,
-           "yes: the profile goes once around; no: beyond its first and last point the radius goes on linearly");
+           "yes: the profile goes once around; no: beyond its first and last point the radius continues linearly");
     v.quantity("roller", roller, "m", "[0, inf)", "radius of the roller; 0: the point itself is on the profile");
   }
   void check() const {

@@ -15,9 +15,9 @@ namespace subsoil::mbd {
 /// d: distance of w from the curve, positive on its left (see Curve); w: p_b in a's axes [m]. The curve goes through
 /// given points of a's axes, x and y cubic splines over the length of the chords, periodic when closed, else natural
 /// and straight on beyond its ends.
-/// Validity: the curve does not cross itself (checked), since at a crossing the state does not say which branch the
-/// point is on; and during assembly the point is closer to its own stretch of the curve than to another.
-/// Reaction: a force along the curve's normal at the point, no moment.
+/// Validity: the curve does not cross itself (checked), since at a crossing the state does not determine which branch
+/// the point is on; and during assembly the point is closer to its own stretch of the curve than to another. Reaction:
+/// a force along the curve's normal at the point, no moment.
 struct PointOnCurve {
   static constexpr ConstraintMembers has{.check = true, .initialise_from_pose = true};
   static constexpr std::size_t rows = 1;
@@ -38,7 +38,7 @@ struct PointOnCurve {
               "points `x y` of the curve in the first body's own axes (of the ground: the world's), or a CSV file of "
               "them whose header names the unit; a cubic spline through them");
     v.flag("closed", closed,
-           "yes: from its last point the curve goes on to its first; no: straight on beyond its ends");
+           "yes: from its last point the curve continues to its first; no: straight on beyond its ends");
   }
   void check() const {
     Vec2 where;

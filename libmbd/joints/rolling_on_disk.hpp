@@ -8,7 +8,7 @@ namespace subsoil::mbd {
 ///   Phi_1 = (w . w - D^2) / (2 D) = 0,  D = |R_a + R_b|                         (m)
 ///   Phi_2 = R_b (angle_b - angle_a) - (R_a + R_b) psi - offset = 0              (m), up to whole turns of psi
 /// w: centre p_b seen from centre p_a, in a's axes [m]; psi its direction [rad]; R_a, R_b radii [m], R_b negative
-/// inside; offset is Phi_2 of the start pose. Contact and rolling are kept, whatever friction they need.
+/// inside; offset is Phi_2 of the start pose. Contact and rolling are kept, for any friction that they need.
 /// Reaction: normal force and friction force at the contact point, no moment. Source: Haug 1989, 3.4 (gear set).
 struct RollingOnDisk : TwoDisks {
   static constexpr ConstraintMembers has{.check = true,

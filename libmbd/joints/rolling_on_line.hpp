@@ -8,7 +8,7 @@ namespace subsoil::mbd {
 ///   Phi_1 = side n . w - R = 0                                                  (m)
 ///   Phi_2 = e . w + side R (angle_b - angle_a) - offset = 0                     (m)
 /// Symbols as in DiskOnLine; offset is Phi_2 of the start pose: travel and turn count from there. In a plane rolling is
-/// holonomic, so it holds at position level. Contact and rolling are kept, whatever friction they need.
+/// holonomic, so it holds at position level. Contact and rolling are kept, for any friction that they need.
 /// Reaction: normal force and friction force at the contact point, no moment. Source: Haug 1989, 3.4 (rack and pinion).
 struct RollingOnLine : DiskAndLine {
   static constexpr ConstraintMembers has{.check = true,

@@ -11,9 +11,9 @@ namespace subsoil::mbd {
 /// Of a beam (libmbd/system/beam.hpp), by the names of its nodes and elements:
 ///   deflection x, y   of its end, in the axes of its start: A_start^T (r_end - r_start), less that of the start pose
 ///   turn              of its end against its start, less that of the start pose                               (rad)
-///   moment            the largest bending moment of all sections at nodes, with its sign                      (N m)
-///   axial force       the largest of all elements, with its sign, tension positive                            (N)
-///   stress, stress at the largest of all sections (Pa), and where: its place along the beam                   (m)
+///   moment            the maximum bending moment of all sections at nodes, with its sign                      (N m)
+///   axial force       the maximum of all elements, with its sign, tension positive                            (N)
+///   stress, stress at the maximum of all sections (Pa), and where: its place along the beam                   (m)
 ///   strain energy     of all elements                                                                         (J)
 struct BeamMeasure {
   static constexpr MeasureMembers has{.attach = true, .of_solution = true};

@@ -6,7 +6,7 @@ namespace subsoil::mbd {
 
 /// What a joint puts on one of its bodies:   A_I^T F  (N),   M about a marker's point  (N m)
 /// F, M: -Phi_q^T lambda of the joint's rows (see ConstraintRow). Left out: on the first body, world axes, moment about
-/// the point at which the joint reports its reaction. A redundant joint's is the one of least norm.
+/// the point at which the joint reports its reaction. A redundant joint's is the one of minimum norm.
 struct ReactionMeasure : WrenchOf {
   static constexpr MeasureMembers has{.attach = true, .of_solution = true};
   template <class V>

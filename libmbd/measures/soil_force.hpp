@@ -5,7 +5,7 @@
 namespace subsoil::mbd {
 
 /// What comes from outside on a body (the soil's force as the machine feels it,
-/// held over a machine step):
+/// constant over a machine step):
 ///   A_I^T F  (N),   M about a marker's point  (N m)
 /// Left out: world axes, moment about the body's centre of mass. A controller
 /// may measure it without a sensor lag.

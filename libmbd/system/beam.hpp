@@ -167,7 +167,7 @@ double first_frequency(double young, double density, const SectionValues& sectio
 
 struct Model;
 /// Longest step that Adams-Moulton of that order takes on the model's beam elements without their fastest wave growing
-/// beyond bounds (s); infinite without any. Of each element the largest eigenvalue w^2 with the share of mass that it
+/// beyond bounds (s); infinite without any. Of each element the maximum eigenvalue w^2 with the share of mass that it
 /// has of its nodes bounds those of the whole (Irons & Treharne 1971); with damping tau w^2 where that is more. Without
 /// any damping orders 3 and above feed a wave by some (h w)^6/7 a step; order 2 takes (h w)^4/4 from it: take that.
 double longest_beam_step(const Model& model, int order);

@@ -11,14 +11,13 @@
 namespace subsoil::mbd {
 
 /// A joint opens (release, shear pin) or closes (latch) when something happens: a time comes, a measure passes a value,
-/// the force of its reaction exceeds a limit. Located like a contact, and the integration begins anew there.
+/// the force of its reaction exceeds a limit. Located like a contact, and the integration restarts there.
 /// An open joint has no equations. One that closes does so where its bodies are: a pin in the point of the first body,
 /// a weld at their angle, a link at its length then. Velocities v- become v+ = v- - M^-1 Phi_q^T P with all constraints
 /// satisfied, Phi_q v+ = -Phi_t, a perfectly plastic impact; it loses (v+ - v-)^T M (v+ - v-)/2 (Carnot), and drivers
-/// that move do P^T Phi_t. A joint that opens loses nothing. A joint that events only close starts open, unless it is
-/// told.
+/// that move do P^T Phi_t. A joint that opens loses nothing. A joint that events only close starts open, unless given.
 /// A measure must pass its value: where it is beyond at the start, or when the joint itself has just changed, it has to
-/// come back first. Events that come at the same instant all happen, whatever their order, as one change with one
+/// come back first. Events that come at the same instant all happen, in any order, as one change with one
 /// impact; those that come due by it (another reaction jumps above its limit, a velocity past its value) follow at that
 /// instant.
 /// Source of the impact: Pfeiffer & Glocker 1996, Multibody Dynamics with Unilateral Contacts, section 8.1.
@@ -37,7 +36,7 @@ struct JointEvent {
   std::size_t index = 0;  ///< of the joint
 
   bool timed() const { return !std::isnan(at); }
-  /// How far a value must come back before it can be passed anew: more than rounding.
+  /// How far a value must come back before it can be passed again: more than rounding.
   double hysteresis() const {
     const double level = !std::isnan(above) ? above : !std::isnan(below) ? below : reaction_above;
     return std::fmax(1e-6 * std::abs(level), 1e-9);
