@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "apps/commands/commands.hpp"
-#include "apps/memory.hpp"
+#include "libsim/base/memory.hpp"
 
 namespace {
 
@@ -27,14 +27,14 @@ bool stands_beside_the_first() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  subsoil::app::recycle_arrays();
-  if (!stands_beside_the_first()) return subsoil::app::main_command(argc, argv);
+  subsoil::sim::recycle_arrays();
+  if (!stands_beside_the_first()) return subsoil::sim::main_command(argc, argv);
   std::ostringstream kept;
   std::streambuf* const speaks = std::cerr.rdbuf(kept.rdbuf());
   spdlog::set_level(spdlog::level::off);
-  const int code = subsoil::app::main_command(argc, argv);
+  const int code = subsoil::sim::main_command(argc, argv);
   std::cerr.rdbuf(speaks);
-  if (code == subsoil::app::exit_ok) return code;
+  if (code == subsoil::sim::exit_ok) return code;
   // A fault of the files is the first process's to say, whose end ends this one. One that is still here after that has
   // a fault of its own, such as a program that its node lacks.
   std::this_thread::sleep_for(std::chrono::seconds(10));

@@ -13,9 +13,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/memory.hpp"
 #include "bench/bed_case.hpp"
 #include "bench/peer_files.hpp"
+#include "libsim/base/memory.hpp"
 
 namespace {
 
@@ -156,7 +156,7 @@ void measure(const Request& r) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  app::recycle_arrays();
+  sim::recycle_arrays();
   CLI::App app("Rate of the bed's step in one case");
   Request r;
   r.tiles = std::filesystem::path(argv[0]).parent_path().string();

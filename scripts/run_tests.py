@@ -31,26 +31,26 @@ SANITIZED = ["libdem", "libmbd", "coupling"]
 # Long cases that a change wakes whatever their turn: executable of the cases -> folders that they are about.
 TOUCHED = {
     "unit_libdem": ("libdem/", "tests/unit/libdem/", "tests/tools/"),
-    "unit_apps": ("apps/run/", "apps/laboratory/", "tests/unit/apps/"),
-    "unit_studies": ("apps/output/", "apps/design/", "scripts/abuse", "tests/unit/studies/"),
+    "unit_apps": ("libsim/run/", "libsim/studies/laboratory/", "tests/unit/apps/"),
+    "unit_studies": ("libsim/io/", "libsim/studies/design/", "scripts/abuse", "tests/unit/studies/"),
     "verification_mechanisms": ("libmbd/", "tests/verification/mechanisms/"),
     "verification_particles": ("libdem/laws/", "tests/verification/particles/"),
     "properties": ("libdem/", "tests/properties/"),
     "regression": ("coupling/", "tests/regression/"),
-    "optional": ("apps/output/", "scripts/python/", "tests/optional/"),
+    "optional": ("libsim/io/", "scripts/python/", "tests/optional/"),
     "verification_scenarios": ("coupling/", "configs/1s300", "configs/parts/", "tests/verification/scenarios/"),
 }
 # Targets of scripts/fuzz that a change wakes -> beginnings of the sources that they read foreign bytes with.
 FUZZED = {
-    "scenario": ("apps/scenario/document", "apps/scenario/yaml_bounds", "apps/input_limits"),
-    "unit": ("apps/scenario/units", "apps/scenario/formula_bounds"),
-    "value": ("apps/scenario/arithmetic", "apps/scenario/units", "apps/scenario/formula_bounds"),
-    "formula": ("apps/scenario/expression", "apps/scenario/formula_", "apps/scenario/units"),
-    "mesh": ("apps/scenario/shapes/mesh", "libdem/geometry/mesh_builders", "libdem/geometry/triangle_mesh"),
-    "bed": ("apps/output/bed_file", "apps/output/csv", "apps/output/hdf5", "apps/output/read_guard"),
-    "series": ("apps/output/series", "apps/output/csv"),
-    "state": ("apps/run/restart", "apps/output/state_file", "apps/output/hdf5", "apps/output/read_guard"),
-    "frames": ("apps/report/frames_file", "apps/output/joined_frame", "apps/output/hdf5", "apps/output/read_guard"),
+    "scenario": ("libsim/document/document", "libsim/document/yaml_", "libsim/base/input_limits"),
+    "unit": ("libsim/document/units", "libsim/document/quantity", "libsim/document/formula_bounds"),
+    "value": ("libsim/document/arithmetic", "libsim/document/quantity", "libsim/document/units", "libsim/document/formula_bounds"),
+    "formula": ("libsim/document/expression", "libsim/document/formula_", "libsim/document/units"),
+    "mesh": ("libsim/scenario/shapes/mesh", "libdem/geometry/mesh_builders", "libdem/geometry/triangle_mesh"),
+    "bed": ("libsim/io/bed_file", "libsim/io/csv", "libsim/io/hdf5", "libsim/io/read_guard"),
+    "series": ("libsim/io/series", "libsim/io/csv"),
+    "state": ("libsim/run/restart", "libsim/io/state_file", "libsim/io/hdf5", "libsim/io/read_guard"),
+    "frames": ("libsim/post/frames_file", "libsim/io/joined_frame", "libsim/io/hdf5", "libsim/io/read_guard"),
 }
 # The portable kernel alone in the gate: of wider sets the sanitizer sees plain loads and stores only, no gather.
 SANITIZED_SETS, ALL_SANITIZED_SETS = "portable", "native"

@@ -4,7 +4,7 @@
 
 #include <numbers>
 
-namespace subsoil::app {
+namespace subsoil::sim {
 
 std::string beam_words(const BeamSection& beam) {
   const mbd::DividedBeam divided = mbd::divide(beam);
@@ -21,4 +21,4 @@ std::string beam_words(const BeamSection& beam) {
   return words + fmt::format("frequencies right to about 1e-3 up to {:.4g} Hz", first * ratio * ratio);
 }
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

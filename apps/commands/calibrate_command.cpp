@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
-#include "apps/calibrate/calibration.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/laboratory/report.hpp"
+#include "libsim/studies/calibrate/calibration.hpp"
+#include "libsim/studies/laboratory/report.hpp"
 
-namespace subsoil::app {
+namespace subsoil::sim {
 namespace {
 
 /// "7  mu 0.43  mu_r 0.1   repose.angle 31.2"
@@ -36,4 +36,4 @@ int calibrate_command(const CalibrateRequest& request) {
   return exit_ok;
 }
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

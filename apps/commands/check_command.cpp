@@ -2,22 +2,22 @@
 
 #include <chrono>
 
-#include "apps/build/machine.hpp"
-#include "apps/build/soil.hpp"
-#include "apps/build/world.hpp"
 #include "apps/commands/beam_words.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/commands/stopwatch.hpp"
 #include "apps/commands/trial.hpp"
-#include "apps/run/input_report.hpp"
-#include "apps/run/live_line.hpp"
-#include "apps/run/overlap_advice.hpp"
-#include "apps/run/process.hpp"
-#include "apps/run/surface_report.hpp"
-#include "apps/scenario/gravity.hpp"
-#include "apps/scenario/load.hpp"
+#include "libsim/base/live_line.hpp"
+#include "libsim/run/input_report.hpp"
+#include "libsim/run/overlap_advice.hpp"
+#include "libsim/run/process.hpp"
+#include "libsim/run/surface_report.hpp"
+#include "libsim/scenario/gravity.hpp"
+#include "libsim/scenario/load.hpp"
+#include "libsim/setup/machine.hpp"
+#include "libsim/setup/soil.hpp"
+#include "libsim/setup/world.hpp"
 
-namespace subsoil::app {
+namespace subsoil::sim {
 namespace {
 
 std::string duration_text(double seconds) {
@@ -118,4 +118,4 @@ int check_command(const RunRequest& request) {
   return exit_ok;
 }
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

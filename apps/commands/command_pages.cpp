@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <vector>
 
-#include "apps/version.hpp"
+#include "libsim/base/version.hpp"
 
-namespace subsoil::app {
+namespace subsoil::sim {
 namespace {
 
 std::vector<const CLI::App*> commands_of(const CLI::App& app) {
@@ -239,4 +239,4 @@ std::string man_page(const CLI::App& app) {
   return page + man_tail;
 }
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

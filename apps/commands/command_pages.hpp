@@ -6,7 +6,7 @@ class App;
 }
 
 /// Pages about the command line, of its own declarations.
-namespace subsoil::app {
+namespace subsoil::sim {
 
 /// Type names by which an option or argument says what it takes, in help and completion.
 inline constexpr const char* takes_yaml = "FILE.yaml";
@@ -18,4 +18,4 @@ std::string bash_completion(const CLI::App& app);
 /// subsoil(1), in roff.
 std::string man_page(const CLI::App& app);
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

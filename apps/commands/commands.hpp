@@ -2,10 +2,10 @@
 #include <string>
 #include <vector>
 
-#include "apps/run/runner.hpp"
+#include "libsim/run/runner.hpp"
 
 /// The words of the command line; each returns the exit code of the program.
-namespace subsoil::app {
+namespace subsoil::sim {
 
 /// `subsoil check`: reads, builds and tries a scenario, says what would run and what it would cost; writes nothing.
 int check_command(const RunRequest& request);
@@ -50,4 +50,4 @@ struct Estimate {
 };
 Estimate estimate(const RunRequest& request);
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

@@ -5,13 +5,13 @@
 #include "apps/commands/command_pages.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/commands/sweep_command.hpp"
-#include "apps/credibility/verdict.hpp"
-#include "apps/output/atomic_file.hpp"
-#include "apps/output/csv.hpp"
-#include "apps/run/live_line.hpp"
-#include "apps/sweep/tables.hpp"
+#include "libsim/base/live_line.hpp"
+#include "libsim/io/atomic_file.hpp"
+#include "libsim/io/csv.hpp"
+#include "libsim/studies/credibility/verdict.hpp"
+#include "libsim/studies/sweep/tables.hpp"
 
-namespace subsoil::app {
+namespace subsoil::sim {
 namespace {
 
 Study study_of(const CredibilityRequest& request, const Loaded& loaded, const Axes& axes) {
@@ -139,4 +139,4 @@ int credibility_command(const CredibilityRequest& request) {
   return exit_ok;
 }
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

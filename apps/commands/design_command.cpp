@@ -4,11 +4,11 @@
 
 #include "apps/commands/command_pages.hpp"
 #include "apps/commands/plan_options.hpp"
-#include "apps/design/optimum.hpp"
-#include "apps/design/sensitivity.hpp"
-#include "apps/run/runner.hpp"
+#include "libsim/run/runner.hpp"
+#include "libsim/studies/design/optimum.hpp"
+#include "libsim/studies/design/sensitivity.hpp"
 
-namespace subsoil::app {
+namespace subsoil::sim {
 namespace {
 
 CLI::App* add_design(CLI::App& app, DesignRequest& request, const char* name, const char* meaning) {
@@ -71,4 +71,4 @@ int sensitivity_command(const DesignRequest& request) {
   });
 }
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace subsoil::app {
+namespace subsoil::sim {
 
 /// `subsoil optimise` and `subsoil sensitivity`: a plan and a folder.
 struct DesignRequest {
@@ -17,4 +17,4 @@ CLI::App* add_sensitivity(CLI::App& app, DesignRequest& request);
 int optimise_command(const DesignRequest& request);
 int sensitivity_command(const DesignRequest& request);
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

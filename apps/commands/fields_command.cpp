@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include "apps/commands/command_pages.hpp"
-#include "apps/fields/fields.hpp"
-#include "apps/run/runner.hpp"
-#include "apps/scenario/units.hpp"
+#include "libsim/document/quantity.hpp"
+#include "libsim/post/fields.hpp"
+#include "libsim/run/runner.hpp"
 
-namespace subsoil::app {
+namespace subsoil::sim {
 namespace {
 
 /// Values of flags with their unit; a fault names the flag.
@@ -78,4 +78,4 @@ int fields_command(const FieldsWords& words) {
   return exit_ok;
 }
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace subsoil::app {
+namespace subsoil::sim {
 
 /// `subsoil fields`: what stands on the command line.
 struct FieldsWords {
@@ -14,4 +14,4 @@ struct FieldsWords {
 CLI::App* add_fields(CLI::App& app, FieldsWords& words);
 int fields_command(const FieldsWords& words);
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
 #include "apps/commands/commands.hpp"
-#include "apps/impact/ground_fit.hpp"
-#include "apps/impact/report.hpp"
+#include "libsim/studies/impact/ground_fit.hpp"
+#include "libsim/studies/impact/report.hpp"
 
-namespace subsoil::app {
+namespace subsoil::sim {
 namespace {
 
 /// Short words for what is asked most.
@@ -61,4 +61,4 @@ int impact_command(const ImpactRequest& request) {
   return exit_ok;
 }
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

@@ -12,19 +12,19 @@
 #include "apps/commands/report_command.hpp"
 #include "apps/commands/sweep_command.hpp"
 #include "apps/commands/templates.hpp"
-#include "apps/laboratory/tests.hpp"
-#include "apps/output/atomic_file.hpp"
-#include "apps/plot/furrow_picture.hpp"
-#include "apps/plot/movie.hpp"
-#include "apps/plot/plot.hpp"
-#include "apps/plot/strip.hpp"
-#include "apps/run/column_table.hpp"
-#include "apps/run/resume.hpp"
-#include "apps/scenario/library.hpp"
-#include "apps/scenario/load.hpp"
-#include "apps/version.hpp"
+#include "apps/commands/version_text.hpp"
+#include "libsim/document/library.hpp"
+#include "libsim/io/atomic_file.hpp"
+#include "libsim/plot/furrow_picture.hpp"
+#include "libsim/plot/movie.hpp"
+#include "libsim/plot/plot.hpp"
+#include "libsim/plot/strip.hpp"
+#include "libsim/run/column_table.hpp"
+#include "libsim/run/resume.hpp"
+#include "libsim/scenario/load.hpp"
+#include "libsim/studies/laboratory/tests.hpp"
 
-namespace subsoil::app {
+namespace subsoil::sim {
 namespace {
 
 void add_scenario(CLI::App& command, RunRequest& request, std::string& simd) {
@@ -356,4 +356,4 @@ int main_command(int argc, char** argv, const EngineMaker& engine) {
   });
 }
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

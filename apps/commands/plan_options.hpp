@@ -3,7 +3,7 @@
 
 #include "apps/commands/command_pages.hpp"
 
-namespace subsoil::app {
+namespace subsoil::sim {
 
 /// What every command takes that works by a plan: the file, overrides of its values, the folder.
 /// @param holds what a plan of this command consists of, for the help
@@ -16,4 +16,4 @@ void add_plan_options(CLI::App& word, Request& request, const std::string& holds
   word.add_option("--out", request.out, "folder; default: ./<name of the plan>");
 }
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include "apps/commands/command_pages.hpp"
-#include "apps/scenario/units.hpp"
+#include "libsim/document/quantity.hpp"
 
-namespace subsoil::app {
+namespace subsoil::sim {
 namespace {
 
 /// Values of flags with their unit; a fault names the flag.
@@ -68,4 +68,4 @@ int report_command(const ReportWords& words) {
   return exit_ok;
 }
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "apps/report/report.hpp"
-#include "apps/run/runner.hpp"
+#include "libsim/report/report.hpp"
+#include "libsim/run/runner.hpp"
 
-namespace subsoil::app {
+namespace subsoil::sim {
 
 /// `subsoil report` as typed: values with their units are read later, so that a refusal names the flag.
 struct ReportWords {
@@ -17,4 +17,4 @@ struct ReportWords {
 CLI::App* add_report(CLI::App& app, ReportWords& words);
 int report_command(const ReportWords& words);
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

@@ -1,9 +1,9 @@
 #pragma once
 #include <chrono>
 
-namespace subsoil::app {
+namespace subsoil::sim {
 
 using Clock = std::chrono::steady_clock;
 inline double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

@@ -6,11 +6,11 @@
 
 #include "apps/commands/command_pages.hpp"
 #include "apps/commands/plan_options.hpp"
-#include "apps/scenario/load.hpp"
-#include "apps/sweep/slurm.hpp"
-#include "apps/sweep/tables.hpp"
+#include "libsim/scenario/load.hpp"
+#include "libsim/studies/sweep/slurm.hpp"
+#include "libsim/studies/sweep/tables.hpp"
 
-namespace subsoil::app {
+namespace subsoil::sim {
 namespace {
 
 using Best = std::optional<std::pair<std::size_t, bool>>;
@@ -108,4 +108,4 @@ int sweep_command(const SweepRequest& request) {
   return exit_ok;
 }
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/run/runner.hpp"
+#include "libsim/run/runner.hpp"
 
-namespace subsoil::app {
+namespace subsoil::sim {
 
 struct SweepRequest {
   std::string plan;
@@ -30,4 +30,4 @@ struct CredibilityRequest {
 CLI::App* add_credibility(CLI::App& app, CredibilityRequest& request);
 int credibility_command(const CredibilityRequest& request);
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

@@ -4,9 +4,9 @@
 
 #include <stdexcept>
 
-#include "apps/scenario/document.hpp"
+#include "libsim/document/document.hpp"
 
-namespace subsoil::app {
+namespace subsoil::sim {
 
 std::string_view Template::about() const {
   const std::size_t end = scenario.find('\n');
@@ -35,4 +35,4 @@ const Template& template_of(std::string_view name) {
       fmt::format("{}: no template of this name{}", name, suggestion(std::string(name), known)));
 }
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

@@ -4,7 +4,7 @@
 #include <string_view>
 
 /// The scenarios to start from: configs/templates, built into the program.
-namespace subsoil::app {
+namespace subsoil::sim {
 
 struct Template {
   std::string_view name;      ///< tine
@@ -22,4 +22,4 @@ std::string template_words();
 /// Throws std::invalid_argument with the names there are.
 const Template& template_of(std::string_view name);
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

@@ -2,10 +2,10 @@
 #include <unistd.h>
 
 #include "apps/commands/commands.hpp"
-#include "apps/laboratory/report.hpp"
-#include "apps/laboratory/tests.hpp"
+#include "libsim/studies/laboratory/report.hpp"
+#include "libsim/studies/laboratory/tests.hpp"
 
-namespace subsoil::app {
+namespace subsoil::sim {
 
 int test_command(const TestRequest& request) {
   const LoadedTests loaded = load_tests(request.scenario, request.sets);
@@ -20,4 +20,4 @@ int test_command(const TestRequest& request) {
   return exit_ok;
 }
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

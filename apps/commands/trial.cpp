@@ -9,18 +9,18 @@
 #include <vector>
 
 #include "apps/commands/stopwatch.hpp"
-#include "apps/output/atomic_file.hpp"
-#include "apps/output/csv.hpp"
-#include "apps/output/series_writer.hpp"
-#include "apps/output/state_file.hpp"
-#include "apps/run/columns.hpp"
-#include "apps/run/crossings.hpp"
-#include "apps/run/frames.hpp"
-#include "apps/run/process.hpp"
-#include "apps/run/restart.hpp"
-#include "apps/run/schedule.hpp"
+#include "libsim/io/atomic_file.hpp"
+#include "libsim/io/csv.hpp"
+#include "libsim/io/series_writer.hpp"
+#include "libsim/io/state_file.hpp"
+#include "libsim/run/columns.hpp"
+#include "libsim/run/crossings.hpp"
+#include "libsim/run/frames.hpp"
+#include "libsim/run/process.hpp"
+#include "libsim/run/restart.hpp"
+#include "libsim/run/schedule.hpp"
 
-namespace subsoil::app {
+namespace subsoil::sim {
 namespace {
 
 /// A folder that is gone afterwards, also when something is thrown.
@@ -238,4 +238,4 @@ Trial try_out(const Loaded& loaded, World& world, double spheres, double until_n
   return trial;
 }
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

@@ -1,10 +1,10 @@
 #pragma once
 #include <chrono>
 
-#include "apps/build/world.hpp"
 #include "apps/commands/commands.hpp"
+#include "libsim/setup/world.hpp"
 
-namespace subsoil::app {
+namespace subsoil::sim {
 
 /// What a run will cost, found by steps, rows and frames of the real thing, written beside nobody's files.
 struct Trial {
@@ -17,4 +17,4 @@ struct Trial {
 /// @param spheres expected of the run @param until_now s, that reading and building the scenario took
 Trial try_out(const Loaded& loaded, World& world, double spheres, double until_now);
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

@@ -8,14 +8,14 @@
 #include <stdexcept>
 #include <utility>
 
-#include "apps/build/laws.hpp"
 #include "apps/mpi/messages.hpp"
 #include "apps/mpi/parts.hpp"
 #include "apps/mpi/rank.hpp"
-#include "apps/output/frame_parts.hpp"
-#include "apps/run/frames.hpp"
 #include "libdem/particles/fixed.hpp"
 #include "libdem/step/state_numbers.hpp"
+#include "libsim/io/frame_parts.hpp"
+#include "libsim/run/frames.hpp"
+#include "libsim/setup/laws.hpp"
 
 namespace subsoil::mpi {
 namespace {
@@ -40,8 +40,8 @@ struct Order {
   Task task = Task::dismiss;
   dem::EngineStep step{};
   bool snapshot = false;
-  app::PartPlace place{};
-  app::Between between{};
+  sim::PartPlace place{};
+  sim::Between between{};
   double quantum = 0;
 };
 
@@ -149,11 +149,11 @@ dem::EngineSums step_rank(Rank& rank, dem::EngineStep step, dem::Snapshot* snaps
 }
 
 /// The folder as rank 0 names it: a relative one is the same everywhere, as mpirun starts all in one.
-void open_parts(std::optional<Parts>& parts, const std::string& directory, const app::Scenario& scenario,
+void open_parts(std::optional<Parts>& parts, const std::string& directory, const sim::Scenario& scenario,
                 double quantum, MPI_Comm all) {
   std::vector<char> words(directory.begin(), directory.end());
   broadcast(words, all);
-  parts.emplace(all, std::string(words.begin(), words.end()), app::frame_options(scenario), quantum);
+  parts.emplace(all, std::string(words.begin(), words.end()), sim::frame_options(scenario), quantum);
 }
 
 /// For each material the least and the largest sphere twice: what the stable step is found by.
@@ -177,9 +177,9 @@ std::vector<dem::Boundary> boundaries_of(const dem::Bed& bed) {
   return out;
 }
 
-class MpiEngine final : public dem::BedEngine, public app::FrameParts {
+class MpiEngine final : public dem::BedEngine, public sim::FrameParts {
  public:
-  MpiEngine(MPI_Comm all, const app::RunRequest& request, const app::Scenario& scenario, const app::World& world)
+  MpiEngine(MPI_Comm all, const sim::RunRequest& request, const sim::Scenario& scenario, const sim::World& world)
       : all_(all), scenario_(scenario), laws_(world.laws) {
     MPI_Comm_size(all, &ranks_);
     name_ = fmt::format("LIGGGHTS on {} process{}", ranks_, ranks_ == 1 ? "" : "es");
@@ -244,7 +244,7 @@ class MpiEngine final : public dem::BedEngine, public app::FrameParts {
     broadcast_order({.task = Task::open_parts, .quantum = quantum}, all_);
     open_parts(parts_, directory.string(), scenario_, quantum, all_);
   }
-  std::string write(const app::PartPlace& place, const app::Between& between) override {
+  std::string write(const sim::PartPlace& place, const sim::Between& between) override {
     broadcast_order({.task = Task::write_parts, .place = place, .between = between}, all_);
     return parts_->write(place, between);
   }
@@ -271,7 +271,7 @@ class MpiEngine final : public dem::BedEngine, public app::FrameParts {
   }
 
   MPI_Comm all_;
-  const app::Scenario& scenario_;
+  const sim::Scenario& scenario_;
   int ranks_ = 1;
   dem::LawTable laws_;
   std::string name_;
@@ -282,8 +282,8 @@ class MpiEngine final : public dem::BedEngine, public app::FrameParts {
 
 /// The scenario that rank 0 runs.
 struct Likeness {
-  app::Scenario scenario;
-  app::World world;  ///< laws and boundaries, without spheres
+  sim::Scenario scenario;
+  sim::World world;  ///< laws and boundaries, without spheres
 };
 
 Likeness build_like_rank_0(MPI_Comm all) {
@@ -296,14 +296,14 @@ Likeness build_like_rank_0(MPI_Comm all) {
     sets.emplace_back(words.data() + at);
   const std::string scenario = sets.front();
   sets.erase(sets.begin());
-  const app::Loaded loaded = app::load_scenario(scenario, sets);
-  return {loaded.scenario, app::build_world(loaded, {.threads = 1, .place_soil = false, .restored = extremes})};
+  const sim::Loaded loaded = sim::load_scenario(scenario, sets);
+  return {loaded.scenario, sim::build_world(loaded, {.threads = 1, .place_soil = false, .restored = extremes})};
 }
 
 }  // namespace
 
-std::unique_ptr<dem::BedEngine> make_engine(MPI_Comm all, const app::RunRequest& request, const app::Loaded& loaded,
-                                            const app::World& world) {
+std::unique_ptr<dem::BedEngine> make_engine(MPI_Comm all, const sim::RunRequest& request, const sim::Loaded& loaded,
+                                            const sim::World& world) {
   if (world.bed->spheres().empty()) throw std::invalid_argument("has no spheres to share out");
   return std::make_unique<MpiEngine>(all, request, loaded.scenario, world);
 }

@@ -7,8 +7,8 @@
 #include <exception>
 
 #include "apps/commands/commands.hpp"
-#include "apps/memory.hpp"
 #include "apps/mpi/engine.hpp"
+#include "libsim/base/memory.hpp"
 
 /// subsoil-mpi: the program `subsoil` with an engine on many processes. A program of its own, under the GPL of
 /// LIGGGHTS, which it links; `subsoil` goes on as it where a scenario says `engine: liggghts`.
@@ -26,8 +26,8 @@ int serve_quietly() {
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "failed: %s\n", error.what());
-    MPI_Abort(MPI_COMM_WORLD, subsoil::app::exit_failed);
-    return subsoil::app::exit_failed;
+    MPI_Abort(MPI_COMM_WORLD, subsoil::sim::exit_failed);
+    return subsoil::sim::exit_failed;
   }
 }
 
@@ -35,11 +35,11 @@ int serve_quietly() {
 
 int main(int argc, char** argv) {
   MPI_Init(&argc, &argv);
-  subsoil::app::recycle_arrays();
+  subsoil::sim::recycle_arrays();
   int rank = 0, code = 0;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   if (rank == 0) {
-    code = subsoil::app::main_command(argc, argv, [](const auto& request, const auto& loaded, const auto& world) {
+    code = subsoil::sim::main_command(argc, argv, [](const auto& request, const auto& loaded, const auto& world) {
       return subsoil::mpi::make_engine(MPI_COMM_WORLD, request, loaded, world);
     });
     subsoil::mpi::dismiss(MPI_COMM_WORLD);

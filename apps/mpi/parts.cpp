@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "apps/mpi/messages.hpp"
-#include "apps/output/disk.hpp"
-#include "apps/run/between.hpp"
+#include "libsim/io/disk.hpp"
+#include "libsim/run/between.hpp"
 
 namespace subsoil::mpi {
 namespace {
@@ -89,10 +89,10 @@ void Parts::together(const Action& action) {
   if (!fault.empty()) fault += '\n';
   std::vector<char> faults = gather(std::vector<char>(fault.begin(), fault.end()), all_);
   if (rank_of(all_) == 0)
-    throw app::DiskFault(std::string(faults.begin(), std::find(faults.begin(), faults.end(), '\n')));
+    throw sim::DiskFault(std::string(faults.begin(), std::find(faults.begin(), faults.end(), '\n')));
 }
 
-Parts::Parts(MPI_Comm all, const std::filesystem::path& directory, const app::RunOptions& options, double quantum)
+Parts::Parts(MPI_Comm all, const std::filesystem::path& directory, const sim::RunOptions& options, double quantum)
     : all_(all) {
   together([&] { writer_.emplace(directory, rank_of(all), options, quantum); });
 }
@@ -108,31 +108,31 @@ dem::EngineSums Parts::step(Rank& rank, dem::EngineStep step) {
 }
 
 /// Spheres of the instant before, of this process.
-dem::Snapshot Parts::between(const app::Between& between) const {
+dem::Snapshot Parts::between(const sim::Between& between) const {
   std::vector<SphereRecord> come;
   const dem::Snapshot& now = now_.spheres;
   for (std::size_t k = 0; k < now.id.size(); ++k)
     if (!holds_id(before_.spheres, now.id[k])) come.push_back(record_of(now, k));
-  if (!any(!come.empty(), all_)) return app::interpolate(before_.spheres, now, between.step, between.share);
+  if (!any(!come.empty(), all_)) return sim::interpolate(before_.spheres, now, between.step, between.share);
   come = gather(std::move(come), all_);
   broadcast(come, all_);
   dem::Snapshot mine = now;
   for (const SphereRecord& r : come)
     if (holds_id(before_.spheres, r.id)) append(mine, r);
   sort_by_id(mine);
-  return app::interpolate(before_.spheres, mine, between.step, between.share);
+  return sim::interpolate(before_.spheres, mine, between.step, between.share);
 }
 
-std::string Parts::write(const app::PartPlace& place, const app::Between& between) {
+std::string Parts::write(const sim::PartPlace& place, const sim::Between& between) {
   const bool is_between = between.share > 0 && between.share < 1;
   dem::Snapshot made;
   if (is_between) made = this->between(between);
   const Instant& instant = between.share > 0 ? before_ : now_;
   const dem::Snapshot& s = is_between ? made : instant.spheres;
-  app::ParticleTable own;
+  sim::ParticleTable own;
   own.id.assign(s.id.begin(), s.id.end());
   own.radius = s.radius, own.material = s.material, own.density = instant.density;
-  app::Frame frame;
+  sim::Frame frame;
   frame.position = s.position, frame.velocity = s.velocity, frame.spin = s.angular_velocity;
   frame.force = s.force, frame.torque = s.torque, frame.contacts = s.contacts;
   std::string xml;

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "apps/mpi/rank.hpp"
-#include "apps/output/part_writer.hpp"
 #include "libdem/particles/particles.hpp"
+#include "libsim/io/part_writer.hpp"
 
 namespace subsoil::mpi {
 
@@ -22,12 +22,12 @@ void gather_snapshot(dem::Snapshot& s, MPI_Comm all);
 /// them meanwhile. All members are collective.
 class Parts {
  public:
-  Parts(MPI_Comm all, const std::filesystem::path& directory, const app::RunOptions& options, double quantum);
+  Parts(MPI_Comm all, const std::filesystem::path& directory, const sim::RunOptions& options, double quantum);
 
   /// A step of the rank, whose beginning is a new instant.
   dem::EngineSums step(Rank& rank, dem::EngineStep step);
   /// On rank 0 the XDMF of all parts. This and the next throw DiskFault there if any process fails.
-  std::string write(const app::PartPlace& place, const app::Between& between);
+  std::string write(const sim::PartPlace& place, const sim::Between& between);
   void publish();
   void drop() { writer_->drop(); }
   dem::Snapshot last_instant() const;  ///< the last instant, on rank 0
@@ -39,12 +39,12 @@ class Parts {
     dem::Snapshot spheres;
     std::vector<double> density;  ///< kg/m3
   };
-  dem::Snapshot between(const app::Between& between) const;
+  dem::Snapshot between(const sim::Between& between) const;
   template <class Action>
   void together(const Action& action);
 
   MPI_Comm all_;
-  std::optional<app::PartWriter> writer_;
+  std::optional<sim::PartWriter> writer_;
   Instant before_, now_;
 };
 

@@ -9,9 +9,9 @@
 
 namespace {
 
-const subsoil::app::fuzz::Target& asked_for() {
+const subsoil::sim::fuzz::Target& asked_for() {
   const char* name = std::getenv("SUBSOIL_FUZZ_TARGET");
-  for (const auto& target : subsoil::app::fuzz::targets)
+  for (const auto& target : subsoil::sim::fuzz::targets)
     if (name != nullptr && std::string_view(name) == target.name) return target;
   std::fputs("SUBSOIL_FUZZ_TARGET names no target of tests/fuzz/targets.hpp\n", stderr);
   std::exit(2);

@@ -9,20 +9,20 @@
 #include <stdexcept>
 #include <string>
 
-#include "apps/output/bed_file.hpp"
-#include "apps/output/series.hpp"
-#include "apps/report/frames_file.hpp"
-#include "apps/run/restart.hpp"
-#include "apps/scenario/arithmetic.hpp"
-#include "apps/scenario/expression.hpp"
-#include "apps/scenario/load.hpp"
-#include "apps/scenario/shapes/mesh_file.hpp"
-#include "apps/scenario/units.hpp"
+#include "libsim/document/arithmetic.hpp"
+#include "libsim/document/expression.hpp"
+#include "libsim/document/quantity.hpp"
+#include "libsim/io/bed_file.hpp"
+#include "libsim/io/series.hpp"
+#include "libsim/post/frames_file.hpp"
+#include "libsim/run/restart.hpp"
+#include "libsim/scenario/load.hpp"
+#include "libsim/scenario/shapes/mesh_file.hpp"
 
 /// Readers of foreign files, each as a function of the file's bytes: what libFuzzer (scripts/fuzz) drives and what the
 /// tests replay. A reader may refuse with a message of its own; anything else (std::bad_alloc, a length or index that
 /// the standard library objects to, a crash, more than some seconds) is a fault.
-namespace subsoil::app::fuzz {
+namespace subsoil::sim::fuzz {
 
 /// A file of this process with these bytes; the same name again and again, in memory where the system has it.
 inline std::string file_of(const std::string& bytes, const char* ending) {
@@ -108,4 +108,4 @@ inline constexpr Target targets[] = {{"scenario", scenario}, {"unit", unit},   {
                                      {"formula", formula},   {"mesh", mesh},   {"bed", bed},
                                      {"series", series},     {"state", state}, {"frames", frames}};
 
-}  // namespace subsoil::app::fuzz
+}  // namespace subsoil::sim::fuzz

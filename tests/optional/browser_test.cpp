@@ -3,12 +3,12 @@
 #include <array>
 #include <cstdio>
 
-#include "apps/report/report.hpp"
+#include "libsim/report/report.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// A report opened in headless Chromium (scripts/setup --browser): it draws itself without an error, and a chart shows
 /// the value of the series. Left out where there is no Chromium.
-namespace subsoil::app::browser_test {
+namespace subsoil::sim::browser_test {
 namespace {
 
 std::string output_of(const std::string& command) {
@@ -56,4 +56,4 @@ TEST(Browser, ReportDrawsItselfAndShowsValues) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::browser_test
+}  // namespace subsoil::sim::browser_test

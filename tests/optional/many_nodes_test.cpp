@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <map>
 
-#include "apps/output/joined_frame.hpp"
-#include "apps/report/frames_file.hpp"
+#include "libsim/io/joined_frame.hpp"
+#include "libsim/post/frames_file.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/tools/xdmf.hpp"
 
@@ -14,7 +14,7 @@
 /// stepped by the bed itself. Contacts are evaluated by the same kernels; what differs is the order in which forces on
 /// a sphere are added, 1e-16 of them. Chaos lets such differences grow, which the few spheres and short times here
 /// leave no room for. Left out where subsoil-mpi is not built or mpirun is missing (scripts/setup --mpi).
-namespace subsoil::app::many_nodes_test {
+namespace subsoil::sim::many_nodes_test {
 namespace {
 
 using namespace test;
@@ -371,4 +371,4 @@ TEST(ManyNodes, AFaultIsThatOfTheBed) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::many_nodes_test
+}  // namespace subsoil::sim::many_nodes_test

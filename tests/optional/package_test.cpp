@@ -6,7 +6,7 @@
 #include "tests/tools/scratch.hpp"
 
 /// The Debian package of the built program, unpacked and run.
-namespace subsoil::app::package_test {
+namespace subsoil::sim::package_test {
 namespace {
 
 constexpr const char* plate = R"(subsoil: 1
@@ -40,4 +40,4 @@ TEST(Package, UnpackedProgramRuns) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::package_test
+}  // namespace subsoil::sim::package_test

@@ -4,12 +4,12 @@
 #include <cstdlib>
 #include <memory>
 
-#include "apps/fields/fields.hpp"
+#include "libsim/post/fields.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// ParaView opens what a run and `subsoil fields` leave, with forces of contacts, loads on triangles and tensors. Left
 /// out where there is no pvpython (scripts/setup --pictures).
-namespace subsoil::app::test::paraview_test {
+namespace subsoil::sim::test::paraview_test {
 namespace {
 
 std::string read_by_paraview(const std::filesystem::path& file) {
@@ -63,4 +63,4 @@ TEST(ParaView, OpensFramesWithContactsAndLoadsAndFields) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::test::paraview_test
+}  // namespace subsoil::sim::test::paraview_test

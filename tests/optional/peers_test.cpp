@@ -16,9 +16,9 @@
 namespace subsoil::dem::test::peers_test {
 namespace {
 
-using subsoil::app::test::Scratch;
-using subsoil::app::test::text_of;
-using subsoil::app::test::write_file;
+using subsoil::sim::test::Scratch;
+using subsoil::sim::test::text_of;
+using subsoil::sim::test::write_file;
 
 constexpr double kDensity = 2500, kStep = 2e-7;
 constexpr int kSteps = 6000, kEvery = 100;

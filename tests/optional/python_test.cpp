@@ -8,7 +8,7 @@
 
 /// scripts/python/subsoil.py by its own unittests, tests/optional/python_module.py: a class of them each. Left out
 /// where Debian's Python has no h5py, NumPy, pandas or PyYAML (scripts/setup installs them).
-namespace subsoil::app::python_test {
+namespace subsoil::sim::python_test {
 namespace {
 
 constexpr int kNoPackage = 77;  ///< exit code of python_module.py
@@ -28,4 +28,4 @@ INSTANTIATE_TEST_SUITE_P(All, PythonModule, testing::Values("Results", "Loads", 
                          [](const auto& of) { return std::string(of.param); });
 
 }  // namespace
-}  // namespace subsoil::app::python_test
+}  // namespace subsoil::sim::python_test

@@ -7,7 +7,7 @@
 
 /// The schemas of `subsoil reference --schema` under a validator that is not ours: every config validates, mistakes do
 /// not (check_schema.py lists them).
-namespace subsoil::app::schema_test {
+namespace subsoil::sim::schema_test {
 namespace {
 
 TEST(Schema, ConfigsValidateAndMistakesDoNot) {
@@ -21,4 +21,4 @@ TEST(Schema, ConfigsValidateAndMistakesDoNot) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::schema_test
+}  // namespace subsoil::sim::schema_test

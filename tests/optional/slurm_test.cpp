@@ -7,7 +7,7 @@
 
 /// A sweep as a job array under Slurm on this machine as its only node (scripts/setup --slurm). Left out where Slurm is
 /// not installed, and without root, whom its daemons need here.
-namespace subsoil::app::slurm_test {
+namespace subsoil::sim::slurm_test {
 namespace {
 
 TEST(Slurm, ArrayRunsAndIsGathered) {
@@ -27,4 +27,4 @@ TEST(Slurm, ArrayRunsAndIsGathered) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::slurm_test
+}  // namespace subsoil::sim::slurm_test

@@ -9,15 +9,15 @@
 #include <string>
 #include <vector>
 
-#include "apps/output/hdf5.hpp"
-#include "apps/output/series.hpp"
-#include "apps/run/runner.hpp"
 #include "libdem/base/vec3.hpp"
+#include "libsim/io/hdf5.hpp"
+#include "libsim/io/series.hpp"
+#include "libsim/run/runner.hpp"
 #include "tests/tools/paths.hpp"
 #include "tests/tools/scratch.hpp"
 
 /// Running scenarios as `subsoil run` does, in this process, and looking at what they leave.
-namespace subsoil::app::test {
+namespace subsoil::sim::test {
 
 /// A scratch directory that scenarios are put into and run in.
 class RunDirectory : public Scratch {
@@ -122,4 +122,4 @@ time: {end: 0.62 s}
 output: {precision: double, every: 40 ms, series every: 10 ms, watch: {draft: {soil force: blade, along: -1 0}}}
 )";
 
-}  // namespace subsoil::app::test
+}  // namespace subsoil::sim::test

@@ -8,7 +8,7 @@
 
 #include "tests/tools/message_of.hpp"
 
-namespace subsoil::app::test {
+namespace subsoil::sim::test {
 
 /// A directory of this test's own, gone at its end.
 class Scratch {
@@ -41,4 +41,4 @@ inline void write_file(const std::filesystem::path& path, const std::string& tex
 
 using subsoil::test::message_of;
 
-}  // namespace subsoil::app::test
+}  // namespace subsoil::sim::test

@@ -1,10 +1,10 @@
 #pragma once
 #include <filesystem>
 
-#include "apps/output/series.hpp"
+#include "libsim/io/series.hpp"
 
 /// What tests of runs with soil look up in their results.
-namespace subsoil::app::test {
+namespace subsoil::sim::test {
 
 /// What boundaries and gravity leave unchanged, in a row of the series (J): the terms of the bed's energy balance less
 /// the work of boundaries.
@@ -23,4 +23,4 @@ inline std::filesystem::path state_in(const std::filesystem::path& out) {
   return {};
 }
 
-}  // namespace subsoil::app::test
+}  // namespace subsoil::sim::test

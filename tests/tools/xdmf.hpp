@@ -5,11 +5,11 @@
 #include <sstream>
 #include <string>
 
-#include "apps/output/hdf5.hpp"
+#include "libsim/io/hdf5.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tests/tools/xml.hpp"
 
-namespace subsoil::app::test {
+namespace subsoil::sim::test {
 
 /// Follows every DataItem of an XDMF: the file and dataset exist and have the stated shape and number type. Returns how
 /// many there are.
@@ -46,4 +46,4 @@ inline int check_xdmf(const std::filesystem::path& path) {
   return count;
 }
 
-}  // namespace subsoil::app::test
+}  // namespace subsoil::sim::test

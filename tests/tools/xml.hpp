@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace subsoil::app::test {
+namespace subsoil::sim::test {
 
 /// Just enough of XML to judge our own XDMF by: elements, attributes, text and the five entities; anything else, and
 /// anything not well formed, throws std::runtime_error.
@@ -104,4 +104,4 @@ class Xml {
   Element root_;
 };
 
-}  // namespace subsoil::app::test
+}  // namespace subsoil::sim::test

@@ -1,4 +1,4 @@
-#include "apps/output/block_mean.hpp"
+#include "libsim/io/block_mean.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "apps/output/summary.hpp"
+#include "libsim/io/summary.hpp"
 
-namespace subsoil::app::block_mean_test {
+namespace subsoil::sim::block_mean_test {
 namespace {
 
 /// x_{k+1} = phi x_k + noise of variance 1: the mean of n values has the standard error sqrt(1/n)/(1 - phi) for n >> 1.
@@ -70,4 +70,4 @@ TEST(BlockMean, IsWeightedWithTimeAndKnowsNothingOfAFewSteps) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::block_mean_test
+}  // namespace subsoil::sim::block_mean_test

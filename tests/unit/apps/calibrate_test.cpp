@@ -3,15 +3,15 @@
 #include <cmath>
 #include <fstream>
 
-#include "apps/calibrate/calibration.hpp"
-#include "apps/calibrate/surrogate.hpp"
+#include "libsim/studies/calibrate/calibration.hpp"
+#include "libsim/studies/calibrate/surrogate.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// `subsoil calibrate`: the surrogate against functions that are known, the search against a known minimum, and the
 /// whole against a material that is known.
-namespace subsoil::app::calibrate_test {
+namespace subsoil::sim::calibrate_test {
 namespace {
 
 using subsoil::test::message_of;
@@ -151,4 +151,4 @@ TEST(CalibrationPlan, ConfigsAreRead) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::calibrate_test
+}  // namespace subsoil::sim::calibrate_test

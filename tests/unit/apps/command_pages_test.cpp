@@ -7,7 +7,7 @@
 #include "tests/tools/scratch.hpp"
 
 /// What the program prints about its own command line: bash completes by it, man shows it.
-namespace subsoil::app::command_pages_test {
+namespace subsoil::sim::command_pages_test {
 namespace {
 
 std::string output_of(const std::string& command, const test::Scratch& scratch) {
@@ -78,4 +78,4 @@ TEST(ManPage, NamesEveryCommandAndReadsClean) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::command_pages_test
+}  // namespace subsoil::sim::command_pages_test

@@ -13,14 +13,14 @@
 #include <vector>
 
 #include "apps/commands/commands.hpp"
-#include "apps/laboratory/tests.hpp"
-#include "apps/run/column_table.hpp"
-#include "apps/scenario/load.hpp"
 #include "libmbd/elements.hpp"
+#include "libsim/run/column_table.hpp"
+#include "libsim/scenario/load.hpp"
+#include "libsim/studies/laboratory/tests.hpp"
 #include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 
-namespace subsoil::app::docs_test {
+namespace subsoil::sim::docs_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -163,4 +163,4 @@ TEST(Docs, CommandsOfTheReadmeAreThere) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::docs_test
+}  // namespace subsoil::sim::docs_test

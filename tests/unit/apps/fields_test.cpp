@@ -1,18 +1,18 @@
-#include "apps/fields/fields.hpp"
+#include "libsim/post/fields.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "apps/fields/coarse_graining.hpp"
-#include "apps/output/hdf5.hpp"
 #include "libdem/bed.hpp"
+#include "libsim/io/hdf5.hpp"
+#include "libsim/post/coarse_graining.hpp"
 #include "tests/tools/dem_beds.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Coarse graining against what holds for any kernel of integral 1, and closed forms of a Gaussian.
-namespace subsoil::app::test::fields_test {
+namespace subsoil::sim::test::fields_test {
 namespace {
 
 using std::numbers::pi;
@@ -337,4 +337,4 @@ TEST(Fields, LeaveOutWhatFramesDoNotHold) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::test::fields_test
+}  // namespace subsoil::sim::test::fields_test

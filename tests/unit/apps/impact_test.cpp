@@ -4,17 +4,17 @@
 #include <random>
 
 #include "apps/commands/commands.hpp"
-#include "apps/impact/ground_fit.hpp"
-#include "apps/impact/report.hpp"
-#include "apps/scenario/load.hpp"
 #include "libmbd/forces/ground_element.hpp"
+#include "libsim/scenario/load.hpp"
+#include "libsim/studies/impact/ground_fit.hpp"
+#include "libsim/studies/impact/report.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// `subsoil impact`: reading, tables and files, closed forms of the ground element, and fits that find what made the
 /// data. The models themselves: tests/unit/libdem/impact_models.cpp.
-namespace subsoil::app::impact_test {
+namespace subsoil::sim::impact_test {
 namespace {
 
 using subsoil::test::message_of;
@@ -319,4 +319,4 @@ TEST(ImpactFit, StiffnessOfTheGroundFromForces) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::impact_test
+}  // namespace subsoil::sim::impact_test

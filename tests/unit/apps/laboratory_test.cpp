@@ -6,14 +6,14 @@
 #include <numbers>
 
 #include "apps/commands/commands.hpp"
-#include "apps/laboratory/report.hpp"
-#include "apps/laboratory/tests.hpp"
+#include "libsim/studies/laboratory/report.hpp"
+#include "libsim/studies/laboratory/tests.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// `subsoil test`: every rig against a closed form that it must meet, on specimens of some ten to some hundred grains.
-namespace subsoil::app::laboratory_test {
+namespace subsoil::sim::laboratory_test {
 namespace {
 
 using subsoil::test::message_of;
@@ -371,4 +371,4 @@ TEST(LaboratoryTest, ConfigsAreTested) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::laboratory_test
+}  // namespace subsoil::sim::laboratory_test

@@ -1,23 +1,23 @@
-#include "apps/scenario/library.hpp"
+#include "libsim/document/library.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "apps/build/laws.hpp"
-#include "apps/run/input_report.hpp"
-#include "apps/scenario/given_law.hpp"
-#include "apps/scenario/load.hpp"
-#include "apps/scenario/units.hpp"
 #include "libdem/laws/contact.hpp"
 #include "libdem/laws/eepa.hpp"
 #include "libdem/laws/linear.hpp"
+#include "libsim/document/quantity.hpp"
+#include "libsim/run/input_report.hpp"
+#include "libsim/scenario/given_law.hpp"
+#include "libsim/scenario/load.hpp"
+#include "libsim/setup/laws.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// The library of materials: what a scenario that names one gets.
-namespace subsoil::app::library_test {
+namespace subsoil::sim::library_test {
 namespace {
 
 using namespace test;
@@ -144,4 +144,4 @@ TEST(Library, SpheresOfAnotherRadiusAreWarnedOf) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::library_test
+}  // namespace subsoil::sim::library_test

@@ -3,10 +3,10 @@
 
 #include <string>
 
-#include "apps/build/machine.hpp"
-#include "apps/scenario/load.hpp"
+#include "libsim/scenario/load.hpp"
+#include "libsim/setup/machine.hpp"
 
-namespace subsoil::app::machine_faults_test {
+namespace subsoil::sim::machine_faults_test {
 namespace {
 
 /// What reading and building a scenario says; it is read as `rig.yaml`.
@@ -98,4 +98,4 @@ TEST(MachineFaults, ALooseBodyFlies) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::machine_faults_test
+}  // namespace subsoil::sim::machine_faults_test

@@ -6,13 +6,13 @@
 #include <cstring>
 #include <fstream>
 
-#include "apps/scenario/shapes/mesh.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
+#include "libsim/scenario/shapes/mesh.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/scratch.hpp"
 
 /// Mesh files: what is read is what was written, in double where the format holds it.
-namespace subsoil::app::mesh_files_test {
+namespace subsoil::sim::mesh_files_test {
 namespace {
 
 using dem::TriangleMesh;
@@ -204,4 +204,4 @@ TEST_F(MeshFiles, BadFilesAreRefused) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::mesh_files_test
+}  // namespace subsoil::sim::mesh_files_test

@@ -7,17 +7,17 @@
 #include <cstdint>
 #include <cstring>
 
-#include "apps/build/soil.hpp"
-#include "apps/run/input_report.hpp"
-#include "apps/run/overlap_advice.hpp"
-#include "apps/run/surface_report.hpp"
-#include "apps/scenario/load.hpp"
-#include "apps/scenario/shapes/mesh_file.hpp"
+#include "libsim/run/input_report.hpp"
+#include "libsim/run/overlap_advice.hpp"
+#include "libsim/run/surface_report.hpp"
+#include "libsim/scenario/load.hpp"
+#include "libsim/scenario/shapes/mesh_file.hpp"
+#include "libsim/setup/soil.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Mistakes of a first hour: each is named with its numbers, before anything is computed.
-namespace subsoil::app::mistakes_test {
+namespace subsoil::sim::mistakes_test {
 namespace {
 
 using namespace test;
@@ -326,4 +326,4 @@ TEST(Expected, OverlapFollowsFromDepthWidthAndStiffness) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::mistakes_test
+}  // namespace subsoil::sim::mistakes_test

@@ -1,4 +1,4 @@
-#include "apps/plot/movie.hpp"
+#include "libsim/plot/movie.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,13 +6,13 @@
 #include <fstream>
 #include <sstream>
 
-#include "apps/plot/plot.hpp"
-#include "apps/plot/program.hpp"
+#include "libsim/plot/plot.hpp"
+#include "libsim/plot/program.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Films of frames. Oracle: ffprobe, which decodes every picture.
-namespace subsoil::app::movie_test {
+namespace subsoil::sim::movie_test {
 namespace {
 
 using namespace test;
@@ -91,4 +91,4 @@ TEST(Movie, RefusesWithTheCure) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::movie_test
+}  // namespace subsoil::sim::movie_test

@@ -6,13 +6,13 @@
 #include <iterator>
 #include <limits>
 
-#include "apps/output/bed_file.hpp"
-#include "apps/output/hdf5.hpp"
-#include "apps/output/state_file.hpp"
+#include "libsim/io/bed_file.hpp"
+#include "libsim/io/hdf5.hpp"
+#include "libsim/io/state_file.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/scratch.hpp"
 
-namespace subsoil::app::output_files_test {
+namespace subsoil::sim::output_files_test {
 namespace {
 
 TEST(StateFile, ArraysComeBackAsTheyWere) {
@@ -223,4 +223,4 @@ TEST(BedFile, RefusalsNamePlaceValueAndRule) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::output_files_test
+}  // namespace subsoil::sim::output_files_test

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <memory>
 
-#include "apps/output/disk.hpp"
-#include "apps/output/joined_frame.hpp"
-#include "apps/output/part_writer.hpp"
-#include "apps/output/run_writer.hpp"
-#include "apps/report/frames_file.hpp"
-#include "apps/scenario/load.hpp"
+#include "libsim/io/disk.hpp"
+#include "libsim/io/joined_frame.hpp"
+#include "libsim/io/part_writer.hpp"
+#include "libsim/io/run_writer.hpp"
+#include "libsim/post/frames_file.hpp"
+#include "libsim/scenario/load.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/tools/scratch.hpp"
@@ -19,7 +19,7 @@
 
 /// Frames whose spheres several processes write, without the processes: the same spheres written by one writer and
 /// dealt to parts must be read back the same.
-namespace subsoil::app::output_parts_test {
+namespace subsoil::sim::output_parts_test {
 namespace {
 
 using dem::Vec3;
@@ -266,4 +266,4 @@ TEST(FrameParts, AFullDiskNamesThePartAndKeepsEarlierFrames) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::output_parts_test
+}  // namespace subsoil::sim::output_parts_test

@@ -3,12 +3,12 @@
 
 #include <cmath>
 
-#include "apps/output/series.hpp"
-#include "apps/output/series_writer.hpp"
-#include "apps/plot/plot.hpp"
+#include "libsim/io/series.hpp"
+#include "libsim/io/series_writer.hpp"
+#include "libsim/plot/plot.hpp"
 #include "tests/tools/scratch.hpp"
 
-namespace subsoil::app::output_plot_test {
+namespace subsoil::sim::output_plot_test {
 namespace {
 
 /// A result directory whose draft jitters about 1000 N and whose pitch swings slowly.
@@ -97,4 +97,4 @@ TEST(Plot, RefusalsNameTheCure) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::output_plot_test
+}  // namespace subsoil::sim::output_plot_test

@@ -8,13 +8,13 @@
 #include <sstream>
 #include <thread>
 
-#include "apps/output/hdf5.hpp"
-#include "apps/output/rounding.hpp"
-#include "apps/output/run_writer.hpp"
+#include "libsim/io/hdf5.hpp"
+#include "libsim/io/rounding.hpp"
+#include "libsim/io/run_writer.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tests/tools/xdmf.hpp"
 
-namespace subsoil::app::output_run_writer_test {
+namespace subsoil::sim::output_run_writer_test {
 namespace {
 
 using dem::Vec3;
@@ -314,4 +314,4 @@ TEST(Rounding, MantissaIsRoundedToNearestAndKeepsSpecialValues) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::output_run_writer_test
+}  // namespace subsoil::sim::output_run_writer_test

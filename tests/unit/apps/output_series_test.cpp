@@ -3,13 +3,13 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "apps/output/csv.hpp"
-#include "apps/output/series.hpp"
-#include "apps/output/series_writer.hpp"
-#include "apps/output/summary.hpp"
+#include "libsim/io/csv.hpp"
+#include "libsim/io/series.hpp"
+#include "libsim/io/series_writer.hpp"
+#include "libsim/io/summary.hpp"
 #include "tests/tools/scratch.hpp"
 
-namespace subsoil::app::output_series_test {
+namespace subsoil::sim::output_series_test {
 namespace {
 
 TEST(Series, HeaderHoldsNamesAndUnitsAndRowsComeBack) {
@@ -157,4 +157,4 @@ TEST(Summary, TheWindowMayBeSetLateButNotMovedWhenOpen) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::output_series_test
+}  // namespace subsoil::sim::output_series_test

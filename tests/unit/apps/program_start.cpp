@@ -7,7 +7,7 @@
 #include "tests/tools/paths.hpp"
 
 /// What happens before the first line of main().
-namespace subsoil::app::program_start {
+namespace subsoil::sim::program_start {
 namespace {
 
 std::string output_of(const std::string& command) {
@@ -35,4 +35,4 @@ TEST(ProgramStart, WaitingThreadsSleepUnlessToldOtherwise) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::program_start
+}  // namespace subsoil::sim::program_start

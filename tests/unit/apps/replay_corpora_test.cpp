@@ -20,7 +20,7 @@
 #include "tests/fuzz/targets.hpp"
 #include "tests/tools/paths.hpp"
 
-namespace subsoil::app::replay_corpora_test {
+namespace subsoil::sim::replay_corpora_test {
 namespace {
 
 struct Input {
@@ -76,7 +76,7 @@ std::string changed(const std::vector<Input>& inputs, std::mt19937& random) {
 }
 
 /// How a process of its own ends that reads the bytes; status of waitpid. It exits with 0 when they are read or
-/// refused, with 2 when the HDF5 library itself fails at them (apps/output/read_guard.hpp), with 3 by an exception that
+/// refused, with 2 when the HDF5 library itself fails at them (libsim/io/read_guard.hpp), with 3 by an exception that
 /// is no refusal. A fault of ours ends it by a signal, or by the sanitizers' exit code; a reader that hangs by SIGALRM.
 int status_of_reading(const fuzz::Target& target, const std::string& bytes) {
   const pid_t child = fork();
@@ -124,4 +124,4 @@ INSTANTIATE_TEST_SUITE_P(All, Corpus, testing::ValuesIn(fuzz::targets),
                          [](const auto& target) { return target.param.name; });
 
 }  // namespace
-}  // namespace subsoil::app::replay_corpora_test
+}  // namespace subsoil::sim::replay_corpora_test

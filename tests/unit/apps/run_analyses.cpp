@@ -5,7 +5,7 @@
 #include "tests/tools/program_runs.hpp"
 
 /// Analyses beside dynamics: what they find is what the machine would do, or they say that it is not.
-namespace subsoil::app::run_analyses {
+namespace subsoil::sim::run_analyses {
 namespace {
 
 using namespace test;
@@ -192,4 +192,4 @@ output: {series every: 1 ms}
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_analyses
+}  // namespace subsoil::sim::run_analyses

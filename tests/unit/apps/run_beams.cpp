@@ -1,14 +1,14 @@
 #include <fmt/format.h>
 
-#include "apps/build/machine.hpp"
 #include "apps/commands/beam_words.hpp"
-#include "apps/scenario/load.hpp"
+#include "libsim/scenario/load.hpp"
+#include "libsim/setup/machine.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Beams of a scenario: what they stand for, their columns, the explicit copy, and what is refused. Oracle: the
 /// cantilever with a force at its end.
-namespace subsoil::app::run_beams {
+namespace subsoil::sim::run_beams {
 namespace {
 
 using namespace test;
@@ -109,4 +109,4 @@ TEST(Beams, FaultsNameTheBeam) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_beams
+}  // namespace subsoil::sim::run_beams

@@ -1,10 +1,10 @@
-#include "apps/build/world.hpp"
-#include "apps/run/input_report.hpp"
+#include "libsim/run/input_report.hpp"
+#include "libsim/setup/world.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Beds that are read from a file: what the bed becomes, and what is refused with its place.
-namespace subsoil::app::run_bed_file {
+namespace subsoil::sim::run_bed_file {
 namespace {
 
 using namespace test;
@@ -167,4 +167,4 @@ output: {state: none}
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_bed_file
+}  // namespace subsoil::sim::run_bed_file

@@ -2,14 +2,14 @@
 
 #include <cmath>
 
-#include "apps/scenario/document.hpp"
 #include "libdem/particles/particles.hpp"
+#include "libsim/document/document.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/tools/soil_runs.hpp"
 
 /// Scenarios with clumps: places, shares, frames, restarts, refusals.
-namespace subsoil::app::run_clumps {
+namespace subsoil::sim::run_clumps {
 namespace {
 
 using namespace test;
@@ -140,4 +140,4 @@ TEST(RunClumps, RefusalsNamePlaceRuleAndCure) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_clumps
+}  // namespace subsoil::sim::run_clumps

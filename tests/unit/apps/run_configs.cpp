@@ -1,10 +1,10 @@
-#include "apps/build/world.hpp"
+#include "libsim/setup/world.hpp"
 #include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Every file in configs/ and configs/validation is read, built and stepped 200 times; whoever adds one need not add a
 /// test. What the short ones show is asserted where they run to their end: tests/verification/scenarios.
-namespace subsoil::app::run_configs {
+namespace subsoil::sim::run_configs {
 namespace {
 
 using test::config;
@@ -78,4 +78,4 @@ INSTANTIATE_TEST_SUITE_P(All, Config, testing::ValuesIn(all_configs()), [](const
 });
 
 }  // namespace
-}  // namespace subsoil::app::run_configs
+}  // namespace subsoil::sim::run_configs

@@ -1,14 +1,14 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "apps/output/state_file.hpp"
-#include "apps/run/continuation.hpp"
-#include "apps/run/restart.hpp"
+#include "libsim/io/state_file.hpp"
+#include "libsim/run/continuation.hpp"
+#include "libsim/run/restart.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/unit/apps/trench.hpp"
 
 /// A restart looks at what it continues.
-namespace subsoil::app::run_continue {
+namespace subsoil::sim::run_continue {
 namespace {
 
 using namespace test;
@@ -152,4 +152,4 @@ output: {state every: 0.2 s, series every: 10 ms, every: 0.1 s}
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_continue
+}  // namespace subsoil::sim::run_continue

@@ -3,14 +3,14 @@
 
 #include <cmath>
 
-#include "apps/run/restart.hpp"
-#include "apps/scenario/document.hpp"
-#include "apps/scenario/load.hpp"
+#include "libsim/document/document.hpp"
+#include "libsim/run/restart.hpp"
+#include "libsim/scenario/load.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Controllers, cylinders, motors, joints that open and close, as scenarios have them; alone and in soil.
-namespace subsoil::app::run_control {
+namespace subsoil::sim::run_control {
 namespace {
 
 using namespace test;
@@ -194,4 +194,4 @@ TEST(RunControl, InSoilAccountsForItsEnergyAndLocks) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_control
+}  // namespace subsoil::sim::run_control

@@ -9,7 +9,7 @@
 
 /// What `check` promises of memory and disk against what the run that follows takes. The promised time is held against
 /// the clock by `scripts/bench --promise`: it depends on what else the machine does.
-namespace subsoil::app::run_costs {
+namespace subsoil::sim::run_costs {
 namespace {
 
 using test::RunDirectory;
@@ -110,4 +110,4 @@ time: {end: 1 ms, safety: 0.8}
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_costs
+}  // namespace subsoil::sim::run_costs

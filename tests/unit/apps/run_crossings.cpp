@@ -6,12 +6,12 @@
 #include <numbers>
 
 #include "apps/commands/commands.hpp"
-#include "apps/scenario/document.hpp"
+#include "libsim/document/document.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Instants at which columns pass values, and runs that end there.
-namespace subsoil::app::run_crossings {
+namespace subsoil::sim::run_crossings {
 namespace {
 
 using namespace test;
@@ -151,4 +151,4 @@ TEST(Crossings, RefusalsSayWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_crossings
+}  // namespace subsoil::sim::run_crossings

@@ -8,16 +8,16 @@
 #include <cmath>
 #include <thread>
 
-#include "apps/fields/fields.hpp"
-#include "apps/output/state_file.hpp"
-#include "apps/scenario/document.hpp"
+#include "libsim/document/document.hpp"
+#include "libsim/io/state_file.hpp"
+#include "libsim/post/fields.hpp"
 #include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Runs that end otherwise than planned: faults, signals; and runs that go on from a state.
 extern char** environ;
 
-namespace subsoil::app::run_ends {
+namespace subsoil::sim::run_ends {
 namespace {
 
 using namespace test;
@@ -215,4 +215,4 @@ output: {every: 50 ms}
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_ends
+}  // namespace subsoil::sim::run_ends

@@ -1,9 +1,9 @@
 #include "apps/commands/commands.hpp"
-#include "apps/scenario/load.hpp"
+#include "libsim/scenario/load.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// What a run leaves, what it refuses to touch, and its exit codes.
-namespace subsoil::app::run_files {
+namespace subsoil::sim::run_files {
 namespace {
 
 using namespace test;
@@ -135,4 +135,4 @@ TEST(RunFiles, EnergyClosesWithinOnePercentOfTheWorkPutIn) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_files
+}  // namespace subsoil::sim::run_files

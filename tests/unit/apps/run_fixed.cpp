@@ -2,13 +2,13 @@
 
 #include <cmath>
 
-#include "apps/scenario/document.hpp"
+#include "libsim/document/document.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/tools/soil_runs.hpp"
 
 /// Spheres that a scenario fixes: columns, frames, restarts, refusals.
-namespace subsoil::app::run_fixed {
+namespace subsoil::sim::run_fixed {
 namespace {
 
 using namespace test;
@@ -100,4 +100,4 @@ time: {end: 1 ms}
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_fixed
+}  // namespace subsoil::sim::run_fixed

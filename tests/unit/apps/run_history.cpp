@@ -4,12 +4,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "apps/scenario/document.hpp"
+#include "libsim/document/document.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Watches that follow a column over time, and conditions that end a run.
-namespace subsoil::app::run_history {
+namespace subsoil::sim::run_history {
 namespace {
 
 using namespace test;
@@ -509,4 +509,4 @@ TEST(RunHistory, RefusalsSayWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_history
+}  // namespace subsoil::sim::run_history

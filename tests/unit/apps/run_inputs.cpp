@@ -1,14 +1,14 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "apps/build/world.hpp"
-#include "apps/run/input_report.hpp"
+#include "libsim/run/input_report.hpp"
+#include "libsim/setup/world.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// What a scenario asks for and cannot have, said before it runs: gravity that is not down, falls in float, bridges
 /// beyond their law, lists without anything in them.
-namespace subsoil::app::run_inputs {
+namespace subsoil::sim::run_inputs {
 namespace {
 
 using namespace test;
@@ -105,4 +105,4 @@ TEST(RunInputs, BridgesBeyondTheirLaw) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_inputs
+}  // namespace subsoil::sim::run_inputs

@@ -1,16 +1,16 @@
 #include <set>
 
-#include "apps/build/laws.hpp"
-#include "apps/build/world.hpp"
 #include "libdem/laws/hysteretic.hpp"
 #include "libdem/laws/jkr.hpp"
 #include "libdem/laws/linear.hpp"
 #include "libdem/laws/variable_restitution.hpp"
+#include "libsim/setup/laws.hpp"
+#include "libsim/setup/world.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Layered beds of every fill, and laws of pairs that follow from their materials.
-namespace subsoil::app::run_layers {
+namespace subsoil::sim::run_layers {
 namespace {
 
 using namespace test;
@@ -244,4 +244,4 @@ TEST_F(Layered, SofterMaterialYields) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_layers
+}  // namespace subsoil::sim::run_layers

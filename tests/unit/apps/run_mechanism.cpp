@@ -1,16 +1,16 @@
 #include <algorithm>
 #include <numbers>
 
-#include "apps/plot/plot.hpp"
-#include "apps/plot/strip.hpp"
-#include "apps/scenario/load.hpp"
+#include "libsim/plot/plot.hpp"
+#include "libsim/plot/strip.hpp"
+#include "libsim/scenario/load.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/tools/xml.hpp"
 
 /// What a run of a mechanism leaves to look at: measures, outlines in frames, strips. Oracle: the geometry of Hoeken's
 /// linkage, whose knee is where two circles meet.
-namespace subsoil::app::run_mechanism {
+namespace subsoil::sim::run_mechanism {
 namespace {
 
 using namespace test;
@@ -179,4 +179,4 @@ TEST(MechanismMeasures, StandBesideTheSoilToo) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_mechanism
+}  // namespace subsoil::sim::run_mechanism

@@ -7,7 +7,7 @@
 #include "tests/tools/program_runs.hpp"
 
 /// What the summary says of a machine alone.
-namespace subsoil::app::run_motion_summary {
+namespace subsoil::sim::run_motion_summary {
 namespace {
 
 using namespace test;
@@ -198,4 +198,4 @@ output:
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_motion_summary
+}  // namespace subsoil::sim::run_motion_summary

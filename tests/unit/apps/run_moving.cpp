@@ -5,14 +5,14 @@
 #include <cmath>
 #include <set>
 
-#include "apps/report/disturbance.hpp"
-#include "apps/scenario/document.hpp"
+#include "libsim/document/document.hpp"
+#include "libsim/post/disturbance.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/tools/soil_runs.hpp"
 
 /// Scenarios whose bed goes on with the tool: what comes and goes, frames, restarts, refusals.
-namespace subsoil::app::run_moving {
+namespace subsoil::sim::run_moving {
 namespace {
 
 using namespace test;
@@ -196,4 +196,4 @@ TEST(RunMoving, MomentsOfTheFloorAreAboutTheOriginOfTheWorld) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_moving
+}  // namespace subsoil::sim::run_moving

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <functional>
 
-#include "apps/run/peak_search.hpp"
+#include "libsim/run/peak_search.hpp"
 
 /// What is looked for in a part of a motion between two instants.
-namespace subsoil::app::run_peak_search_test {
+namespace subsoil::sim::run_peak_search_test {
 namespace {
 
 /// A part from 0 to 1 of one column, and how often it was asked for between.
@@ -59,4 +59,4 @@ TEST(PeakSearch, HalvesNothingThatIsNothingBesideTheIntegralSoFar) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_peak_search_test
+}  // namespace subsoil::sim::run_peak_search_test

@@ -2,14 +2,14 @@
 
 #include <cmath>
 
-#include "apps/fields/fields.hpp"
-#include "apps/scenario/document.hpp"
+#include "libsim/document/document.hpp"
+#include "libsim/post/fields.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/tools/soil_runs.hpp"
 
 /// Scenarios with periodic sides: fills, frames, restarts, fields, refusals.
-namespace subsoil::app::run_periodic {
+namespace subsoil::sim::run_periodic {
 namespace {
 
 using namespace test;
@@ -154,4 +154,4 @@ TEST(RunPeriodic, RefusalsSayWhy) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_periodic
+}  // namespace subsoil::sim::run_periodic

@@ -1,12 +1,12 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "apps/build/world.hpp"
-#include "apps/output/hdf5.hpp"
+#include "libsim/io/hdf5.hpp"
+#include "libsim/setup/world.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Runs that do what no physics does say so, and stop where it is beyond repair.
-namespace subsoil::app::run_physics {
+namespace subsoil::sim::run_physics {
 namespace {
 
 using namespace test;
@@ -395,4 +395,4 @@ output: {every: 20 ms, precision: double}
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_physics
+}  // namespace subsoil::sim::run_physics

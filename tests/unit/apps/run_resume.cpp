@@ -9,17 +9,17 @@
 #include <fstream>
 #include <thread>
 
-#include "apps/output/state_file.hpp"
-#include "apps/run/output_folder.hpp"
-#include "apps/run/resume.hpp"
-#include "apps/run/settling_checkpoint.hpp"
-#include "apps/scenario/document.hpp"
+#include "libsim/document/document.hpp"
+#include "libsim/io/state_file.hpp"
+#include "libsim/run/output_folder.hpp"
+#include "libsim/run/resume.hpp"
+#include "libsim/run/settling_checkpoint.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/unit/apps/trench.hpp"
 
 /// A run that is killed goes on where its folder stands and ends as if nothing had been: series to the last byte, every
 /// number of every frame, the summary but for clock and memory.
-namespace subsoil::app::run_resume {
+namespace subsoil::sim::run_resume {
 namespace {
 
 using namespace test;
@@ -328,4 +328,4 @@ TEST(FolderLock, ForceLeavesNothingOfAnotherRun) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_resume
+}  // namespace subsoil::sim::run_resume

@@ -4,13 +4,13 @@
 #include <cmath>
 #include <numbers>
 
-#include "apps/build/world.hpp"
-#include "apps/output/series.hpp"
-#include "apps/run/surface_report.hpp"
+#include "libsim/io/series.hpp"
+#include "libsim/run/surface_report.hpp"
+#include "libsim/setup/world.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Spheres that hit bodies which are light: what the run makes of the impact, and what it says where it cannot.
-namespace subsoil::app::run_struck_bodies {
+namespace subsoil::sim::run_struck_bodies {
 namespace {
 
 using namespace test;
@@ -157,4 +157,4 @@ TEST(StruckBody, ARestitutionThatALightBodyDoesNotMeetIsSaid) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_struck_bodies
+}  // namespace subsoil::sim::run_struck_bodies

@@ -2,13 +2,13 @@
 
 #include <cmath>
 
-#include "apps/build/world.hpp"
-#include "apps/output/series.hpp"
+#include "libsim/io/series.hpp"
+#include "libsim/setup/world.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Every named surface of a body has columns and a block of its own, also where one boundary of the bed carries
 /// several. Surfaces on given paths.
-namespace subsoil::app::run_surfaces {
+namespace subsoil::sim::run_surfaces {
 namespace {
 
 using namespace test;
@@ -154,4 +154,4 @@ output: {every: 0.2 s, precision: double, series digits: all, watch: {M: {soil m
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_surfaces
+}  // namespace subsoil::sim::run_surfaces

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "apps/run/schedule.hpp"
+#include "libsim/run/schedule.hpp"
 #include "tests/tools/program_runs.hpp"
 
-namespace subsoil::app::run_times_test {
+namespace subsoil::sim::run_times_test {
 namespace {
 
 using namespace test;
@@ -171,4 +171,4 @@ output: {{series every: 10 ms, series digits: all, {}}}
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_times_test
+}  // namespace subsoil::sim::run_times_test

@@ -3,14 +3,14 @@
 #include <cmath>
 #include <numbers>
 
-#include "apps/output/series.hpp"
-#include "apps/run/runner.hpp"
-#include "apps/scenario/load.hpp"
+#include "libsim/io/series.hpp"
+#include "libsim/run/runner.hpp"
+#include "libsim/scenario/load.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Watches that are formulas of columns.
-namespace subsoil::app::run_watch_formula {
+namespace subsoil::sim::run_watch_formula {
 namespace {
 
 using namespace test;
@@ -157,4 +157,4 @@ TEST(RunWatchFormula, RefusalsNamePlaceRuleAndCure) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_watch_formula
+}  // namespace subsoil::sim::run_watch_formula

@@ -3,17 +3,17 @@
 
 #include <fstream>
 
-#include "apps/build/servo.hpp"
-#include "apps/output/series.hpp"
-#include "apps/output/state_file.hpp"
-#include "apps/run/surface_report.hpp"
-#include "apps/scenario/load.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
+#include "libsim/io/series.hpp"
+#include "libsim/io/state_file.hpp"
+#include "libsim/run/surface_report.hpp"
+#include "libsim/scenario/load.hpp"
+#include "libsim/setup/servo.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Loads and wear of surfaces, forces of contacts in frames and servos, as `subsoil run` leaves them.
-namespace subsoil::app::run_wear {
+namespace subsoil::sim::run_wear {
 namespace {
 
 using namespace test;
@@ -295,4 +295,4 @@ TEST(RunServo, RefusesNoLoadTwoLoadsAndAPlanesPressure) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_wear
+}  // namespace subsoil::sim::run_wear

@@ -2,14 +2,14 @@
 
 #include <cmath>
 
-#include "apps/build/world.hpp"
-#include "apps/run/surface_report.hpp"
-#include "apps/run/wall_watch.hpp"
+#include "libsim/run/surface_report.hpp"
+#include "libsim/run/wall_watch.hpp"
+#include "libsim/setup/world.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/unit/apps/trench.hpp"
 
 /// When the means are taken, and what a run says of itself.
-namespace subsoil::app::run_window {
+namespace subsoil::sim::run_window {
 namespace {
 
 using namespace test;
@@ -203,4 +203,4 @@ TEST(RunWindow, SpheresInsideAGivenSolidAndBedsBeyondTheBinAreRefused) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::run_window
+}  // namespace subsoil::sim::run_window

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "apps/scenario/load.hpp"
 #include "libmbd/drivers/angle_driver.hpp"
 #include "libmbd/drivers/coordinate_driver.hpp"
 #include "libmbd/drivers/distance_driver.hpp"
@@ -18,8 +17,9 @@
 #include "libmbd/joints/gear_ratio.hpp"
 #include "libmbd/joints/point_on_curve.hpp"
 #include "libmbd/joints/point_on_line.hpp"
+#include "libsim/scenario/load.hpp"
 
-namespace subsoil::app::scenario_elements_test {
+namespace subsoil::sim::scenario_elements_test {
 namespace {
 
 /// Two turned bodies and a third one; the element stands in line 9, column 8.
@@ -187,4 +187,4 @@ TEST(ScenarioJoints, RefuseWithPlaceAndCure) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::scenario_elements_test
+}  // namespace subsoil::sim::scenario_elements_test

@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "apps/scenario/expression.hpp"
-#include "apps/scenario/units.hpp"
+#include "libsim/document/expression.hpp"
+#include "libsim/document/units.hpp"
 #include "tests/tools/message_of.hpp"
 
-namespace subsoil::app::scenario_expression_test {
+namespace subsoil::sim::scenario_expression_test {
 namespace {
 
 using std::numbers::pi;
@@ -231,4 +231,4 @@ TEST(Expression, StopsWhereItHasNoValue) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::scenario_expression_test
+}  // namespace subsoil::sim::scenario_expression_test

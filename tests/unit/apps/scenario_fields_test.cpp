@@ -5,12 +5,12 @@
 #include <limits>
 #include <string>
 
-#include "apps/scenario/fields/range.hpp"
-#include "apps/scenario/load.hpp"
-#include "apps/scenario/shapes/shapes.hpp"
+#include "libsim/keys/range.hpp"
+#include "libsim/scenario/load.hpp"
+#include "libsim/scenario/shapes/shapes.hpp"
 #include "tests/tools/message_of.hpp"
 
-namespace subsoil::app::scenario_fields_test {
+namespace subsoil::sim::scenario_fields_test {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -68,4 +68,4 @@ TEST(Cure, FollowsTheRuleAndTheMeaning) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::scenario_fields_test
+}  // namespace subsoil::sim::scenario_fields_test

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "apps/scenario/load.hpp"
 #include "libmbd/elements.hpp"
 #include "libmbd/forces/bushing.hpp"
 #include "libmbd/forces/disk_contact.hpp"
@@ -19,9 +18,10 @@
 #include "libmbd/forces/rotational_stop.hpp"
 #include "libmbd/forces/slide_stop.hpp"
 #include "libmbd/forces/spring_damper.hpp"
+#include "libsim/scenario/load.hpp"
 #include "scenario_samples.hpp"
 
-namespace subsoil::app::scenario_forces_test {
+namespace subsoil::sim::scenario_forces_test {
 namespace {
 
 Scenario with(const std::string& force) {
@@ -257,4 +257,4 @@ TEST(ScenarioForces, CopyReadsBackTheSame) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::scenario_forces_test
+}  // namespace subsoil::sim::scenario_forces_test

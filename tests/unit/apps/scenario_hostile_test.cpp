@@ -6,16 +6,16 @@
 #include <fstream>
 #include <string>
 
-#include "apps/input_limits.hpp"
-#include "apps/scenario/arithmetic.hpp"
-#include "apps/scenario/expression.hpp"
-#include "apps/scenario/load.hpp"
-#include "apps/scenario/units.hpp"
+#include "libsim/base/input_limits.hpp"
+#include "libsim/document/arithmetic.hpp"
+#include "libsim/document/expression.hpp"
+#include "libsim/document/quantity.hpp"
+#include "libsim/scenario/load.hpp"
 #include "scenario_samples.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/scratch.hpp"
 
-namespace subsoil::app::scenario_hostile_test {
+namespace subsoil::sim::scenario_hostile_test {
 namespace {
 
 std::string refusal(const std::string& text) {
@@ -206,4 +206,4 @@ TEST(HostileFormula, LongProducts) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::scenario_hostile_test
+}  // namespace subsoil::sim::scenario_hostile_test

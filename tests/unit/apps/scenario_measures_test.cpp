@@ -3,11 +3,11 @@
 
 #include <string>
 
-#include "apps/build/machine.hpp"
-#include "apps/scenario/load.hpp"
 #include "libmbd/measures/position.hpp"
+#include "libsim/scenario/load.hpp"
+#include "libsim/setup/machine.hpp"
 
-namespace subsoil::app::scenario_measures_test {
+namespace subsoil::sim::scenario_measures_test {
 namespace {
 
 /// A rod on a pin with a spring; line 5 is the rod, 7 the markers, 12 the pin, 16 the measures. One thing is changed.
@@ -121,4 +121,4 @@ TEST(ScenarioMeasures, NamesOfColumnsMustDiffer) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::scenario_measures_test
+}  // namespace subsoil::sim::scenario_measures_test

@@ -6,11 +6,11 @@
 #include <numbers>
 #include <string>
 
-#include "apps/scenario/arithmetic.hpp"
-#include "apps/scenario/load.hpp"
+#include "libsim/document/arithmetic.hpp"
+#include "libsim/scenario/load.hpp"
 #include "tests/tools/message_of.hpp"
 
-namespace subsoil::app::scenario_parameters_test {
+namespace subsoil::sim::scenario_parameters_test {
 namespace {
 
 /// 200 mm, 430 mm, 30 deg/s and 16 kN/m.
@@ -127,4 +127,4 @@ TEST(Parameters, RefusalsNameThePlace) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::scenario_parameters_test
+}  // namespace subsoil::sim::scenario_parameters_test

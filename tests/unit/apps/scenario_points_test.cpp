@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/scenario/load.hpp"
+#include "libsim/scenario/load.hpp"
 
-namespace subsoil::app::scenario_points_test {
+namespace subsoil::sim::scenario_points_test {
 namespace {
 
 class ScenarioPoints : public testing::Test {
@@ -93,4 +93,4 @@ TEST_F(ScenarioPoints, RefusalsNameFileLineAndCure) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::scenario_points_test
+}  // namespace subsoil::sim::scenario_points_test

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "apps/scenario/load.hpp"
 #include "libdem/laws/eepa.hpp"
 #include "libdem/laws/hysteretic.hpp"
 #include "libdem/laws/linear.hpp"
@@ -15,9 +14,10 @@
 #include "libmbd/drivers/coordinate_driver.hpp"
 #include "libmbd/forces/wheel_on_soil.hpp"
 #include "libmbd/joints/revolute.hpp"
+#include "libsim/scenario/load.hpp"
 #include "scenario_samples.hpp"
 
-namespace subsoil::app::scenario_read_test {
+namespace subsoil::sim::scenario_read_test {
 namespace {
 
 using Lines = std::vector<std::string>;
@@ -490,4 +490,4 @@ TEST(ScenarioRefusals, LaterRefusalsKnowTheirPlace) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::scenario_read_test
+}  // namespace subsoil::sim::scenario_read_test

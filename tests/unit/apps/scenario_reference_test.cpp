@@ -3,14 +3,14 @@
 #include <set>
 #include <string>
 
-#include "apps/scenario/known_keys.hpp"
-#include "apps/scenario/load.hpp"
 #include "libdem/laws/wet.hpp"
 #include "libmbd/joints/revolute.hpp"
 #include "libmbd/joints/translational.hpp"
+#include "libsim/keys/known_keys.hpp"
+#include "libsim/scenario/load.hpp"
 #include "scenario_samples.hpp"
 
-namespace subsoil::app::scenario_reference_test {
+namespace subsoil::sim::scenario_reference_test {
 namespace {
 
 /// The copy with every default explicit must give the same structs: numbers are written exactly, so the copy of the
@@ -124,4 +124,4 @@ TEST(ScenarioReference, EveryKeyOnceWithItsMeaningAndExplained) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::scenario_reference_test
+}  // namespace subsoil::sim::scenario_reference_test

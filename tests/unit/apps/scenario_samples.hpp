@@ -1,7 +1,7 @@
 #pragma once
 
 /// Two small scenarios that read without a fault; tests change one thing in them.
-namespace subsoil::app {
+namespace subsoil::sim {
 
 inline constexpr const char* sample_soil = R"(subsoil: 1
 title: till
@@ -56,4 +56,4 @@ output:
   watch: {pull: {driver: pull}, pitch: arm.angle}
 )";
 
-}  // namespace subsoil::app
+}  // namespace subsoil::sim

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "apps/scenario/units.hpp"
+#include "libsim/document/quantity.hpp"
 
 // Oracles are the definitions of the units (SI brochure; international yard and pound), typed in by hand.
-namespace subsoil::app::scenario_units_test {
+namespace subsoil::sim::scenario_units_test {
 namespace {
 
 std::string refusal(const std::string& text, const std::string& expected, std::optional<double> n = {}) {
@@ -155,4 +155,4 @@ TEST(ScenarioUnits, WrittenValuesReadBackExactly) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::scenario_units_test
+}  // namespace subsoil::sim::scenario_units_test

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 
-#include "apps/scenario/load.hpp"
+#include "libsim/scenario/load.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// What the program offers to start from runs to its end, as it is printed, in a folder of its own.
-namespace subsoil::app::templates_test {
+namespace subsoil::sim::templates_test {
 namespace {
 
 using namespace test;
@@ -57,4 +57,4 @@ TEST(Templates, TheScenarioOfEveryKeyRunsToItsEnd) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::templates_test
+}  // namespace subsoil::sim::templates_test

@@ -1,6 +1,6 @@
 #pragma once
 
-namespace subsoil::app::test {
+namespace subsoil::sim::test {
 
 /// Some 240 spheres in a trench and a box on a given path that starts in them: 20 mm long, 30 mm below the surface. The
 /// end that it goes to is open: rows of a lattice that are pushed against a wall press into each other without bound.
@@ -19,4 +19,4 @@ time: {end: 0.8 s}
 output: {every: 0.2 s, series every: 1 ms, watch: {draft: {soil force: tool, along: -1 0}}}
 )";
 
-}  // namespace subsoil::app::test
+}  // namespace subsoil::sim::test

@@ -50,7 +50,7 @@ TEST(Verified, FailsWhenTheReportHasNoSuchRow) {
 }
 
 TEST(Verified, ReadsTheFiguresOfAReport) {
-  const app::test::Scratch folder;
+  const sim::test::Scratch folder;
   std::ofstream(folder / "report.md") << "| case | source | quantity | ours | reference |\n|---|---|---|---|---|\n"
                                          "| A | by hand | q at 1 m/s | -1.25e-3 m (worst there) | 0 |\n";
   const CommittedReport report((folder / "report.md").string());

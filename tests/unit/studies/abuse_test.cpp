@@ -4,7 +4,7 @@
 
 #include "tests/tools/paths.hpp"
 
-namespace subsoil::app::abuse_test {
+namespace subsoil::sim::abuse_test {
 namespace {
 
 /// A sample of what scripts/abuse does to a run; docs/reliability.md has the table of all. Its oracle is a reader of
@@ -19,4 +19,4 @@ TEST(Abuse, ShortFormLosesNothing) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::abuse_test
+}  // namespace subsoil::sim::abuse_test

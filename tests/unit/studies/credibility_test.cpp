@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/build/world.hpp"
-#include "apps/credibility/verdict.hpp"
 #include "libdem/laws/wet.hpp"
+#include "libsim/setup/world.hpp"
+#include "libsim/studies/credibility/verdict.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// `subsoil credibility`: each axis changes what it says and nothing else, and verdicts are those of the rule.
-namespace subsoil::app::credibility_test {
+namespace subsoil::sim::credibility_test {
 namespace {
 
 const Axis& axis(const Axes& axes, const std::string& name) {
@@ -256,4 +256,4 @@ TEST(CredibilityVerdict, TellsOfFailuresAndWarnings) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::credibility_test
+}  // namespace subsoil::sim::credibility_test

@@ -7,15 +7,15 @@
 #include <random>
 #include <sstream>
 
-#include "apps/design/formulas.hpp"
-#include "apps/design/search.hpp"
-#include "apps/design/sensitivity.hpp"
-#include "apps/output/csv.hpp"
+#include "libsim/io/csv.hpp"
+#include "libsim/studies/design/formulas.hpp"
+#include "libsim/studies/design/search.hpp"
+#include "libsim/studies/design/sensitivity.hpp"
 #include "tests/tools/paths.hpp"
 #include "tests/tools/scratch.hpp"
 
 /// `subsoil optimise` and `subsoil sensitivity` against closed forms.
-namespace subsoil::app::design_test {
+namespace subsoil::sim::design_test {
 namespace {
 
 using test::message_of;
@@ -390,4 +390,4 @@ TEST(FourBarSynthesis, FindsTheLengthsThatMadeThePoints) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::design_test
+}  // namespace subsoil::sim::design_test

@@ -1,4 +1,4 @@
-#include "apps/report/disturbance.hpp"
+#include "libsim/post/disturbance.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,17 +6,17 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "apps/output/run_writer.hpp"
-#include "apps/plot/furrow_picture.hpp"
-#include "apps/plot/plot.hpp"
-#include "apps/report/numbers.hpp"
-#include "apps/report/run_folder.hpp"
 #include "libdem/geometry/mesh_builders.hpp"
+#include "libsim/io/run_writer.hpp"
+#include "libsim/plot/furrow_picture.hpp"
+#include "libsim/plot/plot.hpp"
+#include "libsim/post/run_folder.hpp"
+#include "libsim/report/numbers.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/unit/apps/trench.hpp"
 
 /// What a pass has done to the soil, against displacements that are made up and so known.
-namespace subsoil::app::test::disturbance_test {
+namespace subsoil::sim::test::disturbance_test {
 namespace {
 
 constexpr double d = 0.02;  ///< diameter, and pitch of a cubic lattice
@@ -245,4 +245,4 @@ TEST(Disturbance, SaysWhyThereIsNone) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::test::disturbance_test
+}  // namespace subsoil::sim::test::disturbance_test

@@ -4,13 +4,13 @@
 #include <numbers>
 #include <random>
 
-#include "apps/report/draft_models.hpp"
-#include "apps/report/numbers.hpp"
-#include "apps/report/statistics.hpp"
-#include "apps/student.hpp"
+#include "libsim/base/student.hpp"
+#include "libsim/post/statistics.hpp"
+#include "libsim/report/draft_models.hpp"
+#include "libsim/report/numbers.hpp"
 
 /// The numbers of a report against what is known of made-up records and of the wedge models' limits.
-namespace subsoil::app::report_numbers_test {
+namespace subsoil::sim::report_numbers_test {
 namespace {
 
 struct Record {
@@ -314,4 +314,4 @@ TEST(ModelBands, AreOfToolsThatTravel) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::report_numbers_test
+}  // namespace subsoil::sim::report_numbers_test

@@ -5,18 +5,18 @@
 
 #include <nlohmann/json.hpp>
 
-#include "apps/report/chains.hpp"
-#include "apps/report/frames_file.hpp"
-#include "apps/report/page.hpp"
-#include "apps/report/report.hpp"
-#include "apps/run/restart.hpp"
-#include "apps/scenario/load.hpp"
 #include "libdem/laws/wet.hpp"
+#include "libsim/post/chains.hpp"
+#include "libsim/post/frames_file.hpp"
+#include "libsim/report/page.hpp"
+#include "libsim/report/report.hpp"
+#include "libsim/run/restart.hpp"
+#include "libsim/scenario/load.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// `subsoil report`: the data of a page against the run's own files, and pages of broken result directories. A browser
 /// opens pages in tests/optional.
-namespace subsoil::app::report_page_test {
+namespace subsoil::sim::report_page_test {
 namespace {
 
 using test::message_of;
@@ -293,4 +293,4 @@ TEST(Page, TextOfUsersCannotLeaveItsPlace) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::report_page_test
+}  // namespace subsoil::sim::report_page_test

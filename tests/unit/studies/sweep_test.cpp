@@ -8,19 +8,19 @@
 #include <set>
 #include <thread>
 
-#include "apps/output/csv.hpp"
-#include "apps/output/hdf5.hpp"
-#include "apps/scenario/load.hpp"
-#include "apps/sweep/effects.hpp"
-#include "apps/sweep/slurm.hpp"
-#include "apps/sweep/tables.hpp"
+#include "libsim/io/csv.hpp"
+#include "libsim/io/hdf5.hpp"
+#include "libsim/scenario/load.hpp"
+#include "libsim/studies/sweep/effects.hpp"
+#include "libsim/studies/sweep/slurm.hpp"
+#include "libsim/studies/sweep/tables.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/paths.hpp"
 #include "tests/tools/scratch.hpp"
 
 /// `subsoil sweep`: the points of a plan, what is refused before anything runs, a sweep that is killed and goes on, and
 /// effects of numbers that are known.
-namespace subsoil::app::sweep_test {
+namespace subsoil::sim::sweep_test {
 namespace {
 
 using test::message_of;
@@ -354,4 +354,4 @@ TEST(Slurm, ArrayHoldsTheOpenPointsAndTheirCommand) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::sweep_test
+}  // namespace subsoil::sim::sweep_test

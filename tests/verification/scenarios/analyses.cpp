@@ -1,13 +1,13 @@
 #include <cmath>
 #include <numbers>
 
-#include "apps/output/series_writer.hpp"
-#include "apps/scenario/document.hpp"
+#include "libsim/document/document.hpp"
+#include "libsim/io/series_writer.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Analyses of machines without soil through the whole program: the word in the file, series and summary out.
 /// Oracles: closed forms of rods, springs, the slider-crank and the bouncing ball.
-namespace subsoil::app::analyses {
+namespace subsoil::sim::analyses {
 namespace {
 
 using test::run_scenario;
@@ -210,4 +210,4 @@ time: {end: 0.3 s, machine: {integrator: cvode}}
 }
 
 }  // namespace
-}  // namespace subsoil::app::analyses
+}  // namespace subsoil::sim::analyses

@@ -1,10 +1,10 @@
-#include "apps/output/state_file.hpp"
+#include "libsim/io/state_file.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// Unconfined compression of a bonded block (configs/cemented-block.yaml).
 /// Oracle: counts and energies that must agree between table, series and summary; a first break not before the stress
 /// in a bond can reach its strength; strength lost by breaking.
-namespace subsoil::app::cemented_block {
+namespace subsoil::sim::cemented_block {
 namespace {
 
 TEST(CementedBlock, BreaksAndSaysWhereWhenAndHow) {
@@ -82,4 +82,4 @@ TEST(CementedBlock, GoesOnFromAState) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::cemented_block
+}  // namespace subsoil::sim::cemented_block

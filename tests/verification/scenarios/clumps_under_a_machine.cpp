@@ -5,7 +5,7 @@
 /// A machine on clumps: a plate of 0.5 kg, guided upright, comes to rest on a poured bed of dumbbells.
 /// Oracles: over the whole run the bed bears the plate's weight and the walls that of both, but for the momentum that
 /// is left (the theorem of momentum); energy of bed and machine closes; one thread and three give the same bits.
-namespace subsoil::app::clumps_under_a_machine {
+namespace subsoil::sim::clumps_under_a_machine {
 namespace {
 
 constexpr const char* scenario = R"(subsoil: 1
@@ -77,4 +77,4 @@ TEST(ClumpsUnderAMachine, SameBitsOnOneAndThreeThreads) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::clumps_under_a_machine
+}  // namespace subsoil::sim::clumps_under_a_machine

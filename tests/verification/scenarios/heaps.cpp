@@ -7,7 +7,7 @@
 /// Oracle: no closed form exists for frictional spheres; the angle is reported with its scatter over packings, must be
 /// one that natural grains have (25 to 40 deg, and the scatter), and must vanish with friction. Wet ones stand by
 /// cohesion: c = mu F/p^2 = 22 kPa at most, a face stands up to 4 c/(rho g) = 5 m, the block is 0.12 m high.
-namespace subsoil::app::heaps {
+namespace subsoil::sim::heaps {
 namespace {
 
 /// Angle of the slopes, rad: line through the tops of columns one diameter wide, within 2.5 diameters of the planes
@@ -107,4 +107,4 @@ TEST(Heaps, WetSpheresStandUpright) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::heaps
+}  // namespace subsoil::sim::heaps

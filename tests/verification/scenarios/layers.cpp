@@ -3,7 +3,7 @@
 /// A rod pushed through loose topsoil into a pan (configs/layers.yaml), beside the same bed of topsoil alone.
 /// Oracle: order. A material with more friction and with attraction resists more, and only where the rod is near it;
 /// the spheres' materials in the file are those of their depth at the start.
-namespace subsoil::app::layers {
+namespace subsoil::sim::layers {
 namespace {
 
 /// Mean of the rod's resistance between two depths of its foot, which starts 5 mm above the surface at 0.2 m/s.
@@ -45,4 +45,4 @@ TEST(Layers, PanResistsWhereTheRodComesNearIt) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::layers
+}  // namespace subsoil::sim::layers

@@ -5,7 +5,7 @@
 
 /// Machines without soil through the whole program: file in, series out.
 /// Oracles: the complete elliptic integral; the slider's closed form, differentiated by hand.
-namespace subsoil::app::machines {
+namespace subsoil::sim::machines {
 namespace {
 
 /// Times at which a column passes zero upward, by linear interpolation.
@@ -74,4 +74,4 @@ time: {end: 1 s}
 }
 
 }  // namespace
-}  // namespace subsoil::app::machines
+}  // namespace subsoil::sim::machines

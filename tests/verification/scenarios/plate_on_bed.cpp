@@ -6,7 +6,7 @@
 /// Plate of known weight on a settled bed, through the machine and the coupling (configs/plate-sinking.yaml).
 /// Oracle: statics. The spheres carry the plate; slide and soil balance each other sideways and in turn; floor and
 /// walls carry everything. No number of it comes from the contact law.
-namespace subsoil::app::plate_on_bed {
+namespace subsoil::sim::plate_on_bed {
 namespace {
 
 TEST(PlateOnBed, ForcesAndMomentsBalanceAtRest) {
@@ -46,4 +46,4 @@ TEST(PlateOnBed, ForcesAndMomentsBalanceAtRest) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::plate_on_bed
+}  // namespace subsoil::sim::plate_on_bed

@@ -6,7 +6,7 @@
 #include "tests/tools/verified.hpp"
 
 /// Published cases as a user runs them: scenarios in configs/verification, and what the program writes of them.
-namespace subsoil::app::published_cases {
+namespace subsoil::sim::published_cases {
 namespace {
 
 using std::numbers::pi;
@@ -192,4 +192,4 @@ TEST(PublishedCases, LammpsRestitution) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::published_cases
+}  // namespace subsoil::sim::published_cases

@@ -3,7 +3,7 @@
 
 /// Two wet particles pulled apart quasi-statically (configs/pull-apart.yaml).
 /// Oracle: the law's force over the gap as model.md prints it, and its area (K_C dc^2 + K_B dB^2)/2 = 28 mJ.
-namespace subsoil::app::pull_apart {
+namespace subsoil::sim::pull_apart {
 namespace {
 
 /// Pull of the pair at an overlap of 2 mm less the stretch, from section 2 of model.md (K_C = K_B dB/dc = 7000 N/m).
@@ -74,4 +74,4 @@ TEST(PullApart, BridgeOfWaterPullsAsItsMeniscusUntilItRuptures) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::pull_apart
+}  // namespace subsoil::sim::pull_apart

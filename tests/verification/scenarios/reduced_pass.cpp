@@ -5,7 +5,7 @@
 
 /// The first 0.42 s of configs/1s300-towed-reduced.yaml, 0.15 m of the shovel's way in soil, and the landing of the
 /// source's pass.
-namespace subsoil::app::reduced_pass {
+namespace subsoil::sim::reduced_pass {
 namespace {
 
 /// The towed rig outside the soil holds spring force and pitch still (a steady state), so whatever they swing by is the
@@ -54,4 +54,4 @@ TEST(SourcePass, LandingGivesTheSourcesLeastPullTensionAndHeight) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::reduced_pass
+}  // namespace subsoil::sim::reduced_pass

@@ -5,7 +5,7 @@
 /// The 1S-300 rig with its depth wheels on ground elements (configs/1s300-ground.yaml).
 /// Oracles: statics of the whole machine, which knows nothing of the ground's law; Bekker's load of a wheel, whose
 /// power the config writes down, at the sinkages of the rig's published equilibria; the rut.
-namespace subsoil::app::rig_on_ground {
+namespace subsoil::sim::rig_on_ground {
 namespace {
 
 /// Load of a rigid wheel on Bekker's soil as the rig's wheel law has it: 0.12 m wide, radius 0.2 m.
@@ -82,4 +82,4 @@ TEST(RigOnGround, WheelsSinkCarryAndRememberTheirRut) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::rig_on_ground
+}  // namespace subsoil::sim::rig_on_ground

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 
-#include "apps/impact/report.hpp"
+#include "libsim/studies/impact/report.hpp"
 #include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/tools/verified.hpp"
 
 /// The source's stamp of 132 kg (Ye Min-zhen): in a machine, beside the closed form of the ground element.
-namespace subsoil::app::stamp {
+namespace subsoil::sim::stamp {
 namespace {
 
 using subsoil::test::absolute;
@@ -65,4 +65,4 @@ TEST(Stamp, SinksInAMachineAsTheClosedFormSays) {
 }
 
 }  // namespace
-}  // namespace subsoil::app::stamp
+}  // namespace subsoil::sim::stamp

@@ -102,16 +102,16 @@ TEST_P(Cases, StandInTheDocument) {
 // since without soil series.csv holds all of them at the row's time with all their digits.
 TEST_P(Scenarios, SeriesOfTheProgramHoldsTheSameNumbers) {
   const Case c = of();
-  const app::test::RunDirectory dir;
-  ASSERT_EQ(app::test::run_scenario(file_of(c), dir / "out", {"output.state=none"}), 0);
-  const app::Series series = app::read_series(dir / "out" / "series.csv");
+  const sim::test::RunDirectory dir;
+  ASSERT_EQ(sim::test::run_scenario(file_of(c), dir / "out", {"output.state=none"}), 0);
+  const sim::Series series = sim::read_series(dir / "out" / "series.csv");
   Replay replay(c);
   const std::vector<double>& times = series.at("time");
   std::size_t row = 0;
   do {
     ASSERT_LT(row, times.size());
     ASSERT_NEAR(times[row], replay.time(), 1e-12);
-    for (const app::SeriesColumn& column : series.columns) {
+    for (const sim::SeriesColumn& column : series.columns) {
       if (column.name == "time") continue;
       ASSERT_EQ(series.at(column.name)[row], replay.value(column.name)) << column.name << " at " << times[row];
     }

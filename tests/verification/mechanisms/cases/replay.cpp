@@ -5,7 +5,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "apps/scenario/load.hpp"
+#include "libsim/scenario/load.hpp"
 #include "tests/tools/paths.hpp"
 
 namespace subsoil::cases {
@@ -15,8 +15,8 @@ std::string file_of(const Case& c) {
 }
 
 Replay::Replay(const Case& of, const std::vector<std::string>& sets)
-    : loaded_(app::load_scenario(file_of(of), sets)), machine_(app::build_machine(loaded_)) {
-  const app::Scenario& s = loaded_.scenario;
+    : loaded_(sim::load_scenario(file_of(of), sets)), machine_(sim::build_machine(loaded_)) {
+  const sim::Scenario& s = loaded_.scenario;
   const double every = s.output.row_interval();
   step_ = std::min(every, s.time.machine.step.value_or(every));
   steps_per_row_ = std::max(1L, std::lround(every / step_));

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/build/machine.hpp"
+#include "libsim/setup/machine.hpp"
 #include "tests/verification/mechanisms/cases/case.hpp"
 
 namespace subsoil::cases {
@@ -29,7 +29,7 @@ class Replay {
  private:
   void look();
 
-  app::Loaded loaded_;
+  sim::Loaded loaded_;
   std::unique_ptr<mbd::Machine> machine_;
   long steps_per_row_ = 1, rows_ = 0, row_ = 0;
   double step_ = 0;

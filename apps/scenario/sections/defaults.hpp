@@ -1,9 +1,0 @@
-#pragma once
-#include <limits>
-
-namespace subsoil::app {
-
-inline constexpr double required = std::numeric_limits<double>::quiet_NaN();  ///< the file must say it
-inline constexpr double unlimited = std::numeric_limits<double>::infinity();
-
-}  // namespace subsoil::app

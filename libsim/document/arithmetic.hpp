@@ -1,0 +1,56 @@
+#pragma once
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "libsim/document/units.hpp"
+
+/// Arithmetic in the values of a scenario: `2*a + 30 mm`, `sqrt(3)*l`, `-b/2`.
+///
+///   sum    term, then + or - and a term, of one dimension
+///   term   factor, then * or / and a factor; - before one changes its sign
+///   factor a number with its unit or none, a parameter, ( sum ), a function of sums; ^ and a plain number after it
+/// A unit binds to the number or bracket before it: `2*30 mm` is 60 mm, `1/2 m` is 0.5 1/m and (1/2) m half a metre. A
+/// name behind a number is a unit, any other a parameter. Functions: sqrt, abs, min, max, hypot of any dimension; sin,
+/// cos, tan of angles or plain numbers; asin, acos, atan, atan2, whose value is an angle; exp and log of plain numbers.
+namespace subsoil::sim {
+
+/// A number in SI units and its powers of the base units.
+struct Amount {
+  double value = 0;
+  std::map<std::string, double> powers{};
+};
+
+/// The parameters of the document that is read: from its making to its end they stand for their amounts in every value
+/// that this thread reads. One at a time.
+class ParametersInScope {
+ public:
+  ParametersInScope();
+  ~ParametersInScope();
+  ParametersInScope(const ParametersInScope&) = delete;
+  ParametersInScope& operator=(const ParametersInScope&) = delete;
+};
+
+/// Adds a parameter to the scope; of no effect without one. Throws UnitError for a name that would hide a unit or
+/// function.
+void add_parameter(const std::string& name, const Amount& amount);
+
+bool has_parameters();
+/// Whether a parameter in scope stands in `text`.
+bool names_parameter(std::string_view text);
+/// Whether `text` can be nothing but arithmetic: a parameter, a +, a product or quotient of numbers or brackets.
+bool is_arithmetic(std::string_view text);
+
+/// Whether a value that was read since names it.
+bool parameter_is_used(const std::string& name);
+
+/// A formula whose parameters, but for names of `variables`, are their numbers in base units, so that it says the same
+/// where they are not known. Throws UnitError for one with a unit unless the formula's value is in base units (`si`).
+std::string with_numbers(const std::string& formula, const std::vector<std::string>& variables, bool si);
+
+/// Throws UnitError: unknown names, dimensions that do not fit, text that is no arithmetic.
+Amount evaluate_arithmetic(std::string_view text, std::optional<double> n = {});
+
+}  // namespace subsoil::sim

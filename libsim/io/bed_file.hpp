@@ -1,0 +1,38 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "libdem/base/vec3.hpp"
+
+/// Beds kept between runs, and particle lists that a user writes by hand or by script.
+namespace subsoil::sim {
+
+struct BedTable {
+  std::vector<std::int64_t> id;
+  std::vector<dem::Vec3> position;        ///< m
+  std::vector<double> radius;             ///< m
+  std::vector<double> density;            ///< kg/m^3; NaN where a list leaves it to the material
+  std::vector<std::string> material;      ///< name; empty where a list leaves it to the scenario
+  std::vector<dem::Vec3> velocity, spin;  ///< m/s, rad/s
+
+  std::size_t size() const { return id.size(); }
+};
+
+/// Factor from a unit written by the user to the SI unit asked for; throws std::invalid_argument when there is none.
+using UnitFactor = std::function<double(std::string_view unit, std::string_view si)>;
+
+/// By suffix: .h5 (double precision) or .csv. The file appears complete or not at all.
+void save_bed(const std::filesystem::path& path, const BedTable& bed);
+
+/// By suffix. A CSV has a first line with column names and units, in any order:
+///     id,x [m],y [m],z [m],radius [mm],density [kg/m^3],material,vx [m/s],vy [m/s],vz [m/s],wx [rad/s],wy [rad/s],wz
+///     [rad/s]
+/// x, y, z and radius must stand; id defaults to 1, 2, ..., velocity and spin to zero. Without `factor` only SI units
+/// are read. Refusals (std::invalid_argument) name file, line, column, value and rule.
+BedTable load_bed(const std::filesystem::path& path, const UnitFactor& factor = {});
+
+}  // namespace subsoil::sim

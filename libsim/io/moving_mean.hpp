@@ -1,0 +1,33 @@
+#pragma once
+#include <deque>
+
+#include "libsim/io/archive.hpp"
+
+namespace subsoil::sim {
+
+/// Mean of a piecewise constant signal over the last `length` seconds, for steps of any duration. Keeps the integral at
+/// each step's end; the mean is a difference of two of them, the older one interpolated. Of steps shorter than a
+/// 16,384th of the length only some ends are kept, so that memory has a bound: the older end is then interpolated over
+/// that share of the length.
+class MovingMean {
+ public:
+  explicit MovingMean(double length) : length_(length) {}
+  /// The value that held over the `duration` that ends at `time`.
+  void add(double time, double duration, double value);
+  /// True once a full length has been seen.
+  bool full() const { return full_; }
+  double length() const { return length_; }
+  double mean() const;
+  void archive(Archive& a) { a(knots_, full_); }
+
+ private:
+  struct Knot {
+    double time, integral;
+    void archive(Archive& a) { a(time, integral); }
+  };
+  double length_;
+  std::deque<Knot> knots_;  ///< the first lies at or before the start of the interval
+  bool full_ = false;
+};
+
+}  // namespace subsoil::sim

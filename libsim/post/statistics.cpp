@@ -1,0 +1,219 @@
+#include "libsim/post/statistics.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <boost/math/tools/minima.hpp>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "libsim/base/student.hpp"
+
+namespace subsoil::sim {
+namespace {
+
+/// tau in rows, by the initial positive sequence.
+double correlation_time(std::span<const double> x, double mean, double variance) {
+  double tau = 1;
+  const auto n = static_cast<double>(x.size());
+  for (std::size_t lag = 1; lag < x.size() / 2; ++lag) {
+    double sum = 0;
+    for (std::size_t i = 0; i + lag < x.size(); ++i) sum += (x[i] - mean) * (x[i + lag] - mean);
+    const double rho = sum / n / variance;
+    if (rho <= 0) break;
+    tau += 2 * rho;
+  }
+  return tau;
+}
+
+double widest_gap(std::span<const double> time) {
+  double widest = 0;
+  for (std::size_t i = 1; i < time.size(); ++i) widest = std::max(widest, time[i] - time[i - 1]);
+  return widest;
+}
+
+/// A record at even times from its first row on, as far apart as its widest two rows, linear between its rows.
+std::vector<double> evenly_spaced(std::span<const double> time, std::span<const double> x) {
+  const double widest = widest_gap(time);
+  if (!(widest > 0)) return {x.begin(), x.end()};
+  constexpr double rounding = 1e-6;  // of a gap
+  const auto gaps = static_cast<std::size_t>((time.back() - time.front()) / widest + rounding);
+  std::vector<double> out{x[0]};
+  std::size_t next = 1;
+  for (std::size_t k = 1; k <= gaps; ++k) {
+    const double t = std::min(time.back(), time.front() + widest * static_cast<double>(k));
+    while (time[next] < t) ++next;
+    const double share = (t - time[next - 1]) / (time[next] - time[next - 1]);
+    out.push_back(x[next - 1] + share * (x[next] - x[next - 1]));
+  }
+  return out;
+}
+
+}  // namespace
+
+double WindowRows::integral(std::span<const double> values) const {
+  double sum = 0;
+  for (std::size_t k = 0; k < weights.size(); ++k) sum += weights[k] * values[weighed + k];
+  return sum;
+}
+
+double WindowRows::duration() const {
+  double sum = 0;
+  for (const double w : weights) sum += w;
+  return sum;
+}
+
+WindowRows rows_in(std::span<const double> time, const TimeWindow& window, RowKind kind) {
+  constexpr double rounding = 1e-9;  // s
+  const auto first = std::lower_bound(time.begin(), time.end(), window.from - rounding);
+  const auto last = std::upper_bound(time.begin(), time.end(), window.until + rounding);
+  WindowRows rows{static_cast<std::size_t>(first - time.begin()), static_cast<std::size_t>(last - time.begin()), 0, {}};
+  rows.end = std::max(rows.begin, rows.end);
+  if (rows.count() == 0) return rows;
+  rows.weighed = rows.begin > 0 ? rows.begin - 1 : 0;
+  rows.weights.assign(std::min(rows.end + 1, time.size()) - rows.weighed, 0.0);
+  for (std::size_t k = 0; kind != RowKind::equal && k + 1 < rows.weights.size(); ++k) {
+    const double t0 = time[rows.weighed + k], t1 = time[rows.weighed + k + 1];
+    const double from = std::max(t0, window.from), until = std::min(t1, window.until), inside = until - from;
+    if (!(inside > 0)) continue;
+    const double share = kind == RowKind::mean ? 1 : (0.5 * (from + until) - t0) / (t1 - t0);
+    rows.weights[k] += (1 - share) * inside, rows.weights[k + 1] += share * inside;
+  }
+  if (!(rows.duration() > 0)) rows.weighed = rows.begin, rows.weights.assign(rows.count(), 1.0);
+  return rows;
+}
+
+WindowStatistics statistics(std::span<const double> time, std::span<const double> values, const TimeWindow& window,
+                            RowKind kind) {
+  WindowStatistics out;
+  const WindowRows rows = rows_in(time, window, kind);
+  const std::span<const double> x = values.subspan(rows.begin, rows.count());
+  out.rows = x.size();
+  if (x.empty()) return out;
+  out.least = out.largest = x[0];
+  out.least_time = out.largest_time = time[rows.begin];
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (x[i] < out.least) out.least = x[i], out.least_time = time[rows.begin + i];
+    if (x[i] > out.largest) out.largest = x[i], out.largest_time = time[rows.begin + i];
+  }
+  out.mean = rows.integral(values) / rows.duration();
+  std::vector<double> squares(values.begin(), values.end());
+  for (double& v : squares) v = (v - out.mean) * (v - out.mean);
+  const double variance = rows.integral(squares) / rows.duration();
+  const std::vector<double> even = kind == RowKind::equal ? std::vector<double>(x.begin(), x.end())
+                                                          : evenly_spaced(time.subspan(rows.begin, rows.count()), x);
+  const auto n = static_cast<double>(even.size());
+  const double of_sample = even.size() > 1 ? n / (n - 1) : 0;
+  out.deviation = std::sqrt(kind == RowKind::equal ? variance * of_sample : variance);
+  if (variance <= 1e-24 * out.mean * out.mean) {  // a constant
+    out.half_width = x.size() > 1 ? 0 : out.half_width;
+    return out;
+  }
+  const double independent = n / correlation_time(even, out.mean, variance);
+  if (independent >= 2) out.half_width = student_t(independent - 1) * std::sqrt(variance * of_sample / independent);
+  return out;
+}
+
+namespace {
+
+/// The rows of a window: where in it, u in [-1/2, 1/2], their values, and the share of it that each stands for.
+struct Samples {
+  std::vector<double> u, values, shares;
+  double length = 0;  ///< of the window, s
+  double widest = 0;  ///< gap, s
+};
+Samples samples_in(std::span<const double> time, std::span<const double> values, const TimeWindow& window,
+                   RowKind kind) {
+  const WindowRows rows = rows_in(time, window, kind);
+  const bool means = kind == RowKind::mean;
+  Samples out;
+  std::vector<double> t;
+  for (std::size_t i = means ? std::max<std::size_t>(rows.begin, 1) : rows.begin; i < rows.end; ++i) {
+    t.push_back(means ? 0.5 * (time[i - 1] + time[i]) : time[i]);
+    out.values.push_back(values[i]);
+  }
+  if (t.size() < 2) return out;
+  out.widest = widest_gap(t);
+  // Half of the gap to either neighbour; the first and the last row stand for as much outside as inside.
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    const double before = i > 0 ? t[i] - t[i - 1] : t[1] - t[0];
+    const double after = i + 1 < t.size() ? t[i + 1] - t[i] : before;
+    out.shares.push_back(0.5 * (before + after));
+    out.length += out.shares.back();
+  }
+  for (double& share : out.shares) share /= out.length;
+  for (const double at : t) out.u.push_back((at - 0.5 * (t.front() + t.back())) / out.length);
+  return out;
+}
+
+void take_trend_off(Samples& s) {
+  Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d right = Eigen::Vector2d::Zero();
+  for (std::size_t i = 0; i < s.u.size(); ++i) {
+    const Eigen::Vector2d row{1, s.u[i]};
+    normal.noalias() += s.shares[i] * row * row.transpose();
+    right += s.shares[i] * s.values[i] * row;
+  }
+  const Eigen::Vector2d x = normal.ldlt().solve(right);
+  for (std::size_t i = 0; i < s.u.size(); ++i) s.values[i] -= x[0] + x[1] * s.u[i];
+}
+
+/// Mean, trend and a sine of k periods by least squares: y ~ a + b u + c cos(phi) + d sin(phi), phi = 2 pi k u.
+struct SineFit {
+  double amplitude = 0, left = 0;  ///< of the sine; mean square that is left
+};
+SineFit fit_sine(const Samples& s, double k) {
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  double squares = 0;
+  for (std::size_t i = 0; i < s.u.size(); ++i) {
+    const double phase = 2 * std::numbers::pi * k * s.u[i], y = s.values[i];
+    const Eigen::Vector4d row{1, s.u[i], std::cos(phase), std::sin(phase)};
+    normal.noalias() += s.shares[i] * row * row.transpose();
+    right += s.shares[i] * y * row, squares += s.shares[i] * y * y;
+  }
+  const Eigen::Vector4d x = normal.ldlt().solve(right);
+  return {std::hypot(x[2], x[3]), squares - x.dot(right)};
+}
+
+/// The largest of the lines k = 2, 3, ... periods.
+struct FourierLine {
+  double periods = 0, amplitude = 0;
+};
+FourierLine largest_line(const Samples& s, std::size_t highest) {
+  using Complex = std::complex<double>;
+  std::vector<Complex> turns, terms;  // exp(-2 pi i u), and share x value x its power k
+  for (std::size_t i = 0; i < s.u.size(); ++i) {
+    turns.push_back(std::polar(1.0, -2 * std::numbers::pi * s.u[i]));
+    terms.push_back(s.shares[i] * s.values[i] * turns[i]);
+  }
+  FourierLine line;
+  for (std::size_t k = 2; k <= highest; ++k) {
+    Complex sum = 0;
+    for (std::size_t i = 0; i < terms.size(); ++i) sum += terms[i] *= turns[i];
+    if (2 * std::abs(sum) > line.amplitude) line = {static_cast<double>(k), 2 * std::abs(sum)};
+  }
+  return line;
+}
+
+}  // namespace
+
+SpectralLine strongest_line(std::span<const double> time, std::span<const double> values, const TimeWindow& window,
+                            RowKind kind) {
+  Samples s = samples_in(time, values, window, kind);
+  if (s.values.size() < 16 || !(s.widest > 0)) return {};
+  double largest = 0;
+  for (const double v : s.values) largest = std::max(largest, std::abs(v));
+  take_trend_off(s);
+  constexpr std::size_t most = 400;  // above 400 lines nothing of a machine is found
+  constexpr double rounding = 1e-6;
+  const auto highest = std::min(most, static_cast<std::size_t>(0.5 * s.length / s.widest + rounding));
+  const FourierLine line = largest_line(s, highest);
+  if (!(line.amplitude > std::max(1e-12 * largest, std::numeric_limits<double>::epsilon()))) return {};
+  const auto left = [&](double k) { return fit_sine(s, k).left; };
+  const double k =
+      boost::math::tools::brent_find_minima(left, std::max(1.5, line.periods - 1), line.periods + 1, 26).first;
+  return {s.length / k, fit_sine(s, k).amplitude};
+}
+
+}  // namespace subsoil::sim

@@ -1,0 +1,65 @@
+#pragma once
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+/// Numbers of a time series over a window, with the interval that a correlated record allows.
+namespace subsoil::sim {
+
+struct TimeWindow {
+  double from = 0, until = std::numeric_limits<double>::infinity();  ///< s
+  std::string rule;                                                  ///< why so
+};
+
+/// What the rows of a record are: values at their times, means since the row before, or values without times, each of
+/// which counts the same.
+enum class RowKind { instant, mean, equal };
+
+/// The rows of a record whose times lie in a window, and the time that each row of the record stands for there, s: of
+/// means what of its interval lies in the window, the first row of the record none; of instants the integral of its
+/// part in straight lines from row to row (trapezium rule), so that rows next to the window count where its ends lie
+/// between rows; else 1. All 1 where that leaves no time.
+struct WindowRows {
+  std::size_t begin = 0, end = 0;  ///< in the window
+  std::size_t weighed = 0;         ///< first row that has a weight
+  std::vector<double> weights;     ///< from it on
+  std::size_t count() const { return end - begin; }
+  /// Sum of weight x value over the rows of the record.
+  double integral(std::span<const double> values) const;
+  double duration() const;  ///< sum of the weights
+};
+WindowRows rows_in(std::span<const double> time, const TimeWindow& window, RowKind kind);
+
+/// Mean, spread and extremes of the rows of a series that lie in a window. NaN where the window holds no row.
+struct WindowStatistics {
+  std::size_t rows = 0;
+  double mean = std::numeric_limits<double>::quiet_NaN();
+  double deviation = std::numeric_limits<double>::quiet_NaN();
+  double half_width = std::numeric_limits<double>::quiet_NaN();  ///< of the 95 % interval of the mean
+  double least = std::numeric_limits<double>::quiet_NaN(), least_time = 0;
+  double largest = std::numeric_limits<double>::quiet_NaN(), largest_time = 0;
+};
+
+/// Mean and spread are weighted with the rows' times: deviation^2 = mean of (x - mean)^2 over the window; of equal
+/// rows, a sample, over n - 1. The interval is mean +- t s / sqrt(n_e), t of Student with n_e - 1 degrees of freedom,
+/// n_e = n / tau rows that count as independent, tau = 1 + 2 sum_k rho_k the integrated correlation time in rows,
+/// summed until rho_k < 0 (Geyer, Statistical Science 7 (1992) 473: initial positive sequence). NaN where n_e < 2. Of
+/// rows that are not evenly spaced, n and tau are those of rows as far apart as the widest two, linear between these.
+WindowStatistics statistics(std::span<const double> time, std::span<const double> values, const TimeWindow& window,
+                            RowKind kind);
+
+/// The strongest line of a record.
+struct SpectralLine {
+  double period = std::numeric_limits<double>::quiet_NaN();  ///< s; NaN where there is none
+  double amplitude = 0;                                      ///< of the sine, in the record's unit
+};
+/// The sine that leaves least of the record beside a mean and a trend, by least squares, within a line of the largest
+/// |Fourier transform| of periods from two rows, the widest apart, to half the record's length: of any number of
+/// periods, whole or not. Rows count with the time between them, means in the middle of theirs. None of fewer than 16
+/// rows, and of a record that is constant or straight but for rounding, 1e-12 of its largest value or 2.2e-16 of its SI
+/// unit.
+SpectralLine strongest_line(std::span<const double> time, std::span<const double> values, const TimeWindow& window,
+                            RowKind kind);
+
+}  // namespace subsoil::sim

@@ -1,0 +1,142 @@
+#include "libsim/post/tool_path.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace subsoil::sim {
+namespace {
+
+constexpr double far = std::numeric_limits<double>::infinity();
+constexpr double level_edge = 1e-5;                // m; frames round to some micrometres
+using Vertices = std::vector<std::vector<float>>;  // per surface of the tool
+
+double lowest(const std::vector<float>& vertices) {
+  double low = far;
+  for (std::size_t i = 1; i < vertices.size(); i += 3) low = std::min(low, static_cast<double>(vertices[i]));
+  return low;
+}
+
+/// Foremost place along the axis, times direction, of the triangles at a height; -far where none is cut.
+double front_at(const FramesFile& file, const ToolPath& tool, const Vertices& vertices, double y) {
+  double front = -far;
+  for (std::size_t k = 0; k < tool.surfaces.size(); ++k) {
+    const std::vector<float>& v = vertices[k];
+    for (const auto& t : file.surfaces()[tool.surfaces[k]].triangles)
+      for (int e = 0; e < 3; ++e) {
+        const auto a = 3 * static_cast<std::size_t>(t[static_cast<std::size_t>(e)]),
+                   b = 3 * static_cast<std::size_t>(t[static_cast<std::size_t>((e + 1) % 3)]);
+        const double ya = v[a + 1], yb = v[b + 1];
+        if ((ya - y) * (yb - y) > 0 || ya == yb) continue;
+        const double share = (y - ya) / (yb - ya);
+        const double from = v[a + tool.axis], to = v[b + tool.axis];
+        front = std::max(front, tool.direction * (from + share * (to - from)));
+      }
+  }
+  return front;
+}
+
+/// Surfaces that come deep enough, by the deepest point of each over the record.
+void choose(const FramesFile& file, const std::map<std::string, std::string>& body_of, ToolPath& tool) {
+  std::vector<double> deepest(file.surfaces().size(), far);
+  for (std::size_t s = 0; s < file.surfaces().size(); ++s) {
+    if (!file.surfaces()[s].moves || file.surfaces()[s].wall || file.surfaces()[s].triangles.empty()) continue;
+    for (std::size_t f = 0; f < file.times().size(); ++f)
+      deepest[s] = std::min(deepest[s], lowest(file.surface(f, file.surfaces()[s])));
+  }
+  if (deepest.empty()) return;
+  const auto lowest_one = std::min_element(deepest.begin(), deepest.end());
+  const double depth = tool.soil_surface - *lowest_one;
+  if (!(depth > 0)) return;
+  const auto body = [&](std::size_t s) {
+    const auto found = body_of.find(file.surfaces()[s].name);
+    return found == body_of.end() ? std::string() : found->second;
+  };
+  const std::string carrier = body(static_cast<std::size_t>(lowest_one - deepest.begin()));
+  for (std::size_t s = 0; s < deepest.size(); ++s) {
+    const double reach = tool.soil_surface - deepest[s];
+    if (reach < 0.5 * depth && !(reach > 0 && !carrier.empty() && body(s) == carrier)) continue;
+    tool.surfaces.push_back(s);
+    tool.names.push_back(file.surfaces()[s].name);
+  }
+}
+
+void follow(const FramesFile& file, ToolPath& tool) {
+  tool.tip.clear(), tool.depth.clear(), tool.rear.clear();
+  for (std::size_t f = 0; f < file.times().size(); ++f) {
+    double low = far, tip = 0, rear = far;
+    for (const std::size_t s : tool.surfaces) {
+      const std::vector<float> v = file.surface(f, file.surfaces()[s]);
+      for (std::size_t i = 0; i + 2 < v.size(); i += 3) {
+        // Of a level edge or face the foremost point is the tip.
+        const bool level = std::abs(v[i + 1] - low) < level_edge;
+        const double place = v[i + tool.axis];
+        if (level ? tool.direction * place > tool.direction * tip : v[i + 1] < low) tip = place;
+        low = std::min(low, static_cast<double>(v[i + 1]));
+        if (v[i + 1] < tool.soil_surface) rear = std::min(rear, tool.direction * place);
+      }
+    }
+    tool.tip.push_back(tip);
+    tool.depth.push_back(tool.soil_surface - low);
+    tool.rear.push_back(tool.direction * rear);
+  }
+}
+
+void measure(const FramesFile& file, ToolPath& tool) {
+  const auto frame =
+      static_cast<std::size_t>(std::max_element(tool.depth.begin(), tool.depth.end()) - tool.depth.begin());
+  Vertices vertices;
+  double low = far, high = -far;
+  for (const std::size_t s : tool.surfaces) {
+    vertices.push_back(file.surface(frame, file.surfaces()[s]));
+    for (std::size_t i = 0; i + 2 < vertices.back().size(); i += 3)
+      if (vertices.back()[i + 1] < tool.soil_surface)
+        low = std::min(low, static_cast<double>(vertices.back()[i + tool.across()])),
+        high = std::max(high, static_cast<double>(vertices.back()[i + tool.across()]));
+  }
+  tool.width = high - low;
+  tool.middle = 0.5 * (low + high);
+  const double depth = tool.depth[frame], tip = tool.direction * tool.tip[frame];
+  tool.rake_low = std::numbers::pi, tool.rake_high = 0;
+  for (int k = 5; k <= 20; ++k) {
+    const double up = depth * k / 20.0;
+    const double front = front_at(file, tool, vertices, tool.soil_surface - depth + up - 1e-9);
+    if (front == -far) continue;
+    const double rake = std::atan2(up, tip - front);
+    tool.rake_low = std::min(tool.rake_low, rake), tool.rake_high = std::max(tool.rake_high, rake);
+  }
+}
+
+}  // namespace
+
+double ToolPath::tip_at(const std::vector<double>& times, double time) const {
+  if (time <= times.front()) return tip.front();
+  for (std::size_t i = 1; i < times.size(); ++i)
+    if (time <= times[i]) {
+      const double share = (time - times[i - 1]) / (times[i] - times[i - 1]);
+      return tip[i - 1] + share * (tip[i] - tip[i - 1]);
+    }
+  return tip.back();
+}
+
+std::optional<ToolPath> tool_path(const FramesFile& file, double soil_surface,
+                                  const std::map<std::string, std::string>& body_of) {
+  ToolPath tool;
+  tool.soil_surface = soil_surface;
+  if (file.times().size() < 2 || file.particles() == 0) return {};
+  choose(file, body_of, tool);
+  if (tool.surfaces.empty()) return {};
+  const auto way = [&] { return tool.tip.back() - tool.tip.front(); };
+  tool.axis = 2, follow(file, tool);
+  const double along_z = way();
+  tool.axis = 0, follow(file, tool);
+  if (std::abs(along_z) > std::abs(way())) tool.axis = 2, follow(file, tool);
+  if (way() < 0) tool.direction = -1, follow(file, tool);
+  tool.travel = std::abs(way());
+  tool.speed = tool.travel / (file.times().back() - file.times().front());
+  measure(file, tool);
+  return tool;
+}
+
+}  // namespace subsoil::sim

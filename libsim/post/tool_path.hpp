@@ -1,0 +1,38 @@
+#pragma once
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libsim/post/frames_file.hpp"
+
+namespace subsoil::sim {
+
+/// What of a machine works in the soil, read off the surfaces in the frames: the surface that reaches deepest below the
+/// soil's mean surface, those of its body that reach below it too, and others that reach at least half as deep.
+struct ToolPath {
+  std::vector<std::size_t> surfaces;  ///< of FramesFile::surfaces()
+  std::vector<std::string> names;
+  double soil_surface = 0;         ///< y of the soil's mean surface, m
+  std::size_t axis = 0;            ///< along which it travels: 0 for x, 2 for z, by which the tip has gone further
+  double direction = 1;            ///< of travel along it, +1 or -1
+  std::vector<double> tip, depth;  ///< per frame: lowest point along the axis, m; depth below the surface (< 0: above)
+  std::vector<double> rear;        ///< per frame: of what is below the surface, the hindmost along the axis, m
+  double middle = 0;               ///< of its width, across the axis, m
+  double width = 0;                ///< of what is below the surface in the frame of the greatest depth, m
+  double travel = 0;               ///< of the tip along the axis over the record, m, >= 0
+  double speed = 0;                ///< mean over the record, m/s
+  /// Angles against the horizontal of the chords from the tip to the tool's front face at heights from a quarter of the
+  /// depth up to the surface: least and largest, rad.
+  double rake_low = 0, rake_high = 0;
+
+  std::size_t across() const { return 2 - axis; }
+  /// tip at a time, linear between frames.
+  double tip_at(const std::vector<double>& times, double time) const;
+};
+
+/// Empty where no moving surface comes below the soil's surface. `body_of`: of a surface by its name, where known.
+std::optional<ToolPath> tool_path(const FramesFile& file, double soil_surface,
+                                  const std::map<std::string, std::string>& body_of = {});
+
+}  // namespace subsoil::sim

@@ -1,0 +1,235 @@
+#include "libsim/report/numbers.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace subsoil::sim {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+
+class QuantityList {
+ public:
+  explicit QuantityList(const RunFolder& run) : run_(run) {}
+
+  bool add(const std::string& key, const std::string& column) {
+    const int found = run_.column(column);
+    if (found < 0) return false;
+    const auto same = [&](const Quantity& q) { return q.key == key || q.column == column; };
+    if (std::any_of(list.begin(), list.end(), same)) return false;
+    list.push_back({key, column, run_.series->columns[static_cast<std::size_t>(found)].unit});
+    return true;
+  }
+  /// The first column whose name ends so.
+  void add_first(const std::string& ending) {
+    for (const SeriesColumn& c : run_.series->columns)
+      if (c.name.ends_with(ending) && add(c.name, c.name)) return;
+  }
+  std::vector<Quantity> list;
+
+ private:
+  const RunFolder& run_;
+};
+
+/// The machine's body that meets the soil: SHOVEL of the column SHOVEL.soil.Fx.
+std::string tool_body(const Series& series) {
+  const std::string ending = ".soil.Fx";
+  for (const SeriesColumn& c : series.columns)
+    if (c.name.ends_with(ending)) return c.name.substr(0, c.name.size() - ending.size());
+  return {};
+}
+
+void add_spring(const RunFolder& run, QuantityList& out) {
+  for (const SeriesColumn& c : run.series->columns)
+    if (c.name.ends_with(".length") && out.add("spring force", c.name.substr(0, c.name.size() - 7) + ".force")) return;
+}
+
+double depth_of(const ToolPath& tool) { return *std::max_element(tool.depth.begin(), tool.depth.end()); }
+
+}  // namespace
+
+std::vector<Quantity> quantities(const RunFolder& run) {
+  QuantityList out(run);
+  if (!run.series) return {};
+  if (!out.add("pull", "pull") && run.scenario && run.scenario->machine && !run.scenario->machine->drivers.empty())
+    out.add("pull", run.scenario->machine->drivers.front().name + ".force");
+  if (!out.add("draft", "draft")) out.add("draft", "soil.draft");
+  if (!out.add("lift", "lift")) out.add("lift", "soil.lift");
+  if (!out.add("spring force", "spring force")) add_spring(run, out);
+  const std::string body = tool_body(*run.series);
+  if (!out.add("pitch", "pitch")) out.add("pitch", body + ".angle");
+  if (!out.add("height", "height")) out.add("height", body + ".y");
+  for (const SeriesColumn& c : run.series->columns)
+    if (c.is_watch()) out.add(c.name, c.name);
+  if (out.list.empty() && run.scenario)  // what moves is the tool, and not the first wall of the container
+    for (const BoundarySection& b : run.scenario->boundaries)
+      if (b.is_moved())
+        for (const char* component : {".Fx", ".Fy"}) out.add(b.name + component, b.name + component);
+  if (out.list.empty())
+    for (const char* component : {".Fx", ".Fy"}) out.add_first(component);
+  if (out.list.empty())  // a machine alone that watches nothing
+    for (const SeriesColumn& c : run.series->columns)
+      if (c.name != "time" && out.list.size() < 6) out.add(c.name, c.name);
+  return out.list;
+}
+
+std::vector<ReportNumber> numbers_of(const RunFolder& run, const std::vector<Quantity>& all) {
+  std::vector<ReportNumber> out;
+  if (!run.series) return out;
+  const std::vector<double>& time = run.series->at("time");
+  for (const Quantity& q : all) {
+    const std::vector<double>& values = run.series->at(q.column);
+    const RowKind kind = run.kind_of(static_cast<std::size_t>(run.column(q.column)));
+    const WindowStatistics s = statistics(time, values, run.window, kind);
+    if (s.rows == 0) continue;
+    const auto add = [&](const std::string& what, double value, double half, const std::string& unit) {
+      out.push_back({q.key, what, unit, value, half, run.window});
+    };
+    add("mean", s.mean, s.half_width, q.unit);
+    add("standard deviation", s.deviation, none, q.unit);
+    add("least", s.least, none, q.unit);
+    add("largest", s.largest, none, q.unit);
+    add("span", s.largest - s.least, none, q.unit);
+    const TimeWindow whole{time.front(), time.back(), "the whole record"};
+    const WindowStatistics record = statistics(time, values, whole, kind);
+    const auto add_whole = [&](const char* what, double value) {
+      out.push_back({q.key, what, q.unit, value, none, whole});
+    };
+    add_whole("least of the record", record.least);
+    add_whole("largest of the record", record.largest);
+    add_whole("span of the record", record.largest - record.least);
+    if (const SpectralLine line = strongest_line(time, values, run.window, kind); std::isfinite(line.period)) {
+      add("period of the strongest line", line.period, none, "s");
+      add("amplitude of that line", line.amplitude, none, q.unit);
+    }
+  }
+  return out;
+}
+
+std::optional<WindowStatistics> draft_of(const RunFolder& run) {
+  if (!run.series) return {};
+  for (const char* name : {"draft", "soil.draft"})
+    if (const int column = run.column(name); column >= 0)
+      return statistics(run.series->at("time"), run.series->values[static_cast<std::size_t>(column)], run.window,
+                        run.kind_of(static_cast<std::size_t>(column)));
+  return {};
+}
+
+/// A mean draft with the sign of the summary's, against the travel: the column's is that of a watch along an axis.
+double resistance(const RunFolder& run, double draft) {
+  const double by_summary = run.number({"disturbance", "specific draft [N/m2]"});
+  return by_summary * draft < 0 ? -draft : draft;
+}
+
+std::vector<ReportNumber> numbers_of_soil(const RunFolder& run, const ToolPath& tool,
+                                          const std::optional<Furrow>& furrow) {
+  std::vector<ReportNumber> out;
+  TimeWindow whole{0, none, "frames of the whole record"};
+  if (run.series) whole.from = run.series->at("time").front(), whole.until = run.series->at("time").back();
+  const auto add = [&](const std::string& quantity, const std::string& what, const std::string& unit, double value,
+                       double half, const TimeWindow& window) {
+    out.push_back({quantity, what, unit, value, half, window});
+  };
+  const double depth = depth_of(tool);
+  add("tool", "greatest depth of the tip", "m", depth, none, whole);
+  add("tool", "width in the soil", "m", tool.width, none, whole);
+  add("tool", "mean speed of the tip", "m/s", tool.speed, none, whole);
+  if (!furrow) return out;
+  TimeWindow ends = whole;
+  ends.rule = fmt::format("first frame to last, stretch {} = {:.3f} ... {:.3f} m{}", furrow->along, furrow->from,
+                          furrow->until, furrow->steady ? "" : ", which is not of steady work");
+  add("furrow", "area below the surface", "m^2", furrow->furrow_area, none, ends);
+  add("furrow", "area of the heaps", "m^2", furrow->heap_area, none, ends);
+  add("furrow", "largest heave", "m", furrow->heave, none, ends);
+  add("furrow", "largest drop of the surface", "m", furrow->depth, none, ends);
+  add("furrow", "ridge to ridge", "m", furrow->ridge_to_ridge, none, ends);
+  add("furrow", "disturbed area", "m^2", furrow->disturbed_area, none, ends);
+  add("furrow", "loosened area", "m^2", furrow->loosened_area, none, ends);
+  add("furrow", "swell over the disturbed area", "1", furrow->swell, none, ends);
+  const std::optional<WindowStatistics> draft = draft_of(run);
+  if (draft && draft->rows > 0 && furrow->disturbed_area > 0)
+    add("specific draft", "mean draft over disturbed area", "N/m^2",
+        resistance(run, draft->mean) / furrow->disturbed_area, draft->half_width / furrow->disturbed_area, run.window);
+  return out;
+}
+
+namespace {
+
+/// Formulas of draft are of a tool that is drawn along: why there is none, or empty. A tool that turns in place or goes
+/// down has a depth too, and so has one whose failure wedge, about as long as it is deep, has not formed yet.
+std::string no_draft(const std::optional<ToolPath>& tool) {
+  if (!tool) return "needs the depth, width, rake and speed of a tool: none was found in the frames";
+  const double depth = depth_of(*tool);
+  if (tool->travel >= depth) return {};
+  return fmt::format("is of a tool that travels: this one's tip went {:.0f} mm along, less than it is deep, {:.0f} mm",
+                     1e3 * tool->travel, 1e3 * depth);
+}
+
+ModelBand asabe(const std::optional<ToolPath>& tool) {
+  ModelBand out{"ASABE D497, one narrow-point subsoiler", {}, no_draft(tool)};
+  if (!out.text.empty()) return out;
+  const double depth = depth_of(*tool);
+  out.band = asabe_subsoiler(depth, tool->speed);
+  out.text =
+      fmt::format("depth {:.0f} mm, {:.2f} m/s; coarse soil - 50 % to fine soil + 50 %", 1e3 * depth, tool->speed);
+  return out;
+}
+
+/// Least and largest over the corners of rake, cohesion and friction angle.
+ModelBand mckyes(const RunFolder& run, const std::optional<ToolPath>& tool, const std::optional<SoilStrength>& given) {
+  ModelBand out{"McKyes-Ali narrow tine", {}, no_draft(tool)};
+  if (!out.text.empty()) return out;
+  const double density = run.number({"soil", "bulk density [kg/m3]"});
+  if (!given)
+    out.text =
+        "needs the soil's cohesion and friction angle: give --shear FOLDER of `subsoil test shear`, "
+        "or --cohesion and --friction-angle";
+  else if (!std::isfinite(density))
+    out.text = "needs the soil's bulk density, which stands in summary.json";
+  else if (!(tool->rake_high > tool->rake_low || tool->rake_high > 0))
+    out.text = "needs a rake: the tool has no front face";
+  if (!out.text.empty()) return out;
+  const double depth = depth_of(*tool);
+  Band band{std::numeric_limits<double>::infinity(), 0};
+  bool vertical = false;  // no wedge ahead
+  for (const double rake : {tool->rake_low, 0.5 * (tool->rake_low + tool->rake_high), tool->rake_high})
+    for (const double c : {-1.0, 1.0})
+      for (const double f : {-1.0, 1.0}) {
+        WedgeSoil soil{.density = density,
+                       .cohesion = std::max(0.0, given->cohesion + c * given->cohesion_error),
+                       .friction = std::max(0.0, given->friction + f * given->friction_error),
+                       .adhesion = given->adhesion};
+        soil.wall_friction = given->wall_friction.value_or(2.0 / 3 * soil.friction);
+        vertical = vertical || mckyes_ali_rupture(soil, tool->width, depth, rake) > 89 * degree;
+        const double draft = mckyes_ali(soil, tool->width, depth, rake);
+        if (!std::isfinite(draft)) continue;
+        band.low = std::min(band.low, draft), band.high = std::max(band.high, draft);
+      }
+  if (band.low > band.high) {
+    out.text = "gives nothing for this rake and soil";
+    return out;
+  }
+  out.band = band;
+  out.text = fmt::format(
+      "c {:.2f} +- {:.2f} kPa, phi {:.1f} +- {:.1f} deg, delta {}, {:.0f} kg/m3, width {:.0f} mm, depth "
+      "{:.0f} mm, rake {:.0f} to {:.0f} deg",
+      given->cohesion * 1e-3, given->cohesion_error * 1e-3, given->friction / degree, given->friction_error / degree,
+      given->wall_friction ? fmt::format("{:.1f} deg", *given->wall_friction / degree) : "2/3 phi", density,
+      1e3 * tool->width, 1e3 * depth, tool->rake_low / degree, tool->rake_high / degree);
+  if (vertical) out.text += "; at the least rake no wedge forms ahead: the lower end is a bound";
+  return out;
+}
+
+}  // namespace
+
+std::vector<ModelBand> model_bands(const RunFolder& run, const std::optional<ToolPath>& tool,
+                                   const std::optional<SoilStrength>& soil) {
+  if (!draft_of(run)) return {};  // nothing to set them beside
+  return {asabe(tool), mckyes(run, tool, soil)};
+}
+
+}  // namespace subsoil::sim

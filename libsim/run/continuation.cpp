@@ -1,0 +1,146 @@
+#include "libsim/run/continuation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "libsim/document/document.hpp"
+
+namespace subsoil::sim {
+namespace {
+
+/// An item of a list by its name, contacts by their pair, others by their number.
+std::string name_of(const Node& item, std::size_t index) {
+  if (const auto* name = item.find("name")) return "." + name->value.scalar;
+  if (const auto* between = item.find("between"); between != nullptr && between->value.items.size() == 2)
+    return "." + between->value.items[0].scalar + "-" + between->value.items[1].scalar;
+  return fmt::format("[{}]", index);
+}
+
+/// Every value by its path. Lists of numbers and words are one value.
+void flatten(const Node& node, const std::string& path, std::map<std::string, std::string>& out) {
+  if (node.kind == Node::Kind::mapping) {
+    for (const Node::Entry& e : node.entries) flatten(e.value, path.empty() ? e.key : path + "." + e.key, out);
+    return;
+  }
+  const bool mappings =
+      node.kind == Node::Kind::sequence && !node.items.empty() && node.items.front().kind == Node::Kind::mapping;
+  if (!mappings) {
+    out[path] = node.one_line();
+    return;
+  }
+  for (std::size_t i = 0; i < node.items.size(); ++i) flatten(node.items[i], path + name_of(node.items[i], i), out);
+}
+
+std::map<std::string, std::string> values_of(const std::string& text) {
+  Problems problems;
+  std::map<std::string, std::string> out;
+  flatten(parse_document(text, "scenario.yaml", {}, problems), "", out);
+  return out;
+}
+
+bool starts(const std::string& key, const char* head) { return key.rfind(head, 0) == 0; }
+
+/// Whether `key` is `head` or below it.
+bool within(const std::string& key, const std::string& head) {
+  return key == head || (starts(key, head.c_str()) && (key[head.size()] == '.' || key[head.size()] == '['));
+}
+
+/// `machine.bodies.tine` of `machine.bodies.tine.mass`: what there is one of in the state.
+std::string owner_of(const std::string& key) {
+  for (const char* family : {"machine.bodies.", "machine.joints.", "machine.drivers.", "machine.forces.",
+                             "machine.surfaces.", "materials.", "boundaries.", "contacts."})
+    if (starts(key, family)) return key.substr(0, key.find('.', std::string(family).size()));
+  return {};
+}
+
+bool has_owner(const std::map<std::string, std::string>& values, const std::string& owner) {
+  return std::any_of(values.begin(), values.end(), [&](const auto& v) { return within(v.first, owner); });
+}
+
+Difference::Kind kind_of(const std::string& key) {
+  for (const char* head : {"title", "engine", "simd", "time.end", "time.threads", "output", "limits"})
+    if (within(key, head)) return Difference::Kind::harmless;
+  for (const char* head : {"subsoil", "analysis", "soil.bed", "soil.clumps", "soil.container", "soil.surface",
+                           "soil.moving", "machine.start", "machine.bodies", "machine.joints", "machine.surfaces"})
+    if (within(key, head)) return Difference::Kind::impossible;
+  if (starts(key, "materials.") && key.size() > 8 && key.substr(key.size() - 8) == ".density")
+    return Difference::Kind::impossible;  // spheres have their mass
+  return Difference::Kind::physics;
+}
+
+}  // namespace
+
+std::vector<Difference> differences(const std::string& before, const std::string& now) {
+  const auto a = values_of(before), b = values_of(now);
+  std::map<std::string, Difference> found;
+  for (const auto& [key, value] : a) {
+    const auto there = b.find(key);
+    if (there == b.end() || there->second != value)
+      found[key] = {key, value, there == b.end() ? "" : there->second, kind_of(key)};
+  }
+  for (const auto& [key, value] : b)
+    if (!a.count(key)) found[key] = {key, "", value, kind_of(key)};
+  std::vector<Difference> out;
+  for (auto& [key, d] : found) {
+    const std::string owner = owner_of(key);
+    if (!owner.empty() && d.kind != Difference::Kind::harmless && has_owner(a, owner) != has_owner(b, owner))
+      d.kind = Difference::Kind::impossible;
+    out.push_back(std::move(d));
+  }
+  return out;
+}
+
+void refuse_changes(const std::vector<Difference>& found, const std::vector<std::string>& wished,
+                    const std::string& state) {
+  std::string text;
+  for (const Difference& d : found) {
+    if (d.kind == Difference::Kind::harmless) continue;
+    const bool asked = std::any_of(wished.begin(), wished.end(), [&](const auto& w) { return within(d.key, w); });
+    const auto shown = [](const std::string& value) { return value.empty() ? std::string("left out") : value; };
+    const std::string line =
+        fmt::format("{}: the state was written with {} = {}, now {}: ", state, d.key, shown(d.before), shown(d.now));
+    if (d.kind == Difference::Kind::impossible)
+      text += line + "the state holds what was made of it; start without --from to change it\n";
+    else if (!asked)
+      text += line + "if the change is wished for, say --change " +
+              (d.key.find(' ') == std::string::npos ? d.key : "\"" + d.key + "\"") + "\n";
+  }
+  for (const std::string& w : wished)
+    if (std::none_of(found.begin(), found.end(), [&](const Difference& d) { return within(d.key, w); }))
+      text += fmt::format("--change {}: does not differ from what the state was written with; leave it out\n", w);
+  if (text.empty()) return;
+  text.pop_back();
+  throw ScenarioError(text);
+}
+
+void refuse_jumps(const World& world, double time, const std::string& state) {
+  const auto refuse = [&](const std::string& who, double by, const char* unit) {
+    throw ScenarioError(
+        fmt::format("{}: {} would jump by {:.4g} {}: its motion is a function of time from 0 on, and at {:.6g} "
+                    "s it is elsewhere than the state; give a motion that agrees with it then",
+                    state, who, by, unit, time));
+  };
+  if (world.bed) {
+    for (const coupling::GivenMotion& m : world.motions) {
+      const double dt = world.step.soil_step;
+      const double step = dem::norm(m.pose(time).position - m.pose(time - dt).position);
+      dem::Vec3 gap = m.pose(time).position - world.bed->boundary(m.boundary).pose_before.position;
+      if (m.servo) gap += m.servo->along * -dem::dot(gap, m.servo->along);  // the way of a servo is in the state
+      const double off = dem::norm(gap);
+      if (off > 10 * step + 1e-6) refuse(world.bed->boundary(m.boundary).name, off, "m");
+    }
+  }
+  if (!world.machine) return;
+  mbd::System& system = world.machine->system();  // which knows what is open, and where joints have latched
+  const mbd::MotionState& now = world.machine->integrator().state();
+  mbd::Constraints c;
+  system.set_state(now.t, now.q, now.velocity);
+  system.constraints(c);
+  for (int row = 0; row < system.equations(); ++row)
+    if (std::abs(c.phi[row]) > 1e-4) refuse(system.owner(row), std::abs(c.phi[row]), "m or rad");
+}
+
+}  // namespace subsoil::sim

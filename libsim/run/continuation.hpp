@@ -1,0 +1,32 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "libsim/setup/world.hpp"
+
+/// Whether a run may go on from a state: what the scenario says otherwise than the one that the state was written by.
+namespace subsoil::sim {
+
+struct Difference {
+  enum class Kind {
+    harmless,   ///< says nothing of what happens: end, output, limits, threads
+    physics,    ///< a value that may change on the way, if it is wished for
+    impossible  ///< what the state holds has been made by it
+  };
+  std::string key, before, now;  ///< texts of the explicit scenarios; empty: not there
+  Kind kind;
+};
+
+/// Between two explicit scenarios (write_scenario), key by key.
+std::vector<Difference> differences(const std::string& before, const std::string& now);
+
+/// Throws ScenarioError that lists what stands in the way: impossible differences, and changes of physics that none of
+/// `wished` names (a key, or one above it). A wish that nothing answers to is refused too.
+void refuse_changes(const std::vector<Difference>& found, const std::vector<std::string>& wished,
+                    const std::string& state);
+
+/// Throws ScenarioError when a driver or a given path stands elsewhere at the state's time than the state does: it
+/// would jump. `world` is restored.
+void refuse_jumps(const World& world, double time, const std::string& state);
+
+}  // namespace subsoil::sim

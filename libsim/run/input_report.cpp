@@ -1,0 +1,282 @@
+#include "libsim/run/input_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "libdem/geometry/world_box.hpp"
+#include "libdem/laws/contact.hpp"
+#include "libmbd/forces/joint_friction.hpp"
+#include "libsim/document/library.hpp"
+#include "libsim/document/quantity.hpp"
+#include "libsim/scenario/gravity.hpp"
+#include "libsim/scenario/shapes/mesh_file.hpp"
+#include "libsim/setup/laws.hpp"
+#include "libsim/setup/servo.hpp"
+
+namespace subsoil::sim {
+namespace {
+
+using Texts = std::vector<std::string>;
+
+void look_at_mesh(const std::string& name, const Shape& shape, Texts& out) {
+  const auto* mesh = std::get_if<MeshShape>(&shape);
+  if (mesh == nullptr) return;
+  const MeshFile file = load_mesh(mesh->file, mesh->unit);
+  const std::size_t count = file.mesh.triangles().size();
+  if (file.flat > 0)
+    out.push_back(fmt::format("{}: {} of the {} triangles of its file have no area and were dropped", name, file.flat,
+                              count + file.flat));
+  if (file.mesh.closed() && file.turned > 0)
+    out.push_back(
+        file.turned == count
+            ? fmt::format("{}: its file is inside out (all {} normals point inward); it was turned", name, count)
+            : fmt::format("{}: {} of {} triangles of its file are wound the other way than their neighbours; "
+                          "they were turned",
+                          name, file.turned, count));
+}
+
+void look_at_meshes(const Scenario& s, Texts& out) {
+  for (const BoundarySection& b : s.boundaries) look_at_mesh(b.name, b.shape, out);
+  if (!s.machine) return;
+  for (const Surface& surface : s.machine->surfaces) look_at_mesh(surface.name, surface.shape, out);
+}
+
+/// From snow to steel.
+void look_at_densities(const Loaded& loaded, Texts& out) {
+  constexpr double light = 100, heavy = 25000;
+  for (const Material& m : loaded.scenario.materials)
+    if (m.density < light || m.density > heavy)
+      out.push_back(fmt::format("{} = {:.3g} kg/m^3: no soil or tool is so {}; 1.8 g/cm^3 are 1800 kg/m^3",
+                                loaded.where("materials." + m.name + ".density"), m.density,
+                                m.density < light ? "light" : "heavy"));
+}
+
+/// A saved bed keeps the densities it was filled with.
+void look_at_densities_of_file(const Loaded& loaded, const World& world, Texts& out) {
+  constexpr double rounding = 1e-6;
+  const Scenario& s = loaded.scenario;
+  if (!s.soil || !s.soil->bed || s.soil->bed->fill != Fill::file) return;
+  for (std::size_t k = 0; k < s.materials.size(); ++k) {
+    const Material& m = s.materials[k];
+    double count = 0, least = std::numeric_limits<double>::infinity(), most = 0;
+    for (const dem::Sphere& one : world.bed->spheres()) {
+      const double density = dem::own_density(one);
+      if (one.material != static_cast<int>(k) || std::abs(density / m.density - 1) < rounding) continue;
+      ++count, least = std::min(least, density), most = std::max(most, density);
+    }
+    if (count == 0) continue;
+    const std::string of_file =
+        most / least - 1 < rounding ? fmt::format("{:.6g}", least) : fmt::format("{:.6g} to {:.6g}", least, most);
+    out.push_back(
+        fmt::format("{}: {:.0f} spheres of `{}` have the {} kg/m^3 of the file, not the {:.6g} kg/m^3 of "
+                    "`materials.{}.density`: give the material the file's density, or fill and save the bed with the "
+                    "material's (in a CSV file leave the column out)",
+                    loaded.where("soil.bed.file"), count, m.name, of_file, m.density, m.name));
+  }
+}
+
+void look_at_container(const Loaded& loaded, const World& world, Texts& out) {
+  const Scenario& s = loaded.scenario;
+  if (!s.soil || !s.soil->container || !s.soil->bed || world.bed->spheres().empty()) return;
+  const Vec3& size = s.soil->container->size;
+  double volume = 0;
+  for (const dem::Sphere& one : world.bed->spheres()) volume += dem::sphere_volume(one.r);
+  const double layer = size.x * size.z * 2 * world.bed->spheres().front().r;
+  if (volume < 0.05 * layer)
+    out.push_back(
+        fmt::format("{}: the bed covers {:.2g} of the container's floor of {:.4g} by {:.4g} m; is the unit right?",
+                    loaded.where("soil.container.size"), volume / layer, size.x, size.z));
+}
+
+/// A bed that hangs above its floor or did not come to rest falls in the run, and a tool meets other soil than was
+/// meant.
+void look_at_rest(const Loaded& loaded, const World& world, Texts& out) {
+  const Scenario& s = loaded.scenario;
+  if (!s.soil || !s.soil->bed || world.bed->spheres().empty()) return;
+  double lowest = std::numeric_limits<double>::infinity(), radius = 0;
+  for (const dem::Sphere& one : world.bed->spheres())
+    lowest = std::min(lowest, one.x.y - one.r), radius = std::max(radius, one.r);
+  const bool open_below = s.soil->container && s.soil->container->open[2];
+  if (s.soil->container && !open_below && s.soil->bed->fill == Fill::file) {
+    const double gap = lowest - s.soil->container->at.y - world.container_shift;
+    if (gap > radius)
+      out.push_back(fmt::format(
+          "{}: this bed hangs {:.3g} mm above the container's floor and falls on it; put `soil.container.at` "
+          "where the bed was saved",
+          loaded.where("soil.bed.file"), gap * 1e3));
+  }
+  const double gravity = dem::norm(s.gravity), rest = std::sqrt(0.2 * gravity * radius);
+  if (world.soil.settled_for > 0 && !world.soil.stopped && gravity > 0 && world.soil.rms_speed > rest)
+    out.push_back(
+        fmt::format("{}: the bed is not at rest when the run begins: rms speed {:.3g} m/s, above {:.3g} m/s, "
+                    "that of a fall by a tenth of a radius; let it settle longer",
+                    loaded.where("soil.bed.settle"), world.soil.rms_speed, rest));
+}
+
+/// Names of the scenario's materials with those of the library that they are.
+std::vector<std::pair<std::string, std::string>> library_names(const std::string& file, const Texts& sets) {
+  Problems problems;
+  const Node document = read_document(file, sets, problems);
+  std::vector<std::pair<std::string, std::string>> out;
+  const Node::Entry* materials = document.find("materials");
+  if (materials == nullptr) return out;
+  for (const Node::Entry& e : materials->value.entries)
+    if (const Node::Entry* library = e.value.find("library")) out.emplace_back(e.key, library->value.scalar);
+  return out;
+}
+
+void look_at_library(const Loaded& loaded, const World& world, const std::string& file, const Texts& sets, Texts& out) {
+  for (const auto& [name, of] : library_names(file, sets)) {
+    const LibraryMaterial& material = library_material(of);
+    if (material.radius.empty()) continue;
+    const int index = material_index(loaded.scenario, name);
+    double sum = 0, count = 0;
+    for (const dem::Sphere& s : world.bed->spheres())
+      if (s.material == index) sum += s.r, ++count;
+    const double wanted = parse_quantity(material.radius, "m"), mean = count > 0 ? sum / count : wanted;
+    if (std::abs(mean / wanted - 1) < 0.1) continue;
+    out.push_back(
+        fmt::format("{}: `{}` of the library was measured with spheres of {}, these have {:.3g} mm: their bed is "
+                    "of another strength; measure it (`subsoil test shear`), or calibrate it anew",
+                    name, of, material.radius, mean * 1e3));
+  }
+}
+
+/// Gains that let a servo jump over its load: within half of what is stable (coupling/servo.hpp), with as many contacts
+/// as spheres lie side by side under it.
+void look_at_servos(const Loaded& loaded, const World& world, Texts& out) {
+  const auto spheres = world.bed->spheres();
+  if (spheres.empty()) return;
+  const dem::Sphere& one = spheres.front();
+  for (const coupling::GivenMotion& m : world.motions) {
+    if (!m.servo) continue;
+    const dem::Boundary& b = world.bed->boundary(m.boundary);
+    const int law = world.laws.of(one.material, b.material);
+    if (law < 0) continue;
+    const dem::StiffnessBound of = world.laws.laws[static_cast<std::size_t>(law)]->bound(
+        {.m_eff = one.m, .r_eff = one.r, .r_min = one.r, .speed = world.step.expected_speed});
+    const bool plane = std::holds_alternative<dem::Plane>(b.shape);
+    const double area = plane ? 0 : shown_area(b, m.servo->along, world.bed->options().periodic);
+    const double contacts = plane ? std::pow(static_cast<double>(spheres.size()), 2.0 / 3) : area / (4 * one.r * one.r);
+    const double dt = world.step.soil_step, lag = std::max(m.servo->lag, 0.5 * dt), gain = m.servo->gain * contacts;
+    const double share = std::max(gain * of.c_n * dt / (2 * lag), gain * of.k_n * dt * dt / (4 * lag));
+    if (share > 0.5)
+      out.push_back(fmt::format(
+          "{}: the servo of {} is too eager for some {:.0f} contacts ({:.2g} of what is stable): it may chatter; lower "
+          "`speed limit` or `gain`, or raise `lag`",
+          loaded.where("boundaries"), b.name, contacts, share));
+  }
+}
+
+/// Depth and surface are measured along y.
+void look_at_gravity(const Loaded& loaded, const World& world, Texts& out) {
+  const Vec3& g = loaded.scenario.gravity;
+  if (acts_down(g) || world.bed->spheres().empty()) return;
+  out.push_back(fmt::format(
+      "{}: gravity acts along ({:.3g}, {:.3g}, {:.3g}) m/s2: bulk density and surface of the bed, and depths below it, "
+      "are measured along y and left out or without sense; turn the scenario so that gravity acts along -y",
+      loaded.where("gravity"), g.x, g.y, g.z));
+}
+
+/// Speed of a fall over all that spheres and surfaces lie apart along gravity, or over the whole run.
+double speed_of_fall(const Scenario& s, const World& world) {
+  const double g = dem::norm(s.gravity);
+  const Vec3 down = dem::normalized(s.gravity);
+  double low = -std::numeric_limits<double>::infinity(), high = -low;  // along gravity
+  const auto include = [&](const Vec3& p) {
+    low = std::max(low, dem::dot(p, down)), high = std::min(high, dem::dot(p, down));
+  };
+  for (const dem::Sphere& one : world.bed->spheres()) include(one.x);
+  for (int k = 0; k < world.bed->boundary_count(); ++k) {
+    const dem::Boundary& b = world.bed->boundary(k);
+    const auto* plane = std::get_if<dem::Plane>(&b.shape);
+    include(plane != nullptr ? b.pose.to_world(plane->point()) : dem::world_box(dem::bounds(b.shape), b.pose).low);
+  }
+  return std::min(std::sqrt(2 * g * (low - high)), g * s.time.end);
+}
+
+/// A velocity in float grows in each step by g dt rounded to its spacing, 2^-23 of it or down to half of that: N
+/// spacings to a step err by up to 1/(2 N) of g, in one direction as long as the speed keeps its order.
+void look_at_mixed_precision(const Loaded& loaded, const World& world, Texts& out) {
+  constexpr double least = 200;  // spacings: a quarter of a percent
+  const Scenario& s = loaded.scenario;
+  const double gain = dem::norm(s.gravity) * world.step.soil_step;
+  if (s.precision != dem::Precision::mixed || world.bed->spheres().empty() || !(gain > 0)) return;
+  const double speed = std::max(world.step.expected_speed, speed_of_fall(s, world));
+  const double spacing = std::exp2(std::floor(std::log2(speed)) - 23);
+  if (gain >= least * spacing) return;
+  out.push_back(
+      fmt::format("{}: in a step of {:.3g} s gravity adds {:.2g} m/s, {:.2g} times what float resolves at {:.3g} m/s: "
+                  "free falls are "
+                  "wrong by up to {:.2g} of g; take `precision: double`, or a longer step",
+                  loaded.where("precision"), world.step.soil_step, gain, gain / spacing, speed, 0.5 * spacing / gain));
+}
+
+/// The meniscus is a cylinder up to V/R^3 = 0.01 (libdem/laws/cohesion.hpp).
+void look_at_bridges(const Loaded& loaded, const World& world, Texts& out) {
+  constexpr double valid = 0.01;
+  const Scenario& s = loaded.scenario;
+  for (std::size_t k = 0; k < s.contacts.size(); ++k) {
+    const std::optional<double> volume = liquid_volume(s.contacts[k].law);
+    if (!volume) continue;
+    const int a = material_index(s, s.contacts[k].between[0]), b = material_index(s, s.contacts[k].between[1]);
+    double of_a = 0, of_b = 0;  // the smallest radii
+    for (const dem::Sphere& one : world.bed->spheres()) {
+      if (one.material == a) of_a = of_a > 0 ? std::min(of_a, one.r) : one.r;
+      if (one.material == b) of_b = of_b > 0 ? std::min(of_b, one.r) : one.r;
+    }
+    if (!(of_a + of_b > 0)) continue;
+    const double r = of_a > 0 && of_b > 0 ? of_a * of_b / (of_a + of_b) : std::max(of_a, of_b),
+                 share = *volume / (r * r * r);
+    if (share > valid)
+      out.push_back(
+          fmt::format("{}: a bridge of {:.3g} mm3 has {:.2g} of r_eff^3 between the smallest spheres, r_eff = {:.3g} "
+                      "mm; its law holds "
+                      "to {:g}, {:.3g} mm3",
+                      loaded.where(fmt::format("contacts[{}].liquid volume", k)), *volume * 1e9, share, r * 1e3, valid,
+                      valid * r * r * r * 1e9));
+  }
+}
+
+/// Friction that is regularised fades where mu_s would act when its Stribeck speed is not well above that speed.
+void look_at_friction(const World& world, Texts& out) {
+  if (!world.machine) return;
+  for (const auto& f : world.machine->system().model().forces) {
+    const auto* const friction = f.element.get_if<mbd::JointFriction>();
+    if (friction == nullptr || friction->can_stick() || !(friction->mu_s > friction->mu_k)) continue;
+    const double largest = friction->largest_mu();
+    if (largest > 0.5 * (friction->mu_s + friction->mu_k)) continue;
+    out.push_back(
+        fmt::format("{}: its friction is {:.3g} of the normal force at the most, not mu_s = {:g}: it fades below the "
+                    "regularisation "
+                    "speed of {:g} m/s, and the Stribeck speed of {:g} m/s is not above that; make the first smaller, "
+                    "or give a `stick stiffness`",
+                    f.name, largest, friction->mu_s, friction->regularisation_speed, friction->stribeck_speed));
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> input_warnings(const Loaded& loaded, const World& world, const std::string& file,
+                                        const std::vector<std::string>& sets) {
+  Texts out;
+  look_at_meshes(loaded.scenario, out);
+  look_at_friction(world, out);
+  if (!world.bed) return out;
+  look_at_densities(loaded, out);
+  look_at_densities_of_file(loaded, world, out);
+  look_at_container(loaded, world, out);
+  look_at_rest(loaded, world, out);
+  look_at_library(loaded, world, file, sets, out);
+  look_at_servos(loaded, world, out);
+  look_at_gravity(loaded, world, out);
+  look_at_mixed_precision(loaded, world, out);
+  look_at_bridges(loaded, world, out);
+  return out;
+}
+
+}  // namespace subsoil::sim

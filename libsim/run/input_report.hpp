@@ -1,0 +1,16 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "libsim/setup/world.hpp"
+
+namespace subsoil::sim {
+
+/// What is odd about a scenario though it can be run; `check` and `run` say it: STL files that were mended, densities
+/// that no soil has, or of a saved bed that are not its materials', a container that its bed hardly covers, and
+/// materials of the library whose spheres have another radius than they were measured with. `file` and `sets` as the
+/// scenario was read.
+std::vector<std::string> input_warnings(const Loaded& loaded, const World& world, const std::string& file,
+                                        const std::vector<std::string>& sets);
+
+}  // namespace subsoil::sim

@@ -1,0 +1,104 @@
+#include "libsim/run/output_folder.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <string>
+
+#include "libsim/io/disk.hpp"
+#include "libsim/scenario/load.hpp"
+
+namespace subsoil::sim {
+namespace {
+
+constexpr std::size_t kReserve = 1 << 16;  // bytes; a summary takes some 10 to 40 kB
+
+/// The first folder on the way to `folder` that is not there.
+std::filesystem::path first_missing(const std::filesystem::path& folder) {
+  std::filesystem::path missing, above = std::filesystem::absolute(folder).lexically_normal();
+  if (!above.has_filename()) above = above.parent_path();
+  while (!above.empty() && !std::filesystem::exists(above)) missing = above, above = above.parent_path();
+  return missing;
+}
+
+}  // namespace
+
+void refuse_folder(const std::filesystem::path& folder, bool force) {
+  if (!std::filesystem::exists(folder)) return;
+  if (!std::filesystem::is_directory(folder))
+    throw ScenarioError(folder.string() + ": is a file, results need a directory; choose another --out");
+  if (std::filesystem::is_empty(folder) || force) return;
+  throw ScenarioError(
+      folder.string() +
+      ": exists and is not empty; choose another --out, --force to write over it, or go on with what is "
+      "there by `subsoil resume " +
+      folder.string() + "`");
+}
+
+void remove_results(const std::filesystem::path& folder, const std::filesystem::path& keep) {
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    const bool state = (name.starts_with("state-") || name.starts_with("checkpoint-")) && name.ends_with(".h5");
+    const bool other = name == "series.csv" || name == "summary.json" || name == "run.h5" || name == "run.xdmf" ||
+                       name == "run.xdmf2" || name == "frames" || name.ends_with(".part");
+    if (!(state || other) || (!keep.empty() && std::filesystem::equivalent(entry.path(), keep, ignored))) continue;
+    std::error_code fault;
+    std::filesystem::remove_all(entry.path(), fault);
+    if (fault) refuse_write(entry.path(), fault.value());
+  }
+}
+
+FolderLock::FolderLock(const std::filesystem::path& folder)
+    : folder_(folder), file_(folder / "run.lock"), made_(first_missing(folder)) {
+  std::error_code fault;
+  std::filesystem::create_directories(folder, fault);
+  if (fault) throw ScenarioError(folder.string() + ": cannot be made (" + fault.message() + "); choose another --out");
+  while (true) {
+    descriptor_ = ::open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (descriptor_ < 0)
+      throw ScenarioError(
+          fmt::format("{}: cannot be written to ({}); choose another --out", folder.string(), std::strerror(errno)));
+    if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+      char who[200] = {};
+      [[maybe_unused]] const ssize_t read = ::pread(descriptor_, who, sizeof who - 1, 0);
+      ::close(descriptor_);
+      const std::string text(who);
+      throw ScenarioError(fmt::format("{}: another run writes into it ({}); wait for its end, or choose another --out",
+                                      folder.string(), text.substr(0, text.find('\n'))));
+    }
+    // The one that held it may have taken the file away meanwhile.
+    struct stat here {
+    }, there{};
+    if (::fstat(descriptor_, &here) == 0 && ::stat(file_.c_str(), &there) == 0 && here.st_ino == there.st_ino) break;
+    ::close(descriptor_);
+  }
+  char host[65] = {};
+  ::gethostname(host, sizeof host - 1);
+  std::string text = fmt::format("process {} on {}\n", ::getpid(), host);
+  text.resize(kReserve, ' ');
+  // A disk that has no room even for this says so with the first file of the results.
+  if (::ftruncate(descriptor_, 0) == 0) {
+    [[maybe_unused]] const ssize_t written = ::pwrite(descriptor_, text.data(), text.size(), 0);
+  }
+}
+
+FolderLock::~FolderLock() {
+  std::error_code ignored;
+  std::filesystem::remove(file_, ignored);
+  ::close(descriptor_);
+  if (made_.empty()) return;
+  // Empty folders from the inside outwards.
+  for (auto folder = std::filesystem::absolute(folder_).lexically_normal(); std::filesystem::remove(folder, ignored);
+       folder = folder.parent_path())
+    if (folder == made_) return;
+}
+
+void FolderLock::free_reserve() { [[maybe_unused]] const int done = ::ftruncate(descriptor_, 0); }
+
+}  // namespace subsoil::sim

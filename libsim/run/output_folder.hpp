@@ -1,0 +1,33 @@
+#pragma once
+#include <filesystem>
+
+/// The folder of a run's results: who may write into it, and what of an earlier run goes.
+namespace subsoil::sim {
+
+/// Throws ScenarioError unless results may go there: it can be made, or is empty, or `force` is given.
+void refuse_folder(const std::filesystem::path& folder, bool force);
+
+/// Takes away what a run writes, and nothing else: series, summary, frames, states, checkpoints, parts of files. The
+/// scenario stays until the new one takes its place.
+/// @param keep a state that the new run starts from
+void remove_results(const std::filesystem::path& folder, const std::filesystem::path& keep);
+
+/// Keeps a second run out of a folder for as long as it lives, by a lock of the system on DIR/run.lock, which goes with
+/// the process however it ends. The file has room that a summary may take when the disk is full.
+class FolderLock {
+ public:
+  /// Makes the folder where there is none. Throws ScenarioError naming the other run when it is locked.
+  explicit FolderLock(const std::filesystem::path& folder);
+  /// Also takes away the folder, if this made it and nothing was put into it.
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+  /// Gives the room back.
+  void free_reserve();
+
+ private:
+  std::filesystem::path folder_, file_, made_;  ///< made_: the first folder on the way that was not there
+  int descriptor_ = -1;
+};
+
+}  // namespace subsoil::sim

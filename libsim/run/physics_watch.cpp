@@ -1,0 +1,182 @@
+#include "libsim/run/physics_watch.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "libdem/step/stability.hpp"
+#include "libsim/setup/moving_soil.hpp"
+
+namespace subsoil::sim {
+namespace {
+
+/// Energy of spheres that all move by a few roundings of their coordinates within a step, J. Springs of contacts that
+/// touch by rounding hold less: a stable step has k dt^2 < m.
+double energy_of_rounding(const World& world, double mass) {
+  constexpr double few = 16;
+  double farthest = 0;
+  for (const dem::Sphere& s : world.bed->spheres())
+    for (int d = 0; d < 3; ++d) farthest = std::max(farthest, std::abs(s.x[d]) + s.r);
+  const double speed = few * std::numeric_limits<double>::epsilon() * farthest / world.step.soil_step;
+  return 0.5 * mass * speed * speed;
+}
+
+}  // namespace
+
+PhysicsWatch::PhysicsWatch(const Scenario& scenario, const World& world) : s_(scenario) {
+  if (!world.bed) return;
+  double radius = 0;
+  for (const dem::Sphere& s : world.bed->spheres()) {
+    mass_ += dem::is_fixed(s) ? 0 : world.bed->mass_of(s), radius = std::max(radius, s.r);
+    smallest_ = smallest_ > 0 ? std::min(smallest_, s.r) : s.r;
+  }
+  weight_times_radius_ = mass_ * dem::norm(scenario.gravity) * radius;
+  rounding_ = energy_of_rounding(world, mass_);
+  for (int b = 0; b < world.bed->boundary_count(); ++b) {
+    const double far = dem::bounds(world.bed->boundary(b).shape).farthest(Vec3{});
+    farthest_.push_back(std::isfinite(far) ? far : 0);
+  }
+}
+
+std::pair<const dem::Boundary*, double> PhysicsWatch::fastest_surface(const World& world) const {
+  std::pair<const dem::Boundary*, double> fastest{nullptr, 0};
+  for (int b = 0; b < world.bed->boundary_count(); ++b) {
+    const dem::Boundary& boundary = world.bed->boundary(b);
+    if (!boundary.active) continue;
+    const double speed =
+        dem::norm(boundary.velocity) + dem::norm(boundary.angular_velocity) * farthest_[static_cast<std::size_t>(b)];
+    if (speed > fastest.second) fastest = {&boundary, speed};
+  }
+  return fastest;
+}
+
+std::optional<PhysicsWatch::Finding> PhysicsWatch::start(const World& world) const {
+  const double stored = world.bed->energy().stored;
+  if (!(weight_times_radius_ > 0) || !(stored > begins_pressed * weight_times_radius_)) return std::nullopt;
+  const auto& bed = *s_.soil->bed;
+  const bool lattice = bed.fill == Fill::lattice;
+  return Finding{fmt::format(
+      "the bed begins with {:.3g} J in its contacts, {:.2g} times what lifts all spheres by a radius: they overlap and "
+      "will fly apart; {}",
+      stored, stored / weight_times_radius_,
+      lattice && bed.jitter > 0
+          ? fmt::format("give a `soil.bed.pitch` of {:.2g} radii or more, or less jitter", 2 + 2 * bed.jitter)
+      : lattice ? "give a larger `soil.bed.pitch`, or keep surfaces away from it"
+                : "place spheres and surfaces farther apart, or let the bed settle")};
+}
+
+std::optional<PhysicsWatch::Finding> PhysicsWatch::energy(const World& world, const EnergyStart& start) {
+  const dem::BedEnergy& e = world.bed->energy();
+  const double off = e.total() - e.boundary_work - start.bed;
+  // What leapfrog calls kinetic falls below zero where a contact turns round, and what an attraction stores is
+  // negative.
+  const double moving = std::max(e.kinetic, 0.0) + std::max(e.rotational, 0.0);
+  most_present_ = std::max(most_present_, moving + std::abs(e.stored) - std::abs(off));  // not what came from nothing
+  const double moved = std::abs(e.boundary_work) + std::abs(start.bed_gravity - e.gravity) + moving +
+                       std::abs(e.lost.total()) + std::abs(e.removed) + e.frozen;
+  // What meets spheres at rest with speed v is off by k (v dt)^2/2 in a contact's first step, when there is no more
+  // energy than that; with dt = share 2 (m/k)^(1/2) that is 2 m (share v)^2, and not said.
+  const double share = world.step.soil_step / world.step.limit.step, speed = share * fastest_surface(world).second;
+  const double begins = 2 * mass_ * speed * speed / closure_said;
+  const double scale = std::max(moved, most_present_) + weight_times_radius_ + rounding_ + begins;
+  if (!(std::abs(off) > closure_said * scale)) return std::nullopt;
+  const bool stops = std::abs(off) > s_.limits.soil_energy * scale;
+  if (said_closure_ && !stops) return std::nullopt;
+  said_closure_ = true;
+  return Finding{
+      fmt::format("the energy balance of the soil is off by {:.3g} J, {:.2g} of the {:.3g} J there or moved{}; "
+                  "contacts are not resolved: {}",
+                  off, std::abs(off) / scale, scale,
+                  stops ? fmt::format(", above limits.soil energy = {:g}", s_.limits.soil_energy) : "",
+                  s_.time.soil_step ? "leave out `time.soil step`, or shorten it" : "give a smaller `time.accuracy`"),
+      stops};
+}
+
+std::optional<PhysicsWatch::Finding> PhysicsWatch::travel(const World& world) {
+  const auto [worst, speed] = fastest_surface(world);
+  const double most = speed * world.step.soil_step;
+  if (worst == nullptr || !(most > travel_said * smallest_)) return std::nullopt;
+  const bool stops = most > travel_stops * smallest_;
+  if (said_travel_ && !stops) return std::nullopt;
+  said_travel_ = true;
+  return Finding{fmt::format("`{}` moves by {:.3g} mm in a step, {:.2g} of the smallest radius{}; give a smaller "
+                             "`time.soil step`: {:.2g} s keeps it below a tenth",
+                             worst->name, most * 1e3, most / smallest_, stops ? ": it steps over spheres" : "",
+                             travel_said * smallest_ / most * world.step.soil_step),
+                 stops};
+}
+
+/// Laws whose stiffness rises with the overlap are stable with shorter steps where bodies meet faster.
+std::optional<PhysicsWatch::Finding> PhysicsWatch::step(const World& world, double fastest) {
+  if (said_step_ || !(fastest > world.step.expected_speed)) return std::nullopt;
+  for (const PossibleImpact& impact : world.step.impacts) {
+    dem::StepQuestion question = impact.question;
+    question.speed = fastest;
+    const dem::StableStep limit =
+        impact.at_surface ? dem::stable_step_at_surface(impact.law, question) : dem::stable_step(impact.law, question);
+    if (world.step.soil_step < limit.step) continue;
+    said_step_ = true;
+    return Finding{
+        fmt::format("a sphere has {:.3g} m/s, more than the {:.3g} m/s expected: at that speed the step of "
+                    "{:.3g} s is no longer stable between {} (limit {:.3g} s); give a smaller `time.soil step`",
+                    fastest, world.step.expected_speed, world.step.soil_step, impact.between, limit.step)};
+  }
+  return std::nullopt;
+}
+
+std::optional<PhysicsWatch::Finding> PhysicsWatch::walls(const World& world) {
+  if (said_outside_) return std::nullopt;
+  if (!s_.soil || !s_.soil->container) return std::nullopt;
+  Faces closed, open{};  // what left through an open side may fall below the floor
+  for (std::size_t f = 0; f < closed.size(); ++f)
+    closed[f] = !s_.soil->container->open[f] && !s_.soil->container->open_after_settling[f];
+  for (const std::size_t f : {0u, 1u, 4u, 5u}) open[f] = !closed[f];
+  const std::size_t count = beyond(closed, s_, world, open);
+  if (count == 0) return std::nullopt;
+  said_outside_ = true;
+  return Finding{
+      fmt::format("{} sphere{} beyond a wall of the container: pressed through it or fallen over its rim; make the "
+                  "container higher or its contacts stiffer",
+                  count, count == 1 ? " is" : "s are")};
+}
+
+std::vector<PhysicsWatch::Finding> PhysicsWatch::look(const World& world, const EnergyStart& start, double fastest) {
+  std::vector<Finding> found;
+  if (world.bed->spheres().empty()) return found;
+  const auto take = [&](std::optional<Finding> one) {
+    if (one) found.push_back(std::move(*one));
+  };
+  take(energy(world, start));
+  take(travel(world));
+  take(step(world, fastest));
+  constexpr long every = 20;  // a look at the walls goes through all spheres
+  if (looks_++ % every == 0) take(walls(world));
+  return found;
+}
+
+std::size_t beyond(const Faces& faces, const Scenario& scenario, const World& world, const Faces& except) {
+  if (!scenario.soil || !scenario.soil->container) return 0;
+  const Container& c = *scenario.soil->container;
+  Vec3 corner = c.at + Vec3{0, world.container_shift, 0};
+  double held = 0;  // its walls stand that far beyond a moving window
+  if (world.moving) {
+    corner.x += world.moving->window.plan().direction * world.moving->window.way();
+    held = world.moving->window.held_length();
+  }
+  const dem::PeriodicCell& cell = world.bed->options().periodic;
+  std::size_t count = 0;
+  for (const dem::Sphere& p : world.bed->spheres()) {
+    if (world.moving && dem::is_fixed(p)) continue;
+    const Vec3 d = cell.wrapped(p.x) - corner;
+    const auto outside = [&](const Faces& of) {
+      return (of[0] && d.x < -held) || (of[1] && d.x > c.size.x + held) || (of[2] && d.y < 0) ||
+             (of[3] && d.y > c.size.y) || (of[4] && d.z < 0) || (of[5] && d.z > c.size.z);
+    };
+    count += outside(faces) && !outside(except);
+  }
+  return count;
+}
+
+}  // namespace subsoil::sim

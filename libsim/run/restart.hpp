@@ -1,0 +1,56 @@
+#pragma once
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "libsim/io/archive.hpp"
+#include "libsim/io/run_writer.hpp"
+#include "libsim/setup/world.hpp"
+
+namespace subsoil::sim {
+
+/// What the results in the folder had come to when a state was written: what a run that goes on there appends to.
+struct RunProgress {
+  Archive sums;                    ///< means, extremes, windows, schedules (Runner)
+  std::uint64_t series_bytes = 0;  ///< of series.csv
+  WrittenFrames frames;
+  ParticleTable particles;  ///< of the frames
+  std::vector<double>
+      energy_start;   ///< that the summary's energies count from (EnergyStart); none: of an older version
+  bool exact = true;  ///< a run that goes on from here has the same bits
+};
+
+/// A run's full state: bed with contact histories, machine with its past and ruts, coupling, datum of the container.
+struct SavedRun {
+  dem::Bed::State bed;
+  std::shared_ptr<const dem::MovingBed> moving;  ///< null: there is none
+  std::vector<double> machine, coupling;
+  SoilReport soil;
+  double container_shift = 0;
+  double time = 0;       ///< s
+  std::string scenario;  ///< explicit text of the one that wrote it; empty: of a version that did not keep it
+  bool has_bed = false;
+  double soil_step = 0;         ///< s; 0 without a bed
+  std::string version, kernel;  ///< of the program, and its instruction set
+  bool exact = true;
+  std::optional<RunProgress> progress;
+};
+
+/// Writes a state, complete or not at all. Throws DiskFault.
+void save_run(const std::filesystem::path& path, const Scenario& scenario, const World& world,
+              const coupling::Simulation& simulation, const RunProgress& progress);
+
+/// Throws std::runtime_error naming the file when it is no state.
+SavedRun read_run(const std::filesystem::path& file);
+
+/// Throws ScenarioError when the state has soil or a machine and the scenario has not, or the other way round.
+void refuse_other(const SavedRun& saved, const Scenario& scenario, const std::filesystem::path& file);
+
+/// The saved spheres as a bed maker would give them.
+std::vector<dem::SphereSpec> spheres_of(const SavedRun& saved);
+
+/// Puts a world built from the same scenario (without soil placed) into the saved state.
+void restore(const SavedRun& saved, World& world, coupling::Simulation& simulation);
+
+}  // namespace subsoil::sim

@@ -1,0 +1,392 @@
+#include "libsim/run/run_loop.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <utility>
+
+#include "libdem/geometry/world_box.hpp"
+#include "libsim/io/atomic_file.hpp"
+#include "libsim/io/csv.hpp"
+#include "libsim/io/disk.hpp"
+#include "libsim/io/state_file.hpp"
+#include "libsim/run/continuation.hpp"
+#include "libsim/run/input_report.hpp"
+#include "libsim/run/overlap_advice.hpp"
+#include "libsim/run/signals.hpp"
+#include "libsim/run/surface_report.hpp"
+#include "libsim/setup/machine.hpp"
+#include "libsim/setup/moving_soil.hpp"
+
+namespace subsoil::sim {
+namespace {
+
+// Of a step: what is due so near to an instant is of that instant.
+constexpr double close_share = 1e-6;
+// Between two looks at where the tools are (s), whatever rows are asked for: the window of the means opens and closes
+// at them.
+constexpr double tool_interval = 1e-3;
+
+}  // namespace
+
+RunLoop::RunLoop(const Loaded& loaded, const RunRequest& request, World world, const std::optional<SavedRun>& saved,
+                 FolderLock& lock, bool goes_on)
+    : loaded_(loaded),
+      s_(loaded.scenario),
+      request_(request),
+      lock_(lock),
+      world_(std::move(world)),
+      simulation_(world_.bed.get(), world_.machine.get(), world_.body_surfaces, world_.motions,
+                  {.soil_step = world_.step.soil_step,
+                   .soil_steps = static_cast<int>(s_.time.machine.soil_steps),
+                   .machine_step = world_.step.machine_step}) {
+  if (saved) restore(*saved, world_, simulation_);
+  if (saved) refuse_jumps(world_, simulation_.time(), request_.from.string());
+  columns_ = std::make_unique<Columns>(loaded_, world_, simulation_);
+  crossings_ = std::make_unique<Crossings>(loaded_, *columns_);
+  follows_sums_ = columns_->history_needs_sums();
+  tool_ = std::make_unique<ToolProgress>(world_, simulation_, s_.time.end);
+  start_time_ = simulation_.time();
+  if (world_.machine) energy_start_.machine_potential = world_.machine->energy().potential;
+  if (saved && request_.changes.empty()) take_up_energy(*saved);
+  restores_ = world_.bed != nullptr;
+  if (goes_on) go_on_ = &*saved->progress;
+}
+
+int RunLoop::run() {
+  open_output();
+  int code = exit_failed;
+  try {
+    // Without soil and means nothing is learnt of an instant by the step that leaves it.
+    code = world_.bed || columns_->has_means() ? loop() : loop_alone();
+  } catch (const std::exception& error) {  // of what is written: steps say themselves why they fail
+    failure_ = fmt::format("t = {:.9g} s: {}", reached_, error.what());
+  }
+  finish(code);
+  return code == exit_ok && request_.strict && !summary_->warnings().empty() ? exit_failed : code;
+}
+
+void RunLoop::open_output() {
+  if (go_on_ == nullptr) {
+    remove_results(request_.out, request_.from);
+    write_atomically(request_.out / "scenario.yaml", write_scenario(s_));
+  }
+  const bool shortened = world_.bed && s_.output.digits == SeriesDigits::nine;
+  series_ = std::make_unique<SeriesWriter>(request_.out / "series.csv", columns_->list(),
+                                           shortened ? 9 : csv::exact_digits, kept_bytes());
+  std::vector<SeriesColumn> summarised;
+  for (const std::size_t c : columns_->summarised()) summarised.push_back(columns_->list()[c]);
+  summary_ = std::make_unique<Summary>(summarised);
+  summarised_.resize(summarised.size());
+  values_.assign(columns_->list().size(), 0.0);
+  rows_ = std::make_unique<Rows>(*columns_, *series_, close_share * simulation_.step_length());
+  if (world_.machine)
+    for (const std::string& group : world_.machine->assembly().redundant)
+      spdlog::info("{}: of their reactions those of least norm are reported", group);
+  set_fixed_window();
+  for (const std::string& text : surface_warnings(surface_facts(world_, s_, s_.time.end), world_)) warn(text);
+  for (const std::string& text : input_warnings(loaded_, world_, request_.scenario, request_.sets)) warn(text);
+  frames_ = std::make_unique<FrameOutput>(request_.out, s_, world_, simulation_, go_on_);
+  const double half = 0.5 * simulation_.step_length();
+  const double end = s_.time.end;
+  std::vector<double> frames = s_.output.at, rows = s_.output.series_at;
+  frames.push_back(end), rows.push_back(end);
+  frame_due_ = Schedule(frame_interval(s_), std::move(frames), start_time_, end);
+  sample_due_ = Schedule(s_.output.row_interval(), std::move(rows), start_time_, end);
+  state_due_ = Schedule(s_.output.state_every.value_or(0), {}, start_time_ + half);
+  tool_due_ = Schedule(tool_interval, {}, start_time_);
+  if (go_on_ == nullptr) return;
+  Archive sums = go_on_->sums;
+  archive(sums);
+  frames_->archive(sums, false);
+  sums.end();
+  energy_begun_ = steps_ > 0;
+}
+
+std::optional<std::uint64_t> RunLoop::kept_bytes() const {
+  if (go_on_ == nullptr) return std::nullopt;
+  std::error_code fault;
+  const auto size = std::filesystem::file_size(request_.out / "series.csv", fault);
+  if (fault || size < go_on_->series_bytes)
+    throw ScenarioError(fmt::format("{}: series.csv has lost rows that {} counts; start anew", request_.out.string(),
+                                    request_.from.filename().string()));
+  return go_on_->series_bytes;
+}
+
+void RunLoop::archive(Archive& a) {
+  a(frame_due_, sample_due_, state_due_, tool_due_, *summary_, *rows_, *tool_, walls_, *crossings_, physics_, bodies_);
+  columns_->archive_histories(a);
+  a(outside_, values_, looks_, start_time_, deepest_, fastest_, steps_, window_);
+  a(energy_start_.bed, energy_start_.bed_gravity, energy_start_.machine_potential);
+  StepReport& step = world_.step;
+  a(step.limit.step, step.limit.cause, step.expected_speed);
+  a(step.accurate.step, step.accurate.error, step.accurate.contact, step.accurate.cause);
+  archive_origin(a);
+}
+
+void RunLoop::archive_origin(Archive& a) {
+  a(request_.scenario, request_.sets);
+  bool strict = request_.strict;
+  a(strict);
+  request_.strict = request_.strict || strict;
+}
+
+void RunLoop::save(const std::filesystem::path& path) {
+  RunProgress progress;
+  archive(progress.sums);
+  if (energy_begun_ || !world_.bed)
+    progress.energy_start = {energy_start_.bed, energy_start_.bed_gravity, energy_start_.machine_potential};
+  frames_->archive(progress.sums, frame_due_.next() < simulation_.time());
+  frames_->publish(progress);
+  progress.series_bytes = series_->sync();
+  require_space(path, state_bytes_ + state_bytes_ / 8);
+  progress.exact = machine_is_fresh_ && restores_;
+  save_run(path, s_, world_, simulation_, progress);
+  std::error_code unknown;
+  const auto bytes = std::filesystem::file_size(path, unknown);
+  if (!unknown) state_bytes_ = std::max<std::uint64_t>(state_bytes_, bytes);
+}
+
+bool RunLoop::checkpoint_is_due() const { return restores_ && machine_is_fresh_ && checkpoints_.due(); }
+
+void RunLoop::set_fixed_window() {
+  const Window& w = s_.output.window;
+  if (w.from || w.until) {
+    summary_->set_window(w.from.value_or(0), w.until.value_or(s_.time.end), "given in output.window");
+  } else if (!tool_->any_passes()) {
+    summary_->set_window(start_time_, s_.time.end, "no tool passes through soil: the whole run");
+  } else {
+    window_ = Opening::pending;
+    summary_->set_provisional_window(start_time_, s_.time.end, "no tool passed through soil: the whole run");
+  }
+  const double period = period_of(s_);
+  if (period > 0 && period < s_.time.end - start_time_) summary_->take_whole_periods(period);
+  if (std::isnan(period)) warn("the given motions have no period in common: means are over the whole window");
+}
+
+void RunLoop::warn(const std::string& text) {
+  live_.close();
+  spdlog::warn("warning: {}", text);
+  summary_->warn(text);
+}
+
+int RunLoop::loop() {
+  const double dt = simulation_.step_length(), end = s_.time.end, half = 0.5 * dt, close = close_share * dt;
+  if (!world_.bed) simulation_.end_at(end), world_.machine->keep_steps();
+  for (bool stops = false;;) {
+    const double t = simulation_.time();
+    reached_ = std::min(t, end);
+    const bool save_due = state_due_.due(t, half);
+    refresh_machine(save_due);
+    const int signal = signal_to_obey();
+    const bool last = (t >= end - close && simulation_.window_begins()) || signal != 0 || stops;
+    // A bed on its way to rest is no state to go on from: a restart does not settle. Saved before anything else is
+    // decided here: whoever goes on from the state begins with this line.
+    if (!world_.soil.stopped) {
+      if (save_due || (last && (s_.output.state == State::full || signal != 0)))
+        save(state_path(request_.out, t));
+      else if (!last && checkpoint_is_due())
+        save(checkpoints_.next(t)), checkpoints_.keep_two();
+    }
+    const bool bed_went_on = world_.moving && follow_bed(t);
+    // What is due before the next instant is interpolated between this one and that.
+    const bool frame = last || frame_due_.next() < t + dt - close,
+               sample = last || crossings_->needs_sums() || follows_sums_ || sample_due_.next() < t + dt - close;
+    const bool row = last || sample_due_.next() <= t + close;
+    const bool window = simulation_.window_begins() && sample_due_.next() < t + simulation_.window_length();
+    if (sample || window || crossings_->any() || columns_->needs_every_step()) columns_->take_instant(values_);
+    if (world_.bed && (tool_due_.due(t, close) || last)) follow_tools(t);
+    stood_ = simulation_.window_begins();
+    dem::Snapshot* const snapshot = frame ? frames_->begin(t) : nullptr;
+    std::vector<dem::ContactRecord>* const contacts = frame ? frames_->contacts() : nullptr;
+    const bool first = steps_ == 0 && !energy_begun_;
+    if (!guarded([&] { simulation_.step({.energy = sample || first, .snapshot = snapshot, .contacts = contacts}); }))
+      return exit_failed;
+    if (first) begin_energy();
+    tool_->look_for_touch();
+    columns_->take_step(values_, sample);
+    if (columns_->has_history()) columns_->follow(t, values_);
+    if (crossings_->any()) stops = crossings_->look(t, values_, Crossings::on_a_line);
+    write_due(t, close, last, bed_went_on);
+    if (row && (energy_is_lost() || physics_fails())) return exit_failed;
+    if (last) return code_of(signal);
+    count_step(t, world_.bed ? dt : simulation_.time() - t, values_);
+    if (live_.due()) live_.show(live_text(rows_->last()));
+  }
+}
+
+void RunLoop::write_due(double t, double close, bool last, bool bed_went_on) {
+  const bool signalled = last && t < s_.time.end - close;
+  rows_->begin_instant(t, values_, bed_went_on);
+  double row = -Schedule::never, frame = row;
+  for (; sample_due_.next() <= t + close; sample_due_.due(row, close)) rows_->add(row = sample_due_.next());
+  if (signalled && row < t - close) rows_->add(t);
+  rows_->end_instant(stood_ || last);
+  for (; frame_due_.next() <= t + close; frame_due_.due(frame, close))
+    frames_->write(frame = frame_due_.next(), steps_);
+  if (signalled && frame < t - close) frames_->write(t, steps_);
+}
+
+int RunLoop::code_of(int signal) const {
+  return signal == SIGINT ? exit_interrupted : signal == SIGTERM ? exit_terminated : exit_ok;
+}
+
+void RunLoop::refresh_machine(bool state_due) {
+  constexpr long every = 64;
+  machine_is_fresh_ = world_.machine == nullptr;
+  if (world_.machine == nullptr || !restores_ || !(state_due || steps_ % every == 0)) return;
+  if (world_.machine->integrator().partition().near_singular()) return;
+  // To a state that is its own restoration: joints are closed to rounding after one or two.
+  constexpr int most = 4;
+  std::vector<double> state = world_.machine->snapshot();
+  for (int k = 0; k < most && !machine_is_fresh_; ++k) {
+    world_.machine->restore(state);
+    std::vector<double> again = world_.machine->snapshot();
+    machine_is_fresh_ = again == state;
+    state = std::move(again);
+  }
+}
+
+int RunLoop::signal_to_obey() {
+  const int signal = caught_signal();
+  if (signal == 0) return 0;
+  if (!signal_at_) signal_at_ = Clock::now();
+  const bool waits = restores_ && !machine_is_fresh_ && Clock::now() - *signal_at_ < std::chrono::seconds(3);
+  return waits ? 0 : signal;
+}
+
+bool RunLoop::energy_is_lost() {
+  if (!world_.machine) return false;
+  const mbd::MachineEnergy e = world_.machine->energy();
+  // A body at rest that is struck has moved by no more than a step at first: what its integrator errs by over that step
+  // is a share of little. It can do no harm beyond what the soil brings, so the soil's energy counts as there.
+  double brought = 0;
+  if (world_.bed) {
+    const dem::BedEnergy& soil = world_.bed->energy();
+    brought = soil.kinetic + soil.rotational + std::abs(soil.stored);
+  }
+  const double off = std::abs(e.balance());
+  if (e.closure() <= s_.limits.energy || off <= s_.limits.energy * (e.moved + brought)) return false;
+  failure_ = fmt::format(
+      "t = {:.9g} s: the energy balance of the machine is off by {:.3g} J, {:.2g} of the {:.3g} J there or moved, "
+      "above limits.energy = {:g}; the step is too long for the motion, or a driver or force jumps; {}, or raise the "
+      "limit",
+      reached_, e.balance(), off / (e.moved + brought), e.moved + brought, s_.limits.energy, shorter_step());
+  return true;
+}
+
+std::string RunLoop::shorter_step() const {
+  const MachineTime& machine = s_.time.machine;
+  if (world_.bed) {
+    const std::string step = fmt::format("give a `time.soil step` below {:.3g} s", world_.step.soil_step);
+    return machine.soil_steps > 1 ? step + ", or fewer `time.machine.soil steps per machine step`" : step;
+  }
+  if (machine.step) return "leave out `time.machine.step` to have it chosen by its error, or shorten it";
+  const auto kind = integrator_of(s_);
+  if (kind == mbd::IntegratorKind::cvode || kind == mbd::IntegratorKind::ida)
+    return "give a smaller `time.machine.rtol`";
+  return fmt::format("give a `time.machine.step` below {:.3g} s", world_.step.machine_step);
+}
+
+void RunLoop::count_step(double t, double taken, std::span<const double> values) {
+  for (std::size_t c = 0; c < summarised_.size(); ++c) summarised_[c] = values[columns_->summarised()[c]];
+  summary_->sample(t + taken, taken, summarised_);
+  if (world_.bed) {
+    deepest_ = std::max(deepest_, world_.bed->max_overlap());
+    fastest_ = std::max(fastest_, world_.bed->max_speed());
+  }
+  ++steps_;
+}
+
+bool RunLoop::guarded(const std::function<void()>& take_step) {
+  try {
+    take_step();
+    return true;
+  } catch (const std::exception& error) {
+    failure_ = error.what();
+    if (const std::string advice = overlap_advice(failure_, world_, s_); !advice.empty()) failure_ += "; " + advice;
+    if (failure_.find("is too long for the ") != std::string::npos) failure_ += "; " + shorter_step();
+    if (failure_.rfind("t = ", 0) != 0) failure_ = fmt::format("t = {:.9g} s: {}", reached_, failure_);
+    return false;
+  }
+}
+
+bool RunLoop::follow_bed(double t) {
+  if (!world_.moving->follow(*world_.bed, simulation_)) return false;
+  const dem::MovingBed& window = world_.moving->window;
+  const double low = std::min(window.rear(), window.front()), high = std::max(window.rear(), window.front());
+  for (const SurfaceRecord& s : world_.surfaces) {
+    if (s.owner == SurfaceRecord::Owner::container || std::count(outside_.begin(), outside_.end(), s.name) > 0)
+      continue;
+    const dem::Boundary& b = world_.bed->boundary(s.boundary);
+    const dem::Bounds box = dem::world_box(dem::bounds(b.shape), b.pose);
+    if (box.high.x >= low && box.low.x <= high) continue;
+    outside_.push_back(s.name);
+    warn(fmt::format(
+        "t = {:.4g} s: the window of the moving bed has left `{}`, which meets no soil there; let it go with "
+        "`{}`, or make the container longer",
+        t, s.name, s_.soil->moving->follows));
+  }
+  return true;
+}
+
+void RunLoop::follow_tools(double t) {
+  if (tool_->tools().empty()) return;
+  tool_->follow();
+  if (window_ == Opening::pending && tool_->steady() && !tool_->at_the_end()) {
+    window_ = Opening::open;
+    summary_->set_window(
+        t, s_.time.end,
+        "from when the tool has travelled, in soil, its length there plus its depth, until its foremost point is one "
+        "depth from the end of the soil");
+  } else if (window_ == Opening::open && tool_->at_the_end()) {
+    window_ = Opening::closed;
+    summary_->close_window(t);
+  }
+  if (!tool_->any_passes() || window_ == Opening::pending || t < summary_->window_from() ||
+      t > summary_->window_until() + tool_interval)
+    return;
+  if (!walls_.has_begun()) return walls_.begin(world_);
+  if (++looks_ % 20 != 0) return;  // a look goes through all spheres
+  for (const std::string& wall : walls_.look(world_))
+    warn(fmt::format(
+        "t = {:.4g} s: disturbed soil reaches {} ({:.0f} % of the spheres there have moved by half a radius "
+        "since the means began); make the bin larger there",
+        t, wall, 100 * WallWatch::share));
+}
+
+std::string RunLoop::live_text(std::span<const double> row) {
+  const double t = simulation_.time(), share = (t - start_time_) / (s_.time.end - start_time_);
+  const double wall = live_.elapsed();
+  std::string text = fmt::format("t {:.4f} s  {:.1f} %", t, 100 * share);
+  if (world_.bed)
+    text += fmt::format("  {:.2f} M particle-steps/s",
+                        static_cast<double>(world_.bed->spheres().size()) * static_cast<double>(steps_) / wall * 1e-6);
+  text += "  remaining " + clock_text(rate_.remaining(wall, t, s_.time.end));
+  if (const int pull = columns_->find("pull"); pull >= 0)
+    text += fmt::format("  pull {:.0f} N", row[static_cast<std::size_t>(pull)]);
+  if (const int draft = columns_->find("soil.draft"); draft >= 0)
+    text += fmt::format("  draft {:.0f} N", row[static_cast<std::size_t>(draft)]);
+  return text;
+}
+
+// Works and losses are those of the whole motion; so is what gravity has given, and what the balance closes over.
+void RunLoop::take_up_energy(const SavedRun& saved) {
+  if (!saved.progress || saved.progress->energy_start.size() != 3) return;
+  const std::vector<double>& start = saved.progress->energy_start;
+  energy_start_ = {.bed = start[0], .bed_gravity = start[1], .machine_potential = start[2]};
+  energy_begun_ = true;
+}
+
+void RunLoop::begin_energy() {
+  energy_begun_ = true;
+  if (!world_.bed) return;
+  energy_start_.bed = world_.bed->energy().total() - world_.bed->energy().boundary_work;
+  energy_start_.bed_gravity = world_.bed->energy().gravity;
+  if (const auto found = physics_.start(world_)) warn(found->text);
+}
+
+}  // namespace subsoil::sim

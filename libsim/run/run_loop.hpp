@@ -1,0 +1,191 @@
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "libsim/base/live_line.hpp"
+#include "libsim/io/series_writer.hpp"
+#include "libsim/io/summary.hpp"
+#include "libsim/run/body_watch.hpp"
+#include "libsim/run/checkpoints.hpp"
+#include "libsim/run/columns.hpp"
+#include "libsim/run/crossings.hpp"
+#include "libsim/run/frames.hpp"
+#include "libsim/run/motion_summary.hpp"
+#include "libsim/run/output_folder.hpp"
+#include "libsim/run/peak_search.hpp"
+#include "libsim/run/physics_watch.hpp"
+#include "libsim/run/restart.hpp"
+#include "libsim/run/rows.hpp"
+#include "libsim/run/run_summary.hpp"
+#include "libsim/run/runner.hpp"
+#include "libsim/run/schedule.hpp"
+#include "libsim/run/tool.hpp"
+#include "libsim/run/wall_watch.hpp"
+#include "libsim/setup/world.hpp"
+
+namespace subsoil::sim {
+
+/// A run through time in a folder that is locked: steps the coupled simulation to its end and writes series, frames,
+/// states and summary on the way. run_loop.cpp steps, run_loop_alone.cpp
+/// a machine without soil; run_loop_end.cpp writes what only the end of a run knows.
+class RunLoop {
+ public:
+  RunLoop(const Loaded& loaded, const RunRequest& request, World world, const std::optional<SavedRun>& saved,
+          FolderLock& lock, bool goes_on);
+
+  int run();
+
+ private:
+  using Clock = std::chrono::steady_clock;  // a clock on the wall may be set back
+
+  void open_output();
+
+  /// Of series.csv, where the run goes on in its folder.
+  std::optional<std::uint64_t> kept_bytes() const;
+
+  /// All that the run has added up beside bed, machine and coupling.
+  void archive(Archive& a);
+  /// What the summary says of where the run came from.
+  void archive_origin(Archive& a);
+
+  void save(const std::filesystem::path& path);
+
+  /// Of a machine alone there is none: it is run again.
+  bool checkpoint_is_due() const;
+
+  void set_fixed_window();
+
+  /// Says it now and at the end, and writes it down.
+  void warn(const std::string& text);
+
+  int loop();
+  /// A machine alone without columns of means: rows and frames are of their times exactly. Methods with a dense output
+  /// end there; with fixed steps what lies between is read from the step that leads past it.
+  int loop_alone();
+  /// Moves a machine alone to `t`, with fixed steps to the first end at or behind it; false as step().
+  bool reach(double t, double close, bool fixed);
+  int code_of(int signal) const;
+  /// Of a machine alone: takes what is followed over time, and crossings, through the pieces of its last step, each in
+  /// so many parts, and over what jumps between them; true where the run is to end.
+  bool look_over(double before, double t, int parts);
+  struct Splits {  ///< that a part may still take
+    int at_peaks, in_halves;
+  };
+  bool look_through(std::size_t piece, double from, double until, Splits left);
+  /// At what the machine shows.
+  bool look_at(double t);
+  /// Whether the summary has columns.
+  bool sums_up() const;
+  /// The time from t on at which a machine alone is looked at next, at the latest.
+  double next_due(double t, double close) const;
+
+  /// A machine that is taken up from a state chooses its coordinates anew and factors its matrices where it stands,
+  /// which moves the last digits. So the one that runs in soil does the same every so many steps, and wherever a state
+  /// is due: a run that goes on from there has the same bits. Beside a singular pose it is left alone.
+  void refresh_machine(bool state_due);
+
+  /// A signal waits for an instant at which a state is exact, but not for long.
+  int signal_to_obey();
+
+  /// Rows and frames that are due up to the instant t, whose values are known; at t too if it is the last.
+  /// @param bed_went_on whether the window of a moving bed went on at t
+  void write_due(double t, double close, bool last, bool bed_went_on);
+
+  /// Whether the soil does what no physics does, beyond repair; failure_ then says so.
+  bool physics_fails();
+
+  /// Whether the machine's energy balance is off by more than it may; failure_ then says so.
+  bool energy_is_lost();
+
+  /// How to give the machine shorter steps, by the keys that act in this run.
+  std::string shorter_step() const;
+
+  /// The step from t on of length `taken`, with what acts in it, enters the means and the summary.
+  void count_step(double t, double taken, std::span<const double> values);
+
+  /// False when the step cannot be taken; failure_ then says why.
+  bool guarded(const std::function<void()>& take_step);
+
+  /// The window of a moving bed goes on where it is time; whether it did.
+  bool follow_bed(double t);
+
+  /// Opens and closes the window of the means where the tools' ways say so, and looks at the walls while it is open.
+  void follow_tools(double t);
+
+  std::string live_text(std::span<const double> row);
+
+  /// What the summary's energy balance starts from; the bed's terms are of the first step.
+  void begin_energy();
+  void take_up_energy(const SavedRun& saved);
+
+  /// Of contacts at the speeds that were met.
+  void warn_of_coarse_contacts();
+
+  /// What fixed machine steps are estimated to err by.
+  void write_step_error();
+
+  void warn_of_machine_energy();
+
+  /// What the explicit exchange between soil and machine has made or lost.
+  void warn_of_exchange();
+
+  /// What is left to be written after a failure of the disk is tried, each on its own.
+  void attempt(int& code, const std::function<void()>& action);
+
+  void finish(int& code);
+
+  /// What only the end of a run knows.
+  void last_warnings(int code);
+
+  const Loaded& loaded_;
+  const Scenario& s_;
+  RunRequest request_;
+  FolderLock& lock_;
+  const RunProgress* go_on_ = nullptr;  ///< what stands in the folder, to go on behind; null: from the start
+  World world_;
+  coupling::Simulation simulation_;
+  std::unique_ptr<Columns> columns_;
+  std::unique_ptr<ToolProgress> tool_;
+  std::unique_ptr<SeriesWriter> series_;
+  std::unique_ptr<Summary> summary_;
+  std::unique_ptr<MotionSummary> motion_;  ///< into it, of a machine alone
+  std::unique_ptr<FrameOutput> frames_;
+  std::unique_ptr<Rows> rows_;
+  std::unique_ptr<Crossings> crossings_;
+  std::vector<double> values_, summarised_;  // of the step, of the summary's columns
+  std::vector<double> begin_, middle_;       // where a part of it begins, and halfway through it
+  std::vector<double> between_;              // at a time in it
+  std::vector<double> rounding_;             // of its columns
+  std::vector<Sought> sought_;               // in that part
+  bool follows_sums_ = false;                ///< what is followed over time is of sums over all spheres
+  LiveLine live_;
+  RecentRate rate_;
+  WallWatch walls_;
+  PhysicsWatch physics_{s_, world_};
+  BodyWatch bodies_{s_, world_};
+  Schedule frame_due_, sample_due_, state_due_, tool_due_;
+  Checkpoints checkpoints_{request_.out};
+  std::uint64_t state_bytes_ = 0;  ///< of the largest state so far
+  bool energy_begun_ = false;
+  bool restores_ = true;          ///< a run may go on from its states with the same bits
+  bool machine_is_fresh_ = true;  ///< at this instant
+  bool stood_ = true;             ///< the machine at this instant, and not at the start of a window
+  std::optional<Clock::time_point> signal_at_;
+  long looks_ = 0;
+  std::vector<std::string> outside_;  ///< surfaces that the window of a moving bed has left
+  std::string failure_;
+  double start_time_ = 0, reached_ = 0;
+  EnergyStart energy_start_;
+  double deepest_ = 0, fastest_ = 0;
+  long steps_ = 0;
+  enum class Opening { fixed, pending, open, closed } window_ = Opening::fixed;
+};
+
+}  // namespace subsoil::sim

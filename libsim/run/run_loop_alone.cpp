@@ -1,0 +1,163 @@
+#include <algorithm>
+#include <cmath>
+
+#include "libmbd/integrators/adaptive.hpp"
+#include "libsim/io/state_file.hpp"
+#include "libsim/run/run_loop.hpp"
+#include "libsim/setup/machine.hpp"
+
+/// The run of a machine without soil.
+namespace subsoil::sim {
+
+namespace {
+// Peaks that a part between two looks is divided at, the earliest first; what lies before one is searched half as long.
+constexpr int most_splits = 6;
+constexpr int most_halvings = 7;  // of a part, for what is integrated
+// What a part's integral may be off by, of the sizes in it: a jump of 1 % somewhere in it is.
+constexpr double share_of_size = 3e-3;
+}  // namespace
+
+int RunLoop::loop_alone() {
+  mbd::Machine& machine = *world_.machine;
+  const double end = s_.time.end, close = std::max(1e-9 * simulation_.step_length(), 1e-15 * end);
+  const bool fixed = !machine.integrator().ends_anywhere();
+  const bool watches = crossings_->any() || columns_->has_history(), looks = sums_up() || watches;  // between rows
+  if (fixed || looks) machine.keep_steps();
+  motion_ = std::make_unique<MotionSummary>(*columns_, *summary_);
+  simulation_.end_at(end);
+  const auto* const adaptive = dynamic_cast<const mbd::Adaptive*>(&machine.integrator());
+  // Between two looks: 1 ms; for the summary alone an eighth of the step by which the method has resolved the motion.
+  const auto longest = [&] {
+    if (!looks) return simulation_.step_length();
+    const double resolved = watches || adaptive == nullptr ? 0 : 0.125 * adaptive->last_step();
+    return std::min(simulation_.step_length(), std::max(1e-3, resolved));
+  };
+  for (double t = start_time_, before = t;;) {
+    const int signal = signal_to_obey();
+    const bool stops = looks && look_over(before, t, fixed ? 1 : 2);
+    const bool earlier = stops && crossings_->stopped_at() < t;
+    if (earlier) t = crossings_->stopped_at();
+    machine.look_ahead();  // its time is that of the step's end again
+    if (earlier || machine.time() > t + close) machine.look_back(t);
+    if (!looks && columns_->needs_every_step()) columns_->take_instant(values_), values_[0] = t;
+    if (t > before) ++steps_;
+    if (t > before && !sums_up()) summary_->sample_mean(t, t - before, {});  // its window goes on
+    reached_ = t;
+    const bool last = t >= end - close || signal != 0 || stops;
+    const bool frame = frame_due_.due(t, close) || last, row = sample_due_.due(t, close) || last;
+    const bool save_due = state_due_.due(simulation_.time(), close);
+    if (save_due || (last && (s_.output.state == State::full || signal != 0)))
+      save(state_path(request_.out, simulation_.time()));
+    if (row) {
+      columns_->take_instant(values_), values_[0] = t;
+      if (columns_->has_history()) columns_->follow_back(t, values_);
+      series_->write(values_);
+    }
+    if (row && energy_is_lost()) return exit_failed;
+    if (frame) frames_->begin(t), frames_->write(t, steps_);
+    machine.look_ahead();
+    if (last) return code_of(signal);
+    before = t;
+    const double due = next_due(t, close), step_end = machine.time() > t + close ? machine.time() : t + longest();
+    t = step_end < due - close ? step_end : due;
+    if (!reach(t, close, fixed)) return exit_failed;
+    if (live_.due()) live_.show(live_text(values_));
+  }
+}
+
+bool RunLoop::sums_up() const { return !columns_->summarised().empty(); }
+
+double RunLoop::next_due(double t, double close) const {
+  double due = std::min({sample_due_.next(), frame_due_.next(), state_due_.next(), s_.time.end});
+  for (const std::optional<double>& edge : {s_.output.window.from, s_.output.window.until})
+    if (edge && *edge > t + close) due = std::min(due, *edge);
+  return due;
+}
+
+bool RunLoop::look_over(double before, double t, int parts) {
+  mbd::Machine& machine = *world_.machine;
+  const mbd::Integrator& steps = machine.integrator();
+  for (std::size_t i = 0; i < steps.pieces() && t > before; ++i) {
+    const mbd::Integrator::Span piece = steps.piece(i);
+    const double from = std::max(before, piece.begin), until = std::min(t, piece.end);
+    if (!(until > from)) continue;
+    if (piece.jumps && (i > 0 || from > before)) {  // what jumps at `before` may be in the step that begins there
+      machine.look_back(from, i);
+      if (look_at(from)) return true;
+    }
+    for (int part = 1; part <= parts; ++part) {
+      const auto end_of = [&](int k) { return k == parts ? until : from + (until - from) * k / parts; };
+      if (look_through(i, end_of(part - 1), end_of(part), {most_splits, most_halvings})) return true;
+    }
+  }
+  machine.look_ahead();
+  if (machine.time() > t) machine.look_back(t);
+  return look_at(t);
+}
+
+bool RunLoop::look_at(double t) {
+  columns_->take_instant(values_), values_[0] = t;
+  if (columns_->has_history()) columns_->follow(t, values_);
+  if (sums_up()) motion_->begin(t, values_);
+  return crossings_->any() && crossings_->look(t, values_, Crossings::on_a_line);
+}
+
+bool RunLoop::look_through(std::size_t piece, double from, double until, Splits left) {
+  const auto take = [&](double t, std::vector<double>& row) {
+    world_.machine->look_back(t, piece);
+    columns_->take_instant(row), row[0] = t;
+  };
+  begin_ = middle_ = between_ = values_;
+  take(0.5 * (from + until), middle_), take(until, values_);
+  sought_.clear();
+  if (crossings_->any()) crossings_->seek(sought_);
+  columns_->seek(sought_);
+  if (sums_up()) motion_->seek(until, sought_);
+  columns_->rounding_of(values_, rounding_);
+  const auto at = [&](double t) {
+    take(t, between_);
+    return std::span<const double>(between_);
+  };
+  const PartOfMotion part{from, until, begin_, middle_, values_, rounding_, at};
+  const auto split = [&](double at, Splits first, Splits second) {
+    values_ = begin_;
+    return look_through(piece, from, at, first) || look_through(piece, at, until, second);
+  };
+  const auto peak = left.at_peaks > 0 ? find_peak(sought_, part) : std::nullopt;
+  if (peak) return split(*peak, {left.at_peaks / 2, left.in_halves}, {left.at_peaks - 1, left.in_halves});
+  const Splits halved{left.at_peaks, left.in_halves - 1};
+  const double allowed = share_of_size * std::exp2(most_halvings - left.in_halves);  // of the part before it was halved
+  if (left.in_halves > 0 && needs_halving(sought_, part, allowed)) return split(0.5 * (from + until), halved, halved);
+  const auto follow = [&](double end) {
+    if (columns_->has_history()) columns_->follow(end, values_, middle_);
+  };
+  // What is followed over time passes on a line, and must be known at both ends; all else is known without, and where
+  // it ends the run what is followed ends too.
+  if (crossings_->of_history()) follow(until);
+  const bool stops = crossings_->any() && crossings_->look(until, values_, [&](const Crossings::Passage& p) {
+    if (columns_->of_history(p.column)) return Crossings::on_a_line(p);
+    const auto gap = [&](double share) {
+      take(from + share * (until - from), between_);
+      return between_[p.column] - p.level;
+    };
+    return mbd::locate_crossing(gap, p.side, p.at_start, p.at_end);
+  });
+  const double end = stops ? std::min(until, crossings_->stopped_at()) : until;
+  if (end < until) take(0.5 * (from + end), middle_), take(end, values_);
+  if (!crossings_->of_history()) follow(end);
+  if (sums_up()) motion_->add(end, middle_, values_);
+  return stops;
+}
+
+bool RunLoop::reach(double t, double close, bool fixed) {
+  return guarded([&] {
+    while (world_.machine->time() < t - close) {
+      if (fixed)
+        simulation_.step();
+      else
+        simulation_.step_to(t);
+    }
+  });
+}
+
+}  // namespace subsoil::sim

@@ -1,0 +1,180 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "libsim/run/run_loop.hpp"
+#include "libsim/run/wear.hpp"
+#include "libsim/setup/moving_soil.hpp"
+
+namespace subsoil::sim {
+namespace {
+
+// Beyond these a run is no answer to trust: shares of the energy, of the machine's length and speed, and of the work
+// between soil and machine.
+constexpr double most_closure = 1e-3, most_step_error = 1e-3, most_exchange_error = 1e-2;
+
+/// What the scenario gives of a machine alone that keeps its step from following its error.
+std::string fixes_machine_step(const Scenario& s) {
+  const MachineTime& time = s.time.machine;
+  std::vector<std::string> given;
+  if (time.integrator == IntegratorWord::adams_moulton) given.emplace_back("time.machine.integrator");
+  if (time.step) given.emplace_back("time.machine.step");
+  if (time.order) given.emplace_back("time.machine.order");
+  return fmt::format("{}", fmt::join(given, " and "));
+}
+
+}  // namespace
+
+bool RunLoop::physics_fails() {
+  if (!world_.bed || !energy_begun_) return false;
+  for (const PhysicsWatch::Finding& finding : physics_.look(world_, energy_start_, fastest_)) {
+    const std::string text = fmt::format("t = {:.9g} s: {}", reached_, finding.text);
+    if (finding.stops) return failure_ = text, true;
+    warn(text);
+  }
+  for (const std::string& text : bodies_.look(simulation_)) warn(fmt::format("t = {:.9g} s: {}", reached_, text));
+  return false;
+}
+
+void RunLoop::warn_of_coarse_contacts() {
+  double speed = world_.step.expected_speed, error = world_.step.error_at(speed);
+  // Where all were slower than expected, attraction takes a larger share of them, and its errors too.
+  if (fastest_ > 0)
+    if (const ImpactError met = world_.step.error_where_met(fastest_); fastest_ > speed || met.error > error)
+      speed = met.speed, error = met.error;
+  write_restitution_error(*summary_, error);
+  if (error <= 1.2 * s_.time.accuracy + 1e-3) return;
+  const auto fine = world_.step.at_speed(speed, s_.time.accuracy, s_.time.safety * world_.step.limit.step);
+  summary_->warn(
+      fmt::format("impacts at {:.3g} m/s, as met or expected, have a restitution wrong by up to {:.2g} "
+                  "with the step of {:.3g} s; {:.3g} s would keep `time.accuracy: {:.3g}`",
+                  speed, error, world_.step.soil_step, fine.step, s_.time.accuracy));
+}
+
+void RunLoop::write_step_error() {
+  const mbd::StepError& error = world_.machine->integrator().step_error();
+  if (error.fastest == 0) return;
+  sim::write_step_error(*summary_, error);
+  // The waves of beams take most of the velocities' part, and nothing is seen of them: their energy is judged.
+  const bool beams = s_.machine && !s_.machine->beams.empty();
+  if ((beams ? error.positions : error.sum()) > most_step_error)
+    summary_->warn(
+        fmt::format("machine steps of {:.3g} s are estimated to err by {:.2g} of the machine's length and speed over "
+                    "the run; shorten them{}",
+                    world_.step.machine_step, error.sum(),
+                    world_.bed ? " by fewer soil steps per machine step" : ", or leave out " + fixes_machine_step(s_)));
+}
+
+void RunLoop::warn_of_machine_energy() {
+  if (!world_.machine) return;
+  const double closure = world_.machine->energy().closure();
+  if (closure > most_closure)
+    summary_->warn(
+        fmt::format("the machine's energy balance is off by {:.2g} of the energy there or moved: its motion is not "
+                    "resolved; {}",
+                    closure, shorter_step()));
+}
+
+void RunLoop::warn_of_exchange() {
+  if (!world_.bed || !world_.machine || !energy_begun_) return;
+  const coupling::InterfaceWork work = simulation_.interface_work();
+  const double moved = std::max(std::abs(work.on_soil), std::abs(work.on_machine)), error = std::abs(work.error());
+  // A share of little changes no motion, and of what dampers take anyway less than a tenth is left to it.
+  const dem::BedEnergy& soil = world_.bed->energy();
+  const double there = world_.machine->energy().moved + soil.kinetic + soil.rotational + std::abs(soil.stored);
+  if (error <= most_exchange_error * moved || error <= 0.1 * most_exchange_error * there) return;
+  if (error <= 0.1 * soil.lost.total()) return;
+  summary_->warn(fmt::format(
+      "the exchange between soil and machine {} {:.3g} J, {:.2g} of the {:.3g} J that went between them: a body is "
+      "light against what it touches; {}",
+      work.error() > 0 ? "made" : "lost", error, error / moved, moved, shorter_step()));
+}
+
+void RunLoop::attempt(int& code, const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const std::exception& error) {
+    if (code != exit_failed) failure_ = fmt::format("t = {:.9g} s: {}", reached_, error.what());
+    code = exit_failed;
+    lock_.free_reserve();
+  }
+}
+
+void RunLoop::finish(int& code) {
+  live_.close();
+  if (code == exit_failed) lock_.free_reserve();
+  attempt(code, [&] { series_->sync(); });
+  attempt(code, [&] { frames_->finish(); });
+  if (window_ == Opening::pending && tool_->any_travelled()) summary_->drop_window();
+  last_warnings(code);
+  write_run_section(*summary_,
+                    {.code = code,
+                     .failure = failure_,
+                     .reached = code == exit_failed ? simulation_.time() : reached_,
+                     .wall_time = live_.elapsed(),
+                     .steps = steps_,
+                     .frames = frames_->count(),
+                     .deepest = deepest_},
+                    s_, request_, world_);
+  if (world_.machine) write_events(*summary_, *world_.machine);
+  crossings_->write(*summary_);
+  write_energy(*summary_, energy_start_, world_, simulation_);
+  if (!tool_->tools().empty()) write_tools(*summary_, *tool_);
+  if (code != exit_failed) write_disturbance(*summary_, *tool_, request_.out, s_, walls_.any_reached());
+  write_window(*summary_, world_);
+  if (world_.bed) write_servos(*summary_, world_, simulation_);
+  if (world_.bed) write_wear(*summary_, world_, reached_);
+  attempt(code, [&] { summary_->write(request_.out / "summary.json"); });
+  if (code == exit_ok) checkpoints_.remove();
+  if (const std::string means = means_text(*summary_, *tool_, s_); !means.empty() && world_.bed)
+    spdlog::info("{}", means.substr(0, means.size() - 1));
+  for (const std::string& text : summary_->warnings()) spdlog::warn("warning: {}", text);
+  if (code == exit_failed) {
+    spdlog::error("{}", failure_);
+    spdlog::error("the run stops here; results up to then are in {}", request_.out.string());
+  } else {
+    if (!crossings_->stopped_by().empty())
+      spdlog::info("stopped by `{}` at t = {:.9g} s", crossings_->stopped_by(), crossings_->stopped_at());
+    spdlog::info("{} in {}; results in {}", code == exit_ok ? "done" : "interrupted", clock_text(live_.elapsed()),
+                 request_.out.string());
+  }
+}
+
+void RunLoop::last_warnings(int code) {
+  if (world_.bed) warn_of_coarse_contacts();
+  if (world_.machine) write_step_error();
+  warn_of_machine_energy();
+  warn_of_exchange();
+  if (world_.soil.stopped)
+    summary_->warn("the run was interrupted while the bed settled: time 0 shows it on its way to rest");
+  if (world_.bed && world_.bed->has_bonding_laws() && world_.bed->bonds().formed == 0)
+    summary_->warn("a law has bonds but none formed: no spheres were within `bond gap` at `bond time`");
+  if (world_.moving && world_.moving->window.pushed_out() > 0)
+    summary_->warn(fmt::format(
+        "{} spheres went over the end of the window ahead of the tool and were taken out; make the container "
+        "longer there",
+        world_.moving->window.pushed_out()));
+  if (code != exit_ok) return;
+  for (const Tool& tool : tool_->tools())
+    if (!tool.touched && !is_beam_node(s_.machine, tool.name))  // most of a tine is above the soil
+      summary_->warn(
+          fmt::format("{} touched no soil in the whole run: see where it starts and how it moves; `subsoil "
+                      "check` says how far it is from the soil",
+                      tool.name));
+  if (window_ == Opening::pending && tool_->any_travelled()) {
+    summary_->warn(
+        "no tool came to steady work (its length in soil plus its depth of travel): no means; let it travel "
+        "farther, or set output.window");
+  } else if (!std::isfinite(summary_->window_from()) || !(summary_->window_until() > summary_->window_from())) {
+    summary_->warn(
+        "the window of the means was never reached, or is shorter than a period of the given motion: means "
+        "are null; let it run longer, or set output.window");
+  }
+}
+
+}  // namespace subsoil::sim

@@ -1,0 +1,283 @@
+#include "libsim/run/run_summary.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "libsim/base/json.hpp"
+#include "libsim/base/version.hpp"
+#include "libsim/post/disturbance.hpp"
+#include "libsim/run/physics_watch.hpp"
+#include "libsim/run/process.hpp"
+#include "libsim/scenario/gravity.hpp"
+#include "libsim/setup/moving_soil.hpp"
+
+namespace subsoil::sim {
+
+void write_energy(Summary& summary, const EnergyStart& start, const World& world,
+                  const coupling::Simulation& simulation) {
+  auto& e = summary.section("energy");
+  double error = 0, put_in = 0;
+  const auto take_in = [&](const char* name, double work) {
+    e[name] = work;
+    put_in += std::abs(work);
+  };
+  if (world.bed) {
+    const dem::BedEnergy& b = world.bed->energy();
+    const double closure = b.total() - b.boundary_work - start.bed;
+    double given = 0;
+    for (const coupling::GivenMotion& m : world.motions) given += world.bed->boundary(m.boundary).work;
+    take_in("work of given motions [J]", given);  // servos are among them
+    double came = 0;
+    if (world.moving) came = world.moving->window.entered().gravity - world.moving->window.left().gravity;
+    take_in("gravity on the soil [J]", start.bed_gravity - b.gravity + came);
+    // Of a moving bed it is what blocks bring and take, which `window` lists.
+    if (!world.moving && b.removed != 0) take_in("round a period or with spheres removed [J]", -b.removed);
+    e["damped [J]"] = b.lost.damping;
+    e["slid [J]"] = b.lost.sliding;
+    e["rolled [J]"] = b.lost.rolling;
+    if (world.bed->has_bonding_laws()) e["broken bonds [J]"] = b.lost.breaking;
+    if (world.bed->freezes()) e["frozen [J]"] = b.frozen;
+    e["bed closure [J]"] = closure;
+    error += closure;
+  }
+  if (world.machine) {
+    const mbd::MachineEnergy m = world.machine->energy();
+    take_in("work of drivers [J]", m.driver_work);
+    take_in("work of applied forces [J]", m.force_work);
+    take_in("gravity on the machine [J]", start.machine_potential - m.potential);
+    e["lost in the machine [J]"] = m.lost;
+    e["machine closure [J]"] = m.balance();
+    e["machine energy there or moved [J]"] = m.moved;
+    e["machine closure over energy there or moved"] = m.closure();
+    error += m.balance();
+  }
+  if (world.bed && world.machine) {
+    const coupling::InterfaceWork work = simulation.interface_work();
+    e["interface, on the soil [J]"] = work.on_soil;
+    e["interface, on the machine [J]"] = work.on_machine;
+    e["interface error [J]"] = work.error();
+    error += work.error();
+  }
+  e["closure [J]"] = error;
+  e["work put in [J]"] = put_in;
+  e["closure over work put in"] = put_in > 0 ? error / put_in : 0.0;
+}
+
+namespace {
+
+void write_bonds(Summary& summary, const World& world) {
+  const dem::BondCount n = world.bed->bonds();
+  summary.section("bonds") = {{"formed", n.formed},
+                              {"intact", n.intact()},
+                              {"broken in tension", n.broken_in_tension},
+                              {"broken in shear", n.broken_in_shear},
+                              {"removed with spheres", n.removed}};
+  spdlog::info("bonds: {} formed, {} intact, {} broken in tension, {} in shear", n.formed, n.intact(),
+               n.broken_in_tension, n.broken_in_shear);
+}
+
+}  // namespace
+
+void write_run_section(Summary& summary, const RunFacts& facts, const Scenario& scenario, const RunRequest& request,
+                       const World& world) {
+  const int code = facts.code;
+  auto& r = summary.section("run");
+  r["version"] = version();
+  r["scenario"] = std::filesystem::absolute(request.scenario).string();
+  r["title"] = scenario.title;
+  if (!request.sets.empty()) r["set"] = request.sets;
+  r["end"] = code == exit_ok ? "reached" : code == exit_failed ? "failed" : "interrupted";
+  if (!facts.failure.empty()) r["failure"] = facts.failure;
+  r["simulated [s]"] = facts.reached;
+  r["wall time [s]"] = facts.wall_time;
+  r["peak memory [bytes]"] = peak_memory();
+  r["steps"] = facts.steps;
+  r["frames"] = facts.frames;
+  if (world.machine) r["machine step [s]"] = world.step.machine_step;
+  if (scenario.analysis != Analysis::dynamics)
+    r["analysis"] = analysis_names[static_cast<std::size_t>(scenario.analysis)];
+  if (!world.bed) return;
+  r["instruction set"] = world.bed->kernel_name();
+  if (world.bed->engine_name() != nullptr) r["engine"] = world.bed->engine_name();
+  r["precision"] = world.bed->options().precision == dem::Precision::mixed ? "mixed" : "double";
+  r["threads"] = world.bed->threads();
+  r["soil step [s]"] = world.step.soil_step;
+  r["soil step over stable step"] = world.step.soil_step / world.step.limit.step;
+  r["stable step set by"] = world.step.limit.cause;
+  r["neighbour builds"] = world.bed->rebuilds();
+  r["largest overlap [share of a radius]"] = facts.deepest;
+  r["particle-steps per second"] =
+      static_cast<double>(world.bed->spheres().size()) * static_cast<double>(facts.steps) / facts.wall_time;
+  auto& b = summary.section("soil");
+  b["spheres"] = world.soil.spheres;
+  if (world.soil.clumps > 0) b["clumps"] = world.soil.clumps;
+  b["mass [kg]"] = world.soil.mass;
+  if (acts_down(scenario.gravity)) {
+    b["bulk density [kg/m3]"] = world.soil.bulk_density;
+    b["mean surface [m]"] = world.soil.surface_mean;
+    b["spread of the surface [m]"] = world.soil.surface_spread;
+  }
+  b["contacts per sphere"] = world.soil.coordination;
+  for (const auto& [material, layer] : world.soil.layers)
+    b["layers"].push_back({{"material", material},
+                           {"spheres", layer.spheres},
+                           {"mass [kg]", layer.mass},
+                           {"top [m]", layer.top},
+                           {"spread of the top [m]", layer.spread},
+                           {"thickness [m]", layer.thickness}});
+  b["settled for [s]"] = world.soil.settled_for;
+  b["carved for the machine"] = world.soil.carved;
+  b["fallen out and removed"] = world.bed->removed_count();
+  b["outside the container at the end"] =
+      beyond({true, true, true, false, true, true}, scenario, world);  // over the rim and through an open side too
+  if (world.bed->has_bonding_laws()) write_bonds(summary, world);
+}
+
+namespace {
+
+Json carried_json(const dem::CarriedSoil& c) {
+  return {{"spheres", c.spheres},
+          {"mass [kg]", c.mass},
+          {"momentum [N s]", {c.momentum.x, c.momentum.y, c.momentum.z}},
+          {"kinetic [J]", c.kinetic},
+          {"gravity [J]", c.gravity},
+          {"stored in contacts [J]", c.stored}};
+}
+
+}  // namespace
+
+void write_window(Summary& summary, const World& world) {
+  if (!world.moving) return;
+  const dem::MovingBed& window = world.moving->window;
+  const FreeSoil free = free_soil(*world.bed);
+  auto& json = summary.section("moving bed");
+  json["blocks gone on"] = window.advanced();
+  json["period of the packing [m]"] = window.block().length;
+  json["way of the window [m]"] = window.way();
+  json["length held beyond each end [m]"] = window.held_length();
+  json["spheres of a period"] = window.block().size();
+  json["entered"] = carried_json(window.entered());
+  json["left"] = carried_json(window.left());
+  json["left over the end ahead"] = window.pushed_out();
+  json["spheres in the window at the end"] = free.spheres;
+  json["mass in the window at the end [kg]"] = free.mass;
+}
+
+void write_restitution_error(Summary& summary, double error) { summary.section("run")["error of restitution"] = error; }
+
+void write_step_error(Summary& summary, const mbd::StepError& error) {
+  summary.section("run")["machine step error"] = {{"largest of a step", error.largest}, {"sum", error.sum()}};
+}
+
+void write_servos(Summary& summary, const World& world, const coupling::Simulation& simulation) {
+  for (std::size_t i = 0; i < world.motions.size(); ++i) {
+    const coupling::GivenMotion& m = world.motions[i];
+    if (!m.servo) continue;
+    const coupling::ServoState& s = simulation.servo(i);
+    const dem::Boundary& b = world.bed->boundary(m.boundary);
+    summary.section("servos")[b.name] = {{"load at the end [N]", s.load},   {"resistance at the end [N]", s.force},
+                                         {"travel [m]", s.travel},          {"speed at the end [m/s]", s.velocity},
+                                         {"gain [m/(N s)]", m.servo->gain}, {"work on the soil [J]", b.work}};
+  }
+}
+
+void write_events(Summary& summary, const mbd::Machine& machine) {
+  const std::vector<mbd::Event>& events = machine.events();
+  summary.section("run")["events"] = events.size();
+  if (events.empty()) return;
+  spdlog::info("{} events, the first at {:.9g} s: {} {}", events.size(), events.front().t, events.front().name,
+               events.front().word());
+  auto& list = summary.section("events");
+  list = Json::array();
+  for (const mbd::Event& e : events) list.push_back({{"time [s]", e.t}, {"of", e.name}, {"direction", e.word()}});
+}
+
+namespace {
+
+/// Force of the soil on a tool along an axis, from its columns Fx, Fy, Fz.
+struct Along {
+  const char* name;
+  std::string column;
+  double sign;
+};
+std::vector<Along> axes_of(const Tool& tool) {
+  const Vec3 d = dem::norm(tool.along) > 0 ? tool.along : Vec3{1, 0, 0};
+  const bool x = d.x != 0;
+  return {{"draft", tool.column + (x ? ".Fx" : ".Fz"), x ? -d.x : -d.z},
+          {"lift", tool.column + ".Fy", 1.0},
+          {"sideways", tool.column + (x ? ".Fz" : ".Fx"), 1.0}};
+}
+
+std::string mean_text(const std::string& name, const BlockMean& mean, double sign, const std::string& unit) {
+  std::string text = fmt::format("  {:<28} {:>10.4g} {}", name, sign * mean.mean(), unit);
+  if (std::isfinite(mean.interval())) text += fmt::format(" +- {:.2g} {}", mean.interval(), unit);
+  if (!mean.steady() && unit.front() == 'N')
+    text += fmt::format("   not steady: changes by {:.2g} {} over the window", sign * mean.trend(), unit);
+  return text + "\n";
+}
+
+}  // namespace
+
+void write_tools(Summary& summary, const ToolProgress& progress) {
+  for (const Tool& tool : progress.tools()) {
+    Json json;
+    json["touched soil"] = tool.touched;
+    json["greatest depth [m]"] = tool.depth;
+    json["travelled in soil [m]"] = tool.travel;
+    for (const Along& a : axes_of(tool)) {
+      const BlockMean& mean = summary.over_window(a.column);
+      json[std::string(a.name) + " [N]"] = {{"mean", json_number(a.sign * mean.mean())},
+                                            {"interval, 95 %", json_number(mean.interval())},
+                                            {"change over the window", json_number(a.sign * mean.trend())},
+                                            {"steady", steady_json(mean)}};
+    }
+    summary.section("tools")[tool.name] = std::move(json);
+  }
+}
+
+void write_disturbance(Summary& summary, const ToolProgress& progress, const std::filesystem::path& folder,
+                       const Scenario& scenario, std::optional<bool> reaches_wall) {
+  if (!progress.any_passes()) return;
+  double draft = 0, variance = 0;
+  for (const Tool& tool : progress.tools()) {
+    if (!tool.passes) continue;
+    const Along along = axes_of(tool).front();
+    const BlockMean& mean = summary.over_window(along.column);
+    draft += along.sign * mean.mean(), variance += mean.interval() * mean.interval();
+  }
+  auto& section = summary.section("disturbance");
+  try {
+    const FramesFile file(folder / "run.h5");
+    if (file.times().size() < 2) {
+      section = {{"none", "frames tell it: the run has fewer than two; set output.every"}};
+      return;
+    }
+    const double surface = summary.section("soil").value("mean surface [m]", std::nan(""));
+    section =
+        disturbance_json(disturbance_of(file, &scenario, surface, summary.window_from()), draft, std::sqrt(variance));
+    section[reaches_wall_key] = reaches_wall ? Json(*reaches_wall) : Json();
+  } catch (const std::exception& error) {
+    section = {{"none", fmt::format("the frames could not be read: {}", error.what())}};
+  }
+}
+
+std::string means_text(const Summary& summary, const ToolProgress& progress, const Scenario& scenario) {
+  std::string text;
+  for (const Tool& tool : progress.tools())
+    for (const Along& a : axes_of(tool)) {
+      const BlockMean& mean = summary.over_window(a.column);
+      if (mean.duration() > 0) text += mean_text(tool.name + ", " + a.name, mean, a.sign, "N");
+    }
+  for (const Watch& w : scenario.output.watch) {
+    const BlockMean& mean = summary.over_window(w.name);
+    if (mean.duration() > 0) text += mean_text(w.name, mean, 1, summary.unit(w.name));
+  }
+  if (text.empty()) return text;
+  return fmt::format("means from {:.4g} s to {:.4g} s, with intervals of 95 %:\n{}", summary.window_from(),
+                     summary.window_until(), text);
+}
+
+}  // namespace subsoil::sim

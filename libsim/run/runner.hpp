@@ -1,0 +1,39 @@
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace subsoil::dem {
+class BedEngine;
+}
+
+namespace subsoil::sim {
+
+struct Loaded;
+struct World;
+struct RunRequest;
+
+/// Makes what steps the spheres of a world that is built, in a program that has another engine than the bed itself.
+using EngineMaker = std::function<std::unique_ptr<dem::BedEngine>(const RunRequest&, const Loaded&, const World&)>;
+
+struct RunRequest {
+  std::string scenario;
+  std::filesystem::path out;      ///< empty: a directory named like the scenario, in the working directory
+  std::vector<std::string> sets;  ///< path=value
+  int threads = 0;                ///< 0: as the scenario says
+  bool force = false;
+  bool strict = false;                 ///< a run with warnings ends with exit_failed
+  std::vector<std::string> changes{};  ///< keys that may differ from the scenario of `from`
+  std::filesystem::path from{};        ///< a state file to start from; empty: from the beginning
+  EngineMaker engine{};                ///< none: scenarios that ask for another engine are refused
+};
+
+/// Exit codes of a run.
+enum ExitCode { exit_ok = 0, exit_bad_input = 2, exit_failed = 3, exit_interrupted = 130, exit_terminated = 143 };
+
+/// Runs a scenario to its end. Throws ScenarioError for bad input before anything is written.
+int run(const RunRequest& request);
+
+}  // namespace subsoil::sim

@@ -1,0 +1,188 @@
+#include "libsim/run/tool.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "libmbd/elements.hpp"
+#include "libsim/setup/moving_soil.hpp"
+
+namespace subsoil::sim {
+namespace {
+
+/// Points that a surface consists of, in its axes; of a plane none.
+std::vector<Vec3> points_of(const World& world, const SurfaceRecord& s) {
+  const dem::Shape& shape = world.bed->boundary(s.boundary).shape;
+  if (std::holds_alternative<dem::Plane>(shape)) return {};
+  return dem::drawing(shape, 1.0)[s.mesh].vertices();
+}
+
+Vec3 level(const Vec3& v) { return {v.x, 0, v.z}; }
+
+/// Along x or z, whichever is longer.
+Vec3 main_direction(const Vec3& v) {
+  if (std::abs(v.x) >= std::abs(v.z)) return {v.x < 0 ? -1.0 : 1.0, 0, 0};
+  return {0, 0, v.z < 0 ? -1.0 : 1.0};
+}
+
+}  // namespace
+
+ToolProgress::ToolProgress(const World& world, const coupling::Simulation& simulation, double end)
+    : world_(world), simulation_(simulation) {
+  if (!world.bed || world.bed->spheres().empty()) return;
+  constexpr double far = std::numeric_limits<double>::infinity();
+  low_ = {far, far, far}, high_ = {-far, -far, -far};
+  for (const dem::Sphere& s : world.bed->spheres()) {
+    low_ = {std::min(low_.x, s.x.x - s.r), std::min(low_.y, s.x.y - s.r), std::min(low_.z, s.x.z - s.r)};
+    high_ = {std::max(high_.x, s.x.x + s.r), std::max(high_.y, s.x.y + s.r), std::max(high_.z, s.x.z + s.r)};
+    radius_ += s.r / static_cast<double>(world.bed->spheres().size());
+  }
+  if (world.moving) (world.moving->window.plan().direction > 0 ? high_.x = far : low_.x = -far);  // it has no end
+  for (std::size_t i = 0; i < world.surfaces.size(); ++i) {
+    const SurfaceRecord& s = world.surfaces[i];
+    if (s.owner == SurfaceRecord::Owner::machine) {
+      const std::string& body = world.machine->system().body_name(s.body);
+      add(body, body + ".soil", i);
+    } else if (s.owner == SurfaceRecord::Owner::given && s.moves) {
+      add(s.name, s.name, i);
+      if (!tools_.empty() && tools_.back().name == s.name) tools_.back().passes = length_of_path(s, end) > 2 * radius_;
+    }
+  }
+}
+
+void ToolProgress::add(const std::string& name, const std::string& column, std::size_t surface) {
+  std::vector<Vec3> points = points_of(world_, world_.surfaces[surface]);
+  if (points.empty()) return;
+  auto tool = std::find_if(tools_.begin(), tools_.end(), [&](const Tool& t) { return t.column == column; });
+  if (tool == tools_.end()) {
+    tool = tools_.insert(tools_.end(), Tool{});
+    tool->name = name, tool->column = column;
+  }
+  tool->surfaces.push_back(surface);
+  tool->points.push_back(std::move(points));
+}
+
+/// Longest level distance from its start that a boundary reaches on its path.
+double ToolProgress::length_of_path(const SurfaceRecord& surface, double end) const {
+  for (const coupling::GivenMotion& m : world_.motions) {
+    if (m.boundary != surface.boundary) continue;
+    double longest = 0;
+    for (int k = 1; k <= 200; ++k)
+      longest = std::max(longest, dem::norm(level(m.pose(end * k / 200).position - m.pose(0).position)));
+    return longest;
+  }
+  return 0;
+}
+
+bool ToolProgress::any_passes() const {
+  return std::any_of(tools_.begin(), tools_.end(), [](const Tool& t) { return t.passes; });
+}
+
+void ToolProgress::look_for_touch() {
+  for (Tool& tool : tools_) {
+    if (tool.touched) continue;
+    tool.touched = std::any_of(tool.surfaces.begin(), tool.surfaces.end(), [&](std::size_t s) {
+      return world_.bed->boundary(world_.surfaces[s].boundary).contacts > 0;
+    });
+  }
+}
+
+bool ToolProgress::any_travelled() const {
+  return std::any_of(tools_.begin(), tools_.end(), [&](const Tool& t) { return t.passes && t.travel > 2 * radius_; });
+}
+
+void ToolProgress::follow() {
+  for (Tool& tool : tools_) follow(tool);
+}
+
+void ToolProgress::follow(Tool& tool) const {
+  const double surface = world_.soil.surface_mean;
+  const Vec3 place = simulation_.surface_pose(world_.surfaces[tool.surfaces.front()].boundary).position;
+  double deepest = std::numeric_limits<double>::infinity(), back = deepest, front = -deepest;
+  dem::Bounds below;
+  for (std::size_t k = 0; k < tool.surfaces.size(); ++k) {
+    const SurfaceRecord& s = world_.surfaces[tool.surfaces[k]];
+    const dem::Pose pose = simulation_.surface_pose(s.boundary);
+    for (const Vec3& v : tool.points[k]) {
+      const Vec3 p = pose.to_world(v);
+      if (p.y > surface) continue;
+      below.include(p);
+      deepest = std::min(deepest, p.y);
+      back = std::min(back, dem::dot(p, tool.along)), front = std::max(front, dem::dot(p, tool.along));
+    }
+  }
+  if (!(deepest < surface)) return;
+  // It may be larger than the soil, with no point of it within.
+  const bool over_soil =
+      below.low.x <= high_.x && below.high.x >= low_.x && below.low.z <= high_.z && below.high.z >= low_.z;
+  if (!tool.entry && !over_soil) return;
+  if (!tool.entry) tool.entry = place;
+  tool.depth = std::max(tool.depth, surface - deepest);
+  const Vec3 gone = level(place - *tool.entry);
+  if (dem::norm(tool.along) == 0) {
+    if (dem::norm(gone) > radius_) tool.along = main_direction(gone);
+    return;  // the next look knows how long it is along its way
+  }
+  tool.travel = std::max(tool.travel, dem::dot(gone, tool.along));
+  tool.length = std::max(tool.length, front - back);
+  const Vec3 end{tool.along.x > 0 ? high_.x : -low_.x, 0, tool.along.z > 0 ? high_.z : -low_.z};
+  tool.room = (tool.along.x != 0 ? end.x : end.z) - front;
+}
+
+bool ToolProgress::steady() const {
+  bool any = false;
+  for (const Tool& t : tools_) {
+    if (!t.passes) continue;
+    if (!t.entry || dem::norm(t.along) == 0 || t.travel < t.length + t.depth) return false;
+    any = true;
+  }
+  return any;
+}
+
+bool ToolProgress::at_the_end() const {
+  return std::any_of(tools_.begin(), tools_.end(),
+                     [](const Tool& t) { return t.passes && t.entry && dem::norm(t.along) > 0 && t.room < t.depth; });
+}
+
+namespace {
+
+double period_of(const mbd::Function& f) {
+  if (const auto* harmonic = f.get_if<mbd::HarmonicFunction>())
+    return harmonic->amplitude != 0 ? 1 / harmonic->frequency : 0;
+  if (const auto* table = f.get_if<mbd::TableFunction>())
+    return table->periodic ? table->times.back() - table->times.front() : 0;
+  return 0;
+}
+
+double turn_of(double rate) { return rate != 0 ? 2 * std::numbers::pi / std::abs(rate) : 0; }
+
+}  // namespace
+
+double period_of(const Scenario& scenario) {
+  std::vector<double> periods;
+  for (const BoundarySection& b : scenario.boundaries)
+    for (const Move& m : b.moves) {
+      periods.push_back(period_of(m.profile));
+      if (const auto* steady = m.profile.get_if<mbd::ConstantFunction>())
+        periods.push_back(turn_of(dem::norm(m.spin) * steady->value_));
+    }
+  if (scenario.machine)
+    for (const NamedDriver& d : scenario.machine->drivers)
+      visit(
+          [&](const auto& driver) {
+            for (const mbd::Function* f :
+                 {&driver.motion.position, &driver.motion.velocity, &driver.motion.acceleration})
+              periods.push_back(period_of(*f));
+            const auto* steady = driver.motion.velocity.template get_if<mbd::ConstantFunction>();
+            if (driver.angular() && steady != nullptr) periods.push_back(turn_of(steady->value_));
+          },
+          d.element);
+  const double longest = periods.empty() ? 0 : *std::max_element(periods.begin(), periods.end());
+  for (const double p : periods)
+    if (p > 0 && std::abs(longest / p - std::round(longest / p)) > 0.01)
+      return std::numeric_limits<double>::quiet_NaN();
+  return longest;
+}
+
+}  // namespace subsoil::sim

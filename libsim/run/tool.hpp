@@ -1,0 +1,71 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libsim/io/archive.hpp"
+#include "libsim/setup/world.hpp"
+
+namespace subsoil::sim {
+
+/// What passes through the soil: the surfaces of one body that touch it, or a boundary on a given path.
+struct Tool {
+  std::string name;
+  std::string column;                     ///< owner of its force in the series: `tine.soil`, or the boundary's name
+  std::vector<std::size_t> surfaces;      ///< in World::surfaces
+  std::vector<std::vector<Vec3>> points;  ///< of each surface, in its axes
+  bool passes = true;  ///< travels along the soil by more than a sphere: of a given path that is known
+  bool touched = false;
+
+  // along its way, as far as it was followed
+  std::optional<Vec3> entry;  ///< its place when it first stood in the soil
+  Vec3 along;                 ///< horizontal unit vector of its travel; zero until it has moved by a sphere's radius
+  double travel = 0;          ///< m from the entry, the farthest so far: to and fro count once
+  double depth = 0;           ///< m below the soil's mean surface, the greatest so far
+  double length = 0;          ///< m along the travel of what is below the surface, the longest so far
+  double room = 0;            ///< m from its foremost point below the surface to the end of the soil
+
+  void archive(Archive& a) { a(touched, entry, along, travel, depth, length, room); }
+};
+
+/// Follows the tools and says when their work is steady.
+///
+/// A tool works steadily from when it has travelled, in the soil, its own length below the surface plus its depth: then
+/// the soil ahead of it and beside it has been sheared along its whole length. Its window ends when its foremost point
+/// is one depth from the end of the soil, where the end wall begins to be felt. Both are looked at along the way that
+/// it has really gone. With several tools the window is the time in which all work steadily.
+class ToolProgress {
+ public:
+  ToolProgress(const World& world, const coupling::Simulation& simulation, double end);
+
+  const std::vector<Tool>& tools() const { return tools_; }
+  bool any_passes() const;
+  bool any_travelled() const;  ///< in soil, by more than a sphere
+  /// Where the tools are now.
+  void follow();
+  /// Whether soil touches them in this step: a contact may be shorter than a row.
+  void look_for_touch();
+  bool steady() const;      ///< all have travelled far enough
+  bool at_the_end() const;  ///< one has come to the end of the soil
+  void archive(Archive& a) {
+    for (Tool& tool : tools_) a(tool);
+    a(low_, high_, radius_);
+  }
+
+ private:
+  void add(const std::string& name, const std::string& column, std::size_t surface);
+  void follow(Tool& tool) const;
+  double length_of_path(const SurfaceRecord& surface, double end) const;
+
+  const World& world_;
+  const coupling::Simulation& simulation_;
+  std::vector<Tool> tools_;
+  Vec3 low_, high_;  ///< box of the soil
+  double radius_ = 0;
+};
+
+/// The period after which the given motions of a scenario repeat themselves: harmonic and periodic ones, and rotors
+/// that turn steadily. 0 when nothing is periodic, NaN when several periods have no common one.
+double period_of(const Scenario& scenario);
+
+}  // namespace subsoil::sim

@@ -1,0 +1,44 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libsim/io/archive.hpp"
+#include "libsim/setup/world.hpp"
+
+namespace subsoil::sim {
+
+/// Says when soil that a tool disturbs reaches a wall of the container: then the bin is too small for the tool.
+///
+/// Soil at a wall is disturbed when more than 5 % of the spheres that lay within one mean diameter of the wall when the
+/// means began have moved since by more than half a mean radius. What a wall carries says nothing of this: by momentum
+/// the walls carry the draft however large the bin is. In a moving bed they are those that lay at floor and side walls,
+/// or before its end ahead, against the places that they had at rest.
+class WallWatch {
+ public:
+  static constexpr double share = 0.05, moved = 0.5;
+
+  /// Where the spheres are now is where they lay.
+  void begin(const World& world);
+  bool has_begun() const { return !lay_.empty(); }
+  /// Walls that were reached since the last look, each once.
+  std::vector<std::string> look(const World& world);
+  /// Whether any was by the last look; unknown where the means never began.
+  std::optional<bool> any_reached() const;
+  void archive(Archive& a) { a(walls_, lay_, radius_); }
+
+ private:
+  void begin(const World& world, const dem::MovingBed& window);
+  std::vector<std::string> look(const World& world, const dem::MovingBed& window);
+  struct Wall {
+    std::string name;
+    std::vector<std::uint32_t> ids;  ///< of the spheres that lay at it, rising
+    bool reached = false;
+    void archive(Archive& a) { a(name, ids, reached); }
+  };
+  std::vector<Wall> walls_;
+  std::vector<Vec3> lay_;  ///< by id; in a moving bed of no matter
+  double radius_ = 0;      ///< mean, m
+};
+
+}  // namespace subsoil::sim

@@ -1,0 +1,94 @@
+#include "libsim/scenario/given_law.hpp"
+
+#include <stdexcept>
+#include <string>
+#include <variant>
+
+#include "libdem/law_list.hpp"
+#include "libsim/keys/fields.hpp"
+#include "libsim/scenario/sections/materials.hpp"
+
+/// The only file of the program that includes the contact laws.
+namespace subsoil::sim {
+
+template <>
+struct TypesOf<GivenLaw> {
+  using type = dem::GivenLaw;
+};
+
+namespace {
+
+template <std::size_t type = 0>
+dem::GivenLaw variant_of(const GivenLaw& law) {
+  using L = std::variant_alternative_t<type, dem::GivenLaw>;
+  if (const L* held = law.get_if<L>()) return *held;
+  if constexpr (type + 1 < std::variant_size_v<dem::GivenLaw>)
+    return variant_of<type + 1>(law);
+  else
+    throw std::logic_error("a contact law that libdem/laws/list.cmake does not list");
+}
+
+template <class L>
+void take_from_materials(L& law, const Material& a, const Material& b) {
+  if constexpr (TakesMaterials<L>) {
+    if (law.needs_materials()) {
+      for (const Material* m : {&a, &b})
+        if (!m->young || !m->poisson)
+          throw std::invalid_argument("needs young and poisson of material '" + m->name + "', or " +
+                                      law.in_place_of_materials + " in this entry");
+      law.take_materials(*a.young, *a.poisson, *b.young, *b.poisson);
+    }
+  }
+  if constexpr (TakesYield<L>) {
+    if (law.needs_yield()) {
+      for (const Material* m : {&a, &b})
+        if (!m->yield)
+          throw std::invalid_argument("needs yield strength of material '" + m->name + "', or " +
+                                      law.in_place_of_yield + " in this entry");
+      law.take_yield(*a.yield, *b.yield);
+    }
+  }
+  if constexpr (TakesDensity<L>) law.take_density(a.density);
+}
+
+}  // namespace
+
+GivenLaw::GivenLaw() : law_(std::variant_alternative_t<0, dem::GivenLaw>{}) {}
+
+void declare_law(Fields& fields, GivenLaw& law, const char* key, const char* meaning) {
+  fields.kind(key, law, meaning);
+}
+
+MaterialNeeds material_needs(const GivenLaw& given) {
+  return std::visit(
+      []<class L>(const L& law) {
+        MaterialNeeds needs{.law = card_of<L>().word.c_str()};
+        if constexpr (TakesMaterials<L>)
+          if (law.needs_materials()) needs.in_place_of_elastic = L::in_place_of_materials;
+        if constexpr (TakesYield<L>)
+          if (law.needs_yield()) needs.in_place_of_yield = L::in_place_of_yield;
+        return needs;
+      },
+      variant_of(given));
+}
+
+std::optional<double> liquid_volume(const GivenLaw& given) {
+  return std::visit(
+      []<class L>(const L& law) -> std::optional<double> {
+        if constexpr (requires { law.cohesion; })
+          if (law.cohesion.kind == dem::Cohesion::Kind::liquid_bridge) return law.cohesion.volume;
+        return std::nullopt;
+      },
+      variant_of(given));
+}
+
+dem::Law law_between(const GivenLaw& given, const Material& a, const Material& b) {
+  return std::visit(
+      [&](auto law) {
+        take_from_materials(law, a, b);
+        return dem::Law(law);
+      },
+      variant_of(given));
+}
+
+}  // namespace subsoil::sim

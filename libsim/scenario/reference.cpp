@@ -1,0 +1,228 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "libdem/laws/linear.hpp"
+#include "libsim/keys/functions.hpp"
+#include "libsim/keys/key_list.hpp"
+#include "libsim/keys/printer.hpp"
+#include "libsim/keys/registry.hpp"
+#include "libsim/scenario/load.hpp"
+
+/// The explicit copy, `explain`, docs/reference/keys.md and `new`: all of them prints of the declarations.
+namespace subsoil::sim {
+namespace {
+
+std::string print(Scenario scenario, bool comments) {
+  return emit(print_all([&](Fields& fields) { declare(fields, scenario); }, comments));
+}
+
+std::vector<KnownKey> make_keys() {
+  std::vector<KnownKey> keys;
+  KeyList list(keys, "");
+  Scenario prototype;
+  declare(list, prototype);
+  declare_command_sections(list);
+  // A function of time may stand wherever a key says so, and so may a characteristic; their forms are listed once.
+  list_function_forms(keys);
+  return keys;
+}
+
+std::vector<std::string> parts_of(const std::string& path) {
+  std::vector<std::string> parts(1);
+  for (const char c : path) {
+    if (c == '.') {
+      parts.emplace_back();
+    } else if (c == '[') {
+      break;  // contacts[0].mu: the index says nothing here
+    } else {
+      parts.back() += c;
+    }
+  }
+  return parts;
+}
+
+std::string without_indices(std::string path) {
+  for (std::size_t open; (open = path.find('[')) != std::string::npos;) {
+    path.erase(open, path.find(']', open) - open + 1);
+  }
+  return path;
+}
+
+/// Whether the row's path, from its part `from` on, begins with the query; `<name>` stands for any name.
+bool matches(const std::vector<std::string>& row, std::size_t from, const std::vector<std::string>& query) {
+  if (row.size() < from + query.size()) return false;
+  for (std::size_t i = 0; i < query.size(); ++i) {
+    if (row[from + i] != query[i] && row[from + i] != "<name>") return false;
+  }
+  return true;
+}
+
+std::string sentence(const KnownKey& row) {
+  std::string text = row.path + "\n    " + row.meaning + "\n";
+  if (!row.unit.empty()) text += fmt::format("    value:   {}\n", row.unit == "1" ? "number without unit" : row.unit);
+  if (!row.fallback.empty()) text += fmt::format("    default: {}\n", row.fallback);
+  if (!row.range.empty()) text += fmt::format("    range:   {}\n", row.range);
+  return text;
+}
+
+constexpr const char* table_head = "| key | value | default | range | meaning |\n|---|---|---|---|---|\n";
+
+std::string table_row(const KnownKey& row) {
+  const auto cell = [](const std::string& raw) {
+    std::string text;
+    for (const char c : raw) {
+      if (c == '|') text += '\\';
+      text += c;
+    }
+    return text;
+  };
+  return fmt::format("| `{}` | {} | {} | {} | {} |\n", row.path, cell(row.unit == "1" ? "number" : row.unit),
+                     cell(row.fallback), cell(row.range), cell(row.meaning));
+}
+
+/// Rows at or below a path. A path that starts too high (`soil.contacts.wet.K_X`) loses its head until something fits;
+/// then it may begin anywhere (`wet.K_X`, `K_X`).
+std::vector<const KnownKey*> find_rows(const std::string& path) {
+  std::vector<std::string> query = parts_of(without_indices(path));
+  for (; !query.empty(); query.erase(query.begin())) {
+    std::vector<const KnownKey*> exact, anywhere;
+    for (const KnownKey& row : known_keys()) {
+      const std::vector<std::string> parts = parts_of(row.path);
+      if (matches(parts, 0, query)) exact.push_back(&row);
+      for (std::size_t from = 1; from < parts.size(); ++from) {
+        if (from + query.size() == parts.size() && matches(parts, from, query) && parts[from] == query[0]) {
+          anywhere.push_back(&row);
+        }
+      }
+    }
+    if (!exact.empty()) return exact;
+    if (!anywhere.empty()) return anywhere;
+  }
+  return {};
+}
+
+}  // namespace
+
+const std::vector<KnownKey>& known_keys() {
+  static const std::vector<KnownKey> all = make_keys();
+  return all;
+}
+
+std::string path_of_key(const std::string& key) {
+  for (const KnownKey& k : known_keys())
+    if (k.path == key || (k.path.ends_with("." + key) && k.unit != "type" && !k.path.starts_with("test.")))
+      return k.path;
+  return {};
+}
+
+std::string write_scenario(const Scenario& scenario) { return print(scenario, false); }
+
+/// A plate pressed into a small cohesive bed: every section that a first soil scenario needs.
+std::string new_scenario() {
+  Scenario s;
+  s.title = "a plate sinks into a small bed";
+  s.materials = {{.name = "soil", .density = 1800, .young = {}, .poisson = {}},
+                 {.name = "steel", .density = 7850, .young = {}, .poisson = {}}};
+  dem::Linear soil;
+  soil.k_n = 50e3, soil.restitution = 0.4, soil.friction.mu = 0.5, soil.friction.mu_r = 0.2;
+  dem::Linear steel = soil;
+  steel.friction.mu = 0.3;
+  s.contacts = {{{"soil", "soil"}, soil}, {{"soil", "steel"}, steel}};
+  Container container;
+  container.size = {0.3, 0.3, 0.3}, container.at = {-0.15, -0.2, -0.15}, container.material = "steel";
+  BedSection bed;
+  bed.material = "soil";
+  bed.radius = EqualRadius{0.01};
+  bed.depth = 0.2;
+  bed.settle.emplace().until_speed = 0.02;
+  s.soil.emplace();
+  s.soil->container = container;
+  s.soil->surface = 0;
+  s.soil->bed = bed;
+  BoundarySection plate;
+  plate.name = "plate", plate.material = "steel";
+  plate.shape = BoxShape{{0.1, 0.01, 0.1}};
+  plate.at = {0, 0.02, 0};
+  plate.moves = {Move{}};
+  plate.moves[0].velocity = {0, -0.1, 0};
+  s.boundaries = {plate};
+  s.time.end = 0.5;
+  s.output.every = 0.02;
+  s.output.watch = {{.name = "resistance", .kind = Watch::Kind::soil_force, .of = "plate", .along = {0, 1, 0}}};
+  return "# A subsoil scenario. `subsoil explain KEY` says more about a key, e.g. `subsoil explain "
+         "contacts.linear.k_n`;\n"
+         "# a `machine` section carries tools on a planar mechanism: `subsoil explain machine`.\n" +
+         print(s, true);
+}
+
+std::string explain(const std::string& path) {
+  if (path.empty()) {
+    std::string text = "Sections of a scenario; `subsoil explain PATH` says more.\n";
+    for (const KnownKey& row : known_keys()) {
+      if (row.path.find('.') == std::string::npos && !row.path.starts_with("function"))
+        text += fmt::format("  {:<12} {}\n", row.path, row.meaning);
+    }
+    return text;
+  }
+  const std::vector<const KnownKey*> found = find_rows(path);
+  if (found.empty()) {
+    std::vector<std::string> keys, sections;
+    for (const KnownKey& row : known_keys()) {
+      keys.push_back(parts_of(row.path).back());
+      if (row.path == keys.back()) sections.push_back(row.path);
+    }
+    const std::string last = parts_of(without_indices(path)).back();
+    throw std::invalid_argument(fmt::format("{}: no key of a scenario{}", path,
+                                            nearest(last, keys) ? suggestion(last, keys) : suggestion("", sections)));
+  }
+  std::string text;
+  for (const KnownKey* row : found) text += sentence(*row);
+  return text;
+}
+
+std::string reference_markdown() {
+  std::string text =
+      "# The scenario file: every key\n\n"
+      "Generated from the declarations that the reader uses (`subsoil reference`); do not edit.\n\n"
+      "A value that has a dimension carries its unit: numbers first, then one unit expression (`16 kN/m`, `1 2 3 mm`,\n"
+      "`8 deg`, `1434.81 kN/m^(n+1)`). Any unit of the same dimension will do; the column names the dimension.\n"
+      "`include: other.yaml` merges another file into a mapping, key by key; own keys win, and a key without value "
+      "takes\n"
+      "an included one away. YAML's anchors and `<<` work too. Files named inside are found beside the scenario.\n"
+      "`<name>` is a name of your own.\n";
+  std::string section;
+  for (const KnownKey& row : known_keys()) {
+    const std::string head = parts_of(row.path)[0];
+    const bool leaf = row.path == head && row.unit != "section" && !row.unit.ends_with("mappings");
+    const std::string heading = leaf ? "Top level" : head;
+    if (heading != section) {
+      text += fmt::format("\n## {}\n\n", heading);
+      if (heading == "function") {
+        text +=
+            "Stands wherever a key takes a function of time, without the word `function`: `velocity: {ramp: {to: 0.5 "
+            "m/s}}`.\n"
+            "U is that key's unit. A list of functions is their sum.\n\n";
+      }
+      if (heading == "characteristic") {
+        text +=
+            "Stands wherever a key takes a force over a relative measure, without the word `characteristic`: `spring "
+            "curve:\n{polynomial: {c3: 2 kN/mm^3}}`. U is that key's unit, X the measure's.\n\n";
+      }
+      text += table_head;
+    }
+    section = heading;
+    text += table_row(row);
+  }
+  for (const CommandFile& file : command_files()) {
+    text += fmt::format("\n# {}\n\n{}\n\n{}", file.heading, file.introduction, table_head);
+    std::vector<KnownKey> keys;
+    KeyList list(keys, "");
+    file.declare(list);
+    for (const KnownKey& key : keys) text += table_row(key);
+  }
+  return text;
+}
+
+}  // namespace subsoil::sim

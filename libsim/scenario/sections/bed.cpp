@@ -1,0 +1,257 @@
+#include "libsim/scenario/sections/bed.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "libsim/scenario/checks.hpp"
+#include "libsim/scenario/gravity.hpp"
+#include "libsim/scenario/scenario.hpp"
+
+namespace subsoil::sim {
+
+void describe(Fields& v, Settle& s) {
+  v.quantity("for", s.duration, "s", "(0, inf)", "settle for this long");
+  v.quantity("until", s.until_speed, "m/s", "(0, inf)", "settle until the spheres' rms speed is below this");
+  v.quantity("at most", s.at_most, "s", "(0, inf)", "a bed that is not at rest by then stops the run");
+  v.choice("stages", s.stages, {{"auto", Stages::automatic}, {"yes", Stages::yes}, {"no", Stages::no}},
+           "first without attraction and with lowered friction and rolling, then both raised, then at rest again; "
+           "auto: for random fill");
+  v.quantity("lowered", s.lowered, "1", "[0, 1]", "factor on friction and rolling in the first stage");
+  v.quantity("ramp", s.ramp, "s", "(0, inf)", "time over which attraction, friction and rolling come back");
+}
+
+void describe(Fields& v, Particle& p) {
+  v.vector("position", p.position, "m", "of the centre");
+  v.vector("velocity", p.velocity, "m/s", "at the start");
+  v.vector("spin", p.spin, "rad/s", "at the start");
+  v.quantity("radius", p.radius, "m", "(0, inf)", "radius");
+  v.quantity("density", p.density, "kg/m^3", "(0, inf)", "left out: of its material");
+  v.optional_reference("material", p.material, Family::material, "left out: the bed's");
+  v.text(
+      "fixed", p.fixed,
+      "a name: the sphere keeps its velocity and spin (none: its place) whatever acts on it; the force on all spheres "
+      "of one name are columns of the series, NAME.Fx ...; left out: it moves");
+}
+
+void describe(Fields& v, Layer& l) {
+  v.quantity("thickness", l.thickness, "m", "(0, inf)", "left out in the lowest layer: down to the floor");
+  v.vector("depth", l.depth, "m", "in place of the thickness: where it begins and ends below the surface");
+  v.reference("material", l.material, Family::material, "of its spheres");
+  v.optional_form("radius", l.radius, "radius of its spheres, or a distribution; left out: the bed's");
+}
+
+void describe(Fields& v, BedSection& b) {
+  v.choice("fill", b.fill,
+           {{"lattice", Fill::lattice},
+            {"rest-lattice", Fill::rest_lattice},
+            {"random", Fill::random},
+            {"particles", Fill::particles},
+            {"file", Fill::file}},
+           "lattice: cubic grid of the given pitch; rest-lattice: cubic grid of the pitch at which the law is at rest; "
+           "random: rained down; particles: listed here; file: a saved bed");
+  v.optional_reference("material", b.material, Family::material, "of the spheres");
+  v.list("layers", b.layers,
+         "in place of the material: layers from the surface down; without `depth` they decide how deep the bed is");
+  v.optional_form("radius", b.radius, "radius of the spheres, or a distribution; not for particles and file");
+  v.choice("shares", b.shares, {{"number", ShareOf::number}, {"mass", ShareOf::mass}}, "what a table's shares count");
+  v.quantity("pitch", b.pitch, "m", "(0, inf)",
+             "of the lattice; left out: 2.02 radii, or for rest-lattice from the law");
+  v.section("region", b.region, "box that is filled; left out: the container");
+  v.count("count", b.count, "[1, 100000000]", "random fill: number of spheres");
+  v.quantity("depth", b.depth, "m", "(0, inf)",
+             "fill up to this height above the floor; left out: the region's height");
+  v.count("seed", b.seed, "[0, inf)", "of the random numbers; the same seed gives the same bed");
+  v.quantity("jitter", b.jitter, "1", "[0, 0.5]", "largest random shift of a lattice site, share of the radius");
+  v.section("settle", b.settle, "let the bed come to rest before time 0; left out: it starts as filled");
+  v.output_file("save", b.save, "HDF5 file that keeps the bed after settling");
+  v.optional_file(
+      "file", b.file,
+      "saved bed: HDF5, or CSV whose first line names columns and units: x [m],y [m],z [m],radius [mm], and "
+      "where wanted id,material,density [kg/m^3],vx [m/s],...,wx [rad/s],...; spheres are numbered by id. A "
+      "density in the file comes before that of the material");
+  v.list("particles", b.particles, "the spheres, one by one");
+  v.list("clumps", b.clumps,
+         "random fill and lattice: how many of the grains are clumps, each in an attitude of its own by the seed");
+  v.list("placed", b.placed, "fill: particles: clumps, one by one; they are numbered after the particles");
+  v.quantity(
+      "rough floor", b.rough_floor, "m", "(0, inf)",
+      "spheres whose centres lie lower than this above the container's floor when the run begins keep their place: "
+      "a floor as rough as the bed; the force on them are the columns `rough floor.Fx` ...; left out: none");
+  v.choice("inside machine", b.inside_machine, {{"refuse", Overlap::refuse}, {"carve", Overlap::carve}},
+           "spheres inside a machine's surface at the start: refuse the run, or take them out");
+}
+
+namespace {
+
+struct BedChecks : Checks {
+  const Scenario& s;
+
+  void bed(const BedSection& b) {
+    static constexpr std::array<const char*, 5> words{"lattice", "rest-lattice", "random", "particles", "file"};
+    const std::string fill = words[static_cast<std::size_t>(b.fill)];
+    const bool made = b.fill <= Fill::random, grid = b.fill <= Fill::rest_lattice;
+    const bool each = !b.layers.empty() && std::all_of(b.layers.begin(), b.layers.end(), has_radius);
+    const bool equal = (each || std::holds_alternative<EqualRadius>(b.radius)) &&
+                       std::all_of(b.layers.begin(), b.layers.end(),
+                                   [](const Layer& l) { return std::holds_alternative<EqualRadius>(l.radius); });
+    const auto given = [&](const char* key) { return places.contains(std::string("soil.bed.") + key); };
+    const bool spheres = made && !only_clumps(b.clumps);
+    fits(given("radius"), spheres && !each, made, "radius", fill);
+    if (made && !spheres && given("radius"))
+      refuse("soil.bed.radius", "has no effect: all grains are clumps; leave it out, or lower their shares");
+    fits(given("file"), b.fill == Fill::file, b.fill == Fill::file, "file", fill);
+    fits(given("particles"), b.fill == Fill::particles && b.placed.empty(), b.fill == Fill::particles, "particles",
+         fill);
+    if (given("particles") && b.particles.empty() && b.placed.empty())
+      refuse("soil.bed.particles", "is empty; list a sphere at least, or leave `soil` out");
+    fits(given("count"), false, b.fill == Fill::random, "count", fill);
+    fits(given("depth"), false, made, "depth", fill);
+    fits(given("region"), made && !s.soil->container, made, "region", fill);
+    fits(given("pitch"), b.fill == Fill::lattice && !equal, grid, "pitch", fill);
+    fits(b.jitter != 0, false, grid, "jitter", fill);
+    if (b.fill == Fill::rest_lattice && !equal && b.clumps.empty()) {
+      refuse("soil.bed.radius", "a rest-lattice needs spheres of one size; take `fill: random` for a distribution");
+    }
+    if (b.fill == Fill::random && !acts_down(s.gravity)) poured_along_y(s);
+    if (given("count") && given("depth")) refuse("soil.bed.count", "stands beside `depth`; keep one of them");
+    if (b.region) positive("soil.bed.region.size", b.region->size);
+    const bool own =
+        b.fill == Fill::particles &&
+        std::none_of(b.particles.begin(), b.particles.end(), [](const Particle& p) { return p.material.empty(); }) &&
+        std::none_of(b.placed.begin(), b.placed.end(), [](const PlacedClump& c) { return c.material.empty(); });
+    if (b.material.empty() && !own && b.layers.empty())
+      refuse("soil.bed.material", "is missing: the material of the spheres");
+    material("soil.bed.material", b.material);
+    for (std::size_t i = 0; i < b.particles.size(); ++i) {
+      material(fmt::format("soil.bed.particles[{}].material", i), b.particles[i].material);
+      if (!b.particles[i].fixed.empty()) fixed(b, i);
+    }
+    if (b.rough_floor) rough_floor(b);
+    if (!only_clumps(b.clumps)) check_distribution(*this, "soil.bed.radius", b.radius);
+    if (!b.layers.empty()) layers(b, made, each);
+    if (b.settle && b.settle->duration.has_value() == b.settle->until_speed.has_value()) {
+      refuse("soil.bed.settle", "needs either `for` (a time) or `until` (a speed)");
+    }
+  }
+
+  void fixed(const BedSection& b, std::size_t i) {
+    const Particle& p = b.particles[i];
+    const std::string path = fmt::format("soil.bed.particles[{}].fixed", i);
+    if (p.fixed.find('.') != std::string::npos || p.fixed.find(',') != std::string::npos)
+      refuse(path, p.fixed, "is no name: its columns would be read as others; leave out dots and commas");
+    if (s.soil->active)
+      refuse(path, p.fixed, "stands beside `soil.active`, which would not see it move; leave one of them out");
+    if (b.settle && dem::dot(p.velocity, p.velocity) + dem::dot(p.spin, p.spin) > 0)
+      refuse(path, p.fixed, "moves while the bed settles; leave `settle` or its velocity out");
+  }
+
+  /// What it is poured to is measured along y.
+  void poured_along_y(const Scenario& of) {
+    const auto one = [&](const char* path, const char* cure) {
+      if (places.contains(path))
+        refuse(path,
+               fmt::format("is measured along y, and gravity acts along ({:.3g}, {:.3g}, {:.3g}) m/s2; {}, or turn "
+                           "the scenario so that gravity acts along -y",
+                           of.gravity.x, of.gravity.y, of.gravity.z, cure));
+    };
+    one("soil.bed.depth", "give `count` in its place");
+    one("soil.bed.layers", "take one material");
+    one("soil.surface", "leave it out");
+  }
+
+  void rough_floor(const BedSection& b) {
+    const char* const path = "soil.bed.rough floor";
+    if (!s.soil->container) refuse(path, "needs a container, whose floor it lies on");
+    if (b.fill == Fill::particles) refuse(path, "stands beside particles of their own; give those `fixed: NAME`");
+    if (s.soil->active) refuse(path, "stands beside `soil.active`; leave one of them out");
+    if (!b.clumps.empty()) refuse(path, "stands beside clumps, which are not fixed; leave one of them out");
+  }
+
+  /// A key that a fill needs, or that would have no effect with it.
+  void fits(bool given, bool needed, bool allowed, const char* key, const std::string& fill) {
+    const std::string path = std::string("soil.bed.") + key;
+    if (needed && !given) refuse(path, fmt::format("is missing; `fill: {}` needs it", fill));
+    if (given && !allowed) refuse(path, fmt::format("has no effect with `fill: {}`; leave it out", fill));
+  }
+
+  static bool has_radius(const Layer& l) {
+    const auto* equal = std::get_if<EqualRadius>(&l.radius);
+    return equal == nullptr || !std::isnan(equal->radius);
+  }
+
+  void layers(const BedSection& b, bool made, bool each) {
+    if (!b.material.empty())
+      refuse("soil.bed.material", "stands beside `layers`, which give the materials; leave it out");
+    if (b.count) refuse("soil.bed.count", "stands beside `layers`, whose thicknesses say how much; leave it out");
+    if (each && places.contains("soil.bed.radius"))
+      refuse("soil.bed.radius", "has no effect: every layer has a radius of its own; leave it out");
+    for (std::size_t i = 0; i < b.layers.size(); ++i) {
+      const Layer& l = b.layers[i];
+      const std::string path = fmt::format("soil.bed.layers[{}]", i);
+      material(path + ".material", l.material);
+      if (has_radius(l) && !made)
+        refuse(path + ".radius", "has no effect with spheres that are given one by one; leave it out");
+      check_distribution(*this, path + ".radius", l.radius);
+      const bool last = i + 1 == b.layers.size(), one_form = b.layers[0].depth.has_value() == l.depth.has_value();
+      if (l.thickness && l.depth)
+        refuse(path + ".depth", "stands beside `thickness`; keep one of them");
+      else if (!l.thickness && !l.depth && !last)
+        refuse(path, "needs `thickness` or `depth`; only the lowest layer may leave both out");
+      else if ((l.thickness || l.depth) && !one_form)
+        refuse(path, "gives its place in another way than the first layer; take `thickness` for all, or `depth`");
+    }
+    if (problems.empty()) extents(b, made);
+  }
+
+  /// Thicknesses that are known, against each other and against the bed.
+  void extents(const BedSection& b, bool made) {
+    double end = 0;
+    for (std::size_t i = 0; i < b.layers.size(); ++i) {
+      const Layer& l = b.layers[i];
+      const std::string path = fmt::format("soil.bed.layers[{}]", i);
+      if (l.depth && std::abs((*l.depth)[0] - end) > 1e-9)
+        refuse(path + ".depth", fmt::format("must begin where the layer above ends, at {:.6g} mm", end * 1e3));
+      if (l.depth && (*l.depth)[1] <= (*l.depth)[0]) refuse(path + ".depth", "must end deeper than it begins");
+      end = l.depth ? (*l.depth)[1] : end + l.thickness.value_or(0);
+    }
+    if (!made) return;  // how deep they reach is seen when the spheres are there
+    const bool open = !b.layers.back().thickness && !b.layers.back().depth;
+    const double room = b.region ? b.region->size.y : s.soil->container ? s.soil->container->size.y : end;
+    const double depth = b.depth.value_or(open ? room : end), last = open ? depth - end : 0;
+    if (b.depth && !open && std::abs(end - depth) > 1e-9)
+      refuse("soil.bed.depth",
+             fmt::format("the layers are {:.6g} mm deep together, not {:.6g} mm; change one, or leave "
+                         "the depth or the lowest layer's thickness out",
+                         end * 1e3, depth * 1e3));
+    else if (depth > room + 1e-9)
+      refuse("soil.bed.layers",
+             fmt::format("are {:.6g} mm deep together, the region holds {:.6g} mm; make them thinner "
+                         "or the region higher",
+                         depth * 1e3, room * 1e3));
+    else
+      sphere_fits(b, last);
+  }
+
+  /// @param last thickness of a lowest layer that takes the rest, m
+  void sphere_fits(const BedSection& b, double last) {
+    for (std::size_t i = 0; i < b.layers.size(); ++i) {
+      const Layer& l = b.layers[i];
+      const double thick = l.depth ? (*l.depth)[1] - (*l.depth)[0] : l.thickness.value_or(last);
+      const double diameter = 2 * largest_radius(has_radius(l) ? l.radius : b.radius);
+      if (thick >= diameter * (1 - 1e-9)) continue;
+      refuse(
+          fmt::format("soil.bed.layers[{}]", i),
+          fmt::format("is {:.6g} mm thick, less than its largest sphere's diameter {:.6g} mm; make it thicker, or its "
+                      "spheres smaller",
+                      thick * 1e3, diameter * 1e3));
+    }
+  }
+};
+
+}  // namespace
+
+void check_bed(Checks& checks, const Scenario& s) { BedChecks{checks, s}.bed(*s.soil->bed); }
+
+}  // namespace subsoil::sim

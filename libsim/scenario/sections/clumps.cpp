@@ -1,0 +1,128 @@
+#include "libsim/scenario/sections/clumps.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "libsim/scenario/checks.hpp"
+#include "libsim/scenario/scenario.hpp"
+
+namespace subsoil::sim {
+
+void describe(Fields& v, ClumpSphere& s) {
+  v.vector("at", s.at, "m", "its centre, in axes of the clump");
+  v.quantity("radius", s.radius, "m", "(0, inf)", "its radius");
+}
+
+void describe(Fields& v, ClumpSection& c) {
+  v.list("spheres", c.spheres, "the spheres that it is made of; they may overlap, matter that they share counts once");
+  v.quantity("scale", c.scale, "1", "(0, inf)", "factor on all lengths of its spheres");
+  v.quantity("density", c.density, "kg/m^3", "(0, inf)", "left out: of the bed's material");
+  v.quantity("mass", c.mass, "kg", "(0, inf)", "as measured, in place of the density");
+  v.vector("centre", c.centre, "m",
+           "centre of mass, as measured, of the scaled clump; left out: of the spheres' union");
+  v.vector(
+      "inertia", c.inertia, "kg m^2",
+      "as measured, beside `mass`: moments xx yy zz about the centre of mass, of the scaled clump; left out: of the "
+      "union");
+  v.vector("products", c.products, "kg m^2",
+           "beside `inertia`: elements xy yz zx of its matrix, minus the integral of x y dm; left out: 0");
+}
+
+void describe(Fields& v, ClumpShare& c) {
+  v.text("shape", c.shape, "name of one of `soil.clumps`");
+  v.quantity("share", c.share, "1", "(0, 1]", "of the number of grains; what all leave of 1 are spheres of `radius`");
+}
+
+void describe(Fields& v, PlacedClump& c) {
+  v.text("shape", c.shape, "name of one of `soil.clumps`");
+  v.vector("position", c.position, "m", "of its centre of mass");
+  v.section("rotation", c.rotation, "turns it from the axes in which its spheres are given");
+  v.vector("velocity", c.velocity, "m/s", "of the centre of mass at the start");
+  v.vector("spin", c.spin, "rad/s", "at the start, world axes");
+  v.optional_reference("material", c.material, Family::material, "of its surface; left out: the bed's");
+}
+
+bool only_clumps(const std::vector<ClumpShare>& shares) {
+  double sum = 0;
+  for (const ClumpShare& c : shares) sum += c.share;
+  return !shares.empty() && sum > 1 - 1e-9;
+}
+
+namespace {
+
+struct ClumpChecks : Checks {
+  const Scenario& s;
+
+  void clumps() {
+    const Soil& soil = *s.soil;
+    for (const ClumpSection& c : soil.clumps) shape(c);
+    const bool used = soil.bed && (!soil.bed->clumps.empty() || !soil.bed->placed.empty());
+    if (!soil.clumps.empty() && !used)
+      refuse("soil.clumps", "are used nowhere; name them in `soil.bed.clumps` or `soil.bed.placed`, or leave them out");
+    if (!used) return;
+    if (soil.active)
+      refuse("soil.active", "freezes spheres one by one, and clumps are rigid; leave it out, or the clumps");
+    const auto& periodic = soil.container ? soil.container->periodic : std::array<bool, 3>{};
+    if (std::any_of(periodic.begin(), periodic.end(), [](bool p) { return p; }))
+      refuse("soil.container.periodic",
+             "lets spheres through one by one, and clumps are rigid; leave it out, or the clumps");
+    if (soil.bed->rough_floor)
+      refuse("soil.bed.rough floor",
+             "fixes spheres one by one, and clumps are rigid; list the floor as `particles` that "
+             "are `fixed`, or leave the clumps out");
+    bed(*soil.bed);
+  }
+
+  void shape(const ClumpSection& c) {
+    const std::string path = "soil.clumps." + c.name;
+    if (c.spheres.empty()) refuse(path + ".spheres", "is empty: a clump needs one sphere at least");
+    if (c.mass && c.density) refuse(path + ".density", "stands beside `mass`; keep one of them");
+    if (!c.mass && (c.centre || c.inertia))
+      refuse(path + (c.centre ? ".centre" : ".inertia"), "needs `mass`, as measured; leave it out for the union's");
+    if (c.products && !c.inertia) refuse(path + ".products", "needs `inertia`, whose matrix they belong to");
+  }
+
+  void bed(const BedSection& b) {
+    const Names known = names_of(s.soil->clumps);
+    const bool mixed = b.fill == Fill::random || b.fill == Fill::lattice;
+    double sum = 0;
+    for (std::size_t i = 0; i < b.clumps.size(); ++i) {
+      named(fmt::format("soil.bed.clumps[{}].shape", i), b.clumps[i].shape, known);
+      sum += b.clumps[i].share;
+    }
+    if (sum > 1 + 1e-9) refuse("soil.bed.clumps", fmt::format("have shares of {:.6g} together; at most 1", sum));
+    if (!b.clumps.empty() && !mixed)
+      refuse("soil.bed.clumps", "need `fill: random` or `lattice`; with `fill: particles` list them as `placed`");
+    if (!b.clumps.empty() && !b.layers.empty())
+      refuse("soil.bed.clumps", "stand beside `layers`, which are of spheres; leave one of them out");
+    if (!b.placed.empty() && b.fill != Fill::particles)
+      refuse("soil.bed.placed", "needs `fill: particles`; shares of a filled bed are `clumps`");
+    if (!b.placed.empty() && !b.layers.empty())
+      refuse("soil.bed.placed", "stands beside `layers`, which are of spheres; leave one of them out");
+    for (std::size_t i = 0; i < b.placed.size(); ++i) {
+      const PlacedClump& c = b.placed[i];
+      const std::string path = fmt::format("soil.bed.placed[{}]", i);
+      named(path + ".shape", c.shape, known);
+      material(path + ".material", c.material);
+      direction(path + ".rotation.axis", c.rotation.axis);
+    }
+    if (!b.save.empty())
+      refuse("soil.bed.save",
+             "keeps spheres one by one, and this bed has clumps; go on from a state of the run (`subsoil run --from`) "
+             "instead");
+  }
+
+  void named(const std::string& path, const std::string& name, const Names& known) {
+    if (name.empty())
+      refuse(path, "is missing: the name of one of `soil.clumps`");
+    else
+      refer(path, name, known, "clump");
+  }
+};
+
+}  // namespace
+
+void check_clumps(Checks& checks, const Scenario& s) { ClumpChecks{checks, s}.clumps(); }
+
+}  // namespace subsoil::sim

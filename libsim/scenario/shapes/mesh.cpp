@@ -1,0 +1,238 @@
+#include "libsim/scenario/shapes/mesh.hpp"
+
+#include <CGAL/IO/OBJ.h>
+#include <CGAL/IO/PLY.h>
+#include <CGAL/IO/STL.h>
+#include <CGAL/Simple_cartesian.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <stdexcept>
+#include <vector>
+
+#include "libdem/geometry/mesh_builders.hpp"
+#include "libdem/geometry/mesh_edges.hpp"
+#include "libsim/base/input_limits.hpp"
+#include "libsim/scenario/shapes/mesh_file.hpp"
+#include "libsim/scenario/shapes/ply_length.hpp"
+
+namespace subsoil::sim {
+namespace {
+
+using Point = CGAL::Simple_cartesian<double>::Point_3;
+using Facet = std::array<Vec3, 3>;
+using Faces = std::vector<std::vector<std::size_t>>;
+
+bool is_ply(const std::string& file) {
+  char magic[4] = {};
+  std::ifstream(file, std::ios::binary).read(magic, 3);
+  return std::string(magic) == "ply";
+}
+
+std::string content_of(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+/// Bytes of a binary STL file by the number of triangles that it says it has.
+std::size_t bytes_of_binary(const std::string& content) {
+  std::uint32_t count = 0;
+  if (content.size() >= 84) std::memcpy(&count, content.data() + 80, 4);
+  return 84 + 50 * static_cast<std::size_t>(count);
+}
+
+/// CGAL wants the words of a text in lower case. A binary file stays as it is: empty.
+std::string text_of_stl(const std::string& content) {
+  const std::size_t begin = content.find_first_not_of(" \t\r\n");
+  if (begin == std::string::npos || bytes_of_binary(content) == content.size()) return {};
+  if (lower(content.substr(begin, 5)) != "solid") return {};
+  std::string text = lower(content);
+  return text.find("facet") == std::string::npos ? std::string() : text;
+}
+
+/// With the lines joined that end with a backslash, which CGAL does not know. Comments may end with one as they like.
+std::string joined_lines(const std::string& text) {
+  std::string out;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.ends_with('\r')) line.pop_back();
+    const bool goes_on = line.ends_with('\\') && !line.starts_with('#');
+    if (goes_on) line.pop_back();
+    out += line + (goes_on ? ' ' : '\n');
+  }
+  return out;
+}
+
+/// Points and faces as the file has them; false: not readable. @param content of the file, but of PLY
+bool read_file(const std::string& file, const std::string& kind, const std::string& content, std::vector<Point>& points,
+               Faces& faces) {
+  try {
+    if (kind == "PLY") return CGAL::IO::read_PLY(file, points, faces);
+    std::istringstream in(content);
+    return kind == "OBJ" ? CGAL::IO::read_OBJ(in, points, faces) : CGAL::IO::read_STL(in, points, faces);
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
+/// A fan of triangles from the first corner. Throws std::runtime_error for a face that a fan does not cover: bent, or
+/// with a corner that points inward.
+void add_fan(const std::vector<Vec3>& face, const std::string& what, std::vector<Facet>& soup) {
+  const auto area = [&](std::size_t k) { return cross(face[k] - face[0], face[k + 1] - face[0]); };
+  Vec3 sum;
+  for (std::size_t k = 1; k + 1 < face.size(); ++k) sum += area(k);
+  for (std::size_t k = 1; k + 1 < face.size(); ++k) {
+    // Within 1e-3 rad of the face's mean normal.
+    if (face.size() > 3 && dot(area(k), sum) < (1 - 5e-7) * norm(area(k)) * norm(sum))
+      throw std::runtime_error(
+          fmt::format("{} has {} corners and is not flat and convex; cut it into triangles", what, face.size()));
+    soup.push_back({face[0], face[k], face[k + 1]});
+  }
+}
+
+[[noreturn]] void refuse_many(const std::string& file, std::size_t count) {
+  throw std::runtime_error(fmt::format("{}: has {} triangles; a mesh may have {}: mesh the surface more coarsely{}",
+                                       file, count, input_limits().triangles, allow_more("triangles")));
+}
+
+/// Before anything is read: a triangle takes 50 bytes of a binary file, some 250 of text.
+void refuse_long(const std::string& file) {
+  const std::uintmax_t bytes = std::filesystem::file_size(file), most = 400 * input_limits().triangles;
+  if (bytes > most)
+    throw std::runtime_error(fmt::format("{}: has {} bytes; with {} triangles at most it may have {}{}", file, bytes,
+                                         input_limits().triangles, most, allow_more("triangles")));
+  std::array<char, 84> head{};
+  std::ifstream in(file, std::ios::binary);
+  std::uint32_t count = 0;
+  if (!in.read(head.data(), head.size())) return;
+  std::memcpy(&count, head.data() + 80, 4);
+  const bool binary_stl = bytes == 84 + 50 * static_cast<std::uintmax_t>(count);
+  if (binary_stl && count > input_limits().triangles) refuse_many(file, count);
+}
+
+/// Triangles that share one edge: two of a solid, some more where bodies touch. What holds a crowd of them at one edge
+/// holds the same triangle over and over, and costs the square of their number.
+void refuse_crowded_edges(const std::string& file, const dem::TriangleMesh& mesh) {
+  constexpr std::size_t most = 64;
+  for (const dem::MeshEdge& edge : dem::MeshEdges(mesh.triangles()).edges) {
+    if (edge.end - edge.begin <= most) continue;
+    const Vec3 &a = mesh.vertices()[edge.low], &b = mesh.vertices()[edge.high];
+    throw std::runtime_error(
+        fmt::format("{}: {} triangles meet at the edge from ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g}) m; at "
+                    "most {} may: remove those that stand several times",
+                    file, edge.end - edge.begin, a.x, a.y, a.z, b.x, b.y, b.z, most));
+  }
+}
+
+/// Binary files say how many triangles they have, text ends with a word: what is cut off is not taken for all of it.
+void refuse_cut_off(const std::string& file, const std::string& content, const std::string& text) {
+  const std::size_t wanted = bytes_of_binary(content), bytes = content.size();
+  if (!text.empty()) {
+    const std::size_t vertices = text.rfind("endfacet"), end = text.rfind("endsolid");
+    if (end == std::string::npos || (vertices != std::string::npos && end < vertices))
+      throw std::runtime_error(file + ": is cut off: the text ends without `endsolid`; export it again");
+  } else if (bytes > 84 && bytes < wanted && wanted < 100 * bytes) {
+    throw std::runtime_error(
+        fmt::format("{}: is cut off: it says {} triangles, which take {} bytes, and has {}; export "
+                    "it again",
+                    file, (wanted - 84) / 50, wanted, bytes));
+  }
+}
+
+std::vector<Facet> facets_of(const std::string& file, double unit) {
+  const std::string ending = lower(std::filesystem::path(file).extension());
+  const std::string kind = is_ply(file) ? "PLY" : ending == ".obj" ? "OBJ" : "STL";
+  refuse_long(file);
+  std::string content;
+  if (kind == "PLY") {
+    refuse_short_ply(file);
+  } else {
+    content = content_of(file);
+    std::string text = kind == "OBJ" ? joined_lines(content) : text_of_stl(content);
+    if (kind == "STL") refuse_cut_off(file, content, text);
+    if (!text.empty()) content = std::move(text);
+  }
+  std::vector<Point> points;
+  Faces faces;
+  if (!read_file(file, kind, content, points, faces) || faces.empty())
+    throw std::runtime_error(
+        fmt::format("{}: no {} file that can be read (STL, binary or text, OBJ and PLY are)", file, kind));
+  std::size_t triangles = 0;
+  for (const auto& face : faces) triangles += face.size() - std::min<std::size_t>(face.size(), 2);
+  if (triangles > input_limits().triangles) refuse_many(file, triangles);
+  std::vector<Facet> soup;
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const std::string what = fmt::format("{}: face {}", file, f + 1);
+    if (faces[f].size() < 3) throw std::runtime_error(what + " has fewer than three corners");
+    std::vector<Vec3> corners;
+    for (const std::size_t k : faces[f]) {
+      if (k >= points.size())
+        throw std::runtime_error(fmt::format("{} names vertex {} of {}", what, k + 1, points.size()));
+      corners.push_back(Vec3{points[k].x(), points[k].y(), points[k].z()} * unit);
+      if (!(dem::norm(corners.back()) < 1e30))
+        throw std::runtime_error(
+            fmt::format("{} has the vertex {} at ({:g}, {:g}, {:g}), which no metre reaches; export the mesh again",
+                        what, k + 1, points[k].x(), points[k].y(), points[k].z()));
+    }
+    add_fan(corners, what, soup);
+  }
+  return soup;
+}
+
+/// Facets whose corners weld to less than three, or lie on a line. Without them the others still fit together: the two
+/// sides that are left of one lie on each other.
+std::size_t drop_flat(std::vector<Facet>& soup) {
+  dem::Bounds box;
+  for (const Facet& t : soup)
+    for (const Vec3& p : t) box.include(p);
+  const double weld = 1e-6 * box.diagonal();
+  return std::erase_if(soup, [&](const Facet& t) {
+    const double ab = dem::norm(t[1] - t[0]), bc = dem::norm(t[2] - t[1]), ca = dem::norm(t[0] - t[2]);
+    const double longest = std::max({ab, bc, ca});
+    return std::min({ab, bc, ca}) <= weld ||
+           dem::norm(dem::area_vector(t[0], t[1], t[2])) <= dem::TriangleMesh::flatness * longest * longest;
+  });
+}
+
+}  // namespace
+
+void MeshShape::describe(Fields& v) {
+  v.card("mesh", "triangles of an STL, OBJ or PLY file");
+  v.file(
+      "mesh", file,
+      "STL (binary or text), OBJ or PLY file beside the scenario; binary STL holds numbers of 7 digits, the others as "
+      "many as are written");
+  v.unit("unit", unit, "m", "unit of the file's numbers");
+}
+
+dem::TriangleMesh MeshShape::mesh() const { return read_mesh(file, unit); }
+
+MeshFile load_mesh(const std::string& file, double unit) {
+  if (!std::filesystem::exists(file)) throw std::runtime_error(file + ": no such file");
+  std::vector<Facet> soup = facets_of(file, unit);
+  const std::size_t flat = drop_flat(soup);
+  if (soup.empty()) throw std::runtime_error(file + ": no face has an area");
+  MeshFile out{dem::welded_mesh(soup), flat, 0};
+  refuse_crowded_edges(file, out.mesh);
+  for (std::size_t i = 0; i < soup.size(); ++i)
+    if (dem::dot(dem::area_vector(soup[i][0], soup[i][1], soup[i][2]), out.mesh.normal(i)) < 0) ++out.turned;
+  return out;
+}
+
+dem::TriangleMesh read_mesh(const std::string& file, double unit) { return load_mesh(file, unit).mesh; }
+
+}  // namespace subsoil::sim

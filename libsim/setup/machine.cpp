@@ -1,0 +1,155 @@
+#include "libsim/setup/machine.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+
+#include "libmbd/measures/control_input.hpp"
+#include "libmbd/system/beam.hpp"
+#include "libsim/document/quantity.hpp"
+#include "libsim/scenario/load.hpp"
+
+namespace subsoil::sim {
+namespace {
+
+bool starts_in_equilibrium(const Scenario& s) {
+  if (s.analysis == Analysis::assembly) return false;
+  return s.machine->start.kind == StartKind::towing_equilibrium || s.analysis == Analysis::equilibrium ||
+         s.analysis == Analysis::modes;
+}
+
+/// Where the element stands that a refusal of libmbd names first ("joint 'H3'"), else the machine as a whole: libmbd
+/// knows names and no files.
+std::string place_of_fault(const Loaded& loaded, const std::string& text) {
+  const MachineSection& m = *loaded.scenario.machine;
+  std::string path = "machine";
+  std::size_t first = std::string::npos;
+  const auto look = [&](const auto& list, const std::string& kind, const char* section) {
+    for (const auto& item : list)
+      if (const std::size_t at = text.find(kind + " '" + item.name + "'"); at < first)
+        first = at, path = std::string("machine.") + section + "." + item.name;
+  };
+  look(m.bodies, "body", "bodies");
+  look(m.joints, "joint", "joints");
+  look(m.drivers, "driver", "drivers");
+  look(m.forces, "force", "forces");
+  look(m.controllers, "controller", "controllers");
+  look(m.events, "event", "events");
+  return loaded.where(path);
+}
+
+void add_measures(mbd::Machine& machine, const Loaded& loaded) {
+  for (const NamedMeasure& m : loaded.scenario.machine->measures) {
+    try {
+      machine.measure(m.name, m.element);
+    } catch (const std::invalid_argument& error) {
+      throw ScenarioError(loaded.where("machine.measures." + m.name) + ": " + error.what());
+    }
+  }
+}
+
+mbd::JointEvent event_of(const MachineSection& m, const JointEventSection& e) {
+  mbd::JointEvent event;
+  event.does = e.opens.empty() ? mbd::JointEvent::Does::closes : mbd::JointEvent::Does::opens;
+  event.joint = e.opens.empty() ? e.closes : e.opens;
+  event.starts = e.starts;
+  if (e.at) event.at = *e.at;
+  if (e.reaction_above) event.reaction_above = *e.reaction_above;
+  if (e.measure.empty()) return event;
+  std::size_t place = 0;
+  const NamedMeasure* measure = measure_of(m, e.measure, place);
+  event.input = mbd::input_of(measure->element, place);
+  const std::string unit = mbd::columns_of(measure->element)[place].unit;
+  if (!e.above.empty()) event.above = parse_quantity(e.above, unit);
+  if (!e.below.empty()) event.below = parse_quantity(e.below, unit);
+  return event;
+}
+
+int order_of(const Scenario& s) {
+  const int order = static_cast<int>(s.time.machine.order.value_or(mbd::AdamsMoultonOptions{}.order));
+  // Higher orders feed the fastest waves of a beam that is not damped.
+  return s.machine->beams.empty() ? order : std::min(order, 2);
+}
+
+}  // namespace
+
+mbd::IntegratorKind integrator_of(const Scenario& s) {
+  if (s.analysis == Analysis::kinematics) return mbd::IntegratorKind::kinematic;
+  const MachineTime& time = s.time.machine;
+  switch (time.integrator) {
+    case IntegratorWord::cvode:
+      return mbd::IntegratorKind::cvode;
+    case IntegratorWord::ida:
+      return mbd::IntegratorKind::ida;
+    case IntegratorWord::adams_moulton:
+      return mbd::IntegratorKind::adams_moulton;
+    case IntegratorWord::automatic:
+      break;
+  }
+  const bool alone = !s.soil && s.boundaries.empty();
+  const bool fixed = time.step || time.order;
+  if (!alone || fixed) return mbd::IntegratorKind::adams_moulton;
+  // The fastest wave of a beam is a thousand times faster than what bends it: stiff.
+  return !s.machine || s.machine->beams.empty() ? mbd::IntegratorKind::cvode : mbd::IntegratorKind::ida;
+}
+
+double longest_machine_step(const Scenario& s, const mbd::Model& model) {
+  if (s.machine->beams.empty()) return std::numeric_limits<double>::infinity();
+  return mbd::longest_beam_step(model, order_of(s));
+}
+
+std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
+  const Scenario& s = loaded.scenario;
+  if (!s.machine) return nullptr;
+  mbd::Model model;
+  model.gravity = {s.gravity.x, s.gravity.y};
+  for (const BodySection& b : s.machine->bodies)
+    model.add({.name = b.name,
+               .mass = b.mass,
+               .inertia = b.inertia,
+               .pose = {b.at[0], b.at[1], b.angle},
+               .velocity = {b.velocity[0], b.velocity[1], b.spin},
+               .pose_is = b.pose_is,
+               .velocity_is = b.velocity_is});
+  model.redundancy = s.machine->redundant;
+  for (const NamedJoint& j : s.machine->joints) model.add(j.name, j.element);
+  for (const NamedDriver& d : s.machine->drivers) model.add(d.name, d.element);
+  for (const NamedForce& f : s.machine->forces) model.add(f.name, f.element);
+  for (const NamedController& c : s.machine->controllers) {
+    mbd::PidController law = c.law;
+    std::size_t place = 0;
+    law.input = mbd::input_of(measure_of(*s.machine, law.measure, place)->element, place);
+    model.add(c.name, law);
+  }
+  for (const JointEventSection& e : s.machine->events) model.add(e.name, event_of(*s.machine, e));
+  const MachineTime& time = s.time.machine;
+  mbd::MachineOptions options;
+  options.integrator = integrator_of(s);
+  options.adams_moulton.order = order_of(s);
+  options.adams_moulton.longest_step = longest_machine_step(s, model);
+  options.ida.rtol = time.rtol.value_or(options.ida.rtol), options.ida.atol = time.atol.value_or(options.ida.atol);
+  options.ida.formulation = time.formulation;
+  // Measured over the mechanisms of docs/verification/mechanisms.md: the looser 1e-8 saves a third of the time at most.
+  options.cvode.rtol = time.rtol.value_or(1e-12), options.cvode.atol = time.atol.value_or(1e-12);
+  options.locate_events = time.locate_events;
+  options.assemble = s.machine->assemble;
+  options.hold_start = s.runs_in_time();  // the other analyses are there to find a pose
+  try {
+    auto machine = std::make_unique<mbd::Machine>(std::move(model), options);
+    add_measures(*machine, loaded);
+    if (starts_in_equilibrium(s))
+      machine->start_from_towing_equilibrium(s.machine->start.speed);
+    else
+      machine->start_from_pose();
+    return machine;
+  } catch (const ScenarioError&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    if (!s.runs_in_time()) throw;  // the input is good; the analysis did not come to an end
+    throw ScenarioError(loaded.where("machine") + ": " + error.what());
+  } catch (const std::exception& error) {
+    throw ScenarioError(place_of_fault(loaded, error.what()) + ": " + error.what());
+  }
+}
+
+}  // namespace subsoil::sim

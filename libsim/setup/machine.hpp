@@ -1,0 +1,20 @@
+#pragma once
+#include <memory>
+
+#include "libmbd/machine.hpp"
+#include "libsim/scenario/load.hpp"
+
+namespace subsoil::sim {
+
+/// The machine of a scenario at its start: assembled from the given pose, or in the steady towing equilibrium. Null
+/// when the scenario has none. Throws ScenarioError (place added) for what libmbd refuses.
+std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded);
+
+/// The integrator that the scenario asks for. `auto`: cvode, which chooses its steps by their error, for a machine
+/// alone; adams-moulton where the step is given, be it by the soil or by the user.
+mbd::IntegratorKind integrator_of(const Scenario& s);
+
+/// The longest part of a machine step that fixed steps can take for the waves of beams, s; infinity without beams.
+double longest_machine_step(const Scenario& s, const mbd::Model& model);
+
+}  // namespace subsoil::sim

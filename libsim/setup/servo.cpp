@@ -1,0 +1,180 @@
+#include "libsim/setup/servo.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace subsoil::sim {
+
+namespace {
+
+using Polygon = std::vector<Vec3>;
+using Shadow = std::vector<std::pair<double, double>>;  ///< corners, m
+
+/// What of a convex polygon lies at sign (x[d] - limit) <= 0.
+Polygon cut(const Polygon& polygon, int d, double limit, double sign) {
+  Polygon out;
+  for (std::size_t k = 0; k < polygon.size(); ++k) {
+    const Vec3 &a = polygon[k], &b = polygon[(k + 1) % polygon.size()];
+    const double beyond_a = sign * (a[d] - limit), beyond_b = sign * (b[d] - limit);
+    if (beyond_a <= 0) out.push_back(a);
+    if ((beyond_a <= 0) != (beyond_b <= 0)) out.push_back(a + (b - a) * (beyond_a / (beyond_a - beyond_b)));
+  }
+  return out;
+}
+
+Polygon within(Polygon polygon, const dem::PeriodicCell& cell) {
+  for (int d = 0; d < 3; ++d) {
+    if (cell.length[d] == 0) continue;
+    polygon = cut(cut(polygon, d, cell.low[d], -1), d, cell.low[d] + cell.length[d], 1);
+  }
+  return polygon;
+}
+
+Vec3 across(const Vec3& along) {
+  const double x = std::abs(along.x), y = std::abs(along.y), z = std::abs(along.z);
+  const Vec3 axis = x <= y && x <= z ? Vec3{1, 0, 0} : y <= z ? Vec3{0, 1, 0} : Vec3{0, 0, 1};
+  return dem::normalized(dem::cross(along, axis));
+}
+
+/// The polygons' shadow on a plane across `along`, as corners (u, v).
+std::vector<Shadow> shadows(const dem::Boundary& boundary, const Vec3& along, const dem::PeriodicCell& cell) {
+  const Vec3 u = across(along), v = dem::cross(along, u);
+  std::vector<Shadow> out;
+  for (const dem::TriangleMesh& mesh : dem::drawing(boundary.shape, 1.0))
+    for (std::size_t t = 0; t < mesh.triangles().size(); ++t) {
+      Polygon corners;
+      for (int k = 0; k < 3; ++k) corners.push_back(boundary.pose.to_world(mesh.corner(t, k)));
+      Shadow shadow;
+      for (const Vec3& x : within(corners, cell)) shadow.emplace_back(dem::dot(x, u), dem::dot(x, v));
+      if (shadow.size() > 2) out.push_back(std::move(shadow));
+    }
+  return out;
+}
+
+/// Of a convex polygon over the line at u: the interval of v.
+std::pair<double, double> interval_at(const Shadow& shadow, double u) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (std::size_t k = 0; k < shadow.size(); ++k) {
+    const auto& [u0, v0] = shadow[k];
+    const auto& [u1, v1] = shadow[(k + 1) % shadow.size()];
+    if ((u0 <= u) == (u1 <= u)) continue;
+    const double at = v0 + (v1 - v0) * (u - u0) / (u1 - u0);
+    low = std::min(low, at), high = std::max(high, at);
+  }
+  return {low, high};
+}
+
+double covered(std::vector<std::pair<double, double>>& intervals) {
+  std::sort(intervals.begin(), intervals.end());
+  double sum = 0, end = -std::numeric_limits<double>::infinity();
+  for (const auto& [low, high] : intervals) {
+    sum += std::max(0.0, high - std::max(low, end));
+    end = std::max(end, high);
+  }
+  return sum;
+}
+
+/// Area of the union of convex polygons: the length covered along lines of constant u, integrated between the corners
+/// and in strips of a two-thousandth of the width. That length is linear in u but where edges cross, so that only
+/// strips with a crossing err, by the square of their width.
+double area_of_union(std::vector<Shadow> shadows) {
+  std::vector<double> cuts;
+  const auto least = [](const Shadow& s) { return std::min_element(s.begin(), s.end())->first; };
+  for (const Shadow& s : shadows)
+    for (const auto& corner : s) cuts.push_back(corner.first);
+  if (cuts.empty()) return 0;
+  const auto [first, last] = std::minmax_element(cuts.begin(), cuts.end());
+  constexpr int strips = 2000;
+  const double begin = *first, width = *last - *first;
+  for (int k = 1; k < strips; ++k) cuts.push_back(begin + width * k / strips);
+  std::sort(cuts.begin(), cuts.end());
+  std::sort(shadows.begin(), shadows.end(), [&](const Shadow& a, const Shadow& b) { return least(a) < least(b); });
+
+  double area = 0;
+  std::size_t next = 0;
+  std::vector<const Shadow*> here;
+  std::vector<std::pair<double, double>> intervals;
+  for (std::size_t k = 0; k + 1 < cuts.size(); ++k) {
+    const double length = cuts[k + 1] - cuts[k], middle = 0.5 * (cuts[k] + cuts[k + 1]);
+    if (!(length > 1e-14 * width)) continue;
+    for (; next < shadows.size() && least(shadows[next]) < middle; ++next) here.push_back(&shadows[next]);
+    intervals.clear();
+    std::erase_if(here, [&](const Shadow* s) {
+      const std::pair<double, double> interval = interval_at(*s, middle);
+      if (interval.first <= interval.second) intervals.push_back(interval);
+      return interval.first > interval.second;
+    });
+    area += length * covered(intervals);
+  }
+  return area;
+}
+
+/// Common to two circles of a radius whose centres are `apart`.
+double lens(double radius, double apart) {
+  const double half = apart / (2 * radius);
+  return half < 1 ? 2 * radius * radius * (std::acos(half) - half * std::sqrt(1 - half * half)) : 0;
+}
+
+/// Shadow of a round cylinder, less what is seen through its bore.
+double shadow_of(const dem::Cylinder& c, const Vec3& along) {
+  const double cosine = std::abs(dem::dot(c.axis(), along)), sine = dem::norm(dem::cross(c.axis(), along));
+  double area = M_PI * c.radius() * c.radius() * cosine + 2 * c.radius() * c.length() * sine;
+  if (c.inner_radius() > 0 && cosine > 0) area -= cosine * lens(c.inner_radius(), c.length() * sine / cosine);
+  return area;
+}
+
+}  // namespace
+
+double shown_area(const dem::Boundary& boundary, const Vec3& along, const dem::PeriodicCell& cell) {
+  const double within_cell = area_of_union(shadows(boundary, along, cell));
+  const auto* cylinder = std::get_if<dem::Cylinder>(&boundary.shape);
+  if (cylinder == nullptr) return within_cell;
+  // The triangles say what share of it is in the cell.
+  const double whole = area_of_union(shadows(boundary, along, {}));
+  return within_cell / whole * shadow_of(*cylinder, boundary.pose.attitude.conjugate().rotate(along));
+}
+
+namespace {
+
+double largest_load(const coupling::Servo& servo, double end) {
+  constexpr int samples = 4000;  // of a run
+  double most = 0;
+  for (int k = 0; k <= samples; ++k) most = std::max(most, std::abs(servo.load(end * k / samples)));
+  return most;
+}
+
+}  // namespace
+
+coupling::Servo servo_of(const ServoSection& s, const dem::Boundary& boundary, const dem::PeriodicCell& cell,
+                         double end, const std::string& place) {
+  coupling::Servo out;
+  out.along = dem::normalized(s.along);
+  out.lag = s.lag.value_or(-1);
+  out.limit = s.limit, out.integral_gain = s.integral, out.rate_gain = s.rate;
+  if (s.load.is_set()) {
+    out.load = [load = s.load](double t) { return load.value(t); };
+  } else {
+    if (std::holds_alternative<dem::Plane>(boundary.shape))
+      throw ScenarioError(place + ".pressure: a plane has no end, so no area; give `load` in N, or a box");
+    const double area = shown_area(boundary, out.along, cell);
+    if (!(area > 0))
+      throw ScenarioError(place +
+                          ".pressure: the surface shows no area along `along` within the container's periodic "
+                          "sides; give `load` in N, or place it there");
+    out.load = [pressure = s.pressure, area](double t) { return area * pressure.value(t); };
+  }
+  if (s.gain) {
+    out.gain = *s.gain;
+    return out;
+  }
+  const double most = largest_load(out, end);
+  if (!(most > 0))
+    throw ScenarioError(place + ": the load is zero at all times, so that no gain follows from it; give `gain`");
+  out.gain = s.limit / most;
+  return out;
+}
+
+}  // namespace subsoil::sim

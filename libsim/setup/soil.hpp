@@ -1,0 +1,86 @@
+#pragma once
+#include <array>
+
+#include "libdem/packing/settle.hpp"
+#include "libsim/io/bed_file.hpp"
+#include "libsim/setup/world.hpp"
+
+namespace subsoil::sim {
+
+/// A distribution of the scenario as the bed takes it.
+dem::RadiusDistribution sizes_of(const RadiusDistribution& sizes);
+
+/// Makes the bed of a scenario in the order in which it must be made: walls and spheres, settling, datum, opened walls,
+/// and room for the machine.
+class SoilBuilder {
+ public:
+  SoilBuilder(World& world, const Loaded& loaded, const BuildOptions& options);
+
+  /// Container walls, and spheres unless they are rained later.
+  void place();
+  /// Container walls alone, where they stand when the run begins.
+  void place_walls();
+  bool settles() const;
+  void settle(double step);
+  /// Report, shift to the datum, saved bed, opened walls.
+  void finish();
+  /// Spheres inside the machine or given boundaries: refused or carved.
+  void clear_machine();
+  /// A bed whose surface lies more than a radius from the datum of a wheel's law is refused.
+  void check_wheel_datum() const;
+  /// How many spheres a random bed will have, about: what fills its depth at a solid fraction of 0.61, less a sixth of
+  /// a diameter at walls, floor and surface, where spheres stand less dense. Within some percent (docs/guide.md).
+  double expected_spheres() const;
+  /// What the stable step must be asked for while there are no spheres yet.
+  dem::StepQuestion question() const;
+
+ private:
+  const BedSection& bed() const { return *loaded_.scenario.soil->bed; }
+  bool has_bed() const { return loaded_.scenario.soil && loaded_.scenario.soil->bed; }
+  bool rains() const { return has_bed() && bed().fill == Fill::random && options_.place_soil; }
+  void add_walls();
+  void shift_walls();
+  void open_walls();
+  void shape_walls(double extra_height);
+  dem::Bounds region() const;
+  dem::Bounds measured() const;
+  Directions periodic_region() const;
+  dem::BedMaterial material_of(const std::string& name) const;
+  dem::BedMaterial material() const { return material_of(bed().material); }
+  bool layered() const { return has_bed() && !bed().layers.empty(); }
+  std::vector<dem::BedLayer> layers() const;
+  std::vector<dem::LatticeLayer> lattice_layers(const std::vector<dem::BedLayer>& layers, bool at_rest) const;
+  double depth_of_layers() const;
+  void place_layers(bool at_rest);
+  void assign_layers(std::vector<dem::SphereSpec>& spheres);
+  void place_stand_in();
+  void add_shapes();
+  void place_clumps();
+  bool has_clumps() const { return has_bed() && !bed().clumps.empty(); }
+  dem::RadiusDistribution sizes() const;
+  double radius_of_mean_grain() const;
+  double spheres_per_grain() const;
+  std::vector<dem::ClumpPart> parts() const;
+  void name_fixed();
+  void place_made();
+  void refuse_too_deep() const;
+  void refuse_too_many() const;
+  void clear_given();
+  void remove_in_the_way();
+  dem::RandomFill random_fill() const;
+  dem::LatticePlan lattice_plan(double pitch, bool around = true) const;
+  double rest_overlap(int a, int b) const;
+  std::vector<dem::SphereSpec> listed() const;
+  std::vector<dem::SphereSpec> from_file() const;
+  int material_of(const BedTable& table, std::size_t row) const;
+  void save() const;
+  void fix_rough_floor();
+
+  World& world_;
+  const Loaded& loaded_;
+  const BuildOptions& options_;
+  std::array<int, 6> wall_{-1, -1, -1, -1, -1, -1};
+  std::vector<int> layer_;  ///< of each sphere, by its id; from below
+};
+
+}  // namespace subsoil::sim

@@ -1,0 +1,34 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libsim/studies/sweep/study.hpp"
+
+namespace subsoil::sim {
+
+/// A number at one value of a parameter, over all finished points that have it.
+struct LevelMean {
+  std::string value;
+  double place = 0;  ///< the value's number, NaN of a word
+  std::size_t count = 0;
+  double mean = 0, half_width = 0;  ///< 95 % of the mean by Student's t over the points; NaN of one
+};
+
+/// What a parameter does to a number.
+struct Effect {
+  std::size_t parameter = 0, number = 0;
+  std::vector<LevelMean> levels;  ///< empty where every point has a value of its own
+  /// Change of the number when the parameter goes from its least to its largest value, all other numeric parameters
+  /// held: b_k of the least squares plane y = a + sum b_k u_k, u_k in [0, 1] over the values run, with the 95 %
+  /// interval by Student's t over the residuals. NaN where words, too few points or dependent columns forbid it.
+  double slope = 0, slope_half = 0;
+};
+
+/// Effects of all parameters on all numbers, from the finished points.
+std::vector<Effect> effects(const Study& study, const std::vector<PointResult>& results);
+
+/// The finished point with the least or largest value of a number; empty without.
+std::optional<std::size_t> best_point(const std::vector<PointResult>& results, std::size_t number, bool largest);
+
+}  // namespace subsoil::sim

@@ -1,0 +1,171 @@
+#include "libsim/studies/sweep/number.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "libsim/document/expression.hpp"
+#include "libsim/keys/ranges.hpp"
+#include "libsim/post/run_folder.hpp"
+
+namespace subsoil::sim {
+namespace {
+
+constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
+using Record = std::vector<double>;
+
+double of_summary(const RunFolder& run, const std::string& path) {
+  std::vector<std::string> keys(1);
+  for (const char c : path) {
+    if (c == '/')
+      keys.emplace_back();
+    else
+      keys.back() += c;
+  }
+  return run.number(keys);
+}
+
+/// Integral from x0 to x1 of the parabola through three points.
+double parabola(double x0, double y0, double x1, double y1, double x2, double y2) {
+  const double h = x1 - x0, k = x2 - x1, first = (y1 - y0) / h, second = ((y2 - y1) / k - first) / (h + k);
+  return h * (y0 + y1) / 2 - second * h * h * h / 6;
+}
+
+/// Over what lies between the ends of the window and its first and last row, along straight lines from row to row.
+double integral_at_ends(const Record& t, const Record& y, const WindowRows& rows, const TimeWindow& window) {
+  const auto piece = [&](std::size_t i, double from, double until) {
+    const double slope = (y[i + 1] - y[i]) / (t[i + 1] - t[i]);
+    return until > from ? (until - from) * (y[i] + slope * (0.5 * (from + until) - t[i])) : 0;
+  };
+  double sum = 0;
+  if (rows.begin > 0) sum += piece(rows.begin - 1, window.from, t[rows.begin]);
+  if (rows.end < t.size()) sum += piece(rows.end - 1, t[rows.end - 1], window.until);
+  return sum;
+}
+
+NumberOfRun taken(const Record& time, const Record& values, const SweepNumber& n, const TimeWindow& window,
+                  RowKind kind) {
+  const WindowStatistics s = statistics(time, values, window, kind);
+  const WindowRows rows = rows_in(time, window, kind);
+  const auto begin = static_cast<std::ptrdiff_t>(rows.begin), end = static_cast<std::ptrdiff_t>(rows.end);
+  const Record in_window(values.begin() + begin, values.begin() + end);
+  switch (n.take) {
+    case SweepNumber::Take::mean:
+      return {s.mean, s.half_width};
+    case SweepNumber::Take::least:
+      return {s.least, no_number};
+    case SweepNumber::Take::largest:
+      return {s.largest, no_number};
+    case SweepNumber::Take::span:
+      return {s.largest - s.least, no_number};
+    case SweepNumber::Take::deviation:
+      return {s.deviation, no_number};
+    case SweepNumber::Take::last:
+      return {in_window.back(), no_number};
+    case SweepNumber::Take::rms: {
+      Record squares = values;
+      for (double& v : squares) v *= v;
+      return {std::sqrt(rows.integral(squares) / rows.duration()), no_number};
+    }
+    case SweepNumber::Take::integral:
+      if (kind == RowKind::mean) return {rows.integral(values), no_number};
+      return {integral_over({time.begin() + begin, time.begin() + end}, in_window) +
+                  integral_at_ends(time, values, rows, window),
+              no_number};
+  }
+  return {no_number, no_number};
+}
+
+TimeWindow window_of(const RunFolder& run, const SweepNumber& n) {
+  TimeWindow window = run.window;
+  if (n.from || n.until) window.from = n.from.value_or(0), window.until = n.until.value_or(window.until);
+  return window;
+}
+
+double nearest_distance(const Record& x, const Record& y, double px, double py) {
+  double least = std::hypot(x[0] - px, y[0] - py);
+  for (std::size_t i = 0; i + 1 < x.size(); ++i) {
+    const double dx = x[i + 1] - x[i], dy = y[i + 1] - y[i], size = dx * dx + dy * dy;
+    const double s = size > 0 ? std::clamp(((px - x[i]) * dx + (py - y[i]) * dy) / size, 0.0, 1.0) : 0;
+    least = std::min(least, std::hypot(x[i] + s * dx - px, y[i] + s * dy - py));
+  }
+  return least;
+}
+
+NumberOfRun of_path(const RunFolder& run, const SweepNumber& n, const TimeWindow& window) {
+  const std::vector<std::string> names = split_at_semicolons(n.path_text);
+  const int i = run.column(names[0]), j = run.column(names[1]);
+  if (i < 0 || j < 0) return {no_number, no_number};
+  const WindowRows rows = rows_in(run.series->at("time"), window, RowKind::equal);
+  const auto of = [&](int column) {
+    const Record& all = run.series->values[static_cast<std::size_t>(column)];
+    return Record(all.begin() + static_cast<std::ptrdiff_t>(rows.begin),
+                  all.begin() + static_cast<std::ptrdiff_t>(rows.end));
+  };
+  const Record x = of(i), y = of(j);
+  const std::size_t count = n.points.size() / 2;
+  if (x.empty() || (n.match == SweepNumber::Match::order && x.size() < count)) return {no_number, no_number};
+  Record distances, places;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double px = n.points[2 * k], py = n.points[2 * k + 1];
+    distances.push_back(n.match == SweepNumber::Match::order ? std::hypot(x[k] - px, y[k] - py)
+                                                             : nearest_distance(x, y, px, py));
+    places.push_back(static_cast<double>(k));
+  }
+  return {taken(places, distances, n, {.from = -1, .rule = ""}, RowKind::equal).value, no_number};
+}
+
+}  // namespace
+
+double integral_over(const std::vector<double>& t, const std::vector<double>& y) {
+  const std::size_t n = t.size();
+  if (n < 2) return n == 1 ? 0 : no_number;
+  if (n == 2) return (t[1] - t[0]) * (y[0] + y[1]) / 2;
+  double sum = 0;
+  for (std::size_t i = 0; i + 2 < n; i += 2)
+    sum += parabola(t[i], y[i], t[i + 1], y[i + 1], t[i + 2], y[i + 2]) -
+           parabola(t[i + 2], y[i + 2], t[i + 1], y[i + 1], t[i], y[i]);
+  if (n % 2 == 0) sum -= parabola(t[n - 1], y[n - 1], t[n - 2], y[n - 2], t[n - 3], y[n - 3]);
+  return sum;
+}
+
+std::pair<std::string, std::string> SweepNumber::fault() const {
+  const int kinds = (column.empty() ? 0 : 1) + (summary.empty() ? 0 : 1) + (path_text.empty() ? 0 : 1);
+  if (kinds != 1)
+    return {"", "needs one of `column` (of series.csv), `summary` (path in summary.json) and `path` (two columns)"};
+  if (from && until && !(*until > *from)) return {"until", "must lie after `from`"};
+  if (!path_text.empty() && split_at_semicolons(path_text).size() != 2)
+    return {"path", "must name two columns: [tip.x, tip.y]"};
+  if (!path_text.empty() && (points.empty() || points.size() % 2 != 0))
+    return {"points", "must be x and y of one point or more"};
+  if (path_text.empty() && !points.empty()) return {"points", "are held against a `path`, which is missing"};
+  if (!path_text.empty() && take == Take::integral)
+    return {"take", "is an integral over time, of which points know nothing; take mean, rms or largest"};
+  if (off_text.empty()) return {};
+  if (column.empty()) return {"off", "is taken off a `column`, which is missing"};
+  try {
+    static_cast<void>(make_formula_of(off_text, {"t"}));
+  } catch (const std::exception& error) {
+    return {"off", error.what()};
+  }
+  return {};
+}
+
+NumberOfRun take_number(const RunFolder& run, const SweepNumber& n) {
+  if (!n.summary.empty()) return {of_summary(run, n.summary), no_number};
+  if (!run.series) return {no_number, no_number};
+  const TimeWindow window = window_of(run, n);
+  if (!n.path_text.empty()) return of_path(run, n, window);
+  const int column = run.column(n.column);
+  const Record& time = run.series->at("time");
+  if (column < 0 || rows_in(time, window, RowKind::equal).count() == 0) return {no_number, no_number};
+  Record values = run.series->values[static_cast<std::size_t>(column)];
+  if (!n.off_text.empty()) {
+    const auto formula = make_formula_of(n.off_text, {"t"});
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = std::abs(values[i] - formula(&time[i]));
+  }
+  return taken(time, values, n, window, run.kind_of(static_cast<std::size_t>(column)));
+}
+
+}  // namespace subsoil::sim
