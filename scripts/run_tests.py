@@ -180,6 +180,19 @@ class Session:
             print(f"test: no case has {pattern} in its name", file=sys.stderr)
             self.failed += 1
 
+    def examples(self):
+        """The programs of examples/, built against the installed libraries; a case each."""
+        self.say("examples: install, build and run")
+        done = subprocess.run(["scripts/examples"], cwd=ROOT, env=self.environment, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, text=True)
+        passed = len(re.findall(r"^ *\d+/\d+ Test .* Passed", done.stdout, re.M))
+        failed = len(re.findall(r"^ *\d+/\d+ Test .*\*\*\*", done.stdout, re.M))
+        self.passed += passed
+        self.failed += failed
+        if done.returncode or passed == 0:
+            print(done.stdout, file=sys.stderr)
+            self.failed += failed == 0  # the build broke
+
     def sanitize(self, libraries, sets):
         targets = [f"unit_{library}" for library in libraries]
         if self.build("sanitize", targets, [f"-DSUBSOIL_SIMD={sets}"]):
@@ -258,6 +271,8 @@ def main():
             tests = known if o.all else in_turn(known, changed_files(), commit_number())
         session.say(f"release: {len(tests)} of {len(known)} groups of test cases")
         session.run("release", tests)
+    if built and not o.quick and not o.R:
+        session.examples()
     if o.all:
         session.sanitize([*SANITIZED, "apps"], ALL_SANITIZED_SETS)
         session.fuzz(list(FUZZED))

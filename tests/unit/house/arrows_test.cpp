@@ -31,10 +31,9 @@ const std::vector<Room> house = {
     {"coupling", {"coupling/", "libdem/", "libmbd/"}, {}, {}},
     {"libsim",
      {"libsim/", "coupling/", "libdem/", "libmbd/"},
-     {"fmt/", "spdlog/", "nlohmann/", "hdf5.h", "H5public.h", "Eigen/", "omp.h", "fcntl.h", "unistd.h", "sys/",
-      "csignal"},
-     {"boost/math/", "yaml-cpp/", "udunits2.h", "ginac/", "cln/", "nlopt.hpp", "CGAL/", "zlib.h", "H5FDdevelop.h",
-      "pthread.h", "poll.h", "signal.h", "spawn.h", "malloc.h"}},
+     {"Eigen/", "fmt/", "hdf5.h", "malloc.h", "nlohmann/", "omp.h", "spdlog/", "sys/resource.h"},
+     {"CGAL/", "H5", "boost/geometry/", "boost/math/", "fcntl.h", "ginac/", "nlopt.hpp", "sched.h", "spawn.h", "sys/",
+      "udunits2.h", "unistd.h", "unsupported/Eigen/", "yaml-cpp/", "zlib.h"}},
 };
 
 /// A room inside a library, or a header of its root: what its files are called and which of the rooms before it they
@@ -60,6 +59,7 @@ const std::vector<InnerRoom> inner_rooms = {
      {"libdem/base/", "libdem/geometry/", "libdem/particles/", "libdem/laws/", "libdem/contacts/bond_record.hpp",
       "libdem/contacts/contact_record.hpp"}},
     {"libdem/bed_engine.hpp", {"libdem/bed.hpp"}},
+    {"libdem/own_law.hpp", {"libdem/laws/", "libdem/kernel/"}},
     {"libdem/step/",
      {"libdem/base/", "libdem/geometry/", "libdem/particles/", "libdem/laws/", "libdem/neighbours/", "libdem/contacts/",
       "libdem/kernel/", "libdem/bed.hpp", "libdem/bed_engine.hpp"}},
@@ -96,7 +96,8 @@ const std::vector<InnerRoom> inner_rooms = {
     {"libsim/studies/laboratory/",
      {"libsim/base/", "libsim/document/", "libsim/io/", "libsim/keys/", "libsim/scenario/", "libsim/setup/",
       "libsim/plot/"}},
-    {"libsim/studies/impact/", {"libsim/base/", "libsim/document/", "libsim/io/", "libsim/keys/", "libsim/plot/"}},
+    {"libsim/studies/impact/",
+     {"libsim/base/", "libsim/document/", "libsim/io/", "libsim/keys/", "libsim/scenario/", "libsim/plot/"}},
     {"libsim/studies/calibrate/",
      {"libsim/base/", "libsim/document/", "libsim/io/", "libsim/keys/", "libsim/scenario/", "libsim/plot/",
       "libsim/studies/laboratory/"}},
