@@ -33,6 +33,7 @@ TOUCHED = {
     "unit_libdem": ("libdem/", "tests/unit/libdem/", "tests/tools/"),
     "unit_apps": ("libsim/run/", "libsim/studies/laboratory/", "tests/unit/apps/"),
     "unit_studies": ("libsim/io/", "libsim/studies/design/", "scripts/abuse", "tests/unit/studies/"),
+    "unit_docs": ("docs/", "README.md", "apps/commands/", "configs/templates/", "scripts/python/", "tests/docs/"),
     "verification_mechanisms": ("libmbd/", "tests/verification/mechanisms/"),
     "verification_particles": ("libdem/laws/", "tests/verification/particles/"),
     "properties": ("libdem/", "tests/properties/"),
@@ -268,6 +269,7 @@ def main():
         if o.quick:
             tests = [test for test in known if "quick" in test["labels"]]
         else:
+            session.environment |= {"SUBSOIL_LONG_BLOCKS": "1"} if o.all else {}
             tests = known if o.all else in_turn(known, changed_files(), commit_number())
         session.say(f"release: {len(tests)} of {len(known)} groups of test cases")
         session.run("release", tests)

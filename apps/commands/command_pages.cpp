@@ -129,6 +129,118 @@ std::string bash_completion(const CLI::App& app) {
   return completion_head + options + completion_arguments + places + completion_options + names + completion_tail;
 }
 
+// ---- zsh -----------------------------------------------------------------------------------------------------------
+
+namespace {
+
+/// Text inside single quotes of a shell, with `marks` behind a backslash.
+std::string quoted(const std::string& text, const std::string& marks) {
+  std::string out;
+  for (const char c : text.substr(0, text.find('\n'))) {
+    if (marks.find(c) != std::string::npos) out += '\\';
+    out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  }
+  return out;
+}
+
+std::string zsh_action(const CLI::Option& option) {
+  const std::string type = option.get_type_name(), words = words_of_type(type);
+  if (!words.empty()) return "(" + words + ")";
+  if (type == takes_yaml) return "_files -g \"*.(yaml|yml)\"";
+  if (type == takes_folder) return "_files -/";
+  return type.starts_with("TEXT") ? "_files" : "";
+}
+
+/// The specification of `_arguments` for each option and argument of a command.
+std::string zsh_arguments(const CLI::App& command) {
+  std::string lines;
+  for (const CLI::Option* option : arguments_of(command, false)) {
+    lines += fmt::format(" \\\n        '{}[{}]", long_name(*option), quoted(option->get_description(), "[]:\\"));
+    lines += is_flag(*option) ? "'" : fmt::format(":value:{}'", zsh_action(*option));
+  }
+  int place = 0;
+  for (const CLI::Option* argument : arguments_of(command, true)) {
+    const std::string at = argument->get_items_expected_max() > 1 ? "*" : std::to_string(++place);
+    lines += fmt::format(" \\\n        '{}:{}:{}'", at, quoted(argument->get_name(true), ":\\"), zsh_action(*argument));
+  }
+  return lines;
+}
+
+/// `complete` of each option of a command, where `where` holds.
+std::string fish_options(const CLI::App& command, const std::string& where) {
+  std::string lines;
+  for (const CLI::Option* option : arguments_of(command, false)) {
+    lines += fmt::format("complete -c subsoil -n '{}' -l {} -d '{}'", where, option->get_lnames().front(),
+                         quoted(option->get_description(), "\\"));
+    const std::string type = option->get_type_name(), words = words_of_type(type);
+    if (is_flag(*option))
+      lines += "\n";
+    else if (!words.empty())
+      lines += fmt::format(" -x -a '{}'\n", words);
+    else if (type == takes_folder)
+      lines += " -x -a '(__fish_complete_directories)'\n";
+    else if (type == takes_yaml)
+      lines += " -x -a '(__fish_complete_suffix .yaml)'\n";
+    else
+      lines += type.starts_with("TEXT") ? " -r -F\n" : " -x\n";
+  }
+  return lines;
+}
+
+constexpr const char* fish_head = R"(# fish completion of subsoil, printed by `subsoil reference --completion fish`
+
+function __subsoil_needs_command
+    for word in (commandline -opc)[2..-1]
+        string match -q -- '-*' $word; or return 1
+    end
+    return 0
+end
+
+)";
+
+}  // namespace
+
+std::string zsh_completion(const CLI::App& app) {
+  std::string commands, cases;
+  for (const CLI::App* command : commands_of(app)) {
+    const std::string& word = command->get_name();
+    commands += fmt::format(" \\\n    '{}:{}'", word, quoted(command->get_description(), ":\\"));
+    cases += fmt::format("    {})\n      _arguments{}\n      ;;\n", word, zsh_arguments(*command));
+  }
+  return "#compdef subsoil\n# zsh completion of subsoil, printed by `subsoil reference --completion zsh`\n\n"
+         "_subsoil() {\n  local curcontext=$curcontext state line\n  typeset -A opt_args\n  local -a commands\n"
+         "  commands=(" +
+         commands +
+         ")\n"
+         "  _arguments -C" +
+         zsh_arguments(app) +
+         " \\\n        '1:command:->command' '*::argument:->argument'\n"
+         "  case $state in\n    command) _describe command commands; return ;;\n  esac\n"
+         "  case $words[1] in\n" +
+         cases + "  esac\n}\n\n_subsoil \"$@\"\n";
+}
+
+std::string fish_completion(const CLI::App& app) {
+  std::string script =
+      std::string(fish_head) + "complete -c subsoil -f\n" + fish_options(app, "__subsoil_needs_command");
+  for (const CLI::App* command : commands_of(app)) {
+    const std::string& word = command->get_name();
+    const std::string where = "__fish_seen_subcommand_from " + word;
+    script += fmt::format("complete -c subsoil -n __subsoil_needs_command -a {} -d '{}'\n", word,
+                          quoted(command->get_description(), "\\"));
+    script += fish_options(*command, where);
+    for (const CLI::Option* argument : arguments_of(*command, true)) {
+      const std::string type = argument->get_type_name(), words = words_of_type(type);
+      const std::string what = !words.empty()         ? words
+                               : type == takes_yaml   ? "(__fish_complete_suffix .yaml)"
+                               : type == takes_folder ? "(__fish_complete_directories)"
+                                                      : "";
+      script += fmt::format("complete -c subsoil -n '{}' {}\n", where, what.empty() ? "-F" : "-a '" + what + "'");
+    }
+  }
+  return script;
+}
+
 // ---- manual page ---------------------------------------------------------------------------------------------------
 
 namespace {

@@ -15,7 +15,7 @@ CLI::App* add_design(CLI::App& app, DesignRequest& request, const char* name, co
   CLI::App* word = app.add_subcommand(name, meaning);
   word->footer(
       "Every finished run is kept in the folder: the same command goes on where it was stopped. Keys of the plan:\n"
-      "docs/reference/keys.md; methods: docs/reference/design.md");
+      "docs/reference/keys.md; methods: docs/reference/optimise.md");
   add_plan_options(*word, request, "scenario, parameters, numbers");
   word->add_option("--threads", request.threads, "cores of each run; default: as the plan says")
       ->check(CLI::Range(1, 1024));

@@ -35,7 +35,7 @@ CLI::App* add_fields(CLI::App& app, FieldsWords& words) {
   word->footer(
       "Writes RUN/fields.h5 and RUN/fields.xdmf2, which ParaView opens. Contact stress needs frames with "
       "`output.contact forces: yes`.\n"
-      "Equations: docs/theory; how to look at them: docs/guide.md");
+      "Equations: docs/theory; how to look at them: docs/reference/fields.md");
   word->add_option("run", words.run, "result directory")->required()->type_name(takes_folder);
   word->add_option("--out", words.out, "files OUT.h5 and OUT.xdmf; default: RUN/fields");
   word->add_option("--kernel", words.kernel,

@@ -184,15 +184,16 @@ void print_new(const NewRequest& request) {
   }
   const std::string all_keys = request.name.empty() ? new_scenario() : "";
   const Template chosen = request.name.empty() ? Template{"", all_keys, ""} : template_of(request.name);
+  const std::string text = with_schema_line(chosen.scenario, std::filesystem::read_symlink("/proc/self/exe"));
   if (request.out.empty()) {
-    std::cout << chosen.scenario;
+    std::cout << text;
     if (!chosen.mesh.empty())
       std::cerr << "it names " << chosen.name << ".stl: `subsoil new " << chosen.name << " --out " << chosen.name
                 << ".yaml` writes both\n";
     return;
   }
   if (!chosen.mesh.empty()) write_new(request.out.parent_path() / (std::string(chosen.name) + ".stl"), chosen.mesh);
-  write_new(request.out, chosen.scenario);
+  write_new(request.out, text);
 }
 
 /// `subsoil reference`: which page.
@@ -210,18 +211,20 @@ CLI::App* add_reference(CLI::App& app, ReferenceRequest& request) {
       ->expected(0, 1)
       ->default_str("scenario")
       ->check(CLI::IsMember(schema_names()));
-  word->add_option("--completion", request.shell,
-                   "print a script that completes command lines instead; bash sources it")
+  word->add_option("--completion", request.shell, "print a script that completes command lines in this shell instead")
       ->expected(0, 1)
       ->default_str("bash")
-      ->check(CLI::IsMember({"bash"}));
+      ->check(CLI::IsMember({"bash", "zsh", "fish"}));
   word->add_flag("--man", request.man, "print the manual page subsoil(1) instead");
   return word;
 }
 
 std::string reference_text(const CLI::App& app, const CLI::App& word, const ReferenceRequest& request) {
   if (word.count("--schema") > 0) return schema_text(request.schema);
-  if (word.count("--completion") > 0) return bash_completion(app);
+  if (word.count("--completion") > 0)
+    return request.shell == "zsh"    ? zsh_completion(app)
+           : request.shell == "fish" ? fish_completion(app)
+                                     : bash_completion(app);
   if (request.man) return man_page(app);
   return request.columns ? columns_markdown() : reference_markdown();
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
@@ -10,7 +11,7 @@ struct Template {
   std::string_view name;      ///< tine
   std::string_view scenario;  ///< the YAML text
   std::string_view mesh;      ///< text of the STL file that it names, NAME.stl; empty: it names none
-  /// The first line of its comment.
+  /// The first line of its comment, below the schema line.
   std::string_view about() const;
 };
 
@@ -19,6 +20,9 @@ std::span<const Template> templates();
 std::string template_list();
 /// {tine,rotor,...}: what stands for a name in the help.
 std::string template_words();
+/// The text with the schema line that yaml-language-server reads: the schema installed with the program at `program`,
+/// or subsoil.schema.json beside the scenario where there is none.
+std::string with_schema_line(std::string_view scenario, const std::filesystem::path& program);
 /// Throws std::invalid_argument with the names there are.
 const Template& template_of(std::string_view name);
 

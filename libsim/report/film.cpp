@@ -11,7 +11,7 @@ namespace subsoil::sim {
 namespace {
 
 constexpr std::size_t bytes_per_sphere = 9;
-constexpr double rounding = 1e-4;             // of the smallest radius: positions in frames (docs/guide.md, run.h5)
+constexpr double rounding = 1e-4;  // of the smallest radius: positions in frames (docs/reference/results-directory.md)
 constexpr std::size_t most_triangles = 3000;  // of a surface; a finer mesh is drawn by every so-many-th
 
 struct Bounds {

@@ -5,7 +5,7 @@
 #include "libsim/setup/world.hpp"
 
 /// The one list of what series.csv holds: name, unit, meaning and where the number comes from. `Columns` reads it for
-/// every run, docs/guide.md shows it.
+/// every run, docs/reference/output-variables.md shows it.
 namespace subsoil::sim {
 
 struct ColumnSources {
@@ -62,7 +62,7 @@ struct MachineColumns {
 };
 std::vector<MachineColumns> machine_columns();
 
-/// The table of all columns for docs/guide.md.
+/// The table of all columns for docs/reference/output-variables.md.
 std::string columns_markdown();
 
 }  // namespace subsoil::sim

@@ -18,7 +18,8 @@ std::string overlap_advice(const std::string& fault, const World& world, const S
 ///     pushed down:  p = rho g (33 h + 0.3 * 48 w) + rho v^2  (bearing capacity; N_q = 33, N_gamma = 48)
 /// h its depth and w its width, a radius and a diameter more each, since whole spheres are moved. A single sphere bears
 /// ten times its share p (2 r)^2: contact forces in a packing have an exponential tail. Or it is struck at v, and the
-/// contact takes m v^2/2. The greater overlap counts. Against measured runs (docs/guide.md) good to a factor of five.
+/// contact takes m v^2/2. The greater overlap counts. Against measured runs (docs/reference/command-line.md) good to a
+/// factor of five.
 struct ExpectedOverlap {
   std::string tool;
   double share = 0;  ///< of a radius

@@ -29,7 +29,8 @@ class SoilBuilder {
   /// A bed whose surface lies more than a radius from the datum of a wheel's law is refused.
   void check_wheel_datum() const;
   /// How many spheres a random bed will have, about: what fills its depth at a solid fraction of 0.61, less a sixth of
-  /// a diameter at walls, floor and surface, where spheres stand less dense. Within some percent (docs/guide.md).
+  /// a diameter at walls, floor and surface, where spheres stand less dense. Within some percent
+  /// (docs/reference/command-line.md).
   double expected_spheres() const;
   /// What the stable step must be asked for while there are no spheres yet.
   dem::StepQuestion question() const;

@@ -35,12 +35,12 @@ const std::vector<CommandFile>& command_files() {
        prototype<ImpactStudy>()},
       {"calibrate", "The file of `subsoil calibrate`",
        "The same rules hold; values of targets carry the unit of their number "
-       "([laboratory-tests.md](laboratory-tests.md)).",
+       "([calibrate.md](calibrate.md)).",
        prototype<Plan>()},
       {"sweep", "The file of `subsoil sweep`", "The same rules hold ([sweep.md](sweep.md)).", prototype<SweepPlan>()},
-      {"optimise", "The file of `subsoil optimise`", "The same rules hold ([design.md](design.md)).",
+      {"optimise", "The file of `subsoil optimise`", "The same rules hold ([optimise.md](optimise.md)).",
        prototype<OptimisePlan>()},
-      {"sensitivity", "The file of `subsoil sensitivity`", "The same rules hold ([design.md](design.md)).",
+      {"sensitivity", "The file of `subsoil sensitivity`", "The same rules hold ([sensitivity.md](sensitivity.md)).",
        prototype<SensitivityPlan>()}};
   return files;
 }

@@ -32,7 +32,8 @@ TEST(Package, UnpackedProgramRuns) {
     EXPECT_NE(test::text_of(log).find(library), std::string::npos) << test::text_of(log);
   ASSERT_TRUE(done("dpkg-deb -x packed/*.deb root")) << test::text_of(log);
   for (const char* file : {"share/man/man1/subsoil.1", "share/bash-completion/completions/subsoil",
-                           "share/subsoil/configs/templates/tine.yaml", "share/doc/subsoil/guide.md"})
+                           "share/subsoil/configs/templates/tine.yaml", "share/doc/subsoil/start.md",
+                           "share/zsh/vendor-completions/_subsoil", "share/fish/vendor_completions.d/subsoil.fish"})
     EXPECT_TRUE(std::filesystem::exists(root + file)) << file;
   test::write_file(scratch / "plate.yaml", plate);
   EXPECT_TRUE(done("OMP_NUM_THREADS=1 root/usr/bin/subsoil run plate.yaml")) << test::text_of(log);

@@ -278,11 +278,11 @@ class Failures(Scratch):
 
 
 class Guide(unittest.TestCase):
-    """The example of docs/guide.md."""
+    """The example of docs/reference/python.md."""
 
     def test_example(self):
-        guide = (pathlib.Path(__file__).resolve().parents[2] / "docs/guide.md").read_text(encoding="utf-8")
-        example = guide.split("```python\n")[1].split("```")[0]
+        page = (pathlib.Path(__file__).resolve().parents[2] / "docs/reference/python.md").read_text(encoding="utf-8")
+        example = page.split("```python\n")[1].split("```")[0]
         before, said = os.getcwd(), io.StringIO()
         with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(said):
             os.chdir(folder)

@@ -71,7 +71,7 @@ struct OptimisePlan {
               {"isres", SearchMethod::isres},
               {"surrogate", SearchMethod::surrogate}},
              "auto: bobyqa, with constraints or a single parameter cobyla; surrogate: for runs with soil, few runs "
-             "(docs/reference/design.md)");
+             "(docs/reference/optimise.md)");
     v.count("starts", starts, "[1, 1000]", "searches: the first from `start`, the others from a Latin hypercube");
     v.count("evaluations", evaluations, "[3, 100000]", "runs of each search at most");
     v.count("seed", seed, "[1, inf)", "of the Latin hypercube and of isres");

@@ -61,6 +61,26 @@ TEST_F(Completion, ArgumentsByPlace) {
   EXPECT_EQ(offers("subsoil new vib"), "vibrating-shank;");
 }
 
+/// The scripts of the other shells: read without fault where the shell is there, and they name what bash offers.
+TEST(OtherShells, ScriptsAreReadAndNameEveryCommand) {
+  const test::Scratch scratch;
+  for (const std::string shell : {"zsh", "fish"}) {
+    const std::string script = scratch / shell;
+    output_of(subsoil::test::program() + " reference --completion " + shell + " >" + script, scratch);
+    const std::string text = test::text_of(script);
+    std::istringstream words("run resume check new plot impact test calibrate report sweep portable shatter strict");
+    for (std::string word; words >> word;) EXPECT_NE(text.find(word), std::string::npos) << shell << ": " << word;
+    if (std::system(("command -v " + shell + " >/dev/null 2>&1").c_str()) == 0) {
+      EXPECT_EQ(output_of(shell + " -n " + script, scratch), "");
+    }
+  }
+  if (std::system("command -v fish >/dev/null 2>&1") == 0) {
+    EXPECT_EQ(
+        output_of("fish -c \". " + (scratch / "fish").string() + "; complete -C \\\"subsoil test sh\\\"\"", scratch),
+        "shatter\nshear\n");
+  }
+}
+
 TEST(ManPage, NamesEveryCommandAndReadsClean) {
   const test::Scratch scratch;
   const std::string page = scratch / "subsoil.1";

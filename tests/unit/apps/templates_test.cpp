@@ -51,6 +51,22 @@ TEST(Templates, AreThoseOfTheListAndAreNamed) {
             std::string::npos);
 }
 
+/// Editors read it; the schema of an installed program is found from the program's place.
+TEST(Templates, CarryTheSchemaLine) {
+  const test::Scratch scratch;
+  std::filesystem::create_directories(scratch / "usr/share/subsoil");
+  test::write_file(scratch / "usr/share/subsoil/subsoil.schema.json", "{}");
+  for (const Template& t : templates()) {
+    EXPECT_TRUE(t.scenario.starts_with("# yaml-language-server: $schema=subsoil.schema.json\n# ")) << t.name;
+    EXPECT_EQ(with_schema_line(t.scenario, "/nowhere/bin/subsoil"), t.scenario) << t.name;
+    const std::string installed = with_schema_line(t.scenario, scratch / "usr/bin/subsoil");
+    EXPECT_EQ(installed.find("# yaml-language-server: $schema=" +
+                             (scratch / "usr/share/subsoil/subsoil.schema.json").string() + "\n# "),
+              0u);
+    EXPECT_EQ(t.about().find("yaml-language-server"), std::string_view::npos);
+  }
+}
+
 TEST(Templates, TheScenarioOfEveryKeyRunsToItsEnd) {
   const RunDirectory dir;
   EXPECT_EQ(run_scenario(dir.scenario(new_scenario()), dir / "out"), exit_ok);

@@ -63,8 +63,8 @@ TEST(Heaps, DrySpheresLieAtAnAngleOfReposeThatFrictionMakes) {
 
 /// Grains of maize (configs/maize-heap.yaml), and spheres of their volume with the same law: what shape adds. Without
 /// resistance to rolling spheres of mu = 0.3 run off but for a layer; clumps lock. The figures of several packings
-/// stand in docs/guide.md; here the first must be as far apart as packings never are, and the clumps' balance must
-/// close.
+/// stand in docs/reference/clumps.md; here the first must be as far apart as packings never are, and the clumps'
+/// balance must close.
 TEST(Heaps, ClumpsLieSteeperThanSpheresOfTheirVolume) {
   const test::RunDirectory dir;
   constexpr double radius = 9.4e-3;  // of a sphere of one grain's volume
