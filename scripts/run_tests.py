@@ -5,10 +5,12 @@ test cases: `N passed, N failed`; any failure makes the exit code 1.
   scripts/test              the gate: builds, runs every short test case, of the long ones a third in turn and those that
                             the change touches, unit tests under the address and undefined-behaviour sanitizers: of one
                             library in turn and of those that the change touches, and readers of foreign files that the
-                            change touches fuzzed for a minute each (scripts/fuzz)
+                            change touches fuzzed for a minute each (scripts/fuzz); random scenarios of fixed seeds for
+                            two minutes (tests/consistency)
   scripts/test --quick      the daily suite: builds, runs all but the cases that take a second or more (`long`)
   scripts/test --all        every test case, all unit tests under the sanitizers with all kernels of this machine, and
-                            every reader of foreign files fuzzed for a minute
+                            every reader of foreign files fuzzed for a minute; random scenarios of new seeds for
+                            thirty minutes
   scripts/test -R PATTERN   only cases whose name has PATTERN (`Heaps`, `Search.Misses*`, `*/4`), no sanitizers
 
 Turns: by the number of commits modulo 3 (`git rev-list --count HEAD`; without git or in a shallow clone, by the day), so
@@ -53,6 +55,8 @@ FUZZED = {
     "state": ("libsim/run/restart", "libsim/io/state_file", "libsim/io/hdf5", "libsim/io/read_guard"),
     "frames": ("libsim/post/frames_file", "libsim/io/joined_frame", "libsim/io/hdf5", "libsim/io/read_guard"),
 }
+# Random scenarios (tests/consistency): wall time in s of the gate, with fixed seeds, and of --all, with new ones.
+CONSISTENCY_GATE, CONSISTENCY_ALL = 120, 1800
 # The portable kernel alone in the gate: of wider sets the sanitizer sees plain loads and stores only, no gather.
 SANITIZED_SETS, ALL_SANITIZED_SETS = "portable", "native"
 
@@ -213,6 +217,33 @@ class Session:
         self.passed += clean
         self.failed += len(names) - clean
 
+    def consistency(self, seeds, seconds):
+        """The tests of the random machine, then its scenarios: a case for each relation held against one."""
+        self.say(f"consistency: seeds {seeds}, {seconds} s")
+        folder = "tests/consistency"
+        python = next((one for one in (sys.executable, "/usr/bin/python3")
+                       if subprocess.run([one, "-c", "import numpy, h5py, yaml"], capture_output=True).returncode == 0), None)
+        if python is None:
+            print("test: tests/consistency needs NumPy, h5py and PyYAML (scripts/setup)", file=sys.stderr)
+            self.failed += 1
+            return
+        done = subprocess.run([python, f"{folder}/test_consistency.py"], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        ran = re.search(r"^Ran (\d+) tests", done.stdout, re.M)
+        if done.returncode or not ran:
+            print(done.stdout)
+            self.failed += 1
+        else:
+            self.passed += int(ran[1])
+        command = [python, folder, "--program", "build/release/apps/subsoil", "--seeds", seeds, "--seconds", str(seconds)]
+        done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        print(done.stdout, end="")
+        counts = re.search(r"^(\d+) passed, (\d+) failed$", done.stdout, re.M)
+        if counts is None or (done.returncode != 0) != (int(counts[2]) > 0):
+            self.failed += 1  # it stopped before its end, or no scenario ran
+        if counts:
+            self.passed += int(counts[1])
+            self.failed += int(counts[2])
+
     def end(self):
         took = time.monotonic() - self.start
         print(f"took {took:.0f} s" + (f"; {self.skipped} cases say that they have nothing to test here" if self.skipped else ""))
@@ -278,9 +309,11 @@ def main():
     if o.all:
         session.sanitize([*SANITIZED, "apps"], ALL_SANITIZED_SETS)
         session.fuzz(list(FUZZED))
+        session.consistency(f"{int(time.time())}:", CONSISTENCY_ALL)
     elif not o.quick and not o.R:
         session.sanitize(sanitized(changed_files(), commit_number()), SANITIZED_SETS)
         session.fuzz(fuzzed(changed_files()))
+        session.consistency("1:", CONSISTENCY_GATE)
     return session.end()
 
 

@@ -1,0 +1,178 @@
+"""Invariance: another frame, other names, another order, other units, another way to the same file, other observers."""
+import math
+import random
+
+import compare
+from case import last_line, relation
+from geometry import Name, NotTransformable, Quantity, View, render
+from program import Result, dump
+
+def in_other_frame(case, view):
+    try:
+        other = case.program.run(case.tree, view)
+    except NotTransformable:
+        return []
+    return case.same(other, view)
+
+
+@relation("machine", "soil", "coupled")
+def translation(case):
+    if not case.listed:
+        return []
+    far = 1024.0 if "soil" not in case.tree else 16.0
+    return in_other_frame(case, View(shift=(far, 0.25 * far, 0.0 if "soil" not in case.tree else 4.0)))
+
+
+@relation("machine")
+def rotation(case):
+    return in_other_frame(case, View(angle=case.rng.uniform(0.3, 6)))
+
+
+@relation("soil", "coupled")
+def quarter_turn(case):
+    if not case.listed or "soil" in case.tree and ("clumps" in case.tree["soil"] or "boundaries" in case.tree or "machine" in case.tree):
+        return []
+    return in_other_frame(case, View(angle=0.5 * math.pi))
+
+
+@relation("machine", "soil", "coupled")
+def mirror_in_x(case):
+    return in_other_frame(case, View(mirror_x=True)) if case.listed else []
+
+
+@relation("soil", "coupled")
+def mirror_in_z(case):
+    return in_other_frame(case, View(mirror_z=True)) if case.listed else []
+
+
+def own_names(node, found=None):
+    found = set() if found is None else found
+    if isinstance(node, dict):
+        for key, value in node.items():
+            if isinstance(key, Name):
+                found.add(key.text)
+            own_names(value, found)
+    elif isinstance(node, list):
+        for one in node:
+            own_names(one, found)
+    elif isinstance(node, Name):
+        found.add(node.text)
+    return found - {"ground"}
+
+
+@relation("machine", "soil", "coupled")
+def renaming(case):
+    """Names in another order of the alphabet change no bit; measures are written as before."""
+    names = sorted(own_names(case.tree))
+    new = {name: f"z{len(names) - k} {name}" if not name.startswith("on ") else f"m{len(names) - k}" for k, name in enumerate(names)}
+    view = View(names=new)
+    other = case.program.run(case.tree, view)
+    if other.code != case.base.code or not case.base.ended:
+        return case.same(other, view)
+    return compare.bits(case.base.table(), compare.back(other.table(), view))[:3]
+
+
+@relation("machine", "soil", "coupled")
+def reordering(case):
+    return in_other_frame(case, View(shuffle=random.Random(case.scenario.seed)))
+
+
+@relation("machine", "soil", "coupled")
+def other_units(case):
+    return in_other_frame(case, View(units=random.Random(case.scenario.seed)))
+
+
+@relation("machine", "soil", "coupled")
+def include(case):
+    """Half of the sections in another file: the same bits."""
+    document = render(case.tree)
+    moved = [key for k, key in enumerate(sorted(document)) if k % 2 and key != "subsoil"]
+    path = case.program.write({"include": ["part.yaml"], **{k: v for k, v in document.items() if k not in moved}})
+    (path.parent / "part.yaml").write_text(dump({k: document[k] for k in moved}))
+    out = path.parent / "out"
+    other = Result(out, *case.program.command("run", path, "--out", out), document)
+    return exact(case, other)
+
+
+@relation("machine", "soil", "coupled")
+def set_against_file(case):
+    other = case.program.run({**case.tree, "time": {**case.tree["time"], "end": Quantity((9.0,), "s")}},
+                             options=["--set", f"time.end={render(case.tree['time']['end'])}"])
+    return exact(case, other)
+
+
+def exact(case, other, skip=()):
+    """The same bits in every column that both have, in the rows that both have."""
+    if other.code != case.base.code:
+        return [f"exit code {other.code} against {case.base.code}: {last_line(other.text)}"]
+    if not case.base.ended:
+        return []
+    mine, theirs = case.base.table(), other.table()
+    if mine["time"][-1] != theirs["time"][-1]:
+        return [f"ends at {theirs['time'][-1]!r} s against {mine['time'][-1]!r} s"]
+    answer = compare.bits(*compare.common_rows(mine, theirs), skip=skip)
+    if "soil" in case.tree:
+        answer += compare.bits(case.base.spheres(), other.spheres())
+    return answer[:3]
+
+
+@relation("machine", "soil", "coupled")
+def own_scenario(case):
+    """scenario.yaml of a run, every default made explicit, runs and gives the same bits."""
+    if not case.base.ended:
+        return []
+    path = case.program.write((case.base.folder / "scenario.yaml").read_text())
+    out = path.parent / "out"
+    other = Result(out, *case.program.command("run", path, "--out", out), None)
+    return exact(case, other)
+
+
+@relation("soil", "coupled")
+def threads(case):
+    return exact(case, case.program.run(case.tree, options=["--threads", "3"]))
+
+
+@relation("machine", "soil", "coupled")
+def observation(case):
+    """Rows, frames, states, contact forces and losses asked for otherwise: the motion keeps its bits."""
+    if not case.base.ended or case.scenario.analysis not in ("dynamics", "kinematics"):
+        return []
+    end = case.tree["time"]["end"].values[0]
+    output = dict(case.tree["output"])
+    output["every"] = Quantity((end / 7,), "s")
+    output["series every"] = Quantity((end / 60,), "s")
+    output["state every"] = Quantity((end / 3,), "s")
+    if "soil" in case.tree:
+        output["contact forces"] = "yes"
+        output["sample losses every"] = 7
+    other = case.program.run({**case.tree, "output": output})
+    means = set()
+    if "soil" in case.tree:  # means over another interval, and estimates of the losses
+        means = {n for n, u in (case.base.units if case.base.table() else {}).items() if u in ("N", "N m", "J")}
+    return exact(case, other, skip=means)
+
+
+@relation("soil", "coupled", "machine")
+def continuation(case):
+    """A run from a state goes on with the same bits as the run that wrote it."""
+    if not case.base.ended or case.scenario.analysis != "dynamics":
+        return []
+    end = case.tree["time"]["end"].values[0]
+    output = {**case.tree["output"], "state every": Quantity((end * case.rng.uniform(0.2, 0.8),), "s")}
+    first = case.program.run({**case.tree, "output": output})
+    states = first.states() if first.ended else []
+    if len(states) < 2:
+        return []
+    other = case.program.run({**case.tree, "output": output}, options=["--from", str(states[0][1])])
+    if not other.ended:
+        return [f"from a state: exit code {other.code}: {last_line(other.text)}"]
+    a, b = compare.common_rows(first.table(), other.table())
+    if len(b["time"]) > 1:  # the first row of means begins at the state
+        a, b = ({k: v[1:] for k, v in t.items()} for t in (a, b))
+    skip = set()
+    if "soil" not in case.tree:  # the integrator starts again, so the motion agrees to its tolerance
+        sizes = compare.differences(a, b, first.units)
+        response = case.response()
+        return [f"{n} from a state differs by {s:.3g} of its size" for n, s in sizes.items()
+                if s > max(case.floor, 10 * response.get(n, 0))][:3]
+    return compare.bits(a, b, skip)[:3]

@@ -1,0 +1,79 @@
+"""Random whole scenarios: machine alone, soil alone, both; the analyses, time, output and watches."""
+import dataclasses
+import random
+
+from geometry import Name, Quantity
+from machine import MachineDraw
+from soil import SoilDraw
+
+INTEGRATORS = ("auto", "adams-moulton", "cvode", "ida")
+
+
+@dataclasses.dataclass
+class Scenario:
+    seed: int
+    kind: str          # machine, soil, coupled
+    tree: dict
+    used: list         # declared elements in it
+
+    @property
+    def analysis(self):
+        return self.tree.get("analysis", "dynamics")
+
+    @property
+    def integrator(self):
+        return self.tree.get("time", {}).get("machine", {}).get("integrator", "auto")
+
+
+def draw(seed, declarations, kind=None):
+    rng = random.Random(seed)
+    kind = kind or rng.choice(["machine", "machine", "machine", "soil", "soil", "coupled"])
+    tree, used = {"subsoil": 1}, []
+    end = rng.choice([0.1, 0.3, 1.0]) if kind == "machine" else rng.choice([0.03, 0.08])
+    gravity = (0.0, -9.81, 0.0) if rng.random() < 0.9 else (0.0, 0.0, 0.0)
+    if kind == "machine":
+        draw_ = MachineDraw(rng, declarations, end)
+        tree["machine"] = draw_.draw()
+        used += draw_.used
+        analyses = declarations.sections["Top level"]["analysis"].words
+        if rng.random() < 0.25:
+            tree["analysis"] = rng.choice(analyses)
+            used.append(f"analysis.{tree['analysis']}")
+    else:
+        soil = SoilDraw(rng, declarations, end)
+        tree.update(soil.draw(listed=kind == "coupled" or rng.random() < 0.6))
+        used += soil.used
+        if kind == "coupled":
+            tree["machine"], extra = coupled_machine(rng, declarations, soil, end, tree)
+            used += extra
+    tree["gravity"] = Quantity(gravity, "m/s^2", "direction")
+    tree["time"] = {"end": Quantity((end,), "s")}
+    if kind == "machine" and rng.random() < 0.5:
+        tree["time"]["machine"] = {"integrator": rng.choice(INTEGRATORS)}
+    tree["output"] = {"every": Quantity((end / 4,), "s"), "series every": Quantity((end / 20,), "s"), "series digits": "all", "precision": "double"}
+    return Scenario(seed, kind, tree, used)
+
+
+def coupled_machine(rng, declarations, soil, end, tree):
+    """A tool on a slide, a pin or a spring, with one of the declared shapes, that comes down into the spheres."""
+    maker = MachineDraw(rng, declarations, end)
+    at = (0.0, 0.14)
+    maker.bodies["tool"] = at
+    shape = soil.shape(0.05)
+    while "plane" in shape:
+        shape = soil.shape(0.05)
+    machine = {"bodies": {Name("tool"): {
+        "mass": Quantity((maker.rounded(0.2, 3),), "kg"), "inertia": Quantity((maker.rounded(0.001, 0.02),), "kg m^2"), "at": Quantity(at, "m", "point"),
+        "velocity": Quantity((0.0, -0.5), "m/s", "direction"), "velocity is": "about"}}, "joints": {}, "forces": {}, "drivers": {}}
+    way = rng.random()
+    if way < 0.4:
+        machine["joints"][Name("guide")] = {"translational": [Name("ground"), Name("tool")], "at": Quantity(at, "m", "point"),
+                                           "along": Quantity((maker.rounded(-0.3, 0.3), 1.0), "", "direction")}
+    elif way < 0.6:
+        machine["joints"][Name("guide")] = {"revolute": [Name("ground"), Name("tool")], "at": Quantity((-0.1, 0.16), "m", "point")}
+    for k in range(rng.choice([0, 1, 2])):
+        maker.add(machine, "forces", f"f{k}", rng.choice(sorted(declarations.elements("machine.forces"))), ("ground", "tool"))
+    maker.measures(machine)
+    machine["measures"][Name("soil on tool")] = {"soil force": Name("tool")}
+    machine["surfaces"] = {Name("blade"): {"body": Name("tool"), "material": Name("steel"), **shape}}
+    return {key: value for key, value in machine.items() if value}, maker.used

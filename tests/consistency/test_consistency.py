@@ -1,0 +1,213 @@
+#!/usr/bin/env python3
+"""Tests of this tool: every relation holds of an honest miniature program and fails of one with a planted fault."""
+import math
+import pathlib
+import random
+import sys
+import types
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+
+import numpy  # noqa: E402
+
+import compare  # noqa: E402
+import degenerate  # noqa: E402
+from declarations import Declarations  # noqa: E402
+from geometry import Box, Faces, Function, Name, NotTransformable, Pair, Quantity, View, render  # noqa: E402
+from miniature import Miniature  # noqa: E402
+from relations import RELATIONS, Case  # noqa: E402
+from scenario import Scenario, draw  # noqa: E402
+from shrink import places, shrink  # noqa: E402
+
+REFERENCE = pathlib.Path(__file__).resolve().parents[2] / "docs" / "scenario.md"
+
+
+def machine():
+    body = {"mass": Quantity((2.0,), "kg"), "inertia": Quantity((0.1,), "kg m^2"), "angle": Quantity((0.3,), "rad", "attitude"),
+            "velocity": Quantity((0.5, 1.0), "m/s", "direction"), "spin": Quantity((2.0,), "rad/s", "turn")}
+    return Scenario(1, "machine", {
+        "subsoil": 1, "gravity": Quantity((0.0, -9.81, 0.0), "m/s^2", "direction"),
+        "machine": {"bodies": {Name("a"): {**body, "at": Quantity((0.1, 0.2), "m", "point")}, Name("b"): {**body, "at": Quantity((-0.3, 0.25), "m", "point")}}},
+        "time": {"end": Quantity((0.5,), "s")},
+        "output": {"every": Quantity((0.25,), "s"), "series every": Quantity((0.05,), "s")}}, [])
+
+
+def soil():
+    return Scenario(1, "soil", {
+        "subsoil": 1, "gravity": Quantity((0.0, -9.81, 0.0), "m/s^2", "direction"), "materials": {Name("grain"): {"density": Quantity((2000.0,), "kg/m^3")}},
+        "soil": {"container": {"@box": Box((0.2, 0.2, 0.1), (-0.1, 0.0, -0.05)), "open": Faces(("+y", "-x"))},
+                 "bed": {"fill": "particles", "particles": [
+                     {"position": Quantity((0.01 * k, 0.1, 0.0), "m", "point"), "velocity": Quantity((0.1, 0.0, 0.05 * k), "m/s", "direction"),
+                      "spin": Quantity((0.0, 5.0, 0.0), "rad/s", "axial"), "radius": Quantity((0.005,), "m")} for k in range(3)]}},
+        "time": {"end": Quantity((0.1,), "s")},
+        "output": {"every": Quantity((0.05,), "s"), "series every": Quantity((0.01,), "s")}}, [])
+
+
+def driven():
+    scenario = machine()
+    scenario.tree["machine"]["drivers"] = {Name("d"): {"coordinate": Name("a", ".x")}}
+    return scenario
+
+
+def balanced():
+    scenario = machine()
+    scenario.tree["analysis"] = "equilibrium"
+    for body in scenario.tree["machine"]["bodies"].values():
+        body["spin"] = Quantity((0.0,), "rad/s", "turn")
+    return scenario
+
+
+def stones():
+    """A fixed sphere and one that overlaps it."""
+    scenario = soil()
+    first, second = scenario.tree["soil"]["bed"]["particles"][:2]
+    del first["velocity"], first["spin"]
+    first["fixed"] = Name("stone")
+    second["velocity"] = Quantity((0.0, 1.0, 0.0), "m/s", "direction")
+    first["position"] = Quantity((0.01, 0.148, 0.0), "m", "point")
+    scenario.tree["soil"]["bed"]["particles"] = [first, second]
+    return scenario
+
+
+def coupled():
+    return Scenario(1, "coupled", {**machine().tree, "soil": soil().tree["soil"], "materials": soil().tree["materials"]}, [])
+
+
+# Relation -> (scenario, planted fault). A relation without an entry fails the test below.
+PLANTED = {
+    "translation": (machine, "far is rough"), "rotation": (machine, "gravity along y"), "quarter turn": (soil, "gravity along y"),
+    "mirror in x": (machine, "handed"), "mirror in z": (soil, "across"), "renaming": (machine, "names matter"), "reordering": (machine, "order matters"),
+    "other units": (machine, "units misread"), "include": (machine, "include matters"), "set against file": (machine, "set ignored"),
+    "own scenario": (machine, "defaults matter"), "threads": (soil, "threads matter"), "observation": (machine, "rows matter"),
+    "continuation": (machine, "state lost"), "integrators": (machine, "method matters"), "half step": (soil, "step matters"), "sentences": (machine, "not a number"),
+    "check against run": (machine, "check refuses"), "extremes": (machine, "maximum"), "newton and euler": (machine, "handed"),
+    "energy of machine": (machine, "energy"), "momentum of soil": (soil, "momentum"),
+    "torque of soil": (soil, "torque"), "mass and energy of soil": (soil, "mass"), "work at the interface": (coupled, "interface"),
+    "impulse of machine": (coupled, "impulse"), "watches": (machine, "integral"), "work of driver": (driven, "driver"), "losses": (machine, "losses"),
+    "python module": (machine, "python"),
+    "equilibrium is at rest": (balanced, "equilibrium"), "fixed spheres": (stones, "fixed moves"), "overlaps are felt": (stones, "contacts"),
+}
+
+
+def violations(name, make, *faults):
+    program = Miniature(*faults)
+    case = Case(program, make())
+
+    def opened(_):  # as scripts/python/subsoil.py, of which this is no test
+        series = {n: numpy.array(v) * (1.01 if "python" in faults else 1.0) for n, v in case.base.table().items()}
+        return types.SimpleNamespace(series={n: types.SimpleNamespace(to_numpy=lambda v=v: v) for n, v in series.items()}, frames=[])
+
+    sys.modules["subsoil"] = types.SimpleNamespace(open=opened)
+    try:
+        return RELATIONS[name][1](case)
+    finally:
+        del sys.modules["subsoil"]
+        program.close()
+
+
+class Relations(unittest.TestCase):
+    def test_each_has_a_planted_fault(self):
+        self.assertEqual(set(RELATIONS), set(PLANTED))
+
+    def test_each_holds_of_an_honest_program(self):
+        for name, (make, _) in PLANTED.items():
+            with self.subTest(name):
+                self.assertEqual(violations(name, make), [])
+
+    def test_each_finds_its_planted_fault(self):
+        for name, (make, fault) in PLANTED.items():
+            with self.subTest(name):
+                self.assertNotEqual(violations(name, make, fault), [])
+
+    def test_a_crash_and_a_silent_refusal_are_found(self):
+        for fault in "crash", "silent refusal":
+            self.assertNotEqual(violations("sentences", machine, fault), [])
+
+
+class Transformations(unittest.TestCase):
+    def test_a_table_comes_back_from_every_view(self):
+        table = {"a.x": numpy.array([1.0, 2.0]), "a.y": numpy.array([0.5, -1.0]), "a.angle": numpy.array([0.1, 0.2]), "time": numpy.array([0.0, 1.0])}
+        view = View(angle=0.7, shift=(3.0, -2.0, 0.0), names={"a": "z"})
+        moved = {"time": table["time"], "z.angle": table["a.angle"] + 0.7,
+                 "z.x": math.cos(0.7) * table["a.x"] - math.sin(0.7) * table["a.y"] + 3.0,
+                 "z.y": math.sin(0.7) * table["a.x"] + math.cos(0.7) * table["a.y"] - 2.0}
+        back = compare.back(moved, view)
+        self.assertLess(max(compare.differences(table, back, {}, view).values()), 1e-12)
+
+    def test_kinds(self):
+        view = View(mirror_x=True)
+        self.assertEqual(render(Quantity((1.0, 2.0), "m", "point"), view), "-1 2 m")
+        self.assertEqual(render(Quantity((1.0,), "rad/s", "turn"), view), "-1 rad/s")
+        self.assertEqual(render(Quantity((1.0, 2.0, 3.0), "rad/s", "axial"), View(mirror_z=True)), "-1 -2 3 rad/s")
+        self.assertEqual(render(Faces(("+x", "-y", "z")), View(angle=math.pi / 2)), ["+y", "+x", "z"])
+        self.assertEqual(render({"@": Box((1.0, 2.0, 3.0), (0.0, 0.0, 0.0))}, view), {"size": "1 2 3 m", "at": "-1 0 0 m"})
+        with self.assertRaises(NotTransformable):
+            render(Quantity((1.0,), "m", "height"), View(angle=0.1))
+
+    def test_a_pair_of_components_rotates(self):
+        f = Function("constant", (("value", Quantity((2.0,), "N")),), (("value", 1, 0),), "N")
+        g = Function("constant", (("value", Quantity((0.0,), "N")),), (("value", 1, 0),), "N")
+        turned = render({"@": Pair(("along x", f), ("along y", g))}, View(angle=math.pi / 3))
+        self.assertAlmostEqual(float(turned["along y"][0]["constant"]["value"].split()[0]), 2 * math.sin(math.pi / 3))
+
+    def test_units_keep_the_number(self):
+        for seed in range(20):
+            text = render(Quantity((0.1234,), "m"), View(units=random.Random(seed)))
+            value, unit = text.split()
+            self.assertAlmostEqual(float(value) * {"mm": 1e-3, "cm": 1e-2, "m": 1}[unit], 0.1234, places=15)
+
+
+class Comparison(unittest.TestCase):
+    def test_one_bit_and_a_missing_number(self):
+        a = {"x": numpy.array([1.0, 2.0])}
+        self.assertEqual(compare.bits(a, {"x": a["x"].copy()}), [])
+        self.assertEqual(len(compare.bits(a, {"x": numpy.array([1.0, numpy.nextafter(2.0, 3.0)])})), 1)
+        self.assertEqual(compare.differences({"x": numpy.array([1.0, numpy.nan])}, {"x": numpy.array([1.0, 2.0])}, {})["x"], float("inf"))
+        self.assertEqual(len(compare.bits(a, {"x": numpy.array([1.0])})), 1)
+
+
+class Generator(unittest.TestCase):
+    def setUp(self):
+        self.declared = Declarations(REFERENCE.read_text())
+
+    def test_draws_every_declared_element(self):
+        drawn = set()
+        for seed in range(1500):
+            drawn |= set(draw(seed, self.declared).used)
+        self.assertEqual([one for one in drawn if one.startswith("unknown unit")], [])
+        wanted = {f"machine.{part}.{name}" for part in ("joints", "forces", "drivers") for name in self.declared.elements(f"machine.{part}")}
+        wanted |= {f"contacts.{name}" for name, key in self.declared.children("contacts").items() if key.type == "type"}
+        wanted |= {f"boundaries.shape.{name}" for name, key in self.declared.children("boundaries.shape").items() if key.type != "file"}
+        wanted |= {f"analysis.{word}" for word in self.declared.sections["Top level"]["analysis"].words}
+        self.assertEqual(wanted - drawn, set())
+
+    def test_a_new_joint_is_drawn(self):
+        text = REFERENCE.read_text().replace("| `machine.joints.revolute` |",
+                                             "| `machine.joints.hinge of tests` | [name of a body, name of a body] | required |  | new |\n"
+                                             "| `machine.joints.hinge of tests.at` | 2 numbers m | required |  | in the world of the start pose |\n"
+                                             "| `machine.joints.revolute` |", 1)
+        declared = Declarations(text)
+        self.assertTrue(any("machine.joints.hinge of tests" in draw(seed, declared).used for seed in range(300)))
+
+    def test_the_same_seed_gives_the_same_scenario(self):
+        for seed in range(20):
+            self.assertEqual(render(draw(seed, self.declared).tree), render(draw(seed, self.declared).tree))
+
+
+class Reduction(unittest.TestCase):
+    def test_keeps_what_the_violation_needs(self):
+        tree = soil().tree
+        small = shrink(tree, lambda t: any(p["position"].values[0] > 0.015 for p in t["soil"]["bed"]["particles"]))
+        self.assertEqual(len(small["soil"]["bed"]["particles"]), 1)
+        self.assertLess(len(list(places(small))), len(list(places(tree))))
+
+    def test_degenerate_inputs_differ_from_the_valid_one(self):
+        tree = machine().tree
+        for seed in range(50):
+            broken, faults = degenerate.mutated(tree, seed)
+            self.assertTrue(faults)
+
+
+if __name__ == "__main__":
+    unittest.main()
