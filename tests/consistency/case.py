@@ -109,5 +109,5 @@ def nudged(node, rng, share):
 
 
 def last_line(text):
-    lines = [line for line in text.strip().splitlines() if line.strip()]
-    return lines[-1][:200] if lines else "(nothing printed)"
+    lines = [line for line in text.strip().splitlines() if line.strip() and not line.startswith("the run stops here")]
+    return " | ".join(lines[-2:])[-400:] if lines else "(nothing printed)"

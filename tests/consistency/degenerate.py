@@ -21,18 +21,18 @@ def mutated(tree, seed):
             way = rng.choice(["extreme", "extreme", "scaled", "equal", "unit", "short"])
             if way == "extreme":
                 k = rng.randrange(len(value.values))
-                new = Quantity(tuple(rng.choice(EXTREMES) if i == k else x for i, x in enumerate(value.values)), value.unit, value.kind)
+                new = Quantity(tuple(rng.choice(EXTREMES) if i == k else x for i, x in enumerate(value.values)), value.unit)
             elif way == "scaled":
                 factor = 10.0 ** rng.choice([-9, -6, -3, 3, 6, 9])
-                new = Quantity(tuple(factor * x for x in value.values), value.unit, value.kind)
+                new = Quantity(tuple(factor * x for x in value.values), value.unit)
             elif way == "equal":  # coincident points, parallel directions
                 alike = [at(tree, p) for p in paths if isinstance(at(tree, p), Quantity) and at(tree, p).unit == value.unit
                          and len(at(tree, p).values) == len(value.values)]
-                new = Quantity(rng.choice(alike).values, value.unit, value.kind)
+                new = Quantity(rng.choice(alike).values, value.unit)
             elif way == "unit":
-                new = Quantity(value.values, rng.choice(["", "m", "kg", "s", "furlong", "N/m^(n)", "m^-1e9"]), value.kind)
+                new = Quantity(value.values, rng.choice(["", "m", "kg", "s", "furlong", "N/m^(n)", "m^-1e9"]))
             else:
-                new = Quantity(value.values[:-1], value.unit, value.kind)
+                new = Quantity(value.values[:-1], value.unit)
         elif isinstance(value, Name):
             names = sorted({p[-1].text for p in paths if isinstance(p[-1], Name)} | {"ground", "", "nobody"})
             new = Name(rng.choice(names), rng.choice([value.suffix, "", ".x"]))

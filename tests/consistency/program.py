@@ -1,10 +1,13 @@
 """Runs the built program on a scenario and reads what it leaves."""
 import csv
 import json
+import math
 import os
 import pathlib
 import re
+import resource
 import shutil
+import signal
 import subprocess
 import tempfile
 
@@ -14,7 +17,8 @@ import yaml
 
 from geometry import Name, View, render
 
-HANG = 60.0  # s of wall time; a scenario of this generator takes a second
+HANG = 30.0  # s of a core; a scenario of this generator takes a second. Wall time says nothing on a loaded machine.
+SLOW = 1.0   # s of a core: a scenario that takes longer is left out, since each relation runs it again
 
 
 class Result:
@@ -78,6 +82,7 @@ class Program:
         self.path = str(pathlib.Path(path).resolve())
         self.home = pathlib.Path(tempfile.mkdtemp(prefix="consistency-"))
         self.count = self.runs = 0
+        self.last = 0.0  # s of a core of the last command
         self.environment = dict(os.environ, OMP_WAIT_POLICY="passive", OMP_NUM_THREADS="1")
 
     def close(self):
@@ -85,12 +90,22 @@ class Program:
 
     def command(self, *arguments, limit=HANG, cwd=None):
         self.runs += 1
+
+        def bounded():
+            resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(limit), math.ceil(limit) + 1))
+            resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
         try:
-            done = subprocess.run([self.path, *map(str, arguments)], capture_output=True, text=True, timeout=limit, cwd=cwd or self.home,
-                                  env=self.environment, errors="replace")
-            return done.returncode, done.stdout, done.stderr
+            done = subprocess.run([self.path, *map(str, arguments)], capture_output=True, text=True, timeout=20 * limit, cwd=cwd or self.home,
+                                  env=self.environment, errors="replace", preexec_fn=bounded)
         except subprocess.TimeoutExpired as error:
-            return "hang", (error.stdout or b"").decode(errors="replace"), f"no end after {limit:g} s of wall time"
+            return "hang", (error.stdout or b"").decode(errors="replace"), f"no end after {20 * limit:g} s of wall time"
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        self.last = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        if done.returncode in (-signal.SIGXCPU, -signal.SIGKILL) and self.last >= limit - 1:
+            return "hang", done.stdout, f"no end after {limit:g} s of a core"
+        return done.returncode, done.stdout, done.stderr
 
     def write(self, document, stem="scenario"):
         self.count += 1

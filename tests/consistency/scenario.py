@@ -29,7 +29,7 @@ def draw(seed, declarations, kind=None):
     rng = random.Random(seed)
     kind = kind or rng.choice(["machine", "machine", "machine", "soil", "soil", "coupled"])
     tree, used = {"subsoil": 1}, []
-    end = rng.choice([0.1, 0.3, 1.0]) if kind == "machine" else rng.choice([0.03, 0.08])
+    end = rng.choice([0.05, 0.1, 0.3]) if kind == "machine" else rng.choice([0.02, 0.04])
     gravity = (0.0, -9.81, 0.0) if rng.random() < 0.9 else (0.0, 0.0, 0.0)
     if kind == "machine":
         draw_ = MachineDraw(rng, declarations, end)
