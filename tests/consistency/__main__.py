@@ -30,11 +30,13 @@ def options():
     parser.add_argument("--seeds", default="1:", help="FIRST:LAST, FIRST: or one seed")
     parser.add_argument("--seconds", type=float, default=120, help="wall time after which no new scenario begins")
     parser.add_argument("--relation", action="append", help="only this one (may be repeated)")
+    parser.add_argument("--without", action="append", default=[], help="not this relation (may be repeated)")
     parser.add_argument("--kind", choices=["machine", "soil", "coupled"], help="only scenarios of this kind")
     parser.add_argument("--no-shrink", action="store_true", help="report violations as they are found")
     parser.add_argument("--finds", default="", help="folder for the reduced scenarios of violations")
     parser.add_argument("--results", default="", help="JSON file for the counts")
     parser.add_argument("--coverage", action="store_true", help="print how often each declared element was accepted")
+    parser.add_argument("--print", action="store_true", help="print the scenario of each seed and run nothing")
     parser.add_argument("--list", action="store_true", help="list the relations")
     return parser.parse_args()
 
@@ -60,7 +62,7 @@ class Session:
 
     def wanted(self, kind):
         return [(name, function) for name, (kinds, function) in RELATIONS.items()
-                if kind in kinds and (not self.o.relation or name in self.o.relation)]
+                if kind in kinds and name not in self.o.without and (not self.o.relation or name in self.o.relation)]
 
     def one(self, seed):
         drawn = scenarios.draw(seed, self.declared, self.o.kind)
@@ -81,7 +83,7 @@ class Session:
                 continue  # refused: nothing moved
             violations = function(case)
             self.judge(seed, name, function, drawn, violations)
-        if not self.o.relation or "degenerate" in self.o.relation:
+        if "degenerate" not in self.o.without and (not self.o.relation or "degenerate" in self.o.relation):
             self.degenerate(seed, drawn)
         for folder in self.program.home.iterdir():
             remove(folder)
@@ -163,6 +165,11 @@ def main():
             print(f"{name}: {', '.join(kinds)}. {(function.__doc__ or '').strip()}")
         return 0
     session = Session(o)
+    if o.print:
+        for seed in seeds_of(o.seeds):
+            print(dump(render(scenarios.draw(seed, session.declared, o.kind).tree)))
+        session.program.close()
+        return 0
     for seed in seeds_of(o.seeds):
         if session.left() < 0:
             break

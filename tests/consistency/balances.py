@@ -149,9 +149,9 @@ def mass_and_energy_of_soil(case):
     particles, _ = case.base.frames()
     table, summary, answer = case.base.table(), case.base.summary(), []
     mass = float((particles["density"] * 4.0 / 3.0 * math.pi * particles["radius"]**3).sum())
-    told = summary["soil"]
-    if told["spheres"] != len(particles["radius"]) or abs(told["mass [kg]"] - mass) > 1e-9 * mass:
-        answer.append(f"summary: {told['spheres']} spheres of {told['mass [kg]']:.9g} kg, frames: {len(particles['radius'])} of {mass:.9g} kg")
+    stated = summary["soil"]
+    if stated["spheres"] != len(particles["radius"]) or abs(stated["mass [kg]"] - mass) > 1e-9 * mass:
+        answer.append(f"summary: {stated['spheres']} spheres of {stated['mass [kg]']:.9g} kg, frames: {len(particles['radius'])} of {mass:.9g} kg")
     kept = [n for n in ("soil.kinetic", "soil.spin", "soil.gravity", "soil.stored", "soil.damped", "soil.slid", "soil.rolled", "soil.removed", "soil.broken")
             if n in table]
     total = sum(table[n] for n in kept) - table["soil.boundary work"]
@@ -268,7 +268,7 @@ def surfaces(case):
 
 @relation("machine")
 def equilibrium_is_at_rest(case):
-    """A machine let go in the pose that `analysis: equilibrium` found does not leave it."""
+    """A machine released in the pose that `analysis: equilibrium` found does not leave it."""
     if not case.base.ended or case.scenario.analysis != "equilibrium":
         return []
     found = case.base.summary().get("equilibrium", {})

@@ -36,10 +36,14 @@ def size_of(values):
 def back(table, view):
     """A table of the run in `view`, in the world of the run without it."""
     reverse = {new: old for old, new in view.names.items()}
-    answer = {}
-    for name, values in table.items():
-        answer[renamed(name, reverse)] = values
+    answer = {wall_back(renamed(name, reverse), view): values for name, values in table.items()}
     if any(view.shift):
+        for base in {name[:-3] for name in answer if name.endswith(".Mx")}:
+            if base == "floor" or base.startswith("wall "):  # their moments are about the world's origin
+                f = [answer[f"{base}.F{axis}"] for axis in "xyz"]
+                for k, axis in enumerate("xyz"):
+                    i, j = (k + 1) % 3, (k + 2) % 3
+                    answer[f"{base}.M{axis}"] = answer[f"{base}.M{axis}"] - (view.shift[i] * f[j] - view.shift[j] * f[i])
         for axis, shift in zip("xyz", view.shift):
             for name in list(answer):
                 if name.endswith("." + axis) and is_place(name, answer):
@@ -47,6 +51,23 @@ def back(table, view):
     if view.angle or view.mirror_x or view.mirror_z:
         answer = turned_back(answer, view)
     return answer
+
+
+def wall_back(column, view):
+    """`wall +x` of a mirrored world is `wall -x` of the other one; the floor is the wall at -y."""
+    base, dot, suffix = column.rpartition(".")
+    faces = {"floor": "-y", **{f"wall {s}{a}": f"{s}{a}" for s in "+-" for a in "xyz"}}
+    if base not in faces:
+        return column
+    sign, axis = faces[base]
+    v = [0.0, 0.0, 0.0]
+    v["xyz".index(axis)] = -1.0 if sign == "-" else 1.0
+    c, s = numpy.cos(view.angle), numpy.sin(view.angle)
+    x, y = c * v[0] + s * v[1], c * v[1] - s * v[0]
+    v = [-x if view.mirror_x else x, y, -v[2] if view.mirror_z else v[2]]
+    k = int(numpy.argmax(numpy.abs(v)))
+    face = ("-" if v[k] < 0 else "+") + "xyz"[k]
+    return ("floor" if face == "-y" else f"wall {face}") + dot + suffix
 
 
 def is_place(name, table):

@@ -105,6 +105,8 @@ class Miniature(Program):
             x = numbers(body["at"])
             if "far is rough" in faults:
                 x = numpy.round(x, 1 if abs(x[0]) > 100 else 12)
+            if "far is rough there" in faults and "0.0 0.0 m" not in str(body["at"]) and abs(x[0]) not in (0.1, 0.3):
+                x = x + 0.01
             if "handed" in faults:
                 a[0] += 0.01
             if "units misread" in faults and "mm" in str(body["at"]):

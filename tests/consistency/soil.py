@@ -195,10 +195,10 @@ class SoilDraw:
 
     def clumps(self, soil, high):
         rng = self.rng
-        soil["clumps"] = {Name("twin"): {"spheres": [
+        soil["clumps"] = {Name("pair"): {"spheres": [
             {"at": Quantity((-0.006, 0.0, 0.0), "m", "own"), "radius": Quantity((0.008,), "m")},
             {"at": Quantity((0.006, 0.001, 0.0), "m", "own"), "radius": Quantity((0.007,), "m")}]}}
-        soil["bed"]["placed"] = [{"shape": Name("twin"), "position": Quantity((0.5 * (high[0] + high[0] - 0.08), high[1] + 0.04, 0.0), "m", "point"),
+        soil["bed"]["placed"] = [{"shape": Name("pair"), "position": Quantity((0.5 * (high[0] + high[0] - 0.08), high[1] + 0.04, 0.0), "m", "point"),
                                   "velocity": Quantity((self.rounded(-0.2, 0.2), -0.3, 0.0), "m/s", "direction"),
                                   "spin": Quantity((0.0, 0.0, self.rounded(-5, 5)), "rad/s", "axial")}]
 

@@ -20,7 +20,7 @@ from relations import RELATIONS, Case  # noqa: E402
 from scenario import Scenario, draw  # noqa: E402
 from shrink import places, shrink  # noqa: E402
 
-REFERENCE = pathlib.Path(__file__).resolve().parents[2] / "docs" / "scenario.md"
+REFERENCE = pathlib.Path(__file__).resolve().parents[2] / "docs" / "reference" / "keys.md"
 
 
 def machine():
@@ -76,7 +76,7 @@ def coupled():
 
 # Relation -> (scenario, planted fault). A relation without an entry fails the test below.
 PLANTED = {
-    "translation": (machine, "far is rough"), "rotation": (machine, "gravity along y"), "quarter turn": (soil, "gravity along y"),
+    "translation": (machine, "far is rough"), "rotation": (machine, "gravity along y"), "start in another frame": (machine, "far is rough there"), "quarter turn": (soil, "gravity along y"),
     "mirror in x": (machine, "handed"), "mirror in z": (soil, "across"), "renaming": (machine, "names matter"), "reordering": (machine, "order matters"),
     "other units": (machine, "units misread"), "include": (machine, "include matters"), "set against file": (machine, "set ignored"),
     "own scenario": (machine, "defaults matter"), "threads": (soil, "threads matter"), "observation": (machine, "rows matter"),
@@ -134,6 +134,14 @@ class Transformations(unittest.TestCase):
                  "z.y": math.sin(0.7) * table["a.x"] + math.cos(0.7) * table["a.y"] - 2.0}
         back = compare.back(moved, view)
         self.assertLess(max(compare.differences(table, back, {}, view).values()), 1e-12)
+
+    def test_walls_change_places_and_moments_their_point(self):
+        one = numpy.array([1.0])
+        table = {"wall -x.Fx": 2 * one, "wall -x.Fy": 0 * one, "wall -x.Fz": 0 * one, "wall -x.Mx": 0 * one, "wall -x.My": 0 * one, "wall -x.Mz": 3 * one}
+        mirrored = {"wall +x.Fx": -2 * one, "wall +x.Fy": 0 * one, "wall +x.Fz": 0 * one, "wall +x.Mx": 0 * one, "wall +x.My": 0 * one, "wall +x.Mz": -3 * one}
+        self.assertEqual(compare.back(mirrored, View(mirror_x=True)), table)
+        moved = {**table, "wall -x.Mz": table["wall -x.Mz"] - 5.0 * 2}  # r x F of a shift by 5 m along y
+        self.assertEqual(compare.back(moved, View(shift=(0.0, 5.0, 0.0))), table)
 
     def test_kinds(self):
         view = View(mirror_x=True)
