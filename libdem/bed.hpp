@@ -183,7 +183,7 @@ class Bed {
 
   /// Full state for a restart: plain arrays by name. `restore` expects the same boundaries and laws.
   struct State {
-    std::vector<double> spheres;            ///< x v w r m, 11 numbers each
+    std::vector<double> spheres;            ///< x v w r m, 11 numbers each; m of its matter
     std::vector<std::int64_t> ids;          ///< id and material, 2 each
     std::vector<std::int64_t> pair_ids;     ///< 2 each
     std::vector<double> pairs;              ///< PairState, kPairRecord each
@@ -195,7 +195,8 @@ class Bed {
     std::vector<std::int64_t> surface_ids;  ///< sphere id and boundary, 2 each
     std::vector<double> surfaces;           ///< normal and PairState, 3 + kPairRecord each
     std::vector<double> scalars;
-    std::vector<std::int64_t> calm;  ///< of each sphere for the active region; empty without
+    std::vector<std::int64_t> kinds;  ///< SphereKind of each sphere; empty where all are free
+    std::vector<std::int64_t> calm;   ///< of each sphere for the active region; empty without
     std::vector<double> frozen;      ///< BedEnergy::frozen; empty without
     std::vector<double> clumps;      ///< 17 numbers each, behind the next one's; empty without
     std::vector<double> fixed;       ///< work of fixed spheres, and what acted on each; empty without

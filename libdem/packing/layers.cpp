@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "libdem/particles/fixed.hpp"
+
 namespace subsoil::dem {
 
 std::vector<SphereSpec> layered_lattice(const LatticePlan& plan, std::span<const LatticeLayer> layers,

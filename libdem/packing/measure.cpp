@@ -147,8 +147,6 @@ SurfaceHeight surface_height(std::span<const Sphere> spheres, Bounds region, dou
   return surface_height(spheres, region);
 }
 
-double own_mass(const Sphere& s) { return is_fixed(s) ? std::ldexp(s.m, -kFixedPower) : s.m; }
-
 double bulk_density(std::span<const Sphere> spheres, const Bounds& region, const PeriodicCell& cell) {
   const double diameter = 2 * mean_radius(spheres), surface = surface_height(spheres, region).mean;
   const auto along = [&](int d) {

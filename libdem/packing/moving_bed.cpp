@@ -55,7 +55,7 @@ PeriodicBlock block_of(Bed& bed, std::span<const int> boundary_of) {
     out.state.spheres.insert(out.state.spheres.end(),
                              {x.x, x.y, x.z, 0, 0, 0, 0, 0, 0, radius_of(all, i), mass_of(all, i)});
     out.state.ids.insert(out.state.ids.end(), {static_cast<std::int64_t>(k), all.ids[2 * i + 1]});
-    if (mass_of(all, i) > kFixedDensity * sphere_volume(radius_of(all, i)))
+    if (!all.kinds.empty() && all.kinds[i] == static_cast<std::int64_t>(SphereKind::fixed))
       refuse_block("its block must be without fixed spheres");
   }
   /// Periods from that of the first to that of the second.
@@ -153,9 +153,9 @@ void MovingBed::put_spheres(Bed::State& out, const Stretch& of, bool fixed) cons
     for (std::size_t i = 0; i < block_.size(); ++i) {
       if (!of.holds(along(period, i))) continue;
       const Vec3 x = site(period, i);
-      const double m = block_.mass(i);
       out.spheres.insert(out.spheres.end(),
-                         {x.x, x.y, x.z, 0, 0, 0, 0, 0, 0, block_.radius(i), fixed ? std::ldexp(m, kFixedPower) : m});
+                         {x.x, x.y, x.z, 0, 0, 0, 0, 0, 0, block_.radius(i), block_.mass(i)});
+      out.kinds.push_back(static_cast<std::int64_t>(fixed ? SphereKind::fixed : SphereKind::free));
       out.ids.insert(out.ids.end(), {std::int64_t{id(period, i)}, block_.state.ids[2 * i + 1]});
     }
   });

@@ -6,21 +6,27 @@
 
 namespace subsoil::dem {
 
-/// A fixed sphere keeps its velocity and angular velocity whatever acts on it. Its record holds 2^90 times its mass, so
-/// that every law finds the limit of a pair with a body that does not yield,
+/// A fixed sphere keeps its velocity and angular velocity whatever acts on it: its kind says so. The mass in its record
+/// is kFixedScale times its own, so that every law finds the limit of a pair with a body that does not yield,
 ///   m_eff = m M/(m + M) -> m of the free sphere
 /// to m/M <= 1e-21 for a free sphere up to a million times as heavy, which is how LAMMPS (fix freeze) has it; r_eff is
-/// that of both. No density of matter comes near the bound by which such records are known.
-constexpr int kFixedPower = 90;
-constexpr double kFixedDensity = 1e28;  // kg/m3; 2^90 times water has 1e30, and its mass fits in single precision
+/// that of both. A power of two: the own mass comes back to the bit, and 2^90 kg fits in single precision.
+constexpr double kFixedScale = 0x1p90;
 
-inline bool is_fixed(const Sphere& s) { return s.m > kFixedDensity * sphere_volume(s.r); }
+inline bool is_fixed(const Sphere& s) { return s.kind == SphereKind::fixed; }
+/// Mass of its matter, kg; of a clump's member that of the clump.
+inline double own_mass(const Sphere& s) { return is_fixed(s) ? s.m / kFixedScale : s.m; }
 /// Density of its matter, kg/m3.
-inline double own_density(const Sphere& s) { return is_fixed(s) ? std::ldexp(density(s), -kFixedPower) : density(s); }
+inline double own_density(const Sphere& s) { return own_mass(s) / sphere_volume(s.r); }
 /// The sphere that keeps its linear and angular velocity.
 inline SphereSpec fixed(SphereSpec s) {
-  s.density = std::ldexp(s.density, kFixedPower);
+  s.kind = SphereKind::fixed;
   return s;
+}
+/// Changes the kind of a record, and the mass in it.
+inline void set_kind(Sphere& s, SphereKind kind) {
+  s.m = kind == SphereKind::fixed ? kFixedScale * own_mass(s) : own_mass(s);
+  s.kind = kind;
 }
 
 /// What acts on a fixed sphere at t_n: contacts alone.

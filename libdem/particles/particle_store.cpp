@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "libdem/particles/fixed.hpp"
+
 namespace subsoil::dem {
 namespace {
 
@@ -95,8 +97,10 @@ void ParticleStore::add(const SphereSpec& in, int materials) {
   if (!(in.radius > 0) || !(m > 0)) refuse("radius and density must be positive");
   if (in.material < 0 || in.material >= materials) refuse("no such material");
   drop_images();
-  spheres_.push_back({in.position, in.radius, in.velocity, m, in.angular_velocity, next_id_++,
-                      static_cast<std::uint16_t>(in.material), 0});
+  Sphere s{in.position, in.radius, in.velocity, m, in.angular_velocity, next_id_++,
+           static_cast<std::uint16_t>(in.material), SphereKind::free, 0};
+  set_kind(s, in.kind);
+  spheres_.push_back(s);
 }
 
 void ParticleStore::clear() {

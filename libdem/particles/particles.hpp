@@ -7,6 +7,9 @@
 
 namespace subsoil::dem {
 
+/// Whether forces move a sphere.
+enum class SphereKind : std::uint8_t { free, fixed };
+
 /// Working record of one sphere, 96 bytes: one and a half cache lines, read whole by every contact. Structure-of-arrays
 /// lost: a contact needs eleven numbers of its partner, which would be eleven cache lines instead of two. Aligned so
 /// that none of its three groups of four lies across two lines.
@@ -14,11 +17,12 @@ struct alignas(32) Sphere {
   Vec3 x;                  ///< centre, m, at time t_n
   double r;                ///< radius, m
   Vec3 v;                  ///< velocity, m/s, at t_n - dt/2 (leapfrog)
-  double m;                ///< mass, kg
+  double m;                ///< kg: its mass, that of its clump, or kFixedScale times its mass (fixed.hpp)
   Vec3 w;                  ///< angular velocity, rad/s, at t_n - dt/2
   std::uint32_t id;        ///< the user's number, kept for life
   std::uint16_t material;  ///< index into the table of laws
-  std::uint16_t spare;
+  SphereKind kind;
+  std::uint8_t calm;  ///< active_region.hpp
 };
 static_assert(sizeof(Sphere) == 96);
 
@@ -54,6 +58,7 @@ struct SphereSpec {
   double radius = 0;      ///< m
   double density = 0;     ///< kg/m3
   int material = 0;
+  SphereKind kind = SphereKind::free;
 };
 
 /// State of all spheres at one instant, in ascending id; what results are written from.

@@ -10,8 +10,8 @@
 namespace subsoil::dem {
 namespace {
 
-/// In `Sphere::spare`: frozen; else how calm.
-constexpr std::uint16_t kFrozen = 0xffff;
+/// In `Sphere::calm`: frozen; else how calm.
+constexpr std::uint8_t kFrozen = 0xff;
 
 bool moves_now(const Boundary& b) {
   const Quaternion &was = b.pose_before.attitude, &is = b.pose.attitude;
@@ -51,7 +51,7 @@ void ActiveRegion::keep(std::span<Sphere> spheres, std::span<const BlockSums> su
     const bool frozen = (s.frozen && outcomes_[k] != Outcome::moves) || (s.freezes && outcomes_[k] == Outcome::rests);
     const bool slow = std::max(s.speed2, sums[k].speed2) < limit2();
     const std::size_t begin = k * kParticleBlock, end = std::min<std::size_t>(begin + kParticleBlock, count_);
-    for (std::size_t i = begin; i < end; ++i) spheres[i].spare = frozen ? kFrozen : slow ? s.calm : std::uint16_t{0};
+    for (std::size_t i = begin; i < end; ++i) spheres[i].calm = frozen ? kFrozen : slow ? s.calm : std::uint8_t{0};
   }
 }
 
@@ -64,11 +64,11 @@ void ActiveRegion::begin_lists(const ContactStore& contacts, const ParticleStore
       was_evaluated_.assign(blocks, 0);
   for (std::size_t k = 0; k < blocks; ++k) {
     const ParticleBlock& b = contacts.particle_blocks[k];
-    std::uint16_t calm = kFrozen;
+    std::uint8_t calm = kFrozen;
     for (std::uint32_t i = b.begin; i < b.end; ++i) {
       const Sphere& s = particles[i];
       const double around = s.r + cutoff;
-      calm = std::min(calm, s.spare);
+      calm = std::min(calm, s.calm);
       boxes_[k].include(s.x - Vec3{around, around, around}), boxes_[k].include(s.x + Vec3{around, around, around});
     }
     states_[k].frozen = calm == kFrozen;
@@ -162,7 +162,7 @@ void ActiveRegion::watch_speeds(std::span<const BlockSums> sums) {
 void ActiveRegion::count_calm() {
   for (State& s : states_) {
     if (s.frozen) continue;
-    s.calm = s.speed2 < limit2() ? std::min<std::uint16_t>(s.calm + 1, kCalm) : std::uint16_t{0};
+    s.calm = s.speed2 < limit2() ? std::min<std::uint8_t>(s.calm + 1, kCalm) : std::uint8_t{0};
     s.speed2 = 0;
   }
 }

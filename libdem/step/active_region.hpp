@@ -24,7 +24,7 @@ namespace subsoil::dem {
 /// | neighbours, boxes             | `begin_lists`: rebuilds                                  | `plan`            |
 /// | states                        | `plan`, before each step, one thread                     | every worker      |
 /// | outcomes                      | the worker of the particle block, during the sweep       | `plan` of the next step
-/// | | calm, of each sphere (`spare`)| `keep`, before spheres are sorted anew; restarts         | `begin_lists`, saved
+/// | | calm, of each sphere (`calm`) | `keep`, before spheres are sorted anew; restarts         | `begin_lists`, saved
 /// state |
 ///
 /// All is decided between two steps, from what particle blocks and boundaries did: the same for any number of threads.
@@ -64,7 +64,7 @@ class ActiveRegion {
   std::size_t frozen_spheres() const;
 
   static constexpr long kCheck = 16;          ///< steps between two checks
-  static constexpr std::uint16_t kCalm = 16;  ///< checks in a row that find a block calm before it is frozen
+  static constexpr std::uint8_t kCalm = 16;  ///< checks in a row that find a block calm before it is frozen
   /// Of gravity: the acceleration out of balance at which a frozen sphere wakes, however short the step. A ball at rest
   /// on a slope of 2 degrees has more (5/7 sin 2 = 0.025); what a bed at rest creeps with is a hundredth of it.
   static constexpr double kUnbalanced = 0.02;
@@ -79,7 +79,7 @@ class ActiveRegion {
     bool receives = false;   ///< frozen, and gets some force from contacts of other blocks in this step
     bool outdated = true;    ///< what it stores was summed before it or a partner last moved
     bool near = false;       ///< a moving surface is
-    std::uint16_t calm = 0;  ///< checks in a row that found all its spheres slow
+    std::uint8_t calm = 0;   ///< checks in a row that found all its spheres slow
     double speed2 = 0;       ///< largest since the last check, m2/s2
   };
   enum class Outcome : std::uint8_t { none, rests, moves };

@@ -93,7 +93,7 @@ std::size_t Bed::fix_if(const std::function<bool(const Sphere&)>& predicate) {
   return impl_->change_spheres([&](Sphere& s) {
     if (is_fixed(s) || clump_of(s) >= 0 || !predicate(s)) return false;
     impl_->balance.removed += kinetic_energy_of(s) - s.m * dot(impl_->options.gravity, s.x);
-    s.m = std::ldexp(s.m, kFixedPower), s.v = s.w = {};
+    set_kind(s, SphereKind::fixed), s.v = s.w = {};
     return true;
   });
 }
@@ -101,7 +101,7 @@ std::size_t Bed::fix_if(const std::function<bool(const Sphere&)>& predicate) {
 std::size_t Bed::release_if(const std::function<bool(const Sphere&)>& predicate) {
   return impl_->change_spheres([&](Sphere& s) {
     if (!is_fixed(s) || !predicate(s)) return false;
-    s.m = std::ldexp(s.m, -kFixedPower), s.v = s.w = {};
+    set_kind(s, SphereKind::free), s.v = s.w = {};
     impl_->balance.removed += s.m * dot(impl_->options.gravity, s.x);
     return true;
   });

@@ -38,7 +38,7 @@ void check_arrays(const Bed::State& in) {
   if (in.spheres.size() != 11 * count || in.pairs.size() != kPairRecord * (in.pair_ids.size() / 2) ||
       in.surfaces.size() != (3 + kPairRecord) * (in.surface_ids.size() / 2) ||
       in.bonds.size() != kBondRecord * (in.bond_ids.size() / 2) || in.broken.size() != 3 * in.broken_ids.size() ||
-      (!in.calm.empty() && in.calm.size() != count) ||
+      (!in.calm.empty() && in.calm.size() != count) || (!in.kinds.empty() && in.kinds.size() != count) ||
       (in.ids.size() | in.pair_ids.size() | in.surface_ids.size() | in.bond_ids.size() | in.broken_ids.size()) % 2 != 0)
     throw std::invalid_argument("restart: the arrays of the state do not belong together; the file is damaged");
 }
@@ -50,9 +50,11 @@ Sphere Bed::Impl::sphere_of(const State& in, std::size_t k) const {
   Sphere s{};
   s.x = read.vector(), s.v = read.vector(), s.w = read.vector();
   s.r = read(), s.m = read();
+  if (!in.kinds.empty() && in.kinds[k] == static_cast<std::int64_t>(SphereKind::fixed))
+    set_kind(s, SphereKind::fixed);
   s.id = static_cast<std::uint32_t>(in.ids[2 * k]);
   s.material = static_cast<std::uint16_t>(in.ids[2 * k + 1]);
-  if (!in.calm.empty()) s.spare = static_cast<std::uint16_t>(in.calm[k]);
+  if (!in.calm.empty()) s.calm = static_cast<std::uint8_t>(in.calm[k]);
   if (s.material >= laws.table().materials)
     throw std::invalid_argument("restart: the state has more materials than the scenario");
   return s;
@@ -106,11 +108,13 @@ Bed::State Bed::save() const {
   impl_->region.keep(impl_->particles.spheres(), impl_->balance.of_block);
   const Impl& d = *impl_;
   State out;
+  const bool any_fixed = std::any_of(d.particles.spheres().begin(), d.particles.spheres().end(), is_fixed);
   for (const Sphere& s : d.particles.spheres()) {
     put(out.spheres, s.x), put(out.spheres, s.v), put(out.spheres, s.w);
-    out.spheres.push_back(s.r), out.spheres.push_back(s.m);
+    out.spheres.push_back(s.r), out.spheres.push_back(own_mass(s));
     out.ids.push_back(s.id), out.ids.push_back(s.material);
-    if (d.region.on()) out.calm.push_back(s.spare);
+    if (any_fixed) out.kinds.push_back(static_cast<std::int64_t>(s.kind));
+    if (d.region.on()) out.calm.push_back(s.calm);
   }
   if (d.region.on()) out.frozen = {d.balance.frozen()};
   out.fixed = d.fixed.save();

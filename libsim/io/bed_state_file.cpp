@@ -23,6 +23,7 @@ void read_spheres(const StateReader& in, const std::string& folder, dem::Bed::St
 void put_bed_state(StateWriter& out, const dem::Bed::State& bed) {
   put_spheres(out, "bed/", bed);
   out.put("bed/scalars", bed.scalars);
+  if (!bed.kinds.empty()) out.put("bed/kinds", bed.kinds);
   if (!bed.calm.empty()) out.put("bed/calm", bed.calm), out.put("bed/frozen", bed.frozen);
   if (!bed.clumps.empty()) out.put("bed/clumps", bed.clumps);
   if (!bed.fixed.empty()) out.put("bed/fixed", bed.fixed);
@@ -39,6 +40,7 @@ dem::Bed::State bed_state_of(const StateReader& in) {
   dem::Bed::State bed;
   read_spheres(in, "bed/", bed);
   bed.scalars = in.get<double>("bed/scalars");
+  if (in.has("bed/kinds")) bed.kinds = in.get<std::int64_t>("bed/kinds");
   if (in.has("bed/calm")) {
     bed.calm = in.get<std::int64_t>("bed/calm");
     bed.frozen = in.get<double>("bed/frozen");

@@ -141,6 +141,11 @@ void check_numbers(const SavedRun& saved, const std::filesystem::path& file) {
   if (!saved.has_bed) return;
   const std::size_t count = saved.bed.ids.size() / 2;
   if (saved.bed.spheres.size() != 11 * count || saved.bed.ids.size() != 2 * count) refuse_arrays(file);
+  if (!saved.bed.kinds.empty() && saved.bed.kinds.size() != count) refuse_arrays(file);
+  if (saved.bed.kinds.empty() && !saved.bed.fixed.empty())
+    throw std::runtime_error(file.string() +
+                             ": has fixed spheres and does not say which they are: it is of an older version; start "
+                             "the run again, or continue with the version that wrote it");
   for (std::size_t k = 0; k < count; ++k) {
     const double radius = saved.bed.spheres[11 * k + 9], mass = saved.bed.spheres[11 * k + 10];
     const std::int64_t id = saved.bed.ids[2 * k], material = saved.bed.ids[2 * k + 1];
@@ -159,7 +164,7 @@ SavedRun read_run(const std::filesystem::path& file) {
                                    "bed/surface ids", "bed/surfaces",    "bed/scalars",    "bed/bonding",
                                    "bed/bond ids",    "bed/bonds",       "bed/broken ids", "bed/broken",
                                    "bed/calm",        "bed/frozen",      "bed/fixed",      "bed/clumps",
-                                   "bed/loads",       "moving/",         "soil",           "soil step",
+                                   "bed/loads",       "bed/kinds",       "moving/",         "soil",           "soil step",
                                    "layers/",         "instruction set", "version",        "machine",
                                    "coupling",        "scenario",        "time",           "run/"});
   SavedRun saved;
@@ -224,7 +229,9 @@ std::vector<dem::SphereSpec> spheres_of(const SavedRun& saved) {
                    .angular_velocity = {},
                    .radius = r,
                    .density = s[10] / dem::sphere_volume(r),
-                   .material = static_cast<int>(saved.bed.ids[2 * i + 1])});
+                   .material = static_cast<int>(saved.bed.ids[2 * i + 1]),
+                   .kind = saved.bed.kinds.empty() ? dem::SphereKind::free
+                                                   : static_cast<dem::SphereKind>(saved.bed.kinds[i])});
   }
   return out;
 }

@@ -246,7 +246,7 @@ class ReferenceBed {
     for (const SphereSpec& s : specs)
       spheres.push_back({s.position, s.radius, s.velocity, s.density * 4 / 3 * pi * std::pow(s.radius, 3),
                          s.angular_velocity, static_cast<std::uint32_t>(spheres.size()),
-                         static_cast<std::uint16_t>(s.material), 0});
+                         static_cast<std::uint16_t>(s.material), SphereKind::free, 0});
   }
 
   void step(double dt) {

@@ -91,7 +91,7 @@ TEST(BedLattice, DensityOfThinBeds) {
           EXPECT_NEAR(bulk_density(spheres, box, cell), density * std::numbers::pi / 6, 1e-6) << nx << ny << nz;
           // Fixed ones, whose record has a larger mass, weigh what their matter does.
           for (Sphere& s : spheres)
-            if (s.x.y < 2 * r) s.m = std::ldexp(s.m, kFixedPower);
+            if (s.x.y < 2 * r) set_kind(s, SphereKind::fixed);
           const BedReport fixed = report(spheres, box, cell);
           EXPECT_NEAR(fixed.bulk_density, density * std::numbers::pi / 6, 1e-6) << nx << ny << nz;
           EXPECT_NEAR(fixed.mass, nx * ny * nz * sphere_mass, 1e-12);

@@ -120,6 +120,27 @@ TEST(FixedSpheres, SameBitsOnAnyNumberOfThreadsAndThroughARestart) {
   for (std::size_t k = 0; k < 6; ++k) EXPECT_EQ(one.fixed_spheres()[k].force, again.fixed_spheres()[k].force);
 }
 
+// However light: a fixed sphere is known by its kind and not by its mass (dimensionless units have densities of 1).
+TEST(FixedSpheres, OfAnyDensityStayAndKeepTheirMass) {
+  for (const double density : {1e-6, 1.9, 2500.0, 1e6}) {
+    const double k = 1e5, e = 0.6, v = 1e-3;
+    Bed bed(table(Law(grains(k, e, 0, 0))), quiet({0, 0, -1}));
+    SphereSpec light = fixed(at({})), other = at({0.0201, 0, 0}, {-v, 0, 0});
+    light.density = other.density = density;
+    bed.add(std::vector<SphereSpec>{light, other});
+    const double m = density * sphere_volume(0.01), step = 0.01 * std::sqrt(m / k);
+    Bed again(table(Law(grains(k, e, 0, 0))), quiet({0, 0, -1}));
+    for (int i = 0; i < 1000; ++i) bed.step(step);
+    again.restore(bed.save());
+    for (int i = 0; i < 1000; ++i) bed.step(step), again.step(step);
+    EXPECT_EQ(sphere(bed, 0).x, (Vec3{})) << density;
+    EXPECT_EQ(own_mass(sphere(bed, 0)), m) << density;
+    EXPECT_EQ(hash(bed), hash(again)) << density;
+    EXPECT_EQ(own_mass(sphere(again, 0)), m) << density;
+    EXPECT_TRUE(is_fixed(sphere(again, 0))) << density;
+  }
+}
+
 // A rough floor of spheres laid into each other and into a plane is nobody's load.
 TEST(FixedSpheres, DoNotMeetEachOtherNorSurfaces) {
   Bed bed(table(Law(grains())), quiet({0, -9.81, 0}));

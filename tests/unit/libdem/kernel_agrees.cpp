@@ -93,8 +93,8 @@ std::vector<Answer> evaluate_pairs(const Kernel& kernel, const Law& law, const s
     blocks[k / kBlock].i[k % kBlock] = 2 * from, blocks[k / kBlock].j[k % kBlock] = 2 * from + 1;
     if (k >= cases.size()) continue;
     const Case& c = cases[k];
-    spheres.push_back({c.distance * c.n, c.i.r, c.i.v, c.i.m, c.i.w, 0, 0, 0});
-    spheres.push_back({{}, c.j.r, c.j.v, c.j.m, c.j.w, 1, 0, 0});
+    spheres.push_back({c.distance * c.n, c.i.r, c.i.v, c.i.m, c.i.w, 0, 0, SphereKind::free, 0});
+    spheres.push_back({{}, c.j.r, c.j.v, c.j.m, c.j.w, 1, 0, SphereKind::free, 0});
     write_lane(memory(k), shape, k % kBlock, state_of(c.history));
     if (shape.bonds) write_bond(memory(k), shape, k % kBlock, memory_of(law, c));
   }
@@ -128,7 +128,8 @@ std::vector<Answer> evaluate_pairs(const Kernel& kernel, const Law& law, const s
 /// Up to 8 spheres at surfaces: `j` is the surface.
 std::vector<Answer> evaluate_surface(const Kernel& kernel, const Law& law, const std::vector<Case>& cases, double dt) {
   std::vector<Sphere> spheres;
-  for (const Case& c : cases) spheres.push_back({c.distance * c.n, c.i.r, c.i.v, c.i.m, c.i.w, 0, 0, 0});
+  for (const Case& c : cases)
+    spheres.push_back({c.distance * c.n, c.i.r, c.i.v, c.i.m, c.i.w, 0, 0, SphereKind::free, 0});
   SurfaceJob job{};
   const MemoryShape shape = MemoryShape::at_surface(law);
   job.spheres = spheres.data();
