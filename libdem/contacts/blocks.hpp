@@ -195,7 +195,9 @@ struct SurfaceJob {
   const MixedSphere* mixed;
   std::uint32_t sphere[kBlock];
   double normal[3][kBlock];                                 ///< world axes, from the surface to the centre
+  double turn[3][kBlock];                                   ///< normal less that of the middle of the step
   double distance[kBlock];                                  ///< of the centre from the surface; negative behind it
+  double mass[kBlock];                                      ///< kg, of a fixed sphere that of its matter
   double velocity[3][kBlock], angular_velocity[3][kBlock];  ///< of the surface at the contact point
   Line lines[MemoryShape::whole().lines(1)];
   std::uint32_t count;

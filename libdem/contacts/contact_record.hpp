@@ -13,7 +13,7 @@ struct ContactRecord {
   Vec3 point;         ///< m: between spheres the middle of overlap or gap, at a surface the point on it
   Vec3 normal;        ///< unit, towards i
   Vec3 force;         ///< on i, N
-  Vec3 velocity;      ///< of i against j at the contact, m/s, at t_n - dt/2 like the spheres'
+  Vec3 velocity;      ///< of i against j at the contact, m/s, at t_n - dt/2 like the spheres', turned with the normal
   double stored = 0;  ///< J, in springs and attraction
 };
 

@@ -26,8 +26,8 @@ inline VecF overlap_of(const Gap<VecF>& g, VecF& inverse) {
   return quotient(g.excess, sum + g.d2 * inverse, sum + g.d2 * rough);
 }
 
-template <bool Rolls, bool Usual, class L, class P>
-[[gnu::always_inline]] inline void meet_pair(const MomentArmShares& share, const Gap<P>& g,
+template <bool Rolls, class L, class P>
+[[gnu::always_inline]] inline void meet_pair(const MomentArmShares& share, P half_dt, const Gap<P>& g,
                                              MeetingOf<true, L, P>& out) {
   P inverse;
   Touch<P> a;
@@ -36,8 +36,8 @@ template <bool Rolls, bool Usual, class L, class P>
     a.n[d] = g.n[d] * inverse;
     a.v[d] = g.v[d], a.w_i[d] = g.w_i[d], a.w_j[d] = g.w_j[d];
   }
-  a.r_i = g.r_i, a.r_j = g.r_j;
-  meet<true, Rolls, Usual, L>(share, a, out);
+  a.r_i = g.r_i, a.r_j = g.r_j, a.turn_rate = half_dt * inverse;
+  meet<true, Rolls, L>(share, half_dt, a, out);
 }
 
 /// What a contact gives to both spheres, as columns.
@@ -148,6 +148,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
   const bool halo = job.halo, uniform = job.uniform;
   const Ring ring = job.ring;
   const double elapsed = job.elapsed;
+  const P half_dt(0.5 * elapsed);
   // Tangential forces alone turn both spheres equally where their moment arms are the same.
   const bool same_torque = !Rolls && !kBonds<L> && uniform;
   job.same_torque = same_torque;
@@ -216,7 +217,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
         for (int part = 0; part < kParts<P>; ++part) {
           Gap<P> gap;
           read<same.value>(spheres, i, j, part * lanes, all, gap);
-          meet_pair<Rolls, !Accumulate, L>(share, gap, meeting[g][part]);
+          meet_pair<Rolls, L>(share, half_dt, gap, meeting[g][part]);
           if (!same.value) effective<true, Rolls, L>(gap.r_i, gap.m_i, gap.r_j, gap.m_j, meeting[g][part].effective);
         }
       }

@@ -33,21 +33,23 @@ void run_planes(const L& by_reference, PlaneJob& job) {
             VecD(job.rotation[d][0]) * own[0] + VecD(job.rotation[d][1]) * own[1] + VecD(job.rotation[d][2]) * own[2];
       const VecD distance = dot3(a.n, at) - load<VecD>(block.offset + first);
       a.overlap = i.r - distance;
-      VecD point[3];
-      for (int d = 0; d < 3; ++d) point[d] = at[d] - distance * a.n[d];
-      // Velocities are those of the step's middle (surface_velocity.hpp), so the arm to the point is that of then, too.
-      VecD relative[3], arm[3];
-      for (int d = 0; d < 3; ++d)
-        relative[d] = i.v[d] - VecD(job.velocity[d]), arm[d] = point[d] - half_dt * relative[d];
+      VecD point[3], relative[3], w[3], swept[3], v[3], arm[3];
       for (int d = 0; d < 3; ++d) {
-        const int e = (d + 1) % 3, g = (d + 2) % 3;
-        a.v[d] = relative[d] - (VecD(job.angular_velocity[e]) * arm[g] - VecD(job.angular_velocity[g]) * arm[e]);
-        a.w_i[d] = i.w[d], a.w_j[d] = VecD(job.angular_velocity[d]);
+        point[d] = at[d] - distance * a.n[d], relative[d] = i.v[d] - VecD(job.velocity[d]);
+        a.w_i[d] = i.w[d], a.w_j[d] = w[d] = VecD(job.angular_velocity[d]);
       }
+      // As surface_motion.hpp has it for one sphere.
+      cross3(w, a.n, a.turn), cross3(w, point, swept);
+      for (int d = 0; d < 3; ++d) a.turn[d] = half_dt * a.turn[d], v[d] = relative[d] - swept[d];
+      const VecD v_n = dot3(v, a.n);
+      for (int d = 0; d < 3; ++d)
+        arm[d] = point[d] - half_dt * (relative[d] - v_n * a.n[d]) + distance * a.turn[d];
+      cross3(w, arm, swept);
+      for (int d = 0; d < 3; ++d) a.v[d] = relative[d] - swept[d];
       a.r_i = a.r_j = i.r;
       const BlockMemory memory[1] = {BlockMemory::at(job.lines, job.count, shape, b)};
       Meeting<VecD> meeting;
-      meet<false, Rolls, !Accumulate, L>(share, a, meeting);
+      meet<false, Rolls, L>(share, half_dt, a, meeting);
       effective<false, Rolls, L>(i.r, i.m, i.r, i.m, meeting.effective);
       ContactMemory<VecD> h = load_memory<VecD, Accumulate>(has, memory, first);
       Response<VecD> c = respond<false, Rolls, !Accumulate, VecD>(law, meeting, h, job.elapsed);

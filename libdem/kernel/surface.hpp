@@ -20,12 +20,14 @@ void run_surface(const L& law, SurfaceJob& job) {
       a.n[d] = load<VecD>(job.normal[d] + first);
       a.v[d] = i.v[d] - load<VecD>(job.velocity[d] + first);
       a.w_i[d] = i.w[d], a.w_j[d] = load<VecD>(job.angular_velocity[d] + first);
+      a.turn[d] = load<VecD>(job.turn[d] + first);
     }
     a.overlap = i.r - load<VecD>(job.distance + first);
     a.r_i = a.r_j = i.r;
     Meeting<VecD> meeting;
-    meet<false, Rolls, false, L>(share, a, meeting);
-    effective<false, Rolls, L>(i.r, i.m, i.r, i.m, meeting.effective);
+    meet<false, Rolls, L>(share, VecD(0.5 * job.elapsed), a, meeting);
+    const VecD mass = load<VecD>(job.mass + first);
+    effective<false, Rolls, L>(i.r, mass, i.r, mass, meeting.effective);
     ContactMemory<VecD> h = load_memory<VecD, true>(has, memory, first);
     const Response<VecD> c = respond<false, Rolls, false, VecD>(law, meeting, h, job.elapsed);
     store_memory<VecD, true>(has, h, memory, first);

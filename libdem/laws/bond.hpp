@@ -32,7 +32,8 @@ namespace subsoil::dem {
 /// A pair as its bond sees it.
 template <class T>
 struct BondMotion {
-  T n[3], overlap, v_n, v_t[3];  ///< v of i against j at the contact point
+  T n[3], n_mid[3];              ///< at the end of the step, in its middle
+  T overlap, v_n, v_t[3];        ///< v of i against j at the contact point
   T w[3], twist;                 ///< rolling velocity and angular velocity of i against j about n, rad/s
   T w_n;                         ///< mean angular velocity of both about n, rad/s
   T smaller, sum;                ///< radius of the smaller sphere, sum of both, m
@@ -208,7 +209,7 @@ struct Bond {
   [[gnu::always_inline]] static void advance(const BondMotion<T>& a, const T (&rate)[3], T (&x)[3], Mask<T> intact) {
     const T along = dot(x, a.n), length2 = dot(x, x), angle = a.w_n * a.dt;
     T flat[3], turned[3];
-    for (int d = 0; d < 3; ++d) flat[d] = x[d] - along * a.n[d];
+    for (int d = 0; d < 3; ++d) flat[d] = x[d] - along * a.n_mid[d];
     for (int d = 0; d < 3; ++d) {
       const int e = (d + 1) % 3, f = (d + 2) % 3;
       turned[d] = flat[d] + angle * (a.n[e] * flat[f] - a.n[f] * flat[e]);

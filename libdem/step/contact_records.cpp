@@ -3,7 +3,8 @@
 #include <numeric>
 
 #include "libdem/step/bed_impl.hpp"
-#include "libdem/step/surface_velocity.hpp"
+#include "libdem/step/surface_forces.hpp"
+#include "libdem/step/surface_motion.hpp"
 
 /// Single contacts. The sweep adds forces up and keeps none, so those of pairs and of flat faces are evaluated once
 /// more before it, by the same kernels on copies of the histories: the step itself is the same bit for bit whether
@@ -45,12 +46,7 @@ class PlaneRecords {
     if (s.r - distance < -job_.cutoff) return;
     const std::uint32_t at = job_.count++;
     point_[at] = s.x - distance * n;
-    const Vec3 v = surface_velocity(boundary_, point_[at], s.v, job_.elapsed);
-    job_.sphere[at] = p.sphere[lane], job_.distance[at] = distance;
-    for (int d = 0; d < 3; ++d) {
-      job_.normal[d][at] = n[d], job_.velocity[d][at] = v[d];
-      job_.angular_velocity[d][at] = boundary_.angular_velocity[d];
-    }
+    put_contact(job_, at, p.sphere[lane], s, boundary_, n, distance, normal_turn(boundary_, own, nullptr, job_.elapsed));
     write_lane(memory(), shape_, at, read_lane(bed_.surfaces.memory(run_, block, shape_), shape_, lane));
     if (job_.count == kBlock) flush();
   }
@@ -59,28 +55,13 @@ class PlaneRecords {
 
   void flush() {
     if (job_.count == 0) return;
-    for (std::uint32_t k = job_.count; k < kBlock; ++k) {  // lanes beyond the last repeat the first
-      job_.sphere[k] = job_.sphere[0], job_.distance[k] = job_.distance[0];
-      for (int d = 0; d < 3; ++d) {
-        job_.normal[d][k] = job_.normal[d][0], job_.velocity[d][k] = job_.velocity[d][0];
-        job_.angular_velocity[d][k] = job_.angular_velocity[d][0];
-      }
-      write_lane(memory(), shape_, k, PairState{});
-    }
+    repeat_first(job_);
+    for (std::uint32_t k = job_.count; k < kBlock; ++k) write_lane(memory(), shape_, k, PairState{});
     bed_.kernel.surface(bed_.laws[run_.law], job_);
     for (std::uint32_t k = 0; k < job_.count; ++k) {
       const Vec3 f{job_.f[k][0], job_.f[k][1], job_.f[k][2]};
       if (is_zero(f)) continue;
-      const Sphere s = bed_.particles.now(job_.sphere[k]);
-      const Vec3 surface{job_.velocity[0][k], job_.velocity[1][k], job_.velocity[2][k]};
-      out_.push_back({.i = s.id,
-                      .j = run_.boundary,
-                      .at_surface = true,
-                      .point = point_[k],
-                      .normal = {job_.normal[0][k], job_.normal[1][k], job_.normal[2][k]},
-                      .force = f,
-                      .velocity = s.v + cross(s.w, point_[k] - s.x) - surface,
-                      .stored = job_.sums.stored[k]});
+      out_.push_back(record_of(job_, k, bed_.particles.now(job_.sphere[k]), run_.boundary, point_[k], f));
     }
     job_.count = 0;
   }
@@ -94,17 +75,21 @@ class PlaneRecords {
   Vec3 point_[kBlock];
 };
 
-ContactRecord between(const Sphere& a, const Sphere& b, const Vec3& force, double stored) {
-  const Vec3 apart = a.x - b.x;
-  const double distance = norm(apart);
+/// @param dt of the step that ended
+ContactRecord between(const Sphere& a, const Sphere& b, const Vec3& force, double stored, double dt) {
+  const Vec3 apart = a.x - b.x, v = a.v - b.v;
+  const double distance = norm(apart), half = 0.5 * dt;
   const Vec3 n = (1 / distance) * apart, point = a.x - (0.5 * (a.r - b.r + distance)) * n;
+  const double v_n = dot(v, n), middle = distance - half * v_n;
+  const Vec3 turn = (half / distance) * (v - v_n * n), n_mid = n - turn;
+  const Vec3 arms = 0.5 * ((a.r - b.r + middle) * a.w + (b.r - a.r + middle) * b.w);
   return {.i = a.id,
           .j = b.id,
           .at_surface = false,
           .point = point,
           .normal = n,
           .force = force,
-          .velocity = a.v + cross(a.w, point - a.x) - b.v - cross(b.w, point - b.x),
+          .velocity = turned(v - cross(arms, n_mid), n, turn),
           .stored = stored};
 }
 
@@ -140,7 +125,7 @@ void Bed::Impl::record_run(const PairRun& run, std::size_t particle_block, std::
       f[d] = particles.is_mixed() ? static_cast<double>(result[b].push_single[d][lane]) : result[b].push[d][lane];
     if (is_zero(f)) return;
     const PairBlock& p = contacts.blocks[run.first + b];
-    out.push_back(between(particles.now(p.i[lane]), particles.now(p.j[lane]), f, result[b].sums.stored[lane]));
+    out.push_back(between(particles.now(p.i[lane]), particles.now(p.j[lane]), f, result[b].sums.stored[lane], now.dt_before));
     out.back().point = options.periodic.wrapped(out.back().point);
   });
 }

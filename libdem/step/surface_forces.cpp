@@ -4,8 +4,9 @@
 #include <cmath>
 
 #include "libdem/base/small_rotation.hpp"
+#include "libdem/particles/fixed.hpp"
 #include "libdem/step/energy_balance.hpp"
-#include "libdem/step/surface_velocity.hpp"
+#include "libdem/step/surface_motion.hpp"
 
 namespace subsoil::dem {
 namespace {
@@ -60,9 +61,11 @@ class ChunkRun {
     match_contacts({now, n}, {normals, were}, from);
     e.live = static_cast<std::uint32_t>(n);
     for (std::size_t c = 0; c < n; ++c) {
-      if (from[c] >= 0) continued[from[c]] = true;
+      const bool continues = from[c] >= 0;
+      if (continues) continued[from[c]] = true;
       e.contact[c].normal = now[c].normal;
-      add_lane(s, now[c], from[c] >= 0 ? states[from[c]] : PairState{}, {&e, static_cast<int>(c), now[c].surface, {}});
+      add_lane(s, now[c], continues ? &normals[from[c]] : nullptr, continues ? states[from[c]] : PairState{},
+               {&e, static_cast<int>(c), now[c].surface, {}});
     }
     for (std::uint32_t c = 0; c < were; ++c)
       if (!continued[c]) add_ended(s, normals[c], states[c], e);
@@ -75,10 +78,10 @@ class ChunkRun {
     job_.cutoff = of_.laws.surface_cutoff(law);
   }
 
-  void add_lane(const Sphere& s, const SurfaceContact& c, const PairState& state, Lane lane) {
+  void add_lane(const Sphere& s, const SurfaceContact& c, const Vec3* before, const PairState& state, Lane lane) {
     const Vec3 n = boundary_.pose.attitude.rotate(c.normal);
     lane.point = s.x - n * c.distance;
-    fill(n, c.distance, surface_velocity(boundary_, lane.point, s.v, job_.elapsed), state, lane);
+    fill(s, n, c.distance, normal_turn(boundary_, c.normal, before, job_.elapsed), state, lane);
   }
 
   void add_ended(const Sphere& s, const Vec3& normal, const PairState& state, SurfaceEntry& e) {
@@ -86,18 +89,13 @@ class ChunkRun {
     // dashpots still worked over half of this step.
     const Vec3 n = boundary_.pose.attitude.rotate(normal);
     const double distance = (s.r + job_.cutoff) * (1 + 1e-9);
-    fill(n, distance, surface_velocity(boundary_, s.x - n * distance, s.v, job_.elapsed), state, {&e, -1, 0, {}});
+    fill(s, n, distance, normal_turn(boundary_, normal, nullptr, job_.elapsed), state, {&e, -1, 0, {}});
   }
 
-  void fill(const Vec3& n, double distance, const Vec3& v, const PairState& state, const Lane& lane) {
+  void fill(const Sphere& s, const Vec3& n, double distance, const Vec3& turn, const PairState& state,
+            const Lane& lane) {
     const std::uint32_t k = job_.count++;
-    job_.sphere[k] = lane.entry->sphere;
-    for (int d = 0; d < 3; ++d) {
-      job_.normal[d][k] = n[d];
-      job_.velocity[d][k] = v[d];
-      job_.angular_velocity[d][k] = boundary_.angular_velocity[d];
-    }
-    job_.distance[k] = distance;
+    put_contact(job_, k, lane.entry->sphere, s, boundary_, n, distance, turn);
     write_lane(memory(), shape(), k, state);
     lane_[k] = lane;
     if (job_.count == kBlock) flush();
@@ -108,15 +106,8 @@ class ChunkRun {
 
   void flush() {
     if (job_.count == 0) return;
-    for (std::uint32_t k = job_.count; k < kBlock; ++k) {  // lanes beyond the last repeat the first
-      job_.sphere[k] = job_.sphere[0];
-      job_.distance[k] = job_.distance[0];
-      for (int d = 0; d < 3; ++d) {
-        job_.normal[d][k] = job_.normal[d][0], job_.velocity[d][k] = job_.velocity[d][0];
-        job_.angular_velocity[d][k] = job_.angular_velocity[d][0];
-      }
-      write_lane(memory(), shape(), k, PairState{});
-    }
+    repeat_first(job_);
+    for (std::uint32_t k = job_.count; k < kBlock; ++k) write_lane(memory(), shape(), k, PairState{});
     of_.kernel.surface(of_.laws[law_], job_);
     for (std::uint32_t k = 0; k < job_.count; ++k) {
       chunk_.lost += Losses{job_.sums.damped[k], job_.sums.slid[k], job_.sums.rolled[k]};
@@ -144,15 +135,7 @@ class ChunkRun {
   void record(std::uint32_t k, const Vec3& force) {
     if (force.x == 0 && force.y == 0 && force.z == 0) return;
     const Sphere s = of_.particles.now(job_.sphere[k]);
-    const Vec3 surface{job_.velocity[0][k], job_.velocity[1][k], job_.velocity[2][k]};
-    chunk_.recorded.push_back({.i = s.id,
-                               .j = chunk_.boundary,
-                               .at_surface = true,
-                               .point = lane_[k].point,
-                               .normal = {job_.normal[0][k], job_.normal[1][k], job_.normal[2][k]},
-                               .force = force,
-                               .velocity = s.v + cross(s.w, lane_[k].point - s.x) - surface,
-                               .stored = job_.sums.stored[k]});
+    chunk_.recorded.push_back(record_of(job_, k, s, chunk_.boundary, lane_[k].point, force));
   }
 
   const SurfaceForces& of_;
@@ -166,6 +149,39 @@ class ChunkRun {
 }  // namespace
 
 void SurfaceForces::evaluate(SurfaceChunk& chunk) const { ChunkRun(*this, chunk).run(); }
+
+void put_contact(SurfaceJob& job, std::uint32_t lane, std::uint32_t sphere, const Sphere& s, const Boundary& b,
+                 const Vec3& n, double distance, const Vec3& turn) {
+  const Vec3 v = surface_velocity(b, s.x, s.v, n, distance, turn, job.elapsed);
+  job.sphere[lane] = sphere, job.distance[lane] = distance, job.mass[lane] = own_mass(s);
+  for (int d = 0; d < 3; ++d) {
+    job.normal[d][lane] = n[d], job.turn[d][lane] = turn[d];
+    job.velocity[d][lane] = v[d], job.angular_velocity[d][lane] = b.angular_velocity[d];
+  }
+}
+
+void repeat_first(SurfaceJob& job) {
+  for (std::uint32_t k = job.count; k < kBlock; ++k) {
+    job.sphere[k] = job.sphere[0], job.distance[k] = job.distance[0], job.mass[k] = job.mass[0];
+    for (int d = 0; d < 3; ++d)
+      for (auto* column : {job.normal[d], job.turn[d], job.velocity[d], job.angular_velocity[d]}) column[k] = column[0];
+  }
+}
+
+ContactRecord record_of(const SurfaceJob& job, std::uint32_t lane, const Sphere& s, std::uint32_t boundary,
+                        const Vec3& point, const Vec3& force) {
+  const auto at = [&](const auto& columns) { return Vec3{columns[0][lane], columns[1][lane], columns[2][lane]}; };
+  const Vec3 n = at(job.normal);
+  return {.i = s.id,
+          .j = boundary,
+          .at_surface = true,
+          .point = point,
+          .normal = n,
+          .force = force,
+          .velocity =
+              contact_velocity(s.v - at(job.velocity), s.w, n, job.distance[lane], at(job.turn), job.elapsed),
+          .stored = job.sums.stored[lane]};
+}
 
 PlaneJob plane_job(const Boundary& b, const ParticleStore& particles, double elapsed) {
   PlaneJob job{};

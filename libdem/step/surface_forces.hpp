@@ -21,6 +21,15 @@ struct SurfaceForces {
   void evaluate(SurfaceChunk& chunk) const;
 };
 
+/// One lane of a job at edges and curved surfaces. @param turn of the normal (surface_motion.hpp)
+void put_contact(SurfaceJob& job, std::uint32_t lane, std::uint32_t sphere, const Sphere& s, const Boundary& b,
+                 const Vec3& n, double distance, const Vec3& turn);
+/// Into the lanes beyond its last contact.
+void repeat_first(SurfaceJob& job);
+/// Of a lane that has been evaluated.
+ContactRecord record_of(const SurfaceJob& job, std::uint32_t lane, const Sphere& s, std::uint32_t boundary,
+                        const Vec3& point, const Vec3& force);
+
 /// What the plane runs of a boundary have in common in a step.
 PlaneJob plane_job(const Boundary& b, const ParticleStore& particles, double elapsed);
 

@@ -99,18 +99,31 @@ inline double tangential_damping_of(const Friction& friction, const NormalForce<
              : friction.damping_factor * (friction.damping == TangentialDamping::of_law ? n.c_t : n.c_n);
 }
 
+/// Slip of a pair or a sphere at a surface in the middle of the step, turned with the normal to its end. @param arms
+/// of i and j there
+inline Vec3 middle_slip(const Vec3& n, const Vec3& turn, const Vec3& v, const Vec3& arms) {
+  return v - dot(v, n) * (n - turn) - cross(arms + dot(arms, n) * turn, n);
+}
+
+/// n less the normal of the middle of the step, of a pair.
+inline Vec3 turn_of_pair(const Vec3& n, double distance, const Side& i, const Side& j, double dt) {
+  const Vec3 v = i.v - j.v;
+  return (0.5 * dt / distance) * (v - dot(v, n) * n);
+}
+
 /// n from j to i, unit. j.r = 0: a surface whose point moves at j.v (already with its spin) and turns at j.w.
-inline ContactResult reference_contact(const Law& law, const Vec3& n, double distance, const Side& i, const Side& j,
-                                       double dt, History& h) {
+/// Velocities are of the middle of the step, where the normal was n - turn.
+inline ContactResult reference_contact(const Law& law, const Vec3& n, double distance, const Vec3& turn, const Side& i,
+                                       const Side& j, double dt, History& h) {
   const bool wall = j.r == 0;
   const double overlap = i.r + j.r - distance;
   const Friction& friction = law->friction();
   const bool at_radius = friction.slip_moment_arm == SlipMomentArm::radius;
   const double l_i = arm_of(friction, wall, i.r, overlap), l_j = wall ? 0 : arm_of(friction, wall, j.r, overlap);
-  const Vec3 slip_all =
-      (i.v - cross(i.w, (at_radius ? i.r : l_i) * n)) - (j.v + cross(wall ? Vec3{} : j.w, (at_radius ? j.r : l_j) * n));
-  const double v_n = dot(i.v - j.v, n);
-  const Vec3 v_t = slip_all - dot(slip_all, n) * n;
+  const Vec3 apart = i.v - j.v, mid = n - turn;
+  const double then = overlap + 0.5 * dt * dot(apart, n), v_n = dot(apart, mid);
+  const auto arm = [&](const Side& of) { return at_radius ? of.r : arm_of(friction, wall, of.r, then); };
+  const Vec3 v_t = middle_slip(n, turn, apart, arm(i) * i.w + (wall ? 0 : arm(j)) * j.w);
   const double m_eff = wall ? i.m : i.m * j.m / (i.m + j.m), r_eff = wall ? i.r : i.r * j.r / (i.r + j.r);
   const double per_sum = wall ? 0 : 1 / (i.r + j.r);
   auto normal = law->normal({overlap, -v_n, std::sqrt(m_eff), r_eff, dt, per_sum}, h.own);
@@ -132,7 +145,7 @@ inline ContactResult reference_contact(const Law& law, const Vec3& n, double dis
   const double mu = law->friction().mu, mu_d = std::isnan(law->friction().mu_d) ? mu : law->friction().mu_d;
   const bool springs = law->friction().tangential == Tangential::spring;
   const FrictionRule rule = law->friction().rule;
-  Vec3 xi = kept * (h.xi - dot(h.xi, n) * n), pull;
+  Vec3 xi = kept * (h.xi - dot(h.xi, n) * mid), pull;
   if (law->friction().tangential == Tangential::constant_direction)
     pull = (mu_d * normal.limiting_force / norm(v_t)) * v_t;
   else
@@ -151,7 +164,7 @@ inline ContactResult reference_contact(const Law& law, const Vec3& n, double dis
     return Element{
         .k = k, .c = c, .hold = cap, .slide = cap, .together = false, .kept = law->friction().rolling_damping_at_limit};
   };
-  const Vec3 w_all = i.w - j.w, w = w_all - dot(w_all, n) * n;
+  const Vec3 w_all = i.w - j.w, w = w_all - dot(w_all, n) * mid;
   const double cap = law->friction().mu_r * r_eff * normal.limiting_force;
   Vec3 moment;
   if (law->friction().rolling == Rolling::constant_torque) {
@@ -161,7 +174,7 @@ inline ContactResult reference_contact(const Law& law, const Vec3& n, double dis
     const double k_r = own_stiffness ? friction.k_r : 2.25 * normal.k_n * std::pow(friction.mu_r * r_eff, 2);
     const double own = 1.4 * i.m * i.r * i.r, other = 1.4 * j.m * j.r * j.r;
     const double i_r = wall ? own : own * other / (own + other);
-    h.rho = (own_stiffness ? 1 : keep) * (h.rho - dot(h.rho, n) * n);
+    h.rho = (own_stiffness ? 1 : keep) * (h.rho - dot(h.rho, n) * mid);
     bool slips = false;
     Element spring = turning(
         k_r, std::isnan(friction.c_r) ? 2 * friction.rolling_damping * std::sqrt(i_r * k_r) : friction.c_r, cap);
@@ -173,7 +186,7 @@ inline ContactResult reference_contact(const Law& law, const Vec3& n, double dis
     const double k = normal.k_n * std::pow(1.5 * law->friction().mu_t * r_eff, 2),
                  most = law->friction().mu_t * r_eff * normal.limiting_force;
     const double own = 0.4 * i.m * i.r * i.r, other = 0.4 * j.m * j.r * j.r;
-    const double inertia = wall ? own : own * other / (own + other), spin = dot(w_all, n);
+    const double inertia = wall ? own : own * other / (own + other), spin = dot(w_all, mid);
     Vec3 angle = keep * h.twist * n;
     bool slips = false;
     moment += limited(turning(k, 2 * law->friction().rolling_damping * std::sqrt(inertia * k), most), angle, spin * n,
@@ -200,14 +213,13 @@ inline void reference_bond(const Bond& law, const Vec3& n, double distance, cons
   const double k_n = law.modulus / (i.r + j.r), k_s = k_n / law.ratio, overlap = i.r + j.r - distance;
   const Vec3 to_i = -(i.r - overlap / 2) * n, to_j = (j.r - overlap / 2) * n;
   const Vec3 w = i.w - j.w, apart = i.v - j.v;
-  const double v_n = dot(apart, n), w_n = dot(w, n), turn = 0.5 * dot(i.w + j.w, n) * dt;
-  const Vec3 roll = w - w_n * n;
-  // Velocities are of the middle of the step: slip against the normal there.
-  const Vec3 mid = n - (0.5 * dt / distance) * (apart - v_n * n);
-  const Vec3 v = apart - cross((i.r - overlap / 2) * i.w + (j.r - overlap / 2) * j.w, mid);
-  const Vec3 flat_v = v - dot(v, mid) * mid, v_t = flat_v - dot(flat_v, n) * n;
+  const Vec3 turn = turn_of_pair(n, distance, i, j, dt), mid = n - turn;
+  const double v_n = dot(apart, mid), w_n = dot(w, mid), about_n = 0.5 * dot(i.w + j.w, mid) * dt;
+  const Vec3 roll = w - dot(w, n) * mid;
+  const double sink = 0.5 * (overlap + 0.5 * dt * dot(apart, n));
+  const Vec3 v_t = middle_slip(n, turn, apart, (i.r - sink) * i.w + (j.r - sink) * j.w);
   const auto carried = [&](const Vec3& force, const Vec3& more) {
-    const Vec3 flat = force - dot(force, n) * n, turned = flat + turn * cross(n, flat);
+    const Vec3 flat = force - dot(force, n) * mid, turned = flat + about_n * cross(n, flat);
     return (norm(turned) > 0 ? norm(force) / norm(turned) : 1) * turned + more;
   };
   b.shear = carried(b.shear, (k_s * A * dt) * v_t);
@@ -275,7 +287,8 @@ class ReferenceBed {
   const Law& law_of(int law) const { return laws_.laws[static_cast<std::size_t>(law)]; }
 
   ContactResult contact(int law, const Vec3& n, double distance, const Side& a, const Side& b, History& h) const {
-    return reference_contact(law_of(law), n, distance, a, b, dt_before_, h);
+    const Vec3 turn = b.r > 0 ? turn_of_pair(n, distance, a, b, dt_before_) : Vec3{};
+    return reference_contact(law_of(law), n, distance, turn, a, b, dt_before_, h);
   }
 
   void touch(std::size_t i, std::size_t j) {

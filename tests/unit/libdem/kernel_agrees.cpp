@@ -15,6 +15,7 @@ struct Case {
   Side i, j;
   Vec3 n;
   double distance;
+  Vec3 turn;  ///< of n in half the step: at surfaces given, of pairs by their velocities
   History history;
   ReferenceBond bond{};
 };
@@ -24,7 +25,7 @@ Case random_case(Dice& dice, bool wall) {
   c.n = normalized(dice.ball(1) + Vec3{1e-3, 0, 0});
   c.i = {dice.ball(2), dice.ball(150), dice.between(5e-3, 12e-3), dice.between(1e-3, 9e-3)};
   c.j = {dice.ball(2), dice.ball(150), dice.between(5e-3, 12e-3), dice.between(1e-3, 9e-3)};
-  if (wall) c.j = {dice.ball(2), dice.ball(3), 0, 0};
+  if (wall) c.j = {dice.ball(2), dice.ball(3), 0, 0}, c.turn = cross(dice.ball(2e-3), c.n);
   c.distance = c.i.r + c.j.r - dice.between(-3e-3, 4e-3);
   c.history = {dice.ball(5e-4), dice.ball(1e-2), 0, dice.between(0, 1) < 0.5};
   c.history.rho -= dot(c.history.rho, c.n) * c.n;
@@ -139,8 +140,9 @@ std::vector<Answer> evaluate_surface(const Kernel& kernel, const Law& law, const
     const Case& c = cases[k < cases.size() ? k : 0];
     job.sphere[k] = k < cases.size() ? k : 0;
     for (int d = 0; d < 3; ++d)
-      job.normal[d][k] = c.n[d], job.velocity[d][k] = c.j.v[d], job.angular_velocity[d][k] = c.j.w[d];
-    job.distance[k] = c.distance;
+      job.normal[d][k] = c.n[d], job.velocity[d][k] = c.j.v[d], job.angular_velocity[d][k] = c.j.w[d],
+      job.turn[d][k] = c.turn[d];
+    job.distance[k] = c.distance, job.mass[k] = c.i.m;
     write_lane(BlockMemory::at(job.lines, 1, shape, 0), shape, k, state_of(c.history));
   }
   kernel.surface(law, job);
@@ -197,7 +199,8 @@ TEST(Kernels, AgreeWithTheScalarContact) {
         const bool sampled = trial % 2 == 0;
         const Answer got = wall ? evaluate_surface(kernel, resolved, {c}, dt)[0]
                                 : evaluate_pairs(kernel, resolved, {c}, dt, sampled)[0];
-        ContactResult want = reference_contact(resolved, c.n, c.distance, c.i, c.j, dt, c.history);
+        if (!wall) c.turn = turn_of_pair(c.n, c.distance, c.i, c.j, dt);
+        ContactResult want = reference_contact(resolved, c.n, c.distance, c.turn, c.i, c.j, dt, c.history);
         if (const Bond* bond = resolved->bond(); bond != nullptr && !wall) {
           const bool was = c.bond.intact;
           reference_bond(*bond, c.n, c.distance, c.i, c.j, dt, c.bond, want);
@@ -246,7 +249,8 @@ TEST(Kernels, MixedPrecisionAgreesWithTheScalarContact) {
         if (trial % 4 < 2) touch(resolved, c);
         c.bond.intact = false;  // floats may decide otherwise on breaking
         const Answer got = evaluate_pairs(kernel, resolved, {c}, 1e-5, trial % 2 == 0, true)[0];
-        const ContactResult want = reference_contact(resolved, c.n, c.distance, c.i, c.j, 1e-5, c.history);
+        const Vec3 turn = turn_of_pair(c.n, c.distance, c.i, c.j, 1e-5);
+        const ContactResult want = reference_contact(resolved, c.n, c.distance, turn, c.i, c.j, 1e-5, c.history);
         const double error = norm(want.force - got.force);
         EXPECT_LT(error, 1e-3 * norm(want.force) + 1e-2) << kernel.name << name << trial;
         EXPECT_LT(norm(want.torque_i - got.torque_i), 1e-3 * norm(want.torque_i) + 1e-4)
