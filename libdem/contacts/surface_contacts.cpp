@@ -56,7 +56,8 @@ void SurfaceContacts::search(std::uint32_t b, const Boundary& boundary, const Pa
     for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
       const Sphere& s = particles[i];
       const int law = laws.between(s.material, boundary.material);
-      if (law < 0 || is_fixed(s)) continue;
+      const bool held = is_fixed(s);
+      if (law < 0 || (held && !boundary.meets_fixed)) continue;
       const double near = s.r + laws.surface_cutoff(static_cast<std::uint32_t>(law)) + skin;
       if (in_world.distance_squared(s.x) > near * near) continue;
       const Vec3 c = boundary.pose.to_local(s.x);
@@ -65,7 +66,8 @@ void SurfaceContacts::search(std::uint32_t b, const Boundary& boundary, const Pa
       dem::candidates(boundary.shape, c, near, mine.candidates);
       if (mine.candidates.size() == before) continue;
       const std::span<const std::uint32_t> close(mine.candidates.data() + before, mine.candidates.size() - before);
-      if (const auto face = flat_face(boundary.shape, c, skin, close)) {
+      // Planes take masses from the records, which of fixed spheres are not their own.
+      if (const auto face = held ? std::nullopt : flat_face(boundary.shape, c, skin, close)) {
         mine.faces.push_back({i, b, static_cast<std::uint32_t>(law), *face});
         mine.candidates.resize(before);
         continue;

@@ -32,6 +32,9 @@ struct Boundary {
   Vec3 velocity;          ///< of pose.position, m/s, at t_n - dt/2 like the spheres'
   Vec3 angular_velocity;  ///< rad/s
   bool active = true;     ///< an opened wall is kept but touches nothing
+  /// Whether fixed spheres meet it. Of a surface at rest against them the contact would be a constant load: a rough
+  /// floor of fixed spheres may be laid into its walls.
+  bool meets_fixed = true;
 
   // answers
   Wrench wrench;               ///< of the spheres on the surface at t_n, about pose.position

@@ -235,7 +235,7 @@ std::vector<double> highest_centres(const Bed& bed) {
   return out;
 }
 
-/// Height of a cut that takes off all spheres whose centres lie above it and leaves the mean surface at the target. The
+/// Height of a cut that takes off all free spheres whose centres lie above it and leaves the mean surface at the target. The
 /// surface falls with the cut, by steps as spheres go: bisection ends at the step nearest to the target.
 double level_cut(const Bed& bed, const Bounds& region, double target) {
   const std::span<const Sphere> spheres = bed.spheres();
@@ -247,7 +247,7 @@ double level_cut(const Bed& bed, const Bounds& region, double target) {
     left.clear();
     for (const Sphere& s : spheres) {
       const long clump = bed.clump_of(s);
-      if ((clump < 0 ? s.x.y : top_of_clump[static_cast<std::size_t>(clump)]) <= cut) left.push_back(s);
+      if (is_fixed(s) || (clump < 0 ? s.x.y : top_of_clump[static_cast<std::size_t>(clump)]) <= cut) left.push_back(s);
     }
     (surface_height(left, region).mean > target ? high : low) = cut;
   }
@@ -306,7 +306,7 @@ void rain_layer(Bed& bed, const LawTable& laws, const Bounds& region, const BedL
 std::size_t level(Bed& bed, const Bounds& region, double top, Settler& settler) {
   return static_cast<std::size_t>(settler.measured([&] {
     const double cut = level_cut(bed, region, region.low.y + top);
-    return static_cast<double>(bed.remove_if([&](const Sphere& s) { return s.x.y > cut; }));
+    return static_cast<double>(bed.remove_if([&](const Sphere& s) { return !is_fixed(s) && s.x.y > cut; }));
   }));
 }
 

@@ -24,8 +24,14 @@ const dem::Wrench& wrench_on(const ColumnSources& from, const SoilOnBody& b) {
 dem::Wrench wrench_on(const ColumnSources& from, const FixedBody& body) {
   const std::span<const dem::FixedSphere> all = from.world.bed->fixed_spheres();
   std::vector<const dem::FixedSphere*> own;
+  const auto named = [&](const dem::FixedSphere& f) {
+    return std::any_of(from.world.fixed.begin(), from.world.fixed.end(), [&](const FixedBody& other) {
+      return std::binary_search(other.ids.begin(), other.ids.end(), f.id);
+    });
+  };
   if (body.ids.empty())
-    for (const dem::FixedSphere& f : all) own.push_back(&f);
+    for (const dem::FixedSphere& f : all)
+      if (!named(f)) own.push_back(&f);
   for (const std::uint32_t id : body.ids) {
     const auto at =
         std::lower_bound(all.begin(), all.end(), id, [](const auto& f, std::uint32_t i) { return f.id < i; });

@@ -9,9 +9,12 @@
 
 #include "libdem/geometry/world_box.hpp"
 #include "libdem/laws/contact.hpp"
+#include "libdem/packing/carve.hpp"
+#include "libdem/particles/fixed.hpp"
 #include "libmbd/forces/joint_friction.hpp"
 #include "libsim/document/library.hpp"
 #include "libsim/document/quantity.hpp"
+#include "libsim/run/surface_meeting.hpp"
 #include "libsim/scenario/gravity.hpp"
 #include "libsim/scenario/shapes/mesh_file.hpp"
 #include "libsim/setup/laws.hpp"
@@ -242,6 +245,37 @@ void look_at_bridges(const Loaded& loaded, const World& world, Texts& out) {
   }
 }
 
+/// A boundary on a given path yields as little as a fixed sphere in it.
+void look_at_fixed(const Loaded& loaded, const World& world, Texts& out) {
+  const Scenario& s = loaded.scenario;
+  constexpr int places = 400;
+  for (const coupling::GivenMotion& m : world.motions) {
+    if (m.servo) continue;
+    const dem::Boundary& b = world.bed->boundary(m.boundary);
+    const dem::Sphere* first = nullptr;
+    double when = 0;
+    for (const dem::Sphere& one : world.bed->spheres()) {
+      if (!dem::is_fixed(one) || world.laws.of(one.material, b.material) < 0) continue;
+      for (int k = 0; k <= places; ++k) {
+        const double t = s.time.end * k / places;
+        dem::Boundary there = b;
+        there.pose = m.pose(t);
+        dem::Sphere now = one;
+        now.x += t * one.v;
+        if (!dem::inside_or_overlapping(now, there, -s.limits.overlap * one.r)) continue;
+        if (first == nullptr || t < when) first = &one, when = t;
+        break;
+      }
+    }
+    if (first == nullptr) continue;
+    out.push_back(
+        fmt::format("{}: `{}` is driven into the fixed sphere {}: at {:.3g} s it is {:.3g} of the radius deep, where "
+                    "`limits.overlap` stops the run; both keep their motion whatever acts on them: end it before, move "
+                    "the boundary by a servo or a machine, or let the sphere go",
+                    loaded.where("boundaries"), b.name, first->id, when, s.limits.overlap));
+  }
+}
+
 /// Friction that is regularised fades where mu_s would act when its Stribeck speed is not well above that speed.
 void look_at_friction(const World& world, Texts& out) {
   if (!world.machine) return;
@@ -276,6 +310,9 @@ std::vector<std::string> input_warnings(const Loaded& loaded, const World& world
   look_at_gravity(loaded, world, out);
   look_at_mixed_precision(loaded, world, out);
   look_at_bridges(loaded, world, out);
+  look_at_fixed(loaded, world, out);
+  if (world.machine)
+    for (const std::string& text : SurfaceMeeting(world).may_meet(world, loaded.scenario.time.end)) out.push_back(text);
   return out;
 }
 

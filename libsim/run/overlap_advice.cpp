@@ -14,6 +14,7 @@
 #include "libdem/laws/luding.hpp"
 #include "libdem/laws/variable_restitution.hpp"
 #include "libdem/laws/wet.hpp"
+#include "libdem/particles/fixed.hpp"
 #include "libsim/scenario/given_law.hpp"
 
 namespace subsoil::sim {
@@ -30,17 +31,18 @@ struct Deepest {
 Deepest deepest_contact(const dem::Sphere& s, const World& world) {
   Deepest out;
   for (const dem::Sphere& p : world.bed->spheres())
-    if (const double d = s.r + p.r - dem::norm(s.x - p.x); p.id != s.id && d > out.overlap)
+    if (const double d = s.r + p.r - dem::norm(s.x - p.x);
+        p.id != s.id && d > out.overlap && !(dem::is_fixed(s) && dem::is_fixed(p)))
       out = {d, s.r * p.r / (s.r + p.r), s.m * p.m / (s.m + p.m), p.material, fmt::format("sphere {}", p.id)};
   for (int i = 0; i < world.bed->boundary_count(); ++i) {
     const dem::Boundary& b = world.bed->boundary(i);
-    if (!b.active) continue;
+    if (!b.active || (dem::is_fixed(s) && !b.meets_fixed)) continue;
     const Vec3 c = b.pose.to_local(s.x);
     std::vector<std::uint32_t> near;
     dem::candidates(b.shape, c, 2 * s.r, near);
     dem::SurfaceContact touch[1];
     if (near.empty() || dem::contacts(b.shape, c, 2 * s.r, near, touch, 1) == 0) continue;
-    if (const double d = s.r - touch[0].distance; d > out.overlap) out = {d, s.r, s.m, b.material, "`" + b.name + "`"};
+    if (const double d = s.r - touch[0].distance; d > out.overlap) out = {d, s.r, dem::own_mass(s), b.material, "`" + b.name + "`"};
   }
   return out;
 }
@@ -204,9 +206,10 @@ ExpectedOverlap expected_overlap(const World& world, const Scenario& s) {
   ExpectedOverlap worst;
   if (!world.bed || world.bed->spheres().empty()) return worst;
   constexpr double tail = 10;  // of the largest contact force over the mean
-  const dem::Sphere* largest = &world.bed->spheres().front();
+  const dem::Sphere* largest = nullptr;
   for (const dem::Sphere& one : world.bed->spheres())
-    if (one.r > largest->r) largest = &one;
+    if (!dem::is_fixed(one) && (largest == nullptr || one.r > largest->r)) largest = &one;
+  if (largest == nullptr) return worst;
   const double r = largest->r, g = dem::norm(s.gravity), bulk = world.soil.bulk_density;
   for (const SurfaceRecord& record : world.surfaces) {
     const dem::Boundary& b = world.bed->boundary(record.boundary);

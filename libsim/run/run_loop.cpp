@@ -198,7 +198,10 @@ int RunLoop::loop() {
     const bool row = last || sample_due_.next() <= t + close;
     const bool window = simulation_.window_begins() && sample_due_.next() < t + simulation_.window_length();
     if (sample || window || crossings_->any() || columns_->needs_every_step()) columns_->take_instant(values_);
-    if (world_.bed && (tool_due_.due(t, close) || last)) follow_tools(t);
+    if (world_.bed && (tool_due_.due(t, close) || last)) {
+      follow_tools(t);
+      if (surfaces_have_met(t)) return exit_failed;
+    }
     stood_ = simulation_.window_begins();
     dem::Snapshot* const snapshot = frame ? frames_->begin(t) : nullptr;
     std::vector<dem::ContactRecord>* const contacts = frame ? frames_->contacts() : nullptr;
@@ -289,6 +292,13 @@ std::string RunLoop::shorter_step() const {
   if (kind == mbd::IntegratorKind::cvode || kind == mbd::IntegratorKind::ida)
     return "give a smaller `time.machine.rtol`";
   return fmt::format("give a `time.machine.step` below {:.3g} s", world_.step.machine_step);
+}
+
+bool RunLoop::surfaces_have_met(double t) {
+  if (!meeting_) meeting_.emplace(world_);
+  const std::optional<std::string> met = meeting_->look();
+  if (met) failure_ = fmt::format("t = {:.9g} s: {}: {}", t, *met, surface_meeting_cure);
+  return met.has_value();
 }
 
 void RunLoop::count_step(double t, double taken, std::span<const double> values) {

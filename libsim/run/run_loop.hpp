@@ -26,6 +26,7 @@
 #include "libsim/run/run_summary.hpp"
 #include "libsim/run/runner.hpp"
 #include "libsim/run/schedule.hpp"
+#include "libsim/run/surface_meeting.hpp"
 #include "libsim/run/tool.hpp"
 #include "libsim/run/wall_watch.hpp"
 #include "libsim/setup/world.hpp"
@@ -104,6 +105,9 @@ class RunLoop {
   /// Whether the machine's energy balance is off by more than it may; failure_ then says so.
   bool energy_is_lost();
 
+  /// Whether a surface of the machine and a boundary have come together; failure_ then says so.
+  bool surfaces_have_met(double t);
+
   /// How to give the machine shorter steps, by the keys that act in this run.
   std::string shorter_step() const;
 
@@ -168,6 +172,7 @@ class RunLoop {
   LiveLine live_;
   RecentRate rate_;
   WallWatch walls_;
+  std::optional<SurfaceMeeting> meeting_;
   PhysicsWatch physics_{s_, world_};
   BodyWatch bodies_{s_, world_};
   Schedule frame_due_, sample_due_, state_due_, tool_due_;

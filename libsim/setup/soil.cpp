@@ -70,6 +70,7 @@ void SoilBuilder::add_walls() {
     dem::Boundary wall;
     wall.name = wall_name(f);
     wall.material = material_index(s, c.material);
+    wall.meets_fixed = false;
     const int index = world_.bed->add(std::move(wall));
     wall_[f] = index;
     world_.surfaces.push_back(
@@ -405,6 +406,10 @@ void SoilBuilder::place_clumps() {
 void SoilBuilder::place_made() {
   const Fill fill = bed().fill;
   refuse_too_many();
+  if (fill <= Fill::random && !bed().particles.empty()) {
+    world_.bed->add(listed());
+    layer_.assign(bed().particles.size(), -1);
+  }
   if (fill == Fill::random) {
     if (!options_.settle) place_stand_in();
   } else if (fill == Fill::particles || fill == Fill::file) {
@@ -422,6 +427,20 @@ void SoilBuilder::place_made() {
     world_.bed->add(dem::rest_lattice(lattice_plan(bed().pitch.value_or(0)),
                                       rest_overlap(material().material, material().material), material()));
   }
+  if (fill <= Fill::random) clear_stones();
+}
+
+/// Grains of a lattice that overlap the fixed spheres among them. Those that rain begin above all of them.
+void SoilBuilder::clear_stones() {
+  std::vector<dem::Sphere> stones;
+  for (const dem::Sphere& s : world_.bed->spheres())
+    if (dem::is_fixed(s)) stones.push_back(s);
+  if (stones.empty()) return;
+  world_.bed->remove_if([&](const dem::Sphere& s) {
+    return !dem::is_fixed(s) && std::any_of(stones.begin(), stones.end(), [&](const dem::Sphere& stone) {
+      return dem::norm(world_.bed->options().periodic.shortest(s.x - stone.x)) < s.r + stone.r;
+    });
+  });
 }
 
 /// Spheres in a box at the density of poured beds of equal spheres. @param ends of the height where the packing ends,
@@ -532,7 +551,8 @@ dem::StepQuestion SoilBuilder::question() const {
     if (world_.bed->clump_of(s) < 0) q.density = std::min(q.density, own_density(s));
   }
   q.neighbours = dem::most_neighbours(world_.bed->spheres().size());
-  if (rains() && (world_.bed->spheres().empty() || !options_.settle)) {
+  const auto spheres = world_.bed->spheres();
+  if (rains() && (std::all_of(spheres.begin(), spheres.end(), dem::is_fixed) || !options_.settle)) {
     q.neighbours = 12;
     const auto expect = [&](const dem::RadiusDistribution& sizes, double density) {
       q.smallest_radius = std::min(q.smallest_radius, dem::least_radius(sizes));

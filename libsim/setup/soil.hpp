@@ -57,6 +57,7 @@ class SoilBuilder {
   void place_stand_in();
   void add_shapes();
   void place_clumps();
+  void clear_stones();
   bool has_clumps() const { return has_bed() && !bed().clumps.empty(); }
   dem::RadiusDistribution sizes() const;
   double radius_of_mean_grain() const;

@@ -94,6 +94,7 @@ void add_given_boundaries(World& world, const Loaded& loaded) {
     out.name = b.name;
     out.material = material_index(s, b.material);
     out.pose = motion_of(b)(0);
+    out.meets_fixed = b.is_moved();
     try {
       out.shape = contact_shape(b.shape, {});
     } catch (const std::exception& error) {

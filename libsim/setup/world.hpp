@@ -38,7 +38,7 @@ struct SurfaceRecord {
 /// Spheres of the bed that keep their velocity, by the name that the scenario gives them.
 struct FixedBody {
   std::string name;
-  std::vector<std::uint32_t> ids;  ///< rising; empty: all that are fixed, a rough floor
+  std::vector<std::uint32_t> ids;  ///< rising; empty: all fixed ones that no other body names, a rough floor
 };
 
 /// A surface that only pictures show (a wheel whose soil is a law), in body axes.

@@ -71,7 +71,9 @@ void describe(Fields& v, BedSection& b) {
       "saved bed: HDF5, or CSV whose first line names columns and units: x [m],y [m],z [m],radius [mm], and "
       "where wanted id,material,density [kg/m^3],vx [m/s],...,wx [rad/s],...; spheres are numbered by id. A "
       "density in the file comes before that of the material");
-  v.list("particles", b.particles, "the spheres, one by one");
+  v.list("particles", b.particles,
+         "the spheres, one by one; beside random fill and lattices: fixed ones, stones in the bed. Grains of a lattice "
+         "that overlap them are left out");
   v.list("clumps", b.clumps,
          "random fill and lattice: how many of the grains are clumps, each in an attitude of its own by the seed");
   v.list("placed", b.placed, "fill: particles: clumps, one by one; they are numbered after the particles");
@@ -102,8 +104,7 @@ struct BedChecks : Checks {
     if (made && !spheres && given("radius"))
       refuse("soil.bed.radius", "has no effect: all grains are clumps; leave it out, or lower their shares");
     fits(given("file"), b.fill == Fill::file, b.fill == Fill::file, "file", fill);
-    fits(given("particles"), b.fill == Fill::particles && b.placed.empty(), b.fill == Fill::particles, "particles",
-         fill);
+    fits(given("particles"), b.fill == Fill::particles && b.placed.empty(), b.fill != Fill::file, "particles", fill);
     if (given("particles") && b.particles.empty() && b.placed.empty())
       refuse("soil.bed.particles", "is empty; list a sphere at least, or leave `soil` out");
     fits(given("count"), false, b.fill == Fill::random, "count", fill);
@@ -126,8 +127,14 @@ struct BedChecks : Checks {
     material("soil.bed.material", b.material);
     for (std::size_t i = 0; i < b.particles.size(); ++i) {
       material(fmt::format("soil.bed.particles[{}].material", i), b.particles[i].material);
-      if (!b.particles[i].fixed.empty()) fixed(b, i);
+      if (!b.particles[i].fixed.empty())
+        fixed(b, i);
+      else if (made)
+        refuse(fmt::format("soil.bed.particles[{}]", i),
+               "moves: beside a bed that is made particles are fixed; give it `fixed: NAME`, or list all spheres with "
+               "`fill: particles`");
     }
+    if (made && !b.particles.empty()) stones(b);
     if (b.rough_floor) rough_floor(b);
     if (!only_clumps(b.clumps)) check_distribution(*this, "soil.bed.radius", b.radius);
     if (!b.layers.empty()) layers(b, made, each);
@@ -145,6 +152,12 @@ struct BedChecks : Checks {
       refuse(path, p.fixed, "stands beside `soil.active`, which would not see it move; leave one of them out");
     if (b.settle && dem::dot(p.velocity, p.velocity) + dem::dot(p.spin, p.spin) > 0)
       refuse(path, p.fixed, "moves while the bed settles; leave `settle` or its velocity out");
+  }
+
+  void stones(const BedSection& b) {
+    if (!b.save.empty())
+      refuse("soil.bed.save", "would keep fixed particles as spheres that move; leave one of them out");
+    if (s.soil->moving) refuse("soil.bed.particles", "stands beside `soil.moving`; leave one of them out");
   }
 
   /// What it is poured to is measured along y.

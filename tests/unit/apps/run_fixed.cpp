@@ -99,5 +99,134 @@ time: {end: 1 ms}
   EXPECT_NEAR(soil["bulk density [kg/m3]"], 2000 * M_PI / 6, 2e-3 * 2000 * M_PI / 6);
 }
 
+/// A plate that is driven into a stone: k delta + c v of the linear law, on both with opposite signs.
+constexpr const char* pressed = R"(subsoil: 1
+gravity: 0 0 0 m/s^2
+materials: {stone: {density: 2500 kg/m^3}, steel: {density: 7850 kg/m^3}}
+contacts:
+  - {between: [stone, steel], law: linear, k_n: 100 kN/m, restitution: 0.5, mu: 0}
+  - {between: [stone, stone], law: linear, k_n: 100 kN/m, restitution: 0.5, mu: 0}
+soil:
+  bed:
+    fill: particles
+    material: stone
+    particles:
+      - {position: 0 0 0 m, radius: 30 mm, fixed: stone}
+      - {position: 0.2 0 0 m, radius: 10 mm}
+boundaries:
+  - {name: plate, material: steel, shape: {box: 10 40 40 mm}, at: -36 0 0 mm, moves: [{velocity: 0.1 0 0 m/s}]}
+time: {end: 20 ms}
+output: {series every: 1 ms, series digits: all}
+)";
+
+TEST(RunFixed, ABoundaryThatMovesPressesOnThem) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(pressed), dir / "out"), exit_ok);
+  const Series series = read_series(dir / "out" / "series.csv");
+  const double m = 2500 * 4.0 / 3 * M_PI * 2.7e-5, loss = std::log(2), beta = loss / std::hypot(loss, M_PI);
+  const double depth = 0.1 * 0.02 - 1e-3, force = 1e5 * depth + 2 * beta * std::sqrt(m * 1e5) * 0.1;
+  EXPECT_NEAR(series.at("stone.Fx").back(), force, 1e-6 * force);
+  EXPECT_NEAR(series.at("plate.Fx").back(), -force, 1e-6 * force);
+}
+
+TEST(RunFixed, ABoundaryAtRestAndWallsDoNotMeetThem) {
+  const RunDirectory dir;
+  std::string text = pressed;
+  text.replace(text.find(", moves: [{velocity: 0.1 0 0 m/s}]"), 34, "").replace(text.find("at: -36"), 7, "at: -34");
+  ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out"), exit_ok);
+  EXPECT_EQ(read_series(dir / "out" / "series.csv").at("stone.Fx").back(), 0);
+}
+
+/// A stone of 30 mm in a bed of 12 mm grains that rain around it: none lies in it, it bears some, and the bed is as
+/// deep as it is asked to be.
+constexpr const char* buried = R"(subsoil: 1
+materials: {soil: {density: 2000 kg/m^3}, steel: {density: 7850 kg/m^3}}
+contacts:
+  - &dry {between: [soil, soil], law: linear, k_n: 20 kN/m, restitution: 0.4, mu: 0.3}
+  - {<<: *dry, between: [soil, steel]}
+soil:
+  container: {size: 120 100 120 mm, at: 0 0 0 mm, material: steel}
+  bed:
+    fill: random
+    material: soil
+    radius: 6 mm
+    depth: 70 mm
+    particles: [{position: 60 20 60 mm, radius: 15 mm, fixed: stone}]
+time: {end: 5 ms}
+output: {at: [5 ms], precision: double, series every: 1 ms}
+)";
+
+TEST(RunFixed, AStoneInARandomBed) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(buried), dir / "out"), exit_ok);
+  const std::vector<dem::Vec3> places = frame_positions(dir / "out", 0);
+  EXPECT_EQ(places[0], (dem::Vec3{0.06, 0.02, 0.06}));
+  const double overlap = 2e-4;  // of the weight of the bed above one contact on 20 kN/m, and ten times that
+  for (std::size_t i = 1; i < places.size(); ++i) EXPECT_GT(dem::norm(places[i] - places[0]), 0.021 - overlap) << i;
+  EXPECT_GT(places.size(), 300U);
+  const Series series = read_series(dir / "out" / "series.csv");
+  EXPECT_LT(series.at("stone.Fy").back(), -0.01) << "what lies on it";
+}
+
+TEST(RunFixed, StonesInABedAreFixedAndNotSaved) {
+  const auto of = [](const std::string& from, const std::string& to) {
+    const RunDirectory dir;
+    std::string text = buried;
+    return subsoil::test::message_of<ScenarioError>(
+        [&] { run_scenario(dir.scenario(text.replace(text.find(from), from.size(), to)), dir / "out"); });
+  };
+  EXPECT_NE(of(", fixed: stone", "").find("moves: beside a bed that is made particles are fixed"), std::string::npos);
+  EXPECT_NE(of("    depth", "    save: bed.h5\n    depth").find("would keep fixed particles as spheres that move"),
+            std::string::npos);
+}
+
+/// Of a lattice the grains in its place are left out.
+TEST(RunFixed, AStoneInALattice) {
+  const RunDirectory dir;
+  std::string text = buried;
+  text.replace(text.find("fill: random"), 12, "fill: lattice\n    pitch: 12 mm");
+  ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out"), exit_ok);
+  const std::vector<dem::Vec3> places = frame_positions(dir / "out", 0);
+  EXPECT_EQ(places[0], (dem::Vec3{0.06, 0.02, 0.06}));
+  EXPECT_LT(places.size(), 501U) << "10 x 10 x 5 sites";
+  for (std::size_t i = 1; i < places.size(); ++i) EXPECT_GT(dem::norm(places[i] - places[0]), 0.0209) << i;
+}
+
+/// A tool of the machine that is driven through a boundary, which neither feels.
+TEST(RunFixed, AToolThatComesIntoABoundaryStops) {
+  const std::string text = R"(subsoil: 1
+materials: {soil: {density: 2000 kg/m^3}, steel: {density: 7850 kg/m^3}}
+contacts:
+  - {between: [soil, soil], law: linear, k_n: 20 kN/m, restitution: 0.4, mu: 0.3}
+  - {between: [soil, steel], law: linear, k_n: 20 kN/m, restitution: 0.4, mu: 0.3}
+soil:
+  bed: {fill: particles, material: soil, particles: [{position: 1 -1 0 m, radius: 10 mm, fixed: far}]}
+machine:
+  bodies:
+    frame: {mass: 10 kg, inertia: 0.3 kg m^2, at: 0 0 m, velocity: [0.5 m/s, 0 m/s]}
+  joints:
+    rail: {translational: [ground, frame], at: 0 0 m, along: 1 0}
+  drivers:
+    tow: {coordinate: frame.x, velocity: 0.5 m/s}
+  surfaces:
+    blade: {body: frame, material: steel, box: 20 180 40 mm}
+boundaries: [{name: rock, material: steel, shape: {cylinder: {radius: 20 mm, length: 60 mm}}, at: 0.1 -0.08 0 m}]
+time: {end: 0.25 s}
+)";
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out"), exit_failed);
+  const nlohmann::json summary = summary_of(dir / "out");
+  const std::string failure = summary["run"]["failure"];
+  EXPECT_NE(failure.find("the machine's surface `blade` has come into the boundary `rock`"), std::string::npos) << failure;
+  EXPECT_NE(failure.find("`fixed: NAME`"), std::string::npos);
+  // The blade's front is at 10 mm and the rock's back at 80: they meet at 0.14 s, looked at every millisecond.
+  const double t = std::stod(failure.substr(4));
+  EXPECT_NEAR(t, 0.14, 2.1e-3);
+  EXPECT_NE(summary["warnings"].dump().find("may come into the boundary `rock`"), std::string::npos);
+  // Beside it, nothing is said.
+  ASSERT_EQ(run_scenario(dir.scenario(text), dir / "beside", {"boundaries.rock.at=0.1 -0.2 0 m"}), exit_ok);
+  EXPECT_EQ(summary_of(dir / "beside")["warnings"].dump().find("may come"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace subsoil::sim::run_fixed

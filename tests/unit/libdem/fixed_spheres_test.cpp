@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 #include <vector>
 
+#include "libdem/geometry/mesh_builders.hpp"
 #include "libdem/step/stability.hpp"
 #include "tests/tools/dem_beds.hpp"
 
@@ -141,10 +143,73 @@ TEST(FixedSpheres, OfAnyDensityStayAndKeepTheirMass) {
   }
 }
 
+/// A surface that presses on a fixed sphere at a steady speed and slides along it: by the linear law k delta + c v with
+/// the mass of the sphere's own matter in c, friction at its limit mu F, and every joule accounted for.
+void press_fixed_sphere(const Shape& shape, const Vec3& start) {
+  constexpr double k = 1e5, e = 0.5, mu = 0.3, r = 0.01, into = 0.02, along = 0.05, dt = 1e-6;
+  Bed bed(table(Law(grains(k, e, mu, 0))), quiet({0, -9.81, 0}));
+  add(bed, {fixed(at({}, {}, r)), at({0.5, 0, 0}, {}, 0.5 * r)});
+  Boundary b;
+  b.shape = shape, b.pose.position = start, b.velocity = {-into, 0, along};
+  const int tool = bed.add(std::move(b));
+  double begin = 0;
+  for (int n = 0; n < 20000; ++n) {
+    if (n == 0) {
+      observe(bed, dt);
+      begin = bed.energy().total();
+    } else {
+      bed.step(dt);
+    }
+    Boundary& moved = bed.boundary(tool);
+    moved.pose.position += dt * moved.velocity;
+  }
+  observe(bed, dt);
+  const double m = 2500 * sphere_volume(r), loss = -std::log(e), beta = loss / std::hypot(loss, pi);
+  const double depth = into * 20000 * dt - 1e-4;  // it begins a tenth of a millimetre away
+  const double force = k * depth + 2 * beta * std::sqrt(m * k) * into;
+  ASSERT_EQ(bed.fixed_spheres().size(), 1U);
+  const FixedSphere& f = bed.fixed_spheres()[0];
+  EXPECT_NEAR(f.force.x, -force, 1e-9 * force);
+  EXPECT_NEAR(f.force.z, mu * force, 1e-9 * force) << "it slides: the spring has long been at its limit";
+  EXPECT_EQ(bed.boundary(tool).wrench.force, -f.force);
+  EXPECT_EQ(f.position, (Vec3{}));
+  // Work of the tool: k/2 depth^2 is stored, the rest is lost.
+  const BedEnergy& now = bed.energy();
+  EXPECT_GT(now.boundary_work, 0.5 * k * depth * depth);
+  // The dashpot and the spring of friction begin within a step: half a step of their force.
+  EXPECT_NEAR(now.total() - begin - now.boundary_work, 0, 1e-5 * now.boundary_work);
+}
+
+TEST(FixedSpheres, MeetSurfacesThatMove) {
+  // The face lies at x = 0.0101 at the start, the nearest place of each shape to the sphere.
+  press_fixed_sphere(Plane({}, {-1, 0, 0}), {0.0101, 0, 0});
+  press_fixed_sphere(MeshSurface(box_mesh({0.02, 0.1, 0.1})), {0.0201, 0, 0});
+  press_fixed_sphere(Cylinder({}, {0, 0, 1}, 0.05, 0.2), {0.0601, 0, 0});
+}
+
+TEST(FixedSpheres, MeetSurfacesWithTheSameBitsOnAnyNumberOfThreads) {
+  const auto pressed = [](int threads) {
+    Bed bed = stirring(threads);
+    Boundary b;
+    b.shape = MeshSurface(box_mesh({0.02, 0.3, 0.3})), b.velocity = {0.1, 0, 0};
+    b.pose.position = {-0.02, 0.1, 0.05};
+    const int tool = bed.add(std::move(b));
+    for (int n = 0; n < 3000; ++n) {
+      bed.step(step_of_stirring);
+      bed.boundary(tool).pose.position.x += 0.1 * step_of_stirring;
+    }
+    return std::pair(hash(bed), bed.boundary(tool).wrench.force);
+  };
+  const auto one = pressed(1);
+  EXPECT_LT(one.second.x, 0);
+  EXPECT_EQ(pressed(3), one);
+}
+
 // A rough floor of spheres laid into each other and into a plane is nobody's load.
-TEST(FixedSpheres, DoNotMeetEachOtherNorSurfaces) {
+TEST(FixedSpheres, DoNotMeetEachOtherNorSurfacesThatSaySo) {
   Bed bed(table(Law(grains())), quiet({0, -9.81, 0}));
   const int floor = add_plane(bed, {}, {0, 1, 0});
+  bed.boundary(floor).meets_fixed = false;
   add(bed, {fixed(at({0, 0, 0})), fixed(at({0.012, 0.001, 0})), at({0.3, 0.0099, 0})});
   for (int i = 0; i < 5; ++i) bed.step(1e-5);
   const Snapshot s = observe(bed, 1e-5);
