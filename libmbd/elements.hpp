@@ -43,6 +43,7 @@
 #include "libmbd/forces/rotational_stop.hpp"
 #include "libmbd/forces/slide_stop.hpp"
 #include "libmbd/forces/spring_damper.hpp"
+#include "libmbd/forces/torque_speed_motor.hpp"
 #include "libmbd/forces/wheel_on_soil.hpp"
 #include "libmbd/joints/cam_follower.hpp"
 #include "libmbd/joints/disk_on_disk.hpp"
@@ -67,7 +68,7 @@ using Joints = std::tuple<Revolute, Translational, Fixed, PointOnLine, Distance,
 using Drivers = std::tuple<CoordinateDriver, AngleDriver, SlideDriver, DistanceDriver>;
 using Forces = std::tuple<SpringDamper, RotationalSpringDamper, Bushing, BeamElement, AppliedForce, Drag, LineContact,
                           DiskContact, OutlineContact, RotationalStop, SlideStop, DistanceStop, WheelOnSoil,
-                          GroundElement, JointFriction, HydraulicCylinder, ElectricMotor>;
+                          GroundElement, JointFriction, HydraulicCylinder, ElectricMotor, TorqueSpeedMotor>;
 
 template <>
 struct ListOf<JointFamily> {

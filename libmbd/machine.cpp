@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "libmbd/controllers.hpp"
 #include "libmbd/elements.hpp"
 #include "libmbd/measures.hpp"
 #include "libmbd/system/wrench.hpp"
@@ -53,6 +54,7 @@ const AssemblyReport& Machine::start_from_towing_equilibrium(double speed) {
   Eigen::VectorXd q, velocity;
   settle_pose(q, velocity);
   equilibrium_ = towing_equilibrium(system_, system_.model().start_time, q, speed);
+  system_.set_start_states(equilibrium_->states);
   begin(equilibrium_->q, equilibrium_->velocity);
   return report_;
 }
@@ -181,7 +183,12 @@ void Machine::name_columns() {
         },
         f.element);
   for (const auto& c : model.controllers)
-    add(c.name + ".output", c.element.output_unit.c_str()), add(c.name + ".error", c.element.measured_unit.c_str());
+    visit(
+        [&]<class Controller>(const Controller& controller) {
+          add(c.name + ".output", controller.output_unit.c_str());
+          if constexpr (Controller::has.error) add(c.name + ".error", controller.measured_unit.c_str());
+        },
+        c.element);
   for (const char* term :
        {"kinetic", "potential", "stored", "lost", "driver work", "force work", "external work", "balance"})
     add(std::string("energy.") + term, "J");
@@ -212,7 +219,13 @@ void Machine::columns(std::span<double> out) const {
     const std::size_t count = visit([](const auto& force) { return force.columns.size(); }, model.forces[i].element);
     for (std::size_t k = 0; k < count; ++k) put(system_.values()[i][k]);
   }
-  for (std::size_t i = 0; i < model.controllers.size(); ++i) put(system_.signals()[i], system_.controller_error(i));
+  for (std::size_t i = 0; i < model.controllers.size(); ++i)
+    visit(
+        [&]<class Controller>(const Controller&) {
+          put(system_.signals()[i]);
+          if constexpr (Controller::has.error) put(system_.controller_error(i));
+        },
+        model.controllers[i].element);
   const MachineEnergy e = energy();
   put(e.kinetic, e.potential, e.stored, e.lost, e.driver_work, e.force_work, e.external_work, e.balance());
   const Observation seen{system_, integrator_->state().acceleration, lambda};

@@ -5,6 +5,7 @@
 
 #include "libmbd/assembly/assembly.hpp"
 #include "libmbd/assembly/least_norm.hpp"
+#include "libmbd/controllers.hpp"
 
 namespace subsoil::mbd {
 
@@ -17,8 +18,14 @@ bool events_read_reactions(const System& system) {
 
 bool controllers_read_reactions(const System& system) {
   const auto& controllers = system.model().controllers;
-  return std::any_of(controllers.begin(), controllers.end(),
-                     [](const auto& c) { return c.element.input->of_solution(); });
+  return std::any_of(controllers.begin(), controllers.end(), [](const auto& c) {
+    return visit(
+        [](const auto& controller) {
+          const ControllerInputs inputs = controller.measured();
+          return std::any_of(inputs.begin(), inputs.end(), [](const auto& input) { return input->of_solution(); });
+        },
+        c.element);
+  });
 }
 
 SharedReactions::SharedReactions(const System& system, std::size_t used, const Eigen::VectorXd& lambda, bool read)

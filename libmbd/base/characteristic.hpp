@@ -28,17 +28,19 @@ struct PolynomialCharacteristic {
   void check() const;
 };
 
-/// Natural cubic spline through (x, f), held constant outside: the spline of TableFunction over another argument.
+/// Piecewise cubic through (x, f), held constant outside: TableFunction over another argument.
 struct TableCharacteristic {
   TableFunction law{};
 
   TableCharacteristic() = default;
-  TableCharacteristic(std::vector<double> at, std::vector<double> value) : law(std::move(at), std::move(value)) {}
+  TableCharacteristic(std::vector<double> at, std::vector<double> value, Between between = Between::spline)
+      : law(std::move(at), std::move(value), false, between) {}
 
   template <class V>
   void describe(V& v, const std::string& x_unit, const std::string& y_unit) {
-    v.card("table", "a natural cubic spline through given points, constant before the first and after the last");
+    v.card("table", "a curve through given points, constant before the first and after the last");
     v.table("points", law.times, law.values, x_unit.c_str(), y_unit.c_str(), "x and value, x increasing");
+    describe_between(v, law.between);
   }
   void check() const;
 };

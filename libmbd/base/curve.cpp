@@ -25,9 +25,9 @@ Curve Curve::polar(const std::vector<double>& angles, const std::vector<double>&
     throw std::invalid_argument("the profile's angles span " + std::to_string(turn) +
                                 " rad; one turn (360 deg) is the most that a radius over the angle can say");
   if (closed && turn < full_turn * (1 - 1e-9)) u.push_back(u.front() + full_turn), rho.push_back(rho.front());
-  const auto ends = closed ? CubicSpline::Ends::periodic : CubicSpline::Ends::natural;
+  const auto ends = closed ? PiecewiseCubic::Ends::periodic : PiecewiseCubic::Ends::natural;
   if (closed) u.back() = u.front() + full_turn;
-  return {CubicSpline(std::move(u), std::move(rho), ends, "angles"), {}, true, closed};
+  return {PiecewiseCubic(std::move(u), std::move(rho), ends, "angles"), {}, true, closed};
 }
 
 Curve Curve::through(const std::vector<std::array<double, 2>>& points, bool closed) {
@@ -42,11 +42,11 @@ Curve Curve::through(const std::vector<std::array<double, 2>>& points, bool clos
   };
   for (std::size_t i = 1; i < points.size(); ++i) add(points[i]);
   if (closed && points.back() != points.front()) add(points.front());
-  const auto ends = closed ? CubicSpline::Ends::periodic : CubicSpline::Ends::natural;
-  return {CubicSpline(u, std::move(x), ends), CubicSpline(u, std::move(y), ends), false, closed};
+  const auto ends = closed ? PiecewiseCubic::Ends::periodic : PiecewiseCubic::Ends::natural;
+  return {PiecewiseCubic(u, std::move(x), ends), PiecewiseCubic(u, std::move(y), ends), false, closed};
 }
 
-Curve::Curve(CubicSpline first, CubicSpline second, bool polar, bool closed)
+Curve::Curve(PiecewiseCubic first, PiecewiseCubic second, bool polar, bool closed)
     : x_(std::move(first)), y_(std::move(second)), polar_(polar), closed_(closed) {
   const auto& u = x_.knots();
   for (std::size_t i = 0; i + 1 < u.size(); ++i)
@@ -59,9 +59,9 @@ Curve::Curve(CubicSpline first, CubicSpline second, bool polar, bool closed)
 }
 
 Curve::At Curve::at(double u) const {
-  const CubicSpline::Value x = x_.at(u);
+  const PiecewiseCubic::Value x = x_.at(u);
   if (!polar_) {
-    const CubicSpline::Value y = y_.at(u);
+    const PiecewiseCubic::Value y = y_.at(u);
     return {{x.value, y.value}, {x.first, y.first}, {x.second, y.second}};
   }
   const Vec2 e{std::cos(u), std::sin(u)}, k = turned(e);

@@ -60,12 +60,12 @@ class Curve {
     double u;
     Vec2 point;
   };
-  Curve(CubicSpline first, CubicSpline second, bool polar, bool closed);
+  Curve(PiecewiseCubic first, PiecewiseCubic second, bool polar, bool closed);
   double curvature(const At& c) const;
   template <class Slope>
   double root_near(std::size_t sample, Slope slope) const;
 
-  CubicSpline x_, y_;  // polar: x_ is rho, y_ is not used
+  PiecewiseCubic x_, y_;  // polar: x_ is rho, y_ is not used
   bool polar_, closed_;
   std::vector<Sample> samples_;  // of a closed curve the last one is not the first again
 };

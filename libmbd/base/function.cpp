@@ -102,16 +102,16 @@ double RampFunction::twice(double t) const {
 double RampFunction::integral(double t) const { return once(t) - once(0); }
 double RampFunction::double_integral(double t) const { return twice(t) - twice(0) - t * once(0); }
 
-CubicSpline TableFunction::spline() const {
+PiecewiseCubic TableFunction::spline() const {
   try {
-    return {times, values, periodic ? CubicSpline::Ends::periodic : CubicSpline::Ends::natural, "times"};
+    return {times, values, periodic ? PiecewiseCubic::Ends::periodic : PiecewiseCubic::Ends::natural, "times", between};
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument(std::string("table function: ") + error.what());
   }
 }
 void TableFunction::check() const { spline(); }
 void TableFunction::prepare() { spline_ = spline(); }
-CubicSpline::Value TableFunction::at(double t) const {
+PiecewiseCubic::Value TableFunction::at(double t) const {
   if (!periodic && t < times.front()) return {values.front(), 0, 0};
   if (!periodic && t > times.back()) return {values.back(), 0, 0};
   return spline_.at(t);
@@ -194,6 +194,13 @@ double Function::integral(double t) const {
 }
 double Function::double_integral(double t) const {
   return visit_set(kind_, [t](const auto& f) { return f.double_integral(t); });
+}
+
+bool Function::has_corners() const {
+  if (const auto* sum = get_if<SumFunction>())
+    return std::any_of(sum->terms.begin(), sum->terms.end(), [](const Function& f) { return f.has_corners(); });
+  const auto* table = get_if<TableFunction>();
+  return table != nullptr && table->between == Between::linear;
 }
 
 }  // namespace subsoil::mbd

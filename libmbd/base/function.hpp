@@ -95,21 +95,33 @@ struct RampFunction {
   double twice(double t) const;
 };
 
-/// Cubic spline through (time, value): natural and held constant (with its first or last value) outside, or repeating
-/// itself with the period from its first to its last point.
+/// How a table goes from point to point: see PiecewiseCubic.
+using Between = PiecewiseCubic::Between;
+template <class V>
+void describe_between(V& v, Between& between) {
+  v.choice("between", between,
+           {{"spline", Between::spline}, {"monotone", Between::monotone}, {"linear", Between::linear}},
+           "spline: a natural cubic spline, the smoothest, which may overshoot the points; monotone: a cubic that "
+           "rises and falls only where they do, its slope without jumps; linear: straight lines");
+}
+
+/// Piecewise cubic through (time, value): held constant (with its first or last value) outside, or repeating itself
+/// with the period from its first to its last point.
 struct TableFunction {
   std::vector<double> times, values;
   bool periodic = false;
+  Between between = Between::spline;
 
   TableFunction() = default;
-  TableFunction(std::vector<double> at, std::vector<double> value, bool repeats = false)
-      : times(std::move(at)), values(std::move(value)), periodic(repeats) {}
+  TableFunction(std::vector<double> at, std::vector<double> value, bool repeats = false, Between rule = Between::spline)
+      : times(std::move(at)), values(std::move(value)), periodic(repeats), between(rule) {}
 
   template <class V>
   void describe(V& v, const std::string& unit) {
-    v.card("table", "a natural cubic spline through given points, constant before the first and after the last");
+    v.card("table", "a curve through given points, constant before the first and after the last");
     v.table("points", times, values, "s", unit.c_str(), "time and value, times increasing");
     v.flag("periodic", periodic, "yes: the points repeat themselves without end; the last value is the first again");
+    describe_between(v, between);
   }
   void check() const;
   void prepare();
@@ -120,13 +132,13 @@ struct TableFunction {
   double double_integral(double t) const;
 
  private:
-  CubicSpline::Value at(double t) const;
-  CubicSpline spline() const;
+  PiecewiseCubic::Value at(double t) const;
+  PiecewiseCubic spline() const;
   struct Sums {
     double once, twice;
   };
   Sums sums(double t) const;  // integral and double integral from the first point
-  CubicSpline spline_;
+  PiecewiseCubic spline_;
 };
 
 /// A formula in t that whoever reads formulas has turned into callables; this library only calls them.
@@ -195,6 +207,8 @@ class Function {
   /// Integral of f from 0 to t, and the integral of that from 0 to t.
   double integral(double t) const;
   double double_integral(double t) const;
+  /// Whether f' jumps: of a table with straight lines, and of sums with one.
+  bool has_corners() const;
 
  private:
   std::variant<std::monostate, ConstantFunction, PolynomialFunction, HarmonicFunction, RampFunction, TableFunction,

@@ -8,7 +8,8 @@
 
 namespace subsoil::mbd {
 
-CubicSpline::CubicSpline(std::vector<double> x, std::vector<double> y, Ends ends, const char* places)
+PiecewiseCubic::PiecewiseCubic(std::vector<double> x, std::vector<double> y, Ends ends, const char* places,
+                               Between between)
     : ends_(ends), x_(std::move(x)), y_(std::move(y)) {
   if (x_.size() != y_.size() || x_.empty())
     throw std::invalid_argument("needs as many values as " + std::string(places) + ", and at least one point");
@@ -24,15 +25,16 @@ CubicSpline::CubicSpline(std::vector<double> x, std::vector<double> y, Ends ends
           "what repeats itself must end with the value it begins with; add a last point with the first one's value");
     y_.back() = y_.front();
   }
-  solve();
+  bend_.assign(x_.size(), {});
+  if (between == Between::spline) solve();
+  if (between == Between::monotone) take_monotone_slopes();
   sum();
 }
 
 /// Slopes that meet at the points: h_{i-1} m_{i-1} + 2 (h_{i-1} + h_i) m_i + h_i m_{i+1} = 6 (slope_i - slope_{i-1})
 /// for the second derivatives m, a symmetric matrix that its diagonal dominates.
-void CubicSpline::solve() {
+void PiecewiseCubic::solve() {
   const auto n = static_cast<int>(x_.size());
-  bend_.assign(x_.size(), 0.0);
   const bool periodic = ends_ == Ends::periodic;
   const int first = periodic ? 0 : 1, count = periodic ? n - 1 : n - 2;  // unknowns are m_first, ...
   if (count <= 0) return;
@@ -51,11 +53,55 @@ void CubicSpline::solve() {
   Eigen::SparseMatrix<double> matrix(count, count);
   matrix.setFromTriplets(entries.begin(), entries.end());
   const Eigen::VectorXd bend = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(right);
-  for (int i = 0; i < count; ++i) bend_[static_cast<std::size_t>(first + i)] = bend[i];
-  if (periodic) bend_.back() = bend_.front();
+  for (int i = 0; i < count; ++i) {
+    const auto point = static_cast<std::size_t>(first + i);
+    bend_[point].left = bend[i];
+    if (point > 0) bend_[point - 1].right = bend[i];
+  }
+  if (periodic) bend_[x_.size() - 2].right = bend_.front().left;
 }
 
-void CubicSpline::sum() {
+namespace {
+struct Secant {
+  double width, slope;
+};
+/// Slope at a point between two intervals.
+double monotone_slope(const Secant& a, const Secant& b) {
+  if (!(a.slope * b.slope > 0)) return 0;
+  const double w_a = 2 * b.width + a.width, w_b = b.width + 2 * a.width;
+  return (w_a + w_b) / (w_a / a.slope + w_b / b.slope);
+}
+/// Slope at the end of interval a whose neighbour is b: of the parabola through three points, where that keeps the
+/// sense of a and does not overshoot.
+double end_slope(const Secant& a, const Secant& b) {
+  const double slope = ((2 * a.width + b.width) * a.slope - a.width * b.slope) / (a.width + b.width);
+  if (!(slope * a.slope > 0)) return 0;
+  if (a.slope * b.slope <= 0 && std::abs(slope) > 3 * std::abs(a.slope)) return 3 * a.slope;
+  return slope;
+}
+}  // namespace
+
+void PiecewiseCubic::take_monotone_slopes() {
+  const std::size_t n = x_.size(), intervals = n - 1;
+  if (intervals < 2) return;
+  std::vector<Secant> secants;
+  for (std::size_t i = 0; i < intervals; ++i)
+    secants.push_back({x_[i + 1] - x_[i], (y_[i + 1] - y_[i]) / (x_[i + 1] - x_[i])});
+  std::vector<double> slopes(n);
+  for (std::size_t i = 1; i < intervals; ++i) slopes[i] = monotone_slope(secants[i - 1], secants[i]);
+  if (ends_ == Ends::periodic) {
+    slopes.front() = slopes.back() = monotone_slope(secants.back(), secants.front());
+  } else {
+    slopes.front() = end_slope(secants[0], secants[1]);
+    slopes.back() = end_slope(secants[intervals - 1], secants[intervals - 2]);
+  }
+  for (std::size_t i = 0; i < intervals; ++i) {
+    const double d = secants[i].slope, h = secants[i].width;
+    bend_[i] = {(6 * d - 4 * slopes[i] - 2 * slopes[i + 1]) / h, (2 * slopes[i] + 4 * slopes[i + 1] - 6 * d) / h};
+  }
+}
+
+void PiecewiseCubic::sum() {
   sum_.assign(x_.size(), 0.0);
   double_sum_.assign(x_.size(), 0.0);
   for (std::size_t i = 0; i + 1 < x_.size(); ++i) {
@@ -64,18 +110,19 @@ void CubicSpline::sum() {
   }
 }
 
-std::size_t CubicSpline::interval(double x) const {
+std::size_t PiecewiseCubic::interval(double x) const {
   const auto above = std::upper_bound(x_.begin() + 1, x_.end() - 1, x);
   return static_cast<std::size_t>(above - x_.begin()) - 1;
 }
 
-CubicSpline::Value CubicSpline::inside(std::size_t i, double x) const {
-  const double h = x_[i + 1] - x_[i], b = (x - x_[i]) / h, a = 1 - b, left = bend_[i], right = bend_[i + 1];
+PiecewiseCubic::Value PiecewiseCubic::inside(std::size_t i, double x) const {
+  const double h = x_[i + 1] - x_[i], b = (x - x_[i]) / h, a = 1 - b;
+  const auto [left, right] = bend_[i];
   return {a * y_[i] + b * y_[i + 1] + ((a * a - 1) * a * left + (b * b - 1) * b * right) * h * h / 6,
           (y_[i + 1] - y_[i]) / h + ((1 - 3 * a * a) * left + (3 * b * b - 1) * right) * h / 6, a * left + b * right};
 }
 
-CubicSpline::Value CubicSpline::at(double x) const {
+PiecewiseCubic::Value PiecewiseCubic::at(double x) const {
   if (x_.size() == 1) return {y_[0], 0, 0};
   if (ends_ == Ends::periodic) {
     const double period = back() - front();
@@ -89,25 +136,25 @@ CubicSpline::Value CubicSpline::at(double x) const {
 }
 
 /// Over the interval with b = (x - x_i) / h from 0 to 1 and a = 1 - b: the spline's four terms, integrated.
-double CubicSpline::integral_within(std::size_t i, double b) const {
+double PiecewiseCubic::integral_within(std::size_t i, double b) const {
   const double h = x_[i + 1] - x_[i], a = 1 - b;
   const double straight = y_[i] * (b - b * b / 2) + y_[i + 1] * b * b / 2;
   const double left = (1 - a * a * a * a) / 4 - (1 - a * a) / 2, right = b * b * b * b / 4 - b * b / 2;
-  return h * straight + h * h * h / 6 * (left * bend_[i] + right * bend_[i + 1]);
+  return h * straight + h * h * h / 6 * (left * bend_[i].left + right * bend_[i].right);
 }
-double CubicSpline::double_integral_within(std::size_t i, double b) const {
+double PiecewiseCubic::double_integral_within(std::size_t i, double b) const {
   const double h = x_[i + 1] - x_[i], a = 1 - b, a3 = a * a * a, b3 = b * b * b;
   const double straight = y_[i] * (b * b / 2 - b3 / 6) + y_[i + 1] * b3 / 6;
   const double left = -b / 4 - (1 - a3 * a * a) / 20 + (1 - a3) / 6, right = b3 * b * b / 20 - b3 / 6;
-  return h * h * straight + h * h * h * h / 6 * (left * bend_[i] + right * bend_[i + 1]);
+  return h * h * straight + h * h * h * h / 6 * (left * bend_[i].left + right * bend_[i].right);
 }
 
-double CubicSpline::integral(double x) const {
+double PiecewiseCubic::integral(double x) const {
   if (x_.size() == 1) return 0;
   const std::size_t i = interval(x);
   return sum_[i] + integral_within(i, (x - x_[i]) / (x_[i + 1] - x_[i]));
 }
-double CubicSpline::double_integral(double x) const {
+double PiecewiseCubic::double_integral(double x) const {
   if (x_.size() == 1) return 0;
   const std::size_t i = interval(x);
   const double along = x - x_[i];

@@ -8,6 +8,7 @@ namespace subsoil::mbd {
 
 void PidController::check() const {
   const auto refuse = [](const char* text) { throw std::invalid_argument(text); };
+  if (!input) refuse("measures nothing; give it a measure");
   if (derivative != 0 && !sampled() && !(filter_time > 0))
     refuse("a derivative gain needs a filter time above 0: a tenth of K_d/K_p is usual");
   if (least >= largest) refuse("least must be below largest");
@@ -32,21 +33,21 @@ double PidController::unlimited(double t, double measured, const double* x) cons
   return v;
 }
 
-void PidController::rates(double t, double measured, const double* x, double* out) const {
-  const double y = seen(measured, x);
+void PidController::rates(double t, const double* measured, const double* x, double* out) const {
+  const double y = seen(*measured, x);
   out[0] = out[1] = 0;
-  out[2] = sensor_lag > 0 ? (measured - x[2]) / sensor_lag : 0;
+  out[2] = sensor_lag > 0 ? (*measured - x[2]) / sensor_lag : 0;
   if (sampled()) return;
   out[0] = integral * (set_point.value(t) - y);
   if (integral != 0 && saturates()) {
-    const double v = unlimited(t, measured, x);
+    const double v = unlimited(t, *measured, x);
     out[0] += (limited(v) - v) / tracking();
   }
   if (derivative != 0) out[1] = (weighed(t, y) - x[1]) / filter_time;
 }
 
-std::array<double, PidController::state_count> PidController::start(double t, double measured) const {
-  return {0, derivative != 0 ? weighed(t, measured) : 0, sensor_lag > 0 ? measured : 0};
+void PidController::start(double t, const double* measured, double* out) const {
+  out[0] = 0, out[1] = derivative != 0 ? weighed(t, *measured) : 0, out[2] = sensor_lag > 0 ? *measured : 0;
 }
 
 void Sampler::start(double t) {

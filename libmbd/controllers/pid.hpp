@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <deque>
 #include <limits>
 #include <memory>
@@ -8,22 +7,9 @@
 #include <vector>
 
 #include "libmbd/base/function.hpp"
+#include "libmbd/controllers/controller.hpp"
 
 namespace subsoil::mbd {
-
-class System;
-struct Observation;
-
-/// What a controller measures: a number of the machine at an instant.
-class ControllerInput {
- public:
-  virtual ~ControllerInput() = default;
-  /// Finds what it names; throws std::invalid_argument.
-  virtual void attach(const System& system) = 0;
-  virtual double value(const Observation& at) const = 0;
-  /// Whether it depends on accelerations, reactions or forces, and so on the controller's own output at that instant.
-  virtual bool of_solution() const = 0;
-};
 
 /// PID controller in parallel form with a filter on D, saturation and anti-windup by back-calculation:
 ///   e = r(t) - y,   v = b(t) + K_p e + I + D,   u = min(max(v, least), largest)
@@ -37,8 +23,8 @@ class ControllerInput {
 /// Valid for an input of accelerations, reactions or forces only with a sensor lag or a sample time: else the output
 /// would be an instantaneous function of itself. Source: Astrom & Hagglund 1995, PID Controllers, sections 3.3 to 3.5.
 struct PidController {
-  static constexpr std::size_t state_count = 3;  ///< I, x_d, y_f
-  std::string measure{};                         ///< a measure's column, as a scenario has it
+  static constexpr ControllerMembers has{.sampled = true, .error = true, .functions = true};
+  std::string measure{};  ///< a measure's column, as a scenario has it
   std::string measured_unit = "1", output_unit = "1";
   std::shared_ptr<ControllerInput> input{};
   Function set_point = 0.0, bias = 0.0;
@@ -80,11 +66,14 @@ struct PidController {
   bool sampled() const { return sample_time > 0; }
   bool saturates() const { return least == least || largest == largest; }
 
+  ControllerInputs measured() const { return {&input, 1}; }
+  std::size_t state_count() const { return 3; }  ///< I, x_d, y_f
+  bool direct() const { return !(sensor_lag > 0) && !sampled(); }
   /// Output at t for the measured value and the states of a continuous one.
-  double output(double t, double measured, const double* x) const { return limited(unlimited(t, measured, x)); }
-  double error(double t, double measured, const double* x) const { return set_point.value(t) - seen(measured, x); }
-  void rates(double t, double measured, const double* x, double* out) const;
-  std::array<double, state_count> start(double t, double measured) const;
+  double output(double t, const double* y, const double* x) const { return limited(unlimited(t, *y, x)); }
+  double error(double t, const double* y, const double* x) const { return set_point.value(t) - seen(*y, x); }
+  void rates(double t, const double* y, const double* x, double* out) const;
+  void start(double t, const double* y, double* out) const;
 
  private:
   friend class Sampler;

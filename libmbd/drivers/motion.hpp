@@ -36,6 +36,10 @@ struct Motion {
       throw std::invalid_argument(
           "needs exactly one of position, velocity and acceleration as a function of time; give one, leave the others "
           "out");
+    if (position.has_corners())
+      throw std::invalid_argument(
+          "position is a table with straight lines: its velocity jumps, which takes a force without bound; use "
+          "`between: monotone` or `spline`, or give the velocity");
   }
   void initialise_from_pose(double value_now, double rate_now, double t) {
     if (std::isnan(start)) start = value_now, start_rate = rate_now, start_time = t;

@@ -1,14 +1,13 @@
 #include "libmbd/equilibrium/equilibrium.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <complex>
-#include <numbers>
 #include <stdexcept>
 
 #include "libmbd/assembly/assembly.hpp"
 #include "libmbd/assembly/least_norm.hpp"
 #include "libmbd/assembly/partition.hpp"
+#include "libmbd/assembly/shared_reactions.hpp"
+#include "libmbd/base/slope.hpp"
 #include "libmbd/equilibrium/relaxation.hpp"
 #include "libmbd/forces/beam_element.hpp"
 
@@ -17,107 +16,260 @@ namespace subsoil::mbd {
 namespace {
 
 constexpr int most_turns = 400;
+constexpr double longest_time = 1e6;  // of pseudo-time: rates that are slower count as none (s)
 
-/// The balance of all coordinates and constraints at (q, lambda), scaled to forces and lengths.
+/// The balance of all coordinates, constraints and states at a steady state, scaled to forces, lengths and rates.
 class Balance {
  public:
-  Balance(System& system, double t, Eigen::VectorXd velocity)
+  Balance(System& system, double t, Equilibrium& at)
       : system_(system),
         t_(t),
-        velocity_(std::move(velocity)),
+        n_(system.coordinates()),
+        m_(system.equations()),
+        s_(static_cast<Eigen::Index>(system.state_count())),
         columns_(coordinate_scale(system)),
         rows_(row_scale(system)),
-        load_(system.coordinates()) {}
+        load_(n_),
+        still_(Eigen::VectorXd::Zero(n_)),
+        spins_(static_cast<std::size_t>(n_), Spin::none) {
+    find_spins(at);
+  }
 
-  Eigen::VectorXd at(const Eigen::VectorXd& q, const Eigen::VectorXd& lambda) {
-    system_.set_state(t_, q, velocity_);
+  /// (F - Phi_q^T lambda, -Phi, x').
+  Eigen::VectorXd at(const Equilibrium& u) {
+    system_.set_state(t_, u.q, u.velocity);
+    if (s_ > 0) system_.set_element_states(u.states);
+    if (!system_.friction_rows().empty()) system_.set_multipliers(u.lambda);
     system_.constraints(c_);
     system_.loads(load_);
-    Eigen::VectorXd out(q.size() + lambda.size());
-    out.head(q.size()) = columns_.cwiseInverse().cwiseProduct(load_ - c_.jacobian.transpose() * lambda);
-    out.tail(lambda.size()) = -rows_.cwiseProduct(c_.phi);
+    Eigen::VectorXd out(n_ + m_ + s_);
+    out.head(n_) = columns_.cwiseInverse().cwiseProduct(load_ - c_.jacobian.transpose() * u.lambda);
+    for (Eigen::Index i = 0; i < n_; ++i)
+      if (spin(i) == Spin::held) out[i] = 0;
+    out.segment(n_, m_) = -rows_.cwiseProduct(c_.phi);
+    if (s_ > 0) {
+      const std::vector<double>& rates = system_.take_state_rates(still_, u.lambda);
+      for (Eigen::Index i = 0; i < s_; ++i) out[n_ + m_ + i] = rates[static_cast<std::size_t>(i)];
+    }
     return out;
   }
 
-  /// -d(balance)/d(scaled q, scaled lambda), stiffness by central differences: a force law only has to be evaluated.
-  Eigen::MatrixXd matrix(const Eigen::VectorXd& q, const Eigen::VectorXd& lambda) {
-    const auto n = q.size(), m = lambda.size();
-    Eigen::MatrixXd k = Eigen::MatrixXd::Zero(n + m, n + m);
+  /// -d(balance)/d(q, lambda, x), all scaled, by differences: a law only has to be evaluated. States come with
+  /// d(x - x_0)/dt - x' for what they do in the time `dt`, as the coordinates move from where they are.
+  Eigen::MatrixXd matrix(const Equilibrium& u, double dt) {
+    Eigen::MatrixXd k = Eigen::MatrixXd::Zero(n_ + m_ + s_, n_ + m_ + s_);
+    const Eigen::VectorXd r = at(u);
     const double step = 1e-7 * system_.length_scale();
-    for (Eigen::Index j = 0; j < n; ++j) {
-      Eigen::VectorXd plus = q, minus = q;
-      plus[j] += step / columns_[j], minus[j] -= step / columns_[j];
-      k.col(j).head(n) = (at(minus, lambda) - at(plus, lambda)).head(n) / (2 * step);
+    const auto shifted = [&](auto shift) {
+      return [this, &u, shift](double by) {
+        Equilibrium v = u;
+        shift(v, by);
+        return at(v);
+      };
+    };
+    for (Eigen::Index j = 0; j < n_; ++j) {
+      if (spin(j) == Spin::held) continue;
+      const auto moves = [this, j](Eigen::VectorXd& x, double by) { x[j] += by / columns_[j]; };
+      const auto of_place =
+          shifted([&](Equilibrium& v, double by) { moves(spin(j) == Spin::none ? v.q : v.velocity, by); });
+      take(k, j, -rough_slope(of_place, r, step));
+      if (s_ == 0 || spin(j) != Spin::none) continue;
+      const auto of_rate = shifted([&](Equilibrium& v, double by) { moves(v.velocity, by); });
+      k.col(j).tail(s_) -= rough_slope(of_rate, r, step).tail(s_) / dt;
     }
-    at(q, lambda);
+    at(u);
     const Eigen::MatrixXd jacobian = scaled_jacobian(system_, c_);
-    k.topRightCorner(n, m) = jacobian.transpose();
-    k.bottomLeftCorner(m, n) = jacobian;
+    k.block(0, n_, n_, m_) = jacobian.transpose();
+    k.block(n_, 0, m_, n_) = jacobian;
+    for (Eigen::Index j = 0; j < n_; ++j) {
+      if (spin(j) == Spin::held) k.row(j).setZero();
+      if (spin(j) != Spin::none) k.col(j).segment(n_, m_).setZero();
+    }
+    if (!system_.friction_rows().empty() || controllers_read_reactions(system_))
+      for (Eigen::Index j = 0; j < m_; ++j) {
+        const auto pressed = shifted([&](Equilibrium& v, double by) { v.lambda[j] += by * rows_[j]; });
+        const Eigen::VectorXd slope = rough_slope(pressed, r, 1e-6 * std::max(1.0, std::abs(u.lambda[j] / rows_[j])));
+        k.col(n_ + j).head(n_) = -slope.head(n_), k.col(n_ + j).tail(s_) = -slope.tail(s_);
+      }
+    for (Eigen::Index j = 0; j < s_; ++j) {
+      const double scale = state_size(u, j);
+      const auto charged = shifted([&](Equilibrium& v, double by) { v.states[j] += by * scale; });
+      const Eigen::VectorXd slope = rough_slope(charged, r, step);
+      k.col(n_ + m_ + j).head(n_) = -slope.head(n_), k.col(n_ + m_ + j).tail(s_) = -slope.tail(s_);
+      k(n_ + m_ + j, n_ + m_ + j) += scale / dt;
+    }
+    at(u);
     return k;
   }
 
+  /// Angular velocities at which the moments on what spins vanish with all else as it is: a rate that friction
+  /// saturates has no slope that Newton's method could follow.
+  void settle_spins(Equilibrium& u) {
+    for (Eigen::Index j = 0; j < n_; ++j)
+      if (spin(j) == Spin::free) settle_spin(u, j);
+  }
+
+  /// Share of a change of a state that counts as much as the same share of the machine's length.
+  double state_size(const Equilibrium& u, Eigen::Index j) const {
+    return (system_.state_scales()[static_cast<std::size_t>(j)] + std::abs(u.states[j])) / system_.length_scale();
+  }
+  bool is_spin(Eigen::Index j) const { return spin(j) != Spin::none; }
   const Constraints& constraints() const { return c_; }
   const Eigen::VectorXd& columns() const { return columns_; }
   const Eigen::VectorXd& rows() const { return rows_; }
-  const Eigen::VectorXd& velocity() const { return velocity_; }
+  Eigen::Index coordinates() const { return n_; }
+  Eigen::Index equations() const { return m_; }
+  Eigen::Index states() const { return s_; }
 
  private:
+  /// Of an angle: none: it is unknown; free: its rate is unknown; held: both stay.
+  enum class Spin : char { none, free, held };
+  Spin spin(Eigen::Index j) const { return spins_[static_cast<std::size_t>(j)]; }
+
+  /// In a tow, angles that no constraint and no force depends on. Those that are free begin at the model's spin.
+  void find_spins(Equilibrium& u) {
+    if (u.velocity.isZero(0)) return;
+    const Eigen::VectorXd r = at(u);
+    const Eigen::MatrixXd jacobian = scaled_jacobian(system_, c_);
+    const std::vector<char> held = system_.towed_spins();
+    const double step = 1e-4 * system_.length_scale();
+    for (Eigen::Index j = 2; j < n_; j += 3) {
+      if (jacobian.col(j).cwiseAbs().maxCoeff() > 1e-12) continue;
+      Equilibrium turned = u;
+      turned.q[j] += step / columns_[j];
+      if ((at(turned) - r).cwiseAbs().maxCoeff() > 1e-9 * std::max(1.0, r.cwiseAbs().maxCoeff())) continue;
+      const bool is_held = held[static_cast<std::size_t>(j / 3)] != 0;
+      spins_[static_cast<std::size_t>(j)] = is_held ? Spin::held : Spin::free;
+      if (!is_held) u.velocity[j] = system_.start_velocity()[j];
+    }
+  }
+
+  void settle_spin(Equilibrium& u, Eigen::Index j) {
+    constexpr int most_doublings = 60, most_halvings = 200;
+    const auto moment = [&](double rate) {
+      u.velocity[j] = rate;
+      return at(u)[j];
+    };
+    const double begin = u.velocity[j], pull = moment(begin);
+    double step = std::copysign(1e-3 * (1 + std::abs(begin)), pull), low = begin, high = begin;
+    for (int i = 0; pull != 0 && i < most_doublings; ++i, step *= 2) {
+      high = low + step;
+      if (moment(high) * pull <= 0) break;
+      low = high, high = begin;
+    }
+    if (high == begin) {  // nothing brakes it
+      u.velocity[j] = begin;
+      return;
+    }
+    for (int i = 0; i < most_halvings && std::abs(high - low) > 4e-16 * std::abs(low); ++i) {
+      const double middle = 0.5 * (low + high);
+      if (middle == low || middle == high) break;
+      (moment(middle) * pull > 0 ? low : high) = middle;
+    }
+    u.velocity[j] = 0.5 * (low + high);
+  }
+
+  void take(Eigen::MatrixXd& k, Eigen::Index j, const Eigen::VectorXd& slope) const {
+    k.col(j).head(n_) = slope.head(n_), k.col(j).tail(s_) = slope.tail(s_);
+  }
+
   System& system_;
   double t_;
-  Eigen::VectorXd velocity_, columns_, rows_, load_;
+  Eigen::Index n_, m_, s_;
+  Eigen::VectorXd columns_, rows_, load_, still_;
+  std::vector<Spin> spins_;
   Constraints c_;
 };
 
-/// What decides whether a residual is small: the machine's weight (or 1 N without gravity) and its moment arms.
+/// What decides whether a residual is small: the machine's weight (or 1 N without gravity), its moment arms, and of the
+/// rate of a state what changes it by as much as a length of the machine.
 struct Measure {
-  explicit Measure(const System& system) : n(system.coordinates()), length(system.length_scale()) {
+  explicit Measure(const System& system)
+      : n(system.coordinates()),
+        m(system.equations()),
+        length(system.length_scale()),
+        sizes(static_cast<Eigen::Index>(system.state_count())) {
     const auto& g = system.model().gravity;
     double mass = 0;
     for (int i = 0; i < n; i += 3) mass += system.mass()[i];
     weight = std::max(1.0, mass * std::hypot(g[0], g[1]));
+    for (Eigen::Index i = 0; i < sizes.size(); ++i)
+      sizes[i] = system.state_scales()[static_cast<std::size_t>(i)] / length;
+  }
+  /// Sizes of the rates of states from the balance's matrix without the share of time: the largest change of the rate
+  /// by any unknown.
+  void take_sizes(const Eigen::MatrixXd& k, const Balance& balance, const Equilibrium& u, double dt) {
+    for (Eigen::Index i = 0; i < sizes.size(); ++i) {
+      Eigen::VectorXd row = k.row(n + m + i);
+      row[n + m + i] -= balance.state_size(u, i) / dt;
+      const double largest = row.cwiseAbs().maxCoeff();
+      if (largest > 0) sizes[i] = largest;
+    }
   }
   double operator()(const Eigen::VectorXd& r) const {
-    const auto m = r.size() - n;
-    return r.head(n).cwiseAbs().maxCoeff() / weight + (m ? r.tail(m).cwiseAbs().maxCoeff() / length : 0.0);
+    double size = r.head(n).cwiseAbs().maxCoeff() / weight;
+    if (m > 0) size += r.segment(n, m).cwiseAbs().maxCoeff() / length;
+    if (sizes.size() > 0) size += r.tail(sizes.size()).cwiseQuotient(sizes).cwiseAbs().maxCoeff() / length;
+    return size;
   }
-  int n;
+  Eigen::Index n, m;
   double length, weight = 1;
+  Eigen::VectorXd sizes;
 };
 
 /// A step of Newton's method, coordinates scaled, that takes `r` out; `k` is used up. Steps are cut to `longest`.
 double newton_step(const Balance& balance, Eigen::MatrixXd& k, Eigen::VectorXd r, double longest, Equilibrium& found) {
-  const auto n = found.q.size(), m = found.lambda.size();
-  // Length-scaled multipliers are forces: bring rows and columns of both kinds to one size for the rank decision.
+  const auto n = balance.coordinates(), m = balance.equations(), s = balance.states();
+  // Length-scaled multipliers are forces: bring rows and columns of all kinds to one size for the rank decision.
   const double stiffness = std::max(1.0, k.topLeftCorner(n, n).cwiseAbs().maxCoeff());
-  k.topRightCorner(n, m) *= stiffness, k.bottomLeftCorner(m, n) *= stiffness;
-  r.tail(m) *= stiffness;
+  k.middleCols(n, m) *= stiffness, k.block(n, 0, m, n) *= stiffness;
+  r.segment(n, m) *= stiffness;
+  Eigen::VectorXd charge = Eigen::VectorXd::Ones(s);
+  for (Eigen::Index j = 0; j < s; ++j) {
+    const double push = k.col(n + m + j).head(n).cwiseAbs().maxCoeff();
+    if (push > 0) charge[j] = stiffness / push, k.col(n + m + j) *= charge[j];
+  }
+  for (Eigen::Index i = n + m; i < n + m + s; ++i) {
+    const double factor = stiffness / k.row(i).cwiseAbs().maxCoeff();  // never 0: time has its share
+    k.row(i) *= factor, r[i] *= factor;
+  }
   const Eigen::VectorXd step = least_norm_solution(k, r, 1e-11);
-  const double far = step.head(n).cwiseAbs().maxCoeff();
+  double far = 0;
+  for (Eigen::Index j = 0; j < n; ++j)
+    if (!balance.is_spin(j)) far = std::max(far, std::abs(step[j]));
   const double share = std::min(1.0, longest / std::max(1e-300, far));
-  found.q += share * step.head(n).cwiseQuotient(balance.columns());
-  found.lambda += share * stiffness * balance.rows().cwiseProduct(step.tail(m));
+  for (Eigen::Index j = 0; j < n; ++j)
+    (balance.is_spin(j) ? found.velocity : found.q)[j] += share * step[j] / balance.columns()[j];
+  found.lambda += share * stiffness * balance.rows().cwiseProduct(step.segment(n, m));
+  for (Eigen::Index j = 0; j < s; ++j)
+    found.states[j] += share * charge[j] * balance.state_size(found, j) * step[n + m + j];
   return far;
 }
 
 /// Newton with pseudo-transient continuation from a guess; true when the balance closes.
 bool solve_balance(System& system, Balance& balance, Equilibrium& found) {
-  const auto n = system.coordinates(), m = system.equations();
-  const Measure size(system);
+  const auto n = balance.coordinates(), m = balance.equations();
+  Measure size(system);
   const auto& g = system.model().gravity;
   // Pseudo-time so that the first step under gravity is a hundredth of the machine's length.
   double inverse_tau2 = std::max(1.0, std::hypot(g[0], g[1])) / (0.01 * size.length);
   const Eigen::VectorXd inertia = system.mass().cwiseQuotient(balance.columns().cwiseAbs2());
   if (found.lambda.size() != m) found.lambda = Eigen::VectorXd::Zero(m);
-  Eigen::VectorXd r = balance.at(found.q, found.lambda);
   double rounding = 0;  // of the stiffest force
+  Eigen::VectorXd r;
   for (int turn = 0; turn < most_turns; ++turn, ++found.iterations) {
+    balance.settle_spins(found);
+    const double inverse_tau = std::sqrt(inverse_tau2), dt = 1 / std::max(inverse_tau, 1 / longest_time);
+    Eigen::MatrixXd k = balance.matrix(found, dt);
+    size.take_sizes(k, balance, found, dt);
+    r = balance.at(found);
     const double before = size(r);
     if (before < 1e-13) break;
-    Eigen::MatrixXd k = balance.matrix(found.q, found.lambda);
     rounding = 2e-16 * k.topLeftCorner(n, n).cwiseAbs().maxCoeff() * size.length / size.weight;
-    if (inverse_tau2 > 1e-6) k.diagonal().head(n) += inverse_tau2 * inertia;
+    if (inverse_tau2 > 1e-6)
+      for (Eigen::Index j = 0; j < n; ++j) k(j, j) += (balance.is_spin(j) ? inverse_tau : inverse_tau2) * inertia[j];
     newton_step(balance, k, r, 0.05 * size.length, found);
-    r = balance.at(found.q, found.lambda);
+    r = balance.at(found);
     const double after = size(r);
     if (!std::isfinite(after)) break;
     if (before < std::max(1e-11, 100 * rounding) && after > 0.5 * before) break;
@@ -132,12 +284,13 @@ bool solve_balance(System& system, Balance& balance, Equilibrium& found) {
 bool follow_growing_load(System& system, Balance& balance, Equilibrium& found) {
   const Measure size(system);
   found.lambda = Eigen::VectorXd::Zero(system.equations());
-  const Eigen::VectorXd r_0 = balance.at(found.q, found.lambda);
+  Eigen::VectorXd r_0 = balance.at(found);
+  r_0.tail(balance.states()).setZero();
   const auto closes = [&](Equilibrium& at, double s) {
     constexpr int iterations = 12;
     for (int i = 0; i < iterations; ++i, ++found.iterations) {
-      Eigen::MatrixXd k = balance.matrix(at.q, at.lambda);
-      const double far = newton_step(balance, k, balance.at(at.q, at.lambda) - (1 - s) * r_0, size.length, at);
+      Eigen::MatrixXd k = balance.matrix(at, longest_time);
+      const double far = newton_step(balance, k, balance.at(at) - (1 - s) * r_0, size.length, at);
       if (!(far < 0.3 * size.length)) return false;
       if (far < 1e-6 * size.length) return true;
     }
@@ -146,9 +299,10 @@ bool follow_growing_load(System& system, Balance& balance, Equilibrium& found) {
   double s = 0, step = 0.125;
   while (s < 1) {
     const double next = std::min(1.0, s + step);
-    Equilibrium trial = found;
-    if (closes(trial, next)) {
-      found.q = trial.q, found.lambda = trial.lambda;
+    Equilibrium further = found;
+    if (closes(further, next)) {
+      further.iterations = found.iterations;
+      found = further;
       s = next, step *= 1.5;
     } else if ((step *= 0.25) < 1e-4) {
       return false;
@@ -177,167 +331,56 @@ void refuse_moving_drivers(const System& system, const Constraints& c, const Equ
   }
 }
 
+/// "; force 'lift' keeps changing by 3e4 of pressure a in a second": the state whose rate is the largest over its size.
+std::string drifting_state(const System& system, const Eigen::VectorXd& r) {
+  const auto first = system.coordinates() + system.equations();
+  Eigen::Index worst = -1;
+  double most = 1e-6;
+  for (Eigen::Index i = 0; i < r.size() - first; ++i) {
+    const double rate = std::abs(r[first + i]) / system.state_scales()[static_cast<std::size_t>(i)];
+    if (rate > most) most = rate, worst = i;
+  }
+  if (worst < 0) return "";
+  return ", and a state of " + system.state_owner(static_cast<std::size_t>(worst)) + " keeps changing by " +
+         std::to_string(r[first + worst]) + " in a second";
+}
+
 }  // namespace
 
 Equilibrium towing_equilibrium(System& system, double t, const Eigen::VectorXd& guess, double speed) {
-  Equilibrium found;
-  found.q = guess;
-  found.velocity = system.towing_velocity(speed);
-  const auto hold_states = [&](const Eigen::VectorXd& q) {  // at what they start from
-    if (system.state_count() == 0) return;
-    system.set_state(t, q, found.velocity);
-    system.begin_states();
-  };
-  hold_states(guess);
-  Balance balance(system, t, found.velocity);
+  Equilibrium start;
+  start.q = guess;
+  start.velocity = system.towing_velocity(speed);
+  start.lambda = Eigen::VectorXd::Zero(system.equations());
+  system.set_start_states({});
+  system.set_state(t, guess, start.velocity);
+  const std::vector<double>& x = system.begin_states();
+  start.states = Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size()));
+  Balance balance(system, t, start);
+  Equilibrium found = start;
   bool closed = false;
   if (has_beams(system)) {
     closed = follow_growing_load(system, balance, found) && solve_balance(system, balance, found);
-    if (!closed) found.q = guess, found.lambda.resize(0);
+    if (!closed) start.iterations = found.iterations, found = start;
   }
   closed = closed || solve_balance(system, balance, found);
   if (!closed && speed == 0) {
     try {
-      found.q = fall_to_rest(system, t, guess), found.lambda.resize(0);
-      hold_states(found.q);
+      const Rest rest = fall_to_rest(system, t, guess);
+      start.iterations = found.iterations, found = start;
+      found.q = rest.q, found.states = rest.states;
       closed = solve_balance(system, balance, found);
     } catch (const BlowUp&) {  // nothing holds it
-      found.q = guess;
     }
   }
   if (!closed)
     throw std::runtime_error(std::string(speed == 0 ? "no static" : "no steady") +
                              " equilibrium found near the start pose: " + std::to_string(found.residual) +
-                             " N stay unbalanced after " + std::to_string(found.iterations) +
-                             " iterations; start nearer to it, or take the pose as given");
+                             " N stay unbalanced after " + std::to_string(found.iterations) + " iterations" +
+                             drifting_state(system, balance.at(found)) +
+                             "; start nearer to it, or take the pose as given");
   refuse_moving_drivers(system, balance.constraints(), found, speed);
   return found;
-}
-
-namespace {
-
-/// The equations of motion in the independent coordinates about a steady state.
-class Linearisation {
- public:
-  Linearisation(System& system, double t, const Equilibrium& at) : partition_(system) {
-    at_.t = t, at_.q = at.q, at_.velocity = at.velocity;
-    at_.acceleration = Eigen::VectorXd::Zero(at.q.size());
-    at_.lambda = Eigen::VectorXd::Zero(system.equations());
-    at_.rates = Eigen::VectorXd::Zero(system.rate_count());
-    at_.states = Eigen::Map<const Eigen::VectorXd>(system.element_states().data(),
-                                                   static_cast<Eigen::Index>(system.state_count()));
-    partition_.choose(at_);
-    scale_ = coordinate_scale(system), scales_ = system.state_scales();
-    length_ = system.length_scale();
-  }
-  Eigen::Index freedom() const { return partition_.freedom(); }
-
-  /// d(v, v', x)' = A d(v, v', x), x the states of elements. Steps of 1e-4 of a length at order 4: truncation and
-  /// rounding both near 1e-12 of the stiffness. Velocities enter dampers linearly and friction steeply: short steps of
-  /// order 2.
-  Eigen::MatrixXd matrix() {
-    const auto f = freedom(), states = at_.states.size();
-    Eigen::MatrixXd a = Eigen::MatrixXd::Zero(2 * f + states, 2 * f + states);
-    a.block(0, f, f, f).setIdentity();
-    for (Eigen::Index j = 0; j < f; ++j) {
-      const double far = 1e-4 * unit(j), near = 1e-6 * unit(j);
-      const auto slope = [&](bool rate, double step) {
-        return Eigen::VectorXd((acceleration(j, rate, step) - acceleration(j, rate, -step)) / (2 * step));
-      };
-      a.col(j).tail(f + states) = (4 * slope(false, far) - slope(false, 2 * far)) / 3;
-      a.col(f + j).tail(f + states) = slope(true, near);
-    }
-    for (Eigen::Index j = 0; j < states; ++j) {
-      const double step = 1e-4 * (scales_[static_cast<std::size_t>(j)] + std::abs(at_.states[j]));
-      MotionState plus = at_, minus = at_;
-      plus.states[j] += step, minus.states[j] -= step;
-      a.col(2 * f + j).tail(f + states) = (rates_at(plus) - rates_at(minus)) / (2 * step);
-    }
-    return a;
-  }
-
-  /// dq/dv: how all coordinates follow the independent ones.
-  Eigen::MatrixXd tangent() {
-    Eigen::MatrixXd out(at_.q.size(), freedom());
-    for (Eigen::Index j = 0; j < freedom(); ++j) {
-      MotionState still = at_, moving = at_;
-      moving.velocity[independent(j)] += 1;
-      partition_.evaluate(still);
-      partition_.evaluate(moving);
-      out.col(j) = moving.velocity - still.velocity;
-    }
-    return out;
-  }
-
-  /// The real largest entry that makes shapes comparable.
-  Eigen::VectorXcd normal(Eigen::VectorXcd shape) const {
-    Eigen::Index largest = 0;
-    shape.cwiseProduct(scale_).cwiseAbs().maxCoeff(&largest);
-    return shape / shape[largest];
-  }
-
- private:
-  int independent(Eigen::Index j) const { return partition_.independent()[static_cast<std::size_t>(j)]; }
-  double unit(Eigen::Index j) const { return length_ / scale_[independent(j)]; }
-  Eigen::VectorXd acceleration(Eigen::Index which, bool rate, double shift) {
-    MotionState s = at_;
-    (rate ? s.velocity : s.q)[independent(which)] += shift;
-    return rates_at(s);
-  }
-  /// Of v' and x.
-  Eigen::VectorXd rates_at(MotionState s) {
-    partition_.evaluate(s);
-    Eigen::VectorXd out(freedom() + s.states.size());
-    for (Eigen::Index i = 0; i < freedom(); ++i) out[i] = s.acceleration[independent(i)];
-    out.tail(s.states.size()) = s.rates.tail(s.states.size());
-    return out;
-  }
-
-  Partition partition_;
-  MotionState at_;
-  Eigen::VectorXd scale_;
-  std::vector<double> scales_;
-  double length_ = 1;
-};
-
-}  // namespace
-
-std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
-  Linearisation linear(system, t, at);
-  const auto f = linear.freedom();
-  std::vector<Mode> found;
-  if (f == 0) return found;
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(linear.matrix());
-  const Eigen::MatrixXd tangent = linear.tangent();
-  // A coordinate that nothing holds (a free wheel) has two zero eigenvalues, which rounding splits: one zero mode.
-  // Rounding of 1e-12 in the stiffness is 1e-6 in its root.
-  const double zero = 1e-5 * std::max(1.0, solver.eigenvalues().cwiseAbs().maxCoeff());
-  int zeros = 0;
-  const bool states = system.state_count() > 0;
-  for (Eigen::Index i = 0; i < solver.eigenvalues().size(); ++i) {
-    const auto s = solver.eigenvalues()[i];
-    if (std::abs(s) < zero) {  // of states they are what a lock-up of oil or a
-                               // held integral leaves, not coordinates
-      if (!states && zeros++ % 2 == 0) found.emplace_back();
-    } else if (s.imag() >= 0) {
-      const Eigen::VectorXcd shape = tangent.cast<std::complex<double>>() * solver.eigenvectors().col(i).head(f);
-      found.push_back(
-          {s.imag() / (2 * std::numbers::pi), 0.0 - s.real() / std::abs(s), s.real(), linear.normal(shape)});
-    }
-  }
-  std::stable_sort(found.begin(), found.end(), [](const Mode& x, const Mode& y) { return x.frequency < y.frequency; });
-  return found;
-}
-
-StabilityReport stability(const std::vector<Mode>& modes) {
-  StabilityReport report;
-  for (const Mode& m : modes) {
-    if (m.is_zero()) ++report.neutral;
-    // An undamped oscillation has a real part of rounding, 1e-12 of its modulus, of either sign.
-    if (m.damping < -1e-7) report.unstable += m.frequency > 0 ? 2 : 1;
-  }
-  report.kind = report.unstable ? Stability::unstable : report.neutral ? Stability::neutral : Stability::stable;
-  return report;
 }
 
 }  // namespace subsoil::mbd

@@ -7,22 +7,28 @@
 
 namespace subsoil::mbd {
 
-/// A steady state: every body moves with the same velocity (towing; 0 is rest) and nothing accelerates.
+/// A steady state: every body moves with the same velocity (towing; 0 is rest), nothing accelerates, and the states of
+/// elements (pressures, currents, integrals of controllers) stay what they are.
 struct Equilibrium {
   Eigen::VectorXd q, velocity, lambda;
-  double residual = 0;  ///< largest unbalanced force (N, moments over the machine's length)
+  Eigen::VectorXd states{};  ///< of elements; empty: those that the system holds
+  double residual = 0;       ///< largest unbalanced force (N, moments over the machine's length)
   int iterations = 0;
 };
 
 /// Finds the steady towing equilibrium (at speed 0: the static one) near the guess q at time t:
-///   F(q, q', t) - Phi_q^T lambda = 0 for all coordinates,  Phi(q, t) = 0
-/// with every body at (speed, 0) and no angular velocity, except wheels on soil, which are held at -speed/R and take no
-/// part in the balance of moments (they are neutral: no moment acts on them and their angle stays as guessed).
-/// Newton on all coordinates and multipliers together, made globally safe by pseudo-transient continuation: M/tau^2
-/// stands beside the stiffness and fades as the residual falls, so a wheel that just touches the ground, where the
-/// soil has no stiffness yet, falls in like a body and not where a singular matrix points.
-/// At speed 0 a machine that this does not bring to balance is let fall (fall_to_rest) and tried again from there.
-/// Throws std::runtime_error when there is none within reach, std::invalid_argument when a driver's velocity
+///   F(q, q', x, lambda) - Phi_q^T lambda = 0,  Phi(q, t) = 0,  x'(q, q', x, lambda) = 0
+/// for all coordinates q, multipliers lambda and states x of elements together, every body at (speed, 0). States begin
+/// with their start values at the guess. What their rates leave free (oil that a closed valve locks in) follows the
+/// motion from there: the equilibrium is the one that the machine reaches by moving slowly.
+/// In a tow a body that nothing holds in its angle (a wheel on its axle) may spin. Its angular velocity is unknown in
+/// place of its angle, and follows from its balance of moments: it rolls where friction lets it. Wheels on soil spin
+/// at -speed/R and take no part in the balance of moments. At speed 0 nothing spins.
+/// Newton's method on all unknowns, with pseudo-transient continuation: M/tau^2 stands beside the stiffness and
+/// 1/tau beside the rates of states, and both fade as the residual falls. So a wheel that just touches the ground,
+/// where the soil has no stiffness yet, falls in like a body and not where a singular matrix points.
+/// At speed 0 a machine that this does not bring to balance falls (fall_to_rest), and Newton's method starts from
+/// there. Throws std::runtime_error when there is none within reach, std::invalid_argument when a driver's velocity
 /// contradicts the speed.
 Equilibrium towing_equilibrium(System& system, double t, const Eigen::VectorXd& guess, double speed);
 
@@ -31,15 +37,20 @@ struct Mode {
   double frequency = 0;  ///< imaginary part of the eigenvalue over 2 pi (Hz), >= 0
   double damping = 0;    ///< ratio: -real part over modulus; 0 for a zero eigenvalue
   double rate = 0;       ///< real part (1/s)
+  double error = 0;      ///< estimate of the error of the eigenvalue (1/s)
   /// Of all coordinates, dependent ones too; the largest entry (angles times the machine's length) is 1 m or rad and
   /// real. Empty for a coordinate that nothing holds.
   Eigen::VectorXcd shape;
   bool is_zero() const { return frequency == 0 && rate == 0; }
 };
 
-/// Small oscillations about a steady state: eigenvalues of the equations of motion in the independent coordinates,
-/// linearised by central differences on the constraint manifold (order 4 in displacements, 2 in velocities).
-/// Oscillating pairs stand once; sorted by frequency.
+/// Small oscillations about a steady state: eigenvalues of the linearised equations of motion
+///   M a + Phi_q^T lambda = F,  Phi_q a = gamma,  x' = f
+/// on the directions that the constraints leave free. The derivatives of F, gamma and f are those inside the branch of
+/// each law that acts at the state (slope_at_zero): the end of a contact nearby does not count. Their errors, with
+/// those of the eigenvalue problem, give Mode::error; an eigenvalue that its error covers is zero. Oscillating pairs
+/// stand once; sorted by frequency. Joints, accelerations 0 and the outputs of sampled controllers are those of the
+/// state.
 std::vector<Mode> modes(System& system, double t, const Equilibrium& at);
 
 /// What the eigenvalues say of a steady state: unstable when one has a positive real part; else neutral when one is

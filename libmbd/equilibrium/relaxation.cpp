@@ -10,7 +10,7 @@ constexpr int most_relaxation_steps = 20'000;
 constexpr double near_rest = 1e-3;
 }  // namespace
 
-Eigen::VectorXd fall_to_rest(System& system, double t, const Eigen::VectorXd& from) {
+Rest fall_to_rest(System& system, double t, const Eigen::VectorXd& from) {
   std::vector<double> memory;
   system.save(memory);
   const Eigen::VectorXd still = Eigen::VectorXd::Zero(from.size()), scale = coordinate_scale(system);
@@ -30,14 +30,16 @@ Eigen::VectorXd fall_to_rest(System& system, double t, const Eigen::VectorXd& fr
         continue;
       }
       const Eigen::VectorXd pose = fall.state().q;
+      system.set_start_states(fall.state().states);
       fall.start(t, pose, still);
       before = 0;
       if (pull() < near_rest * first) break;
     }
   }
+  system.set_start_states({});
   const double* begin = memory.data();
   system.restore(begin, memory.data() + memory.size());
-  return fall.state().q;
+  return {fall.state().q, fall.state().states};
 }
 
 }  // namespace subsoil::mbd

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "libmbd/base/quartic.hpp"
+#include "libmbd/controllers.hpp"
 #include "libmbd/elements.hpp"
 
 namespace subsoil::mbd {
@@ -67,13 +68,19 @@ Inputs::Inputs(const Model& model) {
     if constexpr (requires { e.fx; }) add(e.fx), add(e.fy), add(e.moment);
     if constexpr (requires { e.actuator; }) add(e.actuator);
     if constexpr (requires { e.voltage; }) add(e.voltage);
+    if constexpr (requires { e.curve; }) add(e.share);
     if constexpr (requires { e.valve; }) add(e.valve), add(e.flow);
     if constexpr (requires { e.wind_x; }) add(e.wind_x), add(e.wind_y);
     if constexpr (requires { e.motion; }) add(e.motion.position), add(e.motion.velocity), add(e.motion.acceleration);
   };
   for (const auto& force : model.forces) visit(take_all, force.element);
   for (const auto& driver : model.drivers) visit(take_all, driver.element);
-  for (const auto& controller : model.controllers) add(controller.element.set_point), add(controller.element.bias);
+  for (const auto& controller : model.controllers)
+    visit(
+        [this]<class Controller>(const Controller& c) {
+          if constexpr (Controller::has.functions) add(c.set_point), add(c.bias);
+        },
+        controller.element);
   values_.resize(functions_.size()), largest_.resize(functions_.size());
 }
 

@@ -33,7 +33,7 @@ class Axis {
       u.push_back(u.back() + std::hypot(points[i][0] - points[i - 1][0], points[i][1] - points[i - 1][1]));
       x.push_back(points[i][0]), y.push_back(points[i][1]);
     }
-    x_ = CubicSpline(u, x, CubicSpline::Ends::natural), y_ = CubicSpline(u, y, CubicSpline::Ends::natural);
+    x_ = PiecewiseCubic(u, x, PiecewiseCubic::Ends::natural), y_ = PiecewiseCubic(u, y, PiecewiseCubic::Ends::natural);
     knots_ = u, arcs_ = {0};
     for (std::size_t i = 1; i < u.size(); ++i) arcs_.push_back(arcs_.back() + arc(u[i - 1], u[i]));
   }
@@ -65,7 +65,7 @@ class Axis {
     return half * sum;
   }
 
-  CubicSpline x_, y_;
+  PiecewiseCubic x_, y_;
   std::vector<double> knots_, arcs_;
 };
 

@@ -79,7 +79,14 @@ System::System(Model model) : model_(std::move(model)), elements_(std::make_uniq
     weights_[i + 1] = {b.mass * model_.gravity[0], b.mass * model_.gravity[1]};
   }
   for (const auto& f : model_.forces) given_forces_.push_back(f.element);
-  for (auto& c : model_.controllers) naming("controller '" + c.name + "'", [&] { c.element.input->attach(*this); });
+  for (auto& c : model_.controllers)
+    naming("controller '" + c.name + "'", [&] {
+      visit(
+          [&](const auto& controller) {
+            for (const auto& input : controller.measured()) input->attach(*this);
+          },
+          c.element);
+    });
   for (auto& e : model_.events)
     if (e.element.input) naming("event '" + e.name + "'", [&] { e.element.input->attach(*this); });
   settle_constraints();
@@ -139,13 +146,18 @@ void System::check_elements() const {
     const std::string what = "controller '" + c.name + "'";
     if (!names.insert(c.name).second)
       refuse_model(what + ": the name is taken by another element; every one needs its own");
-    if (!c.element.input) refuse_model(what + ": measures nothing; give it a measure");
-    naming(what, [&] { c.element.check(); });
-    if (c.element.input->of_solution() && !(c.element.sensor_lag > 0) && !c.element.sampled())
+    naming(what, [&] { visit([](const auto& controller) { controller.check(); }, c.element); });
+    const bool at_once = visit(
+        [](const auto& controller) {
+          const ControllerInputs inputs = controller.measured();
+          return controller.direct() &&
+                 std::any_of(inputs.begin(), inputs.end(), [](const auto& input) { return input->of_solution(); });
+        },
+        c.element);
+    if (at_once)
       refuse_model(what +
-                   ": measures accelerations, reactions or forces, which its "
-                   "own output changes at once; give it a sensor "
-                   "lag (a few ms), or a sample time");
+                   ": measures accelerations, reactions or forces, which its own output changes at once; give it a "
+                   "sensor lag (a few ms), a sample time, or a transfer function of a lower numerator");
   }
 }
 
@@ -457,6 +469,7 @@ void System::settle_forces(double t, const Eigen::VectorXd& q, const Eigen::Vect
         },
         model_.forces[i].element);
   }
+  start_states_.clear();
   begin_states();
 }
 
@@ -479,6 +492,17 @@ Eigen::VectorXd System::towing_velocity(double speed) const {
         },
         f.element);
   return velocity;
+}
+
+std::vector<char> System::towed_spins() const {
+  std::vector<char> given(model_.bodies.size(), 0);
+  for (const auto& f : model_.forces)
+    visit(
+        [&]<class Force>(const Force& force) {
+          if constexpr (Force::has.towing_spin) given[static_cast<std::size_t>(force.body - 1)] = 1;
+        },
+        f.element);
+  return given;
 }
 
 void System::commit() {
@@ -505,7 +529,7 @@ void System::save(std::vector<double>& out) const {
         },
         f.element);
   for (std::size_t i = 0; i < samplers_.size(); ++i)
-    if (model_.controllers[i].element.sampled()) samplers_[i].save(out);
+    if (sampled(i) != nullptr) samplers_[i].save(out);
   if (has_joint_events()) {
     out.insert(out.end(), passed_.begin(), passed_.end());
     for (std::size_t i = 0; i < open_.size(); ++i) {
@@ -545,7 +569,7 @@ void System::restore(const double*& from, const double* end) {
         },
         f.element);
   for (std::size_t i = 0; i < samplers_.size(); ++i)
-    if (model_.controllers[i].element.sampled()) samplers_[i].restore(from, end);
+    if (sampled(i) != nullptr) samplers_[i].restore(from, end);
   if (has_joint_events()) {
     for (char& passed : passed_) passed = next() != 0;
     for (std::size_t i = 0; i < open_.size(); ++i) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "libmbd/base/angle_anchor.hpp"
+#include "libmbd/controllers/controller.hpp"
 #include "libmbd/controllers/pid.hpp"
 #include "libmbd/element/constraint.hpp"
 #include "libmbd/element/force.hpp"
@@ -29,7 +30,7 @@ struct Model {
   std::vector<Named<AnyJoint>> joints{};
   std::vector<Named<AnyDriver>> drivers{};
   std::vector<Named<AnyForce>> forces{};
-  std::vector<Named<PidController>> controllers{};
+  std::vector<Named<AnyController>> controllers{};
   std::vector<Named<JointEvent>> events{};
   Redundancy redundancy = Redundancy::minimum_norm;
   double start_time = 0;
@@ -39,7 +40,7 @@ struct Model {
   void add(std::string name, AnyJoint joint) { joints.push_back({std::move(name), std::move(joint)}); }
   void add(std::string name, AnyDriver driver) { drivers.push_back({std::move(name), std::move(driver)}); }
   void add(std::string name, AnyForce force) { forces.push_back({std::move(name), std::move(force)}); }
-  void add(std::string name, PidController c) { controllers.push_back({std::move(name), std::move(c)}); }
+  void add(std::string name, AnyController c) { controllers.push_back({std::move(name), std::move(c)}); }
   void add(std::string name, JointEvent event) { events.push_back({std::move(name), std::move(event)}); }
 };
 
@@ -148,8 +149,12 @@ class System {
   Eigen::Index rate_count() const { return flow_count() + static_cast<Eigen::Index>(state_count()); }
   /// The size below which a state does not matter to 1.
   const std::vector<double>& state_scales() const { return state_scales_; }
-  /// Start values at the state set last, which they are set to.
+  /// Start values at the state set last, which they are set to: those of set_start_states(), or of the elements.
   const std::vector<double>& begin_states();
+  /// Start values from now until settle_forces(), as an equilibrium finds them; none: the elements' own.
+  void set_start_states(const Eigen::VectorXd& x) { start_states_.assign(x.data(), x.data() + x.size()); }
+  /// Force or controller that a state belongs to, for messages: "force 'lift'".
+  std::string state_owner(std::size_t state) const;
   /// The same for controllers whose input is of the solution, once there is
   /// one; true where there are any.
   bool begin_states_of(const Eigen::VectorXd& acceleration, const Eigen::VectorXd& lambda);
@@ -203,6 +208,8 @@ class System {
   void restart_traces();
   /// q' of a tow: every body at `speed` along x, wheels on soil roll along.
   Eigen::VectorXd towing_velocity(double speed) const;
+  /// 1 for bodies (from the first) whose spin in a tow a force gives.
+  std::vector<char> towed_spins() const;
   /// Tells a force that its event has come, at the state set last.
   Changeover pass_event(std::size_t force);
   /// Lets friction that sticks begin with the force that holds its joint at the state set last; `accelerate` solves
@@ -236,6 +243,7 @@ class System {
   void constraints(Part part, SparseConstraints& out) const;
   void clear_open_rows(SparseConstraints& out) const;
   void take_signals();
+  const PidController* sampled(std::size_t controller) const;
   void assign_ruts();
   void settle_constraints();
 
@@ -266,8 +274,9 @@ class System {
   std::vector<Rut> ruts_;
   long wrench_changes_ = 0;
 
-  std::vector<double> element_states_, state_rates_, state_scales_, signals_, measured_;
-  std::vector<Sampler> samplers_;  // of the controllers
+  std::vector<double> element_states_, state_rates_, state_scales_, signals_, measured_, start_states_;
+  std::vector<std::size_t> first_measured_;  // of each controller, in measured_
+  std::vector<Sampler> samplers_;            // of the controllers
   bool has_instants_ = false, outputs_before_ = false;
   std::vector<char> open_, open_at_start_;            // of joints
   std::vector<char> passed_;                          // of events that come by time

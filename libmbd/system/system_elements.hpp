@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "libmbd/controllers.hpp"
 #include "libmbd/elements.hpp"
 #include "libmbd/system/system.hpp"
 

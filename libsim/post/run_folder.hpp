@@ -21,6 +21,7 @@ struct RunFolder {
   bool frames = false;               ///< run.h5 is there
   std::vector<std::string> missing;  ///< a line for each part that could not be read, and why
   TimeWindow window;                 ///< of the numbers
+  bool window_of_summary = false;    ///< it is the summary's
 
   /// Index of a column of the series, -1 without.
   int column(const std::string& name) const { return series ? series->find(name) : -1; }
@@ -29,6 +30,9 @@ struct RunFolder {
   /// A number of the summary below sections, NaN without it: number({"soil", "bulk density [kg/m3]"}).
   double number(const std::vector<std::string>& keys) const;
   std::string text(const std::vector<std::string>& keys) const;
+  /// A number of a column over the window, as the summary has it of every step: of_summary("pull", {"mean in window"}).
+  /// NaN where the window is not the summary's.
+  double of_summary(const std::string& column, const std::vector<std::string>& keys) const;
 };
 
 /// Reads a result directory. Throws std::invalid_argument for a path that is no directory, and for one that holds

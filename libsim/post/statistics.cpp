@@ -7,24 +7,10 @@
 #include <complex>
 #include <numbers>
 
-#include "libsim/base/student.hpp"
+#include "libsim/io/block_mean.hpp"
 
 namespace subsoil::sim {
 namespace {
-
-/// tau in rows, by the initial positive sequence.
-double correlation_time(std::span<const double> x, double mean, double variance) {
-  double tau = 1;
-  const auto n = static_cast<double>(x.size());
-  for (std::size_t lag = 1; lag < x.size() / 2; ++lag) {
-    double sum = 0;
-    for (std::size_t i = 0; i + lag < x.size(); ++i) sum += (x[i] - mean) * (x[i + lag] - mean);
-    const double rho = sum / n / variance;
-    if (rho <= 0) break;
-    tau += 2 * rho;
-  }
-  return tau;
-}
 
 double widest_gap(std::span<const double> time) {
   double widest = 0;
@@ -32,21 +18,21 @@ double widest_gap(std::span<const double> time) {
   return widest;
 }
 
-/// A record at even times from its first row on, as far apart as its widest two rows, linear between its rows.
-std::vector<double> evenly_spaced(std::span<const double> time, std::span<const double> x) {
-  const double widest = widest_gap(time);
-  if (!(widest > 0)) return {x.begin(), x.end()};
-  constexpr double rounding = 1e-6;  // of a gap
-  const auto gaps = static_cast<std::size_t>((time.back() - time.front()) / widest + rounding);
-  std::vector<double> out{x[0]};
-  std::size_t next = 1;
-  for (std::size_t k = 1; k <= gaps; ++k) {
-    const double t = std::min(time.back(), time.front() + widest * static_cast<double>(k));
-    while (time[next] < t) ++next;
-    const double share = (t - time[next - 1]) / (time[next] - time[next - 1]);
-    out.push_back(x[next - 1] + share * (x[next] - x[next - 1]));
+/// Half width of the interval of the mean of what lies in the window.
+double half_width_in(std::span<const double> time, std::span<const double> x, const TimeWindow& window, RowKind kind,
+                     const WindowRows& rows) {
+  BlockMean mean;
+  if (kind == RowKind::equal) {
+    for (std::size_t i = rows.begin; i < rows.end; ++i) mean.add(1, x[i]);
+    return mean.interval();
   }
-  return out;
+  for (std::size_t i = rows.weighed; i + 1 < rows.weighed + rows.weights.size(); ++i) {
+    const double from = std::max(time[i], window.from), until = std::min(time[i + 1], window.until);
+    if (!(until > from)) continue;
+    const double share = (0.5 * (from + until) - time[i]) / (time[i + 1] - time[i]);
+    mean.add(until - from, kind == RowKind::mean ? x[i + 1] : x[i] + share * (x[i + 1] - x[i]));
+  }
+  return mean.interval();
 }
 
 }  // namespace
@@ -100,17 +86,10 @@ WindowStatistics statistics(std::span<const double> time, std::span<const double
   std::vector<double> squares(values.begin(), values.end());
   for (double& v : squares) v = (v - out.mean) * (v - out.mean);
   const double variance = rows.integral(squares) / rows.duration();
-  const std::vector<double> even = kind == RowKind::equal ? std::vector<double>(x.begin(), x.end())
-                                                          : evenly_spaced(time.subspan(rows.begin, rows.count()), x);
-  const auto n = static_cast<double>(even.size());
-  const double of_sample = even.size() > 1 ? n / (n - 1) : 0;
-  out.deviation = std::sqrt(kind == RowKind::equal ? variance * of_sample : variance);
-  if (variance <= 1e-24 * out.mean * out.mean) {  // a constant
-    out.half_width = x.size() > 1 ? 0 : out.half_width;
-    return out;
-  }
-  const double independent = n / correlation_time(even, out.mean, variance);
-  if (independent >= 2) out.half_width = student_t(independent - 1) * std::sqrt(variance * of_sample / independent);
+  const auto n = static_cast<double>(x.size());
+  out.deviation = std::sqrt(kind == RowKind::equal && n > 1 ? variance * n / (n - 1) : variance);
+  const bool constant = variance <= 1e-24 * out.mean * out.mean;
+  out.half_width = constant && x.size() > 1 ? 0 : half_width_in(time, values, window, kind, rows);
   return out;
 }
 

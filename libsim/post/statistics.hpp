@@ -42,10 +42,8 @@ struct WindowStatistics {
 };
 
 /// Mean and spread are weighted with the rows' times: deviation^2 = mean of (x - mean)^2 over the window; of equal
-/// rows, a sample, over n - 1. The interval is mean +- t s / sqrt(n_e), t of Student with n_e - 1 degrees of freedom,
-/// n_e = n / tau rows that count as independent, tau = 1 + 2 sum_k rho_k the integrated correlation time in rows,
-/// summed until rho_k < 0 (Geyer, Statistical Science 7 (1992) 473: initial positive sequence). NaN where n_e < 2. Of
-/// rows that are not evenly spaced, n and tau are those of rows as far apart as the widest two, linear between these.
+/// rows, a sample, over n - 1. The interval is that of BlockMean over the same times, as in the summary, which takes
+/// every step in place of rows: there is one estimator. NaN where that has too few blocks.
 WindowStatistics statistics(std::span<const double> time, std::span<const double> values, const TimeWindow& window,
                             RowKind kind);
 

@@ -39,9 +39,9 @@ struct SourceNumber {
   double value;
 };
 constexpr SourceNumber source_numbers[] = {
-    {"pull", "largest of the record", "N", 1493},         {"pull", "least of the record", "N", -331},
-    {"spring force", "largest of the record", "N", 2623}, {"spring force", "least of the record", "N", -2231},
-    {"pitch", "span of the record", "rad", 0.11},         {"height", "span of the record", "m", 0.181}};
+    {"pull", "largest of all rows", "N", 1493},         {"pull", "least of all rows", "N", -331},
+    {"spring force", "largest of all rows", "N", 2623}, {"spring force", "least of all rows", "N", -2231},
+    {"pitch", "span of all rows", "rad", 0.11},         {"height", "span of all rows", "m", 0.181}};
 
 /// Rows of the series that the page draws: of a long one every so-many-th.
 std::size_t stride_of(const Series& series) { return (series.rows() + most_rows - 1) / most_rows; }

@@ -198,6 +198,19 @@ void warn_of_closed_pose(const mbd::Machine& machine, const MachineSection& sect
       moved, fmt::join(springs, ", "), springs.size() > 1 ? "are" : "is");
 }
 
+/// Modes whose derivatives are not determined: a law has a corner at the state itself.
+void warn_of_uncertain(const std::vector<mbd::Mode>& modes) {
+  constexpr double share = 1e-3;
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    const double size = std::hypot(2 * std::numbers::pi * modes[i].frequency, modes[i].rate);
+    if (modes[i].error <= share * size) continue;
+    spdlog::warn(
+        "warning: mode {} is known to +-{:.2g} of itself only: a contact, stop or friction changes its law at the very "
+        "state that was found, and has two stiffnesses there; load it a little, or take it away",
+        i + 1, modes[i].error / size);
+  }
+}
+
 /// One row: the columns of every run at the state that was found.
 void write_state(const std::filesystem::path& path, const Loaded& loaded, World& world,
                  coupling::Simulation& simulation) {
@@ -281,6 +294,7 @@ int run_analysis(const Loaded& loaded, const RunRequest& request) {
     summary["equilibrium"] = equilibrium_json(machine, speed, mbd::stability(modes));
     summary["equilibrium"]["pose"] = poses["pose"];
     print_equilibrium(summary["equilibrium"]);
+    warn_of_uncertain(modes);
     if (s.analysis == Analysis::modes) {
       summary["modes"] = modes_json(machine.system(), modes);
       write_modes(request.out / "modes.csv", machine.system(), modes);

@@ -242,6 +242,8 @@ std::vector<MachineColumns> machine_columns() {
                                        "of cap side and rod side, flow from the pump, opening of the "
                                        "valve"),
       of_force<mbd::ElectricMotor>("MOTOR", "on the second body; current, voltage, electrical power taken in"),
+      of_force<mbd::TorqueSpeedMotor>(
+          "MOTOR", "torque-speed: on the second body; speed of the shaft, share of the torque, power given off"),
       of_force<mbd::WheelOnSoil>("WHEEL", "load, rolling resistance, sinkage and the rut under the front of the patch"),
       {"CONTROLLER",
        {{"output", "OUT"}, {"error", "IN"}},

@@ -12,6 +12,7 @@
 #include "libdem/packing/carve.hpp"
 #include "libdem/particles/fixed.hpp"
 #include "libmbd/forces/joint_friction.hpp"
+#include "libmbd/system/deep_start.hpp"
 #include "libsim/document/library.hpp"
 #include "libsim/document/quantity.hpp"
 #include "libsim/run/surface_meeting.hpp"
@@ -293,6 +294,22 @@ void look_at_friction(const World& world, Texts& out) {
   }
 }
 
+/// Contacts, stops and cylinders whose start pose is beyond their range, by what they store there.
+void look_at_start(const World& world, Texts& out) {
+  if (!world.machine) return;
+  for (const mbd::DeepStart& d :
+       mbd::deep_starts(world.machine->system(), world.machine->integrator().state().acceleration)) {
+    const std::string weight = d.weight > 0 ? fmt::format(", {:.3g} times the machine's weight{}", d.push / d.weight,
+                                                          d.angular ? " at the machine's length" : "")
+                                            : "";
+    out.push_back(
+        fmt::format("{}: the machine starts {:.3g} {} beyond where its contact or stop begins; that stores {:.3g} J "
+                    "and pushes with {:.3g} {}{}: the motion starts with this blow. Start within its range, or in "
+                    "equilibrium (`machine.start: {{towing equilibrium: 0 m/s}}`)",
+                    d.force, d.depth, d.angular ? "rad" : "m", d.energy, d.push, d.angular ? "N m" : "N", weight));
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> input_warnings(const Loaded& loaded, const World& world, const std::string& file,
@@ -300,6 +317,7 @@ std::vector<std::string> input_warnings(const Loaded& loaded, const World& world
   Texts out;
   look_at_meshes(loaded.scenario, out);
   look_at_friction(world, out);
+  look_at_start(world, out);
   if (!world.bed) return out;
   look_at_densities(loaded, out);
   look_at_densities_of_file(loaded, world, out);

@@ -4,8 +4,10 @@
 #include <limits>
 #include <string>
 
+#include "libmbd/controllers.hpp"
 #include "libmbd/measures/control_input.hpp"
 #include "libmbd/system/beam.hpp"
+#include "libsim/document/expression.hpp"
 #include "libsim/document/quantity.hpp"
 #include "libsim/scenario/load.hpp"
 
@@ -65,6 +67,27 @@ mbd::JointEvent event_of(const MachineSection& m, const JointEventSection& e) {
   return event;
 }
 
+/// With the measures that it takes, and its formula as a function.
+mbd::AnyController controller_of(const MachineSection& m, mbd::AnyController controller) {
+  const std::vector<std::string> columns = measured_by(m, controller);
+  visit(
+      [&]<class Controller>(Controller& law) {
+        std::vector<std::shared_ptr<mbd::ControllerInput>> inputs;
+        for (const std::string& column : columns) {
+          std::size_t place = 0;
+          inputs.push_back(mbd::input_of(measure_of(m, column, place)->element, place));
+        }
+        if constexpr (requires { law.input; })
+          law.input = inputs.front();
+        else
+          law.inputs = inputs;
+        if constexpr (std::is_same_v<Controller, mbd::FormulaController>)
+          law.names = columns, law.value = make_formula_of(law.text, columns);
+      },
+      controller);
+  return controller;
+}
+
 int order_of(const Scenario& s) {
   const int order = static_cast<int>(s.time.machine.order.value_or(mbd::AdamsMoultonOptions{}.order));
   // Higher orders feed the fastest waves of a beam that is not damped.
@@ -115,12 +138,7 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
   for (const NamedJoint& j : s.machine->joints) model.add(j.name, j.element);
   for (const NamedDriver& d : s.machine->drivers) model.add(d.name, d.element);
   for (const NamedForce& f : s.machine->forces) model.add(f.name, f.element);
-  for (const NamedController& c : s.machine->controllers) {
-    mbd::PidController law = c.law;
-    std::size_t place = 0;
-    law.input = mbd::input_of(measure_of(*s.machine, law.measure, place)->element, place);
-    model.add(c.name, law);
-  }
+  for (const NamedController& c : s.machine->controllers) model.add(c.name, controller_of(*s.machine, c.element));
   for (const JointEventSection& e : s.machine->events) model.add(e.name, event_of(*s.machine, e));
   const MachineTime& time = s.time.machine;
   mbd::MachineOptions options;

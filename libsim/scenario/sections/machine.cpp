@@ -3,15 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 
+#include "libmbd/controllers.hpp"
 #include "libmbd/elements.hpp"
 #include "libmbd/measures.hpp"
 #include "libmbd/measures/control_input.hpp"
+#include "libsim/document/expression.hpp"
 #include "libsim/document/quantity.hpp"
 #include "libsim/keys/json_forms.hpp"
 #include "libsim/keys/key_list.hpp"
 #include "libsim/keys/nodes.hpp"
 #include "libsim/keys/printer.hpp"
+#include "libsim/keys/ranges.hpp"
 #include "libsim/keys/reader.hpp"
 #include "libsim/keys/schema.hpp"
 #include "libsim/scenario/checks.hpp"
@@ -55,8 +59,6 @@ void describe(Fields& v, Surface& s) {
   v.flag("touches soil", s.touches_soil, "no: it is drawn only");
   v.section("wear", s.wear, "keeps pressure, work and wear on each triangle, in frames and in the summary");
 }
-
-void describe(Fields& v, NamedController& c) { c.law.describe(v); }
 
 void describe(Fields& v, JointEventSection& e) {
   v.optional_reference("opens", e.opens, Family::joint, "the joint that it opens: release, shear pin");
@@ -210,6 +212,40 @@ class StartWord final : public Compound {
 
 }  // namespace
 
+namespace {
+/// Names in a formula that are measures with one column, each once.
+std::vector<std::string> measures_in(const MachineSection& m, const std::string& formula) {
+  std::vector<std::string> names;
+  const auto starts = [](char c) { return std::isalpha(static_cast<unsigned char>(c)) || c == '_'; };
+  const auto continues = [&](char c) { return starts(c) || std::isdigit(static_cast<unsigned char>(c)); };
+  for (std::size_t i = 0; i < formula.size();) {
+    if (!starts(formula[i])) {
+      ++i;
+      continue;
+    }
+    std::size_t end = i;
+    while (end < formula.size() && continues(formula[end])) ++end;
+    const std::string name = formula.substr(i, end - i);
+    i = end;
+    std::size_t place = 0;
+    if (measure_of(m, name, place) != nullptr && std::find(names.begin(), names.end(), name) == names.end())
+      names.push_back(name);
+  }
+  return names;
+}
+}  // namespace
+
+std::vector<std::string> measured_by(const MachineSection& m, const mbd::AnyController& controller) {
+  return visit(
+      [&]<class Controller>(const Controller& c) -> std::vector<std::string> {
+        if constexpr (std::is_same_v<Controller, mbd::FormulaController>) return measures_in(m, c.text);
+        if constexpr (std::is_same_v<Controller, mbd::TableOfTwo>) return split_at_semicolons(c.measures);
+        if constexpr (requires { c.measure; }) return {c.measure};
+        return {};
+      },
+      controller);
+}
+
 void describe(Fields& v, MachineSection& m) {
   BeamsTakenOut without_beams(m);
   v.visit_compound({}, without_beams);
@@ -228,9 +264,9 @@ void describe(Fields& v, MachineSection& m) {
   v.elements("drivers", m.drivers, "motions given as functions of time");
   v.elements("forces", m.forces, "springs, dampers, loads, wheels");
   v.elements("measures", m.measures, "columns of your own: what is measured of markers, joints, forces and bodies");
-  v.named("controllers", m.controllers,
-          "PID controllers of measures, which move springs, loads, cylinders "
-          "and motors by their `controller`");
+  v.elements("controllers", m.controllers,
+             "what moves springs, loads, cylinders and motors by their `controller`: PID, formula, transfer function, "
+             "table of measures");
   v.named("events", m.events,
           "joints that open and close: {trip: {opens: shear pin, reaction above: 20 kN}}, {drop: {opens: hook, at: 0.5 "
           "s}}, {catch: {closes: hook, measure: gap, below: 1 mm}}");
@@ -310,23 +346,8 @@ struct MachineChecks : Checks {
   }
 
   void controllers(const MachineSection& m) {
-    for (const NamedController& c : m.controllers) {
-      const std::string path = "machine.controllers." + c.name;
-      std::size_t place = 0;
-      const NamedMeasure* measure = measure_of(m, c.law.measure, place);
-      if (measure == nullptr) {
-        Names columns;
-        for (const NamedMeasure& one : m.measures)
-          for (const auto& column : mbd::columns_of(one.element))
-            columns.push_back(column.suffix.empty() ? one.name : one.name + "." + column.suffix);
-        refuse(path + ".pid", c.law.measure,
-               "no column of a measure has this name" + suggestion(c.law.measure, columns) +
-                   "; declare it in machine.measures");
-      } else {
-        same_unit(path + ".measured in", c.law.measured_unit, mbd::columns_of(measure->element)[place].unit,
-                  "the measure is in");
-      }
-    }
+    for (const NamedController& c : m.controllers)
+      visit([&](const auto& law) { inputs(m, "machine.controllers." + c.name, law); }, c.element);
     for (const NamedForce& force : m.forces) {
       const auto [name, unit] = driven(force.element);
       if (name.empty()) continue;
@@ -334,7 +355,43 @@ struct MachineChecks : Checks {
       refer(path, name, names_of(m.controllers), "controller");
       for (const NamedController& c : m.controllers)
         if (c.name == name)
-          same_unit("machine.controllers." + name + ".output in", c.law.output_unit, unit, "what it drives is in");
+          same_unit("machine.controllers." + name + ".output in",
+                    visit([](const auto& law) { return law.output_unit; }, c.element), unit, "what it drives is in");
+    }
+  }
+
+  /// A column of a measure by its name, in that unit.
+  void input(const MachineSection& m, const std::string& path, const std::string& column, const std::string& unit_path,
+             const std::string& unit) {
+    std::size_t place = 0;
+    if (const NamedMeasure* measure = measure_of(m, column, place))
+      return same_unit(unit_path, unit, mbd::columns_of(measure->element)[place].unit, "the measure is in");
+    Names columns;
+    for (const NamedMeasure& one : m.measures)
+      for (const auto& c : mbd::columns_of(one.element))
+        columns.push_back(c.suffix.empty() ? one.name : one.name + "." + c.suffix);
+    refuse(path, column,
+           "no column of a measure has this name" + suggestion(column, columns) + "; declare it in machine.measures");
+  }
+  void inputs(const MachineSection& m, const std::string& path, const mbd::PidController& law) {
+    input(m, path + ".pid", law.measure, path + ".measured in", law.measured_unit);
+  }
+  void inputs(const MachineSection& m, const std::string& path, const mbd::TransferFunction& law) {
+    input(m, path + ".transfer function", law.measure, path + ".measured in", law.measured_unit);
+  }
+  void inputs(const MachineSection& m, const std::string& path, const mbd::TableOfTwo& law) {
+    const std::vector<std::string> columns = split_at_semicolons(law.measures);
+    if (columns.size() != 2)
+      return refuse(path + ".table of two", law.measures, "must name two measures: [speed, gap]");
+    input(m, path + ".table of two", columns[0], path + ".first in", law.first_unit);
+    input(m, path + ".table of two", columns[1], path + ".second in", law.second_unit);
+  }
+  void inputs(const MachineSection& m, const std::string& path, const mbd::FormulaController& law) {
+    try {
+      make_formula_of(law.text, measured_by(m, law));
+    } catch (const std::exception& error) {
+      refuse(path + ".formula", law.text,
+             std::string(error.what()) + "; names in it are those of measures with one column (`component: x`)");
     }
   }
 
@@ -355,6 +412,7 @@ struct MachineChecks : Checks {
             const char* unit = "N";
             if constexpr (std::is_same_v<Element, mbd::RotationalSpringDamper>) unit = "N m";
             if constexpr (std::is_same_v<Element, mbd::HydraulicCylinder>) unit = "1";
+            if constexpr (std::is_same_v<Element, mbd::TorqueSpeedMotor>) unit = "1";
             if constexpr (std::is_same_v<Element, mbd::ElectricMotor>) unit = "V";
             if constexpr (std::is_same_v<Element, mbd::AppliedForce>)
               if (element.controls == mbd::Controls::moment) unit = "N m";

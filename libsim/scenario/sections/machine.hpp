@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "libmbd/base/marker.hpp"
-#include "libmbd/controllers/pid.hpp"
+#include "libmbd/controllers/controller.hpp"
 #include "libmbd/element/constraint.hpp"
 #include "libmbd/element/force.hpp"
 #include "libmbd/integrators/integrator.hpp"
@@ -54,9 +54,8 @@ struct NamedMeasure {
 
 struct NamedController {
   std::string name;
-  mbd::PidController law;
+  mbd::AnyController element;
 };
-void describe(Fields& v, NamedController& c);
 
 /// A joint that opens or closes when something happens.
 struct JointEventSection {
@@ -111,6 +110,9 @@ void describe(Fields& v, MachineSection& m);
 /// The measure that a column belongs to (NAME or NAME.x) and its place among
 /// that measure's columns; null: none.
 const NamedMeasure* measure_of(const MachineSection& m, const std::string& column, std::size_t& place);
+
+/// Columns of measures that a controller takes, in the order of its inputs.
+std::vector<std::string> measured_by(const MachineSection& m, const mbd::AnyController& controller);
 
 struct Checks;
 struct Scenario;

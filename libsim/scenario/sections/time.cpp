@@ -1,5 +1,6 @@
 #include "libsim/scenario/sections/time.hpp"
 
+#include "libmbd/controllers/pid.hpp"
 #include "libmbd/forces/joint_friction.hpp"
 #include "libsim/scenario/checks.hpp"
 #include "libsim/scenario/scenario.hpp"
@@ -72,7 +73,7 @@ struct TimeChecks : Checks {
     }
     if (s.machine && (s.analysis == Analysis::equilibrium || s.analysis == Analysis::modes))
       for (const NamedController& c : s.machine->controllers)
-        if (c.law.sampled())
+        if (const auto* pid = c.element.get_if<mbd::PidController>(); pid != nullptr && pid->sampled())
           refuse("machine.controllers." + c.name + ".sample time",
                  std::string(analysis_names[static_cast<std::size_t>(s.analysis)]) +
                      " is of continuous equations, a sampled controller acts from instant to instant; leave the sample "

@@ -104,5 +104,21 @@ TEST(RunInputs, BridgesBeyondTheirLaw) {
   EXPECT_NE(said.find("its law holds to 0.01, 0.01 mm3"), std::string::npos) << said;
 }
 
+/// 0.3 m beyond its stroke on stops of 1e8 N/m; inside it nothing is odd.
+TEST(RunInputs, StartsBeyondARangeAreNamedWithTheirEnergy) {
+  const std::string lift = R"(subsoil: 1
+machine:
+  bodies: {m: {mass: 100 kg, inertia: 1 kg m^2, at: 0 1 m}}
+  joints: {d: {translational: [ground, m], at: 0 0 m, along: 0 1}}
+  forces: {c: {hydraulic cylinder: [ground, m], ends: [0 0 m, 0 1 m], bore: 50 mm, closed length: 0.3 m, stroke: 0.4 m, flow given: 1 l/s}}
+time: {end: 1 s}
+)";
+  const std::string text = warnings(lift);
+  EXPECT_NE(text.find("c: the machine starts 0.3 m beyond where its contact or stop begins; that stores 4.5e+06 J"),
+            std::string::npos)
+      << text;
+  EXPECT_EQ(warnings(lift, {"machine.forces.c.stroke=0.8 m"}), "");
+}
+
 }  // namespace
 }  // namespace subsoil::sim::run_inputs

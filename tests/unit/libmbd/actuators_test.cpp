@@ -12,6 +12,7 @@
 #include "libmbd/forces/applied_force.hpp"
 #include "libmbd/forces/electric_motor.hpp"
 #include "libmbd/forces/hydraulic_cylinder.hpp"
+#include "libmbd/forces/torque_speed_motor.hpp"
 #include "libmbd/joints/fixed.hpp"
 #include "libmbd/joints/revolute.hpp"
 #include "libmbd/joints/translational.hpp"
@@ -264,6 +265,50 @@ TEST_P(Actuators, MotorWithoutInductanceIsOfFirstOrder) {
   run(machine, 0.06, 2e-4);
   EXPECT_NEAR(machine.body(1).omega, speed * (1 - std::exp(-0.06 / time)), 1e-6);
   EXPECT_NEAR(machine.energy().balance(), 0, 1e-7 * machine.energy().moved);
+}
+
+// f = T_0 (1 - w/w_0), as a table of its two ends, on a flywheel: J w' = n f(n w), so n w = w_0 (1 - exp(-t/tau)) with
+// tau = J w_0/(n^2 T_0). All work is the wheel's kinetic energy. Errors are those of the methods' tolerances, 1e-9.
+TEST_P(Actuators, TorqueSpeedMotorRunsUpAFlywheel) {
+  constexpr double torque = 40, idle = 150, ratio = 3, inertia = 2;
+  for (const auto between : {Between::spline, Between::linear, Between::monotone}) {
+    Model m;
+    m.gravity = {0, 0};
+    m.add({.name = "wheel", .mass = 5, .inertia = inertia});
+    m.add("axle", Revolute{.body_a = ground, .body_b = 1});
+    m.add("motor", TorqueSpeedMotor{.body_a = ground,
+                                    .body_b = 1,
+                                    .curve = TableCharacteristic({0, idle}, {torque, 0}, between),
+                                    .ratio = ratio});
+    Machine machine(m, options(GetParam()));
+    machine.start_from_pose();
+    run(machine, 0.6, 1e-3);
+    const double tau = inertia * idle / (ratio * ratio * torque), w = idle / ratio * (1 - std::exp(-0.6 / tau));
+    EXPECT_NEAR(machine.body(1).omega, w, 1e-7 * w);
+    EXPECT_NEAR(machine.force_value("motor", "speed"), ratio * w, 1e-6 * w);
+    EXPECT_NEAR(machine.energy().force_work, 0.5 * inertia * w * w, 1e-6 * w * w);
+    EXPECT_NEAR(machine.energy().balance(), 0, 1e-7 * machine.energy().moved);
+  }
+}
+
+// A share of the torque scales it and is held within its bounds; beyond the idle speed the motor brakes.
+TEST(TorqueSpeedMotor, ShareScalesTheTorque) {
+  TorqueSpeedMotor motor{.body_a = ground, .body_b = 1, .curve = TableCharacteristic({0, 100, 150}, {40, 0, -20})};
+  const auto torque = [&](double share, double speed) {
+    motor.share = share;
+    const std::array<BodyState, 2> bodies{BodyState{}, BodyState{{}, 0, {}, speed}};
+    std::array<std::array<double, 3>, 2> wrench{};
+    Loads loads(wrench);
+    ForceValues values{};
+    EXPECT_DOUBLE_EQ(motor.evaluate({bodies, 0, {}}, loads, values).work, wrench[1][2] * speed);
+    EXPECT_EQ(wrench[0][2], -wrench[1][2]);
+    return wrench[1][2];
+  };
+  EXPECT_DOUBLE_EQ(torque(1, 0), 40);
+  EXPECT_DOUBLE_EQ(torque(0.25, 0), 10);
+  EXPECT_DOUBLE_EQ(torque(7, 0), 40);
+  EXPECT_DOUBLE_EQ(torque(-1, 0), -40);
+  EXPECT_DOUBLE_EQ(torque(1, 150), -20);
 }
 
 }  // namespace

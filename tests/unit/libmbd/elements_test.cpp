@@ -11,6 +11,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "libmbd/base/slope.hpp"
+
 namespace subsoil::mbd::elements_test {
 namespace {
 
@@ -83,7 +85,8 @@ struct Filler {
     f = HarmonicFunction{.mean = number(), .amplitude = number(), .frequency = 0.4};
   }
   void optional_function(const char* k, Function& f, const char* unit, const char* m) {
-    if (k == motion || std::string(k) == "valve" || std::string(k) == "voltage") function(k, f, unit, m);
+    if (k == motion || std::string(k) == "valve" || std::string(k) == "voltage" || std::string(k) == "share")
+      function(k, f, unit, m);
   }
   void optional_characteristic(const char*, Characteristic& c, const char*, const char*, const char*) {
     c = PolynomialCharacteristic{{.c = {0, number(), -number(), number()}}};
@@ -365,6 +368,69 @@ TEST(Elements, ForcesKeepTheirEnergyAccount) {
       acting += power != 0 ? 1 : 0;
     }
     EXPECT_GT(acting, 50) << "the test saw little of the force";
+  });
+}
+
+/// Wrenches on both bodies, and the rates of the force's states.
+template <class Force>
+Eigen::VectorXd effects(const Force& force, const std::array<BodyState, 3>& bodies, double t,
+                        const std::array<double, 2>& states) {
+  const Seen seen = act(force, bodies, t, states);
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(8);
+  for (std::size_t i = 1; i < 3; ++i)
+    for (std::size_t k = 0; k < 3; ++k) out[static_cast<Eigen::Index>(3 * (i - 1) + k)] = seen.wrench[i][k];
+  if constexpr (Force::has.states) {
+    const auto rates = force.state_rates({bodies, t, {}, lambda, states});
+    for (std::size_t i = 0; i < rates.size(); ++i) out[static_cast<Eigen::Index>(6 + i)] = rates[i];
+  }
+  return out;
+}
+
+/// One of 14 numbers that a force depends on: three coordinates of two bodies, their rates, two states.
+void shift(std::array<BodyState, 3>& bodies, std::array<double, 2>& states, std::size_t which, double by) {
+  if (which >= 12) {
+    states[which - 12] += by;
+    return;
+  }
+  BodyState& b = bodies[1 + which % 6 / 3];
+  const std::size_t k = which % 3;
+  if (which < 6)
+    b = shifted(b, k, by);
+  else
+    (k == 0 ? b.v.x : k == 1 ? b.v.y : b.omega) += by;
+}
+
+// Stiffness, damping and what states do, of every force: what modes and equilibria are linearised with, against the
+// five-point difference of order 4 at the step 1e-4, where that agrees with itself at half the step. It errs by 1e-16
+// of the fifth derivative, up to 1e4 of the value beside a touch, and by 1e-12 of rounding.
+TEST(Elements, ForcesHaveTheirStiffnessAndDamping) {
+  for_each_type<Forces>([](auto type) {
+    Filler filler;
+    const auto force = filled<decltype(type)>(filler);
+    SCOPED_TRACE(filler.word);
+    std::mt19937 random(13);
+    int compared = 0;
+    for (int state = 0; state < 40; ++state) {
+      const auto bodies = Paths(random).at(0.7);
+      for (std::size_t which = 0; which < 14; ++which) {
+        const auto f = [&](double by) {
+          auto b = bodies;
+          auto x = element_states;
+          shift(b, x, which, by);
+          return effects(force, b, 0.7, x);
+        };
+        const auto difference = [&](double h) {
+          return Eigen::VectorXd((8 * (f(h) - f(-h)) - (f(2 * h) - f(-2 * h))) / (12 * h));
+        };
+        const Eigen::VectorXd rough = difference(1e-4), fine = difference(5e-5);
+        const double size = 1 + fine.cwiseAbs().maxCoeff();
+        if ((rough - fine).cwiseAbs().maxCoeff() > 1e-8 * size) continue;  // a law changes within the step
+        const Slope slope = slope_at_zero(f, 1e-4);
+        ASSERT_LT((slope.value - fine).cwiseAbs().maxCoeff(), 3e-8 * size) << "state " << state << ", " << which;
+        compared += fine.isZero(0) ? 0 : 1;
+      }
+    }
+    EXPECT_GT(compared, 60) << "the test saw little of the force";
   });
 }
 

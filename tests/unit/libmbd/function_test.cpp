@@ -19,6 +19,10 @@ std::vector<Function> every_kind() {
           RampFunction{.from = 1, .to = -2, .begin = 0.4, .end = 1.9},
           TableFunction{{-1, 0.5, 1.2, 3}, {0, 2, -1, 1}},
           TableFunction{{0.2, 0.5, 0.7, 1.3}, {1, 2, -1, 1}, true},
+          TableFunction{{-1, 0.5, 1.2, 3}, {0, 2, -1, 1}, false, Between::monotone},
+          TableFunction{{0.2, 0.5, 0.7, 1.3}, {1, 2, -1, 1}, true, Between::monotone},
+          TableFunction{{-1, 0.5, 1.2, 3}, {0, 2, -1, 1}, false, Between::linear},
+          TableFunction{{0.2, 0.5, 0.7, 1.3}, {1, 2, -1, 1}, true, Between::linear},
           SumFunction{{Function(1.0), HarmonicFunction{.amplitude = 2, .frequency = 0.3}}}};
 }
 
@@ -78,13 +82,13 @@ TEST(Function, PeriodicTableRepeatsItself) {
 // Natural cubic splines reproduce no cubic, periodic ones no polynomial; but interpolation at the points is exact and
 // the second derivative at both ends of a natural one vanishes.
 TEST(Function, SplineEndsAndPoints) {
-  const CubicSpline natural({0, 1, 1.5, 4}, {1, -2, 0.5, 3}, CubicSpline::Ends::natural);
+  const PiecewiseCubic natural({0, 1, 1.5, 4}, {1, -2, 0.5, 3}, PiecewiseCubic::Ends::natural);
   EXPECT_EQ(natural.at(0).second, 0);
   EXPECT_EQ(natural.at(4).second, 0);
   EXPECT_EQ(natural.at(1.5).value, 0.5);
   EXPECT_DOUBLE_EQ(natural.at(6).value, 3 + 2 * natural.at(4).first);  // straight on
   EXPECT_DOUBLE_EQ(natural.at(-1).value, 1 - natural.at(0).first);
-  const CubicSpline periodic({0, 1, 1.5, 4}, {1, -2, 0.5, 1}, CubicSpline::Ends::periodic);
+  const PiecewiseCubic periodic({0, 1, 1.5, 4}, {1, -2, 0.5, 1}, PiecewiseCubic::Ends::periodic);
   EXPECT_NEAR(periodic.at(0).first, periodic.at(4 - 1e-13).first, 1e-10);
   EXPECT_NEAR(periodic.at(0).second, periodic.at(4 - 1e-13).second, 1e-10);
 }
@@ -106,6 +110,35 @@ TEST(Function, TablePassesThroughItsPointsAndHoldsItsEnds) {
   EXPECT_DOUBLE_EQ(table.value(-5), 2);
   EXPECT_DOUBLE_EQ(table.value(7), 8);
   EXPECT_DOUBLE_EQ(table.integral(4), 3 + 12 + 8);
+}
+
+// By hand: slopes 3/2, 0, 0, -3/2 at the points (0, 0), (1, 1), (2, 1), (3, 0), so 1/2 + 3/2/8 at 1/2 and no more than
+// 1 between the upper ones, where a spline rises by an eighth.
+TEST(Function, MonotoneTableOvershootsNoPoint) {
+  const std::vector<double> x{0, 1, 2, 3}, y{0, 1, 1, 0};
+  const Function monotone = TableFunction{x, y, false, Between::monotone}, spline = TableFunction{x, y};
+  EXPECT_DOUBLE_EQ(monotone.value(0.5), 0.6875);
+  EXPECT_DOUBLE_EQ(monotone.value(1.5), 1);
+  EXPECT_GT(spline.value(1.5), 1.1);
+  EXPECT_DOUBLE_EQ(monotone.first(0), 1.5);
+  EXPECT_DOUBLE_EQ(monotone.first(1), 0);
+}
+
+TEST(Function, MonotoneTableIsMonotoneWhereItsPointsAre) {
+  const Function steps = TableFunction{{0, 1, 1.1, 4, 4.05, 9}, {0, 0.01, 5, 5.1, 40, 40}, false, Between::monotone};
+  for (double t = 0; t < 9; t += 1e-3) ASSERT_GE(steps.value(t + 1e-3), steps.value(t)) << t;
+}
+
+TEST(Function, LinearTableIsOfStraightLines) {
+  const Function f = TableFunction{{0, 1, 3}, {2, 4, -2}, false, Between::linear};
+  EXPECT_DOUBLE_EQ(f.value(0.25), 2.5);
+  EXPECT_DOUBLE_EQ(f.value(2), 1);
+  EXPECT_DOUBLE_EQ(f.first(2), -3);
+  EXPECT_EQ(f.second(2), 0);
+  EXPECT_DOUBLE_EQ(f.integral(3), 3 + 2);
+  EXPECT_TRUE(f.has_corners());
+  EXPECT_TRUE(Function(SumFunction{{Function(1.0), f}}).has_corners());
+  EXPECT_FALSE(Function(TableFunction{{0, 1, 3}, {2, 4, -2}, false, Between::monotone}).has_corners());
 }
 
 std::string refusal(auto make) {

@@ -66,9 +66,21 @@ TEST(Statistics, IntervalHoldsTheMeanOfCorrelatedRows) {
     const WindowStatistics s = statistics(r.time, r.values, {}, RowKind::equal);
     held += std::abs(s.mean) <= s.half_width ? 1 : 0;
   }
-  // 285 expected; the estimate of the correlation time costs a few per cent, chance 4 records.
-  EXPECT_GT(held, 265);
-  EXPECT_LT(held, 299);
+  // 285 expected, and up to 2 % more, since the largest error of all levels counts; chance 4 records.
+  EXPECT_GT(held, 270);
+  EXPECT_LT(held, 300);
+}
+
+/// A memory of a tenth of the record: rows as they are would hold the mean in a seventh of records.
+TEST(Statistics, IntervalHoldsTheMeanOfALongMemory) {
+  int held = 0;
+  constexpr int records = 300;
+  for (unsigned seed = 1; seed <= records; ++seed) {
+    const Record r = correlated(0.95, 800, seed);
+    const WindowStatistics s = statistics(r.time, r.values, {}, RowKind::equal);
+    held += std::abs(s.mean) <= s.half_width ? 1 : 0;
+  }
+  EXPECT_GT(held, 265);  // 285 expected of an infinite record; 20 memories in it cost some per cent
 }
 
 /// Independent rows 1 ms apart, but for a tenth of the time in which there are fifty in a millisecond: these count with
