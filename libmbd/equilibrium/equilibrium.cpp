@@ -37,20 +37,27 @@ class Balance {
 
   /// (F - Phi_q^T lambda, -Phi, x').
   Eigen::VectorXd at(const Equilibrium& u) {
-    system_.set_state(t_, u.q, u.velocity);
-    if (s_ > 0) system_.set_element_states(u.states);
-    if (!system_.friction_rows().empty()) system_.set_multipliers(u.lambda);
+    set(u, u.velocity);
     system_.constraints(c_);
-    system_.loads(load_);
     Eigen::VectorXd out(n_ + m_ + s_);
     out.head(n_) = columns_.cwiseInverse().cwiseProduct(load_ - c_.jacobian.transpose() * u.lambda);
     for (Eigen::Index i = 0; i < n_; ++i)
       if (spin(i) == Spin::held) out[i] = 0;
     out.segment(n_, m_) = -rows_.cwiseProduct(c_.phi);
-    if (s_ > 0) {
-      const std::vector<double>& rates = system_.take_state_rates(still_, u.lambda);
-      for (Eigen::Index i = 0; i < s_; ++i) out[n_ + m_ + i] = rates[static_cast<std::size_t>(i)];
-    }
+    if (s_ > 0) out.tail(s_) = rates(u);
+    return out;
+  }
+
+  /// What an implicit step of Euler's method from `from` to u leaves, of length `tau` for bodies and `dt` for states:
+  ///   F - Phi_q^T lambda - M (q - q_0)/tau^2,  -Phi,  x' - (x - x_0)/dt,  x' at the velocity (q - q_0)/dt
+  Eigen::VectorXd after_step(const Equilibrium& from, const Equilibrium& u, const Eigen::VectorXd& inertia, double dt) {
+    Eigen::VectorXd out = at(u), way = u.q - from.q;
+    for (Eigen::Index j = 0; j < n_; ++j)
+      if (spin(j) == Spin::none) out[j] -= inertia[j] * columns_[j] * way[j];
+    if (s_ == 0) return out;
+    set(u, u.velocity + way / dt);
+    out.tail(s_) = rates(u) - (u.states - from.states) / dt;
+    set(u, u.velocity);
     return out;
   }
 
@@ -169,6 +176,18 @@ class Balance {
     u.velocity[j] = 0.5 * (low + high);
   }
 
+  void set(const Equilibrium& u, const Eigen::VectorXd& velocity) {
+    system_.set_state(t_, u.q, velocity);
+    if (s_ > 0) system_.set_element_states(u.states);
+    if (!system_.friction_rows().empty()) system_.set_multipliers(u.lambda);
+    system_.loads(load_);
+  }
+  /// Rates of states, after loads().
+  Eigen::VectorXd rates(const Equilibrium& u) {
+    const std::vector<double>& x = system_.take_state_rates(still_, u.lambda);
+    return Eigen::Map<const Eigen::VectorXd>(x.data(), s_);
+  }
+
   void take(Eigen::MatrixXd& k, Eigen::Index j, const Eigen::VectorXd& slope) const {
     k.col(j).head(n_) = slope.head(n_), k.col(j).tail(s_) = slope.tail(s_);
   }
@@ -217,8 +236,13 @@ struct Measure {
   Eigen::VectorXd sizes;
 };
 
+/// How far a step goes, of coordinates and of states, before it is cut.
+struct Way {
+  double coordinates = 0, states = 0;
+};
+
 /// A step of Newton's method, coordinates scaled, that takes `r` out; `k` is used up. Steps are cut to `longest`.
-double newton_step(const Balance& balance, Eigen::MatrixXd& k, Eigen::VectorXd r, double longest, Equilibrium& found) {
+Way newton_step(const Balance& balance, Eigen::MatrixXd& k, Eigen::VectorXd r, double longest, Equilibrium& found) {
   const auto n = balance.coordinates(), m = balance.equations(), s = balance.states();
   // Length-scaled multipliers are forces: bring rows and columns of all kinds to one size for the rank decision.
   const double stiffness = std::max(1.0, k.topLeftCorner(n, n).cwiseAbs().maxCoeff());
@@ -241,9 +265,13 @@ double newton_step(const Balance& balance, Eigen::MatrixXd& k, Eigen::VectorXd r
   for (Eigen::Index j = 0; j < n; ++j)
     (balance.is_spin(j) ? found.velocity : found.q)[j] += share * step[j] / balance.columns()[j];
   found.lambda += share * stiffness * balance.rows().cwiseProduct(step.segment(n, m));
-  for (Eigen::Index j = 0; j < s; ++j)
-    found.states[j] += share * charge[j] * balance.state_size(found, j) * step[n + m + j];
-  return far;
+  Way way{far};
+  for (Eigen::Index j = 0; j < s; ++j) {
+    const double charged = charge[j] * step[n + m + j];
+    way.states = std::max(way.states, std::abs(charged));
+    found.states[j] += share * balance.state_size(found, j) * charged;
+  }
+  return way;
 }
 
 /// Newton with pseudo-transient continuation from a guess; true when the balance closes.
@@ -266,9 +294,18 @@ bool solve_balance(System& system, Balance& balance, Equilibrium& found) {
     const double before = size(r);
     if (before < 1e-13) break;
     rounding = 2e-16 * k.topLeftCorner(n, n).cwiseAbs().maxCoeff() * size.length / size.weight;
+    Eigen::VectorXd added = Eigen::VectorXd::Zero(n);
     if (inverse_tau2 > 1e-6)
-      for (Eigen::Index j = 0; j < n; ++j) k(j, j) += (balance.is_spin(j) ? inverse_tau : inverse_tau2) * inertia[j];
-    newton_step(balance, k, r, 0.05 * size.length, found);
+      for (Eigen::Index j = 0; j < n; ++j) added[j] = (balance.is_spin(j) ? inverse_tau : inverse_tau2) * inertia[j];
+    // Without states the step need not be solved to the end. With them it is: what they conserve must not be lost.
+    const Equilibrium from = found;
+    const int most = balance.states() > 0 ? 8 : 1;
+    for (int i = 0; i < most; ++i) {
+      if (i > 0) k = balance.matrix(found, dt), r = balance.after_step(from, found, added, dt);
+      k.diagonal().head(n) += added;
+      const Way way = newton_step(balance, k, r, 0.05 * size.length, found);
+      if (std::max(way.coordinates, way.states) < 1e-12 * size.length) break;
+    }
     r = balance.at(found);
     const double after = size(r);
     if (!std::isfinite(after)) break;
@@ -290,7 +327,7 @@ bool follow_growing_load(System& system, Balance& balance, Equilibrium& found) {
     constexpr int iterations = 12;
     for (int i = 0; i < iterations; ++i, ++found.iterations) {
       Eigen::MatrixXd k = balance.matrix(at, longest_time);
-      const double far = newton_step(balance, k, balance.at(at) - (1 - s) * r_0, size.length, at);
+      const double far = newton_step(balance, k, balance.at(at) - (1 - s) * r_0, size.length, at).coordinates;
       if (!(far < 0.3 * size.length)) return false;
       if (far < 1e-6 * size.length) return true;
     }

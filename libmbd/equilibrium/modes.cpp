@@ -292,7 +292,7 @@ std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
     null.col(2 * static_cast<Eigen::Index>(k)) = x.real(), null.col(2 * static_cast<Eigen::Index>(k) + 1) = x.imag();
   }
   const auto free = rank_of(null) - rank_of(null.bottomRows(a.rows() - 2 * f));
-  for (Eigen::Index i = 0; i < free; ++i) found.emplace_back();
+  found.insert(found.begin(), static_cast<std::size_t>(std::max<Eigen::Index>(free, 0)), Mode{});
   std::stable_sort(found.begin(), found.end(), [](const Mode& x, const Mode& y) { return x.frequency < y.frequency; });
   return found;
 }

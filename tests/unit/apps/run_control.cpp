@@ -193,5 +193,60 @@ TEST(RunControl, InSoilAccountsForItsEnergyAndLocks) {
   EXPECT_EQ(summary_of(dir / "out")["events"][0]["direction"], "closes");
 }
 
+/// A block on a rail that a formula of its place and speed pulls back as a spring and a damper do.
+constexpr const char* by_formula = R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {b: {mass: 2 kg, inertia: 1 kg m^2, at: 0.1 0 m}}
+  joints: {r: {translational: [ground, b], at: 0 0 m, along: 1 0}}
+  measures:
+    place: {position: b, component: x}
+    speed: {velocity: b, component: x}
+    both: {position: b}
+  controllers: {law: {formula: -50*place - 3*speed, output in: N}}
+  forces: {push: {force: b, controller: law}}
+time: {end: 1.2 s}
+)";
+
+TEST(RunControl, AForceIsAFormulaOfMeasures) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(by_formula), dir / "out"), exit_ok);
+  const Series s = read_series(dir / "out/series.csv");
+  const double half = 0.75, w = std::sqrt(25 - half * half), t = s.at("time").back();
+  EXPECT_NEAR(s.at("b.x").back(), std::exp(-half * t) * (0.1 * std::cos(w * t) + 0.075 / w * std::sin(w * t)), 1e-8);
+  EXPECT_NEAR(s.at("law.output").back(), s.at("push.fx").back(), 1e-12);
+  EXPECT_EQ(s.find("law.error"), -1) << "a formula has no set point";
+  // The copy in the run's folder is the same scenario.
+  ASSERT_EQ(run_scenario((dir / "out/scenario.yaml").string(), dir / "again"), exit_ok);
+  EXPECT_EQ(read_series(dir / "again/series.csv").at("b.x").back(), s.at("b.x").back());
+}
+
+TEST(RunControl, FormulasTransferFunctionsAndTablesAreCheckedWhenRead) {
+  const auto text_of = [](const std::string& law) {
+    const RunDirectory dir;
+    return message_of<ScenarioError>([&] {
+      load_scenario(dir.scenario(replaced(by_formula, "{formula: -50*place - 3*speed, output in: N}", law)));
+    });
+  };
+  EXPECT_EQ(text_of("{transfer function: place, measured in: m, output in: N, numerator: 5, denominator: 0.1 1}"),
+            "accepted");
+  EXPECT_EQ(text_of("{table of two: [place, both.y], first in: m, second in: m, output in: N, first: 0 1, second: 0 1, "
+                    "values: 1 2 3 4}"),
+            "accepted");
+  const auto holds = [&](const std::string& law, const std::string& part) {
+    const std::string text = text_of(law);
+    EXPECT_NE(text.find(part), std::string::npos) << law << ": " << text;
+  };
+  holds("{formula: -50*plac, output in: N}", "machine.controllers.law.formula");
+  holds("{formula: -50*both, output in: N}", "names in it are those of measures with one column");
+  holds("{formula: place, output in: N m}", "what it drives is in N");
+  holds("{transfer function: plac, measured in: m, output in: N, numerator: 5, denominator: 1}",
+        "did you mean `place`");
+  holds("{transfer function: place, measured in: rad, output in: N, numerator: 5, denominator: 1}",
+        "the measure is in m");
+  holds("{table of two: [place], first in: m, second in: m, output in: N, first: 0 1, second: 0 1, values: 1 2 3 4}",
+        "must name two measures");
+}
+
 }  // namespace
 }  // namespace subsoil::sim::run_control
