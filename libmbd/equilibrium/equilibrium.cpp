@@ -283,6 +283,8 @@ bool solve_balance(System& system, Balance& balance, Equilibrium& found) {
   double inverse_tau2 = std::max(1.0, std::hypot(g[0], g[1])) / (0.01 * size.length);
   const Eigen::VectorXd inertia = system.mass().cwiseQuotient(balance.columns().cwiseAbs2());
   if (found.lambda.size() != m) found.lambda = Eigen::VectorXd::Zero(m);
+  constexpr int most_shortened = 40;
+  int shortened = 0;
   double rounding = 0;  // of the stiffest force
   Eigen::VectorXd r;
   for (int turn = 0; turn < most_turns; ++turn, ++found.iterations) {
@@ -297,14 +299,23 @@ bool solve_balance(System& system, Balance& balance, Equilibrium& found) {
     Eigen::VectorXd added = Eigen::VectorXd::Zero(n);
     if (inverse_tau2 > 1e-6)
       for (Eigen::Index j = 0; j < n; ++j) added[j] = (balance.is_spin(j) ? inverse_tau : inverse_tau2) * inertia[j];
-    // Without states the step need not be solved to the end. With them it is: what they conserve must not be lost.
+    // Without states the step need not be solved to the end. With them it is, or it is made shorter: what they conserve
+    // must not be lost.
     const Equilibrium from = found;
-    const int most = balance.states() > 0 ? 8 : 1;
-    for (int i = 0; i < most; ++i) {
+    bool solved = balance.states() == 0;
+    for (int i = 0; i < (solved ? 1 : 12); ++i) {
       if (i > 0) k = balance.matrix(found, dt), r = balance.after_step(from, found, added, dt);
       k.diagonal().head(n) += added;
       const Way way = newton_step(balance, k, r, 0.05 * size.length, found);
-      if (std::max(way.coordinates, way.states) < 1e-12 * size.length) break;
+      if (balance.states() > 0 && std::max(way.coordinates, way.states) < 1e-10 * size.length) {
+        solved = true;
+        break;
+      }
+    }
+    if (!solved && ++shortened < most_shortened) {
+      found = from, r = balance.at(found);
+      inverse_tau2 *= 16;
+      continue;
     }
     r = balance.at(found);
     const double after = size(r);

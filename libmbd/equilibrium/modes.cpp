@@ -106,7 +106,9 @@ class Linearisation {
     free = scale_.cwiseInverse().asDiagonal() * free;
     if (free.cols() > 0) {
       const MatrixXd mass = free.transpose() * system_.mass().asDiagonal() * free;
-      free = mass.llt().matrixL().solve(free.transpose()).transpose();
+      MatrixXd rows = free.transpose();
+      mass.llt().matrixL().solveInPlace(rows);
+      free = rows.transpose();
     }
     directions_ = free;
     drifts_ = MatrixXd::Zero(n_, freedom());
@@ -284,14 +286,14 @@ std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
           {s.imag() / (2 * std::numbers::pi), 0.0 - s.real() / std::abs(s), s.real(), off, linear.normal(shape)});
     }
   }
-  // Directions of zeros in which no state changes are coordinates that nothing holds; the others are what locked oil or
-  // a held integral leaves.
-  MatrixXd null(a.rows(), 2 * static_cast<Eigen::Index>(zeros.size()));
+  // What stays as it is, by left eigenvectors of zeros: a momentum, or a mixture of it with the place, is of a
+  // coordinate that nothing holds. One with states in it is of locked oil or a held integral.
+  MatrixXd kept(a.rows(), 2 * static_cast<Eigen::Index>(zeros.size()));
   for (std::size_t k = 0; k < zeros.size(); ++k) {
-    const Eigen::VectorXcd x = right.col(zeros[k]).normalized();
-    null.col(2 * static_cast<Eigen::Index>(k)) = x.real(), null.col(2 * static_cast<Eigen::Index>(k) + 1) = x.imag();
+    const Eigen::VectorXcd y = left.row(zeros[k]).transpose().normalized();
+    kept.col(2 * static_cast<Eigen::Index>(k)) = y.real(), kept.col(2 * static_cast<Eigen::Index>(k) + 1) = y.imag();
   }
-  const auto free = rank_of(null) - rank_of(null.bottomRows(a.rows() - 2 * f));
+  const auto free = rank_of(kept) - rank_of(kept.bottomRows(a.rows() - 2 * f));
   found.insert(found.begin(), static_cast<std::size_t>(std::max<Eigen::Index>(free, 0)), Mode{});
   std::stable_sort(found.begin(), found.end(), [](const Mode& x, const Mode& y) { return x.frequency < y.frequency; });
   return found;
