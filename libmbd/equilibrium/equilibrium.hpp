@@ -44,13 +44,11 @@ struct Mode {
   bool is_zero() const { return frequency == 0 && rate == 0; }
 };
 
-/// Small oscillations about a steady state: eigenvalues of the linearised equations of motion
-///   M a + Phi_q^T lambda = F,  Phi_q a = gamma,  x' = f
-/// on the directions that the constraints leave free. The derivatives of F, gamma and f are those inside the branch of
-/// each law that acts at the state (slope_at_zero): the end of a contact nearby does not count. Their errors, with
-/// those of the eigenvalue problem, give Mode::error; an eigenvalue that its error covers is zero. Oscillating pairs
-/// stand once; sorted by frequency. Joints, accelerations 0 and the outputs of sampled controllers are those of the
-/// state.
+/// Small oscillations about a steady state: eigenvalues of the equations of motion in the independent coordinates,
+/// linearised on the constraint manifold with the states of elements. Derivatives are those inside the branch of each
+/// law that acts at the state (slope_at_zero): the end of a contact nearby does not count. Their errors, with those of
+/// the eigenvalue problem, give Mode::error; an eigenvalue that its error covers is zero.
+/// Oscillating pairs stand once; sorted by frequency.
 std::vector<Mode> modes(System& system, double t, const Equilibrium& at);
 
 /// What the eigenvalues say of a steady state: unstable when one has a positive real part; else neutral when one is
