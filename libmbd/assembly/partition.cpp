@@ -115,18 +115,35 @@ void Partition::choose(const MotionState& at) {
                        std::to_string(static_cast<long>(rank_before - choice.rows.size())) + " of their rank, at " +
                        system_.owner(choice.redundant.back()) +
                        " (a dead point); the motion is not determined from here");
-  const bool same = choices_ > 0 && choice == choice_;
-  choice_ = std::move(choice);
-  ++choices_;
-  rows_ = choice_.rows, u_ = choice_.dependent;
-  std::sort(rows_.begin(), rows_.end());
-  std::sort(u_.begin(), u_.end());
+  take(std::move(choice));
   refuse_undetermined_friction(system_, choice_);
-  if (!same) analyse(), list_products();
-  std::fill(best_pivot_.begin(), best_pivot_.end(), 0.0);
   factor();
   reduced_ = false;
   if (rank() > 0) weigh(), factor_schur(at);
+}
+
+void Partition::take(Choice choice) {
+  const bool same = choices_ > 0 && choice == choice_;
+  ++choices_;
+  if (!same) {
+    choice_ = std::move(choice), shared_choice_ = nullptr;
+    rows_ = choice_.rows, u_ = choice_.dependent;
+    std::sort(rows_.begin(), rows_.end());
+    std::sort(u_.begin(), u_.end());
+    analyse(), list_products();
+  }
+  std::fill(best_pivot_.begin(), best_pivot_.end(), 0.0);
+}
+
+void Partition::adopt(const std::shared_ptr<const Choice>& choice) {
+  if (choices_ > 0 && choice == shared_choice_) return;
+  take(*choice);
+  shared_choice_ = choice;
+}
+
+const std::shared_ptr<const Choice>& Partition::choice() {
+  if (!shared_choice_) shared_choice_ = std::make_shared<const Choice>(choice_);
+  return shared_choice_;
 }
 
 void Partition::analyse() {
@@ -213,12 +230,15 @@ void Partition::factor() {
   for (const auto& e : entries_) values[e.place] = c_.jacobian[e.block][e.component];
   phi_u_.factor();
   sensitivity_ = 1, least_pivot_ = 1;
+  bool negative = false;
   for (std::size_t k = 0; k < best_pivot_.size(); ++k) {
     const double pivot = std::abs(phi_u_.pivot(k)) * pivot_scale_[k];
+    negative = negative != std::signbit(phi_u_.pivot(k));
     least_pivot_ = std::min(least_pivot_, pivot);
     best_pivot_[k] = std::max(best_pivot_[k], pivot);
     if (sensitivity_ * pivot < best_pivot_[k]) sensitivity_ = best_pivot_[k] / pivot;
   }
+  orientation_ = negative ? -1 : 1;
 }
 
 // The corrector moves the pose by the local error of a step. Factors that are this near solve as well as fresh ones
@@ -420,6 +440,18 @@ void Partition::evaluate_predicted(MotionState& m) {
   if (!may_reduce()) return evaluate(m);
   velocity_turn_ = 0, of_this_pose_ = true;
   reduce(m);
+  solve_motion(m);
+}
+
+void Partition::accelerate_as_it_is(MotionState& m) {
+  system_.set_state(m.t, m.q, m.velocity);
+  system_.constraints(c_);
+  if (rank() > 0) {
+    factor();
+    weigh();
+    factor_schur(m);
+  }
+  velocity_turn_ = 0;
   solve_motion(m);
 }
 

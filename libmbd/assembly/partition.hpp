@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 #include <vector>
 
@@ -61,6 +62,10 @@ class Partition {
 
   /// Chooses u and v at an assembled state. Throws std::runtime_error at a singular pose.
   void choose(const MotionState& at);
+  /// Takes the choice of another partition of the same system, without an elimination.
+  void adopt(const std::shared_ptr<const Choice>& choice);
+  /// The choice in use; the same object until it changes.
+  const std::shared_ptr<const Choice>& choice();
   /// New choice when the last evaluation asks for it; true when the choice changed hands.
   bool choose_again_if_needed(const MotionState& at);
   /// The next evaluation factors its matrices at its own pose.
@@ -89,6 +94,9 @@ class Partition {
   /// that the constraints hardly hold, eps/e of position, eps/e^2 of velocity, eps/e^3 of acceleration. u(v) hands it
   /// on to the independent coordinates, whichever they are; taken out in the norm of M it does no work on the motion.
   void evaluate_nearest(MotionState& m);
+  /// q'', lambda and the rates at q and q' as they are, off the constraints by however little:
+  ///   M q'' + Phi_q^T lambda = F,  Phi_q q'' = gamma
+  void accelerate_as_it_is(MotionState& m);
   /// Only q'', lambda, rates anew at the state last evaluated: after a change of the external wrenches, or of what
   /// controllers and joint events hold.
   void accelerate(MotionState& m);
@@ -102,8 +110,12 @@ class Partition {
   /// Distance (rad) nearer than which reactions and accelerations of a pose between two steps are rounding, over its
   /// cube.
   static constexpr double known_reactions = 1.5e-3;
+  /// The same for velocities, over its square, beside what a polynomial of the step says of them.
+  static constexpr double known_velocities = 0.03;
   /// About the angle (rad) between the pose last evaluated and a singular one, where that is small.
   double distance_from_singular() const;
+  /// Sign of det Phi_u at the pose factored last, which a smooth motion changes where it passes a singular pose.
+  int orientation() const { return orientation_; }
   /// Throws where near a singular pose the constraints were met by velocities that the guess did not know.
   void refuse_other_branch(const MotionState& m) const;
   /// The joint or driver of that equation.
@@ -126,6 +138,7 @@ class Partition {
   struct Product {  // of S: two blocks on one body
     Index i, j, place;
   };
+  void take(Choice choice);
   void analyse();
   void list_products();
   void put_on_constraints(MotionState& m);
@@ -159,7 +172,8 @@ class Partition {
   System& system_;
   SparseConstraints c_;
   Choice choice_;
-  std::vector<int> rows_, u_;  // of the choice, sorted
+  std::shared_ptr<const Choice> shared_choice_;  // choice_, once asked for
+  std::vector<int> rows_, u_;                    // of the choice, sorted
   Eigen::VectorXd row_scale_, column_scale_, inverse_mass_, load_, free_, lambda_before_;
   Eigen::VectorXd factored_at_;                  // q of the factors; NaN when there are none
   double trust_ = 1;                             // share of a right side that the factors leave at most
@@ -167,6 +181,7 @@ class Partition {
 
   long choices_ = 0;
   bool nearest_ = false;
+  int orientation_ = 1;
   double sensitivity_ = 1, least_pivot_ = 1;
   // The largest change by which the last evaluation turned a guess of q' round or took half of it away, over the
   // largest rate of the machine: what another branch does, and a guess that is merely rough does not.

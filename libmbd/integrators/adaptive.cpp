@@ -18,14 +18,21 @@ namespace {
 // Within one advance(). More means that steps have become so short that the end is out of reach.
 constexpr long most_steps = 2'000'000;
 // So many steps tell how many would be needed: ten times the most are out of reach, however they may grow.
-constexpr long looked_back_on = 20'000;
-// From a singular pose, in rad, for the method to begin anew; and for its failure to have another reason: multipliers
-// and what ida extrapolates them from grow with one over it.
-constexpr double far_enough = 0.15, other_reason = 0.5;
+constexpr long counted_steps = 20'000;
+// From a singular configuration, in rad: farther away the failure of a method has another reason.
+constexpr double other_reason = 0.5;
+// From where the approach to a singular configuration is looked at, and from where a step may lead behind one.
+constexpr double sight = 0.6, leap = 0.95;
+// Nearer than this no step of the method ends before one: rounding in a step over it falls as the cube of its length.
+constexpr double far_side = 0.3;
+// Pivots that have fallen by this: the choice of coordinates may be what is near its end.
+constexpr double worn_choice = 3;
+// Of steps where the ground remembers what it is pressed by (s).
+constexpr double ground_interval = 1e-3;
 // Motion in a step (rad) that is none; the first one of ida is of some 1e-5.
 constexpr double least_motion = 1e-8;
-// From a singular pose, where one step leads over it; and what that step may err by.
-constexpr double step_over = 0.03, most_of_crossing = 1e-9;
+// Instants that ought to be one differ by rounding: no step is that short (s).
+double same_instant(double t) { return 1e-12 * std::max(1.0, std::abs(t)); }
 // Of a state at which a method gave up: the body most accelerated, the constraint nearest to losing its rank.
 std::string standing_out(const System& system, const Partition& partition, const MotionState& m) {
   Eigen::Index most = 0;
@@ -48,9 +55,7 @@ Adaptive::Adaptive(System& system)
       inputs_(system.model()),
       profiles_(system),
       directions_(switches_.count(), 0),
-      walker_(system, partition_),
-      before_crossing_(now_),
-      after_crossing_(now_),
+      passage_(system, partition_),
       next_(now_),
       gaps_(switches_.count(), 0),
       gaps_before_(gaps_) {
@@ -59,17 +64,17 @@ Adaptive::Adaptive(System& system)
 
 void Adaptive::on_start() {
   clock_.restart();
-  // Events of joints are looked for in steps no longer than those asked for.
   remembers_ = remembers(system_.model());
-  coupled_ = remembers_ || system_.has_instants() || system_.has_joint_events();
+  coupled_ = std::any_of(system_.external_wrenches().begin(), system_.external_wrenches().end(),
+                         [](const auto& wrench) { return wrench != std::array<double, 3>{}; });
   rows_ = partition_.used_rows();
+  output_ = now_.t, commits_ = false, jumps_ = true;
   build();
   restart();
 }
 
 void Adaptive::restart() {
   wrench_changes_ = system_.wrench_changes();
-  crossing_ = false;
   partition_.evaluate(now_);
   if (watches_switches()) fire_due(), release_friction();  // what begins beyond its zero has no root any more
   if (partition_.used_rows() != rows_) {                   // redundant constraints: others carry the multipliers now
@@ -77,14 +82,120 @@ void Adaptive::restart() {
     build();
   }
   begin();
-  front_ = now_.t, root_ = false, cut_ = false, has_past_ = false, hidden_here_ = {}, failure_ = nullptr;
-  walking_ = false, beside_singular_ = partition_.near_singular();
+  note_distance();
+  front_ = now_.t, first_ = First::nothing, has_past_ = false, hidden_here_ = {}, failure_ = nullptr;
+  passage_.leave();
+  if (partition_.near_singular()) passage_.enter();
+}
+
+// External wrenches have changed: the motion continues from the output, since what was reached beyond is another one.
+void Adaptive::meet_jump() {
+  coupled_ = true;
+  pieces_.clear();
+  if (shows()) now_ = state(), flows_ = flows(), front_ = output_;
+  hide();
+  need_state();
+  jumps_ = true;
+  restart();
+}
+
+void Adaptive::move(double h) {
+  const double end = clock_.end_of_step(output_, h);
+  system_.see_outputs_before(false);
+  if (system_.has_instants()) system_.forget_outputs_before();
+  if (wrench_changes_ != system_.wrench_changes()) meet_jump();
+  std::erase_if(pieces_, [&](const Piece& p) { return p.end.t <= output_; });
+  q_before_ = now_.q;
+  double before = front_;
+  for (long taken = 0;;) {
+    if (act_at_instant(end)) continue;
+    if (!(front_ < end)) break;
+    if (taken == most_steps) give_up(taken, end);
+    if (taken > 0 && taken % counted_steps == 0) {
+      const double steps_needed = (end - front_) / (front_ - before) * counted_steps;
+      if (!(steps_needed < 10.0 * most_steps)) give_up(taken, end);
+      before = front_;
+    }
+    double stop = std::min(coupled_ ? end : std::numeric_limits<double>::infinity(), system_.next_instant());
+    if (remembers_) stop = std::min(stop, ground_interval * (std::floor(front_ / ground_interval + 1e-6) + 1));
+    const double begin = front_;
+    const bool beside = !passage_.away();
+    const std::shared_ptr<const Choice> choice = partition_.choice();  // the step's, which the next one may change
+    acted_ = false;
+    next_step(stop);
+    ++taken;
+    if (front_ > begin && (keeps() || front_ >= end)) keep_piece(begin, beside, choice);
+  }
+  output_ = end;
+  // At an instant at which something has acted the state is the one behind it.
+  const bool behind = acted_ && std::abs(front_ - end) <= same_instant(end);
+  if (behind && !coupled_) return hide();
+  if (!coupled_) return show(end, pieces_.back());
+  need_state();
+  now_.t = end;
+  commit();
+  if (first_ == First::restart) restart();
+  system_.set_state(now_.t, now_.q, now_.velocity);
+  flows_.external_work += external_work_since(now_.q);
+}
+
+// Sampled controllers and timed events act at the instant that has been reached, when the end lies not before it.
+bool Adaptive::act_at_instant(double end) {
+  if (!system_.has_instants()) return false;
+  const double next = system_.next_instant(), close = same_instant(end);
+  if (next > std::min(front_, end) + close) return false;
+  need_state();
+  system_.set_state(now_.t, now_.q, now_.velocity);
+  system_.set_element_states(now_.states);
+  const long changes = system_.wrench_changes();
+  act(close);
+  bool jumped = changes != system_.wrench_changes();
+  if (jumped) partition_.accelerate(now_);
+  for (std::size_t due; (due = system_.due_event(close)) < system_.model().events.size(); jumped = true) fire(due);
+  if (system_.has_joint_events() && changes_seen_ != system_.wrench_changes()) {
+    partition_.accelerate(now_);
+    jumped = fire_due() || jumped;
+  }
+  jumps_ = acted_ = true;
+  if (!jumped) return true;
+  rows_ = partition_.used_rows();
+  build();
+  restart();
+  return true;
+}
+
+// The state at front_ is accepted: the ground takes its ruts. Not before the next step, since what is read between the
+// ends of the one before belongs to the ground as it was.
+void Adaptive::commit() {
+  if (!std::exchange(commits_, false)) return;
+  need_state();
+  system_.set_state(now_.t, now_.q, now_.velocity);
+  system_.commit();
+}
+
+void Adaptive::keep_piece(double begin, bool beside, const std::shared_ptr<const Choice>& choice) {
+  if (!keeps()) pieces_.clear();
+  Piece piece = begin_piece(std::exchange(jumps_, false));
+  piece.begin.t = begin;
+  piece.choice = choice;
+  piece.nearest = beside;
+  if (beside)
+    piece.polynomial = passage_.polynomial();
+  else
+    dense(front_, piece);
+  piece.end.t = front_;
+  pieces_.push_back(std::move(piece));
 }
 
 void Adaptive::read_consistent(double t) {
   read(t);
   now_.t = t;
   follows_partition() ? partition_.evaluate(now_) : partition_.evaluate_nearest(now_);
+}
+
+// now_ is the state at front_.
+void Adaptive::need_state() {
+  if (now_.t != front_) read_consistent(front_);
 }
 
 void Adaptive::pass_event() {
@@ -96,11 +207,10 @@ void Adaptive::pass_event() {
     root_directions(directions_);
   }
   // The side is kept here, so that a zero which rounding shows twice after a restart counts once.
-  keep_end();
   for (std::size_t i = 0; i < directions_.size(); ++i)
     if (directions_[i] * switches_.side(i) < 0) take_event(i);
+  jumps_ = true;
   restart();
-  keep_begin();
 }
 
 // At the state that now_ is.
@@ -113,7 +223,7 @@ void Adaptive::sample_gaps(GapSample& out) {
 
 // When a contact has closed and opened again in the step from `begin` to front_, puts front_ where it closed.
 void Adaptive::stop_at_hidden_contact(double begin) {
-  next_ = now_, walk_flows_ = flows_.of_elements;
+  next_ = now_, next_flows_ = flows_.of_elements;
   const auto look = [&](GapSample& sample) {
     read_consistent(sample.t);
     sample_gaps(sample);
@@ -132,15 +242,15 @@ void Adaptive::stop_at_hidden_contact(double begin) {
       return sample.gaps[found->which];
     };
     front_ = at(locate_crossing(gap, 1, gap(0), gap(1)));
-    hidden_here_ = found->which, root_ = true;
+    hidden_here_ = found->which, first_ = First::event;
   }
-  now_ = next_, flows_.of_elements = walk_flows_;
+  now_ = next_, flows_.of_elements = next_flows_;
 }
 
 // When an event of a joint has come and gone in the step from `begin` to front_, puts front_ where it came.
 void Adaptive::stop_at_hidden_event(double begin) {
   const double h = front_ - begin;
-  next_ = now_, walk_flows_ = flows_.of_elements;
+  next_ = now_, next_flows_ = flows_.of_elements;
   const auto look_at = [&](double t, std::vector<double>& out) {
     read_consistent(t);
     look(now_, out);
@@ -159,56 +269,16 @@ void Adaptive::stop_at_hidden_event(double begin) {
     };
     // One that is at its value where the method begins has no root there, and passes it all the same.
     const double clear = system_.model().events[switches_.event(i)].element.hysteresis();
-    if (!root_ && std::abs(samples.front().value) <= clear && samples.back().value < -clear)
-      front_ = begin, hidden_here_ = i, root_ = true;
+    if (first_ != First::event && std::abs(samples.front().value) <= clear && samples.back().value < -clear)
+      front_ = begin, hidden_here_ = i, first_ = First::event;
     const auto found = find_hidden_dip(samples, gap);
     if (!found) continue;
     const auto at = [&](double share) { return found->above + share * (found->below - found->above); };
     const auto gap_at = [&](double share) { return gap(at(share)); };
     const double passed = at(locate_crossing(gap_at, 1, gap_at(0), gap_at(1)));
-    if (passed < front_) front_ = passed, hidden_here_ = i, root_ = true;
+    if (passed < front_) front_ = passed, hidden_here_ = i, first_ = First::event;
   }
-  now_ = next_, flows_.of_elements = walk_flows_;
-}
-
-void Adaptive::on_advance(double h) {
-  const double end = clock_.end_of_step(now_.t, h);
-  if (wrench_changes_ != system_.wrench_changes()) {
-    coupled_ = true;
-    restart();
-  }
-  const double stop = coupled_ ? end : std::numeric_limits<double>::infinity();
-  double looked_at = front_;
-  for (long taken = 0; front_ < end; ++taken) {
-    if (crossing_) leave_crossing();
-    if (taken == most_steps) give_up(taken, end);
-    if (taken > 0 && taken % looked_back_on == 0) {
-      const double steps_needed = (end - front_) / (front_ - looked_at) * looked_back_on;
-      if (!(steps_needed < 10.0 * most_steps)) give_up(taken, end);
-      looked_at = front_;
-    }
-    if (beside_singular_) {
-      walk(end);
-    } else if (walking_) {
-      restart();
-    } else if (root_) {
-      pass_event();
-    } else if (cut_) {
-      read_consistent(front_);
-      restart();
-    } else {
-      step_on(end, stop);
-    }
-  }
-  if (crossing_) read_crossing(end);
-  if (walking_) return;
-  if (now_.t != end) read_consistent(end);
-  bool anew = has_drifted();
-  if (partition_.choose_again_if_needed(now_)) {
-    partition_.evaluate(now_);
-    anew = anew || follows_partition();
-  }
-  if (anew || partition_.used_rows() != rows_) restart();
+  now_ = next_, flows_.of_elements = next_flows_;
 }
 
 void Adaptive::give_up(long taken, double end) {
@@ -222,197 +292,155 @@ void Adaptive::give_up(long taken, double end) {
   } catch (const std::runtime_error& error) {
     why = error.what();
   }
-  if (now_.t != front_) read_consistent(front_);
+  need_state();
   throw std::runtime_error(text + why + standing_out(system_, partition_, now_));
 }
 
-// Returns false where the step failed and the method is to begin anew there, or a singular pose is near enough to be
-// the reason. What a method extrapolates from its past may be a guess from which its iteration does not converge: there
-// is no other reason to stop where it fails without a past too.
-bool Adaptive::try_step(double end, double stop, Reached& reached) {
+// Returns false where the step failed and the method is to begin without its past, or a singular configuration is near
+// enough to be the reason. What a method extrapolates from its past may be a guess from which its iteration does not
+// converge: there is no other reason to stop where it fails without a past too.
+bool Adaptive::try_step(double stop, Reached& reached) {
   try {
-    reached = take_step(end, stop);
+    reached = take_step(stop);
     has_past_ = true;
     return true;
   } catch (const std::runtime_error& error) {
-    if (now_.t != front_) read_consistent(front_);
+    need_state();
     const bool near = partition_.distance_from_singular() <= other_reason;
     if (!near && !has_past_) throw std::runtime_error(error.what() + standing_out(system_, partition_, now_));
-    near ? beside_singular_ = true : cut_ = true;
+    if (near)
+      passage_.enter();
+    else
+      first_ = First::restart;
     return false;
   }
 }
 
-void Adaptive::step_on(double end, double stop) {
-  Reached reached;
-  const double asked = stop, planned = inputs_.any() || profiles_.any() ? planned_step(end) : 0;
+// One step of the method, or past a singular configuration; or what comes before it.
+void Adaptive::next_step(double stop) {
+  commit();
+  if (first_ == First::event) return pass_event();
+  if (first_ == First::restart) {
+    need_state();
+    return restart();
+  }
+  passage_.away() ? method_step(stop) : passage_step(stop);
+}
+
+double Adaptive::resolved_stop(double stop, double planned) {
   const auto stop_at = [&](double resolved) {
     if (std::isinf(stop) || resolved < stop - 1e-9 * (stop - front_)) stop = resolved;
   };
   if (inputs_.any()) stop_at(inputs_.stop(front_, planned));
   if (profiles_.any()) {
-    if (now_.t != front_) read_consistent(front_);
+    need_state();
     stop_at(profiles_.stop(now_, planned));
   }
-  if (!try_step(end, stop, reached)) return;
+  return stop;
+}
+
+void Adaptive::method_step(double asked) {
+  Reached reached;
+  const double planned = inputs_.any() || profiles_.any() ? planned_step() : 0;
+  const double stop = resolved_stop(asked, planned);
+  if (!try_step(stop, reached)) return;
   // A step that ended at a stop may have been longer: intervals between stops that follow it must not shrink for ever.
   const double taken = reached.t - front_;
   last_step_ = reached.t < stop ? taken : 4 * taken;
-  cut_ = stop < asked && reached.t == stop && taken < 0.5 * std::min(planned, Inputs::window);
+  const bool cut = stop < asked && reached.t == stop && taken < 0.5 * std::min(planned, Inputs::window);
   energy_range_.see(system_);  // as it was evaluated last, in this step
   const double begin = std::exchange(front_, reached.t);
-  root_ = reached.root;
+  if (meets_singular()) {
+    front_ = begin, first_ = First::nothing;
+    read_consistent(begin);
+    return passage_.enter();
+  }
+  commits_ = remembers_;
+  if (cut) first_ = First::restart;
+  if (reached.root) first_ = First::event;
   if (watches_switches() && switches_.has_gaps()) stop_at_hidden_contact(begin);
   if (watches_switches() && system_.has_joint_events()) stop_at_hidden_event(begin);
-  if (remembers_) {  // what ground is struck by, and how deep, is seen with the method's own steps
-    read_consistent(front_);
-    system_.commit();
+  if (first_ == First::nothing) settle_step(taken);
+}
+
+// What the method does next, from where its step has ended.
+void Adaptive::settle_step(double taken) {
+  if (!follows_partition() || partition_.asks_for_choice()) {
+    need_state();
+    const bool changed = partition_.choose_again_if_needed(now_);
+    if (changed) partition_.evaluate(now_), note_distance();
+    if ((changed && follows_partition()) || has_drifted() || partition_.used_rows() != rows_) first_ = First::restart;
   }
-  if (root_) return;
-  if (keeps() && front_ <= end) {
-    read_consistent(front_);
-    keep_end(), keep_begin(false);
-  }
-  if (!follows_partition()) {
-    read_consistent(front_);
-  } else if (front_ < end && partition_.asks_for_choice()) {
-    read_consistent(front_);
-    if (partition_.choose_again_if_needed(now_)) return restart();
-  }
-  beside_singular_ = partition_.near_singular() || creeps(taken);
+  if (!creeps(taken) &&
+      !(at_end_.distance < sight && passage_.in_sight((at_begin_.distance - at_end_.distance) / taken)))
+    return;
+  passage_.enter();
+  first_ = First::nothing;
 }
 
-// Whether ida takes steps beside a singular pose in which hardly anything moves: its Newton iteration then fails
-// however short they are, and does not say so.
-bool Adaptive::creeps(double taken) const {
-  if (follows_partition() || !(partition_.distance_from_singular() < far_enough)) return false;
-  return taken * rate_of(now_) < least_motion;
-}
+void Adaptive::note_distance() { at_end_ = {partition_.distance_from_singular(), partition_.orientation()}; }
 
-// rad/s, lengths as shares of the machine's.
-double Adaptive::rate_of(const MotionState& m) const {
-  return m.velocity.cwiseProduct(coordinate_scale(system_)).cwiseAbs().maxCoeff() / system_.length_scale();
-}
-
-// One step past a singular pose, or to what comes first: the end asked for, an event.
-void Adaptive::walk(double end) {
-  if (now_.t != front_) read_consistent(front_);
-  if (!walking_) begin_walk();
-  if (cross(end)) return;
-  const double h = std::min(walk_step_, end - now_.t);
-  if (!try_walk(h, end)) return;
-  walk_failures_ = 0;
-  const std::size_t event = stop_at_event(h);
-  partition_.refuse_other_branch(next_);
-  std::swap(now_, next_);
-  flows_.of_elements = walk_flows_;
-  if (end - now_.t <= 1e-12 * h) now_.t = end;
-  energy_range_.see(system_);
-  front_ = now_.t, last_step_ = walk_step_;
-  const bool passed = event < switches_.count();
-  if (passed) take_event(event);
-  // On the singular pose itself there is nothing to choose, and nothing to evaluate.
-  if (!landed_ && (partition_.choose_again_if_needed(now_) || passed)) partition_.evaluate_nearest(now_);
-  const double distance = partition_.distance_from_singular();
-  approach_ = distance_ > 0 ? (distance_ - distance) / h : 0;
-  distance_ = distance;
-  beside_singular_ = distance < far_enough;
-}
-
-// One step from this side of the singular pose to as far behind it; false where that is not due, or not good enough.
-bool Adaptive::cross(double end) {
-  if (!may_cross_ || landed_ || !(distance_ > 0) || !(distance_ < step_over) || !(approach_ > 0)) return false;
-  const double h = 2 * distance_ / approach_;
-  if (coupled_ && h > end - now_.t) return false;  // the future is not known
-  may_cross_ = false;
-  walk_flows_ = flows_.of_elements;
-  try {
-    walker_.step(now_, h, next_, walk_flows_);
-    partition_.refuse_other_branch(next_);
-  } catch (const std::runtime_error&) {
-    partition_.evaluate_nearest(now_);
-    return false;
-  }
-  if (walker_.error() > most_of_crossing || stop_at_event(h) < switches_.count()) {
-    partition_.evaluate_nearest(now_);
-    return false;
-  }
-  crossing_ = true;
-  before_crossing_ = now_, after_crossing_ = next_;
-  flows_before_ = flows_.of_elements, flows_after_ = walk_flows_;
-  front_ = after_crossing_.t;
-  distance_ = partition_.distance_from_singular(), approach_ = 0;
-  return true;
-}
-
-void Adaptive::leave_crossing() {
-  crossing_ = false;
-  now_ = after_crossing_;
-  flows_.of_elements = flows_after_;
-  partition_.evaluate_nearest(now_);
-  if (partition_.choose_again_if_needed(now_)) partition_.evaluate_nearest(now_);
-}
-
-void Adaptive::read_crossing(double t) {
-  interpolate(before_crossing_, after_crossing_, t, now_);
-  interpolate_flows(before_crossing_, after_crossing_, flows_before_, flows_after_, t, flows_.of_elements);
-  next_ = now_;
-  try {  // reactions grow as one over the distance and lie on no line
-    partition_.evaluate_nearest(next_);
-    if (partition_.distance_from_singular() > Partition::known_reactions) now_.lambda = next_.lambda;
-  } catch (const SingularPose&) {
-  }
-  system_.set_state(t, now_.q, now_.velocity);
-  system_.set_multipliers(now_.lambda);
-  system_.set_element_states(now_.states);
-  Eigen::VectorXd loads(now_.q.size());
-  system_.loads(loads);  // for what forces report
-}
-
-void Adaptive::begin_walk() {
-  walking_ = true, walk_controlled_ = true, walk_failures_ = 0;
-  distance_ = approach_ = 0, may_cross_ = true, crossing_ = false;
-  const double slowness = 1 / std::max(rate_of(now_), 1.0);
-  walk_step_ = slowness * std::pow(step_tolerance(), 0.2), landing_step_ = slowness * std::pow(step_tolerance(), 0.25);
-}
-
-// Returns whether next_ may stand; else the step has been made shorter. Near the pose rounding is more than what the
-// estimate of the error means to see: there the step stays what it was.
-bool Adaptive::try_walk(double h, double end) {
-  const bool core = partition_.distance_from_singular() < 0.01;  // of now_
-  walk_flows_ = flows_.of_elements;
-  const bool from_singular = std::exchange(landed_, false);
-  const auto shorten = [&](double factor) {
-    walk_step_ = factor * h, landed_ = from_singular;
-    if (!from_singular) partition_.evaluate_nearest(now_);
-    return false;
+// Whether the step has ended beside a singular configuration or behind one. It is not taken: what it knows of the
+// constraints there is rounding, or another branch.
+bool Adaptive::meets_singular() {
+  if (!follows_partition()) read_consistent(front_);
+  at_begin_ = at_end_;
+  note_distance();
+  const auto beside = [&] {
+    return partition_.near_singular() || (at_end_.distance < far_side && at_end_.distance < at_begin_.distance);
   };
+  if (at_end_.orientation != at_begin_.orientation && at_begin_.distance < leap) return true;
+  if (!beside()) return false;
+  if (partition_.sensitivity() < worn_choice) return true;
+  const std::shared_ptr<const Choice> choice = partition_.choice();
   try {
-    walker_.step(now_, h, next_, walk_flows_);
-  } catch (const SingularPose&) {  // a stage has met it: those of another step do not, unless it is the end asked for
-    if (++walk_failures_ > most_failures_of_a_step) throw;
-    if (h > landing_step_ || end - now_.t > (1 + 1e-12) * h) return shorten(0.8);
-    walk_flows_ = flows_.of_elements;
-    walker_.step_onto_singular(now_, h, next_, walk_flows_);
-    return landed_ = true;
+    read_consistent(front_);
+    partition_.choose(now_);
+    partition_.evaluate(now_);
+    note_distance();
+    first_ = First::restart;
+    if (!beside()) return false;
+  } catch (const std::runtime_error&) {
   }
-  if (core && !walk_controlled_) return true;
-  // Rounding leaves its share of the accelerations in a step, however short.
-  const double distance = partition_.distance_from_singular(), rounding = 1e-15 * h / (distance * distance * distance);
-  const double allowed = std::max(step_tolerance(), rounding);
-  const double change = 0.9 * std::pow(allowed / std::max(walker_.error(), 1e-30), 0.2);
-  if (change < 0.9 && ++walk_failures_ <= (core ? 3 : most_failures_of_a_step)) return shorten(std::max(change, 0.2));
-  walk_controlled_ = false;
-  if (h >= walk_step_) walk_step_ *= std::clamp(change, 0.2, 2.0);
+  partition_.adopt(choice);  // by which the step is read
+  partition_.forget_factors();
   return true;
+}
+
+// Whether ida takes steps beside a singular configuration in which hardly anything moves: its Newton iteration then
+// fails however short they are, and does not say so.
+bool Adaptive::creeps(double taken) const {
+  if (follows_partition() || !(partition_.distance_from_singular() < SingularPassage::far_enough)) return false;
+  return taken * passage_.rate() < least_motion;
+}
+
+void Adaptive::passage_step(double stop) {
+  need_state();
+  if (inputs_.any()) stop = std::min(stop, inputs_.stop(front_, Inputs::window));
+  next_flows_ = flows_.of_elements;
+  passage_.step(now_, stop, step_tolerance(), next_, next_flows_);
+  const double h = next_.t - now_.t;
+  const std::size_t event = stop_at_event(h);
+  passage_.accept();
+  std::swap(now_, next_);
+  flows_.of_elements = next_flows_;
+  flows_.of_elements.tail(now_.states.size()) = now_.states;
+  if (stop - now_.t <= 1e-12 * h) now_.t = stop;
+  energy_range_.see(system_);
+  front_ = now_.t, last_step_ = h, commits_ = remembers_;
+  const bool passed = event < switches_.count();
+  if (passed) take_event(event), jumps_ = true;
+  // On the configuration itself there is nothing to choose, and nothing to evaluate.
+  if (!passage_.landed() && (partition_.choose_again_if_needed(now_) || passed)) partition_.evaluate_nearest(now_);
+  if (passage_.away()) first_ = First::restart;
 }
 
 // When a switch has changed sides over the step to next_, puts next_ at the first zero; returns which, or their count.
 std::size_t Adaptive::stop_at_event(double h) {
   if (!watches_switches()) return switches_.count();
   const auto go = [&](double share) {
-    walk_flows_ = flows_.of_elements;
-    walker_.step(now_, share * h, next_, walk_flows_);
+    next_flows_ = flows_.of_elements;
+    passage_.repeat(now_, share * h, next_, next_flows_);
     look(next_, gaps_);
   };
   look(now_, gaps_before_);

@@ -8,7 +8,7 @@
 #include "libmbd/integrators/inputs.hpp"
 #include "libmbd/integrators/integrator.hpp"
 #include "libmbd/integrators/profiles.hpp"
-#include "libmbd/integrators/runge_kutta.hpp"
+#include "libmbd/integrators/singular_passage.hpp"
 
 namespace subsoil::mbd {
 
@@ -21,17 +21,13 @@ inline double local_tolerance(double asked, double floor) { return std::min(aske
 /// bring a long step of a free flight down to what a stiff contact allows.
 inline constexpr int most_failures_of_a_step = 40;
 
-/// What the variable-step integrators have in common: they run on in steps of their own and outputs are read from
-/// their dense output, put on Phi = 0 and Phi_q q' = -Phi_t to rounding by the partition. So a short output interval
-/// costs no step. Where the future is not known, since external wrenches jump or forces remember (ruts), each advance()
-/// is a stop time. No step is longer than what Inputs and Profiles let it be. Zeros of switching functions restart the
-/// method: no smooth history crosses them. Beside a singular pose a Newton matrix loses its rank and an error control
-/// sees rounding grow as the cube of the nearness. Such a pose is passed by Runge-Kutta in steps held to the same
-/// tolerance, put on the constraints with least change of all coordinates, and the method begins anew behind it. The
-/// pose itself is located from the distance before and after a step, and one step leads over it from about 0.03 rad
-/// before to as far behind, whatever step and tolerance are: at a distance e rounding eps leaves eps/e^3 of the
-/// accelerations, a step 2 e an error (2 e)^6, and both are small there. Its stages stay 0.4 e away. Outputs inside are
-/// read from the quintic through q, q', q'' of its ends.
+/// What the variable-step integrators have in common. They take steps of their own, whose ends depend on nothing that
+/// is asked for: advance() takes steps until one reaches its end, and state() is then the dense output there, put on
+/// Phi = 0 and Phi_q q' = -Phi_t to rounding by a partition of its own. Only where the future is not known, since
+/// external wrenches may jump, is each end of advance() a stop time; instants of sampled controllers and timed events
+/// are stop times always. No step is longer than what Inputs and Profiles let it be. Zeros of switching functions
+/// restart the method: no smooth history crosses them. Steps beside and over singular configurations are those of
+/// SingularPassage.
 class Adaptive : public Integrator {
  public:
   /// Steps taken and right sides (residuals) evaluated since the start, over all restarts.
@@ -44,7 +40,7 @@ class Adaptive : public Integrator {
   explicit Adaptive(System& system);
 
   void on_start() override;
-  void on_advance(double h) override;
+  void move(double h) override;
   void on_restore(const double*&, const double*) override { on_start(); }
   bool finds_events() const override { return true; }
 
@@ -56,13 +52,15 @@ class Adaptive : public Integrator {
   virtual void build() = 0;
   /// Begins at now_ and flows_, without history.
   virtual void begin() = 0;
-  /// One step of the method's choice; not beyond `stop` where it is finite. `end`: of the interval asked for.
-  virtual Reached take_step(double end, double stop) = 0;
+  /// One step of the method's choice; not beyond `stop` where it is finite.
+  virtual Reached take_step(double stop) = 0;
   /// Length of the step that the method takes next, at the most.
-  virtual double planned_step(double end) const = 0;
+  virtual double planned_step() const = 0;
   /// Dense output at t, which is not beyond what was reached: q, q' (of independent coordinates at least; the others
   /// are a guess) into now_, flows_ too.
   virtual void read(double t) = 0;
+  /// Dense output of the last step as a polynomial, and the end of the piece at t.
+  virtual void dense(double t, Piece& out) = 0;
   /// -1, 0 or +1 for each switching function: where the last root was, and in which direction.
   virtual void root_directions(std::vector<int>& out) = 0;
   /// Whether the unknowns are those of the partition's choice, so that a new choice begins anew.
@@ -75,55 +73,58 @@ class Adaptive : public Integrator {
   std::exception_ptr failure_;  ///< of the method's last trial step that threw, since it began
 
  private:
+  /// What comes before the next step of the method.
+  enum class First { nothing, event, restart };
+
   void restart();
+  void meet_jump();
+  bool act_at_instant(double end);
+  void commit();
+  void keep_piece(double begin, bool beside, const std::shared_ptr<const Choice>& choice);
   void read_consistent(double t);
+  void need_state();
   void pass_event();
   void sample_gaps(GapSample& out);
   void stop_at_hidden_contact(double begin);
   void stop_at_hidden_event(double begin);
   [[noreturn]] void give_up(long taken, double end);
-  bool try_step(double end, double stop, Reached& reached);
-  void step_on(double end, double stop);
+  bool try_step(double stop, Reached& reached);
+  double resolved_stop(double stop, double planned);
+  void next_step(double stop);
+  void method_step(double stop);
+  void settle_step(double taken);
   bool creeps(double taken) const;
-  double rate_of(const MotionState& m) const;
-  void walk(double end);
-  void begin_walk();
-  bool try_walk(double h, double end);
-  bool cross(double end);
-  void leave_crossing();
-  void read_crossing(double t);
+  bool meets_singular();
+  void note_distance();
+  void passage_step(double stop);
   std::size_t stop_at_event(double h);
 
   StepClock clock_;
   Inputs inputs_;
   Profiles profiles_;
   std::vector<int> rows_;
-  double front_ = 0;  // what has been reached: dense output ends here
+  double front_ = 0;   // what has been reached: dense output ends here
+  double output_ = 0;  // what has been asked for: the time of state()
   double last_step_ = 0;
-  bool cut_ = false;  // the last step, much shorter than planned, where an input changes, or a failure: to begin anew
+  First first_ = First::nothing;
   bool has_past_ = false;  // steps since the method began
-  bool root_ = false;
-  bool coupled_ = false;
-  bool remembers_ = false;  // forces that remember accepted states
+  bool coupled_ = false;   // external wrenches act, which are known to the end of each advance() only
+  bool remembers_ = false, commits_ = false;  // forces that remember accepted states; front_ is not one yet
+  bool jumps_ = true;                         // something may, at front_
+  bool acted_ = false;                        // a sampled controller or timed event, at front_
   long wrench_changes_ = 0;
   std::vector<int> directions_;
   GapSample step_begin_, step_end_;
   std::optional<std::size_t> hidden_here_;  ///< what passes its zero at front_, of which the method knows no root
 
-  RungeKutta walker_;
-  bool beside_singular_ = false;  // at front_
-  bool walking_ = false;          // the method has no part in what now_ is
-  bool walk_controlled_ = false;
-  bool landed_ = false;  // now_ is on a singular pose
-  int walk_failures_ = 0;
-  double walk_step_ = 0, landing_step_ = 0;
-  double distance_ = 0, approach_ = 0;  // from the singular pose, and how fast it falls (1, 1/s); 0: not known
-  bool may_cross_ = false;
-  bool crossing_ = false;  // now_ is between before_ and after_
-  MotionState before_crossing_, after_crossing_;
-  Eigen::VectorXd flows_before_, flows_after_;
+  SingularPassage passage_;
+  struct Nearness {
+    double distance = 1;  ///< from a singular configuration (rad)
+    int orientation = 1;  ///< sign of det Phi_u
+  };
+  Nearness at_begin_, at_end_;  ///< of the last step of the method
   MotionState next_;
-  Eigen::VectorXd walk_flows_;
+  Eigen::VectorXd next_flows_;
   std::vector<double> gaps_, gaps_before_;
   std::array<std::vector<double>, event_looks.size()> event_gaps_;
 };

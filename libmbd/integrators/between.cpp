@@ -34,4 +34,26 @@ void interpolate_flows(const MotionState& a, const MotionState& b, const Eigen::
   out = flows_a + s * s * (3 - 2 * s) * (flows_b - flows_a) + h * s * (1 - s) * ((1 - s) * a.rates - s * b.rates);
 }
 
+void Polynomial::read(double t, const MotionState& near, MotionState& out, Eigen::VectorXd& flows) const {
+  const double s = (t - centre) / scale, dt = t - near.t;
+  Eigen::VectorXd value = powers.rightCols<1>(), rate = Eigen::VectorXd::Zero(value.size());
+  for (Eigen::Index k = powers.cols() - 1; k-- > 0;) {
+    rate = rate * s + value;
+    value = value * s + powers.col(k);
+  }
+  out.t = t;
+  out.q = near.q + dt * (near.velocity + 0.5 * dt * near.acceleration);
+  out.velocity = near.velocity + dt * near.acceleration;
+  out.acceleration = near.acceleration;
+  const auto f = static_cast<Eigen::Index>(set.size());
+  for (Eigen::Index i = 0; i < f; ++i) {
+    const int coordinate = set[static_cast<std::size_t>(i)];
+    out.q[coordinate] = value[i], out.velocity[coordinate] = value[f + i];
+    out.acceleration[coordinate] = rate[f + i] / scale;
+  }
+  flows = value.tail(value.size() - 2 * f);
+  out.rates = rate.tail(flows.size()) / scale;
+  out.states = flows.tail(out.states.size());
+}
+
 }  // namespace subsoil::mbd

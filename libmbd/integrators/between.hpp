@@ -14,4 +14,14 @@ void interpolate(const MotionState& a, const MotionState& b, double t, MotionSta
 void interpolate_flows(const MotionState& a, const MotionState& b, const Eigen::VectorXd& flows_a,
                        const Eigen::VectorXd& flows_b, double t, Eigen::VectorXd& out);
 
+/// Dense output of a step by the method's own polynomial, of the coordinates that the method integrates.
+struct Polynomial {
+  std::vector<int> set;    ///< coordinates
+  Eigen::MatrixXd powers;  ///< rows: q of the set, q' of the set, flows and states; column k: of ((t - centre)/scale)^k
+  double centre = 0, scale = 1;  ///< s
+  bool empty() const { return powers.cols() == 0; }
+  /// Everything else by Taylor's series from `near`, a guess.
+  void read(double t, const MotionState& near, MotionState& out, Eigen::VectorXd& flows) const;
+};
+
 }  // namespace subsoil::mbd

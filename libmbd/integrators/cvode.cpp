@@ -17,6 +17,12 @@ namespace {
 using sundials::ConstMap;
 using sundials::Map;
 
+// rad; there the constraints may be met on another branch.
+constexpr double beside_singular = 0.5;
+
+// Of a motion whose forces do not say how fast they change, as at rest (s).
+constexpr double longest_first_step = 0.01;
+
 void check_cvode(int code, const char* call) { sundials::check(code, call, CVodeGetReturnFlagName); }
 template <class Pointer>
 Pointer* check_cvode(Pointer* pointer, const char* call) {
@@ -70,7 +76,7 @@ struct Cvode::Solver {
     out.t = t;
     const double dt = t - good.t;
     out.q = good.q + dt * good.velocity + 0.5 * dt * dt * good.acceleration;
-    out.velocity = good.velocity;
+    out.velocity = good.velocity + dt * good.acceleration;
     for (Eigen::Index i = 0; i < f; ++i) {
       out.q[set[static_cast<std::size_t>(i)]] = from[i];
       out.velocity[set[static_cast<std::size_t>(i)]] = from[f + i];
@@ -85,6 +91,7 @@ struct Cvode::Solver {
       if (distance_of(system, trial.q, expected) > branch_limit(system))
         throw std::runtime_error("t = " + std::to_string(t) +
                                  " s: the pose jumps; the motion leads through a dead point or a lock-up");
+      if (partition.distance_from_singular() < beside_singular) partition.refuse_other_branch(trial);
     } catch (const std::runtime_error&) {
       carry_on_from(begin);
       throw;
@@ -93,6 +100,7 @@ struct Cvode::Solver {
   }
   void carry_on_from(const MotionState& m) {
     good.t = m.t, good.q = m.q, good.velocity = m.velocity, good.acceleration = m.acceleration;
+    good.lambda = m.lambda;
   }
 
   static int right_side(realtype t, N_Vector y, N_Vector dy, void* self) {
@@ -181,14 +189,14 @@ long Cvode::evaluations() const {
   return solver_->evaluations_before + count;
 }
 
-Adaptive::Reached Cvode::take_step(double end, double stop) {
+Adaptive::Reached Cvode::take_step(double stop) {
   auto& s = *solver_;
   if (std::isfinite(stop)) check_cvode(CVodeSetStopTime(s.memory, stop), "CVodeSetStopTime");
   double t = s.good.t;
   s.begin = s.good;
   s.thrown = nullptr;
-  // With single steps the end only bounds the first one; CVODE refuses an end within rounding of its start.
-  const int code = CVode(s.memory, std::max(end, t + 1e-9), s.y, &t, CV_ONE_STEP);
+  // With single steps the end only bounds the first one, to a tenth.
+  const int code = CVode(s.memory, t + 10 * longest_first_step, s.y, &t, CV_ONE_STEP);
   if (s.thrown) failure_ = s.thrown;
   const bool joints = code == CV_FIRST_RHSFUNC_ERR || code == CV_REPTD_RHSFUNC_ERR || code == CV_UNREC_RHSFUNC_ERR ||
                       code == CV_RTFUNC_FAIL;
@@ -198,12 +206,11 @@ Adaptive::Reached Cvode::take_step(double end, double stop) {
   return {t, code == CV_ROOT_RETURN};
 }
 
-double Cvode::planned_step(double end) const {
+double Cvode::planned_step() const {
   const auto& s = *solver_;
   double next = 0;
-  // CVODE's own first step is at most a tenth of what lies before it, and others at most tenfold the one before. What
-  // it plans it does not say after a stop.
-  if (steps() == s.steps_before) return 0.1 * std::max(end - s.good.t, 1e-9);
+  // Steps are at most tenfold the one before. What CVODE plans it does not say after a stop.
+  if (steps() == s.steps_before) return longest_first_step;
   check_cvode(s.stopped ? CVodeGetLastStep(s.memory, &next) : CVodeGetCurrentStep(s.memory, &next),
               "CVodeGetCurrentStep");
   return s.stopped ? 10 * next : next;
@@ -214,6 +221,20 @@ void Cvode::read(double t) {
   check_cvode(CVodeGetDky(s.memory, t, 0, s.dense), "CVodeGetDky");
   s.unpack(t, s.dense.map().data(), now_);
   flows_.of_elements = s.dense.map().segment(2 * s.f, s.e);
+}
+
+void Cvode::dense(double t, Piece& out) {
+  auto& s = *solver_;
+  double last = 0;
+  check_cvode(CVodeGetCurrentTime(s.memory, &last), "CVodeGetCurrentTime");
+  check_cvode(CVodeGetLastStep(s.memory, &out.polynomial.scale), "CVodeGetLastStep");
+  check_cvode(CVodeGetDky(s.memory, t, 0, s.dense), "CVodeGetDky");
+  s.unpack(t, s.dense.map().data(), out.end);
+  out.end.acceleration = s.good.acceleration, out.end.lambda = s.good.lambda;
+  out.polynomial.centre = last;
+  out.polynomial.set = s.set;
+  sundials::take_powers(s.dense, 2 * s.f + s.e, out.polynomial,
+                        [&](int k, N_Vector into) { return CVodeGetDky(s.memory, last, k, into); });
 }
 
 void Cvode::root_directions(std::vector<int>& out) {

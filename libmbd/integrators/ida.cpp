@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
+#include <utility>
 
 #include "libmbd/assembly/assembly.hpp"
 #include "libmbd/assembly/shared_reactions.hpp"
@@ -283,7 +285,7 @@ long Ida::evaluations() const {
   return solver_->evaluations_before + count + of_jacobians + solver_->of_jacobians;
 }
 
-Adaptive::Reached Ida::take_step(double end, double stop) {
+Adaptive::Reached Ida::take_step(double stop) {
   auto& s = *solver_;
   if (s.fresh) {
     // IDA's own first step follows from y'/weight and can fall to 1e-13 s, where rounding e/h of an index-2 system
@@ -297,14 +299,14 @@ Adaptive::Reached Ida::take_step(double end, double stop) {
   if (std::isfinite(stop)) check_ida(IDASetStopTime(s.memory, stop), "IDASetStopTime");
   double t = now_.t;
   s.thrown = nullptr;
-  const int code = IDASolve(s.memory, std::max(end, t + 1e-9), &t, s.y, s.dy, IDA_ONE_STEP);
+  const int code = IDASolve(s.memory, t + 1, &t, s.y, s.dy, IDA_ONE_STEP);  // single steps, whatever the end is
   if (s.thrown) failure_ = s.thrown;
   if (code < 0 && s.thrown) std::rethrow_exception(s.thrown);
   sundials::check_step(code, t, IDAGetReturnFlagName);
   return {t, code == IDA_ROOT_RETURN};
 }
 
-double Ida::planned_step(double) const {
+double Ida::planned_step() const {
   const auto& s = *solver_;
   if (s.fresh) return 1e-3;  // above any first step
   double next = 0;
@@ -323,6 +325,25 @@ void Ida::read(double t) {
   system_.set_position(t, now_.q);
   system_.constraints(s.c);
   drift_ = row_scale(system_).cwiseProduct(s.c.phi).cwiseAbs().maxCoeff();
+}
+
+void Ida::dense(double t, Piece& out) {
+  auto& s = *solver_;
+  double last = 0;
+  check_ida(IDAGetCurrentTime(s.memory, &last), "IDAGetCurrentTime");
+  check_ida(IDAGetLastStep(s.memory, &out.polynomial.scale), "IDAGetLastStep");
+  check_ida(IDAGetDky(s.memory, t, 0, s.dense), "IDAGetDky");
+  const Map y = s.dense.map();
+  out.end.q = y.head(s.n), out.end.velocity = y.segment(s.n, s.n);
+  out.end.states = y.tail(out.end.states.size());
+  out.polynomial.centre = last;
+  out.polynomial.set.resize(static_cast<std::size_t>(s.n));
+  std::iota(out.polynomial.set.begin(), out.polynomial.set.end(), 0);
+  sundials::take_powers(s.dense, s.size(), out.polynomial,
+                        [&](int k, N_Vector into) { return IDAGetDky(s.memory, last, k, into); });
+  const Eigen::MatrixXd all = std::exchange(out.polynomial.powers, {});
+  out.polynomial.powers.resize(2 * s.n + s.e, all.cols());
+  out.polynomial.powers << all.topRows(2 * s.n), all.bottomRows(s.e);
 }
 
 void Ida::root_directions(std::vector<int>& out) {

@@ -28,9 +28,10 @@ class Ida : public Adaptive {
  protected:
   void build() override;
   void begin() override;
-  Reached take_step(double end, double stop) override;
-  double planned_step(double end) const override;
+  Reached take_step(double stop) override;
+  double planned_step() const override;
   void read(double t) override;
+  void dense(double t, Piece& out) override;
   void root_directions(std::vector<int>& out) override;
   double step_tolerance() const override { return rtol_ + atol_; }
   bool follows_partition() const override { return false; }

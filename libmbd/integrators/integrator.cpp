@@ -15,10 +15,6 @@
 
 namespace subsoil::mbd {
 
-namespace {
-// More events than this within one step are a rattle that no step can follow.
-}  // namespace
-
 Integrator::Integrator(System& system) : system_(system), partition_(system), switches_(system) {
   const auto n = system.coordinates();
   now_.q.setZero(n), now_.velocity.setZero(n), now_.acceleration.setZero(n);
@@ -33,6 +29,7 @@ Integrator::Integrator(System& system) : system_(system), partition_(system), sw
 }
 
 void Integrator::start(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
+  look_ahead(), hide(), pieces_.clear();
   now_.t = t, now_.q = q, now_.velocity = velocity;
   flows_.of_elements.setZero();
   flows_.external_work = flows_.latched = 0;
@@ -261,6 +258,11 @@ void Integrator::advance_over_instants(double h) {
 void Integrator::advance(double h) {
   if (!(h > 0)) throw std::invalid_argument("machine step = " + std::to_string(h) + " s: must be above 0");
   look_ahead();
+  move(h);
+  refuse_blow_up(system_, state());
+}
+
+void Integrator::move(double h) {
   q_before_ = now_.q;
   pieces_.clear();
   if (finds_events() && system_.has_joint_events() && changes_seen_ != system_.wrench_changes()) {
@@ -270,7 +272,6 @@ void Integrator::advance(double h) {
   keep_begin();
   system_.has_instants() ? advance_over_instants(h) : advance_part(h);
   keep_end();
-  refuse_blow_up(system_, now_);
   system_.set_state(now_.t, now_.q, now_.velocity);
   system_.commit();
   flows_.external_work += external_work_since(now_.q);
@@ -286,13 +287,23 @@ double Integrator::external_work_since(const Eigen::VectorXd& q) const {
   return work;
 }
 
+Integrator::Piece Integrator::begin_piece(bool jumps) const {
+  return {.begin = now_,
+          .end = now_,
+          .flows_begin = flows_,
+          .flows_end = flows_,
+          .open = system_.open_joints(),
+          .grips = system_.grips(),
+          .jumps = jumps};
+}
+
 void Integrator::keep_begin(bool jumps) {
-  if (keeps_)
-    pieces_.push_back({now_, now_, flows_, flows_, system_.open_joints(), system_.grips(), jumps, pieces_made_++});
+  if (keeps_) pieces_.push_back(begin_piece(jumps));
 }
 
 void Integrator::keep_end() {
-  if (keeps_) pieces_.back().end = now_, pieces_.back().flows_end = flows_;
+  if (!keeps_) return;
+  pieces_.back().end = now_, pieces_.back().flows_end = flows_, pieces_.back().choice = partition_.choice();
 }
 
 void Integrator::look_back(double t) {
@@ -306,29 +317,44 @@ void Integrator::look_back(double t) {
 }
 
 void Integrator::look_back(double t, std::size_t at) {
-  const Piece* const piece = &pieces_[at];
   if (!viewer_) viewer_ = idle_viewer_ ? std::move(idle_viewer_) : std::make_unique<Viewer>(system_);
-  Viewer& v = *viewer_;
   if (!looks_back_) open_now_ = system_.open_joints(), grips_now_ = system_.grips(), system_.see(seen_now_);
   looks_back_ = true;
-  system_.see_outputs_before(t > piece->begin.t);
-  system_.set_open_joints(piece->open);
-  system_.set_grips(piece->grips);
-  v.state = piece->end, v.flows = piece->flows_end;
+  view(t, pieces_[at], *viewer_);
+}
+
+void Integrator::show(double t, const Piece& piece) {
+  if (!shown_) shown_ = idle_shown_ ? std::move(idle_shown_) : std::make_unique<Viewer>(system_);
+  view(t, piece, *shown_);
+}
+
+void Integrator::view(double t, const Piece& piece, Viewer& v) {
+  system_.see_outputs_before(t > piece.begin.t);
+  system_.set_open_joints(piece.open);
+  system_.set_grips(piece.grips);
+  v.state = piece.end, v.flows = piece.flows_end;
   v.state.t = t;
   const double step = pieces_.back().end.t - pieces_.front().begin.t;
-  if (piece->end.t - piece->begin.t > 1e-9 * step) {  // else what is left behind an event at the step's end
-    interpolate(piece->begin, piece->end, t, v.state);
-    interpolate_flows(piece->begin, piece->end, piece->flows_begin.of_elements, piece->flows_end.of_elements, t,
+  if (!piece.polynomial.empty()) {
+    piece.polynomial.read(t, piece.end, v.state, v.flows.of_elements);
+  } else if (piece.end.t - piece.begin.t > 1e-9 * step) {  // else what is left behind an event at the step's end
+    interpolate(piece.begin, piece.end, t, v.state);
+    interpolate_flows(piece.begin, piece.end, piece.flows_begin.of_elements, piece.flows_end.of_elements, t,
                       v.flows.of_elements);
   }
   const MotionState read = v.state;
   try {
-    // A choice for each piece, and factors of each pose: the same bits whatever was looked at before.
-    if (v.chosen_for != piece->number) v.partition.choose(piece->end), v.chosen_for = piece->number;
+    // Factors of each pose by the choice of the motion: the same bits whatever was looked at before.
+    v.partition.adopt(piece.choice);
     v.partition.forget_factors();
-    v.partition.evaluate(v.state);
-    if (v.partition.near_singular()) {  // where u(v) makes reactions of rounding
+    if (piece.nearest) {  // so near the polynomial is nearer to the constraints than rounding lets them say
+      v.partition.accelerate_as_it_is(v.state);
+      if (v.partition.distance_from_singular() > Partition::known_velocities)
+        v.state = read, v.partition.evaluate_nearest(v.state);
+    } else {
+      v.partition.evaluate(v.state);
+    }
+    if (!piece.nearest && v.partition.near_singular()) {  // where u(v) makes reactions of rounding
       v.state = read;
       v.partition.evaluate_nearest(v.state);
       if (v.partition.distance_from_singular() < Partition::known_reactions) {
@@ -338,7 +364,7 @@ void Integrator::look_back(double t, std::size_t at) {
       }
     }
   } catch (const SingularPose&) {  // there the interpolation stands as it is
-    v.state = read, v.chosen_for = -1;
+    v.state = read;
     set_seen(read);
   }
   v.flows.external_work = pieces_.front().flows_begin.external_work + external_work_since(v.state.q);
@@ -408,13 +434,15 @@ void Integrator::take(const double*& from, const double* end, Eigen::VectorXd& v
 }
 
 void Integrator::save(std::vector<double>& out) const {
-  out.push_back(now_.t);
-  put(out, now_.q);
-  put(out, now_.velocity);
-  put(out, flows_.of_elements);
-  out.push_back(flows_.external_work);
+  const MotionState& m = shown_ ? shown_->state : now_;
+  const EnergyFlows& flows = shown_ ? shown_->flows : flows_;
+  out.push_back(m.t);
+  put(out, m.q);
+  put(out, m.velocity);
+  put(out, flows.of_elements);
+  out.push_back(flows.external_work);
   system_.save(out);
-  if (system_.has_joint_events()) out.push_back(flows_.latched);
+  if (system_.has_joint_events()) out.push_back(flows.latched);
   out.insert(out.end(), {step_error_.largest, step_error_.positions, step_error_.velocities, step_error_.fastest});
   out.push_back(static_cast<double>(switches_.count()));
   for (std::size_t i = 0; i < switches_.count(); ++i) out.push_back(switches_.side(i));
@@ -432,6 +460,7 @@ void Integrator::save(std::vector<double>& out) const {
 // What follows depends on the numbers alone, not on what the machine did before: one that is restored from its own
 // state goes on as another one does.
 void Integrator::restore(const double*& from, const double* end) {
+  look_ahead(), hide(), pieces_.clear();
   now_.t = take(from, end);
   take(from, end, now_.q);
   take(from, end, now_.velocity);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "libmbd/assembly/partition.hpp"
+#include "libmbd/integrators/between.hpp"
 #include "libmbd/integrators/events.hpp"
 
 namespace subsoil::mbd {
@@ -101,9 +102,9 @@ class Integrator {
   virtual bool ends_anywhere() const { return true; }
   /// Keeps from now on what look_back() needs of the step before.
   void keep_steps() { keeps_ = true; }
-  /// Shows state(), flows(), partition() and the system at a time inside the last step: interpolated between its ends,
-  /// or between events in it, then put on the constraints. The motion itself stays at the step's end, to which
-  /// look_ahead() returns. Throws std::logic_error for a time outside the step.
+  /// Shows state(), flows(), partition() and the system at a time inside the last step: the interpolant of that time,
+  /// put on the constraints by a partition of its own, so that nothing that is read changes a bit of the motion. That
+  /// stays at the step's end, to which look_ahead() returns. Throws std::logic_error for a time outside the step.
   void look_back(double t);
   /// A part of the last step in which nothing jumps: between events and samples, and of a method with steps of its own
   /// within one of these.
@@ -117,14 +118,14 @@ class Integrator {
   void look_back(double t, std::size_t piece);
   void look_ahead();
 
-  const MotionState& state() const { return viewer_ ? viewer_->state : now_; }
-  const EnergyFlows& flows() const { return viewer_ ? viewer_->flows : flows_; }
+  const MotionState& state() const { return viewer_ ? viewer_->state : shown_ ? shown_->state : now_; }
+  const EnergyFlows& flows() const { return viewer_ ? viewer_->flows : shown_ ? shown_->flows : flows_; }
   /// Zero for methods that hold their errors to a tolerance.
   const StepError& step_error() const { return step_error_; }
   /// Energies in every step of the method's own since it was asked last.
   EnergyRange take_energy_range() { return std::exchange(energy_range_, {}); }
   Partition& partition() { return partition_; }
-  const Partition& partition() const { return viewer_ ? viewer_->partition : partition_; }
+  const Partition& partition() const { return viewer_ ? viewer_->partition : shown_ ? shown_->partition : partition_; }
   System& system() { return system_; }
 
   /// Everything a restart needs, as plain numbers, and back.
@@ -133,7 +134,9 @@ class Integrator {
 
  protected:
   virtual void on_start() = 0;
-  virtual void on_advance(double h) = 0;
+  virtual void on_advance(double) {}
+  /// All of advance(): steps of a fixed length that end where it does, in parts between instants and events.
+  virtual void move(double h);
   /// A method with dense output finds events inside its own steps; fixed steps are repeated in parts by advance().
   virtual bool finds_events() const { return false; }
   bool watches_switches() const { return locate_ && switches_.count() > 0; }
@@ -151,6 +154,38 @@ class Integrator {
   void keep_begin(bool jumps = true);
   void keep_end();
   bool keeps() const { return keeps_; }
+
+  /// What a step leaves to be read, in which nothing jumps: an immutable polynomial and what belongs to it.
+  struct Piece {
+    MotionState begin, end;
+    EnergyFlows flows_begin, flows_end;
+    std::vector<char> open{};  ///< joints that are open in it
+    System::Grips grips{};     ///< of friction in it
+    std::shared_ptr<const Choice> choice{};
+    bool jumps = true;
+    Polynomial polynomial{};  ///< empty: the quintic between both ends
+    bool nearest = false;     ///< beside a singular configuration
+  };
+  /// Where one looks: a partition of its own, since the factors of the motion's must not depend on it.
+  struct Viewer {
+    explicit Viewer(System& system) : partition(system) {}
+    Partition partition;
+    MotionState state;
+    EnergyFlows flows;
+  };
+  /// The state at t, for the viewer and the system.
+  void view(double t, const Piece& piece, Viewer& out);
+  /// state() is that of a time before the method's own end; look_ahead() returns there.
+  void show(double t, const Piece& piece);
+  /// state() is the motion's own again.
+  void hide() {
+    if (shown_) idle_shown_ = std::move(shown_);
+  }
+  bool shows() const { return shown_ != nullptr; }
+  Piece begin_piece(bool jumps) const;
+  void act(double close);
+  void fire(std::size_t event);
+  double external_work_since(const Eigen::VectorXd& q) const;
   virtual void on_save(std::vector<double>&) const {}
   virtual void on_restore(const double*&, const double*) {}
   static void put(std::vector<double>& out, const Eigen::VectorXd& v) {
@@ -166,13 +201,14 @@ class Integrator {
   Switches switches_;
   StepError step_error_;
   EnergyRange energy_range_;
+  std::vector<Piece> pieces_;  ///< of the last advance(), in time
+  Eigen::VectorXd q_before_;
+  long changes_seen_ = 0;
 
  private:
   void begin_states();
   bool begin_controllers();
-  void act(double close);
   void await_passage();
-  void fire(std::size_t event);
   bool switch_joints(std::vector<std::size_t> due, std::vector<char>& had);
   void arm(const std::vector<char>& open);
   std::vector<std::size_t> reached(const std::vector<char>& had);
@@ -186,36 +222,14 @@ class Integrator {
   bool comes_and_goes();
   void try_part(double h);
 
-  /// Where one looks between steps: a partition of its own, since the factors of the motion's must not depend on it.
-  struct Viewer {
-    explicit Viewer(System& system) : partition(system) {}
-    Partition partition;
-    MotionState state;
-    EnergyFlows flows;
-    long chosen_for = -1;  ///< the piece whose end the choice of coordinates is of
-  };
-  /// Of the last step: what lies between two events.
-  struct Piece {
-    MotionState begin, end;
-    EnergyFlows flows_begin, flows_end;
-    std::vector<char> open{};  ///< joints that are open in it
-    System::Grips grips{};     ///< of friction in it
-    bool jumps = true;
-    long number = 0;  ///< of all pieces so far
-  };
   void set_seen(const MotionState& m);
-  double external_work_since(const Eigen::VectorXd& q) const;
 
-  std::unique_ptr<Viewer> viewer_, idle_viewer_;
+  std::unique_ptr<Viewer> viewer_, idle_viewer_, shown_, idle_shown_;
   bool keeps_ = false, looks_back_ = false;
   std::vector<char> open_now_;  // while one looks back
   System::Grips grips_now_;
   System::Seen seen_now_;
-  long changes_seen_ = 0;
-  std::vector<Piece> pieces_;
-  long pieces_made_ = 0;
 
-  Eigen::VectorXd q_before_;
   bool locate_ = true;
   std::vector<Event> events_;
   MotionState before_;

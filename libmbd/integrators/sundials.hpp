@@ -56,6 +56,20 @@ class Vector {
 /// SUNDIALS' own lines on stderr are left out: what matters of them stands in the message of the exception.
 inline void silence(int, const char*, const char*, char*, void*) {}
 
+/// Powers of a polynomial from its derivatives at its centre: derivative(k, into) returns below 0 beyond its order.
+template <class Out, class Derivative>
+void take_powers(const Vector& into, Eigen::Index rows, Out& out, Derivative derivative) {
+  constexpr int most = 13;  // of Adams' order 12
+  out.powers.resize(rows, most);
+  double factor = 1;
+  int k = 0;
+  for (; k < most && derivative(k, into) >= 0; ++k) {
+    out.powers.col(k) = factor * into.map().head(rows);
+    factor *= out.scale / (k + 1);
+  }
+  out.powers.conservativeResize(rows, k);
+}
+
 /// Calls back into C++ where no exception may cross C: it is kept for the caller and `code` tells SUNDIALS.
 template <class Call>
 int guarded(std::exception_ptr& thrown, int code, Call call) {

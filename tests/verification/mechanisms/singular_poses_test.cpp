@@ -7,8 +7,10 @@
 #include <numbers>
 #include <string>
 #include <tuple>
+#include <vector>
 
 #include "libmbd/drivers/angle_driver.hpp"
+#include "libmbd/forces/applied_force.hpp"
 #include "libmbd/joints/revolute.hpp"
 #include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
@@ -225,6 +227,79 @@ TEST(SingularPoses, ReactionsBesideAFlatPoseAreThoseOfThePose) {
               "");
     EXPECT_GT(near, 10);
   }
+}
+
+/// Two cranks of 0.5 m and 0.5 kg, a coupler of 1 m and 1 kg, upright at 100 rad/s; `torque` (N m) on the first crank.
+Model spinning(double torque) {
+  Model m;
+  const auto crank = [&](const char* name, double x) {
+    return m.add({.name = name, .mass = 0.5, .inertia = 0.125 / 12, .pose = {x, 0.25, 0}, .velocity = {-25, 0, 100}});
+  };
+  const int first = crank("crank", 0), second = crank("rocker", 1);
+  const int coupler =
+      m.add({.name = "coupler", .mass = 1, .inertia = 1. / 12, .pose = {0.5, 0.5, 0}, .velocity = {-50, 0, 0}});
+  m.add("A0", Revolute{.body_a = ground, .body_b = first, .p_b = {0, -0.25}});
+  m.add("A", Revolute{.body_a = first, .body_b = coupler, .p_a = {0, 0.25}, .p_b = {-0.5, 0}});
+  m.add("B", Revolute{.body_a = coupler, .body_b = second, .p_a = {0.5, 0}, .p_b = {0, 0.25}});
+  m.add("B0", Revolute{.body_a = ground, .body_b = second, .p_a = {1, 0}, .p_b = {0, -0.25}});
+  if (torque != 0) m.add("motor", AppliedForce{.body = first, .moment = torque});
+  return m;
+}
+
+/// Its speed at the angle phi from upright by its energy: J spin^2/2 + G cos(phi) - torque phi, J = 1/3 kg m^2,
+/// G = 0.75 kg m g.
+double spin_at(double phi, double torque) {
+  return std::sqrt(1e4 + 6 * (0.75 * 9.81 * (1 - std::cos(phi)) + torque * phi));
+}
+
+// Steps of 1/8 and 1/128 s are sums without rounding, so the instants are the same. Rows, what is looked at between
+// them, and steps that are kept leave every bit of the motion as it is.
+TEST(SingularPoses, WhatIsReadChangesNoBitOfTheMotion) {
+  for (const IntegratorKind kind : {IntegratorKind::cvode, IntegratorKind::ida}) {
+    const MachineOptions options{.integrator = kind, .ida = {1e-6, 1e-6}, .cvode = {1e-8, 1e-8}};
+    std::vector<std::vector<double>> seen;
+    for (const double h : {1. / 8, 1. / 128, 1. / 1024}) {
+      Machine machine(spinning(0), options);
+      if (h < 0.1) machine.keep_steps();
+      machine.start_from_pose();
+      std::vector<double> eighths;
+      for (int i = 1; i <= std::lround(1 / h); ++i) {
+        machine.advance(h);
+        if (h < 0.1) machine.look_back(machine.time() - 0.3 * h), machine.look_ahead();
+        if (std::fmod(machine.time(), 0.125) == 0) eighths.push_back(machine.body(1).angle);
+      }
+      seen.push_back(eighths);
+    }
+    ASSERT_EQ(seen[0].size(), 8U);
+    EXPECT_EQ(seen[0], seen[1]);
+    EXPECT_EQ(seen[0], seen[2]);
+  }
+}
+
+// The speed by the energy, whatever the tolerance. A step is held to a hundredth of the tolerance, of velocities of 50
+// m/s; some 3000 steps in 95 passes of the flat pose add up to less than 300 times the tolerance of the spin. At 1e-12
+// rounding over the square of the distance of 0.1 rad is what is left of 100 rad/s.
+TEST(SingularPoses, ASpinningParallelogramKeepsItsSpeedAtEveryTolerance) {
+  for (const double tolerance : {1e-4, 1e-6, 1e-8, 1e-10, 1e-12}) {
+    Machine machine(spinning(0), {.integrator = IntegratorKind::cvode, .cvode = {tolerance, tolerance}});
+    machine.start_from_pose();
+    EXPECT_EQ(run(machine, 0.0371, 3,
+                  [&] {
+                    EXPECT_NEAR(machine.body(1).omega, spin_at(machine.body(1).angle, 0), 300 * tolerance + 1e-7)
+                        << "tolerance " << tolerance << ", t = " << machine.time();
+                  }),
+              "");
+  }
+}
+
+// Under 1000 N m to 3000 rad/s, by default: 1.5 MJ, to the warning's limit over a thousand.
+TEST(SingularPoses, ADrivenParallelogramKeepsItsEnergyUpTo3000RadiansPerSecond) {
+  Machine machine(spinning(1000), {.integrator = IntegratorKind::cvode, .cvode = {1e-12, 1e-12}});
+  machine.start_from_pose();
+  EXPECT_EQ(run(machine, 0.01, 0.9667, [&] {}), "");
+  const double spin = machine.body(1).omega;
+  EXPECT_GT(spin, 2900);
+  EXPECT_NEAR(spin, spin_at(machine.body(1).angle, 1000), 1e-6 * spin);
 }
 
 // A pose that is passed at a located place, by one step that no tolerance chooses: errors fall with the tolerance over
