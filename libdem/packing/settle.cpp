@@ -43,6 +43,14 @@ class Decisions {
   std::size_t next_ = 0;
 };
 
+/// Not under a constant torque against rolling: the step reverses it about zero.
+bool rotation_comes_to_rest(const LawTable& laws) {
+  return std::none_of(laws.laws.begin(), laws.laws.end(), [](const Law& law) {
+    const Friction& f = law->friction();
+    return f.rolling == Rolling::constant_torque && f.mu_r > 0;
+  });
+}
+
 /// One settling from its start to its report.
 class Settler {
  public:
@@ -53,6 +61,7 @@ class Settler {
         region_(region),
         start_(bed.time()),
         gravity_(norm(bed.options().gravity)),
+        rotation_counts_(plan.spins && rotation_comes_to_rest(laws)),
         decide_(plan.from),
         waits_(plan.from != nullptr) {
     if (!(plan.step > 0)) throw std::invalid_argument("settling: the step must be positive");
@@ -192,21 +201,29 @@ class Settler {
       do step(stage);
       while (!stopped_ && steps_of_run_ % kLookSteps != 0);
       if (stopped_) return keep_if_due();
-      const double now = rms_speed(!speed && plan_.spins);
+      const bool with_rotation = !speed && rotation_counts_;
+      const double now = rms_speed(with_rotation);
       if (!(now < limit && bed_.max_speed() < std::max(falling, limit)))
         still_since_ = bed_.time();
       else if (bed_.time() - still_since_ >= hold)
         break;
-      if (elapsed() > plan_.at_most) refuse_motion(stage, now, limit);
+      if (elapsed() > plan_.at_most) refuse_motion(stage, now, limit, with_rotation);
       keep_if_due();
     }
     end_run();
   }
 
-  [[noreturn]] void refuse_motion(const char* stage, double now, double limit) const {
-    throw std::runtime_error("settling: after " + number(elapsed()) + " s the spheres still move at " + number(now) +
-                             " m/s rms, the fastest at " + number(bed_.max_speed()) + " m/s (" + stage +
-                             "; at rest means " + number(limit) +
+  /// States speeds of centres and of surfaces that turn: either may keep the bed from rest.
+  [[noreturn]] void refuse_motion(const char* stage, double now, double limit, bool with_rotation) const {
+    double turning = 0;
+    for (const Sphere& s : bed_.spheres())
+      if (!is_fixed(s)) turning = std::max(turning, s.r * norm(s.w));
+    std::string text =
+        "settling: after " + number(elapsed()) + " s the spheres still move at " + number(now) + " m/s rms";
+    if (with_rotation) text += " with their rotation, at " + number(rms_speed(false)) + " m/s without";
+    text += "; the fastest centre has " + number(bed_.max_speed()) + " m/s";
+    if (with_rotation) text += ", the fastest surface turns at " + number(turning) + " m/s";
+    throw std::runtime_error(text + " (" + stage + "; at rest means " + number(limit) +
                              " m/s rms); allow more time, raise the speed, or settle for a given duration");
   }
 
@@ -215,6 +232,7 @@ class Settler {
   const SettlePlan& plan_;
   Bounds region_;
   double start_, gravity_;
+  bool rotation_counts_;
   double mass_ = 0, radius_ = 0;
   Decisions decide_;
   bool waits_ = false;

@@ -47,8 +47,10 @@ struct SettlePlan {
   bool staged = false;
   double lowered = 0.1;  ///< factor on friction and rolling resistance before they are raised
   double ramp = 0.1;     ///< s over which attraction, friction and rolling resistance come back
-  /// Whether spin counts in "at rest". A sphere that spins about the normal of its only contact is braked by nothing
-  /// but torsion, which few laws have; one such sphere in a small bed keeps it from rest.
+  /// Whether angular velocity counts in "at rest". A sphere that turns about the normal of its only contact is braked
+  /// by nothing but torsion, which few laws have; one such sphere in a small bed keeps it from rest. It never counts
+  /// where a law's rolling resistance is a constant torque: that reverses in every step about zero and ends no
+  /// rotation.
   bool spins = true;
   /// Called every hundred steps; false ends the settling early (SettleReport::stopped).
   std::function<bool(const SettleProgress&)> progress;

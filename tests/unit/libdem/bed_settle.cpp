@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "libdem/laws/linear.hpp"
+#include "tests/tools/message_of.hpp"
 #include "tests/unit/libdem/bed_support.hpp"
 
 namespace subsoil::dem::test::bed_settle {
@@ -49,6 +51,42 @@ SettlePlan soft_plan(bool staged) {
   plan.step = soft_step;
   plan.staged = staged;
   return plan;
+}
+
+/// Dry grains between walls of their own law.
+LawTable dry_grains(Rolling rolling) {
+  Linear law;
+  law.k_n = 2e4, law.restitution = 0.5;
+  law.friction.mu = 0.3, law.friction.mu_r = 0.3, law.friction.rolling = rolling;
+  return {.materials = 2, .index = {0, 0, 0, -1}, .laws = {law}};
+}
+
+/// A constant torque against rolling reverses in every step about zero: angular velocities jitter for ever in a bed
+/// whose centres lie still. The bed is at rest when these are.
+TEST(BedSettle, AConstantTorqueAgainstRollingEndsAtRest) {
+  const LawTable laws = dry_grains(Rolling::constant_torque);
+  RandomFill f = fill(1);
+  f.count = 60;
+  SettlePlan plan = soft_plan(true);
+  plan.at_most = 3;
+  Bed bed = boxed_bed(laws, box);
+  const SettleReport at_rest = fill_at_random(bed, laws, f, plan);
+  EXPECT_FALSE(at_rest.stopped);
+  EXPECT_LT(at_rest.rms_speed, rest_speed(0.01, 9.81)) << "of the centres";
+}
+
+/// A refusal states speeds of centres and of surfaces that turn.
+TEST(BedSettle, ARefusalTellsCentresFromRotation) {
+  const LawTable laws = dry_grains(Rolling::elastic_plastic);
+  SettlePlan plan = soft_plan(false);
+  plan.at_most = 1e-3;
+  RandomFill f = fill(1);
+  f.count = 20;
+  Bed bed = boxed_bed(laws, box);
+  const std::string said = subsoil::test::message_of([&] { fill_at_random(bed, laws, f, plan); });
+  for (const char* part :
+       {"m/s rms with their rotation, at ", " m/s without; the fastest centre has ", ", the fastest surface turns at "})
+    EXPECT_NE(said.find(part), std::string::npos) << said;
 }
 
 TEST(BedSettle, SoftenedLawKeepsItsRestDistanceAndLosesItsAttraction) {
