@@ -23,6 +23,7 @@
 #include "libdem/geometry/mesh_edges.hpp"
 #include "libsim/base/input_limits.hpp"
 #include "libsim/scenario/shapes/mesh_file.hpp"
+#include "libsim/scenario/shapes/mesh_text.hpp"
 #include "libsim/scenario/shapes/ply_length.hpp"
 
 namespace subsoil::sim {
@@ -31,12 +32,6 @@ namespace {
 using Point = CGAL::Simple_cartesian<double>::Point_3;
 using Facet = std::array<Vec3, 3>;
 using Faces = std::vector<std::vector<std::size_t>>;
-
-bool is_ply(const std::string& file) {
-  char magic[4] = {};
-  std::ifstream(file, std::ios::binary).read(magic, 3);
-  return std::string(magic) == "ply";
-}
 
 std::string content_of(const std::string& file) {
   std::ifstream in(file, std::ios::binary);
@@ -48,41 +43,11 @@ std::string lower(std::string text) {
   return text;
 }
 
-/// Bytes of a binary STL file by the number of triangles that it says it has.
-std::size_t bytes_of_binary(const std::string& content) {
-  std::uint32_t count = 0;
-  if (content.size() >= 84) std::memcpy(&count, content.data() + 80, 4);
-  return 84 + 50 * static_cast<std::size_t>(count);
-}
-
-/// CGAL wants the words of a text in lower case. A binary file stays as it is: empty.
-std::string text_of_stl(const std::string& content) {
-  const std::size_t begin = content.find_first_not_of(" \t\r\n");
-  if (begin == std::string::npos || bytes_of_binary(content) == content.size()) return {};
-  if (lower(content.substr(begin, 5)) != "solid") return {};
-  std::string text = lower(content);
-  return text.find("facet") == std::string::npos ? std::string() : text;
-}
-
-/// With the lines joined that end with a backslash, which CGAL does not know. Comments may end with one as they like.
-std::string joined_lines(const std::string& text) {
-  std::string out;
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) {
-    if (line.ends_with('\r')) line.pop_back();
-    const bool goes_on = line.ends_with('\\') && !line.starts_with('#');
-    if (goes_on) line.pop_back();
-    out += line + (goes_on ? ' ' : '\n');
-  }
-  return out;
-}
-
-/// Points and faces as the file has them; false: not readable. @param content of the file, but of PLY
-bool read_file(const std::string& file, const std::string& kind, const std::string& content, std::vector<Point>& points,
-               Faces& faces) {
+/// Points and faces as the content has them; false: not readable.
+bool read_content(const std::string& kind, const std::string& content, std::vector<Point>& points, Faces& faces) {
   try {
-    if (kind == "PLY") return CGAL::IO::read_PLY(file, points, faces);
     std::istringstream in(content);
+    if (kind == "PLY") return CGAL::IO::read_PLY(in, points, faces);
     return kind == "OBJ" ? CGAL::IO::read_OBJ(in, points, faces) : CGAL::IO::read_STL(in, points, faces);
   } catch (const std::exception&) {
     return false;
@@ -153,24 +118,42 @@ void refuse_cut_off(const std::string& file, const std::string& content, const s
   }
 }
 
-std::vector<Facet> facets_of(const std::string& file, double unit) {
-  const std::string ending = lower(std::filesystem::path(file).extension());
-  const std::string kind = is_ply(file) ? "PLY" : ending == ".obj" ? "OBJ" : "STL";
-  refuse_long(file);
-  std::string content;
+/// The content of a file as a reader takes it, after the faults that the reader would not see.
+std::string readable(const std::string& file, const std::string& kind, std::string content) {
   if (kind == "PLY") {
-    refuse_short_ply(file);
-  } else {
-    content = content_of(file);
-    std::string text = kind == "OBJ" ? joined_lines(content) : text_of_stl(content);
-    if (kind == "STL") refuse_cut_off(file, content, text);
-    if (!text.empty()) content = std::move(text);
+    refuse_short_ply(file, content);
+    return content;
   }
+  if (kind == "OBJ") return plain_obj(file, content);
+  std::string text = plain_stl(content);
+  refuse_cut_off(file, content, text);
+  if (!text.empty()) return text;
+  if (content.size() >= 84) refuse_no_numbers(file, content);
+  return content;
+}
+
+[[noreturn]] void refuse_unreadable(const std::string& file, const std::string& kind, const std::string& content) {
+  const std::string word = kind == "PLY" ? "" : kind == "OBJ" ? "v" : "vertex";
+  const std::string commas = decimal_commas(content, word);
+  throw std::runtime_error(
+      commas.empty() ? fmt::format("{}: no {} file that can be read (STL, binary or text, OBJ and PLY are)", file, kind)
+                     : fmt::format("{}: {}", file, commas));
+}
+
+std::vector<Facet> facets_of(const std::string& file, double unit) {
+  refuse_long(file);
+  std::string content = content_of(file);
+  drop_byte_order_mark(content);
+  const std::string ending = lower(std::filesystem::path(file).extension());
+  const std::string kind = content.starts_with("ply") ? "PLY" : ending == ".obj" ? "OBJ" : "STL";
+  // The 80 bytes before a binary STL file may hold anything.
+  const bool binary_stl = kind == "STL" && content.size() >= 84 && bytes_of_binary(content) == content.size();
+  if (const std::string other = binary_stl ? std::string() : other_format(content); !other.empty())
+    throw std::runtime_error(fmt::format("{}: {}", file, other));
   std::vector<Point> points;
   Faces faces;
-  if (!read_file(file, kind, content, points, faces) || faces.empty())
-    throw std::runtime_error(
-        fmt::format("{}: no {} file that can be read (STL, binary or text, OBJ and PLY are)", file, kind));
+  if (!read_content(kind, readable(file, kind, content), points, faces) || faces.empty())
+    refuse_unreadable(file, kind, content);
   std::size_t triangles = 0;
   for (const auto& face : faces) triangles += face.size() - std::min<std::size_t>(face.size(), 2);
   if (triangles > input_limits().triangles) refuse_many(file, triangles);

@@ -195,17 +195,22 @@ class Body {
 
 }  // namespace
 
-void refuse_short_ply(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
+void refuse_short_ply(const std::string& file, const std::string& content) {
+  std::istringstream in(content);
   const Header header = read_header(in);
   if (!header.readable)
     throw std::runtime_error(
         file +
         ": no PLY file that can be read: its header must list elements, each with its properties after it, "
         "and end with `end_header`; export it again");
-  for (const Element& element : header.elements)
+  for (const Element& element : header.elements) {
     if (const std::string fault = fault_of(element); !fault.empty())
       throw std::runtime_error(file + ": no PLY file that can be read: " + fault + "; export it again");
+    if (element.count > 0 && (element.name == "tristrips" || element.name == "tristrip" || element.name == "strips"))
+      throw std::runtime_error(
+          fmt::format("{}: holds its triangles as strips (element `{}`), which are not read; export it with faces",
+                      file, element.name));
+  }
   Body body({std::istreambuf_iterator<char>(in), {}}, header);
   for (const Element& element : header.elements)
     if (!body.holds(element))

@@ -180,6 +180,73 @@ TEST_F(MeshFiles, FacesOfMoreCornersAreCut) {
             std::string::npos);
 }
 
+/// What editors and other programs add to a file changes no corner: a mark of byte order, tabs, names of solids that
+/// are words of the format, lines that bound no solid, the older word for a face.
+TEST_F(MeshFiles, WhatBesidesTrianglesStandsInAFileChangesNone) {
+  const TriangleMesh box = askew();
+  const std::string mark = "\xEF\xBB\xBF";
+  std::string tabbed = text_stl(box, "%.17g"), named = tabbed, older = obj(box);
+  tabbed.replace(0, 9, "solid\tbox\t1"), named.replace(0, 9, "solid facet solid");
+  for (std::size_t at = 0; (at = older.find("\nf ", at)) != std::string::npos;) older.replace(at, 3, "\nfo ");
+  for (const std::string& file :
+       {write("mark.stl", mark + text_stl(box, "%.17g")), write("mark.obj", mark + obj(box)),
+        write("mark.ply", mark + ply(box, false)), write("mark-binary.ply", mark + ply(box, true)),
+        write("tab.stl", tabbed), write("named.stl", named), write("older.obj", older),
+        write("lines.obj", obj(box) + "l 1 2\nl 2 3 \\\n4 5\np 1\n")}) {
+    EXPECT_EQ(apart(read_mesh(file, 1), box), 0) << file;
+    EXPECT_TRUE(read_mesh(file, 1).closed()) << file;
+  }
+}
+
+/// A corner that is no number was taken for whichever corner the reader's map found beside it.
+TEST_F(MeshFiles, ACornerThatIsNoNumberIsRefused) {
+  std::string bytes = binary_stl(askew());
+  const float none = std::nanf("");
+  std::memcpy(bytes.data() + 84 + 50 * 3 + 12 + 12, &none, sizeof none);
+  const std::string said = message_of([&] { read_mesh(write("nan.stl", bytes), 1); });
+  EXPECT_NE(said.find("triangle 4 has its corner 2 at (nan, "), std::string::npos) << said;
+}
+
+/// Below the smallest float of full precision, and below the smallest double: lengths that are zero.
+TEST_F(MeshFiles, ACoordinateBelowAnyLengthIsZero) {
+  for (const char* tiny : {"1e-43", "1e-400"}) {
+    const std::string v = std::string("v ") + tiny + " 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    EXPECT_NEAR(read_mesh(write("tiny.obj", v), 1).area(), 0.5, 1e-15) << tiny;
+    const std::string text = std::string("solid x\nfacet normal 0 0 1\nouter loop\nvertex ") + tiny +
+                             " 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid x\n";
+    EXPECT_NEAR(read_mesh(write("tiny.stl", text), 1).area(), 0.5, 1e-15) << tiny;
+    const std::string list = std::string(
+                                 "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                                 "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                                 "end_header\n") +
+                             tiny + " 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    EXPECT_NEAR(read_mesh(write("tiny.ply", list), 1).area(), 0.5, 1e-15) << tiny;
+  }
+}
+
+TEST_F(MeshFiles, WhatAFileIsIsNamed) {
+  const auto named = [&](const std::string& name, const std::string& text, const std::string& why) {
+    const std::string message = message_of([&] { read_mesh(write(name, text), 1); });
+    EXPECT_NE(message.find(why), std::string::npos) << name << ": " << message;
+  };
+  const TriangleMesh box = askew();
+  named("a.stl", "ISO-10303-21;\nHEADER;\n", "is a STEP file, which holds curved faces; export the surface as STL");
+  named("b.stl", "\x1f\x8b\x08 packed", "is compressed by gzip; unpack it first");
+  named("c.stl", std::string("PK\x03\x04") + "packed", "is a ZIP archive");
+  named("d.obj", std::string("\xff\xfe") + std::string("v\0 \0", 4), "is text in UTF-16");
+  std::string commas = text_stl(box, "%.17g"), points = obj(box), rows = ply(box, false);
+  for (std::string* text : {&commas, &points, &rows})
+    for (std::size_t at = 0; (at = text->find("0.", at)) != std::string::npos;) (*text)[at + 1] = ',';
+  named("commas.stl", commas, "line 4, `vertex ");
+  named("commas.obj", points, "has decimal commas; export it with decimal points");
+  named("commas.ply", rows, "has decimal commas; export it with decimal points");
+  named("strips.ply",
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+        "holds its triangles as strips (element `tristrips`), which are not read; export it with faces");
+  named("curved.obj", obj(box) + "surf 0 1 0 1 1 2 3 4\n", "`surf` is of a curved surface");
+}
+
 TEST_F(MeshFiles, BadFilesAreRefused) {
   const auto refused = [&](const std::string& name, const std::string& text, const std::string& why) {
     const std::string message = message_of([&] { read_mesh(write(name, text), 1); });
