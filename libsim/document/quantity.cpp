@@ -5,6 +5,8 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
+#include <string>
 
 #include "libsim/document/arithmetic.hpp"
 #include "libsim/document/characters.hpp"
@@ -28,8 +30,10 @@ std::optional<double> take_number(std::string_view& text) {
   }
   double value = 0;
   const auto [end, code] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
-  if (code != std::errc{} || !std::isfinite(value)) {
-    throw UnitError("a number is too large or too small for double precision");
+  if (code == std::errc::result_out_of_range && std::abs(std::strtod(std::string(rest).c_str(), nullptr)) < 1) {
+    value = 0;  // below the smallest double
+  } else if (code != std::errc{} || !std::isfinite(value)) {
+    throw UnitError("a number is too large for double precision");
   }
   rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
   if (rest.starts_with(',')) throw UnitError("a comma stands in a number; write 1.5, and blanks between numbers");

@@ -134,6 +134,18 @@ void multiply(Unit& unit, const Unit& by) {
   }
 }
 
+struct Superscript {
+  std::string_view text;  ///< UTF-8
+  char plain;
+};
+std::optional<Superscript> superscript_at(std::string_view text) {
+  static constexpr Superscript all[] = {{"⁻", '-'}, {"⁺", '+'}, {"⁰", '0'}, {"¹", '1'}, {"²", '2'}, {"³", '3'},
+                                        {"⁴", '4'}, {"⁵", '5'}, {"⁶", '6'}, {"⁷", '7'}, {"⁸", '8'}, {"⁹", '9'}};
+  for (const Superscript& s : all)
+    if (text.starts_with(s.text)) return s;
+  return {};
+}
+
 /// Recursive descent over one unit expression.
 class Expression {
  public:
@@ -198,7 +210,7 @@ class Expression {
       const std::string_view from = rest_.substr(size);
       const auto c = static_cast<unsigned char>(from.front());
       const bool letter = std::isalpha(c) || c == '_' || c == '%' || c == '\'' || c >= 0x80;
-      if (!letter || from.starts_with("·") || from.starts_with("²") || from.starts_with("³")) break;
+      if (!letter || from.starts_with("·") || superscript_at(from)) break;
     }
     if (size == 0) fail(fmt::format("cannot be read at `{}`", rest_));
     const std::string result{rest_.substr(0, size)};
@@ -207,8 +219,7 @@ class Expression {
   }
 
   std::optional<double> exponent() {
-    if (accept_here("²")) return 2;
-    if (accept_here("³")) return 3;
+    if (superscript_at(rest_)) return superscripts();
     if (accept_here("^") || accept_here("**")) {
       skip();
       if (at('(')) {
@@ -223,6 +234,19 @@ class Expression {
     if (!sign && (rest_.empty() || !is_digit(rest_.front()))) return {};
     const double value = signed_term();
     if (value != std::round(value)) fail("has a decimal power without `^`; write m^1.5, or m^2 s for a product");
+    return value;
+  }
+  /// A power in superscript characters: ², ⁻¹, ⁻³.
+  double superscripts() {
+    std::string number;
+    while (const std::optional<Superscript> s = superscript_at(rest_)) {
+      number += s->plain;
+      rest_.remove_prefix(s->text.size());
+    }
+    double value = 0;
+    const char* const begin = number.data() + (number.front() == '+' ? 1 : 0);
+    const auto [end, code] = std::from_chars(begin, number.data() + number.size(), value);
+    if (code != std::errc{} || end != number.data() + number.size()) fail("has a power that is no number");
     return value;
   }
   bool accept_here(std::string_view token) {

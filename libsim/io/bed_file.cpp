@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <limits>
 #include <map>
@@ -13,6 +14,7 @@
 #include "libsim/base/input_limits.hpp"
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/io/csv.hpp"
+#include "libsim/io/csv_separator.hpp"
 #include "libsim/io/state_file.hpp"
 
 namespace subsoil::sim {
@@ -31,6 +33,9 @@ constexpr Column kColumns[] = {
     {"material", ""}, {"vx", "m/s"}, {"vy", "m/s"}, {"vz", "m/s"}, {"wx", "rad/s"}, {"wy", "rad/s"},
     {"wz", "rad/s"}};
 
+/// A comment of a table: what BedTable::surface is.
+constexpr const char* surface_mark = "# surface [m] = ";
+
 double si_only(std::string_view unit, std::string_view si) {
   if (unit != si) throw std::invalid_argument(fmt::format("unit '{}': must be {}", unit, si));
   return 1;
@@ -41,6 +46,11 @@ void save_csv(const std::filesystem::path& path, const BedTable& bed) {
   for (const auto& c : kColumns)
     text += fmt::format("{}{}", text.empty() ? "" : ",", *c.unit ? fmt::format("{} [{}]", c.name, c.unit) : c.name);
   text += '\n';
+  if (bed.surface) {
+    text += surface_mark;
+    csv::append_number(text, *bed.surface, 17);
+    text += '\n';
+  }
   for (std::size_t i = 0; i < bed.size(); ++i) {
     const auto number = [&](double value) {
       text += ',';
@@ -67,6 +77,7 @@ class CsvBed {
     if (!file_) throw std::invalid_argument("cannot read " + path.string() + ": is the name right?");
     std::string line;
     std::getline(file_, line);
+    if (const std::string fault = csv::other_separator(line); !fault.empty()) refuse(1, fault);
     const auto labels = csv::split(line);
     for (std::size_t i = 0; i < labels.size(); ++i) take_label(i, csv::split_label(labels[i]), factor);
     for (const char* must : {"x", "y", "z", "radius"})
@@ -79,6 +90,9 @@ class CsvBed {
     BedTable bed;
     std::string line;
     for (line_ = 2; std::getline(file_, line); ++line_) {
+      double surface = 0;
+      if (line.starts_with(surface_mark) && csv::to_number(line.substr(std::strlen(surface_mark)), surface))
+        bed.surface = surface;
       if (line.find_first_not_of(" \t\r") == std::string::npos || line.starts_with('#')) continue;
       fields_ = csv::split(line);
       if (fields_.size() != columns_)
@@ -177,6 +191,7 @@ void save_hdf5(const std::filesystem::path& path, const BedTable& bed) {
   file.put_text("bed/material names", fmt::format("{}", fmt::join(names, "\n")));
   file.put_vectors("bed/velocity", bed.velocity);
   file.put_vectors("bed/spin", bed.spin);
+  if (bed.surface) file.put("bed/surface", *bed.surface);
   file.commit();
 }
 
@@ -190,7 +205,9 @@ BedTable load_hdf5(const std::filesystem::path& path) {
                file.get<double>("bed/density"),
                {},
                file.get_vectors("bed/velocity"),
-               file.get_vectors("bed/spin")};
+               file.get_vectors("bed/spin"),
+               {}};
+  if (file.has("bed/surface")) bed.surface = file.value<double>("bed/surface");
   std::vector<std::string> names(1);
   for (const char c : file.text("bed/material names"))
     if (c == '\n')

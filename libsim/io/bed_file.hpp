@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,6 +19,9 @@ struct BedTable {
   std::vector<double> density;            ///< kg/m^3; NaN where a list leaves it to the material
   std::vector<std::string> material;      ///< name; empty where a list leaves it to the scenario
   std::vector<dem::Vec3> velocity, spin;  ///< m/s, rad/s
+  /// m, height of the mean surface to which bed and container were shifted (`soil.surface`) by the run that saved it.
+  /// Positions are those before: the bed lies on the floor of its container.
+  std::optional<double> surface{};
 
   std::size_t size() const { return id.size(); }
 };

@@ -1,6 +1,10 @@
 #include "libsim/io/csv.hpp"
 
 #include <charconv>
+#include <cmath>
+#include <cstdlib>
+
+#include "libsim/io/csv_separator.hpp"
 
 namespace subsoil::sim::csv {
 namespace {
@@ -45,6 +49,14 @@ std::vector<std::string> split(std::string_view line) {
   return fields;
 }
 
+std::string other_separator(std::string_view line) {
+  if (line.find(',') != std::string_view::npos) return {};
+  const bool semicolon = line.find(';') != std::string_view::npos, tab = line.find('\t') != std::string_view::npos;
+  if (!semicolon && !tab) return {};
+  return std::string("has its fields separated by ") + (semicolon ? "`;`" : "tabs") +
+         ": must be `,`, with decimal points in the numbers; save it as CSV in English notation";
+}
+
 std::string quoted(std::string_view field) {
   if (field.find_first_of(",\"\n") == std::string_view::npos) return std::string(field);
   std::string text = "\"";
@@ -67,7 +79,10 @@ bool to_number(std::string_view text, double& value) {
   text = trimmed(text);
   if (text.starts_with('+')) text.remove_prefix(1);
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return !text.empty() && error == std::errc{} && end == text.data() + text.size();
+  if (text.empty() || end != text.data() + text.size()) return false;
+  if (error == std::errc::result_out_of_range && std::abs(std::strtod(std::string(text).c_str(), nullptr)) < 1)
+    return value = 0, true;
+  return error == std::errc{};
 }
 
 void append_number(std::string& row, double value, int digits) {

@@ -7,6 +7,7 @@
 
 #include "libsim/document/quantity.hpp"
 #include "libsim/io/csv.hpp"
+#include "libsim/io/csv_separator.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -24,6 +25,7 @@ class PointsFile {
     for (std::string line; std::getline(stream, line);) {
       ++line_;
       if (line.find_first_not_of(" \t\r") == std::string::npos || line[0] == '#') continue;
+      if (const std::string fault = csv::other_separator(line); header && !fault.empty()) refuse(fault);
       const std::vector<std::string> fields = csv::split(line);
       if (fields.size() != 2) refuse(fmt::format("holds {} columns; must be two, x and y", fields.size()));
       if (header)

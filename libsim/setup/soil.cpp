@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
+#include <tuple>
+#include <utility>
 
 #include "libdem/geometry/mesh_builders.hpp"
 #include "libdem/packing/carve.hpp"
@@ -34,10 +37,34 @@ dem::TriangleMesh face_mesh(const Vec3& at, const Vec3& size, int f) {
   return upper ? dem::rectangle_mesh(corner, along(v), along(u)) : dem::rectangle_mesh(corner, along(u), along(v));
 }
 
+dem::Bounds sphere_centres(std::span<const dem::Sphere> spheres) {
+  dem::Bounds box;
+  for (const dem::Sphere& s : spheres) box.include(s.x);
+  return box;
+}
+
+/// The first two spheres, in their order, that have one centre: no law knows in which direction they push each other.
+std::optional<std::pair<std::size_t, std::size_t>> find_coincident(const std::vector<dem::SphereSpec>& spheres) {
+  std::vector<std::size_t> order(spheres.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto key = [&](std::size_t i) {
+    const Vec3& p = spheres[i].position;
+    return std::tuple(p.x, p.y, p.z);
+  };
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
+  const auto at =
+      std::adjacent_find(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return key(a) == key(b); });
+  if (at == order.end()) return {};
+  return std::pair{at[0], at[1]};
+}
+std::string coincident_words(const Vec3& p) {
+  return fmt::format("have the same centre ({:.6g}, {:.6g}, {:.6g}) m: no force is defined there; remove or move one",
+                     p.x, p.y, p.z);
+}
+
 /// A guess where a solid with spheres inside is far larger than the soil: numbers in mm that were taken as m.
 std::string unit_guess(const dem::Boundary& b, std::span<const dem::Sphere> spheres) {
-  dem::Bounds soil;
-  for (const dem::Sphere& s : spheres) soil.include(s.x);
+  const dem::Bounds soil = sphere_centres(spheres);
   const dem::Bounds own = dem::bounds(b.shape);
   if (!std::isfinite(own.diagonal()) || own.diagonal() < 10 * soil.diagonal()) return {};
   return fmt::format("; {} is {:.3g} m large and the soil {:.3g} m: is the unit of its numbers right?", b.name,
@@ -262,15 +289,21 @@ std::vector<dem::SphereSpec> SoilBuilder::listed() const {
                                  m};
     out.push_back(p.fixed.empty() ? sphere : dem::fixed(sphere));
   }
+  if (const auto twice = find_coincident(out))
+    throw ScenarioError(fmt::format("{}: this sphere and `particles[{}]` {}",
+                                    loaded_.where(fmt::format("soil.bed.particles[{}]", twice->second)), twice->first,
+                                    coincident_words(out[twice->first].position)));
   return out;
 }
 
 /// In ascending id of the file: the bed numbers its spheres in this order, so a saved bed keeps its numbers.
-std::vector<dem::SphereSpec> SoilBuilder::from_file() const {
+std::vector<dem::SphereSpec> SoilBuilder::from_file() {
   const BedTable table = load_bed(bed().file, [](std::string_view unit, std::string_view si) {
     return unit.empty() || unit == si ? 1.0 : parse_quantity("1 " + std::string(unit), std::string(si));
   });
   if (table.size() == 0) throw std::invalid_argument(bed().file + ": holds no sphere");
+  const auto& container = loaded_.scenario.soil->container;
+  if (container && !container->periodic[1] && acts_down(loaded_.scenario.gravity)) datum_of_file_ = table.surface;
   std::vector<std::size_t> order(table.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return table.id[a] < table.id[b]; });
@@ -283,6 +316,10 @@ std::vector<dem::SphereSpec> SoilBuilder::from_file() const {
                                : table.density[i];
     out.push_back({table.position[i], table.velocity[i], table.spin[i], table.radius[i], density, m});
   }
+  if (const auto twice = find_coincident(out))
+    throw std::invalid_argument(fmt::format("{}: spheres {} and {} {}", bed().file, table.id[order[twice->first]],
+                                            table.id[order[twice->second]],
+                                            coincident_words(out[twice->first].position)));
   return out;
 }
 
@@ -655,7 +692,13 @@ void SoilBuilder::save() const {
     table.velocity.push_back(s.v);
     table.spin.push_back(s.w);
   }
+  table.surface = datum();
   save_bed(bed().save, table);
+}
+
+/// Of the scenario; left out there, that of the run which saved the bed.
+std::optional<double> SoilBuilder::datum() const {
+  return loaded_.scenario.soil->surface ? loaded_.scenario.soil->surface : datum_of_file_;
 }
 
 void SoilBuilder::fix_rough_floor() {
@@ -668,7 +711,6 @@ void SoilBuilder::fix_rough_floor() {
 
 void SoilBuilder::finish() {
   if (!loaded_.scenario.soil) return;
-  const Soil& soil = *loaded_.scenario.soil;
   dem::Bed& bed = *world_.bed;
   const bool has_spheres = !bed.spheres().empty();
   if (has_spheres && has_bed() && options_.place_soil && this->bed().rough_floor && !world_.soil.stopped)
@@ -689,11 +731,11 @@ void SoilBuilder::finish() {
   }
   // Before box and bed move together to the datum, so that a run with this container finds the bed on its floor.
   if (has_bed() && has_spheres && options_.settle && options_.place_soil && !world_.soil.stopped) save();
-  if (soil.surface && has_spheres && options_.place_soil) {
-    world_.container_shift = *soil.surface - world_.soil.surface_mean;
+  if (const std::optional<double> surface = datum(); surface && has_spheres && options_.place_soil) {
+    world_.container_shift = *surface - world_.soil.surface_mean;
     bed.shift({0, world_.container_shift, 0});
     shift_walls();
-    world_.soil.surface_mean = *soil.surface;
+    world_.soil.surface_mean = *surface;
     for (auto& [name, layer] : world_.soil.layers) layer.top += world_.container_shift;
   }
   open_walls();
@@ -752,13 +794,31 @@ void SoilBuilder::clear_given() {
 
 void SoilBuilder::clear_machine() {
   if (!has_bed()) return;
+  const dem::Bounds soil = sphere_centres(world_.bed->spheres());
   remove_in_the_way();
   if (world_.soil.carved == 0) return;
+  if (world_.bed->spheres().empty()) refuse_empty(soil);
   world_.bed->reset_energy_balance();         // what is carved was never of the run
   if (loaded_.scenario.soil->moving) return;  // of which the blocks are said, that come and go
   world_.soil.spheres = world_.bed->spheres().size(), world_.soil.mass = 0;
   for (const dem::Sphere& s : world_.bed->spheres())
     world_.soil.mass += dem::is_fixed(s) ? dem::own_mass(s) : world_.bed->mass_of(s);
+}
+
+/// A solid that takes all spheres away leaves nothing to simulate: nearly always a unit that is wrong.
+/// @param soil box of the centres that were there
+void SoilBuilder::refuse_empty(const dem::Bounds& soil) const {
+  std::vector<std::string> solids;
+  for (const SurfaceRecord& s : world_.surfaces) {
+    if (s.owner == SurfaceRecord::Owner::container) continue;
+    const dem::Boundary& b = world_.bed->boundary(s.boundary);
+    if (std::holds_alternative<dem::Plane>(b.shape)) continue;
+    solids.push_back(fmt::format("`{}` ({:.3g} m large)", s.name, dem::bounds(b.shape).diagonal()));
+  }
+  throw ScenarioError(fmt::format(
+      "{}: no sphere is left: all {} lie inside {} at the start, in a soil {:.3g} m large; is the unit of "
+      "its numbers right? make it smaller, or start it outside the soil",
+      loaded_.where("soil.bed.inside machine"), world_.soil.carved, fmt::join(solids, " or "), soil.diagonal()));
 }
 
 void SoilBuilder::remove_in_the_way() {

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <optional>
 
 #include "libdem/packing/settle.hpp"
 #include "libsim/io/bed_file.hpp"
@@ -73,16 +74,19 @@ class SoilBuilder {
   dem::LatticePlan lattice_plan(double pitch, bool around = true) const;
   double rest_overlap(int a, int b) const;
   std::vector<dem::SphereSpec> listed() const;
-  std::vector<dem::SphereSpec> from_file() const;
+  std::vector<dem::SphereSpec> from_file();
   int material_of(const BedTable& table, std::size_t row) const;
   void save() const;
+  std::optional<double> datum() const;
+  [[noreturn]] void refuse_empty(const dem::Bounds& soil) const;
   void fix_rough_floor();
 
   World& world_;
   const Loaded& loaded_;
   const BuildOptions& options_;
   std::array<int, 6> wall_{-1, -1, -1, -1, -1, -1};
-  std::vector<int> layer_;  ///< of each sphere, by its id; from below
+  std::vector<int> layer_;               ///< of each sphere, by its id; from below
+  std::optional<double> datum_of_file_;  ///< BedTable::surface, of a bed in a container
 };
 
 }  // namespace subsoil::sim

@@ -96,8 +96,32 @@ TEST_F(FromTable, ABedMovedToADatumIsKeptWhereItLayInItsBox) {
   for (const World* w : {&first, &second})
     for (const dem::Sphere& s : w->bed->spheres())
       EXPECT_NEAR(s.x.y - s.r, w->container_shift, 1e-15) << "on the floor, which is shifted from y = 0";
-  const World plain = world({"soil.bed.file=" + kept});
-  for (const dem::Sphere& s : plain.bed->spheres()) EXPECT_NEAR(s.x.y, s.r, 1e-15);
+}
+
+/// A saved bed keeps its datum: a scenario that names none has bed and box where the run had them that saved it.
+TEST_F(FromTable, ASavedBedKeepsItsDatum) {
+  table("x [m],y [m],z [m],radius [m]\n0.2,0.01,0.5,0.01\n0.8,0.02,0.5,0.02\n");
+  for (const char* name : {"kept.h5", "kept.csv"}) {
+    const std::string kept = (dir / name).string();
+    const World first = world({"soil.surface=0.5 m", "soil.bed.save=" + kept});
+    const World second = world({"soil.bed.file=" + kept}),
+                third = world({"soil.bed.file=" + kept, "soil.surface=0.1 m"});
+    EXPECT_EQ(second.container_shift, first.container_shift) << name;
+    EXPECT_EQ(second.soil.surface_mean, 0.5) << name;
+    EXPECT_EQ(third.soil.surface_mean, 0.1) << name << ": the scenario's datum comes before the file's";
+  }
+}
+
+TEST_F(FromTable, SpheresAtOnePlaceAreNamed) {
+  table("id,x [m],y [m],z [m],radius [m]\n7,0.2,0.1,0.5,0.01\n3,0.8,0.3,0.5,0.02\n12,0.2,0.1,0.5,0.03\n");
+  EXPECT_NE(refusal().find("spheres 7 and 12 have the same centre (0.2, 0.1, 0.5) m"), std::string::npos) << refusal();
+}
+
+TEST_F(FromTable, ATableWithAnotherSeparatorIsNamed) {
+  table("x [m];y [m];z [m];radius [m]\n0,2;0,1;0,5;0,01\n");
+  EXPECT_NE(refusal().find("bed.csv:1: has its fields separated by `;`: must be `,`"), std::string::npos) << refusal();
+  table("x [m]\ty [m]\tz [m]\tradius [m]\n0.2\t0.1\t0.5\t0.01\n");
+  EXPECT_NE(refusal().find("separated by tabs"), std::string::npos) << refusal();
 }
 
 TEST_F(FromTable, ABedThatHangsAboveItsFloorIsWarnedOf) {

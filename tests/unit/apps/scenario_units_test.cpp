@@ -31,6 +31,13 @@ TEST(ScenarioUnits, DecimalFractionsAreExact) {
   EXPECT_EQ(parse_quantity("1.8 g/cm^3", "kg/m^3"), 1800.0);
 }
 
+TEST(ScenarioUnits, ANumberBelowTheSmallestDoubleIsZero) {
+  EXPECT_EQ(parse_quantity("1e-400 m", "m"), 0);
+  EXPECT_EQ(parse_quantity("-1e-400 m", "m"), 0);
+  EXPECT_EQ(parse_quantity("1e-43 m", "m"), 1e-43);
+  EXPECT_NE(refusal("1e400 m", "m").find("too large"), std::string::npos);
+}
+
 TEST(ScenarioUnits, NamesOfUdunits) {
   EXPECT_DOUBLE_EQ(parse_quantity("1 lbf", "N"), 4.4482216152605);
   EXPECT_DOUBLE_EQ(parse_quantity("36 km/h", "m/s"), 10);
@@ -46,6 +53,10 @@ TEST(ScenarioUnits, ProductsQuotientsAndWholePowers) {
   }
   EXPECT_DOUBLE_EQ(parse_quantity("2 m/(s s)", "m/s^2"), 2);
   EXPECT_DOUBLE_EQ(parse_quantity("2 m²", "m^2"), 2);
+  EXPECT_DOUBLE_EQ(parse_quantity("1.8 g cm⁻³", "kg/m^3"), 1800);
+  EXPECT_DOUBLE_EQ(parse_quantity("5 s⁻¹", "1/s"), 5);
+  EXPECT_DOUBLE_EQ(parse_quantity("2 m⁺²", "m^2"), 2);
+  EXPECT_NE(refusal("2 m⁻", "1/m").find("has a power that is no number"), std::string::npos);
   EXPECT_DOUBLE_EQ(parse_quantity("5 1/s", "1/s"), 5);
   EXPECT_DOUBLE_EQ(parse_quantity("5 /s", "1/s"), 5);
 }
