@@ -7,6 +7,7 @@
 #include <map>
 
 #include "libsim/document/document.hpp"
+#include "libsim/scenario/effects.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -86,6 +87,11 @@ std::vector<Difference> differences(const std::string& before, const std::string
   std::vector<Difference> out;
   for (auto& [key, d] : found) {
     const std::string owner = owner_of(key);
+    // Left out where it has no effect: what took the effect away differs itself.
+    const auto conditional = [&](const ConditionalKey& c) { return within(key, c.path); };
+    const std::span<const ConditionalKey> all = conditional_keys();
+    if ((d.before.empty() || d.now.empty()) && std::any_of(all.begin(), all.end(), conditional))
+      d.kind = Difference::Kind::harmless;
     if (!owner.empty() && d.kind != Difference::Kind::harmless && has_owner(a, owner) != has_owner(b, owner))
       d.kind = Difference::Kind::impossible;
     out.push_back(std::move(d));

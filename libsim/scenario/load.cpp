@@ -4,6 +4,7 @@
 #include "libsim/keys/fields.hpp"
 #include "libsim/keys/registry.hpp"
 #include "libsim/scenario/checks.hpp"
+#include "libsim/scenario/effects.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -28,6 +29,7 @@ Loaded read_checked(const Node& document, Problems& problems) {
   refuse_unused_sets(document, problems);
   loaded.places = std::move(reading.places);
   check(loaded.scenario, loaded.places, problems);
+  check_effects(loaded.scenario, loaded.places, problems);
   if (!problems.empty()) throw ScenarioError(problems);
   return loaded;
 }

@@ -8,6 +8,7 @@
 #include "libsim/keys/key_list.hpp"
 #include "libsim/keys/printer.hpp"
 #include "libsim/keys/registry.hpp"
+#include "libsim/scenario/effects.hpp"
 #include "libsim/scenario/load.hpp"
 
 /// The explicit copy, `explain`, docs/reference/keys.md and `new`: all of them prints of the declarations.
@@ -15,7 +16,9 @@ namespace subsoil::sim {
 namespace {
 
 std::string print(Scenario scenario, bool comments) {
-  return emit(print_all([&](Fields& fields) { declare(fields, scenario); }, comments));
+  Node document = print_all([&](Fields& fields) { declare(fields, scenario); }, comments);
+  drop_without_effect(document, scenario);
+  return emit(document);
 }
 
 std::vector<KnownKey> make_keys() {
@@ -82,25 +85,64 @@ std::string table_row(const KnownKey& row) {
                      cell(row.fallback), cell(row.range), cell(row.meaning));
 }
 
-/// Rows at or below a path. A path that starts too high (`soil.contacts.wet.K_X`) loses its head until something fits;
-/// then it may begin anywhere (`wet.K_X`, `K_X`).
-std::vector<const KnownKey*> find_rows(const std::string& path) {
+/// Rows at or below a path, and how many parts of their paths lie at or above it.
+struct Rows {
+  std::vector<const KnownKey*> rows;
+  std::size_t depth = 0;
+};
+
+/// The first two parts of a path where a scenario has them; empty where it has not.
+std::vector<std::string> section_of(std::vector<std::string> parts) {
+  if (parts.size() < 2) return {};
+  parts.resize(2);
+  const bool is_known = std::any_of(known_keys().begin(), known_keys().end(),
+                                    [&](const KnownKey& k) { return matches(parts_of(k.path), 0, parts); });
+  return is_known ? parts : std::vector<std::string>{};
+}
+
+/// A path that starts too high (`soil.contacts.wet.K_X`) loses its head until something fits; then it may begin
+/// anywhere
+/// (`wet.K_X`, `K_X`), but not outside of two parts that fit, such as `machine.forces`.
+Rows find_rows(const std::string& path) {
   std::vector<std::string> query = parts_of(without_indices(path));
+  const std::vector<std::string> section = section_of(query);
   for (; !query.empty(); query.erase(query.begin())) {
-    std::vector<const KnownKey*> exact, anywhere;
+    Rows exact{{}, query.size()}, anywhere;
     for (const KnownKey& row : known_keys()) {
       const std::vector<std::string> parts = parts_of(row.path);
-      if (matches(parts, 0, query)) exact.push_back(&row);
+      if (matches(parts, 0, query)) exact.rows.push_back(&row);
       for (std::size_t from = 1; from < parts.size(); ++from) {
-        if (from + query.size() == parts.size() && matches(parts, from, query) && parts[from] == query[0]) {
-          anywhere.push_back(&row);
-        }
+        if (from + query.size() != parts.size() || !matches(parts, from, query) || parts[from] != query[0]) continue;
+        if (!matches(parts, 0, section)) continue;
+        anywhere.rows.push_back(&row);
+        anywhere.depth = std::max(anywhere.depth, parts.size());
       }
     }
-    if (!exact.empty()) return exact;
-    if (!anywhere.empty()) return anywhere;
+    if (!exact.rows.empty()) return exact;
+    if (!anywhere.rows.empty()) return anywhere;
   }
   return {};
+}
+
+/// The key itself and one line for each key below it: of those with a name of one's own in their path, what stands
+/// below the name.
+std::string contents(const Rows& found) {
+  std::string text;
+  std::size_t depth = found.depth;
+  for (const KnownKey* row : found.rows)
+    if (parts_of(row->path).size() == depth) text += sentence(*row);
+  std::vector<const KnownKey*> below;
+  do {
+    ++depth, below.clear();
+    for (const KnownKey* row : found.rows)
+      if (const std::vector<std::string> parts = parts_of(row->path); parts.size() == depth && parts.back() != "<name>")
+        below.push_back(row);
+  } while (below.empty() && depth < found.depth + 3);
+  std::size_t width = 0;
+  for (const KnownKey* row : below) width = std::max(width, row->path.size());
+  text += "below it (`subsoil explain PATH` says more):\n";
+  for (const KnownKey* row : below) text += fmt::format("  {:<{}}  {}\n", row->path, width, row->meaning);
+  return text;
 }
 
 }  // namespace
@@ -166,19 +208,23 @@ std::string explain(const std::string& path) {
     }
     return text;
   }
-  const std::vector<const KnownKey*> found = find_rows(path);
-  if (found.empty()) {
+  const Rows found = find_rows(path);
+  if (found.rows.empty()) {
     std::vector<std::string> keys, sections;
+    const std::vector<std::string> section = section_of(parts_of(without_indices(path)));
     for (const KnownKey& row : known_keys()) {
-      keys.push_back(parts_of(row.path).back());
-      if (row.path == keys.back()) sections.push_back(row.path);
+      const std::vector<std::string> parts = parts_of(row.path);
+      if (matches(parts, 0, section)) keys.push_back(parts.back());
+      if (parts.size() == 1) sections.push_back(row.path);
     }
     const std::string last = parts_of(without_indices(path)).back();
     throw std::invalid_argument(fmt::format("{}: no key of a scenario{}", path,
                                             nearest(last, keys) ? suggestion(last, keys) : suggestion("", sections)));
   }
+  constexpr std::size_t a_screen = 12;
+  if (found.rows.size() > a_screen) return contents(found);
   std::string text;
-  for (const KnownKey* row : found) text += sentence(*row);
+  for (const KnownKey* row : found.rows) text += sentence(*row);
   return text;
 }
 

@@ -32,11 +32,7 @@ void check_engine_soil(Checks& checks, const Soil& soil) {
 }  // namespace
 
 void check_engine(Checks& checks, const Scenario& s) {
-  if (s.engine == SoilEngine::subsoil) {
-    if (s.output.frames == FrameFiles::parts)
-      checks.refuse("output.frames", "parts", "is of `engine: liggghts`, which works on many processes; leave it out");
-    return;
-  }
+  if (s.engine == SoilEngine::subsoil) return;
   if (!s.has_bed()) checks.refuse("engine", "liggghts", "steps spheres, and there is no soil; leave it out");
   if (s.precision == dem::Precision::mixed)
     checks.refuse("precision", "mixed", "`engine: liggghts` has double only; leave it out, or leave `engine` out");

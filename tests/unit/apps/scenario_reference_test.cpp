@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 #include <string>
 
@@ -99,6 +100,21 @@ TEST(ScenarioExplain, UnitDefaultRangeAndMeaning) {
   EXPECT_NE(explain("contacts[1].mu").find("friction"), std::string::npos);
   EXPECT_NE(explain("time.soil step").find("default: auto"), std::string::npos);
   EXPECT_NE(explain("").find("boundaries"), std::string::npos);
+}
+
+/// A section is listed key by key on a line each; what is not in it is not taken from elsewhere.
+TEST(ScenarioExplain, ASectionIsAScreenAndAnotherSectionsKeyIsNone) {
+  const std::string machine = explain("machine"), forces = explain("machine.forces");
+  EXPECT_LT(std::count(machine.begin(), machine.end(), '\n'), 60);
+  EXPECT_NE(machine.find("\n  machine.joints"), std::string::npos) << machine;
+  EXPECT_NE(forces.find("machine.forces.<name>.hydraulic cylinder"), std::string::npos) << forces;
+  try {
+    explain("machine.forces.cylinder");
+    FAIL();
+  } catch (const std::invalid_argument& e) {
+    EXPECT_NE(std::string(e.what()).find("machine.forces.cylinder: no key of a scenario"), std::string::npos)
+        << e.what();
+  }
 }
 
 TEST(ScenarioExplain, UnknownPathGetsTheNearest) {

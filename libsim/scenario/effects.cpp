@@ -1,0 +1,129 @@
+#include "libsim/scenario/effects.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <variant>
+
+#include "libsim/scenario/scenario.hpp"
+
+namespace subsoil::sim {
+namespace {
+
+bool has_spheres(const Scenario& s) { return s.soil && s.soil->bed; }
+const BedSection& bed(const Scenario& s) { return *s.soil->bed; }
+bool is_made(const Scenario& s) { return has_spheres(s) && bed(s).fill <= Fill::random; }
+
+/// A radius that is drawn from a distribution; left out in a layer, it is the bed's.
+bool is_drawn(const RadiusDistribution& radius) { return !std::holds_alternative<EqualRadius>(radius); }
+bool draws_radii(const Scenario& s) {
+  return is_made(s) && (is_drawn(bed(s).radius) || std::any_of(bed(s).layers.begin(), bed(s).layers.end(),
+                                                               [](const Layer& l) { return is_drawn(l.radius); }));
+}
+bool draws_numbers(const Scenario& s) {
+  return is_made(s) && (bed(s).fill == Fill::random || bed(s).jitter != 0 || !bed(s).clumps.empty() || draws_radii(s));
+}
+
+Settle settle_of(const Scenario& s) { return bed(s).settle.value_or(Settle{}); }
+bool settles_in_stages(const Scenario& s) { return has_spheres(s) && settle_of(s).staged(bed(s).fill); }
+bool waits_for_rest(const Scenario& s) {
+  return settles_in_stages(s) || (has_spheres(s) && (!settle_of(s).duration || bed(s).fill == Fill::random));
+}
+
+/// Something that a sphere could be inside of.
+bool has_solids(const Scenario& s) {
+  return !s.boundaries.empty() ||
+         (s.machine && std::any_of(s.machine->surfaces.begin(), s.machine->surfaces.end(),
+                                   [](const Surface& surface) { return surface.touches_soil; }));
+}
+
+bool has_bed(const Scenario& s) { return s.has_bed(); }
+bool has_machine(const Scenario& s) { return s.machine.has_value(); }
+bool chooses_soil_step(const Scenario& s) { return s.has_bed() && !s.time.soil_step; }
+
+/// As integrator_of() of the set-up chooses where the word is `auto`; analyses beside the dynamics may use any.
+bool integrated_by(const Scenario& s, IntegratorWord method) {
+  if (!s.machine) return false;
+  if (s.analysis != Analysis::dynamics) return true;
+  const MachineTime& time = s.time.machine;
+  if (time.integrator != IntegratorWord::automatic) return time.integrator == method;
+  if (s.has_bed() || time.step || time.order) return method == IntegratorWord::adams_moulton;
+  return method == (s.machine->beams.empty() ? IntegratorWord::cvode : IntegratorWord::ida);
+}
+bool has_tolerances(const Scenario& s) {
+  return integrated_by(s, IntegratorWord::cvode) || integrated_by(s, IntegratorWord::ida);
+}
+
+constexpr const char* no_spheres = "there are no spheres";
+constexpr const char* no_bed = "there is neither soil nor a boundary";
+constexpr const char* no_machine = "there is no machine";
+
+constexpr std::array<ConditionalKey, 30> keys{{
+    {"soil.bed.seed", draws_numbers, "the fill draws no random number: every seed gives the same bed"},
+    {"soil.bed.shares", draws_radii, "the radii are not drawn from a distribution"},
+    {"soil.bed.inside machine", has_solids, "there is neither a machine's surface nor a boundary"},
+    {"soil.bed.settle.lowered", settles_in_stages, "the bed does not settle in stages"},
+    {"soil.bed.settle.ramp", settles_in_stages, "the bed does not settle in stages"},
+    {"soil.bed.settle.at most", waits_for_rest, "the bed settles for a given time"},
+    {"soil.active.within", has_spheres, no_spheres},
+    {"soil.active.below", has_spheres, no_spheres},
+    {"soil.remove below", [](const Scenario& s) { return has_spheres(s) && s.soil->container.has_value(); },
+     "there is no container that a sphere could fall out of"},
+    {"time.safety", chooses_soil_step, "no soil step is chosen: there is no soil, or `time.soil step` gives it"},
+    {"time.accuracy", chooses_soil_step, "no soil step is chosen: there is no soil, or `time.soil step` gives it"},
+    {"time.machine.integrator", has_machine, no_machine},
+    {"time.machine.locate events", has_machine, no_machine},
+    {"time.machine.step", has_machine, no_machine},
+    {"time.machine.order", [](const Scenario& s) { return integrated_by(s, IntegratorWord::adams_moulton); },
+     "the machine's method chooses its own order, or there is no machine"},
+    {"time.machine.rtol", has_tolerances, "no machine is integrated by cvode or ida"},
+    {"time.machine.atol", has_tolerances, "no machine is integrated by cvode or ida"},
+    {"time.machine.formulation", [](const Scenario& s) { return integrated_by(s, IntegratorWord::ida); },
+     "no machine is integrated by ida"},
+    {"time.machine.soil steps per machine step", [](const Scenario& s) { return s.machine && s.has_bed(); },
+     "there is no machine in soil"},
+    {"limits.overlap", has_bed, no_bed},
+    {"limits.speed", has_bed, no_bed},
+    {"limits.soil energy", has_bed, no_bed},
+    {"limits.energy", has_machine, no_machine},
+    {"output.sample losses every", has_bed, no_bed},
+    {"output.columns", has_bed, no_bed},
+    {"output.contact forces", has_bed, no_bed},
+    {"output.region", has_bed, no_bed},
+    {"output.series digits", has_bed, "a machine without soil is written with all digits"},
+    {"output.frames", [](const Scenario& s) { return s.engine == SoilEngine::liggghts; },
+     "it is of `engine: liggghts`, which works on many processes"},
+    {"precision", has_bed, no_bed},
+}};
+
+/// Takes one key, with all below it, out of a document.
+void erase(Node& node, std::string_view path) {
+  const std::size_t dot = path.find('.');
+  const std::string_view head = path.substr(0, dot);
+  const auto at =
+      std::find_if(node.entries.begin(), node.entries.end(), [&](const Node::Entry& e) { return e.key == head; });
+  if (at == node.entries.end()) return;
+  if (dot == std::string_view::npos)
+    node.entries.erase(at);
+  else
+    erase(at->value, path.substr(dot + 1));
+}
+
+}  // namespace
+
+std::span<const ConditionalKey> conditional_keys() { return keys; }
+
+void check_effects(const Scenario& s, const Places& places, Problems& problems) {
+  for (const ConditionalKey& key : keys)
+    if (places.contains(key.path) && !key.acts(s))
+      problems.add(place_of(places, key.path), key.path, fmt::format("has no effect: {}; leave it out", key.otherwise));
+}
+
+void drop_without_effect(Node& document, const Scenario& s) {
+  for (const ConditionalKey& key : keys)
+    if (!key.acts(s)) erase(document, key.path);
+}
+
+}  // namespace subsoil::sim
