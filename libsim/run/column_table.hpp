@@ -11,6 +11,7 @@ namespace subsoil::sim {
 struct ColumnSources {
   const World& world;
   const coupling::Simulation& simulation;
+  int travel = 1;  ///< travel_direction()
 };
 
 /// What a row holds of a column, and when it is read.

@@ -70,4 +70,18 @@ double expected_speed(const Scenario& s, const World& world) {
   return std::max({0.1, 2 * sphere, sphere + surface, fall});
 }
 
+int travel_direction(const Scenario& s, const World& world) {
+  const auto sense = [](double x) { return x < 0 ? -1 : 1; };
+  if (s.soil && s.soil->moving) return s.soil->moving->direction();
+  if (!s.machine || !world.machine) return 1;
+  double way = 0, speed = s.machine->start.speed;
+  for (const NamedDriver& d : s.machine->drivers)
+    if (const auto* x = d.element.get_if<mbd::CoordinateDriver>(); x != nullptr && x->coordinate == mbd::Coordinate::x)
+      for (int k = 0; k <= kSamples && s.time.end > 0; ++k) way += x->motion.rate(s.time.end * k / kSamples);
+  if (way != 0) return sense(way);
+  for (const SurfaceRecord& r : world.surfaces)
+    if (r.owner == SurfaceRecord::Owner::machine) speed += world.machine->body(r.body).v.x;
+  return sense(speed);
+}
+
 }  // namespace subsoil::sim

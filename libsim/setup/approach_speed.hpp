@@ -8,4 +8,8 @@ namespace subsoil::sim {
 /// the machine as it starts, its drivers, sampled over the run), a fall through the container, and 0.1 m/s.
 double expected_speed(const Scenario& scenario, const World& world);
 
+/// 1 or -1: the sense along x in which a machine works, which a draft is against. That of `soil.moving`; else of the
+/// way that drivers of an x give until the end; else of the speed of the bodies with surfaces at the start; else +x.
+int travel_direction(const Scenario& scenario, const World& world);
+
 }  // namespace subsoil::sim
