@@ -9,6 +9,7 @@
 #include "libsim/base/live_line.hpp"
 #include "libsim/run/input_report.hpp"
 #include "libsim/run/overlap_advice.hpp"
+#include "libsim/run/placement_report.hpp"
 #include "libsim/run/process.hpp"
 #include "libsim/run/surface_report.hpp"
 #include "libsim/scenario/gravity.hpp"
@@ -94,12 +95,16 @@ int check_command(const RunRequest& request) {
                                        a.moved_body, a.moved)
                          : fmt::format("joints closed to {:.1e} m; nothing is moved", a.residual));
     for (const std::string& r : a.redundant) line("", r);
+    for (const std::string& body : free_bodies(s, world))
+      line("", fmt::format("`{}` is on no joint and has no driver: only forces hold it", body));
     for (const BeamSection& beam : s.machine->beams) line("beam", beam_words(beam));
   }
   const std::vector<SurfaceFacts> surfaces = surface_facts(world, s, s.time.end);
   for (std::size_t i = 0; i < surfaces.size(); ++i) line(i == 0 ? "surfaces" : "", surface_text(surfaces[i], world));
   for (const std::string& text : surface_warnings(surfaces, world)) line("warning", text);
   for (const std::string& text : input_warnings(loaded, world, request.scenario, request.sets)) line("warning", text);
+  for (const std::string& text : placement_warnings(s, world)) line("warning", text);
+  for (const std::string& text : travel_warnings(s, world)) line("warning", text);
   if (!s.runs_in_time()) {
     line("analysis", analysis_names[static_cast<std::size_t>(s.analysis)]);
     return exit_ok;

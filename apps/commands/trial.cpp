@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <random>
+#include <stdexcept>
 #include <vector>
 
 #include "apps/commands/stopwatch.hpp"
@@ -16,6 +18,7 @@
 #include "libsim/run/columns.hpp"
 #include "libsim/run/crossings.hpp"
 #include "libsim/run/frames.hpp"
+#include "libsim/run/machine_fault.hpp"
 #include "libsim/run/process.hpp"
 #include "libsim/run/restart.hpp"
 #include "libsim/run/schedule.hpp"
@@ -62,6 +65,23 @@ double settling_time(const Scenario& s, const World& world) {
 /// Times at which something is written over the run.
 double count_of(double end, double interval, std::size_t listed) {
   return 1 + (interval > 0 ? std::floor(end / interval) : 0) + static_cast<double>(listed);
+}
+
+/// Numbers as the run writes them: a lattice at rest, which stands for a bed that is poured, packs into a fifth of what
+/// spheres do that lie and move at random.
+void make_irregular(dem::Snapshot& shot) {
+  std::minstd_rand random(1);
+  std::uniform_real_distribution<double> share(-1, 1);
+  const auto vary = [&](std::vector<Vec3>& all, double by) {
+    for (Vec3& v : all) v += by * Vec3{share(random), share(random), share(random)};
+  };
+  const double radius = shot.radius.empty() ? 0 : shot.radius.front();
+  vary(shot.position, 0.5 * radius);
+  for (auto* column : {&shot.velocity, &shot.angular_velocity, &shot.force, &shot.torque}) {
+    double largest = 0;
+    for (const Vec3& v : *column) largest = std::max(largest, dem::norm(v));
+    vary(*column, largest > 0 ? largest : 1e-3);
+  }
 }
 
 /// Steps, rows and frames of the run, as far as its end.
@@ -131,6 +151,7 @@ class Rehearsal {
       // Lists are built while the memory of the contacts before stands beside them: that is when a run needs most.
       world_.bed->surfaces_changed();
       step({.energy = true, .snapshot = shot, .contacts = frames_.contacts()});
+      make_irregular(*shot);
     }
     frames_.write(0, 0);
     Frames out;
@@ -157,7 +178,13 @@ class Rehearsal {
   void step(const dem::Bed::Request& request) {
     const Clock::time_point begin = Clock::now();
     if (columns_.needs_every_step()) columns_.take_instant(row_);
-    simulation_.step(request);
+    try {
+      simulation_.step(request);
+    } catch (const std::exception&) {
+      // As in a run: a machine that is not resolved throws the soil about.
+      if (const std::string fault = machine_fault(s_, world_); !fault.empty()) throw std::runtime_error(fault);
+      throw;
+    }
     if (columns_.has_means()) columns_.take_step(row_, false);
     if (!world_.bed && rows_due_.due(simulation_.time(), 0.5 * simulation_.step_length())) {
       columns_.take_instant(row_);

@@ -96,6 +96,32 @@ void look_at_container(const Loaded& loaded, const World& world, Texts& out) {
                     loaded.where("soil.container.size"), volume / layer, size.x, size.z));
 }
 
+void look_at_carved(const Loaded& loaded, const World& world, Texts& out) {
+  const double taken = static_cast<double>(world.soil.carved), left = static_cast<double>(world.bed->spheres().size());
+  if (taken > left)
+    out.push_back(
+        fmt::format("{}: {:.0f} of {:.0f} spheres lay inside tools or boundaries and were removed: are their sizes and "
+                    "places right?",
+                    loaded.where("soil.bed.inside machine"), taken, taken + left));
+}
+
+/// Outlines, which are drawn and may touch each other, against the soil beside them.
+void look_at_outlines(const Loaded& loaded, const World& world, Texts& out) {
+  const Scenario& s = loaded.scenario;
+  if (!s.machine || world.bed->spheres().empty()) return;
+  dem::Bounds soil;
+  for (const dem::Sphere& one : world.bed->spheres()) soil.include(one.x);
+  if (s.soil && s.soil->container)
+    soil.include(s.soil->container->at), soil.include(s.soil->container->at + s.soil->container->size);
+  for (const BodySection& b : s.machine->bodies) {
+    dem::Bounds box;
+    for (const Vec2& p : b.outline) box.include(Vec3{p[0], p[1], 0});
+    if (b.outline.empty() || box.diagonal() < 100 * soil.diagonal()) continue;
+    out.push_back(fmt::format("{} is {:.3g} m large, the soil {:.3g} m: is the unit of its numbers right?",
+                              loaded.where("machine.bodies." + b.name + ".outline"), box.diagonal(), soil.diagonal()));
+  }
+}
+
 /// A bed that hangs above its floor or did not come to rest falls in the run, and a tool meets other soil than was
 /// meant.
 void look_at_rest(const Loaded& loaded, const World& world, Texts& out) {
@@ -322,6 +348,8 @@ std::vector<std::string> input_warnings(const Loaded& loaded, const World& world
   look_at_densities(loaded, out);
   look_at_densities_of_file(loaded, world, out);
   look_at_container(loaded, world, out);
+  look_at_carved(loaded, world, out);
+  look_at_outlines(loaded, world, out);
   look_at_rest(loaded, world, out);
   look_at_library(loaded, world, file, sets, out);
   look_at_servos(loaded, world, out);

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 
+#include "libdem/geometry/world_box.hpp"
 #include "libdem/laws/eepa.hpp"
 #include "libdem/laws/hysteretic.hpp"
 #include "libdem/laws/linear.hpp"
@@ -118,6 +119,33 @@ std::string stiffer(const Contact& contact, double factor) {
 
 }  // namespace
 
+namespace {
+
+/// Whether a tool and a wall of the container leave the sphere less room than it needs: "`blade` is 3 mm from wall +x";
+/// empty where they do not.
+std::string squeezed_between(const dem::Sphere& s, const World& world) {
+  for (const SurfaceRecord& w : world.surfaces) {
+    if (w.owner != SurfaceRecord::Owner::container || !world.bed->boundary(w.boundary).active) continue;
+    const dem::Boundary& wall = world.bed->boundary(w.boundary);
+    const dem::Bounds face = dem::world_box(dem::bounds(wall.shape), wall.pose);
+    const Vec3 size = face.high - face.low;
+    const int axis = size.x <= size.y && size.x <= size.z ? 0 : size.y <= size.z ? 1 : 2;
+    if (std::abs(s.x[axis] - face.low[axis]) > 2 * s.r) continue;
+    for (const SurfaceRecord& t : world.surfaces) {
+      const dem::Boundary& tool = world.bed->boundary(t.boundary);
+      if (t.owner == SurfaceRecord::Owner::container || !t.moves || std::holds_alternative<dem::Plane>(tool.shape))
+        continue;
+      const dem::Bounds box = dem::world_box(dem::bounds(tool.shape), tool.pose);
+      if (box.distance_squared(s.x) > 4 * s.r * s.r) continue;
+      const double gap = std::max({0.0, box.low[axis] - face.high[axis], face.low[axis] - box.high[axis]});
+      if (gap < 2 * s.r) return fmt::format("`{}` is {:.3g} mm from {} there", t.name, gap * 1e3, w.name);
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
 std::string overlap_advice(const std::string& fault, const World& world, const Scenario& scenario) {
   unsigned id = 0;
   const std::size_t at = fault.find("sphere ");
@@ -135,6 +163,8 @@ std::string overlap_advice(const std::string& fault, const World& world, const S
   const double force = contact.force(deepest.overlap);
   std::string text = fmt::format("sphere {} is pressed {:.3g} mm into {} with {:.3g} N", id, deepest.overlap * 1e3,
                                  deepest.other, force);
+  if (const std::string wall = squeezed_between(*sphere, world); !wall.empty())
+    return text + "; " + wall + ": end the run before, or make the container larger there";
   const double wanted = contact.force(0.5 * scenario.limits.overlap * sphere->r);
   if (!(force > 0) || !(wanted > 0)) return text + "; move slower, or less deep, or make the law stiffer";
   // A soft contact that gives way is pressed on: the stiffer one bears more, so the factor is that of the overlaps too.
@@ -205,8 +235,8 @@ Ploughing deepest_place(const SurfaceRecord& r, const World& world, const Scenar
 ExpectedOverlap expected_overlap(const World& world, const Scenario& s) {
   ExpectedOverlap worst;
   if (!world.bed || world.bed->spheres().empty()) return worst;
-  constexpr double tail = 10;  // of the largest contact force over the mean
-  const dem::Sphere* largest = nullptr;
+  constexpr double tail = 10;            // of the largest contact force over the mean
+  const dem::Sphere* largest = nullptr;  // fixed ones, such as those at the ends of a moving window, are not pressed
   for (const dem::Sphere& one : world.bed->spheres())
     if (!dem::is_fixed(one) && (largest == nullptr || one.r > largest->r)) largest = &one;
   if (largest == nullptr) return worst;

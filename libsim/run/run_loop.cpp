@@ -15,7 +15,9 @@
 #include "libsim/io/state_file.hpp"
 #include "libsim/run/continuation.hpp"
 #include "libsim/run/input_report.hpp"
+#include "libsim/run/machine_fault.hpp"
 #include "libsim/run/overlap_advice.hpp"
+#include "libsim/run/placement_report.hpp"
 #include "libsim/run/signals.hpp"
 #include "libsim/run/surface_report.hpp"
 #include "libsim/setup/machine.hpp"
@@ -29,6 +31,11 @@ constexpr double close_share = 1e-6;
 // Between two looks at where the tools are (s), whatever rows are asked for: the window of the means opens and closes
 // at them.
 constexpr double tool_interval = 1e-3;
+// Steps between two instants at which a machine in soil is taken up from its own state, so that a state may be saved
+// there. They follow from the number of the step alone: no bit of the motion depends on which states are asked for.
+constexpr long steps_between_states = 64;
+// A state that is due waits no longer than this for such an instant; beside a singular configuration there is none.
+constexpr long most_steps_until_state = 8 * steps_between_states;
 
 }  // namespace
 
@@ -89,6 +96,7 @@ void RunLoop::open_output() {
   set_fixed_window();
   for (const std::string& text : surface_warnings(surface_facts(world_, s_, s_.time.end), world_)) warn(text);
   for (const std::string& text : input_warnings(loaded_, world_, request_.scenario, request_.sets)) warn(text);
+  for (const std::string& text : placement_warnings(s_, world_)) warn(text);
   frames_ = std::make_unique<FrameOutput>(request_.out, s_, world_, simulation_, go_on_);
   const double half = 0.5 * simulation_.step_length();
   const double end = s_.time.end;
@@ -119,7 +127,7 @@ std::optional<std::uint64_t> RunLoop::kept_bytes() const {
 void RunLoop::archive(Archive& a) {
   a(frame_due_, sample_due_, state_due_, tool_due_, *summary_, *rows_, *tool_, walls_, *crossings_, physics_, bodies_);
   columns_->archive_histories(a);
-  a(outside_, values_, looks_, start_time_, deepest_, fastest_, steps_, window_);
+  a(outside_, values_, looks_, start_time_, deepest_, fastest_, steps_, state_due_since_, window_);
   a(energy_start_.bed, energy_start_.bed_gravity, energy_start_.machine_potential);
   StepReport& step = world_.step;
   a(step.limit.step, step.limit.cause, step.expected_speed);
@@ -171,6 +179,7 @@ void RunLoop::warn(const std::string& text) {
   live_.close();
   spdlog::warn("warning: {}", text);
   summary_->warn(text);
+  printed_.insert(text);
 }
 
 int RunLoop::loop() {
@@ -179,17 +188,21 @@ int RunLoop::loop() {
   for (bool stops = false;;) {
     const double t = simulation_.time();
     reached_ = std::min(t, end);
-    const bool save_due = state_due_.due(t, half);
-    refresh_machine(save_due);
+    if (state_due_.due(t, half) && state_due_since_ < 0) state_due_since_ = steps_;
+    refresh_machine();
+    const bool waits = state_due_since_ >= 0,
+               save_due = waits && (machine_is_fresh_ || steps_ - state_due_since_ >= most_steps_until_state);
     const int signal = signal_to_obey();
     const bool last = (t >= end - close && simulation_.window_begins()) || signal != 0 || stops;
     // A bed on its way to rest is no state to go on from: a restart does not settle. Saved before anything else is
     // decided here: whoever goes on from the state begins with this line.
     if (!world_.soil.stopped) {
-      if (save_due || (last && (s_.output.state == State::full || signal != 0)))
+      if (save_due || (last && (waits || s_.output.state == State::full || signal != 0))) {
+        state_due_since_ = -1;
         save(state_path(request_.out, t));
-      else if (!last && checkpoint_is_due())
+      } else if (!last && checkpoint_is_due()) {
         save(checkpoints_.next(t)), checkpoints_.keep_two();
+      }
     }
     const bool bed_went_on = world_.moving && follow_bed(t);
     // What is due before the next instant is interpolated between this one and that.
@@ -237,10 +250,9 @@ int RunLoop::code_of(int signal) const {
   return signal == SIGINT ? exit_interrupted : signal == SIGTERM ? exit_terminated : exit_ok;
 }
 
-void RunLoop::refresh_machine(bool state_due) {
-  constexpr long every = 64;
+void RunLoop::refresh_machine() {
   machine_is_fresh_ = world_.machine == nullptr;
-  if (world_.machine == nullptr || !restores_ || !(state_due || steps_ % every == 0)) return;
+  if (world_.machine == nullptr || !restores_ || steps_ % steps_between_states != 0) return;
   if (world_.machine->integrator().partition().near_singular()) return;
   // To a state that is its own restoration: joints are closed to rounding after one or two.
   constexpr int most = 4;
@@ -262,36 +274,9 @@ int RunLoop::signal_to_obey() {
 }
 
 bool RunLoop::energy_is_lost() {
-  if (!world_.machine) return false;
-  const mbd::MachineEnergy e = world_.machine->energy();
-  // A body at rest that is struck has moved by no more than a step at first: what its integrator errs by over that step
-  // is a share of little. It can do no harm beyond what the soil brings, so the soil's energy counts as there.
-  double brought = 0;
-  if (world_.bed) {
-    const dem::BedEnergy& soil = world_.bed->energy();
-    brought = soil.kinetic + soil.rotational + std::abs(soil.stored);
-  }
-  const double off = std::abs(e.balance());
-  if (e.closure() <= s_.limits.energy || off <= s_.limits.energy * (e.moved + brought)) return false;
-  failure_ = fmt::format(
-      "t = {:.9g} s: the energy balance of the machine is off by {:.3g} J, {:.2g} of the {:.3g} J there or moved, "
-      "above limits.energy = {:g}; the step is too long for the motion, or a driver or force jumps; {}, or raise the "
-      "limit",
-      reached_, e.balance(), off / (e.moved + brought), e.moved + brought, s_.limits.energy, shorter_step());
-  return true;
-}
-
-std::string RunLoop::shorter_step() const {
-  const MachineTime& machine = s_.time.machine;
-  if (world_.bed) {
-    const std::string step = fmt::format("give a `time.soil step` below {:.3g} s", world_.step.soil_step);
-    return machine.soil_steps > 1 ? step + ", or fewer `time.machine.soil steps per machine step`" : step;
-  }
-  if (machine.step) return "leave out `time.machine.step` to have it chosen by its error, or shorten it";
-  const auto kind = integrator_of(s_);
-  if (kind == mbd::IntegratorKind::cvode || kind == mbd::IntegratorKind::ida)
-    return "give a smaller `time.machine.rtol`";
-  return fmt::format("give a `time.machine.step` below {:.3g} s", world_.step.machine_step);
+  const std::string fault = machine_fault(s_, world_);
+  if (!fault.empty()) failure_ = fmt::format("t = {:.9g} s: {}", reached_, fault);
+  return !fault.empty();
 }
 
 bool RunLoop::surfaces_have_met(double t) {
@@ -317,8 +302,10 @@ bool RunLoop::guarded(const std::function<void()>& take_step) {
     return true;
   } catch (const std::exception& error) {
     failure_ = error.what();
+    // A machine that is not resolved throws the soil about: then the soil's fault is a consequence.
+    if (world_.bed && energy_is_lost()) return false;
     if (const std::string advice = overlap_advice(failure_, world_, s_); !advice.empty()) failure_ += "; " + advice;
-    if (failure_.find("is too long for the ") != std::string::npos) failure_ += "; " + shorter_step();
+    if (failure_.find("is too long for the ") != std::string::npos) failure_ += "; " + shorter_step(s_, world_);
     if (failure_.rfind("t = ", 0) != 0) failure_ = fmt::format("t = {:.9g} s: {}", reached_, failure_);
     return false;
   }

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -63,7 +64,7 @@ class RunLoop {
 
   void set_fixed_window();
 
-  /// Says it now and at the end, and writes it down.
+  /// Prints it once, now, and writes it down.
   void warn(const std::string& text);
 
   int loop();
@@ -87,10 +88,10 @@ class RunLoop {
   /// The time from t on at which a machine alone is looked at next, at the latest.
   double next_due(double t, double close) const;
 
-  /// A machine that is taken up from a state chooses its coordinates anew and factors its matrices where it stands,
-  /// which moves the last digits. So the one that runs in soil does the same every so many steps, and wherever a state
-  /// is due: a run that goes on from there has the same bits. Beside a singular pose it is left alone.
-  void refresh_machine(bool state_due);
+  /// A machine that is taken up from a state chooses its coordinates again and factors its matrices where it stands,
+  /// which moves the last digits. So the one that runs in soil does the same every so many steps, and states are saved
+  /// there: a run that continues from one has the same bits. Near a singular configuration it is left alone.
+  void refresh_machine();
 
   /// A signal waits for an instant at which a state is exact, but not for long.
   int signal_to_obey();
@@ -107,9 +108,6 @@ class RunLoop {
 
   /// Whether a surface of the machine and a boundary have come together; failure_ then says so.
   bool surfaces_have_met(double t);
-
-  /// How to give the machine shorter steps, by the keys that act in this run.
-  std::string shorter_step() const;
 
   /// The step from t on of length `taken`, with what acts in it, enters the means and the summary.
   void count_step(double t, double taken, std::span<const double> values);
@@ -183,7 +181,9 @@ class RunLoop {
   bool machine_is_fresh_ = true;  ///< at this instant
   bool stood_ = true;             ///< the machine at this instant, and not at the start of a window
   std::optional<Clock::time_point> signal_at_;
+  long state_due_since_ = -1;  ///< step at which a state was due that is not saved yet; -1: none
   long looks_ = 0;
+  std::set<std::string> printed_;     ///< warnings, in this process
   std::vector<std::string> outside_;  ///< surfaces that the window of a moving bed has left
   std::string failure_;
   double start_time_ = 0, reached_ = 0;

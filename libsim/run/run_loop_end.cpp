@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "libsim/run/machine_fault.hpp"
 #include "libsim/run/run_loop.hpp"
 #include "libsim/run/wear.hpp"
 #include "libsim/setup/moving_soil.hpp"
@@ -77,7 +78,7 @@ void RunLoop::warn_of_machine_energy() {
     summary_->warn(
         fmt::format("the machine's energy balance is off by {:.2g} of the energy there or moved: its motion is not "
                     "resolved; {}",
-                    closure, shorter_step()));
+                    closure, shorter_step(s_, world_)));
 }
 
 void RunLoop::warn_of_exchange() {
@@ -92,7 +93,7 @@ void RunLoop::warn_of_exchange() {
   summary_->warn(fmt::format(
       "the exchange between soil and machine {} {:.3g} J, {:.2g} of the {:.3g} J that went between them: a body is "
       "light against what it touches; {}",
-      work.error() > 0 ? "made" : "lost", error, error / moved, moved, shorter_step()));
+      work.error() > 0 ? "made" : "lost", error, error / moved, moved, shorter_step(s_, world_)));
 }
 
 void RunLoop::attempt(int& code, const std::function<void()>& action) {
@@ -133,7 +134,13 @@ void RunLoop::finish(int& code) {
   if (code == exit_ok) checkpoints_.remove();
   if (const std::string means = means_text(*summary_, *tool_, s_); !means.empty() && world_.bed)
     spdlog::info("{}", means.substr(0, means.size() - 1));
-  for (const std::string& text : summary_->warnings()) spdlog::warn("warning: {}", text);
+  std::size_t before = 0;  // printed when they were found, perhaps hours ago
+  for (const std::string& text : summary_->warnings())
+    if (printed_.contains(text))
+      ++before;
+    else
+      spdlog::warn("warning: {}", text);
+  if (before > 0) spdlog::warn("{} warning{} above: see summary.json", before, before == 1 ? "" : "s");
   if (code == exit_failed) {
     spdlog::error("{}", failure_);
     spdlog::error("the run stops here; results up to then are in {}", request_.out.string());

@@ -35,6 +35,25 @@ double between(const dem::Bounds& a, const dem::Bounds& b) {
 
 double largest(const Vec3& v) { return std::max({v.x, v.y, v.z}); }
 
+/// Of the sizes that are asked for: `check` looks at a lattice of spheres of mean size.
+double smallest_radius(const World& world) {
+  double radius = world.bed->spheres().front().r;
+  for (const dem::Sphere& s : world.bed->spheres()) radius = std::min(radius, s.r);
+  for (const PossibleImpact& i : world.step.impacts) radius = std::min(radius, i.question.smallest_radius);
+  return radius;
+}
+
+/// Largest length of a wall of the container; 0 without one.
+double widest_wall(const World& world) {
+  double width = 0;
+  for (const SurfaceRecord& r : world.surfaces)
+    if (r.owner == SurfaceRecord::Owner::container) {
+      const dem::Bounds box = dem::bounds(world.bed->boundary(r.boundary).shape);
+      width = std::max(width, largest(box.high - box.low));
+    }
+  return width;
+}
+
 bool is_from_file(const Scenario& scenario, const SurfaceRecord& record) {
   const auto is = [&](const auto& all) {
     return std::any_of(all.begin(), all.end(), [&](const auto& one) {
@@ -100,16 +119,17 @@ std::vector<std::string> surface_warnings(const std::vector<SurfaceFacts>& facts
   if (!world.bed || world.bed->spheres().empty()) return out;
   const dem::Bounds bed = soil_box(world);
   const double width = largest(bed.high - bed.low);
-  double radius = world.bed->spheres().front().r;
-  for (const dem::Sphere& s : world.bed->spheres()) radius = std::min(radius, s.r);
+  const double radius = smallest_radius(world), walls = widest_wall(world);
   for (const SurfaceFacts& f : facts) {
     if (!std::isfinite(f.low.x)) continue;
     const double size = largest(f.high - f.low);
-    if (f.from_file && (size > 30 * width || size < 0.5 * radius))
-      out.push_back(
-          fmt::format("{} is {:.3g} m large, the soil {:.3g} m, its smallest sphere {:.3g} m: is the unit of its "
-                      "numbers right? `unit: mm` takes them as a thousandth of `unit: m`",
-                      f.name, size, width, 2 * radius));
+    // A number with its unit beside it is wrong less often than a file's, and a wide plate may stand below little soil.
+    const double most = f.from_file ? 30 * width : 100 * std::max(width, walls);
+    if (size > most || size < 0.5 * radius)
+      out.push_back(fmt::format(
+          "{} is {:.3g} m large, the soil {:.3g} m, its smallest sphere has a diameter of {:.3g} m: is the "
+          "unit of its numbers right?{}",
+          f.name, size, width, 2 * radius, f.from_file ? " `unit: mm` takes them as a thousandth of `unit: m`" : ""));
     if (!f.closed)
       out.push_back(f.name +
                     ": its mesh is open: it has no inside, and both its sides act; close its holes if it is a "

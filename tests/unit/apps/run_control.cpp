@@ -145,7 +145,27 @@ output:
   watch: {draft: {soil force: tine, along: -1 0}, impulse: {integral: draft}, top: {maximum: draft, within: 10 ms}}
 )";
 
-// Not the same bits, since the machine is refreshed every 64 steps of either run; a resumed one has them.
+/// Observation changes no bit: whatever states, samples of losses, rows and frames are asked for, the motion ends in
+/// the same numbers. Columns of an instant, since means follow the rows.
+TEST(RunControl, WhatIsAskedForChangesNoBitOfTheMotion) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(tine);
+  const auto last = [&](const std::vector<std::string>& sets) {
+    const std::filesystem::path out = dir / ("out" + std::to_string(sets.size() + 1));
+    EXPECT_EQ(run_scenario(file, out, sets), exit_ok);
+    const Series series = read_series(out / "series.csv");
+    std::vector<double> row;
+    for (const char* column : {"tine.x", "tine.y", "tine.vy", "trolley.vx", "ram.pressure a", "draft control.output",
+                               "soil.fastest", "soil.gravity"})
+      row.push_back(series.at(column).back());
+    return row;
+  };
+  const std::vector<double> plain = last({});
+  for (const char* asked : {"output.state every=7 ms", "output.sample losses every=16", "output.series every=0.3 ms",
+                            "output.every=3 ms", "output.contact forces=yes", "output.state=none"})
+    EXPECT_EQ(last({asked}), plain) << asked;
+}
+
 TEST(RunControl, InSoilGoesOnFromAState) {
   const RunDirectory dir;
   // Rows a few steps apart: were means of the second to begin at the state, they would be off by a share of that.

@@ -115,7 +115,7 @@ TEST(RunWindow, AToolAboveTheSoilIsSaidAndStrictFails) {
   EXPECT_EQ(summary_of(dir / "strict")["run"]["end"], "reached");
 }
 
-TEST(RunWindow, WarningsArePrintedWhenTheyAriseAndAtTheEnd) {
+TEST(RunWindow, WarningsArePrintedOnceWhenTheyArise) {
   const RunDirectory dir;
   const std::string command = subsoil::test::program() + " run " + dir.scenario(trench) + " --threads 1 --out " +
                               (dir / "out").string() +
@@ -128,8 +128,9 @@ TEST(RunWindow, WarningsArePrintedWhenTheyAriseAndAtTheEnd) {
   const std::string nearer = "warning: tool comes no nearer";
   const std::size_t first = said.find(nearer), end = said.find("warning: tool touched no soil");
   ASSERT_NE(first, std::string::npos) << said;
-  EXPECT_NE(said.find(nearer, first + 1), std::string::npos) << "again at the end\n" << said;
+  EXPECT_EQ(said.find(nearer, first + 1), std::string::npos) << "a second time\n" << said;
   EXPECT_NE(end, std::string::npos) << said;
+  EXPECT_NE(said.find("1 warning above: see summary.json"), std::string::npos) << said;
 }
 
 TEST(RunWindow, WallsAreReachedByWhatMovesAtThemAndNotByWhatMovesElsewhere) {

@@ -1,0 +1,69 @@
+#include "libsim/run/machine_fault.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "libsim/setup/machine.hpp"
+
+namespace subsoil::sim {
+namespace {
+
+/// "`torsion.moment` = 3.1e+06 N m", the largest column of a force element; empty without any.
+std::string largest_force(const World& world, const Scenario& s) {
+  const std::vector<std::string>& names = world.machine->column_names();
+  std::vector<double> values(names.size());
+  world.machine->columns(values);
+  std::size_t largest = names.size();
+  for (std::size_t c = 0; c < names.size(); ++c) {
+    const std::string& unit = world.machine->column_units()[c];
+    if (unit != "N" && unit != "N m") continue;
+    const bool of_force = std::any_of(s.machine->forces.begin(), s.machine->forces.end(), [&](const NamedForce& f) {
+      return names[c] == f.name || names[c].starts_with(f.name + ".");
+    });
+    if (of_force && (largest == names.size() || std::abs(values[c]) > std::abs(values[largest]))) largest = c;
+  }
+  if (largest == names.size()) return {};
+  return fmt::format("`{}` = {:.3g} {}", names[largest], values[largest], world.machine->column_units()[largest]);
+}
+
+}  // namespace
+
+std::string shorter_step(const Scenario& s, const World& world) {
+  const MachineTime& machine = s.time.machine;
+  if (world.bed) {
+    const std::string step = fmt::format("give a `time.soil step` below {:.3g} s", world.step.soil_step);
+    return machine.soil_steps > 1 ? step + ", or fewer `time.machine.soil steps per machine step`" : step;
+  }
+  if (machine.step) return "leave out `time.machine.step` to have it chosen by its error, or shorten it";
+  const auto kind = integrator_of(s);
+  if (kind == mbd::IntegratorKind::cvode || kind == mbd::IntegratorKind::ida)
+    return "give a smaller `time.machine.rtol`";
+  return fmt::format("give a `time.machine.step` below {:.3g} s", world.step.machine_step);
+}
+
+std::string machine_fault(const Scenario& s, const World& world) {
+  if (!world.machine) return {};
+  const mbd::MachineEnergy e = world.machine->energy();
+  // A body at rest that is struck has moved by no more than a step at first: what its integrator errs by over that step
+  // is a share of little. It can do no harm beyond what the soil brings, so the soil's energy counts as there.
+  double brought = 0;
+  if (world.bed) {
+    const dem::BedEnergy& soil = world.bed->energy();
+    brought = soil.kinetic + soil.rotational + std::abs(soil.stored);
+  }
+  const double off = std::abs(e.balance());
+  if (e.closure() <= s.limits.energy || off <= s.limits.energy * (e.moved + brought)) return {};
+  const std::string force = s.machine ? largest_force(world, s) : std::string();
+  return fmt::format(
+      "the energy balance of the machine is off by {:.3g} J, {:.2g} of the {:.3g} J there or moved, "
+      "above limits.energy = {:g}; the step is too long for the motion, or a driver or force jumps{}; {}, or raise the "
+      "limit",
+      e.balance(), off / (e.moved + brought), e.moved + brought, s.limits.energy,
+      force.empty() ? std::string() : " (the largest force is " + force + ")", shorter_step(s, world));
+}
+
+}  // namespace subsoil::sim
