@@ -11,6 +11,7 @@ function g(tag, attributes, ...children) {
   return e;
 }
 const words = p => data.parameters.map((n, k) => n + ' = ' + p.values[k]).join(', ');
+const numberLabel = k => (data['number labels'] || data.numbers)[k], parameterLabel = k => (data['parameter labels'] || data.parameters)[k];
 const pm = (v, half) => text(v, 5) + (half === null || half === undefined ? '' : ' \u00b1 ' + text(half, 2));
 
 /// Points, and means with intervals, of one number over one parameter.
@@ -20,7 +21,7 @@ function effectChart(e) {
   const wordsOnly = points.some(p => p.places[e.parameter] === null);
   const names = [...new Set(points.map(p => p.values[e.parameter]))];
   const place = p => wordsOnly ? names.indexOf(p.values[e.parameter]) : p.places[e.parameter];
-  const xs = points.map(place), ys = points.map(p => p.value[e.number]);
+  const xs = points.map(place), ys = points.flatMap(p => [p.value[e.number] - (p['half width'][e.number] ?? 0), p.value[e.number] + (p['half width'][e.number] ?? 0)]);
   for (const l of e.levels) if (l['half width'] !== null) ys.push(l.mean - l['half width'], l.mean + l['half width']);
   const range = a => { const lo = Math.min(...a), hi = Math.max(...a), pad = 0.08 * (hi - lo) || 0.05 * Math.abs(hi) || 1; return [lo - pad, hi + pad]; };
   const [x0, x1] = range(xs), [y0, y1] = range(ys);
@@ -32,8 +33,12 @@ function effectChart(e) {
   }
   const marks = wordsOnly ? names.map((n, i) => [i, n]) : (names.length <= 6 ? names.map(n => [points.find(p => p.values[e.parameter] === n).places[e.parameter], n]) : [0, 1, 2, 3].map(k => { const x = Math.min(...xs) + (Math.max(...xs) - Math.min(...xs)) * k / 3; return [x, text(x, 3)]; }));
   for (const [x, n] of marks) s.append(g('text', { x: X(x), y: hgt - bottom + 16, 'text-anchor': 'middle' }, String(n).length > 14 ? String(n).slice(0, 13) + '\u2026' : String(n)));
-  s.append(g('text', { x: (left + w - right) / 2, y: hgt - 6, 'text-anchor': 'middle', 'font-weight': 'bold' }, data.parameters[e.parameter]));
-  for (const p of points) s.append(g('circle', { cx: X(place(p)), cy: Y(p.value[e.number]), r: 3.4, fill: '#0b62a4', 'fill-opacity': 0.45 }, g('title', {}, words(p) + ': ' + pm(p.value[e.number], p['half width'][e.number]))));
+  s.append(g('text', { x: (left + w - right) / 2, y: hgt - 6, 'text-anchor': 'middle', 'font-weight': 'bold' }, parameterLabel(e.parameter)));
+  for (const p of points) {
+    const half = p['half width'][e.number];
+    if (half !== null && half !== undefined) s.append(g('line', { x1: X(place(p)), x2: X(place(p)), y1: Y(p.value[e.number] - half), y2: Y(p.value[e.number] + half), stroke: '#0b62a4', 'stroke-opacity': 0.45 }));
+    s.append(g('circle', { cx: X(place(p)), cy: Y(p.value[e.number]), r: 3.4, fill: '#0b62a4', 'fill-opacity': 0.45 }, g('title', {}, words(p) + ': ' + pm(p.value[e.number], p['half width'][e.number]))));
+  }
   const path = [];
   for (const l of e.levels) {
     const x = X(wordsOnly ? names.indexOf(l.value) : l.place), y = Y(l.mean);
@@ -49,7 +54,7 @@ function drawPoints() {
   const failed = data.points.filter(p => p.end === 'failed').length, open = data.points.filter(p => p.end === 'open').length;
   page.append(h('h2', { id: 'points' }, 'Points'), h('p', { class: 'note' }, data.points.length + ' points, ' + failed + ' failed, ' + open + ' not run. \u00b1 is half of the 95 % interval of a mean over its own record.'));
   page.append(h('div', { class: 'wide' }, h('table', { class: 'zebra', id: 'table' },
-    h('tr', {}, h('th', { class: 'n' }, 'point'), data.parameters.map(p => h('th', {}, p)), data.numbers.map(n => h('th', { class: 'n' }, n)), h('th', { class: 'n' }, 'wall time [s]'), h('th', {}, 'end')),
+    h('tr', {}, h('th', { class: 'n' }, 'point'), data.parameters.map(p => h('th', {}, p)), data.numbers.map((n, k) => h('th', { class: 'n' }, numberLabel(k))), h('th', { class: 'n' }, 'wall time [s]'), h('th', {}, 'end')),
     data.points.map((p, i) => h('tr', { class: p.end === 'failed' ? 'failed' : '' }, h('td', { class: 'n' }, String(i + 1)), p.values.map(v => h('td', {}, v)), data.numbers.map((n, k) => h('td', { class: 'n' }, pm(p.value[k], p['half width'][k]))),
       h('td', { class: 'n' }, text(p['wall time'], 3)), h('td', {}, p.end + (p.cause ? ': ' + p.cause : '')))))));
 }
@@ -72,7 +77,7 @@ if (data.best) {
 }
 if (!data.credibility) {
   page.append(h('h2', {}, 'Main effects'), h('p', { class: 'note' }, 'Blue: points; orange: means at a value with their 95 % interval over the points that have it. Below: change of the number from the least to the largest value of the parameter, the other numeric ones held, by a least squares plane.'));
-  data.numbers.forEach((n, k) => page.append(h('h3', {}, n), h('div', { class: 'grid3' }, data.effects.filter(e => e.number === k).map(effectChart))));
+  data.numbers.forEach((n, k) => page.append(h('h3', {}, numberLabel(k)), h('div', { class: 'grid3' }, data.effects.filter(e => e.number === k).map(effectChart))));
 }
 drawPoints();
 document.documentElement.dataset.ready = 'yes';

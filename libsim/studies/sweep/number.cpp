@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <string_view>
 
 #include "libsim/document/expression.hpp"
 #include "libsim/keys/ranges.hpp"
@@ -15,15 +16,23 @@ namespace {
 constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
 using Record = std::vector<double>;
 
-double of_summary(const RunFolder& run, const std::string& path) {
-  std::vector<std::string> keys(1);
-  for (const char c : path) {
-    if (c == '/')
-      keys.emplace_back();
-    else
-      keys.back() += c;
+/// The value at a path of keys with `/` between them. Units in keys have a `/` too, so that the longest key of an
+/// object that the path begins with is the one meant: "soil/bulk density [kg/m3]".
+double of_summary(const RunFolder& run, std::string_view path) {
+  const Json* at = &run.summary;
+  while (!path.empty()) {
+    if (!at->is_object()) return no_number;
+    const Json* next = nullptr;
+    std::size_t taken = 0;
+    for (const auto& [key, value] : at->items()) {
+      const bool fits = path.starts_with(key) && (path.size() == key.size() || path[key.size()] == '/');
+      if (fits && (next == nullptr || key.size() > taken)) next = &value, taken = key.size();
+    }
+    if (next == nullptr) return no_number;
+    at = next;
+    path.remove_prefix(std::min(path.size(), taken + 1));
   }
-  return run.number(keys);
+  return at->is_number() ? at->get<double>() : no_number;
 }
 
 /// Integral from x0 to x1 of the parabola through three points.
@@ -150,6 +159,20 @@ std::pair<std::string, std::string> SweepNumber::fault() const {
     return {"off", error.what()};
   }
   return {};
+}
+
+std::string unit_of(const RunFolder& run, const SweepNumber& n) {
+  if (!n.summary.empty()) {
+    const std::size_t open = n.summary.rfind('['), close = n.summary.rfind(']');
+    return open != std::string::npos && close != std::string::npos && open < close
+               ? n.summary.substr(open + 1, close - open - 1)
+               : std::string();
+  }
+  const std::string name = n.path_text.empty() ? n.column : split_at_semicolons(n.path_text)[0];
+  const int column = run.series ? run.column(name) : -1;
+  if (column < 0) return {};
+  const std::string& unit = run.series->columns[static_cast<std::size_t>(column)].unit;
+  return n.take == SweepNumber::Take::integral ? (unit == "1" ? "s" : unit + " s") : unit;
 }
 
 NumberOfRun take_number(const RunFolder& run, const SweepNumber& n) {

@@ -55,6 +55,8 @@ struct NumberOfRun {
   double value, half_width;  ///< half of the 95 % interval of a mean; NaN where it could not be taken
 };
 NumberOfRun take_number(const RunFolder& run, const SweepNumber& number);
+/// Of the number: its column's, that in brackets in the summary's path, or empty where none is known.
+std::string unit_of(const RunFolder& run, const SweepNumber& number);
 
 /// Integral over time of a record by parabolas through three rows each, equally far apart or not (Simpson's rule; the
 /// last interval of an even number of rows by the parabola of the last three).

@@ -184,6 +184,7 @@ bool run_points(const Study& study, const std::filesystem::path& folder, const s
 PointResult read_result(const Study& study, const std::filesystem::path& folder, std::size_t k) {
   PointResult r;
   r.value.assign(study.numbers.size(), no_value), r.half_width = r.value;
+  r.unit.resize(study.numbers.size());
   const std::optional<Json> json = read_point(point_folder(folder, k));
   if (!json) return r;
   r.end = (*json)["end"] == "reached" ? PointResult::End::reached : PointResult::End::failed;
@@ -196,6 +197,7 @@ PointResult read_result(const Study& study, const std::filesystem::path& folder,
     for (std::size_t n = 0; n < study.numbers.size(); ++n) {
       const NumberOfRun number = take_number(run, study.numbers[n]);
       r.value[n] = number.value, r.half_width[n] = number.half_width;
+      r.unit[n] = unit_of(run, study.numbers[n]);
     }
   } catch (const std::exception& error) {
     r.end = PointResult::End::failed, r.cause = error.what();

@@ -27,6 +27,7 @@ struct PointResult {
   std::vector<std::string> warnings;  ///< of its run
   double wall_time = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> value, half_width;  ///< per number, NaN where it could not be taken
+  std::vector<std::string> unit;          ///< per number; empty: not known
 };
 
 /// FOLDER/points/0007.

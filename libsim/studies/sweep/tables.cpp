@@ -38,11 +38,35 @@ std::string without_number(const Study& study, const std::vector<PointResult>& r
       count, results.size(), study.numbers[number].name, first + 1, point_words(study, first));
 }
 
+/// Of a number: of the first run that knows it.
+std::string unit_of(const std::vector<PointResult>& results, std::size_t number) {
+  for (const PointResult& r : results)
+    if (number < r.unit.size() && !r.unit[number].empty()) return r.unit[number];
+  return {};
+}
+
+/// Of a parameter whose values are numbers with units, as its first value has it: "mm" of "40 mm".
+std::string unit_of(const Study& study, std::size_t parameter) {
+  if (study.points.empty() || !std::isfinite(study.points.front().places[parameter])) return {};
+  const std::string& value = study.points.front().values[parameter];
+  const std::size_t end = value.find_first_not_of("+-.0123456789eE");
+  const std::size_t begin = end == std::string::npos ? end : value.find_first_not_of(' ', end);
+  return begin == std::string::npos ? std::string() : value.substr(begin);
+}
+
+/// "draft [N]"; a number without dimension, or of an unknown one, keeps its name.
+std::string with_unit(const std::string& name, const std::string& unit) {
+  return unit.empty() || unit == "1" ? name : fmt::format("{} [{}]", name, unit);
+}
+
 std::string csv_text(const Study& study, const std::vector<PointResult>& results) {
   std::string text = "point";
   for (const std::string& p : study.parameters) text += fmt::format(",{}", csv::quoted(p));
-  for (const SweepNumber& n : study.numbers)
-    text += fmt::format(",{},{}", csv::quoted(n.name), csv::quoted(n.name + " half width"));
+  for (std::size_t n = 0; n < study.numbers.size(); ++n) {
+    const std::string &name = study.numbers[n].name, unit = unit_of(results, n);
+    text +=
+        fmt::format(",{},{}", csv::quoted(with_unit(name, unit)), csv::quoted(with_unit(name + " half width", unit)));
+  }
   text += ",end,wall time [s],cause\n";
   const auto add = [&](double v) {
     text += ',';
@@ -108,6 +132,10 @@ Json sweep_json(const Study& study, const std::vector<PointResult>& results,
            {"scenario", study.scenario},
            {"parameters", study.parameters}};
   for (const SweepNumber& n : study.numbers) out["numbers"].push_back(n.name);
+  for (std::size_t n = 0; n < study.numbers.size(); ++n)
+    out["number labels"].push_back(with_unit(study.numbers[n].name, unit_of(results, n)));
+  for (std::size_t p = 0; p < study.parameters.size(); ++p)
+    out["parameter labels"].push_back(with_unit(study.parameters[p], unit_of(study, p)));
   for (std::size_t k = 0; k < results.size(); ++k) {
     Json point{{"values", study.points[k].values},
                {"end", word_of(results[k].end)},

@@ -10,6 +10,7 @@
 
 #include "libsim/io/csv.hpp"
 #include "libsim/io/hdf5.hpp"
+#include "libsim/post/run_folder.hpp"
 #include "libsim/scenario/load.hpp"
 #include "libsim/studies/sweep/effects.hpp"
 #include "libsim/studies/sweep/slurm.hpp"
@@ -162,6 +163,23 @@ TEST(SweepPlan, FactorsMultiplyParametersOfTheScenario) {
   for (const SweepPoint& p : sweep_points(file, load_sweep(file)))
     masses.insert(load_scenario((folder / "mass.yaml").string(), p.sets).scenario.machine->bodies[0].mass);
   EXPECT_EQ(masses, (std::set<double>{1, 2, 6}));
+}
+
+/// A path has `/` between its keys, and units in keys have one too.
+TEST(SweepNumber, APathOfTheSummaryMayHoldUnitsWithASlash) {
+  RunFolder run;
+  run.summary = {{"soil", {{"mass [kg]", 12.5}, {"bulk density [kg/m3]", 1432.0}}},
+                 {"columns", {{"tine.vx [m/s]", {{"mean", 0.5}}}}}};
+  const auto at = [&](const char* path) {
+    SweepNumber number;
+    number.summary = path;
+    return take_number(run, number).value;
+  };
+  EXPECT_EQ(at("soil/mass [kg]"), 12.5);
+  EXPECT_EQ(at("soil/bulk density [kg/m3]"), 1432.0);
+  EXPECT_EQ(at("columns/tine.vx [m/s]/mean"), 0.5);
+  for (const char* none : {"soil/bulk density [kg/m", "soil", "soil/bulk density [kg m-3]", "tools/tine/depth [m]"})
+    EXPECT_TRUE(std::isnan(at(none))) << none;
 }
 
 TEST(Pool, PlacesShareNoCore) {
