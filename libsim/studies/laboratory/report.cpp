@@ -19,6 +19,9 @@ std::string csv_number(double value) {
   return text;
 }
 
+/// One packing has neither an error nor a spread.
+std::string known(double value) { return std::isfinite(value) ? fmt::format("{:.2g}", value) : "not known"; }
+
 }  // namespace
 
 HandyUnit handy_unit(const std::string& unit, double size) {
@@ -34,8 +37,8 @@ std::string findings_table(const Findings& found) {
       fmt::format("{:<28} {:>11} {:>11} {:>11}   per packing\n", found.test, "mean", "+- 95 %", "spread");
   for (const Number& n : found.numbers) {
     const HandyUnit handy = handy_unit(n.unit, n.mean());
-    text += fmt::format("{:<28} {:>11.4g} {:>11.2g} {:>11.2g}  ", n.name + " [" + handy.unit + "]",
-                        n.mean() * handy.factor, n.error() * handy.factor, n.deviation() * handy.factor);
+    text += fmt::format("{:<28} {:>11.4g} {:>11} {:>11}  ", n.name + " [" + handy.unit + "]", n.mean() * handy.factor,
+                        known(n.error() * handy.factor), known(n.deviation() * handy.factor));
     for (const double v : n.values) text += fmt::format(" {:.4g}", v * handy.factor);
     text += '\n';
   }

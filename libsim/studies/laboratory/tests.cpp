@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "libsim/document/arithmetic.hpp"
 #include "libsim/keys/fields.hpp"
 #include "libsim/scenario/checks.hpp"
 #include "libsim/studies/laboratory/jobs.hpp"
@@ -135,6 +136,7 @@ LoadedTests load_tests(const std::string& file, const std::vector<std::string>& 
   Problems problems;
   const Node document = read_document(file, sets, problems);
   LoadedTests loaded;
+  const ParametersInScope parameters;
   Reading reading(problems);
   read_all(document, reading, [&](Fields& fields) {
     declare(fields, loaded.loaded.scenario);

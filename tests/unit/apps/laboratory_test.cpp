@@ -356,6 +356,20 @@ TEST(LaboratoryTest, TakesTheBedOfARunsScenario) {
 }
 
 /// Every file in configs/laboratory goes through a test, in small.
+/// As in any scenario.
+TEST(LaboratoryTest, ParametersStandForValues) {
+  const test::RunDirectory directory;
+  const LoadedTests loaded = load_tests(directory.scenario("subsoil: 1\n"
+                                                           "parameters: {size: 5 mm, friction: 0.4}\n"
+                                                           "materials: {grain: {density: 2600 kg/m^3}}\n"
+                                                           "contacts: [{between: [grain, grain], law: linear, "
+                                                           "k_n: 10 kN/m, restitution: 0.3, mu: friction/2}]\n"
+                                                           "test: {material: grain, walls: grain, radius: 2*size}\n"),
+                                        {});
+  EXPECT_EQ(std::get<EqualRadius>(loaded.tests.sample.radius).radius, 0.01);
+  EXPECT_EQ(loaded.loaded.scenario.contacts.at(0).law.get_if<dem::Linear>()->friction.mu, 0.2);
+}
+
 TEST(LaboratoryTest, ConfigsAreTested) {
   int files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(subsoil::test::source_dir() + "/configs/laboratory")) {
