@@ -193,6 +193,14 @@ std::string no_draft(const std::optional<ToolPath>& tool) {
                      1e3 * tool->travel, 1e3 * depth);
 }
 
+double known_error(double error) { return std::isfinite(error) ? error : 0; }
+
+/// "12.30 +- 0.40 kPa"; of a value without a known error, that.
+std::string with_error(double value, double error, int digits, const char* unit) {
+  if (!std::isfinite(error)) return fmt::format("{:.{}f} {} (error not known)", value, digits, unit);
+  return fmt::format("{:.{}f} +- {:.{}f} {}", value, digits, error, digits, unit);
+}
+
 ModelBand asabe(const std::optional<ToolPath>& tool) {
   ModelBand out{"ASABE D497, one narrow-point subsoiler", {}, no_draft(tool)};
   if (!out.text.empty()) return out;
@@ -224,8 +232,8 @@ ModelBand mckyes(const RunFolder& run, const std::optional<ToolPath>& tool, cons
     for (const double c : {-1.0, 1.0})
       for (const double f : {-1.0, 1.0}) {
         WedgeSoil soil{.density = density,
-                       .cohesion = std::max(0.0, given->cohesion + c * given->cohesion_error),
-                       .friction = std::max(0.0, given->friction + f * given->friction_error),
+                       .cohesion = std::max(0.0, given->cohesion + c * known_error(given->cohesion_error)),
+                       .friction = std::max(0.0, given->friction + f * known_error(given->friction_error)),
                        .adhesion = given->adhesion};
         soil.wall_friction = given->wall_friction.value_or(2.0 / 3 * soil.friction);
         vertical = vertical || mckyes_ali_rupture(soil, tool->width, depth, rake) > 89 * degree;
@@ -238,12 +246,12 @@ ModelBand mckyes(const RunFolder& run, const std::optional<ToolPath>& tool, cons
     return out;
   }
   out.band = band;
-  out.text = fmt::format(
-      "c {:.2f} +- {:.2f} kPa, phi {:.1f} +- {:.1f} deg, delta {}, {:.0f} kg/m3, width {:.0f} mm, depth "
-      "{:.0f} mm, rake {:.0f} to {:.0f} deg",
-      given->cohesion * 1e-3, given->cohesion_error * 1e-3, given->friction / degree, given->friction_error / degree,
-      given->wall_friction ? fmt::format("{:.1f} deg", *given->wall_friction / degree) : "2/3 phi", density,
-      1e3 * tool->width, 1e3 * depth, tool->rake_low / degree, tool->rake_high / degree);
+  out.text =
+      fmt::format("c {}, phi {}, delta {}, {:.0f} kg/m3, width {:.0f} mm, depth {:.0f} mm, rake {:.0f} to {:.0f} deg",
+                  with_error(given->cohesion * 1e-3, given->cohesion_error * 1e-3, 2, "kPa"),
+                  with_error(given->friction / degree, given->friction_error / degree, 1, "deg"),
+                  given->wall_friction ? fmt::format("{:.1f} deg", *given->wall_friction / degree) : "2/3 phi", density,
+                  1e3 * tool->width, 1e3 * depth, tool->rake_low / degree, tool->rake_high / degree);
   if (vertical) out.text += "; at the least rake no wedge forms ahead: the lower end is a bound";
   return out;
 }

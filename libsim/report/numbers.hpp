@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,10 +34,11 @@ struct ReportNumber {
 
 /// Soil for McKyes-Ali, with the half width of each value's interval.
 struct SoilStrength {
-  double cohesion = 0, cohesion_error = 0;  ///< Pa
-  double friction = 0, friction_error = 0;  ///< rad
-  std::optional<double> wall_friction;      ///< rad; left out: two thirds of the friction angle
-  double adhesion = 0;                      ///< Pa
+  static constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  double cohesion = 0, cohesion_error = unknown;  ///< Pa
+  double friction = 0, friction_error = unknown;  ///< rad
+  std::optional<double> wall_friction;            ///< rad; left out: two thirds of the friction angle
+  double adhesion = 0;                            ///< Pa
 };
 
 /// A formula's band beside the draft, or why there is none.

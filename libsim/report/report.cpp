@@ -52,6 +52,27 @@ std::vector<double> thinned(const std::vector<double>& values, std::size_t strid
   return out;
 }
 
+/// Columns that are rounding beside others of their unit are zero: a chart would be scaled to 1e-20 N, and a table would
+/// state it.
+void drop_rounding(Series& series) {
+  constexpr double share = 1e-12;  // a hundred times what sums of doubles leave of what cancels in them
+  const auto largest_of = [&](std::size_t c) {
+    double most = 0;
+    for (const double v : series.values[c])
+      if (std::isfinite(v)) most = std::max(most, std::abs(v));
+    return most;
+  };
+  std::map<std::string, double> of_unit;
+  for (std::size_t c = 0; c < series.columns.size(); ++c) {
+    double& most = of_unit[series.columns[c].unit];
+    most = std::max(most, largest_of(c));
+  }
+  for (std::size_t c = 0; c < series.columns.size(); ++c)
+    if (largest_of(c) <= share * of_unit[series.columns[c].unit])
+      for (double& v : series.values[c])
+        if (std::isfinite(v)) v = 0;
+}
+
 Json curves_json(const RunFolder& run, const std::vector<Quantity>& all) {
   Json out;
   const Series& series = *run.series;
@@ -194,6 +215,7 @@ class RunReader {
 
   RunPart read() {
     RunFolder& run = part_.folder;
+    if (run.series) drop_rounding(*run.series);
     const std::vector<Quantity> all = quantities(run);
     part_.list = numbers_of(run, all);
     if (run.series) {
@@ -365,7 +387,7 @@ SoilStrength read_strength(const std::filesystem::path& folder) {
     const std::vector<std::string> fields = csv::split(line);
     double mean = 0, error = 0;
     if (fields.size() < 4 || !csv::to_number(fields[2], mean)) continue;
-    if (!csv::to_number(fields[3], error) || !std::isfinite(error)) error = 0;
+    if (!csv::to_number(fields[3], error)) error = SoilStrength::unknown;  // of one packing there is none
     if (fields[0] == "cohesion") out.cohesion = mean, out.cohesion_error = error, cohesion = true;
     if (fields[0] == "friction angle") out.friction = mean, out.friction_error = error, friction = true;
   }

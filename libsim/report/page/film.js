@@ -28,6 +28,7 @@ function text(v, digits = 4) {
 /// Units a reader takes in: factor and name, by the largest number to be shown.
 function handy(unit, size) {
   if (unit === '1') return [1, ''];
+  if (unit === 'rad') return [180 / Math.PI, 'deg'];
   if (unit === 'm' && size < 1) return [1e3, 'mm'];
   if (unit === 'm^2') return [1e4, 'cm\u00b2'];
   if (unit === 'N/m^2' || unit === 'Pa') return [1e-3, 'kPa'];

@@ -50,7 +50,8 @@ async function drawFilm() {
   const films = [];
   for (const [i, r] of runs.entries()) if (r.film) films.push({ i, run: r, film: await Film.open(r.film) });
   if (!films.length) return [];
-  const s = section('film', 'Film of the pass', 'A section one sphere thick along the travel, ' + slab(films[0]) + '; the machine is seen from its side. Drag to move, Ctrl or Shift with the wheel to zoom, double click for the whole bed.');
+  const soil = films.some(f => f.film.total);
+  const s = section('film', soil ? 'Film of the pass' : 'Film', (soil ? 'A section one sphere thick along the travel, ' + slab(films[0]) + '; the' : 'The') + ' machine is seen from its side. Drag to move, Ctrl or Shift with the wheel to zoom, double click for the whole ' + (soil ? 'bed' : 'machine') + '.');
   const all = films.flatMap(f => f.film.times), low = Math.min(...all), high = Math.max(...all);
   const vmax = Math.max(...films.map(f => f.film.data['v max']));
   views = films.map(f => new FilmView(f.film, { moves: true, vmax, box: f.film.soil, colour: f.film.total && f.film.data['has velocity'] ? 'speed' : 'depth' }));
@@ -74,8 +75,9 @@ async function drawFilm() {
   const arrows = h('input', { type: 'checkbox', onchange: () => all_views(v => { v.options.arrows = arrows.checked; })() });
   const box = kind => all_views(v => { v.options.box = kind === 'all' ? v.film.box : v.film.soil; v.resize(v.canvas.clientWidth); });
   slider.addEventListener('input', show);
-  s.append(h('div', { class: 'controls' }, play, slider, clock, h('label', {}, 'colour ', pick), h('label', {}, arrows, ' velocities'),
-    h('button', { onclick: box('soil') }, 'Soil'), h('button', { onclick: box('all') }, 'Whole machine')), key);
+  // A machine alone has no spheres to colour and no soil to look at.
+  s.append(h('div', { class: 'controls' }, play, slider, clock, soil ? [h('label', {}, 'colour ', pick), h('label', {}, arrows, ' velocities'), h('button', { onclick: box('soil') }, 'Soil')] : null,
+    h('button', { onclick: box('all') }, 'Whole machine')), soil ? key : '');
   const grid = h('div', { class: films.length > 1 ? 'grid2' : '' });
   films.forEach((f, k) => grid.append(h('figure', {}, views[k].canvas, h('figcaption', {}, several ? swatch(f.i) : null, (several ? f.run.name + ': ' : '') + f.film.times.length + ' of ' + f.film.data['all frames'] + ' frames of the run'))));
   s.append(grid);
@@ -96,8 +98,9 @@ function still(film, frame, options, w) {
 }
 
 function drawStills(films, vmax) {
-  const s = section('stills', 'Still frames', 'Colour: speed in the plane of the section, 0 to ' + text(vmax, 2) + ' m/s.');
-  s.append(h('div', { class: 'key' }, '0', h('span', { class: 'scale', style: 'background:' + gradient('speed') }), text(vmax, 2) + ' m/s and more'));
+  const soil = films.some(f => f.film.total);
+  const s = section('stills', 'Still frames', soil ? 'Colour: speed in the plane of the section, 0 to ' + text(vmax, 2) + ' m/s.' : '');
+  if (soil) s.append(h('div', { class: 'key' }, '0', h('span', { class: 'scale', style: 'background:' + gradient('speed') }), text(vmax, 2) + ' m/s and more'));
   for (const f of films) {
     if (several) s.append(h('h3', {}, swatch(f.i), f.run.name));
     s.append(h('div', { class: 'grid3' }, f.film.data.stills.map(st => h('figure', {},
@@ -127,9 +130,20 @@ function drawSections(films, vmax) {
 
 // ---- curves --------------------------------------------------------------------------------------------------------
 
+/// The bands of all runs, each once, with the runs that it is of where these are not all.
+function allBands() {
+  const out = [];
+  for (const r of runs) for (const b of r.bands || []) {
+    const same = out.find(o => o.name === b.name && o.low === b.low && o.high === b.high && o.text === b.text);
+    if (same) same.of.push(r.name); else out.push({ ...b, of: [r.name] });
+  }
+  for (const b of out) b.label = (b.of.length < runs.length ? b.of.join(', ') + ': ' : '') + b.name;
+  return out;
+}
+
 /// Window, bands and the source's values under a curve, their names over the grid.
-function hooks(key) {
-  const w = runs[0].window, bands = key === 'draft' ? (runs[0].bands || []).filter(band => band.low !== undefined) : [];
+function hooks(key, factor) {
+  const w = runs[0].window, bands = key === 'draft' ? allBands().filter(band => band.low !== undefined) : [];
   const marks = (data.source || []).filter(n => n.quantity === key && !n.statistic.startsWith('span'));
   const inPlot = (u, paint) => {
     const c = u.ctx, b = u.bbox;
@@ -142,23 +156,23 @@ function hooks(key) {
   const areas = (c, b, x, y) => {
     if (w.from !== null && w.until !== null) { c.fillStyle = 'rgba(30,60,90,0.055)'; c.fillRect(x(w.from), b.top, x(w.until) - x(w.from), b.height); }
     bands.forEach((band, i) => {
-      c.fillStyle = i ? 'rgba(0,135,90,0.13)' : 'rgba(176,85,154,0.11)';
+      c.fillStyle = i % 2 ? 'rgba(0,135,90,0.13)' : 'rgba(176,85,154,0.11)';
       c.fillRect(b.left, y(band.high), b.width, y(band.low) - y(band.high));
     });
     c.strokeStyle = '#9c1c1c'; c.setLineDash([7, 5]); c.lineWidth = 1.3 * devicePixelRatio;
-    for (const n of marks) { c.beginPath(); c.moveTo(b.left, y(n.value)); c.lineTo(b.left + b.width, y(n.value)); c.stroke(); }
+    for (const n of marks) { c.beginPath(); c.moveTo(b.left, y(n.value * factor)); c.lineTo(b.left + b.width, y(n.value * factor)); c.stroke(); }
   };
   const names = (c, b, x, y) => {
     const low = 13 * devicePixelRatio;
     bands.forEach((band, i) => {
-      c.fillStyle = i ? '#00875a' : '#8c3c7a';
+      c.fillStyle = i % 2 ? '#00875a' : '#8c3c7a';
       const inside = y(band.low) > b.top && y(band.high) < b.top + b.height, where = y(band.low) <= b.top ? ' (above this range)' : ' (below this range)';
-      c.fillText(band.name + (inside ? '' : where), b.left + 6 + i * 330 * devicePixelRatio, (inside ? Math.max(b.top, y(band.high)) : b.top) + low);
+      c.fillText(band.label + (inside ? '' : where), b.left + 6 + (i % 2) * 330 * devicePixelRatio, (inside ? Math.max(b.top, y(band.high)) : b.top) + low * (1 + Math.floor(i / 2)));
     });
     c.fillStyle = '#9c1c1c';
     for (const n of marks) {
-      const above = y(n.value) - 5 > b.top + 12 * devicePixelRatio;
-      c.fillText('source, ' + n.statistic.split(' ')[0] + ' ' + n.value, b.left + 6, y(n.value) + (above ? -5 : low));
+      const above = y(n.value * factor) - 5 > b.top + 12 * devicePixelRatio;
+      c.fillText('source, ' + n.statistic.split(' ')[0] + ' ' + text(n.value * factor), b.left + 6, y(n.value * factor) + (above ? -5 : low));
     }
   };
   return { drawClear: [u => inPlot(u, areas)], draw: [u => inPlot(u, names)] };
@@ -173,12 +187,12 @@ function range(key, factor) {
   };
 }
 
-function joined(pick) {
+function joined(pick, factor) {
   const tables = [], series = [];
   runs.forEach((r, i) => {
     const c = r.curves && pick(r);
     if (!c) return;
-    tables.push([r.curves.time, c.values]);
+    tables.push([r.curves.time, factor === 1 ? c.values : c.values.map(v => v === null ? null : v * factor)]);
     series.push({ label: several ? r.name : (titles[c.key] || c.key), stroke: colour(i), width: 1.4, spanGaps: true });
   });
   return { data: tables.length > 1 ? uPlot.join(tables) : tables[0], series };
@@ -188,16 +202,17 @@ function drawCurves() {
   const keys = [...new Set(runs.flatMap(r => r.curves ? r.curves.columns.map(c => c.key) : []))];
   if (!keys.length) return;
   const s = section('curves', 'Curves', 'Hover for values; drag along the time axis to zoom, double click to see all. Shaded: the window of the numbers' + (several ? ' of the first run' : '') + '. Drawn are the rows of series.csv' + (runs.some(r => r.curves && r.curves.every > 1) ? ', every ' + Math.max(...runs.map(r => r.curves ? r.curves.every : 1)) + 'th' : '') + '.');
-  (runs[0].bands || []).forEach(b => s.append(h('p', { class: 'note' }, b.name + ': ' + (b.low === undefined ? 'not drawn; ' : text(b.low, 3) + ' \u2026 ' + text(b.high, 3) + ' N; ') + b.text + '.')));
+  allBands().forEach(b => s.append(h('p', { class: 'note' }, b.label + ': ' + (b.low === undefined ? 'not drawn; ' : text(b.low, 3) + ' \u2026 ' + text(b.high, 3) + ' N; ') + b.text + '.')));
   for (const key of keys) {
     const pick = r => r.curves.columns.find(c => c.key === key);
-    const unit = runs.map(r => r.curves && pick(r)).find(c => c).unit, j = joined(pick);
+    const own = runs.map(r => r.curves && pick(r)).find(c => c).unit;
+    const [factor, unit] = own === 'rad' ? handy(own, 1) : [1, own], j = joined(pick, factor);  // angles as in the tables
     const place = h('div', { class: 'chart', id: 'chart-' + key.replace(/[^\w]+/g, '-') });
     s.append(place);
     const label = unit === '1' ? '' : ' [' + unit + ']';
     charts.set(key, plot({
       width: width(), height: 210, title: (titles[key] || key) + label, cursor: { sync: { key: 'time' }, drag: { x: true, y: false } },
-      scales: { x: { time: false }, y: { range: range(key, 1) } }, hooks: hooks(key), legend: { live: true },
+      scales: { x: { time: false }, y: { range: range(key, factor) } }, hooks: hooks(key, factor), legend: { live: true },
       axes: [{ label: null, values: (u, v) => v.map(t => text(t, 4) + ' s'), grid: { stroke: '#e4e7ea' } }, { size: 64, values: (u, v) => v.map(x => text(x, 5)), grid: { stroke: '#e4e7ea' } }],
       series: [{ label: 'time', value: (u, t) => t === null ? '\u2013' : t.toFixed(4) + ' s' }, ...j.series.map(x => ({ ...x, points: { show: false }, value: (u, v) => v === null || v === undefined ? '\u2013' : text(v, 5) + (unit === '1' ? '' : ' ' + unit) }))]
     }, j.data, place));
