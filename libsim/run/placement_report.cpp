@@ -72,7 +72,8 @@ std::vector<MovingThing> moving_things(const World& world) {
         if (!of_machine && m.boundary == r.boundary && !m.servo)
           at->travelled = [pose = m.pose](double t) { return pose(t).position - pose(0).position; };
     }
-    for (const Vec3& v : dem::drawing(b.shape, 1.0)[r.mesh].vertices()) at->points.push_back(b.pose.to_world(v));
+    const dem::TriangleMesh mesh = dem::drawing(b.shape, 1.0)[r.mesh];
+    for (const Vec3& v : mesh.vertices()) at->points.push_back(b.pose.to_world(v));
   }
   return out;
 }
@@ -164,7 +165,8 @@ dem::Bounds extent_of_body(const Scenario& s, const World& world, int body, std:
     if (r.owner == SurfaceRecord::Owner::machine && r.body == body) {
       const dem::Boundary& b = world.bed->boundary(r.boundary);
       if (std::holds_alternative<dem::Plane>(b.shape)) continue;
-      for (const Vec3& v : dem::drawing(b.shape, 1.0)[r.mesh].vertices()) {
+      const dem::TriangleMesh mesh = dem::drawing(b.shape, 1.0)[r.mesh];
+      for (const Vec3& v : mesh.vertices()) {
         const Vec3 p = b.pose.to_world(v);
         box.include(Vec3{p.x, p.y, 0});
       }
