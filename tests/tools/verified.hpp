@@ -106,7 +106,7 @@ class Verified {
     }
     record(quantity, unit, ours, reference, bound, because, at, kind);
     if (std::getenv("SUBSOIL_VERIFY") != nullptr) return;  // the report is being written
-    static const CommittedReport report(subsoil::test::source_dir() + "/docs/verification.md");
+    static const CommittedReport report(subsoil::test::source_dir() + "/docs/verification/index.md");
     const double printed = report.ours(name_, quantity);
     EXPECT_FALSE(std::isnan(printed)) << "docs/verification/index.md has no row `" << name_ << " | " << quantity
                                       << "`: run scripts/verify";

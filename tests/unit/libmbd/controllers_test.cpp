@@ -134,22 +134,23 @@ TEST(TableOfTwoOf, IsBilinearAndConstantBeyond) {
   EXPECT_DOUBLE_EQ(at(9, 9), 20);
 }
 
-std::string refusal(const AnyController& c) {
+std::string refusal_of(const AnyController& c) {
   Model m = on_rail(0, 0);
   m.add("law", c);
   return test::message_of<std::invalid_argument>([&] { const System system(m); });
 }
 
 TEST(Controllers, RefuseWithRuleAndCure) {
-  EXPECT_EQ(refusal(TransferFunction{.numerator = {1, 0}, .denominator = {1}, .input = place()}),
+  EXPECT_EQ(refusal_of(TransferFunction{.numerator = {1, 0}, .denominator = {1}, .input = place()}),
             "controller 'law': the numerator has a higher power of s than the denominator: that is a derivative; add a "
             "lag below");
-  EXPECT_EQ(refusal(TransferFunction{.numerator = {1}, .denominator = {0, 1}, .input = place()}),
+  EXPECT_EQ(refusal_of(TransferFunction{.numerator = {1}, .denominator = {0, 1}, .input = place()}),
             "controller 'law': the denominator's first coefficient must not be 0");
-  EXPECT_EQ(refusal(TableOfTwo{.first = {0, 1}, .second = {0, 1}, .values = {1, 2, 3}, .inputs = {place(), speed()}}),
-            "controller 'law': table of two: 2 by 2 places need 4 values, there are 3");
   EXPECT_EQ(
-      refusal(TableOfTwo{.first = {0, 0}, .second = {0, 1}, .values = {1, 2, 3, 4}, .inputs = {place(), speed()}}),
+      refusal_of(TableOfTwo{.first = {0, 1}, .second = {0, 1}, .values = {1, 2, 3}, .inputs = {place(), speed()}}),
+      "controller 'law': table of two: 2 by 2 places need 4 values, there are 3");
+  EXPECT_EQ(
+      refusal_of(TableOfTwo{.first = {0, 0}, .second = {0, 1}, .values = {1, 2, 3, 4}, .inputs = {place(), speed()}}),
       "controller 'law': table of two: both measures need two places or more, increasing");
 }
 

@@ -88,7 +88,7 @@ TEST_P(Cases, AgreeWithTheirReference) {
 // The document has rows for every case, with the case's own source. Its numbers are not compared.
 TEST_P(Cases, StandInTheDocument) {
   const Case c = of();
-  std::ifstream file(subsoil::test::source_dir() + "/docs/multibody-cases.md");
+  std::ifstream file(subsoil::test::source_dir() + "/docs/verification/mechanisms.md");
   std::stringstream text;
   text << file.rdbuf();
   const auto has = [&](const std::string& kind) {
