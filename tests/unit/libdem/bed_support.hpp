@@ -54,7 +54,7 @@ inline std::vector<Sphere> as_spheres(const std::vector<SphereSpec>& specs) {
   std::vector<Sphere> out;
   for (const SphereSpec& s : specs)
     out.push_back({s.position, s.radius, s.velocity, s.density * sphere_volume(s.radius), s.angular_velocity,
-                   static_cast<std::uint32_t>(out.size()), static_cast<std::uint16_t>(s.material), 0});
+                   static_cast<std::uint32_t>(out.size()), static_cast<std::uint16_t>(s.material), s.kind, 0});
   return out;
 }
 

@@ -46,8 +46,8 @@ struct Chunk {
   }
   void take(const Vec3& x, Dice& dice, std::uint32_t i) {
     const auto id = static_cast<std::uint32_t>(spheres.size());
-    spheres.push_back(
-        {x, 0.01, dice.between(0, 0.3) * normalized(dice.ball(1)), 0.0075, 9.0 * normalized(dice.ball(1)), id, 0, 0});
+    spheres.push_back({x, 0.01, dice.between(0, 0.3) * normalized(dice.ball(1)), 0.0075, 9.0 * normalized(dice.ball(1)),
+                       id, 0, SphereKind::free, 0});
     i_of.push_back(i);
   }
 };
