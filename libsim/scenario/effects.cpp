@@ -43,19 +43,6 @@ bool has_bed(const Scenario& s) { return s.has_bed(); }
 bool has_machine(const Scenario& s) { return s.machine.has_value(); }
 bool chooses_soil_step(const Scenario& s) { return s.has_bed() && !s.time.soil_step; }
 
-/// As integrator_of() of the set-up chooses where the word is `auto`; analyses beside the dynamics may use any.
-bool integrated_by(const Scenario& s, IntegratorWord method) {
-  if (!s.machine) return false;
-  if (s.analysis != Analysis::dynamics) return true;
-  const MachineTime& time = s.time.machine;
-  if (time.integrator != IntegratorWord::automatic) return time.integrator == method;
-  if (s.has_bed() || time.step || time.order) return method == IntegratorWord::adams_moulton;
-  return method == (s.machine->beams.empty() ? IntegratorWord::cvode : IntegratorWord::ida);
-}
-bool has_tolerances(const Scenario& s) {
-  return integrated_by(s, IntegratorWord::cvode) || integrated_by(s, IntegratorWord::ida);
-}
-
 constexpr const char* no_spheres = "there are no spheres";
 constexpr const char* no_bed = "there is neither soil nor a boundary";
 constexpr const char* no_machine = "there is no machine";
@@ -76,12 +63,11 @@ constexpr std::array<ConditionalKey, 30> keys{{
     {"time.machine.integrator", has_machine, no_machine},
     {"time.machine.locate events", has_machine, no_machine},
     {"time.machine.step", has_machine, no_machine},
-    {"time.machine.order", [](const Scenario& s) { return integrated_by(s, IntegratorWord::adams_moulton); },
-     "the machine's method chooses its own order, or there is no machine"},
-    {"time.machine.rtol", has_tolerances, "no machine is integrated by cvode or ida"},
-    {"time.machine.atol", has_tolerances, "no machine is integrated by cvode or ida"},
-    {"time.machine.formulation", [](const Scenario& s) { return integrated_by(s, IntegratorWord::ida); },
-     "no machine is integrated by ida"},
+    // Of one method or another, which a command line may choose beside the file that has them all.
+    {"time.machine.order", has_machine, no_machine},
+    {"time.machine.rtol", has_machine, no_machine},
+    {"time.machine.atol", has_machine, no_machine},
+    {"time.machine.formulation", has_machine, no_machine},
     {"time.machine.soil steps per machine step", [](const Scenario& s) { return s.machine && s.has_bed(); },
      "there is no machine in soil"},
     {"limits.overlap", has_bed, no_bed},

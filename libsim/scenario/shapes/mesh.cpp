@@ -128,7 +128,7 @@ std::string readable(const std::string& file, const std::string& kind, std::stri
   std::string text = plain_stl(content);
   refuse_cut_off(file, content, text);
   if (!text.empty()) return text;
-  if (content.size() >= 84) refuse_no_numbers(file, content);
+  if (content.size() >= 84 && bytes_of_binary(content) <= content.size()) refuse_no_numbers(file, content);
   return content;
 }
 

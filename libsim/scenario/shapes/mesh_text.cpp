@@ -38,7 +38,7 @@ constexpr std::array<Format, 17> formats{{
     {"ISO-10303-21", "a STEP file, which holds curved faces", as_mesh},
     {"glTF", "a binary glTF file", as_mesh},
     {"\x89HDF", "an HDF5 file", "name the mesh file"},
-    {"<", "an XML file, as AMF, COLLADA and X3D are", as_mesh},
+    {"<", "an HTML or XML file, as AMF, COLLADA and X3D are", as_mesh},
     {"#VRML", "a VRML file", as_mesh},
     {"# vtk", "a VTK file", as_mesh},
     {"OFF", "an OFF file", as_mesh},

@@ -258,11 +258,12 @@ TEST_F(Stl, WhatCostsTooMuchOrReachesTooFarIsRefused) {
 
 /// What is no STL file at all hung an earlier reader.
 TEST_F(Stl, OtherFilesAreNoMeshes) {
-  for (const std::string& bytes :
-       {std::string(400, '4'), "<html><body>" + std::string(1000, 'x'), std::string("{\"a\": [1, 2, 3]}"),
-        std::string(1000, '\0'), std::string(84, '\0'), std::string(), "solid " + std::string(400, '9')})
+  for (const std::string& bytes : {std::string(400, '4'), std::string("{\"a\": [1, 2, 3]}"), std::string(1000, '\0'),
+                                   std::string(84, '\0'), std::string(), "solid " + std::string(400, '9')})
     EXPECT_NE(message_of([&] { load_mesh(file(bytes), 1e-3); }).find("no STL file"), std::string::npos)
         << bytes.substr(0, 20);
+  const std::string page = "<html><body>" + std::string(1000, 'x');
+  EXPECT_NE(message_of([&] { load_mesh(file(page), 1e-3); }).find("is an HTML or XML file"), std::string::npos);
 }
 
 TEST_F(Stl, WhatIsOddAboutAMeshIsWarnedOf) {

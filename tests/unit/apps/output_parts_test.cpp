@@ -222,8 +222,10 @@ TEST(FrameParts, AreRefusedWithAnEngineOfOneProcess) {
   const test::RunDirectory dir;
   const std::string said =
       test::message_of<ScenarioError>([&] { load_scenario(dir.scenario(test::small_pass), {"output.frames=parts"}); });
-  EXPECT_NE(said.find("output.frames = parts: is of `engine: liggghts`, which works on many processes; leave it out"),
-            std::string::npos)
+  EXPECT_NE(
+      said.find(
+          "output.frames: has no effect: it is of `engine: liggghts`, which works on many processes; leave it out"),
+      std::string::npos)
       << said;
 }
 

@@ -136,14 +136,14 @@ class ScenarioFiles : public testing::Test {
 
 TEST_F(ScenarioFiles, IncludeMergesInDepthAndOwnKeysWin) {
   write("parts/base.yaml",
-        "time: {end: 4 s, safety: 0.3}\nmachine:\n  bodies:\n    a: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}\n"
+        "time: {end: 4 s, threads: 3}\nmachine:\n  bodies:\n    a: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}\n"
         "    b: {mass: 2 kg, inertia: 1 kg m^2, at: 0 0 m}\n");
   const std::string file = write(
       "run.yaml",
       "subsoil: 1\ninclude: parts/base.yaml\ntime: {end: 1 s}\nmachine:\n  bodies:\n    a: {mass: 3 kg}\n    b:\n");
   const Scenario s = load_scenario(file).scenario;
   EXPECT_EQ(s.time.end, 1);
-  EXPECT_EQ(s.time.safety, 0.3);
+  EXPECT_EQ(s.time.threads, 3);
   ASSERT_EQ(s.machine->bodies.size(), 1u);  // `b:` without value takes the included one away
   EXPECT_EQ(s.machine->bodies[0].mass, 3);
   EXPECT_EQ(s.machine->bodies[0].inertia, 1);
