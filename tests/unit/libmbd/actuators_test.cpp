@@ -300,7 +300,8 @@ TEST(TorqueSpeedMotor, ShareScalesTheTorque) {
     std::array<std::array<double, 3>, 2> wrench{};
     Loads loads(wrench);
     ForceValues values{};
-    EXPECT_DOUBLE_EQ(motor.evaluate({bodies, 0, {}}, loads, values).work, wrench[1][2] * speed);
+    const double work = motor.evaluate({bodies, 0, {}}, loads, values).work;
+    EXPECT_DOUBLE_EQ(work, wrench[1][2] * speed);
     EXPECT_EQ(wrench[0][2], -wrench[1][2]);
     return wrench[1][2];
   };
