@@ -31,7 +31,8 @@ struct FormulaController {
     v.text("output in", output_unit, "SI unit of what it drives: N, N m, V, or 1 for a valve");
   }
 
-  void check() const {
+  void check() const {}
+  void check_inputs() const {
     if (!value) throw std::invalid_argument("formula controller: has no function; a scenario's formula brings it");
   }
   ControllerInputs measured() const { return inputs; }

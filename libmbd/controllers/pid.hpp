@@ -63,6 +63,7 @@ struct PidController {
   }
 
   void check() const;
+  void check_inputs() const;
   bool sampled() const { return sample_time > 0; }
   bool saturates() const { return least == least || largest == largest; }
 

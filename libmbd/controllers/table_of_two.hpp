@@ -45,6 +45,8 @@ struct TableOfTwo {
       throw std::invalid_argument(
           "table of two: " + std::to_string(first.size()) + " by " + std::to_string(second.size()) + " places need " +
           std::to_string(first.size() * second.size()) + " values, there are " + std::to_string(values.size()));
+  }
+  void check_inputs() const {
     if (inputs.size() != 2) throw std::invalid_argument("table of two: needs two measures");
   }
   ControllerInputs measured() const { return inputs; }

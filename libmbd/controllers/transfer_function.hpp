@@ -43,7 +43,9 @@ struct TransferFunction {
     if (!(std::abs(denominator.front()) > 0)) refuse("the denominator's first coefficient must not be 0");
     if (numerator.size() > denominator.size())
       refuse("the numerator has a higher power of s than the denominator: that is a derivative; add a lag below");
-    if (!input) refuse("measures nothing; give it a measure");
+  }
+  void check_inputs() const {
+    if (!input) throw std::invalid_argument("measures nothing; give it a measure");
   }
   ControllerInputs measured() const { return {&input, 1}; }
   std::size_t state_count() const { return denominator.size() - 1; }

@@ -146,7 +146,8 @@ void System::check_elements() const {
     const std::string what = "controller '" + c.name + "'";
     if (!names.insert(c.name).second)
       refuse_model(what + ": the name is taken by another element; every one needs its own");
-    naming(what, [&] { visit([](const auto& controller) { controller.check(); }, c.element); });
+    naming(what,
+           [&] { visit([](const auto& controller) { controller.check(), controller.check_inputs(); }, c.element); });
     const bool at_once = visit(
         [](const auto& controller) {
           const ControllerInputs inputs = controller.measured();

@@ -127,8 +127,8 @@ TEST(PlacementReport, AToolInAWrongUnitIsRefusedOrNamed) {
 /// `check` looks at a lattice of spheres of mean size; the smallest is that of the distribution.
 TEST(PlacementReport, TheSmallestSphereIsThatOfTheDistribution) {
   std::string drawn = towed;
-  drawn.replace(drawn.find("fill: rest-lattice, material: soil, radius: 10 mm"), 48,
-                "fill: random, material: soil, radius: {uniform: 8 12 mm}");
+  const std::string lattice = "fill: rest-lattice, material: soil, radius: 10 mm";
+  drawn.replace(drawn.find(lattice), lattice.size(), "fill: random, material: soil, radius: {uniform: 8 12 mm}");
   const std::string said = look({"machine.surfaces.blade.box=0.02 0.18 0.04 mm"}, drawn).sizes;
   EXPECT_NE(said.find("its smallest sphere has a diameter of 0.016 m"), std::string::npos) << said;
 }

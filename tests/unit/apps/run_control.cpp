@@ -150,8 +150,9 @@ output:
 TEST(RunControl, WhatIsAskedForChangesNoBitOfTheMotion) {
   const RunDirectory dir;
   const std::string file = dir.scenario(tine);
+  int runs = 0;
   const auto last = [&](const std::vector<std::string>& sets) {
-    const std::filesystem::path out = dir / ("out" + std::to_string(sets.size() + 1));
+    const std::filesystem::path out = dir / ("out" + std::to_string(++runs));
     EXPECT_EQ(run_scenario(file, out, sets), exit_ok);
     const Series series = read_series(out / "series.csv");
     std::vector<double> row;
@@ -250,7 +251,7 @@ TEST(RunControl, FormulasTransferFunctionsAndTablesAreCheckedWhenRead) {
   };
   EXPECT_EQ(text_of("{transfer function: place, measured in: m, output in: N, numerator: 5, denominator: 0.1 1}"),
             "accepted");
-  EXPECT_EQ(text_of("{table of two: [place, both.y], first in: m, second in: m, output in: N, first: 0 1, second: 0 1, "
+  EXPECT_EQ(text_of("{table of two: place; both.y, first in: m, second in: m, output in: N, first: 0 1, second: 0 1, "
                     "values: 1 2 3 4}"),
             "accepted");
   const auto holds = [&](const std::string& law, const std::string& part) {

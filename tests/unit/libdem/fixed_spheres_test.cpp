@@ -148,7 +148,7 @@ TEST(FixedSpheres, OfAnyDensityStayAndKeepTheirMass) {
 void press_fixed_sphere(const Shape& shape, const Vec3& start) {
   constexpr double k = 1e5, e = 0.5, mu = 0.3, r = 0.01, into = 0.02, along = 0.05, dt = 1e-6;
   Bed bed(table(Law(grains(k, e, mu, 0))), quiet({0, -9.81, 0}));
-  add(bed, {fixed(at({}, {}, r)), at({0.5, 0, 0}, {}, 0.5 * r)});
+  add(bed, {fixed(at({}, {}, r)), at({-0.5, 0, 0}, {}, 0.5 * r)});
   Boundary b;
   b.shape = shape, b.pose.position = start, b.velocity = {-into, 0, along};
   const int tool = bed.add(std::move(b));
