@@ -57,7 +57,7 @@ Disturbance disturbance_of(const FramesFile& file, const Scenario* scenario, dou
   if (scenario != nullptr && scenario->machine)
     for (const Surface& s : scenario->machine->surfaces) body_of[s.name] = s.body;
   Disturbance out;
-  out.tool = tool_path(file, surface, body_of);
+  if (file.particles() > 0) out.tool = tool_path(file, surface, body_of);
   if (out.tool)
     out.furrow = furrow(file, *out.tool, steady_from, periodic_cell(scenario), out.why);
   else

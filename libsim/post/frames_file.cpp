@@ -149,6 +149,10 @@ std::vector<std::int32_t> FramesFile::counts(std::size_t frame, const std::strin
   return JoinedFrame(file_, group(frame)).read<std::int32_t>(name);
 }
 
+std::vector<float> FramesFile::numbers(std::size_t frame, const std::string& name) const {
+  return JoinedFrame(file_, group(frame)).read<float>(name);
+}
+
 FrameContacts FramesFile::contact_forces(std::size_t frame) const {
   const std::string folder = group(frame) + "/contact forces";
   FrameContacts out{h5::read<float>(file_, folder + "/ends"), h5::read<float>(file_, folder + "/force")};

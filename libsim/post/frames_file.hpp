@@ -23,6 +23,16 @@ struct FrameSurface {
   bool wall = false;  ///< of the container, that goes with a moving bed
 };
 
+/// Surfaces and where their vertices are, sample by sample: of the frames of a run, or as predicted.
+class SurfaceSamples {
+ public:
+  virtual ~SurfaceSamples() = default;
+  virtual const std::vector<double>& times() const = 0;  ///< s
+  virtual const std::vector<FrameSurface>& surfaces() const = 0;
+  /// World vertices of a surface that moves, one of surfaces(); empty where the sample has none.
+  virtual std::vector<float> surface(std::size_t sample, const FrameSurface& s) const = 0;
+};
+
 /// The spheres of a frame, in rising id.
 struct FrameSpheres {
   std::vector<std::uint32_t> index;  ///< into the particle table
@@ -37,12 +47,12 @@ struct FrameContacts {
 };
 
 /// Reads run.h5 frame by frame: memory holds one frame. A file that a killed run left is read up to its last frame.
-class FramesFile {
+class FramesFile final : public SurfaceSamples {
  public:
   /// Throws std::runtime_error when the file cannot be opened or is no output of a run.
   explicit FramesFile(const std::filesystem::path& path);
 
-  const std::vector<double>& times() const { return times_; }  ///< s, of the complete frames
+  const std::vector<double>& times() const override { return times_; }  ///< s, of the complete frames
   std::size_t particles() const { return radius_.size(); }
   const std::vector<float>& radius() const { return radius_; }    ///< m, by index
   const std::vector<float>& density() const { return density_; }  ///< kg/m^3, by index
@@ -52,7 +62,7 @@ class FramesFile {
   const std::vector<std::int32_t>& clump() const { return clump_; }
   const std::vector<std::int32_t>& material() const { return material_; }
   const std::vector<std::string>& materials() const { return materials_; }
-  const std::vector<FrameSurface>& surfaces() const { return surfaces_; }
+  const std::vector<FrameSurface>& surfaces() const override { return surfaces_; }
 
   FrameSpheres spheres(std::size_t frame, bool with_velocity) const;
   /// Of a moving bed, of which a frame holds what lies in the window then: where its spheres lay before anything
@@ -66,10 +76,11 @@ class FramesFile {
   double height_at_rest(std::size_t index) const { return at_rest_[3 * (index % (at_rest_.size() / 3)) + 1]; }
   /// Whole numbers by sphere of the frame, such as `contacts`.
   std::vector<std::int32_t> counts(std::size_t frame, const std::string& name) const;
+  /// Likewise numbers such as `force`, three of each sphere.
+  std::vector<float> numbers(std::size_t frame, const std::string& name) const;
   /// Of frames that hold `contact forces`.
   FrameContacts contact_forces(std::size_t frame) const;
-  /// World vertices of a surface that moves; empty where the frame has none.
-  std::vector<float> surface(std::size_t frame, const FrameSurface& s) const;
+  std::vector<float> surface(std::size_t frame, const FrameSurface& s) const override;
   /// What a frame holds under this name.
   bool holds(std::size_t frame, const std::string& name) const;
 

@@ -19,7 +19,7 @@ double lowest(const std::vector<float>& vertices) {
 }
 
 /// Foremost place along the axis, times direction, of the triangles at a height; -far where none is cut.
-double front_at(const FramesFile& file, const ToolPath& tool, const Vertices& vertices, double y) {
+double front_at(const SurfaceSamples& file, const ToolPath& tool, const Vertices& vertices, double y) {
   double front = -far;
   for (std::size_t k = 0; k < tool.surfaces.size(); ++k) {
     const std::vector<float>& v = vertices[k];
@@ -38,7 +38,7 @@ double front_at(const FramesFile& file, const ToolPath& tool, const Vertices& ve
 }
 
 /// Surfaces that come deep enough, by the deepest point of each over the record.
-void choose(const FramesFile& file, const std::map<std::string, std::string>& body_of, ToolPath& tool) {
+void choose(const SurfaceSamples& file, const std::map<std::string, std::string>& body_of, ToolPath& tool) {
   std::vector<double> deepest(file.surfaces().size(), far);
   for (std::size_t s = 0; s < file.surfaces().size(); ++s) {
     if (!file.surfaces()[s].moves || file.surfaces()[s].wall || file.surfaces()[s].triangles.empty()) continue;
@@ -62,7 +62,7 @@ void choose(const FramesFile& file, const std::map<std::string, std::string>& bo
   }
 }
 
-void follow(const FramesFile& file, ToolPath& tool) {
+void follow(const SurfaceSamples& file, ToolPath& tool) {
   tool.tip.clear(), tool.depth.clear(), tool.rear.clear();
   for (std::size_t f = 0; f < file.times().size(); ++f) {
     double low = far, tip = 0, rear = far;
@@ -83,7 +83,7 @@ void follow(const FramesFile& file, ToolPath& tool) {
   }
 }
 
-void measure(const FramesFile& file, ToolPath& tool) {
+void measure(const SurfaceSamples& file, ToolPath& tool) {
   const auto frame =
       static_cast<std::size_t>(std::max_element(tool.depth.begin(), tool.depth.end()) - tool.depth.begin());
   Vertices vertices;
@@ -120,11 +120,11 @@ double ToolPath::tip_at(const std::vector<double>& times, double time) const {
   return tip.back();
 }
 
-std::optional<ToolPath> tool_path(const FramesFile& file, double soil_surface,
+std::optional<ToolPath> tool_path(const SurfaceSamples& file, double soil_surface,
                                   const std::map<std::string, std::string>& body_of) {
   ToolPath tool;
   tool.soil_surface = soil_surface;
-  if (file.times().size() < 2 || file.particles() == 0) return {};
+  if (file.times().size() < 2) return {};
   choose(file, body_of, tool);
   if (tool.surfaces.empty()) return {};
   const auto way = [&] { return tool.tip.back() - tool.tip.front(); };

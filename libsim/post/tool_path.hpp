@@ -32,7 +32,7 @@ struct ToolPath {
 };
 
 /// Empty where no moving surface comes below the soil's surface. `body_of`: of a surface by its name, where known.
-std::optional<ToolPath> tool_path(const FramesFile& file, double soil_surface,
+std::optional<ToolPath> tool_path(const SurfaceSamples& file, double soil_surface,
                                   const std::map<std::string, std::string>& body_of = {});
 
 }  // namespace subsoil::sim
