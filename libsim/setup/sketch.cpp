@@ -93,10 +93,12 @@ class Draughtsman {
     sketch_.names = {"ground"};
     for (const BodySection& b : machine_.bodies) sketch_.names.push_back(b.name);
     sketch_.markers = machine_.markers;
-    for (const NamedJoint& j : machine_.joints) visit([&](const auto& joint) { take(joint); }, j.element);
-    for (const NamedForce& f : machine_.forces) visit([&](const auto& force) { take(force); }, f.element);
+    for (const NamedJoint& j : machine_.joints)
+      element_ = "machine.joints." + j.name, visit([&](const auto& joint) { take(joint); }, j.element);
+    for (const NamedForce& f : machine_.forces)
+      element_ = "machine.forces." + f.name, visit([&](const auto& force) { take(force); }, f.element);
     for (const NamedDriver& d : machine_.drivers)
-      if (const auto* ram = d.element.get_if<mbd::DistanceDriver>())
+      if (element_ = "machine.drivers." + d.name; const auto* ram = d.element.get_if<mbd::DistanceDriver>())
         add_link(Sketch::Link::Kind::rod, ram->first, ram->second, ram->p_a, ram->p_b);
     for (const mbd::Marker& m : machine_.markers) point(m.body, m.p);
     if (s.soil && s.soil->surface) sketch_.sides.push_back({mbd::ground, {0, *s.soil->surface}, 0});
@@ -123,7 +125,7 @@ class Draughtsman {
   }
   Sketch::Pair pair(int a, int b, const Vec2& p_a, const Vec2& p_b) {
     point(a, p_a), point(b, p_b);
-    return {a, b, p_a, p_b};
+    return {a, b, p_a, p_b, element_};
   }
   void add_link(Sketch::Link::Kind kind, int a, int b, const Vec2& p_a, const Vec2& p_b) {
     sketch_.links.push_back({pair(a, b, p_a, p_b), kind});
@@ -153,14 +155,14 @@ class Draughtsman {
   void take(const mbd::Translational& j) {
     if (j.body_b == mbd::ground) {
       const double angle = j.angle_a + poses_[static_cast<std::size_t>(j.body_a)].angle;
-      sketch_.slides.push_back({{j.body_b, j.body_a, j.p_b, j.p_a}, angle, true});
+      sketch_.slides.push_back({{j.body_b, j.body_a, j.p_b, j.p_a, element_}, angle, true});
     } else {
-      sketch_.slides.push_back({{j.body_a, j.body_b, j.p_a, j.p_b}, j.angle_a, true});
+      sketch_.slides.push_back({{j.body_a, j.body_b, j.p_a, j.p_b, element_}, j.angle_a, true});
     }
     point(sketch_.slides.back().b, sketch_.slides.back().p_b);
   }
   void take(const mbd::PointOnLine& j) {
-    sketch_.slides.push_back({{j.body_a, j.body_b, j.p_a, j.p_b}, j.angle_a, false, true});
+    sketch_.slides.push_back({{j.body_a, j.body_b, j.p_a, j.p_b, element_}, j.angle_a, false, true});
     point(j.body_b, j.p_b);
   }
   void take(const mbd::Distance& j) { add_link(Sketch::Link::Kind::rod, j.body_a, j.body_b, j.p_a, j.p_b); }
@@ -168,7 +170,7 @@ class Draughtsman {
   requires std::derived_from<Joint, mbd::DiskAndLine>
   void take(const Joint& j) {
     disk(j.body_b, j.p_b, j.radius);
-    sketch_.sides.push_back({j.body_a, j.p_a, j.angle_a});
+    sketch_.sides.push_back({j.body_a, j.p_a, j.angle_a, element_});
   }
   template <class Joint>
   requires std::derived_from<Joint, mbd::TwoDisks>
@@ -214,7 +216,7 @@ class Draughtsman {
   void take(const mbd::LineContact& f) {
     disk(f.body_b, f.p_b, f.radius);
     point(f.body_b, f.p_b);
-    sketch_.sides.push_back({f.body_a, f.p_a, f.angle_a});
+    sketch_.sides.push_back({f.body_a, f.p_a, f.angle_a, element_});
   }
   void take(const mbd::DiskContact& f) { disk(f.body_a, f.p_a, f.radius_a), disk(f.body_b, f.p_b, f.radius_b); }
   void take(const mbd::OutlineContact& f) {
@@ -231,14 +233,14 @@ class Draughtsman {
   }
   void draw(int body, const mbd::FlankOutline& o) { path(body, o.points, o.closed); }
   void draw(int body, const mbd::FlatOutline& o) {
-    sketch_.sides.push_back({body, o.point, o.angle});
+    sketch_.sides.push_back({body, o.point, o.angle, element_});
     point(body, o.point);
   }
   void take(const mbd::WheelOnSoil& f) {
     disk(f.body, {0, 0}, f.radius);
     const auto same = [&](const Sketch::Side& side) { return side.body == mbd::ground && side.point[1] == f.surface; };
     if (std::none_of(sketch_.sides.begin(), sketch_.sides.end(), same))
-      sketch_.sides.push_back({mbd::ground, {0, f.surface}, 0});
+      sketch_.sides.push_back({mbd::ground, {0, f.surface}, 0, element_});
   }
   template <class Force>
   void take(const Force& f) {  // a load, drag, friction, a stop: what it holds on to is a point of its body
@@ -345,6 +347,7 @@ class Draughtsman {
   std::vector<mbd::BodyState> poses_;
   std::vector<std::vector<Vec2>> points_;  // by body, in its axes
   std::vector<char> shaped_;               // by body: it has a shape of its own
+  std::string element_;                    // path of the element that is taken
   Sketch sketch_;
 };
 

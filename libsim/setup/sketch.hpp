@@ -25,6 +25,7 @@ struct Sketch {
   struct Pair {
     int a, b;
     Vec2 p_a, p_b;
+    std::string element{};  ///< path of the scenario that it stands for, such as `machine.joints.H8`
   };
   /// What moves along a line of body a, at angle_a in its axes: a block, or a pin in a slot.
   struct Slide : Pair {
@@ -40,6 +41,7 @@ struct Sketch {
     int body;
     Vec2 point;
     double angle;
+    std::string element{};  ///< as of a pair; empty: the soil's surface
   };
 
   std::vector<std::string> names;  // of bodies, ground first
