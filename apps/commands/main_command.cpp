@@ -13,6 +13,7 @@
 #include "apps/commands/sweep_command.hpp"
 #include "apps/commands/templates.hpp"
 #include "apps/commands/version_text.hpp"
+#include "apps/commands/view_command.hpp"
 #include "libsim/document/library.hpp"
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/plot/furrow_picture.hpp"
@@ -288,6 +289,11 @@ int main_command(int argc, char** argv, const EngineMaker& engine) {
       app.add_subcommand("check", "read and try a scenario, say what it would do and cost; writes nothing");
   add_scenario(*check_word, request, simd);
 
+  ShowRequest show_request;
+  CLI::App* show_word = add_show(app, show_request);
+  ViewRequest view_request;
+  CLI::App* view_word = add_view(app, view_request);
+
   std::string path;
   CLI::App* explain_word =
       app.add_subcommand("explain", "unit, default, range and meaning of a key, e.g. soil.bed.radius");
@@ -340,6 +346,8 @@ int main_command(int argc, char** argv, const EngineMaker& engine) {
     if (run_word->parsed()) return run(request);
     if (resume_word->parsed()) return resume(resumed, request);
     if (check_word->parsed()) return check_command(request);
+    if (show_word->parsed()) return show_command(show_request);
+    if (view_word->parsed()) return view_command(view_request);
     if (impact_word->parsed()) return impact_command(impact_request);
     if (test_word->parsed()) return test_command(test_request);
     if (calibrate_word->parsed()) return calibrate_command(calibrate_request);

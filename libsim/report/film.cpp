@@ -1,11 +1,11 @@
 #include "libsim/report/film.hpp"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+
+#include "libsim/view/packed.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -276,25 +276,6 @@ class FilmMaker {
 };
 
 }  // namespace
-
-std::string packed(const std::vector<unsigned char>& bytes) {
-  uLongf size = compressBound(static_cast<uLong>(bytes.size()));
-  std::vector<unsigned char> zipped(size);
-  if (compress2(zipped.data(), &size, bytes.data(), static_cast<uLong>(bytes.size()), 6) != Z_OK)
-    throw std::runtime_error("zlib could not compress a part of the film");
-  static constexpr char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve(size / 3 * 4 + 4);
-  for (std::size_t i = 0; i < size; i += 3) {
-    const unsigned a = zipped[i], b = i + 1 < size ? zipped[i + 1] : 0U, c = i + 2 < size ? zipped[i + 2] : 0U;
-    const unsigned word = a << 16U | b << 8U | c;
-    text += letters[word >> 18U];
-    text += letters[word >> 12U & 63U];
-    text += i + 1 < size ? letters[word >> 6U & 63U] : '=';
-    text += i + 2 < size ? letters[word & 63U] : '=';
-  }
-  return text;
-}
 
 Json film(const FramesFile& file, const FilmOptions& options) {
   if (file.times().empty()) throw std::runtime_error("holds no complete frame");

@@ -24,7 +24,4 @@ struct FilmOptions {
 ///   the frames' positions leaves uncertain of a mean chain, in the same unit.
 Json film(const FramesFile& file, const FilmOptions& options);
 
-/// zlib, then base64.
-std::string packed(const std::vector<unsigned char>& bytes);
-
 }  // namespace subsoil::sim

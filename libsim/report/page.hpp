@@ -6,16 +6,13 @@
 
 namespace subsoil::sim {
 
-/// Files of page/ and vendor/ as they stood at the build (embed.cmake).
-extern const char* const page_uplot_js;
-extern const char* const page_uplot_css;
+/// Files of page/ as they stood at the build (embed.cmake).
 extern const char* const page_style_css;
 extern const char* const page_film_js;
 extern const char* const page_report_js;
 extern const char* const page_sweep_js;
-extern const char* const page_uplot_license;
 
 /// A page that opens without network: styles, plotting library, scripts and data in one text. `script` draws `data`.
-std::string page_text(const std::string& title, const Json& data, const std::string& script);
+std::string report_page(const std::string& title, const Json& data, const std::string& script);
 
 }  // namespace subsoil::sim

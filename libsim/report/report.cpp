@@ -348,7 +348,7 @@ void write_report(const ReportRequest& request) {
   const Json data = report_data(request);
   std::string title;
   for (const auto& run : data["runs"]) title += (title.empty() ? "" : ", ") + run["name"].get<std::string>();
-  write_atomically(request.out, page_text("subsoil: " + title, data, page_report_js));
+  write_atomically(request.out, report_page("subsoil: " + title, data, page_report_js));
   for (const auto& run : data["runs"])
     for (const auto& line : run["missing"])
       fmt::print(stderr, "{}: {}\n", run["name"].get<std::string>(), line.get<std::string>());

@@ -1,43 +1,29 @@
+#include "tests/tools/browser.hpp"
+
 #include <gtest/gtest.h>
 
-#include <array>
+#include <cmath>
 #include <cstdio>
 
 #include "libsim/report/report.hpp"
+#include "libsim/view/show.hpp"
+#include "libsim/view/view.hpp"
 #include "tests/tools/program_runs.hpp"
 
-/// A report opened in headless Chromium (scripts/setup --browser): it draws itself without an error, and a chart shows
-/// the value of the series. Left out where there is no Chromium.
+/// Pages opened in headless Chromium (scripts/setup --browser): a report and the pictures of `show` and `view` draw
+/// themselves without an error, and show what scenario and series say. Left out where there is no Chromium.
 namespace subsoil::sim::browser_test {
 namespace {
 
-std::string output_of(const std::string& command) {
-  FILE* pipe = popen(command.c_str(), "r");
-  std::string text;
-  std::array<char, 4096> buffer{};
-  while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) text += buffer.data();
-  pclose(pipe);
-  return text;
-}
-
-/// Runs the page; the document as its scripts leave it, and what they say on the console.
-std::string opened(const std::filesystem::path& page, const std::string& hash, const test::Scratch& scratch) {
-  return output_of(
-      "timeout 300 chromium --headless --no-sandbox --disable-gpu --disable-quic --no-first-run "
-      "--disable-background-networking --disable-component-update --disable-sync --user-data-dir=" +
-      (scratch / "profile").string() + " --virtual-time-budget=30000 --enable-logging=stderr --dump-dom 'file://" +
-      page.string() + hash + "' 2>&1");
-}
-
 TEST(Browser, ReportDrawsItselfAndShowsValues) {
-  if (std::system("command -v chromium >/dev/null 2>&1") != 0) GTEST_SKIP() << "no chromium: scripts/setup --browser";
+  if (!test::has_browser()) GTEST_SKIP() << "no chromium: scripts/setup --browser";
   const test::RunDirectory directory;
   ASSERT_EQ(test::run_scenario(directory.scenario(test::small_pass), directory / "run"), exit_ok);
   ReportRequest request;
   request.runs = {directory / "run"};
   request.out = directory / "page.html";
   write_report(request);
-  const std::string dom = opened(request.out, "#probe=draft@0.1", directory);
+  const std::string dom = test::opened(request.out, "#probe=draft@0.1", directory);
   EXPECT_NE(dom.find("data-ready=\"yes\""), std::string::npos) << dom.substr(0, 2000);
   EXPECT_NE(dom.find("data-errors=\"0\""), std::string::npos);
   EXPECT_EQ(dom.find("CONSOLE"), std::string::npos) << dom.substr(dom.find("CONSOLE"), 500);
@@ -53,6 +39,166 @@ TEST(Browser, ReportDrawsItselfAndShowsValues) {
   for (std::size_t i = 0; i < t.size(); ++i)
     if (std::abs(t[i] - time) < nearest) nearest = std::abs(t[i] - time), expected = series.at("draft")[i];
   EXPECT_NEAR(value, expected, 1e-4 * std::abs(expected) + 1e-6) << "five digits are shown";
+}
+
+/// Share of the stage's pixels that are not the background.
+constexpr const char* drawn_share = R"(
+  const share = () => {
+    viewer.stage.drawNow();
+    const gl = viewer.stage.renderer.getContext(), w = viewer.stage.canvas.width, h = viewer.stage.canvas.height;
+    const pixels = new Uint8Array(4 * w * h);
+    gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    let drawn = 0;
+    for (let i = 0; i < pixels.length; i += 4)
+      drawn += Math.abs(pixels[i] - pixels[0]) + Math.abs(pixels[i + 1] - pixels[1]) + Math.abs(pixels[i + 2] - pixels[2]) > 12;
+    return drawn / (w * h);
+  };
+)";
+
+/// A block on a rail, a slab beside it and a tall tine on a given path: places that a test can work out by hand.
+constexpr const char* three_boxes = R"(subsoil: 1
+title: three boxes
+materials: {steel: {density: 7850 kg/m^3}}
+contacts: [{between: [steel, steel], law: linear, k_n: 20 kN/m, restitution: 0.3, mu: 0.5, mu_r: 0.1}]
+machine:
+  bodies:
+    block: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0 0 m}
+    slab: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0.5 0 m}
+  joints:
+    rail: {translational: [ground, block], along: 1 0}
+    weld: {fixed: [ground, slab], at: 0.5 0 m}
+  drivers: {push: {coordinate: block.x, velocity: 0.2 m/s}}
+  surfaces:
+    cube: {body: block, material: steel, box: 100 100 100 mm}
+    plate: {body: slab, material: steel, box: 200 20 100 mm}
+boundaries:
+  - {name: tine, material: steel, shape: {box: 20 300 20 mm}, at: -0.4 0 0 m, moves: [{velocity: 0 0.1 0 m/s}]}
+time: {end: 1 s}
+output: {watch: {force: {driver: push}}}
+)";
+
+class Shown : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!test::has_browser()) GTEST_SKIP() << "no chromium: scripts/setup --browser";
+    ShowRequest request;
+    request.scenario = directory.scenario(three_boxes);
+    request.out = page = directory / "show.html";
+    write_show(request);
+  }
+  nlohmann::json asked(const std::string& script) const { return test::asked(page, script, directory); }
+  test::RunDirectory directory;
+  std::filesystem::path page;
+};
+
+TEST_F(Shown, PixelsAreNotEmptyAndPickingFindsWhatIsThere) {
+  const nlohmann::json found = asked(std::string(drawn_share) + R"(
+    viewer.stage.look('side');
+    const drawn = share(), hit = (x, y) => {
+      const p = viewer.stage.project(new THREE.Vector3(x, y, 0)), picked = viewer.pick(p[0], p[1]);
+      return picked && picked.thing >= 0 ? viewer.scene.things[picked.thing].name : null;
+    };
+    return { drawn, cube: hit(0.02, 0.03), plate: hit(0.58, 0.005), tine: hit(-0.4, 0.12), nothing: hit(0.2, 0.13),
+             words: (hit(0.02, 0.03), document.querySelector('.details').textContent) };
+  )");
+  // Side view: the boxes cover 0.01 + 0.004 + 0.006 m2 of the 1.01 m x 0.3 m around them, which fill most of the width.
+  EXPECT_GT(found["drawn"], 0.01);
+  EXPECT_LT(found["drawn"], 0.5);
+  EXPECT_EQ(found["cube"], "cube");
+  EXPECT_EQ(found["plate"], "plate");
+  EXPECT_EQ(found["tine"], "tine");
+  EXPECT_TRUE(found["nothing"].is_null());
+  EXPECT_NE(found["words"].get<std::string>().find("case.yaml:14:"), std::string::npos) << found["words"];
+}
+
+TEST_F(Shown, TheSliderMovesBodiesAndPathsAsTheScenarioSays) {
+  const nlohmann::json found = asked(R"(
+    const slider = document.getElementById('time');
+    slider.value = '0.5';
+    slider.dispatchEvent(new Event('input'));
+    const of = name => viewer.machine.pickable.find(m => viewer.scene.things[m.userData.thing].name === name);
+    const at = name => new THREE.Vector3().setFromMatrixPosition(of(name).matrixWorld).toArray();
+    return { block: at('cube'), tine: at('tine') };
+  )");
+  EXPECT_NEAR(found["block"][0].get<double>(), 0.1, 1e-6) << "0.2 m/s for half a second";
+  EXPECT_NEAR(found["tine"][0].get<double>(), -0.4, 1e-6);
+  EXPECT_NEAR(found["tine"][1].get<double>(), 0.05, 1e-6);
+}
+
+TEST_F(Shown, ASectionPlaneCutsAwayWhatLiesBeyond) {
+  const nlohmann::json found = asked(std::string(drawn_share) + R"(
+    viewer.stage.look('side');
+    const whole = share();
+    viewer.stage.cut({ axis: 0, at: -0.2, sign: 1 });
+    const left = share(), p = viewer.stage.project(new THREE.Vector3(0.02, 0.03, 0));
+    return { whole, left, cut: viewer.pick(p[0], p[1]) };
+  )");
+  EXPECT_LT(found["left"].get<double>(), 0.6 * found["whole"].get<double>()) << "two of three boxes are gone";
+  EXPECT_GT(found["left"], 0);
+  EXPECT_TRUE(found["cut"].is_null());
+}
+
+TEST_F(Shown, KeysChooseViewsAndEveryControlHasAName) {
+  const nlohmann::json found = asked(R"(
+    const press = key => document.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
+    const facing = () => viewer.stage.camera.getWorldDirection(new THREE.Vector3()).toArray();
+    press('2');
+    const side = facing();
+    press('4');
+    const top = facing();
+    press(' ');
+    const playing = viewer.playing;
+    press(' ');
+    const named = e => (e.getAttribute('aria-label') || e.textContent || (e.labels && e.labels[0] && e.labels[0].textContent) || '').trim();
+    const nameless = [...document.querySelectorAll('button, select, input, canvas, svg.overlay')].filter(e => !named(e)).map(e => e.outerHTML);
+    return { side, top, playing, stopped: !viewer.playing, nameless, symbols: document.querySelectorAll('.overlay .thing[aria-label]').length };
+  )");
+  EXPECT_NEAR(found["side"][2].get<double>(), -1, 1e-9);
+  EXPECT_NEAR(found["top"][1].get<double>(), -1, 1e-9);
+  EXPECT_TRUE(found["playing"]);
+  EXPECT_TRUE(found["stopped"]);
+  EXPECT_TRUE(found["nameless"].empty()) << found["nameless"];
+  EXPECT_GT(found["symbols"], 3);
+}
+
+TEST(Viewed, SliderSpheresAndArrowsAreThoseOfTheSeries) {
+  if (!test::has_browser()) GTEST_SKIP() << "no chromium: scripts/setup --browser";
+  const test::RunDirectory directory;
+  ASSERT_EQ(test::run_scenario(directory.scenario(test::small_pass), directory / "run"), exit_ok);
+  ViewRequest request;
+  request.run = directory / "run";
+  request.out = directory / "view.html";
+  write_view(request);
+  const Series series = read_series(directory / "run" / "series.csv");
+  const std::size_t row = series.rows() - 20;
+  const double time = series.at("time")[row];
+  const nlohmann::json found =
+      test::asked(request.out, std::string(drawn_share) + "const time = " + std::to_string(time) + R"(;
+    viewer.stage.look('side');
+    const drawn = share();
+    viewer.colour('speed');
+    viewer.show(time);
+    viewer.stage.drawNow();
+    const blade = viewer.machine.pickable.find(m => viewer.scene.things[m.userData.thing].name === 'blade');
+    const arrow = document.querySelector('[data-force="soil on tine"]');
+    const numbers = key => arrow.getAttribute(key).split(' ').map(Number);
+    viewer.machine.root.visible = false;
+    const sphere = viewer.soil.at(7), p = viewer.stage.project(sphere);
+    viewer.stage.cut({ axis: 2, at: sphere.z + 1e-4, sign: 1 });
+    return { drawn, blade: new THREE.Vector3().setFromMatrixPosition(blade.matrixWorld).toArray(), from: numbers('data-from'),
+             to: numbers('data-to'), colours: viewer.soil.colourings(), count: viewer.soil.data.count, clock: viewer.clock.textContent };
+  )",
+                  directory);
+  EXPECT_GT(found["drawn"], 0.05);
+  // The page's times are of six digits here, the poses of float.
+  EXPECT_NEAR(found["blade"][0].get<double>(), series.at("tine.x")[row], 1e-6);
+  EXPECT_NEAR(found["blade"][1].get<double>(), series.at("tine.y")[row], 1e-6);
+  const double fx = series.at("tine.soil.Fx")[row], fy = series.at("tine.soil.Fy")[row], size = std::hypot(fx, fy);
+  ASSERT_GT(size, 1) << "the tine is in the soil";
+  const double dx = found["to"][0].get<double>() - found["from"][0].get<double>(),
+               dy = found["from"][1].get<double>() - found["to"][1].get<double>(), length = std::hypot(dx, dy);
+  EXPECT_GT((dx * fx + dy * fy) / (length * size), 0.9999) << "the arrow lies along the force";
+  EXPECT_EQ(found["clock"].get<std::string>().substr(0, 5), std::to_string(time).substr(0, 5));
 }
 
 }  // namespace

@@ -143,7 +143,7 @@ Json sweep_json(const Study& study, const std::vector<PointResult>& results,
 }
 
 void write_sweep_page(const Json& data, const std::filesystem::path& path) {
-  write_atomically(path, page_text("subsoil: " + data["title"].get<std::string>(), data, page_sweep_js));
+  write_atomically(path, report_page("subsoil: " + data["title"].get<std::string>(), data, page_sweep_js));
 }
 
 std::string sweep_text(const Study& study, const std::vector<PointResult>& results,

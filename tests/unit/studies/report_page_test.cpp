@@ -287,7 +287,7 @@ TEST(Report, PageIsOneFileThatAsksForNothing) {
 
 TEST(Page, TextOfUsersCannotLeaveItsPlace) {
   const Json data{{"title", "</script><script>alert(1)</script>"}};
-  const std::string page = page_text("<b>", data, "");
+  const std::string page = report_page("<b>", data, "");
   EXPECT_EQ(page.find("alert(1)</script>"), std::string::npos);
   EXPECT_NE(page.find("<title>&lt;b&gt;</title>"), std::string::npos);
 }

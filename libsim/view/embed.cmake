@@ -1,0 +1,21 @@
+# Writes a C++ file that holds texts: cmake -DOUT=assets.cpp -DHEADER=page.hpp -DFILES="name|path;name|path" -P embed.cmake
+# A literal is cut into pieces, since compilers need not take more than 64 kB in one. Pieces are raw: an expression over a
+# library of 600 kB, to escape it, takes CMake minutes.
+set(piece 16000)
+file(WRITE "${OUT}" "#include \"${HEADER}\"\n\nnamespace subsoil::sim {\n")
+foreach(entry IN LISTS FILES)
+  string(REPLACE "|" ";" parts "${entry}")
+  list(GET parts 0 name)
+  list(GET parts 1 path)
+  file(READ "${path}" text)
+  string(LENGTH "${text}" length)
+  file(APPEND "${OUT}" "const char* const ${name} =")
+  set(from 0)
+  while(from LESS length)
+    string(SUBSTRING "${text}" ${from} ${piece} part)
+    file(APPEND "${OUT}" "\n    R\"~page~(${part})~page~\"")
+    math(EXPR from "${from} + ${piece}")
+  endwhile()
+  file(APPEND "${OUT}" ";\n")
+endforeach()
+file(APPEND "${OUT}" "}  // namespace subsoil::sim\n")

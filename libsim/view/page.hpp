@@ -1,0 +1,37 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "libsim/base/json.hpp"
+
+namespace subsoil::sim {
+
+/// Files of page/ and vendor/ as they stood at the build (embed.cmake).
+extern const char* const view_three_js;
+extern const char* const view_three_license;
+extern const char* const view_uplot_js;
+extern const char* const view_uplot_css;
+extern const char* const view_uplot_license;
+extern const char* const view_style_css;
+extern const char* const view_data_js;
+extern const char* const view_soil_js;
+extern const char* const view_machine_js;
+extern const char* const view_stage_js;
+extern const char* const view_overlay_js;
+extern const char* const view_panel_js;
+extern const char* const view_viewer_js;
+
+/// What a page is made of beside its data. Scripts run in their order.
+struct PageParts {
+  std::string styles;
+  std::vector<std::string> scripts;
+};
+
+/// A page that opens without network: styles, data and scripts in one text. Scripts find the data as JSON in the
+/// element `data` and draw into the element `page`.
+std::string page_text(const std::string& title, const Json& data, const PageParts& parts);
+
+/// The page that draws a scene (scene.hpp).
+std::string scene_page(const Json& scene);
+
+}  // namespace subsoil::sim

@@ -1,0 +1,267 @@
+// @ts-check
+'use strict';
+// Spheres as impostors: a square facing the camera per sphere, on which the fragment shader draws the sphere with its
+// depth. Four vertices each, whatever the zoom; a section plane cuts it as the solid that it is.
+
+const SPHERE_VERTEX = `
+attribute vec3 place;
+attribute float radius;
+attribute float shade;
+uniform vec3 low, size;
+uniform float scale;
+varying vec2 corner;
+varying float shadeOf, radiusOf;
+varying vec3 centre;
+void main() {
+  corner = position.xy;
+  shadeOf = shade;
+  radiusOf = radius * scale;
+  if (place.x > 0.999999) radiusOf = 0.0;
+  centre = (modelViewMatrix * vec4(low + place * size * (65535.0 / 65534.0), 1.0)).xyz;
+  gl_Position = projectionMatrix * vec4(centre + vec3(position.xy * radiusOf, 0.0), 1.0);
+}`;
+const SPHERE_FRAGMENT = `
+precision highp float;
+uniform mat4 projectionMatrix;
+uniform vec4 cut;        // view axes: what has dot(n, p) > w is cut off
+uniform float cutting;
+uniform sampler2D colours;
+uniform vec3 plain;
+uniform float fade;
+varying vec2 corner;
+varying float shadeOf, radiusOf;
+varying vec3 centre;
+void main() {
+  float r2 = dot(corner, corner);
+  if (r2 > 1.0 || radiusOf <= 0.0) discard;
+  vec3 normal = vec3(corner, sqrt(1.0 - r2));
+  vec3 p = centre + radiusOf * normal;
+  float flat_ = 0.0;
+  if (cutting > 0.5 && dot(cut.xyz, p) > cut.w) {
+    // The ray goes on along -z to the plane: what it meets there inside the sphere is its cut face.
+    if (cut.z <= 0.02) discard;
+    p.z -= (dot(cut.xyz, p) - cut.w) / cut.z;
+    if (distance(p, centre) > radiusOf) discard;
+    normal = cut.xyz;
+    flat_ = 1.0;
+  }
+  vec4 clip = projectionMatrix * vec4(p, 1.0);
+  gl_FragDepth = 0.5 * clip.z / clip.w + 0.5;
+  vec3 base = shadeOf < 0.0 ? plain : texture2D(colours, vec2(clamp(shadeOf, 0.0, 1.0) * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
+  float light = 0.42 + 0.58 * max(0.0, dot(normal, normalize(vec3(0.35, 0.55, 0.75))));
+  gl_FragColor = vec4(base * mix(light, 0.92, flat_ * 0.6), fade);
+}`;
+
+/** Stops of the colour scales, r g b. @type {Record<string, number[][]>} */
+const SCALES = {
+  speed: [[222, 218, 205], [148, 190, 190], [54, 140, 160], [38, 88, 150], [120, 40, 130], [200, 30, 60]],
+  displacement: [[222, 218, 205], [240, 205, 120], [230, 140, 60], [190, 60, 40], [110, 20, 50]],
+  depth: [[86, 56, 36], [140, 96, 60], [190, 150, 100], [226, 205, 160]],
+  force: [[226, 226, 226], [150, 180, 210], [60, 110, 180], [90, 40, 140], [210, 30, 60]],
+};
+const SOIL_COLOUR = '#b9a582';
+
+/** Colour at x in [0, 1]. @param {number[][]} stops @param {number} x */
+function mixed(stops, x) {
+  const at = Math.min(0.999999, Math.max(0, x)) * (stops.length - 1), k = Math.floor(at), f = at - k;
+  return stops[k].map((v, c) => Math.round(v + f * (stops[k + 1][c] - v)));
+}
+
+class Soil {
+  /**
+   * @param {Spheres} data
+   * @param {Uint16Array[]} positions
+   * @param {{ radius: Uint8Array | null, material: Uint8Array | null, speed: (Uint8Array | null)[], force: (Uint8Array | null)[], chains: (Float32Array | null)[] }} extra
+   */
+  constructor(data, positions, extra) {
+    this.data = data;
+    this.positions = positions;
+    this.extra = extra;
+    this.frame = -1;
+    this.colouring = 'plain';
+    this.times = data.frames.map(f => f.time);
+    this.size = /** @type {V3} */ (data.high.map((v, i) => Math.max(v - data.low[i], 1e-9)));
+    this.radii = new Float32Array(data.count);
+    const r = data.radius;
+    for (let i = 0; i < data.count; ++i)
+      this.radii[i] = extra.radius ? r.low + (r.high - r.low) * extra.radius[i] / 255 : r.high;
+    this.first = this.firstSeen();
+    this.shades = new Float32Array(data.count).fill(-1);
+    this.top = 1;
+    this.place = new THREE.InstancedBufferAttribute(new Uint16Array(3 * data.count), 3, true);
+    this.shade = new THREE.InstancedBufferAttribute(this.shades, 1);
+    this.colours = new THREE.DataTexture(new Uint8Array(256 * 4), 256, 1);
+    this.material = this.shader();
+    this.mesh = this.build();
+    this.chains = this.chainLines();
+    this.show(0);
+  }
+  build() {
+    const geometry = new THREE.InstancedBufferGeometry();
+    geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array([-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0]), 3));
+    geometry.setIndex([0, 1, 2, 0, 2, 3]);
+    geometry.setAttribute('place', this.place);
+    geometry.setAttribute('shade', this.shade);
+    geometry.setAttribute('radius', new THREE.InstancedBufferAttribute(this.radii, 1));
+    geometry.instanceCount = this.data.count;
+    const mesh = new THREE.Mesh(geometry, this.material);
+    mesh.frustumCulled = false;
+    return mesh;
+  }
+  shader() {
+    return new THREE.ShaderMaterial({
+      vertexShader: SPHERE_VERTEX, fragmentShader: SPHERE_FRAGMENT,
+      uniforms: {
+        low: { value: new THREE.Vector3(...this.data.low) }, size: { value: new THREE.Vector3(...this.size) },
+        scale: { value: 1 }, cut: { value: new THREE.Vector4() }, cutting: { value: 0 }, colours: { value: this.colours },
+        plain: { value: new THREE.Vector3(...[1, 3, 5].map(k => parseInt(SOIL_COLOUR.slice(k, k + 2), 16) / 255)) },
+        fade: { value: 1 },
+      },
+    });
+  }
+  /** Quantised place of each sphere where it was seen first: depth and displacement count from there. */
+  firstSeen() {
+    const first = new Uint16Array(3 * this.data.count).fill(ABSENT);
+    for (const p of this.positions)
+      for (let i = 0; i < p.length; i += 3)
+        if (first[i] === ABSENT && p[i] !== ABSENT) first[i] = p[i], first[i + 1] = p[i + 1], first[i + 2] = p[i + 2];
+    return first;
+  }
+  /** @param {number} time */
+  showTime(time) {
+    const { at, share } = bracket(this.times, time);
+    this.show(share > 0.5 ? at + 1 : at);
+  }
+  /** @param {number} frame */
+  show(frame) {
+    if (frame === this.frame) return;
+    this.frame = frame;
+    this.place.array.set(this.positions[frame]);
+    this.place.needsUpdate = true;
+    this.colour(this.colouring);
+    this.showChains();
+  }
+  get hasChains() { return this.extra.chains.some(c => c && c.length > 0); }
+  chainLines() {
+    const lines = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ vertexColors: true, depthTest: false, transparent: true }));
+    lines.visible = false;
+    lines.frustumCulled = false;
+    lines.renderOrder = 2;
+    return lines;
+  }
+  /** Contacts of this frame: the darker, the stronger; blue ones pull. */
+  showChains() {
+    const data = this.extra.chains[this.frame], count = data ? data.length / 7 : 0;
+    const place = new Float32Array(6 * count), colour = new Float32Array(8 * count);
+    for (let i = 0; i < count && data; ++i) {
+      const force = data[7 * i + 6], share = Math.sqrt(Math.abs(force) / this.data.chainTop);
+      place.set(data.subarray(7 * i, 7 * i + 6), 6 * i);
+      for (const end of [0, 4]) colour.set(force >= 0 ? [0.62, 0.02, 0.1, share] : [0.05, 0.25, 0.8, share], 8 * i + end);
+    }
+    this.chains.geometry.dispose();
+    this.chains.geometry = new THREE.BufferGeometry();
+    this.chains.geometry.setAttribute('position', new THREE.BufferAttribute(place, 3));
+    this.chains.geometry.setAttribute('color', new THREE.BufferAttribute(colour, 4));
+  }
+  /** Names of what the spheres can be coloured by here. */
+  colourings() {
+    const out = ['plain', 'depth'];
+    if (this.data.materials.length > 1) out.push('material');
+    if (this.positions.length > 1) out.push('displacement');
+    if (this.extra.speed.some(s => s)) out.push('speed');
+    if (this.extra.force.some(f => f)) out.push('force');
+    return out;
+  }
+  /** @param {string} by */
+  colour(by) {
+    this.colouring = by;
+    const n = this.data.count, now = this.positions[this.frame], first = this.first, shades = this.shades;
+    this.top = 1;
+    if (by === 'plain') shades.fill(-1);
+    else if (by === 'depth') for (let i = 0; i < n; ++i) shades[i] = first[3 * i + 1] / 65534;
+    else if (by === 'material') this.shadeMaterials();
+    else if (by === 'displacement') {
+      this.top = this.largestDisplacement();
+      for (let i = 0; i < n; ++i) shades[i] = now[3 * i] === ABSENT ? 0 : this.distance(first, now, i) / this.top;
+    } else this.shadeBytes(by === 'speed' ? this.extra.speed : this.extra.force, by === 'speed' ? this.data.speedTop : this.data.forceTop);
+    this.paint(by);
+    this.shade.needsUpdate = true;
+  }
+  /** @param {(Uint8Array | null)[]} frames @param {number} top */
+  shadeBytes(frames, top) {
+    this.top = top;
+    const bytes = frames[this.frame];
+    for (let i = 0; i < this.data.count; ++i) this.shades[i] = bytes ? bytes[i] / 255 : -1;
+  }
+  shadeMaterials() {
+    const m = this.extra.material;
+    for (let i = 0; i < this.data.count; ++i) this.shades[i] = ((m ? m[i] : 0) + 0.5) / 256;
+  }
+  /** @param {string} by */
+  paint(by) {
+    const data = /** @type {Uint8Array} */ (this.colours.image.data);
+    for (let k = 0; k < 256; ++k) {
+      const c = new THREE.Color(colourOf(1 + k % 8));
+      const rgb = by === 'material' ? [c.r, c.g, c.b].map(v => 255 * Math.pow(v, 1 / 2.2)) : mixed(SCALES[by] || SCALES.depth, k / 255);
+      data.set([rgb[0], rgb[1], rgb[2], 255], 4 * k);
+    }
+    this.colours.needsUpdate = true;
+  }
+  /** m between the places of a sphere. @param {Uint16Array} a @param {Uint16Array} b @param {number} i */
+  distance(a, b, i) {
+    let sum = 0;
+    for (let k = 0; k < 3; ++k) {
+      const d = (b[3 * i + k] - a[3 * i + k]) / 65534 * this.size[k];
+      sum += d * d;
+    }
+    return Math.sqrt(sum);
+  }
+  /** Of 998 in 1000 spheres in the last frame, so that a single one that flies off does not pale the others. */
+  largestDisplacement() {
+    if (this.span !== undefined) return this.span;
+    const last = this.positions[this.positions.length - 1], all = [];
+    for (let i = 0; i < this.data.count; ++i)
+      if (last[3 * i] !== ABSENT) all.push(this.distance(this.first, last, i));
+    all.sort((a, b) => a - b);
+    this.span = Math.max(all[Math.floor(0.998 * (all.length - 1))] || 0, this.data.error, 1e-9);
+    return this.span;
+  }
+  /** World place of a sphere in this frame; null where it is not there. @param {number} i */
+  at(i) {
+    const p = this.positions[this.frame];
+    return p[3 * i] === ABSENT ? null : new THREE.Vector3(...this.data.low.map((v, k) => v + p[3 * i + k] / 65534 * this.size[k]));
+  }
+  /**
+   * The nearest sphere that a ray meets on the kept side of the section plane.
+   * @param {import('three').Ray} ray
+   * @param {import('three').Plane | null} plane of which the positive side is kept
+   */
+  pick(ray, plane) {
+    let best = -1, least = Infinity;
+    const p = this.positions[this.frame], { low } = this.data, size = this.size, o = ray.origin, d = ray.direction;
+    for (let i = 0; i < this.data.count; ++i) {
+      if (p[3 * i] === ABSENT) continue;
+      const x = low[0] + p[3 * i] / 65534 * size[0] - o.x, y = low[1] + p[3 * i + 1] / 65534 * size[1] - o.y,
+        z = low[2] + p[3 * i + 2] / 65534 * size[2] - o.z, along = x * d.x + y * d.y + z * d.z, r = this.radii[i];
+      const room = r * r - (x * x + y * y + z * z - along * along);
+      if (room < 0 || along - r > least) continue;
+      if (plane && plane.normal.x * (x + o.x) + plane.normal.y * (y + o.y) + plane.normal.z * (z + o.z) + plane.constant < 0) continue;
+      const t = along - Math.sqrt(room);
+      if (t < least) least = t, best = i;
+    }
+    return best < 0 ? null : { index: best, distance: least };
+  }
+  /** What is known of a sphere. @param {number} i */
+  describe(i) {
+    const place = this.at(i), lines = [`radius: ${lengthText(this.radii[i])}`];
+    if (place) lines.push(`at: ${place.toArray().map(v => text(v)).join(' ')} m`);
+    if (this.data.materials.length) lines.push(`material: ${this.data.materials[this.extra.material ? this.extra.material[i] : 0]}`);
+    if (this.positions.length > 1) lines.push(`displacement: ${lengthText(this.distance(this.first, this.positions[this.frame], i))}`);
+    const speed = this.extra.speed[this.frame];
+    if (speed) lines.push(`speed: ${text(speed[i] / 255 * this.data.speedTop, 2)} m/s`);
+    const force = this.extra.force[this.frame];
+    if (force) lines.push(`force: ${text(force[i] / 255 * this.data.forceTop, 2)} N`);
+    lines.push(`positions are exact to ${text(this.data.error * 1e6, 2)} \u00b5m`);
+    return lines.join('\n');
+  }
+}

@@ -1,0 +1,3 @@
+// What the page takes from three.js; see README.md for the command that bundles it.
+export { Box3, BoxGeometry, BufferAttribute, BufferGeometry, CatmullRomCurve3, Color, Curve, CylinderGeometry, DataTexture, DirectionalLight, DoubleSide, EdgesGeometry, ExtrudeGeometry, Group, HemisphereLight, InstancedBufferAttribute, InstancedBufferGeometry, LineBasicMaterial, LineDashedMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, OrthographicCamera, Plane, Quaternion, Raycaster, Scene, ShaderMaterial, Shape, TorusGeometry, TubeGeometry, Vector2, Vector3, Vector4, WebGLRenderer } from "three";
+export { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";

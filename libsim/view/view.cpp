@@ -1,0 +1,311 @@
+#include "libsim/view/view.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "libsim/io/atomic_file.hpp"
+#include "libsim/post/disturbance.hpp"
+#include "libsim/post/frames_file.hpp"
+#include "libsim/post/run_folder.hpp"
+#include "libsim/setup/world.hpp"
+#include "libsim/view/packed.hpp"
+#include "libsim/view/page.hpp"
+
+namespace subsoil::sim {
+namespace {
+
+constexpr std::size_t most_samples = 800;  // of the motion: the slider has about as many pixels
+constexpr std::size_t most_rows = 4000;    // of a curve: four for each pixel of its width
+constexpr std::size_t most_chains = 2500;  // of a frame, the strongest: more cover each other
+constexpr double top_share = 0.998;        // of values up to which a colour scale reaches: single spheres fly off
+
+/// Every so-many-th row, the last one included.
+std::vector<std::size_t> thinned_rows(std::size_t rows, std::size_t most) {
+  const std::size_t stride = std::max<std::size_t>(1, (rows + most - 1) / most);
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < rows; i += stride) out.push_back(i);
+  if (!out.empty() && out.back() + 1 != rows) out.push_back(rows - 1);
+  return out;
+}
+
+class SeriesReader {
+ public:
+  explicit SeriesReader(const Series& series) : series_(series) {}
+  bool has(const std::string& name) const { return series_.find(name) >= 0; }
+  double at(const std::string& name, std::size_t row) const {
+    const int column = series_.find(name);
+    return column < 0 ? 0 : series_.values[static_cast<std::size_t>(column)][row];
+  }
+
+ private:
+  const Series& series_;
+};
+
+SceneMotion motion_from(const Series& series, const Scenario& s) {
+  const SeriesReader read(series);
+  SceneMotion out;
+  out.note = "as it ran";
+  for (const BoundarySection& b : s.boundaries)
+    if (b.is_moved()) out.path_names.push_back(b.name);
+  for (const std::size_t row : thinned_rows(series.rows(), most_samples)) {
+    const double t = read.at("time", row);
+    out.times.push_back(t);
+    if (s.machine) {
+      Poses poses{mbd::BodyState{}};
+      for (const BodySection& b : s.machine->bodies)
+        poses.emplace_back(mbd::Vec2{read.at(b.name + ".x", row), read.at(b.name + ".y", row)},
+                           read.at(b.name + ".angle", row), mbd::Vec2{}, 0.0);
+      out.bodies.push_back(std::move(poses));
+    }
+    std::vector<dem::Pose> paths;
+    for (const BoundarySection& b : s.boundaries) {
+      if (!b.is_moved()) continue;
+      paths.push_back(motion_of(b)(t));
+      if (b.servo && read.has(b.name + ".x"))  // what the load has done to its path
+        paths.back().position = {read.at(b.name + ".x", row), read.at(b.name + ".y", row), read.at(b.name + ".z", row)};
+    }
+    out.paths.push_back(std::move(paths));
+  }
+  return out;
+}
+
+/// Bytes of 0 ... 255 for 0 ... top.
+std::string shades(const std::vector<float>& values, const std::vector<std::uint32_t>& index, std::size_t count,
+                   double top) {
+  std::vector<unsigned char> out(count, 0);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    out[index[i]] =
+        static_cast<unsigned char>(std::lround(255 * std::clamp(static_cast<double>(values[i]) / top, 0.0, 1.0)));
+  return packed(out);
+}
+
+std::vector<float> sizes_of(const std::vector<float>& vectors) {
+  std::vector<float> out;
+  for (std::size_t i = 0; i + 2 < vectors.size(); i += 3)
+    out.push_back(std::hypot(vectors[i], vectors[i + 1], vectors[i + 2]));
+  return out;
+}
+
+/// The spheres of a run, in as many frames as the bytes allow.
+class SphereFilm {
+ public:
+  SphereFilm(const FramesFile& file, double bytes) : file_(file), bytes_(bytes) {}
+
+  Json make() {
+    for (std::size_t stride = 1;;
+         stride =
+             std::max(stride + 1, static_cast<std::size_t>(std::ceil(static_cast<double>(stride) * size_ / bytes_)))) {
+      choose(stride);
+      measure();
+      Json out = pack();
+      if (size_ <= bytes_ || frames_.size() <= 2) return out;
+    }
+  }
+  std::size_t frames() const { return frames_.size(); }
+
+ private:
+  void choose(std::size_t stride) {
+    frames_.clear();
+    const std::size_t all = file_.times().size();
+    for (std::size_t f = 0; f < all; f += stride) frames_.push_back(f);
+    if (frames_.back() + 1 != all) frames_.push_back(all - 1);
+  }
+  /// Box of all centres and the tops of the colour scales.
+  void measure() {
+    box_ = {};
+    std::vector<float> speeds, forces;
+    chain_top_ = 1e-9;
+    for (const std::size_t f : frames_) {
+      const FrameSpheres s = file_.spheres(f, true);
+      for (std::size_t i = 0; i + 2 < s.position.size(); i += 3)
+        box_.include(Vec3{s.position[i], s.position[i + 1], s.position[i + 2]});
+      const std::vector<float> v = sizes_of(s.velocity), w = forces_of(f);
+      speeds.insert(speeds.end(), v.begin(), v.end()), forces.insert(forces.end(), w.begin(), w.end());
+      if (file_.holds(f, "contact forces"))
+        for (const float force : file_.contact_forces(f).force)
+          chain_top_ = std::max(chain_top_, std::abs(static_cast<double>(force)));
+    }
+    if (!(box_.low.x <= box_.high.x)) box_.include(Vec3{});
+    speed_top_ = top(speeds), force_top_ = top(forces);
+  }
+  static double top(std::vector<float>& values) {
+    if (values.empty()) return 1;
+    const auto at = values.begin() + static_cast<std::ptrdiff_t>(top_share * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), at, values.end());
+    return std::max(static_cast<double>(*at), 1e-9);
+  }
+  std::vector<float> forces_of(std::size_t frame) const {
+    return file_.holds(frame, "force") ? sizes_of(file_.numbers(frame, "force")) : std::vector<float>{};
+  }
+  Json pack() {
+    ScenePack packer(file_.particles(), box_.low, box_.high);
+    Json out = sphere_table(packer, file_.radius(), file_.material(), file_.materials());
+    out["speedTop"] = speed_top_, out["forceTop"] = force_top_, out["chainTop"] = chain_top_;
+    size_ = 0;
+    for (const std::size_t f : frames_) {
+      const FrameSpheres s = file_.spheres(f, true);
+      Json frame{{"time", file_.times()[f]}, {"position", packer.frame(s.position, s.index)}};
+      if (!s.velocity.empty()) frame["speed"] = shades(sizes_of(s.velocity), s.index, file_.particles(), speed_top_);
+      if (const std::vector<float> force = forces_of(f); force.size() == s.index.size() && !force.empty())
+        frame["force"] = shades(force, s.index, file_.particles(), force_top_);
+      if (file_.holds(f, "contact forces")) frame["chains"] = chains(f);
+      for (const char* part : {"position", "speed", "force", "chains"})
+        if (frame.contains(part)) size_ += static_cast<double>(frame[part].get_ref<const std::string&>().size());
+      out["frames"].push_back(std::move(frame));
+    }
+    return out;
+  }
+  /// The strongest contacts of a frame: both ends and the force, seven floats each.
+  std::string chains(std::size_t frame) const {
+    const FrameContacts contacts = file_.contact_forces(frame);
+    std::vector<std::size_t> order(contacts.force.size());
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+    const std::size_t count = std::min(order.size(), most_chains);
+    std::partial_sort(
+        order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), order.end(),
+        [&](std::size_t a, std::size_t b) { return std::abs(contacts.force[a]) > std::abs(contacts.force[b]); });
+    std::vector<float> out;
+    for (std::size_t k = 0; k < count; ++k) {
+      for (std::size_t i = 0; i < 6; ++i) out.push_back(contacts.ends[6 * order[k] + i]);
+      out.push_back(contacts.force[order[k]]);
+    }
+    return packed_numbers(out);
+  }
+
+  const FramesFile& file_;
+  double bytes_, size_ = 0;
+  std::vector<std::size_t> frames_;
+  dem::Bounds box_;
+  double speed_top_ = 1, force_top_ = 1, chain_top_ = 1;
+};
+
+/// Soil's force on each body and boundary that feels any.
+Json force_arrows(const SceneMaker& maker, const Series& series, const Scenario& s) {
+  const SeriesReader read(series);
+  Json out = Json::array();
+  if (s.machine)
+    for (std::size_t i = 0; i < s.machine->bodies.size(); ++i) {
+      const std::string& name = s.machine->bodies[i].name;
+      if (read.has(name + ".soil.Fx"))
+        out.push_back({{"name", "soil on " + name},
+                       {"thing", maker.thing("machine.bodies." + name)},
+                       {"body", i + 1},
+                       {"path", -1},
+                       {"columns", {name + ".soil.Fx", name + ".soil.Fy", name + ".soil.Fz"}}});
+    }
+  int path = 0;
+  for (std::size_t i = 0; i < s.boundaries.size(); ++i) {
+    const BoundarySection& b = s.boundaries[i];
+    if (!b.is_moved()) continue;
+    if (read.has(b.name + ".Fx"))
+      out.push_back({{"name", "soil on " + b.name},
+                     {"thing", maker.thing(fmt::format("boundaries[{}]", i))},
+                     {"body", -1},
+                     {"path", path},
+                     {"columns", {b.name + ".Fx", b.name + ".Fy", b.name + ".Fz"}}});
+    ++path;
+  }
+  return out;
+}
+
+/// What curves can show: named monitors, the draft, and the columns that arrows and bodies need.
+Json series_json(const Series& series, const Scenario& s, const Json& arrows) {
+  std::vector<std::string> wanted;
+  for (const SeriesColumn& c : series.columns)
+    if (c.is_watch()) wanted.push_back(c.name);
+  for (const char* name : {"soil.draft", "soil.lift"}) wanted.push_back(name);
+  for (const Json& arrow : arrows)
+    for (const Json& column : arrow["columns"]) wanted.push_back(column.get<std::string>());
+  if (s.machine)
+    for (const BodySection& b : s.machine->bodies)
+      for (const char* quantity : {".x", ".y", ".angle"}) wanted.push_back(b.name + quantity);
+  const std::vector<std::size_t> rows = thinned_rows(series.rows(), most_rows);
+  const auto values = [&](std::size_t column) {
+    std::vector<double> out;
+    for (const std::size_t row : rows) out.push_back(series.values[column][row]);
+    return packed_numbers(out);
+  };
+  Json columns = Json::array();
+  for (const std::string& name : wanted) {
+    const int at = series.find(name);
+    const auto known = [&](const Json& c) { return c["name"] == name; };
+    if (at < 0 || std::any_of(columns.begin(), columns.end(), known)) continue;
+    const auto column = static_cast<std::size_t>(at);
+    columns.push_back({{"name", name}, {"unit", series.columns[column].unit}, {"values", values(column)}});
+  }
+  return {{"time", values(static_cast<std::size_t>(series.find("time")))}, {"columns", columns}};
+}
+
+Json known(const std::vector<double>& values) {
+  Json out = Json::array();
+  for (const double v : values) out.push_back(json_rounded(v));
+  return out;
+}
+
+/// How far the container was moved to bring the bed's surface to its datum: the frames hold its walls.
+double container_shift(const FramesFile& file, const Scenario& s) {
+  if (!s.soil || !s.soil->container) return 0;
+  for (const FrameSurface& surface : file.surfaces()) {
+    if (surface.name != wall_name(2) || surface.vertices.empty()) continue;
+    float low = surface.vertices[1];
+    for (std::size_t i = 1; i < surface.vertices.size(); i += 3) low = std::min(low, surface.vertices[i]);
+    return static_cast<double>(low) - s.soil->container->at.y;
+  }
+  return 0;
+}
+
+void add_frames(SceneMaker& maker, const RunFolder& run, const Scenario& s, const ViewRequest& request) {
+  const FramesFile file(request.run / "run.h5");
+  if (file.times().empty()) throw std::runtime_error("holds no complete frame");
+  maker.add_container(container_shift(file, s));
+  if (file.particles() == 0) return;
+  SphereFilm film(file, request.bytes);
+  maker.json()["spheres"] = film.make();
+  if (film.frames() < file.times().size())
+    maker.note(fmt::format("{} of {} frames: the page stays below {:.0f} MB", film.frames(), file.times().size(),
+                           request.bytes * 1e-6));
+  const Disturbance found = disturbance_of(file, &s, soil_surface(run.number({"soil", "mean surface [m]"}), &s, file),
+                                           run.number({"window", "from [s]"}));
+  if (found.tool) maker.add_tool(*found.tool, file.times());
+  if (found.furrow)
+    maker.json()["furrow"] = {{"z", known(found.furrow->z)},
+                              {"before", known(found.furrow->before)},
+                              {"after", known(found.furrow->after)},
+                              {"across", std::string(1, found.furrow->across)}};
+}
+
+}  // namespace
+
+Json view_scene(const ViewRequest& request) {
+  const RunFolder run = read_run_folder(request.run);
+  const Loaded loaded = load_scenario((request.run / "scenario.yaml").string());
+  const Scenario& s = loaded.scenario;
+  SceneMaker maker(loaded, "view");
+  maker.json()["file"] = request.run.string();
+  SceneMotion motion;
+  if (run.series) motion = motion_from(*run.series, s);
+  if (!run.series && s.machine) motion.times = {0}, motion.bodies = {start_poses(s)};
+  maker.add_surfaces(motion, 1);
+  maker.add_motion(motion);
+  if (run.series) {
+    maker.json()["forces"] = force_arrows(maker, *run.series, s);
+    maker.json()["series"] = series_json(*run.series, s, maker.json()["forces"]);
+  }
+  std::vector<std::string> missing = run.missing;
+  if (run.frames) try {
+      add_frames(maker, run, s, request);
+    } catch (const std::exception& error) {
+      missing.push_back(fmt::format("run.h5: {}; no spheres", error.what()));
+    }
+  for (const std::string& text : missing) maker.note("missing: " + text);
+  if (run.summary.is_object() && run.summary.contains("warnings"))
+    maker.add_warnings(run.summary["warnings"].get<std::vector<std::string>>());
+  return maker.json();
+}
+
+void write_view(const ViewRequest& request) { write_atomically(request.out, scene_page(view_scene(request))); }
+
+}  // namespace subsoil::sim
