@@ -30,7 +30,8 @@ class SceneMaker {
   /// Number of the thing at a path of the scenario ("machine.joints.H8"); -1: none.
   int thing(const std::string& path) const;
 
-  /// Surfaces of bodies and boundaries by the scenario's shapes. @param motion says which boundaries move
+  /// Surfaces of bodies and boundaries by the scenario's shapes. @param motion its paths are those of boundaries that
+  /// move
   void add_surfaces(const SceneMotion& motion, double plane_size);
   void add_motion(const SceneMotion& motion);
   /// @param up of the container, m, to bring the bed's surface to its datum
@@ -70,7 +71,7 @@ class ScenePack {
 
   /// A frame: x y z of spheres with a place in `index` (empty: all, in order), m; the others are not there.
   std::string frame(std::span<const float> position, std::span<const std::uint32_t> index);
-  /// Largest error of a coordinate, m.
+  /// Maximum error of a coordinate, m.
   double error() const;
   Vec3 low() const { return low_; }
   Vec3 high() const { return high_; }

@@ -23,7 +23,7 @@ inline std::string output_of(const std::string& command) {
   return text;
 }
 
-/// Runs a page; the document as its scripts leave it, and what they say on the console.
+/// Runs a page; the document as its scripts leave it, and what they print on the console.
 inline std::string opened(const std::filesystem::path& page, const std::string& hash, const Scratch& scratch) {
   return output_of(
       "timeout 300 chromium --headless --no-sandbox --disable-gpu --use-gl=angle --use-angle=swiftshader "

@@ -34,6 +34,12 @@ std::vector<std::uint16_t> decoded(const std::string& frame, std::size_t count, 
   return last;
 }
 
+const Json* thing(const Json& scene, const std::string& path) {
+  for (const Json& t : scene["things"])
+    if (t["path"] == path) return &t;
+  return nullptr;
+}
+
 int number_of(const Json& scene, const std::string& path) {
   for (std::size_t i = 0; i < scene["things"].size(); ++i)
     if (scene["things"][i]["path"] == path) return static_cast<int>(i);
@@ -60,6 +66,38 @@ TEST(ScenePack, PositionsComeBackWithinTheErrorThatIsStated) {
   EXPECT_EQ(next[0], 65535) << "one that has left";
 }
 
+TEST(Show, AMachineIsShownByItsJointsAtTheirPlacesWithTheirLines) {
+  const Json scene = scene_of(R"(subsoil: 1
+title: two bars
+machine:
+  bodies:
+    crank: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0.1 0 m}
+    rod: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0.35 0 m}
+  joints:
+    A: {revolute: [ground, crank], at: 0 0 m}
+    B: {revolute: [crank, rod], at: 0.2 0 m}
+  drivers: {D: {coordinate: crank.angle, velocity: 3 rad/s}}
+time: {end: 0.1 s}
+output: {watch: {push: {joint: B, along: 0 1}}}
+)");
+  const Json* joint = thing(scene, "machine.joints.B");
+  ASSERT_NE(joint, nullptr);
+  EXPECT_NE((*joint)["place"].get<std::string>().find("case.yaml:9:"), std::string::npos) << *joint;
+  EXPECT_NE((*joint)["values"].get<std::string>().find("revolute"), std::string::npos) << *joint;
+  EXPECT_NE((*thing(scene, "machine.bodies.crank"))["values"].get<std::string>().find("kg m^2"), std::string::npos)
+      << "values have units";
+  bool found = false;
+  for (const Json& s : scene["symbols"])
+    if (s["kind"] == "pin" && s["thing"] == number_of(scene, "machine.joints.B")) {
+      found = true;
+      EXPECT_NEAR(s["pa"][0].get<double>(), 0.1, 1e-12) << "from the crank's centre of mass at 0.1 m";
+      EXPECT_NEAR(s["pb"][0].get<double>(), -0.15, 1e-12) << "from the rod's at 0.35 m";
+    }
+  EXPECT_TRUE(found);
+  ASSERT_EQ(scene["monitors"].size(), 1U);
+  EXPECT_EQ(scene["monitors"][0]["arrow"]["along"], Json({0.0, 1.0, 0.0}));
+}
+
 TEST(Show, ADrivenMachineMovesAsItsDriverSays) {
   const Json scene = scene_of(R"(subsoil: 1
 machine:
@@ -84,7 +122,7 @@ constexpr const char* moved_box = R"(subsoil: 1
 materials: {grain: {density: 2500 kg/m^3}}
 contacts: [{between: [grain, grain], law: linear, k_n: 20 kN/m, restitution: 0.3, mu: 0.5, mu_r: 0.1}]
 soil:
-  container: {size: 0.2 0.1 0.08 m, at: 0 0 0 m, periodic: [z], open: [+y], material: grain}
+  container: {size: 0.2 0.1 0.0808 m, at: 0 0 0 m, periodic: [z], open: [+y], material: grain}
   bed: {fill: FILL, material: grain, radius: 5 mm, MORE}
 boundaries:
   - {name: tine, material: grain, shape: {box: 10 60 20 mm}, at: -0.02 0.1 0.04 m, moves: [{velocity: 0.5 0 0 m/s, from: 0.1 s}]}
@@ -98,7 +136,7 @@ std::string moved_box_with(const std::string& fill, const std::string& more) {
 }
 
 TEST(Show, GivenPathsSpheresAndSidesAreThoseOfTheScenario) {
-  const Json scene = scene_of(moved_box_with("lattice", "pitch: 10 mm, region: {size: 0.2 0.06 0.08 m, at: 0 0 0 m}"));
+  const Json scene = scene_of(moved_box_with("lattice", "region: {size: 0.2 0.06 0.0808 m, at: 0 0 0 m}"));
   const std::vector<double> times = scene["motion"]["times"].get<std::vector<double>>();
   const std::vector<float> poses = unpacked_numbers<float>(scene["motion"]["poses"].get<std::string>());
   ASSERT_EQ(poses.size(), 7 * times.size());
@@ -110,7 +148,7 @@ TEST(Show, GivenPathsSpheresAndSidesAreThoseOfTheScenario) {
       faces,
       (std::map<std::string, std::string>{
           {"-x", "wall"}, {"+x", "wall"}, {"-y", "wall"}, {"+y", "open"}, {"-z", "periodic"}, {"+z", "periodic"}}));
-  // The region of 200 x 60 x 80 mm takes at most as many spheres of 10 mm as cubes of 10 mm.
+  // The region of 200 x 60 x 80.8 mm holds at most as many spheres of 10 mm as cubes of 10 mm.
   const auto count = scene["spheres"]["count"].get<std::size_t>();
   EXPECT_GT(count, 500U);
   EXPECT_LE(count, 960U);
@@ -122,7 +160,7 @@ TEST(Show, GivenPathsSpheresAndSidesAreThoseOfTheScenario) {
       const double at =
           low[k].get<double>() + places[3 * i + k] / 65534.0 * (high[k].get<double>() - low[k].get<double>());
       EXPECT_GE(at, (k < 2 ? 0.005 : 0) - 1e-5);
-      EXPECT_LE(at, (k == 0 ? 0.195 : k == 1 ? 0.055 : 0.08) + 1e-5);
+      EXPECT_LE(at, (k == 0 ? 0.195 : k == 1 ? 0.055 : 0.0808) + 1e-5);
     }
 }
 
@@ -135,7 +173,7 @@ TEST(Show, OfAPouredBedTheRegionIsShownUpToItsDepth) {
 
 TEST(Show, AWarningPointsAtWhatItNames) {
   // The tine stays 0.5 m above the soil: `check` warns that it never comes near.
-  std::string text = moved_box_with("lattice", "pitch: 10 mm, region: {size: 0.2 0.06 0.08 m, at: 0 0 0 m}");
+  std::string text = moved_box_with("lattice", "region: {size: 0.2 0.06 0.0808 m, at: 0 0 0 m}");
   const std::string at = "at: -0.02 0.1 0.04 m";
   text.replace(text.find(at), at.size(), "at: -0.02 0.8 0.04 m");
   const Json scene = scene_of(text);
@@ -149,7 +187,7 @@ TEST(Show, AWarningPointsAtWhatItNames) {
 }
 
 TEST(Show, DepthWidthAndSpeedAreReadOffTheMovingTool) {
-  std::string text = moved_box_with("lattice", "pitch: 10 mm, region: {size: 0.2 0.06 0.08 m, at: 0 0 0 m}");
+  std::string text = moved_box_with("lattice", "region: {size: 0.2 0.06 0.0808 m, at: 0 0 0 m}");
   const std::string at = "at: -0.02 0.1 0.04 m";
   text.replace(text.find(at), at.size(), "at: -0.02 0.05 0.04 m");
   const Json tool = scene_of(text)["tool"];
