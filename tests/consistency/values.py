@@ -93,6 +93,8 @@ def function(rng, declarations, unit, size, kind, end, types=None):
         elif own == "s":
             value = end * (0.1 if key.name == "begin" else 0.8)
             keys.append((key.name, Quantity((float(f"{value:.3g}"),), "s")))
+        elif own == "word":
+            keys.append((key.name, rng.choice(key.words)))
         elif own == "yes/no":
             continue  # `periodic` asks for a first value that is the last one
         else:
