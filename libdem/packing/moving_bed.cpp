@@ -153,8 +153,7 @@ void MovingBed::put_spheres(Bed::State& out, const Stretch& of, bool fixed) cons
     for (std::size_t i = 0; i < block_.size(); ++i) {
       if (!of.holds(along(period, i))) continue;
       const Vec3 x = site(period, i);
-      out.spheres.insert(out.spheres.end(),
-                         {x.x, x.y, x.z, 0, 0, 0, 0, 0, 0, block_.radius(i), block_.mass(i)});
+      out.spheres.insert(out.spheres.end(), {x.x, x.y, x.z, 0, 0, 0, 0, 0, 0, block_.radius(i), block_.mass(i)});
       out.kinds.push_back(static_cast<std::int64_t>(fixed ? SphereKind::fixed : SphereKind::free));
       out.ids.insert(out.ids.end(), {std::int64_t{id(period, i)}, block_.state.ids[2 * i + 1]});
     }
@@ -210,7 +209,9 @@ CarriedSoil MovingBed::content(const Stretch& of, const Vec3& gravity) const {
   return out;
 }
 
-/// Pairs of which only one sphere is free are those that reach across the rear end, too.
+/// Pairs of which only one sphere is free are those that reach across the rear end, too. Walls below the window are
+/// boundaries that do not meet fixed spheres (Boundary::meets_fixed): their contacts begin and end with those of free
+/// ones.
 void MovingBed::fill(Bed& bed) const {
   Bed::State all;
   const double front = end_ahead(0);

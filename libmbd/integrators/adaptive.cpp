@@ -58,9 +58,7 @@ Adaptive::Adaptive(System& system)
       passage_(system, partition_),
       next_(now_),
       gaps_(switches_.count(), 0),
-      gaps_before_(gaps_) {
-  event_gaps_.fill(gaps_);
-}
+      gaps_before_(gaps_) {}
 
 void Adaptive::on_start() {
   clock_.restart();
@@ -255,11 +253,13 @@ void Adaptive::stop_at_hidden_event(double begin) {
     read_consistent(t);
     look(now_, out);
   };
-  std::array<TimedValue, event_looks.size()> samples;
-  for (std::size_t k = 0; k < samples.size(); ++k) {
-    samples[k].t = begin + event_looks[k] * h;
-    look_at(samples[k].t, event_gaps_[k]);
-  }
+  read_consistent(begin);
+  const Eigen::VectorXd q_begin = now_.q;
+  read_consistent(begin + h);
+  std::vector<TimedValue> samples;
+  for (const double t : event_times(begin, h, largest_turn(q_begin, now_.q))) samples.push_back({t, 0});
+  event_gaps_.assign(samples.size(), gaps_);
+  for (std::size_t k = 0; k < samples.size(); ++k) look_at(samples[k].t, event_gaps_[k]);
   for (std::size_t i = 0; i < switches_.count(); ++i) {
     if (!switches_.of_joint(i) || switches_.side(i) < 0) continue;
     for (std::size_t k = 0; k < samples.size(); ++k) samples[k].value = event_gaps_[k][i];

@@ -126,7 +126,7 @@ class Adaptive : public Integrator {
   MotionState next_;
   Eigen::VectorXd next_flows_;
   std::vector<double> gaps_, gaps_before_;
-  std::array<std::vector<double>, event_looks.size()> event_gaps_;
+  std::vector<std::vector<double>> event_gaps_;
 };
 
 }  // namespace subsoil::mbd

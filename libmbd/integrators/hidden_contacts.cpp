@@ -65,6 +65,21 @@ Minimum find_minimum(const std::function<double(double)>& g, double low, double 
   return at_left < at_right ? Minimum{left, at_left} : Minimum{right, at_right};
 }
 
+std::vector<double> event_times(double begin, double h, double turn) {
+  constexpr double apart = 0.25, beside = 1e-3;  // rad; share of the step
+  const auto pieces = static_cast<long>(std::clamp(std::ceil(turn / apart), 4.0, 1e6));
+  std::vector<double> out{begin, begin + beside * h / static_cast<double>(pieces / 4)};
+  for (long k = 1; k < pieces; ++k) out.push_back(begin + h * static_cast<double>(k) / static_cast<double>(pieces));
+  out.push_back(begin + h - beside * h / static_cast<double>(pieces / 4)), out.push_back(begin + h);
+  return out;
+}
+
+double largest_turn(const Eigen::VectorXd& q_before, const Eigen::VectorXd& q) {
+  double out = 0;
+  for (Eigen::Index i = 2; i < q.size(); i += 3) out = std::max(out, std::abs(q[i] - q_before[i]));
+  return out;
+}
+
 std::optional<HiddenPassage> find_hidden_dip(std::span<const TimedValue> samples,
                                              const std::function<double(double)>& g) {
   if (samples.size() < 3 || !(samples.front().value > 0)) return {};

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <array>
+#include <Eigen/Core>
 #include <functional>
 #include <optional>
 #include <span>
@@ -50,8 +50,12 @@ struct HiddenPassage {
   double above, below;
 };
 
-/// Where in a step the values of joints' events are looked at, as shares of it.
-inline constexpr std::array event_looks{0.0, 1e-3, 0.25, 0.5, 0.75, 1 - 1e-3, 1.0};
+/// Instants of a step from `begin` at which the values of joints' events are evaluated: its ends, one close beside each
+/// of them, and at least three between, no more than a quarter of a radian apart where the fastest body turns by
+/// `turn`.
+std::vector<double> event_times(double begin, double h, double turn);
+/// Largest rotation of a body between two states, rad.
+double largest_turn(const Eigen::VectorXd& q_before, const Eigen::VectorXd& q);
 
 /// The first passage of zero of a function g that is positive at the first sample and at the last, of a step in which
 /// it turns as often as the samples show. Where one of them lies below its neighbours, g has a minimum between these;

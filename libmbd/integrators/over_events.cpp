@@ -1,4 +1,3 @@
-#include <array>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -29,7 +28,6 @@ void Integrator::try_part(double h) {
 // ends the step where the value is beyond; returns whether it does.
 bool Integrator::comes_and_goes() {
   if (!system_.has_joint_events()) return false;
-  std::array<TimedValue, event_looks.size()> samples;
   MotionState at = now_;
   std::vector<double> gaps(switches_.count());
   const auto look_at = [&](double t) {
@@ -37,12 +35,14 @@ bool Integrator::comes_and_goes() {
     look(at, gaps);
   };
   const double begin = before_.t, h = now_.t - begin;
+  std::vector<TimedValue> samples;
+  for (const double t : event_times(begin, h, largest_turn(before_.q, now_.q))) samples.push_back({t, 0});
   std::vector<std::vector<double>> values;
-  for (const double share : event_looks) look_at(begin + share * h), values.push_back(gaps);
+  for (const TimedValue& sample : samples) look_at(sample.t), values.push_back(gaps);
   std::optional<double> first;
   for (std::size_t i = 0; i < switches_.count(); ++i) {
     if (!switches_.of_joint(i) || switches_.side(i) < 0) continue;
-    for (std::size_t k = 0; k < samples.size(); ++k) samples[k] = {begin + event_looks[k] * h, values[k][i]};
+    for (std::size_t k = 0; k < samples.size(); ++k) samples[k].value = values[k][i];
     const auto found = find_hidden_dip(samples, [&](double t) {
       look_at(t);
       return gaps[i];

@@ -72,12 +72,15 @@ struct Window {
   }
 };
 
+/// Spheres held at both ends do not load it, as they do not load a container's walls.
+void add_floor(Bed& bed) { bed.boundary(add_plane(bed, {0, 0, 0}, {0, 1, 0})).meets_fixed = false; }
+
 Window window(int steps, const BedOptions& o = options(), int direction = 1, double rear = 0.5, double step = kPeriod) {
   Window w{Bed(table(kLaw), o),
            MovingBed(block(), {.rear = rear, .step = step, .steps = steps, .direction = direction}),
            {},
            {}};
-  add_plane(w.bed, {0, 0, 0}, {0, 1, 0});
+  add_floor(w.bed);
   w.moving.fill(w.bed);
   return w;
 }
@@ -217,7 +220,9 @@ TEST(MovingBed, StepsNeedNotBePeriods) {
         level = std::max(level, w.bed.energy().kinetic);
         EXPECT_EQ(free_count(w.bed) + w.moving.left().spheres, count + w.moving.entered().spheres);
         EXPECT_NEAR(free_mass(w.bed) + w.moving.left().mass, mass + w.moving.entered().mass, 1e-12 * mass);
-        EXPECT_NEAR(w.closure(), 0, 1e-6 * block().energy()) << step << k;
+        // Contacts begin and end between two steps: an error of first order in the step, 3.1e-10 J at most here
+        // and 1.5e-10 at half the step.
+        EXPECT_NEAR(w.closure(), 0, 2e-6 * block().energy()) << step << k;
       }
       // 12 steps are a whole number of periods but for 1.3: 15.6.
       const double periods = 12 * step / kPeriod;
@@ -322,7 +327,7 @@ TEST(MovingBed, SameBitsOnAnyNumberOfThreadsAndAfterARestart) {
     // As a file keeps it.
     Window second{
         Bed(table(kLaw), options(1, precision)), MovingBed(first.moving.block(), first.moving.plan()), {}, {}};
-    add_plane(second.bed, {0, 0, 0}, {0, 1, 0});
+    add_floor(second.bed);
     Boundary tool;
     tool.shape = first.bed.boundary(first.tool.boundary).shape;
     second.bed.add(std::move(tool));
