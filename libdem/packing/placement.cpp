@@ -142,7 +142,7 @@ std::vector<SphereSpec> rest_lattice(LatticePlan plan, double rest_overlap, cons
   const auto* equal = std::get_if<EqualRadius>(&plan.radius);
   if (equal == nullptr)
     refuse("a rest lattice needs spheres of one radius; give one radius, or fill by lattice or random");
-  plan.pitch = 2 * equal->radius - rest_overlap;
+  if (!(plan.pitch > 0)) plan.pitch = 2 * equal->radius - rest_overlap;
   return lattice(plan, of);
 }
 

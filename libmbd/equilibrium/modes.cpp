@@ -168,8 +168,9 @@ std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
     } else if (s.imag() >= 0) {
       const Eigen::VectorXcd p = d.head(f).asDiagonal() * right.col(i).head(f);
       const Eigen::VectorXcd shape = linear.directions().cast<std::complex<double>>() * p;
-      found.push_back(
-          {s.imag() / (2 * std::numbers::pi), 0.0 - s.real() / std::abs(s), s.real(), off, linear.normal(shape)});
+      // A real part within its own error is that of an undamped oscillation.
+      const double rate = std::abs(s.real()) <= off && s.imag() > 0 ? 0 : s.real();
+      found.push_back({s.imag() / (2 * std::numbers::pi), 0.0 - rate / std::abs(s), rate, off, linear.normal(shape)});
     }
   }
   // What stays as it is, by left eigenvectors of zeros: a momentum, or a mixture of it with the place, is of a

@@ -291,12 +291,14 @@ output:
                              dir / "out", method),
                 exit_ok);
       const Series s = read_series(dir / "out/series.csv");
+      // ida carries the reaction, whose error of ten tolerances, 6e-6 N, puts the crossing of 100 N/s off by 6e-8 s.
+      const double late = method[0].find("ida") != std::string::npos ? 6e-8 : 1.6e-10;
       EXPECT_NEAR(s.at("peak").back(), 0, 1e-9) << opens << method[0];
       EXPECT_NEAR(s.at("low").back(), -60, 1e-8) << opens << method[0];
-      EXPECT_NEAR(s.at("impulse").back(), -17.5, 1e-8) << opens << method[0];
+      EXPECT_NEAR(s.at("impulse").back(), -17.5, 60 * late) << opens << method[0];
       EXPECT_EQ(s.at("open").back(), 1) << opens << method[0];
       EXPECT_EQ(s.at("n").back(), 2) << opens << method[0];
-      EXPECT_NEAR(s.at("held").back(), 0.4, 1e-8) << opens << method[0];
+      EXPECT_NEAR(s.at("held").back(), 0.4, late) << opens << method[0];
     }
 }
 

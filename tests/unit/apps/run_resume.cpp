@@ -318,7 +318,7 @@ TEST(Resume, OfARunThatHasEndedTidiesWhatACutLeft) {
 TEST(FolderLock, ForceLeavesNothingOfAnotherRun) {
   const RunDirectory dir;
   const std::string file = dir.scenario(small_pass);
-  ASSERT_EQ(run_scenario(file, dir / "out", {"time.end=4 ms", "output.state every=1 ms"}), exit_ok);
+  ASSERT_EQ(run_scenario(file, dir / "out", {"time.end=12 ms", "output.state every=3 ms"}), exit_ok);
   ASSERT_GT(states_in(dir / "out").size(), 2u);
   write_file(dir / "out/notes.txt", "mine");
   ASSERT_EQ(run({.scenario = file, .out = dir / "out", .sets = {"time.end=2 ms"}, .threads = 1, .force = true}),

@@ -155,7 +155,7 @@ gravity: 10 m/s^2
 machine:
   bodies: {{a: {{mass: 1 kg, inertia: 0.1 kg m^2, at: 0 0 m}}}}
 time: {{end: 0.5 s, machine: {{integrator: adams-moulton, step: 7 ms}}}}
-output: {{series every: 10 ms, series digits: all, {}}}
+output: {{series every: 10 ms, {}}}
 )",
                                          looked_at);
     const auto out = dir / std::to_string(std::string(looked_at).size());

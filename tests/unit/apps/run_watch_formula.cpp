@@ -109,7 +109,6 @@ machine:
   drivers: {d: {coordinate: a.x, position: {harmonic: {amplitude: 0.1 m, frequency: 2 Hz}}}}
 output:
   series every: 10 ms
-  series digits: all
   forces: mean
   watch:
     q: {formula: f, of: {f: d.force}, unit: N}

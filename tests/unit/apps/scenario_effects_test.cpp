@@ -91,11 +91,13 @@ TEST(ScenarioEffects, AKeyIsRefusedWhereItHasNoEffectAndTakenWhereItHas) {
     const Case& one = cases().at(key.path);
     const std::string set = std::string(key.path) + "=" + one.value, why = "has no effect: ";
     const std::vector<std::string> sets{set};
-    if (!one.acts.empty())
+    if (!one.acts.empty()) {
       EXPECT_EQ(refusal(one.acts, sets).find(std::string(key.path) + ": " + why), std::string::npos)
           << key.path << ": " << refusal(one.acts, sets);
-    if (!one.idle.empty())
+    }
+    if (!one.idle.empty()) {
       EXPECT_NE(refusal(one.idle, {set}).find(why), std::string::npos) << key.path << ": " << refusal(one.idle, {set});
+    }
   }
 }
 
