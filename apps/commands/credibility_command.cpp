@@ -32,7 +32,7 @@ Study study_of(const CredibilityRequest& request, const Loaded& loaded, const Ax
   }
   if (study.numbers.empty()) study.numbers = usual_numbers(loaded.scenario);
   if (study.numbers.empty())
-    throw ScenarioError(loaded.where("output.watch") + ": watches nothing; name columns to judge with --numbers");
+    throw ScenarioError(loaded.where("output.watch") + ": has no monitor; name columns to judge with --numbers");
   return study;
 }
 
@@ -106,7 +106,7 @@ CLI::App* add_credibility(CLI::App& app, CredibilityRequest& request) {
   word->add_option("--threads", request.threads, "cores of each run")->check(CLI::PositiveNumber);
   word->add_option("--at-once", request.at_once, "runs side by side at most; default: as many as the cores allow")
       ->check(CLI::PositiveNumber);
-  word->add_flag("--cost", request.cost, "say what it would cost and run nothing");
+  word->add_flag("--cost", request.cost, "print what it would cost and run nothing");
   word->add_flag("--again", request.again, "run failed axes once more");
   return word;
 }
@@ -125,7 +125,7 @@ int credibility_command(const CredibilityRequest& request) {
   if (request.cost) return exit_ok;
   const StudyLock lock(folder);
   if (!run_points(study, folder, open_points(study, folder, request.again), pool)) {
-    fmt::print(stderr, "stopped; the same command goes on from here\n");
+    fmt::print(stderr, "stopped; the same command continues from here\n");
     return exit_interrupted;
   }
   const std::vector<PointResult> results = read_results(study, folder);

@@ -14,10 +14,10 @@ namespace {
 CLI::App* add_design(CLI::App& app, DesignRequest& request, const char* name, const char* meaning) {
   CLI::App* word = app.add_subcommand(name, meaning);
   word->footer(
-      "Every finished run is kept in the folder: the same command goes on where it was stopped. Keys of the plan:\n"
+      "Every finished run is kept in the folder: the same command continues where it was stopped. Keys of the plan:\n"
       "docs/reference/keys.md; methods: docs/reference/optimise.md");
   add_plan_options(*word, request, "scenario, parameters, numbers");
-  word->add_option("--threads", request.threads, "cores of each run; default: as the plan says")
+  word->add_option("--threads", request.threads, "cores of each run; default: that of the plan")
       ->check(CLI::Range(1, 1024));
   return word;
 }
@@ -33,7 +33,7 @@ int study_in_folder(const DesignRequest& request, const Plan& plan, Find find) {
   try {
     find(study, folder);
   } catch (const StudyInterrupted&) {
-    fmt::print(stderr, "stopped; the same command goes on from here\n");
+    fmt::print(stderr, "stopped; the same command continues from here\n");
     return exit_interrupted;
   }
   return exit_ok;

@@ -23,7 +23,7 @@ double length_of(const char* flag, const std::string& text, const char* unit, bo
 
 FieldSection section_of(const std::string& text) {
   if (text.size() < 3 || text[0] < 'x' || text[0] > 'z' || text[1] != '=')
-    throw std::invalid_argument(fmt::format("--section {}: is no plane across an axis; say it as z=0mm", text));
+    throw std::invalid_argument(fmt::format("--section {}: is no plane across an axis; write it as z=0mm", text));
   return {text[0] - 'x', length_of("--section", text.substr(2), "m", false)};
 }
 

@@ -71,7 +71,7 @@ int submit(const SweepRequest& request, const SweepPlan& plan, const Study& stud
 CLI::App* add_sweep(CLI::App& app, SweepRequest& request) {
   CLI::App* word = app.add_subcommand("sweep", "run a scenario over values of its keys, side by side or by Slurm");
   word->footer(
-      "Every finished point is kept in the folder: the same command goes on where it was stopped. Keys of the plan:\n"
+      "Every finished point is kept in the folder: the same command continues where it was stopped. Keys of the plan:\n"
       "docs/reference/keys.md; how to read the page: docs/reference/sweep.md");
   add_plan_options(*word, request, "scenario, parameters, numbers");
   word->add_flag("--again", request.again, "run failed points once more");
@@ -101,7 +101,7 @@ int sweep_command(const SweepRequest& request) {
   const std::vector<std::size_t> open =
       request.gather ? std::vector<std::size_t>{} : open_points(study, folder, request.again);
   if (!run_points(study, folder, open, pool)) {
-    fmt::print(stderr, "stopped; the same command goes on from here\n");
+    fmt::print(stderr, "stopped; the same command continues from here\n");
     return exit_interrupted;
   }
   write_all(study, best_of(plan, study), folder);

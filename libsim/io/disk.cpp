@@ -30,14 +30,14 @@ const char* cure_of(int error) {
   switch (error) {
     case ENOSPC:
     case EDQUOT:
-      return "make room there, then go on with `subsoil resume`";
+      return "make room there, then continue with `subsoil resume`";
     case EFBIG:
       return "the limit on the size of a file (ulimit -f) is too low";
     case EMFILE:
     case ENFILE:
       return "the limit on open files (ulimit -n) is too low";
     case ENOENT:
-      return "the folder has been deleted or moved while the run was going on";
+      return "the folder has been deleted or moved during the run";
     case EROFS:
     case EACCES:
     case EPERM:

@@ -105,7 +105,7 @@ void StateReader::require_format(std::int64_t number, const std::vector<std::str
   const std::string file = impl_->path.string();
   const auto refuse = [&](const std::string& what) {
     throw std::runtime_error(fmt::format(
-        "{}: {}; this version reads states of format {}: go on with the version that wrote it, or start the "
+        "{}: {}; this version reads states of format {}: continue with the version that wrote it, or start the "
         "run anew",
         file, what, number));
   };

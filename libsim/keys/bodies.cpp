@@ -193,7 +193,7 @@ class PairOfPoints : public Compound {
   void read_points(Reader& reader, const Field& field) {
     reader.leaf({"points", field.meaning}, [&](const Node& node) {
       if (reader.holds(field.key))
-        throw Refusal(fmt::format("stands beside `{}`, which says the same", field.key), "keep one of them");
+        throw Refusal(fmt::format("stands beside `{}`, which has the same meaning", field.key), "keep one of them");
       const std::vector<Vec2> both = two_points(node, reader);
       p_a_ = both[0], p_b_ = both[1];
     });
@@ -265,7 +265,7 @@ class OnePoint final : public Compound {
     });
     reader.leaf({"point", field.meaning}, [&](const Node& node) {
       if (reader.holds(field.key))
-        throw Refusal(fmt::format("stands beside `{}`, which says the same", field.key), "keep one");
+        throw Refusal(fmt::format("stands beside `{}`, which has the same meaning", field.key), "keep one");
       const std::vector<double> w = numbers_of(node, "m", 2, reader.exponent());
       p_ = {w[0], w[1]};
     });

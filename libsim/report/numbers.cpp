@@ -252,7 +252,7 @@ ModelBand mckyes(const RunFolder& run, const std::optional<ToolPath>& tool, cons
                   with_error(given->friction / degree, given->friction_error / degree, 1, "deg"),
                   given->wall_friction ? fmt::format("{:.1f} deg", *given->wall_friction / degree) : "2/3 phi", density,
                   1e3 * tool->width, 1e3 * depth, tool->rake_low / degree, tool->rake_high / degree);
-  if (vertical) out.text += "; at the least rake no wedge forms ahead: the lower end is a bound";
+  if (vertical) out.text += "; at the minimum rake no wedge forms ahead: the lower end is a bound";
   return out;
 }
 

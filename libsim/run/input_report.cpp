@@ -171,7 +171,7 @@ void look_at_library(const Loaded& loaded, const World& world, const std::string
     if (std::abs(mean / wanted - 1) < 0.1) continue;
     out.push_back(
         fmt::format("{}: `{}` of the library was measured with spheres of {}, these have {:.3g} mm: their bed is "
-                    "of another strength; measure it (`subsoil test shear`), or calibrate it anew",
+                    "of another strength; measure it (`subsoil test shear`), or calibrate it again",
                     name, of, material.radius, mean * 1e3));
   }
 }

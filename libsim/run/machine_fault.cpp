@@ -63,7 +63,7 @@ std::string machine_fault(const Scenario& s, const World& world) {
       "above limits.energy = {:g}; the step is too long for the motion, or a driver or force jumps{}; {}, or raise the "
       "limit",
       e.balance(), off / (e.moved + brought), e.moved + brought, s.limits.energy,
-      force.empty() ? std::string() : " (the largest force is " + force + ")", shorter_step(s, world));
+      force.empty() ? std::string() : " (the maximum force is " + force + ")", shorter_step(s, world));
 }
 
 }  // namespace subsoil::sim

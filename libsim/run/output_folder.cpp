@@ -33,11 +33,10 @@ void refuse_folder(const std::filesystem::path& folder, bool force) {
   if (!std::filesystem::is_directory(folder))
     throw ScenarioError(folder.string() + ": is a file, results need a directory; choose another --out");
   if (std::filesystem::is_empty(folder) || force) return;
-  throw ScenarioError(
-      folder.string() +
-      ": exists and is not empty; choose another --out, --force to write over it, or go on with what is "
-      "there by `subsoil resume " +
-      folder.string() + "`");
+  throw ScenarioError(folder.string() +
+                      ": exists and is not empty; choose another --out, --force to write over it, or continue what is "
+                      "there by `subsoil resume " +
+                      folder.string() + "`");
 }
 
 void remove_results(const std::filesystem::path& folder, const std::filesystem::path& keep) {

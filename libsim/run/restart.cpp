@@ -144,7 +144,7 @@ void check_numbers(const SavedRun& saved, const std::filesystem::path& file) {
   if (!saved.bed.kinds.empty() && saved.bed.kinds.size() != count) refuse_arrays(file);
   if (saved.bed.kinds.empty() && !saved.bed.fixed.empty())
     throw std::runtime_error(file.string() +
-                             ": has fixed spheres and does not say which they are: it is of an older version; start "
+                             ": has fixed spheres and does not name them: it is of an older version; start "
                              "the run again, or continue with the version that wrote it");
   for (std::size_t k = 0; k < count; ++k) {
     const double radius = saved.bed.spheres[11 * k + 9], mass = saved.bed.spheres[11 * k + 10];
@@ -160,13 +160,35 @@ void check_numbers(const SavedRun& saved, const std::filesystem::path& file) {
 
 SavedRun read_run(const std::filesystem::path& file) {
   const StateReader in(file);
-  in.require_format(kStateFormat, {"bed/spheres",     "bed/ids",         "bed/pair ids",   "bed/pairs",
-                                   "bed/surface ids", "bed/surfaces",    "bed/scalars",    "bed/bonding",
-                                   "bed/bond ids",    "bed/bonds",       "bed/broken ids", "bed/broken",
-                                   "bed/calm",        "bed/frozen",      "bed/fixed",      "bed/clumps",
-                                   "bed/loads",       "bed/kinds",       "moving/",         "soil",           "soil step",
-                                   "layers/",         "instruction set", "version",        "machine",
-                                   "coupling",        "scenario",        "time",           "run/"});
+  in.require_format(kStateFormat, {"bed/spheres",
+                                   "bed/ids",
+                                   "bed/pair ids",
+                                   "bed/pairs",
+                                   "bed/surface ids",
+                                   "bed/surfaces",
+                                   "bed/scalars",
+                                   "bed/bonding",
+                                   "bed/bond ids",
+                                   "bed/bonds",
+                                   "bed/broken ids",
+                                   "bed/broken",
+                                   "bed/calm",
+                                   "bed/frozen",
+                                   "bed/fixed",
+                                   "bed/clumps",
+                                   "bed/loads",
+                                   "bed/kinds",
+                                   "moving/",
+                                   "soil",
+                                   "soil step",
+                                   "layers/",
+                                   "instruction set",
+                                   "version",
+                                   "machine",
+                                   "coupling",
+                                   "scenario",
+                                   "time",
+                                   "run/"});
   SavedRun saved;
   saved.version = in.text("version");
   if (in.has("run/sums")) {
@@ -224,14 +246,14 @@ std::vector<dem::SphereSpec> spheres_of(const SavedRun& saved) {
   for (std::size_t i = 0; i < saved.bed.ids.size() / 2; ++i) {
     const double* s = saved.bed.spheres.data() + 11 * i;
     const double r = s[9];
-    out.push_back({.position = {s[0], s[1], s[2]},
-                   .velocity = {s[3], s[4], s[5]},
-                   .angular_velocity = {},
-                   .radius = r,
-                   .density = s[10] / dem::sphere_volume(r),
-                   .material = static_cast<int>(saved.bed.ids[2 * i + 1]),
-                   .kind = saved.bed.kinds.empty() ? dem::SphereKind::free
-                                                   : static_cast<dem::SphereKind>(saved.bed.kinds[i])});
+    out.push_back(
+        {.position = {s[0], s[1], s[2]},
+         .velocity = {s[3], s[4], s[5]},
+         .angular_velocity = {},
+         .radius = r,
+         .density = s[10] / dem::sphere_volume(r),
+         .material = static_cast<int>(saved.bed.ids[2 * i + 1]),
+         .kind = saved.bed.kinds.empty() ? dem::SphereKind::free : static_cast<dem::SphereKind>(saved.bed.kinds[i])});
   }
   return out;
 }

@@ -92,7 +92,7 @@ void RunLoop::open_output() {
   rows_ = std::make_unique<Rows>(*columns_, *series_, close_share * simulation_.step_length());
   if (world_.machine)
     for (const std::string& group : world_.machine->assembly().redundant)
-      spdlog::info("{}: of their reactions those of least norm are reported", group);
+      spdlog::info("{}: of their reactions those of minimum norm are reported", group);
   set_fixed_window();
   for (const std::string& text : surface_warnings(surface_facts(world_, s_, s_.time.end), world_)) warn(text);
   for (const std::string& text : input_warnings(loaded_, world_, request_.scenario, request_.sets)) warn(text);
@@ -119,8 +119,8 @@ std::optional<std::uint64_t> RunLoop::kept_bytes() const {
   std::error_code fault;
   const auto size = std::filesystem::file_size(request_.out / "series.csv", fault);
   if (fault || size < go_on_->series_bytes)
-    throw ScenarioError(fmt::format("{}: series.csv has lost rows that {} counts; start anew", request_.out.string(),
-                                    request_.from.filename().string()));
+    throw ScenarioError(fmt::format("{}: series.csv has lost rows that {} counts; start the run again",
+                                    request_.out.string(), request_.from.filename().string()));
   return go_on_->series_bytes;
 }
 

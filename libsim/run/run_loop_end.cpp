@@ -162,16 +162,16 @@ void RunLoop::last_warnings(int code) {
   if (world_.bed && world_.bed->has_bonding_laws() && world_.bed->bonds().formed == 0)
     summary_->warn("a law has bonds but none formed: no spheres were within `bond gap` at `bond time`");
   if (world_.moving && world_.moving->window.pushed_out() > 0)
-    summary_->warn(fmt::format(
-        "{} spheres went over the end of the window ahead of the tool and were taken out; make the container "
-        "longer there",
-        world_.moving->window.pushed_out()));
+    summary_->warn(
+        fmt::format("{} spheres went over the end of the window ahead of the tool and were removed; make the container "
+                    "longer there",
+                    world_.moving->window.pushed_out()));
   if (code != exit_ok) return;
   for (const Tool& tool : tool_->tools())
     if (!tool.touched && !is_beam_node(s_.machine, tool.name))  // most of a tine is above the soil
       summary_->warn(
           fmt::format("{} touched no soil in the whole run: see where it starts and how it moves; `subsoil "
-                      "check` says how far it is from the soil",
+                      "check` prints how far it is from the soil",
                       tool.name));
   if (window_ == Opening::pending && tool_->any_travelled()) {
     summary_->warn(

@@ -59,13 +59,13 @@ void report_soil(const World& world) {
                  layer.spheres, layer.thickness * 1e3, layer.top, layer.spread * 1e3);
   if (world.soil.settled_for > 0)
     spdlog::info("settled for {:.3f} s to an rms speed of {:.2g} m/s", world.soil.settled_for, world.soil.rms_speed);
-  if (world.soil.carved > 0) spdlog::info("{} spheres carved out for the machine", world.soil.carved);
+  if (world.soil.carved > 0) spdlog::info("{} spheres removed for the machine", world.soil.carved);
 }
 
 /// What the scenario says otherwise than the one that wrote the state: listed, and refused where it must be.
 void look_at_changes(const SavedRun& saved, const Loaded& loaded, const RunRequest& request) {
   if (saved.scenario.empty()) {
-    spdlog::warn("warning: {} does not say which scenario wrote it: nothing was compared", request.from.string());
+    spdlog::warn("warning: {} does not name the scenario that wrote it: nothing was compared", request.from.string());
     return;
   }
   const std::vector<Difference> found = differences(saved.scenario, write_scenario(loaded.scenario));
@@ -243,7 +243,7 @@ int run(const RunRequest& given) {
 int resume(const std::filesystem::path& folder, const RunRequest& given) {
   const std::filesystem::path scenario = folder / "scenario.yaml";
   if (!std::filesystem::exists(scenario))
-    throw ScenarioError(folder.string() + ": holds no scenario.yaml, so no run to go on with; name the folder of one");
+    throw ScenarioError(folder.string() + ": holds no scenario.yaml, so no run to continue; name the folder of one");
   if (has_ended(folder)) {
     if (std::filesystem::exists(folder / "run.lock")) {  // cut off between its summary and its end
       const FolderLock lock(folder);
@@ -270,7 +270,7 @@ int resume(const std::filesystem::path& folder, const RunRequest& given) {
   if (settling)
     spdlog::info("going on from settling.h5, a bed on its way to rest");
   else
-    spdlog::info("no state to go on from in {}: from the start", folder.string());
+    spdlog::info("no state to continue from in {}: from the start", folder.string());
   return run_locked(request, loaded, saved, false, lock, settling);
 }
 

@@ -140,7 +140,7 @@ std::string contents(const Rows& found) {
   } while (below.empty() && depth < found.depth + 3);
   std::size_t width = 0;
   for (const KnownKey* row : below) width = std::max(width, row->path.size());
-  text += "below it (`subsoil explain PATH` says more):\n";
+  text += "below it (`subsoil explain PATH` prints more):\n";
   for (const KnownKey* row : below) text += fmt::format("  {:<{}}  {}\n", row->path, width, row->meaning);
   return text;
 }
@@ -193,7 +193,7 @@ std::string new_scenario() {
   s.time.end = 0.5;
   s.output.every = 0.02;
   s.output.watch = {{.name = "resistance", .kind = Watch::Kind::soil_force, .of = "plate", .along = {0, 1, 0}}};
-  return "# A subsoil scenario. `subsoil explain KEY` says more about a key, e.g. `subsoil explain "
+  return "# A subsoil scenario. `subsoil explain KEY` prints more about a key, e.g. `subsoil explain "
          "contacts.linear.k_n`;\n"
          "# a `machine` section carries tools on a planar mechanism: `subsoil explain machine`.\n" +
          print(s, true);
@@ -201,7 +201,7 @@ std::string new_scenario() {
 
 std::string explain(const std::string& path) {
   if (path.empty()) {
-    std::string text = "Sections of a scenario; `subsoil explain PATH` says more.\n";
+    std::string text = "Sections of a scenario; `subsoil explain PATH` prints more.\n";
     for (const KnownKey& row : known_keys()) {
       if (row.path.find('.') == std::string::npos && !row.path.starts_with("function"))
         text += fmt::format("  {:<12} {}\n", row.path, row.meaning);

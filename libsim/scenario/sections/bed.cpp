@@ -197,7 +197,7 @@ struct BedChecks : Checks {
   void layers(const BedSection& b, bool made, bool each) {
     if (!b.material.empty())
       refuse("soil.bed.material", "stands beside `layers`, which give the materials; leave it out");
-    if (b.count) refuse("soil.bed.count", "stands beside `layers`, whose thicknesses say how much; leave it out");
+    if (b.count) refuse("soil.bed.count", "stands beside `layers`, whose thicknesses give the amount; leave it out");
     if (each && places.contains("soil.bed.radius"))
       refuse("soil.bed.radius", "has no effect: every layer has a radius of its own; leave it out");
     for (std::size_t i = 0; i < b.layers.size(); ++i) {

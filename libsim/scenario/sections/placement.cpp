@@ -20,7 +20,7 @@ class Turns final : public Compound {
   void read(Reader& reader, const Field& field) override {
     reader.leaf(field, [&](const Node& node) {
       if (reader.holds("axis") || reader.holds("angle"))
-        throw Refusal("stands beside `axis` and `angle`, which say the same", "keep one of them");
+        throw Refusal("stands beside `axis` and `angle`, which have the same meaning", "keep one of them");
       const std::vector<double> a = numbers_of(node, "rad", 3);
       const auto turn = [](const Vec3& v) { return dem::Quaternion::from_rotation_vector(v); };
       const dem::Quaternion q = turn({0, 0, a[2]}) * turn({0, a[1], 0}) * turn({a[0], 0, 0});

@@ -212,7 +212,7 @@ struct SoilChecks : Checks {
       if (!b.is_moved() && !endless)
         refuse("soil.moving",
                fmt::format(
-                   "the boundary `{}` stands still while the bed goes on over its place; move it with the tool, or "
+                   "the boundary `{}` stands still while the bed advances over its place; move it with the tool, or "
                    "leave it out",
                    b.name));
     }

@@ -112,7 +112,7 @@ void refuse_cut_off(const std::string& file, const std::string& content, const s
       throw std::runtime_error(file + ": is cut off: the text ends without `endsolid`; export it again");
   } else if (bytes > 84 && bytes < wanted && wanted < 100 * bytes) {
     throw std::runtime_error(
-        fmt::format("{}: is cut off: it says {} triangles, which take {} bytes, and has {}; export "
+        fmt::format("{}: is cut off: it declares {} triangles, which take {} bytes, and has {}; export "
                     "it again",
                     file, (wanted - 84) / 50, wanted, bytes));
   }

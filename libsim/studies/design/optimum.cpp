@@ -216,7 +216,7 @@ std::string optimum_text(const OptimisePlan& plan, const Optimum& found, const G
                         std::abs(best.worth.excess[c]) <= 10 * plan.constraint_tolerance * best.worth.size[c] ? "active"
                         : best.worth.excess[c] < 0                                                            ? "holds"
                                                    : "IS MISSED");
-  if (!best.feasible) text += "no design meets all constraints: this is the one that misses them least\n";
+  if (!best.feasible) text += "no design meets all constraints: this is the one that comes closest\n";
   return text;
 }
 

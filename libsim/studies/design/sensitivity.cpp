@@ -174,7 +174,7 @@ std::string sensitivity_text(const SensitivityPlan& plan, const Sensitivity& fou
       text += fmt::format("  d/d {:<16} {:>17.9e} +- {:.1e} {:<12}", p.name, slope.value, slope.error, unit_text(p));
       if (found.values[n] != 0 && *p.at != 0)
         text += fmt::format("  {:+.4f} % per %", slope.value * *p.at / found.values[n]);
-      if (!(std::abs(slope.value) > slope.error)) text += "  not told from zero";
+      if (!(std::abs(slope.value) > slope.error)) text += "  not distinguishable from zero";
       if (slope.jump != 0)
         text += fmt::format("\n    warning: a kink; {:.6e} below and {:.6e} above", slope.below(), slope.above());
       text += "\n";

@@ -187,7 +187,7 @@ std::string sweep_text(const Study& study, const std::vector<PointResult>& resul
   for (std::size_t n = 0; n < study.numbers.size(); ++n) text += without_number(study, results, n);
   for (const Effect& e : effects(study, results))
     if (std::isfinite(e.slope))
-      text += fmt::format("{} over {}: {:+.4g} +- {:.2g} from its least to its largest value\n",
+      text += fmt::format("{} over {}: {:+.4g} +- {:.2g} from its minimum to its maximum value\n",
                           study.numbers[e.number].name, study.parameters[e.parameter], e.slope, e.slope_half);
   if (best)
     if (const auto k = best_point(results, best->first, best->second))
