@@ -6,9 +6,11 @@
     tests/docs/style.py --statistics  sentence lengths of each page
     tests/docs/style.py --lower       writes the present counts into style_budget.json where they are smaller
 
-Two rules:
+Three rules:
 1. No word of WORDS. Code spans, code blocks and link targets are not prose, so that keys and column names pass.
 2. No sentence of more than 40 words in docs.
+3. The median sentence of the prose of all docs has MEDIAN words: below it reads like a telegram, above it tires.
+   Headings, table cells and list items are not prose.
 
 style_budget.json holds the findings that a page, or a group of sources, still has. What is not listed has none.
 A budget only shrinks: the sum over all entries must not exceed that of the merge base with main."""
@@ -24,6 +26,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 BUDGET = pathlib.Path(__file__).with_name("style_budget.json")
 MAX_WORDS = 40
+MEDIAN = (13, 18)
 
 # Private word -> the field's term. Each entry is one regular expression, case-insensitive.
 WORDS = {
@@ -194,13 +197,25 @@ def word_count(sentence):
 
 
 def lengths(text, prose=False):
-    """(line, words, sentence) of a page; `prose`: without headings and cells of tables."""
-    kept = [(line, lines) for line, lines in blocks(text) if not (prose and is_cell_or_heading(text, line))]
+    """(line, words, sentence) of a page; `prose`: without headings, cells of tables and items of lists."""
+    kept = [(line, lines) for line, lines in blocks(text) if not (prose and is_no_prose(text, line))]
     return [(line, count, one) for line, lines in kept for one in sentences(" ".join(lines)) if (count := word_count(one))]
 
 
-def is_cell_or_heading(text, line):
-    return text.splitlines()[line - 1].lstrip().startswith(("|", "#"))
+def is_no_prose(text, line):
+    return re.match(r"\s*(\||#|[-*] |\d+\. )", text.splitlines()[line - 1]) is not None
+
+
+def prose_lengths(text):
+    """Words of each sentence of the prose. Labels such as `**Bound.**`, up to three words, do not count."""
+    return [count for _, count, _ in lengths(text, prose=True) if count > 3]
+
+
+def median_fault(counts):
+    """What is wrong with the median of `counts`, or nothing."""
+    middle = statistics.median(counts)
+    if not MEDIAN[0] <= middle <= MEDIAN[1]:
+        yield f"the median sentence of the docs has {middle:g} words: must be {MEDIAN[0]} to {MEDIAN[1]}"
 
 
 def check_markdown(path, text):
@@ -315,7 +330,8 @@ def main():
         lower = {name: min(count, len(found.get(name, []))) for name, count in known.items()}
         BUDGET.write_text(json.dumps({k: v for k, v in sorted(lower.items()) if v}, indent=1) + "\n")
         return 0
-    bad = list(failures(found, budget))
+    bad = [*failures(found, budget),
+           *median_fault([count for path, text in pages() if path not in GENERATED for count in prose_lengths(text)])]
     before = budget_sum_at_base()
     if before is not None and sum(budget.values()) > before:
         bad.append(f"{BUDGET.name}: its sum has risen from {before} to {sum(budget.values())}; a budget only shrinks")

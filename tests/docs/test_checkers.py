@@ -54,6 +54,13 @@ class Style(unittest.TestCase):
         self.assertEqual(kinds(" ".join(["word"] * 30) + " of eq. (3), e.g. " + " ".join(["word"] * 12) + ".\n"), ["sentence"])
         self.assertEqual(kinds("- " + " ".join(["word"] * 30) + "\n- " + " ".join(["word"] * 30) + "\n"), [])
 
+    def test_median_of_prose(self):
+        text = "# " + "word " * 5 + "\n\n| " + "word " * 5 + "|\n\n- " + "word " * 5 + "\n\n**Bound.** " + "Word " + "word " * 14 + "end.\n"
+        self.assertEqual(style.prose_lengths(text), [16], "only the sentence is prose")
+        self.assertFalse(list(style.median_fault([16])))
+        self.assertTrue(list(style.median_fault([8, 9, 10])))
+        self.assertTrue(list(style.median_fault([25])))
+
     def test_reads_comments_of_headers_and_messages(self):
         def source(text, comments, strings):
             return [one.text.split(":")[0] for one in style.check_source("libdem/a.hpp", text, comments, strings)]
