@@ -105,6 +105,8 @@ int check_command(const RunRequest& request) {
   for (const std::string& text : input_warnings(loaded, world, request.scenario, request.sets)) line("warning", text);
   for (const std::string& text : placement_warnings(s, world)) line("warning", text);
   for (const std::string& text : travel_warnings(s, world)) line("warning", text);
+  for (const FormerKey& key : loaded.former)
+    line("former name", fmt::format("{}: `{}` is called `{}` now", loaded.where(key.path), key.former, key.present));
   if (!s.runs_in_time()) {
     line("analysis", analysis_names[static_cast<std::size_t>(s.analysis)]);
     return exit_ok;

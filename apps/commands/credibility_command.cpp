@@ -32,7 +32,7 @@ Study study_of(const CredibilityRequest& request, const Loaded& loaded, const Ax
   }
   if (study.numbers.empty()) study.numbers = usual_numbers(loaded.scenario);
   if (study.numbers.empty())
-    throw ScenarioError(loaded.where("output.watch") + ": has no monitor; name columns to judge with --numbers");
+    throw ScenarioError(loaded.where("output.monitor") + ": has no monitor; name columns to judge with --numbers");
   return study;
 }
 

@@ -77,20 +77,22 @@ void Friction::describe(V& v) {
   v.quantity("rolling damping", rolling_damping, "1", "[0, 1]", "damping ratio of the rolling and twisting springs");
   v.quantity("rolling damping at limit", rolling_damping_at_limit, "1", "[0, 1]",
              "share of the rolling and twisting dashpots that stays when their springs are fully mobilised (f of Ai)");
-  v.choice("lever", moment_arm,
+  v.choice("moment arm", moment_arm,
            {{"mid-overlap", MomentArm::mid_overlap},
             {"radius", MomentArm::radius},
             {"full-overlap", MomentArm::full_overlap}},
            "arm of tangential forces about the centre of a sphere: r - delta/2, to the middle of the overlap (a "
            "boundary's surface), r, or r - delta");
-  v.choice("lever at surfaces", surface_moment_arm,
-           {{"by-lever", SurfaceMomentArm::by_moment_arm},
-            {"mid-overlap", SurfaceMomentArm::mid_overlap},
-            {"radius", SurfaceMomentArm::radius},
-            {"full-overlap", SurfaceMomentArm::full_overlap}},
-           "likewise at boundaries; by-lever: r - delta, the boundary's surface, for mid-overlap, else as lever "
-           "(LIGGGHTS: mid-overlap)");
-  v.choice("slip lever", slip_moment_arm, {{"as-force", SlipMomentArm::as_force}, {"radius", SlipMomentArm::radius}},
+  v.choice(
+      "moment arm at surfaces", surface_moment_arm,
+      {{"by-moment-arm", SurfaceMomentArm::by_moment_arm},
+       {"mid-overlap", SurfaceMomentArm::mid_overlap},
+       {"radius", SurfaceMomentArm::radius},
+       {"full-overlap", SurfaceMomentArm::full_overlap}},
+      "likewise at boundaries; by-moment-arm: r - delta, the boundary's surface, for mid-overlap, else as moment arm "
+      "(LIGGGHTS: mid-overlap)");
+  v.choice("slip moment arm", slip_moment_arm,
+           {{"as-force", SlipMomentArm::as_force}, {"radius", SlipMomentArm::radius}},
            "moment arm of the angular velocities in the slip velocity: that of the force, or r (LAMMPS granular)");
 }
 

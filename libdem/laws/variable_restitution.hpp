@@ -17,7 +17,7 @@
 /// V approach speed when the surfaces first touch, m/s; beta = beta(Ce) as in damping_ratio.hpp, found at first touch
 /// and kept by the contact until it opens: two bodies part with exactly Ce(V) V, with more where `clip attraction` cuts
 /// the pull of the dashpot off. rho kg/m^3 density of the striking body, S_y Pa yield strength. Slow contacts, V below
-/// the speed at which lambda = lambda_c, are elastic; `largest restitution` caps Ce, so that a bed of them can come to
+/// the speed at which lambda = lambda_c, are elastic; `maximum restitution` caps Ce, so that a bed of them can come to
 /// rest. Contacts that begin at rest (a bed as placed) have the cap's damping. Valid for overlap << R; the map holds
 /// for V up to some 1000 times the speed at which yield begins. Source: energies after the patent of Changsha
 /// University of Science and Technology (2023); map and motion are ours.
@@ -44,7 +44,7 @@ struct VariableRestitution {
     v.derived("E_eff", E_eff, "Pa", "(0, inf)",
               "effective Young's modulus; left out: from both materials' young and poisson");
     map.parameters(v);
-    v.quantity("largest restitution", largest, "1", "(0, 1]", "upper bound of Ce");
+    v.quantity("maximum restitution", largest, "1", "(0, 1]", "upper bound of Ce");
     v.flag("clip attraction", clip, "cut the normal force off at zero while separating (restitution then exceeds Ce)");
     v.quantity("stiffness ratio", stiffness_ratio, "1", "[0, inf)", "tangential over normal stiffness");
     friction.describe(v);

@@ -52,8 +52,8 @@ struct PidController {
     v.choice("derivative of", derivative_of_measurement, {{"error", false}, {"measurement", true}},
              "measurement: D does not kick where the set point jumps");
     v.function("bias", bias, output_unit, "feed-forward that is added");
-    v.optional_quantity("least", least, output_unit, "(-inf, inf)", "the output is not below; left out: no bound");
-    v.optional_quantity("largest", largest, output_unit, "(-inf, inf)", "the output is not above; left out: no bound");
+    v.optional_quantity("minimum", least, output_unit, "(-inf, inf)", "the output is not below; left out: no bound");
+    v.optional_quantity("maximum", largest, output_unit, "(-inf, inf)", "the output is not above; left out: no bound");
     v.optional_quantity("tracking time", tracking_time, "s", "(0, inf)",
                         "with which I follows a saturated output (anti-windup); left out: K_p/K_i");
     v.quantity("sensor lag", sensor_lag, "s", "[0, inf)",

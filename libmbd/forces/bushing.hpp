@@ -37,13 +37,13 @@ struct Bushing {
     v.quantity("turn", turn, "rad", "(-inf, inf)", "angle of the bushing's axes against the first body's own");
     v.quantity("stiffness x", stiffness_x, "N/m", "[0, inf)", "force per offset along its x axis");
     v.quantity("stiffness y", stiffness_y, "N/m", "[0, inf)", "force per offset along its y axis");
-    v.quantity("stiffness in turn", stiffness_turn, "N m/rad", "[0, inf)", "torque per angle");
+    v.quantity("rotational stiffness", stiffness_turn, "N m/rad", "[0, inf)", "torque per angle");
     v.quantity("damping x", damping_x, "N s/m", "[0, inf)", "force per rate of offset along its x axis");
     v.quantity("damping y", damping_y, "N s/m", "[0, inf)", "force per rate of offset along its y axis");
-    v.quantity("damping in turn", damping_turn, "N m s/rad", "[0, inf)", "torque per rate of turn");
+    v.quantity("rotational damping", damping_turn, "N m s/rad", "[0, inf)", "torque per rate of turn");
     v.quantity("preload x", preload_x, "N", "(-inf, inf)", "constant force on the second body along its x axis");
     v.quantity("preload y", preload_y, "N", "(-inf, inf)", "constant force on the second body along its y axis");
-    v.quantity("preload in turn", preload_turn, "N m", "(-inf, inf)", "constant torque on the second body");
+    v.quantity("rotational preload", preload_turn, "N m", "(-inf, inf)", "constant torque on the second body");
     v.optional_quantity("free angle", free_angle, "rad", "(-inf, inf)",
                         "angle of the second body against the first without torque; left out: that of the start pose");
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libsim/keys/former_keys.hpp"
 #include "libsim/keys/known_keys.hpp"
 #include "libsim/keys/nodes.hpp"
 
@@ -62,7 +63,7 @@ constexpr OtherWord other_words[] = {
     {"book every", "sample losses every", "; its name is `sample losses every` now"},
     {"diameter", "radius", "; give the `radius`, half of it"},
     {"position", "velocity", "; a move is a `velocity` times a `profile` over time, its start is the boundary's `at`"},
-    {"angle", "spin", "; a turn is a `spin` times a `profile` over time"},
+    {"angle", "angular velocity", "; a turn is an `angular velocity` times a `profile` over time"},
     {"speed", "velocity", "; give the `velocity`, a vector"},
     {"friction", "mu", "; friction is `mu`"},
     {"rolling friction", "mu_r", "; rolling friction is `mu_r`"},
@@ -74,6 +75,9 @@ constexpr OtherWord other_words[] = {
 
 /// The nearest key of this mapping, else where else the key is known, else what is known here.
 std::string Reader::cure_for(const std::string& key) const {
+  const std::string present(present_of(key));
+  if (!present.empty() && node_.find(present) != nullptr)
+    return fmt::format("; its name is `{}` now, which stands here too", present);
   for (const OtherWord& word : other_words)
     if (key == word.theirs && std::find(known_.begin(), known_.end(), word.ours) != known_.end()) return word.cure;
   if (!nearest(key, known_)) {
@@ -132,9 +136,19 @@ std::string Reader::child(const std::string& key) const {
   return alone_ ? path_ : path_.empty() ? key : path_ + "." + key;
 }
 
+const Node::Entry* Reader::entry_of(std::string_view key) const {
+  if (const Node::Entry* entry = node_.find(key)) return entry;
+  const std::string_view former = former_of(key);
+  return former.empty() ? nullptr : node_.find(former);
+}
+
 void Reader::leaf(const Field& field, const Use& use) {
   known_.push_back(field.key);
-  const Node::Entry* entry = node_.find(field.key);
+  const Node::Entry* entry = entry_of(field.key);
+  if (entry != nullptr && entry->key != field.key) {
+    known_.push_back(entry->key);
+    reading_.former.push_back({child(field.key), entry->key, field.key});
+  }
   if (entry == nullptr) {
     if (field.needed) missing(field);
     return;

@@ -34,7 +34,8 @@ class Reader final : public Fields {
   using Use = std::function<void(const Node&)>;
   Reading& reading() { return reading_; }
   const Node& node() const { return node_; }
-  bool holds(std::string_view key) const { return node_.find(key) != nullptr; }
+  /// Under its name or its former one (former_keys.hpp).
+  bool holds(std::string_view key) const { return entry_of(key) != nullptr; }
   std::string child(const std::string& key) const;
   /// Finds a key and lets `use` take its value; turns what it throws into a problem at the value's place.
   void leaf(const Field& field, const Use& use);
@@ -53,6 +54,7 @@ class Reader final : public Fields {
                                        const std::vector<std::string>& words);
 
  private:
+  const Node::Entry* entry_of(std::string_view key) const;
   void read_mapping(const Node& node, const std::string& path, const Declare& declare_value);
   /// Reads the type that `variant` holds from this mapping and lets it check itself, once nothing else is wrong.
   void read_held(VariantMember& variant);

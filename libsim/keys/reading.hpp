@@ -6,6 +6,7 @@
 #include "libmbd/base/body.hpp"
 #include "libmbd/base/marker.hpp"
 #include "libsim/document/document.hpp"
+#include "libsim/keys/former_keys.hpp"
 #include "libsim/keys/members.hpp"
 
 namespace subsoil::sim {
@@ -26,6 +27,7 @@ struct Reading {
   std::vector<std::string> body_names{"ground"};             // [0] is ground
   std::vector<mbd::BodyState> body_poses{mbd::BodyState{}};  // start pose
   std::vector<mbd::Marker> markers{};
+  std::vector<FormerKey> former{};                   // names that the file uses
   const std::vector<Material>* materials = nullptr;  // of the scenario that is read; null before its key is read
 
   /// Null for an index that is no body's.

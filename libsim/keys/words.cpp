@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "libsim/keys/fields.hpp"
+#include "libsim/keys/former_keys.hpp"
 #include "libsim/keys/json_forms.hpp"
 #include "libsim/keys/nodes.hpp"
 
@@ -104,7 +105,9 @@ class Chosen final : public Value {
  private:
   std::size_t index_of(const Node& node) const {
     const std::string& word = scalar_of(node);
-    const auto found = std::find(words_.begin(), words_.end(), word);
+    const auto named = [&](std::string_view one) { return std::find(words_.begin(), words_.end(), one); };
+    auto found = named(word);
+    if (found == words_.end()) found = named(present_of(word));
     if (found == words_.end()) throw Refusal("unknown word" + suggestion(word, words_));
     return static_cast<std::size_t>(found - words_.begin());
   }

@@ -294,7 +294,7 @@ std::string columns_markdown() {
   out += line(soil_on_body_columns) + line(surface_columns) + line(fixed_columns) + line(path_columns) +
          line(servo_columns) + line(draft_columns) + line(bed_columns) + line(bond_columns) + line(frozen_columns) +
          line(window_columns);
-  return out + "| others | your own `machine.measures` and `output.watch` |\n";
+  return out + "| others | your own `machine.measures` and `output.monitor` |\n";
 }
 
 }  // namespace subsoil::sim

@@ -122,7 +122,7 @@ void Columns::add_formula(const Watch& watch, const Loaded& loaded) {
   std::vector<std::size_t> inputs;
   for (const auto& [name, column] : watch.inputs) {
     names.push_back(name);
-    inputs.push_back(find_or_throw(column, "output.watch." + watch.name + ".of." + name, loaded));
+    inputs.push_back(find_or_throw(column, "output.monitor." + watch.name + ".of." + name, loaded));
   }
   source.inputs = inputs;
   source.formula = [formula = make_formula_of(watch.of, names), inputs,
@@ -141,7 +141,7 @@ void Columns::add_formula(const Watch& watch, const Loaded& loaded) {
 constexpr double share_of_step = 1e-6;
 
 void Columns::add_history(const Watch& watch, const Loaded& loaded) {
-  const std::string path = "output.watch." + watch.name;
+  const std::string path = "output.monitor." + watch.name;
   WatchSource source{.target = 0, .column = -1, .components = {}, .along = {}};
   const std::size_t of = find_or_throw(watch.of, path, loaded);
   const std::string unit = columns_[of].unit;
@@ -189,7 +189,7 @@ std::vector<std::string> Columns::force_components(const std::string& of) const 
 }
 
 int Columns::force_column(const Watch& watch, const Loaded& loaded) const {
-  const std::string path = "output.watch." + watch.name;
+  const std::string path = "output.monitor." + watch.name;
   if (watch.along != dem::Vec3{1, 0, 0})
     throw ScenarioError(loaded.where(path) + ": `along` is for forces with components; that of `" + watch.of +
                         "` is one number");
@@ -211,7 +211,7 @@ void Columns::add_watch(const Watch& watch, const Loaded& loaded) {
   if (watch.over_time()) return add_history(watch, loaded);
   WatchSource source{.target = 0, .column = -1, .components = {}, .along = watch.along};
   const auto index_of = [&](const std::string& name) {
-    return static_cast<int>(find_or_throw(name, "output.watch." + watch.name, loaded));
+    return static_cast<int>(find_or_throw(name, "output.monitor." + watch.name, loaded));
   };
   const auto project = [&](const std::string& of, const std::vector<std::string>& parts) {
     for (const std::string& part : parts) source.components.push_back(index_of(of + part));

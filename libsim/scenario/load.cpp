@@ -27,7 +27,7 @@ Loaded read_checked(const Node& document, Problems& problems) {
     declare_command_sections(fields);
   });
   refuse_unused_sets(document, problems);
-  loaded.places = std::move(reading.places);
+  loaded.places = std::move(reading.places), loaded.former = std::move(reading.former);
   check(loaded.scenario, loaded.places, problems);
   check_effects(loaded.scenario, loaded.places, problems);
   if (!problems.empty()) throw ScenarioError(problems);

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "libdem/laws/linear.hpp"
+#include "libsim/keys/former_keys.hpp"
 #include "libsim/keys/functions.hpp"
 #include "libsim/keys/key_list.hpp"
 #include "libsim/keys/printer.hpp"
@@ -210,6 +211,12 @@ std::string explain(const std::string& path) {
   }
   const Rows found = find_rows(path);
   if (found.rows.empty()) {
+    const std::string_view renamed = present_of(parts_of(path).back());
+    if (!renamed.empty()) {
+      const std::string present = path.substr(0, path.size() - parts_of(path).back().size()) + std::string(renamed);
+      if (!find_rows(present).rows.empty())
+        return fmt::format("{} is called `{}` now.\n", path, renamed) + explain(present);
+    }
     std::vector<std::string> keys, sections;
     const std::vector<std::string> section = section_of(parts_of(without_indices(path)));
     for (const KnownKey& row : known_keys()) {

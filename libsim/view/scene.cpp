@@ -164,7 +164,7 @@ void SceneMaker::add_things() {
     add_thing("boundary", scenario_.boundaries[i].name, fmt::format("boundaries[{}]", i));
   if (scenario_.soil && scenario_.soil->container) add_thing("container", "container", "soil.container");
   if (scenario_.soil && scenario_.soil->bed) add_thing("bed", "bed", "soil.bed");
-  for (const Watch& w : scenario_.output.watch) add_thing("monitor", w.name, "output.watch." + w.name);
+  for (const Watch& w : scenario_.output.watch) add_thing("monitor", w.name, "output.monitor." + w.name);
   const Node values = values_of(scenario_);
   for (Json& t : scene_["things"])
     if (const Node* node = node_at(values, t["path"].get<std::string>())) t["values"] = emit(*node);
@@ -323,7 +323,7 @@ Json SceneMaker::monitor_arrow(const Watch& w) const {
 
 void SceneMaker::add_monitors() {
   for (const Watch& w : scenario_.output.watch)
-    scene_["monitors"].push_back({{"thing", thing("output.watch." + w.name)},
+    scene_["monitors"].push_back({{"thing", thing("output.monitor." + w.name)},
                                   {"name", w.name},
                                   {"unit", unit_of(w)},
                                   {"words", monitor_words(w) + w.of},

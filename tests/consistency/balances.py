@@ -274,7 +274,7 @@ def equilibrium_is_at_rest(case):
     found = case.base.summary().get("equilibrium", {})
     if not found.get("pose") or found["coordinates that nothing holds"] or found["unstable eigenvalues"]:
         return []
-    bodies = {key: {k: v for k, v in body.items() if k not in ("velocity", "spin", "velocity is")} for key, body in case.tree["machine"]["bodies"].items()}
+    bodies = {key: {k: v for k, v in body.items() if k not in ("velocity", "angular velocity", "velocity is")} for key, body in case.tree["machine"]["bodies"].items()}
     start = {"towing equilibrium": Quantity((0.0,), "m/s")}
     other = case.program.run({**case.tree, "machine": {**case.tree["machine"], "bodies": bodies, "start": start}, "analysis": "dynamics",
                               "time": {"end": Quantity((0.5,), "s")}})

@@ -7,7 +7,7 @@ from values import MACHINE, UnknownUnit, characteristic, function, scalar, unit_
 
 # Keys that need another one or a file, by name: left to scenarios of their own.
 LEFT_OUT = {"controller", "controls", "track", "point", "points", "along angle", "face angle", "sensor lag", "delay", "free length", "free angle"}
-ALWAYS = {"stiffness", "surface", "voltage", "largest", "least", "radius", "guide", "supply pressure", "rated flow", "valve", "quadratic", "damping"}
+ALWAYS = {"stiffness", "surface", "voltage", "maximum", "minimum", "radius", "guide", "supply pressure", "rated flow", "valve", "quadratic", "damping"}
 
 
 class MachineDraw:
@@ -118,7 +118,7 @@ class MachineDraw:
             return Quantity((float(f"{math.dist(a, b):.12g}"),), "m")
         if key.name == "closed length":
             return Quantity((float(f"{0.5 * math.dist(a, b):.6g}"),), "m")
-        if key.name in ("least", "largest"):
+        if key.name in ("minimum", "maximum"):
             return self.stop(element, key, a, b)
         if "world of the start pose" in key.meaning or key.type.startswith("list of two points"):
             if kind.startswith("list of two points"):
@@ -174,11 +174,11 @@ class MachineDraw:
         unit = key.type
         if unit == "rad":
             relative = self.angles.get(self.second, 0.0) - self.angles.get(self.first, 0.0)
-            return None if key.name == "least" else Quantity((float(f"{relative + 0.2:.6g}"),), "rad", "bound" if self.first == "ground" else "bound inside")
+            return None if key.name == "minimum" else Quantity((float(f"{relative + 0.2:.6g}"),), "rad", "bound" if self.first == "ground" else "bound inside")
         if "distance" in element:
             d = math.dist(a, b)
-            return Quantity((float(f"{d * (0.8 if key.name == 'least' else 1.2):.6g}"),), "m")
-        return Quantity((-0.15 if key.name == "least" else 0.15,), "m")
+            return Quantity((float(f"{d * (0.8 if key.name == 'minimum' else 1.2):.6g}"),), "m")
+        return Quantity((-0.15 if key.name == "minimum" else 0.15,), "m")
 
     def profile(self, radius):
         count = 9
@@ -227,7 +227,7 @@ class MachineDraw:
                     "pose is": "about"}
             if rng.random() < 0.5:
                 body["velocity"] = Quantity((self.rounded(-1, 1), self.rounded(-1, 1)), "m/s", "direction")
-                body["spin"] = Quantity((self.rounded(-2, 2),), "rad/s", "turn")
+                body["angular velocity"] = Quantity((self.rounded(-2, 2),), "rad/s", "turn")
                 body["velocity is"] = "about"
             machine["bodies"][Name(name)] = body
         names = list(self.bodies)
@@ -268,10 +268,10 @@ class MachineDraw:
             length = math.dist(p, q)
             machine["bodies"][Name(name)] = {"mass": Quantity((mass,), "kg"), "inertia": Quantity((mass * length**2 / 12,), "kg m^2"),
                                              "at": Quantity(self.bodies[name], "m", "point"), "velocity is": "about"}
-        machine["bodies"][Name("crank")].update({"spin": Quantity((speed,), "rad/s", "turn"), "velocity": Quantity(
+        machine["bodies"][Name("crank")].update({"angular velocity": Quantity((speed,), "rad/s", "turn"), "velocity": Quantity(
             (-0.5 * speed * crank[1], 0.5 * speed * crank[0]), "m/s", "direction")})
         if reach:
-            machine["bodies"][Name("rocker")].update({"spin": Quantity((speed,), "rad/s", "turn"), "velocity": Quantity(
+            machine["bodies"][Name("rocker")].update({"angular velocity": Quantity((speed,), "rad/s", "turn"), "velocity": Quantity(
                 (-0.5 * speed * crank[1], 0.5 * speed * crank[0]), "m/s", "direction")})
             machine["bodies"][Name("coupler")]["velocity"] = Quantity((-speed * crank[1], speed * crank[0]), "m/s", "direction")
         for name, pair, at in (("A0", ("ground", "crank"), (0.0, 0.0)), ("A", ("crank", "coupler"), crank), ("B", ("coupler", "rocker"), far),

@@ -111,7 +111,7 @@ class Miniature(Program):
                 a[0] += 0.01
             if "units misread" in faults and "mm" in str(body["at"]):
                 x = 1.001 * x
-            v, w = numbers(body.get("velocity"), numpy.zeros(2)), float(numpy.ravel(numbers(body.get("spin"), numpy.zeros(1)))[0])
+            v, w = numbers(body.get("velocity"), numpy.zeros(2)), float(numpy.ravel(numbers(body.get("angular velocity"), numpy.zeros(1)))[0])
             m, inertia = float(numbers(body["mass"])[0]), float(numbers(body["inertia"])[0])
             position, velocity = x[:, None] + v[:, None] * t + 0.5 * a[:, None] * t**2, v[:, None] + a[:, None] * t
             columns.update({f"{name}.x [m]": position[0], f"{name}.y [m]": position[1],
@@ -151,7 +151,7 @@ class Miniature(Program):
         way = columns[f"{names[0]}.x [m]"] - columns[f"{names[0]}.x [m]"][0]
         if "drivers" in d["machine"]:
             columns["energy.driver work [J]"] = columns["energy.kinetic [J]"] - columns["energy.kinetic [J]"][0]
-        for name, watch in d["output"].get("watch", {}).items():
+        for name, watch in d["output"].get("monitor", {}).items():
             word = next(iter(watch))
             if word == "integral":
                 values = way * (1.01 if "integral" in faults else 1.0) if watch[word] != "power" else columns["energy.driver work [J]"] * 1.0
@@ -189,7 +189,7 @@ class Miniature(Program):
                 file[f"particles/{name}"] = values
             for k, time in enumerate((0.0, t[-1])):
                 moving = (v + a * time * (1.02 if "momentum" in faults else 1.0)) * ~fixed[:, None]
-                spin = numpy.array([numbers(p.get("spin"), numpy.zeros(3)) for p in particles]) * (1 + 1e5 * time * ("torque" in faults))
+                spin = numpy.array([numbers(p.get("angular velocity"), numpy.zeros(3)) for p in particles]) * (1 + 1e5 * time * ("torque" in faults))
                 place = file.create_group(f"frames/{k:06d}")
                 place.attrs["time"] = time
                 place["spin"] = spin

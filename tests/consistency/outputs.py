@@ -74,7 +74,7 @@ def watches(case):
     v = f"{body}.vx"
     watch = {"way": {"integral": v}, "top": {"maximum": v}, "bottom": {"minimum": v}, "average": {"mean": v},
              "square": {"formula": "v^2 + 1", "of": {"v": v}, "unit": "m^2/s^2"}, "late top": {"maximum": v, "within": "1 s"}}
-    other = case.program.run({**case.tree, "output": {**case.tree["output"], "watch": watch}})
+    other = case.program.run({**case.tree, "output": {**case.tree["output"], "monitor": watch}})
     if not other.ended:
         return [f"with watches: exit code {other.code}: {last_line(other.text)}"]
     table = other.table()
@@ -115,7 +115,7 @@ def work_of_driver(case):
     speed = {".x": "vx", ".y": "vy", ".angle": "spin"}[target.suffix]
     force = f"{name.text}.torque" if target.suffix == ".angle" else f"{name.text}.force"
     watch = {"power": {"formula": "F*v", "of": {"F": force, "v": f"{target.text}.{speed}"}, "unit": "W"}, "work": {"integral": "power"}}
-    other = case.program.run({**case.tree, "output": {**case.tree["output"], "watch": watch}})
+    other = case.program.run({**case.tree, "output": {**case.tree["output"], "monitor": watch}})
     if not other.ended:
         return [f"with watches: exit code {other.code}: {last_line(other.text)}"]
     table = other.table()

@@ -85,11 +85,11 @@ class SoilDraw:
             if rng.random() < 0.7:
                 one["velocity"] = Quantity(tuple(self.rounded(-0.3, 0.3, 3) for _ in range(3)), "m/s", "direction")
             if rng.random() < 0.3:
-                one["spin"] = Quantity(tuple(self.rounded(-10, 10, 3) for _ in range(3)), "rad/s", "axial")
+                one["angular velocity"] = Quantity(tuple(self.rounded(-10, 10, 3) for _ in range(3)), "rad/s", "axial")
             if rng.random() < 0.05:
                 one["fixed"] = Name("stone")
                 one.pop("velocity", None)
-                one.pop("spin", None)
+                one.pop("angular velocity", None)
             answer.append(one)
         return answer
 
@@ -145,7 +145,7 @@ class SoilDraw:
         if rng.random() < 0.8:
             moves = {"velocity": Quantity((self.rounded(-0.3, 0.3), self.rounded(-0.4, 0.0), 0.0) if "plane" not in shape else (0.0, 0.0, 0.0), "m/s", "direction")}
             if rng.random() < 0.4 and "plane" not in shape:
-                moves["spin"] = Quantity((0.0, 0.0, self.rounded(-3, 3)), "rad/s", "axial")
+                moves["angular velocity"] = Quantity((0.0, 0.0, self.rounded(-3, 3)), "rad/s", "axial")
             if rng.random() < 0.4:
                 moves["profile"] = function(rng, self.declarations, "1", 1.0, "scalar", self.end)
             answer["moves"] = [moves]
@@ -200,7 +200,7 @@ class SoilDraw:
             {"at": Quantity((0.006, 0.001, 0.0), "m", "own"), "radius": Quantity((0.007,), "m")}]}}
         soil["bed"]["placed"] = [{"shape": Name("pair"), "position": Quantity((0.5 * (high[0] + high[0] - 0.08), high[1] + 0.04, 0.0), "m", "point"),
                                   "velocity": Quantity((self.rounded(-0.2, 0.2), -0.3, 0.0), "m/s", "direction"),
-                                  "spin": Quantity((0.0, 0.0, self.rounded(-5, 5)), "rad/s", "axial")}]
+                                  "angular velocity": Quantity((0.0, 0.0, self.rounded(-5, 5)), "rad/s", "axial")}]
 
 
 def box(size, at):

@@ -25,7 +25,7 @@ REFERENCE = pathlib.Path(__file__).resolve().parents[2] / "docs" / "reference" /
 
 def machine():
     body = {"mass": Quantity((2.0,), "kg"), "inertia": Quantity((0.1,), "kg m^2"), "angle": Quantity((0.3,), "rad", "attitude"),
-            "velocity": Quantity((0.5, 1.0), "m/s", "direction"), "spin": Quantity((2.0,), "rad/s", "turn")}
+            "velocity": Quantity((0.5, 1.0), "m/s", "direction"), "angular velocity": Quantity((2.0,), "rad/s", "turn")}
     return Scenario(1, "machine", {
         "subsoil": 1, "gravity": Quantity((0.0, -9.81, 0.0), "m/s^2", "direction"),
         "machine": {"bodies": {Name("a"): {**body, "at": Quantity((0.1, 0.2), "m", "point")}, Name("b"): {**body, "at": Quantity((-0.3, 0.25), "m", "point")}}},
@@ -39,7 +39,7 @@ def soil():
         "soil": {"container": {"@box": Box((0.2, 0.2, 0.1), (-0.1, 0.0, -0.05)), "open": Faces(("+y", "-x"))},
                  "bed": {"fill": "particles", "particles": [
                      {"position": Quantity((0.01 * k, 0.1, 0.0), "m", "point"), "velocity": Quantity((0.1, 0.0, 0.05 * k), "m/s", "direction"),
-                      "spin": Quantity((0.0, 5.0, 0.0), "rad/s", "axial"), "radius": Quantity((0.005,), "m")} for k in range(3)]}},
+                      "angular velocity": Quantity((0.0, 5.0, 0.0), "rad/s", "axial"), "radius": Quantity((0.005,), "m")} for k in range(3)]}},
         "time": {"end": Quantity((0.1,), "s")},
         "output": {"every": Quantity((0.05,), "s"), "series every": Quantity((0.01,), "s")}}, [])
 
@@ -54,7 +54,7 @@ def balanced():
     scenario = machine()
     scenario.tree["analysis"] = "equilibrium"
     for body in scenario.tree["machine"]["bodies"].values():
-        body["spin"] = Quantity((0.0,), "rad/s", "turn")
+        body["angular velocity"] = Quantity((0.0,), "rad/s", "turn")
     return scenario
 
 
@@ -62,7 +62,7 @@ def stones():
     """A fixed sphere and one that overlaps it."""
     scenario = soil()
     first, second = scenario.tree["soil"]["bed"]["particles"][:2]
-    del first["velocity"], first["spin"]
+    del first["velocity"], first["angular velocity"]
     first["fixed"] = Name("stone")
     second["velocity"] = Quantity((0.0, 1.0, 0.0), "m/s", "direction")
     first["position"] = Quantity((0.01, 0.148, 0.0), "m", "point")

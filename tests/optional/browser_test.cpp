@@ -74,7 +74,7 @@ machine:
 boundaries:
   - {name: tine, material: steel, shape: {box: 20 300 20 mm}, at: -0.4 0 0 m, moves: [{velocity: 0 0.1 0 m/s}]}
 time: {end: 1 s}
-output: {watch: {force: {driver: push}}}
+output: {monitor: {force: {driver: push}}}
 )";
 
 class Shown : public ::testing::Test {

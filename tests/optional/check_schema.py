@@ -96,13 +96,13 @@ MISTAKES = (  # path in the template `tine`, what stands there instead
     ("machine.surfaces.shank.touches soil", "maybe"),
     ("machine.drivers.tow.velocity", {"ramp": {"too": "1 m/s"}}),  # inside a function of time
     ("contacts.0.K_X", "1 N/m"),  # a key of another law
-    ("output.watch.pull", {"driverr": "tow"}),
+    ("output.monitor.pull", {"driverr": "tow"}),
     ("limits.overlap", 7),  # out of range
     ("machine.bodies.ti/ne", {"mass": "1 kg", "inertia": "1 kg m^2"}),  # a name that files cannot bear
     ("subsoil", 2),
 )
 ACCEPTED = (  # the other ways of writing a value
-    ("soil.bed.radius", {"normal": "10 mm", "deviation": "1 mm", "least": "8 mm", "largest": "12 mm"}),
+    ("soil.bed.radius", {"normal": "10 mm", "deviation": "1 mm", "minimum": "8 mm", "maximum": "12 mm"}),
     ("soil.container.size", ["600 mm", "0.12 m", "0.2 m"]),
     ("machine.bodies.tine.mass", "2*10 kg"),
     ("machine.drivers.tow.velocity", {"table": [["0 s", "0 m/s"], ["1 s", "1 m/s"], ["2 s", "0 m/s"]]}),

@@ -38,12 +38,12 @@ FALL = {
     "soil": {
         "container": {"size": "1 1 1 m", "at": "0 0 0 m", "material": "steel"},
         "bed": {"fill": "particles", "particles": [
-            {"position": "0.3 0.8 0.5 m", "radius": "20 mm", "velocity": "0.5 0 0 m/s", "spin": "0 3 0 rad/s", "material": "clay"},
+            {"position": "0.3 0.8 0.5 m", "radius": "20 mm", "velocity": "0.5 0 0 m/s", "angular velocity": "0 3 0 rad/s", "material": "clay"},
             {"position": "0.6 0.7 0.5 m", "radius": "10 mm", "material": "steel"}]}},
     "boundaries": [{"name": "plate", "material": "steel", "shape": {"box": "60 10 40 mm"}, "at": "0.9 0.5 0.1 m",
                     "moves": [{"velocity": "0 0.2 0 m/s"}]}],
     "time": {"end": "100 ms"},
-    "output": {"every": "25 ms", "series every": "10 ms", "precision": "double", "watch": {"push": {"soil force": "plate", "along": "0 1"}}},
+    "output": {"every": "25 ms", "series every": "10 ms", "precision": "double", "monitor": {"push": {"soil force": "plate", "along": "0 1"}}},
 }
 ROD = {
     "subsoil": 1,

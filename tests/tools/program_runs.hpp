@@ -101,7 +101,7 @@ time: {end: 0.15 s, safety: 0.8}
 output:
   every: 25 ms
   series every: 1 ms
-  watch:
+  monitor:
     pull: {driver: tow}
     draft: {soil force: tine, along: -1 0}
 )";
@@ -119,7 +119,7 @@ soil:
 boundaries:
   - {name: blade, shape: {box: 15 100 30 mm}, at: 180 20 0 mm, material: grain, moves: [{velocity: 1 0 0 m/s}]}
 time: {end: 0.62 s}
-output: {precision: double, every: 40 ms, series every: 10 ms, watch: {draft: {soil force: blade, along: -1 0}}}
+output: {precision: double, every: 40 ms, series every: 10 ms, monitor: {draft: {soil force: blade, along: -1 0}}}
 )";
 
 }  // namespace subsoil::sim::test

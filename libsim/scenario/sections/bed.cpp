@@ -25,7 +25,7 @@ void describe(Fields& v, Settle& s) {
 void describe(Fields& v, Particle& p) {
   v.vector("position", p.position, "m", "of the centre");
   v.vector("velocity", p.velocity, "m/s", "at the start");
-  v.vector("spin", p.spin, "rad/s", "at the start");
+  v.vector("angular velocity", p.spin, "rad/s", "at the start");
   v.quantity("radius", p.radius, "m", "(0, inf)", "radius");
   v.quantity("density", p.density, "kg/m^3", "(0, inf)", "left out: of its material");
   v.optional_reference("material", p.material, Family::material, "left out: the bed's");

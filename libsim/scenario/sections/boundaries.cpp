@@ -11,7 +11,7 @@ namespace subsoil::sim {
 
 void describe(Fields& v, Move& m) {
   v.vector("velocity", m.velocity, "m/s", "of the boundary's place");
-  v.vector("spin", m.spin, "rad/s", "angular velocity, world axes");
+  v.vector("angular velocity", m.spin, "rad/s", "angular velocity, world axes");
   v.vector("about", m.about, "m",
            "point of the spin at the start; the velocities of all stretches carry it along; left out: the boundary's "
            "place");
@@ -65,7 +65,7 @@ struct BoundaryChecks : Checks {
     const double product = dem::norm(m.spin) * dem::norm(other.spin);
     if (product == 0 || std::max(m.from, other.from) >= std::min(m.until, other.until)) return;
     if (dem::norm(cross(m.spin, other.spin)) > 1e-9 * product)
-      refuse(path + ".spin",
+      refuse(path + ".angular velocity",
              fmt::format("acts together with that of moves[{}] about another axis; spins at one time must "
                          "be parallel: let one end before the other begins",
                          index));

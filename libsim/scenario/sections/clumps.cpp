@@ -39,7 +39,7 @@ void describe(Fields& v, PlacedClump& c) {
   v.vector("position", c.position, "m", "of its centre of mass");
   v.section("rotation", c.rotation, "turns it from the axes in which its spheres are given");
   v.vector("velocity", c.velocity, "m/s", "of the centre of mass at the start");
-  v.vector("spin", c.spin, "rad/s", "at the start, world axes");
+  v.vector("angular velocity", c.spin, "rad/s", "at the start, world axes");
   v.optional_reference("material", c.material, Family::material, "of its surface; left out: the bed's");
 }
 

@@ -32,7 +32,7 @@ void describe(Fields& v, BodySection& b) {
   v.vector("at", b.at, "m", "centre of mass in the start pose, x y");
   v.quantity("angle", b.angle, "rad", "(-inf, inf)", "of the body's axes in the start pose, counter-clockwise");
   v.vector("velocity", b.velocity, "m/s", "of the centre of mass at the start");
-  v.quantity("spin", b.spin, "rad/s", "(-inf, inf)", "at the start, counter-clockwise");
+  v.quantity("angular velocity", b.spin, "rad/s", "(-inf, inf)", "at the start, counter-clockwise");
   v.choice(
       "pose is", b.pose_is,
       {{"given", mbd::StartMark::given}, {"exact", mbd::StartMark::exact}, {"about", mbd::StartMark::about}},
@@ -448,7 +448,7 @@ struct MachineChecks : Checks {
         refer(path + ".force", force->element, names_of(m.forces), "force");
       for (const Watch& watch : s.output.watch)
         if (watch.name == measure.name)
-          refuse("output.watch." + watch.name, "is a measure of the machine, which is a column by itself; drop one");
+          refuse("output.monitor." + watch.name, "is a measure of the machine, which is a column by itself; drop one");
     }
   }
 

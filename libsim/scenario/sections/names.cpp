@@ -20,7 +20,7 @@ struct NameChecks : Checks {
       group(s.soil->bed->particles, "soil.bed.particles", "fixed", &Particle::fixed, "fixed spheres");
     if (s.machine) machine(*s.machine);
     for (const Watch& watch : s.output.watch)
-      if (watch.name == "time") is_free("output.watch.time", watch.name);
+      if (watch.name == "time") is_free("output.monitor.time", watch.name);
   }
 
  private:

@@ -248,7 +248,7 @@ void describe(Fields& v, Output& o) {
              "interval of full states to start again from; left out: none");
   v.choice("state", o.state, {{"full", State::full}, {"none", State::none}}, "full state at the end");
   WatchList watches(o.watch);
-  v.visit_compound({"watch",
+  v.visit_compound({"monitor",
                     "named columns of the series: shovel.angle, {driver: H10}, {soil force: shovel, along: -1 0} "
                     "(along x unless said, a moment about z), "
                     "{formula: F*v, of: "
@@ -280,7 +280,7 @@ struct OutputChecks : Checks {
       refuse("output.window.until", "must be later than `from`");
     }
     if (s.runs_in_time() && s.time.end > 0) window(o.window);
-    for (const Watch& watch : o.watch) this->watch("output.watch." + watch.name, watch);
+    for (const Watch& watch : o.watch) this->watch("output.monitor." + watch.name, watch);
   }
 
   /// A window beyond the end would be cut, or never open, in silence.

@@ -15,13 +15,13 @@ void describe(Fields& v, NormalRadius& r) {
   v.card("normal", "normal distribution by number, cut off");
   v.quantity("normal", r.mean, "m", "(0, inf)", "mean radius");
   v.quantity("deviation", r.deviation, "m", "(0, inf)", "standard deviation");
-  v.quantity("least", r.least, "m", "(0, inf)", "smaller radii are drawn again");
-  v.quantity("largest", r.largest, "m", "(0, inf)", "larger radii are drawn again");
+  v.quantity("minimum", r.least, "m", "(0, inf)", "smaller radii are drawn again");
+  v.quantity("maximum", r.largest, "m", "(0, inf)", "larger radii are drawn again");
 }
 
 void describe(Fields& v, UniformRadius& r) {
   v.card("uniform", "all radii between two values equally likely, by number");
-  v.span("uniform", r.least, r.largest, "m", "(0, inf)", "least and largest radius");
+  v.span("uniform", r.least, r.largest, "m", "(0, inf)", "minimum and maximum radius");
 }
 
 void describe(Fields& v, TableRadius& r) {

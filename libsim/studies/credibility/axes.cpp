@@ -91,7 +91,7 @@ class AxisList {
       if (const auto* equal = std::get_if<EqualRadius>(&l.radius); equal == nullptr || std::isfinite(equal->radius))
         return absent(a.name, "layers have radii of their own");
     bool any = take_scaled(a, "soil.bed.radius", 0.5);
-    for (const char* key : {"normal", "deviation", "least", "largest", "uniform"})
+    for (const char* key : {"normal", "deviation", "minimum", "maximum", "uniform"})
       any = take_scaled(a, std::string("soil.bed.radius.") + key, 0.5) || any;
     if (!any) return absent(a.name, "a table of radii is not halved");
     if (bed().pitch) a.sets.push_back(fmt::format("soil.bed.pitch={} m", 0.5 * *bed().pitch));

@@ -67,7 +67,7 @@ TEST(Mistakes, AWatchOfNothingIsRefusedBeforeTheBedSettles) {
   const std::string file = dir.scenario(plate);
   EXPECT_NE(
       message_of<ScenarioError>([&] {
-        run_scenario(file, dir / "out", {"output.watch.force={soil force: plat}", "soil.bed.settle.at most=1 us"});
+        run_scenario(file, dir / "out", {"output.monitor.force={soil force: plat}", "soil.bed.settle.at most=1 us"});
       }).find("did you mean `plate`"),
       std::string::npos)
       << "and not that the bed is not still after 1 us";

@@ -165,7 +165,7 @@ TEST(Kinematics, SeesEventsBetweenItsSteps) {
   const std::string rotor = R"(subsoil: 1
 gravity: 0 m/s^2
 machine:
-  bodies: {p: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0 0 m, spin: 10 rad/s}, q: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0 0 m, spin: 10 rad/s}}
+  bodies: {p: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0 0 m, angular velocity: 10 rad/s}, q: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0 0 m, angular velocity: 10 rad/s}}
   markers: {r: {body: p, at: 0.1 0 m}, A: {at: 0.03307955731798016 0.09447620275840084 m}, B: {at: -0.06542972644844756 -0.07575592978032362 m}}
   joints: {pin: {revolute: [ground, p], at: 0 0 m}, J1: {fixed: [p, q], at: 0 0 m}, J2: {fixed: [ground, q], at: 0 0 m}}
   drivers: {m: {angle: [ground, p], velocity: 10 rad/s}}

@@ -38,12 +38,12 @@ machine:
   measures: {speed: {angular velocity: drum}}
   controllers:
     speed control: {pid: speed, measured in: rad/s, output in: V, set point: 6 rad/s, proportional: 8 V/(rad/s),
-                    integral: 60 V/rad, largest: 24 V, least: -24 V}
+                    integral: 60 V/rad, maximum: 24 V, minimum: -24 V}
   events: {fling: {opens: hook, at: 0.31 s}}
 time: {end: 1 s, stop when: {there: {column: load.x, below: -900 mm}}}
 output:
   series every: 10 ms
-  watch: {electricity: {integral: motor.power}, most current: {maximum: motor.current}}
+  monitor: {electricity: {integral: motor.power}, most current: {maximum: motor.current}}
 )";
 
 TEST(RunControl, AMotorHoldsItsSpeedAndALoadIsFlung) {
@@ -133,7 +133,7 @@ machine:
   measures: {felt: {soil force: tine, component: x}}
   controllers:
     draft control: {pid: felt, measured in: N, output in: 1, set point: -8 N, proportional: -0.01 1/N, integral: -0.05 1/(N s),
-                    largest: 1, least: -1, sample time: 7 ms, delay: 2 ms}
+                    maximum: 1, minimum: -1, sample time: 7 ms, delay: 2 ms}
   events: {set: {closes: lock, at: 60 ms}}
   surfaces: {edge: {body: tine, material: steel, box: 20 80 20 mm, at: 0 -70 0 mm}}
 time: {end: 90 ms, threads: 1}
@@ -142,7 +142,7 @@ output:
   series every: 1 ms
   series digits: all
   state every: 40 ms
-  watch: {draft: {soil force: tine, along: -1 0}, impulse: {integral: draft}, top: {maximum: draft, within: 10 ms}}
+  monitor: {draft: {soil force: tine, along: -1 0}, impulse: {integral: draft}, top: {maximum: draft, within: 10 ms}}
 )";
 
 /// Observation changes no bit: whatever states, samples of losses, rows and frames are asked for, the motion ends in

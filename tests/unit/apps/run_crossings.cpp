@@ -70,10 +70,10 @@ machine:
   forces: {{a: {{force: b, controller: c, controls: x}}}}
   measures: {{x: {{position: b, component: x}}}}
   controllers:
-    c: {{pid: x, measured in: m, output in: N, set point: {} m, proportional: {} N/m, least: -1 N, largest: 1 N,
+    c: {{pid: x, measured in: m, output in: N, set point: {} m, proportional: {} N/m, minimum: -1 N, maximum: 1 N,
         sample time: {} s}}
 time: {{end: 2 s}}
-output: {{series every: 10 ms, crossings: {{j: {{column: c.output, at: 0 N}}}}, watch: {{least: {{minimum: c.output}}}}}}
+output: {{series every: 10 ms, crossings: {{j: {{column: c.output, at: 0 N}}}}, monitor: {{least: {{minimum: c.output}}}}}}
 )",
                                                     speed, set_point, gain, sample)),
                            dir / "out"),

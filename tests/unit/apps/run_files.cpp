@@ -79,7 +79,7 @@ TEST(RunFiles, BadInputExitsWithTwoAndWritesNothing) {
   const std::string file = dir.scenario(small_pass), out = (dir / "out").string();
   for (const char* bad :
        {"soil.bed.radius=10 kg", "soil.bed.raduis=10 mm", "time.soil step=1 ms", "machine.bodies.tine.at=0.05 0 m",
-        "output.watch.pull={driver: nobody}", "output.watch.pull=tine.nothing"}) {
+        "output.monitor.pull={driver: nobody}", "output.monitor.pull=tine.nothing"}) {
     EXPECT_EQ(subsoil_words({"run", file, "--out", out, "--threads", "1", "--set", bad}), exit_bad_input) << bad;
     EXPECT_FALSE(std::filesystem::exists(out)) << bad;
   }

@@ -26,7 +26,7 @@ soil:
       - {position: 12 0 0 mm, radius: 10 mm, fixed: nest}
       - {position: 1 17 0 mm, radius: 10 mm}
 time: {end: 0.4 s}
-output: {precision: double, at: [0.1 s], series every: 10 ms, watch: {load: {soil force: nest, along: 0 -1}}}
+output: {precision: double, at: [0.1 s], series every: 10 ms, monitor: {load: {soil force: nest, along: 0 -1}}}
 )";
 const double weight = 7850 * 4.0 / 3 * M_PI * 1e-6 * 9.81;
 

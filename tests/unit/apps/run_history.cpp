@@ -28,7 +28,7 @@ machine:
   joints: {{rail: {{translational: [ground, mass], along: 1 0}}}}
   forces: {{spring: {{spring-damper: [ground, mass], ends: [0 0 m, 1.1 0 m], stiffness: 100 N/m, free length: 1 m}}}}
 time: {{end: 2 s, machine: {{rtol: 1e-11, atol: 1e-12}}{}}}
-output: {{series every: 37 ms, watch: {{{}}}}}
+output: {{series every: 37 ms, monitor: {{{}}}}}
 )",
                      stop.empty() ? "" : ", stop when: {" + stop + "}", watch);
 }
@@ -49,7 +49,7 @@ machine:
   controllers:
     c: {pid: ang, measured in: rad, output in: V, set point: {harmonic: {amplitude: 1 rad, frequency: 1 Hz}},
         proportional: 30 V/rad, sample time: 5 ms, delay: 7 ms, derivative: 2 V s/rad, integral: 10 V/(rad s),
-        least: -20 V, largest: 20 V}
+        minimum: -20 V, maximum: 20 V}
   forces:
     m: {electric motor: [ground, w], torque constant: 0.1 N m/A, resistance: 0.5 ohm, inductance: 2 mH, gear ratio: 5,
         controller: c}
@@ -62,7 +62,7 @@ time: {end: 2 s}
 // 1 ms, to rounding: no step is as short as that.
 TEST(RunHistory, LooksBetweenRowsLeaveASampledControllerAlone) {
   const RunDirectory dir;
-  const std::string watch = "output: {watch: {ta: {integral: w.angle}, u: c.output, e: c.error}}\n";
+  const std::string watch = "output: {monitor: {ta: {integral: w.angle}, u: c.output, e: c.error}}\n";
   ASSERT_EQ(run_scenario(dir.scenario(servo("")), dir / "plain"), exit_ok);
   ASSERT_EQ(run_scenario(dir.scenario(servo(watch)), dir / "watched"), exit_ok);
   const Series plain = read_series(dir / "plain/series.csv"), watched = read_series(dir / "watched/series.csv");
@@ -98,7 +98,7 @@ time: {end: 0.5 s}
 TEST(RunHistory, WatchedForcesAreForces) {
   const RunDirectory dir;
   const std::string watch =
-      "output: {watch: {fx: {force: f}, fy: {force: f, along: 0 2}, kx: {force: k}, rub: {force: r}, n: {force: o}}}\n";
+      "output: {monitor: {fx: {force: f}, fy: {force: f, along: 0 2}, kx: {force: k}, rub: {force: r}, n: {force: o}}}\n";
   ASSERT_EQ(run_scenario(dir.scenario(pushed_block(watch)), dir / "run"), exit_ok);
   const Series s = read_series(dir / "run/series.csv");
   EXPECT_EQ(s.at("fx"), s.at("f.fx"));
@@ -110,7 +110,7 @@ TEST(RunHistory, WatchedForcesAreForces) {
   EXPECT_GT(std::abs(s.at("fx")[1]), 1e-3);
   const auto refusal = [&](const std::string& of) {
     return message_of(
-        [&] { run_scenario(dir.scenario(pushed_block("output: {watch: {w: " + of + "}}\n")), dir / "refused"); });
+        [&] { run_scenario(dir.scenario(pushed_block("output: {monitor: {w: " + of + "}}\n")), dir / "refused"); });
   };
   EXPECT_NE(refusal("{force: beam}").find("watch one of its columns, beam.axial force"), std::string::npos)
       << refusal("{force: beam}");
@@ -141,8 +141,8 @@ TEST(RunHistory, FrictionThatNeverReachesItsMuSIsSaid) {
 TEST(RunHistory, MeansOfForcesAreOfSecondOrder) {
   const RunDirectory dir;
   const std::string outputs[] = {
-      "output: {forces: mean, series every: 10 ms, window: {from: 0.13 s, until: 0.25 s}, watch: {fx: {force: f}}}\n",
-      "output: {series every: 10 ms, window: {from: 0.13 s, until: 0.25 s}, watch: {fx: {force: f}}}\n"};
+      "output: {forces: mean, series every: 10 ms, window: {from: 0.13 s, until: 0.25 s}, monitor: {fx: {force: f}}}\n",
+      "output: {series every: 10 ms, window: {from: 0.13 s, until: 0.25 s}, monitor: {fx: {force: f}}}\n"};
   const auto mean = [](double a, double b) {
     constexpr double w = 10 * pi;
     return 3 * (std::cos(w * a) - std::cos(w * b)) / (w * (b - a));
@@ -173,7 +173,7 @@ machine:
                                           v, k);
   const std::string watches = R"(
 output:
-  watch: {sq: {formula: F*F, of: {F: k.force}, unit: N^2}, isq: {integral: sq}, mx: {maximum: b.vx}, n: {count: b.vx, at: 0 m/s, direction: rising}}
+  monitor: {sq: {formula: F*F, of: {F: k.force}, unit: N^2}, isq: {integral: sq}, mx: {maximum: b.vx}, n: {count: b.vx, at: 0 m/s, direction: rising}}
   crossings: {z: {column: b.vx, at: 0 m/s, direction: rising}}
 )";
   const double integral = std::pow(k * v / w, 2) * (end / 2 - std::sin(2 * w * end) / (4 * w));
@@ -261,7 +261,7 @@ machine:
   bodies: {b: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}}
   forces: {f: {force: b, along x: {ramp: {begin: 0.1 s, end: 0.1000001 s, to: 1 N}}}}
 time: {end: 0.5 s}
-output: {series every: 0.1 s, watch: {r: {formula: x/v, unit: s, of: {x: b.x, v: b.vx}}, all: {mean: r}, recent: {mean: r, within: 0.2 s}}}
+output: {series every: 0.1 s, monitor: {r: {formula: x/v, unit: s, of: {x: b.x, v: b.vx}}, all: {mean: r}, recent: {mean: r, within: 0.2 s}}}
 )";
   ASSERT_EQ(run_scenario(dir.scenario(started), dir / "out"), exit_ok);
   const Series series = read_series(dir / "out/series.csv");
@@ -284,7 +284,7 @@ machine:
 time: {{end: 1 s}}
 output:
   series every: 10 ms
-  watch: {{peak: {{maximum: pin.fy}}, low: {{minimum: pin.fy}}, impulse: {{integral: pin.fy}}, open: {{maximum: pin.open}},
+  monitor: {{peak: {{maximum: pin.fy}}, low: {{minimum: pin.fy}}, impulse: {{integral: pin.fy}}, open: {{maximum: pin.open}},
            n: {{count: pin.fy, at: -40 N}}, held: {{time below: pin.fy, at: -20 N}}}}
 )",
                                                       opens)),
@@ -312,7 +312,7 @@ machine:
   bodies: {{b: {{mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}}}}
   forces: {{f: {{force: b, along x: {{expression: {}*sign(sin(7*t)), unit: N}}}}}}
 time: {{end: 2 s}}
-output: {{series every: 10 ms, watch: {{most: {{maximum: f.fx}}, least: {{minimum: f.fx}}, push: {{integral: f.fx}}}}}}
+output: {{series every: 10 ms, monitor: {{most: {{maximum: f.fx}}, least: {{minimum: f.fx}}, push: {{integral: f.fx}}}}}}
 )",
                                                     force)),
                            dir / "out"),
@@ -343,7 +343,7 @@ TEST(RunHistory, OfAContactWithinAStepIsItsImpact) {
     const std::vector<std::string> set{fmt::format("time.machine.integrator={}", method)};
     const RunDirectory dir;
     const std::string output =
-        "watch: {impulse: {integral: c.normal force}, peak: {maximum: c.normal force}, touch: {time below: c.gap, at: "
+        "monitor: {impulse: {integral: c.normal force}, peak: {maximum: c.normal force}, touch: {time below: c.gap, at: "
         "0 "
         "m}, n: {count: c.gap, at: 0 m}}, crossings: {up: {column: c.normal force, at: 10 kN}}";
     ASSERT_EQ(run_scenario(dir.scenario(struck(output)), dir / "out", set), exit_ok);
@@ -368,7 +368,7 @@ TEST(RunHistory, OfAContactWithinAStepIsItsImpact) {
 TEST(RunHistory, OfFineRowsEndsWithTheRun) {
   for (const char* every : {"0.05 ms", "0.02 ms"}) {
     const RunDirectory dir;
-    const std::string output = fmt::format("series every: {}, watch: {{top: {{maximum: b.y, within: 0.3 s}}}}", every);
+    const std::string output = fmt::format("series every: {}, monitor: {{top: {{maximum: b.y, within: 0.3 s}}}}", every);
     ASSERT_EQ(run_scenario(dir.scenario(struck(output)), dir / "out", {"time.end=0.6 s"}), exit_ok) << every;
     EXPECT_NEAR(read_series(dir / "out/series.csv").at("top").back(), 0.3, 1e-7);
   }
@@ -416,7 +416,7 @@ machine:
   bodies: {rod: {mass: 1 kg, inertia: 0.0833333333333333 kg m^2, at: 0.5 0 m}}
   joints: {pin: {revolute: [ground, rod], at: 0 0 m}}
 time: {end: 1.5 s, stop when: {never: {column: rate, above: 6 rad/s}}}
-output: {watch: {rate: {derivative: rod.angle}}}
+output: {monitor: {rate: {derivative: rod.angle}}}
 )";
   for (const char* method : {"time.machine.integrator=cvode", "time.machine.integrator=ida"}) {
     const auto out = dir / std::string(method).substr(24);
@@ -454,7 +454,7 @@ time: {{end: {} s, soil step: 0.1 ms{}}}
 output:
   series every: 7 ms
   series digits: all
-  watch:
+  monitor:
     impulse: {{integral: wall.Fy}}
     hardest: {{minimum: wall.Fy}}
     fastest: {{maximum: soil.fastest, within: 10 ms}}

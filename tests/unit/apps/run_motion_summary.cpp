@@ -30,7 +30,7 @@ double mean_of_sine(double from, double until) {
   return 0.1 * (std::cos(20 * from) - std::cos(20 * until)) / (20 * (until - from));
 }
 
-constexpr const char* watched = "watch: {x: s.x, v: s.vx}";
+constexpr const char* watched = "monitor: {x: s.x, v: s.vx}";
 
 // Parabolas over 1 ms leave (20 * 1 ms)^4/2880 = 6e-11 of a mean, and less of an extreme.
 TEST(RunMotionSummary, OfAVibrationIsWhatTheSineSaysHoweverFarRowsAreApart) {
@@ -62,7 +62,7 @@ TEST(RunMotionSummary, ExtremesAndMeansAreOfTheWindowAlone) {
 
 TEST(RunMotionSummary, DoesNotDependOnWhatElseIsAskedFor) {
   const RunDirectory dir;
-  const std::string others[] = {"watch: {x: s.x, v: s.vx, i: {integral: s.x}, most: {maximum: s.vx}}",
+  const std::string others[] = {"monitor: {x: s.x, v: s.vx, i: {integral: s.x}, most: {maximum: s.vx}}",
                                 watched + std::string(", crossings: {up: {column: s.x, at: 50 mm}}")};
   ASSERT_EQ(run_scenario(dir.scenario(vibrating_mass(watched)), dir / "plain"), exit_ok);
   const nlohmann::json plain = summary_of(dir / "plain")["columns"];
@@ -87,12 +87,12 @@ TEST(RunMotionSummary, ExtremesAreValuesThatWereThere) {
   const std::string rotor = R"(subsoil: 1
 gravity: 0 m/s^2
 machine:
-  bodies: {p: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0 0 m, spin: 300 rad/s}}
+  bodies: {p: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0 0 m, angular velocity: 300 rad/s}}
   joints: {pin: {revolute: [ground, p], at: 0 0 m}}
   markers: {rim: {body: p, at: 0.1 0 m}, post: {at: -0.06006 0.08008 m}}
   measures: {rate: {distance rate: [rim, post]}}
 time: {end: 0.2 s}
-output: {series every: 1 ms, watch: {r: rate, most: {maximum: rate}, least: {minimum: rate}, recent: {maximum: rate, within: 25 ms}}}
+output: {series every: 1 ms, monitor: {r: rate, most: {maximum: rate}, least: {minimum: rate}, recent: {maximum: rate, within: 25 ms}}}
 )";
   ASSERT_EQ(run_scenario(dir.scenario(rotor), dir / "out"), exit_ok);
   const Series series = read_series(dir / "out/series.csv");
@@ -111,12 +111,12 @@ TEST(RunMotionSummary, IntegralsAndMeansHoldPeaksThatAreNarrow) {
   const std::string rotor = fmt::format(R"(subsoil: 1
 gravity: 0 m/s^2
 machine:
-  bodies: {{p: {{mass: 1 kg, inertia: 0.01 kg m^2, at: 0 0 m, spin: {} rad/s}}}}
+  bodies: {{p: {{mass: 1 kg, inertia: 0.01 kg m^2, at: 0 0 m, angular velocity: {} rad/s}}}}
   joints: {{pin: {{revolute: [ground, p], at: 0 0 m}}}}
 time: {{end: {:.17g} s}}
 output:
   series every: 10 ms
-  watch: {{w: {{formula: 1/({} + cos(turned)), of: {{turned: p.angle}}}}, sum: {{integral: w}}, mean: {{mean: w}}}}
+  monitor: {{w: {{formula: 1/({} + cos(turned)), of: {{turned: p.angle}}}}, sum: {{integral: w}}, mean: {{mean: w}}}}
 )",
                                         spin, end, a);
   ASSERT_EQ(run_scenario(dir.scenario(rotor), dir / "out"), exit_ok);
@@ -132,7 +132,7 @@ TEST(RunMotionSummary, TheRowOfAStopHasItsIntegrals) {
     const RunDirectory dir;
     const std::string time =
         fmt::format(", machine: {{{}}}, stop when: {{far: {{column: s.x, above: 50 mm}}}}", method);
-    const char* watches = "watch: {x: s.x, sum: {integral: s.x}, mean: {mean: s.x, within: 10 ms}}";
+    const char* watches = "monitor: {x: s.x, sum: {integral: s.x}, mean: {mean: s.x, within: 10 ms}}";
     ASSERT_EQ(run_scenario(dir.scenario(vibrating_mass(watches, time)), dir / "out"), exit_ok);
     const Series series = read_series(dir / "out/series.csv");
     const double t = std::asin(0.5) / 20, end = series.values[0].back();
@@ -151,7 +151,7 @@ machine:
   bodies: {b: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}}
   forces: {f: {force: b, along x: {ramp: {begin: 0.10023 s, end: 0.10024 s, to: 1 N}}}}
 time: {end: 0.3 s}
-output: {series every: 0.1 s, watch: {f: f.fx}}
+output: {series every: 0.1 s, monitor: {f: f.fx}}
 )";
   ASSERT_EQ(run_scenario(dir.scenario(pushed), dir / "out"), exit_ok);
   const nlohmann::json f = summary_of(dir / "out")["columns"]["f"];
@@ -175,7 +175,7 @@ machine:
 time: {{end: 0.2 s}}
 output:
   series every: 0.1 s
-  watch: {{gap: d, least: {{minimum: d}}, last: {{minimum: d, within: 0.15 s}}, passed: {{count: d, at: 0.5 mm}}, near: {{time below: d, at: 0.5 mm}}}}
+  monitor: {{gap: d, least: {{minimum: d}}, last: {{minimum: d, within: 0.15 s}}, passed: {{count: d, at: 0.5 mm}}, near: {{time below: d, at: 0.5 mm}}}}
   crossings: {{by: {{column: d, at: 0.5 mm}}}}
 )",
                                            post);

@@ -41,7 +41,7 @@ time: {end: 60 ms, stop when: {never: {column: force, above: 1 MN, for: 1 ms}}}
 output:
   every: 5 ms
   series every: 1 ms
-  watch:
+  monitor:
     force: {soil force: tool, along: 0 1}
     impulse: {integral: force}
     lately: {mean: tool.y, within: 7 ms}

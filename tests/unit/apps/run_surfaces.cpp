@@ -37,7 +37,7 @@ machine:
     left: {body: rack, material: steel, box: 100 20 100 mm, at: -0.1 0 0 m}
     right: {body: rack, material: steel, box: 100 20 100 mm, at: 0.1 0 0 m}
 time: {end: 0.4 s}
-output: {every: 0.1 s, watch: {on the right: {soil force: right, along: 0 1}}}
+output: {every: 0.1 s, monitor: {on the right: {soil force: right, along: 0 1}}}
 )";
 
 double mean_of_last(const std::vector<double>& values, std::size_t rows) {
@@ -135,7 +135,7 @@ soil:
   surface: 0 m
   bed: {fill: lattice, pitch: 20 mm, material: soil, radius: 10 mm, depth: 20 mm, settle: {until: 0.01 mm/s}}
 time: {end: 0.2 s}
-output: {every: 0.2 s, precision: double, series digits: all, watch: {M: {soil moment: wall +x}}}
+output: {every: 0.2 s, precision: double, series digits: all, monitor: {M: {soil moment: wall +x}}}
 )"),
                          dir / "out"),
             exit_ok);

@@ -147,7 +147,7 @@ TEST(Schedule, TellsEachTimeOnceAndEndsAtTheEnd) {
 // looks into the steps for a measure, a watch or a crossing.
 TEST(Times, FreeFallOfAMachineBetweenFixedSteps) {
   const RunDirectory dir;
-  for (const char* looked_at : {"", "watch: {v: a.vy}", "watch: {most: {maximum: a.y}, sum: {integral: a.y}}",
+  for (const char* looked_at : {"", "monitor: {v: a.vy}", "monitor: {most: {maximum: a.y}, sum: {integral: a.y}}",
                                 "crossings: {by: {column: a.y, at: -0.5 m}}"}) {
     SCOPED_TRACE(looked_at);
     const std::string fall = fmt::format(R"(subsoil: 1

@@ -21,7 +21,7 @@ machine:
   bodies: {rod: {mass: 2 kg, inertia: 0.1 kg m^2, at: 0.5 0 m}}
   joints: {pin: {revolute: [ground, rod], at: 0 0 m}}
 output:
-  watch:
+  monitor:
     speed: {formula: sqrt(u^2 + v^2), of: {u: rod.vx, v: rod.vy}, unit: m/s}
     fall: {formula: -2*9.81*v, of: {v: rod.vy}, unit: W}
     twice: {formula: 2*s, of: {s: speed}, unit: m/s}
@@ -62,7 +62,7 @@ machine:
 time: {end: 0.5 s}
 output:
   series digits: all
-  watch:
+  monitor:
     force: {driver: shaker}
     size: {formula: abs(F), of: {F: force}, unit: N}
     power: {formula: F*v, of: {F: force, v: block.vx}, unit: W}
@@ -110,7 +110,7 @@ machine:
 output:
   series every: 10 ms
   forces: mean
-  watch:
+  monitor:
     q: {formula: f, of: {f: d.force}, unit: N}
     p: {formula: f*v, of: {f: d.force, v: a.vx}, unit: W}
 )";
@@ -143,7 +143,7 @@ TEST(RunWatchFormula, RefusalsNamePlaceRuleAndCure) {
   const RunDirectory dir;
   const auto refused = [&](const std::string& set) {
     return message_of<ScenarioError>(
-        [&] { run_scenario(dir.scenario(swinging), dir / "out", {"output.watch." + set}); });
+        [&] { run_scenario(dir.scenario(swinging), dir / "out", {"output.monitor." + set}); });
   };
   const auto says = [&](const std::string& set, const std::string& part) {
     EXPECT_NE(refused(set).find(part), std::string::npos) << refused(set);

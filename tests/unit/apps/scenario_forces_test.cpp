@@ -62,14 +62,14 @@ TEST(ScenarioForces, SpringWithCurvesAndActuator) {
 TEST(ScenarioForces, BushingAndDrag) {
   const auto b = read<mbd::Bushing>(
       "{bushing: [sled, arm], at: 1 1.5 m, turn: 90 deg, stiffness x: 2 kN/mm, stiffness y: 1 kN/mm, "
-      "stiffness in turn: 3 N m/rad, damping x: 5 N s/m, preload y: 4 N}");
+      "rotational stiffness: 3 N m/rad, damping x: 5 N s/m, preload y: 4 N}");
   EXPECT_EQ(b.stiffness_x, 2e6);
   EXPECT_EQ(b.stiffness_turn, 3);
   EXPECT_EQ(b.preload_y, 4);
   EXPECT_NEAR(b.p_b[0], -0.5, 1e-15);  // as a pin's `at`: the arm stands upright
   EXPECT_NEAR(b.turn, 1.5707963267948966, 1e-15);
   const auto d = read<mbd::Drag>(
-      "{drag: arm, at: 1 2.5 m, quadratic: 0.6 N s^2/m^2, linear in turn: 2 N m s/rad, wind along x: 5 m/s}");
+      "{drag: arm, at: 1 2.5 m, quadratic: 0.6 N s^2/m^2, linear rotational: 2 N m s/rad, wind along x: 5 m/s}");
   EXPECT_EQ(d.quadratic, 0.6);
   EXPECT_EQ(d.linear_turn, 2);
   EXPECT_EQ(d.wind_x.value(1), 5);
@@ -91,15 +91,15 @@ TEST(ScenarioForces, ContactsAndStopsWithTheirOwnExponent) {
   EXPECT_EQ(d.side, mbd::DiskSide::inside);
   EXPECT_EQ(d.law.normal.stiffness, 3000);
   const auto r = read<mbd::RotationalStop>(
-      "{rotational stop: [sled, arm], least: 45 deg, largest: 2 rad, n: 1, stiffness: 9 N m/rad, damping: 0.1 s/rad}");
+      "{rotational stop: [sled, arm], minimum: 45 deg, maximum: 2 rad, n: 1, stiffness: 9 N m/rad, damping: 0.1 s/rad}");
   EXPECT_NEAR(r.limits.least, 0.78539816339744831, 1e-15);
   EXPECT_EQ(r.limits.law.stiffness, 9);
   const auto s =
-      read<mbd::SlideStop>("{slide stop: [ground, sled], along: [1, 0], largest: 0.4 m, n: 2, stiffness: 9 N/mm^2}");
+      read<mbd::SlideStop>("{slide stop: [ground, sled], along: [1, 0], maximum: 0.4 m, n: 2, stiffness: 9 N/mm^2}");
   EXPECT_DOUBLE_EQ(s.limits.law.stiffness, 9e6);
   EXPECT_TRUE(std::isnan(s.limits.least));
   const auto t = read<mbd::DistanceStop>(
-      "{distance stop: [ground, arm], ends: [0 3 m, 1 2 m], largest: 2 m, stiffness: 9 kN/m^(n)}");
+      "{distance stop: [ground, arm], ends: [0 3 m, 1 2 m], maximum: 2 m, stiffness: 9 kN/m^(n)}");
   EXPECT_EQ(t.limits.largest, 2);
   EXPECT_EQ(t.limits.law.stiffness, 9000);
 }
@@ -128,9 +128,9 @@ TEST(ScenarioForces, RefusalsNamePlaceRuleAndCure) {
             at + ": the second radius must be less than the first for a disk inside a bore");
   EXPECT_EQ(refusal("{rotational stop: [sled, arm], n: 1, stiffness: 1 N m/rad}"),
             at + ": needs a stop: give least, largest or both");
-  EXPECT_EQ(refusal("{slide stop: [sled, arm], along: [1, 0], least: 1 m, largest: 0 m, n: 1, stiffness: 1 N/m}"),
+  EXPECT_EQ(refusal("{slide stop: [sled, arm], along: [1, 0], minimum: 1 m, maximum: 0 m, n: 1, stiffness: 1 N/m}"),
             at + ": least must be below largest; for a fixed value use a joint or a driver");
-  EXPECT_EQ(refusal("{distance stop: [sled, arm], ends: [0 0 m, 1 2 m], largest: 1 m, n: 1}"),
+  EXPECT_EQ(refusal("{distance stop: [sled, arm], ends: [0 0 m, 1 2 m], maximum: 1 m, n: 1}"),
             at + ".stiffness: is missing: force per depth^n, in N/m^(n)");
 }
 
@@ -242,9 +242,9 @@ TEST(ScenarioForces, CopyReadsBackTheSame) {
         "{line contact: [ground, arm], ends: [0 0 m, 1 1.5 m], along: [1, 2], stiffness: 3 kN/mm^1.5, friction: 0.4}",
         "{disk contact: [sled, arm], ends: [0 0.5 m, 1 2 m], first radius: 1 m, second radius: 0.4 m, side: inside, "
         "n: 1.1, stiffness: 3 kN/mm^1.1}",
-        "{rotational stop: [sled, arm], least: 45 deg, n: 1.3, stiffness: 9 N m/rad^1.3}",
-        "{slide stop: [ground, sled], along: [1, 3], largest: 0.4 m, stiffness: 9 N/mm^1.5}",
-        "{distance stop: [ground, arm], ends: [0 3 m, 1 2 m], least: 1 mm, n: 2, stiffness: 9 kN/m^2}",
+        "{rotational stop: [sled, arm], minimum: 45 deg, n: 1.3, stiffness: 9 N m/rad^1.3}",
+        "{slide stop: [ground, sled], along: [1, 3], maximum: 0.4 m, stiffness: 9 N/mm^1.5}",
+        "{distance stop: [ground, arm], ends: [0 3 m, 1 2 m], minimum: 1 mm, n: 2, stiffness: 9 kN/m^2}",
         "{outline contact: [ground, arm], first: {polygon: [0 0 mm, 9 0 mm, 9 9 mm], corner radius: 1 mm}, second: "
         "{profile: [[0 deg, 10 mm], [120 deg, 12 mm], [240 deg, 11 mm]], centre: 1 2 mm}, stiffness: 9 kN/m^1.5}",
         "{outline contact: [ground, arm], first: {flank: [0 0 mm, 10 5 mm, 20 0 mm]}, second: {disk: 4 mm}, stiffness: "

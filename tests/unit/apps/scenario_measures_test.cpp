@@ -116,8 +116,8 @@ TEST(ScenarioMeasures, NamesOfColumnsMustDiffer) {
       refusal("gap: {distance", "time: {distance"),
       "rod.yaml:19:11 machine.measures.time: `time` is the name of the first column too; names in the results must "
       "differ: take another");
-  EXPECT_EQ(refusal("kinetic}\n", "kinetic}\noutput: {watch: {gap: rod.x}}\n"),
-            "rod.yaml:23:23 output.watch.gap: is a measure of the machine, which is a column by itself; drop one");
+  EXPECT_EQ(refusal("kinetic}\n", "kinetic}\noutput: {monitor: {gap: rod.x}}\n"),
+            "rod.yaml:23:23 output.monitor.gap: is a measure of the machine, which is a column by itself; drop one");
 }
 
 }  // namespace

@@ -102,7 +102,7 @@ TEST(ScenarioRead, RadiusDistributions) {
     return load_scenario_text(sample_soil, "till.yaml", {"soil.bed.fill=random", "soil.bed.radius=" + text})
         .scenario.soil->bed->radius;
   };
-  EXPECT_EQ(std::get<NormalRadius>(radius("{normal: 10 mm, deviation: 1 mm, least: 8 mm, largest: 12 mm}")).largest,
+  EXPECT_EQ(std::get<NormalRadius>(radius("{normal: 10 mm, deviation: 1 mm, minimum: 8 mm, maximum: 12 mm}")).largest,
             0.012);
   EXPECT_EQ(std::get<UniformRadius>(radius("{uniform: 8 12 mm}")).least, 0.008);
   EXPECT_EQ(std::get<TableRadius>(radius("{table: [[8 mm, 0.3], [10 mm, 70 %]]}")).share[1], 0.7);
@@ -237,7 +237,7 @@ TEST(ScenarioRead, LawsWithMemory) {
   EXPECT_EQ(eepa.get_if<dem::Eepa>()->limit, dem::AdhesiveLimit::absolute_force);
   const GivenLaw variable = read(
       "law: variable-restitution, normal: linear, k_n: 50 kN/m, E_eff: 10 MPa, S_y: 200 kPa, rho: 1800 kg/m^3, "
-      "largest restitution: 0.95");
+      "maximum restitution: 0.95");
   EXPECT_EQ(variable.get_if<dem::VariableRestitution>()->largest, 0.95);
 }
 
@@ -364,12 +364,12 @@ TEST(ScenarioRefusals, CrossChecksOfSoil) {
             "--set soil.density = 1 kg/m^3: unknown key; it belongs at `materials.<name>.density`"},
            {"output.book every=16", "--set output.book every = 16: unknown key; its name is `sample losses every` now"},
            {"output.at=[9 s]", "--set output.at = 9 s: is after the end of the run at 4 s"},
-           {"output.watch={f: {soil force: plat}}",
-            "--set output.watch.f = plat: there is no body or boundary of this name; did you mean `plate`?"},
-           {"boundaries.plate.moves=[{spin: 0 0 1 rad/s, until: 2 s}, {spin: 0 1 0 rad/s, from: 1 s}]",
-            "--set boundaries[0].moves[1].spin: acts together with that of moves[0] about another axis; spins at one "
+           {"output.monitor={f: {soil force: plat}}",
+            "--set output.monitor.f = plat: there is no body or boundary of this name; did you mean `plate`?"},
+           {"boundaries.plate.moves=[{angular velocity: 0 0 1 rad/s, until: 2 s}, {angular velocity: 0 1 0 rad/s, from: 1 s}]",
+            "--set boundaries[0].moves[1].angular velocity: acts together with that of moves[0] about another axis; spins at one "
             "time must be parallel: let one end before the other begins"},
-           {"boundaries.plate.moves=[{spin: 0 0 1 rad/s, about: 0 0 0 m}, {spin: 0 0 2 rad/s, about: 1 0 0 m}]",
+           {"boundaries.plate.moves=[{angular velocity: 0 0 1 rad/s, about: 0 0 0 m}, {angular velocity: 0 0 2 rad/s, about: 1 0 0 m}]",
             "--set boundaries[0].moves[1].about: acts together with that of moves[0] about another point; let one end "
             "before the other begins, or leave one `about` out"},
            {"time.soil step=0 s", "--set time.soil step = 0 s: must be in (0, inf) s"},
@@ -383,7 +383,7 @@ TEST(ScenarioRefusals, CrossChecksOfSoil) {
 TEST(ScenarioDefaults, AWatchedMomentIsThatAboutZ) {
   const Scenario s =
       load_scenario_text(sample_soil, "till.yaml",
-                         {"output.watch={f: {soil force: plate}, m: {soil moment: plate}, x: {soil moment: plate, "
+                         {"output.monitor={f: {soil force: plate}, m: {soil moment: plate}, x: {soil moment: plate, "
                           "along: 1 0}}"})
           .scenario;
   EXPECT_EQ(s.output.watch[0].along, (Vec3{1, 0, 0}));
@@ -427,8 +427,8 @@ TEST(ScenarioRefusals, CrossChecksOfMachine) {
            {"machine.measures={time: {energy: arm}}",
             "--set machine.measures.time: `time` is the name of the first column too; names in the results must "
             "differ: take another"},
-           {"output.watch={time: {driver: pull}}",
-            "--set output.watch.time: `time` is the name of the first column too; names in the results must differ: "
+           {"output.monitor={time: {driver: pull}}",
+            "--set output.monitor.time: `time` is the name of the first column too; names in the results must differ: "
             "take another"},
            {"machine.forces.rub={joint friction: slid, guide: 0.2 m, mu_s: 0.2, mu_k: 0.1}",
             "--set machine.forces.rub.joint friction = slid: there is no joint of this name; did you mean `slide`?"},
@@ -436,10 +436,10 @@ TEST(ScenarioRefusals, CrossChecksOfMachine) {
            {"gravity=-9.81 m/s^2",
             "--set gravity = -9.81 m/s^2: must not be negative, since one number acts downward (-y); leave out the "
             "sign, or write three numbers"},
-           {"output.watch={p: arn.angle}",
-            "--set output.watch.p = arn.angle: nothing is named `arn`; did you mean `arm`?"},
-           {"output.watch={p: {drivr: pull}}",
-            "--set output.watch.p = {drivr: pull}: does not say what it is; did you mean `driver`?"}}) {
+           {"output.monitor={p: arn.angle}",
+            "--set output.monitor.p = arn.angle: nothing is named `arn`; did you mean `arm`?"},
+           {"output.monitor={p: {drivr: pull}}",
+            "--set output.monitor.p = {drivr: pull}: does not say what it is; did you mean `driver`?"}}) {
     const Lines lines = refusals(sample_machine, {set});
     EXPECT_EQ(lines.empty() ? "" : lines.front(), line) << set;
   }

@@ -50,7 +50,7 @@ TEST(ScenarioCopy, EveryKindOfThing) {
       load_scenario_text(sample_soil, "t.yaml",
                          {"soil.bed.fill=random", "soil.bed.radius={table: [[8 mm, 1], [9 mm, 2]]}",
                           "soil.bed.region={size: 0.1 0.1 0.1 m, at: 0 0 0 m}", "soil.bed.count=12",
-                          "boundaries.plate.moves=[{spin: 0 0 3 rpm, about: 1 0 0 mm, until: 2 s, "
+                          "boundaries.plate.moves=[{angular velocity: 0 0 3 rpm, about: 1 0 0 mm, until: 2 s, "
                           "profile: {harmonic: {amplitude: 1, frequency: 3 Hz}}}]",
                           "boundaries.plate.shape={cylinder: {radius: 3 in, length: 1 m, inner radius: 2.5 in}}",
                           "boundaries.plate.rotation={axis: 1 1 0, angle: 7 deg}",
@@ -61,7 +61,7 @@ TEST(ScenarioCopy, EveryKindOfThing) {
           .scenario);
   expect_round_trip(load_scenario_text(sample_soil, "t.yaml",
                                        {"soil.bed={fill: particles, material: soil, particles: [{position: 1 2 3 mm, "
-                                        "radius: 1 mm, spin: 1 0 0 rad/s}]}",
+                                        "radius: 1 mm, angular velocity: 1 0 0 rad/s}]}",
                                         "soil.surface=0 m"})
                         .scenario);
   expect_round_trip(

@@ -53,7 +53,7 @@ machine:
     blade: {body: arm, material: steel, extrude: [0 0 m, 0.1 0 m, 0 0.2 m], width: 50 mm}
   start: {towing equilibrium: 0.5 m/s}
 output:
-  watch: {pull: {driver: pull}, pitch: arm.angle}
+  monitor: {pull: {driver: pull}, pitch: arm.angle}
 )";
 
 }  // namespace subsoil::sim

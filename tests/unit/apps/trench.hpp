@@ -16,7 +16,7 @@ soil:
 boundaries:
   - {name: tool, material: steel, shape: {box: 20 80 20 mm}, at: 60 10 0 mm, moves: [{velocity: 0.4 0 0 m/s}]}
 time: {end: 0.8 s}
-output: {every: 0.2 s, series every: 1 ms, watch: {draft: {soil force: tool, along: -1 0}}}
+output: {every: 0.2 s, series every: 1 ms, monitor: {draft: {soil force: tool, along: -1 0}}}
 )";
 
 }  // namespace subsoil::sim::test

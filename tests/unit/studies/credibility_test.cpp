@@ -194,7 +194,7 @@ TEST(CredibilityNumbers, AreMeansOfEveryWatchWhereThereIsNoDraft) {
 machine:
   bodies: {b: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m, velocity: 1 0 m/s}}
 time: {end: 1 s}
-output: {watch: {way: b.x, speed: b.vx}}
+output: {monitor: {way: b.x, speed: b.vx}}
 )")
                                 .scenario;
   const std::vector<SweepNumber> numbers = usual_numbers(scenario);

@@ -283,7 +283,7 @@ machine:
   joints: {rail: {translational: [ground, mass], points: [0 0 m, 0 0 m], along: 0 1}}
   forces: {spring: {spring-damper: [ground, mass], ends: [0 1 m, 0 0 m], stiffness: stiff, free length: 1 m, damping: 0 N s/m}}
 time: {end: 1 s}
-output: {series every: 5 ms, watch: {height: mass.y}}
+output: {series every: 5 ms, monitor: {height: mass.y}}
 )";
 // The largest sag of a mass that is let go is 2 m g/k: at most 5 cm at 4 kg means k = 1600 N/m, the least that may be.
 constexpr const char* sag_plan = R"(subsoil: 1

@@ -78,7 +78,7 @@ machine:
     B: {revolute: [crank, rod], at: 0.2 0 m}
   drivers: {D: {coordinate: crank.angle, velocity: 3 rad/s}}
 time: {end: 0.1 s}
-output: {watch: {push: {joint: B, along: 0 1}}}
+output: {monitor: {push: {joint: B, along: 0 1}}}
 )");
   const Json* joint = thing(scene, "machine.joints.B");
   ASSERT_NE(joint, nullptr);

@@ -36,7 +36,7 @@ machine:
   joints: {rail: {translational: [ground, mass], points: [0 0 m, 0 0 m], along: 0 1}}
   forces: {spring: {spring-damper: [ground, mass], ends: [0 1 m, 0 0 m], stiffness: 400 N/m, free length: 1 m, damping: 0 N s/m}}
 time: {end: 2 s}
-output: {every: 1 s, series every: 2 ms, watch: {height: mass.y}}
+output: {every: 1 s, series every: 2 ms, monitor: {height: mass.y}}
 )";
 
 constexpr const char* plan_text = R"(subsoil: 1

@@ -187,7 +187,7 @@ TEST(ChungOoi, Test4WithTheSpringKept) {
                    {30.119, .6837}, {40.020, .7809}, {50, .8451},     {59.980, .8929}, {80.020, .9662}},
           spin[] = {{4.951, -19.27},  {10.079, -213.0}, {14.970, -377.8}, {19.941, -510.6}, {24.911, -599.4},
                     {29.961, -616.5}, {39.980, -544.8}, {50, -457.0},     {60.020, -357.5}, {80.059, -126.3}};
-  const Verified row(kImpactField, "Chung-Ooi 4 with `changing stiffness: keep-spring`, `lever: radius`", kReadPoints);
+  const Verified row(kImpactField, "Chung-Ooi 4 with `changing stiffness: keep-spring`, `moment arm: radius`", kReadPoints);
   const auto at = [](const char* quantity, double angle) {
     char text[64];
     std::snprintf(text, sizeof text, "%s at %.2f deg", quantity, angle);
@@ -259,7 +259,7 @@ TEST(ChungOoi, Test5ConstantNormalVelocity) {
         {5, -4.966},
         {9.994, -4.963}}}};
   const Verified row(kImpactField, "Chung-Ooi 5: oblique impact at constant normal velocity",
-                     kReadPoints + "; G* of two equal bodies, `changing stiffness: keep-force`, `lever: radius`");
+                     kReadPoints + "; G* of two equal bodies, `changing stiffness: keep-force`, `moment arm: radius`");
   const char* const why = "read to 0.05; polyethylene is 0.11 off at psi_1 = 3, of unknown cause";
   for (const auto& c : cases) {
     const auto run = [&](double psi, double stiff, Changing changing) {

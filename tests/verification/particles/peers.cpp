@@ -136,7 +136,7 @@ TEST(Peers, LammpsSlip) {
   bed.add(std::span(&s, 1));
   add_plane(bed, {}, {0, 1, 0});
   const Verified row(kField, "LAMMPS unittest/granular dem05-mindlin-slip",
-                     "its recorded velocities (4 Jul 2026), lever: radius");
+                     "its recorded velocities (4 Jul 2026), moment arm: radius");
   struct {
     int steps;
     double v, w;

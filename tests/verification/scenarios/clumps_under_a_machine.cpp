@@ -27,7 +27,7 @@ machine:
 time: {end: 0.4 s}
 output:
   every: 0.4 s
-  watch:
+  monitor:
     borne: {soil force: plate, along: 0 1}
     floor: {soil force: floor, along: 0 -1}
     walls: {soil force: container, along: 0 -1}
