@@ -197,10 +197,10 @@ class Bed {
     std::vector<double> scalars;
     std::vector<std::int64_t> kinds;  ///< SphereKind of each sphere; empty where all are free
     std::vector<std::int64_t> calm;   ///< of each sphere for the active region; empty without
-    std::vector<double> frozen;      ///< BedEnergy::frozen; empty without
-    std::vector<double> clumps;      ///< 17 numbers each, behind the next one's; empty without
-    std::vector<double> fixed;       ///< work of fixed spheres, and what acted on each; empty without
-    std::vector<double> loads;       ///< FaceLoad of every triangle of boundaries that keep them; empty without
+    std::vector<double> frozen;       ///< BedEnergy::frozen; empty without
+    std::vector<double> clumps;       ///< 17 numbers each, behind the next one's; empty without
+    std::vector<double> fixed;        ///< work of fixed spheres, and what acted on each; empty without
+    std::vector<double> loads;        ///< FaceLoad of every triangle of boundaries that keep them; empty without
   };
   State save() const;
   void restore(const State& state);

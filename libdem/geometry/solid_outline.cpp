@@ -86,9 +86,8 @@ bool SolidOutline::meets(const SolidOutline& other) const {
     const Vec3 point = of.pose.to_world(plane.point()), n = of.pose.attitude.rotate(plane.normal());
     const double margin = 1e-9 * bounds(body.boundary_->shape).diagonal();
     return std::any_of(body.triangles_.begin(), body.triangles_.end(), [&](const Corners& t) {
-      return std::any_of(t.begin(), t.end(), [&](const Vec3& p) {
-        return dot(body.boundary_->pose.to_world(p) - point, n) < -margin;
-      });
+      return std::any_of(t.begin(), t.end(),
+                         [&](const Vec3& p) { return dot(body.boundary_->pose.to_world(p) - point, n) < -margin; });
     });
   };
   const bool flat = triangles_.empty(), other_flat = other.triangles_.empty();

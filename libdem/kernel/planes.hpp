@@ -42,8 +42,7 @@ void run_planes(const L& by_reference, PlaneJob& job) {
       cross3(w, a.n, a.turn), cross3(w, point, swept);
       for (int d = 0; d < 3; ++d) a.turn[d] = half_dt * a.turn[d], v[d] = relative[d] - swept[d];
       const VecD v_n = dot3(v, a.n);
-      for (int d = 0; d < 3; ++d)
-        arm[d] = point[d] - half_dt * (relative[d] - v_n * a.n[d]) + distance * a.turn[d];
+      for (int d = 0; d < 3; ++d) arm[d] = point[d] - half_dt * (relative[d] - v_n * a.n[d]) + distance * a.turn[d];
       cross3(w, arm, swept);
       for (int d = 0; d < 3; ++d) a.v[d] = relative[d] - swept[d];
       a.r_i = a.r_j = i.r;

@@ -32,12 +32,12 @@ namespace subsoil::dem {
 /// A pair as its bond sees it.
 template <class T>
 struct BondMotion {
-  T n[3], n_mid[3];              ///< at the end of the step, in its middle
-  T overlap, v_n, v_t[3];        ///< v of i against j at the contact point
-  T w[3], twist;                 ///< rolling velocity and angular velocity of i against j about n, rad/s
-  T w_n;                         ///< mean angular velocity of both about n, rad/s
-  T smaller, sum;                ///< radius of the smaller sphere, sum of both, m
-  T root_m, root_i;              ///< square roots of the effective mass and of the series of 2/5 m r^2
+  T n[3], n_mid[3];        ///< at the end of the step, in its middle
+  T overlap, v_n, v_t[3];  ///< v of i against j at the contact point
+  T w[3], twist;           ///< rolling velocity and angular velocity of i against j about n, rad/s
+  T w_n;                   ///< mean angular velocity of both about n, rad/s
+  T smaller, sum;          ///< radius of the smaller sphere, sum of both, m
+  T root_m, root_i;        ///< square roots of the effective mass and of the series of 2/5 m r^2
   T dt;
 };
 

@@ -253,8 +253,8 @@ std::vector<double> highest_centres(const Bed& bed) {
   return out;
 }
 
-/// Height of a cut that takes off all free spheres whose centres lie above it and leaves the mean surface at the target. The
-/// surface falls with the cut, by steps as spheres go: bisection ends at the step nearest to the target.
+/// Height of a cut that takes off all free spheres whose centres lie above it and leaves the mean surface at the
+/// target. The surface falls with the cut, by steps as spheres go: bisection ends at the step nearest to the target.
 double level_cut(const Bed& bed, const Bounds& region, double target) {
   const std::span<const Sphere> spheres = bed.spheres();
   double low = region.low.y, high = surface_height(spheres, region).highest;

@@ -97,8 +97,15 @@ void ParticleStore::add(const SphereSpec& in, int materials) {
   if (!(in.radius > 0) || !(m > 0)) refuse("radius and density must be positive");
   if (in.material < 0 || in.material >= materials) refuse("no such material");
   drop_images();
-  Sphere s{in.position, in.radius, in.velocity, m, in.angular_velocity, next_id_++,
-           static_cast<std::uint16_t>(in.material), SphereKind::free, 0};
+  Sphere s{in.position,
+           in.radius,
+           in.velocity,
+           m,
+           in.angular_velocity,
+           next_id_++,
+           static_cast<std::uint16_t>(in.material),
+           SphereKind::free,
+           0};
   set_kind(s, in.kind);
   spheres_.push_back(s);
 }

@@ -63,7 +63,7 @@ class ActiveRegion {
 
   std::size_t frozen_spheres() const;
 
-  static constexpr long kCheck = 16;          ///< steps between two checks
+  static constexpr long kCheck = 16;         ///< steps between two checks
   static constexpr std::uint8_t kCalm = 16;  ///< checks in a row that find a block calm before it is frozen
   /// Of gravity: the acceleration out of balance at which a frozen sphere wakes, however short the step. A ball at rest
   /// on a slope of 2 degrees has more (5/7 sin 2 = 0.025); what a bed at rest creeps with is a hundredth of it.
@@ -72,15 +72,15 @@ class ActiveRegion {
 
  private:
   struct State {
-    bool frozen = false;     ///< its spheres stay where they are
-    bool freezes = false;    ///< in this step, if its forces are balanced
-    bool evaluated = true;   ///< its contacts, in this step
-    bool checked = false;    ///< frozen, and its forces are complete in this step
-    bool receives = false;   ///< frozen, and gets some force from contacts of other blocks in this step
-    bool outdated = true;    ///< what it stores was summed before it or a partner last moved
-    bool near = false;       ///< a moving surface is
-    std::uint8_t calm = 0;   ///< checks in a row that found all its spheres slow
-    double speed2 = 0;       ///< largest since the last check, m2/s2
+    bool frozen = false;    ///< its spheres stay where they are
+    bool freezes = false;   ///< in this step, if its forces are balanced
+    bool evaluated = true;  ///< its contacts, in this step
+    bool checked = false;   ///< frozen, and its forces are complete in this step
+    bool receives = false;  ///< frozen, and gets some force from contacts of other blocks in this step
+    bool outdated = true;   ///< what it stores was summed before it or a partner last moved
+    bool near = false;      ///< a moving surface is
+    std::uint8_t calm = 0;  ///< checks in a row that found all its spheres slow
+    double speed2 = 0;      ///< largest since the last check, m2/s2
   };
   enum class Outcome : std::uint8_t { none, rests, moves };
 

@@ -46,7 +46,8 @@ class PlaneRecords {
     if (s.r - distance < -job_.cutoff) return;
     const std::uint32_t at = job_.count++;
     point_[at] = s.x - distance * n;
-    put_contact(job_, at, p.sphere[lane], s, boundary_, n, distance, normal_turn(boundary_, own, nullptr, job_.elapsed));
+    put_contact(job_, at, p.sphere[lane], s, boundary_, n, distance,
+                normal_turn(boundary_, own, nullptr, job_.elapsed));
     write_lane(memory(), shape_, at, read_lane(bed_.surfaces.memory(run_, block, shape_), shape_, lane));
     if (job_.count == kBlock) flush();
   }
@@ -125,7 +126,8 @@ void Bed::Impl::record_run(const PairRun& run, std::size_t particle_block, std::
       f[d] = particles.is_mixed() ? static_cast<double>(result[b].push_single[d][lane]) : result[b].push[d][lane];
     if (is_zero(f)) return;
     const PairBlock& p = contacts.blocks[run.first + b];
-    out.push_back(between(particles.now(p.i[lane]), particles.now(p.j[lane]), f, result[b].sums.stored[lane], now.dt_before));
+    out.push_back(
+        between(particles.now(p.i[lane]), particles.now(p.j[lane]), f, result[b].sums.stored[lane], now.dt_before));
     out.back().point = options.periodic.wrapped(out.back().point);
   });
 }

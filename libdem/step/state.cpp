@@ -50,8 +50,7 @@ Sphere Bed::Impl::sphere_of(const State& in, std::size_t k) const {
   Sphere s{};
   s.x = read.vector(), s.v = read.vector(), s.w = read.vector();
   s.r = read(), s.m = read();
-  if (!in.kinds.empty() && in.kinds[k] == static_cast<std::int64_t>(SphereKind::fixed))
-    set_kind(s, SphereKind::fixed);
+  if (!in.kinds.empty() && in.kinds[k] == static_cast<std::int64_t>(SphereKind::fixed)) set_kind(s, SphereKind::fixed);
   s.id = static_cast<std::uint32_t>(in.ids[2 * k]);
   s.material = static_cast<std::uint16_t>(in.ids[2 * k + 1]);
   if (!in.calm.empty()) s.calm = static_cast<std::uint8_t>(in.calm[k]);

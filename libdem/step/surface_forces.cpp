@@ -178,8 +178,7 @@ ContactRecord record_of(const SurfaceJob& job, std::uint32_t lane, const Sphere&
           .point = point,
           .normal = n,
           .force = force,
-          .velocity =
-              contact_velocity(s.v - at(job.velocity), s.w, n, job.distance[lane], at(job.turn), job.elapsed),
+          .velocity = contact_velocity(s.v - at(job.velocity), s.w, n, job.distance[lane], at(job.turn), job.elapsed),
           .stored = job.sums.stored[lane]};
 }
 

@@ -52,8 +52,8 @@ std::vector<double> thinned(const std::vector<double>& values, std::size_t strid
   return out;
 }
 
-/// Columns that are rounding beside others of their unit are zero: a chart would be scaled to 1e-20 N, and a table would
-/// state it.
+/// Columns that are rounding beside others of their unit are zero: a chart would be scaled to 1e-20 N, and a table
+/// would state it.
 void drop_rounding(Series& series) {
   constexpr double share = 1e-12;  // a hundred times what sums of doubles leave of what cancels in them
   const auto largest_of = [&](std::size_t c) {

@@ -43,7 +43,8 @@ Deepest deepest_contact(const dem::Sphere& s, const World& world) {
     dem::candidates(b.shape, c, 2 * s.r, near);
     dem::SurfaceContact touch[1];
     if (near.empty() || dem::contacts(b.shape, c, 2 * s.r, near, touch, 1) == 0) continue;
-    if (const double d = s.r - touch[0].distance; d > out.overlap) out = {d, s.r, dem::own_mass(s), b.material, "`" + b.name + "`"};
+    if (const double d = s.r - touch[0].distance; d > out.overlap)
+      out = {d, s.r, dem::own_mass(s), b.material, "`" + b.name + "`"};
   }
   return out;
 }

@@ -28,7 +28,8 @@ dem::Bounds swept(const World& world, int boundary, const Vec3& velocity, double
 }  // namespace
 
 const char* const surface_meeting_cure =
-    "neither feels the other; make the stone of fixed spheres (`soil.bed.particles`, `fixed: NAME`), or give the machine "
+    "neither feels the other; make the stone of fixed spheres (`soil.bed.particles`, `fixed: NAME`), or give the "
+    "machine "
     "a contact (`machine.forces`), or keep them apart";
 
 SurfaceMeeting::SurfaceMeeting(const World& world) {

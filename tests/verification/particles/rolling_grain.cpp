@@ -1,6 +1,7 @@
-// A grain that rolls round another body and spins about the normal as it goes: the normal turns in every step, so a rate
-// of the middle of the step in the geometry of its end is an error of first order, by which a fine grain sticks between
-// two coarse ones. The oracle is the continuous law by Runge and Kutta's fourth-order rule, written here from theory.md.
+// A grain that rolls round another body and spins about the normal as it goes: the normal turns in every step, so a
+// rate of the middle of the step in the geometry of its end is an error of first order, by which a fine grain sticks
+// between two coarse ones. The oracle is the continuous law by Runge and Kutta's fourth-order rule, written here from
+// theory.md.
 #include <array>
 #include <cmath>
 #include <functional>
@@ -16,10 +17,10 @@ namespace {
 
 /// What a support is to the grain's centre at one instant.
 struct Near {
-  Vec3 n;             ///< from the support to the centre
-  double distance;    ///< of the centre from its surface
-  Vec3 v, w;          ///< of its point under the grain; angular velocity
-  Vec3 turning;       ///< dn/dt
+  Vec3 n;               ///< from the support to the centre
+  double distance;      ///< of the centre from its surface
+  Vec3 v, w;            ///< of its point under the grain; angular velocity
+  Vec3 turning;         ///< dn/dt
   bool sphere = false;  ///< the contact lies in the middle of the overlap, else on the surface
 };
 using Support = std::function<Near(double t, const Vec3& x, const Vec3& v)>;
@@ -285,8 +286,7 @@ void on_a_turning_plate(const Shape& shape, double r, const char* what) {
 
 TEST_P(Ratio, OnATurningPlaneIsOfSecondOrder) { on_a_turning_plate(Plane({}, {0, 1, 0}), 5e-3 / GetParam(), "plane"); }
 TEST_P(Ratio, OnATurningMeshIsOfSecondOrder) {
-  on_a_turning_plate(MeshSurface(rectangle_mesh({-0.1, 0, -0.1}, {0, 0, 0.2}, {0.2, 0, 0})), 5e-3 / GetParam(),
-                     "mesh");
+  on_a_turning_plate(MeshSurface(rectangle_mesh({-0.1, 0, -0.1}, {0, 0, 0.2}, {0.2, 0, 0})), 5e-3 / GetParam(), "mesh");
 }
 
 // Between two coarse spheres.
@@ -298,8 +298,7 @@ constexpr double kCoarse = 5e-3, kGravity = 9.81;
 Case between_two(double ratio) {
   constexpr double aside = 0.01745329;
   Case c;
-  const double r = kCoarse / ratio, together = kCoarse + r,
-               reach = std::sqrt(together * together - kCoarse * kCoarse);
+  const double r = kCoarse / ratio, together = kCoarse + r, reach = std::sqrt(together * together - kCoarse * kCoarse);
   c.grain.r = r, c.grain.m = kDensity * sphere_volume(r), c.grain.gravity = {0, -kGravity, 0};
   c.grain.springs = {.k = 1e4, .k_t = 8235, .mu = 0.5};
   const double loss = std::log(2), beta = loss / std::hypot(pi, loss);
