@@ -78,61 +78,72 @@ void keep_for_j(const PairJob& job) {
   }
 }
 
-/// What the blocks of the present SELL chunk give to its spheres i. Loops are unrolled for GCC to keep the sums in
-/// registers: 2 % of a step in mixed precision, 6 in double.
+/// What the blocks of the present SELL chunk give to its spheres i, between groups of blocks.
 template <class P, bool Count>
 struct SumsOfI {
   static constexpr int kParts = static_cast<int>(kBlock) / kPart<P>, kColumns = Count ? 7 : 6;
-  Part<P> column[kColumns][kParts];
+  Part<P> column[kParts][kColumns];
   const PairBlock* block = nullptr;  ///< that began the SELL chunk
 
-  SumsOfI() { clear(); }
-  [[gnu::always_inline]] void clear() {
+  SumsOfI() {
+    for (auto& columns : column)
+      for (auto& c : columns) c = Part<P>(0.0);
+  }
+};
+
+/// One part of the lanes of SumsOfI in registers: with all parts AVX2 would have none left for the rows. Loops are
+/// unrolled for GCC to keep the sums there: 2 % of a step in mixed precision, 6 in double.
+template <class P, bool Count>
+struct SumsOfPart {
+  using All = SumsOfI<P, Count>;
+  Part<P> column[All::kColumns];
+  const PairBlock* block;  ///< that began the SELL chunk
+  int first;               ///< lane of the block
+
+  [[gnu::always_inline]] SumsOfPart(const All& all, int part) : block(all.block), first(part * kPart<P>) {
 #pragma GCC unroll 8
-    for (auto& parts : column)
+    for (int k = 0; k < All::kColumns; ++k) column[k] = all.column[part][k];
+  }
+  /// Returns the block that began the SELL chunk.
+  [[gnu::always_inline]] const PairBlock* give_back(All& all) const {
 #pragma GCC unroll 8
-      for (auto& part : parts) part = Part<P>(0.0);
+    for (int k = 0; k < All::kColumns; ++k) all.column[first / kPart<P>][k] = column[k];
+    return block;
   }
   /// Before each block.
   [[gnu::always_inline]] void come_to(const PairBlock& b, const BlockShape& shape, Ring ring) {
     if (!shape.begins) return;
     give(ring);
     block = &b;
-    clear();
-  }
-  [[gnu::always_inline]] void add(const Push<P>& push, int first) {
 #pragma GCC unroll 8
-    for (int k = 0; k < kColumns; ++k) column[k][first / kPart<P>] += k < 3 ? push.f[k] : push.t[k - 3];
+    for (auto& c : column) c = Part<P>(0.0);
+  }
+  [[gnu::always_inline]] void add(const Push<P>& push) {
+#pragma GCC unroll 8
+    for (int k = 0; k < All::kColumns; ++k) column[k] += k < 3 ? push.f[k] : push.t[k - 3];
   }
 
   /// To the ring; lane by lane, since a block of inactive candidates may have a sphere i twice.
-  [[gnu::always_inline]] void give(Ring ring) {
+  [[gnu::always_inline]] void give(Ring ring) const {
     if (block == nullptr) return;
-#pragma GCC unroll 8
-    for (int part = 0; part < kParts; ++part) {
-      const Part<P> zero(0.0);
-      const Push<P> push{
-          {column[0][part], column[1][part], column[2][part], zero},
-          {column[3][part], column[4][part], column[5][part], Count ? column[kColumns - 1][part] : zero}};
-      each_row(push, part * kPart<P>, [&](int l, const auto& of) {
-        dem::SUBSOIL_ISA::add(*record(sums_of(ring, P{}), block->i[l].masked(ring.mask)), of);
-      });
-    }
-    block = nullptr;
+    const Part<P> zero(0.0);
+    const Push<P> push{{column[0], column[1], column[2], zero},
+                       {column[3], column[4], column[5], Count ? column[All::kColumns - 1] : zero}};
+    each_row(push, first, [&](int l, const auto& of) {
+      dem::SUBSOIL_ISA::add(*record(sums_of(ring, P{}), block->i[l].masked(ring.mask)), of);
+    });
   }
 };
 
-/// What a block gives to its spheres i and to its spheres j.
+/// What some lanes of a block give to their spheres i and to their spheres j.
 template <class P, bool Count>
 [[gnu::always_inline]] inline void add_block(const BlockResult& r, const PairBlock& block, const BlockShape& shape,
-                                             bool same_torque, SumsOfI<P, Count>& sums_of_i, Ring ring) {
+                                             bool same_torque, SumsOfPart<P, Count>& sums_of_i, Ring ring) {
   sums_of_i.come_to(block, shape, ring);
-  for (int first = 0; first < static_cast<int>(kBlock); first += kPart<P>) {
-    const Push<P> push = push_on_i<P, Count>(r, shape.lanes, first);
-    sums_of_i.add(push, first);
-    each_row(push_on_j<P>(push, r, shape.lanes, first, same_torque), first,
-             [&](int l, const auto& of) { react(*record(sums_of(ring, P{}), block.j[l].masked(ring.mask)), of); });
-  }
+  const Push<P> push = push_on_i<P, Count>(r, shape.lanes, sums_of_i.first);
+  sums_of_i.add(push);
+  each_row(push_on_j<P>(push, r, shape.lanes, sums_of_i.first, same_torque), sums_of_i.first,
+           [&](int l, const auto& of) { react(*record(sums_of(ring, P{}), block.j[l].masked(ring.mask)), of); });
 }
 
 /// BlockResult::sums of many blocks, lane by lane.
@@ -172,18 +183,21 @@ struct alignas(64) BlockSums {
 /// What the blocks of a run at a block interface, which have been evaluated, give to their spheres i, and their sums.
 template <class P, bool Count>
 void add_to_i(PairJob& job) {
-  SumsOfI<P, Count> sums_of_i;
   BlockSums sums;
-  for (std::uint32_t k = 0; k < job.halo_count; ++k) {
-    if (job.halo_active[k] == 0) continue;
-    const std::uint32_t b = job.halo_block[k];
-    sums_of_i.come_to(job.blocks[b], job.shapes[b], job.ring);
-    for (int first = 0; first < static_cast<int>(kBlock); first += kPart<P>)
-      sums_of_i.add(push_on_i<P, Count>(job.halo_result[k], job.shapes[b].lanes, first), first);
-    if constexpr (Count)
-      if (job.accumulate) sums.add(job.halo_result[k], job.shapes[b].lanes);
+  for (int part = 0; part < SumsOfI<P, Count>::kParts; ++part) {
+    SumsOfPart<P, Count> sums_of_i(SumsOfI<P, Count>{}, part);
+    for (std::uint32_t k = 0; k < job.halo_count; ++k) {
+      if (job.halo_active[k] == 0) continue;
+      const std::uint32_t b = job.halo_block[k];
+      sums_of_i.come_to(job.blocks[b], job.shapes[b], job.ring);
+      sums_of_i.add(push_on_i<P, Count>(job.halo_result[k], job.shapes[b].lanes, sums_of_i.first));
+    }
+    sums_of_i.give(job.ring);
   }
-  sums_of_i.give(job.ring);
+  if constexpr (Count)
+    if (job.accumulate)
+      for (std::uint32_t k = 0; k < job.halo_count; ++k)
+        if (job.halo_active[k] != 0) sums.add(job.halo_result[k], job.shapes[job.halo_block[k]].lanes);
   if constexpr (Count) sums.give(job.sums);
 }
 

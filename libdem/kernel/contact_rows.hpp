@@ -27,16 +27,15 @@ inline VecD load_part(const double* from, std::uint32_t count, int) {
 }
 #else
 using VecFPart = VecF;
-inline VecF load_part(const float* from, std::uint32_t count, int first) {
-  if (count == kBlock) return load<VecF>(from);
-  float lane[kLanesF];
-  for (int l = 0; l < kLanesF; ++l) lane[l] = static_cast<float>(first + l);
-  return select(VecF(static_cast<double>(count)) > load<VecF>(lane), load<VecF>(from), VecF(0.0));
-}
-inline VecD load_part(const double* from, std::uint32_t count, int first) {
-  if (count == kBlock) return load<VecD>(from);
-  return select(lanes_below(count, first), load<VecD>(from), VecD(0.0));
-}
+/// Lanes that hold no pair have been set to zero (blank).
+inline VecF load_part(const float* from, std::uint32_t, int) { return load<VecF>(from); }
+inline VecD load_part(const double* from, std::uint32_t, int) { return load<VecD>(from); }
+#endif
+/// Whether empty lanes cost nothing to leave out when pushes are loaded: else they are set to zero when stored.
+#if defined(__AVX512F__)
+inline constexpr bool kMaskedLoads = true;
+#else
+inline constexpr bool kMaskedLoads = false;
 #endif
 template <class P>
 using Part = std::conditional_t<std::is_same_v<P, VecD>, VecD, VecFPart>;

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "libdem/kernel/accumulators.hpp"
+#include "libdem/simd/vec.hpp"
 
 /// Kick and drift of the spheres of a particle block, whose sums are complete, and their energies. Sphere by sphere, in
 /// rows as records and sums lie in memory: columns, as pairs have them, take twice as long, since nothing here needs
@@ -34,6 +35,9 @@ struct Eight {
   friend Eight operator*(const Eight& a, const Eight& b) { return {a.low * b.low, a.high * b.high}; }
   Eight& operator+=(const Eight& b) { return low += b.low, high += b.high, *this; }
 };
+[[gnu::always_inline]] inline Eight multiply_add(const Eight& a, const Eight& b, const Eight& c) {
+  return {multiply_add(a.low, b.low, c.low), multiply_add(a.high, b.high, c.high)};
+}
 [[gnu::always_inline]] inline Eight eight_of(const Four& low, const Four& high) { return {low, high}; }
 [[gnu::always_inline]] inline Four low_of(const Eight& e) { return e.low; }
 [[gnu::always_inline]] inline Four high_of(const Eight& e) { return e.high; }
@@ -142,8 +146,8 @@ void move_spheres(MoveJob& job, Record* spheres) {
   Eight sum_of_squares = eight_of(Four{}, Four{});
   const auto step = [&](Record& s, const Eight& of, auto& sum) {
     SphereRows q = rows_of(s);
-    q.motion = q.motion + eight_of(sum) * of + fall;
-    q.x = q.x + low_of(q.motion) * dt;
+    q.motion = multiply_add(eight_of(sum), of, q.motion) + fall;
+    q.x = multiply_add(low_of(q.motion), dt, q.x);
     sum = std::remove_reference_t<decltype(sum)>{};
     write(q, s);
     const Eight squares = q.motion * q.motion;
@@ -172,7 +176,7 @@ void observe_spheres(ObserveJob& job, Record* spheres) {
   Four fallen{};
   const auto observe = [&](const Record& record, const Eight& of, const auto& sum) {
     const SphereRows s = rows_of(record);
-    const Eight gain = eight_of(sum) * of + fall, motion = s.motion + gain;
+    const Eight gain = multiply_add(eight_of(sum), of, fall), motion = s.motion + gain;
     const double mass = record.m, inertia = 0.4 * mass * record.r * record.r;
     kinetic += eight_of(all(0.5 * mass), all(0.5 * inertia)) * (motion * motion - share * gain * gain);
     fallen += all(mass) * (g * s.x);

@@ -58,6 +58,18 @@ template <bool Count, class P>
   if constexpr (Count) column(BlockResult::kTouching, select(overlap > P(0.0), P(1.0), P(0.0)));
 }
 
+/// Sets what a block of fewer than eight pairs gives to zero in its other lanes, which have computed a pair again.
+template <class P>
+[[gnu::noinline]] void blank(BlockResult& r, std::uint32_t lanes) {
+  for (int k = 0; k < BlockResult::kColumns; ++k)
+    for (std::uint32_t l = lanes; l < kBlock; ++l) {
+      if constexpr (std::is_same_v<P, VecD>)
+        r.push[k][l] = 0;
+      else
+        r.push_single[k][l] = 0;
+    }
+}
+
 /// The law on one SIMD vector; the memory of its contacts is updated. What comes out in lanes that hold no pair must
 /// not be added. Returns whether a bond broke.
 template <bool Rolls, bool Accumulate, class P, class L>
@@ -122,9 +134,9 @@ double activation_path(const PairJob& job, const BlockResult& r) {
   return job.path + 0.5 * (-largest - margin * (largest > 0 ? largest : -largest) - job.cutoff);
 }
 
-/// All blocks of a run, or those at a halo: then results are kept and not added. One loop for both, since two copies
-/// of the law might be fused differently by the compiler, and the last bits would follow the threads. Without
-/// `Accumulate` the law's friction is the usual one (Friction::usual).
+/// All blocks of a run, or those at a halo: then results are kept and not added. Without `Accumulate` the law's
+/// friction is the usual one (Friction::usual). Loops with and without give the same bits: products are fused where
+/// the source states it (Vec::Product), not where the compiler likes.
 template <class P, bool Rolls, bool Accumulate, class L>
 void run_pairs(const L& by_reference, PairJob& job) {
   constexpr int span = kSpan<P>, room = kGroup * span, further = kAhead * span, lanes = P::kLanes;
@@ -237,6 +249,10 @@ void run_pairs(const L& by_reference, PairJob& job) {
       for (int part = 0; part < kParts<P>; ++part)
         if (evaluate<Rolls, Accumulate, P>(law, job, elapsed, meeting[g][part], same_torque, memory, out, part * lanes))
           job.broke = true;
+      if constexpr (!kMaskedLoads)
+        for (int s = 0; s < span; ++s)
+          if (const std::uint32_t lanes = job.shapes[which[todo[g * span + s]]].lanes; lanes < kBlock)
+            blank<P>(*out[s], lanes);
     }
     if (job.activation != nullptr)
       for (std::uint32_t f = 0; f < fresh; ++f)
@@ -244,19 +260,23 @@ void run_pairs(const L& by_reference, PairJob& job) {
     if (halo) continue;
     // In registers here, in memory elsewhere: held through the law as well they would crowd out its numbers (half as
     // much time again with rolling resistance).
-    SumsOfI<P, Accumulate> in_registers = sums_of_i;
-    for (std::uint32_t n = 0; n < blocks; ++n) {
-      const BlockResult& r = *result[n];
-      const PairBlock& block = job.blocks[which[n]];
-      const BlockShape& of = job.shapes[which[n]];
-      add_block<P, Accumulate>(r, block, of, same_torque, in_registers, ring);
-      if constexpr (Accumulate)
-        if (job.accumulate) sums.add(r, of.lanes);
+    const PairBlock* begun_by = nullptr;
+    for (int part = 0; part < SumsOfI<P, Accumulate>::kParts; ++part) {
+      SumsOfPart<P, Accumulate> in_registers(sums_of_i, part);
+      for (std::uint32_t n = 0; n < blocks; ++n)
+        add_block<P, Accumulate>(*result[n], job.blocks[which[n]], job.shapes[which[n]], same_torque, in_registers,
+                                 ring);
+      begun_by = in_registers.give_back(sums_of_i);
     }
-    sums_of_i = in_registers;
+    sums_of_i.block = begun_by;
+    if constexpr (Accumulate)
+      if (job.accumulate)
+        for (std::uint32_t n = 0; n < blocks; ++n) sums.add(*result[n], job.shapes[which[n]].lanes);
     asm volatile("" : "+m"(sums_of_i));
   }
-  if (!halo) sums_of_i.give(ring);
+  if (!halo)
+    for (int part = 0; part < SumsOfI<P, Accumulate>::kParts; ++part)
+      SumsOfPart<P, Accumulate>(sums_of_i, part).give(ring);
   if constexpr (!Accumulate) return;
   sums.give(job.sums);
 }

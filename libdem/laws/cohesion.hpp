@@ -221,7 +221,7 @@ struct Cohesion {
     const T most = T(strength) * a.r_eff, b = T(volume / pi) / a.r_eff;
     const T gap = max(-a.overlap, zero), root = sqrt(gap * gap + b);
     const T inner = b / (gap + root), outer = b / (last + sqrt(last * last + b));
-    const auto held = holds(a, n, bridge, gap, most * (sqrt(b) - outer));
+    const auto held = holds(a, n, bridge, gap, T(most * (sqrt(b) - outer)));
     pull = select(held, most * inner / root, zero);
     stored = select(held, most * (max(a.overlap, zero) + inner - outer), zero);
   }

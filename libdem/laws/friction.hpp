@@ -202,9 +202,8 @@ struct Friction {
     const T root_k_n = sqrt(T(turning_share(mu)) * n.k_n);
     const T root_k = root_k_n * r_eff, k = root_k * root_k;
     const T inverse_root = select(root_k_n > zero, T(1.0) / max(root_k_n, tiny<T>()), zero) * inverse_r;
-    const T c = T(2.0 * ratio) * root_i * root_k;
-    return stick_slip(x, w, dashpot_before, zero, dt, n.stiffness_ratio, k, inverse_root * inverse_root, c, most, most,
-                      n.in_contact, cap);
+    const T c = T(2.0 * ratio) * root_i * root_k, soft = inverse_root * inverse_root;
+    return stick_slip(x, w, dashpot_before, zero, dt, n.stiffness_ratio, k, soft, c, most, most, n.in_contact, cap);
   }
 };
 

@@ -74,8 +74,7 @@ struct HertzMindlin : ElasticPair {
     n.tangential_compliance = select(n.in_contact, T(1.0) / max(n.k_t, tiny<T>()), zero);
     n.c_n = damp * sqrt(n.k_n) * a.root_m;
     n.c_t = T(std::sqrt(4 * G_eff / E_eff)) * n.c_n;
-    const T viscous = n.c_n * a.rate;
-    const T total = max(least_force<T>(clip), spring + viscous);
+    const T total = max(least_force<T>(clip), spring + n.c_n * a.rate);
     n.force = select(n.in_contact, total, zero);
     n.damping = select(n.in_contact, total - spring, zero);
     n.stored = T(0.4) * spring * max(a.overlap, zero);

@@ -74,8 +74,7 @@ struct Linear {
     n.in_contact = a.overlap > zero;
     const T spring = T(k_n) * a.overlap;
     n.c_n = T(per_root_m) * a.root_m + T(constant);
-    const T viscous = n.c_n * a.rate;
-    const T total = max(least_force<T>(clip), spring + viscous);
+    const T total = max(least_force<T>(clip), spring + n.c_n * a.rate);
     n.force = select(n.in_contact, total, zero);
     n.damping = select(n.in_contact, total - spring, zero);
     n.stored = select(n.in_contact, T(0.5) * spring * a.overlap, zero);

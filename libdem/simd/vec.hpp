@@ -22,6 +22,29 @@ inline constexpr int kLanesD = 2;
 #endif
 inline constexpr int kLanesF = 2 * kLanesD;
 
+/// a b + c with one rounding; with two where the set has no such instruction. T is a vector of GCC.
+template <class T>
+[[gnu::always_inline]] inline T multiply_add(const T& a, const T& b, const T& c) {
+  [[maybe_unused]] constexpr bool doubles = sizeof a[0] == 8;
+  if constexpr (false) {
+    return a;
+#if defined(__AVX512F__)
+  } else if constexpr (sizeof(T) == 64 && doubles) {
+    return T(_mm512_fmadd_pd(__m512d(a), __m512d(b), __m512d(c)));
+  } else if constexpr (sizeof(T) == 64) {
+    return T(_mm512_fmadd_ps(__m512(a), __m512(b), __m512(c)));
+#endif
+#if defined(__FMA__)
+  } else if constexpr (sizeof(T) == 32 && doubles) {
+    return T(_mm256_fmadd_pd(__m256d(a), __m256d(b), __m256d(c)));
+  } else if constexpr (sizeof(T) == 32) {
+    return T(_mm256_fmadd_ps(__m256(a), __m256(b), __m256(c)));
+#endif
+  } else {
+    return a * b + c;
+  }
+}
+
 template <class R, int N>
 struct VecMask {
 #if defined(__AVX512F__)
@@ -37,6 +60,11 @@ struct VecMask {
   friend bool any(VecMask m) {
 #if defined(__AVX512F__)
     return m.bits != 0;
+#elif defined(__AVX2__)
+    if constexpr (sizeof(R) == 8)
+      return _mm256_movemask_pd(__m256d(m.bits)) != 0;
+    else
+      return _mm256_movemask_ps(__m256(m.bits)) != 0;
 #else
     Lane all = 0;
     for (int l = 0; l < N; ++l) all |= m.bits[l];
@@ -53,15 +81,31 @@ struct Vec {
   static constexpr int kLanes = N;
   Data v;
 
+  /// a b, not rounded yet: what it is added to or taken from takes it with one rounding where the set has such an
+  /// instruction. The compiler fuses nothing by itself (-ffp-contract=off): which of two multiplications it takes
+  /// depends on the code around, and loops that differ in what they record would differ in the last bits.
+  struct Product {
+    Data a, b;
+  };
+
   Vec() = default;
   Vec(double s) : v(static_cast<R>(s) - Data{}) {}  // s - 0 is s, which + 0 is not: the compiler leaves it out
   explicit Vec(Data d) : v(d) {}
+  Vec(Product p) : v(p.a * p.b) {}
 
   friend Vec operator+(Vec a, Vec b) { return Vec(a.v + b.v); }
   friend Vec operator-(Vec a, Vec b) { return Vec(a.v - b.v); }
-  friend Vec operator*(Vec a, Vec b) { return Vec(a.v * b.v); }
+  friend Product operator*(Vec a, Vec b) { return {a.v, b.v}; }
   friend Vec operator-(Vec a) { return Vec(-a.v); }
+  friend Vec operator+(Product p, Vec c) { return Vec(multiply_add(p.a, p.b, c.v)); }
+  friend Vec operator+(Vec c, Product p) { return Vec(multiply_add(p.a, p.b, c.v)); }
+  friend Vec operator-(Product p, Vec c) { return Vec(multiply_add(p.a, p.b, -c.v)); }
+  friend Vec operator-(Vec c, Product p) { return Vec(multiply_add(-p.a, p.b, c.v)); }
+  friend Vec operator+(Product p, Product q) { return Vec(multiply_add(p.a, p.b, q.a * q.b)); }
+  friend Vec operator-(Product p, Product q) { return Vec(multiply_add(p.a, p.b, -(q.a * q.b))); }
+  friend Product operator-(Product p) { return {-p.a, p.b}; }
   Vec& operator+=(Vec b) { return *this = *this + b; }
+  Vec& operator+=(Product p) { return *this = *this + p; }
   friend void store(Vec p, R* to) { __builtin_memcpy(to, &p.v, sizeof p.v); }
 
 #if defined(__AVX512F__)

@@ -83,14 +83,16 @@ inline void load4(const double* const* row, VecD* out) {
   out[2] = VecD(VecDData(_mm512_maskz_shuffle_f64x2(0xFF, ab0, cd0, 0xDD)));
   out[3] = VecD(VecDData(_mm512_maskz_shuffle_f64x2(0xFF, ab1, cd1, 0xDD)));
 #elif defined(__AVX2__)
-  const __m256d a = _mm256_loadu_pd(row[0]), b = _mm256_loadu_pd(row[1]), c = _mm256_loadu_pd(row[2]),
-                d = _mm256_loadu_pd(row[3]);
-  const __m256d ab0 = _mm256_unpacklo_pd(a, b), ab1 = _mm256_unpackhi_pd(a, b);
-  const __m256d cd0 = _mm256_unpacklo_pd(c, d), cd1 = _mm256_unpackhi_pd(c, d);
-  out[0] = VecD(VecDData(_mm256_permute2f128_pd(ab0, cd0, 0x20)));
-  out[1] = VecD(VecDData(_mm256_permute2f128_pd(ab1, cd1, 0x20)));
-  out[2] = VecD(VecDData(_mm256_permute2f128_pd(ab0, cd0, 0x31)));
-  out[3] = VecD(VecDData(_mm256_permute2f128_pd(ab1, cd1, 0x31)));
+  // Halves of two rows per register: loads put them there, and only the exchange within is left to the shuffle units.
+  const auto halves = [&](int low, int high, int from) {
+    return _mm256_insertf128_pd(_mm256_castpd128_pd256(_mm_loadu_pd(row[low] + from)), _mm_loadu_pd(row[high] + from),
+                                1);
+  };
+  for (int part = 0; part < 2; ++part) {
+    const __m256d even = halves(0, 2, 2 * part), odd = halves(1, 3, 2 * part);
+    out[2 * part] = VecD(VecDData(_mm256_unpacklo_pd(even, odd)));
+    out[2 * part + 1] = VecD(VecDData(_mm256_unpackhi_pd(even, odd)));
+  }
 #else
   for (int c = 0; c < 4; ++c) {
     VecDData column{};

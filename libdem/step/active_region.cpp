@@ -118,6 +118,7 @@ void ActiveRegion::find_partners(const ContactStore& contacts, int threads) {
 void ActiveRegion::plan(long step, double dt, double gravity, bool new_lists, bool all_energies, bool snapshot,
                         std::span<const Boundary> boundaries, const ParticleStore& particles,
                         std::span<const BlockSums> sums, ContactStore& contacts) {
+  observed_ = false;
   if (states_.empty()) return;
   const bool check = step % kCheck == 0, all = new_lists || std::exchange(check_all_, false);
   calm_time_ = static_cast<double>(kCheck * kCalm) * dt;
@@ -129,7 +130,7 @@ void ActiveRegion::plan(long step, double dt, double gravity, bool new_lists, bo
   if (check || all || moving != moving_) find_near(boundaries);
   moving_ = moving;
   if (check && !new_lists) choose_freezing(particles);
-  mark(check, all || snapshot, all_energies || snapshot, contacts);
+  mark(check, all, all_energies || snapshot, snapshot, contacts);
 }
 
 void ActiveRegion::take_outcomes() {
@@ -200,7 +201,7 @@ void ActiveRegion::choose_freezing(const ParticleStore& particles) {
   }
 }
 
-void ActiveRegion::mark(bool check, bool all, bool all_energies, ContactStore& contacts) {
+void ActiveRegion::mark(bool check, bool all, bool all_energies, bool snapshot, ContactStore& contacts) {
   const bool plain = !check && !all && !all_energies;
   if (plain && plain_ && !changed_) return;
   changed_ = false, plain_ = plain;
@@ -212,7 +213,8 @@ void ActiveRegion::mark(bool check, bool all, bool all_energies, ContactStore& c
     State& s = states_[k];
     const bool needed = !s.frozen || any(later(k), moving);
     was_evaluated_[k] = s.evaluated;
-    s.evaluated = needed || all || (all_energies && s.outdated);
+    s.evaluated = needed || all;
+    s.observed = snapshot || (all_energies && s.outdated);
     s.outdated = needed || (s.outdated && !all_energies);
     s.checked = s.frozen && (all || (check && (needed || any(earlier(k), moving))));
   }
@@ -220,6 +222,11 @@ void ActiveRegion::mark(bool check, bool all, bool all_energies, ContactStore& c
     if (!states_[k].checked) continue;
     states_[k].evaluated = true;
     for (const std::uint32_t n : earlier(k)) states_[n].evaluated = true;
+  }
+  for (State& s : states_) {
+    s.observed = s.observed && !s.evaluated;
+    s.evaluated = s.evaluated || s.observed;
+    observed_ = observed_ || s.observed;
   }
   for (std::size_t k = 0; k < states_.size(); ++k) {
     State& s = states_[k];

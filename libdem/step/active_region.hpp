@@ -52,6 +52,8 @@ class ActiveRegion {
   bool moves(std::size_t block) const { return states_.empty() || !states_[block].frozen; }
   bool freezes(std::size_t block) const { return !states_.empty() && states_[block].freezes; }
   bool checks(std::size_t block) const { return !states_.empty() && states_[block].checked; }
+  bool is_observed(std::size_t block) const { return states_[block].observed; }
+  bool any_observed() const { return observed_; }
   bool receives(std::size_t block) const { return states_[block].receives; }
   /// Whether no sphere would get too fast within the time for which it has to be calm. @param acceleration the largest
   /// of a block's spheres, of the centre or by the torque of a point on the surface, m/s2
@@ -75,6 +77,7 @@ class ActiveRegion {
     bool frozen = false;    ///< its spheres stay where they are
     bool freezes = false;   ///< in this step, if its forces are balanced
     bool evaluated = true;  ///< its contacts, in this step
+    bool observed = false;  ///< evaluated in this step for what is asked for alone (ObservedContacts)
     bool checked = false;   ///< frozen, and its forces are complete in this step
     bool receives = false;  ///< frozen, and gets some force from contacts of other blocks in this step
     bool outdated = true;   ///< what it stores was summed before it or a partner last moved
@@ -90,7 +93,7 @@ class ActiveRegion {
   void find_near(std::span<const Boundary> boundaries);
   void choose_freezing(const ParticleStore& particles);
   bool may_freeze(std::size_t block) const;
-  void mark(bool check, bool all, bool all_energies, ContactStore& contacts);
+  void mark(bool check, bool all, bool all_energies, bool snapshot, ContactStore& contacts);
   void wake(std::size_t block);
   double limit2() const { return rule_->below * rule_->below; }
 
@@ -107,7 +110,7 @@ class ActiveRegion {
   void find_partners(const ContactStore& contacts, int threads);
 
   std::optional<ActiveRule> rule_;
-  bool check_all_ = false, changed_ = true, plain_ = false;
+  bool check_all_ = false, changed_ = true, plain_ = false, observed_ = false;
   double calm_time_ = 0;    ///< s, T of (26c)
   std::size_t count_ = 0;   ///< spheres in the lists
   std::size_t moving_ = 0;  ///< boundaries that moved before the last step

@@ -147,13 +147,16 @@ void Bed::step(double dt, const Request& request) {
   bed.balance.plan(bed.options, bed.particles.size(), now.steps, new_lists, state_asked_for || now.steps == 0);
   bed.region.plan(now.steps, dt, norm(bed.options.gravity), new_lists, request.energy, request.snapshot != nullptr,
                   bed.boundaries, bed.particles, bed.balance.of_block, bed.contacts);
+  bed.observed.keep(bed.region, bed.contacts, bed.surfaces, bed.laws, bed.balance.of_block);
   bed.place_boundaries(now.dt_before);
   bed.begin_records(request.contacts);
   bed.sweep(dt, request);  // forces of boundaries, forces of pairs, integrate: fused, particle block by particle block
+  bed.observed.put_back_histories(bed.contacts, bed.surfaces);
   bed.move_clumps(dt, request);
   bed.record_broken_bonds(request.snapshot);
   bed.end_records(request.contacts);
   bed.sum_up(request.energy);
+  bed.observed.put_back_sums(bed.surfaces, bed.balance.of_block);
   clock.end(sweep);
   bed.sum_phases(search, sweep);
 

@@ -14,6 +14,7 @@
 #include "libdem/step/clumps.hpp"
 #include "libdem/step/energy_balance.hpp"
 #include "libdem/step/fixed_spheres.hpp"
+#include "libdem/step/observed_contacts.hpp"
 #include "libdem/step/work_partition.hpp"
 
 /// The room of the step, private to libdem: what Bed (libdem/bed.hpp) is made of. Read `Bed::step` (bed.cpp) first,
@@ -70,6 +71,7 @@ struct Bed::Impl {
   FixedSpheres fixed;
   Clumps clumps;
   ActiveRegion region;
+  ObservedContacts observed;
   StepCount now;
   ByEngine by_engine;
 

@@ -237,6 +237,30 @@ TEST(ActiveBed, SameBitsWithBonds) {
     if (law->bond() != nullptr) return same_bits(law, name, {.cache_blocks = 3}, {2, 3});
 }
 
+/// Frames and energies of frozen spheres change neither what wakes nor a bit of the motion.
+TEST(ActiveBed, ObservationChangesNoBit) {
+  for (const Precision precision : {Precision::doubles, Precision::mixed}) {
+    const auto end = [&](int energy_every, int frame_every) {
+      Scene s = at_rest(kGrains, "grains", {.precision = precision, .sample_every = 8});
+      std::vector<std::size_t> frozen;
+      Snapshot frame;
+      for (int n = 1; n <= 1500; ++n) {
+        if (n == 600) s.bed->set_time(0);
+        if (n >= 600) s.blade.place(*s.bed);
+        s.bed->step(kStep, {.energy = n % energy_every == 0, .snapshot = n % frame_every == 0 ? &frame : nullptr});
+        frozen.push_back(s.bed->frozen_count());
+      }
+      EXPECT_EQ(frozen[590], s.bed->spheres().size());
+      EXPECT_LT(frozen.back(), s.bed->spheres().size());
+      EXPECT_GT(frozen.back(), 0u);
+      return std::pair(hash(*s.bed), frozen);
+    };
+    const auto plain = end(10'000, 10'000);
+    EXPECT_EQ(end(7, 10'000), plain);
+    EXPECT_EQ(end(10'000, 5), plain);
+  }
+}
+
 /// What neighbours and surfaces do not tell is found by the forces: a wall that is taken away, another gravity.
 TEST(ActiveBed, ForcesOutOfBalanceWake) {
   Scene s = at_rest(kGrains, "grains");

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -40,10 +41,17 @@ LawTable three_materials(const Law& law) {
   return t;
 }
 
-Fingerprint run(const Law& law, const Scene& scene, int threads, Precision precision) {
+/// What a run is asked for beside its motion.
+struct Asked {
+  int sample_every = 0;  ///< BedOptions
+  bool energies = false, frames = false;
+};
+
+Fingerprint run(const Law& law, const Scene& scene, int threads, Precision precision, const Asked& asked = {}) {
   BedOptions options = quiet({0.5, -9.81, 0}, threads);
   options.skin = scene.skin, options.cache_blocks = scene.cache_blocks;
   options.precision = precision;
+  options.sample_every = asked.sample_every;
   Bed bed(three_materials(law), options);
   Dice dice(17);
   const double pitch = 0.0196;
@@ -60,9 +68,10 @@ Fingerprint run(const Law& law, const Scene& scene, int threads, Precision preci
   const Motion pull{bed.add(std::move(tool)), {{-0.016, 0.05, 0.05}, {}}, {1.5, 0, 0}, {0, 0, -1}};
   const Motion turn{bed.add(std::move(drum)), {{0.1, scene.ny * pitch + 0.0405, 0.1}, {}}, {0, -0.6, 0}, {0, 0, 6}};
   bed.let_bonds_form();
+  Snapshot frame;
   for (int n = 0; n < scene.steps; ++n) {
     pull.place(bed), turn.place(bed);
-    bed.step(2e-5, {.energy = n + 1 == scene.steps, .snapshot = nullptr});
+    bed.step(2e-5, {.energy = asked.energies || n + 1 == scene.steps, .snapshot = asked.frames ? &frame : nullptr});
   }
   const BedEnergy& e = bed.energy();
   std::uint64_t bonds = bed.bonds().formed;
@@ -97,6 +106,22 @@ TEST(ThreadBits, LongThinBed) { same_bits({250, 2, 3, 0.0, 40}); }
 TEST(ThreadBits, ParticleBlocksFewerThanThreads) { same_bits({10, 6, 10, 0.8, 50}); }
 TEST(ThreadBits, CacheBlocksOfFewParticleBlocks) { same_bits({10, 3, 10, 0.3, 40, 1e-3, 4}); }
 TEST(ThreadBits, WorkDividedAgain) { same_bits({40, 3, 9, 0.3, 70, 0.012, 2}); }
+
+/// Observation changes no bit: losses accumulated in each step, sampled every so many, energies and frames of each
+/// step.
+TEST(ThreadBits, WhateverIsAskedFor) {
+  const Scene scene{14, 8, 14, 0.3, 40, 1e-3, 3};
+  const auto motion = [](const Fingerprint& f) { return std::tuple(f.spheres, f.wrench, f.rebuilds, f.bonds); };
+  for (const Precision precision : {Precision::doubles, Precision::mixed})
+    for (const auto& [name, law] : every_law()) {
+      const auto plain = motion(run(law, scene, 1, precision, {.sample_every = 1000}));
+      for (const Asked& asked :
+           {Asked{.sample_every = 1}, Asked{.sample_every = 16}, Asked{1000, true, false}, Asked{1000, false, true}})
+        EXPECT_EQ(motion(run(law, scene, 1, precision, asked)), plain)
+            << name << ", samples every " << asked.sample_every << ", energies " << asked.energies << ", frames "
+            << asked.frames;
+    }
+}
 
 /// A bed of 900 spheres that grows to 3,100 and loses most of them again; the threads that it used, and its hashes.
 std::pair<std::vector<int>, std::vector<std::uint64_t>> growing_bed(int threads) {

@@ -163,7 +163,7 @@ TEST(RunControl, WhatIsAskedForChangesNoBitOfTheMotion) {
   };
   const std::vector<double> plain = last({});
   for (const char* asked : {"output.state every=7 ms", "output.series every=0.3 ms", "output.every=3 ms",
-                            "output.contact forces=yes", "output.state=none"})
+                            "output.contact forces=yes", "output.state=none", "output.sample losses every=16"})
     EXPECT_EQ(last({asked}), plain) << asked;
 }
 
