@@ -268,6 +268,8 @@ int main_command(int argc, char** argv, const EngineMaker& engine) {
       ->add_option("--change", request.changes, "with --from: a key that differs from the state's scenario on purpose")
       ->allow_extra_args(false)
       ->type_name("KEY");
+  bool looks_on = false;
+  run_word->add_flag("--view", looks_on, "serve a picture that follows the run, as `subsoil view DIR --serve` does");
   run_word->add_option("--from", request.from, "start again from a state file of an earlier run");
 
   CLI::App* resume_word = app.add_subcommand("resume", "go on with a run that was stopped, killed or cut off");
@@ -291,8 +293,8 @@ int main_command(int argc, char** argv, const EngineMaker& engine) {
 
   ShowRequest show_request;
   CLI::App* show_word = add_show(app, show_request);
-  ViewRequest view_request;
-  CLI::App* view_word = add_view(app, view_request);
+  ViewWords view_words;
+  CLI::App* view_word = add_view(app, view_words);
 
   std::string path;
   CLI::App* explain_word =
@@ -341,13 +343,14 @@ int main_command(int argc, char** argv, const EngineMaker& engine) {
     return app.exit(error) == 0 ? exit_ok : exit_bad_input;
   }
   if (!simd.empty()) request.sets.push_back("simd=" + simd);
+  if (looks_on) view_when_opened(request);
   set_checkpoint_interval(60 * checkpoint_minutes);
   return guarded([&]() -> int {
     if (run_word->parsed()) return run(request);
     if (resume_word->parsed()) return resume(resumed, request);
     if (check_word->parsed()) return check_command(request);
     if (show_word->parsed()) return show_command(show_request);
-    if (view_word->parsed()) return view_command(view_request);
+    if (view_word->parsed()) return view_command(view_words);
     if (impact_word->parsed()) return impact_command(impact_request);
     if (test_word->parsed()) return test_command(test_request);
     if (calibrate_word->parsed()) return calibrate_command(calibrate_request);

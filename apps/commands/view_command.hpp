@@ -1,6 +1,8 @@
 #pragma once
 #include <CLI/CLI.hpp>
 
+#include "libsim/run/runner.hpp"
+#include "libsim/view/serve.hpp"
 #include "libsim/view/show.hpp"
 #include "libsim/view/view.hpp"
 
@@ -10,8 +12,16 @@ namespace subsoil::sim {
 CLI::App* add_show(CLI::App& app, ShowRequest& request);
 int show_command(ShowRequest request);
 
-/// `subsoil view`: a picture of what has run.
-CLI::App* add_view(CLI::App& app, ViewRequest& request);
-int view_command(ViewRequest request);
+/// `subsoil view`: a picture of what has run, or runs.
+struct ViewWords {
+  ViewRequest page;
+  ServeRequest served;
+  bool serve = false;
+};
+CLI::App* add_view(CLI::App& app, ViewWords& words);
+int view_command(const ViewWords& words);
+
+/// `subsoil run --view`: lets another process serve the folder as soon as the run has opened it.
+void view_when_opened(RunRequest& request);
 
 }  // namespace subsoil::sim

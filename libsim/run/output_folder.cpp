@@ -7,7 +7,10 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
+#include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <string>
 
 #include "libsim/io/disk.hpp"
@@ -17,6 +20,7 @@ namespace subsoil::sim {
 namespace {
 
 constexpr std::size_t kReserve = 1 << 16;  // bytes; a summary takes some 10 to 40 kB
+constexpr std::size_t kOwner = 128;        // bytes at the start of the file, that name who holds it
 
 /// The first folder on the way to `folder` that is not there.
 std::filesystem::path first_missing(const std::filesystem::path& folder) {
@@ -96,6 +100,30 @@ FolderLock::~FolderLock() {
   for (auto folder = std::filesystem::absolute(folder_).lexically_normal(); std::filesystem::remove(folder, ignored);
        folder = folder.parent_path())
     if (folder == made_) return;
+}
+
+void FolderLock::report_progress(const std::string& text) {
+  // One write of all of it, so that a reader meets the old text or the new one.
+  std::string line = text.substr(0, kReserve - kOwner - 1);
+  line.resize(kReserve - kOwner, ' ');
+  [[maybe_unused]] const ssize_t written = ::pwrite(descriptor_, line.data(), line.size(), kOwner);
+}
+
+std::optional<std::string> reported_progress(const std::filesystem::path& folder) {
+  std::ifstream file(folder / "run.lock");
+  std::string owner;
+  if (!file || !std::getline(file, owner)) return std::nullopt;
+  long process = 0;
+  char host[65] = {}, here[65] = {};
+  if (std::sscanf(owner.c_str(), "process %ld on %64s", &process, host) != 2) return std::nullopt;
+  ::gethostname(here, sizeof here - 1);
+  const bool gone = ::kill(static_cast<pid_t>(process), 0) != 0 && errno == ESRCH;
+  if (std::string(host) == here && gone) return std::nullopt;
+  file.seekg(kOwner);
+  std::string text(kReserve - kOwner, ' ');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(text.find_last_not_of(' ') + 1);
+  return text;
 }
 
 void FolderLock::free_reserve() { [[maybe_unused]] const int done = ::ftruncate(descriptor_, 0); }

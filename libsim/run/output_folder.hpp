@@ -1,5 +1,7 @@
 #pragma once
 #include <filesystem>
+#include <optional>
+#include <string>
 
 /// The folder of a run's results: who may write into it, and what of an earlier run goes.
 namespace subsoil::sim {
@@ -22,6 +24,8 @@ class FolderLock {
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
+  /// Writes how far the run is into DIR/run.lock, for who looks at it meanwhile (reported_progress()).
+  void report_progress(const std::string& text);
   /// Gives the room back.
   void free_reserve();
 
@@ -29,5 +33,9 @@ class FolderLock {
   std::filesystem::path folder_, file_, made_;  ///< made_: the first folder on the way that was not there
   int descriptor_ = -1;
 };
+
+/// What the run that is active in a folder reported last, "" before it did; nullopt: none is active. Of a run on
+/// another computer it is not known whether it has ended: it counts as active.
+std::optional<std::string> reported_progress(const std::filesystem::path& folder);
 
 }  // namespace subsoil::sim

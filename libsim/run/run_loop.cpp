@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "libdem/geometry/world_box.hpp"
+#include "libsim/base/json.hpp"
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/io/csv.hpp"
 #include "libsim/io/disk.hpp"
@@ -103,6 +104,8 @@ void RunLoop::open_output() {
   sample_due_ = Schedule(s_.output.row_interval(), std::move(rows), start_time_, end);
   state_due_ = Schedule(s_.output.state_every.value_or(0), {}, start_time_ + half);
   tool_due_ = Schedule(tool_interval, {}, start_time_);
+  write_progress();
+  if (request_.opened) request_.opened(request_.out);
   if (go_on_ == nullptr) return;
   Archive sums = go_on_->sums;
   archive(sums);
@@ -177,6 +180,8 @@ void RunLoop::warn(const std::string& text) {
   spdlog::warn("warning: {}", text);
   summary_->warn(text);
   printed_.insert(text);
+  warned_.push_back(text);
+  write_progress();
 }
 
 int RunLoop::loop() {
@@ -239,7 +244,7 @@ bool RunLoop::after_step() {
   if (now_.row && (energy_is_lost() || physics_fails())) return false;
   if (now_.last) return code_ = code_of(now_.signal), false;
   count_step(now_.t, world_.bed ? simulation_.step_length() : simulation_.time() - now_.t, values_);
-  if (live_.due()) live_.show(live_text(rows_->last()));
+  report_progress(rows_->last());
   return true;
 }
 
@@ -340,6 +345,21 @@ void RunLoop::follow_tools(double t) {
         "t = {:.4g} s: disturbed soil reaches {} ({:.0f} % of the spheres there have moved by half a radius "
         "since the means began); make the bin larger there",
         t, wall, 100 * WallWatch::share));
+}
+
+void RunLoop::report_progress(std::span<const double> row) {
+  if (live_.due()) live_.show(live_text(row));
+  if (live_.elapsed() - reported_at_ >= 1) write_progress();
+}
+
+void RunLoop::write_progress() {
+  reported_at_ = live_.elapsed();
+  const double t = simulation_.time();
+  lock_.report_progress(json_text({{"time", t},
+                                   {"from", start_time_},
+                                   {"until", s_.time.end},
+                                   {"remaining", json_rounded(rate_.remaining(reported_at_, t, s_.time.end))},
+                                   {"warnings", warned_}}));
 }
 
 std::string RunLoop::live_text(std::span<const double> row) {

@@ -125,6 +125,10 @@ class RunLoop : private StepObserver {
   void follow_tools(double t);
 
   std::string live_text(std::span<const double> row);
+  /// Shows how far the run is, to a waiting user and in the folder, where it is time for either.
+  void report_progress(std::span<const double> row);
+  /// Into run.lock, as JSON: `time`, `from`, `until`, `remaining` s of wall time, `warnings` so far.
+  void write_progress();
 
   /// What the summary's energy balance starts from; the bed's terms are of the first step.
   void begin_energy();
@@ -194,6 +198,8 @@ class RunLoop : private StepObserver {
   long state_due_since_ = -1;  ///< step at which a state was due that is not saved yet; -1: none
   long looks_ = 0;
   std::set<std::string> printed_;     ///< warnings, in this process
+  std::vector<std::string> warned_;   ///< the same, as they came
+  double reported_at_ = 0;            ///< s of wall time; of the last write_progress()
   std::vector<std::string> outside_;  ///< surfaces that the window of a moving bed has left
   std::string failure_;
   double start_time_ = 0, reached_ = 0;

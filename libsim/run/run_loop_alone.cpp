@@ -61,7 +61,7 @@ int RunLoop::loop_alone() {
     const double due = next_due(t, close), step_end = machine.time() > t + close ? machine.time() : t + longest();
     t = step_end < due - close ? step_end : due;
     if (!reach(t, close)) return exit_failed;
-    if (live_.due()) live_.show(live_text(values_));
+    report_progress(values_);
   }
 }
 

@@ -27,7 +27,8 @@ struct RunRequest {
   bool strict = false;                 ///< a run with warnings ends with exit_failed
   std::vector<std::string> changes{};  ///< keys that may differ from the scenario of `from`
   std::filesystem::path from{};        ///< a state file to start from; empty: from the beginning
-  EngineMaker engine{};                ///< none: scenarios that ask for another engine are refused
+  std::function<void(const std::filesystem::path&)> opened{};  ///< called when the folder has scenario and series
+  EngineMaker engine{};  ///< none: scenarios that ask for another engine are refused
 };
 
 /// Exit codes of a run.

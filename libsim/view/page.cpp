@@ -48,8 +48,8 @@ std::string page_text(const std::string& title, const Json& data, const PagePart
 
 std::string scene_page(const Json& scene) {
   std::string own;
-  for (const char* part :
-       {view_data_js, view_soil_js, view_machine_js, view_stage_js, view_overlay_js, view_panel_js, view_viewer_js})
+  for (const char* part : {view_data_js, view_soil_js, view_machine_js, view_stage_js, view_glyphs_js, view_overlay_js,
+                           view_panel_js, view_viewer_js})
     own += part;
   return page_text("subsoil: " + scene.at("title").get<std::string>(), scene,
                    {std::string(view_uplot_css) + "\n" + view_style_css,

@@ -17,8 +17,10 @@ extern const char* const view_data_js;
 extern const char* const view_soil_js;
 extern const char* const view_machine_js;
 extern const char* const view_stage_js;
+extern const char* const view_glyphs_js;
 extern const char* const view_overlay_js;
 extern const char* const view_panel_js;
+extern const char* const view_served_js;
 extern const char* const view_viewer_js;
 
 /// What a page is made of beside its data. Scripts run in their order.

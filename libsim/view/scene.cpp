@@ -10,11 +10,11 @@
 #include "libmbd/drivers/coordinate_driver.hpp"
 #include "libmbd/drivers/distance_driver.hpp"
 #include "libmbd/drivers/slide_driver.hpp"
-#include "libmbd/forces/applied_force.hpp"
 #include "libsim/base/version.hpp"
 #include "libsim/document/document.hpp"
 #include "libsim/setup/shapes.hpp"
 #include "libsim/view/packed.hpp"
+#include "libsim/view/symbols.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -175,18 +175,13 @@ void SceneMaker::add_machine() {
   scene_["bodies"].push_back({{"thing", -1}, {"mass", 0}});
   for (const BodySection& b : m.bodies)
     scene_["bodies"].push_back({{"thing", thing("machine.bodies." + b.name)}, {"mass", b.mass}});
-  const Sketch sketch = sketch_of(scenario_);
+  sketch_ = sketch_of(scenario_);
+  const Sketch& sketch = sketch_;
   scene_["size"] = sketch.size;
   add_symbols(sketch);
   add_drivers();
-  for (const NamedForce& f : m.forces)
-    if (const auto* load = f.element.get_if<mbd::AppliedForce>())
-      scene_["symbols"].push_back({{"kind", "load"},
-                                   {"thing", thing("machine.forces." + f.name)},
-                                   {"a", 0},
-                                   {"b", load->body},
-                                   {"pa", {0, 0}},
-                                   {"pb", array_of(load->point)}});
+  for (Json& one : element_symbols(scenario_, sketch, [this](const std::string& path) { return thing(path); }))
+    scene_["symbols"].push_back(std::move(one));
   for (const mbd::Marker& k : m.markers)
     scene_["symbols"].push_back({{"kind", "marker"},
                                  {"thing", thing("machine.markers." + k.name)},
@@ -281,44 +276,87 @@ void SceneMaker::add_drivers() {
   }
 }
 
-Json SceneMaker::monitor_arrow(const Watch& w) const {
-  if (!scenario_.machine) return nullptr;
-  const MachineSection& m = *scenario_.machine;
-  const auto at_body = [&](const std::string& name, const Vec3& along) -> Json {
-    for (std::size_t i = 0; i < m.bodies.size(); ++i)
-      if (m.bodies[i].name == name) return {{"body", i + 1}, {"point", {0, 0}}, {"along", array_of(along)}};
-    return nullptr;
-  };
-  const auto of_symbol = [&](const std::string& path, const Vec3& along) -> Json {
+Json SceneMaker::arrow_at(const std::string& name, const Vec3& along) const {
+  if (scenario_.machine)
+    for (std::size_t i = 0; i < scenario_.machine->bodies.size(); ++i)
+      if (scenario_.machine->bodies[i].name == name)
+        return {{"body", i + 1}, {"point", {0, 0}}, {"along", array_of(along)}};
+  for (std::size_t i = 0; i < scenario_.boundaries.size(); ++i)
+    if (scenario_.boundaries[i].name == name)
+      return {{"body", -1},
+              {"point", {0, 0}},
+              {"thing", thing(fmt::format("boundaries[{}]", i))},
+              {"along", array_of(along)}};
+  return nullptr;
+}
+
+Json SceneMaker::arrow_of_column(const std::string& column) const {
+  const std::size_t dot = column.rfind('.');
+  if (dot == std::string::npos) return nullptr;
+  const std::string quantity = column.substr(dot + 1);
+  std::string of = column.substr(0, dot);
+  if (of.ends_with(".soil")) of.resize(of.size() - 5);
+  static const std::map<std::string, Vec3> along{
+      {"x", {1, 0, 0}},  {"vx", {1, 0, 0}}, {"ax", {1, 0, 0}}, {"Fx", {1, 0, 0}}, {"y", {0, 1, 0}},
+      {"vy", {0, 1, 0}}, {"ay", {0, 1, 0}}, {"Fy", {0, 1, 0}}, {"z", {0, 0, 1}},  {"Fz", {0, 0, 1}}};
+  if (const auto found = along.find(quantity); found != along.end()) return arrow_at(of, found->second);
+  Json turning = quantity == "angle" || quantity == "omega" || quantity == "alpha" || quantity == "Mz"
+                     ? arrow_at(of, {0, 0, 1})
+                     : Json();
+  if (!turning.is_null()) turning["turn"] = 1;
+  return turning;
+}
+
+Json SceneMaker::arrow_of_driver(const std::string& name) const {
+  const std::string path = "machine.drivers." + name;
+  for (const NamedDriver& d : scenario_.machine->drivers) {
+    if (d.name != name) continue;
     const int number = thing(path);
-    for (const Json& s : scene_.at("symbols"))
-      if (number >= 0 && s.at("thing") == number)
-        return {{"body", s.at("b")}, {"point", s.at("pb")}, {"along", array_of(along)}};
-    return nullptr;
-  };
+    for (const Json& s : scene_.at("symbols")) {
+      if (s.at("kind") != "driver" || s.at("thing") != number) continue;
+      Json out{{"body", s.at("b")}, {"point", s.at("pb")}};
+      const std::string what = s.at("what");
+      if (what == "angle")
+        out["turn"] = 1;
+      else if (what == "distance")
+        out["from"] = {{"body", s.at("a")}, {"point", s.at("pa")}};
+      else if (what == "slide")
+        out["line"] = {{"body", s.at("a")}, {"angle", s.at("angle")}};
+      else
+        out["along"] = what == "x" ? Json{1, 0, 0} : Json{0, 1, 0};
+      return out;
+    }
+  }
+  return nullptr;
+}
+
+Json SceneMaker::monitor_arrow(const Watch& w) const {
   switch (w.kind) {
     case Watch::Kind::soil_force:
-      return at_body(w.of, w.along);
-    case Watch::Kind::joint:
-      return of_symbol("machine.joints." + w.of, w.along);
-    case Watch::Kind::driver:
-      for (const NamedDriver& d : m.drivers)
-        if (const auto* c = d.element.get_if<mbd::CoordinateDriver>(); c != nullptr && d.name == w.of) {
-          if (c->coordinate == mbd::Coordinate::angle) return nullptr;
-          return of_symbol("machine.drivers." + w.of,
-                           c->coordinate == mbd::Coordinate::x ? Vec3{1, 0, 0} : Vec3{0, 1, 0});
-        }
-      return nullptr;
-    case Watch::Kind::column: {
-      const std::size_t dot = w.of.rfind('.');
-      const std::string quantity = dot == std::string::npos ? "" : w.of.substr(dot + 1);
-      if (quantity == "x" || quantity == "vx" || quantity == "ax") return at_body(w.of.substr(0, dot), {1, 0, 0});
-      if (quantity == "y" || quantity == "vy" || quantity == "ay") return at_body(w.of.substr(0, dot), {0, 1, 0});
-      return nullptr;
+      return arrow_at(w.of, w.along);
+    case Watch::Kind::soil_moment: {
+      Json out = arrow_at(w.of, w.along);
+      if (!out.is_null() && w.along.z != 0) out["turn"] = w.along.z > 0 ? 1 : -1;
+      return out;
     }
+    case Watch::Kind::column:
+      return arrow_of_column(w.of);
     default:
-      return nullptr;
+      break;
   }
+  if (!scenario_.machine) return nullptr;
+  if (w.kind == Watch::Kind::driver) return arrow_of_driver(w.of);
+  if (w.kind == Watch::Kind::force) {
+    for (const NamedForce& f : scenario_.machine->forces)
+      if (f.name == w.of) return positive_sense(f.element, sketch_);
+  }
+  if (w.kind == Watch::Kind::joint) {
+    const int number = thing("machine.joints." + w.of);
+    for (const Json& s : scene_.at("symbols"))
+      if (number >= 0 && s.at("thing") == number)
+        return {{"body", s.at("b")}, {"point", s.at("pb")}, {"along", array_of(w.along)}};
+  }
+  return nullptr;
 }
 
 void SceneMaker::add_monitors() {

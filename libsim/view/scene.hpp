@@ -54,11 +54,16 @@ class SceneMaker {
   void add_monitors();
   Json symbol(const char* kind, const Sketch::Pair& pair) const;
   void add_mesh(int thing, int body, int path, bool touches, const dem::TriangleMesh& mesh);
+  /// Where a monitor is positive; null where it has no direction in the picture.
   Json monitor_arrow(const Watch& watch) const;
+  Json arrow_at(const std::string& name, const Vec3& along) const;  ///< of a body or boundary
+  Json arrow_of_column(const std::string& column) const;
+  Json arrow_of_driver(const std::string& name) const;
 
   const Loaded& loaded_;
   const Scenario& scenario_;
   std::map<std::string, int> by_path_;
+  Sketch sketch_;
   std::map<int, std::vector<Vec2>> pins_;  ///< by body: where it turns against the ground
   Json scene_;
 };

@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/post/disturbance.hpp"
 #include "libsim/post/frames_file.hpp"
 #include "libsim/post/run_folder.hpp"
+#include "libsim/run/output_folder.hpp"
 #include "libsim/setup/world.hpp"
 #include "libsim/view/packed.hpp"
 #include "libsim/view/page.hpp"
@@ -20,6 +22,7 @@ namespace {
 constexpr std::size_t most_samples = 800;  // of the motion: the slider has about as many pixels
 constexpr std::size_t most_rows = 4000;    // of a curve: four for each pixel of its width
 constexpr std::size_t most_chains = 2500;  // of a frame, the strongest: more cover each other
+constexpr std::size_t most_measured = 8;   // frames of a served run that give the colour scales
 constexpr double top_share = 0.998;        // of values up to which a colour scale reaches: single spheres fly off
 
 /// Every so-many-th row, the last one included.
@@ -89,48 +92,55 @@ std::vector<float> sizes_of(const std::vector<float>& vectors) {
   return out;
 }
 
-/// The spheres of a run, in as many frames as the bytes allow.
-class SphereFilm {
+/// What coordinates and colours of frames are scaled by.
+struct Scales {
+  dem::Bounds box;
+  double speed = 1e-9, force = 1e-9, chain = 1e-9;
+};
+
+/// The spheres of a run's frames, as pages take them.
+class SphereFrames {
  public:
-  SphereFilm(const FramesFile& file, double bytes) : file_(file), bytes_(bytes) {}
+  explicit SphereFrames(const FramesFile& file) : file_(file) {}
 
-  Json make() {
-    for (std::size_t stride = 1;;
-         stride =
-             std::max(stride + 1, static_cast<std::size_t>(std::ceil(static_cast<double>(stride) * size_ / bytes_)))) {
-      choose(stride);
-      measure();
-      Json out = pack();
-      if (size_ <= bytes_ || frames_.size() <= 2) return out;
-    }
-  }
-  std::size_t frames() const { return frames_.size(); }
-
- private:
-  void choose(std::size_t stride) {
-    frames_.clear();
-    const std::size_t all = file_.times().size();
-    for (std::size_t f = 0; f < all; f += stride) frames_.push_back(f);
-    if (frames_.back() + 1 != all) frames_.push_back(all - 1);
-  }
   /// Box of all centres and the tops of the colour scales.
-  void measure() {
-    box_ = {};
+  Scales measured(const std::vector<std::size_t>& frames) const {
+    Scales out;
     std::vector<float> speeds, forces;
-    chain_top_ = 1e-9;
-    for (const std::size_t f : frames_) {
+    for (const std::size_t f : frames) {
       const FrameSpheres s = file_.spheres(f, true);
-      for (std::size_t i = 0; i + 2 < s.position.size(); i += 3)
-        box_.include(Vec3{s.position[i], s.position[i + 1], s.position[i + 2]});
+      include(out.box, s);
       const std::vector<float> v = sizes_of(s.velocity), w = forces_of(f);
       speeds.insert(speeds.end(), v.begin(), v.end()), forces.insert(forces.end(), w.begin(), w.end());
       if (file_.holds(f, "contact forces"))
         for (const float force : file_.contact_forces(f).force)
-          chain_top_ = std::max(chain_top_, std::abs(static_cast<double>(force)));
+          out.chain = std::max(out.chain, std::abs(static_cast<double>(force)));
     }
-    if (!(box_.low.x <= box_.high.x)) box_.include(Vec3{});
-    speed_top_ = top(speeds), force_top_ = top(forces);
+    if (!(out.box.low.x <= out.box.high.x)) out.box.include(Vec3{});
+    out.speed = top(speeds), out.force = top(forces);
+    return out;
   }
+  static void include(dem::Bounds& box, const FrameSpheres& s) {
+    for (std::size_t i = 0; i + 2 < s.position.size(); i += 3)
+      box.include(Vec3{s.position[i], s.position[i + 1], s.position[i + 2]});
+  }
+  /// Without frames.
+  Json table(const ScenePack& pack, const Scales& scales) const {
+    Json out = sphere_table(pack, file_.radius(), file_.material(), file_.materials());
+    out["speedTop"] = scales.speed, out["forceTop"] = scales.force, out["chainTop"] = scales.chain;
+    return out;
+  }
+  Json frame(std::size_t f, ScenePack& pack, const Scales& scales) const {
+    const FrameSpheres s = file_.spheres(f, true);
+    Json out{{"time", file_.times()[f]}, {"position", pack.frame(s.position, s.index)}};
+    if (!s.velocity.empty()) out["speed"] = shades(sizes_of(s.velocity), s.index, file_.particles(), scales.speed);
+    if (const std::vector<float> force = forces_of(f); force.size() == s.index.size() && !force.empty())
+      out["force"] = shades(force, s.index, file_.particles(), scales.force);
+    if (file_.holds(f, "contact forces")) out["chains"] = chains(f);
+    return out;
+  }
+
+ private:
   static double top(std::vector<float>& values) {
     if (values.empty()) return 1;
     const auto at = values.begin() + static_cast<std::ptrdiff_t>(top_share * static_cast<double>(values.size() - 1));
@@ -139,24 +149,6 @@ class SphereFilm {
   }
   std::vector<float> forces_of(std::size_t frame) const {
     return file_.holds(frame, "force") ? sizes_of(file_.numbers(frame, "force")) : std::vector<float>{};
-  }
-  Json pack() {
-    ScenePack packer(file_.particles(), box_.low, box_.high);
-    Json out = sphere_table(packer, file_.radius(), file_.material(), file_.materials());
-    out["speedTop"] = speed_top_, out["forceTop"] = force_top_, out["chainTop"] = chain_top_;
-    size_ = 0;
-    for (const std::size_t f : frames_) {
-      const FrameSpheres s = file_.spheres(f, true);
-      Json frame{{"time", file_.times()[f]}, {"position", packer.frame(s.position, s.index)}};
-      if (!s.velocity.empty()) frame["speed"] = shades(sizes_of(s.velocity), s.index, file_.particles(), speed_top_);
-      if (const std::vector<float> force = forces_of(f); force.size() == s.index.size() && !force.empty())
-        frame["force"] = shades(force, s.index, file_.particles(), force_top_);
-      if (file_.holds(f, "contact forces")) frame["chains"] = chains(f);
-      for (const char* part : {"position", "speed", "force", "chains"})
-        if (frame.contains(part)) size_ += static_cast<double>(frame[part].get_ref<const std::string&>().size());
-      out["frames"].push_back(std::move(frame));
-    }
-    return out;
   }
   /// The strongest contacts of a frame: both ends and the force, seven floats each.
   std::string chains(std::size_t frame) const {
@@ -176,11 +168,35 @@ class SphereFilm {
   }
 
   const FramesFile& file_;
-  double bytes_, size_ = 0;
-  std::vector<std::size_t> frames_;
-  dem::Bounds box_;
-  double speed_top_ = 1, force_top_ = 1, chain_top_ = 1;
 };
+
+/// Of so many frames every so-many-th, and the last.
+std::vector<std::size_t> every(std::size_t stride, std::size_t all) {
+  std::vector<std::size_t> out;
+  for (std::size_t f = 0; f < all; f += stride) out.push_back(f);
+  if (!out.empty() && out.back() + 1 != all) out.push_back(all - 1);
+  return out;
+}
+
+/// All spheres in as many frames as the bytes allow.
+Json sphere_film(const FramesFile& file, double bytes) {
+  const SphereFrames spheres(file);
+  for (std::size_t stride = 1;;) {
+    const std::vector<std::size_t> frames = every(stride, file.times().size());
+    const Scales scales = spheres.measured(frames);
+    ScenePack pack(file.particles(), scales.box.low, scales.box.high);
+    Json out = spheres.table(pack, scales);
+    double size = 0;
+    for (const std::size_t f : frames) {
+      Json frame = spheres.frame(f, pack, scales);
+      for (const char* part : {"position", "speed", "force", "chains"})
+        if (frame.contains(part)) size += static_cast<double>(frame[part].get_ref<const std::string&>().size());
+      out["frames"].push_back(std::move(frame));
+    }
+    if (size <= bytes || frames.size() <= 2) return out;
+    stride = std::max(stride + 1, static_cast<std::size_t>(std::ceil(static_cast<double>(stride) * size / bytes)));
+  }
+}
 
 /// Soil's force on each body and boundary that feels any.
 Json force_arrows(const SceneMaker& maker, const Series& series, const Scenario& s) {
@@ -257,16 +273,10 @@ double container_shift(const FramesFile& file, const Scenario& s) {
   return 0;
 }
 
-void add_frames(SceneMaker& maker, const RunFolder& run, const Scenario& s, const ViewRequest& request) {
-  const FramesFile file(request.run / "run.h5");
-  if (file.times().empty()) throw std::runtime_error("holds no complete frame");
+/// Tool, furrow and container as the frames have them.
+void add_pass(SceneMaker& maker, const RunFolder& run, const FramesFile& file, const Scenario& s) {
   maker.add_container(container_shift(file, s));
   if (file.particles() == 0) return;
-  SphereFilm film(file, request.bytes);
-  maker.json()["spheres"] = film.make();
-  if (film.frames() < file.times().size())
-    maker.note(fmt::format("{} of {} frames: the page stays below {:.0f} MB", film.frames(), file.times().size(),
-                           request.bytes * 1e-6));
   const Disturbance found = disturbance_of(file, &s, soil_surface(run.number({"soil", "mean surface [m]"}), &s, file),
                                            run.number({"window", "from [s]"}));
   if (found.tool) maker.add_tool(*found.tool, file.times());
@@ -277,33 +287,148 @@ void add_frames(SceneMaker& maker, const RunFolder& run, const Scenario& s, cons
                               {"across", std::string(1, found.furrow->across)}};
 }
 
-}  // namespace
-
-Json view_scene(const ViewRequest& request) {
-  const RunFolder run = read_run_folder(request.run);
-  const Loaded loaded = load_scenario((request.run / "scenario.yaml").string());
-  const Scenario& s = loaded.scenario;
-  SceneMaker maker(loaded, "view");
-  maker.json()["file"] = request.run.string();
+/// Motion, curves and arrows of what the series holds so far.
+SceneMotion add_series(SceneMaker& maker, const RunFolder& run, const Scenario& s) {
   SceneMotion motion;
   if (run.series) motion = motion_from(*run.series, s);
   if (!run.series && s.machine) motion.times = {0}, motion.bodies = {start_poses(s)};
-  maker.add_surfaces(motion, 1);
   maker.add_motion(motion);
   if (run.series) {
     maker.json()["forces"] = force_arrows(maker, *run.series, s);
     maker.json()["series"] = series_json(*run.series, s, maker.json()["forces"]);
   }
+  return motion;
+}
+
+/// The scene of a run; `add_spheres` puts those into it.
+Json run_scene(const std::filesystem::path& folder,
+               const std::function<void(SceneMaker&, const FramesFile&)>& add_spheres, const Json& progress) {
+  const RunFolder run = read_run_folder(folder);
+  const Loaded loaded = load_scenario((folder / "scenario.yaml").string());
+  const Scenario& s = loaded.scenario;
+  SceneMaker maker(loaded, "view");
+  maker.json()["file"] = folder.string();
+  maker.add_surfaces(add_series(maker, run, s), 1);
   std::vector<std::string> missing = run.missing;
   if (run.frames) try {
-      add_frames(maker, run, s, request);
+      const FramesFile file(folder / "run.h5");
+      if (file.times().empty()) throw std::runtime_error("holds no complete frame");
+      if (file.particles() > 0) add_spheres(maker, file);
+      add_pass(maker, run, file, s);
     } catch (const std::exception& error) {
       missing.push_back(fmt::format("run.h5: {}; no spheres", error.what()));
     }
+  if (progress.is_object()) {
+    maker.add_warnings(progress["warnings"].get<std::vector<std::string>>());
+    return maker.json();  // what is missing may yet come
+  }
   for (const std::string& text : missing) maker.note("missing: " + text);
   if (run.summary.is_object() && run.summary.contains("warnings"))
     maker.add_warnings(run.summary["warnings"].get<std::vector<std::string>>());
   return maker.json();
+}
+
+/// What an active run reports of itself; null: none is active.
+Json progress_of(const std::filesystem::path& folder) {
+  const std::optional<std::string> text = reported_progress(folder);
+  if (!text) return nullptr;
+  Json out = Json::parse(*text, nullptr, false);
+  if (!out.is_object() || !out.contains("warnings")) out = {{"warnings", Json::array()}};
+  return out;
+}
+
+/// Changes when a file does.
+std::string stamp_of(const std::filesystem::path& file) {
+  std::error_code fault;
+  const auto time = std::filesystem::last_write_time(file, fault);
+  if (fault) return "-";
+  return fmt::format("{}.{}", time.time_since_epoch().count(), std::filesystem::file_size(file, fault));
+}
+
+}  // namespace
+
+Json view_scene(const ViewRequest& request) {
+  const auto add_spheres = [&](SceneMaker& maker, const FramesFile& file) {
+    Json spheres = sphere_film(file, request.bytes);
+    if (spheres["frames"].size() < file.times().size())
+      maker.note(fmt::format("{} of {} frames: the page stays below {:.0f} MB", spheres["frames"].size(),
+                             file.times().size(), request.bytes * 1e-6));
+    maker.json()["spheres"] = std::move(spheres);
+  };
+  return run_scene(request.run, add_spheres, progress_of(request.run));
+}
+
+struct ServedRun::Impl {
+  std::filesystem::path run;
+  std::unique_ptr<FramesFile> file;
+  std::string file_stamp;
+  std::optional<Scales> scales;
+
+  /// The frames so far; null: none yet.
+  const FramesFile* frames() {
+    const std::string stamp = stamp_of(run / "run.h5");
+    if (stamp == "-") return nullptr;
+    if (stamp != file_stamp) file = std::make_unique<FramesFile>(run / "run.h5"), file_stamp = stamp;
+    return file->times().empty() || file->particles() == 0 ? nullptr : file.get();
+  }
+  const Scales& scale(const FramesFile& all) {
+    const std::size_t count = all.times().size();
+    if (!scales) scales = SphereFrames(all).measured(every(std::max<std::size_t>(1, count / most_measured), count));
+    return *scales;
+  }
+};
+
+ServedRun::ServedRun(std::filesystem::path run) : impl_(std::make_unique<Impl>()) {
+  read_run_folder(run);  // refuses what holds nothing of a run
+  impl_->run = std::move(run);
+}
+ServedRun::~ServedRun() = default;
+
+Json ServedRun::scene() {
+  const auto add_spheres = [&](SceneMaker& maker, const FramesFile& file) {
+    impl_->scales.reset();
+    const Scales& scales = impl_->scale(file);
+    Json spheres = SphereFrames(file).table({file.particles(), scales.box.low, scales.box.high}, scales);
+    for (const double t : file.times()) spheres["frames"].push_back({{"time", t}});
+    maker.json()["spheres"] = std::move(spheres);
+  };
+  Json out = run_scene(impl_->run, add_spheres, progress_of(impl_->run));
+  out["served"] = true;
+  return out;
+}
+
+Json ServedRun::frame(std::size_t number) {
+  const FramesFile* const file = impl_->frames();
+  if (file == nullptr || number >= file->times().size())
+    throw std::out_of_range(fmt::format("frame {}: there is none", number));
+  Scales scales = impl_->scale(*file);
+  SphereFrames::include(scales.box, file->spheres(number, false));
+  impl_->scales = scales;  // the box only grows
+  ScenePack pack(file->particles(), scales.box.low, scales.box.high);
+  Json out = SphereFrames(*file).frame(number, pack, scales);
+  out["low"] = {scales.box.low.x, scales.box.low.y, scales.box.low.z};
+  out["high"] = {scales.box.high.x, scales.box.high.y, scales.box.high.z};
+  out["error"] = pack.error();
+  return out;
+}
+
+Json ServedRun::state(const std::string& known_stamp) {
+  const Json progress = progress_of(impl_->run);
+  const std::size_t warnings = progress.is_object() ? progress["warnings"].size() : 0;
+  Json out{{"progress", progress},
+           {"stamp",
+            fmt::format("{}:{}:{}", stamp_of(impl_->run / "series.csv"), stamp_of(impl_->run / "run.h5"), warnings)}};
+  if (out["stamp"] == known_stamp) return out;
+  const RunFolder run = read_run_folder(impl_->run);
+  const Loaded loaded = load_scenario((impl_->run / "scenario.yaml").string());
+  SceneMaker maker(loaded, "view");
+  add_series(maker, run, loaded.scenario);
+  if (progress.is_object()) maker.add_warnings(progress["warnings"].get<std::vector<std::string>>());
+  for (const char* part : {"motion", "series", "forces", "warnings"}) out[part] = maker.json()[part];
+  const FramesFile* const file = impl_->frames();
+  out["frames"] = file == nullptr ? Json::array() : Json(file->times());
+  out["count"] = file == nullptr ? 0 : file->particles();
+  return out;
 }
 
 void write_view(const ViewRequest& request) { write_atomically(request.out, scene_page(view_scene(request))); }

@@ -23,14 +23,18 @@ inline std::string output_of(const std::string& command) {
   return text;
 }
 
-/// Runs a page; the document as its scripts leave it, and what they print on the console.
-inline std::string opened(const std::filesystem::path& page, const std::string& hash, const Scratch& scratch) {
+/// Runs the page at an address; the document as its scripts leave it, and what they print on the console.
+inline std::string opened_at(const std::string& address, const Scratch& scratch) {
   return output_of(
       "timeout 300 chromium --headless --no-sandbox --disable-gpu --use-gl=angle --use-angle=swiftshader "
       "--enable-unsafe-swiftshader --disable-quic --no-first-run --disable-background-networking "
       "--disable-component-update --disable-sync --window-size=1400,900 --user-data-dir=" +
-      (scratch / "profile").string() + " --virtual-time-budget=30000 --enable-logging=stderr --dump-dom 'file://" +
-      page.string() + hash + "' 2>&1");
+      (scratch / "profile").string() + " --virtual-time-budget=30000 --enable-logging=stderr --dump-dom '" + address +
+      "' 2>&1");
+}
+
+inline std::string opened(const std::filesystem::path& page, const std::string& hash, const Scratch& scratch) {
+  return opened_at("file://" + page.string() + hash, scratch);
 }
 
 /// What a script of the test finds in a page of `show` or `view`: the value that its `return` gives. `viewer` is the

@@ -64,23 +64,16 @@ const doubles = async p => (p ? new Float64Array((await unpack(p)).buffer) : new
 const ABSENT = 65535;
 
 /**
- * Positions of all frames. A frame holds six planes of bytes: low and high byte of x, y and z, of the difference from
- * the frame before modulo 65536. A sphere that is not there has x = ABSENT.
- * @param {Spheres} spheres
- * @returns {Promise<Uint16Array[]>} x y z x y z ... of each frame
+ * Positions of a frame: six planes of bytes, low and high byte of x, y and z, of the difference from the frame before
+ * modulo 65536. A sphere that is not there has x = ABSENT.
+ * @param {Uint8Array} bytes @param {Uint16Array | null} last
  */
-async function positionsOf(spheres) {
-  const n = spheres.count, out = [];
-  let last = new Uint16Array(3 * n);
-  for (const frame of spheres.frames) {
-    const bytes = await unpack(frame.position), now = new Uint16Array(3 * n);
-    for (let axis = 0; axis < 3; ++axis)
-      for (let i = 0; i < n; ++i)
-        now[3 * i + axis] = last[3 * i + axis] + bytes[2 * axis * n + i] + 256 * bytes[(2 * axis + 1) * n + i];
-    out.push(now);
-    last = now;
-  }
-  return out;
+function positionsOf(bytes, last) {
+  const n = bytes.length / 6, now = new Uint16Array(3 * n);
+  for (let axis = 0; axis < 3; ++axis)
+    for (let i = 0; i < n; ++i)
+      now[3 * i + axis] = (last ? last[3 * i + axis] : 0) + bytes[2 * axis * n + i] + 256 * bytes[(2 * axis + 1) * n + i];
+  return now;
 }
 
 /** Index of the last time that is not after t, and the share of the way to the next. @param {ArrayLike<number>} times @param {number} t */
@@ -99,10 +92,17 @@ function bracket(times, t) {
 class Poses {
   /** @param {Motion} motion @param {Float32Array} bodies @param {Float32Array} paths @param {number} count of bodies */
   constructor(motion, bodies, paths, count) {
+    this.count = count;
     this.times = motion.times;
     this.bodies = bodies;
     this.paths = paths;
-    this.count = count;
+    this.pathCount = motion.paths.length;
+  }
+  /** @param {Motion} motion @param {Float32Array} bodies @param {Float32Array} paths */
+  take(motion, bodies, paths) {
+    this.times = motion.times;
+    this.bodies = bodies;
+    this.paths = paths;
     this.pathCount = motion.paths.length;
   }
   get end() { return this.times.length ? this.times[this.times.length - 1] : 0; }

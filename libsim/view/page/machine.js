@@ -46,6 +46,8 @@ class MachineView {
     this.normals = [];
     /** Half of the depth (z) of each body, m. @type {number[]} */
     this.reach = scene.bodies.map(() => 0);
+    /** z of the middle of the first surface of each body, m. @type {(number | undefined)[]} */
+    this.middles = scene.bodies.map(() => undefined);
     /** @type {{ update: (t: number) => void }[]} */
     this.moving = [];
     scene.meshes.forEach((m, i) => this.addMesh(m, meshes[i]));
@@ -88,6 +90,9 @@ class MachineView {
       lines.renderOrder = 3;
       mesh.add(lines);
     }
+    geometry.computeBoundingBox();
+    const z = geometry.boundingBox && (geometry.boundingBox.min.z + geometry.boundingBox.max.z) / 2;
+    if (m.body >= 0 && this.middles[m.body] === undefined) this.middles[m.body] = z || 0;
     if (m.body >= 0)
       for (let i = 2; i < data.vertices.length; i += 3) this.reach[m.body] = Math.max(this.reach[m.body], Math.abs(data.vertices[i]));
   }
@@ -112,12 +117,12 @@ class MachineView {
   layer(body) { return this.reach[body] > 0 || body === 0 ? 0 : ((body % 3) - 1) * 1.15 * this.plate; }
   /** @param {SymbolData} s */
   addSymbol(s) {
+    /** @type {Partial<Record<SymbolData['kind'], () => void>>} */
     const add = {
-      pin: () => this.addPin(s), weld: () => {}, slide: () => this.addSlide(s), disk: () => this.addDisk(s),
+      pin: () => this.addPin(s), slide: () => this.addSlide(s), disk: () => this.addDisk(s),
       outline: () => this.addOutline(s), rod: () => this.addLink(s), spring: () => this.addLink(s), damper: () => this.addLink(s),
-      side: () => {}, marker: () => {}, driver: () => {}, load: () => {},
-    }[s.kind];
-    add();
+    };
+    (add[s.kind] || (() => {}))();  // the others are glyphs of the overlay
   }
   /** @param {SymbolData} s */
   addPin(s) {
@@ -210,6 +215,14 @@ class MachineView {
       material.emissiveIntensity = 0.7;
     }
   }
+  /** Centre of a thing's solids now; null: it has none. @param {number} thing */
+  centre(thing) {
+    const box = new THREE.Box3();
+    for (const mesh of this.pickable) if (mesh.userData.thing === thing) box.expandByObject(mesh);
+    return box.isEmpty() ? null : box.getCenter(new THREE.Vector3());
+  }
+  /** z of the middle of a body's surfaces. @param {number} body */
+  depthOf(body) { return this.middles[body] || 0; }
   /** Box of all solids now. */
   bounds() { return new THREE.Box3().setFromObject(this.root); }
 }

@@ -8,7 +8,7 @@ function svg(tag, attributes, ...children) {
   const e = document.createElementNS('http://www.w3.org/2000/svg', tag);
   for (const [k, v] of Object.entries(attributes))
     if (k.startsWith('on')) e.addEventListener(k.slice(2), v); else if (v !== null && v !== undefined) e.setAttribute(k, v);
-  for (const c of children.flat()) if (c) e.append(c);
+  for (const c of children.flat(Infinity)) if (c) e.append(c);
   return e;
 }
 /** @param {V2} a @param {V2} b @param {number} k @returns {V2} */
@@ -26,6 +26,9 @@ function round125(v) {
   return (m >= 5 ? 5 : m >= 2 ? 2 : 1) * power;
 }
 
+/** Symbols between two points. */
+const LINKS = ['spring', 'damper', 'rod', 'distance stop', 'beam', 'ratio', 'contact'];
+
 class Overlay {
   /** @param {Scene} scene @param {Stage} stage @param {Poses} poses @param {(thing: number) => void} choose */
   constructor(scene, stage, poses, choose) {
@@ -36,12 +39,19 @@ class Overlay {
     this.time = 0;
     this.selected = -1;
     /** @type {Record<string, boolean>} */
-    this.layers = { symbols: true, names: true, dimensions: true, axes: true, monitors: true, forces: true };
+    this.layers = { symbols: true, names: true, dimensions: true, axes: true, monitors: true, forces: true, warnings: true };
+    this.glyphs = new Glyphs(this);
+    /** Where a thing without body or joint is, world. @type {(thing: number) => import('three').Vector3 | null} */
+    this.placeOf = () => null;
+    /** Labels of this picture, first ones first. @type {{ p: V2, words: string, thing: number, style: Record<string, any> }[]} */
+    this.wanted = [];
     this.root = svg('svg', { class: 'overlay', role: 'group', 'aria-label': 'symbols, dimensions and labels' });
     stage.parent.append(this.root);
     stage.after.push(() => this.draw());
     /** Forces of the series at this time, N. @type {(arrow: ForceArrow) => V3} */
     this.forceAt = () => [0, 0, 0];
+    /** z of the middle of a body's surfaces, m. @type {(body: number) => number} */
+    this.depthOf = () => 0;
     this.largestForce = 1;
     this.slides = scene.symbols.filter(s => s.kind === 'slide').map(s => ({ s, range: this.rangeOf(s) }));
   }
@@ -65,12 +75,15 @@ class Overlay {
     this.root.setAttribute('viewBox', `0 0 ${this.stage.width} ${this.stage.height}`);
     /** @type {any[]} */
     const parts = [];
+    this.wanted = [];
     if (this.layers.axes) parts.push(this.axes(), this.scaleBar(), this.triad());
     if (this.layers.symbols) parts.push(this.symbols());
     if (this.layers.dimensions) parts.push(this.dimensions());
-    if (this.layers.monitors) parts.push(this.monitors());
     if (this.layers.forces) parts.push(this.forces());
-    if (this.layers.names) parts.push(this.names());
+    if (this.layers.monitors) parts.push(this.monitors());
+    if (this.layers.names) this.names();
+    parts.push(this.placed());
+    if (this.layers.warnings) parts.push(this.warnings());
     this.root.replaceChildren(...parts.flat(Infinity).filter(Boolean));
   }
   /** A group that selects its thing. @param {number} thing @param {...any} children */
@@ -105,11 +118,13 @@ class Overlay {
   }
 
   symbols() {
-    const out = [], drawn = { pin: this.pin, weld: this.weld, marker: this.marker, driver: this.driver, load: this.load, side: this.side };
+    const out = [], drawn = { pin: this.pin, weld: this.weld, marker: this.marker, driver: this.driver, side: this.side };
     for (const { s, range } of this.slides) out.push(this.group(s.thing, this.rail(s, range)));
     for (const s of this.scene.symbols) {
       const draw = drawn[/** @type {keyof typeof drawn} */ (s.kind)];
+      const glyph = this.glyphs.of(s.kind);
       if (draw) out.push(this.group(s.thing, draw.call(this, s)));
+      if (glyph) out.push(this.group(s.thing, glyph.call(this.glyphs, s)));
     }
     this.scene.bodies.forEach((b, i) => { if (i > 0) out.push(this.group(b.thing, this.massCentre(this.on(i, [0, 0])))); });
     return out;
@@ -176,11 +191,6 @@ class Overlay {
     const [x, y] = this.poses.point(s.b, s.pb, this.time), e = direction(p, this.at(x + Math.cos(a), y + Math.sin(a))).e;
     return this.arrow(plus(p, e, 8), plus(p, e, 48), style);
   }
-  /** @param {SymbolData} s */
-  load(s) {
-    const p = this.on(s.b, s.pb);
-    return [svg('circle', { cx: p[0], cy: p[1], r: 3.5, fill: '#b00020' }), this.label(plus(p, [6, -6]), 'F', { fill: '#b00020', 'font-style': 'italic' })];
-  }
   /** The quartered disk of a centre of mass. @param {V2} p */
   massCentre(p) {
     const r = 6, quarter = (/** @type {number} */ x, /** @type {number} */ y) =>
@@ -188,39 +198,77 @@ class Overlay {
     return [svg('circle', { cx: p[0], cy: p[1], r, fill: '#ffffff', stroke: INK, 'stroke-width': 1 }), quarter(1, -1), quarter(-1, 1)];
   }
   names() {
-    /** @type {{ p: V2, words: string, thing: number, bold?: boolean }[]} */
-    const wanted = [];
     this.scene.bodies.forEach((b, i) => {
-      if (i > 0) wanted.push({ p: plus(this.on(i, [0, 0]), [9, -8]), words: this.scene.things[b.thing].name, thing: b.thing, bold: true });
+      if (i > 0) this.name(plus(this.on(i, [0, 0]), [9, -8]), this.scene.things[b.thing].name, b.thing, { 'font-weight': 600 });
     });
     const named = new Set();
     for (const s of this.scene.symbols) {
       const t = this.scene.things[s.thing];
-      if (!t || named.has(s.thing) || !['pin', 'weld', 'slide', 'spring', 'damper', 'rod', 'driver', 'load', 'marker'].includes(s.kind)) continue;
+      if (!t || t.kind === 'body' || named.has(s.thing)) continue;
       named.add(s.thing);
-      const link = ['spring', 'damper', 'rod'].includes(s.kind), p = this.on(s.b, s.pb), q = link ? this.on(s.a, s.pa) : p;
+      const link = LINKS.includes(s.kind), p = this.on(s.b, s.pb), q = link ? this.on(s.a, s.pa) : p;
       const middle = /** @type {V2} */ ([(p[0] + q[0]) / 2, (p[1] + q[1]) / 2]);
-      wanted.push({ p: plus(middle, link ? [8, -16] : [9, 14]), words: (s.hitch ? 'hitch ' : '') + t.name, thing: s.thing });
+      this.name(plus(middle, link ? [8, -16] : [9, 14]), (s.hitch ? 'hitch ' : '') + t.name, s.thing);
     }
-    return this.placed(wanted);
   }
-  /** Labels that do not cover each other: one that finds no room moves down, then is left out.
-   * @param {{ p: V2, words: string, thing: number, bold?: boolean }[]} wanted */
-  placed(wanted) {
+  /** @param {V2} p @param {string} words @param {number} thing @param {Record<string, any>} [style] */
+  name(p, words, thing, style = {}) { this.wanted.push({ p, words, thing, style }); }
+  /** Labels that do not cover each other: one that finds no room moves down or up, then is left out. */
+  placed() {
     /** @type {number[][]} */
     const taken = [];
     const out = [];
-    for (const w of wanted) {
-      const width = 6.6 * w.words.length + 4;
-      for (const dy of [0, 13, -13, 26, -26]) {
-        const box = [w.p[0], w.p[1] + dy - 11, w.p[0] + width, w.p[1] + dy + 2];
+    for (const w of this.wanted) {
+      const width = 6.6 * w.words.length + 4, left = w.style['text-anchor'] === 'end' ? w.p[0] - width : w.p[0];
+      for (const dy of [0, 13, -13, 26, -26, 39, -39]) {
+        const box = [left, w.p[1] + dy - 11, left + width, w.p[1] + dy + 2];
         if (taken.some(b => b[0] < box[2] && box[0] < b[2] && b[1] < box[3] && box[1] < b[3])) continue;
         taken.push(box);
-        out.push(this.group(w.thing, this.label(plus(w.p, [0, dy]), w.words, { 'font-weight': w.bold ? 600 : 400 })));
+        out.push(this.group(w.thing, this.label(plus(w.p, [0, dy]), w.words, w.style)));
         break;
       }
     }
     return out;
+  }
+  /** World place of a thing now: of its joint or force, its body, or its surface. @param {number} thing */
+  place(thing) {
+    const body = this.scene.bodies.findIndex(b => b.thing === thing), s = this.scene.symbols.find(k => k.thing === thing);
+    const of = (/** @type {V2} */ p) => new THREE.Vector3(p[0], p[1], 0);
+    if (thing < 0) return null;
+    if (body > 0) return of(this.poses.point(body, [0, 0], this.time));
+    if (!s) return this.placeOf(thing);
+    const q = this.poses.point(s.b, s.pb, this.time), p = LINKS.includes(s.kind) ? this.poses.point(s.a, s.pa, this.time) : q;
+    return of([(p[0] + q[0]) / 2, (p[1] + q[1]) / 2]);
+  }
+  /** Numbers of the warnings at what they mean. */
+  warnings() {
+    /** @type {Map<number, number[]>} */
+    const numbers = new Map();
+    this.scene.warnings.forEach((w, i) => w.things.forEach(t => numbers.set(t, [...(numbers.get(t) || []), i + 1])));
+    /** @type {V2[]} */
+    const taken = [];
+    return [...numbers].map(([thing, list]) => {
+      const place = this.place(thing);
+      if (!place) return null;
+      const p = this.stage.project(place), words = list.join(' '), w = 12 + 7 * words.length;
+      while (taken.some(t => Math.hypot(t[0] - p[0], t[1] - p[1]) < 18)) p[0] -= 22;
+      taken.push(p);
+      const at = plus(p, [-15, -22]);
+      const g = this.group(thing, svg('path', { d: `M${p[0]} ${p[1]}l${-11} ${-13}h8Z`, fill: '#d08a2e' }),
+        svg('rect', { x: at[0] - w / 2, y: at[1] - 9, width: w, height: 18, rx: 9, fill: '#d08a2e', stroke: '#ffffff', 'stroke-width': 1.2 }),
+        svg('text', { x: at[0], y: at[1] + 4, 'font-size': 12, 'font-weight': 700, fill: '#ffffff', 'text-anchor': 'middle' }, words),
+        svg('title', {}, list.map(i => this.scene.warnings[i - 1].text).join('\n')));
+      g.setAttribute('data-warning', list.join(' '));
+      g.setAttribute('aria-label', `warning ${words} at ${this.scene.things[thing].name}`);
+      return g;
+    });
+  }
+  /** Arrow around a point, counter-clockwise for 1. @param {V2} p @param {number} sense @param {number} r pixels @param {Record<string, any>} style */
+  turn(p, sense, r, style) {
+    const point = (/** @type {number} */ a) => /** @type {V2} */ ([p[0] + r * Math.cos(a), p[1] - sense * r * Math.sin(a)]), points = [];
+    for (let a = -0.6; a <= 3.8; a += 0.2) points.push(point(a));
+    const end = point(3.95), back = direction(point(3.7), end).e, n = /** @type {V2} */ ([-back[1], back[0]]), tip = plus(end, back, 5);
+    return [this.line(points, style), svg('path', { d: pathOf([tip, plus(plus(tip, back, -9), n, 4), plus(plus(tip, back, -9), n, -4)]) + 'Z', fill: style.stroke })];
   }
   scaleBar() {
     const metres = round125(150 / this.stage.scale), w = metres * this.stage.scale, y = this.stage.height - 16, x = this.stage.width - 24 - w;
@@ -286,42 +334,60 @@ class Overlay {
     const ahead = tip + tool.direction * 0.05 * this.scene.size, out = [];
     const top = world(ahead, tool.surface, tool.middle), low = world(ahead, tool.surface - depth, tool.middle);
     if (Math.abs(depth) > 1e-6)
-      out.push(this.arrow(top, low, style), this.arrow(low, top, style), this.label(plus(low, [8, -6]), `${depth > 0 ? 'depth' : 'above the soil'} ${lengthText(Math.abs(depth))}`, { fill: colour }));
+      out.push(this.arrow(top, low, style), this.arrow(low, top, style));
+    if (Math.abs(depth) > 1e-6) this.name(plus(low, [8, -6]), `${depth > 0 ? 'depth' : 'above the soil'} ${lengthText(Math.abs(depth))}`, -1, { fill: colour });
     const a = world(tip, tool.surface - depth, tool.middle - tool.width / 2), b = world(tip, tool.surface - depth, tool.middle + tool.width / 2);
     if (direction(a, b).size > 6) out.push(this.arrow(a, b, style), this.arrow(b, a, style));
     const rake = tool.rakeHigh - tool.rakeLow < 0.02 ? `${text(tool.rakeHigh * 180 / Math.PI, 3)}\u00b0`
       : `${text(tool.rakeLow * 180 / Math.PI, 3)}\u2026${text(tool.rakeHigh * 180 / Math.PI, 3)}\u00b0`;
     const words = [`width ${lengthText(tool.width)}`, `rake ${rake}`, `speed ${text(tool.speed, 3)} m/s`];
-    words.forEach((w, k) => out.push(this.label(plus(low, [8, 9 + 15 * k]), w, { fill: colour })));
+    words.forEach((w, k) => this.name(plus(low, [8, 9 + 15 * k]), w, -1, { fill: colour }));
     const end = world(ahead + tool.direction * 0.1 * this.scene.size, tool.surface - depth, tool.middle);
     out.push(this.arrow(low, end, style));
     return svg('g', { role: 'img', 'aria-label': `tool: depth ${lengthText(depth)}, ${words.join(', ')}` }, out.flat(Infinity));
   }
   /** The direction in which a monitor is positive. */
   monitors() {
-    const colour = '#00695c';
-    return this.scene.monitors.filter(m => m.arrow).map((m, k) => {
-      const { body, point, along } = /** @type {any} */ (m.arrow), [x, y] = this.poses.point(body, point, this.time), p = this.at(x, y);
-      const e = direction(p, this.at(x + along[0], y + along[1], along[2])).e, from = plus(p, [0, -4 - 3 * (k % 3)]);
-      const end = plus(from, e, 40 + 8 * (k % 3));
-      return this.group(m.thing, this.arrow(from, end, { stroke: colour, 'stroke-dasharray': '4 2' }),
-        this.label(plus(end, e, 6), `+${m.name}`, { fill: colour, 'text-anchor': e[0] < -0.3 ? 'end' : 'start' }));
+    const style = { stroke: '#00695c', 'stroke-dasharray': '4 2' };
+    return this.scene.monitors.map((m, k) => {
+      const a = m.arrow, place = a && (a.body >= 0 ? new THREE.Vector3(...this.poses.point(a.body, a.point, this.time), 0) : this.place(a.thing === undefined ? -1 : a.thing));
+      if (!a || !place) return null;
+      const p = this.stage.project(place), far = 40 + 8 * (k % 3);
+      if (a.turn) {
+        this.name(plus(p, [far - 16, 22]), `+${m.name}`, m.thing, { fill: style.stroke });
+        return this.group(m.thing, this.turn(p, a.turn, far - 16, { ...style, 'stroke-width': 2 }));
+      }
+      const e = this.sense(a, place, p), from = plus(p, [0, -4 - 3 * (k % 3)]), end = plus(from, e, far);
+      this.name(plus(end, e, 6), `+${m.name}`, m.thing, { fill: style.stroke, 'text-anchor': e[0] < -0.3 ? 'end' : 'start' });
+      return this.group(m.thing, this.arrow(from, end, style));
     });
+  }
+  /** Direction of an arrow on the page. @param {MonitorArrow} a @param {import('three').Vector3} place @param {V2} p */
+  sense(a, place, p) {
+    if (a.from) return direction(this.on(a.from.body, a.from.point), p).e;
+    const turned = a.line ? this.poses.body(a.line.body, this.time)[2] + a.line.angle : 0;
+    const along = a.line ? [Math.cos(turned), Math.sin(turned), 0] : a.along || [1, 0, 0];
+    return direction(p, this.stage.project(place.clone().add(new THREE.Vector3(along[0], along[1], along[2])))).e;
   }
   /** Forces on bodies: 90 pixels are the largest of the run. */
   forces() {
     return this.scene.forces.map(f => {
       const force = this.forceAt(f), size = Math.hypot(...force);
       if (!(size > 0.004 * this.largestForce)) return null;
-      const place = f.body >= 0 ? this.poses.body(f.body, this.time) : f.path >= 0 ? this.poses.path(f.path, this.time).place.toArray() : [0, 0, 0];
-      const o = new THREE.Vector3(place[0], place[1], f.body >= 0 ? 0 : place[2]), p = this.stage.project(o);
+      const o = this.forcePlace(f), p = this.stage.project(o);
       const q = this.stage.project(o.clone().add(new THREE.Vector3(...force).multiplyScalar(90 / this.largestForce / this.stage.scale)));
-      const g = this.group(f.thing, this.arrow(p, q, { stroke: '#b00020', 'stroke-width': 3 }),
-        this.label(plus(q, [6, 4]), `${f.name} ${text(size, 3)} N`, { fill: '#b00020' }));
+      const left = q[0] < p[0] - 20;
+      this.name(plus(q, [left ? -6 : 6, q[1] > p[1] ? 14 : -4]), `${f.name} ${text(size, 3)} N`, f.thing, { fill: '#b00020', 'text-anchor': left ? 'end' : 'start' });
+      const g = this.group(f.thing, this.arrow(p, q, { stroke: '#b00020', 'stroke-width': 3 }));
       g.setAttribute('data-force', f.name);
       g.setAttribute('data-from', p.join(' '));
       g.setAttribute('data-to', q.join(' '));
       return g;
     });
+  }
+  /** Of a body its centre of mass, in the plane where its surface is. @param {ForceArrow} f */
+  forcePlace(f) {
+    const place = f.body >= 0 ? this.poses.body(f.body, this.time) : f.path >= 0 ? this.poses.path(f.path, this.time).place.toArray() : [0, 0, 0];
+    return new THREE.Vector3(place[0], place[1], f.body >= 0 ? this.depthOf(f.body) : place[2]);
   }
 }

@@ -13,7 +13,8 @@ class Panel {
     /** @type {Map<number, HTMLElement>} */
     this.buttons = new Map();
     this.details = h('section', { class: 'details', 'aria-live': 'polite', 'aria-label': 'selection' }, h('p', { class: 'note' }, 'Click a thing, or choose it below.'));
-    this.root = h('aside', { class: 'panel', 'aria-label': 'contents' }, this.details, this.warnings(), this.monitorList(), this.lists(), this.notes());
+    this.warningBox = h('div', {}, this.warnings());
+    this.root = h('aside', { class: 'panel', 'aria-label': 'contents' }, this.details, this.warningBox, this.monitorList(), this.lists(), this.notes());
   }
   /** @param {number} thing @param {any} [words] */
   button(thing, words) {
@@ -25,8 +26,13 @@ class Panel {
   warnings() {
     const list = this.scene.warnings;
     if (!list.length) return this.scene.mode === 'show' ? h('p', { class: 'fine' }, 'No warnings.') : null;
-    return h('section', { class: 'warnings' }, h('h2', {}, `Warnings (${list.length})`), h('ul', {}, list.map(w =>
+    return h('section', { class: 'warnings' }, h('h2', {}, `Warnings (${list.length})`), h('ol', {}, list.map(w =>
       h('li', {}, w.text, w.things.map(t => [' ', this.button(t, '\u25b8 ' + this.scene.things[t].name)])))));
+  }
+  /** After `scene.warnings` has changed. */
+  renewWarnings() {
+    const now = this.warnings();
+    this.warningBox.replaceChildren(...(now ? [now] : []));
   }
   monitorList() {
     const list = this.scene.monitors;

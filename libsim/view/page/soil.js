@@ -67,25 +67,34 @@ function mixed(stops, x) {
   return stops[k].map((v, c) => Math.round(v + f * (stops[k + 1][c] - v)));
 }
 
+/** Frames of a served run that stay in memory; 1,000,000 spheres take 8 MB each. */
+const MOST_KEPT = 40;
+/** @typedef {{ positions: Uint16Array, speed: Uint8Array | null, force: Uint8Array | null, chains: Float32Array | null }} FrameData */
+
 class Soil {
-  /**
-   * @param {Spheres} data
-   * @param {Uint16Array[]} positions
-   * @param {{ radius: Uint8Array | null, material: Uint8Array | null, speed: (Uint8Array | null)[], force: (Uint8Array | null)[], chains: (Float32Array | null)[] }} extra
-   */
-  constructor(data, positions, extra) {
+  /** @param {Spheres} data @param {{ radius: Uint8Array | null, material: Uint8Array | null }} table */
+  constructor(data, table) {
     this.data = data;
-    this.positions = positions;
-    this.extra = extra;
+    this.table = table;
+    /** Spheres of the frames that are here. @type {(FrameData | null)[]} */
+    this.frames = data.frames.map(() => null);
+    /** Gets a frame that is not here; null: all are. @type {((frame: number) => Promise<SphereFrame>) | null} */
+    this.fetch = null;
+    /** Called when a frame that was waited for is shown. */
+    this.arrived = () => {};
+    this.wanted = 0;
+    /** Frames that have come later, oldest first. @type {number[]} */
+    this.kept = [];
     this.frame = -1;
     this.colouring = 'plain';
     this.times = data.frames.map(f => f.time);
-    this.size = /** @type {V3} */ (data.high.map((v, i) => Math.max(v - data.low[i], 1e-9)));
+    this.size = this.sizeOfBox();
     this.radii = new Float32Array(data.count);
     const r = data.radius;
     for (let i = 0; i < data.count; ++i)
-      this.radii[i] = extra.radius ? r.low + (r.high - r.low) * extra.radius[i] / 255 : r.high;
-    this.first = this.firstSeen();
+      this.radii[i] = table.radius ? r.low + (r.high - r.low) * table.radius[i] / 255 : r.high;
+    /** Quantised place of each sphere where it was seen first: depth and displacement count from there. */
+    this.first = new Uint16Array(3 * data.count).fill(ABSENT);
     this.shades = new Float32Array(data.count).fill(-1);
     this.top = 1;
     this.place = new THREE.InstancedBufferAttribute(new Uint16Array(3 * data.count), 3, true);
@@ -94,8 +103,61 @@ class Soil {
     this.material = this.shader();
     this.mesh = this.build();
     this.chains = this.chainLines();
-    this.show(0);
   }
+  /** Opens all frames that the page holds, or fetches the first. @param {Spheres} data @param {((frame: number) => Promise<SphereFrame>) | null} fetch */
+  static async open(data, fetch) {
+    const bytes = async (/** @type {Packed | null} */ p) => (p ? unpack(p) : null);
+    const soil = new Soil(data, { radius: await bytes(data.radius.bytes), material: await bytes(data.material) });
+    soil.fetch = fetch;
+    if (fetch) await soil.take(0, await fetch(0));
+    let last = null;
+    for (let k = 0; !fetch && k < data.frames.length; ++k) last = soil.put(k, await soil.opened(data.frames[k], last)).positions;
+    soil.show(0);
+    return soil;
+  }
+  /** @param {SphereFrame} frame @param {Uint16Array | null} last @returns {Promise<FrameData>} */
+  async opened(frame, last) {
+    const bytes = async (/** @type {Packed | undefined} */ p) => (p ? unpack(p) : null);
+    return { positions: positionsOf(await unpack(frame.position || ''), last), speed: await bytes(frame.speed), force: await bytes(frame.force),
+      chains: frame.chains ? await floats(frame.chains) : null };
+  }
+  /** @param {number} k @param {FrameData} frame */
+  put(k, frame) {
+    const p = frame.positions, first = this.first;
+    for (let i = 0; i < p.length; i += 3)
+      if (first[i] === ABSENT && p[i] !== ABSENT) first[i] = p[i], first[i + 1] = p[i + 1], first[i + 2] = p[i + 2];
+    this.frames[k] = frame;
+    return frame;
+  }
+  /** A frame that has come later. Its box is that of all so far: where it has grown, what is here has other coordinates.
+   * @param {number} k @param {SphereFrame} frame */
+  async take(k, frame) {
+    const data = this.data, low = frame.low || data.low, high = frame.high || data.high;
+    if ([0, 1, 2].some(i => low[i] !== data.low[i] || high[i] !== data.high[i])) {
+      Object.assign(data, { low, high, error: frame.error || data.error });
+      this.size = this.sizeOfBox();
+      this.material.uniforms.low.value.set(...low);
+      this.material.uniforms.size.value.set(...this.size);
+      this.frames.fill(null);
+      this.kept = [];
+      this.frame = -1;
+      this.first.fill(ABSENT);
+      if (k !== 0 && this.fetch) await this.take(0, await this.fetch(0));
+    }
+    this.put(k, await this.opened(frame, null));
+    this.span = undefined;
+    this.kept.push(k);
+    // The first is what displacements count from.
+    const oldest = this.kept.length > MOST_KEPT ? this.kept.find(f => f !== 0 && f !== k && f !== this.frame) : undefined;
+    if (oldest !== undefined) this.frames[oldest] = null, this.kept = this.kept.filter(f => f !== oldest);
+  }
+  /** Frames that a run has written meanwhile. @param {number[]} times of all */
+  extend(times) {
+    for (const time of times.slice(this.times.length)) this.data.frames.push({ time }), this.times.push(time), this.frames.push(null);
+  }
+  sizeOfBox() { return /** @type {V3} */ (this.data.high.map((v, i) => Math.max(v - this.data.low[i], 1e-9))); }
+  /** The frame that is shown. @returns {FrameData} */
+  get now() { return /** @type {FrameData} */ (this.frames[this.frame]); }
   build() {
     const geometry = new THREE.InstancedBufferGeometry();
     geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array([-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0]), 3));
@@ -119,29 +181,36 @@ class Soil {
       },
     });
   }
-  /** Quantised place of each sphere where it was seen first: depth and displacement count from there. */
-  firstSeen() {
-    const first = new Uint16Array(3 * this.data.count).fill(ABSENT);
-    for (const p of this.positions)
-      for (let i = 0; i < p.length; i += 3)
-        if (first[i] === ABSENT && p[i] !== ABSENT) first[i] = p[i], first[i + 1] = p[i + 1], first[i + 2] = p[i + 2];
-    return first;
-  }
   /** @param {number} time */
   showTime(time) {
-    const { at, share } = bracket(this.times, time);
-    this.show(share > 0.5 ? at + 1 : at);
+    const { at, share } = bracket(this.times, time), k = share > 0.5 ? at + 1 : at;
+    this.wanted = k;
+    if (this.frames[k]) this.show(k);
+    else this.load(k).catch(fail);
+  }
+  /** One frame at a time: of a slider that is drawn the last place counts. @param {number} k */
+  async load(k) {
+    if (this.loading || !this.fetch) return;
+    this.loading = true;
+    try {
+      await this.take(k, await this.fetch(k));
+    } finally {
+      this.loading = false;
+    }
+    if (this.wanted === k || this.frame < 0) this.show(k), this.arrived();
+    if (!this.frames[this.wanted]) await this.load(this.wanted);
   }
   /** @param {number} frame */
   show(frame) {
     if (frame === this.frame) return;
     this.frame = frame;
-    this.place.array.set(this.positions[frame]);
+    document.documentElement.dataset.frame = String(frame);
+    this.place.array.set(this.now.positions);
     this.place.needsUpdate = true;
     this.colour(this.colouring);
     this.showChains();
   }
-  get hasChains() { return this.extra.chains.some(c => c && c.length > 0); }
+  get hasChains() { return this.frames.some(f => f && f.chains && f.chains.length > 0); }
   chainLines() {
     const lines = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ vertexColors: true, depthTest: false, transparent: true }));
     lines.visible = false;
@@ -151,7 +220,7 @@ class Soil {
   }
   /** Contacts of this frame: the darker, the stronger; blue ones pull. */
   showChains() {
-    const data = this.extra.chains[this.frame], count = data ? data.length / 7 : 0;
+    const data = this.now.chains, count = data ? data.length / 7 : 0;
     const place = new Float32Array(6 * count), colour = new Float32Array(8 * count);
     for (let i = 0; i < count && data; ++i) {
       const force = data[7 * i + 6], share = Math.sqrt(Math.abs(force) / this.data.chainTop);
@@ -167,15 +236,15 @@ class Soil {
   colourings() {
     const out = ['plain', 'depth'];
     if (this.data.materials.length > 1) out.push('material');
-    if (this.positions.length > 1) out.push('displacement');
-    if (this.extra.speed.some(s => s)) out.push('speed');
-    if (this.extra.force.some(f => f)) out.push('force');
+    if (this.frames.length > 1) out.push('displacement');
+    if (this.frames.some(f => f && f.speed)) out.push('speed');
+    if (this.frames.some(f => f && f.force)) out.push('force');
     return out;
   }
   /** @param {string} by */
   colour(by) {
     this.colouring = by;
-    const n = this.data.count, now = this.positions[this.frame], first = this.first, shades = this.shades;
+    const n = this.data.count, now = this.now.positions, first = this.first, shades = this.shades;
     this.top = 1;
     if (by === 'plain') shades.fill(-1);
     else if (by === 'depth') for (let i = 0; i < n; ++i) shades[i] = first[3 * i + 1] / 65534;
@@ -183,18 +252,17 @@ class Soil {
     else if (by === 'displacement') {
       this.top = this.largestDisplacement();
       for (let i = 0; i < n; ++i) shades[i] = now[3 * i] === ABSENT ? 0 : this.distance(first, now, i) / this.top;
-    } else this.shadeBytes(by === 'speed' ? this.extra.speed : this.extra.force, by === 'speed' ? this.data.speedTop : this.data.forceTop);
+    } else this.shadeBytes(by === 'speed' ? this.now.speed : this.now.force, by === 'speed' ? this.data.speedTop : this.data.forceTop);
     this.paint(by);
     this.shade.needsUpdate = true;
   }
-  /** @param {(Uint8Array | null)[]} frames @param {number} top */
-  shadeBytes(frames, top) {
+  /** @param {Uint8Array | null} bytes @param {number} top */
+  shadeBytes(bytes, top) {
     this.top = top;
-    const bytes = frames[this.frame];
     for (let i = 0; i < this.data.count; ++i) this.shades[i] = bytes ? bytes[i] / 255 : -1;
   }
   shadeMaterials() {
-    const m = this.extra.material;
+    const m = this.table.material;
     for (let i = 0; i < this.data.count; ++i) this.shades[i] = ((m ? m[i] : 0) + 0.5) / 256;
   }
   /** @param {string} by */
@@ -216,10 +284,10 @@ class Soil {
     }
     return Math.sqrt(sum);
   }
-  /** Of 998 in 1000 spheres in the last frame, so that a single one that flies off does not pale the others. */
+  /** Of 998 in 1000 spheres in the last frame that is here, so that a single one that flies off does not pale the others. */
   largestDisplacement() {
     if (this.span !== undefined) return this.span;
-    const last = this.positions[this.positions.length - 1], all = [];
+    const frames = this.frames.filter(f => f), last = /** @type {FrameData} */ (frames[frames.length - 1]).positions, all = [];
     for (let i = 0; i < this.data.count; ++i)
       if (last[3 * i] !== ABSENT) all.push(this.distance(this.first, last, i));
     all.sort((a, b) => a - b);
@@ -228,7 +296,7 @@ class Soil {
   }
   /** World place of a sphere in this frame; null where it is not there. @param {number} i */
   at(i) {
-    const p = this.positions[this.frame];
+    const p = this.now.positions;
     return p[3 * i] === ABSENT ? null : new THREE.Vector3(...this.data.low.map((v, k) => v + p[3 * i + k] / 65534 * this.size[k]));
   }
   /**
@@ -238,7 +306,7 @@ class Soil {
    */
   pick(ray, plane) {
     let best = -1, least = Infinity;
-    const p = this.positions[this.frame], { low } = this.data, size = this.size, o = ray.origin, d = ray.direction;
+    const p = this.now.positions, { low } = this.data, size = this.size, o = ray.origin, d = ray.direction;
     for (let i = 0; i < this.data.count; ++i) {
       if (p[3 * i] === ABSENT) continue;
       const x = low[0] + p[3 * i] / 65534 * size[0] - o.x, y = low[1] + p[3 * i + 1] / 65534 * size[1] - o.y,
@@ -255,11 +323,10 @@ class Soil {
   describe(i) {
     const place = this.at(i), lines = [`radius: ${lengthText(this.radii[i])}`];
     if (place) lines.push(`at: ${place.toArray().map(v => text(v)).join(' ')} m`);
-    if (this.data.materials.length) lines.push(`material: ${this.data.materials[this.extra.material ? this.extra.material[i] : 0]}`);
-    if (this.positions.length > 1) lines.push(`displacement: ${lengthText(this.distance(this.first, this.positions[this.frame], i))}`);
-    const speed = this.extra.speed[this.frame];
+    if (this.data.materials.length) lines.push(`material: ${this.data.materials[this.table.material ? this.table.material[i] : 0]}`);
+    if (this.frames.length > 1) lines.push(`displacement: ${lengthText(this.distance(this.first, this.now.positions, i))}`);
+    const { speed, force } = this.now;
     if (speed) lines.push(`speed: ${text(speed[i] / 255 * this.data.speedTop, 2)} m/s`);
-    const force = this.extra.force[this.frame];
     if (force) lines.push(`force: ${text(force[i] / 255 * this.data.forceTop, 2)} N`);
     lines.push(`positions are exact to ${text(this.data.error * 1e6, 2)} \u00b5m`);
     return lines.join('\n');

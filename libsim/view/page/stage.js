@@ -30,6 +30,9 @@ class Stage {
     this.controls = new THREE.OrbitControls(this.camera, this.canvas);
     this.controls.enableDamping = false;
     this.controls.addEventListener('change', () => this.draw());
+    /** What the camera shows all of, until the user moves it. @type {import('three').Box3 | null} */
+    this.fitted = null;
+    this.controls.addEventListener('start', () => { this.fitted = null; });
     /** Called after each picture. @type {(() => void)[]} */
     this.after = [];
     /** @type {{ axis: number, at: number, sign: number } | null} */
@@ -45,8 +48,7 @@ class Stage {
   get height() { return this.parent.clientHeight || 1; }
   resize() {
     this.renderer.setSize(this.width, this.height, false);
-    const half = (this.camera.top - this.camera.bottom) / 2;
-    this.frustum(half);
+    this.frustum(this.fitted ? this.halfHeight(this.fitted) : (this.camera.top - this.camera.bottom) / 2);
     this.drawNow();  // a new size clears the canvas: draw before the page is painted
   }
   /** @param {number} half m, of the height seen at zoom 1 */
@@ -67,6 +69,7 @@ class Stage {
     this.controls.target.copy(centre);
     this.camera.lookAt(centre);
     this.camera.updateMatrixWorld(true);
+    this.fitted = box;
     this.frustum(this.halfHeight(box));
     this.controls.update();
     this.draw();

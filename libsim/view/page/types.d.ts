@@ -31,7 +31,9 @@ declare global {
     open: Packed | null;  // uint32 pairs: edges of one triangle only
   }
   interface SymbolData {
-    kind: "pin" | "weld" | "slide" | "rod" | "spring" | "damper" | "disk" | "outline" | "side" | "marker" | "driver" | "load";
+    kind: "pin" | "weld" | "slide" | "rod" | "spring" | "damper" | "disk" | "outline" | "side" | "marker" | "driver" | "load"
+      | "two disks" | "disk on line" | "ratio" | "follower" | "contact" | "torsion" | "bushing" | "beam" | "drag"
+      | "angle stop" | "slide stop" | "distance stop" | "ground" | "motor" | "friction";
     thing: number;
     a: number;            // body
     b: number;
@@ -44,12 +46,19 @@ declare global {
     block?: boolean;
     below?: number;
     hitch?: boolean;
-    what?: string;        // driver: x, y, angle, distance, slide
+    what?: string;        // driver: x, y, angle, distance, slide; disks: rolls, slides, gears, rack, contact
+    radiusB?: number;     // below 0: inside
+    ratio?: number;
+    from?: number | null; // limits of a stop, m or rad; null: none there
+    until?: number | null;
+    along?: V3;           // load: N, N, N m at the start
+    turns?: boolean;      // load: with its body
   }
   interface Container { thing: number; low: V3; high: V3; faces: { name: string; state: string }[] }
   interface Bed { thing: number; low: V3; high: V3; surface: number | null; note: string;
     layers: { name: string; from: number; until: number }[] }
-  interface SphereFrame { time: number; position: Packed; speed?: Packed; force?: Packed; chains?: Packed; }
+  /** Of a page that is served all but the time comes later, with the box of its coordinates. */
+  interface SphereFrame { time: number; position?: Packed; speed?: Packed; force?: Packed; chains?: Packed; low?: V3; high?: V3; error?: number }
   interface Spheres {
     count: number;
     low: V3; high: V3;    // of the centres
@@ -73,10 +82,21 @@ declare global {
     width: number; depth: number[]; tip: number[]; speed: number; rakeLow: number; rakeHigh: number;
   }
   interface Monitor { thing: number; name: string; unit: string; words: string;
-    arrow: { body: number; point: V2; along: V3 } | null }
+    arrow: MonitorArrow | null }
+  /** Where a monitor is positive: along a direction of the world, away from a point, along a line of a body, or turning. */
+  interface MonitorArrow { body: number; point: V2; thing?: number; along?: V3; from?: { body: number; point: V2 };
+    line?: { body: number; angle: number }; turn?: number }
   interface ForceArrow { name: string; thing: number; body: number; path: number; columns: [string, string, string] }
   interface Furrow { z: number[]; before: (number | null)[]; after: (number | null)[]; across: string }
+  interface SeriesData { time: Packed; columns: { name: string; unit: string; values: Packed }[] }
+  /** What a served run has by now; all but the first two are there only where they are new. */
+  interface State {
+    progress: { time: number; from: number; until: number; remaining: number | null; warnings: string[] } | null;
+    stamp: string;
+    motion: Motion; series?: SeriesData | null; warnings?: { text: string; things: number[] }[]; frames?: number[]; count?: number;
+  }
   interface Scene {
+    served?: boolean;
     format: string; mode: "show" | "view"; title: string; file: string; version: string;
     gravity: V3; size: number;
     things: Thing[]; bodies: BodyData[]; meshes: MeshData[]; symbols: SymbolData[];
@@ -85,7 +105,7 @@ declare global {
     warnings: { text: string; things: number[] }[];
     monitors: Monitor[];
     notes: string[];
-    series: { time: Packed; columns: { name: string; unit: string; values: Packed }[] } | null;
+    series: SeriesData | null;
     forces: ForceArrow[];
     furrow: Furrow | null;
   }

@@ -100,18 +100,6 @@ class Surroundings {
   }
 }
 
-/** @param {Scene} scene */
-async function soilOf(scene) {
-  const s = scene.spheres;
-  if (!s) return null;
-  const bytes = async (/** @type {Packed | null | undefined} */ p) => (p ? unpack(p) : null);
-  return new Soil(s, await positionsOf(s), {
-    radius: await bytes(s.radius.bytes), material: await bytes(s.material),
-    speed: await Promise.all(s.frames.map(f => bytes(f.speed))), force: await Promise.all(s.frames.map(f => bytes(f.force))),
-    chains: await Promise.all(s.frames.map(f => (f.chains ? floats(f.chains) : null))),
-  });
-}
-
 class Viewer {
   /** @param {Scene} scene */
   constructor(scene) {
@@ -124,9 +112,9 @@ class Viewer {
     const { scene } = this, motion = scene.motion;
     const meshes = await Promise.all(scene.meshes.map(async m => ({ vertices: await floats(m.vertices), triangles: await words(m.triangles), open: await words(m.open) })));
     this.poses = new Poses(motion, await floats(motion.bodies), await floats(motion.poses), scene.bodies.length);
-    this.soil = await soilOf(scene);
-    this.series = scene.series ? { time: await doubles(scene.series.time),
-      columns: await Promise.all(scene.series.columns.map(async c => ({ ...c, values: await doubles(c.values) }))) } : null;
+    this.served = scene.served ? new Served(this) : null;
+    this.soil = scene.spheres ? await Soil.open(scene.spheres, this.served && Served.frame) : null;
+    this.series = scene.series ? await this.opened(scene.series) : null;
     const holder = h('div', { class: 'stage' });
     this.panel = new Panel(scene, t => this.select(t));
     this.frame = h('div', { class: 'page' }, this.header(), h('div', { class: 'middle' }, this.panel.root, holder), this.timeBar());
@@ -140,6 +128,8 @@ class Viewer {
     this.stage.scene.add(this.machine.root, this.around.root);
     if (this.soil) this.stage.scene.add(this.soil.mesh, this.soil.chains), this.stage.soil = this.soil;
     this.overlay = new Overlay(scene, this.stage, this.poses, t => this.select(t));
+    this.overlay.placeOf = t => this.placeOf(t);
+    this.overlay.depthOf = body => /** @type {MachineView} */ (this.machine).depthOf(body);
     this.forceColumns();
     this.controls(holder);
     this.show(this.poses.begin);
@@ -148,24 +138,55 @@ class Viewer {
     this.stage.look('oblique');
     this.address();
     this.stage.drawNow();
+    if (this.soil) this.soil.arrived = () => { this.colour(this.colourChoice.value); this.stage && this.stage.draw(); };
+    if (this.served) this.served.follow();
     document.documentElement.dataset.ready = 'yes';
   }
-  /** What follows # in the address: view, time, colour, select, hide (layers), and bare, which leaves the picture alone. */
+  /** @param {SeriesData} series */
+  async opened(series) {
+    return { time: await doubles(series.time), columns: await Promise.all(series.columns.map(async c => ({ ...c, values: await doubles(c.values) }))) };
+  }
+  /** Rows that a run has written meanwhile. @param {SeriesData} series */
+  async takeSeries(series) {
+    this.series = await this.opened(series);
+    this.forceColumns();
+    const column = this.plot && !this.plot.isFurrow && this.series.columns.find(c => c.name === this.plotted);
+    if (column) this.plot.setData([this.series.time, column.values]);
+  }
+  /** What follows # in the address: view, time (or end), colour, section (x, y or z), select, hide (layers), and bare, which leaves the picture alone. */
   address() {
     const wanted = new URLSearchParams(location.hash.slice(1)), stage = /** @type {Stage} */ (this.stage), overlay = /** @type {Overlay} */ (this.overlay);
     if (wanted.has('bare')) document.documentElement.classList.add('bare'), stage.resize();
     for (const layer of (wanted.get('hide') || '').split(',')) if (layer) overlay.layers[layer] = false;
-    if (wanted.has('time')) this.show(Number(wanted.get('time')));
+    if (wanted.has('time')) this.show(wanted.get('time') === 'end' ? /** @type {Poses} */ (this.poses).end : Number(wanted.get('time')));
+    const section = 'xyz'.indexOf(wanted.get('section') || '?'), middle = stage.bounds.getCenter(new THREE.Vector3());
+    if (section >= 0) stage.cut({ axis: section, at: middle.getComponent(section), sign: 1 });
     const view = wanted.get('view') || 'oblique', colour = wanted.get('colour');
     if (view in PRESETS) stage.look(view);
     if (colour && this.soil && this.soil.colourings().includes(colour)) this.colour(colour);
     if (wanted.has('select')) this.select(this.scene.things.findIndex(t => t.name === wanted.get('select')));
   }
+  /** Where a surface, the container or the bed is. @param {number} thing */
+  placeOf(thing) {
+    const box = [this.scene.container, this.scene.bed].find(b => b && b.thing === thing);
+    if (box) return new THREE.Vector3((box.low[0] + box.high[0]) / 2, box.high[1], (box.low[2] + box.high[2]) / 2);
+    const bed = this.scene.things[thing], s = this.scene.spheres;
+    if (bed && bed.kind === 'bed' && s) return new THREE.Vector3((s.low[0] + s.high[0]) / 2, s.high[1], (s.low[2] + s.high[2]) / 2);
+    return /** @type {MachineView} */ (this.machine).centre(thing);
+  }
   bounds() {
-    const box = /** @type {MachineView} */ (this.machine).bounds(), all = [this.scene.container, this.scene.bed, this.scene.spheres];
+    const box = /** @type {MachineView} */ (this.machine).bounds(), all = [this.scene.container, this.scene.bed, this.scene.spheres], poses = /** @type {Poses} */ (this.poses);
+    // Where joints and forces hold on to the ground; sides without ends have no place of their own.
+    for (const k of this.scene.symbols)
+      if (!['side', 'ground', 'disk on line'].includes(k.kind))
+        for (const [x, y] of [poses.point(k.a, k.pa, poses.begin), poses.point(k.b, k.pb, poses.begin)]) box.expandByPoint(new THREE.Vector3(x, y, 0));
     for (const b of all) if (b) box.expandByPoint(new THREE.Vector3(...b.low)).expandByPoint(new THREE.Vector3(...b.high));
     // Paths are seen whole, unless they lead so far away that the machine would be small.
     const paths = new THREE.Box3().setFromObject(/** @type {Surroundings} */ (this.around).paths), size = new THREE.Vector3();
+    const machine = /** @type {MachineView} */ (this.machine);
+    machine.show(poses.end);
+    paths.union(machine.bounds());
+    machine.show(this.time);
     const both = box.clone().union(paths), before = box.getSize(size).length();
     if (!paths.isEmpty() && both.getSize(size).length() < 2 * before) box.copy(both);
     if (box.isEmpty()) box.set(new THREE.Vector3(-1, -1, -1), new THREE.Vector3(1, 1, 1));
@@ -173,7 +194,7 @@ class Viewer {
   }
   header() {
     const s = this.scene;
-    return h('header', {}, h('h1', {}, s.title), h('span', { class: 'note' }, `${s.mode === 'show' ? 'set-up' : 'results'} \u00b7 ${s.file} \u00b7 subsoil ${s.version}`));
+    return h('header', {}, h('h1', {}, s.title), h('span', { class: 'note' }, `${s.mode === 'show' ? 'set-up' : 'results'} \u00b7 ${s.file} \u00b7 subsoil ${s.version}`), this.served && this.served.status);
   }
   timeBar() {
     const p = /** @type {Poses} */ (this.poses), many = p.times.length > 1;
@@ -201,7 +222,7 @@ class Viewer {
       Object.keys(PRESETS).map((p, i) => button(p, () => stage.look(p), `view ${p}, key ${i + 1}`)),
       button('PNG', () => this.savePicture(), 'save the picture as PNG'),
       typeof MediaRecorder !== 'undefined' && /** @type {Poses} */ (this.poses).times.length > 1 && button('film', () => this.record(), 'record the run as a film'),
-      colouring, this.section, ['symbols', 'names', 'dimensions', 'monitors', 'axes'].map(layer), this.scene.forces.length > 0 && layer('forces'),
+      colouring, this.section, ['symbols', 'names', 'dimensions', 'monitors', 'axes'].map(layer), this.scene.forces.length > 0 && layer('forces'), this.scene.warnings.some(w => w.things.length) && layer('warnings'),
       box('normals', false, on => this.machine && this.machine.normals.forEach(n => { n.visible = on; })),
       soil && box('spheres', true, on => { soil.mesh.visible = on; }), soil && soil.hasChains && box('chains', false, on => { soil.chains.visible = on; }), this.scene.motion.times.length > 1 && box('paths', true, on => { if (this.around) this.around.paths.visible = on; })), this.key);
     stage.canvas.addEventListener('pointerdown', e => { this.pressed = [e.clientX, e.clientY]; });
@@ -338,6 +359,7 @@ class Viewer {
     const series = this.series, column = series && series.columns.find(c => c.name === name);
     if (!series || !column) return;
     this.plotBox.replaceChildren();
+    this.plotted = name;
     this.plot = new uPlot({ width: this.chartWidth(), height: 150, legend: { show: false }, cursor: { drag: { x: false, y: false } },
       scales: { x: { time: false } }, axes: [{ label: 'time, s', size: 34, labelSize: 16 }, { label: `${name}, ${column.unit}`, size: 64 }],
       series: [{}, { stroke: '#0b62a4', width: 1.2 }], hooks: { draw: [(/** @type {any} */ u) => this.timeLine(u)] } }, [series.time, column.values], this.plotBox);

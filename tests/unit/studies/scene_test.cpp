@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "libsim/view/show.hpp"
 #include "libsim/view/view.hpp"
@@ -96,6 +97,115 @@ output: {monitor: {push: {joint: B, along: 0 1}}}
   EXPECT_TRUE(found);
   ASSERT_EQ(scene["monitors"].size(), 1U);
   EXPECT_EQ(scene["monitors"][0]["arrow"]["along"], Json({0.0, 1.0, 0.0}));
+}
+
+/// Every joint and force but those that only beds have, somewhere in the plane.
+constexpr const char* every_element = R"(subsoil: 1
+title: every joint and force
+machine:
+  bodies:
+    gear a: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0 0 m}
+    gear b: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0.3 0 m}
+    rack: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0 -0.1 m}
+    idler: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0.8 0 m}
+    cam: {mass: 1 kg, inertia: 0.01 kg m^2, at: 1.2 0 m}
+    follower: {mass: 1 kg, inertia: 0.01 kg m^2, at: 1.2 0.2 m}
+    roller: {mass: 1 kg, inertia: 0.01 kg m^2, at: 1.8 0.1 m}
+    bead: {mass: 1 kg, inertia: 0.01 kg m^2, at: 2.2 0.1 m}
+    lid: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0.2 0.8 m}
+    sledge: {mass: 1 kg, inertia: 0.01 kg m^2, at: 1 0.8 m}
+    bob: {mass: 1 kg, inertia: 0.01 kg m^2, at: 1.7 0.6 m}
+    post: {mass: 1 kg, inertia: 0.01 kg m^2, at: 2.2 0.8 m}
+    wheel: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0.3 -0.6 m}
+    ram: {mass: 1 kg, inertia: 0.01 kg m^2, at: 1.2 -0.7 m}
+    ball: {mass: 1 kg, inertia: 0.01 kg m^2, at: 2 -0.6 m}
+  joints:
+    pin a: {revolute: [ground, gear a], at: 0 0 m}
+    pin b: {revolute: [ground, gear b], at: 0.3 0 m}
+    mesh: {gear pair: [gear a, gear b], ends: [0 0 m, 0.3 0 m], first radius: 0.1 m, second radius: 0.2 m}
+    rail: {translational: [ground, rack], along: 1 0}
+    teeth: {rack and pinion: [rack, gear a], ends: [0 -0.1 m, 0 0 m], along: 1 0, radius: 0.1 m}
+    pin c: {revolute: [ground, idler], at: 0.8 0 m}
+    belt: {gear ratio: [gear b, idler], ratio: 2}
+    pin d: {revolute: [ground, cam], at: 1.2 0 m}
+    lift: {translational: [ground, follower], along: 0 1}
+    track: {cam: [cam, follower], ends: [1.2 0 m, 1.2 0.1 m], profile: [[0 deg, 0.1 m], [90 deg, 0.1 m], [180 deg, 0.08 m], [270 deg, 0.09 m]]}
+    floor: {rolling on line: [ground, roller], ends: [1.8 0 m, 1.8 0.1 m], along: 1 0, radius: 0.1 m}
+    wire: {point on curve: [ground, bead], curve: [2 0.1 m, 2.2 0.1 m, 2.4 0.2 m]}
+    hinge: {revolute: [ground, lid], at: 0 0.8 m}
+    guide: {translational: [ground, sledge], along: 1 0}
+    weld: {fixed: [ground, post], at: 2.2 0.8 m}
+    hinge r: {translational: [ground, ram], along: 0 1}
+  drivers:
+    turn: {coordinate: gear a.angle, velocity: 1 rad/s}
+  forces:
+    coil: {rotational spring-damper: [ground, lid], stiffness: 10 N m/rad}
+    stop: {rotational stop: [ground, lid], least: -20 deg, largest: 60 deg, stiffness: 1 kN m/rad, n: 1}
+    ends: {slide stop: [ground, sledge], at: 1 0.8 m, along: 1 0, least: -0.1 m, largest: 0.2 m, stiffness: 1 kN/m, n: 1}
+    rope: {distance stop: [ground, bob], ends: [1.7 1 m, 1.7 0.6 m], largest: 0.5 m, stiffness: 1 kN/m, n: 1}
+    rubber: {bushing: [ground, bob], at: 1.7 0.6 m, stiffness x: 1 kN/m, stiffness y: 1 kN/m}
+    blade: {beam: [post, ground], ends: [2.2 0.8 m, 2.5 0.8 m], axial stiffness: 1 MN, bending stiffness: 100 N m^2}
+    air: {drag: sledge, linear: 1 N s/m}
+    push: {force: sledge, along x: 10 N}
+    twist: {force: lid, moment: 1 N m}
+    rub: {joint friction: hinge, radius: 10 mm, mu_s: 0.1, mu_k: 0.1}
+    dc: {electric motor: [ground, idler], torque constant: 0.1 N m/A, resistance: 1 ohm, voltage: 1 V}
+    soft: {wheel on soil: wheel, radius: 0.1 m, width: 0.1 m, n: 1, k_c: 1 kN/m^2, k_phi: 500 kN/m^3, surface: -0.7 m}
+    jack: {hydraulic cylinder: [ground, ram], ends: [1.2 -1.2 m, 1.2 -0.7 m], bore: 40 mm, closed length: 0.3 m, stroke: 0.4 m, flow given: 1e-5 m^3/s}
+    bump: {line contact: [ground, ball], ends: [2 -0.7 m, 2 -0.6 m], along: 1 0, radius: 0.1 m, stiffness: 100 kN/m, n: 1}
+    spring: {spring-damper: [ground, ball], ends: [2.4 -0.6 m, 2 -0.6 m], stiffness: 100 N/m}
+time: {end: 0.1 s}
+output: {watch: {coil torque: {force: coil}, spring force: {force: spring}, crank: {driver: turn}, sledge speed: {column: sledge.vx}}}
+)";
+
+TEST(Show, EveryJointAndForceHasASymbol) {
+  const Json scene = scene_of(every_element);
+  std::set<int> drawn;
+  for (const Json& s : scene["symbols"]) drawn.insert(s["thing"].get<int>());
+  int count = 0;
+  for (std::size_t i = 0; i < scene["things"].size(); ++i) {
+    const Json& t = scene["things"][i];
+    if (t["kind"] != "joint" && t["kind"] != "force" && t["kind"] != "driver") continue;
+    ++count;
+    EXPECT_TRUE(drawn.contains(static_cast<int>(i))) << t["path"] << " has no symbol";
+  }
+  EXPECT_EQ(count, 32);
+}
+
+const Json& symbol_of(const Json& scene, const std::string& kind, const std::string& path) {
+  const int number = number_of(scene, path);
+  for (const Json& s : scene["symbols"])
+    if (s["kind"] == kind && s["thing"] == number) return s;
+  throw std::runtime_error("no symbol " + kind + " of " + path);
+}
+
+TEST(Show, SymbolsHoldTheNumbersOfTheirElements) {
+  const Json scene = scene_of(every_element);
+  const Json& stop = symbol_of(scene, "angle stop", "machine.forces.stop");
+  EXPECT_NEAR(stop["from"].get<double>(), -20 * M_PI / 180, 1e-12);
+  EXPECT_NEAR(stop["until"].get<double>(), 60 * M_PI / 180, 1e-12);
+  EXPECT_NEAR(stop["pb"][0].get<double>(), -0.2, 1e-12) << "at the hinge: the lid's centre of mass is 0.2 m beside it";
+  const Json& rope = symbol_of(scene, "distance stop", "machine.forces.rope");
+  EXPECT_TRUE(rope["from"].is_null()) << "a rope has no minimum";
+  EXPECT_EQ(rope["until"], 0.5);
+  const Json& mesh = symbol_of(scene, "two disks", "machine.joints.mesh");
+  EXPECT_EQ(mesh["what"], "gears");
+  EXPECT_EQ(mesh["radius"], 0.1);
+  EXPECT_EQ(mesh["radiusB"], 0.2);
+  EXPECT_EQ(symbol_of(scene, "ratio", "machine.joints.belt")["ratio"], 2.0);
+  EXPECT_EQ(symbol_of(scene, "load", "machine.forces.push")["along"], Json({10.0, 0.0, 0.0}));
+}
+
+TEST(Show, MonitorsPointWhereTheyArePositive) {
+  const Json scene = scene_of(every_element);
+  std::map<std::string, Json> arrows;
+  for (const Json& m : scene["monitors"]) arrows[m["name"].get<std::string>()] = m["arrow"];
+  EXPECT_EQ(arrows["coil torque"]["turn"], 1) << "a torque on the second body, counter-clockwise";
+  EXPECT_EQ(arrows["crank"]["turn"], 1);
+  EXPECT_EQ(arrows["sledge speed"]["along"], Json({1.0, 0.0, 0.0}));
+  // A spring's force is positive where it pushes its ends apart: away from its end on the ground.
+  EXPECT_EQ(arrows["spring force"]["from"]["body"], 0);
+  EXPECT_NEAR(arrows["spring force"]["from"]["point"][0].get<double>(), 2.4, 1e-12);
 }
 
 TEST(Show, ADrivenMachineMovesAsItsDriverSays) {
