@@ -46,9 +46,9 @@ TOUCHED = {
 # Targets of scripts/fuzz that a change wakes -> beginnings of the sources that they read foreign bytes with.
 FUZZED = {
     "scenario": ("libsim/document/document", "libsim/document/yaml_", "libsim/base/input_limits"),
-    "unit": ("libsim/document/units", "libsim/document/quantity", "libsim/document/formula_bounds"),
-    "value": ("libsim/document/arithmetic", "libsim/document/quantity", "libsim/document/units", "libsim/document/formula_bounds"),
-    "formula": ("libsim/document/expression", "libsim/document/formula_", "libsim/document/units"),
+    "unit": ("libsim/document/units", "libsim/document/quantity", "libsim/document/grammar"),
+    "value": ("libsim/document/arithmetic", "libsim/document/quantity", "libsim/document/units", "libsim/document/grammar"),
+    "formula": ("libsim/document/expression", "libsim/document/formula", "libsim/document/grammar", "libsim/document/jet"),
     "mesh": ("libsim/scenario/shapes/mesh", "libdem/geometry/mesh_builders", "libdem/geometry/triangle_mesh"),
     "bed": ("libsim/io/bed_file", "libsim/io/csv", "libsim/io/hdf5", "libsim/io/read_guard"),
     "series": ("libsim/io/series", "libsim/io/csv"),

@@ -4,13 +4,11 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "libsim/document/characters.hpp"
-#include "libsim/document/document.hpp"
+#include "libsim/document/grammar.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -25,20 +23,11 @@ using Parameters = std::map<std::string, Parameter, std::less<>>;
 // Initial-exec: the library may be linked into a module that a program loads.
 [[gnu::tls_model("initial-exec")]] thread_local Parameters* parameters = nullptr;
 
-constexpr std::array<std::string_view, 15> functions{"sqrt", "abs",  "min",  "max",   "hypot", "sin", "cos", "tan",
-                                                     "asin", "acos", "atan", "atan2", "exp",   "log", "pi"};
 /// Units that scenarios are written in: a parameter of such a name would make them hard to read.
 constexpr std::array<std::string_view, 44> common_units{
     "m",   "mm",  "cm",   "dm",  "km",  "um",  "nm", "in",  "ft", "kg", "g",  "mg",      "t",   "s",   "ms",
     "us",  "min", "h",    "N",   "mN",  "kN",  "MN", "J",   "kJ", "W",  "kW", "Pa",      "kPa", "MPa", "GPa",
     "bar", "rad", "mrad", "deg", "rev", "rpm", "Hz", "kHz", "K",  "L",  "l",  "percent", "n",   "e"};
-
-/// The word at the front: a letter, then letters, digits and _.
-std::string_view word_at(std::string_view text) {
-  std::size_t size = 0;
-  while (size < text.size() && (is_letter(text[size]) || (size > 0 && is_digit(text[size])))) ++size;
-  return text.substr(0, size);
-}
 
 bool same(const Amount& a, const Amount& b) { return a.powers == b.powers; }
 bool plain(const Amount& a) { return a.powers.empty(); }
@@ -56,216 +45,108 @@ Amount scaled(const Amount& a, const Amount& by, double sign) {
   return out;
 }
 
+/// A formula over a stack of amounts.
 class Calculation {
  public:
-  Calculation(std::string_view text, std::optional<double> n) : rest_(text), n_(n) {}
+  explicit Calculation(std::optional<double> n) : n_(n) {}
 
-  Amount whole() {
-    const Amount result = sum();
-    if (!rest_.empty())
-      fail(fmt::format("cannot be read on from `{}`; several values stand in a list, [2*a, 30 mm]", rest_));
-    if (!std::isfinite(result.value)) fail("has no finite value");
-    return result;
+  void take(const Operation& o, const std::vector<Parameters::iterator>& named) {
+    switch (o.kind) {
+      case Operation::Kind::number:
+        stack_.push_back({o.number});
+        break;
+      case Operation::Kind::name:
+        named[o.name]->second.used = true;
+        stack_.push_back(named[o.name]->second.amount);
+        break;
+      case Operation::Kind::unit:
+        give_unit(parse_unit(o.unit, n_));
+        break;
+      case Operation::Kind::negate:
+        stack_.back().value = -stack_.back().value;
+        break;
+      case Operation::Kind::call:
+        call(o.call);
+        break;
+      default:
+        two(o.kind);
+    }
+  }
+  Amount result() const {
+    if (!std::isfinite(stack_.back().value)) throw UnitError("has no finite value");
+    return stack_.back();
   }
 
  private:
   [[noreturn]] static void fail(const std::string& text) { throw UnitError(text); }
-  void skip() {
-    while (!rest_.empty() && is_blank(rest_.front())) rest_.remove_prefix(1);
-  }
-  bool accept(char c) {
-    skip();
-    if (rest_.empty() || rest_.front() != c) return false;
-    rest_.remove_prefix(1);
-    return true;
-  }
-  void expect(char c, const char* where) {
-    if (!accept(c)) fail(fmt::format("lacks a `{}` {}", c, where));
-  }
 
-  Amount sum() {
-    Amount value = term();
-    for (;;) {
-      const bool plus = accept('+');
-      if (!plus && !accept('-')) return value;
-      const Amount next = term();
-      if (!same(value, next))
-        fail(fmt::format("adds {} to {}; both must be of one dimension", dimension(next), dimension(value)));
-      value.value += plus ? next.value : -next.value;
-    }
+  void give_unit(const Unit& unit) {
+    Amount& a = stack_.back();
+    const double value = unit.to_si(a.value);  // 18 mm is 18/1000 m, which 18 times 0.001 is not
+    a = scaled(a, {1, unit.powers}, 1);
+    a.value = value;
   }
-  Amount term() {
-    Amount value = factor();
-    for (;;) {
-      if (accept('*')) {
-        value = scaled(value, factor(), 1);
-      } else if (accept('/')) {
-        value = scaled(value, factor(), -1);
-      } else {
-        return value;
-      }
-    }
-  }
-  /// Each sign and each power calls for a factor within the factor.
-  void deeper() {
-    if (++depth_ > 100) fail("nests more than 100 brackets, signs and powers; leave out those that change nothing");
-  }
-  Amount factor() {
-    deeper();
-    const Amount value = signed_factor();
-    --depth_;
-    return value;
-  }
-  Amount signed_factor() {
-    if (accept('-')) {
-      Amount value = factor();
-      value.value = -value.value;
-      return value;
-    }
-    Amount value = primary();
-    if (!accept('^')) return value;
-    const Amount power = factor();
-    if (!plain(power)) fail(fmt::format("has the power {}, which must be a plain number", dimension(power)));
-    value.value = std::pow(value.value, power.value);
-    for (auto& [name, p] : value.powers) p *= power.value;
-    if (power.value == 0) value.powers.clear();
-    return value;
-  }
-  Amount primary() {
-    skip();
-    if (rest_.empty()) fail("ends where a number or parameter should follow");
-    Amount value;
-    if (accept('(')) {
-      value = sum();
-      expect(')', "");
-      value = with_unit(value);
-    } else if (is_digit(rest_.front()) || rest_.front() == '.') {
-      value = with_unit({number()});
-    } else if (is_letter(rest_.front())) {
-      value = named();
-    } else {
-      fail(fmt::format("cannot be read at `{}`", rest_));
-    }
-    return value;
-  }
-  double number() {
-    double value = 0;
-    const auto [end, code] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), value);
-    if (code != std::errc{}) fail(fmt::format("holds no number at `{}`", rest_));
-    rest_.remove_prefix(static_cast<std::size_t>(end - rest_.data()));
-    return value;
-  }
-
-  /// The unit behind a number or bracket, as far as it goes: up to an operator that a number, bracket or parameter
-  /// follows.
-  Amount with_unit(const Amount& value) {
-    skip();
-    if (rest_.empty() ||
-        !(is_letter(rest_.front()) || rest_.front() == '%' || static_cast<unsigned char>(rest_.front()) >= 0x80))
-      return value;
-    const std::string_view text = rest_.substr(0, unit_length());
-    rest_.remove_prefix(text.size());
-    const Unit unit = parse_unit(text, n_);
-    Amount out = scaled(value, {1, unit.powers}, 1);
-    out.value = unit.to_si(value.value);  // 18 mm is 18/1000 m, which 18 times 0.001 is not
-    return out;
-  }
-  std::size_t unit_length() const {
-    std::size_t i = 0, end = 0;
-    while (i < rest_.size()) {
-      const std::string_view from = rest_.substr(i);
-      const char c = from.front();
-      if (is_letter(c) || c == '%' || static_cast<unsigned char>(c) >= 0x80) {
-        const std::string_view word = word_at(from);
-        i += std::max<std::size_t>(word.size(), 1);
-        while (i < rest_.size() && is_digit(rest_[i])) ++i;  // m2
-        end = i;
-      } else if (c == '^' || (c == '-' && i == end && i + 1 < rest_.size() && is_digit(rest_[i + 1]))) {
-        i = end = power_end(i + 1);
-      } else if (c == '/' || c == '*' || c == '.' || is_blank(c)) {
-        const std::size_t next = rest_.find_first_not_of(" \t/*.", i);
-        if (next == std::string_view::npos || !is_letter(rest_[next])) break;
-        if (parameters && parameters->contains(word_at(rest_.substr(next)))) break;
-        if (is_function(word_at(rest_.substr(next)))) break;
-        i = next;
-      } else {
+  void two(Operation::Kind kind) {
+    const Amount b = stack_.back();
+    stack_.pop_back();
+    Amount& a = stack_.back();
+    switch (kind) {
+      case Operation::Kind::multiply:
+        a = scaled(a, b, 1);
         break;
-      }
+      case Operation::Kind::divide:
+        a = scaled(a, b, -1);
+        break;
+      case Operation::Kind::power:
+        raise(a, b);
+        break;
+      default:
+        if (!same(a, b)) fail(fmt::format("adds {} to {}; both must be of one dimension", dimension(b), dimension(a)));
+        a.value += kind == Operation::Kind::add ? b.value : -b.value;
     }
-    return end;
   }
-  std::size_t power_end(std::size_t i) const {
-    if (i < rest_.size() && rest_[i] == '(') {
-      const std::size_t close = rest_.find(')', i);
-      return close == std::string_view::npos ? rest_.size() : close + 1;
-    }
-    if (i < rest_.size() && (rest_[i] == '-' || rest_[i] == '+')) ++i;
-    while (i < rest_.size() && (is_digit(rest_[i]) || rest_[i] == '.')) ++i;
-    return i;
+  static void raise(Amount& base, const Amount& power) {
+    if (!plain(power)) fail(fmt::format("has the power {}, which must be a plain number", dimension(power)));
+    base.value = std::pow(base.value, power.value);
+    for (auto& [name, p] : base.powers) p *= power.value;
+    if (power.value == 0) base.powers.clear();
   }
 
-  static bool is_function(std::string_view word) {
-    return std::find(functions.begin(), functions.end(), word) != functions.end();
+  void call(Call call) {
+    const auto* const f = std::find_if(formula_functions.begin(), formula_functions.end(),
+                                       [&](const FormulaFunction& known) { return known.call == call; });
+    if (f->arguments == 1) return of_one(*f, stack_.back());
+    const Amount b = stack_.back();
+    stack_.pop_back();
+    of_two(*f, stack_.back(), b);
   }
-  Amount named() {
-    const std::string word{word_at(rest_)};
-    rest_.remove_prefix(word.size());
-    if (parameters) {
-      const auto found = parameters->find(word);
-      if (found != parameters->end()) {
-        found->second.used = true;
-        return found->second.amount;
-      }
-    }
-    if (word == "pi") return with_unit({std::numbers::pi});
-    if (is_function(word)) return call(word);
-    std::vector<std::string> known(functions.begin(), functions.end());
-    if (parameters)
-      for (const auto& [name, parameter] : *parameters) known.push_back(name);
-    fail(fmt::format("`{}` is no parameter{}", word, suggestion(word, known)));
-  }
-  Amount call(const std::string& word) {
-    expect('(', ("behind " + word).c_str());
-    std::vector<Amount> of{sum()};
-    while (accept(',')) of.push_back(sum());
-    expect(')', ("at the end of " + word).c_str());
-    const bool two = word == "min" || word == "max" || word == "hypot" || word == "atan2";
-    if (of.size() != (two ? 2U : 1U)) fail(fmt::format("`{}` takes {}", word, two ? "two values" : "one value"));
-    return two ? of_two(word, of[0], of[1]) : of_one(word, of[0]);
-  }
-  static Amount of_two(const std::string& word, const Amount& a, const Amount& b) {
+  static void of_two(const FormulaFunction& f, Amount& a, const Amount& b) {
+    if (f.call == Call::pow) return raise(a, b);
     if (!same(a, b))
-      fail(fmt::format("`{}` is given {} and {}; both must be of one dimension", word, dimension(a), dimension(b)));
-    if (word == "atan2") return {std::atan2(a.value, b.value), {{"rad", 1}}};
-    const double value = word == "min"   ? std::min(a.value, b.value)
-                         : word == "max" ? std::max(a.value, b.value)
-                                         : std::hypot(a.value, b.value);
-    return {value, a.powers};
+      fail(fmt::format("`{}` is given {} and {}; both must be of one dimension", f.name, dimension(a), dimension(b)));
+    a.value = value_of(f.call, a.value, b.value);
+    if (f.call == Call::atan2) a.powers = {{"rad", 1}};
   }
-  static Amount of_one(const std::string& word, const Amount& a) {
-    if (word == "abs") return {std::abs(a.value), a.powers};
-    if (word == "sqrt") {
-      if (a.value < 0) fail("takes the root of a negative number");
-      Amount out{std::sqrt(a.value), a.powers};
-      for (auto& [name, p] : out.powers) p /= 2;
-      return out;
+  static void of_one(const FormulaFunction& f, Amount& a) {
+    if (f.call == Call::sqrt && a.value < 0) fail("takes the root of a negative number");
+    const double value = value_of(f.call, a.value);
+    if (f.call == Call::sqrt) {
+      for (auto& [name, p] : a.powers) p /= 2;
+    } else if (f.call == Call::sign) {
+      a.powers.clear();
+    } else if (f.call != Call::abs) {
+      const bool turns = f.call == Call::sin || f.call == Call::cos || f.call == Call::tan;
+      if (!plain(a) && !(turns && angle(a)))
+        fail(fmt::format("`{}` is given {}; it takes {}", f.name, dimension(a),
+                         turns ? "an angle or a plain number" : "a plain number"));
+      a.powers.clear();
+      if (f.call == Call::asin || f.call == Call::acos || f.call == Call::atan) a.powers = {{"rad", 1}};
     }
-    const bool turns = word == "sin" || word == "cos" || word == "tan";
-    if (!plain(a) && !(turns && angle(a)))
-      fail(fmt::format("`{}` is given {}; it takes {}", word, dimension(a),
-                       turns ? "an angle or a plain number" : "a plain number"));
-    const double x = a.value;
-    if (word == "sin") return {std::sin(x)};
-    if (word == "cos") return {std::cos(x)};
-    if (word == "tan") return {std::tan(x)};
-    if (word == "exp") return {std::exp(x)};
-    if (word == "log") return {std::log(x)};
-    return {word == "asin" ? std::asin(x) : word == "acos" ? std::acos(x) : std::atan(x), {{"rad", 1}}};
+    a.value = value;
   }
 
-  std::string_view rest_;
+  std::vector<Amount> stack_;
   std::optional<double> n_;
-  int depth_ = 0;
 };
 
 }  // namespace
@@ -277,11 +158,12 @@ ParametersInScope::~ParametersInScope() {
 }
 
 void add_parameter(const std::string& name, const Amount& amount) {
-  if (word_at(name) != name)
+  if (name_at(name) != name)
     throw UnitError("a parameter's name is a letter followed by letters, digits and _: it stands in arithmetic");
   const auto holds = [&](const auto& list) { return std::find(list.begin(), list.end(), name) != list.end(); };
   if (holds(common_units)) throw UnitError(fmt::format("`{}` is a unit; take a longer name for the parameter", name));
-  if (holds(functions)) throw UnitError(fmt::format("`{}` is a function or constant; take another name", name));
+  if (is_formula_function(name) || is_formula_constant(name))
+    throw UnitError(fmt::format("`{}` is a function or constant; take another name", name));
   if (parameters) (*parameters)[name] = {amount};
 }
 
@@ -290,7 +172,7 @@ bool has_parameters() { return parameters && !parameters->empty(); }
 bool names_parameter(std::string_view text) {
   if (!has_parameters()) return false;
   for (std::size_t i = 0; i < text.size();) {
-    const std::string_view word = word_at(text.substr(i));
+    const std::string_view word = name_at(text.substr(i));
     const bool behind_number = i > 0 && (is_digit(text[i - 1]) || text[i - 1] == '.');
     if (!word.empty() && !behind_number && parameters->contains(word)) return true;
     i += std::max<std::size_t>(word.size(), 1);
@@ -318,9 +200,9 @@ bool is_arithmetic(std::string_view text) {
         return true;
     }
     if (c == '(' && (before == ' ' || before == '-')) return true;
-    const std::string_view word = word_at(text.substr(i));
+    const std::string_view word = name_at(text.substr(i));
     if (!word.empty() && i + word.size() < text.size() && text[i + word.size()] == '(' && word != "n" &&
-        std::find(functions.begin(), functions.end(), word) != functions.end())
+        is_formula_function(word))
       return true;
     if (!word.empty()) i += word.size() - 1;
     if (!is_blank(c)) before = text[i];
@@ -337,7 +219,7 @@ bool parameter_is_used(const std::string& name) {
 std::string with_numbers(const std::string& formula, const std::vector<std::string>& variables, bool si) {
   std::string out;
   for (std::size_t i = 0; i < formula.size();) {
-    const std::string word{word_at(std::string_view(formula).substr(i))};
+    const std::string word{name_at(std::string_view(formula).substr(i))};
     const bool behind_number = i > 0 && (is_digit(formula[i - 1]) || formula[i - 1] == '.');
     const bool variable = std::find(variables.begin(), variables.end(), word) != variables.end();
     const auto found =
@@ -358,6 +240,14 @@ std::string with_numbers(const std::string& formula, const std::vector<std::stri
   return out;
 }
 
-Amount evaluate_arithmetic(std::string_view text, std::optional<double> n) { return Calculation(text, n).whole(); }
+Amount evaluate_arithmetic(std::string_view text, std::optional<double> n) {
+  std::vector<std::string> names;
+  std::vector<Parameters::iterator> named;
+  if (parameters)
+    for (auto p = parameters->begin(); p != parameters->end(); ++p) names.push_back(p->first), named.push_back(p);
+  Calculation calculation(n);
+  for (const Operation& o : read_formula(text, {.names = names, .units = true})) calculation.take(o, named);
+  return calculation.result();
+}
 
 }  // namespace subsoil::sim

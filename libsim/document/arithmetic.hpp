@@ -7,14 +7,14 @@
 
 #include "libsim/document/units.hpp"
 
-/// Arithmetic in the values of a scenario: `2*a + 30 mm`, `sqrt(3)*l`, `-b/2`.
+/// Formulas (document/grammar.hpp) in the values of a scenario: `2*a + 30 mm`, `sqrt(3)*l`, `-b/2`, with dimensions.
 ///
-///   sum    term, then + or - and a term, of one dimension
-///   term   factor, then * or / and a factor; - before one changes its sign
-///   factor a number with its unit or none, a parameter, ( sum ), a function of sums; ^ and a plain number after it
-/// A unit binds to the number or bracket before it: `2*30 mm` is 60 mm, `1/2 m` is 0.5 1/m and (1/2) m half a metre. A
-/// name behind a number is a unit, any other a parameter. Functions: sqrt, abs, min, max, hypot of any dimension; sin,
-/// cos, tan of angles or plain numbers; asin, acos, atan, atan2, whose value is an angle; exp and log of plain numbers.
+/// A unit binds to the number, constant or bracket before it: `2*30 mm` is 60 mm, `1/2 m` is 0.5 1/m and `(1/2) m` half
+/// a metre. A name behind a number is a unit, any other a parameter.
+/// Dimensions: any of sqrt, abs, sign, min, max, hypot and of the base of pow; angles or plain numbers of sin, cos and
+/// tan; plain numbers of the others.
+///
+/// The value of asin, acos, atan, atan2 is an angle.
 namespace subsoil::sim {
 
 /// A number in SI units and its powers of the base units.

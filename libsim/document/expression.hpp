@@ -8,9 +8,9 @@
 
 namespace subsoil::sim {
 
-/// A formula in t (s) as a function of time, its value times `size` (SI units per unit of the formula). GiNaC reads it
-/// and differentiates it; the trees are flattened into lists of steps for fast evaluation. Integrals are Gauss-Kronrod
-/// sums to 1e-14 of the integral of |f|.
+/// A formula (document/grammar.hpp) in t (s) as a function of time, its value times `size` (SI units per unit of the
+/// formula). Derivatives are exact (document/jet.hpp).
+/// Integrals are Gauss-Kronrod sums to 1e-14 of the integral of |f|.
 /// Throws UnitError with rule and cure for what is no formula; a formula without a finite value where it is asked ends
 /// the run.
 mbd::ExpressionFunction make_expression(const std::string& text, const std::string& unit, double size);

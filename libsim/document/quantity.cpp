@@ -10,6 +10,7 @@
 
 #include "libsim/document/arithmetic.hpp"
 #include "libsim/document/characters.hpp"
+#include "libsim/document/grammar.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -116,9 +117,9 @@ std::vector<double> parse_quantities(std::string_view text, std::string_view exp
     // It may still be a quotient or difference, such as 1/3 or 50 mm - 3 mm; the refusal is that of the plain value.
     try {
       if (clean.find_first_of("/*+-") != std::string_view::npos) return calculated(clean, expected, count, n);
-    } catch (const UnitError& fault) {
-      if (has_parameters() && std::string_view(fault.what()).find("is no parameter") != std::string_view::npos)
-        throw UnitError(fault.what());
+    } catch (const UnknownName&) {
+      if (has_parameters()) throw;
+    } catch (const UnitError&) {
     }
     throw;
   }

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "libsim/document/characters.hpp"
+#include "libsim/document/formula.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -89,7 +90,14 @@ class Names {
     const auto known = known_.find(name);
     if (known != known_.end()) return known->second;
     const UnitHandle handle{ut_parse(system_, name.c_str(), UT_UTF8)};
-    if (!handle) throw UnitError(fmt::format("unknown unit `{}`", name));
+    if (!handle) {
+      for (std::size_t i = 0; i < name.size(); ++i)
+        if (const char plain = typeset_operator_at(std::string_view(name).substr(i)))
+          throw UnitError(
+              fmt::format("unknown unit `{}`", name),
+              fmt::format("for the sign {} write {}", character_at(std::string_view(name).substr(i)), plain));
+      throw UnitError(fmt::format("unknown unit `{}`", name));
+    }
     Taken taken;
     take(handle.get(), &taken);
     if (taken.fault != nullptr) throw UnitError(fmt::format("the unit `{}` {}", name, taken.fault));
@@ -132,18 +140,6 @@ void multiply(Unit& unit, const Unit& by) {
     sum += p;
     if (std::abs(sum) < 1e-9) unit.powers.erase(name);
   }
-}
-
-struct Superscript {
-  std::string_view text;  ///< UTF-8
-  char plain;
-};
-std::optional<Superscript> superscript_at(std::string_view text) {
-  static constexpr Superscript all[] = {{"⁻", '-'}, {"⁺", '+'}, {"⁰", '0'}, {"¹", '1'}, {"²", '2'}, {"³", '3'},
-                                        {"⁴", '4'}, {"⁵", '5'}, {"⁶", '6'}, {"⁷", '7'}, {"⁸", '8'}, {"⁹", '9'}};
-  for (const Superscript& s : all)
-    if (text.starts_with(s.text)) return s;
-  return {};
 }
 
 /// Recursive descent over one unit expression.
@@ -210,7 +206,7 @@ class Expression {
       const std::string_view from = rest_.substr(size);
       const auto c = static_cast<unsigned char>(from.front());
       const bool letter = std::isalpha(c) || c == '_' || c == '%' || c == '\'' || c >= 0x80;
-      if (!letter || from.starts_with("·") || superscript_at(from)) break;
+      if (!letter || from.starts_with("·") || superscript_at(from).plain != 0) break;
     }
     if (size == 0) fail(fmt::format("cannot be read at `{}`", rest_));
     const std::string result{rest_.substr(0, size)};
@@ -219,15 +215,14 @@ class Expression {
   }
 
   std::optional<double> exponent() {
-    if (superscript_at(rest_)) return superscripts();
+    if (superscript_at(rest_).plain != 0) {
+      const double value = take_superscripts(rest_);
+      if (std::isnan(value)) fail("has a power that is no number");
+      return value;
+    }
     if (accept_here("^") || accept_here("**")) {
       skip();
-      if (at('(')) {
-        rest_.remove_prefix(1);
-        const double value = sum();
-        if (!accept(")")) fail("lacks a `)` after a power");
-        return value;
-      }
+      if (at('(')) return bracket();
       return signed_term();
     }
     const bool sign = (at('-') || at('+')) && rest_.size() > 1 && is_digit(rest_[1]);
@@ -236,49 +231,34 @@ class Expression {
     if (value != std::round(value)) fail("has a decimal power without `^`; write m^1.5, or m^2 s for a product");
     return value;
   }
-  /// A power in superscript characters: ², ⁻¹, ⁻³.
-  double superscripts() {
-    std::string number;
-    while (const std::optional<Superscript> s = superscript_at(rest_)) {
-      number += s->plain;
-      rest_.remove_prefix(s->text.size());
-    }
-    double value = 0;
-    const char* const begin = number.data() + (number.front() == '+' ? 1 : 0);
-    const auto [end, code] = std::from_chars(begin, number.data() + number.size(), value);
-    if (code != std::errc{} || end != number.data() + number.size()) fail("has a power that is no number");
-    return value;
-  }
   bool accept_here(std::string_view token) {
     if (!rest_.starts_with(token)) return false;
     rest_.remove_prefix(token.size());
     return true;
   }
 
-  // Powers in brackets: numbers and n with + - * /.
-  double sum() {
-    double value = product();
-    for (;;) {
-      if (accept("+")) {
-        value += product();
-      } else if (accept("-")) {
-        value -= product();
-      } else {
-        return value;
-      }
+  /// A power in brackets, a formula of numbers and n: (n+1), (3/2).
+  double bracket() {
+    std::size_t end = 0;
+    for (int depth = 0; end < rest_.size(); ++end) {
+      depth += rest_[end] == '(' ? 1 : rest_[end] == ')' ? -1 : 0;
+      if (depth == 0) break;
     }
-  }
-  double product() {
-    double value = signed_term();
-    for (;;) {
-      if (accept("*")) {
-        value *= signed_term();
-      } else if (accept("/")) {
-        value /= signed_term();
-      } else {
-        return value;
-      }
+    if (end == rest_.size()) fail("lacks a `)` after a power");
+    const std::string_view power = rest_.substr(1, end - 1);
+    rest_.remove_prefix(end + 1);
+    static const std::string n = "n";
+    double value = 0;
+    try {
+      value = Formula(power, std::span(&n, n_ ? 1 : 0))(n_ ? &*n_ : nullptr);
+    } catch (const UnknownName& name) {
+      fail(power.find('n') == std::string_view::npos ? fmt::format("has a power in which {}", name.what())
+                                                     : "has the power n, but nothing here has a parameter n");
+    } catch (const UnitError& fault) {
+      fail(fmt::format("has a power that {}", fault.what()));
     }
+    if (!std::isfinite(value)) fail("has a power that is too large");
+    return value;
   }
   double signed_term() {
     skip();

@@ -71,8 +71,7 @@ TEST(Expression, ValueAndDerivativesByHand) {
 }
 
 // The integral over many periods, where it is near 0 beside that of |f|, and beyond kinks and jumps.
-/// A sign binds closer than what follows its term, and less than a power: as in C++ and on paper. GiNaC's own reader
-/// takes 3*-t + 1 for 3*(-t + 1).
+/// A sign binds closer than what follows its term, and less than a power: as in C++ and on paper.
 TEST(Expression, SignsBehindOperatorsBelongToTheirTerm) {
   struct Case {
     const char* text;
@@ -187,7 +186,7 @@ std::string refusal(const std::string& text) {
   return test::message_of<UnitError>([&] { make_expression(text, "1", 1); });
 }
 
-// A name that the scenario gives hides a constant of ours or of the library that reads formulas.
+// A name that the scenario gives hides a constant.
 TEST(Expression, NamesThatAreGivenHideConstants) {
   for (const char* name : {"e", "pi", "Pi", "Euler", "Catalan", "I", "Digits", "E"}) {
     const double values[] = {5, 7};
@@ -204,10 +203,9 @@ TEST(Expression, RefusesWithRuleAndCure) {
   EXPECT_EQ(refusal("2*frequency"),
             "`frequency` is no name of a formula in t; known here: t, pi, e, sin, cos, tan, asin, acos, atan, sinh, "
             "cosh, tanh, "
-            "exp, log, sqrt, pow, atan2, abs, sign, min, max");
-  EXPECT_EQ(refusal("sin(t"), "is no formula: expected `)` or `,`, got its end");
-  EXPECT_EQ(refusal("sin(t, t)"), "is no formula: no function \"sin\" with 2 arguments");
-  EXPECT_EQ(refusal("2 t"), "is no formula: expected its end, got `t`");
+            "exp, log, sqrt, pow, atan2, abs, sign, hypot, min, max");
+  EXPECT_EQ(refusal("sin(t"), "is no formula: expected `)`, got its end");
+  EXPECT_EQ(refusal("sin(t, t)"), "is no formula: `sin` takes one value; a number has a point: 1.5");
   EXPECT_EQ(refusal("-+exp("), "is no formula: expected a number, a name or a bracket, got its end");  // was a crash
   EXPECT_EQ(refusal("2*-(t + 1"), "is no formula: expected `)`, got its end");
   EXPECT_EQ(refusal(""), "is no formula: expected a number, a name or a bracket, got its end");
@@ -215,7 +213,6 @@ TEST(Expression, RefusesWithRuleAndCure) {
   EXPECT_EQ(refusal("2^t^2"),
             "is no formula: of powers in a row it must say which comes first; write a^(b^c) or (a^b)^c");
   EXPECT_EQ(refusal("sqrt(-2)*t"), "holds a number that is not real, such as a root or logarithm of a negative one");
-  EXPECT_EQ(refusal("0^t"), "has no derivative in t: power::eval(): division by zero");
   EXPECT_EQ(refusal("1e-3*t + 2E+1"), "accepted");
 }
 

@@ -157,9 +157,9 @@ TEST(HostileScenario, SignsAndPowersOfArithmetic) {
   const auto fault = [](const std::string& text) {
     return test::message_of<UnitError>([&] { evaluate_arithmetic(text); });
   };
-  EXPECT_TRUE(holds(fault("1+" + std::string(50000, '-') + "1"), "nests more than 100 brackets, signs and powers"));
-  EXPECT_TRUE(holds(fault(repeated("1^", 50000) + "1"), "nests more than 100 brackets, signs and powers"));
-  EXPECT_TRUE(holds(fault(std::string(50000, '(') + "1"), "nests more than 100 brackets, signs and powers"));
+  EXPECT_TRUE(holds(fault("1+" + std::string(50000, '-') + "1"), "is a formula of more than 10,000 characters"));
+  EXPECT_TRUE(holds(fault(repeated("1^", 4000) + "1"), "of powers in a row it must say which comes first"));
+  EXPECT_TRUE(holds(fault(std::string(5000, '(') + "1"), "nests more than 100 brackets"));
   EXPECT_EQ(evaluate_arithmetic("1 + " + std::string(20, '-') + "2 mm/mm").value, 3);
 }
 
@@ -174,7 +174,7 @@ TEST(HostileFormula, EmptyBrackets) {
                            "pow", "atan2", "abs", "sign", "min", "max"})
     EXPECT_EQ(formula_refusal(std::string(word) + "( )"),
               std::string(word) + "() has empty brackets; write what it is the function of: " + word + "(t)");
-  EXPECT_EQ(formula_refusal("0^-e").rfind("is no formula: ", 0), 0U) << "not evaluated until it is made a program";
+  EXPECT_EQ(formula_refusal("0^-e"), "divides by 0");
   EXPECT_EQ(formula_refusal("2*()"), "holds empty brackets; write what belongs between them");
 }
 
@@ -183,26 +183,19 @@ TEST(HostileFormula, Nesting) {
   EXPECT_TRUE(holds(formula_refusal(nested("(", 100000)), "is a formula of more than 10,000 characters"));
   EXPECT_TRUE(holds(formula_refusal(nested("(", 4000)), "nests more than 100 brackets"));
   EXPECT_TRUE(holds(formula_refusal(nested("sin(", 1000)), "nests more than 100 brackets"));
-  EXPECT_TRUE(holds(formula_refusal(std::string(9000, '-') + "t"), "holds too many signs"));
+  EXPECT_EQ(make_expression(std::string(9001, '-') + "t", "1", 1).value(0.25), -0.25);
   EXPECT_EQ(make_expression(nested("(", 90), "1", 1).value(0.25), 0.25);
 }
 
 TEST(HostileFormula, PowersOfPowers) {
-  const char* digits =
-      "holds powers that make numbers of more than 30,000 digits; write such a number with an exponent: 1e10";
-  EXPECT_EQ(formula_refusal("10^(10^10)"), digits);
-  EXPECT_EQ(formula_refusal("t*9^(9^9)"), digits);
-  EXPECT_EQ(formula_refusal("((((2*t)^1000)^1000)^1000)^1000"), digits);
-  EXPECT_EQ(formula_refusal("pow(pow(7, 9999), 9999)"), digits);
+  const char* large = "holds a number too large for double precision";
+  EXPECT_EQ(formula_refusal("10^(10^10)"), large);
+  EXPECT_EQ(formula_refusal("t*9^(9^9)"), large);
+  EXPECT_EQ(formula_refusal("pow(pow(7, 9999), 9999)"), large);
+  EXPECT_EQ(make_expression("((((2*t)^1000)^1000)^1000)^1000", "1", 1).value(0.5), 1);
   EXPECT_EQ(formula_refusal("1e1000000000"), "holds a number too large for double precision");
   EXPECT_EQ(formula_refusal("1e-1000000000*t"), "holds a number too small for double precision; write 0");
   EXPECT_DOUBLE_EQ(make_expression("2^10*t + 10^6 + (2*t)^3", "1", 1).value(0.5), 512 + 1e6 + 1);
-}
-
-TEST(HostileFormula, LongProducts) {
-  std::string product = "(t + 1)";
-  for (int i = 2; i < 900; ++i) product += "*(t + " + std::to_string(i) + ")";
-  EXPECT_TRUE(holds(formula_refusal(product), "has a second derivative of more than 200,000 terms"));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "libsim/document/arithmetic.hpp"
+#include "libsim/document/quantity.hpp"
 #include "libsim/scenario/load.hpp"
 #include "tests/tools/message_of.hpp"
 
@@ -61,7 +62,7 @@ TEST(Arithmetic, RefusalsSayWhatIsWrong) {
   EXPECT_EQ(refusal("a + 3 kg", "m"), "adds kg to m; both must be of one dimension");
   EXPECT_NE(refusal("2*bb", "m").find("`bb` is no parameter"), std::string::npos) << refusal("2*bb", "m");
   EXPECT_NE(refusal("c_", "m").find("`c_` is no parameter"), std::string::npos) << refusal("c_", "m");
-  EXPECT_NE(refusal("(a", "m").find("lacks a `)`"), std::string::npos);
+  EXPECT_NE(refusal("(a", "m").find("expected `)`, got its end"), std::string::npos);
   EXPECT_NE(refusal("a b", "m").find("several values stand in a list"), std::string::npos);
   EXPECT_NE(refusal("sqrt(-a)", "m^0.5").find("root of a negative"), std::string::npos);
   EXPECT_NE(refusal("exp(a)", "1").find("takes a plain number"), std::string::npos);

@@ -32,7 +32,7 @@ const std::vector<Room> house = {
     {"libsim",
      {"libsim/", "coupling/", "libdem/", "libmbd/"},
      {"Eigen/", "fmt/", "hdf5.h", "malloc.h", "nlohmann/", "omp.h", "spdlog/", "sys/resource.h"},
-     {"CGAL/", "H5", "boost/geometry/", "boost/math/", "fcntl.h", "ginac/", "nlopt.hpp", "sched.h", "spawn.h", "sys/",
+     {"CGAL/", "H5", "boost/geometry/", "boost/math/", "fcntl.h", "nlopt.hpp", "sched.h", "spawn.h", "sys/",
       "udunits2.h", "unistd.h", "unsupported/Eigen/", "yaml-cpp/", "zlib.h"}},
 };
 
