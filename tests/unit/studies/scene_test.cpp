@@ -140,9 +140,9 @@ machine:
     turn: {coordinate: gear a.angle, velocity: 1 rad/s}
   forces:
     coil: {rotational spring-damper: [ground, lid], stiffness: 10 N m/rad}
-    stop: {rotational stop: [ground, lid], least: -20 deg, largest: 60 deg, stiffness: 1 kN m/rad, n: 1}
-    ends: {slide stop: [ground, sledge], at: 1 0.8 m, along: 1 0, least: -0.1 m, largest: 0.2 m, stiffness: 1 kN/m, n: 1}
-    rope: {distance stop: [ground, bob], ends: [1.7 1 m, 1.7 0.6 m], largest: 0.5 m, stiffness: 1 kN/m, n: 1}
+    stop: {rotational stop: [ground, lid], minimum: -20 deg, maximum: 60 deg, stiffness: 1 kN m/rad, n: 1}
+    ends: {slide stop: [ground, sledge], at: 1 0.8 m, along: 1 0, minimum: -0.1 m, maximum: 0.2 m, stiffness: 1 kN/m, n: 1}
+    rope: {distance stop: [ground, bob], ends: [1.7 1 m, 1.7 0.6 m], maximum: 0.5 m, stiffness: 1 kN/m, n: 1}
     rubber: {bushing: [ground, bob], at: 1.7 0.6 m, stiffness x: 1 kN/m, stiffness y: 1 kN/m}
     blade: {beam: [post, ground], ends: [2.2 0.8 m, 2.5 0.8 m], axial stiffness: 1 MN, bending stiffness: 100 N m^2}
     air: {drag: sledge, linear: 1 N s/m}
@@ -155,7 +155,7 @@ machine:
     bump: {line contact: [ground, ball], ends: [2 -0.7 m, 2 -0.6 m], along: 1 0, radius: 0.1 m, stiffness: 100 kN/m, n: 1}
     spring: {spring-damper: [ground, ball], ends: [2.4 -0.6 m, 2 -0.6 m], stiffness: 100 N/m}
 time: {end: 0.1 s}
-output: {watch: {coil torque: {force: coil}, spring force: {force: spring}, crank: {driver: turn}, sledge speed: {column: sledge.vx}}}
+output: {monitor: {coil torque: {force: coil}, spring force: {force: spring}, crank: {driver: turn}, sledge speed: {column: sledge.vx}}}
 )";
 
 TEST(Show, EveryJointAndForceHasASymbol) {
