@@ -499,6 +499,7 @@ void Partition::accelerate(MotionState& m) {
 
 void Partition::accelerate_by_wrenches(MotionState& m) {
   if (!reduced_ || !system_.friction_rows().empty() || system_.state_count() > 0) return accelerate(m);
+  if (wrenches_ == system_.external_wrenches()) return accelerate(m);  // another force has jumped
   for (std::size_t i = 1; i < wrenches_.size(); ++i)
     for (std::size_t k = 0; k < 3; ++k) {
       const double now = system_.external_wrench(static_cast<int>(i))[k];

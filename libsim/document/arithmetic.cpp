@@ -22,7 +22,8 @@ struct Parameter {
 using Parameters = std::map<std::string, Parameter, std::less<>>;
 // Values are read deep inside declarations that know nothing of parameters, most of them in the libraries; to hand the
 // parameters through all of them would make each depend on what only this file uses.
-thread_local Parameters* parameters = nullptr;
+// Initial-exec: the library may be linked into a module that a program loads.
+[[gnu::tls_model("initial-exec")]] thread_local Parameters* parameters = nullptr;
 
 constexpr std::array<std::string_view, 15> functions{"sqrt", "abs",  "min",  "max",   "hypot", "sin", "cos", "tan",
                                                      "asin", "acos", "atan", "atan2", "exp",   "log", "pi"};

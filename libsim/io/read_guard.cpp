@@ -22,7 +22,8 @@ namespace subsoil::sim::h5 {
 namespace {
 
 constexpr std::array<int, 5> deadly{SIGSEGV, SIGBUS, SIGFPE, SIGABRT, SIGPROF};
-thread_local bool armed = false;
+// Initial-exec: the library may be linked into a module that a program loads.
+[[gnu::tls_model("initial-exec")]] thread_local bool armed = false;
 std::array<char, 4096> path_read{};  // a handler may not allocate
 
 void say(const char* text) {

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "libsim/run/overlap_advice.hpp"
 #include "libsim/setup/machine.hpp"
 
 namespace subsoil::sim {
@@ -64,6 +65,17 @@ std::string machine_fault(const Scenario& s, const World& world) {
       "limit",
       e.balance(), off / (e.moved + brought), e.moved + brought, s.limits.energy,
       force.empty() ? std::string() : " (the maximum force is " + force + ")", shorter_step(s, world));
+}
+
+std::string step_failure(const std::string& what, double t, const Scenario& scenario, const World& world) {
+  const auto timed = [&](const std::string& text) { return fmt::format("t = {:.9g} s: {}", t, text); };
+  // A machine that is not resolved throws the soil about.
+  if (world.bed)
+    if (const std::string fault = machine_fault(scenario, world); !fault.empty()) return timed(fault);
+  std::string text = what;
+  if (const std::string advice = overlap_advice(what, world, scenario); !advice.empty()) text += "; " + advice;
+  if (what.find("is too long for the ") != std::string::npos) text += "; " + shorter_step(scenario, world);
+  return what.rfind("t = ", 0) == 0 ? text : timed(text);
 }
 
 }  // namespace subsoil::sim

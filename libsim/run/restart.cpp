@@ -91,20 +91,37 @@ dem::MovingBed moving_bed_of(const StateReader& in) {
 
 }  // namespace
 
-void save_run(const std::filesystem::path& path, const Scenario& scenario, const World& world,
-              const coupling::Simulation& simulation, const RunProgress& progress) {
+SavedRun take_state(const World& world, const coupling::Simulation& simulation) {
+  SavedRun saved;
+  saved.time = simulation.time();
+  saved.has_bed = world.bed != nullptr;
+  if (world.bed) {
+    saved.bed = world.bed->save();
+    saved.soil_step = world.step.soil_step;
+    saved.kernel = world.bed->kernel_name();
+    saved.soil = world.soil;
+    saved.container_shift = world.container_shift;
+  }
+  if (world.moving) saved.moving = std::make_shared<dem::MovingBed>(world.moving->window);
+  if (world.machine) saved.machine = world.machine->snapshot();
+  saved.coupling = simulation.save();
+  saved.version = version();
+  return saved;
+}
+
+void write_run(const std::filesystem::path& path, const SavedRun& saved) {
   StateWriter out(path);
   out.put_format(kStateFormat);
-  out.put_text("scenario", write_scenario(scenario));
-  out.put("time", simulation.time());
-  if (world.bed) {
-    put_bed_state(out, world.bed->save());
-    out.put("soil step", world.step.soil_step);
-    out.put_text("instruction set", world.bed->kernel_name());
-    const SoilReport& s = world.soil;
+  out.put_text("scenario", saved.scenario);
+  out.put("time", saved.time);
+  if (saved.has_bed) {
+    put_bed_state(out, saved.bed);
+    out.put("soil step", saved.soil_step);
+    out.put_text("instruction set", saved.kernel);
+    const SoilReport& s = saved.soil;
     out.put("soil", std::vector<double>{static_cast<double>(s.spheres), s.mass, s.settled_for, s.rms_speed,
                                         s.bulk_density, s.surface_mean, s.surface_spread, s.coordination,
-                                        static_cast<double>(s.carved), world.container_shift});
+                                        static_cast<double>(s.carved), saved.container_shift});
     std::vector<std::string> names;
     std::vector<double> layers;
     for (const auto& [material, l] : s.layers) {
@@ -114,12 +131,20 @@ void save_run(const std::filesystem::path& path, const Scenario& scenario, const
     out.put_texts("layers/materials", names);
     out.put("layers/numbers", layers);
   }
-  if (world.moving) put_moving_bed(out, world.moving->window);
-  if (world.machine) out.put("machine", world.machine->snapshot());
-  out.put("coupling", simulation.save());
-  out.put_text("version", version());
-  put_progress(out, progress);
+  if (saved.moving) put_moving_bed(out, *saved.moving);
+  if (!saved.machine.empty()) out.put("machine", saved.machine);
+  out.put("coupling", saved.coupling);
+  out.put_text("version", saved.version);
+  put_progress(out, saved.progress.value());
   out.commit();
+}
+
+void save_run(const std::filesystem::path& path, const Scenario& scenario, const World& world,
+              const coupling::Simulation& simulation, const RunProgress& progress) {
+  SavedRun saved = take_state(world, simulation);
+  saved.scenario = write_scenario(scenario);
+  saved.progress = progress;
+  write_run(path, saved);
 }
 
 namespace {
@@ -263,8 +288,8 @@ void restore(const SavedRun& saved, World& world, coupling::Simulation& simulati
     world.bed->restore(saved.bed);
     world.soil = saved.soil;
     world.soil.clumps = world.bed->clumps().size();
+    world.bed->set_floor_drop(world.bed->options().floor_drop + saved.container_shift - world.container_shift);
     world.container_shift = saved.container_shift;
-    world.bed->set_floor_drop(world.bed->options().floor_drop + saved.container_shift);
   }
   if (world.machine) world.machine->restore(saved.machine);
   simulation.restore(saved.coupling);

@@ -37,7 +37,11 @@ struct SavedRun {
   std::optional<RunProgress> progress;
 };
 
+/// The state as it is now, in memory, without the scenario's text and the run's progress.
+SavedRun take_state(const World& world, const coupling::Simulation& simulation);
+
 /// Writes a state, complete or not at all. Throws DiskFault.
+void write_run(const std::filesystem::path& path, const SavedRun& saved);
 void save_run(const std::filesystem::path& path, const Scenario& scenario, const World& world,
               const coupling::Simulation& simulation, const RunProgress& progress);
 

@@ -16,7 +16,6 @@
 #include "libsim/run/continuation.hpp"
 #include "libsim/run/input_report.hpp"
 #include "libsim/run/machine_fault.hpp"
-#include "libsim/run/overlap_advice.hpp"
 #include "libsim/run/placement_report.hpp"
 #include "libsim/run/signals.hpp"
 #include "libsim/run/surface_report.hpp"
@@ -31,37 +30,36 @@ constexpr double close_share = 1e-6;
 // Between two looks at where the tools are (s), whatever rows are asked for: the window of the means opens and closes
 // at them.
 constexpr double tool_interval = 1e-3;
-// Steps between two instants at which a machine in soil is taken up from its own state, so that a state may be saved
-// there. They follow from the number of the step alone: no bit of the motion depends on which states are asked for.
-constexpr long steps_between_states = 64;
 // A state that is due waits no longer than this for such an instant; beside a singular configuration there is none.
-constexpr long most_steps_until_state = 8 * steps_between_states;
+constexpr long most_steps_until_state = 8 * Stepper::steps_between_states;
 
 }  // namespace
 
-RunLoop::RunLoop(const Loaded& loaded, const RunRequest& request, World world, const std::optional<SavedRun>& saved,
-                 FolderLock& lock, bool goes_on)
+RunLoop::RunLoop(const Loaded& loaded, const RunRequest& request, Stepper& stepper,
+                 const std::optional<SavedRun>& saved, FolderLock& lock, bool goes_on)
     : loaded_(loaded),
       s_(loaded.scenario),
       request_(request),
       lock_(lock),
-      world_(std::move(world)),
-      simulation_(world_.bed.get(), world_.machine.get(), world_.body_surfaces, world_.motions,
-                  {.soil_step = world_.step.soil_step,
-                   .soil_steps = static_cast<int>(s_.time.machine.soil_steps),
-                   .machine_step = world_.step.machine_step}) {
-  if (saved) restore(*saved, world_, simulation_);
+      stepper_(stepper),
+      world_(stepper.world()),
+      simulation_(stepper.simulation()),
+      columns_(&stepper.columns()),
+      values_(stepper.values()),
+      physics_(s_, world_),
+      bodies_(s_, world_),
+      steps_(stepper.steps()) {
   if (saved) refuse_jumps(world_, simulation_.time(), request_.from.string());
-  columns_ = std::make_unique<Columns>(loaded_, world_, simulation_);
   crossings_ = std::make_unique<Crossings>(loaded_, *columns_);
   follows_sums_ = columns_->history_needs_sums();
   tool_ = std::make_unique<ToolProgress>(world_, simulation_, s_.time.end);
   start_time_ = simulation_.time();
   if (world_.machine) energy_start_.machine_potential = world_.machine->energy().potential;
   if (saved && request_.changes.empty()) take_up_energy(*saved);
-  restores_ = world_.bed != nullptr;
   if (goes_on) go_on_ = &*saved->progress;
 }
+
+double RunLoop::close() const { return close_share * simulation_.step_length(); }
 
 int RunLoop::run() {
   open_output();
@@ -88,8 +86,7 @@ void RunLoop::open_output() {
   for (const std::size_t c : columns_->summarised()) summarised.push_back(columns_->list()[c]);
   summary_ = std::make_unique<Summary>(summarised);
   summarised_.resize(summarised.size());
-  values_.assign(columns_->list().size(), 0.0);
-  rows_ = std::make_unique<Rows>(*columns_, *series_, close_share * simulation_.step_length());
+  rows_ = std::make_unique<Rows>(*columns_, *series_, close());
   if (world_.machine)
     for (const std::string& group : world_.machine->assembly().redundant)
       spdlog::info("{}: of their reactions those of minimum norm are reported", group);
@@ -151,14 +148,14 @@ void RunLoop::save(const std::filesystem::path& path) {
   frames_->publish(progress);
   progress.series_bytes = series_->sync();
   require_space(path, state_bytes_ + state_bytes_ / 8);
-  progress.exact = machine_is_fresh_ && restores_;
+  progress.exact = stepper_.is_restorable();
   save_run(path, s_, world_, simulation_, progress);
   std::error_code unknown;
   const auto bytes = std::filesystem::file_size(path, unknown);
   if (!unknown) state_bytes_ = std::max<std::uint64_t>(state_bytes_, bytes);
 }
 
-bool RunLoop::checkpoint_is_due() const { return restores_ && machine_is_fresh_ && checkpoints_.due(); }
+bool RunLoop::checkpoint_is_due() const { return stepper_.is_restorable() && checkpoints_.due(); }
 
 void RunLoop::set_fixed_window() {
   const Window& w = s_.output.window;
@@ -183,93 +180,91 @@ void RunLoop::warn(const std::string& text) {
 }
 
 int RunLoop::loop() {
-  const double dt = simulation_.step_length(), end = s_.time.end, half = 0.5 * dt, close = close_share * dt;
-  if (!world_.bed) simulation_.end_at(end), world_.machine->keep_steps();
-  for (bool stops = false;;) {
-    const double t = simulation_.time();
-    reached_ = std::min(t, end);
-    if (state_due_.due(t, half) && state_due_since_ < 0) state_due_since_ = steps_;
-    refresh_machine();
-    const bool waits = state_due_since_ >= 0,
-               save_due = waits && (machine_is_fresh_ || steps_ - state_due_since_ >= most_steps_until_state);
-    const int signal = signal_to_obey();
-    const bool last = (t >= end - close && simulation_.window_begins()) || signal != 0 || stops;
-    // A bed on its way to rest is no state to go on from: a restart does not settle. Saved before anything else is
-    // decided here: whoever goes on from the state begins with this line.
-    if (!world_.soil.stopped) {
-      if (save_due || (last && (waits || s_.output.state == State::full || signal != 0))) {
-        state_due_since_ = -1;
-        save(state_path(request_.out, t));
-      } else if (!last && checkpoint_is_due()) {
-        save(checkpoints_.next(t)), checkpoints_.keep_two();
-      }
-    }
-    const bool bed_went_on = world_.moving && follow_bed(t);
-    // What is due before the next instant is interpolated between this one and that.
-    const bool frame = last || frame_due_.next() < t + dt - close,
-               sample = last || crossings_->needs_sums() || follows_sums_ || sample_due_.next() < t + dt - close;
-    const bool row = last || sample_due_.next() <= t + close;
-    const bool window = simulation_.window_begins() && sample_due_.next() < t + simulation_.window_length();
-    if (sample || window || crossings_->any() || columns_->needs_every_step()) columns_->take_instant(values_);
-    if (world_.bed && (tool_due_.due(t, close) || last)) {
-      follow_tools(t);
-      if (surfaces_have_met(t)) return exit_failed;
-    }
-    stood_ = simulation_.window_begins();
-    dem::Snapshot* const snapshot = frame ? frames_->begin(t) : nullptr;
-    std::vector<dem::ContactRecord>* const contacts = frame ? frames_->contacts() : nullptr;
-    const bool first = steps_ == 0 && !energy_begun_;
-    if (!guarded([&] { simulation_.step({.energy = sample || first, .snapshot = snapshot, .contacts = contacts}); }))
-      return exit_failed;
-    if (first) begin_energy();
-    tool_->look_for_touch();
-    columns_->take_step(values_, sample);
-    if (columns_->has_history()) columns_->follow(t, values_);
-    if (crossings_->any()) stops = crossings_->look(t, values_, Crossings::on_a_line);
-    write_due(t, close, last, bed_went_on);
-    if (row && (energy_is_lost() || physics_fails())) return exit_failed;
-    if (last) return code_of(signal);
-    count_step(t, world_.bed ? dt : simulation_.time() - t, values_);
-    if (live_.due()) live_.show(live_text(rows_->last()));
+  if (!world_.bed) simulation_.end_at(s_.time.end), world_.machine->keep_steps();
+  StepObserver* const observers[] = {this};
+  while (stepper_.advance(observers)) {
+  }
+  return code_;
+}
+
+void RunLoop::at_instant() {
+  const double t = simulation_.time(), end = s_.time.end;
+  reached_ = std::min(t, end);
+  if (state_due_.due(t, 0.5 * simulation_.step_length()) && state_due_since_ < 0) state_due_since_ = steps_;
+  const bool waits = state_due_since_ >= 0,
+             save_due = waits && (stepper_.is_restorable() || steps_ - state_due_since_ >= most_steps_until_state);
+  const int signal = signal_to_obey();
+  const bool last = (t >= end - close() && simulation_.window_begins()) || signal != 0 || stops_;
+  now_ = {.t = t, .signal = signal, .last = last};
+  // A bed on its way to rest is no state to go on from: a restart does not settle. Saved before anything else is
+  // decided here: whoever goes on from the state begins with this line.
+  if (world_.soil.stopped) return;
+  if (save_due || (last && (waits || s_.output.state == State::full || signal != 0))) {
+    state_due_since_ = -1;
+    save(state_path(request_.out, t));
+  } else if (!last && checkpoint_is_due()) {
+    save(checkpoints_.next(t)), checkpoints_.keep_two();
   }
 }
 
-void RunLoop::write_due(double t, double close, bool last, bool bed_went_on) {
-  const bool signalled = last && t < s_.time.end - close;
-  rows_->begin_instant(t, values_, bed_went_on);
+void RunLoop::before_step(bool window_advanced, StepRequest& request) {
+  const double t = now_.t, next = t + simulation_.step_length() - close();
+  const bool last = now_.last;
+  now_.window_advanced = window_advanced;
+  if (window_advanced) warn_of_left_surfaces(t);
+  // What is due before the next instant is interpolated between this one and that.
+  const bool frame = last || frame_due_.next() < next,
+             sample = last || crossings_->needs_sums() || follows_sums_ || sample_due_.next() < next;
+  now_.row = last || sample_due_.next() <= t + close();
+  now_.stood = simulation_.window_begins();
+  const bool window = now_.stood && sample_due_.next() < t + simulation_.window_length();
+  now_.first = steps_ == 0 && !energy_begun_;
+  request.instant |= sample || window || crossings_->any() || columns_->needs_every_step();
+  request.energies |= sample || now_.first;
+  if (world_.bed && (tool_due_.due(t, close()) || last)) {
+    follow_tools(t);
+    request.stop = surfaces_have_met(t);
+    if (request.stop) return;
+  }
+  if (!frame) return;
+  request.snapshot = frames_->begin(t);
+  request.contacts = frames_->contacts();
+}
+
+bool RunLoop::after_step() {
+  if (now_.first) begin_energy();
+  tool_->look_for_touch();
+  if (crossings_->any()) stops_ = crossings_->look(now_.t, values_, Crossings::on_a_line);
+  write_due();
+  if (now_.row && (energy_is_lost() || physics_fails())) return false;
+  if (now_.last) return code_ = code_of(now_.signal), false;
+  count_step(now_.t, world_.bed ? simulation_.step_length() : simulation_.time() - now_.t, values_);
+  if (live_.due()) live_.show(live_text(rows_->last()));
+  return true;
+}
+
+void RunLoop::write_due() {
+  const double t = now_.t;
+  const bool signalled = now_.last && t < s_.time.end - close();
+  rows_->begin_instant(t, values_, now_.window_advanced);
   double row = -Schedule::never, frame = row;
-  for (; sample_due_.next() <= t + close; sample_due_.due(row, close)) rows_->add(row = sample_due_.next());
-  if (signalled && row < t - close) rows_->add(t);
-  rows_->end_instant(stood_ || last);
-  for (; frame_due_.next() <= t + close; frame_due_.due(frame, close))
+  for (; sample_due_.next() <= t + close(); sample_due_.due(row, close())) rows_->add(row = sample_due_.next());
+  if (signalled && row < t - close()) rows_->add(t);
+  rows_->end_instant(now_.stood || now_.last);
+  for (; frame_due_.next() <= t + close(); frame_due_.due(frame, close()))
     frames_->write(frame = frame_due_.next(), steps_);
-  if (signalled && frame < t - close) frames_->write(t, steps_);
+  if (signalled && frame < t - close()) frames_->write(t, steps_);
 }
 
 int RunLoop::code_of(int signal) const {
   return signal == SIGINT ? exit_interrupted : signal == SIGTERM ? exit_terminated : exit_ok;
 }
 
-void RunLoop::refresh_machine() {
-  machine_is_fresh_ = world_.machine == nullptr;
-  if (world_.machine == nullptr || !restores_ || steps_ % steps_between_states != 0) return;
-  if (world_.machine->integrator().partition().near_singular()) return;
-  // To a state that is its own restoration: joints are closed to rounding after one or two.
-  constexpr int most = 4;
-  std::vector<double> state = world_.machine->snapshot();
-  for (int k = 0; k < most && !machine_is_fresh_; ++k) {
-    world_.machine->restore(state);
-    std::vector<double> again = world_.machine->snapshot();
-    machine_is_fresh_ = again == state;
-    state = std::move(again);
-  }
-}
-
 int RunLoop::signal_to_obey() {
   const int signal = caught_signal();
   if (signal == 0) return 0;
   if (!signal_at_) signal_at_ = Clock::now();
-  const bool waits = restores_ && !machine_is_fresh_ && Clock::now() - *signal_at_ < std::chrono::seconds(3);
+  const bool waits = world_.bed && !stepper_.is_restorable() && Clock::now() - *signal_at_ < std::chrono::seconds(3);
   return waits ? 0 : signal;
 }
 
@@ -293,7 +288,6 @@ void RunLoop::count_step(double t, double taken, std::span<const double> values)
     deepest_ = std::max(deepest_, world_.bed->max_overlap());
     fastest_ = std::max(fastest_, world_.bed->max_speed());
   }
-  ++steps_;
 }
 
 bool RunLoop::guarded(const std::function<void()>& take_step) {
@@ -301,18 +295,12 @@ bool RunLoop::guarded(const std::function<void()>& take_step) {
     take_step();
     return true;
   } catch (const std::exception& error) {
-    failure_ = error.what();
-    // A machine that is not resolved throws the soil about: then the soil's fault is a consequence.
-    if (world_.bed && energy_is_lost()) return false;
-    if (const std::string advice = overlap_advice(failure_, world_, s_); !advice.empty()) failure_ += "; " + advice;
-    if (failure_.find("is too long for the ") != std::string::npos) failure_ += "; " + shorter_step(s_, world_);
-    if (failure_.rfind("t = ", 0) != 0) failure_ = fmt::format("t = {:.9g} s: {}", reached_, failure_);
+    failure_ = step_failure(error.what(), reached_, s_, world_);
     return false;
   }
 }
 
-bool RunLoop::follow_bed(double t) {
-  if (!world_.moving->follow(*world_.bed, simulation_)) return false;
+void RunLoop::warn_of_left_surfaces(double t) {
   const dem::MovingBed& window = world_.moving->window;
   const double low = std::min(window.rear(), window.front()), high = std::max(window.rear(), window.front());
   for (const SurfaceRecord& s : world_.surfaces) {
@@ -327,7 +315,6 @@ bool RunLoop::follow_bed(double t) {
         "`{}`, or make the container longer",
         t, s.name, s_.soil->moving->follows));
   }
-  return true;
 }
 
 void RunLoop::follow_tools(double t) {

@@ -27,6 +27,7 @@
 #include "libsim/run/run_summary.hpp"
 #include "libsim/run/runner.hpp"
 #include "libsim/run/schedule.hpp"
+#include "libsim/run/stepper.hpp"
 #include "libsim/run/surface_meeting.hpp"
 #include "libsim/run/tool.hpp"
 #include "libsim/run/wall_watch.hpp"
@@ -34,12 +35,13 @@
 
 namespace subsoil::sim {
 
-/// A run through time in a folder that is locked: steps the coupled simulation to its end and writes series, frames,
-/// states and summary on the way. run_loop.cpp steps, run_loop_alone.cpp
-/// a machine without soil; run_loop_end.cpp writes what only the end of a run knows.
-class RunLoop {
+/// A run through time in a folder that is locked: observes the steps of the coupled simulation to its end and writes
+/// series, frames, states and summary on the way. run_loop.cpp observes, run_loop_alone.cpp steps a machine without
+/// soil; run_loop_end.cpp writes what only the end of a run knows.
+class RunLoop : private StepObserver {
  public:
-  RunLoop(const Loaded& loaded, const RunRequest& request, World world, const std::optional<SavedRun>& saved,
+  /// @param saved is restored in the stepper
+  RunLoop(const Loaded& loaded, const RunRequest& request, Stepper& stepper, const std::optional<SavedRun>& saved,
           FolderLock& lock, bool goes_on);
 
   int run();
@@ -64,15 +66,22 @@ class RunLoop {
 
   void set_fixed_window();
 
+  /// What is due so near to an instant is of that instant, s.
+  double close() const;
+
   /// Prints it once, now, and writes it down.
   void warn(const std::string& text);
 
   int loop();
+  void at_instant() override;
+  void before_step(bool window_advanced, StepRequest& request) override;
+  bool take(const std::function<void()>& step) override { return guarded(step); }
+  bool after_step() override;
   /// A machine alone without columns of means: rows and frames are of their times exactly. Methods with a dense output
   /// end there; with fixed steps what lies between is read from the step that leads past it.
   int loop_alone();
   /// Moves a machine alone to `t`, with fixed steps to the first end at or behind it; false as step().
-  bool reach(double t, double close, bool fixed);
+  bool reach(double t, double close);
   int code_of(int signal) const;
   /// Of a machine alone: takes what is followed over time, and crossings, through the pieces of its last step, each in
   /// so many parts, and over what jumps between them; true where the run is to end.
@@ -88,17 +97,11 @@ class RunLoop {
   /// The time from t on at which a machine alone is looked at next, at the latest.
   double next_due(double t, double close) const;
 
-  /// A machine that is taken up from a state chooses its coordinates again and factors its matrices where it stands,
-  /// which moves the last digits. So the one that runs in soil does the same every so many steps, and states are saved
-  /// there: a run that continues from one has the same bits. Near a singular configuration it is left alone.
-  void refresh_machine();
-
   /// A signal waits for an instant at which a state is exact, but not for long.
   int signal_to_obey();
 
-  /// Rows and frames that are due up to the instant t, whose values are known; at t too if it is the last.
-  /// @param bed_went_on whether the window of a moving bed went on at t
-  void write_due(double t, double close, bool last, bool bed_went_on);
+  /// Rows and frames that are due up to the instant, whose values are known; at it too if it is the last.
+  void write_due();
 
   /// Whether the soil does what no physics does, beyond repair; failure_ then says so.
   bool physics_fails();
@@ -115,8 +118,8 @@ class RunLoop {
   /// False when the step cannot be taken; failure_ then says why.
   bool guarded(const std::function<void()>& take_step);
 
-  /// The window of a moving bed goes on where it is time; whether it did.
-  bool follow_bed(double t);
+  /// Surfaces that the window of a moving bed has left are named once.
+  void warn_of_left_surfaces(double t);
 
   /// Opens and closes the window of the means where the tools' ways say so, and looks at the walls while it is open.
   void follow_tools(double t);
@@ -151,9 +154,10 @@ class RunLoop {
   RunRequest request_;
   FolderLock& lock_;
   const RunProgress* go_on_ = nullptr;  ///< what stands in the folder, to go on behind; null: from the start
-  World world_;
-  coupling::Simulation simulation_;
-  std::unique_ptr<Columns> columns_;
+  Stepper& stepper_;
+  World& world_;
+  coupling::Simulation& simulation_;
+  Columns* const columns_;
   std::unique_ptr<ToolProgress> tool_;
   std::unique_ptr<SeriesWriter> series_;
   std::unique_ptr<Summary> summary_;
@@ -161,25 +165,31 @@ class RunLoop {
   std::unique_ptr<FrameOutput> frames_;
   std::unique_ptr<Rows> rows_;
   std::unique_ptr<Crossings> crossings_;
-  std::vector<double> values_, summarised_;  // of the step, of the summary's columns
-  std::vector<double> begin_, middle_;       // where a part of it begins, and halfway through it
-  std::vector<double> between_;              // at a time in it
-  std::vector<double> rounding_;             // of its columns
-  std::vector<Sought> sought_;               // in that part
-  bool follows_sums_ = false;                ///< what is followed over time is of sums over all spheres
+  std::vector<double>& values_;         // of the step
+  std::vector<double> summarised_;      // of the summary's columns
+  std::vector<double> begin_, middle_;  // where a part of it begins, and halfway through it
+  std::vector<double> between_;         // at a time in it
+  std::vector<double> rounding_;        // of its columns
+  std::vector<Sought> sought_;          // in that part
+  bool follows_sums_ = false;           ///< what is followed over time is of sums over all spheres
   LiveLine live_;
   RecentRate rate_;
   WallWatch walls_;
   std::optional<SurfaceMeeting> meeting_;
-  PhysicsWatch physics_{s_, world_};
-  BodyWatch bodies_{s_, world_};
+  PhysicsWatch physics_;
+  BodyWatch bodies_;
   Schedule frame_due_, sample_due_, state_due_, tool_due_;
   Checkpoints checkpoints_{request_.out};
   std::uint64_t state_bytes_ = 0;  ///< of the largest state so far
   bool energy_begun_ = false;
-  bool restores_ = true;          ///< a run may go on from its states with the same bits
-  bool machine_is_fresh_ = true;  ///< at this instant
-  bool stood_ = true;             ///< the machine at this instant, and not at the start of a window
+  struct Instant {  ///< the one at which the step begins
+    double t = 0;
+    int signal = 0;
+    bool last = false, row = false, first = false, window_advanced = false;
+    bool stood = true;  ///< the machine, and not at the start of a window
+  } now_;
+  bool stops_ = false;  ///< a crossing ends the run at the next instant
+  int code_ = exit_failed;
   std::optional<Clock::time_point> signal_at_;
   long state_due_since_ = -1;  ///< step at which a state was due that is not saved yet; -1: none
   long looks_ = 0;
@@ -189,7 +199,7 @@ class RunLoop {
   double start_time_ = 0, reached_ = 0;
   EnergyStart energy_start_;
   double deepest_ = 0, fastest_ = 0;
-  long steps_ = 0;
+  long& steps_;
   enum class Opening { fixed, pending, open, closed } window_ = Opening::fixed;
 };
 

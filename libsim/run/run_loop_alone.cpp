@@ -20,7 +20,7 @@ constexpr double share_of_size = 3e-3;
 int RunLoop::loop_alone() {
   mbd::Machine& machine = *world_.machine;
   const double end = s_.time.end, close = std::max(1e-9 * simulation_.step_length(), 1e-15 * end);
-  const bool fixed = !machine.integrator().ends_anywhere();
+  const bool fixed = stepper_.has_fixed_steps();
   const bool watches = crossings_->any() || columns_->has_history(), looks = sums_up() || watches;  // between rows
   if (fixed || looks) machine.keep_steps();
   motion_ = std::make_unique<MotionSummary>(*columns_, *summary_);
@@ -60,7 +60,7 @@ int RunLoop::loop_alone() {
     before = t;
     const double due = next_due(t, close), step_end = machine.time() > t + close ? machine.time() : t + longest();
     t = step_end < due - close ? step_end : due;
-    if (!reach(t, close, fixed)) return exit_failed;
+    if (!reach(t, close)) return exit_failed;
     if (live_.due()) live_.show(live_text(values_));
   }
 }
@@ -149,15 +149,8 @@ bool RunLoop::look_through(std::size_t piece, double from, double until, Splits 
   return stops;
 }
 
-bool RunLoop::reach(double t, double close, bool fixed) {
-  return guarded([&] {
-    while (world_.machine->time() < t - close) {
-      if (fixed)
-        simulation_.step();
-      else
-        simulation_.step_to(t);
-    }
-  });
+bool RunLoop::reach(double t, double close) {
+  return guarded([&] { stepper_.reach(t, close); });
 }
 
 }  // namespace subsoil::sim

@@ -1,7 +1,6 @@
 #include "libsim/run/runner.hpp"
 
 #include <fmt/format.h>
-#include <omp.h>
 #include <spdlog/spdlog.h>
 
 #include <optional>
@@ -161,9 +160,7 @@ void refuse_columns(const Loaded& loaded) {
 int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<SavedRun>& saved, bool goes_on,
                FolderLock& lock, const std::optional<SavedSettling>& settling_from = std::nullopt) {
   BuildOptions options;
-  options.threads = request.threads > 0 ? request.threads : static_cast<int>(loaded.scenario.time.threads);
-  if (!loaded.scenario.has_bed() && options.threads == 0) options.threads = 1;  // a machine alone has no work for more
-  if (options.threads > 0) omp_set_num_threads(options.threads);                // of output too
+  options.threads = use_threads(loaded, request.threads);
   options.place_soil = !saved;
   if (saved) options.restored = spheres_of(*saved);
   if (saved && saved->moving) options.moving = saved->moving.get();
@@ -193,7 +190,8 @@ int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<Sa
   use_engine(world, loaded, request);
   if (goes_on) look_at_origin(*saved, world, request.from);
   if (settling_from) look_at_program(settling_from->version, settling_from->instruction_set, world, "settling.h5");
-  return RunLoop(loaded, request, std::move(world), saved, lock, goes_on).run();
+  Stepper stepper(loaded, std::move(world), saved ? &*saved : nullptr);
+  return RunLoop(loaded, request, stepper, saved, lock, goes_on).run();
 }
 
 /// Whether a folder's run has reached its end, as its summary says.

@@ -1,0 +1,150 @@
+#include "libsim/run/stepper.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "libsim/run/restart.hpp"
+#include "libsim/setup/moving_soil.hpp"
+
+namespace subsoil::sim {
+
+int use_threads(const Loaded& loaded, int asked) {
+  int threads = asked > 0 ? asked : static_cast<int>(loaded.scenario.time.threads);
+  if (!loaded.scenario.has_bed() && threads == 0) threads = 1;  // a machine alone has no work for more
+  if (threads > 0) omp_set_num_threads(threads);                // of output too
+  return threads;
+}
+
+coupling::SimulationOptions Stepper::options_of(const Loaded& loaded, const World& world) {
+  return {.soil_step = world.step.soil_step,
+          .soil_steps = static_cast<int>(loaded.scenario.time.machine.soil_steps),
+          .machine_step = world.step.machine_step};
+}
+
+Stepper::Stepper(const Loaded& loaded, World world, const SavedRun* saved)
+    : loaded_(loaded),
+      world_(std::move(world)),
+      simulation_(world_.bed.get(), world_.machine.get(), world_.body_surfaces, world_.motions,
+                  options_of(loaded, world_)) {
+  if (saved != nullptr) sim::restore(*saved, world_, simulation_);
+  columns_ = std::make_unique<Columns>(loaded_, world_, simulation_);
+  values_.assign(columns_->list().size(), 0.0);
+}
+
+bool Stepper::advance(std::span<StepObserver* const> observers) {
+  refresh_machine();
+  for (StepObserver* o : observers) o->at_instant();
+  const bool window_advanced = world_.moving && world_.moving->follow(*world_.bed, simulation_);
+  StepRequest request;
+  for (StepObserver* o : observers) o->before_step(window_advanced, request);
+  if (request.stop) return false;
+  if (request.instant || columns_->has_history()) columns_->take_instant(values_);
+  const double t = simulation_.time();
+  const std::function<void()> step = [&] {
+    simulation_.step({.energy = request.energies, .snapshot = request.snapshot, .contacts = request.contacts});
+  };
+  // Each observer's take() wraps that of the ones behind it.
+  const std::function<bool(std::size_t)> take = [&](std::size_t i) {
+    if (i == observers.size()) return step(), true;
+    bool taken = false;
+    return observers[i]->take([&] { taken = take(i + 1); }) && taken;
+  };
+  if (!take(0)) return false;
+  columns_->take_step(values_, request.energies);
+  if (columns_->has_history()) columns_->follow(t, values_);
+  bool continues = true;
+  for (StepObserver* o : observers) continues = o->after_step() && continues;
+  if (continues) ++steps_;
+  return continues;
+}
+
+bool Stepper::has_fixed_steps() const { return !world_.machine->integrator().ends_anywhere(); }
+
+void Stepper::reach(double t, double close) {
+  while (world_.machine->time() < t - close) has_fixed_steps() ? simulation_.step() : simulation_.step_to(t);
+}
+
+void Stepper::refresh_machine() {
+  machine_is_fresh_ = world_.machine == nullptr;
+  if (world_.bed && steps_ % steps_between_states == 0) refresh_now();
+}
+
+void Stepper::refresh_now() {
+  machine_is_fresh_ = world_.machine == nullptr;
+  if (world_.machine == nullptr) return;
+  if (world_.machine->integrator().partition().near_singular()) return;
+  // To a state that is its own restoration: joints are closed to rounding after one or two.
+  constexpr int most = 4;
+  std::vector<double> state = world_.machine->snapshot();
+  for (int k = 0; k < most && !machine_is_fresh_; ++k) {
+    world_.machine->restore(state);
+    std::vector<double> again = world_.machine->snapshot();
+    machine_is_fresh_ = again == state;
+    state = std::move(again);
+  }
+}
+
+void Stepper::note_jump() {
+  // Integrators look for jumps where the external wrench has changed; that it is back at its value changes no bit.
+  const int body = 1;
+  const std::array<double, 3> w = world_.machine->system().external_wrench(body);
+  world_.machine->set_external_wrench(body, w[0] + 1, w[1], w[2]);
+  world_.machine->set_external_wrench(body, w[0], w[1], w[2]);
+}
+
+void Stepper::restore(const SavedRun& saved) {
+  if (world_.moving && saved.moving) world_.moving->window = *saved.moving;
+  sim::restore(saved, world_, simulation_);
+  // A restoration begins where the machine stands: the second one at the state itself, as in refresh_now().
+  if (world_.machine) world_.machine->restore(saved.machine);
+}
+
+void Stepper::set_motion(int boundary, std::function<dem::Pose(double)> pose) {
+  if (const auto found = driven_.find(boundary); found != driven_.end()) {
+    Driven& driven = *found->second;
+    driven.pose = pose ? std::move(pose) : driven.given;
+    if (!has_stepped()) simulation_.restore(simulation_.save());  // which places the surfaces again
+    return;
+  }
+  if (!pose) return;
+  const auto of = [&](const coupling::GivenMotion& m) { return m.boundary == boundary; };
+  auto motion = std::find_if(world_.motions.begin(), world_.motions.end(), of);
+  if (motion == world_.motions.end()) {
+    const dem::Pose stands = world_.bed->boundary(boundary).pose;
+    motion = world_.motions.insert(motion, {.boundary = boundary, .pose = [stands](double) { return stands; }});
+  }
+  const auto driven = std::make_shared<Driven>(Driven{std::move(pose), motion->pose});
+  driven_[boundary] = driven;
+  motion->pose = [driven](double t) { return driven->pose(t); };
+  replace_simulation();
+}
+
+// The simulation keeps its motions for good; a new one takes over its state, in the same place for the columns.
+void Stepper::replace_simulation() {
+  const std::vector<double> state = simulation_.save();
+  struct Standing {
+    dem::Pose pose, before;
+    dem::Vec3 velocity, angular_velocity;
+  };
+  std::vector<Standing> standing;
+  for (int b = 0; b < world_.bed->boundary_count(); ++b) {
+    const dem::Boundary& is = world_.bed->boundary(b);
+    standing.push_back({is.pose, is.pose_before, is.velocity, is.angular_velocity});
+  }
+  const bool stepped = has_stepped();
+  simulation_ = coupling::Simulation(world_.bed.get(), world_.machine.get(), world_.body_surfaces, world_.motions,
+                                     options_of(loaded_, world_));
+  simulation_.restore(state);
+  if (!stepped) return;  // the new motion says how its surface begins
+  for (int b = 0; b < world_.bed->boundary_count(); ++b) {
+    dem::Boundary& is = world_.bed->boundary(b);
+    const Standing& was = standing[static_cast<std::size_t>(b)];
+    is.pose = was.pose, is.pose_before = was.before;
+    is.velocity = was.velocity, is.angular_velocity = was.angular_velocity;
+  }
+}
+
+}  // namespace subsoil::sim
