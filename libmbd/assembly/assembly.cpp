@@ -1,6 +1,7 @@
 #include "libmbd/assembly/assembly.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <limits>
 #include <numeric>
@@ -49,6 +50,20 @@ std::string residual_list(const System& system, const Eigen::VectorXd& phi, bool
     text += (i ? ", " : "") + system.owner(rows[i]) + " by " + number(phi[rows[i]]) + unit;
   }
   return text;
+}
+
+/// Largest of |(dx, dy)| and length |dphi| of the bodies for a change of q (m) or for velocities (m/s): the same in
+/// every frame, as no single coordinate is. `body`: index of the one that it belongs to; unchanged where nothing moves.
+double largest_displacement(const System& system, const Eigen::VectorXd& change, int* body = nullptr) {
+  double most = 0;
+  for (int i = 0; i < system.coordinates(); i += 3) {
+    const double angle = system.length_scale() * std::abs(change[i + 2]);
+    const double moved = std::max(std::hypot(change[i], change[i + 1]), angle);
+    if (moved <= most) continue;  // NaN counts as far
+    most = moved;
+    if (body) *body = i / 3 + 1;
+  }
+  return most;
 }
 
 struct Dependencies {
@@ -205,7 +220,7 @@ Eigen::VectorXd least_change(const System& system, const Constraints& c, const M
 /// Newton with halving: full steps near the solution, and no step that opens the joints further. Returns the largest
 /// |Phi| that is left, angles times length; c holds the constraints there.
 double close_joints(System& system, double t, Eigen::VectorXd& q, Constraints& c, int& iterations) {
-  const Eigen::VectorXd rows = row_scale(system), columns = coordinate_scale(system);
+  const Eigen::VectorXd rows = row_scale(system);
   const Mask held = held_positions(system);
   const auto residual = [&](const Eigen::VectorXd& at) {
     system.set_position(t, at);
@@ -218,7 +233,7 @@ double close_joints(System& system, double t, Eigen::VectorXd& q, Constraints& c
   double worst = phi.cwiseAbs().maxCoeff();
   for (int idle = 0; worst > goal() && idle < 3 && iterations < most_iterations; ++iterations) {
     Eigen::VectorXd step = -least_change(system, c, held, phi);
-    step *= std::min(1.0, 0.5 * length / std::max(1e-300, columns.cwiseProduct(step).cwiseAbs().maxCoeff()));
+    step *= std::min(1.0, 0.5 * length / std::max(1e-300, largest_displacement(system, step)));
     double share = 1;
     Eigen::VectorXd next = q + step, phi_next = residual(next);
     while (phi_next.norm() > phi.norm() && share > 1e-4) {
@@ -276,9 +291,9 @@ AssemblyReport assemble(System& system, double t, Eigen::VectorXd& q, Eigen::Vec
   report.freedom = system.coordinates() - dependent.rank;
   report.redundant = dependent.texts;
   report.residual = worst;
-  Eigen::Index farthest = 0;
-  report.moved = coordinate_scale(system).cwiseProduct(q - start).cwiseAbs().maxCoeff(&farthest);
-  report.moved_body = system.body_name(static_cast<int>(farthest / 3) + 1);
+  int farthest = 1;
+  report.moved = largest_displacement(system, q - start, &farthest);
+  report.moved_body = system.body_name(farthest);
   system.set_state(t, q, velocity);
   return report;
 }
@@ -288,7 +303,9 @@ void refuse_changed_start(const System& system, const Eigen::VectorXd& q, const 
   constexpr const char* names[2][3] = {{"x", "y", "angle"}, {"velocity x", "velocity y", "spin"}};
   constexpr const char* units[2][3] = {{"m", "m", "rad"}, {"m/s", "m/s", "rad/s"}};
   const auto& bodies = system.model().bodies;
-  const double fastest = velocity.cwiseProduct(coordinate_scale(system)).cwiseAbs().maxCoeff();
+  const double fastest = largest_displacement(system, velocity);
+  // A component is named where it is a tenth of the difference: the rest is below what the reader can correct.
+  constexpr double share_of_difference = 0.1;
   std::string text;
   const auto list_change = [&](std::size_t body, int level, std::size_t k, double given, double assembled) {
     text += (text.empty() ? "" : "; ") + std::string("body '") + bodies[body].name + "' " + names[level][k] +
@@ -299,17 +316,26 @@ void refuse_changed_start(const System& system, const Eigen::VectorXd& q, const 
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const Body& b = bodies[i];
     const double size = system.body_size(static_cast<int>(i) + 1);
+    const auto at = [i](std::size_t k) { return static_cast<Eigen::Index>(3 * i + k); };
+    const auto moved_by = [&](std::size_t k) { return q[at(k)] - b.pose[k]; };
+    const auto faster_by = [&](std::size_t k) { return gives_velocity(b, k) ? velocity[at(k)] - b.velocity[k] : 0; };
+    const double displacement = std::hypot(moved_by(0), moved_by(1)), turn = std::abs(moved_by(2)) * size;
+    const double pose_allowed = b.pose_is == StartMark::about   ? std::numeric_limits<double>::infinity()
+                                : b.pose_is == StartMark::exact ? 1e-9 * size
+                                                                : pose_share * size;
+    const double change = std::hypot(faster_by(0), faster_by(1));
+    const double spin_change = std::abs(faster_by(2)) * system.length_scale();
+    const double share = b.velocity_is == StartMark::exact ? 1e-9 : velocity_share;
+    const double speed_allowed = share * std::max(fastest, std::hypot(b.velocity[0], b.velocity[1]));
+    const double spin_allowed = share * std::max(fastest, std::abs(b.velocity[2]));
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto at = static_cast<Eigen::Index>(3 * i + k);
-      const double scale = k == 2 ? size : 1;
-      const double allowed = b.pose_is == StartMark::about   ? std::numeric_limits<double>::infinity()
-                             : b.pose_is == StartMark::exact ? 1e-9 * size
-                                                             : pose_share * size;
-      if (!(std::abs(q[at] - b.pose[k]) * scale <= allowed)) list_change(i, 0, k, b.pose[k], q[at]), moved = true;
-      const double change = std::abs(velocity[at] - b.velocity[k]) * (k == 2 ? system.length_scale() : 1);
-      const double share = b.velocity_is == StartMark::exact ? 1e-9 : velocity_share;
-      if (gives_velocity(b, k) && !(change <= share * std::max(fastest, std::abs(b.velocity[k]))))
-        list_change(i, 1, k, b.velocity[k], velocity[at]);
+      const bool angular = k == 2;
+      const bool named = angular || std::abs(moved_by(k)) >= share_of_difference * displacement;
+      if (named && !((angular ? turn : displacement) <= pose_allowed))
+        list_change(i, 0, k, b.pose[k], q[at(k)]), moved = true;
+      const bool asked = gives_velocity(b, k) && (angular || std::abs(faster_by(k)) >= share_of_difference * change);
+      if (asked && !((angular ? spin_change : change) <= (angular ? spin_allowed : speed_allowed)))
+        list_change(i, 1, k, b.velocity[k], velocity[at(k)]);
     }
   }
   if (text.empty()) return;

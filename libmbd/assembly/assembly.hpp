@@ -19,8 +19,8 @@ struct AssemblyReport {
   int freedom = 0;  ///< coordinates - rank
   int iterations = 0;
   double residual = 0;                 ///< maximum |Phi|, angles times the machine's length (m)
-  double moved = 0;                    ///< maximum change of a coordinate by assembly (m, angles times length)
-  std::string moved_body;              ///< whose coordinate that is
+  double moved = 0;                    ///< maximum displacement of a body by assembly, or length times angle (m)
+  std::string moved_body;              ///< of this body
   std::vector<std::string> redundant;  ///< one sentence per dependency among constraints, naming joints and drivers
 };
 

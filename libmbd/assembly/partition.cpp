@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <limits>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "libmbd/assembly/assembly.hpp"
 #include "libmbd/assembly/shared_reactions.hpp"
@@ -59,6 +61,34 @@ std::string scientific(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.2e", value);
   return text;
+}
+
+// Redundant constraints that no longer agree: of drivers, or of joints that do not fit.
+std::string parted_constraints(const System& system, const Dependency& dependency) {
+  std::vector<std::string> names{system.owner(dependency.row)};
+  for (const int on : dependency.on)
+    if (std::find(names.begin(), names.end(), system.owner(on)) == names.end()) names.push_back(system.owner(on));
+  std::string all;
+  bool driven = false;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    all += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
+    driven = driven || names[i].starts_with("driver");
+  }
+  return all + " depend on each other and ask for different motions from here on; " +
+         (driven ? "drop a driver, or give them the same motion" : "free the constraint that is too many");
+}
+
+// Of a pose beside a singular configuration, where the equation `row` adds the least to the others.
+std::string dead_centre(const System& system, int row, const std::vector<double>& phi_t) {
+  std::string drivers;
+  for (std::size_t d = 0; d < system.model().drivers.size(); ++d) {
+    const int of = system.row_of_driver(d);
+    if (phi_t[static_cast<std::size_t>(of)] != 0) drivers += (drivers.empty() ? "" : ", ") + system.owner(of);
+  }
+  return system.owner(row) +
+         " adds hardly anything to the other constraints there: the machine is beside a singular configuration (a dead "
+         "centre, or links in line)" +
+         (drivers.empty() ? "" : ", beyond which " + drivers + " leads; end that motion before, or drive another body");
 }
 
 void refuse_undetermined_friction(const System& system, const Choice& choice) {
@@ -320,10 +350,21 @@ void Partition::refuse_open(const MotionState& m) const {
     if (!(size(i) <= size(worst))) worst = i;
   }
   const int row = static_cast<int>(worst);
+  std::string reason = "the machine has reached the end of its travel, or the step is too long";
+  const auto parted = std::find_if(choice_.dependencies.begin(), choice_.dependencies.end(),
+                                   [row](const Dependency& d) { return d.has(row); });
+  if (parted != choice_.dependencies.end()) {
+    reason = parted_constraints(system_, *parted);
+  } else if (rank() > 0 && least_pivot_ < near_pose.pivot) {
+    std::size_t least = 0;
+    const auto pivot = [&](std::size_t k) { return std::abs(phi_u_.pivot(k)) * pivot_scale_[k]; };
+    for (std::size_t k = 0; k < pivot_scale_.size(); ++k)
+      if (pivot(k) < pivot(least)) least = k;
+    reason = dead_centre(system_, choice_.rows[least], c_.phi_t);
+  }
   throw std::runtime_error("the joints cannot be kept closed at t = " + std::to_string(m.t) +
                            " s: " + system_.owner(row) + " is open by " + scientific(std::abs(c_.phi[worst])) +
-                           (system_.angular_row(row) ? " rad" : " m") +
-                           "; the machine has reached the end of its travel, or the step is too long");
+                           (system_.angular_row(row) ? " rad" : " m") + "; " + reason);
 }
 
 // Returns whether the factors of before serve the new pose.
@@ -499,6 +540,7 @@ void Partition::accelerate(MotionState& m) {
 
 void Partition::accelerate_by_wrenches(MotionState& m) {
   if (!reduced_ || !system_.friction_rows().empty() || system_.state_count() > 0) return accelerate(m);
+  if (wrenches_ == system_.external_wrenches()) return accelerate(m);  // another force has jumped
   for (std::size_t i = 1; i < wrenches_.size(); ++i)
     for (std::size_t k = 0; k < 3; ++k) {
       const double now = system_.external_wrench(static_cast<int>(i))[k];

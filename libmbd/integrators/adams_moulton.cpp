@@ -115,6 +115,7 @@ void AdamsMoulton::take_jump() {
 }
 
 void AdamsMoulton::on_advance(double h) {
+  begin_errors();
   const double parts = std::max(1.0, std::ceil(h / options_.longest_step - 1e-9));
   for (double part = 0; part < parts; ++part) whole_step(h / parts);
 }
@@ -184,25 +185,38 @@ void AdamsMoulton::keep_predicted() {
 void AdamsMoulton::estimate_error(double h) {
   const int k = options_.order - 1;
   const double share = moulton_error[k] / (bashforth_error[k] + moulton_error[k]);
-  double position = 0, velocity = 0, fastest = at_rest * system_.length_scale();  // slower is rounding
+  double position = 0, velocity = 0;
   for (Eigen::Index i = 0; i < scale_.size(); ++i) {
     position = std::max(position, std::abs(trial_.q[i] - predicted_q_[i]) * scale_[i]);
     velocity = std::max(velocity, std::abs(trial_.velocity[i] - predicted_velocity_[i]) * scale_[i]);
-    fastest = std::max(fastest, std::abs(trial_.velocity[i]) * scale_[i]);
   }
-  position *= share / system_.length_scale();
+  add_error(h, share * position, share * velocity, trial_);
+}
+
+// A step that is repeated from the same time, to find an event in it, counts once.
+void AdamsMoulton::begin_errors() {
+  if (now_.t == errors_from_)
+    step_error_ = errors_before_;
+  else
+    errors_from_ = now_.t, errors_before_ = step_error_;
+}
+
+// Errors in m and m/s that a step has left at its end.
+void AdamsMoulton::add_error(double h, double position, double velocity, const MotionState& at) {
+  const double fastest = at.velocity.cwiseProduct(scale_).cwiseAbs().maxCoeff();
+  position /= system_.length_scale();
   step_error_.largest = std::max(step_error_.largest, position);
   step_error_.positions += position;
-  step_error_.velocities += share * velocity;
-  step_error_.fastest = std::max(step_error_.fastest, fastest);
+  step_error_.velocities += velocity;
+  step_error_.fastest = std::max({step_error_.fastest, fastest, at_rest * system_.length_scale()});  // slower: rounding
   if (position <= most_error) return;
-  refuse_blow_up(system_, trial_);
+  refuse_blow_up(system_, at);
   char text[320];
   std::snprintf(
       text, sizeof text,
       "t = %.9g s: the step of %.3g s errs by %.2g of the machine's length; it is too long for the motion, or a "
       "driver or force jumps",
-      trial_.t, h, position);
+      at.t, h, position);
   throw std::runtime_error(text);
 }
 
@@ -241,6 +255,10 @@ void AdamsMoulton::one_step(double h) {
     starter_.step(now_, h / substeps, trial_, flows_.of_elements);
     std::swap(now_, trial_);
     now_.t = start + h * (i + 1) / substeps;
+    const auto errors = starter_.errors();
+    const auto n = scale_.size();
+    add_error(h / substeps, errors.head(n).cwiseProduct(scale_).cwiseAbs().maxCoeff(),
+              errors.tail(n).cwiseProduct(scale_).cwiseAbs().maxCoeff(), now_);
   }
 }
 

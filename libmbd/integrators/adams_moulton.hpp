@@ -18,11 +18,11 @@ namespace subsoil::mbd {
 /// local error h^6 each). A step of another length starts anew. Energy flows ride along with the same corrector.
 /// The difference of corrector and predictor, both before the joints are closed, tells the error of the step (Milne's
 /// device): |y - y*| C_M / (C_B + C_M) with the error constants of both; step_error() sums it. A step that errs by a
-/// tenth of the machine's length ends the run.
-/// A step that ends on a singular pose is bridged: q and q' by the predictor, closed with least change, q'' by
-/// extrapolation of the same order, reactions those of the step before. A step over one must continue smoothly: when
-/// the constraints answer with velocities that the predictor does not know, the run stops instead of changing its
-/// branch.
+/// tenth of the machine's length ends the run. Steps of the start, and of each restart at an event, count with the
+/// error of the embedded order 4. A step that ends on a singular pose is bridged: q and q' by the predictor, closed
+/// with least change, q'' by extrapolation of the same order, reactions those of the step before. A step over one must
+/// continue smoothly: when the constraints answer with velocities that the predictor does not know, the run stops
+/// instead of changing its branch.
 class AdamsMoulton : public Integrator {
  public:
   AdamsMoulton(System& system, const AdamsMoultonOptions& options);
@@ -46,6 +46,8 @@ class AdamsMoulton : public Integrator {
   void check_branch();
   void keep_predicted();
   void estimate_error(double h);
+  void begin_errors();
+  void add_error(double h, double position, double velocity, const MotionState& at);
   void one_step(double h);
   void sum_past(const double* weights, int count, double h);
   template <std::size_t... age>
@@ -64,6 +66,8 @@ class AdamsMoulton : public Integrator {
   MotionState trial_;
   RungeKutta starter_;
   bool was_near_singular_ = false, bridged_ = false;
+  double errors_from_ = std::numeric_limits<double>::infinity();  ///< begin of the last on_advance(), and then:
+  StepError errors_before_;
 };
 
 }  // namespace subsoil::mbd

@@ -4,6 +4,8 @@
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "libmbd/assembly/shared_reactions.hpp"
@@ -83,6 +85,56 @@ struct Cvode::Solver {
     }
     out.states = ConstMap(from + 2 * f + e - good.states.size(), good.states.size());
   }
+  /// No tolerance is below what rounding of q makes of the motion: a position known to delta, whose rounding changes
+  /// its acceleration by a, swings by rounding at sqrt(a/delta) and with the velocity sqrt(a delta).
+  void set_tolerances(const CvodeOptions& options, const MotionState& now) {
+    const double rtol = local_tolerance(options.rtol, 1e-14), atol = local_tolerance(options.atol, 1e-15);
+    Map weight = tolerance.map();
+    weight.setConstant(atol);
+    weight.segment(2 * f, e).setConstant(1e2 * atol);
+    const std::vector<double>& scales = system.state_scales();
+    for (std::size_t i = 0; i < scales.size(); ++i)
+      weight[2 * f + system.flow_count() + static_cast<Eigen::Index>(i)] = atol * scales[i];
+    raise_to_rounding(now, weight);
+    check_cvode(CVodeSVtolerances(memory, rtol, tolerance), "CVodeSVtolerances");
+  }
+  void raise_to_rounding(const MotionState& now, Map& weight) {
+    // Nearer to the origin rounding is that of the machine's own lengths, which the tolerances are made for.
+    constexpr double far_away = 100;
+    double farthest = 0;
+    for (Eigen::Index i = 0; i < now.q.size(); ++i)
+      if (i % 3 != 2) farthest = std::max(farthest, std::abs(now.q[i]));
+    if (!(farthest > far_away * system.length_scale())) return;
+    try {
+      raise(now, weight);
+    } catch (const std::runtime_error&) {  // so near the end of what can be evaluated nothing is measured
+    }
+    partition.evaluate(trial = now);
+  }
+  void raise(const MotionState& now, Map& weight) {
+    double ulp = 0;
+    for (const int i : set) ulp = std::max(ulp, std::abs(now.q[i]));
+    ulp *= std::numeric_limits<double>::epsilon();
+    if (!(ulp > 0)) return;
+    for (const int other : {1, -1}) {  // all one way, and neighbours against each other
+      trial = now;
+      int sign = 1;
+      for (const int i : set)
+        trial.q[i] += sign * std::numeric_limits<double>::epsilon() * std::abs(now.q[i]), sign *= other;
+      partition.evaluate(trial);
+      double fastest = 0;
+      for (Eigen::Index i = 0; i < f; ++i) {
+        const int k = set[static_cast<std::size_t>(i)];
+        const double speed = std::sqrt(std::abs(trial.acceleration[k] - now.acceleration[k]) * ulp);
+        weight[f + i] = std::max(weight[f + i], speed);
+        fastest = std::max(fastest, speed);
+      }
+      const Eigen::Index flows = system.flow_count();
+      if (!(fastest > 0)) continue;
+      for (Eigen::Index i = 0; i < flows; ++i)
+        weight[2 * f + i] = std::max(weight[2 * f + i], std::abs(trial.rates[i] - now.rates[i]) * ulp / fastest);
+    }
+  }
   void evaluate(double t, N_Vector from) {
     unpack(t, N_VGetArrayPointer(from), trial);
     expected = trial.q;
@@ -140,16 +192,9 @@ void Cvode::build() {
   solver_ = std::make_unique<Solver>(system_, partition_, switches_, now_);
   auto& s = *solver_;
   s.steps_before = steps_before, s.evaluations_before = evaluations_before;
-  const double rtol = local_tolerance(options_.rtol, 1e-14), atol = local_tolerance(options_.atol, 1e-15);
-  s.tolerance.map().setConstant(atol);
-  s.tolerance.map().segment(2 * s.f, s.e).setConstant(1e2 * atol);
-  const std::vector<double>& scales = system_.state_scales();
-  for (std::size_t i = 0; i < scales.size(); ++i)
-    s.tolerance.map()[2 * s.f + system_.flow_count() + static_cast<Eigen::Index>(i)] = atol * scales[i];
   s.memory = check_cvode(CVodeCreate(CV_ADAMS, s.context), "CVodeCreate");
   check_cvode(CVodeSetErrHandlerFn(s.memory, sundials::silence, nullptr), "CVodeSetErrHandlerFn");
   check_cvode(CVodeInit(s.memory, Solver::right_side, now_.t, s.y), "CVodeInit");
-  check_cvode(CVodeSVtolerances(s.memory, rtol, s.tolerance), "CVodeSVtolerances");
   check_cvode(CVodeSetUserData(s.memory, &s), "CVodeSetUserData");
   s.iteration = check_cvode(SUNNonlinSol_FixedPoint(s.y, 0, s.context), "SUNNonlinSol_FixedPoint");
   check_cvode(CVodeSetNonlinearSolver(s.memory, s.iteration), "CVodeSetNonlinearSolver");
@@ -173,6 +218,7 @@ void Cvode::begin() {
   }
   y.segment(2 * s.f, s.e) = flows_.of_elements;
   check_cvode(CVodeReInit(s.memory, now_.t, s.y), "CVodeReInit");
+  s.set_tolerances(options_, now_);
 }
 
 long Cvode::steps() const {

@@ -27,7 +27,8 @@ void keep_rates(Eigen::MatrixXd& columns, Eigen::Index column, const MotionState
   f.head(n) = m.velocity, f.segment(n, n) = m.acceleration, f.tail(m.rates.size()) = m.rates;
 }
 
-RungeKutta::RungeKutta(const System& system, Partition& partition) : partition_(partition) {
+RungeKutta::RungeKutta(const System& system, Partition& partition)
+    : partition_(partition), coordinates_(2 * system.coordinates()) {
   stages_.setZero(2 * system.coordinates() + system.rate_count(), stage_count + 1);
   weights_.setZero(stage_count + 1), sum_.setZero(stages_.rows());
 }
@@ -46,7 +47,6 @@ void RungeKutta::move_to(const MotionState& now, double dt, MotionState& next) c
 }
 
 void RungeKutta::step(const MotionState& now, double h, MotionState& next, Eigen::VectorXd& flows) {
-  const auto n = now.q.size();
   const bool nearest = partition_.near_singular();
   const auto evaluate_at = [&](const double* weights, int count, double node) {
     sum(weights, count, h);
@@ -63,7 +63,6 @@ void RungeKutta::step(const MotionState& now, double h, MotionState& next, Eigen
   flows += sum_.tail(now.rates.size());
   keep_rates(stages_, stage_count, next);
   sum(error_weights, stage_count + 1, h);
-  error_ = sum_.head(2 * n).cwiseAbs().maxCoeff();
 }
 
 void RungeKutta::step_onto_singular(const MotionState& now, double h, MotionState& next, Eigen::VectorXd& flows) {

@@ -28,11 +28,12 @@ std::vector<const Node*> items_of(const Node& node) {
 
 namespace {
 
+constexpr double largest = 1e30, smallest = 1 / largest;
+
 /// No length, mass or stiffness of a machine in soil is beyond these, in SI units; powers of them stay finite.
 void check_size(double value) {
-  constexpr double largest = 1e30;
   if (std::abs(value) > largest) throw Refusal("is above 1e30 in SI units", "check number and unit");
-  if (value != 0 && std::abs(value) < 1 / largest)
+  if (value != 0 && std::abs(value) < smallest)
     throw Refusal("is below 1e-30 in SI units", "write 0, or check the unit");
 }
 
@@ -45,7 +46,10 @@ std::vector<double> numbers_of(const Node& node, const std::string& unit, std::s
   } else {
     numbers = parse_quantities(scalar_of(node), unit, count, n);
   }
-  for (const double number : numbers) check_size(number);
+  for (double& number : numbers) {
+    if (count != 1 && std::abs(number) < smallest) number = 0;  // a component: rounding of whoever wrote it
+    check_size(number);
+  }
   if (count != 0 && numbers.size() != count)
     throw Refusal(fmt::format("holds {} numbers", numbers.size()), fmt::format("needed are {}", count));
   return numbers;

@@ -58,6 +58,16 @@ class Columns {
   /// The instant t with all other columns in `row`: moves what is followed over time on to it. `middle`: a row halfway
   /// since the instant before, or empty.
   void follow(double t, std::span<double> row, std::span<double> middle = {});
+  /// What is followed over time, to follow it again from there.
+  struct Followed {
+    std::vector<History> histories;
+    std::vector<double> before;
+    double from = 0, to = 0;
+  };
+  Followed followed() const { return {histories_, history_before_, followed_before_, followed_to_}; }
+  void set_followed(const Followed& f) {
+    histories_ = f.histories, history_before_ = f.before, followed_before_ = f.from, followed_to_ = f.to;
+  }
   /// `row` at a time after the instant before the last, as if followed to there only.
   void follow_back(double t, std::span<double> row) const;
   /// What each column may change by from rounding alone: 1e-12 of the largest value in the row with its unit, and for

@@ -12,26 +12,43 @@
 
 namespace subsoil::sim {
 
+void Input::Piece::archive(Archive& a) { a(from, value, rate, once, twice); }
+
 void Input::set(double t, double value, double rate) {
-  // The integrals first: they are those of what was in force until now.
-  const double once = integral(t), twice = double_integral(t);
-  set_ = true, from_ = t, value_ = value, rate_ = rate, integral_ = once, double_integral_ = twice;
+  // The integrals are those of what was in force until now.
+  const Piece next{t, value, rate, integral(t), double_integral(t)};
+  if (!set_) first_ = t;
+  before_ = set_ ? last_ : next;
+  last_ = next, set_ = true;
 }
 
-void Input::archive(Archive& a) { a(set_, from_, value_, rate_, integral_, double_integral_); }
+void Input::archive(Archive& a) { a(set_, first_, last_, before_); }
 
-double Input::value(double t) const { return set_ ? value_ + rate_ * (t - from_) : given_.value(t); }
-double Input::first(double t) const { return set_ ? rate_ : given_.first(t); }
-double Input::second(double t) const { return set_ ? 0 : given_.second(t); }
+const Input::Piece* Input::piece_at(double t) const {
+  if (!set_ || t < first_) return nullptr;
+  return t < last_.from ? &before_ : &last_;
+}
+
+double Input::value(double t) const {
+  const Piece* const p = piece_at(t);
+  return p != nullptr ? p->value + p->rate * (t - p->from) : given_.value(t);
+}
+double Input::first(double t) const {
+  const Piece* const p = piece_at(t);
+  return p != nullptr ? p->rate : given_.first(t);
+}
+double Input::second(double t) const { return piece_at(t) != nullptr ? 0 : given_.second(t); }
 double Input::integral(double t) const {
-  if (!set_) return given_.integral(t);
-  const double s = t - from_;
-  return integral_ + s * (value_ + s * rate_ / 2);
+  const Piece* const p = piece_at(t);
+  if (p == nullptr) return given_.integral(t);
+  const double s = t - p->from;
+  return p->once + s * (p->value + s * p->rate / 2);
 }
 double Input::double_integral(double t) const {
-  if (!set_) return given_.double_integral(t);
-  const double s = t - from_;
-  return double_integral_ + s * (integral_ + s * (value_ / 2 + s * rate_ / 6));
+  const Piece* const p = piece_at(t);
+  if (p == nullptr) return given_.double_integral(t);
+  const double s = t - p->from;
+  return p->twice + s * (p->once + s * (p->value / 2 + s * p->rate / 6));
 }
 
 namespace {

@@ -32,9 +32,18 @@ class Input {
  private:
   std::string name_, unit_;
   mbd::Function given_;
+  /// value + rate (t - from), with its integrals at `from`.
+  struct Piece {
+    double from = 0, value = 0, rate = 0, once = 0, twice = 0;
+    void archive(Archive& a);
+  };
+  /// The piece in force at t; null: the given function. Of those before the last two none is kept: nobody looks back
+  /// farther than a step, but to the start of a driver, where the given function is in force.
+  const Piece* piece_at(double t) const;
+
   bool set_ = false;
-  double from_ = 0, value_ = 0, rate_ = 0;
-  double integral_ = 0, double_integral_ = 0;  ///< at from_
+  double first_ = 0;  ///< time of the first set()
+  Piece last_, before_;
 };
 
 /// The inputs of a simulation, put in place of functions of a scenario that is not built yet.

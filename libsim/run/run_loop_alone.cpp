@@ -128,23 +128,33 @@ bool RunLoop::look_through(std::size_t piece, double from, double until, Splits 
   const Splits halved{left.at_peaks, left.in_halves - 1};
   const double allowed = share_of_size * std::exp2(most_halvings - left.in_halves);  // of the part before it was halved
   if (left.in_halves > 0 && needs_halving(sought_, part, allowed)) return split(0.5 * (from + until), halved, halved);
-  const auto follow = [&](double end) {
-    if (columns_->has_history()) columns_->follow(end, values_, middle_);
+  // What is followed over time is known at `until` once it is followed to there, which cannot be undone: a passage of
+  // it inside the part, and all that is followed where the run ends, are followed again from the part's begin.
+  const bool rewinds = crossings_->of_history();
+  const Columns::Followed begun = rewinds ? columns_->followed() : Columns::Followed{};
+  const auto follow = [&](double end, std::vector<double>& half, std::vector<double>& row) {
+    if (columns_->has_history()) columns_->follow(end, row, half);
   };
-  // What is followed over time passes on a line, and must be known at both ends; all else is known without, and where
-  // it ends the run what is followed ends too.
-  if (crossings_->of_history()) follow(until);
+  if (rewinds) follow(until, middle_, values_);
+  std::vector<double> half;
   const bool stops = crossings_->any() && crossings_->look(until, values_, [&](const Crossings::Passage& p) {
-    if (columns_->of_history(p.column)) return Crossings::on_a_line(p);
     const auto gap = [&](double share) {
-      take(from + share * (until - from), between_);
+      const double t = from + share * (until - from);
+      take(t, between_);
+      if (columns_->of_history(p.column)) {
+        half = between_;
+        take(0.5 * (from + t), half);
+        columns_->set_followed(begun);
+        follow(t, half, between_);
+      }
       return between_[p.column] - p.level;
     };
     return mbd::locate_crossing(gap, p.side, p.at_start, p.at_end);
   });
   const double end = stops ? std::min(until, crossings_->stopped_at()) : until;
   if (end < until) take(0.5 * (from + end), middle_), take(end, values_);
-  if (!crossings_->of_history()) follow(end);
+  if (rewinds) columns_->set_followed(begun);
+  follow(end, middle_, values_);
   if (sums_up()) motion_->add(end, middle_, values_);
   return stops;
 }

@@ -73,6 +73,8 @@ void RunLoop::write_step_error() {
 
 void RunLoop::warn_of_machine_energy() {
   if (!world_.machine) return;
+  // Where a step has failed, the state is one of its trials, and the failure says what to do.
+  if (!failure_.empty()) return;
   const double closure = world_.machine->energy().closure();
   if (closure > most_closure)
     summary_->warn(

@@ -371,7 +371,7 @@ void Simulation::set_input(const std::string& name, double value, double rate) {
   Input& input = impl_->inputs.at(name);
   const bool jumps = input.value(time()) != value;
   input.set(time(), value, rate);
-  if (jumps && has_machine()) impl_->stepper.restart_machine();
+  if (jumps && has_machine()) impl_->stepper.note_jump();
 }
 
 void Simulation::set_force(const std::string& body, double fx, double fy, double moment) {
@@ -419,10 +419,11 @@ void Simulation::restore(const State& state) {
   const SavedRun& saved = state.impl_->saved;
   if (saved.scenario != d.text)
     throw std::invalid_argument("state: is of another scenario or other inputs; restore it where it was saved");
-  d.stepper.restore(saved);
+  // Inputs and motions first: a machine takes its accelerations from them.
   Archive numbers(saved.progress->sums.numbers(), saved.progress->sums.texts());
   d.archive(numbers);
   numbers.end();
+  d.stepper.restore(saved);
   d.forget_values();
 }
 

@@ -25,7 +25,7 @@
 /// variable step excepted, whose steps end where the caller asks. Units are SI; x along travel, y up, z across.
 namespace subsoil::sim {
 
-/// A simulation that cannot go on; what() says when, what and the cure.
+/// A step that failed; what() states time, fault and cure.
 struct SimulationFault : std::runtime_error {
   SimulationFault(const std::string& text, double at) : std::runtime_error(text), time(at) {}
   double time;  ///< s
@@ -112,7 +112,7 @@ class Simulation {
   /// Of a given boundary. A pose other than the present one is reached within the next step.
   void set_motion(const std::string& surface, const SurfaceMotion& motion);
   std::vector<InputInfo> inputs() const;
-  /// From now on value + rate (t - now). A machine's integrator restarts where the value jumps.
+  /// From now on value + rate (t - now). An integrator takes up a value that jumps as it does a wrench.
   void set_input(const std::string& name, double value, double rate = 0);
   /// On the centre of mass of a body that SimulationOptions::forces_on names, N and N m.
   void set_force(const std::string& body, double fx, double fy, double moment = 0);

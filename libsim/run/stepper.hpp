@@ -68,8 +68,8 @@ class Stepper {
   /// own state. Moves last digits between the instants at which every run does so.
   void refresh_now();
   bool machine_is_fresh() const { return machine_is_fresh_; }
-  /// Where something jumps that acts on it. Left alone near a singular configuration, where a restart moves most.
-  void restart_machine();
+  /// A force or a motion that acts on the machine has jumped at this instant.
+  void note_jump();
   /// Steps between two instants at which every run does so. They follow from the step's number alone: no bit of the
   /// motion depends on the states that are asked for.
   static constexpr long steps_between_states = 64;

@@ -1,10 +1,13 @@
 #include "libsim/setup/machine.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 #include <string>
 
 #include "libmbd/controllers.hpp"
+#include "libmbd/drivers/distance_driver.hpp"
 #include "libmbd/measures/control_input.hpp"
 #include "libmbd/system/beam.hpp"
 #include "libsim/document/expression.hpp"
@@ -121,6 +124,29 @@ double longest_machine_step(const Scenario& s, const mbd::Model& model) {
   return mbd::longest_beam_step(model, order_of(s));
 }
 
+namespace {
+
+// A driver of a distance has no direction where the distance is 0. Its motion is known ahead, from the start pose.
+void refuse_vanishing_distances(const Loaded& loaded, const mbd::Model& model) {
+  constexpr int samples = 10000;  // a dip between two of them ends the run where it is met
+  const Scenario& s = loaded.scenario;
+  if (!s.runs_in_time()) return;
+  for (const auto& driver : model.drivers) {
+    const auto* const distance = driver.element.get_if<mbd::DistanceDriver>();
+    if (distance == nullptr) continue;
+    for (int k = 1; k <= samples; ++k) {
+      const double t = model.start_time + (s.time.end - model.start_time) * k / samples;
+      if (distance->motion.value(t) > 0) continue;
+      throw ScenarioError(fmt::format(
+          "{}: its motion brings the distance to 0 by t = {:.6g} s, where it has no direction; must stay above 0 until "
+          "time.end = {} s: end the motion or the run before, or let the ends start farther apart",
+          loaded.where("machine.drivers." + driver.name), t, s.time.end));
+    }
+  }
+}
+
+}  // namespace
+
 std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
   const Scenario& s = loaded.scenario;
   if (!s.machine) return nullptr;
@@ -159,6 +185,7 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
       machine->start_from_towing_equilibrium(s.machine->start.speed);
     else
       machine->start_from_pose();
+    refuse_vanishing_distances(loaded, machine->system().model());
     return machine;
   } catch (const ScenarioError&) {
     throw;

@@ -1,5 +1,7 @@
 #include "libsim/scenario/sections/time.hpp"
 
+#include <fmt/format.h>
+
 #include "libmbd/controllers/pid.hpp"
 #include "libmbd/forces/joint_friction.hpp"
 #include "libsim/scenario/checks.hpp"
@@ -17,8 +19,9 @@ void describe(Fields& v, MachineTime& t) {
       "auto: cvode for a machine alone, ida where it has beams, adams-moulton with soil and where `step` or `order` is "
       "given; adams-moulton: "
       "fixed step on partitioned coordinates, its error watched; cvode: SUNDIALS CVODE on the same, steps and orders "
-      "of "
-      "its own for smooth motion; ida: SUNDIALS IDA on the whole system, also for stiff forces");
+      "of its own, by Adams' methods, by backward differences where the motion is stiff; ida: SUNDIALS IDA on the "
+      "whole "
+      "system");
   v.count("order", t.order, "[1, 6]", "of adams-moulton; left out: 4, with beams 2, which is the most there");
   v.quantity("rtol", t.rtol, "1", "(0, 0.1]",
              "relative tolerance of cvode and ida; left out: 1e-12 of cvode, 1e-8 of ida");
@@ -88,6 +91,7 @@ struct TimeChecks : Checks {
       refuse("time.machine.step",
              "has no effect with soil, where it is the soil step times `soil steps per machine step`");
     }
+    if (s.time.machine.step) steps(*s.time.machine.step);
     for (const StopSection& stop : s.time.stop_when) {
       const std::string path = "time.stop when." + stop.name;
       if (stop.column.empty()) refuse(path + ".column", "is missing: a column of the series, such as soil.draft");
@@ -95,6 +99,17 @@ struct TimeChecks : Checks {
         refuse(path, "needs either `above` or `below`, with the column's unit; for a range give two conditions");
     }
     if (!s.soil && s.time.soil_step) refuse("time.soil step", "has no effect without soil; leave it out");
+  }
+
+  /// Counted before the first one.
+  void steps(double step) {
+    constexpr double most = 1e10;  // of some 1 us each: three hours
+    const double count = s.time.end / step;
+    if (count > most)
+      refuse("time.machine.step", fmt::format("{} s", step),
+             fmt::format("makes {:.3g} steps until {} s; at most {:.0e}: leave it out for a step by the error, or make "
+                         "it longer",
+                         count, s.time.end, most));
   }
 };
 

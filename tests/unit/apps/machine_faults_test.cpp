@@ -81,6 +81,30 @@ TEST(MachineFaults, DriversThatHoldDifferentPlaces) {
 }
 
 // The rod is 0.4 m, the guide 1 m above the crank: no turn of anything closes it.
+// Its direction is lost there; the motion is known before the run.
+TEST(MachineFaults, ADistanceDrivenToNothing) {
+  const std::string text = R"(subsoil: 1
+machine:
+  bodies: {m: {mass: 1 kg, inertia: 0.1 kg m^2, at: 1 0 m}}
+  drivers:
+    d: {distance: [ground, m], ends: [0 0 m, 1 0 m], velocity: -0.5 m/s}
+)";
+  EXPECT_EQ(
+      refusal(text + "time: {end: 3 s}\n"),
+      "rig.yaml:5:8 machine.drivers.d: its motion brings the distance to 0 by t = 2.0001 s, where it has no "
+      "direction; must stay above 0 until time.end = 3 s: end the motion or the run before, or let the ends start "
+      "farther apart");
+  EXPECT_EQ(refusal(text + "time: {end: 1.9 s}\n"), "accepted");
+}
+
+TEST(MachineFaults, StepsWithoutNumber) {
+  EXPECT_NE(refusal(slider_crank("{end: 1 s}", "{end: 1 s, machine: {step: 1 ps}}"))
+                .find("rig.yaml:2:34 time.machine.step = 1e-12 s: makes 1e+12 steps until 1 s; at most 1e+10"),
+            std::string::npos)
+      << refusal(slider_crank("{end: 1 s}", "{end: 1 s, machine: {step: 1 ps}}"));
+  EXPECT_EQ(refusal(slider_crank("{end: 1 s}", "{end: 1 s, machine: {step: 1 ns}}")), "accepted");
+}
+
 TEST(MachineFaults, OutOfReach) {
   const std::string text = refusal(slider_crank("guide: {translational: [ground, slider], at: 0.5 0 m, along: 1 0}",
                                                 "guide: {translational: [ground, slider], points: [0 1 m, 0 0 m], "

@@ -408,6 +408,41 @@ TEST(RunHistory, ConditionsEndARunWhereTheyAreMet) {
 // Frames every 7.5 ms (a 200th of the end) and rows every 1 ms: steps of the method end beside rows by rounding, and
 // over that no difference is a derivative. At the end of a parabola over 0.5 ms it errs by (0.5 ms)^2/12 of the third
 // derivative, up to 1.5 g/L times 5.4 rad/s: 1.7e-6 rad/s.
+// x = cos(2 pi t) below -0.9 for 0.14 s, with a second condition on what is followed: all that is followed ends where
+// the run does. The maximum of the speed is the speed there, int |x| = (2 - sin 2 pi t)/(2 pi), to the parabolas of 1
+// ms.
+TEST(RunHistory, WhatIsFollowedEndsAtAConditionOfAnother) {
+  const std::string text = R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {m: {mass: 1 kg, inertia: 1 kg m^2, at: 1 0 m}}
+  joints: {g: {translational: [ground, m], at: 0 0 m, along: 1 0}}
+  forces: {k: {spring-damper: [ground, m], ends: [-2 0 m, 1 0 m], stiffness: 39.47841760435743 N/m, free length: 2 m}}
+time: {end: 5 s, stop when: {s1: {column: m.x, below: -0.9 m, for: 0.14 s}, s2: {column: cnt, above: 3.5}}}
+output:
+  series every: 0.3 s
+  monitor: {cnt: {count: m.x, at: 0 m, direction: falling}, mx: {maximum: m.vx}, ab: {formula: abs(x), of: {x: m.x}, unit: m},
+          iab: {integral: ab}}
+)";
+  const double t = std::acos(-0.9) / (2 * pi) + 0.14, speed = -2 * pi * std::sin(2 * pi * t);
+  for (const auto& method : methods) {
+    const RunDirectory dir;
+    ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out", method), exit_ok);
+    const Series s = read_series(dir / "out/series.csv");
+    EXPECT_NEAR(s.at("time").back(), t, 1e-7) << method[0];
+    EXPECT_NEAR(s.at("mx").back(), s.at("m.vx").back(), 1e-12) << method[0];  // the same instant, read twice
+    EXPECT_NEAR(s.at("mx").back(), speed, 1e-5) << method[0];
+    EXPECT_NEAR(s.at("iab").back(), (2 - std::sin(2 * pi * t)) / (2 * pi), 1e-7) << method[0];
+    EXPECT_EQ(summary_of(dir / "out")["columns"]["mx"]["steps in window"]["max"], s.at("mx").back()) << method[0];
+  }
+  // By what is followed itself: the count passes between 3 and 4 where x falls through 0 for the fourth time.
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out", {"time.stop when.s1.below=-2 m"}), exit_ok);
+  const Series s = read_series(dir / "out/series.csv");
+  EXPECT_NEAR(s.at("time").back(), 3.25, 1e-7);
+  EXPECT_EQ(s.at("cnt").back(), 4);
+}
+
 TEST(RunHistory, ADerivativeIsTakenOverPartsThatAreNotRounding) {
   const RunDirectory dir;
   const std::string rod = R"(subsoil: 1

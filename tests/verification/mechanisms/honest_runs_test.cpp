@@ -7,6 +7,7 @@
 #include <string>
 
 #include "libmbd/drivers/angle_driver.hpp"
+#include "libmbd/drivers/coordinate_driver.hpp"
 #include "libmbd/forces/applied_force.hpp"
 #include "libmbd/forces/spring_damper.hpp"
 #include "libmbd/joints/fixed.hpp"
@@ -110,6 +111,47 @@ TEST(HonestRuns, AMotionThatJumpsIsNamed) {
       EXPECT_NE(text.find("jump"), std::string::npos) << text;
     }
   }
+}
+
+// Two drivers of one coordinate that part on the way: both are named, and no step or tolerance is blamed.
+TEST(HonestRuns, DriversThatPartOnTheWayAreNamed) {
+  Model m;
+  m.add({.name = "rod", .mass = 1, .inertia = 0.1, .pose = {0.5, 0, 0}});
+  m.add("pin", Revolute{.body_a = ground, .body_b = 1, .p_b = {-0.5, 0}});
+  m.add("a", AngleDriver{.first = ground,
+                         .second = 1,
+                         .motion = {.position = RampFunction{.from = 0, .to = 1, .begin = 0.2, .end = 0.5}}});
+  m.add("b", AngleDriver{.first = ground,
+                         .second = 1,
+                         .motion = {.position = RampFunction{.from = 0, .to = 1, .begin = 0.3, .end = 0.6}}});
+  Machine machine(m, {.integrator = IntegratorKind::cvode});
+  const std::string text = outcome(machine, 1e-2, 1);
+  EXPECT_NE(text.find("t = 0.2"), std::string::npos) << text;
+  EXPECT_NE(text.find("driver 'b' and driver 'a' depend on each other and ask for different motions"),
+            std::string::npos)
+      << text;
+  EXPECT_EQ(text.find("tolerance"), std::string::npos) << text;
+}
+
+// A crank of 0.2 m and a rod of 0.13^1/2 m, whose slider is driven from 0.3 to 0.6 m: they are in line at 0.5606 m.
+TEST(HonestRuns, ADriverBeyondADeadCentreIsNamed) {
+  Model m;
+  m.gravity = {0, 0};
+  const int crank = m.add({.name = "crank", .mass = 1, .inertia = 0.01, .pose = {0, 0.1, pi / 2}});
+  const int rod = m.add({.name = "rod", .mass = 1, .inertia = 0.01, .pose = {0.15, 0.1, -std::atan2(2, 3)}});
+  const int slider = m.add({.name = "slider", .mass = 1, .inertia = 0.01, .pose = {0.3, 0, 0}});
+  m.add("o", test::pin_at(m, ground, crank, {0, 0}));
+  m.add("a", test::pin_at(m, crank, rod, {0, 0.2}));
+  m.add("b", test::pin_at(m, rod, slider, {0.3, 0}));
+  m.add("g", Translational{.body_a = ground, .body_b = slider});
+  m.add("d", CoordinateDriver{.body = slider,
+                              .coordinate = Coordinate::x,
+                              .motion = {.position = RampFunction{.from = 0.3, .to = 0.6, .begin = 0, .end = 1}}});
+  Machine machine(m, {.integrator = IntegratorKind::cvode});
+  const std::string text = outcome(machine, 1e-2, 1);
+  EXPECT_NE(text.find("t = 0.725"), std::string::npos) << text;
+  EXPECT_NE(text.find("dead centre"), std::string::npos) << text;
+  EXPECT_NE(text.find("beyond which driver 'd' leads"), std::string::npos) << text;
 }
 
 // A force of F sin(w t) over whole periods leaves a mass at rest at every row, where its work is 0 to rounding. What
