@@ -40,7 +40,7 @@ class RunServer {
       const bool ours = host == fmt::format("127.0.0.1:{}", port_) || host == fmt::format("localhost:{}", port_);
       const bool known = asked.path.starts_with("/" + token_ + "/");
       if (ours && known && asked.method == "GET") {
-        last_ = Clock::now().time_since_epoch().count();
+        touch();
         return httplib::Server::HandlerResponse::Unhandled;
       }
       answer.status = 404;
@@ -61,7 +61,7 @@ class RunServer {
     if (!bound)
       throw std::invalid_argument(
           fmt::format("--port {}: cannot be listened on; leave --port out to take one that is free", request_.port));
-    last_ = Clock::now().time_since_epoch().count();
+    touch();
     ready(fmt::format("http://127.0.0.1:{}/{}/", port_.load(), token_));
     std::thread watch;
     if (request_.idle > 0) watch = std::thread([this] { stop_when_idle(); });
@@ -70,6 +70,7 @@ class RunServer {
   }
 
  private:
+  void touch() { last_ = Clock::now().time_since_epoch().count(); }
   template <class Text>
   void answer(const std::string& path, const char* type, Text text) {
     server_.Get("/" + token_ + path, [this, type, text](const httplib::Request& asked, httplib::Response& out) {
@@ -80,6 +81,7 @@ class RunServer {
         out.status = 404;
         out.set_content(error.what(), "text/plain; charset=utf-8");
       }
+      touch();  // reading takes time too
     });
   }
   void stop_when_idle() {
@@ -87,7 +89,8 @@ class RunServer {
       std::this_thread::sleep_for(std::chrono::milliseconds(200));
       const auto since = Clock::now() - Clock::time_point(Clock::duration(last_.load()));
       if (std::chrono::duration<double>(since).count() < request_.idle) continue;
-      if (!reported_progress(request_.run)) return server_.stop();
+      const std::unique_lock lock(reading_, std::try_to_lock);
+      if (lock && !reported_progress(request_.run)) return server_.stop();
     }
   }
 

@@ -80,7 +80,8 @@ TEST_F(Served, TheStateIsSentOnceUntilTheFolderChanges) {
 }
 
 TEST_F(Served, AnActiveRunReportsItsProgressAndAnEndedOneDoesNot) {
-  const test::RunDirectory other;
+  const test::RunDirectory scratch;
+  const std::filesystem::path other = scratch / "run";
   EXPECT_FALSE(reported_progress(other).has_value());
   {
     FolderLock lock(other);
