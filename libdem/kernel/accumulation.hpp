@@ -135,15 +135,15 @@ struct SumsOfPart {
   }
 };
 
-/// What some lanes of a block give to their spheres i and to their spheres j.
+/// What a block gives to its spheres j: in the order of blocks and lanes, in which other workers' spheres take it too
+/// (keep_for_j).
 template <class P, bool Count>
-[[gnu::always_inline]] inline void add_block(const BlockResult& r, const PairBlock& block, const BlockShape& shape,
-                                             bool same_torque, SumsOfPart<P, Count>& sums_of_i, Ring ring) {
-  sums_of_i.come_to(block, shape, ring);
-  const Push<P> push = push_on_i<P, Count>(r, shape.lanes, sums_of_i.first);
-  sums_of_i.add(push);
-  each_row(push_on_j<P>(push, r, shape.lanes, sums_of_i.first, same_torque), sums_of_i.first,
-           [&](int l, const auto& of) { react(*record(sums_of(ring, P{}), block.j[l].masked(ring.mask)), of); });
+[[gnu::always_inline]] inline void add_to_j(const BlockResult& r, const PairBlock& block, const BlockShape& shape,
+                                            bool same_torque, Ring ring) {
+#pragma GCC unroll 4
+  for (int first = 0; first < static_cast<int>(kBlock); first += kPart<P>)
+    each_row(push_on_j<P>(push_on_i<P, Count>(r, shape.lanes, first), r, shape.lanes, first, same_torque), first,
+             [&](int l, const auto& of) { react(*record(sums_of(ring, P{}), block.j[l].masked(ring.mask)), of); });
 }
 
 /// BlockResult::sums of many blocks, lane by lane.

@@ -260,12 +260,16 @@ void run_pairs(const L& by_reference, PairJob& job) {
     if (halo) continue;
     // In registers here, in memory elsewhere: held through the law as well they would crowd out its numbers (half as
     // much time again with rolling resistance).
+    for (std::uint32_t n = 0; n < blocks; ++n)
+      add_to_j<P, Accumulate>(*result[n], job.blocks[which[n]], job.shapes[which[n]], same_torque, ring);
     const PairBlock* begun_by = nullptr;
     for (int part = 0; part < SumsOfI<P, Accumulate>::kParts; ++part) {
       SumsOfPart<P, Accumulate> in_registers(sums_of_i, part);
-      for (std::uint32_t n = 0; n < blocks; ++n)
-        add_block<P, Accumulate>(*result[n], job.blocks[which[n]], job.shapes[which[n]], same_torque, in_registers,
-                                 ring);
+      for (std::uint32_t n = 0; n < blocks; ++n) {
+        const BlockShape& of = job.shapes[which[n]];
+        in_registers.come_to(job.blocks[which[n]], of, ring);
+        in_registers.add(push_on_i<P, Accumulate>(*result[n], of.lanes, in_registers.first));
+      }
       begun_by = in_registers.give_back(sums_of_i);
     }
     sums_of_i.block = begun_by;
