@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <map>
 #include <memory>
 
@@ -157,7 +158,8 @@ TEST(ActiveBed, NoEnergyGetsLostInFreezing) {
       none_moved = before == s.bed->spheres().size();
       if (none_moved) {
         EXPECT_EQ(e.kinetic + e.rotational, 0);
-        EXPECT_EQ(e.total(), total);
+        // An energy asked for once after the last freezing sums the springs as they were kept: rounding, and only once.
+        EXPECT_NEAR(e.total(), total, 4 * std::numeric_limits<double>::epsilon() * total);
       }
       // What the integrator makes of turning normals in a step, of second order, stays far below what moves.
       EXPECT_NEAR(e.total(), total, 0.02 * scale);
