@@ -19,9 +19,7 @@ void describe(Fields& v, MachineTime& t) {
       "auto: cvode for a machine alone, ida where it has beams, adams-moulton with soil and where `step` or `order` is "
       "given; adams-moulton: "
       "fixed step on partitioned coordinates, its error watched; cvode: SUNDIALS CVODE on the same, steps and orders "
-      "of its own, by Adams' methods, by backward differences where the motion is stiff; ida: SUNDIALS IDA on the "
-      "whole "
-      "system");
+      "of its own for smooth motion; ida: SUNDIALS IDA on the whole system, also for stiff forces");
   v.count("order", t.order, "[1, 6]", "of adams-moulton; left out: 4, with beams 2, which is the most there");
   v.quantity("rtol", t.rtol, "1", "(0, 0.1]",
              "relative tolerance of cvode and ida; left out: 1e-12 of cvode, 1e-8 of ida");
