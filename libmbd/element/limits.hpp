@@ -15,7 +15,8 @@ struct Limits {
   /// Units of the measure and its force: "m" and "N", or "rad" and "N m".
   template <class V>
   void describe(V& v, const std::string& measure, const std::string& force) {
-    v.optional_quantity("minimum", least, measure.c_str(), "(-inf, inf)", "stop at the lower end; left out: none there");
+    v.optional_quantity("minimum", least, measure.c_str(), "(-inf, inf)",
+                        "stop at the lower end; left out: none there");
     v.optional_quantity("maximum", largest, measure.c_str(), "(-inf, inf)",
                         "stop at the upper end; left out: none there");
     law.describe(v, measure, force);

@@ -30,7 +30,8 @@ struct Drag {
     v.quantity("linear", linear, "N s/m", "[0, inf)", "force per speed");
     v.quantity("quadratic", quadratic, "N s^2/m^2", "[0, inf)", "force per speed squared");
     v.quantity("linear rotational", linear_turn, "N m s/rad", "[0, inf)", "moment per angular velocity");
-    v.quantity("quadratic rotational", quadratic_turn, "N m s^2/rad^2", "[0, inf)", "moment per angular velocity squared");
+    v.quantity("quadratic rotational", quadratic_turn, "N m s^2/rad^2", "[0, inf)",
+               "moment per angular velocity squared");
     v.function("wind along x", wind_x, "m/s", "velocity of the air along the world's x");
     v.function("wind along y", wind_y, "m/s", "velocity of the air along the world's y");
   }

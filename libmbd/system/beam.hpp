@@ -142,7 +142,8 @@ struct Beam {
     v.quantity("damping time", damping_time, "s", "[0, inf)",
                "instead: tau of sigma = E (epsilon + tau epsilon'), the beta of Rayleigh damping");
     v.vector("velocity", velocity, "m/s", "of its first point at the start");
-    v.quantity("angular velocity", spin, "rad/s", "(-inf, inf)", "of the beam as a whole about that point, counter-clockwise");
+    v.quantity("angular velocity", spin, "rad/s", "(-inf, inf)",
+               "of the beam as a whole about that point, counter-clockwise");
   }
   /// Throws std::invalid_argument with what is wrong.
   void check() const;

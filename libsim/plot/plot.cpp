@@ -93,7 +93,8 @@ std::vector<std::string> choose_columns(const std::vector<NamedSeries>& runs, co
   for (const auto& run : runs)
     for (const auto& column : run.series.columns)
       if (column.is_watch()) add(column.name);
-  if (names.empty()) throw std::runtime_error("no run has a monitor: name one under output.monitor, or columns to plot");
+  if (names.empty())
+    throw std::runtime_error("no run has a monitor: name one under output.monitor, or columns to plot");
   return names;
 }
 

@@ -98,7 +98,8 @@ time: {end: 0.5 s}
 TEST(RunHistory, WatchedForcesAreForces) {
   const RunDirectory dir;
   const std::string watch =
-      "output: {monitor: {fx: {force: f}, fy: {force: f, along: 0 2}, kx: {force: k}, rub: {force: r}, n: {force: o}}}\n";
+      "output: {monitor: {fx: {force: f}, fy: {force: f, along: 0 2}, kx: {force: k}, rub: {force: r}, n: {force: "
+      "o}}}\n";
   ASSERT_EQ(run_scenario(dir.scenario(pushed_block(watch)), dir / "run"), exit_ok);
   const Series s = read_series(dir / "run/series.csv");
   EXPECT_EQ(s.at("fx"), s.at("f.fx"));
@@ -343,7 +344,8 @@ TEST(RunHistory, OfAContactWithinAStepIsItsImpact) {
     const std::vector<std::string> set{fmt::format("time.machine.integrator={}", method)};
     const RunDirectory dir;
     const std::string output =
-        "monitor: {impulse: {integral: c.normal force}, peak: {maximum: c.normal force}, touch: {time below: c.gap, at: "
+        "monitor: {impulse: {integral: c.normal force}, peak: {maximum: c.normal force}, touch: {time below: c.gap, "
+        "at: "
         "0 "
         "m}, n: {count: c.gap, at: 0 m}}, crossings: {up: {column: c.normal force, at: 10 kN}}";
     ASSERT_EQ(run_scenario(dir.scenario(struck(output)), dir / "out", set), exit_ok);
@@ -368,7 +370,8 @@ TEST(RunHistory, OfAContactWithinAStepIsItsImpact) {
 TEST(RunHistory, OfFineRowsEndsWithTheRun) {
   for (const char* every : {"0.05 ms", "0.02 ms"}) {
     const RunDirectory dir;
-    const std::string output = fmt::format("series every: {}, monitor: {{top: {{maximum: b.y, within: 0.3 s}}}}", every);
+    const std::string output =
+        fmt::format("series every: {}, monitor: {{top: {{maximum: b.y, within: 0.3 s}}}}", every);
     ASSERT_EQ(run_scenario(dir.scenario(struck(output)), dir / "out", {"time.end=0.6 s"}), exit_ok) << every;
     EXPECT_NEAR(read_series(dir / "out/series.csv").at("top").back(), 0.3, 1e-7);
   }

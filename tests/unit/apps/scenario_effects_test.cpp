@@ -118,7 +118,8 @@ TEST(ScenarioEffects, EveryKeyOfTheseSectionsIsClassified) {
       "time.soil step",
       // every run writes rows, frames and a summary
       "output.every", "output.at", "output.series every", "output.series at", "output.forces", "output.precision",
-      "output.compression", "output.state every", "output.state", "output.monitor", "output.crossings", "output.window"};
+      "output.compression", "output.state every", "output.state", "output.monitor", "output.crossings",
+      "output.window"};
   std::set<std::string> conditional;
   for (const ConditionalKey& key : conditional_keys()) conditional.insert(key.path);
   const std::set<std::string> sections{"soil", "soil.bed",     "soil.bed.settle", "soil.active",

@@ -91,7 +91,8 @@ TEST(ScenarioForces, ContactsAndStopsWithTheirOwnExponent) {
   EXPECT_EQ(d.side, mbd::DiskSide::inside);
   EXPECT_EQ(d.law.normal.stiffness, 3000);
   const auto r = read<mbd::RotationalStop>(
-      "{rotational stop: [sled, arm], minimum: 45 deg, maximum: 2 rad, n: 1, stiffness: 9 N m/rad, damping: 0.1 s/rad}");
+      "{rotational stop: [sled, arm], minimum: 45 deg, maximum: 2 rad, n: 1, stiffness: 9 N m/rad, damping: 0.1 "
+      "s/rad}");
   EXPECT_NEAR(r.limits.least, 0.78539816339744831, 1e-15);
   EXPECT_EQ(r.limits.law.stiffness, 9);
   const auto s =

@@ -141,9 +141,9 @@ TEST(HostileScenario, NumbersBeyondAnyMachine) {
   EXPECT_TRUE(
       holds(refusal(changed("time:\n", "output: {series every: 1e-300 s}\ntime:\n")), "is below 1e-30 in SI units"));
   // A component of a point or vector that small is the rounding of whoever wrote it.
-  EXPECT_EQ(
-      load_scenario_text(changed("gravity: 9.81 m/s^2", "gravity: 1e-43 -9.81 1e-320 m/s^2"), "a.yaml").scenario.gravity.x,
-      0);
+  EXPECT_EQ(load_scenario_text(changed("gravity: 9.81 m/s^2", "gravity: 1e-43 -9.81 1e-320 m/s^2"), "a.yaml")
+                .scenario.gravity.x,
+            0);
   EXPECT_TRUE(holds(refusal(changed("time:\n", "output: {every: 1e-6 s}\ntime:\n")), "makes 4e+06 frames until 4 s"));
   EXPECT_TRUE(holds(refusal(changed("fill: rest-lattice", "fill: random\n    count: 1000000000")),
                     "must be in [1, 100000000]"));

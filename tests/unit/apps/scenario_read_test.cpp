@@ -366,10 +366,13 @@ TEST(ScenarioRefusals, CrossChecksOfSoil) {
            {"output.at=[9 s]", "--set output.at = 9 s: is after the end of the run at 4 s"},
            {"output.monitor={f: {soil force: plat}}",
             "--set output.monitor.f = plat: there is no body or boundary of this name; did you mean `plate`?"},
-           {"boundaries.plate.moves=[{angular velocity: 0 0 1 rad/s, until: 2 s}, {angular velocity: 0 1 0 rad/s, from: 1 s}]",
-            "--set boundaries[0].moves[1].angular velocity: acts together with that of moves[0] about another axis; spins at one "
+           {"boundaries.plate.moves=[{angular velocity: 0 0 1 rad/s, until: 2 s}, {angular velocity: 0 1 0 rad/s, "
+            "from: 1 s}]",
+            "--set boundaries[0].moves[1].angular velocity: acts together with that of moves[0] about another axis; "
+            "spins at one "
             "time must be parallel: let one end before the other begins"},
-           {"boundaries.plate.moves=[{angular velocity: 0 0 1 rad/s, about: 0 0 0 m}, {angular velocity: 0 0 2 rad/s, about: 1 0 0 m}]",
+           {"boundaries.plate.moves=[{angular velocity: 0 0 1 rad/s, about: 0 0 0 m}, {angular velocity: 0 0 2 rad/s, "
+            "about: 1 0 0 m}]",
             "--set boundaries[0].moves[1].about: acts together with that of moves[0] about another point; let one end "
             "before the other begins, or leave one `about` out"},
            {"time.soil step=0 s", "--set time.soil step = 0 s: must be in (0, inf) s"},

@@ -187,7 +187,8 @@ TEST(ChungOoi, Test4WithTheSpringKept) {
                    {30.119, .6837}, {40.020, .7809}, {50, .8451},     {59.980, .8929}, {80.020, .9662}},
           spin[] = {{4.951, -19.27},  {10.079, -213.0}, {14.970, -377.8}, {19.941, -510.6}, {24.911, -599.4},
                     {29.961, -616.5}, {39.980, -544.8}, {50, -457.0},     {60.020, -357.5}, {80.059, -126.3}};
-  const Verified row(kImpactField, "Chung-Ooi 4 with `changing stiffness: keep-spring`, `moment arm: radius`", kReadPoints);
+  const Verified row(kImpactField, "Chung-Ooi 4 with `changing stiffness: keep-spring`, `moment arm: radius`",
+                     kReadPoints);
   const auto at = [](const char* quantity, double angle) {
     char text[64];
     std::snprintf(text, sizeof text, "%s at %.2f deg", quantity, angle);
