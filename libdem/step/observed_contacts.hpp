@@ -10,8 +10,8 @@
 namespace subsoil::dem {
 
 /// Contacts of sleeping particle blocks that a step evaluates only because their forces or energies are asked for. They
-/// are put back as they were: springs of a sleeping contact are cut to the present limit by its next evaluation, and the
-/// motion would depend on when that is.
+/// are put back as they were: springs of a sleeping contact are cut to the present limit by its next evaluation, and
+/// the motion would depend on when that is.
 class ObservedContacts {
  public:
   /// Before the sweep.

@@ -22,7 +22,7 @@ machine:
     a: {mass: 1 kg, inertia: 1 kg m^2, at: 0 1 m, angular velocity: 3 rad/s}
     b: {mass: 1 kg, inertia: 1 kg m^2, at: 1 1 m}
   forces:
-    mount: {bushing: [ground, b], at: 1 1 m, rotational stiffness: 5 N m/rad, rotational damping: 1 N m s/rad,
+    mount: {bushing: [ground, b], at: 1 1 m, stiffness x: 1 N/m, stiffness y: 1 N/m, rotational stiffness: 5 N m/rad, rotational damping: 1 N m s/rad,
             rotational preload: 2 N m}
     air: {drag: a, linear rotational: 1 N m s/rad, quadratic rotational: 2 N m s^2/rad^2}
     stop: {rotational stop: [ground, a], minimum: -1 rad, maximum: 1 rad, n: 1, stiffness: 9 N m/rad}

@@ -227,9 +227,10 @@ TEST_F(Stl, FilesThatAreCutOffAreRefused) {
   const std::string text = stl_text(box()), bytes = stl_bytes(box());
   EXPECT_NE(message_of([&] { load_mesh(file(text.substr(0, text.size() * 2 / 3)), 1e-3); }).find("is cut off"),
             std::string::npos);
-  EXPECT_NE(
-      message_of([&] { load_mesh(file(bytes.substr(0, 400)), 1e-3); }).find("declares 12 triangles, which take 684 bytes"),
-      std::string::npos);
+  EXPECT_NE(message_of([&] {
+              load_mesh(file(bytes.substr(0, 400)), 1e-3);
+            }).find("declares 12 triangles, which take 684 bytes"),
+            std::string::npos);
   EXPECT_NE(message_of([&] { load_mesh(file(std::string("hello, this is no STL file\n")), 1e-3); }).find("no STL file"),
             std::string::npos);
 }

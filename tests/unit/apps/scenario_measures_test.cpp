@@ -117,7 +117,7 @@ TEST(ScenarioMeasures, NamesOfColumnsMustDiffer) {
       "rod.yaml:19:11 machine.measures.time: `time` is the name of the first column too; names in the results must "
       "differ: take another");
   EXPECT_EQ(refusal("kinetic}\n", "kinetic}\noutput: {monitor: {gap: rod.x}}\n"),
-            "rod.yaml:23:23 output.monitor.gap: is a measure of the machine, which is a column by itself; drop one");
+            "rod.yaml:23:25 output.monitor.gap: is a measure of the machine, which is a column by itself; drop one");
 }
 
 }  // namespace
