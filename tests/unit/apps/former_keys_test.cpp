@@ -59,7 +59,7 @@ TEST(FormerKeys, AreReadLikeThePresentOnesAndListed) {
   EXPECT_TRUE(now.former.empty());
   EXPECT_EQ(before.former.size(), 15U) << "each key; the word is no key";
   for (const FormerKey& key : before.former) EXPECT_EQ(present_of(key.former), key.present) << key.path;
-  EXPECT_EQ(before.where("machine.bodies.a.angular velocity"), "scenario.yaml:12:58 machine.bodies.a.angular velocity");
+  EXPECT_EQ(before.where("machine.bodies.a.angular velocity"), "scenario.yaml:10:57 machine.bodies.a.angular velocity");
 }
 
 TEST(FormerKeys, BesideThePresentOneAreRefused) {
