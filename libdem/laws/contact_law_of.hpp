@@ -46,7 +46,7 @@ void refuse_beside_bond(const Normal& law) {
   // Of a stretched pair moment arms of the radius would not reach the bond: torques would not balance.
   if (law.friction.moment_arm != MomentArm::mid_overlap || law.friction.slip_moment_arm != SlipMomentArm::as_force)
     throw std::invalid_argument(
-        "lever: a bond needs mid-overlap (and `slip lever: as-force`), else angular momentum is not kept");
+        "moment arm: a bond needs mid-overlap (and `slip moment arm: as-force`), else angular momentum is not kept");
 }
 
 namespace detail {

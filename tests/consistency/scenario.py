@@ -50,7 +50,9 @@ def draw(seed, declarations, kind=None):
     tree["time"] = {"end": Quantity((end,), "s")}
     if kind == "machine" and rng.random() < 0.5:
         tree["time"]["machine"] = {"integrator": rng.choice(INTEGRATORS)}
-    tree["output"] = {"every": Quantity((end / 4,), "s"), "series every": Quantity((end / 20,), "s"), "series digits": "all", "precision": "double"}
+    tree["output"] = {"every": Quantity((end / 4,), "s"), "series every": Quantity((end / 20,), "s"), "precision": "double"}
+    if kind != "machine":  # alone it is written with all digits
+        tree["output"]["series digits"] = "all"
     return Scenario(seed, kind, tree, used)
 
 
