@@ -13,7 +13,7 @@ namespace subsoil::sim {
 struct Loaded {
   Scenario scenario;
   std::map<std::string, Place> places;  // "soil.bed.radius", "contacts[0].K_X", "machine.joints.H8" -> place
-  std::vector<FormerKey> former;        // names of keys that are not theirs any more
+  std::vector<FormerKey> former{};      // names of keys that are not theirs any more
 
   /// "till.yaml:41:9 soil.bed.radius" with the nearest enclosing key that stands in the file.
   std::string where(const std::string& path) const;
