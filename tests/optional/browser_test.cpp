@@ -4,12 +4,8 @@
 
 #include <cmath>
 #include <cstdio>
-#include <future>
-#include <thread>
 
 #include "libsim/report/report.hpp"
-#include "libsim/run/output_folder.hpp"
-#include "libsim/view/serve.hpp"
 #include "libsim/view/show.hpp"
 #include "libsim/view/view.hpp"
 #include "tests/tools/program_runs.hpp"
@@ -237,43 +233,6 @@ TEST(Viewed, SliderSpheresAndArrowsAreThoseOfTheSeries) {
                dy = found["from"][1].get<double>() - found["to"][1].get<double>(), length = std::hypot(dx, dy);
   EXPECT_GT((dx * fx + dy * fy) / (length * size), 0.9999) << "the arrow lies along the force";
   EXPECT_EQ(found["clock"].get<std::string>().substr(0, 5), std::to_string(time).substr(0, 5));
-}
-
-TEST(Viewed, AServedRunIsFollowedAndItsFramesComeOnDemand) {
-  if (!test::has_browser()) GTEST_SKIP() << "no chromium: scripts/setup --browser";
-  const test::RunDirectory directory;
-  ASSERT_EQ(test::run_scenario(directory.scenario(test::small_pass), directory / "run"), exit_ok);
-  std::filesystem::remove(directory / "run" / "summary.json");
-  std::string dom;
-  {
-    FolderLock active(directory / "run");  // as of a run that is on its way
-    active.report_progress(
-        R"({"time": 0.05, "from": 0, "until": 0.1, "remaining": 95, "warnings": ["tine: is bent"]})");
-    ServeRequest request;
-    request.run = directory / "run";
-    request.idle = 2;
-    std::promise<std::string> address;
-    std::thread server([&] { serve_run(request, [&](const std::string& url) { address.set_value(url); }); });
-    dom = test::opened_at(address.get_future().get() + "#time=0.2&colour=speed", directory);
-    active.free_reserve();  // no run any more: the server ends
-    server.join();
-  }
-  EXPECT_NE(dom.find("data-ready=\"yes\""), std::string::npos) << dom.substr(0, 2000);
-  EXPECT_NE(dom.find("data-errors=\"0\""), std::string::npos);
-  EXPECT_EQ(dom.find("CONSOLE"), std::string::npos) << dom.substr(dom.find("CONSOLE"), 500);
-  EXPECT_NE(dom.find("running: 0.05 s, 50.0 %, 0:01:35 left"), std::string::npos);
-  EXPECT_NE(dom.find("tine: is bent"), std::string::npos);
-  EXPECT_NE(dom.find(">0.200 s<"), std::string::npos) << "the clock";
-  EXPECT_NE(dom.find("data-frame=\"" + std::to_string([&] {
-                       const std::vector<double> times = test::frame_times(directory / "run");
-                       std::size_t best = 0;
-                       for (std::size_t f = 0; f < times.size(); ++f)
-                         if (std::abs(times[f] - 0.2) < std::abs(times[best] - 0.2)) best = f;
-                       return best;
-                     }()) +
-                     "\""),
-            std::string::npos)
-      << "the frame nearest to the slider has been fetched";
 }
 
 }  // namespace
