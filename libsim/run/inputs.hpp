@@ -37,8 +37,8 @@ class Input {
     double from = 0, value = 0, rate = 0, once = 0, twice = 0;
     void archive(Archive& a);
   };
-  /// The piece in force at t; null: the given function. Of those before the last two none is kept: nobody looks back
-  /// farther than a step, but to the start of a driver, where the given function is in force.
+  /// The piece in force at t; null: the given function. None before the last two is kept: values are asked for
+  /// within the last step, or at the start of a driver, where the given function is in force.
   const Piece* piece_at(double t) const;
 
   bool set_ = false;

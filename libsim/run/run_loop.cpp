@@ -201,8 +201,8 @@ void RunLoop::at_instant() {
   const int signal = signal_to_obey();
   const bool last = (t >= end - close() && simulation_.window_begins()) || signal != 0 || stops_;
   now_ = {.t = t, .signal = signal, .last = last};
-  // A bed on its way to rest is no state to go on from: a restart does not settle. Saved before anything else is
-  // decided here: whoever goes on from the state begins with this line.
+  // A bed on its way to rest is no state to continue from: a restart does not settle. Saved before anything
+  // else is decided here: a run that continues from the state begins with this line.
   if (world_.soil.stopped) return;
   if (save_due || (last && (waits || s_.output.state == State::full || signal != 0))) {
     state_due_since_ = -1;

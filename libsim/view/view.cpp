@@ -92,11 +92,15 @@ std::vector<float> sizes_of(const std::vector<float>& vectors) {
   return out;
 }
 
+}  // namespace
+
 /// What coordinates and colours of frames are scaled by.
-struct Scales {
+struct SphereScales {
   dem::Bounds box;
   double speed = 1e-9, force = 1e-9, chain = 1e-9;
 };
+
+namespace {
 
 /// The spheres of a run's frames, as pages take them.
 class SphereFrames {
@@ -104,8 +108,8 @@ class SphereFrames {
   explicit SphereFrames(const FramesFile& file) : file_(file) {}
 
   /// Box of all centres and the tops of the colour scales.
-  Scales measured(const std::vector<std::size_t>& frames) const {
-    Scales out;
+  SphereScales measured(const std::vector<std::size_t>& frames) const {
+    SphereScales out;
     std::vector<float> speeds, forces;
     for (const std::size_t f : frames) {
       const FrameSpheres s = file_.spheres(f, true);
@@ -125,12 +129,12 @@ class SphereFrames {
       box.include(Vec3{s.position[i], s.position[i + 1], s.position[i + 2]});
   }
   /// Without frames.
-  Json table(const ScenePack& pack, const Scales& scales) const {
+  Json table(const ScenePack& pack, const SphereScales& scales) const {
     Json out = sphere_table(pack, file_.radius(), file_.material(), file_.materials());
     out["speedTop"] = scales.speed, out["forceTop"] = scales.force, out["chainTop"] = scales.chain;
     return out;
   }
-  Json frame(std::size_t f, ScenePack& pack, const Scales& scales) const {
+  Json frame(std::size_t f, ScenePack& pack, const SphereScales& scales) const {
     const FrameSpheres s = file_.spheres(f, true);
     Json out{{"time", file_.times()[f]}, {"position", pack.frame(s.position, s.index)}};
     if (!s.velocity.empty()) out["speed"] = shades(sizes_of(s.velocity), s.index, file_.particles(), scales.speed);
@@ -183,7 +187,7 @@ Json sphere_film(const FramesFile& file, double bytes) {
   const SphereFrames spheres(file);
   for (std::size_t stride = 1;;) {
     const std::vector<std::size_t> frames = every(stride, file.times().size());
-    const Scales scales = spheres.measured(frames);
+    const SphereScales scales = spheres.measured(frames);
     ScenePack pack(file.particles(), scales.box.low, scales.box.high);
     Json out = spheres.table(pack, scales);
     double size = 0;
@@ -362,7 +366,7 @@ struct ServedRun::Impl {
   std::filesystem::path run;
   std::unique_ptr<FramesFile> file;
   std::string file_stamp;
-  std::optional<Scales> scales;
+  std::optional<SphereScales> scales;
 
   /// The frames so far; null: none yet.
   const FramesFile* frames() {
@@ -371,7 +375,7 @@ struct ServedRun::Impl {
     if (stamp != file_stamp) file = std::make_unique<FramesFile>(run / "run.h5"), file_stamp = stamp;
     return file->times().empty() || file->particles() == 0 ? nullptr : file.get();
   }
-  const Scales& scale(const FramesFile& all) {
+  const SphereScales& scale(const FramesFile& all) {
     const std::size_t count = all.times().size();
     if (!scales) scales = SphereFrames(all).measured(every(std::max<std::size_t>(1, count / most_measured), count));
     return *scales;
@@ -387,7 +391,7 @@ ServedRun::~ServedRun() = default;
 Json ServedRun::scene() {
   const auto add_spheres = [&](SceneMaker& maker, const FramesFile& file) {
     impl_->scales.reset();
-    const Scales& scales = impl_->scale(file);
+    const SphereScales& scales = impl_->scale(file);
     Json spheres = SphereFrames(file).table({file.particles(), scales.box.low, scales.box.high}, scales);
     for (const double t : file.times()) spheres["frames"].push_back({{"time", t}});
     maker.json()["spheres"] = std::move(spheres);
@@ -401,7 +405,7 @@ Json ServedRun::frame(std::size_t number) {
   const FramesFile* const file = impl_->frames();
   if (file == nullptr || number >= file->times().size())
     throw std::out_of_range(fmt::format("frame {}: there is none", number));
-  Scales scales = impl_->scale(*file);
+  SphereScales scales = impl_->scale(*file);
   SphereFrames::include(scales.box, file->spheres(number, false));
   impl_->scales = scales;  // the box only grows
   ScenePack pack(file->particles(), scales.box.low, scales.box.high);
