@@ -32,8 +32,8 @@ const std::vector<Room> house = {
     {"libsim",
      {"libsim/", "coupling/", "libdem/", "libmbd/"},
      {"Eigen/", "fmt/", "hdf5.h", "malloc.h", "nlohmann/", "omp.h", "spdlog/", "sys/resource.h"},
-     {"CGAL/", "H5", "boost/geometry/", "boost/math/", "fcntl.h", "httplib.h", "nlopt.hpp", "sched.h", "spawn.h",
-      "sys/", "udunits2.h", "unistd.h", "unsupported/Eigen/", "yaml-cpp/", "zlib.h"}},
+     {"CGAL/", "H5", "boost/asio/", "boost/beast/", "boost/geometry/", "boost/math/", "fcntl.h", "nlopt.hpp", "sched.h",
+      "spawn.h", "sys/", "udunits2.h", "unistd.h", "unsupported/Eigen/", "yaml-cpp/", "zlib.h"}},
 };
 
 /// A room inside a library, or a header of its root: what its files are called and which of the rooms before it they

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
-#include <httplib.h>
 
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
 #include <future>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -28,6 +30,37 @@ class Served : public ::testing::Test {
   static const test::RunDirectory* directory;
 };
 const test::RunDirectory* Served::directory = nullptr;
+
+/// A browser's part: one request by a connection of its own.
+class Client {
+ public:
+  using Answer = boost::beast::http::response<boost::beast::http::string_body>;
+  explicit Client(std::string host) : host_(std::move(host)) {}
+
+  Answer ask(boost::beast::http::verb verb, const std::string& path, const std::string& host = {},
+             const std::string& body = {}) const {
+    namespace http = boost::beast::http;
+    boost::asio::io_context loop;
+    boost::beast::tcp_stream stream(loop);
+    const std::size_t colon = host_.find(':');
+    stream.connect({boost::asio::ip::make_address(host_.substr(0, colon)),
+                    static_cast<std::uint16_t>(std::stoul(host_.substr(colon + 1)))});
+    http::request<http::string_body> request(verb, path, 11);
+    request.set(http::field::host, host.empty() ? host_ : host);
+    request.body() = body;
+    if (!body.empty()) request.prepare_payload();
+    http::write(stream, request);
+    boost::beast::flat_buffer buffer;
+    http::response_parser<http::string_body> answer;
+    answer.body_limit(std::uint64_t{1} << 30);
+    http::read(stream, buffer, answer);
+    return answer.release();
+  }
+  Answer get(const std::string& path) const { return ask(boost::beast::http::verb::get, path); }
+
+ private:
+  std::string host_;  // name:port
+};
 
 /// Coordinates of a packed frame in the box of its page, m.
 std::vector<double> places(const Json& frame, const Json& low, const Json& high, std::vector<std::uint16_t>& last) {
@@ -102,28 +135,31 @@ TEST_F(Served, OnlyTheAddressWithItsTokenIsAnsweredAndOnlyGet) {
   std::thread server([&] { serve_run(request, [&](const std::string& url) { address.set_value(url); }); });
   const std::string url = address.get_future().get();
   const std::size_t slash = url.find('/', 7);
-  const std::string host = url.substr(0, slash), path = url.substr(slash);
-  EXPECT_EQ(host.substr(0, 17), "http://127.0.0.1:");
+  const std::string host = url.substr(7, slash - 7), path = url.substr(slash);
+  EXPECT_EQ(host.substr(0, 10), "127.0.0.1:");
   EXPECT_EQ(path.size(), 34U) << "128 bits in hexadecimal between two slashes";
-  httplib::Client client(host);
-  const auto status = [](const httplib::Result& r) { return r ? r->status : -1; };
-  EXPECT_EQ(status(client.Get(path.c_str())), 200);
-  EXPECT_EQ(status(client.Get("/")), 404);
-  EXPECT_EQ(status(client.Get("/frame?number=0")), 404);
+  using boost::beast::http::verb;
+  const Client client(host);
+  const auto status = [](const Client::Answer& answer) { return answer.result_int(); };
+  EXPECT_EQ(status(client.get(path)), 200U);
+  EXPECT_EQ(status(client.get("/")), 404U);
+  EXPECT_EQ(status(client.get("/frame?number=0")), 404U);
   std::string guess = path;
   guess[5] = guess[5] == '0' ? '1' : '0';
-  EXPECT_EQ(status(client.Get(guess.c_str())), 404);
-  EXPECT_EQ(status(client.Post(path.c_str(), "x", "text/plain")), 404);
-  EXPECT_EQ(status(client.Delete((path + "frame").c_str())), 404);
-  EXPECT_EQ(status(client.Get((path + "frame?number=100000").c_str())), 404);
-  EXPECT_EQ(status(client.Get((path + "frame?number=x").c_str())), 404);
-  EXPECT_EQ(status(client.Get((path + "../run.h5").c_str())), 404);
-  const httplib::Headers elsewhere{{"Host", "evil.example"}};
-  EXPECT_EQ(status(client.Get(path.c_str(), elsewhere)), 404)
+  EXPECT_EQ(status(client.get(guess)), 404U);
+  EXPECT_EQ(status(client.ask(verb::post, path)), 404U);
+  EXPECT_EQ(status(client.ask(verb::delete_, path + "frame")), 404U);
+  EXPECT_EQ(status(client.get(path + "frame?number=100000")), 404U);
+  EXPECT_EQ(status(client.get(path + "frame?number=x")), 404U);
+  EXPECT_EQ(status(client.get(path + "frame?n=0")), 404U);
+  EXPECT_EQ(status(client.get(path + "../run.h5")), 404U);
+  EXPECT_EQ(status(client.ask(verb::get, path, "evil.example")), 404U)
       << "a name that another site lets resolve to this machine";
-  const auto frame = client.Get((path + "frame?number=0").c_str());
-  ASSERT_EQ(status(frame), 200);
-  EXPECT_TRUE(Json::parse(frame->body).contains("position"));
+  EXPECT_THROW(client.ask(verb::get, path, {}, "x"), boost::system::system_error) << "a request with a body";
+  const Client::Answer frame = client.get(path + "frame?number=0");
+  ASSERT_EQ(status(frame), 200U);
+  EXPECT_TRUE(Json::parse(frame.body()).contains("position"));
+  EXPECT_EQ(frame["Cache-Control"], "no-store");
   server.join();  // ends by itself after a second without a request
 }
 
