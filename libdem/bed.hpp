@@ -20,11 +20,11 @@
 
 namespace subsoil::dem {
 
-/// Which spheres may be frozen: those of particle blocks that are farther than `within` from every moving surface and
+/// Which spheres may sleep: those of particle blocks that are farther than `within` from every moving surface and
 /// that stay slower than `below`, with all blocks around them (docs/theory, section 8.1).
 struct ActiveRule {
   double within = 0;  ///< m, from the box around a moving surface (a plane: from itself)
-  double below = 0;   ///< m/s, of the centre and of points on the surface by the spin
+  double below = 0;   ///< m/s, of the centre and of points on the surface by rotation
 };
 
 struct BedOptions {
@@ -40,7 +40,7 @@ struct BedOptions {
   /// every 32nd, each block of 256 spheres in steps of its own. A sample costs nearly a step more, twice, and stands
   /// for all steps since the last one; edges, corners and curved surfaces are always summed.
   int sample_every = 0;
-  double floor_drop = -1e300;  ///< y below which spheres are taken out, m
+  double floor_drop = -1e300;  ///< y below which spheres are removed, m
   /// Spheres are put back into it whenever the lists are built; until then they may be outside by the skin. Boundaries
   /// meet spheres where these are and have no images: one that ends at a periodic side must not come near to it, one
   /// that spans the period must reach beyond both sides by more than a radius.
@@ -48,7 +48,7 @@ struct BedOptions {
 };
 
 /// Energy balance of the bed, J (BedOptions::sample_every: losses may be sampled). Closure: kinetic + rotational +
-/// gravity + stored + lost + frozen = start + boundary work.
+/// gravity + stored + lost + `frozen` = start + boundary work.
 struct BedEnergy {
   double kinetic = 0;        ///< of translation, (m/2) v_{n-1/2} . v_{n+1/2}: what leapfrog work sums to
   double rotational = 0;     ///< of rotation, same form
@@ -57,10 +57,10 @@ struct BedEnergy {
   Losses lost;               ///< since the start
   double boundary_work = 0;  ///< done by the surfaces and fixed spheres on the others since the start
   /// Kinetic and potential energy that left with removed spheres and with those that were fixed on the way, less that
-  /// of released ones; what `count_removed` was told; less what gravity along a periodic direction gave to spheres that
-  /// went round, whose potential energy begins anew on the other side.
+  /// of released ones; what `count_removed` received; less what gravity along a periodic direction gave to spheres that
+  /// went round, whose potential energy restarts on the other side.
   double removed = 0;
-  double frozen = 0;  ///< kinetic energy that spheres had when they were frozen, since the start
+  double frozen = 0;  ///< kinetic energy that spheres had when they fell asleep, since the start
 
   double total() const { return kinetic + rotational + gravity + stored + lost.total() + removed + frozen; }
 };
@@ -96,7 +96,7 @@ class Bed {
   int add(Boundary boundary);       ///< index of the boundary
   int add_shape(ClumpShape shape);  ///< of clumps; its index
   /// Clumps of shapes that the bed has; their members become spheres of the bed, numbered like others. Throws
-  /// std::invalid_argument for one without sense, where spheres may be frozen, and in a bed with periodic sides.
+  /// std::invalid_argument for one without sense, where spheres may sleep, and in a bed with periodic sides.
   void add(std::span<const ClumpSpec> clumps);
   /// Removes spheres for which the predicate holds, and clumps of which it holds for any sphere; returns how many
   /// spheres. Their contacts end.
@@ -145,14 +145,14 @@ class Bed {
   std::span<const BrokenBond> broken_bonds() const;  ///< since the start, in the order in which they broke
   std::vector<std::array<std::uint32_t, 2>> bonded_pairs() const;  ///< ids, sorted
 
-  /// Spheres that rest far from all moving surfaces are frozen from now on, or none; those that are go on from rest.
+  /// Spheres that rest far from all moving surfaces sleep from now on, or none; sleeping ones continue from rest.
   void set_active(const std::optional<ActiveRule>& rule);
   bool freezes() const;  ///< whether there is such a rule
   std::size_t frozen_count() const;
 
   double time() const;
   const BedEnergy& energy() const;  ///< of the last step that asked for it
-  /// Starts the balance anew: losses and works are zero from here.
+  /// Restarts the balance: losses and works are zero from here.
   void reset_energy_balance();
 
   /// Exchanges the laws, e.g. while settling; histories stay.
@@ -166,7 +166,7 @@ class Bed {
   void set_time(double time);
 
   double max_speed() const;       ///< m/s at the last step
-  double max_overlap() const;     ///< largest share of a radius, of each particle block when last sampled
+  double max_overlap() const;     ///< maximum share of a radius, of each particle block when last sampled
   double kinetic_energy() const;  ///< of the half-step velocities, J; goes through all spheres
   long rebuilds() const;
   long steps() const;
@@ -177,7 +177,7 @@ class Bed {
   int threads() const;
   const BedOptions& options() const;
   void set_limits(double speed, double overlap);
-  void set_floor_drop(double y);  ///< height below which spheres are taken out
+  void set_floor_drop(double y);  ///< height below which spheres are removed
   /// Tells the bed that a boundary's shape, material or `active` was changed; poses need no telling.
   void surfaces_changed();
 
@@ -197,7 +197,7 @@ class Bed {
     std::vector<double> scalars;
     std::vector<std::int64_t> kinds;  ///< SphereKind of each sphere; empty where all are free
     std::vector<std::int64_t> calm;   ///< of each sphere for the active region; empty without
-    std::vector<double> frozen;       ///< BedEnergy::frozen; empty without
+    std::vector<double> frozen;       ///< `BedEnergy::frozen`; empty without
     std::vector<double> clumps;       ///< 17 numbers each, behind the next one's; empty without
     std::vector<double> fixed;        ///< work of fixed spheres, and what acted on each; empty without
     std::vector<double> loads;        ///< FaceLoad of every triangle of boundaries that keep them; empty without
@@ -207,13 +207,13 @@ class Bed {
   /// Adds spheres with the contacts that they come with: of a state the spheres, whose ids must be new, the pairs and
   /// the contacts at surfaces, which may name spheres that are there. Throws std::invalid_argument.
   void insert(const State& part);
-  /// All contacts that carry a force as the spheres are now: what a step that asks for them would say.
+  /// All contacts that carry a force as the spheres are now: what a step that asks for them would report.
   std::vector<ContactRecord> contacts();
-  /// Energy of contacts, J, that ended with what was taken out or fixed; below zero: that came with `insert`.
+  /// Energy of contacts, J, that ended with what was removed or fixed; below zero: that came with `insert`.
   void count_removed(double energy);
 
   /// From the next step on the engine steps the spheres. Throws std::invalid_argument for what no engine but the bed
-  /// itself can do: bonds, clumps, fixed and frozen spheres, periodic sides, mixed precision, loads of surfaces.
+  /// itself can do: bonds, clumps, fixed and sleeping spheres, periodic sides, mixed precision, loads of surfaces.
   void step_by(std::unique_ptr<BedEngine> engine);
   const char* engine_name() const;  ///< null: the bed itself
 

@@ -8,7 +8,7 @@ class App;
 /// Pages about the command line, of its own declarations.
 namespace subsoil::sim {
 
-/// Type names by which an option or argument says what it takes, in help and completion.
+/// Type names by which an option or argument states what it takes, in help and completion.
 inline constexpr const char* takes_yaml = "FILE.yaml";
 inline constexpr const char* takes_folder = "DIR";
 inline constexpr const char* takes_simd = "{auto,portable,avx2,avx512}";

@@ -7,7 +7,7 @@
 /// The words of the command line; each returns the exit code of the program.
 namespace subsoil::sim {
 
-/// `subsoil check`: reads, builds and tries a scenario, says what would run and what it would cost; writes nothing.
+/// `subsoil check`: reads, builds and tries a scenario, prints what would run and what it would cost; writes nothing.
 int check_command(const RunRequest& request);
 /// `subsoil impact`: one impact by a model, at one speed or several, or its parameters from measurements.
 struct ImpactRequest {

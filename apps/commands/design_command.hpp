@@ -10,7 +10,7 @@ struct DesignRequest {
   std::string plan;
   std::vector<std::string> sets;  ///< path=value of the plan
   std::string out;                ///< folder; empty: named like the plan
-  int threads = 0;                ///< cores of each run; 0: as the plan says
+  int threads = 0;                ///< cores of each run; 0: as in the plan
 };
 CLI::App* add_optimise(CLI::App& app, DesignRequest& request);
 CLI::App* add_sensitivity(CLI::App& app, DesignRequest& request);

@@ -9,7 +9,7 @@ namespace subsoil::sim {
 /// What a run will cost, found by steps, rows and frames of the real thing, written beside nobody's files.
 struct Trial {
   Estimate cost;
-  double spheres = 0;  ///< expected of the run; the trial's bed is a stand-in where it is poured
+  double spheres = 0;  ///< expected of the run; the bed of the dry run is a proxy where it is poured
   double settling = 0;
   double particle_rate = 0;
 };

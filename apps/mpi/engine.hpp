@@ -18,7 +18,7 @@ std::unique_ptr<dem::BedEngine> make_engine(MPI_Comm all, const sim::RunRequest&
                                             const sim::World& world);
 /// On rank 0: nothing more will come.
 void dismiss(MPI_Comm all);
-/// On the other ranks: does what rank 0 says until it is dismissed.
+/// On the other ranks: does what rank 0 orders until it is dismissed.
 void serve(MPI_Comm all);
 
 }  // namespace subsoil::mpi

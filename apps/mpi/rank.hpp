@@ -15,7 +15,7 @@ struct Beginning {
   dem::Vec3 gravity;
   dem::Vec3 low, high;                         ///< box around the centres of all spheres, m
   double smallest = 0, largest = 0, skin = 0;  ///< radii; by which neighbours are listed beyond the cutoff, m
-  double floor_drop = 0;                       ///< y below which spheres are taken out, m
+  double floor_drop = 0;                       ///< y below which spheres are removed, m
   std::size_t spheres = 0;
   int sample_every = 0;
   char simd[16] = "auto";

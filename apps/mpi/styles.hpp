@@ -19,7 +19,7 @@ class Tasks {
   virtual void leave_lists() = 0;  ///< before spheres change process
   virtual void forces() = 0;       ///< spheres and ghosts stand at t_n
   virtual void motion() = 0;
-  virtual double reach() const = 0;            ///< of a pair: largest distance of centres at which it may touch, m
+  virtual double reach() const = 0;            ///< of a pair: maximum distance of centres at which it may touch, m
   virtual double distance_factor() const = 0;  ///< by which radii are multiplied for what acts across gaps
 };
 

@@ -98,9 +98,9 @@ struct ContactSums {
   T damped, slid, rolled;  ///< J lost in dashpots and plastically, in sliding, in rolling
   T stored;                ///< J
   T within_cutoff;         ///< contacts: 1 or 0
-  T overlap;               ///< over the smaller radius; of several the largest
+  T overlap;               ///< over the smaller radius; of several the maximum
 
-  /// use(a's, b's) for each; the overlap, of which the largest counts, goes to largest(a's, b's).
+  /// use(a's, b's) for each; the overlap, of which the maximum counts, goes to `largest`(a's, b's).
   template <class A, class B, class Use, class Largest>
   [[gnu::always_inline]] static void each(A& a, B& b, const Use& use, const Largest& largest) {
     use(a.damped, b.damped), use(a.slid, b.slid), use(a.rolled, b.rolled), use(a.stored, b.stored);
@@ -218,7 +218,7 @@ struct ParticleBlockJob {
 
 struct MoveJob : ParticleBlockJob {
   double kick = 0, dt = 0;  ///< s: velocities advance by a kick, positions by v dt
-  double speed2 = 0;        ///< largest v.v after the kick
+  double speed2 = 0;        ///< maximum v.v after the kick
   double squares = 0;       ///< a sum over velocities, linear and angular: NaN where one is
 };
 

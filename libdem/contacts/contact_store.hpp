@@ -81,7 +81,7 @@ class ContactStore {
   Buffer<std::uint32_t> build(std::span<const Sphere> spheres, const PeriodicImages& images_in,
                               const NeighbourList& list, const Grid& grid, const ContactLaws& laws, double skin,
                               int threads);
-  /// Histories into the new blocks, from the retired ones if there are any, else from what waits.
+  /// Histories into the new blocks, from the saved ones if there are any, else from what waits.
   /// @param new_index of the spheres @return bonds of spheres that are gone
   std::size_t restore_histories(const NeighbourList& list, const Buffer<std::uint32_t>& place,
                                 const std::vector<std::uint32_t>& new_index, const ContactLaws& laws, int threads);

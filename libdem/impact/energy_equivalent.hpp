@@ -15,7 +15,7 @@ namespace subsoil::dem::impact {
 /// Jackson-Green loading, unloaded as F ~ (x - x_res)^1.5 down to their residual x_res = 1.02 (1 - ((w
 /// + 5.9)/6.9)^-0.54) x* (|dCe| < 0.009 for V/V_c from 1 to 1000 at eps_y = 0.002). Give your own A, B and lambda_c, or
 /// let `--fit` find them. The motion is Hunt and Crossley's, its damping such that the rebound at this speed meets Ce.
-/// rho density of the striking body, S_y yield strength, nu Poisson ratio of the body that yields.
+/// rho density of the striking body, S_y yield strength, nu Poisson ratio of the softer body.
 /// Source: energies after the patent of Changsha University of Science and Technology on a normal impact model with
 /// variable restitution (2023); lambda's form and the map are ours.
 struct EnergyEquivalent {

@@ -17,7 +17,7 @@ struct Pair {
   double radius = unknown;   ///< effective radius R1 R2/(R1 + R2), m
   double E_eff = unknown;    ///< E* = 1/((1 - nu1^2)/E1 + (1 - nu2^2)/E2), Pa
   double density = unknown;  ///< of the striking body, kg/m^3
-  double yield = unknown;    ///< yield strength of the body that yields, Pa
+  double yield = unknown;    ///< yield strength of the softer body, Pa
 
   /// Hertz's coefficient 4/3 E* sqrt(R), N/m^1.5. Throws std::invalid_argument when E* or R is not known.
   double hertz() const;

@@ -12,7 +12,7 @@ namespace subsoil::dem {
 /// one at its upper end is the first particle, an image of the other, one period up, the second. Where several
 /// directions are periodic images are shifted in half of all combinations of them, those whose first shift is upwards.
 /// @param spheres wrapped into the cell and sorted by the cells of `grid` @param box of their centres
-/// @param largest radius, m @param cutoff as of `find_neighbours`
+/// @param `largest` radius, m @param cutoff as of `find_neighbours`
 /// @return the images that some sphere is near to, in the order of shifts and spheres
 PeriodicImages add_pairs_across(std::span<const Sphere> spheres, const Grid& grid, const Bounds& box,
                                 const PeriodicCell& cell, double largest, double cutoff, NeighbourList& list);

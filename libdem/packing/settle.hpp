@@ -30,7 +30,7 @@ struct SettleProgress {
   std::size_t spheres;
 };
 
-/// A settling on its way, to go on from. What it has decided so far (numbers of steps, of spheres that rained or were
+/// Unfinished settling, to restart from. What it has decided so far (numbers of steps, of spheres that rained or were
 /// levelled off, measured fractions) leads the same calls to the same place again without stepping; there the bed is
 /// put in.
 struct SettleState {
@@ -57,7 +57,7 @@ struct SettlePlan {
   /// Asked between steps; true hands the state to `keep`, and so does an end by `progress`. Both or neither.
   std::function<bool()> keep_due;
   std::function<void(const SettleState&)> keep;
-  /// Goes on from here, with the same bed, laws and plan, and ends with the same bits; null: from the start.
+  /// Continues from here, with the same bed, laws and plan, and ends with the same bits; null: from the start.
   const SettleState* from = nullptr;
 };
 
@@ -69,14 +69,14 @@ struct SettleReport : BedReport {
   bool stopped = false;                   ///< by the progress callback
 };
 
-/// Speed below which a bed counts as at rest, m/s: the mean kinetic energy of a sphere, spin included, could lift it by
+/// Speed below which a bed counts as at rest, m/s: the mean kinetic energy of a sphere, with rotation, could lift it by
 /// no more than a ten-thousandth of its radius, v^2/2 = g r/10^4 (4.4 mm/s at 10 mm). Zero without gravity.
 double rest_speed(double mean_radius, double gravity);
 
 /// Runs the bed until it is still; boundaries stand. A speed must hold for sqrt(2 r/g), the time of a fall by one
 /// radius, in which no sphere may become faster than that fall makes it: otherwise a bed would be "at rest" when it is
-/// let go, or while a single sphere falls. Leaves the final laws in the bed, its velocities as they are, and starts its
-/// energy balance anew, since exchanging laws is no work of anything. Throws std::invalid_argument for a plan without
+/// released, or while one sphere falls. Leaves the final laws in the bed, its velocities as they are, and restarts its
+/// energy balance, since exchanging laws is no work of anything. Throws std::invalid_argument for a plan without
 /// sense and std::runtime_error when the bed is not still in time.
 SettleReport settle(Bed& bed, const LawTable& laws, const SettlePlan& plan, const Bounds& region);
 

@@ -6,10 +6,10 @@
 
 namespace subsoil::dem {
 
-/// A fixed sphere keeps its velocity and angular velocity whatever acts on it: its kind says so. The mass in its record
+/// A fixed sphere keeps velocity and angular velocity whatever acts on it: its kind states it. The mass in its record
 /// is kFixedScale times its own, so that every law finds the limit of a pair with a body that does not yield,
 ///   m_eff = m M/(m + M) -> m of the free sphere
-/// to m/M <= 1e-21 for a free sphere up to a million times as heavy, which is how LAMMPS (fix freeze) has it; r_eff is
+/// to m/M <= 1e-21 for a free sphere up to a million times as heavy, as in LAMMPS (`fix freeze`); r_eff is
 /// that of both. A power of two: the own mass comes back to the bit, and 2^90 kg fits in single precision.
 constexpr double kFixedScale = 0x1p90;
 

@@ -19,7 +19,7 @@ inline constexpr std::uint32_t kGone = ~std::uint32_t{0};  ///< new index of a s
 ///
 /// | data             | written by                                                | read by                       |
 /// |---|---|---|
-/// | records, double  | users (add, restore, shift, freeze), the sort of a        | every contact, for both       |
+/// | records, double  | users (add, restore, shift, sleep), the  sort of a        | every contact, for both       |
 /// |                  | rebuild; in double precision the move at a step's end     | particles; rebuilds, results  |
 /// | records, mixed   | `sync_to_mixed`, the move at a step's end                 | every contact                 |
 /// | numbers, slots   | users; rebuilds                                           | snapshots                     |

@@ -8,7 +8,7 @@
 ///
 /// One body of mass m_eff meets the law along the normal at a speed, stepped as the bed steps (leapfrog, damping by the
 /// velocity of half a step before). Restitution e(dt) depends on where between two steps the touch begins; the error is
-/// the largest over eight such phases,
+/// the maximum over eight such phases,
 ///     error(dt) = max_phase |e(dt, phase) - e|,   e from steps that are 600 times finer than the stable step.
 /// and, where a pull begins at once (DMT, liquid bridges, adhesion), over four phases in which the contact ends, by
 /// steps shorter by up to one part in n: F_jump v dt/2 of energy each time that a pull begins or ends between two
@@ -52,7 +52,7 @@ struct AccurateStep {
   std::string cause{};  ///< "impact at 2 m/s, 31 steps of a contact", for the message
 };
 
-/// Largest error of restitution at a step, over the phases.
+/// Maximum error of restitution at a step, over the phases.
 double restitution_error(const Law& law, const StepQuestion& question, bool at_surface, double step, double stable);
 
 /// Speed at which bodies enter the reach of a law, m/s, where `met` is the most that its pull makes of it on the way

@@ -15,8 +15,8 @@ namespace subsoil::dem {
 /// Which particle blocks move, and which of the others are evaluated in a step (docs/theory, section 8.1). Without a
 /// rule all move.
 ///
-/// Whole particle blocks are frozen, not spheres: a block is skipped with one look, its contacts and their histories
-/// stay where they are, and what it needs of its neighbours is known by block. Spheres frozen one by one would have the
+/// Whole particle blocks sleep, not spheres: a block is skipped with one look, its contacts and their histories
+/// stay where they are, and what it needs of its neighbours is known by block. Single sleeping spheres would have the
 /// kernel ask for each lane.
 ///
 /// | data                          | written by                                               | read by           |
@@ -24,7 +24,7 @@ namespace subsoil::dem {
 /// | neighbours, boxes             | `begin_lists`: rebuilds                                  | `plan`            |
 /// | states                        | `plan`, before each step, one thread                     | every worker      |
 /// | outcomes                      | the worker of the particle block, during the sweep       | `plan` of the next step
-/// | | calm, of each sphere (`calm`) | `keep`, before spheres are sorted anew; restarts         | `begin_lists`, saved
+/// | | time at rest, of each sphere (`calm`) | `keep`, before spheres are sorted again | `begin_lists`, saved
 /// state |
 ///
 /// All is decided between two steps, from what particle blocks and boundaries did: the same for any number of threads.
@@ -34,7 +34,7 @@ class ActiveRegion {
   bool on() const { return rule_.has_value(); }
 
   // Rebuilds.
-  /// How calm each sphere's block is, into its record: blocks of the next lists are others.
+  /// Checks at rest of each sphere's block, into its record: blocks of the next lists are others.
   void keep(std::span<Sphere> spheres, std::span<const BlockSums> sums) const;
   /// @param cutoff by which the lists go beyond the surfaces of two spheres, m
   void begin_lists(const ContactStore& contacts, const ParticleStore& particles, double cutoff, int threads);
@@ -55,19 +55,19 @@ class ActiveRegion {
   bool is_observed(std::size_t block) const { return states_[block].observed; }
   bool any_observed() const { return observed_; }
   bool receives(std::size_t block) const { return states_[block].receives; }
-  /// Whether no sphere would get too fast within the time for which it has to be calm. @param acceleration the largest
+  /// Whether no sphere would get too fast within the time of a sleep candidate. @param acceleration the maximum
   /// of a block's spheres, of the centre or by the torque of a point on the surface, m/s2
   bool is_balanced(double acceleration, bool freezes) const {
     return acceleration * calm_time_ < (freezes ? kFreezingShare : 1.0) * rule_->below;
   }
-  /// Of a block that freezes or is checked.
+  /// Of a block that falls asleep or is checked.
   void found(std::size_t block, bool balanced) { outcomes_[block] = balanced ? Outcome::rests : Outcome::moves; }
 
   std::size_t frozen_spheres() const;
 
   static constexpr long kCheck = 16;         ///< steps between two checks
-  static constexpr std::uint8_t kCalm = 16;  ///< checks in a row that find a block calm before it is frozen
-  /// Of gravity: the acceleration out of balance at which a frozen sphere wakes, however short the step. A ball at rest
+  static constexpr std::uint8_t kCalm = 16;  ///< checks in a row that find a block at rest before it sleeps
+  /// Of gravity: the acceleration out of balance at which a sphere wakes, however short the step. A ball at rest
   /// on a slope of 2 degrees has more (5/7 sin 2 = 0.025); what a bed at rest creeps with is a hundredth of it.
   static constexpr double kUnbalanced = 0.02;
   static constexpr double kFreezingShare = 0.5;  ///< of what wakes a sphere: else rounding would wake what just froze
@@ -78,12 +78,12 @@ class ActiveRegion {
     bool freezes = false;   ///< in this step, if its forces are balanced
     bool evaluated = true;  ///< its contacts, in this step
     bool observed = false;  ///< evaluated in this step for what is asked for alone (ObservedContacts)
-    bool checked = false;   ///< frozen, and its forces are complete in this step
-    bool receives = false;  ///< frozen, and gets some force from contacts of other blocks in this step
+    bool checked = false;   ///< asleep, and its forces are complete in this step
+    bool receives = false;  ///< asleep, and gets some force from contacts of other blocks in this step
     bool outdated = true;   ///< what it stores was summed before it or a partner last moved
     bool near = false;      ///< a moving surface is
     std::uint8_t calm = 0;  ///< checks in a row that found all its spheres slow
-    double speed2 = 0;      ///< largest since the last check, m2/s2
+    double speed2 = 0;      ///< maximum since the last check, m2/s2
   };
   enum class Outcome : std::uint8_t { none, rests, moves };
 

@@ -52,7 +52,7 @@ struct ByEngine {
   bool ahead = false;  ///< it has stepped since spheres last came back
 };
 
-/// A bed is its parts; each part's header says who writes and who reads it. What needs several of them at once stands
+/// A bed is its parts; each part's header states who writes and who reads it. What needs several of them at once stands
 /// here and is a task of the step.
 struct Bed::Impl {
   BedOptions options;
@@ -116,7 +116,7 @@ struct Bed::Impl {
   void form_due_bonds(double until);
   void record_broken_bonds(Snapshot* snapshot);
   void sum_up(bool energy);
-  void sum_phases(double search, double sweep);  ///< s by the clock
+  void sum_phases(double search, double sweep);  ///< wall time, s
 
   // by_engine.cpp
   void begin_engine(const State& state);

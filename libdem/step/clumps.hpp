@@ -87,7 +87,7 @@ class Clumps {
                 const std::function<void(std::size_t block, double speed2, double squares)>& use) const;
 
   void shift(const Vec3& offset);
-  void stop();  ///< neither velocity nor spin
+  void stop();  ///< neither velocity nor rotation
 
   void save(std::vector<double>& out) const;
   /// The shapes stay. @param there whether the bed has a sphere of this id

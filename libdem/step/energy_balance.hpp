@@ -17,9 +17,9 @@ struct BlockSums {
   Losses lost;                                        ///< running, since the lists were built
   double stored = 0;                                  ///< in contacts, in this step
   double kinetic = 0, rotational = 0, potential = 0;  ///< of the spheres, when asked for
-  double pairs = 0, overlap = 0;  ///< within the cutoff; largest share of a radius: of its last sample
-  double frozen = 0;              ///< running: taken from spheres that were frozen
-  double speed2 = 0;              ///< largest v.v after the move, m2/s2
+  double pairs = 0, overlap = 0;  ///< within the cutoff; maximum share of a radius: of its last sample
+  double frozen = 0;              ///< running: taken from spheres that fell asleep
+  double speed2 = 0;              ///< maximum v.v after the move, m2/s2
   double squares = 0;             ///< a sum over velocities: NaN where one is
 };
 
@@ -46,7 +46,7 @@ class EnergyBalance {
   std::vector<BlockSums> of_block;
   Losses lost_before;        ///< accumulated in lists that are gone, and by bonds that broke
   double removed = 0;        ///< BedEnergy::removed
-  double frozen_before = 0;  ///< taken from spheres that were frozen, in lists that are gone
+  double frozen_before = 0;  ///< taken from spheres that fell asleep, in lists that are gone
   struct Extremes {
     double speed2 = 0, overlap = 0;
     double squares = 0;  ///< of velocities

@@ -12,7 +12,7 @@ namespace subsoil::dem {
 /// Spheres that keep their linear and angular velocity. The kernels know nothing of them: the sweep takes the sums of
 /// forces from the ring before the move and puts back afterwards x_n + v dt, v and w, so that they are moved exactly as
 /// asked for, in the step of everybody else. Two of them do not meet: such pairs are left out of the lists. A surface
-/// meets them where it says so (Boundary::meets_fixed): there is no mass that yields, and damping is that of a free
+/// meets them where it asks for it (Boundary::meets_fixed): there is no mass that yields, and damping is that of a free
 /// sphere of the same matter.
 ///
 /// Their work is that of a boundary: half the wrenches of two instants times the path between them.

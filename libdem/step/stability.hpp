@@ -36,7 +36,7 @@ struct StableStep {
 struct StepQuestion {
   double smallest_radius, largest_radius;  ///< m
   double density;                          ///< of the smallest spheres, kg/m3
-  double speed;                            ///< largest approach speed to expect, m/s
+  double speed;                            ///< maximum approach speed to expect, m/s
   int neighbours;                          ///< Z, contacts of one sphere at most
   /// Of the body whose surface is touched, where it yields most, kg: at the point r from its centre of mass 1/M + r^2/I
   /// is its mobility. Infinite: it moves on a given path or not at all.
@@ -60,7 +60,7 @@ StableStep stable_step_at_surface(const Law& law, const StepQuestion& question);
 StableStep stable_step(const Law& law, const ClumpShape& shape, const StepQuestion& question);
 /// Every member may touch three surfaces at right angles: the worst of 100 attitudes.
 StableStep stable_step_at_surface(const Law& law, const ClumpShape& shape, const StepQuestion& question);
-/// Least mass that a contact at the surface of a clump meets along its normal, kg: 1/(1/M + (r x n).J^-1 (r x n)).
+/// Minimum mass that a contact at the surface of a clump meets along its normal, kg: 1/(1/M + (r x n).J^-1 (r x n)).
 double least_effective_mass(const ClumpShape& shape);
 
 /// Contacts that one of N spheres can have at most: 12 for equal spheres, fewer in small sets.

@@ -30,7 +30,7 @@ struct SubdomainOptions {
 
 /// The part of a bed that one process steps: contacts, forces and motion of its own spheres. Ghosts, records behind
 /// them, are spheres of other processes near by, as these have them at t_n. Which spheres these are, and which pairs
-/// lie within radii, cutoff and skin, is said from outside (apps/mpi: by LIGGGHTS).
+/// lie within radii, cutoff and skin, is given from outside (apps/mpi: by LIGGGHTS).
 ///
 /// Both processes evaluate a pair across their border, in the same order of its spheres and so to the same bits, and
 /// each counts half of its energies. Forces, laws and the move are the kernels of the bed (kernel/); what differs from
@@ -56,7 +56,7 @@ class Subdomain {
   void each_pair(const Use& use) const;
   std::vector<SurfaceHistory> at_surfaces() const { return surfaces_.histories(laws_); }
 
-  /// Forces at t_n. Runs of contacts are sampled in turn, as particle blocks of the bed are.
+  /// Forces at t_n. Runs of contacts are sampled alternately, as particle blocks of the bed are.
   /// @param elapsed s since the last step @param all every run is sampled besides: energies or a snapshot are asked for
   void evaluate(double elapsed, const Sampling& sampling, bool all);
   /// Energies at t_n, and the state of own spheres appended to a snapshot in the order of their records.
@@ -109,7 +109,7 @@ class Subdomain {
   std::vector<Pose> listed_pose_;
   std::vector<char> listed_active_;
   double path_ = 0;                            ///< bound of the way of any sphere since then, m
-  double measured_ = 0, path_at_measure_ = 0;  ///< largest way when last measured
+  double measured_ = 0, path_at_measure_ = 0;  ///< maximum way when last measured
   EngineSums sums_;
 };
 

@@ -4,7 +4,7 @@
 /// A sphere at a surface in the middle of the step that ended: velocities of spheres and surfaces are those of
 /// t_n - dt/2 (leapfrog), and so is the geometry that they are put into. The normal, the arm to the contact point and
 /// the distance of t_n in their place leave slips of first order in dt: a sphere that rides on a turning surface creeps
-/// inward, one that spins about the normal of a curved one is driven aside.
+/// inward, one that rotates about the normal of a curved one is driven aside.
 namespace subsoil::dem {
 
 /// n less the normal of the middle of the step. @param before normal at the step before, shape axes; null of a contact

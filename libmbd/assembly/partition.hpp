@@ -24,7 +24,7 @@ struct MotionState {
   Eigen::VectorXd rates;
 };
 
-/// Phi_q has lost rank at a pose: a dead point, where the constraints do not determine the motion.
+/// Phi_q has lost rank at a pose: a singular configuration, where the constraints do not determine the motion.
 struct SingularPose : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -51,7 +51,7 @@ void refuse_blow_up(const System& system, const MotionState& m);
 /// solves; so where a pivot of Phi_u has become small it is used whatever the freedom.
 /// All factors have a fixed pattern from choose() on. Redundant equations stay outside them.
 /// Friction in joints makes F depend on lambda: the two are iterated to 1e-13, starting from the lambda given; where
-/// that does not contract the joint locks itself, and accelerate() says so. sensitivity() says how far the worst pivot
+/// that does not contract the joint locks itself, and accelerate() reports it. sensitivity(): how far the worst pivot
 /// of Phi_u has fallen since the choice; |R| grows with it without bound as Phi_u becomes singular, and it costs
 /// nothing, so it is what asks for a new choice.
 class Partition {
@@ -89,28 +89,28 @@ class Partition {
   /// there. They err by the order of the guess, as those of its projection would; the corrected state is put on the
   /// constraints by evaluate(). Coordinate projection after the step: Eich, SIAM J. Numer. Anal. 30 (1993) 1467.
   void evaluate_predicted(MotionState& m);
-  /// As evaluate() from guesses of all of q and q', put on Phi = 0 and Phi_q q' = -Phi_t with the least change in the
+  /// As evaluate() from guesses of all of q and q', put on Phi = 0 and Phi_q q' = -Phi_t with the minimum change in the
   /// norm of M. For use beside a singular pose: at an angle e from it rounding eps leaves an error in the coordinates
   /// that the constraints hardly hold, eps/e of position, eps/e^2 of velocity, eps/e^3 of acceleration. u(v) hands it
-  /// on to the independent coordinates, whichever they are; taken out in the norm of M it does no work on the motion.
+  /// on to the independent coordinates, whichever they are; removed in the norm of M it does no work on the motion.
   void evaluate_nearest(MotionState& m);
   /// q'', lambda and the rates at q and q' as they are, off the constraints by however little:
   ///   M q'' + Phi_q^T lambda = F,  Phi_q q'' = gamma
   void accelerate_as_it_is(MotionState& m);
-  /// Only q'', lambda, rates anew at the state last evaluated: after a change of the external wrenches, or of what
+  /// Only q'', lambda, rates again at the state last evaluated: after a change of the external wrenches, or of what
   /// controllers and joint events hold.
   void accelerate(MotionState& m);
   /// The same after a change of external wrenches alone. Where no force depends on them, as without friction in joints,
   /// controllers and states, what they change is the right side by themselves.
   void accelerate_by_wrenches(MotionState& m);
-  /// All multipliers; for redundant constraints the solution of least norm.
+  /// All multipliers; for redundant constraints the solution of minimum norm.
   Eigen::VectorXd reactions(const MotionState& m) const;
-  /// Whether the pose last evaluated is nearer than some 0.1 rad to one where an equation says nothing new.
+  /// Whether the pose last evaluated is nearer than some 0.1 rad to one where an equation is redundant.
   bool near_singular() const;
   /// Distance (rad) nearer than which reactions and accelerations of a pose between two steps are rounding, over its
   /// cube.
   static constexpr double known_reactions = 1.5e-3;
-  /// The same for velocities, over its square, beside what a polynomial of the step says of them.
+  /// The same for velocities, over its square, beside what a polynomial of the step gives for them.
   static constexpr double known_velocities = 0.03;
   /// About the angle (rad) between the pose last evaluated and a singular one, where that is small.
   double distance_from_singular() const;
@@ -121,7 +121,7 @@ class Partition {
   /// The joint or driver of that equation.
   const std::string& singular_owner() const;
   const SparseConstraints& constraints() const { return c_; }
-  /// Largest |Phi| of all rows at the state last evaluated (angles times length).
+  /// Maximum |Phi| of all rows at the state last evaluated (angles times length).
   double residual() const;
 
  private:
@@ -183,8 +183,8 @@ class Partition {
   bool nearest_ = false;
   int orientation_ = 1;
   double sensitivity_ = 1, least_pivot_ = 1;
-  // The largest change by which the last evaluation turned a guess of q' round or took half of it away, over the
-  // largest rate of the machine: what another branch does, and a guess that is merely rough does not.
+  // The maximum change by which the last evaluation turned a guess of q' round or took half of it away, over the
+  // maximum rate of the machine: what another branch does, and a guess that is merely rough does not.
   double velocity_turn_ = 0;
 
   std::vector<Used> used_;
@@ -193,7 +193,7 @@ class Partition {
   SparseLu phi_u_;                  // in the order of the choice
   std::vector<Entry> entries_;
   std::vector<double> pivot_scale_;
-  std::vector<double> best_pivot_;  // largest that each pivot of Phi_u has been since the choice
+  std::vector<double> best_pivot_;  // maximum that each pivot of Phi_u has been since the choice
   SparseLdl schur_;
   std::vector<Product> products_;
   std::vector<std::array<double, 3>> weighted_;  // blocks of Phi_q M^-1

@@ -12,10 +12,10 @@ namespace subsoil::mbd {
 /// A plane curve c(u), twice continuously differentiable, for cams and paths:
 ///   polar    c = rho(u) (cos u, sin u), rho a cubic spline over the angle u, counter-clockwise
 ///   through  x and y cubic splines over the length of the chords between given points
-/// Closed curves use periodic splines. Open ones use natural splines and go on beyond their ends with rho, or x and y,
+/// Closed curves use periodic splines. Open ones use natural splines and continue beyond the ends with rho, or x and y,
 /// linear in u, which keeps the second derivative continuous.
 ///
-/// The nearest point is found by a search over samples and Newton's method from the best, anew at every call: the
+/// The nearest point is found by a search over samples and Newton's method from the best, again at every call: the
 /// result depends on the asked point alone. It is unique, and smooth, for points closer to the curve than its radius of
 /// curvature and than half of the gap to another stretch of it.
 class Curve {
@@ -37,7 +37,7 @@ class Curve {
   };
   Nearest nearest(Vec2 w) const;
 
-  /// Support function of a closed convex curve, counter-clockwise: h(beta) = largest c . (cos beta, sin beta), with two
+  /// Support function of a closed convex curve, counter-clockwise: h(beta) = maximum c . (cos beta, sin beta), with two
   /// derivatives, and the point that touches. h + h'' is the radius of curvature there.
   struct Support {
     double value = 0, first = 0, second = 0;
@@ -47,7 +47,7 @@ class Curve {
 
   /// Distance of its farthest sample from the origin of its axes (m).
   double reach() const;
-  /// Smallest and largest curvature of the samples (1/m), positive to the left, and the parameters of them.
+  /// Minimum and maximum curvature of the samples (1/m), positive to the left, and the parameters of them.
   struct Curvatures {
     double least, largest, least_at, largest_at;
   };

@@ -20,7 +20,7 @@ struct Slope {
 /// (f(h) + f(-h) - 2 f(0))/h does not fall with h. Each component takes the R whose estimated error is the smallest.
 /// Where f has a corner at 0 itself the value is the mean of both sides, and the error is half their difference.
 /// Components are taken to be of comparable size: one is settled where its error is 1e-10 of it, or where rounding
-/// grows in it and it is below 1e-6 of the largest.
+/// grows in it and it is below 1e-6 of the maximum.
 /// Source: Ridders 1982, Adv. Eng. Software 4, 75; the bend is ours.
 Slope slope_at_zero(const Curve1& f, double far);
 

@@ -34,7 +34,7 @@ struct ControllerMembers {
 /// A controller makes an output u of numbers y that it measures, of states x of its own, and of the time:
 ///   u = output(t, y, x),   x' = rates(t, y, x)
 /// check() refuses parameters by std::invalid_argument, check_inputs() what it measures, once that is known; measured()
-/// are its inputs, in the order of y; start(t, y, x) gives the states at the start; direct() says whether u depends on
+/// are its inputs, in the order of y; start(t, y, x) gives the states at the start; direct(): whether u depends on
 /// y at that very instant. `first_state` is set by the system, `output_unit` names what it drives in SI.
 template <class C>
 concept IsController = requires(C c, const C k, double t, const double* y, const double* x, double* out) {

@@ -12,7 +12,7 @@
 namespace subsoil::mbd {
 
 /// PID controller in parallel form with a filter on D, saturation and anti-windup by back-calculation:
-///   e = r(t) - y,   v = b(t) + K_p e + I + D,   u = min(max(v, least), largest)
+///   e = r(t) - y,   v = b(t) + K_p e + I + D,   u = min(max(v, `least`), `largest`)
 ///   I' = K_i e + (u - v)/T_t,   D = K_d (w - x_d)/T_f,   x_d' = (w - x_d)/T_f,   w = e, or -y
 /// y measured value, through a sensor y_f' = (y - y_f)/T_s where it has a lag; r set point, b feed-forward (bias); T_f
 /// filter time, T_t tracking time [s], K_p/K_i unless given. I, x_d, y_f are states of the equations of motion, so that

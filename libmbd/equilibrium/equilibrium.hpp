@@ -12,7 +12,7 @@ namespace subsoil::mbd {
 struct Equilibrium {
   Eigen::VectorXd q, velocity, lambda;
   Eigen::VectorXd states{};  ///< of elements; empty: those that the system holds
-  double residual = 0;       ///< largest unbalanced force (N, moments over the machine's length)
+  double residual = 0;       ///< maximum unbalanced force (N, moments over the machine's length)
   int iterations = 0;
 };
 
@@ -21,9 +21,9 @@ struct Equilibrium {
 /// for all coordinates q, multipliers lambda and states x of elements together, every body at (speed, 0). States begin
 /// with their start values at the guess. What their rates leave free (oil that a closed valve locks in) follows the
 /// motion from there: the equilibrium is the one that the machine reaches by moving slowly.
-/// In a tow a body that nothing holds in its angle (a wheel on its axle) may spin. Its angular velocity is unknown in
-/// place of its angle, and follows from its balance of moments: it rolls where friction lets it. Wheels on soil spin
-/// at -speed/R and take no part in the balance of moments. At speed 0 nothing spins.
+/// In a tow a body that nothing holds in its angle (a wheel on its axle) may rotate. Its angular velocity is unknown in
+/// place of its angle, and follows from its balance of moments: it rolls where friction lets it. Wheels on soil turn
+/// at -speed/R and take no part in the balance of moments. At speed 0 nothing rotates.
 /// Newton's method on all unknowns, with pseudo-transient continuation: M/tau^2 stands beside the stiffness and
 /// 1/tau beside the rates of states, and both fade as the residual falls. So a wheel that just touches the ground,
 /// where the soil has no stiffness yet, falls in like a body and not where a singular matrix points.
@@ -38,7 +38,7 @@ struct Mode {
   double damping = 0;    ///< ratio: -real part over modulus; 0 for a zero eigenvalue
   double rate = 0;       ///< real part (1/s)
   double error = 0;      ///< estimate of the error of the eigenvalue (1/s)
-  /// Of all coordinates, dependent ones too; the largest entry (angles times the machine's length) is 1 m or rad and
+  /// Of all coordinates, dependent ones too; the maximum entry (angles times the machine's length) is 1 m or rad and
   /// real. Empty for a coordinate that nothing holds.
   Eigen::VectorXcd shape;
   bool is_zero() const { return frequency == 0 && rate == 0; }
@@ -51,7 +51,7 @@ struct Mode {
 /// Oscillating pairs stand once; sorted by frequency.
 std::vector<Mode> modes(System& system, double t, const Equilibrium& at);
 
-/// What the eigenvalues say of a steady state: unstable when one has a positive real part; else neutral when one is
+/// What the eigenvalues tell about a steady state: unstable when one has a positive real part; else neutral when one is
 /// zero (a free wheel: it stays wherever it is put); else stable, damped or not.
 enum class Stability { stable, neutral, unstable };
 struct StabilityReport {

@@ -6,7 +6,7 @@
 namespace subsoil::mbd {
 
 /// Stops on the distance L between a point of body a and a point of body b; with `largest` alone a rope or chain:
-///   F = k d^n (1 + b d'), never below 0,  d = least - L or L - largest                (N)
+///   F = k d^n (1 + b d'), never below 0,  d = `least` - L or L - `largest`            (N)
 /// in line with the two points, pushing them apart (positive) below `least`, together above `largest`. k [N/m^n],
 /// b [s/m]. Refuses at L = 0 within `least`, where there is no direction. Law and energy: see HuntCrossleyForce.
 struct DistanceStop {

@@ -6,7 +6,7 @@
 namespace subsoil::mbd {
 
 /// Stops on the angle between two bodies, theta = angle_b - angle_a [rad], counted over full turns:
-///   T = k d^n (1 + b d'), never below 0,  d = least - theta or theta - largest        (N m)
+///   T = k d^n (1 + b d'), never below 0,  d = `least` - theta or theta - `largest`    (N m)
 /// on b, back towards the free range, its opposite on a. k [N m/rad^n], b [s/rad]. Law and energy: see
 /// HuntCrossleyForce.
 struct RotationalStop {

@@ -7,7 +7,7 @@ namespace subsoil::mbd {
 
 /// Stops on the way of body b along a line of body a, as the ends of a slide or cylinder:
 ///   s = e . (P_b - P_a)                                                               (m)
-///   F = k d^n (1 + b d'), never below 0,  d = least - s or s - largest                (N)
+///   F = k d^n (1 + b d'), never below 0,  d = `least` - s or s - `largest`            (N)
 /// e: unit vector at angle_a [rad] from body a's x axis; the force on b is along e at P_b, its opposite on a acts in
 /// the same place. k [N/m^n], b [s/m]. Law and energy: see HuntCrossleyForce.
 struct SlideStop {

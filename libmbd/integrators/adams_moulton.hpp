@@ -15,12 +15,12 @@ namespace subsoil::mbd {
 /// The stored past holds q' and q'' of all coordinates, not of the independent ones only: after a new choice of the
 /// independent set it serves as it is, and the dependent coordinates get a guess of the same order for free.
 /// Past values come from Dormand-Prince steps of order 5 in substeps, so the start costs no order (k starting values of
-/// local error h^6 each). A step of another length starts anew. Energy flows ride along with the same corrector.
+/// local error h^6 each). A step of another length restarts. Energy flows ride along with the same corrector.
 /// The difference of corrector and predictor, both before the joints are closed, tells the error of the step (Milne's
 /// device): |y - y*| C_M / (C_B + C_M) with the error constants of both; step_error() sums it. A step that errs by a
 /// tenth of the machine's length ends the run. Steps of the start, and of each restart at an event, count with the
 /// error of the embedded order 4. A step that ends on a singular pose is bridged: q and q' by the predictor, closed
-/// with least change, q'' by extrapolation of the same order, reactions those of the step before. A step over one must
+/// with minimum change, q'' by extrapolation of the same order, reactions of the step before. A step over one must
 /// continue smoothly: when the constraints answer with velocities that the predictor does not know, the run stops
 /// instead of changing its branch.
 class AdamsMoulton : public Integrator {

@@ -63,11 +63,11 @@ class Adaptive : public Integrator {
   virtual void dense(double t, Piece& out) = 0;
   /// -1, 0 or +1 for each switching function: where the last root was, and in which direction.
   virtual void root_directions(std::vector<int>& out) = 0;
-  /// Whether the unknowns are those of the partition's choice, so that a new choice begins anew.
+  /// Whether the unknowns are those of the partition's choice, so that a new choice restarts.
   virtual bool follows_partition() const = 0;
   /// What a step may err by in q and q' of size 1.
   virtual double step_tolerance() const = 0;
-  /// The solution read last has left what was asked for by more than the tolerance: begin anew from the projection.
+  /// The solution read last has left what was asked for by more than the tolerance: restart from the projection.
   virtual bool has_drifted() const { return false; }
 
   std::exception_ptr failure_;  ///< of the method's last trial step that threw, since it began

@@ -25,7 +25,7 @@ struct Event {
 
 /// The switching functions of a system: forces with a member `double gap(const Scene&) const`, a signed distance or
 /// angle on whose sign the force's law depends: > 0 open, < 0 in contact; with several of them, `gaps`; or with `double
-/// hold(const Scene&) const`, which falls through 0 where friction changes between sliding and sticking, told by
+/// hold(const Scene&) const`, which falls through 0 where friction changes between sliding and sticking, decided by
 /// `pass_event(const Scene&)`. Smooth methods keep their order only between the zeros of these; a zero is located, the
 /// method restarted there, the event counted. A contact that closes and opens again within one step leaves no change of
 /// sign: integrators with a dense output look for it inside the step (find_hidden_contact).
@@ -69,7 +69,7 @@ bool remembers(const Model& model);
 
 /// The share in (0, 1] of a step at which `gap(share)` has just come to the other side, to 1e-12 of the step. At share
 /// 0 the gap counts as on `side`, whatever its rounding; gap(1) is on the other. Regula falsi of Illinois, bisection
-/// while the left end says nothing.
+/// while the left end is unknown.
 double locate_crossing(const std::function<double(double)>& gap, int side, double gap_at_start, double gap_at_end);
 
 }  // namespace subsoil::mbd

@@ -7,7 +7,7 @@
 namespace subsoil::mbd {
 
 /// A step of Gauss's collocation of four stages, order 8, for q'' = f(t, q, q'), every stage put on the constraints
-/// with the least change of all coordinates. Stages lie at 0.069, 0.330, 0.670 and 0.931 of the step: neither at its
+/// with the minimum change of all coordinates. Stages lie at 0.069, 0.330, 0.670 and 0.931 of the step: neither at its
 /// ends nor at its middle, so a singular configuration at any of these three is not evaluated. Source: Hairer, Lubich,
 /// Wanner, Geometric Numerical Integration, II.1.3.
 class GaussCollocation {

@@ -54,7 +54,7 @@ struct HiddenPassage {
 /// of them, and at least three between, no more than a quarter of a radian apart where the fastest body turns by
 /// `turn`.
 std::vector<double> event_times(double begin, double h, double turn);
-/// Largest rotation of a body between two states, rad.
+/// Maximum rotation of a body between two states, rad.
 double largest_turn(const Eigen::VectorXd& q_before, const Eigen::VectorXd& q);
 
 /// The first passage of zero of a function g that is positive at the first sample and at the last, of a step in which

@@ -14,9 +14,9 @@ namespace subsoil::mbd {
 ///   q' = w                       M w' + Phi_q^T lambda = F             0 = Phi_q w' - gamma
 /// and in both e' = powers, the energy flows under the same error control.
 /// Independent of partitioning, which only supplies consistent starts and puts outputs on Phi = 0 to rounding. The
-/// index-1 form drifts off the constraints between; when the drift at an output exceeds the tolerance it begins anew
+/// index-1 form drifts off the constraints between; when the drift at an output exceeds the tolerance it restarts
 /// from the projected state. After a jump of the external wrench q'' and lambda are made consistent and IDA begins
-/// anew.
+/// again.
 class Ida : public Adaptive {
  public:
   Ida(System& system, const IdaOptions& options);
@@ -42,7 +42,7 @@ class Ida : public Adaptive {
   IdaOptions options_;
   double rtol_, atol_;  // of a step
   std::unique_ptr<Solver> solver_;
-  double drift_ = 0, drift_limit_ = 0;  // largest |Phi| read last, angles times length (m)
+  double drift_ = 0, drift_limit_ = 0;  // maximum |Phi| read last, angles times length (m)
 };
 
 }  // namespace subsoil::mbd

@@ -11,7 +11,7 @@ namespace subsoil::mbd {
 /// them only at the ends of its steps, and its error test passes where both ends lie beside a pulse. They are known
 /// ahead, so each is sampled here every `spacing` and at the corners of ramps and tables, once, and a step may only
 /// be as long as the quartic through five points of it agrees with the samples inside: to 2e-3 of the bend in the
-/// step, or 1e-8 of the largest value nearby. A half-sine over a whole step is off by 9e-3. A smooth oscillation allows
+/// step, or 1e-8 of the maximum value nearby. A half-sine over a whole step is off by 9e-3. A smooth oscillation allows
 /// 0.7 rad of its phase and more, which the error test does not exceed where it matters. A pulse between two samples
 /// stays unseen.
 class Inputs {

@@ -69,7 +69,7 @@ struct EnergyRange {
 };
 
 /// What fixed steps are estimated to err by: the difference of predictor and corrector by Milne's device. Positions
-/// over the machine's length, velocities over the largest one so far, angles times length.
+/// over the machine's length, velocities over the maximum so far, angles times length.
 struct StepError {
   double largest = 0;     ///< of a step, in position (1)
   double positions = 0;   ///< sum over the steps (1)
@@ -147,7 +147,7 @@ class Integrator {
   /// Events of joints whose condition is met where no step has led there: at the start, after a jump of forces. At a
   /// state that the partition has evaluated; true where there were any.
   bool fire_due();
-  /// Friction whose grip or sense of sliding an impact or another jump has ended, where no step has led there: at a
+  /// Friction whose stiction or sense of sliding an impact or jump has ended, where no step has led there: at a
   /// state that the partition has evaluated.
   void release_friction();
   /// Around what changes at an instant inside a step, for look_back(); or where a method's own step has ended.
@@ -226,7 +226,7 @@ class Integrator {
 
   std::unique_ptr<Viewer> viewer_, idle_viewer_, shown_, idle_shown_;
   bool keeps_ = false, looks_back_ = false;
-  std::vector<char> open_now_;  // while one looks back
+  std::vector<char> open_now_;  // during dense output
   System::Grips grips_now_;
   System::Seen seen_now_;
 
@@ -238,7 +238,7 @@ class Integrator {
 };
 
 /// Ends of equal steps without gathered rounding: origin + count * h for as long as h stays what it is. Steps that
-/// differ by rounding gather: origin and h are anew before that is seen.
+/// differ by rounding gather: origin and h are set again before that is seen.
 class StepClock {
  public:
   void restart() { step_ = 0; }

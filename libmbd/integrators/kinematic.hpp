@@ -10,7 +10,7 @@ namespace subsoil::mbd {
 /// so reactions and driving forces follow from the multipliers without any integration. Each step is made in four
 /// parts, which give the energy flows by Boole's rule, order 6. A part whose solution lies further than a tenth of the
 /// machine's length from where it was expected is halved, so that Newton stays on its branch; where halving does not
-/// help (a lock-up, a dead point) the run ends with std::runtime_error. start() throws std::invalid_argument naming the
+/// help (lock-up, singular pose) the run ends with std::runtime_error. start() throws std::invalid_argument naming the
 /// coordinates that nothing drives. Source: Haug 1989, Computer Aided Kinematics and Dynamics of Mechanical Systems I,
 /// chapters 3 and 7.
 class Kinematic : public Integrator {
@@ -30,7 +30,7 @@ class Kinematic : public Integrator {
   StepClock clock_;
 };
 
-/// How far a pose lies from another: largest difference of a coordinate, angles times the machine's length (m).
+/// How far a pose lies from another: maximum difference of a coordinate, angles times the machine's length (m).
 double distance_of(const System& system, const Eigen::VectorXd& a, const Eigen::VectorXd& b);
 /// Beyond this from where it was expected, a root of the constraints may lie on another branch.
 inline double branch_limit(const System& system) { return 0.1 * system.length_scale(); }

@@ -10,9 +10,9 @@ namespace subsoil::mbd {
 /// The profiles of a machine: the laws of its forces over a relative measure x, such as the Stribeck curve of a joint's
 /// friction over its sliding speed, or a damper curve. An error test sees a law only at the ends of a step, and where
 /// both ends lie beside a peak, the motion between them is a polynomial and passes. So x is looked at where the motion
-/// will be after the planned step and half of it, as it would go on with its present accelerations; the step may only
+/// will be after the planned step and half of it, if it continued with its present accelerations; the step may only
 /// be as long as the quartic through five points of the law over that range of x agrees with it at its nodes and
-/// between them: to 2e-3 of the bend in the range, or 1e-8 of its largest value. In a range without nodes the law is
+/// between them: to 2e-3 of the bend in the range, or 1e-8 of its maximum value. In a range without nodes the law is
 /// smooth.
 class Profiles {
  public:

@@ -9,7 +9,7 @@ namespace subsoil::mbd {
 void keep_rates(Eigen::MatrixXd& columns, Eigen::Index column, const MotionState& m);
 
 /// A step of Dormand & Prince 1980, order 5, six stages, with the error of the embedded order 4. Each stage is put on
-/// the constraints by the partition; beside a singular pose with least change of all coordinates.
+/// the constraints by the partition; beside a singular pose with minimum change of all coordinates.
 class RungeKutta {
  public:
   RungeKutta(const System& system, Partition& partition);

@@ -44,7 +44,7 @@ class SingularPassage {
   /// Whether it has ended on the configuration itself, where nothing can be evaluated.
   bool landed() const { return gauss_.landed(); }
   Polynomial polynomial() const { return gauss_.polynomial(); }
-  /// Largest rate of the machine at the state evaluated last, lengths as shares of its own (rad/s).
+  /// Maximum rate of the machine at the state evaluated last, lengths as shares of its own (rad/s).
   double rate() const;
   double rate_of(const MotionState& m) const;
 

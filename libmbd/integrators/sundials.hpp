@@ -18,7 +18,7 @@ using NameOfCode = char* (*)(long int);
 
 /// Throws for a negative return code with the call and SUNDIALS' own name of the code.
 void check(int code, const std::string& call, NameOfCode name_of = nullptr);
-/// The same for a step from t: says in words what the code means for a machine.
+/// The same for a step from t: states in words what the code means for a machine.
 void check_step(int code, double t, NameOfCode name_of);
 [[noreturn]] void refuse_null(const char* call);
 template <class Pointer>

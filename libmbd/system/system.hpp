@@ -172,7 +172,7 @@ class System {
   double next_instant() const;
   void act(const Eigen::VectorXd& acceleration, const Eigen::VectorXd& lambda, double close);
   bool has_instants() const { return has_instants_; }
-  /// Whether outputs at an instant at which they change are those before it, as one who looks back into a step wants.
+  /// Whether outputs at an instant at which they change are those before it, as dense output needs.
   void see_outputs_before(bool before) { outputs_before_ = before; }
   /// What outputs were before now is needed no more.
   void forget_outputs_before();
@@ -195,7 +195,7 @@ class System {
   std::size_t due_event(double close) const;
 
   // --- what comes from outside or stays ---
-  /// Wrench about the centre of gravity, world axes; stays until set anew (the soil's, over a machine step).
+  /// Wrench about the centre of gravity, world axes; stays until set again (the soil's, over a machine step).
   void set_external_wrench(int body, double fx, double fy, double mz);
   const std::array<double, 3>& external_wrench(int body) const { return external_[static_cast<std::size_t>(body)]; }
   const std::vector<std::array<double, 3>>& external_wrenches() const { return external_; }  ///< of all bodies
@@ -204,18 +204,18 @@ class System {
   /// Fills what the model's forces leave to the start pose (free lengths) from the assembled one. Relative angles of
   /// joints and start values of drivers are taken from the model's own pose, before it is assembled.
   void settle_forces(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity);
-  /// Starts traces of wheels anew from the current state, for a state that was set and not travelled to.
+  /// Restarts traces of wheels from the current state, for a state that was set and not travelled to.
   void restart_traces();
   /// q' of a tow: every body at `speed` along x, wheels on soil roll along.
   Eigen::VectorXd towing_velocity(double speed) const;
-  /// 1 for bodies (from the first) whose spin in a tow a force gives.
+  /// 1 for bodies (from the first) whose angular velocity in a tow a force gives.
   std::vector<char> towed_spins() const;
   /// Tells a force that its event has come, at the state set last.
   Changeover pass_event(std::size_t force);
   /// Lets friction that sticks begin with the force that holds its joint at the state set last; `accelerate` solves
-  /// that state anew and gives its accelerations. Returns what the grip stores by it (J).
+  /// that state again and returns its accelerations. Returns the energy that stiction stores by it (J).
   double grip(std::size_t force, const std::function<const Eigen::VectorXd&()>& accelerate);
-  /// What friction that can stick remembers, to look back to before an event.
+  /// The stiction state, to restore it before an event.
   using Grips = std::vector<std::array<double, 3>>;
   Grips grips() const;
   void set_grips(const Grips& grips);

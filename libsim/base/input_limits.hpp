@@ -8,7 +8,7 @@ namespace subsoil::sim {
 /// a second. `SUBSOIL_LIMITS=triangles=5000000,scenario-bytes=4000000` in the environment sets others, for this program
 /// and for those that it starts.
 struct InputLimits {
-  std::size_t scenario_bytes = 1 << 20;  ///< of a scenario and all that it includes; the largest of configs/ has 8 KiB
+  std::size_t scenario_bytes = 1 << 20;  ///< of a scenario and all that it includes; the maximum of configs/ has 8 KiB
   std::size_t values = 100000;           ///< keys and values of a scenario, aliases written out
   std::size_t keys = 5000;               ///< of one mapping: names are looked up one by one
   std::size_t anchors = 1000;            ///< anchors and aliases

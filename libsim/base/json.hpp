@@ -10,7 +10,7 @@ extern template class nlohmann::basic_json<nlohmann::ordered_map>;
 
 namespace subsoil::sim {
 
-/// The document in a file; throws a std::exception that says what is wrong with it, "there is none" without a file.
+/// The document in a file; throws a std::exception that states what is wrong with it, "there is none" without a file.
 Json read_json(const std::filesystem::path& path);
 /// The same; null in place of an error.
 Json read_json_if_whole(const std::filesystem::path& path);

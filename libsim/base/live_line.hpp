@@ -10,7 +10,7 @@ namespace subsoil::sim {
 class LiveLine {
  public:
   LiveLine();
-  /// True when it is time to say something.
+  /// True when it is time to print something.
   bool due() const;
   void show(const std::string& text);
   /// Ends the line on a terminal.

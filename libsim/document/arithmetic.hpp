@@ -46,7 +46,7 @@ bool is_arithmetic(std::string_view text);
 /// Whether a value that was read since names it.
 bool parameter_is_used(const std::string& name);
 
-/// A formula whose parameters, but for names of `variables`, are their numbers in base units, so that it says the same
+/// A formula whose parameters, but for names of `variables`, are their numbers in base units, so that it means the same
 /// where they are not known. Throws UnitError for one with a unit unless the formula's value is in base units (`si`).
 std::string with_numbers(const std::string& formula, const std::vector<std::string>& variables, bool si);
 

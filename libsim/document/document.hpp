@@ -11,7 +11,7 @@ namespace subsoil::sim {
 /// Reads a file with its includes, then applies `path=value` overrides. Syntax errors throw (nothing can be read past
 /// them); everything else goes to `problems`.
 Node read_document(const std::string& file, const std::vector<std::string>& sets, Problems& problems);
-/// The same for text; `name` stands for the file in messages and its folder is where includes are sought.
+/// The same for text; `name` stands for the file in messages and its folder is where includes are looked up.
 Node parse_document(const std::string& text, const std::string& name, const std::vector<std::string>& sets,
                     Problems& problems);
 

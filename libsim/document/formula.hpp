@@ -10,7 +10,7 @@
 
 namespace subsoil::sim {
 
-/// A formula of plain numbers, compiled for evaluation in every step: what it says, operation by operation in the order
+/// A formula of plain numbers, compiled for evaluation in every step: as written, operation by operation in the order
 /// of its text. Only operations on numbers alone are done in advance; nothing cancels and nothing is rearranged.
 class Formula {
  public:

@@ -8,14 +8,14 @@
 /// Materials that come with the program: `materials: {soil: library sandy-loam-10mm, share: library steel}`.
 ///
 /// A library's soil is the spheres of one radius with the contact law that makes a bed of them as strong as the soil of
-/// its source: its parameters were found by the program's own laboratory tests, and the file says what these gave. They
+/// its source: its parameters were found by the program's own laboratory tests, and the file has their results. They
 /// belong to that radius and to no other. The data stand in configs/materials/library.yaml, which is built in.
 namespace subsoil::sim {
 
-/// What a laboratory test of the material gave, beside what its source says.
+/// What a laboratory test of the material gave, beside what its source states.
 struct LibraryTest {
   std::string number;    ///< "shear friction angle"
-  std::string wanted;    ///< of the source, with its unit; empty: the source does not say
+  std::string wanted;    ///< of the source, with its unit; empty: the source does not state it
   std::string measured;  ///< "28.1 +- 1.9 deg", 95 %
 };
 

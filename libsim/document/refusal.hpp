@@ -9,7 +9,7 @@ struct Refusal : std::invalid_argument {
   explicit Refusal(const std::string& rule) : std::invalid_argument(rule) {}
   Refusal(const std::string& rule, const std::string& remedy)
       : std::invalid_argument(remedy.empty() ? rule : rule + "; " + remedy), cure(remedy) {}
-  std::string cure;  ///< empty: the rule says it
+  std::string cure;  ///< empty: the rule implies it
 };
 
 }  // namespace subsoil::sim

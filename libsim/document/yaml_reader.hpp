@@ -9,7 +9,7 @@
 namespace subsoil::sim {
 
 Node read_yaml(const std::string& file, Problems& problems);
-/// The same for text; `name` stands for the file in messages, and its folder is where includes are sought.
+/// The same for text; `name` stands for the file in messages, and its folder is where includes are looked up.
 Node parse_yaml(const std::string& text, const std::string& name, Problems& problems);
 
 /// The value of an override `path=value`; empty where it is no YAML, which goes to `problems`.

@@ -28,7 +28,7 @@ class ArrayFile {
   void name_all();                     ///< the arrays since the last call
   void forget() { unnamed_.clear(); }  ///< these instead
 
-  /// Writes rows x columns numbers of type T, value by value from `get(i)`, and says where they will lie once named.
+  /// Writes rows x columns numbers of type T, value by value from `get(i)`, and returns where they will lie once named.
   template <class T, class Get>
   XdmfArray put(const std::string& path, std::size_t rows, hsize_t columns, const std::string& unit, Get get);
   template <class Get>

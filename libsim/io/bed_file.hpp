@@ -35,7 +35,7 @@ void save_bed(const std::filesystem::path& path, const BedTable& bed);
 /// By suffix. A CSV has a first line with column names and units, in any order:
 ///     id,x [m],y [m],z [m],radius [mm],density [kg/m^3],material,vx [m/s],vy [m/s],vz [m/s],wx [rad/s],wy [rad/s],wz
 ///     [rad/s]
-/// x, y, z and radius must stand; id defaults to 1, 2, ..., velocity and spin to zero. Without `factor` only SI units
+/// x, y, z and radius must stand; id defaults to 1, 2, ..., velocities to zero. Without `factor` only SI units
 /// are read. Refusals (std::invalid_argument) name file, line, column, value and rule.
 BedTable load_bed(const std::filesystem::path& path, const UnitFactor& factor = {});
 

@@ -11,7 +11,7 @@ namespace subsoil::sim {
 /// The signal is cut into blocks of equal duration, 32 to 63 once there are as many samples; neighbours are merged
 /// while 6 are left. With n blocks of means m_i
 ///   s = sqrt( sum (m_i - m)^2 / (n (n - 1)) )
-/// is the standard error of m if blocks are as long as the signal's memory, and too small otherwise: the largest s of
+/// is the standard error of m if blocks are as long as the signal's memory, and too small otherwise: the maximum s of
 /// all levels counts. The interval is t s with Student's t of 95 % and n - 1 degrees of freedom.
 /// The trend is the change over the whole time of the straight line through the longest blocks (least squares). It is
 /// a trend, and the signal not steady, when it is larger than its own interval of 95 % and than that of the mean.

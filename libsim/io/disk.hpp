@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-/// Files that survive: every write, flush, sync and close is looked at, and what fails says which file it was, what it
+/// Files that survive: every write, flush, sync and close is looked at, and what fails names which file it was, what it
 /// needed and what was free.
 namespace subsoil::sim {
 
@@ -17,7 +17,7 @@ struct DiskFault : std::runtime_error {
 
 /// Throws DiskFault for an errno. `needed` bytes; 0: not known.
 [[noreturn]] void refuse_write(const std::filesystem::path& path, int error, std::uint64_t needed = 0);
-/// Bytes that are free where `path` lies or shall lie; none if the system does not say.
+/// Bytes that are free where `path` lies or shall lie; none if the system does not report it.
 std::optional<std::uint64_t> free_bytes(const std::filesystem::path& path);
 /// Throws DiskFault unless so many bytes are free for a file that is about to be written.
 void require_space(const std::filesystem::path& path, std::uint64_t needed);

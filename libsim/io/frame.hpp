@@ -103,7 +103,7 @@ struct RunOptions {
   std::string title;
   std::vector<FrameValue> values{};
 
-  static std::set<std::string> all_columns();  ///< position velocity spin force torque contacts
+  static std::set<std::string> all_columns();  ///< `position velocity spin force torque contacts`
 };
 
 }  // namespace subsoil::sim

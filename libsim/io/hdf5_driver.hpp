@@ -21,7 +21,7 @@ struct WriteStatus {
 /// when the file is closed, or at exit. This driver keeps the first failure, and what could not be written in memory,
 /// so that the library reads back what it wrote and closes the file in order; whoever writes asks status_of(). What
 /// lies on the disk then is no file of results: it has a temporary name and is thrown away.
-/// It locks nothing: results can be looked at while a run goes on; the folder of a run has a lock of its own.
+/// It locks nothing: results can be looked at during a run; the folder of a run has a lock of its own.
 hid_t checked_driver();
 
 /// Of a file that create_file() made; outlives the file.

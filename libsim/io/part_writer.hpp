@@ -38,7 +38,7 @@ class PartWriter {
   RunOptions options_;
   double quantum_;
   ArrayFile file_;
-  std::uint64_t bytes_ = 0;  ///< of the largest file so far
+  std::uint64_t bytes_ = 0;  ///< maximum of the files so far
 };
 
 }  // namespace subsoil::sim

@@ -15,7 +15,7 @@ inline float round_mantissa(float x, int bits) {
   return std::bit_cast<float>((word + half) & ~((1u << dropped) - 1u));
 }
 
-/// Largest power of two not above x.
+/// Maximum power of two up to x.
 inline double power_of_two_below(double x) { return std::exp2(std::floor(std::log2(x))); }
 
 }  // namespace subsoil::sim

@@ -21,7 +21,7 @@ struct WrittenFrames {
 /// HDF5 has no journal: whoever writes into a file can lose all of it when the power goes. So a file that is complete
 /// is never opened again. Frames go into files of their own, which are written under another name, forced to the disk
 /// and renamed; what frames share lies in frames/static.h5. run.h5 holds links only, /frames/000000 and so on, so that
-/// any reader of HDF5 finds all of a run under one name, and is written anew for each frame in the same way, as is the
+/// any reader of HDF5 finds all of a run under one name, and is rewritten for each frame in the same way, as is the
 /// XDMF. A frame that either of them names is on the disk. Alternatives that lost: one file with ordered writes stands
 /// a kill but no cut of the power (1 of 10 then does not open); SWMR mode leaves a mark that readers refuse after a
 /// kill, and forces nothing to the disk (docs/reliability.md has the cost of each).
@@ -48,7 +48,7 @@ class RunWriter {
   void write_broken_bonds(std::span<const dem::BrokenBond> broken);
   long frames() const;
   const ParticleTable& particles() const;
-  /// All frames so far are on the disk and named when this returns. Returns what a later writer can go on from.
+  /// All frames so far are on the disk and named when this returns. Returns from what a later writer can continue.
   WrittenFrames publish();
   /// The same, for the last time. The destructor does so too, but cannot report.
   void finish();

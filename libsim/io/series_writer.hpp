@@ -16,7 +16,7 @@ namespace subsoil::sim {
 class SeriesWriter {
  public:
   /// `digits` of a number, or csv::exact_digits. Throws DiskFault, as do all that write.
-  /// @param keep bytes of the file that is there, of the same columns, to go on behind
+  /// @param keep bytes of the file that is there, of the same columns, to append to
   SeriesWriter(const std::filesystem::path& path, const std::vector<SeriesColumn>& columns, int digits = 9,
                std::optional<std::uint64_t> keep = std::nullopt);
   ~SeriesWriter();

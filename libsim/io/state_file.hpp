@@ -41,7 +41,7 @@ class StateWriter {
   void put_vectors(const std::string& name, std::span<const dem::Vec3> values);
   void put_text(const std::string& name, const std::string& text) { put_texts(name, {text}); }
   void put_texts(const std::string& name, const std::vector<std::string>& texts);
-  /// Says which arrays there are and what they hold; a change in either takes the next number.
+  /// States which arrays there are and what they hold; a change in either takes the next number.
   void put_format(std::int64_t number) { put("format", number); }
   void commit();
 

@@ -24,7 +24,7 @@ struct Extremes {
   void archive(Archive& a) { a(low, low_time, high, high_time); }
 };
 
-/// Whether a signal is steady; null where too little is known to say.
+/// Whether a signal is steady; null where too little is known.
 Json steady_json(const BlockMean& mean);
 
 /// Takes every step of the run (samples would hide peaks) and keeps for each column

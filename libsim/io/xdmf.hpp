@@ -20,7 +20,7 @@ struct XdmfAttribute {
 };
 
 /// One block of a frame. `cells` of 3 columns are triangles, of 2 line segments, of one points. (The XDMF 2 reader
-/// makes points without being told their numbers, ParaView's XDMF 3 readers show nothing then.)
+/// makes points without their numbers, ParaView's XDMF 3 readers show nothing then.)
 struct XdmfGrid {
   std::string name;
   XdmfArray vertices, cells;

@@ -116,7 +116,7 @@ concept StandsAlone = requires {
   requires T::stands_alone;
 };
 
-/// What a type says about itself beyond the ranges of its keys. A member of one of these names that does not fit in
+/// What a type declares about itself beyond the ranges of its keys. A member of one of these names that does not fit in
 /// type does not compile.
 template <class T>
 concept HasCheck = requires(const T& t) {
@@ -277,7 +277,7 @@ class ElementsMember {
   virtual ~ElementsMember() = default;
   virtual std::size_t size() const = 0;
   virtual const std::string& name(std::size_t index) const = 0;
-  /// Use gets the variant of an item; one that is appended is kept when use says so.
+  /// Use gets the variant of an item; one that is appended is kept when use returns true.
   virtual void use_item(std::size_t index, const std::function<void(VariantMember&)>& use) = 0;
   virtual void append(const std::string& name, const std::function<bool(VariantMember&)>& use) = 0;
   virtual void use_prototype(const std::function<void(VariantMember&)>& use) = 0;

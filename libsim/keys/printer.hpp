@@ -30,7 +30,7 @@ class Printer final : public Fields {
   PrintScope scope() const { return {n_, body_names_}; }
   std::string body_name(int index) const;
   void know_body(const std::string& name) { body_names_.push_back(name); }
-  /// Says in place of the meaning where the value of a key is from.
+  /// States in place of the meaning where the value of a key is from.
   void remark(const std::string& key, std::string remark) { remarks_[key] = std::move(remark); }
 
  private:

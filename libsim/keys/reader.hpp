@@ -10,7 +10,7 @@
 namespace subsoil::sim {
 
 /// The visitor of declarations that fills structs from a document. Every fault goes to the list of problems with its
-/// place; reading goes on, so that one run names them all.
+/// place; reading continues, so that one run names them all.
 class Reader final : public Fields {
  public:
   Reader(Reading& reading, const Node& node, std::string path)
@@ -42,14 +42,14 @@ class Reader final : public Fields {
   void missing(const Field& field);
   void fault(const Node& node, const std::string& path, const std::string& rule);
   void check_name(const Node::Entry& entry, const std::string& path);
-  /// A key of this mapping that nothing more is said about.
+  /// A key of this mapping that nothing more is declared about.
   void know(std::string key) { known_.push_back(std::move(key)); }
   /// The type is unknown, so unknown keys are not reported.
   void leave_open() { open_ = true; }
   /// A number that a rule supplies for a key of this mapping that the file leaves out; NaN: the rule is at fault.
   void supply(const std::string& key, double value) { supplied_[key] = value; }
   std::optional<double> exponent() const { return n_; }
-  /// The one of `words` that is a key of `node`; says what is wrong otherwise.
+  /// The one of `words` that is a key of `node`; reports what is wrong otherwise.
   std::optional<std::size_t> find_type(const Node& node, const std::string& path,
                                        const std::vector<std::string>& words);
 

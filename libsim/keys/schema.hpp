@@ -35,7 +35,7 @@ class Schema final : public Fields {
   void visit_inline_form(VariantMember& variant) override;
 
   // ---- for words that use several keys -----------------------------------------------------------------------------
-  /// A key; `more` says unit, default and range.
+  /// A key; `more` states unit, default and range.
   void add(const Field& field, Json value, const std::string& more = {});
   /// A rule about the keys of this mapping.
   void rule(Json rule);
@@ -46,7 +46,7 @@ class Schema final : public Fields {
   /// One of several types by the word that is a key of the mapping; each declares itself.
   using Outline = std::function<void(Schema&)>;
   void choose_by_key(const std::vector<Outline>& types);
-  /// What has been said of a key, or null.
+  /// What has been declared of a key, or null.
   const Json* find(const std::string& key) const {
     return mapping_.properties.contains(key) ? &mapping_.properties[key] : nullptr;
   }

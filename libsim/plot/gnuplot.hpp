@@ -6,7 +6,7 @@
 
 namespace subsoil::sim {
 
-/// Okabe and Ito's colours: told apart by colour-blind readers and in grey print.
+/// Okabe and Ito's colours: distinguishable by colour-blind readers and in grey print.
 inline constexpr std::array plot_colours{"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"};
 
 /// Runs a gnuplot script whose output file is `out`, named in it as {out}. The picture is put in place when it is

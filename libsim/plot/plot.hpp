@@ -5,18 +5,18 @@
 
 #include "libsim/io/series.hpp"
 
-/// `subsoil plot DIR...`: the watched columns of one or several runs over time or another column, drawn by gnuplot.
+/// `subsoil plot DIR...`: the monitors of one or several runs over time or another column, drawn by gnuplot.
 namespace subsoil::sim {
 
 struct PlotOptions {
-  std::vector<std::string> columns;  ///< names of series columns; empty: the watch columns
+  std::vector<std::string> columns;  ///< names of series columns; empty: the monitors
   std::string over = "time";         ///< column along the sheet: a depth, a travel
   int width = 1100;                  ///< pixels
   int panel_height = 210;            ///< pixels
 };
 
 /// Stacked panels with a common axis, one line per run in each; the kind of file by suffix (.png .svg .pdf).
-/// Every watch is drawn; pull, draft, spring force, pitch and height come first, in this order. Throws
+/// Every monitor is drawn; pull, draft, spring force, pitch and height come first, in this order. Throws
 /// std::runtime_error when a series is missing, no column is common, or gnuplot is not installed (with the cure).
 void plot(const std::vector<std::filesystem::path>& runs, const std::filesystem::path& out, const PlotOptions& = {});
 

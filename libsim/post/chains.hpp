@@ -15,7 +15,7 @@ struct ChainSphere {
   std::int32_t material;  ///< index into the frames' list of materials
 };
 
-/// What the scenario's laws say of two spheres at rest: the elastic and attractive force along their normal, N,
+/// What the scenario's laws give for two spheres at rest: the elastic and attractive force along their normal, N,
 /// compression positive, without damping, friction and cement. Laws that remember answer as if loaded for the first
 /// time, which is the most that this overlap can have carried.
 class RestForce {
@@ -26,7 +26,7 @@ class RestForce {
   RestForce(const Scenario& scenario, const std::vector<std::string>& materials);
 
   bool known() const { return !laws_.empty(); }
-  /// Largest gap across which one of the laws acts between spheres up to this radius, m.
+  /// Maximum gap across which one of the laws acts between spheres up to this radius, m.
   double reach(double radius) const;
   /// `overlap` negative across a gap, m.
   double operator()(const ChainSphere& a, const ChainSphere& b, double overlap) const;

@@ -30,7 +30,7 @@ Disturbance disturbance_of(const std::filesystem::path& run);
 /// spheres in the first frame.
 double soil_surface(double of_summary, const Scenario* scenario, const FramesFile& file);
 
-/// Key of the section `disturbance` under which a run says whether it has warned of a wall; null where its means never
+/// Key of the section `disturbance` under which a run states a warning of a wall; null where its means never
 /// began.
 inline constexpr const char* reaches_wall_key = "disturbed soil reaches a wall";
 

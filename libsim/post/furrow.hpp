@@ -30,8 +30,8 @@ struct Furrow {
   std::vector<double> z, before, after;  ///< middle of a column and height of the surface there, m; NaN: empty
   double furrow_area = 0;                ///< m^2 below the surface before
   double heap_area = 0;                  ///< m^2 above it
-  double heave = 0;                      ///< m; largest rise of a column's surface
-  double depth = 0;                      ///< m; largest drop
+  double heave = 0;                      ///< m; maximum rise of a column's surface
+  double depth = 0;                      ///< m; maximum drop
   double width = 0;                      ///< m; of the columns that dropped by more than a tenth of a cell
   double ridge_to_ridge = 0;             ///< m; between the highest columns on both sides of the tool; NaN without two
   double threshold = 0;                  ///< m; disturbed is a cell whose spheres have moved by more on average

@@ -11,7 +11,7 @@
 
 namespace subsoil::sim {
 
-/// What could be read of a result directory. A report draws what is there and says what is missing.
+/// What could be read of a result directory. A report draws what is there and names what is missing.
 struct RunFolder {
   std::filesystem::path path;
   std::string name;                  ///< last part of the path

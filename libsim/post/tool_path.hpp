@@ -23,7 +23,7 @@ struct ToolPath {
   double travel = 0;               ///< of the tip along the axis over the record, m, >= 0
   double speed = 0;                ///< mean over the record, m/s
   /// Angles against the horizontal of the chords from the tip to the tool's front face at heights from a quarter of the
-  /// depth up to the surface: least and largest, rad.
+  /// depth up to the surface: minimum and maximum, rad.
   double rake_low = 0, rake_high = 0;
 
   std::size_t across() const { return 2 - axis; }

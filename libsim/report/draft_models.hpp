@@ -37,7 +37,7 @@ struct WedgeSoil {
 ///     P = w (rho g d^2 N_g + c d N_c + q d N_q + c_a d N_a),  H = P sin(alpha + delta) + c_a d w cot alpha
 ///
 /// P acts at delta to the tool's normal. Of a wide tool in soil without cohesion it is Coulomb's passive force. beta
-/// makes N_g least. For a narrow tool at a low rake N_g falls up to beta = 90 deg: no wedge forms ahead, the model
+/// minimises N_g. For a narrow tool at a low rake N_g falls up to beta = 90 deg: no wedge forms ahead, the model
 /// lifts what lies on the tool alone, and its draft is a lower bound. Horizontal force H in N; NaN where alpha + delta
 /// reaches 180 deg or beta has no room. Source: McKyes, Ali, Journal of Terramechanics 14 (1977) 43-51.
 double mckyes_ali(const WedgeSoil& soil, double width, double depth, double rake);

@@ -18,9 +18,9 @@ struct Quantity {
   std::string unit;
 };
 
-/// The curves of a run. The six of a towed tool come first: as the run watches them, else pull from the first driver,
+/// The curves of a run. The six of a towed tool come first: as the run monitors them, else pull from the first driver,
 /// draft and lift from the soil, spring force, pitch and height from the first spring and the body that meets the soil.
-/// Then every other watch. A run without any of them: the forces on its moving boundaries.
+/// Then every other monitor. A run without any of them: the forces on its moving boundaries.
 std::vector<Quantity> quantities(const RunFolder& run);
 
 /// A number of a report. Every number has the time it is taken over.

@@ -23,7 +23,7 @@ struct ReportRequest {
 /// The page's data: what is drawn and the machine-readable table. Throws std::invalid_argument for what is no result
 /// directory; what a directory lacks is listed in it.
 Json report_data(const ReportRequest& request);
-/// Writes the page, complete or not at all, and says on stderr what was missing.
+/// Writes the page, complete or not at all, and prints to stderr what was missing.
 void write_report(const ReportRequest& request);
 
 /// Cohesion and friction angle from the table `shear.csv` that `subsoil test shear --out FOLDER` leaves. Throws

@@ -8,7 +8,7 @@
 
 namespace subsoil::sim {
 
-/// Says when a surface of the machine reaches through a closed wall or the floor that it did not reach through when the
+/// Reports that a surface of the machine reaches through a closed wall or the floor that it did not pass when the
 /// run began: bodies meet spheres alone, and go through walls as if there were none. Each wall once of each surface.
 class BodyWatch {
  public:
@@ -22,7 +22,7 @@ class BodyWatch {
   struct Watched {
     std::size_t surface = 0;  ///< in World::surfaces
     std::vector<Vec3> points;
-    std::array<bool, 6> through{};  ///< by face: when the run began, or said
+    std::array<bool, 6> through{};  ///< by face: when the run began, or reported
   };
   /// Faces beyond which a point of it lies by more than the margin, before the face and not past its edges.
   std::array<bool, 6> beyond(const Watched& one, const coupling::Simulation& simulation) const;

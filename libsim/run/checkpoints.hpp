@@ -15,7 +15,7 @@ class CheckpointClock {
   Clock::time_point last_ = Clock::now();
 };
 
-/// States that a run writes by the clock on the wall, to go on from after a kill. The two last ones stay: the one
+/// States that a run writes by wall time, to restart from after a kill. The two last ones stay: the one
 /// before in case that the disk damages the last. A run that reaches its end takes them away.
 class Checkpoints {
  public:

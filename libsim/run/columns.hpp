@@ -25,7 +25,7 @@ template <class Owner>
 struct ColumnFamily;
 
 /// The columns of series.csv of one run. What they are and where their numbers come from stands in column_table.hpp;
-/// the machine names its own (mbd::Machine::column_names), and the scenario's watches come last.
+/// the machine names its own (mbd::Machine::column_names), and the scenario's monitors come last.
 ///
 /// Values belong to the instant t_n at which a step begins: poses, velocities and energies are of t_n. Columns with the
 /// unit N or N m are means over the steps since the row before, or with `output.forces: instant` (without soil the
@@ -48,9 +48,9 @@ class Columns {
   void take_instant(std::span<double> row);
   /// After the step: forces that acted from t_n on (means over a sample are made of these), and the bed's energies.
   void take_step(std::span<double> row, bool energies);
-  /// The scenario's watches, from the other columns of the row. What is followed over time stays as it is in the row.
+  /// The scenario's monitors, from the other columns of the row. What is followed over time stays as it is in the row.
   void take_watches(std::span<double> row) const;
-  /// Whether watches are followed over time (integrals, extremes ...): then every instant goes to follow().
+  /// Whether monitors are followed over time (integrals, extremes ...): then every instant goes to follow().
   bool has_history() const { return !histories_.empty(); }
   /// Whether a column is followed over time, or made of such.
   bool of_history(std::size_t column) const;
@@ -70,8 +70,8 @@ class Columns {
   }
   /// `row` at a time after the instant before the last, as if followed to there only.
   void follow_back(double t, std::span<double> row) const;
-  /// What each column may change by from rounding alone: 1e-12 of the largest value in the row with its unit, and for
-  /// forces and moments of the largest reaction of the machine. For machines alone.
+  /// What each column may change by from rounding alone: 1e-12 of the maximum value in the row with its unit, and for
+  /// forces and moments of the maximum reaction of the machine. For machines alone.
   void rounding_of(std::span<const double> row, std::vector<double>& out) const;
   /// Adds what is worth looking for between instants, for what is followed over time.
   void seek(std::vector<Sought>& out) const;
@@ -79,7 +79,7 @@ class Columns {
   /// Columns that the machine has of an instant; with soil it stands at the ends of windows only.
   const std::vector<std::size_t>& of_machine_instant() const { return of_machine_instant_; }
 
-  /// Columns worth a line in the summary: watches, draft and lift, forces of surfaces.
+  /// Columns worth a line in the summary: monitors, draft and lift, forces of surfaces.
   const std::vector<std::size_t>& summarised() const { return summarised_; }
   /// Index of a column or -1.
   int find(const std::string& name) const;

@@ -4,12 +4,12 @@
 
 #include "libsim/setup/world.hpp"
 
-/// Whether a run may go on from a state: what the scenario says otherwise than the one that the state was written by.
+/// Whether a run may continue from a state: how the scenario differs from the one that the state was written by.
 namespace subsoil::sim {
 
 struct Difference {
   enum class Kind {
-    harmless,   ///< says nothing of what happens: end, output, limits, threads
+    harmless,   ///< changes no physics: end, output, limits, threads
     physics,    ///< a value that may change on the way, if it is wished for
     impossible  ///< what the state holds has been made by it
   };

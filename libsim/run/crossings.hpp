@@ -15,7 +15,7 @@ class Columns;
 struct Loaded;
 
 /// Instants at which columns of the series pass values that the scenario names (output.crossings): counted, written to
-/// the summary, and the end of the run where it says so. Conditions that end the run (time.stop when) besides.
+/// the summary, and the end of the run where it is asked for. Conditions that end the run (time.stop when) besides.
 class Crossings {
  public:
   /// What lies within the interval since the look before: share in (0, 1] of it at which `column` - `level`, there on

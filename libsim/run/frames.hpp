@@ -20,7 +20,7 @@ double frame_interval(const Scenario& scenario);
 /// Frames of a run: who is drawn, and the state at the instant at which a step begins.
 class FrameOutput {
  public:
-  /// @param go_on what an earlier run into this directory has written, to go on behind; null: from the start
+  /// @param go_on what an earlier run into this directory has written, to append to; null: from the start
   FrameOutput(const std::filesystem::path& directory, const Scenario& scenario, const World& world,
               const coupling::Simulation& simulation, const RunProgress* go_on = nullptr);
 
@@ -41,7 +41,7 @@ class FrameOutput {
   void finish();
   /// The instant that a frame between the steps still needs (`needed`), to or from a state.
   void archive(Archive& a, bool needed);
-  /// All frames so far are on the disk; fills what a later run goes on from.
+  /// All frames so far are on the disk; fills from what a later run continues.
   void publish(RunProgress& progress);
 
  private:

@@ -6,7 +6,7 @@
 
 namespace subsoil::sim {
 
-/// What is odd about a scenario though it can be run; `check` and `run` say it: STL files that were mended, densities
+/// What is odd about a scenario though it can be run; `check` and `run` report it: STL files that were fixed, densities
 /// that no soil has, or of a saved bed that are not its materials', a container that its bed hardly covers, and
 /// materials of the library whose spheres have another radius than they were measured with. `file` and `sets` as the
 /// scenario was read.

@@ -9,7 +9,7 @@ namespace subsoil::sim {
 /// How to give the machine shorter steps, by the keys that act in this run.
 std::string shorter_step(const Scenario& scenario, const World& world);
 
-/// Why the machine's motion is not resolved, by its energy balance, and which force is largest then; empty where the
+/// Why the machine's motion is not resolved, by its energy balance, and which force is maximum then; empty where the
 /// balance is within `limits.energy`.
 std::string machine_fault(const Scenario& scenario, const World& world);
 

@@ -9,7 +9,7 @@ namespace subsoil::sim {
 
 /// What the summary takes of a machine alone, from instants so near that its method has resolved the motion between
 /// them. Columns are there on the parabola through both and the middle: means by Simpson's rule, of order dt^4.
-/// Extremes are those of the instants, which are to be taken at the peaks that find_peak() finds by what seek() gives
+/// Extremes are those of the instants, which are to be taken at the peaks that find_peak() finds by what `seek()` gives
 /// it: so an extreme is always a value that was there, also where a column jumps or turns sharply.
 class MotionSummary {
  public:

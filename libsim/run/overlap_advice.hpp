@@ -5,11 +5,11 @@
 
 namespace subsoil::sim {
 
-/// What a run that an overlap stopped says beside the bed's own words (`fault`, which names the sphere): who overlaps,
+/// What a run stopped by an overlap reports beside the bed's own text (`fault`, which names the sphere): who overlaps,
 /// under which law, with what force, and the stiffness or speed that would do. Empty for other faults.
 std::string overlap_advice(const std::string& fault, const World& world, const Scenario& scenario);
 
-/// How deep tools may press single spheres, said beforehand.
+/// How deep tools may press single spheres, stated before the run.
 ///
 /// The mean pressure on a tool is taken from the weight of the soil, its depth, its speed and a friction angle of 35
 /// deg:

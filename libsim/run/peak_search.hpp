@@ -24,19 +24,19 @@ struct Sought {
 struct PartOfMotion {
   double from, until;
   std::span<const double> begin, middle, end;
-  std::span<const double> rounding;  ///< what each column may change by from rounding: that is not looked into
+  std::span<const double> rounding;  ///< what each column may change by from rounding: not searched
   std::function<std::span<const double>(double)> at;
 };
 
-/// The first time strictly inside a part at which a column has a peak that is sought: a minimum or maximum that passes
+/// The first time strictly inside a part at which a column has a requested peak: a minimum or maximum that passes
 /// its value and comes back, or a new extreme. Where the middle lies beyond both ends, the peak lies between them. Else
-/// there may be one in the half that leads up to the end beyond: if going on as the other half does could reach the
-/// value sought, the slope at that end is looked at, and if it leads back, the peak lies in that half. Where the column
+/// there may be one in the half that leads up to the end beyond: if continuing as the other half could reach the
+/// value requested, the slope at that end decides: if it points inward, the peak lies there. Where the column
 /// follows the parabola through the three instants, to 2 % of its bend, the peak is the vertex; else it is located by
 /// golden section to 1e-6 of the part.
 std::optional<double> find_peak(std::span<const Sought> sought, const PartOfMotion& part);
 
-/// Whether a column whose integral is sought is to be halved in a part: where Simpson's rule over its halves differs
+/// Whether a column whose integral is requested is to be halved in a part: where Simpson's rule over its halves differs
 /// from that over the whole by more than this share of the sizes in it and by more than 1e-6 of the integral so far. A
 /// column that changes by less between the three instants is not looked at.
 bool needs_halving(std::span<const Sought> sought, const PartOfMotion& part, double share_of_size);

@@ -10,7 +10,7 @@
 
 namespace subsoil::sim {
 
-/// Looks at a run of spheres for what no physics does. Each kind is said once, where it is first met; what is beyond
+/// Checks a run of spheres for what no physics does. Each kind is reported once, where first met; what is beyond
 /// repair stops the run. (The bed itself stops at limits.overlap and limits.speed in the step that breaks them.)
 class PhysicsWatch {
  public:

@@ -12,7 +12,7 @@ namespace subsoil::sim {
 /// bodies: what `check` and `run` warn of.
 std::vector<std::string> placement_warnings(const Scenario& scenario, const World& world);
 
-/// Tools whose known way leads to a wall or is too short for means: `check` says beforehand what a run says on its way.
+/// Tools whose known way leads to a wall or is too short for means: `check` reports before the run what a run reports.
 std::vector<std::string> travel_warnings(const Scenario& scenario, const World& world);
 
 /// Bodies that no joint and no driver holds; nodes of beams are held by these.

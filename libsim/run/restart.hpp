@@ -10,7 +10,7 @@
 
 namespace subsoil::sim {
 
-/// What the results in the folder had come to when a state was written: what a run that goes on there appends to.
+/// What the results in the folder had come to when a state was written: what a run that continues there appends to.
 struct RunProgress {
   Archive sums;                    ///< means, extremes, windows, schedules (Runner)
   std::uint64_t series_bytes = 0;  ///< of series.csv
@@ -18,7 +18,7 @@ struct RunProgress {
   ParticleTable particles;  ///< of the frames
   std::vector<double>
       energy_start;   ///< that the summary's energies count from (EnergyStart); none: of an older version
-  bool exact = true;  ///< a run that goes on from here has the same bits
+  bool exact = true;  ///< a run that continues from here has the same bits
 };
 
 /// A run's full state: bed with contact histories, machine with its past and ruts, coupling, datum of the container.

@@ -51,12 +51,12 @@ class RunLoop : private StepObserver {
 
   void open_output();
 
-  /// Of series.csv, where the run goes on in its folder.
+  /// Of series.csv, where the run continues in its folder.
   std::optional<std::uint64_t> kept_bytes() const;
 
   /// All that the run has added up beside bed, machine and coupling.
   void archive(Archive& a);
-  /// What the summary says of where the run came from.
+  /// What the summary states of where the run came from.
   void archive_origin(Archive& a);
 
   void save(const std::filesystem::path& path);
@@ -103,25 +103,25 @@ class RunLoop : private StepObserver {
   /// Rows and frames that are due up to the instant, whose values are known; at it too if it is the last.
   void write_due();
 
-  /// Whether the soil does what no physics does, beyond repair; failure_ then says so.
+  /// Whether the soil does what no physics does, beyond repair; failure_ then states it.
   bool physics_fails();
 
-  /// Whether the machine's energy balance is off by more than it may; failure_ then says so.
+  /// Whether the machine's energy balance is off by more than it may; failure_ then states it.
   bool energy_is_lost();
 
-  /// Whether a surface of the machine and a boundary have come together; failure_ then says so.
+  /// Whether a surface of the machine and a boundary have come together; failure_ then states it.
   bool surfaces_have_met(double t);
 
   /// The step from t on of length `taken`, with what acts in it, enters the means and the summary.
   void count_step(double t, double taken, std::span<const double> values);
 
-  /// False when the step cannot be taken; failure_ then says why.
+  /// False when the step cannot be taken; failure_ then states why.
   bool guarded(const std::function<void()>& take_step);
 
   /// Surfaces that the window of a moving bed has left are named once.
   void warn_of_left_surfaces(double t);
 
-  /// Opens and closes the window of the means where the tools' ways say so, and looks at the walls while it is open.
+  /// Opens and closes the window of the means where the tools' ways require it, and checks the walls while it is open.
   void follow_tools(double t);
 
   std::string live_text(std::span<const double> row);
@@ -157,7 +157,7 @@ class RunLoop : private StepObserver {
   const Scenario& s_;
   RunRequest request_;
   FolderLock& lock_;
-  const RunProgress* go_on_ = nullptr;  ///< what stands in the folder, to go on behind; null: from the start
+  const RunProgress* go_on_ = nullptr;  ///< what stands in the folder, to append to; null: from the start
   Stepper& stepper_;
   World& world_;
   coupling::Simulation& simulation_;
@@ -184,7 +184,7 @@ class RunLoop : private StepObserver {
   BodyWatch bodies_;
   Schedule frame_due_, sample_due_, state_due_, tool_due_;
   Checkpoints checkpoints_{request_.out};
-  std::uint64_t state_bytes_ = 0;  ///< of the largest state so far
+  std::uint64_t state_bytes_ = 0;  ///< maximum of the states so far
   bool energy_begun_ = false;
   struct Instant {  ///< the one at which the step begins
     double t = 0;

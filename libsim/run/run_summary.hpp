@@ -8,7 +8,7 @@
 #include "libsim/run/tool.hpp"
 #include "libsim/setup/world.hpp"
 
-/// What summary.json says of a run beside its columns, and the means as they are printed at its end.
+/// What summary.json states of a run beside its columns, and the means as they are printed at its end.
 namespace subsoil::sim {
 
 /// How a run went.
@@ -32,7 +32,7 @@ void write_energy(Summary& summary, const EnergyStart& start, const World& world
                   const coupling::Simulation& simulation);
 /// What came into a moving bed and what was left.
 void write_window(Summary& summary, const World& world);
-/// Largest error of restitution at the speeds met or expected.
+/// Maximum error of restitution at the speeds met or expected.
 void write_restitution_error(Summary& summary, double error);
 /// What fixed machine steps are estimated to err by.
 void write_step_error(Summary& summary, const mbd::StepError& error);
@@ -46,7 +46,7 @@ void write_tools(Summary& summary, const ToolProgress& progress);
 void write_disturbance(Summary& summary, const ToolProgress& progress, const std::filesystem::path& folder,
                        const Scenario& scenario, std::optional<bool> reaches_wall);
 
-/// The means of tools and watches, a line each: "draft 61.2 N +- 4.1 N".
+/// The means of tools and monitors, a line each: "draft 61.2 N +- 4.1 N".
 std::string means_text(const Summary& summary, const ToolProgress& progress, const Scenario& scenario);
 
 }  // namespace subsoil::sim

@@ -22,7 +22,7 @@ struct RunRequest {
   std::string scenario;
   std::filesystem::path out;      ///< empty: a directory named like the scenario, in the working directory
   std::vector<std::string> sets;  ///< path=value
-  int threads = 0;                ///< 0: as the scenario says
+  int threads = 0;                ///< 0: as in the scenario
   bool force = false;
   bool strict = false;                 ///< a run with warnings ends with exit_failed
   std::vector<std::string> changes{};  ///< keys that may differ from the scenario of `from`

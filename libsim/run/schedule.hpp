@@ -24,7 +24,7 @@ class Schedule {
     // 0.3 and not 3 * 0.1, whose last digit is another.
     if (every_ > 0 && std::abs(1 / every_ - std::round(1 / every_)) < 1e-9) rate_ = std::round(1 / every_);
   }
-  /// When something is due next; `never` at the end. A listed time is told before a multiple that is the same.
+  /// When something is due next; `never` at the end. A listed time is reported before a multiple that is the same.
   double next() const {
     const double listed = next_at_ < at_.size() ? at_[next_at_] : never, multiple = next_multiple();
     const double due = listed <= multiple + 1e-12 * std::abs(multiple) ? listed : multiple;

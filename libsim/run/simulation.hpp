@@ -33,7 +33,7 @@ struct SimulationFault : std::runtime_error {
 
 struct SimulationOptions {
   std::vector<std::string> sets{};    ///< path=value
-  int threads = 0;                    ///< 0: as the scenario says
+  int threads = 0;                    ///< 0: as in the scenario
   std::vector<std::string> inputs{};  ///< functions of time whose values are set from outside; see available_inputs()
   std::vector<std::string> forces_on{};  ///< bodies on which set_force() acts
   bool energies = false;                 ///< columns that are sums over all spheres are taken at the end of each call
@@ -68,7 +68,7 @@ class Simulation {
  public:
   /// Read, checked, built, bed prepared. Throw ScenarioError.
   static Simulation from_file(const std::filesystem::path& file, const SimulationOptions& options = {});
-  /// @param name stands for the file in messages; includes are sought in its folder
+  /// @param name stands for the file in messages; includes are looked up in its folder
   static Simulation from_text(const std::string& text, const std::string& name, const SimulationOptions& options = {});
   /// Functions of time of a scenario that SimulationOptions::inputs may name.
   static std::vector<std::string> available_inputs(const std::string& text, const std::string& name,

@@ -13,7 +13,7 @@ struct SurfaceFacts {
   std::size_t triangles = 0;  ///< 0: a plane or a cylinder
   bool from_file = false;     ///< its unit is a guess: a file of triangles has none
   bool closed = true;         ///< has an inside; planes and cylinders have
-  double from_soil = 0;       ///< m between the boxes of surface and soil, the least along a given path; 0: they meet
+  double from_soil = 0;       ///< m between the boxes of surface and soil, the minimum along a given path; 0: they meet
   bool below = false;         ///< wholly below the soil where gravity acts down: soil may fall onto it
   bool servo = false;         ///< its path is that at the speed limit of its servo: the farthest it may come
   bool path_known = true;     ///< no: a body's surface; what is known of it is the start

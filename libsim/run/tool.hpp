@@ -28,7 +28,7 @@ struct Tool {
   void archive(Archive& a) { a(touched, entry, along, travel, depth, length, room); }
 };
 
-/// Follows the tools and says when their work is steady.
+/// Follows the tools and reports when their work is steady.
 ///
 /// A tool works steadily from when it has travelled, in the soil, its own length below the surface plus its depth: then
 /// the soil ahead of it and beside it has been sheared along its whole length. Its window ends when its foremost point

@@ -8,10 +8,10 @@
 
 namespace subsoil::sim {
 
-/// Says when soil that a tool disturbs reaches a wall of the container: then the bin is too small for the tool.
+/// Reports when soil that a tool disturbs reaches a wall of the container: then the bin is too small for the tool.
 ///
 /// Soil at a wall is disturbed when more than 5 % of the spheres that lay within one mean diameter of the wall when the
-/// means began have moved since by more than half a mean radius. What a wall carries says nothing of this: by momentum
+/// means began have moved since by more than half a mean radius. What a wall carries shows nothing of this: by momentum
 /// the walls carry the draft however large the bin is. In a moving bed they are those that lay at floor and side walls,
 /// or before its end ahead, against the places that they had at rest.
 class WallWatch {

@@ -14,7 +14,7 @@
 #include "libsim/scenario/sections/soil.hpp"
 #include "libsim/scenario/sections/time.hpp"
 
-/// What a scenario file says, as plain structs in SI units, before anything is built from it. A section that the file
+/// What a scenario file states, as plain structs in SI units, before anything is built from it. A section that the file
 /// leaves out is an empty optional or list: soil only and machine only are scenarios. The file of a section in
 /// `sections/` holds its struct, its keys (units, ranges, defaults, meanings, once for reader, printer, `explain` and
 /// docs) and its checks.

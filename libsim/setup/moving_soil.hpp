@@ -14,13 +14,13 @@ struct BuildOptions;
 /// The window of a moving bed, and whom it follows.
 struct MovingSoil {
   dem::MovingBed window;
-  std::vector<int> walls;  ///< boundaries that go on with it
+  std::vector<int> walls;  ///< boundaries that advance with it
   int boundary = -1;       ///< that it follows, or
   int body = 0;            ///< of the machine
   double start = 0;        ///< x of that at time 0, m
 
   double x_of_followed(const coupling::Simulation& simulation) const;
-  /// Between two steps: goes on by a block where what it follows has travelled one more; whether it did.
+  /// Between two steps: advances by a block where what it follows has travelled one more; whether it did.
   bool follow(dem::Bed& bed, const coupling::Simulation& simulation);
 };
 

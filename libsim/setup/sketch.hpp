@@ -52,7 +52,7 @@ struct Sketch {
   std::vector<Link> links;
   std::vector<Side> sides;
   std::vector<mbd::Marker> markers;
-  double size = 1;  // m; the largest extent of the machine in its start pose
+  double size = 1;  // m; the maximum extent of the machine in its start pose
 
   /// Circles of this many sides are round enough in a picture.
   static constexpr int circle_sides = 36;

@@ -25,7 +25,7 @@ class SoilBuilder {
   void settle(double step);
   /// Report, shift to the datum, saved bed, opened walls.
   void finish();
-  /// Spheres inside the machine or given boundaries: refused or carved.
+  /// Spheres inside the machine or given boundaries: refused or removed.
   void clear_machine();
   /// A bed whose surface lies more than a radius from the datum of a wheel's law is refused.
   void check_wheel_datum() const;

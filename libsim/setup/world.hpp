@@ -87,9 +87,9 @@ struct StepReport {
 
   /// Step that resolves every possible impact at a speed, m/s.
   dem::AccurateStep at_speed(double speed, double tolerance, double longest) const;
-  /// Largest error of restitution at a speed with the step used.
+  /// Maximum error of restitution at a speed with the step used.
   double error_at(double speed) const;
-  /// Largest error where the fastest sphere had a speed, m/s: far away, or where the pull of an approach had made it of
+  /// Maximum error where the fastest sphere had a speed, m/s: far away, or where the pull of an approach had made it of
   /// a lower one. Looks at five speeds between these.
   ImpactError error_where_met(double fastest) const;
 };
@@ -122,7 +122,7 @@ struct BuildOptions {
   std::function<bool()> keep_settling_due{};  ///< both or neither
   std::function<void(const dem::SettleState&, const dem::Bed&)> keep_settling{};
   const dem::MovingBed* moving = nullptr;      ///< of a restart
-  const dem::SettleState* settling = nullptr;  ///< of a bed on its way to rest, to go on from
+  const dem::SettleState* settling = nullptr;  ///< of a settling bed, to continue from
 };
 
 World build_world(const Loaded& loaded, const BuildOptions& options);
@@ -136,7 +136,7 @@ void use_soil_step(World& world, const Scenario& scenario, double step);
 /// What the step means for impacts, in words.
 std::string accuracy_words(const StepReport& step);
 
-/// Bodies of the machine so light that impacts on them have another restitution than their law says, by more than 0.02.
+/// Bodies of the machine so light that impacts on them have another restitution than their law gives, by above 0.02.
 std::vector<std::string> restitution_warnings(const StepReport& step);
 
 /// Pose of a boundary that follows its moves, as a function of time.

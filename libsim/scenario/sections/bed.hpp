@@ -11,7 +11,7 @@
 namespace subsoil::sim {
 
 enum class Fill { lattice, rest_lattice, random, particles, file };
-/// Under which columns and watches know the spheres of a rough floor.
+/// Under which columns and monitors know the spheres of a rough floor.
 inline constexpr const char* rough_floor_name = "rough floor";
 
 enum class Overlap { refuse, carve };
@@ -61,7 +61,7 @@ struct BedSection {
   std::optional<long> count;    // random: this many spheres, or
   std::optional<double> depth;  // fill the region's floor up to this height after settling
   long seed = 1;
-  double jitter = 0;  // largest random shift of a lattice site, share of the radius
+  double jitter = 0;  // maximum random shift of a lattice site, share of the radius
   std::optional<Settle> settle;
   std::string save, file;  // absolute paths; empty: none
   std::vector<Particle> particles;

@@ -15,12 +15,12 @@ namespace subsoil::sim {
 using mbd::Function;
 
 /// One stretch of a given motion; with p its profile, the sum V of all p velocity, and c the place, v_c = V + sum of
-/// p spin x (c - about); each `about` that is given moves by V, one that is left out is c. The angular velocity is the
-/// sum of all p spin.
+/// p `spin` x (c - about); each `about` that is given moves by V, one that is left out is c. Angular velocity is the
+/// sum of all p `spin`.
 struct Move {
   Vec3 velocity{};                     // m/s
   Vec3 spin{};                         // rad/s
-  std::optional<Vec3> about;           // point of the spin at the start
+  std::optional<Vec3> about;           // point of the rotation at the start
   Function profile{1.0};               // factor over time
   double from = 0, until = unlimited;  // s
 };

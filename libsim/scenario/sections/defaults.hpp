@@ -3,7 +3,7 @@
 
 namespace subsoil::sim {
 
-inline constexpr double required = std::numeric_limits<double>::quiet_NaN();  ///< the file must say it
+inline constexpr double required = std::numeric_limits<double>::quiet_NaN();  ///< the file must state it
 inline constexpr double unlimited = std::numeric_limits<double>::infinity();
 
 }  // namespace subsoil::sim

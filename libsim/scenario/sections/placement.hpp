@@ -13,7 +13,7 @@ void describe(Fields& v, Rotation& r);
 
 struct Box {
   Vec3 size{required, required, required};
-  Vec3 at{required, required, required};  // corner of least coordinates
+  Vec3 at{required, required, required};  // corner of minimum coordinates
 };
 void describe(Fields& v, Box& b);
 

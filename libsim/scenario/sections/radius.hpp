@@ -15,7 +15,7 @@ struct EqualRadius {
 };
 void describe(Fields& v, EqualRadius& r);
 
-struct NormalRadius {  // values outside [least, largest] are drawn again
+struct NormalRadius {  // values outside [`least`, `largest`] are drawn again
   double mean = required, deviation = required, least = required, largest = required;
 };
 void describe(Fields& v, NormalRadius& r);

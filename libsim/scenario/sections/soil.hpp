@@ -19,7 +19,7 @@ inline constexpr std::array<const char*, 6> face_names{"-x", "+x", "-y", "+y", "
 
 struct Container {
   Vec3 size{required, required, required};
-  Vec3 at{required, required, required};  // corner of least coordinates
+  Vec3 at{required, required, required};  // corner of minimum coordinates
   Faces open{false, false, false, true, false, false};
   Faces open_after_settling{};
   Directions periodic{};
@@ -35,7 +35,7 @@ std::vector<std::string> wall_names(const Container& c);
 /// Its sides for the bed, `up` m higher than in the scenario.
 dem::PeriodicCell periodic_cell(const Container& c, double up = 0);
 
-/// Spheres that rest far from every moving surface are frozen until something comes near (docs/theory, section 8.1).
+/// Spheres that rest far from every moving surface sleep until something comes near (docs/theory, section 8.1).
 struct Active {
   double within = 0.2;  // m
   double below = 1e-3;  // m/s
@@ -44,7 +44,7 @@ void describe(Fields& v, Active& a);
 
 enum class Towards { plus_x, minus_x };
 
-/// A long bed in a short window (docs/theory, section 7.2): the container goes on by a block whenever what it
+/// A long bed in a short window (docs/theory, section 7.2): the container advances by a block whenever what it
 /// follows has travelled one. The bed of the scenario is then one period along x, which is repeated.
 struct MovingWindow {
   std::string follows;

@@ -5,7 +5,7 @@
 
 namespace subsoil::sim {
 
-/// A mesh file (STL, OBJ, PLY) as it is used, and what was wrong with it and could be mended.
+/// A mesh file (STL, OBJ, PLY) as it is used, and what was wrong with it and could be fixed.
 struct MeshFile {
   dem::TriangleMesh mesh;
   std::size_t flat = 0;    ///< triangles without area, dropped

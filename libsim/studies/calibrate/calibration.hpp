@@ -28,10 +28,10 @@ struct Calibrated {
   std::vector<double> low, high;  ///< ends of the 95 % interval, within the range
   std::vector<double> predicted;  ///< per target, by the surrogate
   std::size_t nearest = 0;        ///< evaluation nearest to the set
-  double distance = 0;            ///< of it in u, largest over the parameters
+  double distance = 0;            ///< of it in u, maximum over the parameters
   Eigen::MatrixXd slopes;         ///< d target/d u at the set, over the target's deviation
   Eigen::MatrixXd directions;     ///< right singular vectors of the slopes, a column each, strongest first
-  Eigen::VectorXd strengths;      ///< singular values; below `blind` a direction is not told by the targets
+  Eigen::VectorXd strengths;      ///< singular values; below `blind` a direction is not identifiable
   bool converged = false;         ///< the last search led to a set that had been evaluated
   /// Deviation of a uniform range is 1/sqrt(12): a direction with less strength is known no better than its range.
   static constexpr double blind = 3.4641016151377544;
@@ -45,7 +45,7 @@ using CalibrationProgress = std::function<void(const Evaluation&, std::size_t nu
 ///   2. Each target becomes a surrogate of its values (surrogate.hpp); chi^2 = sum ((surrogate - value)/deviation)^2,
 ///   the
 ///      deviation that of the target's tolerance and of its mean over packings together.
-///   3. DIRECT-L, then BOBYQA, find the least chi^2 on the surrogates; that point goes through the tests. From 2 on,
+///   3. DIRECT-L, then BOBYQA, find the minimum chi^2 on the surrogates; that point goes through the tests. From 2 on,
 ///      until the search leads within a hundredth of the ranges to a point that is known, or the evaluations are used
 ///      up.
 ///   4. Slopes J of the targets over u at the set, divided by the deviations. Intervals are those of the covariance
@@ -55,7 +55,7 @@ using CalibrationProgress = std::function<void(const Evaluation&, std::size_t nu
 Calibrated calibrate(const Plan& plan, const std::filesystem::path& store, int threads,
                      const CalibrationProgress& progress);
 
-/// The report: set, intervals, targets, slopes, what is not told. Markdown.
+/// The report: set, intervals, targets, slopes, what is not identifiable. Markdown.
 std::string calibration_text(const Plan& plan, const Calibrated& c);
 /// report.md and the pictures targets (deviations over evaluations) and, of each parameter, scatter, in `folder`.
 void write_calibration(const Plan& plan, const Calibrated& c, const std::filesystem::path& folder,

@@ -6,7 +6,7 @@
 
 namespace subsoil::sim {
 
-/// Evaluations on disk, so that a calibration goes on where it was stopped: a first line that tells the plan, a header,
+/// Evaluations on disk, so that a calibration continues where it was stopped: a first line with the plan, a header,
 /// a line per evaluation. What a plan may change and keep its evaluations: ranges, values, tolerances, numbers of
 /// points.
 class EvaluationStore {

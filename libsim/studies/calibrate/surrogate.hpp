@@ -33,7 +33,7 @@ class Surrogate {
   Eigen::LLT<Eigen::MatrixXd> covariance_, trend_covariance_;
 };
 
-/// Least value of f over [0, 1]^p: DIRECT-L (Gablonsky & Kelley 2001) over the whole box, then BOBYQA (Powell 2009)
+/// Minimum of f over [0, 1]^p: DIRECT-L (Gablonsky & Kelley 2001) over the whole box, then BOBYQA (Powell 2009)
 /// from the best place.
 Eigen::VectorXd minimise(int parameters, const std::function<double(const Eigen::VectorXd&)>& f);
 

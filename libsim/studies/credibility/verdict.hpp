@@ -28,7 +28,7 @@ struct Credibility {
 /// Change delta = (changed - base)/|base|, its uncertainty U = sqrt(2) 2 s/|base| with the standard deviation s over
 /// the packings (coverage factor 2, both runs scatter alike); fewer than two packings: U = sqrt(h_b^2 + h_c^2)/|base|
 /// with the half widths of the 95 % intervals of both means. Converged where |delta| + U <= tolerance, not converged
-/// where |delta| - U > tolerance, else not told.
+/// where |delta| - U > tolerance, else inconclusive.
 Credibility judge(const Axes& axes, const Study& study, const std::vector<PointResult>& results, double tolerance);
 
 /// "draft 1402, +- 52 packing, +0.6 % step, +44 % stiffness: not converged in stiffness", a line per number, and the

@@ -20,7 +20,7 @@ const char* word_of(SearchMethod method);
 /// One search from a start, u in [0, 1] per parameter. Objective and constraints are divided by their size at the
 /// start. A design that gives no numbers counts as worse than all before.
 ///   bobyqa     quadratic models by interpolation, bounds only (Powell 2009)
-///   cobyla     linear models, constraints (Powell 1994); for objectives with kinks, such as a largest value
+///   cobyla     linear models, constraints (Powell 1994); for objectives with kinks, such as a maximum
 ///   slsqp      sequential quadratic programming (Kraft 1994), gradients by central differences, side by side
 ///   isres      evolution strategy over the whole box with constraints (Runarsson & Yao 2005); needs thousands of runs
 ///   surrogate  a Latin hypercube side by side, then kriging of objective and constraints (surrogate.hpp); its optimum

@@ -24,7 +24,7 @@ struct Slope {
 /// 1982) lost: among noisy entries two agree by chance, a thousand times better than they are right.
 /// @param differences (f(x + h_i) - f(x - h_i))/(2 h_i), h_i = h_0/1.4^i
 Slope extrapolated_slope(const std::vector<double>& differences);
-/// What the slope above the point has more than that below, where it is told from chance; else 0. Least squares of
+/// What the slope above the point has more than that below, where it exceeds chance; else 0. Least squares of
 ///   (f(x + h) + f(x - h) - 2 f(x))/h = J + c/h + b h (+ d h^3, or e h^2 + d h^3)
 /// as above, whose c is what f(x) itself may be off. Chance counts as five of its 95 % intervals: since the narrowest
 /// of three is taken, noise is then a kink in less than one of a hundred.

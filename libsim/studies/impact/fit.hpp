@@ -17,7 +17,7 @@ struct Measured {
 /// any order, any unit of the dimension; an empty field is not measured. Throws ScenarioError with file:line.
 std::vector<Measured> read_measured(const std::filesystem::path& file);
 
-/// What `fit to` says the law does at the study's speeds.
+/// What `fit to` requires of the law at the study's speeds.
 std::vector<Measured> measured_of(const LoadedStudy& loaded);
 
 struct FittedParameter {
@@ -30,7 +30,7 @@ struct ImpactFit {
   std::vector<FittedParameter> parameters;
   double confidence = 0.95;
   double spread = 0;  ///< standard deviation of the relative residuals
-  double worst = 0;   ///< largest relative residual
+  double worst = 0;   ///< maximum relative residual
   long points = 0;    ///< numbers fitted
   int freedoms = 0;   ///< points less parameters
 };

@@ -8,11 +8,11 @@ namespace subsoil::sim {
 
 /// Uniaxial compression: a lid goes down into a box with smooth walls until its stress is reached, then up again.
 ///     stress   of the grains on the lid, over the box' area;  strain  way of the lid over the height at which the
-///              seating stress, 2 % of the largest, was reached (as an oedometer is read, ASTM D2435)
-///     modulus  slope of stress over strain by least squares, loading, from half of the largest stress up
+///              seating stress, 2 % of the maximum, was reached (as an oedometer is read, ASTM D2435)
+///     modulus  slope of stress over strain by least squares, loading, from half of the maximum stress up
 ///     unloading the same on the way back, down to half of it
-///     K0       mean stress on the four walls over the mean of lid and floor, at the largest stress
-///     kept     strain that stays when the stress is back at the seating stress, over the largest strain
+///     K0       mean stress on the four walls over the mean of lid and floor, at the maximum stress
+///     kept     strain that stays when the stress is back at the seating stress, over the maximum strain
 struct Compress {
   std::optional<double> length, depth, speed;
   double stress = 20e3;

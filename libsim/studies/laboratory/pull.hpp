@@ -10,7 +10,7 @@ namespace subsoil::sim {
 /// and mortar briquettes), so that each half holds its soil by its shape. Filled, pressed by a lid, the lid taken away,
 /// then the upper half is drawn up.
 ///     sigma_t = -(weight above the plane + F_y on the upper half)/A     tension on the neck A, by equilibrium
-///     strength  largest mean of sigma_t over a fiftieth of the path, 0 where none is above
+///     strength  maximum mean of sigma_t over a fiftieth of the path, 0 where none is above
 ///     work      integral of max(0, sigma_t) over the path, J/m^2: what tears the neck. Where sigma_t is below 0 grains
 ///               that stay behind press on the plane, which is no work of tension
 struct Pull {

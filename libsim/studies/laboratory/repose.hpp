@@ -17,7 +17,7 @@ namespace subsoil::sim {
 /// 9), on a square one a pyramid; a cone fitted to it mixes faces with ridges. Of ledge and heap the flank counts,
 /// where the mean top at equal distance goes from 0.15 to 0.8 of the height between the tray's edge and the crest; of a
 /// drum what is within half a radius of the axis. A gate that is
-/// lifted fast lets go a single avalanche, which stops anywhere between the angles of rest and of start; behind a slow
+/// lifted fast releases a single avalanche, which stops anywhere between the angles of rest and of start; behind a slow
 /// one the slope fails bit by bit.
 struct Repose {
   enum class Form { ledge, heap, drum };
@@ -56,7 +56,7 @@ struct Tops {
   std::vector<double> s, height;
 };
 
-/// A rectangular tray with its least corner at the origin, over whose sides grains run off: over all (heap) or over
+/// A rectangular tray with its minimum corner at the origin, over whose sides grains run off: over all (heap) or over
 /// that at x = length (ledge). `edge` is the height of its rim; m.
 struct Tray {
   double length, width, edge;

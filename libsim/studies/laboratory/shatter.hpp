@@ -11,10 +11,10 @@ namespace subsoil::sim {
 /// `rest`, then the floor comes at `speed`; after the floor has passed three of its diameters the pieces are counted.
 /// Grains belong together when they are within reach of their law; where it has bonds, which form before the cutting,
 /// when a bond joins them.
-///     largest    share of the mass in the largest piece
+///     `largest`  share of the mass in the biggest piece
 ///     pieces     number of pieces of more than one grain
 ///     loose      share of the mass in single grains
-///     before     largest share before the strike: 1 for a clod that holds together
+///     before     maximum share before the strike: 1 for a clod that holds together
 ///     broken     share of the clod's bonds that the strike breaks; 0 without bonds
 struct Shatter {
   std::optional<double> radius;
@@ -35,7 +35,7 @@ struct Shatter {
   Findings findings(const Sample& sample, std::size_t packings, const std::vector<Outcome>& outcomes) const;
 };
 
-/// Masses of the sets of spheres whose gaps are at most `reach`, largest first; sizes the numbers of their spheres.
+/// Masses of the sets of spheres whose gaps are at most `reach`, biggest first; sizes the numbers of their spheres.
 struct Pieces {
   std::vector<double> mass;
   std::vector<std::size_t> size;

@@ -12,7 +12,7 @@ namespace subsoil::sim {
 ///     tau = sum F_x/A,  sigma = sum F_y/A   F: force of a grain with its centre below the plane on one above
 /// What presses on a flange, outside A, counts in neither: walls and lid would count it, and of the plane's edges what
 /// is squeezed between grains and a half's rim. sigma is at most (load + weight above the plane)/A.
-/// Peak: largest tau/sigma of means over a twentieth of the path; final: mean over its last fifth. Per packing a line
+/// Peak: maximum tau/sigma of means over a twentieth of the path; final: mean over its last fifth. Per packing a line
 /// tau = c + sigma tan(phi) through the loads' points, for peak and final; the final stress ratio is the mean of
 /// tau/sigma over the loads, which for a material without cohesion is the better number.
 struct Shear {

@@ -13,7 +13,7 @@ enum class Wall { rough, smooth };
 /// One packing of a sample in its box, stepped by a test that moves walls. Single-threaded: specimens run side by side.
 class Specimen {
  public:
-  /// `speed`: the largest that a test expects beside the grains' own fall, m/s. Throws std::invalid_argument when the
+  /// `speed`: the maximum that a test expects beside the grains' own fall, m/s. Throws std::invalid_argument when the
   /// given step is above the stable one.
   Specimen(const Sample& sample, double speed = 0);
 
@@ -22,7 +22,7 @@ class Specimen {
   int surface(const std::string& name, const dem::TriangleMesh& mesh, Wall wall) {
     return surface(name, std::span(&mesh, 1), wall);
   }
-  /// Floor and four walls of a box, least corner at the origin; indices in the order -x +x floor -z +z.
+  /// Floor and four walls of a box, minimum corner at the origin; indices in the order -x +x floor -z +z.
   struct BoxWalls {
     int left, right, floor, front, back;
   };

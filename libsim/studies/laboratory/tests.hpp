@@ -14,7 +14,7 @@
 #include "libsim/studies/laboratory/tilt.hpp"
 
 /// `subsoil test`: a material put through laboratory tests. A scenario of any kind names materials and contacts; its
-/// section `test` says what of them is tested and how.
+/// section `test` states what of them is tested and how.
 namespace subsoil::sim {
 
 /// What a sample is made of.
@@ -79,7 +79,7 @@ struct LoadedTests {
 /// Reads and checks a scenario with `path=value` overrides. Throws ScenarioError with all faults.
 LoadedTests load_tests(const std::string& file, const std::vector<std::string>& sets);
 
-/// Runs one test by its word over all packings; `progress` is told how many specimens of how many are done.
+/// Runs one test by its word over all packings; `progress` receives how many specimens of how many are done.
 Findings run_test(const LoadedTests& loaded, const std::string& word, int threads,
                   const std::function<void(std::size_t done, std::size_t all)>& progress = {});
 

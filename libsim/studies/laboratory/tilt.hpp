@@ -10,7 +10,7 @@ namespace subsoil::sim {
 ///     angle  at which the grains' mean place has moved along the floor by `slip`
 /// The box stands and gravity turns. The angle lies above that at which motion begins by what is tilted while `slip` is
 /// passed, about (6 slip rate^2/g)^(1/3), 0.4 degrees with the defaults and 8 mm grains. Farther than d/20 what slides
-/// stems against the lower wall, and one box stops where another goes on.
+/// stems against the lower wall, and one box stops where another continues.
 struct Tilt {
   std::optional<double> length, width, depth, slip;
   double rate = 0.0349065850398866;  // 2 deg/s

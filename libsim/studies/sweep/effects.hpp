@@ -19,7 +19,7 @@ struct LevelMean {
 struct Effect {
   std::size_t parameter = 0, number = 0;
   std::vector<LevelMean> levels;  ///< empty where every point has a value of its own
-  /// Change of the number when the parameter goes from its least to its largest value, all other numeric parameters
+  /// Change of the number when the parameter goes from its minimum to its maximum, all other numeric parameters
   /// held: b_k of the least squares plane y = a + sum b_k u_k, u_k in [0, 1] over the values run, with the 95 %
   /// interval by Student's t over the residuals. NaN where words, too few points or dependent columns forbid it.
   double slope = 0, slope_half = 0;
@@ -28,7 +28,7 @@ struct Effect {
 /// Effects of all parameters on all numbers, from the finished points.
 std::vector<Effect> effects(const Study& study, const std::vector<PointResult>& results);
 
-/// The finished point with the least or largest value of a number; empty without.
+/// The finished point with the minimum or maximum of a number; empty without.
 std::optional<std::size_t> best_point(const std::vector<PointResult>& results, std::size_t number, bool largest);
 
 }  // namespace subsoil::sim

@@ -31,7 +31,7 @@ std::vector<std::vector<int>> pool_places(const std::vector<int>& cores, const P
 
 /// Runs all jobs in their order. Each process is bound to the cores of its place, OMP_NUM_THREADS with it, and is ended
 /// by the kernel when this process dies. `ended(job, end)` is called after each; `waiting(running)` several times a
-/// second with the jobs that run. Returns false when SIGINT or SIGTERM came: running processes have then been told to
+/// second with the jobs that run. Returns false when SIGINT or SIGTERM came: running processes have then been asked to
 /// end, and `ended` is not called for them.
 bool run_pool(const std::vector<PoolJob>& jobs, const PoolOptions& options,
               const std::function<void(std::size_t job, const PoolEnd& end)>& ended,

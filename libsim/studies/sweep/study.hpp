@@ -59,7 +59,7 @@ class StudyLock {
   int file_ = -1;
 };
 
-/// Means of draft and pull where the scenario watches them, else of soil.draft, else of every watch.
+/// Means of draft and pull where the scenario monitors them, else of soil.draft, else of every monitor.
 std::vector<SweepNumber> usual_numbers(const Scenario& scenario);
 
 }  // namespace subsoil::sim

@@ -9,7 +9,7 @@ namespace subsoil::sim {
 /// FOLDER/sweep.csv and sweep.h5: a row per point with values, numbers, end, cause and wall time.
 void write_tables(const Study& study, const std::vector<PointResult>& results, const std::filesystem::path& folder);
 
-/// What the page of a sweep draws. `best`: number and whether its largest value is wanted; none without.
+/// What the page of a sweep draws. `best`: number and whether its maximum is wanted; none without.
 Json sweep_json(const Study& study, const std::vector<PointResult>& results,
                 const std::optional<std::pair<std::size_t, bool>>& best);
 /// FOLDER/sweep.html.
