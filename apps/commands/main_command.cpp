@@ -7,6 +7,7 @@
 #include "apps/commands/command_pages.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/commands/design_command.hpp"
+#include "apps/commands/export_command.hpp"
 #include "apps/commands/fields_command.hpp"
 #include "apps/commands/plan_options.hpp"
 #include "apps/commands/report_command.hpp"
@@ -328,6 +329,8 @@ int main_command(int argc, char** argv, const EngineMaker& engine) {
   CLI::App* report_word = add_report(app, report_words);
   FieldsWords fields_words;
   CLI::App* fields_word = add_fields(app, fields_words);
+  ExportWords export_words;
+  CLI::App* export_word = add_export(app, export_words);
   SweepRequest sweep_request;
   CLI::App* sweep_word = add_sweep(app, sweep_request);
   DesignRequest optimise_request, sensitivity_request;
@@ -356,6 +359,7 @@ int main_command(int argc, char** argv, const EngineMaker& engine) {
     if (calibrate_word->parsed()) return calibrate_command(calibrate_request);
     if (report_word->parsed()) return report_command(report_words);
     if (fields_word->parsed()) return fields_command(fields_words);
+    if (export_word->parsed()) return export_command(export_words);
     if (sweep_word->parsed()) return sweep_command(sweep_request);
     if (optimise_word->parsed()) return optimise_command(optimise_request);
     if (sensitivity_word->parsed()) return sensitivity_command(sensitivity_request);

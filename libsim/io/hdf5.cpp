@@ -283,6 +283,13 @@ std::vector<hsize_t> shape(hid_t parent, const std::string& name) {
   return dimensions;
 }
 
+NumberKind kind_of(hid_t parent, const std::string& name) {
+  const ReadGuard guard(parent);
+  const Handle set = open_dataset(parent, name);
+  const Handle type(H5Dget_type(set), H5Tclose, "type of " + name);
+  return {H5Tget_class(type) == H5T_FLOAT, static_cast<int>(H5Tget_size(type))};
+}
+
 namespace {
 
 /// Number of values of a dataset, whose shape is only what the file says: refused where it holds no such number of

@@ -75,6 +75,12 @@ void write_text(hid_t parent, const std::string& name, const std::vector<std::st
 
 /// Shape of a dataset; a missing one throws std::runtime_error.
 std::vector<hsize_t> shape(hid_t parent, const std::string& name);
+/// What the numbers of a dataset are.
+struct NumberKind {
+  bool real = true;  ///< else whole numbers
+  int bytes = 0;     ///< of each
+};
+NumberKind kind_of(hid_t parent, const std::string& name);
 /// All values in row order. The class (integer, float) must be T's: a float read as an integer is a mistake, not a
 /// wish.
 template <class T>

@@ -48,6 +48,11 @@ bool JoinedFrame::holds(const std::string& name) const {
                                    [&](const std::string& part) { return h5::exists(file_, part + "/" + name); });
 }
 
+std::string JoinedFrame::place(const std::string& name) const {
+  const std::string own = group_ + "/" + name;
+  return !in_parts() || h5::exists(file_, own) ? own : parts_.front() + "/" + name;
+}
+
 const std::vector<std::size_t>& JoinedFrame::order() const {
   if (!order_.empty()) return order_;
   const auto ids = behind_each_other<std::int64_t>(file_, parts_, "id");

@@ -19,6 +19,8 @@ class JoinedFrame {
   /// fit together: a sphere in two of them, an array with fewer rows than spheres.
   template <class T>
   std::vector<T> read(const std::string& name) const;
+  /// Path of such an array in the file; of parts that of the first.
+  std::string place(const std::string& name) const;
   bool in_parts() const { return !parts_.empty(); }
 
  private:
