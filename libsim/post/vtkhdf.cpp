@@ -2,17 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <cctype>
 #include <optional>
 #include <set>
 #include <stdexcept>
 #include <utility>
 
-#include "libsim/io/atomic_file.hpp"
-#include "libsim/io/hdf5_driver.hpp"
 #include "libsim/io/joined_frame.hpp"
 #include "libsim/post/frames_file.hpp"
-#include "libsim/post/vtkhdf_block.hpp"
+#include "libsim/post/vtkhdf_file.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -21,16 +18,15 @@ namespace {
 constexpr const char* kMotion[] = {"velocity", "spin", "force", "torque", "contacts", "bonds"};
 constexpr const char* kTable[] = {"id", "radius", "density", "material", "clump"};
 
-/// Node names of an assembly are letters, digits, `-`, `_` and `.`, and begin with a letter.
-std::string node_name(const std::string& name, std::set<std::string>& taken) {
-  std::string out;
+/// Names that are the user's as names of files: letters, digits, `.`, `+` and `-`, of which no two are alike.
+std::string file_name(const std::string& name, std::set<std::string>& taken) {
+  std::string first;
   for (const char c : name) {
     const bool plain =
-        (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '.';
-    out += plain ? c : '_';
+        (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.';
+    first += plain ? c : '_';
   }
-  if (out.empty() || !std::isalpha(static_cast<unsigned char>(out[0]))) out = "surface_" + out;
-  const std::string first = out;
+  std::string out = first;
   for (int k = 2; !taken.insert(out).second; ++k) out = fmt::format("{}_{}", first, k);
   return out;
 }
@@ -38,30 +34,27 @@ std::string node_name(const std::string& name, std::set<std::string>& taken) {
 class Export {
  public:
   Export(const std::filesystem::path& run, const std::filesystem::path& out)
-      : frames_(run), source_(h5::open_file(run)), path_(out), file_(h5::create_file(temporary_name(out))) {
-    write_vtkhdf_head(h5::create_group(file_, "/VTKHDF"), "PartitionedDataSetCollection");
+      : frames_(run), source_(h5::open_file(run)), folder_(out) {
+    std::filesystem::create_directories(folder_);
     if (frames_.particles() > 0) soil_.emplace(begin("soil", VtkCells::vertices, {}));
     if (frames_.holds(0, "contact forces")) contacts_.emplace(begin("contact forces", VtkCells::lines, {}));
     for (const FrameSurface& s : frames_.surfaces()) surfaces_.push_back(begin_surface(s));
     for (std::size_t k = 0; k < frames_.times().size(); ++k) add(k);
   }
 
-  std::vector<std::string> finish() {
+  std::vector<std::filesystem::path> finish() {
     if (soil_) soil_->finish(frames_.times());
     if (contacts_) contacts_->finish(frames_.times());
-    for (VtkBlock& block : surfaces_) block.finish(frames_.times());
-    write_assembly();
-    h5::close_file(file_);
-    put_in_place(path_);
-    return names_;
+    for (VtkFile& block : surfaces_) block.finish(frames_.times());
+    return files_;
   }
 
  private:
-  VtkBlock begin(const std::string& name, VtkCells cells, std::vector<std::int64_t> connectivity) {
-    names_.push_back(node_name(name, taken_));
-    return {file_, names_.back(), static_cast<std::int64_t>(names_.size()) - 1, cells, std::move(connectivity)};
+  VtkFile begin(const std::string& name, VtkCells cells, std::vector<std::int64_t> connectivity) {
+    files_.push_back(folder_ / (file_name(name, taken_) + ".vtkhdf"));
+    return {files_.back(), cells, std::move(connectivity)};
   }
-  VtkBlock begin_surface(const FrameSurface& s) {
+  VtkFile begin_surface(const FrameSurface& s) {
     std::vector<std::int64_t> points;
     for (const auto& t : s.triangles) points.insert(points.end(), t.begin(), t.end());
     if (!points.empty()) return begin(s.name, VtkCells::polygons, std::move(points));
@@ -136,7 +129,7 @@ class Export {
   }
   void add_surface(std::size_t frame, std::size_t i) {
     const FrameSurface& s = frames_.surfaces()[i];
-    VtkBlock& block = surfaces_[i];
+    VtkFile& block = surfaces_[i];
     if (s.moves || frame == 0) {
       const std::string folder = s.moves ? group(frame) + "/surfaces" : "/surfaces/" + s.name;
       const VtkNumbers points = in_folder(folder, s.moves ? s.name : "vertices");
@@ -152,28 +145,13 @@ class Export {
     }
   }
 
-  void write_assembly() {
-    const h5::Handle properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, "preparing the assembly");
-    // Readers show the nodes in the order in which they were made.
-    h5::checked(H5Pset_link_creation_order(properties, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED),
-                "preparing the assembly");
-    const h5::Handle assembly(H5Gcreate2(file_, "/VTKHDF/Assembly", H5P_DEFAULT, properties, H5P_DEFAULT), H5Gclose,
-                              "creating the assembly");
-    for (const std::string& name : names_) {
-      const h5::Handle node = h5::create_group(assembly, name);
-      h5::checked(H5Lcreate_soft(("/VTKHDF/" + name).c_str(), node, name.c_str(), H5P_DEFAULT, H5P_DEFAULT),
-                  "naming " + name);
-    }
-  }
-
   FramesFile frames_;
   h5::Handle source_;
-  std::filesystem::path path_;
-  h5::Handle file_;
-  std::set<std::string> taken_{"Assembly", "Steps"};
-  std::vector<std::string> names_;
-  std::optional<VtkBlock> soil_, contacts_;
-  std::vector<VtkBlock> surfaces_;
+  std::filesystem::path folder_;
+  std::set<std::string> taken_;
+  std::vector<std::filesystem::path> files_;
+  std::optional<VtkFile> soil_, contacts_;
+  std::vector<VtkFile> surfaces_;
   bool table_stands_ = false;
 };
 
@@ -185,9 +163,9 @@ VtkhdfReport write_vtkhdf(const VtkhdfRequest& request) {
     throw std::invalid_argument(request.run.string() + ": holds no run.h5; name the results of a run with frames");
   if (FramesFile(run).times().empty())
     throw std::invalid_argument(request.run.string() + ": holds no frames; set output.every in the scenario");
-  VtkhdfReport out{.file = request.out.empty() ? request.run / "run.vtkhdf" : request.out};
-  Export exported(run, out.file);
-  out.blocks = exported.finish();
+  VtkhdfReport out;
+  Export exported(run, request.out.empty() ? request.run / "vtkhdf" : request.out);
+  out.files = exported.finish();
   out.steps = FramesFile(run).times().size();
   return out;
 }

@@ -1,19 +1,18 @@
 #pragma once
+#include <cstddef>
 #include <filesystem>
-#include <string>
 #include <vector>
 
 namespace subsoil::sim {
 
 struct VtkhdfRequest {
   std::filesystem::path run;  ///< results of a run
-  std::filesystem::path out;  ///< empty: run.vtkhdf in them
+  std::filesystem::path out;  ///< of the files; empty: vtkhdf in them
 };
 
 struct VtkhdfReport {
-  std::filesystem::path file{};
   std::size_t steps = 0;
-  std::vector<std::string> blocks{};
+  std::vector<std::filesystem::path> files;
 };
 
 /// Writes the frames of a run into one VTKHDF file: a collection of polygonal data with a block for the soil, for

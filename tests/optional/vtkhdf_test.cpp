@@ -46,7 +46,7 @@ TEST(Vtkhdf, HoldsContactsLoadsAndSurfacesOfEveryFrame) {
 
 TEST(Vtkhdf, KeepsDoublePrecision) {
   const RunDirectory dir;
-  ASSERT_EQ(run_scenario(dir.scenario(small_pass), dir / "out", {"output.precision=float64", "output.every=50 ms"}),
+  ASSERT_EQ(run_scenario(dir.scenario(small_pass), dir / "out", {"output.precision=double", "output.every=50 ms"}),
             exit_ok);
   expect_equal(dir / "out", 4);
 }
@@ -55,7 +55,7 @@ TEST(Vtkhdf, KeepsDoublePrecision) {
 TEST(Vtkhdf, HoldsFramesWithOtherSpheresInEach) {
   const RunDirectory dir;
   ASSERT_EQ(run_scenario(dir.scenario(small_pass), dir / "out",
-                         {"output.region={from: -0.05 -1 -1 m, to: 0.05 1 1 m}", "output.every=20 ms"}),
+                         {"output.region={size: 100 500 500 mm, at: -50 -250 -250 mm}", "output.every=20 ms"}),
             exit_ok);
   expect_equal(dir / "out", 9);
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
@@ -10,13 +11,10 @@
 
 namespace subsoil::sim {
 
-/// Of the specification that files are written by: the first with polygonal data in collections that have steps.
-inline constexpr std::array<std::int64_t, 2> vtkhdf_version{2, 1};
+/// Of the specification that files are written by: the first with polygonal data that have steps.
+inline constexpr std::array<std::int64_t, 2> vtkhdf_version{2, 0};
 
-/// Attributes `Type` and `Version` of a group.
-void write_vtkhdf_head(hid_t group, const std::string& type);
-
-/// Cells of a block of polygonal data, in the order of their groups in the file.
+/// Cells of polygonal data, in the order of their groups in the file.
 enum class VtkCells { vertices, lines, polygons };
 
 /// Numbers as they lie in a file: reals of 4 or 8 bytes, whole numbers of 4 or 8.
@@ -30,20 +28,19 @@ struct VtkNumbers {
   std::size_t rows() const { return (real ? reals.size() : wholes.size()) / columns; }
 };
 
-/// One block of a VTKHDF file: polygonal data with steps. What does not change between steps is written once.
-class VtkBlock {
+/// A VTKHDF file of polygonal data with steps. What does not change between steps is written once.
+class VtkFile {
  public:
-  /// @param connectivity points of the cells, of a block whose cells stay; empty: cell k has the points that follow
+  /// @param connectivity points of the cells, of cells that stay; empty: cell k has the points that follow
   ///        those of cell k - 1, as many as there are
-  VtkBlock(hid_t file, const std::string& name, std::int64_t index, VtkCells cells,
-           std::vector<std::int64_t> connectivity);
+  VtkFile(std::filesystem::path file, VtkCells cells, std::vector<std::int64_t> connectivity);
 
   /// The next step. @param points columns 3; left out: those of the step before
   void add_step(const VtkNumbers* points);
   /// An array of the step, on points or cells. @param numbers left out: those of the step before, by the name
   void add_point_array(const std::string& name, const VtkNumbers* numbers) { add_array(0, name, numbers); }
   void add_cell_array(const std::string& name, const VtkNumbers* numbers) { add_array(1, name, numbers); }
-  /// Writes what is known at the end. @param times s, of the steps
+  /// Writes what is known at the end, and puts the file in place. @param times s, of the steps
   void finish(const std::vector<double>& times);
 
  private:
@@ -56,8 +53,8 @@ class VtkBlock {
   void write_cells(const std::string& path, bool used, bool constant);
   void write_steps(const std::vector<double>& times, bool constant);
 
-  hid_t file_;
-  std::string path_;
+  std::filesystem::path path_;
+  h5::Handle file_;
   VtkCells cells_;
   std::vector<std::int64_t> connectivity_;
   std::optional<GrowingArray> coordinates_;
