@@ -9,6 +9,7 @@
 #include "apps/commands/design_command.hpp"
 #include "apps/commands/export_command.hpp"
 #include "apps/commands/fields_command.hpp"
+#include "apps/commands/fmu_command.hpp"
 #include "apps/commands/plan_options.hpp"
 #include "apps/commands/report_command.hpp"
 #include "apps/commands/sweep_command.hpp"
@@ -331,6 +332,8 @@ int main_command(int argc, char** argv, const EngineMaker& engine) {
   CLI::App* fields_word = add_fields(app, fields_words);
   ExportWords export_words;
   CLI::App* export_word = add_export(app, export_words);
+  FmuWords fmu_words;
+  CLI::App* fmu_word = add_fmu(app, fmu_words);
   SweepRequest sweep_request;
   CLI::App* sweep_word = add_sweep(app, sweep_request);
   DesignRequest optimise_request, sensitivity_request;
@@ -360,6 +363,7 @@ int main_command(int argc, char** argv, const EngineMaker& engine) {
     if (report_word->parsed()) return report_command(report_words);
     if (fields_word->parsed()) return fields_command(fields_words);
     if (export_word->parsed()) return export_command(export_words);
+    if (fmu_word->parsed()) return fmu_command(fmu_words);
     if (sweep_word->parsed()) return sweep_command(sweep_request);
     if (optimise_word->parsed()) return optimise_command(optimise_request);
     if (sensitivity_word->parsed()) return sensitivity_command(sensitivity_request);

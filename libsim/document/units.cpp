@@ -10,6 +10,7 @@
 
 #include "libsim/document/characters.hpp"
 #include "libsim/document/formula.hpp"
+#include "libsim/document/unit_database.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -70,11 +71,17 @@ ut_status take_galilean(const ut_unit*, double scale, const ut_unit* under, doub
   return UT_SUCCESS;
 }
 
+/// Of the database; empty: UDUNITS finds it.
+std::string& database_file() {
+  static std::string file;
+  return file;
+}
+
 class Names {
  public:
   Names() {
     ut_set_error_message_handler(ut_ignore);
-    system_ = ut_read_xml(nullptr);
+    system_ = ut_read_xml(database_file().empty() ? nullptr : database_file().c_str());
     if (system_ == nullptr) {
       throw std::runtime_error("UDUNITS-2 finds no unit database; install udunits-2-data (Debian: libudunits2-data)");
     }
@@ -119,6 +126,23 @@ Names& names() {
   static Names instance;
   return instance;
 }
+
+}  // namespace
+
+std::vector<std::filesystem::path> unit_database() {
+  ut_set_error_message_handler(ut_ignore);
+  ut_status status = UT_SUCCESS;
+  const std::filesystem::path main =
+      ut_get_path_xml(database_file().empty() ? nullptr : database_file().c_str(), &status);
+  std::vector<std::filesystem::path> out{main};
+  for (const auto& file : std::filesystem::directory_iterator(main.parent_path()))
+    if (file.path().extension() == ".xml" && file.path() != main) out.push_back(file.path());
+  return out;
+}
+
+void use_unit_database(const std::string& file) { database_file() = file; }
+
+namespace {
 
 // ---- unit expressions ----------------------------------------------------------------------------------------------
 

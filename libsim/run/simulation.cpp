@@ -26,6 +26,14 @@ namespace {
 // Of a step: what is due so near to an instant is of that instant, as in RunLoop.
 constexpr double close_share = 1e-6;
 
+/// A scenario with the files in its folder named by what is behind the folder: it may stand elsewhere.
+std::string without_folder(std::string text, const std::filesystem::path& folder) {
+  const std::string start = folder.string() + "/";
+  for (std::size_t at = text.find(start); at != std::string::npos; at = text.find(start, at))
+    text.erase(at, start.size());
+  return text;
+}
+
 }  // namespace
 
 struct Simulation::State::Impl {
@@ -73,8 +81,11 @@ struct Simulation::Impl : StepObserver {
         sets(options.sets),
         file(std::move(file_name)),
         energies(options.energies),
-        stepper(loaded, build(loaded, options)) {
+        start(options.start.empty() ? std::nullopt : std::optional(read_run(options.start))),
+        stepper(loaded, build(loaded, options, start), start ? &*start : nullptr) {
+    start.reset();
     text = write_scenario(loaded.scenario);
+    identity = without_folder(text, std::filesystem::weakly_canonical(std::filesystem::absolute(file)).parent_path());
     const World& world = stepper.world();
     for (const SurfaceRecord& s : world.surfaces) {
       const bool of_machine = s.owner == SurfaceRecord::Owner::machine;
@@ -92,10 +103,12 @@ struct Simulation::Impl : StepObserver {
     forget_values();
   }
 
-  static World build(const Loaded& loaded, const SimulationOptions& options) {
+  static World build(const Loaded& loaded, const SimulationOptions& options, const std::optional<SavedRun>& start) {
     BuildOptions build;
     build.threads = use_threads(loaded, options.threads);
     build.progress = options.settling;
+    build.place_soil = !start;
+    if (start) build.restored = spheres_of(*start), build.moving = start->moving.get();
     return build_world(loaded, build);
   }
 
@@ -225,7 +238,9 @@ struct Simulation::Impl : StepObserver {
   Inputs inputs;
   std::vector<std::string> sets;
   std::string file, text;
+  std::string identity;  ///< what a state and the simulation that takes it have in common: the text but for the folder
   bool energies = false;
+  std::optional<SavedRun> start;  ///< until the stepper has it
   Stepper stepper;
   Simulation* owner = nullptr;
   std::vector<SurfaceInfo> surfaces;
@@ -292,7 +307,12 @@ const std::string& Simulation::scenario_text() const { return impl_->text; }
 std::vector<std::string> Simulation::warnings() const {
   const World& world = impl_->stepper.world();
   const Scenario& s = impl_->loaded.scenario;
-  std::vector<std::string> out = surface_warnings(surface_facts(world, s, s.time.end), world);
+  std::vector<SurfaceFacts> facts = surface_facts(world, s, s.time.end);
+  for (const SurfaceRecord& surface : world.surfaces)  // where they come is up to the caller
+    if (impl_->courses.count(surface.boundary) != 0)
+      for (SurfaceFacts& f : facts)
+        if (f.name == surface.name) f.path_known = false;
+  std::vector<std::string> out = surface_warnings(facts, world);
   for (const std::string& text : input_warnings(impl_->loaded, world, impl_->file, impl_->sets)) out.push_back(text);
   for (const std::string& text : placement_warnings(s, world)) out.push_back(text);
   return out;
@@ -369,7 +389,8 @@ void Simulation::set_input(const std::string& name, double value, double rate) {
   if (!std::isfinite(value) || !std::isfinite(rate))
     throw std::invalid_argument("input " + name + ": value and rate must be finite");
   Input& input = impl_->inputs.at(name);
-  const bool jumps = input.value(time()) != value;
+  // The rate of a driver's velocity is an acceleration: a jump of it is one of the reactions.
+  const bool jumps = input.value(time()) != value || input.first(time()) != rate;
   input.set(time(), value, rate);
   if (jumps && has_machine()) impl_->stepper.note_jump();
 }
@@ -403,7 +424,7 @@ Simulation::State Simulation::save() {
   d.stepper.refresh_now();
   auto out = std::make_shared<State::Impl>();
   out->saved = take_state(d.stepper.world(), d.stepper.simulation());
-  out->saved.scenario = d.text;
+  out->saved.scenario = d.identity;
   RunProgress progress;
   d.archive(progress.sums);
   progress.exact = out->saved.exact = d.stepper.machine_is_fresh();
@@ -417,7 +438,7 @@ void Simulation::restore(const State& state) {
   Impl& d = *impl_;
   if (!state.impl_) throw std::invalid_argument("state: is empty; take one from save() or from_bytes()");
   const SavedRun& saved = state.impl_->saved;
-  if (saved.scenario != d.text)
+  if (saved.scenario != d.identity)
     throw std::invalid_argument("state: is of another scenario or other inputs; restore it where it was saved");
   // Inputs and motions first: a machine takes its accelerations from them.
   Archive numbers(saved.progress->sums.numbers(), saved.progress->sums.texts());
@@ -449,6 +470,11 @@ struct ScratchFile {
 };
 
 }  // namespace
+
+void Simulation::State::write(const std::filesystem::path& file) const {
+  if (!impl_) throw std::invalid_argument("state: is empty; take one from save() or from_bytes()");
+  write_run(file, impl_->saved);
+}
 
 std::vector<std::byte> Simulation::State::bytes() const {
   if (!impl_) throw std::invalid_argument("state: is empty; take one from save() or from_bytes()");

@@ -37,6 +37,7 @@ struct SimulationOptions {
   std::vector<std::string> inputs{};  ///< functions of time whose values are set from outside; see available_inputs()
   std::vector<std::string> forces_on{};  ///< bodies on which set_force() acts
   bool energies = false;                 ///< columns that are sums over all spheres are taken at the end of each call
+  std::filesystem::path start{};         ///< a file of State::write(): the bed is taken from it; empty: prepared
   std::function<bool(double time, double rms_speed)> settling{};  ///< called while a bed settles; false ends that
 };
 
@@ -90,7 +91,7 @@ class Simulation {
   bool has_bed() const;
   bool has_machine() const;
   const std::string& scenario_text() const;  ///< with every default explicit
-  /// What `subsoil check` would warn of.
+  /// What `subsoil check` would warn of; of a path that set_motion() has replaced nothing.
   std::vector<std::string> warnings() const;
   /// Spheres in the engine's own order, which changes between steps; valid until the next step.
   std::span<const dem::Sphere> spheres() const;
@@ -137,6 +138,8 @@ class Simulation {
     /// Whether the simulation continues from it with the same bits: not near a singular configuration.
     bool is_exact() const;
     std::vector<std::byte> bytes() const;
+    /// To a file that SimulationOptions::start takes, also for a scenario that names other files or another step.
+    void write(const std::filesystem::path& file) const;
     /// Throws std::runtime_error for bytes that are no state of this version.
     static State from_bytes(std::span<const std::byte> bytes);
 
