@@ -112,6 +112,8 @@ class Bed {
   const Boundary& boundary(int index) const;
   int boundary_count() const;
   std::span<const Sphere> spheres() const;  ///< in the engine's own order
+  /// The memory of spheres(), which keeps its values from now on; the bed continues on a copy of it.
+  std::shared_ptr<const void> release_spheres();
   /// Spheres that are fixed, with what acted on them at t_n of the last step; in rising id.
   std::span<const FixedSphere> fixed_spheres() const;
   std::span<const Clump> clumps() const;  ///< in rising number

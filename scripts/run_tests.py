@@ -35,12 +35,12 @@ TOUCHED = {
     "unit_libdem": ("libdem/", "tests/unit/libdem/", "tests/tools/"),
     "unit_apps": ("libsim/run/", "libsim/studies/laboratory/", "tests/unit/apps/"),
     "unit_studies": ("libsim/io/", "libsim/studies/design/", "scripts/abuse", "tests/unit/studies/"),
-    "unit_docs": ("docs/", "README.md", "apps/commands/", "configs/templates/", "scripts/python/", "tests/docs/"),
+    "unit_docs": ("docs/", "README.md", "apps/commands/", "configs/templates/", "python/", "tests/docs/"),
     "verification_mechanisms": ("libmbd/", "tests/verification/mechanisms/"),
     "verification_particles": ("libdem/laws/", "tests/verification/particles/"),
     "properties": ("libdem/", "tests/properties/"),
     "regression": ("coupling/", "tests/regression/"),
-    "optional": ("libsim/io/", "scripts/python/", "tests/optional/"),
+    "optional": ("libsim/io/", "python/", "tests/optional/"),
     "verification_scenarios": ("coupling/", "configs/1s300", "configs/parts/", "tests/verification/scenarios/"),
 }
 # Targets of scripts/fuzz that a change wakes -> beginnings of the sources that they read foreign bytes with.
@@ -293,7 +293,8 @@ def options():
 def main():
     o = options()
     session = Session()
-    built = session.build("release", options=["-DSUBSOIL_BENCH=ON"])  # benchmarks are compiled, not run
+    python = "ON" if (ROOT / "build/venv/requirements.txt").exists() else "OFF"  # scripts/setup --python, by the network
+    built = session.build("release", options=["-DSUBSOIL_BENCH=ON", f"-DSUBSOIL_PYTHON={python}"])  # benchmarks are not run
     if built and o.R:
         session.run_pattern(o.R)
     elif built:

@@ -117,6 +117,11 @@ std::span<const Sphere> Bed::spheres() const {
   impl_->particles.sync_from_mixed(impl_->threads);
   return impl_->particles.spheres();
 }
+std::shared_ptr<const void> Bed::release_spheres() {
+  auto released = std::make_shared<ParticleStore>(impl_->particles);
+  std::swap(*released, impl_->particles);
+  return released;
+}
 std::span<const FixedSphere> Bed::fixed_spheres() const { return impl_->fixed.spheres(); }
 std::size_t Bed::removed_count() const { return impl_->now.fallen; }
 std::size_t Bed::touching_pairs() const { return impl_->balance.extremes().pairs; }

@@ -148,9 +148,11 @@ void look_at_rest(const Loaded& loaded, const World& world, Texts& out) {
 }
 
 /// Names of the scenario's materials with those of the library that they are.
-std::vector<std::pair<std::string, std::string>> library_names(const std::string& file, const Texts& sets) {
+std::vector<std::pair<std::string, std::string>> library_names(const std::string& file, const Texts& sets,
+                                                               const std::string* text) {
   Problems problems;
-  const Node document = read_document(file, sets, problems);
+  const Node document =
+      text != nullptr ? parse_document(*text, file, sets, problems) : read_document(file, sets, problems);
   std::vector<std::pair<std::string, std::string>> out;
   const Node::Entry* materials = document.find("materials");
   if (materials == nullptr) return out;
@@ -159,8 +161,9 @@ std::vector<std::pair<std::string, std::string>> library_names(const std::string
   return out;
 }
 
-void look_at_library(const Loaded& loaded, const World& world, const std::string& file, const Texts& sets, Texts& out) {
-  for (const auto& [name, of] : library_names(file, sets)) {
+void look_at_library(const Loaded& loaded, const World& world, const std::string& file, const Texts& sets,
+                     const std::string* text, Texts& out) {
+  for (const auto& [name, of] : library_names(file, sets, text)) {
     const LibraryMaterial& material = library_material(of);
     if (material.radius.empty()) continue;
     const int index = material_index(loaded.scenario, name);
@@ -339,7 +342,7 @@ void look_at_start(const World& world, Texts& out) {
 }  // namespace
 
 std::vector<std::string> input_warnings(const Loaded& loaded, const World& world, const std::string& file,
-                                        const std::vector<std::string>& sets) {
+                                        const std::vector<std::string>& sets, const std::string* text) {
   Texts out;
   look_at_meshes(loaded.scenario, out);
   look_at_friction(world, out);
@@ -351,7 +354,7 @@ std::vector<std::string> input_warnings(const Loaded& loaded, const World& world
   look_at_carved(loaded, world, out);
   look_at_outlines(loaded, world, out);
   look_at_rest(loaded, world, out);
-  look_at_library(loaded, world, file, sets, out);
+  look_at_library(loaded, world, file, sets, text, out);
   look_at_servos(loaded, world, out);
   look_at_gravity(loaded, world, out);
   look_at_mixed_precision(loaded, world, out);

@@ -39,13 +39,13 @@ double Input::first(double t) const {
 }
 double Input::second(double t) const { return piece_at(t) != nullptr ? 0 : given_.second(t); }
 double Input::integral(double t) const {
-  const Piece* const p = piece_at(t);
+  const Piece* const p = t > first_ ? piece_at(t) : nullptr;  // integrals do not jump: at the first set() either holds
   if (p == nullptr) return given_.integral(t);
   const double s = t - p->from;
   return p->once + s * (p->value + s * p->rate / 2);
 }
 double Input::double_integral(double t) const {
-  const Piece* const p = piece_at(t);
+  const Piece* const p = t > first_ ? piece_at(t) : nullptr;
   if (p == nullptr) return given_.double_integral(t);
   const double s = t - p->from;
   return p->twice + s * (p->once + s * (p->value / 2 + s * p->rate / 6));

@@ -75,11 +75,13 @@ struct Simulation::Impl : StepObserver {
     std::function<bool(Simulation&)> call;
   };
 
-  Impl(Loaded given, const SimulationOptions& options, Inputs prepared, std::string file_name)
+  Impl(Loaded given, const SimulationOptions& options, Inputs prepared, std::string file_name,
+       std::optional<std::string> file_text)
       : loaded(std::move(given)),
         inputs(std::move(prepared)),
         sets(options.sets),
         file(std::move(file_name)),
+        source(std::move(file_text)),
         energies(options.energies),
         start(options.start.empty() ? std::nullopt : std::optional(read_run(options.start))),
         stepper(loaded, build(loaded, options, start), start ? &*start : nullptr) {
@@ -106,13 +108,15 @@ struct Simulation::Impl : StepObserver {
   static World build(const Loaded& loaded, const SimulationOptions& options, const std::optional<SavedRun>& start) {
     BuildOptions build;
     build.threads = use_threads(loaded, options.threads);
+    build.settle = options.settle;
     build.progress = options.settling;
     build.place_soil = !start;
     if (start) build.restored = spheres_of(*start), build.moving = start->moving.get();
     return build_world(loaded, build);
   }
 
-  static std::unique_ptr<Impl> make(Loaded loaded, const SimulationOptions& options, const std::string& file) {
+  static std::unique_ptr<Impl> make(Loaded loaded, const SimulationOptions& options, const std::string& file,
+                                    std::optional<std::string> source = {}) {
     if (!loaded.scenario.runs_in_time())
       throw ScenarioError(loaded.where("analysis") +
                           ": is no simulation in time, which alone is stepped in process; use the program");
@@ -122,7 +126,18 @@ struct Simulation::Impl : StepObserver {
     Inputs inputs;
     inputs.replace(loaded, options.inputs);
     for (const std::string& body : options.forces_on) inputs.add_force_on(loaded, body);
-    return std::make_unique<Impl>(std::move(loaded), options, std::move(inputs), file);
+    return std::make_unique<Impl>(std::move(loaded), options, std::move(inputs), file, std::move(source));
+  }
+
+  /// Spheres that someone outside reads.
+  struct Held {
+    std::span<const dem::Sphere> spheres;
+    std::shared_ptr<const void> memory{};  ///< once the bed has left it
+  };
+  /// Before the spheres change.
+  void leave_held() {
+    if (const auto reader = held.lock()) reader->memory = stepper.world().bed->release_spheres();
+    held.reset();
   }
 
   // --- StepObserver ---
@@ -134,6 +149,7 @@ struct Simulation::Impl : StepObserver {
       if (!call(*owner)) stop = true;
     }
     std::erase_if(observers, [](const Observing& o) { return !o.call; });
+    leave_held();  // the window of a moving bed advances next
   }
   void before_step(bool, StepRequest& request) override {
     request.stop = request.stop || stop;
@@ -237,7 +253,9 @@ struct Simulation::Impl : StepObserver {
   Loaded loaded;
   Inputs inputs;
   std::vector<std::string> sets;
-  std::string file, text;
+  std::string file;
+  std::optional<std::string> source;  ///< text that the scenario was read from; none: the file
+  std::string text;
   std::string identity;  ///< what a state and the simulation that takes it have in common: the text but for the folder
   bool energies = false;
   std::optional<SavedRun> start;  ///< until the stepper has it
@@ -252,18 +270,21 @@ struct Simulation::Impl : StepObserver {
   std::vector<Observing> observers;
   int observers_made = 0;
   std::map<int, GivenCourse> courses;  ///< by boundary
+  std::weak_ptr<Held> held;
 };
 
 Simulation::Simulation(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) { impl_->owner = this; }
 Simulation::Simulation(Simulation&& other) noexcept : impl_(std::move(other.impl_)) { impl_->owner = this; }
-Simulation::~Simulation() = default;
+Simulation::~Simulation() {
+  if (impl_) impl_->leave_held();
+}
 
 Simulation Simulation::from_file(const std::filesystem::path& file, const SimulationOptions& options) {
   return Simulation(Impl::make(load_scenario(file.string(), options.sets), options, file.string()));
 }
 
 Simulation Simulation::from_text(const std::string& text, const std::string& name, const SimulationOptions& options) {
-  return Simulation(Impl::make(load_scenario_text(text, name, options.sets), options, name));
+  return Simulation(Impl::make(load_scenario_text(text, name, options.sets), options, name, text));
 }
 
 std::vector<std::string> Simulation::available_inputs(const std::string& text, const std::string& name,
@@ -313,14 +334,24 @@ std::vector<std::string> Simulation::warnings() const {
       for (SurfaceFacts& f : facts)
         if (f.name == surface.name) f.path_known = false;
   std::vector<std::string> out = surface_warnings(facts, world);
-  for (const std::string& text : input_warnings(impl_->loaded, world, impl_->file, impl_->sets)) out.push_back(text);
+  for (const std::string& text :
+       input_warnings(impl_->loaded, world, impl_->file, impl_->sets, impl_->source ? &*impl_->source : nullptr))
+    out.push_back(text);
   for (const std::string& text : placement_warnings(s, world)) out.push_back(text);
+  if (impl_->courses.empty())
+    for (const std::string& text : travel_warnings(s, world)) out.push_back(text);
   return out;
 }
 
 std::span<const dem::Sphere> Simulation::spheres() const {
   if (!has_bed()) return {};
   return impl_->stepper.world().bed->spheres();
+}
+
+std::shared_ptr<const std::span<const dem::Sphere>> Simulation::held_spheres() {
+  auto held = impl_->held.lock();
+  if (!held) impl_->held = held = std::make_shared<Impl::Held>(Impl::Held{spheres()});
+  return {held, &held->spheres};
 }
 
 const std::vector<SurfaceInfo>& Simulation::surfaces() const { return impl_->surfaces; }
@@ -440,6 +471,7 @@ void Simulation::restore(const State& state) {
   const SavedRun& saved = state.impl_->saved;
   if (saved.scenario != d.identity)
     throw std::invalid_argument("state: is of another scenario or other inputs; restore it where it was saved");
+  d.leave_held();
   // Inputs and motions first: a machine takes its accelerations from them.
   Archive numbers(saved.progress->sums.numbers(), saved.progress->sums.texts());
   d.archive(numbers);

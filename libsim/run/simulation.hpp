@@ -38,6 +38,7 @@ struct SimulationOptions {
   std::vector<std::string> forces_on{};  ///< bodies on which set_force() acts
   bool energies = false;                 ///< columns that are sums over all spheres are taken at the end of each call
   std::filesystem::path start{};         ///< a file of State::write(): the bed is taken from it; empty: prepared
+  bool settle = true;                    ///< no: the bed as placed, as `subsoil check` looks at it
   std::function<bool(double time, double rms_speed)> settling{};  ///< called while a bed settles; false ends that
 };
 
@@ -95,6 +96,9 @@ class Simulation {
   std::vector<std::string> warnings() const;
   /// Spheres in the engine's own order, which changes between steps; valid until the next step.
   std::span<const dem::Sphere> spheres() const;
+  /// The same ones, with the values of this instant for as long as the pointer lives: the engine's own memory, which it
+  /// leaves to the holder when it steps on.
+  std::shared_ptr<const std::span<const dem::Sphere>> held_spheres();
   const std::vector<SurfaceInfo>& surfaces() const;
   dem::Pose pose(const std::string& surface) const;  ///< of its axes, at time()
   /// Of the spheres on a surface at the start of the last step, world axes, about a world point.
@@ -113,7 +117,7 @@ class Simulation {
   /// Of a given boundary. A pose other than the present one is reached within the next step.
   void set_motion(const std::string& surface, const SurfaceMotion& motion);
   std::vector<InputInfo> inputs() const;
-  /// From now on value + rate (t - now). An integrator takes up a value that jumps as it does a wrench.
+  /// From now on value + rate (t - now). An integrator takes up a value or a rate that jumps as it does a wrench.
   void set_input(const std::string& name, double value, double rate = 0);
   /// On the centre of mass of a body that SimulationOptions::forces_on names, N and N m.
   void set_force(const std::string& body, double fx, double fy, double moment = 0);

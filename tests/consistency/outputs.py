@@ -137,12 +137,12 @@ def losses(case):
 
 @relation("machine", "soil", "coupled")
 def python_module(case):
-    """scripts/python/subsoil.py reads the same numbers."""
+    """python/subsoil reads the same numbers."""
     import pathlib
     import sys
     if not case.base.ended:
         return []
-    folder = str(pathlib.Path(__file__).resolve().parents[2] / "scripts" / "python")
+    folder = str(pathlib.Path(__file__).resolve().parents[2] / "python")
     if folder not in sys.path:
         sys.path.insert(0, folder)
     try:

@@ -94,7 +94,7 @@ def violations(name, make, *faults):
     program = Miniature(*faults)
     case = Case(program, make())
 
-    def opened(_):  # as scripts/python/subsoil.py, of which this is no test
+    def opened(_):  # as python/subsoil, of which this is no test
         series = {n: numpy.array(v) * (1.01 if "python" in faults else 1.0) for n, v in case.base.table().items()}
         return types.SimpleNamespace(series={n: types.SimpleNamespace(to_numpy=lambda v=v: v) for n, v in series.items()}, frames=[])
 

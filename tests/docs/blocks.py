@@ -8,13 +8,14 @@ Of each page, in order and in one scratch folder per page:
     ```yaml     a scenario (it has `subsoil:`) is checked by `subsoil check`, a plan or study is read as YAML; with
                 `<!-- file: NAME -->` before it, it is saved as NAME for the blocks below
     ```sh       every command is run by bash; each must end with exit code 0, or with N where `# exit code N` ends its line
-    ```python   is run by python3 with the module of scripts/python on the path
+    ```python   is run by python3 with the module of python on the path
     ```cpp      with `<!-- from: PATH -->` before it, stands in that file, apart from indentation
 
 A comment before a block says otherwise:
 
     <!-- include: configs/tine.yaml -->  a fragment of a scenario: checked as a file that includes this one
     <!-- test: long -->                  run with --all only
+    <!-- test: compiled -->              python that needs the compiled part of the module: skipped where it is not built
     <!-- test: skip, REASON -->          not run; only for what needs another machine, a screen or a package that is optional
 
 A block of another language (`text`, `json`, ...) shows output and is not run. An indented code block is an error: it has
@@ -97,7 +98,7 @@ class Page:
         (binary / "subsoil").symlink_to(self.program)
         self.folder = folder
         self.environment = dict(os.environ, PATH=f"{binary}:{os.environ['PATH']}", OMP_NUM_THREADS="2", SUBSOIL=str(self.program),
-                                PYTHONPATH=str(ROOT / "scripts" / "python"))
+                                PYTHONPATH=str(ROOT / "python"))
         for block in blocks_of(self.path.read_text()):
             test = block.marks.get("test", "")
             if test.startswith("skip"):
@@ -108,8 +109,11 @@ class Page:
                 self.reasons.append(f"{self.path.name}:{block.line}: {reason}")
             elif test == "long" and not self.everything:
                 self.waiting += 1
-            elif test not in ("", "long"):
-                self.fail(block, f"`test: {test}`: write `long` or `skip, REASON`")
+            elif test == "compiled" and not list(ROOT.glob("build/release/python/subsoil/_core*.so")):
+                self.skipped += 1
+                self.reasons.append(f"{self.path.name}:{block.line}: the compiled part of the Python module is not built")
+            elif test not in ("", "long", "compiled"):
+                self.fail(block, f"`test: {test}`: write `long`, `compiled` or `skip, REASON`")
             elif block.language in ("yaml", "sh", "python", "cpp"):
                 getattr(self, block.language)(block)
                 self.ran += 1

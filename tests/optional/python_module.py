@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""scripts/python/subsoil.py against closed forms and against the files read by hand: two spheres that fall past a plate on
-a given path, and a rod that turns at a given rate. `python_module.py PROGRAM [unittest's arguments]`; python_test.cpp runs
+"""python/subsoil against closed forms and against the files read by hand: two spheres that fall past a plate on
+a given path, and a rod that turns at a given rate. `python_module.py PROGRAM MODULES [unittest's arguments]`; python_test.cpp runs
 it. Exit code 77: a package is missing."""
 import contextlib
 import csv
@@ -23,10 +23,12 @@ for package in "h5py", "numpy", "pandas", "yaml":
 import h5py
 import numpy as np
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts/python"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "python"))
 import subsoil
 
 PROGRAM = os.path.abspath(sys.argv.pop(1)) if __name__ == "__main__" else None
+if __name__ == "__main__":
+    sys.argv.pop(1)  # the folder of the compiled part, which results do not need
 LAW = {"law": "linear", "k_n": "10 kN/m", "restitution": 0.5, "mu": np.float64(0.5)}
 PAIRS = [("clay", "clay"), ("clay", "steel"), ("steel", "steel")]
 FALL = {

@@ -2,30 +2,42 @@
 #include <sys/wait.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <string>
 
 #include "tests/tools/paths.hpp"
 
-/// scripts/python/subsoil.py by its own unittests, tests/optional/python_module.py: a class of them each. Left out
-/// where Debian's Python has no h5py, NumPy, pandas or PyYAML (scripts/setup installs them).
+/// python/subsoil by unittests of its own in Python, a class of them each: what reads results (python_module.py), the compiled
+/// part (python_simulation.py), examples (python_examples.py). Left out where Debian's Python lacks a package (scripts/setup),
+/// or the compiled part is not built (scripts/setup --python).
 namespace subsoil::sim::python_test {
 namespace {
 
-constexpr int kNoPackage = 77;  ///< exit code of python_module.py
+constexpr int kNoPackage = 77;  ///< exit code of the scripts
 
-class PythonModule : public testing::TestWithParam<const char*> {};
-
-TEST_P(PythonModule, PassesItsTests) {
-  const std::string command = subsoil::test::source_dir() + "/tests/optional/python_module.py " +
-                              subsoil::test::program() + " " + GetParam() + " 2>&1";
+void passes(const std::string& script, const std::string& of_class) {
+  const std::filesystem::path program = subsoil::test::program();
+  const std::string command = subsoil::test::source_dir() + "/tests/optional/" + script + " " + program.string() + " " +
+                              (program.parent_path().parent_path() / "python").string() + " " + of_class + " 2>&1";
   const int status = std::system(command.c_str());
   ASSERT_TRUE(WIFEXITED(status));
-  if (WEXITSTATUS(status) == kNoPackage) GTEST_SKIP() << "a package of Python is missing: scripts/setup";
+  if (WEXITSTATUS(status) == kNoPackage) GTEST_SKIP() << "its message stands above";
   EXPECT_EQ(WEXITSTATUS(status), 0) << "its messages stand above";
 }
 
-INSTANTIATE_TEST_SUITE_P(All, PythonModule, testing::Values("Results", "Loads", "Machine", "Failures", "Guide"),
-                         [](const auto& of) { return std::string(of.param); });
+const auto name = [](const auto& of) { return std::string(of.param); };
+
+class PythonModule : public testing::TestWithParam<const char*> {};
+TEST_P(PythonModule, PassesItsTests) { passes("python_module.py", GetParam()); }
+INSTANTIATE_TEST_SUITE_P(All, PythonModule, testing::Values("Results", "Loads", "Machine", "Failures", "Guide"), name);
+
+class PythonSimulation : public testing::TestWithParam<const char*> {};
+TEST_P(PythonSimulation, PassesItsTests) { passes("python_simulation.py", GetParam()); }
+INSTANTIATE_TEST_SUITE_P(All, PythonSimulation, testing::Values("Bits", "Arrays", "Control", "Calls", "Faults", "Wheel"), name);
+
+class PythonExamples : public testing::TestWithParam<const char*> {};
+TEST_P(PythonExamples, PassTheirTests) { passes("python_examples.py", GetParam()); }
+INSTANTIATE_TEST_SUITE_P(All, PythonExamples, testing::Values("DepthControl", "ParameterStudy", "Bucket", "Notebook"), name);
 
 }  // namespace
 }  // namespace subsoil::sim::python_test

@@ -7,6 +7,9 @@
     frame = run.frames.nearest(0.1)               # the frame nearest to 0.1 s
     frame.position, frame.radius                  # NumPy arrays, (n, 3) m and (n,) m
     run = subsoil.run("mine.yaml", sets=["time.end=0.1s"], out="short")
+    sim = subsoil.Simulation("mine.yaml")         # stepped in this process, by the compiled part
+    sim.run_until(0.1)
+    sim.position                                  # NumPy array on the engine's memory
 
 All numbers are in SI units, the world is x along travel, y up, z across. Needs h5py, NumPy, pandas and PyYAML
 (Debian: python3-h5py python3-numpy python3-pandas python3-yaml; `scripts/setup` installs them).
@@ -25,7 +28,7 @@ import signal
 import subprocess
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Optional, Union
+from typing import TYPE_CHECKING, Any, Optional, Union
 
 import h5py
 import numpy as np
@@ -34,7 +37,7 @@ import yaml
 
 PathLike = Union[str, "os.PathLike[str]"]
 
-__all__ = ["Frame", "Frames", "Run", "SubsoilError", "open", "run"]
+__all__ = ["Frame", "Frames", "Run", "ScenarioError", "SimulationFault", "SubsoilError", "open", "run"]
 
 _RESULTS = ("scenario.yaml", "series.csv", "summary.json", "run.h5")
 _PARTICLE_TABLE = ("id", "radius", "density", "material", "clump")  # of every sphere, once; of some, with the frame
@@ -53,6 +56,28 @@ class SubsoilError(Exception):
         super().__init__(message)
         self.exit_code = exit_code
         self.run = run
+
+
+class ScenarioError(SubsoilError, ValueError):
+    """A scenario that cannot be taken.
+
+    lines: one for each fault, `place key = value: rule; cure`
+    """
+
+    def __init__(self, message: str, lines: Sequence[str] = ()):
+        super().__init__(message, 2)
+        self.lines = list(lines) or message.splitlines()
+
+
+class SimulationFault(SubsoilError, RuntimeError):
+    """A simulation that cannot continue: instant, value, rule, cure.
+
+    time: instant, s
+    """
+
+    def __init__(self, message: str, time: float = 0.0):
+        super().__init__(message, 3)
+        self.time = time
 
 
 class Frame:
@@ -484,7 +509,7 @@ def _program(given: Optional[PathLike]) -> str:
     if given is not None:
         return str(given)
     here = pathlib.Path(__file__).resolve().parent
-    built, installed = here / "../../build/release/apps/subsoil", here / "../../../bin/subsoil"
+    built, installed = here / "../../build/release/apps/subsoil", here / "../../../../bin/subsoil"
     for one in (os.environ.get("SUBSOIL"), built, installed, shutil.which("subsoil")):
         if one and os.access(one, os.X_OK) and os.path.isfile(one):
             return str(one)
@@ -549,3 +574,21 @@ def _run_file(path: str, shown: str, out: PathLike, sets: Iterable[str], threads
         said = re.sub(r"[^\s'\"]*" + re.escape(pathlib.Path(path).name), shown, said)
     what = _CODES.get(code, f"killed by signal {-code}" if code < 0 else "unknown to this module")
     raise SubsoilError(f"{said or 'the program said nothing'}\n(exit code {code}: {what})", code, left)
+
+
+_STEPPED = ("Simulation", "State", "available_inputs", "check")
+_BUILT = pathlib.Path(__file__).resolve().parent / "../../build/release/python/subsoil"
+if _BUILT.is_dir():  # of this tree: the compiled part is there
+    __path__.append(str(_BUILT))
+
+
+def __getattr__(name: str) -> Any:
+    """What needs the compiled part is loaded when it is asked for: results can be read without it."""
+    if name in _STEPPED:
+        from . import simulation
+        return getattr(simulation, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+if TYPE_CHECKING:
+    from .simulation import Simulation, State, available_inputs, check
