@@ -7,9 +7,9 @@
 
 #include "tests/tools/paths.hpp"
 
-/// python/subsoil by unittests of its own in Python, a class of them each: what reads results (python_module.py), the compiled
-/// part (python_simulation.py), examples (python_examples.py). Left out where Debian's Python lacks a package (scripts/setup),
-/// or the compiled part is not built (scripts/setup --python).
+/// python/subsoil by unittests of its own in Python, a class of them each: what reads results (python_module.py), the
+/// compiled part (python_simulation.py), examples (python_examples.py). Left out where Debian's Python lacks a package
+/// (scripts/setup), or the compiled part is not built (scripts/setup --python).
 namespace subsoil::sim::python_test {
 namespace {
 
@@ -33,11 +33,13 @@ INSTANTIATE_TEST_SUITE_P(All, PythonModule, testing::Values("Results", "Loads", 
 
 class PythonSimulation : public testing::TestWithParam<const char*> {};
 TEST_P(PythonSimulation, PassesItsTests) { passes("python_simulation.py", GetParam()); }
-INSTANTIATE_TEST_SUITE_P(All, PythonSimulation, testing::Values("Bits", "Arrays", "Control", "Calls", "Faults", "Wheel"), name);
+INSTANTIATE_TEST_SUITE_P(All, PythonSimulation,
+                         testing::Values("Bits", "Arrays", "Control", "Calls", "Faults", "Wheel"), name);
 
 class PythonExamples : public testing::TestWithParam<const char*> {};
 TEST_P(PythonExamples, PassTheirTests) { passes("python_examples.py", GetParam()); }
-INSTANTIATE_TEST_SUITE_P(All, PythonExamples, testing::Values("DepthControl", "ParameterStudy", "Bucket", "Notebook"), name);
+INSTANTIATE_TEST_SUITE_P(All, PythonExamples, testing::Values("DepthControl", "ParameterStudy", "Bucket", "Notebook"),
+                         name);
 
 }  // namespace
 }  // namespace subsoil::sim::python_test
