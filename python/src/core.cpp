@@ -199,12 +199,14 @@ std::function<bool(double, double)> settling_of(nb::handle call) {
 
 void make(Simulation* self, const std::string& text, const std::string& name, bool is_file,
           std::vector<std::string> sets, int threads, std::vector<std::string> inputs,
-          std::vector<std::string> forces_on, bool energies, bool settle, const nb::object& settling) {
+          std::vector<std::string> forces_on, bool energies, const std::string& start, bool settle,
+          const nb::object& settling) {
   const subsoil::sim::SimulationOptions options{.sets = std::move(sets),
                                                 .threads = threads,
                                                 .inputs = std::move(inputs),
                                                 .forces_on = std::move(forces_on),
                                                 .energies = energies,
+                                                .start = start,
                                                 .settle = settle,
                                                 .settling = settling_of(settling)};
   const nb::gil_scoped_release release;
@@ -246,7 +248,7 @@ using Class = nb::class_<Simulation>;
 
 void bind_time(Class& c) {
   c.def("__init__", &make, "text"_a, "name"_a, "is_file"_a, "sets"_a, "threads"_a, "inputs"_a, "forces_on"_a,
-        "energies"_a, "settle"_a, nb::arg("settling").none() = nb::none());
+        "energies"_a, "start"_a, "settle"_a, nb::arg("settling").none() = nb::none());
   c.def_static("available_inputs", &SteppedSimulation::available_inputs, "text"_a, "name"_a,
                "sets"_a = std::vector<std::string>{}, "Functions of time that `inputs` may name.");
   c.def_prop_ro(

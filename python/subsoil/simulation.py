@@ -43,6 +43,7 @@ class Simulation(_core.Simulation):
     inputs: functions of time whose values set_input() sets; available_inputs() lists them
     forces_on: bodies on which set_force() acts
     energies: whether columns that are sums over all spheres are computed at the end of each call
+    start: a file with the bytes of a state: the bed is taken from it, also by a scenario with another step or machine
     settle: False leaves the bed as placed
     settling: called with time, s, and root mean square speed, m/s, while the bed settles; False ends that
 
@@ -56,11 +57,12 @@ class Simulation(_core.Simulation):
     """
 
     def __init__(self, scenario: Scenario, *, sets: Iterable[str] = (), threads: int = 0, inputs: Iterable[str] = (),
-                 forces_on: Iterable[str] = (), energies: bool = False, settle: bool = True,
+                 forces_on: Iterable[str] = (), energies: bool = False,
+                 start: Optional[Union[str, "os.PathLike[str]"]] = None, settle: bool = True,
                  settling: Optional[Callable[[float, float], object]] = None):
         text, self._name, is_file = _source(scenario)
-        super().__init__(text, self._name, is_file, list(sets), threads, list(inputs), list(forces_on), energies, settle,
-                         settling)
+        super().__init__(text, self._name, is_file, list(sets), threads, list(inputs), list(forces_on), energies,
+                         "" if start is None else str(pathlib.Path(start)), settle, settling)
 
     def __repr__(self) -> str:
         return f"<simulation of {self._name} at {self.time:g} s>"

@@ -133,6 +133,20 @@ class Bits(unittest.TestCase):
         np.testing.assert_array_equal(first, sim.position)
 
 
+    def test_a_bed_starts_from_a_file(self):
+        sim = subsoil.Simulation(TRENCH, threads=1)
+        sim.step(50)
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder, "bed.h5")
+            file.write_bytes(sim.save().to_bytes())
+            other = subsoil.Simulation(TRENCH, threads=1, start=file)
+            order, same = np.argsort(sim.id), np.argsort(other.id)
+            np.testing.assert_array_equal(other.position[same], sim.position[order])
+            self.assertTrue(other.step(5))
+            with self.assertRaisesRegex(subsoil.SubsoilError, "nowhere.h5"):
+                subsoil.Simulation(TRENCH, start=folder + "/nowhere.h5")
+
+
 class Arrays(unittest.TestCase):
     """Arrays share the engine's memory and hold the instant at which they are read."""
 
