@@ -365,6 +365,7 @@ void Adaptive::method_step(double asked) {
 
 // What the method does next, from where its step has ended.
 void Adaptive::settle_step(double taken) {
+  if (wants_restart()) first_ = First::restart;
   if (!follows_partition() || partition_.asks_for_choice()) {
     need_state();
     const bool changed = partition_.choose_again_if_needed(now_);

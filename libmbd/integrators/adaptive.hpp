@@ -67,6 +67,8 @@ class Adaptive : public Integrator {
   virtual bool follows_partition() const = 0;
   /// What a step may err by in q and q' of size 1.
   virtual double step_tolerance() const = 0;
+  /// The method asks to restart by other means, where a step of it has ended.
+  virtual bool wants_restart() { return false; }
   /// The solution read last has left what was asked for by more than the tolerance: restart from the projection.
   virtual bool has_drifted() const { return false; }
 

@@ -1,8 +1,11 @@
 #include "libmbd/integrators/cvode.hpp"
 
 #include <cvode/cvode.h>
+#include <sunlinsol/sunlinsol_dense.h>
+#include <sunmatrix/sunmatrix_dense.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -43,14 +46,20 @@ struct Cvode::Solver {
   sundials::Vector y, dense, tolerance;
   void* memory = nullptr;
   SUNNonlinearSolver iteration = nullptr;
+  SUNMatrix matrix = nullptr;
+  SUNLinearSolver linear = nullptr;
+  bool implicit;
   MotionState trial, good;  // good: last one whose joints closed, from which guesses are carried on
   MotionState begin;        // the same as the step began: trials of a step that failed are no guide to a shorter one
   Eigen::VectorXd expected;
   std::exception_ptr thrown;
-  long steps_before = 0, evaluations_before = 0;
+  long steps_before = 0, evaluations_before = 0, of_jacobians = 0;
   bool stopped = false;  // by the stop time
+  std::unique_ptr<Partition> of_spectrum;
+  Eigen::MatrixXd jacobian;  // of v', v'' and the rates of the states by v, v' and the states
+  Eigen::VectorXd shifted, at_state;
 
-  Solver(System& s, Partition& p, const Switches& w, const MotionState& at)
+  Solver(System& s, Partition& p, const Switches& w, const MotionState& at, bool by_newton)
       : system(s),
         partition(p),
         switches(w),
@@ -60,12 +69,15 @@ struct Cvode::Solver {
         y(size(), context),
         dense(size(), context),
         tolerance(size(), context),
+        implicit(by_newton),
         trial(at),
         good(at),
         begin(at) {}
   ~Solver() {
     if (memory) CVodeFree(&memory);
     if (iteration) SUNNonlinSolFree(iteration);
+    if (linear) SUNLinSolFree(linear);
+    if (matrix) SUNMatDestroy(matrix);
   }
   Solver(const Solver&) = delete;
   Solver& operator=(const Solver&) = delete;
@@ -85,6 +97,17 @@ struct Cvode::Solver {
     }
     out.states = ConstMap(from + 2 * f + e - good.states.size(), good.states.size());
   }
+  /// Functional iteration, or Newton's.
+  void choose_iteration() {
+    if (!implicit) {
+      iteration = check_cvode(SUNNonlinSol_FixedPoint(y, 0, context), "SUNNonlinSol_FixedPoint");
+      return check_cvode(CVodeSetNonlinearSolver(memory, iteration), "CVodeSetNonlinearSolver");
+    }
+    matrix = check_cvode(SUNDenseMatrix(size(), size(), context), "SUNDenseMatrix");
+    linear = check_cvode(SUNLinSol_Dense(y, matrix, context), "SUNLinSol_Dense");
+    check_cvode(CVodeSetLinearSolver(memory, linear, matrix), "CVodeSetLinearSolver");
+    check_cvode(CVodeSetJacFn(memory, Solver::newton_matrix), "CVodeSetJacFn");
+  }
   /// No tolerance is below what rounding of q makes of the motion: a position known to delta, whose rounding changes
   /// its acceleration by a, swings by rounding at sqrt(a/delta) and with the velocity sqrt(a delta).
   void set_tolerances(const CvodeOptions& options, const MotionState& now) {
@@ -99,12 +122,13 @@ struct Cvode::Solver {
     check_cvode(CVodeSVtolerances(memory, rtol, tolerance), "CVodeSVtolerances");
   }
   void raise_to_rounding(const MotionState& now, Map& weight) {
-    // Nearer to the origin rounding is that of the machine's own lengths, which the tolerances are made for.
+    // Nearer to the origin rounding is that of the machine's own lengths, which the tolerances are made for; where
+    // nothing moves fast, as behind a fast decay, stiff forces still make more of it.
     constexpr double far_away = 100;
     double farthest = 0;
     for (Eigen::Index i = 0; i < now.q.size(); ++i)
       if (i % 3 != 2) farthest = std::max(farthest, std::abs(now.q[i]));
-    if (!(farthest > far_away * system.length_scale())) return;
+    if (!implicit && !(farthest > far_away * system.length_scale())) return;
     try {
       raise(now, weight);
     } catch (const std::runtime_error&) {  // so near the end of what can be evaluated nothing is measured
@@ -135,6 +159,86 @@ struct Cvode::Solver {
         weight[2 * f + i] = std::max(weight[2 * f + i], std::abs(trial.rates[i] - now.rates[i]) * ulp / fastest);
     }
   }
+  Eigen::Index states() const { return good.states.size(); }
+  /// Place in y of an unknown that the motion depends on: v, v', states. The flows are integrals beside it.
+  Eigen::Index place(Eigen::Index unknown) const { return unknown < 2 * f ? unknown : unknown + e - states(); }
+  /// Its size of 1 in the machine: a length, a radian, one of these in a second, the scale of the state.
+  double scale(Eigen::Index unknown) const {
+    if (unknown >= 2 * f) return system.state_scales()[static_cast<std::size_t>(unknown - 2 * f)];
+    return set[static_cast<std::size_t>(unknown % f)] % 3 == 2 ? 1 : system.length_scale();
+  }
+  /// Rates of v, v', all of e at a state near the good one.
+  void rates(Partition& by, double t, const double* from, double* out) {
+    unpack(t, from, trial);
+    by.evaluate(trial);
+    take_rates(out);
+  }
+  void take_rates(double* out) const {
+    out[size() - 1] = 0;
+    for (Eigen::Index i = 0; i < f; ++i) {
+      out[i] = trial.velocity[set[static_cast<std::size_t>(i)]];
+      out[f + i] = trial.acceleration[set[static_cast<std::size_t>(i)]];
+    }
+    for (Eigen::Index i = 0; i < e; ++i) out[2 * f + i] = trial.rates[i];
+  }
+  /// The columns of `jacobian` by differences, all rows of y'. The increment balances the rounding of what the unknown
+  /// is known to against the curvature over its scale. Ends at the state itself.
+  void differentiate(Partition& by, double t, const double* from) {
+    const Eigen::Index n = 2 * f + states();
+    jacobian.resize(size(), n), shifted.resize(size()), at_state.resize(size());
+    const ConstMap at(from, size());
+    rates(by, t, from, at_state.data());
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const double unit = scale(j), value = std::abs(at[place(j)]);
+      shifted = at;
+      shifted[place(j)] += std::sqrt(std::numeric_limits<double>::epsilon() * std::max(value, unit) * unit);
+      const double increment = shifted[place(j)] - at[place(j)];
+      rates(by, t, shifted.data(), jacobian.col(j).data());
+      jacobian.col(j) = (jacobian.col(j) - at_state) / increment;
+    }
+    rates(by, t, from, at_state.data());
+    of_jacobians += n + 2;
+  }
+  static int newton_matrix(realtype t, N_Vector from, N_Vector, SUNMatrix into, void* self, N_Vector, N_Vector,
+                           N_Vector) {
+    auto& s = *static_cast<Solver*>(self);
+    return sundials::guarded(s.thrown, 1, [&] {
+      s.differentiate(s.partition, t, N_VGetArrayPointer(from));
+      for (Eigen::Index j = 0; j < s.jacobian.cols(); ++j)
+        Map(SUNDenseMatrix_Column(into, s.place(j)), s.size()) = s.jacobian.col(j);
+    });
+  }
+  /// At the end of a step, by a partition of its own: what is measured changes no bit of the motion.
+  StiffnessMonitor::Spectrum spectrum() {
+    double t = 0;
+    check_cvode(CVodeGetCurrentTime(memory, &t), "CVodeGetCurrentTime");
+    if (!of_spectrum) of_spectrum = std::make_unique<Partition>(system);
+    StiffnessMonitor::Spectrum out;
+    try {
+      of_spectrum->adopt(partition.choice());
+      differentiate(*of_spectrum, t, y.map().data());
+    } catch (const std::runtime_error&) {  // beside the end of what can be evaluated nothing is measured
+      return out;
+    }
+    const Eigen::Index n = jacobian.cols();
+    Eigen::MatrixXd scaled(n, n);
+    for (Eigen::Index i = 0; i < n; ++i)
+      for (Eigen::Index j = 0; j < n; ++j) scaled(i, j) = jacobian(place(i), j) * scale(j) / scale(i);
+    if (n == 0 || !scaled.allFinite()) return out;
+    const Eigen::VectorXcd values = Eigen::EigenSolver<Eigen::MatrixXd>(scaled, false).eigenvalues();
+    for (const std::complex<double>& value : values) {
+      const double size = std::abs(value);
+      out.radius = std::max(out.radius, size);
+      if (-value.real() > StiffnessMonitor::damping_ratio * size) out.decay = std::max(out.decay, size);
+    }
+    return out;
+  }
+  long count(int (*of)(void*, long*), const char* call) const {
+    long n = 0;
+    if (memory) check_cvode(of(memory, &n), call);
+    return n;
+  }
+  long right_sides() const { return of_jacobians + count(CVodeGetNumRhsEvals, "CVodeGetNumRhsEvals"); }
   void evaluate(double t, N_Vector from) {
     unpack(t, N_VGetArrayPointer(from), trial);
     expected = trial.q;
@@ -159,13 +263,7 @@ struct Cvode::Solver {
     auto& s = *static_cast<Solver*>(self);
     return sundials::guarded(s.thrown, 1, [&] {  // 1: a shorter step may do
       s.evaluate(t, y);
-      double* out = N_VGetArrayPointer(dy);
-      out[s.size() - 1] = 0;
-      for (Eigen::Index i = 0; i < s.f; ++i) {
-        out[i] = s.trial.velocity[s.set[static_cast<std::size_t>(i)]];
-        out[s.f + i] = s.trial.acceleration[s.set[static_cast<std::size_t>(i)]];
-      }
-      for (Eigen::Index i = 0; i < s.e; ++i) out[2 * s.f + i] = s.trial.rates[i];
+      s.take_rates(N_VGetArrayPointer(dy));
     });
   }
   static int roots(realtype t, N_Vector y, realtype* out, void* self) {
@@ -189,15 +287,14 @@ Cvode::~Cvode() = default;
 
 void Cvode::build() {
   const long steps_before = steps(), evaluations_before = evaluations();
-  solver_ = std::make_unique<Solver>(system_, partition_, switches_, now_);
+  solver_ = std::make_unique<Solver>(system_, partition_, switches_, now_, stiffness_.implicit());
   auto& s = *solver_;
   s.steps_before = steps_before, s.evaluations_before = evaluations_before;
-  s.memory = check_cvode(CVodeCreate(CV_ADAMS, s.context), "CVodeCreate");
+  s.memory = check_cvode(CVodeCreate(s.implicit ? CV_BDF : CV_ADAMS, s.context), "CVodeCreate");
   check_cvode(CVodeSetErrHandlerFn(s.memory, sundials::silence, nullptr), "CVodeSetErrHandlerFn");
   check_cvode(CVodeInit(s.memory, Solver::right_side, now_.t, s.y), "CVodeInit");
   check_cvode(CVodeSetUserData(s.memory, &s), "CVodeSetUserData");
-  s.iteration = check_cvode(SUNNonlinSol_FixedPoint(s.y, 0, s.context), "SUNNonlinSol_FixedPoint");
-  check_cvode(CVodeSetNonlinearSolver(s.memory, s.iteration), "CVodeSetNonlinearSolver");
+  s.choose_iteration();
   check_cvode(CVodeSetMaxErrTestFails(s.memory, most_failures_of_a_step), "CVodeSetMaxErrTestFails");
   check_cvode(CVodeSetMaxConvFails(s.memory, most_failures_of_a_step), "CVodeSetMaxConvFails");
   if (!watches_switches()) return;
@@ -205,9 +302,17 @@ void Cvode::build() {
   check_cvode(CVodeSetNoInactiveRootWarn(s.memory), "CVodeSetNoInactiveRootWarn");
 }
 
+void Cvode::on_start() {
+  stiffness_ = {};
+  Adaptive::on_start();
+}
+
 void Cvode::begin() {
+  if (solver_->implicit != stiffness_.implicit()) build();
+  stiffness_.begun();
   auto& s = *solver_;
   s.steps_before = steps(), s.evaluations_before = evaluations();
+  s.of_jacobians = 0;
   s.set = partition_.independent();
   s.trial = s.good = s.begin = now_;
   Map y = s.y.map();
@@ -222,23 +327,21 @@ void Cvode::begin() {
 }
 
 long Cvode::steps() const {
-  if (!solver_ || !solver_->memory) return 0;
-  long count = 0;
-  check_cvode(CVodeGetNumSteps(solver_->memory, &count), "CVodeGetNumSteps");
-  return solver_->steps_before + count;
+  return solver_ ? solver_->steps_before + solver_->count(CVodeGetNumSteps, "CVodeGetNumSteps") : 0;
 }
 
-long Cvode::evaluations() const {
-  if (!solver_ || !solver_->memory) return 0;
-  long count = 0;
-  check_cvode(CVodeGetNumRhsEvals(solver_->memory, &count), "CVodeGetNumRhsEvals");
-  return solver_->evaluations_before + count;
+long Cvode::evaluations() const { return solver_ ? solver_->evaluations_before + solver_->right_sides() : 0; }
+
+bool Cvode::wants_restart() {
+  if (stiffness_.asks_for_spectrum()) stiffness_.see(solver_->spectrum());
+  return stiffness_.wants_change();
 }
 
 Adaptive::Reached Cvode::take_step(double stop) {
   auto& s = *solver_;
   if (std::isfinite(stop)) check_cvode(CVodeSetStopTime(s.memory, stop), "CVodeSetStopTime");
-  double t = s.good.t;
+  double t = s.good.t, taken = 0;
+  const long evaluations_before = s.right_sides();
   s.begin = s.good;
   s.thrown = nullptr;
   // With single steps the end only bounds the first one, to a tenth.
@@ -249,6 +352,8 @@ Adaptive::Reached Cvode::take_step(double stop) {
   if (joints && s.thrown) std::rethrow_exception(s.thrown);
   sundials::check_step(code, t, CVodeGetReturnFlagName);
   s.stopped = code == CV_TSTOP_RETURN;
+  check_cvode(CVodeGetLastStep(s.memory, &taken), "CVodeGetLastStep");
+  stiffness_.count(taken, s.right_sides() - evaluations_before, 2 * s.f + s.states());
   return {t, code == CV_ROOT_RETURN};
 }
 
