@@ -212,14 +212,15 @@ namespace {
 
 constexpr double default_lag_steps = 20;  // of a servo
 
-/// A fixed step is 1 ms at most and a whole part of the series interval, so that most rows fall on steps; so are the
-/// instants of which rows of means take the mean. Otherwise methods of variable step only hand out what they have at
-/// the rows.
+/// A fixed step is that of the motion alone: rows between its ends come from dense output, and change no bit. Methods
+/// of variable step only hand out what they have at the rows; instants of which rows of means take the mean are a whole
+/// part of the series interval, of 1 ms at most.
 double machine_step_alone(const Scenario& s) {
   const double every = s.output.row_interval() > 0 ? s.output.row_interval() : 1e-3;
   const bool fixed = s.analysis == Analysis::dynamics && integrator_of(s) == mbd::IntegratorKind::adams_moulton;
   if (const auto& step = s.time.machine.step) return fixed ? *step : std::min(*step, every);
-  return fixed || s.output.forces == ForceColumns::mean ? every / std::ceil(every / 1e-3 - 1e-9) : every;
+  if (fixed) return 1e-3;
+  return s.output.forces == ForceColumns::mean ? every / std::ceil(every / 1e-3 - 1e-9) : every;
 }
 
 }  // namespace

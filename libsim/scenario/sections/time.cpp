@@ -19,7 +19,7 @@ void describe(Fields& v, MachineTime& t) {
       "auto: cvode for a machine alone, ida where it has beams, adams-moulton with soil and where `step` or `order` is "
       "given; adams-moulton: "
       "fixed step on partitioned coordinates, its error watched; cvode: SUNDIALS CVODE on the same, steps and orders "
-      "of its own for smooth motion; ida: SUNDIALS IDA on the whole system, also for stiff forces");
+      "of its own, Adams or where the motion is stiff backward differences; ida: SUNDIALS IDA on the whole system");
   v.count("order", t.order, "[1, 6]", "of adams-moulton; left out: 4, with beams 2, which is the most there");
   v.quantity("rtol", t.rtol, "1", "(0, 0.1]",
              "relative tolerance of cvode and ida; left out: 1e-12 of cvode, 1e-8 of ida");
@@ -34,7 +34,7 @@ void describe(Fields& v, MachineTime& t) {
   v.count("soil steps per machine step", t.soil_steps, "[1, 1000]", "the machine step with soil is so many soil steps");
   v.quantity("step", t.step, "s", "(0, inf)",
              "machine step without soil, fixed, of cvode and ida their output interval; left out: steps of the "
-             "integrator's own, for adams-moulton a whole part of the series interval of 1 ms at most");
+             "integrator's own, for adams-moulton 1 ms");
 }
 
 void describe(Fields& v, StopSection& s) {
