@@ -46,6 +46,13 @@ class Faces:
 
 
 @dataclasses.dataclass(frozen=True)
+class Profile:
+    """Polar outline in a body's own axes, those of the ground being the world's: rows of (angle in deg, radius in m), once around."""
+    rows: tuple
+    of_ground: bool = False
+
+
+@dataclasses.dataclass(frozen=True)
 class Function:
     """A function of time (`function` of the declarations) or a characteristic: type -> keys.
 
@@ -168,6 +175,12 @@ def box_in_view(box, view):
     return {"size": text_of(tuple(abs(s) for s in turned), "m", view), "at": text_of(corner, "m", view)}
 
 
+def profile_in_view(profile, view):
+    rows = [(180.0 - a, r) for a, r in reversed(profile.rows)] if view.mirror_x else profile.rows
+    turn = math.degrees(view.angle) if profile.of_ground else 0.0
+    return [[f"{number(a + turn) if turn else f'{a:.6g}'} deg", f"{r:.9g} m"] for a, r in rows]
+
+
 def faces_in_view(faces, view):
     axes = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
     answer = []
@@ -254,4 +267,6 @@ def render(node, view=None):
         return faces_in_view(node, view)
     if isinstance(node, Function):
         return function_in_view(node, view)
+    if isinstance(node, Profile):
+        return profile_in_view(node, view)
     return node

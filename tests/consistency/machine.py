@@ -2,7 +2,7 @@
 import dataclasses
 import math
 
-from geometry import Name, Pair, Quantity
+from geometry import Name, Pair, Profile, Quantity
 from values import MACHINE, UnknownUnit, characteristic, function, scalar, unit_of
 
 # Keys that need another one or a file, by name: left to scenarios of their own.
@@ -127,7 +127,7 @@ class MachineDraw:
         if kind == "2 numbers" and ("world vector" in key.meaning or "direction" in key.meaning):
             return Quantity(along, "", "side" if "left" in key.meaning else "direction")
         if kind.startswith("list of [rad, m]"):
-            return self.profile(math.dist(a, b))
+            return self.profile(math.dist(a, b), self.first == "ground")
         if kind.startswith("list of 2 numbers m"):
             frame = "point" if self.first == "ground" else "own"
             return [Quantity((float(f"{0.1 * i - 0.2:.3g}"), float(f"{0.05 * math.sin(2 * i):.4g}")), "m", frame) for i in range(5)]
@@ -180,9 +180,9 @@ class MachineDraw:
             return Quantity((float(f"{d * (0.8 if key.name == 'minimum' else 1.2):.6g}"),), "m")
         return Quantity((-0.15 if key.name == "minimum" else 0.15,), "m")
 
-    def profile(self, radius):
+    def profile(self, radius, of_ground=False):
         count = 9
-        return [[f"{-180 + 360 * i / (count - 1):.6g} deg", f"{radius * (1 + 0.03 * math.cos(4 * math.pi * i / (count - 1))):.9g} m"] for i in range(count)]
+        return Profile(tuple((-180 + 360 * i / (count - 1), radius * (1 + 0.03 * math.cos(4 * math.pi * i / (count - 1)))) for i in range(count)), of_ground)
 
     def form(self, path):
         """One of the forms of a key, such as the stiffness of a ground element."""
@@ -321,9 +321,9 @@ class MachineDraw:
         body, at = list(self.bodies)[0], self.near("ground")
         machine["markers"] = {Name("post"): {"body": Name("ground"), "at": Quantity(at, "m", "point")}}
         machine["controllers"] = {Name("hold"): {
-            "pid": Name("gap"), "measured in": "m", "output in": "N", "set point": function(self.rng, self.declarations, "1", 0.3, "scalar", self.end),
-            "proportional": self.rounded(5, 50), "integral": Quantity((self.rounded(0, 20),), "1/s"), "derivative": Quantity((self.rounded(0, 3),), "s"),
-            "filter time": Quantity((0.02,), "s")}}
+            "pid": Name("gap"), "measured in": "m", "output in": "N", "set point": function(self.rng, self.declarations, "m", 0.3, "scalar", self.end),
+            "proportional": Quantity((self.rounded(5, 50),), "N/m"), "integral": Quantity((self.rounded(0, 20),), "N/(m s)"),
+            "derivative": Quantity((self.rounded(0, 3),), "N s/m"), "filter time": Quantity((0.02,), "s")}}
         if self.rng.random() < 0.4:
             controller = next(iter(machine["controllers"].values()))
             controller["sample time"] = Quantity((0.01,), "s")

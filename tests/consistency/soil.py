@@ -54,6 +54,15 @@ class SoilDraw:
             if key in answer:
                 for needed in words.get(answer[key], []):
                     answer[needed] = self.value(rows[needed])
+        if "bond" in answer:  # with other moment arms a bond would not keep angular momentum, which the program refuses
+            for key in ("moment arm", "moment arm at surfaces", "slip moment arm"):
+                answer.pop(key, None)
+        if name == "eepa":
+            if not {"surface energy", "adhesive ratio"} & set(answer):
+                answer["adhesive ratio"] = self.value(rows["adhesive ratio"])
+            if "n" in answer and "k1" not in answer:  # Hertz's stiffness is that of n = 1.5
+                answer["k1"] = Quantity((self.rounded(1e5, 1e7, 3),), f"N/m^{answer['n']:g}")
+            answer.pop("chi", None)  # an adhesive ratio compares stiffnesses of one exponent
         return answer
 
     def value(self, key):
