@@ -1,7 +1,7 @@
 #include <functional>
-#include <map>
 #include <span>
 #include <stdexcept>
+#include <unordered_map>
 
 #include "libdem/step/bed_impl.hpp"
 #include "libdem/step/state_numbers.hpp"
@@ -91,17 +91,20 @@ void Bed::Impl::restore_lists(std::span<const double> from) {
   }
   const BedOptions given = options;
   options.skin = skin, options.floor_drop = -1e300;
-  std::map<std::uint32_t, std::size_t> index;
-  for (std::size_t k = 0; k < particles.size(); ++k) index[particles[k].id] = k;
+  std::vector<std::uint32_t> id;
+  for (const Sphere& s : particles.spheres()) id.push_back(s.id);
   const BondCount bonded = bonds.count;
   const Losses lost = balance.lost_before;
   rebuild();
   options = given;
-  bool same = true;  // lists: the spheres were sorted already
-  for (std::size_t k = 0; k < particles.size(); ++k) {
-    const std::size_t was = index.at(particles[k].id);
-    same = same && was == k;
-    particles.spheres()[k].x = place[was];
+  bool same = particles.size() == id.size();  // lists: the spheres were sorted already
+  for (std::size_t k = 0; k < particles.size() && same; ++k) same = same && particles[k].id == id[k];
+  if (same) {
+    for (std::size_t k = 0; k < particles.size(); ++k) particles.spheres()[k].x = place[k];
+  } else {
+    std::unordered_map<std::uint32_t, std::size_t> index;
+    for (std::size_t k = 0; k < id.size(); ++k) index[id[k]] = k;
+    for (Sphere& s : particles.spheres()) s.x = place[index.at(s.id)];
   }
   particles.sync_to_mixed(threads);
   for (std::size_t b = 0; b < boundaries.size(); ++b)

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <map>
 #include <string>
 #include <unordered_map>
 
@@ -215,7 +214,8 @@ void Bed::restore(const State& in) {
         "version it was written from");
   check_arrays(in);
   d.particles.clear();
-  std::map<std::uint32_t, std::uint32_t> index;
+  std::unordered_map<std::uint32_t, std::uint32_t> index;
+  index.reserve(in.ids.size() / 2);
   for (std::size_t k = 0; k < in.ids.size() / 2; ++k) {
     const Sphere s = d.sphere_of(in, k);
     index[s.id] = static_cast<std::uint32_t>(k);
