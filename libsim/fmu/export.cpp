@@ -292,6 +292,8 @@ FmuReport write_fmu(const FmuRequest& request) {
   for (const fs::directory_entry& beside : fs::directory_iterator(request.library.parent_path()))
     if (beside.path().filename().string().rfind("libgomp.so", 0) == 0)
       zip.add_file(binaries + beside.path().filename().string(), beside.path());
+  if (const fs::path license = request.library.parent_path() / "license.txt"; fs::exists(license))
+    zip.add_file("documentation/licenses/license.txt", license);
   zip.add_text("resources/scenario.yaml", emit(bundle.document));
   zip.add_text("resources/fmu.json", json_text(json_of(model), 1));
   for (const auto& [name, file] : bundle.files) zip.add_file("resources/" + name, file);

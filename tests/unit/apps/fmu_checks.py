@@ -128,6 +128,12 @@ class Archive(unittest.TestCase):
             self.assertEqual((step.get("stopTime"), step.get("stepSize")), ("0.1", "0.001"))
             one.close()
 
+    def test_the_licenses_of_what_is_inside_are_there(self):
+        with Fmu(soil()) as fmu:
+            text = (fmu.folder / "documentation" / "licenses" / "license.txt").read_text()
+            for name in ("Apache License", "libhdf5-dev", "libsundials-dev", "zlib1g-dev", "libcgal-dev", "libgomp1"):
+                self.assertIn(name, text)
+
     def test_the_log_goes_to_the_importer(self):
         with Fmu(build(EXAMPLES / "four-spheres.yaml")) as fmu:
             one = fmu.instance()
