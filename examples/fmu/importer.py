@@ -62,7 +62,9 @@ class Fmu:
 
 
 class Instance:
-    def __init__(self, fmu, token=None, resources=None, logging=False):
+    """update(time), of FMI 3.0, is called within a step, where outputs may be read; True ends the step there."""
+
+    def __init__(self, fmu, token=None, resources=None, logging=False, update=None):
         self.fmu, self.time, self.handle = fmu, 0.0, None
         self.messages = []  # (status, text), as the FMU logs them
         token = token or fmu.description.get("instantiationToken" if fmu.three else "guid")
@@ -71,10 +73,16 @@ class Instance:
             make = fmu.library.fmi3InstantiateCoSimulation
             kind = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
             self.logger = kind(lambda _, status, __, text: self.messages.append((status, text.decode())))
+            within = ctypes.CFUNCTYPE(None, ctypes.c_void_p, REAL, *[ctypes.c_bool] * 4, ctypes.POINTER(ctypes.c_bool),
+                                      ctypes.POINTER(REAL))
+
+            def updated(_, time, __, ___, ____, _____, asks_return, until):
+                asks_return[0], until[0] = bool(update(time)), time
+            self.update = within(updated) if update else within()
             make.argtypes = [ctypes.c_char_p] * 3 + [ctypes.c_bool] * 4 + [ctypes.c_void_p, SIZE, ctypes.c_void_p, kind,
-                                                                          ctypes.c_void_p]
-            given = [b"one", token.encode(), (str(folder) + "/").encode(), False, logging, False, False, None, 0, None,
-                     self.logger, None]
+                                                                          within]
+            given = [b"one", token.encode(), (str(folder) + "/").encode(), False, logging, False, update is not None, None, 0,
+                     None, self.logger, self.update]
         else:
             make = fmu.library.fmi2Instantiate
             kind = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p,
@@ -131,9 +139,10 @@ class Instance:
             flags, reached = (ctypes.c_bool * 3)(), REAL()
             at = [ctypes.byref(flags, k) for k in range(3)]
             self.call("DoStep", REAL(self.time), REAL(length), ctypes.c_bool(False), *at, ctypes.byref(reached))
+            self.time = reached.value
         else:
             self.call("DoStep", REAL(self.time), REAL(length), 0)
-        self.time += length
+            self.time += length
 
     def state(self, action):
         return action + ("FMUState" if self.fmu.three else "FMUstate")

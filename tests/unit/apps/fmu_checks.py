@@ -246,6 +246,35 @@ class States(unittest.TestCase):
 
 
 class Mechanics(unittest.TestCase):
+    def test_intermediate_outputs_lead_to_those_of_the_step(self):
+        """One at the end of each of 100 soil steps; the mean at the last one is the output. A step ends where it shall."""
+        with Fmu(soil()) as fmu:
+            plain = fmu.instance()
+            press(plain, 4)
+            expected = press(plain, 1)[0]
+            seen, stop = [], [math.inf]
+
+            def update(time):
+                seen.append((time, one.get(*FORCE)))
+                return time >= stop[0]
+            one = Instance(fmu, update=update)
+            one.initialize({})
+            press(one, 4)
+            seen.clear()
+            self.assertEqual(press(one, 1)[0], expected)
+            self.assertEqual(len(seen), 100)
+            for k, (time, _) in enumerate(seen):
+                self.assertAlmostEqual(time, 4e-3 + (k + 1) * 1e-5, delta=1e-12)
+            self.assertEqual(seen[-1][1], expected)
+            stop[0] = 5.3e-3 - 1e-9
+            one.step(1e-3)
+            self.assertAlmostEqual(one.time, 5.3e-3, delta=1e-12)
+            stop[0] = math.inf
+            one.step(0.7e-3)
+            self.assertAlmostEqual(one["time"], 6e-3, delta=1e-12)
+            plain.close()
+            one.close()
+
     def test_impulse_of_steps_of_any_length(self):
         """The mean force times the step is an impulse: it does not depend on how the same motion is cut into steps."""
         with Fmu(soil()) as fmu:
