@@ -33,14 +33,14 @@ SANITIZED = ["libdem", "libmbd", "coupling"]
 # Long cases that a change wakes whatever their turn: executable of the cases -> folders that they are about.
 TOUCHED = {
     "unit_libdem": ("libdem/", "tests/unit/libdem/", "tests/tools/"),
-    "unit_apps": ("libsim/run/", "libsim/studies/laboratory/", "tests/unit/apps/"),
+    "unit_apps": ("libsim/run/", "libsim/fmu/", "examples/fmu/", "libsim/studies/laboratory/", "tests/unit/apps/"),
     "unit_studies": ("libsim/io/", "libsim/studies/design/", "scripts/abuse", "tests/unit/studies/"),
     "unit_docs": ("docs/", "README.md", "apps/commands/", "configs/templates/", "python/", "tests/docs/"),
     "verification_mechanisms": ("libmbd/", "tests/verification/mechanisms/"),
     "verification_particles": ("libdem/laws/", "tests/verification/particles/"),
     "properties": ("libdem/", "tests/properties/"),
     "regression": ("coupling/", "tests/regression/"),
-    "optional": ("libsim/io/", "python/", "tests/optional/"),
+    "optional": ("libsim/io/", "libsim/fmu/", "python/", "tests/optional/"),
     "verification_scenarios": ("coupling/", "configs/1s300", "configs/parts/", "tests/verification/scenarios/"),
 }
 # Targets of scripts/fuzz that a change wakes -> beginnings of the sources that they read foreign bytes with.
