@@ -190,7 +190,7 @@ def main():
     parser.add_argument("--all", action="store_true", help="run blocks marked `long` too")
     parser.add_argument("--reasons", action="store_true", help="print why blocks are skipped")
     parser.add_argument("pages", nargs="*", type=pathlib.Path)
-    options = parser.parse_args()
+    options = parser.parse_intermixed_args()  # options may stand between program and pages
     ran = waiting = skipped = 0
     failures = []
     for path in [one.resolve() for one in options.pages] or all_pages():
