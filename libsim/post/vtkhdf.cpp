@@ -59,7 +59,8 @@ class Export {
     for (const auto& t : s.triangles) points.insert(points.end(), t.begin(), t.end());
     if (!points.empty()) return begin(s.name, VtkCells::polygons, std::move(points));
     for (const auto& t : s.segments) points.insert(points.end(), t.begin(), t.end());
-    return begin(s.name, points.empty() ? VtkCells::vertices : VtkCells::lines, std::move(points));
+    const VtkCells cells = points.empty() ? VtkCells::vertices : VtkCells::lines;
+    return begin(s.name, cells, std::move(points));
   }
 
   static std::string group(std::size_t frame) { return fmt::format("/frames/{:06}", frame); }
