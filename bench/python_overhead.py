@@ -88,7 +88,7 @@ def module_to_end(options):
 
 
 def beside_program(options):
-    program, module = [], []
+    program, module, imports = [], [], []
 
     def spent(command):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -100,9 +100,12 @@ def beside_program(options):
         with tempfile.TemporaryDirectory() as folder:
             program.append(spent([options.program, "run", options.scenario, "--out", folder + "/out", "--threads", "1",
                                   "--set", f"time.end={options.end} s", "--set", f"output.every={options.end} s"]))
+        imports.append(spent([sys.executable, "-c", f"import sys; sys.path.insert(0, {str(ROOT / 'python')!r}); "
+                              "import subsoil; subsoil.Simulation"]))
         module.append(spent([sys.executable, __file__, "--child", "--scenario", options.scenario, "--end", str(options.end)]))
     print(f"to {options.end} s: program {statistics.median(program):.2f} s, in process {statistics.median(module):.2f} s, "
-          f"ratio {ratio(module, program)}")
+          f"of which {statistics.median(imports):.2f} s import packages")
+    print(f"without the import: ratio {ratio([m - i for m, i in zip(module, imports)], program)}")
 
 
 def main():
