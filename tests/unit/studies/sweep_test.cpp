@@ -106,7 +106,7 @@ TEST(SweepPlan, RefusesWithPlaceAndCureBeforeAnythingRuns) {
 TEST(SweepPlan, ConfigsHavePointsThatTheirScenariosTake) {
   int plans = 0;
   for (const auto& entry : std::filesystem::directory_iterator(subsoil::test::source_dir() + "/configs/sweep")) {
-    EXPECT_GE(sweep_points(entry.path(), load_sweep(entry.path())).size(), 6U) << entry.path();
+    EXPECT_GE(sweep_points(entry.path(), load_sweep(entry.path())).size(), 3U) << entry.path();  // a trend
     ++plans;
   }
   EXPECT_GE(plans, 3);
