@@ -374,11 +374,21 @@ TEST(LaboratoryTest, ConfigsAreTested) {
   int files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(subsoil::test::source_dir() + "/configs/laboratory")) {
     const double size = sample_of(load_tests(entry.path(), {})).diameter;
-    const auto length = [&](double diameters) { return fmt::format("{} m", diameters * size); };
-    const LoadedTests loaded = load_tests(
-        entry.path(), {"test.packings=1",
-                       fmt::format("test.compress={{length: {}, depth: {}, stress: 2 kPa}}", length(4), length(4))});
-    EXPECT_GT(run_test(loaded, "compress", 0).number("modulus").mean(), 0) << entry.path();
+    // So few grains carry a load by two or three columns, and whether its curve has a slope is chance: a larger sample
+    // when it has none.
+    double modulus = 0;
+    for (double diameters = 4; diameters < 7 && !(modulus > 0); ++diameters) {
+      const std::string length = fmt::format("{} m", diameters * size);
+      const LoadedTests loaded = load_tests(
+          entry.path(),
+          {"test.packings=1", fmt::format("test.compress={{length: {}, depth: {}, stress: 2 kPa}}", length, length)});
+      try {
+        modulus = run_test(loaded, "compress", 0).number("modulus").mean();
+      } catch (const std::runtime_error& error) {
+        ASSERT_NE(std::string(error.what()).find("make no slope"), std::string::npos) << entry.path() << error.what();
+      }
+    }
+    EXPECT_GT(modulus, 0) << entry.path();
     ++files;
   }
   EXPECT_GE(files, 4);
