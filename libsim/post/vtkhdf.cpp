@@ -33,8 +33,8 @@ std::string file_name(const std::string& name, std::set<std::string>& taken) {
 
 class Export {
  public:
-  Export(const std::filesystem::path& run, const std::filesystem::path& out)
-      : frames_(run), source_(h5::open_file(run)), folder_(out) {
+  Export(FramesFile frames, const std::filesystem::path& run, const std::filesystem::path& out)
+      : frames_(std::move(frames)), source_(h5::open_file(run)), folder_(out) {
     std::filesystem::create_directories(folder_);
     if (frames_.particles() > 0) soil_.emplace(begin("soil", VtkCells::vertices, {}));
     if (frames_.holds(0, "contact forces")) contacts_.emplace(begin("contact forces", VtkCells::lines, {}));
@@ -162,13 +162,12 @@ VtkhdfReport write_vtkhdf(const VtkhdfRequest& request) {
   const std::filesystem::path run = request.run / "run.h5";
   if (!std::filesystem::exists(run))
     throw std::invalid_argument(request.run.string() + ": holds no run.h5; name the results of a run with frames");
-  if (FramesFile(run).times().empty())
+  FramesFile frames(run);
+  const std::size_t steps = frames.times().size();
+  if (steps == 0)
     throw std::invalid_argument(request.run.string() + ": holds no frames; set output.every in the scenario");
-  VtkhdfReport out;
-  Export exported(run, request.out.empty() ? request.run / "vtkhdf" : request.out);
-  out.files = exported.finish();
-  out.steps = FramesFile(run).times().size();
-  return out;
+  Export exported(std::move(frames), run, request.out.empty() ? request.run / "vtkhdf" : request.out);
+  return {steps, exported.finish()};
 }
 
 }  // namespace subsoil::sim

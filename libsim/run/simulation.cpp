@@ -76,16 +76,14 @@ struct Simulation::Impl : StepObserver {
   };
 
   Impl(Loaded given, const SimulationOptions& options, Inputs prepared, std::string file_name,
-       std::optional<std::string> file_text)
+       std::optional<std::string> file_text, const SavedRun* start)
       : loaded(std::move(given)),
         inputs(std::move(prepared)),
         sets(options.sets),
         file(std::move(file_name)),
         source(std::move(file_text)),
         energies(options.energies),
-        start(options.start.empty() ? std::nullopt : std::optional(read_run(options.start))),
-        stepper(loaded, build(loaded, options, start), start ? &*start : nullptr) {
-    start.reset();
+        stepper(loaded, build(loaded, options, start), start) {
     text = write_scenario(loaded.scenario);
     identity = without_folder(text, std::filesystem::weakly_canonical(std::filesystem::absolute(file)).parent_path());
     const World& world = stepper.world();
@@ -105,13 +103,13 @@ struct Simulation::Impl : StepObserver {
     forget_values();
   }
 
-  static World build(const Loaded& loaded, const SimulationOptions& options, const std::optional<SavedRun>& start) {
+  static World build(const Loaded& loaded, const SimulationOptions& options, const SavedRun* start) {
     BuildOptions build;
     build.threads = use_threads(loaded, options.threads);
     build.settle = options.settle;
     build.progress = options.settling;
-    build.place_soil = !start;
-    if (start) build.restored = spheres_of(*start), build.moving = start->moving.get();
+    build.place_soil = start == nullptr;
+    if (start != nullptr) build.restored = spheres_of(*start), build.moving = start->moving.get();
     return build_world(loaded, build);
   }
 
@@ -126,7 +124,9 @@ struct Simulation::Impl : StepObserver {
     Inputs inputs;
     inputs.replace(loaded, options.inputs);
     for (const std::string& body : options.forces_on) inputs.add_force_on(loaded, body);
-    return std::make_unique<Impl>(std::move(loaded), options, std::move(inputs), file, std::move(source));
+    const auto start = options.start.empty() ? std::nullopt : std::optional(read_run(options.start));
+    return std::make_unique<Impl>(std::move(loaded), options, std::move(inputs), file, std::move(source),
+                                  start ? &*start : nullptr);
   }
 
   /// Spheres that someone outside reads.
@@ -258,7 +258,6 @@ struct Simulation::Impl : StepObserver {
   std::string text;
   std::string identity;  ///< what a state and the simulation that takes it have in common: the text but for the folder
   bool energies = false;
-  std::optional<SavedRun> start;  ///< until the stepper has it
   Stepper stepper;
   Simulation* owner = nullptr;
   std::vector<SurfaceInfo> surfaces;
