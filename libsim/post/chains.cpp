@@ -1,8 +1,9 @@
 #include "libsim/post/chains.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <map>
+#include <utility>
 
 #include "libdem/laws/contact.hpp"
 
@@ -57,11 +58,14 @@ std::vector<Chain> chains(const std::vector<ChainSphere>& spheres, const RestFor
   double largest = 0;
   for (const ChainSphere& s : spheres) largest = std::max(largest, double{s.r});
   const double gap = force.known() ? force.reach(largest) : 0, cell = std::max(2 * largest + gap, 1e-9);
+  using Place = std::array<long, 3>;
   const auto place = [&](const ChainSphere& s) {
-    return std::pair{std::lround(std::floor(s.x / cell)), std::lround(std::floor(s.y / cell))};
+    const auto of = [&](float v) { return std::lround(std::floor(double{v} / cell)); };
+    return Place{of(s.x), of(s.y), of(s.z)};
   };
-  std::map<std::pair<long, long>, std::vector<std::uint32_t>> grid;
-  for (std::uint32_t i = 0; i < spheres.size(); ++i) grid[place(spheres[i])].push_back(i);
+  std::vector<std::pair<Place, std::uint32_t>> grid;  // sorted: cells in a row along z follow each other
+  for (std::uint32_t i = 0; i < spheres.size(); ++i) grid.emplace_back(place(spheres[i]), i);
+  std::sort(grid.begin(), grid.end());
   std::vector<Chain> out;
   const auto meet = [&](std::uint32_t i, std::uint32_t j) {
     const ChainSphere &a = spheres[i], &b = spheres[j];
@@ -71,12 +75,14 @@ std::vector<Chain> chains(const std::vector<ChainSphere>& spheres, const RestFor
     if (std::isfinite(size) && size != 0) out.push_back({i, j, size});
   };
   for (std::uint32_t i = 0; i < spheres.size(); ++i) {
-    const auto [cx, cy] = place(spheres[i]);
+    const auto [cx, cy, cz] = place(spheres[i]);
     for (long ix = cx - 1; ix <= cx + 1; ++ix)
-      for (long iy = cy - 1; iy <= cy + 1; ++iy)
-        if (const auto found = grid.find({ix, iy}); found != grid.end())
-          for (const std::uint32_t j : found->second)
-            if (j > i) meet(i, j);
+      for (long iy = cy - 1; iy <= cy + 1; ++iy) {
+        const Place first{ix, iy, cz - 1}, last{ix, iy, cz + 1};
+        for (auto at = std::lower_bound(grid.begin(), grid.end(), std::pair{first, std::uint32_t{0}});
+             at != grid.end() && at->first <= last; ++at)
+          if (at->second > i) meet(i, at->second);
+      }
   }
   return out;
 }

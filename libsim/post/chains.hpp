@@ -9,7 +9,7 @@
 
 namespace subsoil::sim {
 
-/// A sphere of a section.
+/// A sphere of a frame.
 struct ChainSphere {
   float x, y, z, r;       ///< m
   std::int32_t material;  ///< index into the frames' list of materials
@@ -42,7 +42,7 @@ struct Chain {
   double size;
 };
 
-/// All of a section, found on a grid.
+/// All between these spheres, found on a grid.
 std::vector<Chain> chains(const std::vector<ChainSphere>& spheres, const RestForce& force);
 
 }  // namespace subsoil::sim

@@ -115,7 +115,7 @@ RunFolder read_run_folder(const std::filesystem::path& path, const std::optional
   read_rows(run);
   read_summary(run);
   run.frames = std::filesystem::exists(path / "run.h5");
-  if (!run.frames) run.missing.push_back("run.h5: there is none; no film, no section, no furrow");
+  if (!run.frames) run.missing.push_back("run.h5: there is none; no spheres, no furrow");
   run.window = window ? *window : window_of(run);
   return run;
 }

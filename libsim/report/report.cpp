@@ -12,14 +12,15 @@
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/io/csv.hpp"
 #include "libsim/post/disturbance.hpp"
-#include "libsim/report/film.hpp"
 #include "libsim/report/page.hpp"
+#include "libsim/view/page.hpp"
+#include "libsim/view/view.hpp"
 
 namespace subsoil::sim {
 namespace {
 
 constexpr std::size_t most_rows = 6000;  // of a curve on the page
-constexpr double film_bytes = 9e6;       // of all films, before compression
+constexpr double film_bytes = 12e6;      // of the spheres of all runs: a page that can be mailed
 
 Json numbers(const std::vector<double>& values, double factor = 1) {
   Json out = Json::array();
@@ -192,8 +193,9 @@ Json rows_json(const std::vector<ReportNumber>& list) {
 }
 
 /// Instants of the stills: three over the approach, the middle and the end of the window.
-std::vector<double> still_times(const RunFolder& run, const FramesFile& file) {
-  const double first = file.times().front(), last = file.times().back();
+std::vector<double> still_times(const RunFolder& run, const std::vector<double>& times) {
+  if (times.empty()) return {};
+  const double first = times.front(), last = times.back();
   const double from = std::clamp(run.window.from, first, last), until = std::clamp(run.window.until, from, last);
   std::vector<double> out;
   for (const double t :
@@ -223,7 +225,9 @@ class RunReader {
       part_.json["energy curves"] = energy_curves(run);
     }
     std::optional<ToolPath> tool;
+    if (run.series) part_.json["stills"] = numbers(still_times(run, run.series->at("time")));
     if (run.frames) tool = read_frames();
+    take_scene();
     for (const ModelBand& m : model_bands(run, tool, request_.soil)) {
       Json band{{"name", m.name}, {"text", m.text}};
       if (m.band) band["low"] = json_rounded(m.band->low), band["high"] = json_rounded(m.band->high);
@@ -253,30 +257,31 @@ class RunReader {
           disturbance_of(file, scenario, soil_surface(run.number({"soil", "mean surface [m]"}), scenario, file),
                          run.number({"window", "from [s]"}));
       const std::optional<ToolPath>& tool = found.tool;
-      take_film(file, tool);
+      part_.json["slice"] = slice(file, tool);
+      part_.json["stills"] = numbers(still_times(run, file.times()));
       take_furrow(file, found);
       return tool;
     } catch (const std::exception& error) {
-      run.missing.push_back(fmt::format("run.h5: {}; no film, no section, no furrow", error.what()));
+      run.missing.push_back(fmt::format("run.h5: {}; no spheres, no furrow", error.what()));
       return {};
     }
   }
 
-  void take_film(const FramesFile& file, const std::optional<ToolPath>& tool) {
-    FilmOptions options;
-    // The section is along x; across the way of a tool that travels along z it has no middle.
-    options.middle = request_.slice_given ? request_.slice : tool && tool->axis == 0 ? tool->middle : 0;
-    options.bytes = film_bytes / static_cast<double>(request_.runs.size());
-    options.stills = still_times(part_.folder, file);
-    if (part_.folder.scenario) options.force = RestForce(*part_.folder.scenario, file.materials());
-    part_.json["film"] = film(file, options);
-    if (tool)
-      part_.json["film"]["surface"] = json_rounded(tool->soil_surface), part_.json["film"]["tool"] = tool->names;
-    if (file.particles() > 0 && !file.holds(0, "velocity"))
-      part_.folder.missing.push_back("velocities of the spheres: output.columns leaves them out; no speed field");
-    if (file.particles() > 0 && !options.force.known())
-      part_.folder.missing.push_back(
-          "laws of the contacts: scenario.yaml has them; chains show overlaps in place of forces");
+  /// z of the section along x through the tool, m; null: through the middle of the bed.
+  Json slice(const FramesFile& file, const std::optional<ToolPath>& tool) const {
+    if (request_.slice_given) return request_.slice;
+    if (file.particles() > 0 && tool && tool->axis == 0) return json_rounded(tool->middle);
+    return {};
+  }
+
+  void take_scene() {
+    try {
+      ViewRequest view;
+      view.run = part_.folder.path, view.bytes = film_bytes / static_cast<double>(request_.runs.size());
+      part_.json["scene"] = view_scene(view);
+    } catch (const std::exception& error) {
+      part_.folder.missing.push_back(fmt::format("{}; no film, no still frames", error.what()));
+    }
   }
 
   void take_furrow(const FramesFile& file, const Disturbance& found) {
@@ -370,7 +375,8 @@ void write_report(const ReportRequest& request) {
   const Json data = report_data(request);
   std::string title;
   for (const auto& run : data["runs"]) title += (title.empty() ? "" : ", ") + run["name"].get<std::string>();
-  write_atomically(request.out, report_page("subsoil: " + title, data, page_report_js));
+  write_atomically(request.out,
+                   report_page("subsoil: " + title, data, page_report_js, {{"viewer", scene_page_frame()}}));
   for (const auto& run : data["runs"])
     for (const auto& line : run["missing"])
       fmt::print(stderr, "{}: {}\n", run["name"].get<std::string>(), line.get<std::string>());

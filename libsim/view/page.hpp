@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "libsim/base/json.hpp"
@@ -14,6 +15,7 @@ extern const char* const view_uplot_css;
 extern const char* const view_uplot_license;
 extern const char* const view_style_css;
 extern const char* const view_data_js;
+extern const char* const view_chains_js;
 extern const char* const view_soil_js;
 extern const char* const view_machine_js;
 extern const char* const view_stage_js;
@@ -27,6 +29,7 @@ extern const char* const view_viewer_js;
 struct PageParts {
   std::string styles;
   std::vector<std::string> scripts;
+  std::vector<std::pair<std::string, Json>> more{};  ///< further data, each in an element of this id
 };
 
 /// A page that opens without network: styles, data and scripts in one text. Scripts find the data as JSON in the
@@ -35,5 +38,8 @@ std::string page_text(const std::string& title, const Json& data, const PagePart
 
 /// The page that draws a scene (scene.hpp).
 std::string scene_page(const Json& scene);
+
+/// What stands `before` and `after` the scene in the page that draws it, for pages that hold such pages.
+Json scene_page_frame();
 
 }  // namespace subsoil::sim

@@ -42,6 +42,7 @@ class SceneMaker {
   void add_tool(const ToolPath& tool, const std::vector<double>& times);
   void note(const std::string& text) { scene_["notes"].push_back(text); }
 
+  const Scenario& scenario() const { return scenario_; }
   double size() const { return scene_.at("size").get<double>(); }
   Json& json() { return scene_; }
 

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <optional>
 
 #include "libsim/io/atomic_file.hpp"
+#include "libsim/post/chains.hpp"
 #include "libsim/post/disturbance.hpp"
 #include "libsim/post/frames_file.hpp"
 #include "libsim/post/run_folder.hpp"
@@ -105,10 +107,11 @@ namespace {
 /// The spheres of a run's frames, as pages take them.
 class SphereFrames {
  public:
-  explicit SphereFrames(const FramesFile& file) : file_(file) {}
+  /// `force`: of chains in frames that hold no contact forces.
+  SphereFrames(const FramesFile& file, RestForce force) : file_(file), force_(std::move(force)) {}
 
   /// Box of all centres and the tops of the colour scales.
-  SphereScales measured(const std::vector<std::size_t>& frames) const {
+  SphereScales measured(const std::vector<std::size_t>& frames) {
     SphereScales out;
     std::vector<float> speeds, forces;
     for (const std::size_t f : frames) {
@@ -116,9 +119,9 @@ class SphereFrames {
       include(out.box, s);
       const std::vector<float> v = sizes_of(s.velocity), w = forces_of(f);
       speeds.insert(speeds.end(), v.begin(), v.end()), forces.insert(forces.end(), w.begin(), w.end());
-      if (file_.holds(f, "contact forces"))
-        for (const float force : file_.contact_forces(f).force)
-          out.chain = std::max(out.chain, std::abs(static_cast<double>(force)));
+      const std::vector<float>& contacts = strongest(f, s);
+      for (std::size_t k = 6; k < contacts.size(); k += 7)
+        out.chain = std::max(out.chain, std::abs(static_cast<double>(contacts[k])));
     }
     if (!(out.box.low.x <= out.box.high.x)) out.box.include(Vec3{});
     out.speed = top(speeds), out.force = top(forces);
@@ -132,15 +135,18 @@ class SphereFrames {
   Json table(const ScenePack& pack, const SphereScales& scales) const {
     Json out = sphere_table(pack, file_.radius(), file_.material(), file_.materials());
     out["speedTop"] = scales.speed, out["forceTop"] = scales.force, out["chainTop"] = scales.chain;
+    out["chainNote"] = records_contacts() ? "recorded by the run"
+                                          : "normal forces of the law at rest for these positions, without damping, "
+                                            "friction and bonds";
     return out;
   }
-  Json frame(std::size_t f, ScenePack& pack, const SphereScales& scales) const {
+  Json frame(std::size_t f, ScenePack& pack, const SphereScales& scales) {
     const FrameSpheres s = file_.spheres(f, true);
     Json out{{"time", file_.times()[f]}, {"position", pack.frame(s.position, s.index)}};
     if (!s.velocity.empty()) out["speed"] = shades(sizes_of(s.velocity), s.index, file_.particles(), scales.speed);
     if (const std::vector<float> force = forces_of(f); force.size() == s.index.size() && !force.empty())
       out["force"] = shades(force, s.index, file_.particles(), scales.force);
-    if (file_.holds(f, "contact forces")) out["chains"] = chains(f);
+    if (records_contacts() || force_.known()) out["chains"] = packed_numbers(strongest(f, s));
     return out;
   }
 
@@ -154,24 +160,44 @@ class SphereFrames {
   std::vector<float> forces_of(std::size_t frame) const {
     return file_.holds(frame, "force") ? sizes_of(file_.numbers(frame, "force")) : std::vector<float>{};
   }
-  /// The strongest contacts of a frame: both ends and the force, seven floats each.
-  std::string chains(std::size_t frame) const {
-    const FrameContacts contacts = file_.contact_forces(frame);
+  bool records_contacts() const { return !file_.times().empty() && file_.holds(0, "contact forces"); }
+  FrameContacts contacts(std::size_t f, const FrameSpheres& s) const {
+    if (records_contacts()) return file_.contact_forces(f);
+    FrameContacts out;
+    if (!force_.known()) return out;
+    std::vector<ChainSphere> spheres;
+    for (std::size_t i = 0; i < s.index.size(); ++i)
+      spheres.push_back({s.position[3 * i], s.position[3 * i + 1], s.position[3 * i + 2], file_.radius()[s.index[i]],
+                         file_.material()[s.index[i]]});
+    for (const Chain& c : chains(spheres, force_)) {
+      for (const std::uint32_t end : {c.a, c.b})
+        out.ends.insert(out.ends.end(), &s.position[3 * end], &s.position[3 * end] + 3);
+      out.force.push_back(static_cast<float>(c.size));
+    }
+    return out;
+  }
+  /// The strongest contacts: both ends and the force, seven floats each.
+  const std::vector<float>& strongest(std::size_t f, const FrameSpheres& s) {
+    const auto [place, is_new] = strongest_.try_emplace(f);
+    if (!is_new) return place->second;
+    const FrameContacts contacts = this->contacts(f, s);
     std::vector<std::size_t> order(contacts.force.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
     const std::size_t count = std::min(order.size(), most_chains);
     std::partial_sort(
         order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), order.end(),
         [&](std::size_t a, std::size_t b) { return std::abs(contacts.force[a]) > std::abs(contacts.force[b]); });
-    std::vector<float> out;
+    std::vector<float>& out = place->second;
     for (std::size_t k = 0; k < count; ++k) {
       for (std::size_t i = 0; i < 6; ++i) out.push_back(contacts.ends[6 * order[k] + i]);
       out.push_back(contacts.force[order[k]]);
     }
-    return packed_numbers(out);
+    return out;
   }
 
   const FramesFile& file_;
+  RestForce force_;
+  std::map<std::size_t, std::vector<float>> strongest_;  // by frame
 };
 
 /// Of so many frames every so-many-th, and the last.
@@ -183,8 +209,8 @@ std::vector<std::size_t> every(std::size_t stride, std::size_t all) {
 }
 
 /// All spheres in as many frames as the bytes allow.
-Json sphere_film(const FramesFile& file, double bytes) {
-  const SphereFrames spheres(file);
+Json sphere_film(const FramesFile& file, const Scenario& scenario, double bytes) {
+  SphereFrames spheres(file, {scenario, file.materials()});
   for (std::size_t stride = 1;;) {
     const std::vector<std::size_t> frames = every(stride, file.times().size());
     const SphereScales scales = spheres.measured(frames);
@@ -353,7 +379,7 @@ std::string stamp_of(const std::filesystem::path& file) {
 
 Json view_scene(const ViewRequest& request) {
   const auto add_spheres = [&](SceneMaker& maker, const FramesFile& file) {
-    Json spheres = sphere_film(file, request.bytes);
+    Json spheres = sphere_film(file, maker.scenario(), request.bytes);
     if (spheres["frames"].size() < file.times().size())
       maker.note(fmt::format("{} of {} frames: the page stays below {:.0f} MB", spheres["frames"].size(),
                              file.times().size(), request.bytes * 1e-6));
@@ -367,7 +393,12 @@ struct ServedRun::Impl {
   std::unique_ptr<FramesFile> file;
   std::string file_stamp;
   std::optional<SphereScales> scales;
+  std::optional<RestForce> force;
 
+  SphereFrames spheres(const FramesFile& all) {
+    if (!force) force = RestForce(load_scenario((run / "scenario.yaml").string()).scenario, all.materials());
+    return {all, *force};
+  }
   /// The frames so far; null: none yet.
   const FramesFile* frames() {
     const std::string stamp = stamp_of(run / "run.h5");
@@ -377,7 +408,7 @@ struct ServedRun::Impl {
   }
   const SphereScales& scale(const FramesFile& all) {
     const std::size_t count = all.times().size();
-    if (!scales) scales = SphereFrames(all).measured(every(std::max<std::size_t>(1, count / most_measured), count));
+    if (!scales) scales = spheres(all).measured(every(std::max<std::size_t>(1, count / most_measured), count));
     return *scales;
   }
 };
@@ -392,7 +423,7 @@ Json ServedRun::scene() {
   const auto add_spheres = [&](SceneMaker& maker, const FramesFile& file) {
     impl_->scales.reset();
     const SphereScales& scales = impl_->scale(file);
-    Json spheres = SphereFrames(file).table({file.particles(), scales.box.low, scales.box.high}, scales);
+    Json spheres = impl_->spheres(file).table({file.particles(), scales.box.low, scales.box.high}, scales);
     for (const double t : file.times()) spheres["frames"].push_back({{"time", t}});
     maker.json()["spheres"] = std::move(spheres);
   };
@@ -409,7 +440,7 @@ Json ServedRun::frame(std::size_t number) {
   SphereFrames::include(scales.box, file->spheres(number, false));
   impl_->scales = scales;  // the box only grows
   ScenePack pack(file->particles(), scales.box.low, scales.box.high);
-  Json out = SphereFrames(*file).frame(number, pack, scales);
+  Json out = impl_->spheres(*file).frame(number, pack, scales);
   out["low"] = {scales.box.low.x, scales.box.low.y, scales.box.low.z};
   out["high"] = {scales.box.high.x, scales.box.high.y, scales.box.high.z};
   out["error"] = pack.error();

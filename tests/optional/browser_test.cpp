@@ -2,9 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <thread>
 
+#include "libsim/post/frames_file.hpp"
 #include "libsim/report/report.hpp"
 #include "libsim/view/show.hpp"
 #include "libsim/view/view.hpp"
@@ -26,7 +30,7 @@ TEST(Browser, ReportDrawsItselfAndShowsValues) {
   const std::string dom = test::opened(request.out, "#probe=draft@0.1", directory);
   EXPECT_NE(dom.find("data-ready=\"yes\""), std::string::npos) << dom.substr(0, 2000);
   EXPECT_NE(dom.find("data-errors=\"0\""), std::string::npos);
-  EXPECT_EQ(dom.find("CONSOLE"), std::string::npos) << dom.substr(dom.find("CONSOLE"), 500);
+  EXPECT_EQ(test::console_of(dom), "");
   // The cursor sits on a row near 0.1 s: its time and value stand in the page and in the series alike.
   const std::size_t at = dom.find("data-probe=\"");
   ASSERT_NE(at, std::string::npos);
@@ -39,6 +43,51 @@ TEST(Browser, ReportDrawsItselfAndShowsValues) {
   for (std::size_t i = 0; i < t.size(); ++i)
     if (std::abs(t[i] - time) < nearest) nearest = std::abs(t[i] - time), expected = series.at("draft")[i];
   EXPECT_NEAR(value, expected, 1e-4 * std::abs(expected) + 1e-6) << "five digits are shown";
+}
+
+/// Film, still frames and slices of two runs: all at one time, none of one colour, and the films' own cameras stay.
+TEST(Browser, ReportShowsFilmAndStillFrames) {
+  if (!test::has_browser()) GTEST_SKIP() << "no chromium: scripts/setup --browser";
+  const test::RunDirectory directory;
+  ASSERT_EQ(test::run_scenario(directory.scenario(test::small_pass), directory / "run"), exit_ok);
+  ReportRequest request;
+  request.runs = {directory / "run", directory / "run"};
+  request.out = directory / "page.html";
+  write_report(request);
+  const nlohmann::json found = test::asked(request.out, R"(
+    const viewers = [...document.querySelectorAll('iframe.film')].map(f => f.contentWindow.subsoil);
+    const camera = viewers[0].stage.camera.position.toArray();
+    viewers[1].show(0.05);
+    const colours = async image => {
+      await image.decode();
+      const canvas = document.createElement('canvas'), c = canvas.getContext('2d');
+      canvas.width = image.naturalWidth, canvas.height = image.naturalHeight;
+      c.drawImage(image, 0, 0);
+      return new Set(new Uint32Array(c.getImageData(0, 0, canvas.width, canvas.height).data.buffer)).size;
+    };
+    const stills = await Promise.all([...document.querySelectorAll('#stills img')].map(colours));
+    const slices = await Promise.all([...document.querySelectorAll('#section img')].map(colours));
+    viewers[0].still({ time: 0.1, width: 300, height: 200, chains: true, section: { axis: 2, at: 0, sign: 1 } });
+    return { films: viewers.length, times: viewers.map(v => v.time), stills, slices, moved: Math.hypot(...viewers[0].stage.camera.position.toArray().map((v, i) => v - camera[i])),
+             chains: viewers[0].soil.chains.mesh.visible, section: viewers[0].stage.section, errors: viewers.flatMap(v => v.errors),
+             reds: viewers[0].soil.now.chains.length / 7 };
+  )",
+                                           directory);
+  const std::size_t stills = report_data(request)["runs"][0]["stills"].size();
+  EXPECT_GE(stills, 3U);
+  EXPECT_EQ(found["films"], 2);
+  EXPECT_EQ(found["times"], nlohmann::json({0.05, 0.05}));
+  ASSERT_EQ(found["stills"].size(), 2 * stills);
+  ASSERT_EQ(found["slices"].size(), 6U) << "speed, chains and depth of each run";
+  // Cut spheres at rest have one shade, besides background, edges and the container's frame.
+  for (const nlohmann::json& colours : found["stills"]) EXPECT_GT(colours, 4);
+  EXPECT_GT(found["stills"].back(), 50) << "spheres at many speeds, and the tool";
+  for (const nlohmann::json& colours : found["slices"]) EXPECT_GT(colours, 50);
+  EXPECT_EQ(found["moved"], 0);
+  EXPECT_EQ(found["chains"], false);
+  EXPECT_TRUE(found["section"].is_null());
+  EXPECT_TRUE(found["errors"].empty()) << found["errors"];
+  EXPECT_GT(found["reds"], 10);
 }
 
 /// Share of the stage's pixels that are not the background.
@@ -233,6 +282,50 @@ TEST(Viewed, SliderSpheresAndArrowsAreThoseOfTheSeries) {
                dy = found["from"][1].get<double>() - found["to"][1].get<double>(), length = std::hypot(dx, dy);
   EXPECT_GT((dx * fx + dy * fy) / (length * size), 0.9999) << "the arrow lies along the force";
   EXPECT_EQ(found["clock"].get<std::string>().substr(0, 5), std::to_string(time).substr(0, 5));
+}
+
+double number_after(const std::string& text, const std::string& word) {
+  const std::size_t at = text.find(word);
+  return at == std::string::npos ? -1 : std::strtod(text.c_str() + at + word.size(), nullptr);
+}
+
+/// `run --view`: the page that is open takes over what the run writes, and its slider stays at the newest instant.
+TEST(Followed, TheNewestFrameOfARunInProgressIsShown) {
+  if (!test::has_browser()) GTEST_SKIP() << "no chromium: scripts/setup --browser";
+  const test::RunDirectory directory;
+  const std::filesystem::path scenario = directory.scenario(test::small_pass), words = directory / "words";
+  const std::string pid = test::output_of(
+      "cd " + directory.path().string() + " && { setsid " + subsoil::test::program() + " run " + scenario.string() +
+      " --out run --view --set time.end=1e4s --set 'machine.drivers.tow.velocity=0 m/s' --set "
+      "'output.every=200 ms' > words 2>&1 & echo $!; }");
+  std::string address;
+  for (int i = 0; i < 600 && address.empty(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    const std::string text = std::filesystem::exists(words) ? test::text_of(words) : "";
+    const std::size_t at = text.find("http://"), end = text.find_first_of(" \n", at);
+    if (at != std::string::npos && end != std::string::npos) address = text.substr(at, end - at);
+  }
+  // Loaded with the first frames; each look that finds something new is counted by the page.
+  const auto frames = [&] {
+    try {
+      return FramesFile((directory / "run" / "run.h5").string()).times().size();
+    } catch (const std::exception&) {
+      return std::size_t{0};  // not begun
+    }
+  };
+  for (int i = 0; i < 600 && frames() < 3; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  const std::size_t before = frames();
+  const std::string dom = address.empty() ? "" : test::opened_at(address, directory);
+  test::output_of("kill -- -" + pid.substr(0, pid.find('\n')) + " 2>&1");
+  ASSERT_FALSE(address.empty()) << test::text_of(words);
+  EXPECT_EQ(test::console_of(dom), "");
+  EXPECT_NE(dom.find("data-errors=\"0\""), std::string::npos) << dom.substr(0, 500);
+  EXPECT_GE(number_after(dom, "data-renewed=\""), 2) << dom.substr(0, 500);
+  EXPECT_NE(dom.find("running: "), std::string::npos) << "progress and time left";
+  const double newest = number_after(dom, " max=\""), frame = number_after(dom, "data-frame=\"");
+  EXPECT_GT(newest, 0.2 * static_cast<double>(before - 1))
+      << "the slider reaches rows that were written after the start";
+  EXPECT_GE(frame, before - 1) << "and the spheres are those of the newest frame";
 }
 
 }  // namespace

@@ -37,8 +37,18 @@ inline std::string opened(const std::filesystem::path& page, const std::string& 
   return opened_at("file://" + page.string() + hash, scratch);
 }
 
-/// What a script of the test finds in a page of `show` or `view`: the value that its `return` gives. `viewer` is the
-/// page's own object. Throws with what the browser prints where the page or the script fails.
+/// The first line that a page has printed on the console, but for remarks of a driver on its own speed; empty: none.
+inline std::string console_of(const std::string& out) {
+  for (std::size_t at = out.find("CONSOLE"); at != std::string::npos; at = out.find("CONSOLE", at + 1)) {
+    const std::string line = out.substr(at, out.find('\n', at) - at);
+    if (line.find("GL Driver Message") == std::string::npos) return line;
+  }
+  return {};
+}
+
+/// What a script of the test finds in a page of `show`, `view` or `report`: the value that its `return` gives. `viewer`
+/// is the page's own object, of `show` and `view`. Throws with what the browser prints where the page or the script
+/// fails.
 inline nlohmann::json asked(const std::filesystem::path& page, const std::string& script, const Scratch& scratch) {
   std::string text = text_of(page);
   const std::string end = "</body>";
@@ -50,7 +60,7 @@ window.addEventListener('load', async () => {
   try { answer = await (async () => {)" +
                                    script + R"(})(); } catch (e) { answer = { failure: String(e) }; }
   document.getElementById('answer').textContent = 'ANSWER' +
-    btoa(JSON.stringify({ answer, errors: viewer.errors }).replace(/[^ -~]/g, '?')) + 'END';
+    btoa(JSON.stringify({ answer, errors: viewer ? viewer.errors : [] }).replace(/[^ -~]/g, '?')) + 'END';
 });</script>)");
   const std::filesystem::path asking = scratch / "asking.html";
   write_file(asking, text);
@@ -58,11 +68,7 @@ window.addEventListener('load', async () => {
   const std::size_t from = out.find(">ANSWER"), until = out.find("END<", from);
   if (from == std::string::npos || until == std::string::npos)
     throw std::runtime_error("no answer: " + out.substr(0, 3000));
-  // A driver's remarks on its own speed are not the page's.
-  for (std::size_t at = out.find("CONSOLE"); at != std::string::npos; at = out.find("CONSOLE", at + 1)) {
-    const std::string line = out.substr(at, out.find('\n', at) - at);
-    if (line.find("GL Driver Message") == std::string::npos) throw std::runtime_error("on the console: " + line);
-  }
+  if (const std::string line = console_of(out); !line.empty()) throw std::runtime_error("on the console: " + line);
   std::string answer;
   unsigned word = 0;
   int bits = 0;

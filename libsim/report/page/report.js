@@ -37,94 +37,105 @@ function drawHead() {
 
 // ---- film ----------------------------------------------------------------------------------------------------------
 
-let views = [];
-function colourKey(film, mode) {
-  if (mode === 'depth') return [h('span', {}, 'colour: depth before the pass, surface'), h('span', { class: 'scale', style: 'background:' + gradient('depth') }), 'floor'];
-  if (mode === 'material') return film.data.materials.map((m, i) => film.used.has(i) ? h('span', {}, swatch(i), m) : null).filter(x => x);
-  if (mode === 'speed') return [h('span', {}, 'colour: speed in the plane, 0'), h('span', { class: 'scale', style: 'background:' + gradient('speed') }), text(view0().options.vmax, 2) + ' m/s and more'];
-  return [];
+/// The page of `subsoil view` for a run, in a frame of this page.
+class Film {
+  constructor(run, number, parts) {
+    this.run = run;
+    this.number = number;
+    this.frame = h('iframe', { class: 'film', title: 'film of ' + run.name });
+    const scene = JSON.stringify({ ...run.scene, embedded: true }).replace(/</g, '\\u003c');
+    this.loaded = new Promise(done => this.frame.addEventListener('load', done, { once: true }));
+    this.frame.srcdoc = parts.before + scene + parts.after;
+  }
+  async ready() {
+    await this.loaded;
+    const root = this.frame.contentDocument;
+    for (;;) {
+      if (root.documentElement.dataset.ready === 'yes') break;
+      const failure = root.querySelector('.failure');
+      if (failure) throw new Error(failure.textContent);
+      await new Promise(done => setTimeout(done, 20));
+    }
+    this.viewer = this.frame.contentWindow.subsoil;
+    this.soil = this.viewer.soil;
+  }
+  get end() { return this.viewer.poses.end; }
+  /// Side view of the soil and of what stands above it as high as a good half of its depth; of a machine alone all.
+  box() {
+    const whole = this.viewer.stage.bounds, s = this.viewer.scene.spheres, box = whole.clone();
+    if (!s) return box;
+    box.min.set(...s.low), box.max.set(...s.high);
+    // The tool on its way to the soil and out of it, as far as a third of the bed.
+    const { tool } = this.viewer.scene, length = s.high[0] - s.low[0], way = tool && tool.axis === 0 ? tool.tip : [];
+    box.min.x = Math.max(s.low[0] - length / 3, Math.min(s.low[0], ...way) - 0.05 * length);
+    box.max.x = Math.min(s.high[0] + length / 3, Math.max(s.high[0], ...way) + 0.05 * length);
+    box.max.y = Math.min(whole.max.y, s.low[1] + 1.6 * (this.top() - s.low[1]));
+    return box;
+  }
+  /// Height of the soil's surface at the start.
+  top() { const tool = this.viewer.scene.tool, s = this.viewer.scene.spheres; return tool ? tool.surface : s.high[1]; }
+  /// The slice through the tool; spheres beyond it are cut off.
+  section() {
+    const s = this.viewer.scene.spheres;
+    return s ? { axis: 2, at: this.run.slice ?? 0.5 * (s.low[2] + s.high[2]), sign: 1 } : null;
+  }
+  still(time, wide, options) {
+    const box = this.box(), ratio = Math.min(0.75, Math.max(0.22, (box.max.y - box.min.y) / (box.max.x - box.min.x)));
+    const width = Math.round(wide), height = Math.round(wide * ratio);
+    const picture = this.viewer.still({ time, width, height, view: 'side', box, section: this.section(), ...options });
+    return h('img', { class: 'still', src: picture, width, height, alt: this.run.name + ' at ' + text(time) + ' s, from the side' });
+  }
+  get colours() { return this.soil ? this.soil.colourings() : []; }
 }
-const view0 = () => views[0];
 
 async function drawFilm() {
-  const films = [];
-  for (const [i, r] of runs.entries()) if (r.film) films.push({ i, run: r, film: await Film.open(r.film) });
-  if (!films.length) return [];
-  const soil = films.some(f => f.film.total);
-  const s = section('film', soil ? 'Film of the pass' : 'Film', (soil ? 'A section one sphere thick along the travel, ' + slab(films[0]) + '; the' : 'The') + ' machine is seen from its side. Drag to move, Ctrl or Shift with the wheel to zoom, double click for the whole ' + (soil ? 'bed' : 'machine') + '.');
-  const all = films.flatMap(f => f.film.times), low = Math.min(...all), high = Math.max(...all);
-  const vmax = Math.max(...films.map(f => f.film.data['v max']));
-  views = films.map(f => new FilmView(f.film, { moves: true, vmax, box: f.film.soil, colour: f.film.total && f.film.data['has velocity'] ? 'speed' : 'depth' }));
-  if (!films.some(f => f.film.total)) views.forEach(v => { v.options.box = v.film.box; });
-  const slider = h('input', { type: 'range', min: 0, max: 1000, value: 0, 'aria-label': 'time' }), clock = h('b', {}, '');
-  const key = h('div', { class: 'key' });
-  const time = () => low + (high - low) * slider.value / 1000;
-  const show = () => { views.forEach(v => v.draw(v.film.frame(time()))); clock.textContent = 't = ' + text(time(), 4) + ' s'; };
-  const all_views = f => () => { views.forEach(f); keys(); show(); };
-  const keys = () => key.replaceChildren(...colourKey(films[0].film, views[0].options.colour));
-  let playing = null;
-  const play = h('button', { onclick: () => {
-    if (playing) { clearInterval(playing); playing = null; play.textContent = 'Play'; return; }
-    if (+slider.value >= 1000) slider.value = 0;
-    play.textContent = 'Stop';
-    playing = setInterval(() => { slider.value = Math.min(1000, +slider.value + 1000 / Math.max(60, films[0].film.times.length)); show(); if (+slider.value >= 1000) play.click(); }, 60);
-  } }, 'Play');
-  const pick = h('select', { 'aria-label': 'colour', onchange: () => all_views(v => { v.options.colour = pick.value; })() },
-    [['speed', 'speed'], ['depth', 'depth before the pass'], ['material', 'material']].map(([v, t]) => h('option', { value: v }, t)));
-  pick.value = views[0].options.colour;
-  const arrows = h('input', { type: 'checkbox', onchange: () => all_views(v => { v.options.arrows = arrows.checked; })() });
-  const box = kind => all_views(v => { v.options.box = kind === 'all' ? v.film.box : v.film.soil; v.resize(v.canvas.clientWidth); });
-  slider.addEventListener('input', show);
-  // A machine alone has no spheres to colour and no soil to look at.
-  s.append(h('div', { class: 'controls' }, play, slider, clock, soil ? [h('label', {}, 'colour ', pick), h('label', {}, arrows, ' velocities'), h('button', { onclick: box('soil') }, 'Soil')] : null,
-    h('button', { onclick: box('all') }, 'Whole machine')), soil ? key : '');
-  const grid = h('div', { class: films.length > 1 ? 'grid2' : '' });
-  films.forEach((f, k) => grid.append(h('figure', {}, views[k].canvas, h('figcaption', {}, several ? swatch(f.i) : null, (several ? f.run.name + ': ' : '') + f.film.times.length + ' of ' + f.film.data['all frames'] + ' frames of the run'))));
-  s.append(grid);
-  views.forEach(v => v.resize(films.length > 1 ? width() / 2 : width()));
-  slider.value = Math.round(1000 * (Math.min(high, runs[0].window.until ?? high) - low) / Math.max(1e-12, high - low));
-  keys(); show();
-  drawStills(films, vmax);
-  drawSections(films, vmax);
-  return films;
-}
-const slab = f => 'z = ' + text(1e3 * f.film.data.slab[0], 3) + ' \u2026 ' + text(1e3 * f.film.data.slab[1], 3) + ' mm';
-
-function still(film, frame, options, w) {
-  const v = new FilmView(film, options);
-  v.at = frame;
-  v.resize(w);
-  return v.canvas;
-}
-
-function drawStills(films, vmax) {
-  const soil = films.some(f => f.film.total);
-  const s = section('stills', 'Still frames', soil ? 'Colour: speed in the plane of the section, 0 to ' + text(vmax, 2) + ' m/s.' : '');
-  if (soil) s.append(h('div', { class: 'key' }, '0', h('span', { class: 'scale', style: 'background:' + gradient('speed') }), text(vmax, 2) + ' m/s and more'));
+  const films = runs.flatMap((r, i) => r.scene ? [new Film(r, i, JSON.parse(document.getElementById('viewer').textContent))] : []);
+  if (!films.length) return;
+  const s = section('film', 'Film', 'Drag turns the picture, Ctrl or Shift with the wheel zooms, a click shows what a thing is.' + (films.length > 1 ? ' All runs show the same time.' : ''));
+  s.append(h('div', { class: films.length > 1 ? 'grid2 screen' : 'screen' }, films.map(f => h('figure', {}, f.frame, several ? h('figcaption', {}, swatch(f.number), f.run.name) : null))));
+  await Promise.all(films.map(f => f.ready()));
+  let following = false;
+  for (const f of films) f.viewer.timed.push(t => {
+    if (following) return;
+    following = true;
+    for (const other of films) if (other !== f) other.viewer.show(Math.min(t, other.end));
+    following = false;
+  });
   for (const f of films) {
-    if (several) s.append(h('h3', {}, swatch(f.i), f.run.name));
-    s.append(h('div', { class: 'grid3' }, f.film.data.stills.map(st => h('figure', {},
-      still(f.film, st.frame, { vmax, box: f.film.total ? f.film.soil : f.film.box, colour: f.film.data['has velocity'] ? 'speed' : 'depth' }, width() / 3),
-      h('figcaption', {}, 't = ' + text(f.film.times[st.frame]) + ' s')))));
+    f.viewer.stage.look('side');
+    if (f.colours.includes('speed')) f.viewer.colour('speed');
+  }
+  films[0].viewer.show(Math.min(films[0].end, runs[0].window.until ?? films[0].end));
+  drawStills(films);
+  drawSections(films);
+}
+
+const key = (by, low, high) => h('div', { class: 'key' }, low, h('span', { class: 'scale', style: 'background:' + gradientOf(by) }), high);
+const speedKey = f => key('speed', '0', text(f.soil.data.speedTop, 2) + ' m/s and more');
+
+function drawStills(films) {
+  const s = section('stills', 'Still frames', films.some(f => f.soil) ? 'Slice through the tool, from the side.' : 'From the side.');
+  for (const f of films) {
+    const by = f.colours.includes('speed') ? 'speed' : f.soil ? 'depth' : undefined;
+    if (several) s.append(h('h3', {}, swatch(f.number), f.run.name));
+    if (by === 'speed') s.append(speedKey(f));
+    s.append(h('div', { class: 'grid3' }, f.run.stills.map(t => h('figure', {}, f.still(t, width() / 3, { colour: by }), h('figcaption', {}, 't = ' + text(t) + ' s')))));
   }
 }
 
-function drawSections(films, vmax) {
-  const with_soil = films.filter(f => f.film.total);
+function drawSections(films) {
+  const with_soil = films.filter(f => f.soil);
   if (!with_soil.length) return;
-  const s = section('section', 'Speed field and force chains in the section',
-    'Left: mean velocity of the spheres of a cell, at the end of the window. Right: normal forces between spheres of the section, as wide and dark as they are large, red where they press and blue where they pull: the law\u2019s at rest for the spheres\u2019 places, without damping, friction and cement (frames hold no forces of contacts). Below: the same section by depth before the pass.');
+  const s = section('section', 'Speed, force chains and layers', 'The slice at the end of the window.');
   for (const f of with_soil) {
-    if (several) s.append(h('h3', {}, swatch(f.i), f.run.name));
-    const last = f.film.data.stills[f.film.data.stills.length - 1], w = width() / 2;
-    const chains = last.unit === 'N' ? 'largest force ' + text(last.largest, 2) + ' N, mean ' + text(last.mean, 2) + ' N, each known to about ' + text(last.resolution, 1) + ' N'
-      : 'overlaps (no law is known), widest ' + text(last.largest, 2) + ' of the smaller radius';
-    const caption = t => h('figcaption', {}, 't = ' + text(f.film.times[last.frame]) + ' s: ' + t);
+    const t = f.run.stills[f.run.stills.length - 1], w = width() / 2, data = f.viewer.scene.spheres;
+    const figure = (words, options) => h('figure', {}, f.still(t, w, options), h('figcaption', {}, 't = ' + text(t) + ' s: ', words));
+    if (several) s.append(h('h3', {}, swatch(f.number), f.run.name));
     s.append(h('div', { class: 'grid2' },
-      h('figure', {}, still(f.film, last.frame, { vmax, arrows: true, colour: f.film.data['has velocity'] ? 'speed' : 'depth' }, w), caption('velocities, colour 0 \u2026 ' + text(vmax, 2) + ' m/s')),
-      h('figure', {}, still(f.film, last.frame, { chains: true, colour: 'plain' }, w), caption(chains)),
-      h('figure', {}, still(f.film, last.frame, { colour: 'depth' }, w), caption('layers by depth before the pass, surface light to floor dark')),
-      f.film.used.size > 1 ? h('figure', {}, still(f.film, last.frame, { colour: 'material' }, w), h('figcaption', {}, f.film.data.materials.map((m, k) => f.film.used.has(k) ? h('span', {}, swatch(k), m + ' ') : null))) : null));
+      f.colours.includes('speed') ? figure(speedKey(f), { colour: 'speed' }) : null,
+      f.soil.hasChains ? figure('force chains, red where spheres press and blue where they pull, up to ' + text(data.chainTop, 2) + ' N; ' + data.chainNote, { chains: true, colour: 'plain' }) : null,
+      figure(key('depth', 'lowest before the pass', 'highest'), { colour: 'depth' }),
+      f.colours.includes('material') ? figure(data.materials.map((m, k) => h('span', {}, h('span', { class: 'swatch', style: 'background:' + colourOf(1 + k % 8) }), m + ' ')), { colour: 'material' }) : null));
   }
 }
 
@@ -255,7 +266,7 @@ function movedCanvas(f) {
   for (let row = 0; row < f.rows; ++row) for (let col = 0; col < f.columns; ++col) {
     const v = at(row, col);
     if (v === null) continue;
-    g.fillStyle = scales.moved[Math.min(steps - 1, Math.floor(v / top * steps))];
+    g.fillStyle = `rgb(${mixed(SCALES.displacement, v / top).join(',')})`;
     g.fillRect(col * k, (f.rows - 1 - row) * k, k, k);
   }
   g.strokeStyle = '#111'; g.lineWidth = 3;
@@ -352,7 +363,7 @@ function probe() {
   drawHead();
   let problem = null;
   try { await drawFilm(); } catch (e) { problem = e; }
-  if (problem) section('film', 'Film of the pass', 'The film cannot be shown: ' + problem.message);
+  if (problem) section('film problem', 'Film', 'The film cannot be shown: ' + problem.message);
   drawCurves();
   drawSource();
   drawFurrow();

@@ -10,7 +10,7 @@ function g(tag, attributes, ...children) {
   e.append(...children.filter(c => c !== null));
   return e;
 }
-const words = p => data.parameters.map((n, k) => n + ' = ' + p.values[k]).join(', ');
+const wordsOf = p => data.parameters.map((n, k) => n + ' = ' + p.values[k]).join(', ');
 const numberLabel = k => (data['number labels'] || data.numbers)[k], parameterLabel = k => (data['parameter labels'] || data.parameters)[k];
 const pm = (v, half) => text(v, 5) + (half === null || half === undefined ? '' : ' \u00b1 ' + text(half, 2));
 
@@ -37,7 +37,7 @@ function effectChart(e) {
   for (const p of points) {
     const half = p['half width'][e.number];
     if (half !== null && half !== undefined) s.append(g('line', { x1: X(place(p)), x2: X(place(p)), y1: Y(p.value[e.number] - half), y2: Y(p.value[e.number] + half), stroke: '#0b62a4', 'stroke-opacity': 0.45 }));
-    s.append(g('circle', { cx: X(place(p)), cy: Y(p.value[e.number]), r: 3.4, fill: '#0b62a4', 'fill-opacity': 0.45 }, g('title', {}, words(p) + ': ' + pm(p.value[e.number], p['half width'][e.number]))));
+    s.append(g('circle', { cx: X(place(p)), cy: Y(p.value[e.number]), r: 3.4, fill: '#0b62a4', 'fill-opacity': 0.45 }, g('title', {}, wordsOf(p) + ': ' + pm(p.value[e.number], p['half width'][e.number]))));
   }
   const path = [];
   for (const l of e.levels) {
@@ -73,7 +73,7 @@ page.replaceChildren(h('h1', {}, data.title || data.scenario), h('p', { class: '
 if (data.credibility) drawVerdicts();
 if (data.best) {
   const p = data.points[data.best.point];
-  page.append(h('h2', {}, 'Best point'), h('p', { id: 'best' }, (data.best.largest ? 'Largest ' : 'Least ') + data.numbers[data.best.number] + ': ' + pm(p.value[data.best.number], p['half width'][data.best.number]) + ' at point ' + (data.best.point + 1) + ' (' + words(p) + ').'));
+  page.append(h('h2', {}, 'Best point'), h('p', { id: 'best' }, (data.best.largest ? 'Largest ' : 'Least ') + data.numbers[data.best.number] + ': ' + pm(p.value[data.best.number], p['half width'][data.best.number]) + ' at point ' + (data.best.point + 1) + ' (' + wordsOf(p) + ').'));
 }
 if (!data.credibility) {
   page.append(h('h2', {}, 'Main effects'), h('p', { class: 'note' }, 'Blue: points; orange: means at a value with their 95 % interval over the points that have it. Below: change of the number from the least to the largest value of the parameter, the other numeric ones held, by a least squares plane.'));

@@ -32,12 +32,12 @@ function h(tag, attributes, ...children) {
 }
 
 /**
- * Digits without a tail of zeros.
- * @param {number} v
+ * Digits without a tail of zeros; a dash for no number.
+ * @param {number | null | undefined} v
  * @param {number} [digits]
  */
 function text(v, digits = 4) {
-  if (!isFinite(v)) return '\u2013';
+  if (v === null || v === undefined || !isFinite(v)) return '\u2013';
   if (v === 0) return '0';
   const a = Math.abs(v);
   return a >= 1e6 || a < 1e-4 ? v.toExponential(digits - 1) : String(Number(v.toPrecision(digits)));
@@ -141,3 +141,18 @@ class Poses {
 const palette = ['#8a949e', '#2f7fc1', '#e07b39', '#2f9e77', '#c277b0', '#c9a227', '#5bb4e0', '#8d6e52', '#7b7be0', '#93a33a'];
 /** @param {number} i */
 const colourOf = i => i === 0 ? palette[0] : palette[1 + (i - 1) % (palette.length - 1)];
+
+/** Stops of the colour scales, r g b. @type {Record<string, number[][]>} */
+const SCALES = {
+  speed: [[222, 218, 205], [148, 190, 190], [54, 140, 160], [38, 88, 150], [120, 40, 130], [200, 30, 60]],
+  displacement: [[222, 218, 205], [240, 205, 120], [230, 140, 60], [190, 60, 40], [110, 20, 50]],
+  depth: [[86, 56, 36], [140, 96, 60], [190, 150, 100], [226, 205, 160]],
+  force: [[226, 226, 226], [150, 180, 210], [60, 110, 180], [90, 40, 140], [210, 30, 60]],
+};
+/** Colour at x in [0, 1]. @param {number[][]} stops @param {number} x */
+function mixed(stops, x) {
+  const at = Math.min(0.999999, Math.max(0, x)) * (stops.length - 1), k = Math.floor(at), f = at - k;
+  return stops[k].map((v, c) => Math.round(v + f * (stops[k + 1][c] - v)));
+}
+/** @param {string} by */
+const gradientOf = by => `linear-gradient(90deg,${(SCALES[by] || SCALES.depth).map(c => `rgb(${c.join(',')})`).join(',')})`;

@@ -11,6 +11,7 @@ class Served {
     this.stamp = '';
     this.running = false;
     this.stopped = false;
+    this.renewed = 0;
     this.status = h('output', { class: 'status', 'aria-live': 'polite', 'aria-label': 'state of the run' }, '');
   }
   /** @param {string} what @returns {Promise<any>} */
@@ -44,6 +45,7 @@ class Served {
     this.status.textContent = this.words(state);
     if (was && !this.running) return location.reload();  // now there are summary and furrow
     if (state.motion && known !== '') await this.take(state);
+    if (this.running && known === '') this.viewer.show(/** @type {Poses} */ (this.viewer.poses).end);  // where the run is
   }
   /** @param {State} state */
   words(state) {
@@ -72,5 +74,6 @@ class Served {
     if (state.series) await v.takeSeries(state.series);
     v.slider.max = String(poses.end);
     v.show(newest ? poses.end : v.time);
+    document.documentElement.dataset.renewed = String(++this.renewed);
   }
 }

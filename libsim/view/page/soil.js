@@ -52,20 +52,7 @@ void main() {
   gl_FragColor = vec4(base * mix(light, 0.92, flat_ * 0.6), fade);
 }`;
 
-/** Stops of the colour scales, r g b. @type {Record<string, number[][]>} */
-const SCALES = {
-  speed: [[222, 218, 205], [148, 190, 190], [54, 140, 160], [38, 88, 150], [120, 40, 130], [200, 30, 60]],
-  displacement: [[222, 218, 205], [240, 205, 120], [230, 140, 60], [190, 60, 40], [110, 20, 50]],
-  depth: [[86, 56, 36], [140, 96, 60], [190, 150, 100], [226, 205, 160]],
-  force: [[226, 226, 226], [150, 180, 210], [60, 110, 180], [90, 40, 140], [210, 30, 60]],
-};
-const SOIL_COLOUR = '#b9a582';
-
-/** Colour at x in [0, 1]. @param {number[][]} stops @param {number} x */
-function mixed(stops, x) {
-  const at = Math.min(0.999999, Math.max(0, x)) * (stops.length - 1), k = Math.floor(at), f = at - k;
-  return stops[k].map((v, c) => Math.round(v + f * (stops[k + 1][c] - v)));
-}
+const SOIL_COLOUR = '#b9a582', PALE_SOIL = '#ece8df';
 
 /** Frames of a served run that stay in memory; 1,000,000 spheres take 8 MB each. */
 const MOST_KEPT = 40;
@@ -79,7 +66,7 @@ class Soil {
     /** Spheres of the frames that are here. @type {(FrameData | null)[]} */
     this.frames = data.frames.map(() => null);
     /** Gets a frame that is not here; null: all are. @type {((frame: number) => Promise<SphereFrame>) | null} */
-    this.fetch = null;
+    this.reader = null;
     /** Called when a frame that was waited for is shown. */
     this.arrived = () => {};
     this.wanted = 0;
@@ -102,16 +89,17 @@ class Soil {
     this.colours = new THREE.DataTexture(new Uint8Array(256 * 4), 256, 1);
     this.material = this.shader();
     this.mesh = this.build();
-    this.chains = this.chainLines();
+    this.chains = new Chains(this.radii.reduce((sum, r) => sum + r, 0) / Math.max(1, data.count), data.chainTop);
+    this.showChains(false);
   }
-  /** Opens all frames that the page holds, or fetches the first. @param {Spheres} data @param {((frame: number) => Promise<SphereFrame>) | null} fetch */
-  static async open(data, fetch) {
+  /** Opens all frames that the page holds, or fetches the first. @param {Spheres} data @param {((frame: number) => Promise<SphereFrame>) | null} reader */
+  static async open(data, reader) {
     const bytes = async (/** @type {Packed | null} */ p) => (p ? unpack(p) : null);
     const soil = new Soil(data, { radius: await bytes(data.radius.bytes), material: await bytes(data.material) });
-    soil.fetch = fetch;
-    if (fetch) await soil.take(0, await fetch(0));
+    soil.reader = reader;
+    if (reader) await soil.take(0, await reader(0));
     let last = null;
-    for (let k = 0; !fetch && k < data.frames.length; ++k) last = soil.put(k, await soil.opened(data.frames[k], last)).positions;
+    for (let k = 0; !reader && k < data.frames.length; ++k) last = soil.put(k, await soil.opened(data.frames[k], last)).positions;
     soil.show(0);
     return soil;
   }
@@ -142,7 +130,7 @@ class Soil {
       this.kept = [];
       this.frame = -1;
       this.first.fill(ABSENT);
-      if (k !== 0 && this.fetch) await this.take(0, await this.fetch(0));
+      if (k !== 0 && this.reader) await this.take(0, await this.reader(0));
     }
     this.put(k, await this.opened(frame, null));
     this.span = undefined;
@@ -176,7 +164,7 @@ class Soil {
       uniforms: {
         low: { value: new THREE.Vector3(...this.data.low) }, size: { value: new THREE.Vector3(...this.size) },
         scale: { value: 1 }, cut: { value: new THREE.Vector4() }, cutting: { value: 0 }, colours: { value: this.colours },
-        plain: { value: new THREE.Vector3(...[1, 3, 5].map(k => parseInt(SOIL_COLOUR.slice(k, k + 2), 16) / 255)) },
+        plain: { value: new THREE.Vector3() },
         fade: { value: 1 },
       },
     });
@@ -190,10 +178,10 @@ class Soil {
   }
   /** One frame at a time: of a slider that is drawn the last place counts. @param {number} k */
   async load(k) {
-    if (this.loading || !this.fetch) return;
+    if (this.loading || !this.reader) return;
     this.loading = true;
     try {
-      await this.take(k, await this.fetch(k));
+      await this.take(k, await this.reader(k));
     } finally {
       this.loading = false;
     }
@@ -208,34 +196,18 @@ class Soil {
     this.place.array.set(this.now.positions);
     this.place.needsUpdate = true;
     this.colour(this.colouring);
-    this.showChains();
+    this.chains.show(this.now.chains);
+  }
+  /** Chains are seen before pale spheres. @param {boolean} on */
+  showChains(on) {
+    this.chains.mesh.visible = on;
+    this.material.uniforms.plain.value.set(...[1, 3, 5].map(k => parseInt((on ? PALE_SOIL : SOIL_COLOUR).slice(k, k + 2), 16) / 255));
   }
   get hasChains() { return this.frames.some(f => f && f.chains && f.chains.length > 0); }
-  chainLines() {
-    const lines = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ vertexColors: true, depthTest: false, transparent: true }));
-    lines.visible = false;
-    lines.frustumCulled = false;
-    lines.renderOrder = 2;
-    return lines;
-  }
-  /** Contacts of this frame: the darker, the stronger; blue ones pull. */
-  showChains() {
-    const data = this.now.chains, count = data ? data.length / 7 : 0;
-    const place = new Float32Array(6 * count), colour = new Float32Array(8 * count);
-    for (let i = 0; i < count && data; ++i) {
-      const force = data[7 * i + 6], share = Math.sqrt(Math.abs(force) / this.data.chainTop);
-      place.set(data.subarray(7 * i, 7 * i + 6), 6 * i);
-      for (const end of [0, 4]) colour.set(force >= 0 ? [0.62, 0.02, 0.1, share] : [0.05, 0.25, 0.8, share], 8 * i + end);
-    }
-    this.chains.geometry.dispose();
-    this.chains.geometry = new THREE.BufferGeometry();
-    this.chains.geometry.setAttribute('position', new THREE.BufferAttribute(place, 3));
-    this.chains.geometry.setAttribute('color', new THREE.BufferAttribute(colour, 4));
-  }
   /** Names of what the spheres can be coloured by here. */
   colourings() {
     const out = ['plain', 'depth'];
-    if (this.data.materials.length > 1) out.push('material');
+    if (this.table.material && this.table.material.some((m, i, all) => m !== all[0])) out.push('material');
     if (this.frames.length > 1) out.push('displacement');
     if (this.frames.some(f => f && f.speed)) out.push('speed');
     if (this.frames.some(f => f && f.force)) out.push('force');

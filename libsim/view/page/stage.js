@@ -40,12 +40,14 @@ class Stage {
     /** @type {Soil | null} */
     this.soil = null;
     this.pending = false;
+    /** Size in pixels in place of the parent's. @type {[number, number] | null} */
+    this.other = null;
     this.bounds = new THREE.Box3(new THREE.Vector3(-1, -1, -1), new THREE.Vector3(1, 1, 1));
     new ResizeObserver(() => this.resize()).observe(parent);
     this.resize();
   }
-  get width() { return this.parent.clientWidth || 1; }
-  get height() { return this.parent.clientHeight || 1; }
+  get width() { return this.other ? this.other[0] : this.parent.clientWidth || 1; }
+  get height() { return this.other ? this.other[1] : this.parent.clientHeight || 1; }
   resize() {
     this.renderer.setSize(this.width, this.height, false);
     this.frustum(this.fitted ? this.halfHeight(this.fitted) : (this.camera.top - this.camera.bottom) / 2);
@@ -73,6 +75,29 @@ class Stage {
     this.frustum(this.halfHeight(box));
     this.controls.update();
     this.draw();
+  }
+  /** In a page that scrolls, the wheel zooms with Ctrl or Shift alone. */
+  leaveTheWheel() {
+    this.canvas.addEventListener('wheel', e => { this.controls.enableZoom = e.ctrlKey || e.shiftKey; }, { capture: true, passive: true });
+  }
+  /**
+   * The scene in another size and view, as PNG; the camera stays.
+   * @param {number} width pixels @param {number} height @param {string} preset @param {import('three').Box3} [box]
+   */
+  snapshot(width, height, preset, box) {
+    const camera = this.camera.clone(), target = this.controls.target.clone(), { fitted } = this;
+    this.other = [width, height];
+    this.renderer.setSize(width, height, false);
+    this.look(preset, box);
+    this.drawNow();
+    const url = this.canvas.toDataURL('image/png');
+    this.other = null;
+    this.camera.copy(camera);
+    this.controls.target.copy(target);
+    this.controls.update();
+    this.fitted = fitted;
+    this.resize();
+    return url;
   }
   /** Half height in which every corner of a box lies with a margin. @param {import('three').Box3} box */
   halfHeight(box) {
@@ -121,13 +146,11 @@ class Stage {
     this.camera.updateMatrixWorld(true);
     const plane = this.plane();
     this.renderer.clippingPlanes = plane ? [plane] : [];
-    if (this.soil) {
-      const u = this.soil.material.uniforms;
-      u.cutting.value = plane ? 1 : 0;
-      if (plane) {
-        const seen = plane.clone().applyMatrix4(this.camera.matrixWorldInverse);
-        u.cut.value.set(-seen.normal.x, -seen.normal.y, -seen.normal.z, seen.constant);
-      }
+    const seen = plane && plane.clone().applyMatrix4(this.camera.matrixWorldInverse);
+    for (const { uniforms } of this.soil ? [this.soil.material, this.soil.chains.material] : []) {
+      uniforms.cutting.value = seen ? 1 : 0;
+      if (seen) uniforms.cut.value.set(-seen.normal.x, -seen.normal.y, -seen.normal.z, seen.constant);
+      if (uniforms.pixel) uniforms.pixel.value = 1 / this.scale;
     }
     this.renderer.render(this.scene, this.camera);
     this.after.forEach(f => f());

@@ -67,6 +67,7 @@ declare global {
     materials: string[];
     material: Packed | null;
     speedTop: number; forceTop: number; chainTop: number;
+    chainNote: string;    // where the forces of the chains come from
     frames: SphereFrame[];
   }
   interface Motion {
@@ -97,6 +98,7 @@ declare global {
   }
   interface Scene {
     served?: boolean;
+    embedded?: boolean;   // inside a report
     format: string; mode: "show" | "view"; title: string; file: string; version: string;
     gravity: V3; size: number;
     things: Thing[]; bodies: BodyData[]; meshes: MeshData[]; symbols: SymbolData[];

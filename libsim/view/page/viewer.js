@@ -107,6 +107,8 @@ class Viewer {
     this.time = 0;
     this.selected = -1;
     this.playing = false;
+    /** Called when another time is shown. @type {((t: number) => void)[]} */
+    this.timed = [];
   }
   async build() {
     const { scene } = this, motion = scene.motion;
@@ -121,12 +123,13 @@ class Viewer {
     const page = /** @type {HTMLElement} */ (document.getElementById('page'));
     page.replaceChildren(this.frame);
     this.stage = new Stage(holder);
+    if (scene.embedded) document.documentElement.classList.add('embedded'), this.stage.leaveTheWheel();
     this.stage.canvas.setAttribute('role', 'img');
     this.stage.canvas.setAttribute('aria-label', `${scene.title}: picture of the scene; drag turns it, the wheel zooms, 1 to 4 choose views`);
     this.machine = new MachineView(scene, this.poses, meshes);
     this.around = new Surroundings(scene, this.poses, this.machine);
     this.stage.scene.add(this.machine.root, this.around.root);
-    if (this.soil) this.stage.scene.add(this.soil.mesh, this.soil.chains), this.stage.soil = this.soil;
+    if (this.soil) this.stage.scene.add(this.soil.mesh, this.soil.chains.mesh), this.stage.soil = this.soil;
     this.overlay = new Overlay(scene, this.stage, this.poses, t => this.select(t));
     this.overlay.placeOf = t => this.placeOf(t);
     this.overlay.depthOf = body => /** @type {MachineView} */ (this.machine).depthOf(body);
@@ -224,7 +227,7 @@ class Viewer {
       typeof MediaRecorder !== 'undefined' && /** @type {Poses} */ (this.poses).times.length > 1 && button('film', () => this.record(), 'record the run as a film'),
       colouring, this.section, ['symbols', 'names', 'dimensions', 'monitors', 'axes'].map(layer), this.scene.forces.length > 0 && layer('forces'), this.scene.warnings.some(w => w.things.length) && layer('warnings'),
       box('normals', false, on => this.machine && this.machine.normals.forEach(n => { n.visible = on; })),
-      soil && box('spheres', true, on => { soil.mesh.visible = on; }), soil && soil.hasChains && box('chains', false, on => { soil.chains.visible = on; }), this.scene.motion.times.length > 1 && box('paths', true, on => { if (this.around) this.around.paths.visible = on; })), this.key);
+      soil && box('spheres', true, on => { soil.mesh.visible = on; }), soil && soil.hasChains && h('span', { title: soil.data.chainNote }, box('chains', false, on => soil.showChains(on))), this.scene.motion.times.length > 1 && box('paths', true, on => { if (this.around) this.around.paths.visible = on; }), this.key));
     stage.canvas.addEventListener('pointerdown', e => { this.pressed = [e.clientX, e.clientY]; });
     stage.canvas.addEventListener('click', e => {
       if (this.pressed && Math.hypot(e.clientX - this.pressed[0], e.clientY - this.pressed[1]) > 4) return;
@@ -271,6 +274,7 @@ class Viewer {
     this.clock.textContent = `${t.toFixed(3)} s`;
     if (this.plot) this.markTime();
     /** @type {Stage} */ (this.stage).draw();
+    this.timed.forEach(f => f(t));
   }
   /** @param {boolean} on */
   play(on) {
@@ -318,9 +322,8 @@ class Viewer {
     this.colourChoice.value = by;
     const unit = { displacement: 'm', speed: 'm/s', force: 'N' }[by];
     const names = by === 'material' ? this.scene.spheres && this.scene.spheres.materials.map((m, i) => h('span', {}, h('span', { class: 'swatch', style: `background:${colourOf(1 + i % 8)}` }), m)) : null;
-    const gradient = (SCALES[by] || SCALES.depth).map(c => `rgb(${c.join(',')})`).join(',');
     const ends = by === 'depth' ? ['lowest before', 'highest'] : ['0', `${text(soil.top, 3)} ${unit || ''}`];
-    this.key.replaceChildren(...(by === 'plain' ? [] : names || [`${by} `, ends[0], h('span', { class: 'scale', style: `background:linear-gradient(90deg,${gradient})` }), ends[1]]));
+    this.key.replaceChildren(...(by === 'plain' ? [] : names || [`${by} `, ends[0], h('span', { class: 'scale', style: `background:${gradientOf(by)}` }), ends[1]]));
     /** @type {Stage} */ (this.stage).draw();
   }
   /** Forces on bodies at a time come from the series. */
@@ -402,6 +405,27 @@ class Viewer {
     await image.decode();
     c.drawImage(image, 0, 0);
     return canvas;
+  }
+  /**
+   * A picture of a size of its own, without symbols; what is shown stays.
+   * @param {{ width: number, height: number, time: number, view?: string, colour?: string, chains?: boolean,
+   *   section?: { axis: number, at: number, sign: number } | null, box?: import('three').Box3 }} wanted
+   * @returns {string} PNG as a data URL
+   */
+  still(wanted) {
+    const stage = /** @type {Stage} */ (this.stage), around = /** @type {Surroundings} */ (this.around), { soil } = this;
+    const before = { time: this.time, section: stage.section, colour: soil && soil.colouring, chains: soil && soil.chains.mesh.visible, paths: around.paths.visible };
+    this.show(wanted.time);
+    around.paths.visible = false;
+    if (soil && wanted.colour) soil.colour(wanted.colour);
+    if (soil) soil.showChains(wanted.chains === true);
+    stage.section = wanted.section || null;
+    const url = stage.snapshot(wanted.width, wanted.height, wanted.view || 'side', wanted.box);
+    stage.section = before.section;
+    around.paths.visible = before.paths;
+    if (soil) soil.colour(/** @type {string} */ (before.colour)), soil.showChains(before.chains === true);
+    this.show(before.time);
+    return url;
   }
   async savePicture() { this.save((await this.picture()).toDataURL('image/png'), 'png'); }
   /** @param {string} url @param {string} kind */

@@ -12,6 +12,7 @@
 #include "libsim/report/report.hpp"
 #include "libsim/run/restart.hpp"
 #include "libsim/scenario/load.hpp"
+#include "libsim/view/view.hpp"
 #include "tests/tools/program_runs.hpp"
 
 /// `subsoil report`: the data of a page against the run's own files, and pages of broken result directories. A browser
@@ -68,37 +69,31 @@ TEST(Report, TableHoldsTheMeansOfTheSummaryAndTheirWindow) {
   EXPECT_EQ(nlohmann::json::parse(data["runs"][0]["energy"].dump()), summary["energy"]);
 }
 
-TEST(Report, FilmHoldsEveryFrameAndTheMachine) {
+/// The film is the page of `subsoil view`; still frames lie from the first frame to the end of the window.
+TEST(Report, FilmIsTheViewOfTheRun) {
   const Json data = data_of({pass() / "run"});
-  const Json& film = data["runs"][0]["film"];
-  const std::vector<double> times = test::frame_times(pass() / "run");
-  ASSERT_EQ(film["times"].size(), times.size());
-  for (std::size_t k = 0; k < times.size(); ++k) EXPECT_DOUBLE_EQ(film["times"][k], times[k]);
-  // The section: as many spheres as lie within a radius of the middle of the blade.
-  const std::vector<dem::Vec3> first = test::frame_positions(pass() / "run", 0);
-  const double middle = 0.5 * (film["slab"][0].get<double>() + film["slab"][1].get<double>());
-  std::size_t inside = 0;
-  for (const dem::Vec3& p : first) inside += std::abs(p.z - middle) <= 0.01 + 1e-7 ? 1 : 0;
-  EXPECT_EQ(film["counts"][0], inside);
-  EXPECT_GT(inside, 20U);
-  bool blade = false;
-  for (const Json& s : film["surfaces"]) blade = blade || s["name"] == "blade";
-  EXPECT_TRUE(blade);
-  EXPECT_EQ(film["tool"], Json({"blade"}));
+  ViewRequest request;
+  request.run = pass() / "run";
+  EXPECT_EQ(data["runs"][0]["scene"], view_scene(request));
+  const std::vector<double> times = test::frame_times(pass() / "run"),
+                            stills = data["runs"][0]["stills"].get<std::vector<double>>();
+  EXPECT_EQ(data["runs"][0]["scene"]["spheres"]["frames"].size(), times.size());
+  ASSERT_EQ(stills.size(), 6U);
+  EXPECT_DOUBLE_EQ(stills.front(), times.front());
+  EXPECT_DOUBLE_EQ(stills.back(), 0.15);
+  EXPECT_NEAR(data["runs"][0]["slice"].get<double>(), 0, 1e-6) << "the middle of the blade";
 }
 
-/// The film of a moving bed stays at the window: the blade goes 0.6 m, and the picture is no wider than what stands in
-/// a window of 0.36 m and the held spheres at its ends.
-TEST(Report, FilmOfAMovingBedGoesWithIt) {
+/// A machine alone has no spheres: its film is that of the series.
+TEST(Report, AMachineAloneHasAFilm) {
   const RunDirectory d;
-  ASSERT_EQ(test::run_scenario(d.scenario(test::moving_pass), d / "run"), exit_ok);
+  const std::string scenario = subsoil::test::source_dir() + "/configs/slider-crank.yaml";
+  ASSERT_EQ(test::run_scenario(scenario, d / "run", {}), exit_ok);
   const Json data = data_of({d / "run"});
-  const Json& film = data["runs"][0]["film"];
-  EXPECT_EQ(film["times"].size(), test::frame_times(d / "run").size());
-  const double width = film["box"][2].get<double>() - film["box"][0].get<double>();
-  EXPECT_GT(width, 0.36);
-  EXPECT_LT(width, 0.36 + 0.12 + 0.02) << "a period of held spheres at either end, and their radii";
-  for (const Json& count : film["counts"]) EXPECT_GT(count.get<int>(), 20);
+  const Json& run = data["runs"][0];
+  EXPECT_GT(run["scene"]["motion"]["times"].size(), 10U);
+  EXPECT_TRUE(run["scene"]["spheres"].is_null());
+  EXPECT_GE(run["stills"].size(), 2U);
 }
 
 /// Chains are the law's forces in newtons: a spring of 10 kN/m pressed by 0.1 mm gives 1 N, and the wet law pulls
@@ -130,16 +125,23 @@ time: {end: 1 s}
   ASSERT_EQ(pulled.size(), 1U);
   EXPECT_NEAR(pulled[0].size, -0.5 * law.K_B * law.dB, 0.02 * law.K_B * law.dB);  // half of its largest pull
 
-  const Json data = data_of({pass() / "run"});
-  const Json& still = data["runs"][0]["film"]["stills"].back();
-  EXPECT_EQ(still["unit"], "N");
-  EXPECT_GT(still["largest"], 10 * still["resolution"].get<double>());
+  // In space as in the plane: the nearest pairs of a cube's corners are its edges, whatever cells they lie in.
+  std::vector<ChainSphere> cube;
+  for (int k = 0; k < 8; ++k)
+    cube.push_back({-0.03F + 0.0199F * static_cast<float>(k & 1), 0.0199F * static_cast<float>(k >> 1 & 1),
+                    0.0199F * static_cast<float>(k >> 2), 0.01F, 1});
+  EXPECT_EQ(chains(cube, force).size(), 12U);
+
+  const Json spheres = data_of({pass() / "run"})["runs"][0]["scene"]["spheres"];
+  EXPECT_GT(spheres["chainTop"].get<double>(), 0);
+  EXPECT_TRUE(spheres["frames"].back().contains("chains"));
+  EXPECT_NE(spheres["chainNote"].get<std::string>().find("at rest"), std::string::npos);
   const test::Scratch scratch;
   std::filesystem::copy(pass() / "run", scratch / "run", std::filesystem::copy_options::recursive);
   std::filesystem::remove(scratch / "run/scenario.yaml");
   const Json without = data_of({scratch / "run"});
-  EXPECT_EQ(without["runs"][0]["film"]["stills"].back()["unit"], "1");
-  EXPECT_TRUE(names(without["runs"][0]["missing"], "laws of the contacts"));
+  EXPECT_FALSE(without["runs"][0].contains("scene"));
+  EXPECT_TRUE(names(without["runs"][0]["missing"], "no film"));
 }
 
 TEST(Report, ToolIsMeasuredInTheFrames) {
@@ -177,7 +179,7 @@ TEST(Report, BrokenFoldersSayWhatIsMissingAndGiveTheRest) {
   EXPECT_TRUE(names(data["runs"][0]["missing"], "summary.json"));
   EXPECT_TRUE(names(data["runs"][0]["missing"], "run.h5"));
   EXPECT_NE(row(data, "draft", "mean"), nullptr) << "the series is whole";
-  EXPECT_FALSE(data["runs"][0].contains("film"));
+  EXPECT_TRUE(data["runs"][0]["scene"]["spheres"].is_null());
 
   test::write_file(copy / "series.csv", "name,colour\napple,red\n");
   data = data_of({copy});
@@ -186,7 +188,7 @@ TEST(Report, BrokenFoldersSayWhatIsMissingAndGiveTheRest) {
 
   std::filesystem::copy_file(pass() / "run" / "run.h5", copy / "run.h5",
                              std::filesystem::copy_options::overwrite_existing);
-  EXPECT_TRUE(data_of({copy})["runs"][0].contains("film")) << "frames are drawn without a series";
+  EXPECT_FALSE(data_of({copy})["runs"][0]["scene"]["spheres"].is_null()) << "frames are drawn without a series";
 }
 
 /// The header of a group in it is broken so that HDF5 1.10.8 reads at address 0; found by scripts/fuzz.
