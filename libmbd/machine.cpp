@@ -63,7 +63,8 @@ void Machine::refuse_redundant() const {
   if (system_.model().redundancy == Redundancy::minimum_norm || report_.redundant.empty()) return;
   std::string text = "the machine has redundant constraints: ";
   for (std::size_t i = 0; i < report_.redundant.size(); ++i) text += (i ? "; " : "") + report_.redundant[i];
-  throw std::invalid_argument(text + ". Free one of each group, or let redundant be minimum-norm");
+  throw ModelFault(report_.redundant_parts.front(),
+                   text + ". Free one of each group, or let redundant be minimum-norm");
 }
 
 void Machine::begin(const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {

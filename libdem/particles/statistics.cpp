@@ -50,8 +50,8 @@ ParticleStatistics particle_statistics(std::span<const Sphere> spheres, int mate
   double smallest = std::numeric_limits<double>::infinity(), sum = 0;
   for (const Count& c : counts) {
     if (c.not_finite != kGone)
-      throw BedFault("t = " + std::to_string(time) + " s: sphere " + std::to_string(spheres[c.not_finite].id) +
-                     ": position is not finite");
+      throw BedFault({BedFault::Kind::position, time, spheres[c.not_finite].id},
+                     "sphere " + std::to_string(spheres[c.not_finite].id) + ": position is not finite");
     out.box.include(c.box.low), out.box.include(c.box.high);
     smallest = std::min(smallest, c.smallest), out.largest = std::max(out.largest, c.largest), sum += c.sum;
     for (std::size_t m = 0; m < out.present.size(); ++m) {

@@ -52,21 +52,20 @@ void Bed::Impl::check_faults() {
     const double speed = std::sqrt(speed2);
     std::snprintf(
         text, sizeof text,
-        "t = %.9g s: sphere %u at (%.6g, %.6g, %.6g) m moves at %.6g m/s, limit %.6g m/s: the step is too long, a "
+        "sphere %u at (%.6g, %.6g, %.6g) m moves at %.6g m/s, limit %.6g m/s: the step is too long, a "
         "surface moves too fast, or spheres were placed into each other; raise limits.speed only if this speed "
         "is meant",
-        now.time, s.id, s.x.x, s.x.y, s.x.z, speed, options.speed_limit);
-    throw BedFault(text);
+        s.id, s.x.x, s.x.y, s.x.z, speed, options.speed_limit);
+    throw BedFault({BedFault::Kind::speed, now.time, s.id, speed, options.speed_limit}, text);
   }
   if (!(extremes.overlap <= options.overlap_limit)) {
     particles.sync_from_mixed(threads);
     const Sphere& s = particles[deepest_sphere()];
-    std::snprintf(
-        text, sizeof text,
-        "t = %.9g s: sphere %u at (%.6g, %.6g, %.6g) m overlaps by %.4g of a radius, limit %.4g: the law is too "
-        "soft for this load, or spheres or surfaces were placed into each other",
-        now.time, s.id, s.x.x, s.x.y, s.x.z, extremes.overlap, options.overlap_limit);
-    throw BedFault(text);
+    std::snprintf(text, sizeof text,
+                  "sphere %u at (%.6g, %.6g, %.6g) m overlaps by %.4g of a radius, limit %.4g: the law is too "
+                  "soft for this load, or spheres or surfaces were placed into each other",
+                  s.id, s.x.x, s.x.y, s.x.z, extremes.overlap, options.overlap_limit);
+    throw BedFault({BedFault::Kind::overlap, now.time, s.id, extremes.overlap, options.overlap_limit}, text);
   }
 }
 

@@ -67,11 +67,12 @@ void Bed::Impl::check_periodic_sides(const ParticleStatistics& statistics, doubl
       if ((spans || clear) && is_invariant(b, d)) continue;
       char text[400];
       std::snprintf(text, sizeof text,
-                    "t = %.9g s: the surface '%s' comes nearer than %.4g m to a periodic side of the bed in %c (it "
+                    "the surface '%s' comes nearer than %.4g m to a periodic side of the bed in %c (it "
                     "reaches from %.6g to %.6g m, the bed from %.6g to %.6g m): surfaces have no image beyond it; keep "
                     "it away from both sides, or let it span the bed and reach that far beyond both",
-                    now.time, b.name.c_str(), near, "xyz"[d], box.low[d], box.high[d], low, high);
-      throw BedFault(text);
+                    b.name.c_str(), near, "xyz"[d], box.low[d], box.high[d], low, high);
+      const double gap = std::max(0.0, std::min(std::abs(box.low[d] - low), std::abs(high - box.high[d])));
+      throw BedFault({BedFault::Kind::periodic_side, now.time, BedFault::no_sphere, gap, near}, text);
     }
   }
 }

@@ -21,28 +21,34 @@ std::string number(double value) {
   return text;
 }
 
-std::string list(const std::vector<std::string>& names) {
+std::string list(const std::vector<PartName>& parts) {
   std::string text;
-  for (std::size_t i = 0; i < names.size(); ++i)
-    text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == parts.size() ? " and " : ", ") + parts[i].text();
   return text;
 }
 
 /// Owners of the rows that stand out in a vector over rows, each once, in row order.
-std::vector<std::string> owners(const System& system, const Eigen::VectorXd& weight) {
-  std::vector<std::string> names;
+std::vector<PartName> owners(const System& system, const Eigen::VectorXd& weight) {
+  std::vector<PartName> names;
   const double most = weight.cwiseAbs().maxCoeff();
   for (int row = 0; row < system.equations(); ++row)
-    if (std::abs(weight[row]) > 1e-6 * most && std::find(names.begin(), names.end(), system.owner(row)) == names.end())
-      names.push_back(system.owner(row));
+    if (std::abs(weight[row]) > 1e-6 * most && std::find(names.begin(), names.end(), system.part(row)) == names.end())
+      names.push_back(system.part(row));
   return names;
+}
+
+/// Largest first.
+std::vector<int> rows_by_residual(const Eigen::VectorXd& phi) {
+  std::vector<int> rows(static_cast<std::size_t>(phi.size()));
+  std::iota(rows.begin(), rows.end(), 0);
+  std::stable_sort(rows.begin(), rows.end(), [&](int a, int b) { return std::abs(phi[a]) > std::abs(phi[b]); });
+  return rows;
 }
 
 /// "joint 'A' by 0.1 m, joint 'B' by 0.05 rad", largest first.
 std::string residual_list(const System& system, const Eigen::VectorXd& phi, bool rates) {
-  std::vector<int> rows(static_cast<std::size_t>(phi.size()));
-  std::iota(rows.begin(), rows.end(), 0);
-  std::stable_sort(rows.begin(), rows.end(), [&](int a, int b) { return std::abs(phi[a]) > std::abs(phi[b]); });
+  const std::vector<int> rows = rows_by_residual(phi);
   std::string text;
   const double most = std::abs(phi[rows.front()]);
   for (std::size_t i = 0; i < std::min<std::size_t>(rows.size(), 6) && std::abs(phi[rows[i]]) > 1e-3 * most; ++i) {
@@ -69,7 +75,7 @@ double largest_displacement(const System& system, const Eigen::VectorXd& change,
 struct Dependencies {
   int rank = 0;
   std::vector<std::string> texts;
-  std::vector<std::string> members;
+  std::vector<PartName> members;
 };
 
 /// Rank of Phi_q by singular values; the left null space says which constraints depend on each other.
@@ -132,9 +138,10 @@ bool dependent_here_only(System& system, double t, const Eigen::VectorXd& q, con
 }
 
 [[noreturn]] void refuse_dead_point(const System& system, const Eigen::VectorXd& left, const Dependencies& dependent) {
-  throw std::invalid_argument("the start pose is a dead point: " + residual_list(system, left, true) +
-                              " off, since there " + list(dependent.members) +
-                              " depend on each other. Start beside it, or drive another coordinate.");
+  throw ModelFault(system.part(rows_by_residual(left).front()),
+                   "the start pose is a dead point: " + residual_list(system, left, true) + " off, since there " +
+                       list(dependent.members) +
+                       " depend on each other. Start beside it, or drive another coordinate.");
 }
 
 [[noreturn]] void refuse_contradiction(const System& system, const Eigen::VectorXd& phi, const Dependencies& dependent,
@@ -144,13 +151,13 @@ bool dependent_here_only(System& system, double t, const Eigen::VectorXd& q, con
   text += residual_list(system, phi, rates) + (rates ? " off." : " open.");
   if (!dependent.members.empty()) {
     const bool driven = std::any_of(dependent.members.begin(), dependent.members.end(),
-                                    [](const std::string& m) { return m.starts_with("driver"); });
+                                    [](const PartName& m) { return m.kind == PartName::Kind::driver; });
     text += driven ? " Over-determined by " + list(dependent.members) + ": drop a driver or free a joint."
                    : " Over-determined by " + list(dependent.members) + ": drop one or correct its points.";
   } else {
     text += " Correct the points of these joints or start nearer to a pose that closes them.";
   }
-  throw std::invalid_argument(text);
+  throw ModelFault(system.part(rows_by_residual(phi).front()), text);
 }
 
 }  // namespace
@@ -179,9 +186,10 @@ void refuse_open_joints(System& system, double t, const Eigen::VectorXd& q) {
   system.constraints(c);
   const double limit = 1e-9 * system.length_scale();
   if (row_scale(system).cwiseProduct(c.phi).cwiseAbs().maxCoeff() <= limit) return;
-  throw std::invalid_argument("the start pose does not close the joints: " + residual_list(system, c.phi, false) +
-                              " open, allowed are " + number(limit) +
-                              " m (1e-9 of the machine's length). Correct the pose, or let the program assemble it.");
+  throw ModelFault(system.part(rows_by_residual(c.phi).front()),
+                   "the start pose does not close the joints: " + residual_list(system, c.phi, false) +
+                       " open, allowed are " + number(limit) +
+                       " m (1e-9 of the machine's length). Correct the pose, or let the program assemble it.");
 }
 
 namespace {
@@ -289,7 +297,7 @@ AssemblyReport assemble(System& system, double t, Eigen::VectorXd& q, Eigen::Vec
 
   report.rank = dependent.rank;
   report.freedom = system.coordinates() - dependent.rank;
-  report.redundant = dependent.texts;
+  report.redundant = dependent.texts, report.redundant_parts = dependent.members;
   report.residual = worst;
   int farthest = 1;
   report.moved = largest_displacement(system, q - start, &farthest);
@@ -307,10 +315,12 @@ void refuse_changed_start(const System& system, const Eigen::VectorXd& q, const 
   // A component is named where it is a tenth of the difference: the rest is below what the reader can correct.
   constexpr double share_of_difference = 0.1;
   std::string text;
+  PartName first;
   const auto list_change = [&](std::size_t body, int level, std::size_t k, double given, double assembled) {
-    text += (text.empty() ? "" : "; ") + std::string("body '") + bodies[body].name + "' " + names[level][k] +
-            ": given " + number(given) + ", assembled " + number(assembled) + ", difference " +
-            number(assembled - given) + " " + units[level][k];
+    const PartName part{PartName::Kind::body, bodies[body].name};
+    if (text.empty()) first = part;
+    text += (text.empty() ? "" : "; ") + part.text() + " " + names[level][k] + ": given " + number(given) +
+            ", assembled " + number(assembled) + ", difference " + number(assembled - given) + " " + units[level][k];
   };
   bool moved = false;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -339,7 +349,7 @@ void refuse_changed_start(const System& system, const Eigen::VectorXd& q, const 
     }
   }
   if (text.empty()) return;
-  throw std::invalid_argument("the joints do not allow the start that is given: " + text + ". Correct it, or write `" +
+  throw ModelFault(first, "the joints do not allow the start that is given: " + text + ". Correct it, or write `" +
                               (moved ? "pose is: about" : "velocity is: about") +
                               "` at the body to let the program change it");
 }

@@ -69,11 +69,10 @@ std::string parted_constraints(const System& system, const Dependency& dependenc
   for (const int on : dependency.on)
     if (std::find(names.begin(), names.end(), system.owner(on)) == names.end()) names.push_back(system.owner(on));
   std::string all;
-  bool driven = false;
-  for (std::size_t i = 0; i < names.size(); ++i) {
+  for (std::size_t i = 0; i < names.size(); ++i)
     all += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
-    driven = driven || names[i].starts_with("driver");
-  }
+  const auto is_driver = [&](int row) { return system.part(row).kind == PartName::Kind::driver; };
+  const bool driven = is_driver(dependency.row) || std::any_of(dependency.on.begin(), dependency.on.end(), is_driver);
   return all + " depend on each other and ask for different motions from here on; " +
          (driven ? "drop a driver, or give them the same motion" : "free the constraint that is too many");
 }
@@ -95,9 +94,10 @@ void refuse_undetermined_friction(const System& system, const Choice& choice) {
   for (const int friction : system.friction_rows())
     for (const Dependency& d : choice.dependencies)
       if (d.has(friction) || d.has(friction + 1))
-        throw std::invalid_argument("friction in " + system.owner(friction) +
-                                    " needs its reaction, which is not determined: " + system.owner(d.row) +
-                                    " depends on other constraints; free the constraint that is too many");
+        throw ModelFault(system.part(friction),
+                         "friction in " + system.owner(friction) +
+                             " needs its reaction, which is not determined: " + system.owner(d.row) +
+                             " depends on other constraints; free the constraint that is too many");
 }
 }  // namespace
 
@@ -105,13 +105,14 @@ void refuse_blow_up(const System& system, const MotionState& m) {
   const double length = std::max(system.length_scale(), 1.0);
   for (Eigen::Index i = 0; i < m.q.size(); ++i) {
     if (std::abs(m.q[i]) <= 1e6 * length && std::abs(m.velocity[i]) <= 1e7 * length) continue;
-    throw BlowUp("t = " + std::to_string(m.t) + " s: the motion blows up, body '" +
-                 system.body_name(static_cast<int>(i / 3) + 1) + "' is at " + scientific(m.q[i]) +
-                 (i % 3 == 2 ? " rad with " : " m with ") + scientific(m.velocity[i]) +
-                 (i % 3 == 2 ? " rad/s" : " m/s") +
-                 ", beyond a million lengths of the machine or ten million in a second; the step is too long for the "
-                 "stiffest spring, or a force feeds the motion without "
-                 "bound");
+    throw BlowUp(
+        m.t,
+        "the motion blows up, body '" + system.body_name(static_cast<int>(i / 3) + 1) + "' is at " +
+            scientific(m.q[i]) + (i % 3 == 2 ? " rad with " : " m with ") + scientific(m.velocity[i]) +
+            (i % 3 == 2 ? " rad/s" : " m/s") +
+            ", beyond a million lengths of the machine or ten million in a second; the step is too long for the "
+            "stiffest spring, or a force feeds the motion without bound",
+        MotionFault::Cause::long_step);
   }
 }
 
@@ -331,7 +332,7 @@ void Partition::refuse_other_branch(const MotionState& m) const {
                              singular_owner() + "; a shorter step may pass it");
 }
 
-const std::string& Partition::singular_owner() const {
+std::string Partition::singular_owner() const {
   return system_.owner(rows_[static_cast<std::size_t>(schur_.least_row())]);
 }
 

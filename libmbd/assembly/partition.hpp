@@ -30,8 +30,8 @@ struct SingularPose : std::runtime_error {
 };
 
 /// A motion that is none any more.
-struct BlowUp : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct BlowUp : MotionFault {
+  using MotionFault::MotionFault;
 };
 
 /// Throws BlowUp with time and body when a state is no motion of a machine any more: not a number, a
@@ -119,7 +119,7 @@ class Partition {
   /// Throws where near a singular pose the constraints were met by velocities that the guess did not know.
   void refuse_other_branch(const MotionState& m) const;
   /// The joint or driver of that equation.
-  const std::string& singular_owner() const;
+  std::string singular_owner() const;
   const SparseConstraints& constraints() const { return c_; }
   /// Maximum |Phi| of all rows at the state last evaluated (angles times length).
   double residual() const;

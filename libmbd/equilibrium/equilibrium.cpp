@@ -370,12 +370,13 @@ void refuse_moving_drivers(const System& system, const Constraints& c, const Equ
   for (int row = 0; row < system.equations(); ++row) {
     if (std::abs(off[row]) <= 1e-9 * std::max(1.0, std::abs(speed))) continue;
     if (speed == 0)
-      throw std::invalid_argument("static equilibrium: " + system.owner(row) + " moves (at " +
-                                  std::to_string(std::abs(off[row])) + (system.angular_row(row) ? " rad/s" : " m/s") +
-                                  "); hold it still, or ask for a towing equilibrium at its speed");
-    throw std::invalid_argument("towing equilibrium at " + std::to_string(speed) + " m/s: " + system.owner(row) +
-                                " asks for another velocity (off by " + std::to_string(off[row]) +
-                                "); give the towing speed the driver's velocity");
+      throw ModelFault(system.part(row), "static equilibrium: " + system.owner(row) + " moves (at " +
+                                             std::to_string(std::abs(off[row])) +
+                                             (system.angular_row(row) ? " rad/s" : " m/s") +
+                                             "); hold it still, or ask for a towing equilibrium at its speed");
+    throw ModelFault(system.part(row), "towing equilibrium at " + std::to_string(speed) + " m/s: " + system.owner(row) +
+                                           " asks for another velocity (off by " + std::to_string(off[row]) +
+                                           "); give the towing speed the driver's velocity");
   }
 }
 

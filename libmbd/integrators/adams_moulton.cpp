@@ -212,12 +212,11 @@ void AdamsMoulton::add_error(double h, double position, double velocity, const M
   if (position <= most_error) return;
   refuse_blow_up(system_, at);
   char text[320];
-  std::snprintf(
-      text, sizeof text,
-      "t = %.9g s: the step of %.3g s errs by %.2g of the machine's length; it is too long for the motion, or a "
-      "driver or force jumps",
-      at.t, h, position);
-  throw std::runtime_error(text);
+  std::snprintf(text, sizeof text,
+                "the step of %.3g s errs by %.2g of the machine's length; it is too long for the motion, or a "
+                "driver or force jumps",
+                h, position);
+  throw MotionFault(at.t, text, MotionFault::Cause::long_step);
 }
 
 void AdamsMoulton::bridge(double h) {

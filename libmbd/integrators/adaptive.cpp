@@ -48,6 +48,12 @@ std::string standing_out(const System& system, const Partition& partition, const
   return all + text;
 }
 
+/// The same fault with more text behind it.
+[[noreturn]] void rethrow_with(const std::runtime_error& error, const std::string& more) {
+  if (const auto* fault = dynamic_cast<const MotionFault*>(&error)) throw MotionFault(*fault, more);
+  throw std::runtime_error(error.what() + more);
+}
+
 }  // namespace
 
 Adaptive::Adaptive(System& system)
@@ -283,17 +289,19 @@ void Adaptive::stop_at_hidden_event(double begin) {
 
 void Adaptive::give_up(long taken, double end) {
   char text[160];
-  std::snprintf(text, sizeof text, "t = %.9g s: %ld steps did not reach %.9g s, the last is of %.2g s; ", front_, taken,
-                end, last_step_);
+  std::snprintf(text, sizeof text, "%ld steps did not reach %.9g s, the last is of %.2g s; ", taken, end, last_step_);
+  MotionFault::Cause cause = MotionFault::Cause::other;
   std::string why = "the system is stiff, its forces are not smooth or a given motion jumps: take " +
                     std::string(follows_partition() ? "ida" : "adams-moulton with a step") + ", or a wider tolerance";
   try {
     if (failure_) std::rethrow_exception(failure_);
+  } catch (const MotionFault& fault) {
+    why = fault.what(), cause = fault.cause;
   } catch (const std::runtime_error& error) {
     why = error.what();
   }
   need_state();
-  throw std::runtime_error(text + why + standing_out(system_, partition_, now_));
+  throw MotionFault(front_, text + why + standing_out(system_, partition_, now_), cause);
 }
 
 // Returns false where the step failed and the method is to begin without its past, or a singular configuration is near
@@ -307,7 +315,7 @@ bool Adaptive::try_step(double stop, Reached& reached) {
   } catch (const std::runtime_error& error) {
     need_state();
     const bool near = partition_.distance_from_singular() <= other_reason;
-    if (!near && !has_past_) throw std::runtime_error(error.what() + standing_out(system_, partition_, now_));
+    if (!near && !has_past_) rethrow_with(error, standing_out(system_, partition_, now_));
     if (near)
       passage_.enter();
     else

@@ -53,9 +53,7 @@ void Kinematic::follow(double to, int depth) {
     found = false;
   }
   if (found && distance_of(system_, now_.q, expected) <= branch_limit(system_)) return;
-  if (last)
-    throw std::runtime_error("t = " + std::to_string(to) +
-                             " s: the pose jumps; the drivers lead through a dead point or a lock-up");
+  if (last) throw MotionFault(to, "the pose jumps; the drivers lead through a dead point or a lock-up");
   now_ = before;
   partition_.evaluate(now_);
   follow(before.t + 0.5 * dt, depth + 1);

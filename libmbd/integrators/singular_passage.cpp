@@ -108,10 +108,8 @@ void SingularPassage::step(const MotionState& now, double latest, double toleran
     if (made && !(gauss_.error() > allowed)) break;
     if (attempts == most_attempts) {
       if (failure) std::rethrow_exception(failure);
-      throw std::runtime_error("t = " + std::to_string(now.t) +
-                               " s: no step is short enough beside a singular "
-                               "configuration of " +
-                               partition_.singular_owner());
+      throw MotionFault(now.t,
+                        "no step is short enough beside a singular configuration of " + partition_.singular_owner());
     }
     h *= made ? std::clamp(0.9 * std::pow(allowed / gauss_.error(), 1. / 8), 0.2, 0.8) : 0.5;
     h = std::min(h, short_of_it);
@@ -124,9 +122,7 @@ void SingularPassage::step(const MotionState& now, double latest, double toleran
 
 void SingularPassage::repeat(const MotionState& now, double h, MotionState& next, Eigen::VectorXd& flows) {
   if (!attempt(now, h, next, flows))
-    throw std::runtime_error("t = " + std::to_string(now.t) +
-                             " s: the step to an event beside a singular "
-                             "configuration does not converge");
+    throw MotionFault(now.t, "the step to an event beside a singular configuration does not converge");
   mode_ = Mode::near;
 }
 

@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <stdexcept>
 
+#include "libmbd/base/fault.hpp"
+
 namespace subsoil::mbd::sundials {
 
 namespace {
@@ -40,7 +42,7 @@ void check(int code, const std::string& call, NameOfCode name_of) {
 void check_step(int code, double t, NameOfCode name_of) {
   if (code >= 0) return;
   const std::string name = name_of_code(code, name_of);
-  throw std::runtime_error("t = " + std::to_string(t) + " s: " + cause(name) + " (SUNDIALS " + name + ")");
+  throw MotionFault(t, cause(name) + " (SUNDIALS " + name + ")");
 }
 
 void refuse_null(const char* call) { throw std::runtime_error(std::string("SUNDIALS ") + call + " failed: no memory"); }

@@ -41,10 +41,10 @@ void take_arms(const Joint& j, std::vector<double>& longest) {
   }
 }
 
-void check_finite_positive(const std::string& what, double value, const char* unit) {
+void check_finite_positive(const PartName& part, const char* what, double value, const char* unit) {
   if (!(value > 0) || !std::isfinite(value))
-    refuse_model(what + " = " + std::to_string(value) + " " + unit +
-                 ": must be in (0, inf); a planar body needs both mass and inertia");
+    refuse_model(part, std::string(": ") + what + " = " + std::to_string(value) + " " + unit +
+                           ": must be in (0, inf); a planar body needs both mass and inertia");
 }
 
 }  // namespace
@@ -80,7 +80,7 @@ System::System(Model model) : model_(std::move(model)), elements_(std::make_uniq
   }
   for (const auto& f : model_.forces) given_forces_.push_back(f.element);
   for (auto& c : model_.controllers)
-    naming("controller '" + c.name + "'", [&] {
+    naming({PartName::Kind::controller, c.name}, [&] {
       visit(
           [&](const auto& controller) {
             for (const auto& input : controller.measured()) input->attach(*this);
@@ -88,7 +88,7 @@ System::System(Model model) : model_(std::move(model)), elements_(std::make_uniq
           c.element);
     });
   for (auto& e : model_.events)
-    if (e.element.input) naming("event '" + e.name + "'", [&] { e.element.input->attach(*this); });
+    if (e.element.input) naming({PartName::Kind::event, e.name}, [&] { e.element.input->attach(*this); });
   settle_constraints();
   for (std::size_t i = 0; i < model_.joints.size(); ++i) given_latched_.push_back(latched_of(model_.joints[i].element));
   settle_forces(model_.start_time, start_position(), start_velocity());
@@ -98,13 +98,14 @@ System::~System() = default;
 
 void System::check_bodies() const {
   std::set<std::string> names{"ground"};
-  if (model_.bodies.empty()) refuse_model("machine without bodies; give at least one body with mass and inertia");
+  if (model_.bodies.empty()) refuse_model({}, " without bodies; give at least one body with mass and inertia");
   for (const auto& b : model_.bodies) {
-    if (b.name.empty()) refuse_model("a body has no name; every body needs its own");
+    if (b.name.empty()) throw ModelFault({}, "a body has no name; every body needs its own");
+    const PartName part{PartName::Kind::body, b.name};
     if (!names.insert(b.name).second)
-      refuse_model("body '" + b.name + "': the name is taken; every body needs its own (ground is the ground's)");
-    check_finite_positive("body '" + b.name + "': mass", b.mass, "kg");
-    check_finite_positive("body '" + b.name + "': inertia", b.inertia, "kg m^2");
+      refuse_model(part, ": the name is taken; every body needs its own (ground is the ground's)");
+    check_finite_positive(part, "mass", b.mass, "kg");
+    check_finite_positive(part, "inertia", b.inertia, "kg m^2");
   }
 }
 
@@ -112,15 +113,15 @@ void System::prepare_forces() {
   const auto prepare = []<class Force>(Force& force) {
     if constexpr (Force::has.prepare) force.prepare();
   };
-  for (auto& f : model_.forces) naming("force '" + f.name + "'", [&] { visit(prepare, f.element); });
+  for (auto& f : model_.forces) naming({PartName::Kind::force, f.name}, [&] { visit(prepare, f.element); });
 }
 
 void System::check_elements() const {
   std::set<std::string> names;
-  const auto check = [&](const std::string& kind, const auto& named) {
-    const std::string what = kind + " '" + named.name + "'";
+  const auto check = [&](PartName::Kind kind, const auto& named) {
+    const PartName what{kind, named.name};
     if (!names.insert(named.name).second)
-      refuse_model(what + ": the name is taken by another joint, driver or force; every one needs its own");
+      refuse_model(what, ": the name is taken by another joint, driver or force; every one needs its own");
     visit(
         [&]<class Element>(const Element& element) {
           auto list = bodies_of(element);
@@ -128,24 +129,24 @@ void System::check_elements() const {
             if (Element::has.joint) list.clear();  // its bodies are the joint's
           for (const int body : list)
             if (body < 0 || body >= bodies())
-              refuse_model(what + ": body index " + std::to_string(body) + " does not exist; there are " +
-                           std::to_string(bodies() - 1) + " bodies and the ground (0)");
+              refuse_model(what, ": body index " + std::to_string(body) + " does not exist; there are " +
+                                     std::to_string(bodies() - 1) + " bodies and the ground (0)");
           if (list.size() > 1 && list[0] == list[1])
-            refuse_model(what + " connects '" + body_name(list[0]) + "' to itself; name two different bodies");
+            refuse_model(what, " connects '" + body_name(list[0]) + "' to itself; name two different bodies");
           if (list.size() > 2 && list[2] != ground && (list[2] == list[0] || list[2] == list[1]))
-            refuse_model(what + " names '" + body_name(list[2]) +
-                         "' twice; its third body must be another one, or the ground");
+            refuse_model(
+                what, " names '" + body_name(list[2]) + "' twice; its third body must be another one, or the ground");
           if constexpr (Element::has.check) naming(what, [&] { element.check(); });
         },
         named.element);
   };
-  for (const auto& j : model_.joints) check("joint", j);
-  for (const auto& d : model_.drivers) check("driver", d);
-  for (const auto& f : model_.forces) check("force", f);
+  for (const auto& j : model_.joints) check(PartName::Kind::joint, j);
+  for (const auto& d : model_.drivers) check(PartName::Kind::driver, d);
+  for (const auto& f : model_.forces) check(PartName::Kind::force, f);
   for (const auto& c : model_.controllers) {
-    const std::string what = "controller '" + c.name + "'";
+    const PartName what{PartName::Kind::controller, c.name};
     if (!names.insert(c.name).second)
-      refuse_model(what + ": the name is taken by another element; every one needs its own");
+      refuse_model(what, ": the name is taken by another element; every one needs its own");
     naming(what,
            [&] { visit([](const auto& controller) { controller.check(), controller.check_inputs(); }, c.element); });
     const bool at_once = visit(
@@ -156,7 +157,7 @@ void System::check_elements() const {
         },
         c.element);
     if (at_once)
-      refuse_model(what +
+      refuse_model(what,
                    ": measures accelerations, reactions or forces, which its own output changes at once; give it a "
                    "sensor lag (a few ms), a sample time, or a transfer function of a lower numerator");
   }
@@ -172,7 +173,7 @@ void System::number_rows() {
           length = std::max(length, characteristic_length(joint));
           take_arms(joint, body_size_);
           for (const bool angular : joint.angular) {
-            row_owner_.push_back("joint '" + j.name + "'");
+            row_part_.push_back({PartName::Kind::joint, j.name});
             row_angular_.push_back(angular);
           }
         },
@@ -181,7 +182,7 @@ void System::number_rows() {
   joints_end_ = equations();
   for (const auto& d : model_.drivers) {
     driver_row_.push_back(equations());
-    row_owner_.push_back("driver '" + d.name + "'");
+    row_part_.push_back({PartName::Kind::driver, d.name});
     row_angular_.push_back(visit([](const auto& driver) { return driver.angular(); }, d.element));
   }
   if (length > 0) length_scale_ = length;
@@ -190,7 +191,7 @@ void System::number_rows() {
 }
 
 void System::attach_friction() {
-  multipliers_.assign(row_owner_.size(), 0.0);
+  multipliers_.assign(row_part_.size(), 0.0);
   for (auto& f : model_.forces) {
     auto* friction = f.element.get_if<JointFriction>();
     if (!friction) continue;
@@ -199,12 +200,12 @@ void System::attach_friction() {
     for (; i < model_.joints.size() && model_.joints[i].name != friction->joint; ++i)
       known += (i ? ", " : "") + model_.joints[i].name;
     if (i == model_.joints.size())
-      refuse_model("force '" + f.name + "': no joint '" + friction->joint + "'; there are " +
-                   (known.empty() ? "none" : known));
+      refuse_model({PartName::Kind::force, f.name},
+                   ": no joint '" + friction->joint + "'; there are " + (known.empty() ? "none" : known));
     try {
       visit([&](const auto& joint) { friction->attach(joint, joint_row_[i]); }, model_.joints[i].element);
     } catch (const std::invalid_argument& error) {
-      refuse_model("force '" + f.name + "': " + error.what());
+      refuse_model({PartName::Kind::force, f.name}, std::string(": ") + error.what());
     }
     friction_rows_.push_back(joint_row_[i]);
   }
@@ -345,8 +346,8 @@ void System::Elements::evaluate(const System& system, const Placed<Element>& pla
 
 template <class Part>
 void System::constraints(Part, SparseConstraints& out) const {
-  if (out.jacobian.size() != blocks_.size() || out.phi.size() != row_owner_.size()) {
-    for (auto* list : {&out.phi, &out.gamma, &out.phi_t}) list->resize(row_owner_.size());
+  if (out.jacobian.size() != blocks_.size() || out.phi.size() != row_part_.size()) {
+    for (auto* list : {&out.phi, &out.gamma, &out.phi_t}) list->resize(row_part_.size());
     out.jacobian.resize(blocks_.size());
   }
   const auto evaluate = [&](const auto& placed) { Elements::evaluate<Part::value>(*this, placed, out); };
@@ -437,8 +438,8 @@ double System::stored() const {
 
 void System::set_external_wrench(int body, double fx, double fy, double mz) {
   if (body <= ground || body >= bodies())
-    refuse_model("external wrench on body " + std::to_string(body) + ": must be one of 1 to " +
-                 std::to_string(bodies() - 1));
+    throw std::invalid_argument("external wrench on body " + std::to_string(body) + ": must be one of 1 to " +
+                                std::to_string(bodies() - 1));
   const std::array<double, 3> w{fx, fy, mz};
   auto& old = external_[static_cast<std::size_t>(body)];
   if (w != old) ++wrench_changes_, old = w;
@@ -456,8 +457,8 @@ void System::settle_constraints() {
       element.initialise_from_pose(body(bodies[0]), body(bodies[1]), t_);
     }
   };
-  for (auto& j : model_.joints) naming("joint '" + j.name + "'", [&] { visit(settle, j.element); });
-  for (auto& d : model_.drivers) naming("driver '" + d.name + "'", [&] { visit(settle, d.element); });
+  for (auto& j : model_.joints) naming({PartName::Kind::joint, j.name}, [&] { visit(settle, j.element); });
+  for (auto& d : model_.drivers) naming({PartName::Kind::driver, d.name}, [&] { visit(settle, d.element); });
 }
 
 void System::settle_forces(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {

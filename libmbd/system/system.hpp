@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "libmbd/base/angle_anchor.hpp"
+#include "libmbd/base/fault.hpp"
 #include "libmbd/controllers/controller.hpp"
 #include "libmbd/controllers/pid.hpp"
 #include "libmbd/element/constraint.hpp"
@@ -81,12 +82,13 @@ class System {
   // --- what there is ---
   int bodies() const { return static_cast<int>(model_.bodies.size()) + 1; }  ///< with the ground
   int coordinates() const { return 3 * (bodies() - 1); }
-  int equations() const { return static_cast<int>(row_owner_.size()); }
+  int equations() const { return static_cast<int>(row_part_.size()); }
   const Model& model() const { return model_; }
   int body_index(const std::string& name) const;  ///< throws for an unknown name
   const std::string& body_name(int body) const;
-  /// Joint or driver of an equation, for messages: "joint 'H3'".
-  const std::string& owner(int row) const { return row_owner_[static_cast<std::size_t>(row)]; }
+  /// Joint or driver of an equation, and its name in messages: "joint 'H3'".
+  const PartName& part(int row) const { return row_part_[static_cast<std::size_t>(row)]; }
+  std::string owner(int row) const { return part(row).text(); }
   bool angular_row(int row) const { return row_angular_[static_cast<std::size_t>(row)]; }
   /// Nonzero blocks of Phi_q, by rows; those of `row` start at blocks()[first_block(row)].
   const std::vector<Block>& blocks() const { return blocks_; }
@@ -254,7 +256,7 @@ class System {
   std::vector<Block> blocks_;
   std::vector<std::size_t> first_block_;
   std::vector<AnyForce> given_forces_;  // as the model has them, before the start pose fills them
-  std::vector<std::string> row_owner_;
+  std::vector<PartName> row_part_;
   std::vector<bool> row_angular_;
   std::vector<int> joint_row_, driver_row_;
   int joints_end_ = 0;

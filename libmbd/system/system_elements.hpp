@@ -52,15 +52,18 @@ void for_each_placed(const Lists& lists, Action action) {
       lists);
 }
 
-[[noreturn]] inline void refuse_model(const std::string& text) { throw std::invalid_argument(text); }
+/// `text` follows the name: "joint 'slot'" + ": ...".
+[[noreturn]] inline void refuse_model(const PartName& part, const std::string& text) {
+  throw ModelFault(part, part.text() + text);
+}
 
 /// Tells whose fault it is: "joint 'slot': ..."
 template <class Action>
-void naming(const std::string& what, Action action) {
+void naming(const PartName& part, Action action) {
   try {
     action();
   } catch (const std::invalid_argument& error) {
-    refuse_model(what + ": " + error.what());
+    refuse_model(part, std::string(": ") + error.what());
   }
 }
 

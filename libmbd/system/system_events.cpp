@@ -13,21 +13,21 @@ void System::attach_events() {
   passed_.assign(model_.events.size(), 0);
   std::vector<char> opens(open_.size(), 0), closes(open_.size(), 0);
   for (auto& e : model_.events) {
-    const std::string what = "event '" + e.name + "'";
+    const PartName what{PartName::Kind::event, e.name};
     naming(what, [&] { e.element.check(); });
     std::string known;
     std::size_t i = 0;
     for (; i < model_.joints.size() && model_.joints[i].name != e.element.joint; ++i)
       known += (i ? ", " : "") + model_.joints[i].name;
     if (i == model_.joints.size())
-      refuse_model(what + ": no joint '" + e.element.joint + "'; there are " + (known.empty() ? "none" : known));
+      refuse_model(what, ": no joint '" + e.element.joint + "'; there are " + (known.empty() ? "none" : known));
     e.element.index = i;
     (e.element.does == JointEvent::Does::opens ? opens : closes)[i] = 1;
     has_instants_ = has_instants_ || e.element.timed();
     const bool latches = visit([]<class Joint>(const Joint&) { return Joint::has.latch; }, model_.joints[i].element);
     if (closes[i] && !latches)
-      refuse_model(what + ": joint '" + e.element.joint +
-                   "' cannot close on the way; a revolute, fixed or distance joint can");
+      refuse_model(
+          what, ": joint '" + e.element.joint + "' cannot close on the way; a revolute, fixed or distance joint can");
   }
   for (std::size_t i = 0; i < open_.size(); ++i) open_[i] = closes[i] && !opens[i];
   for (const auto& e : model_.events)
@@ -38,8 +38,9 @@ void System::attach_events() {
     if (const auto* friction = f.element.get_if<JointFriction>())
       for (std::size_t i = 0; i < model_.joints.size(); ++i)
         if (model_.joints[i].name == friction->joint && may_open(i))
-          refuse_model("force '" + f.name + "': joint '" + friction->joint +
-                       "' may open, and friction would act in it still; take the friction or the event away");
+          refuse_model({PartName::Kind::force, f.name},
+                       ": joint '" + friction->joint +
+                           "' may open, and friction would act in it still; take the friction or the event away");
 }
 
 bool System::may_open(std::size_t joint) const {

@@ -19,8 +19,8 @@ void System::attach_controllers() {
               known += (i ? ", " : "") + model_.controllers[i].name;
             }
             if (force.signal < 0)
-              refuse_model("force '" + f.name + "': no controller '" + force.controller + "'; there are " +
-                           (known.empty() ? "none" : known));
+              refuse_model({PartName::Kind::force, f.name},
+                           ": no controller '" + force.controller + "'; there are " + (known.empty() ? "none" : known));
           }
         },
         f.element);

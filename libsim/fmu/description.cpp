@@ -6,35 +6,12 @@
 #include <map>
 #include <set>
 
+#include "libsim/base/markup.hpp"
 #include "libsim/document/units.hpp"
 #include "libsim/fmu/model.hpp"
 
 namespace subsoil::sim {
 namespace {
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      case '\n':
-        out += "&#10;";
-        break;
-      default:
-        out += c;
-    }
-  return out;
-}
 
 /// The units in use with their base units. FMI knows whole powers only; a unit beyond them has a name alone.
 std::string units(const FmuModel& model) {
@@ -56,7 +33,7 @@ std::string units(const FmuModel& model) {
     } catch (const std::exception&) {
       whole = false;
     }
-    out += fmt::format("    <Unit name=\"{}\">{}</Unit>\n", escaped(name),
+    out += fmt::format("    <Unit name=\"{}\">{}</Unit>\n", escaped_markup(name),
                        whole ? fmt::format("<BaseUnit{}/>", base) : "");
   }
   return out + "  </UnitDefinitions>\n";
@@ -79,17 +56,18 @@ const char* causality(const FmuVariable& v) {
 }
 
 std::string common_attributes(const FmuVariable& v, std::size_t reference) {
-  std::string out = fmt::format("name=\"{}\" valueReference=\"{}\" causality=\"{}\" variability=\"{}\"",
-                                escaped(v.name), reference, causality(v), v.is_parameter() ? "fixed" : "continuous");
+  std::string out =
+      fmt::format("name=\"{}\" valueReference=\"{}\" causality=\"{}\" variability=\"{}\"", escaped_markup(v.name),
+                  reference, causality(v), v.is_parameter() ? "fixed" : "continuous");
   if (v.is_output()) out += " initial=\"calculated\"";
   if (v.is_parameter()) out += " initial=\"exact\"";
-  if (!v.description.empty()) out += fmt::format(" description=\"{}\"", escaped(v.description));
+  if (!v.description.empty()) out += fmt::format(" description=\"{}\"", escaped_markup(v.description));
   return out;
 }
 
 std::string type_attributes(const FmuVariable& v) {
   std::string out;
-  if (!v.unit.empty()) out += fmt::format(" unit=\"{}\"", escaped(v.unit));
+  if (!v.unit.empty()) out += fmt::format(" unit=\"{}\"", escaped_markup(v.unit));
   if (v.is_input() || v.is_parameter()) out += fmt::format(" start=\"{}\"", v.start);
   return out;
 }
@@ -100,8 +78,8 @@ std::string head(const FmuModel& model, const char* version, const char* token) 
       "<fmiModelDescription fmiVersion=\"{}\" modelName=\"{}\" {}=\"{}\" description=\"{}\" "
       "generationTool=\"subsoil {}\" generationDateAndTime=\"{:%Y-%m-%dT%H:%M:%SZ}\" "
       "variableNamingConvention=\"flat\"",
-      version, escaped(model.name), token, model.token, escaped(model.description), escaped(model.version),
-      fmt::gmtime(std::time(nullptr)));
+      version, escaped_markup(model.name), token, model.token, escaped_markup(model.description),
+      escaped_markup(model.version), fmt::gmtime(std::time(nullptr)));
 }
 
 }  // namespace
@@ -157,13 +135,13 @@ std::string fmi3_terminals(const FmuModel& model) {
     const std::string member = v.name.substr(v.name.find(v.of) + v.of.size() + 1);
     members[(tool ? "tool " : "body ") + v.of] +=
         fmt::format("      <TerminalMemberVariable variableName=\"{}\" memberName=\"{}\" variableKind=\"signal\"/>\n",
-                    escaped(v.name), escaped(member));
+                    escaped_markup(v.name), escaped_markup(member));
   }
   std::string out =
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiTerminalsAndIcons fmiVersion=\"3.0\">\n  <Terminals>\n";
   for (const auto& [name, list] : members)
     out += fmt::format("    <Terminal name=\"{}\" matchingRule=\"bus\" description=\"{}\">\n{}    </Terminal>\n",
-                       escaped(name),
+                       escaped_markup(name),
                        name[0] == 't' ? "motion of a tool in soil, and the wrench of the soil on it"
                                       : "pose and velocity of a body of the machine",
                        list);

@@ -5,43 +5,21 @@
 
 #include <stdexcept>
 
+#include "libsim/base/markup.hpp"
+
 namespace subsoil::sim {
 namespace {
-
-/// Names are the user's: what XML reads as markup is written as an entity.
-std::string escaped(const std::string& text) {
-  std::string safe;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        safe += "&amp;";
-        break;
-      case '<':
-        safe += "&lt;";
-        break;
-      case '>':
-        safe += "&gt;";
-        break;
-      case '"':
-        safe += "&quot;";
-        break;
-      default:
-        safe += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
-    }
-  }
-  return safe;
-}
 
 std::string array_xml(const XdmfArray& array) {
   return fmt::format(R"(<DataItem Format="HDF" NumberType="{}" Precision="{}" Dimensions="{}">{}</DataItem>)",
                      array.real ? "Float" : "Int", array.bytes, fmt::join(array.dimensions, " "),
-                     escaped(array.location));
+                     escaped_markup(array.location));
 }
 
 }  // namespace
 
 std::string grid_xml(const XdmfGrid& grid) {
-  std::string xml = fmt::format("   <Grid Name=\"{}\" GridType=\"Uniform\">\n", escaped(grid.name));
+  std::string xml = fmt::format("   <Grid Name=\"{}\" GridType=\"Uniform\">\n", escaped_markup(grid.name));
   const std::vector<std::uint64_t>& cells = grid.cells.dimensions;
   const char* type = cells.size() == 1 ? "Polyvertex\" NodesPerElement=\"1"
                      : cells[1] == 2   ? "Polyline\" NodesPerElement=\"2"
@@ -51,7 +29,7 @@ std::string grid_xml(const XdmfGrid& grid) {
   xml += fmt::format("    <Geometry GeometryType=\"XYZ\">{}</Geometry>\n", array_xml(grid.vertices));
   for (const auto& attribute : grid.attributes)
     xml += fmt::format("    <Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"{}\">{}</Attribute>\n",
-                       escaped(attribute.name), attribute.array.dimensions.size() == 2 ? "Vector" : "Scalar",
+                       escaped_markup(attribute.name), attribute.array.dimensions.size() == 2 ? "Vector" : "Scalar",
                        attribute.per_cell ? "Cell" : "Node", array_xml(attribute.array));
   return xml + "   </Grid>\n";
 }
@@ -60,14 +38,14 @@ std::string xdmf_leading_to(const std::string& file_name) {
   return fmt::format(
       "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\" xmlns:xi=\"http://www.w3.org/2001/XInclude\">\n"
       " <xi:include href=\"{}\" xpointer=\"xpointer(/Xdmf/Domain)\"/>\n</Xdmf>\n",
-      escaped(file_name));
+      escaped_markup(file_name));
 }
 
 Xdmf::Xdmf(const std::string& title)
     : text_(fmt::format("<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n <Domain>\n"
                         " <Information Name=\"title\" Value=\"{}\"/>\n"
                         " <Grid Name=\"run\" GridType=\"Collection\" CollectionType=\"Temporal\">\n",
-                        escaped(title))) {}
+                        escaped_markup(title))) {}
 
 void Xdmf::add_frame(double time, const std::vector<XdmfGrid>& grids, const std::string& soil) {
   text_ += fmt::format(

@@ -67,15 +67,19 @@ std::string machine_fault(const Scenario& s, const World& world) {
       force.empty() ? std::string() : " (the maximum force is " + force + ")", shorter_step(s, world));
 }
 
-std::string step_failure(const std::string& what, double t, const Scenario& scenario, const World& world) {
+std::string step_failure(const std::exception& error, double t, const Scenario& scenario, const World& world) {
   const auto timed = [&](const std::string& text) { return fmt::format("t = {:.9g} s: {}", t, text); };
   // A machine that is not resolved throws the soil about.
   if (world.bed)
     if (const std::string fault = machine_fault(scenario, world); !fault.empty()) return timed(fault);
-  std::string text = what;
-  if (const std::string advice = overlap_advice(what, world, scenario); !advice.empty()) text += "; " + advice;
-  if (what.find("is too long for the ") != std::string::npos) text += "; " + shorter_step(scenario, world);
-  return what.rfind("t = ", 0) == 0 ? text : timed(text);
+  const auto* const of_bed = dynamic_cast<const dem::BedFault*>(&error);
+  const auto* const of_machine = dynamic_cast<const mbd::MotionFault*>(&error);
+  std::string text = error.what();
+  if (of_bed != nullptr)
+    if (const std::string advice = overlap_advice(*of_bed, world, scenario); !advice.empty()) text += "; " + advice;
+  if (of_machine != nullptr && of_machine->cause == mbd::MotionFault::Cause::long_step)
+    text += "; " + shorter_step(scenario, world);
+  return of_bed != nullptr || of_machine != nullptr ? text : timed(text);  // these state their time
 }
 
 }  // namespace subsoil::sim

@@ -1,4 +1,5 @@
 #pragma once
+#include <exception>
 #include <string>
 
 #include "libsim/scenario/scenario.hpp"
@@ -13,8 +14,8 @@ std::string shorter_step(const Scenario& scenario, const World& world);
 /// balance is within `limits.energy`.
 std::string machine_fault(const Scenario& scenario, const World& world);
 
-/// What is reported of a step that failed with the text `what` at the time t: that fault with its cure, or that of a
-/// machine that is not resolved, of which the soil's is a consequence.
-std::string step_failure(const std::string& what, double t, const Scenario& scenario, const World& world);
+/// What is reported of a step from the time t that failed: that fault with its cure, or that of a machine that is not
+/// resolved, of which the soil's is a consequence.
+std::string step_failure(const std::exception& error, double t, const Scenario& scenario, const World& world);
 
 }  // namespace subsoil::sim

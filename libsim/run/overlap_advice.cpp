@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <optional>
 
@@ -147,12 +146,9 @@ std::string squeezed_between(const dem::Sphere& s, const World& world) {
 
 }  // namespace
 
-std::string overlap_advice(const std::string& fault, const World& world, const Scenario& scenario) {
-  unsigned id = 0;
-  const std::size_t at = fault.find("sphere ");
-  if (!world.bed || fault.find("overlaps by") == std::string::npos || at == std::string::npos ||
-      std::sscanf(fault.c_str() + at, "sphere %u", &id) != 1)
-    return {};
+std::string overlap_advice(const dem::BedFault& fault, const World& world, const Scenario& scenario) {
+  if (!world.bed || fault.facts.kind != dem::BedFault::Kind::overlap) return {};
+  const std::uint32_t id = fault.facts.sphere;
   const auto spheres = world.bed->spheres();
   const auto sphere = std::find_if(spheres.begin(), spheres.end(), [&](const dem::Sphere& s) { return s.id == id; });
   if (sphere == spheres.end()) return {};

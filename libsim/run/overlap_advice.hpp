@@ -7,7 +7,7 @@ namespace subsoil::sim {
 
 /// What a run stopped by an overlap reports beside the bed's own text (`fault`, which names the sphere): who overlaps,
 /// under which law, with what force, and the stiffness or speed that would do. Empty for other faults.
-std::string overlap_advice(const std::string& fault, const World& world, const Scenario& scenario);
+std::string overlap_advice(const dem::BedFault& fault, const World& world, const Scenario& scenario);
 
 /// How deep tools may press single spheres, stated before the run.
 ///

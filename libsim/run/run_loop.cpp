@@ -300,7 +300,7 @@ bool RunLoop::guarded(const std::function<void()>& take_step) {
     take_step();
     return true;
   } catch (const std::exception& error) {
-    failure_ = step_failure(error.what(), reached_, s_, world_);
+    failure_ = step_failure(error, reached_, s_, world_);
     return false;
   }
 }

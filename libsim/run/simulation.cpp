@@ -161,7 +161,7 @@ struct Simulation::Impl : StepObserver {
     try {
       return step(), true;
     } catch (const std::exception& error) {
-      throw SimulationFault(step_failure(error.what(), t, loaded.scenario, stepper.world()), t);
+      throw SimulationFault(step_failure(error, t, loaded.scenario, stepper.world()), t);
     }
   }
   bool after_step() override {

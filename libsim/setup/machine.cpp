@@ -23,24 +23,29 @@ bool starts_in_equilibrium(const Scenario& s) {
          s.analysis == Analysis::modes;
 }
 
-/// Where the element stands that a refusal of libmbd names first ("joint 'H3'"), else the machine as a whole: libmbd
-/// knows names and no files.
-std::string place_of_fault(const Loaded& loaded, const std::string& text) {
-  const MachineSection& m = *loaded.scenario.machine;
-  std::string path = "machine";
-  std::size_t first = std::string::npos;
-  const auto look = [&](const auto& list, const std::string& kind, const char* section) {
-    for (const auto& item : list)
-      if (const std::size_t at = text.find(kind + " '" + item.name + "'"); at < first)
-        first = at, path = std::string("machine.") + section + "." + item.name;
+/// Where a part of the machine stands: libmbd knows names and no files.
+std::string place_of(const Loaded& loaded, const mbd::PartName& part) {
+  using Kind = mbd::PartName::Kind;
+  const auto in = [&](const char* section) {
+    return loaded.where(std::string("machine.") + section + "." + part.name);
   };
-  look(m.bodies, "body", "bodies");
-  look(m.joints, "joint", "joints");
-  look(m.drivers, "driver", "drivers");
-  look(m.forces, "force", "forces");
-  look(m.controllers, "controller", "controllers");
-  look(m.events, "event", "events");
-  return loaded.where(path);
+  switch (part.kind) {
+    case Kind::body:
+      return in("bodies");
+    case Kind::joint:
+      return in("joints");
+    case Kind::driver:
+      return in("drivers");
+    case Kind::force:
+      return in("forces");
+    case Kind::controller:
+      return in("controllers");
+    case Kind::event:
+      return in("events");
+    case Kind::machine:
+      break;
+  }
+  return loaded.where("machine");
 }
 
 void add_measures(mbd::Machine& machine, const Loaded& loaded) {
@@ -192,8 +197,10 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
   } catch (const std::runtime_error& error) {
     if (!s.runs_in_time()) throw;  // the input is good; the analysis did not come to an end
     throw ScenarioError(loaded.where("machine") + ": " + error.what());
+  } catch (const mbd::ModelFault& fault) {
+    throw ScenarioError(place_of(loaded, fault.of) + ": " + fault.what());
   } catch (const std::exception& error) {
-    throw ScenarioError(place_of_fault(loaded, error.what()) + ": " + error.what());
+    throw ScenarioError(loaded.where("machine") + ": " + error.what());
   }
 }
 

@@ -1,23 +1,9 @@
 #include "libsim/view/page.hpp"
 
+#include "libsim/base/markup.hpp"
+
 namespace subsoil::sim {
 namespace {
-
-/// Text for HTML.
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else
-      out += c;
-  }
-  return out;
-}
 
 /// JSON inside a script element must not hold "</" or "<!--".
 std::string embedded(const Json& data) {
@@ -39,7 +25,7 @@ std::string page_text(const std::string& title, const Json& data, const PagePart
   std::string out =
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
-  out += "<title>" + escaped(title) + "</title>\n<style>\n" + parts.styles + "</style>\n</head>\n<body>\n";
+  out += "<title>" + escaped_markup(title) + "</title>\n<style>\n" + parts.styles + "</style>\n</head>\n<body>\n";
   out += "<main id=\"page\"><noscript>This page draws itself: allow scripts.</noscript></main>\n";
   const auto add = [&](const std::string& id, const Json& json) {
     out += "<script type=\"application/json\" id=\"" + id + "\">" + embedded(json) + "</script>\n";

@@ -6,14 +6,16 @@
 namespace subsoil::dem::test::engine_faults {
 namespace {
 
-std::string fault_of(Bed& bed, int steps) {
+/// The fault that ends some steps; a sphere that no bed of these tests has where there is none.
+BedFault fault_in(Bed& bed, int steps) {
   try {
     for (int n = 0; n < steps; ++n) bed.step(1e-5);
   } catch (const BedFault& fault) {
-    return fault.what();
+    return fault;
   }
-  return "no fault";
+  return BedFault({.kind = BedFault::Kind::speed, .time = -1, .sphere = 12345}, "no fault");
 }
+std::string fault_of(Bed& bed, int steps) { return fault_in(bed, steps).what(); }
 
 std::vector<SphereSpec> row(int count) {
   std::vector<SphereSpec> out;
@@ -30,7 +32,13 @@ TEST(Faults, TooFast) {
   auto specs = row(40);
   specs[7].velocity = {0, 60, 0};
   bed.add(specs);
-  expect_parts(fault_of(bed, 10), {"t = 0 s", "sphere 7", "(0.35, 0.5006, 0.25)", "60 m/s", "limit 50"});
+  const BedFault fault = fault_in(bed, 10);
+  expect_parts(fault.what(), {"t = 0 s", "sphere 7", "(0.35, 0.5006, 0.25)", "60 m/s", "limit 50"});
+  EXPECT_EQ(fault.facts.kind, BedFault::Kind::speed);
+  EXPECT_EQ(fault.facts.sphere, 7u);
+  EXPECT_EQ(fault.facts.time, 0);
+  EXPECT_NEAR(fault.facts.value, 60, 60 * 1e-15);  // a free sphere; one rounding of the square root
+  EXPECT_EQ(fault.facts.limit, 50);
 }
 
 TEST(Faults, TooDeep) {
@@ -38,9 +46,12 @@ TEST(Faults, TooDeep) {
   auto specs = row(40);
   specs[9].position = {0.05 * 8 + 0.0149, 0.5, 0.25};
   bed.add(specs);
-  const std::string text = fault_of(bed, 10);
-  expect_parts(text, {"t = 0 s", "0.51 of a radius", "limit 0.5"});
-  EXPECT_TRUE(text.find("sphere 8") != std::string::npos || text.find("sphere 9") != std::string::npos) << text;
+  const BedFault fault = fault_in(bed, 10);
+  expect_parts(fault.what(), {"t = 0 s", "0.51 of a radius", "limit 0.5"});
+  EXPECT_EQ(fault.facts.kind, BedFault::Kind::overlap);
+  EXPECT_TRUE(fault.facts.sphere == 8 || fault.facts.sphere == 9) << fault.what();
+  EXPECT_NEAR(fault.facts.value, 0.51, 1e-12);  // (2 r - distance)/r; rounding of positions of 0.4 m over r
+  EXPECT_EQ(fault.facts.limit, 0.5);
 }
 
 TEST(Faults, TooDeepAtASurface) {
