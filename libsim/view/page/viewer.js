@@ -177,13 +177,21 @@ class Viewer {
     if (bed && bed.kind === 'bed' && s) return new THREE.Vector3((s.low[0] + s.high[0]) / 2, s.high[1], (s.low[2] + s.high[2]) / 2);
     return /** @type {MachineView} */ (this.machine).centre(thing);
   }
+  /** @param {import('three').Box3} box @param {{ low: number[], high: number[] }} b */
+  expand(box, b) { return box.expandByPoint(new THREE.Vector3(...b.low)).expandByPoint(new THREE.Vector3(...b.high)); }
   bounds() {
-    const box = /** @type {MachineView} */ (this.machine).bounds(), all = [this.scene.container, this.scene.bed, this.scene.spheres], poses = /** @type {Poses} */ (this.poses);
+    const box = /** @type {MachineView} */ (this.machine).bounds(), poses = /** @type {Poses} */ (this.poses);
     // Where joints and forces hold on to the ground; sides without ends have no place of their own.
     for (const k of this.scene.symbols)
       if (!['side', 'ground', 'disk on line'].includes(k.kind))
         for (const [x, y] of [poses.point(k.a, k.pa, poses.begin), poses.point(k.b, k.pb, poses.begin)]) box.expandByPoint(new THREE.Vector3(x, y, 0));
-    for (const b of all) if (b) box.expandByPoint(new THREE.Vector3(...b.low)).expandByPoint(new THREE.Vector3(...b.high));
+    for (const b of [this.scene.container, this.scene.bed]) if (b) this.expand(box, b);
+    // Spheres count unless a few lie so far away, thrown or fallen out of the bin, that the bed would be small.
+    const soil = this.scene.spheres, held = Boolean(this.scene.container || this.scene.bed);
+    if (soil) {
+      const whole = this.expand(box.clone(), soil), length = (/** @type {import('three').Box3} */ b) => b.getSize(new THREE.Vector3()).length();
+      if (!held || length(whole) < 1.3 * length(box)) box.copy(whole);
+    }
     // Paths are seen whole, unless they lead so far away that the machine would be small.
     const paths = new THREE.Box3().setFromObject(/** @type {Surroundings} */ (this.around).paths), size = new THREE.Vector3();
     const machine = /** @type {MachineView} */ (this.machine);
