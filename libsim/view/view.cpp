@@ -143,6 +143,7 @@ class SphereFrames {
   Json frame(std::size_t f, ScenePack& pack, const SphereScales& scales) {
     const FrameSpheres s = file_.spheres(f, true);
     Json out{{"time", file_.times()[f]}, {"position", pack.frame(s.position, s.index)}};
+    if (file_.is_moving_bed()) out["travelled"] = file_.travelled(f);
     if (!s.velocity.empty()) out["speed"] = shades(sizes_of(s.velocity), s.index, file_.particles(), scales.speed);
     if (const std::vector<float> force = forces_of(f); force.size() == s.index.size() && !force.empty())
       out["force"] = shades(force, s.index, file_.particles(), scales.force);

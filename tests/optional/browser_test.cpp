@@ -265,14 +265,19 @@ TEST(Viewed, SliderSpheresAndArrowsAreThoseOfTheSeries) {
     const blade = viewer.machine.pickable.find(m => viewer.scene.things[m.userData.thing].name === 'blade');
     const arrow = document.querySelector('[data-force="soil on tine"]');
     const numbers = key => arrow.getAttribute(key).split(' ').map(Number);
+    const size = () => viewer.soil.extent().getSize(new THREE.Vector3()).length(), rest = size(), p0 = viewer.soil.now.positions[0];
+    viewer.soil.now.positions[0] = 65534;
+    const flown = size();
+    viewer.soil.now.positions[0] = p0;
     viewer.machine.root.visible = false;
     const sphere = viewer.soil.at(7), p = viewer.stage.project(sphere);
     viewer.stage.cut({ axis: 2, at: sphere.z + 1e-4, sign: 1 });
-    return { drawn, blade: new THREE.Vector3().setFromMatrixPosition(blade.matrixWorld).toArray(), from: numbers('data-from'),
+    return { drawn, rest, flown, blade: new THREE.Vector3().setFromMatrixPosition(blade.matrixWorld).toArray(), from: numbers('data-from'),
              to: numbers('data-to'), colours: viewer.soil.colourings(), count: viewer.soil.data.count, clock: viewer.clock.textContent };
   )",
                   directory);
   EXPECT_GT(found["drawn"], 0.05);
+  EXPECT_NEAR(found["flown"].get<double>() / found["rest"].get<double>(), 1, 0.1) << "one sphere of 224 does not count";
   // The page's times are of six digits here, the poses of float.
   EXPECT_NEAR(found["blade"][0].get<double>(), series.at("tine.x")[row], 1e-6);
   EXPECT_NEAR(found["blade"][1].get<double>(), series.at("tine.y")[row], 1e-6);

@@ -60,27 +60,26 @@ class Film {
     this.soil = this.viewer.soil;
   }
   get end() { return this.viewer.poses.end; }
-  /// Side view of the soil and of what stands above it as high as a good half of its depth; of a machine alone all.
-  box() {
-    const whole = this.viewer.stage.bounds, s = this.viewer.scene.spheres, box = whole.clone();
-    if (!s) return box;
-    box.min.set(...s.low), box.max.set(...s.high);
+  /// Side view of the soil at a time and of what stands above it as high as a good half of its depth; of a machine alone all.
+  box(time) {
+    const { viewer, soil } = this, whole = viewer.stage.bounds, { tool } = viewer.scene;
+    if (!soil) return whole.clone();
+    viewer.show(time);
+    const box = soil.extent(), length = box.max.x - box.min.x, low = box.min.x, high = box.max.x;
     // The tool on its way to the soil and out of it, as far as a third of the bed.
-    const { tool } = this.viewer.scene, length = s.high[0] - s.low[0], way = tool && tool.axis === 0 ? tool.tip : [];
-    box.min.x = Math.max(s.low[0] - length / 3, Math.min(s.low[0], ...way) - 0.05 * length);
-    box.max.x = Math.min(s.high[0] + length / 3, Math.max(s.high[0], ...way) + 0.05 * length);
-    box.max.y = Math.min(whole.max.y, s.low[1] + 1.6 * (this.top() - s.low[1]));
+    const way = tool && tool.axis === 0 && !soil.now.travelled ? tool.tip : [];
+    box.min.x = Math.max(low - length / 3, Math.min(low, ...way) - 0.05 * length);
+    box.max.x = Math.min(high + length / 3, Math.max(high, ...way) + 0.05 * length);
+    box.max.y = Math.min(whole.max.y, box.min.y + 1.6 * ((tool ? tool.surface : box.max.y) - box.min.y));
     return box;
   }
-  /// Height of the soil's surface at the start.
-  top() { const tool = this.viewer.scene.tool, s = this.viewer.scene.spheres; return tool ? tool.surface : s.high[1]; }
   /// The slice through the tool; spheres beyond it are cut off.
   section() {
     const s = this.viewer.scene.spheres;
     return s ? { axis: 2, at: this.run.slice ?? 0.5 * (s.low[2] + s.high[2]), sign: 1 } : null;
   }
   still(time, wide, options) {
-    const box = this.box(), ratio = Math.min(0.75, Math.max(0.22, (box.max.y - box.min.y) / (box.max.x - box.min.x)));
+    const box = this.box(time), ratio = Math.min(0.75, Math.max(0.22, (box.max.y - box.min.y) / (box.max.x - box.min.x)));
     const width = Math.round(wide), height = Math.round(wide * ratio);
     const picture = this.viewer.still({ time, width, height, view: 'side', box, section: this.section(), ...options });
     return h('img', { class: 'still', src: picture, width, height, alt: this.run.name + ' at ' + text(time) + ' s, from the side' });

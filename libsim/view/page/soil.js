@@ -56,7 +56,7 @@ const SOIL_COLOUR = '#b9a582', PALE_SOIL = '#ece8df';
 
 /** Frames of a served run that stay in memory; 1,000,000 spheres take 8 MB each. */
 const MOST_KEPT = 40;
-/** @typedef {{ positions: Uint16Array, speed: Uint8Array | null, force: Uint8Array | null, chains: Float32Array | null }} FrameData */
+/** @typedef {{ positions: Uint16Array, speed: Uint8Array | null, force: Uint8Array | null, chains: Float32Array | null, travelled: number }} FrameData */
 
 class Soil {
   /** @param {Spheres} data @param {{ radius: Uint8Array | null, material: Uint8Array | null }} table */
@@ -107,7 +107,7 @@ class Soil {
   async opened(frame, last) {
     const bytes = async (/** @type {Packed | undefined} */ p) => (p ? unpack(p) : null);
     return { positions: positionsOf(await unpack(frame.position || ''), last), speed: await bytes(frame.speed), force: await bytes(frame.force),
-      chains: frame.chains ? await floats(frame.chains) : null };
+      chains: frame.chains ? await floats(frame.chains) : null, travelled: frame.travelled || 0 };
   }
   /** @param {number} k @param {FrameData} frame */
   put(k, frame) {
@@ -265,6 +265,24 @@ class Soil {
     all.sort((a, b) => a - b);
     this.span = Math.max(all[Math.floor(0.998 * (all.length - 1))] || 0, this.data.error, 1e-9);
     return this.span;
+  }
+  /**
+   * Box of the spheres of this frame, but for one in 200 at either side of each axis: single ones that fly off do not
+   * make a picture small.
+   */
+  extent() {
+    const p = this.now.positions, box = new THREE.Box3(), radius = this.data.radius.high;
+    for (let axis = 0; axis < 3; ++axis) {
+      /** @type {number[]} */
+      const all = [];
+      for (let i = 0; i < this.data.count; ++i) if (p[3 * i] !== ABSENT) all.push(p[3 * i + axis]);
+      if (!all.length) return box;
+      all.sort((a, b) => a - b);
+      const at = (/** @type {number} */ k) => this.data.low[axis] + all[k] / 65534 * this.size[axis], out = Math.floor(all.length / 200);
+      box.min.setComponent(axis, at(out) - radius);
+      box.max.setComponent(axis, at(all.length - 1 - out) + radius);
+    }
+    return box;
   }
   /** World place of a sphere in this frame; null where it is not there. @param {number} i */
   at(i) {

@@ -58,7 +58,8 @@ declare global {
   interface Bed { thing: number; low: V3; high: V3; surface: number | null; note: string;
     layers: { name: string; from: number; until: number }[] }
   /** Of a page that is served all but the time comes later, with the box of its coordinates. */
-  interface SphereFrame { time: number; position?: Packed; speed?: Packed; force?: Packed; chains?: Packed; low?: V3; high?: V3; error?: number }
+  /** `travelled`: by the window of a moving bed since the first frame, along x, m. */
+  interface SphereFrame { time: number; travelled?: number; position?: Packed; speed?: Packed; force?: Packed; chains?: Packed; low?: V3; high?: V3; error?: number }
   interface Spheres {
     count: number;
     low: V3; high: V3;    // of the centres

@@ -141,7 +141,7 @@ class Viewer {
     this.stage.look('oblique');
     this.address();
     this.stage.drawNow();
-    if (this.soil) this.soil.arrived = () => { this.colour(this.colourChoice.value); this.stage && this.stage.draw(); };
+    if (this.soil) this.soil.arrived = () => { this.surroundingsFollow(); this.colour(this.colourChoice.value); this.stage && this.stage.draw(); };
     if (this.served) this.served.follow();
     document.documentElement.dataset.ready = 'yes';
   }
@@ -186,11 +186,13 @@ class Viewer {
       if (!['side', 'ground', 'disk on line'].includes(k.kind))
         for (const [x, y] of [poses.point(k.a, k.pa, poses.begin), poses.point(k.b, k.pb, poses.begin)]) box.expandByPoint(new THREE.Vector3(x, y, 0));
     for (const b of [this.scene.container, this.scene.bed]) if (b) this.expand(box, b);
-    // Spheres count unless a few lie so far away, thrown or fallen out of the bin, that the bed would be small.
-    const soil = this.scene.spheres, held = Boolean(this.scene.container || this.scene.bed);
-    if (soil) {
-      const whole = this.expand(box.clone(), soil), length = (/** @type {import('three').Box3} */ b) => b.getSize(new THREE.Vector3()).length();
-      if (!held || length(whole) < 1.3 * length(box)) box.copy(whole);
+    if (this.soil && this.served) this.expand(box, this.soil.data);
+    else if (this.soil) {
+      // Where the soil is at both ends of the run.
+      this.show(poses.end);
+      box.union(this.soil.extent());
+      this.show(poses.begin);
+      box.union(this.soil.extent());
     }
     // Paths are seen whole, unless they lead so far away that the machine would be small.
     const paths = new THREE.Box3().setFromObject(/** @type {Surroundings} */ (this.around).paths), size = new THREE.Vector3();
@@ -276,13 +278,17 @@ class Viewer {
   show(t) {
     this.time = t;
     /** @type {MachineView} */ (this.machine).show(t);
-    if (this.soil) this.soil.showTime(t);
+    if (this.soil) this.soil.showTime(t), this.surroundingsFollow();
     if (this.overlay) this.overlay.time = t;
     this.slider.value = String(t);
     this.clock.textContent = `${t.toFixed(3)} s`;
     if (this.plot) this.markTime();
     /** @type {Stage} */ (this.stage).draw();
     this.timed.forEach(f => f(t));
+  }
+  /** The walls of a moving bed go with its window. */
+  surroundingsFollow() {
+    if (this.around && this.soil && this.soil.frame >= 0) this.around.container.position.x = this.soil.now.travelled;
   }
   /** @param {boolean} on */
   play(on) {

@@ -84,6 +84,22 @@ TEST(Report, FilmIsTheViewOfTheRun) {
   EXPECT_NEAR(data["runs"][0]["slice"].get<double>(), 0, 1e-6) << "the middle of the blade";
 }
 
+/// The window of a moving bed goes with the blade: by whole periods, which are shorter than the window of 0.36 m.
+TEST(Report, FilmOfAMovingBedGoesWithIt) {
+  const RunDirectory d;
+  ASSERT_EQ(test::run_scenario(d.scenario(test::moving_pass), d / "run"), exit_ok);
+  const Json data = data_of({d / "run"});
+  const Series series = read_series(d / "run" / "series.csv");
+  const std::vector<double>& x = series.at("blade.x");
+  const Json& frames = data["runs"][0]["scene"]["spheres"]["frames"];
+  double before = 0;
+  for (const Json& frame : frames) {
+    EXPECT_GE(frame["travelled"].get<double>(), before);
+    before = frame["travelled"];
+  }
+  EXPECT_NEAR(before, x.back() - x.front(), 0.18);
+}
+
 /// A machine alone has no spheres: its film is that of the series.
 TEST(Report, AMachineAloneHasAFilm) {
   const RunDirectory d;
