@@ -78,15 +78,17 @@ std::string parted_constraints(const System& system, const Dependency& dependenc
 }
 
 // Of a pose beside a singular configuration, where the equation `row` adds the least to the others.
-std::string dead_centre(const System& system, int row, const std::vector<double>& phi_t) {
+/// Whose rows leave no other way, and which drivers ask for one.
+std::string dead_centre(const System& system, const std::string& owner, const char* adds,
+                        const std::vector<double>& phi_t) {
   std::string drivers;
   for (std::size_t d = 0; d < system.model().drivers.size(); ++d) {
     const int of = system.row_of_driver(d);
     if (phi_t[static_cast<std::size_t>(of)] != 0) drivers += (drivers.empty() ? "" : ", ") + system.owner(of);
   }
-  return system.owner(row) +
-         " adds hardly anything to the other constraints there: the machine is beside a singular configuration (a dead "
-         "centre, or links in line)" +
+  return owner + " adds " + adds +
+         " to the other constraints there: the machine is beside a singular configuration (a dead centre, or links in "
+         "line)" +
          (drivers.empty() ? "" : ", beyond which " + drivers + " leads; end that motion before, or drive another body");
 }
 
@@ -311,9 +313,9 @@ void Partition::factor_schur(const MotionState& m) {
 
 void Partition::refuse_singular(const MotionState& m) const {
   if (m.q.allFinite()) refuse_blow_up(system_, m);  // else it may be the singular matrix that was solved with
-  throw SingularPose("singular pose at t = " + std::to_string(m.t) + " s: " + singular_owner() +
-                     " adds nothing to the other constraints there (a dead point); the motion is not determined from "
-                     "here");
+  throw SingularPose("singular pose at t = " + std::to_string(m.t) +
+                     " s: " + dead_centre(system_, singular_owner(), "nothing", c_.phi_t) +
+                     "; the motion is not determined from here");
 }
 
 bool Partition::near_singular() const {
@@ -361,7 +363,7 @@ void Partition::refuse_open(const MotionState& m) const {
     const auto pivot = [&](std::size_t k) { return std::abs(phi_u_.pivot(k)) * pivot_scale_[k]; };
     for (std::size_t k = 0; k < pivot_scale_.size(); ++k)
       if (pivot(k) < pivot(least)) least = k;
-    reason = dead_centre(system_, choice_.rows[least], c_.phi_t);
+    reason = dead_centre(system_, system_.owner(choice_.rows[least]), "hardly anything", c_.phi_t);
   }
   throw std::runtime_error("the joints cannot be kept closed at t = " + std::to_string(m.t) +
                            " s: " + system_.owner(row) + " is open by " + scientific(std::abs(c_.phi[worst])) +
@@ -372,7 +374,11 @@ void Partition::refuse_open(const MotionState& m) const {
 bool Partition::solve_positions(MotionState& m) {
   // Newton with the matrix of the guess, which a predictor leaves nearly on Phi = 0: the first iteration then is the
   // last, and the same factors serve the velocities.
-  const double far = m.q.cwiseAbs().maxCoeff(), scale = std::max(system_.length_scale(), far);
+  double far = 0;
+  for (Eigen::Index i = 0; i < m.q.size(); ++i)
+    far = std::max(far,
+                   std::abs(m.q[i]) * (i % 3 == 2 ? std::min(1.0, system_.body_size(static_cast<int>(i / 3 + 1))) : 1));
+  const double scale = std::max(system_.length_scale(), far);
   // The second is the rounding of Phi itself. Beside a singular pose what is left returns over the distance from it.
   const double goal = nearest_ ? rounding * scale : 1e-14 * system_.length_scale() + 2e-15 * far;
   double before = 0, first = 0;
@@ -391,6 +397,9 @@ bool Partition::solve_positions(MotionState& m) {
     }
     if (now <= goal || (now <= 1e-13 * scale && iteration > 0 && now > 0.1 * before)) {
       if (!choice_.redundant.empty() && residual() > 1e-8 * scale) break;
+      // What is left of a guess that met the goal follows the guess, from step to step. Where M^ is nearly singular
+      // accelerations magnify it above what rounding makes of them. Near-singular Phi_u magnifies the rounding.
+      if (now > rounding * scale && least_pivot_ >= sure_pivot) correct(m.q);
       return serve;
     }
     if (iteration == 0) first = now;

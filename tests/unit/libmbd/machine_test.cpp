@@ -224,7 +224,7 @@ TEST(Machine, EndOfTravelNamesTheJoint) {
     for (int i = 0; i < 1000; ++i) machine.advance(1e-3);
   });
   EXPECT_EQ(text.find("the joints cannot be kept closed at t = "), 0U) << text;
-  EXPECT_NE(text.find("end of its travel"), std::string::npos) << text;
+  EXPECT_NE(text.find("beyond which driver 'puller' leads"), std::string::npos) << text;
 }
 
 }  // namespace
