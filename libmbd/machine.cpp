@@ -24,6 +24,12 @@ double energy_at_rest(const System& system) {
     energy += 0.5 * (b.mass * speed * speed + b.inertia * share * share) + 1e-10 * b.mass * gravity * length;
   return energy;
 }
+
+Reaction reaction_of(const System& system, std::size_t joint, const Eigen::VectorXd& lambda) {
+  const int first = visit([](const auto& j) { return j.body_a; }, system.model().joints[joint].element);
+  const Wrench w = joint_wrench(system, joint, lambda, first);
+  return {w.force.x, w.force.y, w.moment};
+}
 }  // namespace
 
 Machine::Machine(Model model, MachineOptions options) : options_(options), system_(std::move(model)) {
@@ -81,8 +87,8 @@ void Machine::advance(double h) {
 
 void Machine::watch_energy(bool first) {
   EnergyRange range = integrator_->take_energy_range();
-  if (first) range = {}, most_energy_ = 0, lowest_potential_ = highest_potential_ = system_.potential();
-  range.see(system_);
+  if (first) range = {}, most_energy_ = 0, lowest_potential_ = highest_potential_ = system().potential();
+  range.see(system());
   most_energy_ = std::max(most_energy_, range.most);
   lowest_potential_ = std::min(lowest_potential_, range.lowest);
   highest_potential_ = std::max(highest_potential_, range.highest);
@@ -109,32 +115,21 @@ void Machine::measure(const std::string& name, AnyMeasure measure) {
       measure);
 }
 
-Eigen::VectorXd Machine::reactions() const {
-  const Integrator& seen = *integrator_;
-  return seen.partition().reactions(seen.state());
+Reaction Machine::joint_reaction(const std::string& name, const Instant& at) const {
+  return reaction_of(at.system, find_named(system_.model().joints, "joint", name), at.reactions());
 }
 
-Reaction Machine::reaction_of(std::size_t joint, const Eigen::VectorXd& lambda) const {
-  const int first = visit([](const auto& j) { return j.body_a; }, system_.model().joints[joint].element);
-  const Wrench w = joint_wrench(system_, joint, lambda, first);
-  return {w.force.x, w.force.y, w.moment};
+double Machine::driver_force(const std::string& name, const Instant& at) const {
+  return -at.reactions()[system_.row_of_driver(find_named(system_.model().drivers, "driver", name))];
 }
 
-Reaction Machine::joint_reaction(const std::string& name) const {
-  return reaction_of(find_named(system_.model().joints, "joint", name), reactions());
-}
-
-double Machine::driver_force(const std::string& name) const {
-  return -reactions()[system_.row_of_driver(find_named(system_.model().drivers, "driver", name))];
-}
-
-double Machine::force_value(const std::string& name, const std::string& column) const {
+double Machine::force_value(const std::string& name, const std::string& column, const Instant& at) const {
   const std::size_t i = find_named(system_.model().forces, "force", name);
   return visit(
       [&](const auto& force) {
         std::string known;
         for (std::size_t k = 0; k < force.columns.size(); ++k) {
-          if (column == force.columns[k].name) return system_.values()[i][k];
+          if (column == force.columns[k].name) return at.system.values()[i][k];
           known += (k ? ", " : "") + std::string(force.columns[k].name);
         }
         throw std::invalid_argument("force '" + name + "' reports no '" + column + "'; it reports " + known);
@@ -142,12 +137,12 @@ double Machine::force_value(const std::string& name, const std::string& column) 
       system_.model().forces[i].element);
 }
 
-MachineEnergy Machine::energy() const {
+MachineEnergy Machine::energy(const Instant& at) const {
   MachineEnergy energy;
-  energy.kinetic = system_.kinetic();
-  energy.potential = system_.potential();
-  energy.stored = system_.stored();
-  const auto& flows = integrator_->flows();
+  energy.kinetic = at.system.kinetic();
+  energy.potential = at.system.potential();
+  energy.stored = at.system.stored();
+  const auto& flows = at.flows;
   const auto forces = static_cast<Eigen::Index>(system_.model().forces.size());
   energy.lost = flows.of_elements.head(forces).sum() + flows.latched;
   energy.force_work = flows.of_elements.segment(forces, forces).sum();
@@ -195,41 +190,42 @@ void Machine::name_columns() {
     add(std::string("energy.") + term, "J");
 }
 
-void Machine::columns(std::span<double> out) const {
+void Machine::columns(const Instant& at, std::span<double> out) const {
   if (out.size() != names_.size())
     throw std::invalid_argument("machine columns: space for " + std::to_string(out.size()) + " values, there are " +
                                 std::to_string(names_.size()));
   auto next = out.begin();
   const auto put = [&](auto... values) { ((*next++ = values), ...); };
-  const Model& model = system_.model();
-  for (int i = 1; i < system_.bodies(); ++i) {
-    const BodyState& b = body(i);
+  const System& system = at.system;
+  const Model& model = system.model();
+  for (int i = 1; i < system.bodies(); ++i) {
+    const BodyState& b = at.body(i);
     put(b.r.x, b.r.y, b.angle, b.v.x, b.v.y, b.omega);
-    const auto acceleration = integrator_->state().acceleration.segment<3>(3 * (i - 1));
+    const auto acceleration = at.state.acceleration.segment<3>(3 * (i - 1));
     put(acceleration[0], acceleration[1], acceleration[2]);
   }
-  const Eigen::VectorXd lambda = reactions();
+  const Eigen::VectorXd lambda = at.reactions();
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
-    const Reaction r = reaction_of(i, lambda);
+    const Reaction r = reaction_of(system, i, lambda);
     put(r.fx, r.fy, r.moment);
   }
   for (std::size_t i = 0; i < model.joints.size(); ++i)
-    if (system_.may_open(i)) put(static_cast<double>(system_.open_joints()[i]));
-  for (std::size_t i = 0; i < model.drivers.size(); ++i) put(-lambda[system_.row_of_driver(i)]);
+    if (system.may_open(i)) put(static_cast<double>(system.open_joints()[i]));
+  for (std::size_t i = 0; i < model.drivers.size(); ++i) put(-lambda[system.row_of_driver(i)]);
   for (std::size_t i = 0; i < model.forces.size(); ++i) {
     const std::size_t count = visit([](const auto& force) { return force.columns.size(); }, model.forces[i].element);
-    for (std::size_t k = 0; k < count; ++k) put(system_.values()[i][k]);
+    for (std::size_t k = 0; k < count; ++k) put(system.values()[i][k]);
   }
   for (std::size_t i = 0; i < model.controllers.size(); ++i)
     visit(
         [&]<class Controller>(const Controller&) {
-          put(system_.signals()[i]);
-          if constexpr (Controller::has.error) put(system_.controller_error(i));
+          put(system.signals()[i]);
+          if constexpr (Controller::has.error) put(system.controller_error(i));
         },
         model.controllers[i].element);
-  const MachineEnergy e = energy();
+  const MachineEnergy e = energy(at);
   put(e.kinetic, e.potential, e.stored, e.lost, e.driver_work, e.force_work, e.external_work, e.balance());
-  const Observation seen{system_, integrator_->state().acceleration, lambda};
+  const Observation seen{system, at.state.acceleration, lambda};
   for (const auto& [measure, count] : measures_) {
     visit([&](const auto& m) { m.evaluate(seen, {next, count}); }, measure);
     next += static_cast<std::ptrdiff_t>(count);

@@ -13,10 +13,12 @@
 //         machine.body(shovel)                          // BodyState: r, angle, v, omega
 //         machine.columns(values)                       // in the order of column_names()
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "libmbd/assembly/assembly.hpp"
@@ -78,23 +80,34 @@ class Machine {
   const AssemblyReport& assembly() const { return report_; }
 
   int body_index(const std::string& name) const { return system_.body_index(name); }
-  const BodyState& body(int index) const { return system_.body(index); }
   void set_external_wrench(int body, double fx, double fy, double mz) { system_.set_external_wrench(body, fx, fy, mz); }
+  const std::array<double, 3>& external_wrench(int body) const { return system_.external_wrench(body); }
   /// One machine step with constant wrenches.
   void advance(double h);
   double time() const { return integrator_->state().t; }
-  /// Everything below is of a time inside the last step until look_ahead() or the next step; keep_steps() beforehand.
-  void keep_steps() { integrator_->keep_steps(); }
-  void look_back(double t) { integrator_->look_back(t); }
-  void look_back(double t, std::size_t piece) { integrator_->look_back(t, piece); }  ///< of integrator().pieces()
-  void look_ahead() { integrator_->look_ahead(); }
 
-  Reaction joint_reaction(const std::string& name) const;
+  /// Keeps from now on what a step leaves between its ends.
+  void keep_dense_output() { integrator_->keep_dense_output(); }
+  /// Of the last step; empty where it was not kept.
+  const DenseOutput& dense_output() const { return integrator_->dense_output(); }
+  /// What evaluates states of this machine, without a trace in its motion.
+  Evaluation evaluation() const { return Evaluation(system_); }
+
+  /// The machine at the end of the last step.
+  Instant now() const { return integrator_->now(); }
+  const BodyState& body(int index) const { return integrator_->system().body(index); }
+  Reaction joint_reaction(const std::string& name) const { return joint_reaction(name, now()); }
+  Reaction joint_reaction(const std::string& name, const Instant& at) const;
   /// Force (N) or torque (N m) of a driver along its coordinate: for the towed trolley the pull.
-  double driver_force(const std::string& name) const;
+  double driver_force(const std::string& name) const { return driver_force(name, now()); }
+  double driver_force(const std::string& name, const Instant& at) const;
   /// A reported value of a force, e.g. ("H9", "force"), ("left wheel", "sinkage").
-  double force_value(const std::string& name, const std::string& column) const;
-  MachineEnergy energy() const;
+  double force_value(const std::string& name, const std::string& column) const {
+    return force_value(name, column, now());
+  }
+  double force_value(const std::string& name, const std::string& column, const Instant& at) const;
+  MachineEnergy energy() const { return energy(now()); }
+  MachineEnergy energy(const Instant& at) const;
   /// Adds the columns NAME or NAME.x ... of a measure at the end. Throws std::invalid_argument when it names a joint,
   /// force or body that is not there.
   void measure(const std::string& name, AnyMeasure measure);
@@ -103,15 +116,17 @@ class Machine {
   /// body, drivers, forces, energies, measures. Units beside. Values in the same order.
   const std::vector<std::string>& column_names() const { return names_; }
   const std::vector<std::string>& column_units() const { return units_; }
-  void columns(std::span<double> out) const;
+  void columns(std::span<double> out) const { columns(now(), out); }
+  void columns(const Instant& at, std::span<double> out) const;
 
   /// Full state as plain numbers (pose, velocity, time, past of the integrator, ruts, energies), for restart files.
   std::vector<double> snapshot() const;
   /// Takes a snapshot of a machine built from the same model and options.
   void restore(std::span<const double> snapshot);
 
-  const System& system() const { return system_; }
-  System& system() { return system_; }
+  /// At the end of the last step.
+  const System& system() const { return std::as_const(*integrator_).system(); }
+  System& system() { return integrator_->system(); }
   const Integrator& integrator() const { return *integrator_; }
   /// Contacts closed and opened, stops hit, since the start.
   const std::vector<Event>& events() const { return integrator_->events(); }
@@ -124,8 +139,6 @@ class Machine {
   void begin(const Eigen::VectorXd& q, const Eigen::VectorXd& velocity);
   void watch_energy(bool first);
   void name_columns();
-  Eigen::VectorXd reactions() const;
-  Reaction reaction_of(std::size_t joint, const Eigen::VectorXd& lambda) const;
 
   MachineOptions options_;
   System system_;

@@ -95,7 +95,7 @@ void Adaptive::restart() {
 // External wrenches have changed: the motion continues from the output, since what was reached beyond is another one.
 void Adaptive::meet_jump() {
   coupled_ = true;
-  pieces_.clear();
+  dense_.segments.clear();
   if (shows()) now_ = state(), flows_ = flows(), front_ = output_;
   hide();
   need_state();
@@ -105,10 +105,9 @@ void Adaptive::meet_jump() {
 
 void Adaptive::move(double h) {
   const double end = clock_.end_of_step(output_, h);
-  system_.see_outputs_before(false);
   if (system_.has_instants()) system_.forget_outputs_before();
   if (wrench_changes_ != system_.wrench_changes()) meet_jump();
-  std::erase_if(pieces_, [&](const Piece& p) { return p.end.t <= output_; });
+  std::erase_if(dense_.segments, [&](const StepSegment& p) { return p.end.t <= output_; });
   q_before_ = now_.q;
   double before = front_;
   for (long taken = 0;;) {
@@ -128,19 +127,21 @@ void Adaptive::move(double h) {
     acted_ = false;
     next_step(stop);
     ++taken;
-    if (front_ > begin && (keeps() || front_ >= end)) keep_piece(begin, beside, choice);
+    if (front_ > begin && (keeps() || front_ >= end)) keep_segment(begin, beside, choice);
   }
   output_ = end;
+  if (!coupled_) keep_memory();
   // At an instant at which something has acted the state is the one behind it.
   const bool behind = acted_ && std::abs(front_ - end) <= same_instant(end);
   if (behind && !coupled_) return hide();
-  if (!coupled_) return show(end, pieces_.back());
+  if (!coupled_) return show(end);
   need_state();
   now_.t = end;
   commit();
   if (first_ == First::restart) restart();
   system_.set_state(now_.t, now_.q, now_.velocity);
-  flows_.external_work += external_work_since(now_.q);
+  flows_.external_work += system_.external_work(q_before_, now_.q);
+  if (keeps()) keep_memory();
 }
 
 // Sampled controllers and timed events act at the instant that has been reached, when the end lies not before it.
@@ -177,18 +178,18 @@ void Adaptive::commit() {
   system_.commit();
 }
 
-void Adaptive::keep_piece(double begin, bool beside, const std::shared_ptr<const Choice>& choice) {
-  if (!keeps()) pieces_.clear();
-  Piece piece = begin_piece(std::exchange(jumps_, false));
-  piece.begin.t = begin;
-  piece.choice = choice;
-  piece.nearest = beside;
+void Adaptive::keep_segment(double begin, bool beside, const std::shared_ptr<const Choice>& choice) {
+  if (!keeps()) dense_.segments.clear();
+  StepSegment segment = begin_segment(std::exchange(jumps_, false));
+  segment.begin.t = begin;
+  segment.choice = choice;
+  segment.nearest = beside;
   if (beside)
-    piece.polynomial = passage_.polynomial();
+    segment.polynomial = passage_.polynomial();
   else
-    dense(front_, piece);
-  piece.end.t = front_;
-  pieces_.push_back(std::move(piece));
+    dense(front_, segment);
+  segment.end.t = front_;
+  dense_.segments.push_back(std::move(segment));
 }
 
 void Adaptive::read_consistent(double t) {

@@ -59,8 +59,8 @@ class Adaptive : public Integrator {
   /// Dense output at t, which is not beyond what was reached: q, q' (of independent coordinates at least; the others
   /// are a guess) into now_, flows_ too.
   virtual void read(double t) = 0;
-  /// Dense output of the last step as a polynomial, and the end of the piece at t.
-  virtual void dense(double t, Piece& out) = 0;
+  /// Dense output of the last step as a polynomial, and the end of the segment at t.
+  virtual void dense(double t, StepSegment& out) = 0;
   /// -1, 0 or +1 for each switching function: where the last root was, and in which direction.
   virtual void root_directions(std::vector<int>& out) = 0;
   /// Whether the unknowns are those of the partition's choice, so that a new choice restarts.
@@ -82,7 +82,7 @@ class Adaptive : public Integrator {
   void meet_jump();
   bool act_at_instant(double end);
   void commit();
-  void keep_piece(double begin, bool beside, const std::shared_ptr<const Choice>& choice);
+  void keep_segment(double begin, bool beside, const std::shared_ptr<const Choice>& choice);
   void read_consistent(double t);
   void need_state();
   void pass_event();

@@ -373,7 +373,7 @@ void Cvode::read(double t) {
   flows_.of_elements = s.dense.map().segment(2 * s.f, s.e);
 }
 
-void Cvode::dense(double t, Piece& out) {
+void Cvode::dense(double t, StepSegment& out) {
   auto& s = *solver_;
   double last = 0;
   check_cvode(CVodeGetCurrentTime(s.memory, &last), "CVodeGetCurrentTime");

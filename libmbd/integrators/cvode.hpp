@@ -33,7 +33,7 @@ class Cvode : public Adaptive {
   Reached take_step(double stop) override;
   double planned_step() const override;
   void read(double t) override;
-  void dense(double t, Piece& out) override;
+  void dense(double t, StepSegment& out) override;
   void root_directions(std::vector<int>& out) override;
   double step_tolerance() const override {
     return local_tolerance(options_.rtol, 1e-14) + local_tolerance(options_.atol, 1e-15);

@@ -327,7 +327,7 @@ void Ida::read(double t) {
   drift_ = row_scale(system_).cwiseProduct(s.c.phi).cwiseAbs().maxCoeff();
 }
 
-void Ida::dense(double t, Piece& out) {
+void Ida::dense(double t, StepSegment& out) {
   auto& s = *solver_;
   double last = 0;
   check_ida(IDAGetCurrentTime(s.memory, &last), "IDAGetCurrentTime");

@@ -31,7 +31,7 @@ class Ida : public Adaptive {
   Reached take_step(double stop) override;
   double planned_step() const override;
   void read(double t) override;
-  void dense(double t, Piece& out) override;
+  void dense(double t, StepSegment& out) override;
   void root_directions(std::vector<int>& out) override;
   double step_tolerance() const override { return rtol_ + atol_; }
   bool follows_partition() const override { return false; }

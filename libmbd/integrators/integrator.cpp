@@ -8,7 +8,6 @@
 #include "libmbd/assembly/least_norm.hpp"
 #include "libmbd/assembly/shared_reactions.hpp"
 #include "libmbd/integrators/adams_moulton.hpp"
-#include "libmbd/integrators/between.hpp"
 #include "libmbd/integrators/cvode.hpp"
 #include "libmbd/integrators/ida.hpp"
 #include "libmbd/integrators/kinematic.hpp"
@@ -29,7 +28,7 @@ Integrator::Integrator(System& system) : system_(system), partition_(system), sw
 }
 
 void Integrator::start(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
-  look_ahead(), hide(), pieces_.clear();
+  hide(), dense_ = {}, ++starts_;
   now_.t = t, now_.q = q, now_.velocity = velocity;
   flows_.of_elements.setZero();
   flows_.external_work = flows_.latched = 0;
@@ -257,14 +256,13 @@ void Integrator::advance_over_instants(double h) {
 
 void Integrator::advance(double h) {
   if (!(h > 0)) throw std::invalid_argument("machine step = " + std::to_string(h) + " s: must be above 0");
-  look_ahead();
   move(h);
   refuse_blow_up(system_, state());
 }
 
 void Integrator::move(double h) {
   q_before_ = now_.q;
-  pieces_.clear();
+  dense_.segments.clear();
   if (finds_events() && system_.has_joint_events() && changes_seen_ != system_.wrench_changes()) {
     partition_.accelerate(now_);
     if (fire_due()) on_start();
@@ -274,20 +272,11 @@ void Integrator::move(double h) {
   keep_end();
   system_.set_state(now_.t, now_.q, now_.velocity);
   system_.commit();
-  flows_.external_work += external_work_since(now_.q);
+  flows_.external_work += system_.external_work(q_before_, now_.q);
+  if (keeps_) keep_memory();
 }
 
-double Integrator::external_work_since(const Eigen::VectorXd& q) const {
-  double work = 0;
-  for (int i = 1; i < system_.bodies(); ++i)
-    for (int k = 0; k < 3; ++k) {
-      const auto c = 3 * (i - 1) + k;
-      work += system_.external_wrench(i)[static_cast<std::size_t>(k)] * (q[c] - q_before_[c]);
-    }
-  return work;
-}
-
-Integrator::Piece Integrator::begin_piece(bool jumps) const {
+StepSegment Integrator::begin_segment(bool jumps) const {
   return {.begin = now_,
           .end = now_,
           .flows_begin = flows_,
@@ -298,95 +287,23 @@ Integrator::Piece Integrator::begin_piece(bool jumps) const {
 }
 
 void Integrator::keep_begin(bool jumps) {
-  if (keeps_) pieces_.push_back(begin_piece(jumps));
+  if (keeps_) dense_.segments.push_back(begin_segment(jumps));
 }
 
 void Integrator::keep_end() {
   if (!keeps_) return;
-  pieces_.back().end = now_, pieces_.back().flows_end = flows_, pieces_.back().choice = partition_.choice();
+  StepSegment& last = dense_.segments.back();
+  last.end = now_, last.flows_end = flows_, last.choice = partition_.choice();
 }
 
-void Integrator::look_back(double t) {
-  const double begin = pieces_.empty() ? t : pieces_.front().begin.t, end = pieces_.empty() ? t : pieces_.back().end.t;
-  const double rounding = std::max(1e-9 * (end - begin), 1e-14 * std::max(1.0, std::abs(end)));
-  if (!(begin < end) || t < begin - rounding || t > end + rounding)
-    throw std::logic_error("look_back: t = " + std::to_string(t) + " s is not inside a step that is kept");
-  t = std::clamp(t, begin, end);
-  const auto piece = std::find_if(pieces_.begin(), pieces_.end(), [&](const Piece& p) { return t <= p.end.t; });
-  look_back(t, static_cast<std::size_t>(piece - pieces_.begin()));
+void Integrator::keep_memory() {
+  dense_.memory = std::make_shared<const StepMemory>(StepMemory{system_.memory(), q_before_, starts_});
 }
 
-void Integrator::look_back(double t, std::size_t at) {
-  if (!viewer_) viewer_ = idle_viewer_ ? std::move(idle_viewer_) : std::make_unique<Viewer>(system_);
-  if (!looks_back_) open_now_ = system_.open_joints(), grips_now_ = system_.grips(), system_.see(seen_now_);
-  looks_back_ = true;
-  view(t, pieces_[at], *viewer_);
-}
-
-void Integrator::show(double t, const Piece& piece) {
-  if (!shown_) shown_ = idle_shown_ ? std::move(idle_shown_) : std::make_unique<Viewer>(system_);
-  view(t, piece, *shown_);
-}
-
-void Integrator::view(double t, const Piece& piece, Viewer& v) {
-  system_.see_outputs_before(t > piece.begin.t);
-  system_.set_open_joints(piece.open);
-  system_.set_grips(piece.grips);
-  v.state = piece.end, v.flows = piece.flows_end;
-  v.state.t = t;
-  const double step = pieces_.back().end.t - pieces_.front().begin.t;
-  if (!piece.polynomial.empty()) {
-    piece.polynomial.read(t, piece.end, v.state, v.flows.of_elements);
-  } else if (piece.end.t - piece.begin.t > 1e-9 * step) {  // else what is left behind an event at the step's end
-    interpolate(piece.begin, piece.end, t, v.state);
-    interpolate_flows(piece.begin, piece.end, piece.flows_begin.of_elements, piece.flows_end.of_elements, t,
-                      v.flows.of_elements);
-  }
-  const MotionState read = v.state;
-  try {
-    // Factors of each pose by the choice of the motion: the same bits whatever was looked at before.
-    v.partition.adopt(piece.choice);
-    v.partition.forget_factors();
-    if (piece.nearest) {  // so near the polynomial is nearer to the constraints than rounding lets them say
-      v.partition.accelerate_as_it_is(v.state);
-      if (v.partition.distance_from_singular() > Partition::known_velocities)
-        v.state = read, v.partition.evaluate_nearest(v.state);
-    } else {
-      v.partition.evaluate(v.state);
-    }
-    if (!piece.nearest && v.partition.near_singular()) {  // where u(v) makes reactions of rounding
-      v.state = read;
-      v.partition.evaluate_nearest(v.state);
-      if (v.partition.distance_from_singular() < Partition::known_reactions) {
-        v.state.lambda = read.lambda, v.state.rates = read.rates;
-        v.state.acceleration = read.acceleration;
-        set_seen(v.state);
-      }
-    }
-  } catch (const SingularPose&) {  // there the interpolation stands as it is
-    v.state = read;
-    set_seen(read);
-  }
-  v.flows.external_work = pieces_.front().flows_begin.external_work + external_work_since(v.state.q);
-}
-
-// What forces report and store follows the state.
-void Integrator::set_seen(const MotionState& m) {
-  system_.set_state(m.t, m.q, m.velocity);
-  system_.set_multipliers(m.lambda);
-  system_.set_element_states(m.states);
-  Eigen::VectorXd loads(m.q.size());
-  system_.loads(loads);
-}
-
-void Integrator::look_ahead() {
-  if (!viewer_) return;
-  idle_viewer_ = std::move(viewer_);
-  looks_back_ = false;
-  system_.see_outputs_before(false);
-  system_.set_open_joints(open_now_);
-  system_.set_grips(grips_now_);
-  system_.set_seen(seen_now_);
+void Integrator::show(double t) {
+  if (!shown_) shown_ = std::make_unique<Evaluation>(system_);
+  shown_->evaluate(dense_, t, dense_.count() - 1);
+  shows_ = true;
 }
 
 void Integrator::look(const MotionState& m, std::vector<double>& gaps) {
@@ -434,8 +351,8 @@ void Integrator::take(const double*& from, const double* end, Eigen::VectorXd& v
 }
 
 void Integrator::save(std::vector<double>& out) const {
-  const MotionState& m = shown_ ? shown_->state : now_;
-  const EnergyFlows& flows = shown_ ? shown_->flows : flows_;
+  const MotionState& m = state();
+  const EnergyFlows& flows = this->flows();
   out.push_back(m.t);
   put(out, m.q);
   put(out, m.velocity);
@@ -460,7 +377,7 @@ void Integrator::save(std::vector<double>& out) const {
 // What follows depends on the numbers alone, not on what the machine did before: one that is restored from its own
 // state goes on as another one does.
 void Integrator::restore(const double*& from, const double* end) {
-  look_ahead(), hide(), pieces_.clear();
+  hide(), dense_ = {}, ++starts_;
   now_.t = take(from, end);
   take(from, end, now_.q);
   take(from, end, now_.velocity);

@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "libmbd/assembly/partition.hpp"
-#include "libmbd/integrators/between.hpp"
+#include "libmbd/integrators/dense_output.hpp"
+#include "libmbd/integrators/evaluation.hpp"
 #include "libmbd/integrators/events.hpp"
 
 namespace subsoil::mbd {
@@ -47,14 +48,6 @@ struct IdaOptions {
   double rtol = 1e-8;
   double atol = 1e-10;
   IdaFormulation formulation = IdaFormulation::stabilised_index_2;
-};
-
-/// Energy that entered or left since the start (J): integrals of powers, never remainders.
-struct EnergyFlows {
-  /// Integrals of MotionState::rates: lost of forces, work of forces, work of drivers (J); then the states themselves.
-  Eigen::VectorXd of_elements;
-  double external_work = 0;  ///< of external wrenches: wrench times displacement, exact since it is constant per step
-  double latched = 0;        ///< lost in impacts of joints that closed
 };
 
 /// Of the energies seen on the way (J): the most of kinetic + stored, the range of potential.
@@ -100,33 +93,22 @@ class Integrator {
 
   /// Whether advance() ends at any time at no cost, by a dense output of the method's own.
   virtual bool ends_anywhere() const { return true; }
-  /// Keeps from now on what look_back() needs of the step before.
-  void keep_steps() { keeps_ = true; }
-  /// Shows state(), flows(), partition() and the system at a time inside the last step: the interpolant of that time,
-  /// put on the constraints by a partition of its own, so that nothing that is read changes a bit of the motion. That
-  /// stays at the step's end, to which look_ahead() returns. Throws std::logic_error for a time outside the step.
-  void look_back(double t);
-  /// A part of the last step in which nothing jumps: between events and samples, and of a method with steps of its own
-  /// within one of these.
-  struct Span {
-    double begin, end;
-    bool jumps;  ///< something may, at its begin
-  };
-  std::size_t pieces() const { return pieces_.size(); }
-  Span piece(std::size_t i) const { return {pieces_[i].begin.t, pieces_[i].end.t, pieces_[i].jumps}; }
-  /// The same in a piece: at its begin behind what jumps there, at its end before.
-  void look_back(double t, std::size_t piece);
-  void look_ahead();
+  /// Keeps from now on what a step leaves between its ends.
+  void keep_dense_output() { keeps_ = true; }
+  /// Of the last advance(); empty where it was not kept.
+  const DenseOutput& dense_output() const { return dense_; }
 
-  const MotionState& state() const { return viewer_ ? viewer_->state : shown_ ? shown_->state : now_; }
-  const EnergyFlows& flows() const { return viewer_ ? viewer_->flows : shown_ ? shown_->flows : flows_; }
+  /// The machine at the end of the last advance().
+  const MotionState& state() const { return shows_ ? shown_->instant().state : now_; }
+  const EnergyFlows& flows() const { return shows_ ? shown_->instant().flows : flows_; }
+  const Partition& partition() const { return shows_ ? shown_->instant().partition : partition_; }
+  System& system() { return shows_ ? shown_->system() : system_; }
+  const System& system() const { return shows_ ? shown_->instant().system : system_; }
+  Instant now() const { return shows_ ? shown_->instant() : Instant{system_, partition_, now_, flows_}; }
   /// Zero for methods that hold their errors to a tolerance.
   const StepError& step_error() const { return step_error_; }
   /// Energies in every step of the method's own since it was asked last.
   EnergyRange take_energy_range() { return std::exchange(energy_range_, {}); }
-  Partition& partition() { return partition_; }
-  const Partition& partition() const { return viewer_ ? viewer_->partition : shown_ ? shown_->partition : partition_; }
-  System& system() { return system_; }
 
   /// Everything a restart needs, as plain numbers, and back.
   void save(std::vector<double>& out) const;
@@ -150,42 +132,19 @@ class Integrator {
   /// Friction whose stiction or sense of sliding an impact or jump has ended, where no step has led there: at a
   /// state that the partition has evaluated.
   void release_friction();
-  /// Around what changes at an instant inside a step, for look_back(); or where a method's own step has ended.
+  /// Around what changes at an instant inside a step, or where a method's own step has ended: ends of its segments.
   void keep_begin(bool jumps = true);
   void keep_end();
   bool keeps() const { return keeps_; }
-
-  /// What a step leaves to be read, in which nothing jumps: an immutable polynomial and what belongs to it.
-  struct Piece {
-    MotionState begin, end;
-    EnergyFlows flows_begin, flows_end;
-    std::vector<char> open{};  ///< joints that are open in it
-    System::Grips grips{};     ///< of friction in it
-    std::shared_ptr<const Choice> choice{};
-    bool jumps = true;
-    Polynomial polynomial{};  ///< empty: the quintic between both ends
-    bool nearest = false;     ///< beside a singular configuration
-  };
-  /// Where one looks: a partition of its own, since the factors of the motion's must not depend on it.
-  struct Viewer {
-    explicit Viewer(System& system) : partition(system) {}
-    Partition partition;
-    MotionState state;
-    EnergyFlows flows;
-  };
-  /// The state at t, for the viewer and the system.
-  void view(double t, const Piece& piece, Viewer& out);
-  /// state() is that of a time before the method's own end; look_ahead() returns there.
-  void show(double t, const Piece& piece);
-  /// state() is the motion's own again.
-  void hide() {
-    if (shown_) idle_shown_ = std::move(shown_);
-  }
-  bool shows() const { return shown_ != nullptr; }
-  Piece begin_piece(bool jumps) const;
+  StepSegment begin_segment(bool jumps) const;
+  /// What the elements remember at the end of the step, for its dense output.
+  void keep_memory();
+  /// now() is that of a time before the method's own end, by the dense output; hide() returns there.
+  void show(double t);
+  void hide() { shows_ = false; }
+  bool shows() const { return shows_; }
   void act(double close);
   void fire(std::size_t event);
-  double external_work_since(const Eigen::VectorXd& q) const;
   virtual void on_save(std::vector<double>&) const {}
   virtual void on_restore(const double*&, const double*) {}
   static void put(std::vector<double>& out, const Eigen::VectorXd& v) {
@@ -201,7 +160,7 @@ class Integrator {
   Switches switches_;
   StepError step_error_;
   EnergyRange energy_range_;
-  std::vector<Piece> pieces_;  ///< of the last advance(), in time
+  DenseOutput dense_;  ///< of the last advance()
   Eigen::VectorXd q_before_;
   long changes_seen_ = 0;
 
@@ -222,13 +181,9 @@ class Integrator {
   bool comes_and_goes();
   void try_part(double h);
 
-  void set_seen(const MotionState& m);
-
-  std::unique_ptr<Viewer> viewer_, idle_viewer_, shown_, idle_shown_;
-  bool keeps_ = false, looks_back_ = false;
-  std::vector<char> open_now_;  // during dense output
-  System::Grips grips_now_;
-  System::Seen seen_now_;
+  std::unique_ptr<Evaluation> shown_;
+  bool shows_ = false, keeps_ = false;
+  long starts_ = 0;
 
   bool locate_ = true;
   std::vector<Event> events_;

@@ -54,7 +54,11 @@ int Model::add(Body body) {
   return static_cast<int>(bodies.size());
 }
 
-System::System(Model model) : model_(std::move(model)), elements_(std::make_unique<Elements>()) {
+System::ElementLists::ElementLists() : lists_(std::make_unique<Elements>()) {}
+System::ElementLists::ElementLists(const ElementLists&) : ElementLists() {}
+System::ElementLists::~ElementLists() = default;
+
+System::System(Model model) : model_(std::move(model)) {
   add_followers(model_);
   check_bodies();
   check_elements();
@@ -95,6 +99,13 @@ System::System(Model model) : model_(std::move(model)), elements_(std::make_uniq
 }
 
 System::~System() = default;
+
+std::unique_ptr<System> System::copy() const {
+  std::unique_ptr<System> out(new System(*this));
+  out->blocks_.clear(), out->first_block_.clear();
+  out->place_elements();
+  return out;
+}
 
 void System::check_bodies() const {
   std::set<std::string> names{"ground"};
@@ -445,6 +456,16 @@ void System::set_external_wrench(int body, double fx, double fy, double mz) {
   if (w != old) ++wrench_changes_, old = w;
 }
 
+double System::external_work(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
+  double work = 0;
+  for (int i = 1; i < bodies(); ++i)
+    for (int k = 0; k < 3; ++k) {
+      const auto c = 3 * (i - 1) + k;
+      work += external_wrench(i)[static_cast<std::size_t>(k)] * (to[c] - from[c]);
+    }
+  return work;
+}
+
 void System::settle_constraints() {
   set_state(model_.start_time, start_position(), start_velocity());
   const auto settle = [&]<class Element>(Element& element) {
@@ -512,6 +533,42 @@ void System::commit() {
     using Force = std::remove_cvref_t<decltype(*placed.element)>;
     if constexpr (Force::has.rut) placed.element->commit(scene(), ruts_);
   });
+}
+
+System::Memory System::memory() const {
+  Memory out{.external = external_, .samplers = {}, .elements = {}, .ruts = ruts_};
+  if (has_instants_) out.samplers = samplers_;
+  for_each_placed(elements_->forces, [&]<class Placed>(const Placed& placed) {
+    using Force = std::remove_cvref_t<decltype(*placed.element)>;
+    if constexpr (Force::has.trace) {
+      const auto m = placed.element->memory();
+      out.elements.insert(out.elements.end(), m.begin(), m.end());
+    }
+  });
+  for (const auto& e : model_.events) {
+    const auto m = latched_of(model_.joints[e.element.index].element);
+    out.elements.insert(out.elements.end(), m.begin(), m.end());
+  }
+  return out;
+}
+
+void System::set_memory(const Memory& memory) {
+  external_ = memory.external, ruts_ = memory.ruts;
+  if (has_instants_) samplers_ = memory.samplers;
+  auto next = memory.elements.begin();
+  for_each_placed(elements_->forces, [&]<class Placed>(const Placed& placed) {
+    using Force = std::remove_cvref_t<decltype(*placed.element)>;
+    if constexpr (Force::has.trace) {
+      auto m = placed.element->memory();
+      for (auto& value : m) value = *next++;
+      placed.element->set_memory(m);
+    }
+  });
+  for (const auto& e : model_.events) {
+    std::array<double, 3> m{};
+    for (double& value : m) value = *next++;
+    set_latched_of(model_.joints[e.element.index].element, m);
+  }
 }
 
 void System::save(std::vector<double>& out) const {

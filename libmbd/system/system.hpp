@@ -76,8 +76,9 @@ class System {
   /// Checks the model; throws std::invalid_argument with name, value, rule and cure.
   explicit System(Model model);
   ~System();
-  System(const System&) = delete;  // the lists by type point into the model
   System& operator=(const System&) = delete;
+  /// The same model with its memories at a state of its own: what is evaluated there leaves this one as it is.
+  std::unique_ptr<System> copy() const;
 
   // --- what there is ---
   int bodies() const { return static_cast<int>(model_.bodies.size()) + 1; }  ///< with the ground
@@ -126,16 +127,6 @@ class System {
   const std::vector<int>& friction_rows() const { return friction_rows_; }
   const std::vector<ForcePower>& powers() const { return powers_; }
   const std::vector<ForceValues>& values() const { return values_; }
-  /// Everything above and below that refers to a state, to look at another one in between.
-  struct Seen {
-    double t = 0;
-    std::vector<BodyState> states;
-    std::vector<double> multipliers, element_states, signals, measured;
-    std::vector<ForcePower> powers;
-    std::vector<ForceValues> values;
-  };
-  void see(Seen& out) const;
-  void set_seen(const Seen& seen);
   /// What forces see of the state set last.
   Scene scene() const { return {states_, t_, ruts_, multipliers_, element_states_, signals_}; }
   double kinetic() const;
@@ -201,6 +192,8 @@ class System {
   void set_external_wrench(int body, double fx, double fy, double mz);
   const std::array<double, 3>& external_wrench(int body) const { return external_[static_cast<std::size_t>(body)]; }
   const std::vector<std::array<double, 3>>& external_wrenches() const { return external_; }  ///< of all bodies
+  /// Work of the external wrenches from one pose to another (J).
+  double external_work(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
   /// Counts changes of the external wrench and of sampled outputs, so that an integrator sees a jump.
   long wrench_changes() const { return wrench_changes_; }
   /// Fills what the model's forces leave to the start pose (free lengths) from the assembled one. Relative angles of
@@ -226,6 +219,16 @@ class System {
   void commit();
   const std::vector<Rut>& ruts() const { return ruts_; }
 
+  /// What evaluation at a state needs beside it and what the model has: external wrenches, and what elements remember
+  /// of the motion so far.
+  struct Memory {
+    std::vector<std::array<double, 3>> external;
+    std::vector<Sampler> samplers;
+    std::vector<double> elements;  ///< of forces, then of joints that may open
+    std::vector<Rut> ruts;
+  };
+  Memory memory() const;
+  void set_memory(const Memory& memory);
   /// Everything that a restart needs beside (t, q, q'): start values, ruts, wheels, wrenches; as plain numbers.
   void save(std::vector<double>& out) const;
   /// Takes back what save() wrote; advances `from` past it.
@@ -249,10 +252,24 @@ class System {
   void assign_ruts();
   void settle_constraints();
 
+  System(const System&) = default;
+
   struct Elements;  ///< joints, drivers and forces by type; the only part that knows the lists of elements
+  /// The lists point into the model: those of a copy are empty until place_elements().
+  class ElementLists {
+   public:
+    ElementLists();
+    ElementLists(const ElementLists&);
+    ~ElementLists();
+    Elements& operator*() const { return *lists_; }
+    Elements* operator->() const { return lists_.get(); }
+
+   private:
+    std::unique_ptr<Elements> lists_;
+  };
 
   Model model_;
-  std::unique_ptr<Elements> elements_;
+  ElementLists elements_;
   std::vector<Block> blocks_;
   std::vector<std::size_t> first_block_;
   std::vector<AnyForce> given_forces_;  // as the model has them, before the start pose fills them

@@ -183,16 +183,6 @@ bool System::begin_states_of(const Eigen::VectorXd& acceleration, const Eigen::V
   return any;
 }
 
-void System::see(Seen& out) const {
-  out.t = t_, out.states = states_, out.multipliers = multipliers_, out.element_states = element_states_;
-  out.signals = signals_, out.measured = measured_, out.powers = powers_, out.values = values_;
-}
-
-void System::set_seen(const Seen& seen) {
-  t_ = seen.t, states_ = seen.states, multipliers_ = seen.multipliers, element_states_ = seen.element_states;
-  signals_ = seen.signals, measured_ = seen.measured, powers_ = seen.powers, values_ = seen.values;
-}
-
 double System::controller_error(std::size_t controller) const {
   return visit(
       [&]<class Controller>(const Controller& c) -> double {

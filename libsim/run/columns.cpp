@@ -308,9 +308,9 @@ void Columns::follow_back(double t, std::span<double> row) const {
   }
 }
 
-void Columns::rounding_of(std::span<const double> row, std::vector<double>& out) const {
+void Columns::rounding_of(const mbd::Instant& at, std::span<const double> row, std::vector<double>& out) const {
   constexpr double share = 1e-12;
-  const Eigen::VectorXd& reactions = world_.machine->integrator().state().lambda;
+  const Eigen::VectorXd& reactions = at.state.lambda;
   const double force = reactions.size() > 0 ? reactions.cwiseAbs().maxCoeff() : 0;
   out.assign(row.size(), 0);
   for (std::size_t i = 0; i < row.size(); ++i) {
@@ -333,9 +333,8 @@ void Columns::archive_histories(Archive& a) {
   a(followed_before_, followed_to_);
 }
 
-void Columns::take_machine(std::span<double> row, bool means) {
-  if (!world_.machine) return;
-  world_.machine->columns(machine_values_);
+void Columns::take_machine(const mbd::Instant& at, std::span<double> row, bool means) {
+  world_.machine->columns(at, machine_values_);
   for (std::size_t i = 0; i < machine_values_.size(); ++i)
     if (is_mean(machine_first_ + i) == means) row[machine_first_ + i] = machine_values_[i];
 }
@@ -345,24 +344,35 @@ void Columns::take(Taken when, std::span<double> row) const {
 }
 
 void Columns::take_instant(std::span<double> row) {
+  if (world_.machine) return take_instant(simulation_.time(), world_.machine->now(), row);
   row[0] = simulation_.time();
-  take_machine(row, false);
-  if (has_averaged_) {
-    step_begin_.resize(row.size());
-    for (std::size_t i = 0; i < machine_values_.size(); ++i) step_begin_[machine_first_ + i] = machine_values_[i];
-  }
+  keep_step_begin(row);
   take(Taken::instant, row);
   take_watches(row);
+}
+
+void Columns::take_instant(double t, const mbd::Instant& at, std::span<double> row) {
+  row[0] = t;
+  take_machine(at, row, false);
+  keep_step_begin(row);
+  take(Taken::instant, row);
+  take_watches(row);
+}
+
+void Columns::keep_step_begin(std::span<double> row) {
+  if (!has_averaged_) return;
+  step_begin_.resize(row.size());
+  for (std::size_t i = 0; i < machine_values_.size(); ++i) step_begin_[machine_first_ + i] = machine_values_[i];
 }
 
 // Without soil forces change within the step: that of its middle is their mean to second order, whatever jumps at its
 // ends.
 void Columns::take_machine_means(std::span<double> row) {
+  if (!world_.machine) return;
   const double begin = row[0], end = simulation_.time();
-  if (!world_.machine || world_.bed || !(end > begin)) return take_machine(row, true);
-  world_.machine->look_back(0.5 * (begin + end));
-  take_machine(row, true);
-  world_.machine->look_ahead();
+  if (world_.bed || !(end > begin)) return take_machine(world_.machine->now(), row, true);
+  if (!middle_) middle_ = std::make_unique<mbd::Evaluation>(world_.machine->evaluation());
+  take_machine(middle_->evaluate(world_.machine->dense_output(), 0.5 * (begin + end)), row, true);
 }
 
 void Columns::take_step(std::span<double> row, bool energies) {
@@ -388,7 +398,7 @@ void Columns::take_ends(std::span<const double> row) {
     if (machine_values_.empty() || c < machine_first_ || c >= machine_end) step_begin_[c] = row[c];
   step_end_.assign(row.begin(), row.end());
   step_end_[0] = simulation_.time();
-  take_machine(step_end_, false);
+  if (world_.machine) take_machine(world_.machine->now(), step_end_, false);
   take(Taken::instant, step_end_);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -12,6 +13,11 @@
 namespace subsoil::coupling {
 class Simulation;
 }
+
+namespace subsoil::mbd {
+class Evaluation;
+struct Instant;
+}  // namespace subsoil::mbd
 
 namespace subsoil::sim {
 
@@ -46,6 +52,8 @@ class Columns {
   bool needs_every_step() const { return has_means_ || !summarised_.empty(); }
   /// Before a step: everything that is of the instant t_n, into `row`. Without soil and means that is all.
   void take_instant(std::span<double> row);
+  /// The same of a machine alone at the time t, to which `at` belongs.
+  void take_instant(double t, const mbd::Instant& at, std::span<double> row);
   /// After the step: forces that acted from t_n on (means over a sample are made of these), and the bed's energies.
   void take_step(std::span<double> row, bool energies);
   /// The scenario's monitors, from the other columns of the row. What is followed over time stays as it is in the row.
@@ -70,9 +78,9 @@ class Columns {
   }
   /// `row` at a time after the instant before the last, as if followed to there only.
   void follow_back(double t, std::span<double> row) const;
-  /// What each column may change by from rounding alone: 1e-12 of the maximum value in the row with its unit, and for
-  /// forces and moments of the maximum reaction of the machine. For machines alone.
-  void rounding_of(std::span<const double> row, std::vector<double>& out) const;
+  /// What each column of the row at an instant may change by from rounding alone: 1e-12 of the maximum value in the row
+  /// with its unit, and for forces and moments of the maximum reaction of the machine. For machines alone.
+  void rounding_of(const mbd::Instant& at, std::span<const double> row, std::vector<double>& out) const;
   /// Adds what is worth looking for between instants, for what is followed over time.
   void seek(std::vector<Sought>& out) const;
   void archive_histories(Archive& a);
@@ -116,7 +124,8 @@ class Columns {
   void add_formula(const Watch& watch, const Loaded& loaded);
   void add_history(const Watch& watch, const Loaded& loaded);
   void take(Taken when, std::span<double> row) const;
-  void take_machine(std::span<double> row, bool means);
+  void take_machine(const mbd::Instant& at, std::span<double> row, bool means);
+  void keep_step_begin(std::span<double> row);
   void take_machine_means(std::span<double> row);
   void take_middle(std::span<const double> row);
   void take_ends(std::span<const double> row);
@@ -129,6 +138,7 @@ class Columns {
   std::vector<SeriesColumn> columns_;
   std::vector<char> mean_;
   std::vector<double> machine_values_;
+  std::unique_ptr<mbd::Evaluation> middle_;    ///< of a step of a machine alone
   std::vector<double> step_begin_, step_end_;  ///< rows of both ends of a step, for formulas of means
   std::size_t machine_first_ = 0;
   std::vector<std::size_t> unit_of_;  ///< of each column: the first one with its unit

@@ -130,19 +130,33 @@ void FrameOutput::take_poses(const Poses& poses) {
 }
 
 dem::Snapshot* FrameOutput::begin(double t) {
-  std::swap(before_, now_);
-  now_.t = t;
+  begin_instant(t);
   if (world_.moving) now_.rear = world_.moving->window.rear(), now_.front = world_.moving->window.front();
-  now_.surfaces.clear(), now_.bodies.clear(), now_.values.clear();
   for (const int boundary : shown_) now_.surfaces.push_back(simulation_.surface_pose(boundary));
-  if (world_.machine)
+  if (world_.machine) {
     for (int body = 0; body < world_.machine->system().bodies(); ++body) now_.bodies.push_back(simulation_.body(body));
-  if (!measures_.empty()) {
-    std::vector<double> columns(world_.machine->column_names().size());
-    world_.machine->columns(columns);
-    for (const std::size_t i : measures_) now_.values.push_back(columns[i]);
+    take_values(world_.machine->now());
   }
   return world_.bed ? &now_.spheres : nullptr;
+}
+
+void FrameOutput::begin(double t, const mbd::Instant& at) {
+  begin_instant(t);
+  for (int body = 0; body < at.system.bodies(); ++body) now_.bodies.push_back(at.body(body));
+  take_values(at);
+}
+
+void FrameOutput::begin_instant(double t) {
+  std::swap(before_, now_);
+  now_.t = t;
+  now_.surfaces.clear(), now_.bodies.clear(), now_.values.clear();
+}
+
+void FrameOutput::take_values(const mbd::Instant& at) {
+  if (measures_.empty()) return;
+  std::vector<double> columns(world_.machine->column_names().size());
+  world_.machine->columns(at, columns);
+  for (const std::size_t i : measures_) now_.values.push_back(columns[i]);
 }
 
 void FrameOutput::write_poses(double time, const Poses& poses) {

@@ -26,6 +26,8 @@ class FrameOutput {
 
   /// Before the step that begins at t: where surfaces stand. Returns what the step is to fill (null without a bed).
   dem::Snapshot* begin(double t);
+  /// The same of a machine alone at an instant.
+  void begin(double t, const mbd::Instant& at);
   /// Likewise the contacts, where frames hold them.
   std::vector<dem::ContactRecord>* contacts() { return holds_contacts_ ? &now_.contacts : nullptr; }
   /// After the step: a frame at its beginning or between that and the instant of the begin() before. In between,
@@ -64,6 +66,8 @@ class FrameOutput {
   void archive_now(Archive& a);
   dem::PeriodicCell cell() const { return world_.bed ? world_.bed->options().periodic : dem::PeriodicCell{}; }
   void take_poses(const Poses& poses);
+  void begin_instant(double t);
+  void take_values(const mbd::Instant& at);
   void write_instant(const Instant& now, const Between& between, double time, long step);
 
   const World& world_;

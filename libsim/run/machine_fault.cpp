@@ -14,10 +14,10 @@ namespace subsoil::sim {
 namespace {
 
 /// "`torsion.moment` = 3.1e+06 N m", the largest column of a force element; empty without any.
-std::string largest_force(const World& world, const Scenario& s) {
+std::string largest_force(const World& world, const Scenario& s, const mbd::Instant& at) {
   const std::vector<std::string>& names = world.machine->column_names();
   std::vector<double> values(names.size());
-  world.machine->columns(values);
+  world.machine->columns(at, values);
   std::size_t largest = names.size();
   for (std::size_t c = 0; c < names.size(); ++c) {
     const std::string& unit = world.machine->column_units()[c];
@@ -47,8 +47,11 @@ std::string shorter_step(const Scenario& s, const World& world) {
 }
 
 std::string machine_fault(const Scenario& s, const World& world) {
-  if (!world.machine) return {};
-  const mbd::MachineEnergy e = world.machine->energy();
+  return world.machine ? machine_fault(s, world, world.machine->now()) : std::string();
+}
+
+std::string machine_fault(const Scenario& s, const World& world, const mbd::Instant& at) {
+  const mbd::MachineEnergy e = world.machine->energy(at);
   // A body at rest that is struck has moved by no more than a step at first: what its integrator errs by over that step
   // is a share of little. It can do no harm beyond what the soil brings, so the soil's energy counts as there.
   double brought = 0;
@@ -58,7 +61,7 @@ std::string machine_fault(const Scenario& s, const World& world) {
   }
   const double off = std::abs(e.balance());
   if (e.closure() <= s.limits.energy || off <= s.limits.energy * (e.moved + brought)) return {};
-  const std::string force = s.machine ? largest_force(world, s) : std::string();
+  const std::string force = s.machine ? largest_force(world, s, at) : std::string();
   return fmt::format(
       "the energy balance of the machine is off by {:.3g} J, {:.2g} of the {:.3g} J there or moved, "
       "above limits.energy = {:g}; the step is too long for the motion, or a driver or force jumps{}; {}, or raise the "

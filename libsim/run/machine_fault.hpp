@@ -13,6 +13,8 @@ std::string shorter_step(const Scenario& scenario, const World& world);
 /// Why the machine's motion is not resolved, by its energy balance, and which force is maximum then; empty where the
 /// balance is within `limits.energy`.
 std::string machine_fault(const Scenario& scenario, const World& world);
+/// The same at an instant of the machine.
+std::string machine_fault(const Scenario& scenario, const World& world, const mbd::Instant& at);
 
 /// What is reported of a step from the time t that failed: that fault with its cure, or that of a machine that is not
 /// resolved, of which the soil's is a consequence.

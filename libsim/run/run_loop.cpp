@@ -185,7 +185,7 @@ void RunLoop::warn(const std::string& text) {
 }
 
 int RunLoop::loop() {
-  if (!world_.bed) simulation_.end_at(s_.time.end), world_.machine->keep_steps();
+  if (!world_.bed) simulation_.end_at(s_.time.end), world_.machine->keep_dense_output();
   StepObserver* const observers[] = {this};
   while (stepper_.advance(observers)) {
   }
@@ -273,8 +273,10 @@ int RunLoop::signal_to_obey() {
   return waits ? 0 : signal;
 }
 
-bool RunLoop::energy_is_lost() {
-  const std::string fault = machine_fault(s_, world_);
+bool RunLoop::energy_is_lost() { return fails(machine_fault(s_, world_)); }
+bool RunLoop::energy_is_lost(const mbd::Instant& at) { return fails(machine_fault(s_, world_, at)); }
+
+bool RunLoop::fails(const std::string& fault) {
   if (!fault.empty()) failure_ = fmt::format("t = {:.9g} s: {}", reached_, fault);
   return !fault.empty();
 }

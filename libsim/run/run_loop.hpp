@@ -83,15 +83,16 @@ class RunLoop : private StepObserver {
   /// Moves a machine alone to `t`, with fixed steps to the first end at or behind it; false as step().
   bool reach(double t, double close);
   int code_of(int signal) const;
-  /// Of a machine alone: takes what is followed over time, and crossings, through the pieces of its last step, each in
-  /// so many parts, and over what jumps between them; true where the run is to end.
+  /// Of a machine alone: takes what is followed over time, and crossings, through the segments of its last step, each
+  /// in so many parts, and over what jumps between them; true where the run is to end.
   bool look_over(double before, double t, int parts);
   struct Splits {  ///< that a part may still take
     int at_peaks, in_halves;
   };
-  bool look_through(std::size_t piece, double from, double until, Splits left);
-  /// At what the machine shows.
-  bool look_at(double t);
+  bool look_through(std::size_t segment, double from, double until, Splits left);
+  bool look_at(double t, const mbd::Instant& at);
+  /// Of a machine alone: at a time of its last step; at the step's end where `t` is beyond it by `close` at the most.
+  mbd::Instant instant_at(double t, double close = 0);
   /// Whether the summary has columns.
   bool sums_up() const;
   /// The time from t on at which a machine alone is looked at next, at the latest.
@@ -108,6 +109,8 @@ class RunLoop : private StepObserver {
 
   /// Whether the machine's energy balance is off by more than it may; failure_ then states it.
   bool energy_is_lost();
+  bool energy_is_lost(const mbd::Instant& at);
+  bool fails(const std::string& fault);
 
   /// Whether a surface of the machine and a boundary have come together; failure_ then states it.
   bool surfaces_have_met(double t);
@@ -165,7 +168,8 @@ class RunLoop : private StepObserver {
   std::unique_ptr<ToolProgress> tool_;
   std::unique_ptr<SeriesWriter> series_;
   std::unique_ptr<Summary> summary_;
-  std::unique_ptr<MotionSummary> motion_;  ///< into it, of a machine alone
+  std::unique_ptr<MotionSummary> motion_;        ///< into it, of a machine alone
+  std::unique_ptr<mbd::Evaluation> evaluation_;  ///< of a machine alone, between the ends of its steps
   std::unique_ptr<FrameOutput> frames_;
   std::unique_ptr<Rows> rows_;
   std::unique_ptr<Crossings> crossings_;

@@ -22,7 +22,8 @@ int RunLoop::loop_alone() {
   const double end = s_.time.end, close = std::max(1e-9 * simulation_.step_length(), 1e-15 * end);
   const bool fixed = stepper_.has_fixed_steps();
   const bool watches = crossings_->any() || columns_->has_history(), looks = sums_up() || watches;  // between rows
-  if (fixed || looks) machine.keep_steps();
+  if (fixed || looks)
+    machine.keep_dense_output(), evaluation_ = std::make_unique<mbd::Evaluation>(machine.evaluation());
   motion_ = std::make_unique<MotionSummary>(*columns_, *summary_);
   simulation_.end_at(end);
   const auto* const adaptive = dynamic_cast<const mbd::Adaptive*>(&machine.integrator());
@@ -37,9 +38,8 @@ int RunLoop::loop_alone() {
     const bool stops = looks && look_over(before, t, fixed ? 1 : 2);
     const bool earlier = stops && crossings_->stopped_at() < t;
     if (earlier) t = crossings_->stopped_at();
-    machine.look_ahead();  // its time is that of the step's end again
-    if (earlier || machine.time() > t + close) machine.look_back(t);
-    if (!looks && columns_->needs_every_step()) columns_->take_instant(values_), values_[0] = t;
+    const mbd::Instant at = instant_at(t, earlier ? 0 : close);
+    if (!looks && columns_->needs_every_step()) columns_->take_instant(t, at, values_);
     if (t > before) ++steps_;
     if (t > before && !sums_up()) summary_->sample_mean(t, t - before, {});  // its window goes on
     reached_ = t;
@@ -49,13 +49,12 @@ int RunLoop::loop_alone() {
     if (save_due || (last && (s_.output.state == State::full || signal != 0)))
       save(state_path(request_.out, simulation_.time()));
     if (row) {
-      columns_->take_instant(values_), values_[0] = t;
+      columns_->take_instant(t, at, values_);
       if (columns_->has_history()) columns_->follow_back(t, values_);
       series_->write(values_);
     }
-    if (row && energy_is_lost()) return exit_failed;
-    if (frame) frames_->begin(t), frames_->write(t, steps_);
-    machine.look_ahead();
+    if (row && energy_is_lost(at)) return exit_failed;
+    if (frame) frames_->begin(t, at), frames_->write(t, steps_);
     if (last) return code_of(signal);
     before = t;
     const double due = next_due(t, close), step_end = machine.time() > t + close ? machine.time() : t + longest();
@@ -74,38 +73,38 @@ double RunLoop::next_due(double t, double close) const {
   return due;
 }
 
+mbd::Instant RunLoop::instant_at(double t, double close) {
+  const mbd::Machine& machine = *world_.machine;
+  if (machine.time() > t + close) return evaluation_->evaluate(machine.dense_output(), t);
+  return machine.now();
+}
+
 bool RunLoop::look_over(double before, double t, int parts) {
-  mbd::Machine& machine = *world_.machine;
-  const mbd::Integrator& steps = machine.integrator();
-  for (std::size_t i = 0; i < steps.pieces() && t > before; ++i) {
-    const mbd::Integrator::Span piece = steps.piece(i);
-    const double from = std::max(before, piece.begin), until = std::min(t, piece.end);
+  const mbd::DenseOutput& step = world_.machine->dense_output();
+  for (std::size_t i = 0; i < step.count() && t > before; ++i) {
+    const mbd::DenseOutput::Span segment = step.span(i);
+    const double from = std::max(before, segment.begin), until = std::min(t, segment.end);
     if (!(until > from)) continue;
-    if (piece.jumps && (i > 0 || from > before)) {  // what jumps at `before` may be in the step that begins there
-      machine.look_back(from, i);
-      if (look_at(from)) return true;
-    }
+    // What jumps at `before` may be in the step that begins there.
+    if (segment.jumps && (i > 0 || from > before) && look_at(from, evaluation_->evaluate(step, from, i))) return true;
     for (int part = 1; part <= parts; ++part) {
       const auto end_of = [&](int k) { return k == parts ? until : from + (until - from) * k / parts; };
       if (look_through(i, end_of(part - 1), end_of(part), {most_splits, most_halvings})) return true;
     }
   }
-  machine.look_ahead();
-  if (machine.time() > t) machine.look_back(t);
-  return look_at(t);
+  return look_at(t, instant_at(t));
 }
 
-bool RunLoop::look_at(double t) {
-  columns_->take_instant(values_), values_[0] = t;
+bool RunLoop::look_at(double t, const mbd::Instant& at) {
+  columns_->take_instant(t, at, values_);
   if (columns_->has_history()) columns_->follow(t, values_);
   if (sums_up()) motion_->begin(t, values_);
   return crossings_->any() && crossings_->look(t, values_, Crossings::on_a_line);
 }
 
-bool RunLoop::look_through(std::size_t piece, double from, double until, Splits left) {
+bool RunLoop::look_through(std::size_t segment, double from, double until, Splits left) {
   const auto take = [&](double t, std::vector<double>& row) {
-    world_.machine->look_back(t, piece);
-    columns_->take_instant(row), row[0] = t;
+    columns_->take_instant(t, evaluation_->evaluate(world_.machine->dense_output(), t, segment), row);
   };
   begin_ = middle_ = between_ = values_;
   take(0.5 * (from + until), middle_), take(until, values_);
@@ -113,7 +112,7 @@ bool RunLoop::look_through(std::size_t piece, double from, double until, Splits 
   if (crossings_->any()) crossings_->seek(sought_);
   columns_->seek(sought_);
   if (sums_up()) motion_->seek(until, sought_);
-  columns_->rounding_of(values_, rounding_);
+  columns_->rounding_of(evaluation_->instant(), values_, rounding_);
   const auto at = [&](double t) {
     take(t, between_);
     return std::span<const double>(between_);
@@ -121,7 +120,7 @@ bool RunLoop::look_through(std::size_t piece, double from, double until, Splits 
   const PartOfMotion part{from, until, begin_, middle_, values_, rounding_, at};
   const auto split = [&](double at, Splits first, Splits second) {
     values_ = begin_;
-    return look_through(piece, from, at, first) || look_through(piece, at, until, second);
+    return look_through(segment, from, at, first) || look_through(segment, at, until, second);
   };
   const auto peak = left.at_peaks > 0 ? find_peak(sought_, part) : std::nullopt;
   if (peak) return split(*peak, {left.at_peaks / 2, left.in_halves}, {left.at_peaks - 1, left.in_halves});

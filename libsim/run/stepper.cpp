@@ -90,7 +90,7 @@ void Stepper::refresh_now() {
 void Stepper::note_jump() {
   // Integrators look for jumps where the external wrench has changed; that it is back at its value changes no bit.
   const int body = 1;
-  const std::array<double, 3> w = world_.machine->system().external_wrench(body);
+  const std::array<double, 3> w = world_.machine->external_wrench(body);
   world_.machine->set_external_wrench(body, w[0] + 1, w[1], w[2]);
   world_.machine->set_external_wrench(body, w[0], w[1], w[2]);
 }

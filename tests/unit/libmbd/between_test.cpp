@@ -19,20 +19,20 @@ MachineOptions order(int k) { return {.adams_moulton = {.order = k}}; }
 double error_between(double h) {
   Machine coarse(test::make_chain(2), order(6)), fine(test::make_chain(2), order(6));
   coarse.start_from_pose(), fine.start_from_pose();
-  coarse.keep_steps();
+  coarse.keep_dense_output();
+  Evaluation between = coarse.evaluation();
   double worst = 0;
   for (int i = 0; i < std::lround(0.5 / h); ++i) {
     const double begin = coarse.time();
     coarse.advance(h);
     for (int part = 1; part < 3; ++part) {
       for (int k = 0; k < 4; ++k) fine.advance(h / 12);
-      coarse.look_back(begin + part * h / 3);
-      worst = std::max(worst, std::abs(coarse.body(2).angle - fine.body(2).angle));
-      worst = std::max(worst, std::abs(coarse.body(2).omega - fine.body(2).omega));
-      EXPECT_LT(std::as_const(coarse).integrator().partition().residual(), 1e-12);
-      EXPECT_NEAR(coarse.energy().balance(), 0, 1e-3 * h);
+      const Instant at = between.evaluate(coarse.dense_output().state(begin + part * h / 3));
+      worst = std::max(worst, std::abs(at.body(2).angle - fine.body(2).angle));
+      worst = std::max(worst, std::abs(at.body(2).omega - fine.body(2).omega));
+      EXPECT_LT(at.partition.residual(), 1e-12);
+      EXPECT_NEAR(coarse.energy(at).balance(), 0, 1e-3 * h);
     }
-    coarse.look_ahead();
     for (int k = 0; k < 4; ++k) fine.advance(h / 12);
   }
   return worst;
@@ -49,11 +49,11 @@ TEST(BetweenSteps, IsReadToTheOrderOfTheSteps) {
 TEST(BetweenSteps, LookingLeavesTheMotionAsItIs) {
   Machine looked(test::make_slider_crank(), order(4)), alone(test::make_slider_crank(), order(4));
   looked.start_from_pose(), alone.start_from_pose();
-  looked.keep_steps();
+  looked.keep_dense_output();
+  Evaluation between = looked.evaluation();
   for (int i = 0; i < 200; ++i) {
     looked.advance(1e-3), alone.advance(1e-3);
-    looked.look_back(looked.time() - 3e-4);
-    looked.look_ahead();
+    between.evaluate(looked.dense_output(), looked.time() - 3e-4);
     ASSERT_EQ(looked.body(1).angle, alone.body(1).angle);
     ASSERT_EQ(looked.body(2).omega, alone.body(2).omega);
     ASSERT_EQ(looked.energy().balance(), alone.energy().balance());
@@ -67,21 +67,45 @@ TEST(BetweenSteps, DoesNotSmoothOverAnEvent) {
   m.add("floor", LineContact{.body_a = ground, .body_b = 1, .law = {.normal = {.stiffness = 1e6}}});
   Machine machine(m, order(4));
   machine.start_from_pose();
-  machine.keep_steps();
+  machine.keep_dense_output();
   const double touch = std::sqrt(2 * 0.2 / 9.81), h = 0.01;
   while (machine.time() + h < touch) machine.advance(h);
   machine.advance(h);
   const double before = touch - 1e-3;
-  machine.look_back(before);
-  EXPECT_NEAR(machine.body(1).r.y, 0.2 - 0.5 * 9.81 * before * before, 1e-9);
-  EXPECT_NEAR(machine.body(1).v.y, -9.81 * before, 1e-7);
+  Evaluation between = machine.evaluation();
+  const Instant at = between.evaluate(machine.dense_output(), before);
+  EXPECT_NEAR(at.body(1).r.y, 0.2 - 0.5 * 9.81 * before * before, 1e-9);
+  EXPECT_NEAR(at.body(1).v.y, -9.81 * before, 1e-7);
 }
 
 TEST(BetweenSteps, RefusesATimeThatIsNotKept) {
   Machine machine(test::make_chain(1), order(4));
   machine.start_from_pose();
   machine.advance(1e-3);
-  EXPECT_THROW(machine.look_back(5e-4), std::logic_error);
+  EXPECT_THROW(machine.dense_output().state(5e-4), std::logic_error);
+}
+
+// A state is a value: kept over later steps, and over events that change the machine, it evaluates to the same numbers.
+TEST(BetweenSteps, AStateOutlivesItsStep) {
+  for (const IntegratorKind kind : {IntegratorKind::adams_moulton, IntegratorKind::cvode, IntegratorKind::ida}) {
+    Machine machine(test::make_slider_crank(), {.integrator = kind});
+    machine.start_from_pose();
+    machine.keep_dense_output();
+    for (int i = 0; i < 20; ++i) machine.advance(1e-3);
+    const State kept = machine.dense_output().state(machine.time() - 3e-4);
+    std::vector<double> then(machine.column_names().size()), later = then;
+    Evaluation one = machine.evaluation();
+    machine.columns(one.evaluate(kept), then);
+    machine.set_external_wrench(1, 50, 0, 3);
+    for (int i = 0; i < 100; ++i) machine.advance(1e-3);
+    machine.columns(one.evaluate(machine.dense_output(), machine.time() - 7e-4), later);
+    EXPECT_NE(then, later);
+    machine.columns(one.evaluate(kept), later);
+    EXPECT_EQ(then, later);
+    Evaluation other = machine.evaluation();
+    machine.columns(other.evaluate(kept), later);
+    EXPECT_EQ(then, later);
+  }
 }
 
 }  // namespace

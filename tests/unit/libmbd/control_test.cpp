@@ -243,30 +243,29 @@ TEST(PidRestart, WhereAnOutputChangesIsTheWholeRun) {
 TEST(PidLook, BetweenStepsStatesAreOfThatTime) {
   Machine machine(on_rail(gains), {});
   machine.start_from_pose();
-  machine.keep_steps();
+  machine.keep_dense_output();
   run(machine, 0.2, 2e-3);
-  machine.look_back(0.1993);
+  Evaluation between = machine.evaluation();
+  const Instant at = between.evaluate(machine.dense_output(), 0.1993);
   const Eigen::Vector4d z = exact(0.1993);
-  EXPECT_NEAR(machine.system().element_states()[0], z[2], 1e-6);
-  EXPECT_NEAR(machine.system().signals()[0], -200 * z[0] + z[2] + 30 / 0.02 * (-z[0] - z[3]), 1e-3);
-  machine.look_ahead();
+  EXPECT_NEAR(at.system.element_states()[0], z[2], 1e-6);
+  EXPECT_NEAR(at.system.signals()[0], -200 * z[0] + z[2] + 30 / 0.02 * (-z[0] - z[3]), 1e-3);
   EXPECT_NEAR(machine.system().element_states()[0], exact(0.2)[2], 1e-6);
 }
 
-// A look back into the step leaves what is seen at its end as it was: output, what the controller misses, forces.
+// A look into the step leaves what is seen at its end as it was: output, what the controller misses, forces.
 TEST(PidLook, LeavesASampledControllerAsItWas) {
   for (const IntegratorKind kind : {IntegratorKind::adams_moulton, IntegratorKind::cvode, IntegratorKind::ida}) {
     PidController pid = gains;
     pid.sample_time = 0.01;
     Machine machine(on_rail(pid), {.integrator = kind});
     machine.start_from_pose();
-    machine.keep_steps();
+    machine.keep_dense_output();
     run(machine, 0.1, 5e-3);
     std::vector<double> before(machine.column_names().size()), after = before, middle = before;
     machine.columns(before);
-    machine.look_back(machine.time() - 2e-3);
-    machine.columns(middle);
-    machine.look_ahead();
+    Evaluation between = machine.evaluation();
+    machine.columns(between.evaluate(machine.dense_output(), machine.time() - 2e-3), middle);
     machine.columns(after);
     EXPECT_EQ(before, after);
     EXPECT_NE(before, middle);

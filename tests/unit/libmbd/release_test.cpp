@@ -482,15 +482,15 @@ TEST_P(Release, GoesOnFromASnapshotWithTheSameNumbers) {
 TEST(ReleaseLook, InsideTheStepSeesBothSides) {
   Machine machine(collision(), {});
   machine.start_from_pose();
-  machine.keep_steps();
+  machine.keep_dense_output();
   run(machine, 0.27, 9e-3);  // the last step holds the impact
   ASSERT_EQ(machine.events().size(), 1U);
-  machine.look_back(0.264);
-  EXPECT_NEAR(machine.body(1).v.x, 3, 1e-9);
-  EXPECT_NEAR(machine.body(1).r.x, 0.264 * 3, 1e-9);
-  machine.look_back(0.269);
-  EXPECT_NEAR(machine.body(1).v.x, 1, 1e-9);
-  machine.look_ahead();
+  Evaluation between = machine.evaluation();
+  const Instant before = between.evaluate(machine.dense_output(), 0.264);
+  EXPECT_NEAR(before.body(1).v.x, 3, 1e-9);
+  EXPECT_NEAR(before.body(1).r.x, 0.264 * 3, 1e-9);
+  const Instant behind = between.evaluate(machine.dense_output(), 0.269);
+  EXPECT_NEAR(behind.body(1).v.x, 1, 1e-9);
   EXPECT_EQ(machine.system().open_joints()[2], 0);
 }
 

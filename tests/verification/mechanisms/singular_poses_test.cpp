@@ -132,16 +132,16 @@ TEST(SingularPoses, ReactionsBetweenStepsAreThoseOfThePose) {
   const double phi0 = pi / 2 - 0.5;
   for (const IntegratorKind kind : {IntegratorKind::adams_moulton, IntegratorKind::cvode, IntegratorKind::ida}) {
     Machine machine(equal_slider_crank(r, phi0, w), {.integrator = kind});
-    machine.keep_steps();
+    machine.keep_dense_output();
     machine.start_from_pose();
+    Evaluation between = machine.evaluation();
     for (int i = 0; i < 200; ++i) {
       machine.advance(1e-3);
       for (const double share : {0.999, 0.76, 0.5, 0.23, 0.001}) {
         const double t = (i + share) * 1e-3;
-        machine.look_back(t);
-        EXPECT_NEAR(machine.joint_reaction("C").fy, 9.81 / 2 - 3 * r * w * w * std::sin(phi0 + w * t), 0.44) << t;
+        const Instant at = between.evaluate(machine.dense_output(), t);
+        EXPECT_NEAR(machine.joint_reaction("C", at).fy, 9.81 / 2 - 3 * r * w * w * std::sin(phi0 + w * t), 0.44) << t;
       }
-      machine.look_ahead();
     }
   }
 }
@@ -260,12 +260,13 @@ TEST(SingularPoses, WhatIsReadChangesNoBitOfTheMotion) {
     std::vector<std::vector<double>> seen;
     for (const double h : {1. / 8, 1. / 128, 1. / 1024}) {
       Machine machine(spinning(0), options);
-      if (h < 0.1) machine.keep_steps();
+      if (h < 0.1) machine.keep_dense_output();
       machine.start_from_pose();
+      Evaluation between = machine.evaluation();
       std::vector<double> eighths;
       for (int i = 1; i <= std::lround(1 / h); ++i) {
         machine.advance(h);
-        if (h < 0.1) machine.look_back(machine.time() - 0.3 * h), machine.look_ahead();
+        if (h < 0.1) between.evaluate(machine.dense_output(), machine.time() - 0.3 * h);
         if (std::fmod(machine.time(), 0.125) == 0) eighths.push_back(machine.body(1).angle);
       }
       seen.push_back(eighths);
