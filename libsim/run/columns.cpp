@@ -321,10 +321,10 @@ void Columns::rounding_of(const mbd::Instant& at, std::span<const double> row, s
   for (std::size_t i = row.size(); i-- > 0;) out[i] = share * out[unit_of_[i]];
 }
 
-void Columns::seek(std::vector<Sought>& out) const {
+void Columns::request(std::vector<mbd::Request>& out) const {
   for (const WatchSource& w : watches_)
     if (w.history >= 0 && !of_history(static_cast<std::size_t>(w.column)))
-      histories_[static_cast<std::size_t>(w.history)].seek(static_cast<std::size_t>(w.column), out);
+      histories_[static_cast<std::size_t>(w.history)].request(static_cast<std::size_t>(w.column), out);
 }
 
 void Columns::archive_histories(Archive& a) {

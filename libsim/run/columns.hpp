@@ -82,7 +82,7 @@ class Columns {
   /// with its unit, and for forces and moments of the maximum reaction of the machine. For machines alone.
   void rounding_of(const mbd::Instant& at, std::span<const double> row, std::vector<double>& out) const;
   /// Adds what is worth looking for between instants, for what is followed over time.
-  void seek(std::vector<Sought>& out) const;
+  void request(std::vector<mbd::Request>& out) const;
   void archive_histories(Archive& a);
   /// Columns that the machine has of an instant; with soil it stands at the ends of windows only.
   const std::vector<std::size_t>& of_machine_instant() const { return of_machine_instant_; }

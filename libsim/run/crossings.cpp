@@ -76,10 +76,11 @@ bool Crossings::look(double t, std::span<const double> values, const Locate& loc
   return !stopped_by_.empty();
 }
 
-void Crossings::seek(std::vector<Sought>& out) const {
-  for (const Crossing& c : list_) out.push_back({c.column, static_cast<double>(c.side), c.level, Sought::Kind::dip});
+void Crossings::request(std::vector<mbd::Request>& out) const {
+  for (const Crossing& c : list_)
+    out.push_back({c.column, static_cast<double>(c.side), c.level, mbd::Request::Kind::excursion});
   for (const Stop& s : stops_)
-    out.push_back({s.column, static_cast<double>(s.beyond ? s.sign : -s.sign), s.level, Sought::Kind::dip});
+    out.push_back({s.column, static_cast<double>(s.beyond ? s.sign : -s.sign), s.level, mbd::Request::Kind::excursion});
 }
 
 /// Whether it has passed, in a direction that counts.

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "libmbd/search/requests.hpp"
 #include "libsim/io/archive.hpp"
 #include "libsim/io/summary.hpp"
-#include "libsim/run/peak_search.hpp"
 
 namespace subsoil::sim {
 
@@ -39,7 +39,7 @@ class Crossings {
   /// At every instant, with all columns. True where the run is to end by now.
   bool look(double t, std::span<const double> values, const Locate& locate);
   /// Adds the values that columns have yet to pass, from the look before on.
-  void seek(std::vector<Sought>& out) const;
+  void request(std::vector<mbd::Request>& out) const;
   /// On a line between two instants: of second order in the step.
   static double on_a_line(const Passage& p) { return p.at_start / (p.at_start - p.at_end); }
 

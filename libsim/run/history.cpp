@@ -62,31 +62,31 @@ void History::add(double t, double y, double middle) {
   }
 }
 
-void History::seek(std::size_t column, std::vector<Sought>& out) const {
+void History::request(std::size_t column, std::vector<mbd::Request>& out) const {
   if (!begun_ || rule_.held || std::isnan(y_)) return;
-  const auto value_to_pass = [&](Sought::Kind kind) {
+  const auto value_to_pass = [&](mbd::Request::Kind kind) {
     out.push_back({column, y_ > rule_.level ? 1.0 : -1.0, rule_.level, kind});
   };
   const auto extreme = [&](double sign) {
     const bool of_all = !std::isfinite(rule_.within) && !std::isnan(value_);
     const double so_far = of_all ? value_ : sign * std::numeric_limits<double>::infinity();
-    out.push_back({column, sign, so_far, Sought::Kind::extreme});
+    out.push_back({column, sign, so_far, mbd::Request::Kind::extremum});
   };
   switch (rule_.kind) {
     case Watch::Kind::count:
-      return value_to_pass(Sought::Kind::dip);
+      return value_to_pass(mbd::Request::Kind::excursion);
     case Watch::Kind::time_above:
     case Watch::Kind::time_below:
-      return value_to_pass(Sought::Kind::passage);
+      return value_to_pass(mbd::Request::Kind::root);
     case Watch::Kind::maximum:
       return extreme(-1);
     case Watch::Kind::minimum:
       return extreme(1);
     case Watch::Kind::integral:
-      out.push_back({column, 1, value_, Sought::Kind::integral});
+      out.push_back({column, 1, value_, mbd::Request::Kind::integral});
       return;
     case Watch::Kind::mean:
-      out.push_back({column, 1, value_ * std::min(rule_.within, t_ - start_), Sought::Kind::integral});
+      out.push_back({column, 1, value_ * std::min(rule_.within, t_ - start_), mbd::Request::Kind::integral});
       return;
     default:
       return;

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "libmbd/search/requests.hpp"
 #include "libsim/io/archive.hpp"
-#include "libsim/run/peak_search.hpp"
 #include "libsim/scenario/sections/output.hpp"
 
 namespace subsoil::sim {
@@ -16,7 +16,7 @@ namespace subsoil::sim {
 /// Between two instants it is a parabola through a third value in the middle, a line where that is not known, or, for
 /// forces that act over a step, what it was at the step's start. Errors of an integral are of order dt^4, dt^2 and
 /// none. A mean is of the time in which there is a value (0/0 at rest is none). Extremes are values that were there: of
-/// the instants, which `seek()` puts at peaks, and of what lies midway.
+/// the instants, which `request()` puts at extrema, and of what lies midway.
 class History {
  public:
   struct Rule {
@@ -35,7 +35,7 @@ class History {
   void add(double t, double y, double middle);
   double value() const { return value_; }
   /// Adds the value that `column`, which is followed, has yet to pass, the extreme so far, or that it is integrated.
-  void seek(std::size_t column, std::vector<Sought>& out) const;
+  void request(std::size_t column, std::vector<mbd::Request>& out) const;
   void archive(Archive& a);
 
  private:

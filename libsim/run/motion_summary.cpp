@@ -32,13 +32,13 @@ void MotionSummary::add(double t, std::span<const double> middle, std::span<cons
   t_ = t, begin_ = end;
 }
 
-void MotionSummary::seek(double t, std::vector<Sought>& out) const {
+void MotionSummary::request(double t, std::vector<mbd::Request>& out) const {
   for (std::size_t i = 0; i < columns_.summarised().size(); ++i) {
     const std::size_t column = columns_.summarised()[i];
     const auto extremes = summary_.extremes(i, t);
     if (!extremes || columns_.of_history(column)) continue;
-    out.push_back({column, 1, extremes->first, Sought::Kind::extreme});
-    out.push_back({column, -1, extremes->second, Sought::Kind::extreme});
+    out.push_back({column, 1, extremes->first, mbd::Request::Kind::extremum});
+    out.push_back({column, -1, extremes->second, mbd::Request::Kind::extremum});
   }
 }
 

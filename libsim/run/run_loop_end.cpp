@@ -31,22 +31,12 @@ std::string fixes_machine_step(const Scenario& s) {
 
 }  // namespace
 
-bool RunLoop::physics_fails() {
-  if (!world_.bed || !energy_begun_) return false;
-  for (const PhysicsWatch::Finding& finding : physics_.look(world_, energy_start_, fastest_)) {
-    const std::string text = fmt::format("t = {:.9g} s: {}", reached_, finding.text);
-    if (finding.stops) return failure_ = text, true;
-    warn(text);
-  }
-  for (const std::string& text : bodies_.look(simulation_)) warn(fmt::format("t = {:.9g} s: {}", reached_, text));
-  return false;
-}
-
 void RunLoop::warn_of_coarse_contacts() {
   double speed = world_.step.expected_speed, error = world_.step.error_at(speed);
   // Where all were slower than expected, attraction takes a larger share of them, and its errors too.
-  if (fastest_ > 0)
-    if (const ImpactError met = world_.step.error_where_met(fastest_); fastest_ > speed || met.error > error)
+  if (physics_.fastest() > 0)
+    if (const ImpactError met = world_.step.error_where_met(physics_.fastest());
+        physics_.fastest() > speed || met.error > error)
       speed = met.speed, error = met.error;
   write_restitution_error(*summary_, error);
   if (error <= 1.2 * s_.time.accuracy + 1e-3) return;
@@ -74,7 +64,7 @@ void RunLoop::write_step_error() {
 void RunLoop::warn_of_machine_energy() {
   if (!world_.machine) return;
   // Where a step has failed, the state is one of its trials, and the failure says what to do.
-  if (!failure_.empty()) return;
+  if (!output_.failure.empty()) return;
   const double closure = world_.machine->energy().closure();
   if (closure > most_closure)
     summary_->warn(
@@ -84,7 +74,7 @@ void RunLoop::warn_of_machine_energy() {
 }
 
 void RunLoop::warn_of_exchange() {
-  if (!world_.bed || !world_.machine || !energy_begun_) return;
+  if (!world_.bed || !world_.machine || !physics_.has_begun()) return;
   const coupling::InterfaceWork work = simulation_.interface_work();
   const double moved = std::max(std::abs(work.on_soil), std::abs(work.on_machine)), error = std::abs(work.error());
   // A share of little changes no motion, and of what dampers take anyway less than a tenth is left to it.
@@ -102,7 +92,7 @@ void RunLoop::attempt(int& code, const std::function<void()>& action) {
   try {
     action();
   } catch (const std::exception& error) {
-    if (code != exit_failed) failure_ = fmt::format("t = {:.9g} s: {}", reached_, error.what());
+    if (code != exit_failed) output_.failure = fmt::format("t = {:.9g} s: {}", output_.reached, error.what());
     code = exit_failed;
     lock_.free_reserve();
   }
@@ -111,30 +101,33 @@ void RunLoop::attempt(int& code, const std::function<void()>& action) {
 void RunLoop::finish(int& code) {
   live_.close();
   if (code == exit_failed) lock_.free_reserve();
-  attempt(code, [&] { series_->sync(); });
-  attempt(code, [&] { frames_->finish(); });
-  if (window_ == Opening::pending && tool_->any_travelled()) summary_->drop_window();
+  attempt(code, [&] { output_.series->sync(); });
+  attempt(code, [&] { output_.frames->finish(); });
+  if (tools_.never_steady()) summary_->drop_window();
   last_warnings(code);
   write_run_section(*summary_,
                     {.code = code,
-                     .failure = failure_,
-                     .reached = code == exit_failed ? simulation_.time() : reached_,
+                     .failure = output_.failure,
+                     .reached = code == exit_failed ? simulation_.time() : output_.reached,
                      .wall_time = live_.elapsed(),
                      .steps = steps_,
-                     .frames = frames_->count(),
-                     .deepest = deepest_},
+                     .frames = output_.frames->count(),
+                     .deepest = physics_.deepest()},
                     s_, request_, world_);
   if (world_.machine) write_events(*summary_, *world_.machine);
-  crossings_->write(*summary_);
-  write_energy(*summary_, energy_start_, world_, simulation_);
-  if (!tool_->tools().empty()) write_tools(*summary_, *tool_);
-  if (code != exit_failed) write_disturbance(*summary_, *tool_, request_.out, s_, walls_.any_reached());
+  output_.crossings->write(*summary_);
+  // Of the run's last instant, which a crossing may have set inside a step.
+  write_energy(*summary_, physics_.energy_start(), world_, simulation_,
+               world_.machine ? world_.machine->energy(samples_->machine()) : mbd::MachineEnergy{});
+  if (!tools_.progress().tools().empty()) write_tools(*summary_, tools_.progress());
+  if (code != exit_failed)
+    write_disturbance(*summary_, tools_.progress(), request_.out, s_, tools_.walls().any_reached());
   write_window(*summary_, world_);
   if (world_.bed) write_servos(*summary_, world_, simulation_);
-  if (world_.bed) write_wear(*summary_, world_, reached_);
+  if (world_.bed) write_wear(*summary_, world_, output_.reached);
   attempt(code, [&] { summary_->write(request_.out / "summary.json"); });
   if (code == exit_ok) checkpoints_.remove();
-  if (const std::string means = means_text(*summary_, *tool_, s_); !means.empty() && world_.bed)
+  if (const std::string means = means_text(*summary_, tools_.progress(), s_); !means.empty() && world_.bed)
     spdlog::info("{}", means.substr(0, means.size() - 1));
   std::size_t before = 0;  // printed when they were found, perhaps hours ago
   for (const std::string& text : summary_->warnings())
@@ -144,11 +137,11 @@ void RunLoop::finish(int& code) {
       spdlog::warn("warning: {}", text);
   if (before > 0) spdlog::warn("{} warning{} above: see summary.json", before, before == 1 ? "" : "s");
   if (code == exit_failed) {
-    spdlog::error("{}", failure_);
+    spdlog::error("{}", output_.failure);
     spdlog::error("the run stops here; results up to then are in {}", request_.out.string());
   } else {
-    if (!crossings_->stopped_by().empty())
-      spdlog::info("stopped by `{}` at t = {:.9g} s", crossings_->stopped_by(), crossings_->stopped_at());
+    if (!output_.crossings->stopped_by().empty())
+      spdlog::info("stopped by `{}` at t = {:.9g} s", output_.crossings->stopped_by(), output_.crossings->stopped_at());
     spdlog::info("{} in {}; results in {}", code == exit_ok ? "done" : "interrupted", clock_text(live_.elapsed()),
                  request_.out.string());
   }
@@ -169,13 +162,13 @@ void RunLoop::last_warnings(int code) {
                     "longer there",
                     world_.moving->window.pushed_out()));
   if (code != exit_ok) return;
-  for (const Tool& tool : tool_->tools())
+  for (const Tool& tool : tools_.progress().tools())
     if (!tool.touched && !is_beam_node(s_.machine, tool.name))  // most of a tine is above the soil
       summary_->warn(
           fmt::format("{} touched no soil in the whole run: see where it starts and how it moves; `subsoil "
                       "check` prints how far it is from the soil",
                       tool.name));
-  if (window_ == Opening::pending && tool_->any_travelled()) {
+  if (tools_.never_steady()) {
     summary_->warn(
         "no tool came to steady work (its length in soil plus its depth of travel): no means; let it travel "
         "farther, or set output.window");

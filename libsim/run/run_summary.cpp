@@ -17,7 +17,7 @@
 namespace subsoil::sim {
 
 void write_energy(Summary& summary, const EnergyStart& start, const World& world,
-                  const coupling::Simulation& simulation) {
+                  const coupling::Simulation& simulation, const mbd::MachineEnergy& of_machine) {
   auto& e = summary.section("energy");
   double error = 0, put_in = 0;
   const auto take_in = [&](const char* name, double work) {
@@ -44,15 +44,14 @@ void write_energy(Summary& summary, const EnergyStart& start, const World& world
     error += closure;
   }
   if (world.machine) {
-    const mbd::MachineEnergy m = world.machine->energy();
-    take_in("work of drivers [J]", m.driver_work);
-    take_in("work of applied forces [J]", m.force_work);
-    take_in("gravity on the machine [J]", start.machine_potential - m.potential);
-    e["lost in the machine [J]"] = m.lost;
-    e["machine closure [J]"] = m.balance();
-    e["machine energy there or moved [J]"] = m.moved;
-    e["machine closure over energy there or moved"] = m.closure();
-    error += m.balance();
+    take_in("work of drivers [J]", of_machine.driver_work);
+    take_in("work of applied forces [J]", of_machine.force_work);
+    take_in("gravity on the machine [J]", start.machine_potential - of_machine.potential);
+    e["lost in the machine [J]"] = of_machine.lost;
+    e["machine closure [J]"] = of_machine.balance();
+    e["machine energy there or moved [J]"] = of_machine.moved;
+    e["machine closure over energy there or moved"] = of_machine.closure();
+    error += of_machine.balance();
   }
   if (world.bed && world.machine) {
     const coupling::InterfaceWork work = simulation.interface_work();

@@ -29,7 +29,7 @@ struct EnergyStart {
 void write_run_section(Summary& summary, const RunFacts& facts, const Scenario& scenario, const RunRequest& request,
                        const World& world);
 void write_energy(Summary& summary, const EnergyStart& start, const World& world,
-                  const coupling::Simulation& simulation);
+                  const coupling::Simulation& simulation, const mbd::MachineEnergy& of_machine);
 /// What came into a moving bed and what was left.
 void write_window(Summary& summary, const World& world);
 /// Maximum error of restitution at the speeds met or expected.

@@ -23,9 +23,6 @@
 namespace subsoil::sim {
 namespace {
 
-// Of a step: what is due so near to an instant is of that instant, as in RunLoop.
-constexpr double close_share = 1e-6;
-
 /// A scenario with the files in its folder named by what is behind the folder: it may stand elsewhere.
 std::string without_folder(std::string text, const std::filesystem::path& folder) {
   const std::string start = folder.string() + "/";
@@ -152,9 +149,15 @@ struct Simulation::Impl : StepObserver {
     leave_held();  // the window of a moving bed advances next
   }
   void before_step(bool, StepRequest& request) override {
+    if (stepper.is_exact() && stepper.columns().has_history()) take_values();
+    const double dt = stepper.simulation().step_length();
+    last = time() + dt >= target - close();
     request.stop = request.stop || stop;
     request.instant = request.instant || last;
     request.energies = request.energies || (last && energies);
+    request.until = std::min({request.until, target, time() + dt});
+    for (const Observing& o : observers)
+      if (o.due.next() > time() + close()) request.until = std::min(request.until, o.due.next());
   }
   bool take(const std::function<void()>& step) override {
     const double t = time();
@@ -165,19 +168,33 @@ struct Simulation::Impl : StepObserver {
     }
   }
   bool after_step() override {
+    if (!has_bed()) return true;
     for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += about_origin(k);
     ++summed;
     return true;
   }
+  /// Values at this instant, of a machine alone.
+  void take_values() {
+    stepper.columns().take_instant(stepper.values());
+    if (stepper.is_exact() && stepper.columns().has_history()) stepper.columns().follow(time(), stepper.values());
+  }
 
   double time() const { return stepper.simulation().time(); }
-  double close() const { return close_share * stepper.simulation().step_length(); }
+  double close() const { return stepper.close(); }
+  bool has_bed() const { return stepper.world().bed != nullptr; }
 
-  void begin_call() {
-    stop = false, summed = 0;
+  /// Steps until `t`; false where an observer ends them.
+  bool run_until(double t) {
+    stop = false, summed = 0, target = t;
     std::fill(sums.begin(), sums.end(), dem::Wrench{});
+    StepObserver* const observers_of_step[] = {this};
+    bool continues = true;
+    while (continues && time() < t - close()) continues = stepper.advance(observers_of_step);
+    end_call();
+    return continues;
   }
   void end_call() {
+    if (!has_bed()) take_values();
     if (!energies)
       for (std::size_t c = 0; c < columns.size(); ++c)
         if (columns[c].of_sum) stepper.values()[c] = std::numeric_limits<double>::quiet_NaN();
@@ -185,28 +202,6 @@ struct Simulation::Impl : StepObserver {
     if (const std::string fault = machine_fault(loaded.scenario, stepper.world()); !fault.empty())
       throw SimulationFault("t = " + std::to_string(time()) + " s: " + fault, time());
   }
-  bool advance(bool is_last) {
-    last = is_last;
-    StepObserver* const observers_of_step[] = {this};
-    return stepper.advance(observers_of_step);
-  }
-  /// A machine alone to t: observers are called on the way, values taken at its end.
-  bool reach(double t) {
-    coupling::Simulation& simulation = stepper.simulation();
-    const double near = 1e-9 * simulation.step_length();
-    while (time() < t - near) {
-      at_instant();
-      if (stop) return false;
-      double next = std::min(t, time() + simulation.step_length());
-      for (const Observing& o : observers)
-        if (o.due.next() > time() + near) next = std::min(next, o.due.next());
-      take([&] { stepper.reach(next, near); });
-      ++stepper.steps();
-    }
-    stepper.columns().take_instant(stepper.values());
-    return true;
-  }
-
   std::size_t surface(const std::string& name) const {
     const auto found = surface_of.find(name);
     if (found != surface_of.end()) return found->second;
@@ -265,6 +260,7 @@ struct Simulation::Impl : StepObserver {
   std::vector<ColumnInfo> columns;
   std::vector<dem::Wrench> sums;  ///< of surfaces about the world's origin, over the steps of a call
   long summed = 0;
+  double target = 0;  ///< s, to which the call steps
   bool last = false, stop = false;
   std::vector<Observing> observers;
   int observers_made = 0;
@@ -296,31 +292,10 @@ double Simulation::end() const { return impl_->loaded.scenario.time.end; }
 double Simulation::step_length() const { return impl_->stepper.simulation().step_length(); }
 long Simulation::steps() const { return impl_->stepper.steps(); }
 
-bool Simulation::step(long count) {
-  Impl& d = *impl_;
-  if (!has_bed()) return run_until(time() + static_cast<double>(count) * step_length());
-  d.begin_call();
-  bool continues = true;
-  for (long k = 1; k <= count && continues; ++k) continues = d.advance(k == count);
-  d.end_call();
-  return continues;
-}
+bool Simulation::step(long count) { return run_until(time() + static_cast<double>(count) * step_length()); }
+bool Simulation::run_until(double t) { return impl_->run_until(t); }
 
-bool Simulation::run_until(double t) {
-  Impl& d = *impl_;
-  d.begin_call();
-  bool continues = true;
-  if (has_bed()) {
-    const double dt = step_length(), close = d.close();
-    while (continues && time() < t - close) continues = d.advance(time() + dt >= t - close);
-  } else {
-    continues = d.reach(t);
-  }
-  d.end_call();
-  return continues;
-}
-
-bool Simulation::has_bed() const { return impl_->stepper.world().bed != nullptr; }
+bool Simulation::has_bed() const { return impl_->has_bed(); }
 bool Simulation::has_machine() const { return impl_->stepper.world().machine != nullptr; }
 const std::string& Simulation::scenario_text() const { return impl_->text; }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "libsim/run/restart.hpp"
@@ -32,6 +33,7 @@ Stepper::Stepper(const Loaded& loaded, World world, const SavedRun* saved)
   if (saved != nullptr) sim::restore(*saved, world_, simulation_);
   columns_ = std::make_unique<Columns>(loaded_, world_, simulation_);
   values_.assign(columns_->list().size(), 0.0);
+  if (!world_.bed && columns_->has_means()) world_.machine->keep_dense_output();  // means are those of the middle
 }
 
 bool Stepper::advance(std::span<StepObserver* const> observers) {
@@ -41,30 +43,33 @@ bool Stepper::advance(std::span<StepObserver* const> observers) {
   StepRequest request;
   for (StepObserver* o : observers) o->before_step(window_advanced, request);
   if (request.stop) return false;
-  if (request.instant || columns_->has_history()) columns_->take_instant(values_);
+  const bool follows = !is_exact() && columns_->has_history();
+  if (!is_exact() && (request.instant || follows)) columns_->take_instant(values_);
   const double t = simulation_.time();
-  const std::function<void()> step = [&] {
-    simulation_.step({.energy = request.energies, .snapshot = request.snapshot, .contacts = request.contacts});
-  };
   // Each observer's take() wraps that of the ones behind it.
   const std::function<bool(std::size_t)> take = [&](std::size_t i) {
-    if (i == observers.size()) return step(), true;
+    if (i == observers.size()) return take_step(request), true;
     bool taken = false;
     return observers[i]->take([&] { taken = take(i + 1); }) && taken;
   };
   if (!take(0)) return false;
-  columns_->take_step(values_, request.energies);
-  if (columns_->has_history()) columns_->follow(t, values_);
-  bool continues = true;
-  for (StepObserver* o : observers) continues = o->after_step() && continues;
-  if (continues) ++steps_;
-  return continues;
+  if (!is_exact()) columns_->take_step(values_, request.energies);
+  if (follows) columns_->follow(t, values_);
+  for (StepObserver* o : observers)
+    if (!o->after_step()) return false;
+  ++steps_;
+  return true;
 }
 
-bool Stepper::has_fixed_steps() const { return !world_.machine->integrator().ends_anywhere(); }
+double Stepper::close() const {
+  constexpr double of_step = 1e-6, of_exact_step = 1e-9;
+  return (is_exact() ? of_exact_step : of_step) * simulation_.step_length();
+}
 
-void Stepper::reach(double t, double close) {
-  while (world_.machine->time() < t - close) has_fixed_steps() ? simulation_.step() : simulation_.step_to(t);
+void Stepper::take_step(const StepRequest& request) {
+  const bool ends_there = !world_.bed && std::isfinite(request.until) && world_.machine->integrator().ends_anywhere();
+  if (ends_there) return simulation_.step_to(request.until);
+  simulation_.step({.energy = request.energies, .snapshot = request.snapshot, .contacts = request.contacts});
 }
 
 void Stepper::refresh_machine() {

@@ -1,5 +1,6 @@
 #pragma once
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <span>
@@ -19,9 +20,11 @@ struct StepRequest {
   dem::Snapshot* snapshot = nullptr;
   std::vector<dem::ContactRecord>* contacts = nullptr;
   bool stop = false;  ///< the step is not taken
+  /// A machine alone whose method ends steps anywhere ends this one here at the latest, s.
+  double until = std::numeric_limits<double>::infinity();
 };
 
-/// Takes part in every step of a run with soil, or with columns of means. Calls come in this order.
+/// Takes part in every step of a run. Calls come in this order.
 class StepObserver {
  public:
   virtual ~StepObserver() = default;
@@ -31,7 +34,8 @@ class StepObserver {
   virtual void before_step(bool window_advanced, StepRequest& request) = 0;
   /// Takes the step; false where it fails and the observer has noted why. The default lets faults pass.
   virtual bool take(const std::function<void()>& step) { return step(), true; }
-  /// Forces are those of t_n, poses those of t_{n+1}. False ends the run; the step does not count then.
+  /// Forces are those of t_n, poses those of t_{n+1}; columns are taken unless the stepper is exact. False ends the
+  /// run; the step does not count then, and observers behind are not called.
   virtual bool after_step() = 0;
 };
 
@@ -57,10 +61,11 @@ class Stepper {
 
   /// One step; false where an observer ends the run.
   bool advance(std::span<StepObserver* const> observers);
-  /// Moves a machine alone to `t`; with fixed steps to the first end at or behind it.
-  void reach(double t, double close);
-  /// Whether the machine's method has fixed steps.
-  bool has_fixed_steps() const;
+  /// Whether columns are of an instant alone: of a machine without soil and means nothing is learnt of an instant by
+  /// the step that leaves it. Observers then take them where they want them.
+  bool is_exact() const { return !world_.bed && !columns_->has_means(); }
+  /// What is due so near to an instant is of that instant, s.
+  double close() const;
 
   /// Whether a state that is saved now continues with the same bits.
   bool is_restorable() const { return machine_is_fresh_ && world_.bed != nullptr; }
@@ -81,6 +86,7 @@ class Stepper {
 
  private:
   using PoseOfTime = std::function<dem::Pose(double)>;
+  void take_step(const StepRequest& request);
   void refresh_machine();
   void replace_simulation();
   bool has_stepped() const { return simulation_.save()[1] != 0; }

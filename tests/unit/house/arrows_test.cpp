@@ -82,6 +82,7 @@ const std::vector<InnerRoom> inner_rooms = {
     {"libmbd/assembly/", {"libmbd/base/", "libmbd/controllers.hpp", "libmbd/system/"}},
     {"libmbd/integrators/",
      {"libmbd/base/", "libmbd/controllers.hpp", "libmbd/elements.hpp", "libmbd/system/", "libmbd/assembly/"}},
+    {"libmbd/search/", {"libmbd/integrators/"}},
     {"libmbd/equilibrium/",
      {"libmbd/base/", "libmbd/forces/", "libmbd/system/", "libmbd/assembly/", "libmbd/integrators/"}},
     {"libmbd/machine.",

@@ -1,4 +1,4 @@
-#include "libsim/run/peak_search.hpp"
+#include "libmbd/search/requests.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,28 +7,28 @@
 
 #include "libmbd/integrators/hidden_contacts.hpp"
 
-namespace subsoil::sim {
+namespace subsoil::mbd {
 
 namespace {
 
-constexpr double beside_end = 1e-3;      // of a part, to see the slope at its end
-constexpr double share_of_width = 1e-6;  // of a part, to which a peak is located
-constexpr double share_of_bend = 0.02;   // what a parabola may be off by
-constexpr double share_so_far = 1e-6;    // what a part may add to the error of an integral
+constexpr double beside_end = 1e-3;     // of a part, to see the slope at its end
+constexpr double share_of_part = 1e-6;  // of a part, to which a peak is located
+constexpr double share_of_bend = 0.02;  // what a parabola may be off by
+constexpr double share_so_far = 1e-6;   // what a part may add to the error of an integral
 
-/// One column in a part, turned so that minima are sought.
-struct ColumnSearch {
-  const Sought& sought;
-  const PartOfMotion& part;
-  double beyond = sought.sign * sought.beyond;
+/// One signal in a part, turned so that minima are requested.
+struct SignalSearch {
+  const Request& request;
+  const MotionPart& part;
+  double beyond = request.sign * request.value;
   double begin = of(part.begin), middle = of(part.middle), end = of(part.end);
 
-  double of(std::span<const double> row) const { return sought.sign * row[sought.column]; }
-  bool extreme = sought.kind == Sought::Kind::extreme;
+  double of(std::span<const double> row) const { return request.sign * row[request.signal]; }
+  bool extreme = request.kind == Request::Kind::extremum;
   double at(double t) const { return of(part.at(t)); }
   double time(double share) const { return part.from + share * (part.until - part.from); }
 
-  /// Where a minimum that is sought may lie, or nothing.
+  /// Where a minimum that is requested may lie, or nothing.
   std::optional<std::pair<double, double>> bracket() const {
     if (!extreme && (begin <= beyond || end <= beyond)) return {};  // passed, as the ends show
     if (middle < begin && middle < end) {
@@ -42,23 +42,23 @@ struct ColumnSearch {
   }
 
   /// The vertex of the parabola through the three instants, where the column follows it; else nothing.
-  std::optional<mbd::Minimum> vertex() const {
+  std::optional<Minimum> vertex() const {
     const double a = -3 * begin + 4 * middle - end, b = 2 * (begin - 2 * middle + end);
     const auto follows = [&](double s) {
       return std::abs(at(time(s)) - (begin + s * (a + s * b))) <= share_of_bend * std::abs(b);
     };
     if (!(b > 0) || !follows(0.25) || !follows(0.75)) return {};
     const double share = std::clamp(-a / (2 * b), 0.0, 1.0);
-    return mbd::Minimum{time(share), begin + share * (a + share * b) + (extreme ? 0 : -share_of_bend * b)};
+    return Minimum{time(share), begin + share * (a + share * b) + (extreme ? 0 : -share_of_bend * b)};
   }
 
   std::optional<double> find() const {
-    if (sought.kind == Sought::Kind::passage && begin > beyond && end < beyond) {
+    if (request.kind == Request::Kind::root && begin > beyond && end < beyond) {
       const auto gap = [&](double share) { return at(time(share)) - beyond; };
-      return time(mbd::locate_crossing(gap, 1, begin - beyond, end - beyond));
+      return time(locate_crossing(gap, 1, begin - beyond, end - beyond));
     }
-    if (sought.kind == Sought::Kind::integral) return {};
-    if (std::max({begin, middle, end}) - std::min({begin, middle, end}) <= part.rounding[sought.column]) return {};
+    if (request.kind == Request::Kind::integral) return {};
+    if (std::max({begin, middle, end}) - std::min({begin, middle, end}) <= part.rounding[request.signal]) return {};
     const auto between = bracket();
     if (!between) return {};
     if (const auto smooth = vertex()) {
@@ -66,34 +66,33 @@ struct ColumnSearch {
       if (extreme) return smooth->at;
     }
     const double enough = extreme ? -std::numeric_limits<double>::infinity() : beyond;
-    const double width = share_of_width * (part.until - part.from);
-    const mbd::Minimum least =
-        mbd::find_minimum([&](double t) { return at(t); }, between->first, between->second, width, enough);
+    const double width = share_of_part * (part.until - part.from);
+    const Minimum least = find_minimum([&](double t) { return at(t); }, between->first, between->second, width, enough);
     return least.value < beyond ? std::optional(least.at) : std::nullopt;
   }
 };
 
 }  // namespace
 
-std::optional<double> find_peak(std::span<const Sought> sought, const PartOfMotion& part) {
-  const double width = share_of_width * (part.until - part.from);
+std::optional<double> find_first(std::span<const Request> requests, const MotionPart& part) {
+  const double width = share_of_part * (part.until - part.from);
   std::optional<double> first;
-  for (const Sought& s : sought) {
-    const auto t = ColumnSearch{s, part}.find();
+  for (const Request& s : requests) {
+    const auto t = SignalSearch{s, part}.find();
     if (t && *t > part.from + 2 * width && *t < part.until - 2 * width && (!first || *t < *first)) first = t;
   }
   return first;
 }
 
-bool needs_halving(std::span<const Sought> sought, const PartOfMotion& part, double share_of_size) {
+bool needs_halving(std::span<const Request> requests, const MotionPart& part, double share_of_size) {
   std::vector<double> quarter, three_quarters;
-  return std::any_of(sought.begin(), sought.end(), [&](const Sought& s) {
-    if (s.kind != Sought::Kind::integral) return false;
-    const double begin = part.begin[s.column], middle = part.middle[s.column], end = part.end[s.column];
+  return std::any_of(requests.begin(), requests.end(), [&](const Request& s) {
+    if (s.kind != Request::Kind::integral) return false;
+    const double begin = part.begin[s.signal], middle = part.middle[s.signal], end = part.end[s.signal];
     const double size = (std::abs(begin) + 4 * std::abs(middle) + std::abs(end)) / 6;
     const double length = part.until - part.from;
     const double allowed =
-        std::max({share_of_size * size, share_so_far * std::abs(s.beyond) / length, part.rounding[s.column]});
+        std::max({share_of_size * size, share_so_far * std::abs(s.value) / length, part.rounding[s.signal]});
     if (std::max(std::abs(middle - begin), std::abs(end - middle)) <= allowed) return false;
     if (quarter.empty()) {
       const auto row = [&](double share) {
@@ -103,9 +102,9 @@ bool needs_halving(std::span<const Sought> sought, const PartOfMotion& part, dou
       quarter = row(0.25), three_quarters = row(0.75);
     }
     const double whole = (begin + 4 * middle + end) / 6;
-    const double halves = (begin + 4 * quarter[s.column] + 2 * middle + 4 * three_quarters[s.column] + end) / 12;
+    const double halves = (begin + 4 * quarter[s.signal] + 2 * middle + 4 * three_quarters[s.signal] + end) / 12;
     return std::abs(halves - whole) > allowed;
   });
 }
 
-}  // namespace subsoil::sim
+}  // namespace subsoil::mbd

@@ -1,0 +1,149 @@
+#include "libsim/run/motion_samples.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "libmbd/integrators/adaptive.hpp"
+#include "libsim/run/machine_fault.hpp"
+
+namespace subsoil::sim {
+
+MotionSamples::MotionSamples(RunOutput& output)
+    : o_(output),
+      machine_(*o_.world.machine),
+      fixed_(!machine_.integrator().ends_anywhere()),
+      sums_up_(!o_.columns.summarised().empty()),
+      watches_(o_.crossings->any() || o_.columns.has_history()),
+      searches_(sums_up_ || watches_),
+      motion_(o_.columns, *o_.summary),
+      t_(o_.simulation.time()) {
+  o_.simulation.end_at(o_.s.time.end);
+  if (!fixed_ && !searches_) return;
+  o_.world.machine->keep_dense_output();
+  evaluation_.emplace(machine_.evaluation());
+  mbd::StepSignals& columns = *this;
+  search_.emplace(columns, *evaluation_);
+}
+
+// 1 ms; for the summary alone an eighth of the step by which the method has resolved the motion.
+double MotionSamples::longest() const {
+  if (!searches_) return o_.simulation.step_length();
+  const auto* const adaptive = dynamic_cast<const mbd::Adaptive*>(&machine_.integrator());
+  const double resolved = watches_ || adaptive == nullptr ? 0 : 0.125 * adaptive->last_step();
+  return std::min(o_.simulation.step_length(), std::max(1e-3, resolved));
+}
+
+double MotionSamples::next_due(double t) const {
+  double due = std::min({o_.sample_due.next(), o_.frame_due.next(), o_.s.time.end});
+  for (const std::optional<double>& edge : {o_.s.output.window.from, o_.s.output.window.until})
+    if (edge && *edge > t + o_.close) due = std::min(due, *edge);
+  return due;
+}
+
+void MotionSamples::before_step(bool, StepRequest& request) {
+  if (request.stop) return;
+  if (!std::exchange(begun_, true) && searches_) o_.stops = search(t_);
+  const bool last = o_.now.last || o_.stops;
+  request.stop = !write(t_, instant_at(t_, o_.close), last) || last;
+  o_.ended = last;
+  const double due = std::min(next_due(t_), o_.state_due.next()), reaches = t_ + longest();
+  planned_ = reaches < due - o_.close ? reaches : due;
+  request.until = std::min(request.until, planned_);
+}
+
+bool MotionSamples::after_step() {
+  const double end = machine_.time();
+  for (double t = planned_;;) {
+    o_.stops = searches_ && search(t);
+    const bool earlier = o_.stops && o_.crossings->stopped_at() < t;
+    if (earlier) t = o_.crossings->stopped_at();
+    const double before = std::exchange(t_, t);
+    o_.reached = t;
+    if (t > before && !sums_up_) o_.summary->sample_mean(t, t - before, {});  // which moves its window
+    if (!earlier && !(end > t + o_.close)) return true;
+    if (t > before) ++o_.steps;
+    if (!write(t, instant_at(t, earlier ? 0 : o_.close), o_.stops)) return false;
+    if (o_.stops) return o_.ended = true;
+    const double due = next_due(t);
+    t = end < due - o_.close ? end : due;
+  }
+}
+
+bool MotionSamples::write(double t, const mbd::Instant& at, bool last) {
+  if (!searches_ && o_.columns.needs_every_step()) o_.columns.take_instant(t, at, o_.values);
+  const bool frame = o_.frame_due.due(t, o_.close) || last, row = o_.sample_due.due(t, o_.close) || last;
+  if (row) {
+    o_.columns.take_instant(t, at, o_.values);
+    if (o_.columns.has_history()) o_.columns.follow_back(t, o_.values);
+    o_.series->write(o_.values);
+  }
+  if (row && o_.fails(machine_fault(o_.s, o_.world, at))) return false;
+  if (frame) o_.frames->begin(t, at), o_.frames->write(t, o_.steps);
+  return true;
+}
+
+mbd::Instant MotionSamples::instant_at(double t, double close) {
+  if (machine_.time() > t + close) return evaluation_->evaluate(machine_.dense_output(), t);
+  return machine_.now();
+}
+
+bool MotionSamples::search(double t) {
+  if (t > t_ && search_->search(machine_.dense_output(), t_, t, fixed_ ? 1 : 2, o_.values)) return true;
+  sample(t, instant_at(t), o_.values);
+  return take_jump(t, o_.values);
+}
+
+void MotionSamples::sample(double t, const mbd::Instant& at, std::vector<double>& row) {
+  o_.columns.take_instant(t, at, row);
+}
+
+void MotionSamples::rounding(const mbd::Instant& at, std::span<const double> row, std::vector<double>& out) {
+  o_.columns.rounding_of(at, row, out);
+}
+
+void MotionSamples::request(double until, std::vector<mbd::Request>& out) {
+  if (o_.crossings->any()) o_.crossings->request(out);
+  o_.columns.request(out);
+  if (sums_up_) motion_.request(until, out);
+}
+
+bool MotionSamples::take_jump(double t, std::vector<double>& row) {
+  if (o_.columns.has_history()) o_.columns.follow(t, row);
+  if (sums_up_) motion_.begin(t, row);
+  return o_.crossings->any() && o_.crossings->look(t, row, Crossings::on_a_line);
+}
+
+bool MotionSamples::take_part(const mbd::StepPart& part) {
+  // What is followed over time is known at the end once it is followed to there, which cannot be undone: a passage of
+  // it inside the part, and all that is followed where the run ends, are followed again from the part's begin.
+  const bool rewinds = o_.crossings->of_history();
+  const Columns::Followed begun = rewinds ? o_.columns.followed() : Columns::Followed{};
+  const auto follow = [&](double end, std::vector<double>& half, std::vector<double>& row) {
+    if (o_.columns.has_history()) o_.columns.follow(end, row, half);
+  };
+  if (rewinds) follow(part.until, part.middle, part.end);
+  between_ = part.begin;
+  const bool stops = o_.crossings->any() && o_.crossings->look(part.until, part.end, [&](const Crossings::Passage& p) {
+    const auto gap = [&](double share) {
+      const double t = part.from + share * (part.until - part.from);
+      part.sample(t, between_);
+      if (o_.columns.of_history(p.column)) {
+        half_ = between_;
+        part.sample(0.5 * (part.from + t), half_);
+        o_.columns.set_followed(begun);
+        follow(t, half_, between_);
+      }
+      return between_[p.column] - p.level;
+    };
+    return mbd::locate_crossing(gap, p.side, p.at_start, p.at_end);
+  });
+  const double end = stops ? std::min(part.until, o_.crossings->stopped_at()) : part.until;
+  if (end < part.until) part.sample(0.5 * (part.from + end), part.middle), part.sample(end, part.end);
+  if (rewinds) o_.columns.set_followed(begun);
+  follow(end, part.middle, part.end);
+  if (sums_up_) motion_.add(end, part.middle, part.end);
+  return stops;
+}
+
+}  // namespace subsoil::sim

@@ -1,0 +1,44 @@
+#pragma once
+#include "libsim/run/body_watch.hpp"
+#include "libsim/run/physics_watch.hpp"
+#include "libsim/run/run_output.hpp"
+
+namespace subsoil::sim {
+
+/// Ends a run in which soil or machine do what no physics does, and warns of what is doubtful.
+class PhysicsMonitor : public StepObserver {
+ public:
+  explicit PhysicsMonitor(RunOutput& output);
+
+  void before_step(bool window_advanced, StepRequest& request) override;
+  bool after_step() override;
+  /// The step that was taken is valid.
+  void count_step();
+
+  /// What the summary's energy balance starts from; the bed's terms are of the first step.
+  const EnergyStart& energy_start() const { return start_; }
+  bool has_begun() const { return begun_; }
+  /// Works and losses are those of the whole motion; so is what gravity has given, and what the balance closes over.
+  void take_up(const SavedRun& saved);
+  void continue_from(long steps) { begun_ = steps > 0; }
+  double deepest() const { return deepest_; }  ///< overlap, m
+  double fastest() const { return fastest_; }  ///< sphere, m/s
+
+  // A state holds these in an order of its own.
+  void archive_watches(Archive& a) { a(physics_, bodies_); }
+  void archive_extremes(Archive& a) { a(deepest_, fastest_); }
+  void archive_start(Archive& a) { a(start_.bed, start_.bed_gravity, start_.machine_potential); }
+
+ private:
+  void begin();
+  bool physics_fails();
+
+  RunOutput& o_;
+  PhysicsWatch physics_;
+  BodyWatch bodies_;
+  EnergyStart start_;
+  bool begun_ = false;
+  double deepest_ = 0, fastest_ = 0;
+};
+
+}  // namespace subsoil::sim

@@ -1,0 +1,51 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libsim/run/run_output.hpp"
+#include "libsim/run/surface_meeting.hpp"
+#include "libsim/run/tool.hpp"
+#include "libsim/run/wall_watch.hpp"
+
+namespace subsoil::sim {
+
+/// Follows the tools of a run: opens and closes the window of the means where their ways require it, checks the walls
+/// while it is open, and ends a run in which a surface of the machine and a boundary come together.
+class ToolMonitor : public StepObserver {
+ public:
+  explicit ToolMonitor(RunOutput& output);
+
+  /// The window of the means: as given, of the tools' steady work, or the whole run.
+  void set_window();
+  void before_step(bool window_advanced, StepRequest& request) override;
+  bool after_step() override;
+
+  const ToolProgress& progress() const { return progress_; }
+  const WallWatch& walls() const { return walls_; }
+  /// A tool has travelled in soil and never come to steady work.
+  bool never_steady() const { return window_ == Opening::pending && progress_.any_travelled(); }
+
+  // A state holds these in an order of its own.
+  void archive_due(Archive& a) { a(due_); }
+  void archive_progress(Archive& a) { a(progress_, walls_); }
+  void archive_outside(Archive& a) { a(outside_); }
+  void archive_looks(Archive& a) { a(looks_); }
+  void archive_window(Archive& a) { a(window_); }
+
+ private:
+  void follow(double t);
+  void warn_of_left_surfaces(double t);
+  bool surfaces_have_met(double t);
+
+  RunOutput& o_;
+  ToolProgress progress_;
+  WallWatch walls_;
+  std::optional<SurfaceMeeting> meeting_;
+  Schedule due_;
+  long looks_ = 0;
+  std::vector<std::string> outside_;  ///< surfaces that the window of a moving bed has left
+  enum class Opening { fixed, pending, open, closed } window_ = Opening::fixed;
+};
+
+}  // namespace subsoil::sim
