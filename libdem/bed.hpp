@@ -206,6 +206,28 @@ class Bed {
   };
   State save() const;
   void restore(const State& state);
+
+  struct Impl;  ///< step/bed_impl.hpp
+  /// The bed as it stands, with its lists, in memory. `restore` builds no lists and costs a copy of what steps write.
+  class Checkpoint {
+   public:
+    Checkpoint();
+    Checkpoint(Checkpoint&&) noexcept;
+    Checkpoint& operator=(Checkpoint&&) noexcept;
+    ~Checkpoint();
+    bool is_of(const Bed& bed) const;
+    State state() const;  ///< as `save` returned it then
+
+   private:
+    friend class Bed;
+    std::unique_ptr<Impl> bed_;
+  };
+  /// Reuses the memory of `out`; of unchanged lists it copies only what steps write. Throws std::invalid_argument where
+  /// an engine steps the spheres.
+  void save(Checkpoint& out) const;
+  /// Continues with the same bits. Throws std::invalid_argument for a checkpoint of another bed.
+  void restore(const Checkpoint& to);
+
   /// Adds spheres with the contacts that they come with: of a state the spheres, whose ids must be new, the pairs and
   /// the contacts at surfaces, which may name spheres that are there. Throws std::invalid_argument.
   void insert(const State& part);
@@ -218,8 +240,6 @@ class Bed {
   /// itself can do: bonds, clumps, fixed and sleeping spheres, periodic sides, mixed precision, loads of surfaces.
   void step_by(std::unique_ptr<BedEngine> engine);
   const char* engine_name() const;  ///< null: the bed itself
-
-  struct Impl;  ///< step/bed_impl.hpp
 
  private:
   std::unique_ptr<Impl> impl_;

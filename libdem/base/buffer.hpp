@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -20,6 +21,10 @@ class Buffer {
     const std::size_t room = size + capacity() / 16;  // lists of a moving bed are now longer, now shorter
     data_ = nullptr;
     data_ = {LargePages<T>().allocate(room), Free{room}};
+  }
+  void copy(const Buffer& from) {
+    renew(from.size_);
+    std::copy_n(from.data(), size_, data());
   }
   void shorten(std::size_t size) { size_ = size; }  ///< the first elements stay
   void clear() { size_ = 0; }

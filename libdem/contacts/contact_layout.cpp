@@ -274,6 +274,7 @@ Buffer<std::uint32_t> ContactStore::build(std::span<const Sphere> spheres, const
   images = images_in;
   Buffer<std::uint32_t> place = Layout(*this, spheres, list, grid, laws, skin, threads).run();
   link_interfaces();
+  lists_ = next_lists();
   return place;
 }
 

@@ -1,6 +1,7 @@
 #include "libdem/contacts/contact_store.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <optional>
 #include <utility>
 
@@ -112,7 +113,27 @@ std::size_t ContactStore::restore_histories(const NeighbourList& list, const Buf
   return gone;
 }
 
+std::uint64_t ContactStore::next_lists() {
+  static std::atomic<std::uint64_t> last = 0;
+  return ++last;
+}
+
+void ContactStore::copy(const ContactStore& from) {
+  runs = from.runs;  // steps write their activation
+  activation.copy(from.activation), lines.copy(from.lines);
+  waiting_ = from.waiting_;
+  if (lists_ != from.lists_) {
+    particle_blocks = from.particle_blocks;
+    blocks.copy(from.blocks), shapes.copy(from.shapes);
+    images = from.images;
+    link_interfaces();
+    lists_ = from.lists_;
+  }
+  interface_given = from.interface_given;  // of runs that no step has activated yet it is not written
+}
+
 void ContactStore::clear() {
+  lists_ = next_lists();
   particle_blocks.clear(), runs.clear(), blocks.clear(), shapes.clear(), activation.clear(), lines.clear();
   images = {};
   waiting_.clear();

@@ -86,6 +86,11 @@ class ContactStore {
   std::size_t restore_histories(const NeighbourList& list, const Buffer<std::uint32_t>& place,
                                 const std::vector<std::uint32_t>& new_index, const ContactLaws& laws, int threads);
 
+  /// Number of the lists, unique in the process; another one after `build` and `clear`.
+  std::uint64_t lists() const { return lists_; }
+  /// All that lists and histories are; of the same lists only what steps write.
+  void copy(const ContactStore& from);
+
   void clear();   ///< lists and what waits
   void retire();  ///< the blocks as they are become those that `restore_histories` reads
   void set_aside(const ContactLaws& laws, int threads);  ///< takes all histories out of the lists and ends these
@@ -107,6 +112,7 @@ class ContactStore {
 
  private:
   void link_interfaces();
+  static std::uint64_t next_lists();
 
   /// The streams as they were before a rebuild; afterwards storage for those of the next.
   struct Retired {
@@ -117,6 +123,7 @@ class ContactStore {
     PeriodicImages images;
   } retired_;
   std::vector<PairHistories> waiting_;  ///< by index of the spheres
+  std::uint64_t lists_ = next_lists();
 };
 
 }  // namespace subsoil::dem

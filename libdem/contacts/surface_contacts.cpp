@@ -224,6 +224,15 @@ std::vector<SurfaceHistory> SurfaceContacts::histories(const ContactLaws& laws) 
   return out;
 }
 
+void SurfaceContacts::copy(const SurfaceContacts& from, bool same_lists) {
+  plane_runs = from.plane_runs, plane_lines = from.plane_lines;
+  entries = from.entries, chunks = from.chunks;
+  waiting = from.waiting;
+  if (same_lists) return;
+  of_block = from.of_block, plane_blocks = from.plane_blocks;
+  candidates = from.candidates, entry_order = from.entry_order;
+}
+
 void SurfaceContacts::clear() {
   of_block.clear();
   plane_runs.clear(), plane_blocks.clear(), plane_lines.clear();

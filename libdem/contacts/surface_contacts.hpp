@@ -98,7 +98,9 @@ class SurfaceContacts {
   /// What waits, into the new lists. @param new_index of the spheres
   void restore_histories(const std::vector<std::uint32_t>& new_index, const ContactLaws& laws);
   std::vector<SurfaceHistory> histories(const ContactLaws& laws) const;  ///< all that are not empty
-  void clear();                                                          ///< lists and what waits
+  /// As ContactStore::copy.
+  void copy(const SurfaceContacts& from, bool same_lists);
+  void clear();                             ///< lists and what waits
   void set_aside(const ContactLaws& laws);  ///< takes all histories out of the lists and ends these
 
   /// Histories of one block of a plane, for reading and writing.

@@ -62,6 +62,21 @@ void RebuildCriterion::measure(const ParticleStore& particles, std::span<const B
   measured_.known = true;
 }
 
+void RebuildCriterion::copy(const RebuildCriterion& from, bool same_lists) {
+  stale_ = from.stale_, skin_ = from.skin_, path_ = from.path_;
+  if (!same_lists) {
+    listed_pose_ = from.listed_pose_, listed_active_ = from.listed_active_, boundary_radius_ = from.boundary_radius_;
+    displacement_counts_ = from.displacement_counts_;
+    displacement_.copy(from.displacement_);
+  }
+  measured_ = from.measured_;
+  if (!measured_.known) return;
+  const std::span<const double> against = from.measured_.found.against;  // lies in the other's memory
+  std::size_t k = 0;
+  measured_.found = displacement_.found_again(measured_.found.parted, measured_.found.gone, against.size(),
+                                              [&] { return against[k++]; });
+}
+
 void RebuildCriterion::save(std::vector<double>& out) const {
   out.insert(out.end(), {path_, measured_.known ? 1.0 : 0.0});
   if (!measured_.known) return;

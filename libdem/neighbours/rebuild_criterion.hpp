@@ -45,6 +45,8 @@ class RebuildCriterion {
   const std::vector<char>& listed_active() const { return listed_active_; }
   void save(std::vector<double>& out) const;
   void restore(const std::function<double()>& next);
+  /// @param same_lists both judge the same lists
+  void copy(const RebuildCriterion& from, bool same_lists);
   /// May measure relative displacements. @param longest_path bound on the path of any sphere since the lists were
   /// built, by particle block, m: at most what `add_path` got
   bool lists_hold(const ParticleStore& particles, std::span<const Boundary> boundaries, double longest_path,

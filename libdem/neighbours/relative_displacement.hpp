@@ -55,6 +55,13 @@ class RelativeDisplacement {
     return {.parted = parted, .gone = gone, .against = against};
   }
 
+  /// What `begin` has set; what was measured since is found again.
+  void copy(const RelativeDisplacement& from) {
+    grid_ = from.grid_, skin_ = from.skin_;
+    was_.copy(from.was_);
+    cubes_.resize(from.cubes_.size()), layers_.resize(from.layers_.size()), against_.resize(from.against_.size());
+  }
+
   /// @param boundaries their ways since the lists were built
   /// @param enough when `parted` is above it, nobody asks by how much: the rest is left out
   /// @return valid until the next is measured

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <vector>
@@ -74,6 +75,7 @@ struct Bed::Impl {
   ObservedContacts observed;
   StepCount now;
   ByEngine by_engine;
+  std::uint64_t number = next_number();  ///< of the bed, unique in the process; a checkpoint has that of its bed
 
   BodyEnergy energy_of_clumps;             ///< at t_n, of the last step that asked for it
   std::vector<PlaneJob> plane_jobs;        ///< by boundary, of this step
@@ -132,7 +134,12 @@ struct Bed::Impl {
   void save_lists(std::vector<double>& to) const;
   void restore_lists(std::span<const double> from);
 
+  // checkpoint.cpp
+  void copy(const Impl& from);
+  static std::uint64_t next_number();
+
   // state.cpp
+  State state();
   Sphere sphere_of(const State& in, std::size_t k) const;
   void save_bonding(State& out) const;
   void restore_bonding(const State& in);

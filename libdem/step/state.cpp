@@ -102,9 +102,13 @@ void Bed::Impl::restore_bonding(const State& in) {
 
 Bed::State Bed::save() const {
   if (impl_->by_engine.began) impl_->take_back(true);
-  impl_->particles.sync_from_mixed(impl_->threads);
-  impl_->region.keep(impl_->particles.spheres(), impl_->balance.of_block);
-  const Impl& d = *impl_;
+  return impl_->state();
+}
+
+Bed::State Bed::Impl::state() {
+  particles.sync_from_mixed(threads);
+  region.keep(particles.spheres(), balance.of_block);
+  const Impl& d = *this;
   State out;
   const bool any_fixed = std::any_of(d.particles.spheres().begin(), d.particles.spheres().end(), is_fixed);
   for (const Sphere& s : d.particles.spheres()) {
