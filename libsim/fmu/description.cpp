@@ -138,14 +138,20 @@ std::string fmi3_terminals(const FmuModel& model) {
                     escaped_markup(v.name), escaped_markup(member));
   }
   std::string out =
-      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiTerminalsAndIcons fmiVersion=\"3.0\">\n  <Terminals>\n";
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiTerminalsAndIcons fmiVersion=\"3.0\">\n"
+      "  <GraphicalRepresentation>\n"
+      "    <CoordinateSystem x1=\"-100\" y1=\"-100\" x2=\"100\" y2=\"100\" suggestedScalingFactorTo_mm=\"0.1\"/>\n"
+      "    <Icon x1=\"-100\" y1=\"-100\" x2=\"100\" y2=\"100\"/>\n"
+      "  </GraphicalRepresentation>\n";
+  if (!members.empty()) out += "  <Terminals>\n";
   for (const auto& [name, list] : members)
     out += fmt::format("    <Terminal name=\"{}\" matchingRule=\"bus\" description=\"{}\">\n{}    </Terminal>\n",
                        escaped_markup(name),
                        name[0] == 't' ? "motion of a tool in soil, and the wrench of the soil on it"
                                       : "pose and velocity of a body of the machine",
                        list);
-  return members.empty() ? "" : out + "  </Terminals>\n</fmiTerminalsAndIcons>\n";
+  if (!members.empty()) out += "  </Terminals>\n";
+  return out + "</fmiTerminalsAndIcons>\n";
 }
 
 }  // namespace subsoil::sim

@@ -16,6 +16,7 @@
 #include "libsim/document/unit_database.hpp"
 #include "libsim/document/units.hpp"
 #include "libsim/fmu/archive.hpp"
+#include "libsim/fmu/icon.hpp"
 #include "libsim/fmu/model.hpp"
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/run/simulation.hpp"
@@ -285,8 +286,13 @@ FmuReport write_fmu(const FmuRequest& request) {
 
   const bool three = request.version == 3;
   zip.add_text("modelDescription.xml", three ? fmi3_description(model) : fmi2_description(model));
-  if (const std::string terminals = fmi3_terminals(model); three && !terminals.empty())
-    zip.add_text("terminalsAndIcons/terminalsAndIcons.xml", terminals);
+  const std::string icon = fmu_icon(simulation.has_machine());
+  if (three) {
+    zip.add_text("terminalsAndIcons/terminalsAndIcons.xml", fmi3_terminals(model));
+    zip.add_text("terminalsAndIcons/icon.png", icon);
+  } else {
+    zip.add_text("model.png", icon);
+  }
   const std::string binaries = three ? "binaries/x86_64-linux/" : "binaries/linux64/";
   zip.add_file(binaries + fmu_identifier + ".so", request.library);
   for (const fs::directory_entry& beside : fs::directory_iterator(request.library.parent_path()))

@@ -7,9 +7,12 @@ import pathlib
 import shutil
 import subprocess
 import sys
+import zipfile
 
 try:
+    import fmpy
     import numpy as np
+    from lxml import etree
     from fmpy import extract, instantiate_fmu, read_model_description, simulate_fmu
     from fmpy.validation import validate_fmu
 except ImportError as error:
@@ -79,6 +82,15 @@ machines = [build("light-plate", "--fmi", version, "--force-on", "plate", "--par
 for fmu in soils + machines:
     found = validate_fmu(str(fmu))
     check(not found, f"{fmu.name}: no finding of the validation {found}")
+    if fmu in (soils[0], machines[0]):
+        # FMPy validates modelDescription.xml alone, and brings the schema of the terminals too.
+        folder = pathlib.Path(fmpy.__file__).parent / "schema" / "fmi3"
+        schema = etree.XMLSchema(etree.parse(str(folder / "fmi3TerminalsAndIcons.xsd")))
+        with zipfile.ZipFile(fmu) as archive:
+            terminals = etree.fromstring(archive.read("terminalsAndIcons/terminalsAndIcons.xml"))
+            icon = archive.read("terminalsAndIcons/icon.png")
+        check(schema.validate(terminals), f"{fmu.name}: terminals and icon are valid {schema.error_log}")
+        check(icon[1:4] == b"PNG", f"{fmu.name}: has an icon")
 
 wholes = []
 for fmu in soils:

@@ -7,12 +7,15 @@ import ctypes
 import math
 import pathlib
 import re
+import struct
 import subprocess
 import sys
 import tempfile
 import threading
 import unittest
+import xml.etree.ElementTree as ElementTree
 import zipfile
+import zlib
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 EXAMPLES = ROOT / "examples" / "fmu"
@@ -88,6 +91,23 @@ def press(instance, steps, length=1e-3, turning=0.0, height=0.02205):
     return out
 
 
+def picture(file):
+    """Width and height of a PNG file of RGBA, each chunk and the size of the whole checked; some of it is painted."""
+    data, chunks = file.read_bytes(), {}
+    assert data[:8] == b"\x89PNG\r\n\x1a\n"
+    at = 8
+    while at < len(data):
+        length, kind = struct.unpack(">I4s", data[at:at + 8])
+        chunks[kind] = data[at + 8:at + 8 + length]
+        assert struct.unpack(">I", data[at + 8 + length:at + 12 + length])[0] == zlib.crc32(kind + chunks[kind])
+        at += 12 + length
+    assert list(chunks) == [b"IHDR", b"IDAT", b"IEND"] and chunks[b"IHDR"][8:] == bytes([8, 6, 0, 0, 0])
+    width, height = struct.unpack(">II", chunks[b"IHDR"][:8])
+    lines = zlib.decompress(chunks[b"IDAT"])
+    assert len(lines) == height * (1 + 4 * width) and len(set(lines)) > 20
+    return width, height
+
+
 class Archive(unittest.TestCase):
     def test_the_library_needs_the_c_library_alone(self):
         with Fmu(soil()) as fmu:
@@ -127,6 +147,20 @@ class Archive(unittest.TestCase):
             step = fmu.description.find("DefaultExperiment")
             self.assertEqual((step.get("stopTime"), step.get("stepSize")), ("0.1", "0.001"))
             one.close()
+
+    def test_terminals_name_the_variables_and_the_icon_is_a_picture(self):
+        for version, name in ("2", "model.png"), ("3", "terminalsAndIcons/icon.png"):
+            with Fmu(soil("--fmi", version)) as fmu:
+                self.assertEqual(picture(fmu.folder / name), (128, 128))
+        with Fmu(soil()) as fmu:
+            root = ElementTree.parse(fmu.folder / "terminalsAndIcons" / "terminalsAndIcons.xml").getroot()
+            self.assertEqual(root.get("fmiVersion"), fmu.description.get("fmiVersion"))
+            # FMI 3.0, 2.4.9.1: an Icon element asks for icon.png beside the file.
+            self.assertIsNotNone(root.find("GraphicalRepresentation/Icon"))
+            terminal, = root.findall("Terminals/Terminal")
+            members = [m.get("variableName") for m in terminal]
+            self.assertEqual(len(set(members)), len(members))
+            self.assertEqual(set(members), {n for n in fmu.variables if n.startswith("tools.plate.") and ".point." not in n})
 
     def test_the_licenses_of_what_is_inside_are_there(self):
         with Fmu(soil()) as fmu:
